@@ -1,0 +1,222 @@
+//! What an emitter sends out: its radiosity `B(y)`, constant or linear over the polygon (HS95 sections A.1 and A.2).
+//!
+//! Units: radiosity in W/m2 (or any other unit, kept), gradient in that unit over the unit of length. The condition of a linear
+//! emission given by vertex values on a needle is the needle's: its gradient across is a difference over the width.
+
+use glam::DVec3;
+
+use crate::Error;
+use crate::double_double::DoubleDouble;
+use crate::geometry::{COORDINATE_ROUNDING, Polygon, exact_offset, normalising_power};
+use crate::vec3::Vec3;
+
+/// The radiosity of an emitter over its polygon, as the user states it.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Emission {
+    /// The same value everywhere.
+    Constant(f64),
+    /// An affine function of the position.
+    Linear(Linear),
+}
+
+/// Two ways to state an affine emission.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Linear {
+    /// One value per vertex; for more than three they must lie on one affine function.
+    AtVertices(Vec<f64>),
+    /// The value at vertex 0 and the gradient; a part of the gradient along the polygon's normal has no effect.
+    Gradient {
+        /// Value at vertex 0.
+        value: f64,
+        /// Gradient over the polygon's plane.
+        gradient: DVec3,
+    },
+}
+
+impl Emission {
+    /// Linear emission from one value per vertex.
+    #[must_use]
+    pub const fn at_vertices(values: Vec<f64>) -> Self {
+        Self::Linear(Linear::AtVertices(values))
+    }
+
+    /// Linear emission from the value at vertex 0 and the gradient.
+    #[must_use]
+    pub const fn gradient(value: f64, gradient: DVec3) -> Self {
+        Self::Linear(Linear::Gradient { value, gradient })
+    }
+}
+
+/// A polygon that emits.
+///
+/// ```
+/// use radgrad_core::{DVec3, Emission, Emitter, Polygon};
+/// let triangle = Polygon::new(vec![DVec3::Z, DVec3::new(0.5, 0.8, 1.0), DVec3::new(1.0, 0.0, 1.0)])?;
+/// let emitter = Emitter::new(triangle, Emission::at_vertices(vec![1.0, 2.0, 4.0]))?;
+/// assert!((emitter.emission_at(DVec3::new(1.0, 0.0, 1.0)) - 4.0).abs() < 1e-15);
+/// # Ok::<(), radgrad_core::Error>(())
+/// ```
+#[derive(Debug, Clone, PartialEq)]
+pub struct Emitter {
+    polygon: Polygon,
+    emission: Emission,
+    affine: Affine,
+}
+
+/// The emission as `value + gradient . (y - vertex 0)`, with the gradient in the polygon's plane.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Affine {
+    pub(crate) value: f64,
+    pub(crate) gradient: Vec3<f64>,
+    /// Largest difference between a vertex value as given and this function.
+    pub(crate) residual: f64,
+}
+
+/// Vertex values may be off one affine function by this fraction of the largest of them, beside the effect of rounded coordinates.
+const AFFINITY: f64 = 4e-12;
+
+impl Emitter {
+    /// An emitter with the given polygon and emission.
+    ///
+    /// # Errors
+    /// If a value is not finite, the number of vertex values is not the number of vertices, or they do not lie on one affine function.
+    pub fn new(polygon: Polygon, emission: Emission) -> Result<Self, Error> {
+        let affine = match &emission {
+            Emission::Constant(value) => {
+                finite(*value, || "value".to_owned())?;
+                Affine { value: *value, gradient: Vec3::default(), residual: 0.0 }
+            }
+            Emission::Linear(Linear::AtVertices(values)) => through_vertices(&polygon, values)?,
+            Emission::Linear(Linear::Gradient { value, gradient }) => {
+                finite(*value, || "value at vertex 0".to_owned())?;
+                for (axis, component) in gradient.to_array().into_iter().enumerate() {
+                    finite(component, || format!("gradient component {axis}"))?;
+                }
+                Affine {
+                    value: *value,
+                    gradient: in_plane(&polygon, Vec3::from(*gradient).map(DoubleDouble::from)),
+                    residual: 0.0,
+                }
+            }
+        };
+        Ok(Self { polygon, emission, affine })
+    }
+
+    /// The polygon.
+    #[must_use]
+    pub const fn polygon(&self) -> &Polygon {
+        &self.polygon
+    }
+
+    /// The emission as stated.
+    #[must_use]
+    pub const fn emission(&self) -> &Emission {
+        &self.emission
+    }
+
+    /// Gradient of the emission over the polygon's plane; zero for a constant emission.
+    #[must_use]
+    pub fn emission_gradient(&self) -> DVec3 {
+        self.affine.gradient.into()
+    }
+
+    /// Emission `B(y)` at a point of the polygon's plane.
+    #[must_use]
+    pub fn emission_at(&self, point: DVec3) -> f64 {
+        self.affine.value + self.emission_gradient().dot(point - self.polygon.vertices()[0])
+    }
+
+    /// Largest magnitude of the emission over the polygon: at a vertex, the emission being affine.
+    #[must_use]
+    pub fn largest_emission(&self) -> f64 {
+        let vertices = self.polygon.vertices().iter();
+        vertices.map(|v| self.emission_at(*v).abs()).fold(0.0, f64::max) + self.affine.residual
+    }
+
+    pub(crate) const fn affine(&self) -> Affine {
+        self.affine
+    }
+}
+
+fn finite(value: f64, place: impl FnOnce() -> String) -> Result<(), Error> {
+    if value.is_finite() { Ok(()) } else { Err(Error::EmissionNotFinite { place: place(), value }) }
+}
+
+/// Part of `v` in the plane of the polygon.
+fn in_plane(polygon: &Polygon, v: Vec3<DoubleDouble>) -> Vec3<f64> {
+    let normal = polygon.precise_normal();
+    (v - normal * normal.dot(v)).map(DoubleDouble::to_f64)
+}
+
+/// The affine function through the vertex values. By the divergence theorem in the plane, `grad B = (1/A) sum (B_i + B_{i+1})/2 (e_i x n2)`
+/// for any polygon; for three vertices it is the interpolant.
+fn through_vertices(polygon: &Polygon, values: &[f64]) -> Result<Affine, Error> {
+    let vertices = polygon.vertices();
+    let count = vertices.len();
+    if values.len() != count {
+        return Err(Error::EmissionCount { values: values.len(), vertices: count });
+    }
+    for (index, &value) in values.iter().enumerate() {
+        finite(value, || format!("at vertex {index}"))?;
+    }
+    let power = normalising_power(polygon.size());
+    let offset = |i: usize| exact_offset(vertices[i % count], vertices[0], power);
+    let above_first = |i: usize| DoubleDouble::difference(values[i % count], values[0]);
+    let (mut weighted, mut twice_area) = (Vec3::<DoubleDouble>::default(), Vec3::<DoubleDouble>::default());
+    for i in 0..count {
+        let (here, next) = (offset(i), offset(i + 1));
+        weighted = weighted + (next - here) * (above_first(i) + above_first(i + 1));
+        twice_area = twice_area + here.cross(next);
+    }
+    let normal = polygon.precise_normal();
+    let norm = normal.dot(twice_area);
+    let gradient = weighted.cross(normal).map(|c| c.divided_by(norm));
+    let gradient = gradient.map(|c| c.to_f64() * power);
+    let affine = Affine { value: values[0], gradient, residual: 0.0 };
+    if count == 3 {
+        return Ok(affine);
+    }
+    let largest = values.iter().fold(0.0, |m: f64, b| m.max(b.abs()));
+    let coordinate = vertices.iter().fold(0.0, |m: f64, v| m.max(v.abs().max_element()));
+    let gradient = DVec3::from(gradient);
+    let allowed = AFFINITY * largest + COORDINATE_ROUNDING * coordinate * gradient.length();
+    let expected = |i: usize| values[0] + gradient.dot(vertices[i] - vertices[0]);
+    let difference = |i: &usize| (values[*i] - expected(*i)).abs();
+    let index = (0..count).max_by(|i, j| difference(i).total_cmp(&difference(j))).unwrap_or(0);
+    if difference(&index) > allowed {
+        return Err(Error::EmissionNotAffine { index, value: values[index], expected: expected(index), allowed });
+    }
+    Ok(Affine { residual: difference(&index), ..affine })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn quad() -> Polygon {
+        Polygon::new([(0.0, 0.0), (2.0, 0.0), (2.0, 1.0), (0.0, 1.0)].map(|(x, y)| DVec3::new(x, y, 5.0)).to_vec()).unwrap()
+    }
+
+    #[test]
+    fn vertex_values_give_the_gradient() {
+        let emitter = Emitter::new(quad(), Emission::at_vertices(vec![1.0, 2.0, 5.0, 4.0])).unwrap();
+        assert_eq!(emitter.emission_gradient(), DVec3::new(0.5, 3.0, 0.0));
+        assert_eq!(emitter.largest_emission(), 5.0);
+    }
+
+    #[test]
+    fn inconsistent_values_are_refused() {
+        let error = Emitter::new(quad(), Emission::at_vertices(vec![1.0, 2.0, 5.0, 4.1])).unwrap_err();
+        assert!(matches!(error, Error::EmissionNotAffine { .. }), "{error}");
+        let error = Emitter::new(quad(), Emission::at_vertices(vec![1.0, 2.0, 5.0])).unwrap_err();
+        assert_eq!(error, Error::EmissionCount { values: 3, vertices: 4 });
+        let error = Emitter::new(quad(), Emission::Constant(f64::INFINITY)).unwrap_err();
+        assert!(error.to_string().contains("value is inf"), "{error}");
+    }
+
+    #[test]
+    fn a_gradient_along_the_normal_has_no_effect() {
+        let emitter = Emitter::new(quad(), Emission::gradient(1.0, DVec3::new(0.5, 3.0, 7.0))).unwrap();
+        assert_eq!(emitter.emission_gradient(), DVec3::new(0.5, 3.0, 0.0));
+    }
+}

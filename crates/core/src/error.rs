@@ -1,0 +1,119 @@
+//! What can be wrong with an input, or cannot be represented in the result.
+
+use glam::DVec3;
+
+/// Every way in which this crate refuses an input. Messages give the value, its place and the rule it breaks.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// A polygon needs three vertices.
+    #[error("a polygon needs at least 3 vertices, this one has {count}")]
+    TooFewVertices {
+        /// Vertices given.
+        count: usize,
+    },
+    /// A vertex has a coordinate that is NaN or infinite.
+    #[error("vertex {index} is {value}: coordinates must be finite")]
+    VertexNotFinite {
+        /// Index of the vertex.
+        index: usize,
+        /// The vertex as given.
+        value: DVec3,
+    },
+    /// Two consecutive vertices are the same point.
+    #[error("vertices {first} and {second} are the same point {value}: leave one out")]
+    RepeatedVertex {
+        /// Index of the first of the two.
+        first: usize,
+        /// Index of the second of the two.
+        second: usize,
+        /// The point.
+        value: DVec3,
+    },
+    /// All vertices are on one line.
+    #[error("the polygon has no area: all {count} vertices are on one line")]
+    ZeroArea {
+        /// Vertices given.
+        count: usize,
+    },
+    /// A vertex is off the plane of the polygon.
+    #[error("vertex {index} is {distance:e} off the plane of the polygon (allowed {allowed:e} at size {size:e})")]
+    NotPlanar {
+        /// Index of the vertex farthest off the plane.
+        index: usize,
+        /// Its distance from the plane, in the unit of the vertices.
+        distance: f64,
+        /// The distance allowed.
+        allowed: f64,
+        /// The polygon's largest extent along a coordinate axis.
+        size: f64,
+    },
+    /// Two edges that are not neighbours meet, or two neighbours overlap.
+    #[error("edges {first} and {second} meet: the polygon must be simple")]
+    NotSimple {
+        /// Index of the first edge (edge `i` starts at vertex `i`).
+        first: usize,
+        /// Index of the second edge.
+        second: usize,
+    },
+    /// The receiver's position has a coordinate that is NaN or infinite.
+    #[error("receiver position is {value}: coordinates must be finite")]
+    PositionNotFinite {
+        /// The position as given.
+        value: DVec3,
+    },
+    /// The receiver's normal is zero, NaN or infinite.
+    #[error("receiver normal is {value}: it must be finite and not zero")]
+    Normal {
+        /// The normal as given.
+        value: DVec3,
+    },
+    /// The reflectance is outside [0, 1].
+    #[error("reflectance is {value}: it must be between 0 and 1")]
+    Reflectance {
+        /// The reflectance as given.
+        value: f64,
+    },
+    /// An emission value is NaN or infinite.
+    #[error("emission {place} is {value}: it must be finite")]
+    EmissionNotFinite {
+        /// Which value, for people: `value`, `at vertex 2`, `gradient component 0`.
+        place: String,
+        /// The value as given.
+        value: f64,
+    },
+    /// The number of emission values differs from the number of vertices.
+    #[error("emission has {values} values for {vertices} vertices: give one per vertex")]
+    EmissionCount {
+        /// Values given.
+        values: usize,
+        /// Vertices of the polygon.
+        vertices: usize,
+    },
+    /// Emission values at more than three vertices are not one affine function.
+    #[error(
+        "emission at vertex {index} is {value}, but the affine function through the vertices gives {expected} there (allowed difference {allowed:e})"
+    )]
+    EmissionNotAffine {
+        /// Vertex with the largest difference.
+        index: usize,
+        /// Value given there.
+        value: f64,
+        /// Value of the affine function there.
+        expected: f64,
+        /// Difference allowed.
+        allowed: f64,
+    },
+    /// A tolerance is not a number in [0, 1].
+    #[error("tolerance is {value}: it must be a relative error between 0 and 1")]
+    Tolerance {
+        /// The tolerance as given.
+        value: f64,
+    },
+    /// The result is too large for a double.
+    #[error("the {quantity} overflows: its magnitude is above {:e}", f64::MAX)]
+    Overflow {
+        /// `radiosity` or `gradient`.
+        quantity: &'static str,
+    },
+}

@@ -1,0 +1,379 @@
+//! Receivers and polygons: what exists is valid.
+//!
+//! A [`Polygon`] is simple, planar up to the rounding of its vertices, and counter-clockwise seen from its lit side
+//! (HS95 section 2; conventions of `ARCHITECTURE.md`). Every tolerance is relative to the polygon's own size or to the rounding of its coordinates, so
+//! that a change of unit or of origin changes no answer. Lengths are in the unit of the caller throughout.
+
+use glam::DVec3;
+
+use crate::Error;
+use crate::double_double::DoubleDouble;
+use crate::vec3::Vec3;
+
+/// A point on a diffuse surface: position `x`, unit normal `n1`, reflectance `rho`.
+///
+/// ```
+/// use radgrad_core::{DVec3, Receiver};
+/// let receiver = Receiver::new(DVec3::ZERO, DVec3::new(0.0, 0.0, 2.0), 0.5)?;
+/// assert_eq!(receiver.normal(), DVec3::Z);
+/// # Ok::<(), radgrad_core::Error>(())
+/// ```
+#[derive(Debug, Clone, PartialEq)]
+pub struct Receiver {
+    position: DVec3,
+    /// The normal as given, times a power of two that brings its largest component to [1, 2).
+    direction: Vec3<f64>,
+    normal: DVec3,
+    reflectance: f64,
+}
+
+impl Receiver {
+    /// A receiver at `position` facing along `normal` (of any length), reflecting the fraction `reflectance` of what it receives.
+    ///
+    /// # Errors
+    /// If a coordinate is not finite, the normal is zero, or the reflectance is outside [0, 1].
+    pub fn new(position: DVec3, normal: DVec3, reflectance: f64) -> Result<Self, Error> {
+        if !position.is_finite() {
+            return Err(Error::PositionNotFinite { value: position });
+        }
+        if !normal.is_finite() || normal == DVec3::ZERO {
+            return Err(Error::Normal { value: normal });
+        }
+        if !(0.0..=1.0).contains(&reflectance) {
+            return Err(Error::Reflectance { value: reflectance });
+        }
+        let direction = Vec3::from(normal) * normalising_power(normal.abs().max_element());
+        let (unit, _) = unit_vector(direction.map(DoubleDouble::from));
+        Ok(Self { position, direction, normal: unit.map(DoubleDouble::to_f64).into(), reflectance })
+    }
+
+    /// Position `x`.
+    #[must_use]
+    pub const fn position(&self) -> DVec3 {
+        self.position
+    }
+
+    /// Unit normal `n1`, each component correct to one ulp.
+    #[must_use]
+    pub const fn normal(&self) -> DVec3 {
+        self.normal
+    }
+
+    /// The normal as given but for its length: an exact multiple of the input, for decisions that must be exact.
+    #[must_use]
+    pub fn direction(&self) -> DVec3 {
+        self.direction.into()
+    }
+
+    /// Reflectance `rho`, in [0, 1].
+    #[must_use]
+    pub const fn reflectance(&self) -> f64 {
+        self.reflectance
+    }
+}
+
+/// A simple planar polygon, convex or not, counter-clockwise seen from its lit side.
+///
+/// ```
+/// use radgrad_core::{DVec3, Polygon};
+/// let square = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)].map(|(x, y)| DVec3::new(x, y, 3.0));
+/// let polygon = Polygon::new(square.to_vec())?;
+/// assert_eq!(polygon.normal(), DVec3::Z);
+/// assert_eq!(polygon.area(), 1.0);
+/// # Ok::<(), radgrad_core::Error>(())
+/// ```
+#[derive(Debug, Clone, PartialEq)]
+pub struct Polygon {
+    vertices: Vec<DVec3>,
+    /// Unit normal in double-double, so that heights over the plane keep their digits near contact.
+    precise_normal: Vec3<DoubleDouble>,
+    normal: DVec3,
+    area: f64,
+    size: f64,
+    planarity_defect: f64,
+}
+
+/// Vertices may be off the plane by this fraction of the polygon's size: enough for coordinates computed in double
+/// precision, far too little to flatten a warped face unseen.
+const PLANARITY: f64 = 4e-12;
+
+/// Rounding of one coordinate moves a vertex by at most half an ulp per axis; four of them cover a plane through rounded vertices.
+pub(crate) const COORDINATE_ROUNDING: f64 = 4.0 * f64::EPSILON;
+
+/// Twice the area over the squared size, below which the double-double normal itself has no digits left.
+const DEGENERATE: f64 = 1.0 / (1u128 << 80) as f64;
+
+impl Polygon {
+    /// A polygon through `vertices`, counter-clockwise seen from the lit side; the last vertex is joined to the first.
+    ///
+    /// # Errors
+    /// If there are fewer than three vertices, a coordinate is not finite, two consecutive vertices are the same point, all are
+    /// on one line, one is off the plane by more than `4e-12` of the size plus the rounding of the coordinates, or two edges meet.
+    pub fn new(vertices: Vec<DVec3>) -> Result<Self, Error> {
+        let count = vertices.len();
+        if count < 3 {
+            return Err(Error::TooFewVertices { count });
+        }
+        if let Some(index) = vertices.iter().position(|v| !v.is_finite()) {
+            return Err(Error::VertexNotFinite { index, value: vertices[index] });
+        }
+        if let Some(first) = (0..count).find(|&i| vertices[i] == vertices[(i + 1) % count]) {
+            return Err(Error::RepeatedVertex { first, second: (first + 1) % count, value: vertices[first] });
+        }
+        let origin = vertices[0];
+        let (low, high) = vertices.iter().fold((origin, origin), |(low, high), v| (low.min(*v), high.max(*v)));
+        let size = (high - low).max_element();
+        let power = normalising_power(size);
+        let offsets: Vec<Vec3<DoubleDouble>> = vertices.iter().map(|&v| exact_offset(v, origin, power)).collect();
+        let twice_area = offsets
+            .windows(2)
+            .skip(1)
+            .map(|pair| pair[0].cross(pair[1]))
+            .fold(Vec3::<DoubleDouble>::default(), |sum, term| sum + term);
+        let (precise_normal, norm) = unit_vector(twice_area);
+        if norm <= DEGENERATE {
+            return Err(Error::ZeroArea { count });
+        }
+        let planarity_defect = if count == 3 {
+            0.0
+        } else {
+            planarity_defect(&offsets, precise_normal, low.abs().max(high.abs()).max_element() * power)
+                .map_err(|defect| defect.in_unit(power, size))?
+                / power
+        };
+        let polygon = Self {
+            normal: precise_normal.map(DoubleDouble::to_f64).into(),
+            area: 0.5 * norm / power / power,
+            vertices,
+            precise_normal,
+            size,
+            planarity_defect,
+        };
+        if count > 3 {
+            polygon.check_simple()?;
+        }
+        Ok(polygon)
+    }
+
+    /// The vertices as given.
+    #[must_use]
+    pub fn vertices(&self) -> &[DVec3] {
+        &self.vertices
+    }
+
+    /// Unit normal `n2` to the lit side.
+    #[must_use]
+    pub const fn normal(&self) -> DVec3 {
+        self.normal
+    }
+
+    /// Area, in the unit of the vertices squared.
+    #[must_use]
+    pub const fn area(&self) -> f64 {
+        self.area
+    }
+
+    /// Largest extent along a coordinate axis.
+    #[must_use]
+    pub const fn size(&self) -> f64 {
+        self.size
+    }
+
+    /// Largest distance of a vertex from the plane through vertex 0 with normal [`Self::normal`]: 0 for a triangle, and what the
+    /// rounding of the coordinates left for others.
+    #[must_use]
+    pub const fn planarity_defect(&self) -> f64 {
+        self.planarity_defect
+    }
+
+    pub(crate) const fn precise_normal(&self) -> Vec3<DoubleDouble> {
+        self.precise_normal
+    }
+
+    /// Looks for two edges that meet, by exact predicates on the projection along the normal's largest component.
+    fn check_simple(&self) -> Result<(), Error> {
+        let power = normalising_power(self.vertices.iter().map(|v| v.abs().max_element()).fold(0.0, f64::max));
+        let n = self.normal.abs();
+        let points: Vec<robust::Coord<f64>> = self
+            .vertices
+            .iter()
+            .map(|v| {
+                let v = *v * power;
+                let (x, y) = if n.z >= n.x && n.z >= n.y {
+                    (v.x, v.y)
+                } else if n.y >= n.x {
+                    (v.z, v.x)
+                } else {
+                    (v.y, v.z)
+                };
+                robust::Coord { x, y }
+            })
+            .collect();
+        let count = points.len();
+        for first in 0..count {
+            let (a, b) = (points[first], points[(first + 1) % count]);
+            for second in first + 1..count {
+                let (c, d) = (points[second], points[(second + 1) % count]);
+                let meet = if second == first + 1 {
+                    folds_back(a, b, d)
+                } else if (second + 1) % count == first {
+                    folds_back(c, d, b)
+                } else {
+                    segments_meet([a, b], [c, d])
+                };
+                if meet {
+                    return Err(Error::NotSimple { first, second });
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+/// A planarity defect in normalised coordinates, on its way to an error message.
+struct Defect {
+    index: usize,
+    distance: f64,
+    allowed: f64,
+}
+
+impl Defect {
+    fn in_unit(self, power: f64, size: f64) -> Error {
+        Error::NotPlanar { index: self.index, distance: self.distance / power, allowed: self.allowed / power, size }
+    }
+}
+
+/// Largest distance from the plane through vertex 0; an error where the best-fitting parallel plane is still too far off.
+fn planarity_defect(offsets: &[Vec3<DoubleDouble>], normal: Vec3<DoubleDouble>, largest: f64) -> Result<f64, Defect> {
+    let heights: Vec<f64> = offsets.iter().map(|r| normal.dot(*r).to_f64()).collect();
+    let middle = heights.iter().sum::<f64>() / heights.len() as f64;
+    let allowed = PLANARITY + COORDINATE_ROUNDING * largest;
+    let off = |h: &f64| (h - middle).abs();
+    if let Some((index, h)) = heights.iter().enumerate().max_by(|a, b| off(a.1).total_cmp(&off(b.1)))
+        && off(h) > allowed
+    {
+        return Err(Defect { index, distance: off(h), allowed });
+    }
+    Ok(heights.iter().fold(0.0, |worst, h| worst.max(h.abs())))
+}
+
+/// The power of two that brings `size` into [1, 2); 1 for 0.
+#[inline]
+pub(crate) fn normalising_power(size: f64) -> f64 {
+    let exponent = (size.to_bits() >> 52) & 0x7ff;
+    match exponent {
+        0 if size == 0.0 => 1.0,
+        0 => f64::from_bits(2045 << 52),
+        2046.. => f64::from_bits(1 << 51),
+        _ => f64::from_bits((2046 - exponent) << 52),
+    }
+}
+
+/// `(point - origin)`, exact, times a power of two.
+#[inline]
+pub(crate) fn exact_offset(point: DVec3, origin: DVec3, power: f64) -> Vec3<DoubleDouble> {
+    Vec3::new(
+        DoubleDouble::difference(point.x, origin.x).scaled(power),
+        DoubleDouble::difference(point.y, origin.y).scaled(power),
+        DoubleDouble::difference(point.z, origin.z).scaled(power),
+    )
+}
+
+/// Unit vector along `v`, and the length of `v`. The vector is scaled by its largest component, since the length of a needle's normal
+/// may be far below 1.
+fn unit_vector(v: Vec3<DoubleDouble>) -> (Vec3<DoubleDouble>, f64) {
+    let largest = v.x.hi.abs().max(v.y.hi.abs()).max(v.z.hi.abs());
+    let power = normalising_power(largest);
+    let scaled = v.map(|c| c.scaled(power));
+    let norm = scaled.norm_squared().sqrt();
+    (scaled.map(|c| c.divided_by(norm)), norm.to_f64() / power)
+}
+
+/// Whether edge `a b` and its successor `b d` run back over each other.
+fn folds_back(a: robust::Coord<f64>, b: robust::Coord<f64>, d: robust::Coord<f64>) -> bool {
+    robust::orient2d(a, b, d) == 0.0 && (b.x - a.x) * (d.x - b.x) + (b.y - a.y) * (d.y - b.y) < 0.0
+}
+
+/// Whether two closed segments have a point in common.
+fn segments_meet([a, b]: [robust::Coord<f64>; 2], [c, d]: [robust::Coord<f64>; 2]) -> bool {
+    let boxes_meet = a.x.min(b.x) <= c.x.max(d.x)
+        && c.x.min(d.x) <= a.x.max(b.x)
+        && a.y.min(b.y) <= c.y.max(d.y)
+        && c.y.min(d.y) <= a.y.max(b.y);
+    // With overlapping boxes, two collinear segments overlap too.
+    boxes_meet
+        && robust::orient2d(a, b, c) * robust::orient2d(a, b, d) <= 0.0
+        && robust::orient2d(c, d, a) * robust::orient2d(c, d, b) <= 0.0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn polygon(points: &[[f64; 3]]) -> Result<Polygon, Error> {
+        Polygon::new(points.iter().map(|&p| p.into()).collect())
+    }
+
+    #[test]
+    fn wrong_polygons_are_named() {
+        assert!(matches!(polygon(&[[0.0; 3], [1.0, 0.0, 0.0]]), Err(Error::TooFewVertices { count: 2 })));
+        assert!(matches!(
+            polygon(&[[0.0; 3], [1.0, f64::NAN, 0.0], [0.0, 1.0, 0.0]]),
+            Err(Error::VertexNotFinite { index: 1, .. })
+        ));
+        assert!(matches!(
+            polygon(&[[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0; 3]]),
+            Err(Error::RepeatedVertex { first: 3, second: 0, .. })
+        ));
+        assert!(matches!(polygon(&[[0.0; 3], [1.0; 3], [3.0; 3]]), Err(Error::ZeroArea { count: 3 })));
+        let warped = [[0.0; 3], [549.0, 0.0, 0.0], [549.0, 559.0, 0.0032], [0.0, 559.0, 0.0]];
+        let message = polygon(&warped).unwrap_err().to_string();
+        assert!(message.contains("off the plane") && message.contains("5.59e2"), "{message}");
+        let bow_tie = [[0.0; 3], [1.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 2.0, 0.0]];
+        assert!(matches!(polygon(&bow_tie), Err(Error::NotSimple { first: 0, second: 2 })));
+        let spike = [[0.0; 3], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [1.0, 0.5, 0.0]];
+        assert!(matches!(polygon(&spike), Err(Error::NotSimple { .. })));
+    }
+
+    #[test]
+    fn tolerances_follow_unit_and_origin() {
+        let square = [[0.1, 0.2, 0.3], [1.1, 0.2, 0.4], [1.1, 1.2, 0.5], [0.1, 1.2, 0.4]];
+        for scale in [1.0, 1e-200, 1e150, 3.7e-9] {
+            for shift in [0.0, 1e6] {
+                let moved = square.map(|p| p.map(|c| (c + shift) * scale));
+                let p = polygon(&moved).unwrap();
+                assert!(p.planarity_defect() <= 1e-9 * p.size());
+            }
+        }
+        let needle = [[0.0; 3], [1.0, 0.0, 0.0], [0.5, 1e-12, 0.0]];
+        assert_eq!(polygon(&needle).unwrap().normal(), DVec3::Z);
+    }
+
+    #[test]
+    fn a_vertex_on_an_edge_line_is_allowed() {
+        let t_junction = [[0.0; 3], [0.5, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+        assert_eq!(polygon(&t_junction).unwrap().area(), 0.5);
+    }
+
+    #[test]
+    fn normalising_powers_are_exact() {
+        for (size, expected) in [(1.0, 1.0), (1.9, 1.0), (2.0, 0.5), (0.75, 2.0), (0.0, 1.0)] {
+            assert_eq!(normalising_power(size), expected);
+        }
+        for size in [f64::MIN_POSITIVE, 5e-324, f64::MAX, 1e300, 1e-300] {
+            let power = normalising_power(size);
+            assert!(power > 0.0 && power.is_finite() && size * power < 4.0);
+        }
+    }
+
+    #[test]
+    fn wrong_receivers_are_named() {
+        assert!(matches!(Receiver::new(DVec3::NAN, DVec3::Z, 1.0), Err(Error::PositionNotFinite { .. })));
+        assert!(matches!(Receiver::new(DVec3::ZERO, DVec3::ZERO, 1.0), Err(Error::Normal { .. })));
+        for reflectance in [-0.1, 1.1, f64::NAN] {
+            assert!(matches!(Receiver::new(DVec3::ZERO, DVec3::Z, reflectance), Err(Error::Reflectance { .. })));
+        }
+        let tiny = Receiver::new(DVec3::ZERO, DVec3::new(3e-310, 0.0, 4e-310), 1.0).unwrap();
+        assert!((tiny.normal() - DVec3::new(0.6, 0.0, 0.8)).length() < 1e-12);
+    }
+}

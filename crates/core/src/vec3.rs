@@ -1,0 +1,96 @@
+//! Three-vectors over any scalar with ring operations. glam's `DVec3` is the type at the border of the crate; formulas that
+//! serve several precisions are written on this one.
+
+use std::ops::{Add, Mul, Neg, Sub};
+
+use glam::DVec3;
+
+/// A vector with components of type `T`.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(crate) struct Vec3<T> {
+    pub(crate) x: T,
+    pub(crate) y: T,
+    pub(crate) z: T,
+}
+
+impl<T: Copy> Vec3<T> {
+    #[inline]
+    pub(crate) const fn new(x: T, y: T, z: T) -> Self {
+        Self { x, y, z }
+    }
+
+    #[inline]
+    pub(crate) fn map<U>(self, f: impl Fn(T) -> U) -> Vec3<U> {
+        Vec3 { x: f(self.x), y: f(self.y), z: f(self.z) }
+    }
+}
+
+impl<T> Vec3<T>
+where
+    T: Copy + Add<Output = T> + Sub<Output = T> + Mul<Output = T>,
+{
+    #[inline]
+    pub(crate) fn dot(self, other: Self) -> T {
+        self.x * other.x + self.y * other.y + self.z * other.z
+    }
+
+    #[inline]
+    pub(crate) fn cross(self, other: Self) -> Self {
+        Self {
+            x: self.y * other.z - self.z * other.y,
+            y: self.z * other.x - self.x * other.z,
+            z: self.x * other.y - self.y * other.x,
+        }
+    }
+
+    #[inline]
+    pub(crate) fn norm_squared(self) -> T {
+        self.dot(self)
+    }
+}
+
+impl<T: Copy + Add<Output = T>> Add for Vec3<T> {
+    type Output = Self;
+    #[inline]
+    fn add(self, other: Self) -> Self {
+        Self { x: self.x + other.x, y: self.y + other.y, z: self.z + other.z }
+    }
+}
+
+impl<T: Copy + Sub<Output = T>> Sub for Vec3<T> {
+    type Output = Self;
+    #[inline]
+    fn sub(self, other: Self) -> Self {
+        Self { x: self.x - other.x, y: self.y - other.y, z: self.z - other.z }
+    }
+}
+
+impl<T: Copy + Neg<Output = T>> Neg for Vec3<T> {
+    type Output = Self;
+    #[inline]
+    fn neg(self) -> Self {
+        Self { x: -self.x, y: -self.y, z: -self.z }
+    }
+}
+
+impl<T: Copy + Mul<Output = T>> Mul<T> for Vec3<T> {
+    type Output = Self;
+    #[inline]
+    fn mul(self, factor: T) -> Self {
+        Self { x: self.x * factor, y: self.y * factor, z: self.z * factor }
+    }
+}
+
+impl From<DVec3> for Vec3<f64> {
+    #[inline]
+    fn from(v: DVec3) -> Self {
+        Self { x: v.x, y: v.y, z: v.z }
+    }
+}
+
+impl From<Vec3<f64>> for DVec3 {
+    #[inline]
+    fn from(v: Vec3<f64>) -> Self {
+        Self::new(v.x, v.y, v.z)
+    }
+}
