@@ -62,11 +62,10 @@ fn screens_on_either_side_of_a_line_hide_the_whole_together() {
     let lamp = linear(ceiling([-1.0, 1.0], [-1.0, 1.0], 2.0));
     let x = receiver([0.1, 0.2, 0.0]);
     let split = 0.3;
-    let left = ceiling([-9.0, split], [-9.0, 9.0], 1.0);
-    let right = ceiling([split, 9.0], [-9.0, 9.0], 1.0);
+    let screens = [ceiling([-9.0, split], [-9.0, 9.0], 1.0), ceiling([split, 9.0], [-9.0, 9.0], 1.0)];
     let see = |screens: &[Polygon]| evaluate(&x, &lamp, screens).unwrap();
-    assert_same(&[see(&[left.clone()]), see(&[right.clone()])], &[see(&[])]);
-    let dark = see(&[left, right]);
+    assert_same(&[see(&screens[..1]), see(&screens[1..])], &[see(&[])]);
+    let dark = see(&screens);
     assert!(dark.radiosity.abs() <= dark.radiosity_error && dark.gradient.length() <= dark.gradient_error);
     assert!(dark.radiosity_error < 1e-12);
 }
