@@ -158,7 +158,7 @@ mod tests {
         // Cl2(2t) = 2 Cl2(t) - 2 Cl2(pi - t)
         for i in 1..300 {
             let t = f64::from(i) * 0.01;
-            let difference = clausen(2.0 * t) - 2.0 * (clausen(t) - clausen(std::f64::consts::PI - t));
+            let difference = clausen(2.0 * t) - 2.0 * (clausen(t) - clausen(PI - t));
             assert!(difference.abs() < 3e-15, "t = {t}: {difference:e}");
         }
     }

@@ -44,14 +44,14 @@ pub(crate) trait Number:
 }
 
 impl Number for f64 {
-    const ROUNDOFF: f64 = ROUNDOFF;
-    const QUOTIENT: f64 = ROUNDOFF;
+    const ROUNDOFF: Self = ROUNDOFF;
+    const QUOTIENT: Self = ROUNDOFF;
     /// 2 ulp, an ulp being at most two units of the result: the assumption that `tests/library_functions.rs` tests.
-    const LIBRARY: f64 = 4.0 * ROUNDOFF;
-    const CLAUSEN: f64 = dilogarithm::DOUBLE_UNITS * ROUNDOFF;
+    const LIBRARY: Self = 4.0 * ROUNDOFF;
+    const CLAUSEN: Self = dilogarithm::DOUBLE_UNITS * ROUNDOFF;
     const SERIES_TERMS: usize = 8;
     const CLAUSEN_TERMS: usize = 15;
-    const DIFFERENCE: f64 = ROUNDOFF;
+    const DIFFERENCE: Self = ROUNDOFF;
 
     #[inline]
     fn high(self) -> f64 {

@@ -87,7 +87,7 @@ impl Real for f64 {
     type Number = Self;
 
     #[inline]
-    fn approximate(value: f64, _error: f64) -> Self {
+    fn approximate(value: Self, _error: f64) -> Self {
         value
     }
 
