@@ -9,7 +9,8 @@
 //! `tolerance` 1e-12 unless given; unknown fields are ignored. Lengths are in one unit of the caller's choice, emission in any unit.
 //! Doubles are read and written exactly: the text of a [`Case`] reads back as the same case, bit for bit.
 //!
-//! A [`Case`] is what stands in the line; [`Case::problem`] checks it and gives the types of `radgrad-core`.
+//! A [`Case`] is what stands in the line; [`Case::problem`] checks it and gives the types of `radgrad-core`; [`Line::answer`] is the
+//! whole way from a line to what is written for it.
 
 mod answer;
 mod emission;
@@ -144,6 +145,34 @@ pub struct Line {
     pub case: Case,
 }
 
+impl Line {
+    /// Reads line `number`; `None` if it is blank.
+    ///
+    /// # Errors
+    /// A [`Refusal`] if it is no case. It carries the case's id where that can be read.
+    pub fn read(number: usize, text: &[u8]) -> Option<Result<Self, Refusal>> {
+        if text.trim_ascii().is_empty() {
+            return None;
+        }
+        let case = Case::from_json(text).map_err(|error| Refusal { id: Id::find(text), line: number, error });
+        Some(case.map(|case| Self { number, case }))
+    }
+
+    /// Checks and evaluates the case.
+    ///
+    /// # Errors
+    /// A [`Refusal`] if a value is wrong, or the answer cannot be represented.
+    pub fn answer(self) -> Result<AnswerRecord, Refusal> {
+        let answer = self.case.problem().and_then(|Problem { receiver, emitter, occluders, .. }| {
+            radgrad_core::evaluate(&receiver, &emitter, &occluders).map_err(Error::Evaluation)
+        });
+        match answer {
+            Ok(answer) => Ok(AnswerRecord::new(self.case.id, &answer)),
+            Err(error) => Err(Refusal { id: Some(self.case.id), line: self.number, error }),
+        }
+    }
+}
+
 /// The cases of `reader` in order, one line in memory at a time. Blank lines are skipped; a bad line is a [`Refusal`] and the next one
 /// is read; only a failure to read ends the sequence.
 pub fn read<R: BufRead>(mut reader: R) -> impl Iterator<Item = io::Result<Result<Line, Refusal>>> {
@@ -156,9 +185,8 @@ pub fn read<R: BufRead>(mut reader: R) -> impl Iterator<Item = io::Result<Result
                 Ok(_) => number += 1,
                 Err(error) => return Some(Err(error)),
             }
-            if !text.trim_ascii().is_empty() {
-                let case = Case::from_json(&text).map_err(|error| Refusal { id: Id::find(&text), line: number, error });
-                return Some(Ok(case.map(|case| Line { number, case })));
+            if let Some(line) = Line::read(number, &text) {
+                return Some(Ok(line));
             }
         }
     })

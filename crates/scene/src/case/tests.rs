@@ -141,3 +141,18 @@ fn a_bad_line_costs_no_other_and_keeps_its_place() {
     assert_eq!((nameless.line, &nameless.id), (4, &None));
     assert_eq!((last.number, &last.case.id), (5, &Id::from("last")));
 }
+
+#[test]
+fn an_answer_is_that_of_core_and_a_refusal_keeps_its_id() {
+    let line = Line::read(3, VALID.as_bytes()).unwrap().unwrap();
+    let Problem { receiver, emitter, occluders, .. } = line.case.problem().unwrap();
+    let expected = radgrad_core::evaluate(&receiver, &emitter, &occluders);
+    match line.answer() {
+        Ok(record) => assert_eq!(record, AnswerRecord::new(Id::from("a1"), &expected.unwrap())),
+        Err(refusal) => assert_eq!(refusal.error, Error::Evaluation(expected.unwrap_err())),
+    }
+    let line = Line::read(9, with("[0,0,1]}", "[0,0,0]}").as_bytes()).unwrap().unwrap();
+    let refusal = line.answer().unwrap_err();
+    assert_eq!((refusal.id, refusal.line), (Some(Id::from("a1")), 9));
+    assert_eq!(Line::read(1, b" \t\r\n"), None);
+}
