@@ -8,7 +8,7 @@ use serde_json::Value;
 /// A unit square at height 1 with a corner over the receiver, whose point factor is Howell's B-3 with a = b = c:
 /// `atan(1/sqrt 2) / (sqrt 2 pi)`.
 const CORNER: &str = r#"{"id":"corner","receiver":{"position":[0,0,0],"normal":[0,0,1]},"emitter":{"vertices":[[0,0,1],[0,1,1],[1,1,1],[1,0,1]],"emission":{"constant":1}}}"#;
-const CORNER_FACTOR: f64 = 0.138_531_605_994_892_997;
+const CORNER_FACTOR: f64 = 0.138_531_605_994_893;
 
 fn radgrad(arguments: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_radgrad"));
