@@ -14,6 +14,7 @@ mod horizon;
 mod linear;
 mod plan;
 mod real;
+mod triangulate;
 mod vec3;
 mod visibility;
 
