@@ -43,13 +43,18 @@ impl Measured {
     }
 
     fn relative_errors(&self) -> [f64; 2] {
-        [self.radiosity_error / self.radiosity, self.gradient_error / self.gradient_norm]
+        [ratio(self.radiosity_error, self.radiosity), ratio(self.gradient_error, self.gradient_norm)]
     }
 
     /// Error over bound: above 1 the bound is wrong.
     fn used(&self) -> [f64; 2] {
-        [self.radiosity_error / self.answer.radiosity_error, self.gradient_error / self.answer.gradient_error]
+        [ratio(self.radiosity_error, self.answer.radiosity_error), ratio(self.gradient_error, self.answer.gradient_error)]
     }
+}
+
+/// An error of 0 is 0 of everything, of a truth that is 0 too.
+fn ratio(error: f64, size: f64) -> f64 {
+    if error == 0.0 { 0.0 } else { error / size }
 }
 
 /// Answers every line; a refusal is a failure of the test.
@@ -79,6 +84,11 @@ fn norm(vector: [f64; 3]) -> f64 {
     if largest == 0.0 { 0.0 } else { largest * vector.iter().map(|c| (c / largest) * (c / largest)).sum::<f64>().sqrt() }
 }
 
+/// The larger of two numbers, NaN if one is: `f64::max` would pass over it.
+fn larger(a: f64, b: f64) -> f64 {
+    if b > a || b.is_nan() { b } else { a }
+}
+
 /// Prints, for each family, its worst relative errors and how much of the bounds they use.
 fn print_table(cases: &[Measured]) {
     let mut families: BTreeMap<String, Vec<&Measured>> = BTreeMap::new();
@@ -88,7 +98,7 @@ fn print_table(cases: &[Measured]) {
     println!("{:18}  cases    relative error of         error / bound of", "family");
     println!("{:18}         {:>10}  {:>10}    {:>10}  {:>10}", "", "value", "gradient", "value", "gradient");
     for (family, members) in families {
-        let worst = |of: fn(&Measured) -> [f64; 2], i: usize| members.iter().map(|m| of(m)[i]).fold(0.0, f64::max);
+        let worst = |of: fn(&Measured) -> [f64; 2], i: usize| members.iter().map(|m| of(m)[i]).fold(0.0, larger);
         let [value, gradient] = [0, 1].map(|i| worst(Measured::relative_errors, i));
         let [value_used, gradient_used] = [0, 1].map(|i| worst(Measured::used, i));
         println!(
