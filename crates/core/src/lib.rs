@@ -5,6 +5,7 @@ mod emission;
 mod error;
 mod evaluate;
 mod geometry;
+pub mod paper;
 mod vec3;
 
 pub use emission::{Emission, Emitter, Linear};
