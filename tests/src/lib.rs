@@ -10,7 +10,7 @@ pub mod reference;
 pub type Form = fn(&Receiver, &Emitter) -> Result<(f64, DVec3), Error>;
 
 /// Both implementations: what holds for one must hold for the other.
-pub const FORMS: [(&str, Form); 1] = [("appendix A", appendix_a)];
+pub const FORMS: [(&str, Form); 2] = [("arc form", radgrad_core::radiosity_and_gradient), ("appendix A", appendix_a)];
 
 /// Appendix A of the paper, corrected.
 ///
