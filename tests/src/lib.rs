@@ -4,6 +4,7 @@ use glam::DVec3;
 use radgrad_core::{Emitter, Error, Receiver, paper};
 
 pub mod direct;
+pub mod problem;
 pub mod reference;
 
 /// A way to compute radiosity and its gradient.

@@ -179,7 +179,8 @@ impl Slip {
         let (n2, vertices) = (polygon.normal(), polygon.vertices());
         let from_receiver = || vertices.iter().map(|v| *v - receiver.position());
         let linear = emitter.emission_gradient() != DVec3::ZERO;
-        let lit = n2.dot(vertices[0] - receiver.position()) < 0.0 && from_receiver().any(|r| n1.dot(r) > 0.0);
+        let (height, above) = (-n2.dot(vertices[0] - receiver.position()), from_receiver().any(|r| n1.dot(r) > 0.0));
+        let lit = height > 0.0 && above;
         match self {
             Self::K1Constant => false,
             Self::J1Sign | Self::J1Logarithm | Self::K2NotDoubled | Self::DeltaSign | Self::DeltaOfPreviousEdge => lit && linear,
@@ -189,7 +190,7 @@ impl Slip {
                 lit && n2.dot(n1.cross(emitter.emission_gradient().cross(n2))) != 0.0
             }
             Self::HorizonIgnored => lit && from_receiver().any(|r| n1.dot(r) < 0.0),
-            Self::BackFaceCounted => n2.dot(vertices[0] - receiver.position()) > 0.0,
+            Self::BackFaceCounted => height < 0.0 && above,
             _ => lit,
         }
     }
