@@ -13,6 +13,7 @@ mod geometry;
 mod horizon;
 mod linear;
 mod number;
+pub mod paper;
 mod plan;
 mod real;
 mod triangulate;
