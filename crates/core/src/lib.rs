@@ -9,6 +9,7 @@ mod emission;
 mod error;
 mod evaluate;
 mod exact;
+mod gauss;
 mod geometry;
 mod horizon;
 mod linear;
