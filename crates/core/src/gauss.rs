@@ -54,7 +54,7 @@ struct Triangle {
     /// Signed, and a bound on its error.
     twice_area: f64,
     twice_area_error: f64,
-    nodes: [usize; 2],
+    grid: [Grid; 2],
     truncation: Bound,
     /// Bounds on the distance of its points from the receiver, and its longest side.
     nearest: f64,
@@ -69,21 +69,57 @@ struct Bound {
     gradient: f64,
 }
 
-/// The integral, where it takes at most `most_nodes` nodes.
-pub(crate) fn integrate(receiver: &Receiver, emitter: &Emitter, plan: &Plan, most_nodes: usize) -> Option<Integral> {
-    if plan.horizon != Horizon::Above {
-        return None;
+/// The rule for a case: how many nodes where, and what they leave.
+pub(crate) struct Rule {
+    scene: Scene,
+    triangles: Vec<Triangle>,
+}
+
+impl Rule {
+    /// The rule that a case needs for full precision; `None` where the emitter is cut by the horizon or too near for any.
+    pub(crate) fn new(receiver: &Receiver, emitter: &Emitter, plan: &Plan) -> Option<Self> {
+        if plan.horizon != Horizon::Above {
+            return None;
+        }
+        let scene = Scene::new(receiver, emitter, plan);
+        let count = emitter.polygon().vertices().len() - 2;
+        let triangles = (0..count).map(|index| scene.triangle(receiver, emitter, plan, index)).collect::<Option<_>>()?;
+        Some(Self { scene, triangles })
     }
-    let scene = Scene::new(receiver, emitter, plan);
-    let triangles = emitter.polygon().vertices().len() - 2;
-    let mut left = most_nodes;
-    let mut sum = Integral::default();
-    for index in 0..triangles {
-        let triangle = scene.triangle(receiver, emitter, plan, index)?;
-        left = left.checked_sub(triangle.nodes[0] * triangle.nodes[1])?;
-        sum.add(scene.integral(&triangle), triangles);
+
+    /// Number of nodes in all.
+    pub(crate) fn nodes(&self) -> usize {
+        self.triangles.iter().map(|triangle| triangle.grid[0].nodes() * triangle.grid[1].nodes()).sum()
     }
-    Some(sum)
+
+    pub(crate) fn integrate(&self) -> Integral {
+        let mut sum = Integral::default();
+        for triangle in &self.triangles {
+            sum.add(self.scene.integral(triangle), self.triangles.len());
+        }
+        sum
+    }
+}
+
+/// A composite rule for one variable: equal panels with the same number of nodes.
+#[derive(Debug, Clone, Copy, Default)]
+struct Grid {
+    panels: usize,
+    count: usize,
+}
+
+impl Grid {
+    fn nodes(self) -> usize {
+        self.panels * self.count
+    }
+
+    /// Nodes and weights on [0, 1].
+    fn points(self) -> impl Iterator<Item = (f64, f64)> {
+        let width = 1.0 / self.panels as f64;
+        (0..self.panels).flat_map(move |panel| {
+            rules::rule(self.count).iter().map(move |(node, weight)| ((panel as f64 + node) * width, weight * width))
+        })
+    }
 }
 
 impl Integral {
@@ -125,7 +161,7 @@ impl Scene {
         let side: Vec3<f64> = offset(corners[2], corners[1], power);
         let lengths = [first, last, side].map(|e| e.norm_squared().sqrt());
         let (twice_area, twice_area_error) = if polygon.vertices().len() == 3 {
-            let twice_area = 2.0 * polygon.area() * power * power;
+            let twice_area = 2.0 * polygon.area_scaled(power);
             (twice_area, 4.0 * ROUNDOFF * twice_area)
         } else {
             (self.n2.dot(first.cross(last)), 12.0 * ROUNDOFF * lengths[0] * lengths[1])
@@ -141,18 +177,18 @@ impl Scene {
             values: self.values(emitter, corners),
             twice_area,
             twice_area_error,
-            nodes: [0; 2],
+            grid: [Grid::default(); 2],
             truncation: Bound::default(),
             nearest: self.height.max(distance - reach),
             farthest: distance + reach,
             longest: lengths[0].max(lengths[1]).max(lengths[2]),
         };
-        // The Jacobian a is at most (1 + A)/2 in its own variable, and 1/2 on average in the other.
-        let along = self.nodes(&triangle, 0.5 * lengths[0].max(lengths[1]), distance - reach, |stretch| 0.5 * (1.0 + stretch))?;
-        let across = self.nodes(&triangle, 0.5 * lengths[2], distance - reach, |_| 0.5)?;
-        triangle.nodes = [along.0, across.0];
-        triangle.truncation =
-            Bound { value: along.1.value + across.1.value, gradient: along.1.gradient + across.1.gradient };
+        // The Jacobian a is at most 1 + (A - 1)/2p in its own variable on p panels, and 1/2 on average in the other.
+        let clear = distance - reach;
+        let along = self.grid(&triangle, 0.5 * lengths[0].max(lengths[1]), clear, |overhang| 1.0 + overhang)?;
+        let across = self.grid(&triangle, 0.5 * lengths[2], clear, |_| 0.5)?;
+        triangle.grid = [along.0, across.0];
+        triangle.truncation = Bound { value: along.1.value + across.1.value, gradient: along.1.gradient + across.1.gradient };
         Some(triangle)
     }
 
@@ -168,7 +204,22 @@ impl Scene {
         [at[0], at[1] - at[0], at[2] - at[1]]
     }
 
-    /// Nodes for one variable, and the bound on what they leave.
+    /// The cheapest grid for one variable, and the bound on what it leaves.
+    fn grid(&self, triangle: &Triangle, half: f64, clear: f64, jacobian: impl Fn(f64) -> f64) -> Option<(Grid, Bound)> {
+        let mut best: Option<(Grid, Bound)> = None;
+        for panels in [1, 2, 4] {
+            let overhang = |stretch: f64| jacobian(0.5 * (stretch - 1.0) / panels as f64);
+            let Some((count, bound)) = self.nodes(triangle, half / panels as f64, clear, overhang) else { continue };
+            let grid = Grid { panels, count };
+            if best.is_some_and(|(cheapest, _)| cheapest.nodes() <= grid.nodes()) {
+                break;
+            }
+            best = Some((grid, bound));
+        }
+        best
+    }
+
+    /// Nodes that each panel of half-length `half` needs, and the bound on what all of them leave.
     fn nodes(&self, triangle: &Triangle, half: f64, clear: f64, jacobian: impl Fn(f64) -> f64) -> Option<(usize, Bound)> {
         /// Share of the way to the nearest singularity; above it M grows faster than the ellipse helps.
         const SHARE: f64 = 0.75;
@@ -204,11 +255,11 @@ impl Scene {
         let Self { n1, n2, height, .. } = *self;
         let Triangle { apex, first, side, values, twice_area, .. } = *triangle;
         let mut total = Sums::default();
-        for &(a, weight) in rules::rule(triangle.nodes[0]) {
+        for (a, weight) in triangle.grid[0].points() {
             let (start, step) = (apex + first * a, side * a);
             let (start_value, step_value) = (values[0] + values[1] * a, values[2] * a);
             let mut row = Sums::default();
-            for &(b, weight) in rules::rule(triangle.nodes[1]) {
+            for (b, weight) in triangle.grid[1].points() {
                 let r = start + step * b;
                 let inverse = 1.0 / r.norm_squared();
                 let k = weight * inverse * inverse;
@@ -256,7 +307,7 @@ impl Triangle {
         let moved = U * (2.0 * farthest + 12.0 * longest) / nearest;
         let inverse = 2.0 * moved + 5.0 * U;
         // Weights, node in the Jacobian and their products; the two nested sums.
-        let weights = 8.0 * U + (self.nodes[0] + self.nodes[1]) as f64 * U;
+        let weights = 8.0 * U + (self.grid[0].nodes() + self.grid[1].nodes()) as f64 * U;
         let emission = 24.0 * U;
         let plain = 2.0 * inverse + weights + emission;
         let projected = plain + moved * nearest / farthest + 5.0 * U;
