@@ -1,0 +1,105 @@
+//! Eq. 1 (HS95) and its gradient by adaptive cubature: radiosity in the unit of the emission, its gradient in that unit over length.
+//!
+//! The integrand is that of `integrand`, the method and what its estimates of error mean that of `adaptive`. The radiosity keeps its
+//! digits everywhere. The gradient's integral cancels near contact and loses `log10(size / height)` digits; the estimates count
+//! them, and a tolerance beyond them ends in [`Status::RoundoffLimited`]. Nothing is converged unless both estimates say so.
+
+use glam::DVec3;
+use radgrad_core::{Emitter, Polygon, Receiver};
+
+use crate::Error;
+use crate::adaptive::{self, Goal, Refined};
+use crate::integrand::Integrand;
+use crate::region::Region;
+use crate::source_function::Source;
+
+/// How an integration ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Status {
+    /// Both estimates of error are within the tolerance.
+    Converged,
+    /// The evaluations allowed were spent first.
+    BudgetExhausted,
+    /// What is left of the error is rounding of the integrand: doubles cannot do better on this integral.
+    RoundoffLimited,
+}
+
+/// Radiosity and gradient with estimates of their absolute errors.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Estimate {
+    /// Radiosity `B(x)`.
+    pub radiosity: f64,
+    /// Its gradient with respect to `x` at fixed normal.
+    pub gradient: DVec3,
+    /// Estimated error of `radiosity`.
+    pub radiosity_error: f64,
+    /// Estimated Euclidean norm of the error of `gradient`.
+    pub gradient_error: f64,
+    /// Evaluations of the integrand (value and gradient together).
+    pub evaluations: usize,
+    /// How it ended.
+    pub status: Status,
+}
+
+/// Radiosity and gradient of `emitter` at `receiver` to the relative `tolerance`, each with respect to its own size (norm), within `budget`
+/// evaluations.
+///
+/// ```
+/// use radgrad_core::{DVec3, Emission, Emitter, Polygon, Receiver};
+/// use radgrad_oracle::cubature::{Status, integrate};
+/// let triangle = Polygon::new(vec![DVec3::new(0.0, 0.0, 1.0), DVec3::new(0.0, 1.0, 1.0), DVec3::new(1.0, 0.0, 1.0)])?;
+/// let emitter = Emitter::new(triangle, Emission::Constant(1.0))?;
+/// let receiver = Receiver::new(DVec3::ZERO, DVec3::Z, 1.0)?;
+/// let estimate = integrate(&receiver, &emitter, 1e-10, 100_000)?;
+/// assert_eq!(estimate.status, Status::Converged);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
+/// # Errors
+/// If the tolerance is not positive, the budget does not allow a first pass, or a number overflows.
+pub fn integrate(receiver: &Receiver, emitter: &Emitter, tolerance: f64, budget: usize) -> Result<Estimate, Error> {
+    integrate_source(receiver, emitter.polygon(), Source::Emitter(emitter), tolerance, budget)
+}
+
+/// The same for any emission over `polygon`.
+///
+/// # Errors
+/// As [`integrate`], or if the function gives a value that is not finite.
+pub fn integrate_source(
+    receiver: &Receiver,
+    polygon: &Polygon,
+    source: Source<'_>,
+    tolerance: f64,
+    budget: usize,
+) -> Result<Estimate, Error> {
+    check_tolerance(tolerance)?;
+    let region = Region::new(receiver, polygon, &source)?;
+    let integrand = Integrand::new(&region, source);
+    let goal = Goal { tolerance, budget, known: [0.0; 4] };
+    let refined = adaptive::integrate(&region, &|at| integrand.at(at), goal)?;
+    Estimate::in_space(&region, refined)
+}
+
+pub(crate) fn check_tolerance(tolerance: f64) -> Result<(), Error> {
+    if tolerance > 0.0 && tolerance.is_finite() { Ok(()) } else { Err(Error::Tolerance { value: tolerance }) }
+}
+
+impl Estimate {
+    /// From scaled lengths and the frame of the region.
+    pub(crate) fn in_space(region: &Region, refined: Refined) -> Result<Self, Error> {
+        let [value, gu, gv, gn] = refined.integral;
+        let estimate = Self {
+            radiosity: region.factor * value,
+            gradient: region.to_space([gu, gv, gn]) * region.factor * region.unit,
+            radiosity_error: region.factor * refined.error[0],
+            gradient_error: region.factor * refined.error[1] * region.unit,
+            evaluations: refined.evaluations,
+            status: refined.status,
+        };
+        let size = estimate.gradient.abs().max_element();
+        if !size.is_finite() {
+            return Err(Error::NotFinite { quantity: "the gradient", value: size });
+        }
+        Ok(estimate)
+    }
+}

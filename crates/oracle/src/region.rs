@@ -1,0 +1,301 @@
+//! The part of an emitter that a receiver sees: lit side, clipped by the receiver's horizon, as triangles in the emitter's plane.
+//!
+//! Coordinates are those of the foot of the receiver: `y - x = p u + q v - h n2` with `u, v, n2` orthonormal and right-handed, `h` the
+//! height of `x` over the plane. Each vertex also carries `s = n1.(y - x)` and, for an affine emission, `b = B(y)`: both are
+//! affine in `(p, q)`, so interpolating them between corners keeps relative accuracy where a dot product would cancel
+//! (`s = 0` exactly on the horizon). Lengths are scaled by a power of two, `unit`, that brings the farthest vertex to [1, 2).
+//! Everything up to the final rounding of `p, q, s, b, h` is done in [`Pair`]s: what is rounded is relative to `x`, not to the origin.
+//!
+//! Each triangle is cut at its point nearest to the receiver, the only place where the integrand peaks; from then on that point
+//! is a corner, and halving a triangle approaches it with full relative accuracy.
+
+use glam::DVec3;
+use radgrad_core::{Polygon, Receiver};
+
+use crate::compensated::{Pair, PairVector, cross, dot, normalising_power, unit};
+use crate::source_function::Source;
+use crate::{Error, ear_clipping};
+
+/// A point of the emitter's plane.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Vertex {
+    pub(crate) p: f64,
+    pub(crate) q: f64,
+    pub(crate) s: f64,
+    pub(crate) b: f64,
+}
+
+/// A triangle of the emitter's plane, with its area.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Triangle {
+    pub(crate) corners: [Vertex; 3],
+    pub(crate) area: f64,
+}
+
+/// The same before rounding.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct PreciseVertex {
+    pub(crate) p: Pair,
+    pub(crate) q: Pair,
+    s: Pair,
+    b: Pair,
+}
+
+/// What a receiver sees of a polygon.
+#[derive(Debug)]
+pub(crate) struct Region {
+    /// Disjoint triangles; none if nothing is seen.
+    pub(crate) triangles: Vec<Triangle>,
+    /// The boundary of the clipped polygon, counter-clockwise. Where the horizon cuts a concave polygon into parts, they are joined by
+    /// edges that run along the horizon and back.
+    pub(crate) outline: Vec<Vertex>,
+    /// Height of the receiver over the plane, scaled.
+    pub(crate) height: f64,
+    /// Receiver normal in the frame `(u, v, n2)`.
+    pub(crate) normal: [f64; 3],
+    /// The frame.
+    pub(crate) axes: [DVec3; 3],
+    /// Position of the receiver.
+    pub(crate) position: DVec3,
+    /// Scaled length over length.
+    pub(crate) unit: f64,
+    /// Reflectance over pi.
+    pub(crate) factor: f64,
+}
+
+impl Region {
+    pub(crate) fn new(receiver: &Receiver, polygon: &Polygon, source: &Source<'_>) -> Result<Self, Error> {
+        let vertices = polygon.vertices();
+        let position = receiver.position();
+        let farthest = vertices.iter().map(|e| (*e - position).abs().max_element()).fold(0.0, f64::max);
+        if !farthest.is_finite() {
+            return Err(Error::NotFinite { quantity: "the distance of a vertex from the receiver", value: farthest });
+        }
+        let power = normalising_power(farthest);
+        let rays: Vec<PairVector> = vertices.iter().map(|e| offset(*e, position, power)).collect();
+        let axes = frame(&rays);
+        let n1 = unit(receiver.direction().to_array().map(Pair::from));
+        let normal = axes.map(|axis| dot(axis, n1));
+        let height = -dot(axes[2], rays[0]);
+        let place = |(index, ray): (usize, &PairVector)| {
+            let (p, q) = (dot(axes[0], *ray), dot(axes[1], *ray));
+            let s = normal[0] * p + normal[1] * q - normal[2] * height;
+            PreciseVertex { p, q, s, b: Pair::from(source.at_vertex(index).unwrap_or(0.0)) }
+        };
+        let outline: Vec<PreciseVertex> = rays.iter().enumerate().map(place).collect();
+        let mut region = Self {
+            triangles: Vec::new(),
+            outline: Vec::new(),
+            height: height.rounded(),
+            normal: normal.map(Pair::rounded),
+            axes: axes.map(|axis| DVec3::from_array(axis.map(Pair::rounded))),
+            position,
+            unit: power,
+            factor: receiver.reflectance() * std::f64::consts::FRAC_1_PI,
+        };
+        if height.is_positive() {
+            for ear in ear_clipping::triangulate(&outline)? {
+                let seen = above_horizon(&ear);
+                for i in 2..seen.len() {
+                    cut_at_nearest([seen[0], seen[i - 1], seen[i]], &mut region.triangles);
+                }
+            }
+            region.outline = above_horizon(&outline).iter().map(PreciseVertex::rounded).collect();
+        }
+        Ok(region)
+    }
+
+    /// The point of space at in-plane coordinates `(p, q)`.
+    pub(crate) fn point(&self, p: f64, q: f64) -> DVec3 {
+        self.position + (self.axes[0] * p + self.axes[1] * q - self.axes[2] * self.height) / self.unit
+    }
+
+    /// A vector of the frame in space.
+    pub(crate) fn to_space(&self, v: [f64; 3]) -> DVec3 {
+        self.axes[0] * v[0] + self.axes[1] * v[1] + self.axes[2] * v[2]
+    }
+}
+
+/// `(point - origin)` times a power of two.
+fn offset(point: DVec3, origin: DVec3, power: f64) -> PairVector {
+    [0, 1, 2].map(|axis| Pair::difference(point[axis], origin[axis]).scaled(power))
+}
+
+/// Normal by Newell's sum, `u` along the longest of the edges, `v = n2 x u`.
+fn frame(rays: &[PairVector]) -> [PairVector; 3] {
+    let count = rays.len();
+    let from_first = |i: usize| minus(rays[i], rays[0]);
+    let mut twice_area = [Pair::ZERO; 3];
+    for i in 2..count {
+        let term = cross(from_first(i - 1), from_first(i));
+        twice_area = [0, 1, 2].map(|axis| twice_area[axis] + term[axis]);
+    }
+    let normal = unit(twice_area);
+    let edge = |i: usize| minus(rays[(i + 1) % count], rays[i]);
+    let length = |i: &usize| dot(edge(*i), edge(*i)).rounded();
+    let longest = (0..count).max_by(|i, j| length(i).total_cmp(&length(j))).unwrap_or(0);
+    let along = edge(longest);
+    let off_plane = dot(along, normal);
+    let u = unit([0, 1, 2].map(|axis| along[axis] - normal[axis] * off_plane));
+    [u, cross(normal, u), normal]
+}
+
+fn minus(a: PairVector, b: PairVector) -> PairVector {
+    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
+}
+
+impl PreciseVertex {
+    fn towards(&self, other: &Self, t: Pair) -> Self {
+        let between = |a: Pair, b: Pair| a + (b - a) * t;
+        Self {
+            p: between(self.p, other.p),
+            q: between(self.q, other.q),
+            s: between(self.s, other.s),
+            b: between(self.b, other.b),
+        }
+    }
+
+    fn rounded(&self) -> Vertex {
+        Vertex { p: self.p.rounded(), q: self.q.rounded(), s: self.s.rounded(), b: self.b.rounded() }
+    }
+}
+
+/// Twice the signed area of a triangle in the plane.
+pub(crate) fn twice_area(a: &PreciseVertex, b: &PreciseVertex, c: &PreciseVertex) -> Pair {
+    (b.p - a.p) * (c.q - a.q) - (b.q - a.q) * (c.p - a.p)
+}
+
+/// The part of a polygon with `s >= 0` (Sutherland and Hodgman 1974).
+fn above_horizon(polygon: &[PreciseVertex]) -> Vec<PreciseVertex> {
+    let mut seen = Vec::with_capacity(polygon.len() + 1);
+    for (i, here) in polygon.iter().enumerate() {
+        let next = &polygon[(i + 1) % polygon.len()];
+        if !here.s.is_negative() {
+            seen.push(*here);
+        }
+        let crosses = (here.s.is_positive() && next.s.is_negative()) || (here.s.is_negative() && next.s.is_positive());
+        if crosses {
+            seen.push(PreciseVertex { s: Pair::ZERO, ..here.towards(next, here.s / (here.s - next.s)) });
+        }
+    }
+    if seen.iter().any(|vertex| vertex.s.is_positive()) { seen } else { Vec::new() }
+}
+
+/// Cuts a triangle at its point nearest to the foot of the receiver and keeps the parts with an area.
+fn cut_at_nearest(triangle: [PreciseVertex; 3], parts: &mut Vec<Triangle>) {
+    let mut keep = |corners: [&PreciseVertex; 3]| {
+        let area = 0.5 * twice_area(corners[0], corners[1], corners[2]).rounded();
+        if area > 0.0 {
+            parts.push(Triangle { corners: corners.map(PreciseVertex::rounded), area });
+        }
+    };
+    let [a, b, c] = &triangle;
+    if let Some(foot) = foot_inside(&triangle) {
+        keep([a, b, &foot]);
+        keep([b, c, &foot]);
+        keep([c, a, &foot]);
+        return;
+    }
+    let squared = |v: &PreciseVertex| (v.p * v.p + v.q * v.q).rounded();
+    let nearest = [(a, b, c), (b, c, a), (c, a, b)]
+        .map(|(from, to, apex)| {
+            let (ep, eq) = (to.p - from.p, to.q - from.q);
+            let t = -(from.p * ep + from.q * eq) / (ep * ep + eq * eq);
+            (t, from.towards(to, t), from, to, apex)
+        })
+        .into_iter()
+        .filter(|(t, ..)| t.is_positive() && (Pair::from(1.0) - *t).is_positive())
+        .min_by(|one, other| squared(&one.1).total_cmp(&squared(&other.1)));
+    let corner = squared(a).min(squared(b)).min(squared(c));
+    match nearest {
+        Some((_, point, from, to, apex)) if squared(&point) < corner => {
+            keep([from, &point, apex]);
+            keep([&point, to, apex]);
+        }
+        _ => keep([a, b, c]),
+    }
+}
+
+/// The foot of the receiver as a vertex, if it is inside the triangle or on its border.
+fn foot_inside(triangle: &[PreciseVertex; 3]) -> Option<PreciseVertex> {
+    let [a, b, c] = triangle;
+    let opposite = |from: &PreciseVertex, to: &PreciseVertex| from.p * to.q - from.q * to.p;
+    let weights = [opposite(b, c), opposite(c, a), opposite(a, b)];
+    if weights.iter().any(|w| w.is_negative()) {
+        return None;
+    }
+    let total = weights[0] + weights[1] + weights[2];
+    if !total.is_positive() {
+        return None;
+    }
+    let mean = |value: fn(&PreciseVertex) -> Pair| {
+        (weights[0] * value(a) + weights[1] * value(b) + weights[2] * value(c)) / total
+    };
+    Some(PreciseVertex { p: Pair::ZERO, q: Pair::ZERO, s: mean(|v| v.s), b: mean(|v| v.b) })
+}
+
+impl Triangle {
+    /// The point with barycentric coordinates `l`.
+    #[inline]
+    pub(crate) fn at(&self, l: [f64; 3]) -> Vertex {
+        let [a, b, c] = &self.corners;
+        Vertex {
+            p: l[0] * a.p + l[1] * b.p + l[2] * c.p,
+            q: l[0] * a.q + l[1] * b.q + l[2] * c.q,
+            s: l[0] * a.s + l[1] * b.s + l[2] * c.s,
+            b: l[0] * a.b + l[1] * b.b + l[2] * c.b,
+        }
+    }
+
+    /// Halves, by the middle of the longest edge.
+    pub(crate) fn halves(&self) -> [Self; 2] {
+        let [a, b, c] = self.corners;
+        let squared = [(b, c), (c, a), (a, b)].map(|(from, to)| squared_distance(&from, &to));
+        let (apex, from, to) = if squared[0] >= squared[1] && squared[0] >= squared[2] {
+            (a, b, c)
+        } else if squared[1] >= squared[2] {
+            (b, c, a)
+        } else {
+            (c, a, b)
+        };
+        let half = |x: f64, y: f64| 0.5 * (x + y);
+        let middle = Vertex { p: half(from.p, to.p), q: half(from.q, to.q), s: half(from.s, to.s), b: half(from.b, to.b) };
+        let area = 0.5 * self.area;
+        [Self { corners: [apex, from, middle], area }, Self { corners: [apex, middle, to], area }]
+    }
+
+    /// Square of the longest edge.
+    pub(crate) fn squared_diameter(&self) -> f64 {
+        let [a, b, c] = &self.corners;
+        squared_distance(a, b).max(squared_distance(b, c)).max(squared_distance(c, a))
+    }
+
+    /// Square of the distance from the foot of the receiver; 0 if it is inside.
+    pub(crate) fn squared_distance_to_foot(&self) -> f64 {
+        let [a, b, c] = &self.corners;
+        let edges = [(a, b), (b, c), (c, a)];
+        if edges.iter().all(|(from, to)| from.p * to.q - from.q * to.p >= 0.0) {
+            return 0.0;
+        }
+        edges.iter().map(|(from, to)| squared_distance_to_edge(from, to)).fold(f64::INFINITY, f64::min)
+    }
+}
+
+fn squared_distance(a: &Vertex, b: &Vertex) -> f64 {
+    (b.p - a.p) * (b.p - a.p) + (b.q - a.q) * (b.q - a.q)
+}
+
+/// Square of the distance of the foot from a segment.
+fn squared_distance_to_edge(from: &Vertex, to: &Vertex) -> f64 {
+    let (ep, eq) = (to.p - from.p, to.q - from.q);
+    let along = -(from.p * ep + from.q * eq);
+    let squared_length = ep * ep + eq * eq;
+    if along <= 0.0 {
+        from.p * from.p + from.q * from.q
+    } else if along >= squared_length {
+        to.p * to.p + to.q * to.q
+    } else {
+        let across = from.p * eq - from.q * ep;
+        across * across / squared_length
+    }
+}

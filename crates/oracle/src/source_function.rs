@@ -1,0 +1,44 @@
+//! The emission `B(y)` of an emitter as the integrals of this crate see it: affine, or any function with its gradient.
+//!
+//! `B(y)` is in W/m2 (or any unit, kept), its gradient `grad B(y)` in that unit over the unit of length. Only the gradient's part
+//! in the emitter's plane matters: the emission is not defined off the plane.
+
+use glam::DVec3;
+use radgrad_core::{Emission, Emitter, Linear};
+
+/// What a polygon emits.
+#[derive(Clone, Copy)]
+pub enum Source<'a> {
+    /// The affine emission of an emitter, interpolated between its vertices.
+    Emitter(&'a Emitter),
+    /// Any function of the point `y`.
+    Function {
+        /// `B(y)`.
+        radiosity: &'a dyn Fn(DVec3) -> f64,
+        /// `grad B(y)`; only the contour forms of Eqs. 6 and 9 ask for it.
+        gradient: &'a dyn Fn(DVec3) -> DVec3,
+        /// The largest `|B(y)|` on the polygon; only the distribution-free limits of Monte Carlo ask for it.
+        largest: f64,
+    },
+}
+
+impl Source<'_> {
+    /// Emission at vertex `index` if the emission is affine: what interpolation starts from.
+    pub(crate) fn at_vertex(&self, index: usize) -> Option<f64> {
+        let Self::Emitter(emitter) = self else { return None };
+        Some(match emitter.emission() {
+            Emission::Constant(value) => *value,
+            Emission::Linear(Linear::AtVertices(values)) => values[index],
+            Emission::Linear(Linear::Gradient { .. }) => emitter.emission_at(emitter.polygon().vertices()[index]),
+        })
+    }
+}
+
+impl std::fmt::Debug for Source<'_> {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Emitter(emitter) => formatter.debug_tuple("Emitter").field(emitter).finish(),
+            Self::Function { largest, .. } => formatter.debug_struct("Function").field("largest", largest).finish_non_exhaustive(),
+        }
+    }
+}
