@@ -6,8 +6,8 @@
 //! (`s = 0` exactly on the horizon). Lengths are scaled by a power of two, `unit`, that brings the farthest vertex to [1, 2).
 //! Everything up to the final rounding of `p, q, s, b, h` is done in [`Pair`]s: what is rounded is relative to `x`, not to the origin.
 //!
-//! Each triangle is cut at its point nearest to the receiver, the only place where the integrand peaks; from then on that point
-//! is a corner, and halving a triangle approaches it with full relative accuracy.
+//! Each triangle is cut at its point nearest to the receiver, the only place where the integrand peaks, and at the nearest point of
+//! each edge; from then on these are corners, and halving a triangle approaches them with full relative accuracy.
 
 use glam::DVec3;
 use radgrad_core::{Polygon, Receiver};
@@ -97,7 +97,7 @@ impl Region {
             for ear in ear_clipping::triangulate(&outline)? {
                 let seen = above_horizon(&ear);
                 for i in 2..seen.len() {
-                    cut_at_nearest([seen[0], seen[i - 1], seen[i]], &mut region.triangles);
+                    cut_at_nearest(&[seen[0], seen[i - 1], seen[i]], &mut region.triangles);
                 }
             }
             region.outline = above_horizon(&outline).iter().map(PreciseVertex::rounded).collect();
@@ -181,39 +181,32 @@ fn above_horizon(polygon: &[PreciseVertex]) -> Vec<PreciseVertex> {
     if seen.iter().any(|vertex| vertex.s.is_positive()) { seen } else { Vec::new() }
 }
 
-/// Cuts a triangle at its point nearest to the foot of the receiver and keeps the parts with an area.
-fn cut_at_nearest(triangle: [PreciseVertex; 3], parts: &mut Vec<Triangle>) {
-    let mut keep = |corners: [&PreciseVertex; 3]| {
-        let area = 0.5 * twice_area(corners[0], corners[1], corners[2]).rounded();
-        if area > 0.0 {
-            parts.push(Triangle { corners: corners.map(PreciseVertex::rounded), area });
-        }
-    };
-    let [a, b, c] = &triangle;
-    if let Some(foot) = foot_inside(&triangle) {
-        keep([a, b, &foot]);
-        keep([b, c, &foot]);
-        keep([c, a, &foot]);
-        return;
+/// Cuts a triangle into a fan around its point nearest to the foot of the receiver, with a spoke to the nearest point of every edge, and
+/// keeps the parts with an area. An edge that passes the foot at distance `d` between far corners would be displaced by their
+/// rounding, a relative error of `eps size / d` of everything near it.
+fn cut_at_nearest(triangle: &[PreciseVertex; 3], parts: &mut Vec<Triangle>) {
+    let mut rim = Vec::with_capacity(6);
+    for (i, from) in triangle.iter().enumerate() {
+        rim.push(*from);
+        rim.extend(nearest_within(from, &triangle[(i + 1) % 3]));
     }
     let squared = |v: &PreciseVertex| (v.p * v.p + v.q * v.q).rounded();
-    let nearest = [(a, b, c), (b, c, a), (c, a, b)]
-        .map(|(from, to, apex)| {
-            let (ep, eq) = (to.p - from.p, to.q - from.q);
-            let t = -(from.p * ep + from.q * eq) / (ep * ep + eq * eq);
-            (t, from.towards(to, t), from, to, apex)
-        })
-        .into_iter()
-        .filter(|(t, ..)| t.is_positive() && (Pair::from(1.0) - *t).is_positive())
-        .min_by(|one, other| squared(&one.1).total_cmp(&squared(&other.1)));
-    let corner = squared(a).min(squared(b)).min(squared(c));
-    match nearest {
-        Some((_, point, from, to, apex)) if squared(&point) < corner => {
-            keep([from, &point, apex]);
-            keep([&point, to, apex]);
+    let on_rim = || rim.iter().copied().min_by(|one, other| squared(one).total_cmp(&squared(other)));
+    let Some(hub) = foot_inside(triangle).or_else(on_rim) else { return };
+    for (i, from) in rim.iter().enumerate() {
+        let to = &rim[(i + 1) % rim.len()];
+        let area = 0.5 * twice_area(from, to, &hub).rounded();
+        if *from != hub && *to != hub && area > 0.0 {
+            parts.push(Triangle { corners: [from.rounded(), to.rounded(), hub.rounded()], area });
         }
-        _ => keep([a, b, c]),
     }
+}
+
+/// The point of a segment nearest to the foot of the receiver, unless it is an end.
+fn nearest_within(from: &PreciseVertex, to: &PreciseVertex) -> Option<PreciseVertex> {
+    let (ep, eq) = (to.p - from.p, to.q - from.q);
+    let t = -(from.p * ep + from.q * eq) / (ep * ep + eq * eq);
+    (t.is_positive() && (Pair::from(1.0) - t).is_positive()).then(|| from.towards(to, t))
 }
 
 /// The foot of the receiver as a vertex, if it is inside the triangle or on its border.

@@ -54,7 +54,7 @@ fn probe() {
             }
             let v = estimate.radiosity_error / case.radiosity;
             let g = estimate.gradient_error / case.gradient.length();
-            if tolerance == 1e-10 || over > 1.0 {
+            if over > 1.0 || value > v || gradient > g || estimate.status != Status::Converged {
                 println!("{line} {} {tolerance:e} {:?} {} value {value:.1e} ({v:.1e}) gradient {gradient:.1e} ({g:.1e}) {}", case.family, estimate.status, estimate.evaluations, if value > v || gradient > g { "UNDER" } else { "" });
             }
         }
