@@ -1,8 +1,8 @@
-//! Globally adaptive cubature over the triangles of a region.
+//! Globally adaptive cubature over the triangles of a region and the edges of its boundary.
 //!
 //! The integrands of Eqs. 1, 6 and 9 (HS95) are analytic but for `r = 0`, so they vary on the scale of the distance to the receiver. Before
-//! any error is estimated, triangles are halved until none is longer than [`LONGEST`] times its own distance: no peak can hide
-//! between the points of a rule, which is how adaptive integrators fail silently. Then the triangle with the largest estimate,
+//! any error is estimated, pieces are halved until none is longer than [`LONGEST`] times its own distance: no peak can hide
+//! between the points of a rule, which is how adaptive integrators fail silently. Then the piece with the largest estimate,
 //! the difference of two rules of different degree, is halved until the sum of the estimates meets the tolerance. The sum is an
 //! error of the lower rule and the result is that of the higher: an estimate, not a proof, but a cautious one. Rounding is counted
 //! beside it, [`ROUNDING`] times the integral of the magnitude: an integral that cancels by more than that says so.
@@ -13,11 +13,11 @@ use std::collections::BinaryHeap;
 
 use crate::Error;
 use crate::cubature::Status;
-use crate::region::{Region, Triangle, Vertex};
-use crate::triangle_rule::{DEGREE_8, DEGREE_14, TriangleRule};
+use crate::piece::{Degrees, Four, Piece, Sums};
+use crate::region::Vertex;
 
-/// Largest length of a triangle over its distance from the receiver. At 2 the singularity is at `+-i` or further for a line through
-/// the triangle mapped to `[-1, 1]`, so each degree gains a factor 2.4 or more (Bernstein's ellipse).
+/// Largest length of a piece over its distance from the receiver. At 2 the singularity is at `+-i` or further for a line through
+/// the piece mapped to `[-1, 1]`, so each degree gains a factor 2.4 or more (Bernstein's ellipse).
 const LONGEST: f64 = 2.0;
 
 /// Rounding error of one evaluation relative to the magnitude of the integrand, with that of the rounded geometry.
@@ -25,9 +25,6 @@ const ROUNDING: f64 = 4.0 * f64::EPSILON;
 
 /// Tolerance below which the pair of higher degree does the same with fewer evaluations.
 const TIGHT: f64 = 1e-4;
-
-/// A value and the three components of its gradient, as one integrand.
-pub(crate) type Four = [f64; 4];
 
 /// What an adaptive integration gives.
 #[derive(Debug, Clone, Copy)]
@@ -42,18 +39,16 @@ pub(crate) struct Refined {
 /// When to stop.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Goal {
-    /// Allowed error relative to the size of `known` plus the integral.
+    /// Allowed error relative to the size of the integral.
     pub(crate) tolerance: f64,
     /// Evaluations allowed.
     pub(crate) budget: usize,
-    /// A part of the answer that is not integrated here.
-    pub(crate) known: Four,
 }
 
-/// Integral and estimates over one triangle.
+/// Integral and estimates over one piece.
 #[derive(Debug, Clone, Copy)]
 struct Cell {
-    triangle: Triangle,
+    piece: Piece,
     integral: Four,
     /// Estimated error of the rule: of the value, of the gradient.
     discrepancy: [f64; 2],
@@ -87,39 +82,43 @@ struct Totals {
     rounding: [f64; 2],
 }
 
-/// Integrates `integrand` over the region.
-pub(crate) fn integrate(region: &Region, integrand: &impl Fn(&Vertex) -> Four, goal: Goal) -> Result<Refined, Error> {
-    let (low, high): (&TriangleRule, &TriangleRule) =
-        if goal.tolerance < TIGHT { (&DEGREE_8, &DEGREE_14) } else { (&DEGREE_8, &DEGREE_14) };
-    let cost = low.points.len() + high.points.len();
-    let triangles = graded(region, goal.budget / cost)?;
-    let mut evaluations = cost * triangles.len();
-    if evaluations > goal.budget {
-        return Err(Error::Budget { budget: goal.budget, needed: evaluations });
-    }
-    let mut cells: Vec<Cell> = triangles.into_iter().map(|triangle| measure(triangle, integrand, low, high)).collect();
+/// Integrates over `pieces`, seen from `height` over the plane.
+pub(crate) fn integrate(
+    pieces: Vec<Piece>,
+    height: f64,
+    integrand: &impl Fn(&Piece, &Vertex) -> Four,
+    goal: Goal,
+) -> Result<Refined, Error> {
+    let degrees = if goal.tolerance < TIGHT { Degrees::Tight } else { Degrees::Loose };
+    let pieces = graded(pieces, height, degrees, goal.budget)?;
+    let mut evaluations = pieces.iter().map(|piece| piece.cost(degrees)).sum();
+    let measure = |piece: Piece| Cell::new(piece, piece.sums(degrees, integrand));
+    let mut cells: Vec<Cell> = pieces.into_iter().map(measure).collect();
     let mut totals = sum(cells.iter());
-    let scale = sizes(goal.known, totals.integral).map(|size| if size > 0.0 { size } else { 1.0 });
+    let scale = lengths(totals.integral).map(|size| if size > 0.0 { size } else { 1.0 });
     let urgency = |cell: &Cell| (cell.discrepancy[0] / scale[0]).max(cell.discrepancy[1] / scale[1]);
     for cell in &mut cells {
         cell.urgency = urgency(cell);
     }
     let mut heap = BinaryHeap::from(cells);
     let status = loop {
-        if let Some(status) = verdict(&totals, &goal) {
+        if let Some(status) = verdict(&totals, goal.tolerance) {
             // The running totals have drifted by rounding: the verdict must hold for the sums themselves.
             totals = sum(heap.iter());
-            if verdict(&totals, &goal) == Some(status) {
+            if verdict(&totals, goal.tolerance) == Some(status) {
                 break status;
             }
         }
-        if evaluations + 2 * cost > goal.budget {
+        let Some(worst) = heap.pop() else { break Status::Converged };
+        let halves = worst.piece.halves();
+        let cost: usize = halves.iter().map(|half| half.cost(degrees)).sum();
+        if evaluations + cost > goal.budget {
+            heap.push(worst);
             totals = sum(heap.iter());
             break Status::BudgetExhausted;
         }
-        let Some(worst) = heap.pop() else { break Status::Converged };
-        let mut halves = worst.triangle.halves().map(|half| measure(half, integrand, low, high));
-        evaluations += 2 * cost;
+        evaluations += cost;
+        let mut halves = halves.map(measure);
         distrust(&worst, &mut halves);
         totals.replace(&worst, &halves);
         for mut half in halves {
@@ -134,43 +133,29 @@ pub(crate) fn integrate(region: &Region, integrand: &impl Fn(&Vertex) -> Four, g
     Ok(Refined { integral: totals.integral, error, evaluations, status })
 }
 
-/// The region's triangles, halved until none is longer than [`LONGEST`] times its distance from the receiver.
-fn graded(region: &Region, most: usize) -> Result<Vec<Triangle>, Error> {
-    let squared_height = region.height * region.height;
-    let mut waiting = region.triangles.clone();
+/// The pieces, halved until none is longer than [`LONGEST`] times its distance from the receiver.
+fn graded(mut waiting: Vec<Piece>, height: f64, degrees: Degrees, budget: usize) -> Result<Vec<Piece>, Error> {
     let mut graded = Vec::with_capacity(waiting.len());
-    while let Some(triangle) = waiting.pop() {
-        let squared_distance = triangle.squared_distance_to_foot() + squared_height;
-        if triangle.squared_diameter() <= LONGEST * LONGEST * squared_distance {
-            graded.push(triangle);
-        } else if graded.len() + waiting.len() > most {
-            return Err(Error::Budget { budget: most, needed: graded.len() + waiting.len() });
+    let mut needed = waiting.iter().map(|piece| piece.cost(degrees)).sum::<usize>();
+    while let Some(piece) = waiting.pop() {
+        if needed > budget {
+            return Err(Error::Budget { budget, needed });
+        }
+        let squared_distance = piece.squared_distance_to_foot() + height * height;
+        if piece.squared_diameter() <= LONGEST * LONGEST * squared_distance {
+            graded.push(piece);
         } else {
-            waiting.extend(triangle.halves());
+            waiting.extend(piece.halves());
+            needed += piece.cost(degrees);
         }
     }
     Ok(graded)
 }
 
-fn measure(triangle: Triangle, integrand: &impl Fn(&Vertex) -> Four, low: &TriangleRule, high: &TriangleRule) -> Cell {
-    let mut coarse = [0.0; 4];
-    for (l, weight) in &low.points {
-        let f = integrand(&triangle.at(*l));
-        coarse = [0, 1, 2, 3].map(|i| coarse[i] + weight * f[i]);
-    }
-    let (mut integral, mut magnitude) = ([0.0; 4], [0.0; 2]);
-    for (l, weight) in &high.points {
-        let f = integrand(&triangle.at(*l));
-        integral = [0, 1, 2, 3].map(|i| integral[i] + weight * f[i]);
-        magnitude = [magnitude[0] + weight * f[0].abs(), magnitude[1] + weight * (f[1].abs() + f[2].abs() + f[3].abs())];
-    }
-    let difference = [0, 1, 2, 3].map(|i| triangle.area * (integral[i] - coarse[i]));
-    Cell {
-        triangle,
-        integral: integral.map(|mean| triangle.area * mean),
-        discrepancy: lengths(difference),
-        rounding: magnitude.map(|mean| ROUNDING * triangle.area * mean),
-        urgency: 0.0,
+impl Cell {
+    fn new(piece: Piece, sums: Sums) -> Self {
+        let rounding = sums.magnitude.map(|magnitude| ROUNDING * magnitude);
+        Self { piece, integral: sums.integral, discrepancy: lengths(sums.difference), rounding, urgency: 0.0 }
     }
 }
 
@@ -188,9 +173,9 @@ fn distrust(parent: &Cell, halves: &mut [Cell; 2]) {
 }
 
 /// Whether to stop: both errors within tolerance, or what exceeds it is rounding.
-fn verdict(totals: &Totals, goal: &Goal) -> Option<Status> {
-    let size = sizes(goal.known, totals.integral);
-    let within = |i: usize| totals.discrepancy[i] + totals.rounding[i] <= goal.tolerance * size[i];
+fn verdict(totals: &Totals, tolerance: f64) -> Option<Status> {
+    let size = lengths(totals.integral);
+    let within = |i: usize| totals.discrepancy[i] + totals.rounding[i] <= tolerance * size[i];
     let only_rounding = |i: usize| totals.discrepancy[i] <= totals.rounding[i];
     match (within(0), within(1)) {
         (true, true) => Some(Status::Converged),
@@ -203,8 +188,7 @@ impl Totals {
     fn replace(&mut self, parent: &Cell, halves: &[Cell; 2]) {
         let [a, b] = halves;
         self.integral = [0, 1, 2, 3].map(|i| self.integral[i] + (a.integral[i] + b.integral[i] - parent.integral[i]));
-        self.discrepancy =
-            [0, 1].map(|i| self.discrepancy[i] + (a.discrepancy[i] + b.discrepancy[i] - parent.discrepancy[i]));
+        self.discrepancy = [0, 1].map(|i| self.discrepancy[i] + (a.discrepancy[i] + b.discrepancy[i] - parent.discrepancy[i]));
         self.rounding = [0, 1].map(|i| self.rounding[i] + (a.rounding[i] + b.rounding[i] - parent.rounding[i]));
     }
 }
@@ -229,8 +213,4 @@ fn sum<'a>(cells: impl Iterator<Item = &'a Cell>) -> Totals {
 /// Magnitude of the value and of the gradient.
 fn lengths(f: Four) -> [f64; 2] {
     [f[0].abs(), (f[1] * f[1] + f[2] * f[2] + f[3] * f[3]).sqrt()]
-}
-
-fn sizes(known: Four, integral: Four) -> [f64; 2] {
-    lengths([0, 1, 2, 3].map(|i| known[i] + integral[i]))
 }

@@ -10,7 +10,8 @@ use radgrad_core::{Emitter, Polygon, Receiver};
 use crate::Error;
 use crate::adaptive::{self, Goal, Refined};
 use crate::integrand::Integrand;
-use crate::region::Region;
+use crate::piece::Piece;
+use crate::region::{Region, Vertex};
 use crate::source_function::Source;
 
 /// How an integration ended.
@@ -41,7 +42,18 @@ pub struct Estimate {
     pub status: Status,
 }
 
-/// Radiosity and gradient of `emitter` at `receiver` to the relative `tolerance`, each with respect to its own size (norm), within `budget`
+/// Which of three integrals for the same numbers: they share the clipped region and the rules, not the integrand.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Form {
+    /// Eq. 1 and its kernel differentiated, over the surface. Needs no gradient of the emission.
+    Surface,
+    /// Eqs. 6 and 9 as corrected: along the contour, and over the surface where the emission varies.
+    Contour,
+    /// Eq. 1 over the surface; its gradient along the visible boundary and, where the emission varies, over the surface.
+    Boundary,
+}
+
+/// Radiosity and gradient of `emitter` at `receiver` by [`Form::Surface`] to the relative `tolerance`, each with respect to its own size (norm), within `budget`
 /// evaluations.
 ///
 /// ```
@@ -58,25 +70,40 @@ pub struct Estimate {
 /// # Errors
 /// If the tolerance is not positive, the budget does not allow a first pass, or a number overflows.
 pub fn integrate(receiver: &Receiver, emitter: &Emitter, tolerance: f64, budget: usize) -> Result<Estimate, Error> {
-    integrate_source(receiver, emitter.polygon(), Source::Emitter(emitter), tolerance, budget)
+    integrate_form(receiver, emitter.polygon(), Source::Emitter(emitter), Form::Surface, tolerance, budget)
 }
 
-/// The same for any emission over `polygon`.
+/// The same for any emission over `polygon`, by any of the forms.
 ///
 /// # Errors
 /// As [`integrate`], or if the function gives a value that is not finite.
-pub fn integrate_source(
+pub fn integrate_form(
     receiver: &Receiver,
     polygon: &Polygon,
     source: Source<'_>,
+    form: Form,
     tolerance: f64,
     budget: usize,
 ) -> Result<Estimate, Error> {
     check_tolerance(tolerance)?;
     let region = Region::new(receiver, polygon, &source)?;
     let integrand = Integrand::new(&region, source);
-    let goal = Goal { tolerance, budget, known: [0.0; 4] };
-    let refined = adaptive::integrate(&region, &|at| integrand.at(at), goal)?;
+    let goal = Goal { tolerance, budget };
+    let triangles = || region.triangles.iter().copied().map(Piece::Triangle);
+    let edges = || region.outline.iter().copied().map(Piece::Edge);
+    let refined = match form {
+        Form::Surface => {
+            adaptive::integrate(triangles().collect(), region.height, &|_: &Piece, at: &Vertex| integrand.surface(at), goal)
+        }
+        Form::Contour => {
+            let pieces = if source.is_constant() { edges().collect() } else { edges().chain(triangles()).collect() };
+            adaptive::integrate(pieces, region.height, &|piece: &Piece, at: &Vertex| integrand.contour(piece, at), goal)
+        }
+        Form::Boundary => {
+            let pieces = edges().chain(triangles()).collect();
+            adaptive::integrate(pieces, region.height, &|piece: &Piece, at: &Vertex| integrand.boundary(piece, at), goal)
+        }
+    }?;
     Estimate::in_space(&region, refined)
 }
 

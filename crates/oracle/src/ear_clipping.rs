@@ -40,7 +40,6 @@ fn is_ear(corner: &[PreciseVertex; 3], left: &[PreciseVertex]) -> bool {
     let [a, b, c] = corner;
     twice_area(a, b, c).is_positive()
         && !left.iter().any(|v| {
-            !corner.contains(v)
-                && [(a, b), (b, c), (c, a)].iter().all(|(from, to)| !twice_area(from, to, v).is_negative())
+            !corner.contains(v) && [(a, b), (b, c), (c, a)].iter().all(|(from, to)| !twice_area(from, to, v).is_negative())
         })
 }

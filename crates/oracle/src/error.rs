@@ -35,7 +35,9 @@ pub enum Error {
         least: usize,
     },
     /// The receiver touches the emitter: the integrand has no finite variance and the integral no value at that point.
-    #[error("the receiver is at height 0 over the emitter's plane and at distance {distance} from its lit part: it touches it, no sample mean has a finite variance")]
+    #[error(
+        "the receiver is at height 0 over the emitter's plane and at distance {distance} from its lit part: it touches it, no sample mean has a finite variance"
+    )]
     Touching {
         /// Distance from the polygon, in units of the largest distance of a vertex.
         distance: f64,

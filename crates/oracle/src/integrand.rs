@@ -6,23 +6,23 @@
 //! All factors of the first are positive where the emitter is seen, so it keeps its digits; the second changes sign, and near contact its
 //! integral is smaller than that of its magnitude by the factor `h / size`: that many digits are lost, and the caller counts them.
 
+use crate::piece::Four;
 use crate::region::{Region, Vertex};
 use crate::source_function::Source;
 
-/// The integrand of Eq. 1 and the three components of its gradient in the frame `(u, v, n2)`, without the factor `rho/pi`, in scaled lengths.
+/// What an integrand needs of a region and of a source. Integrands are without the factor `rho/pi`, in scaled lengths, gradients in
+/// the frame `(u, v, n2)`.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Integrand<'a> {
-    height: f64,
-    squared_height: f64,
-    normal: [f64; 3],
+    pub(crate) height: f64,
+    pub(crate) normal: [f64; 3],
     region: &'a Region,
     source: Source<'a>,
 }
 
 impl<'a> Integrand<'a> {
     pub(crate) fn new(region: &'a Region, source: Source<'a>) -> Self {
-        let height = region.height;
-        Self { height, squared_height: height * height, normal: region.normal, region, source }
+        Self { height: region.height, normal: region.normal, region, source }
     }
 
     /// Emission at a point of the plane.
@@ -34,19 +34,34 @@ impl<'a> Integrand<'a> {
         }
     }
 
-    /// Value and gradient at a point of the plane.
+    /// Its gradient along `u` and `v`, per scaled length.
+    pub(crate) fn emission_gradient(&self, at: &Vertex) -> [f64; 2] {
+        let gradient = match self.source {
+            Source::Emitter(emitter) => emitter.emission_gradient(),
+            Source::Function { gradient, .. } => gradient(self.region.point(at.p, at.q)),
+        };
+        [self.region.axes[0].dot(gradient) / self.region.unit, self.region.axes[1].dot(gradient) / self.region.unit]
+    }
+
+    /// `r` and `1/r^2`.
     #[inline]
-    pub(crate) fn at(&self, at: &Vertex) -> [f64; 4] {
+    pub(crate) fn ray(&self, at: &Vertex) -> ([f64; 3], f64) {
+        ([at.p, at.q, -self.height], 1.0 / (at.p * at.p + at.q * at.q + self.height * self.height))
+    }
+
+    /// The integrand of Eq. 1 and its gradient over the surface.
+    #[inline]
+    pub(crate) fn surface(&self, at: &Vertex) -> Four {
         let h = self.height;
-        let inverse = 1.0 / (at.p * at.p + at.q * at.q + self.squared_height);
+        let (r, inverse) = self.ray(at);
         let weight = self.emission(at) * inverse * inverse;
         let pull = 4.0 * at.s * h * inverse;
         let [a, b, c] = self.normal;
         [
             weight * (at.s * h),
-            weight * (pull * at.p - h * a),
-            weight * (pull * at.q - h * b),
-            weight * (at.s - pull * h - h * c),
+            weight * (pull * r[0] - h * a),
+            weight * (pull * r[1] - h * b),
+            weight * (at.s + pull * r[2] - h * c),
         ]
     }
 }

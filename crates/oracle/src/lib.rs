@@ -2,10 +2,13 @@
 
 mod adaptive;
 mod compensated;
+mod contour;
 pub mod cubature;
 mod ear_clipping;
 mod error;
+mod gauss_kronrod;
 mod integrand;
+mod piece;
 mod region;
 mod source_function;
 mod triangle_rule;

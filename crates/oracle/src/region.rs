@@ -32,7 +32,17 @@ pub(crate) struct Triangle {
     pub(crate) area: f64,
 }
 
-/// The same before rounding.
+/// A directed segment of the emitter's plane.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Edge {
+    pub(crate) ends: [Vertex; 2],
+    /// From the first end to the second.
+    pub(crate) along: [f64; 2],
+    /// `p dq - q dp`: twice the area of the triangle with the foot of the receiver.
+    pub(crate) moment: f64,
+}
+
+/// A vertex before rounding.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct PreciseVertex {
     pub(crate) p: Pair,
@@ -46,9 +56,9 @@ pub(crate) struct PreciseVertex {
 pub(crate) struct Region {
     /// Disjoint triangles; none if nothing is seen.
     pub(crate) triangles: Vec<Triangle>,
-    /// The boundary of the clipped polygon, counter-clockwise. Where the horizon cuts a concave polygon into parts, they are joined by
-    /// edges that run along the horizon and back.
-    pub(crate) outline: Vec<Vertex>,
+    /// The boundary of the clipped polygon, counter-clockwise, each edge cut at its point nearest to the receiver. Where the horizon cuts
+    /// a concave polygon into parts, they are joined by edges that run along the horizon and back.
+    pub(crate) outline: Vec<Edge>,
     /// Height of the receiver over the plane, scaled.
     pub(crate) height: f64,
     /// Receiver normal in the frame `(u, v, n2)`.
@@ -100,7 +110,14 @@ impl Region {
                     cut_at_nearest(&[seen[0], seen[i - 1], seen[i]], &mut region.triangles);
                 }
             }
-            region.outline = above_horizon(&outline).iter().map(PreciseVertex::rounded).collect();
+            let seen = above_horizon(&outline);
+            for (i, from) in seen.iter().enumerate() {
+                let to = &seen[(i + 1) % seen.len()];
+                let nearest = nearest_within(from, to);
+                let rim = [Some(*from), nearest, Some(*to)];
+                let rim: Vec<PreciseVertex> = rim.into_iter().flatten().collect();
+                region.outline.extend(rim.windows(2).map(|ends| Edge::between(&ends[0], &ends[1])));
+            }
         }
         Ok(region)
     }
@@ -221,10 +238,41 @@ fn foot_inside(triangle: &[PreciseVertex; 3]) -> Option<PreciseVertex> {
     if !total.is_positive() {
         return None;
     }
-    let mean = |value: fn(&PreciseVertex) -> Pair| {
-        (weights[0] * value(a) + weights[1] * value(b) + weights[2] * value(c)) / total
-    };
+    let mean =
+        |value: fn(&PreciseVertex) -> Pair| (weights[0] * value(a) + weights[1] * value(b) + weights[2] * value(c)) / total;
     Some(PreciseVertex { p: Pair::ZERO, q: Pair::ZERO, s: mean(|v| v.s), b: mean(|v| v.b) })
+}
+
+impl Edge {
+    fn between(from: &PreciseVertex, to: &PreciseVertex) -> Self {
+        let (along_p, along_q) = (to.p - from.p, to.q - from.q);
+        let moment = from.p * along_q - from.q * along_p;
+        let ends = [from.rounded(), to.rounded()];
+        Self { ends, along: [along_p.rounded(), along_q.rounded()], moment: moment.rounded() }
+    }
+
+    /// The point at `t` in `[0, 1]`.
+    #[inline]
+    pub(crate) fn at(&self, t: f64) -> Vertex {
+        let [a, b] = &self.ends;
+        let between = |a: f64, b: f64| (1.0 - t) * a + t * b;
+        Vertex { p: between(a.p, b.p), q: between(a.q, b.q), s: between(a.s, b.s), b: between(a.b, b.b) }
+    }
+
+    pub(crate) fn halves(&self) -> [Self; 2] {
+        let middle = self.at(0.5);
+        let half = |from, to| Self { ends: [from, to], along: self.along.map(|c| 0.5 * c), moment: 0.5 * self.moment };
+        [half(self.ends[0], middle), half(middle, self.ends[1])]
+    }
+
+    pub(crate) fn squared_length(&self) -> f64 {
+        self.along[0] * self.along[0] + self.along[1] * self.along[1]
+    }
+
+    /// Square of the distance from the foot of the receiver.
+    pub(crate) fn squared_distance_to_foot(&self) -> f64 {
+        squared_distance_to_edge(&self.ends[0], &self.ends[1])
+    }
 }
 
 impl Triangle {

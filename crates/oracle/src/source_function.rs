@@ -32,13 +32,19 @@ impl Source<'_> {
             Emission::Linear(Linear::Gradient { .. }) => emitter.emission_at(emitter.polygon().vertices()[index]),
         })
     }
+
+    pub(crate) fn is_constant(&self) -> bool {
+        matches!(self, Self::Emitter(emitter) if matches!(emitter.emission(), Emission::Constant(_)))
+    }
 }
 
 impl std::fmt::Debug for Source<'_> {
     fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             Self::Emitter(emitter) => formatter.debug_tuple("Emitter").field(emitter).finish(),
-            Self::Function { largest, .. } => formatter.debug_struct("Function").field("largest", largest).finish_non_exhaustive(),
+            Self::Function { largest, .. } => {
+                formatter.debug_struct("Function").field("largest", largest).finish_non_exhaustive()
+            }
         }
     }
 }

@@ -10,11 +10,20 @@ use std::sync::LazyLock;
 /// Points that share a weight under the permutations of the corners.
 #[derive(Debug, Clone, Copy)]
 enum Orbit {
-    Centroid { weight: f64 },
+    Centroid {
+        weight: f64,
+    },
     /// `(a, a, 1 - 2a)`.
-    Median { weight: f64, a: f64 },
+    Median {
+        weight: f64,
+        a: f64,
+    },
     /// `(a, b, 1 - a - b)`.
-    General { weight: f64, a: f64, b: f64 },
+    General {
+        weight: f64,
+        a: f64,
+        b: f64,
+    },
 }
 
 /// A rule: `int f dA = area * sum weight f(point)`, exact for polynomials up to the total degree that names it.

@@ -1,0 +1,94 @@
+//! The pieces an integral is cut into: triangles of the emitter's plane and edges of their boundary, with the rules that serve them.
+
+use crate::gauss_kronrod;
+use crate::region::{Edge, Triangle, Vertex};
+use crate::triangle_rule::{DEGREE_8, DEGREE_14, TriangleRule};
+
+/// A value and the three components of its gradient, as one integrand.
+pub(crate) type Four = [f64; 4];
+
+/// A triangle or an edge.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum Piece {
+    Triangle(Triangle),
+    Edge(Edge),
+}
+
+/// Two rules of different degree on one piece.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Sums {
+    /// By the rule of higher degree.
+    pub(crate) integral: Four,
+    /// What the rule of lower degree differs from it.
+    pub(crate) difference: Four,
+    /// Integral of the magnitude: of the value, of the gradient.
+    pub(crate) magnitude: [f64; 2],
+}
+
+/// Which rules: the pair of higher degree reaches a tight tolerance with fewer points.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Degrees {
+    Loose,
+    Tight,
+}
+
+impl Degrees {
+    /// Lower and higher rule for triangles.
+    fn pair(self) -> [&'static TriangleRule; 2] {
+        match self {
+            Self::Loose => [&DEGREE_8, &DEGREE_14],
+            Self::Tight => [&DEGREE_8, &DEGREE_14],
+        }
+    }
+}
+
+impl Piece {
+    /// Evaluations that [`Self::sums`] takes.
+    pub(crate) fn cost(&self, degrees: Degrees) -> usize {
+        match self {
+            Self::Triangle(_) => degrees.pair().iter().map(|rule| rule.points.len()).sum(),
+            Self::Edge(_) => gauss_kronrod::POINTS,
+        }
+    }
+
+    pub(crate) fn sums(&self, degrees: Degrees, integrand: &impl Fn(&Self, &Vertex) -> Four) -> Sums {
+        let mut sums = Sums::default();
+        let mut add = |at: &Vertex, high: f64, low: f64| {
+            let f = integrand(self, at);
+            sums.integral = [0, 1, 2, 3].map(|i| sums.integral[i] + high * f[i]);
+            sums.difference = [0, 1, 2, 3].map(|i| sums.difference[i] + (high - low) * f[i]);
+            sums.magnitude[0] += high * f[0].abs();
+            sums.magnitude[1] += high * (f[1].abs() + f[2].abs() + f[3].abs());
+        };
+        match self {
+            Self::Triangle(triangle) => {
+                let [low, high] = degrees.pair();
+                high.points.iter().for_each(|(l, weight)| add(&triangle.at(*l), triangle.area * weight, 0.0));
+                low.points.iter().for_each(|(l, weight)| add(&triangle.at(*l), 0.0, triangle.area * weight));
+            }
+            Self::Edge(edge) => gauss_kronrod::points().for_each(|[t, high, low]| add(&edge.at(t), high, low)),
+        }
+        sums
+    }
+
+    pub(crate) fn halves(&self) -> [Self; 2] {
+        match self {
+            Self::Triangle(triangle) => triangle.halves().map(Self::Triangle),
+            Self::Edge(edge) => edge.halves().map(Self::Edge),
+        }
+    }
+
+    pub(crate) fn squared_diameter(&self) -> f64 {
+        match self {
+            Self::Triangle(triangle) => triangle.squared_diameter(),
+            Self::Edge(edge) => edge.squared_length(),
+        }
+    }
+
+    pub(crate) fn squared_distance_to_foot(&self) -> f64 {
+        match self {
+            Self::Triangle(triangle) => triangle.squared_distance_to_foot(),
+            Self::Edge(edge) => edge.squared_distance_to_foot(),
+        }
+    }
+}
