@@ -25,6 +25,22 @@ pub(crate) struct Sums {
     pub(crate) magnitude: [f64; 2],
 }
 
+#[inline]
+fn add(sum: &mut Four, weight: f64, f: Four) {
+    for i in 0..4 {
+        sum[i] += weight * f[i];
+    }
+}
+
+impl Sums {
+    #[inline]
+    fn add(&mut self, weight: f64, f: Four) {
+        add(&mut self.integral, weight, f);
+        self.magnitude[0] += weight * f[0].abs();
+        self.magnitude[1] += weight * (f[1].abs() + f[2].abs() + f[3].abs());
+    }
+}
+
 /// Which rules: the pair of higher degree reaches a tight tolerance with fewer points.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Degrees {
@@ -51,24 +67,31 @@ impl Piece {
         }
     }
 
+    #[inline]
     pub(crate) fn sums(&self, degrees: Degrees, integrand: &impl Fn(&Self, &Vertex) -> Four) -> Sums {
-        let mut sums = Sums::default();
-        let mut add = |at: &Vertex, high: f64, low: f64| {
-            let f = integrand(self, at);
-            sums.integral = [0, 1, 2, 3].map(|i| sums.integral[i] + high * f[i]);
-            sums.difference = [0, 1, 2, 3].map(|i| sums.difference[i] + (high - low) * f[i]);
-            sums.magnitude[0] += high * f[0].abs();
-            sums.magnitude[1] += high * (f[1].abs() + f[2].abs() + f[3].abs());
-        };
         match self {
             Self::Triangle(triangle) => {
                 let [low, high] = degrees.pair();
-                high.points.iter().for_each(|(l, weight)| add(&triangle.at(*l), triangle.area * weight, 0.0));
-                low.points.iter().for_each(|(l, weight)| add(&triangle.at(*l), 0.0, triangle.area * weight));
+                let (mut sums, mut coarse) = (Sums::default(), [0.0; 4]);
+                for (l, weight) in &high.points {
+                    sums.add(triangle.area * weight, integrand(self, &triangle.at(*l)));
+                }
+                for (l, weight) in &low.points {
+                    add(&mut coarse, triangle.area * weight, integrand(self, &triangle.at(*l)));
+                }
+                sums.difference = [0, 1, 2, 3].map(|i| sums.integral[i] - coarse[i]);
+                sums
             }
-            Self::Edge(edge) => gauss_kronrod::points().for_each(|[t, high, low]| add(&edge.at(t), high, low)),
+            Self::Edge(edge) => {
+                let mut sums = Sums::default();
+                for [t, kronrod, gauss] in gauss_kronrod::points() {
+                    let f = integrand(self, &edge.at(t));
+                    sums.add(kronrod, f);
+                    add(&mut sums.difference, kronrod - gauss, f);
+                }
+                sums
+            }
         }
-        sums
     }
 
     pub(crate) fn halves(&self) -> [Self; 2] {
