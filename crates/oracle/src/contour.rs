@@ -41,20 +41,24 @@ impl Integrand<'_> {
 
     /// Eq. 1 and the visible boundary form of its gradient, times `pi/rho`.
     pub(crate) fn boundary(&self, piece: &Piece, at: &Vertex) -> Four {
-        let (r, inverse) = self.ray(at);
-        let weight = at.s * inverse * inverse;
         match piece {
+            Piece::Triangle(_) => self.boundary_surface(at),
             Piece::Edge(edge) => {
+                let (_, inverse) = self.ray(at);
                 let moment = self.moment(edge);
-                let weight = -self.emission(at) * weight;
+                let weight = -self.emission(at) * at.s * inverse * inverse;
                 [0.0, weight * moment[0], weight * moment[1], weight * moment[2]]
             }
-            Piece::Triangle(_) => {
-                let [gu, gv] = self.emission_gradient(at);
-                let h = self.height;
-                [weight * h * self.emission(at), weight * h * gu, weight * h * gv, weight * (gu * r[0] + gv * r[1])]
-            }
         }
+    }
+
+    /// The surface part of that.
+    pub(crate) fn boundary_surface(&self, at: &Vertex) -> Four {
+        let (r, inverse) = self.ray(at);
+        let weight = at.s * inverse * inverse;
+        let [gu, gv] = self.emission_gradient(at);
+        let h = self.height;
+        [weight * h * self.emission(at), weight * h * gu, weight * h * gv, weight * (gu * r[0] + gv * r[1])]
     }
 
     /// `r x dy/dt`, the same all along the edge.

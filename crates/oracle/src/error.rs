@@ -1,5 +1,7 @@
 //! What the oracle refuses.
 
+use glam::DVec3;
+
 /// Every way in which an oracle refuses a question; a question it cannot answer well enough gets a status instead.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
@@ -34,13 +36,13 @@ pub enum Error {
         /// The least allowed.
         least: usize,
     },
-    /// The receiver touches the emitter: the integrand has no finite variance and the integral no value at that point.
-    #[error(
-        "the receiver is at height 0 over the emitter's plane and at distance {distance} from its lit part: it touches it, no sample mean has a finite variance"
-    )]
+    /// The receiver touches the emitter or an edge: a sample's contribution has no finite variance there.
+    #[error("the receiver at {position} touches {what}: no mean of samples has a finite variance")]
     Touching {
-        /// Distance from the polygon, in units of the largest distance of a vertex.
-        distance: f64,
+        /// Position of the receiver.
+        position: DVec3,
+        /// What it touches.
+        what: &'static str,
     },
     /// The polygon could not be triangulated.
     #[error("no ear found among the last {remaining} vertices of the polygon: it is not simple as seen in its plane")]

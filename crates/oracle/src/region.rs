@@ -59,6 +59,8 @@ pub(crate) struct Region {
     /// The boundary of the clipped polygon, counter-clockwise, each edge cut at its point nearest to the receiver. Where the horizon cuts
     /// a concave polygon into parts, they are joined by edges that run along the horizon and back.
     pub(crate) outline: Vec<Edge>,
+    /// Whether the receiver lies in the polygon itself, border included.
+    pub(crate) touched: bool,
     /// Height of the receiver over the plane, scaled.
     pub(crate) height: f64,
     /// Receiver normal in the frame `(u, v, n2)`.
@@ -96,6 +98,7 @@ impl Region {
         let mut region = Self {
             triangles: Vec::new(),
             outline: Vec::new(),
+            touched: false,
             height: height.rounded(),
             normal: normal.map(Pair::rounded),
             axes: axes.map(|axis| DVec3::from_array(axis.map(Pair::rounded))),
@@ -103,7 +106,10 @@ impl Region {
             unit: power,
             factor: receiver.reflectance() * std::f64::consts::FRAC_1_PI,
         };
-        if height.is_positive() {
+        if !height.is_positive() {
+            let ears = ear_clipping::triangulate(&outline)?;
+            region.touched = !height.is_negative() && ears.iter().any(|ear| foot_inside(ear).is_some());
+        } else {
             for ear in ear_clipping::triangulate(&outline)? {
                 let seen = above_horizon(&ear);
                 for i in 2..seen.len() {
@@ -125,6 +131,12 @@ impl Region {
     /// The point of space at in-plane coordinates `(p, q)`.
     pub(crate) fn point(&self, p: f64, q: f64) -> DVec3 {
         self.position + (self.axes[0] * p + self.axes[1] * q - self.axes[2] * self.height) / self.unit
+    }
+
+    /// Square of the distance of the nearest seen point.
+    pub(crate) fn squared_distance(&self) -> f64 {
+        let in_plane = self.triangles.iter().map(Triangle::squared_distance_to_foot).fold(f64::INFINITY, f64::min);
+        in_plane + self.height * self.height
     }
 
     /// A vector of the frame in space.

@@ -6,6 +6,8 @@
 use glam::DVec3;
 use radgrad_core::{Emission, Emitter, Linear};
 
+use crate::confidence::Interval;
+
 /// What a polygon emits.
 #[derive(Clone, Copy)]
 pub enum Source<'a> {
@@ -17,8 +19,10 @@ pub enum Source<'a> {
         radiosity: &'a dyn Fn(DVec3) -> f64,
         /// `grad B(y)`; only the contour forms of Eqs. 6 and 9 ask for it.
         gradient: &'a dyn Fn(DVec3) -> DVec3,
-        /// The largest `|B(y)|` on the polygon; only the distribution-free limits of Monte Carlo ask for it.
-        largest: f64,
+        /// Bounds on `B(y)` over the polygon; only the distribution-free limits of Monte Carlo ask for them.
+        range: Interval,
+        /// Bound on `|grad B(y)|` there, for the same.
+        steepest: f64,
     },
 }
 
@@ -33,6 +37,36 @@ impl Source<'_> {
         })
     }
 
+    /// Emission at a point of the plane.
+    pub(crate) fn at(&self, y: DVec3) -> f64 {
+        match self {
+            Self::Emitter(emitter) => emitter.emission_at(y),
+            Self::Function { radiosity, .. } => radiosity(y),
+        }
+    }
+
+    /// Bounds on the emission over the polygon.
+    pub(crate) fn range(&self) -> Interval {
+        match self {
+            Self::Emitter(emitter) => {
+                let values = emitter.polygon().vertices().iter().map(|vertex| emitter.emission_at(*vertex));
+                values.fold(Interval { low: f64::INFINITY, high: f64::NEG_INFINITY }, |range, value| Interval {
+                    low: range.low.min(value),
+                    high: range.high.max(value),
+                })
+            }
+            Self::Function { range, .. } => *range,
+        }
+    }
+
+    /// Bound on the length of its gradient.
+    pub(crate) fn steepest(&self) -> f64 {
+        match self {
+            Self::Emitter(emitter) => emitter.emission_gradient().length(),
+            Self::Function { steepest, .. } => *steepest,
+        }
+    }
+
     pub(crate) fn is_constant(&self) -> bool {
         matches!(self, Self::Emitter(emitter) if matches!(emitter.emission(), Emission::Constant(_)))
     }
@@ -42,9 +76,7 @@ impl std::fmt::Debug for Source<'_> {
     fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             Self::Emitter(emitter) => formatter.debug_tuple("Emitter").field(emitter).finish(),
-            Self::Function { largest, .. } => {
-                formatter.debug_struct("Function").field("largest", largest).finish_non_exhaustive()
-            }
+            Self::Function { range, .. } => formatter.debug_struct("Function").field("range", range).finish_non_exhaustive(),
         }
     }
 }

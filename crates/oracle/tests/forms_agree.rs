@@ -2,6 +2,7 @@
 
 use radgrad_core::{DVec3, Emission, Emitter, Polygon, Receiver};
 use radgrad_oracle::Source;
+use radgrad_oracle::confidence::Interval;
 use radgrad_oracle::cubature::{Estimate, Form, Status, integrate_form};
 
 fn l_shape() -> Polygon {
@@ -57,10 +58,13 @@ fn forms_agree_for_linear_emission() {
 #[test]
 fn forms_agree_for_cubic_emission() {
     let radiosity = |y: DVec3| 2.0 + y.x * y.x * y.y - 0.5 * y.y * y.z * y.z + 0.25 * y.x;
-    let gradient = |y: DVec3| {
-        DVec3::new(2.0 * y.x * y.y + 0.25, y.x * y.x - 0.5 * y.z * y.z, -y.y * y.z)
+    let gradient = |y: DVec3| DVec3::new(2.0 * y.x * y.y + 0.25, y.x * y.x - 0.5 * y.z * y.z, -y.y * y.z);
+    let source = Source::Function {
+        radiosity: &radiosity,
+        gradient: &gradient,
+        range: Interval { low: -10.0, high: 10.0 },
+        steepest: 10.0,
     };
-    let source = Source::Function { radiosity: &radiosity, gradient: &gradient, largest: 10.0 };
     for (name, receiver) in receivers() {
         assert_agreement(name, by_all_forms(&receiver, &l_shape(), source));
     }
@@ -71,7 +75,12 @@ fn a_linear_emission_is_the_same_as_a_function() {
     let slope = DVec3::new(0.5, -0.25, 0.125);
     let emitter = Emitter::new(l_shape(), Emission::gradient(1.5, slope)).unwrap();
     let (radiosity, gradient) = (|y: DVec3| 1.5 + slope.dot(y), |_| slope);
-    let function = Source::Function { radiosity: &radiosity, gradient: &gradient, largest: 10.0 };
+    let function = Source::Function {
+        radiosity: &radiosity,
+        gradient: &gradient,
+        range: Interval { low: -10.0, high: 10.0 },
+        steepest: 10.0,
+    };
     for (name, receiver) in receivers() {
         let [affine, ..] = by_all_forms(&receiver, emitter.polygon(), Source::Emitter(&emitter));
         let forms = by_all_forms(&receiver, emitter.polygon(), function);
