@@ -163,10 +163,10 @@ impl Cell {
 /// estimates are not to be believed at this size.
 fn distrust(parent: &Cell, halves: &mut [Cell; 2]) {
     let change = lengths([0, 1, 2, 3].map(|i| halves[0].integral[i] + halves[1].integral[i] - parent.integral[i]));
-    for i in 0..2 {
-        if change[i] > parent.discrepancy[i] + parent.rounding[i] {
+    for (i, change) in change.into_iter().enumerate() {
+        if change > parent.discrepancy[i] + parent.rounding[i] {
             for half in &mut *halves {
-                half.discrepancy[i] = half.discrepancy[i].max(0.5 * change[i]);
+                half.discrepancy[i] = half.discrepancy[i].max(0.5 * change);
             }
         }
     }
@@ -198,10 +198,10 @@ fn sum<'a>(cells: impl Iterator<Item = &'a Cell>) -> Totals {
     let mut totals = Totals::default();
     let mut lost = [0.0; 4];
     for cell in cells {
-        for i in 0..4 {
-            let term = cell.integral[i] - lost[i];
+        for (i, lost) in lost.iter_mut().enumerate() {
+            let term = cell.integral[i] - *lost;
             let next = totals.integral[i] + term;
-            lost[i] = (next - totals.integral[i]) - term;
+            *lost = (next - totals.integral[i]) - term;
             totals.integral[i] = next;
         }
         totals.discrepancy = [0, 1].map(|i| totals.discrepancy[i] + cell.discrepancy[i]);

@@ -43,3 +43,37 @@ fn is_ear(corner: &[PreciseVertex; 3], left: &[PreciseVertex]) -> bool {
             !corner.contains(v) && [(a, b), (b, c), (c, a)].iter().all(|(from, to)| !twice_area(from, to, v).is_negative())
         })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::compensated::Pair;
+
+    fn outline(corners: &[[f64; 2]]) -> Vec<PreciseVertex> {
+        corners.iter().map(|[p, q]| PreciseVertex::in_plane(Pair::from(*p), Pair::from(*q))).collect()
+    }
+
+    fn area(triangles: &[[PreciseVertex; 3]]) -> f64 {
+        triangles.iter().map(|[a, b, c]| 0.5 * twice_area(a, b, c).rounded()).sum()
+    }
+
+    #[test]
+    fn a_comb_is_covered() {
+        let comb = [[0.0, 0.0], [5.0, 0.0], [5.0, 3.0], [4.0, 1.0], [3.0, 3.0], [2.0, 1.0], [1.0, 3.0], [0.5, 1.0]];
+        let triangles = triangulate(&outline(&comb)).unwrap();
+        assert_eq!((triangles.len(), area(&triangles)), (6, 9.25));
+    }
+
+    #[test]
+    fn vertices_on_an_edge_add_no_triangle() {
+        let square = [[0.0, 0.0], [0.5, 0.0], [1.0, 0.0], [1.0, 1.0], [0.25, 1.0], [0.0, 1.0]];
+        let triangles = triangulate(&outline(&square)).unwrap();
+        assert_eq!((triangles.len(), area(&triangles)), (2, 1.0));
+    }
+
+    #[test]
+    fn clockwise_order_is_refused() {
+        let clockwise = [[0.0, 0.0], [0.0, 1.0], [1.0, 1.0], [1.0, 0.0]];
+        assert_eq!(triangulate(&outline(&clockwise)), Err(Error::Triangulation { remaining: 4 }));
+    }
+}

@@ -2,7 +2,7 @@
 
 use crate::gauss_kronrod;
 use crate::region::{Edge, Triangle, Vertex};
-use crate::triangle_rule::{DEGREE_8, DEGREE_14, TriangleRule};
+use crate::triangle_rule::{DEGREE_8, DEGREE_14, DEGREE_17, TriangleRule};
 
 /// A value and the three components of its gradient, as one integrand.
 pub(crate) type Four = [f64; 4];
@@ -53,7 +53,7 @@ impl Degrees {
     fn pair(self) -> [&'static TriangleRule; 2] {
         match self {
             Self::Loose => [&DEGREE_8, &DEGREE_14],
-            Self::Tight => [&DEGREE_8, &DEGREE_14],
+            Self::Tight => [&DEGREE_14, &DEGREE_17],
         }
     }
 }

@@ -174,6 +174,11 @@ fn minus(a: PairVector, b: PairVector) -> PairVector {
 }
 
 impl PreciseVertex {
+    #[cfg(test)]
+    pub(crate) fn in_plane(p: Pair, q: Pair) -> Self {
+        Self { p, q, s: Pair::ZERO, b: Pair::ZERO }
+    }
+
     fn towards(&self, other: &Self, t: Pair) -> Self {
         let between = |a: Pair, b: Pair| a + (b - a) * t;
         Self {
@@ -350,5 +355,76 @@ fn squared_distance_to_edge(from: &Vertex, to: &Vertex) -> f64 {
     } else {
         let across = from.p * eq - from.q * ep;
         across * across / squared_length
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use radgrad_core::{Emission, Emitter};
+
+    use super::*;
+
+    fn seen(corners: &[[f64; 2]], height: f64, foot: [f64; 2], normal: [f64; 3]) -> Region {
+        let vertices = corners.iter().map(|[x, y]| DVec3::new(*x, *y, 0.0)).collect();
+        let emitter = Emitter::new(Polygon::new(vertices).unwrap(), Emission::Constant(1.0)).unwrap();
+        let receiver = Receiver::new(DVec3::new(foot[0], foot[1], height), normal.into(), 1.0).unwrap();
+        Region::new(&receiver, emitter.polygon(), &Source::Emitter(&emitter)).unwrap()
+    }
+
+    fn area(region: &Region) -> f64 {
+        region.triangles.iter().map(|triangle| triangle.area).sum::<f64>() / (region.unit * region.unit)
+    }
+
+    const L_SHAPE: [[f64; 2]; 6] = [[0.0, 0.0], [2.0, 0.0], [2.0, 1.0], [1.0, 1.0], [1.0, 2.0], [0.0, 2.0]];
+
+    #[test]
+    fn a_concave_polygon_is_covered_once() {
+        for foot in [[0.5, 0.5], [1.5, 1.5], [1.0, 1.0], [0.0, 0.7], [5.0, -3.0]] {
+            assert!((area(&seen(&L_SHAPE, 1e-3, foot, [0.0, 0.0, -1.0])) - 3.0).abs() < 1e-14);
+        }
+    }
+
+    #[test]
+    fn the_horizon_cuts_off_what_is_below_it() {
+        // n1 = (1, 0, 0) at x = 1.5 sees the unit square's half beyond; looking the other way, the rest.
+        assert!((area(&seen(&L_SHAPE, 1.0, [1.5, 0.5], [1.0, 0.0, 0.0])) - 0.5).abs() < 1e-15);
+        assert!((area(&seen(&L_SHAPE, 1.0, [1.5, 0.5], [-1.0, 0.0, 0.0])) - 2.5).abs() < 1e-15);
+        assert!(seen(&L_SHAPE, 1.0, [1.5, 0.5], [0.0, 0.0, 1.0]).triangles.is_empty());
+    }
+
+    #[test]
+    fn the_unlit_side_sees_nothing() {
+        let region = seen(&L_SHAPE, -1.0, [0.5, 0.5], [0.0, 0.0, 1.0]);
+        assert!(region.triangles.is_empty() && region.outline.is_empty() && !region.touched);
+    }
+
+    #[test]
+    fn touching_is_told_from_being_in_the_plane() {
+        for (foot, touched) in
+            [([0.5, 0.5], true), ([1.0, 1.5], true), ([2.0, 1.0], true), ([1.5, 1.5], false), ([3.0, 0.0], false)]
+        {
+            assert_eq!(seen(&L_SHAPE, 0.0, foot, [0.0, 0.0, 1.0]).touched, touched, "{foot:?}");
+        }
+    }
+
+    #[test]
+    fn halving_covers_the_triangle() {
+        let region = seen(&L_SHAPE, 0.5, [0.3, 0.6], [0.0, 0.0, -1.0]);
+        for triangle in &region.triangles {
+            for half in triangle.halves() {
+                let [a, b, c] = half.corners;
+                let area = 0.5 * ((b.p - a.p) * (c.q - a.q) - (b.q - a.q) * (c.p - a.p));
+                assert!((area - half.area).abs() < 1e-15 && half.area == 0.5 * triangle.area);
+            }
+        }
+    }
+
+    #[test]
+    fn an_edge_that_passes_close_keeps_its_relative_distance() {
+        let needle = [[0.0, 0.0], [1.0, 0.0], [0.4, 1e-9]];
+        let region = seen(&needle, 1.0, [0.3, 2e-10], [0.0, 0.0, -1.0]);
+        let distances: Vec<f64> =
+            region.outline.iter().map(|edge| edge.moment.abs() / edge.squared_length().sqrt() / region.unit).collect();
+        assert!(distances.iter().any(|d| (d / 2e-10 - 1.0).abs() < 1e-14), "{distances:?}");
     }
 }

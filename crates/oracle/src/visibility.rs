@@ -50,19 +50,15 @@ impl SeenPolygon {
         self.offset * advance > 0.0 && self.offset.abs() < advance.abs() && self.covers(ray)
     }
 
-    /// Whether the line along `ray` passes through it.
+    /// Whether the line along `ray` passes through it: the winding number of a fan of triangles from the first vertex. A line through a
+    /// spoke of the fan belongs to the triangle on one side of it; a line through the border is outside.
     pub(crate) fn covers(&self, ray: DVec3) -> bool {
         let side = |a: DVec3, b: DVec3| ray.dot(a.cross(b));
-        let first = self.rays[0];
-        let winding = |pair: &[DVec3]| {
-            let sides = [side(first, pair[0]), side(pair[0], pair[1]), side(pair[1], first)];
-            if sides.iter().all(|s| *s > 0.0) {
-                1
-            } else if sides.iter().all(|s| *s < 0.0) {
-                -1
-            } else {
-                0
-            }
+        let left = |vertex: DVec3| side(self.rays[0], vertex) >= 0.0;
+        let winding = |pair: &[DVec3]| match (left(pair[0]), left(pair[1])) {
+            (true, false) => i32::from(side(pair[0], pair[1]) > 0.0),
+            (false, true) => -i32::from(side(pair[0], pair[1]) < 0.0),
+            _ => 0,
         };
         self.rays[1..].windows(2).map(winding).sum::<i32>() != 0
     }

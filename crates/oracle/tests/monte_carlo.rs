@@ -2,7 +2,7 @@
 
 use radgrad_core::{DVec3, Emission, Emitter, Polygon, Receiver};
 use radgrad_oracle::monte_carlo::{Estimate, Sampling, Sequence, Status, integrate};
-use radgrad_oracle::{Error, cubature};
+use radgrad_oracle::{Error, Source, cubature};
 
 fn polygon(vertices: &[[f64; 3]]) -> Polygon {
     Polygon::new(vertices.iter().map(|&vertex| vertex.into()).collect()).unwrap()
@@ -19,7 +19,8 @@ fn receiver(position: DVec3) -> Receiver {
 }
 
 fn exact(receiver: &Receiver, emitter: &Emitter) -> cubature::Estimate {
-    let estimate = cubature::integrate(receiver, emitter, 1e-11, 10_000_000).unwrap();
+    let (source, form) = (Source::Emitter(emitter), cubature::Form::Boundary);
+    let estimate = cubature::integrate_form(receiver, emitter.polygon(), source, form, 1e-10, 10_000_000).unwrap();
     assert_eq!(estimate.status, cubature::Status::Converged);
     estimate
 }
@@ -27,7 +28,8 @@ fn exact(receiver: &Receiver, emitter: &Emitter) -> cubature::Estimate {
 /// Radiosity of the ceiling less that of the shadow, a polygon through the shadows of `points` cast from `position`.
 fn past_shadow(position: DVec3, points: &[DVec3]) -> f64 {
     let cast = |point: &DVec3| position + (point - position) * ((2.0 - position.z) / (point.z - position.z));
-    let shadow: Vec<DVec3> = points.iter().map(|point| cast(point).with_z(2.0)).collect();
+    // Lit from below, like the ceiling.
+    let shadow: Vec<DVec3> = points.iter().rev().map(|point| cast(point).with_z(2.0)).collect();
     let emission = Emission::gradient(ceiling().emission_at(shadow[0]), ceiling().emission_gradient());
     let shadow = Emitter::new(Polygon::new(shadow).unwrap(), emission).unwrap();
     let receiver = receiver(position);
@@ -69,7 +71,7 @@ fn all_ways(seed: u64) -> [(Sampling, Sequence); 4] {
 
 fn assert_coverage(truth: [f64; 4], emitter: &Emitter, receiver: &Receiver, occluders: &[Polygon]) {
     for way in 0..4 {
-        let [student, free] = coverage(truth, 400, |seed| {
+        let [student, free] = coverage(truth, 300, |seed| {
             let (sampling, sequence) = all_ways(seed)[way];
             integrate(receiver, emitter, occluders, sampling, sequence, 0.99).unwrap()
         });
@@ -82,7 +84,7 @@ fn assert_coverage(truth: [f64; 4], emitter: &Emitter, receiver: &Receiver, occl
 fn limits_contain_the_truth_as_often_as_they_say() {
     // In full view; cut by the horizon; near.
     for (position, normal) in
-        [([0.3, -0.2, 0.0], [0.1, 0.2, 1.0]), ([0.5, 0.4, 0.5], [1.0, 0.5, 0.25]), ([0.8, -0.7, 1.5], [0.0, 0.25, 1.0])]
+        [([0.3, -0.2, 0.0], [0.1, 0.2, 1.0]), ([0.5, 0.4, 0.5], [1.0, 0.5, 0.25]), ([0.8, -0.7, 1.0], [0.0, 0.25, 1.0])]
     {
         let receiver = Receiver::new(position.into(), normal.into(), 0.8).unwrap();
         let truth = exact(&receiver, &ceiling());
