@@ -14,7 +14,7 @@ use std::collections::BinaryHeap;
 use crate::Error;
 use crate::cubature::Status;
 use crate::piece::{Degrees, Four, Piece, Sums};
-use crate::region::Vertex;
+use crate::plane::Vertex;
 
 /// Largest length of a piece over its distance from the receiver. At 2 the singularity is at `+-i` or further for a line through
 /// the piece mapped to `[-1, 1]`, so each degree gains a factor 2.4 or more (Bernstein's ellipse).
@@ -95,6 +95,7 @@ pub(crate) fn integrate(
     let measure = |piece: Piece| Cell::new(piece, piece.sums(degrees, integrand));
     let mut cells: Vec<Cell> = pieces.into_iter().map(measure).collect();
     let mut totals = sum(cells.iter());
+    finite(&totals)?;
     let scale = lengths(totals.integral).map(|size| if size > 0.0 { size } else { 1.0 });
     let urgency = |cell: &Cell| (cell.discrepancy[0] / scale[0]).max(cell.discrepancy[1] / scale[1]);
     for cell in &mut cells {
@@ -126,9 +127,7 @@ pub(crate) fn integrate(
             heap.push(half);
         }
     };
-    if let Some(value) = totals.integral.iter().find(|value| !value.is_finite()) {
-        return Err(Error::NotFinite { quantity: "an integral over the emitter", value: *value });
-    }
+    finite(&totals)?;
     let error = [0, 1].map(|i| totals.discrepancy[i] + totals.rounding[i]);
     Ok(Refined { integral: totals.integral, error, evaluations, status })
 }
@@ -190,6 +189,13 @@ impl Totals {
         self.integral = [0, 1, 2, 3].map(|i| self.integral[i] + (a.integral[i] + b.integral[i] - parent.integral[i]));
         self.discrepancy = [0, 1].map(|i| self.discrepancy[i] + (a.discrepancy[i] + b.discrepancy[i] - parent.discrepancy[i]));
         self.rounding = [0, 1].map(|i| self.rounding[i] + (a.rounding[i] + b.rounding[i] - parent.rounding[i]));
+    }
+}
+
+fn finite(totals: &Totals) -> Result<(), Error> {
+    match totals.integral.iter().find(|value| !value.is_finite()) {
+        Some(value) => Err(Error::NotFinite { quantity: "an integral over the emitter", value: *value }),
+        None => Ok(()),
     }
 }
 

@@ -4,8 +4,8 @@
 //! - Eq. 6: `(2pi/rho) B(x) = -oint B n1.(r x dy)/r^2 + int k.r/r^2 dA`
 //! - Eq. 9: `-(2pi/rho) grad B(x) = oint B (n1 x dy)/r^2 + 2 oint B (n1.(r x dy)) r/r^4 + int k/r^2 dA - 2 int (k.r) r/r^4 dA`
 //!
-//! Both are Stokes' theorem on a fixed region, so every edge of the clipped polygon counts, the horizon's too, though the sum of
-//! what the horizon's edges give to Eq. 9 must vanish. Far away Eq. 6 cancels: it loses `2 log10(distance / size)` digits.
+//! Both are Stokes' theorem on a fixed region, so every edge of the clipped polygon counts, the horizon's too. They cancel where little is
+//! seen: `log10(distance / size)` digits far away, three times `log10(size / width)` for the value of a sliver over the horizon.
 //!
 //! The visible boundary form lets the contour move and integrates by parts; it vanishes on the horizon, where `s = n1.r = 0`, and
 //! it is the one that keeps the digits of the gradient near contact:
@@ -13,7 +13,7 @@
 
 use crate::integrand::Integrand;
 use crate::piece::{Four, Piece};
-use crate::region::{Edge, Vertex};
+use crate::plane::{Edge, Vertex};
 
 impl Integrand<'_> {
     /// Eqs. 6 and 9, times `pi/rho`.

@@ -11,7 +11,8 @@ use crate::Error;
 use crate::adaptive::{self, Goal, Refined};
 use crate::integrand::Integrand;
 use crate::piece::Piece;
-use crate::region::{Region, Vertex};
+use crate::plane::Vertex;
+use crate::region::Region;
 use crate::source_function::Source;
 
 /// How an integration ended.

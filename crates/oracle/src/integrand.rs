@@ -7,7 +7,8 @@
 //! integral is smaller than that of its magnitude by the factor `h / size`: that many digits are lost, and the caller counts them.
 
 use crate::piece::Four;
-use crate::region::{Region, Vertex};
+use crate::plane::Vertex;
+use crate::region::Region;
 use crate::source_function::Source;
 
 /// What an integrand needs of a region and of a source. Integrands are without the factor `rho/pi`, in scaled lengths, gradients in

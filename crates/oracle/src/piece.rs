@@ -1,7 +1,7 @@
 //! The pieces an integral is cut into: triangles of the emitter's plane and edges of their boundary, with the rules that serve them.
 
 use crate::gauss_kronrod;
-use crate::region::{Edge, Triangle, Vertex};
+use crate::plane::{Edge, Triangle, Vertex};
 use crate::triangle_rule::{DEGREE_8, DEGREE_14, DEGREE_17, TriangleRule};
 
 /// A value and the three components of its gradient, as one integrand.
@@ -19,7 +19,7 @@ pub(crate) enum Piece {
 pub(crate) struct Sums {
     /// By the rule of higher degree.
     pub(crate) integral: Four,
-    /// What the rule of lower degree differs from it.
+    /// Estimated error of it, by the rule of lower degree.
     pub(crate) difference: Four,
     /// Integral of the magnitude: of the value, of the gradient.
     pub(crate) magnitude: [f64; 2],
@@ -58,6 +58,10 @@ impl Degrees {
     }
 }
 
+/// What the difference of degrees 14 and 17 is multiplied by to estimate the error of the latter: on a needle, where the two differ
+/// little in what they resolve, the plain difference was measured to be as small as 0.93 of the error.
+const CAUTION: f64 = 4.0;
+
 impl Piece {
     /// Evaluations that [`Self::sums`] takes.
     pub(crate) fn cost(&self, degrees: Degrees) -> usize {
@@ -79,7 +83,8 @@ impl Piece {
                 for (l, weight) in &low.points {
                     add(&mut coarse, triangle.area * weight, integrand(self, &triangle.at(*l)));
                 }
-                sums.difference = [0, 1, 2, 3].map(|i| sums.integral[i] - coarse[i]);
+                let caution = if degrees == Degrees::Tight { CAUTION } else { 1.0 };
+                sums.difference = [0, 1, 2, 3].map(|i| caution * (sums.integral[i] - coarse[i]));
                 sums
             }
             Self::Edge(edge) => {

@@ -7,7 +7,8 @@
 //! form of Peters (2021), carried in barycentric coordinates: no direction is rounded, so a triangle of 1e-10 sr is
 //! sampled as well as one of 2 pi sr.
 
-use crate::region::{Region, Triangle, Vertex};
+use crate::plane::{Triangle, Vertex};
+use crate::region::Region;
 
 /// How points are distributed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -121,4 +122,83 @@ impl Corners {
 
 fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A triangle from in-plane corners; emission is not used.
+    fn triangle(corners: [[f64; 2]; 3]) -> Triangle {
+        let [[ap, aq], [bp, bq], [cp, cq]] = corners;
+        let area = 0.5 * ((bp - ap) * (cq - aq) - (bq - aq) * (cp - ap));
+        Triangle { corners: corners.map(|[p, q]| Vertex { p, q, s: 1.0, b: 1.0 }), area }
+    }
+
+    fn solid_angle(corners: [[f64; 2]; 3], height: f64) -> f64 {
+        Corners::new(&triangle(corners), height).solid_angle()
+    }
+
+    #[test]
+    fn solid_angles_are_right_from_1e_minus_10_to_2_pi() {
+        // An octant: directions (1, 0, 0), (0, 1, 0), (0, 0, -1) in the limit.
+        let octant = solid_angle([[1e9, 0.0], [0.0, 1e9], [0.0, 0.0]], 1.0);
+        assert!((octant - std::f64::consts::FRAC_PI_2).abs() < 1e-8, "{octant}");
+        let half_space = solid_angle([[-1e9, -1e9], [1e9, -1e9], [0.0, 1e9]], 1.0);
+        assert!((half_space - std::f64::consts::TAU).abs() < 1e-8, "{half_space}");
+        // Small: area cos / r^2 up to the variation over the triangle.
+        let small = solid_angle([[1.0, 1.0], [1.00001, 1.0], [1.0, 1.00002]], 1.0);
+        assert!((small / (1e-10 / 3.0_f64.powi(3).sqrt()) - 1.0).abs() < 1e-4, "{small}");
+    }
+
+    #[test]
+    fn the_first_coordinate_is_the_fraction_of_the_solid_angle() {
+        for (corners, height) in [
+            ([[0.3, -0.2], [2.0, 0.5], [-1.0, 1.5]], 0.7),
+            ([[-1e4, -1e4], [1e4, -1e4], [0.0, 1e4]], 1.0),
+            ([[1.0, 1.0], [1.000_01, 1.0], [1.0, 1.000_02]], 1.0),
+            ([[0.0, 0.0], [1.0, 0.0], [0.5, 1e-6]], 1e-3),
+        ] {
+            let whole = triangle(corners);
+            for u in [0.001, 0.25, 0.5, 0.9] {
+                // v = 1 is on the side from corner 0 to corner 2.
+                let [first, second, last] = Corners::new(&whole, height).barycentric([u, 1.0]);
+                assert!(second.abs() < 1e-12 && first > 0.0 && last > 0.0, "{first} {second} {last}");
+                let at = [0, 1].map(|i| first * corners[0][i] + last * corners[2][i]);
+                let [part, all] = [solid_angle([corners[0], corners[1], at], height), solid_angle(corners, height)];
+                assert!((part / all - u).abs() < 1e-6 * u, "{corners:?} {u}: {}", part / all);
+            }
+        }
+    }
+
+    #[test]
+    fn the_second_coordinate_is_uniform_in_the_cosine_from_corner_1() {
+        let corners = [[0.3, -0.2], [2.0, 0.5], [-1.0, 1.5]];
+        let seen = Corners::new(&triangle(corners), 0.7);
+        let cosine = |v: f64| {
+            let l = seen.barycentric([0.4, v]);
+            let ray = [0, 1].map(|i| l[0] * corners[0][i] + l[1] * corners[1][i] + l[2] * corners[2][i]);
+            let ray = [ray[0], ray[1], -0.7];
+            dot(ray, seen.directions[1]) / dot(ray, ray).sqrt()
+        };
+        for v in [0.0, 0.1, 0.5, 0.8] {
+            assert!((cosine(v) - (1.0 - v * (1.0 - cosine(1.0)))).abs() < 1e-14);
+        }
+    }
+
+    #[test]
+    fn area_sampling_has_the_right_centroid() {
+        let count = 64;
+        let whole = [triangle([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])];
+        let cumulated = vec![0.5];
+        let sampler = Sampler { triangles: &whole, height: 1.0, sampling: Sampling::Area, cumulated };
+        let mut mean = [0.0; 2];
+        for i in 0..count * count {
+            let place = |k: i32| (f64::from(k) + 0.5) / f64::from(count);
+            let (at, weight) = sampler.point([place(i / count), place(i % count)]);
+            assert_eq!(weight, 0.5);
+            mean = [mean[0] + at.p / f64::from(count * count), mean[1] + at.q / f64::from(count * count)];
+        }
+        assert!(mean.iter().all(|m| (m - 1.0 / 3.0).abs() < 1e-4), "{mean:?}");
+    }
 }

@@ -102,7 +102,7 @@ mod tests {
             let mut quarters = [0_usize; 4];
             for key in 0..4000 {
                 let [a, b] = ScrambledSobol::new(key).point(index);
-                quarters[usize::from(a < 0.5) * 2 + usize::from(b < 0.25 || b >= 0.75)] += 1;
+                quarters[usize::from(a < 0.5) * 2 + usize::from((0.25..0.75).contains(&b))] += 1;
             }
             // Binomial: 1000 with standard deviation 27.
             assert!(quarters.iter().all(|count| count.abs_diff(1000) < 140), "{quarters:?}");

@@ -1,9 +1,9 @@
 //! The surface, contour and boundary forms are built differently and must give the same numbers, for any emission.
 
 use radgrad_core::{DVec3, Emission, Emitter, Polygon, Receiver};
-use radgrad_oracle::Source;
 use radgrad_oracle::confidence::Interval;
-use radgrad_oracle::cubature::{Estimate, Form, Status, integrate_form};
+use radgrad_oracle::cubature::{Estimate, Form, Status, integrate, integrate_form};
+use radgrad_oracle::{Error, Source};
 
 fn l_shape() -> Polygon {
     let corners = [(0.0, 0.0), (2.0, 0.0), (2.0, 1.0), (1.0, 1.0), (1.0, 2.0), (0.0, 2.0)];
@@ -117,4 +117,41 @@ fn behind_and_below_give_exactly_zero() {
             assert_eq!((estimate.radiosity, estimate.gradient, estimate.evaluations), (0.0, DVec3::ZERO, 0));
         }
     }
+}
+
+#[test]
+fn a_power_of_two_scales_exactly() {
+    for (name, receiver) in receivers() {
+        let estimate = |power: f64| {
+            let vertices = l_shape().vertices().iter().map(|vertex| *vertex * power).collect();
+            let emission = Emission::gradient(1.5, DVec3::new(0.5, -0.25, 0.125) / power);
+            let emitter = Emitter::new(Polygon::new(vertices).unwrap(), emission).unwrap();
+            let receiver = Receiver::new(receiver.position() * power, receiver.normal(), 0.75).unwrap();
+            by_all_forms(&receiver, emitter.polygon(), Source::Emitter(&emitter))
+        };
+        let power = 2.0_f64.powi(300);
+        let [tiny, unit, huge] = [1.0 / power, 1.0, power].map(estimate);
+        for form in 0..3 {
+            for (scaled, power) in [(tiny[form], 1.0 / power), (huge[form], power)] {
+                assert_eq!(scaled.radiosity, unit[form].radiosity, "{name}");
+                assert_eq!(scaled.gradient * power, unit[form].gradient, "{name}");
+            }
+        }
+    }
+}
+
+#[test]
+fn wrong_settings_are_named() {
+    let emitter = Emitter::new(l_shape(), Emission::Constant(1.0)).unwrap();
+    let [(_, receiver), ..] = receivers();
+    let with = |tolerance, budget| integrate(&receiver, &emitter, tolerance, budget);
+    for tolerance in [0.0, -1e-3, f64::NAN, f64::INFINITY] {
+        assert!(matches!(with(tolerance, 1000), Err(Error::Tolerance { .. })));
+    }
+    assert!(matches!(with(1e-3, 10), Err(Error::Budget { budget: 10, needed }) if needed > 10));
+    let (radiosity, gradient) = (|_| f64::NAN, |_| DVec3::ZERO);
+    let source =
+        Source::Function { radiosity: &radiosity, gradient: &gradient, range: Interval { low: 0.0, high: 1.0 }, steepest: 0.0 };
+    let error = integrate_form(&receiver, emitter.polygon(), source, Form::Surface, 1e-3, 100_000).unwrap_err();
+    assert!(matches!(error, Error::NotFinite { .. }), "{error}");
 }

@@ -131,7 +131,8 @@ fn nothing_seen_does_not_look_converged() {
     let keyhole = polygon(&[[-1.0, -1.0, 1.0], [1.0, -1.0, 1.0], [1.0, 1.0, 1.0], [-0.45, 1.0, 1.0]]);
     for lid in [lid, keyhole] {
         for (sampling, sequence) in all_ways(1) {
-            let estimate = integrate(&receiver(DVec3::ZERO), &ceiling(), &[lid.clone()], sampling, sequence, 0.99).unwrap();
+            let estimate =
+                integrate(&receiver(DVec3::ZERO), &ceiling(), std::slice::from_ref(&lid), sampling, sequence, 0.99).unwrap();
             if estimate.hits < 20 {
                 assert_eq!(estimate.radiosity.status, Status::TooFewHits);
                 let limits = estimate.radiosity.student;
