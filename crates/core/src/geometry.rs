@@ -7,7 +7,7 @@
 use glam::DVec3;
 
 use crate::Error;
-use crate::double_double::DoubleDouble;
+use crate::double_double::{DoubleDouble, UNIT};
 use crate::vec3::Vec3;
 
 /// A point on a diffuse surface: position `x`, unit normal `n1`, reflectance `rho`.
@@ -23,6 +23,8 @@ pub struct Receiver {
     position: DVec3,
     /// The normal as given, times a power of two that brings its largest component to [1, 2).
     direction: Vec3<f64>,
+    /// Unit normal in double-double.
+    precise_normal: Vec3<DoubleDouble>,
     normal: DVec3,
     reflectance: f64,
 }
@@ -43,8 +45,8 @@ impl Receiver {
             return Err(Error::Reflectance { value: reflectance });
         }
         let direction = Vec3::from(normal) * normalising_power(normal.abs().max_element());
-        let (unit, _) = unit_vector(direction.map(DoubleDouble::from));
-        Ok(Self { position, direction, normal: unit.map(DoubleDouble::to_f64).into(), reflectance })
+        let (precise_normal, _) = unit_vector(direction.map(DoubleDouble::from));
+        Ok(Self { position, direction, precise_normal, normal: precise_normal.map(DoubleDouble::to_f64).into(), reflectance })
     }
 
     /// Position `x`.
@@ -63,6 +65,10 @@ impl Receiver {
     #[must_use]
     pub fn direction(&self) -> DVec3 {
         self.direction.into()
+    }
+
+    pub(crate) const fn precise_normal(&self) -> Vec3<DoubleDouble> {
+        self.precise_normal
     }
 
     /// Reflectance `rho`, in [0, 1].
@@ -87,7 +93,10 @@ pub struct Polygon {
     vertices: Vec<DVec3>,
     /// Unit normal in double-double, so that heights over the plane keep their digits near contact.
     precise_normal: Vec3<DoubleDouble>,
+    normal_error: f64,
     normal: DVec3,
+    /// Three vertices, in order, that are not on one line.
+    corners: [usize; 3],
     area: f64,
     size: f64,
     planarity_defect: f64,
@@ -134,6 +143,8 @@ impl Polygon {
         if norm <= DEGENERATE {
             return Err(Error::ZeroArea { count });
         }
+        let turn = |i: usize| precise_normal.dot(offsets[i].cross(offsets[i + 1])).hi;
+        let widest = (1..count - 1).max_by(|&i, &j| turn(i).total_cmp(&turn(j))).unwrap_or(1);
         let planarity_defect = if count == 3 {
             0.0
         } else {
@@ -146,6 +157,9 @@ impl Polygon {
             area: 0.5 * norm / power / power,
             vertices,
             precise_normal,
+            // A cross product of normalised edges errs by 4 UNIT of their lengths' product, at most 3; normalising it adds 32 UNIT.
+            normal_error: count as f64 * 16.0 * UNIT / norm + 32.0 * UNIT,
+            corners: [0, widest, widest + 1],
             size,
             planarity_defect,
         };
@@ -186,29 +200,39 @@ impl Polygon {
         self.planarity_defect
     }
 
+    /// Bound on the error of [`Self::precise_normal`], a relative one since that has length 1.
+    pub(crate) const fn normal_error(&self) -> f64 {
+        self.normal_error
+    }
+
+    /// Three vertices in order that are not on one line: the plane, exactly.
+    pub(crate) fn plane_vertices(&self) -> [DVec3; 3] {
+        self.corners.map(|i| self.vertices[i])
+    }
+
     pub(crate) const fn precise_normal(&self) -> Vec3<DoubleDouble> {
         self.precise_normal
     }
 
+    /// The vertices on the coordinate plane that shows the polygon largest, normalised, counter-clockwise.
+    pub(crate) fn projected(&self) -> Vec<robust::Coord<f64>> {
+        let power = normalising_power(self.vertices.iter().map(|v| v.abs().max_element()).fold(0.0, f64::max));
+        let n = self.normal;
+        let [x, y, z] = n.abs().to_array();
+        let (along, across, up) = if z >= x && z >= y {
+            (DVec3::X, DVec3::Y, n.z)
+        } else if y >= x {
+            (DVec3::Z, DVec3::X, n.y)
+        } else {
+            (DVec3::Y, DVec3::Z, n.x)
+        };
+        let (along, across) = if up > 0.0 { (along, across) } else { (across, along) };
+        self.vertices.iter().map(|v| robust::Coord { x: v.dot(along) * power, y: v.dot(across) * power }).collect()
+    }
+
     /// Looks for two edges that meet, by exact predicates on the projection along the normal's largest component.
     fn check_simple(&self) -> Result<(), Error> {
-        let power = normalising_power(self.vertices.iter().map(|v| v.abs().max_element()).fold(0.0, f64::max));
-        let n = self.normal.abs();
-        let points: Vec<robust::Coord<f64>> = self
-            .vertices
-            .iter()
-            .map(|v| {
-                let v = *v * power;
-                let (x, y) = if n.z >= n.x && n.z >= n.y {
-                    (v.x, v.y)
-                } else if n.y >= n.x {
-                    (v.z, v.x)
-                } else {
-                    (v.y, v.z)
-                };
-                robust::Coord { x, y }
-            })
-            .collect();
+        let points = self.projected();
         let count = points.len();
         for first in 0..count {
             let (a, b) = (points[first], points[(first + 1) % count]);
