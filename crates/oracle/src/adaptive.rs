@@ -138,7 +138,7 @@ fn graded(mut waiting: Vec<Piece>, height: f64, degrees: Degrees, budget: usize)
     let mut needed = waiting.iter().map(|piece| piece.cost(degrees)).sum::<usize>();
     while let Some(piece) = waiting.pop() {
         if needed > budget {
-            return Err(Error::Budget { budget, needed });
+            return Err(Error::Evaluations { budget, needed });
         }
         let squared_distance = piece.squared_distance_to_foot() + height * height;
         if piece.squared_diameter() <= LONGEST * LONGEST * squared_distance {

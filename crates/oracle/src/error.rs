@@ -14,7 +14,7 @@ pub enum Error {
     },
     /// The budget does not allow the first pass.
     #[error("the budget is {budget} evaluations: the first pass alone needs {needed}")]
-    Budget {
+    Evaluations {
         /// Evaluations allowed.
         budget: usize,
         /// Evaluations of the first pass.

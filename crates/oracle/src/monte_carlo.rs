@@ -2,7 +2,7 @@
 //!
 //! A sample is the contribution of one point of the emitter, blocked or not, and for the gradient of one point of the generating edges
 //! (`silhouette`). Each quantity comes with two intervals: Student's, which needs a mean close to normal, and a distribution-free
-//! one from the range that the geometry allows a contribution. A mean that rests on the equivalent of fewer than [`FEWEST_HITS`]
+//! one from the range that the geometry allows a contribution. A mean that rests on the equivalent of fewer than 50
 //! full contributions is [`Status::TooFewHits`], and then both intervals are the distribution-free one: a peak that no sample
 //! found, or an emitter seen through a keyhole, cannot look converged.
 //!

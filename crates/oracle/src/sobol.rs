@@ -8,6 +8,9 @@
 /// Digits that are scrambled one by one; what is below is uniform by itself.
 const DIGITS: u32 = 32;
 
+/// Digits whose flips, one for each of `2^GROUP - 1` prefixes, are taken from one hash.
+const GROUP: u32 = 4;
+
 /// One scrambled copy of the sequence.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct ScrambledSobol {
@@ -36,17 +39,27 @@ impl ScrambledSobol {
     }
 }
 
-/// Flips each digit by a bit that depends on the digits above it, then fills the lower half at random.
+/// Flips each digit by a bit that depends on the digits above it, then fills what is below at random.
 fn scramble(digits: u32, key: u64) -> f64 {
     let mut scrambled = 0_u64;
-    for place in 0..DIGITS {
-        let above = (1_u64 << place) | (u64::from(digits) >> (DIGITS - place));
-        let flip = mix(key ^ above.wrapping_mul(0x9e37_79b9_7f4a_7c15)) >> 63;
-        let digit = u64::from(digits >> (DIGITS - 1 - place) & 1);
-        scrambled = scrambled << 1 | (digit ^ flip);
+    for group in 0..DIGITS / GROUP {
+        let above = DIGITS - group * GROUP;
+        let flips = mix(key ^ prefix(digits, above));
+        // The nodes of a binary tree of depth GROUP: 1 at the root, 2 n and 2 n + 1 below n.
+        let mut node = 1;
+        for place in 1..=GROUP {
+            let digit = u64::from(digits >> (above - place) & 1);
+            scrambled = scrambled << 1 | (digit ^ (flips >> node & 1));
+            node = 2 * node + digit;
+        }
     }
-    let below = mix(key ^ (1_u64 << DIGITS | u64::from(digits)).wrapping_mul(0x9e37_79b9_7f4a_7c15)) >> (11 + DIGITS);
+    let below = mix(key ^ prefix(digits, 0)) >> (11 + DIGITS);
     unit_interval((scrambled << (53 - DIGITS)) | below)
+}
+
+/// The digits above place `above`, told from shorter and longer prefixes by a leading 1, spread over 64 bits.
+fn prefix(digits: u32, above: u32) -> u64 {
+    (1_u64 << (DIGITS - above) | u64::from(digits) >> above).wrapping_mul(0x9e37_79b9_7f4a_7c15)
 }
 
 /// 53 bits as a double in `[0, 1)`: exact.

@@ -148,7 +148,7 @@ fn wrong_settings_are_named() {
     for tolerance in [0.0, -1e-3, f64::NAN, f64::INFINITY] {
         assert!(matches!(with(tolerance, 1000), Err(Error::Tolerance { .. })));
     }
-    assert!(matches!(with(1e-3, 10), Err(Error::Budget { budget: 10, needed }) if needed > 10));
+    assert!(matches!(with(1e-3, 10), Err(Error::Evaluations { budget: 10, needed }) if needed > 10));
     let (radiosity, gradient) = (|_| f64::NAN, |_| DVec3::ZERO);
     let source =
         Source::Function { radiosity: &radiosity, gradient: &gradient, range: Interval { low: 0.0, high: 1.0 }, steepest: 0.0 };
