@@ -60,8 +60,8 @@ fn coverage(truth: [f64; 4], seeds: u64, estimate: impl Fn(u64) -> Estimate) -> 
 }
 
 fn all_ways(seed: u64) -> [(Sampling, Sequence); 4] {
-    let independent = Sequence::Independent { samples: 3000, seed };
-    let sobol = Sequence::Sobol { samples: 256, scramblings: 12, seed };
+    let independent = Sequence::Independent { samples: 2400, seed };
+    let sobol = Sequence::Sobol { samples: 128, scramblings: 16, seed };
     [Sampling::Area, Sampling::SolidAngle]
         .map(|sampling| [(sampling, independent), (sampling, sobol)])
         .concat()
@@ -71,7 +71,7 @@ fn all_ways(seed: u64) -> [(Sampling, Sequence); 4] {
 
 fn assert_coverage(truth: [f64; 4], emitter: &Emitter, receiver: &Receiver, occluders: &[Polygon]) {
     for way in 0..4 {
-        let [student, free] = coverage(truth, 300, |seed| {
+        let [student, free] = coverage(truth, 200, |seed| {
             let (sampling, sequence) = all_ways(seed)[way];
             integrate(receiver, emitter, occluders, sampling, sequence, 0.99).unwrap()
         });
