@@ -13,14 +13,14 @@ use crate::Error;
 
 /// A closed interval that contains a number with a stated confidence.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Interval {
+pub struct ConfidenceInterval {
     /// Lower end.
     pub low: f64,
     /// Upper end.
     pub high: f64,
 }
 
-impl Interval {
+impl ConfidenceInterval {
     /// Whether `value` is in it.
     #[must_use]
     pub fn contains(&self, value: f64) -> bool {
@@ -68,7 +68,7 @@ impl Moments {
     }
 
     /// Limits of Student's distribution with `count - 1` degrees of freedom.
-    pub(crate) fn student(&self, confidence: f64) -> Result<Interval, Error> {
+    pub(crate) fn student(&self, confidence: f64) -> Result<ConfidenceInterval, Error> {
         let freedom = self.count as f64 - 1.0;
         let distribution = StudentsT::new(0.0, 1.0, freedom).map_err(|_| Error::TooFewSamples {
             what: "samples",
@@ -76,17 +76,17 @@ impl Moments {
             least: 2,
         })?;
         let quantile = distribution.inverse_cdf(0.5 + 0.5 * confidence);
-        Ok(Interval::around(self.mean, quantile * (self.variance() / self.count as f64).sqrt()))
+        Ok(ConfidenceInterval::around(self.mean, quantile * (self.variance() / self.count as f64).sqrt()))
     }
 
     /// Limits for any distribution on `range`.
-    pub(crate) fn distribution_free(&self, confidence: f64, range: Interval) -> Interval {
+    pub(crate) fn distribution_free(&self, confidence: f64, range: ConfidenceInterval) -> ConfidenceInterval {
         let (count, delta) = (self.count as f64, 1.0 - confidence);
         let hoeffding = range.width() * (libm::log(4.0 / delta) / (2.0 * count)).sqrt();
         let log = libm::log(8.0 / delta);
         let bernstein = (2.0 * self.variance() * log / count).sqrt() + 7.0 * range.width() * log / (3.0 * (count - 1.0));
-        let limits = Interval::around(self.mean, hoeffding.min(bernstein));
-        Interval { low: limits.low.max(range.low), high: limits.high.min(range.high) }
+        let limits = ConfidenceInterval::around(self.mean, hoeffding.min(bernstein));
+        ConfidenceInterval { low: limits.low.max(range.low), high: limits.high.min(range.high) }
     }
 }
 
@@ -113,7 +113,7 @@ mod tests {
     fn constant_samples_are_not_certain() {
         let mut moments = Moments::default();
         (0..1000).for_each(|_| moments.add(0.0));
-        let limits = moments.distribution_free(0.99, Interval { low: 0.0, high: 5.0 });
+        let limits = moments.distribution_free(0.99, ConfidenceInterval { low: 0.0, high: 5.0 });
         assert!(limits.low == 0.0 && limits.high > 0.05 && limits.high < 0.1, "{limits:?}");
     }
 

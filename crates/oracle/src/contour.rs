@@ -82,14 +82,14 @@ mod tests {
     use super::*;
     use crate::adaptive::{self, Goal};
     use crate::region::Region;
-    use crate::source_function::Source;
+    use crate::source_function::SourceFunction;
 
     /// Eqs. 6 and 9 with changes to the integrand: relative errors of value and gradient against Eq. 1.
     fn errors_with(emission: Emission, change: impl Fn(&Integrand<'_>, &Piece, &Vertex, Four) -> Four) -> [f64; 2] {
         let corners = [[0.0, 0.0, 2.0], [0.5, 1.0, 2.5], [1.0, 0.25, 2.25]].map(DVec3::from);
         let emitter = Emitter::new(Polygon::new(corners.to_vec()).unwrap(), emission).unwrap();
         let receiver = Receiver::new(DVec3::ZERO, DVec3::new(0.25, 0.5, 1.0), 1.0).unwrap();
-        let source = Source::Emitter(&emitter);
+        let source = SourceFunction::Emitter(&emitter);
         let region = Region::new(&receiver, emitter.polygon(), &source).unwrap();
         let integrand = Integrand::new(&region, source);
         let triangles = || region.triangles.iter().copied().map(Piece::Triangle);

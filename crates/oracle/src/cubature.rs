@@ -13,7 +13,7 @@ use crate::integrand::Integrand;
 use crate::piece::Piece;
 use crate::plane::Vertex;
 use crate::region::Region;
-use crate::source_function::Source;
+use crate::source_function::SourceFunction;
 
 /// How an integration ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -71,7 +71,7 @@ pub enum Form {
 /// # Errors
 /// If the tolerance is not positive, the budget does not allow a first pass, or a number overflows.
 pub fn integrate(receiver: &Receiver, emitter: &Emitter, tolerance: f64, budget: usize) -> Result<Estimate, Error> {
-    integrate_form(receiver, emitter.polygon(), Source::Emitter(emitter), Form::Surface, tolerance, budget)
+    integrate_form(receiver, emitter.polygon(), SourceFunction::Emitter(emitter), Form::Surface, tolerance, budget)
 }
 
 /// The same for any emission over `polygon`, by any of the forms.
@@ -81,7 +81,7 @@ pub fn integrate(receiver: &Receiver, emitter: &Emitter, tolerance: f64, budget:
 pub fn integrate_form(
     receiver: &Receiver,
     polygon: &Polygon,
-    source: Source<'_>,
+    source: SourceFunction<'_>,
     form: Form,
     tolerance: f64,
     budget: usize,

@@ -9,7 +9,7 @@
 use crate::piece::Four;
 use crate::plane::Vertex;
 use crate::region::Region;
-use crate::source_function::Source;
+use crate::source_function::SourceFunction;
 
 /// What an integrand needs of a region and of a source. Integrands are without the factor `rho/pi`, in scaled lengths, gradients in
 /// the frame `(u, v, n2)`.
@@ -18,11 +18,11 @@ pub(crate) struct Integrand<'a> {
     pub(crate) height: f64,
     pub(crate) normal: [f64; 3],
     region: &'a Region,
-    source: Source<'a>,
+    source: SourceFunction<'a>,
 }
 
 impl<'a> Integrand<'a> {
-    pub(crate) fn new(region: &'a Region, source: Source<'a>) -> Self {
+    pub(crate) fn new(region: &'a Region, source: SourceFunction<'a>) -> Self {
         Self { height: region.height, normal: region.normal, region, source }
     }
 
@@ -30,16 +30,16 @@ impl<'a> Integrand<'a> {
     #[inline]
     pub(crate) fn emission(&self, at: &Vertex) -> f64 {
         match self.source {
-            Source::Emitter(_) => at.b,
-            Source::Function { radiosity, .. } => radiosity(self.region.point(at.p, at.q)),
+            SourceFunction::Emitter(_) => at.b,
+            SourceFunction::Function { radiosity, .. } => radiosity(self.region.point(at.p, at.q)),
         }
     }
 
     /// Its gradient along `u` and `v`, per scaled length.
     pub(crate) fn emission_gradient(&self, at: &Vertex) -> [f64; 2] {
         let gradient = match self.source {
-            Source::Emitter(emitter) => emitter.emission_gradient(),
-            Source::Function { gradient, .. } => gradient(self.region.point(at.p, at.q)),
+            SourceFunction::Emitter(emitter) => emitter.emission_gradient(),
+            SourceFunction::Function { gradient, .. } => gradient(self.region.point(at.p, at.q)),
         };
         [self.region.axes[0].dot(gradient) / self.region.unit, self.region.axes[1].dot(gradient) / self.region.unit]
     }

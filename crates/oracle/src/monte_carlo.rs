@@ -13,7 +13,7 @@ use rand::rngs::Xoshiro256PlusPlus;
 use rand::{Rng, SeedableRng};
 
 use crate::Error;
-use crate::confidence::{Interval, Moments, check_confidence};
+use crate::confidence::{ConfidenceInterval, Moments, check_confidence};
 use crate::integrand::Integrand;
 use crate::piece::Four;
 use crate::plane::Triangle;
@@ -22,7 +22,7 @@ use crate::sampling::Sampler;
 pub use crate::sampling::Sampling;
 use crate::silhouette::Silhouette;
 use crate::sobol::{ScrambledSobol, unit_interval};
-use crate::source_function::Source;
+use crate::source_function::SourceFunction;
 use crate::visibility::Occluders;
 
 /// Where the points of the unit square come from; the same seed gives the same points on every machine.
@@ -62,10 +62,10 @@ pub enum Status {
 pub struct Limits {
     /// Mean of the samples.
     pub mean: f64,
-    /// Interval at the stated confidence if the mean is close to normal.
-    pub student: Interval,
-    /// Interval at the stated confidence whatever the distribution.
-    pub distribution_free: Interval,
+    /// ConfidenceInterval at the stated confidence if the mean is close to normal.
+    pub student: ConfidenceInterval,
+    /// ConfidenceInterval at the stated confidence whatever the distribution.
+    pub distribution_free: ConfidenceInterval,
     /// What it rests on.
     pub status: Status,
 }
@@ -113,7 +113,7 @@ pub fn integrate(
     sequence: Sequence,
     confidence: f64,
 ) -> Result<Estimate, Error> {
-    let source = Source::Emitter(emitter);
+    let source = SourceFunction::Emitter(emitter);
     integrate_source(receiver, emitter.polygon(), source, occluders, sampling, sequence, confidence)
 }
 
@@ -124,7 +124,7 @@ pub fn integrate(
 pub fn integrate_source(
     receiver: &Receiver,
     polygon: &Polygon,
-    source: Source<'_>,
+    source: SourceFunction<'_>,
     occluders: &[Polygon],
     sampling: Sampling,
     sequence: Sequence,
@@ -238,7 +238,7 @@ impl Estimator<'_> {
     /// Ranges of a contribution to the value and to a component of the gradient, before the factor `rho/pi`: with `c <= 1` the largest
     /// cosine at the receiver and `d` the smallest distance, `B s h/r^4 <= B c h/d^3` and
     /// `|h g + (r.g) n2| s/r^4 <= |g| c/d^2` per area; `B c` and `|g| s/h` per solid angle.
-    fn ranges(&self, source: &Source<'_>, sampling: Sampling) -> [Interval; 2] {
+    fn ranges(&self, source: &SourceFunction<'_>, sampling: Sampling) -> [ConfidenceInterval; 2] {
         let emitted = source.range();
         let emission = emitted.low.abs().max(emitted.high.abs());
         let gradient = source.steepest() / self.region.unit;
@@ -253,8 +253,8 @@ impl Estimator<'_> {
         };
         let value = self.sampler.total() * value;
         let gradient = self.sampler.total() * gradient * slope + self.silhouette.total() * emission;
-        let value = Interval { low: value * emitted.low.min(0.0), high: value * emitted.high.max(0.0) };
-        [value, Interval { low: -gradient, high: gradient }]
+        let value = ConfidenceInterval { low: value * emitted.low.min(0.0), high: value * emitted.high.max(0.0) };
+        [value, ConfidenceInterval { low: -gradient, high: gradient }]
     }
 }
 
@@ -265,8 +265,8 @@ impl Tally {
         }
     }
 
-    fn limits(&self, [value, gradient]: [Interval; 2], region: &Region, confidence: f64) -> Result<Estimate, Error> {
-        let of = |i: usize, range: Interval, factor: f64| -> Result<Limits, Error> {
+    fn limits(&self, [value, gradient]: [ConfidenceInterval; 2], region: &Region, confidence: f64) -> Result<Estimate, Error> {
+        let of = |i: usize, range: ConfidenceInterval, factor: f64| -> Result<Limits, Error> {
             let moments = &self.moments[i];
             let distribution_free = moments.distribution_free(confidence, range).scaled(factor);
             let equivalent = self.magnitudes[i].mean() * self.samples as f64 / range.low.abs().max(range.high);
@@ -291,7 +291,7 @@ impl Tally {
 
 impl Limits {
     const fn zero() -> Self {
-        let nothing = Interval { low: 0.0, high: 0.0 };
+        let nothing = ConfidenceInterval { low: 0.0, high: 0.0 };
         Self { mean: 0.0, student: nothing, distribution_free: nothing, status: Status::Zero }
     }
 }

@@ -14,7 +14,7 @@ use radgrad_core::{Polygon, Receiver};
 
 use crate::compensated::{Pair, PairVector, cross, dot, normalising_power, unit};
 use crate::plane::{Edge, Triangle, Vertex};
-use crate::source_function::Source;
+use crate::source_function::SourceFunction;
 use crate::{Error, ear_clipping};
 
 /// A vertex before rounding.
@@ -51,7 +51,7 @@ pub(crate) struct Region {
 }
 
 impl Region {
-    pub(crate) fn new(receiver: &Receiver, polygon: &Polygon, source: &Source<'_>) -> Result<Self, Error> {
+    pub(crate) fn new(receiver: &Receiver, polygon: &Polygon, source: &SourceFunction<'_>) -> Result<Self, Error> {
         let vertices = polygon.vertices();
         let position = receiver.position();
         let farthest = vertices.iter().map(|e| (*e - position).abs().max_element()).fold(0.0, f64::max);
@@ -253,7 +253,7 @@ mod tests {
         let vertices = corners.iter().map(|[x, y]| DVec3::new(*x, *y, 0.0)).collect();
         let emitter = Emitter::new(Polygon::new(vertices).unwrap(), Emission::Constant(1.0)).unwrap();
         let receiver = Receiver::new(DVec3::new(foot[0], foot[1], height), normal.into(), 1.0).unwrap();
-        Region::new(&receiver, emitter.polygon(), &Source::Emitter(&emitter)).unwrap()
+        Region::new(&receiver, emitter.polygon(), &SourceFunction::Emitter(&emitter)).unwrap()
     }
 
     fn area(region: &Region) -> f64 {

@@ -11,7 +11,7 @@ use radgrad_core::Polygon;
 
 use crate::Error;
 use crate::region::Region;
-use crate::source_function::Source;
+use crate::source_function::SourceFunction;
 use crate::visibility::{Occluders, SeenPolygon};
 
 /// How far beside an edge, over the distance, it is decided what is seen there.
@@ -35,7 +35,7 @@ pub(crate) struct Silhouette<'a> {
     emitter: SeenPolygon,
     occluders: &'a Occluders,
     region: &'a Region,
-    source: Source<'a>,
+    source: SourceFunction<'a>,
     normal: DVec3,
 }
 
@@ -43,7 +43,7 @@ impl<'a> Silhouette<'a> {
     pub(crate) fn new(
         region: &'a Region,
         polygon: &Polygon,
-        source: Source<'a>,
+        source: SourceFunction<'a>,
         occluders: &'a Occluders,
     ) -> Result<Self, Error> {
         let emitter = SeenPolygon::new(region.position, region.unit, polygon);

@@ -6,11 +6,11 @@
 use glam::DVec3;
 use radgrad_core::{Emission, Emitter, Linear};
 
-use crate::confidence::Interval;
+use crate::confidence::ConfidenceInterval;
 
 /// What a polygon emits.
 #[derive(Clone, Copy)]
-pub enum Source<'a> {
+pub enum SourceFunction<'a> {
     /// The affine emission of an emitter, interpolated between its vertices.
     Emitter(&'a Emitter),
     /// Any function of the point `y`.
@@ -20,13 +20,13 @@ pub enum Source<'a> {
         /// `grad B(y)`; only the contour forms of Eqs. 6 and 9 ask for it.
         gradient: &'a dyn Fn(DVec3) -> DVec3,
         /// Bounds on `B(y)` over the polygon; only the distribution-free limits of Monte Carlo ask for them.
-        range: Interval,
+        range: ConfidenceInterval,
         /// Bound on `|grad B(y)|` there, for the same.
         steepest: f64,
     },
 }
 
-impl Source<'_> {
+impl SourceFunction<'_> {
     /// Emission at vertex `index` if the emission is affine: what interpolation starts from.
     pub(crate) fn at_vertex(&self, index: usize) -> Option<f64> {
         let Self::Emitter(emitter) = self else { return None };
@@ -46,13 +46,12 @@ impl Source<'_> {
     }
 
     /// Bounds on the emission over the polygon.
-    pub(crate) fn range(&self) -> Interval {
+    pub(crate) fn range(&self) -> ConfidenceInterval {
         match self {
             Self::Emitter(emitter) => {
                 let values = emitter.polygon().vertices().iter().map(|vertex| emitter.emission_at(*vertex));
-                values.fold(Interval { low: f64::INFINITY, high: f64::NEG_INFINITY }, |range, value| Interval {
-                    low: range.low.min(value),
-                    high: range.high.max(value),
+                values.fold(ConfidenceInterval { low: f64::INFINITY, high: f64::NEG_INFINITY }, |range, value| {
+                    ConfidenceInterval { low: range.low.min(value), high: range.high.max(value) }
                 })
             }
             Self::Function { range, .. } => *range,
@@ -72,7 +71,7 @@ impl Source<'_> {
     }
 }
 
-impl std::fmt::Debug for Source<'_> {
+impl std::fmt::Debug for SourceFunction<'_> {
     fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             Self::Emitter(emitter) => formatter.debug_tuple("Emitter").field(emitter).finish(),

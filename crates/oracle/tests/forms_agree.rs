@@ -1,9 +1,9 @@
 //! The surface, contour and boundary forms are built differently and must give the same numbers, for any emission.
 
 use radgrad_core::{DVec3, Emission, Emitter, Polygon, Receiver};
-use radgrad_oracle::confidence::Interval;
+use radgrad_oracle::confidence::ConfidenceInterval;
 use radgrad_oracle::cubature::{Estimate, Form, Status, integrate, integrate_form};
-use radgrad_oracle::{Error, Source};
+use radgrad_oracle::{Error, SourceFunction};
 
 fn l_shape() -> Polygon {
     let corners = [(0.0, 0.0), (2.0, 0.0), (2.0, 1.0), (1.0, 1.0), (1.0, 2.0), (0.0, 2.0)];
@@ -21,7 +21,7 @@ fn receivers() -> [(&'static str, Receiver); 4] {
     ]
 }
 
-fn by_all_forms(receiver: &Receiver, polygon: &Polygon, source: Source<'_>) -> [Estimate; 3] {
+fn by_all_forms(receiver: &Receiver, polygon: &Polygon, source: SourceFunction<'_>) -> [Estimate; 3] {
     [Form::Surface, Form::Contour, Form::Boundary].map(|form| {
         let estimate = integrate_form(receiver, polygon, source, form, 1e-11, 5_000_000).unwrap();
         assert_eq!(estimate.status, Status::Converged, "{form:?}");
@@ -42,7 +42,7 @@ fn assert_agreement(name: &str, [surface, contour, boundary]: [Estimate; 3]) {
 fn forms_agree_for_constant_emission() {
     let emitter = Emitter::new(l_shape(), Emission::Constant(1.5)).unwrap();
     for (name, receiver) in receivers() {
-        assert_agreement(name, by_all_forms(&receiver, emitter.polygon(), Source::Emitter(&emitter)));
+        assert_agreement(name, by_all_forms(&receiver, emitter.polygon(), SourceFunction::Emitter(&emitter)));
     }
 }
 
@@ -51,7 +51,7 @@ fn forms_agree_for_linear_emission() {
     let emission = Emission::gradient(1.5, DVec3::new(0.5, -0.25, 0.125));
     let emitter = Emitter::new(l_shape(), emission).unwrap();
     for (name, receiver) in receivers() {
-        assert_agreement(name, by_all_forms(&receiver, emitter.polygon(), Source::Emitter(&emitter)));
+        assert_agreement(name, by_all_forms(&receiver, emitter.polygon(), SourceFunction::Emitter(&emitter)));
     }
 }
 
@@ -59,10 +59,10 @@ fn forms_agree_for_linear_emission() {
 fn forms_agree_for_cubic_emission() {
     let radiosity = |y: DVec3| 2.0 + y.x * y.x * y.y - 0.5 * y.y * y.z * y.z + 0.25 * y.x;
     let gradient = |y: DVec3| DVec3::new(2.0 * y.x * y.y + 0.25, y.x * y.x - 0.5 * y.z * y.z, -y.y * y.z);
-    let source = Source::Function {
+    let source = SourceFunction::Function {
         radiosity: &radiosity,
         gradient: &gradient,
-        range: Interval { low: -10.0, high: 10.0 },
+        range: ConfidenceInterval { low: -10.0, high: 10.0 },
         steepest: 10.0,
     };
     for (name, receiver) in receivers() {
@@ -75,14 +75,14 @@ fn a_linear_emission_is_the_same_as_a_function() {
     let slope = DVec3::new(0.5, -0.25, 0.125);
     let emitter = Emitter::new(l_shape(), Emission::gradient(1.5, slope)).unwrap();
     let (radiosity, gradient) = (|y: DVec3| 1.5 + slope.dot(y), |_| slope);
-    let function = Source::Function {
+    let function = SourceFunction::Function {
         radiosity: &radiosity,
         gradient: &gradient,
-        range: Interval { low: -10.0, high: 10.0 },
+        range: ConfidenceInterval { low: -10.0, high: 10.0 },
         steepest: 10.0,
     };
     for (name, receiver) in receivers() {
-        let [affine, ..] = by_all_forms(&receiver, emitter.polygon(), Source::Emitter(&emitter));
+        let [affine, ..] = by_all_forms(&receiver, emitter.polygon(), SourceFunction::Emitter(&emitter));
         let forms = by_all_forms(&receiver, emitter.polygon(), function);
         assert!((affine.radiosity / forms[0].radiosity - 1.0).abs() < 1e-10, "{name}");
         assert_agreement(name, forms);
@@ -96,7 +96,7 @@ fn the_gradient_is_the_slope_of_the_value() {
     for (name, receiver) in receivers() {
         let at = |offset: DVec3| {
             let moved = Receiver::new(receiver.position() + offset, receiver.normal(), 0.75).unwrap();
-            by_all_forms(&moved, emitter.polygon(), Source::Emitter(&emitter))[0]
+            by_all_forms(&moved, emitter.polygon(), SourceFunction::Emitter(&emitter))[0]
         };
         let step = 1e-4;
         let slope = DVec3::from_array(
@@ -113,7 +113,7 @@ fn behind_and_below_give_exactly_zero() {
     let behind = Receiver::new(DVec3::new(0.5, 0.5, -1.0), DVec3::Z, 1.0).unwrap();
     let below = Receiver::new(DVec3::new(0.5, 0.5, 3.0), DVec3::Z, 1.0).unwrap();
     for receiver in [behind, below] {
-        for estimate in by_all_forms(&receiver, emitter.polygon(), Source::Emitter(&emitter)) {
+        for estimate in by_all_forms(&receiver, emitter.polygon(), SourceFunction::Emitter(&emitter)) {
             assert_eq!((estimate.radiosity, estimate.gradient, estimate.evaluations), (0.0, DVec3::ZERO, 0));
         }
     }
@@ -127,7 +127,7 @@ fn a_power_of_two_scales_exactly() {
             let emission = Emission::gradient(1.5, DVec3::new(0.5, -0.25, 0.125) / power);
             let emitter = Emitter::new(Polygon::new(vertices).unwrap(), emission).unwrap();
             let receiver = Receiver::new(receiver.position() * power, receiver.normal(), 0.75).unwrap();
-            by_all_forms(&receiver, emitter.polygon(), Source::Emitter(&emitter))
+            by_all_forms(&receiver, emitter.polygon(), SourceFunction::Emitter(&emitter))
         };
         let power = 2.0_f64.powi(300);
         let [tiny, unit, huge] = [1.0 / power, 1.0, power].map(estimate);
@@ -150,8 +150,12 @@ fn wrong_settings_are_named() {
     }
     assert!(matches!(with(1e-3, 10), Err(Error::Evaluations { budget: 10, needed }) if needed > 10));
     let (radiosity, gradient) = (|_| f64::NAN, |_| DVec3::ZERO);
-    let source =
-        Source::Function { radiosity: &radiosity, gradient: &gradient, range: Interval { low: 0.0, high: 1.0 }, steepest: 0.0 };
+    let source = SourceFunction::Function {
+        radiosity: &radiosity,
+        gradient: &gradient,
+        range: ConfidenceInterval { low: 0.0, high: 1.0 },
+        steepest: 0.0,
+    };
     let error = integrate_form(&receiver, emitter.polygon(), source, Form::Surface, 1e-3, 100_000).unwrap_err();
     assert!(matches!(error, Error::NotFinite { .. }), "{error}");
 }

@@ -2,7 +2,7 @@
 
 use radgrad_core::{DVec3, Emission, Emitter, Polygon, Receiver};
 use radgrad_oracle::monte_carlo::{Estimate, Sampling, Sequence, Status, integrate};
-use radgrad_oracle::{Error, Source, cubature};
+use radgrad_oracle::{Error, SourceFunction, cubature};
 
 fn polygon(vertices: &[[f64; 3]]) -> Polygon {
     Polygon::new(vertices.iter().map(|&vertex| vertex.into()).collect()).unwrap()
@@ -19,7 +19,7 @@ fn receiver(position: DVec3) -> Receiver {
 }
 
 fn exact(receiver: &Receiver, emitter: &Emitter) -> cubature::Estimate {
-    let (source, form) = (Source::Emitter(emitter), cubature::Form::Boundary);
+    let (source, form) = (SourceFunction::Emitter(emitter), cubature::Form::Boundary);
     let estimate = cubature::integrate_form(receiver, emitter.polygon(), source, form, 1e-10, 10_000_000).unwrap();
     assert_eq!(estimate.status, cubature::Status::Converged);
     estimate

@@ -3,7 +3,7 @@
 use std::str::Split;
 
 use radgrad_core::{DVec3, Emission, Emitter, Polygon, Receiver};
-use radgrad_oracle::Source;
+use radgrad_oracle::SourceFunction;
 use radgrad_oracle::cubature::{Form, Status, integrate_form};
 
 struct Case {
@@ -63,7 +63,7 @@ struct Tally {
 fn tally(form: Form, tolerance: f64, budget: usize) -> Tally {
     let mut tally = Tally::default();
     for case in hard_cases() {
-        let source = Source::Emitter(&case.emitter);
+        let source = SourceFunction::Emitter(&case.emitter);
         let estimate = integrate_form(&case.receiver, case.emitter.polygon(), source, form, tolerance, budget).unwrap();
         let value = (estimate.radiosity - case.radiosity).abs();
         let gradient = (estimate.gradient - case.gradient).length();
