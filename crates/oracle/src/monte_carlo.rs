@@ -62,9 +62,9 @@ pub enum Status {
 pub struct Limits {
     /// Mean of the samples.
     pub mean: f64,
-    /// ConfidenceInterval at the stated confidence if the mean is close to normal.
+    /// Interval at the stated confidence if the mean is close to normal.
     pub student: ConfidenceInterval,
-    /// ConfidenceInterval at the stated confidence whatever the distribution.
+    /// Interval at the stated confidence whatever the distribution.
     pub distribution_free: ConfidenceInterval,
     /// What it rests on.
     pub status: Status,
