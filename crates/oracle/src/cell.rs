@@ -249,8 +249,9 @@ impl Shape {
                 let distance = length(plus(self.apex, s[0], self.direction(t[0])));
                 return Err(Error::Cell { width: (s[1] - s[0]).min(t[1] - t[0]), distance });
             }
-            // The integrand is steepest at the lower end of either range.
-            if radial <= transverse {
+            // A wide range of t spoils the bound in s, so it is cut first. The integrand is steepest at the lower end of either range.
+            let wide = (t[1] - t[0]) * length(self.way) > 2.0 * length(self.direction(t[0]));
+            if radial <= transverse && !(wide && transverse.is_finite()) {
                 let [near, far] = parted(s);
                 pending.extend([(far, t), (near, t)]);
             } else {
