@@ -19,11 +19,11 @@ use crate::ball::{Ball, BallVector, dot, pi, up, vector};
 use crate::cell::{Cell, EmissionSize, Shape, Weights};
 use crate::double_double::DoubleDouble;
 use crate::error::Reached;
-use crate::exact::{Exact, scaled};
+use crate::exact::scaled;
 use crate::integral::{along_ray, over_fan};
 use crate::interval::{Interval, power_of_ten};
 use crate::source::{Expansion, Source};
-use crate::surface::{Fan, Frame, Place, Point, Stretch, fans};
+use crate::surface::{Fan, Frame, Jacobian, Place, Point, Stretch, fans};
 
 /// Radiosity and gradient, enclosed.
 #[derive(Debug, Clone, PartialEq)]
@@ -128,8 +128,9 @@ struct Prepared<T> {
 
 /// A triangle's fans.
 struct Patch<T> {
+    /// Each with the expansion of the emission at its apex.
+    fans: Vec<(Fan<T>, Expansion<T>)>,
     expansion: Expansion<T>,
-    fans: Vec<Fan<T>>,
     normal: BallVector<T>,
     height: Ball<T>,
     /// `p / |N|^2`.
@@ -247,12 +248,14 @@ impl<'a> Problem<'a> {
             .iter()
             .map(|triangle| {
                 let square = Ball::from_exact(&crate::exact::dot(&triangle.normal, &triangle.normal), bits);
-                let fans = fans(frame, triangle, bits);
                 let expansion: Expansion<T> = self.source.expansion(frame, triangle, exponent, bits);
-                let expansion = fans.first().map_or_else(|| expansion.clone(), |fan| expansion.moved(&fan.apex));
+                let fans = fans(frame, triangle, bits).into_iter().map(|fan| {
+                    let expansion = expansion.moved(&fan.apex);
+                    (fan, expansion)
+                });
                 Patch {
+                    fans: fans.collect(),
                     expansion,
-                    fans,
                     normal: vector(&triangle.normal, bits),
                     height: Ball::from_exact(&triangle.height, bits),
                     factor: prefactor.divided_by(&square),
@@ -303,15 +306,10 @@ struct Plan {
     evaluations: u64,
 }
 
-fn sizes<T: Real>(
-    expansion: &Expansion<T>,
-    apex: &BallVector<T>,
-    start: &BallVector<T>,
-    way: Option<&BallVector<T>>,
-) -> EmissionSize {
+fn sizes<T: Real>(expansion: &Expansion<T>, directions: [Option<&BallVector<T>>; 4]) -> EmissionSize {
     let value = expansion.coefficient([0; 3]).magnitude();
     if expansion.degree == 0 {
-        return EmissionSize { value, gradient: 0.0, slopes: [0.0; 3], higher: Vec::new() };
+        return EmissionSize { value, gradient: 0.0, slopes: [0.0; 4], higher: Vec::new() };
     }
     let unit = |axis: usize| std::array::from_fn(|i| usize::from(i == axis));
     let gradient: BallVector<T> = std::array::from_fn(|axis| expansion.coefficient(unit(axis)).clone());
@@ -330,11 +328,11 @@ fn sizes<T: Real>(
         }
     }
     let norm = gradient.iter().map(|g| g.magnitude() * g.magnitude()).sum::<f64>().sqrt();
-    EmissionSize { value, gradient: norm * (1.0 + 1e-12), slopes: [slope(apex), slope(start), way.map_or(0.0, slope)], higher }
+    EmissionSize { value, gradient: norm * (1.0 + 1e-12), slopes: directions.map(|d| d.map_or(0.0, slope)), higher }
 }
 
 impl<T: Real> Patch<T> {
-    fn shape(&self, fan: &Fan<T>, tolerances: Tolerances) -> Shape {
+    fn shape(&self, (fan, expansion): &(Fan<T>, Expansion<T>), tolerances: Tolerances) -> Shape {
         let factor = self.factor.magnitude() * fan.measure.magnitude();
         let normal = self.normal.iter().map(|n| n.magnitude() * n.magnitude()).sum::<f64>().sqrt();
         let height = self.height.magnitude();
@@ -343,9 +341,10 @@ impl<T: Real> Patch<T> {
             gradient: factor * height / tolerances.gradient,
             directional: factor * normal / tolerances.gradient,
         };
-        let [apex, start, way] = fan.near;
-        let heights = [0, 1, 2].map(|i| fan.heights[i].leading());
-        Shape { apex, start, way, heights, emission: sizes(&self.expansion, &fan.apex, &fan.start, Some(&fan.way)), weights }
+        let [apex, start, way, shift] = fan.near;
+        let heights = [0, 1, 2, 3].map(|i| fan.heights[i].leading());
+        let emission = sizes(expansion, [Some(&fan.apex), Some(&fan.start), Some(&fan.way), fan.shift.as_ref()]);
+        Shape { apex, start, way, shift, jacobian: fan.jacobian, heights, emission, weights }
     }
 }
 
@@ -354,9 +353,10 @@ impl<T: Real> Ray<T> {
         let factor = self.moment.iter().map(|m| m.magnitude() * m.magnitude()).sum::<f64>().sqrt();
         let weights = Weights { emission: factor / tolerances.gradient, gradient: 0.0, directional: 0.0 };
         let near = |v: &BallVector<T>| [0, 1, 2].map(|i| v[i].leading());
-        let heights = [self.heights[0].leading(), self.heights[1].leading(), 0.0];
-        let emission = sizes(&self.expansion, &self.foot, &self.way, None);
-        Shape { apex: near(&self.foot), start: near(&self.way), way: [0.0; 3], heights, emission, weights }
+        let heights = [self.heights[0].leading(), self.heights[1].leading(), 0.0, 0.0];
+        let emission = sizes(&self.expansion, [Some(&self.foot), Some(&self.way), None, None]);
+        let (apex, start, none) = (near(&self.foot), near(&self.way), [0.0; 3]);
+        Shape { apex, start, way: none, shift: none, jacobian: Jacobian::One, heights, emission, weights }
     }
 }
 
@@ -365,7 +365,7 @@ impl<T: Real> Prepared<T> {
     fn first_tolerances(&self) -> Tolerances {
         let largest = self.triangles.iter().map(|patch| {
             let unit = Tolerances { value: 1.0, gradient: 1.0 };
-            let at = |fan: &Fan<T>| {
+            let at = |fan: &(Fan<T>, Expansion<T>)| {
                 let emission = patch.shape(fan, unit).emission;
                 emission.value + emission.slopes[1].abs().max((emission.slopes[1] + emission.slopes[2]).abs())
             };
@@ -409,8 +409,8 @@ impl<T: Real> Prepared<T> {
         let mut cells = plan.fans.iter();
         for patch in &self.triangles {
             let square = &patch.factor * &patch.height;
-            for (fan, cells) in patch.fans.iter().zip(&mut cells) {
-                let moments = over_fan(fan, &patch.expansion, cells, bits);
+            for ((fan, expansion), cells) in patch.fans.iter().zip(&mut cells) {
+                let moments = over_fan(fan, expansion, cells, bits);
                 value = &value + &(&(&square * &fan.measure) * &moments.emission);
                 if patch.expansion.degree > 0 {
                     let factor = &patch.factor * &fan.measure;

@@ -97,6 +97,20 @@ impl<T: Real> Point<T> {
         Self { exact, offset: Some(offset), height: Exact::zero(), near }
     }
 
+    /// `start + place (end - start)`.
+    fn between(start: &Self, place: f64, end: &Self, bits: usize) -> Self {
+        let exact = along(&start.exact, place, &difference(&end.exact, &start.exact));
+        let height = &start.height + &(&Exact::from(place) * &(&end.height - &start.height));
+        if start.offset.is_none() && end.offset.is_none() {
+            return Self::exact(exact, height);
+        }
+        let zero = || vector(&[Exact::zero(), Exact::zero(), Exact::zero()], bits);
+        let (from, to) = (start.offset.clone().unwrap_or_else(zero), end.offset.clone().unwrap_or_else(zero));
+        let place = Ball::from_f64(place, bits);
+        let offset: BallVector<T> = std::array::from_fn(|i| &from[i] + &(&place * &(&to[i] - &from[i])));
+        Self { height, ..Self::on_horizon(exact, offset) }
+    }
+
     /// The position.
     pub(crate) fn position(&self, bits: usize) -> BallVector<T> {
         let exact = vector(&self.exact, bits);
@@ -202,21 +216,35 @@ fn abs(value: &Exact) -> Exact {
     if value.sign() < 0 { -value } else { value.clone() }
 }
 
-/// The points `q + s (a + t b)`, 0 <= s, t <= 1.
+/// How the area element depends on s.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Jacobian {
+    /// A line, not an area.
+    One,
+    /// `s`: the rays leave the apex.
+    Rising,
+    /// `1 - s`: the rays end in one point.
+    Falling,
+}
+
+/// The points `p + t u + s (c + t v)`, 0 <= s, t <= 1.
 #[derive(Debug)]
 pub(crate) struct Fan<T> {
-    /// `q` and `n1.q`.
+    /// `p`.
     pub(crate) apex: BallVector<T>,
-    /// `a`, from the apex to the start of the boundary.
+    /// `c`.
     pub(crate) start: BallVector<T>,
-    /// `b`, along the boundary.
+    /// `v`.
     pub(crate) way: BallVector<T>,
-    /// `n1.r` is `heights[0] + s (heights[1] + t heights[2])`.
-    pub(crate) heights: [Ball<T>; 3],
-    /// `+-(a x b).N`, negative where the boundary is followed backward.
+    /// `u`; none where the rays leave one point.
+    pub(crate) shift: Option<BallVector<T>>,
+    /// `n1.r` is `heights[0] + t heights[3] + s (heights[1] + t heights[2])`.
+    pub(crate) heights: [Ball<T>; 4],
+    pub(crate) jacobian: Jacobian,
+    /// The area element without its dependence on s, times `|N|`; negative where the boundary is followed backward.
     pub(crate) measure: Ball<T>,
-    /// Doubles next to `q`, `a`, `b`.
-    pub(crate) near: [[f64; 3]; 3],
+    /// Doubles next to `p`, `c`, `v`, `u`.
+    pub(crate) near: [[f64; 3]; 4],
 }
 
 /// The fans of a triangle's visible part.
@@ -252,32 +280,90 @@ pub(crate) fn fans<T: Real>(frame: &Frame, triangle: &Triangle, bits: usize) -> 
         }
         let (foot, place) = stretch.nearest(frame, apex.near, bits);
         if place != Place::End {
-            fans.push(fan(&apex, &foot, &stretch.ends[1], true, &normal, bits));
+            push_fans(&mut fans, [&apex, &foot, &stretch.ends[1]], true, &normal, bits);
         }
         if place != Place::Start {
-            fans.push(fan(&apex, &foot, &stretch.ends[0], false, &normal, bits));
+            push_fans(&mut fans, [&apex, &foot, &stretch.ends[0]], false, &normal, bits);
         }
     }
     fans
 }
 
+/// Boundary longer than this times its distance from the apex is cut off.
+const LONG: f64 = 8.0;
+/// Where it is cut, in the same unit.
+const CUT: f64 = 3.0;
+
+/// The triangle from the apex to a stretch that starts at its foot. A thin one, cut into cells along its rays, would need a number of cells that
+/// grows as the square of the logarithm of its thinness; so the part beyond a few of its widths is a strip with rays along the stretch.
+fn push_fans<T: Real>(
+    fans: &mut Vec<Fan<T>>,
+    [apex, foot, end]: [&Point<T>; 3],
+    forward: bool,
+    normal: &BallVector<T>,
+    bits: usize,
+) {
+    let (width, length) = (minus(foot.near, apex.near), minus(end.near, foot.near));
+    let thinness = (dot64(width, width) / dot64(length, length)).sqrt();
+    if !(thinness > 0.0 && thinness * LONG < 1.0) {
+        fans.push(fan(apex, foot, end, forward, normal, bits));
+        return;
+    }
+    let place = CUT * thinness;
+    let (on_edge, inside) = (Point::between(foot, place, end, bits), Point::between(apex, place, end, bits));
+    fans.push(fan(apex, foot, &on_edge, forward, normal, bits));
+    fans.push(fan(apex, &on_edge, &inside, forward, normal, bits));
+    fans.push(strip(&on_edge, &inside, end, forward, normal, bits));
+}
+
 fn fan<T: Real>(apex: &Point<T>, foot: &Point<T>, end: &Point<T>, forward: bool, normal: &BallVector<T>, bits: usize) -> Fan<T> {
     let (start, way) = (foot.from(apex, bits), end.from(foot, bits));
-    let spanned: BallVector<T> = std::array::from_fn(|i| {
-        let (j, k) = ((i + 1) % 3, (i + 2) % 3);
-        &(&start[j] * &way[k]) - &(&start[k] * &way[j])
-    });
-    let measure = crate::ball::dot(&spanned, normal);
-    let heights = [apex.height.clone(), &foot.height - &apex.height, &end.height - &foot.height];
-    let near = [apex.near, [0, 1, 2].map(|i| start[i].leading()), [0, 1, 2].map(|i| way[i].leading())];
+    let measure = triple(&start, &way, normal);
+    let heights = [apex.height.clone(), &foot.height - &apex.height, &end.height - &foot.height, Exact::zero()];
+    let near = [apex.near, nearby(&start), nearby(&way), [0.0; 3]];
     Fan {
         apex: apex.position(bits),
         start,
         way,
+        shift: None,
         heights: heights.map(|h| Ball::from_exact(&h, bits)),
+        jacobian: Jacobian::Rising,
         measure: if forward { measure } else { -&measure },
         near,
     }
+}
+
+/// The triangle of rays from the side `low high` to the point `end`.
+fn strip<T: Real>(low: &Point<T>, high: &Point<T>, end: &Point<T>, forward: bool, normal: &BallVector<T>, bits: usize) -> Fan<T> {
+    let (start, shift) = (end.from(low, bits), high.from(low, bits));
+    let way = shift.each_ref().map(|u| -u);
+    let measure = triple(&start, &shift, normal);
+    let climb = &high.height - &low.height;
+    let heights = [low.height.clone(), &end.height - &low.height, -&climb, climb];
+    let near = [low.near, nearby(&start), nearby(&way), nearby(&shift)];
+    Fan {
+        apex: low.position(bits),
+        start,
+        way,
+        shift: Some(shift),
+        heights: heights.map(|h| Ball::from_exact(&h, bits)),
+        jacobian: Jacobian::Falling,
+        measure: if forward { measure } else { -&measure },
+        near,
+    }
+}
+
+fn nearby<T: Real>(v: &BallVector<T>) -> [f64; 3] {
+    [0, 1, 2].map(|i| v[i].leading())
+}
+
+/// `(a x b).n`.
+fn triple<T: Real>(a: &BallVector<T>, b: &BallVector<T>, n: &BallVector<T>) -> Ball<T> {
+    let spanned: BallVector<T> = std::array::from_fn(|i| {
+        let (j, k) = ((i + 1) % 3, (i + 2) % 3);
+        &(&a[j] * &b[k]) - &(&a[k] * &b[j])
+    });
+    crate::ball::dot(&spanned, n)
 }
 
 /// The point nearest to the receiver, and the one or two stretches it is an end of or on.
