@@ -153,6 +153,8 @@ const FRACTIONS: [f64; 7] = [0.3, 0.45, 0.58, 0.7, 0.8, 0.88, 0.94];
 const LEAST_GAIN: f64 = 0.75;
 /// So few nodes are not worth a split.
 const FEW: usize = 4;
+/// More cells than this are a sign of the same.
+const MOST_CELLS: usize = 100_000;
 /// A cell narrower than this cannot be bounded in double precision.
 const NARROWEST: f64 = 1e-40;
 
@@ -300,7 +302,7 @@ impl Shape {
                 cells.push(Cell { s, t, orders });
                 continue;
             }
-            if (s[1] - s[0]).min(t[1] - t[0]) < NARROWEST {
+            if (s[1] - s[0]).min(t[1] - t[0]) < NARROWEST || cells.len() + pending.len() > MOST_CELLS {
                 let distance = length(self.point(s[0], t[0]));
                 return Err(Error::Cell { width: (s[1] - s[0]).min(t[1] - t[0]), distance });
             }

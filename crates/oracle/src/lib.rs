@@ -11,6 +11,8 @@ mod exact;
 mod integral;
 mod interval;
 mod legendre;
+#[cfg(feature = "mpfr")]
+mod mpfr;
 mod source;
 mod surface;
 mod triangulation;
