@@ -53,7 +53,7 @@ impl<T: Real> Ball<T> {
             _ => {
                 let half = self.times_small(factor / 2);
                 let double = &half + &half;
-                if factor % 2 == 0 { double } else { &double + self }
+                if factor.is_multiple_of(2) { double } else { &double + self }
             }
         }
     }

@@ -22,8 +22,9 @@ use crate::error::Reached;
 use crate::exact::scaled;
 use crate::integral::{along_ray, over_fan};
 use crate::interval::{Interval, power_of_ten};
+use crate::outline::{Place, Point, Stretch};
 use crate::source::{Expansion, Source};
-use crate::surface::{Fan, Frame, Jacobian, Place, Point, Stretch, fans};
+use crate::surface::{Fan, Frame, Jacobian, fans};
 
 /// Radiosity and gradient, enclosed.
 #[derive(Debug, Clone, PartialEq)]
@@ -206,7 +207,7 @@ impl<'a> Problem<'a> {
                 return Err(Error::Range { quantity: "the radius of an integral" });
             }
             if radius.value <= goal * reached.radiosity.abs() && radius.gradient <= goal * reached.gradient {
-                return self.finish(&pass, radius, exponent, evaluations, arithmetic);
+                return self.finish(&pass, exponent, evaluations, arithmetic);
             }
             tolerances = pass.next_tolerances(tolerances, goal, reached).ok_or(Error::Rounding {
                 bits,
@@ -220,7 +221,6 @@ impl<'a> Problem<'a> {
     fn finish<T: Real>(
         &self,
         pass: &Pass<T>,
-        radius: Tolerances,
         exponent: i32,
         evaluations: u64,
         arithmetic: Arithmetic,
@@ -231,7 +231,6 @@ impl<'a> Problem<'a> {
             let range = middle.leading().is_finite() && radius.is_finite();
             if range { Ok(Interval::new(middle, radius)) } else { Err(Error::Range { quantity }) }
         };
-        let _ = radius;
         let radiosity = interval(&pass.value, pass.truncation.value, exponent, "the radiosity")?;
         let component =
             |axis: usize| interval(&pass.gradient[axis], pass.truncation.gradient, exponent + self.frame.scale, "the gradient");
@@ -265,9 +264,9 @@ impl<'a> Problem<'a> {
         let mut rays = Vec::new();
         for [i, j] in frame.boundary() {
             let owner = frame.triangles.iter().position(|t| (0..3).any(|m| t.corners[m] == i && t.corners[(m + 1) % 3] == j));
-            let Some(stretch) = Stretch::<T>::of_edge(frame, [i, j], bits) else { continue };
+            let Some(stretch) = Stretch::of_edge(frame, [i, j]) else { continue };
             let Some(owner) = owner else { continue };
-            let (foot, place) = stretch.nearest(frame, [0.0; 3], bits);
+            let (foot, place) = stretch.nearest(frame, [0.0; 3]);
             let expansion = triangles[owner].expansion.moved(&foot.position(bits));
             if place != Place::End {
                 rays.push(ray(&foot, &stretch.ends[1], true, &prefactor, &expansion, bits));
@@ -281,8 +280,8 @@ impl<'a> Problem<'a> {
 }
 
 fn ray<T: Real>(
-    foot: &Point<T>,
-    end: &Point<T>,
+    foot: &Point,
+    end: &Point,
     forward: bool,
     prefactor: &Prefactor<T>,
     expansion: &Expansion<T>,
@@ -414,18 +413,18 @@ impl<T: Real> Prepared<T> {
                 value = &value + &(&(&square * &fan.measure) * &moments.emission);
                 if patch.expansion.degree > 0 {
                     let factor = &patch.factor * &fan.measure;
-                    for axis in 0..3 {
+                    for (axis, component) in gradient.iter_mut().enumerate() {
                         let along = &patch.height * &moments.gradient[axis];
                         let across = &patch.normal[axis] * &moments.directional;
-                        gradient[axis] = &gradient[axis] + &(&factor * &(&along + &across));
+                        *component = &*component + &(&factor * &(&along + &across));
                     }
                 }
             }
         }
         for (ray, cells) in self.rays.iter().zip(&plan.rays) {
             let integral = along_ray(&ray.foot, &ray.way, ray.heights.each_ref(), &ray.expansion, cells, bits);
-            for axis in 0..3 {
-                gradient[axis] = &gradient[axis] + &(&ray.moment[axis] * &integral);
+            for (component, moment) in gradient.iter_mut().zip(&ray.moment) {
+                *component = &*component + &(moment * &integral);
             }
         }
         Pass { value, gradient, truncation: tolerances }

@@ -13,6 +13,7 @@ mod interval;
 mod legendre;
 #[cfg(feature = "mpfr")]
 mod mpfr;
+mod outline;
 mod source;
 mod surface;
 mod triangulation;
