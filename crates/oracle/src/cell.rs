@@ -343,3 +343,72 @@ fn parted([low, high]: [f64; 2]) -> [[f64; 2]; 2] {
     let middle = low + 0.25 * (high - low);
     [[low, middle], [middle, high]]
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::arithmetic::Real;
+    use crate::double_double::DoubleDouble;
+
+    fn gauss(count: usize, [low, high]: [f64; 2], f: impl Fn(f64) -> f64) -> f64 {
+        let rule = DoubleDouble::rules().get(count, 106);
+        let (centre, half) = (0.5 * (low + high), 0.5 * (high - low));
+        rule.nodes.iter().zip(&rule.weights).map(|(x, w)| half * w.leading() * f(centre + half * x.leading())).sum()
+    }
+
+    #[test]
+    fn the_bounds_cover_the_true_errors_and_not_by_orders() {
+        let emission = EmissionSize { value: 1.0, gradient: 0.0, slopes: [0.0; 4], higher: Vec::new() };
+        let weights = Weights { emission: 1.0, gradient: 0.0, directional: 0.0 };
+        let mut shape = Shape {
+            apex: [0.05, 0.0, 0.3],
+            start: [0.5, 0.1, 0.0],
+            way: [-0.1, 0.9, 0.0],
+            shift: [0.0; 3],
+            jacobian: Jacobian::Rising,
+            heights: [0.2, 0.3, -0.1, 0.0],
+            emission,
+            weights,
+        };
+        for shift in [[0.0; 3], [0.02, -0.2, 0.0]] {
+            shape.shift = shift;
+            for jacobian in [Jacobian::Rising, Jacobian::Falling] {
+                shape.jacobian = jacobian;
+                let f = |s: f64, t: f64| {
+                    let r = shape.point(s, t);
+                    let height = shape.heights[0] + s * (shape.heights[1] + t * shape.heights[2]);
+                    let area = if jacobian == Jacobian::Rising { s } else { 1.0 - s };
+                    height * area / (dot64(r, r) * dot64(r, r))
+                };
+                let (s, t) = ([0.1, 0.5], [0.2, 0.6]);
+                for share in [1e-3, 1e-6, 1e-9] {
+                    let [radial, transverse] = shape.orders(s, t, share);
+                    let error = |order: Order, range, g: &dyn Fn(f64) -> f64| {
+                        0.4 * (gauss(order.count, range, g) - gauss(60, range, g)).abs()
+                    };
+                    let along = [0.2, 0.4, 0.6].map(|t| error(radial, s, &|s| f(s, t))).into_iter().fold(0.0, f64::max);
+                    let across = [0.1, 0.3, 0.5].map(|s| error(transverse, t, &|t| f(s, t))).into_iter().fold(0.0, f64::max);
+                    for (true_error, order) in [(along, radial), (across, transverse)] {
+                        assert!(true_error <= order.error && order.error <= share, "{true_error:e} {order:?}");
+                        assert!(true_error > 1e-7 * order.error, "a bound that loose costs nodes: {true_error:e} {order:?}");
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn cells_fill_the_square_once() {
+        let emission = EmissionSize { value: 1.0, gradient: 0.0, slopes: [0.0; 4], higher: Vec::new() };
+        let weights = Weights { emission: 1e12, gradient: 0.0, directional: 0.0 };
+        let (apex, start, way) = ([0.0, 0.0, 1e-6], [0.3, 0.1, 0.0], [-0.1, 0.9, 0.0]);
+        let heights = [1e-6, 0.3, -0.1, 0.0];
+        let shape = Shape { apex, start, way, shift: [0.0; 3], jacobian: Jacobian::Rising, heights, emission, weights };
+        let mut cells = Vec::new();
+        shape.subdivide(1.0, &mut cells).unwrap();
+        assert!(cells.len() > 10);
+        assert_eq!(cells.iter().map(|c| (c.s[1] - c.s[0]) * (c.t[1] - c.t[0])).sum::<f64>(), 1.0);
+        let on_the_emitter = Shape { apex: [0.0; 3], heights: [0.0, 0.3, -0.1, 0.0], ..shape };
+        assert!(matches!(on_the_emitter.subdivide(1.0, &mut Vec::new()), Err(Error::Cell { .. })));
+    }
+}

@@ -14,6 +14,7 @@ mod legendre;
 #[cfg(feature = "mpfr")]
 mod mpfr;
 mod outline;
+mod pass;
 mod source;
 mod surface;
 mod triangulation;
