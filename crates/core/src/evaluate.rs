@@ -1,7 +1,13 @@
 //! One receiver, one emitter, any occluders: the answer with its bounds.
+//!
+//! `B(x) = (rho/pi) int B(y) (n1.r)(-n2.r)/|r|^4 dA` (HS95 Eq. 1) over the part of the emitter that x sees above its horizon, and its gradient with
+//! respect to x at fixed n1. What is computed how is decided in [`crate::plan`] and [`crate::ladder`].
 
 use glam::DVec3;
 
+use crate::ladder::Case;
+use crate::plan::Plan;
+use crate::terms::Terms;
 use crate::{Emitter, Error, Polygon, Receiver};
 
 /// Radiosity and its gradient with proven absolute error bounds.
@@ -19,55 +25,218 @@ pub struct Answer {
     pub method: Method,
 }
 
+impl Answer {
+    pub(crate) const ZERO: Self =
+        Self { radiosity: 0.0, gradient: DVec3::ZERO, radiosity_error: 0.0, gradient_error: 0.0, method: Method::Zero };
+
+    /// Whether both bounds are within `tolerance`, relative.
+    #[must_use]
+    pub fn meets(&self, tolerance: f64) -> bool {
+        self.radiosity_error <= tolerance * self.radiosity.abs() && self.gradient_error <= tolerance * self.gradient.length()
+    }
+}
+
 /// What gave an answer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum Method {
-    /// Nothing to compute: the receiver is behind the emitter or in its plane, or the emitter is below the horizon. Exactly 0.
+    /// Nothing to compute: the receiver is behind the emitter or in its plane, the emitter is below the horizon, or occluders hide all of
+    /// it. Exactly 0.
     Zero,
+    /// A Gauss rule on the emitter with an a-priori bound, far away.
+    Quadrature,
     /// The closed form in double precision with a running error bound.
     ClosedForm,
+    /// The same in double-double.
+    DoubleDouble,
 }
 
 impl Method {
-    /// Name in files: `zero`, `closed-form`.
+    /// Name in files: `zero`, `quadrature`, `closed-form`, `double-double`.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
             Self::Zero => "zero",
+            Self::Quadrature => "quadrature",
             Self::ClosedForm => "closed-form",
+            Self::DoubleDouble => "double-double",
         }
     }
 }
 
-/// Radiosity and gradient at `receiver` due to the part of `emitter` that it sees past `occluders`, with bounds.
+/// The relative error that [`evaluate`] asks for.
+pub const DEFAULT_TOLERANCE: f64 = 1e-12;
+
+/// [`evaluate_to`] a relative tolerance of [`DEFAULT_TOLERANCE`].
 ///
 /// # Errors
 /// If a result overflows.
 pub fn evaluate(receiver: &Receiver, emitter: &Emitter, occluders: &[Polygon]) -> Result<Answer, Error> {
-    let _ = (receiver, emitter, occluders);
-    Err(Error::Overflow { quantity: "radiosity" })
+    evaluate_to(receiver, emitter, occluders, DEFAULT_TOLERANCE)
 }
-/// Radiosity `B(x)` alone.
+
+/// Radiosity and gradient at `receiver` due to the part of `emitter` that it sees past `occluders`, with bounds.
+///
+/// The cheapest method whose bound is at most `tolerance` times the value (times the norm, for the gradient) answers; if none is, the last one does: the
+/// bounds say so.
+/// Occluders are opaque from both sides; those behind the receiver or the emitter are left out by themselves.
+///
+/// ```
+/// use radgrad_core::{DVec3, Emission, Emitter, Polygon, Receiver, evaluate_to};
+/// let at = |x, y, z| DVec3::new(x, y, z);
+/// let ceiling = Polygon::new(vec![at(0.0, 0.0, 1.0), at(0.0, 1.0, 1.0), at(1.0, 1.0, 1.0), at(1.0, 0.0, 1.0)])?;
+/// let lamp = Emitter::new(ceiling, Emission::Constant(1.0))?;
+/// let corner = Receiver::new(DVec3::ZERO, DVec3::Z, 1.0)?;
+/// let answer = evaluate_to(&corner, &lamp, &[], 1e-14)?;
+/// assert!((answer.radiosity - 0.138_531_605_994_893).abs() <= 1e-15);
+/// assert!(answer.radiosity_error <= 1e-14 * answer.radiosity);
+/// # Ok::<(), radgrad_core::Error>(())
+/// ```
+///
+/// # Errors
+/// If a result overflows, or the tolerance is not in [0, 1].
+pub fn evaluate_to(receiver: &Receiver, emitter: &Emitter, occluders: &[Polygon], tolerance: f64) -> Result<Answer, Error> {
+    if !(0.0..=1.0).contains(&tolerance) {
+        return Err(Error::Tolerance { value: tolerance });
+    }
+    let Some(plan) = Plan::new(receiver, emitter.polygon()) else { return Ok(Answer::ZERO) };
+    let case = Case { receiver, emitter, occluders, plan: &plan };
+    case.answer(tolerance)
+}
+
+/// Radiosity `B(x)` alone: the digits of the closed form in double precision, without bound and gradient.
 ///
 /// # Errors
 /// If the result overflows.
 pub fn radiosity(receiver: &Receiver, emitter: &Emitter) -> Result<f64, Error> {
-    evaluate(receiver, emitter, &[]).map(|a| a.radiosity)
+    let Some(plan) = Plan::new(receiver, emitter.polygon()) else { return Ok(0.0) };
+    let case = Case { receiver, emitter, occluders: &[], plan: &plan };
+    Terms::<f64>::sum::<true, false>(&case).map_or(Ok(0.0), |terms| case.radiosity(terms.radiosity(receiver)))
 }
 
-/// Gradient of `B` with respect to `x` alone.
+/// Gradient of `B` with respect to `x` alone: the digits of the closed form in double precision, without bound and value.
 ///
 /// # Errors
 /// If the result overflows.
 pub fn gradient(receiver: &Receiver, emitter: &Emitter) -> Result<DVec3, Error> {
-    evaluate(receiver, emitter, &[]).map(|a| a.gradient)
+    let Some(plan) = Plan::new(receiver, emitter.polygon()) else { return Ok(DVec3::ZERO) };
+    let case = Case { receiver, emitter, occluders: &[], plan: &plan };
+    Terms::<f64>::sum::<false, true>(&case).map_or(Ok(DVec3::ZERO), |terms| case.gradient(terms.gradient(receiver)))
 }
 
-/// Radiosity and gradient together.
+/// Radiosity and gradient together: the digits of the closed form in double precision, without bounds.
 ///
 /// # Errors
 /// If a result overflows.
 pub fn radiosity_and_gradient(receiver: &Receiver, emitter: &Emitter) -> Result<(f64, DVec3), Error> {
-    evaluate(receiver, emitter, &[]).map(|a| (a.radiosity, a.gradient))
+    let Some(plan) = Plan::new(receiver, emitter.polygon()) else { return Ok((0.0, DVec3::ZERO)) };
+    let case = Case { receiver, emitter, occluders: &[], plan: &plan };
+    let Some(terms) = Terms::<f64>::sum::<true, true>(&case) else { return Ok((0.0, DVec3::ZERO)) };
+    Ok((case.radiosity(terms.radiosity(receiver))?, case.gradient(terms.gradient(receiver))?))
+}
+
+/// Irradiance vector `E = int B(y) omega domega` over the part of the emitter above the horizon, in the unit of the emission.
+///
+/// The radiosity is `(rho/pi) n1.E`; a receiver at the same point with a nearby normal m, and the same part of the emitter above its horizon,
+/// has `(rho/pi) m.E`. Its derivative with respect to the normal is `dB/dn1 = (rho/pi) E`, also where the horizon crosses the emitter, since
+/// the part that the horizon gains or loses is seen edge-on.
+///
+/// # Errors
+/// If the result overflows.
+pub fn irradiance_vector(receiver: &Receiver, emitter: &Emitter) -> Result<DVec3, Error> {
+    let Some(plan) = Plan::new(receiver, emitter.polygon()) else { return Ok(DVec3::ZERO) };
+    let case = Case { receiver, emitter, occluders: &[], plan: &plan };
+    let Some(terms) = Terms::<f64>::sum::<true, false>(&case) else { return Ok(DVec3::ZERO) };
+    finite_vector(DVec3::from(terms.irradiance) / emitter.power(), "irradiance vector")
+}
+
+pub(crate) fn finite(value: f64, quantity: &'static str) -> Result<f64, Error> {
+    if value.is_finite() { Ok(value) } else { Err(Error::Overflow { quantity }) }
+}
+
+pub(crate) fn finite_vector(v: DVec3, quantity: &'static str) -> Result<DVec3, Error> {
+    if v.is_finite() { Ok(v) } else { Err(Error::Overflow { quantity }) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Emission;
+
+    fn case(normal: DVec3, emission: Emission) -> (Receiver, Emitter) {
+        let triangle = [[-0.9, 0.1, 1.2], [-0.1, 0.7, 1.3], [0.4, -0.9, 1.1]].map(DVec3::from);
+        let polygon = Polygon::new(triangle.iter().rev().copied().collect()).unwrap();
+        let emitter = if polygon.normal().z < 0.0 { polygon } else { Polygon::new(triangle.to_vec()).unwrap() };
+        (Receiver::new(DVec3::new(0.2, -0.1, 0.0), normal, 0.7).unwrap(), Emitter::new(emitter, emission).unwrap())
+    }
+
+    #[test]
+    fn value_alone_gradient_alone_and_both_have_the_digits_of_the_certified_closed_form() {
+        for normal in [DVec3::new(0.1, 0.2, 1.0), DVec3::new(1.0, -0.3, 0.1)] {
+            for emission in [Emission::Constant(3.2), Emission::at_vertices(vec![1.0, 0.25, 2.5])] {
+                let (receiver, emitter) = case(normal, emission);
+                let answer = evaluate_to(&receiver, &emitter, &[], 1e-9).unwrap();
+                assert_eq!(answer.method, Method::ClosedForm);
+                assert_eq!(radiosity(&receiver, &emitter).unwrap(), answer.radiosity);
+                assert_eq!(gradient(&receiver, &emitter).unwrap(), answer.gradient);
+                assert_eq!(radiosity_and_gradient(&receiver, &emitter).unwrap(), (answer.radiosity, answer.gradient));
+            }
+        }
+    }
+
+    #[test]
+    fn the_irradiance_vector_is_the_derivative_with_respect_to_the_normal() {
+        for normal in [DVec3::new(0.1, 0.2, 1.0), DVec3::new(1.0, -0.3, 0.1)] {
+            for emission in [Emission::Constant(3.2), Emission::at_vertices(vec![1.0, 0.25, 2.5])] {
+                let (receiver, emitter) = case(normal, emission);
+                let vector = irradiance_vector(&receiver, &emitter).unwrap();
+                let per_pi = receiver.reflectance() / std::f64::consts::PI;
+                let value = radiosity(&receiver, &emitter).unwrap();
+                assert!((per_pi * receiver.normal().dot(vector) - value).abs() < 1e-15);
+                let tangent = receiver.normal().any_orthonormal_vector();
+                let step = 1e-4;
+                let turned = |step: f64| {
+                    let turned = Receiver::new(receiver.position(), receiver.normal() + tangent * step, 0.7).unwrap();
+                    // The unit normal is shorter than n1 + step t by (1 + step^2)^(1/2).
+                    radiosity(&turned, &emitter).unwrap() * (1.0 + step * step).sqrt()
+                };
+                let difference = (turned(step) - turned(-step)) / (2.0 * step);
+                assert!((difference - per_pi * tangent.dot(vector)).abs() < 1e-8, "{difference} {normal}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_reversed_or_hidden_emitter_gives_exactly_zero() {
+        let (receiver, emitter) = case(DVec3::Z, Emission::Constant(1.0));
+        let reversed = Polygon::new(emitter.polygon().vertices().iter().rev().copied().collect()).unwrap();
+        let dark = evaluate(&receiver, &Emitter::new(reversed, Emission::Constant(1.0)).unwrap(), &[]).unwrap();
+        assert_eq!((dark.radiosity, dark.gradient, dark.radiosity_error, dark.method), (0.0, DVec3::ZERO, 0.0, Method::Zero));
+        let away = Receiver::new(receiver.position(), DVec3::NEG_Z, 1.0).unwrap();
+        assert_eq!(evaluate(&away, &emitter, &[]).unwrap().method, Method::Zero);
+    }
+
+    #[test]
+    fn a_tight_tolerance_is_met_in_double_double_and_a_wrong_one_refused() {
+        let (receiver, emitter) = case(DVec3::new(1.0, -0.3, 0.1), Emission::at_vertices(vec![1.0, 0.25, 2.5]));
+        let [rough, fine] = [1e-9, 2e-16].map(|tolerance| evaluate_to(&receiver, &emitter, &[], tolerance).unwrap());
+        assert_eq!((rough.method, fine.method), (Method::ClosedForm, Method::DoubleDouble));
+        assert!(fine.meets(2e-16));
+        assert!((rough.radiosity - fine.radiosity).abs() <= rough.radiosity_error + fine.radiosity_error);
+        assert!((rough.gradient - fine.gradient).length() <= rough.gradient_error + fine.gradient_error);
+        for tolerance in [f64::NAN, -1e-12, 1.5] {
+            assert!(matches!(evaluate_to(&receiver, &emitter, &[], tolerance), Err(Error::Tolerance { .. })));
+        }
+    }
+
+    #[test]
+    fn a_result_too_large_for_a_double_is_an_error() {
+        let (receiver, emitter) = case(DVec3::Z, Emission::Constant(1e308));
+        assert!(evaluate(&receiver, &emitter, &[]).is_ok());
+        let near = [[-1e-200, -1e-200, 1e-210], [0.0, 1e-200, 1e-210], [1e-200, -1e-200, 1e-210]].map(DVec3::from);
+        let polygon = Polygon::new(near.to_vec()).unwrap();
+        let emitter = Emitter::new(polygon, Emission::Constant(1e150)).unwrap();
+        let below = Receiver::new(DVec3::new(1e-200, 0.0, 0.0), DVec3::Z, 1.0).unwrap();
+        assert_eq!(evaluate(&below, &emitter, &[]), Err(Error::Overflow { quantity: "gradient" }));
+    }
 }

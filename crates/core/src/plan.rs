@@ -1,0 +1,162 @@
+//! What does this case need? Every decision that changes the shape of the answer is taken here, exactly.
+//!
+//! - The receiver must be in front of the emitter's plane, `h = n2.(x - E_0) > 0`: emission is one-sided.
+//! - Each vertex is above the receiver's horizon, `n1.r_i > 0`, or not; a vertex on it counts as not above, and contributes nothing.
+//!
+//! A double-precision filter with its rounding bound decides nearly always; double-double, then exact arithmetic, decide the rest. The truth
+//! is the exact result for the doubles as given, so a sign found here is right without a tolerance.
+//!
+//! The plan also holds the power of two that brings the farthest vertex to a distance of about 1: all lengths are multiplied by it, so any
+//! scene from 2^-900 to 2^900 gives the same digits.
+
+use glam::DVec3;
+
+use crate::double_double::{DoubleDouble, UNIT};
+use crate::exact;
+use crate::geometry::{exact_offset, normalising_power};
+use crate::number::{Number, ROUNDOFF};
+use crate::real::Real;
+use crate::vec3::Vec3;
+use crate::{Polygon, Receiver};
+
+/// Where the emitter is relative to the receiver's horizon.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Horizon {
+    /// All vertices are strictly above.
+    Above,
+    /// Some are above, some on it or below.
+    Crossing,
+}
+
+/// What a case with a non-zero answer needs.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Plan {
+    /// Multiplies all lengths.
+    pub(crate) power: f64,
+    pub(crate) horizon: Horizon,
+}
+
+impl Plan {
+    /// The plan, or `None` where the radiosity and its gradient are exactly zero.
+    #[inline]
+    pub(crate) fn new(receiver: &Receiver, polygon: &Polygon) -> Option<Self> {
+        let x = receiver.position();
+        let farthest = polygon.vertices().iter().fold(0.0, |far: f64, v| far.max((*v - x).abs().max_element()));
+        let power = normalising_power(farthest);
+        if side_of(x, polygon, power) != Side::Front {
+            return None;
+        }
+        let above = polygon.vertices().iter().filter(|v| is_above(receiver, **v, power)).count();
+        let horizon = match above {
+            0 => return None,
+            _ if above == polygon.vertices().len() => Horizon::Above,
+            _ => Horizon::Crossing,
+        };
+        Some(Self { power, horizon })
+    }
+}
+
+/// Offset of a point from the receiver, normalised.
+#[inline]
+pub(crate) fn offset<T: Real>(point: DVec3, x: DVec3, power: f64) -> Vec3<T> {
+    let along = |a: f64, b: f64| T::difference(a, b, power);
+    Vec3::new(along(point.x, x.x), along(point.y, x.y), along(point.z, x.z))
+}
+
+/// The receiver's unit normal `n1`: a double-double with components off by less than 32 units, rounded.
+#[inline]
+pub(crate) fn unit_normal<T: Real>(receiver: &Receiver) -> Vec3<T> {
+    receiver.precise_normal().map(|c| T::from_double_double(c, 32.0 * UNIT))
+}
+
+/// Where a point is relative to a polygon's plane.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Side {
+    /// On the side to which the normal points.
+    Front,
+    /// Exactly in the plane.
+    InPlane,
+    /// On the other side.
+    Back,
+}
+
+impl Side {
+    fn of(height: f64) -> Self {
+        if height > 0.0 {
+            Self::Front
+        } else if height < 0.0 {
+            Self::Back
+        } else {
+            Self::InPlane
+        }
+    }
+}
+
+/// The side of the polygon's plane that a point is on, exactly.
+pub(crate) fn side_of(point: DVec3, polygon: &Polygon, power: f64) -> Side {
+    let r = (polygon.vertices()[0] - point) * power;
+    let height = -polygon.normal().dot(r);
+    // Three products and two sums of rounded factors: 6 roundings of at most |n||r| <= sqrt(3) * sum of the magnitudes.
+    if polygon.normal_error() < ROUNDOFF && height.abs() > 16.0 * ROUNDOFF * r.length() {
+        return Side::of(height);
+    }
+    let (height, error) = precise_height(point, polygon, power);
+    if height.hi.abs() > error { Side::of(height.hi) } else { exact_side(point, polygon) }
+}
+
+/// Height of a point over the polygon's plane, normalised, and a bound on its error.
+pub(crate) fn precise_height(point: DVec3, polygon: &Polygon, power: f64) -> (DoubleDouble, f64) {
+    let r = exact_offset(polygon.vertices()[0], point, power);
+    let height = -polygon.precise_normal().dot(r);
+    let length = r.x.hi.abs() + r.y.hi.abs() + r.z.hi.abs();
+    (height, length * (polygon.normal_error() + 8.0 * UNIT))
+}
+
+/// [`precise_height`], rounded.
+pub(crate) fn height_over_plane<T: Real>(point: DVec3, polygon: &Polygon, power: f64) -> T {
+    let (height, error) = precise_height(point, polygon, power);
+    T::from_double_double(height, error)
+}
+
+/// The sign of a 4 x 4 determinant, by adaptive exact arithmetic.
+fn exact_side(point: DVec3, polygon: &Polygon) -> Side {
+    let corners = polygon.plane_vertices();
+    let largest = corners.iter().fold(point.abs().max_element(), |m, v| m.max(v.abs().max_element()));
+    let power = normalising_power(largest);
+    let [a, b, c, d] = [corners[0], corners[1], corners[2], point].map(|v| {
+        let v = v * power;
+        robust::Coord3D { x: v.x, y: v.y, z: v.z }
+    });
+    // Positive where the point is on the side from which a, b, c run clockwise.
+    Side::of(-robust::orient3d(a, b, c, d))
+}
+
+#[inline]
+fn is_above(receiver: &Receiver, vertex: DVec3, power: f64) -> bool {
+    let n = receiver.direction();
+    let r = (vertex - receiver.position()) * power;
+    let products = n * r;
+    let height = products.x + products.y + products.z;
+    let bound = 4.0 * ROUNDOFF * (products.x.abs() + products.y.abs() + products.z.abs());
+    if height.abs() > bound { height > 0.0 } else { exact_height_over_horizon(receiver, vertex, power).hi > 0.0 }
+}
+
+fn exact_height_over_horizon(receiver: &Receiver, vertex: DVec3, power: f64) -> DoubleDouble {
+    exact::dot(receiver.direction().into(), exact_offset(vertex, receiver.position(), power))
+}
+
+/// Height of a vertex over the receiver's horizon, times the length of the normal as given: to the roundoff of the scalar, and with the right
+/// sign. Only ratios of it are used.
+pub(crate) fn height_over_horizon<T: Real>(receiver: &Receiver, vertex: DVec3, power: f64) -> T {
+    let r = exact_offset(vertex, receiver.position(), power);
+    let n = Vec3::from(receiver.direction());
+    let height = n.map(DoubleDouble::from).dot(r);
+    let magnitude = (n.x * r.x.hi).abs() + (n.y * r.y.hi).abs() + (n.z * r.z.hi).abs();
+    let error = 8.0 * UNIT * magnitude;
+    if error < T::Number::ROUNDOFF * height.hi.abs() {
+        T::from_double_double(height, error)
+    } else {
+        let height = exact::dot(n, r);
+        T::from_double_double(height, 2.0 * UNIT * height.hi.abs())
+    }
+}
