@@ -1,7 +1,7 @@
 //! One receiver, one emitter, any occluders: the answer with its bounds.
 //!
 //! `B(x) = (rho/pi) int B(y) (n1.r)(-n2.r)/|r|^4 dA` (HS95 Eq. 1) over the part of the emitter that x sees above its horizon, and its gradient with
-//! respect to x at fixed n1. The sums of [`crate::constant`] and [`crate::linear`] run over the boundary that [`crate::horizon`] or
+//! respect to x at fixed n1. The sums of [`crate::constant`], [`crate::linear`] and [`crate::polynomial`] run over the boundary that [`crate::horizon`] or
 //! [`crate::visibility`] finds; with [`Ball`] for scalar they carry a proven bound, with `f64` they give the same digits without one. The
 //! answer is looked for from the cheap to the dear: double precision, then double-double, as Ziv's strategy for elementary functions does.
 
@@ -14,6 +14,7 @@ use crate::double_double::DoubleDouble;
 use crate::linear::{LinearSum, Seen};
 use crate::number::Number;
 use crate::plan::{Plan, unit_normal};
+use crate::polynomial::{self, PolynomialSum};
 use crate::real::Real;
 use crate::vec3::Vec3;
 use crate::{Emission, Emitter, Error, Polygon, Receiver, horizon, visibility};
@@ -209,6 +210,12 @@ impl<T: Real> Terms<T> {
             })?;
             let emission = T::exact(emission.value);
             Self { irradiance: angles.phi() * emission, gradient: edges.sum() * emission }.widened(doubt)
+        } else if let Some(plane) = emitter.polynomial() {
+            let seen = polynomial::Seen::new(receiver, emitter.polygon(), plane, plan.power, emitter.power());
+            let mut sum = PolynomialSum::new(seen);
+            let doubt = visit(case, |arc: &Arc<T>| sum.add::<GRADIENT>(arc))?;
+            let gradient = if GRADIENT { sum.gradient() } else { Vec3::zero() };
+            Self { irradiance: sum.irradiance(), gradient }.widened(doubt)
         } else {
             let mut sum = LinearSum::new(Seen::new(receiver, emitter.polygon(), emission, plan.power));
             let doubt = visit(case, |arc: &Arc<T>| sum.add::<GRADIENT>(arc))?;

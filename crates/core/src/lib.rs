@@ -15,6 +15,7 @@ mod linear;
 mod number;
 pub mod paper;
 mod plan;
+mod polynomial;
 mod real;
 mod triangulate;
 mod vec3;
@@ -27,3 +28,4 @@ pub use evaluate::{
 };
 pub use geometry::{Polygon, Receiver};
 pub use glam::DVec3;
+pub use polynomial::{Monomial, Polynomial};
