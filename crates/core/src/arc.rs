@@ -129,12 +129,6 @@ impl<T: Real> Arc<T> {
         Self { start, end, angle: across.atan2(inline), across, inline, generator }
     }
 
-    /// `|start x end|`, signed along the normal: the line's distance times the length of the piece seen.
-    #[inline]
-    pub(crate) const fn parallelogram(&self) -> T {
-        self.across
-    }
-
     /// The moments of the arc in a frame of its plane.
     ///
     /// `M = (g + sin g)/2 b b^T + (g - sin g)/2 t t^T` with b, t along the sum and the difference of the end directions (theory: HS95 A.1

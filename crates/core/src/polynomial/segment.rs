@@ -26,7 +26,7 @@ impl<T: Real> Segment<T> {
     pub(super) fn new(arc: &Arc<T>, frame: Frame<T>, degree: usize) -> Self {
         let distance = frame.distance;
         let [start, end] = [arc.start, arc.end].map(|point| point.dot(frame.along));
-        let length = arc.parallelogram() / distance;
+        let length = (arc.end - arc.start).dot(frame.along);
         let square = distance * distance;
         let log_ratio = (arc.end.norm_squared() / arc.start.norm_squared()).ln() * T::exact(0.5);
         let mut over_square = Vec::with_capacity(degree + 1);
