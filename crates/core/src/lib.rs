@@ -10,6 +10,7 @@ mod error;
 mod evaluate;
 mod exact;
 mod geometry;
+mod hessian;
 mod horizon;
 mod linear;
 mod number;
@@ -27,5 +28,6 @@ pub use evaluate::{
     Answer, DEFAULT_TOLERANCE, Method, evaluate, evaluate_to, gradient, irradiance_vector, radiosity, radiosity_and_gradient,
 };
 pub use geometry::{Polygon, Receiver};
-pub use glam::DVec3;
+pub use glam::{DMat3, DVec3};
+pub use hessian::{Hessian, hessian, hessian_to};
 pub use polynomial::{Monomial, Polynomial};
