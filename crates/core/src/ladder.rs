@@ -30,6 +30,7 @@ struct Budget {
 
 const CONSTANT: Budget = Budget { cheap: 60, dear: 400 };
 const LINEAR: Budget = Budget { cheap: 200, dear: 1600 };
+const POLYNOMIAL: Budget = Budget { cheap: 200, dear: 4096 };
 
 /// What a rung of the ladder evaluates.
 #[derive(Clone, Copy)]
@@ -62,7 +63,11 @@ impl Found {
 impl Case<'_> {
     pub(crate) fn answer(&self, tolerance: f64) -> Result<Answer, Error> {
         let is_constant = matches!(self.emitter.emission(), Emission::Constant(_));
-        let budget = if is_constant { CONSTANT } else { LINEAR };
+        let budget = match self.emitter.emission() {
+            Emission::Constant(_) => CONSTANT,
+            Emission::Linear(_) => LINEAR,
+            Emission::Polynomial(_) => POLYNOMIAL,
+        };
         let rule = if self.occluders.is_empty() { Rule::new(self.receiver, self.emitter, self.plan) } else { None };
         let by_rule = |most: usize| {
             let rule = rule.as_ref().filter(|rule| rule.nodes() <= most)?;
@@ -81,7 +86,7 @@ impl Case<'_> {
         self.scaled(self.certified::<DoubleDouble>(), Method::DoubleDouble)
     }
 
-    fn by_quadrature(&self, rule: &Rule) -> Found {
+    fn by_quadrature(&self, rule: &Rule<'_>) -> Found {
         let integral = rule.integrate();
         let albedo: f64 = albedo(self.receiver);
         // Quotient and product.

@@ -16,6 +16,7 @@ use glam::DVec3;
 
 use crate::Error;
 
+pub(crate) use bivariate::Bivariate;
 pub(crate) use plane::InPlane;
 pub(crate) use sum::{PolynomialSum, Seen};
 

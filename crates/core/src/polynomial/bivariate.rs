@@ -96,6 +96,12 @@ impl<T: Real> Bivariate<T> {
         slopes
     }
 
+    /// The polynomial at a point, by Horner's rule in u for each power of v, then in v.
+    pub(crate) fn value(&self, [u, v]: [T; 2]) -> T {
+        let row = |j: usize| (0..=self.degree - j).rev().fold(T::exact(0.0), |sum, i| sum * u + self.at(i, j));
+        (0..=self.degree).rev().fold(T::exact(0.0), |sum, j| sum * v + row(j))
+    }
+
     /// `sum self_ij table_(i + di, j + dj)` from degree `lowest` of this polynomial up.
     pub(super) fn contract(&self, table: &Self, (di, dj): (usize, usize), lowest: usize) -> T {
         let terms = exponents(self.degree).zip(&self.entries).filter(|((i, j), _)| i + j >= lowest);
@@ -122,9 +128,15 @@ mod tests {
     }
 
     fn value(p: &Bivariate<f64>, u: f64, v: f64) -> f64 {
-        let mut powers = Bivariate::zero(p.degree());
-        powers.entries = exponents(p.degree()).map(|(i, j)| (0..i).map(|_| u).chain((0..j).map(|_| v)).product()).collect();
-        p.contract(&powers, (0, 0), 0)
+        p.value([u, v])
+    }
+
+    #[test]
+    fn horner_and_the_powers_give_the_same_value() {
+        let mut powers = Bivariate::zero(2);
+        powers.entries = exponents(2).map(|(i, j)| (0..i).map(|_| 3.0).chain((0..j).map(|_| -2.0)).product()).collect();
+        assert_eq!(example().contract(&powers, (0, 0), 0), value(&example(), 3.0, -2.0));
+        assert_eq!(value(&example(), 3.0, -2.0), 1.0 + 6.0 + 2.0 - 18.0 + 2.0);
     }
 
     #[test]

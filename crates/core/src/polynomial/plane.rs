@@ -1,7 +1,8 @@
 //! A polynomial of the position restricted to the plane of a polygon: what of it is seen.
 //!
-//! `y = E_0 + u t_1 + v t_2` with `E_0` vertex 0 and `(t_1, t_2, n2)` orthonormal turns `B(y)` into `sum b_ij u^i v^j`. Done once per emitter, in double-double with
-//! running bounds, lengths in a unit near the polygon's size: coefficients lose what cancels when the origin is far from the polygon, and say so.
+//! `y = m + u t_1 + v t_2`, m the middle of the polygon and `(t_1, t_2, n2)` orthonormal, turns `B(y)` into `sum b_ij u^i v^j`. Done once per emitter, in
+//! double-double with running bounds, lengths in a unit near the polygon's size: coefficients lose what cancels when the origin is far from the
+//! polygon, and say so.
 
 use glam::DVec3;
 
@@ -12,77 +13,114 @@ use crate::certify::Ball;
 use crate::double_double::DoubleDouble;
 use crate::emission::Affine;
 use crate::geometry::{Polygon, exact_offset, normalising_power};
+use crate::plan::offset;
 use crate::real::Real;
 use crate::vec3::Vec3;
 
 type Precise = Ball<DoubleDouble>;
 
-/// A bivariate polynomial around vertex 0 of a polygon.
+/// Coordinates in the plane of a polygon: the offset from its vertex 0 along two axes, less that of its middle.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct InPlane {
+struct Coordinates {
     axes: [Vec3<Precise>; 2],
+    first: DVec3,
+    middle: [f64; 2],
     /// Multiplies lengths.
     power: f64,
+}
+
+/// A bivariate polynomial around the middle of a polygon.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct InPlane {
+    coordinates: Coordinates,
     coefficients: Bivariate<Precise>,
     largest: f64,
     steepest: f64,
+    uncertainty: f64,
 }
 
-impl InPlane {
-    pub(crate) fn new(polygon: &Polygon, polynomial: &Polynomial) -> Result<Self, Error> {
+impl Coordinates {
+    /// The middle is that of the extents along the axes.
+    fn new(polygon: &Polygon) -> Self {
         let power = normalising_power(polygon.size());
-        let axes = axes(polygon);
-        let exact = |r: Vec3<DoubleDouble>| r.map(|c| Precise::from_double_double(c, 0.0));
-        let from_origin = exact(exact_offset(polygon.vertices()[0], polynomial.origin(), power));
-        let coordinates = [
-            (from_origin.x, [axes[0].x, axes[1].x]),
-            (from_origin.y, [axes[0].y, axes[1].y]),
-            (from_origin.z, [axes[0].z, axes[1].z]),
-        ];
-        let degree = usize::try_from(polynomial.degree().max(1)).unwrap_or(usize::MAX);
-        let mut coefficients = Bivariate::zero(degree);
-        for term in polynomial.terms() {
-            let mut product = Bivariate::zero(0);
-            *product.at_mut(0, 0) = Precise::exact(term.coefficient);
-            for ((constant, along), count) in coordinates.into_iter().zip(term.powers) {
-                for _ in 0..count {
-                    product = product.times_linear(constant, along).map(|_, _, c| c.scaled(1.0 / power));
-                }
-            }
-            coefficients.add_scaled(&product, Precise::exact(1.0));
-        }
-        let mut plane = Self { axes, power, coefficients, largest: 0.0, steepest: 0.0 };
-        let reach = plane.reach(polygon);
-        plane.largest = bound_over(&plane.coefficients, reach);
-        let [along_u, along_v] = plane.coefficients.gradient().map(|slope| bound_over(&slope, reach));
-        plane.steepest = (along_u * along_u + along_v * along_v).sqrt() * power;
-        if plane.largest.is_finite() { Ok(plane) } else { Err(Error::Overflow { quantity: "emission over the polygon" }) }
+        let mut plane = Self { axes: axes(polygon), first: polygon.vertices()[0], middle: [0.0; 2], power };
+        plane.middle = [0, 1].map(|axis| {
+            let along = polygon.vertices().iter().map(|v| plane.at(*v)[axis].value());
+            let (low, high) = along.fold((0.0, 0.0), |(low, high): (f64, f64), u| (low.min(u), high.max(u)));
+            0.5 * (low + high)
+        });
+        plane
+    }
+
+    fn at(&self, point: DVec3) -> [Precise; 2] {
+        let r = exact_offset(point, self.first, self.power).map(|c| Precise::from_double_double(c, 0.0));
+        [0, 1].map(|i| self.axes[i].dot(r) - Precise::exact(self.middle[i]))
     }
 
     /// Bounds on |u| and |v| over the polygon.
     fn reach(&self, polygon: &Polygon) -> [f64; 2] {
-        let vertices = polygon.vertices();
-        self.axes.map(|axis| {
-            let along = |v: &DVec3| {
-                let r = exact_offset(*v, vertices[0], self.power).map(|c| Precise::from_double_double(c, 0.0));
-                magnitude(axis.dot(r))
-            };
-            vertices.iter().map(along).fold(0.0, f64::max)
-        })
+        let along = |axis: usize| polygon.vertices().iter().map(|v| magnitude(self.at(*v)[axis])).fold(0.0, f64::max);
+        [along(0), along(1)]
+    }
+
+    /// The middle, as an offset from `origin`.
+    fn middle_from(&self, origin: DVec3) -> Vec3<Precise> {
+        let first = exact_offset(self.first, origin, self.power).map(|c| Precise::from_double_double(c, 0.0));
+        first + self.axes[0] * Precise::exact(self.middle[0]) + self.axes[1] * Precise::exact(self.middle[1])
+    }
+}
+
+impl InPlane {
+    pub(crate) fn new(polygon: &Polygon, polynomial: &Polynomial) -> Result<Self, Error> {
+        let coordinates = Coordinates::new(polygon);
+        let coefficients = restricted(polynomial, &coordinates);
+        let reach = coordinates.reach(polygon);
+        let largest = bound_over(&coefficients, reach);
+        if !largest.is_finite() {
+            return Err(Error::Overflow { quantity: "emission over the polygon" });
+        }
+        let [along_u, along_v] = coefficients.gradient().map(|slope| bound_over(&slope, reach));
+        let steepest = (along_u * along_u + along_v * along_v).sqrt() * coordinates.power;
+        let uncertainty = bound_over(&coefficients.map(|_, _, c| Precise::exact(c.error())), reach);
+        Ok(Self { coordinates, coefficients, largest, steepest, uncertainty })
+    }
+
+    /// Coordinates of a point of the plane in the unit of the polynomial, to a rounding.
+    pub(crate) fn at(&self, point: DVec3) -> [f64; 2] {
+        self.coordinates.at(point).map(Real::value)
+    }
+
+    /// The coefficients in that unit for emission multiplied by `emission_power`, to a rounding.
+    pub(crate) fn rounded(&self, emission_power: f64) -> Bivariate<f64> {
+        self.coefficients.map(|_, _, c| f64::from_double_double(c.middle(), c.error()) * emission_power)
+    }
+
+    pub(crate) const fn degree(&self) -> usize {
+        self.coefficients.degree()
+    }
+
+    /// Bound on what the errors of the coefficients change over the polygon, in the unit of the caller.
+    pub(crate) const fn uncertainty(&self) -> f64 {
+        self.uncertainty
     }
 
     /// The unit vectors `t_1` and `t_2`.
     pub(super) fn axes<T: Real>(&self) -> [Vec3<T>; 2] {
-        self.axes.map(|axis| axis.map(|c| T::from_double_double(c.middle(), c.error())))
+        self.coordinates.axes.map(rounded)
     }
 
-    /// The coefficients around vertex 0 for lengths multiplied by `power` and emission by `emission_power`.
-    pub(super) fn coefficients<T: Real>(&self, power: f64, emission_power: f64) -> Bivariate<T> {
-        let ratio = self.power / power;
-        self.coefficients.map(|i, j, c| {
+    /// The coefficients for lengths multiplied by `power`, emission by `emission_power`, and positions relative to the foot point of `x`.
+    pub(super) fn around_foot<T: Real>(&self, x: DVec3, power: f64, emission_power: f64) -> Bivariate<T> {
+        let ratio = self.coordinates.power / power;
+        let scaled = self.coefficients.map(|i, j, c| {
             let rounded = T::from_double_double(c.middle(), c.error()).scaled(emission_power);
             (0..i + j).fold(rounded, |c, _| c.scaled(ratio))
-        })
+        });
+        let middle = self.coordinates.middle;
+        let first: Vec3<T> = offset(self.coordinates.first, x, power);
+        let axes: [Vec3<T>; 2] = self.axes();
+        let [u, v] = [0, 1].map(|i| first.dot(axes[i]) + T::exact(middle[i] / ratio));
+        scaled.shifted(u, v)
     }
 
     /// Bound on `|B|` over the polygon, in the unit of the caller.
@@ -97,15 +135,41 @@ impl InPlane {
 
     /// The affine function with the value and the gradient at vertex 0.
     pub(crate) fn tangent(&self) -> Affine {
-        let slope = self.axes[0] * self.coefficients.at(1, 0) + self.axes[1] * self.coefficients.at(0, 1);
+        let Coordinates { axes, middle, power, .. } = &self.coordinates;
+        let first = middle.map(|m| Precise::exact(-m));
+        let [along_u, along_v] = self.coefficients.gradient().map(|slope| slope.value(first));
+        let slope = axes[0] * along_u + axes[1] * along_v;
         let error = slope.map(Real::error);
         Affine {
-            value: self.coefficients.at(0, 0).value(),
-            gradient: slope.map(|c| c.middle().scaled(self.power)),
-            gradient_error: error.x.max(error.y).max(error.z) * self.power,
+            value: self.coefficients.value(first).value(),
+            gradient: slope.map(|c| c.middle().scaled(*power)),
+            gradient_error: error.x.max(error.y).max(error.z) * power,
             residual: 0.0,
         }
     }
+}
+
+/// The polynomial with each coordinate replaced by its affine function of u and v.
+fn restricted(polynomial: &Polynomial, coordinates: &Coordinates) -> Bivariate<Precise> {
+    let Coordinates { axes: [t_1, t_2], power, .. } = coordinates;
+    let middle = coordinates.middle_from(polynomial.origin());
+    let affine = [(middle.x, [t_1.x, t_2.x]), (middle.y, [t_1.y, t_2.y]), (middle.z, [t_1.z, t_2.z])];
+    let mut sum = Bivariate::zero(polynomial.degree().max(1) as usize);
+    for term in polynomial.terms() {
+        let mut product = Bivariate::zero(0);
+        *product.at_mut(0, 0) = Precise::exact(term.coefficient);
+        for ((constant, along), count) in affine.into_iter().zip(term.powers) {
+            for _ in 0..count {
+                product = product.times_linear(constant, along).map(|_, _, c| c.scaled(1.0 / power));
+            }
+        }
+        sum.add_scaled(&product, Precise::exact(1.0));
+    }
+    sum
+}
+
+fn rounded<T: Real>(v: Vec3<Precise>) -> Vec3<T> {
+    v.map(|c| T::from_double_double(c.middle(), c.error()))
 }
 
 /// Unit vectors in the plane, `t_1 x t_2 = n2`: the first across the coordinate axis that is farthest from the normal.
@@ -149,12 +213,10 @@ mod tests {
         let terms = [(1.0, [0, 0, 0]), (0.7, [1, 0, 2]), (-2.0, [0, 3, 1]), (0.3, [2, 2, 1])];
         let polynomial = Polynomial::new(DVec3::new(0.5, 0.5, 1.0), terms).unwrap();
         let plane = InPlane::new(&polygon, &polynomial).unwrap();
-        let axes: [Vec3<f64>; 2] = plane.axes();
-        let coefficients: Bivariate<f64> = plane.coefficients(1.0, 1.0);
+        let coefficients = plane.rounded(1.0);
         for (a, b) in [(0.0, 0.0), (0.5, 0.25), (0.1, 0.8), (1.0, 0.0)] {
             let y = triangle[0] + (triangle[1] - triangle[0]) * a + (triangle[2] - triangle[0]) * b;
-            let [u, v] = axes.map(|axis| axis.dot((y - triangle[0]).into()));
-            let here: f64 = coefficients.clone().shifted(-u, -v).at(0, 0);
+            let here = coefficients.value(plane.at(y));
             assert!((here - polynomial.at(y)).abs() < 1e-15, "{here}");
             assert!(polynomial.at(y).abs() <= plane.largest);
             let in_plane = polynomial.gradient_at(y).reject_from_normalized(polygon.normal());

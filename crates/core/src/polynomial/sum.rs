@@ -18,7 +18,7 @@ use crate::Receiver;
 use crate::arc::{Arc, Generator};
 use crate::geometry::Polygon;
 use crate::linear::{segment_frame, x1_term};
-use crate::plan::{offset, precise_height, unit_normal};
+use crate::plan::{precise_height, unit_normal};
 use crate::real::Real;
 use crate::vec3::Vec3;
 
@@ -36,16 +36,14 @@ pub(crate) struct Seen<T> {
 impl<T: Real> Seen<T> {
     /// Vertices off the plane by the polygon's defect change height and emission by that much: both go into the bounds.
     pub(crate) fn new(receiver: &Receiver, polygon: &Polygon, plane: &InPlane, power: f64, emission_power: f64) -> Self {
-        let axes = plane.axes();
-        let first = offset::<T>(polygon.vertices()[0], receiver.position(), power);
-        let mut emission = plane.coefficients(power, emission_power).shifted(first.dot(axes[0]), first.dot(axes[1]));
+        let mut emission: Bivariate<T> = plane.around_foot(receiver.position(), power, emission_power);
         let constant = emission.at_mut(0, 0);
         *constant = constant.widened(2.0 * plane.steepest() * polygon.planarity_defect() * emission_power);
         let (height, error) = precise_height(receiver.position(), polygon, power);
         Self {
             n1: unit_normal(receiver),
             n2: polygon.precise_normal().map(|c| T::from_double_double(c, polygon.normal_error())),
-            axes,
+            axes: plane.axes(),
             height: T::from_double_double(height, error + polygon.planarity_defect() * power),
             emission,
         }
