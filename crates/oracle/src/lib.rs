@@ -32,6 +32,10 @@ mod integrand;
 mod interval;
 mod legendre;
 pub mod monte_carlo;
+#[cfg(feature = "mpfr")]
+mod mpfr;
+mod outline;
+mod pass;
 mod piece;
 mod plane;
 mod region;

@@ -42,8 +42,8 @@ pub(super) enum OnTriangle {
 impl<'a> Source<'a> {
     pub(super) fn new(emitter: &'a Emitter) -> Self {
         if let Some(plane) = emitter.polynomial() {
-            // Coordinates err by 20 roundings of the largest, each factor of a monomial by as much; the sum of products adds four a degree.
-            let rounding = (2 + 24 * plane.degree()) as f64 * ROUNDOFF + plane.uncertainty() / plane.largest();
+            // Coordinates of nodes err by 40 roundings of the largest, each factor of a monomial by as much; Horner's rule adds four a degree.
+            let rounding = (2 + 44 * plane.degree()) as f64 * ROUNDOFF + plane.uncertainty() / plane.largest();
             let input_error = 2.0 * plane.steepest() * emitter.polygon().planarity_defect() / plane.largest();
             let largest = plane.largest() * emitter.power();
             return Self { emitter, kind: Kind::Polynomial(plane), largest, rounding, input_error };
