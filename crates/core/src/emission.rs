@@ -168,6 +168,16 @@ impl Emitter {
         self.polynomial.as_ref().map_or_else(|| self.emission_gradient().length(), InPlane::steepest)
     }
 
+    /// Whether the emission is stated to be zero everywhere.
+    pub(crate) fn is_dark(&self) -> bool {
+        match &self.emission {
+            Emission::Constant(value) => *value == 0.0,
+            Emission::Linear(Linear::AtVertices(values)) => values.iter().all(|value| *value == 0.0),
+            Emission::Linear(Linear::Gradient { value, gradient }) => *value == 0.0 && *gradient == DVec3::ZERO,
+            Emission::Polynomial(polynomial) => polynomial.terms().iter().all(|term| term.coefficient == 0.0),
+        }
+    }
+
     /// The polynomial emission in the plane, where it is one.
     pub(crate) const fn polynomial(&self) -> Option<&InPlane> {
         self.polynomial.as_ref()

@@ -179,3 +179,53 @@ fn a_far_origin_costs_digits_that_the_bound_owns_up_to() {
     assert!(a.0.meets(1e-15) && b.0.meets(1e-15));
     assert!((a.1 - a.0.radiosity).abs() < 1e-12 * a.0.radiosity.abs());
 }
+
+/// 4 - u^2 - v^2 seen from ever farther away, over the emitter and beside it: the closed form would lose `(D/s)^2` twice.
+#[test]
+fn far_away_the_digits_stay() {
+    let square = facing_down(&[[-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [1.0, 1.0, 0.0], [-1.0, 1.0, 0.0]]);
+    let bowl = Polynomial::new(DVec3::ZERO, [(4.0, [0, 0, 0]), (-1.0, [2, 0, 0]), (-1.0, [0, 2, 0])]).unwrap();
+    let lamp = Emitter::new(square, Emission::Polynomial(bowl)).unwrap();
+    // int B dA = 16 - 4/3 - 4/3.
+    let power = 40.0 / 3.0;
+    for exponent in 1..=15 {
+        let distance = libm::exp10(f64::from(exponent));
+        for direction in [DVec3::NEG_Z, DVec3::new(0.8, 0.0, -0.6)] {
+            let receiver = Receiver::new(direction * distance, -direction, 1.0).unwrap();
+            let answer = evaluate(&receiver, &lamp, &[]).unwrap();
+            assert!(answer.meets(1e-12), "{answer:?}");
+            assert_eq!(answer.method, Method::Quadrature);
+            let expected = power * -direction.z / (PI * distance * distance);
+            let off = (answer.radiosity / expected - 1.0).abs();
+            assert!(off <= 4.0 / (distance * distance) + 1e-14, "1e{exponent}: off by {off:e}");
+        }
+    }
+}
+
+#[test]
+fn no_emission_gives_exactly_zero() {
+    let receiver = Receiver::new(DVec3::new(0.2, -0.1, 0.0), DVec3::Z, 1.0).unwrap();
+    let none = [Polynomial::new(DVec3::ZERO, []).unwrap(), Polynomial::new(DVec3::ZERO, [(0.0, [3, 0, 0])]).unwrap()];
+    for emission in
+        none.map(Emission::Polynomial).into_iter().chain([Emission::Constant(0.0), Emission::gradient(0.0, DVec3::ZERO)])
+    {
+        let dark = evaluate(&receiver, &Emitter::new(facing_down(&TRIANGLE), emission).unwrap(), &[]).unwrap();
+        assert_eq!((dark.radiosity, dark.gradient, dark.radiosity_error, dark.gradient_error), (0.0, DVec3::ZERO, 0.0, 0.0));
+        assert_eq!(dark.method, Method::Zero);
+    }
+}
+
+/// Emission of both signs that integrates to little: no method may reach the tolerance, and the best one says how near it came.
+#[test]
+fn where_no_method_meets_the_tolerance_the_smallest_bound_answers() {
+    let square = facing_down(&[[-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [1.0, 1.0, 0.0], [-1.0, 1.0, 0.0]]);
+    let waves = Polynomial::new(DVec3::ZERO, [(1.0, [12, 0, 0]), (-0.0769, [0, 0, 0])]).unwrap();
+    let lamp = Emitter::new(square, Emission::Polynomial(waves)).unwrap();
+    let receiver = Receiver::new(DVec3::new(0.0, 0.0, -1e9), DVec3::Z, 1.0).unwrap();
+    let answer = evaluate_to(&receiver, &lamp, &[], 0.0).unwrap();
+    assert_eq!(answer.method, Method::Quadrature);
+    assert!(answer.radiosity_error < 1e-8 * answer.radiosity.abs(), "{answer:?}");
+    // int x^12 dA = 4/13.
+    let expected = (4.0 / 13.0 - 4.0 * 0.0769) / (PI * 1e18);
+    assert!((answer.radiosity - expected).abs() < 1e-10 * expected.abs(), "{answer:?} {expected}");
+}
