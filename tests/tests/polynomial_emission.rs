@@ -18,7 +18,8 @@ fn emission(degree: u8) -> Emission {
     Emission::Polynomial(Polynomial::new(DVec3::new(0.25, -0.25, 1.125), terms).unwrap())
 }
 
-/// Receivers that see the emitter whole, clipped, from a hair's breadth off its middle and off an edge's extension, grazing and from afar.
+/// Receivers that see the emitter whole, clipped, from a hair's breadth off its middle and off an edge's extension, grazing and
+/// from afar.
 fn receivers() -> Vec<(&'static str, Receiver)> {
     let polygon = polygon();
     let vertices = polygon.vertices();

@@ -1,4 +1,5 @@
-//! What an emitter sends out: its radiosity `B(y)`, constant or linear over the polygon (HS95 sections A.1 and A.2), or a polynomial.
+//! What an emitter sends out: its radiosity `B(y)`, constant or linear over the polygon (HS95 sections A.1 and A.2), or a
+//! polynomial.
 //!
 //! Units: radiosity in W/m2 (or any other unit, kept), gradient in that unit over the unit of length. The condition of a linear
 //! emission given by vertex values on a needle is the needle's: its gradient across is a difference over the width.
@@ -81,14 +82,16 @@ pub(crate) struct Affine {
     pub(crate) residual: f64,
 }
 
-/// Vertex values may be off one affine function by this fraction of the largest of them, beside the effect of rounded coordinates.
+/// Vertex values may be off one affine function by this fraction of the largest of them, beside the effect of rounded
+/// coordinates.
 const AFFINITY: f64 = 4e-12;
 
 impl Emitter {
     /// An emitter with the given polygon and emission.
     ///
     /// # Errors
-    /// If a value is not finite, the number of vertex values is not the number of vertices, or they do not lie on one affine function.
+    /// If a value is not finite, the number of vertex values is not the number of vertices, or they do not lie on one affine
+    /// function.
     pub fn new(polygon: Polygon, emission: Emission) -> Result<Self, Error> {
         let (affine, polynomial) = match &emission {
             Emission::Constant(value) => {
@@ -126,7 +129,8 @@ impl Emitter {
         &self.emission
     }
 
-    /// Gradient of the emission over the polygon's plane, at vertex 0; zero for a constant emission, and the same everywhere for a linear one.
+    /// Gradient of the emission over the polygon's plane, at vertex 0; zero for a constant emission, and the same everywhere
+    /// for a linear one.
     #[must_use]
     pub fn emission_gradient(&self) -> DVec3 {
         self.affine.gradient.map(DoubleDouble::to_f64).into()
@@ -152,7 +156,8 @@ impl Emitter {
         }
     }
 
-    /// Largest magnitude of the emission over the polygon: for a constant or linear emission that at a vertex, for a polynomial an upper bound.
+    /// Largest magnitude of the emission over the polygon: for a constant or linear emission that at a vertex, for a polynomial
+    /// an upper bound.
     #[must_use]
     pub fn largest_emission(&self) -> f64 {
         if let Some(plane) = &self.polynomial {
@@ -214,8 +219,8 @@ fn in_plane(polygon: &Polygon, value: f64, gradient: Vec3<f64>) -> Affine {
     Affine { value, gradient: given - normal * normal.dot(given), gradient_error: error, residual: 0.0 }
 }
 
-/// The affine function through the vertex values. By the divergence theorem in the plane, `grad B = (1/A) sum (B_i + B_{i+1})/2 (e_i x n2)`
-/// for any polygon; for three vertices it is the interpolant.
+/// The affine function through the vertex values. By the divergence theorem in the plane,
+/// `grad B = (1/A) sum (B_i + B_{i+1})/2 (e_i x n2)` for any polygon; for three vertices it is the interpolant.
 fn through_vertices(polygon: &Polygon, values: &[f64]) -> Result<Affine, Error> {
     let vertices = polygon.vertices();
     let count = vertices.len();
@@ -237,8 +242,8 @@ fn through_vertices(polygon: &Polygon, values: &[f64]) -> Result<Affine, Error> 
     let normal = polygon.precise_normal();
     let norm = normal.dot(twice_area);
     let gradient = weighted.cross(normal).map(|c| c.divided_by(norm).scaled(power));
-    // Offsets are below 4 in length and differences of values below `spread`: each term of the sum is below 8 spread, and so off by 64 units of
-    // that; the normal's error turns and scales the quotient.
+    // Offsets are below 4 in length and differences of values below `spread`: each term of the sum is below 8 spread, and so
+    // off by 64 units of that; the normal's error turns and scales the quotient.
     let spread = (0..count).map(|i| above_first(i).hi.abs()).fold(0.0, f64::max);
     let length = 8.0 * count as f64 * spread / norm.hi * power;
     let gradient_error = length * (64.0 * UNIT + 4.0 * polygon.normal_error());

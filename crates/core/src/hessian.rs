@@ -1,19 +1,20 @@
 //! Second derivatives of the radiosity with respect to x, for constant emission, clipped by the receiver's horizon or not.
 //!
-//! The gradient is `(rho B/pi) sum int (n1.r) (dy x r) / r^4` over the parts of the emitter's edges above the horizon ([`crate::constant`]). Its
-//! derivative with respect to x at fixed y is minus that with respect to r. The end points of the parts move with x where the horizon cuts an
-//! edge, but the integrand is zero there, `n1.r = 0`: the horizon adds nothing beyond shortening the edges. In the frame of a line at distance S,
-//! `r = S (toward + along tan psi)`, `dy x r = -S N ds`, the integrals are those of `cos^2` times one, `cos^2`, `cos sin` and `sin^2`:
+//! The gradient is `(rho B/pi) sum int (n1.r) (dy x r) / r^4` over the parts of the emitter's edges above the horizon
+//! ([`crate::constant`]). Its derivative with respect to x at fixed y is minus that with respect to r. The end points of the
+//! parts move with x where the horizon cuts an edge, but the integrand is zero there, `n1.r = 0`: the horizon adds nothing
+//! beyond shortening the edges. In the frame of a line at distance S, `r = S (toward + along tan psi)`, `dy x r = -S N ds`, the
+//! integrals are those of `cos^2` times one, `cos^2`, `cos sin` and `sin^2`:
 //!
 //! `H = (rho B/pi) sum (N w^T + w N^T) / 2 S^2`,
 //! `w = p3 cc N + [p1 (cc - 4 cccc) - 4 p2 cccs] toward + [p2 (cc - 4 ccss) - 4 p1 cccs] along`,
 //!
-//! with `p1, p2, p3` the components of n1 along toward, along and N, and the arc's moments. A part that is not symmetric sums to zero, second derivatives being
-//! symmetric, and is left out. Unit: that of the emission over the unit of length squared.
+//! with `p1, p2, p3` the components of n1 along toward, along and N, and the arc's moments. A part that is not symmetric sums
+//! to zero, second derivatives being symmetric, and is left out. Unit: that of the emission over the unit of length squared.
 //!
-//! B is twice differentiable in front of the emitter except where a whole edge lies in the horizon; there this is the second derivative from the side on
-//! which the edge is hidden. Terms are of the size `1/(S r)`: like the gradient the sum cancels by D/s at distance D for an emitter of size s, once
-//! more for the second derivatives of the value itself.
+//! B is twice differentiable in front of the emitter except where a whole edge lies in the horizon; there this is the second
+//! derivative from the side on which the edge is hidden. Terms are of the size `1/(S r)`: like the gradient the sum cancels by
+//! D/s at distance D for an emitter of size s, once more for the second derivatives of the value itself.
 
 use glam::{DMat3, DVec3};
 
@@ -68,8 +69,8 @@ pub fn hessian(receiver: &Receiver, emitter: &Emitter) -> Result<DMat3, Error> {
     matrix(&entries::<f64>(receiver, emitter, &plan, emission))
 }
 
-/// Second derivatives of the radiosity with a bound: in double precision, and where that is above `tolerance` times the Frobenius norm, in
-/// double-double. What that gives is returned whether or not it meets the tolerance: the bound says so.
+/// Second derivatives of the radiosity with a bound: in double precision, and where that is above `tolerance` times the
+/// Frobenius norm, in double-double. What that gives is returned whether or not it meets the tolerance: the bound says so.
 ///
 /// # Errors
 /// If the emission is not constant, the tolerance is not in [0, 1], or a result overflows.

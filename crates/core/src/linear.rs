@@ -134,8 +134,8 @@ impl<T: Real> LinearSum<T> {
     }
 }
 
-/// The frame of the segment of the emitter's plane that the arc sees, from its normal and the height of x over it. The horizon and an occluder's edge meet
-/// that plane along `n2 x N`.
+/// The frame of the segment of the emitter's plane that the arc sees, from that plane's normal and the height of x over it. The
+/// horizon and an occluder's edge meet the plane along `n2 x N`.
 pub(crate) fn segment_frame<T: Real>(arc: &Arc<T>, n2: Vec3<T>, height: T) -> Frame<T> {
     if let Generator::Emitter(line) = &arc.generator {
         return line.frame();

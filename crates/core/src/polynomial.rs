@@ -1,8 +1,8 @@
 //! Emission that is a polynomial of the position: `B(y) = sum b_ijk dx^i dy^j dz^k` with `(dx, dy, dz) = y - origin`.
 //!
-//! What a user states is [`Polynomial`], three variables and any origin. [`plane`] restricts it to the emitter's plane once per emitter,
-//! [`segment`] integrates powers along the pieces of the visible boundary, [`moments`] brings every integral over the visible region down to those
-//! and one non-elementary number, and [`sum`] puts radiosity and gradient together.
+//! What a user states is [`Polynomial`], three variables and any origin. [`plane`] restricts it to the emitter's plane once per
+//! emitter, [`segment`] integrates powers along the pieces of the visible boundary, [`moments`] brings every integral over the
+//! visible region down to those and one non-elementary number, and [`sum`] puts radiosity and gradient together.
 //!
 //! Units: coefficients in the unit of the emission over the unit of length to the power of the degree.
 
@@ -31,7 +31,8 @@ pub struct Monomial {
 
 /// A polynomial in the position relative to an origin.
 ///
-/// Only its values on the emitter's plane matter. An origin near the emitter keeps the digits of high powers; the answer's bounds say what is lost.
+/// Only its values on the emitter's plane matter. An origin near the emitter keeps the digits of high powers; the answer's
+/// bounds say what is lost.
 ///
 /// ```
 /// use radgrad_core::{DVec3, Emission, Emitter, Polygon, Polynomial, Receiver, evaluate};
@@ -51,12 +52,12 @@ pub struct Polynomial {
 }
 
 impl Polynomial {
-    /// Highest degree accepted. The closed form costs the third power of the degree an edge, and each degree loses digits (see the bounds), so that
-    /// beyond it a subdivided emitter serves better.
+    /// Highest degree accepted. The closed form costs the third power of the degree an edge, and each degree loses digits (see
+    /// the bounds), so that beyond it a subdivided emitter serves better.
     pub const MAX_DEGREE: u32 = 12;
 
-    /// The polynomial with the given terms, each a coefficient and the exponents of `dx`, `dy` and `dz`. Terms with the same exponents add up; no terms
-    /// make the zero polynomial.
+    /// The polynomial with the given terms, each a coefficient and the exponents of `dx`, `dy` and `dz`. Terms with the same
+    /// exponents add up; no terms make the zero polynomial.
     ///
     /// # Errors
     /// If the origin or a coefficient is not finite, or a term's degree is above [`Self::MAX_DEGREE`].

@@ -69,8 +69,8 @@ fn they_hold_near_contact() {
     }
 }
 
-/// Light from one emitter has no sources in free space: the radiosities of three perpendicular receivers, each differentiated along its normal, sum to
-/// zero (Gershun 1939), and so do their gradients.
+/// Light from one emitter has no sources in free space: the radiosities of three perpendicular receivers, each differentiated
+/// along its normal, sum to zero (Gershun 1939), and so do their gradients.
 #[test]
 fn the_flux_of_the_whole_emitter_has_no_divergence() {
     let emitter = facing_down(&[[1.0, 1.1, 1.4], [1.5, 0.9, 1.2], [1.2, 1.6, 1.3]]);

@@ -1,4 +1,5 @@
-//! Polynomial emission against quadrature of Eq. 1 and its differentiated kernel, against the forms of lower degree, and with occluders.
+//! Polynomial emission against quadrature of Eq. 1 and its differentiated kernel, against the forms of lower degree, and with
+//! occluders.
 
 use std::f64::consts::PI;
 
@@ -30,8 +31,8 @@ fn rule() -> Vec<(f64, f64)> {
     signed.flat_map(|(t, w)| (0..24).map(move |i| ((f64::from(i) + 0.5 * (1.0 + t)) / 24.0, w / 24.0))).collect()
 }
 
-/// Radiosity and gradient by quadrature over the part of the polygon above the horizon. That part's edge on the horizon moves with x, but what it gains
-/// or loses is seen with `n1.r = 0`.
+/// Radiosity and gradient by quadrature over the part of the polygon above the horizon. That part's edge on the horizon moves
+/// with x, but what it gains or loses is seen with `n1.r = 0`.
 fn by_quadrature(receiver: &Receiver, emitter: &Emitter) -> (f64, DVec3) {
     let (x, n1, n2) = (receiver.position(), receiver.normal(), emitter.polygon().normal());
     let vertices = emitter.polygon().vertices();

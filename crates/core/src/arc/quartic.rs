@@ -12,9 +12,9 @@ pub(crate) struct Quartic<T> {
 }
 
 impl<T: Real> Arc<T> {
-    /// Around its bisector the arc spans (-g/2, g/2), where odd powers of the sine vanish and `cos^2 sin^2 = (1 - cos 4t)/8` gives
-    /// `m22 = (2g - sin 2g)/16`, `m40 = (g + sin g)/2 - m22`, `m04 = (g - sin g)/2 - m22`; the frame is turned from it by `atan2(s, c)`. As in
-    /// [`Arc::moments`] the longer of sum and difference of the end directions gives the bisector.
+    /// Around its bisector the arc spans (-g/2, g/2), where odd powers of the sine vanish and `cos^2 sin^2 = (1 - cos 4t)/8`
+    /// gives `m22 = (2g - sin 2g)/16`, `m40 = (g + sin g)/2 - m22`, `m04 = (g - sin g)/2 - m22`; the frame is turned from it by
+    /// `atan2(s, c)`. As in [`Arc::moments`] the longer of sum and difference of the end directions gives the bisector.
     pub(crate) fn quartic_moments(&self, frame: &Frame<T>) -> Quartic<T> {
         let (near, far) = (self.start.norm_squared().sqrt(), self.end.norm_squared().sqrt());
         let scale = T::exact(1.0) / (near * far);

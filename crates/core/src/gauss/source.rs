@@ -1,7 +1,8 @@
 //! The emission as the rule sees it: its value at the nodes, its size, and its growth in the ellipses of the bound.
 //!
-//! A polynomial of degree n bounded by m on a segment is bounded by `m R^n` in the ellipse `E_R` around it (Bernstein's inequality), an affine one by
-//! m times the ellipse's semi-axis. A polynomial is evaluated around vertex 0 in the unit of the polygon, so that distance costs no digits.
+//! A polynomial of degree n bounded by m on a segment is bounded by `m R^n` in the ellipse `E_R` around it (Bernstein's
+//! inequality), an affine one by m times the ellipse's semi-axis. A polynomial is evaluated around the polygon's middle in its
+//! unit, so that distance costs no digits.
 
 use glam::DVec3;
 
@@ -42,7 +43,8 @@ pub(super) enum OnTriangle {
 impl<'a> Source<'a> {
     pub(super) fn new(emitter: &'a Emitter) -> Self {
         if let Some(plane) = emitter.polynomial() {
-            // Coordinates of nodes err by 40 roundings of the largest, each factor of a monomial by as much; Horner's rule adds four a degree.
+            // Coordinates of nodes err by 40 roundings of the largest, each factor of a monomial by as much; Horner's rule adds
+            // four a degree.
             let rounding = (2 + 44 * plane.degree()) as f64 * ROUNDOFF + plane.uncertainty() / plane.largest();
             let input_error = 2.0 * plane.steepest() * emitter.polygon().planarity_defect() / plane.largest();
             let largest = plane.largest() * emitter.power();

@@ -1,8 +1,8 @@
 //! A polynomial of the position restricted to the plane of a polygon: what of it is seen.
 //!
-//! `y = m + u t_1 + v t_2`, m the middle of the polygon and `(t_1, t_2, n2)` orthonormal, turns `B(y)` into `sum b_ij u^i v^j`. Done once per emitter, in
-//! double-double with running bounds, lengths in a unit near the polygon's size: coefficients lose what cancels when the origin is far from the
-//! polygon, and say so.
+//! `y = m + u t_1 + v t_2`, m the middle of the polygon and `(t_1, t_2, n2)` orthonormal, turns `B(y)` into `sum b_ij u^i v^j`.
+//! Done once per emitter, in double-double with running bounds, lengths in a unit near the polygon's size: coefficients lose
+//! what cancels when the origin is far from the polygon, and say so.
 
 use glam::DVec3;
 
@@ -109,7 +109,8 @@ impl InPlane {
         self.coordinates.axes.map(rounded)
     }
 
-    /// The coefficients for lengths multiplied by `power`, emission by `emission_power`, and positions relative to the foot point of `x`.
+    /// The coefficients for lengths multiplied by `power`, emission by `emission_power`, and positions relative to the foot
+    /// point of `x`.
     pub(super) fn around_foot<T: Real>(&self, x: DVec3, power: f64, emission_power: f64) -> Bivariate<T> {
         let ratio = self.coordinates.power / power;
         let scaled = self.coefficients.map(|i, j, c| {

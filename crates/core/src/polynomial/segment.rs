@@ -1,13 +1,14 @@
 //! Integrals of powers along one piece of the visible boundary: closed forms by recursion in the power.
 //!
-//! A piece lies on a line of the emitter's plane at distance S from x, s is the coordinate along it from the point nearest to x, and `r^2 = S^2 + s^2`;
-//! psi with `s = S tan psi` is the arc's angle in its own plane, g its extent.
+//! A piece lies on a line of the emitter's plane at distance S from x, s is the coordinate along it from the point nearest to
+//! x, and `r^2 = S^2 + s^2`; psi with `s = S tan psi` is the arc's angle in its own plane, g its extent.
 //! - `L_k = int s^k / r^2 ds`: `L_0 = g/S`, `L_1 = ln(|v|/|u|)`, and since `s^k = s^(k-2) (r^2 - S^2)`,
 //!   `L_k = [s^(k-1)]/(k-1) - S^2 L_(k-2)`.
-//! - `P_k = int S^2 s^k / r^4 ds`: with the arc's moments `P_0 = cc/S`, `P_1 = cs`, `P_2 = S ss`, then `P_k = S^2 (L_(k-2) - P_(k-2))`.
+//! - `P_k = int S^2 s^k / r^4 ds`: with the arc's moments `P_0 = cc/S`, `P_1 = cs`, `P_2 = S ss`, then
+//!   `P_k = S^2 (L_(k-2) - P_(k-2))`.
 //!
-//! Each second step subtracts numbers `(S/s)^2` times the result: digits are lost where the piece is seen under a small angle around the line's nearest
-//! point, none where s is of the size of S or above.
+//! Each second step subtracts numbers `(S/s)^2` times the result: digits are lost where the piece is seen under a small angle
+//! around the line's nearest point, none where s is of the size of S or above.
 
 use super::bivariate::{Bivariate, whole};
 use crate::arc::{Arc, Frame, Moments};
@@ -50,7 +51,8 @@ impl<T: Real> Segment<T> {
         &self.over_square
     }
 
-    /// `[P_k, P_(k+1)/S, P_(k+2)/S^2]` for k up to the degree: the integrals of `s^k` with `cos^2`, `cos sin` and `sin^2` of psi, over S.
+    /// `[P_k, P_(k+1)/S, P_(k+2)/S^2]` for k up to the degree: the integrals of `s^k` with `cos^2`, `cos sin` and `sin^2` of
+    /// psi, over S.
     pub(super) fn over_fourth(&self, m: &Moments<T>) -> Vec<[T; 3]> {
         let distance = self.frame.distance;
         let l = &self.over_square;
@@ -67,7 +69,8 @@ impl<T: Real> Segment<T> {
     }
 }
 
-/// From the integrals of `s^k w(s)` along a line, `k <= degree`, those of `u^i v^j w(s)`, `i + j <= degree`: `(u, v) = foot + s along`.
+/// From the integrals of `s^k w(s)` along a line, `k <= degree`, those of `u^i v^j w(s)`, `i + j <= degree`:
+/// `(u, v) = foot + s along`.
 pub(super) fn on_line<T: Real>(mut powers: Vec<T>, foot: [T; 2], along: [T; 2]) -> Bivariate<T> {
     let degree = powers.len() - 1;
     let mut table = Bivariate::zero(degree);

@@ -1,14 +1,15 @@
 //! Radiosity and gradient of a polynomial emission, with horizon and occluders, in closed form.
 //!
-//! In the emitter's plane, p the position relative to the foot point of x, h the height of x, `g = grad B` and m the part of n1 in the plane:
+//! In the emitter's plane, p the position relative to the foot point of x, h the height of x, `g = grad B` and m the part of n1
+//! in the plane:
 //! - irradiance vector `E[B] = int B omega domega = h A<B p> - n2 h^2 A<B>`, since `domega = h dA / r^3` and `r = p - h n2`;
-//! - radiosity `(rho/pi) n1.E`; gradient `(rho/pi) { int [g + n2 (g.omega)/c] (n1.omega) domega + sum e x V / |w| }` with `c = -n2.omega`, of which the
-//!   integral is `n1.E[g_1] t_1 + n1.E[g_2] t_2 + n2 { m.A<(g.p) p> - (n1.n2) h A<g.p> }`, and the sum runs over emitter and occluder arcs as in
-//!   [`crate::linear`]: `V = int_arc B (n1.omega) omega ds`.
+//! - radiosity `(rho/pi) n1.E`; gradient `(rho/pi) { int [g + n2 (g.omega)/c] (n1.omega) domega + sum e x V / |w| }` with
+//!   `c = -n2.omega`, of which the integral is `n1.E[g_1] t_1 + n1.E[g_2] t_2 + n2 { m.A<(g.p) p> - (n1.n2) h A<g.p> }`, and
+//!   the sum runs over emitter and occluder arcs as in [`crate::linear`]: `V = int_arc B (n1.omega) omega ds`.
 //!
-//! A<.> are the moments of [`super::moments`], V needs the integrals of [`super::segment`] with `omega = toward cos psi + along sin psi`. Digits are lost
-//! where those say; the polynomial continued to the foot point may also be larger than it is on the emitter, by `(D/s)` to the degree at a distance D
-//! in the plane.
+//! A<.> are the moments of [`super::moments`], V needs the integrals of [`super::segment`] with
+//! `omega = toward cos psi + along sin psi`. Digits are lost where those say; the polynomial continued to the foot point may
+//! also be larger than it is on the emitter, by `(D/s)` to the degree at a distance D in the plane.
 
 use super::bivariate::{Bivariate, whole};
 use super::moments::Contour;
