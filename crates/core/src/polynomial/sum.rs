@@ -8,8 +8,11 @@
 //!   the sum runs over emitter and occluder arcs as in [`crate::linear`]: `V = int_arc B (n1.omega) omega ds`.
 //!
 //! A<.> are the moments of [`super::moments`], V needs the integrals of [`super::segment`] with
-//! `omega = toward cos psi + along sin psi`. Digits are lost where those say; the polynomial continued to the foot point may
-//! also be larger than it is on the emitter, by `(D/s)` to the degree at a distance D in the plane.
+//! `omega = toward cos psi + along sin psi`. Digits are lost where those say; the polynomial continued to the foot point may also
+//! be larger than it is on the emitter, by `(D/s)` to the degree at a distance D in the plane. Median relative errors in double
+//! precision, random triangles and coefficients, D/s about 1 to 3, 10 and 100: degree 2, 2e-14, 3e-12, 2e-8; degree 4, 2e-13,
+//! 5e-10, 4e-4; degree 8, 1e-11, 1e-5, all. Over the emitter none are lost at contact; beside it, at the height h, the value
+//! loses s/h as a linear one does. Far away [`crate::gauss`] answers.
 
 use super::bivariate::{Bivariate, whole};
 use super::moments::Contour;
