@@ -9,6 +9,7 @@ use glam::DVec3;
 use crate::Error;
 use crate::double_double::{DoubleDouble, UNIT};
 use crate::geometry::{COORDINATE_ROUNDING, Polygon, exact_offset, normalising_power};
+use crate::number::ROUNDOFF;
 use crate::polynomial::{InPlane, Polynomial};
 use crate::vec3::Vec3;
 
@@ -67,6 +68,10 @@ pub struct Emitter {
     /// The emission; of a polynomial, its tangent at vertex 0.
     affine: Affine,
     polynomial: Option<InPlane>,
+    /// A linear emission at the vertices; empty for others. On a needle the gradient is steep and rounded, the values are not.
+    vertex_values: Vec<f64>,
+    /// Bound on the error of each of them.
+    vertex_error: f64,
     /// Brings the emission to a size of about 1.
     power: f64,
 }
@@ -111,10 +116,15 @@ impl Emitter {
                 (plane.tangent(), Some(plane))
             }
         };
+        let (vertex_values, vertex_error) = match &emission {
+            Emission::Linear(Linear::AtVertices(values)) => (values.clone(), 0.0),
+            Emission::Linear(Linear::Gradient { .. }) => values_at_vertices(&polygon, affine),
+            Emission::Constant(_) | Emission::Polynomial(_) => (Vec::new(), 0.0),
+        };
         let steepest = affine.gradient.map(|c| c.hi.abs());
         let variation = steepest.x.max(steepest.y).max(steepest.z) * polygon.size();
         let largest = polynomial.as_ref().map_or(affine.value.abs().max(variation), InPlane::largest);
-        Ok(Self { power: normalising_power(largest), polygon, emission, affine, polynomial })
+        Ok(Self { power: normalising_power(largest), polygon, emission, affine, polynomial, vertex_values, vertex_error })
     }
 
     /// The polygon.
@@ -163,8 +173,19 @@ impl Emitter {
         if let Some(plane) = &self.polynomial {
             return plane.largest();
         }
-        let vertices = self.polygon.vertices().iter();
-        vertices.map(|v| self.emission_at(*v).abs()).fold(0.0, f64::max) + self.affine.residual
+        self.vertex_values.iter().fold(0.0, |largest: f64, b| largest.max(b.abs())).max(self.affine.value.abs())
+            + self.vertex_error
+            + self.affine.residual
+    }
+
+    /// A linear emission at a vertex, times [`Self::power`].
+    pub(crate) fn vertex_value(&self, vertex: usize) -> f64 {
+        self.vertex_values[vertex] * self.power
+    }
+
+    /// Bound on the error of [`Self::vertex_value`].
+    pub(crate) fn vertex_error(&self) -> f64 {
+        self.vertex_error * self.power
     }
 
     /// Largest length of the emission's gradient over the polygon: for a polynomial an upper bound.
@@ -217,6 +238,20 @@ fn in_plane(polygon: &Polygon, value: f64, gradient: Vec3<f64>) -> Affine {
     let given = gradient.map(DoubleDouble::from);
     let error = size * (4.0 * polygon.normal_error() + 16.0 * UNIT);
     Affine { value, gradient: given - normal * normal.dot(given), gradient_error: error, residual: 0.0 }
+}
+
+/// The affine function at the vertices, rounded, and a bound on the error.
+fn values_at_vertices(polygon: &Polygon, affine: Affine) -> (Vec<f64>, f64) {
+    let vertices = polygon.vertices();
+    let power = normalising_power(polygon.size());
+    let gradient = affine.gradient.map(|c| c.scaled(1.0 / power));
+    let value = |v: &DVec3| (DoubleDouble::from(affine.value) + gradient.dot(exact_offset(*v, vertices[0], power))).to_f64();
+    let values: Vec<f64> = vertices.iter().map(value).collect();
+    let largest = values.iter().fold(0.0, |largest: f64, b| largest.max(b.abs()));
+    // Offsets are below 4 in length; a product and three sums of double-doubles, and the rounding.
+    let steepness = gradient.map(DoubleDouble::to_f64).norm_squared().sqrt();
+    let error = 4.0 * affine.gradient_error / power + 64.0 * UNIT * (steepness + affine.value.abs()) + ROUNDOFF * largest;
+    (values, error)
 }
 
 /// The affine function through the vertex values. By the divergence theorem in the plane,
