@@ -1,1 +1,3 @@
-//! Placeholder.
+//! x
+pub mod lattice;
+pub mod sampler;
