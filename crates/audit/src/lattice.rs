@@ -133,14 +133,10 @@ fn on_circle(sampler: &mut Sampler, k: usize, count: usize, width: f64, height: 
 
 /// A coordinate in [-1, 1] on the grid of sites.
 fn rounded(x: f64) -> i64 {
-    let limit = SITE - 1;
-    (-limit..=limit).nth(index_of(x * limit as f64 + limit as f64)).unwrap_or(limit)
-}
-
-fn index_of(x: f64) -> usize {
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "x is a rounded count between 0 and 2 SITE")]
-    let index = x.round() as usize;
-    index
+    let on_grid = (x * (SITE - 1) as f64).round();
+    #[expect(clippy::cast_possible_truncation, reason = "an integer of at most 11 bits")]
+    let site = on_grid as i64;
+    site
 }
 
 /// Whether the sites go once around (0, 0), each step by less than half a turn.
@@ -157,22 +153,22 @@ fn large(sites: &[Site]) -> bool {
     sites.windows(2).skip(1).map(|pair| turn(sites[0], pair[0], pair[1])).sum::<i64>() > SITE * SITE / 8
 }
 
-/// Rectilinear shapes, not star-shaped: L, U and a spiral, on a grid whose lines are spread at random.
+/// Rectilinear shapes, the last not star-shaped: L, U and a spiral, on a grid whose lines are spread at random; and a triangle inside.
 pub fn rectilinear_sites(sampler: &mut Sampler) -> (Vec<Site>, [Site; 3]) {
-    const L: &[Site] = &[[0, 0], [2, 0], [2, 1], [1, 1], [1, 2], [0, 2]];
-    const U: &[Site] = &[[0, 0], [3, 0], [3, 2], [2, 2], [2, 1], [1, 1], [1, 2], [0, 2]];
-    const SPIRAL: &[Site] = &[[0, 0], [5, 0], [5, 5], [1, 5], [1, 2], [3, 2], [3, 3], [2, 3], [2, 4], [4, 4], [4, 1], [0, 1]];
+    const L: &[[usize; 2]] = &[[0, 0], [2, 0], [2, 1], [1, 1], [1, 2], [0, 2]];
+    const U: &[[usize; 2]] = &[[0, 0], [3, 0], [3, 2], [2, 2], [2, 1], [1, 1], [1, 2], [0, 2]];
+    const SPIRAL: &[[usize; 2]] =
+        &[[0, 0], [5, 0], [5, 5], [1, 5], [1, 2], [3, 2], [3, 3], [2, 3], [2, 4], [4, 4], [4, 1], [0, 1]];
     let template = [L, U, SPIRAL][sampler.below(3) as usize];
     let mut line = || {
         let mut at = -SITE + sampler.integer(0, 300);
-        let lines: [i64; 6] = std::array::from_fn(|_| {
-            at += sampler.integer(60, 700);
-            at - 300
-        });
-        lines
+        std::array::from_fn::<i64, 6, _>(|_| {
+            at += sampler.integer(60, 600);
+            at
+        })
     };
     let (across, up) = (line(), line());
-    let place = |site: &Site| [across[usize::try_from(site[0]).unwrap_or(0)], up[usize::try_from(site[1]).unwrap_or(0)]];
+    let place = |site: &[usize; 2]| [across[site[0]], up[site[1]]];
     // The cell [0, 1]^2 is part of all three.
     (template.iter().map(place).collect(), [[0, 0], [1, 0], [1, 1]].map(|s| place(&s)))
 }
@@ -188,7 +184,8 @@ mod tests {
             let mut sampler = Sampler::new(1, "lattice", index);
             let lattice = Lattice::random(&mut sampler).moved(std::array::from_fn(|_| sampler.integer(0, 1 << 30) << 14));
             let count = 3 + usize::try_from(index % 22).expect("small");
-            for sites in [convex_sites(&mut sampler, count), star_sites(&mut sampler, count.max(4)), rectilinear_sites(&mut sampler).0]
+            for sites in
+                [convex_sites(&mut sampler, count), star_sites(&mut sampler, count.max(4)), rectilinear_sites(&mut sampler).0]
             {
                 assert!(sites.iter().flatten().all(|c| c.abs() <= SITE), "{sites:?}");
                 let polygon = Polygon::new(sites.iter().map(|s| lattice.point(*s)).collect()).expect("a valid polygon");
@@ -211,7 +208,8 @@ mod tests {
         let (u, v) = (from_origin([FINE, 0]), from_origin([0, FINE]));
         for _ in 0..50 {
             let w = from_origin([sampler.integer(-100_000, 100_000), sampler.integer(-100_000, 100_000)]);
-            let determinant = u[0] * (v[1] * w[2] - v[2] * w[1]) - u[1] * (v[0] * w[2] - v[2] * w[0]) + u[2] * (v[0] * w[1] - v[1] * w[0]);
+            let determinant =
+                u[0] * (v[1] * w[2] - v[2] * w[1]) - u[1] * (v[0] * w[2] - v[2] * w[0]) + u[2] * (v[0] * w[1] - v[1] * w[0]);
             assert_eq!(determinant, 0);
         }
     }
