@@ -1,8 +1,19 @@
 //! One receiver, one emitter, any occluders: the answer with its bounds.
+//!
+//! `B(x) = (rho/pi) int B(y) (n1.r)(-n2.r)/|r|^4 dA` (HS95 Eq. 1) over the part of the emitter that x sees above its horizon, and its gradient with
+//! respect to x at fixed n1. The sums of [`crate::constant`] and [`crate::linear`] run over the boundary that [`crate::horizon`] or
+//! [`crate::visibility`] finds; with [`Ball`] for scalar they carry a proven bound, with `f64` they give the same digits without one.
 
 use glam::DVec3;
 
-use crate::{Emitter, Error, Polygon, Receiver};
+use crate::arc::Arc;
+use crate::certify::Ball;
+use crate::constant::{EdgeSum, SolidAngleVector};
+use crate::linear::{LinearSum, Seen};
+use crate::plan::{Plan, unit_normal};
+use crate::real::Real;
+use crate::vec3::Vec3;
+use crate::{Emission, Emitter, Error, Polygon, Receiver, horizon, visibility};
 
 /// Radiosity and its gradient with proven absolute error bounds.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -42,32 +53,187 @@ impl Method {
 
 /// Radiosity and gradient at `receiver` due to the part of `emitter` that it sees past `occluders`, with bounds.
 ///
+/// Occluders are opaque from both sides; those behind the receiver or the emitter are left out by themselves. Where the bound on the rounding of
+/// some step has no finite value (an emitter edge through the receiver to the last digit), the bound is infinite.
+///
+/// ```
+/// use radgrad_core::{DVec3, Emission, Emitter, Polygon, Receiver, evaluate};
+/// let at = |x, y, z| DVec3::new(x, y, z);
+/// let ceiling = Polygon::new(vec![at(0.0, 0.0, 1.0), at(0.0, 1.0, 1.0), at(1.0, 1.0, 1.0), at(1.0, 0.0, 1.0)])?;
+/// let lamp = Emitter::new(ceiling, Emission::Constant(1.0))?;
+/// let corner = Receiver::new(DVec3::ZERO, DVec3::Z, 1.0)?;
+/// let answer = evaluate(&corner, &lamp, &[])?;
+/// assert!((answer.radiosity - 0.138_531_877_188_757_14).abs() <= answer.radiosity_error + 1e-16);
+/// assert!(answer.radiosity_error < 1e-14);
+/// # Ok::<(), radgrad_core::Error>(())
+/// ```
+///
 /// # Errors
 /// If a result overflows.
 pub fn evaluate(receiver: &Receiver, emitter: &Emitter, occluders: &[Polygon]) -> Result<Answer, Error> {
-    let _ = (receiver, emitter, occluders);
-    Err(Error::Overflow { quantity: "radiosity" })
+    let Some(plan) = Plan::new(receiver, emitter.polygon()) else {
+        return Ok(Answer {
+            radiosity: 0.0,
+            gradient: DVec3::ZERO,
+            radiosity_error: 0.0,
+            gradient_error: 0.0,
+            method: Method::Zero,
+        });
+    };
+    let terms = Terms::<Ball>::sum::<true, true>(receiver, emitter, occluders, &plan);
+    let (radiosity, gradient) = (terms.radiosity(receiver), terms.gradient(receiver, &plan));
+    let radius = gradient.map(Ball::error);
+    Ok(Answer {
+        radiosity: finite(radiosity.value(), "radiosity")?,
+        gradient: finite_vector(gradient)?,
+        radiosity_error: bound(radiosity.error()),
+        gradient_error: bound(radius.norm_squared().sqrt() * (1.0 + 8.0 * f64::EPSILON)),
+        method: Method::ClosedForm,
+    })
 }
-/// Radiosity `B(x)` alone.
+
+/// Radiosity `B(x)` alone: the digits of [`evaluate`], without bound and gradient.
 ///
 /// # Errors
 /// If the result overflows.
 pub fn radiosity(receiver: &Receiver, emitter: &Emitter) -> Result<f64, Error> {
-    evaluate(receiver, emitter, &[]).map(|a| a.radiosity)
+    let Some(plan) = Plan::new(receiver, emitter.polygon()) else { return Ok(0.0) };
+    finite(Terms::<f64>::sum::<true, false>(receiver, emitter, &[], &plan).radiosity(receiver), "radiosity")
 }
 
-/// Gradient of `B` with respect to `x` alone.
+/// Gradient of `B` with respect to `x` alone: the digits of [`evaluate`], without bound and value.
 ///
 /// # Errors
 /// If the result overflows.
 pub fn gradient(receiver: &Receiver, emitter: &Emitter) -> Result<DVec3, Error> {
-    evaluate(receiver, emitter, &[]).map(|a| a.gradient)
+    let Some(plan) = Plan::new(receiver, emitter.polygon()) else { return Ok(DVec3::ZERO) };
+    finite_vector(Terms::<f64>::sum::<false, true>(receiver, emitter, &[], &plan).gradient(receiver, &plan))
 }
 
-/// Radiosity and gradient together.
+/// Radiosity and gradient together: the digits of [`evaluate`], without bounds.
 ///
 /// # Errors
 /// If a result overflows.
 pub fn radiosity_and_gradient(receiver: &Receiver, emitter: &Emitter) -> Result<(f64, DVec3), Error> {
-    evaluate(receiver, emitter, &[]).map(|a| (a.radiosity, a.gradient))
+    let Some(plan) = Plan::new(receiver, emitter.polygon()) else { return Ok((0.0, DVec3::ZERO)) };
+    let terms = Terms::<f64>::sum::<true, true>(receiver, emitter, &[], &plan);
+    Ok((finite(terms.radiosity(receiver), "radiosity")?, finite_vector(terms.gradient(receiver, &plan))?))
+}
+
+/// Irradiance vector `E = int B(y) omega domega` over the part of the emitter above the horizon, in the unit of the emission.
+///
+/// The radiosity is `(rho/pi) n1.E`; a receiver at the same point with a nearby normal m, and the same part of the emitter above its horizon,
+/// has `(rho/pi) m.E`. Its derivative with respect to the normal is `dB/dn1 = (rho/pi) E`, also where the horizon crosses the emitter, since
+/// the part that the horizon gains or loses is seen edge-on.
+///
+/// # Errors
+/// If the result overflows.
+pub fn irradiance_vector(receiver: &Receiver, emitter: &Emitter) -> Result<DVec3, Error> {
+    let Some(plan) = Plan::new(receiver, emitter.polygon()) else { return Ok(DVec3::ZERO) };
+    let vector: DVec3 = Terms::<f64>::sum::<true, false>(receiver, emitter, &[], &plan).irradiance.into();
+    if vector.is_finite() { Ok(vector) } else { Err(Error::Overflow { quantity: "irradiance vector" }) }
+}
+
+/// Irradiance vector and gradient without the factor rho/pi, in normalised lengths.
+struct Terms<T> {
+    irradiance: Vec3<T>,
+    /// Zero where it was not asked for.
+    gradient: Vec3<T>,
+}
+
+impl<T: Real> Terms<T> {
+    /// Sums what is asked for.
+    #[inline]
+    fn sum<const VALUE: bool, const GRADIENT: bool>(
+        receiver: &Receiver,
+        emitter: &Emitter,
+        occluders: &[Polygon],
+        plan: &Plan,
+    ) -> Self {
+        match emitter.emission() {
+            Emission::Constant(value) => {
+                let mut angles = SolidAngleVector::zero();
+                let mut edges = EdgeSum::new(unit_normal(receiver));
+                let doubt = visit(receiver, emitter, occluders, plan, |arc: &Arc<T>| {
+                    if VALUE {
+                        angles.add(arc);
+                    }
+                    if GRADIENT {
+                        edges.add(arc);
+                    }
+                });
+                let emission = T::exact(*value);
+                Self { irradiance: angles.phi() * emission, gradient: edges.sum() * emission }.widened(doubt)
+            }
+            Emission::Linear(_) => {
+                let mut sum = LinearSum::new(Seen::new(receiver, emitter.polygon(), emitter.affine(), plan.power));
+                let doubt = visit(
+                    receiver,
+                    emitter,
+                    occluders,
+                    plan,
+                    |arc: &Arc<T>| {
+                        if GRADIENT { sum.add(arc) } else { sum.add_value(arc) }
+                    },
+                );
+                let total = sum.total();
+                Self { irradiance: total.irradiance, gradient: total.gradient }.widened(doubt)
+            }
+        }
+    }
+
+    fn widened(self, doubt: visibility::Doubt) -> Self {
+        Self {
+            irradiance: self.irradiance.map(|c| c.widened(doubt.irradiance)),
+            gradient: self.gradient.map(|c| c.widened(doubt.gradient)),
+        }
+    }
+
+    #[inline]
+    fn radiosity(&self, receiver: &Receiver) -> T {
+        unit_normal(receiver).dot(self.irradiance) * albedo(receiver)
+    }
+
+    #[inline]
+    fn gradient(&self, receiver: &Receiver, plan: &Plan) -> Vec3<T> {
+        // The power of two last: scaling a scene by one scales the digits exactly.
+        (self.gradient * albedo(receiver)).map(|c| c * T::exact(plan.power))
+    }
+}
+
+/// Calls the arcs of the visible boundary; returns what undecided visibility may change.
+#[inline]
+fn visit<T: Real>(
+    receiver: &Receiver,
+    emitter: &Emitter,
+    occluders: &[Polygon],
+    plan: &Plan,
+    visit: impl FnMut(&Arc<T>),
+) -> visibility::Doubt {
+    if occluders.is_empty() {
+        horizon::visit_boundary(receiver, emitter.polygon(), plan, visit);
+        visibility::Doubt::default()
+    } else {
+        visibility::visit_boundary(receiver, emitter, occluders, plan, visit)
+    }
+}
+
+/// `rho / pi`.
+#[inline]
+fn albedo<T: Real>(receiver: &Receiver) -> T {
+    T::exact(receiver.reflectance()) / T::pi()
+}
+
+fn finite(value: f64, quantity: &'static str) -> Result<f64, Error> {
+    if value.is_finite() { Ok(value) } else { Err(Error::Overflow { quantity }) }
+}
+
+fn finite_vector<T: Real>(v: Vec3<T>) -> Result<DVec3, Error> {
+    let v: DVec3 = v.map(T::value).into();
+    if v.is_finite() { Ok(v) } else { Err(Error::Overflow { quantity: "gradient" }) }
+}
+
+/// A bound that is not a number bounds nothing.
+fn bound(radius: f64) -> f64 {
+    if radius.is_nan() { f64::INFINITY } else { radius }
 }

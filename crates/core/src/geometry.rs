@@ -7,7 +7,7 @@
 use glam::DVec3;
 
 use crate::Error;
-use crate::double_double::DoubleDouble;
+use crate::double_double::{DoubleDouble, UNIT};
 use crate::vec3::Vec3;
 
 /// A point on a diffuse surface: position `x`, unit normal `n1`, reflectance `rho`.
@@ -87,7 +87,10 @@ pub struct Polygon {
     vertices: Vec<DVec3>,
     /// Unit normal in double-double, so that heights over the plane keep their digits near contact.
     precise_normal: Vec3<DoubleDouble>,
+    normal_error: f64,
     normal: DVec3,
+    /// Three vertices, in order, that are not on one line.
+    corners: [usize; 3],
     area: f64,
     size: f64,
     planarity_defect: f64,
@@ -134,6 +137,8 @@ impl Polygon {
         if norm <= DEGENERATE {
             return Err(Error::ZeroArea { count });
         }
+        let turn = |i: usize| precise_normal.dot(offsets[i].cross(offsets[i + 1])).hi;
+        let widest = (1..count - 1).max_by(|&i, &j| turn(i).total_cmp(&turn(j))).unwrap_or(1);
         let planarity_defect = if count == 3 {
             0.0
         } else {
@@ -146,6 +151,9 @@ impl Polygon {
             area: 0.5 * norm / power / power,
             vertices,
             precise_normal,
+            // A cross product of normalised edges errs by 4 UNIT of their lengths' product, at most 3; normalising it adds 32 UNIT.
+            normal_error: count as f64 * 16.0 * UNIT / norm + 32.0 * UNIT,
+            corners: [0, widest, widest + 1],
             size,
             planarity_defect,
         };
@@ -184,6 +192,16 @@ impl Polygon {
     #[must_use]
     pub const fn planarity_defect(&self) -> f64 {
         self.planarity_defect
+    }
+
+    /// Bound on the error of [`Self::precise_normal`], a relative one since that has length 1.
+    pub(crate) const fn normal_error(&self) -> f64 {
+        self.normal_error
+    }
+
+    /// Three vertices in order that are not on one line: the plane, exactly.
+    pub(crate) fn plane_vertices(&self) -> [DVec3; 3] {
+        self.corners.map(|i| self.vertices[i])
     }
 
     pub(crate) const fn precise_normal(&self) -> Vec3<DoubleDouble> {

@@ -1,14 +1,24 @@
 //! Radiosity and its gradient at a receiver point due to a polygonal emitter, in closed form.
 
+mod arc;
+mod certify;
+mod constant;
+mod dilogarithm;
 mod double_double;
 mod emission;
 mod error;
 mod evaluate;
+mod exact;
 mod geometry;
+mod horizon;
+mod linear;
+mod plan;
+mod real;
 mod vec3;
+mod visibility;
 
 pub use emission::{Emission, Emitter, Linear};
 pub use error::Error;
-pub use evaluate::{Answer, Method, evaluate, gradient, radiosity, radiosity_and_gradient};
+pub use evaluate::{Answer, Method, evaluate, gradient, irradiance_vector, radiosity, radiosity_and_gradient};
 pub use geometry::{Polygon, Receiver};
 pub use glam::DVec3;

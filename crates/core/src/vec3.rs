@@ -5,6 +5,8 @@ use std::ops::{Add, Mul, Neg, Sub};
 
 use glam::DVec3;
 
+use crate::real::Real;
+
 /// A vector with components of type `T`.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(crate) struct Vec3<T> {
@@ -22,6 +24,13 @@ impl<T: Copy> Vec3<T> {
     #[inline]
     pub(crate) fn map<U>(self, f: impl Fn(T) -> U) -> Vec3<U> {
         Vec3 { x: f(self.x), y: f(self.y), z: f(self.z) }
+    }
+}
+
+impl<T: Real> Vec3<T> {
+    pub(crate) fn zero() -> Self {
+        let zero = T::exact(0.0);
+        Self::new(zero, zero, zero)
     }
 }
 

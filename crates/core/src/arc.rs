@@ -1,0 +1,228 @@
+//! The visible part of an emitter, as the arcs that bound it on the unit sphere around the receiver point.
+//!
+//! Each arc lies in the plane through x and a line, its GENERATING LINE: an edge of the emitter, an edge of an occluder (the edge itself, not its
+//! shadow), or the receiver's horizon, which has no line. Seen from x the emitter's vertices run such that the visible side of an arc
+//! from `u` to `v` is the one with `N . omega < 0`, `N = u x v / |u x v|`. All lengths are normalised by [`crate::plan::Plan`].
+
+use glam::DVec3;
+
+use crate::double_double::{DoubleDouble, UNIT};
+use crate::geometry::exact_offset;
+use crate::plan::offset;
+use crate::real::{ROUNDOFF, Real};
+use crate::vec3::Vec3;
+
+/// A line seen from the receiver point at the origin: through `a` along `e`, with moment `w = a x e`.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Line<T> {
+    pub(crate) e: Vec3<T>,
+    pub(crate) w: Vec3<T>,
+    pub(crate) moment: T,
+}
+
+/// Orthonormal frame of the plane through x and a line: `toward` from x to the nearest point of the line, at `distance`; `along` the line;
+/// `normal` the product of the two.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Frame<T> {
+    pub(crate) toward: Vec3<T>,
+    pub(crate) along: Vec3<T>,
+    pub(crate) normal: Vec3<T>,
+    pub(crate) distance: T,
+}
+
+/// What an arc lies on.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum Generator<T> {
+    /// The receiver's horizon, with the normal `N = -n1`.
+    Horizon(Vec3<T>),
+    /// An edge of the emitter.
+    Emitter(Line<T>),
+    /// An edge of an occluder.
+    Occluder(Line<T>),
+}
+
+/// A piece of the visible boundary, from the direction of `start` to that of `end`, two points of the emitter's plane.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Arc<T> {
+    pub(crate) start: Vec3<T>,
+    pub(crate) end: Vec3<T>,
+    /// Angle `g` from start to end, signed along the normal.
+    pub(crate) angle: T,
+    /// `|start| |end| sin g`.
+    across: T,
+    /// `|start| |end| cos g`.
+    inline: T,
+    pub(crate) generator: Generator<T>,
+}
+
+impl<T: Real> Line<T> {
+    /// The line of the edge from `from` to `to`, as seen from `x`.
+    ///
+    /// Near the line's extension `w` cancels: below an eighth of `|r| |e|` it is taken in double-double, so that its relative error stays at
+    /// a few roundings down to 1e-14 of the distance.
+    #[inline]
+    pub(crate) fn through(from: DVec3, to: DVec3, x: DVec3, power: f64) -> Self {
+        let e: Vec3<T> = offset(to, from, power);
+        let near = if (from - x).length_squared() <= (to - x).length_squared() { from } else { to };
+        let r: Vec3<T> = offset(near, x, power);
+        let w = r.cross(e);
+        let product = r.norm_squared().value() * e.norm_squared().value();
+        if 64.0 * w.norm_squared().value() >= product {
+            return Self::new(e, w);
+        }
+        let exact = exact_offset(near, x, power).cross(exact_offset(to, from, power));
+        let error = 4.0 * UNIT * product.sqrt();
+        Self::new(e, exact.map(|c: DoubleDouble| T::from_double_double(c, error)))
+    }
+
+    #[inline]
+    pub(crate) fn new(e: Vec3<T>, w: Vec3<T>) -> Self {
+        Self { e, w, moment: w.norm_squared().sqrt() }
+    }
+
+    /// The same line, run the other way.
+    pub(crate) fn reversed(self) -> Self {
+        Self { e: -self.e, w: -self.w, moment: self.moment }
+    }
+
+    #[inline]
+    pub(crate) fn normal(&self) -> Vec3<T> {
+        self.w * (T::exact(1.0) / self.moment)
+    }
+
+    #[inline]
+    pub(crate) fn frame(&self) -> Frame<T> {
+        let length = self.e.norm_squared().sqrt();
+        let (along, normal) = (self.e * (T::exact(1.0) / length), self.normal());
+        Frame { toward: along.cross(normal), along, normal, distance: self.moment / length }
+    }
+}
+
+impl<T: Real> Generator<T> {
+    /// Unit normal `N` of the plane through x.
+    #[inline]
+    pub(crate) fn normal(&self) -> Vec3<T> {
+        match self {
+            Self::Horizon(normal) => *normal,
+            Self::Emitter(line) | Self::Occluder(line) => line.normal(),
+        }
+    }
+}
+
+impl<T: Real> Arc<T> {
+    /// The arc between two points of a plane through x.
+    #[inline]
+    pub(crate) fn between(start: Vec3<T>, end: Vec3<T>, generator: Generator<T>) -> Self {
+        Self::new(start, end, generator.normal().dot(start.cross(end)), generator)
+    }
+
+    /// The part `fraction` long of the emitter's edge on `line`.
+    #[inline]
+    pub(crate) fn of_edge(start: Vec3<T>, end: Vec3<T>, fraction: T, line: Line<T>) -> Self {
+        Self::new(start, end, fraction * line.moment, Generator::Emitter(line))
+    }
+
+    #[inline]
+    fn new(start: Vec3<T>, end: Vec3<T>, across: T, generator: Generator<T>) -> Self {
+        let inline = start.dot(end);
+        Self { start, end, angle: across.atan2(inline), across, inline, generator }
+    }
+
+    /// The moments of the arc in a frame of its plane.
+    ///
+    /// `M = (g + sin g)/2 b b^T + (g - sin g)/2 t t^T` with b, t along the sum and the difference of the end directions (theory: HS95 A.1
+    /// without its I1 term, which cancels over a closed boundary). The longer of sum and difference gives both axes.
+    #[inline]
+    pub(crate) fn moments(&self, frame: &Frame<T>) -> Moments<T> {
+        let (near, far) = (self.start.norm_squared().sqrt(), self.end.norm_squared().sqrt());
+        let scale = T::exact(1.0) / (near * far);
+        let (sin, cos) = (self.across * scale, self.inline * scale);
+        let angle = self.angle;
+        let half = T::exact(0.5);
+        let (wide, thin) = ((angle + sin) * half, half_angle_minus_sine(angle, sin));
+        let [c1, c2] = [(self.start, near), (self.end, far)].map(|(p, length)| p.dot(frame.toward) / length);
+        let [s1, s2] = [(self.start, near), (self.end, far)].map(|(p, length)| p.dot(frame.along) / length);
+        // The two axes are perpendicular: the one along (c, s) has the moment `on`, the other one `off`.
+        let (c, s, on, off, cross) =
+            if cos.value() >= 0.0 { (c1 + c2, s1 + s2, wide, thin, sin) } else { (c2 - c1, s2 - s1, thin, wide, -sin) };
+        let (cc, ss) = (c * c, s * s);
+        let scale = T::exact(1.0) / (T::exact(2.0) * (T::exact(1.0) + cos.abs()));
+        Moments { cc: (on * cc + off * ss) * scale, cs: cross * c * s * scale, ss: (on * ss + off * cc) * scale }
+    }
+}
+
+/// Integrals over an arc of `cos^2`, `cos sin` and `sin^2` of the angle from the frame's `toward`.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Moments<T> {
+    pub(crate) cc: T,
+    pub(crate) cs: T,
+    pub(crate) ss: T,
+}
+
+/// `(g - sin g)/2`, by its Taylor series where the difference would cancel.
+#[inline]
+fn half_angle_minus_sine<T: Real>(angle: T, sin: T) -> T {
+    /// `(-1)^k 6 / (2k + 3)!`: the series over `g^3/12`. The ninth term is below 2^-55 of the first for |g| <= 1.
+    const SERIES: [f64; 8] = [
+        1.0,
+        -6.0 / 120.0,
+        6.0 / 5_040.0,
+        -6.0 / 362_880.0,
+        6.0 / 39_916_800.0,
+        -6.0 / 6_227_020_800.0,
+        6.0 / 1_307_674_368_000.0,
+        -6.0 / 355_687_428_096_000.0,
+    ];
+    if angle.value().abs() > 1.0 {
+        return (angle - sin) * T::exact(0.5);
+    }
+    let square = angle * angle;
+    let sum = SERIES.iter().rev().fold(T::exact(0.0), |sum, c| sum * square + T::rounded(*c));
+    let truncated = T::approximate(sum.value(), sum.error() + 0.25 * ROUNDOFF);
+    angle * square * truncated / T::exact(12.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn series_and_difference_meet() {
+        for g in [0.99999f64, 1.00001] {
+            let direct = 0.5 * (g - libm::sin(g));
+            let error = half_angle_minus_sine(g, libm::sin(g)) - direct;
+            assert!(error.abs() < 1e-16, "{error:e}");
+        }
+        assert_eq!(half_angle_minus_sine(1e-100, 1e-100), 1e-300 / 12.0);
+    }
+
+    #[test]
+    fn moments_of_wide_and_narrow_arcs_are_their_integrals() {
+        let frame = Frame {
+            toward: Vec3::new(1.0, 0.0, 0.0),
+            along: Vec3::new(0.0, 1.0, 0.0),
+            normal: Vec3::new(0.0, 0.0, 1.0),
+            distance: 1.0,
+        };
+        let direction = |psi: f64| Vec3::new(libm::cos(psi), libm::sin(psi), 0.0) * 3.0;
+        for (from, to) in [(-1.5, 1.5), (-0.2, 0.1), (0.3, 1.2), (-1.1, 1.0), (1.0, 1.0 + 1e-9)] {
+            let arc = Arc::between(direction(from), direction(to), Generator::Horizon(frame.normal));
+            let m = arc.moments(&frame);
+            let g: f64 = to - from;
+            let wave = 0.5 * (libm::sin(2.0 * to) - libm::sin(2.0 * from));
+            assert!((m.cc - 0.5 * (g + wave)).abs() < 4e-16, "{from} {to}");
+            assert!((m.ss - 0.5 * (g - wave)).abs() < 4e-16, "{from} {to}");
+            let cross = 0.5 * (libm::sin(to) * libm::sin(to) - libm::sin(from) * libm::sin(from));
+            assert!((m.cs - cross).abs() < 4e-16, "{from} {to}");
+        }
+    }
+
+    #[test]
+    fn a_line_almost_through_the_receiver_keeps_its_moment() {
+        let (from, to) = (DVec3::new(1.0, 3.0, 0.5), DVec3::new(2.0, 6.0, 1.0));
+        let x = DVec3::new(1e-12, 0.0, 0.0);
+        let line = Line::<f64>::through(from, to, x, 1.0);
+        let expected = 1e-12 * (3.0f64 * 3.0 + 0.5 * 0.5).sqrt();
+        assert!((line.moment - expected).abs() < 4.0 * ROUNDOFF * expected);
+    }
+}

@@ -1,0 +1,60 @@
+//! The dot product of a double vector with an exact difference of points, correctly signed and accurate to one ulp.
+//!
+//! Twelve exact products are summed as a non-overlapping expansion (Shewchuk, "Adaptive precision floating-point arithmetic and fast robust
+//! geometric predicates", 1997, theorem 10). Exact while no product underflows: callers normalise lengths to about 1 first, so a wrong
+//! sign needs a true value below 2^-1000.
+
+use crate::double_double::{DoubleDouble, two_product, two_sum};
+use crate::vec3::Vec3;
+
+/// A sum of doubles, exact, with components that do not overlap, smallest first.
+struct Expansion {
+    components: [f64; 12],
+    length: usize,
+}
+
+impl Expansion {
+    fn add(&mut self, term: f64) {
+        let mut carry = term;
+        for component in &mut self.components[..self.length] {
+            let (sum, error) = two_sum(carry, *component);
+            *component = error;
+            carry = sum;
+        }
+        self.components[self.length] = carry;
+        self.length += 1;
+    }
+
+    /// The sum to one ulp: the largest component alone has the sign, and each smaller one is below an ulp of the next.
+    fn to_f64(&self) -> f64 {
+        self.components[..self.length].iter().sum()
+    }
+}
+
+/// `n . r` with `r` exact (each component an unevaluated sum), to one ulp and with the right sign.
+pub(crate) fn dot(n: Vec3<f64>, r: Vec3<DoubleDouble>) -> f64 {
+    let mut sum = Expansion { components: [0.0; 12], length: 0 };
+    for (factor, component) in [(n.x, r.x), (n.y, r.y), (n.z, r.z)] {
+        for part in [component.lo, component.hi] {
+            let (product, error) = two_product(factor, part);
+            sum.add(error);
+            sum.add(product);
+        }
+    }
+    sum.to_f64()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn cancellation_to_the_last_bit_is_seen() {
+        let tiny = 2f64.powi(-80);
+        let r =
+            Vec3::new(DoubleDouble { hi: 1.0, lo: tiny }, DoubleDouble { hi: -1.0, lo: 0.0 }, DoubleDouble { hi: 0.0, lo: 0.0 });
+        assert_eq!(dot(Vec3::new(0.1, 0.1, 3.0), r), 0.1 * tiny);
+        let level = Vec3::new(DoubleDouble::from(1.0 / 3.0), DoubleDouble::from(-0.1), DoubleDouble::from(7.0));
+        assert_eq!(dot(Vec3::new(0.1, 1.0 / 3.0, 0.0), level), 0.0);
+    }
+}

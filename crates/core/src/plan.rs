@@ -1,0 +1,131 @@
+//! What does this case need? Every decision that changes the shape of the answer is taken here, exactly.
+//!
+//! - The receiver must be in front of the emitter's plane, `h = n2.(x - E_0) > 0`: emission is one-sided.
+//! - Each vertex is above the receiver's horizon, `n1.r_i > 0`, or not; a vertex on it counts as not above, and contributes nothing.
+//!
+//! A double-precision filter with its rounding bound decides nearly always; double-double, then exact arithmetic, decide the rest. The truth
+//! is the exact result for the doubles as given, so a sign found here is right without a tolerance.
+//!
+//! The plan also holds the power of two that brings the farthest vertex to a distance of about 1: all lengths are multiplied by it, so any
+//! scene from 2^-900 to 2^900 gives the same digits.
+
+use glam::DVec3;
+
+use crate::double_double::{DoubleDouble, UNIT};
+use crate::exact;
+use crate::geometry::{exact_offset, normalising_power};
+use crate::real::{ROUNDOFF, Real};
+use crate::vec3::Vec3;
+use crate::{Polygon, Receiver};
+
+/// Where the emitter is relative to the receiver's horizon.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Horizon {
+    /// All vertices are strictly above.
+    Above,
+    /// Some are above, some on it or below.
+    Crossing,
+}
+
+/// What a case with a non-zero answer needs.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Plan {
+    /// Multiplies all lengths.
+    pub(crate) power: f64,
+    pub(crate) horizon: Horizon,
+}
+
+impl Plan {
+    /// The plan, or `None` where the radiosity and its gradient are exactly zero.
+    #[inline]
+    pub(crate) fn new(receiver: &Receiver, polygon: &Polygon) -> Option<Self> {
+        let x = receiver.position();
+        let farthest = polygon.vertices().iter().fold(0.0, |far: f64, v| far.max((*v - x).abs().max_element()));
+        let power = normalising_power(farthest);
+        if !is_lit(x, polygon, power) {
+            return None;
+        }
+        let above = polygon.vertices().iter().filter(|v| is_above(receiver, **v, power)).count();
+        let horizon = match above {
+            0 => return None,
+            _ if above == polygon.vertices().len() => Horizon::Above,
+            _ => Horizon::Crossing,
+        };
+        Some(Self { power, horizon })
+    }
+}
+
+/// Offset of a point from the receiver, normalised; each component rounded once.
+#[inline]
+pub(crate) fn offset<T: Real>(point: DVec3, x: DVec3, power: f64) -> Vec3<T> {
+    Vec3::from((point - x) * power).map(T::rounded)
+}
+
+/// The receiver's unit normal `n1`: a double-double of relative error below 64 units, rounded once.
+#[inline]
+pub(crate) fn unit_normal<T: Real>(receiver: &Receiver) -> Vec3<T> {
+    Vec3::from(receiver.normal()).map(|c| T::approximate(c, ROUNDOFF * c.abs() + 64.0 * UNIT))
+}
+
+/// Whether the receiver is strictly on the lit side of the polygon's plane.
+fn is_lit(x: DVec3, polygon: &Polygon, power: f64) -> bool {
+    let r = (polygon.vertices()[0] - x) * power;
+    let height = -polygon.normal().dot(r);
+    // Three products and two sums of rounded factors: 6 roundings of at most |n||r| <= sqrt(3) * sum of the magnitudes.
+    if polygon.normal_error() < ROUNDOFF && height.abs() > 16.0 * ROUNDOFF * r.length() {
+        return height > 0.0;
+    }
+    let (height, error) = precise_height(x, polygon, power);
+    if height.hi.abs() > error { height.hi > 0.0 } else { is_lit_exactly(x, polygon) }
+}
+
+/// Height of the receiver over the polygon's plane, normalised, and a bound on its error.
+pub(crate) fn precise_height(x: DVec3, polygon: &Polygon, power: f64) -> (DoubleDouble, f64) {
+    let r = exact_offset(polygon.vertices()[0], x, power);
+    let height = -polygon.precise_normal().dot(r);
+    let length = r.x.hi.abs() + r.y.hi.abs() + r.z.hi.abs();
+    (height, length * (polygon.normal_error() + 8.0 * UNIT))
+}
+
+/// The sign of a 4 x 4 determinant, by adaptive exact arithmetic.
+fn is_lit_exactly(x: DVec3, polygon: &Polygon) -> bool {
+    let corners = polygon.plane_vertices();
+    let largest = corners.iter().fold(x.abs().max_element(), |m, v| m.max(v.abs().max_element()));
+    let power = normalising_power(largest);
+    let [a, b, c, d] = [corners[0], corners[1], corners[2], x].map(|v| {
+        let v = v * power;
+        robust::Coord3D { x: v.x, y: v.y, z: v.z }
+    });
+    // Positive where x is on the side from which a, b, c run clockwise.
+    robust::orient3d(a, b, c, d) < 0.0
+}
+
+#[inline]
+fn is_above(receiver: &Receiver, vertex: DVec3, power: f64) -> bool {
+    let n = receiver.direction();
+    let r = (vertex - receiver.position()) * power;
+    let products = n * r;
+    let height = products.x + products.y + products.z;
+    let bound = 4.0 * ROUNDOFF * (products.x.abs() + products.y.abs() + products.z.abs());
+    if height.abs() > bound { height > 0.0 } else { exact_height_over_horizon(receiver, vertex, power) > 0.0 }
+}
+
+fn exact_height_over_horizon(receiver: &Receiver, vertex: DVec3, power: f64) -> f64 {
+    exact::dot(receiver.direction().into(), exact_offset(vertex, receiver.position(), power))
+}
+
+/// Height of a vertex over the receiver's horizon, times the length of the normal as given: one ulp, and the right sign. Only ratios of it
+/// are used.
+pub(crate) fn height_over_horizon<T: Real>(receiver: &Receiver, vertex: DVec3, power: f64) -> T {
+    let r = exact_offset(vertex, receiver.position(), power);
+    let n = Vec3::from(receiver.direction());
+    let height = n.map(DoubleDouble::from).dot(r);
+    let magnitude = (n.x * r.x.hi).abs() + (n.y * r.y.hi).abs() + (n.z * r.z.hi).abs();
+    let error = 8.0 * UNIT * magnitude;
+    if error < 0.25 * ROUNDOFF * height.hi.abs() {
+        T::from_double_double(height, error)
+    } else {
+        let height = exact::dot(n, r);
+        T::approximate(height, 2.0 * ROUNDOFF * height.abs())
+    }
+}
