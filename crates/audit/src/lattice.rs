@@ -174,9 +174,15 @@ pub fn rectilinear_sites(sampler: &mut Sampler) -> (Vec<Site>, [Site; 3]) {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::*;
     use radgrad_core::Polygon;
+
+    /// A coordinate on a lattice in units of 2^-33, its last bit.
+    #[expect(clippy::cast_possible_truncation, reason = "an integer of at most 53 bits")]
+    pub(crate) fn in_units(coordinate: f64) -> i128 {
+        (coordinate * power_of_two(33)) as i128
+    }
 
     #[test]
     fn every_shape_is_a_polygon_without_any_planarity_defect() {
@@ -199,7 +205,7 @@ mod tests {
     fn points_of_a_lattice_are_coplanar_in_exact_arithmetic() {
         let mut sampler = Sampler::new(3, "coplanar", 0);
         let lattice = Lattice::random(&mut sampler);
-        let scaled = |site: Site| lattice.fine_point(site).to_array().map(|c| (c * power_of_two(33)) as i128);
+        let scaled = |site: Site| lattice.fine_point(site).to_array().map(in_units);
         let o = scaled([0, 0]);
         let from_origin = |site: Site| {
             let p = scaled(site);

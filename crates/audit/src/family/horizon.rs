@@ -6,9 +6,9 @@ use crate::sampler::Sampler;
 
 /// Some vertices well above the horizon, some well below.
 pub(super) fn clipped(sampler: &mut Sampler) -> Scene {
-    let mut scene = spread::generic(sampler);
-    let unclippable = |low: f64, high: f64| low < -0.05 && high > 0.05;
-    scene.normal = normal_where(sampler, scene.position, &scene.vertices, unclippable);
+    let mut scene = spread::at_sizes(sampler, -2, 2);
+    // At 4 sizes a fat triangle still spans 1/20 of the view whichever way it is foreshortened.
+    scene.normal = normal_where(sampler, scene.position, &scene.vertices, |low, high| low < -0.01 && high > 0.01);
     scene
 }
 
@@ -20,14 +20,14 @@ pub(super) fn sliver(sampler: &mut Sampler) -> Scene {
         let mut scene = spread::generic(sampler);
         let first = sampler.below(3) as usize;
         let [a, b, c] = [0, 1, 2].map(|k| (scene.vertices[(first + k) % 3] - scene.position).normalize());
-        let mut level = if with_an_edge { a.cross(b) } else { sampler.perpendicular(a) };
+        let mut level = if with_an_edge { a.cross(b).normalize() } else { sampler.perpendicular(a) };
         if level.dot(c) > 0.0 {
             level = -level;
         }
         let toward = if with_an_edge { (a + b) * 0.5 } else { a };
-        let below = |v| level.dot(v) < -0.05;
+        scene.normal = level + toward * height;
+        let below = |v| scene.normal.dot(v) < -0.05;
         if below(c) && (with_an_edge || below(b)) {
-            scene.normal = level + toward * height;
             return scene;
         }
     }

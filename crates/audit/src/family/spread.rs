@@ -6,21 +6,24 @@ use radgrad_scene::case::EmissionRecord;
 use super::emission;
 use super::frame::Triangle;
 use super::many_sided;
-use super::scene::{Scene, elevations, normal_where};
+use super::scene::{Scene, elevations};
 use crate::sampler::{Sampler, power_of_two};
 
 /// Wholly above the horizon at 1/4 to 8 sizes.
 pub(super) fn generic(sampler: &mut Sampler) -> Scene {
+    at_sizes(sampler, -2, 3)
+}
+
+/// Wholly above the horizon at 2^low to 2^high sizes.
+pub(super) fn at_sizes(sampler: &mut Sampler, low: i64, high: i64) -> Scene {
     let triangle = Triangle::random(sampler);
-    let distance = triangle.longest * sampler.spread(-2, 3);
+    let distance = triangle.longest * sampler.spread(low, high);
     in_sight(sampler, triangle.vertices, triangle.normal, distance)
 }
 
 /// At 2^3 to 2^27 sizes: 10 to 10^8 and a little on both ends.
 pub(super) fn far(sampler: &mut Sampler) -> Scene {
-    let triangle = Triangle::random(sampler);
-    let distance = triangle.longest * sampler.spread(3, 27);
-    in_sight(sampler, triangle.vertices, triangle.normal, distance)
+    at_sizes(sampler, 3, 27)
 }
 
 /// A triangle on one long edge, its height 2^-27 to 2^-3 of it.
@@ -44,14 +47,19 @@ fn in_sight(sampler: &mut Sampler, vertices: [DVec3; 3], lit: DVec3, distance: f
         }
     };
     let position = centroid + direction * distance;
-    let normal = loop {
-        let normal = sampler.hemisphere(-direction);
-        if elevations(normal, position, &vertices).0 > 0.02 {
-            break normal;
-        }
-    };
+    let normal = with_all_in_sight(sampler, position, &vertices, lit);
     let emission = emission::on_triangle(sampler, &vertices);
     Scene { position, normal, vertices: vertices.to_vec(), emission }
+}
+
+/// A random normal with all vertices above the horizon. Facing the plane does it; the tilt away from that is drawn until it does.
+fn with_all_in_sight(sampler: &mut Sampler, position: DVec3, vertices: &[DVec3], lit: DVec3) -> DVec3 {
+    loop {
+        let normal = sampler.direction() * sampler.between(0.0, 2.0) - lit;
+        if elevations(normal.normalize(), position, vertices).0 > 0.01 {
+            return normal;
+        }
+    }
 }
 
 /// Generic in another unit of length: exact, as is the power of two on the normal, which has no unit.
@@ -81,6 +89,5 @@ pub(super) fn far_origin(sampler: &mut Sampler) -> Scene {
     for vertex in &mut scene.vertices {
         *vertex += shift;
     }
-    scene.normal = normal_where(sampler, scene.position, &scene.vertices, |low, _| low > 0.02);
     scene
 }
