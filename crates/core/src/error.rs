@@ -110,6 +110,12 @@ pub enum Error {
         /// The tolerance as given.
         value: f64,
     },
+    /// The receiver is on the line through an edge, where a formula divides by its distance from it.
+    #[error("the receiver is on the line of edge {edge}, where this form divides by zero")]
+    OnEdgeLine {
+        /// Index of the edge, of the part of the polygon that is above the receiver's horizon.
+        edge: usize,
+    },
     /// The result is too large for a double.
     #[error("the {quantity} overflows: its magnitude is above {:e}", f64::MAX)]
     Overflow {

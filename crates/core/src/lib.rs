@@ -12,6 +12,7 @@ mod exact;
 mod geometry;
 mod horizon;
 mod linear;
+pub mod paper;
 mod plan;
 mod real;
 mod vec3;
