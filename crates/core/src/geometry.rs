@@ -208,25 +208,25 @@ impl Polygon {
         self.precise_normal
     }
 
+    /// The vertices on the coordinate plane that shows the polygon largest, normalised, counter-clockwise.
+    pub(crate) fn projected(&self) -> Vec<robust::Coord<f64>> {
+        let power = normalising_power(self.vertices.iter().map(|v| v.abs().max_element()).fold(0.0, f64::max));
+        let n = self.normal;
+        let [x, y, z] = n.abs().to_array();
+        let (along, across, up) = if z >= x && z >= y {
+            (DVec3::X, DVec3::Y, n.z)
+        } else if y >= x {
+            (DVec3::Z, DVec3::X, n.y)
+        } else {
+            (DVec3::Y, DVec3::Z, n.x)
+        };
+        let (along, across) = if up > 0.0 { (along, across) } else { (across, along) };
+        self.vertices.iter().map(|v| robust::Coord { x: v.dot(along) * power, y: v.dot(across) * power }).collect()
+    }
+
     /// Looks for two edges that meet, by exact predicates on the projection along the normal's largest component.
     fn check_simple(&self) -> Result<(), Error> {
-        let power = normalising_power(self.vertices.iter().map(|v| v.abs().max_element()).fold(0.0, f64::max));
-        let n = self.normal.abs();
-        let points: Vec<robust::Coord<f64>> = self
-            .vertices
-            .iter()
-            .map(|v| {
-                let v = *v * power;
-                let (x, y) = if n.z >= n.x && n.z >= n.y {
-                    (v.x, v.y)
-                } else if n.y >= n.x {
-                    (v.z, v.x)
-                } else {
-                    (v.y, v.z)
-                };
-                robust::Coord { x, y }
-            })
-            .collect();
+        let points = self.projected();
         let count = points.len();
         for first in 0..count {
             let (a, b) = (points[first], points[(first + 1) % count]);

@@ -15,6 +15,7 @@ mod linear;
 pub mod paper;
 mod plan;
 mod real;
+mod triangulate;
 mod vec3;
 mod visibility;
 

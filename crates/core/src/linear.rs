@@ -7,10 +7,12 @@
 //! - radiosity `(rho/pi) n1.E`; gradient `(rho/pi) { gB (Phi.n1) + n2 (q.n1) + sum e x V / |w| }` over emitter and occluder arcs, where
 //!   `V = int_arc B (n1.omega) omega ds` has elementary primitives in the frame of the segment: `B = beta + S (g1 + g2 tan psi)`.
 //!
-//! `X1 = int dA/r^2` is the one quantity that is not elementary. From the dilogarithm form `sum sgn(d) { (phi2 - phi1) asinh(|d|/h)
-//! - 1/2 [Im Li2(-q e^(2 i phi)) - Cl2(2 phi + pi)] }` the identity `Im Li2(r e^(it)) = om ln r + 1/2 [Cl2(2 om) + Cl2(2t) - Cl2(2 om + 2t)]`
-//! and the duplication formula give, with the angle psi of the arc in its own plane and `delta = phi - psi`,
-//! `X1 = sum sgn(d) { g asinh(|d|/h) - 1/4 [2 Cl2(2 phi) - Cl2(2 delta) - Cl2(4 phi - 2 delta)] }`: no cancelling logarithm of q is left.
+//! `X1 = int dA/r^2` is the one quantity that is not elementary. Its dilogarithm form is a sum over the segments, d the signed in-plane distance
+//! of x's foot point, s the coordinate along, `phi = atan2(s, |d|)` and `q = exp(-2 asinh(|d|/h))`:
+//! `sgn(d) { (phi2 - phi1) asinh(|d|/h) - 1/2 [Im Li2(-q e^(2 i phi)) - Cl2(2 phi + pi)] }`. With
+//! `Im Li2(r e^(it)) = om ln r + 1/2 [Cl2(2 om) + Cl2(2t) - Cl2(2 om + 2t)]` (Lewin 1981, 5.5), the duplication formula, and the angle psi of the
+//! arc in its own plane, `delta = phi - psi`, it becomes
+//! `sgn(d) { g asinh(|d|/h) - 1/4 [2 Cl2(2 phi) - Cl2(2 delta) - Cl2(4 phi - 2 delta)] }`, free of the cancelling logarithm of q.
 //!
 //! Loses digits where Phi does, and by a further factor |beta|/|B| ~ D/s far away.
 
@@ -78,16 +80,13 @@ impl<T: Real> LinearSum<T> {
         Self { seen, angles: Vec3::zero(), x1: T::exact(0.0), contour: Vec3::zero(), edges: Vec3::zero() }
     }
 
-    /// The terms of the value.
-    pub(crate) fn add_value(&mut self, arc: &Arc<T>) {
-        self.add_irradiance(arc, &self.frame(arc));
-    }
-
-    /// The terms of value and gradient.
-    pub(crate) fn add(&mut self, arc: &Arc<T>) {
+    /// Adds the arc's terms of the value, and those of the gradient where it is wanted.
+    pub(crate) fn add<const GRADIENT: bool>(&mut self, arc: &Arc<T>) {
         let frame = self.frame(arc);
         let log_ratio = self.add_irradiance(arc, &frame);
-        self.add_edge(arc, &frame, log_ratio);
+        if GRADIENT {
+            self.add_edge(arc, &frame, log_ratio);
+        }
     }
 
     /// The frame of the segment of the emitter's plane that the arc sees. The horizon and an occluder's edge meet that plane along `n2 x N`.

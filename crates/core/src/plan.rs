@@ -42,7 +42,7 @@ impl Plan {
         let x = receiver.position();
         let farthest = polygon.vertices().iter().fold(0.0, |far: f64, v| far.max((*v - x).abs().max_element()));
         let power = normalising_power(farthest);
-        if !is_lit(x, polygon, power) {
+        if side_of(x, polygon, power) != Side::Front {
             return None;
         }
         let above = polygon.vertices().iter().filter(|v| is_above(receiver, **v, power)).count();
@@ -67,37 +67,66 @@ pub(crate) fn unit_normal<T: Real>(receiver: &Receiver) -> Vec3<T> {
     Vec3::from(receiver.normal()).map(|c| T::approximate(c, ROUNDOFF * c.abs() + 64.0 * UNIT))
 }
 
-/// Whether the receiver is strictly on the lit side of the polygon's plane.
-fn is_lit(x: DVec3, polygon: &Polygon, power: f64) -> bool {
-    let r = (polygon.vertices()[0] - x) * power;
+/// Where a point is relative to a polygon's plane.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Side {
+    /// On the side to which the normal points.
+    Front,
+    /// Exactly in the plane.
+    InPlane,
+    /// On the other side.
+    Back,
+}
+
+impl Side {
+    fn of(height: f64) -> Self {
+        if height > 0.0 {
+            Self::Front
+        } else if height < 0.0 {
+            Self::Back
+        } else {
+            Self::InPlane
+        }
+    }
+}
+
+/// The side of the polygon's plane that a point is on, exactly.
+pub(crate) fn side_of(point: DVec3, polygon: &Polygon, power: f64) -> Side {
+    let r = (polygon.vertices()[0] - point) * power;
     let height = -polygon.normal().dot(r);
     // Three products and two sums of rounded factors: 6 roundings of at most |n||r| <= sqrt(3) * sum of the magnitudes.
     if polygon.normal_error() < ROUNDOFF && height.abs() > 16.0 * ROUNDOFF * r.length() {
-        return height > 0.0;
+        return Side::of(height);
     }
-    let (height, error) = precise_height(x, polygon, power);
-    if height.hi.abs() > error { height.hi > 0.0 } else { is_lit_exactly(x, polygon) }
+    let (height, error) = precise_height(point, polygon, power);
+    if height.hi.abs() > error { Side::of(height.hi) } else { exact_side(point, polygon) }
 }
 
-/// Height of the receiver over the polygon's plane, normalised, and a bound on its error.
-pub(crate) fn precise_height(x: DVec3, polygon: &Polygon, power: f64) -> (DoubleDouble, f64) {
-    let r = exact_offset(polygon.vertices()[0], x, power);
+/// Height of a point over the polygon's plane, normalised, and a bound on its error.
+pub(crate) fn precise_height(point: DVec3, polygon: &Polygon, power: f64) -> (DoubleDouble, f64) {
+    let r = exact_offset(polygon.vertices()[0], point, power);
     let height = -polygon.precise_normal().dot(r);
     let length = r.x.hi.abs() + r.y.hi.abs() + r.z.hi.abs();
     (height, length * (polygon.normal_error() + 8.0 * UNIT))
 }
 
+/// [`precise_height`], rounded.
+pub(crate) fn height_over_plane<T: Real>(point: DVec3, polygon: &Polygon, power: f64) -> T {
+    let (height, error) = precise_height(point, polygon, power);
+    T::from_double_double(height, error)
+}
+
 /// The sign of a 4 x 4 determinant, by adaptive exact arithmetic.
-fn is_lit_exactly(x: DVec3, polygon: &Polygon) -> bool {
+fn exact_side(point: DVec3, polygon: &Polygon) -> Side {
     let corners = polygon.plane_vertices();
-    let largest = corners.iter().fold(x.abs().max_element(), |m, v| m.max(v.abs().max_element()));
+    let largest = corners.iter().fold(point.abs().max_element(), |m, v| m.max(v.abs().max_element()));
     let power = normalising_power(largest);
-    let [a, b, c, d] = [corners[0], corners[1], corners[2], x].map(|v| {
+    let [a, b, c, d] = [corners[0], corners[1], corners[2], point].map(|v| {
         let v = v * power;
         robust::Coord3D { x: v.x, y: v.y, z: v.z }
     });
-    // Positive where x is on the side from which a, b, c run clockwise.
-    robust::orient3d(a, b, c, d) < 0.0
+    // Positive where the point is on the side from which a, b, c run clockwise.
+    Side::of(-robust::orient3d(a, b, c, d))
 }
 
 #[inline]

@@ -67,12 +67,6 @@ pub(crate) trait Real:
         Self::rounded(std::f64::consts::PI)
     }
 
-    /// The square.
-    #[inline]
-    fn squared(self) -> Self {
-        self * self
-    }
-
     /// The magnitude.
     #[inline]
     fn abs(self) -> Self {

@@ -1,19 +1,323 @@
-use crate::arc::Arc;
-use crate::plan::Plan;
+//! The boundary of the part of an emitter that the receiver sees past occluders.
+//!
+//! Seen from x, a convex part of the emitter above the horizon is a convex cone, and so is the shadow of a convex occluder, cut off at the
+//! emitter's plane. Subtracting a shadow leaves the parts outside its side k and inside its sides before k. The seams between those parts lie on
+//! occluder lines and run once each way, so that they cancel in every sum over arcs.
+//!
+//! Lines that are the same edge of the input (a mesh of occluders, an occluder that stands on the emitter's edge) are recognised by their
+//! end points and decided exactly. Elsewhere a corner may be within rounding of a shadow's side; then the middle of its ball decides, and
+//! [`Doubt`] bounds what the other decision would have changed.
+
+use glam::DVec3;
+
+use crate::arc::{Arc, Generator, Line};
+use crate::plan::{Plan, Side, height_over_horizon, height_over_plane, offset, precise_height, side_of, unit_normal};
 use crate::real::Real;
+use crate::triangulate::convex_parts;
+use crate::vec3::Vec3;
 use crate::{Emitter, Polygon, Receiver};
+
+/// Bounds on what undecided signs may change, in the sums without the factor rho/pi.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Doubt {
     pub(crate) irradiance: f64,
     pub(crate) gradient: f64,
 }
+
+/// The end points of an edge of the input, in the order of their bits: the same line for whoever shares the edge.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct EdgeName([u64; 6]);
+
+impl EdgeName {
+    fn new(from: DVec3, to: DVec3) -> Self {
+        // Adding zero makes -0 and 0 one.
+        let [a, b] = [from, to].map(|p| (p + 0.0).to_array().map(f64::to_bits));
+        let [[a, b, c], [d, e, f]] = if a <= b { [a, b] } else { [b, a] };
+        Self([a, b, c, d, e, f])
+    }
+}
+
+/// A side of a cone: what generates it, and its edge where it is one of the input.
+#[derive(Debug, Clone, Copy)]
+struct ConeSide<T> {
+    generator: Generator<T>,
+    name: Option<EdgeName>,
+}
+
+/// A convex part of the emitter: corners in its plane, each with the side that starts there; the part is where `N . omega < 0` on all sides.
+#[derive(Debug, Clone)]
+struct Part<T>(Vec<(Vec3<T>, ConeSide<T>)>);
+
+/// The shadow of a convex occluder: where `N . omega < 0` for all its lines.
+struct Shadow<T> {
+    lines: Vec<(Line<T>, Option<EdgeName>)>,
+    corners: Vec<Vec3<T>>,
+}
+
+/// Calls `visit` with each arc of the visible boundary; returns the doubt of the decisions taken, or `None` where surely nothing is visible.
 pub(crate) fn visit_boundary<T: Real>(
-    r: &Receiver,
-    e: &Emitter,
-    _o: &[Polygon],
+    receiver: &Receiver,
+    emitter: &Emitter,
+    occluders: &[Polygon],
     plan: &Plan,
-    visit: impl FnMut(&Arc<T>),
-) -> Doubt {
-    crate::horizon::visit_boundary(r, e.polygon(), plan, visit);
-    Doubt::default()
+    mut visit: impl FnMut(&Arc<T>),
+) -> Option<Doubt> {
+    let mut subtraction = Subtraction::new(receiver, emitter, plan);
+    let mut parts: Vec<Part<T>> = convex_parts(emitter.polygon())
+        .iter()
+        .filter_map(|indices| subtraction.part_above_horizon(receiver, emitter.polygon(), indices, plan))
+        .collect();
+    for occluder in occluders {
+        for indices in convex_parts(occluder) {
+            let Some(shadow) = Shadow::new(receiver, emitter.polygon(), occluder, &indices, plan) else { continue };
+            parts = parts.into_iter().flat_map(|part| subtraction.subtract(part, &shadow)).collect();
+        }
+    }
+    for part in &parts {
+        for (i, (start, side)) in part.0.iter().enumerate() {
+            let (end, _) = part.0[(i + 1) % part.0.len()];
+            visit(&Arc::between(*start, end, side.generator));
+        }
+    }
+    let doubt = subtraction.doubt;
+    (!parts.is_empty() || doubt.irradiance > 0.0 || doubt.gradient > 0.0).then_some(doubt)
+}
+
+/// What bounds the doubt, and the doubt so far.
+struct Subtraction {
+    /// Height of the receiver over the emitter's plane, from below.
+    height: f64,
+    /// Bound on `|B|`.
+    emission: f64,
+    /// Bound on `|grad B| (1 + 1/c)` over the emitter.
+    steepness: f64,
+    doubt: Doubt,
+}
+
+impl Subtraction {
+    fn new(receiver: &Receiver, emitter: &Emitter, plan: &Plan) -> Self {
+        let polygon = emitter.polygon();
+        let (height, error) = precise_height(receiver.position(), polygon, plan.power);
+        let height = height.hi - error - polygon.planarity_defect() * plan.power;
+        // Points of the emitter are at most 2 sqrt(3) away, so 1/c <= 4/h.
+        let steepness = emitter.emission_gradient().length() / plan.power * (1.0 + 4.0 / height) * 1.01;
+        Self { height, emission: emitter.largest_emission() * 1.01, steepness, doubt: Doubt::default() }
+    }
+
+    fn part_above_horizon<T: Real>(
+        &mut self,
+        receiver: &Receiver,
+        polygon: &Polygon,
+        indices: &[usize],
+        plan: &Plan,
+    ) -> Option<Part<T>> {
+        let (x, power) = (receiver.position(), plan.power);
+        let vertices: Vec<DVec3> = indices.iter().map(|&i| polygon.vertices()[i]).collect();
+        let next = |i: usize| vertices[(i + 1) % vertices.len()];
+        let corners = vertices.iter().enumerate().map(|(i, &from)| {
+            let generator = Generator::Emitter(Line::through(from, next(i), x, power));
+            (offset(from, x, power), ConeSide { generator, name: Some(EdgeName::new(from, next(i))) })
+        });
+        let part = Part(corners.collect());
+        let heights: Vec<T> = vertices.iter().map(|&v| height_over_horizon(receiver, v, power)).collect();
+        let horizon = ConeSide { generator: Generator::Horizon(-unit_normal::<T>(receiver)), name: None };
+        self.keep(&part, &heights, &horizon)
+    }
+
+    /// The parts of `part` outside `shadow`.
+    fn subtract<T: Real>(&mut self, part: Part<T>, shadow: &Shadow<T>) -> Vec<Part<T>> {
+        if shadow.misses(&part) {
+            return vec![part];
+        }
+        let mut lit = Vec::new();
+        let mut rest = part;
+        for (line, name) in &shadow.lines {
+            let [inside, outside] =
+                [*line, line.reversed()].map(|line| ConeSide { generator: Generator::Occluder(line), name: *name });
+            lit.extend(self.cut(&rest, &outside));
+            match self.cut(&rest, &inside) {
+                Some(inner) => rest = inner,
+                None => break,
+            }
+        }
+        lit
+    }
+
+    /// The part where `N . omega < 0` for the normal of `side`, if any.
+    fn cut<T: Real>(&mut self, part: &Part<T>, side: &ConeSide<T>) -> Option<Part<T>> {
+        let normal = side.generator.normal();
+        let twin = part.0.iter().find(|(_, own)| side.name.is_some() && own.name == side.name);
+        if let Some((_, own)) = twin {
+            let same_way = own.generator.normal().dot(normal).value() > 0.0;
+            return same_way.then(|| part.clone());
+        }
+        let depths: Vec<T> = part.0.iter().map(|(corner, _)| -normal.dot(*corner)).collect();
+        self.keep(part, &depths, side)
+    }
+
+    /// The part of positive depth, closed along `side` (Sutherland and Hodgman 1974, on a cone).
+    fn keep<T: Real>(&mut self, part: &Part<T>, depths: &[T], side: &ConeSide<T>) -> Option<Part<T>> {
+        self.add_doubt(part, depths, side);
+        let count = part.0.len();
+        let inside = |i: usize| depths[i].value() > 0.0;
+        let mut kept = Vec::with_capacity(count + 1);
+        for i in 0..count {
+            let j = (i + 1) % count;
+            let (start, own) = part.0[i];
+            let (end, _) = part.0[j];
+            // Between two doubtful corners the cut may be anywhere, and the doubt covers any choice.
+            let crossing = || {
+                if is_doubtful(depths[i]) && is_doubtful(depths[j]) {
+                    start
+                } else {
+                    start + (end - start) * (depths[i] / (depths[i] - depths[j]))
+                }
+            };
+            match (inside(i), inside(j)) {
+                (true, true) => kept.push((start, own)),
+                (true, false) => kept.extend([(start, own), (crossing(), *side)]),
+                (false, true) => kept.push((crossing(), own)),
+                (false, false) => {}
+            }
+        }
+        (!kept.is_empty()).then_some(Part(kept))
+    }
+
+    /// Bounds what the other decision would change for corners whose depth may have either sign.
+    ///
+    /// The region in question is within `depth/h` of the cutting plane, in a hemisphere. Its boundary runs along the edges at the
+    /// corner as far as the depth may vanish, and back along the cut.
+    fn add_doubt<T: Real>(&mut self, part: &Part<T>, depths: &[T], side: &ConeSide<T>) {
+        let count = part.0.len();
+        let possible = |i: usize| depths[i].value().abs() + depths[i].error();
+        for i in 0..count {
+            let j = (i + 1) % count;
+            let (start, own) = part.0[i];
+            let (end, _) = part.0[j];
+            let length = 1.01 * (end - start).norm_squared().value().sqrt() / self.height;
+            let (depth, weight) = match (is_doubtful(depths[i]), is_doubtful(depths[j])) {
+                (false, false) => continue,
+                (true, true) => {
+                    let depth = possible(i).max(possible(j));
+                    (depth, length.min(std::f64::consts::PI) * exchange(&own.generator, &side.generator, depth / self.height))
+                }
+                (first, _) => {
+                    let (doubtful, other) = if first { (i, j) } else { (j, i) };
+                    let depth = possible(doubtful);
+                    let clear = depths[other].value().abs() - depths[other].error() - depth;
+                    let fraction = if clear > depth { depth / clear } else { 1.0 };
+                    let length = (length * fraction).min(std::f64::consts::PI);
+                    (depth, length * (nearness(&own.generator) + nearness(&side.generator)))
+                }
+            };
+            let area = std::f64::consts::TAU * (depth / self.height).min(1.0);
+            self.doubt.irradiance += self.emission * area;
+            self.doubt.gradient += self.steepness * area + self.emission * weight;
+        }
+    }
+}
+
+/// How much a unit of arc weighs more or less in the gradient when it lies on the other of two lines that are seen within the angle `near` of each
+/// other: an arc weighs `-(N/S) (toward.V)`, with `|V|` at most its length, and V itself moves by at most four times `near`. Lines in space that
+/// coincide (edges with a T-junction) weigh the same; an edge in the horizon is seen with `n1.omega` at most `near`.
+fn exchange<T: Real>(own: &Generator<T>, cut: &Generator<T>, near: f64) -> f64 {
+    let moved = 4.0 * near * (nearness(own) + nearness(cut));
+    let (Generator::Emitter(own) | Generator::Occluder(own), Generator::Emitter(cut) | Generator::Occluder(cut)) = (own, cut)
+    else {
+        return moved;
+    };
+    let bound = |v: Vec3<T>| v.map(|c| c.value().abs() + c.error()).norm_squared().sqrt();
+    let (own, cut) = (own.frame(), cut.frame());
+    let facing = if own.normal.dot(cut.normal).value() < 0.0 { T::exact(-1.0) } else { T::exact(1.0) };
+    let [own_weight, cut_weight] = [&own, &cut].map(|frame| frame.normal * (T::exact(1.0) / frame.distance));
+    1.01 * (bound(own_weight - cut_weight * facing) + bound(own.toward - cut.toward) * bound(cut_weight)) + moved
+}
+
+/// Whether the sign is not known. An exact zero is no doubt: a corner on the horizon.
+fn is_doubtful<T: Real>(depth: T) -> bool {
+    depth.error() > 0.0 && depth.value().abs() <= depth.error()
+}
+
+/// Bound on `1/S` of a generating line; the horizon has none.
+fn nearness<T: Real>(generator: &Generator<T>) -> f64 {
+    match generator {
+        Generator::Horizon(_) => 0.0,
+        Generator::Emitter(line) | Generator::Occluder(line) => {
+            let length = line.e.norm_squared().value().sqrt();
+            1.01 * length / (line.moment.value() - line.moment.error()).max(0.0)
+        }
+    }
+}
+
+impl<T: Real> Shadow<T> {
+    /// The shadow of the part `indices` of `occluder`, or `None` where it casts none: seen edge-on, or not on the receiver's side of the
+    /// emitter's plane.
+    fn new(receiver: &Receiver, emitter: &Polygon, occluder: &Polygon, indices: &[usize], plan: &Plan) -> Option<Self> {
+        let (x, power) = (receiver.position(), plan.power);
+        let mut vertices: Vec<DVec3> = indices.iter().map(|&i| occluder.vertices()[i]).collect();
+        match side_of(x, occluder, power) {
+            Side::Front => {}
+            Side::Back => vertices.reverse(),
+            Side::InPlane => return None,
+        }
+        let sides: Vec<Side> = vertices.iter().map(|&v| side_of(v, emitter, power)).collect();
+        if !sides.contains(&Side::Front) {
+            return None;
+        }
+        let heights: Vec<T> = vertices.iter().map(|&v| height_over_plane(v, emitter, power)).collect();
+        let mut shadow = Self { lines: Vec::new(), corners: Vec::new() };
+        let (mut sinks, mut rises) = (None, None);
+        for i in 0..vertices.len() {
+            let j = (i + 1) % vertices.len();
+            let (from, to) = (vertices[i], vertices[j]);
+            let start: Vec3<T> = offset(from, x, power);
+            let line = Line::through(from, to, x, power);
+            let touch = || start + line.e * (heights[i] / (heights[i] - heights[j]));
+            match (sides[i], sides[j]) {
+                (Side::Back, Side::Back | Side::InPlane) => {
+                    if sides[j] == Side::InPlane {
+                        rises = Some(offset(to, x, power));
+                    }
+                    continue;
+                }
+                (Side::InPlane, Side::Back) => {
+                    sinks = Some(start);
+                    shadow.corners.push(start);
+                    continue;
+                }
+                (Side::Front, Side::Back) => {
+                    sinks = Some(touch());
+                    shadow.corners.extend([start, touch()]);
+                }
+                (Side::Back, Side::Front) => {
+                    rises = Some(touch());
+                    shadow.corners.push(touch());
+                }
+                (Side::Front | Side::InPlane, Side::Front | Side::InPlane) => shadow.corners.push(start),
+            }
+            shadow.lines.push((line, Some(EdgeName::new(from, to))));
+        }
+        if let (Some(sink), Some(rise)) = (sinks, rises) {
+            shadow.lines.push((waterline(sink, rise, emitter, occluder), None));
+        }
+        Some(shadow)
+    }
+
+    /// Whether one side of the shadow or of the part is known to separate them.
+    fn misses(&self, part: &Part<T>) -> bool {
+        let beyond = |normal: Vec3<T>, point: Vec3<T>| {
+            let height = normal.dot(point);
+            height.value() > height.error()
+        };
+        self.lines.iter().any(|(line, _)| part.0.iter().all(|(corner, _)| beyond(line.w, *corner)))
+            || part.0.iter().any(|(_, side)| self.corners.iter().all(|corner| beyond(side.generator.normal(), *corner)))
+    }
+}
+
+/// The line in which the occluder meets the emitter's plane, from where it sinks below to where it rises.
+fn waterline<T: Real>(sink: Vec3<T>, rise: Vec3<T>, emitter: &Polygon, occluder: &Polygon) -> Line<T> {
+    let normal = |polygon: &Polygon| polygon.precise_normal().map(|c| T::from_double_double(c, polygon.normal_error()));
+    let direction = normal(emitter).cross(normal(occluder));
+    let direction = if direction.dot(rise - sink).value() < 0.0 { -direction } else { direction };
+    Line::new(direction, sink.cross(direction))
 }

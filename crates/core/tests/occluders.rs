@@ -1,0 +1,134 @@
+//! Occluders against what can be said without them.
+
+use radgrad_core::{Answer, DVec3, Emission, Emitter, Polygon, Receiver, evaluate};
+
+fn polygon(points: &[[f64; 3]]) -> Polygon {
+    Polygon::new(points.iter().map(|&p| p.into()).collect()).unwrap()
+}
+
+/// A rectangle at height `z`, lit downwards.
+fn ceiling(x: [f64; 2], y: [f64; 2], z: f64) -> Polygon {
+    polygon(&[[x[0], y[0], z], [x[0], y[1], z], [x[1], y[1], z], [x[1], y[0], z]])
+}
+
+fn linear(rectangle: Polygon) -> Emitter {
+    // One affine function whatever the rectangle: value by position.
+    let values = rectangle.vertices().iter().map(|v| 2.0 + 0.5 * v.x - 0.25 * v.y).collect();
+    Emitter::new(rectangle, Emission::at_vertices(values)).unwrap()
+}
+
+fn receiver(position: [f64; 3]) -> Receiver {
+    Receiver::new(position.into(), DVec3::new(0.1, -0.2, 1.0), 0.8).unwrap()
+}
+
+/// Sums of values and gradients agree to within their bounds, and those are small.
+fn assert_same(answers: &[Answer], expected: &[Answer]) {
+    let sum = |all: &[Answer]| {
+        all.iter().fold((0.0, DVec3::ZERO, 0.0, 0.0), |(b, g, eb, eg), a| {
+            (b + a.radiosity, g + a.gradient, eb + a.radiosity_error, eg + a.gradient_error)
+        })
+    };
+    let (a, e) = (sum(answers), sum(expected));
+    assert!((a.0 - e.0).abs() <= a.2 + e.2, "{a:?} {e:?}");
+    assert!((a.1 - e.1).length() <= a.3 + e.3, "{a:?} {e:?}");
+    assert!(a.2 + e.2 < 1e-10 && a.3 + e.3 < 1e-9, "{a:?} {e:?}");
+}
+
+#[test]
+fn what_hides_nothing_changes_nothing() {
+    let lamp = linear(ceiling([-1.0, 1.0], [-1.0, 1.0], 2.0));
+    let x = receiver([0.1, 0.2, 0.0]);
+    let free = evaluate(&x, &lamp, &[]).unwrap();
+    let behind_lamp = ceiling([-1.0, 1.0], [-1.0, 1.0], 3.0);
+    let behind_receiver = ceiling([-1.0, 1.0], [-1.0, 1.0], -1.0);
+    let beside = ceiling([3.0, 4.0], [3.0, 4.0], 1.0);
+    let in_the_lamp = ceiling([-0.5, 0.5], [-0.5, 0.5], 2.0);
+    let edge_on = polygon(&[[0.1, 0.2, 0.5], [0.4, 0.2, 0.5], [0.4, 0.2, 1.0]]);
+    let answer = evaluate(&x, &lamp, &[behind_lamp, behind_receiver, beside, in_the_lamp, edge_on]).unwrap();
+    assert_same(&[answer], &[free]);
+}
+
+#[test]
+fn a_screen_that_covers_all_leaves_exactly_nothing() {
+    let lamp = linear(ceiling([-1.0, 1.0], [-1.0, 1.0], 2.0));
+    let answer = evaluate(&receiver([0.1, 0.2, 0.0]), &lamp, &[ceiling([-3.0, 3.0], [-3.0, 3.0], 1.0)]).unwrap();
+    assert_eq!((answer.radiosity, answer.gradient), (0.0, DVec3::ZERO));
+    assert_eq!((answer.radiosity_error, answer.gradient_error), (0.0, 0.0));
+}
+
+#[test]
+fn screens_on_either_side_of_a_line_hide_the_whole_together() {
+    // The free answer is the part that screen A leaves plus the part that screen B leaves, when both fill the view.
+    let lamp = linear(ceiling([-1.0, 1.0], [-1.0, 1.0], 2.0));
+    let x = receiver([0.1, 0.2, 0.0]);
+    let split = 0.3;
+    let screens = [ceiling([-9.0, split], [-9.0, 9.0], 1.0), ceiling([split, 9.0], [-9.0, 9.0], 1.0)];
+    let see = |screens: &[Polygon]| evaluate(&x, &lamp, screens).unwrap();
+    assert_same(&[see(&screens[..1]), see(&screens[1..])], &[see(&[])]);
+    let dark = see(&screens);
+    assert!(dark.radiosity.abs() <= dark.radiosity_error && dark.gradient.length() <= dark.gradient_error);
+    assert!(dark.radiosity_error < 1e-12);
+}
+
+#[test]
+fn the_value_past_a_screen_is_that_of_the_part_of_the_lamp_it_leaves() {
+    let x = receiver([0.0, 0.0, 0.0]);
+    let lamp = linear(ceiling([-1.0, 1.0], [-1.0, 1.0], 2.0));
+    let screen = ceiling([0.25, 9.0], [-9.0, 9.0], 1.0);
+    let past = evaluate(&x, &lamp, &[screen]).unwrap();
+    let left = evaluate(&x, &linear(ceiling([-1.0, 0.5], [-1.0, 1.0], 2.0)), &[]).unwrap();
+    assert!((past.radiosity - left.radiosity).abs() <= past.radiosity_error + left.radiosity_error);
+}
+
+#[test]
+fn a_meshed_or_concave_screen_is_its_whole() {
+    let lamp = linear(ceiling([-1.0, 1.0], [-1.0, 1.0], 2.0));
+    let x = receiver([0.1, 0.2, 0.0]);
+    let see = |screens: &[Polygon]| evaluate(&x, &lamp, screens).unwrap();
+    let whole = ceiling([-0.2, 0.4], [-0.3, 0.5], 1.0);
+    let v = whole.vertices();
+    let mesh = [[v[0], v[1], v[2]], [v[0], v[2], v[3]]].map(|t| Polygon::new(t.to_vec()).unwrap());
+    assert_same(&[see(&mesh)], &[see(std::slice::from_ref(&whole))]);
+    let reversed = Polygon::new(v.iter().rev().copied().collect()).unwrap();
+    assert_same(&[see(&[reversed])], &[see(&[whole])]);
+    let bent =
+        polygon(&[[-0.2, -0.3, 1.0], [-0.2, 0.5, 1.0], [0.0, 0.5, 1.0], [0.0, 0.0, 1.0], [0.4, 0.0, 1.0], [0.4, -0.3, 1.0]]);
+    let parts = [ceiling([-0.2, 0.0], [-0.3, 0.5], 1.0), ceiling([-0.0, 0.4], [-0.3, 0.0], 1.0)];
+    assert_same(&[see(&[bent])], &[see(&parts)]);
+}
+
+#[test]
+fn a_concave_lamp_past_a_screen_is_the_sum_of_its_parts() {
+    let screen = polygon(&[[-0.2, -0.3, 0.9], [0.1, 0.5, 1.1], [0.4, -0.2, 1.0]]);
+    let x = receiver([0.1, 0.2, 0.0]);
+    let bent =
+        polygon(&[[-1.0, -1.0, 2.0], [-1.0, 1.0, 2.0], [0.0, 1.0, 2.0], [0.0, 0.0, 2.0], [1.0, 0.0, 2.0], [1.0, -1.0, 2.0]]);
+    let parts = [ceiling([-1.0, 0.0], [-1.0, 1.0], 2.0), ceiling([0.0, 1.0], [-1.0, 0.0], 2.0)];
+    let see = |lamp: Polygon| evaluate(&x, &linear(lamp), std::slice::from_ref(&screen)).unwrap();
+    assert_same(&[see(bent)], &parts.map(see));
+}
+
+#[test]
+fn a_screen_through_the_lamp_hides_only_its_near_part() {
+    let lamp = linear(ceiling([-1.0, 1.0], [-1.0, 1.0], 2.0));
+    let x = receiver([0.1, 0.2, 0.0]);
+    let through = polygon(&[[0.3, -0.4, 1.5], [0.3, 0.4, 1.5], [0.6, 0.4, 3.0], [0.6, -0.4, 3.0]]);
+    let near = polygon(&[[0.3, -0.4, 1.5], [0.3, 0.4, 1.5], [0.4, 0.4, 2.0], [0.4, -0.4, 2.0]]);
+    let see = |screen: Polygon| evaluate(&x, &lamp, &[screen]).unwrap();
+    assert_same(&[see(through)], &[see(near)]);
+}
+
+#[test]
+fn the_gradient_past_a_screen_is_that_of_the_values() {
+    let screens = [polygon(&[[-0.2, -0.3, 0.9], [0.1, 0.5, 1.1], [0.4, -0.2, 1.0]])];
+    let lamp = linear(ceiling([-1.0, 1.0], [-1.0, 1.0], 2.0));
+    let position = DVec3::new(0.1, 0.2, 0.0);
+    let value = |p: DVec3| evaluate(&receiver(p.to_array()), &lamp, &screens).unwrap().radiosity;
+    let gradient = evaluate(&receiver(position.to_array()), &lamp, &screens).unwrap().gradient;
+    let step = 1e-3;
+    for axis in [DVec3::X, DVec3::Y, DVec3::Z] {
+        let central = |s: f64| (value(position + axis * s) - value(position - axis * s)) / (2.0 * s);
+        let richardson = (4.0 * central(step / 2.0) - central(step)) / 3.0;
+        assert!((richardson - gradient.dot(axis)).abs() < 1e-10, "{axis}: {richardson} {gradient}");
+    }
+}
