@@ -8,8 +8,9 @@ use glam::DVec3;
 
 use crate::double_double::{DoubleDouble, UNIT};
 use crate::geometry::exact_offset;
+use crate::number::Number;
 use crate::plan::offset;
-use crate::real::{ROUNDOFF, Real};
+use crate::real::Real;
 use crate::vec3::Vec3;
 
 /// A line seen from the receiver point at the origin: through `a` along `e`, with moment `w = a x e`.
@@ -162,29 +163,38 @@ pub(crate) struct Moments<T> {
 /// `(g - sin g)/2`, by its Taylor series where the difference would cancel.
 #[inline]
 fn half_angle_minus_sine<T: Real>(angle: T, sin: T) -> T {
-    /// `(-1)^k 6 / (2k + 3)!`: the series over `g^3/12`. The ninth term is below 2^-55 of the first for |g| <= 1.
-    const SERIES: [f64; 8] = [
-        1.0,
-        -6.0 / 120.0,
-        6.0 / 5_040.0,
-        -6.0 / 362_880.0,
-        6.0 / 39_916_800.0,
-        -6.0 / 6_227_020_800.0,
-        6.0 / 1_307_674_368_000.0,
-        -6.0 / 355_687_428_096_000.0,
-    ];
     if angle.value().abs() > 1.0 {
         return (angle - sin) * T::exact(0.5);
     }
     let square = angle * angle;
-    let sum = SERIES.iter().rev().fold(T::exact(0.0), |sum, c| sum * square + T::rounded(*c));
-    let truncated = T::approximate(sum.value(), sum.error() + 0.25 * ROUNDOFF);
+    let used = &SERIES[..T::Number::SERIES_TERMS];
+    let sum = used.iter().rev().fold(T::exact(0.0), |sum, c| sum * square + T::from_double_double(*c, 0.0));
+    let truncated = sum.widened(0.25 * T::Number::ROUNDOFF);
     angle * square * truncated / T::exact(12.0)
 }
+
+/// `(-1)^k 6 / (2k + 3)!`: the series over `g^3/12`. For |g| <= 1 the ninth term is below 2^-55 of the first, the fifteenth below 2^-110.
+const SERIES: [DoubleDouble; 14] = [
+    DoubleDouble { hi: 1.0, lo: 0.0 },
+    DoubleDouble { hi: -0.05, lo: 2.7755575615628915e-18 },
+    DoubleDouble { hi: 0.0011904761904761906, lo: -1.073876437509452e-19 },
+    DoubleDouble { hi: -1.6534391534391536e-05, lo: 1.1150359644278832e-21 },
+    DoubleDouble { hi: 1.5031265031265032e-07, lo: -8.692884425615472e-24 },
+    DoubleDouble { hi: -9.635426302092969e-10, lo: -2.3812979247948356e-26 },
+    DoubleDouble { hi: 4.58829823909189e-12, lo: 2.441807644005862e-28 },
+    DoubleDouble { hi: -1.6868743526073125e-14, lo: 5.8719124659033765e-31 },
+    DoubleDouble { hi: 4.932381147974598e-17, lo: -1.7529742638433214e-33 },
+    DoubleDouble { hi: -1.1743764638034756e-19, lo: -3.850959854367479e-36 },
+    DoubleDouble { hi: 2.3209021023784102e-22, lo: 1.8203980423156343e-38 },
+    DoubleDouble { hi: -3.868170170630684e-25, lo: -1.1360631499275723e-41 },
+    DoubleDouble { hi: 5.510213918277327e-28, lo: 3.1002665667269464e-44 },
+    DoubleDouble { hi: -6.78597773186863e-31, lo: -1.91975154676065e-47 },
+];
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::number::ROUNDOFF;
 
     #[test]
     fn series_and_difference_meet() {

@@ -4,89 +4,59 @@
 //! the derivation). Series with Bernoulli numbers (Lewin, "Polylogarithms and Associated Functions", 1981, section 4.3):
 //! `Cl2(t) = t [1 - ln t + sum |B_2k| t^2k / (2k (2k+1)!)]` near 0 and
 //! `Cl2(pi - s) = s [ln 2 - sum |B_2k| (4^k - 1) s^2k / (2k (2k+1)!)]` near pi. They meet at 2 pi/3, where both lose a factor of nine a
-//! term: fifteen terms leave a relative remainder below 4e-18. Relative accuracy is kept at the zeros 0 and pi.
+//! term: fifteen terms leave a relative remainder below 4e-18, thirty-four one below 2e-35. Relative accuracy is kept at the zeros 0 and pi.
 
-use crate::real::ROUNDOFF;
+mod coefficients;
 
-/// Relative error of [`clausen`], in units of [`ROUNDOFF`]: at 2 pi/3 the bracket is a third of its largest term, so three roundings of
+use std::f64::consts::PI;
+
+use crate::double_double::{DoubleDouble, LN_2};
+use crate::number::Number;
+use coefficients::{NEAR_PI, NEAR_ZERO};
+
+/// Relative error of [`clausen`] on doubles, in units of roundoff: at 2 pi/3 the bracket is a third of its largest term, so three roundings of
 /// size one and one of the logarithm (2 ulp allowed) cost 3 (3 + 4) units at worst; measured 3.1 on the table of the tests.
-pub(crate) const CLAUSEN_ERROR: f64 = 24.0 * ROUNDOFF;
+pub(crate) const DOUBLE_UNITS: f64 = 24.0;
 
-/// `|B_2k| / (2k (2k+1)!)`, k = 1..15.
-const NEAR_ZERO: [f64; 15] = [
-    0.013888888888888888,
-    6.944444444444444e-05,
-    7.873519778281683e-07,
-    1.1482216343327455e-08,
-    1.8978869988971e-10,
-    3.387301370953521e-12,
-    6.372636443183181e-14,
-    1.2462059912950672e-15,
-    2.5105444608999545e-17,
-    5.178258806090623e-19,
-    1.0887357368300849e-20,
-    2.325744114302087e-22,
-    5.03519521314739e-24,
-    1.1026499294381215e-25,
-    2.4386585509007344e-27,
-];
+/// The same on double-doubles, whose logarithm is allowed 64 units.
+pub(crate) const DOUBLE_DOUBLE_UNITS: f64 = 3.0 * (4.0 + 64.0);
 
-/// `|B_2k| (4^k - 1) / (2k (2k+1)!)`, k = 1..15.
-const NEAR_PI: [f64; 15] = [
-    0.041666666666666664,
-    0.0010416666666666667,
-    4.96031746031746e-05,
-    2.927965167548501e-06,
-    1.941538399871733e-07,
-    1.3870999114054669e-08,
-    1.0440290284867003e-09,
-    8.167010963952224e-11,
-    6.5812165661369675e-12,
-    5.429792727596475e-13,
-    4.5664875671936356e-14,
-    3.901950904063069e-15,
-    3.3790622573736396e-16,
-    2.9599033551444004e-17,
-    2.618489678118693e-18,
-];
-
-/// pi minus the double nearest to it.
-const PI_LOW: f64 = 1.2246467991473532e-16;
-
-/// `Cl2(t)` for `|t| <= 2 pi`; relative error at most [`CLAUSEN_ERROR`].
+/// `Cl2(t)` for `|t| <= 2 pi`; relative error at most [`Number::CLAUSEN`].
 #[inline]
-pub(crate) fn clausen(t: f64) -> f64 {
-    use std::f64::consts::PI;
-    let size = t.abs();
-    let magnitude = if size <= 2.0 * PI / 3.0 {
+pub(crate) fn clausen<N: Number>(t: N) -> N {
+    let negative = t.high() < 0.0;
+    let size = if negative { -t } else { t };
+    let magnitude = if size.high() <= 2.0 * PI / 3.0 {
         near_zero(size)
-    } else if size <= 4.0 * PI / 3.0 {
-        near_pi((PI - size) + PI_LOW)
+    } else if size.high() <= 4.0 * PI / 3.0 {
+        near_pi(size.pi_minus())
     } else {
-        -near_zero(((2.0 * PI - size) + 2.0 * PI_LOW).abs())
+        let rest = size.scaled(0.5).pi_minus().scaled(2.0);
+        -near_zero(if rest.high() < 0.0 { -rest } else { rest })
     };
-    if t < 0.0 { -magnitude } else { magnitude }
+    if negative { -magnitude } else { magnitude }
 }
 
 #[inline]
-fn near_zero(t: f64) -> f64 {
-    if t == 0.0 {
-        return 0.0;
+fn near_zero<N: Number>(t: N) -> N {
+    if t.high() == 0.0 {
+        return t;
     }
     let square = t * t;
-    t * ((1.0 - libm::log(t)) + square * polynomial(&NEAR_ZERO, square))
+    t * ((N::from_double(1.0) - t.ln()) + square * polynomial(&NEAR_ZERO, square))
 }
 
 #[inline]
-fn near_pi(s: f64) -> f64 {
+fn near_pi<N: Number>(s: N) -> N {
     let square = s * s;
-    s * (std::f64::consts::LN_2 - square * polynomial(&NEAR_PI, square))
+    s * (N::from_double_double(LN_2) - square * polynomial(&NEAR_PI, square))
 }
 
-/// Horner's rule, coefficients from the lowest degree up.
+/// Horner's rule, coefficients from the lowest degree up, as many as the precision needs.
 #[inline]
-fn polynomial(coefficients: &[f64], x: f64) -> f64 {
-    coefficients.iter().rev().fold(0.0, |sum, c| sum * x + c)
+fn polynomial<N: Number>(coefficients: &[DoubleDouble], x: N) -> N {
+    let used = &coefficients[..N::CLAUSEN_TERMS];
+    used.iter().rev().fold(N::from_double(0.0), |sum, c| sum * x + N::from_double_double(*c))
 }
 
 /// Bound on `|Cl2(s) - Cl2(t)|` over `|s - t| <= radius`.
@@ -94,7 +64,6 @@ fn polynomial(coefficients: &[f64], x: f64) -> f64 {
 /// `|Cl2'| = |ln|2 sin(s/2)||`: at most ln 2 where the sine is large; near a zero at distance `d`, `2 sin(d/2) >= 2d/pi`, so it is at most
 /// `ln(pi/(2 d))` or ln 2. Where the ball may reach the zero, the integral from it is `Cl2` itself, at most `w (2 + |ln w|)` for a width w.
 pub(crate) fn clausen_change(t: f64, radius: f64) -> f64 {
-    use std::f64::consts::PI;
     let size = t.abs();
     let to_zero = size.min((2.0 * PI - size).abs());
     let nearest = to_zero - radius;
@@ -112,6 +81,7 @@ pub(crate) fn clausen_change(t: f64, radius: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::number::ROUNDOFF;
 
     #[test]
     #[allow(clippy::excessive_precision, clippy::approx_constant, reason = "a table as computed at higher precision")]
@@ -151,6 +121,31 @@ mod tests {
     }
 
     #[test]
+    #[allow(clippy::excessive_precision, clippy::approx_constant, reason = "a table as computed at higher precision")]
+    fn double_doubles_agree_with_high_precision_values() {
+        let table: [(f64, (f64, f64)); 14] = [
+            (1e-12, (2.863102111592855e-11, -1.2288072856499375e-27)),
+            (0.001, (0.007907755292871027, -5.740791873918357e-19)),
+            (0.5, (0.8483118777036792, 5.302785658363106e-17)),
+            (1.5, (0.9392185927540921, -3.081857467472142e-17)),
+            (2.0, (0.7271460508632792, 3.330280535344794e-17)),
+            (2.0943, (0.676679976629855, -2.842769358786911e-17)),
+            (2.0945, (0.6765701151183366, -5.558095444334652e-18)),
+            (3.0, (0.09802620939130142, -3.694417055399229e-18)),
+            (3.1415926, (3.7145614042615806e-08, 4.380377736585402e-25)),
+            (3.141592653589793, (8.488604760107495e-17, -5.639425589331052e-33)),
+            (4.0, (-0.5681439444298698, 3.745705301422366e-17)),
+            (5.5, (-0.9812774747744737, 1.1534833745171103e-17)),
+            (6.283185, (-4.913593461167145e-06, -2.588156614338855e-22)),
+            (6.283185307179586, (-9.049052808088387e-15, -1.0878541923373083e-31)),
+        ];
+        for (t, (hi, lo)) in table {
+            let error = (clausen(DoubleDouble::from(t)) - DoubleDouble { hi, lo }).to_f64().abs() / hi.abs();
+            assert!(error <= 12.0 * DoubleDouble::ROUNDOFF, "Cl2({t}) errs by {error:e}");
+        }
+    }
+
+    #[test]
     fn the_series_meet_without_a_step() {
         for seam in [2.0 * std::f64::consts::FRAC_PI_3, 4.0 * std::f64::consts::FRAC_PI_3] {
             let (below, above) = (clausen(seam.next_down()), clausen(seam.next_up()));
@@ -163,7 +158,7 @@ mod tests {
         // Cl2(2t) = 2 Cl2(t) - 2 Cl2(pi - t)
         for i in 1..300 {
             let t = f64::from(i) * 0.01;
-            let difference = clausen(2.0 * t) - 2.0 * (clausen(t) - clausen(std::f64::consts::PI - t));
+            let difference = clausen(2.0 * t) - 2.0 * (clausen(t) - clausen(PI - t));
             assert!(difference.abs() < 3e-15, "t = {t}: {difference:e}");
         }
     }

@@ -7,7 +7,11 @@
 //! u = 2^-53: sum 3u^2/(1-4u) (their Algorithm 6), product 5u^2 (Algorithm 11 without FMA: 7u^2, see there).
 //! All of it holds while nothing over- or underflows; callers normalise by a power of two first.
 
-use std::ops::{Add, Mul, Neg, Sub};
+use std::ops::{Add, Div, Mul, Neg, Sub};
+
+mod functions;
+
+pub(crate) use functions::{LIBRARY_UNITS, LN_2};
 
 /// `hi + lo` with `|lo| <= ulp(hi)/2`.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -131,6 +135,13 @@ impl Sub for DoubleDouble {
     #[inline]
     fn sub(self, other: Self) -> Self {
         self + (-other)
+    }
+}
+
+impl Div for DoubleDouble {
+    type Output = Self;
+    fn div(self, divisor: Self) -> Self {
+        self.divided_by(divisor)
     }
 }
 

@@ -6,7 +6,7 @@
 use glam::DVec3;
 
 use crate::Error;
-use crate::double_double::DoubleDouble;
+use crate::double_double::{DoubleDouble, UNIT};
 use crate::geometry::{COORDINATE_ROUNDING, Polygon, exact_offset, normalising_power};
 use crate::vec3::Vec3;
 
@@ -61,13 +61,17 @@ pub struct Emitter {
     polygon: Polygon,
     emission: Emission,
     affine: Affine,
+    /// Brings the emission to a size of about 1.
+    power: f64,
 }
 
 /// The emission as `value + gradient . (y - vertex 0)`, with the gradient in the polygon's plane.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Affine {
     pub(crate) value: f64,
-    pub(crate) gradient: Vec3<f64>,
+    pub(crate) gradient: Vec3<DoubleDouble>,
+    /// Bound on the error of each component of `gradient`.
+    pub(crate) gradient_error: f64,
     /// Largest difference between a vertex value as given and this function.
     pub(crate) residual: f64,
 }
@@ -84,7 +88,7 @@ impl Emitter {
         let affine = match &emission {
             Emission::Constant(value) => {
                 finite(*value, || "value".to_owned())?;
-                Affine { value: *value, gradient: Vec3::default(), residual: 0.0 }
+                Affine { value: *value, gradient: Vec3::default(), gradient_error: 0.0, residual: 0.0 }
             }
             Emission::Linear(Linear::AtVertices(values)) => through_vertices(&polygon, values)?,
             Emission::Linear(Linear::Gradient { value, gradient }) => {
@@ -92,14 +96,13 @@ impl Emitter {
                 for (axis, component) in gradient.to_array().into_iter().enumerate() {
                     finite(component, || format!("gradient component {axis}"))?;
                 }
-                Affine {
-                    value: *value,
-                    gradient: in_plane(&polygon, Vec3::from(*gradient).map(DoubleDouble::from)),
-                    residual: 0.0,
-                }
+                in_plane(&polygon, *value, (*gradient).into())
             }
         };
-        Ok(Self { polygon, emission, affine })
+        let steepest = affine.gradient.map(|c| c.hi.abs());
+        let variation = steepest.x.max(steepest.y).max(steepest.z) * polygon.size();
+        let power = normalising_power(affine.value.abs().max(variation));
+        Ok(Self { polygon, emission, affine, power })
     }
 
     /// The polygon.
@@ -117,7 +120,7 @@ impl Emitter {
     /// Gradient of the emission over the polygon's plane; zero for a constant emission.
     #[must_use]
     pub fn emission_gradient(&self) -> DVec3 {
-        self.affine.gradient.into()
+        self.affine.gradient.map(DoubleDouble::to_f64).into()
     }
 
     /// Emission `B(y)` at a point of the polygon's plane.
@@ -133,8 +136,21 @@ impl Emitter {
         vertices.map(|v| self.emission_at(*v).abs()).fold(0.0, f64::max) + self.affine.residual
     }
 
-    pub(crate) const fn affine(&self) -> Affine {
-        self.affine
+    /// The emission times [`Self::power`].
+    pub(crate) fn affine(&self) -> Affine {
+        let Affine { value, gradient, gradient_error, residual } = self.affine;
+        let power = self.power;
+        Affine {
+            value: value * power,
+            gradient: gradient.map(|c| c.scaled(power)),
+            gradient_error: gradient_error * power,
+            residual: residual * power,
+        }
+    }
+
+    /// The power of two by which the emission is multiplied before it is computed with.
+    pub(crate) const fn power(&self) -> f64 {
+        self.power
     }
 }
 
@@ -142,10 +158,13 @@ fn finite(value: f64, place: impl FnOnce() -> String) -> Result<(), Error> {
     if value.is_finite() { Ok(()) } else { Err(Error::EmissionNotFinite { place: place(), value }) }
 }
 
-/// Part of `v` in the plane of the polygon.
-fn in_plane(polygon: &Polygon, v: Vec3<DoubleDouble>) -> Vec3<f64> {
+/// The affine function with the part of `gradient` in the plane of the polygon.
+fn in_plane(polygon: &Polygon, value: f64, gradient: Vec3<f64>) -> Affine {
     let normal = polygon.precise_normal();
-    (v - normal * normal.dot(v)).map(DoubleDouble::to_f64)
+    let size = gradient.norm_squared().sqrt();
+    let given = gradient.map(DoubleDouble::from);
+    let error = size * (4.0 * polygon.normal_error() + 16.0 * UNIT);
+    Affine { value, gradient: given - normal * normal.dot(given), gradient_error: error, residual: 0.0 }
 }
 
 /// The affine function through the vertex values. By the divergence theorem in the plane, `grad B = (1/A) sum (B_i + B_{i+1})/2 (e_i x n2)`
@@ -170,15 +189,19 @@ fn through_vertices(polygon: &Polygon, values: &[f64]) -> Result<Affine, Error> 
     }
     let normal = polygon.precise_normal();
     let norm = normal.dot(twice_area);
-    let gradient = weighted.cross(normal).map(|c| c.divided_by(norm));
-    let gradient = gradient.map(|c| c.to_f64() * power);
-    let affine = Affine { value: values[0], gradient, residual: 0.0 };
+    let gradient = weighted.cross(normal).map(|c| c.divided_by(norm).scaled(power));
+    // Offsets are below 4 in length and differences of values below `spread`: each term of the sum is below 8 spread, and so off by 64 units of
+    // that; the normal's error turns and scales the quotient.
+    let spread = (0..count).map(|i| above_first(i).hi.abs()).fold(0.0, f64::max);
+    let length = 8.0 * count as f64 * spread / norm.hi * power;
+    let gradient_error = length * (64.0 * UNIT + 4.0 * polygon.normal_error());
+    let affine = Affine { value: values[0], gradient, gradient_error, residual: 0.0 };
     if count == 3 {
         return Ok(affine);
     }
     let largest = values.iter().fold(0.0, |m: f64, b| m.max(b.abs()));
     let coordinate = vertices.iter().fold(0.0, |m: f64, v| m.max(v.abs().max_element()));
-    let gradient = DVec3::from(gradient);
+    let gradient = DVec3::from(gradient.map(DoubleDouble::to_f64));
     let allowed = AFFINITY * largest + COORDINATE_ROUNDING * coordinate * gradient.length();
     let expected = |i: usize| values[0] + gradient.dot(vertices[i] - vertices[0]);
     let difference = |i: &usize| (values[*i] - expected(*i)).abs();

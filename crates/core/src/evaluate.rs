@@ -2,14 +2,17 @@
 //!
 //! `B(x) = (rho/pi) int B(y) (n1.r)(-n2.r)/|r|^4 dA` (HS95 Eq. 1) over the part of the emitter that x sees above its horizon, and its gradient with
 //! respect to x at fixed n1. The sums of [`crate::constant`] and [`crate::linear`] run over the boundary that [`crate::horizon`] or
-//! [`crate::visibility`] finds; with [`Ball`] for scalar they carry a proven bound, with `f64` they give the same digits without one.
+//! [`crate::visibility`] finds; with [`Ball`] for scalar they carry a proven bound, with `f64` they give the same digits without one. The
+//! answer is looked for from the cheap to the dear: double precision, then double-double, as Ziv's strategy for elementary functions does.
 
 use glam::DVec3;
 
 use crate::arc::Arc;
 use crate::certify::Ball;
 use crate::constant::{EdgeSum, SolidAngleVector};
+use crate::double_double::DoubleDouble;
 use crate::linear::{LinearSum, Seen};
+use crate::number::Number;
 use crate::plan::{Plan, unit_normal};
 use crate::real::Real;
 use crate::vec3::Vec3;
@@ -33,6 +36,12 @@ pub struct Answer {
 impl Answer {
     const ZERO: Self =
         Self { radiosity: 0.0, gradient: DVec3::ZERO, radiosity_error: 0.0, gradient_error: 0.0, method: Method::Zero };
+
+    /// Whether both bounds are within `tolerance`, relative.
+    #[must_use]
+    pub fn meets(&self, tolerance: f64) -> bool {
+        self.radiosity_error <= tolerance * self.radiosity.abs() && self.gradient_error <= tolerance * self.gradient.length()
+    }
 }
 
 /// What gave an answer.
@@ -44,77 +53,118 @@ pub enum Method {
     Zero,
     /// The closed form in double precision with a running error bound.
     ClosedForm,
+    /// The same in double-double.
+    DoubleDouble,
 }
 
 impl Method {
-    /// Name in files: `zero`, `closed-form`.
+    /// Name in files: `zero`, `closed-form`, `double-double`.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
             Self::Zero => "zero",
             Self::ClosedForm => "closed-form",
+            Self::DoubleDouble => "double-double",
         }
     }
 }
 
-/// Radiosity and gradient at `receiver` due to the part of `emitter` that it sees past `occluders`, with bounds.
-///
-/// Occluders are opaque from both sides; those behind the receiver or the emitter are left out by themselves. Where the bound on the rounding of
-/// some step has no finite value (an emitter edge through the receiver to the last digit), the bound is infinite.
-///
-/// ```
-/// use radgrad_core::{DVec3, Emission, Emitter, Polygon, Receiver, evaluate};
-/// let at = |x, y, z| DVec3::new(x, y, z);
-/// let ceiling = Polygon::new(vec![at(0.0, 0.0, 1.0), at(0.0, 1.0, 1.0), at(1.0, 1.0, 1.0), at(1.0, 0.0, 1.0)])?;
-/// let lamp = Emitter::new(ceiling, Emission::Constant(1.0))?;
-/// let corner = Receiver::new(DVec3::ZERO, DVec3::Z, 1.0)?;
-/// let answer = evaluate(&corner, &lamp, &[])?;
-/// assert!((answer.radiosity - 0.138_531_605_994_893).abs() <= answer.radiosity_error);
-/// assert!(answer.radiosity_error < 1e-14);
-/// # Ok::<(), radgrad_core::Error>(())
-/// ```
+/// The relative error that [`evaluate`] asks for.
+pub const DEFAULT_TOLERANCE: f64 = 1e-12;
+
+/// [`evaluate_to`] a relative tolerance of [`DEFAULT_TOLERANCE`].
 ///
 /// # Errors
 /// If a result overflows.
 pub fn evaluate(receiver: &Receiver, emitter: &Emitter, occluders: &[Polygon]) -> Result<Answer, Error> {
-    let Some(plan) = Plan::new(receiver, emitter.polygon()) else { return Ok(Answer::ZERO) };
-    let Some(terms) = Terms::<Ball>::sum::<true, true>(receiver, emitter, occluders, &plan) else { return Ok(Answer::ZERO) };
-    let (radiosity, gradient) = (terms.radiosity(receiver), terms.gradient(receiver, &plan));
-    let radius = gradient.map(Ball::error);
-    Ok(Answer {
-        radiosity: finite(radiosity.value(), "radiosity")?,
-        gradient: finite_vector(gradient)?,
-        radiosity_error: bound(radiosity.error()),
-        gradient_error: bound(radius.norm_squared().sqrt() * (1.0 + 8.0 * f64::EPSILON)),
-        method: Method::ClosedForm,
-    })
+    evaluate_to(receiver, emitter, occluders, DEFAULT_TOLERANCE)
 }
 
-/// Radiosity `B(x)` alone: the digits of [`evaluate`], without bound and gradient.
+/// Radiosity and gradient at `receiver` due to the part of `emitter` that it sees past `occluders`, with bounds.
+///
+/// The closed form is evaluated in double precision first; where its bound is above `tolerance` times the value (times the norm, for the gradient) it is
+/// evaluated again in double-double. What that gives is returned whether or not it meets the tolerance: the bounds say so.
+/// Occluders are opaque from both sides; those behind the receiver or the emitter are left out by themselves.
+///
+/// ```
+/// use radgrad_core::{DVec3, Emission, Emitter, Polygon, Receiver, evaluate_to};
+/// let at = |x, y, z| DVec3::new(x, y, z);
+/// let ceiling = Polygon::new(vec![at(0.0, 0.0, 1.0), at(0.0, 1.0, 1.0), at(1.0, 1.0, 1.0), at(1.0, 0.0, 1.0)])?;
+/// let lamp = Emitter::new(ceiling, Emission::Constant(1.0))?;
+/// let corner = Receiver::new(DVec3::ZERO, DVec3::Z, 1.0)?;
+/// let answer = evaluate_to(&corner, &lamp, &[], 1e-14)?;
+/// assert!((answer.radiosity - 0.138_531_605_994_893).abs() <= 1e-15);
+/// assert!(answer.radiosity_error <= 1e-14 * answer.radiosity);
+/// # Ok::<(), radgrad_core::Error>(())
+/// ```
+///
+/// # Errors
+/// If a result overflows, or the tolerance is not in [0, 1].
+pub fn evaluate_to(receiver: &Receiver, emitter: &Emitter, occluders: &[Polygon], tolerance: f64) -> Result<Answer, Error> {
+    if !(0.0..=1.0).contains(&tolerance) {
+        return Err(Error::Tolerance { value: tolerance });
+    }
+    let Some(plan) = Plan::new(receiver, emitter.polygon()) else { return Ok(Answer::ZERO) };
+    let case = Case { receiver, emitter, occluders, plan: &plan };
+    match case.certified::<f64>(Method::ClosedForm)? {
+        answer if answer.meets(tolerance) => Ok(answer),
+        _ => case.certified::<DoubleDouble>(Method::DoubleDouble),
+    }
+}
+
+/// What a rung of the ladder evaluates.
+#[derive(Clone, Copy)]
+struct Case<'a> {
+    receiver: &'a Receiver,
+    emitter: &'a Emitter,
+    occluders: &'a [Polygon],
+    plan: &'a Plan,
+}
+
+impl Case<'_> {
+    fn certified<N: Number>(&self, method: Method) -> Result<Answer, Error> {
+        let Some(terms) = Terms::<Ball<N>>::sum::<true, true>(self) else { return Ok(Answer::ZERO) };
+        let (radiosity, gradient) = (terms.radiosity(self), terms.gradient(self));
+        let radius = gradient.map(Real::value_error);
+        Ok(Answer {
+            radiosity: finite(radiosity.value(), "radiosity")?,
+            gradient: finite_vector(gradient)?,
+            radiosity_error: bound(radiosity.value_error()),
+            gradient_error: bound(radius.norm_squared().sqrt() * (1.0 + 8.0 * f64::EPSILON)),
+            method,
+        })
+    }
+}
+
+/// Radiosity `B(x)` alone: the digits of the closed form in double precision, without bound and gradient.
 ///
 /// # Errors
 /// If the result overflows.
 pub fn radiosity(receiver: &Receiver, emitter: &Emitter) -> Result<f64, Error> {
-    let Some((_, terms)) = unoccluded::<true, false>(receiver, emitter) else { return Ok(0.0) };
-    finite(terms.radiosity(receiver), "radiosity")
+    let Some(plan) = Plan::new(receiver, emitter.polygon()) else { return Ok(0.0) };
+    let case = Case { receiver, emitter, occluders: &[], plan: &plan };
+    Terms::<f64>::sum::<true, false>(&case).map_or(Ok(0.0), |terms| finite(terms.radiosity(&case), "radiosity"))
 }
 
-/// Gradient of `B` with respect to `x` alone: the digits of [`evaluate`], without bound and value.
+/// Gradient of `B` with respect to `x` alone: the digits of the closed form in double precision, without bound and value.
 ///
 /// # Errors
 /// If the result overflows.
 pub fn gradient(receiver: &Receiver, emitter: &Emitter) -> Result<DVec3, Error> {
-    let Some((plan, terms)) = unoccluded::<false, true>(receiver, emitter) else { return Ok(DVec3::ZERO) };
-    finite_vector(terms.gradient(receiver, &plan))
+    let Some(plan) = Plan::new(receiver, emitter.polygon()) else { return Ok(DVec3::ZERO) };
+    let case = Case { receiver, emitter, occluders: &[], plan: &plan };
+    Terms::<f64>::sum::<false, true>(&case).map_or(Ok(DVec3::ZERO), |terms| finite_vector(terms.gradient(&case)))
 }
 
-/// Radiosity and gradient together: the digits of [`evaluate`], without bounds.
+/// Radiosity and gradient together: the digits of the closed form in double precision, without bounds.
 ///
 /// # Errors
 /// If a result overflows.
 pub fn radiosity_and_gradient(receiver: &Receiver, emitter: &Emitter) -> Result<(f64, DVec3), Error> {
-    let Some((plan, terms)) = unoccluded::<true, true>(receiver, emitter) else { return Ok((0.0, DVec3::ZERO)) };
-    Ok((finite(terms.radiosity(receiver), "radiosity")?, finite_vector(terms.gradient(receiver, &plan))?))
+    let Some(plan) = Plan::new(receiver, emitter.polygon()) else { return Ok((0.0, DVec3::ZERO)) };
+    let case = Case { receiver, emitter, occluders: &[], plan: &plan };
+    let Some(terms) = Terms::<f64>::sum::<true, true>(&case) else { return Ok((0.0, DVec3::ZERO)) };
+    Ok((finite(terms.radiosity(&case), "radiosity")?, finite_vector(terms.gradient(&case))?))
 }
 
 /// Irradiance vector `E = int B(y) omega domega` over the part of the emitter above the horizon, in the unit of the emission.
@@ -126,19 +176,14 @@ pub fn radiosity_and_gradient(receiver: &Receiver, emitter: &Emitter) -> Result<
 /// # Errors
 /// If the result overflows.
 pub fn irradiance_vector(receiver: &Receiver, emitter: &Emitter) -> Result<DVec3, Error> {
-    let Some((_, terms)) = unoccluded::<true, false>(receiver, emitter) else { return Ok(DVec3::ZERO) };
-    let vector: DVec3 = terms.irradiance.into();
+    let Some(plan) = Plan::new(receiver, emitter.polygon()) else { return Ok(DVec3::ZERO) };
+    let case = Case { receiver, emitter, occluders: &[], plan: &plan };
+    let Some(terms) = Terms::<f64>::sum::<true, false>(&case) else { return Ok(DVec3::ZERO) };
+    let vector: DVec3 = terms.irradiance.map(|c| c / emitter.power()).into();
     if vector.is_finite() { Ok(vector) } else { Err(Error::Overflow { quantity: "irradiance vector" }) }
 }
 
-/// The plan and the sums asked for, or `None` where all are exactly zero.
-#[inline]
-fn unoccluded<const VALUE: bool, const GRADIENT: bool>(receiver: &Receiver, emitter: &Emitter) -> Option<(Plan, Terms<f64>)> {
-    let plan = Plan::new(receiver, emitter.polygon())?;
-    Terms::sum::<VALUE, GRADIENT>(receiver, emitter, &[], &plan).map(|terms| (plan, terms))
-}
-
-/// Irradiance vector and gradient without the factor rho/pi, in normalised lengths.
+/// Irradiance vector and gradient without the factor rho/pi, in normalised lengths and emission.
 struct Terms<T> {
     irradiance: Vec3<T>,
     /// Zero where it was not asked for.
@@ -148,33 +193,27 @@ struct Terms<T> {
 impl<T: Real> Terms<T> {
     /// Sums what is asked for; `None` where nothing is visible.
     #[inline]
-    fn sum<const VALUE: bool, const GRADIENT: bool>(
-        receiver: &Receiver,
-        emitter: &Emitter,
-        occluders: &[Polygon],
-        plan: &Plan,
-    ) -> Option<Self> {
-        let terms = match emitter.emission() {
-            Emission::Constant(value) => {
-                let mut angles = SolidAngleVector::zero();
-                let mut edges = EdgeSum::new(unit_normal(receiver));
-                let doubt = visit(receiver, emitter, occluders, plan, |arc: &Arc<T>| {
-                    if VALUE {
-                        angles.add(arc);
-                    }
-                    if GRADIENT {
-                        edges.add(arc);
-                    }
-                })?;
-                let emission = T::exact(*value);
-                Self { irradiance: angles.phi() * emission, gradient: edges.sum() * emission }.widened(doubt)
-            }
-            Emission::Linear(_) => {
-                let mut sum = LinearSum::new(Seen::new(receiver, emitter.polygon(), emitter.affine(), plan.power));
-                let doubt = visit(receiver, emitter, occluders, plan, |arc: &Arc<T>| sum.add::<GRADIENT>(arc))?;
-                let total = sum.total();
-                Self { irradiance: total.irradiance, gradient: total.gradient }.widened(doubt)
-            }
+    fn sum<const VALUE: bool, const GRADIENT: bool>(case: &Case<'_>) -> Option<Self> {
+        let Case { receiver, emitter, plan, .. } = *case;
+        let emission = emitter.affine();
+        let terms = if let Emission::Constant(_) = emitter.emission() {
+            let mut angles = SolidAngleVector::zero();
+            let mut edges = EdgeSum::new(unit_normal(receiver));
+            let doubt = visit(case, |arc: &Arc<T>| {
+                if VALUE {
+                    angles.add(arc);
+                }
+                if GRADIENT {
+                    edges.add(arc);
+                }
+            })?;
+            let emission = T::exact(emission.value);
+            Self { irradiance: angles.phi() * emission, gradient: edges.sum() * emission }.widened(doubt)
+        } else {
+            let mut sum = LinearSum::new(Seen::new(receiver, emitter.polygon(), emission, plan.power));
+            let doubt = visit(case, |arc: &Arc<T>| sum.add::<GRADIENT>(arc))?;
+            let total = sum.total();
+            Self { irradiance: total.irradiance, gradient: total.gradient }.widened(doubt)
         };
         Some(terms)
     }
@@ -187,26 +226,24 @@ impl<T: Real> Terms<T> {
     }
 
     #[inline]
-    fn radiosity(&self, receiver: &Receiver) -> T {
-        unit_normal(receiver).dot(self.irradiance) * albedo(receiver)
+    fn radiosity(&self, case: &Case<'_>) -> T {
+        let product = unit_normal(case.receiver).dot(self.irradiance) * albedo(case.receiver);
+        product.scaled(1.0 / case.emitter.power())
     }
 
+    /// Powers of two last, the larger first so that neither takes a normal number out of range: scaling a scene by one scales the digits exactly.
     #[inline]
-    fn gradient(&self, receiver: &Receiver, plan: &Plan) -> Vec3<T> {
-        // The power of two last: scaling a scene by one scales the digits exactly.
-        (self.gradient * albedo(receiver)).map(|c| c * T::exact(plan.power))
+    fn gradient(&self, case: &Case<'_>) -> Vec3<T> {
+        let powers = [case.plan.power, 1.0 / case.emitter.power()];
+        let (first, second) = (powers[0].max(powers[1]), powers[0].min(powers[1]));
+        (self.gradient * albedo(case.receiver)).map(|c| c.scaled(first).scaled(second))
     }
 }
 
 /// Calls the arcs of the visible boundary; returns what undecided visibility may change, or `None` where nothing is visible.
 #[inline]
-fn visit<T: Real>(
-    receiver: &Receiver,
-    emitter: &Emitter,
-    occluders: &[Polygon],
-    plan: &Plan,
-    visit: impl FnMut(&Arc<T>),
-) -> Option<visibility::Doubt> {
+fn visit<T: Real>(case: &Case<'_>, visit: impl FnMut(&Arc<T>)) -> Option<visibility::Doubt> {
+    let Case { receiver, emitter, occluders, plan } = *case;
     if occluders.is_empty() {
         horizon::visit_boundary(receiver, emitter.polygon(), plan, visit);
         Some(visibility::Doubt::default())
@@ -247,12 +284,12 @@ mod tests {
     }
 
     #[test]
-    fn value_alone_gradient_alone_and_both_have_the_digits_of_the_bounded_answer() {
+    fn value_alone_gradient_alone_and_both_have_the_digits_of_the_certified_closed_form() {
         for normal in [DVec3::new(0.1, 0.2, 1.0), DVec3::new(1.0, -0.3, 0.1)] {
             for emission in [Emission::Constant(3.2), Emission::at_vertices(vec![1.0, 0.25, 2.5])] {
                 let (receiver, emitter) = case(normal, emission);
-                let answer = evaluate(&receiver, &emitter, &[]).unwrap();
-                assert!(answer.radiosity > 0.0 && answer.radiosity_error < 1e-12);
+                let answer = evaluate_to(&receiver, &emitter, &[], 1e-9).unwrap();
+                assert_eq!(answer.method, Method::ClosedForm);
                 assert_eq!(radiosity(&receiver, &emitter).unwrap(), answer.radiosity);
                 assert_eq!(gradient(&receiver, &emitter).unwrap(), answer.gradient);
                 assert_eq!(radiosity_and_gradient(&receiver, &emitter).unwrap(), (answer.radiosity, answer.gradient));
@@ -290,6 +327,19 @@ mod tests {
         assert_eq!((dark.radiosity, dark.gradient, dark.radiosity_error, dark.method), (0.0, DVec3::ZERO, 0.0, Method::Zero));
         let away = Receiver::new(receiver.position(), DVec3::NEG_Z, 1.0).unwrap();
         assert_eq!(evaluate(&away, &emitter, &[]).unwrap().method, Method::Zero);
+    }
+
+    #[test]
+    fn a_tight_tolerance_is_met_in_double_double_and_a_wrong_one_refused() {
+        let (receiver, emitter) = case(DVec3::new(1.0, -0.3, 0.1), Emission::at_vertices(vec![1.0, 0.25, 2.5]));
+        let [rough, fine] = [1e-9, 2e-16].map(|tolerance| evaluate_to(&receiver, &emitter, &[], tolerance).unwrap());
+        assert_eq!((rough.method, fine.method), (Method::ClosedForm, Method::DoubleDouble));
+        assert!(fine.meets(2e-16));
+        assert!((rough.radiosity - fine.radiosity).abs() <= rough.radiosity_error + fine.radiosity_error);
+        assert!((rough.gradient - fine.gradient).length() <= rough.gradient_error + fine.gradient_error);
+        for tolerance in [f64::NAN, -1e-12, 1.5] {
+            assert!(matches!(evaluate_to(&receiver, &emitter, &[], tolerance), Err(Error::Tolerance { .. })));
+        }
     }
 
     #[test]

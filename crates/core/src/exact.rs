@@ -1,4 +1,4 @@
-//! The dot product of a double vector with an exact difference of points, correctly signed and accurate to one ulp.
+//! The dot product of a double vector with an exact difference of points, correctly signed and accurate to a double-double.
 //!
 //! Twelve exact products are summed as a non-overlapping expansion (Shewchuk, "Adaptive precision floating-point arithmetic and fast robust
 //! geometric predicates", 1997, theorem 10). Exact while no product underflows: callers normalise lengths to about 1 first, so a wrong
@@ -25,14 +25,15 @@ impl Expansion {
         self.length += 1;
     }
 
-    /// The sum to one ulp: the largest component alone has the sign, and each smaller one is below an ulp of the next.
-    fn to_f64(&self) -> f64 {
-        self.components[..self.length].iter().sum()
+    /// The sum as a double-double: each component is below an ulp of the next, so that summing from the small end up loses at most a few
+    /// units, and the sign is that of the largest.
+    fn to_double_double(&self) -> DoubleDouble {
+        self.components[..self.length].iter().fold(DoubleDouble::ZERO, |sum, c| sum + DoubleDouble::from(*c))
     }
 }
 
-/// `n . r` with `r` exact (each component an unevaluated sum), to one ulp and with the right sign.
-pub(crate) fn dot(n: Vec3<f64>, r: Vec3<DoubleDouble>) -> f64 {
+/// `n . r` with `r` exact (each component an unevaluated sum), with the right sign and a relative error of at most two units.
+pub(crate) fn dot(n: Vec3<f64>, r: Vec3<DoubleDouble>) -> DoubleDouble {
     let mut sum = Expansion { components: [0.0; 12], length: 0 };
     for (factor, component) in [(n.x, r.x), (n.y, r.y), (n.z, r.z)] {
         for part in [component.lo, component.hi] {
@@ -41,7 +42,7 @@ pub(crate) fn dot(n: Vec3<f64>, r: Vec3<DoubleDouble>) -> f64 {
             sum.add(product);
         }
     }
-    sum.to_f64()
+    sum.to_double_double()
 }
 
 #[cfg(test)]
@@ -53,8 +54,8 @@ mod tests {
         let tiny = 2f64.powi(-80);
         let r =
             Vec3::new(DoubleDouble { hi: 1.0, lo: tiny }, DoubleDouble { hi: -1.0, lo: 0.0 }, DoubleDouble { hi: 0.0, lo: 0.0 });
-        assert_eq!(dot(Vec3::new(0.1, 0.1, 3.0), r), 0.1 * tiny);
+        assert_eq!(dot(Vec3::new(0.1, 0.1, 3.0), r).hi, 0.1 * tiny);
         let level = Vec3::new(DoubleDouble::from(1.0 / 3.0), DoubleDouble::from(-0.1), DoubleDouble::from(7.0));
-        assert_eq!(dot(Vec3::new(0.1, 1.0 / 3.0, 0.0), level), 0.0);
+        assert_eq!(dot(Vec3::new(0.1, 1.0 / 3.0, 0.0), level), DoubleDouble::ZERO);
     }
 }

@@ -23,6 +23,8 @@ pub struct Receiver {
     position: DVec3,
     /// The normal as given, times a power of two that brings its largest component to [1, 2).
     direction: Vec3<f64>,
+    /// Unit normal in double-double.
+    precise_normal: Vec3<DoubleDouble>,
     normal: DVec3,
     reflectance: f64,
 }
@@ -43,8 +45,8 @@ impl Receiver {
             return Err(Error::Reflectance { value: reflectance });
         }
         let direction = Vec3::from(normal) * normalising_power(normal.abs().max_element());
-        let (unit, _) = unit_vector(direction.map(DoubleDouble::from));
-        Ok(Self { position, direction, normal: unit.map(DoubleDouble::to_f64).into(), reflectance })
+        let (precise_normal, _) = unit_vector(direction.map(DoubleDouble::from));
+        Ok(Self { position, direction, precise_normal, normal: precise_normal.map(DoubleDouble::to_f64).into(), reflectance })
     }
 
     /// Position `x`.
@@ -63,6 +65,10 @@ impl Receiver {
     #[must_use]
     pub fn direction(&self) -> DVec3 {
         self.direction.into()
+    }
+
+    pub(crate) const fn precise_normal(&self) -> Vec3<DoubleDouble> {
+        self.precise_normal
     }
 
     /// Reflectance `rho`, in [0, 1].

@@ -12,6 +12,7 @@ mod exact;
 mod geometry;
 mod horizon;
 mod linear;
+mod number;
 pub mod paper;
 mod plan;
 mod real;
@@ -21,6 +22,8 @@ mod visibility;
 
 pub use emission::{Emission, Emitter, Linear};
 pub use error::Error;
-pub use evaluate::{Answer, Method, evaluate, gradient, irradiance_vector, radiosity, radiosity_and_gradient};
+pub use evaluate::{
+    Answer, DEFAULT_TOLERANCE, Method, evaluate, evaluate_to, gradient, irradiance_vector, radiosity, radiosity_and_gradient,
+};
 pub use geometry::{Polygon, Receiver};
 pub use glam::DVec3;

@@ -21,7 +21,7 @@ use crate::arc::{Arc, Frame, Generator};
 use crate::emission::Affine;
 use crate::geometry::Polygon;
 use crate::plan::{offset, precise_height, unit_normal};
-use crate::real::{ROUNDOFF, Real};
+use crate::real::Real;
 use crate::vec3::Vec3;
 
 /// An affine emission seen from x, in normalised lengths.
@@ -41,7 +41,7 @@ impl<T: Real> Seen<T> {
     /// residual: both go into the bounds.
     pub(crate) fn new(receiver: &Receiver, polygon: &Polygon, emission: Affine, power: f64) -> Self {
         let x = receiver.position();
-        let gradient = emission.gradient.map(|c| T::approximate(c / power, 2.0 * ROUNDOFF * (c / power).abs()));
+        let gradient = emission.gradient.map(|c| T::from_double_double(c, emission.gradient_error).scaled(1.0 / power));
         let steepness = gradient.norm_squared().value().sqrt();
         let defect = polygon.planarity_defect() * power;
         let (height, error) = precise_height(x, polygon, power);

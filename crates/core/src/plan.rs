@@ -14,7 +14,8 @@ use glam::DVec3;
 use crate::double_double::{DoubleDouble, UNIT};
 use crate::exact;
 use crate::geometry::{exact_offset, normalising_power};
-use crate::real::{ROUNDOFF, Real};
+use crate::number::{Number, ROUNDOFF};
+use crate::real::Real;
 use crate::vec3::Vec3;
 use crate::{Polygon, Receiver};
 
@@ -55,16 +56,17 @@ impl Plan {
     }
 }
 
-/// Offset of a point from the receiver, normalised; each component rounded once.
+/// Offset of a point from the receiver, normalised.
 #[inline]
 pub(crate) fn offset<T: Real>(point: DVec3, x: DVec3, power: f64) -> Vec3<T> {
-    Vec3::from((point - x) * power).map(T::rounded)
+    let along = |a: f64, b: f64| T::difference(a, b, power);
+    Vec3::new(along(point.x, x.x), along(point.y, x.y), along(point.z, x.z))
 }
 
-/// The receiver's unit normal `n1`: a double-double of relative error below 64 units, rounded once.
+/// The receiver's unit normal `n1`: a double-double with components off by less than 32 units, rounded.
 #[inline]
 pub(crate) fn unit_normal<T: Real>(receiver: &Receiver) -> Vec3<T> {
-    Vec3::from(receiver.normal()).map(|c| T::approximate(c, ROUNDOFF * c.abs() + 64.0 * UNIT))
+    receiver.precise_normal().map(|c| T::from_double_double(c, 32.0 * UNIT))
 }
 
 /// Where a point is relative to a polygon's plane.
@@ -136,25 +138,25 @@ fn is_above(receiver: &Receiver, vertex: DVec3, power: f64) -> bool {
     let products = n * r;
     let height = products.x + products.y + products.z;
     let bound = 4.0 * ROUNDOFF * (products.x.abs() + products.y.abs() + products.z.abs());
-    if height.abs() > bound { height > 0.0 } else { exact_height_over_horizon(receiver, vertex, power) > 0.0 }
+    if height.abs() > bound { height > 0.0 } else { exact_height_over_horizon(receiver, vertex, power).hi > 0.0 }
 }
 
-fn exact_height_over_horizon(receiver: &Receiver, vertex: DVec3, power: f64) -> f64 {
+fn exact_height_over_horizon(receiver: &Receiver, vertex: DVec3, power: f64) -> DoubleDouble {
     exact::dot(receiver.direction().into(), exact_offset(vertex, receiver.position(), power))
 }
 
-/// Height of a vertex over the receiver's horizon, times the length of the normal as given: one ulp, and the right sign. Only ratios of it
-/// are used.
+/// Height of a vertex over the receiver's horizon, times the length of the normal as given: to the roundoff of the scalar, and with the right
+/// sign. Only ratios of it are used.
 pub(crate) fn height_over_horizon<T: Real>(receiver: &Receiver, vertex: DVec3, power: f64) -> T {
     let r = exact_offset(vertex, receiver.position(), power);
     let n = Vec3::from(receiver.direction());
     let height = n.map(DoubleDouble::from).dot(r);
     let magnitude = (n.x * r.x.hi).abs() + (n.y * r.y.hi).abs() + (n.z * r.z.hi).abs();
     let error = 8.0 * UNIT * magnitude;
-    if error < 0.25 * ROUNDOFF * height.hi.abs() {
+    if error < T::Number::ROUNDOFF * height.hi.abs() {
         T::from_double_double(height, error)
     } else {
         let height = exact::dot(n, r);
-        T::approximate(height, 2.0 * ROUNDOFF * height.abs())
+        T::from_double_double(height, 2.0 * UNIT * height.hi.abs())
     }
 }

@@ -1,4 +1,5 @@
-//! The scalar that the closed forms are written on: a double, or a double with a running error bound ([`crate::certify::Ball`]).
+//! The scalar that the closed forms are written on: a plain double, or a number with a running error bound ([`crate::certify::Ball`]) of
+//! double or double-double precision.
 //!
 //! One formula serves every precision. Decisions (which side, which branch) are taken on [`Real::value`], so that all scalars walk
 //! the same path; where a wrong decision would change the answer, it is taken by an exact predicate instead ([`crate::plan`]).
@@ -6,29 +7,36 @@
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 use crate::dilogarithm;
-use crate::double_double::{self, DoubleDouble};
-
-/// Unit roundoff of double precision, 2^-53.
-pub(crate) const ROUNDOFF: f64 = f64::EPSILON / 2.0;
+use crate::double_double::DoubleDouble;
+use crate::number::Number;
 
 /// A real number known well enough to compute with.
 pub(crate) trait Real:
     Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self> + Neg<Output = Self>
 {
-    /// A number that differs from `value` by at most `error`.
-    fn approximate(value: f64, error: f64) -> Self;
+    /// The floating-point number it is kept in.
+    type Number: Number;
 
-    /// The double nearest to what is known.
+    /// A number that differs from `value` by at most `error`.
+    fn approximate(value: Self::Number, error: f64) -> Self;
+
+    /// The leading double of what is known.
     fn value(self) -> f64;
 
     /// Bound on the difference from the real number meant; 0 where it is not tracked.
     fn error(self) -> f64;
+
+    /// Bound on the difference of [`Self::value`] from the real number meant.
+    fn value_error(self) -> f64;
 
     /// The same number known less well, by `error`.
     fn widened(self, error: f64) -> Self;
 
     /// Times the sign of `other`.
     fn with_sign_of(self, other: Self) -> Self;
+
+    /// Times a power of two, exactly.
+    fn scaled(self, power_of_two: f64) -> Self;
 
     /// Square root of a number that is not negative.
     fn sqrt(self) -> Self;
@@ -45,26 +53,27 @@ pub(crate) trait Real:
     /// Exactly this double.
     #[inline]
     fn exact(value: f64) -> Self {
-        Self::approximate(value, 0.0)
+        Self::approximate(Self::Number::from_double(value), 0.0)
     }
 
-    /// A double that was rounded to nearest once.
+    /// The difference of two doubles, times a power of two.
     #[inline]
-    fn rounded(value: f64) -> Self {
-        Self::approximate(value, ROUNDOFF * value.abs())
+    fn difference(a: f64, b: f64, power_of_two: f64) -> Self {
+        let difference = Self::Number::difference(a, b).scaled(power_of_two);
+        Self::approximate(difference, Self::Number::DIFFERENCE * difference.high().abs())
     }
 
     /// A double-double known to within `error`, rounded to this scalar.
     #[inline]
     fn from_double_double(value: DoubleDouble, error: f64) -> Self {
-        let rounded = value.to_f64();
-        Self::approximate(rounded, error + (ROUNDOFF + double_double::UNIT) * rounded.abs())
+        let rounded = Self::Number::from_double_double(value);
+        Self::approximate(rounded, error + Self::Number::ROUNDOFF * rounded.high().abs())
     }
 
     /// pi.
     #[inline]
     fn pi() -> Self {
-        Self::rounded(std::f64::consts::PI)
+        Self::from_double_double(DoubleDouble::pi(), 0.0)
     }
 
     /// The magnitude.
@@ -75,8 +84,10 @@ pub(crate) trait Real:
 }
 
 impl Real for f64 {
+    type Number = Self;
+
     #[inline]
-    fn approximate(value: f64, _error: f64) -> Self {
+    fn approximate(value: Self, _error: f64) -> Self {
         value
     }
 
@@ -91,6 +102,11 @@ impl Real for f64 {
     }
 
     #[inline]
+    fn value_error(self) -> f64 {
+        0.0
+    }
+
+    #[inline]
     fn widened(self, _error: f64) -> Self {
         self
     }
@@ -101,18 +117,23 @@ impl Real for f64 {
     }
 
     #[inline]
+    fn scaled(self, power_of_two: f64) -> Self {
+        self * power_of_two
+    }
+
+    #[inline]
     fn sqrt(self) -> Self {
         Self::sqrt(self)
     }
 
     #[inline]
     fn ln(self) -> Self {
-        libm::log(self)
+        Number::ln(self)
     }
 
     #[inline]
     fn atan2(self, x: Self) -> Self {
-        libm::atan2(self, x)
+        Number::atan2(self, x)
     }
 
     #[inline]
