@@ -3,6 +3,7 @@
 use glam::DVec3;
 use radgrad_core::{Emitter, Error, Receiver, paper};
 
+pub mod decimal;
 pub mod direct;
 pub mod problem;
 pub mod reference;

@@ -40,7 +40,7 @@ pub struct Case {
     /// Vertices of each occluder: planar polygons, opaque from both sides, between receiver and emitter or not.
     #[serde(default, deserialize_with = "point::lists")]
     pub occluders: Vec<Vec<[f64; 3]>>,
-    /// Relative tolerance asked for.
+    /// Relative tolerance asked for, of value and gradient.
     #[serde(default = "default_tolerance")]
     pub tolerance: f64,
 }
@@ -72,7 +72,7 @@ pub struct EmitterRecord {
 }
 
 const fn default_tolerance() -> f64 {
-    1e-12
+    radgrad_core::DEFAULT_TOLERANCE
 }
 
 const fn default_reflectance() -> f64 {
@@ -163,8 +163,8 @@ impl Line {
     /// # Errors
     /// A [`Refusal`] if a value is wrong, or the answer cannot be represented.
     pub fn answer(self) -> Result<AnswerRecord, Refusal> {
-        let answer = self.case.problem().and_then(|Problem { receiver, emitter, occluders, .. }| {
-            radgrad_core::evaluate(&receiver, &emitter, &occluders).map_err(Error::Evaluation)
+        let answer = self.case.problem().and_then(|Problem { receiver, emitter, occluders, tolerance }| {
+            radgrad_core::evaluate_to(&receiver, &emitter, &occluders, tolerance).map_err(Error::Evaluation)
         });
         match answer {
             Ok(answer) => Ok(AnswerRecord::new(self.case.id, &answer)),

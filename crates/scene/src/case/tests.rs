@@ -143,14 +143,22 @@ fn a_bad_line_costs_no_other_and_keeps_its_place() {
 }
 
 #[test]
-fn an_answer_is_that_of_core_and_a_refusal_keeps_its_id() {
-    let line = Line::read(3, VALID.as_bytes()).unwrap().unwrap();
-    let Problem { receiver, emitter, occluders, .. } = line.case.problem().unwrap();
-    let expected = radgrad_core::evaluate(&receiver, &emitter, &occluders);
-    match line.answer() {
-        Ok(record) => assert_eq!(record, AnswerRecord::new(Id::from("a1"), &expected.unwrap())),
-        Err(refusal) => assert_eq!(refusal.error, Error::Evaluation(expected.unwrap_err())),
-    }
+fn an_answer_is_that_of_core_to_the_tolerance_of_the_case() {
+    // Far away, where a loose tolerance is met by double precision and a tight one is not.
+    let far = with("[0,0,0]", "[0,0,-1e6]");
+    let answer = |tolerance: &str| {
+        let line = far.replacen('{', &format!("{{\"tolerance\":{tolerance},"), 1);
+        let line = Line::read(3, line.as_bytes()).unwrap().unwrap();
+        let Problem { receiver, emitter, occluders, tolerance } = line.case.problem().unwrap();
+        let expected = radgrad_core::evaluate_to(&receiver, &emitter, &occluders, tolerance).unwrap();
+        assert_eq!(line.answer().unwrap(), AnswerRecord::new(Id::from("a1"), &expected));
+        expected.radiosity_error
+    };
+    assert!(answer("1e-13") < 1e-2 * answer("1"));
+}
+
+#[test]
+fn a_refusal_keeps_the_id_and_the_line() {
     let line = Line::read(9, with("[0,0,1]}", "[0,0,0]}").as_bytes()).unwrap().unwrap();
     let refusal = line.answer().unwrap_err();
     assert_eq!((refusal.id, refusal.line), (Some(Id::from("a1")), 9));
