@@ -38,6 +38,10 @@ pub(crate) trait Real: Clone + Debug + Send + Sync + 'static {
     fn divide(&self, other: &Self) -> (Self, f64);
     /// The opposite number, exactly.
     fn negated(&self) -> Self;
+    /// Zero, with the same number of bits.
+    fn zero(&self) -> Self;
+    /// One, with the same number of bits.
+    fn one(&self) -> Self;
     /// About the square root; how near is for the caller to prove.
     fn approximate_root(&self) -> Self;
     /// A double within one part in 2^50 of the number.

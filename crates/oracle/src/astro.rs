@@ -77,6 +77,14 @@ impl Real for Astro {
         Self { value: -self.value.clone(), bits: self.bits }
     }
 
+    fn zero(&self) -> Self {
+        Self::from_f64(0.0, self.bits)
+    }
+
+    fn one(&self) -> Self {
+        Self::from_f64(1.0, self.bits)
+    }
+
     fn approximate_root(&self) -> Self {
         Self { value: self.value.sqrt(self.bits, NEAREST), bits: self.bits }
     }

@@ -40,6 +40,24 @@ impl<T: Real> Ball<T> {
         Self { radius: up(self.radius + by), middle: self.middle }
     }
 
+    /// Zero, with the same number of bits.
+    pub(crate) fn zero(&self) -> Self {
+        Self { middle: self.middle.zero(), radius: 0.0 }
+    }
+
+    /// Multiplied by a small integer, by doubling and adding.
+    pub(crate) fn times_small(&self, factor: usize) -> Self {
+        match factor {
+            0 => self.zero(),
+            1 => self.clone(),
+            _ => {
+                let half = self.times_small(factor / 2);
+                let double = &half + &half;
+                if factor % 2 == 0 { double } else { &double + self }
+            }
+        }
+    }
+
     /// A double next to the midpoint.
     pub(crate) fn leading(&self) -> f64 {
         self.middle.leading()

@@ -122,6 +122,16 @@ impl Real for DoubleDouble {
         (Self { hi, lo }, 16.0 * U2 * hi.abs())
     }
 
+    #[inline]
+    fn zero(&self) -> Self {
+        Self { hi: 0.0, lo: 0.0 }
+    }
+
+    #[inline]
+    fn one(&self) -> Self {
+        Self { hi: 1.0, lo: 0.0 }
+    }
+
     /// One Newton step from the root in double precision (Karp and Markstein, ACM TOMS 23, 1997).
     fn approximate_root(&self) -> Self {
         let root = self.hi.sqrt();
