@@ -182,13 +182,14 @@ impl Errors {
     }
 
     fn figures(self, truth: &Truth, condition: &Condition, answer: &Answer) -> [f64; 6] {
+        let (value_at_least, gradient_at_least) = truth.errors_at_least(answer.radiosity, answer.gradient);
         [
             ratio(self.radiosity, truth.radiosity_magnitude()),
             ratio(self.gradient, truth.gradient_magnitude()),
             ratio(self.radiosity, condition.radiosity),
             ratio(self.gradient, condition.gradient),
-            ratio(self.radiosity, answer.radiosity_error),
-            ratio(self.gradient, answer.gradient_error),
+            ratio(value_at_least, answer.radiosity_error),
+            ratio(gradient_at_least, answer.gradient_error),
         ]
     }
 }

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 use radgrad_core::{Emitter, Receiver};
-use radgrad_oracle::{Error, Interval, enclose};
+use radgrad_oracle::{Arithmetic, Error, Interval, Request, Source, enclose_source};
 
 /// Radiosity and gradient, each enclosed.
 #[derive(Debug, Clone, PartialEq)]
@@ -13,16 +13,24 @@ pub struct Truth {
     pub gradient: [Interval; 3],
 }
 
-/// Digits asked of the oracle: two more than a double has, so that an error of a tenth of an ulp is measured to ten per cent.
-pub const DIGITS: u32 = 19;
+/// Digits asked of the oracle where double-double arithmetic has them: four more than a double has, so that half an ulp, which is what an
+/// answer of core's double-double rung is off by, is known to a thousandth.
+const SHARP: Request = Request { digits: 20, arithmetic: Some(Arithmetic::DoubleDouble), budget: 50_000_000 };
+
+/// Digits asked of any arithmetic where it has not, mostly near contact: a tenth of an ulp. Three more would cost fifty times as much.
+const ENOUGH: Request = Request::digits(17);
 
 impl Truth {
-    /// Encloses a case to [`DIGITS`] digits.
+    /// Encloses a case to 20 digits, or to 17 where that would take more than double-double arithmetic.
     ///
     /// # Errors
     /// If the oracle cannot: no bound for a cell, or no budget for the cells it takes.
     pub fn of(receiver: &Receiver, emitter: &Emitter) -> Result<Self, Error> {
-        let enclosure = enclose(receiver, emitter, DIGITS)?;
+        let source = Source::Emitter(emitter);
+        let enclosure = match enclose_source(receiver, &source, &SHARP) {
+            Err(Error::Rounding { .. }) => enclose_source(receiver, &source, &ENOUGH)?,
+            result => result?,
+        };
         Ok(Self { radiosity: enclosure.radiosity, gradient: enclosure.gradient })
     }
 
@@ -37,6 +45,17 @@ impl Truth {
     pub fn gradient_error(&self, gradient: DVec3) -> f64 {
         let [x, y, z] = [0, 1, 2].map(|k| self.gradient[k].error_of(gradient[k]));
         norm_above(DVec3::new(x, y, z))
+    }
+
+    /// Lower bounds on the two errors: what a stated bound must at least be. Beside an error of half an ulp, the digits of the truth count.
+    #[must_use]
+    pub fn errors_at_least(&self, radiosity: f64, gradient: DVec3) -> (f64, f64) {
+        let below = |interval: &Interval, value: f64| {
+            let within = interval.error_of(value) * (1.0 - f64::EPSILON) - 2.0 * interval.radius();
+            if within > 0.0 { within } else { 0.0 }
+        };
+        let components = DVec3::from_array([0, 1, 2].map(|k| below(&self.gradient[k], gradient[k])));
+        (below(&self.radiosity, radiosity), norm_above(components) * (1.0 - 8.0 * f64::EPSILON))
     }
 
     /// Magnitude of the radiosity.
@@ -76,6 +95,16 @@ mod tests {
     fn the_error_of_the_nearest_double_is_below_half_an_ulp_and_not_0() {
         let error = truth().radiosity_error(1.0 / 3.0);
         assert!(error > 1.8e-17 && error < 1.9e-17, "{error:e}");
+    }
+
+    #[test]
+    fn errors_lie_between_their_two_bounds() {
+        let (value, gradient) = (1.0 / 3.0, DVec3::new(1.0 / 3.0, 0.25, -1e-3));
+        let (least, least_of_gradient) = truth().errors_at_least(value, gradient);
+        let half_third = 1.850_371_707_708_594e-17;
+        assert!(least < half_third && least > 0.999 * half_third, "{least:e}");
+        assert!(truth().radiosity_error(value) > half_third);
+        assert!(least_of_gradient <= truth().gradient_error(gradient) && least_of_gradient >= least);
     }
 
     #[test]
