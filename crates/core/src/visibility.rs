@@ -319,5 +319,5 @@ fn waterline<T: Real>(sink: Vec3<T>, rise: Vec3<T>, emitter: &Polygon, occluder:
     let normal = |polygon: &Polygon| polygon.precise_normal().map(|c| T::from_double_double(c, polygon.normal_error()));
     let direction = normal(emitter).cross(normal(occluder));
     let direction = if direction.dot(rise - sink).value() < 0.0 { -direction } else { direction };
-    Line::new(direction, sink.cross(direction))
+    Line::along(direction, sink)
 }

@@ -23,14 +23,17 @@ impl Astro {
     }
 }
 
-/// Largest rounding error of a result of `bits` bits: half a unit in its last place.
-pub(crate) fn half_unit(result: &Exact, bits: usize) -> f64 {
-    if result.is_zero() {
-        return 0.0;
+/// Half a unit in the last of `bits` places of a number in `[2^(exponent-1), 2^exponent)`: the largest error of rounding to nearest.
+pub(crate) fn half_unit_at(exponent: i32, bits: usize) -> f64 {
+    scaled(1.0, exponent - i32::try_from(bits).unwrap_or(i32::MAX / 2))
+}
+
+fn half_unit(result: &Exact, bits: usize) -> f64 {
+    match result.inner().exponent() {
+        _ if result.is_zero() => 0.0,
+        Some(exponent) if !result.inner().is_inf() => half_unit_at(exponent, bits),
+        _ => f64::INFINITY,
     }
-    let bits = i32::try_from(bits).unwrap_or(i32::MAX / 2);
-    // Not a number has no leading bits, and its bound must not be finite.
-    result.leading() * 0.0 + scaled(1.0, result.exponent() - bits)
 }
 
 impl Real for Astro {

@@ -53,7 +53,7 @@ impl<T: Real> Ball<T> {
             _ => {
                 let half = self.times_small(factor / 2);
                 let double = &half + &half;
-                if factor % 2 == 0 { double } else { &double + self }
+                if factor.is_multiple_of(2) { double } else { &double + self }
             }
         }
     }
@@ -171,4 +171,53 @@ pub(crate) fn pi<T: Real>(bits: usize) -> Ball<T> {
     };
     let first = &arctangent_of_inverse(5.0) * &Ball::from_f64(16.0, bits);
     &first - &(&arctangent_of_inverse(239.0) * &Ball::from_f64(4.0, bits))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::astro::Astro;
+    use crate::double_double::DoubleDouble;
+
+    /// Whether the ball holds the exact number.
+    fn holds<T: Real>(ball: &Ball<T>, exact: &Exact) -> bool {
+        (&ball.middle.to_exact() - exact).magnitude() <= ball.radius
+    }
+
+    fn operations_enclose<T: Real>(bits: usize) {
+        let ball = |value: f64, radius: f64| Ball::<T>::from_f64(value, bits).widened(radius);
+        for (a, b) in [(0.1, 3.7), (-1e-9, 0.3), (5e7, -1e-7), (1.0, 1.0 + 1e-10)] {
+            let (ra, rb) = (1e-3 * f64::abs(a), 1e-12 * f64::abs(b));
+            let (x, y) = (ball(a, ra), ball(b, rb));
+            for (u, v) in [(a + 0.99 * ra, b - 0.99 * rb), (a - 0.99 * ra, b - 0.99 * rb), (a, b)] {
+                let (u, v) = (Exact::from(u), Exact::from(v));
+                assert!(holds(&(&x + &y), &(&u + &v)) && holds(&(&x - &y), &(&u - &v)) && holds(&(&x * &y), &(&u * &v)));
+                // u/v is in the quotient if u is in the quotient times v.
+                let back = &x.divided_by(&y) * &Ball::from_exact(&v, bits);
+                assert!(holds(&back, &u), "{a} / {b}");
+            }
+        }
+        assert!(ball(1.0, 0.0).divided_by(&ball(1e-3, 1e-2)).radius.is_infinite());
+        let root = ball(2.0, 1e-20).sqrt();
+        assert!(holds(&(&root * &root), &Exact::from(2.0)) && root.radius < 1e-19);
+        assert!(ball(-1.0, 0.0).sqrt().radius.is_infinite());
+    }
+
+    #[test]
+    fn operations_enclose_in_every_arithmetic() {
+        operations_enclose::<DoubleDouble>(106);
+        operations_enclose::<Astro>(192);
+    }
+
+    #[test]
+    fn pi_is_enclosed() {
+        // Pi to 48 digits, as the sum of three doubles.
+        let (first, second) = (Exact::from(std::f64::consts::PI), Exact::from(1.2246467991473532e-16));
+        let truth = &(&first + &second) + &Exact::from(-2.9947698097183397e-33);
+        for ball in [pi::<DoubleDouble>(106).middle.to_exact(), pi::<Astro>(192).middle.to_exact()] {
+            assert!((&ball - &truth).magnitude() < 2e-31);
+        }
+        assert!(holds(&pi::<Astro>(128).widened(1e-47), &truth) && pi::<Astro>(128).radius < 1e-36);
+        assert!(holds(&pi::<DoubleDouble>(106), &truth) && pi::<DoubleDouble>(106).radius < 1e-29);
+    }
 }

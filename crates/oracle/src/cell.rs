@@ -13,19 +13,21 @@
 //! the bracket is bounded below by a linear function. All in double precision, with the rounding taken off each bound.
 
 use crate::Error;
-use crate::surface::dot64;
+use crate::surface::{Jacobian, dot64};
 
 /// Relative slack for the rounding of the few dozen operations of a bound.
 const SLACK: f64 = 1e-12;
 
-/// Sizes of the integrand's factors at `q + s (a + t b)`.
+/// Sizes of the integrand's factors at `p + t u + s (c + t v)`.
 #[derive(Debug, Clone)]
 pub(crate) struct Shape {
     pub(crate) apex: [f64; 3],
     pub(crate) start: [f64; 3],
     pub(crate) way: [f64; 3],
-    /// `n1.r` is `heights[0] + s (heights[1] + t heights[2])`.
-    pub(crate) heights: [f64; 3],
+    pub(crate) shift: [f64; 3],
+    pub(crate) jacobian: Jacobian,
+    /// `n1.r` is `heights[0] + t heights[3] + s (heights[1] + t heights[2])`.
+    pub(crate) heights: [f64; 4],
     pub(crate) emission: EmissionSize,
     /// Tolerances that value and gradient must keep, as the factors `1 / tolerance`, times what multiplies the integral.
     pub(crate) weights: Weights,
@@ -46,22 +48,22 @@ pub(crate) struct Weights {
 #[derive(Debug, Clone)]
 pub(crate) struct EmissionSize {
     pub(crate) value: f64,
-    /// `|grad B|`, `grad B . q`, `grad B . a`, `grad B . b` at the apex.
+    /// `|grad B|` at the apex, and its product with p, c, v, u.
     pub(crate) gradient: f64,
-    pub(crate) slopes: [f64; 3],
+    pub(crate) slopes: [f64; 4],
     /// Absolute coefficients of degree 2 and more, with their powers.
     pub(crate) higher: Vec<(f64, [usize; 3])>,
 }
 
 impl EmissionSize {
-    /// Bounds on `|B|`, `|grad B|` and `|grad B . r|` at `q + s c`, where `|s|`, `|c|` by component, `|grad B(q) . c|` and `|r|` are bounded.
-    fn bounds(&self, s: f64, slope: f64, c: [f64; 3], reach: f64) -> [f64; 3] {
-        let mut value = self.value + s * slope;
+    /// Bounds on `|B|`, `|grad B|` and `|grad B . r|` at `p + d`, where `grad B(p) . d`, `|d|` by component, and `|r|` are bounded.
+    fn bounds(&self, linear: f64, d: [f64; 3], reach: f64) -> [f64; 3] {
+        let mut value = self.value + linear;
         let mut gradient = 0.0;
+        let monomial = |powers: [usize; 3]| -> f64 {
+            (0..3).map(|axis| (0..powers[axis]).fold(1.0, |product, _| product * d[axis])).product()
+        };
         for (coefficient, powers) in &self.higher {
-            let monomial = |powers: [usize; 3]| -> f64 {
-                (0..3).map(|axis| (0..powers[axis]).fold(1.0, |product, _| product * s * c[axis])).product()
-            };
             value += coefficient * monomial(*powers);
             for axis in (0..3).filter(|axis| powers[*axis] > 0) {
                 let mut lower = *powers;
@@ -69,7 +71,7 @@ impl EmissionSize {
                 gradient += coefficient * powers[axis] as f64 * monomial(lower);
             }
         }
-        [value, self.gradient + gradient, self.slopes[0].abs() + s * slope + gradient * reach]
+        [value, self.gradient + gradient, self.slopes[0].abs() + linear + gradient * reach]
     }
 }
 
@@ -78,11 +80,53 @@ struct Piece {
     /// Lower bounds of `|r_0| + |r_1|` and upper bounds of L at the two ends of the stretch.
     sums: [f64; 2],
     lengths: [f64; 2],
-    /// `|s|`, `|n1.c|`, `|grad B . c|` and the components of `|c|`, each as `x + a y` with a the ellipse's semi-axis.
+    /// A lower bound of the sum over the whole stretch, for where the tangents fall below it.
+    least: f64,
+    /// `|s|` and `|1 - s|`, as `x + a y` with a the ellipse's semi-axis.
     s: [f64; 2],
-    height: [f64; 2],
-    slope: [f64; 2],
-    c: [[f64; 2]; 3],
+    rest: [f64; 2],
+    /// `n1.r`, `grad B . d` and the components of d, d the way from p.
+    height: Bilinear,
+    slope: Bilinear,
+    way: [Bilinear; 3],
+}
+
+/// A bound `base + |s| rise`, both as `x + a y`.
+#[derive(Clone, Copy)]
+struct Bilinear {
+    base: [f64; 2],
+    rise: [f64; 2],
+}
+
+impl Piece {
+    /// From the middles and half-ways of the two curves that bound the segments.
+    fn new(
+        curves: [([f64; 3], [f64; 3]); 2],
+        lengths: [f64; 2],
+        slack: f64,
+        s: [f64; 2],
+        rest: [f64; 2],
+        [height, slope, x, y, z]: [Bilinear; 5],
+    ) -> Self {
+        let ends = curves.map(|(middle, step)| tangent(middle, step));
+        let sums = [0, 1].map(|end| ends[0][end] + ends[1][end] - slack);
+        let least = curves.map(|(middle, step)| nearest(middle, step)).iter().sum::<f64>() - slack;
+        Self { sums, lengths, least, s, rest, height, slope, way: [x, y, z] }
+    }
+
+    /// The largest `a` the bound allows.
+    fn farthest(&self) -> f64 {
+        let ends = [0, 1].map(|end| self.sums[end] / self.lengths[end]);
+        ends[0].min(ends[1]).max(self.least / self.lengths[0].max(self.lengths[1]))
+    }
+
+    /// A lower bound of `(|r_0| + |r_1| - a L) / 2` over the stretch.
+    fn gap(&self, a: f64) -> f64 {
+        let ends = [0, 1].map(|end| self.sums[end] - a * self.lengths[end]);
+        let linear = ends[0].min(ends[1]) - SLACK * (self.sums[0].abs() + self.sums[1].abs());
+        let apart = self.least * (1.0 - SLACK) - a * self.lengths[0].max(self.lengths[1]);
+        0.5 * linear.max(apart)
+    }
 }
 
 /// How many nodes a direction needs.
@@ -109,13 +153,14 @@ const FRACTIONS: [f64; 7] = [0.3, 0.45, 0.58, 0.7, 0.8, 0.88, 0.94];
 const LEAST_GAIN: f64 = 0.75;
 /// So few nodes are not worth a split.
 const FEW: usize = 4;
+/// More cells than this are a sign of the same.
+const MOST_CELLS: usize = 100_000;
 /// A cell narrower than this cannot be bounded in double precision.
 const NARROWEST: f64 = 1e-40;
 
-fn order(shape: &Shape, pieces: &[Piece], jacobian: bool, measure: f64, share: f64) -> Order {
+fn order(shape: &Shape, pieces: &[Piece], measure: f64, share: f64) -> Order {
     const NONE: Order = Order { count: usize::MAX, error: f64::INFINITY, gain: 0.0 };
-    let ends = || pieces.iter().flat_map(|p| (0..2).map(|end| (p.sums[end], p.lengths[end])));
-    let farthest = ends().map(|(sum, length)| sum / length).fold(1e8, f64::min);
+    let farthest = pieces.iter().map(Piece::farthest).fold(1e8, f64::min);
     if farthest.is_nan() || farthest < 1.0 + 1e-6 {
         return NONE;
     }
@@ -123,7 +168,7 @@ fn order(shape: &Shape, pieces: &[Piece], jacobian: bool, measure: f64, share: f
     for fraction in FRACTIONS {
         let a = 1.0 + fraction * (farthest - 1.0);
         let radius = (a + (a * a - 1.0).sqrt()) * (1.0 - SLACK);
-        let largest = pieces.iter().map(|piece| largest(shape, piece, a, jacobian)).fold(0.0, f64::max);
+        let largest = pieces.iter().map(|piece| largest(shape, piece, a)).fold(0.0, f64::max);
         let scale = measure * largest * (64.0 / 15.0) / (1.0 - 1.0 / (radius * radius)) * (1.0 + SLACK);
         let gain = libm::log(radius);
         let more = (libm::log(scale / share) / (2.0 * gain)).ceil().max(0.0);
@@ -141,21 +186,26 @@ fn order(shape: &Shape, pieces: &[Piece], jacobian: bool, measure: f64, share: f
 }
 
 /// Upper bound of the integrand over a piece, in units of the tolerance.
-fn largest(shape: &Shape, piece: &Piece, a: f64, jacobian: bool) -> f64 {
+fn largest(shape: &Shape, piece: &Piece, a: f64) -> f64 {
     let at = |x: [f64; 2]| x[0] + a * x[1];
-    let gaps = [0, 1].map(|end| piece.sums[end] - a * piece.lengths[end]);
-    let gap = 0.5 * (gaps[0].min(gaps[1]) - SLACK * (piece.sums[0] + piece.sums[1]));
+    let gap = piece.gap(a);
     if gap.is_nan() || gap <= 0.0 {
         return f64::INFINITY;
     }
-    let (s, c) = (at(piece.s), piece.c.map(at));
-    let reach = length(shape.apex) + s * length(c);
-    let [value, gradient, directional] = shape.emission.bounds(s, at(piece.slope), c, reach);
+    let s = at(piece.s);
+    let bilinear = |b: Bilinear| at(b.base) + s * at(b.rise);
+    let way = piece.way.map(bilinear);
+    let reach = length(shape.apex) + length(way);
+    let [value, gradient, directional] = shape.emission.bounds(bilinear(piece.slope), way, reach);
     let weights = &shape.weights;
     let emission = weights.emission * value + weights.gradient * gradient + weights.directional * directional;
+    let jacobian = match shape.jacobian {
+        Jacobian::One => 1.0,
+        Jacobian::Rising => s,
+        Jacobian::Falling => at(piece.rest),
+    };
     let square = gap * gap;
-    let height = shape.heights[0].abs() + s * at(piece.height);
-    emission * height * if jacobian { s } else { 1.0 } / (square * square) * (1.0 + SLACK)
+    emission * bilinear(piece.height) * jacobian / (square * square) * (1.0 + SLACK)
 }
 
 fn length(v: [f64; 3]) -> f64 {
@@ -164,6 +214,13 @@ fn length(v: [f64; 3]) -> f64 {
 
 fn plus(a: [f64; 3], scale: f64, b: [f64; 3]) -> [f64; 3] {
     [a[0] + scale * b[0], a[1] + scale * b[1], a[2] + scale * b[2]]
+}
+
+/// A lower bound of `|r|` over the segment around `middle` that reaches `step` either way.
+fn nearest(middle: [f64; 3], step: [f64; 3]) -> f64 {
+    let square = dot64(step, step);
+    let place = if square > 0.0 { (-dot64(middle, step) / square).clamp(-1.0, 1.0) } else { 0.0 };
+    length(plus(middle, place, step))
 }
 
 /// `|r|` at the ends of a stretch by the tangent at its middle, `r` moving by `step` from the middle to the second end.
@@ -178,47 +235,47 @@ impl Shape {
         plus(self.start, t, self.way)
     }
 
-    /// Largest of an affine function of t, `x + t y`, over a range.
-    fn most(x: f64, y: f64, [low, high]: [f64; 2]) -> f64 {
-        (x + low * y).abs().max((x + high * y).abs()) + SLACK * (x.abs() + high * y.abs())
+    fn point(&self, s: f64, t: f64) -> [f64; 3] {
+        plus(plus(self.apex, t, self.shift), s, self.direction(t))
+    }
+
+    /// Bound on the rounding of a point.
+    fn slack(&self, s: f64, t: f64) -> f64 {
+        SLACK * (length(self.apex) + t * length(self.shift) + s * (length(self.start) + t * length(self.way)))
+    }
+
+    /// `n1.r`, `grad B . d`, d as bounds, from a bound of `x + t y`.
+    fn bilinear(&self, affine: impl Fn(f64, f64) -> [f64; 2]) -> [Bilinear; 5] {
+        let form =
+            |constant: f64, [rise, turn, shift]: [f64; 3]| Bilinear { base: affine(constant, shift), rise: affine(rise, turn) };
+        let [h, slopes] = [self.heights, self.emission.slopes];
+        let way = |axis: usize| form(0.0, [self.start[axis], self.way[axis], self.shift[axis]]);
+        [form(h[0], [h[1], h[2], h[3]]), form(0.0, [slopes[1], slopes[2], slopes[3]]), way(0), way(1), way(2)]
     }
 
     /// For s complex and t in `range`.
     fn radial_piece(&self, s: [f64; 2], range: [f64; 2]) -> Piece {
         let middle = 0.5 * (range[0] + range[1]);
         let half = 0.5 * (range[1] - range[0]);
-        let ends = s.map(|s| tangent(plus(self.apex, s, self.direction(middle)), self.way.map(|b| s * half * b)));
-        let lengths = range.map(|t| (s[1] - s[0]) * length(self.direction(t)));
-        let slack = SLACK * (length(self.apex) + s[1] * (length(self.start) + range[1] * length(self.way)));
-        let most = |x: f64, y: f64| [Self::most(x, y, range), 0.0];
-        Piece {
-            sums: [0, 1].map(|end| ends[0][end] + ends[1][end] - slack),
-            lengths: lengths.map(|l| l * (1.0 + SLACK)),
-            s: [0.5 * (s[0] + s[1]), 0.5 * (s[1] - s[0])],
-            height: most(self.heights[1], self.heights[2]),
-            slope: most(self.emission.slopes[1], self.emission.slopes[2]),
-            c: [0, 1, 2].map(|axis| most(self.start[axis], self.way[axis])),
-        }
+        let curves = s.map(|s| (self.point(s, middle), plus(self.shift, s, self.way).map(|b| half * b)));
+        let lengths = range.map(|t| (s[1] - s[0]) * length(self.direction(t)) * (1.0 + SLACK));
+        let largest = |x: f64, y: f64| {
+            let [low, high] = range;
+            [(x + low * y).abs().max((x + high * y).abs()) + SLACK * (x.abs() + high * y.abs()), 0.0]
+        };
+        let (centre, spread) = (0.5 * (s[0] + s[1]), 0.5 * (s[1] - s[0]));
+        Piece::new(curves, lengths, self.slack(s[1], range[1]), [centre, spread], [1.0 - centre, spread], self.bilinear(largest))
     }
 
     /// For t complex and s in `range`.
     fn transverse_piece(&self, t: [f64; 2], range: [f64; 2]) -> Piece {
         let middle = 0.5 * (range[0] + range[1]);
         let half = 0.5 * (range[1] - range[0]);
-        let directions = t.map(|t| self.direction(t));
-        let ends = directions.map(|c| tangent(plus(self.apex, middle, c), c.map(|c| half * c)));
-        let lengths = range.map(|s| s * (t[1] - t[0]) * length(self.way) * (1.0 + SLACK));
-        let slack = SLACK * (length(self.apex) + range[1] * (length(self.start) + t[1] * length(self.way)));
+        let curves = t.map(|t| (self.point(middle, t), self.direction(t).map(|c| half * c)));
+        let lengths = range.map(|s| (t[1] - t[0]) * length(plus(self.shift, s, self.way)) * (1.0 + SLACK));
         let (centre, spread) = (0.5 * (t[0] + t[1]), 0.5 * (t[1] - t[0]));
-        let most = |x: f64, y: f64| [(x + centre * y).abs() + SLACK * (x.abs() + centre * y.abs()), spread * y.abs()];
-        Piece {
-            sums: [0, 1].map(|end| ends[0][end] + ends[1][end] - slack),
-            lengths,
-            s: [range[1], 0.0],
-            height: most(self.heights[1], self.heights[2]),
-            slope: most(self.emission.slopes[1], self.emission.slopes[2]),
-            c: [0, 1, 2].map(|axis| most(self.start[axis], self.way[axis])),
-        }
+        let largest = |x: f64, y: f64| [(x + centre * y).abs() + SLACK * (x.abs() + centre * y.abs()), spread * y.abs()];
+        Piece::new(curves, lengths, self.slack(range[1], t[1]), [range[1], 0.0], [1.0 - range[0], 0.0], self.bilinear(largest))
     }
 
     /// The orders in s and in t on a cell.
@@ -231,7 +288,7 @@ impl Shape {
         let transverse: [Piece; PIECES] = std::array::from_fn(|i| self.transverse_piece(t, part(s, i)));
         // Half-lengths of both, times the length 2 of the other.
         let measure = 0.5 * (s[1] - s[0]) * (t[1] - t[0]);
-        [order(self, &radial, true, measure, share), order(self, &transverse, true, measure, share)]
+        [order(self, &radial, measure, share), order(self, &transverse, measure, share)]
     }
 
     /// Cuts the square into cells with few nodes, each bounded by `share` per direction in units of the tolerance.
@@ -245,8 +302,8 @@ impl Shape {
                 cells.push(Cell { s, t, orders });
                 continue;
             }
-            if (s[1] - s[0]).min(t[1] - t[0]) < NARROWEST {
-                let distance = length(plus(self.apex, s[0], self.direction(t[0])));
+            if (s[1] - s[0]).min(t[1] - t[0]) < NARROWEST || cells.len() + pending.len() > MOST_CELLS {
+                let distance = length(self.point(s[0], t[0]));
                 return Err(Error::Cell { width: (s[1] - s[0]).min(t[1] - t[0]), distance });
             }
             // A wide range of t spoils the bound in s, so it is cut first. The integrand is steepest at the lower end of either range.
@@ -267,11 +324,11 @@ impl Shape {
         let mut pending = vec![[0.0, 1.0]];
         while let Some(s) = pending.pop() {
             let piece = self.radial_piece(s, [0.0, 0.0]);
-            let order = order(self, &[piece], false, 0.5 * (s[1] - s[0]), share);
+            let order = order(self, &[piece], 0.5 * (s[1] - s[0]), share);
             if order.count <= FEW || order.gain >= LEAST_GAIN {
                 cells.push(Cell { s, t: [0.0, 0.0], orders: [order, order] });
             } else if s[1] - s[0] < NARROWEST {
-                return Err(Error::Cell { width: s[1] - s[0], distance: length(plus(self.apex, s[0], self.start)) });
+                return Err(Error::Cell { width: s[1] - s[0], distance: length(self.point(s[0], 0.0)) });
             } else {
                 let [near, far] = parted(s);
                 pending.extend([far, near]);
@@ -285,4 +342,73 @@ impl Shape {
 fn parted([low, high]: [f64; 2]) -> [[f64; 2]; 2] {
     let middle = low + 0.25 * (high - low);
     [[low, middle], [middle, high]]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::arithmetic::Real;
+    use crate::double_double::DoubleDouble;
+
+    fn gauss(count: usize, [low, high]: [f64; 2], f: impl Fn(f64) -> f64) -> f64 {
+        let rule = DoubleDouble::rules().get(count, 106);
+        let (centre, half) = (0.5 * (low + high), 0.5 * (high - low));
+        rule.nodes.iter().zip(&rule.weights).map(|(x, w)| half * w.leading() * f(centre + half * x.leading())).sum()
+    }
+
+    #[test]
+    fn the_bounds_cover_the_true_errors_and_not_by_orders() {
+        let emission = EmissionSize { value: 1.0, gradient: 0.0, slopes: [0.0; 4], higher: Vec::new() };
+        let weights = Weights { emission: 1.0, gradient: 0.0, directional: 0.0 };
+        let mut shape = Shape {
+            apex: [0.05, 0.0, 0.3],
+            start: [0.5, 0.1, 0.0],
+            way: [-0.1, 0.9, 0.0],
+            shift: [0.0; 3],
+            jacobian: Jacobian::Rising,
+            heights: [0.2, 0.3, -0.1, 0.0],
+            emission,
+            weights,
+        };
+        for shift in [[0.0; 3], [0.02, -0.2, 0.0]] {
+            shape.shift = shift;
+            for jacobian in [Jacobian::Rising, Jacobian::Falling] {
+                shape.jacobian = jacobian;
+                let f = |s: f64, t: f64| {
+                    let r = shape.point(s, t);
+                    let height = shape.heights[0] + s * (shape.heights[1] + t * shape.heights[2]);
+                    let area = if jacobian == Jacobian::Rising { s } else { 1.0 - s };
+                    height * area / (dot64(r, r) * dot64(r, r))
+                };
+                let (s, t) = ([0.1, 0.5], [0.2, 0.6]);
+                for share in [1e-3, 1e-6, 1e-9] {
+                    let [radial, transverse] = shape.orders(s, t, share);
+                    let error = |order: Order, range, g: &dyn Fn(f64) -> f64| {
+                        0.4 * (gauss(order.count, range, g) - gauss(60, range, g)).abs()
+                    };
+                    let along = [0.2, 0.4, 0.6].map(|t| error(radial, s, &|s| f(s, t))).into_iter().fold(0.0, f64::max);
+                    let across = [0.1, 0.3, 0.5].map(|s| error(transverse, t, &|t| f(s, t))).into_iter().fold(0.0, f64::max);
+                    for (true_error, order) in [(along, radial), (across, transverse)] {
+                        assert!(true_error <= order.error && order.error <= share, "{true_error:e} {order:?}");
+                        assert!(true_error > 1e-7 * order.error, "a bound that loose costs nodes: {true_error:e} {order:?}");
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn cells_fill_the_square_once() {
+        let emission = EmissionSize { value: 1.0, gradient: 0.0, slopes: [0.0; 4], higher: Vec::new() };
+        let weights = Weights { emission: 1e12, gradient: 0.0, directional: 0.0 };
+        let (apex, start, way) = ([0.0, 0.0, 1e-6], [0.3, 0.1, 0.0], [-0.1, 0.9, 0.0]);
+        let heights = [1e-6, 0.3, -0.1, 0.0];
+        let shape = Shape { apex, start, way, shift: [0.0; 3], jacobian: Jacobian::Rising, heights, emission, weights };
+        let mut cells = Vec::new();
+        shape.subdivide(1.0, &mut cells).unwrap();
+        assert!(cells.len() > 10);
+        assert_eq!(cells.iter().map(|c| (c.s[1] - c.s[0]) * (c.t[1] - c.t[0])).sum::<f64>(), 1.0);
+        let on_the_emitter = Shape { apex: [0.0; 3], heights: [0.0, 0.3, -0.1, 0.0], ..shape };
+        assert!(matches!(on_the_emitter.subdivide(1.0, &mut Vec::new()), Err(Error::Cell { .. })));
+    }
 }

@@ -54,7 +54,7 @@ fn two_product(a: f64, b: f64) -> (f64, f64) {
 }
 
 impl DoubleDouble {
-    /// Their "DWTimesFP1" (Algorithm 7), relative error at most 2u^2.
+    /// Their `DWTimesFP1` (Algorithm 7), relative error at most 2u^2.
     #[inline]
     fn times(self, y: f64) -> Self {
         let (p, e) = two_product(self.hi, y);
@@ -84,7 +84,7 @@ impl Real for DoubleDouble {
         &Exact::from(self.hi) + &Exact::from(self.lo)
     }
 
-    /// Their "SloppyDWPlusDW" with a full last sum. `lo_a + lo_b` rounds by at most `u^2 (|a| + |b|)`, the sum with the error
+    /// Their `SloppyDWPlusDW` with a full last sum. `lo_a + lo_b` rounds by at most `u^2 (|a| + |b|)`, the sum with the error
     /// of the leading terms by `2.01 u^2 (|a| + |b|)`: together below `4 u^2 (|a| + |b|)`, cancellation or not.
     #[inline]
     fn add(&self, other: &Self) -> (Self, f64) {
@@ -103,7 +103,7 @@ impl Real for DoubleDouble {
         Self { hi: -self.hi, lo: -self.lo }
     }
 
-    /// Their "DWTimesDW1" (Algorithm 10, Theorem 5.1): relative error at most 7u^2.
+    /// Their `DWTimesDW1` (Algorithm 10, Theorem 5.1): relative error at most 7u^2.
     #[inline]
     fn multiply(&self, other: &Self) -> (Self, f64) {
         let (p, e) = two_product(self.hi, other.hi);
@@ -112,7 +112,7 @@ impl Real for DoubleDouble {
         (Self { hi, lo }, 8.0 * U2 * hi.abs())
     }
 
-    /// Their "DWDivDW2" (Algorithm 17, Theorem 7.1): relative error at most 15u^2 + 56u^3.
+    /// Their `DWDivDW2` (Algorithm 17, Theorem 7.1): relative error at most 15u^2 + 56u^3.
     #[inline]
     fn divide(&self, other: &Self) -> (Self, f64) {
         let first = self.hi / other.hi;

@@ -196,7 +196,7 @@ mod tests {
         assert_eq!((&(&sum * &sum) - &(&large * &large)), &(&(&large * &small) + &(&large * &small)) + &(&small * &small));
         assert_eq!((&Exact::zero() + &small).leading(), 5e-324);
         assert_eq!((&Exact::zero() - &large).leading(), -1e300);
-        assert_eq!((&(&small * &small)).sign(), 1);
+        assert_eq!((&small * &small).sign(), 1);
         assert!((&large - &large).is_zero());
     }
 

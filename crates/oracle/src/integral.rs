@@ -1,8 +1,8 @@
 //! The integrals over one fan and along one edge, in ball arithmetic.
 //!
-//! With `r = q + s c`, `c = a + t b`: `r.r = q.q + s (2 q.c + s c.c)`, `n1.r` is affine in s and the emission a polynomial in s, so on each line
-//! t = const the product rule is a sum of the moments `T_k = sum w s^k / (r.r)^2` times coefficients that do not depend on s.
-//! The nearest point first: `q.c >= 0`, nothing cancels in `r.r`.
+//! On a line t = const, `r = q + s c`: `r.r = q.q + s (2 q.c + s c.c)`, `n1.r` is affine in s and the emission a polynomial in s, so there the
+//! product rule is a sum of the moments `T_k = sum w s^k J(s) / (r.r)^2` times coefficients that do not depend on s.
+//! Each line starts at its nearest point: `q.c >= 0`, nothing cancels in `r.r`.
 
 use std::sync::Arc;
 
@@ -11,7 +11,7 @@ use crate::ball::{Ball, BallVector, along, dot};
 use crate::cell::Cell;
 use crate::legendre::Rule;
 use crate::source::Expansion;
-use crate::surface::Fan;
+use crate::surface::{Fan, Jacobian};
 
 /// `int (n1.r)/|r|^4 (...)` with B, the components of grad B, and `grad B . r` in place of the dots.
 #[derive(Debug)]
@@ -36,14 +36,14 @@ impl<T: Real> Moments<T> {
     }
 }
 
-/// A rule mapped to `[low, high]`: nodes, and weights times powers of the nodes from `first` on.
+/// A rule mapped to `[low, high]`: nodes, and weights times the Jacobian and powers of the nodes.
 struct Mapped<T> {
     nodes: Vec<Ball<T>>,
-    /// `powers[k][i] = w_i s_i^(first + k)`.
+    /// `powers[k][i] = w_i J(s_i) s_i^k`.
     powers: Vec<Vec<Ball<T>>>,
 }
 
-fn mapped<T: Real>([low, high]: [f64; 2], count: usize, first: usize, powers: usize, bits: usize) -> Mapped<T> {
+fn mapped<T: Real>([low, high]: [f64; 2], count: usize, jacobian: Jacobian, powers: usize, bits: usize) -> Mapped<T> {
     let rule: Arc<Rule<T>> = T::rules().get(count, bits);
     let half = Ball::from_f64(0.5, bits);
     let (low, high) = (Ball::from_f64(low, bits), Ball::from_f64(high, bits));
@@ -51,8 +51,11 @@ fn mapped<T: Real>([low, high]: [f64; 2], count: usize, first: usize, powers: us
     let nodes: Vec<Ball<T>> = rule.nodes.iter().map(|x| &centre + &(&radius * x)).collect();
     let times = |values: &[Ball<T>]| -> Vec<Ball<T>> { values.iter().zip(&nodes).map(|(v, s)| v * s).collect() };
     let mut weights: Vec<Ball<T>> = rule.weights.iter().map(|w| &radius * w).collect();
-    for _ in 0..first {
-        weights = times(&weights);
+    let one = Ball::from_f64(1.0, bits);
+    match jacobian {
+        Jacobian::One => {}
+        Jacobian::Rising => weights = times(&weights),
+        Jacobian::Falling => weights = weights.iter().zip(&nodes).map(|(w, s)| w * &(&one - s)).collect(),
     }
     let mut all = vec![weights];
     for k in 1..powers {
@@ -100,18 +103,26 @@ fn contribution<T: Real>(
 
 /// Over a fan, without its measure.
 pub(crate) fn over_fan<T: Real>(fan: &Fan<T>, expansion: &Expansion<T>, cells: &[Cell], bits: usize) -> Moments<T> {
-    let apex_squared = dot(&fan.apex, &fan.apex);
     let two = Ball::from_f64(2.0, bits);
-    let mut integral = Moments::zero(&apex_squared);
+    let mut integral = Moments::zero(&two);
     for cell in cells {
-        let radial = mapped(cell.s, cell.orders[0].count, 1, expansion.degree + 2, bits);
-        let transverse = mapped(cell.t, cell.orders[1].count, 0, 1, bits);
+        let radial = mapped(cell.s, cell.orders[0].count, fan.jacobian, expansion.degree + 2, bits);
+        let transverse = mapped(cell.t, cell.orders[1].count, Jacobian::One, 1, bits);
         for (t, weight) in transverse.nodes.iter().zip(&transverse.powers[0]) {
             let direction = along(&fan.start, t, &fan.way);
-            let twice = &two * &dot(&fan.apex, &direction);
-            let sums = line(&apex_squared, &twice, &dot(&direction, &direction), &radial);
             let rise = &fan.heights[1] + &(t * &fan.heights[2]);
-            let part = contribution(expansion, &fan.apex, &direction, [&fan.heights[0], &rise], &sums);
+            let moments = |apex: &BallVector<T>| {
+                let twice = &two * &dot(apex, &direction);
+                line(&dot(apex, apex), &twice, &dot(&direction, &direction), &radial)
+            };
+            let part = match &fan.shift {
+                None => contribution(expansion, &fan.apex, &direction, [&fan.heights[0], &rise], &moments(&fan.apex)),
+                Some(shift) => {
+                    let apex = along(&fan.apex, t, shift);
+                    let height = &fan.heights[0] + &(t * &fan.heights[3]);
+                    contribution(&expansion.moved(&apex), &apex, &direction, [&height, &rise], &moments(&apex))
+                }
+            };
             integral.add(weight, &part);
         }
     }
@@ -132,7 +143,7 @@ pub(crate) fn along_ray<T: Real>(
     let values = expansion.along(way);
     let mut integral = foot_squared.zero();
     for cell in cells {
-        let rule = mapped(cell.s, cell.orders[0].count, 0, expansion.degree + 2, bits);
+        let rule = mapped(cell.s, cell.orders[0].count, Jacobian::One, expansion.degree + 2, bits);
         let sums = line(&foot_squared, &twice, &square, &rule);
         for (value, pair) in values.iter().zip(sums.windows(2)) {
             let lifted = &(heights[0] * &pair[0]) + &(heights[1] * &pair[1]);

@@ -21,9 +21,12 @@ pub(crate) struct Rule<T> {
     pub(crate) weights: Vec<Ball<T>>,
 }
 
-/// The rules computed so far, by precision and number of nodes.
+/// Rules by bits and number of nodes.
+type Table<T> = BTreeMap<(usize, usize), Arc<Rule<T>>>;
+
+/// The rules computed so far.
 #[derive(Debug)]
-pub(crate) struct Rules<T>(Mutex<BTreeMap<(usize, usize), Arc<Rule<T>>>>);
+pub(crate) struct Rules<T>(Mutex<Table<T>>);
 
 impl<T: Real> Rules<T> {
     pub(crate) const fn new() -> Self {

@@ -107,14 +107,6 @@ impl Source<'_> {
         }
     }
 
-    /// Degree of the emission as a polynomial.
-    pub(crate) fn degree(&self) -> usize {
-        match self {
-            Self::Emitter(emitter) => usize::from(!matches!(emitter.emission(), Emission::Constant(_))),
-            Self::Polynomial { emission, .. } => emission.degree(),
-        }
-    }
-
     /// The exponent of the power of two above the largest number that states the emission in coordinates scaled by `2^scale`; none if all are 0.
     pub(crate) fn exponent(&self, scale: i32) -> Option<i32> {
         let exponent = |v: f64| (v != 0.0).then(|| Exact::from(v).exponent());

@@ -11,6 +11,7 @@ use radgrad_core::{Polygon, Receiver};
 use crate::arithmetic::Real;
 use crate::ball::{Ball, BallVector, vector};
 use crate::exact::{Exact, ExactVector, along, cross, difference, dot};
+use crate::outline::{Place, Point, Stretch};
 use crate::source::origin;
 use crate::triangulation::triangles;
 
@@ -74,163 +75,49 @@ impl Frame {
     }
 }
 
-/// A point of a triangle's plane.
-#[derive(Debug, Clone)]
-pub(crate) struct Point<T> {
-    exact: ExactVector,
-    /// What rounding leaves to a ball: the way from `exact` to a point of the horizon.
-    offset: Option<BallVector<T>>,
-    /// `n1.r`, exact everywhere since it is 0 on the horizon.
-    pub(crate) height: Exact,
-    /// The position in double precision.
-    pub(crate) near: [f64; 3],
-}
-
-impl<T: Real> Point<T> {
-    fn exact(exact: ExactVector, height: Exact) -> Self {
-        let near = [0, 1, 2].map(|i| exact[i].leading());
-        Self { exact, offset: None, height, near }
-    }
-
-    fn on_horizon(exact: ExactVector, offset: BallVector<T>) -> Self {
-        let near = [0, 1, 2].map(|i| exact[i].leading() + offset[i].leading());
-        Self { exact, offset: Some(offset), height: Exact::zero(), near }
-    }
-
-    /// The position.
-    pub(crate) fn position(&self, bits: usize) -> BallVector<T> {
-        let exact = vector(&self.exact, bits);
-        match &self.offset {
-            None => exact,
-            Some(offset) => std::array::from_fn(|i| &exact[i] + &offset[i]),
-        }
-    }
-
-    /// The way from `start` here; no digits are lost where the exact parts cancel.
-    pub(crate) fn from(&self, start: &Self, bits: usize) -> BallVector<T> {
-        let exact = vector(&difference(&self.exact, &start.exact), bits);
-        std::array::from_fn(|i| match (&self.offset, &start.offset) {
-            (None, None) => exact[i].clone(),
-            (Some(end), None) => &exact[i] + &end[i],
-            (None, Some(start)) => &exact[i] - &start[i],
-            (Some(end), Some(start)) => &exact[i] + &(&end[i] - &start[i]),
-        })
-    }
-}
-
-/// Where a point of a stretch is.
+/// How the area element depends on s.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Place {
-    Start,
-    Within,
-    End,
+pub(crate) enum Jacobian {
+    /// A line, not an area.
+    One,
+    /// `s`: the rays leave the apex.
+    Rising,
+    /// `1 - s`: the rays end in one point.
+    Falling,
 }
 
-/// A stretch of an emitter's edge, above the horizon.
-#[derive(Debug)]
-pub(crate) struct Stretch<T> {
-    pub(crate) ends: [Point<T>; 2],
-    /// The edge, by its vertices, and where along it the ends are; none on the horizon.
-    edge: Option<([usize; 2], [f64; 2])>,
-}
-
-impl<T: Real> Stretch<T> {
-    /// The part of edge `i j` above the horizon.
-    pub(crate) fn of_edge(frame: &Frame, [i, j]: [usize; 2], bits: usize) -> Option<Self> {
-        let (start, end) = (&frame.heights[i], &frame.heights[j]);
-        if start.sign() <= 0 && end.sign() <= 0 {
-            return None;
-        }
-        let vertex = |k: usize| Point::exact(frame.vertices[k].clone(), frame.heights[k].clone());
-        let cut = || crossing(frame, [i, j], bits);
-        let (ends, range) = if start.sign() < 0 {
-            let (point, place) = cut();
-            ([point, vertex(j)], [place, 1.0])
-        } else if end.sign() < 0 {
-            let (point, place) = cut();
-            ([vertex(i), point], [0.0, place])
-        } else {
-            ([vertex(i), vertex(j)], [0.0, 1.0])
-        };
-        Some(Self { ends, edge: Some(([i, j], range)) })
-    }
-
-    /// The point of the stretch nearest to `target`, about: an end, or a point with an exact place along it.
-    pub(crate) fn nearest(&self, frame: &Frame, target: [f64; 3], bits: usize) -> (Point<T>, Place) {
-        let [start, end] = &self.ends;
-        let way = minus(end.near, start.near);
-        let fraction = dot64(minus(target, start.near), way) / dot64(way, way);
-        if fraction >= 1.0 {
-            return (end.clone(), Place::End);
-        }
-        // Not a number where the ends coincide: then either is nearest.
-        if fraction.is_nan() || fraction <= 0.0 {
-            return (start.clone(), Place::Start);
-        }
-        let Some(([i, j], [from, to])) = self.edge else {
-            let fraction = Ball::from_f64(fraction, bits);
-            let way = end.from(start, bits);
-            let offset = std::array::from_fn(|k| {
-                let step = &fraction * &way[k];
-                start.offset.as_ref().map_or_else(|| step.clone(), |offset| &offset[k] + &step)
-            });
-            return (Point::on_horizon(start.exact.clone(), offset), Place::Within);
-        };
-        // Measured from the nearer vertex, so that a place next to it keeps its digits.
-        let place = (from + fraction * (to - from)).clamp(0.0, 1.0);
-        let (base, other, place) = if place <= 0.5 { (i, j, place) } else { (j, i, (1.0 - to) + (1.0 - fraction) * (to - from)) };
-        let edge = difference(&frame.vertices[other], &frame.vertices[base]);
-        let rise = &frame.heights[other] - &frame.heights[base];
-        let height = &frame.heights[base] + &(&Exact::from(place) * &rise);
-        (Point::exact(along(&frame.vertices[base], place, &edge), height), Place::Within)
-    }
-}
-
-/// Where edge `i j` crosses the horizon, and about how far along it.
-fn crossing<T: Real>(frame: &Frame, [i, j]: [usize; 2], bits: usize) -> (Point<T>, f64) {
-    let near_start = (&abs(&frame.heights[i]) - &abs(&frame.heights[j])).sign() <= 0;
-    let (base, other) = if near_start { (i, j) } else { (j, i) };
-    let fall = Ball::from_exact(&(&frame.heights[base] - &frame.heights[other]), bits);
-    let place = Ball::<T>::from_exact(&frame.heights[base], bits).divided_by(&fall);
-    let edge: BallVector<T> = vector(&difference(&frame.vertices[other], &frame.vertices[base]), bits);
-    let about = place.leading();
-    let offset = edge.map(|e| &place * &e);
-    (Point::on_horizon(frame.vertices[base].clone(), offset), if near_start { about } else { 1.0 - about })
-}
-
-fn abs(value: &Exact) -> Exact {
-    if value.sign() < 0 { -value } else { value.clone() }
-}
-
-/// The points `q + s (a + t b)`, 0 <= s, t <= 1.
+/// The points `p + t u + s (c + t v)`, 0 <= s, t <= 1.
 #[derive(Debug)]
 pub(crate) struct Fan<T> {
-    /// `q` and `n1.q`.
+    /// `p`.
     pub(crate) apex: BallVector<T>,
-    /// `a`, from the apex to the start of the boundary.
+    /// `c`.
     pub(crate) start: BallVector<T>,
-    /// `b`, along the boundary.
+    /// `v`.
     pub(crate) way: BallVector<T>,
-    /// `n1.r` is `heights[0] + s (heights[1] + t heights[2])`.
-    pub(crate) heights: [Ball<T>; 3],
-    /// `+-(a x b).N`, negative where the boundary is followed backward.
+    /// `u`; none where the rays leave one point.
+    pub(crate) shift: Option<BallVector<T>>,
+    /// `n1.r` is `heights[0] + t heights[3] + s (heights[1] + t heights[2])`.
+    pub(crate) heights: [Ball<T>; 4],
+    pub(crate) jacobian: Jacobian,
+    /// The area element without its dependence on s, times `|N|`; negative where the boundary is followed backward.
     pub(crate) measure: Ball<T>,
-    /// Doubles next to `q`, `a`, `b`.
-    pub(crate) near: [[f64; 3]; 3],
+    /// Doubles next to `p`, `c`, `v`, `u`.
+    pub(crate) near: [[f64; 3]; 4],
 }
 
 /// The fans of a triangle's visible part.
 pub(crate) fn fans<T: Real>(frame: &Frame, triangle: &Triangle, bits: usize) -> Vec<Fan<T>> {
-    let mut outline: Vec<Stretch<T>> = Vec::with_capacity(4);
+    let mut outline: Vec<Stretch> = Vec::with_capacity(4);
     for m in 0..3 {
         let edge = [triangle.corners[m], triangle.corners[(m + 1) % 3]];
-        if let Some(stretch) = Stretch::of_edge(frame, edge, bits) {
+        if let Some(stretch) = Stretch::of_edge(frame, edge) {
             if let Some(last) = outline.last()
                 && last.ends[1].height.is_zero()
                 && stretch.ends[0].height.is_zero()
             {
                 let ends = [last.ends[1].clone(), stretch.ends[0].clone()];
-                outline.push(Stretch { ends, edge: None });
+                outline.push(Stretch::on_horizon(ends));
             }
             outline.push(stretch);
         }
@@ -240,9 +127,9 @@ pub(crate) fn fans<T: Real>(frame: &Frame, triangle: &Triangle, bits: usize) -> 
         && last.ends[1].height.is_zero()
     {
         let ends = [last.ends[1].clone(), first.ends[0].clone()];
-        outline.push(Stretch { ends, edge: None });
+        outline.push(Stretch::on_horizon(ends));
     }
-    let (apex, touched) = apex(frame, triangle, &outline, bits);
+    let (apex, touched) = apex(frame, triangle, &outline);
     let normal: BallVector<T> = vector(&triangle.normal, bits);
     let mut fans = Vec::with_capacity(8);
     for (index, stretch) in outline.iter().enumerate() {
@@ -250,54 +137,112 @@ pub(crate) fn fans<T: Real>(frame: &Frame, triangle: &Triangle, bits: usize) -> 
         if touched.contains(&Some(index)) {
             continue;
         }
-        let (foot, place) = stretch.nearest(frame, apex.near, bits);
+        let (foot, place) = stretch.nearest(frame, apex.near);
         if place != Place::End {
-            fans.push(fan(&apex, &foot, &stretch.ends[1], true, &normal, bits));
+            push_fans(&mut fans, [&apex, &foot, &stretch.ends[1]], true, &normal, bits);
         }
         if place != Place::Start {
-            fans.push(fan(&apex, &foot, &stretch.ends[0], false, &normal, bits));
+            push_fans(&mut fans, [&apex, &foot, &stretch.ends[0]], false, &normal, bits);
         }
     }
     fans
 }
 
-fn fan<T: Real>(apex: &Point<T>, foot: &Point<T>, end: &Point<T>, forward: bool, normal: &BallVector<T>, bits: usize) -> Fan<T> {
+/// Boundary longer than this times its distance from the apex is cut off.
+const LONG: f64 = 8.0;
+/// Where it is cut, in the same unit.
+const CUT: f64 = 3.0;
+
+/// The triangle from the apex to a stretch that starts at its foot. A thin one, cut into cells along its rays, would need a number of cells that
+/// grows as the square of the logarithm of its thinness; so the part beyond a few of its widths is a strip with rays along the stretch.
+fn push_fans<T: Real>(
+    fans: &mut Vec<Fan<T>>,
+    [apex, foot, end]: [&Point; 3],
+    forward: bool,
+    normal: &BallVector<T>,
+    bits: usize,
+) {
+    let (width, length) = (minus(foot.near, apex.near), minus(end.near, foot.near));
+    let thinness = (dot64(width, width) / dot64(length, length)).sqrt();
+    if !(thinness > 0.0 && thinness * LONG < 1.0) {
+        fans.push(fan(apex, foot, end, forward, normal, bits));
+        return;
+    }
+    let place = CUT * thinness;
+    let (on_edge, inside) = (Point::between(foot, place, end), Point::between(apex, place, end));
+    fans.push(fan(apex, foot, &on_edge, forward, normal, bits));
+    fans.push(fan(apex, &on_edge, &inside, forward, normal, bits));
+    fans.push(strip(&on_edge, &inside, end, forward, normal, bits));
+}
+
+fn fan<T: Real>(apex: &Point, foot: &Point, end: &Point, forward: bool, normal: &BallVector<T>, bits: usize) -> Fan<T> {
     let (start, way) = (foot.from(apex, bits), end.from(foot, bits));
-    let spanned: BallVector<T> = std::array::from_fn(|i| {
-        let (j, k) = ((i + 1) % 3, (i + 2) % 3);
-        &(&start[j] * &way[k]) - &(&start[k] * &way[j])
-    });
-    let measure = crate::ball::dot(&spanned, normal);
-    let heights = [apex.height.clone(), &foot.height - &apex.height, &end.height - &foot.height];
-    let near = [apex.near, [0, 1, 2].map(|i| start[i].leading()), [0, 1, 2].map(|i| way[i].leading())];
+    let measure = triple(&start, &way, normal);
+    let heights = [apex.height.clone(), &foot.height - &apex.height, &end.height - &foot.height, Exact::zero()];
+    let near = [apex.near, nearby(&start), nearby(&way), [0.0; 3]];
     Fan {
         apex: apex.position(bits),
         start,
         way,
+        shift: None,
         heights: heights.map(|h| Ball::from_exact(&h, bits)),
+        jacobian: Jacobian::Rising,
         measure: if forward { measure } else { -&measure },
         near,
     }
 }
 
+/// The triangle of rays from the side `low high` to the point `end`.
+fn strip<T: Real>(low: &Point, high: &Point, end: &Point, forward: bool, normal: &BallVector<T>, bits: usize) -> Fan<T> {
+    let (start, shift) = (end.from(low, bits), high.from(low, bits));
+    let way = shift.each_ref().map(|u| -u);
+    let measure = triple(&start, &shift, normal);
+    let climb = &high.height - &low.height;
+    let heights = [low.height.clone(), &end.height - &low.height, -&climb, climb];
+    let near = [low.near, nearby(&start), nearby(&way), nearby(&shift)];
+    Fan {
+        apex: low.position(bits),
+        start,
+        way,
+        shift: Some(shift),
+        heights: heights.map(|h| Ball::from_exact(&h, bits)),
+        jacobian: Jacobian::Falling,
+        measure: if forward { measure } else { -&measure },
+        near,
+    }
+}
+
+fn nearby<T: Real>(v: &BallVector<T>) -> [f64; 3] {
+    [0, 1, 2].map(|i| v[i].leading())
+}
+
+/// `(a x b).n`.
+fn triple<T: Real>(a: &BallVector<T>, b: &BallVector<T>, n: &BallVector<T>) -> Ball<T> {
+    let spanned: BallVector<T> = std::array::from_fn(|i| {
+        let (j, k) = ((i + 1) % 3, (i + 2) % 3);
+        &(&a[j] * &b[k]) - &(&a[k] * &b[j])
+    });
+    crate::ball::dot(&spanned, n)
+}
+
 /// The point nearest to the receiver, and the one or two stretches it is an end of or on.
-fn apex<T: Real>(frame: &Frame, triangle: &Triangle, outline: &[Stretch<T>], bits: usize) -> (Point<T>, [Option<usize>; 2]) {
+fn apex(frame: &Frame, triangle: &Triangle, outline: &[Stretch]) -> (Point, [Option<usize>; 2]) {
     let normal = [0, 1, 2].map(|i| triangle.normal[i].leading());
     let foot = {
         let r0 = outline[0].ends[0].near;
         let share = dot64(normal, r0) / dot64(normal, normal);
         normal.map(|n| n * share)
     };
-    let outside = |stretch: &Stretch<T>| {
+    let outside = |stretch: &Stretch| {
         let [start, end] = stretch.ends.each_ref().map(|p| p.near);
         dot64(cross64(minus(end, start), minus(foot, start)), normal) <= 0.0
     };
     if !outline.iter().any(outside) {
         return (interior(frame, triangle, foot), [None, None]);
     }
-    let mut best: Option<(f64, Point<T>, Place, usize)> = None;
+    let mut best: Option<(f64, Point, Place, usize)> = None;
     for (index, stretch) in outline.iter().enumerate() {
-        let (point, place) = stretch.nearest(frame, [0.0; 3], bits);
+        let (point, place) = stretch.nearest(frame, [0.0; 3]);
         let distance = dot64(point.near, point.near);
         if best.as_ref().is_none_or(|(least, ..)| distance < *least) {
             best = Some((distance, point, place, index));
@@ -315,7 +260,7 @@ fn apex<T: Real>(frame: &Frame, triangle: &Triangle, outline: &[Stretch<T>], bit
 
 /// A point of the triangle's plane next to `target`, exact: `r_0 + l e1 + m e2` with doubles l, m. The longest edge is e2: the error
 /// of l then moves the point along the shortest way, and m makes good for what it does along e2.
-fn interior<T: Real>(frame: &Frame, triangle: &Triangle, target: [f64; 3]) -> Point<T> {
+fn interior(frame: &Frame, triangle: &Triangle, target: [f64; 3]) -> Point {
     let near = triangle.corners.map(|i| [0, 1, 2].map(|axis| frame.vertices[i][axis].leading()));
     let length = |m: usize| {
         let e = minus(near[(m + 1) % 3], near[m]);

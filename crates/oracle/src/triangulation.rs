@@ -15,10 +15,9 @@ pub(crate) fn triangles(polygon: &Polygon) -> Vec<[usize; 3]> {
     let mut rest: Vec<usize> = (0..points.len()).collect();
     let mut triangles = Vec::with_capacity(points.len() - 2);
     while rest.len() > 3 {
-        let Some(place) = (0..rest.len()).find(|&place| is_flat(&points, &rest, place) || is_ear(&points, &rest, place)) else {
-            // A simple polygon always has an ear (Meisters 1975).
-            break;
-        };
+        let find = |kind: fn(&[Coord<f64>], &[usize], usize) -> bool| (0..rest.len()).find(|place| kind(&points, &rest, *place));
+        // A simple polygon always has an ear (Meisters 1975).
+        let Some(place) = find(is_flat).or_else(|| find(is_ear)) else { break };
         if !is_flat(&points, &rest, place) {
             triangles.push(around(&rest, place));
         }
