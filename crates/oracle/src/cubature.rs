@@ -4,15 +4,22 @@
 //! digits everywhere. The gradient's integral cancels near contact and loses `log10(size / height)` digits; the estimates count
 //! them, and a tolerance beyond them ends in [`Status::RoundoffLimited`]. Nothing is converged unless both estimates say so.
 
+mod adaptive;
+mod contour;
+mod gauss_kronrod;
+pub(crate) mod integrand;
+pub(crate) mod piece;
+mod triangle_rule;
+
 use glam::DVec3;
 use radgrad_core::{Emitter, Polygon, Receiver};
 
 use crate::Error;
-use crate::adaptive::{self, Goal, Refined};
-use crate::integrand::Integrand;
-use crate::piece::Piece;
-use crate::plane::Vertex;
+use crate::cubature::adaptive::{Goal, Refined};
+use crate::cubature::integrand::Integrand;
+use crate::cubature::piece::Piece;
 use crate::region::Region;
+use crate::region::plane::Vertex;
 use crate::source_function::SourceFunction;
 
 /// How an integration ended.

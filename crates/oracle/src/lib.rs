@@ -12,46 +12,17 @@
 //!
 //! Units: radiosity in the unit of the emission, the gradient in that unit over the unit of length.
 
-mod adaptive;
-mod arithmetic;
-mod astro;
-mod ball;
-mod cell;
-mod compensated;
 pub mod confidence;
-mod contour;
 pub mod cubature;
-mod double_double;
-mod ear_clipping;
 mod enclosure;
 mod error;
-mod exact;
-mod gauss_kronrod;
-mod integral;
-mod integrand;
-mod interval;
-mod legendre;
 pub mod monte_carlo;
-#[cfg(feature = "mpfr")]
-mod mpfr;
-mod outline;
-mod pass;
-mod piece;
-mod plane;
 mod region;
-mod sampling;
-mod silhouette;
-mod sobol;
-mod source;
 mod source_function;
-mod surface;
-mod triangle_rule;
-mod triangulation;
-mod visibility;
 
-pub use arithmetic::Arithmetic;
+pub use enclosure::arithmetic::Arithmetic;
+pub use enclosure::interval::Interval;
+pub use enclosure::source::{Polynomial, Source};
 pub use enclosure::{Enclosure, Request, enclose, enclose_source};
 pub use error::{Error, Reached};
-pub use interval::Interval;
-pub use source::{Polynomial, Source};
 pub use source_function::SourceFunction;

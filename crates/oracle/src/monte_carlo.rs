@@ -8,22 +8,27 @@
 //!
 //! With a randomised sequence a sample is the mean over one scrambling, so the intervals rest on the number of scramblings.
 
+mod sampling;
+mod silhouette;
+mod sobol;
+mod visibility;
+
 use radgrad_core::{Emitter, Polygon, Receiver};
 use rand::rngs::Xoshiro256PlusPlus;
 use rand::{Rng, SeedableRng};
 
 use crate::Error;
 use crate::confidence::{ConfidenceInterval, Moments, check_confidence};
-use crate::integrand::Integrand;
-use crate::piece::Four;
-use crate::plane::Triangle;
+use crate::cubature::integrand::Integrand;
+use crate::cubature::piece::Four;
+use crate::monte_carlo::sampling::Sampler;
+pub use crate::monte_carlo::sampling::Sampling;
+use crate::monte_carlo::silhouette::Silhouette;
+use crate::monte_carlo::sobol::{ScrambledSobol, unit_interval};
+use crate::monte_carlo::visibility::Occluders;
 use crate::region::Region;
-use crate::sampling::Sampler;
-pub use crate::sampling::Sampling;
-use crate::silhouette::Silhouette;
-use crate::sobol::{ScrambledSobol, unit_interval};
+use crate::region::plane::Triangle;
 use crate::source_function::SourceFunction;
-use crate::visibility::Occluders;
 
 /// Where the points of the unit square come from; the same seed gives the same points on every machine.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]

@@ -9,13 +9,17 @@
 //! Each triangle is cut at its point nearest to the receiver, the only place where the integrand peaks, and at the nearest point of
 //! each edge; from then on these are corners, and halving a triangle approaches them with full relative accuracy.
 
+mod compensated;
+mod ear_clipping;
+pub(crate) mod plane;
+
 use glam::DVec3;
 use radgrad_core::{Polygon, Receiver};
 
-use crate::compensated::{Pair, PairVector, cross, dot, normalising_power, unit};
-use crate::plane::{Edge, Triangle, Vertex};
+use crate::Error;
+use crate::region::compensated::{Pair, PairVector, cross, dot, normalising_power, unit};
+use crate::region::plane::{Edge, Triangle, Vertex};
 use crate::source_function::SourceFunction;
-use crate::{Error, ear_clipping};
 
 /// A vertex before rounding.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -7,7 +7,7 @@
 use radgrad_core::Polygon;
 use robust::{Coord, orient2d};
 
-use crate::exact::{Exact, scaled};
+use crate::enclosure::exact::{Exact, scaled};
 
 /// Indices of the corners of each triangle, in the polygon's order.
 pub(crate) fn triangles(polygon: &Polygon) -> Vec<[usize; 3]> {

@@ -6,12 +6,12 @@
 
 use std::sync::Arc;
 
-use crate::arithmetic::Real;
-use crate::ball::{Ball, BallVector, along, dot};
-use crate::cell::Cell;
-use crate::legendre::Rule;
-use crate::source::Expansion;
-use crate::surface::{Fan, Jacobian};
+use crate::enclosure::arithmetic::Real;
+use crate::enclosure::ball::{Ball, BallVector, along, dot};
+use crate::enclosure::cell::Cell;
+use crate::enclosure::legendre::Rule;
+use crate::enclosure::source::Expansion;
+use crate::enclosure::surface::{Fan, Jacobian};
 
 /// `int (n1.r)/|r|^4 (...)` with B, the components of grad B, and `grad B . r` in place of the dots.
 #[derive(Debug)]

@@ -13,8 +13,8 @@ use std::collections::BinaryHeap;
 
 use crate::Error;
 use crate::cubature::Status;
-use crate::piece::{Degrees, Four, Piece, Sums};
-use crate::plane::Vertex;
+use crate::cubature::piece::{Degrees, Four, Piece, Sums};
+use crate::region::plane::Vertex;
 
 /// Largest length of a piece over its distance from the receiver. At 2 the singularity is at `+-i` or further for a line through
 /// the piece mapped to `[-1, 1]`, so each degree gains a factor 2.4 or more (Bernstein's ellipse).

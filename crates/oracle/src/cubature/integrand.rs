@@ -6,9 +6,9 @@
 //! All factors of the first are positive where the emitter is seen, so it keeps its digits; the second changes sign, and near contact its
 //! integral is smaller than that of its magnitude by the factor `h / size`: that many digits are lost, and the caller counts them.
 
-use crate::piece::Four;
-use crate::plane::Vertex;
+use crate::cubature::piece::Four;
 use crate::region::Region;
+use crate::region::plane::Vertex;
 use crate::source_function::SourceFunction;
 
 /// What an integrand needs of a region and of a source. Integrands are without the factor `rho/pi`, in scaled lengths, gradients in

@@ -11,9 +11,9 @@
 //! it is the one that keeps the digits of the gradient near contact:
 //! `grad B(x) = (rho/pi) { int (h grad B + (r.grad B) n2) s/r^4 dA - oint B s (r x dy)/r^4 }`.
 
-use crate::integrand::Integrand;
-use crate::piece::{Four, Piece};
-use crate::plane::{Edge, Vertex};
+use crate::cubature::integrand::Integrand;
+use crate::cubature::piece::{Four, Piece};
+use crate::region::plane::{Edge, Vertex};
 
 impl Integrand<'_> {
     /// Eqs. 6 and 9, times `pi/rho`.
@@ -80,7 +80,7 @@ mod tests {
     use radgrad_core::{Emission, Emitter, Polygon, Receiver};
 
     use super::*;
-    use crate::adaptive::{self, Goal};
+    use crate::cubature::adaptive::{self, Goal};
     use crate::region::Region;
     use crate::source_function::SourceFunction;
 

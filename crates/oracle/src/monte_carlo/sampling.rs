@@ -7,8 +7,8 @@
 //! form of Peters (2021), carried in barycentric coordinates: no direction is rounded, so a triangle of 1e-10 sr is
 //! sampled as well as one of 2 pi sr.
 
-use crate::plane::{Triangle, Vertex};
 use crate::region::Region;
+use crate::region::plane::{Triangle, Vertex};
 
 /// How points are distributed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]

@@ -2,9 +2,9 @@
 
 use astro_float::{BigFloat, RoundingMode};
 
-use crate::arithmetic::Real;
-use crate::exact::{Exact, big, rounded, scaled};
-use crate::legendre::Rules;
+use crate::enclosure::arithmetic::Real;
+use crate::enclosure::exact::{Exact, big, rounded, scaled};
+use crate::enclosure::legendre::Rules;
 
 const NEAREST: RoundingMode = RoundingMode::ToEven;
 

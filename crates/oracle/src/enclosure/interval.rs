@@ -3,8 +3,8 @@
 use astro_float::{BigFloat, Consts, Radix, RoundingMode};
 
 use crate::Error;
-use crate::ball::up;
-use crate::exact::Exact;
+use crate::enclosure::ball::up;
+use crate::enclosure::exact::Exact;
 
 /// All numbers within a radius of a midpoint; the enclosed one is among them.
 #[derive(Debug, Clone, PartialEq)]

@@ -8,10 +8,10 @@ use glam::DVec3;
 use radgrad_core::{Emission, Emitter, Linear, Polygon};
 
 use crate::Error;
-use crate::arithmetic::Real;
-use crate::ball::{Ball, BallVector, vector};
-use crate::exact::{Exact, ExactVector, cross, difference, dot};
-use crate::surface::{Frame, Triangle};
+use crate::enclosure::arithmetic::Real;
+use crate::enclosure::ball::{Ball, BallVector, vector};
+use crate::enclosure::exact::{Exact, ExactVector, cross, difference, dot};
+use crate::enclosure::surface::{Frame, Triangle};
 
 /// A polynomial in the coordinates of the emitter's points.
 ///
@@ -275,7 +275,7 @@ pub(crate) fn origin(position: DVec3, scale: i32) -> ExactVector {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::double_double::DoubleDouble;
+    use crate::enclosure::double_double::DoubleDouble;
 
     #[test]
     fn a_moved_expansion_is_the_same_polynomial() {

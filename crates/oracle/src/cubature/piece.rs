@@ -1,8 +1,8 @@
 //! The pieces an integral is cut into: triangles of the emitter's plane and edges of their boundary, with the rules that serve them.
 
-use crate::gauss_kronrod;
-use crate::plane::{Edge, Triangle, Vertex};
-use crate::triangle_rule::{DEGREE_8, DEGREE_14, DEGREE_17, TriangleRule};
+use crate::cubature::gauss_kronrod;
+use crate::cubature::triangle_rule::{DEGREE_8, DEGREE_14, DEGREE_17, TriangleRule};
+use crate::region::plane::{Edge, Triangle, Vertex};
 
 /// A value and the three components of its gradient, as one integrand.
 pub(crate) type Four = [f64; 4];

@@ -8,12 +8,12 @@
 
 use radgrad_core::{Polygon, Receiver};
 
-use crate::arithmetic::Real;
-use crate::ball::{Ball, BallVector, vector};
-use crate::exact::{Exact, ExactVector, along, cross, difference, dot};
-use crate::outline::{Place, Point, Stretch};
-use crate::source::origin;
-use crate::triangulation::triangles;
+use crate::enclosure::arithmetic::Real;
+use crate::enclosure::ball::{Ball, BallVector, vector};
+use crate::enclosure::exact::{Exact, ExactVector, along, cross, difference, dot};
+use crate::enclosure::outline::{Place, Point, Stretch};
+use crate::enclosure::source::origin;
+use crate::enclosure::triangulation::triangles;
 
 /// A triangle of the emitter that faces the receiver and reaches above its horizon.
 #[derive(Debug)]
@@ -222,7 +222,7 @@ fn triple<T: Real>(a: &BallVector<T>, b: &BallVector<T>, n: &BallVector<T>) -> B
         let (j, k) = ((i + 1) % 3, (i + 2) % 3);
         &(&a[j] * &b[k]) - &(&a[k] * &b[j])
     });
-    crate::ball::dot(&spanned, n)
+    crate::enclosure::ball::dot(&spanned, n)
 }
 
 /// The point nearest to the receiver, and the one or two stretches it is an end of or on.

@@ -13,7 +13,7 @@
 //! the bracket is bounded below by a linear function. All in double precision, with the rounding taken off each bound.
 
 use crate::Error;
-use crate::surface::{Jacobian, dot64};
+use crate::enclosure::surface::{Jacobian, dot64};
 
 /// Relative slack for the rounding of the few dozen operations of a bound.
 const SLACK: f64 = 1e-12;
@@ -347,8 +347,8 @@ fn parted([low, high]: [f64; 2]) -> [[f64; 2]; 2] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::arithmetic::Real;
-    use crate::double_double::DoubleDouble;
+    use crate::enclosure::arithmetic::Real;
+    use crate::enclosure::double_double::DoubleDouble;
 
     fn gauss(count: usize, [low, high]: [f64; 2], f: impl Fn(f64) -> f64) -> f64 {
         let rule = DoubleDouble::rules().get(count, 106);

@@ -9,10 +9,10 @@
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, PoisonError};
 
-use crate::arithmetic::Real;
-use crate::astro::Astro;
-use crate::ball::Ball;
-use crate::exact::scaled;
+use crate::enclosure::arithmetic::Real;
+use crate::enclosure::astro::Astro;
+use crate::enclosure::ball::Ball;
+use crate::enclosure::exact::scaled;
 
 /// Nodes in (-1, 1), ascending, and their weights.
 #[derive(Debug)]
@@ -160,7 +160,7 @@ fn weight(count: usize, x: &Ball<Astro>, previous: &Ball<Astro>, bits: usize) ->
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::double_double::DoubleDouble;
+    use crate::enclosure::double_double::DoubleDouble;
 
     /// Integrals of the even monomials up to the rule's degree, and the first it misses.
     fn integrates_its_degree<T: Real>(count: usize, bits: usize, widest: f64) {

@@ -10,9 +10,9 @@ use glam::DVec3;
 use radgrad_core::Polygon;
 
 use crate::Error;
+use crate::monte_carlo::visibility::{Occluders, SeenPolygon};
 use crate::region::Region;
 use crate::source_function::SourceFunction;
-use crate::visibility::{Occluders, SeenPolygon};
 
 /// How far beside an edge, over the distance, it is decided what is seen there.
 const BESIDE: f64 = 1e-8;
