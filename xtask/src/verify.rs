@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
+use radgrad_audit::agreement::{Agreement, agreement};
 use radgrad_audit::family::Family;
 use radgrad_audit::gates::{Gates, Violation};
 use radgrad_audit::mutants::{self, Mutant, mutants};
@@ -68,7 +69,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<bool, Box<dyn Error>> {
     write_tables(&table, &arguments.out)?;
     let violations = gates.violations(&table);
     report(&violations)?;
-    let failed = !violations.is_empty() | !mutants_pass(run.seed, &gates, &arguments.out)?;
+    let failed = !violations.is_empty() | !mutants_pass(run.seed, &gates, &arguments.out)? | !oracles_agree(&run, &gates);
     println!("{}", if failed { "FAILED" } else { "passed" });
     Ok(!failed)
 }
@@ -127,6 +128,18 @@ fn mutants_pass(seed: u64, gates: &Gates, out: &Path) -> Result<bool, Box<dyn Er
         println!("VIOLATED mutants: {} is not caught, or the control is", row.name());
     }
     Ok(failed.is_empty())
+}
+
+fn oracles_agree(run: &Run, gates: &Gates) -> bool {
+    let Agreement { enclosed, cubature, monte_carlo, paper, contradictions } = agreement(run, SUBSAMPLE, gates.appendix_a());
+    println!(
+        "{enclosed} cases enclosed; cubature converged in {cubature}, Monte Carlo sampled {monte_carlo}, appendix A answered {paper}: {} disagree",
+        contradictions.len()
+    );
+    for contradiction in &contradictions {
+        println!("VIOLATED {contradiction}\n  replay: cargo xtask replay {}", contradiction.case);
+    }
+    contradictions.is_empty()
 }
 
 #[cfg(test)]

@@ -1,6 +1,6 @@
 //! The audit: randomised case families, each case measured against truth, error tables, and the gates they must stay within.
 
-//pub mod agreement;
+pub mod agreement;
 pub mod condition;
 pub mod decade;
 pub mod distribution;
