@@ -1,14 +1,15 @@
 //! Enclosures of the radiosity at a point and of its gradient: Eq. 1 of HS95 and its derivative, to the digits asked for.
 //!
 //! With `p = (rho/pi) / |n1|`, everything relative to the receiver and n1 of any length:
-//! - value: `B = p sum H/|N|^2 int J B (n1.r)/|r|^4 ds dt` over the fans of each triangle (`N`, `H`: [`crate::enclosure::surface::Triangle`]; `J = +-(a x b).N`);
-//! - gradient, differentiated under the integral and integrated by parts over the emitter, the horizon having no part in it since `n1.r = 0` there:
-//!   `p { sum 1/|N|^2 int J [H grad B + N (grad B . r)] (n1.r)/|r|^4 ds dt + sum over edges of int B (n1.r) (dr x r)/|r|^4 }`.
-//!   The edge form has no `1/h` in it, while the differentiated kernel cancels as `1/h` on contact.
+//! - value: `B = p sum H/|N|^2 int J B (n1.r)/|r|^4 ds dt` over the fans of each triangle (`N`, `H`:
+//!   [`crate::enclosure::surface::Triangle`]; `J = +-(a x b).N`);
+//! - gradient, differentiated under the integral and integrated by parts over the emitter, the horizon having no part in it
+//!   since `n1.r = 0` there: `p { sum 1/|N|^2 int J [H grad B + N (grad B . r)] (n1.r)/|r|^4 ds dt + sum over edges of int B
+//!   (n1.r) (dr x r)/|r|^4 }`. The edge form has no `1/h` in it, while the differentiated kernel cancels as `1/h` on contact.
 //!
-//! Each pass plans the cells in double precision for the tolerances of the moment, then evaluates them in ball arithmetic; the first passes
-//! only learn the magnitudes. The radius returned is the sum of the truncation bounds and the rounding radius: it is proven, not estimated.
-//! Units: radiosity as the emission, gradient in that over the unit of length.
+//! Each pass plans the cells in double precision for the tolerances of the moment, then evaluates them in ball arithmetic; the
+//! first passes only learn the magnitudes. The radius returned is the sum of the truncation bounds and the rounding radius: it
+//! is proven, not estimated. Units: radiosity as the emission, gradient in that over the unit of length.
 
 pub(crate) mod arithmetic;
 mod astro;

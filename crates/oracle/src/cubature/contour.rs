@@ -1,11 +1,14 @@
-//! Two other forms of the same integrals, partly along the contour of what is seen: HS95 Eqs. 6 and 9, and the visible boundary form.
+//! Two other forms of the same integrals, partly along the contour of what is seen: HS95 Eqs. 6 and 9, and the visible boundary
+//! form.
 //!
-//! With `k = n1 x (grad B x n2)`, counter-clockwise contour, and the printed Eq. 9 corrected (sign of its left side; second integrand):
+//! With `k = n1 x (grad B x n2)`, counter-clockwise contour, and the printed Eq. 9 corrected (sign of its left side; second
+//! integrand):
 //! - Eq. 6: `(2pi/rho) B(x) = -oint B n1.(r x dy)/r^2 + int k.r/r^2 dA`
 //! - Eq. 9: `-(2pi/rho) grad B(x) = oint B (n1 x dy)/r^2 + 2 oint B (n1.(r x dy)) r/r^4 + int k/r^2 dA - 2 int (k.r) r/r^4 dA`
 //!
-//! Both are Stokes' theorem on a fixed region, so every edge of the clipped polygon counts, the horizon's too. They cancel where little is
-//! seen: `log10(distance / size)` digits far away, three times `log10(size / width)` for the value of a sliver over the horizon.
+//! Both are Stokes' theorem on a fixed region, so every edge of the clipped polygon counts, the horizon's too. They cancel
+//! where little is seen: `log10(distance / size)` digits far away, three times `log10(size / width)` for the value of a sliver
+//! over the horizon.
 //!
 //! The visible boundary form lets the contour move and integrates by parts; it vanishes on the horizon, where `s = n1.r = 0`, and
 //! it is the one that keeps the digits of the gradient near contact:

@@ -1,4 +1,5 @@
-//! The pieces an integral is cut into: triangles of the emitter's plane and edges of their boundary, with the rules that serve them.
+//! The pieces an integral is cut into: triangles of the emitter's plane and edges of their boundary, with the rules that serve
+//! them.
 
 use crate::cubature::gauss_kronrod;
 use crate::cubature::triangle_rule::{DEGREE_8, DEGREE_14, DEGREE_17, TriangleRule};
@@ -58,8 +59,8 @@ impl Degrees {
     }
 }
 
-/// What the difference of degrees 14 and 17 is multiplied by to estimate the error of the latter: on a needle, where the two differ
-/// little in what they resolve, the plain difference was measured to be as small as 0.93 of the error.
+/// What the difference of degrees 14 and 17 is multiplied by to estimate the error of the latter: on a needle, where the two
+/// differ little in what they resolve, the plain difference was measured to be as small as 0.93 of the error.
 const CAUTION: f64 = 4.0;
 
 impl Piece {

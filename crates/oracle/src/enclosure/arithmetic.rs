@@ -1,6 +1,7 @@
 //! The number types an enclosure can be computed with, behind one trait.
 //!
-//! An operation returns its rounded result and a proven bound on its rounding error; [`crate::enclosure::ball::Ball`] composes them.
+//! An operation returns its rounded result and a proven bound on its rounding error; [`crate::enclosure::ball::Ball`] composes
+//! them.
 
 use std::fmt::Debug;
 

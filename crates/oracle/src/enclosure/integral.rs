@@ -1,8 +1,8 @@
 //! The integrals over one fan and along one edge, in ball arithmetic.
 //!
-//! On a line t = const, `r = q + s c`: `r.r = q.q + s (2 q.c + s c.c)`, `n1.r` is affine in s and the emission a polynomial in s, so there the
-//! product rule is a sum of the moments `T_k = sum w s^k J(s) / (r.r)^2` times coefficients that do not depend on s.
-//! Each line starts at its nearest point: `q.c >= 0`, nothing cancels in `r.r`.
+//! On a line t = const, `r = q + s c`: `r.r = q.q + s (2 q.c + s c.c)`, `n1.r` is affine in s and the emission a polynomial in
+//! s, so there the product rule is a sum of the moments `T_k = sum w s^k J(s) / (r.r)^2` times coefficients that do not depend
+//! on s. Each line starts at its nearest point: `q.c >= 0`, nothing cancels in `r.r`.
 
 use std::sync::Arc;
 

@@ -100,7 +100,8 @@ impl Interval {
         (outward(&low, -1), outward(&high, 1))
     }
 
-    /// The midpoint as a decimal number, cut after the last digit that is larger than the radius; 0 if the radius is larger than the midpoint.
+    /// The midpoint as a decimal number, cut after the last digit that is larger than the radius; 0 if the radius is larger
+    /// than the midpoint.
     ///
     /// # Errors
     /// If memory is exhausted.

@@ -1,4 +1,5 @@
-//! Arbitrary precision through MPFR, round to nearest: by its standard the same bits as [`crate::enclosure::astro`], from an independent implementation.
+//! Arbitrary precision through MPFR, round to nearest: by its standard the same bits as [`crate::enclosure::astro`], from an
+//! independent implementation.
 
 use astro_float::{BigFloat, Sign};
 use rug::float::Round;

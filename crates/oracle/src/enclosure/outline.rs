@@ -1,7 +1,8 @@
 //! The outline of a triangle's visible part: stretches of its edges and of the horizon, with exact ends.
 //!
-//! Where an edge crosses the horizon is a quotient of dyadic rationals. Points keep numerator and divisor, so that the way between two of
-//! them has all its digits even where they nearly coincide: on contact the horizon passes the foot at a distance of the order of the height.
+//! Where an edge crosses the horizon is a quotient of dyadic rationals. Points keep numerator and divisor, so that the way
+//! between two of them has all its digits even where they nearly coincide: on contact the horizon passes the foot at a distance
+//! of the order of the height.
 
 use crate::enclosure::arithmetic::Real;
 use crate::enclosure::ball::{Ball, BallVector};

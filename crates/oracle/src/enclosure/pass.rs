@@ -12,7 +12,8 @@ use crate::enclosure::source::{Expansion, Source};
 use crate::enclosure::surface::{Fan, Frame, Jacobian, fans};
 use crate::error::Reached;
 
-/// Share of the tolerance a cell may use in one direction: a few hundred cells stay below it all, as most keep well under their share.
+/// Share of the tolerance a cell may use in one direction: a few hundred cells stay below it all, as most keep well under their
+/// share.
 const SHARE: f64 = 1.0 / 256.0;
 
 /// What multiplies the integrals: `rho / (pi |n1|)`.
@@ -275,7 +276,8 @@ impl<T: Real> Pass<T> {
         }
     }
 
-    /// Tolerances for the digits asked where the magnitude is known, and five orders less where it is not; none if rounding is what is in the way.
+    /// Tolerances for the digits asked where the magnitude is known, and five orders less where it is not; none if rounding is
+    /// what is in the way.
     pub(crate) fn next_tolerances(&self, last: Tolerances, goal: f64, reached: Reached) -> Option<Tolerances> {
         let rounding = self.rounding();
         let known = |middle: f64, radius: f64| middle.abs() > 4.0 * radius;
