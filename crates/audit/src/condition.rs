@@ -1,6 +1,6 @@
 //! The condition of a case: how far a rounding of the input, by half an ulp of every number in it, can move the answer.
 //!
-//! `effect = sum over motions m of |df/dm| u_m`, f the radiosity or the gradient (Euclidean norm), u_m what half an ulp amounts to:
+//! `effect = sum over motions m of |df/dm| u_m`, f the radiosity or the gradient (Euclidean norm), `u_m` what half an ulp amounts to:
 //! - receiver and emitter against each other along each axis: half an ulp of the receiver's coordinate and of the largest vertex's;
 //! - the normal n1 turned about two axes: `eps/2`;
 //! - the emitter's plane turned about two axes in it: half an ulp of the largest coordinate over the width across;

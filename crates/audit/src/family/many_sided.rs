@@ -108,7 +108,7 @@ pub(super) fn concave(sampler: &mut Sampler) -> Scene {
 /// Convex, its coordinates up to 2^19 and exact.
 pub(super) fn far_origin(sampler: &mut Sampler) -> Scene {
     let far = sampler.integer(0, 43);
-    let offset = std::array::from_fn(|_| sampler.integer(-(1 << 30), 1 << 30) * (1 << 14) >> (43 - far));
+    let offset = std::array::from_fn(|_| (sampler.integer(-(1 << 30), 1 << 30) * (1 << 14)) >> (43 - far));
     let lattice = Lattice::random(sampler).moved(offset);
     OnLattice::convex(sampler, lattice).seen(sampler)
 }

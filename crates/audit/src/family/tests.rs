@@ -47,9 +47,7 @@ fn every_case_but_those_to_be_refused_is_valid() {
 fn cases_to_be_refused_are_refused_for_their_vertices() {
     for index in 0..COUNT {
         match Family::EqualVertices.case(1, index).problem() {
-            Err(Error::Emitter(CoreError::RepeatedVertex { .. } | CoreError::NotSimple { .. } | CoreError::ZeroArea { .. })) => {
-                ()
-            }
+            Err(Error::Emitter(CoreError::RepeatedVertex { .. } | CoreError::NotSimple { .. } | CoreError::ZeroArea { .. })) => {}
             other => panic!("case {index}: {other:?}"),
         }
     }
