@@ -32,6 +32,11 @@ impl<N: Number> Ball<N> {
     }
 
     #[inline]
+    pub(crate) const fn middle(self) -> N {
+        self.mid
+    }
+
+    #[inline]
     fn size(self) -> f64 {
         self.mid.high().abs()
     }

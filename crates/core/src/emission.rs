@@ -1,4 +1,5 @@
-//! What an emitter sends out: its radiosity `B(y)`, constant or linear over the polygon (HS95 sections A.1 and A.2).
+//! What an emitter sends out: its radiosity `B(y)`, constant or linear over the polygon (HS95 sections A.1 and A.2), or a
+//! polynomial.
 //!
 //! Units: radiosity in W/m2 (or any other unit, kept), gradient in that unit over the unit of length. The condition of a linear
 //! emission given by vertex values on a needle is the needle's: its gradient across is a difference over the width.
@@ -8,6 +9,7 @@ use glam::DVec3;
 use crate::Error;
 use crate::double_double::{DoubleDouble, UNIT};
 use crate::geometry::{COORDINATE_ROUNDING, Polygon, exact_offset, normalising_power};
+use crate::polynomial::{InPlane, Polynomial};
 use crate::vec3::Vec3;
 
 /// The radiosity of an emitter over its polygon, as the user states it.
@@ -17,6 +19,8 @@ pub enum Emission {
     Constant(f64),
     /// An affine function of the position.
     Linear(Linear),
+    /// A polynomial of the position.
+    Polynomial(Polynomial),
 }
 
 /// Two ways to state an affine emission.
@@ -60,7 +64,9 @@ impl Emission {
 pub struct Emitter {
     polygon: Polygon,
     emission: Emission,
+    /// The emission; of a polynomial, its tangent at vertex 0.
     affine: Affine,
+    polynomial: Option<InPlane>,
     /// Brings the emission to a size of about 1.
     power: f64,
 }
@@ -76,33 +82,39 @@ pub(crate) struct Affine {
     pub(crate) residual: f64,
 }
 
-/// Vertex values may be off one affine function by this fraction of the largest of them, beside the effect of rounded coordinates.
+/// Vertex values may be off one affine function by this fraction of the largest of them, beside the effect of rounded
+/// coordinates.
 const AFFINITY: f64 = 4e-12;
 
 impl Emitter {
     /// An emitter with the given polygon and emission.
     ///
     /// # Errors
-    /// If a value is not finite, the number of vertex values is not the number of vertices, or they do not lie on one affine function.
+    /// If a value is not finite, the number of vertex values is not the number of vertices, or they do not lie on one affine
+    /// function.
     pub fn new(polygon: Polygon, emission: Emission) -> Result<Self, Error> {
-        let affine = match &emission {
+        let (affine, polynomial) = match &emission {
             Emission::Constant(value) => {
                 finite(*value, || "value".to_owned())?;
-                Affine { value: *value, gradient: Vec3::default(), gradient_error: 0.0, residual: 0.0 }
+                (Affine { value: *value, gradient: Vec3::default(), gradient_error: 0.0, residual: 0.0 }, None)
             }
-            Emission::Linear(Linear::AtVertices(values)) => through_vertices(&polygon, values)?,
+            Emission::Linear(Linear::AtVertices(values)) => (through_vertices(&polygon, values)?, None),
             Emission::Linear(Linear::Gradient { value, gradient }) => {
                 finite(*value, || "value at vertex 0".to_owned())?;
                 for (axis, component) in gradient.to_array().into_iter().enumerate() {
                     finite(component, || format!("gradient component {axis}"))?;
                 }
-                in_plane(&polygon, *value, (*gradient).into())
+                (in_plane(&polygon, *value, (*gradient).into()), None)
+            }
+            Emission::Polynomial(polynomial) => {
+                let plane = InPlane::new(&polygon, polynomial)?;
+                (plane.tangent(), Some(plane))
             }
         };
         let steepest = affine.gradient.map(|c| c.hi.abs());
         let variation = steepest.x.max(steepest.y).max(steepest.z) * polygon.size();
-        let power = normalising_power(affine.value.abs().max(variation));
-        Ok(Self { polygon, emission, affine, power })
+        let largest = polynomial.as_ref().map_or(affine.value.abs().max(variation), InPlane::largest);
+        Ok(Self { power: normalising_power(largest), polygon, emission, affine, polynomial })
     }
 
     /// The polygon.
@@ -117,23 +129,63 @@ impl Emitter {
         &self.emission
     }
 
-    /// Gradient of the emission over the polygon's plane; zero for a constant emission.
+    /// Gradient of the emission over the polygon's plane, at vertex 0; zero for a constant emission, and the same everywhere
+    /// for a linear one.
     #[must_use]
     pub fn emission_gradient(&self) -> DVec3 {
         self.affine.gradient.map(DoubleDouble::to_f64).into()
     }
 
+    /// Gradient of the emission over the polygon's plane at a point of it.
+    #[must_use]
+    pub fn emission_gradient_at(&self, point: DVec3) -> DVec3 {
+        match &self.emission {
+            Emission::Polynomial(polynomial) => polynomial.gradient_at(point).reject_from_normalized(self.polygon.normal()),
+            Emission::Constant(_) | Emission::Linear(_) => self.emission_gradient(),
+        }
+    }
+
     /// Emission `B(y)` at a point of the polygon's plane.
     #[must_use]
     pub fn emission_at(&self, point: DVec3) -> f64 {
-        self.affine.value + self.emission_gradient().dot(point - self.polygon.vertices()[0])
+        match &self.emission {
+            Emission::Polynomial(polynomial) => polynomial.at(point),
+            Emission::Constant(_) | Emission::Linear(_) => {
+                self.affine.value + self.emission_gradient().dot(point - self.polygon.vertices()[0])
+            }
+        }
     }
 
-    /// Largest magnitude of the emission over the polygon: at a vertex, the emission being affine.
+    /// Largest magnitude of the emission over the polygon: for a constant or linear emission that at a vertex, for a polynomial
+    /// an upper bound.
     #[must_use]
     pub fn largest_emission(&self) -> f64 {
+        if let Some(plane) = &self.polynomial {
+            return plane.largest();
+        }
         let vertices = self.polygon.vertices().iter();
         vertices.map(|v| self.emission_at(*v).abs()).fold(0.0, f64::max) + self.affine.residual
+    }
+
+    /// Largest length of the emission's gradient over the polygon: for a polynomial an upper bound.
+    #[must_use]
+    pub fn steepest_emission(&self) -> f64 {
+        self.polynomial.as_ref().map_or_else(|| self.emission_gradient().length(), InPlane::steepest)
+    }
+
+    /// Whether the emission is stated to be zero everywhere.
+    pub(crate) fn is_dark(&self) -> bool {
+        match &self.emission {
+            Emission::Constant(value) => *value == 0.0,
+            Emission::Linear(Linear::AtVertices(values)) => values.iter().all(|value| *value == 0.0),
+            Emission::Linear(Linear::Gradient { value, gradient }) => *value == 0.0 && *gradient == DVec3::ZERO,
+            Emission::Polynomial(polynomial) => polynomial.terms().iter().all(|term| term.coefficient == 0.0),
+        }
+    }
+
+    /// The polynomial emission in the plane, where it is one.
+    pub(crate) const fn polynomial(&self) -> Option<&InPlane> {
+        self.polynomial.as_ref()
     }
 
     /// The emission times [`Self::power`].
@@ -167,8 +219,8 @@ fn in_plane(polygon: &Polygon, value: f64, gradient: Vec3<f64>) -> Affine {
     Affine { value, gradient: given - normal * normal.dot(given), gradient_error: error, residual: 0.0 }
 }
 
-/// The affine function through the vertex values. By the divergence theorem in the plane, `grad B = (1/A) sum (B_i + B_{i+1})/2 (e_i x n2)`
-/// for any polygon; for three vertices it is the interpolant.
+/// The affine function through the vertex values. By the divergence theorem in the plane,
+/// `grad B = (1/A) sum (B_i + B_{i+1})/2 (e_i x n2)` for any polygon; for three vertices it is the interpolant.
 fn through_vertices(polygon: &Polygon, values: &[f64]) -> Result<Affine, Error> {
     let vertices = polygon.vertices();
     let count = vertices.len();
@@ -190,8 +242,8 @@ fn through_vertices(polygon: &Polygon, values: &[f64]) -> Result<Affine, Error> 
     let normal = polygon.precise_normal();
     let norm = normal.dot(twice_area);
     let gradient = weighted.cross(normal).map(|c| c.divided_by(norm).scaled(power));
-    // Offsets are below 4 in length and differences of values below `spread`: each term of the sum is below 8 spread, and so off by 64 units of
-    // that; the normal's error turns and scales the quotient.
+    // Offsets are below 4 in length and differences of values below `spread`: each term of the sum is below 8 spread, and so
+    // off by 64 units of that; the normal's error turns and scales the quotient.
     let spread = (0..count).map(|i| above_first(i).hi.abs()).fold(0.0, f64::max);
     let length = 8.0 * count as f64 * spread / norm.hi * power;
     let gradient_error = length * (64.0 * UNIT + 4.0 * polygon.normal_error());

@@ -6,7 +6,7 @@
 //! 3. The Gauss rule with more nodes, where that is still cheaper than:
 //! 4. the closed form in double-double with a running bound.
 //!
-//! A rung whose bound is above the tolerance hands over to the next; the last one answers with what it has.
+//! A rung whose bound is above the tolerance hands over to the next; where all are, the one with the smallest bound answers.
 
 use glam::DVec3;
 
@@ -30,6 +30,7 @@ struct Budget {
 
 const CONSTANT: Budget = Budget { cheap: 60, dear: 400 };
 const LINEAR: Budget = Budget { cheap: 400, dear: 4000 };
+const POLYNOMIAL: Budget = Budget { cheap: 400, dear: 8000 };
 
 /// What a rung of the ladder evaluates.
 #[derive(Clone, Copy)]
@@ -57,12 +58,25 @@ impl Found {
         self.radiosity_error <= tolerance * self.radiosity.abs()
             && self.gradient_error <= tolerance * self.gradient.norm_squared().sqrt()
     }
+
+    /// The larger of the two relative bounds; infinite where one of them bounds nothing.
+    fn relative_error(&self) -> f64 {
+        let shares = [self.radiosity_error / self.radiosity.abs(), self.gradient_error / self.gradient.norm_squared().sqrt()];
+        if shares.iter().any(|share| share.is_nan()) { f64::INFINITY } else { shares[0].max(shares[1]) }
+    }
 }
 
 impl Case<'_> {
     pub(crate) fn answer(&self, tolerance: f64) -> Result<Answer, Error> {
+        if self.emitter.is_dark() {
+            return Ok(Answer::ZERO);
+        }
         let is_constant = matches!(self.emitter.emission(), Emission::Constant(_));
-        let budget = if is_constant { CONSTANT } else { LINEAR };
+        let budget = match self.emitter.emission() {
+            Emission::Constant(_) => CONSTANT,
+            Emission::Linear(_) => LINEAR,
+            Emission::Polynomial(_) => POLYNOMIAL,
+        };
         let rule = if self.occluders.is_empty() { Rule::new(self.receiver, self.emitter, self.plan) } else { None };
         let by_rule = |most: usize| {
             let rule = rule.as_ref().filter(|rule| rule.nodes() <= most)?;
@@ -78,10 +92,17 @@ impl Case<'_> {
         if let Some(found) = by_rule(budget.dear) {
             return self.scaled(found, Method::Quadrature);
         }
-        self.scaled(self.certified::<DoubleDouble>(), Method::DoubleDouble)
+        let found = self.certified::<DoubleDouble>();
+        if found.meets(tolerance) {
+            return self.scaled(found, Method::DoubleDouble);
+        }
+        match rule.map(|rule| self.by_quadrature(&rule)) {
+            Some(other) if other.relative_error() < found.relative_error() => self.scaled(other, Method::Quadrature),
+            _ => self.scaled(found, Method::DoubleDouble),
+        }
     }
 
-    fn by_quadrature(&self, rule: &Rule) -> Found {
+    fn by_quadrature(&self, rule: &Rule<'_>) -> Found {
         let integral = rule.integrate();
         let albedo: f64 = albedo(self.receiver);
         // Quotient and product.

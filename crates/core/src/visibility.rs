@@ -100,7 +100,7 @@ impl Subtraction {
         let (height, error) = precise_height(receiver.position(), polygon, plan.power);
         let height = height.hi - error - polygon.planarity_defect() * plan.power;
         // Points of the emitter are at most 2 sqrt(3) away, so 1/c <= 4/h.
-        let steepness = (emitter.emission_gradient() * emitter.power()).length() / plan.power * (1.0 + 4.0 / height) * 1.01;
+        let steepness = emitter.steepest_emission() * emitter.power() / plan.power * (1.0 + 4.0 / height) * 1.01;
         Self { height, emission: emitter.largest_emission() * emitter.power() * 1.01, steepness, doubt: Doubt::default() }
     }
 
