@@ -9,13 +9,13 @@
 //!
 //! These keep a polygon of any number of vertices planar, where moving single coordinates would bend it.
 //!
-//! The derivatives are central differences of core's closed form, by 1/16 of the closest feature of the case (distance to vertex, edge,
+//! The derivatives are central differences of core's answers, by 1/16 of the closest feature of the case (distance to vertex, edge,
 //! plane, horizon; width of the emitter), so good to a few per cent. A step of an ulp would measure core's rounding errors instead, and
-//! an error divided by itself passes every gate; here core's error enters multiplied by 8 ulp over that feature's size. Where
+//! an error divided by itself passes every gate; here the error of a certified answer enters multiplied by 8 ulp over that feature's size. Where
 //! a feature is within 16 ulp the step is an ulp's half after all, and the condition says what it is: the input determines no digit.
 
 use glam::DVec3;
-use radgrad_core::{Emission, Emitter, Error, Polygon, Receiver, radiosity_and_gradient};
+use radgrad_core::{Emission, Emitter, Error, Polygon, Receiver, evaluate};
 
 /// What half an ulp in every number of the input may do to the answer.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -36,11 +36,11 @@ impl Condition {
     /// If core refuses to answer, or a moved emitter is no longer valid.
     pub fn of(receiver: &Receiver, emitter: &Emitter) -> Result<Self, Error> {
         let setup = Setup::new(receiver, emitter);
-        let (radiosity, gradient) = radiosity_and_gradient(receiver, emitter)?;
+        let (radiosity, gradient) = answer(receiver, emitter)?;
         let mut sum = Self { radiosity: f64::EPSILON * radiosity.abs(), gradient: f64::EPSILON * gradient.length() };
         for (motion, half_ulp, lever) in setup.motions() {
             let step = half_ulp.max(STEP * setup.feature / lever);
-            let at = |step| setup.moved(motion, step).and_then(|(r, e)| radiosity_and_gradient(&r, &e));
+            let at = |step| setup.moved(motion, step).and_then(|(r, e)| answer(&r, &e));
             let (forward, backward) = (at(step)?, at(-step)?);
             let share = half_ulp / (2.0 * step);
             sum.radiosity += share * (forward.0 - backward.0).abs();
@@ -48,6 +48,11 @@ impl Condition {
         }
         Ok(sum)
     }
+}
+
+/// The certified answer: its digits are what keeps the differences clean where the closed form in doubles has lost its own.
+fn answer(receiver: &Receiver, emitter: &Emitter) -> Result<(f64, DVec3), Error> {
+    evaluate(receiver, emitter, &[]).map(|answer| (answer.radiosity, answer.gradient))
 }
 
 /// A change of the input by a small number.
@@ -186,6 +191,7 @@ fn half_ulp(x: f64) -> f64 {
 mod tests {
     use super::*;
     use crate::family::Family;
+    use radgrad_core::radiosity_and_gradient;
 
     fn relative(family: Family, index: u64) -> (f64, f64) {
         let problem = family.case(1, index).problem().unwrap();
