@@ -61,7 +61,11 @@ fn shifted(case: &Case) -> impl Iterator<Item = Case> + '_ {
     let origins = [Some(case.receiver.position), case.emitter.vertices.first().copied()];
     origins.into_iter().flatten().map(|origin| {
         let mut moved = case.clone();
-        for point in std::iter::once(&mut moved.receiver.position).chain(&mut moved.emitter.vertices) {
+        let anchor = match &mut moved.emitter.emission {
+            EmissionRecord::Polynomial { polynomial } => Some(&mut polynomial.origin),
+            EmissionRecord::Constant { .. } | EmissionRecord::Vertices { .. } | EmissionRecord::Gradient { .. } => None,
+        };
+        for point in std::iter::once(&mut moved.receiver.position).chain(&mut moved.emitter.vertices).chain(anchor) {
             *point = [0, 1, 2].map(|axis| point[axis] - origin[axis]);
         }
         moved
@@ -105,6 +109,10 @@ fn numbers(case: &mut Case) -> Vec<&mut f64> {
         EmissionRecord::Gradient { value, gradient } => {
             all.push(value);
             all.extend(gradient);
+        }
+        EmissionRecord::Polynomial { polynomial } => {
+            all.extend(&mut polynomial.origin);
+            all.extend(polynomial.terms.iter_mut().map(|term| &mut term.coefficient));
         }
     }
     all

@@ -33,7 +33,7 @@ impl Scene {
         self.vertices.reverse();
         match &mut self.emission {
             EmissionRecord::Vertices { vertices } => vertices.reverse(),
-            EmissionRecord::Constant { .. } | EmissionRecord::Gradient { .. } => (),
+            EmissionRecord::Constant { .. } | EmissionRecord::Gradient { .. } | EmissionRecord::Polynomial { .. } => (),
         }
         self
     }
