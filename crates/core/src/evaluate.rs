@@ -14,7 +14,7 @@ use crate::double_double::DoubleDouble;
 use crate::linear::{LinearSum, Seen};
 use crate::number::Number;
 use crate::plan::{Plan, unit_normal};
-use crate::real::Real;
+use crate::real::{RadiusOf, Real};
 use crate::vec3::Vec3;
 use crate::{Emission, Emitter, Error, Polygon, Receiver, horizon, visibility};
 
@@ -195,7 +195,6 @@ impl<T: Real> Terms<T> {
     #[inline]
     fn sum<const VALUE: bool, const GRADIENT: bool>(case: &Case<'_>) -> Option<Self> {
         let Case { receiver, emitter, plan, .. } = *case;
-        let emission = emitter.affine();
         let terms = if let Emission::Constant(_) = emitter.emission() {
             let mut angles = SolidAngleVector::zero();
             let mut edges = EdgeSum::new(unit_normal(receiver));
@@ -207,10 +206,10 @@ impl<T: Real> Terms<T> {
                     edges.add(arc);
                 }
             })?;
-            let emission = T::exact(emission.value);
+            let emission = T::exact(emitter.affine().value);
             Self { irradiance: angles.phi() * emission, gradient: edges.sum() * emission }.widened(doubt)
         } else {
-            let mut sum = LinearSum::new(Seen::new(receiver, emitter.polygon(), emission, plan.power));
+            let mut sum = LinearSum::new(Seen::new(receiver, emitter, plan.power));
             let doubt = visit(case, |arc: &Arc<T>| sum.add::<GRADIENT>(arc))?;
             let total = sum.total();
             Self { irradiance: total.irradiance, gradient: total.gradient }.widened(doubt)
@@ -218,7 +217,7 @@ impl<T: Real> Terms<T> {
         Some(terms)
     }
 
-    fn widened(self, doubt: visibility::Doubt) -> Self {
+    fn widened(self, doubt: visibility::Doubt<RadiusOf<T>>) -> Self {
         Self {
             irradiance: self.irradiance.map(|c| c.widened(doubt.irradiance)),
             gradient: self.gradient.map(|c| c.widened(doubt.gradient)),
@@ -242,11 +241,11 @@ impl<T: Real> Terms<T> {
 
 /// Calls the arcs of the visible boundary; returns what undecided visibility may change, or `None` where nothing is visible.
 #[inline]
-fn visit<T: Real>(case: &Case<'_>, visit: impl FnMut(&Arc<T>)) -> Option<visibility::Doubt> {
+fn visit<T: Real>(case: &Case<'_>, visit: impl FnMut(&Arc<T>)) -> Option<visibility::Doubt<RadiusOf<T>>> {
     let Case { receiver, emitter, occluders, plan } = *case;
     if occluders.is_empty() {
         horizon::visit_boundary(receiver, emitter.polygon(), plan, visit);
-        Some(visibility::Doubt::default())
+        Some(visibility::Doubt::none())
     } else {
         visibility::visit_boundary(receiver, emitter, occluders, plan, visit)
     }

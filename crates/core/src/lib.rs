@@ -14,6 +14,7 @@ mod horizon;
 mod linear;
 mod number;
 mod plan;
+mod radius;
 mod real;
 mod triangulate;
 mod vec3;
