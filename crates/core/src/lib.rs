@@ -1,6 +1,8 @@
 //! Radiosity and its gradient at a receiver point due to a polygonal emitter, in closed form.
 
 mod arc;
+#[cfg(feature = "arbitrary-precision")]
+mod big;
 mod certify;
 mod constant;
 mod dilogarithm;
