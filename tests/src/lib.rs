@@ -1,1 +1,50 @@
-//! Tests that cross crates live in `tests/`; this library is empty.
+//! What the tests across crates share; the tests themselves are in `tests/`.
+
+use glam::DVec3;
+use radgrad_core::{Emitter, Error, Receiver, paper};
+
+pub mod decimal;
+pub mod direct;
+pub mod problem;
+pub mod reference;
+
+/// A way to compute radiosity and its gradient.
+pub type Form = fn(&Receiver, &Emitter) -> Result<(f64, DVec3), Error>;
+
+/// Both implementations: what holds for one must hold for the other.
+pub const FORMS: [(&str, Form); 2] = [("arc form", radgrad_core::radiosity_and_gradient), ("appendix A", appendix_a)];
+
+/// Appendix A of the paper, corrected.
+///
+/// # Errors
+/// As [`paper::radiosity_and_gradient`].
+pub fn appendix_a(receiver: &Receiver, emitter: &Emitter) -> Result<(f64, DVec3), Error> {
+    paper::radiosity_and_gradient(receiver, emitter, None)
+}
+
+/// Relative errors of a radiosity and of its gradient (Euclidean norm) against a reference.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RelativeError {
+    /// Of the radiosity.
+    pub radiosity: f64,
+    /// Of the gradient.
+    pub gradient: f64,
+}
+
+impl RelativeError {
+    /// Error of `found` against `expected`, neither of which may be 0 where the other is not: that gives infinity.
+    #[must_use]
+    pub fn of(found: (f64, DVec3), expected: (f64, DVec3)) -> Self {
+        let relative = |error: f64, size: f64| if error == 0.0 { 0.0 } else { error / size };
+        Self {
+            radiosity: relative((found.0 - expected.0).abs(), expected.0.abs()),
+            gradient: relative((found.1 - expected.1).length(), expected.1.length()),
+        }
+    }
+
+    /// The larger of the two; NaN if either is.
+    #[must_use]
+    pub fn largest(self) -> f64 {
+        if self.radiosity.is_nan() || self.gradient.is_nan() { f64::NAN } else { self.radiosity.max(self.gradient) }
+    }
+}

@@ -1,2 +1,56 @@
-//! P.
-fn main() {}
+//! The program `radgrad`.
+//!
+//! Exit status: 0 if every line was answered, 1 if some were refused, 2 if the input cannot be read, the output cannot be written or
+//! the arguments are wrong.
+
+mod eval;
+
+use std::fs::File;
+use std::io::{self, Read};
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+
+use eval::{Failure, Tally};
+
+/// Radiosity and its gradient from polygonal emitters, with error bounds.
+#[derive(Debug, Parser)]
+#[command(version)]
+struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Answer the cases of a JSON Lines file, one object a line, in the same order.
+    ///
+    /// A line that is wrong gives {"id": .., "error": ".."}, costs no other line, and the exit status is 1 at the end.
+    Eval {
+        /// File of cases, `-` for the standard input.
+        file: PathBuf,
+    },
+}
+
+fn main() -> ExitCode {
+    let Command::Eval { file } = Arguments::parse().command;
+    match eval(&file) {
+        Ok(tally) => {
+            if tally.refused > 0 {
+                eprintln!("radgrad: {} of {} cases refused: see their `error`", tally.refused, tally.lines);
+            }
+            ExitCode::from(u8::from(tally.refused > 0))
+        }
+        Err(failure) => {
+            eprintln!("radgrad: {}: {failure}", file.display());
+            ExitCode::from(2)
+        }
+    }
+}
+
+fn eval(file: &Path) -> Result<Tally, Failure> {
+    let input: Box<dyn Read> =
+        if file == Path::new("-") { Box::new(io::stdin().lock()) } else { Box::new(File::open(file).map_err(Failure::Read)?) };
+    eval::answer_all(input, io::stdout().lock())
+}

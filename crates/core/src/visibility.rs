@@ -325,5 +325,5 @@ impl<T: Real> Shadow<T> {
 fn waterline<T: Real>(sink: Vec3<T>, rise: Vec3<T>, emitter: &Polygon, occluder: &Polygon) -> Line<T> {
     let direction = emitter.unit_normal::<T>().cross(occluder.unit_normal());
     let direction = if direction.dot(rise - sink).value() < 0.0 { -direction } else { direction };
-    Line::new(direction, sink.cross(direction))
+    Line::along(direction, sink)
 }

@@ -5,6 +5,7 @@ use std::ops::{Add, Div, Mul, Sub};
 
 use astro_float::BigFloat;
 
+use super::shifted;
 use crate::radius::Radius;
 
 /// `mantissa 2^exponent`, the mantissa 0, infinite, not a number or of size in [1, 2).
@@ -38,6 +39,23 @@ impl Magnitude {
     /// Logarithm to base two, off by at most 1e-9.
     pub(crate) fn log2(self) -> f64 {
         libm::log2(self.mantissa) + self.exponent as f64
+    }
+
+    /// `10^exponent`, off by at most a relative 1e-12 for the exponents of doubles and some thousand digits.
+    pub(crate) fn power_of_ten(exponent: i64) -> Self {
+        let power = (0..exponent.unsigned_abs()).fold(Self::from(1.0), |power, _| power * 10.0);
+        if exponent < 0 { Self::from(1.0) / power } else { power }
+    }
+
+    /// The largest k with `10^k <= self`; next to a power of ten possibly the next one. 0 for 0.
+    #[allow(clippy::cast_possible_truncation, reason = "a logarithm, far below 2^63")]
+    pub(crate) fn decimal_exponent(self) -> i64 {
+        if self.mantissa == 0.0 { 0 } else { (self.log2() * std::f64::consts::LOG10_2).floor() as i64 }
+    }
+
+    /// The number times this power of two.
+    pub(crate) fn shift(self, number: &BigFloat) -> BigFloat {
+        shifted(number, i32::try_from(self.exponent).unwrap_or(i32::MAX))
     }
 
     /// The mantissa moved to another exponent that is not smaller; what goes below the range of doubles is lost, far below a roundoff of a
@@ -169,7 +187,7 @@ mod tests {
         let (one, nan, infinity) = (Magnitude::from(1.0), Magnitude::from(f64::NAN), Magnitude::from(f64::INFINITY));
         assert!((one + nan).to_double().is_nan() && (infinity - infinity).to_double().is_nan());
         assert_eq!((infinity + one).to_double(), f64::INFINITY);
-        assert!(one < infinity && !(nan < one) && !(nan >= one));
+        assert!(one < infinity && nan.partial_cmp(&one).is_none());
         assert_eq!((one / Magnitude::from(0.0)).to_double(), f64::INFINITY);
         assert_eq!((nan.max(one), one.min(nan)), (one, one));
     }

@@ -151,9 +151,10 @@ mod tests {
     #[test]
     fn coefficients_are_those_kept_in_double_double() {
         with_bits(128, || {
-            for k in 0..14 {
-                let difference = Big::sine_coefficient_of(k) - Big::from_double_double(SINE_SERIES[k]);
-                assert!(difference.high().abs() <= 2f64.powi(-105) * SINE_SERIES[k].hi.abs(), "{k}");
+            assert!(Big::sine_terms() > SINE_SERIES.len());
+            for (k, kept) in SINE_SERIES.into_iter().enumerate() {
+                let difference = Big::sine_coefficient(k) - Big::from_double_double(kept);
+                assert!(difference.high().abs() <= 2f64.powi(-105) * kept.hi.abs(), "{k}");
             }
             for t in [1e-9, 0.3, 1.7, 2.0943, 2.0945, 3.0, 4.1, 4.2, 6.0] {
                 let wide = clausen(Big::from_double(t));
@@ -164,17 +165,10 @@ mod tests {
         });
     }
 
-    impl Big {
-        fn sine_coefficient_of(k: usize) -> Self {
-            assert!(k < Self::sine_terms());
-            Self::sine_coefficient(k)
-        }
-    }
-
     #[test]
     fn clausens_function_keeps_its_error_bound_at_any_precision() {
         for bits in [64, 192, 448, 1024] {
-            for t in [1e-200, 1e-5, 0.7, 2.0943, 2.0945, 3.141, 4.18, 4.19, 6.283] {
+            for t in [1e-200, 1e-5, 0.7, 2.0943, 2.0945, 3.13, 4.18, 4.19, 6.25] {
                 let [rough, fine] = [bits, bits + 128].map(|bits| with_bits(bits, || clausen(Big::from_double(t)).to_float()));
                 let error = Magnitude::of(&fine.sub_full_prec(&rough)) / Magnitude::of(&fine);
                 let units = (error * Magnitude::power_of_two(bits as i64)).to_double();

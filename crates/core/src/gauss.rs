@@ -1,0 +1,344 @@
+//! Far away: a product Gauss-Legendre rule on the emitter, with its error bound. For emitters wholly above the horizon and unoccluded.
+//!
+//! The closed form cancels like the distance over the size, this rule not at all: from a few sizes away a handful of nodes gives
+//! `B = (rho/pi) h int B(y) (n1.r)/r^4 dA` and `grad B = (rho/pi) int B(y) [n2 (n1.r) - n1 h + 4 h (n1.r) r/r^2]/r^4 dA` (HS95 Eq. 1 differentiated) to
+//! rounding. The polygon is a fan of signed triangles, each `y = P + a (e1 + b e)`, a and b in [0, 1], e the side opposite P.
+//!
+//! # Bound
+//! In one variable, the other held, y moves on a segment of half-length l. In the ellipse `E_R` around it (semi-axes A and tau, `A + tau = R`)
+//! `|r.r| >= q = d^2 - tau^2 l^2` with d a lower bound of the distance of the real segment stretched to A: its height over the plane, or the
+//! distance of the centroid less what the stretched triangle reaches. There `|r| <= rho + (R - 1) l`, an affine B grows by at most A, and the
+//! integrand is bounded by M; n nodes on a unit interval err by at most `(32/15) M R^(-2(n-1)) / (1 - R^-2)` (Trefethen, "Is Gauss
+//! quadrature better than Clenshaw-Curtis?", 2008, Theorem 4.5 with n - 1 for its n), one such term for each variable.
+//!
+//! Rounding: positions err by `delta = u (2 rho + 12 L)`, L the longest side, and everything else by the roundings counted in
+//! [`Triangle::roundings`], against the sum of `1/r^4`, whose terms are all positive.
+
+mod rules;
+
+use crate::emission::Affine;
+use crate::geometry::Polygon;
+use crate::number::ROUNDOFF;
+use crate::plan::{Horizon, Plan, height_over_plane, offset, unit_normal};
+use crate::vec3::Vec3;
+use crate::{DVec3, Emitter, Receiver};
+
+/// Value and gradient without the factor rho/pi, in normalised lengths and emission, with absolute error bounds.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Integral {
+    pub(crate) value: f64,
+    pub(crate) gradient: Vec3<f64>,
+    pub(crate) value_error: f64,
+    pub(crate) gradient_error: f64,
+}
+
+/// What all triangles of a case share.
+struct Scene {
+    n1: Vec3<f64>,
+    n2: Vec3<f64>,
+    height: f64,
+    /// Bound on `|B|` over the emitter, and what it grows by in an ellipse of semi-axis A: A if linear, 1 if constant.
+    emission: f64,
+    is_linear: bool,
+    /// Relative error that the input brings: vertices off the plane, values off the affine function.
+    input_error: f64,
+}
+
+/// A triangle of the fan, seen from the receiver.
+struct Triangle {
+    apex: Vec3<f64>,
+    first: Vec3<f64>,
+    side: Vec3<f64>,
+    /// Emission at the apex, its increase along `first`, and along `side`.
+    values: [f64; 3],
+    /// Signed, and a bound on its error.
+    twice_area: f64,
+    twice_area_error: f64,
+    grid: [Grid; 2],
+    truncation: Bound,
+    /// Bounds on the distance of its points from the receiver, and its longest side.
+    nearest: f64,
+    farthest: f64,
+    longest: f64,
+}
+
+/// Bounds on the errors of value and gradient.
+#[derive(Debug, Clone, Copy, Default)]
+struct Bound {
+    value: f64,
+    gradient: f64,
+}
+
+/// The rule for a case: how many nodes where, and what they leave.
+pub(crate) struct Rule {
+    scene: Scene,
+    triangles: Vec<Triangle>,
+}
+
+impl Rule {
+    /// The rule that a case needs for full precision; `None` where the emitter is cut by the horizon or too near for any.
+    pub(crate) fn new(receiver: &Receiver, emitter: &Emitter, plan: &Plan) -> Option<Self> {
+        if plan.horizon != Horizon::Above {
+            return None;
+        }
+        let scene = Scene::new(receiver, emitter, plan);
+        let count = emitter.polygon().vertices().len() - 2;
+        let triangles = (0..count).map(|index| scene.triangle(receiver, emitter, plan, index)).collect::<Option<_>>()?;
+        Some(Self { scene, triangles })
+    }
+
+    /// Number of nodes in all.
+    pub(crate) fn nodes(&self) -> usize {
+        self.triangles.iter().map(|triangle| triangle.grid[0].nodes() * triangle.grid[1].nodes()).sum()
+    }
+
+    pub(crate) fn integrate(&self) -> Integral {
+        let mut sum = Integral::default();
+        for triangle in &self.triangles {
+            sum.add(self.scene.integral(triangle), self.triangles.len());
+        }
+        sum
+    }
+}
+
+/// A composite rule for one variable: equal panels with the same number of nodes.
+#[derive(Debug, Clone, Copy, Default)]
+struct Grid {
+    panels: usize,
+    count: usize,
+}
+
+impl Grid {
+    fn nodes(self) -> usize {
+        self.panels * self.count
+    }
+
+    /// Nodes and weights on [0, 1].
+    fn points(self) -> impl Iterator<Item = (f64, f64)> {
+        let width = 1.0 / self.panels as f64;
+        (0..self.panels).flat_map(move |panel| {
+            rules::rule(self.count).iter().map(move |(node, weight)| ((panel as f64 + node) * width, weight * width))
+        })
+    }
+}
+
+impl Integral {
+    fn add(&mut self, other: Self, terms: usize) {
+        let rounding = terms as f64 * ROUNDOFF;
+        self.value += other.value;
+        self.gradient = self.gradient + other.gradient;
+        self.value_error += other.value_error + rounding * other.value.abs();
+        self.gradient_error += other.gradient_error + rounding * other.gradient.norm_squared().sqrt();
+    }
+}
+
+impl Scene {
+    fn new(receiver: &Receiver, emitter: &Emitter, plan: &Plan) -> Self {
+        let polygon = emitter.polygon();
+        let height: f64 = height_over_plane(receiver.position(), polygon, plan.power);
+        let Affine { value, residual, .. } = emitter.affine();
+        let gradient = emitter.emission_gradient() * emitter.power();
+        let origin = polygon.vertices()[0];
+        let at = |v: &DVec3| value + gradient.dot(*v - origin);
+        let emission = polygon.vertices().iter().map(|v| at(v).abs()).fold(0.0, f64::max) * (1.0 + 32.0 * ROUNDOFF);
+        Self {
+            n1: unit_normal(receiver),
+            n2: polygon.normal().into(),
+            height,
+            emission,
+            is_linear: gradient != DVec3::ZERO,
+            input_error: 8.0 * polygon.planarity_defect() * plan.power / height + residual / emission,
+        }
+    }
+
+    /// The triangle with the number of nodes it needs for full precision; `None` if that is more than there are rules for.
+    fn triangle(&self, receiver: &Receiver, emitter: &Emitter, plan: &Plan, index: usize) -> Option<Triangle> {
+        let (x, power, polygon) = (receiver.position(), plan.power, emitter.polygon());
+        let corners = apex_first(polygon, index);
+        let [apex, second, third] = corners.map(|v| offset::<f64>(v, x, power));
+        let first: Vec3<f64> = offset(corners[1], corners[0], power);
+        let last: Vec3<f64> = offset(corners[2], corners[0], power);
+        let side: Vec3<f64> = offset(corners[2], corners[1], power);
+        let lengths = [first, last, side].map(|e| e.norm_squared().sqrt());
+        let (twice_area, twice_area_error) = if polygon.vertices().len() == 3 {
+            let twice_area = 2.0 * polygon.area_scaled(power);
+            (twice_area, 4.0 * ROUNDOFF * twice_area)
+        } else {
+            (self.n2.dot(first.cross(last)), 12.0 * ROUNDOFF * lengths[0] * lengths[1])
+        };
+        let centroid = (apex + second + third) * (1.0 / 3.0);
+        let distance = centroid.norm_squared().sqrt() * (1.0 - 16.0 * ROUNDOFF);
+        let reach = [apex, second, third].map(|v| (v - centroid).norm_squared().sqrt());
+        let reach = reach[0].max(reach[1]).max(reach[2]) + 16.0 * ROUNDOFF * distance;
+        let mut triangle = Triangle {
+            apex,
+            first,
+            side,
+            values: self.values(emitter, corners),
+            twice_area,
+            twice_area_error,
+            grid: [Grid::default(); 2],
+            truncation: Bound::default(),
+            nearest: self.height.max(distance - reach),
+            farthest: distance + reach,
+            longest: lengths[0].max(lengths[1]).max(lengths[2]),
+        };
+        // The Jacobian a is at most 1 + (A - 1)/2p in its own variable on p panels, and 1/2 on average in the other.
+        let clear = distance - reach;
+        let along = self.grid(&triangle, 0.5 * lengths[0].max(lengths[1]), clear, |overhang| 1.0 + overhang)?;
+        let across = self.grid(&triangle, 0.5 * lengths[2], clear, |_| 0.5)?;
+        triangle.grid = [along.0, across.0];
+        triangle.truncation = Bound { value: along.1.value + across.1.value, gradient: along.1.gradient + across.1.gradient };
+        Some(triangle)
+    }
+
+    /// Emission at the first corner, its increase to the second, and from there to the third.
+    fn values(&self, emitter: &Emitter, corners: [DVec3; 3]) -> [f64; 3] {
+        let Affine { value, .. } = emitter.affine();
+        if !self.is_linear {
+            return [value, 0.0, 0.0];
+        }
+        let gradient = emitter.emission_gradient() * emitter.power();
+        let origin = emitter.polygon().vertices()[0];
+        let at = corners.map(|v| value + gradient.dot(v - origin));
+        [at[0], at[1] - at[0], at[2] - at[1]]
+    }
+
+    /// The cheapest grid for one variable, and the bound on what it leaves.
+    fn grid(&self, triangle: &Triangle, half: f64, clear: f64, jacobian: impl Fn(f64) -> f64) -> Option<(Grid, Bound)> {
+        let mut best: Option<(Grid, Bound)> = None;
+        for panels in [1, 2, 4] {
+            let overhang = |stretch: f64| jacobian(0.5 * (stretch - 1.0) / panels as f64);
+            let Some((count, bound)) = self.nodes(triangle, half / panels as f64, clear, overhang) else { continue };
+            let grid = Grid { panels, count };
+            if best.is_some_and(|(cheapest, _)| cheapest.nodes() <= grid.nodes()) {
+                break;
+            }
+            best = Some((grid, bound));
+        }
+        best
+    }
+
+    /// Nodes that each panel of half-length `half` needs, and the bound on what all of them leave.
+    fn nodes(&self, triangle: &Triangle, half: f64, clear: f64, jacobian: impl Fn(f64) -> f64) -> Option<(usize, Bound)> {
+        /// Share of the way to the nearest singularity; above it M grows faster than the ellipse helps.
+        const SHARE: f64 = 0.75;
+        let Self { height, emission, .. } = *self;
+        let tau = (SHARE * height / half).max(0.5 * SHARE * clear / half);
+        let stretch = (tau * tau + 1.0).sqrt();
+        let ratio = stretch + tau;
+        let distance = height.max(clear - (stretch - 1.0) * half) * (1.0 - 8.0 * ROUNDOFF);
+        let q = distance * distance - tau * tau * half * half;
+        if q <= 0.0 || q.is_nan() {
+            return None;
+        }
+        let reach = triangle.farthest + (ratio - 1.0) * half;
+        let emission = if self.is_linear { emission * stretch } else { emission };
+        let shrink = 1.0 / (ratio * ratio);
+        let common = 32.0 / 15.0 * triangle.twice_area.abs() * jacobian(stretch) * emission / (q * q * (1.0 - shrink)) * 1.01;
+        let mut bound =
+            Bound { value: common * height * reach, gradient: common * (height + reach + 4.0 * height * reach * reach / q) };
+        // What the answer is expected to be like, by size: a hundredth of a roundoff of it is not worth another node.
+        let typical = 0.5 * triangle.twice_area.abs() * self.emission * height / (triangle.farthest * triangle.farthest);
+        let (value, gradient) = (typical / triangle.farthest, typical / (triangle.farthest * triangle.farthest));
+        for count in 1..=rules::MOST {
+            if bound.value <= 0.25 * ROUNDOFF * value && bound.gradient <= 0.25 * ROUNDOFF * gradient {
+                return Some((count, bound));
+            }
+            bound.value *= shrink;
+            bound.gradient *= shrink;
+        }
+        None
+    }
+
+    fn integral(&self, triangle: &Triangle) -> Integral {
+        let Self { n1, n2, height, .. } = *self;
+        let Triangle { apex, first, side, values, twice_area, .. } = *triangle;
+        let mut total = Sums::default();
+        for (a, weight) in triangle.grid[0].points() {
+            let (start, step) = (apex + first * a, side * a);
+            let (start_value, step_value) = (values[0] + values[1] * a, values[2] * a);
+            let mut row = Sums::default();
+            for (b, weight) in triangle.grid[1].points() {
+                let r = start + step * b;
+                let inverse = 1.0 / r.norm_squared();
+                let k = weight * inverse * inverse;
+                let emitted = k * (start_value + step_value * b);
+                let projected = emitted * n1.dot(r);
+                row.add(1.0, &Sums { positive: k, plain: emitted, projected, pulled: r * (projected * inverse) });
+            }
+            total.add(weight * a, &row);
+        }
+        let gradient = n2 * total.projected - n1 * (height * total.plain) + total.pulled * (4.0 * height);
+        let error = triangle.error(self, &total);
+        Integral {
+            value: twice_area * height * total.projected,
+            gradient: gradient * twice_area,
+            value_error: triangle.truncation.value + error.value,
+            gradient_error: triangle.truncation.gradient + error.gradient,
+        }
+    }
+}
+
+/// Sums over nodes of `1/r^4` times 1, `B`, `B n1.r` and `B n1.r r/r^2`.
+#[derive(Debug, Clone, Copy, Default)]
+struct Sums {
+    positive: f64,
+    plain: f64,
+    projected: f64,
+    pulled: Vec3<f64>,
+}
+
+impl Sums {
+    #[inline]
+    fn add(&mut self, weight: f64, other: &Self) {
+        self.positive += weight * other.positive;
+        self.plain += weight * other.plain;
+        self.projected += weight * other.projected;
+        self.pulled = self.pulled + other.pulled * weight;
+    }
+}
+
+impl Triangle {
+    /// Relative errors, in the order of [`Sums`], against `sum 1/r^4` times the largest of what it is multiplied by.
+    fn roundings(&self) -> [f64; 3] {
+        const U: f64 = ROUNDOFF;
+        let Self { nearest, farthest, longest, .. } = *self;
+        let moved = U * (2.0 * farthest + 12.0 * longest) / nearest;
+        let inverse = 2.0 * moved + 5.0 * U;
+        // Weights, node in the Jacobian and their products; the two nested sums.
+        let weights = 8.0 * U + (self.grid[0].nodes() + self.grid[1].nodes()) as f64 * U;
+        let emission = 24.0 * U;
+        let plain = 2.0 * inverse + weights + emission;
+        let projected = plain + moved * nearest / farthest + 5.0 * U;
+        let pulled = plain + inverse + 2.0 * moved + (5.0 * farthest / nearest + 4.0) * U;
+        [plain, projected, pulled]
+    }
+
+    /// Bound on the rounding errors: those of the sums, and of area, height, normals and the last few operations, 16 roundings.
+    fn error(&self, scene: &Scene, sums: &Sums) -> Bound {
+        let Scene { height, emission, input_error, .. } = *scene;
+        let area = self.twice_area.abs();
+        let size = sums.positive * emission * (1.0 + 1e-9);
+        let last = area * (16.0 * ROUNDOFF + input_error) + self.twice_area_error;
+        let [plain, projected, pulled] = self.roundings().map(|relative| area * relative + last);
+        Bound {
+            value: size * height * self.farthest * projected,
+            gradient: size * (height * plain + self.farthest * projected + 4.0 * height * pulled),
+        }
+    }
+}
+
+/// Triangle `index` of the fan from vertex 0, starting at the corner opposite its shortest side if it is the whole polygon.
+fn apex_first(polygon: &Polygon, index: usize) -> [DVec3; 3] {
+    let vertices = polygon.vertices();
+    let [a, b, c] = [vertices[0], vertices[index + 1], vertices[index + 2]];
+    let [ab, bc, ca] = [a - b, b - c, c - a].map(DVec3::length_squared);
+    if bc <= ab && bc <= ca {
+        [a, b, c]
+    } else if ca <= ab {
+        [b, c, a]
+    } else {
+        [c, a, b]
+    }
+}

@@ -1,0 +1,193 @@
+//! The answer to a tolerance, looked for from the cheap to the dear, as Ziv's strategy for elementary functions does.
+//!
+//! 1. A Gauss rule on the emitter with an a-priori bound ([`crate::gauss`]), where few nodes do: far away.
+//! 2. The closed form in double precision with its bound: derived once for a constant emitter ([`crate::constant`]), running otherwise
+//!    ([`crate::certify`]).
+//! 3. The Gauss rule with more nodes, where that is still cheaper than:
+//! 4. the closed form in double-double with a running bound;
+//! 5. the same with 256 and then 1024 bits, rounded to doubles, where the crate is built with arbitrary precision.
+//!
+//! A rung whose bound is above the tolerance hands over to the next; the last one answers with what it has.
+
+use glam::DVec3;
+
+#[cfg(feature = "arbitrary-precision")]
+use crate::big::Magnitude;
+use crate::certify::Ball;
+use crate::constant::BoundedSum;
+#[cfg(feature = "arbitrary-precision")]
+use crate::digits::Enclosed;
+use crate::double_double::DoubleDouble;
+use crate::evaluate::{Answer, Method, finite, finite_vector};
+use crate::gauss::Rule;
+use crate::number::{Number, ROUNDOFF};
+use crate::plan::Plan;
+use crate::real::Real;
+use crate::terms::{Terms, albedo};
+use crate::vec3::Vec3;
+use crate::{Emission, Emitter, Error, Polygon, Receiver};
+
+/// Nodes of a Gauss rule that cost as much as the certified closed form, and half as much as it does in double-double.
+struct Budget {
+    cheap: usize,
+    dear: usize,
+}
+
+const CONSTANT: Budget = Budget { cheap: 60, dear: 400 };
+const LINEAR: Budget = Budget { cheap: 200, dear: 1600 };
+
+/// What a rung of the ladder evaluates.
+#[derive(Clone, Copy)]
+pub(crate) struct Case<'a> {
+    pub(crate) receiver: &'a Receiver,
+    pub(crate) emitter: &'a Emitter,
+    pub(crate) occluders: &'a [Polygon],
+    pub(crate) plan: &'a Plan,
+}
+
+/// What a rung found, in normalised lengths and emission.
+#[derive(Debug, Clone, Copy)]
+struct Found {
+    radiosity: f64,
+    gradient: Vec3<f64>,
+    radiosity_error: f64,
+    gradient_error: f64,
+}
+
+impl Found {
+    const ZERO: Self = Self { radiosity: 0.0, gradient: Vec3::new(0.0, 0.0, 0.0), radiosity_error: 0.0, gradient_error: 0.0 };
+
+    /// Whether all is finite and both bounds are within `tolerance`, relative.
+    fn meets(&self, tolerance: f64) -> bool {
+        self.radiosity_error <= tolerance * self.radiosity.abs()
+            && self.gradient_error <= tolerance * self.gradient.norm_squared().sqrt()
+    }
+}
+
+impl Case<'_> {
+    pub(crate) fn answer(&self, tolerance: f64) -> Result<Answer, Error> {
+        let is_constant = matches!(self.emitter.emission(), Emission::Constant(_));
+        let budget = if is_constant { CONSTANT } else { LINEAR };
+        let rule = if self.occluders.is_empty() { Rule::new(self.receiver, self.emitter, self.plan) } else { None };
+        let by_rule = |most: usize| {
+            let rule = rule.as_ref().filter(|rule| rule.nodes() <= most)?;
+            Some(self.by_quadrature(rule)).filter(|found| found.meets(tolerance))
+        };
+        if let Some(found) = by_rule(budget.cheap) {
+            return self.scaled(found, Method::Quadrature);
+        }
+        let found = if is_constant && self.occluders.is_empty() { self.bounded() } else { self.certified::<f64>() };
+        if found.meets(tolerance) {
+            return self.scaled(found, Method::ClosedForm);
+        }
+        if let Some(found) = by_rule(budget.dear) {
+            return self.scaled(found, Method::Quadrature);
+        }
+        let found = self.certified::<DoubleDouble>();
+        #[cfg(feature = "arbitrary-precision")]
+        if !found.meets(tolerance) {
+            return self.scaled(self.rounded(tolerance), Method::ArbitraryPrecision);
+        }
+        self.scaled(found, Method::DoubleDouble)
+    }
+
+    /// The closed form with a running bound, with many bits, rounded to doubles.
+    #[cfg(feature = "arbitrary-precision")]
+    fn rounded(&self, tolerance: f64) -> Found {
+        // Below this nothing is left but the rounding.
+        let enough = Magnitude::from((0.25 * tolerance).max(ROUNDOFF / 64.0));
+        let enclosed = match Enclosed::find(self, 256) {
+            Some(enclosed) if enclosed.relative_error() > enough => Enclosed::find(self, 1024),
+            first => first,
+        };
+        let Some(enclosed) = enclosed else { return Found::ZERO };
+        let ((radiosity, radiosity_error), (gradient, gradient_error)) = enclosed.to_doubles();
+        Found { radiosity, gradient, radiosity_error, gradient_error }
+    }
+
+    fn by_quadrature(&self, rule: &Rule) -> Found {
+        let integral = rule.integrate();
+        let albedo: f64 = albedo(self.receiver);
+        // Quotient and product.
+        let rounding = 4.0 * ROUNDOFF;
+        let size = integral.gradient.norm_squared().sqrt();
+        Found {
+            radiosity: integral.value * albedo,
+            gradient: integral.gradient * albedo,
+            radiosity_error: (integral.value_error + rounding * integral.value.abs()) * albedo,
+            gradient_error: (integral.gradient_error + rounding * size) * albedo,
+        }
+    }
+
+    /// The constant emitter's closed form in double precision, with the bound derived for it.
+    fn bounded(&self) -> Found {
+        let Self { receiver, emitter, plan, .. } = *self;
+        let (terms, bound) = BoundedSum::of(receiver, emitter.polygon(), plan);
+        let emission = emitter.affine().value;
+        let terms = Terms { irradiance: terms.irradiance * emission, gradient: terms.gradient * emission };
+        let share = albedo::<f64>(receiver) * emission.abs();
+        Found {
+            radiosity: terms.radiosity(receiver),
+            gradient: terms.gradient(receiver),
+            radiosity_error: share * bound.irradiance,
+            gradient_error: share * bound.gradient,
+        }
+    }
+
+    /// The closed form with a running bound.
+    fn certified<N: Number>(&self) -> Found {
+        let Some(terms) = Terms::<Ball<N>>::sum::<true, true>(self) else { return Found::ZERO };
+        let (radiosity, gradient) = (terms.radiosity(self.receiver), terms.gradient(self.receiver));
+        let radius = gradient.map(Real::value_error);
+        Found {
+            radiosity: radiosity.value(),
+            gradient: gradient.map(Real::value),
+            radiosity_error: radiosity.value_error(),
+            gradient_error: radius.norm_squared().sqrt() * (1.0 + 8.0 * f64::EPSILON),
+        }
+    }
+
+    fn scaled(&self, found: Found, method: Method) -> Result<Answer, Error> {
+        if found.radiosity == 0.0 && found.radiosity_error == 0.0 && found.gradient_error == 0.0 {
+            return Ok(Answer::ZERO);
+        }
+        Ok(Answer {
+            radiosity: self.radiosity(found.radiosity)?,
+            gradient: self.gradient(found.gradient)?,
+            radiosity_error: bound(in_unit(found.radiosity_error, [1.0, 1.0 / self.emitter.power()])),
+            gradient_error: bound(in_unit(found.gradient_error, self.gradient_powers())),
+            method,
+        })
+    }
+
+    /// A normalised radiosity in the unit of the emission.
+    pub(crate) fn radiosity(&self, normalised: f64) -> Result<f64, Error> {
+        finite(normalised / self.emitter.power(), "radiosity")
+    }
+
+    /// A normalised gradient in the unit of the emission over that of length.
+    pub(crate) fn gradient(&self, normalised: Vec3<f64>) -> Result<DVec3, Error> {
+        let powers = self.gradient_powers();
+        finite_vector(normalised.map(|c| in_unit(c, powers)).into(), "gradient")
+    }
+
+    fn gradient_powers(&self) -> [f64; 2] {
+        [self.plan.power, 1.0 / self.emitter.power()]
+    }
+}
+
+/// Times two powers of two, the larger first so that neither takes a normal number out of range where the product is not.
+fn in_unit(value: f64, powers: [f64; 2]) -> f64 {
+    value * powers[0].max(powers[1]) * powers[0].min(powers[1])
+}
+
+/// A bound in its unit: what is below the normal range may have been rounded on the way there, and what is not a number bounds nothing.
+fn bound(radius: f64) -> f64 {
+    if radius.is_nan() {
+        f64::INFINITY
+    } else if radius == 0.0 {
+        0.0
+    } else {
+        radius.max(f64::MIN_POSITIVE)
+    }
+}

@@ -1,0 +1,133 @@
+//! Eq. 1 (HS95) and its gradient by adaptive cubature: radiosity in the unit of the emission, its gradient in that unit over length.
+//!
+//! The integrand is that of `integrand`, the method and what its estimates of error mean that of `adaptive`. The radiosity keeps its
+//! digits everywhere. The gradient's integral cancels near contact and loses `log10(size / height)` digits; the estimates count
+//! them, and a tolerance beyond them ends in [`Status::RoundoffLimited`]. Nothing is converged unless both estimates say so.
+
+use glam::DVec3;
+use radgrad_core::{Emitter, Polygon, Receiver};
+
+use crate::Error;
+use crate::adaptive::{self, Goal, Refined};
+use crate::integrand::Integrand;
+use crate::piece::Piece;
+use crate::plane::Vertex;
+use crate::region::Region;
+use crate::source_function::SourceFunction;
+
+/// How an integration ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Status {
+    /// Both estimates of error are within the tolerance.
+    Converged,
+    /// The evaluations allowed were spent first.
+    BudgetExhausted,
+    /// What is left of the error is rounding of the integrand: doubles cannot do better on this integral.
+    RoundoffLimited,
+}
+
+/// Radiosity and gradient with estimates of their absolute errors.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Estimate {
+    /// Radiosity `B(x)`.
+    pub radiosity: f64,
+    /// Its gradient with respect to `x` at fixed normal.
+    pub gradient: DVec3,
+    /// Estimated error of `radiosity`.
+    pub radiosity_error: f64,
+    /// Estimated Euclidean norm of the error of `gradient`.
+    pub gradient_error: f64,
+    /// Evaluations of the integrand (value and gradient together).
+    pub evaluations: usize,
+    /// How it ended.
+    pub status: Status,
+}
+
+/// Which of three integrals for the same numbers: they share the clipped region and the rules, not the integrand.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Form {
+    /// Eq. 1 and its kernel differentiated, over the surface. Needs no gradient of the emission.
+    Surface,
+    /// Eqs. 6 and 9 as corrected: along the contour, and over the surface where the emission varies.
+    Contour,
+    /// Eq. 1 over the surface; its gradient along the visible boundary and, where the emission varies, over the surface.
+    Boundary,
+}
+
+/// Radiosity and gradient of `emitter` at `receiver` by [`Form::Surface`] to the relative `tolerance`, each with respect to its own size (norm), within `budget`
+/// evaluations.
+///
+/// ```
+/// use radgrad_core::{DVec3, Emission, Emitter, Polygon, Receiver};
+/// use radgrad_oracle::cubature::{Status, integrate};
+/// let triangle = Polygon::new(vec![DVec3::new(0.0, 0.0, 1.0), DVec3::new(0.0, 1.0, 1.0), DVec3::new(1.0, 0.0, 1.0)])?;
+/// let emitter = Emitter::new(triangle, Emission::Constant(1.0))?;
+/// let receiver = Receiver::new(DVec3::ZERO, DVec3::Z, 1.0)?;
+/// let estimate = integrate(&receiver, &emitter, 1e-10, 100_000)?;
+/// assert_eq!(estimate.status, Status::Converged);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
+/// # Errors
+/// If the tolerance is not positive, the budget does not allow a first pass, or a number overflows.
+pub fn integrate(receiver: &Receiver, emitter: &Emitter, tolerance: f64, budget: usize) -> Result<Estimate, Error> {
+    integrate_form(receiver, emitter.polygon(), SourceFunction::Emitter(emitter), Form::Surface, tolerance, budget)
+}
+
+/// The same for any emission over `polygon`, by any of the forms.
+///
+/// # Errors
+/// As [`integrate`], or if the function gives a value that is not finite.
+pub fn integrate_form(
+    receiver: &Receiver,
+    polygon: &Polygon,
+    source: SourceFunction<'_>,
+    form: Form,
+    tolerance: f64,
+    budget: usize,
+) -> Result<Estimate, Error> {
+    check_tolerance(tolerance)?;
+    let region = Region::new(receiver, polygon, &source)?;
+    let integrand = Integrand::new(&region, source);
+    let goal = Goal { tolerance, budget };
+    let triangles = || region.triangles.iter().copied().map(Piece::Triangle);
+    let edges = || region.outline.iter().copied().map(Piece::Edge);
+    let refined = match form {
+        Form::Surface => {
+            adaptive::integrate(triangles().collect(), region.height, &|_: &Piece, at: &Vertex| integrand.surface(at), goal)
+        }
+        Form::Contour => {
+            let pieces = if source.is_constant() { edges().collect() } else { edges().chain(triangles()).collect() };
+            adaptive::integrate(pieces, region.height, &|piece: &Piece, at: &Vertex| integrand.contour(piece, at), goal)
+        }
+        Form::Boundary => {
+            let pieces = edges().chain(triangles()).collect();
+            adaptive::integrate(pieces, region.height, &|piece: &Piece, at: &Vertex| integrand.boundary(piece, at), goal)
+        }
+    }?;
+    Estimate::in_space(&region, refined)
+}
+
+pub(crate) fn check_tolerance(tolerance: f64) -> Result<(), Error> {
+    if tolerance > 0.0 && tolerance.is_finite() { Ok(()) } else { Err(Error::Tolerance { value: tolerance }) }
+}
+
+impl Estimate {
+    /// From scaled lengths and the frame of the region.
+    pub(crate) fn in_space(region: &Region, refined: Refined) -> Result<Self, Error> {
+        let [value, gu, gv, gn] = refined.integral;
+        let estimate = Self {
+            radiosity: region.factor * value,
+            gradient: region.to_space([gu, gv, gn]) * region.factor * region.unit,
+            radiosity_error: region.factor * refined.error[0],
+            gradient_error: region.factor * refined.error[1] * region.unit,
+            evaluations: refined.evaluations,
+            status: refined.status,
+        };
+        let size = estimate.gradient.abs().max_element();
+        if !size.is_finite() {
+            return Err(Error::NotFinite { quantity: "the gradient", value: size });
+        }
+        Ok(estimate)
+    }
+}

@@ -1,0 +1,81 @@
+//! The emission `B(y)` of an emitter as the integrals of this crate see it: affine, or any function with its gradient.
+//!
+//! `B(y)` is in W/m2 (or any unit, kept), its gradient `grad B(y)` in that unit over the unit of length. Only the gradient's part
+//! in the emitter's plane matters: the emission is not defined off the plane.
+
+use glam::DVec3;
+use radgrad_core::{Emission, Emitter, Linear};
+
+use crate::confidence::ConfidenceInterval;
+
+/// What a polygon emits.
+#[derive(Clone, Copy)]
+pub enum SourceFunction<'a> {
+    /// The affine emission of an emitter, interpolated between its vertices.
+    Emitter(&'a Emitter),
+    /// Any function of the point `y`.
+    Function {
+        /// `B(y)`.
+        radiosity: &'a dyn Fn(DVec3) -> f64,
+        /// `grad B(y)`; only the contour forms of Eqs. 6 and 9 ask for it.
+        gradient: &'a dyn Fn(DVec3) -> DVec3,
+        /// Bounds on `B(y)` over the polygon; only the distribution-free limits of Monte Carlo ask for them.
+        range: ConfidenceInterval,
+        /// Bound on `|grad B(y)|` there, for the same.
+        steepest: f64,
+    },
+}
+
+impl SourceFunction<'_> {
+    /// Emission at vertex `index` if the emission is affine: what interpolation starts from.
+    pub(crate) fn at_vertex(&self, index: usize) -> Option<f64> {
+        let Self::Emitter(emitter) = self else { return None };
+        Some(match emitter.emission() {
+            Emission::Constant(value) => *value,
+            Emission::Linear(Linear::AtVertices(values)) => values[index],
+            Emission::Linear(Linear::Gradient { .. }) => emitter.emission_at(emitter.polygon().vertices()[index]),
+        })
+    }
+
+    /// Emission at a point of the plane.
+    pub(crate) fn at(&self, y: DVec3) -> f64 {
+        match self {
+            Self::Emitter(emitter) => emitter.emission_at(y),
+            Self::Function { radiosity, .. } => radiosity(y),
+        }
+    }
+
+    /// Bounds on the emission over the polygon.
+    pub(crate) fn range(&self) -> ConfidenceInterval {
+        match self {
+            Self::Emitter(emitter) => {
+                let values = emitter.polygon().vertices().iter().map(|vertex| emitter.emission_at(*vertex));
+                values.fold(ConfidenceInterval { low: f64::INFINITY, high: f64::NEG_INFINITY }, |range, value| {
+                    ConfidenceInterval { low: range.low.min(value), high: range.high.max(value) }
+                })
+            }
+            Self::Function { range, .. } => *range,
+        }
+    }
+
+    /// Bound on the length of its gradient.
+    pub(crate) fn steepest(&self) -> f64 {
+        match self {
+            Self::Emitter(emitter) => emitter.emission_gradient().length(),
+            Self::Function { steepest, .. } => *steepest,
+        }
+    }
+
+    pub(crate) fn is_constant(&self) -> bool {
+        matches!(self, Self::Emitter(emitter) if matches!(emitter.emission(), Emission::Constant(_)))
+    }
+}
+
+impl std::fmt::Debug for SourceFunction<'_> {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Emitter(emitter) => formatter.debug_tuple("Emitter").field(emitter).finish(),
+            Self::Function { range, .. } => formatter.debug_struct("Function").field("range", range).finish_non_exhaustive(),
+        }
+    }
+}

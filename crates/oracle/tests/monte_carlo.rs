@@ -1,0 +1,215 @@
+//! Intervals must contain the truth as often as they say, past occluders too, and never look converged where they are not.
+
+use radgrad_core::{DVec3, Emission, Emitter, Polygon, Receiver};
+use radgrad_oracle::monte_carlo::{Estimate, Sampling, Sequence, Status, integrate};
+use radgrad_oracle::{Error, SourceFunction, cubature};
+
+fn polygon(vertices: &[[f64; 3]]) -> Polygon {
+    Polygon::new(vertices.iter().map(|&vertex| vertex.into()).collect()).unwrap()
+}
+
+/// A square ceiling at height 2 that shines down, brighter to one side.
+fn ceiling() -> Emitter {
+    let square = polygon(&[[-1.0, -1.0, 2.0], [-1.0, 1.0, 2.0], [1.0, 1.0, 2.0], [1.0, -1.0, 2.0]]);
+    Emitter::new(square, Emission::gradient(1.0, DVec3::new(0.25, 0.5, 0.0))).unwrap()
+}
+
+fn receiver(position: DVec3) -> Receiver {
+    Receiver::new(position, DVec3::new(0.2, -0.1, 1.0), 0.8).unwrap()
+}
+
+fn exact(receiver: &Receiver, emitter: &Emitter) -> cubature::Estimate {
+    let (source, form) = (SourceFunction::Emitter(emitter), cubature::Form::Boundary);
+    let estimate = cubature::integrate_form(receiver, emitter.polygon(), source, form, 1e-10, 10_000_000).unwrap();
+    assert_eq!(estimate.status, cubature::Status::Converged);
+    estimate
+}
+
+/// Radiosity of the ceiling less that of the shadow, a polygon through the shadows of `points` cast from `position`.
+fn past_shadow(position: DVec3, points: &[DVec3]) -> f64 {
+    let cast = |point: &DVec3| position + (point - position) * ((2.0 - position.z) / (point.z - position.z));
+    // Lit from below, like the ceiling.
+    let shadow: Vec<DVec3> = points.iter().rev().map(|point| cast(point).with_z(2.0)).collect();
+    let emission = Emission::gradient(ceiling().emission_at(shadow[0]), ceiling().emission_gradient());
+    let shadow = Emitter::new(Polygon::new(shadow).unwrap(), emission).unwrap();
+    let receiver = receiver(position);
+    exact(&receiver, &ceiling()).radiosity - exact(&receiver, &shadow).radiosity
+}
+
+/// Value and central differences.
+fn truth_past_shadow(points: &[DVec3]) -> [f64; 4] {
+    let step = 1e-4;
+    let slope = |axis: DVec3| (past_shadow(axis * step, points) - past_shadow(-axis * step, points)) / (2.0 * step);
+    [past_shadow(DVec3::ZERO, points), slope(DVec3::X), slope(DVec3::Y), slope(DVec3::Z)]
+}
+
+/// Shares of the seeds whose 99 % intervals contain the truth: Student's and the distribution-free ones, the worst of the quantities.
+fn coverage(truth: [f64; 4], seeds: u64, estimate: impl Fn(u64) -> Estimate) -> [f64; 2] {
+    let mut inside = [[0; 2]; 4];
+    for seed in 0..seeds {
+        let estimate = estimate(seed);
+        let limits = [estimate.radiosity, estimate.gradient[0], estimate.gradient[1], estimate.gradient[2]];
+        for (count, (limits, truth)) in inside.iter_mut().zip(limits.iter().zip(truth)) {
+            assert_eq!(limits.status, Status::Sampled);
+            count[0] += u64::from(limits.student.contains(truth));
+            count[1] += u64::from(limits.distribution_free.contains(truth));
+        }
+    }
+    println!("coverage of {seeds} seeds: {inside:?}");
+    [0, 1].map(|kind| inside.iter().map(|count| count[kind]).min().unwrap() as f64 / seeds as f64)
+}
+
+fn all_ways(seed: u64) -> [(Sampling, Sequence); 4] {
+    let independent = Sequence::Independent { samples: 2400, seed };
+    let sobol = Sequence::Sobol { samples: 128, scramblings: 16, seed };
+    [Sampling::Area, Sampling::SolidAngle]
+        .map(|sampling| [(sampling, independent), (sampling, sobol)])
+        .concat()
+        .try_into()
+        .unwrap()
+}
+
+fn assert_coverage(truth: [f64; 4], emitter: &Emitter, receiver: &Receiver, occluders: &[Polygon]) {
+    for way in 0..4 {
+        let [student, free] = coverage(truth, 200, |seed| {
+            let (sampling, sequence) = all_ways(seed)[way];
+            integrate(receiver, emitter, occluders, sampling, sequence, 0.99).unwrap()
+        });
+        assert!(student >= 0.97, "{:?}: {student}", all_ways(0)[way]);
+        assert!(free >= 0.999, "{:?}: {free}", all_ways(0)[way]);
+    }
+}
+
+#[test]
+fn limits_contain_the_truth_as_often_as_they_say() {
+    // In full view; cut by the horizon; near.
+    for (position, normal) in
+        [([0.3, -0.2, 0.0], [0.1, 0.2, 1.0]), ([0.5, 0.4, 0.5], [1.0, 0.5, 0.25]), ([0.8, -0.7, 1.0], [0.0, 0.25, 1.0])]
+    {
+        let receiver = Receiver::new(position.into(), normal.into(), 0.8).unwrap();
+        let truth = exact(&receiver, &ceiling());
+        let truth = [truth.radiosity, truth.gradient.x, truth.gradient.y, truth.gradient.z];
+        assert_coverage(truth, &ceiling(), &receiver, &[]);
+    }
+}
+
+#[test]
+fn limits_contain_the_truth_past_an_occluder() {
+    let corners = [[0.1, -0.2, 1.0], [0.45, -0.15, 1.1], [0.4, 0.3, 1.2], [0.05, 0.25, 1.1]];
+    // The fourth corner brought into the plane of the others.
+    let points = corners.map(DVec3::from);
+    let normal = (points[1] - points[0]).cross(points[2] - points[0]);
+    let lift = normal.dot(points[0] - points[3]) / normal.z;
+    let points = [points[0], points[1], points[2], points[3] + DVec3::Z * lift];
+    let truth = truth_past_shadow(&points);
+    let blind = exact(&receiver(DVec3::ZERO), &ceiling()).radiosity;
+    assert!(truth[0] < 0.95 * blind);
+    let whole = [Polygon::new(points.to_vec()).unwrap()];
+    assert_coverage(truth, &ceiling(), &receiver(DVec3::ZERO), &whole);
+    // In two triangles, one of them turned over: their common edge must not count.
+    let halves = [[points[0], points[1], points[2]], [points[0], points[3], points[2]]];
+    let halves = halves.map(|half| Polygon::new(half.to_vec()).unwrap());
+    assert_coverage(truth, &ceiling(), &receiver(DVec3::ZERO), &halves);
+}
+
+#[test]
+fn limits_contain_the_truth_past_a_box() {
+    let corner = |i: usize| {
+        let side = |bit: usize| if i >> bit & 1 == 0 { 0.1 } else { 0.4 };
+        DVec3::new(side(0), side(1), 1.0 + if i >> 2 & 1 == 0 { 0.0 } else { 0.3 })
+    };
+    let faces = [[0, 1, 3, 2], [4, 5, 7, 6], [0, 1, 5, 4], [2, 3, 7, 6], [0, 2, 6, 4], [1, 3, 7, 5]];
+    let faces = faces.map(|face| Polygon::new(face.map(corner).to_vec()).unwrap());
+    // Seen from the origin: the near face, and the two sides that face the axis.
+    let truth = truth_past_shadow(&[4, 5, 1, 3, 2, 6].map(corner));
+    assert_coverage(truth, &ceiling(), &receiver(DVec3::ZERO), &faces);
+}
+
+#[test]
+fn nothing_seen_does_not_look_converged() {
+    let lid = polygon(&[[-1.0, -1.0, 1.0], [1.0, -1.0, 1.0], [1.0, 1.0, 1.0], [-1.0, 1.0, 1.0]]);
+    let keyhole = polygon(&[[-1.0, -1.0, 1.0], [1.0, -1.0, 1.0], [1.0, 1.0, 1.0], [-0.45, 1.0, 1.0]]);
+    for lid in [lid, keyhole] {
+        for (sampling, sequence) in all_ways(1) {
+            let estimate =
+                integrate(&receiver(DVec3::ZERO), &ceiling(), std::slice::from_ref(&lid), sampling, sequence, 0.99).unwrap();
+            if estimate.hits < 20 {
+                assert_eq!(estimate.radiosity.status, Status::TooFewHits);
+                let limits = estimate.radiosity.student;
+                assert!(limits.low == 0.0 && limits.high > 1e-4, "{limits:?}");
+                assert_eq!(limits, estimate.radiosity.distribution_free);
+            }
+        }
+    }
+}
+
+#[test]
+fn a_peak_that_area_sampling_misses_is_not_called_sampled() {
+    let over = |height: f64| Receiver::new(DVec3::new(0.3, 0.1, 2.0 - height), DVec3::Z, 1.0).unwrap();
+    for height in [1e-2, 1e-3, 1e-5, 1e-9] {
+        let truth = exact(&over(height), &ceiling()).radiosity;
+        for seed in 0..20 {
+            let sequence = Sequence::Independent { samples: 2000, seed };
+            let by_area = integrate(&over(height), &ceiling(), &[], Sampling::Area, sequence, 0.99).unwrap().radiosity;
+            assert_eq!(by_area.status, Status::TooFewHits, "height {height}");
+            assert!(by_area.student.contains(truth));
+            let by_angle = integrate(&over(height), &ceiling(), &[], Sampling::SolidAngle, sequence, 0.99).unwrap().radiosity;
+            assert_eq!(by_angle.status, Status::Sampled, "height {height}");
+            assert!((by_angle.mean / truth - 1.0).abs() < 0.1 && by_angle.distribution_free.contains(truth));
+        }
+    }
+}
+
+#[test]
+fn a_receiver_on_the_emitter_is_refused() {
+    let sequence = Sequence::Independent { samples: 100, seed: 1 };
+    for position in [[0.3, 0.1, 2.0], [1.0, 0.2, 2.0], [-1.0, -1.0, 2.0]] {
+        let on_it = Receiver::new(position.into(), DVec3::Z, 1.0).unwrap();
+        let error = integrate(&on_it, &ceiling(), &[], Sampling::Area, sequence, 0.99).unwrap_err();
+        assert!(matches!(error, Error::Touching { .. }), "{error}");
+    }
+    let beside = Receiver::new(DVec3::new(1.5, 0.1, 2.0), DVec3::Z, 1.0).unwrap();
+    let estimate = integrate(&beside, &ceiling(), &[], Sampling::Area, sequence, 0.99).unwrap();
+    assert_eq!((estimate.radiosity.status, estimate.radiosity.mean), (Status::Zero, 0.0));
+    let on_edge_of_occluder = polygon(&[[-0.5, 0.0, 0.0], [0.5, 0.0, 0.0], [0.0, 0.0, 1.0]]);
+    let lifted = polygon(&[[-0.5, 0.0, 0.0], [0.5, 0.0, 0.0], [0.0, 1.0, 1.0]]);
+    let with = |occluder| integrate(&receiver(DVec3::ZERO), &ceiling(), &[occluder], Sampling::Area, sequence, 0.99);
+    assert!(with(on_edge_of_occluder).is_ok(), "seen edge-on it hides nothing");
+    assert!(with(lifted).is_ok(), "its plane holds the receiver");
+}
+
+#[test]
+fn the_same_seed_gives_the_same_digits() {
+    for (sampling, sequence) in all_ways(7) {
+        let run = |sequence| integrate(&receiver(DVec3::ZERO), &ceiling(), &[], sampling, sequence, 0.9).unwrap();
+        assert_eq!(run(sequence), run(sequence));
+        let other = match sequence {
+            Sequence::Independent { samples, .. } => Sequence::Independent { samples, seed: 8 },
+            Sequence::Sobol { samples, scramblings, .. } => Sequence::Sobol { samples, scramblings, seed: 8 },
+        };
+        assert_ne!(run(sequence).radiosity.mean, run(other).radiosity.mean);
+    }
+}
+
+#[test]
+fn scrambled_sobol_is_narrower_than_independent_points() {
+    for sampling in [Sampling::Area, Sampling::SolidAngle] {
+        let width = |sequence| {
+            let estimate = integrate(&receiver(DVec3::ZERO), &ceiling(), &[], sampling, sequence, 0.99).unwrap();
+            estimate.radiosity.student.width()
+        };
+        let independent = width(Sequence::Independent { samples: 16 * 1024, seed: 3 });
+        let sobol = width(Sequence::Sobol { samples: 1024, scramblings: 16, seed: 3 });
+        assert!(sobol < 0.05 * independent, "{sampling:?}: {sobol} against {independent}");
+    }
+}
+
+#[test]
+fn wrong_settings_are_named() {
+    let with = |sequence, confidence| integrate(&receiver(DVec3::ZERO), &ceiling(), &[], Sampling::Area, sequence, confidence);
+    let independent = |samples| Sequence::Independent { samples, seed: 1 };
+    assert_eq!(with(independent(1), 0.9), Err(Error::TooFewSamples { what: "samples", value: 1, least: 2 }));
+    assert!(matches!(with(independent(9), 1.0), Err(Error::Confidence { value: 1.0 })));
+    let sobol = Sequence::Sobol { samples: 16, scramblings: 1, seed: 1 };
+    assert_eq!(with(sobol, 0.9), Err(Error::TooFewSamples { what: "scramblings", value: 1, least: 2 }));
+}

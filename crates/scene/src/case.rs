@@ -1,0 +1,196 @@
+//! One case as JSON Lines: the machine interface of `radgrad eval`, one object a line.
+//!
+//! ```json
+//! {"id":"a1","receiver":{"position":[0,0,0],"normal":[0,0,1],"reflectance":1.0},
+//!  "emitter":{"vertices":[[0,0,1],[0.5,0.8,1],[1,0,1]],"emission":{"constant":2.0}},"occluders":[],"tolerance":1e-12}
+//! ```
+//!
+//! (here on two lines to be read by people). `normal` may have any length; `reflectance` is 1, `occluders` none and the relative
+//! `tolerance` 1e-12 unless given; unknown fields are ignored. Lengths are in one unit of the caller's choice, emission in any unit.
+//! Doubles are read and written exactly: the text of a [`Case`] reads back as the same case, bit for bit.
+//!
+//! A [`Case`] is what stands in the line; [`Case::problem`] checks it and gives the types of `radgrad-core`; [`Line::answer`] is the
+//! whole way from a line to what is written for it.
+
+mod answer;
+mod emission;
+mod id;
+mod point;
+
+use std::io::{self, BufRead};
+
+use radgrad_core::{DVec3, Emitter, Polygon, Receiver};
+use serde::{Deserialize, Serialize};
+
+use crate::Error;
+pub use answer::{AnswerRecord, Refusal};
+pub use emission::EmissionRecord;
+pub use id::Id;
+
+/// A case as written.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(expecting = "a case: {\"id\": .., \"receiver\": .., \"emitter\": ..}")]
+pub struct Case {
+    /// Name, given back with the answer.
+    pub id: Id,
+    /// The receiver.
+    pub receiver: ReceiverRecord,
+    /// The emitter.
+    pub emitter: EmitterRecord,
+    /// Vertices of each occluder: planar polygons, opaque from both sides, between receiver and emitter or not.
+    #[serde(default, deserialize_with = "point::lists")]
+    pub occluders: Vec<Vec<[f64; 3]>>,
+    /// Relative tolerance asked for, of value and gradient.
+    #[serde(default = "default_tolerance")]
+    pub tolerance: f64,
+}
+
+/// A receiver as written.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(expecting = "a receiver: {\"position\": [x, y, z], \"normal\": [x, y, z]}")]
+pub struct ReceiverRecord {
+    /// Position.
+    #[serde(deserialize_with = "point::one")]
+    pub position: [f64; 3],
+    /// Normal, of any length but 0.
+    #[serde(deserialize_with = "point::one")]
+    pub normal: [f64; 3],
+    /// Reflectance, in [0, 1].
+    #[serde(default = "default_reflectance")]
+    pub reflectance: f64,
+}
+
+/// An emitter as written.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(expecting = "an emitter: {\"vertices\": [[x, y, z], ...], \"emission\": ..}")]
+pub struct EmitterRecord {
+    /// Vertices, counter-clockwise seen from the lit side.
+    #[serde(deserialize_with = "point::list")]
+    pub vertices: Vec<[f64; 3]>,
+    /// Emission over the polygon.
+    pub emission: EmissionRecord,
+}
+
+const fn default_tolerance() -> f64 {
+    radgrad_core::DEFAULT_TOLERANCE
+}
+
+const fn default_reflectance() -> f64 {
+    1.0
+}
+
+/// A case that was checked.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Problem {
+    /// The receiver.
+    pub receiver: Receiver,
+    /// The emitter.
+    pub emitter: Emitter,
+    /// The occluders, in the order given.
+    pub occluders: Vec<Polygon>,
+    /// Relative tolerance, in [0, 1].
+    pub tolerance: f64,
+}
+
+impl Case {
+    /// Reads one line.
+    ///
+    /// ```
+    /// use radgrad_scene::case::Case;
+    /// let line = br#"{"id":1,"receiver":{"position":[0,0,0],"normal":[0,0,2]},
+    ///     "emitter":{"vertices":[[0,0,1],[0,1,1],[1,0,1]],"emission":{"constant":2}}}"#;
+    /// let problem = Case::from_json(line)?.problem()?;
+    /// assert_eq!(problem.receiver.reflectance(), 1.0);
+    /// # Ok::<(), radgrad_scene::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`Error::Json`] if the line is not a JSON object with the fields of a case.
+    pub fn from_json(line: &[u8]) -> Result<Self, Error> {
+        Ok(serde_json::from_slice(line)?)
+    }
+
+    /// The problem this case states.
+    ///
+    /// # Errors
+    /// If the receiver, the emitter, an occluder or the tolerance is refused by `radgrad-core`; the message names which.
+    pub fn problem(&self) -> Result<Problem, Error> {
+        let ReceiverRecord { position, normal, reflectance } = &self.receiver;
+        let receiver = Receiver::new(DVec3::from_array(*position), DVec3::from_array(*normal), *reflectance);
+        let emitter = polygon(&self.emitter.vertices).and_then(|polygon| Emitter::new(polygon, (&self.emitter.emission).into()));
+        let occluders = self.occluders.iter().enumerate();
+        let occluders = occluders.map(|(index, v)| polygon(v).map_err(|source| Error::Occluder { index, source }));
+        if !(0.0..=1.0).contains(&self.tolerance) {
+            return Err(Error::Tolerance(radgrad_core::Error::Tolerance { value: self.tolerance }));
+        }
+        Ok(Problem {
+            receiver: receiver.map_err(Error::Receiver)?,
+            emitter: emitter.map_err(Error::Emitter)?,
+            occluders: occluders.collect::<Result<_, _>>()?,
+            tolerance: self.tolerance,
+        })
+    }
+}
+
+fn polygon(vertices: &[[f64; 3]]) -> Result<Polygon, radgrad_core::Error> {
+    Polygon::new(vertices.iter().map(|&v| DVec3::from_array(v)).collect())
+}
+
+/// A line that was read: its number, from 1, and its case.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Line {
+    /// Number of the line, from 1, blank lines counted.
+    pub number: usize,
+    /// The case as written.
+    pub case: Case,
+}
+
+impl Line {
+    /// Reads line `number`; `None` if it is blank.
+    ///
+    /// # Errors
+    /// A [`Refusal`] if it is no case. It carries the case's id where that can be read.
+    pub fn read(number: usize, text: &[u8]) -> Option<Result<Self, Refusal>> {
+        if text.trim_ascii().is_empty() {
+            return None;
+        }
+        let case = Case::from_json(text).map_err(|error| Refusal { id: Id::find(text), line: number, error });
+        Some(case.map(|case| Self { number, case }))
+    }
+
+    /// Checks and evaluates the case.
+    ///
+    /// # Errors
+    /// A [`Refusal`] if a value is wrong, or the answer cannot be represented.
+    pub fn answer(self) -> Result<AnswerRecord, Refusal> {
+        let answer = self.case.problem().and_then(|Problem { receiver, emitter, occluders, tolerance }| {
+            radgrad_core::evaluate_to(&receiver, &emitter, &occluders, tolerance).map_err(Error::Evaluation)
+        });
+        match answer {
+            Ok(answer) => Ok(AnswerRecord::new(self.case.id, &answer)),
+            Err(error) => Err(Refusal { id: Some(self.case.id), line: self.number, error }),
+        }
+    }
+}
+
+/// The cases of `reader` in order, one line in memory at a time. Blank lines are skipped; a bad line is a [`Refusal`] and the next one
+/// is read; only a failure to read ends the sequence.
+pub fn read<R: BufRead>(mut reader: R) -> impl Iterator<Item = io::Result<Result<Line, Refusal>>> {
+    let (mut text, mut number) = (Vec::new(), 0);
+    std::iter::from_fn(move || {
+        loop {
+            text.clear();
+            match reader.read_until(b'\n', &mut text) {
+                Ok(0) => return None,
+                Ok(_) => number += 1,
+                Err(error) => return Some(Err(error)),
+            }
+            if let Some(line) = Line::read(number, &text) {
+                return Some(Ok(line));
+            }
+        }
+    })
+}
+
+#[cfg(test)]
+mod tests;
