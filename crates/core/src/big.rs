@@ -14,12 +14,12 @@ use std::cell::RefCell;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 use astro_float::{BigFloat, Consts, RoundingMode, Sign};
+use glam::DVec3;
 
 use crate::dilogarithm::Around;
 use crate::double_double::DoubleDouble;
 use crate::number::Number;
 use crate::radius::Radius;
-use crate::vec3::Vec3;
 pub(crate) use decimal::{to_decimal, upper_decimal};
 pub(crate) use magnitude::Magnitude;
 use series::Coefficients;
@@ -242,10 +242,11 @@ impl Number for Big {
     fn difference(a: f64, b: f64) -> Self {
         Self::new(|_| exact_sum(&exact(a), &exact(-b)))
     }
-    fn exact_dot(n: Vec3<f64>, r: Vec3<DoubleDouble>) -> Self {
-        let product = |factor: f64, sum: DoubleDouble| exact(factor).mul_full_prec(&exact_sum(&exact(sum.hi), &exact(sum.lo)));
-        let sum = exact_sum(&exact_sum(&product(n.x, r.x), &product(n.y, r.y)), &product(n.z, r.z));
-        Self::new(|_| sum)
+    /// Exact.
+    fn exact_height(n: DVec3, point: DVec3, x: DVec3, power: f64) -> Self {
+        let product = |axis: usize| exact(n[axis]).mul_full_prec(&exact_sum(&exact(point[axis]), &exact(-x[axis])));
+        let sum = exact_sum(&exact_sum(&product(0), &product(1)), &product(2));
+        Self::new(|_| sum).scaled(power)
     }
     fn scaled(self, power_of_two: f64) -> Self {
         let (_, exponent) = libm::frexp(power_of_two);
@@ -302,10 +303,9 @@ mod tests {
             assert_eq!((difference - Big::from_double(1e200)).high(), -1e-200);
             assert_eq!((Big::difference(3.0, 0.0).high(), Big::difference(0.0, 3.0).high()), (3.0, -3.0));
             assert_eq!(Big::difference(0.1, 0.1).high(), 0.0);
-            let r = DoubleDouble { hi: 1.0, lo: 2f64.powi(-900) };
-            let n = Vec3::new(0.1, -0.1, 0.0);
-            let level = Vec3::new(r, DoubleDouble::from(1.0), DoubleDouble::ZERO);
-            assert_eq!(Big::exact_dot(n, level).high(), 0.1 * r.lo);
+            let (n, tiny) = (DVec3::new(0.1, -0.1, 0.0), 2f64.powi(-900));
+            let height = Big::exact_height(n, DVec3::new(1.0, 1.0, 5.0), DVec3::new(-tiny, 0.0, 0.0), 0.5);
+            assert_eq!(height.high(), 0.05 * tiny);
         });
     }
 }

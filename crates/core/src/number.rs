@@ -3,12 +3,14 @@
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
+use glam::DVec3;
+
 use crate::arc::SINE_SERIES;
 use crate::dilogarithm::{self, Around};
 use crate::double_double::{self, DoubleDouble, LIBRARY_UNITS, LN_2};
 use crate::exact;
+use crate::geometry::exact_offset;
 use crate::radius::Radius;
-use crate::vec3::Vec3;
 
 /// Unit roundoff of double precision, 2^-53.
 pub(crate) const ROUNDOFF: f64 = f64::EPSILON / 2.0;
@@ -46,8 +48,8 @@ pub(crate) trait Number:
     fn pi() -> Self;
     fn ln_2() -> Self;
     fn difference(a: f64, b: f64) -> Self;
-    /// `n . r` with `r` exact (each component an unevaluated sum): with the right sign, and an error of two units of roundoff.
-    fn exact_dot(n: Vec3<f64>, r: Vec3<DoubleDouble>) -> Self;
+    /// `n . (point - x)` times a power of two: with the right sign, and an error of two units of roundoff.
+    fn exact_height(n: DVec3, point: DVec3, x: DVec3, power: f64) -> Self;
     /// Times a power of two: exact.
     fn scaled(self, power_of_two: f64) -> Self;
     fn sqrt(self) -> Self;
@@ -112,8 +114,8 @@ impl Number for f64 {
     fn difference(a: f64, b: f64) -> Self {
         a - b
     }
-    fn exact_dot(n: Vec3<f64>, r: Vec3<DoubleDouble>) -> Self {
-        exact::dot(n, r).hi
+    fn exact_height(n: DVec3, point: DVec3, x: DVec3, power: f64) -> Self {
+        exact::dot(n.into(), exact_offset(point, x, power)).hi
     }
     #[inline]
     fn scaled(self, power_of_two: f64) -> Self {
@@ -188,8 +190,8 @@ impl Number for DoubleDouble {
     fn difference(a: f64, b: f64) -> Self {
         Self::difference(a, b)
     }
-    fn exact_dot(n: Vec3<f64>, r: Vec3<DoubleDouble>) -> Self {
-        exact::dot(n, r)
+    fn exact_height(n: DVec3, point: DVec3, x: DVec3, power: f64) -> Self {
+        exact::dot(n.into(), exact_offset(point, x, power))
     }
     fn scaled(self, power_of_two: f64) -> Self {
         Self::scaled(self, power_of_two)

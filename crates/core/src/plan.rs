@@ -162,7 +162,7 @@ pub(crate) fn height_over_horizon<T: Real>(receiver: &Receiver, vertex: DVec3, p
     if RadiusOf::<T>::from(error) < T::Number::roundoff() * height.hi.abs() {
         T::from_double_double(height, error)
     } else {
-        let height = T::Number::exact_dot(n, r);
+        let height = T::Number::exact_height(receiver.direction(), vertex, receiver.position(), power);
         T::approximate(height, T::Number::roundoff() * height.size() * 2.0)
     }
 }
