@@ -160,10 +160,10 @@ fn nearest_double(number: &BigFloat) -> f64 {
     if sign == Sign::Neg { -size } else { size }
 }
 
-/// The nearest double and the size of what it leaves.
+/// The nearest double and a bound on the size of what it leaves, above it by two roundings.
 pub(crate) fn split_double(number: &BigFloat) -> (f64, Magnitude) {
     let double = nearest_double(number);
-    (double, Magnitude::of(&exact_sum(number, &exact(-double))))
+    (double, Magnitude::of(&exact_sum(number, &exact(-double))) * (1.0 + 2.0 * f64::EPSILON))
 }
 
 impl Add for Big {

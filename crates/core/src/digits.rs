@@ -169,7 +169,7 @@ impl Enclosure {
 
     fn to_double(&self) -> (f64, Magnitude) {
         let (value, rest) = crate::big::split_double(&self.mid);
-        (value, self.radius + rest)
+        (value, (self.radius + rest) * (1.0 + f64::EPSILON))
     }
 }
 

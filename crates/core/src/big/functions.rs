@@ -37,16 +37,17 @@ pub(super) fn pi_minus(angle: &BigFloat, bits: usize, constants: &mut Consts) ->
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Big, with_bits};
+    use super::super::{Big, Magnitude, with_bits};
+    use super::*;
     use crate::number::Number;
+    use crate::radius::Radius;
     use proptest::prelude::*;
 
     /// The same with more bits, brought back.
     fn units_off(bits: usize, wider: usize, function: impl Fn() -> Big) -> f64 {
         let [rough, fine] = [bits, wider].map(|bits| with_bits(bits, || function().to_float()));
         let difference = fine.sub_full_prec(&rough);
-        let ratio = super::super::Magnitude::of(&difference) / super::super::Magnitude::of(&fine);
-        crate::radius::Radius::to_double(ratio * super::super::Magnitude::power_of_two(bits as i64))
+        (Magnitude::of(&difference) / Magnitude::of(&fine) * Magnitude::power_of_two(bits as i64)).to_double()
     }
 
     proptest! {
@@ -56,9 +57,9 @@ mod tests {
             prop_assume!(x != 0.0 && near != 0.0);
             let bits = 64 * words;
             let atan2 = |y: f64, x: f64| units_off(bits, 2 * bits, || Big::from_double(y).atan2(Big::from_double(x)));
-            prop_assert!(atan2(y, x) <= super::LIBRARY_UNITS);
-            prop_assert!(atan2(near, x) <= super::LIBRARY_UNITS);
-            prop_assert!(atan2(y, near) <= super::LIBRARY_UNITS);
+            prop_assert!(atan2(y, x) <= LIBRARY_UNITS);
+            prop_assert!(atan2(near, x) <= LIBRARY_UNITS);
+            prop_assert!(atan2(y, near) <= LIBRARY_UNITS);
             let ln = |x: f64| units_off(bits, 2 * bits, || Big::from_double(x).ln());
             prop_assert!(ln(x.abs()) <= 1.0);
             prop_assert!(ln(1.0 + near) <= 1.0);
@@ -69,13 +70,33 @@ mod tests {
         }
     }
 
+    proptest! {
+        #[test]
+        fn sums_and_products_are_rounded_to_nearest(a in -1.0..1.0f64, b in -1.0..1.0f64, shift in -400..400i32, bits in 1..4usize) {
+            prop_assume!(a != 0.0 && b != 0.0);
+            let bits = 64 * bits;
+            // Thirds fill all bits.
+            let operand = |x: f64| Big::from_double(x) / Big::from_double(3.0);
+            let (p, q) = with_bits(bits, || (operand(a).to_float(), operand(b).scaled(2f64.powi(shift)).to_float()));
+            let off = |rounded: BigFloat, exact: BigFloat| {
+                let units = Magnitude::of(&exact_sum(&rounded, &exact.neg())) / Magnitude::of(&exact);
+                (units * Magnitude::power_of_two(bits as i64)).to_double()
+            };
+            prop_assert!(off(p.add(&q, bits, NEAREST), exact_sum(&p, &q)) <= 1.0);
+            prop_assert!(off(p.sub(&q, bits, NEAREST), exact_sum(&p, &q.neg())) <= 1.0);
+            prop_assert!(off(p.mul(&q, bits, NEAREST), p.mul_full_prec(&q)) <= 1.0);
+            prop_assert!(off(p.div(&q, bits, NEAREST).mul_full_prec(&q), p.clone()) <= 1.0);
+            prop_assert!(off(p.abs().sqrt(bits, NEAREST).mul_full_prec(&p.abs().sqrt(bits, NEAREST)), p.abs()) <= 2.0);
+        }
+    }
+
     #[test]
     fn pi_minus_keeps_its_digits_next_to_pi() {
         // pi to 128 bits, taken from pi.
         let nearest = with_bits(128, || Big::pi().to_float());
         let rest = |bits| with_bits(bits, || Big::new(|_| nearest.clone()).pi_minus().to_float());
         let difference = rest(512).sub_full_prec(&rest(128));
-        assert!(super::super::Magnitude::of(&difference) <= super::super::Magnitude::of(&rest(512)) * 2f64.powi(-128));
+        assert!(Magnitude::of(&difference) <= Magnitude::of(&rest(512)) * 2f64.powi(-128));
     }
 
     #[test]
