@@ -109,7 +109,7 @@ mod tests {
     fn published_values_of_the_papers_scene_are_met() {
         for case in paper_scene() {
             let found = radiosity_and_gradient(&case.receiver, &case.emitter);
-            let error = RelativeError::of(found, case.truth);
+            let error = case.error_of(found);
             assert!(error.largest() < 1e-13, "{}: {error:?}", case.id);
         }
     }

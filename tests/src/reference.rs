@@ -1,6 +1,6 @@
 //! Reference numbers under `data/reference/`: decimal strings of 30 digits from integrations in high precision.
 //!
-//! Read as doubles: 1e-16 of relative error, a hundredth of the 1e-14 they are to be met to.
+//! Read as [`Decimal`]s, so that the errors seen are those of the doubles compared with them and not of the reading.
 
 use std::collections::HashMap;
 
@@ -8,6 +8,9 @@ use glam::DVec3;
 use radgrad_core::{Emission, Emitter, Polygon, Receiver};
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
+
+use crate::RelativeError;
+use crate::decimal::Decimal;
 
 /// A problem with its answer.
 #[derive(Debug, Clone)]
@@ -18,8 +21,29 @@ pub struct Case {
     pub receiver: Receiver,
     /// The emitter.
     pub emitter: Emitter,
-    /// Radiosity and gradient.
-    pub truth: (f64, DVec3),
+    /// Radiosity.
+    pub radiosity: Decimal,
+    /// Gradient.
+    pub gradient: [Decimal; 3],
+}
+
+impl Case {
+    /// Relative errors of radiosity and gradient.
+    #[must_use]
+    pub fn error_of(&self, (radiosity, gradient): (f64, DVec3)) -> RelativeError {
+        let components = [0, 1, 2].map(|axis| self.gradient[axis].error_of(gradient[axis]));
+        let (_, norm) = self.nearest();
+        RelativeError {
+            radiosity: self.radiosity.error_of(radiosity) / self.radiosity.high.abs(),
+            gradient: DVec3::from(components).length() / norm.length(),
+        }
+    }
+
+    /// The nearest doubles.
+    #[must_use]
+    pub fn nearest(&self) -> (f64, DVec3) {
+        (self.radiosity.high, DVec3::from(self.gradient.map(|component| component.high)))
+    }
 }
 
 #[derive(Deserialize)]
@@ -45,7 +69,7 @@ pub struct PointFactor {
     /// A rectangle of radiosity 1.
     pub emitter: Emitter,
     /// The factor.
-    pub truth: f64,
+    pub factor: Decimal,
 }
 
 #[derive(Deserialize)]
@@ -71,7 +95,8 @@ pub fn paper_scene() -> Vec<Case> {
                 id: case.id,
                 receiver: Receiver::new(vector(&case.x), DVec3::from(case.receiver_normal), 1.0).unwrap(),
                 emitter: Emitter::new(polygon, emission).unwrap(),
-                truth: (number(&case.radiosity), vector(&case.grad)),
+                radiosity: decimal(&case.radiosity),
+                gradient: case.grad.each_ref().map(|component| decimal(component)),
             }
         })
         .collect()
@@ -105,7 +130,7 @@ fn point_factor(factor: Factor) -> PointFactor {
     PointFactor {
         receiver: Receiver::new(DVec3::ZERO, DVec3::Z, 1.0).unwrap(),
         emitter: Emitter::new(polygon, Emission::Constant(1.0)).unwrap(),
-        truth: number(&factor.value),
+        factor: decimal(&factor.value),
         id: factor.id,
     }
 }
@@ -116,8 +141,12 @@ fn read<T: DeserializeOwned>(file: &str) -> T {
     serde_json::from_str(&text).unwrap_or_else(|error| panic!("{path}: {error}"))
 }
 
-fn number(decimal: &str) -> f64 {
-    decimal.parse().unwrap_or_else(|error| panic!("{decimal}: {error}"))
+fn decimal(text: &str) -> Decimal {
+    text.parse().unwrap_or_else(|error| panic!("{error}"))
+}
+
+fn number(text: &str) -> f64 {
+    decimal(text).high
 }
 
 fn vector(components: &[String; 3]) -> DVec3 {

@@ -9,7 +9,7 @@ use proptest::prelude::*;
 use proptest::strategy::ValueTree;
 use proptest::test_runner::{RngSeed, TestRunner};
 use radgrad_core::paper::{self, Slip};
-use radgrad_core::{evaluate, irradiance_vector, radiosity_and_gradient};
+use radgrad_core::{Method, evaluate, evaluate_to, irradiance_vector, radiosity_and_gradient};
 use radgrad_tests::problem::{Problem, problem, rotation, shift};
 use radgrad_tests::{FORMS, Form};
 
@@ -46,11 +46,20 @@ proptest! {
     #[test]
     fn value_and_gradient_have_the_same_digits_however_asked_for(problem in problem(0.5, 1.2)) {
         let (receiver, emitter) = (problem.receiver(), problem.emitter());
-        let certified = evaluate(&receiver, &emitter, &[]).unwrap();
         let (value, gradient) = radiosity_and_gradient(&receiver, &emitter).unwrap();
-        prop_assert_eq!((certified.radiosity, certified.gradient), (value, gradient));
         prop_assert_eq!(radgrad_core::radiosity(&receiver, &emitter).unwrap(), value);
         prop_assert_eq!(radgrad_core::gradient(&receiver, &emitter).unwrap(), gradient);
+        let certified = evaluate_to(&receiver, &emitter, &[], 1.0).unwrap();
+        prop_assume!(certified.method == Method::ClosedForm);
+        prop_assert_eq!((certified.radiosity, certified.gradient), (value, gradient));
+    }
+
+    #[test]
+    fn a_finer_answer_is_within_the_bounds_of_a_coarser_one(problem in problem(0.5, 1.2)) {
+        let [coarse, fine] = [1.0, 0.0].map(|to| evaluate_to(&problem.receiver(), &problem.emitter(), &[], to).unwrap());
+        prop_assert!(fine.method != Method::ClosedForm);
+        prop_assert!((fine.radiosity - coarse.radiosity).abs() <= fine.radiosity_error + coarse.radiosity_error);
+        prop_assert!((fine.gradient - coarse.gradient).length() <= fine.gradient_error + coarse.gradient_error);
     }
 
     #[test]

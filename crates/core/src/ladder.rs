@@ -34,7 +34,7 @@ struct Budget {
 }
 
 const CONSTANT: Budget = Budget { cheap: 60, dear: 400 };
-const LINEAR: Budget = Budget { cheap: 200, dear: 1600 };
+const LINEAR: Budget = Budget { cheap: 400, dear: 4000 };
 
 /// What a rung of the ladder evaluates.
 #[derive(Clone, Copy)]

@@ -1,11 +1,85 @@
-//! What the oracle refuses.
+//! What the oracle refuses, and what can keep an integral from being enclosed.
+
+use std::fmt;
 
 use glam::DVec3;
 
-/// Every way in which an oracle refuses a question; a question it cannot answer well enough gets a status instead.
+/// Every way in which an oracle refuses a question; one that the cubature cannot answer well enough gets a status instead.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
+    /// The number of digits is outside what an arithmetic offers.
+    #[error("{digits} digits asked of {arithmetic} arithmetic, which offers {least} to {most}")]
+    Digits {
+        /// The digits asked for.
+        digits: u32,
+        /// The arithmetic asked for.
+        arithmetic: &'static str,
+        /// Fewest digits it offers.
+        least: u32,
+        /// Most digits it offers.
+        most: u32,
+    },
+    /// The evaluations allowed do not suffice.
+    #[error("{needed} evaluations of the integrand needed for {digits} digits, {allowed} allowed; {reached}")]
+    Budget {
+        /// Evaluations of the next pass.
+        needed: u64,
+        /// Evaluations allowed.
+        allowed: u64,
+        /// The digits asked for.
+        digits: u32,
+        /// What the passes so far enclosed.
+        reached: Reached,
+    },
+    /// The rounding error is above the tolerance in the arithmetic asked for.
+    #[error("rounding in {bits} bits leaves too wide a radius for {digits} digits; {reached}")]
+    Rounding {
+        /// Bits of the arithmetic.
+        bits: usize,
+        /// The digits asked for.
+        digits: u32,
+        /// What was enclosed.
+        reached: Reached,
+    },
+    /// A cell cannot be bounded: the receiver is on the boundary of the emitter within rounding, or the numbers leave the range of a double.
+    #[error(
+        "no bound for the integrand on a cell of width {width:e} (relative to its triangle) at distance {distance:e} from the receiver"
+    )]
+    Cell {
+        /// Width of the cell relative to its triangle.
+        width: f64,
+        /// Distance of its nearest point from the receiver, the farthest vertex being at 1 to 2.
+        distance: f64,
+    },
+    /// A term of a polynomial emission is not usable.
+    #[error("coefficient of term {index} of the emission is {value}, which is not finite")]
+    Coefficient {
+        /// Place of the term.
+        index: usize,
+        /// Its coefficient.
+        value: f64,
+    },
+    /// The polynomial's degree is too high.
+    #[error("the emission has degree {degree}, at most {most} is allowed")]
+    Degree {
+        /// Its degree.
+        degree: u32,
+        /// Largest degree allowed.
+        most: u32,
+    },
+    /// The result is outside the range of a double.
+    #[error("{quantity} is outside the range of a double")]
+    Range {
+        /// What overflows.
+        quantity: &'static str,
+    },
+    /// A decimal number cannot be read.
+    #[error("{text:?} is not a decimal number")]
+    Decimal {
+        /// The text.
+        text: String,
+    },
     /// A relative tolerance must be positive.
     #[error("tolerance is {value}: a relative tolerance must be positive and finite")]
     Tolerance {
@@ -58,4 +132,27 @@ pub enum Error {
         /// Its value.
         value: f64,
     },
+}
+
+/// The midpoints and radii a computation ended with.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Reached {
+    /// Midpoint of the radiosity.
+    pub radiosity: f64,
+    /// Its radius.
+    pub radiosity_radius: f64,
+    /// Norm of the gradient's midpoint.
+    pub gradient: f64,
+    /// Largest radius of a component.
+    pub gradient_radius: f64,
+}
+
+impl fmt::Display for Reached {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            f,
+            "reached radiosity {:e} +- {:e}, gradient norm {:e} +- {:e}",
+            self.radiosity, self.radiosity_radius, self.gradient, self.gradient_radius
+        )
+    }
 }

@@ -1,0 +1,190 @@
+//! Enclosures of the radiosity at a point and of its gradient: Eq. 1 of HS95 and its derivative, to the digits asked for.
+//!
+//! With `p = (rho/pi) / |n1|`, everything relative to the receiver and n1 of any length:
+//! - value: `B = p sum H/|N|^2 int J B (n1.r)/|r|^4 ds dt` over the fans of each triangle (`N`, `H`: [`crate::surface::Triangle`]; `J = +-(a x b).N`);
+//! - gradient, differentiated under the integral and integrated by parts over the emitter, the horizon having no part in it since `n1.r = 0` there:
+//!   `p { sum 1/|N|^2 int J [H grad B + N (grad B . r)] (n1.r)/|r|^4 ds dt + sum over edges of int B (n1.r) (dr x r)/|r|^4 }`.
+//!   The edge form has no `1/h` in it, while the differentiated kernel cancels as `1/h` on contact.
+//!
+//! Each pass plans the cells in double precision for the tolerances of the moment, then evaluates them in ball arithmetic; the first passes
+//! only learn the magnitudes. The radius returned is the sum of the truncation bounds and the rounding radius: it is proven, not estimated.
+//! Units: radiosity as the emission, gradient in that over the unit of length.
+
+use radgrad_core::{Emitter, Receiver};
+
+use crate::Error;
+use crate::arithmetic::{Arithmetic, Real};
+use crate::astro::Astro;
+use crate::ball::{Ball, up};
+use crate::double_double::DoubleDouble;
+use crate::error::Reached;
+use crate::exact::scaled;
+use crate::interval::{Interval, power_of_ten};
+use crate::pass::{Pass, Prepared};
+use crate::source::Source;
+use crate::surface::Frame;
+
+/// Radiosity and gradient, enclosed.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Enclosure {
+    /// `B(x)`.
+    pub radiosity: Interval,
+    /// Its gradient with respect to x at fixed normal.
+    pub gradient: [Interval; 3],
+    /// Evaluations of the integrands, over all passes.
+    pub evaluations: u64,
+    /// What computed it.
+    pub arithmetic: Arithmetic,
+}
+
+/// What is asked for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Request {
+    /// Radiosity relative to itself, gradient relative to its norm: 15 to 200.
+    pub digits: u32,
+    /// By default the fastest that offers the digits; double-double gives way to more bits where rounding keeps it from them.
+    pub arithmetic: Option<Arithmetic>,
+    /// Evaluations of the integrands allowed.
+    pub budget: u64,
+}
+
+impl Request {
+    /// A request for so many digits.
+    #[must_use]
+    pub const fn digits(digits: u32) -> Self {
+        Self { digits, arithmetic: None, budget: 50_000_000 }
+    }
+}
+
+/// Encloses radiosity and gradient at `receiver` due to the whole of `emitter`.
+///
+/// ```
+/// use radgrad_core::{DVec3, Emission, Emitter, Polygon, Receiver};
+/// use radgrad_oracle::enclose;
+/// let receiver = Receiver::new(DVec3::ZERO, DVec3::Z, 1.0)?;
+/// let square = [(0.0, 0.0), (0.0, 1.0), (1.0, 1.0), (1.0, 0.0)].map(|(x, y)| DVec3::new(x, y, 1.0));
+/// let emitter = Emitter::new(Polygon::new(square.to_vec())?, Emission::Constant(1.0))?;
+/// let enclosure = enclose(&receiver, &emitter, 20)?;
+/// assert!(enclosure.radiosity.error_of(0.138_531_605_994_893) < 1e-15);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
+/// # Errors
+/// If `digits` is not in 15..=200, the budget is exhausted, or a number leaves the range of a double.
+pub fn enclose(receiver: &Receiver, emitter: &Emitter, digits: u32) -> Result<Enclosure, Error> {
+    enclose_source(receiver, &Source::Emitter(emitter), &Request::digits(digits))
+}
+
+/// The same for any emission, arithmetic and budget.
+///
+/// # Errors
+/// As [`enclose`]; with the arithmetic given, also if its rounding is too coarse.
+pub fn enclose_source(receiver: &Receiver, source: &Source<'_>, request: &Request) -> Result<Enclosure, Error> {
+    let digits = request.digits;
+    let within = |arithmetic, least, most| {
+        if (least..=most).contains(&digits) { Ok(()) } else { Err(Error::Digits { digits, arithmetic, least, most }) }
+    };
+    match request.arithmetic {
+        Some(Arithmetic::DoubleDouble) => within("double-double", 15, 24)?,
+        _ => within("arbitrary-precision", 15, 200)?,
+    }
+    let problem = Problem::new(receiver, source, request);
+    match request.arithmetic {
+        Some(Arithmetic::DoubleDouble) => problem.solve::<DoubleDouble>(DOUBLE_DOUBLE_BITS, Arithmetic::DoubleDouble),
+        Some(Arithmetic::Astro) => problem.solve_in_bits::<Astro>(Arithmetic::Astro),
+        #[cfg(feature = "mpfr")]
+        Some(Arithmetic::Mpfr) => problem.solve_in_bits::<crate::mpfr::Mpfr>(Arithmetic::Mpfr),
+        None if digits <= 24 => match problem.solve::<DoubleDouble>(DOUBLE_DOUBLE_BITS, Arithmetic::DoubleDouble) {
+            Err(Error::Rounding { .. }) => problem.solve_in_bits::<Astro>(Arithmetic::Astro),
+            result => result,
+        },
+        None => problem.solve_in_bits::<Astro>(Arithmetic::Astro),
+    }
+}
+
+const DOUBLE_DOUBLE_BITS: usize = 106;
+struct Problem<'a> {
+    source: &'a Source<'a>,
+    request: &'a Request,
+    reflectance: f64,
+    frame: Frame,
+    /// The emission is scaled by `2^-exponent`; none where nothing reaches the receiver.
+    exponent: Option<i32>,
+}
+
+impl<'a> Problem<'a> {
+    fn new(receiver: &Receiver, source: &'a Source<'a>, request: &'a Request) -> Self {
+        let frame = Frame::new(receiver, source.polygon());
+        let dark = frame.triangles.is_empty() || receiver.reflectance() == 0.0;
+        let exponent = if dark { None } else { source.exponent(frame.scale) };
+        Self { source, request, reflectance: receiver.reflectance(), frame, exponent }
+    }
+
+    /// With as many bits as the digits need, more where cancellation asks for them.
+    fn solve_in_bits<T: Real>(&self, arithmetic: Arithmetic) -> Result<Enclosure, Error> {
+        let digits = self.request.digits as usize;
+        let mut bits = (digits * 10 / 3 + 30).div_ceil(64) * 64;
+        loop {
+            match self.solve::<T>(bits, arithmetic) {
+                Err(Error::Rounding { .. }) if bits <= 8 * digits + 512 => bits += 64,
+                result => return result,
+            }
+        }
+    }
+
+    fn solve<T: Real>(&self, bits: usize, arithmetic: Arithmetic) -> Result<Enclosure, Error> {
+        let Some(exponent) = self.exponent else {
+            let zero = Interval::zero;
+            return Ok(Enclosure { radiosity: zero(), gradient: [zero(), zero(), zero()], evaluations: 0, arithmetic });
+        };
+        let prepared = Prepared::<T>::new(self.source, &self.frame, self.reflectance, exponent, bits);
+        let mut evaluations = 0;
+        let mut reached =
+            Reached { radiosity: 0.0, radiosity_radius: f64::INFINITY, gradient: 0.0, gradient_radius: f64::INFINITY };
+        let goal = power_of_ten(-i32::try_from(self.request.digits).unwrap_or(i32::MAX));
+        let mut tolerances = prepared.first_tolerances();
+        loop {
+            let plan = prepared.plan(tolerances)?;
+            evaluations += plan.evaluations;
+            if evaluations > self.request.budget {
+                let (digits, allowed) = (self.request.digits, self.request.budget);
+                return Err(Error::Budget { needed: evaluations, allowed, digits, reached });
+            }
+            let pass = prepared.evaluate(&plan, tolerances, bits);
+            let radius = pass.radii();
+            reached = pass.reached(radius);
+            if !(radius.value.is_finite() && radius.gradient.is_finite()) {
+                return Err(Error::Range { quantity: "the radius of an integral" });
+            }
+            if radius.value <= goal * reached.radiosity.abs() && radius.gradient <= goal * reached.gradient {
+                return self.finish(&pass, exponent, evaluations, arithmetic);
+            }
+            tolerances = pass.next_tolerances(tolerances, goal, reached).ok_or(Error::Rounding {
+                bits,
+                digits: self.request.digits,
+                reached,
+            })?;
+        }
+    }
+
+    /// Back to the units of the caller, exactly but for the radius.
+    fn finish<T: Real>(
+        &self,
+        pass: &Pass<T>,
+        exponent: i32,
+        evaluations: u64,
+        arithmetic: Arithmetic,
+    ) -> Result<Enclosure, Error> {
+        let interval = |ball: &Ball<T>, truncation: f64, power: i32, quantity| {
+            let radius = up(scaled(up(ball.radius + truncation), power));
+            let middle = ball.middle.to_exact().times_power(power);
+            let range = middle.leading().is_finite() && radius.is_finite();
+            if range { Ok(Interval::new(middle, radius)) } else { Err(Error::Range { quantity }) }
+        };
+        let radiosity = interval(&pass.value, pass.truncation.value, exponent, "the radiosity")?;
+        let component =
+            |axis: usize| interval(&pass.gradient[axis], pass.truncation.gradient, exponent + self.frame.scale, "the gradient");
+        let gradient = [component(0)?, component(1)?, component(2)?];
+        Ok(Enclosure { radiosity, gradient, evaluations, arithmetic })
+    }
+}
