@@ -1,9 +1,9 @@
 //! Numbers of as many bits as are asked for at run time: the middle of a [`crate::certify::Ball`] where double-double is not enough.
 //!
 //! The formulas are written on scalars that copy. A [`Big`] is a place in an arena of its thread, that [`with_bits`] opens and clears; it means
-//! nothing outside. The arithmetic is that of the crate `astro-float`: sums, differences, products, quotients and square roots are rounded to
-//! nearest, so that they err by at most `2^-bits` of the result; logarithm and arc tangent are rounded to nearest too. The exponent has 32
-//! bits: nothing that is made of doubles over- or underflows.
+//! nothing outside. Sums, differences, products, quotients and square roots are those of the crate `astro-float`, rounded to nearest, so that
+//! they err by at most `2^-bits` of the result, which the tests of [`functions`] hold; logarithm and arc tangent are made there. The exponent
+//! has 32 bits: nothing that is made of doubles over- or underflows.
 
 mod decimal;
 mod functions;
@@ -72,14 +72,14 @@ impl Arena {
         Big(self.numbers.len() - 1)
     }
 
-    /// The coefficients of the series at the present precision.
-    fn coefficients(&mut self) -> &mut Coefficients {
+    /// The coefficients of the series at the present precision, with the rest of the arena.
+    fn with_coefficients(&mut self) -> (&mut Coefficients, &[BigFloat], &mut Consts) {
         let bits = self.bits;
         let place = self.coefficients.iter().position(|c| c.bits() == bits).unwrap_or_else(|| {
             self.coefficients.push(Coefficients::new(bits));
             self.coefficients.len() - 1
         });
-        &mut self.coefficients[place]
+        (&mut self.coefficients[place], &self.numbers, &mut self.constants)
     }
 }
 
@@ -256,25 +256,32 @@ impl Number for Big {
         self.map(|a, bits| a.sqrt(bits, NEAREST))
     }
     fn ln(self) -> Self {
-        Self::new(|arena| arena.numbers[self.0].ln(arena.bits, NEAREST, &mut arena.constants))
+        Self::new(|arena| {
+            let bits = arena.bits;
+            let (coefficients, numbers, constants) = arena.with_coefficients();
+            functions::ln(&numbers[self.0], bits, &mut coefficients.steps, constants)
+        })
     }
     fn atan2(self, x: Self) -> Self {
-        Self::new(|arena| functions::atan2(&arena.numbers[self.0], &arena.numbers[x.0], arena.bits, &mut arena.constants))
+        Self::new(|arena| {
+            let bits = arena.bits;
+            let (coefficients, numbers, constants) = arena.with_coefficients();
+            functions::atan2(&numbers[self.0], &numbers[x.0], bits, &mut coefficients.steps, constants)
+        })
     }
     fn pi_minus(self) -> Self {
         Self::new(|arena| functions::pi_minus(&arena.numbers[self.0], arena.bits, &mut arena.constants))
     }
     fn sine_terms() -> usize {
-        ARENA.with_borrow_mut(|arena| arena.coefficients().sine_terms())
+        ARENA.with_borrow_mut(|arena| arena.with_coefficients().0.sine_terms())
     }
     fn sine_coefficient(k: usize) -> Self {
-        Self::new(|arena| arena.coefficients().sine(k).clone())
+        Self::new(|arena| arena.with_coefficients().0.sine(k).clone())
     }
     fn clausen_sum(around: Around, square: Self) -> Self {
         Self::new(|arena| {
-            let square = arena.numbers[square.0].clone();
-            let bits = arena.bits;
-            arena.coefficients().clausen_sum(around, &square, bits)
+            let (coefficients, numbers, _) = arena.with_coefficients();
+            coefficients.clausen_sum(around, &numbers[square.0])
         })
     }
 }

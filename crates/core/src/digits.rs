@@ -42,7 +42,8 @@ const SPARE_BITS: usize = 8192;
 /// Radiosity and gradient at `receiver` due to the part of `emitter` that it sees past `occluders`, with a relative error of at most
 /// `10^-digits` (of the norm, for the gradient).
 ///
-/// The truth is the exact result for the doubles as given.
+/// The truth is the exact result for the doubles as given. A triangle takes about 0.2 ms for 20 or 50 digits and 0.25 ms for 100 where its emission
+/// is constant, 0.6 to 1 ms where it is linear; the first call of a thread at a new precision finds the coefficients of the series, in 5 ms more.
 ///
 /// ```
 /// use radgrad_core::{DVec3, Emission, Emitter, Polygon, Receiver, evaluate_digits};

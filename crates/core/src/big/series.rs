@@ -6,23 +6,25 @@
 
 use astro_float::BigFloat;
 
+use super::functions::Steps;
 use super::{Magnitude, NEAREST, shifted};
 use crate::dilogarithm::Around;
 
 /// Bits beyond the precision asked.
-const GUARD: usize = 64;
+pub(super) const GUARD: usize = 64;
 
 /// The coefficients for one precision.
 pub(super) struct Coefficients {
     bits: usize,
+    pub(super) steps: Steps,
     sine: Vec<BigFloat>,
     around_zero: Vec<BigFloat>,
     around_pi: Vec<BigFloat>,
 }
 
 impl Coefficients {
-    pub(super) const fn new(bits: usize) -> Self {
-        Self { bits, sine: Vec::new(), around_zero: Vec::new(), around_pi: Vec::new() }
+    pub(super) fn new(bits: usize) -> Self {
+        Self { bits, steps: Steps::default(), sine: Vec::new(), around_zero: Vec::new(), around_pi: Vec::new() }
     }
 
     pub(super) const fn bits(&self) -> usize {
@@ -45,7 +47,7 @@ impl Coefficients {
     ///
     /// The ratio of terms stays below `r = (t/2 pi)^2` around 0 and `(t/pi)^2` around pi, at most 1/9, and term k is at most `r^k/6`: `bits/log2(1/r)`
     /// terms leave less than a quarter of a roundoff.
-    pub(super) fn clausen_sum(&mut self, around: Around, square: &BigFloat, bits: usize) -> BigFloat {
+    pub(super) fn clausen_sum(&mut self, around: Around, square: &BigFloat) -> BigFloat {
         if self.around_zero.is_empty() {
             (self.around_zero, self.around_pi) = clausen_coefficients(self.bits);
         }
@@ -56,12 +58,12 @@ impl Coefficients {
             Around::Pi => (&self.around_pi, LOG_SQUARE - Magnitude::of(square).log2()),
         };
         let terms = first_integer_above(self.bits as f64 / ratio).clamp(1, coefficients.len());
-        let working = bits + GUARD;
+        let working = self.bits + GUARD;
         let sum = coefficients[..terms]
             .iter()
             .rev()
             .fold(BigFloat::new(working), |sum, c| sum.mul(square, working, NEAREST).add(c, working, NEAREST));
-        rounded(sum, bits)
+        rounded(sum, self.bits)
     }
 }
 
@@ -71,15 +73,15 @@ fn clausen_terms(bits: usize) -> usize {
 }
 
 #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a positive number of terms, far below 2^32")]
-fn first_integer_above(value: f64) -> usize {
+pub(super) fn first_integer_above(value: f64) -> usize {
     value as usize + 1
 }
 
-fn rounded(number: BigFloat, bits: usize) -> BigFloat {
+pub(super) fn rounded(number: BigFloat, bits: usize) -> BigFloat {
     number.add(&BigFloat::new(64), bits, NEAREST)
 }
 
-fn integer(n: usize) -> BigFloat {
+pub(super) fn integer(n: usize) -> BigFloat {
     BigFloat::from_word(n as u64, 64)
 }
 
