@@ -1,8 +1,8 @@
 //! Errors against a truth given as a decimal number of more digits than a double has.
 //!
-//! A decimal `t` is split into the double nearest to it and the rest, `t = high + low`; the rest is found in integers of 37 decimal
-//! digits, so `low` is right to `|t| 1e-36`. The error of a double `v` is then `|(v - high) - low|`, where the first difference is exact
-//! when `v` is any good (Sterbenz 1974): an error of a hundredth of an ulp is seen as such.
+//! A decimal `t` is split into the double nearest to it and the rest, `t = high + low`; the rest is found in integers of 37
+//! decimal digits, so `low` is right to `|t| 1e-36`. The error of a double `v` is then `|(v - high) - low|`, where the first
+//! difference is exact when `v` is any good (Sterbenz 1974): an error of a hundredth of an ulp is seen as such.
 
 use std::str::FromStr;
 

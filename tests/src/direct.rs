@@ -1,9 +1,9 @@
 //! Eq. 1 and its gradient integrated directly, by a product Gauss rule: the reference where no published number exists.
 //!
-//! `B(x) = (rho/pi) int B(y) (n1.r)(-n2.r)/r^4 dA`, and for the gradient the kernel differentiated with respect to `x`. The emitter is
-//! a fan of signed triangles from its first vertex, each clipped by the horizon, cut into 16 and mapped from a square. Nothing is
-//! shared with either closed form but the problem's types. For receivers about as far as the emitter is wide: the two orders
-//! must agree to 1e-13, or it panics.
+//! `B(x) = (rho/pi) int B(y) (n1.r)(-n2.r)/r^4 dA`, and for the gradient the kernel differentiated with respect to `x`. The
+//! emitter is a fan of signed triangles from its first vertex, each clipped by the horizon, cut into 16 and mapped from a
+//! square. Nothing is shared with either closed form but the problem's types. For receivers about as far as the emitter is
+//! wide: the two orders must agree to 1e-13, or it panics.
 
 use glam::DVec3;
 use radgrad_core::{Emitter, Receiver};

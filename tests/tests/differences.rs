@@ -1,7 +1,7 @@
 //! The gradient is the derivative of the value: closed form against differences of values enclosed to 28 digits.
 //!
-//! Differences of doubles leave 1e-11 (`tests/properties.rs`); here the step is so small that nothing is left but the gradient's own
-//! rounding, and its bound is tested with it.
+//! Differences of doubles leave 1e-11 (`tests/properties.rs`); here the step is so small that nothing is left but the
+//! gradient's own rounding, and its bound is tested with it.
 
 use glam::DVec3;
 use proptest::prelude::*;
@@ -12,8 +12,8 @@ use radgrad_oracle::enclose;
 use radgrad_tests::decimal::Decimal;
 use radgrad_tests::problem::{Problem, problem};
 
-/// A step that leaves `4 (2^-20 / 0.3)^4 = 6e-22` by the difference's order and, over the enclosures' width, 1e-22 by theirs. Positions
-/// are multiples of it, so that `x +- step` is exact.
+/// A step that leaves `4 (2^-20 / 0.3)^4 = 6e-22` by the difference's order and, over the enclosures' width, 1e-22 by theirs.
+/// Positions are multiples of it, so that `x +- step` is exact.
 const STEP: f64 = 1.0 / 1_048_576.0;
 
 fn value(problem: &Problem, offset: DVec3) -> Decimal {

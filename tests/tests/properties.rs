@@ -1,5 +1,5 @@
-//! What radiosity and its gradient must do whatever their values are: linearity, invariance, covariance, additivity, one-sidedness,
-//! and a gradient that is the derivative of the value. Both implementations are run.
+//! What radiosity and its gradient must do whatever their values are: linearity, invariance, covariance, additivity,
+//! one-sidedness, and a gradient that is the derivative of the value. Both implementations are run.
 //!
 //! Tolerances come from the problem: displaced points change the answer by the displacement times [`Problem::condition`] at
 //! most, and whoever turns or cuts a scene displaces its points by their rounding.
@@ -13,8 +13,8 @@ use radgrad_core::{Method, evaluate, evaluate_to, irradiance_vector, radiosity_a
 use radgrad_tests::problem::{Problem, problem, rotation, shift};
 use radgrad_tests::{FORMS, Form};
 
-/// Half an ulp of a coordinate between 4 and 8 is two EPSILON; four such roundings turn and shift a scene. Measured on 2000 problems, the two
-/// implementations are a fifteenth of this apart at most, and a thousandth as a rule.
+/// Half an ulp of a coordinate between 4 and 8 is two EPSILON; four such roundings turn and shift a scene. Measured on 2000
+/// problems, the two implementations are a fifteenth of this apart at most, and a thousandth as a rule.
 const DISPLACEMENT: f64 = 8.0 * f64::EPSILON;
 
 fn fixed_seed(seed: u64) -> ProptestConfig {
@@ -189,8 +189,9 @@ fn central_difference(step: f64, f: impl Fn(f64) -> f64) -> f64 {
 
 /// Distance of the gradient from the differences of the values, and the distance allowed.
 ///
-/// The value is analytic in x within the height over the emitter and until a vertex crosses the horizon. At a step of 1/64 of that distance
-/// the order leaves `576 / 64^8 = 2e-12` of a function whose k-th derivative grows like k!; the values' rounding enters over the step.
+/// The value is analytic in x within the height over the emitter and until a vertex crosses the horizon. At a step of 1/64 of
+/// that distance the order leaves `576 / 64^8 = 2e-12` of a function whose k-th derivative grows like k!; the values' rounding
+/// enters over the step.
 fn difference_error(form: Form, problem: &Problem) -> (f64, f64) {
     let step = problem.height().min(problem.horizon_distance()) / 64.0;
     let value = |offset: DVec3| answer(form, &Problem { position: problem.position + offset, ..problem.clone() }).0;

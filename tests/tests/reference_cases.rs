@@ -10,8 +10,8 @@ use radgrad_scene::case::{AnswerRecord, Line};
 use radgrad_tests::decimal::Decimal;
 use serde::Deserialize;
 
-/// Largest relative error allowed, of the value and of the gradient (relative to its norm), where every digit of double precision is to
-/// be had. In the other families it is [`DEFAULT_TOLERANCE`], which all the cases ask for.
+/// Largest relative error allowed, of the value and of the gradient (relative to its norm), where every digit of double
+/// precision is to be had. In the other families it is [`DEFAULT_TOLERANCE`], which all the cases ask for.
 const LIMITS: [(&str, f64); 3] = [("generic", 1e-13), ("parallel", 1e-13), ("offset", 1e-13)];
 
 /// What a line of the file has beside the case.

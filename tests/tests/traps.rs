@@ -100,7 +100,8 @@ fn edges_seen_at_nearly_pi_leave_the_limit() {
                 let receiver = receiver(position + height * DVec3::Z, -DVec3::Z);
                 let answer = evaluate(&receiver, &emitter, &[]).unwrap();
                 let limit = share * emitter.emission_at(position);
-                // What is missing is the part of the hemisphere beyond the emitter, and what linear emission differs by near x: O(h).
+                // What is missing is the part of the hemisphere beyond the emitter, and what linear emission differs by near x:
+                // O(h).
                 let error = (answer.radiosity - limit).abs();
                 assert!(error < 100.0 * height + 4e-15, "{answer:?} for {limit} at height {height:e}");
                 // At 1e-100 no bound is proven and it may be infinite; the value is right all the same.
@@ -129,7 +130,8 @@ fn a_vertex_on_an_edge_is_no_degeneracy() {
 
 #[test]
 fn a_concave_emitter_counts_its_own_area_only() {
-    // An L: the square [0, 2]^2 without [1, 2]^2. Its hull is too large, and so are the triangles from vertex 0 unless they have signs.
+    // An L: the square [0, 2]^2 without [1, 2]^2. Its hull is too large, and so are the triangles from vertex 0 unless they
+    // have signs.
     let l = [at(0.0, 2.0, 0.0), at(0.0, 0.0, 0.0), at(2.0, 0.0, 0.0), at(2.0, 1.0, 0.0), at(1.0, 1.0, 0.0), at(1.0, 2.0, 0.0)];
     for emitter in emitters(&l) {
         for normal in [at(0.1, -0.2, -1.0), at(1.0, 0.2, -0.1), at(-0.5, 1.0, -0.2)] {

@@ -1,9 +1,9 @@
 //! `cargo xtask figures`: the colour plates of HS95 (its figures A to E) from the closed form.
 //!
-//! The scene: a triangle 1 m over a plane that it is parallel to, reflectance 1. A and B: radiosity on the plane and the norm of its
-//! gradient along the plane, emitter constant at 1 W/m2; C and D: the same for an emitter linear between 1, 2 and 4 W/m2 at its vertices;
-//! E: the geometry. The gradient's part along the normal is left out: a surface does not see it, and a refinement along the surface
-//! asks for the rest.
+//! The scene: a triangle 1 m over a plane that it is parallel to, reflectance 1. A and B: radiosity on the plane and the norm
+//! of its gradient along the plane, emitter constant at 1 W/m2; C and D: the same for an emitter linear between 1, 2 and 4 W/m2
+//! at its vertices; E: the geometry. The gradient's part along the normal is left out: a surface does not see it, and a
+//! refinement along the surface asks for the rest.
 
 mod field;
 mod geometry;

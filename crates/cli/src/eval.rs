@@ -1,7 +1,8 @@
 //! `radgrad eval`: answers to a stream of cases, in their order, in bounded memory.
 //!
-//! Lines are taken as many at a time as the input has ready, up to the size of one buffer, answered on all cores, and written before
-//! more are read: memory is bounded by the buffer and the longest line, and a program that sends one case and waits gets its answer.
+//! Lines are taken as many at a time as the input has ready, up to the size of one buffer, answered on all cores, and written
+//! before more are read: memory is bounded by the buffer and the longest line, and a program that sends one case and waits gets
+//! its answer.
 
 use std::io::{self, BufRead, BufReader, Read, Write};
 

@@ -1,7 +1,7 @@
 //! The program `radgrad`.
 //!
-//! Exit status: 0 if every line was answered, 1 if some were refused, 2 if the input cannot be read, the output cannot be written or
-//! the arguments are wrong.
+//! Exit status: 0 if every line was answered, 1 if some were refused, 2 if the input cannot be read, the output cannot be
+//! written or the arguments are wrong.
 
 mod eval;
 

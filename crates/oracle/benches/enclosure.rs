@@ -1,4 +1,5 @@
-//! What an enclosure costs, by digits and by regime. Anchor: a general rigorous integrator takes 0.4 to 11 s a point for 50 digits.
+//! What an enclosure costs, by digits and by regime. Anchor: a general rigorous integrator takes 0.4 to 11 s a point for 50
+//! digits.
 
 use divan::Bencher;
 use radgrad_core::{DVec3, Emission, Emitter, Polygon, Receiver};

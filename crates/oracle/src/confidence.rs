@@ -1,7 +1,8 @@
 //! Confidence limits for the mean of independent samples.
 //!
-//! Student's limits assume a mean close to normal: right asymptotically, blind to a peak that no sample hit. The distribution-free ones
-//! assume nothing but the range: for independent samples in `[low, high]`, with probability `1 - delta`, both
+//! Student's limits assume a mean close to normal: right asymptotically, blind to a peak that no sample hit. The
+//! distribution-free ones assume nothing but the range: for independent samples in `[low, high]`, with probability `1 - delta`,
+//! both
 //! - Hoeffding 1963: `|mean - mu| <= range sqrt(ln(4/delta) / (2 n))`
 //! - Maurer and Pontil 2009, Theorem 4: `|mean - mu| <= sqrt(2 V ln(8/delta) / n) + 7 range ln(8/delta) / (3 (n - 1))`
 //!

@@ -1,18 +1,27 @@
-//! Eq. 1 (HS95) and its gradient by adaptive cubature: radiosity in the unit of the emission, its gradient in that unit over length.
+//! Eq. 1 (HS95) and its gradient by adaptive cubature: radiosity in the unit of the emission, its gradient in that unit over
+//! length.
 //!
-//! The integrand is that of `integrand`, the method and what its estimates of error mean that of `adaptive`. The radiosity keeps its
-//! digits everywhere. The gradient's integral cancels near contact and loses `log10(size / height)` digits; the estimates count
-//! them, and a tolerance beyond them ends in [`Status::RoundoffLimited`]. Nothing is converged unless both estimates say so.
+//! The integrand is that of `integrand`, the method and what its estimates of error mean that of `adaptive`. The radiosity
+//! keeps its digits everywhere. The gradient's integral cancels near contact and loses `log10(size / height)` digits; the
+//! estimates count them, and a tolerance beyond them ends in [`Status::RoundoffLimited`]. Nothing is converged unless both
+//! estimates say so.
+
+mod adaptive;
+mod contour;
+mod gauss_kronrod;
+pub(crate) mod integrand;
+pub(crate) mod piece;
+mod triangle_rule;
 
 use glam::DVec3;
 use radgrad_core::{Emitter, Polygon, Receiver};
 
 use crate::Error;
-use crate::adaptive::{self, Goal, Refined};
-use crate::integrand::Integrand;
-use crate::piece::Piece;
-use crate::plane::Vertex;
+use crate::cubature::adaptive::{Goal, Refined};
+use crate::cubature::integrand::Integrand;
+use crate::cubature::piece::Piece;
 use crate::region::Region;
+use crate::region::plane::Vertex;
 use crate::source_function::SourceFunction;
 
 /// How an integration ended.
@@ -54,8 +63,8 @@ pub enum Form {
     Boundary,
 }
 
-/// Radiosity and gradient of `emitter` at `receiver` by [`Form::Surface`] to the relative `tolerance`, each with respect to its own size (norm), within `budget`
-/// evaluations.
+/// Radiosity and gradient of `emitter` at `receiver` by [`Form::Surface`] to the relative `tolerance`, each with respect to its
+/// own size (norm), within `budget` evaluations.
 ///
 /// ```
 /// use radgrad_core::{DVec3, Emission, Emitter, Polygon, Receiver};

@@ -1,28 +1,46 @@
 //! Enclosures of the radiosity at a point and of its gradient: Eq. 1 of HS95 and its derivative, to the digits asked for.
 //!
 //! With `p = (rho/pi) / |n1|`, everything relative to the receiver and n1 of any length:
-//! - value: `B = p sum H/|N|^2 int J B (n1.r)/|r|^4 ds dt` over the fans of each triangle (`N`, `H`: [`crate::surface::Triangle`]; `J = +-(a x b).N`);
-//! - gradient, differentiated under the integral and integrated by parts over the emitter, the horizon having no part in it since `n1.r = 0` there:
-//!   `p { sum 1/|N|^2 int J [H grad B + N (grad B . r)] (n1.r)/|r|^4 ds dt + sum over edges of int B (n1.r) (dr x r)/|r|^4 }`.
-//!   The edge form has no `1/h` in it, while the differentiated kernel cancels as `1/h` on contact.
+//! - value: `B = p sum H/|N|^2 int J B (n1.r)/|r|^4 ds dt` over the fans of each triangle (`N`, `H`:
+//!   [`crate::enclosure::surface::Triangle`]; `J = +-(a x b).N`);
+//! - gradient, differentiated under the integral and integrated by parts over the emitter, the horizon having no part in it
+//!   since `n1.r = 0` there: `p { sum 1/|N|^2 int J [H grad B + N (grad B . r)] (n1.r)/|r|^4 ds dt + sum over edges of int B
+//!   (n1.r) (dr x r)/|r|^4 }`. The edge form has no `1/h` in it, while the differentiated kernel cancels as `1/h` on contact.
 //!
-//! Each pass plans the cells in double precision for the tolerances of the moment, then evaluates them in ball arithmetic; the first passes
-//! only learn the magnitudes. The radius returned is the sum of the truncation bounds and the rounding radius: it is proven, not estimated.
-//! Units: radiosity as the emission, gradient in that over the unit of length.
+//! Each pass plans the cells in double precision for the tolerances of the moment, then evaluates them in ball arithmetic; the
+//! first passes only learn the magnitudes. The radius returned is the sum of the truncation bounds and the rounding radius: it
+//! is proven, not estimated. Units: radiosity as the emission, gradient in that over the unit of length.
+
+pub(crate) mod arithmetic;
+mod astro;
+mod ball;
+mod cell;
+mod double_double;
+mod exact;
+mod integral;
+pub(crate) mod interval;
+mod legendre;
+#[cfg(feature = "mpfr")]
+mod mpfr;
+mod outline;
+mod pass;
+pub(crate) mod source;
+mod surface;
+mod triangulation;
 
 use radgrad_core::{Emitter, Receiver};
 
 use crate::Error;
-use crate::arithmetic::{Arithmetic, Real};
-use crate::astro::Astro;
-use crate::ball::{Ball, up};
-use crate::double_double::DoubleDouble;
+use crate::enclosure::arithmetic::{Arithmetic, Real};
+use crate::enclosure::astro::Astro;
+use crate::enclosure::ball::{Ball, up};
+use crate::enclosure::double_double::DoubleDouble;
+use crate::enclosure::exact::scaled;
+use crate::enclosure::interval::{Interval, power_of_ten};
+use crate::enclosure::pass::{Pass, Prepared};
+use crate::enclosure::source::Source;
+use crate::enclosure::surface::Frame;
 use crate::error::Reached;
-use crate::exact::scaled;
-use crate::interval::{Interval, power_of_ten};
-use crate::pass::{Pass, Prepared};
-use crate::source::Source;
-use crate::surface::Frame;
 
 /// Radiosity and gradient, enclosed.
 #[derive(Debug, Clone, PartialEq)]
@@ -93,7 +111,7 @@ pub fn enclose_source(receiver: &Receiver, source: &Source<'_>, request: &Reques
         Some(Arithmetic::DoubleDouble) => problem.solve::<DoubleDouble>(DOUBLE_DOUBLE_BITS, Arithmetic::DoubleDouble),
         Some(Arithmetic::Astro) => problem.solve_in_bits::<Astro>(Arithmetic::Astro),
         #[cfg(feature = "mpfr")]
-        Some(Arithmetic::Mpfr) => problem.solve_in_bits::<crate::mpfr::Mpfr>(Arithmetic::Mpfr),
+        Some(Arithmetic::Mpfr) => problem.solve_in_bits::<crate::enclosure::mpfr::Mpfr>(Arithmetic::Mpfr),
         None if digits <= 24 => match problem.solve::<DoubleDouble>(DOUBLE_DOUBLE_BITS, Arithmetic::DoubleDouble) {
             Err(Error::Rounding { .. }) => problem.solve_in_bits::<Astro>(Arithmetic::Astro),
             result => result,

@@ -42,7 +42,8 @@ pub enum Error {
         /// What was enclosed.
         reached: Reached,
     },
-    /// A cell cannot be bounded: the receiver is on the boundary of the emitter within rounding, or the numbers leave the range of a double.
+    /// A cell cannot be bounded: the receiver is on the boundary of the emitter within rounding, or the numbers leave the range
+    /// of a double.
     #[error(
         "no bound for the integrand on a cell of width {width:e} (relative to its triangle) at distance {distance:e} from the receiver"
     )]

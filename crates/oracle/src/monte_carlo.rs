@@ -1,12 +1,17 @@
 //! Radiosity (HS95 Eq. 1) and its gradient by Monte Carlo, past any opaque polygons: intervals at a stated confidence.
 //!
-//! A sample is the contribution of one point of the emitter, blocked or not, and for the gradient of one point of the generating edges
-//! (`silhouette`). Each quantity comes with two intervals: Student's, which needs a mean close to normal, and a distribution-free
-//! one from the range that the geometry allows a contribution. A mean that rests on the equivalent of fewer than 50
-//! full contributions is [`Status::TooFewHits`], and then both intervals are the distribution-free one: a peak that no sample
-//! found, or an emitter seen through a keyhole, cannot look converged.
+//! A sample is the contribution of one point of the emitter, blocked or not, and for the gradient of one point of the
+//! generating edges (`silhouette`). Each quantity comes with two intervals: Student's, which needs a mean close to normal, and
+//! a distribution-free one from the range that the geometry allows a contribution. A mean that rests on the equivalent of fewer
+//! than 50 full contributions is [`Status::TooFewHits`], and then both intervals are the distribution-free one: a peak that no
+//! sample found, or an emitter seen through a keyhole, cannot look converged.
 //!
 //! With a randomised sequence a sample is the mean over one scrambling, so the intervals rest on the number of scramblings.
+
+mod sampling;
+mod silhouette;
+mod sobol;
+mod visibility;
 
 use radgrad_core::{Emitter, Polygon, Receiver};
 use rand::rngs::Xoshiro256PlusPlus;
@@ -14,16 +19,16 @@ use rand::{Rng, SeedableRng};
 
 use crate::Error;
 use crate::confidence::{ConfidenceInterval, Moments, check_confidence};
-use crate::integrand::Integrand;
-use crate::piece::Four;
-use crate::plane::Triangle;
+use crate::cubature::integrand::Integrand;
+use crate::cubature::piece::Four;
+use crate::monte_carlo::sampling::Sampler;
+pub use crate::monte_carlo::sampling::Sampling;
+use crate::monte_carlo::silhouette::Silhouette;
+use crate::monte_carlo::sobol::{ScrambledSobol, unit_interval};
+use crate::monte_carlo::visibility::Occluders;
 use crate::region::Region;
-use crate::sampling::Sampler;
-pub use crate::sampling::Sampling;
-use crate::silhouette::Silhouette;
-use crate::sobol::{ScrambledSobol, unit_interval};
+use crate::region::plane::Triangle;
 use crate::source_function::SourceFunction;
-use crate::visibility::Occluders;
 
 /// Where the points of the unit square come from; the same seed gives the same points on every machine.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -83,8 +88,8 @@ pub struct Estimate {
     pub hits: usize,
 }
 
-/// Equivalent number of largest possible contributions below which a mean is not taken for normal. The coverage test measures what
-/// Student's limits are worth above it.
+/// Equivalent number of largest possible contributions below which a mean is not taken for normal. The coverage test measures
+/// what Student's limits are worth above it.
 const FEWEST_HITS: f64 = 50.0;
 
 /// Radiosity and gradient of `emitter` at `receiver` past opaque `occluders`, with limits at the given `confidence` each.
@@ -103,8 +108,8 @@ const FEWEST_HITS: f64 = 50.0;
 /// ```
 ///
 /// # Errors
-/// If the confidence is not between 0 and 1, there are fewer than two samples or scramblings, or the receiver touches the emitter or an
-/// edge.
+/// If the confidence is not between 0 and 1, there are fewer than two samples or scramblings, or the receiver touches the
+/// emitter or an edge.
 pub fn integrate(
     receiver: &Receiver,
     emitter: &Emitter,
@@ -235,9 +240,9 @@ impl Estimator<'_> {
         sum
     }
 
-    /// Ranges of a contribution to the value and to a component of the gradient, before the factor `rho/pi`: with `c <= 1` the largest
-    /// cosine at the receiver and `d` the smallest distance, `B s h/r^4 <= B c h/d^3` and
-    /// `|h g + (r.g) n2| s/r^4 <= |g| c/d^2` per area; `B c` and `|g| s/h` per solid angle.
+    /// Ranges of a contribution to the value and to a component of the gradient, before the factor `rho/pi`: with `c <= 1` the
+    /// largest cosine at the receiver and `d` the smallest distance, `B s h/r^4 <= B c h/d^3` and `|h g + (r.g) n2| s/r^4 <=
+    /// |g| c/d^2` per area; `B c` and `|g| s/h` per solid angle.
     fn ranges(&self, source: &SourceFunction<'_>, sampling: Sampling) -> [ConfidenceInterval; 2] {
         let emitted = source.range();
         let emission = emitted.low.abs().max(emitted.high.abs());

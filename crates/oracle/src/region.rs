@@ -1,21 +1,26 @@
 //! The part of an emitter that a receiver sees: lit side, clipped by the receiver's horizon, as triangles in the emitter's plane.
 //!
-//! Coordinates are those of the foot of the receiver: `y - x = p u + q v - h n2` with `u, v, n2` orthonormal and right-handed, `h` the
-//! height of `x` over the plane. Each vertex also carries `s = n1.(y - x)` and, for an affine emission, `b = B(y)`: both are
-//! affine in `(p, q)`, so interpolating them between corners keeps relative accuracy where a dot product would cancel
+//! Coordinates are those of the foot of the receiver: `y - x = p u + q v - h n2` with `u, v, n2` orthonormal and right-handed,
+//! `h` the height of `x` over the plane. Each vertex also carries `s = n1.(y - x)` and, for an affine emission, `b = B(y)`:
+//! both are affine in `(p, q)`, so interpolating them between corners keeps relative accuracy where a dot product would cancel
 //! (`s = 0` exactly on the horizon). Lengths are scaled by a power of two, `unit`, that brings the farthest vertex to [1, 2).
-//! Everything up to the final rounding of `p, q, s, b, h` is done in [`Pair`]s: what is rounded is relative to `x`, not to the origin.
+//! Everything up to the final rounding of `p, q, s, b, h` is done in [`Pair`]s: what is rounded is relative to `x`, not to the
+//! origin.
 //!
-//! Each triangle is cut at its point nearest to the receiver, the only place where the integrand peaks, and at the nearest point of
-//! each edge; from then on these are corners, and halving a triangle approaches them with full relative accuracy.
+//! Each triangle is cut at its point nearest to the receiver, the only place where the integrand peaks, and at the nearest
+//! point of each edge; from then on these are corners, and halving a triangle approaches them with full relative accuracy.
+
+mod compensated;
+mod ear_clipping;
+pub(crate) mod plane;
 
 use glam::DVec3;
 use radgrad_core::{Polygon, Receiver};
 
-use crate::compensated::{Pair, PairVector, cross, dot, normalising_power, unit};
-use crate::plane::{Edge, Triangle, Vertex};
+use crate::Error;
+use crate::region::compensated::{Pair, PairVector, cross, dot, normalising_power, unit};
+use crate::region::plane::{Edge, Triangle, Vertex};
 use crate::source_function::SourceFunction;
-use crate::{Error, ear_clipping};
 
 /// A vertex before rounding.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -31,8 +36,8 @@ pub(crate) struct PreciseVertex {
 pub(crate) struct Region {
     /// Disjoint triangles; none if nothing is seen.
     pub(crate) triangles: Vec<Triangle>,
-    /// The boundary of the clipped polygon, counter-clockwise, each edge cut at its point nearest to the receiver. Where the horizon cuts
-    /// a concave polygon into parts, they are joined by edges that run along the horizon and back.
+    /// The boundary of the clipped polygon, counter-clockwise, each edge cut at its point nearest to the receiver. Where the
+    /// horizon cuts a concave polygon into parts, they are joined by edges that run along the horizon and back.
     pub(crate) outline: Vec<Edge>,
     /// Whether the receiver lies in the polygon itself, border included.
     pub(crate) touched: bool,
@@ -198,9 +203,9 @@ fn above_horizon(polygon: &[PreciseVertex]) -> Vec<PreciseVertex> {
     if seen.iter().any(|vertex| vertex.s.is_positive()) { seen } else { Vec::new() }
 }
 
-/// Cuts a triangle into a fan around its point nearest to the foot of the receiver, with a spoke to the nearest point of every edge, and
-/// keeps the parts with an area. An edge that passes the foot at distance `d` between far corners would be displaced by their
-/// rounding, a relative error of `eps size / d` of everything near it.
+/// Cuts a triangle into a fan around its point nearest to the foot of the receiver, with a spoke to the nearest point of every
+/// edge, and keeps the parts with an area. An edge that passes the foot at distance `d` between far corners would be displaced
+/// by their rounding, a relative error of `eps size / d` of everything near it.
 fn cut_at_nearest(triangle: &[PreciseVertex; 3], parts: &mut Vec<Triangle>) {
     let mut rim = Vec::with_capacity(6);
     for (i, from) in triangle.iter().enumerate() {

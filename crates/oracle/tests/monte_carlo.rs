@@ -43,7 +43,8 @@ fn truth_past_shadow(points: &[DVec3]) -> [f64; 4] {
     [past_shadow(DVec3::ZERO, points), slope(DVec3::X), slope(DVec3::Y), slope(DVec3::Z)]
 }
 
-/// Shares of the seeds whose 99 % intervals contain the truth: Student's and the distribution-free ones, the worst of the quantities.
+/// Shares of the seeds whose 99 % intervals contain the truth: Student's and the distribution-free ones, the worst of the
+/// quantities.
 fn coverage(truth: [f64; 4], seeds: u64, estimate: impl Fn(u64) -> Estimate) -> [f64; 2] {
     let mut inside = [[0; 2]; 4];
     for seed in 0..seeds {

@@ -5,12 +5,12 @@
 //!  "emitter":{"vertices":[[0,0,1],[0.5,0.8,1],[1,0,1]],"emission":{"constant":2.0}},"occluders":[],"tolerance":1e-12}
 //! ```
 //!
-//! (here on two lines to be read by people). `normal` may have any length; `reflectance` is 1, `occluders` none and the relative
-//! `tolerance` 1e-12 unless given; unknown fields are ignored. Lengths are in one unit of the caller's choice, emission in any unit.
-//! Doubles are read and written exactly: the text of a [`Case`] reads back as the same case, bit for bit.
+//! (here on two lines to be read by people). `normal` may have any length; `reflectance` is 1, `occluders` none and the
+//! relative `tolerance` 1e-12 unless given; unknown fields are ignored. Lengths are in one unit of the caller's choice,
+//! emission in any unit. Doubles are read and written exactly: the text of a [`Case`] reads back as the same case, bit for bit.
 //!
-//! A [`Case`] is what stands in the line; [`Case::problem`] checks it and gives the types of `radgrad-core`; [`Line::answer`] is the
-//! whole way from a line to what is written for it.
+//! A [`Case`] is what stands in the line; [`Case::problem`] checks it and gives the types of `radgrad-core`; [`Line::answer`]
+//! is the whole way from a line to what is written for it.
 
 mod answer;
 mod emission;
@@ -173,8 +173,8 @@ impl Line {
     }
 }
 
-/// The cases of `reader` in order, one line in memory at a time. Blank lines are skipped; a bad line is a [`Refusal`] and the next one
-/// is read; only a failure to read ends the sequence.
+/// The cases of `reader` in order, one line in memory at a time. Blank lines are skipped; a bad line is a [`Refusal`] and the
+/// next one is read; only a failure to read ends the sequence.
 pub fn read<R: BufRead>(mut reader: R) -> impl Iterator<Item = io::Result<Result<Line, Refusal>>> {
     let (mut text, mut number) = (Vec::new(), 0);
     std::iter::from_fn(move || {

@@ -30,8 +30,8 @@ impl View {
     }
 }
 
-/// Draws the scene: `emitter` over the plane z = 0, on which `radiosity` was sampled, with the receiver point `x` joined to `y` on the
-/// emitter.
+/// Draws the scene: `emitter` over the plane z = 0, on which `radiosity` was sampled, with the receiver point `x` joined to `y`
+/// on the emitter.
 pub(crate) fn draw(picture: &mut Picture, emitter: &[DVec3; 3], radiosity: &Field, x: DVec3, y: DVec3) {
     let view = View { centre: (316.0, 322.0), scale: 182.0 };
     ground(picture, view, radiosity);

@@ -1,17 +1,17 @@
 //! The integrals over one fan and along one edge, in ball arithmetic.
 //!
-//! On a line t = const, `r = q + s c`: `r.r = q.q + s (2 q.c + s c.c)`, `n1.r` is affine in s and the emission a polynomial in s, so there the
-//! product rule is a sum of the moments `T_k = sum w s^k J(s) / (r.r)^2` times coefficients that do not depend on s.
-//! Each line starts at its nearest point: `q.c >= 0`, nothing cancels in `r.r`.
+//! On a line t = const, `r = q + s c`: `r.r = q.q + s (2 q.c + s c.c)`, `n1.r` is affine in s and the emission a polynomial in
+//! s, so there the product rule is a sum of the moments `T_k = sum w s^k J(s) / (r.r)^2` times coefficients that do not depend
+//! on s. Each line starts at its nearest point: `q.c >= 0`, nothing cancels in `r.r`.
 
 use std::sync::Arc;
 
-use crate::arithmetic::Real;
-use crate::ball::{Ball, BallVector, along, dot};
-use crate::cell::Cell;
-use crate::legendre::Rule;
-use crate::source::Expansion;
-use crate::surface::{Fan, Jacobian};
+use crate::enclosure::arithmetic::Real;
+use crate::enclosure::ball::{Ball, BallVector, along, dot};
+use crate::enclosure::cell::Cell;
+use crate::enclosure::legendre::Rule;
+use crate::enclosure::source::Expansion;
+use crate::enclosure::surface::{Fan, Jacobian};
 
 /// `int (n1.r)/|r|^4 (...)` with B, the components of grad B, and `grad B . r` in place of the dots.
 #[derive(Debug)]

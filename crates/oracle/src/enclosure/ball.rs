@@ -6,8 +6,8 @@
 
 use std::ops::{Add, Mul, Neg, Sub};
 
-use crate::arithmetic::Real;
-use crate::exact::Exact;
+use crate::enclosure::arithmetic::Real;
+use crate::enclosure::exact::Exact;
 
 /// All numbers within `radius` of `middle`.
 #[derive(Debug, Clone)]
@@ -176,8 +176,8 @@ pub(crate) fn pi<T: Real>(bits: usize) -> Ball<T> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::astro::Astro;
-    use crate::double_double::DoubleDouble;
+    use crate::enclosure::astro::Astro;
+    use crate::enclosure::double_double::DoubleDouble;
 
     /// Whether the ball holds the exact number.
     fn holds<T: Real>(ball: &Ball<T>, exact: &Exact) -> bool {

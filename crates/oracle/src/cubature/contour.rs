@@ -1,19 +1,22 @@
-//! Two other forms of the same integrals, partly along the contour of what is seen: HS95 Eqs. 6 and 9, and the visible boundary form.
+//! Two other forms of the same integrals, partly along the contour of what is seen: HS95 Eqs. 6 and 9, and the visible boundary
+//! form.
 //!
-//! With `k = n1 x (grad B x n2)`, counter-clockwise contour, and the printed Eq. 9 corrected (sign of its left side; second integrand):
+//! With `k = n1 x (grad B x n2)`, counter-clockwise contour, and the printed Eq. 9 corrected (sign of its left side; second
+//! integrand):
 //! - Eq. 6: `(2pi/rho) B(x) = -oint B n1.(r x dy)/r^2 + int k.r/r^2 dA`
 //! - Eq. 9: `-(2pi/rho) grad B(x) = oint B (n1 x dy)/r^2 + 2 oint B (n1.(r x dy)) r/r^4 + int k/r^2 dA - 2 int (k.r) r/r^4 dA`
 //!
-//! Both are Stokes' theorem on a fixed region, so every edge of the clipped polygon counts, the horizon's too. They cancel where little is
-//! seen: `log10(distance / size)` digits far away, three times `log10(size / width)` for the value of a sliver over the horizon.
+//! Both are Stokes' theorem on a fixed region, so every edge of the clipped polygon counts, the horizon's too. They cancel
+//! where little is seen: `log10(distance / size)` digits far away, three times `log10(size / width)` for the value of a sliver
+//! over the horizon.
 //!
 //! The visible boundary form lets the contour move and integrates by parts; it vanishes on the horizon, where `s = n1.r = 0`, and
 //! it is the one that keeps the digits of the gradient near contact:
 //! `grad B(x) = (rho/pi) { int (h grad B + (r.grad B) n2) s/r^4 dA - oint B s (r x dy)/r^4 }`.
 
-use crate::integrand::Integrand;
-use crate::piece::{Four, Piece};
-use crate::plane::{Edge, Vertex};
+use crate::cubature::integrand::Integrand;
+use crate::cubature::piece::{Four, Piece};
+use crate::region::plane::{Edge, Vertex};
 
 impl Integrand<'_> {
     /// Eqs. 6 and 9, times `pi/rho`.
@@ -80,7 +83,7 @@ mod tests {
     use radgrad_core::{Emission, Emitter, Polygon, Receiver};
 
     use super::*;
-    use crate::adaptive::{self, Goal};
+    use crate::cubature::adaptive::{self, Goal};
     use crate::region::Region;
     use crate::source_function::SourceFunction;
 

@@ -1,11 +1,12 @@
 //! The number types an enclosure can be computed with, behind one trait.
 //!
-//! An operation returns its rounded result and a proven bound on its rounding error; [`crate::ball::Ball`] composes them.
+//! An operation returns its rounded result and a proven bound on its rounding error; [`crate::enclosure::ball::Ball`] composes
+//! them.
 
 use std::fmt::Debug;
 
-use crate::exact::Exact;
-use crate::legendre::Rules;
+use crate::enclosure::exact::Exact;
+use crate::enclosure::legendre::Rules;
 
 /// Which arithmetic computes an enclosure.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]

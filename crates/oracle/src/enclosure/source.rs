@@ -1,17 +1,17 @@
 //! Emissions an enclosure can integrate: what a polygon emits, as a polynomial in the position.
 //!
 //! A constant, an affine function (HS95 A.1, A.2), or any polynomial in x, y, z; only its restriction to the polygon matters.
-//! Along a line `y = q + s c` it is a polynomial in `s`, and that is how it enters the integrals: `B(q + s c) = sum s^k b_k(c)` with
-//! `b_k` the part of degree k of the Taylor expansion at q. Units: radiosity in W/m2.
+//! Along a line `y = q + s c` it is a polynomial in `s`, and that is how it enters the integrals: `B(q + s c) = sum s^k b_k(c)`
+//! with `b_k` the part of degree k of the Taylor expansion at q. Units: radiosity in W/m2.
 
 use glam::DVec3;
 use radgrad_core::{Emission, Emitter, Linear, Polygon};
 
 use crate::Error;
-use crate::arithmetic::Real;
-use crate::ball::{Ball, BallVector, vector};
-use crate::exact::{Exact, ExactVector, cross, difference, dot};
-use crate::surface::{Frame, Triangle};
+use crate::enclosure::arithmetic::Real;
+use crate::enclosure::ball::{Ball, BallVector, vector};
+use crate::enclosure::exact::{Exact, ExactVector, cross, difference, dot};
+use crate::enclosure::surface::{Frame, Triangle};
 
 /// A polynomial in the coordinates of the emitter's points.
 ///
@@ -107,7 +107,8 @@ impl Source<'_> {
         }
     }
 
-    /// The exponent of the power of two above the largest number that states the emission in coordinates scaled by `2^scale`; none if all are 0.
+    /// The exponent of the power of two above the largest number that states the emission in coordinates scaled by `2^scale`;
+    /// none if all are 0.
     pub(crate) fn exponent(&self, scale: i32) -> Option<i32> {
         let exponent = |v: f64| (v != 0.0).then(|| Exact::from(v).exponent());
         match self {
@@ -196,7 +197,8 @@ fn monomials(total: usize) -> impl Iterator<Item = [usize; 3]> {
     (0..=total).flat_map(move |i| (0..=total - i).map(move |j| [i, j, total - i - j]))
 }
 
-/// Taylor expansion of the emission at a point, in coordinates relative to the receiver: a cube of coefficients, zero above the degree.
+/// Taylor expansion of the emission at a point, in coordinates relative to the receiver: a cube of coefficients, zero above the
+/// degree.
 #[derive(Debug, Clone)]
 pub(crate) struct Expansion<T> {
     pub(crate) degree: usize,
@@ -275,7 +277,7 @@ pub(crate) fn origin(position: DVec3, scale: i32) -> ExactVector {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::double_double::DoubleDouble;
+    use crate::enclosure::double_double::DoubleDouble;
 
     #[test]
     fn a_moved_expansion_is_the_same_polynomial() {

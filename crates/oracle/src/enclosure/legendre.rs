@@ -9,10 +9,10 @@
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, PoisonError};
 
-use crate::arithmetic::Real;
-use crate::astro::Astro;
-use crate::ball::Ball;
-use crate::exact::scaled;
+use crate::enclosure::arithmetic::Real;
+use crate::enclosure::astro::Astro;
+use crate::enclosure::ball::Ball;
+use crate::enclosure::exact::scaled;
 
 /// Nodes in (-1, 1), ascending, and their weights.
 #[derive(Debug)]
@@ -40,7 +40,8 @@ impl<T: Real> Rules<T> {
     }
 }
 
-/// Bits beyond the working precision, for the rounding in the recurrence (`10 n^2` units) and its effect on the weights (`n^2` more).
+/// Bits beyond the working precision, for the rounding in the recurrence (`10 n^2` units) and its effect on the weights (`n^2`
+/// more).
 const GUARD: usize = 64;
 
 fn rule<T: Real>(count: usize, bits: usize) -> Rule<T> {
@@ -142,9 +143,9 @@ fn legendre(count: usize, x: &Astro, bits: usize) -> (Astro, Astro) {
     (value, previous)
 }
 
-/// Bound on the error of [`legendre`]: with unit `e = 2^-bits` and all computed values below 1.01, one equation is off by at most
-/// `(2 (2k+1) + k + (3k+1) + (k+1)) 1.02 e <= 10 n e` (two roundings of the first product, one of the second, of the difference and of
-/// the quotient times k+1), and the module's argument gives n times that.
+/// Bound on the error of [`legendre`]: with unit `e = 2^-bits` and all computed values below 1.01, one equation is off by at
+/// most `(2 (2k+1) + k + (3k+1) + (k+1)) 1.02 e <= 10 n e` (two roundings of the first product, one of the second, of the
+/// difference and of the quotient times k+1), and the module's argument gives n times that.
 fn recurrence_error(count: usize, bits: usize) -> f64 {
     scaled((10 * count * count + 10) as f64, -i32::try_from(bits).unwrap_or(i32::MAX))
 }
@@ -160,7 +161,7 @@ fn weight(count: usize, x: &Ball<Astro>, previous: &Ball<Astro>, bits: usize) ->
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::double_double::DoubleDouble;
+    use crate::enclosure::double_double::DoubleDouble;
 
     /// Integrals of the even monomials up to the rule's degree, and the first it misses.
     fn integrates_its_degree<T: Real>(count: usize, bits: usize, widest: f64) {

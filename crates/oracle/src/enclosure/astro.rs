@@ -1,10 +1,11 @@
-//! Arbitrary precision in Rust: `astro-float`, each operation rounded to nearest, so its error is at most `2^-bits` of the result.
+//! Arbitrary precision in Rust: `astro-float`, each operation rounded to nearest, so its error is at most `2^-bits` of the
+//! result.
 
 use astro_float::{BigFloat, RoundingMode};
 
-use crate::arithmetic::Real;
-use crate::exact::{Exact, big, rounded, scaled};
-use crate::legendre::Rules;
+use crate::enclosure::arithmetic::Real;
+use crate::enclosure::exact::{Exact, big, rounded, scaled};
+use crate::enclosure::legendre::Rules;
 
 const NEAREST: RoundingMode = RoundingMode::ToEven;
 
@@ -23,7 +24,8 @@ impl Astro {
     }
 }
 
-/// Half a unit in the last of `bits` places of a number in `[2^(exponent-1), 2^exponent)`: the largest error of rounding to nearest.
+/// Half a unit in the last of `bits` places of a number in `[2^(exponent-1), 2^exponent)`: the largest error of rounding to
+/// nearest.
 pub(crate) fn half_unit_at(exponent: i32, bits: usize) -> f64 {
     scaled(1.0, exponent - i32::try_from(bits).unwrap_or(i32::MAX / 2))
 }

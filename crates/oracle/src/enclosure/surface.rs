@@ -1,19 +1,19 @@
 //! The part of the emitter the receiver sees, cut into pieces an integrand of section-8 type is smooth on.
 //!
-//! Everything is relative to the receiver and scaled by a power of two, both exactly. Each triangle is clipped at the horizon by the
-//! exact signs of `n1.r` at its vertices; what is left is a convex polygon with three or four corners. Its point nearest to the
-//! receiver, the apex, is chosen in double precision and from then on exact; the polygon is the signed sum of [`Fan`]s
-//! `q + s (a + t b)`, 0 <= s, t <= 1, each from the apex to a stretch of boundary that starts nearest to the apex and leads away from it.
-//! Where the apex or such a start lies matters for the cost, never for the truth.
+//! Everything is relative to the receiver and scaled by a power of two, both exactly. Each triangle is clipped at the horizon
+//! by the exact signs of `n1.r` at its vertices; what is left is a convex polygon with three or four corners. Its point nearest
+//! to the receiver, the apex, is chosen in double precision and from then on exact; the polygon is the signed sum of [`Fan`]s
+//! `q + s (a + t b)`, 0 <= s, t <= 1, each from the apex to a stretch of boundary that starts nearest to the apex and leads
+//! away from it. Where the apex or such a start lies matters for the cost, never for the truth.
 
 use radgrad_core::{Polygon, Receiver};
 
-use crate::arithmetic::Real;
-use crate::ball::{Ball, BallVector, vector};
-use crate::exact::{Exact, ExactVector, along, cross, difference, dot};
-use crate::outline::{Place, Point, Stretch};
-use crate::source::origin;
-use crate::triangulation::triangles;
+use crate::enclosure::arithmetic::Real;
+use crate::enclosure::ball::{Ball, BallVector, vector};
+use crate::enclosure::exact::{Exact, ExactVector, along, cross, difference, dot};
+use crate::enclosure::outline::{Place, Point, Stretch};
+use crate::enclosure::source::origin;
+use crate::enclosure::triangulation::triangles;
 
 /// A triangle of the emitter that faces the receiver and reaches above its horizon.
 #[derive(Debug)]
@@ -153,8 +153,9 @@ const LONG: f64 = 8.0;
 /// Where it is cut, in the same unit.
 const CUT: f64 = 3.0;
 
-/// The triangle from the apex to a stretch that starts at its foot. A thin one, cut into cells along its rays, would need a number of cells that
-/// grows as the square of the logarithm of its thinness; so the part beyond a few of its widths is a strip with rays along the stretch.
+/// The triangle from the apex to a stretch that starts at its foot. A thin one, cut into cells along its rays, would need a
+/// number of cells that grows as the square of the logarithm of its thinness; so the part beyond a few of its widths is a strip
+/// with rays along the stretch.
 fn push_fans<T: Real>(
     fans: &mut Vec<Fan<T>>,
     [apex, foot, end]: [&Point; 3],
@@ -222,7 +223,7 @@ fn triple<T: Real>(a: &BallVector<T>, b: &BallVector<T>, n: &BallVector<T>) -> B
         let (j, k) = ((i + 1) % 3, (i + 2) % 3);
         &(&a[j] * &b[k]) - &(&a[k] * &b[j])
     });
-    crate::ball::dot(&spanned, n)
+    crate::enclosure::ball::dot(&spanned, n)
 }
 
 /// The point nearest to the receiver, and the one or two stretches it is an end of or on.
@@ -258,8 +259,8 @@ fn apex(frame: &Frame, triangle: &Triangle, outline: &[Stretch]) -> (Point, [Opt
     (point, [Some(index), neighbour])
 }
 
-/// A point of the triangle's plane next to `target`, exact: `r_0 + l e1 + m e2` with doubles l, m. The longest edge is e2: the error
-/// of l then moves the point along the shortest way, and m makes good for what it does along e2.
+/// A point of the triangle's plane next to `target`, exact: `r_0 + l e1 + m e2` with doubles l, m. The longest edge is e2: the
+/// error of l then moves the point along the shortest way, and m makes good for what it does along e2.
 fn interior(frame: &Frame, triangle: &Triangle, target: [f64; 3]) -> Point {
     let near = triangle.corners.map(|i| [0, 1, 2].map(|axis| frame.vertices[i][axis].leading()));
     let length = |m: usize| {

@@ -1,19 +1,20 @@
 //! A-priori bounds for Gauss-Legendre quadrature, and the subdivision that makes them small.
 //!
-//! For f analytic with `|f| <= M` inside the Bernstein ellipse `E_R` of [-1, 1], n nodes err by at most
-//! `(64/15) M R^(-2(n-1)) / (1 - R^-2)` (Trefethen, SIAM Review 50, 2008, Theorem 4.5); a product rule on a square errs by one such term
-//! per variable, times the length of the other. The integrands here are polynomials over `|r|^4`, with `r = r(z)` affine in one
-//! variable z. Let z run over a segment from `r_0` to `r_1` of length L. The two complex zeros of `r.r` lie where
-//! `|z - 1| + |z + 1| = 2 A`, `A = (|r_0| + |r_1|) / L`, so a point z of `E_R`, whose sum is at most `2 a`, `a = (R + 1/R)/2`, is at
-//! least `A - a` away from each (triangle inequality), and
+//! For f analytic with `|f| <= M` inside the Bernstein ellipse `E_R` of [-1, 1], n nodes err by at most `(64/15) M R^(-2(n-1))
+//! / (1 - R^-2)` (Trefethen, SIAM Review 50, 2008, Theorem 4.5); a product rule on a square errs by one such term per variable,
+//! times the length of the other. The integrands here are polynomials over `|r|^4`, with `r = r(z)` affine in one variable z.
+//! Let z run over a segment from `r_0` to `r_1` of length L. The two complex zeros of `r.r` lie where `|z - 1| + |z + 1| = 2
+//! A`, `A = (|r_0| + |r_1|) / L`, so a point z of `E_R`, whose sum is at most `2 a`, `a = (R + 1/R)/2`, is at least `A - a`
+//! away from each (triangle inequality), and
 //!
 //! `|r.r| >= ((|r_0| + |r_1| - a L) / 2)^2`.
 //!
-//! Over a range of the other, real variable, `|r_0|` and `|r_1|` are convex, hence above a tangent, and L is convex, hence below its chord:
-//! the bracket is bounded below by a linear function. All in double precision, with the rounding taken off each bound.
+//! Over a range of the other, real variable, `|r_0|` and `|r_1|` are convex, hence above a tangent, and L is convex, hence
+//! below its chord: the bracket is bounded below by a linear function. All in double precision, with the rounding taken off
+//! each bound.
 
 use crate::Error;
-use crate::surface::{Jacobian, dot64};
+use crate::enclosure::surface::{Jacobian, dot64};
 
 /// Relative slack for the rounding of the few dozen operations of a bound.
 const SLACK: f64 = 1e-12;
@@ -56,7 +57,8 @@ pub(crate) struct EmissionSize {
 }
 
 impl EmissionSize {
-    /// Bounds on `|B|`, `|grad B|` and `|grad B . r|` at `p + d`, where `grad B(p) . d`, `|d|` by component, and `|r|` are bounded.
+    /// Bounds on `|B|`, `|grad B|` and `|grad B . r|` at `p + d`, where `grad B(p) . d`, `|d|` by component, and `|r|` are
+    /// bounded.
     fn bounds(&self, linear: f64, d: [f64; 3], reach: f64) -> [f64; 3] {
         let mut value = self.value + linear;
         let mut gradient = 0.0;
@@ -306,7 +308,8 @@ impl Shape {
                 let distance = length(self.point(s[0], t[0]));
                 return Err(Error::Cell { width: (s[1] - s[0]).min(t[1] - t[0]), distance });
             }
-            // A wide range of t spoils the bound in s, so it is cut first. The integrand is steepest at the lower end of either range.
+            // A wide range of t spoils the bound in s, so it is cut first. The integrand is steepest at the lower end of either
+            // range.
             let wide = (t[1] - t[0]) * length(self.way) > 2.0 * length(self.direction(t[0]));
             if radial <= transverse && !(wide && transverse.is_finite()) {
                 let [near, far] = parted(s);
@@ -347,8 +350,8 @@ fn parted([low, high]: [f64; 2]) -> [[f64; 2]; 2] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::arithmetic::Real;
-    use crate::double_double::DoubleDouble;
+    use crate::enclosure::arithmetic::Real;
+    use crate::enclosure::double_double::DoubleDouble;
 
     fn gauss(count: usize, [low, high]: [f64; 2], f: impl Fn(f64) -> f64) -> f64 {
         let rule = DoubleDouble::rules().get(count, 106);

@@ -1,18 +1,18 @@
 //! Eq. 1 (HS95) and its gradient as integrands over the plane of the emitter.
 //!
-//! `B(x) = (rho/pi) int B(y) s h / r^4 dA`, `s = n1.r`, `h = -n2.r`, `r = y - x`. Differentiating the kernel with respect to `x`, the region
-//! held fixed (`s = 0` on the horizon, so its motion adds nothing):
-//! `grad B(x) = (rho/pi) int B(y) { (s n2 - h n1)/r^4 + 4 s h r/r^6 } dA`.
-//! All factors of the first are positive where the emitter is seen, so it keeps its digits; the second changes sign, and near contact its
-//! integral is smaller than that of its magnitude by the factor `h / size`: that many digits are lost, and the caller counts them.
+//! `B(x) = (rho/pi) int B(y) s h / r^4 dA`, `s = n1.r`, `h = -n2.r`, `r = y - x`. Differentiating the kernel with respect to
+//! `x`, the region held fixed (`s = 0` on the horizon, so its motion adds nothing): `grad B(x) = (rho/pi) int B(y) { (s n2 - h
+//! n1)/r^4 + 4 s h r/r^6 } dA`. All factors of the first are positive where the emitter is seen, so it keeps its digits; the
+//! second changes sign, and near contact its integral is smaller than that of its magnitude by the factor `h / size`: that many
+//! digits are lost, and the caller counts them.
 
-use crate::piece::Four;
-use crate::plane::Vertex;
+use crate::cubature::piece::Four;
 use crate::region::Region;
+use crate::region::plane::Vertex;
 use crate::source_function::SourceFunction;
 
-/// What an integrand needs of a region and of a source. Integrands are without the factor `rho/pi`, in scaled lengths, gradients in
-/// the frame `(u, v, n2)`.
+/// What an integrand needs of a region and of a source. Integrands are without the factor `rho/pi`, in scaled lengths,
+/// gradients in the frame `(u, v, n2)`.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Integrand<'a> {
     pub(crate) height: f64,

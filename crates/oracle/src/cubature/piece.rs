@@ -1,8 +1,9 @@
-//! The pieces an integral is cut into: triangles of the emitter's plane and edges of their boundary, with the rules that serve them.
+//! The pieces an integral is cut into: triangles of the emitter's plane and edges of their boundary, with the rules that serve
+//! them.
 
-use crate::gauss_kronrod;
-use crate::plane::{Edge, Triangle, Vertex};
-use crate::triangle_rule::{DEGREE_8, DEGREE_14, DEGREE_17, TriangleRule};
+use crate::cubature::gauss_kronrod;
+use crate::cubature::triangle_rule::{DEGREE_8, DEGREE_14, DEGREE_17, TriangleRule};
+use crate::region::plane::{Edge, Triangle, Vertex};
 
 /// A value and the three components of its gradient, as one integrand.
 pub(crate) type Four = [f64; 4];
@@ -58,8 +59,8 @@ impl Degrees {
     }
 }
 
-/// What the difference of degrees 14 and 17 is multiplied by to estimate the error of the latter: on a needle, where the two differ
-/// little in what they resolve, the plain difference was measured to be as small as 0.93 of the error.
+/// What the difference of degrees 14 and 17 is multiplied by to estimate the error of the latter: on a needle, where the two
+/// differ little in what they resolve, the plain difference was measured to be as small as 0.93 of the error.
 const CAUTION: f64 = 4.0;
 
 impl Piece {

@@ -1,14 +1,14 @@
-//! Points of a seen region drawn by area or by solid angle, as maps from the unit square: one sample from two numbers, so that any
-//! sequence on the square serves.
+//! Points of a seen region drawn by area or by solid angle, as maps from the unit square: one sample from two numbers, so that
+//! any sequence on the square serves.
 //!
-//! By area: a triangle in proportion to its area, then `(1 - sqrt u, sqrt u (1 - v), sqrt u v)` (Turk 1990).
-//! By solid angle: a triangle in proportion to the solid angle it subtends, `tan(Omega/2) = G0 / (1 + v0.v1 + v1.v2 + v2.v0)` with
-//! `G0 = v0.(v1 x v2) = 2 area h / (|r0| |r1| |r2|)` (Van Oosterom and Strackee 1983), then Arvo's map (1995) in the algebraic
-//! form of Peters (2021), carried in barycentric coordinates: no direction is rounded, so a triangle of 1e-10 sr is
-//! sampled as well as one of 2 pi sr.
+//! By area: a triangle in proportion to its area, then `(1 - sqrt u, sqrt u (1 - v), sqrt u v)` (Turk 1990). By solid angle: a
+//! triangle in proportion to the solid angle it subtends, `tan(Omega/2) = G0 / (1 + v0.v1 + v1.v2 + v2.v0)` with `G0 = v0.(v1 x
+//! v2) = 2 area h / (|r0| |r1| |r2|)` (Van Oosterom and Strackee 1983), then Arvo's map (1995) in the algebraic form of Peters
+//! (2021), carried in barycentric coordinates: no direction is rounded, so a triangle of 1e-10 sr is sampled as well as one of
+//! 2 pi sr.
 
-use crate::plane::{Triangle, Vertex};
 use crate::region::Region;
+use crate::region::plane::{Triangle, Vertex};
 
 /// How points are distributed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -95,8 +95,8 @@ impl Corners {
         2.0 * libm::atan2(self.volume, 1.0 + self.cosine(0, 1) + self.cosine(1, 2) + self.cosine(2, 0))
     }
 
-    /// Barycentric coordinates of the point that divides the triangle as `(u, v)`: the arc from corner 1 through it meets the side from
-    /// corner 0 to corner 2 where the part on the side of corner 0 has the fraction `u` of the solid angle.
+    /// Barycentric coordinates of the point that divides the triangle as `(u, v)`: the arc from corner 1 through it meets the
+    /// side from corner 0 to corner 2 where the part on the side of corner 0 has the fraction `u` of the solid angle.
     fn barycentric(&self, [u, v]: [f64; 2]) -> [f64; 3] {
         let (sin, cos) = libm::sincos(0.5 * u * self.solid_angle());
         let [v0, v1, v2] = self.directions;

@@ -3,8 +3,8 @@
 use astro_float::{BigFloat, Consts, Radix, RoundingMode};
 
 use crate::Error;
-use crate::ball::up;
-use crate::exact::Exact;
+use crate::enclosure::ball::up;
+use crate::enclosure::exact::Exact;
 
 /// All numbers within a radius of a midpoint; the enclosed one is among them.
 #[derive(Debug, Clone, PartialEq)]
@@ -100,7 +100,8 @@ impl Interval {
         (outward(&low, -1), outward(&high, 1))
     }
 
-    /// The midpoint as a decimal number, cut after the last digit that is larger than the radius; 0 if the radius is larger than the midpoint.
+    /// The midpoint as a decimal number, cut after the last digit that is larger than the radius; 0 if the radius is larger
+    /// than the midpoint.
     ///
     /// # Errors
     /// If memory is exhausted.

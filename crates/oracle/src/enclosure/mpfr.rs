@@ -1,14 +1,15 @@
-//! Arbitrary precision through MPFR, round to nearest: by its standard the same bits as [`crate::astro`], from an independent implementation.
+//! Arbitrary precision through MPFR, round to nearest: by its standard the same bits as [`crate::enclosure::astro`], from an
+//! independent implementation.
 
 use astro_float::{BigFloat, Sign};
 use rug::float::Round;
 use rug::integer::Order;
 use rug::{Float, Integer};
 
-use crate::arithmetic::Real;
-use crate::astro::half_unit_at;
-use crate::exact::Exact;
-use crate::legendre::Rules;
+use crate::enclosure::arithmetic::Real;
+use crate::enclosure::astro::half_unit_at;
+use crate::enclosure::exact::Exact;
+use crate::enclosure::legendre::Rules;
 
 /// A number of as many bits as it was made with.
 #[derive(Debug, Clone)]

@@ -1,8 +1,8 @@
 //! Whether opaque polygons block the view from a receiver to a point, by segment and polygon.
 //!
-//! A polygon blocks the open segment from `x` to `y` if its plane cuts it strictly between the ends and the cut is inside: the winding
-//! number of a fan of triangles from the first vertex, seen from `x`, which is right for concave polygons too. Both sides
-//! are opaque; an edge-on polygon, or one that only touches an end of the segment, does not block.
+//! A polygon blocks the open segment from `x` to `y` if its plane cuts it strictly between the ends and the cut is inside: the
+//! winding number of a fan of triangles from the first vertex, seen from `x`, which is right for concave polygons too. Both
+//! sides are opaque; an edge-on polygon, or one that only touches an end of the segment, does not block.
 
 use glam::DVec3;
 use radgrad_core::Polygon;
@@ -50,8 +50,8 @@ impl SeenPolygon {
         self.offset * advance > 0.0 && self.offset.abs() < advance.abs() && self.covers(ray)
     }
 
-    /// Whether the line along `ray` passes through it: the winding number of a fan of triangles from the first vertex. A line through a
-    /// spoke of the fan belongs to the triangle on one side of it; a line through the border is outside.
+    /// Whether the line along `ray` passes through it: the winding number of a fan of triangles from the first vertex. A line
+    /// through a spoke of the fan belongs to the triangle on one side of it; a line through the border is outside.
     pub(crate) fn covers(&self, ray: DVec3) -> bool {
         let side = |a: DVec3, b: DVec3| ray.dot(a.cross(b));
         let left = |vertex: DVec3| side(self.rays[0], vertex) >= 0.0;

@@ -3,16 +3,17 @@
 //! A pass knows nothing of digits; it encloses to absolute tolerances and says what rounding added.
 
 use crate::Error;
-use crate::arithmetic::Real;
-use crate::ball::{Ball, BallVector, dot, pi, up, vector};
-use crate::cell::{Cell, EmissionSize, Shape, Weights};
+use crate::enclosure::arithmetic::Real;
+use crate::enclosure::ball::{Ball, BallVector, dot, pi, up, vector};
+use crate::enclosure::cell::{Cell, EmissionSize, Shape, Weights};
+use crate::enclosure::integral::{along_ray, over_fan};
+use crate::enclosure::outline::{Place, Point, Stretch};
+use crate::enclosure::source::{Expansion, Source};
+use crate::enclosure::surface::{Fan, Frame, Jacobian, fans};
 use crate::error::Reached;
-use crate::integral::{along_ray, over_fan};
-use crate::outline::{Place, Point, Stretch};
-use crate::source::{Expansion, Source};
-use crate::surface::{Fan, Frame, Jacobian, fans};
 
-/// Share of the tolerance a cell may use in one direction: a few hundred cells stay below it all, as most keep well under their share.
+/// Share of the tolerance a cell may use in one direction: a few hundred cells stay below it all, as most keep well under their
+/// share.
 const SHARE: f64 = 1.0 / 256.0;
 
 /// What multiplies the integrals: `rho / (pi |n1|)`.
@@ -149,7 +150,7 @@ impl<T: Real> Prepared<T> {
             .triangles
             .iter()
             .map(|triangle| {
-                let square = Ball::from_exact(&crate::exact::dot(&triangle.normal, &triangle.normal), bits);
+                let square = Ball::from_exact(&crate::enclosure::exact::dot(&triangle.normal, &triangle.normal), bits);
                 let expansion: Expansion<T> = source.expansion(frame, triangle, exponent, bits);
                 let fans = fans(frame, triangle, bits).into_iter().map(|fan| {
                     let expansion = expansion.moved(&fan.apex);
@@ -275,7 +276,8 @@ impl<T: Real> Pass<T> {
         }
     }
 
-    /// Tolerances for the digits asked where the magnitude is known, and five orders less where it is not; none if rounding is what is in the way.
+    /// Tolerances for the digits asked where the magnitude is known, and five orders less where it is not; none if rounding is
+    /// what is in the way.
     pub(crate) fn next_tolerances(&self, last: Tolerances, goal: f64, reached: Reached) -> Option<Tolerances> {
         let rounding = self.rounding();
         let known = |middle: f64, radius: f64| middle.abs() > 4.0 * radius;

@@ -1,9 +1,9 @@
 //! Symmetric quadrature rules for the triangle: weights positive, points inside.
 //!
-//! A fully symmetric rule of degree `d` is exact on `e2^i e3^j`, `2i + 3j <= d` (elementary symmetric polynomials of the barycentric
-//! coordinates): 10, 24 and 33 equations for the 10, 24 and 35 unknowns of the orbits below. They were solved by Gauss-Newton from
-//! random starts, then by Newton steps at 60 digits; the numbers of points are those of Dunavant 1985 (degrees 8, 14, 17).
-//! The test checks every monomial against `2 i! j! k! / (i + j + k + 2)!`, so a wrong digit cannot stay.
+//! A fully symmetric rule of degree `d` is exact on `e2^i e3^j`, `2i + 3j <= d` (elementary symmetric polynomials of the
+//! barycentric coordinates): 10, 24 and 33 equations for the 10, 24 and 35 unknowns of the orbits below. They were solved by
+//! Gauss-Newton from random starts, then by Newton steps at 60 digits; the numbers of points are those of Dunavant 1985
+//! (degrees 8, 14, 17). The test checks every monomial against `2 i! j! k! / (i + j + k + 2)!`, so a wrong digit cannot stay.
 
 use std::sync::LazyLock;
 

@@ -1,4 +1,5 @@
-//! The 7-point Gauss rule inside the 15-point Kronrod rule on `[0, 1]`: degrees 13 and 22 (Kronrod 1965; digits of QUADPACK, 1983).
+//! The 7-point Gauss rule inside the 15-point Kronrod rule on `[0, 1]`: degrees 13 and 22 (Kronrod 1965; digits of QUADPACK,
+//! 1983).
 
 /// Node on `[-1, 1]`, Kronrod weight, Gauss weight; the negative nodes by symmetry. Weights sum to 2.
 const HALF: [[f64; 3]; 8] = [

@@ -1,12 +1,13 @@
 //! The outline of a triangle's visible part: stretches of its edges and of the horizon, with exact ends.
 //!
-//! Where an edge crosses the horizon is a quotient of dyadic rationals. Points keep numerator and divisor, so that the way between two of
-//! them has all its digits even where they nearly coincide: on contact the horizon passes the foot at a distance of the order of the height.
+//! Where an edge crosses the horizon is a quotient of dyadic rationals. Points keep numerator and divisor, so that the way
+//! between two of them has all its digits even where they nearly coincide: on contact the horizon passes the foot at a distance
+//! of the order of the height.
 
-use crate::arithmetic::Real;
-use crate::ball::{Ball, BallVector};
-use crate::exact::{Exact, ExactVector, along, difference};
-use crate::surface::{Frame, dot64, minus};
+use crate::enclosure::arithmetic::Real;
+use crate::enclosure::ball::{Ball, BallVector};
+use crate::enclosure::exact::{Exact, ExactVector, along, difference};
+use crate::enclosure::surface::{Frame, dot64, minus};
 
 /// A point of a triangle's plane.
 #[derive(Debug, Clone)]
@@ -136,7 +137,7 @@ fn crossing(frame: &Frame, [i, j]: [usize; 2]) -> (Point, f64) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::double_double::DoubleDouble;
+    use crate::enclosure::double_double::DoubleDouble;
     use glam::DVec3;
     use radgrad_core::{Polygon, Receiver};
 

@@ -7,9 +7,9 @@
 //! only where a double under- or overflows: overflow ends as a radius that is not finite, and the absolute error of an
 //! underflow, below 2^-1060, is covered by the constant every ball operation adds.
 
-use crate::arithmetic::Real;
-use crate::exact::Exact;
-use crate::legendre::Rules;
+use crate::enclosure::arithmetic::Real;
+use crate::enclosure::exact::Exact;
+use crate::enclosure::legendre::Rules;
 
 /// u^2 = 2^-106.
 const U2: f64 = 1.0 / (1u128 << 106) as f64;

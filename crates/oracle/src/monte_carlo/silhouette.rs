@@ -1,18 +1,18 @@
 //! The edges along which the seen part of an emitter ends, for the gradient past occluders.
 //!
-//! The part of the gradient that comes from the motion of what is seen is an integral along the generating edges, of the emitter and of the
-//! occluders (their real edges, not their shadows), each taken with what is seen on its left:
-//! `(rho/pi) sum int B(y) (n1.omega) (e x omega) / |r|^2 dt`, `r` the point of the edge at `t`, `omega = r/|r|`, `y` the emitter's point behind.
-//! An edge counts where what is just left of it is seen and what is just right of it is not. Polygons that share an edge as seen
-//! from `x` (the faces of a box) would both count it: the first in the list does.
+//! The part of the gradient that comes from the motion of what is seen is an integral along the generating edges, of the
+//! emitter and of the occluders (their real edges, not their shadows), each taken with what is seen on its left: `(rho/pi) sum
+//! int B(y) (n1.omega) (e x omega) / |r|^2 dt`, `r` the point of the edge at `t`, `omega = r/|r|`, `y` the emitter's point
+//! behind. An edge counts where what is just left of it is seen and what is just right of it is not. Polygons that share an
+//! edge as seen from `x` (the faces of a box) would both count it: the first in the list does.
 
 use glam::DVec3;
 use radgrad_core::Polygon;
 
 use crate::Error;
+use crate::monte_carlo::visibility::{Occluders, SeenPolygon};
 use crate::region::Region;
 use crate::source_function::SourceFunction;
-use crate::visibility::{Occluders, SeenPolygon};
 
 /// How far beside an edge, over the distance, it is decided what is seen there.
 const BESIDE: f64 = 1e-8;
@@ -106,7 +106,8 @@ impl<'a> Silhouette<'a> {
     }
 }
 
-/// The edges of a polygon: counter-clockwise as seen from the receiver for the emitter, clockwise for an occluder, none if edge-on.
+/// The edges of a polygon: counter-clockwise as seen from the receiver for the emitter, clockwise for an occluder, none if
+/// edge-on.
 fn generating_edges(polygon: &SeenPolygon, occluder: Option<usize>) -> Vec<GeneratingEdge> {
     if polygon.offset == 0.0 {
         return Vec::new();

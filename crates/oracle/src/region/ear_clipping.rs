@@ -47,7 +47,7 @@ fn is_ear(corner: &[PreciseVertex; 3], left: &[PreciseVertex]) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::compensated::Pair;
+    use crate::region::compensated::Pair;
 
     fn outline(corners: &[[f64; 2]]) -> Vec<PreciseVertex> {
         corners.iter().map(|[p, q]| PreciseVertex::in_plane(Pair::from(*p), Pair::from(*q))).collect()

@@ -1,20 +1,20 @@
 //! Globally adaptive cubature over the triangles of a region and the edges of its boundary.
 //!
-//! The integrands of Eqs. 1, 6 and 9 (HS95) are analytic but for `r = 0`, so they vary on the scale of the distance to the receiver. Before
-//! any error is estimated, pieces are halved until none is longer than [`LONGEST`] times its own distance: no peak can hide
-//! between the points of a rule, which is how adaptive integrators fail silently. Then the piece with the largest estimate,
-//! the difference of two rules of different degree, is halved until the sum of the estimates meets the tolerance. The sum is an
-//! error of the lower rule and the result is that of the higher: an estimate, not a proof, but a cautious one. Rounding is counted
-//! beside it, [`ROUNDING`] times the integral of the magnitude: an integral that cancels by more than that says so.
-//! For a function source this holds as long as the function itself varies no faster than the kernel.
+//! The integrands of Eqs. 1, 6 and 9 (HS95) are analytic but for `r = 0`, so they vary on the scale of the distance to the
+//! receiver. Before any error is estimated, pieces are halved until none is longer than [`LONGEST`] times its own distance: no
+//! peak can hide between the points of a rule, which is how adaptive integrators fail silently. Then the piece with the largest
+//! estimate, the difference of two rules of different degree, is halved until the sum of the estimates meets the tolerance. The
+//! sum is an error of the lower rule and the result is that of the higher: an estimate, not a proof, but a cautious one.
+//! Rounding is counted beside it, [`ROUNDING`] times the integral of the magnitude: an integral that cancels by more than that
+//! says so. For a function source this holds as long as the function itself varies no faster than the kernel.
 
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 
 use crate::Error;
 use crate::cubature::Status;
-use crate::piece::{Degrees, Four, Piece, Sums};
-use crate::plane::Vertex;
+use crate::cubature::piece::{Degrees, Four, Piece, Sums};
+use crate::region::plane::Vertex;
 
 /// Largest length of a piece over its distance from the receiver. At 2 the singularity is at `+-i` or further for a line through
 /// the piece mapped to `[-1, 1]`, so each degree gains a factor 2.4 or more (Bernstein's ellipse).
@@ -158,8 +158,8 @@ impl Cell {
     }
 }
 
-/// Raises the estimates of two halves if together they differ from their parent by more than the parent's estimate allowed: then the
-/// estimates are not to be believed at this size.
+/// Raises the estimates of two halves if together they differ from their parent by more than the parent's estimate allowed:
+/// then the estimates are not to be believed at this size.
 fn distrust(parent: &Cell, halves: &mut [Cell; 2]) {
     let change = lengths([0, 1, 2, 3].map(|i| halves[0].integral[i] + halves[1].integral[i] - parent.integral[i]));
     for (i, change) in change.into_iter().enumerate() {

@@ -1,9 +1,9 @@
 //! The Sobol sequence in two dimensions (Sobol 1967) under Owen's nested uniform scrambling (Owen 1995).
 //!
-//! The first `2^m` points are a (0, m, 2)-net in base 2: every box `2^-k x 2^-(m-k)` of the dyadic grid holds exactly one. Scrambling
-//! keeps that and makes each point uniform on the square, so that means over independent scramblings are unbiased and comparable:
-//! their spread is an error estimate, which a plain low-discrepancy sequence does not have. The flips are bits of a hash of
-//! (key, dimension, leading digits), hence the same on every machine.
+//! The first `2^m` points are a (0, m, 2)-net in base 2: every box `2^-k x 2^-(m-k)` of the dyadic grid holds exactly one.
+//! Scrambling keeps that and makes each point uniform on the square, so that means over independent scramblings are unbiased
+//! and comparable: their spread is an error estimate, which a plain low-discrepancy sequence does not have. The flips are bits
+//! of a hash of (key, dimension, leading digits), hence the same on every machine.
 
 /// Digits that are scrambled one by one; what is below is uniform by itself.
 const DIGITS: u32 = 32;
