@@ -77,13 +77,6 @@ impl<N: Number> Real for Ball<N> {
         Self::new(self.mid, self.radius + error)
     }
 
-    /// Where the sign is in doubt, both are enclosed.
-    #[inline]
-    fn with_sign_of(self, other: Self) -> Self {
-        let signed = if other.value() < 0.0 { -self } else { self };
-        if other.size() > other.radius { signed } else { Self::new(signed.mid, self.size() * 2.0 + self.radius) }
-    }
-
     /// Below the normal range the power of two rounds.
     #[inline]
     fn scaled(self, power_of_two: f64) -> Self {
@@ -115,14 +108,17 @@ impl<N: Number> Real for Ball<N> {
     }
 
     /// A disc of radius `p` around a point at distance `d` is seen under the half-angle `asin z`, `z = p/d`; `asin z <= z (1 + z^2/4)` up to
-    /// 1/2 and `<= z pi/2` up to 1.
+    /// 1/2 and `<= z pi/2` up to 1. Where the disc reaches the cut the angle may be off by a turn.
     #[inline]
     fn atan2(self, x: Self) -> Self {
         let moved = self.radius + x.radius;
         let distance = (self.size() * self.size() + x.size() * x.size()).sqrt();
         let z = moved / distance * UP;
+        let cut = x.value() < 0.0 && self.size() <= self.radius;
         let propagated = if moved == 0.0.into() {
             moved
+        } else if cut {
+            std::f64::consts::TAU.into()
         } else if z <= 0.5.into() {
             z * (N::Radius::from(1.0) + z * z * 0.25)
         } else if z <= 1.0.into() {
@@ -231,6 +227,13 @@ mod tests {
             check::<f64>(a, b)?;
             check::<DoubleDouble>(a, b)?;
         }
+    }
+
+    #[test]
+    fn an_angle_across_the_cut_is_off_by_up_to_a_turn() {
+        let angle = |y: f64, radius: f64| Ball::approximate(y, radius).atan2(Ball::exact(-1.0)).error();
+        assert!(angle(1e-20, 1e-19) >= std::f64::consts::TAU && angle(-1e-20, 1e-19) >= std::f64::consts::TAU);
+        assert!(angle(1e-18, 1e-19) < 1e-14);
     }
 
     #[test]

@@ -18,6 +18,7 @@
 
 use crate::arc::{Arc, Frame, Generator};
 use crate::plan::{height_over_plane, offset, unit_normal};
+use crate::radius::Radius;
 use crate::real::Real;
 use crate::vec3::Vec3;
 use crate::{Emitter, Receiver};
@@ -144,8 +145,15 @@ impl<T: Real> LinearSum<T> {
 }
 
 /// The segment's part of X1.
+///
+/// It is `sgn(d) int 1/2 ln(1 + d^2/(h cos phi)^2) dphi` over part of (-pi/2, pi/2), so at most `pi asinh(|d|/h) <= pi |d|/h`: that encloses it where
+/// the sign of d is not known, as for a receiver straight below the line, when phi may not be known either.
 fn x1_term<T: Real>(arc: &Arc<T>, frame: &Frame<T>, kappa: T, height: T) -> T {
     let signed = frame.distance * kappa;
+    if signed.size() <= signed.error() {
+        let lowest = (height.size() - height.error()).max(0.0.into());
+        return T::exact(0.0).widened(signed.error() * (2.0 * 1.01 * std::f64::consts::PI) / lowest);
+    }
     let d = signed.abs();
     let reach = frame.distance + d;
     let clausens = |point: Vec3<T>| {
@@ -156,5 +164,5 @@ fn x1_term<T: Real>(arc: &Arc<T>, frame: &Frame<T>, kappa: T, height: T) -> T {
         (phi * two).clausen() * two - (delta * two).clausen() - (phi * four - delta * two).clausen()
     };
     let term = arc.angle * (reach / height).ln() - (clausens(arc.end) - clausens(arc.start)) * T::exact(0.25);
-    term.with_sign_of(signed)
+    if signed.value() < 0.0 { -term } else { term }
 }

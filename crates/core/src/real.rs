@@ -38,9 +38,6 @@ pub(crate) trait Real:
     /// The same number known less well, by `error`.
     fn widened(self, error: RadiusOf<Self>) -> Self;
 
-    /// Times the sign of `other`.
-    fn with_sign_of(self, other: Self) -> Self;
-
     /// Times a power of two, exactly.
     fn scaled(self, power_of_two: f64) -> Self;
 
@@ -50,7 +47,7 @@ pub(crate) trait Real:
     /// Natural logarithm of a positive number.
     fn ln(self) -> Self;
 
-    /// Angle of the point `(x, self)`, in (-pi, pi]; never called across the cut.
+    /// Angle of the point `(x, self)`, in (-pi, pi].
     fn atan2(self, x: Self) -> Self;
 
     /// Clausen's function `Cl2`, see [`dilogarithm`].
@@ -126,11 +123,6 @@ impl Real for f64 {
     #[inline]
     fn widened(self, _error: Self) -> Self {
         self
-    }
-
-    #[inline]
-    fn with_sign_of(self, other: Self) -> Self {
-        if other < 0.0 { -self } else { self }
     }
 
     #[inline]

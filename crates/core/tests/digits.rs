@@ -170,6 +170,39 @@ fn hard_cases_meet_a_tight_tolerance_on_the_last_rung() {
 }
 
 #[test]
+fn in_contact_inside_the_lamp_everything_above_the_horizon_is_lit() {
+    // The projected solid angle of half a sphere cut at an angle t, over pi: (1 + cos t)/2, here with cos t = 1/sqrt 2.
+    let expected = number("0.85355339059327376220042218105242451964241796884423701829416993450");
+    for height in [1e-9, 1e-60, 1e-150] {
+        let lamp = polygon(&[[0.0, 0.0, height], [0.3, 1.0, height], [1.0, 0.1, height]]);
+        let lamp = Emitter::new(lamp, Emission::Constant(1.0)).unwrap();
+        let receiver = Receiver::new(DVec3::new(0.4, 0.3, 0.0), DVec3::new(0.0, 1.0, 1.0), 1.0).unwrap();
+        let near = difference(&number(&evaluate_digits(&receiver, &lamp, &[], 50).unwrap().radiosity), &expected).abs();
+        assert!(at_most(&near, &number(&format!("{}", height * 20.0 + 1e-50))), "{height}");
+        let answer = evaluate_to(&receiver, &lamp, &[], 1e-6).unwrap();
+        assert!((answer.radiosity - 0.853_553_390_593_273_8).abs() <= 1e-7, "{answer:?}");
+    }
+}
+
+#[test]
+fn straight_below_a_vertex_and_an_edge_of_a_linear_lamp_digits_are_to_be_had() {
+    let lamp = Emitter::new(polygon(&[[0.0, 0.0, 0.1], [0.0, 1.0, 0.1], [1.0, 0.5, 0.1]]), linear()).unwrap();
+    assert!(lamp.polygon().normal().z < 0.0);
+    for position in [[0.0, 0.0], [0.0, 0.5], [0.5, 0.25], [0.0, 2.0]] {
+        let [x, y] = position;
+        let receiver = |x: f64| Receiver::new(DVec3::new(x, y, 0.0), DVec3::new(0.1, -0.2, 1.0), 1.0).unwrap();
+        let answer = evaluate_digits(&receiver(x), &lamp, &[], 60).unwrap();
+        assert!(keeps_its_promise(&answer, 60));
+        // The value is continuous: a step of 1e-40 aside changes it by about that.
+        let aside = evaluate_digits(&receiver(x + 1e-40), &lamp, &[], 60).unwrap();
+        let change = difference(&number(&answer.radiosity), &number(&aside.radiosity)).abs();
+        assert!(at_most(&change, &number("1e-37")), "{position:?}");
+        let rough = evaluate_to(&receiver(x), &lamp, &[], 1e-12).unwrap();
+        assert!(rough.meets(1e-12) && rough.method != Method::ArbitraryPrecision, "{rough:?}");
+    }
+}
+
+#[test]
 fn a_power_of_two_scales_the_digits_exactly() {
     let scaled = |exponent: i32| {
         let power = 2f64.powi(exponent);
