@@ -93,6 +93,8 @@ impl Case<'_> {
 
     /// The closed form with a running bound, with many bits, rounded to doubles.
     #[cfg(feature = "arbitrary-precision")]
+    #[cold]
+    #[inline(never)]
     fn rounded(&self, tolerance: f64) -> Found {
         // Below this nothing is left but the rounding.
         let enough = Magnitude::from((0.25 * tolerance).max(ROUNDOFF / 64.0));
