@@ -4,6 +4,8 @@
 //! shadow), or the receiver's horizon, which has no line. Seen from x the emitter's vertices run such that the visible side of an arc
 //! from `u` to `v` is the one with `N . omega < 0`, `N = u x v / |u x v|`. All lengths are normalised by [`crate::plan::Plan`].
 
+mod quartic;
+
 use glam::DVec3;
 
 use crate::double_double::{DoubleDouble, UNIT};

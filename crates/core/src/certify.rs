@@ -14,7 +14,7 @@ use crate::radius::Radius;
 use crate::real::Real;
 
 /// A real number within `radius` of `mid`.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Ball<N: Number> {
     mid: N,
     radius: N::Radius,
@@ -39,7 +39,7 @@ impl<N: Number> Ball<N> {
     }
 
     /// What is known of the number, without the bound.
-    pub(crate) fn mid(self) -> N {
+    pub(crate) const fn middle(self) -> N {
         self.mid
     }
 }

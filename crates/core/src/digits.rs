@@ -68,7 +68,8 @@ pub fn evaluate_digits(
     if !(1..=MOST_DIGITS).contains(&digits) {
         return Err(Error::Digits { value: digits, most: MOST_DIGITS });
     }
-    let Some(plan) = Plan::new(receiver, emitter.polygon()) else { return Ok(PreciseAnswer::zero(0)) };
+    let plan = Plan::new(receiver, emitter.polygon()).filter(|_| !emitter.is_dark());
+    let Some(plan) = plan else { return Ok(PreciseAnswer::zero(0)) };
     let case = Case { receiver, emitter, occluders, plan: &plan };
     let tolerance = Magnitude::power_of_ten(-i64::from(digits)) * 0.5;
     // log2 10 < 3.322
@@ -101,7 +102,7 @@ pub(crate) struct Enclosed {
 impl Enclosed {
     /// Evaluates with so many bits; `None` where nothing is visible.
     pub(crate) fn find(case: &Case<'_>, bits: usize) -> Option<Self> {
-        let keep = |ball: Ball<Big>| Enclosure { mid: ball.mid().to_float(), radius: ball.error() };
+        let keep = |ball: Ball<Big>| Enclosure { mid: ball.middle().to_float(), radius: ball.error() };
         with_bits(bits, || {
             let terms = Terms::<Ball<Big>>::sum::<true, true>(case)?;
             let Vec3 { x, y, z } = terms.gradient(case.receiver);

@@ -1,4 +1,5 @@
-//! What an emitter sends out: its radiosity `B(y)`, constant or linear over the polygon (HS95 sections A.1 and A.2).
+//! What an emitter sends out: its radiosity `B(y)`, constant or linear over the polygon (HS95 sections A.1 and A.2), or a
+//! polynomial.
 //!
 //! Units: radiosity in W/m2 (or any other unit, kept), gradient in that unit over the unit of length. The condition of a linear
 //! emission given by vertex values on a needle is the needle's: its gradient across is a difference over the width.
@@ -11,6 +12,7 @@ use crate::double_double::DoubleDouble;
 use crate::geometry::{COORDINATE_ROUNDING, Polygon, normalising_power};
 use crate::number::Number;
 use crate::plan::offset;
+use crate::polynomial::{InPlane, Polynomial};
 use crate::real::Real;
 use crate::vec3::Vec3;
 
@@ -21,6 +23,8 @@ pub enum Emission {
     Constant(f64),
     /// An affine function of the position.
     Linear(Linear),
+    /// A polynomial of the position.
+    Polynomial(Polynomial),
 }
 
 /// Two ways to state an affine emission.
@@ -64,7 +68,9 @@ impl Emission {
 pub struct Emitter {
     polygon: Polygon,
     emission: Emission,
+    /// The emission; of a polynomial, its tangent at vertex 0.
     affine: Affine,
+    polynomial: Option<InPlane>,
     /// Brings the emission to a size of about 1.
     power: f64,
 }
@@ -81,39 +87,45 @@ pub(crate) struct Affine {
 }
 
 impl Affine {
-    fn new(value: f64, gradient: Vec3<Ball<DoubleDouble>>) -> Self {
+    pub(crate) fn new(value: f64, gradient: Vec3<Ball<DoubleDouble>>) -> Self {
         let gradient_error = [gradient.x, gradient.y, gradient.z].map(Real::error).into_iter().fold(0.0, f64::max);
-        Self { value, gradient: gradient.map(Ball::mid), gradient_error, residual: 0.0 }
+        Self { value, gradient: gradient.map(Ball::middle), gradient_error, residual: 0.0 }
     }
 }
 
-/// Vertex values may be off one affine function by this fraction of the largest of them, beside the effect of rounded coordinates.
+/// Vertex values may be off one affine function by this fraction of the largest of them, beside the effect of rounded
+/// coordinates.
 const AFFINITY: f64 = 4e-12;
 
 impl Emitter {
     /// An emitter with the given polygon and emission.
     ///
     /// # Errors
-    /// If a value is not finite, the number of vertex values is not the number of vertices, or they do not lie on one affine function.
+    /// If a value is not finite, the number of vertex values is not the number of vertices, or they do not lie on one affine
+    /// function.
     pub fn new(polygon: Polygon, emission: Emission) -> Result<Self, Error> {
-        let affine = match &emission {
+        let (affine, polynomial) = match &emission {
             Emission::Constant(value) => {
                 finite(*value, || "value".to_owned())?;
-                Affine { value: *value, gradient: Vec3::default(), gradient_error: 0.0, residual: 0.0 }
+                (Affine { value: *value, gradient: Vec3::default(), gradient_error: 0.0, residual: 0.0 }, None)
             }
-            Emission::Linear(Linear::AtVertices(values)) => through_vertices(&polygon, values)?,
+            Emission::Linear(Linear::AtVertices(values)) => (through_vertices(&polygon, values)?, None),
             Emission::Linear(Linear::Gradient { value, gradient }) => {
                 finite(*value, || "value at vertex 0".to_owned())?;
                 for (axis, component) in gradient.to_array().into_iter().enumerate() {
                     finite(component, || format!("gradient component {axis}"))?;
                 }
-                in_plane(&polygon, *value, (*gradient).into())
+                (in_plane(&polygon, *value, (*gradient).into()), None)
+            }
+            Emission::Polynomial(polynomial) => {
+                let plane = InPlane::new(&polygon, polynomial)?;
+                (plane.tangent(), Some(plane))
             }
         };
         let steepest = affine.gradient.map(|c| c.hi.abs());
         let variation = steepest.x.max(steepest.y).max(steepest.z) * polygon.size();
-        let power = normalising_power(affine.value.abs().max(variation));
-        Ok(Self { polygon, emission, affine, power })
+        let largest = polynomial.as_ref().map_or(affine.value.abs().max(variation), InPlane::largest);
+        Ok(Self { power: normalising_power(largest), polygon, emission, affine, polynomial })
     }
 
     /// The polygon.
@@ -128,21 +140,40 @@ impl Emitter {
         &self.emission
     }
 
-    /// Gradient of the emission over the polygon's plane; zero for a constant emission.
+    /// Gradient of the emission over the polygon's plane, at vertex 0; zero for a constant emission, and the same everywhere
+    /// for a linear one.
     #[must_use]
     pub fn emission_gradient(&self) -> DVec3 {
         self.affine.gradient.map(DoubleDouble::to_f64).into()
     }
 
+    /// Gradient of the emission over the polygon's plane at a point of it.
+    #[must_use]
+    pub fn emission_gradient_at(&self, point: DVec3) -> DVec3 {
+        match &self.emission {
+            Emission::Polynomial(polynomial) => polynomial.gradient_at(point).reject_from_normalized(self.polygon.normal()),
+            Emission::Constant(_) | Emission::Linear(_) => self.emission_gradient(),
+        }
+    }
+
     /// Emission `B(y)` at a point of the polygon's plane.
     #[must_use]
     pub fn emission_at(&self, point: DVec3) -> f64 {
-        self.affine.value + self.emission_gradient().dot(point - self.polygon.vertices()[0])
+        match &self.emission {
+            Emission::Polynomial(polynomial) => polynomial.at(point),
+            Emission::Constant(_) | Emission::Linear(_) => {
+                self.affine.value + self.emission_gradient().dot(point - self.polygon.vertices()[0])
+            }
+        }
     }
 
-    /// Largest magnitude of the emission over the polygon: at a vertex, the emission being affine.
+    /// Largest magnitude of the emission over the polygon: for a constant or linear emission that at a vertex, for a polynomial
+    /// an upper bound.
     #[must_use]
     pub fn largest_emission(&self) -> f64 {
+        if let Some(plane) = &self.polynomial {
+            return plane.largest();
+        }
         let vertices = self.polygon.vertices().iter();
         vertices.map(|v| self.emission_at(*v).abs()).fold(0.0, f64::max) + self.affine.residual
     }
@@ -160,6 +191,27 @@ impl Emitter {
             _ => self.affine.gradient.map(|c| T::from_double_double(c, self.affine.gradient_error)),
         };
         gradient.map(|c| c.scaled(self.power))
+    }
+
+    /// Largest length of the emission's gradient over the polygon: for a polynomial an upper bound.
+    #[must_use]
+    pub fn steepest_emission(&self) -> f64 {
+        self.polynomial.as_ref().map_or_else(|| self.emission_gradient().length(), InPlane::steepest)
+    }
+
+    /// Whether the emission is stated to be zero everywhere.
+    pub(crate) fn is_dark(&self) -> bool {
+        match &self.emission {
+            Emission::Constant(value) => *value == 0.0,
+            Emission::Linear(Linear::AtVertices(values)) => values.iter().all(|value| *value == 0.0),
+            Emission::Linear(Linear::Gradient { value, gradient }) => *value == 0.0 && *gradient == DVec3::ZERO,
+            Emission::Polynomial(polynomial) => polynomial.terms().iter().all(|term| term.coefficient == 0.0),
+        }
+    }
+
+    /// The polynomial emission in the plane, where it is one.
+    pub(crate) const fn polynomial(&self) -> Option<&InPlane> {
+        self.polynomial.as_ref()
     }
 
     /// The emission times [`Self::power`].

@@ -104,6 +104,26 @@ pub enum Error {
         /// Difference allowed.
         allowed: f64,
     },
+    /// A term of a polynomial emission has too high a degree.
+    #[error("emission term {index} has degree {degree}: at most {allowed} is allowed")]
+    EmissionDegree {
+        /// Index of the term.
+        index: usize,
+        /// Its degree, the sum of the exponents.
+        degree: u32,
+        /// Highest degree allowed.
+        allowed: u32,
+    },
+    /// A form that serves some emissions only was asked for another.
+    #[error("{quantity} has a closed form for {needed} emission only, this one is {given}")]
+    EmissionKind {
+        /// What was asked for.
+        quantity: &'static str,
+        /// What it needs: `constant`, `constant or linear`.
+        needed: &'static str,
+        /// What was given: `linear`, `polynomial`.
+        given: &'static str,
+    },
     /// A tolerance is not a number in [0, 1].
     #[error("tolerance is {value}: it must be a relative error between 0 and 1")]
     Tolerance {

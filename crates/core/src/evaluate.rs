@@ -112,6 +112,8 @@ pub fn evaluate_to(receiver: &Receiver, emitter: &Emitter, occluders: &[Polygon]
 
 /// Radiosity `B(x)` alone: the digits of the closed form in double precision, without bound and gradient.
 ///
+/// A polynomial emission loses digits far away, `(D/s)^degree` of them; [`evaluate`] does not.
+///
 /// # Errors
 /// If the result overflows.
 pub fn radiosity(receiver: &Receiver, emitter: &Emitter) -> Result<f64, Error> {
@@ -122,6 +124,8 @@ pub fn radiosity(receiver: &Receiver, emitter: &Emitter) -> Result<f64, Error> {
 
 /// Gradient of `B` with respect to `x` alone: the digits of the closed form in double precision, without bound and value.
 ///
+/// A polynomial emission loses digits far away, `(D/s)^degree` of them; [`evaluate`] does not.
+///
 /// # Errors
 /// If the result overflows.
 pub fn gradient(receiver: &Receiver, emitter: &Emitter) -> Result<DVec3, Error> {
@@ -131,6 +135,8 @@ pub fn gradient(receiver: &Receiver, emitter: &Emitter) -> Result<DVec3, Error> 
 }
 
 /// Radiosity and gradient together: the digits of the closed form in double precision, without bounds.
+///
+/// A polynomial emission loses digits far away, `(D/s)^degree` of them; [`evaluate`] does not.
 ///
 /// # Errors
 /// If a result overflows.
@@ -146,6 +152,8 @@ pub fn radiosity_and_gradient(receiver: &Receiver, emitter: &Emitter) -> Result<
 /// The radiosity is `(rho/pi) n1.E`; a receiver at the same point with a nearby normal m, and the same part of the emitter above its horizon,
 /// has `(rho/pi) m.E`. Its derivative with respect to the normal is `dB/dn1 = (rho/pi) E`, also where the horizon crosses the emitter, since
 /// the part that the horizon gains or loses is seen edge-on.
+///
+/// A polynomial emission loses digits far away, `(D/s)^degree` of them; [`evaluate`] does not.
 ///
 /// # Errors
 /// If the result overflows.

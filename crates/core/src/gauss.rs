@@ -7,7 +7,7 @@
 //! # Bound
 //! In one variable, the other held, y moves on a segment of half-length l. In the ellipse `E_R` around it (semi-axes A and tau, `A + tau = R`)
 //! `|r.r| >= q = d^2 - tau^2 l^2` with d a lower bound of the distance of the real segment stretched to A: its height over the plane, or the
-//! distance of the centroid less what the stretched triangle reaches. There `|r| <= rho + (R - 1) l`, an affine B grows by at most A, and the
+//! distance of the centroid less what the stretched triangle reaches. There `|r| <= rho + (R - 1) l`, B grows as [`source`] says, and the
 //! integrand is bounded by M; n nodes on a unit interval err by at most `(32/15) M R^(-2(n-1)) / (1 - R^-2)` (Trefethen, "Is Gauss
 //! quadrature better than Clenshaw-Curtis?", 2008, Theorem 4.5 with n - 1 for its n), one such term for each variable.
 //!
@@ -15,13 +15,14 @@
 //! [`Triangle::roundings`], against the sum of `1/r^4`, whose terms are all positive.
 
 mod rules;
+mod source;
 
-use crate::emission::Affine;
 use crate::geometry::Polygon;
 use crate::number::ROUNDOFF;
 use crate::plan::{Horizon, Plan, height_over_plane, offset, unit_normal};
 use crate::vec3::Vec3;
 use crate::{DVec3, Emitter, Receiver};
+use source::{OnTriangle, Source};
 
 /// Value and gradient without the factor rho/pi, in normalised lengths and emission, with absolute error bounds.
 #[derive(Debug, Clone, Copy, Default)]
@@ -33,13 +34,11 @@ pub(crate) struct Integral {
 }
 
 /// What all triangles of a case share.
-struct Scene {
+struct Scene<'a> {
     n1: Vec3<f64>,
     n2: Vec3<f64>,
     height: f64,
-    /// Bound on `|B|` over the emitter, and what it grows by in an ellipse of semi-axis A: A if linear, 1 if constant.
-    emission: f64,
-    is_linear: bool,
+    source: Source<'a>,
     /// Relative error that the input brings: vertices off the plane, values off the affine function.
     input_error: f64,
 }
@@ -49,8 +48,7 @@ struct Triangle {
     apex: Vec3<f64>,
     first: Vec3<f64>,
     side: Vec3<f64>,
-    /// Emission at the apex, its increase along `first`, and along `side`.
-    values: [f64; 3],
+    emission: OnTriangle,
     /// Signed, and a bound on its error.
     twice_area: f64,
     twice_area_error: f64,
@@ -70,16 +68,16 @@ struct Bound {
 }
 
 /// The rule for a case: how many nodes where, and what they leave.
-pub(crate) struct Rule {
-    scene: Scene,
+pub(crate) struct Rule<'a> {
+    scene: Scene<'a>,
     first: Triangle,
     /// Of polygons that are no triangle.
     others: Vec<Triangle>,
 }
 
-impl Rule {
+impl<'a> Rule<'a> {
     /// The rule that a case needs for full precision; `None` where the emitter is cut by the horizon or too near for any.
-    pub(crate) fn new(receiver: &Receiver, emitter: &Emitter, plan: &Plan) -> Option<Self> {
+    pub(crate) fn new(receiver: &Receiver, emitter: &'a Emitter, plan: &Plan) -> Option<Self> {
         if plan.horizon != Horizon::Above {
             return None;
         }
@@ -143,23 +141,13 @@ impl Integral {
     }
 }
 
-impl Scene {
-    fn new(receiver: &Receiver, emitter: &Emitter, plan: &Plan) -> Self {
+impl<'a> Scene<'a> {
+    fn new(receiver: &Receiver, emitter: &'a Emitter, plan: &Plan) -> Self {
         let polygon = emitter.polygon();
         let height: f64 = height_over_plane(receiver.position(), polygon, plan.power);
-        let Affine { value, residual, .. } = emitter.affine();
-        let gradient = emitter.emission_gradient() * emitter.power();
-        let origin = polygon.vertices()[0];
-        let at = |v: &DVec3| value + gradient.dot(*v - origin);
-        let emission = polygon.vertices().iter().map(|v| at(v).abs()).fold(0.0, f64::max) * (1.0 + 32.0 * ROUNDOFF);
-        Self {
-            n1: unit_normal(receiver),
-            n2: polygon.normal().into(),
-            height,
-            emission,
-            is_linear: gradient != DVec3::ZERO,
-            input_error: 8.0 * polygon.planarity_defect() * plan.power / height + residual / emission,
-        }
+        let source = Source::new(emitter);
+        let input_error = 8.0 * polygon.planarity_defect() * plan.power / height + source.input_error;
+        Self { n1: unit_normal(receiver), n2: polygon.normal().into(), height, source, input_error }
     }
 
     /// The triangle with the number of nodes it needs for full precision; `None` if that is more than there are rules for.
@@ -185,7 +173,7 @@ impl Scene {
             apex,
             first,
             side,
-            values: self.values(emitter, corners),
+            emission: self.source.on_triangle(corners),
             twice_area,
             twice_area_error,
             grid: [Grid::default(); 2],
@@ -201,18 +189,6 @@ impl Scene {
         triangle.grid = [along.0, across.0];
         triangle.truncation = Bound { value: along.1.value + across.1.value, gradient: along.1.gradient + across.1.gradient };
         Some(triangle)
-    }
-
-    /// Emission at the first corner, its increase to the second, and from there to the third.
-    fn values(&self, emitter: &Emitter, corners: [DVec3; 3]) -> [f64; 3] {
-        let Affine { value, .. } = emitter.affine();
-        if !self.is_linear {
-            return [value, 0.0, 0.0];
-        }
-        let gradient = emitter.emission_gradient() * emitter.power();
-        let origin = emitter.polygon().vertices()[0];
-        let at = corners.map(|v| value + gradient.dot(v - origin));
-        [at[0], at[1] - at[0], at[2] - at[1]]
     }
 
     /// The cheapest grid for one variable, and the bound on what it leaves.
@@ -239,7 +215,8 @@ impl Scene {
     fn nodes(&self, triangle: &Triangle, half: f64, clear: f64, jacobian: impl Fn(f64) -> f64) -> Option<(usize, Bound)> {
         /// Share of the way to the nearest singularity; above it M grows faster than the ellipse helps.
         const SHARE: f64 = 0.75;
-        let Self { height, emission, .. } = *self;
+        let Self { height, source, .. } = self;
+        let height = *height;
         let tau = (SHARE * height / half).max(0.5 * SHARE * clear / half);
         let stretch = (tau * tau + 1.0).sqrt();
         let ratio = stretch + tau;
@@ -249,13 +226,13 @@ impl Scene {
             return None;
         }
         let reach = triangle.farthest + (ratio - 1.0) * half;
-        let emission = if self.is_linear { emission * stretch } else { emission };
+        let emission = source.largest * source.growth(stretch, ratio);
         let shrink = 1.0 / (ratio * ratio);
         let common = 32.0 / 15.0 * triangle.twice_area.abs() * jacobian(stretch) * emission / (q * q * (1.0 - shrink)) * 1.01;
         let mut bound =
             Bound { value: common * height * reach, gradient: common * (height + reach + 4.0 * height * reach * reach / q) };
         // What the answer is expected to be like, by size: a hundredth of a roundoff of it is not worth another node.
-        let typical = 0.5 * triangle.twice_area.abs() * self.emission * height / (triangle.farthest * triangle.farthest);
+        let typical = 0.5 * triangle.twice_area.abs() * source.largest * height / (triangle.farthest * triangle.farthest);
         let (value, gradient) = (typical / triangle.farthest, typical / (triangle.farthest * triangle.farthest));
         for count in 1..=rules::MOST {
             if bound.value <= 0.25 * ROUNDOFF * value && bound.gradient <= 0.25 * ROUNDOFF * gradient {
@@ -267,12 +244,46 @@ impl Scene {
         None
     }
 
+    fn integral(&self, triangle: &Triangle) -> Integral {
+        let Self { n1, n2, height, .. } = *self;
+        let total = match &triangle.emission {
+            OnTriangle::Affine([value, first, side]) => self.sums(triangle, |a| {
+                let (start, step) = (value + first * a, side * a);
+                move |b| start + step * b
+            }),
+            OnTriangle::Polynomial(polynomial, [p, first, side]) => self.sums(triangle, |a| {
+                let start = [p[0] + first[0] * a, p[1] + first[1] * a];
+                let step = [side[0] * a, side[1] * a];
+                move |b| polynomial.value([start[0] + step[0] * b, start[1] + step[1] * b])
+            }),
+        };
+        let gradient = n2 * total.projected - n1 * (height * total.plain) + total.pulled * (4.0 * height);
+        let error = triangle.error(self, &total);
+        Integral {
+            value: triangle.twice_area * height * total.projected,
+            gradient: gradient * triangle.twice_area,
+            value_error: triangle.truncation.value + error.value,
+            gradient_error: triangle.truncation.gradient + error.gradient,
+        }
+    }
+
+    /// Sums over the nodes, with the emission as a function of a, then of b.
+    #[inline]
+    fn sums<F: Fn(f64) -> f64>(&self, triangle: &Triangle, emission: impl Fn(f64) -> F) -> Sums {
+        let mut total = Sums::default();
+        for pair in triangle.grid[0].pairs() {
+            for (a, weight) in pair.nodes.into_iter().zip(pair.weights).filter(|(_, weight)| *weight > 0.0) {
+                total.add(weight * a, &self.row(triangle, a, emission(a)));
+            }
+        }
+        total
+    }
+
     /// The sums along one row of nodes: two lanes, which compile to vector instructions of every target.
     #[inline]
-    fn row(&self, triangle: &Triangle, a: f64) -> Sums {
-        let Triangle { apex, first, side, values, .. } = *triangle;
+    fn row(&self, triangle: &Triangle, a: f64, emission: impl Fn(f64) -> f64) -> Sums {
+        let Triangle { apex, first, side, .. } = *triangle;
         let (start, step) = (apex + first * a, side * a);
-        let (start_value, step_value) = (values[0] + values[1] * a, values[2] * a);
         let mut lanes = [Sums::default(); 2];
         for pair in triangle.grid[1].pairs() {
             for (lane, sums) in lanes.iter_mut().enumerate() {
@@ -280,7 +291,7 @@ impl Scene {
                 let r = start + step * b;
                 let inverse = 1.0 / r.norm_squared();
                 let k = weight * inverse * inverse;
-                let emitted = k * (start_value + step_value * b);
+                let emitted = k * emission(b);
                 let projected = emitted * self.n1.dot(r);
                 let pulled = r * (projected * inverse);
                 sums.add(1.0, &Sums { positive: k, plain: emitted, projected, pulled });
@@ -289,25 +300,6 @@ impl Scene {
         let [mut row, other] = lanes;
         row.add(1.0, &other);
         row
-    }
-
-    fn integral(&self, triangle: &Triangle) -> Integral {
-        let Self { n1, n2, height, .. } = *self;
-        let twice_area = triangle.twice_area;
-        let mut total = Sums::default();
-        for pair in triangle.grid[0].pairs() {
-            for (a, weight) in pair.nodes.into_iter().zip(pair.weights).filter(|(_, weight)| *weight > 0.0) {
-                total.add(weight * a, &self.row(triangle, a));
-            }
-        }
-        let gradient = n2 * total.projected - n1 * (height * total.plain) + total.pulled * (4.0 * height);
-        let error = triangle.error(self, &total);
-        Integral {
-            value: twice_area * height * total.projected,
-            gradient: gradient * twice_area,
-            value_error: triangle.truncation.value + error.value,
-            gradient_error: triangle.truncation.gradient + error.gradient,
-        }
     }
 }
 
@@ -332,14 +324,13 @@ impl Sums {
 
 impl Triangle {
     /// Relative errors, in the order of [`Sums`], against `sum 1/r^4` times the largest of what it is multiplied by.
-    fn roundings(&self) -> [f64; 3] {
+    fn roundings(&self, emission: f64) -> [f64; 3] {
         const U: f64 = ROUNDOFF;
         let Self { nearest, farthest, longest, .. } = *self;
         let moved = U * (2.0 * farthest + 12.0 * longest) / nearest;
         let inverse = 2.0 * moved + 5.0 * U;
         // Weights, node in the Jacobian and their products; the two nested sums.
         let weights = 8.0 * U + (self.grid[0].nodes() + self.grid[1].nodes()) as f64 * U;
-        let emission = 24.0 * U;
         let plain = 2.0 * inverse + weights + emission;
         let projected = plain + moved * nearest / farthest + 5.0 * U;
         let pulled = plain + inverse + 2.0 * moved + (5.0 * farthest / nearest + 4.0) * U;
@@ -347,12 +338,12 @@ impl Triangle {
     }
 
     /// Bound on the rounding errors: those of the sums, and of area, height, normals and the last few operations, 16 roundings.
-    fn error(&self, scene: &Scene, sums: &Sums) -> Bound {
-        let Scene { height, emission, input_error, .. } = *scene;
+    fn error(&self, scene: &Scene<'_>, sums: &Sums) -> Bound {
+        let Scene { height, ref source, input_error, .. } = *scene;
         let area = self.twice_area.abs();
-        let size = sums.positive * emission * (1.0 + 1e-9);
+        let size = sums.positive * source.largest * (1.0 + 1e-9);
         let last = area * (16.0 * ROUNDOFF + input_error) + self.twice_area_error;
-        let [plain, projected, pulled] = self.roundings().map(|relative| area * relative + last);
+        let [plain, projected, pulled] = self.roundings(source.rounding).map(|relative| area * relative + last);
         Bound {
             value: size * height * self.farthest * projected,
             gradient: size * (height * plain + self.farthest * projected + 4.0 * height * pulled),

@@ -7,7 +7,7 @@
 //! 4. the closed form in double-double with a running bound;
 //! 5. the same with 256 and then 1024 bits, rounded to doubles, where the crate is built with arbitrary precision.
 //!
-//! A rung whose bound is above the tolerance hands over to the next; the last one answers with what it has.
+//! A rung whose bound is above the tolerance hands over to the next; where all are, the one with the smallest bound answers.
 
 use glam::DVec3;
 
@@ -35,6 +35,7 @@ struct Budget {
 
 const CONSTANT: Budget = Budget { cheap: 60, dear: 400 };
 const LINEAR: Budget = Budget { cheap: 400, dear: 4000 };
+const POLYNOMIAL: Budget = Budget { cheap: 400, dear: 8000 };
 
 /// What a rung of the ladder evaluates.
 #[derive(Clone, Copy)]
@@ -62,12 +63,25 @@ impl Found {
         self.radiosity_error <= tolerance * self.radiosity.abs()
             && self.gradient_error <= tolerance * self.gradient.norm_squared().sqrt()
     }
+
+    /// The larger of the two relative bounds; infinite where one of them bounds nothing.
+    fn relative_error(&self) -> f64 {
+        let shares = [self.radiosity_error / self.radiosity.abs(), self.gradient_error / self.gradient.norm_squared().sqrt()];
+        if shares.iter().any(|share| share.is_nan()) { f64::INFINITY } else { shares[0].max(shares[1]) }
+    }
 }
 
 impl Case<'_> {
     pub(crate) fn answer(&self, tolerance: f64) -> Result<Answer, Error> {
+        if self.emitter.is_dark() {
+            return Ok(Answer::ZERO);
+        }
         let is_constant = matches!(self.emitter.emission(), Emission::Constant(_));
-        let budget = if is_constant { CONSTANT } else { LINEAR };
+        let budget = match self.emitter.emission() {
+            Emission::Constant(_) => CONSTANT,
+            Emission::Linear(_) => LINEAR,
+            Emission::Polynomial(_) => POLYNOMIAL,
+        };
         let rule = if self.occluders.is_empty() { Rule::new(self.receiver, self.emitter, self.plan) } else { None };
         let by_rule = |most: usize| {
             let rule = rule.as_ref().filter(|rule| rule.nodes() <= most)?;
@@ -84,11 +98,19 @@ impl Case<'_> {
             return self.scaled(found, Method::Quadrature);
         }
         let found = self.certified::<DoubleDouble>();
-        #[cfg(feature = "arbitrary-precision")]
-        if !found.meets(tolerance) {
-            return self.scaled(self.rounded(tolerance), Method::ArbitraryPrecision);
+        if found.meets(tolerance) {
+            return self.scaled(found, Method::DoubleDouble);
         }
-        self.scaled(found, Method::DoubleDouble)
+        #[cfg(feature = "arbitrary-precision")]
+        let (found, method) = (self.rounded(tolerance), Method::ArbitraryPrecision);
+        #[cfg(not(feature = "arbitrary-precision"))]
+        let method = Method::DoubleDouble;
+        match rule.map(|rule| self.by_quadrature(&rule)) {
+            Some(other) if !found.meets(tolerance) && other.relative_error() < found.relative_error() => {
+                self.scaled(other, Method::Quadrature)
+            }
+            _ => self.scaled(found, method),
+        }
     }
 
     /// The closed form with a running bound, with many bits, rounded to doubles.
@@ -107,7 +129,7 @@ impl Case<'_> {
         Found { radiosity, gradient, radiosity_error, gradient_error }
     }
 
-    fn by_quadrature(&self, rule: &Rule) -> Found {
+    fn by_quadrature(&self, rule: &Rule<'_>) -> Found {
         let integral = rule.integrate();
         let albedo: f64 = albedo(self.receiver);
         // Quotient and product.

@@ -15,12 +15,14 @@ mod evaluate;
 mod exact;
 mod gauss;
 mod geometry;
+mod hessian;
 mod horizon;
 mod ladder;
 mod linear;
 mod number;
 pub mod paper;
 mod plan;
+mod polynomial;
 mod radius;
 mod real;
 mod terms;
@@ -36,4 +38,6 @@ pub use evaluate::{
     Answer, DEFAULT_TOLERANCE, Method, evaluate, evaluate_to, gradient, irradiance_vector, radiosity, radiosity_and_gradient,
 };
 pub use geometry::{Polygon, Receiver};
-pub use glam::DVec3;
+pub use glam::{DMat3, DVec3};
+pub use hessian::{Hessian, hessian, hessian_to};
+pub use polynomial::{Monomial, Polynomial};

@@ -80,23 +80,11 @@ impl<T: Real> LinearSum<T> {
 
     /// Adds the arc's terms of the value, and those of the gradient where it is wanted.
     pub(crate) fn add<const GRADIENT: bool>(&mut self, arc: &Arc<T>) {
-        let frame = self.frame(arc);
+        let frame = segment_frame(arc, self.seen.n2, self.seen.height);
         let log_ratio = self.add_irradiance(arc, &frame);
         if GRADIENT {
             self.add_edge(arc, &frame, log_ratio);
         }
-    }
-
-    /// The frame of the segment of the emitter's plane that the arc sees. The horizon and an occluder's edge meet that plane along `n2 x N`.
-    fn frame(&self, arc: &Arc<T>) -> Frame<T> {
-        if let Generator::Emitter(line) = &arc.generator {
-            return line.frame();
-        }
-        let normal = arc.generator.normal();
-        let meet = self.seen.n2.cross(normal);
-        let sine = meet.norm_squared().sqrt();
-        let along = meet * (T::exact(1.0) / sine);
-        Frame { toward: along.cross(normal), along, normal, distance: self.seen.height / sine }
     }
 
     /// Returns `ln(|v|/|u|)`.
@@ -144,11 +132,24 @@ impl<T: Real> LinearSum<T> {
     }
 }
 
+/// The frame of the segment of the emitter's plane that the arc sees, from that plane's normal and the height of x over it. The
+/// horizon and an occluder's edge meet the plane along `n2 x N`.
+pub(crate) fn segment_frame<T: Real>(arc: &Arc<T>, n2: Vec3<T>, height: T) -> Frame<T> {
+    if let Generator::Emitter(line) = &arc.generator {
+        return line.frame();
+    }
+    let normal = arc.generator.normal();
+    let meet = n2.cross(normal);
+    let sine = meet.norm_squared().sqrt();
+    let along = meet * (T::exact(1.0) / sine);
+    Frame { toward: along.cross(normal), along, normal, distance: height / sine }
+}
+
 /// The segment's part of X1.
 ///
-/// It is `sgn(d) int 1/2 ln(1 + d^2/(h cos phi)^2) dphi` over part of (-pi/2, pi/2), so at most `pi asinh(|d|/h) <= pi |d|/h`: that encloses it where
-/// the sign of d is not known, as for a receiver straight below the line, when phi may not be known either.
-fn x1_term<T: Real>(arc: &Arc<T>, frame: &Frame<T>, kappa: T, height: T) -> T {
+/// It is `sgn(d) int 1/2 ln(1 + d^2/(h cos phi)^2) dphi` over part of (-pi/2, pi/2), so at most `pi asinh(|d|/h) <= pi |d|/h`: that
+/// encloses it where the sign of d is not known, as for a receiver straight below the line, when phi may not be known either.
+pub(crate) fn x1_term<T: Real>(arc: &Arc<T>, frame: &Frame<T>, kappa: T, height: T) -> T {
     let signed = frame.distance * kappa;
     if signed.size() <= signed.error() {
         let lowest = (height.size() - height.error()).max(0.0.into());

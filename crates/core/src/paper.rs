@@ -31,7 +31,7 @@ use glam::DVec3;
 pub use slip::Slip;
 
 use crate::geometry::normalising_power;
-use crate::{Emitter, Error, Receiver};
+use crate::{Emission, Emitter, Error, Receiver};
 use edge::Edge;
 use horizon::Vertex;
 use slip::Slips;
@@ -66,6 +66,9 @@ pub fn as_printed(receiver: &Receiver, emitter: &Emitter) -> Result<(f64, DVec3)
 }
 
 fn evaluate(receiver: &Receiver, emitter: &Emitter, slips: Slips<'_>) -> Result<(f64, DVec3), Error> {
+    if let Emission::Polynomial(_) = emitter.emission() {
+        return Err(Error::EmissionKind { quantity: "appendix A", needed: "constant or linear", given: "polynomial" });
+    }
     let vertices = emitter.polygon().vertices();
     let x = receiver.position();
     let height = emitter.polygon().normal().dot(x - vertices[0]);

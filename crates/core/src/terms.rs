@@ -1,13 +1,14 @@
 //! The sums over the visible boundary that value and gradient are made of, for whatever emission and scalar.
 //!
-//! The arcs come from [`crate::horizon`], or from [`crate::visibility`] past occluders; the sums are those of [`crate::constant`] and
-//! [`crate::linear`]. On balls they carry a proven bound, on doubles they give the same digits without one.
+//! The arcs come from [`crate::horizon`], or from [`crate::visibility`] past occluders; the sums are those of [`crate::constant`],
+//! [`crate::linear`] and [`crate::polynomial`]. On balls they carry a proven bound, on doubles they give the same digits without one.
 
 use crate::arc::Arc;
 use crate::constant::{EdgeSum, SolidAngleVector};
 use crate::ladder::Case;
 use crate::linear::{LinearSum, Seen};
 use crate::plan::unit_normal;
+use crate::polynomial::{self, PolynomialSum};
 use crate::real::{RadiusOf, Real};
 use crate::vec3::Vec3;
 use crate::{Emission, Receiver, horizon, visibility};
@@ -37,6 +38,12 @@ impl<T: Real> Terms<T> {
             })?;
             let emission = T::exact(emitter.affine().value);
             Self { irradiance: angles.phi() * emission, gradient: edges.sum() * emission }.widened(doubt)
+        } else if let Some(plane) = emitter.polynomial() {
+            let seen = polynomial::Seen::new(receiver, emitter, plane, plan.power);
+            let mut sum = PolynomialSum::new(seen);
+            let doubt = visit(case, |arc: &Arc<T>| sum.add::<GRADIENT>(arc))?;
+            let gradient = if GRADIENT { sum.gradient() } else { Vec3::zero() };
+            Self { irradiance: sum.irradiance(), gradient }.widened(doubt)
         } else {
             let mut sum = LinearSum::new(Seen::new(receiver, emitter, plan.power));
             let doubt = visit(case, |arc: &Arc<T>| sum.add::<GRADIENT>(arc))?;

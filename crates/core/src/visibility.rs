@@ -108,7 +108,7 @@ impl<T: Real> Subtraction<T> {
         let defect = RadiusOf::<T>::from(polygon.planarity_defect() * plan.power);
         let height = (height.size() * (1.0 - 2.0 * f64::EPSILON) - height.error() - defect).max(0.0.into());
         // Points of the emitter are at most 2 sqrt(3) away, so 1/c <= 4/h.
-        let gradient = (emitter.emission_gradient() * emitter.power()).length() / plan.power * 1.01;
+        let gradient = emitter.steepest_emission() * emitter.power() / plan.power * 1.01;
         let steepness = (RadiusOf::<T>::from(4.0) / height + 1.0.into()) * gradient;
         Self { height, emission: emitter.largest_emission() * emitter.power() * 1.01, steepness, doubt: Doubt::none() }
     }

@@ -34,6 +34,7 @@ impl SourceFunction<'_> {
             Emission::Constant(value) => *value,
             Emission::Linear(Linear::AtVertices(values)) => values[index],
             Emission::Linear(Linear::Gradient { .. }) => emitter.emission_at(emitter.polygon().vertices()[index]),
+            Emission::Polynomial(_) => return None,
         })
     }
 
@@ -48,6 +49,9 @@ impl SourceFunction<'_> {
     /// Bounds on the emission over the polygon.
     pub(crate) fn range(&self) -> ConfidenceInterval {
         match self {
+            Self::Emitter(emitter) if matches!(emitter.emission(), Emission::Polynomial(_)) => {
+                ConfidenceInterval { low: -emitter.largest_emission(), high: emitter.largest_emission() }
+            }
             Self::Emitter(emitter) => {
                 let values = emitter.polygon().vertices().iter().map(|vertex| emitter.emission_at(*vertex));
                 values.fold(ConfidenceInterval { low: f64::INFINITY, high: f64::NEG_INFINITY }, |range, value| {
@@ -61,7 +65,7 @@ impl SourceFunction<'_> {
     /// Bound on the length of its gradient.
     pub(crate) fn steepest(&self) -> f64 {
         match self {
-            Self::Emitter(emitter) => emitter.emission_gradient().length(),
+            Self::Emitter(emitter) => emitter.steepest_emission(),
             Self::Function { steepest, .. } => *steepest,
         }
     }

@@ -19,12 +19,12 @@ mod point;
 
 use std::io::{self, BufRead};
 
-use radgrad_core::{DVec3, Emitter, Polygon, Receiver};
+use radgrad_core::{DVec3, Emission, Emitter, Polygon, Receiver};
 use serde::{Deserialize, Serialize};
 
 use crate::Error;
 pub use answer::{AnswerRecord, Refusal};
-pub use emission::EmissionRecord;
+pub use emission::{EmissionRecord, PolynomialRecord, TermRecord};
 pub use id::Id;
 
 /// A case as written.
@@ -117,7 +117,8 @@ impl Case {
     pub fn problem(&self) -> Result<Problem, Error> {
         let ReceiverRecord { position, normal, reflectance } = &self.receiver;
         let receiver = Receiver::new(DVec3::from_array(*position), DVec3::from_array(*normal), *reflectance);
-        let emitter = polygon(&self.emitter.vertices).and_then(|polygon| Emitter::new(polygon, (&self.emitter.emission).into()));
+        let emitter = polygon(&self.emitter.vertices)
+            .and_then(|polygon| Emitter::new(polygon, Emission::try_from(&self.emitter.emission)?));
         let occluders = self.occluders.iter().enumerate();
         let occluders = occluders.map(|(index, v)| polygon(v).map_err(|source| Error::Occluder { index, source }));
         if !(0.0..=1.0).contains(&self.tolerance) {

@@ -6,6 +6,8 @@
 //! second changes sign, and near contact its integral is smaller than that of its magnitude by the factor `h / size`: that many
 //! digits are lost, and the caller counts them.
 
+use radgrad_core::Emission;
+
 use crate::cubature::piece::Four;
 use crate::region::Region;
 use crate::region::plane::Vertex;
@@ -30,7 +32,10 @@ impl<'a> Integrand<'a> {
     #[inline]
     pub(crate) fn emission(&self, at: &Vertex) -> f64 {
         match self.source {
-            SourceFunction::Emitter(_) => at.b,
+            SourceFunction::Emitter(emitter) => match emitter.emission() {
+                Emission::Polynomial(polynomial) => polynomial.at(self.region.point(at.p, at.q)),
+                Emission::Constant(_) | Emission::Linear(_) => at.b,
+            },
             SourceFunction::Function { radiosity, .. } => radiosity(self.region.point(at.p, at.q)),
         }
     }
@@ -38,7 +43,7 @@ impl<'a> Integrand<'a> {
     /// Its gradient along `u` and `v`, per scaled length.
     pub(crate) fn emission_gradient(&self, at: &Vertex) -> [f64; 2] {
         let gradient = match self.source {
-            SourceFunction::Emitter(emitter) => emitter.emission_gradient(),
+            SourceFunction::Emitter(emitter) => emitter.emission_gradient_at(self.region.point(at.p, at.q)),
             SourceFunction::Function { gradient, .. } => gradient(self.region.point(at.p, at.q)),
         };
         [self.region.axes[0].dot(gradient) / self.region.unit, self.region.axes[1].dot(gradient) / self.region.unit]

@@ -88,9 +88,9 @@ fn monomial(y: DVec3, powers: [u32; 3]) -> f64 {
 /// A polygon and what it emits.
 #[derive(Debug, Clone, Copy)]
 pub enum Source<'a> {
-    /// Constant or affine.
+    /// With the emission of core, any.
     Emitter(&'a Emitter),
-    /// Polynomial.
+    /// Polynomial around the world's origin.
     Polynomial {
         /// Where.
         polygon: &'a Polygon,
@@ -111,6 +111,7 @@ impl Source<'_> {
     /// none if all are 0.
     pub(crate) fn exponent(&self, scale: i32) -> Option<i32> {
         let exponent = |v: f64| (v != 0.0).then(|| Exact::from(v).exponent());
+        let lowered = |(c, powers): (f64, [u32; 3])| exponent(c).map(|e| e - scale * total(powers));
         match self {
             Self::Emitter(emitter) => match emitter.emission() {
                 Emission::Constant(value) => exponent(*value),
@@ -119,11 +120,9 @@ impl Source<'_> {
                     let slopes = gradient.to_array().into_iter().filter_map(|g| exponent(g).map(|e| e - scale));
                     slopes.chain(exponent(*value)).max()
                 }
+                Emission::Polynomial(emission) => terms(emission).filter_map(lowered).max(),
             },
-            Self::Polynomial { emission, .. } => {
-                let lowered = |&(c, powers): &(f64, [u32; 3])| exponent(c).map(|e| e - scale * total(powers));
-                emission.terms.iter().filter_map(lowered).max()
-            }
+            Self::Polynomial { emission, .. } => emission.terms.iter().copied().filter_map(lowered).max(),
         }
     }
 
@@ -144,19 +143,40 @@ impl Source<'_> {
                     let gradient = gradient.to_array().map(|g| Ball::from_exact(&scaled(g, -frame.scale), bits));
                     affine(vector(&frame.vertices[0], bits), Ball::from_exact(&scaled(*value, 0), bits), gradient)
                 }
+                Emission::Polynomial(emission) => {
+                    let offset = emission.origin().to_array().map(|o| Exact::from(o).times_power(frame.scale));
+                    let origin = std::array::from_fn(|i| &frame.origin[i] + &offset[i]);
+                    let terms = terms(emission).map(|(c, powers)| (scaled(c, -frame.scale * total(powers)), powers));
+                    around(&origin, emission.degree() as usize, terms, bits)
+                }
             },
             Self::Polynomial { emission, .. } => {
-                let degree = emission.degree();
-                let mut exact = vec![Exact::zero(); (degree + 1).pow(3)];
-                for &(coefficient, powers) in &emission.terms {
-                    let place = &mut exact[place(degree, powers.map(|p| p as usize))];
-                    *place = &*place + &scaled(coefficient, -frame.scale * total(powers));
-                }
-                let coefficients = exact.iter().map(|c| Ball::from_exact(c, bits)).collect();
-                Expansion { degree, at: vector(&frame.origin, bits), coefficients }
+                let terms = emission.terms.iter().map(|&(c, powers)| (scaled(c, -frame.scale * total(powers)), powers));
+                around(&frame.origin, emission.degree(), terms, bits)
             }
         }
     }
+}
+
+/// The expansion at `origin` with the given terms.
+fn around<T: Real>(
+    origin: &ExactVector,
+    degree: usize,
+    terms: impl Iterator<Item = (Exact, [u32; 3])>,
+    bits: usize,
+) -> Expansion<T> {
+    let mut exact = vec![Exact::zero(); (degree + 1).pow(3)];
+    for (coefficient, powers) in terms {
+        let place = &mut exact[place(degree, powers.map(|p| p as usize))];
+        *place = &*place + &coefficient;
+    }
+    let coefficients = exact.iter().map(|c| Ball::from_exact(c, bits)).collect();
+    Expansion { degree, at: vector(origin, bits), coefficients }
+}
+
+/// The terms of an emitter's polynomial.
+fn terms(emission: &radgrad_core::Polynomial) -> impl Iterator<Item = (f64, [u32; 3])> {
+    emission.terms().iter().map(|term| (term.coefficient, term.powers.map(u32::from)))
 }
 
 /// Total degree of a term; below [`Polynomial::MOST_DEGREE`].

@@ -1,12 +1,11 @@
-//! The emission of a case as written: one of three shapes, none by default.
+//! The emission of a case as written: one of four shapes, none by default.
 
-use radgrad_core::{DVec3, Emission};
-use serde::de::IgnoredAny;
+use radgrad_core::{DVec3, Emission, Error, Polynomial};
 use serde::{Deserialize, Serialize};
 
-use super::point::Point;
+use super::point::{self, Point};
 
-/// `{"constant": b}`, `{"vertices": [b0, b1, ...]}` or `{"value": b0, "gradient": [x, y, z]}`.
+/// `{"constant": b}`, `{"vertices": [b0, b1, ...]}`, `{"value": b0, "gradient": [x, y, z]}` or `{"polynomial": {...}}`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(untagged, try_from = "Fields")]
 pub enum EmissionRecord {
@@ -27,45 +26,72 @@ pub enum EmissionRecord {
         /// Gradient over the emitter's plane.
         gradient: [f64; 3],
     },
+    /// A polynomial of the position.
+    Polynomial {
+        /// `{"origin": [x, y, z], "terms": [{"coefficient": c, "powers": [i, j, k]}, ...]}`.
+        polynomial: PolynomialRecord,
+    },
 }
 
-impl From<&EmissionRecord> for Emission {
-    fn from(record: &EmissionRecord) -> Self {
-        match record {
+/// A sum of `coefficient * dx^i dy^j dz^k`, `(dx, dy, dz)` the position less the origin.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct PolynomialRecord {
+    /// Where the coordinates start.
+    #[serde(deserialize_with = "point::one")]
+    pub origin: [f64; 3],
+    /// The terms, in any order.
+    pub terms: Vec<TermRecord>,
+}
+
+/// One term of a polynomial.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct TermRecord {
+    /// The factor.
+    pub coefficient: f64,
+    /// Exponents of the three coordinates.
+    pub powers: [u8; 3],
+}
+
+impl TryFrom<&EmissionRecord> for Emission {
+    type Error = Error;
+
+    fn try_from(record: &EmissionRecord) -> Result<Self, Error> {
+        Ok(match record {
             EmissionRecord::Constant { constant } => Self::Constant(*constant),
             EmissionRecord::Vertices { vertices } => Self::at_vertices(vertices.clone()),
             EmissionRecord::Gradient { value, gradient } => Self::gradient(*value, DVec3::from_array(*gradient)),
-        }
+            EmissionRecord::Polynomial { polynomial: PolynomialRecord { origin, terms } } => {
+                let terms = terms.iter().map(|term| (term.coefficient, term.powers));
+                Self::Polynomial(Polynomial::new(DVec3::from_array(*origin), terms)?)
+            }
+        })
     }
 }
 
 /// Every field an emission may have; which of them stand together is decided in one place below.
 #[derive(Deserialize)]
-#[serde(expecting = "an emission: {\"constant\": b}, {\"vertices\": [b0, ...]} or {\"value\": b0, \"gradient\": [x, y, z]}")]
+#[serde(
+    expecting = "an emission: {\"constant\": b}, {\"vertices\": [b0, ...]}, {\"value\": b0, \"gradient\": [x, y, z]} or {\"polynomial\": {...}}"
+)]
 struct Fields {
     constant: Option<f64>,
     vertices: Option<Vec<f64>>,
     value: Option<f64>,
     gradient: Option<Point>,
-    polynomial: Option<IgnoredAny>,
+    polynomial: Option<PolynomialRecord>,
 }
 
 impl TryFrom<Fields> for EmissionRecord {
     type Error = &'static str;
 
     fn try_from(fields: Fields) -> Result<Self, Self::Error> {
-        match fields {
-            Fields { polynomial: Some(_), .. } => Err("`polynomial` emission is not supported: give constant or linear emission"),
-            Fields { constant: Some(constant), vertices: None, value: None, gradient: None, .. } => {
-                Ok(Self::Constant { constant })
-            }
-            Fields { constant: None, vertices: Some(vertices), value: None, gradient: None, .. } => {
-                Ok(Self::Vertices { vertices })
-            }
-            Fields { constant: None, vertices: None, value: Some(value), gradient: Some(Point(gradient)), .. } => {
-                Ok(Self::Gradient { value, gradient })
-            }
-            _ => Err("`emission` must have exactly one of `constant`, `vertices`, or `value` with `gradient`"),
+        let Fields { constant, vertices, value, gradient, polynomial } = fields;
+        match (constant, vertices, value, gradient, polynomial) {
+            (Some(constant), None, None, None, None) => Ok(Self::Constant { constant }),
+            (None, Some(vertices), None, None, None) => Ok(Self::Vertices { vertices }),
+            (None, None, Some(value), Some(Point(gradient)), None) => Ok(Self::Gradient { value, gradient }),
+            (None, None, None, None, Some(polynomial)) => Ok(Self::Polynomial { polynomial }),
+            _ => Err("`emission` must have exactly one of `constant`, `vertices`, `value` with `gradient`, or `polynomial`"),
         }
     }
 }

@@ -1,7 +1,5 @@
 //! Every kind of wrong line is refused with its place, and costs no other line.
 
-use radgrad_core::Emission;
-
 use super::*;
 
 const VALID: &str = r#"{"id":"a1","receiver":{"position":[0,0,0],"normal":[0,0,1]},"emitter":{"vertices":[[0,0,1],[0,1,1],[1,0,1]],"emission":{"constant":2}}}"#;
@@ -93,7 +91,10 @@ fn wrong_json_names_the_column_and_the_rule() {
     refused(&with(r#"{"constant":2}"#, r#"{"constant":null}"#), "exactly one of");
     refused(&with(r#"{"constant":2}"#, r#"{"constant":2,"vertices":[1,2,4]}"#), "exactly one of");
     refused(&with(r#"{"constant":2}"#, r#"{"value":2}"#), "exactly one of");
-    refused(&with(r#"{"constant":2}"#, r#"{"polynomial":{"degree":2}}"#), "`polynomial` emission is not supported");
+    refused(&with(r#"{"constant":2}"#, r#"{"polynomial":{"degree":2}}"#), "missing field `origin`");
+    let steep = r#"{"polynomial":{"origin":[0,0,0],"terms":[{"coefficient":1,"powers":[9,9,0]}]}}"#;
+    let line = Line::read(3, with(r#"{"constant":2}"#, steep).as_bytes()).unwrap().unwrap();
+    assert!(line.answer().unwrap_err().error.to_string().contains("degree 18"));
     refused(&with(r#""id":"a1","#, r#""id":"a1","occluders":[[0,0,0]],"#), "expected three coordinates");
 }
 
@@ -155,6 +156,20 @@ fn an_answer_is_that_of_core_to_the_tolerance_of_the_case() {
         expected.radiosity_error
     };
     assert!(answer("1e-15") < 1e-2 * answer("1"));
+}
+
+#[test]
+fn a_polynomial_of_degree_one_is_the_affine_function() {
+    let answer = |emission: &str| {
+        let line = with(r#"{"constant":2}"#, emission);
+        Line::read(1, line.as_bytes()).unwrap().unwrap().answer().unwrap()
+    };
+    let affine = answer(r#"{"value":2,"gradient":[0.5,0,0]}"#);
+    let polynomial = answer(
+        r#"{"polynomial":{"origin":[0,0,1],"terms":[{"coefficient":2,"powers":[0,0,0]},{"coefficient":0.5,"powers":[1,0,0]}]}}"#,
+    );
+    assert!((affine.radiosity - polynomial.radiosity).abs() <= affine.radiosity_error + polynomial.radiosity_error);
+    assert!(affine.radiosity > 0.0);
 }
 
 #[test]

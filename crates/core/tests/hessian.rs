@@ -1,0 +1,142 @@
+//! Second derivatives against differences of the gradient, and what must hold of them.
+
+use radgrad_core::{
+    DMat3, DVec3, Emission, Emitter, Error, Hessian, Method, Polygon, Polynomial, Receiver, evaluate_to, hessian, hessian_to,
+};
+
+fn facing_down(points: &[[f64; 3]]) -> Emitter {
+    let points: Vec<DVec3> = points.iter().map(|&p| p.into()).collect();
+    let polygon = Polygon::new(points.clone()).unwrap();
+    let polygon = if polygon.normal().z < 0.0 { polygon } else { Polygon::new(points.into_iter().rev().collect()).unwrap() };
+    Emitter::new(polygon, Emission::Constant(2.5)).unwrap()
+}
+
+fn triangle() -> Emitter {
+    facing_down(&[[-0.9, 0.1, 1.2], [0.4, -0.9, 1.1], [-0.1, 0.7, 1.3]])
+}
+
+fn concave() -> Emitter {
+    facing_down(&[[-0.9, -0.8, 1.0], [0.8, -0.7, 1.0], [0.1, 0.0, 1.0], [0.7, 0.9, 1.0], [-0.8, 0.6, 1.0]])
+}
+
+fn at(position: DVec3, normal: DVec3) -> Receiver {
+    Receiver::new(position, normal, 0.7).unwrap()
+}
+
+fn norm(m: DMat3) -> f64 {
+    m.to_cols_array().iter().map(|c| c * c).sum::<f64>().sqrt()
+}
+
+/// Central differences of the gradient of orders 2, 4, 6 by Richardson's extrapolation.
+fn by_differences(x: DVec3, normal: DVec3, emitter: &Emitter, step: f64) -> DMat3 {
+    let gradient = |x: DVec3| evaluate_to(&at(x, normal), emitter, &[], 1e-16).unwrap().gradient;
+    let along = |axis: DVec3| {
+        let central = |step: f64| (gradient(x + axis * step) - gradient(x - axis * step)) / (2.0 * step);
+        let [one, two, four] = [step, 2.0 * step, 4.0 * step].map(central);
+        let (fine, coarse) = ((4.0 * one - two) / 3.0, (4.0 * two - four) / 3.0);
+        (16.0 * fine - coarse) / 15.0
+    };
+    DMat3::from_cols(along(DVec3::X), along(DVec3::Y), along(DVec3::Z))
+}
+
+#[test]
+fn they_are_the_differences_of_the_gradient_clipped_or_not() {
+    for emitter in [triangle(), concave()] {
+        for normal in
+            [DVec3::new(0.1, 0.2, 1.0), DVec3::new(1.0, -0.3, 0.2), DVec3::new(-0.2, 1.0, 0.0), DVec3::new(0.5, -0.7, 0.5)]
+        {
+            for position in [DVec3::new(0.2, -0.1, 0.0), DVec3::new(-0.05, 0.15, 0.9), DVec3::new(1.7, 0.4, 0.3)] {
+                let answer = hessian_to(&at(position, normal), &emitter, 1e-12).unwrap();
+                let difference = by_differences(position, normal, &emitter, 2e-3 * (1.0 - position.z));
+                let off = norm(answer.matrix - difference);
+                assert!(off <= 2e-8 * norm(difference), "{position} {normal}: {answer:?} {difference}, off by {off:e}");
+                assert!(answer.meets(1e-12));
+            }
+        }
+    }
+}
+
+/// From within a hair's breadth of the emitter, near its middle and near an edge, where the horizon cuts it close by.
+#[test]
+fn they_hold_near_contact() {
+    for (position, height) in [(DVec3::new(-0.3, 0.1, 1.0), 1e-4), (DVec3::new(-0.3, -0.73, 1.0), 1e-3)] {
+        let position = position - DVec3::Z * height;
+        let normal = DVec3::new(0.9, 0.3, 0.2);
+        let answer = hessian_to(&at(position, normal), &concave(), 1e-13).unwrap();
+        let difference = by_differences(position, normal, &concave(), 2e-3 * height);
+        assert!(norm(answer.matrix - difference) <= 1e-7 * norm(difference), "{answer:?} {difference}");
+        assert!(answer.meets(1e-13));
+    }
+}
+
+/// Light from one emitter has no sources in free space: the radiosities of three perpendicular receivers, each differentiated
+/// along its normal, sum to zero (Gershun 1939), and so do their gradients.
+#[test]
+fn the_flux_of_the_whole_emitter_has_no_divergence() {
+    let emitter = facing_down(&[[1.0, 1.1, 1.4], [1.5, 0.9, 1.2], [1.2, 1.6, 1.3]]);
+    let gradient_of_divergence: DVec3 =
+        DVec3::AXES.into_iter().map(|n1| hessian_to(&at(DVec3::ZERO, n1), &emitter, 1e-15).unwrap().matrix * n1).sum();
+    let size = norm(hessian(&at(DVec3::ZERO, DVec3::Z), &emitter).unwrap());
+    assert!(gradient_of_divergence.length() <= 1e-15 * size, "{gradient_of_divergence}, {size}");
+}
+
+#[test]
+fn the_matrix_turns_with_the_scene() {
+    // A cyclic change of the axes is exact.
+    let turned = |v: DVec3| DVec3::new(v.z, v.x, v.y);
+    let receiver = at(DVec3::new(0.2, -0.1, 0.0), DVec3::new(1.0, -0.3, 0.2));
+    let vertices = triangle().polygon().vertices().iter().map(|v| turned(*v)).collect();
+    let emitter = Emitter::new(Polygon::new(vertices).unwrap(), Emission::Constant(2.5)).unwrap();
+    let there = hessian(&at(turned(receiver.position()), turned(receiver.normal())), &emitter).unwrap();
+    let here = hessian(&receiver, &triangle()).unwrap();
+    let columns = [here.z_axis, here.x_axis, here.y_axis].map(turned);
+    assert!(norm(there - DMat3::from_cols(columns[0], columns[1], columns[2])) < 1e-14 * norm(here));
+}
+
+#[test]
+fn scaling_a_scene_by_a_power_of_two_scales_the_digits() {
+    let answer_at = |power: f64| -> Hessian {
+        let vertices = triangle().polygon().vertices().iter().map(|v| *v * power).collect();
+        let emitter = Emitter::new(Polygon::new(vertices).unwrap(), Emission::Constant(2.5)).unwrap();
+        hessian_to(&at(DVec3::new(0.2, -0.1, 0.0) * power, DVec3::new(1.0, -0.3, 0.2)), &emitter, 1e-12).unwrap()
+    };
+    let unscaled = answer_at(1.0);
+    for exponent in [-450, -37, 41, 450] {
+        let power = 2f64.powi(exponent);
+        let scaled = answer_at(power);
+        assert_eq!(scaled.matrix * power * power, unscaled.matrix, "2^{exponent}");
+        assert_eq!(scaled.method, unscaled.method);
+    }
+}
+
+#[test]
+fn bounds_hold_between_the_precisions() {
+    for normal in [DVec3::new(0.1, 0.2, 1.0), DVec3::new(1.0, -0.3, 0.2)] {
+        for distance in [1.0, 30.0, 1e3] {
+            let receiver = at(DVec3::new(0.2, -0.1, 1.0 - distance), normal + DVec3::Z * (distance - 1.0));
+            let [rough, fine] = [1.0, 0.0].map(|tolerance| hessian_to(&receiver, &triangle(), tolerance).unwrap());
+            assert_eq!(rough.matrix, hessian(&receiver, &triangle()).unwrap());
+            assert_eq!((rough.method, fine.method), (Method::ClosedForm, Method::DoubleDouble));
+            let difference = norm(rough.matrix - fine.matrix);
+            assert!(difference <= rough.error + fine.error, "{difference:e} {rough:?} {fine:?}");
+            assert!(fine.meets(1e-15), "{fine:?}");
+        }
+    }
+}
+
+#[test]
+fn what_sees_nothing_has_none_and_other_emission_is_refused() {
+    let away = at(DVec3::new(0.2, -0.1, 0.0), DVec3::NEG_Z);
+    let dark = hessian_to(&away, &triangle(), 1e-12).unwrap();
+    assert_eq!((dark.matrix, dark.error, dark.method), (DMat3::ZERO, 0.0, Method::Zero));
+    let polygon = triangle().polygon().clone();
+    let linear = Emitter::new(polygon.clone(), Emission::gradient(1.0, DVec3::X)).unwrap();
+    let message = hessian(&away, &linear).unwrap_err().to_string();
+    assert_eq!(message, "the Hessian has a closed form for constant emission only, this one is linear");
+    let none = Emission::Polynomial(Polynomial::new(DVec3::ZERO, []).unwrap());
+    assert!(matches!(
+        hessian(&away, &Emitter::new(polygon, none).unwrap()),
+        Err(Error::EmissionKind { given: "polynomial", .. })
+    ));
+    assert!(matches!(hessian_to(&away, &triangle(), f64::NAN), Err(Error::Tolerance { .. })));
+}
