@@ -2,7 +2,12 @@
 
 mod figures;
 mod plot;
+mod replay;
+mod summary;
+mod verify;
 
+use std::error::Error;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::Parser;
@@ -11,18 +16,28 @@ use clap::Parser;
 #[derive(Debug, Parser)]
 #[command(name = "cargo xtask")]
 enum Task {
+    Verify(verify::Arguments),
+    Replay(replay::Arguments),
     Figures(figures::Arguments),
 }
 
 fn main() -> ExitCode {
-    let result = match Task::parse() {
-        Task::Figures(arguments) => figures::run(&arguments),
+    let passed: Result<bool, Box<dyn Error>> = match Task::parse() {
+        Task::Verify(arguments) => verify::run(&arguments),
+        Task::Replay(arguments) => replay::run(&arguments),
+        Task::Figures(arguments) => figures::run(&arguments).map(|()| true).map_err(Into::into),
     };
-    match result {
-        Ok(()) => ExitCode::SUCCESS,
+    match passed {
+        Ok(true) => ExitCode::SUCCESS,
+        Ok(false) => ExitCode::FAILURE,
         Err(error) => {
             eprintln!("error: {error}");
             ExitCode::FAILURE
         }
     }
+}
+
+/// A path in the workspace, wherever the task was called from.
+fn in_workspace(path: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("..").join(path)
 }

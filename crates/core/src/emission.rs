@@ -71,6 +71,10 @@ pub struct Emitter {
     /// The emission; of a polynomial, its tangent at vertex 0.
     affine: Affine,
     polynomial: Option<InPlane>,
+    /// A linear emission at the vertices; empty for others. On a needle the gradient is steep and rounded, the values are not.
+    vertex_values: Vec<f64>,
+    /// Bound on the error of each of them.
+    vertex_error: f64,
     /// Brings the emission to a size of about 1.
     power: f64,
 }
@@ -122,10 +126,15 @@ impl Emitter {
                 (plane.tangent(), Some(plane))
             }
         };
+        let (vertex_values, vertex_error) = match &emission {
+            Emission::Linear(Linear::AtVertices(values)) => (values.clone(), 0.0),
+            Emission::Linear(Linear::Gradient { .. }) => values_at_vertices(&polygon, affine),
+            Emission::Constant(_) | Emission::Polynomial(_) => (Vec::new(), 0.0),
+        };
         let steepest = affine.gradient.map(|c| c.hi.abs());
         let variation = steepest.x.max(steepest.y).max(steepest.z) * polygon.size();
         let largest = polynomial.as_ref().map_or(affine.value.abs().max(variation), InPlane::largest);
-        Ok(Self { power: normalising_power(largest), polygon, emission, affine, polynomial })
+        Ok(Self { power: normalising_power(largest), polygon, emission, affine, polynomial, vertex_values, vertex_error })
     }
 
     /// The polygon.
@@ -174,8 +183,19 @@ impl Emitter {
         if let Some(plane) = &self.polynomial {
             return plane.largest();
         }
-        let vertices = self.polygon.vertices().iter();
-        vertices.map(|v| self.emission_at(*v).abs()).fold(0.0, f64::max) + self.affine.residual
+        self.vertex_values.iter().fold(0.0, |largest: f64, b| largest.max(b.abs())).max(self.affine.value.abs())
+            + self.vertex_error
+            + self.affine.residual
+    }
+
+    /// A linear emission at a vertex, times [`Self::power`].
+    pub(crate) fn vertex_value(&self, vertex: usize) -> f64 {
+        self.vertex_values[vertex] * self.power
+    }
+
+    /// Bound on the error of [`Self::vertex_value`].
+    pub(crate) fn vertex_error(&self) -> f64 {
+        self.vertex_error * self.power
     }
 
     /// [`Affine::gradient`] times [`Self::power`], to the digits of the scalar.
@@ -246,8 +266,8 @@ fn gradient_in_plane<T: Real>(polygon: &Polygon, gradient: Vec3<f64>) -> Vec3<T>
     given - normal * normal.dot(given)
 }
 
-/// Gradient of the affine function through the vertex values. By the divergence theorem in the plane, `grad B = (1/A) sum (B_i + B_{i+1})/2
-/// (e_i x n2)` for any polygon; for three vertices it is the interpolant.
+/// Gradient of the affine function through the vertex values. By the divergence theorem in the plane,
+/// `grad B = (1/A) sum (B_i + B_{i+1})/2 (e_i x n2)` for any polygon; for three vertices it is the interpolant.
 fn gradient_through_vertices<T: Real>(polygon: &Polygon, values: &[f64]) -> Vec3<T> {
     let vertices = polygon.vertices();
     let count = vertices.len();
@@ -263,6 +283,16 @@ fn gradient_through_vertices<T: Real>(polygon: &Polygon, values: &[f64]) -> Vec3
     let normal = polygon.unit_normal::<T>();
     let area = normal.dot(twice_area);
     weighted.cross(normal).map(|c| (c / area).scaled(power))
+}
+
+/// The affine function at the vertices, rounded, and a bound on the error.
+fn values_at_vertices(polygon: &Polygon, affine: Affine) -> (Vec<f64>, f64) {
+    let vertices = polygon.vertices();
+    let power = normalising_power(polygon.size());
+    let slope = affine.gradient.map(|c| Ball::<DoubleDouble>::from_double_double(c, affine.gradient_error).scaled(1.0 / power));
+    let value = |v: &DVec3| Ball::exact(affine.value) + slope.dot(offset(*v, vertices[0], power));
+    let error = vertices.iter().map(|v| value(v).value_error()).fold(0.0, f64::max);
+    (vertices.iter().map(|v| value(v).value()).collect(), error)
 }
 
 /// The affine function through the vertex values.

@@ -21,7 +21,7 @@ use crate::geometry::Polygon;
 use crate::number::ROUNDOFF;
 use crate::plan::{Horizon, Plan, height_over_plane, offset, unit_normal};
 use crate::vec3::Vec3;
-use crate::{DVec3, Emitter, Receiver};
+use crate::{Emitter, Receiver};
 use source::{OnTriangle, Source};
 
 /// Value and gradient without the factor rho/pi, in normalised lengths and emission, with absolute error bounds.
@@ -153,7 +153,8 @@ impl<'a> Scene<'a> {
     /// The triangle with the number of nodes it needs for full precision; `None` if that is more than there are rules for.
     fn triangle(&self, receiver: &Receiver, emitter: &Emitter, plan: &Plan, index: usize) -> Option<Triangle> {
         let (x, power, polygon) = (receiver.position(), plan.power, emitter.polygon());
-        let corners = apex_first(polygon, index);
+        let indices = apex_first(polygon, index);
+        let corners = indices.map(|vertex| polygon.vertices()[vertex]);
         let [apex, second, third] = corners.map(|v| offset::<f64>(v, x, power));
         let first: Vec3<f64> = offset(corners[1], corners[0], power);
         let last: Vec3<f64> = offset(corners[2], corners[0], power);
@@ -173,7 +174,7 @@ impl<'a> Scene<'a> {
             apex,
             first,
             side,
-            emission: self.source.on_triangle(corners),
+            emission: self.source.on_triangle(indices),
             twice_area,
             twice_area_error,
             grid: [Grid::default(); 2],
@@ -352,10 +353,10 @@ impl Triangle {
 }
 
 /// Triangle `index` of the fan from vertex 0, starting at the corner opposite its shortest side if it is the whole polygon.
-fn apex_first(polygon: &Polygon, index: usize) -> [DVec3; 3] {
-    let vertices = polygon.vertices();
-    let [a, b, c] = [vertices[0], vertices[index + 1], vertices[index + 2]];
-    let [ab, bc, ca] = [a - b, b - c, c - a].map(DVec3::length_squared);
+fn apex_first(polygon: &Polygon, index: usize) -> [usize; 3] {
+    let [a, b, c] = [0, index + 1, index + 2];
+    let side = |from: usize, to: usize| (polygon.vertices()[to] - polygon.vertices()[from]).length_squared();
+    let [ab, bc, ca] = [side(a, b), side(b, c), side(c, a)];
     if bc <= ab && bc <= ca {
         [a, b, c]
     } else if ca <= ab {

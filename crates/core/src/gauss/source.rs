@@ -4,12 +4,9 @@
 //! inequality), an affine one by m times the ellipse's semi-axis. A polynomial is evaluated around the polygon's middle in its
 //! unit, so that distance costs no digits.
 
-use glam::DVec3;
-
-use crate::Emitter;
-use crate::emission::Affine;
 use crate::number::ROUNDOFF;
 use crate::polynomial::{Bivariate, InPlane};
+use crate::{Emission, Emitter};
 
 /// An emission with the bounds that the rule needs of it, normalised.
 #[derive(Debug)]
@@ -50,13 +47,10 @@ impl<'a> Source<'a> {
             let largest = plane.largest() * emitter.power();
             return Self { emitter, kind: Kind::Polynomial(plane), largest, rounding, input_error };
         }
-        let Affine { value, residual, .. } = emitter.affine();
-        let gradient = emitter.emission_gradient() * emitter.power();
-        let vertices = emitter.polygon().vertices();
-        let at = |v: &DVec3| value + gradient.dot(*v - vertices[0]);
-        let largest = vertices.iter().map(|v| at(v).abs()).fold(0.0, f64::max) * (1.0 + 32.0 * ROUNDOFF);
-        let kind = if gradient == DVec3::ZERO { Kind::Constant } else { Kind::Linear };
-        Self { emitter, kind, largest, rounding: 24.0 * ROUNDOFF, input_error: residual / largest }
+        let kind = if let Emission::Constant(_) = emitter.emission() { Kind::Constant } else { Kind::Linear };
+        let largest = emitter.largest_emission() * emitter.power() * (1.0 + 8.0 * ROUNDOFF);
+        let rounding = 24.0 * ROUNDOFF + emitter.vertex_error() / largest;
+        Self { emitter, kind, largest, rounding, input_error: emitter.affine().residual / largest }
     }
 
     /// Bound on `|B|` over [`Self::largest`] in the ellipse with the semi-axes A = `stretch` and tau, `A + tau = ratio`.
@@ -68,19 +62,20 @@ impl<'a> Source<'a> {
         }
     }
 
-    pub(super) fn on_triangle(&self, corners: [DVec3; 3]) -> OnTriangle {
-        if let Kind::Polynomial(plane) = self.kind {
-            let [p, q, r] = corners.map(|corner| plane.at(corner));
-            let from_to = |p: [f64; 2], q: [f64; 2]| [q[0] - p[0], q[1] - p[1]];
-            return OnTriangle::Polynomial(plane.rounded(self.emitter.power()), [p, from_to(p, q), from_to(q, r)]);
+    /// On the triangle with these vertices of the polygon.
+    pub(super) fn on_triangle(&self, corners: [usize; 3]) -> OnTriangle {
+        match self.kind {
+            Kind::Constant => OnTriangle::Affine([self.emitter.affine().value, 0.0, 0.0]),
+            Kind::Linear => {
+                let at = corners.map(|vertex| self.emitter.vertex_value(vertex));
+                OnTriangle::Affine([at[0], at[1] - at[0], at[2] - at[1]])
+            }
+            Kind::Polynomial(plane) => {
+                let vertices = self.emitter.polygon().vertices();
+                let [p, q, r] = corners.map(|vertex| plane.at(vertices[vertex]));
+                let from_to = |p: [f64; 2], q: [f64; 2]| [q[0] - p[0], q[1] - p[1]];
+                OnTriangle::Polynomial(plane.rounded(self.emitter.power()), [p, from_to(p, q), from_to(q, r)])
+            }
         }
-        let Affine { value, .. } = self.emitter.affine();
-        if let Kind::Constant = self.kind {
-            return OnTriangle::Affine([value, 0.0, 0.0]);
-        }
-        let gradient = self.emitter.emission_gradient() * self.emitter.power();
-        let origin = self.emitter.polygon().vertices()[0];
-        let at = corners.map(|v| value + gradient.dot(v - origin));
-        OnTriangle::Affine([at[0], at[1] - at[0], at[2] - at[1]])
     }
 }

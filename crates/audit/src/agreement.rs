@@ -1,0 +1,196 @@
+//! Do the oracles agree? Three ways to the same numbers that share no integrand: the enclosure, adaptive cubature, Monte Carlo; and core's
+//! second implementation beside them where it is meant to be good.
+//!
+//! The enclosure decides; the others may not contradict it. A contradiction is an error of its own, whichever of the two is wrong: it is
+//! reported, never averaged away.
+
+use std::fmt;
+
+use glam::DVec3;
+use radgrad_core::paper;
+use radgrad_oracle::cubature::{self, Status};
+use radgrad_oracle::monte_carlo::{self, Limits, Sampling, Sequence};
+use radgrad_oracle::{Error, Interval};
+use radgrad_scene::case::Problem;
+use rayon::prelude::*;
+
+use crate::family::{Family, Name};
+use crate::measure::ratio;
+use crate::run::Run;
+use crate::truth::Truth;
+
+/// Relative tolerance asked of the cubature.
+const TOLERANCE: f64 = 1e-7;
+
+/// Evaluations it may spend on a case.
+const BUDGET: usize = 200_000;
+
+/// "Converged" with an error of more than so many tolerances is a silent failure: an estimate is no bound, but must not be off by that.
+const SILENT: f64 = 10.0;
+
+/// Points that Monte Carlo draws on an emitter.
+const SAMPLES: usize = 4000;
+
+/// Confidence of each of its intervals: with a thousand of them in a run, one in a million runs is falsely alarmed.
+const CONFIDENCE: f64 = 1.0 - 1e-9;
+
+/// Families that no oracle in doubles is asked about: which side of a plane an exact receiver is on, they do not decide exactly.
+const IN_PLANE: [Family; 2] = [Family::InPlaneInside, Family::InPlaneOutside];
+
+/// Families that Monte Carlo is not asked about besides. Within 1e-8 sizes of the emitter's plane its silhouette loses the side that the
+/// receiver is on, it looks beside an edge farther than a needle is wide, and at 1e8 sizes its intervals, which know of chance alone, are
+/// narrower than the rounding of its sums.
+const NOT_SAMPLED: [Family; 7] =
+    [Family::Contact, Family::NearEdge, Family::NearVertex, Family::NearExtension, Family::Grazing, Family::Needle, Family::Far];
+
+/// Two ways that give different numbers for a case.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Contradiction {
+    /// The case.
+    pub case: Name,
+    /// Which way contradicts the enclosure.
+    pub way: &'static str,
+    /// How far off it is.
+    pub what: String,
+}
+
+impl fmt::Display for Contradiction {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} and the enclosure disagree at {}: {}", self.way, self.case, self.what)
+    }
+}
+
+/// What was compared, and what did not agree.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Agreement {
+    /// Cases enclosed.
+    pub enclosed: usize,
+    /// Of these, converged by cubature.
+    pub cubature: usize,
+    /// Of these, sampled by Monte Carlo.
+    pub monte_carlo: usize,
+    /// Of these, answered by the second implementation, where it is meant to be good.
+    pub paper: usize,
+    /// The disagreements.
+    pub contradictions: Vec<Contradiction>,
+}
+
+impl Agreement {
+    fn merge(mut self, other: Self) -> Self {
+        self.enclosed += other.enclosed;
+        self.cubature += other.cubature;
+        self.monte_carlo += other.monte_carlo;
+        self.paper += other.paper;
+        self.contradictions.extend(other.contradictions);
+        self
+    }
+}
+
+/// Compares on the first `count` cases of each family of the run; the second implementation may be off by `paper_gate`.
+#[must_use]
+pub fn agreement(run: &Run, count: u64, paper_gate: f64) -> Agreement {
+    let names: Vec<Name> = Run { cases: count.min(run.cases), ..run.clone() }.names().collect();
+    names.par_iter().map(|&name| compare(name, paper_gate)).reduce(Agreement::default, Agreement::merge)
+}
+
+fn compare(case: Name, paper_gate: f64) -> Agreement {
+    let mut agreement = Agreement::default();
+    let Ok(problem) = case.case().problem() else { return agreement };
+    let Ok(truth) = Truth::of(&problem.receiver, &problem.emitter) else { return agreement };
+    agreement.enclosed = 1;
+    let mut contradict = |way, what| agreement.contradictions.push(Contradiction { case, way, what });
+    if !IN_PLANE.contains(&case.family) {
+        match by_cubature(&problem) {
+            Ok(Some((radiosity, gradient))) => {
+                agreement.cubature = 1;
+                let worst = relative_error(&truth, radiosity, gradient);
+                if worst > SILENT * TOLERANCE {
+                    contradict("converged cubature", format!("off by {worst:.1e}, {TOLERANCE:e} asked for"));
+                }
+            }
+            Ok(None) => {}
+            Err(error) => contradict("cubature", error.to_string()),
+        }
+        if !NOT_SAMPLED.contains(&case.family) {
+            match by_monte_carlo(&problem, &truth, case.index) {
+                Ok(outside) => {
+                    agreement.monte_carlo = 1;
+                    outside.into_iter().for_each(|what| contradict("Monte Carlo", what));
+                }
+                Err(error) => contradict("Monte Carlo", error.to_string()),
+            }
+        }
+    }
+    if matches!(case.family, Family::Generic | Family::NGon | Family::BackFacing | Family::BelowHorizon)
+        && let Ok((radiosity, gradient)) = paper::radiosity_and_gradient(&problem.receiver, &problem.emitter, None)
+    {
+        agreement.paper = 1;
+        let worst = relative_error(&truth, radiosity, gradient);
+        if worst > paper_gate {
+            contradict("appendix A", format!("off by {worst:.1e}, {paper_gate:e} allowed"));
+        }
+    }
+    agreement
+}
+
+/// Value and gradient if the cubature says it converged; to be out of budget, from the start or later, is no disagreement.
+fn by_cubature(problem: &Problem) -> Result<Option<(f64, DVec3)>, Error> {
+    match cubature::integrate(&problem.receiver, &problem.emitter, TOLERANCE, BUDGET) {
+        Ok(estimate) => Ok((estimate.status == Status::Converged).then_some((estimate.radiosity, estimate.gradient))),
+        Err(Error::Evaluations { .. }) => Ok(None),
+        Err(error) => Err(error),
+    }
+}
+
+/// Which interval of Monte Carlo the truth is outside of, if any.
+fn by_monte_carlo(problem: &Problem, truth: &Truth, seed: u64) -> Result<Option<String>, Error> {
+    let sequence = Sequence::Independent { samples: SAMPLES, seed };
+    let (receiver, emitter) = (&problem.receiver, &problem.emitter);
+    let estimate = monte_carlo::integrate(receiver, emitter, &[], Sampling::SolidAngle, sequence, CONFIDENCE)?;
+    let numbers = std::iter::once((&truth.radiosity, estimate.radiosity)).chain(truth.gradient.iter().zip(estimate.gradient));
+    Ok(numbers.zip(["radiosity", "gradient x", "gradient y", "gradient z"]).find_map(|((truth, limits), quantity)| {
+        outside(truth, &limits).map(|limits| format!("{quantity} is {:e}, sampled {limits}", truth.to_f64()))
+    }))
+}
+
+/// The interval that the truth is outside of.
+fn outside(truth: &Interval, limits: &Limits) -> Option<String> {
+    // The ends are sums of rounded samples; an ulp of the mean is below what they can mean.
+    let rounding = SAMPLES as f64 * f64::EPSILON * limits.mean.abs();
+    [("Student", limits.student), ("distribution-free", limits.distribution_free)].into_iter().find_map(|(kind, interval)| {
+        let (low, high) = truth.bounds();
+        let inside = low <= interval.high + rounding && high >= interval.low - rounding;
+        (!inside).then(|| format!("{:e} to {:e} ({kind})", interval.low, interval.high))
+    })
+}
+
+/// The larger of the two relative errors.
+fn relative_error(truth: &Truth, radiosity: f64, gradient: DVec3) -> f64 {
+    let value = ratio(truth.radiosity_error(radiosity), truth.radiosity_magnitude());
+    value.max(ratio(truth.gradient_error(gradient), truth.gradient_magnitude()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::run::Part;
+
+    #[test]
+    fn the_oracles_and_the_second_implementation_agree_on_generic_cases() {
+        let run = Run { seed: 1, cases: 8, families: vec![Family::Generic], part: Part::WHOLE };
+        let agreement = agreement(&run, 8, 1e-10);
+        assert_eq!(agreement.contradictions, []);
+        assert_eq!((agreement.enclosed, agreement.cubature, agreement.monte_carlo, agreement.paper), (8, 8, 8, 8));
+    }
+
+    #[test]
+    fn a_wrong_truth_is_contradicted_by_cubature_and_by_sampling() {
+        let problem = Family::Generic.case(1, 0).problem().expect("valid");
+        let mut truth = Truth::of(&problem.receiver, &problem.emitter).expect("enclosed");
+        truth.radiosity = truth.gradient[0].clone();
+        let (radiosity, gradient) = by_cubature(&problem).expect("no error").expect("converged");
+        assert!(relative_error(&truth, radiosity, gradient) > 0.1);
+        let outside = by_monte_carlo(&problem, &truth, 1).expect("sampled").expect("outside");
+        assert!(outside.contains("radiosity"), "{outside}");
+    }
+}

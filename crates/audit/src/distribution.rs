@@ -1,0 +1,162 @@
+//! The distribution of one figure over many cases: a monoid, so that shards merge to exactly what one run would have given.
+//!
+//! A histogram by decade with the first case of each, and the largest value with its case. Merging adds counts, keeps the smaller
+//! name as witness of a bin and the larger value as maximum (the smaller name among equals): associative, commutative, with the
+//! empty distribution as unit.
+
+use std::collections::BTreeMap;
+
+use crate::decade::Decade;
+use crate::family::Name;
+
+/// One decade: how many cases, and the first of them.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Bin {
+    /// Cases in this decade.
+    pub count: u64,
+    /// The first of them in the order of names.
+    pub first: Name,
+}
+
+impl Bin {
+    /// Adds the cases of `other`.
+    pub fn merge(&mut self, other: &Self) {
+        self.count += other.count;
+        self.first = self.first.min(other.first);
+    }
+}
+
+/// The largest value and whose it is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Extreme {
+    /// The value.
+    pub value: f64,
+    /// Its case.
+    pub case: Name,
+}
+
+/// Counts by decade with witnesses, and the maximum.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Distribution {
+    bins: BTreeMap<Decade, Bin>,
+    worst: Option<Extreme>,
+}
+
+impl Distribution {
+    /// A distribution of one value.
+    ///
+    /// # Panics
+    /// If the value is negative or not a number, as [`Decade::of`].
+    #[must_use]
+    pub fn of(value: f64, case: Name) -> Self {
+        Self { bins: BTreeMap::from([(Decade::of(value), Bin { count: 1, first: case })]), worst: Some(Extreme { value, case }) }
+    }
+
+    /// A distribution from its parts, as read from a file.
+    #[must_use]
+    pub const fn from_parts(bins: BTreeMap<Decade, Bin>, worst: Option<Extreme>) -> Self {
+        Self { bins, worst }
+    }
+
+    /// Adds all cases of `other`.
+    pub fn merge(&mut self, other: &Self) {
+        for (decade, theirs) in &other.bins {
+            self.bins.entry(*decade).and_modify(|ours| ours.merge(theirs)).or_insert(*theirs);
+        }
+        self.worst = match (self.worst, other.worst) {
+            (Some(ours), Some(theirs)) => {
+                let theirs_is_worse = theirs.value.total_cmp(&ours.value).then_with(|| ours.case.cmp(&theirs.case)).is_gt();
+                Some(if theirs_is_worse { theirs } else { ours })
+            }
+            (ours, theirs) => ours.or(theirs),
+        };
+    }
+
+    /// Number of cases.
+    #[must_use]
+    pub fn count(&self) -> u64 {
+        self.bins.values().map(|bin| bin.count).sum()
+    }
+
+    /// The bins by decade.
+    #[must_use]
+    pub const fn bins(&self) -> &BTreeMap<Decade, Bin> {
+        &self.bins
+    }
+
+    /// The largest value.
+    #[must_use]
+    pub const fn worst(&self) -> Option<Extreme> {
+        self.worst
+    }
+
+    /// The worst decade and the first case in it: the same on every machine, where the maximum's case may be another among near equals.
+    #[must_use]
+    pub fn worst_decade(&self) -> Option<(Decade, Name)> {
+        self.bins.last_key_value().map(|(decade, bin)| (*decade, bin.first))
+    }
+
+    /// The decade below the end of which at least `percent` of the cases lie; `None` of no cases.
+    #[must_use]
+    pub fn percentile(&self, percent: u64) -> Option<Decade> {
+        let wanted = self.count() * percent;
+        let mut below = 0;
+        self.bins.iter().find_map(|(decade, bin)| {
+            below += bin.count * 100;
+            (below >= wanted).then_some(*decade)
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::family::Family;
+    use proptest::prelude::*;
+
+    fn name(index: u64) -> Name {
+        Name { family: Family::Generic, seed: 1, index }
+    }
+
+    fn merged<'a>(parts: impl IntoIterator<Item = &'a Distribution>) -> Distribution {
+        parts.into_iter().fold(Distribution::default(), |mut sum, part| {
+            sum.merge(part);
+            sum
+        })
+    }
+
+    #[test]
+    fn percentiles_are_decades_of_the_counts() {
+        let values = [0.0, 1e-16, 2e-16, 3e-16, 1e-3];
+        let distribution = merged(&values.iter().zip(0..).map(|(v, i)| Distribution::of(*v, name(i))).collect::<Vec<_>>());
+        assert_eq!(distribution.percentile(20), Some(Decade::Zero));
+        assert_eq!(distribution.percentile(50), Some(Decade::From(-16)));
+        assert_eq!(distribution.percentile(80), Some(Decade::From(-16)));
+        assert_eq!(distribution.percentile(99), Some(Decade::From(-3)));
+        assert_eq!(Distribution::default().percentile(50), None);
+        assert_eq!(distribution.worst_decade(), Some((Decade::From(-3), name(4))));
+    }
+
+    /// Values that collide often, in their decade and altogether.
+    fn values() -> impl Strategy<Value = Vec<f64>> {
+        prop::collection::vec(prop::sample::select(vec![0.0, 1e-17, 1.5e-17, 2e-17, 1e-15, 3.0, f64::INFINITY]), 0..40)
+    }
+
+    proptest! {
+        #[test]
+        fn shards_in_any_order_merge_to_the_whole(values in values(), assignment in prop::collection::vec(0..5usize, 40)) {
+            let parts: Vec<_> = values.iter().zip(0..).map(|(v, i)| Distribution::of(*v, name(i))).collect();
+            let shards: Vec<_> = (0..5)
+                .map(|s| merged(parts.iter().zip(&assignment).filter(|(_, a)| **a == s).map(|(p, _)| p)))
+                .collect();
+            prop_assert_eq!(merged(&parts), merged(shards.iter().rev()));
+        }
+
+        #[test]
+        fn the_maximum_is_in_the_worst_decade(values in values()) {
+            let whole = merged(&values.iter().zip(0..).map(|(v, i)| Distribution::of(*v, name(i))).collect::<Vec<_>>());
+            prop_assert_eq!(whole.worst().map(|w| Decade::of(w.value)), whole.worst_decade().map(|(d, _)| d));
+            prop_assert_eq!(whole.worst().map(|w| w.value), values.into_iter().reduce(f64::max));
+        }
+    }
+}

@@ -1,0 +1,227 @@
+//! Randomised cases in named families, each around one way of losing digits or one thing to get right.
+//!
+//! A case is named `family:seed:index` and drawn from a random stream of its own, so it depends on nothing but its name: a shard, a
+//! replay and a test see the same case, bit for bit, on every machine. Lengths are about 1, emission about 1 unless the family says
+//! otherwise; parameters that cover decades are spread logarithmically. All comes from ring operations, division and square root,
+//! which IEEE 754 rounds in one way.
+
+mod degenerate;
+mod emission;
+mod frame;
+mod horizon;
+mod many_sided;
+mod near;
+mod scene;
+mod spread;
+
+use std::fmt;
+use std::str::FromStr;
+
+use radgrad_scene::case::Case;
+
+use crate::sampler::Sampler;
+use scene::Scene;
+
+/// One way of being difficult.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Family {
+    /// A fat triangle, wholly above the horizon, at 1/4 to 8 sizes.
+    Generic,
+    /// The same at 10 to 10^8 sizes.
+    Far,
+    /// The horizon cuts the triangle.
+    Clipped,
+    /// The receiver is 1e-12 to 1e-1 sizes above the inside of the emitter.
+    Contact,
+    /// The receiver is 1e-12 to 1e-1 sizes from the inside of an edge.
+    NearEdge,
+    /// The receiver is 1e-12 to 1e-1 sizes from a vertex.
+    NearVertex,
+    /// The receiver is 1e-12 to 1e-1 sizes from the line of an edge, beyond its ends.
+    NearExtension,
+    /// The receiver is beside the emitter, 1e-12 to 1e-1 sizes above its plane.
+    Grazing,
+    /// A corner or an edge of the emitter looks over the horizon by 1e-12 to 1e-1 of its distance.
+    HorizonSliver,
+    /// A triangle 1e-8 to 1e-1 times as wide as long.
+    Needle,
+    /// Generic, scaled by 2^-300 to 2^300, the receiver's normal by another such power.
+    Scale,
+    /// Generic, up to 2^40 sizes from the origin of the coordinates.
+    FarOrigin,
+    /// Star-shaped and rectilinear polygons with reflex vertices, exactly planar.
+    Concave,
+    /// Convex polygons with 3 to 24 vertices, some of them on a straight edge; exactly planar.
+    NGon,
+    /// The receiver is exactly in the emitter's plane, inside, on an edge or at a vertex: 0.
+    InPlaneInside,
+    /// The receiver is exactly in the emitter's plane, outside: 0.
+    InPlaneOutside,
+    /// The receiver is behind the emitter, at any distance: 0.
+    BackFacing,
+    /// The emitter is wholly below the receiver's horizon, at any distance: 0.
+    BelowHorizon,
+    /// Repeated vertices or no area: to be refused.
+    EqualVertices,
+}
+
+impl Family {
+    /// All of them, in the order of the tables.
+    pub const ALL: [Self; 19] = [
+        Self::Generic,
+        Self::Far,
+        Self::Clipped,
+        Self::Contact,
+        Self::NearEdge,
+        Self::NearVertex,
+        Self::NearExtension,
+        Self::Grazing,
+        Self::HorizonSliver,
+        Self::Needle,
+        Self::Scale,
+        Self::FarOrigin,
+        Self::Concave,
+        Self::NGon,
+        Self::InPlaneInside,
+        Self::InPlaneOutside,
+        Self::BackFacing,
+        Self::BelowHorizon,
+        Self::EqualVertices,
+    ];
+
+    /// Name in tables and ids.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Generic => "generic",
+            Self::Far => "far",
+            Self::Clipped => "clipped",
+            Self::Contact => "contact",
+            Self::NearEdge => "near-edge",
+            Self::NearVertex => "near-vertex",
+            Self::NearExtension => "near-extension",
+            Self::Grazing => "grazing",
+            Self::HorizonSliver => "horizon-sliver",
+            Self::Needle => "needle",
+            Self::Scale => "scale",
+            Self::FarOrigin => "far-origin",
+            Self::Concave => "concave",
+            Self::NGon => "n-gon",
+            Self::InPlaneInside => "in-plane-inside",
+            Self::InPlaneOutside => "in-plane-outside",
+            Self::BackFacing => "back-facing",
+            Self::BelowHorizon => "below-horizon",
+            Self::EqualVertices => "equal-vertices",
+        }
+    }
+
+    /// Whether every case must be refused: an answer is then wrong, whatever it is.
+    #[must_use]
+    pub const fn is_refused(self) -> bool {
+        matches!(self, Self::EqualVertices)
+    }
+
+    /// Case `index` under `seed`.
+    #[must_use]
+    pub fn case(self, seed: u64, index: u64) -> Case {
+        let sampler = &mut Sampler::new(seed, self.name(), index);
+        let scene = self.scene(sampler);
+        scene.into_case(Name { family: self, seed, index }, sampler)
+    }
+
+    fn scene(self, sampler: &mut Sampler) -> Scene {
+        match self {
+            Self::Generic => spread::generic(sampler),
+            Self::Far => spread::far(sampler),
+            Self::Clipped => horizon::clipped(sampler),
+            Self::Contact => near::contact(sampler),
+            Self::NearEdge => near::edge(sampler),
+            Self::NearVertex => near::vertex(sampler),
+            Self::NearExtension => near::extension(sampler),
+            Self::Grazing => near::grazing(sampler),
+            Self::HorizonSliver => horizon::sliver(sampler),
+            Self::Needle => spread::needle(sampler),
+            Self::Scale => spread::scale(sampler),
+            Self::FarOrigin => spread::far_origin(sampler),
+            Self::Concave => many_sided::concave(sampler),
+            Self::NGon => many_sided::convex(sampler),
+            Self::InPlaneInside => many_sided::in_plane_inside(sampler),
+            Self::InPlaneOutside => many_sided::in_plane_outside(sampler),
+            Self::BackFacing => degenerate::back_facing(sampler),
+            Self::BelowHorizon => degenerate::below_horizon(sampler),
+            Self::EqualVertices => degenerate::equal_vertices(sampler),
+        }
+    }
+}
+
+impl fmt::Display for Family {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(self.name())
+    }
+}
+
+/// A family was named that does not exist.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("no family is called {0:?}: the families are {list}", list = Family::ALL.map(Family::name).join(", "))]
+pub struct UnknownFamily(String);
+
+impl FromStr for Family {
+    type Err = UnknownFamily;
+
+    fn from_str(text: &str) -> Result<Self, UnknownFamily> {
+        Self::ALL.into_iter().find(|f| f.name() == text).ok_or_else(|| UnknownFamily(text.to_owned()))
+    }
+}
+
+/// The name of a case: `contact:1:17` is case 17 of family `contact` under seed 1.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct Name {
+    /// Its family.
+    pub family: Family,
+    /// Seed of the run.
+    pub seed: u64,
+    /// Its number in the family, from 0.
+    pub index: u64,
+}
+
+impl Name {
+    /// The case of this name.
+    #[must_use]
+    pub fn case(self) -> Case {
+        self.family.case(self.seed, self.index)
+    }
+}
+
+impl fmt::Display for Name {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}:{}:{}", self.family, self.seed, self.index)
+    }
+}
+
+/// A text that is not the name of a case.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum BadName {
+    /// Not three parts, or numbers that are none.
+    #[error("{0:?} is not the name of a case: family:seed:index, such as contact:1:17")]
+    Shape(String),
+    /// The family does not exist.
+    #[error(transparent)]
+    Family(#[from] UnknownFamily),
+}
+
+impl FromStr for Name {
+    type Err = BadName;
+
+    fn from_str(text: &str) -> Result<Self, BadName> {
+        let shape = || BadName::Shape(text.to_owned());
+        let mut parts = text.split(':');
+        let (Some(family), Some(seed), Some(index), None) = (parts.next(), parts.next(), parts.next(), parts.next()) else {
+            return Err(shape());
+        };
+        let number = |text: &str| text.parse().map_err(|_| shape());
+        Ok(Self { family: family.parse()?, seed: number(seed)?, index: number(index)? })
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,152 @@
+use super::*;
+use glam::DVec3;
+use radgrad_core::Error as CoreError;
+use radgrad_scene::Error;
+use radgrad_scene::case::{EmissionRecord, Problem};
+
+const COUNT: u64 = 300;
+
+fn problems(family: Family) -> impl Iterator<Item = Problem> {
+    (0..COUNT).map(move |index| {
+        let case = family.case(1, index);
+        case.problem().unwrap_or_else(|error| panic!("{}: {error}", case.id))
+    })
+}
+
+fn lit_families() -> impl Iterator<Item = Family> {
+    Family::ALL.into_iter().filter(|f| !f.is_refused())
+}
+
+/// Height over the emitter's plane and over its size, elevations of the vertices over the horizon, distance of the nearest vertex.
+struct Figures {
+    height: f64,
+    lowest: f64,
+    highest: f64,
+    distance: f64,
+}
+
+fn figures(problem: &Problem) -> Figures {
+    let (x, polygon) = (problem.receiver.position(), problem.emitter.polygon());
+    let (lowest, highest) = scene::elevations(problem.receiver.normal(), x, polygon.vertices());
+    Figures {
+        height: polygon.normal().dot(x - polygon.vertices()[0]) / polygon.size(),
+        lowest,
+        highest,
+        distance: polygon.vertices().iter().map(|v| (*v - x).length()).fold(f64::INFINITY, f64::min) / polygon.size(),
+    }
+}
+
+#[test]
+fn every_case_but_those_to_be_refused_is_valid() {
+    for family in lit_families() {
+        assert_eq!(problems(family).count() as u64, COUNT);
+    }
+}
+
+#[test]
+fn cases_to_be_refused_are_refused_for_their_vertices() {
+    for index in 0..COUNT {
+        match Family::EqualVertices.case(1, index).problem() {
+            Err(Error::Emitter(CoreError::RepeatedVertex { .. } | CoreError::NotSimple { .. } | CoreError::ZeroArea { .. })) => {}
+            other => panic!("case {index}: {other:?}"),
+        }
+    }
+}
+
+#[test]
+fn names_and_families_read_back() {
+    for family in Family::ALL {
+        let name = Name { family, seed: 12, index: 345 };
+        assert_eq!(name.to_string().parse(), Ok(name));
+    }
+    assert_eq!("contact:1".parse::<Name>(), Err(BadName::Shape("contact:1".to_owned())));
+    assert!("contakt:1:2".parse::<Name>().unwrap_err().to_string().contains("near-vertex"));
+}
+
+#[test]
+fn a_case_depends_on_its_name_alone() {
+    for family in Family::ALL {
+        assert_eq!(family.case(1, 7), family.case(1, 7));
+        assert_ne!(family.case(1, 7).receiver, family.case(1, 8).receiver);
+        assert_ne!(family.case(1, 7).receiver, family.case(2, 7).receiver);
+    }
+}
+
+#[test]
+fn far_reaches_from_ten_to_a_hundred_million_sizes() {
+    let distances: Vec<f64> = problems(Family::Far).map(|p| figures(&p).distance).collect();
+    assert!(distances.iter().all(|d| (5.0..4e8).contains(d)));
+    assert!(distances.iter().any(|d| *d < 20.0) && distances.iter().any(|d| *d > 5e7));
+}
+
+#[test]
+fn near_families_reach_down_to_the_last_decade() {
+    for family in [Family::Contact, Family::Grazing, Family::NearEdge] {
+        let heights: Vec<f64> = problems(family).map(|p| figures(&p).height).collect();
+        assert!(heights.iter().all(|h| h.abs() < 0.3), "{family}");
+        assert!(heights.iter().any(|h| (1e-13..1e-11).contains(h)), "{family}");
+    }
+    let nearest = problems(Family::NearVertex).map(|p| figures(&p).distance).fold(f64::INFINITY, f64::min);
+    assert!(nearest < 1e-11, "{nearest}");
+}
+
+#[test]
+fn horizon_families_are_cut_where_they_say() {
+    assert!(problems(Family::Generic).all(|p| figures(&p).lowest > 0.0));
+    assert!(problems(Family::Clipped).all(|p| figures(&p).lowest < -0.009 && figures(&p).highest > 0.009));
+    for (index, f) in problems(Family::HorizonSliver).map(|p| figures(&p)).enumerate() {
+        assert!(f.lowest < -0.04 && f.highest < 0.2, "{index}: {} {}", f.lowest, f.highest);
+    }
+    assert!(problems(Family::HorizonSliver).any(|p| (1e-13..1e-11).contains(&figures(&p).highest)));
+    assert!(problems(Family::BelowHorizon).all(|p| figures(&p).highest < 0.0));
+}
+
+#[test]
+fn receivers_in_the_plane_are_so_exactly() {
+    for family in [Family::InPlaneInside, Family::InPlaneOutside] {
+        for problem in problems(family) {
+            let [a, b, c] = [0, 1, 2].map(|k| problem.emitter.polygon().vertices()[k]);
+            let integer = |v: DVec3| v.to_array().map(crate::lattice::tests::in_units);
+            let minus = |u: DVec3, v: DVec3| std::array::from_fn::<i128, 3, _>(|k| integer(u)[k] - integer(v)[k]);
+            let (u, v, w) = (minus(b, a), minus(c, a), minus(problem.receiver.position(), a));
+            let determinant =
+                u[0] * (v[1] * w[2] - v[2] * w[1]) - u[1] * (v[0] * w[2] - v[2] * w[0]) + u[2] * (v[0] * w[1] - v[1] * w[0]);
+            assert_eq!(determinant, 0, "{family}");
+        }
+    }
+}
+
+#[test]
+fn back_facing_receivers_are_behind_the_emitter() {
+    assert!(problems(Family::BackFacing).all(|p| figures(&p).height < 0.0));
+}
+
+#[test]
+fn scaling_and_shifting_leave_the_shape() {
+    for problem in problems(Family::Scale) {
+        assert!((0.1..20.0).contains(&figures(&problem).distance));
+    }
+    let sizes: Vec<f64> = problems(Family::Scale).map(|p| p.emitter.polygon().size()).collect();
+    assert!(sizes.iter().any(|s| *s < 1e-80) && sizes.iter().any(|s| *s > 1e80));
+    let shifts: Vec<f64> = problems(Family::FarOrigin).map(|p| p.receiver.position().length()).collect();
+    assert!(shifts.iter().any(|s| *s > 1e11), "{shifts:?}");
+}
+
+#[test]
+fn every_emission_is_positive_over_the_emitter_and_every_kind_occurs() {
+    for family in lit_families() {
+        let mut kinds = [false; 3];
+        for index in 0..COUNT {
+            let case = family.case(1, index);
+            kinds[match case.emitter.emission {
+                EmissionRecord::Constant { .. } => 0,
+                EmissionRecord::Vertices { .. } => 1,
+                EmissionRecord::Gradient { .. } => 2,
+            }] = true;
+            let problem = case.problem().expect("valid");
+            let vertices = problem.emitter.polygon().vertices();
+            assert!(vertices.iter().all(|v| problem.emitter.emission_at(*v) > 0.0), "{}", case.id);
+        }
+        assert_eq!(kinds, [true; 3], "{family}");
+    }
+}

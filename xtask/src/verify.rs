@@ -1,0 +1,158 @@
+//! `cargo xtask verify`: measures random cases of every family against truth and holds the figures against the gates.
+
+use std::error::Error;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use indicatif::{ProgressBar, ProgressStyle};
+use radgrad_audit::agreement::{Agreement, agreement};
+use radgrad_audit::family::Family;
+use radgrad_audit::gates::{Gates, Violation};
+use radgrad_audit::mutants::{self, Mutant, mutants};
+use radgrad_audit::regression::Regression;
+use radgrad_audit::run::{Part, Run};
+use radgrad_audit::shard::Shard;
+use radgrad_audit::table::Table;
+
+use crate::{in_workspace, summary};
+
+/// Measure random cases of every family against arbitrary-precision truth; fail if an error is beyond its gate
+#[derive(Debug, Args)]
+pub(crate) struct Arguments {
+    /// Cases in all, shared equally among the families
+    #[arg(long, default_value_t = 20_900)]
+    cases: u64,
+    /// Seed: the same seed gives the same cases on every machine
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// Only these families
+    #[arg(long)]
+    family: Vec<Family>,
+    /// A twentieth of the cases
+    #[arg(long)]
+    quick: bool,
+    /// Only part I of N, counted from 1, written to OUT as shard-I-of-N.json
+    #[arg(long, value_name = "I/N", value_parser = parse_part, conflicts_with = "merge")]
+    shard: Option<Part>,
+    /// Measure nothing: merge these shards to the table of the whole run
+    #[arg(long, num_args = 1.., value_name = "FILES")]
+    merge: Vec<PathBuf>,
+    /// Where the tables go
+    #[arg(long, default_value = "target/verify")]
+    out: PathBuf,
+}
+
+/// Cases of each family that the mutants and the oracles' agreement are tried on.
+const SUBSAMPLE: u64 = 25;
+
+fn parse_part(text: &str) -> Result<Part, String> {
+    let part = text.split_once('/').and_then(|(index, of)| Some((index.parse().ok()?, of.parse().ok()?)));
+    match part {
+        Some((index, of)) if (1..=of).contains(&index) => Ok(Part { index: index - 1, of }),
+        _ => Err(format!("{text:?} is no part: 1/4 to 4/4 are the four quarters")),
+    }
+}
+
+/// Whether nothing is beyond its gate.
+pub(crate) fn run(arguments: &Arguments) -> Result<bool, Box<dyn Error>> {
+    let gates = Gates::from_toml(&fs::read_to_string(in_workspace("data/gates.toml"))?)?;
+    fs::create_dir_all(&arguments.out)?;
+    let Shard { run, table } = if arguments.merge.is_empty() { measured(arguments) } else { merged(&arguments.merge)? };
+    println!("{} cases, seed {}\n{}", table.cases(), run.seed, summary::families(&table, &gates));
+    if run.part != Part::WHOLE {
+        let path = arguments.out.join(format!("shard-{}-of-{}.json", run.part.index + 1, run.part.of));
+        fs::write(&path, Shard { run, table }.to_json()?)?;
+        println!("written to {}; the gates are held against the whole", path.display());
+        return Ok(true);
+    }
+    write_tables(&table, &arguments.out)?;
+    let violations = gates.violations(&table);
+    report(&violations)?;
+    let failed = !violations.is_empty() | !mutants_pass(run.seed, &gates, &arguments.out)? | !oracles_agree(&run, &gates);
+    println!("{}", if failed { "FAILED" } else { "passed" });
+    Ok(!failed)
+}
+
+fn measured(arguments: &Arguments) -> Shard {
+    let families = if arguments.family.is_empty() { Family::ALL.to_vec() } else { arguments.family.clone() };
+    let wanted = if arguments.quick { arguments.cases.div_ceil(20) } else { arguments.cases };
+    let cases = wanted.div_ceil(families.len() as u64);
+    let run = Run { seed: arguments.seed, cases, families, part: arguments.shard.unwrap_or(Part::WHOLE) };
+    let bar = ProgressBar::new(run.names().count() as u64);
+    bar.set_style(style());
+    let table = run.table(|name| {
+        bar.set_message(name.family.name());
+        bar.inc(1);
+    });
+    bar.finish_and_clear();
+    Shard { run, table }
+}
+
+fn style() -> ProgressStyle {
+    let template = "{bar:40} {pos}/{len} cases, {per_sec}, {eta} left, {msg}";
+    ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar())
+}
+
+fn merged(paths: &[PathBuf]) -> Result<Shard, Box<dyn Error>> {
+    let read = |path: &PathBuf| -> Result<Shard, Box<dyn Error>> {
+        let text = fs::read_to_string(path).map_err(|error| format!("{}: {error}", path.display()))?;
+        Ok(Shard::from_json(&text).map_err(|error| format!("{}: {error}", path.display()))?)
+    };
+    let shards: Vec<Shard> = paths.iter().map(read).collect::<Result<_, _>>()?;
+    Ok(Shard::merge(&shards)?)
+}
+
+fn write_tables(table: &Table, out: &Path) -> Result<(), Box<dyn Error>> {
+    table.write_errors(fs::File::create(out.join("errors.csv"))?)?;
+    table.write_outcomes(fs::File::create(out.join("outcomes.csv"))?)?;
+    Ok(())
+}
+
+/// Prints each violation with the command that replays it, and keeps its case, shrunk.
+fn report(violations: &[Violation]) -> Result<(), Box<dyn Error>> {
+    for violation in violations {
+        println!("VIOLATED {violation}\n  replay: cargo xtask replay {}", violation.case);
+        let path = Regression::shrunk(violation).write(&in_workspace("data/regressions"))?;
+        let file = path.file_name().unwrap_or_default().display();
+        println!("  shrunk: cargo xtask replay data/regressions/{file}");
+    }
+    Ok(())
+}
+
+fn mutants_pass(seed: u64, gates: &Gates, out: &Path) -> Result<bool, Box<dyn Error>> {
+    let rows = mutants(seed, SUBSAMPLE, gates.appendix_a());
+    println!("slips planted in the second implementation\n{}", summary::mutants(&rows, gates.appendix_a()));
+    mutants::write(&rows, gates.appendix_a(), fs::File::create(out.join("mutants.csv"))?)?;
+    let failed: Vec<&Mutant> = rows.iter().filter(|row| !row.passes(gates.appendix_a())).collect();
+    for row in &failed {
+        println!("VIOLATED mutants: {} is not caught, or the control is", row.name());
+    }
+    Ok(failed.is_empty())
+}
+
+fn oracles_agree(run: &Run, gates: &Gates) -> bool {
+    let Agreement { enclosed, cubature, monte_carlo, paper, contradictions } = agreement(run, SUBSAMPLE, gates.appendix_a());
+    println!(
+        "{enclosed} cases enclosed; cubature converged in {cubature}, Monte Carlo sampled {monte_carlo}, appendix A answered {paper}: {} disagree",
+        contradictions.len()
+    );
+    for contradiction in &contradictions {
+        println!("VIOLATED {contradiction}\n  replay: cargo xtask replay {}", contradiction.case);
+    }
+    contradictions.is_empty()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn parts_count_from_1_and_end_at_n() {
+        assert_eq!(parse_part("1/4"), Ok(Part { index: 0, of: 4 }));
+        assert_eq!(parse_part("4/4"), Ok(Part { index: 3, of: 4 }));
+        for text in ["0/4", "5/4", "1", "1/0", "a/b"] {
+            assert!(parse_part(text).is_err(), "{text}");
+        }
+    }
+}
