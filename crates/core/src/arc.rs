@@ -72,7 +72,7 @@ impl<T: Real> Line<T> {
         let r: Vec3<T> = offset(near, x, power);
         let w = r.cross(e);
         let product = r.norm_squared().value() * e.norm_squared().value();
-        if 64.0 * w.norm_squared().value() >= product {
+        if T::Number::BEYOND_DOUBLE_DOUBLE || 64.0 * w.norm_squared().value() >= product {
             return Self::new(e, w, product);
         }
         let exact = exact_offset(near, x, power).cross(exact_offset(to, from, power));
@@ -198,14 +198,14 @@ fn half_angle_minus_sine<T: Real>(angle: T, sin: T) -> T {
         return (angle - sin) * T::exact(0.5);
     }
     let square = angle * angle;
-    let used = &SERIES[..T::Number::SERIES_TERMS];
-    let sum = used.iter().rev().fold(T::exact(0.0), |sum, c| sum * square + T::from_double_double(*c, 0.0));
-    let truncated = sum.widened(0.25 * T::Number::ROUNDOFF);
+    let coefficients = (0..T::Number::sine_terms()).rev().map(T::Number::sine_coefficient);
+    let sum = coefficients.fold(T::exact(0.0), |sum, c| sum * square + T::rounded(c));
+    let truncated = sum.widened(T::Number::roundoff() * 0.25);
     angle * square * truncated / T::exact(12.0)
 }
 
-/// `(-1)^k 6 / (2k + 3)!`: the series over `g^3/12`. For |g| <= 1 the ninth term is below 2^-55 of the first, the fifteenth below 2^-110.
-const SERIES: [DoubleDouble; 14] = [
+/// `(-1)^k 6 / (2k + 3)!`: the series of `(g - sin g)/2` over `g^3/12`. For |g| <= 1 the ninth term is below 2^-55 of the first, the fifteenth below 2^-110.
+pub(crate) const SINE_SERIES: [DoubleDouble; 14] = [
     DoubleDouble { hi: 1.0, lo: 0.0 },
     DoubleDouble { hi: -0.05, lo: 2.7755575615628915e-18 },
     DoubleDouble { hi: 0.0011904761904761906, lo: -1.073876437509452e-19 },

@@ -1,44 +1,46 @@
 //! A number with a running error bound: the scalar that certifies a closed form.
 //!
-//! A [`Ball`] `(mid, radius)` stands for every real within `radius` of `mid`, a double or a double-double. Each operation returns a ball that
-//! contains the exact result for all operands in the balls given. Its own rounding is at most `eps |result|` with the eps that
-//! [`Number`] states for the operation; what the operands' radii do is written at each operation. Radii are sums and products of at most
-//! eight non-negative doubles, each rounding loses a relative 2^-53 at most, and the factor [`UP`] pays for all of them, as it does for taking the
-//! leading double of `mid` for its size. Results below the normal range lose more than a relative eps: [`TINY`] pays for that.
+//! A [`Ball`] `(mid, radius)` stands for every real within `radius` of `mid`, a double, a double-double or a number of any precision. Each
+//! operation returns a ball that contains the exact result for all operands in the balls given. Its own rounding is at most `eps |result|` with
+//! the eps that [`Number`] states for the operation; what the operands' radii do is written at each operation. Radii are sums and products of at
+//! most eight non-negative numbers, each rounding loses a relative 2^-53 at most, and the factor [`UP`] pays for all of them, as it does for taking
+//! the leading double of `mid` for its size. Results below the normal range lose more than a relative eps: [`Number::tiny`] pays for that.
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 use crate::dilogarithm::{clausen, clausen_change};
 use crate::number::{Number, ROUNDOFF};
+use crate::radius::Radius;
 use crate::real::Real;
 
 /// A real number within `radius` of `mid`.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Ball<N> {
+pub(crate) struct Ball<N: Number> {
     mid: N,
-    radius: f64,
+    radius: N::Radius,
 }
 
 /// One above 1 by more than eight roundings of a radius.
 const UP: f64 = 1.0 + 16.0 * f64::EPSILON;
 
-/// Above the absolute error of any one operation whose result is not normal.
-const TINY: f64 = f64::MIN_POSITIVE;
+/// One below 1 by two roundings.
+const DOWN: f64 = 1.0 - 2.0 * f64::EPSILON;
 
 impl<N: Number> Ball<N> {
     #[inline]
-    fn new(mid: N, radius: f64) -> Self {
+    fn new(mid: N, radius: N::Radius) -> Self {
         Self { mid, radius: radius * UP }
     }
 
+    /// The result of an operation that errs by so many units of roundoff, with the error that the operands propagate.
     #[inline]
-    pub(crate) const fn middle(self) -> N {
-        self.mid
+    fn result(mid: N, propagated: N::Radius, units: f64) -> Self {
+        Self::new(mid, propagated + N::roundoff() * mid.size() * units)
     }
 
-    #[inline]
-    fn size(self) -> f64 {
-        self.mid.high().abs()
+    /// What is known of the number, without the bound.
+    pub(crate) const fn middle(self) -> N {
+        self.mid
     }
 }
 
@@ -46,7 +48,7 @@ impl<N: Number> Real for Ball<N> {
     type Number = N;
 
     #[inline]
-    fn approximate(value: N, error: f64) -> Self {
+    fn approximate(value: N, error: N::Radius) -> Self {
         Self { mid: value, radius: error }
     }
 
@@ -56,34 +58,33 @@ impl<N: Number> Real for Ball<N> {
     }
 
     #[inline]
-    fn error(self) -> f64 {
+    fn size(self) -> N::Radius {
+        self.mid.size()
+    }
+
+    #[inline]
+    fn error(self) -> N::Radius {
         self.radius
     }
 
     #[inline]
     fn value_error(self) -> f64 {
         // Half an ulp rather than what the rounding was: whoever compares with a rounded truth must not find it broken.
-        let rounding = if self.mid.low() == 0.0 { 0.0 } else { ROUNDOFF * self.size() };
-        (self.radius + rounding) * UP
+        let rounding = if self.mid.low() == 0.0 { 0.0 } else { ROUNDOFF * self.value().abs() };
+        (self.radius.to_double() + rounding) * UP
     }
 
     #[inline]
-    fn widened(self, error: f64) -> Self {
+    fn widened(self, error: N::Radius) -> Self {
         Self::new(self.mid, self.radius + error)
-    }
-
-    /// Where the sign is in doubt, both are enclosed.
-    #[inline]
-    fn with_sign_of(self, other: Self) -> Self {
-        let signed = if other.value() < 0.0 { -self } else { self };
-        if other.size() > other.radius { signed } else { Self::new(signed.mid, 2.0 * self.size() + self.radius) }
     }
 
     /// Below the normal range the power of two rounds.
     #[inline]
     fn scaled(self, power_of_two: f64) -> Self {
         let mid = self.mid.scaled(power_of_two);
-        let lost = if mid.high() != 0.0 && mid.high().abs() < TINY / N::ROUNDOFF { TINY } else { 0.0 };
+        let rounds = mid.high() != 0.0 && mid.size() < N::tiny() / N::roundoff();
+        let lost = if rounds { N::tiny() } else { 0.0.into() };
         Self { mid, radius: self.radius * power_of_two + lost }
     }
 
@@ -91,48 +92,48 @@ impl<N: Number> Real for Ball<N> {
     #[inline]
     fn sqrt(self) -> Self {
         let root = self.mid.sqrt();
-        let high = root.high();
-        let propagated = if self.radius < self.value() {
-            self.radius / (high + (self.value() - self.radius).sqrt() * (1.0 - 2.0 * f64::EPSILON))
+        let propagated = if self.radius < self.size() {
+            self.radius / (root.size() + (self.size() - self.radius).sqrt() * DOWN)
         } else {
-            (self.value() + self.radius).sqrt()
+            (self.size() + self.radius).sqrt()
         };
-        Self::new(root, propagated + N::ROUNDOFF * high)
+        Self::result(root, propagated, 1.0)
     }
 
     /// `|ln a - ln a'| <= -ln(1 - radius/mid) <= q / (1 - q)`, `q = radius/mid`.
     #[inline]
     fn ln(self) -> Self {
-        let mid = self.mid.ln();
-        let q = self.radius / self.value() * UP;
-        let propagated = if q < 1.0 { q / (1.0 - q) * UP } else { f64::INFINITY };
-        Self::new(mid, propagated + N::LIBRARY * mid.high().abs())
+        let one = N::Radius::from(1.0);
+        let q = self.radius / self.size() * UP;
+        let propagated = if q < one { q / (one - q) * UP } else { f64::INFINITY.into() };
+        Self::result(self.mid.ln(), propagated, N::LIBRARY_UNITS)
     }
 
     /// A disc of radius `p` around a point at distance `d` is seen under the half-angle `asin z`, `z = p/d`; `asin z <= z (1 + z^2/4)` up to
-    /// 1/2 and `<= z pi/2` up to 1.
+    /// 1/2 and `<= z pi/2` up to 1. Where the disc reaches the cut the angle may be off by a turn.
     #[inline]
     fn atan2(self, x: Self) -> Self {
-        let mid = self.mid.atan2(x.mid);
         let moved = self.radius + x.radius;
         let distance = (self.size() * self.size() + x.size() * x.size()).sqrt();
         let z = moved / distance * UP;
-        let propagated = if moved == 0.0 {
-            0.0
-        } else if z <= 0.5 {
-            z * (1.0 + 0.25 * z * z)
-        } else if z <= 1.0 {
+        let cut = x.value() < 0.0 && self.size() <= self.radius;
+        let propagated = if moved == 0.0.into() {
+            moved
+        } else if cut {
+            std::f64::consts::TAU.into()
+        } else if z <= 0.5.into() {
+            z * (N::Radius::from(1.0) + z * z * 0.25)
+        } else if z <= 1.0.into() {
             z * std::f64::consts::FRAC_PI_2
         } else {
-            std::f64::consts::TAU
+            std::f64::consts::TAU.into()
         };
-        Self::new(mid, propagated + N::LIBRARY * mid.high().abs() + TINY)
+        Self::result(self.mid.atan2(x.mid), propagated + N::tiny(), N::LIBRARY_UNITS)
     }
 
     #[inline]
     fn clausen(self) -> Self {
-        let mid = clausen(self.mid);
-        Self::new(mid, clausen_change(self.value(), self.radius) + N::CLAUSEN * mid.high().abs() + TINY)
+        Self::result(clausen(self.mid), clausen_change(self.mid, self.radius) + N::tiny(), N::CLAUSEN_UNITS)
     }
 }
 
@@ -140,8 +141,7 @@ impl<N: Number> Add for Ball<N> {
     type Output = Self;
     #[inline]
     fn add(self, other: Self) -> Self {
-        let mid = self.mid + other.mid;
-        Self::new(mid, self.radius + other.radius + N::ROUNDOFF * mid.high().abs())
+        Self::result(self.mid + other.mid, self.radius + other.radius, 1.0)
     }
 }
 
@@ -166,9 +166,8 @@ impl<N: Number> Mul for Ball<N> {
     /// `|ab - a'b'| <= |a| rb + ra (|b| + rb)`.
     #[inline]
     fn mul(self, other: Self) -> Self {
-        let mid = self.mid * other.mid;
         let propagated = self.size() * other.radius + self.radius * (other.size() + other.radius);
-        Self::new(mid, propagated + N::ROUNDOFF * mid.high().abs() + TINY)
+        Self::result(self.mid * other.mid, propagated + N::tiny(), 1.0)
     }
 }
 
@@ -178,10 +177,10 @@ impl<N: Number> Div for Ball<N> {
     #[inline]
     fn div(self, other: Self) -> Self {
         let mid = self.mid / other.mid;
-        let least = (other.size() - other.radius) * (1.0 - 2.0 * f64::EPSILON);
-        let size = mid.high().abs();
-        let propagated = if least > 0.0 { (self.radius + size * other.radius + TINY) / least } else { f64::INFINITY };
-        Self::new(mid, propagated + N::QUOTIENT * size + TINY)
+        let least = (other.size() - other.radius) * DOWN;
+        let propagated =
+            if least > 0.0.into() { (self.radius + mid.size() * other.radius + N::tiny()) / least } else { f64::INFINITY.into() };
+        Self::result(mid, propagated + N::tiny(), N::QUOTIENT_UNITS)
     }
 }
 
@@ -202,12 +201,12 @@ mod tests {
 
     /// The ball contains the double-precision result, which itself may be off by a few ulp.
     fn contains<N: Number>(ball: Ball<N>, result: f64) -> bool {
-        let difference = (ball.mid - N::from_double(result)).high().abs();
-        difference <= ball.radius + 4.0 * f64::EPSILON * result.abs() || !ball.radius.is_finite()
+        let (difference, radius) = ((ball.mid - N::from_double(result)).high().abs(), ball.radius.to_double());
+        difference <= radius + 4.0 * f64::EPSILON * result.abs() || !radius.is_finite()
     }
 
     fn check<N: Number>((a, ra, x): (f64, f64, f64), (b, rb, y): (f64, f64, f64)) -> Result<(), TestCaseError> {
-        let ball = |mid, radius| Ball::approximate(N::from_double(mid), radius);
+        let ball = |mid, radius: f64| Ball::approximate(N::from_double(mid), radius.into());
         let (p, q) = (ball(a, ra), ball(b, rb));
         prop_assert!(contains(p + q, x + y));
         prop_assert!(contains(p - q, x - y));
@@ -230,6 +229,13 @@ mod tests {
             check::<f64>(a, b)?;
             check::<DoubleDouble>(a, b)?;
         }
+    }
+
+    #[test]
+    fn an_angle_across_the_cut_is_off_by_up_to_a_turn() {
+        let angle = |y: f64, radius: f64| Ball::approximate(y, radius).atan2(Ball::exact(-1.0)).error();
+        assert!(angle(1e-20, 1e-19) >= std::f64::consts::TAU && angle(-1e-20, 1e-19) >= std::f64::consts::TAU);
+        assert!(angle(1e-18, 1e-19) < 1e-14);
     }
 
     #[test]

@@ -10,7 +10,7 @@
 //!
 //! # Bound
 //! [`BoundedSum`] adds up, arc by arc, what double precision may have done: u = 2^-53, first order; 5 % on top pays for the rest, and a relative error
-//! of w above 1e-6 or a moment near underflow bounds nothing. With `ew` the relative error of w ([`Line::relative_error`]) and `eta` that of a
+//! of w above 1e-6, a moment near underflow or an arc of the horizon that may have either sign, next to pi, bounds nothing. With `ew` the relative error of w ([`Line::relative_error`]) and `eta` that of a
 //! crossing point (0 for a vertex):
 //! - N errs by `en = ew + 5u`, the distance S by `ew + 6u`, `toward` by `en + 8u`, `along` by 5u, and (p1, p2) by `en + 15u`;
 //! - the angle is that of the point (inline, across), which err by 5u and `ew + 5u` (6u more for the fraction of a cut edge):
@@ -140,6 +140,8 @@ impl ArcErrors {
             if ew > 1e-6 || line.moment < 1e-100 {
                 (self.angle_errors, self.edge_errors) = (f64::INFINITY, f64::INFINITY);
             }
+        } else if g + dg * SECOND_ORDER >= std::f64::consts::PI {
+            self.angle_errors = f64::INFINITY;
         }
     }
 

@@ -4,14 +4,15 @@
 //! the derivation). Series with Bernoulli numbers (Lewin, "Polylogarithms and Associated Functions", 1981, section 4.3):
 //! `Cl2(t) = t [1 - ln t + sum |B_2k| t^2k / (2k (2k+1)!)]` near 0 and
 //! `Cl2(pi - s) = s [ln 2 - sum |B_2k| (4^k - 1) s^2k / (2k (2k+1)!)]` near pi. They meet at 2 pi/3, where both lose a factor of nine a
-//! term: fifteen terms leave a relative remainder below 4e-18, thirty-four one below 2e-35. Relative accuracy is kept at the zeros 0 and pi.
+//! term: fifteen terms leave a relative remainder below 4e-18, thirty-four one below 2e-35, and as many as it takes are found at run time for
+//! more digits (`crate::big`). Relative accuracy is kept at the zeros 0 and pi.
 
 mod coefficients;
 
 use std::f64::consts::PI;
 
-use crate::double_double::{DoubleDouble, LN_2};
 use crate::number::Number;
+use crate::radius::Radius;
 use coefficients::{NEAR_PI, NEAR_ZERO};
 
 /// Relative error of [`clausen`] on doubles, in units of roundoff: at 2 pi/3 the bracket is a third of its largest term, so three roundings of
@@ -21,7 +22,7 @@ pub(crate) const DOUBLE_UNITS: f64 = 24.0;
 /// The same on double-doubles, whose logarithm is allowed 64 units.
 pub(crate) const DOUBLE_DOUBLE_UNITS: f64 = 3.0 * (4.0 + 64.0);
 
-/// `Cl2(t)` for `|t| <= 2 pi`; relative error at most [`Number::CLAUSEN`].
+/// `Cl2(t)` for `|t| <= 2 pi`; relative error at most [`Number::CLAUSEN_UNITS`].
 #[inline]
 pub(crate) fn clausen<N: Number>(t: N) -> N {
     let negative = t.high() < 0.0;
@@ -43,44 +44,64 @@ fn near_zero<N: Number>(t: N) -> N {
         return t;
     }
     let square = t * t;
-    t * ((N::from_double(1.0) - t.ln()) + square * polynomial(&NEAR_ZERO, square))
+    t * ((N::from_double(1.0) - t.ln()) + square * N::clausen_sum(Around::Zero, square))
 }
 
 #[inline]
 fn near_pi<N: Number>(s: N) -> N {
     let square = s * s;
-    s * (N::from_double_double(LN_2) - square * polynomial(&NEAR_PI, square))
+    s * (N::ln_2() - square * N::clausen_sum(Around::Pi, square))
 }
 
-/// Horner's rule, coefficients from the lowest degree up, as many as the precision needs.
+/// Where a series of Clausen's function is developed.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum Around {
+    /// The coefficients are `|B_2k| / (2k (2k+1)!)`.
+    Zero,
+    /// The coefficients are `|B_2k| (4^k - 1) / (2k (2k+1)!)`.
+    Pi,
+}
+
+/// The first terms by Horner's rule.
 #[inline]
-fn polynomial<N: Number>(coefficients: &[DoubleDouble], x: N) -> N {
-    let used = &coefficients[..N::CLAUSEN_TERMS];
-    used.iter().rev().fold(N::from_double(0.0), |sum, c| sum * x + N::from_double_double(*c))
+pub(crate) fn sum<N: Number, const TERMS: usize>(around: Around, square: N) -> N {
+    let coefficients = match around {
+        Around::Zero => &NEAR_ZERO[..TERMS],
+        Around::Pi => &NEAR_PI[..TERMS],
+    };
+    coefficients.iter().rev().fold(N::from_double(0.0), |sum, c| sum * square + N::from_double_double(*c))
 }
 
 /// Bound on `|Cl2(s) - Cl2(t)|` over `|s - t| <= radius`.
 ///
 /// `|Cl2'| = |ln|2 sin(s/2)||`: at most ln 2 where the sine is large; near a zero at distance `d`, `2 sin(d/2) >= 2d/pi`, so it is at most
 /// `ln(pi/(2 d))` or ln 2. Where the ball may reach the zero, the integral from it is `Cl2` itself, at most `w (2 + |ln w|)` for a width w.
-pub(crate) fn clausen_change(t: f64, radius: f64) -> f64 {
-    let size = t.abs();
-    let to_zero = size.min((2.0 * PI - size).abs());
+pub(crate) fn clausen_change<N: Number>(t: N, radius: N::Radius) -> N::Radius {
+    let to_zero = if t.high().abs() <= PI {
+        t.size()
+    } else {
+        let size = if t.high() < 0.0 { -t } else { t };
+        size.scaled(0.5).pi_minus().scaled(2.0).size()
+    };
+    /// `ln(pi/2)`.
+    const LN_HALF_PI: f64 = 0.451_582_705_289_454_9;
     let nearest = to_zero - radius;
+    let zero = N::Radius::from(0.0);
     if nearest > radius {
-        let slope = libm::log(PI / (2.0 * nearest)).max(std::f64::consts::LN_2);
-        radius * slope * (1.0 + 1e-12)
-    } else if radius == 0.0 {
-        0.0
+        let slope = (LN_HALF_PI - nearest.ln()).max(std::f64::consts::LN_2);
+        radius * (slope * (1.0 + 1e-12))
+    } else if radius == zero {
+        zero
     } else {
         let width = (to_zero + radius) * (1.0 + 1e-12);
-        2.0 * width * (2.0 + libm::log(width).abs())
+        width * (2.0 * (2.0 + width.ln().abs()))
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::double_double::DoubleDouble;
     use crate::number::ROUNDOFF;
 
     #[test]
@@ -141,7 +162,7 @@ mod tests {
         ];
         for (t, (hi, lo)) in table {
             let error = (clausen(DoubleDouble::from(t)) - DoubleDouble { hi, lo }).to_f64().abs() / hi.abs();
-            assert!(error <= 12.0 * DoubleDouble::ROUNDOFF, "Cl2({t}) errs by {error:e}");
+            assert!(error <= 12.0 * DoubleDouble::roundoff(), "Cl2({t}) errs by {error:e}");
         }
     }
 

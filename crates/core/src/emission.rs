@@ -7,10 +7,13 @@
 use glam::DVec3;
 
 use crate::Error;
-use crate::double_double::{DoubleDouble, UNIT};
-use crate::geometry::{COORDINATE_ROUNDING, Polygon, exact_offset, normalising_power};
-use crate::number::ROUNDOFF;
+use crate::certify::Ball;
+use crate::double_double::DoubleDouble;
+use crate::geometry::{COORDINATE_ROUNDING, Polygon, normalising_power};
+use crate::number::Number;
+use crate::plan::offset;
 use crate::polynomial::{InPlane, Polynomial};
+use crate::real::Real;
 use crate::vec3::Vec3;
 
 /// The radiosity of an emitter over its polygon, as the user states it.
@@ -82,9 +85,16 @@ pub(crate) struct Affine {
     pub(crate) value: f64,
     pub(crate) gradient: Vec3<DoubleDouble>,
     /// Bound on the error of each component of `gradient`.
-    pub(crate) gradient_error: f64,
+    gradient_error: f64,
     /// Largest difference between a vertex value as given and this function.
     pub(crate) residual: f64,
+}
+
+impl Affine {
+    pub(crate) fn new(value: f64, gradient: Vec3<Ball<DoubleDouble>>) -> Self {
+        let gradient_error = [gradient.x, gradient.y, gradient.z].map(Real::error).into_iter().fold(0.0, f64::max);
+        Self { value, gradient: gradient.map(Ball::middle), gradient_error, residual: 0.0 }
+    }
 }
 
 /// Vertex values may be off one affine function by this fraction of the largest of them, beside the effect of rounded
@@ -188,6 +198,21 @@ impl Emitter {
         self.vertex_error * self.power
     }
 
+    /// [`Affine::gradient`] times [`Self::power`], to the digits of the scalar.
+    #[inline]
+    pub(crate) fn precise_gradient<T: Real>(&self) -> Vec3<T> {
+        let gradient = match &self.emission {
+            Emission::Linear(Linear::AtVertices(values)) if T::Number::BEYOND_DOUBLE_DOUBLE => {
+                gradient_through_vertices(&self.polygon, values)
+            }
+            Emission::Linear(Linear::Gradient { gradient, .. }) if T::Number::BEYOND_DOUBLE_DOUBLE => {
+                gradient_in_plane(&self.polygon, (*gradient).into())
+            }
+            _ => self.affine.gradient.map(|c| T::from_double_double(c, self.affine.gradient_error)),
+        };
+        gradient.map(|c| c.scaled(self.power))
+    }
+
     /// Largest length of the emission's gradient over the polygon: for a polynomial an upper bound.
     #[must_use]
     pub fn steepest_emission(&self) -> f64 {
@@ -233,29 +258,44 @@ fn finite(value: f64, place: impl FnOnce() -> String) -> Result<(), Error> {
 
 /// The affine function with the part of `gradient` in the plane of the polygon.
 fn in_plane(polygon: &Polygon, value: f64, gradient: Vec3<f64>) -> Affine {
-    let normal = polygon.precise_normal();
-    let size = gradient.norm_squared().sqrt();
-    let given = gradient.map(DoubleDouble::from);
-    let error = size * (4.0 * polygon.normal_error() + 16.0 * UNIT);
-    Affine { value, gradient: given - normal * normal.dot(given), gradient_error: error, residual: 0.0 }
+    Affine::new(value, gradient_in_plane(polygon, gradient))
+}
+
+fn gradient_in_plane<T: Real>(polygon: &Polygon, gradient: Vec3<f64>) -> Vec3<T> {
+    let (normal, given) = (polygon.unit_normal::<T>(), gradient.map(T::exact));
+    given - normal * normal.dot(given)
+}
+
+/// Gradient of the affine function through the vertex values. By the divergence theorem in the plane,
+/// `grad B = (1/A) sum (B_i + B_{i+1})/2 (e_i x n2)` for any polygon; for three vertices it is the interpolant.
+fn gradient_through_vertices<T: Real>(polygon: &Polygon, values: &[f64]) -> Vec3<T> {
+    let vertices = polygon.vertices();
+    let count = vertices.len();
+    let power = normalising_power(polygon.size());
+    let from_first = |i: usize| offset::<T>(vertices[i % count], vertices[0], power);
+    let above_first = |i: usize| T::difference(values[i % count], values[0], 1.0);
+    let (mut weighted, mut twice_area) = (Vec3::<T>::zero(), Vec3::<T>::zero());
+    for i in 0..count {
+        let (here, next) = (from_first(i), from_first(i + 1));
+        weighted = weighted + (next - here) * (above_first(i) + above_first(i + 1));
+        twice_area = twice_area + here.cross(next);
+    }
+    let normal = polygon.unit_normal::<T>();
+    let area = normal.dot(twice_area);
+    weighted.cross(normal).map(|c| (c / area).scaled(power))
 }
 
 /// The affine function at the vertices, rounded, and a bound on the error.
 fn values_at_vertices(polygon: &Polygon, affine: Affine) -> (Vec<f64>, f64) {
     let vertices = polygon.vertices();
     let power = normalising_power(polygon.size());
-    let gradient = affine.gradient.map(|c| c.scaled(1.0 / power));
-    let value = |v: &DVec3| (DoubleDouble::from(affine.value) + gradient.dot(exact_offset(*v, vertices[0], power))).to_f64();
-    let values: Vec<f64> = vertices.iter().map(value).collect();
-    let largest = values.iter().fold(0.0, |largest: f64, b| largest.max(b.abs()));
-    // Offsets are below 4 in length; a product and three sums of double-doubles, and the rounding.
-    let steepness = gradient.map(DoubleDouble::to_f64).norm_squared().sqrt();
-    let error = 4.0 * affine.gradient_error / power + 64.0 * UNIT * (steepness + affine.value.abs()) + ROUNDOFF * largest;
-    (values, error)
+    let slope = affine.gradient.map(|c| Ball::<DoubleDouble>::from_double_double(c, affine.gradient_error).scaled(1.0 / power));
+    let value = |v: &DVec3| Ball::exact(affine.value) + slope.dot(offset(*v, vertices[0], power));
+    let error = vertices.iter().map(|v| value(v).value_error()).fold(0.0, f64::max);
+    (vertices.iter().map(|v| value(v).value()).collect(), error)
 }
 
-/// The affine function through the vertex values. By the divergence theorem in the plane,
-/// `grad B = (1/A) sum (B_i + B_{i+1})/2 (e_i x n2)` for any polygon; for three vertices it is the interpolant.
+/// The affine function through the vertex values.
 fn through_vertices(polygon: &Polygon, values: &[f64]) -> Result<Affine, Error> {
     let vertices = polygon.vertices();
     let count = vertices.len();
@@ -265,30 +305,13 @@ fn through_vertices(polygon: &Polygon, values: &[f64]) -> Result<Affine, Error> 
     for (index, &value) in values.iter().enumerate() {
         finite(value, || format!("at vertex {index}"))?;
     }
-    let power = normalising_power(polygon.size());
-    let offset = |i: usize| exact_offset(vertices[i % count], vertices[0], power);
-    let above_first = |i: usize| DoubleDouble::difference(values[i % count], values[0]);
-    let (mut weighted, mut twice_area) = (Vec3::<DoubleDouble>::default(), Vec3::<DoubleDouble>::default());
-    for i in 0..count {
-        let (here, next) = (offset(i), offset(i + 1));
-        weighted = weighted + (next - here) * (above_first(i) + above_first(i + 1));
-        twice_area = twice_area + here.cross(next);
-    }
-    let normal = polygon.precise_normal();
-    let norm = normal.dot(twice_area);
-    let gradient = weighted.cross(normal).map(|c| c.divided_by(norm).scaled(power));
-    // Offsets are below 4 in length and differences of values below `spread`: each term of the sum is below 8 spread, and so
-    // off by 64 units of that; the normal's error turns and scales the quotient.
-    let spread = (0..count).map(|i| above_first(i).hi.abs()).fold(0.0, f64::max);
-    let length = 8.0 * count as f64 * spread / norm.hi * power;
-    let gradient_error = length * (64.0 * UNIT + 4.0 * polygon.normal_error());
-    let affine = Affine { value: values[0], gradient, gradient_error, residual: 0.0 };
-    if count == 3 {
+    let affine = Affine::new(values[0], gradient_through_vertices(polygon, values));
+    if is_affine(polygon, values) {
         return Ok(affine);
     }
     let largest = values.iter().fold(0.0, |m: f64, b| m.max(b.abs()));
     let coordinate = vertices.iter().fold(0.0, |m: f64, v| m.max(v.abs().max_element()));
-    let gradient = DVec3::from(gradient.map(DoubleDouble::to_f64));
+    let gradient = DVec3::from(affine.gradient.map(DoubleDouble::to_f64));
     let allowed = AFFINITY * largest + COORDINATE_ROUNDING * coordinate * gradient.length();
     let expected = |i: usize| values[0] + gradient.dot(vertices[i] - vertices[0]);
     let difference = |i: &usize| (values[*i] - expected(*i)).abs();
@@ -297,6 +320,17 @@ fn through_vertices(polygon: &Polygon, values: &[f64]) -> Result<Affine, Error> 
         return Err(Error::EmissionNotAffine { index, value: values[index], expected: expected(index), allowed });
     }
     Ok(Affine { residual: difference(&index), ..affine })
+}
+
+/// Whether the vertex values are exactly those of one affine function, as three always are: seen along the normal's largest component, the points
+/// with the values for third coordinate lie in one plane.
+fn is_affine(polygon: &Polygon, values: &[f64]) -> bool {
+    let points = polygon.projected();
+    let power = normalising_power(values.iter().fold(0.0, |m: f64, b| m.max(b.abs())));
+    let lifted = |i: usize| robust::Coord3D { x: points[i].x, y: points[i].y, z: values[i] * power };
+    let corners = polygon.plane_corners();
+    let [a, b, c] = corners.map(lifted);
+    (0..values.len()).filter(|i| !corners.contains(i)).all(|i| robust::orient3d(a, b, c, lifted(i)) == 0.0)
 }
 
 #[cfg(test)]

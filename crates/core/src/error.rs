@@ -136,6 +136,24 @@ pub enum Error {
         /// Index of the edge, of the part of the polygon that is above the receiver's horizon.
         edge: usize,
     },
+    /// The number of digits asked for is not one that is served.
+    #[error("{value} digits were asked for: it must be between 1 and {most}")]
+    Digits {
+        /// Digits asked for.
+        value: u32,
+        /// The most that are served.
+        most: u32,
+    },
+    /// The error bound stays above what was asked for.
+    #[error(
+        "{digits} digits are out of reach with {bits} bits: the exact value may be zero, or undefined because vertices are off one plane"
+    )]
+    Undecided {
+        /// Digits asked for.
+        digits: u32,
+        /// Bits of the last attempt.
+        bits: usize,
+    },
     /// The result is too large for a double.
     #[error("the {quantity} overflows: its magnitude is above {:e}", f64::MAX)]
     Overflow {

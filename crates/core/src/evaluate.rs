@@ -49,10 +49,13 @@ pub enum Method {
     ClosedForm,
     /// The same in double-double.
     DoubleDouble,
+    /// The same with as many bits as it takes, rounded to doubles.
+    #[cfg(feature = "arbitrary-precision")]
+    ArbitraryPrecision,
 }
 
 impl Method {
-    /// Name in files: `zero`, `quadrature`, `closed-form`, `double-double`.
+    /// Name in files: `zero`, `quadrature`, `closed-form`, `double-double`, `arbitrary-precision`.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -60,6 +63,8 @@ impl Method {
             Self::Quadrature => "quadrature",
             Self::ClosedForm => "closed-form",
             Self::DoubleDouble => "double-double",
+            #[cfg(feature = "arbitrary-precision")]
+            Self::ArbitraryPrecision => "arbitrary-precision",
         }
     }
 }
@@ -78,7 +83,8 @@ pub fn evaluate(receiver: &Receiver, emitter: &Emitter, occluders: &[Polygon]) -
 /// Radiosity and gradient at `receiver` due to the part of `emitter` that it sees past `occluders`, with bounds.
 ///
 /// The cheapest method whose bound is at most `tolerance` times the value (times the norm, for the gradient) answers; if none is, the last one does: the
-/// bounds say so.
+/// bounds say so. The last one gives the nearest doubles, so below a tolerance of 2^-53 its bound is that of their rounding, and
+/// [`crate::evaluate_digits`] gives what doubles cannot.
 /// Occluders are opaque from both sides; those behind the receiver or the emitter are left out by themselves.
 ///
 /// ```

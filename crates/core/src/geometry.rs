@@ -4,10 +4,15 @@
 //! (HS95 section 2; conventions of `ARCHITECTURE.md`). Every tolerance is relative to the polygon's own size or to the rounding of its coordinates, so
 //! that a change of unit or of origin changes no answer. Lengths are in the unit of the caller throughout.
 
+use std::ops::{Add, Mul, Sub};
+
 use glam::DVec3;
 
 use crate::Error;
 use crate::double_double::{DoubleDouble, UNIT};
+use crate::number::Number;
+use crate::plan::offset;
+use crate::real::Real;
 use crate::vec3::Vec3;
 
 /// A point on a diffuse surface: position `x`, unit normal `n1`, reflectance `rho`.
@@ -136,18 +141,13 @@ impl Polygon {
         let size = (high - low).max_element();
         let power = normalising_power(size);
         let offsets: Vec<Vec3<DoubleDouble>> = vertices.iter().map(|&v| exact_offset(v, origin, power)).collect();
-        let twice_area = offsets
-            .windows(2)
-            .skip(1)
-            .map(|pair| pair[0].cross(pair[1]))
-            .fold(Vec3::<DoubleDouble>::default(), |sum, term| sum + term);
-        let (precise_normal, norm) = unit_vector(twice_area);
+        let (precise_normal, norm) = unit_vector(twice_area(&offsets));
         if norm <= DEGENERATE {
             return Err(without_area(&vertices, &offsets));
         }
         let turn = |i: usize| precise_normal.dot(offsets[i].cross(offsets[i + 1])).hi;
         let widest = (1..count - 1).max_by(|&i, &j| turn(i).total_cmp(&turn(j))).unwrap_or(1);
-        let planarity_defect = if count == 3 {
+        let planarity_defect = if is_flat(&vertices, [0, widest, widest + 1]) {
             0.0
         } else {
             planarity_defect(&offsets, precise_normal, low.abs().max(high.abs()).max_element() * power)
@@ -200,8 +200,8 @@ impl Polygon {
         self.size
     }
 
-    /// Largest distance of a vertex from the plane through vertex 0 with normal [`Self::normal`]: 0 for a triangle, and what the
-    /// rounding of the coordinates left for others.
+    /// Largest distance of a vertex from the plane through vertex 0 with normal [`Self::normal`]: 0 where all are exactly in one plane, as those
+    /// of a triangle are, else what the rounding of the coordinates left.
     #[must_use]
     pub const fn planarity_defect(&self) -> f64 {
         self.planarity_defect
@@ -212,6 +212,11 @@ impl Polygon {
         self.normal_error
     }
 
+    /// Indices of three vertices in order that are not on one line.
+    pub(crate) const fn plane_corners(&self) -> [usize; 3] {
+        self.corners
+    }
+
     /// Three vertices in order that are not on one line: the plane, exactly.
     pub(crate) fn plane_vertices(&self) -> [DVec3; 3] {
         self.corners.map(|i| self.vertices[i])
@@ -219,6 +224,16 @@ impl Polygon {
 
     pub(crate) const fn precise_normal(&self) -> Vec3<DoubleDouble> {
         self.precise_normal
+    }
+
+    /// Unit normal `n2` to the digits of the scalar.
+    #[inline]
+    pub(crate) fn unit_normal<T: Real>(&self) -> Vec3<T> {
+        if T::Number::BEYOND_DOUBLE_DOUBLE {
+            let offsets: Vec<Vec3<T>> = self.vertices.iter().map(|&v| offset(v, self.vertices[0], self.power)).collect();
+            return twice_area(&offsets).unit();
+        }
+        self.precise_normal.map(|c| T::from_double_double(c, self.normal_error))
     }
 
     /// The vertices on the coordinate plane that shows the polygon largest, normalised, counter-clockwise.
@@ -318,6 +333,26 @@ pub(crate) fn exact_offset(point: DVec3, origin: DVec3, power: f64) -> Vec3<Doub
         DoubleDouble::difference(point.y, origin.y).scaled(power),
         DoubleDouble::difference(point.z, origin.z).scaled(power),
     )
+}
+
+/// Twice the area as a vector along the normal, from the offsets of the vertices from the first.
+fn twice_area<T>(offsets: &[Vec3<T>]) -> Vec3<T>
+where
+    T: Copy + Add<Output = T> + Sub<Output = T> + Mul<Output = T>,
+{
+    offsets[2..].windows(2).fold(offsets[1].cross(offsets[2]), |sum, pair| sum + pair[0].cross(pair[1]))
+}
+
+/// Whether all vertices are exactly in the plane through three of them.
+fn is_flat(vertices: &[DVec3], corners: [usize; 3]) -> bool {
+    let largest = vertices.iter().fold(0.0, |m: f64, v| m.max(v.abs().max_element()));
+    let power = normalising_power(largest);
+    let coordinates = |i: usize| {
+        let v = vertices[i] * power;
+        robust::Coord3D { x: v.x, y: v.y, z: v.z }
+    };
+    let [a, b, c] = corners.map(coordinates);
+    (0..vertices.len()).filter(|i| !corners.contains(i)).all(|i| robust::orient3d(a, b, c, coordinates(i)) == 0.0)
 }
 
 /// Unit vector along `v`, and the length of `v`. The vector is scaled by its largest component, since the length of a needle's normal

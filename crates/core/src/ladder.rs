@@ -4,14 +4,19 @@
 //! 2. The closed form in double precision with its bound: derived once for a constant emitter ([`crate::constant`]), running otherwise
 //!    ([`crate::certify`]).
 //! 3. The Gauss rule with more nodes, where that is still cheaper than:
-//! 4. the closed form in double-double with a running bound.
+//! 4. the closed form in double-double with a running bound;
+//! 5. the same with 256 and then 1024 bits, rounded to doubles, where the crate is built with arbitrary precision.
 //!
 //! A rung whose bound is above the tolerance hands over to the next; where all are, the one with the smallest bound answers.
 
 use glam::DVec3;
 
+#[cfg(feature = "arbitrary-precision")]
+use crate::big::Magnitude;
 use crate::certify::Ball;
 use crate::constant::BoundedSum;
+#[cfg(feature = "arbitrary-precision")]
+use crate::digits::Enclosed;
 use crate::double_double::DoubleDouble;
 use crate::evaluate::{Answer, Method, finite, finite_vector};
 use crate::gauss::Rule;
@@ -59,6 +64,11 @@ impl Found {
             && self.gradient_error <= tolerance * self.gradient.norm_squared().sqrt()
     }
 
+    /// Whether little but the rounding to doubles is left, so that nothing dearer gives more.
+    fn is_rounded(&self) -> bool {
+        self.meets(1.01 * ROUNDOFF)
+    }
+
     /// The larger of the two relative bounds; infinite where one of them bounds nothing.
     fn relative_error(&self) -> f64 {
         let shares = [self.radiosity_error / self.radiosity.abs(), self.gradient_error / self.gradient.norm_squared().sqrt()];
@@ -93,13 +103,35 @@ impl Case<'_> {
             return self.scaled(found, Method::Quadrature);
         }
         let found = self.certified::<DoubleDouble>();
-        if found.meets(tolerance) {
+        if found.meets(tolerance) || found.is_rounded() {
             return self.scaled(found, Method::DoubleDouble);
         }
+        #[cfg(feature = "arbitrary-precision")]
+        let (found, method) = (self.rounded(tolerance), Method::ArbitraryPrecision);
+        #[cfg(not(feature = "arbitrary-precision"))]
+        let method = Method::DoubleDouble;
         match rule.map(|rule| self.by_quadrature(&rule)) {
-            Some(other) if other.relative_error() < found.relative_error() => self.scaled(other, Method::Quadrature),
-            _ => self.scaled(found, Method::DoubleDouble),
+            Some(other) if !found.meets(tolerance) && other.relative_error() < found.relative_error() => {
+                self.scaled(other, Method::Quadrature)
+            }
+            _ => self.scaled(found, method),
         }
+    }
+
+    /// The closed form with a running bound, with many bits, rounded to doubles.
+    #[cfg(feature = "arbitrary-precision")]
+    #[cold]
+    #[inline(never)]
+    fn rounded(&self, tolerance: f64) -> Found {
+        // Below this nothing is left but the rounding.
+        let enough = Magnitude::from((0.25 * tolerance).max(ROUNDOFF / 64.0));
+        let enclosed = match Enclosed::find(self, 256) {
+            Some(enclosed) if enclosed.relative_error() > enough => Enclosed::find(self, 1024),
+            first => first,
+        };
+        let Some(enclosed) = enclosed else { return Found::ZERO };
+        let ((radiosity, radiosity_error), (gradient, gradient_error)) = enclosed.to_doubles();
+        Found { radiosity, gradient, radiosity_error, gradient_error }
     }
 
     fn by_quadrature(&self, rule: &Rule<'_>) -> Found {

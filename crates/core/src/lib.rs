@@ -1,8 +1,12 @@
 //! Radiosity and its gradient at a receiver point due to a polygonal emitter, in closed form.
 
 mod arc;
+#[cfg(feature = "arbitrary-precision")]
+mod big;
 mod certify;
 mod constant;
+#[cfg(feature = "arbitrary-precision")]
+mod digits;
 mod dilogarithm;
 mod double_double;
 mod emission;
@@ -19,12 +23,15 @@ mod number;
 pub mod paper;
 mod plan;
 mod polynomial;
+mod radius;
 mod real;
 mod terms;
 mod triangulate;
 mod vec3;
 mod visibility;
 
+#[cfg(feature = "arbitrary-precision")]
+pub use digits::{MOST_DIGITS, PreciseAnswer, evaluate_digits};
 pub use emission::{Emission, Emitter, Linear};
 pub use error::Error;
 pub use evaluate::{

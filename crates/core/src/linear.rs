@@ -16,13 +16,12 @@
 //!
 //! Loses digits where Phi does, and by a further factor |beta|/|B| ~ D/s far away.
 
-use crate::Receiver;
 use crate::arc::{Arc, Frame, Generator};
-use crate::emission::Affine;
-use crate::geometry::Polygon;
-use crate::plan::{offset, precise_height, unit_normal};
+use crate::plan::{height_over_plane, offset, unit_normal};
+use crate::radius::Radius;
 use crate::real::Real;
 use crate::vec3::Vec3;
+use crate::{Emitter, Receiver};
 
 /// An affine emission seen from x, in normalised lengths.
 #[derive(Debug, Clone, Copy)]
@@ -39,18 +38,17 @@ pub(crate) struct Seen<T> {
 impl<T: Real> Seen<T> {
     /// Vertices off the plane by the polygon's defect change height and emission by that much, and vertex values off the affine function by its
     /// residual: both go into the bounds.
-    pub(crate) fn new(receiver: &Receiver, polygon: &Polygon, emission: Affine, power: f64) -> Self {
-        let x = receiver.position();
-        let gradient = emission.gradient.map(|c| T::from_double_double(c, emission.gradient_error).scaled(1.0 / power));
+    pub(crate) fn new(receiver: &Receiver, emitter: &Emitter, power: f64) -> Self {
+        let (x, polygon, emission) = (receiver.position(), emitter.polygon(), emitter.affine());
+        let gradient = emitter.precise_gradient::<T>().map(|c| c.scaled(1.0 / power));
         let steepness = gradient.norm_squared().value().sqrt();
         let defect = polygon.planarity_defect() * power;
-        let (height, error) = precise_height(x, polygon, power);
         let beta = T::exact(emission.value) - gradient.dot(offset(polygon.vertices()[0], x, power));
         Self {
             n1: unit_normal(receiver),
-            n2: polygon.precise_normal().map(|c| T::from_double_double(c, polygon.normal_error())),
-            height: T::from_double_double(height, error + defect),
-            beta: beta.widened(emission.residual + 2.0 * steepness * defect),
+            n2: polygon.unit_normal(),
+            height: height_over_plane::<T>(x, polygon, power).widened(defect.into()),
+            beta: beta.widened((emission.residual + 2.0 * steepness * defect).into()),
             gradient,
         }
     }
@@ -148,8 +146,15 @@ pub(crate) fn segment_frame<T: Real>(arc: &Arc<T>, n2: Vec3<T>, height: T) -> Fr
 }
 
 /// The segment's part of X1.
+///
+/// It is `sgn(d) int 1/2 ln(1 + d^2/(h cos phi)^2) dphi` over part of (-pi/2, pi/2), so at most `pi asinh(|d|/h) <= pi |d|/h`: that
+/// encloses it where the sign of d is not known, as for a receiver straight below the line, when phi may not be known either.
 pub(crate) fn x1_term<T: Real>(arc: &Arc<T>, frame: &Frame<T>, kappa: T, height: T) -> T {
     let signed = frame.distance * kappa;
+    if signed.size() <= signed.error() {
+        let lowest = (height.size() - height.error()).max(0.0.into());
+        return T::exact(0.0).widened(signed.error() * (2.0 * 1.01 * std::f64::consts::PI) / lowest);
+    }
     let d = signed.abs();
     let reach = frame.distance + d;
     let clausens = |point: Vec3<T>| {
@@ -160,5 +165,5 @@ pub(crate) fn x1_term<T: Real>(arc: &Arc<T>, frame: &Frame<T>, kappa: T, height:
         (phi * two).clausen() * two - (delta * two).clausen() - (phi * four - delta * two).clausen()
     };
     let term = arc.angle * (reach / height).ln() - (clausens(arc.end) - clausens(arc.start)) * T::exact(0.25);
-    term.with_sign_of(signed)
+    if signed.value() < 0.0 { -term } else { term }
 }

@@ -1,9 +1,16 @@
-//! What the middle of a [`crate::certify::Ball`] can be: a double or a double-double, each with the relative errors of its operations.
+//! What the middle of a [`crate::certify::Ball`] can be: a double, a double-double, or a number of as many digits as are asked for
+//! (`crate::big`), each with the relative errors of its operations.
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-use crate::dilogarithm;
-use crate::double_double::{self, DoubleDouble, LIBRARY_UNITS};
+use glam::DVec3;
+
+use crate::arc::SINE_SERIES;
+use crate::dilogarithm::{self, Around};
+use crate::double_double::{self, DoubleDouble, LIBRARY_UNITS, LN_2};
+use crate::exact;
+use crate::geometry::exact_offset;
+use crate::radius::Radius;
 
 /// Unit roundoff of double precision, 2^-53.
 pub(crate) const ROUNDOFF: f64 = f64::EPSILON / 2.0;
@@ -12,18 +19,25 @@ pub(crate) const ROUNDOFF: f64 = f64::EPSILON / 2.0;
 pub(crate) trait Number:
     Copy + std::fmt::Debug + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self> + Neg<Output = Self>
 {
-    /// Error of sum, difference, product and square root, and of rounding a double-double to this.
-    const ROUNDOFF: f64;
-    /// Error of a quotient.
-    const QUOTIENT: f64;
-    /// Error of logarithm and arc tangent.
-    const LIBRARY: f64;
-    /// Error of [`dilogarithm::clausen`].
-    const CLAUSEN: f64;
-    /// Terms that series on an argument of at most 1 take, of [`crate::arc`], and that Clausen's series take.
-    const SERIES_TERMS: usize;
-    const CLAUSEN_TERMS: usize;
+    /// What bounds on it are kept in.
+    type Radius: Radius;
+    /// Whether it has more digits than the normals and gradients that are kept in double-double, so that they must be found anew.
+    const BEYOND_DOUBLE_DOUBLE: bool;
+    /// Error of a quotient, in units of roundoff.
+    const QUOTIENT_UNITS: f64;
+    /// Error of logarithm and arc tangent, in units of roundoff.
+    const LIBRARY_UNITS: f64;
+    /// Error of [`dilogarithm::clausen`], in units of roundoff.
+    const CLAUSEN_UNITS: f64;
+    /// Error of [`Self::difference`], in units of roundoff.
+    const DIFFERENCE_UNITS: f64;
 
+    /// Error of sum, difference, product and square root, and of rounding a double-double to this.
+    fn roundoff() -> Self::Radius;
+    /// Above the absolute error of any one operation whose result is not normal.
+    fn tiny() -> Self::Radius;
+    /// The magnitude, off by at most a relative 2^-52.
+    fn size(self) -> Self::Radius;
     /// The leading double.
     fn high(self) -> f64;
     /// What the leading double leaves.
@@ -31,9 +45,11 @@ pub(crate) trait Number:
     fn from_double(value: f64) -> Self;
     /// Error `ROUNDOFF`.
     fn from_double_double(value: DoubleDouble) -> Self;
-    /// The difference of two doubles, with the error [`Self::DIFFERENCE`].
+    fn pi() -> Self;
+    fn ln_2() -> Self;
     fn difference(a: f64, b: f64) -> Self;
-    const DIFFERENCE: f64;
+    /// `n . (point - x)` times a power of two: with the right sign, and an error of two units of roundoff.
+    fn exact_height(n: DVec3, point: DVec3, x: DVec3, power: f64) -> Self;
     /// Times a power of two: exact.
     fn scaled(self, power_of_two: f64) -> Self;
     fn sqrt(self) -> Self;
@@ -41,18 +57,35 @@ pub(crate) trait Number:
     fn atan2(self, x: Self) -> Self;
     /// `pi - self`, to full relative accuracy.
     fn pi_minus(self) -> Self;
+    /// Terms that the series of [`crate::arc`] takes on an argument of at most 1.
+    fn sine_terms() -> usize;
+    /// Coefficient `k` of it.
+    fn sine_coefficient(k: usize) -> Self;
+    /// The sum of [`dilogarithm`]'s series, without its first term.
+    fn clausen_sum(around: Around, square: Self) -> Self;
 }
 
 impl Number for f64 {
-    const ROUNDOFF: Self = ROUNDOFF;
-    const QUOTIENT: Self = ROUNDOFF;
+    type Radius = Self;
+    const BEYOND_DOUBLE_DOUBLE: bool = false;
+    const QUOTIENT_UNITS: Self = 1.0;
     /// 2 ulp, an ulp being at most two units of the result: the assumption that `tests/library_functions.rs` tests.
-    const LIBRARY: Self = 4.0 * ROUNDOFF;
-    const CLAUSEN: Self = dilogarithm::DOUBLE_UNITS * ROUNDOFF;
-    const SERIES_TERMS: usize = 8;
-    const CLAUSEN_TERMS: usize = 15;
-    const DIFFERENCE: Self = ROUNDOFF;
+    const LIBRARY_UNITS: Self = 4.0;
+    const CLAUSEN_UNITS: Self = dilogarithm::DOUBLE_UNITS;
+    const DIFFERENCE_UNITS: Self = 1.0;
 
+    #[inline]
+    fn roundoff() -> Self {
+        ROUNDOFF
+    }
+    #[inline]
+    fn tiny() -> Self {
+        Self::MIN_POSITIVE
+    }
+    #[inline]
+    fn size(self) -> Self {
+        self.abs()
+    }
     #[inline]
     fn high(self) -> f64 {
         self
@@ -70,8 +103,19 @@ impl Number for f64 {
         value.hi
     }
     #[inline]
+    fn pi() -> Self {
+        std::f64::consts::PI
+    }
+    #[inline]
+    fn ln_2() -> Self {
+        std::f64::consts::LN_2
+    }
+    #[inline]
     fn difference(a: f64, b: f64) -> Self {
         a - b
+    }
+    fn exact_height(n: DVec3, point: DVec3, x: DVec3, power: f64) -> Self {
+        exact::dot(n.into(), exact_offset(point, x, power)).hi
     }
     #[inline]
     fn scaled(self, power_of_two: f64) -> Self {
@@ -94,17 +138,37 @@ impl Number for f64 {
         let pi = DoubleDouble::pi();
         (pi.hi - self) + pi.lo
     }
+    #[inline]
+    fn sine_terms() -> usize {
+        8
+    }
+    #[inline]
+    fn sine_coefficient(k: usize) -> Self {
+        SINE_SERIES[k].hi
+    }
+    #[inline]
+    fn clausen_sum(around: Around, square: Self) -> Self {
+        dilogarithm::sum::<Self, 15>(around, square)
+    }
 }
 
 impl Number for DoubleDouble {
-    const ROUNDOFF: f64 = double_double::UNIT;
-    const QUOTIENT: f64 = 2.0 * double_double::UNIT;
-    const LIBRARY: f64 = LIBRARY_UNITS * double_double::UNIT;
-    const CLAUSEN: f64 = dilogarithm::DOUBLE_DOUBLE_UNITS * double_double::UNIT;
-    const SERIES_TERMS: usize = 14;
-    const CLAUSEN_TERMS: usize = 34;
-    const DIFFERENCE: f64 = 0.0;
+    type Radius = f64;
+    const BEYOND_DOUBLE_DOUBLE: bool = false;
+    const QUOTIENT_UNITS: f64 = 2.0;
+    const LIBRARY_UNITS: f64 = LIBRARY_UNITS;
+    const CLAUSEN_UNITS: f64 = dilogarithm::DOUBLE_DOUBLE_UNITS;
+    const DIFFERENCE_UNITS: f64 = 0.0;
 
+    fn roundoff() -> f64 {
+        double_double::UNIT
+    }
+    fn tiny() -> f64 {
+        f64::MIN_POSITIVE
+    }
+    fn size(self) -> f64 {
+        self.hi.abs()
+    }
     fn high(self) -> f64 {
         self.hi
     }
@@ -117,8 +181,17 @@ impl Number for DoubleDouble {
     fn from_double_double(value: DoubleDouble) -> Self {
         value
     }
+    fn pi() -> Self {
+        Self::pi()
+    }
+    fn ln_2() -> Self {
+        LN_2
+    }
     fn difference(a: f64, b: f64) -> Self {
         Self::difference(a, b)
+    }
+    fn exact_height(n: DVec3, point: DVec3, x: DVec3, power: f64) -> Self {
+        exact::dot(n.into(), exact_offset(point, x, power))
     }
     fn scaled(self, power_of_two: f64) -> Self {
         Self::scaled(self, power_of_two)
@@ -134,5 +207,14 @@ impl Number for DoubleDouble {
     }
     fn pi_minus(self) -> Self {
         Self::pi_minus(self)
+    }
+    fn sine_terms() -> usize {
+        14
+    }
+    fn sine_coefficient(k: usize) -> Self {
+        SINE_SERIES[k]
+    }
+    fn clausen_sum(around: Around, square: Self) -> Self {
+        dilogarithm::sum::<Self, 34>(around, square)
     }
 }

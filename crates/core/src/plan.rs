@@ -15,7 +15,7 @@ use crate::double_double::{DoubleDouble, UNIT};
 use crate::exact;
 use crate::geometry::{exact_offset, normalising_power};
 use crate::number::{Number, ROUNDOFF};
-use crate::real::Real;
+use crate::real::{RadiusOf, Real};
 use crate::vec3::Vec3;
 use crate::{Polygon, Receiver};
 
@@ -66,6 +66,9 @@ pub(crate) fn offset<T: Real>(point: DVec3, x: DVec3, power: f64) -> Vec3<T> {
 /// The receiver's unit normal `n1`: a double-double with components off by less than 32 units, rounded.
 #[inline]
 pub(crate) fn unit_normal<T: Real>(receiver: &Receiver) -> Vec3<T> {
+    if T::Number::BEYOND_DOUBLE_DOUBLE {
+        return Vec3::from(receiver.direction()).map(T::exact).unit();
+    }
     receiver.precise_normal().map(|c| T::from_double_double(c, 32.0 * UNIT))
 }
 
@@ -105,15 +108,18 @@ pub(crate) fn side_of(point: DVec3, polygon: &Polygon, power: f64) -> Side {
 }
 
 /// Height of a point over the polygon's plane, normalised, and a bound on its error.
-pub(crate) fn precise_height(point: DVec3, polygon: &Polygon, power: f64) -> (DoubleDouble, f64) {
+fn precise_height(point: DVec3, polygon: &Polygon, power: f64) -> (DoubleDouble, f64) {
     let r = exact_offset(polygon.vertices()[0], point, power);
     let height = -polygon.precise_normal().dot(r);
     let length = r.x.hi.abs() + r.y.hi.abs() + r.z.hi.abs();
     (height, length * (polygon.normal_error() + 8.0 * UNIT))
 }
 
-/// [`precise_height`], rounded.
+/// The same to the digits of the scalar.
 pub(crate) fn height_over_plane<T: Real>(point: DVec3, polygon: &Polygon, power: f64) -> T {
+    if T::Number::BEYOND_DOUBLE_DOUBLE {
+        return -polygon.unit_normal::<T>().dot(offset(polygon.vertices()[0], point, power));
+    }
     let (height, error) = precise_height(point, polygon, power);
     T::from_double_double(height, error)
 }
@@ -145,18 +151,18 @@ fn exact_height_over_horizon(receiver: &Receiver, vertex: DVec3, power: f64) -> 
     exact::dot(receiver.direction().into(), exact_offset(vertex, receiver.position(), power))
 }
 
-/// Height of a vertex over the receiver's horizon, times the length of the normal as given: to the roundoff of the scalar, and with the right
-/// sign. Only ratios of it are used.
+/// Height of a vertex over the receiver's horizon, times the length of the normal as given: to a few roundoffs of the scalar, and with the
+/// right sign. Only ratios of it are used.
 pub(crate) fn height_over_horizon<T: Real>(receiver: &Receiver, vertex: DVec3, power: f64) -> T {
     let r = exact_offset(vertex, receiver.position(), power);
     let n = Vec3::from(receiver.direction());
     let height = n.map(DoubleDouble::from).dot(r);
     let magnitude = (n.x * r.x.hi).abs() + (n.y * r.y.hi).abs() + (n.z * r.z.hi).abs();
     let error = 8.0 * UNIT * magnitude;
-    if error < T::Number::ROUNDOFF * height.hi.abs() {
+    if RadiusOf::<T>::from(error) < T::Number::roundoff() * height.hi.abs() {
         T::from_double_double(height, error)
     } else {
-        let height = exact::dot(n, r);
-        T::from_double_double(height, 2.0 * UNIT * height.hi.abs())
+        let height = T::Number::exact_height(receiver.direction(), vertex, receiver.position(), power);
+        T::approximate(height, T::Number::roundoff() * height.size() * 2.0)
     }
 }

@@ -1,5 +1,5 @@
 //! The scalar that the closed forms are written on: a plain double, or a number with a running error bound ([`crate::certify::Ball`]) of
-//! double or double-double precision.
+//! double, double-double or arbitrary precision.
 //!
 //! One formula serves every precision. Decisions (which side, which branch) are taken on [`Real::value`], so that all scalars walk
 //! the same path; where a wrong decision would change the answer, it is taken by an exact predicate instead ([`crate::plan`]).
@@ -10,6 +10,9 @@ use crate::dilogarithm;
 use crate::double_double::DoubleDouble;
 use crate::number::Number;
 
+/// What bounds on a scalar are kept in.
+pub(crate) type RadiusOf<T> = <<T as Real>::Number as Number>::Radius;
+
 /// A real number known well enough to compute with.
 pub(crate) trait Real:
     Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self> + Neg<Output = Self>
@@ -18,22 +21,22 @@ pub(crate) trait Real:
     type Number: Number;
 
     /// A number that differs from `value` by at most `error`.
-    fn approximate(value: Self::Number, error: f64) -> Self;
+    fn approximate(value: Self::Number, error: RadiusOf<Self>) -> Self;
 
     /// The leading double of what is known.
     fn value(self) -> f64;
 
+    /// Magnitude of what is known, off by at most a relative 2^-52.
+    fn size(self) -> RadiusOf<Self>;
+
     /// Bound on the difference from the real number meant; 0 where it is not tracked.
-    fn error(self) -> f64;
+    fn error(self) -> RadiusOf<Self>;
 
     /// Bound on the difference of [`Self::value`] from the real number meant.
     fn value_error(self) -> f64;
 
     /// The same number known less well, by `error`.
-    fn widened(self, error: f64) -> Self;
-
-    /// Times the sign of `other`.
-    fn with_sign_of(self, other: Self) -> Self;
+    fn widened(self, error: RadiusOf<Self>) -> Self;
 
     /// Times a power of two, exactly.
     fn scaled(self, power_of_two: f64) -> Self;
@@ -44,7 +47,7 @@ pub(crate) trait Real:
     /// Natural logarithm of a positive number.
     fn ln(self) -> Self;
 
-    /// Angle of the point `(x, self)`, in (-pi, pi]; never called across the cut.
+    /// Angle of the point `(x, self)`, in (-pi, pi].
     fn atan2(self, x: Self) -> Self;
 
     /// Clausen's function `Cl2`, see [`dilogarithm`].
@@ -53,27 +56,33 @@ pub(crate) trait Real:
     /// Exactly this double.
     #[inline]
     fn exact(value: f64) -> Self {
-        Self::approximate(Self::Number::from_double(value), 0.0)
+        Self::approximate(Self::Number::from_double(value), 0.0.into())
     }
 
     /// The difference of two doubles, times a power of two.
     #[inline]
     fn difference(a: f64, b: f64, power_of_two: f64) -> Self {
         let difference = Self::Number::difference(a, b).scaled(power_of_two);
-        Self::approximate(difference, Self::Number::DIFFERENCE * difference.high().abs())
+        Self::approximate(difference, Self::Number::roundoff() * difference.size() * Self::Number::DIFFERENCE_UNITS)
     }
 
     /// A double-double known to within `error`, rounded to this scalar.
     #[inline]
     fn from_double_double(value: DoubleDouble, error: f64) -> Self {
         let rounded = Self::Number::from_double_double(value);
-        Self::approximate(rounded, error + Self::Number::ROUNDOFF * rounded.high().abs())
+        Self::rounded(rounded).widened(error.into())
+    }
+
+    /// A number off by at most a roundoff.
+    #[inline]
+    fn rounded(value: Self::Number) -> Self {
+        Self::approximate(value, Self::Number::roundoff() * value.size())
     }
 
     /// pi.
     #[inline]
     fn pi() -> Self {
-        Self::from_double_double(DoubleDouble::pi(), 0.0)
+        Self::rounded(Self::Number::pi())
     }
 
     /// The magnitude.
@@ -87,7 +96,7 @@ impl Real for f64 {
     type Number = Self;
 
     #[inline]
-    fn approximate(value: Self, _error: f64) -> Self {
+    fn approximate(value: Self, _error: Self) -> Self {
         value
     }
 
@@ -97,7 +106,12 @@ impl Real for f64 {
     }
 
     #[inline]
-    fn error(self) -> f64 {
+    fn size(self) -> Self {
+        self.abs()
+    }
+
+    #[inline]
+    fn error(self) -> Self {
         0.0
     }
 
@@ -107,13 +121,8 @@ impl Real for f64 {
     }
 
     #[inline]
-    fn widened(self, _error: f64) -> Self {
+    fn widened(self, _error: Self) -> Self {
         self
-    }
-
-    #[inline]
-    fn with_sign_of(self, other: Self) -> Self {
-        if other < 0.0 { -self } else { self }
     }
 
     #[inline]

@@ -9,7 +9,7 @@ use crate::ladder::Case;
 use crate::linear::{LinearSum, Seen};
 use crate::plan::unit_normal;
 use crate::polynomial::{self, PolynomialSum};
-use crate::real::Real;
+use crate::real::{RadiusOf, Real};
 use crate::vec3::Vec3;
 use crate::{Emission, Receiver, horizon, visibility};
 
@@ -25,7 +25,6 @@ impl<T: Real> Terms<T> {
     #[inline]
     pub(crate) fn sum<const VALUE: bool, const GRADIENT: bool>(case: &Case<'_>) -> Option<Self> {
         let Case { receiver, emitter, plan, .. } = *case;
-        let emission = emitter.affine();
         let terms = if let Emission::Constant(_) = emitter.emission() {
             let mut angles = SolidAngleVector::zero();
             let mut edges = EdgeSum::new(unit_normal(receiver));
@@ -37,16 +36,16 @@ impl<T: Real> Terms<T> {
                     edges.add(arc);
                 }
             })?;
-            let emission = T::exact(emission.value);
+            let emission = T::exact(emitter.affine().value);
             Self { irradiance: angles.phi() * emission, gradient: edges.sum() * emission }.widened(doubt)
         } else if let Some(plane) = emitter.polynomial() {
-            let seen = polynomial::Seen::new(receiver, emitter.polygon(), plane, plan.power, emitter.power());
+            let seen = polynomial::Seen::new(receiver, emitter, plane, plan.power);
             let mut sum = PolynomialSum::new(seen);
             let doubt = visit(case, |arc: &Arc<T>| sum.add::<GRADIENT>(arc))?;
             let gradient = if GRADIENT { sum.gradient() } else { Vec3::zero() };
             Self { irradiance: sum.irradiance(), gradient }.widened(doubt)
         } else {
-            let mut sum = LinearSum::new(Seen::new(receiver, emitter.polygon(), emission, plan.power));
+            let mut sum = LinearSum::new(Seen::new(receiver, emitter, plan.power));
             let doubt = visit(case, |arc: &Arc<T>| sum.add::<GRADIENT>(arc))?;
             let total = sum.total();
             Self { irradiance: total.irradiance, gradient: total.gradient }.widened(doubt)
@@ -54,7 +53,7 @@ impl<T: Real> Terms<T> {
         Some(terms)
     }
 
-    fn widened(self, doubt: visibility::Doubt) -> Self {
+    fn widened(self, doubt: visibility::Doubt<RadiusOf<T>>) -> Self {
         Self {
             irradiance: self.irradiance.map(|c| c.widened(doubt.irradiance)),
             gradient: self.gradient.map(|c| c.widened(doubt.gradient)),
@@ -76,11 +75,11 @@ impl<T: Real> Terms<T> {
 
 /// Calls the arcs of the visible boundary; returns what undecided visibility may change, or `None` where nothing is visible.
 #[inline]
-pub(crate) fn visit<T: Real>(case: &Case<'_>, visit: impl FnMut(&Arc<T>)) -> Option<visibility::Doubt> {
+pub(crate) fn visit<T: Real>(case: &Case<'_>, visit: impl FnMut(&Arc<T>)) -> Option<visibility::Doubt<RadiusOf<T>>> {
     let Case { receiver, emitter, occluders, plan } = *case;
     if occluders.is_empty() {
         horizon::visit_boundary(receiver, emitter.polygon(), plan, visit);
-        Some(visibility::Doubt::default())
+        Some(visibility::Doubt::none())
     } else {
         visibility::visit_boundary(receiver, emitter, occluders, plan, visit)
     }

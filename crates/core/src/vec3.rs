@@ -32,6 +32,11 @@ impl<T: Real> Vec3<T> {
         let zero = T::exact(0.0);
         Self::new(zero, zero, zero)
     }
+
+    /// The unit vector along this one.
+    pub(crate) fn unit(self) -> Self {
+        self * (T::exact(1.0) / self.norm_squared().sqrt())
+    }
 }
 
 impl<T> Vec3<T>

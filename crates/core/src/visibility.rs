@@ -11,17 +11,24 @@
 use glam::DVec3;
 
 use crate::arc::{Arc, Generator, Line};
-use crate::plan::{Plan, Side, height_over_horizon, height_over_plane, offset, precise_height, side_of, unit_normal};
-use crate::real::Real;
+use crate::plan::{Plan, Side, height_over_horizon, height_over_plane, offset, side_of, unit_normal};
+use crate::radius::Radius;
+use crate::real::{RadiusOf, Real};
 use crate::triangulate::convex_parts;
 use crate::vec3::Vec3;
 use crate::{Emitter, Polygon, Receiver};
 
 /// Bounds on what undecided signs may change, in the sums without the factor rho/pi.
-#[derive(Debug, Clone, Copy, Default)]
-pub(crate) struct Doubt {
-    pub(crate) irradiance: f64,
-    pub(crate) gradient: f64,
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Doubt<R> {
+    pub(crate) irradiance: R,
+    pub(crate) gradient: R,
+}
+
+impl<R: Radius> Doubt<R> {
+    pub(crate) fn none() -> Self {
+        Self { irradiance: 0.0.into(), gradient: 0.0.into() }
+    }
 }
 
 /// The end points of an edge of the input, in the order of their bits: the same line for whoever shares the edge.
@@ -61,8 +68,8 @@ pub(crate) fn visit_boundary<T: Real>(
     occluders: &[Polygon],
     plan: &Plan,
     mut visit: impl FnMut(&Arc<T>),
-) -> Option<Doubt> {
-    let mut subtraction = Subtraction::new(receiver, emitter, plan);
+) -> Option<Doubt<RadiusOf<T>>> {
+    let mut subtraction = Subtraction::<T>::new(receiver, emitter, plan);
     let mut parts: Vec<Part<T>> = convex_parts(emitter.polygon())
         .iter()
         .filter_map(|indices| subtraction.part_above_horizon(receiver, emitter.polygon(), indices, plan))
@@ -80,37 +87,33 @@ pub(crate) fn visit_boundary<T: Real>(
         }
     }
     let doubt = subtraction.doubt;
-    (!parts.is_empty() || doubt.irradiance > 0.0 || doubt.gradient > 0.0).then_some(doubt)
+    (!parts.is_empty() || doubt.irradiance > 0.0.into() || doubt.gradient > 0.0.into()).then_some(doubt)
 }
 
 /// What bounds the doubt, and the doubt so far.
-struct Subtraction {
+struct Subtraction<T: Real> {
     /// Height of the receiver over the emitter's plane, from below.
-    height: f64,
+    height: RadiusOf<T>,
     /// Bound on `|B|`.
     emission: f64,
     /// Bound on `|grad B| (1 + 1/c)` over the emitter.
-    steepness: f64,
-    doubt: Doubt,
+    steepness: RadiusOf<T>,
+    doubt: Doubt<RadiusOf<T>>,
 }
 
-impl Subtraction {
+impl<T: Real> Subtraction<T> {
     fn new(receiver: &Receiver, emitter: &Emitter, plan: &Plan) -> Self {
         let polygon = emitter.polygon();
-        let (height, error) = precise_height(receiver.position(), polygon, plan.power);
-        let height = height.hi - error - polygon.planarity_defect() * plan.power;
+        let height: T = height_over_plane(receiver.position(), polygon, plan.power);
+        let defect = RadiusOf::<T>::from(polygon.planarity_defect() * plan.power);
+        let height = (height.size() * (1.0 - 2.0 * f64::EPSILON) - height.error() - defect).max(0.0.into());
         // Points of the emitter are at most 2 sqrt(3) away, so 1/c <= 4/h.
-        let steepness = emitter.steepest_emission() * emitter.power() / plan.power * (1.0 + 4.0 / height) * 1.01;
-        Self { height, emission: emitter.largest_emission() * emitter.power() * 1.01, steepness, doubt: Doubt::default() }
+        let gradient = emitter.steepest_emission() * emitter.power() / plan.power * 1.01;
+        let steepness = (RadiusOf::<T>::from(4.0) / height + 1.0.into()) * gradient;
+        Self { height, emission: emitter.largest_emission() * emitter.power() * 1.01, steepness, doubt: Doubt::none() }
     }
 
-    fn part_above_horizon<T: Real>(
-        &mut self,
-        receiver: &Receiver,
-        polygon: &Polygon,
-        indices: &[usize],
-        plan: &Plan,
-    ) -> Option<Part<T>> {
+    fn part_above_horizon(&mut self, receiver: &Receiver, polygon: &Polygon, indices: &[usize], plan: &Plan) -> Option<Part<T>> {
         let (x, power) = (receiver.position(), plan.power);
         let vertices: Vec<DVec3> = indices.iter().map(|&i| polygon.vertices()[i]).collect();
         let next = |i: usize| vertices[(i + 1) % vertices.len()];
@@ -125,7 +128,7 @@ impl Subtraction {
     }
 
     /// The parts of `part` outside `shadow`.
-    fn subtract<T: Real>(&mut self, part: Part<T>, shadow: &Shadow<T>) -> Vec<Part<T>> {
+    fn subtract(&mut self, part: Part<T>, shadow: &Shadow<T>) -> Vec<Part<T>> {
         if shadow.misses(&part) {
             return vec![part];
         }
@@ -144,7 +147,7 @@ impl Subtraction {
     }
 
     /// The part where `N . omega < 0` for the normal of `side`, if any.
-    fn cut<T: Real>(&mut self, part: &Part<T>, side: &ConeSide<T>) -> Option<Part<T>> {
+    fn cut(&mut self, part: &Part<T>, side: &ConeSide<T>) -> Option<Part<T>> {
         let normal = side.generator.normal();
         let twin = part.0.iter().find(|(_, own)| side.name.is_some() && own.name == side.name);
         if let Some((_, own)) = twin {
@@ -156,7 +159,7 @@ impl Subtraction {
     }
 
     /// The part of positive depth, closed along `side` (Sutherland and Hodgman 1974, on a cone).
-    fn keep<T: Real>(&mut self, part: &Part<T>, depths: &[T], side: &ConeSide<T>) -> Option<Part<T>> {
+    fn keep(&mut self, part: &Part<T>, depths: &[T], side: &ConeSide<T>) -> Option<Part<T>> {
         self.add_doubt(part, depths, side);
         let count = part.0.len();
         let inside = |i: usize| depths[i].value() > 0.0;
@@ -187,32 +190,33 @@ impl Subtraction {
     ///
     /// The region in question is within `depth/h` of the cutting plane, in a hemisphere. Its boundary runs along the edges at the
     /// corner as far as the depth may vanish, and back along the cut.
-    fn add_doubt<T: Real>(&mut self, part: &Part<T>, depths: &[T], side: &ConeSide<T>) {
+    fn add_doubt(&mut self, part: &Part<T>, depths: &[T], side: &ConeSide<T>) {
         let count = part.0.len();
-        let possible = |i: usize| depths[i].value().abs() + depths[i].error();
+        let possible = |i: usize| depths[i].size() + depths[i].error();
+        let half_turn = RadiusOf::<T>::from(std::f64::consts::PI);
         for i in 0..count {
             let j = (i + 1) % count;
             let (start, own) = part.0[i];
             let (end, _) = part.0[j];
-            let length = 1.01 * (end - start).norm_squared().value().sqrt() / self.height;
+            let length = || (end - start).norm_squared().size().sqrt() * 1.01 / self.height;
             let (depth, weight) = match (is_doubtful(depths[i]), is_doubtful(depths[j])) {
                 (false, false) => continue,
                 (true, true) => {
                     let depth = possible(i).max(possible(j));
-                    (depth, length.min(std::f64::consts::PI) * exchange(&own.generator, &side.generator, depth / self.height))
+                    (depth, length().min(half_turn) * exchange(&own.generator, &side.generator, depth / self.height))
                 }
                 (first, _) => {
                     let (doubtful, other) = if first { (i, j) } else { (j, i) };
                     let depth = possible(doubtful);
-                    let clear = depths[other].value().abs() - depths[other].error() - depth;
-                    let fraction = if clear > depth { depth / clear } else { 1.0 };
-                    let length = (length * fraction).min(std::f64::consts::PI);
+                    let clear = depths[other].size() - depths[other].error() - depth;
+                    let fraction = if clear > depth { depth / clear } else { 1.0.into() };
+                    let length = (length() * fraction).min(half_turn);
                     (depth, length * (nearness(&own.generator) + nearness(&side.generator)))
                 }
             };
-            let area = std::f64::consts::TAU * (depth / self.height).min(1.0);
-            self.doubt.irradiance += self.emission * area;
-            self.doubt.gradient += self.steepness * area + self.emission * weight;
+            let area = (depth / self.height).min(1.0.into()) * std::f64::consts::TAU;
+            self.doubt.irradiance = self.doubt.irradiance + area * self.emission;
+            self.doubt.gradient = self.doubt.gradient + self.steepness * area + weight * self.emission;
         }
     }
 }
@@ -220,31 +224,34 @@ impl Subtraction {
 /// How much a unit of arc weighs more or less in the gradient when it lies on the other of two lines that are seen within the angle `near` of each
 /// other: an arc weighs `-(N/S) (toward.V)`, with `|V|` at most its length, and V itself moves by at most four times `near`. Lines in space that
 /// coincide (edges with a T-junction) weigh the same; an edge in the horizon is seen with `n1.omega` at most `near`.
-fn exchange<T: Real>(own: &Generator<T>, cut: &Generator<T>, near: f64) -> f64 {
-    let moved = 4.0 * near * (nearness(own) + nearness(cut));
+fn exchange<T: Real>(own: &Generator<T>, cut: &Generator<T>, near: RadiusOf<T>) -> RadiusOf<T> {
+    let moved = near * (nearness(own) + nearness(cut)) * 4.0;
     let (Generator::Emitter(own) | Generator::Occluder(own), Generator::Emitter(cut) | Generator::Occluder(cut)) = (own, cut)
     else {
         return moved;
     };
-    let bound = |v: Vec3<T>| v.map(|c| c.value().abs() + c.error()).norm_squared().sqrt();
+    let bound = |v: Vec3<T>| {
+        let v = v.map(|c| c.size() + c.error());
+        (v.x * v.x + v.y * v.y + v.z * v.z).sqrt()
+    };
     let (own, cut) = (own.frame(), cut.frame());
     let facing = if own.normal.dot(cut.normal).value() < 0.0 { T::exact(-1.0) } else { T::exact(1.0) };
     let [own_weight, cut_weight] = [&own, &cut].map(|frame| frame.normal * (T::exact(1.0) / frame.distance));
-    1.01 * (bound(own_weight - cut_weight * facing) + bound(own.toward - cut.toward) * bound(cut_weight)) + moved
+    (bound(own_weight - cut_weight * facing) + bound(own.toward - cut.toward) * bound(cut_weight)) * 1.01 + moved
 }
 
 /// Whether the sign is not known. An exact zero is no doubt: a corner on the horizon.
 fn is_doubtful<T: Real>(depth: T) -> bool {
-    depth.error() > 0.0 && depth.value().abs() <= depth.error()
+    depth.error() > 0.0.into() && depth.size() <= depth.error()
 }
 
 /// Bound on `1/S` of a generating line; the horizon has none.
-fn nearness<T: Real>(generator: &Generator<T>) -> f64 {
+fn nearness<T: Real>(generator: &Generator<T>) -> RadiusOf<T> {
     match generator {
-        Generator::Horizon(_) => 0.0,
+        Generator::Horizon(_) => 0.0.into(),
         Generator::Emitter(line) | Generator::Occluder(line) => {
-            let length = line.e.norm_squared().value().sqrt();
-            1.01 * length / (line.moment.value() - line.moment.error()).max(0.0)
+            let length = line.e.norm_squared().size().sqrt();
+            length * 1.01 / (line.moment.size() - line.moment.error()).max(0.0.into())
         }
     }
 }
@@ -307,7 +314,7 @@ impl<T: Real> Shadow<T> {
     fn misses(&self, part: &Part<T>) -> bool {
         let beyond = |normal: Vec3<T>, point: Vec3<T>| {
             let height = normal.dot(point);
-            height.value() > height.error()
+            height.value() > 0.0 && height.size() > height.error()
         };
         self.lines.iter().any(|(line, _)| part.0.iter().all(|(corner, _)| beyond(line.w, *corner)))
             || part.0.iter().any(|(_, side)| self.corners.iter().all(|corner| beyond(side.generator.normal(), *corner)))
@@ -316,8 +323,7 @@ impl<T: Real> Shadow<T> {
 
 /// The line in which the occluder meets the emitter's plane, from where it sinks below to where it rises.
 fn waterline<T: Real>(sink: Vec3<T>, rise: Vec3<T>, emitter: &Polygon, occluder: &Polygon) -> Line<T> {
-    let normal = |polygon: &Polygon| polygon.precise_normal().map(|c| T::from_double_double(c, polygon.normal_error()));
-    let direction = normal(emitter).cross(normal(occluder));
+    let direction = emitter.unit_normal::<T>().cross(occluder.unit_normal());
     let direction = if direction.dot(rise - sink).value() < 0.0 { -direction } else { direction };
     Line::along(direction, sink)
 }

@@ -2,7 +2,7 @@
 //!
 //! `y = m + u t_1 + v t_2`, m the middle of the polygon and `(t_1, t_2, n2)` orthonormal, turns `B(y)` into `sum b_ij u^i v^j`.
 //! Done once per emitter, in double-double with running bounds, lengths in a unit near the polygon's size: coefficients lose
-//! what cancels when the origin is far from the polygon, and say so.
+//! what cancels when the origin is far from the polygon, and say so. For scalars with more digits it is done anew.
 
 use glam::DVec3;
 
@@ -12,7 +12,8 @@ use crate::Error;
 use crate::certify::Ball;
 use crate::double_double::DoubleDouble;
 use crate::emission::Affine;
-use crate::geometry::{Polygon, exact_offset, normalising_power};
+use crate::geometry::{Polygon, normalising_power};
+use crate::number::Number;
 use crate::plan::offset;
 use crate::real::Real;
 use crate::vec3::Vec3;
@@ -21,8 +22,8 @@ type Precise = Ball<DoubleDouble>;
 
 /// Coordinates in the plane of a polygon: the offset from its vertex 0 along two axes, less that of its middle.
 #[derive(Debug, Clone, PartialEq)]
-struct Coordinates {
-    axes: [Vec3<Precise>; 2],
+pub(super) struct Coordinates<T> {
+    axes: [Vec3<T>; 2],
     first: DVec3,
     middle: [f64; 2],
     /// Multiplies lengths.
@@ -32,14 +33,15 @@ struct Coordinates {
 /// A bivariate polynomial around the middle of a polygon.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct InPlane {
-    coordinates: Coordinates,
+    polynomial: Polynomial,
+    coordinates: Coordinates<Precise>,
     coefficients: Bivariate<Precise>,
     largest: f64,
     steepest: f64,
     uncertainty: f64,
 }
 
-impl Coordinates {
+impl<T: Real> Coordinates<T> {
     /// The middle is that of the extents along the axes.
     fn new(polygon: &Polygon) -> Self {
         let power = normalising_power(polygon.size());
@@ -52,27 +54,44 @@ impl Coordinates {
         plane
     }
 
-    fn at(&self, point: DVec3) -> [Precise; 2] {
-        let r = exact_offset(point, self.first, self.power).map(|c| Precise::from_double_double(c, 0.0));
-        [0, 1].map(|i| self.axes[i].dot(r) - Precise::exact(self.middle[i]))
+    fn at(&self, point: DVec3) -> [T; 2] {
+        let r = offset::<T>(point, self.first, self.power);
+        [0, 1].map(|i| self.axes[i].dot(r) - T::exact(self.middle[i]))
     }
 
+    /// The middle, as an offset from `origin`.
+    fn middle_from(&self, origin: DVec3) -> Vec3<T> {
+        let first = offset::<T>(self.first, origin, self.power);
+        first + self.axes[0] * T::exact(self.middle[0]) + self.axes[1] * T::exact(self.middle[1])
+    }
+
+    /// The unit vectors `t_1` and `t_2`.
+    pub(super) const fn axes(&self) -> [Vec3<T>; 2] {
+        self.axes
+    }
+
+    /// The polynomial with these coefficients for lengths multiplied by `power`, emission by `emission_power`, and positions
+    /// relative to the foot point of `x`.
+    pub(super) fn around_foot(&self, coefficients: &Bivariate<T>, x: DVec3, power: f64, emission_power: f64) -> Bivariate<T> {
+        let ratio = self.power / power;
+        let scaled = coefficients.map(|i, j, c| (0..i + j).fold(c.scaled(emission_power), |c, _| c.scaled(ratio)));
+        let first: Vec3<T> = offset(self.first, x, power);
+        let [u, v] = [0, 1].map(|i| first.dot(self.axes[i]) + T::exact(self.middle[i] / ratio));
+        scaled.shifted(u, v)
+    }
+}
+
+impl Coordinates<Precise> {
     /// Bounds on |u| and |v| over the polygon.
     fn reach(&self, polygon: &Polygon) -> [f64; 2] {
         let along = |axis: usize| polygon.vertices().iter().map(|v| magnitude(self.at(*v)[axis])).fold(0.0, f64::max);
         [along(0), along(1)]
     }
-
-    /// The middle, as an offset from `origin`.
-    fn middle_from(&self, origin: DVec3) -> Vec3<Precise> {
-        let first = exact_offset(self.first, origin, self.power).map(|c| Precise::from_double_double(c, 0.0));
-        first + self.axes[0] * Precise::exact(self.middle[0]) + self.axes[1] * Precise::exact(self.middle[1])
-    }
 }
 
 impl InPlane {
     pub(crate) fn new(polygon: &Polygon, polynomial: &Polynomial) -> Result<Self, Error> {
-        let coordinates = Coordinates::new(polygon);
+        let coordinates = Coordinates::<Precise>::new(polygon);
         let coefficients = restricted(polynomial, &coordinates);
         let reach = coordinates.reach(polygon);
         let largest = bound_over(&coefficients, reach);
@@ -82,7 +101,7 @@ impl InPlane {
         let [along_u, along_v] = coefficients.gradient().map(|slope| bound_over(&slope, reach));
         let steepest = (along_u * along_u + along_v * along_v).sqrt() * coordinates.power;
         let uncertainty = bound_over(&coefficients.map(|_, _, c| Precise::exact(c.error())), reach);
-        Ok(Self { coordinates, coefficients, largest, steepest, uncertainty })
+        Ok(Self { polynomial: polynomial.clone(), coordinates, coefficients, largest, steepest, uncertainty })
     }
 
     /// Coordinates of a point of the plane in the unit of the polynomial, to a rounding.
@@ -92,7 +111,7 @@ impl InPlane {
 
     /// The coefficients in that unit for emission multiplied by `emission_power`, to a rounding.
     pub(crate) fn rounded(&self, emission_power: f64) -> Bivariate<f64> {
-        self.coefficients.map(|_, _, c| f64::from_double_double(c.middle(), c.error()) * emission_power)
+        self.coefficients.map(|_, _, c| c.middle().to_f64() * emission_power)
     }
 
     pub(crate) const fn degree(&self) -> usize {
@@ -104,24 +123,17 @@ impl InPlane {
         self.uncertainty
     }
 
-    /// The unit vectors `t_1` and `t_2`.
-    pub(super) fn axes<T: Real>(&self) -> [Vec3<T>; 2] {
-        self.coordinates.axes.map(rounded)
-    }
-
-    /// The coefficients for lengths multiplied by `power`, emission by `emission_power`, and positions relative to the foot
-    /// point of `x`.
-    pub(super) fn around_foot<T: Real>(&self, x: DVec3, power: f64, emission_power: f64) -> Bivariate<T> {
-        let ratio = self.coordinates.power / power;
-        let scaled = self.coefficients.map(|i, j, c| {
-            let rounded = T::from_double_double(c.middle(), c.error()).scaled(emission_power);
-            (0..i + j).fold(rounded, |c, _| c.scaled(ratio))
-        });
-        let middle = self.coordinates.middle;
-        let first: Vec3<T> = offset(self.coordinates.first, x, power);
-        let axes: [Vec3<T>; 2] = self.axes();
-        let [u, v] = [0, 1].map(|i| first.dot(axes[i]) + T::exact(middle[i] / ratio));
-        scaled.shifted(u, v)
+    /// Coordinates in the plane and the coefficients in them, to the digits of the scalar.
+    pub(super) fn precise<T: Real>(&self, polygon: &Polygon) -> (Coordinates<T>, Bivariate<T>) {
+        if T::Number::BEYOND_DOUBLE_DOUBLE {
+            let coordinates = Coordinates::new(polygon);
+            let coefficients = restricted(&self.polynomial, &coordinates);
+            return (coordinates, coefficients);
+        }
+        let Coordinates { axes, first, middle, power } = self.coordinates;
+        let rounded = |c: Precise| T::from_double_double(c.middle(), c.error());
+        let coordinates = Coordinates { axes: axes.map(|axis| axis.map(rounded)), first, middle, power };
+        (coordinates, self.coefficients.map(|_, _, c| rounded(c)))
     }
 
     /// Bound on `|B|` over the polygon, in the unit of the caller.
@@ -140,42 +152,32 @@ impl InPlane {
         let first = middle.map(|m| Precise::exact(-m));
         let [along_u, along_v] = self.coefficients.gradient().map(|slope| slope.value(first));
         let slope = axes[0] * along_u + axes[1] * along_v;
-        let error = slope.map(Real::error);
-        Affine {
-            value: self.coefficients.value(first).value(),
-            gradient: slope.map(|c| c.middle().scaled(*power)),
-            gradient_error: error.x.max(error.y).max(error.z) * power,
-            residual: 0.0,
-        }
+        Affine::new(self.coefficients.value(first).value(), slope.map(|c| c.scaled(*power)))
     }
 }
 
 /// The polynomial with each coordinate replaced by its affine function of u and v.
-fn restricted(polynomial: &Polynomial, coordinates: &Coordinates) -> Bivariate<Precise> {
+fn restricted<T: Real>(polynomial: &Polynomial, coordinates: &Coordinates<T>) -> Bivariate<T> {
     let Coordinates { axes: [t_1, t_2], power, .. } = coordinates;
     let middle = coordinates.middle_from(polynomial.origin());
     let affine = [(middle.x, [t_1.x, t_2.x]), (middle.y, [t_1.y, t_2.y]), (middle.z, [t_1.z, t_2.z])];
     let mut sum = Bivariate::zero(polynomial.degree().max(1) as usize);
     for term in polynomial.terms() {
         let mut product = Bivariate::zero(0);
-        *product.at_mut(0, 0) = Precise::exact(term.coefficient);
+        *product.at_mut(0, 0) = T::exact(term.coefficient);
         for ((constant, along), count) in affine.into_iter().zip(term.powers) {
             for _ in 0..count {
                 product = product.times_linear(constant, along).map(|_, _, c| c.scaled(1.0 / power));
             }
         }
-        sum.add_scaled(&product, Precise::exact(1.0));
+        sum.add_scaled(&product, T::exact(1.0));
     }
     sum
 }
 
-fn rounded<T: Real>(v: Vec3<Precise>) -> Vec3<T> {
-    v.map(|c| T::from_double_double(c.middle(), c.error()))
-}
-
 /// Unit vectors in the plane, `t_1 x t_2 = n2`: the first across the coordinate axis that is farthest from the normal.
-fn axes(polygon: &Polygon) -> [Vec3<Precise>; 2] {
-    let n2 = polygon.precise_normal().map(|c| Precise::from_double_double(c, polygon.normal_error()));
+fn axes<T: Real>(polygon: &Polygon) -> [Vec3<T>; 2] {
+    let n2 = polygon.unit_normal::<T>();
     let size = n2.map(|c| c.value().abs());
     let axis = if size.x <= size.y && size.x <= size.z {
         [1.0, 0.0, 0.0]
@@ -184,8 +186,8 @@ fn axes(polygon: &Polygon) -> [Vec3<Precise>; 2] {
     } else {
         [0.0, 0.0, 1.0]
     };
-    let across = Vec3::from(DVec3::from_array(axis)).map(Precise::exact).cross(n2);
-    let first = across * (Precise::exact(1.0) / across.norm_squared().sqrt());
+    let across = Vec3::from(DVec3::from_array(axis)).map(T::exact).cross(n2);
+    let first = across * (T::exact(1.0) / across.norm_squared().sqrt());
     [first, n2.cross(first)]
 }
 

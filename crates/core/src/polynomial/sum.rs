@@ -18,13 +18,12 @@ use super::bivariate::{Bivariate, whole};
 use super::moments::Contour;
 use super::plane::InPlane;
 use super::segment::{Segment, on_line};
-use crate::Receiver;
 use crate::arc::{Arc, Generator};
-use crate::geometry::Polygon;
 use crate::linear::{segment_frame, x1_term};
-use crate::plan::{precise_height, unit_normal};
+use crate::plan::{height_over_plane, unit_normal};
 use crate::real::Real;
 use crate::vec3::Vec3;
+use crate::{Emitter, Receiver};
 
 /// A polynomial emission seen from x, in normalised lengths.
 #[derive(Debug, Clone)]
@@ -39,16 +38,17 @@ pub(crate) struct Seen<T> {
 
 impl<T: Real> Seen<T> {
     /// Vertices off the plane by the polygon's defect change height and emission by that much: both go into the bounds.
-    pub(crate) fn new(receiver: &Receiver, polygon: &Polygon, plane: &InPlane, power: f64, emission_power: f64) -> Self {
-        let mut emission: Bivariate<T> = plane.around_foot(receiver.position(), power, emission_power);
+    pub(crate) fn new(receiver: &Receiver, emitter: &Emitter, plane: &InPlane, power: f64) -> Self {
+        let (x, polygon) = (receiver.position(), emitter.polygon());
+        let (coordinates, coefficients) = plane.precise::<T>(polygon);
+        let mut emission = coordinates.around_foot(&coefficients, x, power, emitter.power());
         let constant = emission.at_mut(0, 0);
-        *constant = constant.widened(2.0 * plane.steepest() * polygon.planarity_defect() * emission_power);
-        let (height, error) = precise_height(receiver.position(), polygon, power);
+        *constant = constant.widened((2.0 * plane.steepest() * polygon.planarity_defect() * emitter.power()).into());
         Self {
             n1: unit_normal(receiver),
-            n2: polygon.precise_normal().map(|c| T::from_double_double(c, polygon.normal_error())),
-            axes: plane.axes(),
-            height: T::from_double_double(height, error + polygon.planarity_defect() * power),
+            n2: polygon.unit_normal(),
+            axes: coordinates.axes(),
+            height: height_over_plane::<T>(x, polygon, power).widened((polygon.planarity_defect() * power).into()),
             emission,
         }
     }

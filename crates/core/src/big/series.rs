@@ -1,0 +1,191 @@
+//! Coefficients of the series of [`crate::arc`] and [`crate::dilogarithm`] to any number of bits, found when they are first needed.
+//!
+//! Bernoulli numbers come from tangent numbers, `|B_2k| = 2k T_k / (4^k (4^k - 1))`, and those from sums of positive numbers only (Brent and
+//! Harvey, "Fast computation of Bernoulli, tangent and secant numbers", 2011, algorithm TangentNumbers): each step loses three roundings at
+//! most, and the 64 bits that coefficients have beyond the precision asked pay for all of them, as for those of Horner's rule.
+
+use astro_float::BigFloat;
+
+use super::functions::Steps;
+use super::{Magnitude, NEAREST, shifted};
+use crate::dilogarithm::Around;
+
+/// Bits beyond the precision asked.
+pub(super) const GUARD: usize = 64;
+
+/// The coefficients for one precision.
+pub(super) struct Coefficients {
+    bits: usize,
+    pub(super) steps: Steps,
+    sine: Vec<BigFloat>,
+    around_zero: Vec<BigFloat>,
+    around_pi: Vec<BigFloat>,
+}
+
+impl Coefficients {
+    pub(super) fn new(bits: usize) -> Self {
+        Self { bits, steps: Steps::default(), sine: Vec::new(), around_zero: Vec::new(), around_pi: Vec::new() }
+    }
+
+    pub(super) const fn bits(&self) -> usize {
+        self.bits
+    }
+
+    pub(super) fn sine_terms(&mut self) -> usize {
+        if self.sine.is_empty() {
+            self.sine = sine_coefficients(self.bits);
+        }
+        self.sine.len()
+    }
+
+    /// Coefficient `k` below [`Self::sine_terms`].
+    pub(super) fn sine(&self, k: usize) -> &BigFloat {
+        &self.sine[k]
+    }
+
+    /// The sum over `square = t^2` with a relative error of at most two roundoffs of the whole series.
+    ///
+    /// The ratio of terms stays below `r = (t/2 pi)^2` around 0 and `(t/pi)^2` around pi, at most 1/9, and term k is at most `r^k/6`: `bits/log2(1/r)`
+    /// terms leave less than a quarter of a roundoff.
+    pub(super) fn clausen_sum(&mut self, around: Around, square: &BigFloat) -> BigFloat {
+        if self.around_zero.is_empty() {
+            (self.around_zero, self.around_pi) = clausen_coefficients(self.bits);
+        }
+        /// `2 log2 pi`.
+        const LOG_SQUARE: f64 = 3.302_992_259_161_862;
+        let (coefficients, ratio) = match around {
+            Around::Zero => (&self.around_zero, LOG_SQUARE + 2.0 - Magnitude::of(square).log2()),
+            Around::Pi => (&self.around_pi, LOG_SQUARE - Magnitude::of(square).log2()),
+        };
+        let terms = first_integer_above(self.bits as f64 / ratio).clamp(1, coefficients.len());
+        let working = self.bits + GUARD;
+        let sum = coefficients[..terms]
+            .iter()
+            .rev()
+            .fold(BigFloat::new(working), |sum, c| sum.mul(square, working, NEAREST).add(c, working, NEAREST));
+        rounded(sum, self.bits)
+    }
+}
+
+/// Terms of Clausen's series that leave less than a quarter of a roundoff where they meet, at a ratio of 1/9.
+fn clausen_terms(bits: usize) -> usize {
+    first_integer_above(bits as f64 / 3.169) + 1
+}
+
+#[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a positive number of terms, far below 2^32")]
+pub(super) fn first_integer_above(value: f64) -> usize {
+    value as usize + 1
+}
+
+pub(super) fn rounded(number: BigFloat, bits: usize) -> BigFloat {
+    number.add(&BigFloat::new(64), bits, NEAREST)
+}
+
+pub(super) fn integer(n: usize) -> BigFloat {
+    BigFloat::from_word(n as u64, 64)
+}
+
+/// `(-1)^k 6 / (2k + 3)!` while above an eighth of a roundoff.
+fn sine_coefficients(bits: usize) -> Vec<BigFloat> {
+    let working = bits + GUARD;
+    let least = Magnitude::power_of_two(-(bits as i64) - 3);
+    let mut exact = vec![BigFloat::from_word(1, working)];
+    loop {
+        let k = exact.len();
+        let next = exact[k - 1].div(&integer((2 * k + 2) * (2 * k + 3)), working, NEAREST).neg();
+        if Magnitude::of(&next) < least {
+            return exact.into_iter().map(|c| rounded(c, bits)).collect();
+        }
+        exact.push(next);
+    }
+}
+
+/// `T_1`, `T_2`, ... in the order of the array.
+fn tangent_numbers(count: usize, bits: usize) -> Vec<BigFloat> {
+    let mut tangent = vec![BigFloat::from_word(1, bits)];
+    for k in 1..count {
+        tangent.push(tangent[k - 1].mul(&integer(k), bits, NEAREST));
+    }
+    for k in 1..count {
+        for j in k..count {
+            let earlier = tangent[j - 1].mul(&integer(j - k), bits, NEAREST);
+            tangent[j] = tangent[j].mul(&integer(j - k + 2), bits, NEAREST).add(&earlier, bits, NEAREST);
+        }
+    }
+    tangent
+}
+
+/// `|B_2k| / (2k (2k+1)!) = T_k / (4^k (4^k - 1) (2k+1)!)`, and the same times `4^k - 1`.
+fn clausen_coefficients(bits: usize) -> (Vec<BigFloat>, Vec<BigFloat>) {
+    let working = bits + GUARD;
+    let one = BigFloat::from_word(1, working);
+    let mut factorial = one.clone();
+    let mut power: i32 = 0;
+    let coefficient = |(index, tangent): (usize, &BigFloat)| {
+        let k = index + 1;
+        power += 2;
+        factorial = factorial.mul(&integer(2 * k * (2 * k + 1)), working, NEAREST);
+        let around_pi = shifted(&tangent.div(&factorial, working, NEAREST), -power);
+        let around_zero = around_pi.div(&shifted(&one, power).sub(&one, working, NEAREST), working, NEAREST);
+        (around_zero, around_pi)
+    };
+    tangent_numbers(clausen_terms(bits), working).iter().enumerate().map(coefficient).unzip()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Big, with_bits};
+    use super::*;
+    use crate::arc::SINE_SERIES;
+    use crate::dilogarithm::clausen;
+    use crate::double_double::DoubleDouble;
+    use crate::number::Number;
+    use crate::radius::Radius;
+
+    #[test]
+    fn tangent_numbers_are_those_of_the_series_of_the_tangent() {
+        let expected = [1.0, 2.0, 16.0, 272.0, 7936.0, 353_792.0, 22_368_256.0];
+        for (tangent, expected) in tangent_numbers(7, 128).iter().zip(expected) {
+            assert_eq!(super::super::nearest_double(tangent), expected);
+        }
+    }
+
+    #[test]
+    fn coefficients_are_those_kept_in_double_double() {
+        with_bits(128, || {
+            assert!(Big::sine_terms() > SINE_SERIES.len());
+            for (k, kept) in SINE_SERIES.into_iter().enumerate() {
+                let difference = Big::sine_coefficient(k) - Big::from_double_double(kept);
+                assert!(difference.high().abs() <= 2f64.powi(-105) * kept.hi.abs(), "{k}");
+            }
+            for t in [1e-9, 0.3, 1.7, 2.0943, 2.0945, 3.0, 4.1, 4.2, 6.0] {
+                let wide = clausen(Big::from_double(t));
+                let narrow = clausen(DoubleDouble::from(t));
+                let difference = (wide - Big::from_double_double(narrow)).high().abs();
+                assert!(difference <= 20.0 * DoubleDouble::roundoff() * narrow.hi.abs(), "{t}: {difference:e}");
+            }
+        });
+    }
+
+    #[test]
+    fn clausens_function_keeps_its_error_bound_at_any_precision() {
+        for bits in [64, 192, 448, 1024] {
+            for t in [1e-200, 1e-5, 0.7, 2.0943, 2.0945, 3.13, 4.18, 4.19, 6.25] {
+                let [rough, fine] = [bits, bits + 128].map(|bits| with_bits(bits, || clausen(Big::from_double(t)).to_float()));
+                let error = Magnitude::of(&fine.sub_full_prec(&rough)) / Magnitude::of(&fine);
+                let units = (error * Magnitude::power_of_two(bits as i64)).to_double();
+                assert!(units <= Big::CLAUSEN_UNITS, "{bits} bits, t = {t}: {units} units");
+            }
+        }
+    }
+
+    #[test]
+    fn clausens_function_has_known_values_at_fifty_digits() {
+        // Catalan's constant, the value at pi/2.
+        let catalan = with_bits(192, || clausen(Big::pi().scaled(0.5)).to_float());
+        assert!(super::super::to_decimal(&catalan, -50).starts_with("9.1596559417721901505460351493238411077414937428167e-1"));
+        // Gieseking's constant, the largest value, at pi/3.
+        let gieseking = with_bits(192, || clausen(Big::pi() / Big::from_double(3.0)).to_float());
+        assert!(super::super::to_decimal(&gieseking, -50).starts_with("1.014941606409653625021202554274520285941689307530"));
+    }
+}

@@ -1,0 +1,190 @@
+//! As many digits as are asked for, each proven.
+//!
+//! The closed form is evaluated with balls of ever more bits, until the radius is small enough (Ziv's strategy). It starts with 80 bits beyond
+//! the digits asked, which pays for a cancellation of 1e20, and gives up at [`SPARE_BITS`] beyond: what needs more is undecidable, such as an
+//! emitter hidden exactly by two screens together, or a linear emission on vertices that are not exactly in one plane.
+
+use astro_float::BigFloat;
+
+use crate::big::{Big, Magnitude, to_decimal, upper_decimal, with_bits};
+use crate::certify::Ball;
+use crate::ladder::Case;
+use crate::number::ROUNDOFF;
+use crate::plan::Plan;
+use crate::radius::Radius;
+use crate::real::Real;
+use crate::terms::Terms;
+use crate::vec3::Vec3;
+use crate::{Emitter, Error, Polygon, Receiver};
+
+/// Radiosity and gradient in decimal digits, with proven absolute error bounds that include the rounding of the digits.
+///
+/// All are in scientific notation, `-1.25e-3`, and parse as any decimal number does.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct PreciseAnswer {
+    /// Radiosity `B(x)`, in the unit of the emission.
+    pub radiosity: String,
+    /// Gradient of `B` with respect to `x` at fixed normal, in that unit over the unit of length.
+    pub gradient: [String; 3],
+    /// Proven bound on the error of `radiosity`.
+    pub radiosity_error: String,
+    /// Proven bound on the Euclidean norm of the error of `gradient`.
+    pub gradient_error: String,
+    /// Bits of the numbers that gave the answer; 0 where it is exactly 0 and nothing was computed.
+    pub bits: usize,
+}
+
+/// Most digits that can be asked for.
+pub const MOST_DIGITS: u32 = 1000;
+
+/// Bits beyond the digits asked after which the evaluation gives up: doubles span 2100 binary places, and a height may cancel twice that.
+const SPARE_BITS: usize = 8192;
+
+/// Radiosity and gradient at `receiver` due to the part of `emitter` that it sees past `occluders`, with a relative error of at most
+/// `10^-digits` (of the norm, for the gradient).
+///
+/// The truth is the exact result for the doubles as given. A triangle takes about 0.2 ms for 20 or 50 digits and 0.25 ms for 100 where its emission
+/// is constant, 0.6 to 1 ms where it is linear; the first call of a thread at a new precision finds the coefficients of the series, in 5 ms more.
+///
+/// ```
+/// use radgrad_core::{DVec3, Emission, Emitter, Polygon, Receiver, evaluate_digits};
+/// let at = |x, y, z| DVec3::new(x, y, z);
+/// let ceiling = Polygon::new(vec![at(0.0, 0.0, 1.0), at(0.0, 1.0, 1.0), at(1.0, 1.0, 1.0), at(1.0, 0.0, 1.0)])?;
+/// let lamp = Emitter::new(ceiling, Emission::Constant(1.0))?;
+/// let corner = Receiver::new(DVec3::ZERO, DVec3::Z, 1.0)?;
+/// let answer = evaluate_digits(&corner, &lamp, &[], 50)?;
+/// // atan(1/sqrt 2) / (pi sqrt 2)
+/// assert!(answer.radiosity.starts_with("1.3853160599489299678076970863447567973073739484901"));
+/// # Ok::<(), radgrad_core::Error>(())
+/// ```
+///
+/// # Errors
+/// If `digits` is 0 or above [`MOST_DIGITS`], or the bound does not come down to what is asked.
+pub fn evaluate_digits(
+    receiver: &Receiver,
+    emitter: &Emitter,
+    occluders: &[Polygon],
+    digits: u32,
+) -> Result<PreciseAnswer, Error> {
+    if !(1..=MOST_DIGITS).contains(&digits) {
+        return Err(Error::Digits { value: digits, most: MOST_DIGITS });
+    }
+    let plan = Plan::new(receiver, emitter.polygon()).filter(|_| !emitter.is_dark());
+    let Some(plan) = plan else { return Ok(PreciseAnswer::zero(0)) };
+    let case = Case { receiver, emitter, occluders, plan: &plan };
+    let tolerance = Magnitude::power_of_ten(-i64::from(digits)) * 0.5;
+    // log2 10 < 3.322
+    let first = ((digits as usize * 3322).div_ceil(1000) + 80).next_multiple_of(64);
+    let mut bits = first;
+    while bits <= first + SPARE_BITS {
+        let Some(enclosed) = Enclosed::find(&case, bits) else { return Ok(PreciseAnswer::zero(bits)) };
+        if enclosed.relative_error() <= tolerance {
+            return Ok(enclosed.in_unit(&case).to_decimals(digits, bits));
+        }
+        bits *= 2;
+    }
+    Err(Error::Undecided { digits, bits: bits / 2 })
+}
+
+/// A number within `radius` of `mid`.
+#[derive(Debug, Clone)]
+struct Enclosure {
+    mid: BigFloat,
+    radius: Magnitude,
+}
+
+/// What the closed form gave, in normalised lengths and emission.
+#[derive(Debug, Clone)]
+pub(crate) struct Enclosed {
+    radiosity: Enclosure,
+    gradient: [Enclosure; 3],
+}
+
+impl Enclosed {
+    /// Evaluates with so many bits; `None` where nothing is visible.
+    pub(crate) fn find(case: &Case<'_>, bits: usize) -> Option<Self> {
+        let keep = |ball: Ball<Big>| Enclosure { mid: ball.middle().to_float(), radius: ball.error() };
+        with_bits(bits, || {
+            let terms = Terms::<Ball<Big>>::sum::<true, true>(case)?;
+            let Vec3 { x, y, z } = terms.gradient(case.receiver);
+            Some(Self { radiosity: keep(terms.radiosity(case.receiver)), gradient: [x, y, z].map(keep) })
+        })
+    }
+
+    /// The larger of the relative errors of value and gradient; infinite where a value may be 0.
+    pub(crate) fn relative_error(&self) -> Magnitude {
+        let relative = |radius: Magnitude, size: Magnitude| {
+            if radius == Magnitude::from(0.0) {
+                radius
+            } else if radius < size {
+                radius / size
+            } else {
+                Magnitude::from(f64::INFINITY)
+            }
+        };
+        let radiosity = relative(self.radiosity.radius, Magnitude::of(&self.radiosity.mid));
+        let gradient = relative(norm(self.gradient.each_ref().map(|c| c.radius)), self.gradient_size());
+        radiosity.max(gradient)
+    }
+
+    fn gradient_size(&self) -> Magnitude {
+        norm(self.gradient.each_ref().map(|c| Magnitude::of(&c.mid)))
+    }
+
+    /// From normalised lengths and emission to those of the caller, exactly.
+    fn in_unit(&self, case: &Case<'_>) -> Self {
+        let (lengths, emission) = (Magnitude::from(case.plan.power), Magnitude::from(case.emitter.power()));
+        let per_emission = Magnitude::from(1.0) / emission;
+        Self {
+            radiosity: self.radiosity.times(per_emission),
+            gradient: self.gradient.each_ref().map(|c| c.times(per_emission * lengths)),
+        }
+    }
+
+    /// The doubles nearest to value and gradient, each with a bound on its error, the rounding included.
+    pub(crate) fn to_doubles(&self) -> ((f64, f64), (Vec3<f64>, f64)) {
+        let (radiosity, radiosity_error) = self.radiosity.to_double();
+        let [x, y, z] = self.gradient.each_ref().map(Enclosure::to_double);
+        let error = norm([x.1, y.1, z.1]) * (1.0 + 8.0 * f64::EPSILON);
+        ((radiosity, radiosity_error.to_double()), (Vec3::new(x.0, y.0, z.0), error.to_double()))
+    }
+
+    fn to_decimals(&self, digits: u32, bits: usize) -> PreciseAnswer {
+        // A unit of the last place is at most a tenth of the tolerance.
+        let place = |size: Magnitude| size.decimal_exponent() - i64::from(digits) - 1;
+        let last = place(Magnitude::of(&self.radiosity.mid));
+        let last_of_gradient = place(self.gradient_size());
+        let rounded = |radius: Magnitude, last: i64| radius + Magnitude::power_of_ten(last);
+        PreciseAnswer {
+            radiosity: to_decimal(&self.radiosity.mid, last),
+            gradient: self.gradient.each_ref().map(|c| to_decimal(&c.mid, last_of_gradient)),
+            radiosity_error: upper_decimal(rounded(self.radiosity.radius, last)),
+            gradient_error: upper_decimal(norm(self.gradient.each_ref().map(|c| rounded(c.radius, last_of_gradient)))),
+            bits,
+        }
+    }
+}
+
+impl Enclosure {
+    fn times(&self, power_of_two: Magnitude) -> Self {
+        Self { mid: power_of_two.shift(&self.mid), radius: self.radius * power_of_two }
+    }
+
+    fn to_double(&self) -> (f64, Magnitude) {
+        let (value, rest) = crate::big::split_double(&self.mid);
+        // Half an ulp rather than what the rounding was: whoever compares with a rounded truth must not find it broken.
+        let rounding = if rest == Magnitude::from(0.0) { rest } else { rest.max(Magnitude::from(ROUNDOFF * value.abs())) };
+        (value, (self.radius + rounding) * (1.0 + f64::EPSILON))
+    }
+}
+
+impl PreciseAnswer {
+    fn zero(bits: usize) -> Self {
+        let zero = || "0".to_owned();
+        Self { radiosity: zero(), gradient: [zero(), zero(), zero()], radiosity_error: zero(), gradient_error: zero(), bits }
+    }
+}
+
+fn norm([x, y, z]: [Magnitude; 3]) -> Magnitude {
+    (x * x + y * y + z * z).sqrt()
+}
