@@ -142,6 +142,7 @@ fn every_emission_is_positive_over_the_emitter_and_every_kind_occurs() {
                 EmissionRecord::Constant { .. } => 0,
                 EmissionRecord::Vertices { .. } => 1,
                 EmissionRecord::Gradient { .. } => 2,
+                EmissionRecord::Polynomial { .. } => panic!("{} has a polynomial emission", case.id),
             }] = true;
             let problem = case.problem().expect("valid");
             let vertices = problem.emitter.polygon().vertices();
