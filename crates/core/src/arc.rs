@@ -198,7 +198,7 @@ fn half_angle_minus_sine<T: Real>(angle: T, sin: T) -> T {
         return (angle - sin) * T::exact(0.5);
     }
     let square = angle * angle;
-    let coefficients = (0..T::Number::sine_terms()).rev().map(T::Number::sine_coefficient);
+    let coefficients = T::Number::sine_coefficients().rev();
     let sum = coefficients.fold(T::exact(0.0), |sum, c| sum * square + T::rounded(c));
     let truncated = sum.widened(T::Number::roundoff() * 0.25);
     angle * square * truncated / T::exact(12.0)

@@ -272,11 +272,9 @@ impl Number for Big {
     fn pi_minus(self) -> Self {
         Self::new(|arena| functions::pi_minus(&arena.numbers[self.0], arena.bits, &mut arena.constants))
     }
-    fn sine_terms() -> usize {
-        ARENA.with_borrow_mut(|arena| arena.with_coefficients().0.sine_terms())
-    }
-    fn sine_coefficient(k: usize) -> Self {
-        Self::new(|arena| arena.with_coefficients().0.sine(k).clone())
+    fn sine_coefficients() -> impl DoubleEndedIterator<Item = Self> {
+        let terms = ARENA.with_borrow_mut(|arena| arena.with_coefficients().0.sine_terms());
+        (0..terms).map(|k| Self::new(|arena| arena.with_coefficients().0.sine(k).clone()))
     }
     fn clausen_sum(around: Around, square: Self) -> Self {
         Self::new(|arena| {
