@@ -65,7 +65,9 @@ impl<T: Real> Line<T> {
     ///
     /// Near the line's extension `w` cancels: below an eighth of `|r| |e|` it is taken in double-double, so that its relative error stays at
     /// a few roundings down to 1e-14 of the distance.
-    #[inline]
+    ///
+    /// Always inlined: a tenth of the plain closed form is the call.
+    #[inline(always)]
     pub(crate) fn through(from: DVec3, to: DVec3, x: DVec3, power: f64) -> Self {
         let e: Vec3<T> = offset(to, from, power);
         let near = if (from - x).length_squared() <= (to - x).length_squared() { from } else { to };
