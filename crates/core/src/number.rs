@@ -1,5 +1,5 @@
-//! What the middle of a [`crate::certify::Ball`] can be: a double, a double-double, or a number of as many digits as are asked for
-//! (`crate::big`), each with the relative errors of its operations.
+//! What the middle of a [`crate::certify::Ball`] can be: a double, a double-double, or a number of as many digits as are asked
+//! for (`crate::big`), each with the relative errors of its operations.
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 

@@ -1,8 +1,10 @@
-//! Coefficients of the series of [`crate::arc`] and [`crate::dilogarithm`] to any number of bits, found when they are first needed.
+//! Coefficients of the series of [`crate::arc`] and [`crate::dilogarithm`] to any number of bits, found when they are first
+//! needed.
 //!
-//! Bernoulli numbers come from tangent numbers, `|B_2k| = 2k T_k / (4^k (4^k - 1))`, and those from sums of positive numbers only (Brent and
-//! Harvey, "Fast computation of Bernoulli, tangent and secant numbers", 2011, algorithm TangentNumbers): each step loses three roundings at
-//! most, and the 64 bits that coefficients have beyond the precision asked pay for all of them, as for those of Horner's rule.
+//! Bernoulli numbers come from tangent numbers, `|B_2k| = 2k T_k / (4^k (4^k - 1))`, and those from sums of positive numbers only
+//! (Brent and Harvey, "Fast computation of Bernoulli, tangent and secant numbers", 2011, algorithm TangentNumbers): each step
+//! loses three roundings at most, and the 64 bits that coefficients have beyond the precision asked pay for all of them, as for
+//! those of Horner's rule.
 
 use astro_float::BigFloat;
 
@@ -45,8 +47,8 @@ impl Coefficients {
 
     /// The sum over `square = t^2` with a relative error of at most two roundoffs of the whole series.
     ///
-    /// The ratio of terms stays below `r = (t/2 pi)^2` around 0 and `(t/pi)^2` around pi, at most 1/9, and term k is at most `r^k/6`: `bits/log2(1/r)`
-    /// terms leave less than a quarter of a roundoff.
+    /// The ratio of terms stays below `r = (t/2 pi)^2` around 0 and `(t/pi)^2` around pi, at most 1/9, and term k is at most
+    /// `r^k/6`: `bits/log2(1/r)` terms leave less than a quarter of a roundoff.
     pub(super) fn clausen_sum(&mut self, around: Around, square: &BigFloat) -> BigFloat {
         if self.around_zero.is_empty() {
             (self.around_zero, self.around_pi) = clausen_coefficients(self.bits);
