@@ -173,12 +173,11 @@ impl Enclosure {
         Self { mid: power_of_two.shift(&self.mid), radius: self.radius * power_of_two }
     }
 
-    /// As in [`Ball`], the bound has half an ulp for the rounding.
     fn to_double(&self) -> (f64, Magnitude) {
         let (value, rest) = split_double(&self.mid);
-        let half_ulp = Magnitude::from(ROUNDOFF * value.abs());
-        let rest = if rest == Magnitude::from(0.0) { rest } else { rest.max(half_ulp) };
-        (value, (self.radius + rest) * (1.0 + f64::EPSILON))
+        // Half an ulp rather than what the rounding was: whoever compares with a rounded truth must not find it broken.
+        let rounding = if rest == Magnitude::from(0.0) { rest } else { rest.max(Magnitude::from(ROUNDOFF * value.abs())) };
+        (value, (self.radius + rounding) * (1.0 + f64::EPSILON))
     }
 }
 

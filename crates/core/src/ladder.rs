@@ -64,6 +64,11 @@ impl Found {
             && self.gradient_error <= tolerance * self.gradient.norm_squared().sqrt()
     }
 
+    /// Whether little but the rounding to doubles is left, so that nothing dearer gives more.
+    fn is_rounded(&self) -> bool {
+        self.meets(1.01 * ROUNDOFF)
+    }
+
     /// The larger of the two relative bounds; infinite where one of them bounds nothing.
     fn relative_error(&self) -> f64 {
         let shares = [self.radiosity_error / self.radiosity.abs(), self.gradient_error / self.gradient.norm_squared().sqrt()];
@@ -98,7 +103,7 @@ impl Case<'_> {
             return self.scaled(found, Method::Quadrature);
         }
         let found = self.certified::<DoubleDouble>();
-        if found.meets(tolerance) {
+        if found.meets(tolerance) || found.is_rounded() {
             return self.scaled(found, Method::DoubleDouble);
         }
         #[cfg(feature = "arbitrary-precision")]
