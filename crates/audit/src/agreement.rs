@@ -1,8 +1,8 @@
-//! Do the oracles agree? Three ways to the same numbers that share no integrand: the enclosure, adaptive cubature, Monte Carlo; and core's
-//! second implementation beside them where it is meant to be good.
+//! Do the oracles agree? Three ways to the same numbers that share no integrand: the enclosure, adaptive cubature, Monte Carlo;
+//! and core's second implementation beside them where it is meant to be good.
 //!
-//! The enclosure decides; the others may not contradict it. A contradiction is an error of its own, whichever of the two is wrong: it is
-//! reported, never averaged away.
+//! The enclosure decides; the others may not contradict it. A contradiction is an error of its own, whichever of the two is
+//! wrong: it is reported, never averaged away.
 
 use std::fmt;
 
@@ -25,7 +25,8 @@ const TOLERANCE: f64 = 1e-7;
 /// Evaluations it may spend on a case.
 const BUDGET: usize = 200_000;
 
-/// "Converged" with an error of more than so many tolerances is a silent failure: an estimate is no bound, but must not be off by that.
+/// "Converged" with an error of more than so many tolerances is a silent failure: an estimate is no bound, but must not be off
+/// by that.
 const SILENT: f64 = 10.0;
 
 /// Points that Monte Carlo draws on an emitter.
@@ -37,9 +38,9 @@ const CONFIDENCE: f64 = 1.0 - 1e-9;
 /// Families that no oracle in doubles is asked about: which side of a plane an exact receiver is on, they do not decide exactly.
 const IN_PLANE: [Family; 2] = [Family::InPlaneInside, Family::InPlaneOutside];
 
-/// Families that Monte Carlo is not asked about besides. Within 1e-8 sizes of the emitter's plane its silhouette loses the side that the
-/// receiver is on, it looks beside an edge farther than a needle is wide, and at 1e8 sizes its intervals, which know of chance alone, are
-/// narrower than the rounding of its sums.
+/// Families that Monte Carlo is not asked about besides. Within 1e-8 sizes of the emitter's plane its silhouette loses the side
+/// that the receiver is on, it looks beside an edge farther than a needle is wide, and at 1e8 sizes its intervals, which know
+/// of chance alone, are narrower than the rounding of its sums.
 const NOT_SAMPLED: [Family; 7] =
     [Family::Contact, Family::NearEdge, Family::NearVertex, Family::NearExtension, Family::Grazing, Family::Needle, Family::Far];
 

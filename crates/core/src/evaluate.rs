@@ -1,7 +1,7 @@
 //! One receiver, one emitter, any occluders: the answer with its bounds.
 //!
-//! `B(x) = (rho/pi) int B(y) (n1.r)(-n2.r)/|r|^4 dA` (HS95 Eq. 1) over the part of the emitter that x sees above its horizon, and its gradient with
-//! respect to x at fixed n1. What is computed how is decided in [`crate::plan`] and [`crate::ladder`].
+//! `B(x) = (rho/pi) int B(y) (n1.r)(-n2.r)/|r|^4 dA` (HS95 Eq. 1) over the part of the emitter that x sees above its horizon,
+//! and its gradient with respect to x at fixed n1. What is computed how is decided in [`crate::plan`] and [`crate::ladder`].
 
 use glam::DVec3;
 
@@ -42,8 +42,8 @@ impl Answer {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum Method {
-    /// Nothing to compute: the receiver is behind the emitter or in its plane, the emitter is below the horizon, or occluders hide all of
-    /// it. Exactly 0.
+    /// Nothing to compute: the receiver is behind the emitter or in its plane, the emitter is below the horizon, or occluders
+    /// hide all of it. Exactly 0.
     Zero,
     /// A Gauss rule on the emitter with an a-priori bound, far away.
     Quadrature,
@@ -84,10 +84,10 @@ pub fn evaluate(receiver: &Receiver, emitter: &Emitter, occluders: &[Polygon]) -
 
 /// Radiosity and gradient at `receiver` due to the part of `emitter` that it sees past `occluders`, with bounds.
 ///
-/// The cheapest method whose bound is at most `tolerance` times the value (times the norm, for the gradient) answers; if none is, the last one does: the
-/// bounds say so. The last one gives the nearest doubles, so below a tolerance of 2^-53 its bound is that of their rounding, and
-/// [`crate::evaluate_digits`] gives what doubles cannot.
-/// Occluders are opaque from both sides; those behind the receiver or the emitter are left out by themselves.
+/// The cheapest method whose bound is at most `tolerance` times the value (times the norm, for the gradient) answers; if none
+/// is, the last one does: the bounds say so. The last one gives the nearest doubles, so below a tolerance of 2^-53 its bound is
+/// that of their rounding, and [`crate::evaluate_digits`] gives what doubles cannot. Occluders are opaque from both sides;
+/// those behind the receiver or the emitter are left out by themselves.
 ///
 /// ```
 /// use radgrad_core::{DVec3, Emission, Emitter, Polygon, Receiver, evaluate_to};
@@ -142,7 +142,8 @@ pub fn radiosity_and_gradient(receiver: &Receiver, emitter: &Emitter) -> Result<
     unbounded::<true, true>(receiver, emitter)
 }
 
-/// What is asked for, in double precision; where that breaks down, a line through the receiver to the last digit, the ladder answers.
+/// What is asked for, in double precision; where that breaks down, a line through the receiver to the last digit, the ladder
+/// answers.
 #[inline]
 fn unbounded<const VALUE: bool, const GRADIENT: bool>(receiver: &Receiver, emitter: &Emitter) -> Result<(f64, DVec3), Error> {
     let Some(plan) = Plan::new(receiver, emitter.polygon()) else { return Ok((0.0, DVec3::ZERO)) };
@@ -159,9 +160,9 @@ fn unbounded<const VALUE: bool, const GRADIENT: bool>(receiver: &Receiver, emitt
 
 /// Irradiance vector `E = int B(y) omega domega` over the part of the emitter above the horizon, in the unit of the emission.
 ///
-/// The radiosity is `(rho/pi) n1.E`; a receiver at the same point with a nearby normal m, and the same part of the emitter above its horizon,
-/// has `(rho/pi) m.E`. Its derivative with respect to the normal is `dB/dn1 = (rho/pi) E`, also where the horizon crosses the emitter, since
-/// the part that the horizon gains or loses is seen edge-on.
+/// The radiosity is `(rho/pi) n1.E`; a receiver at the same point with a nearby normal m, and the same part of the emitter
+/// above its horizon, has `(rho/pi) m.E`. Its derivative with respect to the normal is `dB/dn1 = (rho/pi) E`, also where the
+/// horizon crosses the emitter, since the part that the horizon gains or loses is seen edge-on.
 ///
 /// A polynomial emission loses digits far away, `(D/s)^degree` of them; [`evaluate`] does not.
 ///

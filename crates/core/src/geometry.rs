@@ -125,7 +125,8 @@ impl Polygon {
     ///
     /// # Errors
     /// If there are fewer than three vertices, a coordinate is not finite, two consecutive vertices are the same point, all are
-    /// on one line, one is off the plane by more than `4e-12` of the size plus the rounding of the coordinates, or two edges meet.
+    /// on one line, one is off the plane by more than `4e-12` of the size plus the rounding of the coordinates, or two edges
+    /// meet.
     pub fn new(vertices: Vec<DVec3>) -> Result<Self, Error> {
         let count = vertices.len();
         if count < 3 {

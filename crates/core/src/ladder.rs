@@ -1,8 +1,8 @@
 //! The answer to a tolerance, looked for from the cheap to the dear, as Ziv's strategy for elementary functions does.
 //!
 //! 1. A Gauss rule on the emitter with an a-priori bound ([`crate::gauss`]), where few nodes do: far away.
-//! 2. The closed form in double precision with its bound: derived once for a constant emitter ([`crate::constant`]), running otherwise
-//!    ([`crate::certify`]).
+//! 2. The closed form in double precision with its bound: derived once for a constant emitter ([`crate::constant`]), running
+//!    otherwise ([`crate::certify`]).
 //! 3. The Gauss rule with more nodes, where that is still cheaper than:
 //! 4. the closed form in double-double with a running bound;
 //! 5. the same with 256 and then 1024 bits, rounded to doubles, where the crate is built with arbitrary precision.
@@ -209,7 +209,8 @@ fn in_unit(value: f64, powers: [f64; 2]) -> f64 {
     value * powers[0].max(powers[1]) * powers[0].min(powers[1])
 }
 
-/// A bound in its unit: what is below the normal range may have been rounded on the way there, and what is not a number bounds nothing.
+/// A bound in its unit: what is below the normal range may have been rounded on the way there, and what is not a number bounds
+/// nothing.
 fn bound(radius: f64) -> f64 {
     if radius.is_nan() {
         f64::INFINITY

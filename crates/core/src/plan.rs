@@ -1,7 +1,8 @@
 //! What does this case need? Every decision that changes the shape of the answer is taken here, exactly.
 //!
 //! - The receiver must be in front of the emitter's plane, `h = n2.(x - E_0) > 0`: emission is one-sided.
-//! - Each vertex is above the receiver's horizon, `n1.r_i > 0`, or not; a vertex on it counts as not above, and contributes nothing.
+//! - Each vertex is above the receiver's horizon, `n1.r_i > 0`, or not; a vertex on it counts as not above, and contributes
+//!   nothing.
 //!
 //! A double-precision filter with its rounding bound decides nearly always; double-double, then exact arithmetic, decide the
 //! rest. The truth is the exact result for the doubles as given, so a sign found here is right without a tolerance.

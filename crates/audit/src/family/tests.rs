@@ -17,7 +17,8 @@ fn lit_families() -> impl Iterator<Item = Family> {
     Family::ALL.into_iter().filter(|f| !f.is_refused())
 }
 
-/// Height over the emitter's plane and over its size, elevations of the vertices over the horizon, distance of the nearest vertex.
+/// Height over the emitter's plane and over its size, elevations of the vertices over the horizon, distance of the nearest
+/// vertex.
 struct Figures {
     height: f64,
     lowest: f64,
