@@ -8,6 +8,7 @@
 //!
 //! With a randomised sequence a sample is the mean over one scrambling, so the intervals rest on the number of scramblings.
 
+mod arc;
 mod sampling;
 mod silhouette;
 mod sobol;
@@ -146,10 +147,11 @@ pub fn integrate_source(
         return Ok(Estimate { radiosity: zero, gradient: [zero; 3], samples: 0, hits: 0 });
     }
     let occluders = Occluders::new(receiver.position(), region.unit, occluders);
+    let integrand = Integrand::new(&region, source);
     let estimator = Estimator {
         sampler: Sampler::new(&region, sampling),
-        silhouette: Silhouette::new(&region, polygon, source, &occluders)?,
-        integrand: Integrand::new(&region, source),
+        silhouette: Silhouette::new(&region, integrand, &occluders)?,
+        integrand,
         occluders: &occluders,
         region: &region,
     };

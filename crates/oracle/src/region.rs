@@ -113,6 +113,11 @@ impl Region {
         self.position + (self.axes[0] * p + self.axes[1] * q - self.axes[2] * self.height) / self.unit
     }
 
+    /// The seen point at in-plane coordinates `(p, q)`, with what the corners carry.
+    pub(crate) fn vertex(&self, p: f64, q: f64) -> Option<Vertex> {
+        self.triangles.iter().find_map(|triangle| triangle.vertex(p, q))
+    }
+
     /// Square of the distance of the nearest seen point.
     pub(crate) fn squared_distance(&self) -> f64 {
         let in_plane = self.triangles.iter().map(Triangle::squared_distance_to_foot).fold(f64::INFINITY, f64::min);

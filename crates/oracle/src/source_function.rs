@@ -38,14 +38,6 @@ impl SourceFunction<'_> {
         })
     }
 
-    /// Emission at a point of the plane.
-    pub(crate) fn at(&self, y: DVec3) -> f64 {
-        match self {
-            Self::Emitter(emitter) => emitter.emission_at(y),
-            Self::Function { radiosity, .. } => radiosity(y),
-        }
-    }
-
     /// Bounds on the emission over the polygon.
     pub(crate) fn range(&self) -> ConfidenceInterval {
         match self {
