@@ -93,6 +93,9 @@ pub struct Estimate {
 /// what Student's limits are worth above it.
 const FEWEST_HITS: f64 = 50.0;
 
+/// Units of rounding in one sample: its point, its weight and the integrand are some forty operations without cancellation.
+const ROUNDINGS_OF_A_SAMPLE: f64 = 64.0;
+
 /// Radiosity and gradient of `emitter` at `receiver` past opaque `occluders`, with limits at the given `confidence` each.
 ///
 /// ```
@@ -261,7 +264,9 @@ impl Estimator<'_> {
         let value = self.sampler.total() * value;
         let gradient = self.sampler.total() * gradient * slope + self.silhouette.total() * emission;
         let value = ConfidenceInterval { low: value * emitted.low.min(0.0), high: value * emitted.high.max(0.0) };
-        [value, ConfidenceInterval { low: -gradient, high: gradient }]
+        let gradient = ConfidenceInterval { low: -gradient, high: gradient };
+        // The bounds are rounded as a sample is.
+        [value, gradient].map(|range| range.scaled(1.0 + ROUNDINGS_OF_A_SAMPLE * f64::EPSILON))
     }
 }
 
@@ -272,13 +277,23 @@ impl Tally {
         }
     }
 
+    /// Bound on the rounding of a mean: that of each addition to it, and of its samples. Without it the limits of samples that hardly
+    /// differ, such as those of an emitter 1e8 sizes away by solid angle, would be narrower than the digits they are made of.
+    fn rounding(&self, magnitude: f64) -> f64 {
+        (self.samples as f64 + ROUNDINGS_OF_A_SAMPLE) * f64::EPSILON * magnitude
+    }
+
     fn limits(&self, [value, gradient]: [ConfidenceInterval; 2], region: &Region, confidence: f64) -> Result<Estimate, Error> {
+        let magnitude = |i: usize| self.magnitudes[i].mean();
+        // A component is a sum of three of the frame of the region.
+        let of_gradient = self.rounding(magnitude(1) + magnitude(2) + magnitude(3));
         let of = |i: usize, range: ConfidenceInterval, factor: f64| -> Result<Limits, Error> {
             let moments = &self.moments[i];
-            let distribution_free = moments.distribution_free(confidence, range).scaled(factor);
-            let equivalent = self.magnitudes[i].mean() * self.samples as f64 / range.low.abs().max(range.high);
+            let rounding = if i == 0 { self.rounding(magnitude(0)) } else { of_gradient };
+            let distribution_free = moments.distribution_free(confidence, range).widened(rounding).within(range).scaled(factor);
+            let equivalent = magnitude(i) * self.samples as f64 / range.low.abs().max(range.high);
             let (student, status) = if equivalent >= FEWEST_HITS {
-                (moments.student(confidence)?.scaled(factor), Status::Sampled)
+                (moments.student(confidence)?.widened(rounding).scaled(factor), Status::Sampled)
             } else {
                 (distribution_free, Status::TooFewHits)
             };

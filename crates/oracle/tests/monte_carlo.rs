@@ -152,6 +152,22 @@ fn limits_contain_the_truth_from_far_away() {
 }
 
 #[test]
+fn limits_contain_the_truth_where_samples_differ_by_their_rounding_only() {
+    let emitter = Emitter::new(polygon(&TILTED), Emission::Constant(1.0)).unwrap();
+    for distance in [1e6, 1e9, 1e12] {
+        let position = emitter.polygon().normal() * distance;
+        let receiver = Receiver::new(position, -position, 1.0).unwrap();
+        let truth = enclose(&receiver, &emitter, 16).unwrap().radiosity.to_f64();
+        for seed in 0..100 {
+            let sequence = Sequence::Independent { samples: 2400, seed };
+            let limits = integrate(&receiver, &emitter, &[], Sampling::SolidAngle, sequence, 0.99).unwrap().radiosity;
+            assert!(limits.student.contains(truth) && limits.distribution_free.contains(truth), "{distance}: {truth} {limits:?}");
+            assert!(limits.student.width() < 1e-11 * truth);
+        }
+    }
+}
+
+#[test]
 fn limits_contain_the_truth_past_an_occluder() {
     let corners = [[0.1, -0.2, 1.0], [0.45, -0.15, 1.1], [0.4, 0.3, 1.2], [0.05, 0.25, 1.1]];
     // The fourth corner brought into the plane of the others.
