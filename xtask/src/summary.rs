@@ -9,8 +9,8 @@ use radgrad_audit::measure::{Kind, Quantity};
 use radgrad_audit::mutants::Mutant;
 use radgrad_audit::table::{FamilyTable, Table};
 
-/// A row a family: outcomes, then median, 99 % and worst of the errors with the worst case of the gradient, then the worst over the
-/// condition and over the stated bound. An exclamation mark stands at what is beyond its gate.
+/// A row a family: outcomes, then median, 99 % and worst of the errors with the worst case of the gradient, then the worst over
+/// the condition and over the stated bound. An exclamation mark stands at what is beyond its gate.
 pub(crate) fn families(table: &Table, gates: &Gates) -> Printed {
     let mut printed = with_header(&[
         "family",

@@ -1,8 +1,8 @@
-//! Do the oracles agree? Three ways to the same numbers that share no integrand: the enclosure, adaptive cubature, Monte Carlo; and core's
-//! second implementation beside them where it is meant to be good.
+//! Do the oracles agree? Three ways to the same numbers that share no integrand: the enclosure, adaptive cubature, Monte Carlo;
+//! and core's second implementation beside them where it is meant to be good.
 //!
-//! The enclosure decides; the others may not contradict it. A contradiction is an error of its own, whichever of the two is wrong: it is
-//! reported, never averaged away.
+//! The enclosure decides; the others may not contradict it. A contradiction is an error of its own, whichever of the two is
+//! wrong: it is reported, never averaged away.
 
 use std::fmt;
 
@@ -25,7 +25,8 @@ const TOLERANCE: f64 = 1e-7;
 /// Evaluations it may spend on a case.
 const BUDGET: usize = 200_000;
 
-/// "Converged" with an error of more than so many tolerances is a silent failure: an estimate is no bound, but must not be off by that.
+/// "Converged" with an error of more than so many tolerances is a silent failure: an estimate is no bound, but must not be off
+/// by that.
 const SILENT: f64 = 10.0;
 
 /// Points that Monte Carlo draws on an emitter.

@@ -1,7 +1,9 @@
 //! The condition of a case: how far a rounding of the input, by half an ulp of every number in it, can move the answer.
 //!
-//! `effect = sum over motions m of |df/dm| u_m`, f the radiosity or the gradient (Euclidean norm), `u_m` what half an ulp amounts to:
-//! - receiver and emitter against each other along each axis: half an ulp of the receiver's coordinate and of the largest vertex's;
+//! `effect = sum over motions m of |df/dm| u_m`, f the radiosity or the gradient (Euclidean norm), `u_m` what half an ulp
+//! amounts to:
+//! - receiver and emitter against each other along each axis: half an ulp of the receiver's coordinate and of the largest
+//!   vertex's;
 //! - the normal n1 turned about two axes: `eps/2`;
 //! - the emitter's plane turned about two axes in it: half an ulp of the largest coordinate over the width across;
 //! - each vertex along two axes in the plane: half an ulp of the vertex;
@@ -9,10 +11,11 @@
 //!
 //! These keep a polygon of any number of vertices planar, where moving single coordinates would bend it.
 //!
-//! The derivatives are central differences of core's answers, by 1/16 of the closest feature of the case (distance to vertex, edge,
-//! plane, horizon; width of the emitter), so good to a few per cent. A step of an ulp would measure core's rounding errors instead, and
-//! an error divided by itself passes every gate; here the error of a certified answer enters multiplied by 8 ulp over that feature's size. Where
-//! a feature is within 16 ulp the step is an ulp's half after all, and the condition says what it is: the input determines no digit.
+//! The derivatives are central differences of core's answers, by 1/16 of the closest feature of the case (distance to vertex,
+//! edge, plane, horizon; width of the emitter), so good to a few per cent. A step of an ulp would measure core's rounding
+//! errors instead, and an error divided by itself passes every gate; here the error of a certified answer enters multiplied by
+//! 8 ulp over that feature's size. Where a feature is within 16 ulp the step is an ulp's half after all, and the condition says
+//! what it is: the input determines no digit.
 
 use glam::DVec3;
 use radgrad_core::{Emission, Emitter, Error, Polygon, Receiver, evaluate};

@@ -1,7 +1,7 @@
 //! Decades of an error: what of a measured number is the same on every machine.
 //!
-//! Two machines, or two releases of a mathematical library, may round the last bit of a logarithm differently; an error of 1.3 ulp
-//! is then 1.4 ulp. Its decade hardly ever changes, so recorded tables are made of decades alone.
+//! Two machines, or two releases of a mathematical library, may round the last bit of a logarithm differently; an error of 1.3
+//! ulp is then 1.4 ulp. Its decade hardly ever changes, so recorded tables are made of decades alone.
 
 use std::fmt;
 use std::str::FromStr;

@@ -90,7 +90,8 @@ impl Distribution {
         self.worst
     }
 
-    /// The worst decade and the first case in it: the same on every machine, where the maximum's case may be another among near equals.
+    /// The worst decade and the first case in it: the same on every machine, where the maximum's case may be another among near
+    /// equals.
     #[must_use]
     pub fn worst_decade(&self) -> Option<(Decade, Name)> {
         self.bins.last_key_value().map(|(decade, bin)| (*decade, bin.first))

@@ -1,9 +1,9 @@
 //! Randomised cases in named families, each around one way of losing digits or one thing to get right.
 //!
-//! A case is named `family:seed:index` and drawn from a random stream of its own, so it depends on nothing but its name: a shard, a
-//! replay and a test see the same case, bit for bit, on every machine. Lengths are about 1, emission about 1 unless the family says
-//! otherwise; parameters that cover decades are spread logarithmically. All comes from ring operations, division and square root,
-//! which IEEE 754 rounds in one way.
+//! A case is named `family:seed:index` and drawn from a random stream of its own, so it depends on nothing but its name: a
+//! shard, a replay and a test see the same case, bit for bit, on every machine. Lengths are about 1, emission about 1 unless
+//! the family says otherwise; parameters that cover decades are spread logarithmically. All comes from ring operations,
+//! division and square root, which IEEE 754 rounds in one way.
 
 mod degenerate;
 mod emission;

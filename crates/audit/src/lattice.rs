@@ -1,8 +1,9 @@
 //! Polygons that are planar to the last bit.
 //!
-//! Rounding the vertices of a polygon with more than three of them bends it, and then "the" integral over it is not defined to more
-//! than a few ulp. Here every vertex is `2^k (o + i a + j b)` with small integer vectors o, a, b and integers i, j: exact in doubles,
-//! so the polygon is exactly planar, and an affine function of (i, j) with integer coefficients is exactly affine on it.
+//! Rounding the vertices of a polygon with more than three of them bends it, and then "the" integral over it is not defined to
+//! more than a few ulp. Here every vertex is `2^k (o + i a + j b)` with small integer vectors o, a, b and integers i, j: exact
+//! in doubles, so the polygon is exactly planar, and an affine function of (i, j) with integer coefficients is exactly affine
+//! on it.
 
 use glam::DVec3;
 
@@ -153,7 +154,8 @@ fn large(sites: &[Site]) -> bool {
     sites.windows(2).skip(1).map(|pair| turn(sites[0], pair[0], pair[1])).sum::<i64>() > SITE * SITE / 8
 }
 
-/// Rectilinear shapes, the last not star-shaped: L, U and a spiral, on a grid whose lines are spread at random; and a triangle inside.
+/// Rectilinear shapes, the last not star-shaped: L, U and a spiral, on a grid whose lines are spread at random; and a triangle
+/// inside.
 pub fn rectilinear_sites(sampler: &mut Sampler) -> (Vec<Site>, [Site; 3]) {
     const L: &[[usize; 2]] = &[[0, 0], [2, 0], [2, 1], [1, 1], [1, 2], [0, 2]];
     const U: &[[usize; 2]] = &[[0, 0], [3, 0], [3, 2], [2, 2], [2, 1], [1, 1], [1, 2], [0, 2]];

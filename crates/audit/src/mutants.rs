@@ -1,8 +1,8 @@
 //! Mutation check: every misprint of the paper and every slip of its kind, planted in turn, must be seen by the measurement.
 //!
-//! The slips are planted in the second implementation, appendix A of the paper as corrected, on cases it is meant for: in free sight at
-//! a few sizes, or in the dark. Uncorrupted it must stay within its gate there; corrupted it must break it, and by a margin: a slip whose effect is below
-//! [`MARGIN`] gates is not told from rounding.
+//! The slips are planted in the second implementation, appendix A of the paper as corrected, on cases it is meant for: in free
+//! sight at a few sizes, or in the dark. Uncorrupted it must stay within its gate there; corrupted it must break it, and by a
+//! margin: a slip whose effect is below [`MARGIN`] gates is not told from rounding.
 
 use std::io;
 

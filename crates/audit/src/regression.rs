@@ -53,8 +53,8 @@ pub enum Error {
 }
 
 impl Regression {
-    /// A case that violates, shrunk as long as it does so in the same way and for the same cause: a figure beyond the gate must stay
-    /// half as large against the case's condition, or the search would end in some case that deserves its error.
+    /// A case that violates, shrunk as long as it does so in the same way and for the same cause: a figure beyond the gate must
+    /// stay half as large against the case's condition, or the search would end in some case that deserves its error.
     #[must_use]
     pub fn shrunk(violation: &Violation) -> Self {
         let name = violation.case;

@@ -1,8 +1,8 @@
 //! Random numbers that stay the same for ever: the numbers of a case depend on nothing but (seed, stream, index).
 //!
-//! The generator is xoshiro256++ (Blackman and Vigna, "Scrambled linear pseudorandom number generators", ACM TOMS 47, 2021), by name
-//! from `rand`, seeded through `SplitMix64` (Steele, Lea and Flood, OOPSLA 2014). Distributions are our own few lines: those of a
-//! library may change their values with a release, and transcendental functions differ between machines.
+//! The generator is xoshiro256++ (Blackman and Vigna, "Scrambled linear pseudorandom number generators", ACM TOMS 47, 2021), by
+//! name from `rand`, seeded through `SplitMix64` (Steele, Lea and Flood, OOPSLA 2014). Distributions are our own few lines:
+//! those of a library may change their values with a release, and transcendental functions differ between machines.
 
 use glam::DVec3;
 use rand::rngs::Xoshiro256PlusPlus;

@@ -1,4 +1,5 @@
-//! Error tables: per family the outcomes counted, and per quantity its distribution. A monoid under [`Table::merge`], since its parts are.
+//! Error tables: per family the outcomes counted, and per quantity its distribution. A monoid under [`Table::merge`], since its
+//! parts are.
 
 use std::collections::BTreeMap;
 use std::io;
@@ -93,7 +94,8 @@ impl Table {
         self.families.values().map(FamilyTable::cases).sum()
     }
 
-    /// Writes `family,quantity,count,median,p99,worst,worst_case`: decades, the first case of the worst one. The same on every machine.
+    /// Writes `family,quantity,count,median,p99,worst,worst_case`: decades, the first case of the worst one. The same on every
+    /// machine.
     ///
     /// # Errors
     /// If `writer` fails.

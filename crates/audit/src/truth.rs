@@ -13,11 +13,12 @@ pub struct Truth {
     pub gradient: [Interval; 3],
 }
 
-/// Digits asked of the oracle where double-double arithmetic has them: four more than a double has, so that half an ulp, which is what an
-/// answer of core's double-double rung is off by, is known to a thousandth.
+/// Digits asked of the oracle where double-double arithmetic has them: four more than a double has, so that half an ulp, which
+/// is what an answer of core's double-double rung is off by, is known to a thousandth.
 const SHARP: Request = Request { digits: 20, arithmetic: Some(Arithmetic::DoubleDouble), budget: 50_000_000 };
 
-/// Digits asked of any arithmetic where it has not, mostly near contact: a tenth of an ulp. Three more would cost fifty times as much.
+/// Digits asked of any arithmetic where it has not, mostly near contact: a tenth of an ulp. Three more would cost fifty times
+/// as much.
 const ENOUGH: Request = Request::digits(17);
 
 impl Truth {
@@ -47,7 +48,8 @@ impl Truth {
         norm_above(DVec3::new(x, y, z))
     }
 
-    /// Lower bounds on the two errors: what a stated bound must at least be. Beside an error of half an ulp, the digits of the truth count.
+    /// Lower bounds on the two errors: what a stated bound must at least be. Beside an error of half an ulp, the digits of the
+    /// truth count.
     #[must_use]
     pub fn errors_at_least(&self, radiosity: f64, gradient: DVec3) -> (f64, f64) {
         let below = |interval: &Interval, value: f64| {
@@ -72,7 +74,8 @@ impl Truth {
     }
 }
 
-/// The Euclidean norm, rounded up. The largest component is taken out, since the square of an error may leave the range of a double.
+/// The Euclidean norm, rounded up. The largest component is taken out, since the square of an error may leave the range of a
+/// double.
 fn norm_above(v: DVec3) -> f64 {
     let largest = v.abs().max_element();
     if largest == 0.0 || !largest.is_finite() {

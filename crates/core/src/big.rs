@@ -1,9 +1,10 @@
-//! Numbers of as many bits as are asked for at run time: the middle of a [`crate::certify::Ball`] where double-double is not enough.
+//! Numbers of as many bits as are asked for at run time: the middle of a [`crate::certify::Ball`] where double-double is not
+//! enough.
 //!
-//! The formulas are written on scalars that copy. A [`Big`] is a place in an arena of its thread, that [`with_bits`] opens and clears; it means
-//! nothing outside. Sums, differences, products, quotients and square roots are those of the crate `astro-float`, rounded to nearest, so that
-//! they err by at most `2^-bits` of the result, which the tests of [`functions`] hold; logarithm and arc tangent are made there. The exponent
-//! has 32 bits: nothing that is made of doubles over- or underflows.
+//! The formulas are written on scalars that copy. A [`Big`] is a place in an arena of its thread, that [`with_bits`] opens and
+//! clears; it means nothing outside. Sums, differences, products, quotients and square roots are those of the crate
+//! `astro-float`, rounded to nearest, so that they err by at most `2^-bits` of the result, which the tests of [`functions`] hold;
+//! logarithm and arc tangent are made there. The exponent has 32 bits: nothing that is made of doubles over- or underflows.
 
 mod decimal;
 mod functions;
@@ -272,11 +273,9 @@ impl Number for Big {
     fn pi_minus(self) -> Self {
         Self::new(|arena| functions::pi_minus(&arena.numbers[self.0], arena.bits, &mut arena.constants))
     }
-    fn sine_terms() -> usize {
-        ARENA.with_borrow_mut(|arena| arena.with_coefficients().0.sine_terms())
-    }
-    fn sine_coefficient(k: usize) -> Self {
-        Self::new(|arena| arena.with_coefficients().0.sine(k).clone())
+    fn sine_coefficients() -> impl DoubleEndedIterator<Item = Self> {
+        let terms = ARENA.with_borrow_mut(|arena| arena.with_coefficients().0.sine_terms());
+        (0..terms).map(|k| Self::new(|arena| arena.with_coefficients().0.sine(k).clone()))
     }
     fn clausen_sum(around: Around, square: Self) -> Self {
         Self::new(|arena| {

@@ -1,10 +1,11 @@
 //! A number with a running error bound: the scalar that certifies a closed form.
 //!
-//! A [`Ball`] `(mid, radius)` stands for every real within `radius` of `mid`, a double, a double-double or a number of any precision. Each
-//! operation returns a ball that contains the exact result for all operands in the balls given. Its own rounding is at most `eps |result|` with
-//! the eps that [`Number`] states for the operation; what the operands' radii do is written at each operation. Radii are sums and products of at
-//! most eight non-negative numbers, each rounding loses a relative 2^-53 at most, and the factor [`UP`] pays for all of them, as it does for taking
-//! the leading double of `mid` for its size. Results below the normal range lose more than a relative eps: [`Number::tiny`] pays for that.
+//! A [`Ball`] `(mid, radius)` stands for every real within `radius` of `mid`, a double, a double-double or a number of any
+//! precision. Each operation returns a ball that contains the exact result for all operands in the balls given. Its own rounding
+//! is at most `eps |result|` with the eps that [`Number`] states for the operation; what the operands' radii do is written at
+//! each operation. Radii are sums and products of at most eight non-negative numbers, each rounding loses a relative 2^-53 at
+//! most, and the factor [`UP`] pays for all of them, as it does for taking the leading double of `mid` for its size. Results
+//! below the normal range lose more than a relative eps: [`Number::tiny`] pays for that.
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
@@ -70,7 +71,8 @@ impl<N: Number> Real for Ball<N> {
     #[inline]
     fn value_error(self) -> f64 {
         // Half an ulp rather than what the rounding was: whoever compares with a rounded truth must not find it broken.
-        let rounding = if self.mid.low() == 0.0 { 0.0 } else { ROUNDOFF * self.value().abs() };
+        let low = self.mid.low().abs();
+        let rounding = if low == 0.0 { 0.0 } else { low.max(ROUNDOFF * self.value().abs()) };
         (self.radius.to_double() + rounding) * UP
     }
 
@@ -88,7 +90,8 @@ impl<N: Number> Real for Ball<N> {
         Self { mid, radius: self.radius * power_of_two + lost }
     }
 
-    /// `|sqrt(a) - sqrt(a')| = |a - a'| / (sqrt(a) + sqrt(a'))`; where the ball reaches 0, the root is within `[0, sqrt(mid + radius)]`.
+    /// `|sqrt(a) - sqrt(a')| = |a - a'| / (sqrt(a) + sqrt(a'))`; where the ball reaches 0, the root is within `[0, sqrt(mid +
+    /// radius)]`.
     #[inline]
     fn sqrt(self) -> Self {
         let root = self.mid.sqrt();
@@ -109,8 +112,8 @@ impl<N: Number> Real for Ball<N> {
         Self::result(self.mid.ln(), propagated, N::LIBRARY_UNITS)
     }
 
-    /// A disc of radius `p` around a point at distance `d` is seen under the half-angle `asin z`, `z = p/d`; `asin z <= z (1 + z^2/4)` up to
-    /// 1/2 and `<= z pi/2` up to 1. Where the disc reaches the cut the angle may be off by a turn.
+    /// A disc of radius `p` around a point at distance `d` is seen under the half-angle `asin z`, `z = p/d`; `asin z <= z (1 +
+    /// z^2/4)` up to 1/2 and `<= z pi/2` up to 1. Where the disc reaches the cut the angle may be off by a turn.
     #[inline]
     fn atan2(self, x: Self) -> Self {
         let moved = self.radius + x.radius;

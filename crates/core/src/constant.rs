@@ -1,27 +1,29 @@
 //! Constant emission (HS95 Eq. 8 and A.1): sums over the arcs of the visible boundary.
 //!
-//! - Irradiance vector of a unit emission, `Phi = int omega domega = -1/2 sum g N`; the radiosity is `(rho B/pi) n1.Phi`. Exact in the arc's
-//!   angle and normal, so each term errs by a few roundings; the sum cancels when the emitter is small, grazing or far, by about `|terms|/|sum|`,
-//!   D/s at distance D for size s.
-//! - Gradient: `(rho B/pi) sum e x (M n1) / |w|`, which in the frame of the generating line is `-(rho B/pi) sum (N/S) (cc p1 + cs p2)`, with S the
-//!   distance of the line, `p1 = n1.toward`, `p2 = n1.along` and the moments of the arc. The horizon has no line and adds nothing: its points
-//!   have no projected area. Cancels like the value.
-
+//! - Irradiance vector of a unit emission, `Phi = int omega domega = -1/2 sum g N`; the radiosity is `(rho B/pi) n1.Phi`. Exact
+//!   in the arc's angle and normal, so each term errs by a few roundings; the sum cancels when the emitter is small, grazing or
+//!   far, by about `|terms|/|sum|`, D/s at distance D for size s.
+//! - Gradient: `(rho B/pi) sum e x (M n1) / |w|`, which in the frame of the generating line is `-(rho B/pi) sum (N/S) (cc p1 +
+//!   cs p2)`, with S the distance of the line, `p1 = n1.toward`, `p2 = n1.along` and the moments of the arc. The horizon has no
+//!   line and adds nothing: its points have no projected area. Cancels like the value.
 //!
 //! # Bound
-//! [`BoundedSum`] adds up, arc by arc, what double precision may have done: u = 2^-53, first order; 5 % on top pays for the rest, and a relative error
-//! of w above 1e-6, a moment near underflow or an arc of the horizon that may have either sign, next to pi, bounds nothing. With `ew` the relative error of w ([`Line::relative_error`]) and `eta` that of a
-//! crossing point (0 for a vertex):
+//! [`BoundedSum`] adds up, arc by arc, what double precision may have done: u = 2^-53, first order; 5 % on top pays for the
+//! rest, and a relative error of w above 1e-6, a moment near underflow or an arc of the horizon that may have either sign, next
+//! to pi, bounds nothing. With `ew` the relative error of w ([`Line::relative_error`]) and `eta` that of a crossing point (0
+//! for a vertex):
 //! - N errs by `en = ew + 5u`, the distance S by `ew + 6u`, `toward` by `en + 8u`, `along` by 5u, and (p1, p2) by `en + 15u`;
 //! - the angle is that of the point (inline, across), which err by 5u and `ew + 5u` (6u more for the fraction of a cut edge):
 //!   `dg = min(g, 1) (ew + 10u + 6u) + 2 eta + 4ug`, 4u of it from atan2; the sine errs by `g (ew + 11u)`;
-//! - cosine and sine of an end in the frame err by `en + 21u + eta` together, so the bisector by `db = q (2 en + 44u + 2 eta)`, where
-//!   `q = 0.5 + 0.21 min(g, 1)` bounds one over the length of the longer of sum and difference of two unit vectors;
-//! - the column (cc, cs) of the symmetric matrix M errs by half of `dg + dsine` and half of dsine, by `2 g db`, and by 28ug of rounding;
-//! - a crossing point `r + t e` errs by `u (2 |q| + 9 t |e|)`, and `t |e| <= |q| + 2 sqrt(3)` in normalised lengths: `eta = u (11 + 32/|q|)`.
+//! - cosine and sine of an end in the frame err by `en + 21u + eta` together, so the bisector by `db = q (2 en + 44u + 2 eta)`,
+//!   where `q = 0.5 + 0.21 min(g, 1)` bounds one over the length of the longer of sum and difference of two unit vectors;
+//! - the column (cc, cs) of the symmetric matrix M errs by half of `dg + dsine` and half of dsine, by `2 g db`, and by 28ug of
+//!   rounding;
+//! - a crossing point `r + t e` errs by `u (2 |q| + 9 t |e|)`, and `t |e| <= |q| + 2 sqrt(3)` in normalised lengths: `eta = u
+//!   (11 + 32/|q|)`.
 //!
-//! A term of Phi errs by `(dg + g (en + 2u))/2`, one of the gradient by that column's error and `g (2 en + ew + 27u)`, over S; each sum of
-//! n adds `nu` of the sum of sizes, and the products with emission, normal and reflectance 12u.
+//! A term of Phi errs by `(dg + g (en + 2u))/2`, one of the gradient by that column's error and `g (2 en + ew + 27u)`, over S;
+//! each sum of n adds `nu` of the sum of sizes, and the products with emission, normal and reflectance 12u.
 
 use crate::arc::{Arc, Line};
 use crate::number::ROUNDOFF;

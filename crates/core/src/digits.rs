@@ -1,12 +1,13 @@
 //! As many digits as are asked for, each proven.
 //!
-//! The closed form is evaluated with balls of ever more bits, until the radius is small enough (Ziv's strategy). It starts with 80 bits beyond
-//! the digits asked, which pays for a cancellation of 1e20, and gives up at [`SPARE_BITS`] beyond: what needs more is undecidable, such as an
-//! emitter hidden exactly by two screens together, or a linear emission on vertices that are not exactly in one plane.
+//! The closed form is evaluated with balls of ever more bits, until the radius is small enough (Ziv's strategy). It starts with
+//! 80 bits beyond the digits asked, which pays for a cancellation of 1e20, and gives up at [`SPARE_BITS`] beyond: what needs more
+//! is undecidable, such as an emitter hidden exactly by two screens together, or a linear emission on vertices that are not
+//! exactly in one plane.
 
 use astro_float::BigFloat;
 
-use crate::big::{Big, Magnitude, to_decimal, upper_decimal, with_bits};
+use crate::big::{Big, Magnitude, split_double, to_decimal, upper_decimal, with_bits};
 use crate::certify::Ball;
 use crate::ladder::Case;
 use crate::number::ROUNDOFF;
@@ -37,14 +38,16 @@ pub struct PreciseAnswer {
 /// Most digits that can be asked for.
 pub const MOST_DIGITS: u32 = 1000;
 
-/// Bits beyond the digits asked after which the evaluation gives up: doubles span 2100 binary places, and a height may cancel twice that.
+/// Bits beyond the digits asked after which the evaluation gives up: doubles span 2100 binary places, and a height may cancel
+/// twice that.
 const SPARE_BITS: usize = 8192;
 
-/// Radiosity and gradient at `receiver` due to the part of `emitter` that it sees past `occluders`, with a relative error of at most
-/// `10^-digits` (of the norm, for the gradient).
+/// Radiosity and gradient at `receiver` due to the part of `emitter` that it sees past `occluders`, with a relative error of at
+/// most `10^-digits` (of the norm, for the gradient).
 ///
-/// The truth is the exact result for the doubles as given. A triangle takes about 0.2 ms for 20 or 50 digits and 0.25 ms for 100 where its emission
-/// is constant, 0.6 to 1 ms where it is linear; the first call of a thread at a new precision finds the coefficients of the series, in 5 ms more.
+/// The truth is the exact result for the doubles as given. A triangle takes about 0.2 ms for 20 or 50 digits and 0.25 ms for 100
+/// where its emission is constant, 0.6 to 1 ms where it is linear; the first call of a thread at a new precision finds the
+/// coefficients of the series, in 5 ms more.
 ///
 /// ```
 /// use radgrad_core::{DVec3, Emission, Emitter, Polygon, Receiver, evaluate_digits};
@@ -171,7 +174,7 @@ impl Enclosure {
     }
 
     fn to_double(&self) -> (f64, Magnitude) {
-        let (value, rest) = crate::big::split_double(&self.mid);
+        let (value, rest) = split_double(&self.mid);
         // Half an ulp rather than what the rounding was: whoever compares with a rounded truth must not find it broken.
         let rounding = if rest == Magnitude::from(0.0) { rest } else { rest.max(Magnitude::from(ROUNDOFF * value.abs())) };
         (value, (self.radius + rounding) * (1.0 + f64::EPSILON))

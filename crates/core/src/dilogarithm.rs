@@ -1,11 +1,15 @@
-//! Clausen's function `Cl2(t) = -int_0^t ln|2 sin(s/2)| ds = Im Li2(e^{it})`, the one special function that a linear emitter needs.
+//! Clausen's function `Cl2(t) = -int_0^t ln|2 sin(s/2)| ds = Im Li2(e^{it})`, the one special function that a linear emitter
+//! needs.
 //!
-//! [`crate::linear`] brings the dilogarithms of `X1 = int dA/r^2` down to three values of `Cl2` per vertex (its module documentation has
-//! the derivation). Series with Bernoulli numbers (Lewin, "Polylogarithms and Associated Functions", 1981, section 4.3):
-//! `Cl2(t) = t [1 - ln t + sum |B_2k| t^2k / (2k (2k+1)!)]` near 0 and
-//! `Cl2(pi - s) = s [ln 2 - sum |B_2k| (4^k - 1) s^2k / (2k (2k+1)!)]` near pi. They meet at 2 pi/3, where both lose a factor of nine a
-//! term: fifteen terms leave a relative remainder below 4e-18, thirty-four one below 2e-35, and as many as it takes are found at run time for
-//! more digits (`crate::big`). Relative accuracy is kept at the zeros 0 and pi.
+//! [`crate::linear`] brings the dilogarithms of `X1 = int dA/r^2` down to three values of `Cl2` per vertex (its module
+//! documentation has the derivation). Series with Bernoulli numbers (Lewin, "Polylogarithms and Associated Functions", 1981,
+//! section 4.3), near 0 and near pi:
+//! - `Cl2(t) = t [1 - ln t + sum |B_2k| t^2k / (2k (2k+1)!)]`,
+//! - `Cl2(pi - s) = s [ln 2 - sum |B_2k| (4^k - 1) s^2k / (2k (2k+1)!)]`.
+//!
+//! They meet at 2 pi/3, where both lose a factor of nine a term: fifteen terms leave a relative remainder below 4e-18,
+//! thirty-four one below 2e-35, and as many as it takes are found at run time for more digits
+//! (`crate::big`). Relative accuracy is kept at the zeros 0 and pi.
 
 mod coefficients;
 
@@ -15,8 +19,9 @@ use crate::number::Number;
 use crate::radius::Radius;
 use coefficients::{NEAR_PI, NEAR_ZERO};
 
-/// Relative error of [`clausen`] on doubles, in units of roundoff: at 2 pi/3 the bracket is a third of its largest term, so three roundings of
-/// size one and one of the logarithm (2 ulp allowed) cost 3 (3 + 4) units at worst; measured 3.1 on the table of the tests.
+/// Relative error of [`clausen`] on doubles, in units of roundoff: at 2 pi/3 the bracket is a third of its largest term, so
+/// three roundings of size one and one of the logarithm (2 ulp allowed) cost 3 (3 + 4) units at worst; measured 3.1 on the
+/// table of the tests.
 pub(crate) const DOUBLE_UNITS: f64 = 24.0;
 
 /// The same on double-doubles, whose logarithm is allowed 64 units.
@@ -74,8 +79,9 @@ pub(crate) fn sum<N: Number, const TERMS: usize>(around: Around, square: N) -> N
 
 /// Bound on `|Cl2(s) - Cl2(t)|` over `|s - t| <= radius`.
 ///
-/// `|Cl2'| = |ln|2 sin(s/2)||`: at most ln 2 where the sine is large; near a zero at distance `d`, `2 sin(d/2) >= 2d/pi`, so it is at most
-/// `ln(pi/(2 d))` or ln 2. Where the ball may reach the zero, the integral from it is `Cl2` itself, at most `w (2 + |ln w|)` for a width w.
+/// `|Cl2'| = |ln|2 sin(s/2)||`: at most ln 2 where the sine is large; near a zero at distance `d`, `2 sin(d/2) >= 2d/pi`, so it
+/// is at most `ln(pi/(2 d))` or ln 2. Where the ball may reach the zero, the integral from it is `Cl2` itself, at most `w (2 +
+/// |ln w|)` for a width w.
 pub(crate) fn clausen_change<N: Number>(t: N, radius: N::Radius) -> N::Radius {
     let to_zero = if t.high().abs() <= PI {
         t.size()

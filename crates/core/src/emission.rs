@@ -322,8 +322,8 @@ fn through_vertices(polygon: &Polygon, values: &[f64]) -> Result<Affine, Error> 
     Ok(Affine { residual: difference(&index), ..affine })
 }
 
-/// Whether the vertex values are exactly those of one affine function, as three always are: seen along the normal's largest component, the points
-/// with the values for third coordinate lie in one plane.
+/// Whether the vertex values are exactly those of one affine function, as three always are: seen along the normal's largest
+/// component, the points with the values for third coordinate lie in one plane.
 fn is_affine(polygon: &Polygon, values: &[f64]) -> bool {
     let points = polygon.projected();
     let power = normalising_power(values.iter().fold(0.0, |m: f64, b| m.max(b.abs())));

@@ -1,13 +1,14 @@
 //! One receiver, one emitter, any occluders: the answer with its bounds.
 //!
-//! `B(x) = (rho/pi) int B(y) (n1.r)(-n2.r)/|r|^4 dA` (HS95 Eq. 1) over the part of the emitter that x sees above its horizon, and its gradient with
-//! respect to x at fixed n1. What is computed how is decided in [`crate::plan`] and [`crate::ladder`].
+//! `B(x) = (rho/pi) int B(y) (n1.r)(-n2.r)/|r|^4 dA` (HS95 Eq. 1) over the part of the emitter that x sees above its horizon,
+//! and its gradient with respect to x at fixed n1. What is computed how is decided in [`crate::plan`] and [`crate::ladder`].
 
 use glam::DVec3;
 
 use crate::ladder::Case;
 use crate::plan::Plan;
 use crate::terms::Terms;
+use crate::vec3::Vec3;
 use crate::{Emitter, Error, Polygon, Receiver};
 
 /// Radiosity and its gradient with proven absolute error bounds.
@@ -32,7 +33,8 @@ impl Answer {
     /// Whether both bounds are within `tolerance`, relative.
     #[must_use]
     pub fn meets(&self, tolerance: f64) -> bool {
-        self.radiosity_error <= tolerance * self.radiosity.abs() && self.gradient_error <= tolerance * self.gradient.length()
+        let size = Vec3::from(self.gradient).length();
+        self.radiosity_error <= tolerance * self.radiosity.abs() && self.gradient_error <= tolerance * size
     }
 }
 
@@ -40,8 +42,8 @@ impl Answer {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum Method {
-    /// Nothing to compute: the receiver is behind the emitter or in its plane, the emitter is below the horizon, or occluders hide all of
-    /// it. Exactly 0.
+    /// Nothing to compute: the receiver is behind the emitter or in its plane, the emitter is below the horizon, or occluders
+    /// hide all of it. Exactly 0.
     Zero,
     /// A Gauss rule on the emitter with an a-priori bound, far away.
     Quadrature,
@@ -82,10 +84,10 @@ pub fn evaluate(receiver: &Receiver, emitter: &Emitter, occluders: &[Polygon]) -
 
 /// Radiosity and gradient at `receiver` due to the part of `emitter` that it sees past `occluders`, with bounds.
 ///
-/// The cheapest method whose bound is at most `tolerance` times the value (times the norm, for the gradient) answers; if none is, the last one does: the
-/// bounds say so. The last one gives the nearest doubles, so below a tolerance of 2^-53 its bound is that of their rounding, and
-/// [`crate::evaluate_digits`] gives what doubles cannot.
-/// Occluders are opaque from both sides; those behind the receiver or the emitter are left out by themselves.
+/// The cheapest method whose bound is at most `tolerance` times the value (times the norm, for the gradient) answers; if none
+/// is, the last one does: the bounds say so. The last one gives the nearest doubles, so below a tolerance of 2^-53 its bound is
+/// that of their rounding, and [`crate::evaluate_digits`] gives what doubles cannot. Occluders are opaque from both sides;
+/// those behind the receiver or the emitter are left out by themselves.
 ///
 /// ```
 /// use radgrad_core::{DVec3, Emission, Emitter, Polygon, Receiver, evaluate_to};
@@ -117,9 +119,7 @@ pub fn evaluate_to(receiver: &Receiver, emitter: &Emitter, occluders: &[Polygon]
 /// # Errors
 /// If the result overflows.
 pub fn radiosity(receiver: &Receiver, emitter: &Emitter) -> Result<f64, Error> {
-    let Some(plan) = Plan::new(receiver, emitter.polygon()) else { return Ok(0.0) };
-    let case = Case { receiver, emitter, occluders: &[], plan: &plan };
-    Terms::<f64>::sum::<true, false>(&case).map_or(Ok(0.0), |terms| case.radiosity(terms.radiosity(receiver)))
+    unbounded::<true, false>(receiver, emitter).map(|(radiosity, _)| radiosity)
 }
 
 /// Gradient of `B` with respect to `x` alone: the digits of the closed form in double precision, without bound and value.
@@ -129,9 +129,7 @@ pub fn radiosity(receiver: &Receiver, emitter: &Emitter) -> Result<f64, Error> {
 /// # Errors
 /// If the result overflows.
 pub fn gradient(receiver: &Receiver, emitter: &Emitter) -> Result<DVec3, Error> {
-    let Some(plan) = Plan::new(receiver, emitter.polygon()) else { return Ok(DVec3::ZERO) };
-    let case = Case { receiver, emitter, occluders: &[], plan: &plan };
-    Terms::<f64>::sum::<false, true>(&case).map_or(Ok(DVec3::ZERO), |terms| case.gradient(terms.gradient(receiver)))
+    unbounded::<false, true>(receiver, emitter).map(|(_, gradient)| gradient)
 }
 
 /// Radiosity and gradient together: the digits of the closed form in double precision, without bounds.
@@ -141,17 +139,30 @@ pub fn gradient(receiver: &Receiver, emitter: &Emitter) -> Result<DVec3, Error> 
 /// # Errors
 /// If a result overflows.
 pub fn radiosity_and_gradient(receiver: &Receiver, emitter: &Emitter) -> Result<(f64, DVec3), Error> {
+    unbounded::<true, true>(receiver, emitter)
+}
+
+/// What is asked for, in double precision; where that breaks down, a line through the receiver to the last digit, the ladder
+/// answers.
+#[inline]
+fn unbounded<const VALUE: bool, const GRADIENT: bool>(receiver: &Receiver, emitter: &Emitter) -> Result<(f64, DVec3), Error> {
     let Some(plan) = Plan::new(receiver, emitter.polygon()) else { return Ok((0.0, DVec3::ZERO)) };
     let case = Case { receiver, emitter, occluders: &[], plan: &plan };
-    let Some(terms) = Terms::<f64>::sum::<true, true>(&case) else { return Ok((0.0, DVec3::ZERO)) };
-    Ok((case.radiosity(terms.radiosity(receiver))?, case.gradient(terms.gradient(receiver))?))
+    let Some(terms) = Terms::<f64>::sum::<VALUE, GRADIENT>(&case) else { return Ok((0.0, DVec3::ZERO)) };
+    let radiosity = if VALUE { terms.radiosity(receiver) } else { 0.0 };
+    let gradient = terms.gradient(receiver);
+    if radiosity.is_finite() && DVec3::from(gradient).is_finite() {
+        Ok((case.radiosity(radiosity)?, case.gradient(gradient)?))
+    } else {
+        case.answer(1.0).map(|answer| (answer.radiosity, answer.gradient))
+    }
 }
 
 /// Irradiance vector `E = int B(y) omega domega` over the part of the emitter above the horizon, in the unit of the emission.
 ///
-/// The radiosity is `(rho/pi) n1.E`; a receiver at the same point with a nearby normal m, and the same part of the emitter above its horizon,
-/// has `(rho/pi) m.E`. Its derivative with respect to the normal is `dB/dn1 = (rho/pi) E`, also where the horizon crosses the emitter, since
-/// the part that the horizon gains or loses is seen edge-on.
+/// The radiosity is `(rho/pi) n1.E`; a receiver at the same point with a nearby normal m, and the same part of the emitter
+/// above its horizon, has `(rho/pi) m.E`. Its derivative with respect to the normal is `dB/dn1 = (rho/pi) E`, also where the
+/// horizon crosses the emitter, since the part that the horizon gains or loses is seen edge-on.
 ///
 /// A polynomial emission loses digits far away, `(D/s)^degree` of them; [`evaluate`] does not.
 ///
@@ -240,6 +251,18 @@ mod tests {
         assert!((rough.gradient - fine.gradient).length() <= rough.gradient_error + fine.gradient_error);
         for tolerance in [f64::NAN, -1e-12, 1.5] {
             assert!(matches!(evaluate_to(&receiver, &emitter, &[], tolerance), Err(Error::Tolerance { .. })));
+        }
+    }
+
+    #[test]
+    fn next_to_an_edge_the_answer_is_a_number_however_asked_for() {
+        let square = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]].map(DVec3::from);
+        let emitter = Emitter::new(Polygon::new(square.to_vec()).unwrap(), Emission::Constant(1.0)).unwrap();
+        for height in [1e-12, 1e-100, 1e-200] {
+            let receiver = Receiver::new(DVec3::new(0.5, 0.0, height), DVec3::new(0.0, 0.0, -1.0), 1.0).unwrap();
+            let value = radiosity(&receiver, &emitter).unwrap();
+            assert!((value - 0.5).abs() < 1e-11, "{height:e}: {value}");
+            assert_eq!(radiosity_and_gradient(&receiver, &emitter).unwrap().0, value);
         }
     }
 

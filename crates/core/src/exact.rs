@@ -1,8 +1,8 @@
 //! The dot product of a double vector with an exact difference of points, correctly signed and accurate to a double-double.
 //!
-//! Twelve exact products are summed as a non-overlapping expansion (Shewchuk, "Adaptive precision floating-point arithmetic and fast robust
-//! geometric predicates", 1997, theorem 10). Exact while no product underflows: callers normalise lengths to about 1 first, so a wrong
-//! sign needs a true value below 2^-1000.
+//! Twelve exact products are summed as a non-overlapping expansion (Shewchuk, "Adaptive precision floating-point arithmetic and
+//! fast robust geometric predicates", 1997, theorem 10). Exact while no product underflows: callers normalise lengths to about
+//! 1 first, so a wrong sign needs a true value below 2^-1000.
 
 use crate::double_double::{DoubleDouble, two_product, two_sum};
 use crate::vec3::Vec3;
@@ -25,8 +25,8 @@ impl Expansion {
         self.length += 1;
     }
 
-    /// The sum as a double-double: each component is below an ulp of the next, so that summing from the small end up loses at most a few
-    /// units, and the sign is that of the largest.
+    /// The sum as a double-double: each component is below an ulp of the next, so that summing from the small end up loses at
+    /// most a few units, and the sign is that of the largest.
     fn to_double_double(&self) -> DoubleDouble {
         self.components[..self.length].iter().fold(DoubleDouble::ZERO, |sum, c| sum + DoubleDouble::from(*c))
     }

@@ -1,15 +1,18 @@
-//! Far away: a product Gauss-Legendre rule on the emitter, with its error bound. For emitters wholly above the horizon and unoccluded.
+//! Far away: a product Gauss-Legendre rule on the emitter, with its error bound. For emitters wholly above the horizon and
+//! unoccluded.
 //!
-//! The closed form cancels like the distance over the size, this rule not at all: from a few sizes away a handful of nodes gives
-//! `B = (rho/pi) h int B(y) (n1.r)/r^4 dA` and `grad B = (rho/pi) int B(y) [n2 (n1.r) - n1 h + 4 h (n1.r) r/r^2]/r^4 dA` (HS95 Eq. 1 differentiated) to
-//! rounding. The polygon is a fan of signed triangles, each `y = P + a (e1 + b e)`, a and b in [0, 1], e the side opposite P.
+//! The closed form cancels like the distance over the size, this rule not at all: from a few sizes away a handful of nodes
+//! gives `B = (rho/pi) h int B(y) (n1.r)/r^4 dA` and `grad B = (rho/pi) int B(y) [n2 (n1.r) - n1 h + 4 h (n1.r) r/r^2]/r^4 dA`
+//! (HS95 Eq. 1 differentiated) to rounding. The polygon is a fan of signed triangles, each `y = P + a (e1 + b e)`, a and b in
+//! [0, 1], e the side opposite P.
 //!
 //! # Bound
-//! In one variable, the other held, y moves on a segment of half-length l. In the ellipse `E_R` around it (semi-axes A and tau, `A + tau = R`)
-//! `|r.r| >= q = d^2 - tau^2 l^2` with d a lower bound of the distance of the real segment stretched to A: its height over the plane, or the
-//! distance of the centroid less what the stretched triangle reaches. There `|r| <= rho + (R - 1) l`, B grows as [`source`] says, and the
-//! integrand is bounded by M; n nodes on a unit interval err by at most `(32/15) M R^(-2(n-1)) / (1 - R^-2)` (Trefethen, "Is Gauss
-//! quadrature better than Clenshaw-Curtis?", 2008, Theorem 4.5 with n - 1 for its n), one such term for each variable.
+//! In one variable, the other held, y moves on a segment of half-length l. In the ellipse `E_R` around it (semi-axes A and tau,
+//! `A + tau = R`) `|r.r| >= q = d^2 - tau^2 l^2` with d a lower bound of the distance of the real segment stretched to A: its
+//! height over the plane, or the distance of the centroid less what the stretched triangle reaches. There `|r| <= rho + (R - 1)
+//! l`, B grows as [`source`] says, and the integrand is bounded by M; n nodes on a unit interval err by at most `(32/15) M
+//! R^(-2(n-1)) / (1 - R^-2)` (Trefethen, "Is Gauss quadrature better than Clenshaw-Curtis?", 2008, Theorem 4.5 with n - 1 for
+//! its n), one such term for each variable.
 //!
 //! Rounding: positions err by `delta = u (2 rho + 12 L)`, L the longest side, and everything else by the roundings counted in
 //! [`Triangle::roundings`], against the sum of `1/r^4`, whose terms are all positive.

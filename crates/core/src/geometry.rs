@@ -1,8 +1,8 @@
 //! Receivers and polygons: what exists is valid.
 //!
-//! A [`Polygon`] is simple, planar up to the rounding of its vertices, and counter-clockwise seen from its lit side
-//! (HS95 section 2; conventions of `ARCHITECTURE.md`). Every tolerance is relative to the polygon's own size or to the rounding of its coordinates, so
-//! that a change of unit or of origin changes no answer. Lengths are in the unit of the caller throughout.
+//! A [`Polygon`] is simple, planar up to the rounding of its vertices, and counter-clockwise seen from its lit side (HS95 section
+//! 2; conventions of `ARCHITECTURE.md`). Every tolerance is relative to the polygon's own size or to the rounding of its
+//! coordinates, so that a change of unit or of origin changes no answer. Lengths are in the unit of the caller throughout.
 
 use std::ops::{Add, Mul, Sub};
 
@@ -113,7 +113,8 @@ pub struct Polygon {
 /// precision, far too little to flatten a warped face unseen.
 const PLANARITY: f64 = 4e-12;
 
-/// Rounding of one coordinate moves a vertex by at most half an ulp per axis; four of them cover a plane through rounded vertices.
+/// Rounding of one coordinate moves a vertex by at most half an ulp per axis; four of them cover a plane through rounded
+/// vertices.
 pub(crate) const COORDINATE_ROUNDING: f64 = 4.0 * f64::EPSILON;
 
 /// Twice the area over the squared size, below which the double-double normal itself has no digits left.
@@ -124,7 +125,8 @@ impl Polygon {
     ///
     /// # Errors
     /// If there are fewer than three vertices, a coordinate is not finite, two consecutive vertices are the same point, all are
-    /// on one line, one is off the plane by more than `4e-12` of the size plus the rounding of the coordinates, or two edges meet.
+    /// on one line, one is off the plane by more than `4e-12` of the size plus the rounding of the coordinates, or two edges
+    /// meet.
     pub fn new(vertices: Vec<DVec3>) -> Result<Self, Error> {
         let count = vertices.len();
         if count < 3 {
@@ -160,7 +162,8 @@ impl Polygon {
             power,
             vertices,
             precise_normal,
-            // A cross product of normalised edges errs by 4 UNIT of their lengths' product, at most 3; normalising it adds 32 UNIT.
+            // A cross product of normalised edges errs by 4 UNIT of their lengths' product, at most 3; normalising it adds 32
+            // UNIT.
             normal_error: count as f64 * 16.0 * UNIT / norm + 32.0 * UNIT,
             corners: [0, widest, widest + 1],
             size,
@@ -200,8 +203,8 @@ impl Polygon {
         self.size
     }
 
-    /// Largest distance of a vertex from the plane through vertex 0 with normal [`Self::normal`]: 0 where all are exactly in one plane, as those
-    /// of a triangle are, else what the rounding of the coordinates left.
+    /// Largest distance of a vertex from the plane through vertex 0 with normal [`Self::normal`]: 0 where all are exactly in one
+    /// plane, as those of a triangle are, else what the rounding of the coordinates left.
     #[must_use]
     pub const fn planarity_defect(&self) -> f64 {
         self.planarity_defect
@@ -355,8 +358,8 @@ fn is_flat(vertices: &[DVec3], corners: [usize; 3]) -> bool {
     (0..vertices.len()).filter(|i| !corners.contains(i)).all(|i| robust::orient3d(a, b, c, coordinates(i)) == 0.0)
 }
 
-/// Unit vector along `v`, and the length of `v`. The vector is scaled by its largest component, since the length of a needle's normal
-/// may be far below 1.
+/// Unit vector along `v`, and the length of `v`. The vector is scaled by its largest component, since the length of a needle's
+/// normal may be far below 1.
 fn unit_vector(v: Vec3<DoubleDouble>) -> (Vec3<DoubleDouble>, f64) {
     let largest = v.x.hi.abs().max(v.y.hi.abs()).max(v.z.hi.abs());
     let power = normalising_power(largest);

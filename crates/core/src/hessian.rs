@@ -45,8 +45,8 @@ impl Hessian {
     /// Whether the bound is within `tolerance` times the Frobenius norm of the matrix.
     #[must_use]
     pub fn meets(&self, tolerance: f64) -> bool {
-        let columns = self.matrix.to_cols_array();
-        self.error <= tolerance * columns.iter().map(|c| c * c).sum::<f64>().sqrt()
+        let [x, y, z] = [self.matrix.x_axis, self.matrix.y_axis, self.matrix.z_axis].map(|column| Vec3::from(column).length());
+        self.error <= tolerance * Vec3::new(x, y, z).length()
     }
 }
 
@@ -104,8 +104,9 @@ fn certified<N: Number>(
     method: Method,
 ) -> Result<Hessian, Error> {
     let entries = entries::<Ball<N>>(receiver, emitter, plan, emission);
-    let squares = |v: Vec3<Ball<N>>| v.map(Real::value_error).norm_squared();
-    let error = (squares(entries[0]) + 2.0 * squares(entries[1])).sqrt() * (1.0 + 16.0 * f64::EPSILON);
+    let [on, off] = entries.map(|v| v.map(Real::value_error).length());
+    // Entries off the diagonal stand twice.
+    let error = Vec3::new(on, off, off).length() * (1.0 + 16.0 * f64::EPSILON);
     let error = if error.is_nan() { f64::INFINITY } else { error };
     Ok(Hessian { matrix: matrix(&entries)?, error, method })
 }

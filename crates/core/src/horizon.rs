@@ -1,8 +1,9 @@
 //! The boundary of the part of an emitter above the receiver's horizon, `n1.r > 0`, with nothing in between.
 //!
-//! An edge that crosses the horizon is cut where the heights of its vertices, both with full relative accuracy ([`crate::plan`]), say so.
-//! Each gap from where the boundary leaves the upper half-space to where it comes back is closed by an arc of the horizon. On a concave
-//! polygon the gaps overlap; their signed angles still add up to those of the true boundary, since all lie on one line.
+//! An edge that crosses the horizon is cut where the heights of its vertices, both with full relative accuracy
+//! ([`crate::plan`]), say so. Each gap from where the boundary leaves the upper half-space to where it comes back is closed by
+//! an arc of the horizon. On a concave polygon the gaps overlap; their signed angles still add up to those of the true
+//! boundary, since all lie on one line.
 
 use crate::arc::{Arc, Generator, Line};
 use crate::plan::{Horizon, Plan, height_over_horizon, offset, unit_normal};

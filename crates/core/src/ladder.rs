@@ -1,8 +1,8 @@
 //! The answer to a tolerance, looked for from the cheap to the dear, as Ziv's strategy for elementary functions does.
 //!
 //! 1. A Gauss rule on the emitter with an a-priori bound ([`crate::gauss`]), where few nodes do: far away.
-//! 2. The closed form in double precision with its bound: derived once for a constant emitter ([`crate::constant`]), running otherwise
-//!    ([`crate::certify`]).
+//! 2. The closed form in double precision with its bound: derived once for a constant emitter ([`crate::constant`]), running
+//!    otherwise ([`crate::certify`]).
 //! 3. The Gauss rule with more nodes, where that is still cheaper than:
 //! 4. the closed form in double-double with a running bound;
 //! 5. the same with 256 and then 1024 bits, rounded to doubles, where the crate is built with arbitrary precision.
@@ -60,8 +60,7 @@ impl Found {
 
     /// Whether all is finite and both bounds are within `tolerance`, relative.
     fn meets(&self, tolerance: f64) -> bool {
-        self.radiosity_error <= tolerance * self.radiosity.abs()
-            && self.gradient_error <= tolerance * self.gradient.norm_squared().sqrt()
+        self.radiosity_error <= tolerance * self.radiosity.abs() && self.gradient_error <= tolerance * self.gradient.length()
     }
 
     /// Whether little but the rounding to doubles is left, so that nothing dearer gives more.
@@ -71,7 +70,7 @@ impl Found {
 
     /// The larger of the two relative bounds; infinite where one of them bounds nothing.
     fn relative_error(&self) -> f64 {
-        let shares = [self.radiosity_error / self.radiosity.abs(), self.gradient_error / self.gradient.norm_squared().sqrt()];
+        let shares = [self.radiosity_error / self.radiosity.abs(), self.gradient_error / self.gradient.length()];
         if shares.iter().any(|share| share.is_nan()) { f64::INFINITY } else { shares[0].max(shares[1]) }
     }
 }
@@ -139,7 +138,7 @@ impl Case<'_> {
         let albedo: f64 = albedo(self.receiver);
         // Quotient and product.
         let rounding = 4.0 * ROUNDOFF;
-        let size = integral.gradient.norm_squared().sqrt();
+        let size = integral.gradient.length();
         Found {
             radiosity: integral.value * albedo,
             gradient: integral.gradient * albedo,
@@ -172,7 +171,7 @@ impl Case<'_> {
             radiosity: radiosity.value(),
             gradient: gradient.map(Real::value),
             radiosity_error: radiosity.value_error(),
-            gradient_error: radius.norm_squared().sqrt() * (1.0 + 8.0 * f64::EPSILON),
+            gradient_error: radius.length() * (1.0 + 8.0 * f64::EPSILON),
         }
     }
 
@@ -210,7 +209,8 @@ fn in_unit(value: f64, powers: [f64; 2]) -> f64 {
     value * powers[0].max(powers[1]) * powers[0].min(powers[1])
 }
 
-/// A bound in its unit: what is below the normal range may have been rounded on the way there, and what is not a number bounds nothing.
+/// A bound in its unit: what is below the normal range may have been rounded on the way there, and what is not a number bounds
+/// nothing.
 fn bound(radius: f64) -> f64 {
     if radius.is_nan() {
         f64::INFINITY

@@ -1,18 +1,21 @@
-//! Linear emission `B(y) = beta + gB.(y - x)`, with horizon and occluders, in closed form; beyond HS95 A.2, which left X1 and X2 to quadrature.
+//! Linear emission `B(y) = beta + gB.(y - x)`, with horizon and occluders, in closed form; beyond HS95 A.2, which left X1 and
+//! X2 to quadrature.
 //!
 //! With `c = -n2.omega` a point seen along omega is `y - x = omega h/c`, h the height of x over the emitter's plane. Then
 //! - irradiance vector `E = int B omega domega = beta Phi + h q`, `q = int omega (gB.omega)/c domega = T gB - n2 (gB.Phi)`;
-//! - `T = int r_t r_t^T / r^4 dA = 1/2 (X1 Id - contour r_t (x) nu / r^2 ds)`, in-plane; on a segment of the boundary at distance S from x, with
-//!   `kappa = n2.N` and outward normal `nu = along x n2`, the contour term applied to gB is `[kappa g (gB.nu) + ln(|v|/|u|) (gB.along)] nu`;
-//! - radiosity `(rho/pi) n1.E`; gradient `(rho/pi) { gB (Phi.n1) + n2 (q.n1) + sum e x V / |w| }` over emitter and occluder arcs, where
-//!   `V = int_arc B (n1.omega) omega ds` has elementary primitives in the frame of the segment: `B = beta + S (g1 + g2 tan psi)`.
+//! - `T = int r_t r_t^T / r^4 dA = 1/2 (X1 Id - contour r_t (x) nu / r^2 ds)`, in-plane; on a segment of the boundary at
+//!   distance S from x, with `kappa = n2.N` and outward normal `nu = along x n2`, the contour term applied to gB is `[kappa g
+//!   (gB.nu) + ln(|v|/|u|) (gB.along)] nu`;
+//! - radiosity `(rho/pi) n1.E`; gradient `(rho/pi) { gB (Phi.n1) + n2 (q.n1) + sum e x V / |w| }` over emitter and occluder
+//!   arcs, where `V = int_arc B (n1.omega) omega ds` has elementary primitives in the frame of the segment: `B = beta + S (g1 +
+//!   g2 tan psi)`.
 //!
-//! `X1 = int dA/r^2` is the one quantity that is not elementary. Its dilogarithm form is a sum over the segments, d the signed in-plane distance
-//! of x's foot point, s the coordinate along, `phi = atan2(s, |d|)` and `q = exp(-2 asinh(|d|/h))`:
-//! `sgn(d) { (phi2 - phi1) asinh(|d|/h) - 1/2 [Im Li2(-q e^(2 i phi)) - Cl2(2 phi + pi)] }`. With
-//! `Im Li2(r e^(it)) = om ln r + 1/2 [Cl2(2 om) + Cl2(2t) - Cl2(2 om + 2t)]` (Lewin 1981, 5.5), the duplication formula, and the angle psi of the
-//! arc in its own plane, `delta = phi - psi`, it becomes
-//! `sgn(d) { g asinh(|d|/h) - 1/4 [2 Cl2(2 phi) - Cl2(2 delta) - Cl2(4 phi - 2 delta)] }`, free of the cancelling logarithm of q.
+//! `X1 = int dA/r^2` is the one quantity that is not elementary. Its dilogarithm form is a sum over the segments, d the signed
+//! in-plane distance of x's foot point, s the coordinate along, `phi = atan2(s, |d|)` and `q = exp(-2 asinh(|d|/h))`: `sgn(d) {
+//! (phi2 - phi1) asinh(|d|/h) - 1/2 [Im Li2(-q e^(2 i phi)) - Cl2(2 phi + pi)] }`. With `Im Li2(r e^(it)) = om ln r + 1/2
+//! [Cl2(2 om) + Cl2(2t) - Cl2(2 om + 2t)]` (Lewin 1981, 5.5), the duplication formula, and the angle psi of the arc in its own
+//! plane, `delta = phi - psi`, it becomes `sgn(d) { g asinh(|d|/h) - 1/4 [2 Cl2(2 phi) - Cl2(2 delta) - Cl2(4 phi - 2 delta)]
+//! }`, free of the cancelling logarithm of q.
 //!
 //! Loses digits where Phi does, and by a further factor |beta|/|B| ~ D/s far away.
 
@@ -36,8 +39,8 @@ pub(crate) struct Seen<T> {
 }
 
 impl<T: Real> Seen<T> {
-    /// Vertices off the plane by the polygon's defect change height and emission by that much, and vertex values off the affine function by its
-    /// residual: both go into the bounds.
+    /// Vertices off the plane by the polygon's defect change height and emission by that much, and vertex values off the affine
+    /// function by its residual: both go into the bounds.
     pub(crate) fn new(receiver: &Receiver, emitter: &Emitter, power: f64) -> Self {
         let (x, polygon, emission) = (receiver.position(), emitter.polygon(), emitter.affine());
         let gradient = emitter.precise_gradient::<T>().map(|c| c.scaled(1.0 / power));
@@ -147,8 +150,9 @@ pub(crate) fn segment_frame<T: Real>(arc: &Arc<T>, n2: Vec3<T>, height: T) -> Fr
 
 /// The segment's part of X1.
 ///
-/// It is `sgn(d) int 1/2 ln(1 + d^2/(h cos phi)^2) dphi` over part of (-pi/2, pi/2), so at most `pi asinh(|d|/h) <= pi |d|/h`: that
-/// encloses it where the sign of d is not known, as for a receiver straight below the line, when phi may not be known either.
+/// It is `sgn(d) int 1/2 ln(1 + d^2/(h cos phi)^2) dphi` over part of (-pi/2, pi/2), so at most `pi asinh(|d|/h) <= pi |d|/h`:
+/// that encloses it where the sign of d is not known, as for a receiver straight below the line, when phi may not be known
+/// either.
 pub(crate) fn x1_term<T: Real>(arc: &Arc<T>, frame: &Frame<T>, kappa: T, height: T) -> T {
     let signed = frame.distance * kappa;
     if signed.size() <= signed.error() {

@@ -1,5 +1,5 @@
-//! What the middle of a [`crate::certify::Ball`] can be: a double, a double-double, or a number of as many digits as are asked for
-//! (`crate::big`), each with the relative errors of its operations.
+//! What the middle of a [`crate::certify::Ball`] can be: a double, a double-double, or a number of as many digits as are asked
+//! for (`crate::big`), each with the relative errors of its operations.
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
@@ -57,10 +57,8 @@ pub(crate) trait Number:
     fn atan2(self, x: Self) -> Self;
     /// `pi - self`, to full relative accuracy.
     fn pi_minus(self) -> Self;
-    /// Terms that the series of [`crate::arc`] takes on an argument of at most 1.
-    fn sine_terms() -> usize;
-    /// Coefficient `k` of it.
-    fn sine_coefficient(k: usize) -> Self;
+    /// Coefficients of the series of [`crate::arc`], as many as an argument of at most 1 takes.
+    fn sine_coefficients() -> impl DoubleEndedIterator<Item = Self>;
     /// The sum of [`dilogarithm`]'s series, without its first term.
     fn clausen_sum(around: Around, square: Self) -> Self;
 }
@@ -139,12 +137,8 @@ impl Number for f64 {
         (pi.hi - self) + pi.lo
     }
     #[inline]
-    fn sine_terms() -> usize {
-        8
-    }
-    #[inline]
-    fn sine_coefficient(k: usize) -> Self {
-        SINE_SERIES[k].hi
+    fn sine_coefficients() -> impl DoubleEndedIterator<Item = Self> {
+        SINE_SERIES[..8].iter().map(|c| c.hi)
     }
     #[inline]
     fn clausen_sum(around: Around, square: Self) -> Self {
@@ -208,11 +202,8 @@ impl Number for DoubleDouble {
     fn pi_minus(self) -> Self {
         Self::pi_minus(self)
     }
-    fn sine_terms() -> usize {
-        14
-    }
-    fn sine_coefficient(k: usize) -> Self {
-        SINE_SERIES[k]
+    fn sine_coefficients() -> impl DoubleEndedIterator<Item = Self> {
+        SINE_SERIES.into_iter()
     }
     fn clausen_sum(around: Around, square: Self) -> Self {
         dilogarithm::sum::<Self, 34>(around, square)

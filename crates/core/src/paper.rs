@@ -17,9 +17,9 @@
 //! vanishes on the cut, so that its moving with `x` adds nothing to the gradient.
 //!
 //! Units as in the paper: B in W/m2, its gradient in W/m3 with respect to `x` at fixed `n1`. Plain double precision with no
-//! bound: 1e-15 where the distance D is about the size s of the emitter. Measured beyond, with u = 1e-16: far away, `u D/s` of a constant
-//! emitter's value and `u (D/s)^2` of its gradient, `u (D/s)^3` of a linear one's both; at height h over the emitter, tilted, `u (s/h)^2`
-//! of the gradient.
+//! bound: 1e-15 where the distance D is about the size s of the emitter. Measured beyond, with u = 1e-16: far away, `u D/s` of
+//! a constant emitter's value and `u (D/s)^2` of its gradient, `u (D/s)^3` of a linear one's both; at height h over the
+//! emitter, tilted, `u (s/h)^2` of the gradient.
 
 mod edge;
 mod horizon;

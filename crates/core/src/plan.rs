@@ -1,13 +1,14 @@
 //! What does this case need? Every decision that changes the shape of the answer is taken here, exactly.
 //!
 //! - The receiver must be in front of the emitter's plane, `h = n2.(x - E_0) > 0`: emission is one-sided.
-//! - Each vertex is above the receiver's horizon, `n1.r_i > 0`, or not; a vertex on it counts as not above, and contributes nothing.
+//! - Each vertex is above the receiver's horizon, `n1.r_i > 0`, or not; a vertex on it counts as not above, and contributes
+//!   nothing.
 //!
-//! A double-precision filter with its rounding bound decides nearly always; double-double, then exact arithmetic, decide the rest. The truth
-//! is the exact result for the doubles as given, so a sign found here is right without a tolerance.
+//! A double-precision filter with its rounding bound decides nearly always; double-double, then exact arithmetic, decide the
+//! rest. The truth is the exact result for the doubles as given, so a sign found here is right without a tolerance.
 //!
-//! The plan also holds the power of two that brings the farthest vertex to a distance of about 1: all lengths are multiplied by it, so any
-//! scene from 2^-900 to 2^900 gives the same digits.
+//! The plan also holds the power of two that brings the farthest vertex to a distance of about 1: all lengths are multiplied by
+//! it, so any scene from 2^-900 to 2^900 gives the same digits.
 
 use glam::DVec3;
 
@@ -151,8 +152,8 @@ fn exact_height_over_horizon(receiver: &Receiver, vertex: DVec3, power: f64) -> 
     exact::dot(receiver.direction().into(), exact_offset(vertex, receiver.position(), power))
 }
 
-/// Height of a vertex over the receiver's horizon, times the length of the normal as given: to a few roundoffs of the scalar, and with the
-/// right sign. Only ratios of it are used.
+/// Height of a vertex over the receiver's horizon, times the length of the normal as given: to a few roundoffs of the scalar, and
+/// with the right sign. Only ratios of it are used.
 pub(crate) fn height_over_horizon<T: Real>(receiver: &Receiver, vertex: DVec3, power: f64) -> T {
     let r = exact_offset(vertex, receiver.position(), power);
     let n = Vec3::from(receiver.direction());

@@ -1,8 +1,9 @@
-//! The scalar that the closed forms are written on: a plain double, or a number with a running error bound ([`crate::certify::Ball`]) of
-//! double, double-double or arbitrary precision.
+//! The scalar that the closed forms are written on: a plain double, or a number with a running error bound
+//! ([`crate::certify::Ball`]) of double, double-double or arbitrary precision.
 //!
-//! One formula serves every precision. Decisions (which side, which branch) are taken on [`Real::value`], so that all scalars walk
-//! the same path; where a wrong decision would change the answer, it is taken by an exact predicate instead ([`crate::plan`]).
+//! One formula serves every precision. Decisions (which side, which branch) are taken on [`Real::value`], so that all scalars
+//! walk the same path; where a wrong decision would change the answer, it is taken by an exact predicate instead
+//! ([`crate::plan`]).
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 

@@ -1,7 +1,8 @@
 //! The sums over the visible boundary that value and gradient are made of, for whatever emission and scalar.
 //!
-//! The arcs come from [`crate::horizon`], or from [`crate::visibility`] past occluders; the sums are those of [`crate::constant`],
-//! [`crate::linear`] and [`crate::polynomial`]. On balls they carry a proven bound, on doubles they give the same digits without one.
+//! The arcs come from [`crate::horizon`], or from [`crate::visibility`] past occluders; the sums are those of
+//! [`crate::constant`], [`crate::linear`] and [`crate::polynomial`]. On balls they carry a proven bound, on doubles they give
+//! the same digits without one.
 
 use crate::arc::Arc;
 use crate::constant::{EdgeSum, SolidAngleVector};

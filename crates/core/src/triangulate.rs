@@ -1,4 +1,5 @@
-//! Convex parts of a simple polygon: itself where it is convex, else the triangles of ear clipping (Meisters 1975), with exact predicates.
+//! Convex parts of a simple polygon: itself where it is convex, else the triangles of ear clipping (Meisters 1975), with exact
+//! predicates.
 
 use robust::{Coord, orient2d};
 

@@ -5,6 +5,7 @@ use std::ops::{Add, Mul, Neg, Sub};
 
 use glam::DVec3;
 
+use crate::geometry::normalising_power;
 use crate::real::Real;
 
 /// A vector with components of type `T`.
@@ -60,6 +61,15 @@ where
     #[inline]
     pub(crate) fn norm_squared(self) -> T {
         self.dot(self)
+    }
+}
+
+impl Vec3<f64> {
+    /// Euclidean length, to a few roundings; squares of what is far from 1 do not leave the range of a double.
+    #[inline]
+    pub(crate) fn length(self) -> f64 {
+        let power = normalising_power(self.x.abs().max(self.y.abs()).max(self.z.abs()));
+        (self * power).norm_squared().sqrt() / power
     }
 }
 

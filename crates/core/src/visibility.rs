@@ -1,12 +1,12 @@
 //! The boundary of the part of an emitter that the receiver sees past occluders.
 //!
-//! Seen from x, a convex part of the emitter above the horizon is a convex cone, and so is the shadow of a convex occluder, cut off at the
-//! emitter's plane. Subtracting a shadow leaves the parts outside its side k and inside its sides before k. The seams between those parts lie on
-//! occluder lines and run once each way, so that they cancel in every sum over arcs.
+//! Seen from x, a convex part of the emitter above the horizon is a convex cone, and so is the shadow of a convex occluder, cut
+//! off at the emitter's plane. Subtracting a shadow leaves the parts outside its side k and inside its sides before k. The
+//! seams between those parts lie on occluder lines and run once each way, so that they cancel in every sum over arcs.
 //!
-//! Lines that are the same edge of the input (a mesh of occluders, an occluder that stands on the emitter's edge) are recognised by their
-//! end points and decided exactly. Elsewhere a corner may be within rounding of a shadow's side; then the middle of its ball decides, and
-//! [`Doubt`] bounds what the other decision would have changed.
+//! Lines that are the same edge of the input (a mesh of occluders, an occluder that stands on the emitter's edge) are
+//! recognised by their end points and decided exactly. Elsewhere a corner may be within rounding of a shadow's side; then the
+//! middle of its ball decides, and [`Doubt`] bounds what the other decision would have changed.
 
 use glam::DVec3;
 
@@ -51,7 +51,8 @@ struct ConeSide<T> {
     name: Option<EdgeName>,
 }
 
-/// A convex part of the emitter: corners in its plane, each with the side that starts there; the part is where `N . omega < 0` on all sides.
+/// A convex part of the emitter: corners in its plane, each with the side that starts there; the part is where `N . omega < 0`
+/// on all sides.
 #[derive(Debug, Clone)]
 struct Part<T>(Vec<(Vec3<T>, ConeSide<T>)>);
 
@@ -61,7 +62,8 @@ struct Shadow<T> {
     corners: Vec<Vec3<T>>,
 }
 
-/// Calls `visit` with each arc of the visible boundary; returns the doubt of the decisions taken, or `None` where surely nothing is visible.
+/// Calls `visit` with each arc of the visible boundary; returns the doubt of the decisions taken, or `None` where surely
+/// nothing is visible.
 pub(crate) fn visit_boundary<T: Real>(
     receiver: &Receiver,
     emitter: &Emitter,
@@ -221,9 +223,10 @@ impl<T: Real> Subtraction<T> {
     }
 }
 
-/// How much a unit of arc weighs more or less in the gradient when it lies on the other of two lines that are seen within the angle `near` of each
-/// other: an arc weighs `-(N/S) (toward.V)`, with `|V|` at most its length, and V itself moves by at most four times `near`. Lines in space that
-/// coincide (edges with a T-junction) weigh the same; an edge in the horizon is seen with `n1.omega` at most `near`.
+/// How much a unit of arc weighs more or less in the gradient when it lies on the other of two lines that are seen within the
+/// angle `near` of each other: an arc weighs `-(N/S) (toward.V)`, with `|V|` at most its length, and V itself moves by at most
+/// four times `near`. Lines in space that coincide (edges with a T-junction) weigh the same; an edge in the horizon is seen
+/// with `n1.omega` at most `near`.
 fn exchange<T: Real>(own: &Generator<T>, cut: &Generator<T>, near: RadiusOf<T>) -> RadiusOf<T> {
     let moved = near * (nearness(own) + nearness(cut)) * 4.0;
     let (Generator::Emitter(own) | Generator::Occluder(own), Generator::Emitter(cut) | Generator::Occluder(cut)) = (own, cut)
@@ -257,8 +260,8 @@ fn nearness<T: Real>(generator: &Generator<T>) -> RadiusOf<T> {
 }
 
 impl<T: Real> Shadow<T> {
-    /// The shadow of the part `indices` of `occluder`, or `None` where it casts none: seen edge-on, or not on the receiver's side of the
-    /// emitter's plane.
+    /// The shadow of the part `indices` of `occluder`, or `None` where it casts none: seen edge-on, or not on the receiver's
+    /// side of the emitter's plane.
     fn new(receiver: &Receiver, emitter: &Polygon, occluder: &Polygon, indices: &[usize], plan: &Plan) -> Option<Self> {
         let (x, power) = (receiver.position(), plan.power);
         let mut vertices: Vec<DVec3> = indices.iter().map(|&i| occluder.vertices()[i]).collect();

@@ -133,15 +133,16 @@ fn doubles_are_within_their_bounds_of_the_digits() {
 
 #[test]
 fn the_last_rung_gives_the_nearest_doubles() {
-    for emission in [Emission::Constant(3.2), linear()] {
-        let (receiver, lamp) = (receiver(UP), lamp(emission));
-        let exact = evaluate_digits(&receiver, &lamp, &[], 40).unwrap();
-        let answer = evaluate_to(&receiver, &lamp, &[], 0.0).unwrap();
-        assert_eq!(answer.method, Method::ArbitraryPrecision);
-        assert_eq!(answer.radiosity, exact.radiosity.parse::<f64>().unwrap());
-        assert_eq!(answer.gradient.to_array(), exact.gradient.clone().map(|c| c.parse().unwrap()));
-        assert!(answer.meets(2f64.powi(-52)) && !answer.meets(0.0));
-    }
+    // Beside a lamp in contact, where double-double is not enough for a linear emission.
+    let lamp = Emitter::new(polygon(&[[0.0, 0.0, 1e-20], [0.0, 1.0, 1e-20], [1.0, 0.0, 1e-20]]), linear()).unwrap();
+    assert!(lamp.polygon().normal().z < 0.0);
+    let receiver = Receiver::new(DVec3::new(2.0, 0.3, 0.0), DVec3::new(-1.0, 0.1, 0.5), 0.5).unwrap();
+    let exact = evaluate_digits(&receiver, &lamp, &[], 40).unwrap();
+    let answer = evaluate_to(&receiver, &lamp, &[], 0.0).unwrap();
+    assert_eq!(answer.method, Method::ArbitraryPrecision);
+    assert_eq!(answer.radiosity, exact.radiosity.parse::<f64>().unwrap());
+    assert_eq!(answer.gradient.to_array(), exact.gradient.clone().map(|c| c.parse().unwrap()));
+    assert!(answer.meets(2f64.powi(-52)) && !answer.meets(0.0));
 }
 
 #[test]

@@ -216,7 +216,8 @@ fn no_emission_gives_exactly_zero() {
     }
 }
 
-/// Emission of both signs that integrates to little: double-double does not reach the tolerance, and the best method says how near it came.
+/// Emission of both signs that integrates to little: double-double does not reach the tolerance, and the best method says how
+/// near it came.
 #[test]
 fn where_no_method_meets_the_tolerance_the_smallest_bound_answers() {
     let square = facing_down(&[[-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [1.0, 1.0, 0.0], [-1.0, 1.0, 0.0]]);

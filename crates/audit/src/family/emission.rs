@@ -30,7 +30,8 @@ pub(super) fn on_sites(sampler: &mut Sampler, vertices: &[DVec3], sites: &[Site]
     }
 }
 
-/// A value at vertex 0 and a gradient of random direction, its part along the normal included, that takes away at most 9/10 of it.
+/// A value at vertex 0 and a gradient of random direction, its part along the normal included, that takes away at most 9/10 of
+/// it.
 fn by_gradient(sampler: &mut Sampler, vertices: &[DVec3]) -> EmissionRecord {
     let value = sampler.spread(-3, 3);
     let reach = vertices.iter().map(|v| (*v - vertices[0]).length()).fold(0.0, f64::max);

@@ -37,7 +37,8 @@ pub(super) fn needle(sampler: &mut Sampler) -> Scene {
     in_sight(sampler, vertices, along.cross(across), distance)
 }
 
-/// A receiver at `distance` from the centroid on the lit side, 1/10 of it above the plane at least, facing so that all is in sight.
+/// A receiver at `distance` from the centroid on the lit side, 1/10 of it above the plane at least, facing so that all is in
+/// sight.
 fn in_sight(sampler: &mut Sampler, vertices: [DVec3; 3], lit: DVec3, distance: f64) -> Scene {
     let centroid = (vertices[0] + vertices[1] + vertices[2]) / 3.0;
     let direction = loop {
@@ -78,7 +79,8 @@ pub(super) fn scale(sampler: &mut Sampler) -> Scene {
     scene
 }
 
-/// A triangle up to 2^40 sizes from the origin, its coordinates rounded there; or a lattice polygon at 2^19, its coordinates exact.
+/// A triangle up to 2^40 sizes from the origin, its coordinates rounded there; or a lattice polygon at 2^19, its coordinates
+/// exact.
 pub(super) fn far_origin(sampler: &mut Sampler) -> Scene {
     if sampler.one_in(2) {
         return many_sided::far_origin(sampler);

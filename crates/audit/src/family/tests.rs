@@ -17,7 +17,8 @@ fn lit_families() -> impl Iterator<Item = Family> {
     Family::ALL.into_iter().filter(|f| !f.is_refused())
 }
 
-/// Height over the emitter's plane and over its size, elevations of the vertices over the horizon, distance of the nearest vertex.
+/// Height over the emitter's plane and over its size, elevations of the vertices over the horizon, distance of the nearest
+/// vertex.
 struct Figures {
     height: f64,
     lowest: f64,
@@ -142,6 +143,7 @@ fn every_emission_is_positive_over_the_emitter_and_every_kind_occurs() {
                 EmissionRecord::Constant { .. } => 0,
                 EmissionRecord::Vertices { .. } => 1,
                 EmissionRecord::Gradient { .. } => 2,
+                EmissionRecord::Polynomial { .. } => panic!("{} has a polynomial emission", case.id),
             }] = true;
             let problem = case.problem().expect("valid");
             let vertices = problem.emitter.polygon().vertices();

@@ -1,16 +1,16 @@
 //! Logarithm and arc tangent: a step to the nearest 64th, whose value is kept, and one short series.
 //!
-//! `ln m 2^e = e ln 2 + ln c + 2 artanh z`, `z = (m - c)/(m + c)`, for m in [3/4, 3/2) and c the nearest 64th; `arctan t = arctan c + arctan z`,
-//! `z = (t - c)/(1 + t c)`, for t in [0, 1]. Either way `|z| <= 1/128`, and c is 1 or 0 where the result is small, so that no sum loses
-//! more than a factor of three; all is done with [`GUARD`] bits more than asked, which pay for it.
+//! `ln m 2^e = e ln 2 + ln c + 2 artanh z`, `z = (m - c)/(m + c)`, for m in [3/4, 3/2) and c the nearest 64th; `arctan t = arctan
+//! c + arctan z`, `z = (t - c)/(1 + t c)`, for t in [0, 1]. Either way `|z| <= 1/128`, and c is 1 or 0 where the result is small,
+//! so that no sum loses more than a factor of three; all is done with [`GUARD`] bits more than asked, which pay for it.
 
 use astro_float::{BigFloat, Consts};
 
 use super::series::{GUARD, first_integer_above, integer, rounded};
 use super::{Magnitude, NEAREST, exact_sum, nearest_double, shifted};
 
-/// Error of logarithm and arc tangent in units of roundoff: one rounding and what is left of the guard bits. The arc tangent is rounded once more
-/// where it is taken from pi/2 and from pi.
+/// Error of logarithm and arc tangent in units of roundoff: one rounding and what is left of the guard bits. The arc tangent is
+/// rounded once more where it is taken from pi/2 and from pi.
 pub(super) const LIBRARY_UNITS: f64 = 2.0;
 
 /// Logarithms and angles of the 64ths that were needed, and the coefficients of both series, for one precision.

@@ -6,8 +6,9 @@ use super::{DoubleDouble, fast_two_sum};
 
 /// Relative error of [`DoubleDouble::ln`] and [`DoubleDouble::atan2`], in units of [`super::UNIT`].
 ///
-/// Logarithm: the argument of the series errs by 4 units (two sums, a quotient), the series by 2, the sum with `k ln 2` can lose a factor of two.
-/// Arc tangent: the rotation errs by 2 units of its length against an angle of at least `pi/32`, or is the identity; quotient and series add
+/// Logarithm: the argument of the series errs by 4 units (two sums, a quotient), the series by 2, the sum with `k ln 2` can
+/// lose a factor of two. Arc tangent: the rotation errs by 2 units of its length against an angle of at least `pi/32`, or is
+/// the identity; quotient and series add
 /// 4. Both stay below 64.
 pub(crate) const LIBRARY_UNITS: f64 = 64.0;
 

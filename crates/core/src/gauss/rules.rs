@@ -1,5 +1,5 @@
-//! Nodes and weights of the Gauss-Legendre rules on [0, 1], computed with 50 digits and rounded; the tests integrate all monomials that each
-//! rule must integrate exactly. In pairs, for two lanes; an odd rule is filled up with a node of weight 0.
+//! Nodes and weights of the Gauss-Legendre rules on [0, 1], computed with 50 digits and rounded; the tests integrate all
+//! monomials that each rule must integrate exactly. In pairs, for two lanes; an odd rule is filled up with a node of weight 0.
 
 /// Largest number of nodes.
 pub(super) const MOST: usize = 16;

@@ -7,10 +7,10 @@
 //! X1 = sum c_i/2 int_0^1 ln(1 + q^2/h^2) / q^2 dt        X2 = sum c_i/(2 h^2) int_0^1 dt/r^2
 //! ```
 //!
-//! Both integrands are analytic but where r^2 = 0, at `t* +- i S/|e|`, S the distance of the edge's line. An edge is halved until
-//! each panel is as long as its middle is far from `x` at most: the nearest singularity is then 2 half-lengths from the middle,
-//! in units of which 16 Gauss nodes leave `(2 + sqrt 3)^-32 = 5e-19`. What remains is rounding: 1e-15 where the foot is in or near
-//! the emitter; far outside the signed triangles cancel, by the ratio of distance to size.
+//! Both integrands are analytic but where r^2 = 0, at `t* +- i S/|e|`, S the distance of the edge's line. An edge is halved
+//! until each panel is as long as its middle is far from `x` at most: the nearest singularity is then 2 half-lengths from the
+//! middle, in units of which 16 Gauss nodes leave `(2 + sqrt 3)^-32 = 5e-19`. What remains is rounding: 1e-15 where the foot is
+//! in or near the emitter; far outside the signed triangles cancel, by the ratio of distance to size.
 
 use glam::DVec3;
 
@@ -96,7 +96,8 @@ mod tests {
 
     #[test]
     fn x1_of_a_quarter_square_tends_to_its_series() {
-        // Over the square [0, s]^2 at height 1, 1/r^2 = 1 - q^2 + q^4 - ...: X1 = s^2 - 2 s^4/3 + 28 s^6/45 - 24 s^8/35 + O(s^10).
+        // Over the square [0, s]^2 at height 1, 1/r^2 = 1 - q^2 + q^4 - ...: X1 = s^2 - 2 s^4/3 + 28 s^6/45 - 24 s^8/35 +
+        // O(s^10).
         let s = 1.0 / 1024.0;
         let square = [DVec3::Z, DVec3::new(0.0, s, 1.0), DVec3::new(s, s, 1.0), DVec3::new(s, 0.0, 1.0)];
         let (x1, _) = x1_x2(&edges(&square), -DVec3::Z);
