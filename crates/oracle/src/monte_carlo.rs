@@ -27,8 +27,8 @@ pub use crate::monte_carlo::sampling::Sampling;
 use crate::monte_carlo::silhouette::Silhouette;
 use crate::monte_carlo::sobol::{ScrambledSobol, unit_interval};
 use crate::monte_carlo::visibility::Occluders;
-use crate::region::Region;
 use crate::region::plane::Triangle;
+use crate::region::{FrameVector, Region};
 use crate::source_function::SourceFunction;
 
 /// Where the points of the unit square come from; the same seed gives the same points on every machine.
@@ -233,7 +233,7 @@ impl Estimator<'_> {
         if !self.occluders.block(self.region.to_space(ray)) {
             tally.hits += 1;
             let [value, gu, gv, gn] = self.integrand.boundary_surface(&at);
-            let gradient = self.region.to_space([gu, gv, gn]);
+            let gradient = self.region.to_space(FrameVector::new(gu, gv, gn));
             sum = [value, gradient.x, gradient.y, gradient.z].map(|f| f * weight);
         }
         let along_edges = self.silhouette.sample(on_edges);
@@ -277,8 +277,9 @@ impl Tally {
         }
     }
 
-    /// Bound on the rounding of a mean: that of each addition to it, and of its samples. Without it the limits of samples that hardly
-    /// differ, such as those of an emitter 1e8 sizes away by solid angle, would be narrower than the digits they are made of.
+    /// Bound on the rounding of a mean: that of each addition to it, and of its samples. Without it the limits of samples that
+    /// hardly differ, such as those of an emitter 1e8 sizes away by solid angle, would be narrower than the digits they are
+    /// made of.
     fn rounding(&self, magnitude: f64) -> f64 {
         (self.samples as f64 + ROUNDINGS_OF_A_SAMPLE) * f64::EPSILON * magnitude
     }

@@ -1,4 +1,5 @@
-//! The part of an emitter that a receiver sees: lit side, clipped by the receiver's horizon, as triangles in the emitter's plane.
+//! The part of an emitter that a receiver sees: lit side, clipped by the receiver's horizon, as triangles in the emitter's
+//! plane.
 //!
 //! Coordinates are those of the foot of the receiver: `y - x = p u + q v - h n2` with `u, v, n2` orthonormal and right-handed,
 //! `h` the height of `x` over the plane. Each vertex also carries `s = n1.(y - x)` and, for an affine emission, `b = B(y)`:
@@ -16,6 +17,7 @@ pub(crate) mod plane;
 mod side;
 
 use glam::DVec3;
+use nalgebra::Vector3;
 use radgrad_core::{Polygon, Receiver};
 
 use crate::Error;
@@ -33,6 +35,9 @@ pub(crate) struct PreciseVertex {
     b: Pair,
 }
 
+/// A vector in the frame `(u, v, n2)` of a region, of another type than one in space so that none is taken for the other.
+pub(crate) type FrameVector = Vector3<f64>;
+
 /// What a receiver sees of a polygon.
 #[derive(Debug)]
 pub(crate) struct Region {
@@ -46,7 +51,7 @@ pub(crate) struct Region {
     /// Height of the receiver over the plane, scaled.
     pub(crate) height: f64,
     /// Receiver normal in the frame `(u, v, n2)`.
-    pub(crate) normal: [f64; 3],
+    pub(crate) normal: FrameVector,
     /// The frame.
     pub(crate) axes: [DVec3; 3],
     /// Position of the receiver.
@@ -82,7 +87,7 @@ impl Region {
             outline: Vec::new(),
             touched: false,
             height: height.rounded(),
-            normal: normal.map(Pair::rounded),
+            normal: normal.map(Pair::rounded).into(),
             axes: axes.map(|axis| DVec3::from_array(axis.map(Pair::rounded))),
             position,
             unit: power,
@@ -131,8 +136,8 @@ impl Region {
     }
 
     /// A vector of the frame in space.
-    pub(crate) fn to_space(&self, v: [f64; 3]) -> DVec3 {
-        self.axes[0] * v[0] + self.axes[1] * v[1] + self.axes[2] * v[2]
+    pub(crate) fn to_space(&self, v: FrameVector) -> DVec3 {
+        self.axes[0] * v.x + self.axes[1] * v.y + self.axes[2] * v.z
     }
 }
 

@@ -1,9 +1,10 @@
 //! A segment as seen from the receiver, drawn uniformly in the angle it subtends.
 //!
-//! The line integrals of the gradient go like `1/r^3` along an edge: uniform in its length, nearly every sample of an edge that passes
-//! close would miss the part that counts. Uniform in angle the density is `1/r^2` over `int dl/r^2 = angle / distance of the line =
-//! |e| / (|a| |b|) (angle / sin angle)`, for a segment `e` from `a` to `b`, which keeps its digits for an edge seen end-on. A place
-//! is a pair of weights of the two ends, each with its digits: an end 1e-12 as far as the other is approached as well as any.
+//! The line integrals of the gradient go like `1/r^3` along an edge: uniform in its length, nearly every sample of an edge that
+//! passes close would miss the part that counts. Uniform in angle the density is `1/r^2` over `int dl/r^2 = angle / distance of
+//! the line = |e| / (|a| |b|) (angle / sin angle)`, for a segment `e` from `a` to `b`, which keeps its digits for an edge seen
+//! end-on. A place is a pair of weights of the two ends, each with its digits: an end 1e-12 as far as the other is approached
+//! as well as any.
 
 /// The angle and the ends' distances.
 #[derive(Debug, Clone, Copy)]

@@ -5,10 +5,11 @@
 //! int B(y) (n1.omega) (e x omega) / |r|^2 dt`, `r` the point of the edge at `t`, `omega = r/|r|`, `y` the emitter's point
 //! behind.
 //!
-//! The emitter's own edges are those of its region: which side of one is the emitter, and `n1.r` and `B` along it, are known there, however
-//! close the receiver is to the plane, however narrow or far the emitter; only what is in front of them is left to ask. An edge of an
-//! occluder counts where it is seen against the emitter, nothing hides what is just left of it, and its own polygon what is just right of
-//! it. Polygons that share an edge as seen from `x` (the faces of a box) would both count it: the first in the list does.
+//! The emitter's own edges are those of its region: which side of one is the emitter, and `n1.r` and `B` along it, are known
+//! there, however close the receiver is to the plane, however narrow or far the emitter; only what is in front of them is left
+//! to ask. An edge of an occluder counts where it is seen against the emitter, nothing hides what is just left of it, and its
+//! own polygon what is just right of it. Polygons that share an edge as seen from `x` (the faces of a box) would both count it:
+//! the first in the list does.
 
 use glam::DVec3;
 
@@ -16,11 +17,11 @@ use crate::Error;
 use crate::cubature::integrand::Integrand;
 use crate::monte_carlo::arc::Arc;
 use crate::monte_carlo::visibility::{Occluders, SeenPolygon};
-use crate::region::Region;
 use crate::region::plane::{Edge, Vertex};
+use crate::region::{FrameVector, Region};
 
-/// How far beside an edge, over the distance, it is decided what occluders hide there; they hide nothing of what is less than twice that
-/// in front of the emitter, so that one that lies in its plane does not hide it.
+/// How far beside an edge, over the distance, it is decided what occluders hide there; they hide nothing of what is less than
+/// twice that in front of the emitter, so that one that lies in its plane does not hide it.
 const BESIDE: f64 = 1e-8;
 
 /// An edge with what is seen on its left.
@@ -56,7 +57,8 @@ impl<'a> Silhouette<'a> {
     pub(crate) fn new(region: &'a Region, integrand: Integrand<'a>, occluders: &'a Occluders) -> Result<Self, Error> {
         // On the horizon, `n1.r = 0`, nothing is gained or lost.
         let lit = |edge: &&Edge| edge.ends.iter().any(|end| end.s > 0.0);
-        let mut edges: Vec<_> = region.outline.iter().filter(lit).map(|edge| GeneratingEdge::of_emitter(region, edge)).collect();
+        let own = |edge: &Edge| GeneratingEdge::of_emitter(region, integrand.moment(edge), edge);
+        let mut edges: Vec<_> = region.outline.iter().filter(lit).map(own).collect();
         for (index, occluder) in occluders.polygons.iter().enumerate() {
             edges.extend(occluder_edges(occluder, index));
         }
@@ -77,8 +79,8 @@ impl<'a> Silhouette<'a> {
         self.cumulated.last().copied().unwrap_or(0.0)
     }
 
-    /// The contribution of the edge and place that belong to `(u, v)` of the unit square, divided by their density `1 / (|r|^2 total)`
-    /// with respect to length; zero without edges.
+    /// The contribution of the edge and place that belong to `(u, v)` of the unit square, divided by their density `1 / (|r|^2
+    /// total)` with respect to length; zero without edges.
     pub(crate) fn sample(&self, [u, v]: [f64; 2]) -> DVec3 {
         let place = u * self.total();
         let index = self.cumulated.partition_point(|sum| *sum <= place).min(self.edges.len().saturating_sub(1));
@@ -99,8 +101,8 @@ impl<'a> Silhouette<'a> {
         (!self.occluders.block(edge.beside(ray, ray))).then(|| (self.integrand.emission(at), at.s, 1.0 / inverse))
     }
 
-    /// `B` of the emitter behind a point of an occluder's edge, `n1.r` and `r^2` of the point itself, if the emitter is seen just left of it
-    /// and not just right.
+    /// `B` of the emitter behind a point of an occluder's edge, `n1.r` and `r^2` of the point itself, if the emitter is seen
+    /// just left of it and not just right.
     fn at_occluder(&self, edge: &GeneratingEdge, index: usize, ray: DVec3) -> Option<(f64, f64, f64)> {
         let [u, v, n2] = self.region.axes;
         let lengthening = -self.region.height / n2.dot(ray);
@@ -132,14 +134,12 @@ fn occluder_edges(polygon: &SeenPolygon, index: usize) -> Vec<GeneratingEdge> {
 }
 
 impl GeneratingEdge {
-    fn of_emitter(region: &Region, edge: &Edge) -> Self {
-        let [a, b] = edge.ends.map(|end| DVec3::new(end.p, end.q, -region.height));
-        let [along_u, along_v] = edge.along;
-        let moment = DVec3::new(region.height * along_v, -region.height * along_u, edge.moment);
-        let length = edge.squared_length().sqrt();
-        let arc = Arc::new([a.length(), b.length()], a.dot(b), length, moment.length());
-        let [moment, along] = [moment, DVec3::new(along_u, along_v, 0.0)].map(|v| region.to_space(v.to_array()));
-        Self { arc, length, moment, along, of: Owner::Emitter(*edge) }
+    fn of_emitter(region: &Region, moment: FrameVector, edge: &Edge) -> Self {
+        let [a, b] = edge.ends.map(|end| FrameVector::new(end.p, end.q, -region.height));
+        let along = FrameVector::new(edge.along[0], edge.along[1], 0.0);
+        let arc = Arc::new([a.norm(), b.norm()], a.dot(&b), along.norm(), moment.norm());
+        let [moment, space_along] = [moment, along].map(|v| region.to_space(v));
+        Self { arc, length: along.norm(), moment, along: space_along, of: Owner::Emitter(*edge) }
     }
 
     fn of_occluder(index: usize, ends: [DVec3; 2]) -> Self {

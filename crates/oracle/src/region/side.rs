@@ -1,8 +1,8 @@
-//! The side of the emitter's plane that the receiver is on, without rounding: from the plane itself nothing is seen, and a height that
-//! is a rounded difference of large coordinates cannot tell.
+//! The side of the emitter's plane that the receiver is on, without rounding: from the plane itself nothing is seen, and a
+//! height that is a rounded difference of large coordinates cannot tell.
 //!
-//! The plane is that of three vertices, vertex 0 and two neighbours that span the most with it: the plane of a triangle, and of any polygon
-//! whose vertices are exactly in one. The sign is that of Shewchuk's predicate (Discrete Comput. Geom. 18, 1997).
+//! The plane is that of three vertices, vertex 0 and two neighbours that span the most with it: the plane of a triangle, and of
+//! any polygon whose vertices are exactly in one. The sign is that of Shewchuk's predicate (Discrete Comput. Geom. 18, 1997).
 
 use glam::DVec3;
 use radgrad_core::Polygon;
