@@ -17,6 +17,7 @@ mod visibility;
 use radgrad_core::{Emitter, Polygon, Receiver};
 use rand::rngs::Xoshiro256PlusPlus;
 use rand::{Rng, SeedableRng};
+use rand_distr::{Distribution, StandardUniform};
 
 use crate::Error;
 use crate::confidence::{ConfidenceInterval, Moments, check_confidence};
@@ -25,7 +26,7 @@ use crate::cubature::piece::Four;
 use crate::monte_carlo::sampling::Sampler;
 pub use crate::monte_carlo::sampling::Sampling;
 use crate::monte_carlo::silhouette::Silhouette;
-use crate::monte_carlo::sobol::{ScrambledSobol, unit_interval};
+use crate::monte_carlo::sobol::ScrambledSobol;
 use crate::monte_carlo::visibility::Occluders;
 use crate::region::plane::Triangle;
 use crate::region::{FrameVector, Region};
@@ -201,7 +202,7 @@ impl Estimator<'_> {
         match sequence {
             Sequence::Independent { samples, seed } => {
                 let mut generator = Xoshiro256PlusPlus::seed_from_u64(seed);
-                let mut uniform = || unit_interval(generator.next_u64() >> 11);
+                let mut uniform = || StandardUniform.sample(&mut generator);
                 for _ in 0..samples {
                     let (on_emitter, on_edges) = ([uniform(), uniform()], [uniform(), uniform()]);
                     let contribution = self.sample(on_emitter, on_edges, &mut tally);
