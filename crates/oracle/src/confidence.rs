@@ -38,6 +38,15 @@ impl ConfidenceInterval {
         Self { low: self.low * factor, high: self.high * factor }
     }
 
+    pub(crate) fn widened(self, by: f64) -> Self {
+        Self { low: self.low - by, high: self.high + by }
+    }
+
+    /// Cut to `range`.
+    pub(crate) fn within(self, range: Self) -> Self {
+        Self { low: self.low.max(range.low), high: self.high.min(range.high) }
+    }
+
     fn around(middle: f64, half_width: f64) -> Self {
         Self { low: middle - half_width, high: middle + half_width }
     }
@@ -86,8 +95,7 @@ impl Moments {
         let hoeffding = range.width() * (libm::log(4.0 / delta) / (2.0 * count)).sqrt();
         let log = libm::log(8.0 / delta);
         let bernstein = (2.0 * self.variance() * log / count).sqrt() + 7.0 * range.width() * log / (3.0 * (count - 1.0));
-        let limits = ConfidenceInterval::around(self.mean, hoeffding.min(bernstein));
-        ConfidenceInterval { low: limits.low.max(range.low), high: limits.high.min(range.high) }
+        ConfidenceInterval::around(self.mean, hoeffding.min(bernstein)).within(range)
     }
 }
 

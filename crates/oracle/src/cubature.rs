@@ -20,8 +20,8 @@ use crate::Error;
 use crate::cubature::adaptive::{Goal, Refined};
 use crate::cubature::integrand::Integrand;
 use crate::cubature::piece::Piece;
-use crate::region::Region;
 use crate::region::plane::Vertex;
+use crate::region::{FrameVector, Region};
 use crate::source_function::SourceFunction;
 
 /// How an integration ended.
@@ -127,7 +127,7 @@ impl Estimate {
         let [value, gu, gv, gn] = refined.integral;
         let estimate = Self {
             radiosity: region.factor * value,
-            gradient: region.to_space([gu, gv, gn]) * region.factor * region.unit,
+            gradient: region.to_space(FrameVector::new(gu, gv, gn)) * region.factor * region.unit,
             radiosity_error: region.factor * refined.error[0],
             gradient_error: region.factor * refined.error[1] * region.unit,
             evaluations: refined.evaluations,

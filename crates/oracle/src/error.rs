@@ -119,6 +119,14 @@ pub enum Error {
         /// What it touches.
         what: &'static str,
     },
+    /// The receiver is in front of the emitter's plane, by less than doubled precision resolves.
+    #[error(
+        "the receiver at {position} is on the lit side of the emitter's plane, but by less than 2^-100 of the distance of the farthest vertex: no height to integrate with"
+    )]
+    Height {
+        /// Position of the receiver.
+        position: DVec3,
+    },
     /// The polygon could not be triangulated.
     #[error("no ear found among the last {remaining} vertices of the polygon: it is not simple as seen in its plane")]
     Triangulation {

@@ -8,6 +8,7 @@
 //!
 //! With a randomised sequence a sample is the mean over one scrambling, so the intervals rest on the number of scramblings.
 
+mod arc;
 mod sampling;
 mod silhouette;
 mod sobol;
@@ -16,6 +17,7 @@ mod visibility;
 use radgrad_core::{Emitter, Polygon, Receiver};
 use rand::rngs::Xoshiro256PlusPlus;
 use rand::{Rng, SeedableRng};
+use rand_distr::{Distribution, StandardUniform};
 
 use crate::Error;
 use crate::confidence::{ConfidenceInterval, Moments, check_confidence};
@@ -24,10 +26,10 @@ use crate::cubature::piece::Four;
 use crate::monte_carlo::sampling::Sampler;
 pub use crate::monte_carlo::sampling::Sampling;
 use crate::monte_carlo::silhouette::Silhouette;
-use crate::monte_carlo::sobol::{ScrambledSobol, unit_interval};
+use crate::monte_carlo::sobol::ScrambledSobol;
 use crate::monte_carlo::visibility::Occluders;
-use crate::region::Region;
 use crate::region::plane::Triangle;
+use crate::region::{FrameVector, Region};
 use crate::source_function::SourceFunction;
 
 /// Where the points of the unit square come from; the same seed gives the same points on every machine.
@@ -92,6 +94,9 @@ pub struct Estimate {
 /// what Student's limits are worth above it.
 const FEWEST_HITS: f64 = 50.0;
 
+/// Units of rounding in one sample: its point, its weight and the integrand are some forty operations without cancellation.
+const ROUNDINGS_OF_A_SAMPLE: f64 = 64.0;
+
 /// Radiosity and gradient of `emitter` at `receiver` past opaque `occluders`, with limits at the given `confidence` each.
 ///
 /// ```
@@ -146,10 +151,11 @@ pub fn integrate_source(
         return Ok(Estimate { radiosity: zero, gradient: [zero; 3], samples: 0, hits: 0 });
     }
     let occluders = Occluders::new(receiver.position(), region.unit, occluders);
+    let integrand = Integrand::new(&region, source);
     let estimator = Estimator {
         sampler: Sampler::new(&region, sampling),
-        silhouette: Silhouette::new(&region, polygon, source, &occluders)?,
-        integrand: Integrand::new(&region, source),
+        silhouette: Silhouette::new(&region, integrand, &occluders)?,
+        integrand,
         occluders: &occluders,
         region: &region,
     };
@@ -196,7 +202,7 @@ impl Estimator<'_> {
         match sequence {
             Sequence::Independent { samples, seed } => {
                 let mut generator = Xoshiro256PlusPlus::seed_from_u64(seed);
-                let mut uniform = || unit_interval(generator.next_u64() >> 11);
+                let mut uniform = || StandardUniform.sample(&mut generator);
                 for _ in 0..samples {
                     let (on_emitter, on_edges) = ([uniform(), uniform()], [uniform(), uniform()]);
                     let contribution = self.sample(on_emitter, on_edges, &mut tally);
@@ -228,7 +234,7 @@ impl Estimator<'_> {
         if !self.occluders.block(self.region.to_space(ray)) {
             tally.hits += 1;
             let [value, gu, gv, gn] = self.integrand.boundary_surface(&at);
-            let gradient = self.region.to_space([gu, gv, gn]);
+            let gradient = self.region.to_space(FrameVector::new(gu, gv, gn));
             sum = [value, gradient.x, gradient.y, gradient.z].map(|f| f * weight);
         }
         let along_edges = self.silhouette.sample(on_edges);
@@ -259,7 +265,9 @@ impl Estimator<'_> {
         let value = self.sampler.total() * value;
         let gradient = self.sampler.total() * gradient * slope + self.silhouette.total() * emission;
         let value = ConfidenceInterval { low: value * emitted.low.min(0.0), high: value * emitted.high.max(0.0) };
-        [value, ConfidenceInterval { low: -gradient, high: gradient }]
+        let gradient = ConfidenceInterval { low: -gradient, high: gradient };
+        // The bounds are rounded as a sample is.
+        [value, gradient].map(|range| range.scaled(1.0 + ROUNDINGS_OF_A_SAMPLE * f64::EPSILON))
     }
 }
 
@@ -270,13 +278,24 @@ impl Tally {
         }
     }
 
+    /// Bound on the rounding of a mean: that of each addition to it, and of its samples. Without it the limits of samples that
+    /// hardly differ, such as those of an emitter 1e8 sizes away by solid angle, would be narrower than the digits they are
+    /// made of.
+    fn rounding(&self, magnitude: f64) -> f64 {
+        (self.samples as f64 + ROUNDINGS_OF_A_SAMPLE) * f64::EPSILON * magnitude
+    }
+
     fn limits(&self, [value, gradient]: [ConfidenceInterval; 2], region: &Region, confidence: f64) -> Result<Estimate, Error> {
+        let magnitude = |i: usize| self.magnitudes[i].mean();
+        // A component is a sum of three of the frame of the region.
+        let of_gradient = self.rounding(magnitude(1) + magnitude(2) + magnitude(3));
         let of = |i: usize, range: ConfidenceInterval, factor: f64| -> Result<Limits, Error> {
             let moments = &self.moments[i];
-            let distribution_free = moments.distribution_free(confidence, range).scaled(factor);
-            let equivalent = self.magnitudes[i].mean() * self.samples as f64 / range.low.abs().max(range.high);
+            let rounding = if i == 0 { self.rounding(magnitude(0)) } else { of_gradient };
+            let distribution_free = moments.distribution_free(confidence, range).widened(rounding).within(range).scaled(factor);
+            let equivalent = magnitude(i) * self.samples as f64 / range.low.abs().max(range.high);
             let (student, status) = if equivalent >= FEWEST_HITS {
-                (moments.student(confidence)?.scaled(factor), Status::Sampled)
+                (moments.student(confidence)?.widened(rounding).scaled(factor), Status::Sampled)
             } else {
                 (distribution_free, Status::TooFewHits)
             };

@@ -1,11 +1,12 @@
-//! The part of an emitter that a receiver sees: lit side, clipped by the receiver's horizon, as triangles in the emitter's plane.
+//! The part of an emitter that a receiver sees: lit side, clipped by the receiver's horizon, as triangles in the emitter's
+//! plane.
 //!
 //! Coordinates are those of the foot of the receiver: `y - x = p u + q v - h n2` with `u, v, n2` orthonormal and right-handed,
 //! `h` the height of `x` over the plane. Each vertex also carries `s = n1.(y - x)` and, for an affine emission, `b = B(y)`:
 //! both are affine in `(p, q)`, so interpolating them between corners keeps relative accuracy where a dot product would cancel
 //! (`s = 0` exactly on the horizon). Lengths are scaled by a power of two, `unit`, that brings the farthest vertex to [1, 2).
 //! Everything up to the final rounding of `p, q, s, b, h` is done in [`Pair`]s: what is rounded is relative to `x`, not to the
-//! origin.
+//! origin. Which side of the plane `x` is on is decided exactly (`side`): in the plane nothing is seen.
 //!
 //! Each triangle is cut at its point nearest to the receiver, the only place where the integrand peaks, and at the nearest
 //! point of each edge; from then on these are corners, and halving a triangle approaches them with full relative accuracy.
@@ -13,13 +14,16 @@
 mod compensated;
 mod ear_clipping;
 pub(crate) mod plane;
+mod side;
 
 use glam::DVec3;
+use nalgebra::Vector3;
 use radgrad_core::{Polygon, Receiver};
 
 use crate::Error;
 use crate::region::compensated::{Pair, PairVector, cross, dot, normalising_power, unit};
 use crate::region::plane::{Edge, Triangle, Vertex};
+use crate::region::side::{Side, side};
 use crate::source_function::SourceFunction;
 
 /// A vertex before rounding.
@@ -30,6 +34,9 @@ pub(crate) struct PreciseVertex {
     s: Pair,
     b: Pair,
 }
+
+/// A vector in the frame `(u, v, n2)` of a region, of another type than one in space so that none is taken for the other.
+pub(crate) type FrameVector = Vector3<f64>;
 
 /// What a receiver sees of a polygon.
 #[derive(Debug)]
@@ -44,7 +51,7 @@ pub(crate) struct Region {
     /// Height of the receiver over the plane, scaled.
     pub(crate) height: f64,
     /// Receiver normal in the frame `(u, v, n2)`.
-    pub(crate) normal: [f64; 3],
+    pub(crate) normal: FrameVector,
     /// The frame.
     pub(crate) axes: [DVec3; 3],
     /// Position of the receiver.
@@ -80,37 +87,46 @@ impl Region {
             outline: Vec::new(),
             touched: false,
             height: height.rounded(),
-            normal: normal.map(Pair::rounded),
+            normal: normal.map(Pair::rounded).into(),
             axes: axes.map(|axis| DVec3::from_array(axis.map(Pair::rounded))),
             position,
             unit: power,
             factor: receiver.reflectance() * std::f64::consts::FRAC_1_PI,
         };
-        if !height.is_positive() {
-            let ears = ear_clipping::triangulate(&outline)?;
-            region.touched = !height.is_negative() && ears.iter().any(|ear| foot_inside(ear).is_some());
-        } else {
-            for ear in ear_clipping::triangulate(&outline)? {
-                let seen = above_horizon(&ear);
-                for i in 2..seen.len() {
-                    cut_at_nearest(&[seen[0], seen[i - 1], seen[i]], &mut region.triangles);
-                }
-            }
-            let seen = above_horizon(&outline);
-            for (i, from) in seen.iter().enumerate() {
-                let to = &seen[(i + 1) % seen.len()];
-                let nearest = nearest_within(from, to);
-                let rim = [Some(*from), nearest, Some(*to)];
-                let rim: Vec<PreciseVertex> = rim.into_iter().flatten().collect();
-                region.outline.extend(rim.windows(2).map(|ends| ends[0].edge_to(&ends[1])));
-            }
+        match side(position, polygon, &outline) {
+            Side::Unlit => {}
+            Side::InPlane => region.touched = ear_clipping::triangulate(&outline)?.iter().any(|ear| foot_inside(ear).is_some()),
+            Side::Lit if height.is_positive() => region.see(&outline)?,
+            Side::Lit => return Err(Error::Height { position }),
         }
         Ok(region)
+    }
+
+    /// Takes in what is above the horizon of a polygon whose lit side the receiver is on.
+    fn see(&mut self, outline: &[PreciseVertex]) -> Result<(), Error> {
+        for ear in ear_clipping::triangulate(outline)? {
+            let seen = above_horizon(&ear);
+            for i in 2..seen.len() {
+                cut_at_nearest(&[seen[0], seen[i - 1], seen[i]], &mut self.triangles);
+            }
+        }
+        let seen = above_horizon(outline);
+        for (i, from) in seen.iter().enumerate() {
+            let to = &seen[(i + 1) % seen.len()];
+            let rim: Vec<PreciseVertex> = [Some(*from), nearest_within(from, to), Some(*to)].into_iter().flatten().collect();
+            self.outline.extend(rim.windows(2).map(|ends| ends[0].edge_to(&ends[1])));
+        }
+        Ok(())
     }
 
     /// The point of space at in-plane coordinates `(p, q)`.
     pub(crate) fn point(&self, p: f64, q: f64) -> DVec3 {
         self.position + (self.axes[0] * p + self.axes[1] * q - self.axes[2] * self.height) / self.unit
+    }
+
+    /// The seen point at in-plane coordinates `(p, q)`, with what the corners carry.
+    pub(crate) fn vertex(&self, p: f64, q: f64) -> Option<Vertex> {
+        self.triangles.iter().find_map(|triangle| triangle.vertex(p, q))
     }
 
     /// Square of the distance of the nearest seen point.
@@ -120,8 +136,8 @@ impl Region {
     }
 
     /// A vector of the frame in space.
-    pub(crate) fn to_space(&self, v: [f64; 3]) -> DVec3 {
-        self.axes[0] * v[0] + self.axes[1] * v[1] + self.axes[2] * v[2]
+    pub(crate) fn to_space(&self, v: FrameVector) -> DVec3 {
+        self.axes[0] * v.x + self.axes[1] * v.y + self.axes[2] * v.z
     }
 }
 
@@ -295,6 +311,31 @@ mod tests {
         {
             assert_eq!(seen(&L_SHAPE, 0.0, foot, [0.0, 0.0, 1.0]).touched, touched, "{foot:?}");
         }
+    }
+
+    /// Places in a plane along no axis, exact in doubles; the determinant that says so has three times their digits.
+    fn in_tilted_plane(i: i32, j: i32) -> DVec3 {
+        let (u, v) = (DVec3::new(699_053.0, 349_529.0, -524_287.0), DVec3::new(-186_413.0, 911_003.0, 420_029.0));
+        (u * f64::from(i) + v * f64::from(j)) * 2f64.powi(-36)
+    }
+
+    #[test]
+    fn in_the_plane_nothing_is_seen_and_an_ulp_decides() {
+        let corners = [(0, 0), (40_503, 1201), (9973, 30_011), (-7001, 20_023)].map(|(i, j)| in_tilted_plane(i, j));
+        let emitter = Emitter::new(Polygon::new(corners.to_vec()).unwrap(), Emission::Constant(1.0)).unwrap();
+        let from = |position: DVec3| {
+            let receiver = Receiver::new(position, corners[1] - position, 1.0).unwrap();
+            Region::new(&receiver, emitter.polygon(), &SourceFunction::Emitter(&emitter)).unwrap()
+        };
+        for i in 0..100 {
+            let position = in_tilted_plane(811 * i - 30_011, 577 * i - 20_011);
+            let region = from(position);
+            assert!(region.triangles.is_empty() && region.outline.is_empty(), "{i}");
+            let off = |up: bool| position.with_x(if up { position.x.next_up() } else { position.x.next_down() });
+            let lit_up = emitter.polygon().normal().x > 0.0;
+            assert!(!from(off(lit_up)).triangles.is_empty() && from(off(!lit_up)).triangles.is_empty(), "{i}");
+        }
+        assert!(from(in_tilted_plane(10_007, 10_009)).touched && !from(in_tilted_plane(-10_007, 10_009)).touched);
     }
 
     #[test]

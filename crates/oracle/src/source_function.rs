@@ -38,25 +38,16 @@ impl SourceFunction<'_> {
         })
     }
 
-    /// Emission at a point of the plane.
-    pub(crate) fn at(&self, y: DVec3) -> f64 {
-        match self {
-            Self::Emitter(emitter) => emitter.emission_at(y),
-            Self::Function { radiosity, .. } => radiosity(y),
-        }
-    }
-
-    /// Bounds on the emission over the polygon.
+    /// Bounds on the emission over the polygon: of an affine one, the extremes of the vertex values as given.
     pub(crate) fn range(&self) -> ConfidenceInterval {
         match self {
-            Self::Emitter(emitter) if matches!(emitter.emission(), Emission::Polynomial(_)) => {
-                ConfidenceInterval { low: -emitter.largest_emission(), high: emitter.largest_emission() }
-            }
             Self::Emitter(emitter) => {
-                let values = emitter.polygon().vertices().iter().map(|vertex| emitter.emission_at(*vertex));
-                values.fold(ConfidenceInterval { low: f64::INFINITY, high: f64::NEG_INFINITY }, |range, value| {
-                    ConfidenceInterval { low: range.low.min(value), high: range.high.max(value) }
-                })
+                let values: Option<Vec<f64>> = (0..emitter.polygon().vertices().len()).map(|i| self.at_vertex(i)).collect();
+                let (low, high) = values.map_or((-emitter.largest_emission(), emitter.largest_emission()), |values| {
+                    let extremes = (f64::INFINITY, f64::NEG_INFINITY);
+                    values.into_iter().fold(extremes, |(low, high), value| (low.min(value), high.max(value)))
+                });
+                ConfidenceInterval { low, high }
             }
             Self::Function { range, .. } => *range,
         }
@@ -81,5 +72,23 @@ impl std::fmt::Debug for SourceFunction<'_> {
             Self::Emitter(emitter) => formatter.debug_tuple("Emitter").field(emitter).finish(),
             Self::Function { range, .. } => formatter.debug_struct("Function").field("range", range).finish_non_exhaustive(),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use radgrad_core::Polygon;
+
+    use super::*;
+
+    #[test]
+    fn the_range_on_a_needle_is_that_of_its_vertex_values() {
+        let (a, b, c) = (DVec3::new(0.1, -0.2, 0.3), DVec3::new(0.9, 0.3, 0.1), DVec3::new(0.2, 0.8, 0.7));
+        let needle = Polygon::new(vec![a, b, a.lerp(b, 0.3) + (c - a) * 1e-10]).unwrap();
+        let emitter = Emitter::new(needle, Emission::at_vertices(vec![1.0, 0.5, 2.0])).unwrap();
+        assert_eq!(SourceFunction::Emitter(&emitter).range(), ConfidenceInterval { low: 0.5, high: 2.0 });
+        // The gradient is steep: through rounded differences of coordinates the values do not come back.
+        let back = [0, 1, 2].map(|i| emitter.emission_at(emitter.polygon().vertices()[i]));
+        assert_ne!(back, [1.0, 0.5, 2.0]);
     }
 }

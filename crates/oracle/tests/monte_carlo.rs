@@ -2,7 +2,10 @@
 
 use radgrad_core::{DVec3, Emission, Emitter, Polygon, Receiver};
 use radgrad_oracle::monte_carlo::{Estimate, Sampling, Sequence, Status, integrate};
-use radgrad_oracle::{Error, SourceFunction, cubature};
+use radgrad_oracle::{Error, SourceFunction, cubature, enclose};
+use rand::SeedableRng;
+use rand::rngs::Xoshiro256PlusPlus;
+use rand_distr::{Distribution, UnitSphere};
 
 fn polygon(vertices: &[[f64; 3]]) -> Polygon {
     Polygon::new(vertices.iter().map(|&vertex| vertex.into()).collect()).unwrap()
@@ -91,6 +94,76 @@ fn limits_contain_the_truth_as_often_as_they_say() {
         let truth = exact(&receiver, &ceiling());
         let truth = [truth.radiosity, truth.gradient.x, truth.gradient.y, truth.gradient.z];
         assert_coverage(truth, &ceiling(), &receiver, &[]);
+    }
+}
+
+/// The first direction from the seed that is well toward `toward`.
+fn looking(toward: DVec3, seed: u64) -> DVec3 {
+    let generator = Xoshiro256PlusPlus::seed_from_u64(seed);
+    let directions = UnitSphere.sample_iter(generator).map(|direction: [f64; 3]| DVec3::from(direction));
+    directions.take(1000).find(|n| n.dot(toward) > 0.2 * toward.length()).unwrap()
+}
+
+/// Coverage over receivers at `position` with normals of their own.
+fn assert_coverage_from(position: DVec3, emitter: &Emitter) {
+    let vertices = emitter.polygon().vertices();
+    let centroid = vertices.iter().sum::<DVec3>() / vertices.len() as f64;
+    for seed in 0..4 {
+        let receiver = Receiver::new(position, looking(centroid - position, seed), 0.8).unwrap();
+        let truth = enclose(&receiver, emitter, 16).unwrap();
+        let [x, y, z] = truth.gradient.map(|component| component.to_f64());
+        let [student, free] = coverage([truth.radiosity.to_f64(), x, y, z], 200, |seed| {
+            let sequence = Sequence::Independent { samples: 2400, seed };
+            integrate(&receiver, emitter, &[], Sampling::SolidAngle, sequence, 0.99).unwrap()
+        });
+        assert!(student >= 0.97, "from {position}: {student}");
+        assert!(free >= 0.999, "from {position}: {free}");
+    }
+}
+
+/// A triangle like no axis.
+const TILTED: [[f64; 3]; 3] = [[0.1, -0.2, 0.3], [0.9, 0.3, 0.1], [0.2, 0.8, 0.7]];
+
+#[test]
+fn limits_contain_the_truth_just_above_the_plane_of_the_emitter() {
+    let emitter = Emitter::new(polygon(&TILTED), Emission::at_vertices(vec![1.0, 2.0, 0.5])).unwrap();
+    let [a, b, c] = TILTED.map(DVec3::from);
+    for height in [1e-4, 1e-8, 1e-12, 2e-15] {
+        assert_coverage_from(a + (a - b) * 0.7 + (a - c) * 0.4 + emitter.polygon().normal() * height, &emitter);
+    }
+}
+
+#[test]
+fn limits_contain_the_truth_of_a_needle() {
+    let [a, b, c] = TILTED.map(DVec3::from);
+    for width in [1e-4, 1e-8, 1e-12] {
+        let needle = Polygon::new(vec![a, b, a.lerp(b, 0.3) + (c - a) * width]).unwrap();
+        let position = a + needle.normal() * 0.6 + (c - a) * 0.2;
+        assert_coverage_from(position, &Emitter::new(needle, Emission::Constant(1.5)).unwrap());
+    }
+}
+
+#[test]
+fn limits_contain_the_truth_from_far_away() {
+    let emitter = Emitter::new(polygon(&TILTED), Emission::at_vertices(vec![1.0, 2.0, 0.5])).unwrap();
+    for distance in [1e2, 1e5, 1e8] {
+        assert_coverage_from((emitter.polygon().normal() + DVec3::X * 0.5) * distance, &emitter);
+    }
+}
+
+#[test]
+fn limits_contain_the_truth_where_samples_differ_by_their_rounding_only() {
+    let emitter = Emitter::new(polygon(&TILTED), Emission::Constant(1.0)).unwrap();
+    for distance in [1e6, 1e9, 1e12] {
+        let position = emitter.polygon().normal() * distance;
+        let receiver = Receiver::new(position, -position, 1.0).unwrap();
+        let truth = enclose(&receiver, &emitter, 16).unwrap().radiosity.to_f64();
+        for seed in 0..100 {
+            let sequence = Sequence::Independent { samples: 2400, seed };
+            let limits = integrate(&receiver, &emitter, &[], Sampling::SolidAngle, sequence, 0.99).unwrap().radiosity;
+            assert!(limits.student.contains(truth) && limits.distribution_free.contains(truth), "{distance}: {truth} {limits:?}");
+            assert!(limits.student.width() < 1e-11 * truth);
+        }
     }
 }
 

@@ -16,6 +16,7 @@
 
 use crate::cubature::integrand::Integrand;
 use crate::cubature::piece::{Four, Piece};
+use crate::region::FrameVector;
 use crate::region::plane::{Edge, Vertex};
 
 impl Integrand<'_> {
@@ -25,18 +26,16 @@ impl Integrand<'_> {
         match piece {
             Piece::Edge(edge) => {
                 let weight = 0.5 * self.emission(at) * inverse;
-                let moment = dot(self.normal, self.moment(edge));
-                let turned = cross(self.normal, [edge.along[0], edge.along[1], 0.0]);
-                let pull = 2.0 * moment * inverse;
-                [moment, turned[0] + pull * r[0], turned[1] + pull * r[1], turned[2] + pull * r[2]].map(|c| -weight * c)
+                let moment = self.normal.dot(&self.moment(edge));
+                let gradient = self.normal.cross(&in_plane(edge.along)) + 2.0 * moment * inverse * r;
+                [moment, gradient.x, gradient.y, gradient.z].map(|c| -weight * c)
             }
             Piece::Triangle(_) => {
                 let [gu, gv] = self.emission_gradient(at);
-                let k = cross(self.normal, [gv, -gu, 0.0]);
-                let along = dot(k, r);
-                let pull = 2.0 * along * inverse;
-                let weight = 0.5 * inverse;
-                [along, pull * r[0] - k[0], pull * r[1] - k[1], pull * r[2] - k[2]].map(|c| weight * c)
+                let k = self.normal.cross(&in_plane([gv, -gu]));
+                let along = k.dot(&r);
+                let gradient = 2.0 * along * inverse * r - k;
+                [along, gradient.x, gradient.y, gradient.z].map(|c| 0.5 * inverse * c)
             }
         }
     }
@@ -49,7 +48,7 @@ impl Integrand<'_> {
                 let (_, inverse) = self.ray(at);
                 let moment = self.moment(edge);
                 let weight = -self.emission(at) * at.s * inverse * inverse;
-                [0.0, weight * moment[0], weight * moment[1], weight * moment[2]]
+                [0.0, weight * moment.x, weight * moment.y, weight * moment.z]
             }
         }
     }
@@ -60,21 +59,17 @@ impl Integrand<'_> {
         let weight = at.s * inverse * inverse;
         let [gu, gv] = self.emission_gradient(at);
         let h = self.height;
-        [weight * h * self.emission(at), weight * h * gu, weight * h * gv, weight * (gu * r[0] + gv * r[1])]
+        [weight * h * self.emission(at), weight * h * gu, weight * h * gv, weight * (gu * r.x + gv * r.y)]
     }
 
     /// `r x dy/dt`, the same all along the edge.
-    fn moment(&self, edge: &Edge) -> [f64; 3] {
-        [self.height * edge.along[1], -self.height * edge.along[0], edge.moment]
+    pub(crate) fn moment(&self, edge: &Edge) -> FrameVector {
+        FrameVector::new(self.height * edge.along[1], -self.height * edge.along[0], edge.moment)
     }
 }
 
-fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+fn in_plane([u, v]: [f64; 2]) -> FrameVector {
+    FrameVector::new(u, v, 0.0)
 }
 
 #[cfg(test)]
@@ -104,9 +99,9 @@ mod tests {
         let right = integrate(triangles().collect(), &|_, at| integrand.surface(at));
         let pieces = edges().chain(triangles()).collect();
         let form = integrate(pieces, &|piece, at| change(&integrand, piece, at, integrand.contour(piece, at)));
-        let norm = |f: [f64; 3]| dot(f, f).sqrt();
-        let off = [form[1] - right[1], form[2] - right[2], form[3] - right[3]];
-        [(form[0] / right[0] - 1.0).abs(), norm(off) / norm([right[1], right[2], right[3]])]
+        let gradient = |[_, u, v, n]: Four| FrameVector::new(u, v, n);
+        let off = gradient(form) - gradient(right);
+        [(form[0] / right[0] - 1.0).abs(), off.norm() / gradient(right).norm()]
     }
 
     fn constant() -> Emission {
@@ -139,7 +134,7 @@ mod tests {
         let (_, inverse) = integrand.ray(at);
         let weight = 0.5 * integrand.emission(at) * inverse;
         let moment = integrand.moment(edge);
-        let turned = cross(integrand.normal, [edge.along[0], edge.along[1], 0.0]);
+        let turned = integrand.normal.cross(&in_plane(edge.along));
         let kept = if first { 1.0 } else { 0.0 };
         let component = |i: usize| -weight * (kept * turned[i] + 2.0 * at.s * inverse * moment[i]);
         [f[0], component(0), component(1), component(2)]

@@ -9,8 +9,8 @@
 use radgrad_core::Emission;
 
 use crate::cubature::piece::Four;
-use crate::region::Region;
 use crate::region::plane::Vertex;
+use crate::region::{FrameVector, Region};
 use crate::source_function::SourceFunction;
 
 /// What an integrand needs of a region and of a source. Integrands are without the factor `rho/pi`, in scaled lengths,
@@ -18,7 +18,7 @@ use crate::source_function::SourceFunction;
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Integrand<'a> {
     pub(crate) height: f64,
-    pub(crate) normal: [f64; 3],
+    pub(crate) normal: FrameVector,
     region: &'a Region,
     source: SourceFunction<'a>,
 }
@@ -51,8 +51,8 @@ impl<'a> Integrand<'a> {
 
     /// `r` and `1/r^2`.
     #[inline]
-    pub(crate) fn ray(&self, at: &Vertex) -> ([f64; 3], f64) {
-        ([at.p, at.q, -self.height], 1.0 / (at.p * at.p + at.q * at.q + self.height * self.height))
+    pub(crate) fn ray(&self, at: &Vertex) -> (FrameVector, f64) {
+        (FrameVector::new(at.p, at.q, -self.height), 1.0 / (at.p * at.p + at.q * at.q + self.height * self.height))
     }
 
     /// The integrand of Eq. 1 and its gradient over the surface.
@@ -62,12 +62,7 @@ impl<'a> Integrand<'a> {
         let (r, inverse) = self.ray(at);
         let weight = self.emission(at) * inverse * inverse;
         let pull = 4.0 * at.s * h * inverse;
-        let [a, b, c] = self.normal;
-        [
-            weight * (at.s * h),
-            weight * (pull * r[0] - h * a),
-            weight * (pull * r[1] - h * b),
-            weight * (at.s + pull * r[2] - h * c),
-        ]
+        let gradient = pull * r - h * self.normal + FrameVector::new(0.0, 0.0, at.s);
+        [weight * (at.s * h), weight * gradient.x, weight * gradient.y, weight * gradient.z]
     }
 }

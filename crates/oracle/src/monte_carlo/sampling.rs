@@ -7,8 +7,8 @@
 //! (2021), carried in barycentric coordinates: no direction is rounded, so a triangle of 1e-10 sr is sampled as well as one of
 //! 2 pi sr.
 
-use crate::region::Region;
 use crate::region::plane::{Triangle, Vertex};
+use crate::region::{FrameVector, Region};
 
 /// How points are distributed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -72,7 +72,7 @@ impl<'a> Sampler<'a> {
 
 /// Directions to the corners of a triangle.
 struct Corners {
-    directions: [[f64; 3]; 3],
+    directions: [FrameVector; 3],
     distances: [f64; 3],
     /// `v0.(v1 x v2)`.
     volume: f64,
@@ -80,15 +80,15 @@ struct Corners {
 
 impl Corners {
     fn new(triangle: &Triangle, height: f64) -> Self {
-        let rays = triangle.corners.map(|corner| [corner.p, corner.q, -height]);
-        let distances = rays.map(|ray| dot(ray, ray).sqrt());
-        let directions = [0, 1, 2].map(|i| rays[i].map(|c| c / distances[i]));
+        let rays = triangle.corners.map(|corner| FrameVector::new(corner.p, corner.q, -height));
+        let distances = rays.map(|ray| ray.norm());
+        let directions = rays.map(|ray| ray.normalize());
         let volume = 2.0 * triangle.area * height / (distances[0] * distances[1] * distances[2]);
         Self { directions, distances, volume }
     }
 
     fn cosine(&self, i: usize, j: usize) -> f64 {
-        dot(self.directions[i], self.directions[j])
+        self.directions[i].dot(&self.directions[j])
     }
 
     fn solid_angle(&self) -> f64 {
@@ -102,26 +102,21 @@ impl Corners {
         let [v0, v1, v2] = self.directions;
         let from_first = self.volume * cos - (self.cosine(0, 2) + self.cosine(1, 2)) * sin;
         let from_last = (1.0 + self.cosine(0, 1)) * sin;
-        let axis = [0, 1, 2].map(|i| from_first * v0[i] + from_last * v2[i]);
-        let squared = dot(axis, axis);
+        let axis = from_first * v0 + from_last * v2;
+        let squared = axis.norm_squared();
         // At u = 0 the mirrored direction is corner 0 itself.
-        let mirror = if squared > 0.0 { 2.0 * dot(v0, axis) / squared } else { return [1.0, 0.0, 0.0] };
+        let mirror = if squared > 0.0 { 2.0 * v0.dot(&axis) / squared } else { return [1.0, 0.0, 0.0] };
         let (first, last) = (mirror * from_first - 1.0, mirror * from_last);
-        let side = [0, 1, 2].map(|i| first * v0[i] + last * v2[i]);
-        let chord = [0, 1, 2].map(|i| v1[i] - side[i]);
+        let chord = (v1 - (first * v0 + last * v2)).norm_squared();
         // Cosines from corner 1, by the chord: 1 - cos keeps its digits.
-        let cos_side = 1.0 - 0.5 * dot(chord, chord);
-        let cos_point = 1.0 - 0.5 * v * dot(chord, chord);
+        let cos_side = 1.0 - 0.5 * chord;
+        let cos_point = 1.0 - 0.5 * v * chord;
         let reach = (v * (1.0 + cos_point) / (1.0 + cos_side)).sqrt();
         let weights = [reach * first, cos_point - reach * cos_side, reach * last];
         let weights = [0, 1, 2].map(|i| weights[i] / self.distances[i]);
         let sum = weights[0] + weights[1] + weights[2];
         weights.map(|weight| weight / sum)
     }
-}
-
-fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
 #[cfg(test)]
@@ -178,8 +173,7 @@ mod tests {
         let cosine = |v: f64| {
             let l = seen.barycentric([0.4, v]);
             let ray = [0, 1].map(|i| l[0] * corners[0][i] + l[1] * corners[1][i] + l[2] * corners[2][i]);
-            let ray = [ray[0], ray[1], -0.7];
-            dot(ray, seen.directions[1]) / dot(ray, ray).sqrt()
+            FrameVector::new(ray[0], ray[1], -0.7).normalize().dot(&seen.directions[1])
         };
         for v in [0.0, 0.1, 0.5, 0.8] {
             assert!((cosine(v) - (1.0 - v * (1.0 - cosine(1.0)))).abs() < 1e-14);

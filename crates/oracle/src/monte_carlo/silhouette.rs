@@ -3,130 +3,157 @@
 //! The part of the gradient that comes from the motion of what is seen is an integral along the generating edges, of the
 //! emitter and of the occluders (their real edges, not their shadows), each taken with what is seen on its left: `(rho/pi) sum
 //! int B(y) (n1.omega) (e x omega) / |r|^2 dt`, `r` the point of the edge at `t`, `omega = r/|r|`, `y` the emitter's point
-//! behind. An edge counts where what is just left of it is seen and what is just right of it is not. Polygons that share an
-//! edge as seen from `x` (the faces of a box) would both count it: the first in the list does.
+//! behind.
+//!
+//! The emitter's own edges are those of its region: which side of one is the emitter, and `n1.r` and `B` along it, are known
+//! there, however close the receiver is to the plane, however narrow or far the emitter; only what is in front of them is left
+//! to ask. An edge of an occluder counts where it is seen against the emitter, nothing hides what is just left of it, and its
+//! own polygon what is just right of it. Polygons that share an edge as seen from `x` (the faces of a box) would both count it:
+//! the first in the list does.
 
 use glam::DVec3;
-use radgrad_core::Polygon;
 
 use crate::Error;
+use crate::cubature::integrand::Integrand;
+use crate::monte_carlo::arc::Arc;
 use crate::monte_carlo::visibility::{Occluders, SeenPolygon};
-use crate::region::Region;
-use crate::source_function::SourceFunction;
+use crate::region::plane::{Edge, Vertex};
+use crate::region::{FrameVector, Region};
 
-/// How far beside an edge, over the distance, it is decided what is seen there.
+/// How far beside an edge, over the distance, it is decided what occluders hide there; they hide nothing of what is less than
+/// twice that in front of the emitter, so that one that lies in its plane does not hide it.
 const BESIDE: f64 = 1e-8;
 
-/// An edge as a ray and a direction, with what is seen on its left.
+/// An edge with what is seen on its left.
 #[derive(Debug)]
 struct GeneratingEdge {
-    from: DVec3,
+    arc: Arc,
+    length: f64,
+    /// `r x e`, the same all along it.
+    moment: DVec3,
     along: DVec3,
-    /// Index of its occluder; none for the emitter.
-    occluder: Option<usize>,
+    of: Owner,
+}
+
+/// What an edge is one of.
+#[derive(Debug)]
+enum Owner {
+    Emitter(Edge),
+    Occluder { index: usize, ends: [DVec3; 2] },
 }
 
 /// The edges of an emitter and of occluders as a distribution to sample.
 #[derive(Debug)]
 pub(crate) struct Silhouette<'a> {
     edges: Vec<GeneratingEdge>,
-    /// Sums of the bounds `|e| / distance^2` of the edges up to and with each.
+    /// Sums of the measures `int dl/r^2` of the edges up to and with each.
     cumulated: Vec<f64>,
-    emitter: SeenPolygon,
     occluders: &'a Occluders,
     region: &'a Region,
-    source: SourceFunction<'a>,
-    normal: DVec3,
+    integrand: Integrand<'a>,
 }
 
 impl<'a> Silhouette<'a> {
-    pub(crate) fn new(
-        region: &'a Region,
-        polygon: &Polygon,
-        source: SourceFunction<'a>,
-        occluders: &'a Occluders,
-    ) -> Result<Self, Error> {
-        let emitter = SeenPolygon::new(region.position, region.unit, polygon);
-        let mut edges = generating_edges(&emitter, None);
+    pub(crate) fn new(region: &'a Region, integrand: Integrand<'a>, occluders: &'a Occluders) -> Result<Self, Error> {
+        // On the horizon, `n1.r = 0`, nothing is gained or lost.
+        let lit = |edge: &&Edge| edge.ends.iter().any(|end| end.s > 0.0);
+        let own = |edge: &Edge| GeneratingEdge::of_emitter(region, integrand.moment(edge), edge);
+        let mut edges: Vec<_> = region.outline.iter().filter(lit).map(own).collect();
         for (index, occluder) in occluders.polygons.iter().enumerate() {
-            edges.extend(generating_edges(occluder, Some(index)));
+            edges.extend(occluder_edges(occluder, index));
         }
         let mut total = 0.0;
         let cumulate = |edge: &GeneratingEdge| {
-            total += edge.along.length() / edge.squared_distance();
+            total += edge.arc.measure;
             total
         };
         let cumulated: Vec<f64> = edges.iter().map(cumulate).collect();
         if !total.is_finite() {
             return Err(Error::Touching { position: region.position, what: "an edge" });
         }
-        let normal = region.to_space(region.normal);
-        Ok(Self { edges, cumulated, emitter, occluders, region, source, normal })
+        Ok(Self { edges, cumulated, occluders, region, integrand })
     }
 
-    /// Bound on `|e| (n1.omega) / |r|^2` over the edge drawn, divided by the probability to draw it.
+    /// Bound on the length of a contribution over the emission: its `|r x e| (n1.r) / (|r|^2 |e|)` is at most 1.
     pub(crate) fn total(&self) -> f64 {
         self.cumulated.last().copied().unwrap_or(0.0)
     }
 
-    /// The contribution of the edge and place that belong to `(u, v)` of the unit square, divided by their density.
+    /// The contribution of the edge and place that belong to `(u, v)` of the unit square, divided by their density `1 / (|r|^2
+    /// total)` with respect to length; zero without edges.
     pub(crate) fn sample(&self, [u, v]: [f64; 2]) -> DVec3 {
         let place = u * self.total();
-        let index = self.cumulated.partition_point(|sum| *sum <= place).min(self.edges.len() - 1);
-        let edge = &self.edges[index];
-        let probability = edge.along.length() / edge.squared_distance() / self.total();
-        let ray = edge.from + edge.along * v;
-        let incidence = self.normal.dot(ray);
-        if incidence <= 0.0 || !self.is_border(edge, ray) {
-            return DVec3::ZERO;
-        }
-        let Some(seen) = self.to_plane(ray) else { return DVec3::ZERO };
-        let emission = self.source.at(self.region.position + seen / self.region.unit);
-        let squared = ray.length_squared();
-        edge.along.cross(ray) * (emission * incidence / (squared * squared) / probability)
-    }
-
-    /// Whether the emitter is seen just left of the edge and not just right of it.
-    fn is_border(&self, edge: &GeneratingEdge, ray: DVec3) -> bool {
-        let left = edge.along.cross(ray);
-        let beside = left * (BESIDE * ray.length() / left.length());
-        let seen = self.to_plane(ray + beside).is_some_and(|to| self.emitter.covers(to) && !self.occluders.block(to));
-        let Some(index) = edge.occluder else { return seen };
-        let hidden = |to: DVec3| {
-            let earlier = self.occluders.polygons[..index].iter().any(|other| other.blocks(to));
-            self.occluders.polygons[index].blocks(to) && !earlier
+        let index = self.cumulated.partition_point(|sum| *sum <= place).min(self.edges.len().saturating_sub(1));
+        let Some(edge) = self.edges.get(index) else { return DVec3::ZERO };
+        let weights = edge.arc.weights(v);
+        let seen = match &edge.of {
+            Owner::Emitter(border) => self.at_emitter(edge, &border.between(weights)),
+            Owner::Occluder { index, ends } => self.at_occluder(edge, *index, ends[0] * weights[0] + ends[1] * weights[1]),
         };
-        seen && self.to_plane(ray - beside).is_some_and(hidden)
+        let Some((emission, incidence, squared)) = seen else { return DVec3::ZERO };
+        edge.moment * (-emission * incidence * self.total() / (squared * edge.length))
     }
 
-    /// The ray lengthened or shortened to the emitter's plane.
-    fn to_plane(&self, ray: DVec3) -> Option<DVec3> {
-        let descent = -self.region.axes[2].dot(ray);
-        (descent > 0.0).then(|| ray * (self.region.height / descent))
+    /// `B`, `n1.r` and `r^2` at a point of the emitter's border, if it is seen.
+    fn at_emitter(&self, edge: &GeneratingEdge, at: &Vertex) -> Option<(f64, f64, f64)> {
+        let (ray, inverse) = self.integrand.ray(at);
+        let ray = self.region.to_space(ray);
+        (!self.occluders.block(edge.beside(ray, ray))).then(|| (self.integrand.emission(at), at.s, 1.0 / inverse))
+    }
+
+    /// `B` of the emitter behind a point of an occluder's edge, `n1.r` and `r^2` of the point itself, if the emitter is seen
+    /// just left of it and not just right.
+    fn at_occluder(&self, edge: &GeneratingEdge, index: usize, ray: DVec3) -> Option<(f64, f64, f64)> {
+        let [u, v, n2] = self.region.axes;
+        let lengthening = -self.region.height / n2.dot(ray);
+        if !(lengthening > 0.0 && lengthening.is_finite()) {
+            return None;
+        }
+        let behind = ray * lengthening;
+        let at = self.region.vertex(u.dot(behind), v.dot(behind))?;
+        let right = edge.beside(behind, -ray);
+        let hidden = self.occluders.polygons[index].blocks(right)
+            && !self.occluders.polygons[..index].iter().any(|earlier| earlier.blocks(right));
+        let counts = hidden && !self.occluders.block(edge.beside(behind, ray));
+        counts.then(|| (self.integrand.emission(&at), at.s / lengthening, ray.length_squared()))
     }
 }
 
-/// The edges of a polygon: counter-clockwise as seen from the receiver for the emitter, clockwise for an occluder, none if
-/// edge-on.
-fn generating_edges(polygon: &SeenPolygon, occluder: Option<usize>) -> Vec<GeneratingEdge> {
+/// The edges of an occluder, clockwise as seen from the receiver; none if it is edge-on.
+fn occluder_edges(polygon: &SeenPolygon, index: usize) -> Vec<GeneratingEdge> {
     if polygon.offset == 0.0 {
         return Vec::new();
     }
-    // The vertices are counter-clockwise seen from where the normal points to: from the receiver if offset < 0.
-    let keep = (polygon.offset < 0.0) == occluder.is_none();
     let count = polygon.rays.len();
     let edge = |i: usize| {
         let (from, to) = (polygon.rays[i], polygon.rays[(i + 1) % count]);
-        let (from, to) = if keep { (from, to) } else { (to, from) };
-        GeneratingEdge { from, along: to - from, occluder }
+        // The vertices are counter-clockwise seen from where the normal points to: from the receiver if offset < 0.
+        GeneratingEdge::of_occluder(index, if polygon.offset < 0.0 { [to, from] } else { [from, to] })
     };
     (0..count).map(edge).collect()
 }
 
 impl GeneratingEdge {
-    /// Square of the distance from the receiver.
-    fn squared_distance(&self) -> f64 {
-        let t = -self.from.dot(self.along) / self.along.length_squared();
-        (self.from + self.along * t.clamp(0.0, 1.0)).length_squared()
+    fn of_emitter(region: &Region, moment: FrameVector, edge: &Edge) -> Self {
+        let [a, b] = edge.ends.map(|end| FrameVector::new(end.p, end.q, -region.height));
+        let along = FrameVector::new(edge.along[0], edge.along[1], 0.0);
+        let arc = Arc::new([a.norm(), b.norm()], a.dot(&b), along.norm(), moment.norm());
+        let [moment, space_along] = [moment, along].map(|v| region.to_space(v));
+        Self { arc, length: along.norm(), moment, along: space_along, of: Owner::Emitter(*edge) }
+    }
+
+    fn of_occluder(index: usize, ends: [DVec3; 2]) -> Self {
+        let [from, to] = ends;
+        let (moment, along) = (from.cross(to), to - from);
+        let arc = Arc::new([from.length(), to.length()], from.dot(to), along.length(), moment.length());
+        Self { arc, length: along.length(), moment, along, of: Owner::Occluder { index, ends } }
+    }
+
+    /// A ray just left of `ray`, or just right with `through` reversed, and just shorter.
+    fn beside(&self, ray: DVec3, through: DVec3) -> DVec3 {
+        let left = self.along.cross(through);
+        let length = left.length();
+        let aside = if length > 0.0 { left * (BESIDE * ray.length() / length) } else { DVec3::ZERO };
+        ray * (1.0 - 2.0 * BESIDE) + aside
     }
 }

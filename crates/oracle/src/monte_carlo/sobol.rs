@@ -63,7 +63,7 @@ fn prefix(digits: u32, above: u32) -> u64 {
 }
 
 /// 53 bits as a double in `[0, 1)`: exact.
-pub(crate) fn unit_interval(bits: u64) -> f64 {
+fn unit_interval(bits: u64) -> f64 {
     bits as f64 / (1_u64 << 53) as f64
 }
 

@@ -33,9 +33,15 @@ impl Edge {
     /// The point at `t` in `[0, 1]`.
     #[inline]
     pub(crate) fn at(&self, t: f64) -> Vertex {
+        self.between([1.0 - t, t])
+    }
+
+    /// The point with these weights of the two ends, of sum 1.
+    #[inline]
+    pub(crate) fn between(&self, [from, to]: [f64; 2]) -> Vertex {
         let [a, b] = &self.ends;
-        let between = |a: f64, b: f64| (1.0 - t) * a + t * b;
-        Vertex { p: between(a.p, b.p), q: between(a.q, b.q), s: between(a.s, b.s), b: between(a.b, b.b) }
+        let mean = |a: f64, b: f64| from * a + to * b;
+        Vertex { p: mean(a.p, b.p), q: mean(a.q, b.q), s: mean(a.s, b.s), b: mean(a.b, b.b) }
     }
 
     pub(crate) fn halves(&self) -> [Self; 2] {
@@ -65,6 +71,15 @@ impl Triangle {
             s: l[0] * a.s + l[1] * b.s + l[2] * c.s,
             b: l[0] * a.b + l[1] * b.b + l[2] * c.b,
         }
+    }
+
+    /// The point at in-plane coordinates `(p, q)`, if it is inside or on the border.
+    pub(crate) fn vertex(&self, p: f64, q: f64) -> Option<Vertex> {
+        let [a, b, c] = &self.corners;
+        let opposite = |from: &Vertex, to: &Vertex| (to.p - from.p) * (q - from.q) - (to.q - from.q) * (p - from.p);
+        let parts = [opposite(b, c), opposite(c, a), opposite(a, b)];
+        let sum = parts[0] + parts[1] + parts[2];
+        (sum > 0.0 && parts.iter().all(|part| *part >= 0.0)).then(|| self.at(parts.map(|part| part / sum)))
     }
 
     /// Halves, by the middle of the longest edge.
