@@ -1,4 +1,29 @@
-//! Radiosity and its gradient at a receiver point due to a polygonal emitter, in closed form.
+//! Radiosity and its gradient at a receiver point due to a polygonal emitter, in closed form and with proven bounds.
+//!
+//! `B(x) = (rho/pi) int B(y) (n1.r)(-n2.r)/|r|^4 dA`, `r = y - x` (N. Holzschuch and F. X. Sillion 1995, Eq. 1), over the part of
+//! the emitter above the receiver's horizon and not hidden by occluders; the gradient is with respect to x at fixed n1. The
+//! emission `B(y)` is constant, linear or a polynomial. Radiosity is in the unit of the emission, the gradient in that over the
+//! unit of length; with `rho = 1` and `B(y) = 1` the radiosity is the form factor of the point.
+//!
+//! - [`evaluate`] and [`evaluate_to`] answer to a relative tolerance, each number with a bound on its error;
+//! - [`radiosity`], [`gradient`] and [`radiosity_and_gradient`] give the plain closed form in double precision: what is asked for
+//!   is what is paid for;
+//! - [`evaluate_digits`] gives as many digits as are asked for;
+//! - [`irradiance_vector`] serves many normals at one point, and is the derivative with respect to the normal; [`hessian`] gives
+//!   second derivatives;
+//! - [`paper`] is the paper's appendix, a second implementation to compare with.
+//!
+//! ```
+//! use radgrad_core::{DVec3, Emission, Emitter, Polygon, Receiver, evaluate};
+//! let corners = [(0.0, 0.0), (0.0, 1.0), (1.0, 1.0), (1.0, 0.0)].map(|(x, y)| DVec3::new(x, y, 1.0));
+//! let lamp = Polygon::new(corners.to_vec())?; // counter-clockwise seen from the side it lights
+//! let lamp = Emitter::new(lamp, Emission::at_vertices(vec![1.0, 2.0, 3.0, 2.0]))?;
+//! let floor = Receiver::new(DVec3::ZERO, DVec3::Z, 0.8)?;
+//! let answer = evaluate(&floor, &lamp, &[])?;
+//! assert!(answer.radiosity_error <= 1e-12 * answer.radiosity);
+//! assert!(answer.gradient.z > 0.0, "nearer the lamp it is brighter");
+//! # Ok::<(), radgrad_core::Error>(())
+//! ```
 
 mod arc;
 #[cfg(feature = "arbitrary-precision")]
