@@ -152,3 +152,31 @@ fn number(text: &str) -> f64 {
 fn vector(components: &[String; 3]) -> DVec3 {
     DVec3::from(components.each_ref().map(|c| number(c)))
 }
+
+/// The truth of a case of `data/reference/public.jsonl`, to 30 digits.
+#[derive(Debug, Clone, Deserialize)]
+pub struct PublicTruth {
+    /// Radiosity.
+    pub radiosity: String,
+    /// Gradient.
+    pub gradient: [String; 3],
+}
+
+/// The lines of `data/reference/public.jsonl`, each with the truth it states.
+///
+/// # Panics
+/// If the file cannot be read.
+#[must_use]
+pub fn public_cases() -> Vec<(String, PublicTruth)> {
+    #[derive(Deserialize)]
+    struct Line {
+        truth: PublicTruth,
+    }
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../data/reference/public.jsonl");
+    let text = std::fs::read_to_string(path).unwrap_or_else(|error| panic!("{path}: {error}"));
+    let read = |line: &str| {
+        let Line { truth } = serde_json::from_str(line).unwrap_or_else(|error| panic!("{path}: {error}"));
+        (line.to_owned(), truth)
+    };
+    text.lines().map(read).collect()
+}

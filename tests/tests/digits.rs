@@ -1,31 +1,15 @@
 //! The 84 cases of `data/reference/public.jsonl` through `evaluate_digits`: every one of the truth's 30 digits.
 
-use std::fs;
-
 use radgrad_core::{Method, evaluate_digits, evaluate_to};
 use radgrad_scene::case::{Case, Problem};
 use radgrad_tests::decimal::Decimal;
-use serde::Deserialize;
+use radgrad_tests::reference::{PublicTruth, public_cases};
 
-#[derive(Deserialize)]
-struct Truth {
-    truth: Numbers,
-}
-
-#[derive(Deserialize)]
-struct Numbers {
-    radiosity: String,
-    gradient: [String; 3],
-}
-
-fn cases() -> Vec<(String, Problem, Numbers)> {
-    let text = fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/../data/reference/public.jsonl")).unwrap();
-    let read = |line: &str| {
-        let case: Case = serde_json::from_str(line).unwrap();
-        let Truth { truth } = serde_json::from_str(line).unwrap();
+fn cases() -> impl Iterator<Item = (String, Problem, PublicTruth)> {
+    public_cases().into_iter().map(|(line, truth)| {
+        let case: Case = serde_json::from_str(&line).unwrap();
         (case.id.to_string(), case.problem().unwrap(), truth)
-    };
-    text.lines().map(read).collect()
+    })
 }
 
 fn apart(a: &str, b: &str) -> f64 {

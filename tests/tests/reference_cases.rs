@@ -3,28 +3,15 @@
 //! `cargo test -p radgrad-tests --test reference_cases -- --nocapture` prints the table of all families.
 
 use std::collections::BTreeMap;
-use std::fs;
 
 use radgrad_core::DEFAULT_TOLERANCE;
 use radgrad_scene::case::{AnswerRecord, Line};
 use radgrad_tests::decimal::Decimal;
-use serde::Deserialize;
+use radgrad_tests::reference::{PublicTruth, public_cases};
 
 /// Largest relative error allowed, of the value and of the gradient (relative to its norm), where every digit of double
 /// precision is to be had. In the other families it is [`DEFAULT_TOLERANCE`], which all the cases ask for.
 const LIMITS: [(&str, f64); 3] = [("generic", 1e-13), ("parallel", 1e-13), ("offset", 1e-13)];
-
-/// What a line of the file has beside the case.
-#[derive(Deserialize)]
-struct Truth {
-    truth: Numbers,
-}
-
-#[derive(Deserialize)]
-struct Numbers {
-    radiosity: String,
-    gradient: [String; 3],
-}
 
 /// The absolute errors of one answer, and the size of the truth.
 struct Measured {
@@ -59,14 +46,13 @@ fn ratio(error: f64, size: f64) -> f64 {
 
 /// Answers every line; a refusal is a failure of the test.
 fn measured() -> Vec<Measured> {
-    let text = fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/../data/reference/public.jsonl")).unwrap();
-    text.lines().enumerate().map(|(index, line)| measure(index + 1, line)).collect()
+    let lines = public_cases().into_iter().enumerate();
+    lines.map(|(index, (line, truth))| measure(index + 1, &line, truth)).collect()
 }
 
-fn measure(number: usize, text: &str) -> Measured {
+fn measure(number: usize, text: &str, truth: PublicTruth) -> Measured {
     let line = Line::read(number, text.as_bytes()).expect("no line is blank");
     let answer = line.and_then(Line::answer).unwrap_or_else(|refusal| panic!("line {number}: {}", refusal.error));
-    let Truth { truth } = serde_json::from_str(text).unwrap();
     let radiosity: Decimal = truth.radiosity.parse().unwrap();
     let gradient: [Decimal; 3] = truth.gradient.map(|component| component.parse().unwrap());
     Measured {
