@@ -170,14 +170,8 @@ impl<T: Real> Arc<T> {
     /// both axes.
     #[inline]
     pub(crate) fn moments(&self, frame: &Frame<T>) -> Moments<T> {
-        let (near, far) = (self.start.norm_squared().sqrt(), self.end.norm_squared().sqrt());
-        let scale = T::exact(1.0) / (near * far);
-        let (sin, cos) = (self.across * scale, self.inline * scale);
-        let angle = self.angle;
-        let half = T::exact(0.5);
-        let (wide, thin) = ((angle + sin) * half, half_angle_minus_sine(angle, sin));
-        let [c1, c2] = [(self.start, near), (self.end, far)].map(|(p, length)| p.dot(frame.toward) / length);
-        let [s1, s2] = [(self.start, near), (self.end, far)].map(|(p, length)| p.dot(frame.along) / length);
+        let Ends { sin, cos, toward: [c1, c2], along: [s1, s2] } = self.ends(frame);
+        let (wide, thin) = ((self.angle + sin) * T::exact(0.5), half_angle_minus_sine(self.angle, sin));
         // The two axes are perpendicular: the one along (c, s) has the moment `on`, the other one `off`.
         let (c, s, on, off, cross) =
             if cos.value() >= 0.0 { (c1 + c2, s1 + s2, wide, thin, sin) } else { (c2 - c1, s2 - s1, thin, wide, -sin) };
@@ -185,6 +179,26 @@ impl<T: Real> Arc<T> {
         let scale = T::exact(1.0) / (T::exact(2.0) * (T::exact(1.0) + cos.abs()));
         Moments { cc: (on * cc + off * ss) * scale, cs: cross * c * s * scale, ss: (on * ss + off * cc) * scale }
     }
+
+    #[inline]
+    fn ends(&self, frame: &Frame<T>) -> Ends<T> {
+        let ends = [(self.start, self.start.norm_squared().sqrt()), (self.end, self.end.norm_squared().sqrt())];
+        let scale = T::exact(1.0) / (ends[0].1 * ends[1].1);
+        Ends {
+            sin: self.across * scale,
+            cos: self.inline * scale,
+            toward: ends.map(|(point, length)| point.dot(frame.toward) / length),
+            along: ends.map(|(point, length)| point.dot(frame.along) / length),
+        }
+    }
+}
+
+/// Sine and cosine of an arc's angle, and the directions of its two ends in a frame of its plane.
+struct Ends<T> {
+    sin: T,
+    cos: T,
+    toward: [T; 2],
+    along: [T; 2],
 }
 
 /// Integrals over an arc of `cos^2`, `cos sin` and `sin^2` of the angle from the frame's `toward`.

@@ -19,12 +19,13 @@
 
 use glam::{DMat3, DVec3};
 
-use crate::arc::{Arc, Generator};
+use crate::arc::Arc;
 use crate::certify::Ball;
 use crate::double_double::DoubleDouble;
 use crate::number::Number;
 use crate::plan::{Plan, unit_normal};
 use crate::real::Real;
+use crate::terms::albedo;
 use crate::vec3::Vec3;
 use crate::{Emission, Emitter, Error, Method, Receiver, horizon};
 
@@ -129,7 +130,7 @@ fn entries<T: Real>(receiver: &Receiver, emitter: &Emitter, plan: &Plan, emissio
         let [on, off] = edge_term(n1, arc);
         sum = [sum[0] + on, sum[1] + off];
     });
-    let factor = T::exact(receiver.reflectance()) / T::pi() * T::exact(emission * emitter.power());
+    let factor = albedo::<T>(receiver) * T::exact(emission * emitter.power());
     // Two of the powers of two may cancel: they go first, the larger before the smaller.
     let powers = [plan.power, 1.0 / emitter.power()];
     let (first, second) = (powers[0].max(powers[1]), powers[0].min(powers[1]));
@@ -138,10 +139,7 @@ fn entries<T: Real>(receiver: &Receiver, emitter: &Emitter, plan: &Plan, emissio
 
 /// `(N w^T + w N^T) / 2 S^2`.
 fn edge_term<T: Real>(n1: Vec3<T>, arc: &Arc<T>) -> [Vec3<T>; 2] {
-    let line = match &arc.generator {
-        Generator::Horizon(_) => return [Vec3::zero(); 2],
-        Generator::Emitter(line) | Generator::Occluder(line) => line,
-    };
+    let Some(line) = arc.line() else { return [Vec3::zero(); 2] };
     let frame = line.frame();
     let (m, q) = (arc.moments(&frame), arc.quartic_moments(&frame));
     let [p1, p2, p3] = [frame.toward, frame.along, frame.normal].map(|axis| n1.dot(axis));

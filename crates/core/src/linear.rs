@@ -23,6 +23,7 @@ use crate::arc::{Arc, Frame, Generator};
 use crate::plan::{height_over_plane, offset, unit_normal};
 use crate::radius::Radius;
 use crate::real::Real;
+use crate::terms::Terms;
 use crate::vec3::Vec3;
 use crate::{Emitter, Receiver};
 
@@ -68,12 +69,6 @@ pub(crate) struct LinearSum<T> {
     contour: Vec3<T>,
     /// `sum e x V / |w|`.
     edges: Vec3<T>,
-}
-
-/// Irradiance vector and gradient, both without the factor rho/pi.
-pub(crate) struct LinearTotal<T> {
-    pub(crate) irradiance: Vec3<T>,
-    pub(crate) gradient: Vec3<T>,
 }
 
 impl<T: Real> LinearSum<T> {
@@ -127,11 +122,11 @@ impl<T: Real> LinearSum<T> {
         self.edges = self.edges - frame.normal * (seen / distance);
     }
 
-    pub(crate) fn total(self) -> LinearTotal<T> {
+    pub(crate) fn total(self) -> Terms<T> {
         let Seen { n1, n2, height, beta, gradient } = self.seen;
         let phi = self.angles * T::exact(-0.5);
         let q = (gradient * self.x1 - self.contour) * T::exact(0.5) - n2 * gradient.dot(phi);
-        LinearTotal { irradiance: phi * beta + q * height, gradient: gradient * phi.dot(n1) + n2 * q.dot(n1) + self.edges }
+        Terms { irradiance: phi * beta + q * height, gradient: gradient * phi.dot(n1) + n2 * q.dot(n1) + self.edges }
     }
 }
 

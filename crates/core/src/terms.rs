@@ -48,8 +48,7 @@ impl<T: Real> Terms<T> {
         } else {
             let mut sum = LinearSum::new(Seen::new(receiver, emitter, plan.power));
             let doubt = visit(case, |arc: &Arc<T>| sum.add::<GRADIENT>(arc))?;
-            let total = sum.total();
-            Self { irradiance: total.irradiance, gradient: total.gradient }.widened(doubt)
+            sum.total().widened(doubt)
         };
         Some(terms)
     }

@@ -1,6 +1,6 @@
 //! Fourth-order moments of an arc: what the second derivatives need beyond [`Moments`](super::Moments).
 
-use super::{Arc, Frame, half_angle_minus_sine};
+use super::{Arc, Ends, Frame, half_angle_minus_sine};
 use crate::real::Real;
 
 /// Integrals over an arc of `cos^4`, `cos^3 sin` and `cos^2 sin^2` of the angle from the frame's `toward`.
@@ -16,15 +16,11 @@ impl<T: Real> Arc<T> {
     /// gives `m22 = (2g - sin 2g)/16`, `m40 = (g + sin g)/2 - m22`, `m04 = (g - sin g)/2 - m22`; the frame is turned from it by
     /// `atan2(s, c)`. As in [`Arc::moments`] the longer of sum and difference of the end directions gives the bisector.
     pub(crate) fn quartic_moments(&self, frame: &Frame<T>) -> Quartic<T> {
-        let (near, far) = (self.start.norm_squared().sqrt(), self.end.norm_squared().sqrt());
-        let scale = T::exact(1.0) / (near * far);
-        let (sin, cos) = (self.across * scale, self.inline * scale);
+        let Ends { sin, cos, toward: [c1, c2], along: [s1, s2] } = self.ends(frame);
         let (half, two) = (T::exact(0.5), T::exact(2.0));
         let m22 = half_angle_minus_sine(self.angle * two, sin * cos * two) * T::exact(0.125);
         let m40 = (self.angle + sin) * half - m22;
         let m04 = half_angle_minus_sine(self.angle, sin) - m22;
-        let [c1, c2] = [(self.start, near), (self.end, far)].map(|(p, length)| p.dot(frame.toward) / length);
-        let [s1, s2] = [(self.start, near), (self.end, far)].map(|(p, length)| p.dot(frame.along) / length);
         // The difference is a quarter turn ahead of the bisector.
         let (c, s) = if cos.value() >= 0.0 { (c1 + c2, s1 + s2) } else { (s2 - s1, c1 - c2) };
         let (cc, cs, ss) = (c * c, c * s, s * s);
