@@ -77,6 +77,7 @@ pub struct Emitter {
     vertex_error: f64,
     /// Brings the emission to a size of about 1.
     power: f64,
+    unit: f64,
 }
 
 /// The emission as `value + gradient . (y - vertex 0)`, with the gradient in the polygon's plane.
@@ -134,7 +135,8 @@ impl Emitter {
         let steepest = affine.gradient.map(|c| c.hi.abs());
         let variation = steepest.x.max(steepest.y).max(steepest.z) * polygon.size();
         let largest = polynomial.as_ref().map_or(affine.value.abs().max(variation), InPlane::largest);
-        Ok(Self { power: normalising_power(largest), polygon, emission, affine, polynomial, vertex_values, vertex_error })
+        let power = normalising_power(largest);
+        Ok(Self { power, unit: 1.0 / power, polygon, emission, affine, polynomial, vertex_values, vertex_error })
     }
 
     /// The polygon.
@@ -249,6 +251,11 @@ impl Emitter {
     /// The power of two by which the emission is multiplied before it is computed with.
     pub(crate) const fn power(&self) -> f64 {
         self.power
+    }
+
+    /// One over [`Self::power`], exact.
+    pub(crate) const fn unit(&self) -> f64 {
+        self.unit
     }
 }
 

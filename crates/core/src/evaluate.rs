@@ -112,14 +112,19 @@ pub fn evaluate_to(receiver: &Receiver, emitter: &Emitter, occluders: &[Polygon]
     case.answer(tolerance)
 }
 
-/// Radiosity `B(x)` alone: the digits of the closed form in double precision, without bound and gradient.
+/// Radiosity `B(x)` alone: the digits of the closed form in double precision, without bound and gradient. Where that breaks
+/// down, on a line through the receiver to the last digit, the ladder of [`evaluate`] answers.
 ///
 /// A polynomial emission loses digits far away, `(D/s)^degree` of them; [`evaluate`] does not.
 ///
 /// # Errors
 /// If the result overflows.
 pub fn radiosity(receiver: &Receiver, emitter: &Emitter) -> Result<f64, Error> {
-    unbounded::<true, false>(receiver, emitter).map(|(radiosity, _)| radiosity)
+    let Some(plan) = Plan::new(receiver, emitter.polygon()) else { return Ok(0.0) };
+    let case = Case { receiver, emitter, occluders: &[], plan: &plan };
+    let Some(terms) = Terms::<f64>::sum::<true, false>(&case) else { return Ok(0.0) };
+    let radiosity = terms.radiosity(receiver);
+    if radiosity.is_finite() { case.radiosity(radiosity) } else { Ok(case.answer(1.0)?.radiosity) }
 }
 
 /// Gradient of `B` with respect to `x` alone: the digits of the closed form in double precision, without bound and value.
@@ -129,7 +134,11 @@ pub fn radiosity(receiver: &Receiver, emitter: &Emitter) -> Result<f64, Error> {
 /// # Errors
 /// If the result overflows.
 pub fn gradient(receiver: &Receiver, emitter: &Emitter) -> Result<DVec3, Error> {
-    unbounded::<false, true>(receiver, emitter).map(|(_, gradient)| gradient)
+    let Some(plan) = Plan::new(receiver, emitter.polygon()) else { return Ok(DVec3::ZERO) };
+    let case = Case { receiver, emitter, occluders: &[], plan: &plan };
+    let Some(terms) = Terms::<f64>::sum::<false, true>(&case) else { return Ok(DVec3::ZERO) };
+    let gradient = terms.gradient(receiver);
+    if DVec3::from(gradient).is_finite() { case.gradient(gradient) } else { Ok(case.answer(1.0)?.gradient) }
 }
 
 /// Radiosity and gradient together: the digits of the closed form in double precision, without bounds.
@@ -139,18 +148,10 @@ pub fn gradient(receiver: &Receiver, emitter: &Emitter) -> Result<DVec3, Error> 
 /// # Errors
 /// If a result overflows.
 pub fn radiosity_and_gradient(receiver: &Receiver, emitter: &Emitter) -> Result<(f64, DVec3), Error> {
-    unbounded::<true, true>(receiver, emitter)
-}
-
-/// What is asked for, in double precision; where that breaks down, a line through the receiver to the last digit, the ladder
-/// answers.
-#[inline]
-fn unbounded<const VALUE: bool, const GRADIENT: bool>(receiver: &Receiver, emitter: &Emitter) -> Result<(f64, DVec3), Error> {
     let Some(plan) = Plan::new(receiver, emitter.polygon()) else { return Ok((0.0, DVec3::ZERO)) };
     let case = Case { receiver, emitter, occluders: &[], plan: &plan };
-    let Some(terms) = Terms::<f64>::sum::<VALUE, GRADIENT>(&case) else { return Ok((0.0, DVec3::ZERO)) };
-    let radiosity = if VALUE { terms.radiosity(receiver) } else { 0.0 };
-    let gradient = terms.gradient(receiver);
+    let Some(terms) = Terms::<f64>::sum::<true, true>(&case) else { return Ok((0.0, DVec3::ZERO)) };
+    let (radiosity, gradient) = (terms.radiosity(receiver), terms.gradient(receiver));
     if radiosity.is_finite() && DVec3::from(gradient).is_finite() {
         Ok((case.radiosity(radiosity)?, case.gradient(gradient)?))
     } else {

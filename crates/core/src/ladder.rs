@@ -9,6 +9,8 @@
 //!
 //! A rung whose bound is above the tolerance hands over to the next; where all are, the one with the smallest bound answers.
 
+use std::cell::LazyCell;
+
 use glam::DVec3;
 
 #[cfg(feature = "arbitrary-precision")]
@@ -27,15 +29,26 @@ use crate::terms::{Terms, albedo};
 use crate::vec3::Vec3;
 use crate::{Emission, Emitter, Error, Polygon, Receiver};
 
-/// Nodes of a Gauss rule that cost as much as the certified closed form, and half as much as it does in double-double.
+/// What a Gauss rule may cost.
 struct Budget {
+    is_constant: bool,
+    /// Size of the emitter over the distance of its farthest vertex, above which the cheap rule is not worth planning.
+    wide: f64,
+    /// Nodes that cost as much as the certified closed form.
     cheap: usize,
+    /// Nodes that cost half as much as it does in double-double.
     dear: usize,
 }
 
-const CONSTANT: Budget = Budget { cheap: 60, dear: 400 };
-const LINEAR: Budget = Budget { cheap: 400, dear: 4000 };
-const POLYNOMIAL: Budget = Budget { cheap: 400, dear: 8000 };
+impl Budget {
+    fn of(emission: &Emission) -> Self {
+        match emission {
+            Emission::Constant(_) => Self { is_constant: true, wide: 0.25, cheap: 60, dear: 400 },
+            Emission::Linear(_) => Self { is_constant: false, wide: 2.0, cheap: 400, dear: 4000 },
+            Emission::Polynomial(_) => Self { is_constant: false, wide: 2.0, cheap: 400, dear: 8000 },
+        }
+    }
+}
 
 /// What a rung of the ladder evaluates.
 #[derive(Clone, Copy)]
@@ -80,21 +93,20 @@ impl Case<'_> {
         if self.emitter.is_dark() {
             return Ok(Answer::ZERO);
         }
-        let is_constant = matches!(self.emitter.emission(), Emission::Constant(_));
-        let budget = match self.emitter.emission() {
-            Emission::Constant(_) => CONSTANT,
-            Emission::Linear(_) => LINEAR,
-            Emission::Polynomial(_) => POLYNOMIAL,
-        };
-        let rule = if self.occluders.is_empty() { Rule::new(self.receiver, self.emitter, self.plan) } else { None };
+        let rule =
+            LazyCell::new(|| if self.occluders.is_empty() { Rule::new(self.receiver, self.emitter, self.plan) } else { None });
         let by_rule = |most: usize| {
             let rule = rule.as_ref().filter(|rule| rule.nodes() <= most)?;
             Some(self.by_quadrature(rule)).filter(|found| found.meets(tolerance))
         };
-        if let Some(found) = by_rule(budget.cheap) {
+        let budget = Budget::of(self.emitter.emission());
+        let size = self.emitter.polygon().size() * self.plan.power;
+        if size <= budget.wide
+            && let Some(found) = by_rule(budget.cheap)
+        {
             return self.scaled(found, Method::Quadrature);
         }
-        let found = if is_constant && self.occluders.is_empty() { self.bounded() } else { self.certified::<f64>() };
+        let found = if budget.is_constant && self.occluders.is_empty() { self.bounded() } else { self.certified::<f64>() };
         if found.meets(tolerance) {
             return self.scaled(found, Method::ClosedForm);
         }
@@ -109,7 +121,7 @@ impl Case<'_> {
         let (found, method) = (self.rounded(tolerance), Method::ArbitraryPrecision);
         #[cfg(not(feature = "arbitrary-precision"))]
         let method = Method::DoubleDouble;
-        match rule.map(|rule| self.by_quadrature(&rule)) {
+        match rule.as_ref().map(|rule| self.by_quadrature(rule)) {
             Some(other) if !found.meets(tolerance) && other.relative_error() < found.relative_error() => {
                 self.scaled(other, Method::Quadrature)
             }
@@ -182,7 +194,7 @@ impl Case<'_> {
         Ok(Answer {
             radiosity: self.radiosity(found.radiosity)?,
             gradient: self.gradient(found.gradient)?,
-            radiosity_error: bound(in_unit(found.radiosity_error, [1.0, 1.0 / self.emitter.power()])),
+            radiosity_error: bound(in_unit(found.radiosity_error, [1.0, self.emitter.unit()])),
             gradient_error: bound(in_unit(found.gradient_error, self.gradient_powers())),
             method,
         })
@@ -190,7 +202,7 @@ impl Case<'_> {
 
     /// A normalised radiosity in the unit of the emission.
     pub(crate) fn radiosity(&self, normalised: f64) -> Result<f64, Error> {
-        finite(normalised / self.emitter.power(), "radiosity")
+        finite(normalised * self.emitter.unit(), "radiosity")
     }
 
     /// A normalised gradient in the unit of the emission over that of length.
@@ -200,7 +212,7 @@ impl Case<'_> {
     }
 
     fn gradient_powers(&self) -> [f64; 2] {
-        [self.plan.power, 1.0 / self.emitter.power()]
+        [self.plan.power, self.emitter.unit()]
     }
 }
 

@@ -26,6 +26,7 @@
 //! ```
 
 mod arc;
+mod arc_tangent;
 #[cfg(feature = "arbitrary-precision")]
 mod big;
 mod certify;
@@ -43,6 +44,7 @@ mod geometry;
 mod hessian;
 mod horizon;
 mod ladder;
+mod line;
 mod linear;
 mod number;
 pub mod paper;

@@ -10,8 +10,9 @@
 
 use glam::DVec3;
 
-use crate::arc::{Arc, Generator, Line};
-use crate::plan::{Plan, Side, height_over_horizon, height_over_plane, offset, side_of, unit_normal};
+use crate::arc::{Arc, Generator};
+use crate::line::{Line, Sighted};
+use crate::plan::{Plan, Side, height_over_horizon, height_over_plane, side_of, unit_normal};
 use crate::radius::Radius;
 use crate::real::{RadiusOf, Real};
 use crate::triangulate::convex_parts;
@@ -85,7 +86,7 @@ pub(crate) fn visit_boundary<T: Real>(
     for part in &parts {
         for (i, (start, side)) in part.0.iter().enumerate() {
             let (end, _) = part.0[(i + 1) % part.0.len()];
-            visit(&Arc::between(*start, end, side.generator));
+            visit(&Arc::between(Sighted::at(*start), Sighted::at(end), side.generator));
         }
     }
     let doubt = subtraction.doubt;
@@ -118,10 +119,12 @@ impl<T: Real> Subtraction<T> {
     fn part_above_horizon(&mut self, receiver: &Receiver, polygon: &Polygon, indices: &[usize], plan: &Plan) -> Option<Part<T>> {
         let (x, power) = (receiver.position(), plan.power);
         let vertices: Vec<DVec3> = indices.iter().map(|&i| polygon.vertices()[i]).collect();
-        let next = |i: usize| vertices[(i + 1) % vertices.len()];
-        let corners = vertices.iter().enumerate().map(|(i, &from)| {
-            let generator = Generator::Emitter(Line::through(from, next(i), x, power));
-            (offset(from, x, power), ConeSide { generator, name: Some(EdgeName::new(from, next(i))) })
+        let seen: Vec<Sighted<T>> = vertices.iter().map(|&v| Sighted::from(v, x, power)).collect();
+        let corners = (0..vertices.len()).map(|i| {
+            let j = (i + 1) % vertices.len();
+            let line = Line::through([vertices[i], vertices[j]], [&seen[i], &seen[j]], x, power);
+            let name = Some(EdgeName::new(vertices[i], vertices[j]));
+            (seen[i].point, ConeSide { generator: Generator::Emitter(line), name })
         });
         let part = Part(corners.collect());
         let heights: Vec<T> = vertices.iter().map(|&v| height_over_horizon(receiver, v, power)).collect();
@@ -253,8 +256,7 @@ fn nearness<T: Real>(generator: &Generator<T>) -> RadiusOf<T> {
     match generator {
         Generator::Horizon(_) => 0.0.into(),
         Generator::Emitter(line) | Generator::Occluder(line) => {
-            let length = line.e.norm_squared().size().sqrt();
-            length * 1.01 / (line.moment.size() - line.moment.error()).max(0.0.into())
+            line.length.size() * 1.01 / (line.moment.size() - line.moment.error()).max(0.0.into())
         }
     }
 }
@@ -275,18 +277,19 @@ impl<T: Real> Shadow<T> {
             return None;
         }
         let heights: Vec<T> = vertices.iter().map(|&v| height_over_plane(v, emitter, power)).collect();
+        let seen: Vec<Sighted<T>> = vertices.iter().map(|&v| Sighted::from(v, x, power)).collect();
         let mut shadow = Self { lines: Vec::new(), corners: Vec::new() };
         let (mut sinks, mut rises) = (None, None);
         for i in 0..vertices.len() {
             let j = (i + 1) % vertices.len();
             let (from, to) = (vertices[i], vertices[j]);
-            let start: Vec3<T> = offset(from, x, power);
-            let line = Line::through(from, to, x, power);
+            let start = seen[i].point;
+            let line = Line::through([from, to], [&seen[i], &seen[j]], x, power);
             let touch = || start + line.e * (heights[i] / (heights[i] - heights[j]));
             match (sides[i], sides[j]) {
                 (Side::Back, Side::Back | Side::InPlane) => {
                     if sides[j] == Side::InPlane {
-                        rises = Some(offset(to, x, power));
+                        rises = Some(seen[j].point);
                     }
                     continue;
                 }
@@ -319,7 +322,7 @@ impl<T: Real> Shadow<T> {
             let height = normal.dot(point);
             height.value() > 0.0 && height.size() > height.error()
         };
-        self.lines.iter().any(|(line, _)| part.0.iter().all(|(corner, _)| beyond(line.w, *corner)))
+        self.lines.iter().any(|(line, _)| part.0.iter().all(|(corner, _)| beyond(line.normal, *corner)))
             || part.0.iter().any(|(_, side)| self.corners.iter().all(|corner| beyond(side.generator.normal(), *corner)))
     }
 }

@@ -1,0 +1,79 @@
+//! What an arc weighs in the gradient of a constant emitter's radiosity.
+
+use super::{Arc, Generator, sine_series};
+use crate::line::Line;
+use crate::real::Real;
+use crate::vec3::Vec3;
+
+impl<T: Real> Arc<T> {
+    /// `toward . (M n1) / S` on the generating line `line`, at distance S; M is the arc's `int omega omega^T`.
+    ///
+    /// With u, v the directions of the ends, `M = chi (u + v)(u + v)^T + psi (v - u)(v - u)^T`, `chi = (g + sin g)/4(1 + cos g)`
+    /// and `psi = (g - sin g)/4(1 - cos g)` (the axes of [`Arc::moments`], not normalised). An end of the generating line itself
+    /// has `toward.u / S = 1/|r|`: neither S nor a frame is needed. Past a quarter turn u + v shrinks and its axis is taken from
+    /// the frame.
+    #[inline]
+    pub(crate) fn weight(&self, line: &Line<T>, n1: Vec3<T>) -> T {
+        if !self.is_within_a_quarter_turn() {
+            return self.weight_in_frame(line, n1);
+        }
+        let ends = [&self.start, &self.end];
+        let product = ends[0].inverse * ends[1].inverse;
+        let (sin, cos) = (self.across * product, self.inline * product);
+        let [c1, c2] = ends.map(|end| n1.dot(end.point) * end.inverse);
+        let [q1, q2] = if let Generator::Emitter(_) = self.generator {
+            ends.map(|end| end.inverse)
+        } else {
+            let toward = line.frame().toward * line.nearness();
+            ends.map(|end| end.point.dot(toward) * end.inverse)
+        };
+        let one_and_cos = T::exact(1.0) + cos;
+        let chi = (self.angle + sin) / (one_and_cos * T::exact(4.0));
+        chi * (q1 + q2) * (c1 + c2) + psi(self.angle, sin, cos, one_and_cos) * (q2 - q1) * (c2 - c1)
+    }
+
+    /// Whether the angle is at most a right one.
+    #[inline]
+    pub(crate) fn is_within_a_quarter_turn(&self) -> bool {
+        self.inline.value() >= 0.0
+    }
+
+    #[cold]
+    fn weight_in_frame(&self, line: &Line<T>, n1: Vec3<T>) -> T {
+        let frame = line.frame();
+        let m = self.moments(&frame);
+        (m.cc * n1.dot(frame.toward) + m.cs * n1.dot(frame.along)) * line.nearness()
+    }
+}
+
+/// `(g - sin g)/4(1 - cos g)`; for small g by the series of the numerator, and `1 - cos g = sin^2 g/(1 + cos g)`.
+#[inline]
+fn psi<T: Real>(angle: T, sin: T, cos: T, one_and_cos: T) -> T {
+    if angle.value().abs() > 1.0 {
+        return (angle - sin) / ((T::exact(1.0) - cos) * T::exact(4.0));
+    }
+    let ratio = angle / sin;
+    angle * sine_series(angle * angle) * (ratio * ratio) * one_and_cos / T::exact(24.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::line::Sighted;
+
+    #[test]
+    fn the_weight_is_that_of_the_moments_in_the_frame() {
+        let n1 = Vec3::new(0.3, -0.5, 0.812);
+        for (from, to) in [(-0.9, 0.2), (0.4, 0.4001), (-0.5, 1.0), (-0.78, 0.78), (1.0, 1.5), (0.2, 1.2)] {
+            let on_line = |psi: f64| Sighted::at(Vec3::new(2.0, 2.0 * libm::tan(psi), 0.5));
+            let (start, end) = (on_line(from), on_line(to));
+            let line = Line::<f64>::along(Vec3::new(0.0, 1.0, 0.0), start.point);
+            let arc = Arc::between(start, end, Generator::Emitter(line));
+            let whole = arc.weight_in_frame(&line, n1);
+            assert!((arc.weight(&line, n1) - whole).abs() < 4e-16, "{from} {to}");
+            // The same line taken for an occluder's: the ends are then asked for in its frame.
+            let shadow = Arc::between(start, end, Generator::Occluder(line));
+            assert!((shadow.weight(&line, n1) - whole).abs() < 4e-16, "{from} {to}");
+        }
+    }
+}
