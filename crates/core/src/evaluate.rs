@@ -190,7 +190,7 @@ mod tests {
     use crate::Emission;
 
     fn case(normal: DVec3, emission: Emission) -> (Receiver, Emitter) {
-        let triangle = [[-0.9, 0.1, 1.2], [-0.1, 0.7, 1.3], [0.4, -0.9, 1.1]].map(DVec3::from);
+        let triangle = [[-0.9, 0.1, 0.2], [-0.1, 0.7, 0.3], [0.4, -0.9, 0.1]].map(DVec3::from);
         let polygon = Polygon::new(triangle.iter().rev().copied().collect()).unwrap();
         let emitter = if polygon.normal().z < 0.0 { polygon } else { Polygon::new(triangle.to_vec()).unwrap() };
         (Receiver::new(DVec3::new(0.2, -0.1, 0.0), normal, 0.7).unwrap(), Emitter::new(emitter, emission).unwrap())

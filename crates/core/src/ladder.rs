@@ -9,8 +9,6 @@
 //!
 //! A rung whose bound is above the tolerance hands over to the next; where all are, the one with the smallest bound answers.
 
-use std::cell::LazyCell;
-
 use glam::DVec3;
 
 #[cfg(feature = "arbitrary-precision")]
@@ -43,7 +41,7 @@ struct Budget {
 impl Budget {
     fn of(emission: &Emission) -> Self {
         match emission {
-            Emission::Constant(_) => Self { is_constant: true, wide: 0.25, cheap: 60, dear: 400 },
+            Emission::Constant(_) => Self { is_constant: true, wide: 0.25, cheap: 110, dear: 400 },
             Emission::Linear(_) => Self { is_constant: false, wide: 2.0, cheap: 400, dear: 4000 },
             Emission::Polynomial(_) => Self { is_constant: false, wide: 2.0, cheap: 400, dear: 8000 },
         }
@@ -93,24 +91,20 @@ impl Case<'_> {
         if self.emitter.is_dark() {
             return Ok(Answer::ZERO);
         }
-        let rule =
-            LazyCell::new(|| if self.occluders.is_empty() { Rule::new(self.receiver, self.emitter, self.plan) } else { None });
-        let by_rule = |most: usize| {
-            let rule = rule.as_ref().filter(|rule| rule.nodes() <= most)?;
-            Some(self.by_quadrature(rule)).filter(|found| found.meets(tolerance))
-        };
         let budget = Budget::of(self.emitter.emission());
-        let size = self.emitter.polygon().size() * self.plan.power;
-        if size <= budget.wide
-            && let Some(found) = by_rule(budget.cheap)
-        {
+        let is_small = self.emitter.polygon().size() * self.plan.power <= budget.wide;
+        let mut rule = if is_small { self.rule() } else { None };
+        if let Some(found) = self.within(rule.as_ref(), budget.cheap, tolerance) {
             return self.scaled(found, Method::Quadrature);
         }
         let found = if budget.is_constant && self.occluders.is_empty() { self.bounded() } else { self.certified::<f64>() };
         if found.meets(tolerance) {
             return self.scaled(found, Method::ClosedForm);
         }
-        if let Some(found) = by_rule(budget.dear) {
+        if !is_small {
+            rule = self.rule();
+        }
+        if let Some(found) = self.within(rule.as_ref(), budget.dear, tolerance) {
             return self.scaled(found, Method::Quadrature);
         }
         let found = self.certified::<DoubleDouble>();
@@ -143,6 +137,16 @@ impl Case<'_> {
         let Some(enclosed) = enclosed else { return Found::ZERO };
         let ((radiosity, radiosity_error), (gradient, gradient_error)) = enclosed.to_doubles();
         Found { radiosity, gradient, radiosity_error, gradient_error }
+    }
+
+    fn rule(&self) -> Option<Rule<'_>> {
+        if self.occluders.is_empty() { Rule::new(self.receiver, self.emitter, self.plan) } else { None }
+    }
+
+    /// What a rule of at most so many nodes gives, where that meets the tolerance.
+    fn within(&self, rule: Option<&Rule<'_>>, most: usize, tolerance: f64) -> Option<Found> {
+        let rule = rule.filter(|rule| rule.nodes() <= most)?;
+        Some(self.by_quadrature(rule)).filter(|found| found.meets(tolerance))
     }
 
     fn by_quadrature(&self, rule: &Rule<'_>) -> Found {
