@@ -41,9 +41,9 @@ struct Budget {
 impl Budget {
     fn of(emission: &Emission) -> Self {
         match emission {
-            Emission::Constant(_) => Self { is_constant: true, wide: 0.25, cheap: 110, dear: 400 },
-            Emission::Linear(_) => Self { is_constant: false, wide: 2.0, cheap: 400, dear: 4000 },
-            Emission::Polynomial(_) => Self { is_constant: false, wide: 2.0, cheap: 400, dear: 8000 },
+            Emission::Constant(_) => Self { is_constant: true, wide: 0.25, cheap: 110, dear: 2000 },
+            Emission::Linear(_) => Self { is_constant: false, wide: 2.0, cheap: 1500, dear: 8000 },
+            Emission::Polynomial(_) => Self { is_constant: false, wide: 2.0, cheap: 1000, dear: 8000 },
         }
     }
 }

@@ -6,12 +6,17 @@
 //! products of the sides with node and weight. The height over the horizon is a mean of those at the corners, with ten roundings
 //! of the largest: `phi = (error at the corners) + 10u H`. With d the nearest point, `1/r^2` errs by `i = 2 delta/d + 5u`, and
 //! relative to the sum P of `1/r^4`, whose terms are all positive, times the largest B:
-//! - `B/r^4` by `p = 2i + 8u + (number of nodes in a row and of rows) u` and what B errs by;
+//! - `B/r^4` by `p = 2i + (16 + number of additions to a lane) u` and what B errs by, three of these for the sum over the lanes;
 //! - `B n1.r/r^4` by `H (p + u) + phi`;
 //! - `B n1.r r/r^6` by `min(1, H/d) (p + i + delta/d + 3u) + phi/d`.
 //!
 //! Area, height, normals and the last few operations add 16u. Corners that are misplaced in the plane by up to 22u of the
 //! spread change the domain by that along the perimeter, where the integrand is at most what the nearest point allows.
+
+use std::sync::LazyLock;
+
+use fearless_simd::prelude::*;
+use fearless_simd::{Level, dispatch, f64x8};
 
 use super::source::OnTriangle;
 use super::triangle::{Bound, Grid, Triangle};
@@ -20,68 +25,85 @@ use crate::number::ROUNDOFF;
 use crate::vec3::Vec3;
 
 /// Sums over nodes of `1/r^4` times 1, `B`, `B n1.r` and `B n1.r r/r^2`.
-#[derive(Debug, Clone, Copy, Default)]
-struct Sums {
-    positive: f64,
-    plain: f64,
-    projected: f64,
-    pulled: Vec3<f64>,
+#[derive(Debug, Clone, Copy)]
+struct Sums<T> {
+    positive: T,
+    plain: T,
+    projected: T,
+    pulled: Vec3<T>,
 }
 
-impl Sums {
-    #[inline]
-    fn add(&mut self, weight: f64, other: &Self) {
-        self.positive += weight * other.positive;
-        self.plain += weight * other.plain;
-        self.projected += weight * other.projected;
-        self.pulled = self.pulled + other.pulled * weight;
+impl<S: Simd> Sums<f64x8<S>> {
+    #[inline(always)]
+    fn zero(simd: S) -> Self {
+        let zero = f64x8::splat(simd, 0.0);
+        Self { positive: zero, plain: zero, projected: zero, pulled: Vec3::new(zero, zero, zero) }
+    }
+
+    #[inline(always)]
+    fn into_arrays(self) -> Sums<[f64; rules::LANES]> {
+        Sums {
+            positive: *self.positive.as_array(),
+            plain: *self.plain.as_array(),
+            projected: *self.projected.as_array(),
+            pulled: self.pulled.map(|v| *v.as_array()),
+        }
     }
 }
 
-/// A row of nodes: the points `start + step b`, `n1.r` at them, and the grid of b.
-struct Row {
-    start: Vec3<f64>,
-    step: Vec3<f64>,
-    facing: [f64; 2],
-    grid: Grid,
+impl Sums<[f64; rules::LANES]> {
+    /// The sums over the lanes.
+    fn total(&self) -> Sums<f64> {
+        let sum = |[a, b, c, d, e, f, g, h]: [f64; rules::LANES]| ((a + b) + (c + d)) + ((e + f) + (g + h));
+        Sums {
+            positive: sum(self.positive),
+            plain: sum(self.plain),
+            projected: sum(self.projected),
+            pulled: self.pulled.map(sum),
+        }
+    }
 }
 
-impl Row {
-    #[inline]
-    fn sums(&self, emission: impl Fn(f64) -> f64) -> Sums {
-        let Self { start, step, facing, grid } = *self;
-        let (width, rule) = (1.0 / grid.panels as f64, rules::rule(grid.count));
-        let mut total = Sums::default();
+/// A row of nodes: the points `start + step b`, `n1.r` at them, and the weight of the row.
+struct Row<S: Simd> {
+    start: Vec3<f64x8<S>>,
+    step: Vec3<f64x8<S>>,
+    facing: [f64x8<S>; 2],
+    weight: f64x8<S>,
+}
+
+impl<S: Simd> Sums<f64x8<S>> {
+    /// Adds a row, eight nodes at a time whatever the machine, so that digits do not depend on it.
+    #[inline(always)]
+    fn add(&mut self, simd: S, row: &Row<S>, grid: Grid, emission: &impl Fn(f64x8<S>) -> f64x8<S>) {
+        let (rule, width, one) = (rules::rule(grid.count), f64x8::splat(simd, 1.0 / grid.panels as f64), f64x8::splat(simd, 1.0));
         for panel in 0..grid.panels {
-            for node in rule {
-                let b = (panel as f64 + node.at) * width;
-                let r = start + step * b;
-                let inverse = 1.0 / r.norm_squared();
-                let positive = node.weight * inverse * inverse;
+            let shift = f64x8::splat(simd, panel as f64);
+            for (nodes, weights) in rule.nodes.chunks_exact(rules::LANES).zip(rule.weights.chunks_exact(rules::LANES)) {
+                let b = (f64x8::from_slice(simd, nodes) + shift) * width;
+                let r = row.start + row.step * b;
+                let inverse = one / (r.x * r.x + r.y * r.y + r.z * r.z);
+                let positive = f64x8::from_slice(simd, weights) * row.weight * inverse * inverse;
                 let plain = positive * emission(b);
-                let projected = plain * (facing[0] + facing[1] * b);
-                total.add(1.0, &Sums { positive, plain, projected, pulled: r * (projected * inverse) });
+                let projected = plain * (row.facing[0] + row.facing[1] * b);
+                let pull = projected * inverse;
+                self.positive += positive;
+                self.plain += plain;
+                self.projected += projected;
+                self.pulled = self.pulled + r * pull;
             }
         }
-        total
     }
 }
+
+/// The vector unit of this machine.
+static LEVEL: LazyLock<Level> = LazyLock::new(Level::new);
 
 impl Scene<'_> {
     /// The integral over a triangle, without the factor rho/pi.
     pub(super) fn integral(&self, triangle: &Triangle) -> Integral {
         let Self { n1, n2, height, .. } = *self;
-        let total = match &triangle.emission {
-            OnTriangle::Affine([value, first, side]) => triangle.sums(|a| {
-                let (start, step) = (value + first * a, side * a);
-                move |b| start + step * b
-            }),
-            OnTriangle::Polynomial(polynomial, [p, first, side]) => triangle.sums(|a| {
-                let start = [p[0] + first[0] * a, p[1] + first[1] * a];
-                let step = [side[0] * a, side[1] * a];
-                move |b| polynomial.value([start[0] + step[0] * b, start[1] + step[1] * b])
-            }),
-        };
+        let total = dispatch!(*LEVEL, simd => triangle.sums(simd)).total();
         let gradient = n2 * total.projected - n1 * (height * total.plain) + total.pulled * (4.0 * height);
         let error = triangle.error(self, &total);
         Integral {
@@ -94,31 +116,66 @@ impl Scene<'_> {
 }
 
 impl Triangle {
+    #[inline(always)]
+    fn sums<S: Simd>(&self, simd: S) -> Sums<[f64; rules::LANES]> {
+        match &self.emission {
+            OnTriangle::Affine([value, first, side]) => self.with_emission(simd, |a| {
+                let (start, step) = (f64x8::splat(simd, value + first * a), f64x8::splat(simd, side * a));
+                move |b| start + step * b
+            }),
+            OnTriangle::Polynomial(polynomial, [p, first, side]) => self.with_emission(simd, |a| {
+                let start = [p[0] + first[0] * a, p[1] + first[1] * a];
+                let step = [side[0] * a, side[1] * a];
+                move |b: f64x8<S>| {
+                    let value = |b: f64| polynomial.value([start[0] + step[0] * b, start[1] + step[1] * b]);
+                    f64x8::from_slice(simd, &b.as_array().map(value))
+                }
+            }),
+        }
+    }
+
     /// The sums, with the emission as a function of a, then of b.
-    #[inline]
-    fn sums<F: Fn(f64) -> f64>(&self, emission: impl Fn(f64) -> F) -> Sums {
+    #[inline(always)]
+    fn with_emission<S: Simd, F: Fn(f64x8<S>) -> f64x8<S>>(
+        &self,
+        simd: S,
+        emission: impl Fn(f64) -> F,
+    ) -> Sums<[f64; rules::LANES]> {
         let Self { apex, first, side, facing, grid: [rows, row], .. } = *self;
+        let splat = |value: f64| f64x8::splat(simd, value);
         let width = [1.0 / rows.panels as f64, 1.0 / row.panels as f64];
-        let mut total = Sums::default();
+        let rule = rules::rule(rows.count);
+        let mut total = Sums::zero(simd);
         for panel in 0..rows.panels {
-            for node in rules::rule(rows.count) {
-                let a = (panel as f64 + node.at) * width[0];
+            for (node, weight) in rule.nodes.iter().zip(rule.weights).take(rows.count) {
+                let a = (panel as f64 + node) * width[0];
                 let (start, step) = (apex + first * a, side * a);
-                let row = Row { start, step, facing: [facing[0] + facing[1] * a, facing[2] * a], grid: row };
-                total.add(node.weight * width[0] * width[1] * a, &row.sums(emission(a)));
+                let along = Row {
+                    start: start.map(splat),
+                    step: step.map(splat),
+                    facing: [splat(facing[0] + facing[1] * a), splat(facing[2] * a)],
+                    weight: splat(weight * width[0] * width[1] * a),
+                };
+                total.add(simd, &along, row, &emission(a));
             }
         }
-        total
+        total.into_arrays()
+    }
+
+    /// To each lane.
+    fn additions(&self) -> usize {
+        let [rows, row] = self.grid;
+        rows.nodes() * row.panels * row.count.div_ceil(rules::LANES)
     }
 
     /// Bound on the rounding errors.
-    fn error(&self, scene: &Scene<'_>, sums: &Sums) -> Bound {
+    fn error(&self, scene: &Scene<'_>, sums: &Sums<f64>) -> Bound {
         const U: f64 = ROUNDOFF;
         let Scene { height, ref source, input_error, .. } = *scene;
         let Self { nearest, farthest, longest, most_facing, .. } = *self;
         let moved = (U * (4.0 * farthest + 18.0 * longest) + 2.0 * self.side_error) / nearest;
         let inverse = 2.0 * moved + 5.0 * U;
-        let plain = 2.0 * inverse + (8 + self.grid[0].nodes() + self.grid[1].nodes()) as f64 * U + source.rounding;
+        let plain = 2.0 * inverse + (16 + self.additions()) as f64 * U + source.rounding;
         let facing = self.facing_error + 10.0 * U * most_facing;
         let projected = most_facing * (plain + U) + facing;
         let steep = (most_facing / nearest).min(1.0);
