@@ -21,7 +21,7 @@ use crate::{in_workspace, summary};
 #[derive(Debug, Args)]
 pub(crate) struct Arguments {
     /// Cases in all, shared equally among the families
-    #[arg(long, default_value_t = 20_900)]
+    #[arg(long, default_value_t = 30_800)]
     cases: u64,
     /// Seed: the same seed gives the same cases on every machine
     #[arg(long, default_value_t = 1)]

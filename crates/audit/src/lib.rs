@@ -1,8 +1,8 @@
 //! The audit: randomised case families, each case measured against truth, error tables, and the gates they must stay within.
 //!
 //! The way of the data: [`family`] draws a case from its name (by [`sampler`] and [`lattice`]); [`measure`] evaluates it by
-//! core and holds the answer against [`truth`] (the oracle's enclosure), the case's [`condition`] and the bounds that the
-//! answer states; [`table`] collects the figures by family as [`distribution`]s over [`decade`]s; [`run`] does so on all cores,
+//! core and holds the answer against [`truth`] (the oracle's enclosure of what is [`seen`]), the case's [`condition`] and the
+//! bounds that the answer states; [`table`] collects the figures by family as [`distribution`]s over [`decade`]s; [`run`] does so on all cores,
 //! [`shard`] over machines; [`gates`] say what must not be; what is, [`shrink`] makes small and [`regression`] keeps.
 //!
 //! Two checks of the checks: [`mutants`] plants slips that the measurement must see, [`agreement`] lets the oracles contradict
@@ -20,6 +20,7 @@ pub mod mutants;
 pub mod regression;
 pub mod run;
 pub mod sampler;
+pub mod seen;
 pub mod shard;
 pub mod shrink;
 pub mod table;
