@@ -9,6 +9,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use radgrad_audit::agreement::{Agreement, agreement};
 use radgrad_audit::family::Family;
 use radgrad_audit::gates::{Gates, Violation};
+use radgrad_audit::measure::{Kind, Quantity};
 use radgrad_audit::mutants::{self, Mutant, mutants};
 use radgrad_audit::regression::Regression;
 use radgrad_audit::run::{Part, Run};
@@ -43,6 +44,8 @@ pub(crate) struct Arguments {
     out: PathBuf,
 }
 
+type Measured = Shard<Kind, Quantity>;
+
 /// Cases of each family that the mutants and the oracles' agreement are tried on.
 const SUBSAMPLE: u64 = 25;
 
@@ -74,12 +77,13 @@ pub(crate) fn run(arguments: &Arguments) -> Result<bool, Box<dyn Error>> {
     Ok(!failed)
 }
 
-fn measured(arguments: &Arguments) -> Shard {
+fn measured(arguments: &Arguments) -> Measured {
     let families = if arguments.family.is_empty() { Family::ALL.to_vec() } else { arguments.family.clone() };
     let wanted = if arguments.quick { arguments.cases.div_ceil(20) } else { arguments.cases };
     let cases = wanted.div_ceil(families.len() as u64);
-    let run = Run { seed: arguments.seed, cases, families, part: arguments.shard.unwrap_or(Part::WHOLE) };
-    let bar = ProgressBar::new(run.names().count() as u64);
+    let part = arguments.shard.unwrap_or(Part::WHOLE);
+    let run = Run { part, ..Run::of_each(cases, &families, arguments.seed) };
+    let bar = ProgressBar::new(run.count());
     bar.set_style(style());
     let table = run.table(|name| {
         bar.set_message(name.family.name());
@@ -94,12 +98,12 @@ fn style() -> ProgressStyle {
     ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar())
 }
 
-fn merged(paths: &[PathBuf]) -> Result<Shard, Box<dyn Error>> {
-    let read = |path: &PathBuf| -> Result<Shard, Box<dyn Error>> {
+fn merged(paths: &[PathBuf]) -> Result<Measured, Box<dyn Error>> {
+    let read = |path: &PathBuf| -> Result<Measured, Box<dyn Error>> {
         let text = fs::read_to_string(path).map_err(|error| format!("{}: {error}", path.display()))?;
         Ok(Shard::from_json(&text).map_err(|error| format!("{}: {error}", path.display()))?)
     };
-    let shards: Vec<Shard> = paths.iter().map(read).collect::<Result<_, _>>()?;
+    let shards: Vec<Measured> = paths.iter().map(read).collect::<Result<_, _>>()?;
     Ok(Shard::merge(&shards)?)
 }
 

@@ -83,7 +83,7 @@ impl Agreement {
 /// Compares on the first `count` cases of each family of the run; the second implementation may be off by `paper_gate`.
 #[must_use]
 pub fn agreement(run: &Run, count: u64, paper_gate: f64) -> Agreement {
-    let names: Vec<Name> = Run { cases: count.min(run.cases), ..run.clone() }.names().collect();
+    let names: Vec<Name> = run.at_most(count).names().collect();
     names.par_iter().map(|&name| compare(name, paper_gate)).reduce(Agreement::default, Agreement::merge)
 }
 
@@ -164,11 +164,10 @@ fn relative_error(truth: &Truth, radiosity: f64, gradient: DVec3) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::run::Part;
 
     #[test]
     fn the_oracles_and_the_second_implementation_agree_on_generic_cases() {
-        let run = Run { seed: 1, cases: 8, families: vec![Family::Generic], part: Part::WHOLE };
+        let run = Run::of_each(8, &[Family::Generic], 1);
         let agreement = agreement(&run, 8, 1e-10);
         assert_eq!(agreement.contradictions, []);
         assert_eq!((agreement.enclosed, agreement.cubature, agreement.monte_carlo, agreement.paper), (8, 8, 8, 8));
@@ -177,7 +176,7 @@ mod tests {
     #[test]
     fn every_family_that_has_a_truth_is_asked_of_cubature_and_of_sampling() {
         for family in Family::ALL {
-            let run = Run { seed: 2, cases: 4, families: vec![family], part: Part::WHOLE };
+            let run = Run::of_each(4, &[family], 2);
             let agreement = agreement(&run, 4, 1e-10);
             assert_eq!(agreement.contradictions, [], "{family}");
             let touches = family == Family::InPlaneInside;

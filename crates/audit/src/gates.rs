@@ -151,7 +151,7 @@ impl Gates {
 
     fn violations_of(&self, family: Family, table: &FamilyTable) -> Vec<Violation> {
         let wanted = if family.is_refused() { Kind::Refused } else { Kind::Measured };
-        let ended = table.outcomes().iter().filter(|(kind, _)| **kind != wanted);
+        let ended = table.counts().iter().filter(|(kind, _)| **kind != wanted);
         let ended = ended.map(|(kind, bin)| Violation { case: bin.first, fault: Fault::Ended { kind: *kind, count: bin.count } });
         let beyond = table.figures().iter().filter_map(|(&quantity, distribution)| {
             let worst = distribution.worst()?;

@@ -2,7 +2,7 @@
 //!
 //! The way of the data: [`family`] draws a case from its name (by [`sampler`] and [`lattice`]); [`measure`] evaluates it by
 //! core and holds the answer against [`truth`] (the oracle's enclosure of what is [`seen`]), the case's [`condition`] and the
-//! bounds that the answer states; [`table`] collects the figures by family as [`distribution`]s over [`decade`]s; [`run`] does so on all cores,
+//! bounds that the answer states; [`table`] is a [`tally`] of the figures by family, as [`distribution`]s over [`leading`] digits and [`decade`]s; [`run`] does so on all cores,
 //! [`shard`] over machines; [`gates`] say what must not be; what is, [`shrink`] makes small and [`regression`] keeps.
 //!
 //! Two checks of the checks: [`mutants`] plants slips that the measurement must see, [`agreement`] lets the oracles contradict
@@ -15,6 +15,7 @@ pub mod distribution;
 pub mod family;
 pub mod gates;
 pub mod lattice;
+pub mod leading;
 pub mod measure;
 pub mod mutants;
 pub mod regression;
@@ -24,4 +25,5 @@ pub mod seen;
 pub mod shard;
 pub mod shrink;
 pub mod table;
+pub mod tally;
 pub mod truth;

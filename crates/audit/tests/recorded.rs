@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use radgrad_audit::family::Family;
 use radgrad_audit::gates::{Gates, Violation};
 use radgrad_audit::regression::Regression;
-use radgrad_audit::run::{Part, Run};
+use radgrad_audit::run::Run;
 
 fn data(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../data").join(name)
@@ -27,7 +27,7 @@ fn no_case_that_failed_once_fails_again() {
 
 #[test]
 fn a_small_run_gives_the_recorded_table_on_every_machine() {
-    let table = Run { seed: 1, cases: 6, families: Family::ALL.to_vec(), part: Part::WHOLE }.table(|_| ());
+    let table = Run::of_each(6, &Family::ALL, 1).table(|_| ());
     let (mut errors, mut outcomes) = (Vec::new(), Vec::new());
     table.write_errors(&mut errors).expect("written");
     table.write_outcomes(&mut outcomes).expect("written");
@@ -36,6 +36,6 @@ fn a_small_run_gives_the_recorded_table_on_every_machine() {
 
 #[test]
 fn a_small_run_is_within_the_gates() {
-    let table = Run { seed: 4, cases: 6, families: Family::ALL.to_vec(), part: Part::WHOLE }.table(|_| ());
+    let table = Run::of_each(6, &Family::ALL, 4).table(|_| ());
     assert_eq!(gates().violations(&table), []);
 }
