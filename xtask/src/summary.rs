@@ -78,14 +78,14 @@ pub(crate) fn mutants(rows: &[Mutant], gate: f64) -> Printed {
     right_aligned(printed)
 }
 
-fn with_header(titles: &[&str]) -> Printed {
+pub(crate) fn with_header(titles: &[&str]) -> Printed {
     let mut printed = Printed::new();
     printed.load_style(UTF8_FULL_CONDENSED).set_header(titles.to_vec());
     printed
 }
 
 /// All columns but the first.
-fn right_aligned(mut printed: Printed) -> Printed {
+pub(crate) fn right_aligned(mut printed: Printed) -> Printed {
     for column in printed.column_iter_mut().skip(1) {
         column.set_cell_alignment(CellAlignment::Right);
     }

@@ -5,10 +5,13 @@
 //! bounds that the answer states; [`table`] is a [`tally`] of the figures by family, as [`distribution`]s over [`leading`] digits and [`decade`]s; [`run`] does so on all cores,
 //! [`shard`] over machines; [`gates`] say what must not be; what is, [`shrink`] makes small and [`regression`] keeps.
 //!
+//! [`bounds`] asks of millions of cases what [`measure`] cannot be asked in time: whether any stated bound is below the error.
+//!
 //! Two checks of the checks: [`mutants`] plants slips that the measurement must see, [`agreement`] lets the oracles contradict
 //! each other.
 
 pub mod agreement;
+pub mod bounds;
 pub mod condition;
 pub mod decade;
 pub mod distribution;

@@ -3,6 +3,9 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use radgrad_audit::bounds::campaign;
+use radgrad_audit::bounds::check::check;
+use radgrad_audit::bounds::mark::Mark;
 use radgrad_audit::family::Family;
 use radgrad_audit::gates::{Gates, Violation};
 use radgrad_audit::regression::Regression;
@@ -32,6 +35,22 @@ fn a_small_run_gives_the_recorded_table_on_every_machine() {
     table.write_errors(&mut errors).expect("written");
     table.write_outcomes(&mut outcomes).expect("written");
     insta::assert_snapshot!(String::from_utf8([outcomes, errors].concat()).expect("text"));
+}
+
+#[test]
+fn no_bound_that_was_broken_once_is_broken_again() {
+    for Regression { name, case } in Regression::all(&data("regressions")).expect("data/regressions") {
+        let check = check(&case, &campaign::full_effort());
+        assert!(!Mark::FAULTS.iter().any(|mark| check.has(*mark)), "{name}: {:?}", check.remarks);
+    }
+}
+
+#[test]
+fn a_small_campaign_gives_the_recorded_bounds_on_every_machine() {
+    let table = campaign::table(&Run::of_each(14, &Family::ALL, 1), || ());
+    let mut bounds = Vec::new();
+    table.write_bounds(&mut bounds).expect("written");
+    insta::assert_snapshot!(String::from_utf8(bounds).expect("text"));
 }
 
 #[test]
