@@ -6,9 +6,9 @@
 //! - core's own answer to a tolerance of 0, in every case: what its dearer rungs enclose, to half an ulp. It tells whether the
 //!   *rounding* bounds of the cheaper rungs hold, not whether the formulas are right, and of answers that are themselves good to
 //!   half an ulp it tells little: those are counted as *blunt*;
-//! - core's [`evaluate_digits`](radgrad_core::evaluate_digits) to 22 digits, in one case of 13: sharp for every bound of a
+//! - core's [`evaluate_digits`](radgrad_core::evaluate_digits) to 22 digits, in one case of 17: sharp for every bound of a
 //!   double, and it judges the answer to a tolerance of 0 too;
-//! - the oracle's enclosure, in one case of 101: it shares no formula with core, so it tells whether the formulas are right.
+//! - the oracle's enclosure, in one case of 151: it shares no formula with core, so it tells whether the formulas are right.
 //!
 //! All three come with a radius, and a bound is *broken* only if the error is above it for every truth within that radius:
 //! `|answer - truth| > bound + radius`. A check is *sharp* if the radius is at most a hundredth of the bound.

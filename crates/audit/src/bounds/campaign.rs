@@ -10,10 +10,10 @@ use crate::run::{Part, Run};
 const LOOSE: [f64; 4] = [1.0, 1e-3, 1e-6, 1e-9];
 
 /// One case of so many of a family is held against 22 digits; prime, so that every loose tolerance is among them.
-pub const DIGITS_EVERY: u64 = 13;
+pub const DIGITS_EVERY: u64 = 17;
 
 /// One of so many is held against the oracle.
-pub const ORACLE_EVERY: u64 = 101;
+pub const ORACLE_EVERY: u64 = 151;
 
 /// In one of so many, [`MANY`] digits are held against twice as many.
 pub const MANY_EVERY: u64 = 1009;
@@ -32,7 +32,7 @@ pub const fn share(family: Family) -> u64 {
         | Family::NearEdge
         | Family::NearVertex
         | Family::Scale
-        | Family::ContactScale => 20,
+        | Family::ContactScale => 48,
         Family::NearExtension
         | Family::Grazing
         | Family::FarOrigin
@@ -40,8 +40,8 @@ pub const fn share(family: Family) -> u64 {
         | Family::NGon
         | Family::GrazingScale
         | Family::SteepExtension
-        | Family::PolynomialClipped => 6,
-        Family::Far | Family::Needle => 4,
+        | Family::PolynomialClipped => 12,
+        Family::Far | Family::Needle => 6,
         Family::HorizonSliver
         | Family::FarNeedle
         | Family::FarClipped
@@ -49,7 +49,7 @@ pub const fn share(family: Family) -> u64 {
         | Family::InPlaneInside
         | Family::InPlaneOutside
         | Family::BackFacing
-        | Family::BelowHorizon => 2,
+        | Family::BelowHorizon => 3,
         Family::FarScreen | Family::PolynomialFar | Family::EqualVertices => 1,
     }
 }
