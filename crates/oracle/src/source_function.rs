@@ -56,7 +56,16 @@ impl SourceFunction<'_> {
     /// Bound on the length of its gradient.
     pub(crate) fn steepest(&self) -> f64 {
         match self {
-            Self::Emitter(emitter) => emitter.steepest_emission(),
+            Self::Emitter(emitter) => match emitter.emission() {
+                Emission::Constant(_) => 0.0,
+                Emission::Linear(_) => {
+                    // Its square may be out of range where it is not.
+                    let gradient = emitter.emission_gradient();
+                    let largest = gradient.abs().max_element();
+                    if largest > 0.0 { (gradient / largest).length() * largest } else { 0.0 }
+                }
+                Emission::Polynomial(_) => emitter.steepest_emission(),
+            },
             Self::Function { steepest, .. } => *steepest,
         }
     }
@@ -80,6 +89,15 @@ mod tests {
     use radgrad_core::Polygon;
 
     use super::*;
+
+    #[test]
+    fn the_slope_of_an_emission_is_known_at_any_scale() {
+        for power in [2f64.powi(-900), 1.0, 2f64.powi(900)] {
+            let triangle = Polygon::new([DVec3::ZERO, DVec3::X, DVec3::Y].map(|v| v * power).to_vec()).unwrap();
+            let emitter = Emitter::new(triangle, Emission::at_vertices(vec![1.0, 4.0, 5.0])).unwrap();
+            assert_eq!(SourceFunction::Emitter(&emitter).steepest(), 5.0 / power);
+        }
+    }
 
     #[test]
     fn the_range_on_a_needle_is_that_of_its_vertex_values() {
