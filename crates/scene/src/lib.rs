@@ -1,12 +1,13 @@
 //! What `radgrad` reads and writes, and what may hide what.
 //!
 //! - [`case`]: single cases as JSON Lines.
-//! - [`Scene`]: named surfaces with materials, read from OBJ and MTL ([`obj`]).
+//! - [`Scene`]: named surfaces with materials, read from OBJ and MTL ([`obj`]) and glTF 2.0 ([`gltf`]).
 //!
 //! Everything read here passes through the types of `radgrad-core`, so a [`case::Problem`] or a [`Face`] that exists is valid.
 
 pub mod case;
 mod error;
+pub mod gltf;
 pub mod obj;
 mod place;
 mod projection;

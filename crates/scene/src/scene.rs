@@ -157,6 +157,7 @@ impl Scene {
         let extension = file.extension().map(|e| e.to_string_lossy().to_ascii_lowercase());
         match extension.as_deref() {
             Some("obj") => crate::obj::read(file, degenerate),
+            Some("gltf" | "glb") => crate::gltf::read(file, degenerate),
             _ => Err(Error::Format { file: file.to_owned() }),
         }
     }
