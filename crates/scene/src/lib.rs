@@ -1,7 +1,8 @@
 //! What `radgrad` reads and writes, and what may hide what.
 //!
 //! - [`case`]: single cases as JSON Lines.
-//! - [`Scene`]: named surfaces with materials, read from OBJ and MTL ([`obj`]) and glTF 2.0 ([`gltf`]).
+//! - [`Scene`]: named surfaces with materials, read from OBJ and MTL ([`obj`]), glTF 2.0 ([`gltf`]) and `View3D` files ([`view3d`],
+//!   which also writes matrices of form factors).
 //!
 //! Everything read here passes through the types of `radgrad-core`, so a [`case::Problem`] or a [`Face`] that exists is valid.
 
@@ -12,6 +13,7 @@ pub mod obj;
 mod place;
 mod projection;
 mod scene;
+pub mod view3d;
 mod words;
 
 use std::path::Path;

@@ -158,6 +158,7 @@ impl Scene {
         match extension.as_deref() {
             Some("obj") => crate::obj::read(file, degenerate),
             Some("gltf" | "glb") => crate::gltf::read(file, degenerate),
+            Some("vs3") => crate::view3d::read(file, degenerate),
             _ => Err(Error::Format { file: file.to_owned() }),
         }
     }

@@ -48,6 +48,12 @@ impl<'a> Words<'a> {
         }
     }
 
+    /// The next word as an integer; `what` names it.
+    pub(crate) fn integer(&mut self, what: &str) -> Result<i64, Error> {
+        let word = self.next();
+        word.and_then(|word| word.parse().ok()).ok_or_else(|| Error::expected(format!("an integer ({what})"), quoted(word)))
+    }
+
     /// Nothing may be left.
     pub(crate) fn end(&self) -> Result<(), Error> {
         if self.is_empty() { Ok(()) } else { Err(Error::expected("the end of the line", quoted(Some(self.rest())))) }
@@ -85,7 +91,7 @@ mod tests {
     fn words_are_read_to_the_end_of_the_line() {
         let mut words = Words::new("  f\t1 -2   x y ");
         assert_eq!(words.next(), Some("f"));
-        assert_eq!((words.number("a"), words.number("b")), (Ok(1.0), Ok(-2.0)));
+        assert_eq!((words.integer("a"), words.number("b")), (Ok(1), Ok(-2.0)));
         assert!(words.end().unwrap_err().to_string().ends_with("found `x y`"));
         assert_eq!((words.rest(), words.next(), words.next(), words.next()), ("x y", Some("x"), Some("y"), None));
         assert!(words.is_empty() && words.end().is_ok());
@@ -103,6 +109,7 @@ mod tests {
         for word in ["1,5", "0x10", "1.0d3", "--1"] {
             assert!(matches!(Words::new(word).number("x"), Err(Error::Expected { .. })), "{word}");
         }
+        assert!(Words::new("1.0").integer("n").is_err());
     }
 
     #[test]

@@ -43,6 +43,14 @@ impl Intake {
         &mut self.scene
     }
 
+    pub(crate) fn set_title(&mut self, title: String) {
+        self.scene.title = Some(title);
+    }
+
+    pub(crate) const fn set_enclosure(&mut self, enclosure: bool) {
+        self.scene.enclosure = Some(enclosure);
+    }
+
     /// The surface of this name, made where there is none yet.
     pub(crate) fn surface(&mut self, name: &str) -> usize {
         if let Some(&index) = self.surfaces.get(name) {
