@@ -3,6 +3,7 @@
 //! - [`case`]: single cases as JSON Lines.
 //! - [`Scene`]: named surfaces with materials, read from OBJ and MTL ([`obj`]), glTF 2.0 ([`gltf`]) and `View3D` files ([`view3d`],
 //!   which also writes matrices of form factors).
+//! - [`Occluders`]: an index of a scene's polygons that finds those that may hide a part of an emitter from a receiver.
 //!
 //! Everything read here passes through the types of `radgrad-core`, so a [`case::Problem`] or a [`Face`] that exists is valid.
 
@@ -10,6 +11,7 @@ pub mod case;
 mod error;
 pub mod gltf;
 pub mod obj;
+mod occluders;
 mod place;
 mod projection;
 mod scene;
@@ -19,6 +21,7 @@ mod words;
 use std::path::Path;
 
 pub use error::Error;
+pub use occluders::{Beam, Found, Occluders};
 pub use place::{Place, Position};
 pub use scene::{Degenerate, Face, Material, Note, Scene, Surface};
 
