@@ -10,15 +10,16 @@
 mod beam;
 mod half_space;
 mod hull;
+mod shape;
 #[cfg(test)]
 mod tests;
 
 use std::ops::Range;
 
-use radgrad_core::{DVec3, Polygon};
+use radgrad_core::Polygon;
 
 pub use beam::Beam;
-use half_space::Plane;
+use shape::{Bounds, Shape};
 
 /// Polygons in a leaf, at most.
 const LEAF: usize = 4;
@@ -56,17 +57,9 @@ pub struct Occluders {
     polygons: Vec<Shape>,
 }
 
-/// What the tests need of a polygon.
-#[derive(Debug, Clone)]
-struct Shape {
-    vertices: Vec<DVec3>,
-    plane: Plane,
-}
-
 #[derive(Debug, Clone)]
 struct Node {
-    low: DVec3,
-    high: DVec3,
+    bounds: Bounds,
     content: Content,
 }
 
@@ -92,13 +85,11 @@ pub struct Found {
 impl Occluders {
     /// An index of polygons, numbered from 0 in their order. It keeps what it needs of them.
     pub fn new<'a>(polygons: impl IntoIterator<Item = &'a Polygon>) -> Self {
-        let shape = |polygon: &Polygon| Shape { vertices: polygon.vertices().to_vec(), plane: Plane::of(polygon) };
-        let polygons: Vec<Shape> = polygons.into_iter().map(shape).collect();
-        let bounds: Vec<Bounds> = polygons.iter().map(|shape| Bounds::of(&shape.vertices)).collect();
+        let polygons: Vec<Shape> = polygons.into_iter().map(Shape::of).collect();
         let mut order: Vec<usize> = (0..polygons.len()).collect();
         let mut nodes = Vec::with_capacity(polygons.len());
         if !order.is_empty() {
-            build(&mut nodes, &mut order, 0, &bounds);
+            build(&mut nodes, &mut order, 0, &polygons);
         }
         Self { nodes, order, polygons }
     }
@@ -125,7 +116,7 @@ impl Occluders {
         while let Some(index) = open.pop() {
             let node: &Node = &self.nodes[index];
             found.boxes_tested += 1;
-            if beam.misses_box(node.low, node.high) {
+            if beam.misses_box(&node.bounds) {
                 continue;
             }
             match &node.content {
@@ -148,79 +139,55 @@ impl Occluders {
 
     fn test(&self, beam: &Beam, candidates: &[usize], leave_out: &[usize], found: &mut Found) {
         for &index in candidates.iter().filter(|index| !leave_out.contains(index)) {
-            let Some(Shape { vertices, plane }) = self.polygons.get(index) else { continue };
+            let Some(polygon) = self.polygons.get(index) else { continue };
             found.polygons_tested += 1;
-            if !beam.misses_polygon(vertices, plane) {
+            if !beam.misses_polygon(polygon) {
                 found.polygons.push(index);
             }
         }
     }
 }
 
-/// The smallest box around some points.
-#[derive(Debug, Clone, Copy)]
-struct Bounds {
-    low: DVec3,
-    high: DVec3,
-}
-
-impl Bounds {
-    const NONE: Self = Self { low: DVec3::INFINITY, high: DVec3::NEG_INFINITY };
-
-    fn of(points: &[DVec3]) -> Self {
-        points.iter().fold(Self::NONE, |bounds, &p| Self { low: bounds.low.min(p), high: bounds.high.max(p) })
-    }
-
-    fn and(self, other: &Self) -> Self {
-        Self { low: self.low.min(other.low), high: self.high.max(other.high) }
-    }
-
-    fn centre(&self, axis: usize) -> f64 {
-        0.5 * self.low[axis] + 0.5 * self.high[axis]
-    }
-
-    /// Half the surface, in units of `unit` along each axis so that it cannot overflow.
-    fn surface(&self, unit: f64) -> f64 {
-        let DVec3 { x, y, z } = (self.high - self.low) / unit;
-        x * y + y * z + z * x
-    }
-}
-
 /// Adds the node over `order`, which starts at `first` of the whole, with all below it.
-fn build(nodes: &mut Vec<Node>, order: &mut [usize], first: usize, bounds: &[Bounds]) {
-    let whole = order.iter().fold(Bounds::NONE, |sum, &i| sum.and(&bounds[i]));
+fn build(nodes: &mut Vec<Node>, order: &mut [usize], first: usize, polygons: &[Shape]) {
+    let whole = order.iter().fold(Bounds::NONE, |sum, &i| sum.and(&polygons[i].bounds));
     let index = nodes.len();
     let leaf = Content::Leaf(first..first + order.len());
-    nodes.push(Node { low: whole.low, high: whole.high, content: leaf });
+    nodes.push(Node { bounds: whole, content: leaf });
     if order.len() <= LEAF {
         return;
     }
-    let middle = split(order, bounds, &whole);
+    let middle = split(order, polygons, &whole);
     let (left, right) = order.split_at_mut(middle);
-    build(nodes, left, first, bounds);
+    build(nodes, left, first, polygons);
     nodes[index].content = Content::Branch(nodes.len());
-    build(nodes, right, first + middle, bounds);
+    build(nodes, right, first + middle, polygons);
 }
 
 /// Sorts the polygons into two parts, neither empty, and returns where the second starts.
-fn split(order: &mut [usize], bounds: &[Bounds], whole: &Bounds) -> usize {
+fn split(order: &mut [usize], polygons: &[Shape], whole: &Bounds) -> usize {
     let unit = (whole.high - whole.low).max_element();
     let mut best: Option<(f64, usize, usize)> = None;
     let range = |axis: usize| {
-        let centres = order.iter().map(|&i| bounds[i].centre(axis));
+        let centres = order.iter().map(|&i| polygons[i].bounds.centre(axis));
         centres.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), c| (low.min(c), high.max(c)))
     };
     let ranges = [0, 1, 2].map(range);
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "a cast saturates: from 0, and then to the last bin"
+    )]
     let bin = |axis: usize, polygon: usize| {
         let (low, high) = ranges[axis];
-        let place = (bounds[polygon].centre(axis) - low) / (high - low) * BINS as f64;
-        (1..BINS).take_while(|&bin| place >= bin as f64).count()
+        let place = (polygons[polygon].bounds.centre(axis) - low) / (high - low) * BINS as f64;
+        (place as usize).min(BINS - 1)
     };
     for axis in (0..3).filter(|&axis| ranges[axis].0 < ranges[axis].1) {
         let mut bins = [(0_usize, Bounds::NONE); BINS];
         for &polygon in order.iter() {
             let (count, sum) = &mut bins[bin(axis, polygon)];
-            (*count, *sum) = (*count + 1, sum.and(&bounds[polygon]));
+            (*count, *sum) = (*count + 1, sum.and(&polygons[polygon].bounds));
         }
         for cut in 1..BINS {
             let cost = |part: &[(usize, Bounds)]| {

@@ -14,8 +14,9 @@
 
 use radgrad_core::{DVec3, Polygon, Receiver};
 
-use super::half_space::{HalfSpace, Plane, Side};
+use super::half_space::{Frame, HalfSpace, Located, Plane, Side};
 use super::hull::convex_hull;
+use super::shape::{Bounds, Shape};
 use crate::projection::normalising_power;
 
 /// The space between a receiver, a point or a polygon, and an emitter: where occluders may be.
@@ -32,9 +33,9 @@ pub struct Beam {
     /// Corners of the receiver, then of the emitter, and the box around them.
     corners: Vec<DVec3>,
     of_receiver: usize,
-    low: DVec3,
-    high: DVec3,
-    power: f64,
+    bounds: Bounds,
+    /// Where all half-spaces have their coordinates.
+    frame: Frame,
 }
 
 impl Beam {
@@ -44,7 +45,7 @@ impl Beam {
     /// What it does not find hides nothing, exactly for the doubles as given.
     #[must_use]
     pub fn from_receiver(receiver: &Receiver, emitter: &Polygon) -> Option<Self> {
-        Self::new(&[receiver.position()], emitter, false, |power| HalfSpace::above(receiver, power))
+        Self::new(&[receiver.position()], emitter, false, |frame| HalfSpace::above(receiver, frame))
     }
 
     /// The beam from a point of a polygon, whose side is that of the polygon; `None` as in [`Self::from_receiver`].
@@ -54,28 +55,30 @@ impl Beam {
     /// else stand out by an ulp here and there. A gap narrower than that rounding is none.
     #[must_use]
     pub fn from_point_of(polygon: &Polygon, point: DVec3, emitter: &Polygon) -> Option<Self> {
-        Self::new(&[point], emitter, true, |power| Plane::of(polygon).over(power))
+        Self::new(&[point], emitter, true, |frame| Plane::of(polygon).over(frame))
     }
 
     /// The beam from all points of a polygon to an emitter; `None` where none is in front of the other. Planes are those of
     /// surfaces as in [`Self::from_point_of`].
     #[must_use]
     pub fn from_polygon(receiver: &Polygon, emitter: &Polygon) -> Option<Self> {
-        Self::new(&convex_hull(receiver), emitter, true, |power| Plane::of(receiver).over(power))
+        Self::new(&convex_hull(receiver), emitter, true, |frame| Plane::of(receiver).over(frame))
     }
 
-    fn new(from: &[DVec3], emitter: &Polygon, of_surfaces: bool, horizon: impl FnOnce(f64) -> HalfSpace) -> Option<Self> {
+    fn new(from: &[DVec3], emitter: &Polygon, of_surfaces: bool, horizon: impl FnOnce(&Frame) -> HalfSpace) -> Option<Self> {
         let to = convex_hull(emitter);
         let corners: Vec<DVec3> = from.iter().chain(emitter.vertices()).copied().collect();
-        let (low, high) = corners.iter().fold((from[0], from[0]), |(low, high), &p| (low.min(p), high.max(p)));
-        let power = normalising_power(corners.iter().fold(0.0, |farthest, &p| (p - from[0]).abs().max_element().max(farthest)));
-        let front = front_of(&Plane::of(emitter), power, of_surfaces);
-        let horizon = horizon(power);
-        if front.excludes(from) || horizon.excludes(emitter.vertices()) {
+        let farthest = corners.iter().fold(0.0, |farthest: f64, &p| (p - from[0]).abs().max_element().max(farthest));
+        let frame = Frame { origin: from[0], power: normalising_power(farthest) };
+        let plane = Plane::of(emitter);
+        let front = if of_surfaces { plane.over(&frame) } else { plane.front(&frame) };
+        let horizon = horizon(&frame);
+        let locate = |&point: &DVec3| frame.locate(point);
+        if front.excludes(from.iter().map(locate)) || horizon.excludes(emitter.vertices().iter().map(locate)) {
             return None;
         }
-        let mut beam =
-            Self { front, horizon, sides: Vec::new(), of_surfaces, corners, of_receiver: from.len(), low, high, power };
+        let (bounds, of_receiver) = (Bounds::of(&corners), from.len());
+        let mut beam = Self { front, horizon, sides: Vec::new(), of_surfaces, corners, of_receiver, bounds, frame };
         beam.bound(&to, from);
         if from.len() > 1 {
             beam.bound(from, &to);
@@ -88,7 +91,8 @@ impl Beam {
         for (i, &a) in outline.iter().enumerate() {
             let b = outline[(i + 1) % outline.len()];
             for &point in points {
-                let known = self.sides.iter().any(|plane| [point, a, b].iter().all(|&p| plane.side(p) == Side::On));
+                let known =
+                    self.sides.iter().any(|plane| [point, a, b].iter().all(|&p| plane.side(&self.frame.locate(p)) == Side::On));
                 if !known {
                     self.sides.extend(self.supporting([point, a, b]));
                 }
@@ -98,16 +102,14 @@ impl Beam {
 
     /// The half-space that is bounded by the plane through three points, if all corners are on one side.
     fn supporting(&self, [o, a, b]: [DVec3; 3]) -> Option<HalfSpace> {
-        let half_space = HalfSpace::through(o, a, b, self.power);
+        let half_space = HalfSpace::through(o, a, b, &self.frame);
         let (mut inside, mut outside) = (false, false);
         for &corner in &self.corners {
-            match half_space.side(corner) {
+            match half_space.side(&self.frame.locate(corner)) {
                 Side::Inside => inside = true,
                 Side::Outside => outside = true,
                 Side::On => {}
-            }
-            if inside && outside {
-                return None;
+                Side::Unknown => return None,
             }
         }
         match (inside, outside) {
@@ -117,54 +119,43 @@ impl Beam {
         }
     }
 
-    /// Whether nothing in a box can hide anything.
-    pub(super) fn misses_box(&self, low: DVec3, high: DVec3) -> bool {
-        let mut half_spaces = [&self.front, &self.horizon].into_iter().chain(&self.sides);
-        self.is_beside(low, high) || half_spaces.any(|half_space| half_space.misses_box(low, high))
+    /// Whether nothing in a box can hide anything. Only the part of it in the box around the beam matters.
+    pub(super) fn misses_box(&self, bounds: &Bounds) -> bool {
+        let Some(common) = bounds.common(&self.bounds) else { return true };
+        let (low, high) = (self.frame.locate(common.low), self.frame.locate(common.high));
+        let misses = |half_space: &HalfSpace| half_space.misses_box(&low, &high);
+        misses(&self.front) || misses(&self.horizon) || self.sides.iter().any(misses)
     }
 
     /// Whether a polygon can hide nothing.
-    pub(super) fn misses_polygon(&self, vertices: &[DVec3], plane: &Plane) -> bool {
-        let (low, high) = vertices.iter().fold((vertices[0], vertices[0]), |(low, high), &v| (low.min(v), high.max(v)));
-        if self.is_beside(low, high)
-            || self.front.excludes(vertices)
-            || self.horizon.excludes(vertices)
-            || self.sides.iter().any(|side| self.is_clear_of(side, vertices))
-        {
-            return true;
-        }
-        self.is_beside_plane(front_of(plane, self.power, self.of_surfaces))
+    pub(super) fn misses_polygon(&self, shape: &Shape) -> bool {
+        let vertices = || shape.vertices.iter().map(|&vertex| self.frame.locate(vertex));
+        self.misses_box(&shape.bounds)
+            || self.front.excludes(vertices())
+            || self.horizon.excludes(vertices())
+            || self.sides.iter().any(|side| vertices().all(|vertex| self.is_clear_of(side, &vertex)))
+            || self.is_beside(shape)
     }
 
-    /// Whether a polygon is outside a bounding plane, and touches it at corners of receiver and emitter only.
-    fn is_clear_of(&self, side: &HalfSpace, vertices: &[DVec3]) -> bool {
-        vertices.iter().all(|vertex| match side.side(*vertex) {
-            Side::Inside => false,
-            Side::On => self.corners.contains(vertex),
+    /// Whether a vertex is outside a bounding plane, or touches it at a corner of receiver or emitter.
+    fn is_clear_of(&self, side: &HalfSpace, vertex: &Located) -> bool {
+        match side.side(vertex) {
+            Side::Inside | Side::Unknown => false,
+            Side::On => self.corners.contains(&vertex.point),
             Side::Outside => true,
-        })
+        }
     }
 
     /// Whether receiver and emitter are on one side of a polygon's plane, or the receiver in it.
-    fn is_beside_plane(&self, front: HalfSpace) -> bool {
-        let (receiver, emitter) = self.corners.split_at(self.of_receiver);
-        let behind = front.excludes(receiver);
-        let back = front.clone().reversed();
-        match (behind, back.excludes(receiver)) {
+    fn is_beside(&self, shape: &Shape) -> bool {
+        let front = shape.front(self.of_surfaces);
+        let [receiver, emitter] = [0..self.of_receiver, self.of_receiver..self.corners.len()]
+            .map(|range| self.corners[range].iter().map(|&corner| shape.frame.locate(corner)));
+        match (front.holds(receiver.clone()), front.excludes(receiver)) {
             (true, true) => true,
-            (true, false) => front.excludes(emitter),
-            (false, true) => back.excludes(emitter),
+            (true, false) => front.holds(emitter),
+            (false, true) => front.excludes(emitter),
             (false, false) => false,
         }
     }
-
-    /// Whether a box is outside that of the beam.
-    fn is_beside(&self, low: DVec3, high: DVec3) -> bool {
-        high.cmplt(self.low).any() || low.cmpgt(self.high).any()
-    }
-}
-
-/// The space in front of a polygon.
-fn front_of(plane: &Plane, power: f64, of_surfaces: bool) -> HalfSpace {
-    if of_surfaces { plane.over(power) } else { plane.front(power) }
 }

@@ -1,11 +1,12 @@
 //! Half-spaces, and proof that something is outside.
 //!
 //! A plane through three points o, a, b of the input has `s(p) = det(a - o, b - o, p - o)`, which is positive inside. In double
-//! precision, `s = N.(p - o)` with `N = (a - o) x (b - o)`: each of its six terms is a product of three rounded differences and
-//! passes through eight roundings (three differences, a product, the difference in N, another product, two sums), so that the
-//! error is at most `8 u (1 + 16 u) sum |N|_i |p - o|_i` with u = 2^-53 and |N| the same cross product of magnitudes, added
-//! instead of subtracted. The rounding of that sum itself is as much again of second order; 9 u covers all. Where this decides
-//! nothing, an exact predicate does (J. R. Shewchuk 1997, crate `robust`).
+//! precision, in coordinates `q = (p - O) 2^k` of a [`Frame`], `s = N.q(p) - N.q(o)` with `N = (q(a) - q(o)) x (q(b) - q(o))`
+//! from rounded differences a - o, b - o. A term of N passes through four roundings (two differences, a product, a difference),
+//! one of s through five more (its difference, a product, three sums), so that with u = 2^-53 and M the cross product of
+//! magnitudes, added instead of subtracted, the error is at most `9 u (1 + 9 u) (sum M_i) (|q(p)| + |q(o)|)` in largest
+//! components. Computing that bound loses less than `10 u` of it: 10 u covers all. Where this decides nothing, an exact predicate
+//! does (J. R. Shewchuk 1997, crate `robust`).
 //!
 //! A polygon of more than three vertices that are in one plane only up to rounding has no plane through three of them that says
 //! all; there the plane is that of its normal, and what is outside must be so by more than its vertices are off.
@@ -16,8 +17,8 @@
 //! the same wall at distance r appears at a height of at most `4 eps (C + r) (2 + r P / A)`: the last factor has the two points'
 //! own d, and twice the tilt.
 //!
-//! Lengths are multiplied by a power of two that brings those of the beam to about 1. Below 2^-900 of that products may
-//! underflow; a magnitude of at least that much covers them.
+//! A frame's power of two brings its lengths to about 1. Below 2^-900 of that products may underflow; a magnitude of at least
+//! that much covers them.
 
 use radgrad_core::{DVec3, Polygon, Receiver};
 use robust::{Coord3D, orient3d};
@@ -25,19 +26,45 @@ use robust::{Coord3D, orient3d};
 use crate::projection::normalising_power;
 
 /// The bound of the module's text, in units of the magnitudes.
-const ROUNDING: f64 = 4.5 * f64::EPSILON;
+const ROUNDING: f64 = 5.0 * f64::EPSILON;
 
 /// 2^-900: covers underflow in products of normalised lengths.
 const TINY: f64 = f64::from_bits((1023 - 900) << 52);
 
+/// Coordinates in which what is near has size 1.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Frame {
+    pub(super) origin: DVec3,
+    pub(super) power: f64,
+}
+
+impl Frame {
+    /// A point, with its coordinates in the frame.
+    pub(super) fn locate(&self, point: DVec3) -> Located {
+        let q = (point - self.origin) * self.power;
+        Located { point, q, reach: q.abs().max_element() }
+    }
+}
+
+/// A point in a frame.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Located {
+    pub(super) point: DVec3,
+    q: DVec3,
+    reach: f64,
+}
+
 /// The part of space where `s > 0`.
 #[derive(Debug, Clone)]
 pub(super) struct HalfSpace {
-    origin: DVec3,
     normal: DVec3,
-    magnitude: DVec3,
-    power: f64,
-    /// Points are inside unless they are at least this far outside.
+    /// `N.q(o)`.
+    offset: f64,
+    /// Sum of the magnitudes of N.
+    magnitude: f64,
+    /// A point of the plane.
+    origin: Located,
+    /// By this much the plane itself may be off.
     slack: f64,
     exact: Exact,
 }
@@ -49,7 +76,7 @@ enum Exact {
     Points([Coord3D<f64>; 3], f64),
     /// Only where every product vanishes.
     Products,
-    /// Not: points are inside then.
+    /// Not.
     Never,
     /// Not: what is level with the plane is on it.
     Level { largest: f64, slope: f64 },
@@ -61,6 +88,95 @@ pub(super) enum Side {
     Inside,
     On,
     Outside,
+    /// Any of these.
+    Unknown,
+}
+
+impl HalfSpace {
+    fn new(normal: DVec3, magnitude: DVec3, origin: Located, slack: f64, exact: Exact) -> Self {
+        Self { normal, offset: sum(normal * origin.q), magnitude: sum(magnitude) + TINY, origin, slack, exact }
+    }
+
+    /// Bounded by the plane through three points, inside where they run counter-clockwise.
+    pub(super) fn through(o: DVec3, a: DVec3, b: DVec3, frame: &Frame) -> Self {
+        let (u, v) = ((a - o) * frame.power, (b - o) * frame.power);
+        let (m, n) = (u.abs(), v.abs());
+        let magnitude = DVec3::new(m.y * n.z + m.z * n.y, m.z * n.x + m.x * n.z, m.x * n.y + m.y * n.x);
+        let largest = [o, a, b].iter().fold(0.0, |largest: f64, p| largest.max(p.abs().max_element()));
+        let scale = normalising_power(largest);
+        let exact = Exact::Points([o, a, b].map(|p| coordinates(p, scale)), scale);
+        Self::new(u.cross(v), magnitude, frame.locate(o), 0.0, exact)
+    }
+
+    /// Above the horizon of a receiver.
+    pub(super) fn above(receiver: &Receiver, frame: &Frame) -> Self {
+        let normal = receiver.direction();
+        Self::new(normal, normal.abs(), frame.locate(receiver.position()), 0.0, Exact::Products)
+    }
+
+    /// The other side of the same plane.
+    pub(super) fn reversed(mut self) -> Self {
+        (self.normal, self.offset) = (-self.normal, -self.offset);
+        if let Exact::Points([_, a, b], _) = &mut self.exact {
+            std::mem::swap(a, b);
+        }
+        self
+    }
+
+    /// Whether no point of a box is inside, given by two corners located in the half-space's frame.
+    ///
+    /// `N.q` with the computed N is largest at the corner that the signs of N say; what the true N gives anywhere in the box
+    /// differs from that by no more than the bound at the farthest coordinate.
+    pub(super) fn misses_box(&self, low: &Located, high: &Located) -> bool {
+        let corner = DVec3::select(self.normal.cmpgt(DVec3::ZERO), high.q, low.q);
+        sum(self.normal * corner) - self.offset < -(self.error(low.reach.max(high.reach)) + self.slack)
+    }
+
+    /// Whether no point of the convex hull of `points` is inside, where points on the plane are not.
+    pub(super) fn excludes(&self, points: impl IntoIterator<Item = Located>) -> bool {
+        points.into_iter().all(|point| matches!(self.side(&point), Side::On | Side::Outside))
+    }
+
+    /// Whether no point of the convex hull of `points` is on the other side.
+    pub(super) fn holds(&self, points: impl IntoIterator<Item = Located>) -> bool {
+        points.into_iter().all(|point| matches!(self.side(&point), Side::On | Side::Inside))
+    }
+
+    /// The side of the plane that a point is on.
+    pub(super) fn side(&self, point: &Located) -> Side {
+        let s = sum(self.normal * point.q) - self.offset;
+        let mut certain = self.error(point.reach) + self.slack;
+        if let Exact::Level { largest, slope } = self.exact {
+            let r = (point.q - self.origin.q).length();
+            certain += 4.0 * f64::EPSILON * (largest + r) * (2.0 + r * slope);
+        }
+        if s > certain {
+            return Side::Inside;
+        }
+        if s < -certain {
+            return Side::Outside;
+        }
+        match &self.exact {
+            Exact::Points([o, a, b], scale) => match -orient3d(*o, *a, *b, coordinates(point.point, *scale)) {
+                s if s > 0.0 => Side::Inside,
+                s if s < 0.0 => Side::Outside,
+                _ => Side::On,
+            },
+            Exact::Products if self.vanishes(point.point) => Side::On,
+            Exact::Level { .. } => Side::On,
+            Exact::Products | Exact::Never => Side::Unknown,
+        }
+    }
+
+    /// Whether `N.(p - o)` is zero term by term.
+    fn vanishes(&self, point: DVec3) -> bool {
+        (0..3).all(|axis| self.normal[axis] == 0.0 || point[axis] == self.origin.point[axis])
+    }
+
+    /// Bound on the error of `s` at a point with this largest coordinate in the frame.
+    fn error(&self, reach: f64) -> f64 {
+        ROUNDING * self.magnitude * (reach + self.origin.reach) + f64::MIN_POSITIVE
+    }
 }
 
 /// The plane of a polygon.
@@ -99,117 +215,21 @@ impl Plane {
         }
     }
 
-    /// The space in front, exactly; what is not certain to be elsewhere is in front.
-    pub(super) fn front(&self, power: f64) -> HalfSpace {
+    /// The space in front, exactly.
+    pub(super) fn front(&self, frame: &Frame) -> HalfSpace {
         match self.corners {
-            Some([o, a, b]) => HalfSpace::through(o, a, b, power),
-            None => self.along_normal(power, Exact::Never),
+            Some([o, a, b]) => HalfSpace::through(o, a, b, frame),
+            None => self.along_normal(frame, Exact::Never),
         }
     }
 
-    /// The space in front of the surface, where what is level with it up to the rounding of coordinates is not.
-    pub(super) fn over(&self, power: f64) -> HalfSpace {
-        self.along_normal(power, Exact::Level { largest: self.largest * power, slope: self.slope / power })
+    /// The space in front of the surface, where what is level with it up to the rounding of coordinates is on its plane.
+    pub(super) fn over(&self, frame: &Frame) -> HalfSpace {
+        self.along_normal(frame, Exact::Level { largest: self.largest * frame.power, slope: self.slope / frame.power })
     }
 
-    fn along_normal(&self, power: f64, exact: Exact) -> HalfSpace {
-        let Self { origin, normal, .. } = *self;
-        HalfSpace { origin, normal, magnitude: normal.abs() + TINY, power, slack: self.defect * power, exact }
-    }
-}
-
-impl HalfSpace {
-    /// Bounded by the plane through three points, inside where they run counter-clockwise.
-    pub(super) fn through(o: DVec3, a: DVec3, b: DVec3, power: f64) -> Self {
-        let (u, v) = ((a - o) * power, (b - o) * power);
-        let (m, n) = (u.abs(), v.abs());
-        let largest = [o, a, b].iter().fold(0.0, |largest: f64, p| largest.max(p.abs().max_element()));
-        let scale = normalising_power(largest);
-        Self {
-            origin: o,
-            normal: u.cross(v),
-            magnitude: DVec3::new(m.y * n.z + m.z * n.y, m.z * n.x + m.x * n.z, m.x * n.y + m.y * n.x) + TINY,
-            power,
-            slack: 0.0,
-            exact: Exact::Points([o, a, b].map(|p| coordinates(p, scale)), scale),
-        }
-    }
-
-    /// Above the horizon of a receiver.
-    pub(super) fn above(receiver: &Receiver, power: f64) -> Self {
-        let normal = receiver.direction();
-        let (origin, magnitude) = (receiver.position(), normal.abs() + TINY);
-        Self { origin, normal, magnitude, power, slack: 0.0, exact: Exact::Products }
-    }
-
-    /// The other side of the same plane.
-    pub(super) fn reversed(mut self) -> Self {
-        self.normal = -self.normal;
-        if let Exact::Points([_, a, b], _) = &mut self.exact {
-            std::mem::swap(a, b);
-        }
-        self
-    }
-
-    /// Whether no point of a box is inside.
-    ///
-    /// `N.(p - o)` with the computed N is largest at the corner that the signs of N say; what the true N gives anywhere in the box
-    /// differs from that by no more than the bound at the farthest coordinates.
-    pub(super) fn misses_box(&self, low: DVec3, high: DVec3) -> bool {
-        let (to_low, to_high) = ((low - self.origin) * self.power, (high - self.origin) * self.power);
-        let corner = DVec3::select(self.normal.cmpgt(DVec3::ZERO), to_high, to_low);
-        let reach = to_low.abs().max(to_high.abs());
-        sum(self.normal * corner) < -(self.error(reach) + self.slack)
-    }
-
-    /// Whether no point of the convex hull of `points` is inside, where points on the plane are not.
-    pub(super) fn excludes(&self, points: &[DVec3]) -> bool {
-        points.iter().all(|&point| self.side(point) != Side::Inside)
-    }
-
-    /// The side of the plane that a point is on; inside where that is not certain.
-    pub(super) fn side(&self, point: DVec3) -> Side {
-        let (s, error) = self.value(point);
-        if let Exact::Level { largest, slope } = self.exact {
-            let r = ((point - self.origin) * self.power).length();
-            let level = 4.0 * f64::EPSILON * (largest + r) * (2.0 + r * slope) + error + self.slack;
-            return match s {
-                s if s > level => Side::Inside,
-                s if s < -level => Side::Outside,
-                _ => Side::On,
-            };
-        }
-        if s > error {
-            return Side::Inside;
-        }
-        if s < -(error + self.slack) {
-            return Side::Outside;
-        }
-        match &self.exact {
-            Exact::Points([o, a, b], scale) => match -orient3d(*o, *a, *b, coordinates(point, *scale)) {
-                s if s > 0.0 => Side::Inside,
-                s if s < 0.0 => Side::Outside,
-                _ => Side::On,
-            },
-            Exact::Products if self.vanishes(point) => Side::On,
-            Exact::Products | Exact::Never | Exact::Level { .. } => Side::Inside,
-        }
-    }
-
-    /// Whether `N.(p - o)` is zero term by term.
-    fn vanishes(&self, point: DVec3) -> bool {
-        (0..3).all(|axis| self.normal[axis] == 0.0 || point[axis] == self.origin[axis])
-    }
-
-    /// `s`, and the bound on its error.
-    fn value(&self, point: DVec3) -> (f64, f64) {
-        let r = (point - self.origin) * self.power;
-        (sum(self.normal * r), self.error(r.abs()))
-    }
-
-    /// Bound on the error of `s` at this distance along each axis, normalised.
-    fn error(&self, reach: DVec3) -> f64 {
-        ROUNDING * sum(self.magnitude * reach) + f64::MIN_POSITIVE
+    fn along_normal(&self, frame: &Frame, exact: Exact) -> HalfSpace {
+        HalfSpace::new(self.normal, self.normal.abs(), frame.locate(self.origin), self.defect * frame.power, exact)
     }
 }
 

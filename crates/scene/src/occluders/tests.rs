@@ -2,7 +2,7 @@
 
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
-use radgrad_core::{Answer, Emission, Emitter, Receiver, evaluate};
+use radgrad_core::{Answer, DVec3, Emission, Emitter, Receiver, evaluate};
 use rand::rngs::Xoshiro256PlusPlus;
 use rand::{Rng, SeedableRng};
 
@@ -118,7 +118,7 @@ proptest! {
     #[test]
     fn the_tree_finds_what_a_comparison_with_every_polygon_finds((_, receiver, lamp, others) in problem()) {
         let Some(beam) = Beam::from_receiver(&receiver, &lamp) else { return Ok(()) };
-        let every = others.iter().map(|polygon| beam.misses_polygon(polygon.vertices(), &Plane::of(polygon)));
+        let every = others.iter().map(|polygon| beam.misses_polygon(&Shape::of(polygon)));
         let every: Vec<usize> = every.enumerate().filter(|(_, misses)| !misses).map(|(i, _)| i).collect();
         prop_assert_eq!(Occluders::new(&others).in_beam(&beam, &[]).polygons, every);
     }
