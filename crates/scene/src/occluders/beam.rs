@@ -9,8 +9,9 @@
 //!   the same: seen from x its edge lies on the emitter's, the gradient has two values there, and the choice between them is not
 //!   made here.
 //!
-//! The bounding planes of the hull are those through an edge of one and a corner of the other that have both on one side;
-//! signs are exact, so that none is taken that would cut off a part.
+//! The bounding planes of the hull are those through an edge of one and a corner of the other that have both on one side. For
+//! each edge that corner is sought; signs are exact, and a plane that would cut off a part is not taken, as may be all those of
+//! an edge whose plane the other polygon crosses.
 
 use radgrad_core::{DVec3, Polygon, Receiver};
 
@@ -88,23 +89,37 @@ impl Beam {
 
     /// Adds the bounding planes through an edge of `outline` and one of `points`.
     fn bound(&mut self, outline: &[DVec3], points: &[DVec3]) {
+        let count = outline.len();
         for (i, &a) in outline.iter().enumerate() {
-            let b = outline[(i + 1) % outline.len()];
-            for &point in points {
-                let known =
-                    self.sides.iter().any(|plane| [point, a, b].iter().all(|&p| plane.side(&self.frame.locate(p)) == Side::On));
-                if !known {
-                    self.sides.extend(self.supporting([point, a, b]));
-                }
+            let (b, own) = (outline[(i + 1) % count], outline[(i + 2) % count]);
+            let point = self.extreme([a, b, own], points);
+            // Four corners in one plane give it twice.
+            let is_on = |plane: &HalfSpace, p: DVec3| plane.side(&self.frame.locate(p)) == Side::On;
+            let is_known = |plane: &HalfSpace| is_on(plane, point) && is_on(plane, a) && is_on(plane, b);
+            if points.len() == 1 || !self.sides.iter().any(is_known) {
+                self.sides.extend(self.supporting([point, a, b]));
             }
         }
+    }
+
+    /// The point whose plane through the edge a b is turned farthest away from `own`, which is beside the edge: all others are on
+    /// its side if they are on one side of the plane of a, b and own.
+    fn extreme(&self, [a, b, own]: [DVec3; 3], points: &[DVec3]) -> DVec3 {
+        points[1..].iter().fold(points[0], |extreme, &point| {
+            let plane = HalfSpace::through(extreme, a, b, &self.frame);
+            let side = |p: DVec3| plane.side(&self.frame.locate(p));
+            match (side(own), side(point)) {
+                (Side::On, _) | (Side::Inside, Side::Outside) | (Side::Outside, Side::Inside) => point,
+                _ => extreme,
+            }
+        })
     }
 
     /// The half-space that is bounded by the plane through three points, if all corners are on one side.
     fn supporting(&self, [o, a, b]: [DVec3; 3]) -> Option<HalfSpace> {
         let half_space = HalfSpace::through(o, a, b, &self.frame);
         let (mut inside, mut outside) = (false, false);
-        for &corner in &self.corners {
+        for &corner in self.corners.iter().filter(|corner| ![o, a, b].contains(corner)) {
             match half_space.side(&self.frame.locate(corner)) {
                 Side::Inside => inside = true,
                 Side::Outside => outside = true,
