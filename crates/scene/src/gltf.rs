@@ -190,8 +190,8 @@ impl Reader<'_> {
     }
 }
 
-/// Corners of each triangle by the primitive's mode; `None` for points and lines. The triangles of a strip turn in turns, and those
-/// with a repeated corner only join its parts.
+/// Corners of each triangle by the primitive's mode; `None` for points and lines. The triangles of a strip turn in turns, and
+/// those with a repeated corner only join its parts.
 fn triangles(mode: u64, indices: &[usize]) -> Result<Option<Vec<[usize; 3]>>, Error> {
     match mode {
         0..=3 => Ok(None),

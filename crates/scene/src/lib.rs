@@ -1,8 +1,8 @@
 //! What `radgrad` reads and writes, and what may hide what.
 //!
 //! - [`case`]: single cases as JSON Lines.
-//! - [`Scene`]: named surfaces with materials, read from OBJ and MTL ([`obj`]), glTF 2.0 ([`gltf`]) and `View3D` files ([`view3d`],
-//!   which also writes matrices of form factors).
+//! - [`Scene`]: named surfaces with materials, read from OBJ and MTL ([`obj`]), glTF 2.0 ([`gltf`]) and `View3D` files
+//!   ([`view3d`], which also writes matrices of form factors).
 //! - [`Occluders`]: an index of a scene's polygons that finds those that may hide a part of an emitter from a receiver.
 //!
 //! Everything read here passes through the types of `radgrad-core`, so a [`case::Problem`] or a [`Face`] that exists is valid.

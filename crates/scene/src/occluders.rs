@@ -3,9 +3,6 @@
 //! What is not found is proven to hide nothing: every test in [`beam`] covers its rounding, and boxes are exact, lowest and
 //! highest coordinates without arithmetic. What is found may still hide nothing. A search visits the boxes that meet the beam and
 //! their siblings, so that it costs what is in the beam, and little for what is elsewhere; [`Found`] counts both.
-//!
-//! The tree is built from the top, each split where the expected work of a search is least (surface area heuristic over bins of
-//! equal width: `MacDonald` and Booth 1990, Wald 2007).
 
 mod beam;
 mod half_space;
@@ -13,19 +10,13 @@ mod hull;
 mod shape;
 #[cfg(test)]
 mod tests;
-
-use std::ops::Range;
+mod tree;
 
 use radgrad_core::Polygon;
 
 pub use beam::Beam;
-use shape::{Bounds, Shape};
-
-/// Polygons in a leaf, at most.
-const LEAF: usize = 4;
-
-/// Bins that centres are sorted into before a split.
-const BINS: usize = 16;
+use shape::Shape;
+use tree::{Content, Tree};
 
 /// An index of polygons for searches by [`Beam`].
 ///
@@ -51,24 +42,8 @@ const BINS: usize = 16;
 /// ```
 #[derive(Debug, Clone)]
 pub struct Occluders {
-    nodes: Vec<Node>,
-    /// Polygons in the order of the leaves.
-    order: Vec<usize>,
+    tree: Tree,
     polygons: Vec<Shape>,
-}
-
-#[derive(Debug, Clone)]
-struct Node {
-    bounds: Bounds,
-    content: Content,
-}
-
-#[derive(Debug, Clone)]
-enum Content {
-    /// A part of the order of polygons.
-    Leaf(Range<usize>),
-    /// The node next to this one, and this one.
-    Branch(usize),
 }
 
 /// What a search found, and what it cost.
@@ -86,12 +61,7 @@ impl Occluders {
     /// An index of polygons, numbered from 0 in their order. It keeps what it needs of them.
     pub fn new<'a>(polygons: impl IntoIterator<Item = &'a Polygon>) -> Self {
         let polygons: Vec<Shape> = polygons.into_iter().map(Shape::of).collect();
-        let mut order: Vec<usize> = (0..polygons.len()).collect();
-        let mut nodes = Vec::with_capacity(polygons.len());
-        if !order.is_empty() {
-            build(&mut nodes, &mut order, 0, &polygons);
-        }
-        Self { nodes, order, polygons }
+        Self { tree: Tree::over(&polygons), polygons }
     }
 
     /// Number of polygons.
@@ -112,16 +82,16 @@ impl Occluders {
     pub fn in_beam(&self, beam: &Beam, leave_out: &[usize]) -> Found {
         let mut found = Found::default();
         let mut open = Vec::with_capacity(64);
-        open.extend((!self.nodes.is_empty()).then_some(0));
+        open.extend(self.tree.root());
         while let Some(index) = open.pop() {
-            let node: &Node = &self.nodes[index];
+            let node = &self.tree.nodes[index];
             found.boxes_tested += 1;
             if beam.misses_box(&node.bounds) {
                 continue;
             }
             match &node.content {
-                Content::Branch(second) => open.extend([*second, index + 1]),
-                Content::Leaf(range) => self.test(beam, &self.order[range.clone()], leave_out, &mut found),
+                Content::Branch(children) => open.extend(children),
+                Content::Leaf(range) => self.test(beam, &self.tree.order[range.clone()], leave_out, &mut found),
             }
         }
         found.polygons.sort_unstable();
@@ -146,70 +116,4 @@ impl Occluders {
             }
         }
     }
-}
-
-/// Adds the node over `order`, which starts at `first` of the whole, with all below it.
-fn build(nodes: &mut Vec<Node>, order: &mut [usize], first: usize, polygons: &[Shape]) {
-    let whole = order.iter().fold(Bounds::NONE, |sum, &i| sum.and(&polygons[i].bounds));
-    let index = nodes.len();
-    let leaf = Content::Leaf(first..first + order.len());
-    nodes.push(Node { bounds: whole, content: leaf });
-    if order.len() <= LEAF {
-        return;
-    }
-    let middle = split(order, polygons, &whole);
-    let (left, right) = order.split_at_mut(middle);
-    build(nodes, left, first, polygons);
-    nodes[index].content = Content::Branch(nodes.len());
-    build(nodes, right, first + middle, polygons);
-}
-
-/// Sorts the polygons into two parts, neither empty, and returns where the second starts.
-fn split(order: &mut [usize], polygons: &[Shape], whole: &Bounds) -> usize {
-    let unit = (whole.high - whole.low).max_element();
-    let mut best: Option<(f64, usize, usize)> = None;
-    let range = |axis: usize| {
-        let centres = order.iter().map(|&i| polygons[i].bounds.centre(axis));
-        centres.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), c| (low.min(c), high.max(c)))
-    };
-    let ranges = [0, 1, 2].map(range);
-    #[expect(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "a cast saturates: from 0, and then to the last bin"
-    )]
-    let bin = |axis: usize, polygon: usize| {
-        let (low, high) = ranges[axis];
-        let place = (polygons[polygon].bounds.centre(axis) - low) / (high - low) * BINS as f64;
-        (place as usize).min(BINS - 1)
-    };
-    for axis in (0..3).filter(|&axis| ranges[axis].0 < ranges[axis].1) {
-        let mut bins = [(0_usize, Bounds::NONE); BINS];
-        for &polygon in order.iter() {
-            let (count, sum) = &mut bins[bin(axis, polygon)];
-            (*count, *sum) = (*count + 1, sum.and(&polygons[polygon].bounds));
-        }
-        for cut in 1..BINS {
-            let cost = |part: &[(usize, Bounds)]| {
-                let count: usize = part.iter().map(|(count, _)| count).sum();
-                let sum = part.iter().fold(Bounds::NONE, |sum, (_, bounds)| sum.and(bounds));
-                (count > 0).then(|| count as f64 * sum.surface(unit))
-            };
-            let (low, high) = bins.split_at(cut);
-            let (Some(low), Some(high)) = (cost(low), cost(high)) else { continue };
-            if best.is_none_or(|(least, _, _)| low + high < least) {
-                best = Some((low + high, axis, cut));
-            }
-        }
-    }
-    // All centres in one point: any halves will do.
-    let Some((_, axis, cut)) = best else { return order.len() / 2 };
-    let mut middle = 0;
-    for i in 0..order.len() {
-        if bin(axis, order[i]) < cut {
-            order.swap(i, middle);
-            middle += 1;
-        }
-    }
-    middle
 }

@@ -1,15 +1,16 @@
 //! Input files of `View3D` (G. N. Walton, NIST), `.vs3`, and its matrices of view factors as text.
 //!
 //! The first letter of a line says what it is, in either case: `T` title, `C` control, `F` kind of geometry, `V` vertex, `S`
-//! surface, `O` obstruction, `N` null surface; `E` or `*` ends the data, and must be there; `!` and `/` start a comment before any word. Surfaces
-//! have numbers, in sequence from 1. Of the control line only `encl` is used ([`Scene::enclosure`]): the rest steers the
-//! integration of that program. Geometry is `F 3`, surfaces through numbered vertices, or `F 3a`, shapes in planes given by a corner, azimuth and
-//! tilt ([`shape`]); which of the two a surface is shows in its line.
+//! surface, `O` obstruction, `N` null surface; `E` or `*` ends the data, and must be there; `!` and `/` start a comment before
+//! any word. Surfaces have numbers, in sequence from 1. Of the control line only `encl` is used ([`Scene::enclosure`]): the rest
+//! steers the integration of that program. Geometry is `F 3`, surfaces through numbered vertices, or `F 3a`, shapes in planes
+//! given by a corner, azimuth and tilt; which of the two a surface is shows in its line.
 //!
 //! - A surface is lit on the side from which its vertices are counter-clockwise. Its one channel is `grey`, its reflectance is 1
-//!   less the emittance, its radiance 0: these files say nothing of temperatures. Numbers of three vertices have a fourth, 0.
+//!   less the emittance, its radiance 0: these files say nothing of temperatures. A triangle has 0 for its fourth
+//!   vertex.
 //! - `cmb` makes a surface part of an earlier one: both are faces of one [`crate::Surface`].
-//! - `base` makes it a subsurface, such as a window: the base is cut around it ([`cut`]), so that no area counts twice.
+//! - `base` makes it a subsurface, such as a window: the base is cut around it, so that no area counts twice.
 //! - A null surface only cuts its base, and hides what is behind it. A masking surface, `M`, is refused: light between it and
 //!   what it covers crosses no gap.
 //! - An obstruction hides and has no row in a matrix.
