@@ -241,3 +241,54 @@ fn coordinates(point: DVec3, scale: f64) -> Coord3D<f64> {
     let [x, y, z] = (point * scale).to_array();
     Coord3D { x, y, z }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Points within a few roundings of a plane through random points, and the exact side of each.
+    fn near_a_plane() -> impl Iterator<Item = (HalfSpace, Located, Side)> {
+        let mut state = 1_u64;
+        let mut uniform = move || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
+        };
+        (0..20_000).map(move |i| {
+            let mut point = || DVec3::new(uniform(), uniform(), uniform()) * if i % 3 == 0 { 1e6 } else { 1.0 };
+            let [o, a, b, elsewhere] = [(); 4].map(|()| point());
+            let frame = Frame { origin: elsewhere, power: normalising_power((o - elsewhere).abs().max_element()) };
+            let p = o + (a - o) * uniform() + (b - o) * uniform();
+            // Every other point is a few bounds away.
+            let p = if i % 2 == 0 { p } else { p + (a - o).cross(b - o).normalize_or_zero() * (uniform() * 1e-13 * p.length()) };
+            let exact = |p: DVec3| coordinates(p, 1.0);
+            let side = match -orient3d(exact(o), exact(a), exact(b), exact(p)) {
+                s if s > 0.0 => Side::Inside,
+                s if s < 0.0 => Side::Outside,
+                _ => Side::On,
+            };
+            (HalfSpace::through(o, a, b, &frame), frame.locate(p), side)
+        })
+    }
+
+    #[test]
+    fn sides_are_exact_however_near_the_plane() {
+        for (half_space, point, side) in near_a_plane() {
+            assert_eq!(half_space.side(&point), side);
+            let opposite = [(Side::Inside, Side::Outside), (Side::Outside, Side::Inside), (Side::On, Side::On)];
+            let (_, expected) = opposite.into_iter().find(|(given, _)| *given == side).unwrap();
+            assert_eq!(half_space.reversed().side(&point), expected);
+        }
+    }
+
+    #[test]
+    fn a_box_is_missed_only_where_all_of_it_is_outside() {
+        let mut missed = 0;
+        for (half_space, point, side) in near_a_plane() {
+            if half_space.misses_box(&point, &point) {
+                assert_eq!(side, Side::Outside);
+                missed += 1;
+            }
+        }
+        assert!(missed > 0, "some points are far enough from the plane to tell");
+    }
+}

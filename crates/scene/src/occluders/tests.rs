@@ -151,6 +151,7 @@ fn only_what_is_between_is_found() {
         polygon(&[[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]),   // the receiver's own
         polygon(&[[0.5, 0.0, 1.0], [0.5, 0.1, 1.0], [0.8, 0.0, 1.0]]),   // beside, with an edge seen on the lamp's
         polygon(&[[0.0, 0.0, -1.0], [1.0, 0.0, -1.0], [0.0, 0.0, 1.0]]), // seen edge-on
+        polygon(&[[1.0, 1.0, 2.0], [2.0, 2.2, 1.0], [2.0, 2.1, 0.5]]),   // beside, with a corner of the lamp's
     ];
     let index = Occluders::new(&scene);
     let beam = Beam::from_receiver(&origin(), &scene[0]).unwrap();
@@ -207,6 +208,46 @@ fn in_an_empty_room_nothing_is_found() {
         // All pairs but those in one wall.
         assert_eq!(searches, 2 * room.len() * room.len() * 5 / 6);
     }
+}
+
+#[test]
+fn far_along_a_wall_its_faces_are_still_in_its_plane() {
+    let room = room(40, true);
+    let index = Occluders::new(&room);
+    for (i, receiver) in room.iter().enumerate().step_by(1511) {
+        let middle = receiver.vertices().iter().sum::<DVec3>() / 3.0;
+        for (j, emitter) in room.iter().enumerate().step_by(17).filter(|(j, _)| *j != i) {
+            let Some(beam) = Beam::from_point_of(receiver, middle, emitter) else { continue };
+            assert_eq!(index.in_beam(&beam, &[i, j]).polygons, [0; 0], "{receiver:?} {emitter:?}");
+        }
+    }
+}
+
+#[test]
+fn the_beam_from_a_polygon_is_no_wider_than_both() {
+    // A wide square below, a narrow one above, and the other way round: half-way up the beam is 0.625 wide to either side.
+    let square = |half: f64, z: f64| [[-half, -half, z], [half, -half, z], [half, half, z], [-half, half, z]];
+    let reversed = |mut vertices: [[f64; 3]; 4]| {
+        vertices.reverse();
+        polygon(&vertices)
+    };
+    let leaf = |x: f64, y: f64| polygon(&[[x, y, 1.0], [x + 0.01, y, 1.0], [x, y + 0.01, 1.01]]);
+    let leaves = [leaf(0.6, 0.0), leaf(0.64, 0.0), leaf(-0.7, 0.0), leaf(0.0, 0.64), leaf(0.0, -0.66), leaf(0.5, -0.5)];
+    let index = Occluders::new(&leaves);
+    for (below, above) in [(1.0, 0.25), (0.25, 1.0)] {
+        let (floor, lamp) = (polygon(&square(below, 0.0)), reversed(square(above, 2.0)));
+        let beam = Beam::from_polygon(&floor, &lamp).unwrap();
+        assert_eq!(index.in_beam(&beam, &[]).polygons, [0, 5]);
+    }
+}
+
+#[test]
+fn an_emitter_cut_by_the_horizon_is_hidden_from_above_it_only() {
+    let wall = polygon(&[[2.0, -1.0, -1.0], [2.0, -1.0, 1.0], [2.0, 1.0, 1.0], [2.0, 1.0, -1.0]]);
+    let sheet = |x: f64, z: f64| polygon(&[[x, -0.2, 0.0], [x, 0.2, 0.0], [x + 0.1, 0.0, z]]);
+    let sheets = [sheet(1.0, -0.5), sheet(1.0, 0.5), sheet(-1.0, 0.5)];
+    let beam = Beam::from_receiver(&origin(), &wall).unwrap();
+    assert_eq!(Occluders::new(&sheets).in_beam(&beam, &[]).polygons, [1]);
 }
 
 #[test]
