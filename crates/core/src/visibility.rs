@@ -168,6 +168,11 @@ impl<T: Real> Subtraction<T> {
         self.add_doubt(part, depths, side);
         let count = part.0.len();
         let inside = |i: usize| depths[i].value() > 0.0;
+        // A part that a line only touches keeps its own edges, also one seen along that line: it lies elsewhere in space.
+        let is_line = !matches!(side.generator, Generator::Horizon(_));
+        if is_line && (0..count).any(inside) && depths.iter().all(|depth| depth.value() >= 0.0) {
+            return Some(part.clone());
+        }
         let mut kept = Vec::with_capacity(count + 1);
         for i in 0..count {
             let j = (i + 1) % count;

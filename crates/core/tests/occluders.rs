@@ -132,3 +132,19 @@ fn the_gradient_past_a_screen_is_that_of_the_values() {
         assert!((richardson - gradient.dot(axis)).abs() < 1e-10, "{axis}: {richardson} {gradient}");
     }
 }
+
+#[test]
+fn a_screen_that_only_touches_the_view_of_an_edge_leaves_the_gradient_as_it_is() {
+    // The screen stands below the horizon; its upright through (-1, 1) is seen in the plane of the lamp's edge to that point.
+    let triangle = polygon(&[[-1.0, 1.0, 0.0], [0.0, 0.5, 0.0], [0.0, 1.0, -0.5]]);
+    let screen = polygon(&[[-1.0, 1.0, 0.0], [0.0, -0.5, 0.0], [0.0, -0.5, 0.5], [-1.0, 1.0, 0.5]]);
+    let x = Receiver::new(DVec3::new(0.0, 1.0, 0.0), DVec3::NEG_Z, 1.0).unwrap();
+    let reversed = Polygon::new(triangle.vertices().iter().rev().copied().collect()).unwrap();
+    let answers = [triangle, reversed].map(|lamp| {
+        let lamp = Emitter::new(lamp, Emission::Constant(1.0)).unwrap();
+        let [free, beside] = [vec![], vec![screen.clone()]].map(|screens| evaluate(&x, &lamp, &screens).unwrap());
+        assert_same(&[beside], &[free]);
+        free.radiosity
+    });
+    assert!(answers[0].max(answers[1]) > 0.01);
+}

@@ -38,6 +38,14 @@ impl<T: Real> Arc<T> {
         self.inline.value() >= 0.0
     }
 
+    /// `|g + sin g|` and `1/(1 + cos g)`.
+    #[inline]
+    pub(crate) fn angle_and_sine(&self) -> (T, T) {
+        let product = self.start.inverse * self.end.inverse;
+        let cos = self.inline * product;
+        ((self.angle + self.across * product).abs(), T::exact(1.0) / (T::exact(1.0) + cos))
+    }
+
     #[cold]
     fn weight_in_frame(&self, line: &Line<T>, n1: Vec3<T>) -> T {
         let frame = line.frame();
@@ -46,14 +54,17 @@ impl<T: Real> Arc<T> {
     }
 }
 
-/// `(g - sin g)/4(1 - cos g)`; for small g by the series of the numerator, and `1 - cos g = sin^2 g/(1 + cos g)`.
+/// `(g - sin g)/4(1 - cos g)`; for small g by the series p of `6 (g - sin g)/g^3`, `sin g = g (1 - g^2 p/6)` and `1 - cos g = sin^2
+/// g/(1 + cos g)`.
 #[inline]
 fn psi<T: Real>(angle: T, sin: T, cos: T, one_and_cos: T) -> T {
     if angle.value().abs() > 1.0 {
         return (angle - sin) / ((T::exact(1.0) - cos) * T::exact(4.0));
     }
-    let ratio = angle / sin;
-    angle * sine_series(angle * angle) * (ratio * ratio) * one_and_cos / T::exact(24.0)
+    let square = angle * angle;
+    let series = sine_series(square);
+    let sine_over_angle = T::exact(1.0) - square * series / T::exact(6.0);
+    angle * series * one_and_cos / (sine_over_angle * sine_over_angle * T::exact(24.0))
 }
 
 #[cfg(test)]

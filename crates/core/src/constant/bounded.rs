@@ -10,18 +10,19 @@
 //!   of a cut edge: `dg = min(g, 1) (ew + 8u + 7u) + 2 eta + 4ug`, the last from the arc tangent.
 //! - A crossing point `r + t e` errs by `u (2 |q| + 9 t |e|)`, and `t |e| <= |q| + 2 sqrt(3)` in normalised lengths: `eta = u (11 +
 //!   32/|q|)`.
-//! - A term `g N` errs by `dg + 3.5ug` along N and by `g ew` across: in all by `dg + g (k ew + 5.5u)`, with k = 0.42 where the first
-//!   is the larger, g <= 1, and 1 elsewhere.
+//! - Of a term `g N` only `n1.(g N)` matters: with `c = |n1.N|` it errs by `c (dg + 3.5ug)` along N, by `g ew` across, and by 2ug in
+//!   the products.
 //!
 //! The gradient's weight ([`Arc::weight`]) of an arc up to a quarter turn, `chi Q (c + c') + psi (q' - q)(c' - c)`, `q = 1/|r|`,
-//! `c = n1.r/|r|`, `Q = q + q'`:
+//! `c = n1.r/|r|`, `Q = q + q'`, `T = 1/(1 + cos g)`, a number from 1/2 to 1:
 //! - the sine errs by `ds = g (ew + 14u + 7u + 2 eta)`, the cosine by at most `5u + 11u cos + 4 eta`, so 1 + cos by `9u + 4 eta`
 //!   relative; c errs by `10.5u + 2 eta`, and `c + c'` or their difference by `23u + 4 eta`;
-//! - `chi |u + v| <= 0.58g`, `chi <= 0.41g`, `1/|u + v| <= 0.71`: the first term errs by `Q [0.36 (dg + ds) + 0.58g (22u + 5 eta) +
-//!   0.41g (23u + 4 eta)]`;
-//! - `psi <= 0.091g` and `|v - u| <= 1.42 min(g, 1)`: the second by `Q [min(g, 1) (0.55 (dg + ds) + 5ug) + 0.091g (23u + 4 eta)]`;
-//! - together, with their sum, `Q [(0.36 + 0.55 min(g, 1)) (dg + ds) + g (25u + 6 eta) + 5ug min(g, 1)]`. The weight is at most
-//!   `0.71gQ`, and its product with N errs by that times `ew + 5.5u + u`.
+//! - `chi = T (g + sin g)/4`, `1/2|u + v| = (T/8)^(1/2) <= a = 1/8 + T/4` and `|c + c'| <= |u + v|`: the first term errs by `Q [a (dg +
+//!   ds) + (g + sin g) (a (22u + 5 eta) + (T/4) (23u + 4 eta))]`;
+//! - `psi <= 0.091g` and `|c' - c| <= |v - u| <= g`: up to g = 1 the second errs by `Q [g (0.12 dg + 3ug) + 0.091g (23u + 4 eta)]`,
+//!   psi following from g alone but for 1 + cos, and beyond by `Q [0.55 (dg + ds) + 5ug + 0.091g (23u + 4 eta)]`;
+//! - the sum adds u. The weight is at most `Q (a + 0.13 min(g, 1)) (g + sin g)`, and its product with N errs by that times `ew +
+//!   5.5u + u`.
 //!
 //! Past a quarter turn the weight is `(cc p1 + cs p2)/S` in the frame of the line:
 //! - 1/S errs by `ew + 8u`, `along` by 7u, `toward` by `en + 10u`, `en = ew + 5u`, and (p1, p2) by `en + 18u`;
@@ -58,7 +59,8 @@ impl BoundedSum {
     /// The sums over the arcs of a polygon that nothing hides, and the bounds.
     pub(crate) fn of(receiver: &Receiver, polygon: &Polygon, plan: &Plan) -> (Terms<f64>, Self) {
         let (mut angles, mut edges) = (SolidAngleVector::zero(), EdgeSum::new(unit_normal(receiver)));
-        let mut errors = ArcErrors { crossing: plan.horizon == Horizon::Crossing, ..ArcErrors::default() };
+        let n1 = unit_normal(receiver);
+        let mut errors = ArcErrors { n1, crossing: plan.horizon == Horizon::Crossing, ..ArcErrors::default() };
         horizon::visit_boundary(receiver, polygon, plan, |arc: &Arc<f64>| {
             angles.add(arc);
             edges.add(arc);
@@ -73,6 +75,7 @@ impl BoundedSum {
 /// Sums of the errors and sizes of the arcs' terms.
 #[derive(Debug, Clone, Copy, Default)]
 struct ArcErrors {
+    n1: Vec3<f64>,
     crossing: bool,
     arcs: f64,
     angles: f64,
@@ -91,10 +94,10 @@ impl ArcErrors {
         let least = g.min(1.0);
         let ew = line.map_or(0.0, Line::relative_error);
         let dg = least * (ew + 8.0 * U + fraction) + 2.0 * eta + 4.0 * U * g;
-        let across = if g <= 1.0 { 0.42 } else { 1.0 };
         self.arcs += 1.0;
         self.angles += g;
-        self.angle_errors += dg + g * (across * ew + 5.5 * U);
+        let facing = self.n1.dot(arc.generator.normal()).abs();
+        self.angle_errors += facing * (dg + 3.5 * U * g) + g * (ew + 2.0 * U);
         let Some(line) = line else {
             if g + dg * SECOND_ORDER >= std::f64::consts::PI {
                 self.angle_errors = f64::INFINITY;
@@ -103,9 +106,14 @@ impl ArcErrors {
         };
         let ds = g * (ew + 14.0 * U + fraction + 2.0 * eta);
         let (size, error) = if arc.is_within_a_quarter_turn() {
-            let size = 0.71 * g * (arc.start.inverse + arc.end.inverse);
-            let weight = (0.36 + 0.55 * least) * (dg + ds) + g * (25.0 * U + 6.0 * eta) + 5.0 * U * g * least;
-            (size, weight * (arc.start.inverse + arc.end.inverse) + size * (ew + 6.5 * U))
+            let near = arc.start.inverse + arc.end.inverse;
+            let (sum, turn) = arc.angle_and_sine();
+            let half = 0.125 + 0.25 * turn;
+            let first = half * (dg + ds) + sum * (half * (22.0 * U + 5.0 * eta) + 0.25 * turn * (23.0 * U + 4.0 * eta));
+            let second = if g <= 1.0 { g * (0.12 * dg + 3.0 * U * g) } else { 0.55 * (dg + ds) + 5.0 * U * g };
+            let size = near * (half + 0.13 * least) * sum;
+            let weight = near * (first + second + 0.091 * g * (23.0 * U + 4.0 * eta));
+            (size, weight + size * (ew + 7.5 * U))
         } else {
             let en = ew + 5.0 * U;
             let db = 0.71 * (2.0 * en + 54.0 * U + 2.0 * eta);
