@@ -55,6 +55,11 @@ impl Lit {
         }
     }
 
+    /// Whether an affine emission is not negative here.
+    pub(super) fn is_bright(&self) -> bool {
+        matches!(self, Self::Value(value) if *value >= 0.0)
+    }
+
     fn value(&self) -> f64 {
         if let Self::Value(value) = self { *value } else { 0.0 }
     }
@@ -77,8 +82,12 @@ impl<'a> Source<'a> {
         }
         let kind = if let Emission::Constant(_) = emitter.emission() { Kind::Constant } else { Kind::Linear };
         let largest = emitter.largest_emission() * emitter.power() * (1.0 + 8.0 * ROUNDOFF);
-        // The value at a crossing of the horizon errs by 21 roundings, its increases and the point between by 18.
-        let roundings = if is_clipped { 40.0 } else { 20.0 };
+        // The increases of the value and the point between err by 24 roundings, the value at a crossing of the horizon by 21.
+        let roundings = match (&kind, is_clipped) {
+            (Kind::Constant, _) => 2.0,
+            (_, false) => 24.0,
+            (_, true) => 45.0,
+        };
         let rounding = roundings * ROUNDOFF + emitter.vertex_error() / largest;
         Self { emitter, kind, largest, rounding, input_error: emitter.affine().residual / largest }
     }

@@ -1,14 +1,17 @@
 //! The rule's sums over its nodes, and their rounding errors.
 //!
 //! # Bound
-//! u = 2^-53, in normalised lengths. `delta = u (4 rho + 18 L) + 2 sigma` bounds the error of a node's position, with rho the
-//! farthest point, L the longest side and sigma the error of a side: that of the apex, two roundings of the largest and the
-//! products of the sides with node and weight. The height over the horizon is a mean of those at the corners, with ten roundings
-//! of the largest: `phi = (error at the corners) + 10u H`. With d the nearest point, `1/r^2` errs by `i = 2 delta/d + 5u`, and
-//! relative to the sum P of `1/r^4`, whose terms are all positive, times the largest B:
-//! - `B/r^4` by `p = 2i + (16 + number of additions to a lane) u` and what B errs by, three of these for the sum over the lanes;
-//! - `B n1.r/r^4` by `H (p + u) + phi`;
-//! - `B n1.r r/r^6` by `min(1, H/d) (p + i + delta/d + 3u) + phi/d`.
+//! u = 2^-53, in normalised lengths. With rho the farthest and d the nearest point, L the longest side and sigma the error of a
+//! side, the position of a node errs by the apex and the start of its row, u rho each (u rho more beside a crossing of the
+//! horizon), by the products of the sides with node and weight, and by its own rounding: relative to its distance by `delta = (u
+//! (2 rho + 9 L) + 2 sigma)/d + u`. The height over the horizon is a mean of those at the corners, with ten roundings of the
+//! largest, H: `phi = (error at the corners) + 10u H`. `1/r^2` errs by `i = 2 delta + 5u`, its square, weights and sums, all of one
+//! sign, by `p = 2i + (11 + additions to a lane) u`, relative. So, with `|B|` known to within b,
+//! - `sum B/r^4` errs by `p + u` of `sum |B|/r^4` and by b of `sum 1/r^4`;
+//! - `sum B n1.r/r^4` by `p + 2u` of the sum of sizes, by b H of `sum 1/r^4`, and by phi of `sum |B|/r^4`;
+//! - `sum B n1.r r/r^6` by `p + i + delta + 4u` of the sum of sizes, by b min(1, H/d), and by phi/d.
+//!
+//! Where the emission is nowhere negative the sums are those of sizes.
 //!
 //! Area, height, normals and the last few operations add 16u. Corners that are misplaced in the plane by up to 22u of the
 //! spread change the domain by that along the perimeter, where the integrand is at most what the nearest point allows.
@@ -171,24 +174,32 @@ impl Triangle {
     /// Bound on the rounding errors.
     fn error(&self, scene: &Scene<'_>, sums: &Sums<f64>) -> Bound {
         const U: f64 = ROUNDOFF;
-        let Scene { height, ref source, input_error, .. } = *scene;
+        let Scene { height, ref source, input_error, is_clipped, .. } = *scene;
         let Self { nearest, farthest, longest, most_facing, .. } = *self;
-        let moved = (U * (4.0 * farthest + 18.0 * longest) + 2.0 * self.side_error) / nearest;
+        let apex = if is_clipped { 3.0 } else { 2.0 };
+        let moved = (U * (apex * farthest + 9.0 * longest) + 2.0 * self.side_error) / nearest + U;
         let inverse = 2.0 * moved + 5.0 * U;
-        let plain = 2.0 * inverse + (16 + self.additions()) as f64 * U + source.rounding;
+        let each = 2.0 * inverse + (11 + self.additions()) as f64 * U;
         let facing = self.facing_error + 10.0 * U * most_facing;
-        let projected = most_facing * (plain + U) + facing;
         let steep = (most_facing / nearest).min(1.0);
-        let pulled = steep * (plain + inverse + moved + 3.0 * U) + facing / nearest;
+        // Sums of sizes, and what the emission errs by.
+        let bright = sums.positive * source.largest * (1.0 + 1e-9);
+        let [plain, projected] = if self.is_bright { [sums.plain, sums.projected] } else { [bright, bright * most_facing] };
+        let pulled = plain.min(projected / nearest);
+        let emission = bright * source.rounding;
+        let plain_error = plain * (each + U) + emission;
+        let projected_error = projected * (each + 2.0 * U) + emission * most_facing + plain * facing;
+        let pulled_error = pulled * (each + inverse + moved + 4.0 * U) + emission * steep + plain * facing / nearest;
         let area = self.twice_area.abs();
         let last = area * (16.0 * U + input_error) + self.twice_area_error;
-        // Relative to the largest emission over the fourth power of the nearest distance.
+        // Over the fourth power of the nearest distance.
         let near = nearest * nearest;
-        let misplaced = self.misplaced_area / (near * near);
-        let size = source.largest * (1.0 + 1e-9);
-        let value = sums.positive * (area * projected + last * most_facing) + misplaced * most_facing;
-        let gradient = sums.positive * (area * (projected + height * (plain + 4.0 * pulled)))
-            + (sums.positive * last + misplaced) * (most_facing + height * (1.0 + 4.0 * steep));
-        Bound { value: size * height * value, gradient: size * gradient }
+        let misplaced = self.misplaced_area / (near * near) * source.largest;
+        Bound {
+            value: height * (area * projected_error + last * projected + misplaced * most_facing),
+            gradient: area * (projected_error + height * (plain_error + 4.0 * pulled_error))
+                + last * (projected + height * (plain + 4.0 * pulled))
+                + misplaced * (most_facing + height * (1.0 + 4.0 * steep)),
+        }
     }
 }

@@ -30,6 +30,8 @@ pub(super) struct Triangle {
     pub(super) most_facing: f64,
     pub(super) facing_error: f64,
     pub(super) emission: OnTriangle,
+    /// Whether that is known to be nowhere negative.
+    pub(super) is_bright: bool,
     /// Signed, and a bound on its error.
     pub(super) twice_area: f64,
     pub(super) twice_area_error: f64,
@@ -119,6 +121,7 @@ impl Scene<'_> {
             most_facing,
             facing_error: a.facing_error.max(b.facing_error).max(c.facing_error),
             emission: self.source.on_triangle([&a.lit, &b.lit, &c.lit]),
+            is_bright: corners.iter().all(|corner| corner.lit.is_bright()),
             twice_area,
             twice_area_error,
             side_error,
