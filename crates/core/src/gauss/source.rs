@@ -17,8 +17,9 @@ pub(super) struct Source<'a> {
     kind: Kind<'a>,
     /// Bound on `|B|` over the emitter and the triangles of its fan.
     pub(super) largest: f64,
-    /// Relative to that: rounding of the values at nodes.
+    /// Relative to that: rounding of the values at nodes, and what is left of it where it is relative to the values.
     pub(super) rounding: f64,
+    pub(super) crossing: f64,
     /// Relative to that: what the input leaves open, vertices off the plane or values off the affine function.
     pub(super) input_error: f64,
 }
@@ -40,7 +41,7 @@ pub(super) enum Lit {
 /// The emission on a triangle `P + a (e1 + b e)`.
 #[derive(Debug, Clone)]
 pub(super) enum OnTriangle {
-    /// At P, its increase along e1, and along e.
+    /// At the corners.
     Affine([f64; 3]),
     /// The polynomial, and P, e1 and e in its coordinates.
     Polynomial(Bivariate<f64>, [[f64; 2]; 3]),
@@ -78,18 +79,20 @@ impl<'a> Source<'a> {
             let rounding = (2 + factor * plane.degree()) as f64 * ROUNDOFF + plane.uncertainty() / plane.largest();
             let input_error = 2.0 * plane.steepest() * emitter.polygon().planarity_defect() / plane.largest();
             let largest = plane.largest() * emitter.power();
-            return Self { emitter, kind: Kind::Polynomial(plane), largest, rounding, input_error };
+            return Self { emitter, kind: Kind::Polynomial(plane), largest, crossing: rounding, rounding, input_error };
         }
         let kind = if let Emission::Constant(_) = emitter.emission() { Kind::Constant } else { Kind::Linear };
         let largest = emitter.largest_emission() * emitter.power() * (1.0 + 8.0 * ROUNDOFF);
-        // The increases of the value and the point between err by 24 roundings, the value at a crossing of the horizon by 21.
-        let roundings = match (&kind, is_clipped) {
-            (Kind::Constant, _) => 2.0,
-            (_, false) => 24.0,
-            (_, true) => 45.0,
+        // Values at a crossing of the horizon err by 21 roundings, what is between corners by 4 for the nodes; and by 6 of itself
+        // where no value is negative, else of the largest, and then nodes count twice.
+        let crossing = match (&kind, is_clipped) {
+            (Kind::Constant, _) => 0.0,
+            (_, false) => 4.0,
+            (_, true) => 25.0,
         };
-        let rounding = roundings * ROUNDOFF + emitter.vertex_error() / largest;
-        Self { emitter, kind, largest, rounding, input_error: emitter.affine().residual / largest }
+        let crossing = crossing * ROUNDOFF + emitter.vertex_error() / largest;
+        let rounding = crossing + 10.0 * ROUNDOFF;
+        Self { emitter, kind, largest, crossing, rounding, input_error: emitter.affine().residual / largest }
     }
 
     /// Bound on `|B|` over [`Self::largest`] in the ellipse with the semi-axes A = `stretch` and tau, `A + tau = ratio`.
@@ -117,8 +120,7 @@ impl<'a> Source<'a> {
             let from_to = |p: [f64; 2], q: [f64; 2]| [q[0] - p[0], q[1] - p[1]];
             OnTriangle::Polynomial(plane.rounded(self.emitter.power()), [p, from_to(p, q), from_to(q, r)])
         } else {
-            let [p, q, r] = corners.map(Lit::value);
-            OnTriangle::Affine([p, q - p, r - q])
+            OnTriangle::Affine(corners.map(Lit::value))
         }
     }
 }

@@ -24,7 +24,7 @@ pub(super) struct Triangle {
     pub(super) apex: Vec3<f64>,
     pub(super) first: Vec3<f64>,
     pub(super) side: Vec3<f64>,
-    /// `n1.r` at the apex, its increase along `first`, and along `side`.
+    /// `n1.r` at the corners.
     pub(super) facing: [f64; 3],
     /// Largest `n1.r`, and a bound on the error of it at the corners.
     pub(super) most_facing: f64,
@@ -117,7 +117,7 @@ impl Scene<'_> {
             apex: a.seen,
             first,
             side,
-            facing: [a.facing, b.facing - a.facing, c.facing - b.facing],
+            facing: [a.facing, b.facing, c.facing],
             most_facing,
             facing_error: a.facing_error.max(b.facing_error).max(c.facing_error),
             emission: self.source.on_triangle([&a.lit, &b.lit, &c.lit]),
