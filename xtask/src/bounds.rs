@@ -44,7 +44,7 @@ pub(crate) fn run(arguments: &Arguments, gates: &Gates) -> Result<bool, Box<dyn 
         println!("written to {}; the gates are held against the whole", path.display());
         return Ok(true);
     }
-    judged(&run, &table, gates, out)
+    Ok(verify::ended(judged(&run, &table, gates, out)?))
 }
 
 /// What of a campaign of so many cases is of the families asked for, within another command.

@@ -191,8 +191,8 @@ pub enum Figure {
     SharpValueError,
     /// The same of the gradient.
     SharpGradientError,
-    /// Time of an answer by the rung that gave it, whatever the tolerance and with the rungs tried before, in nanoseconds. Not the
-    /// same on every machine, so in no recorded table.
+    /// Time of an answer by the rung that gave it, whatever the tolerance and with the rungs tried before, in nanoseconds. Not
+    /// the same on every machine, so in no recorded table.
     Time(Rung),
 }
 
