@@ -71,7 +71,7 @@ pub enum Mark {
     Nonzero,
     /// A bound is below the error.
     Broken,
-    /// A bound asked to be within 1e-12 of an answer that is not 0 is not.
+    /// A bound asked to be within 1e-12, or a looser tolerance, of an answer that is not 0 is not.
     MissesDefault,
     /// The same for 1e-15.
     MissesTight,
