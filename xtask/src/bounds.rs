@@ -11,6 +11,7 @@ use radgrad_audit::bounds::campaign;
 use radgrad_audit::bounds::mark::{Figure, Mark};
 use radgrad_audit::bounds::requirements::{Breach, breaches};
 use radgrad_audit::bounds::table::Table;
+use radgrad_audit::family::Family;
 use radgrad_audit::gates::Gates;
 use radgrad_audit::regression::Regression;
 use radgrad_audit::run::{Part, Run};
@@ -28,8 +29,11 @@ const CASES: [u64; 2] = [10_000_000, 100_000];
 pub(crate) fn run(arguments: &Arguments, gates: &Gates) -> Result<bool, Box<dyn Error>> {
     let out = &arguments.out;
     let Shard { run, table } = if arguments.merge.is_empty() {
-        let cases = arguments.cases.unwrap_or(CASES[usize::from(arguments.quick)]);
-        campaigned(campaign::run(cases, &arguments.families(), arguments.seed, arguments.part()))
+        let (families, part) = (arguments.families(), arguments.part());
+        campaigned(match arguments.cases {
+            Some(cases) => campaign::run(cases, &families, arguments.seed, part),
+            None => campaign::run(CASES[usize::from(arguments.quick)], &Family::ALL, arguments.seed, part).only(&families),
+        })
     } else {
         verify::merged(&arguments.merge)?
     };
@@ -40,12 +44,13 @@ pub(crate) fn run(arguments: &Arguments, gates: &Gates) -> Result<bool, Box<dyn 
         println!("written to {}; the gates are held against the whole", path.display());
         return Ok(true);
     }
-    judged(&run, &table, gates, out)
+    Ok(verify::ended(judged(&run, &table, gates, out)?))
 }
 
-/// A campaign of so many cases within another command.
+/// What of a campaign of so many cases is of the families asked for, within another command.
 pub(crate) fn small(cases: u64, arguments: &Arguments, gates: &Gates) -> Result<bool, Box<dyn Error>> {
-    let Shard { run, table } = campaigned(campaign::run(cases, &arguments.families(), arguments.seed, Part::WHOLE));
+    let Shard { run, table } =
+        campaigned(campaign::run(cases, &Family::ALL, arguments.seed, Part::WHOLE).only(&arguments.families()));
     judged(&run, &table, gates, &arguments.out)
 }
 

@@ -1,6 +1,6 @@
-//! Do the oracles agree? Three ways to the same numbers that share no integrand: the enclosure, adaptive cubature, Monte Carlo;
-//! and core's second implementation beside them where it is meant to be good. Monte Carlo alone is given the occluders; the others
-//! get what is [`seen`](crate::seen) past them.
+//! Do the oracles agree? Three ways to the same numbers that share no integrand: the enclosure, adaptive cubature, Monte
+//! Carlo; and core's second implementation beside them where it is meant to be good. Monte Carlo alone is given the
+//! occluders; the others get what is [`seen`](crate::seen) past them.
 //!
 //! The enclosure decides; the others may not contradict it. A contradiction is an error of its own, whichever of the two is
 //! wrong: it is reported, never averaged away.

@@ -8,7 +8,8 @@
 //! gradient = 1e-14
 //! ```
 //!
-//! Tables under `bounds` are for [`crate::bounds::requirements`]. `appendix-a` is for the second implementation, value and gradient, on the cases it is meant for.
+//! Tables under `bounds` are for [`crate::bounds::requirements`]. `appendix-a` is for the second implementation, value and
+//! gradient, on the cases it is meant for.
 //!
 //! Beside them stand rules that need no number: what must be refused is refused and nothing else is, every valid case has an
 //! answer, no answer is NaN or infinite, every case has a truth to be measured by. A gate may only be tightened.

@@ -39,6 +39,13 @@ impl Run {
         Self { seed, cases: families.iter().map(|&family| (family, cases)).collect(), part: Part::WHOLE }
     }
 
+    /// What of it is of these families.
+    #[must_use]
+    pub fn only(mut self, families: &[Family]) -> Self {
+        self.cases.retain(|(family, _)| families.contains(family));
+        self
+    }
+
     /// At most the first `most` cases of each family.
     #[must_use]
     pub fn at_most(&self, most: u64) -> Self {

@@ -89,8 +89,11 @@ impl Check {
         self.marks.contains(&mark)
     }
 
+    /// Marks the case, once whatever the number of reasons.
     fn mark(&mut self, mark: Mark, remark: String) {
-        self.marks.push(mark);
+        if !self.has(mark) {
+            self.marks.push(mark);
+        }
         if !remark.is_empty() {
             self.remarks.push(format!("{mark}: {remark}"));
         }
@@ -130,9 +133,10 @@ impl Check {
         let dark = is_zero(default);
         self.marks.push(if dark { Mark::Zero } else { Mark::Nonzero });
         self.marks.push(Mark::By(Rung::of(default.method)));
-        for (given, missed) in answers.iter().zip([Mark::MissesDefault, Mark::MissesTight]) {
-            if !is_zero(&given.answer) && !given.answer.meets(given.tolerance) {
-                self.mark(missed, format!("{:?}", given.answer));
+        for Given { tolerance, answer } in answers.iter().filter(|given| !is_zero(&given.answer)) {
+            if !answer.meets(*tolerance) {
+                let missed = if *tolerance < DEFAULT_TOLERANCE { Mark::MissesTight } else { Mark::MissesDefault };
+                self.mark(missed, format!("to {tolerance:e}: {answer:?}"));
             }
         }
         let references = self.references(problem, effort, closest.answer);

@@ -71,7 +71,7 @@ pub enum Mark {
     Nonzero,
     /// A bound is below the error.
     Broken,
-    /// A bound asked to be within 1e-12 of an answer that is not 0 is not.
+    /// A bound asked to be within 1e-12, or a looser tolerance, of an answer that is not 0 is not.
     MissesDefault,
     /// The same for 1e-15.
     MissesTight,
@@ -191,8 +191,8 @@ pub enum Figure {
     SharpValueError,
     /// The same of the gradient.
     SharpGradientError,
-    /// Time of an answer by the rung that gave it, whatever the tolerance and with the rungs tried before, in nanoseconds. Not the
-    /// same on every machine, so in no recorded table.
+    /// Time of an answer by the rung that gave it, whatever the tolerance and with the rungs tried before, in nanoseconds. Not
+    /// the same on every machine, so in no recorded table.
     Time(Rung),
 }
 

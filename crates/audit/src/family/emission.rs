@@ -40,7 +40,8 @@ fn by_gradient(sampler: &mut Sampler, vertices: &[DVec3]) -> EmissionRecord {
     EmissionRecord::Gradient { value, gradient: gradient.to_array() }
 }
 
-/// Linear and steep: vertex values from 2^-20 to 2^20, or a gradient that makes of the value at vertex 0 up to 2^30 times as much.
+/// Linear and steep: vertex values from 2^-20 to 2^20, or a gradient that makes of the value at vertex 0 up to 2^30 times as
+/// much.
 pub(super) fn steep(sampler: &mut Sampler, vertices: &[DVec3; 3]) -> EmissionRecord {
     if sampler.one_in(2) {
         return EmissionRecord::Vertices { vertices: vertices.iter().map(|_| sampler.spread(-20, 20)).collect() };
