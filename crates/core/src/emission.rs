@@ -218,7 +218,10 @@ impl Emitter {
     /// Largest length of the emission's gradient over the polygon: for a polynomial an upper bound.
     #[must_use]
     pub fn steepest_emission(&self) -> f64 {
-        self.polynomial.as_ref().map_or_else(|| self.emission_gradient().length(), InPlane::steepest)
+        let gradient = self.emission_gradient();
+        let largest = gradient.abs().max_element();
+        let length = || if largest > 0.0 { (gradient / largest).length() * largest } else { 0.0 };
+        self.polynomial.as_ref().map_or_else(length, InPlane::steepest)
     }
 
     /// Whether the emission is stated to be zero everywhere.

@@ -43,6 +43,8 @@ struct Scene<'a> {
     /// Relative error that the input brings: vertices off the plane, values off the affine function.
     input_error: f64,
     is_clipped: bool,
+    /// Multiplies lengths.
+    power: f64,
 }
 
 /// The rule for a case: how many nodes where, and what they leave.
@@ -114,7 +116,15 @@ impl<'a> Scene<'a> {
         let is_clipped = plan.horizon == Horizon::Crossing;
         let source = Source::new(emitter, is_clipped);
         let input_error = 8.0 * polygon.planarity_defect() * plan.power / height + source.input_error;
-        Self { n1: unit_normal(receiver), n2: polygon.normal().into(), height, source, input_error, is_clipped }
+        Self {
+            n1: unit_normal(receiver),
+            n2: polygon.normal().into(),
+            height,
+            source,
+            input_error,
+            is_clipped,
+            power: plan.power,
+        }
     }
 }
 

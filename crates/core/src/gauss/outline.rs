@@ -21,6 +21,8 @@ use crate::{Polygon, Receiver};
 /// A corner of the outline, in normalised lengths.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Corner {
+    /// The vertex as given; of a crossing the vertex above.
+    place: DVec3,
     /// Offset from the receiver.
     pub(super) seen: Vec3<f64>,
     /// Offset from a vertex above the horizon: differences of these lose nothing to the distance.
@@ -65,6 +67,11 @@ impl Scene<'_> {
         above
     }
 
+    /// The side from one corner to another: a difference of vertices as given, which errs by u of itself, or of local offsets.
+    pub(super) fn side(&self, from: &Corner, to: &Corner) -> Vec3<f64> {
+        if self.is_clipped { to.local - from.local } else { offset(to.place, from.place, self.power) }
+    }
+
     fn corner(&self, receiver: &Receiver, polygon: &Polygon, plan: &Plan, vertex: usize, base: usize) -> Corner {
         let (x, place, first) = (receiver.position(), polygon.vertices()[vertex], polygon.vertices()[base]);
         let seen: Vec3<f64> = offset(place, x, plan.power);
@@ -77,7 +84,7 @@ impl Scene<'_> {
             (facing, 5.0 * ROUNDOFF * distance)
         };
         let local = offset(place, first, plan.power);
-        Corner { seen, local, facing, facing_error, lit: self.source.at_vertex(vertex, place) }
+        Corner { place, seen, local, facing, facing_error, lit: self.source.at_vertex(vertex, place) }
     }
 }
 
@@ -86,6 +93,7 @@ impl Corner {
     fn towards(&self, end: &Self, e: Vec3<f64>) -> Self {
         let fraction = self.facing / (self.facing - end.facing);
         Self {
+            place: self.place,
             seen: self.seen + e * fraction,
             local: self.local + e * fraction,
             facing: 0.0,

@@ -4,9 +4,9 @@
 //! In normalised lengths, with u = 2^-53, rho the farthest and d the nearest point, L the longest side, sigma the error of a side
 //! and H the height over the horizon:
 //!
-//! - The position of a node errs by `delta + u r`, `delta = u (2 rho + 9 L) + 2 sigma`: by the apex and the start of its row, u rho
-//!   each (u rho more beside a crossing of the horizon), by the products of the sides with node and weight, and by its own
-//!   rounding.
+//! - The position of a node errs by `delta + u r`, `delta = u (2 rho + 6 L) + 2 sigma`: by the apex and the start of its row, u rho
+//!   each (u rho more beside a crossing of the horizon), by the products of the sides with the nodes (3u L more where those are of
+//!   several panels), and by its own rounding.
 //! - So `1/r^4` errs by `4 delta/r + 14u` of itself, and by 8u more with its weight. Sums over r follow from those over 1 and
 //!   `r^2` by Cauchy's inequality.
 //! - What is interpolated between corners errs by the error there, by the rounding of the two nodes, 4u of the largest, and by 6u
@@ -18,7 +18,7 @@
 //! `H + h` long: the third term does not count for it. Where the emission is somewhere negative the sums of sizes are bounded by
 //! its largest value.
 //!
-//! Area, height, normals and the last few operations add 16u. Corners that are misplaced in the plane by up to 22u of the
+//! Height, normals and the last few operations add 8u. Corners that are misplaced in the plane by up to 22u of the
 //! spread change the domain by that along the perimeter, where the integrand is at most what the nearest point allows.
 
 use std::sync::LazyLock;
@@ -202,7 +202,8 @@ impl Triangle {
         let Scene { height, ref source, input_error, is_clipped, .. } = *scene;
         let Self { nearest, farthest, longest, most_facing, .. } = *self;
         let apex = if is_clipped { 3.0 } else { 2.0 };
-        let displaced = U * (apex * farthest + 9.0 * longest) + 2.0 * self.side_error;
+        let nodes = if self.grid.iter().all(|grid| grid.panels == 1) { 6.0 } else { 9.0 };
+        let displaced = U * (apex * farthest + nodes * longest) + 2.0 * self.side_error;
         let sum = (3 + self.additions()) as f64 * U;
         let steep = (most_facing / nearest).min(1.0);
         // Sums of sizes, these over r and over r^2, and what the emission errs by.
@@ -225,7 +226,7 @@ impl Triangle {
         let projected_error = errors(projected) + emission * most_facing + facing;
         let pulled_error = pulled * (displaced / nearest + 26.0 * U + sum) + emission * steep + facing / nearest;
         let area = self.twice_area.abs();
-        let last = area * (16.0 * U + input_error) + self.twice_area_error;
+        let last = area * (8.0 * U + input_error) + self.twice_area_error;
         // Over the fourth power of the nearest distance.
         let near = nearest * nearest;
         let misplaced = self.misplaced_area / (near * near) * source.largest;

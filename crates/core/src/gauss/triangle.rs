@@ -87,11 +87,11 @@ impl Scene<'_> {
     /// The triangle with the number of nodes it needs for full precision, of an outline with local offsets up to `spread`; `None` if that is more than there are rules for.
     pub(super) fn triangle(&self, corners: [Corner; 3], spread: f64, twice_area: Option<f64>) -> Option<Triangle> {
         let [a, b, c] = &corners;
-        let [first, last, side] = [b.local - a.local, c.local - a.local, c.local - b.local];
+        let [first, last, side] = [self.side(a, b), self.side(a, c), self.side(b, c)];
         let lengths = [first, last, side].map(|e| e.norm_squared().sqrt());
         let longest = lengths[0].max(lengths[1]).max(lengths[2]);
         // Two local offsets and their difference; a share of it is the displacement of crossings as seen from the receiver.
-        let side_error = if self.is_clipped { 60.0 } else { 3.0 } * ROUNDOFF * spread;
+        let side_error = if self.is_clipped { 60.0 * ROUNDOFF * spread } else { ROUNDOFF * longest };
         let (twice_area, twice_area_error) = if let Some(twice_area) = twice_area {
             (twice_area, 4.0 * ROUNDOFF * twice_area)
         } else {
