@@ -42,7 +42,7 @@ impl Budget {
     fn of(emission: &Emission) -> Self {
         match emission {
             Emission::Constant(_) => Self { is_constant: true, wide: 0.25, cheap: 110, dear: 2000 },
-            Emission::Linear(_) => Self { is_constant: false, wide: 2.0, cheap: 1500, dear: 8000 },
+            Emission::Linear(_) => Self { is_constant: false, wide: 2.0, cheap: 4000, dear: 16000 },
             Emission::Polynomial(_) => Self { is_constant: false, wide: 2.0, cheap: 1000, dear: 8000 },
         }
     }

@@ -90,10 +90,11 @@ impl<S: Simd> Sums<f64x8<S>> {
         }
     }
 
-    /// Adds a row, eight nodes at a time whatever the machine, so that digits do not depend on it. The emission is a function
-    /// of b and 1 - b.
+    /// The sums of a row, eight nodes at a time whatever the machine, so that digits do not depend on it. The emission is a
+    /// function of b and 1 - b.
     #[inline(always)]
-    fn add(&mut self, simd: S, row: &Row<S>, grid: Grid, emission: &impl Fn(f64x8<S>, f64x8<S>) -> f64x8<S>) {
+    fn of(simd: S, row: &Row<S>, grid: Grid, emission: &impl Fn(f64x8<S>, f64x8<S>) -> f64x8<S>) -> Self {
+        let mut sums = Self::zero(simd);
         let (rule, width, one) = (rules::rule(grid.count), f64x8::splat(simd, 1.0 / grid.panels as f64), f64x8::splat(simd, 1.0));
         for panel in 0..grid.panels {
             let shift = f64x8::splat(simd, panel as f64);
@@ -106,14 +107,27 @@ impl<S: Simd> Sums<f64x8<S>> {
                 let plain = positive * emission(b, rest);
                 let projected = plain * between(row.facing, b, rest);
                 let pull = projected * inverse;
-                self.positive += positive;
-                self.plain += plain;
-                self.projected += projected;
-                self.pulled = self.pulled + r * pull;
-                self.plain_over_square += plain * inverse;
-                self.projected_over_square += pull;
+                sums.add(&Self {
+                    positive,
+                    plain,
+                    projected,
+                    pulled: r * pull,
+                    plain_over_square: plain * inverse,
+                    projected_over_square: pull,
+                });
             }
         }
+        sums
+    }
+
+    #[inline(always)]
+    fn add(&mut self, other: &Self) {
+        self.positive += other.positive;
+        self.plain += other.plain;
+        self.projected += other.projected;
+        self.pulled = self.pulled + other.pulled;
+        self.plain_over_square += other.plain_over_square;
+        self.projected_over_square += other.projected_over_square;
     }
 }
 
@@ -184,7 +198,7 @@ impl Triangle {
                     facing: ends(facing, a).map(splat),
                     weight: splat(weight * width[0] * width[1] * a),
                 };
-                total.add(simd, &along, row, &emission(a));
+                total.add(&Sums::of(simd, &along, row, &emission(a)));
             }
         }
         total.map(|sum| *sum.as_array())
@@ -193,7 +207,7 @@ impl Triangle {
     /// To each lane.
     fn additions(&self) -> usize {
         let [rows, row] = self.grid;
-        rows.nodes() * row.panels * row.count.div_ceil(rules::LANES)
+        rows.nodes() + row.panels * row.count.div_ceil(rules::LANES)
     }
 
     /// Bound on the rounding errors.
