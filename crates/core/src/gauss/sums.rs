@@ -11,7 +11,7 @@
 //!   `r^2` by Cauchy's inequality.
 //! - What is interpolated between corners errs by the error there, by the rounding of the two nodes, 4u of the largest, and by 6u
 //!   of itself as long as no corner is negative.
-//! - `r/r^2` is an inversion, which changes lengths by `1/r^2`: it errs by `delta/d + 9u` of itself.
+//! - `r/r^2` is an inversion, which changes lengths by `1/r^2`: it errs by that times delta, and by 9u of itself.
 //! - A sum of m additions to a lane and three over lanes errs by `(m + 3) u` of the sum of sizes.
 //!
 //! What `1/r^4` errs by scales a node's `n2 H - n1 h + 4 h H r/r^2` as a whole, and that is `n2 H - n1 h` reflected at r, at most
@@ -141,11 +141,14 @@ impl Scene<'_> {
         let total = dispatch!(*LEVEL, simd => triangle.sums(simd)).map(total);
         let gradient = n2 * total.projected - n1 * (height * total.plain) + total.pulled * (4.0 * height);
         let error = triangle.error(self, &total);
+        // What the area errs by scales all.
+        let (value, gradient) = (height * total.projected, gradient);
+        let size = gradient.norm_squared().sqrt();
         Integral {
-            value: triangle.twice_area * height * total.projected,
+            value: triangle.twice_area * value,
             gradient: gradient * triangle.twice_area,
-            value_error: triangle.truncation.value + error.value,
-            gradient_error: triangle.truncation.gradient + error.gradient,
+            value_error: triangle.truncation.value + error.value + triangle.twice_area_error * value.abs(),
+            gradient_error: triangle.truncation.gradient + error.gradient + triangle.twice_area_error * size,
         }
     }
 }
@@ -233,21 +236,22 @@ impl Triangle {
         };
         let emission = bright * emission;
         let pulled = plain[0].min(projected[1]);
+        let inverted = if self.is_bright { sums.projected_over_square } else { pulled / nearest };
         // The first is what all three sums of a node have in common.
         let errors = |[size, over_distance]: [f64; 2]| 4.0 * displaced * over_distance + size * (32.0 * U + sum);
-        let facing = plain[0] * (self.facing_error + 4.0 * U * most_facing);
+        let facing = self.facing_error + 4.0 * U * most_facing;
         let plain_error = errors(plain) + emission;
-        let projected_error = errors(projected) + emission * most_facing + facing;
-        let pulled_error = pulled * (displaced / nearest + 26.0 * U + sum) + emission * steep + facing / nearest;
+        let projected_error = errors(projected) + emission * most_facing + plain[0] * facing;
+        let pulled_error = displaced * inverted + pulled * (17.0 * U + sum) + emission * steep + plain[1] * facing;
         let area = self.twice_area.abs();
-        let last = area * (8.0 * U + input_error) + self.twice_area_error;
+        let last = 8.0 * U + input_error;
         // Over the fourth power of the nearest distance.
         let near = nearest * nearest;
         let misplaced = self.misplaced_area / (near * near) * source.largest;
         Bound {
-            value: height * (area * projected_error + last * projected[0] + misplaced * most_facing),
+            value: height * (area * (projected_error + last * projected[0]) + misplaced * most_facing),
             gradient: area * (projected_error + height * (plain_error + 4.0 * pulled_error))
-                + last * (projected[0] + height * (plain[0] + 4.0 * pulled))
+                + area * last * (projected[0] + height * (plain[0] + 4.0 * pulled))
                 + misplaced * (most_facing + height * (1.0 + 4.0 * steep)),
         }
     }
