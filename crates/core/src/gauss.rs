@@ -156,7 +156,7 @@ impl<'a> Scene<'a> {
     /// The triangle with the number of nodes it needs for full precision; `None` if that is more than there are rules for.
     fn triangle(&self, receiver: &Receiver, emitter: &Emitter, plan: &Plan, index: usize) -> Option<Triangle> {
         let (x, power, polygon) = (receiver.position(), plan.power, emitter.polygon());
-        let indices = apex_first(polygon, index);
+        let indices = apex_first(polygon, index, power);
         let corners = indices.map(|vertex| polygon.vertices()[vertex]);
         let [apex, second, third] = corners.map(|v| offset::<f64>(v, x, power));
         let first: Vec3<f64> = offset(corners[1], corners[0], power);
@@ -356,9 +356,9 @@ impl Triangle {
 }
 
 /// Triangle `index` of the fan from vertex 0, starting at the corner opposite its shortest side if it is the whole polygon.
-fn apex_first(polygon: &Polygon, index: usize) -> [usize; 3] {
+fn apex_first(polygon: &Polygon, index: usize, power: f64) -> [usize; 3] {
     let [a, b, c] = [0, index + 1, index + 2];
-    let side = |from: usize, to: usize| (polygon.vertices()[to] - polygon.vertices()[from]).length_squared();
+    let side = |from: usize, to: usize| ((polygon.vertices()[to] - polygon.vertices()[from]) * power).length_squared();
     let [ab, bc, ca] = [side(a, b), side(b, c), side(c, a)];
     if bc <= ab && bc <= ca {
         [a, b, c]
