@@ -35,6 +35,7 @@ mod constant;
 mod digits;
 mod dilogarithm;
 mod double_double;
+mod edge_name;
 mod emission;
 mod error;
 mod evaluate;
@@ -54,6 +55,7 @@ mod radius;
 mod real;
 mod terms;
 mod triangulate;
+mod unit;
 mod vec3;
 mod visibility;
 
