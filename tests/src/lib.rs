@@ -7,6 +7,7 @@ pub mod decimal;
 pub mod direct;
 pub mod problem;
 pub mod reference;
+pub mod second_derivatives;
 
 /// A way to compute radiosity and its gradient.
 pub type Form = fn(&Receiver, &Emitter) -> Result<(f64, DVec3), Error>;

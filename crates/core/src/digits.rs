@@ -5,15 +5,13 @@
 //! is undecidable, such as an emitter hidden exactly by two screens together, or a linear emission on vertices that are not
 //! exactly in one plane.
 
-use astro_float::BigFloat;
+use std::iter;
 
-use crate::big::{Big, Magnitude, split_double, to_decimal, upper_decimal, with_bits};
+use crate::big::{Big, Enclosure, Magnitude, Refined, norm, refined, relative_error, to_decimal, upper_decimal};
 use crate::certify::Ball;
 use crate::ladder::Case;
-use crate::number::ROUNDOFF;
 use crate::plan::Plan;
 use crate::radius::Radius;
-use crate::real::Real;
 use crate::terms::Terms;
 use crate::vec3::Vec3;
 use crate::{Emitter, Error, Polygon, Receiver};
@@ -78,22 +76,13 @@ pub fn evaluate_digits(
     let tolerance = Magnitude::power_of_ten(-i64::from(digits)) * 0.5;
     // log2 10 < 3.322
     let first = ((digits as usize * 3322).div_ceil(1000) + 80).next_multiple_of(64);
-    let mut bits = first;
-    while bits <= first + SPARE_BITS {
-        let Some(enclosed) = Enclosed::find(&case, bits) else { return Ok(PreciseAnswer::zero(bits)) };
-        if enclosed.relative_error() <= tolerance {
-            return Ok(enclosed.in_unit(&case).to_decimals(digits, bits));
-        }
-        bits *= 2;
+    let precisions = iter::successors(Some(first), |bits| Some(2 * bits)).take_while(|bits| *bits <= first + SPARE_BITS);
+    let Refined { found, bits, is_enough } = refined(precisions, tolerance, Enclosed::relative_error, || Enclosed::find(&case));
+    match found {
+        None => Ok(PreciseAnswer::zero(bits)),
+        Some(enclosed) if is_enough => Ok(enclosed.in_unit(&case).to_decimals(digits, bits)),
+        Some(_) => Err(Error::Undecided { digits, bits }),
     }
-    Err(Error::Undecided { digits, bits: bits / 2 })
-}
-
-/// A number within `radius` of `mid`.
-#[derive(Debug, Clone)]
-struct Enclosure {
-    mid: BigFloat,
-    radius: Magnitude,
 }
 
 /// What the closed form gave, in normalised lengths and emission.
@@ -104,34 +93,17 @@ pub(crate) struct Enclosed {
 }
 
 impl Enclosed {
-    /// Evaluates with so many bits; `None` where nothing is visible.
-    pub(crate) fn find(case: &Case<'_>, bits: usize) -> Option<Self> {
-        let keep = |ball: Ball<Big>| Enclosure { mid: ball.middle().to_float(), radius: ball.error() };
-        with_bits(bits, || {
-            let terms = Terms::<Ball<Big>>::sum::<true, true>(case)?;
-            let Vec3 { x, y, z } = terms.gradient(case.receiver);
-            Some(Self { radiosity: keep(terms.radiosity(case.receiver)), gradient: [x, y, z].map(keep) })
-        })
+    /// Evaluates with the bits of the computation; `None` where nothing is visible.
+    pub(crate) fn find(case: &Case<'_>) -> Option<Self> {
+        let terms = Terms::<Ball<Big>>::sum::<true, true>(case)?;
+        let Vec3 { x, y, z } = terms.gradient(case.receiver);
+        Some(Self { radiosity: Enclosure::of(terms.radiosity(case.receiver)), gradient: [x, y, z].map(Enclosure::of) })
     }
 
     /// The larger of the relative errors of value and gradient; infinite where a value may be 0.
     pub(crate) fn relative_error(&self) -> Magnitude {
-        let relative = |radius: Magnitude, size: Magnitude| {
-            if radius == Magnitude::from(0.0) {
-                radius
-            } else if radius < size {
-                radius / size
-            } else {
-                Magnitude::from(f64::INFINITY)
-            }
-        };
-        let radiosity = relative(self.radiosity.radius, Magnitude::of(&self.radiosity.mid));
-        let gradient = relative(norm(self.gradient.each_ref().map(|c| c.radius)), self.gradient_size());
-        radiosity.max(gradient)
-    }
-
-    fn gradient_size(&self) -> Magnitude {
-        norm(self.gradient.each_ref().map(|c| Magnitude::of(&c.mid)))
+        let radiosity = relative_error([&self.radiosity]);
+        radiosity.max(relative_error(&self.gradient))
     }
 
     /// From normalised lengths and emission to those of the caller, exactly.
@@ -155,8 +127,8 @@ impl Enclosed {
     fn to_decimals(&self, digits: u32, bits: usize) -> PreciseAnswer {
         // A unit of the last place is at most a tenth of the tolerance.
         let place = |size: Magnitude| size.decimal_exponent() - i64::from(digits) - 1;
-        let last = place(Magnitude::of(&self.radiosity.mid));
-        let last_of_gradient = place(self.gradient_size());
+        let last = place(self.radiosity.size());
+        let last_of_gradient = place(norm(self.gradient.each_ref().map(Enclosure::size)));
         let rounded = |radius: Magnitude, last: i64| radius + Magnitude::power_of_ten(last);
         PreciseAnswer {
             radiosity: to_decimal(&self.radiosity.mid, last),
@@ -168,26 +140,9 @@ impl Enclosed {
     }
 }
 
-impl Enclosure {
-    fn times(&self, power_of_two: Magnitude) -> Self {
-        Self { mid: power_of_two.shift(&self.mid), radius: self.radius * power_of_two }
-    }
-
-    fn to_double(&self) -> (f64, Magnitude) {
-        let (value, rest) = split_double(&self.mid);
-        // Half an ulp rather than what the rounding was: whoever compares with a rounded truth must not find it broken.
-        let rounding = if rest == Magnitude::from(0.0) { rest } else { rest.max(Magnitude::from(ROUNDOFF * value.abs())) };
-        (value, (self.radius + rounding) * (1.0 + f64::EPSILON))
-    }
-}
-
 impl PreciseAnswer {
     fn zero(bits: usize) -> Self {
         let zero = || "0".to_owned();
         Self { radiosity: zero(), gradient: [zero(), zero(), zero()], radiosity_error: zero(), gradient_error: zero(), bits }
     }
-}
-
-fn norm([x, y, z]: [Magnitude; 3]) -> Magnitude {
-    (x * x + y * y + z * z).sqrt()
 }

@@ -14,18 +14,22 @@
 //!
 //! B is twice differentiable in front of the emitter except where a whole edge lies in the horizon; there this is the second
 //! derivative from the side on which the edge is hidden. Terms are of the size `1/(S r)`: far away the sum cancels by D/s, at
-//! distance D for an emitter of size s, as the gradient's does. Measured on random triangles: 2e-15 of the norm near by, at
-//! contact and clipped, 9e-12 at D/s = 1e4; in double-double full double precision to 1e7.
+//! distance D for an emitter of size s, as the gradient's does. Bounds are running ([`crate::certify`]); the ladder is f64,
+//! double-double, then as many bits as it takes.
 
-use glam::{DMat3, DVec3};
+use glam::DMat3;
 
 use crate::arc::Arc;
+#[cfg(feature = "arbitrary-precision")]
+use crate::big::{Big, Enclosure, PRECISIONS, enough_for_doubles, refined, relative_error, to_doubles};
 use crate::certify::Ball;
 use crate::double_double::DoubleDouble;
-use crate::number::Number;
+use crate::ladder::Case;
+use crate::number::{Number, ROUNDOFF};
 use crate::plan::{Plan, unit_normal};
 use crate::real::Real;
 use crate::terms::albedo;
+use crate::unit::Unit;
 use crate::vec3::Vec3;
 use crate::{Emission, Emitter, Error, Method, Receiver, horizon};
 
@@ -46,8 +50,7 @@ impl Hessian {
     /// Whether the bound is within `tolerance` times the Frobenius norm of the matrix.
     #[must_use]
     pub fn meets(&self, tolerance: f64) -> bool {
-        let [x, y, z] = [self.matrix.x_axis, self.matrix.y_axis, self.matrix.z_axis].map(|column| Vec3::from(column).length());
-        self.error <= tolerance * Vec3::new(x, y, z).length()
+        self.error <= tolerance * frobenius_norm(self.matrix.to_cols_array())
     }
 }
 
@@ -64,77 +67,127 @@ impl Hessian {
 /// ```
 ///
 /// # Errors
-/// If the emission is not constant, or a result overflows.
+/// If the emission is not constant, or a result over- or underflows.
 pub fn hessian(receiver: &Receiver, emitter: &Emitter) -> Result<DMat3, Error> {
-    let emission = constant(emitter)?;
-    let Some(plan) = Plan::new(receiver, emitter.polygon()) else { return Ok(DMat3::ZERO) };
-    matrix(&entries::<f64>(receiver, emitter, &plan, emission))
+    with_case(receiver, emitter, DMat3::ZERO, |case| {
+        let (matrix, _) = unit(case).components(columns::<f64>(case), 0.0)?;
+        Ok(DMat3::from_cols_array(&matrix))
+    })
 }
 
-/// Second derivatives of the radiosity with a bound: in double precision, and where that is above `tolerance` times the
-/// Frobenius norm, in double-double. What that gives is returned whether or not it meets the tolerance: the bound says so.
+/// Second derivatives of the radiosity with a bound.
+///
+/// The closed form in double precision, in double-double or with as many bits as it takes: the first whose bound is at most
+/// `tolerance` times the Frobenius norm answers. Where none is, the last does, and its bound says so: below a tolerance of
+/// 2^-53 it is that of the rounding to doubles.
 ///
 /// # Errors
-/// If the emission is not constant, the tolerance is not in [0, 1], or a result overflows.
+/// If the emission is not constant, the tolerance is not in [0, 1], or a result over- or underflows.
 pub fn hessian_to(receiver: &Receiver, emitter: &Emitter, tolerance: f64) -> Result<Hessian, Error> {
-    let emission = constant(emitter)?;
     if !(0.0..=1.0).contains(&tolerance) {
         return Err(Error::Tolerance { value: tolerance });
     }
-    let Some(plan) = Plan::new(receiver, emitter.polygon()) else { return Ok(Hessian::ZERO) };
-    match certified::<f64>(receiver, emitter, &plan, emission, Method::ClosedForm)? {
-        answer if answer.meets(tolerance) => Ok(answer),
-        _ => certified::<DoubleDouble>(receiver, emitter, &plan, emission, Method::DoubleDouble),
-    }
+    // Below this little but the rounding to doubles is left, so that nothing dearer gives more.
+    let tolerance = tolerance.max(1.01 * ROUNDOFF);
+    with_case(receiver, emitter, Hessian::ZERO, |case| {
+        let rough = Found::certified::<f64>(case, Method::ClosedForm);
+        if let Some(answer) = rough.answer_within(tolerance, case)? {
+            return Ok(answer);
+        }
+        let fine = Found::certified::<DoubleDouble>(case, Method::DoubleDouble);
+        if let Some(answer) = fine.answer_within(tolerance, case)? {
+            return Ok(answer);
+        }
+        #[cfg(feature = "arbitrary-precision")]
+        return rounded(case, tolerance);
+        #[cfg(not(feature = "arbitrary-precision"))]
+        fine.answer(case)
+    })
 }
 
-fn constant(emitter: &Emitter) -> Result<f64, Error> {
-    let given = match emitter.emission() {
-        Emission::Constant(value) => return Ok(*value),
-        Emission::Linear(_) => "linear",
-        Emission::Polynomial(_) => "polynomial",
-    };
-    Err(Error::EmissionKind { quantity: "the Hessian", needed: "constant", given })
-}
-
-fn certified<N: Number>(
+/// Runs a computation that needs a constant emission, and that is not zero by plan.
+fn with_case<R>(
     receiver: &Receiver,
     emitter: &Emitter,
-    plan: &Plan,
-    emission: f64,
-    method: Method,
-) -> Result<Hessian, Error> {
-    let entries = entries::<Ball<N>>(receiver, emitter, plan, emission);
-    let [on, off] = entries.map(|v| v.map(Real::value_error).length());
-    // Entries off the diagonal stand twice.
-    let error = Vec3::new(on, off, off).length() * (1.0 + 16.0 * f64::EPSILON);
-    let error = if error.is_nan() { f64::INFINITY } else { error };
-    Ok(Hessian { matrix: matrix(&entries)?, error, method })
+    zero: R,
+    computation: impl FnOnce(&Case<'_>) -> Result<R, Error>,
+) -> Result<R, Error> {
+    let given = match emitter.emission() {
+        Emission::Constant(_) => None,
+        Emission::Linear(_) => Some("linear"),
+        Emission::Polynomial(_) => Some("polynomial"),
+    };
+    if let Some(given) = given {
+        return Err(Error::EmissionKind { quantity: "the Hessian", needed: "constant", given });
+    }
+    let plan = Plan::new(receiver, emitter.polygon()).filter(|_| !emitter.is_dark() && receiver.reflectance() != 0.0);
+    let Some(plan) = plan else { return Ok(zero) };
+    computation(&Case { receiver, emitter, occluders: &[], plan: &plan })
 }
 
-fn matrix<T: Real>(entries: &[Vec3<T>; 2]) -> Result<DMat3, Error> {
-    let [on, off] = entries.map(|v| DVec3::from(v.map(T::value)));
-    let rows = [DVec3::new(on.x, off.z, off.y), DVec3::new(off.z, on.y, off.x), DVec3::new(off.y, off.x, on.z)];
-    if rows.iter().all(|row| row.is_finite()) {
-        Ok(DMat3::from_cols(rows[0], rows[1], rows[2]))
-    } else {
-        Err(Error::Overflow { quantity: "Hessian" })
+fn unit(case: &Case<'_>) -> Unit {
+    Unit::of_derivative(2, "Hessian", case.plan, case.emitter)
+}
+
+/// What a rung found, in normalised lengths and emission.
+struct Found {
+    columns: [f64; 9],
+    error: f64,
+    method: Method,
+}
+
+impl Found {
+    /// The closed form with a running bound.
+    fn certified<N: Number>(case: &Case<'_>, method: Method) -> Self {
+        let columns = columns::<Ball<N>>(case);
+        // Nine squares and their sum, a root, and the way back from a power of two.
+        let error = frobenius_norm(columns.map(Real::value_error)) * (1.0 + 16.0 * f64::EPSILON);
+        Self { columns: columns.map(Real::value), error, method }
+    }
+
+    fn answer(&self, case: &Case<'_>) -> Result<Hessian, Error> {
+        let (columns, error) = unit(case).components(self.columns, self.error)?;
+        Ok(Hessian { matrix: DMat3::from_cols_array(&columns), error, method: self.method })
+    }
+
+    /// The answer if it meets the tolerance, before and after the change of unit.
+    fn answer_within(&self, tolerance: f64, case: &Case<'_>) -> Result<Option<Hessian>, Error> {
+        if self.error <= tolerance * frobenius_norm(self.columns) {
+            self.answer(case).map(|answer| Some(answer).filter(|answer| answer.meets(tolerance)))
+        } else {
+            Ok(None)
+        }
     }
 }
 
-/// The entries xx, yy, zz and the entries yz, zx, xy.
-fn entries<T: Real>(receiver: &Receiver, emitter: &Emitter, plan: &Plan, emission: f64) -> [Vec3<T>; 2] {
+/// The closed form with as many bits as it takes, rounded to doubles.
+#[cfg(feature = "arbitrary-precision")]
+#[cold]
+fn rounded(case: &Case<'_>, tolerance: f64) -> Result<Hessian, Error> {
+    let columns = || Some(columns::<Ball<Big>>(case).map(Enclosure::of));
+    let refined = refined(PRECISIONS, enough_for_doubles(tolerance), |columns| relative_error(columns), columns);
+    let Some(columns) = refined.found else { return Ok(Hessian::ZERO) };
+    let (columns, error) = to_doubles(&columns, unit(case))?;
+    Ok(Hessian { matrix: DMat3::from_cols_array(&columns), error, method: Method::ArbitraryPrecision })
+}
+
+fn frobenius_norm(columns: [f64; 9]) -> f64 {
+    let [x, y, z] = [0, 3, 6].map(|i| Vec3::new(columns[i], columns[i + 1], columns[i + 2]).length());
+    Vec3::new(x, y, z).length()
+}
+
+/// The columns of the matrix, in normalised lengths and emission.
+fn columns<T: Real>(case: &Case<'_>) -> [T; 9] {
+    let Case { receiver, emitter, plan, .. } = *case;
     let n1 = unit_normal(receiver);
     let mut sum = [Vec3::zero(); 2];
     horizon::visit_boundary(receiver, emitter.polygon(), plan, |arc: &Arc<T>| {
         let [on, off] = edge_term(n1, arc);
         sum = [sum[0] + on, sum[1] + off];
     });
-    let factor = albedo::<T>(receiver) * T::exact(emission * emitter.power());
-    // Two of the powers of two may cancel: they go first, the larger before the smaller.
-    let powers = [plan.power, 1.0 / emitter.power()];
-    let (first, second) = (powers[0].max(powers[1]), powers[0].min(powers[1]));
-    sum.map(|v| (v * factor).map(|c| c.scaled(first).scaled(second).scaled(plan.power)))
+    let factor = albedo::<T>(receiver) * T::exact(emitter.affine().value);
+    let [on, off] = sum.map(|v| v * factor);
+    [on.x, off.z, off.y, off.z, on.y, off.x, off.y, off.x, on.z]
 }
 
 /// `(N w^T + w N^T) / 2 S^2`.

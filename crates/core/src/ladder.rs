@@ -12,7 +12,7 @@
 use glam::DVec3;
 
 #[cfg(feature = "arbitrary-precision")]
-use crate::big::Magnitude;
+use crate::big::{PRECISIONS, enough_for_doubles, refined};
 use crate::certify::Ball;
 use crate::constant::BoundedSum;
 #[cfg(feature = "arbitrary-precision")]
@@ -128,13 +128,9 @@ impl Case<'_> {
     #[cold]
     #[inline(never)]
     fn rounded(&self, tolerance: f64) -> Found {
-        // Below this nothing is left but the rounding.
-        let enough = Magnitude::from((0.25 * tolerance).max(ROUNDOFF / 64.0));
-        let enclosed = match Enclosed::find(self, 256) {
-            Some(enclosed) if enclosed.relative_error() > enough => Enclosed::find(self, 1024),
-            first => first,
-        };
-        let Some(enclosed) = enclosed else { return Found::ZERO };
+        let enough = enough_for_doubles(tolerance);
+        let refined = refined(PRECISIONS, enough, Enclosed::relative_error, || Enclosed::find(self));
+        let Some(enclosed) = refined.found else { return Found::ZERO };
         let ((radiosity, radiosity_error), (gradient, gradient_error)) = enclosed.to_doubles();
         Found { radiosity, gradient, radiosity_error, gradient_error }
     }

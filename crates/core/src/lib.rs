@@ -54,6 +54,7 @@ mod radius;
 mod real;
 mod terms;
 mod triangulate;
+mod unit;
 mod vec3;
 mod visibility;
 
