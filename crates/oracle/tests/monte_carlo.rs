@@ -1,8 +1,9 @@
 //! Intervals must contain the truth as often as they say, past occluders too, and never look converged where they are not.
 
 use radgrad_core::{DVec3, Emission, Emitter, Polygon, Receiver};
-use radgrad_oracle::monte_carlo::{Estimate, Limits, Sampling, Sequence, Status, integrate};
-use radgrad_oracle::{Error, SourceFunction, cubature, enclose};
+use radgrad_oracle::confidence::ConfidenceInterval;
+use radgrad_oracle::monte_carlo::{Estimate, Limits, Sampling, Sequence, Status, integrate, integrate_source};
+use radgrad_oracle::{EmissionBounds, EmissionFunction, Error, SourceFunction, cubature, enclose};
 use rand::SeedableRng;
 use rand::rngs::Xoshiro256PlusPlus;
 use rand_distr::{Distribution, UnitSphere};
@@ -319,4 +320,29 @@ fn wrong_settings_are_named() {
     assert!(matches!(with(independent(9), 1.0), Err(Error::Confidence { value: 1.0 })));
     let sobol = Sequence::Sobol { samples: 16, scramblings: 1, seed: 1 };
     assert_eq!(with(sobol, 0.9), Err(Error::TooFewSamples { what: "scramblings", value: 1, least: 2 }));
+}
+
+#[test]
+fn an_emission_function_past_an_occluder_is_sampled_within_its_bounds() {
+    let emitter = ceiling();
+    let corners = [DVec3::new(-0.3, -0.3, 1.0), DVec3::new(0.3, -0.3, 1.0), DVec3::new(0.0, 0.4, 1.0)];
+    let (radiosity, gradient) = (|y: DVec3| emitter.emission_at(y), |_| emitter.emission_gradient());
+    let bounds = EmissionBounds { range: ConfidenceInterval { low: 0.25, high: 1.75 }, steepest: 0.6 };
+    let with = |gradient, bounds| {
+        let function = EmissionFunction { radiosity: &radiosity, gradient, detail: f64::INFINITY, bounds };
+        let screen = [Polygon::new(corners.to_vec()).unwrap()];
+        let source = SourceFunction::Function(&function);
+        let sequence = Sequence::Independent { samples: 20_000, seed: 3 };
+        let at = receiver(DVec3::new(0.1, 0.2, 0.0));
+        integrate_source(&at, emitter.polygon(), source, &screen, Sampling::SolidAngle, sequence, 0.999)
+    };
+    let found = with(Some(&gradient), Some(bounds)).unwrap();
+    let exact = past_shadow(DVec3::new(0.1, 0.2, 0.0), &corners);
+    assert!(
+        found.radiosity.student.contains(exact) && found.radiosity.distribution_free.contains(exact),
+        "{found:?} for {exact}"
+    );
+    for (missing, found) in [("gradient", with(None, Some(bounds))), ("bounds", with(Some(&gradient), None))] {
+        assert_eq!(found, Err(Error::EmissionPart { missing, asker: "Monte Carlo" }));
+    }
 }
