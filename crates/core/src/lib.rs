@@ -35,6 +35,7 @@ mod constant;
 mod digits;
 mod dilogarithm;
 mod double_double;
+mod edge_name;
 mod emission;
 mod error;
 mod evaluate;

@@ -4,13 +4,14 @@
 //! off at the emitter's plane. Subtracting a shadow leaves the parts outside its side k and inside its sides before k. The
 //! seams between those parts lie on occluder lines and run once each way, so that they cancel in every sum over arcs.
 //!
-//! Lines that are the same edge of the input (a mesh of occluders, an occluder that stands on the emitter's edge) are
-//! recognised by their end points and decided exactly. Elsewhere a corner may be within rounding of a shadow's side; then the
-//! middle of its ball decides, and [`Doubt`] bounds what the other decision would have changed.
+//! Edges on one line (in a mesh of occluders and at its T-junctions, or where an occluder stands on the emitter's edge) are
+//! decided exactly ([`crate::edge_name`]). Elsewhere a corner may be within rounding of a shadow's side; then the middle of its
+//! ball decides, and [`Doubt`] bounds what the other decision would have changed.
 
 use glam::DVec3;
 
 use crate::arc::{Arc, Generator};
+use crate::edge_name::EdgeName;
 use crate::line::{Line, Sighted};
 use crate::plan::{Plan, Side, height_over_horizon, height_over_plane, side_of, unit_normal};
 use crate::radius::Radius;
@@ -29,19 +30,6 @@ pub(crate) struct Doubt<R> {
 impl<R: Radius> Doubt<R> {
     pub(crate) fn none() -> Self {
         Self { irradiance: 0.0.into(), gradient: 0.0.into() }
-    }
-}
-
-/// The end points of an edge of the input, in the order of their bits: the same line for whoever shares the edge.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-struct EdgeName([u64; 6]);
-
-impl EdgeName {
-    fn new(from: DVec3, to: DVec3) -> Self {
-        // Adding zero makes -0 and 0 one.
-        let [a, b] = [from, to].map(|p| (p + 0.0).to_array().map(f64::to_bits));
-        let [[a, b, c], [d, e, f]] = if a <= b { [a, b] } else { [b, a] };
-        Self([a, b, c, d, e, f])
     }
 }
 
@@ -154,12 +142,16 @@ impl<T: Real> Subtraction<T> {
     /// The part where `N . omega < 0` for the normal of `side`, if any.
     fn cut(&mut self, part: &Part<T>, side: &ConeSide<T>) -> Option<Part<T>> {
         let normal = side.generator.normal();
-        let twin = part.0.iter().find(|(_, own)| side.name.is_some() && own.name == side.name);
-        if let Some((_, own)) = twin {
-            let same_way = own.generator.normal().dot(normal).value() > 0.0;
+        let depths: Vec<T> = part.0.iter().map(|(corner, _)| -normal.dot(*corner)).collect();
+        let on_one_line = |i: usize| {
+            let (Some(own), Some(cutting)) = (part.0[i].1.name, side.name) else { return false };
+            let is_close = || is_doubtful(depths[i]) && is_doubtful(depths[(i + 1) % depths.len()]);
+            own == cutting || (is_close() && own.is_on_the_line_of(cutting))
+        };
+        if let Some(i) = (0..depths.len()).find(|&i| on_one_line(i)) {
+            let same_way = part.0[i].1.generator.normal().dot(normal).value() > 0.0;
             return same_way.then(|| part.clone());
         }
-        let depths: Vec<T> = part.0.iter().map(|(corner, _)| -normal.dot(*corner)).collect();
         self.keep(part, &depths, side)
     }
 

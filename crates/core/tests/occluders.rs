@@ -1,6 +1,6 @@
 //! Occluders against what can be said without them.
 
-use radgrad_core::{Answer, DVec3, Emission, Emitter, Polygon, Receiver, evaluate};
+use radgrad_core::{Answer, DVec3, Emission, Emitter, Method, Polygon, Receiver, evaluate};
 
 fn polygon(points: &[[f64; 3]]) -> Polygon {
     Polygon::new(points.iter().map(|&p| p.into()).collect()).unwrap()
@@ -65,9 +65,20 @@ fn screens_on_either_side_of_a_line_hide_the_whole_together() {
     let screens = [ceiling([-9.0, split], [-9.0, 9.0], 1.0), ceiling([split, 9.0], [-9.0, 9.0], 1.0)];
     let see = |screens: &[Polygon]| evaluate(&x, &lamp, screens).unwrap();
     assert_same(&[see(&screens[..1]), see(&screens[1..])], &[see(&[])]);
-    let dark = see(&screens);
-    assert!(dark.radiosity.abs() <= dark.radiosity_error && dark.gradient.length() <= dark.gradient_error);
-    assert!(dark.radiosity_error < 1e-12);
+    assert_eq!(see(&screens).method, Method::Zero);
+}
+
+#[test]
+fn screens_that_meet_in_a_t_leave_exactly_nothing_from_anywhere() {
+    let screens =
+        [ceiling([-9.0, 0.3], [-9.0, 9.0], 1.0), ceiling([0.3, 9.0], [-9.0, 0.1], 1.0), ceiling([0.3, 9.0], [0.1, 9.0], 1.0)];
+    for distance in [0.5, 1e3, 1e8] {
+        let lamp = linear(ceiling([-1.0, 1.0], [-1.0, 1.0], 1.0 + distance));
+        for position in [[0.1, 0.2, 0.0], [0.3, 0.1, 0.7], [0.3, -0.4, -0.2]] {
+            let answer = evaluate(&receiver(position), &lamp, &screens).unwrap();
+            assert_eq!((answer.radiosity_error, answer.gradient_error, answer.method), (0.0, 0.0, Method::Zero));
+        }
+    }
 }
 
 #[test]
