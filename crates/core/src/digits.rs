@@ -1,20 +1,21 @@
 //! As many digits as are asked for, each proven.
 //!
 //! The closed form is evaluated with balls of ever more bits, until the radius is small enough (Ziv's strategy). It starts with
-//! 80 bits beyond the digits asked, which pays for a cancellation of 1e20, and gives up at [`SPARE_BITS`] beyond: what needs more
-//! is undecidable, such as an emitter hidden exactly by two screens together, or a linear emission on vertices that are not
-//! exactly in one plane.
+//! 80 bits beyond the digits asked, which pays for a cancellation of 1e20, and gives up at [`SPARE_BITS`] beyond, or before where
+//! more bits do not help: a screen may be seen exactly in line with the emitter's edge, or the vertices of a linear emission not
+//! be exactly in one plane.
 
+use std::array::from_ref;
 use std::iter;
 
-use crate::big::{Big, Enclosure, Magnitude, Refined, norm, refined, relative_error, to_decimal, upper_decimal};
+use crate::big::{Big, Enclosure, Magnitude, Refined, norm, refined, relative_error, to_decimal, to_doubles, upper_decimal};
 use crate::certify::Ball;
 use crate::ladder::Case;
 use crate::plan::Plan;
 use crate::radius::Radius;
-use crate::terms::Terms;
+use crate::terms::{self, Terms};
 use crate::vec3::Vec3;
-use crate::{Emitter, Error, Polygon, Receiver};
+use crate::{Answer, Emitter, Error, Method, Polygon, Receiver};
 
 /// Radiosity and gradient in decimal digits, with proven absolute error bounds that include the rounding of the digits.
 ///
@@ -70,14 +71,17 @@ pub fn evaluate_digits(
     if !(1..=MOST_DIGITS).contains(&digits) {
         return Err(Error::Digits { value: digits, most: MOST_DIGITS });
     }
-    let plan = Plan::new(receiver, emitter.polygon()).filter(|_| !emitter.is_dark());
-    let Some(plan) = plan else { return Ok(PreciseAnswer::zero(0)) };
+    let Some(plan) = Plan::new(receiver, emitter.polygon()) else { return Ok(PreciseAnswer::zero(0)) };
     let case = Case { receiver, emitter, occluders, plan: &plan };
+    if case.is_dark() {
+        return Ok(PreciseAnswer::zero(0));
+    }
     let tolerance = Magnitude::power_of_ten(-i64::from(digits)) * 0.5;
     // log2 10 < 3.322
     let first = ((digits as usize * 3322).div_ceil(1000) + 80).next_multiple_of(64);
     let precisions = iter::successors(Some(first), |bits| Some(2 * bits)).take_while(|bits| *bits <= first + SPARE_BITS);
-    let Refined { found, bits, is_enough } = refined(precisions, tolerance, Enclosed::relative_error, || Enclosed::find(&case));
+    let Refined { found, bits, is_enough } =
+        refined(precisions, tolerance, Enclosed::relative_error, || Enclosed::is_coincidence(&case), || Enclosed::find(&case));
     match found {
         None => Ok(PreciseAnswer::zero(bits)),
         Some(enclosed) if is_enough => Ok(enclosed.in_unit(&case).to_decimals(digits, bits)),
@@ -100,6 +104,12 @@ impl Enclosed {
         Some(Self { radiosity: Enclosure::of(terms.radiosity(case.receiver)), gradient: [x, y, z].map(Enclosure::of) })
     }
 
+    /// Whether with the bits of the computation it stays open what an occluder hides.
+    pub(crate) fn is_coincidence(case: &Case<'_>) -> bool {
+        let doubt = terms::visit::<Ball<Big>>(case, |_| {});
+        doubt.is_some_and(|doubt| doubt.irradiance > 0.0.into() || doubt.gradient > 0.0.into())
+    }
+
     /// The larger of the relative errors of value and gradient; infinite where a value may be 0.
     pub(crate) fn relative_error(&self) -> Magnitude {
         let radiosity = relative_error([&self.radiosity]);
@@ -108,20 +118,16 @@ impl Enclosed {
 
     /// From normalised lengths and emission to those of the caller, exactly.
     fn in_unit(&self, case: &Case<'_>) -> Self {
-        let (lengths, emission) = (Magnitude::from(case.plan.power), Magnitude::from(case.emitter.power()));
-        let per_emission = Magnitude::from(1.0) / emission;
-        Self {
-            radiosity: self.radiosity.times(per_emission),
-            gradient: self.gradient.each_ref().map(|c| c.times(per_emission * lengths)),
-        }
+        let (radiosity, gradient) = (case.radiosity_unit().magnitude(), case.gradient_unit().magnitude());
+        Self { radiosity: self.radiosity.times(radiosity), gradient: self.gradient.each_ref().map(|c| c.times(gradient)) }
     }
 
-    /// The doubles nearest to value and gradient, each with a bound on its error, the rounding included.
-    pub(crate) fn to_doubles(&self) -> ((f64, f64), (Vec3<f64>, f64)) {
-        let (radiosity, radiosity_error) = self.radiosity.to_double();
-        let [x, y, z] = self.gradient.each_ref().map(Enclosure::to_double);
-        let error = norm([x.1, y.1, z.1]) * (1.0 + 8.0 * f64::EPSILON);
-        ((radiosity, radiosity_error.to_double()), (Vec3::new(x.0, y.0, z.0), error.to_double()))
+    /// The doubles nearest to value and gradient in their units, each with a bound on its error, the rounding included.
+    pub(crate) fn to_answer(&self, case: &Case<'_>) -> Result<Answer, Error> {
+        let ([radiosity], radiosity_error) = to_doubles(from_ref(&self.radiosity), case.radiosity_unit())?;
+        let (gradient, gradient_error) = to_doubles(&self.gradient, case.gradient_unit())?;
+        let gradient = gradient.into();
+        Ok(Answer { radiosity, gradient, radiosity_error, gradient_error, method: Method::ArbitraryPrecision })
     }
 
     fn to_decimals(&self, digits: u32, bits: usize) -> PreciseAnswer {

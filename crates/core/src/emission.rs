@@ -77,7 +77,6 @@ pub struct Emitter {
     vertex_error: f64,
     /// Brings the emission to a size of about 1.
     power: f64,
-    unit: f64,
 }
 
 /// The emission as `value + gradient . (y - vertex 0)`, with the gradient in the polygon's plane.
@@ -136,7 +135,7 @@ impl Emitter {
         let variation = steepest.x.max(steepest.y).max(steepest.z) * polygon.size();
         let largest = polynomial.as_ref().map_or(affine.value.abs().max(variation), InPlane::largest);
         let power = normalising_power(largest);
-        Ok(Self { power, unit: 1.0 / power, polygon, emission, affine, polynomial, vertex_values, vertex_error })
+        Ok(Self { power, polygon, emission, affine, polynomial, vertex_values, vertex_error })
     }
 
     /// The polygon.
@@ -218,10 +217,7 @@ impl Emitter {
     /// Largest length of the emission's gradient over the polygon: for a polynomial an upper bound.
     #[must_use]
     pub fn steepest_emission(&self) -> f64 {
-        let gradient = self.emission_gradient();
-        let largest = gradient.abs().max_element();
-        let length = || if largest > 0.0 { (gradient / largest).length() * largest } else { 0.0 };
-        self.polynomial.as_ref().map_or_else(length, InPlane::steepest)
+        self.polynomial.as_ref().map_or_else(|| Vec3::from(self.emission_gradient()).length(), InPlane::steepest)
     }
 
     /// Whether the emission is stated to be zero everywhere.
@@ -254,11 +250,6 @@ impl Emitter {
     /// The power of two by which the emission is multiplied before it is computed with.
     pub(crate) const fn power(&self) -> f64 {
         self.power
-    }
-
-    /// One over [`Self::power`], exact.
-    pub(crate) const fn unit(&self) -> f64 {
-        self.unit
     }
 }
 
@@ -322,7 +313,7 @@ fn through_vertices(polygon: &Polygon, values: &[f64]) -> Result<Affine, Error> 
     let largest = values.iter().fold(0.0, |m: f64, b| m.max(b.abs()));
     let coordinate = vertices.iter().fold(0.0, |m: f64, v| m.max(v.abs().max_element()));
     let gradient = DVec3::from(affine.gradient.map(DoubleDouble::to_f64));
-    let allowed = AFFINITY * largest + COORDINATE_ROUNDING * coordinate * gradient.length();
+    let allowed = AFFINITY * largest + COORDINATE_ROUNDING * coordinate * Vec3::from(gradient).length();
     let expected = |i: usize| values[0] + gradient.dot(vertices[i] - vertices[0]);
     let difference = |i: &usize| (values[*i] - expected(*i)).abs();
     let index = (0..count).max_by(|i, j| difference(i).total_cmp(&difference(j))).unwrap_or(0);

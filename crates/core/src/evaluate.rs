@@ -8,6 +8,7 @@ use glam::DVec3;
 use crate::ladder::Case;
 use crate::plan::Plan;
 use crate::terms::Terms;
+use crate::unit::Unit;
 use crate::vec3::Vec3;
 use crate::{Emitter, Error, Polygon, Receiver};
 
@@ -77,7 +78,7 @@ pub const DEFAULT_TOLERANCE: f64 = 1e-12;
 /// [`evaluate_to`] a relative tolerance of [`DEFAULT_TOLERANCE`].
 ///
 /// # Errors
-/// If a result overflows.
+/// If a result over- or underflows.
 pub fn evaluate(receiver: &Receiver, emitter: &Emitter, occluders: &[Polygon]) -> Result<Answer, Error> {
     evaluate_to(receiver, emitter, occluders, DEFAULT_TOLERANCE)
 }
@@ -102,7 +103,7 @@ pub fn evaluate(receiver: &Receiver, emitter: &Emitter, occluders: &[Polygon]) -
 /// ```
 ///
 /// # Errors
-/// If a result overflows, or the tolerance is not in [0, 1].
+/// If a result over- or underflows, or the tolerance is not in [0, 1].
 pub fn evaluate_to(receiver: &Receiver, emitter: &Emitter, occluders: &[Polygon], tolerance: f64) -> Result<Answer, Error> {
     if !(0.0..=1.0).contains(&tolerance) {
         return Err(Error::Tolerance { value: tolerance });
@@ -118,13 +119,13 @@ pub fn evaluate_to(receiver: &Receiver, emitter: &Emitter, occluders: &[Polygon]
 /// A polynomial emission loses digits far away, `(D/s)^degree` of them; [`evaluate`] does not.
 ///
 /// # Errors
-/// If the result overflows.
+/// If the result over- or underflows.
 pub fn radiosity(receiver: &Receiver, emitter: &Emitter) -> Result<f64, Error> {
     let Some(plan) = Plan::new(receiver, emitter.polygon()) else { return Ok(0.0) };
     let case = Case { receiver, emitter, occluders: &[], plan: &plan };
     let Some(terms) = Terms::<f64>::sum::<true, false>(&case) else { return Ok(0.0) };
     let radiosity = terms.radiosity(receiver);
-    if radiosity.is_finite() { case.radiosity(radiosity) } else { Ok(case.answer(1.0)?.radiosity) }
+    if is_sound([radiosity]) { case.radiosity(radiosity) } else { Ok(case.answer(1.0)?.radiosity) }
 }
 
 /// Gradient of `B` with respect to `x` alone: the digits of the closed form in double precision, without bound and value.
@@ -132,13 +133,13 @@ pub fn radiosity(receiver: &Receiver, emitter: &Emitter) -> Result<f64, Error> {
 /// A polynomial emission loses digits far away, `(D/s)^degree` of them; [`evaluate`] does not.
 ///
 /// # Errors
-/// If the result overflows.
+/// If the result over- or underflows.
 pub fn gradient(receiver: &Receiver, emitter: &Emitter) -> Result<DVec3, Error> {
     let Some(plan) = Plan::new(receiver, emitter.polygon()) else { return Ok(DVec3::ZERO) };
     let case = Case { receiver, emitter, occluders: &[], plan: &plan };
     let Some(terms) = Terms::<f64>::sum::<false, true>(&case) else { return Ok(DVec3::ZERO) };
     let gradient = terms.gradient(receiver);
-    if DVec3::from(gradient).is_finite() { case.gradient(gradient) } else { Ok(case.answer(1.0)?.gradient) }
+    if is_sound(DVec3::from(gradient).to_array()) { case.gradient(gradient) } else { Ok(case.answer(1.0)?.gradient) }
 }
 
 /// Radiosity and gradient together: the digits of the closed form in double precision, without bounds.
@@ -146,13 +147,13 @@ pub fn gradient(receiver: &Receiver, emitter: &Emitter) -> Result<DVec3, Error> 
 /// A polynomial emission loses digits far away, `(D/s)^degree` of them; [`evaluate`] does not.
 ///
 /// # Errors
-/// If a result overflows.
+/// If a result over- or underflows.
 pub fn radiosity_and_gradient(receiver: &Receiver, emitter: &Emitter) -> Result<(f64, DVec3), Error> {
     let Some(plan) = Plan::new(receiver, emitter.polygon()) else { return Ok((0.0, DVec3::ZERO)) };
     let case = Case { receiver, emitter, occluders: &[], plan: &plan };
     let Some(terms) = Terms::<f64>::sum::<true, true>(&case) else { return Ok((0.0, DVec3::ZERO)) };
     let (radiosity, gradient) = (terms.radiosity(receiver), terms.gradient(receiver));
-    if radiosity.is_finite() && DVec3::from(gradient).is_finite() {
+    if is_sound([radiosity]) && is_sound(DVec3::from(gradient).to_array()) {
         Ok((case.radiosity(radiosity)?, case.gradient(gradient)?))
     } else {
         case.answer(1.0).map(|answer| (answer.radiosity, answer.gradient))
@@ -168,20 +169,20 @@ pub fn radiosity_and_gradient(receiver: &Receiver, emitter: &Emitter) -> Result<
 /// A polynomial emission loses digits far away, `(D/s)^degree` of them; [`evaluate`] does not.
 ///
 /// # Errors
-/// If the result overflows.
+/// If the result over- or underflows.
 pub fn irradiance_vector(receiver: &Receiver, emitter: &Emitter) -> Result<DVec3, Error> {
     let Some(plan) = Plan::new(receiver, emitter.polygon()) else { return Ok(DVec3::ZERO) };
     let case = Case { receiver, emitter, occluders: &[], plan: &plan };
     let Some(terms) = Terms::<f64>::sum::<true, false>(&case) else { return Ok(DVec3::ZERO) };
-    finite_vector(DVec3::from(terms.irradiance) / emitter.power(), "irradiance vector")
+    let Vec3 { x, y, z } = terms.irradiance;
+    Unit::of_derivative(0, "irradiance vector", &plan, emitter).plain([x, y, z]).map(DVec3::from)
 }
 
-pub(crate) fn finite(value: f64, quantity: &'static str) -> Result<f64, Error> {
-    if value.is_finite() { Ok(value) } else { Err(Error::Overflow { quantity }) }
-}
-
-pub(crate) fn finite_vector(v: DVec3, quantity: &'static str) -> Result<DVec3, Error> {
-    if v.is_finite() { Ok(v) } else { Err(Error::Overflow { quantity }) }
+/// Whether double precision served: it neither broke down nor came near the end of its range, where squares are lost.
+#[inline]
+fn is_sound<const N: usize>(normalised: [f64; N]) -> bool {
+    const NEAR_THE_END: f64 = f64::MIN_POSITIVE / f64::EPSILON;
+    normalised.iter().all(|c| c.is_finite()) && normalised.iter().any(|c| c.abs() >= NEAR_THE_END)
 }
 
 #[cfg(test)]

@@ -69,10 +69,7 @@ impl Hessian {
 /// # Errors
 /// If the emission is not constant, or a result over- or underflows.
 pub fn hessian(receiver: &Receiver, emitter: &Emitter) -> Result<DMat3, Error> {
-    with_case(receiver, emitter, DMat3::ZERO, |case| {
-        let (matrix, _) = unit(case).components(columns::<f64>(case), 0.0)?;
-        Ok(DMat3::from_cols_array(&matrix))
-    })
+    with_case(receiver, emitter, DMat3::ZERO, |case| Ok(DMat3::from_cols_array(&unit(case).plain(columns::<f64>(case))?)))
 }
 
 /// Second derivatives of the radiosity with a bound.
@@ -120,9 +117,9 @@ fn with_case<R>(
     if let Some(given) = given {
         return Err(Error::EmissionKind { quantity: "the Hessian", needed: "constant", given });
     }
-    let plan = Plan::new(receiver, emitter.polygon()).filter(|_| !emitter.is_dark() && receiver.reflectance() != 0.0);
-    let Some(plan) = plan else { return Ok(zero) };
-    computation(&Case { receiver, emitter, occluders: &[], plan: &plan })
+    let Some(plan) = Plan::new(receiver, emitter.polygon()) else { return Ok(zero) };
+    let case = Case { receiver, emitter, occluders: &[], plan: &plan };
+    if case.is_dark() { Ok(zero) } else { computation(&case) }
 }
 
 fn unit(case: &Case<'_>) -> Unit {
@@ -165,7 +162,7 @@ impl Found {
 #[cold]
 fn rounded(case: &Case<'_>, tolerance: f64) -> Result<Hessian, Error> {
     let columns = || Some(columns::<Ball<Big>>(case).map(Enclosure::of));
-    let refined = refined(PRECISIONS, enough_for_doubles(tolerance), |columns| relative_error(columns), columns);
+    let refined = refined(PRECISIONS, enough_for_doubles(tolerance), |columns| relative_error(columns), || false, columns);
     let Some(columns) = refined.found else { return Ok(Hessian::ZERO) };
     let (columns, error) = to_doubles(&columns, unit(case))?;
     Ok(Hessian { matrix: DMat3::from_cols_array(&columns), error, method: Method::ArbitraryPrecision })

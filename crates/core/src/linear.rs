@@ -46,14 +46,15 @@ impl<T: Real> Seen<T> {
     pub(crate) fn new(receiver: &Receiver, emitter: &Emitter, power: f64) -> Self {
         let (x, polygon, emission) = (receiver.position(), emitter.polygon(), emitter.affine());
         let gradient = emitter.precise_gradient::<T>().map(|c| c.scaled(1.0 / power));
-        let steepness = gradient.norm_squared().value().sqrt();
+        let squared = gradient.norm_squared();
+        let steepness = (squared.size() + squared.error()).sqrt();
         let defect = polygon.planarity_defect() * power;
         let beta = T::exact(emission.value) - gradient.dot(offset(polygon.vertices()[0], x, power));
         Self {
             n1: unit_normal(receiver),
             n2: polygon.unit_normal(),
             height: height_over_plane::<T>(x, polygon, power).widened(defect.into()),
-            beta: beta.widened((emission.residual + 2.0 * steepness * defect).into()),
+            beta: beta.widened(steepness * (2.0 * defect) + emission.residual.into()),
             gradient,
         }
     }

@@ -81,6 +81,22 @@ fn screens_that_meet_in_a_t_leave_exactly_nothing_from_anywhere() {
     }
 }
 
+#[cfg(feature = "arbitrary-precision")]
+#[test]
+fn a_screen_seen_in_line_with_the_lamp_leaves_nothing_and_a_gradient_of_either_side() {
+    let receiver = Receiver::new(DVec3::ZERO, DVec3::new(0.1, -0.2, 1.0), 0.8).unwrap();
+    let (lamp, screen) = (linear(ceiling([-1.0, 1.0], [-1.0, 1.0], 4.0)), ceiling([-0.5, 0.5], [-0.5, 0.5], 2.0));
+    let answer = evaluate(&receiver, &lamp, std::slice::from_ref(&screen)).unwrap();
+    assert!(answer.radiosity == 0.0 && answer.radiosity_error < 1e-300, "{answer:?}");
+    // To one side the edge of the lamp shows, to the other it does not.
+    let step = 1e-6;
+    for axis in [DVec3::X, DVec3::Y, -DVec3::X, -DVec3::Y] {
+        let aside = Receiver::new(axis * step, DVec3::new(0.1, -0.2, 1.0), 0.8).unwrap();
+        let slope = evaluate(&aside, &lamp, std::slice::from_ref(&screen)).unwrap().radiosity / step;
+        assert!(slope > 1e-3 && slope <= answer.gradient_error, "{slope} {answer:?}");
+    }
+}
+
 #[test]
 fn the_value_past_a_screen_is_that_of_the_part_of_the_lamp_it_leaves() {
     let x = receiver([0.0, 0.0, 0.0]);

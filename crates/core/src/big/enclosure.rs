@@ -50,12 +50,17 @@ pub(crate) struct Refined<R> {
     pub(crate) is_enough: bool,
 }
 
+/// Bits that decide what doubles of like size leave open: what they do not is an exact coincidence.
+const DECISIVE: usize = 1024;
+
 /// Tries the precisions until the error is small enough (Ziv's strategy), or until more bits no longer help: what is left is an
-/// uncertainty of the input, such as vertices that are not exactly in one plane.
+/// uncertainty of the input, such as vertices that are not exactly in one plane, or `is_coincidence` says that a decision stays
+/// open.
 pub(crate) fn refined<R>(
     precisions: impl IntoIterator<Item = usize>,
     enough: Magnitude,
     relative_error: impl Fn(&R) -> Magnitude,
+    is_coincidence: impl Fn() -> bool,
     computation: impl Fn() -> Option<R>,
 ) -> Refined<R> {
     let mut refined = Refined { found: None, bits: 0, is_enough: false };
@@ -64,7 +69,7 @@ pub(crate) fn refined<R>(
         let Some(result) = with_bits(bits, &computation) else { return Refined { found: None, bits, is_enough: true } };
         let error = relative_error(&result);
         refined = Refined { found: Some(result), bits, is_enough: error <= enough };
-        if refined.is_enough || error * 2.0 > before {
+        if refined.is_enough || error * 2.0 > before || (bits >= DECISIVE && with_bits(bits, &is_coincidence)) {
             break;
         }
         before = error;
@@ -93,13 +98,26 @@ pub(crate) fn relative_error<'a>(components: impl IntoIterator<Item = &'a Enclos
     }
 }
 
-/// The doubles nearest to the components of a number, vector or matrix in the unit, and a bound on the norm of their error.
+/// The doubles nearest to the components of a number, vector or matrix in the unit, and a bound on the norm of their error. What
+/// may be 0 is 0 where doubles have no digits for it, or where nothing is known of it.
 pub(crate) fn to_doubles<const N: usize>(normalised: &[Enclosure; N], unit: Unit) -> Result<([f64; N], f64), Error> {
-    let scaled = normalised.each_ref().map(|c| c.times(unit.magnitude()).to_double());
-    let values = scaled.map(|(value, _)| value);
-    unit.check(values, relative_error(normalised) < Magnitude::from(1.0))?;
-    let error = norm(scaled.map(|(_, error)| error)) * (1.0 + 16.0 * f64::EPSILON);
-    Ok((values, error.to_double()))
+    let scaled = normalised.each_ref().map(|c| c.times(unit.magnitude()));
+    let rounded = scaled.each_ref().map(Enclosure::to_double);
+    let values = rounded.map(|(value, _)| value);
+    if relative_error(normalised) < Magnitude::from(1.0) {
+        unit.check_finite(values)?;
+        unit.check_size(values)?;
+    } else if values.iter().all(|v| v.abs() < f64::MIN_POSITIVE) || values.iter().any(|v| !v.is_finite()) {
+        let most = norm(scaled.each_ref().map(|c| c.size() + c.radius)) * (1.0 + 16.0 * f64::EPSILON);
+        return Ok(([0.0; N], bounding(most)));
+    }
+    Ok((values, bounding(norm(rounded.map(|(_, error)| error)) * (1.0 + 16.0 * f64::EPSILON))))
+}
+
+/// What is not a number bounds nothing.
+fn bounding(error: Magnitude) -> f64 {
+    let error = error.to_double();
+    if error.is_nan() { f64::INFINITY } else { error }
 }
 
 /// Euclidean norm.
