@@ -4,13 +4,10 @@
 //! whatever the gradient is not smooth at: the plane of the emitter, or a position from which a vertex is in the horizon. With a
 //! part p the difference is off by about p^2, and p of the digits go into the step.
 
-use astro_float::{BigFloat, Consts, Radix, RoundingMode, Sign};
 use glam::{DMat3, DVec3};
 use radgrad_core::{Emission, Emitter, Polygon, Receiver};
 
-/// Bits of the differences: enough for gradients of 450 digits.
-const BITS: usize = 1536;
-const NEAREST: RoundingMode = RoundingMode::ToEven;
+use crate::many_digits::{ManyDigits, distance};
 
 /// A constant emitter seen from the origin.
 #[derive(Debug, Clone)]
@@ -55,24 +52,17 @@ impl Seen {
     #[must_use]
     pub fn hessian(&self, part: f64, gradient: impl Fn(&Receiver) -> [String; 3]) -> Matrix {
         let step = 2f64.powi(libm::ilogb(self.smooth_range() * part));
-        let mut constants = Consts::new().unwrap();
-        let mut parse = |text: &str| {
-            let number = BigFloat::parse(text, Radix::Dec, BITS, NEAREST, &mut constants);
-            assert!(!number.is_nan(), "{text}");
-            number
-        };
-        let twice = BigFloat::from_f64(2.0 * step, 64);
         let columns = DVec3::AXES.map(|axis| {
             let [after, before] = [step, -step].map(|step| gradient(&self.receiver(axis * step)));
-            [0, 1, 2].map(|i| parse(&after[i]).sub(&parse(&before[i]), BITS, NEAREST).div(&twice, BITS, NEAREST))
+            [0, 1, 2].map(|i| ManyDigits::new(&after[i]).minus(&ManyDigits::new(&before[i])).over(2.0 * step))
         });
-        Matrix(columns)
+        Matrix(columns.into_iter().flatten().collect())
     }
 }
 
 /// A matrix of many digits, by columns.
 #[derive(Debug, Clone)]
-pub struct Matrix([[BigFloat; 3]; 3]);
+pub struct Matrix(Vec<ManyDigits>);
 
 impl Matrix {
     /// Frobenius norm.
@@ -84,27 +74,12 @@ impl Matrix {
     /// Frobenius norm of the difference from a matrix of doubles.
     #[must_use]
     pub fn distance(&self, other: &DMat3) -> f64 {
-        let entries = self.0.iter().flatten().zip(other.to_cols_array());
-        frobenius(entries.map(|(own, other)| to_f64(&own.sub(&BigFloat::from_f64(other, 64), BITS, NEAREST))).collect())
+        distance(&self.0, &other.to_cols_array().map(ManyDigits::from))
     }
 
     /// Frobenius norm of the difference from another.
     #[must_use]
     pub fn distance_to(&self, other: &Self) -> f64 {
-        let entries = self.0.iter().flatten().zip(other.0.iter().flatten());
-        frobenius(entries.map(|(own, other)| to_f64(&own.sub(other, BITS, NEAREST))).collect())
+        distance(&self.0, &other.0)
     }
-}
-
-/// Squares of entries far from 1 would leave the range of a double.
-fn frobenius(entries: Vec<f64>) -> f64 {
-    let largest = entries.iter().fold(0.0, |m: f64, e| m.max(e.abs()));
-    let part = |e: f64| e / largest * (e / largest);
-    if largest == 0.0 { 0.0 } else { largest * entries.into_iter().map(part).sum::<f64>().sqrt() }
-}
-
-fn to_f64(number: &BigFloat) -> f64 {
-    let Some((words, _, sign, exponent, _)) = number.as_raw_parts() else { return f64::NAN };
-    let size = libm::scalbn(words.last().copied().unwrap_or(0) as f64, exponent - 64);
-    if sign == Sign::Neg { -size } else { size }
 }

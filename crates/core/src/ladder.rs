@@ -90,7 +90,7 @@ impl Case<'_> {
         let budget = Budget::of(self.emitter.emission());
         let is_small = self.emitter.polygon().size() * self.plan.power <= budget.wide;
         let mut rule = if is_small { self.rule() } else { None };
-        if let Some(found) = self.within(rule.as_ref(), budget.cheap)
+        if let Some(found) = self.by_few_nodes(rule.as_ref(), budget.cheap)
             && let Some(answer) = self.accepted(&found, Method::Quadrature, tolerance)?
         {
             return Ok(answer);
@@ -102,7 +102,7 @@ impl Case<'_> {
         if !is_small {
             rule = self.rule();
         }
-        if let Some(found) = self.within(rule.as_ref(), budget.dear)
+        if let Some(found) = self.by_few_nodes(rule.as_ref(), budget.dear)
             && let Some(answer) = self.accepted(&found, Method::Quadrature, tolerance)?
         {
             return Ok(answer);
@@ -146,7 +146,7 @@ impl Case<'_> {
     }
 
     /// What a rule of at most so many nodes gives.
-    fn within(&self, rule: Option<&Rule<'_>>, most: usize) -> Option<Found> {
+    fn by_few_nodes(&self, rule: Option<&Rule<'_>>, most: usize) -> Option<Found> {
         rule.filter(|rule| rule.nodes() <= most).map(|rule| self.by_quadrature(rule))
     }
 

@@ -70,7 +70,22 @@ fn psi<T: Real>(angle: T, sin: T, cos: T, one_and_cos: T) -> T {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::certify::Ball;
     use crate::line::Sighted;
+
+    #[test]
+    fn an_arc_of_no_length_weighs_nothing() {
+        let point = |x: f64| Sighted::at(Vec3::new(2.0, x, 0.5));
+        let line = Line::<f64>::along(Vec3::new(0.0, 1.0, 0.0), point(0.25).point);
+        let arc = Arc::between(point(0.25), point(0.25), Generator::Occluder(line));
+        assert_eq!(arc.weight(&line, Vec3::new(0.3, -0.5, 0.812)), 0.0);
+        let point = |x: Ball<f64>| Sighted::at(Vec3::new(Ball::exact(2.0), x, Ball::exact(0.5)));
+        let [from, to] = [0.25, 0.25 + 1e-16].map(|x| point(Ball::approximate(x, 1e-15)));
+        let line = Line::along(Vec3::new(0.0, 1.0, 0.0).map(Ball::exact), from.point);
+        let weight =
+            Arc::between(from, to, Generator::Occluder(line)).weight(&line, Vec3::new(0.3, -0.5, 0.812).map(Ball::exact));
+        assert!(weight.value().abs() <= weight.error() && weight.error() < 1e-14, "{weight:?}");
+    }
 
     #[test]
     fn the_weight_is_that_of_the_moments_in_the_frame() {
