@@ -46,7 +46,7 @@ pub enum Method {
     /// Nothing to compute: the receiver is behind the emitter or in its plane, the emitter is below the horizon, or occluders
     /// hide all of it. Exactly 0.
     Zero,
-    /// A Gauss rule on the emitter with an a-priori bound, far away.
+    /// A Gauss rule on the part of the emitter above the horizon, with an a-priori bound: far away, and wherever it is cheap.
     Quadrature,
     /// The closed form in double precision with a running error bound.
     ClosedForm,
