@@ -19,12 +19,14 @@ pub struct Seen {
 }
 
 impl Seen {
-    /// The scene moved such that the receiver is at the origin, the emission made constant: `None` where rounding leaves no
-    /// polygon.
+    /// The scene moved such that the receiver is at the origin, the emission made constant, in a unit in which the Hessian is in
+    /// range: `None` where rounding leaves no polygon.
     #[must_use]
     pub fn moved(receiver: &Receiver, emitter: &Emitter) -> Option<Self> {
-        let vertices = emitter.polygon().vertices().iter().map(|v| *v - receiver.position()).collect();
-        let emitter = Emitter::new(Polygon::new(vertices).ok()?, Emission::Constant(emitter.largest_emission())).ok()?;
+        let vertices: Vec<DVec3> = emitter.polygon().vertices().iter().map(|v| *v - receiver.position()).collect();
+        let farthest = vertices.iter().fold(0.0, |most: f64, v| most.max(v.abs().max_element()));
+        let emission = 1.25 * 2f64.powi((2 * libm::ilogb(farthest)).clamp(-1000, 1000));
+        let emitter = Emitter::new(Polygon::new(vertices).ok()?, Emission::Constant(emission)).ok()?;
         Some(Self { normal: receiver.direction(), emitter })
     }
 
