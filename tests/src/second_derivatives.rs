@@ -16,6 +16,8 @@ pub struct Seen {
     pub normal: DVec3,
     /// The emitter.
     pub emitter: Emitter,
+    /// What may hide it.
+    pub occluders: Vec<Polygon>,
 }
 
 impl Seen {
@@ -27,7 +29,7 @@ impl Seen {
         let farthest = vertices.iter().fold(0.0, |most: f64, v| most.max(v.abs().max_element()));
         let emission = 1.25 * 2f64.powi((2 * libm::ilogb(farthest)).clamp(-1000, 1000));
         let emitter = Emitter::new(Polygon::new(vertices).ok()?, Emission::Constant(emission)).ok()?;
-        Some(Self { normal: receiver.direction(), emitter })
+        Some(Self { normal: receiver.direction(), emitter, occluders: Vec::new() })
     }
 
     /// The receiver at a point near the origin.

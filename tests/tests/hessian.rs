@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 
 use glam::DVec3;
 use radgrad_audit::family::Family;
+use radgrad_audit::sampler::Sampler;
 use radgrad_core::{Emission, Emitter, Error, Hessian, Method, Polygon, Receiver, evaluate_digits, hessian_to};
 use radgrad_oracle::enclose;
 use radgrad_tests::second_derivatives::{Matrix, Seen};
@@ -16,23 +17,20 @@ fn cases(family: Family, count: u64) -> impl Iterator<Item = (u64, Seen)> {
     (0..count).filter_map(move |index| {
         let problem = family.case(5, index).problem().ok()?;
         let seen = Seen::moved(&problem.receiver, &problem.emitter).filter(|seen| seen.smooth_range() > 0.0)?;
-        let rough = match hessian_to(&seen.receiver(DVec3::ZERO), &seen.emitter, 1.0) {
-            Err(Error::Underflow { .. } | Error::Overflow { .. }) => return None,
-            answer => answer.unwrap(),
-        };
+        let rough = hessian_to(&seen.receiver(DVec3::ZERO), &seen.emitter, &[], 1.0).unwrap();
         (rough.method != Method::Zero).then_some((index, seen))
     })
 }
 
 /// Gradients of so many digits by the closed form.
 fn by_closed_form(seen: &Seen, digits: u32) -> impl Fn(&Receiver) -> [String; 3] {
-    move |receiver| evaluate_digits(receiver, &seen.emitter, &[], digits).unwrap().gradient
+    move |receiver| evaluate_digits(receiver, &seen.emitter, &seen.occluders, digits).unwrap().gradient
 }
 
 /// Relative error of the answer to 1e-12, after every tolerance was seen to be met and every bound to hold.
 fn checked(seen: &Seen, truth: &Matrix, case: &str) -> (f64, Hessian) {
     let answers = TOLERANCES.map(|tolerance| {
-        let answer = hessian_to(&seen.receiver(DVec3::ZERO), &seen.emitter, tolerance).unwrap();
+        let answer = hessian_to(&seen.receiver(DVec3::ZERO), &seen.emitter, &seen.occluders, tolerance).unwrap();
         let error = truth.distance(&answer.matrix);
         assert!(error <= answer.error, "{case} to {tolerance:e}: off by {error:e}, {answer:?}");
         assert!(answer.meets(tolerance.max(1.2e-16)), "{case} to {tolerance:e}: {answer:?}");
@@ -73,6 +71,68 @@ fn every_family_meets_every_tolerance_and_keeps_its_bound() {
     }
 }
 
+/// A random polygon around `middle` in the plane across `axis`, convex or not.
+fn polygon(sampler: &mut Sampler, middle: DVec3, axis: DVec3, size: f64) -> Polygon {
+    loop {
+        let along = sampler.perpendicular(axis.normalize());
+        let across = axis.normalize().cross(along);
+        let count = 3 + sampler.below(4);
+        let corner = |k: u32| {
+            let angle = std::f64::consts::TAU * (f64::from(k) + sampler.between(0.0, 0.7)) / f64::from(count);
+            let radius = size * sampler.between(0.3, 1.0);
+            middle + (along * libm::cos(angle) + across * libm::sin(angle)) * radius
+        };
+        if let Ok(polygon) = Polygon::new((0..count).map(corner).collect()) {
+            return polygon;
+        }
+    }
+}
+
+/// An emitter past one to five screens, some that meet, pierce each other or stand on it, some cut by the horizon.
+fn screened(index: u64) -> Seen {
+    let sampler = &mut Sampler::new(3, "screened", index);
+    let middle = sampler.direction() * sampler.spread(-1, 3);
+    let tilt = (sampler.direction() * 0.6 - middle.normalize()).normalize();
+    let lamp = polygon(sampler, middle, tilt, 1.0);
+    let screens = (0..1 + sampler.below(5)).map(|_| {
+        let share = sampler.between(0.2, 1.05);
+        let place = (middle + sampler.direction() * 0.5) * share;
+        let axis = sampler.direction() * 0.9 + middle.normalize();
+        polygon(sampler, place, axis, 0.7 * share)
+    });
+    let mut occluders: Vec<Polygon> = screens.collect();
+    if sampler.one_in(3) {
+        let [a, b] = [lamp.vertices()[0], lamp.vertices()[1]];
+        let standing = vec![a, b, b + (tilt * 0.4 - middle * 0.1), a + (tilt * 0.3 - middle * 0.05)];
+        occluders.extend(Polygon::new(standing));
+    }
+    let normal = middle.normalize() * 0.4 + sampler.direction();
+    Seen { normal, emitter: Emitter::new(lamp, Emission::Constant(1.5)).unwrap(), occluders }
+}
+
+#[test]
+fn past_screens_it_is_the_difference_of_gradients_too() {
+    let (mut compared, mut hidden) = (0, 0);
+    let mut worst: f64 = 0.0;
+    for index in 0..400 {
+        let seen = screened(index);
+        let rough = hessian_to(&seen.receiver(DVec3::ZERO), &seen.emitter, &seen.occluders, 1.0).unwrap();
+        let free = hessian_to(&seen.receiver(DVec3::ZERO), &seen.emitter, &[], 1.0).unwrap();
+        if rough.method == Method::Zero {
+            hidden += usize::from(free.method != Method::Zero);
+            continue;
+        }
+        let gradient = by_closed_form(&seen, 80);
+        let [truth, coarse] = [1e-20, 1e-19].map(|part| seen.hessian(part, &gradient));
+        assert!(truth.distance_to(&coarse) <= 1e-30 * truth.norm(), "{index}: the difference has no digits");
+        let (error, _) = checked(&seen, &truth, &format!("scene {index}"));
+        worst = worst.max(error);
+        compared += usize::from(truth.distance(&free.matrix) > 1e-6 * truth.norm());
+    }
+    println!("{compared} partly hidden, {hidden} wholly, worst {worst:.1e}");
+    assert!(compared > 150 && worst < 1e-12, "{compared}, {worst:e}");
+}
+
 /// In contact down to 1e-290, over the inside, beside an edge and beside a corner, in scenes of three sizes.
 #[test]
 fn contact_at_any_height_and_scale_has_all_its_digits() {
@@ -85,9 +145,10 @@ fn contact_at_any_height_and_scale_has_all_its_digits() {
                 let vertices = corners.map(|[x, y]| DVec3::new(x - foot[0], y - foot[1], height) * scale);
                 let emission = 2f64.powi((2 * exponent).clamp(-1000, 1000));
                 let polygon = Polygon::new(vertices.to_vec()).unwrap();
-                let seen = Seen { normal, emitter: Emitter::new(polygon, Emission::Constant(emission)).unwrap() };
+                let emitter = Emitter::new(polygon, Emission::Constant(emission)).unwrap();
+                let seen = Seen { normal, emitter, occluders: Vec::new() };
                 let case = format!("{foot:?} {normal} at {height:e} times 2^{exponent}");
-                match hessian_to(&seen.receiver(DVec3::ZERO), &seen.emitter, 1e-12) {
+                match hessian_to(&seen.receiver(DVec3::ZERO), &seen.emitter, &[], 1e-12) {
                     Err(Error::Overflow { quantity: "Hessian" }) => overflown += 1,
                     Err(error) => panic!("{case}: {error}"),
                     // Nothing above the horizon, or no height left below the range of doubles.

@@ -111,11 +111,11 @@ fn value_gradient_bounds_and_method_are_the_same_in_every_unit() {
 fn second_derivatives_and_the_irradiance_vector_are_the_same_in_every_unit() {
     for (case, receiver, emitter, _) in cases() {
         let Emission::Constant(_) = emitter.emission() else { continue };
-        let here = hessian_to(&receiver, &emitter, 1e-12).unwrap();
+        let here = hessian_to(&receiver, &emitter, &[], 1e-12).unwrap();
         let vector = irradiance_vector(&receiver, &emitter).unwrap();
         for (lengths, emission) in [(-900, -930), (-300, -100), (-37, 0), (300, 100), (900, 930)] {
             let (receiver, emitter) = scaled(&receiver, &emitter, lengths, emission);
-            let there = hessian_to(&receiver, &emitter, 1e-12).unwrap();
+            let there = hessian_to(&receiver, &emitter, &[], 1e-12).unwrap();
             let matrix = DMat3::from_cols_array(&there.matrix.to_cols_array().map(|c| libm::scalbn(c, 2 * lengths - emission)));
             let error = libm::scalbn(there.error, 2 * lengths - emission);
             // Radii of many digits are kept as coarse floats with an exponent, which rounds them at other places.
@@ -179,7 +179,7 @@ fn the_value_is_not_lost_where_a_derivative_leaves_the_range() {
         assert!(irradiance_vector(&receiver, &emitter).unwrap().z > 0.0);
         assert_eq!(gradient(&receiver, &emitter), Err(error("gradient")));
         assert_eq!(evaluate_to(&receiver, &emitter, &[], 1e-9), Err(error("gradient")));
-        assert_eq!(hessian_to(&receiver, &emitter, 1e-9), Err(error("Hessian")));
+        assert_eq!(hessian_to(&receiver, &emitter, &[], 1e-9), Err(error("Hessian")));
         assert_eq!(hessian(&receiver, &emitter), Err(error("Hessian")));
         let digits = evaluate_digits(&receiver, &emitter, &[], 20).unwrap();
         assert!(digits.gradient.iter().all(|c| c.contains('e')), "{digits:?}");

@@ -1,4 +1,4 @@
-//! Which edges of the input lie on one line, decided exactly.
+//! Which edges and vertices of the input lie on one line, decided exactly.
 //!
 //! Screens that share an edge, meet in a T-junction, continue each other, or stand on the emitter's edge leave nothing between
 //! them. As doubles their edges are on one line, and no bound on a distance from it would ever say so.
@@ -25,17 +25,31 @@ impl EdgeName {
         self.0.map(|bits| bits.map(f64::from_bits).into())
     }
 
-    /// Whether the two edges are surely on one line: their ends are, seen along each axis.
+    /// An end point that the two edges share.
+    pub(crate) fn shared_end(self, other: Self) -> Option<DVec3> {
+        self.0.iter().find(|end| other.0.contains(end)).map(|bits| bits.map(f64::from_bits).into())
+    }
+
+    /// Whether the two edges are surely on one line.
     pub(crate) fn is_on_the_line_of(self, other: Self) -> bool {
-        let ([a, b], [c, d]) = (self.ends(), other.ends());
-        let largest = [a, b, c, d].iter().fold(0.0, |m: f64, p| m.max(p.abs().max_element()));
-        let points = [a, b, c, d].map(|p| p * normalising_power(largest));
+        other.ends().into_iter().all(|end| self.is_in_line_with(end))
+    }
+
+    /// Whether the point is surely on the line of the edge: it is, seen along each axis.
+    pub(crate) fn is_in_line_with(self, point: DVec3) -> bool {
+        let [a, b] = self.ends();
+        let points = [a, b, point + 0.0];
+        if points[..2].contains(&points[2]) {
+            return true;
+        }
+        let largest = points.iter().fold(0.0, |m: f64, p| m.max(p.abs().max_element()));
+        let points = points.map(|p| p * normalising_power(largest));
         // Then products of two differences are multiples of 2^-984, and none is lost to underflow.
         let is_in_range = |c: f64| c == 0.0 || c.abs() >= SMALLEST;
         points.iter().all(|p| p.to_array().into_iter().all(is_in_range))
             && [[0, 1], [1, 2], [2, 0]].into_iter().all(|[i, j]| {
-                let [a, b, c, d] = points.map(|p| robust::Coord { x: p[i], y: p[j] });
-                robust::orient2d(a, b, c) == 0.0 && robust::orient2d(a, b, d) == 0.0
+                let [a, b, c] = points.map(|p| robust::Coord { x: p[i], y: p[j] });
+                robust::orient2d(a, b, c) == 0.0
             })
     }
 }
@@ -55,6 +69,15 @@ mod tests {
     }
 
     #[test]
+    fn the_end_that_edges_share_is_found_whichever_it_is() {
+        let [a, b, c] = [at(0.0, 1.0, 2.0), at(-1.0, 3.0, 1.0), at(4.0, 0.5, 0.0)];
+        for (p, q) in [(EdgeName::new(a, b), EdgeName::new(b, c)), (EdgeName::new(b, a), EdgeName::new(c, b))] {
+            assert_eq!((p.shared_end(q), q.shared_end(p)), (Some(b), Some(b)));
+        }
+        assert_eq!(EdgeName::new(a, b).shared_end(EdgeName::new(c, at(0.0, 1.0, 2f64.next_up()))), None);
+    }
+
+    #[test]
     fn edges_are_on_one_line_to_the_last_bit_or_not_at_all() {
         let edge = EdgeName::new(at(0.0, -1.0, 2.0), at(0.0, 1.0, 2.0));
         let part = |step: f64| EdgeName::new(at(0.0, -1.0, 2.0), at(step, 0.3, 2.0));
@@ -63,6 +86,7 @@ mod tests {
         assert!(!edge.is_on_the_line_of(EdgeName::new(at(0.125, -1.0, 2.0), at(0.125, 1.0, 2.0))), "beside it");
         // Too small to be sure.
         assert!(!edge.is_on_the_line_of(EdgeName::new(at(0.0, -1e-300, 2.0), at(0.0, 0.3, 2.0))));
+        assert!(edge.is_in_line_with(at(0.0, 7.0, 2.0)) && !edge.is_in_line_with(at(0.0, 0.5, 2f64.next_up())));
     }
 
     #[test]
