@@ -9,8 +9,8 @@
 //! - [`radiosity`], [`gradient`] and [`radiosity_and_gradient`] give the plain closed form in double precision: what is asked for
 //!   is what is paid for;
 //! - [`evaluate_digits`] gives as many digits as are asked for;
-//! - [`irradiance_vector`] serves many normals at one point, and is the derivative with respect to the normal; [`hessian`] gives
-//!   second derivatives;
+//! - [`irradiance_vector`] serves many normals at one point, and is the derivative with respect to the normal; [`hessian`] and
+//!   [`hessian_to`] give second derivatives with respect to position;
 //! - [`paper`] is the paper's appendix, a second implementation to compare with.
 //!
 //! ```
