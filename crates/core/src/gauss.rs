@@ -16,8 +16,10 @@ mod source;
 mod sums;
 mod triangle;
 
+use crate::certify::Ball;
 use crate::number::ROUNDOFF;
 use crate::plan::{Horizon, Plan, height_over_plane, unit_normal};
+use crate::real::Real;
 use crate::vec3::Vec3;
 use crate::{Emitter, Receiver};
 use outline::Corner;
@@ -40,8 +42,10 @@ struct Scene<'a> {
     n2: Vec3<f64>,
     height: f64,
     source: Source<'a>,
-    /// Relative error that the input brings: vertices off the plane, values off the affine function.
+    /// Relative error that the input brings: the height rounded, vertices off the plane, values off the affine function.
     input_error: f64,
+    /// Relative error of the polygon's area, but for its rounding.
+    area_error: f64,
     is_clipped: bool,
     /// Multiplies lengths.
     power: f64,
@@ -112,16 +116,18 @@ impl Integral {
 impl<'a> Scene<'a> {
     fn new(receiver: &Receiver, emitter: &'a Emitter, plan: &Plan) -> Self {
         let polygon = emitter.polygon();
-        let height: f64 = height_over_plane(receiver.position(), polygon, plan.power);
+        let height: Ball<f64> = height_over_plane(receiver.position(), polygon, plan.power);
+        let (height, height_error) = (height.value(), height.error() / height.value());
         let is_clipped = plan.horizon == Horizon::Crossing;
         let source = Source::new(emitter, is_clipped);
-        let input_error = 8.0 * polygon.planarity_defect() * plan.power / height + source.input_error;
+        let input_error = 8.0 * polygon.planarity_defect() * plan.power / height + height_error + source.input_error;
         Self {
             n1: unit_normal(receiver),
             n2: polygon.normal().into(),
             height,
             source,
             input_error,
+            area_error: polygon.normal_error(),
             is_clipped,
             power: plan.power,
         }

@@ -1,35 +1,34 @@
 //! The sums over arcs for a constant emission in double precision, with a bound on their errors that is derived, not run.
 //!
-//! u = 2^-53, first order; 5 % on top pays for the rest, and a relative error of w above 1e-6, a moment near underflow or an arc
-//! of the horizon that may have either sign, next to pi, bounds nothing. With `ew` the relative error of w
-//! ([`Line::relative_error`]) and `eta` that of a crossing point (0 for a vertex, whose components err by u):
+//! u = 2^-53, first order; 0.1 % on top pays for the rest, and a relative error of w or of a crossing point above 1e-6, a
+//! moment near underflow or an arc of the horizon that may have either sign, next to pi, bounds nothing. With `ew` the relative
+//! error of w ([`Line::relative_error`]) and `eta` that of a crossing point (0 for a vertex, whose components err by u):
 //!
 //! - Lengths: `|w|` errs by `ew + 2.5u`, 1/|w| by `ew + 3.5u`, 1/|r| by `4.5u + eta`. N errs by ew across and 3.5u along itself,
 //!   and u for its product.
 //! - The angle is that of the point (inline, across), which err by 5u of `|r||r'|` and by `ew + 2.5u`, 7u more for the fraction
 //!   of a cut edge: `dg = min(g, 1) (ew + 8u + 7u) + 2 eta + 4ug`, the last from the arc tangent.
-//! - A crossing point `r + t e` errs by `u (2 |q| + 9 t |e|)`, and `t |e| <= |q| + 2 sqrt(3)` in normalised lengths: `eta = u (11 +
-//!   32/|q|)`.
-//! - Of a term `g N` only `n1.(g N)` matters: with `c = |n1.N|` it errs by `c (dg + 3.5ug)` along N, by `g ew` across, and by 2ug in
-//!   the products.
+//! - A crossing point `r + t e` errs by `u (2 |q| + 9 t |e|)`, and `t |e| <= |q| + 2 sqrt(3)` in normalised lengths: `eta = u
+//!   (11 + 32/|q|)`.
+//! - Of a term `g N` only `n1.(g N)` matters: with `c = |n1.N|` it errs by `c (dg + 3.5ug)` along N, by `g ew` across, and by
+//!   2ug in the products.
 //!
 //! The gradient's weight ([`Arc::weight`]) of an arc up to a quarter turn, `chi Q (c + c') + psi (q' - q)(c' - c)`, `q = 1/|r|`,
-//! `c = n1.r/|r|`, `Q = q + q'`, `T = 1/(1 + cos g)`, a number from 1/2 to 1:
+//! `c = n1.r/|r|`, `Q = q + q'`, `T = 1/(1 + cos g)`, a number from 1/2 to 1, and `s = |c| + |c'|`:
 //! - the sine errs by `ds = g (ew + 14u + 7u + 2 eta)`, the cosine by at most `5u + 11u cos + 4 eta`, so 1 + cos by `9u + 4 eta`
-//!   relative; c errs by `10.5u + 2 eta`, and `c + c'` or their difference by `23u + 4 eta`;
-//! - `chi = T (g + sin g)/4`, `1/2|u + v| = (T/8)^(1/2) <= a = 1/8 + T/4` and `|c + c'| <= |u + v|`: the first term errs by `Q [a (dg +
-//!   ds) + (g + sin g) (a (19u + 5 eta) + (T/4) (23u + 4 eta))]`;
-//! - `psi <= 0.091g` and `|c' - c| <= |v - u| <= g`: up to g = 1 the second errs by `Q [g (0.12 dg + 3ug) + 0.091g (23u + 4 eta)]`,
-//!   psi following from g alone but for 1 + cos, and beyond by `Q [0.55 (dg + ds) + 5ug + 0.091g (23u + 4 eta)]`;
-//! - the sum adds u. The weight is at most `Q (a + 0.13 min(g, 1)) (g + sin g)`, and its product with N errs by that times `ew +
-//!   5.5u + u`.
+//!   relative; c errs by `5u + 5.5u |c| + 2 eta`, and `c + c'` or their difference by `dc = 10u + 6.5us + 4 eta`;
+//! - `chi = T (g + sin g)/4`: the first term errs by `Q (T/4) [s (dg + ds) + (g + sin g) (s (19u + 5 eta) + dc)]`;
+//! - `psi <= 0.091g` and `|c' - c| <= |v - u| <= g`: up to g = 1 the second errs by `Q [g (0.12 dg + 3ug + 0.46 eta g) + 0.091g
+//!   dc]`, psi following from g alone but for 1 + cos, and beyond by `Q [0.55 (dg + ds) + 5ug + 0.9 eta g^2 + 0.091g dc]`;
+//! - the weight is at most `Q ((T/4) (g + sin g) s + 0.091g min(g, s))`; its sum and its product with N err by that times ew
+//!   across N and 5.5u along it.
 //!
 //! Past a quarter turn the weight is `(cc p1 + cs p2)/S` in the frame of the line:
 //! - 1/S errs by `ew + 8u`, `along` by 7u, `toward` by `en + 10u`, `en = ew + 5u`, and (p1, p2) by `en + 18u`;
-//! - cosine and sine of an end in the frame err by `en + 26u + eta` together, so the bisector by `db = 0.71 (2 en + 54u + 2 eta)`,
-//!   0.71 bounding one over the length of the longer of sum and difference of two unit vectors;
-//! - the column (cc, cs) of the symmetric matrix M errs by half of `dg + ds` and half of ds, by `2 g db`, and by 28ug of rounding;
-//!   the term by that and `g (2 en + ew + 32u)`, over S.
+//! - cosine and sine of an end in the frame err by `en + 26u + eta` together, so the bisector by `db = 0.71 (2 en + 54u + 2
+//!   eta)`, 0.71 bounding one over the length of the longer of sum and difference of two unit vectors;
+//! - the column (cc, cs) of the symmetric matrix M errs by half of `dg + ds` and half of ds, by `2 g db`, and by 28ug of
+//!   rounding; the term by that and `g (2 en + ew + 32u)`, over S.
 //!
 //! Each sum of n vectors adds `(n - 1) u` of the sum of sizes, and the products with emission, normal and reflectance 8u of the
 //! result.
@@ -53,14 +52,14 @@ pub(crate) struct BoundedSum {
 }
 
 /// Pays for terms of second order in the errors.
-const SECOND_ORDER: f64 = 1.05;
+const SECOND_ORDER: f64 = 1.001;
 
 impl BoundedSum {
     /// The sums over the arcs of a polygon that nothing hides, and the bounds.
     pub(crate) fn of(receiver: &Receiver, polygon: &Polygon, plan: &Plan) -> (Terms<f64>, Self) {
         let (mut angles, mut edges) = (SolidAngleVector::zero(), EdgeSum::new(unit_normal(receiver)));
         let n1 = unit_normal(receiver);
-        let mut errors = ArcErrors { n1, crossing: plan.horizon == Horizon::Crossing, ..ArcErrors::default() };
+        let mut errors = ArcErrors::new(n1, plan.horizon == Horizon::Crossing);
         horizon::visit_boundary(receiver, polygon, plan, |arc: &Arc<f64>| {
             angles.add(arc);
             edges.add(arc);
@@ -73,7 +72,7 @@ impl BoundedSum {
 }
 
 /// Sums of the errors and sizes of the arcs' terms.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Copy)]
 struct ArcErrors {
     n1: Vec3<f64>,
     crossing: bool,
@@ -81,10 +80,16 @@ struct ArcErrors {
     angles: f64,
     angle_errors: f64,
     edges: f64,
-    edge_errors: f64,
+    /// Of the gradient's terms along their normals, by components, and across them.
+    along: Vec3<f64>,
+    across: f64,
 }
 
 impl ArcErrors {
+    fn new(n1: Vec3<f64>, crossing: bool) -> Self {
+        Self { n1, crossing, arcs: 0.0, angles: 0.0, angle_errors: 0.0, edges: 0.0, along: Vec3::zero(), across: 0.0 }
+    }
+
     #[inline]
     fn add(&mut self, arc: &Arc<f64>) {
         const U: f64 = ROUNDOFF;
@@ -108,22 +113,28 @@ impl ArcErrors {
         let (size, error) = if arc.is_within_a_quarter_turn() {
             let near = arc.start.inverse + arc.end.inverse;
             let (sum, turn) = arc.angle_and_sine();
-            let half = 0.125 + 0.25 * turn;
-            let first = half * (dg + ds) + sum * (half * (19.0 * U + 5.0 * eta) + 0.25 * turn * (23.0 * U + 4.0 * eta));
-            let second = if g <= 1.0 { g * (0.12 * dg + 3.0 * U * g) } else { 0.55 * (dg + ds) + 5.0 * U * g };
-            let size = near * (half + 0.13 * least) * sum;
-            let weight = near * (first + second + 0.091 * g * (23.0 * U + 4.0 * eta));
-            (size, weight + size * (ew + 7.5 * U))
+            let [c1, c2] = [&arc.start, &arc.end].map(|end| (self.n1.dot(end.point) * end.inverse).abs());
+            let (cosines, quarter) = (c1 + c2, 0.25 * turn);
+            let dc = 10.0 * U + 6.5 * U * cosines + 4.0 * eta;
+            let first = quarter * (cosines * (dg + ds) + sum * (cosines * (19.0 * U + 5.0 * eta) + dc));
+            let second = if g <= 1.0 {
+                g * (0.12 * dg + 3.0 * U * g + 0.46 * eta * g)
+            } else {
+                0.55 * (dg + ds) + 5.0 * U * g + 0.9 * eta * g * g
+            };
+            let size = near * (quarter * sum * cosines + 0.091 * g * g.min(cosines));
+            (size, near * (first + second + 0.091 * g * dc) + 5.5 * U * size)
         } else {
             let en = ew + 5.0 * U;
             let db = 0.71 * (2.0 * en + 54.0 * U + 2.0 * eta);
             let column = 0.5 * dg + ds + 2.0 * g * db + 28.0 * U * g;
-            (g * line.nearness(), (column + g * (2.0 * en + ew + 32.0 * U)) * line.nearness())
+            (g * line.nearness(), (column + g * (2.0 * en + 32.0 * U)) * line.nearness())
         };
         self.edges += size;
-        self.edge_errors += error;
-        if ew > 1e-6 || line.moment < 1e-100 {
-            (self.angle_errors, self.edge_errors) = (f64::INFINITY, f64::INFINITY);
+        self.along = self.along + line.normal.map(f64::abs) * error;
+        self.across += size * ew;
+        if ew.max(eta) > 1e-6 || line.moment < 1e-100 {
+            (self.angle_errors, self.across) = (f64::INFINITY, f64::INFINITY);
         }
     }
 
@@ -132,7 +143,7 @@ impl ArcErrors {
         let length = |v: Vec3<f64>| v.norm_squared().sqrt();
         BoundedSum {
             irradiance: SECOND_ORDER * (0.5 * (self.angle_errors + sums * self.angles) + products * length(terms.irradiance)),
-            gradient: SECOND_ORDER * (self.edge_errors + sums * self.edges + products * length(terms.gradient)),
+            gradient: SECOND_ORDER * (length(self.along) + self.across + sums * self.edges + products * length(terms.gradient)),
         }
     }
 }

@@ -17,9 +17,11 @@ pub(super) struct Source<'a> {
     kind: Kind<'a>,
     /// Bound on `|B|` over the emitter and the triangles of its fan.
     pub(super) largest: f64,
-    /// Relative to that: rounding of the values at nodes, and what is left of it where it is relative to the values.
+    /// Relative to that: rounding of the values at nodes, and what is left of it where it is relative to the values; and what
+    /// each roundoff that a node errs by adds.
     pub(super) rounding: f64,
     pub(super) crossing: f64,
+    pub(super) per_node: f64,
     /// Relative to that: what the input leaves open, vertices off the plane or values off the affine function.
     pub(super) input_error: f64,
 }
@@ -79,20 +81,26 @@ impl<'a> Source<'a> {
             let rounding = (2 + factor * plane.degree()) as f64 * ROUNDOFF + plane.uncertainty() / plane.largest();
             let input_error = 2.0 * plane.steepest() * emitter.polygon().planarity_defect() / plane.largest();
             let largest = plane.largest() * emitter.power();
-            return Self { emitter, kind: Kind::Polynomial(plane), largest, crossing: rounding, rounding, input_error };
+            return Self {
+                emitter,
+                kind: Kind::Polynomial(plane),
+                largest,
+                crossing: rounding,
+                rounding,
+                per_node: 0.0,
+                input_error,
+            };
         }
         let kind = if let Emission::Constant(_) = emitter.emission() { Kind::Constant } else { Kind::Linear };
         let largest = emitter.largest_emission() * emitter.power() * (1.0 + 8.0 * ROUNDOFF);
-        // Values at a crossing of the horizon err by 21 roundings, what is between corners by 4 for the nodes; and by 6 of itself
-        // where no value is negative, else of the largest, and then nodes count twice.
-        let crossing = match (&kind, is_clipped) {
-            (Kind::Constant, _) => 0.0,
-            (_, false) => 4.0,
-            (_, true) => 25.0,
-        };
-        let crossing = crossing * ROUNDOFF + emitter.vertex_error() / largest;
-        let rounding = crossing + 10.0 * ROUNDOFF;
-        Self { emitter, kind, largest, crossing, rounding, input_error: emitter.affine().residual / largest }
+        let is_linear = matches!(kind, Kind::Linear);
+        // Values at a crossing of the horizon err by 21 roundings, what is between corners by 6 of itself where no value is
+        // negative, else of the largest; an affine function changes by the largest, or twice that, where a node moves by 1.
+        let at_crossings = if is_linear && is_clipped { 21.0 * ROUNDOFF } else { 0.0 };
+        let crossing = at_crossings + emitter.vertex_error() / largest;
+        let rounding = crossing + 6.0 * ROUNDOFF;
+        let per_node = if is_linear { ROUNDOFF } else { 0.0 };
+        Self { emitter, kind, largest, crossing, rounding, per_node, input_error: emitter.affine().residual / largest }
     }
 
     /// Bound on `|B|` over [`Self::largest`] in the ellipse with the semi-axes A = `stretch` and tau, `A + tau = ratio`.

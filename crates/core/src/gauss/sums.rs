@@ -1,25 +1,28 @@
 //! The rule's sums over its nodes, and their rounding errors.
 //!
 //! # Bound
-//! In normalised lengths, with u = 2^-53, rho the farthest and d the nearest point, L the longest side, sigma the error of a side
-//! and H the height over the horizon:
+//! In normalised lengths, with u = 2^-53, rho the farthest and d the nearest point, P the apex, L the longer of the sides e1
+//! and e1 + e there and l = |e| the one opposite, sigma the error of e1 and e, H the height over the horizon, and nodes that
+//! err by k u, k = 1 or, of several panels, 2:
 //!
-//! - The position of a node errs by `delta + u r`, `delta = u (2 rho + 6 L) + 2 sigma`: by the apex and the start of its row, u rho
-//!   each (u rho more beside a crossing of the horizon), by the products of the sides with the nodes (3u L more where those are of
-//!   several panels), and by its own rounding.
-//! - So `1/r^4` errs by `4 delta/r + 14u` of itself, and by 8u more with its weight. Sums over r follow from those over 1 and
+//! - The position of a node errs by `delta + u r`, `delta = u (|P| + rho + (1 + k) L + (2 + k) l) + sigma`: by the apex (u |P|
+//!   more beside a crossing of the horizon) and the start of its row, by the products of the sides with the nodes and by these,
+//!   and by its own rounding.
+//! - So `1/r^4` errs by `4 delta/r + 4u + 8u` of itself, and with its weight by 8u more. Sums over r follow from those over 1 and
 //!   `r^2` by Cauchy's inequality.
-//! - What is interpolated between corners errs by the error there, by the rounding of the two nodes, 4u of the largest, and by 6u
-//!   of itself as long as no corner is negative.
-//! - `r/r^2` is an inversion, which changes lengths by `1/r^2`: it errs by that times delta, and by 9u of itself.
-//! - A sum of m additions to a lane and three over lanes errs by `(m + 3) u` of the sum of sizes.
+//! - What is interpolated between corners errs by the error there, by 2ku of the largest for the nodes, and by 6u of itself as
+//!   long as no corner is negative.
+//! - `r/r^2` is an inversion, which changes lengths by `1/r^2`: it errs by that times delta, and by 7u of itself.
+//! - A sum errs by u of the sum of sizes for each addition that a term goes through.
 //!
-//! What `1/r^4` errs by scales a node's `n2 H - n1 h + 4 h H r/r^2` as a whole, and that is `n2 H - n1 h` reflected at r, at most
-//! `H + h` long: the third term does not count for it. Where the emission is somewhere negative the sums of sizes are bounded by
-//! its largest value.
+//! What `1/r^4` and the emission err by scales a node's `n2 H - n1 h + 4 h H r/r^2` as a whole, and that is `n2 H - n1 h`
+//! reflected at r, at most `H + h` long: the third term does not count for it. What H errs by scales `n2 + 4 h r/r^2`, `(1 + 8
+//! h^2/r^2)^(1/2) <= 1 + 2h/r` long. Where the emission is somewhere negative the sums of sizes are bounded by its largest
+//! value.
 //!
-//! Height, normals and the last few operations add 8u. Corners that are misplaced in the plane by up to 22u of the
-//! spread change the domain by that along the perimeter, where the integrand is at most what the nearest point allows.
+//! The last operations add 2u to the value, and to the gradient 5u, 6u and 3u of its three terms. Corners that are misplaced in
+//! the plane by up to 22u of the spread change the domain by that along the perimeter, where the integrand is at most what the
+//! nearest point allows.
 
 use std::sync::LazyLock;
 
@@ -56,6 +59,9 @@ impl<T: Copy> Sums<T> {
         }
     }
 }
+
+/// Rows that are added up before they go to the whole: fewer roundings for each.
+const GROUP: usize = 4;
 
 /// The sum over the lanes.
 fn total([a, b, c, d, e, f, g, h]: [f64; rules::LANES]) -> f64 {
@@ -192,36 +198,44 @@ impl Triangle {
         let rule = rules::rule(rows.count);
         let mut total = Sums::zero(simd);
         for panel in 0..rows.panels {
-            for (node, weight) in rule.nodes.iter().zip(rule.weights).take(rows.count) {
-                let a = (panel as f64 + node) * width[0];
-                let (start, step) = (apex + first * a, side * a);
-                let along = Row {
-                    start: start.map(splat),
-                    step: step.map(splat),
-                    facing: ends(facing, a).map(splat),
-                    weight: splat(weight * width[0] * width[1] * a),
-                };
-                total.add(&Sums::of(simd, &along, row, &emission(a)));
+            let (nodes, weights) = (&rule.nodes[..rows.count], &rule.weights[..rows.count]);
+            for (nodes, weights) in nodes.chunks(GROUP).zip(weights.chunks(GROUP)) {
+                let mut group = Sums::zero(simd);
+                for (node, weight) in nodes.iter().zip(weights) {
+                    let a = (panel as f64 + node) * width[0];
+                    let (start, step) = (apex + first * a, side * a);
+                    let along = Row {
+                        start: start.map(splat),
+                        step: step.map(splat),
+                        facing: ends(facing, a).map(splat),
+                        weight: splat(weight * width[0] * width[1] * a),
+                    };
+                    group.add(&Sums::of(simd, &along, row, &emission(a)));
+                }
+                total.add(&group);
             }
         }
         total.map(|sum| *sum.as_array())
     }
 
-    /// To each lane.
+    /// Additions that a term goes through: what is added to nothing is exact.
     fn additions(&self) -> usize {
         let [rows, row] = self.grid;
-        rows.nodes() + row.panels * row.count.div_ceil(rules::LANES)
+        let in_row = row.panels * row.count.div_ceil(rules::LANES) - 1;
+        let in_group = rows.count.min(GROUP) - 1;
+        let groups = rows.panels * rows.count.div_ceil(GROUP) - 1;
+        in_row + in_group + groups + rules::LANES.ilog2() as usize
     }
 
     /// Bound on the rounding errors.
     fn error(&self, scene: &Scene<'_>, sums: &Sums<f64>) -> Bound {
         const U: f64 = ROUNDOFF;
         let Scene { height, ref source, input_error, is_clipped, .. } = *scene;
-        let Self { nearest, farthest, longest, most_facing, .. } = *self;
-        let apex = if is_clipped { 3.0 } else { 2.0 };
-        let nodes = if self.grid.iter().all(|grid| grid.panels == 1) { 6.0 } else { 9.0 };
-        let displaced = U * (apex * farthest + nodes * longest) + 2.0 * self.side_error;
-        let sum = (3 + self.additions()) as f64 * U;
+        let Self { nearest, farthest, apex_distance, leg, base, most_facing, .. } = *self;
+        let apex = if is_clipped { 2.0 } else { 1.0 };
+        let node = if self.grid.iter().all(|grid| grid.panels == 1) { 1.0 } else { 2.0 };
+        let displaced = U * (apex * apex_distance + farthest + (1.0 + node) * leg + (2.0 + node) * base) + self.sides_error;
+        let sum = self.additions() as f64 * U;
         let steep = (most_facing / nearest).min(1.0);
         // Sums of sizes, these over r and over r^2, and what the emission errs by.
         let bright = sums.positive * source.largest * (1.0 + 1e-9);
@@ -229,29 +243,29 @@ impl Triangle {
             let over_distance = |sum: f64, over_square: f64| (sum * over_square).sqrt() * (1.0 + 1e-9);
             let plain = [sums.plain, over_distance(sums.plain, sums.plain_over_square)];
             let projected = [sums.projected, over_distance(sums.projected, sums.projected_over_square)];
-            (plain, projected, source.crossing)
+            (plain, projected, source.crossing + 2.0 * node * source.per_node)
         } else {
             let over_distance = |sum: f64| [sum, sum / nearest];
-            (over_distance(bright), over_distance(bright * most_facing), source.rounding)
+            (over_distance(bright), over_distance(bright * most_facing), source.rounding + 4.0 * node * source.per_node)
         };
         let emission = bright * emission;
         let pulled = plain[0].min(projected[1]);
         let inverted = if self.is_bright { sums.projected_over_square } else { pulled / nearest };
-        // The first is what all three sums of a node have in common.
-        let errors = |[size, over_distance]: [f64; 2]| 4.0 * displaced * over_distance + size * (32.0 * U + sum);
-        let facing = self.facing_error + 4.0 * U * most_facing;
-        let plain_error = errors(plain) + emission;
-        let projected_error = errors(projected) + emission * most_facing + plain[0] * facing;
-        let pulled_error = displaced * inverted + pulled * (17.0 * U + sum) + emission * steep + plain[1] * facing;
+        // What the three sums of a node have in common, and what the second and third have besides.
+        let common = |[size, over_distance]: [f64; 2]| 4.0 * displaced * over_distance + size * (27.0 * U + sum);
+        let facing = self.facing_error + 2.0 * node * U * most_facing;
+        let plain_error = common(plain) + emission;
+        let projected_error = common(projected) + 7.0 * U * projected[0] + emission * most_facing + plain[0] * facing;
+        let pulled_error = displaced * inverted + pulled * (10.5 * U + sum) + 0.5 * plain[1] * facing;
         let area = self.twice_area.abs();
-        let last = 8.0 * U + input_error;
         // Over the fourth power of the nearest distance.
         let near = nearest * nearest;
         let misplaced = self.misplaced_area / (near * near) * source.largest;
         Bound {
-            value: height * (area * (projected_error + last * projected[0]) + misplaced * most_facing),
+            value: height * (area * (projected_error + (2.0 * U + input_error) * projected[0]) + misplaced * most_facing),
             gradient: area * (projected_error + height * (plain_error + 4.0 * pulled_error))
-                + area * last * (projected[0] + height * (plain[0] + 4.0 * pulled))
+                + area * U * (5.0 * projected[0] + height * (6.0 * plain[0] + 12.0 * pulled))
+                + area * input_error * (projected[0] + height * (plain[0] + 4.0 * pulled))
                 + misplaced * (most_facing + height * (1.0 + 4.0 * steep)),
         }
     }

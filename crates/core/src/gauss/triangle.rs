@@ -35,15 +35,18 @@ pub(super) struct Triangle {
     /// Signed, and a bound on its error.
     pub(super) twice_area: f64,
     pub(super) twice_area_error: f64,
-    /// Bound on the error of a side, and on the area by which displaced corners change the domain.
-    pub(super) side_error: f64,
+    /// Bounds on the errors of e1 and e together, and on the area by which displaced corners change the domain.
+    pub(super) sides_error: f64,
     pub(super) misplaced_area: f64,
     pub(super) grid: [Grid; 2],
     pub(super) truncation: Bound,
-    /// Bounds on the distance of its points from the receiver, and its longest side.
+    /// Bounds on the distance of its points from the receiver, and that of P.
     pub(super) nearest: f64,
     pub(super) farthest: f64,
-    pub(super) longest: f64,
+    pub(super) apex_distance: f64,
+    /// The longer of the two sides at P, and the side opposite.
+    pub(super) leg: f64,
+    pub(super) base: f64,
 }
 
 /// Bounds on the errors of value and gradient.
@@ -84,20 +87,23 @@ struct Reach {
 }
 
 impl Scene<'_> {
-    /// The triangle with the number of nodes it needs for full precision, of an outline with local offsets up to `spread`; `None` if that is more than there are rules for.
+    /// The triangle with the number of nodes it needs for full precision, of an outline with local offsets up to `spread`;
+    /// `None` if that is more than there are rules for.
     pub(super) fn triangle(&self, corners: [Corner; 3], spread: f64, twice_area: Option<f64>) -> Option<Triangle> {
         let [a, b, c] = &corners;
         let [first, last, side] = [self.side(a, b), self.side(a, c), self.side(b, c)];
         let lengths = [first, last, side].map(|e| e.norm_squared().sqrt());
-        let longest = lengths[0].max(lengths[1]).max(lengths[2]);
+        let (leg, base) = (lengths[0].max(lengths[1]), lengths[2]);
+        let longest = leg.max(base);
         // Two local offsets and their difference; a share of it is the displacement of crossings as seen from the receiver.
         let side_error = if self.is_clipped { 60.0 * ROUNDOFF * spread } else { ROUNDOFF * longest };
+        let distances = [a, b, c].map(|corner| corner.seen.norm_squared().sqrt());
         // The area would lose digits to underflow.
         if longest < 1e-130 {
             return None;
         }
         let (twice_area, twice_area_error) = if let Some(twice_area) = twice_area {
-            (twice_area, 4.0 * ROUNDOFF * twice_area)
+            (twice_area, (1.1 * ROUNDOFF + self.area_error) * twice_area)
         } else {
             let rounding = side_error * (lengths[0] + lengths[1]) + 12.0 * ROUNDOFF * lengths[0] * lengths[1];
             (self.n2.dot(first.cross(last)), rounding)
@@ -106,7 +112,8 @@ impl Scene<'_> {
         let distance = centroid.norm_squared().sqrt() * (1.0 - 32.0 * ROUNDOFF);
         let reach = corners.map(|corner| (corner.seen - centroid).norm_squared().sqrt());
         let reach = reach[0].max(reach[1]).max(reach[2]) + 32.0 * ROUNDOFF * distance;
-        let (nearest, farthest) = (self.height.max(distance - reach), distance + reach);
+        let nearest = self.height.max(distance - reach);
+        let farthest = distances[0].max(distances[1]).max(distances[2]) * (1.0 + 4.0 * ROUNDOFF);
         let most_facing = a.facing.max(b.facing).max(c.facing);
         let area = twice_area.abs();
         // Slivers along the horizon are worth fewer than nine digits less than their area says.
@@ -128,13 +135,15 @@ impl Scene<'_> {
             is_bright: corners.iter().all(|corner| corner.lit.is_bright()),
             twice_area,
             twice_area_error,
-            side_error,
+            sides_error: if self.is_clipped { 2.0 * side_error } else { ROUNDOFF * (leg + base) },
             misplaced_area: if self.is_clipped { 70.0 * ROUNDOFF * spread * longest } else { 0.0 },
             grid: [along.0, across.0],
             truncation: Bound { value: along.1.value + across.1.value, gradient: along.1.gradient + across.1.gradient },
             nearest,
             farthest,
-            longest,
+            apex_distance: distances[0],
+            leg,
+            base,
         })
     }
 
