@@ -14,8 +14,9 @@ fn assert_near(found: &[String], bound: &str, truth: &[Interval], case: &str) {
     let zero = vec![ManyDigits::from(0.0); truth.len()];
     let (off, size, bound) = (distance(&found, &truth), distance(&truth, &zero), ManyDigits::new(bound).to_f64());
     assert!(size > 0.0 && bound <= 1e-100 * size, "{case}: bound {bound:e} of {size:e}");
-    // The truth is known to 110 digits.
-    assert!(off <= bound + 1e-108 * size, "{case}: off by {off:e}, bound {bound:e}, size {size:e}");
+    // The truth is known to 110 digits, or as far down as its radius, a double, reaches.
+    let unknown = 1e-108 * size + 1e-306;
+    assert!(unknown <= 1e-60 * size && off <= bound + unknown, "{case}: off by {off:e}, bound {bound:e}, size {size:e}");
 }
 
 fn compare(receiver: &Receiver, emitter: &Emitter, case: &str) -> PreciseAnswer {
@@ -38,7 +39,7 @@ fn cubic(emitter: &Emitter) -> Emitter {
 #[test]
 fn a_hundred_digits_are_those_of_the_enclosure() {
     let mut compared = 0;
-    for family in Family::ALL.into_iter().filter(|family| *family != Family::GrazingScale) {
+    for family in Family::ALL {
         for index in 0..3 {
             let Ok(problem) = family.case(23, index).problem() else { continue };
             let emitter = match index {

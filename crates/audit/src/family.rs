@@ -66,6 +66,8 @@ pub enum Family {
     ContactScale,
     /// Just above the plane, at a scale of 2^600 to 2^900 or the inverse.
     GrazingScale,
+    /// A polygon behind an occluder that stands on it, at a scale of 2^600 to 2^900 or the inverse.
+    ScreenScale,
     /// By the line of an edge, the emission linear and steep: up to 2^40 between vertices.
     SteepExtension,
     /// A polynomial emission of degree 2 to 6 at 10 to 10^8 sizes.
@@ -86,7 +88,7 @@ pub enum Family {
 
 impl Family {
     /// All of them, in the order of the tables.
-    pub const ALL: [Self; 28] = [
+    pub const ALL: [Self; 29] = [
         Self::Generic,
         Self::Far,
         Self::Clipped,
@@ -107,6 +109,7 @@ impl Family {
         Self::ContactSliver,
         Self::ContactScale,
         Self::GrazingScale,
+        Self::ScreenScale,
         Self::SteepExtension,
         Self::PolynomialFar,
         Self::PolynomialClipped,
@@ -141,6 +144,7 @@ impl Family {
             Self::ContactSliver => "contact-sliver",
             Self::ContactScale => "contact-scale",
             Self::GrazingScale => "grazing-scale",
+            Self::ScreenScale => "screen-scale",
             Self::SteepExtension => "steep-extension",
             Self::PolynomialFar => "polynomial-far",
             Self::PolynomialClipped => "polynomial-clipped",
@@ -194,6 +198,7 @@ impl Family {
             Self::ContactSliver => mixed::contact_sliver(sampler),
             Self::ContactScale => mixed::contact_scale(sampler),
             Self::GrazingScale => mixed::grazing_scale(sampler),
+            Self::ScreenScale => mixed::screen_scale(sampler),
             Self::SteepExtension => mixed::steep_extension(sampler),
             Self::PolynomialFar => mixed::polynomial_far(sampler),
             Self::PolynomialClipped => mixed::polynomial_clipped(sampler),

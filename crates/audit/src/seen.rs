@@ -113,11 +113,11 @@ mod tests {
     }
 
     #[test]
-    fn every_case_of_the_family_with_a_screen_has_a_seen_part() {
-        for index in 0..300 {
-            let problem = Family::FarScreen.case(1, index).problem().expect("valid");
+    fn every_case_of_a_family_with_a_screen_has_a_seen_part() {
+        for (family, index) in [Family::FarScreen, Family::ScreenScale].into_iter().flat_map(|f| (0..300).map(move |i| (f, i))) {
+            let problem = family.case(1, index).problem().expect("valid");
             let count = problem.emitter.polygon().vertices().len();
-            let rest = seen(&problem).unwrap_or_else(|| panic!("{index}: {problem:?}"));
+            let rest = seen(&problem).unwrap_or_else(|| panic!("{family} {index}: {problem:?}"));
             assert_eq!(rest.polygon().vertices().len(), count - 1);
         }
     }

@@ -50,7 +50,7 @@ pub const fn share(family: Family) -> u64 {
         | Family::InPlaneOutside
         | Family::BackFacing
         | Family::BelowHorizon => 3,
-        Family::FarScreen | Family::PolynomialFar | Family::EqualVertices => 1,
+        Family::FarScreen | Family::ScreenScale | Family::PolynomialFar | Family::EqualVertices => 1,
     }
 }
 

@@ -24,9 +24,20 @@ pub(super) fn far_clipped(sampler: &mut Sampler) -> Scene {
     scene
 }
 
-/// At 2^3 to 2^27 sizes, behind a triangle that stands on a diagonal and hides the vertex which that cuts off: the two touch
-/// along it.
+/// At 2^3 to 2^27 sizes, behind a screen that stands on it.
 pub(super) fn far_screen(sampler: &mut Sampler) -> Scene {
+    screened(sampler, 3, 27)
+}
+
+/// At 2^2 to 2^5 sizes behind a screen that stands on it, scaled by 2^600 to 2^900 or by the inverse.
+pub(super) fn screen_scale(sampler: &mut Sampler) -> Scene {
+    let scene = screened(sampler, 2, 5);
+    extreme(sampler, scene)
+}
+
+/// At 2^low to 2^high sizes, behind a triangle that stands on a diagonal and hides the vertex which that cuts off: the two touch
+/// along it.
+fn screened(sampler: &mut Sampler, low: i64, high: i64) -> Scene {
     let lattice = many_sided::lattice(sampler);
     let count = 4 + sampler.below(8) as usize;
     let polygon = OnLattice::convex_with(sampler, lattice, count);
@@ -34,7 +45,7 @@ pub(super) fn far_screen(sampler: &mut Sampler) -> Scene {
     let cross = (vertices[1] - vertices[0]).cross(vertices[2] - vertices[0]);
     let lit = cross / cross.length();
     let size = vertices.iter().map(|v| (*v - vertices[0]).length()).fold(0.0, f64::max);
-    let position = vertices[0] + spread::well_above(sampler, lit) * (size * sampler.spread(3, 27));
+    let position = vertices[0] + spread::well_above(sampler, lit) * (size * sampler.spread(low, high));
     let normal = spread::with_all_in_sight(sampler, position, &vertices, lit);
     // Vertex 0 stays in view, since a gradient is stated there.
     let hidden = 1 + sampler.below(u32::try_from(count - 1).unwrap_or(1)) as usize;

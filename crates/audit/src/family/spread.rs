@@ -84,8 +84,8 @@ pub(super) fn in_unit(sampler: &mut Sampler, mut scene: Scene, exponent: i64) ->
     let power = power_of_two(exponent);
     scene.position *= power;
     scene.normal *= power_of_two(sampler.integer(-300, 300));
-    for vertex in &mut scene.vertices {
-        *vertex *= power;
+    for point in scene.vertices.iter_mut().chain(scene.occluders.iter_mut().flatten()) {
+        *point *= power;
     }
     if let EmissionRecord::Gradient { gradient, .. } = &mut scene.emission {
         *gradient = gradient.map(|c| c * power_of_two(-exponent));

@@ -174,7 +174,7 @@ fn mixtures_are_difficult_in_both_ways() {
     // The horizon passes within the height of the receiver, which is itself small.
     assert!(problems(Family::ContactSliver).all(|p| figures(&p).height < 0.2 && figures(&p).highest < figures(&p).height));
     assert!(problems(Family::ContactSliver).any(|p| figures(&p).height < 1e-6 && figures(&p).highest < 1e-11));
-    for family in [Family::ContactScale, Family::GrazingScale] {
+    for family in [Family::ContactScale, Family::GrazingScale, Family::ScreenScale] {
         let sizes: Vec<f64> = problems(family).map(|p| p.emitter.polygon().size()).collect();
         assert!(sizes.iter().all(|s| *s < 1e-180 || *s > 1e180), "{family}");
         assert!(sizes.iter().any(|s| *s < 1e-240) && sizes.iter().any(|s| *s > 1e240), "{family}");

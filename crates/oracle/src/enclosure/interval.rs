@@ -149,10 +149,9 @@ fn read(text: &str) -> Result<(Exact, f64), Error> {
     Ok((middle, power_of_ten(last)))
 }
 
-/// `10^n` to a few units in the last place, up to the range of a double.
+/// `10^n`, rounded; infinite or 0 beyond the range of a double.
 pub(crate) fn power_of_ten(n: i32) -> f64 {
-    let power: f64 = (0..n.unsigned_abs()).fold(1.0, |p, _| p * 10.0);
-    if n < 0 { 1.0 / power } else { power }
+    format!("1e{n}").parse().unwrap_or(f64::NAN)
 }
 
 #[cfg(test)]
