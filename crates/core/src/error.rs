@@ -154,6 +154,22 @@ pub enum Error {
         /// Bits of the last attempt.
         bits: usize,
     },
+    /// The arrays of a batch differ in length.
+    #[error("an array of {given} entries was given where {expected} are needed")]
+    Lengths {
+        /// Entries that are needed.
+        expected: usize,
+        /// Entries given.
+        given: usize,
+    },
+    /// One entry of a batch is wrong.
+    #[error("entry {index}: {error}")]
+    InBatch {
+        /// Index of the entry.
+        index: usize,
+        /// What is wrong with it.
+        error: Box<Error>,
+    },
     /// The result is too large for a double.
     #[error("the {quantity} overflows: its magnitude is above {:e}", f64::MAX)]
     Overflow {

@@ -26,6 +26,7 @@
 //! ```
 
 mod arc;
+pub mod batch;
 #[cfg(feature = "arbitrary-precision")]
 mod big;
 mod certify;

@@ -1,0 +1,247 @@
+//! Many receivers against one emitter: receivers on lanes, the outline the same on all.
+
+use fearless_simd::{Level, Simd, dispatch};
+
+use super::answers::{Answers, Counts, Slots};
+use super::edge::Edge;
+use super::lanes::{Lane, Lanes, constant, load, same};
+use super::tile::{Goal, Rest, Scale, TILE, put, settle};
+use super::visible::{Outline, find};
+use super::{Precision, Receivers};
+use crate::evaluate::{Answer, Method, evaluate_to, radiosity, radiosity_and_gradient};
+use crate::geometry::normalising_power;
+use crate::number::ROUNDOFF;
+use crate::vec3::Vec3;
+use crate::{DVec3, Emission, Emitter, Error, Polygon, Receiver};
+
+/// An emitter's outline in the precision of the lanes, in normalised lengths.
+#[derive(Debug, Clone)]
+pub(super) struct Outlined<F> {
+    corners: Vec<Corner<F>>,
+    normal: [F; 3],
+    height_units: f64,
+    /// Multiplies all lengths.
+    pub(super) power: F,
+}
+
+/// A vertex, and the edge that starts there with its squared length.
+#[derive(Debug, Clone, Copy)]
+struct Corner<F> {
+    vertex: [F; 3],
+    e: [F; 3],
+    square: F,
+    inverse: F,
+}
+
+impl<F: Lane> Outlined<F> {
+    /// `None` where the precision cannot hold the vertices as they are.
+    pub(super) fn new(polygon: &Polygon) -> Option<Self> {
+        let size = polygon.size();
+        let power = if 1.0 / F::UNSCALED <= size && size <= F::UNSCALED { 1.0 } else { normalising_power(size) };
+        let vertices = polygon.vertices();
+        let holds = |value: f64| F::nearest(value).to_double() == value;
+        let held = vertices.iter().flat_map(|v| (*v * power).to_array()).chain([power, 1.0 / power]).all(holds);
+        let corner = |i: usize| {
+            let e = (vertices[(i + 1) % vertices.len()] - vertices[i]) * power;
+            let square = e.length_squared();
+            Corner {
+                vertex: (vertices[i] * power).to_array().map(F::nearest),
+                e: e.to_array().map(F::nearest),
+                square: F::nearest(square),
+                inverse: F::nearest(1.0 / square),
+            }
+        };
+        let corners: Vec<Corner<F>> = (0..vertices.len()).map(corner).collect();
+        let long = corners.iter().all(|corner| corner.square.to_double() >= F::SHORTEST * F::SHORTEST);
+        (held && long).then(|| Self {
+            corners,
+            normal: polygon.normal().to_array().map(F::nearest),
+            height_units: height_units::<F>(polygon, power),
+            power: F::nearest(power),
+        })
+    }
+}
+
+/// What a height over the polygon's plane is sure to, in units of roundoff of the distance: 16 and what the normal errs by. Over
+/// a plane across an axis it is a difference of two coordinates, with the right sign.
+fn height_units<F: Lane>(polygon: &Polygon, power: f64) -> f64 {
+    let first = polygon.vertices()[0].to_array();
+    let across = |axis: usize| polygon.vertices().iter().all(|v| v.to_array()[axis] == first[axis]);
+    let along_axis = polygon.normal().abs().to_array().iter().filter(|c| **c == 0.0).count() == 2;
+    if power == 1.0 && along_axis && (0..3).any(across) {
+        return 0.0;
+    }
+    16.0 + 2.0 * (polygon.normal_error() + 2.0 * ROUNDOFF) / F::ROUNDOFF
+}
+
+impl<S: Simd, F: Lane> Outline<S, F> for Outlined<F> {
+    #[inline(always)]
+    fn count(&self) -> usize {
+        self.corners.len()
+    }
+    #[inline(always)]
+    fn vertex(&self, simd: S, index: usize) -> Vec3<Lanes<S, F>> {
+        same(simd, self.corners[index].vertex)
+    }
+    #[inline(always)]
+    fn edge(&self, simd: S, index: usize) -> Edge<S, F> {
+        let Corner { e, square, inverse, .. } = &self.corners[index];
+        Edge { e: same(simd, *e), square: Lanes::all(simd, *square), inverse: Lanes::all(simd, *inverse) }
+    }
+    #[inline(always)]
+    fn normal(&self, simd: S) -> Vec3<Lanes<S, F>> {
+        same(simd, self.normal)
+    }
+    #[inline(always)]
+    fn height_units(&self) -> f64 {
+        self.height_units
+    }
+}
+
+/// Many receivers and their emitter.
+pub(super) struct OneEmitter<'a, F> {
+    receivers: Receivers<'a, F>,
+    emitter: &'a Emitter,
+    outline: Option<Outlined<F>>,
+    /// For what single precision does not settle.
+    double: Option<Outlined<f64>>,
+    goal: Goal,
+    level: Level,
+}
+
+impl<'a, F: Precision> OneEmitter<'a, F> {
+    pub(super) fn new(receivers: Receivers<'a, F>, emitter: &'a Emitter, goal: Goal, level: Level) -> Self {
+        let on_lanes = matches!(emitter.emission(), Emission::Constant(_)) && !emitter.is_dark();
+        let outline = if on_lanes { Outlined::new(emitter.polygon()) } else { None };
+        let double = if on_lanes && F::IS_SINGLE { Outlined::new(emitter.polygon()) } else { None };
+        Self { receivers, emitter, outline, double, goal, level }
+    }
+
+    /// Answers the receivers from `start` on.
+    pub(super) fn tile(&self, start: usize, mut slots: Slots<'_, F>) -> Result<Counts, Error> {
+        let length = slots.radiosity.len();
+        let receivers = self.receivers.part(start..start + length);
+        let mut rest = match &self.outline {
+            Some(outline) => on_lanes(self.level, &receivers, (outline, self.brightness()), self.goal, &mut slots),
+            None => Rest::all(length),
+        };
+        if let Some(outline) = &self.double {
+            rest = self.doubled(&receivers, outline, &rest, &mut slots)?;
+        }
+        let mut counts = rest.counts;
+        for entry in rest.entries() {
+            let in_batch = |error| Error::InBatch { index: start + entry, error: Box::new(error) };
+            let answer = self.single(&receivers.receiver(entry).map_err(in_batch)?).map_err(in_batch)?;
+            put(&mut slots, entry, &answer).map_err(in_batch)?;
+            let count = if answer.method == Method::Zero { &mut counts.zero } else { &mut counts.single };
+            *count += 1;
+        }
+        Ok(counts)
+    }
+
+    /// `B/pi`.
+    fn brightness<G: Lane>(&self) -> G {
+        match self.emitter.emission() {
+            Emission::Constant(value) => G::nearest(value / std::f64::consts::PI),
+            Emission::Linear(_) | Emission::Polynomial(_) => G::default(),
+        }
+    }
+
+    /// One receiver on the scalar path.
+    #[cold]
+    fn single(&self, receiver: &Receiver) -> Result<Answer, Error> {
+        let Goal { asked, tolerance } = self.goal;
+        if asked.errors {
+            return evaluate_to(receiver, self.emitter, &[], tolerance);
+        }
+        let plain = |(radiosity, gradient)| Answer { radiosity, gradient, method: Method::ClosedForm, ..Answer::ZERO };
+        if asked.gradient {
+            radiosity_and_gradient(receiver, self.emitter).map(plain)
+        } else {
+            radiosity(receiver, self.emitter).map(|radiosity| plain((radiosity, DVec3::ZERO)))
+        }
+    }
+
+    /// What single precision left, on lanes of double precision.
+    #[cold]
+    fn doubled(
+        &self,
+        receivers: &Receivers<'_, F>,
+        outline: &Outlined<f64>,
+        rest: &Rest,
+        slots: &mut Slots<'_, F>,
+    ) -> Result<Rest, Error> {
+        let mut values = [[0.0; TILE]; 7];
+        let count = rest.entries().len();
+        for (place, entry) in rest.entries().enumerate() {
+            let at = |slice: &[F]| slice[if slice.len() == 1 { 0 } else { entry }].to_double();
+            let all = receivers.position.iter().chain(&receivers.normal).chain([&receivers.reflectance]);
+            values.iter_mut().zip(all).for_each(|(values, slice)| values[place] = at(slice));
+        }
+        let [x, y, z, nx, ny, nz, reflectance] = values.each_ref().map(|values| &values[..count]);
+        let receivers = Receivers { position: [x, y, z], normal: [nx, ny, nz], reflectance };
+        let mut answers = Answers::new();
+        let mut found = answers.sized(count, self.goal.asked);
+        let open = on_lanes(self.level, &receivers, (outline, self.brightness()), self.goal, &mut found);
+        let mut left = Rest::new();
+        left.counts = rest.counts;
+        left.counts += open.counts;
+        left.counts.doubled += count;
+        let mut open = open.entries().peekable();
+        for (place, entry) in rest.entries().enumerate() {
+            if open.next_if_eq(&place).is_some() {
+                left.push(entry);
+            } else {
+                put(slots, entry, &answers.answer(place))?;
+            }
+        }
+        Ok(left)
+    }
+}
+
+/// Many receivers on lanes.
+fn on_lanes<F: Precision>(
+    level: Level,
+    receivers: &Receivers<'_, F>,
+    lamp: (&Outlined<F>, F),
+    goal: Goal,
+    slots: &mut Slots<'_, F>,
+) -> Rest {
+    match (goal.asked.gradient, goal.asked.errors || F::IS_SINGLE) {
+        (false, false) => dispatch!(level, simd => lanes::<_, F, false, false>(simd, receivers, lamp, goal, slots)),
+        (false, true) => dispatch!(level, simd => lanes::<_, F, false, true>(simd, receivers, lamp, goal, slots)),
+        (true, false) => dispatch!(level, simd => lanes::<_, F, true, false>(simd, receivers, lamp, goal, slots)),
+        (true, true) => dispatch!(level, simd => lanes::<_, F, true, true>(simd, receivers, lamp, goal, slots)),
+    }
+}
+
+#[inline(always)]
+fn lanes<S: Simd, F: Precision, const GRADIENT: bool, const BOUND: bool>(
+    simd: S,
+    receivers: &Receivers<'_, F>,
+    (outline, brightness): (&Outlined<F>, F),
+    goal: Goal,
+    slots: &mut Slots<'_, F>,
+) -> Rest {
+    let mut rest = Rest::new();
+    let power = Lanes::all(simd, outline.power);
+    let brightness = Lanes::all(simd, brightness);
+    let uniform = receivers.reflectance.len() == 1;
+    for first in (0..receivers.count()).step_by(Lanes::<S, F>::COUNT) {
+        let normal = load(simd, from(receivers.normal, first));
+        let n1 = normal * (constant(simd, 1.0) / normal.norm_squared().sqrt());
+        let reflectance =
+            if uniform { Lanes::all(simd, receivers.reflectance[0]) } else { Lanes::load(simd, &receivers.reflectance[first..]) };
+        let found = find::<S, F, _, GRADIENT, BOUND>(simd, outline, load(simd, from(receivers.position, first)) * power, n1);
+        let value = brightness * reflectance;
+        let scale = Scale { value, gradient: value * power };
+        settle::<S, F, GRADIENT, BOUND>(simd, &found, &scale, goal.tolerance, (slots, first), &mut rest);
+    }
+    rest
+}
+
+/// The entries from `first` on.
+#[inline(always)]
+fn from<F>(slices: [&[F]; 3], first: usize) -> [&[F]; 3] {
+    slices.map(|slice| &slice[first..])
+}
