@@ -93,6 +93,17 @@ pub(super) struct Slots<'a, F> {
     pub(super) gradient_error: &'a mut [F],
 }
 
+impl<F: Precision> Slots<'_, F> {
+    /// Takes the first entries of other answers to the same question.
+    pub(super) fn copy_first(&mut self, answers: &Answers<F>) {
+        let copy = |slot: &mut [F], array: &[F]| slot.copy_from_slice(&array[..slot.len()]);
+        copy(self.radiosity, &answers.radiosity);
+        self.gradient.iter_mut().zip(&answers.gradient).for_each(|(slot, array)| copy(slot, array));
+        copy(self.radiosity_error, &answers.radiosity_error);
+        copy(self.gradient_error, &answers.gradient_error);
+    }
+}
+
 impl<F> Slots<'_, F> {
     /// The first `middle` entries, and the others.
     pub(super) fn split_at(self, middle: usize) -> (Self, Self) {

@@ -2,7 +2,7 @@
 //!
 //! To first order in the unit roundoff u; 5 % on top pays for the rest, since no relative error above 4e-4 is let through
 //! ([`Lane::CONDITION`]). Inputs are the numbers given, offsets err by u of their length, n1 by 4.5u. Of an edge, with `k =
-//! 1/S`, R the largest distance of a vertex, and `rho = k |r| <= k R`:
+//! 1/S`, R the largest distance of a vertex, and `rho = k |r| <= k R` (the sums are bounded with the largest k):
 //! - w errs by `4 sqrt(2) u |r||e|`, by Cauchy's inequality: relatively by `ew = 5.66 rho u`; m and 1/m by `ew + 2.5u` and `ew +
 //!   6.5u`, N as a direction by ew; the scalar products p.p', p.e, n1.r and n1.e by 5, 5, 8.5 and 8.5u of the lengths;
 //! - the angle by `sin g (ew + 3.5u)` and `5u sin g` from the point that it is of, and 4u g (2 ulp);
@@ -69,20 +69,22 @@ pub(super) fn bound<S: Simd, F: Lane, const GRADIENT: bool>(
     crossing: Option<&Crossing<S, F>>,
     farthest_square: Lanes<S, F>,
 ) -> Bound<S, F> {
-    let units = |count: f64| constant(simd, SECOND_ORDER * F::ROUNDOFF * count);
-    let farthest = farthest_square.sqrt();
-    // By Cauchy's inequality above sum g k.
-    let near = (sums.angles * sums.nearness).sqrt();
-    let mut value = sums.angles * units(0.5 * (34.0 + edges)) + near * farthest * units(5.7);
-    let mut gradient =
-        if GRADIENT { near * units(95.0 + edges) + sums.nearness * farthest * units(63.0) } else { constant(simd, 0.0) };
+    let units = constant(simd, SECOND_ORDER * F::ROUNDOFF) * sums.angles;
+    // k, and k R.
+    let (near, condition) = (sums.nearest.sqrt(), (sums.nearest * farthest_square).sqrt());
+    let mut value = units * (constant(simd, 0.5 * (34.0 + edges)) + constant(simd, 5.7) * condition);
+    let mut gradient = constant(simd, 0.0);
+    if GRADIENT {
+        gradient = (units * near) * (constant(simd, 95.0 + edges) + constant(simd, 63.0) * condition);
+    }
     if let Some(Crossing { nearest, slant }) = crossing {
-        let c = (*nearest).sqrt() * farthest;
-        let eta = units(30.0) * farthest;
-        let eta_square = (eta * eta) * *slant;
-        value = value + sums.angles * c * units(4.0) + c * units(16.0) + units(14.0) + eta_square * constant(simd, 3.2);
+        let c = (*nearest * farthest_square).sqrt();
+        let roundoff = constant(simd, SECOND_ORDER * F::ROUNDOFF);
+        let eta_square = (constant(simd, 30.0) * roundoff) * (constant(simd, 30.0) * roundoff) * (farthest_square * *slant);
+        value = value + units * c * constant(simd, 4.0) + roundoff * (c * constant(simd, 16.0) + constant(simd, 14.0));
+        value = value + eta_square * constant(simd, 3.2);
         if GRADIENT {
-            gradient = gradient + near * c * units(44.0) + sums.nearest.sqrt() * eta_square;
+            gradient = gradient + near * (units * c * constant(simd, 44.0) + eta_square);
         }
     }
     Bound { value, gradient }

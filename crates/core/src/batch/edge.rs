@@ -34,11 +34,19 @@ pub(super) struct Edge<S: Simd, F: Lane> {
     pub(super) inverse: Lanes<S, F>,
 }
 
-/// The visible part of an edge.
-pub(super) struct Piece<S: Simd, F: Lane> {
-    pub(super) start: Seen<S, F>,
-    pub(super) end: Seen<S, F>,
-    pub(super) part: Part<S, F>,
+/// An edge, its visible piece from `start` to `end`, and what costs a square root.
+pub(super) struct Span<S: Simd, F: Lane> {
+    edge: Edge<S, F>,
+    /// Offset of a point of the edge, and its height over the horizon.
+    r: Vec3<Lanes<S, F>>,
+    height: Lanes<S, F>,
+    start: Seen<S, F>,
+    end: Seen<S, F>,
+    part: Part<S, F>,
+    /// `r x e`, its square and its length.
+    w: Vec3<Lanes<S, F>>,
+    square: Lanes<S, F>,
+    moment: Lanes<S, F>,
 }
 
 /// How much of an edge is visible.
@@ -86,8 +94,6 @@ pub(super) struct Sums<S: Simd, F: Lane> {
     pub(super) gradient: Vec3<Lanes<S, F>>,
     /// `sum g`.
     pub(super) angles: Lanes<S, F>,
-    /// `sum g/S^2`.
-    pub(super) nearness: Lanes<S, F>,
     /// The largest `1/S^2`.
     pub(super) nearest: Lanes<S, F>,
 }
@@ -122,27 +128,39 @@ impl<S: Simd, F: Lane> Edge<S, F> {
     }
 }
 
+impl<S: Simd, F: Lane> Span<S, F> {
+    /// A whole edge.
+    #[inline(always)]
+    pub(super) fn whole(edge: Edge<S, F>, start: Seen<S, F>, end: Seen<S, F>, n1: Vec3<Lanes<S, F>>) -> Self {
+        Self::piece(edge, (start.r, n1.dot(start.r)), (start, end), Part::Whole)
+    }
+
+    /// A piece of the edge that starts at an offset, at a height over the horizon.
+    #[inline(always)]
+    pub(super) fn piece(
+        edge: Edge<S, F>,
+        (r, height): (Vec3<Lanes<S, F>>, Lanes<S, F>),
+        (start, end): (Seen<S, F>, Seen<S, F>),
+        part: Part<S, F>,
+    ) -> Self {
+        let w = r.cross(edge.e);
+        let square = w.norm_squared();
+        Self { edge, r, height, start, end, part, w, square, moment: square.sqrt() }
+    }
+}
+
 impl<S: Simd, F: Lane> Sums<S, F> {
     #[inline(always)]
     pub(super) fn new(simd: S) -> Self {
         let zero = constant(simd, 0.0);
-        Self { value: zero, gradient: Vec3::new(zero, zero, zero), angles: zero, nearness: zero, nearest: zero }
+        Self { value: zero, gradient: Vec3::new(zero, zero, zero), angles: zero, nearest: zero }
     }
 
-    /// Adds the visible piece of an edge that starts at offset `r`, `height` over the horizon.
+    /// Adds the visible piece of an edge.
     #[inline(always)]
-    pub(super) fn add<const GRADIENT: bool, const BOUND: bool>(
-        &mut self,
-        simd: S,
-        n1: Vec3<Lanes<S, F>>,
-        edge: &Edge<S, F>,
-        (r, height): (Vec3<Lanes<S, F>>, Lanes<S, F>),
-        piece: &Piece<S, F>,
-    ) {
-        let Piece { start, end, part } = piece;
-        let w = r.cross(edge.e);
-        let square = w.norm_squared();
-        let moment = square.sqrt();
+    pub(super) fn add<const GRADIENT: bool, const BOUND: bool>(&mut self, simd: S, n1: Vec3<Lanes<S, F>>, span: &Span<S, F>) {
+        let Span { edge, r, height, start, end, part, w, square, moment } = span;
+        let (height, square, moment) = (*height, *square, *moment);
         let across = part.of(moment);
         let inline = start.r.dot(end.r);
         let g = angle(simd, across, inline);
@@ -151,7 +169,7 @@ impl<S: Simd, F: Lane> Sums<S, F> {
         let product = constant(simd, 1.0) / (square * ends);
         let inverse_square = product * ends;
         let inverse = moment * inverse_square;
-        self.value = self.value + part.visible(simd, (g * inverse) * n1.dot(w));
+        self.value = self.value + part.visible(simd, (g * inverse) * n1.dot(*w));
         if GRADIENT {
             let sine = across * (product * square);
             let nearest = square * edge.inverse;
@@ -162,13 +180,11 @@ impl<S: Simd, F: Lane> Sums<S, F> {
             let along = if matches!(part, Part::Clipped { .. }) { r.dot(edge.e) } else { along };
             let level = n1.dot(edge.e);
             let toward = (height * edge.square - along * level) * inverse;
-            self.gradient = self.gradient + w * part.visible(simd, (cc * toward + cs * level) * inverse_square);
+            self.gradient = self.gradient + *w * part.visible(simd, (cc * toward + cs * level) * inverse_square);
         }
-        let nearness = part.counted(simd, edge.square * inverse_square);
-        self.nearest = self.nearest.max(nearness);
+        self.nearest = self.nearest.max(part.counted(simd, edge.square * inverse_square));
         if BOUND {
             self.angles = self.angles + part.counted(simd, g);
-            self.nearness = self.nearness + part.counted(simd, g * nearness);
         }
     }
 }

@@ -71,25 +71,16 @@ impl<S: Simd, F: Lane> Lanes<S, F> {
         Self(F::Native::<S>::splat(simd, value))
     }
 
-    /// The first numbers of a slice; beyond its end the last one.
+    /// The first numbers of a slice at least as long.
     #[inline(always)]
     pub(super) fn load(simd: S, slice: &[F]) -> Self {
-        if slice.len() >= Self::COUNT {
-            return Self(F::Native::<S>::from_slice(simd, &slice[..Self::COUNT]));
-        }
-        let mut padded = [slice[slice.len() - 1]; MOST_LANES];
-        padded[..slice.len()].copy_from_slice(slice);
-        Self(F::Native::<S>::from_slice(simd, &padded[..Self::COUNT]))
+        Self(F::Native::<S>::from_slice(simd, &slice[..Self::COUNT]))
     }
 
-    /// Writes as many numbers as the slice takes.
+    /// Writes to the first numbers of a slice at least as long.
     #[inline(always)]
     pub(super) fn store(self, slice: &mut [F]) {
-        if slice.len() >= Self::COUNT {
-            self.0.store_slice(&mut slice[..Self::COUNT]);
-        } else {
-            slice.copy_from_slice(&self.0.as_slice()[..slice.len()]);
-        }
+        self.0.store_slice(&mut slice[..Self::COUNT]);
     }
 
     #[inline(always)]
@@ -130,26 +121,33 @@ impl<S: Simd, F: Lane> Lanes<S, F> {
         Mask(self.0.simd_le(other.0))
     }
 
-    /// `sum c[k] self^k`, in pairs (Estrin's scheme), so that the operations need not wait for each other.
+    /// `sum c[k] self^k` for up to twelve coefficients, in pairs (Estrin's scheme), so that operations need not wait for each other.
     #[inline(always)]
-    pub(super) fn polynomial(self, simd: S, coefficients: &[F]) -> Self {
-        let mut terms = [constant(simd, 0.0); 16];
-        let mut count = coefficients.len();
-        for (term, c) in terms.iter_mut().zip(coefficients) {
-            *term = Self::all(simd, *c);
-        }
-        let mut power = self;
-        while count > 1 {
-            for k in 0..count / 2 {
-                terms[k] = terms[2 * k] + terms[2 * k + 1] * power;
+    pub(super) fn polynomial(self, simd: S, c: &[F]) -> Self {
+        let square = self * self;
+        let fourth = square * square;
+        match c.len() {
+            0..=4 => self.cubic(simd, square, c),
+            5..=8 => self.cubic(simd, square, &c[..4]) + self.cubic(simd, square, &c[4..]) * fourth,
+            _ => {
+                let low = self.cubic(simd, square, &c[..4]) + self.cubic(simd, square, &c[4..8]) * fourth;
+                low + self.cubic(simd, square, &c[8..]) * (fourth * fourth)
             }
-            if count % 2 == 1 {
-                terms[count / 2] = terms[count - 1];
-            }
-            count = count.div_ceil(2);
-            power = power * power;
         }
-        terms[0]
+    }
+
+    /// The same for up to four, `square` given.
+    #[inline(always)]
+    fn cubic(self, simd: S, square: Self, c: &[F]) -> Self {
+        match *c {
+            [] => constant(simd, 0.0),
+            [a] => Self::all(simd, a),
+            [a, b] => Self::all(simd, a) + Self::all(simd, b) * self,
+            [a, b, c] => (Self::all(simd, a) + Self::all(simd, b) * self) + Self::all(simd, c) * square,
+            [a, b, c, d, ..] => {
+                (Self::all(simd, a) + Self::all(simd, b) * self) + (Self::all(simd, c) + Self::all(simd, d) * self) * square
+            }
+        }
     }
 
     /// Exponent and mantissa in [1, 2) of a positive normal number, the exponent as a number.

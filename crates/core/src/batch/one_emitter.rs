@@ -4,8 +4,8 @@ use fearless_simd::{Level, Simd, dispatch};
 
 use super::answers::{Answers, Counts, Slots};
 use super::edge::Edge;
-use super::lanes::{Lane, Lanes, constant, load, same};
-use super::tile::{Goal, Rest, Scale, TILE, put, settle};
+use super::lanes::{Lane, Lanes, MOST_LANES, constant, load, same};
+use super::tile::{Entries, Goal, Scale, Settled, TILE, each, put, settle, windows};
 use super::visible::{Outline, find};
 use super::{Precision, Receivers};
 use crate::evaluate::{Answer, Method, evaluate_to, radiosity, radiosity_and_gradient};
@@ -121,15 +121,17 @@ impl<'a, F: Precision> OneEmitter<'a, F> {
     pub(super) fn tile(&self, start: usize, mut slots: Slots<'_, F>) -> Result<Counts, Error> {
         let length = slots.radiosity.len();
         let receivers = self.receivers.part(start..start + length);
-        let mut rest = match &self.outline {
-            Some(outline) => on_lanes(self.level, &receivers, (outline, self.brightness()), self.goal, &mut slots),
-            None => Rest::all(length),
-        };
-        if let Some(outline) = &self.double {
-            rest = self.doubled(&receivers, outline, &rest, &mut slots)?;
+        let settled = self.outline.as_ref().map_or_else(Settled::default, |outline| {
+            on_lanes(self.level, &receivers, (outline, self.brightness()), self.goal, &mut slots)
+        });
+        let mut counts = settled.counts();
+        let mut open = settled.open(length);
+        if let Some(outline) = &self.double
+            && open != 0
+        {
+            open = self.doubled(&receivers, outline, open, (&mut slots, &mut counts))?;
         }
-        let mut counts = rest.counts;
-        for entry in rest.entries() {
+        for entry in each(open) {
             let in_batch = |error| Error::InBatch { index: start + entry, error: Box::new(error) };
             let answer = self.single(&receivers.receiver(entry).map_err(in_batch)?).map_err(in_batch)?;
             put(&mut slots, entry, &answer).map_err(in_batch)?;
@@ -152,7 +154,7 @@ impl<'a, F: Precision> OneEmitter<'a, F> {
     fn single(&self, receiver: &Receiver) -> Result<Answer, Error> {
         let Goal { asked, tolerance } = self.goal;
         if asked.errors {
-            return evaluate_to(receiver, self.emitter, &[], tolerance);
+            return evaluate_to(receiver, self.emitter, &[], tolerance.value);
         }
         let plain = |(radiosity, gradient)| Answer { radiosity, gradient, method: Method::ClosedForm, ..Answer::ZERO };
         if asked.gradient {
@@ -162,18 +164,18 @@ impl<'a, F: Precision> OneEmitter<'a, F> {
         }
     }
 
-    /// What single precision left, on lanes of double precision.
+    /// Answers open entries on lanes of double precision; returns those that are still open.
     #[cold]
     fn doubled(
         &self,
         receivers: &Receivers<'_, F>,
         outline: &Outlined<f64>,
-        rest: &Rest,
-        slots: &mut Slots<'_, F>,
-    ) -> Result<Rest, Error> {
+        open: Entries,
+        (slots, counts): (&mut Slots<'_, F>, &mut Counts),
+    ) -> Result<Entries, Error> {
         let mut values = [[0.0; TILE]; 7];
-        let count = rest.entries().len();
-        for (place, entry) in rest.entries().enumerate() {
+        let count = open.count_ones() as usize;
+        for (place, entry) in each(open).enumerate() {
             let at = |slice: &[F]| slice[if slice.len() == 1 { 0 } else { entry }].to_double();
             let all = receivers.position.iter().chain(&receivers.normal).chain([&receivers.reflectance]);
             values.iter_mut().zip(all).for_each(|(values, slice)| values[place] = at(slice));
@@ -181,16 +183,16 @@ impl<'a, F: Precision> OneEmitter<'a, F> {
         let [x, y, z, nx, ny, nz, reflectance] = values.each_ref().map(|values| &values[..count]);
         let receivers = Receivers { position: [x, y, z], normal: [nx, ny, nz], reflectance };
         let mut answers = Answers::new();
-        let mut found = answers.sized(count, self.goal.asked);
-        let open = on_lanes(self.level, &receivers, (outline, self.brightness()), self.goal, &mut found);
-        let mut left = Rest::new();
-        left.counts = rest.counts;
-        left.counts += open.counts;
-        left.counts.doubled += count;
-        let mut open = open.entries().peekable();
-        for (place, entry) in rest.entries().enumerate() {
-            if open.next_if_eq(&place).is_some() {
-                left.push(entry);
+        let settled = {
+            let mut slots = answers.sized(count, self.goal.asked);
+            on_lanes(self.level, &receivers, (outline, self.brightness()), self.goal, &mut slots)
+        };
+        *counts += Counts { doubled: count, ..settled.counts() };
+        let mut left = 0;
+        let still_open = settled.open(count);
+        for (place, entry) in each(open).enumerate() {
+            if still_open >> place & 1 == 1 {
+                left |= 1 << entry;
             } else {
                 put(slots, entry, &answers.answer(place))?;
             }
@@ -199,20 +201,47 @@ impl<'a, F: Precision> OneEmitter<'a, F> {
     }
 }
 
-/// Many receivers on lanes.
+/// Receivers of a tile on lanes.
 fn on_lanes<F: Precision>(
     level: Level,
     receivers: &Receivers<'_, F>,
     lamp: (&Outlined<F>, F),
     goal: Goal,
     slots: &mut Slots<'_, F>,
-) -> Rest {
+) -> Settled {
+    if receivers.count() < MOST_LANES {
+        return padded(level, receivers, lamp, goal, slots);
+    }
     match (goal.asked.gradient, goal.asked.errors || F::IS_SINGLE) {
         (false, false) => dispatch!(level, simd => lanes::<_, F, false, false>(simd, receivers, lamp, goal, slots)),
         (false, true) => dispatch!(level, simd => lanes::<_, F, false, true>(simd, receivers, lamp, goal, slots)),
         (true, false) => dispatch!(level, simd => lanes::<_, F, true, false>(simd, receivers, lamp, goal, slots)),
         (true, true) => dispatch!(level, simd => lanes::<_, F, true, true>(simd, receivers, lamp, goal, slots)),
     }
+}
+
+/// Fewer receivers than fill a vector: the last one again and again.
+fn padded<F: Precision>(
+    level: Level,
+    receivers: &Receivers<'_, F>,
+    lamp: (&Outlined<F>, F),
+    goal: Goal,
+    slots: &mut Slots<'_, F>,
+) -> Settled {
+    let count = receivers.count();
+    let pad = |slice: &[F]| -> [F; MOST_LANES] { std::array::from_fn(|i| slice[i.min(slice.len() - 1)]) };
+    let (position, normal) = (receivers.position.map(pad), receivers.normal.map(pad));
+    let reflectance = pad(receivers.reflectance);
+    let more = Receivers {
+        position: position.each_ref().map(<[F; MOST_LANES]>::as_slice),
+        normal: normal.each_ref().map(<[F; MOST_LANES]>::as_slice),
+        reflectance: &reflectance,
+    };
+    let mut answers = Answers::new();
+    let settled = on_lanes(level, &more, lamp, goal, &mut answers.sized(MOST_LANES, goal.asked));
+    slots.copy_first(&answers);
+    let first = Entries::MAX >> (TILE - count);
+    Settled { zero: settled.zero & first, good: settled.good & first, clipped: settled.clipped }
 }
 
 #[inline(always)]
@@ -222,26 +251,20 @@ fn lanes<S: Simd, F: Precision, const GRADIENT: bool, const BOUND: bool>(
     (outline, brightness): (&Outlined<F>, F),
     goal: Goal,
     slots: &mut Slots<'_, F>,
-) -> Rest {
-    let mut rest = Rest::new();
-    let power = Lanes::all(simd, outline.power);
-    let brightness = Lanes::all(simd, brightness);
-    let uniform = receivers.reflectance.len() == 1;
-    for first in (0..receivers.count()).step_by(Lanes::<S, F>::COUNT) {
-        let normal = load(simd, from(receivers.normal, first));
+) -> Settled {
+    let mut settled = Settled::default();
+    let (power, brightness) = (Lanes::all(simd, outline.power), Lanes::all(simd, brightness));
+    let Receivers { position: [x, y, z], normal: [nx, ny, nz], reflectance } = *receivers;
+    for first in windows(x.len(), Lanes::<S, F>::COUNT) {
+        let position = load(simd, [&x[first..], &y[first..], &z[first..]]) * power;
+        let normal = load(simd, [&nx[first..], &ny[first..], &nz[first..]]);
         let n1 = normal * (constant(simd, 1.0) / normal.norm_squared().sqrt());
-        let reflectance =
-            if uniform { Lanes::all(simd, receivers.reflectance[0]) } else { Lanes::load(simd, &receivers.reflectance[first..]) };
-        let found = find::<S, F, _, GRADIENT, BOUND>(simd, outline, load(simd, from(receivers.position, first)) * power, n1);
-        let value = brightness * reflectance;
+        let rho =
+            if reflectance.len() == 1 { Lanes::all(simd, reflectance[0]) } else { Lanes::load(simd, &reflectance[first..]) };
+        let found = find::<S, F, _, GRADIENT, BOUND>(simd, outline, position, n1);
+        let value = brightness * rho;
         let scale = Scale { value, gradient: value * power };
-        settle::<S, F, GRADIENT, BOUND>(simd, &found, &scale, goal.tolerance, (slots, first), &mut rest);
+        settle::<S, F, GRADIENT, BOUND>(simd, &found, &scale, goal.tolerance, (slots, first), &mut settled);
     }
-    rest
-}
-
-/// The entries from `first` on.
-#[inline(always)]
-fn from<F>(slices: [&[F]; 3], first: usize) -> [&[F]; 3] {
-    slices.map(|slice| &slice[first..])
+    settled
 }

@@ -10,63 +10,80 @@ use crate::evaluate::Answer;
 use crate::number::ROUNDOFF;
 
 /// Entries of a tile.
-pub(super) const TILE: usize = 256;
+pub(super) const TILE: usize = Entries::BITS as usize;
 
-/// What is asked of a batch, and to what relative tolerance where bounds are.
+/// What is asked of a batch, and to what relative tolerances.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Goal {
     pub(super) asked: Asked,
-    pub(super) tolerance: f64,
+    pub(super) tolerance: Tolerance,
 }
 
-/// Bound up to which a lane of single precision is taken where no tolerance is given.
-const SINGLE_TOLERANCE: f64 = 3e-5;
+/// Relative bounds up to which a lane is taken, where there are bounds.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Tolerance {
+    pub(super) value: f64,
+    pub(super) gradient: f64,
+}
+
+/// For single precision where no tolerance is given. Errors are a thirtieth of the bound on the value at most, and an eightieth of
+/// that on the gradient (measured: `tests/batch.rs`).
+const SINGLE: Tolerance = Tolerance { value: 3e-5, gradient: 1e-4 };
 
 impl Goal {
     /// Without bounds.
     pub(super) const fn plain(gradient: bool) -> Self {
-        Self { asked: Asked { gradient, errors: false }, tolerance: SINGLE_TOLERANCE }
+        Self { asked: Asked { gradient, errors: false }, tolerance: SINGLE }
     }
 
     /// With bounds, to a relative tolerance.
     pub(super) fn within(tolerance: f64, gradient: bool) -> Result<Self, Error> {
         if (0.0..=1.0).contains(&tolerance) {
-            Ok(Self { asked: Asked { gradient, errors: true }, tolerance })
+            Ok(Self { asked: Asked { gradient, errors: true }, tolerance: Tolerance { value: tolerance, gradient: tolerance } })
         } else {
             Err(Error::Tolerance { value: tolerance })
         }
     }
 }
 
-/// The entries of a tile that are not settled, and what settled the others.
-#[derive(Debug)]
-pub(super) struct Rest {
-    entries: [u8; TILE],
-    count: usize,
-    pub(super) counts: Counts,
+/// Entries of a tile, as bits.
+pub(super) type Entries = u128;
+
+/// What lanes made of a tile.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Settled {
+    /// Entries that see nothing.
+    pub(super) zero: Entries,
+    /// Entries answered, and those among them cut by the horizon.
+    pub(super) good: Entries,
+    pub(super) clipped: Entries,
 }
 
-impl Rest {
-    pub(super) fn new() -> Self {
-        Self { entries: [0; TILE], count: 0, counts: Counts::default() }
+impl Settled {
+    /// Entries of a tile of this length that are not settled.
+    pub(super) fn open(&self, length: usize) -> Entries {
+        !(self.zero | self.good) & (Entries::MAX >> (TILE - length))
     }
 
-    /// All entries of a tile of this length.
-    pub(super) fn all(length: usize) -> Self {
-        let mut rest = Self::new();
-        (0..length).for_each(|entry| rest.push(entry));
-        rest
+    pub(super) fn counts(&self) -> Counts {
+        let count = |entries: Entries| entries.count_ones() as usize;
+        let clipped = count(self.good & self.clipped);
+        Counts { zero: count(self.zero), whole: count(self.good) - clipped, clipped, ..Counts::default() }
     }
+}
 
-    #[allow(clippy::cast_possible_truncation, reason = "an entry is below TILE")]
-    pub(super) fn push(&mut self, entry: usize) {
-        self.entries[self.count] = entry as u8;
-        self.count += 1;
-    }
+/// The entries whose bits are set.
+pub(super) fn each(entries: Entries) -> impl Iterator<Item = usize> {
+    std::iter::successors(Some(entries), |rest| Some(rest & rest.wrapping_sub(1)))
+        .take_while(|rest| *rest != 0)
+        .map(|rest| rest.trailing_zeros() as usize)
+}
 
-    pub(super) fn entries(&self) -> impl ExactSizeIterator<Item = usize> {
-        self.entries[..self.count].iter().map(|entry| usize::from(*entry))
-    }
+/// The first entries of the vectors that cover a tile of this length, at least a vector long: the last one may go over entries
+/// again, to the same digits.
+#[inline(always)]
+pub(super) fn windows(length: usize, lanes: usize) -> impl Iterator<Item = usize> {
+    (0..length).step_by(lanes).map(move |first| first.min(length - lanes))
 }
 
 /// Answers all entries, tile by tile, on all threads where `threads` is set; counts what answered. The first error stops it.
@@ -97,56 +114,52 @@ pub(super) struct Scale<S: Simd, F: Lane> {
     pub(super) gradient: Lanes<S, F>,
 }
 
-/// Writes what was found from entry `first` on, as far as the tile goes, and notes which lanes are not settled.
+/// Writes what was found to the entries from `first` on, and notes what is settled.
 #[inline(always)]
 pub(super) fn settle<S: Simd, F: Lane, const GRADIENT: bool, const BOUND: bool>(
     simd: S,
     found: &Found<S, F>,
     scale: &Scale<S, F>,
-    tolerance: f64,
+    tolerance: Tolerance,
     (slots, first): (&mut Slots<'_, F>, usize),
-    rest: &mut Rest,
+    settled: &mut Settled,
 ) {
-    let end = (first + Lanes::<S, F>::COUNT).min(slots.radiosity.len());
-    let (largest, tolerance) = (constant(simd, F::LARGEST), constant(simd, tolerance));
+    let largest = constant(simd, F::LARGEST);
     // Results below the normal range are rounded more.
     let tiny = constant(simd, F::TINY);
     let value = found.value * scale.value;
-    write(simd, found, value, &mut slots.radiosity[..], first);
+    write(simd, found, value, slots.radiosity, first);
     let mut good = found.good & value.abs().at_most(largest);
     if BOUND {
-        good = good & found.bound.value.at_most(tolerance * found.value.abs());
-        write(simd, found, found.bound.value * scale.value.abs() + tiny, &mut slots.radiosity_error[..], first);
+        good = good & found.bound.value.at_most(constant(simd, tolerance.value) * found.value.abs());
+        if !slots.radiosity_error.is_empty() {
+            write(simd, found, found.bound.value * scale.value.abs() + tiny, slots.radiosity_error, first);
+        }
     }
     if GRADIENT {
         let gradient = found.gradient * scale.gradient;
-        write(simd, found, gradient.x, &mut slots.gradient[0][..], first);
-        write(simd, found, gradient.y, &mut slots.gradient[1][..], first);
-        write(simd, found, gradient.z, &mut slots.gradient[2][..], first);
+        let [x, y, z] = &mut slots.gradient;
+        write(simd, found, gradient.x, x, first);
+        write(simd, found, gradient.y, y, first);
+        write(simd, found, gradient.z, z, first);
         good = good & (gradient.x.abs() + gradient.y.abs() + gradient.z.abs()).at_most(largest);
         if BOUND {
-            good = good & found.bound.gradient.at_most(tolerance * found.gradient.norm_squared().sqrt());
-            write(simd, found, found.bound.gradient * scale.gradient.abs() + tiny, &mut slots.gradient_error[..], first);
+            let allowed = constant(simd, tolerance.gradient * tolerance.gradient) * found.gradient.norm_squared();
+            good = good & (found.bound.gradient * found.bound.gradient).at_most(allowed);
+            if !slots.gradient_error.is_empty() {
+                write(simd, found, found.bound.gradient * scale.gradient.abs() + tiny, slots.gradient_error, first);
+            }
         }
     }
-    let here = (1u64 << (end - first)) - 1;
-    let (zero, good, clipped) = (found.zero.bits() & here, good.bits() & here, found.clipped.bits());
-    rest.counts.zero += zero.count_ones() as usize;
-    rest.counts.whole += (good & !clipped).count_ones() as usize;
-    rest.counts.clipped += (good & clipped).count_ones() as usize;
-    let mut open = here & !(zero | good);
-    while open != 0 {
-        rest.push(first + open.trailing_zeros() as usize);
-        open &= open - 1;
-    }
+    settled.zero |= Entries::from(found.zero.bits()) << first;
+    settled.good |= Entries::from(good.bits()) << first;
+    settled.clipped |= Entries::from(found.clipped.bits()) << first;
 }
 
-/// Writes lanes to the entries from `first` on where they are wanted; zeros where nothing is seen.
+/// Writes lanes to the entries from `first` on; zeros where nothing is seen.
 #[inline(always)]
 fn write<S: Simd, F: Lane>(simd: S, found: &Found<S, F>, lanes: Lanes<S, F>, slot: &mut [F], first: usize) {
-    if !slot.is_empty() {
-        found.zero.select(constant(simd, 0.0), lanes).store(&mut slot[first..]);
-    }
+    found.zero.select(constant(simd, 0.0), lanes).store(&mut slot[first..]);
 }
 
 /// Writes the answer to one entry.
