@@ -168,7 +168,7 @@ pub enum Error {
         /// Index of the entry.
         index: usize,
         /// What is wrong with it.
-        error: Box<Error>,
+        error: Box<Self>,
     },
     /// The result is too large for a double.
     #[error("the {quantity} overflows: its magnitude is above {:e}", f64::MAX)]

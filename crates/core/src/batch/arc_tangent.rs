@@ -13,7 +13,7 @@
 //! Below `arctan 1/3` the quotient errs by half an ulp, so does the sum `z + z^3 P`, and the rest is below a tenth. Else z errs
 //! by 2u relative (denominator, quotient), at most `0.64 u` with the angle's derivative, the polynomial's sum by `u/4`, the two
 //! sums with what the octant adds by half an ulp of something half as large and half an ulp: below 1.75 ulp in all.
-//! [`ANGLE_ULP`] is what the bounds assume; the tests measure 1.3 on 10^6 points and all quotients of single precision.
+//! [`ANGLE_ULP`] is what the bounds assume; the tests measure 1.36 on 10^6 points, and 1.5 on all quotients of single precision.
 
 use fearless_simd::Simd;
 
@@ -92,7 +92,7 @@ mod tests {
     use rand::{RngExt, SeedableRng, rngs::ChaCha8Rng};
 
     use super::*;
-    use crate::batch::levels;
+    use crate::batch::lanes::levels;
     use crate::double_double::DoubleDouble;
     use fearless_simd::Level;
 
@@ -122,7 +122,7 @@ mod tests {
                 0 => libm::exp(random.random_range(-600.0..600.0)),
                 1 => libm::exp(random.random_range(-3.0..3.0)),
                 2 => [1.0 / 3.0, 1.0, 3.0, 0.5, 2.0][i / 5 % 5] * (1.0 + random.random_range(-1e-3..1e-3)),
-                3 => [1.0 / 3.0, 1.0, 3.0][i / 5 % 3] * (1.0 + random.random_range(-8..8) as f64 * f64::EPSILON),
+                3 => [1.0 / 3.0, 1.0, 3.0][i / 5 % 3] * (1.0 + f64::from(random.random_range(-8..8)) * f64::EPSILON),
                 _ => random.random_range(0.2..1.2),
             };
             let x = libm::exp(random.random_range(-20.0..20.0));
@@ -140,7 +140,7 @@ mod tests {
         let mut worst = (0.0, 0);
         for (i, value) in out.iter().enumerate() {
             let error = ulps(*value, DoubleDouble::from(y[i]).atan2(DoubleDouble::from(x[i])));
-            if !(error <= worst.0) {
+            if error > worst.0 || error.is_nan() {
                 worst = (error, i);
             }
         }
@@ -152,7 +152,7 @@ mod tests {
     fn all_levels_give_the_same_digits() {
         let (y, x) = strata(10_000);
         let (single_y, single_x): (Vec<f32>, Vec<f32>) =
-            (y.iter().map(|v| *v as f32).collect(), x.iter().map(|v| *v as f32).collect());
+            (y.iter().copied().map(f32::nearest).collect(), x.iter().copied().map(f32::nearest).collect());
         let mut first: Option<(Vec<u64>, Vec<u32>)> = None;
         for level in levels() {
             let (mut double, mut single) = (vec![0.0; y.len()], vec![0.0; y.len()]);
@@ -167,15 +167,15 @@ mod tests {
     #[test]
     fn angles_in_single_precision_err_by_less_than_the_bounds_assume() {
         let mut worst = 0.0f64;
-        const TILE: usize = 1 << 13;
-        let mut tile = [vec![0.0f32; TILE], vec![0.0f32; TILE], vec![0.0f32; TILE]];
-        let mut exact = vec![0.0f64; TILE];
+        const TILE: u32 = 1 << 13;
+        let mut tile = [(); 3].map(|()| vec![0.0f32; 1 << 13]);
+        let mut exact = vec![0.0f64; 1 << 13];
         for exponent in 107..127u32 {
-            for start in (0..1 << 23).step_by(TILE) {
+            for start in (0..1 << 23).step_by(1 << 13) {
                 let [y, x, out] = &mut tile;
-                let octant = (start / TILE as u32 + exponent) % 4;
-                for (i, (y, x)) in y.iter_mut().zip(x.iter_mut()).enumerate() {
-                    let ratio = f32::from_bits((exponent << 23) | (start + i as u32));
+                let octant = (start / TILE + exponent) % 4;
+                for (i, (y, x)) in (start..).zip(y.iter_mut().zip(x.iter_mut())) {
+                    let ratio = f32::from_bits((exponent << 23) | i);
                     (*y, *x) = [(ratio, 1.0), (1.0, ratio), (1.0, -ratio), (ratio, -1.0)][octant as usize];
                 }
                 let (wide_y, wide_x): (Vec<f64>, Vec<f64>) =

@@ -5,7 +5,7 @@
 //! 1/S`, R the largest distance of a vertex, and `rho = k |r| <= k R` (the sums are bounded with the largest k):
 //! - w errs by `4 sqrt(2) u |r||e|`, by Cauchy's inequality: relatively by `ew = 5.66 rho u`; m and 1/m by `ew + 2.5u` and `ew +
 //!   6.5u`, N as a direction by ew; the scalar products p.p', p.e, n1.r and n1.e by 5, 5, 8.5 and 8.5u of the lengths;
-//! - the angle by `sin g (ew + 3.5u)` and `5u sin g` from the point that it is of, and 4u g (2 ulp);
+//! - the angle by `sin g (ew + 3.5u)` and `5u sin g` from the point that it is of, and by an ulp or two, at most 2u g each;
 //! - `sin g` by `ew + 18.5u` relatively, and what it is multiplied by in cc by 49u, since `ew S^2 <= 5.66u |p||p'|`; so 2 cc, at
 //!   most 2g, by `g (2 ew + 83u)`, and 2 cs, at most g, by `g (2 ew + 49u)`;
 //! - p1 by `29 rho u + ew + 8.5u`, from two products that may cancel; p2 by 8.5u;
@@ -23,11 +23,21 @@
 
 use fearless_simd::Simd;
 
+use super::arc_tangent::ANGLE_ULP;
 use super::edge::Sums;
 use super::lanes::{Lane, Lanes, Mask, constant};
 
 /// Pays for terms of second order.
 const SECOND_ORDER: f64 = 1.05;
+
+/// Roundings of a term of the value, the sum's apart: an angle counts half.
+const VALUE_UNITS: f64 = 0.5 * (30.0 + 2.0 * ANGLE_ULP);
+
+/// Roundings of a term of the gradient, the sum's apart.
+const GRADIENT_UNITS: f64 = 93.0 + ANGLE_ULP;
+
+/// Those of the horizon's angle, at most pi.
+const CLOSING_UNITS: f64 = 0.5 * (15.0 + 2.0 * std::f64::consts::PI * ANGLE_ULP);
 
 /// How the horizon's crossing points are conditioned, on lanes where there are any; zero elsewhere.
 pub(super) struct Crossing<S: Simd, F: Lane> {
@@ -72,17 +82,19 @@ pub(super) fn bound<S: Simd, F: Lane, const GRADIENT: bool>(
     let units = constant(simd, SECOND_ORDER * F::ROUNDOFF) * sums.angles;
     // k, and k R.
     let (near, condition) = (sums.nearest.sqrt(), (sums.nearest * farthest_square).sqrt());
-    let mut value = units * (constant(simd, 0.5 * (34.0 + edges)) + constant(simd, 5.7) * condition);
+    let mut value = units * (constant(simd, VALUE_UNITS + 0.5 * edges) + constant(simd, 5.7) * condition);
     let mut gradient = constant(simd, 0.0);
     if GRADIENT {
-        gradient = (units * near) * (constant(simd, 95.0 + edges) + constant(simd, 63.0) * condition);
+        gradient = (units * near) * (constant(simd, GRADIENT_UNITS + edges) + constant(simd, 63.0) * condition);
     }
     if let Some(Crossing { nearest, slant }) = crossing {
         let c = (*nearest * farthest_square).sqrt();
         let roundoff = constant(simd, SECOND_ORDER * F::ROUNDOFF);
         let eta_square = (constant(simd, 30.0) * roundoff) * (constant(simd, 30.0) * roundoff) * (farthest_square * *slant);
-        value = value + units * c * constant(simd, 4.0) + roundoff * (c * constant(simd, 16.0) + constant(simd, 14.0));
-        value = value + eta_square * constant(simd, 3.2);
+        let closing = roundoff * (c * constant(simd, 16.0) + constant(simd, CLOSING_UNITS));
+        value = value + units * c * constant(simd, 4.0) + eta_square * constant(simd, 3.2);
+        // Lanes that are not cut must not see that others are.
+        value = value + constant(simd, 0.0).below(c).select(closing, constant(simd, 0.0));
         if GRADIENT {
             gradient = gradient + near * (units * c * constant(simd, 44.0) + eta_square);
         }

@@ -120,14 +120,6 @@ impl<S: Simd, F: Lane> Seen<S, F> {
     }
 }
 
-impl<S: Simd, F: Lane> Edge<S, F> {
-    #[inline(always)]
-    pub(super) fn new(simd: S, e: Vec3<Lanes<S, F>>) -> Self {
-        let square = e.norm_squared();
-        Self { e, square, inverse: constant(simd, 1.0) / square }
-    }
-}
-
 impl<S: Simd, F: Lane> Span<S, F> {
     /// A whole edge.
     #[inline(always)]
@@ -158,7 +150,7 @@ impl<S: Simd, F: Lane> Sums<S, F> {
 
     /// Adds the visible piece of an edge.
     #[inline(always)]
-    pub(super) fn add<const GRADIENT: bool, const BOUND: bool>(&mut self, simd: S, n1: Vec3<Lanes<S, F>>, span: &Span<S, F>) {
+    pub(super) fn add<const GRADIENT: bool>(&mut self, simd: S, n1: Vec3<Lanes<S, F>>, span: &Span<S, F>) {
         let Span { edge, r, height, start, end, part, w, square, moment } = span;
         let (height, square, moment) = (*height, *square, *moment);
         let across = part.of(moment);
@@ -183,8 +175,6 @@ impl<S: Simd, F: Lane> Sums<S, F> {
             self.gradient = self.gradient + *w * part.visible(simd, (cc * toward + cs * level) * inverse_square);
         }
         self.nearest = self.nearest.max(part.counted(simd, edge.square * inverse_square));
-        if BOUND {
-            self.angles = self.angles + part.counted(simd, g);
-        }
+        self.angles = self.angles + part.counted(simd, g);
     }
 }

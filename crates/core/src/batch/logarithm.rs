@@ -1,15 +1,18 @@
 //! Logarithms on lanes, without a branch.
 //!
-//! A positive normal number is `2^k m`, m in [sqrt(1/2), sqrt 2): `ln = k ln 2 + ln m`, and with `f = m - 1`, exact, and `s = f/(2
-//! + f)`, `ln m = 2 artanh s = 2 s + 2 s^3 L(s^2) = f - s (f - 2 s^2 L)`. L has minimal largest relative error on `s^2 <= (3 - 2
-//! sqrt 2)^2`, by Remez' algorithm in 60 digits (weight `s^3/artanh s`), coefficients rounded to nearest: 2^-59.3 for the seven
-//! of double precision, 2^-30.2 for the three of single precision. `ln 2` is kept in two parts, the first short enough for its
-//! product with k to be exact.
+//! A positive normal number is `2^k m` with m between the root of 1/2 and that of 2: `ln = k ln 2 + ln m`. With `f = m - 1`, exact,
+//! and `s = f/(2 + f)`,
+//!
+//! `ln m = 2 artanh s = 2 s + 2 s^3 L(s^2) = f - s (f - 2 s^2 L)`.
+//!
+//! L has minimal largest relative error on `[0, 0.0295]`, found by Remez' algorithm in 60 digits (weight `s^3/artanh s`),
+//! coefficients rounded to nearest: 2^-59.3 for the seven of double precision, 2^-30.2 for the three of single precision. `ln 2` is
+//! kept in two parts, the first short enough for its product with k to be exact.
 //!
 //! # Error
 //! For k = 0 the subtraction from f rounds by half an ulp, and what is subtracted, at most 0.21 of f, errs by 4u relative: below
-//! 1.4 ulp. Else the two parts are at most a third apart from their sum, which rounds by half an ulp: below 1.5 ulp.
-//! [`LOGARITHM_ULP`] is what the bounds assume.
+//! 1.4 ulp. Else the two parts are at most a third apart from their sum, which rounds by half an ulp: below 1.5 ulp. The tests
+//! measure 0.95; [`LOGARITHM_ULP`] is what bounds assume.
 
 use fearless_simd::{Simd, SimdFloatElement};
 
@@ -87,7 +90,7 @@ mod tests {
     use rand::{RngExt, SeedableRng, rngs::ChaCha8Rng};
 
     use super::*;
-    use crate::batch::levels;
+    use crate::batch::lanes::levels;
     use crate::double_double::DoubleDouble;
 
     fn logarithms<F: Lane>(level: Level, x: &[F], out: &mut [F]) {
@@ -108,7 +111,7 @@ mod tests {
             0 => libm::exp(random.random_range(-708.0..709.0)),
             1 => libm::exp(random.random_range(-3.0..3.0)),
             2 => 1.0 + random.random_range(-1.0..1.0) * libm::exp(random.random_range(-36.0..-1.0)),
-            3 => [std::f64::consts::SQRT_2, 2.0, 1.0][i / 5 % 3] * (1.0 + random.random_range(-8..8) as f64 * f64::EPSILON),
+            3 => [std::f64::consts::SQRT_2, 2.0, 1.0][i / 5 % 3] * (1.0 + f64::from(random.random_range(-8..8)) * f64::EPSILON),
             _ => random.random_range(0.5..2.0),
         };
         (0..count).map(number).collect()
@@ -127,7 +130,7 @@ mod tests {
             }
             let size = value.abs();
             let error = (DoubleDouble::from(*value) - DoubleDouble::from(*x).ln()).to_f64().abs() / (size.next_up() - size);
-            if !(error <= worst.0) {
+            if error > worst.0 || error.is_nan() {
                 worst = (error, *x);
             }
         }
@@ -138,7 +141,7 @@ mod tests {
     #[test]
     fn all_levels_give_the_same_digits() {
         let x = strata(10_000);
-        let single_x: Vec<f32> = x.iter().map(|v| v.clamp(1e-37, 1e38) as f32).collect();
+        let single_x: Vec<f32> = x.iter().map(|v| f32::nearest(v.clamp(1e-37, 1e38))).collect();
         let mut first: Option<(Vec<u64>, Vec<u32>)> = None;
         for level in levels() {
             let (mut double, mut single) = (vec![0.0; x.len()], vec![0.0; x.len()]);
@@ -157,8 +160,8 @@ mod tests {
         let (mut x, mut out, mut exact) = (vec![0.0f32; TILE], vec![0.0f32; TILE], vec![0.0; TILE]);
         for exponent in [1, 30, 90, 125, 126, 127, 128, 150, 200, 254u32] {
             for start in (0..1 << 23).step_by(TILE) {
-                for (i, x) in x.iter_mut().enumerate() {
-                    *x = f32::from_bits((exponent << 23) | (start + i as u32));
+                for (i, x) in (start..).zip(x.iter_mut()) {
+                    *x = f32::from_bits((exponent << 23) | i);
                 }
                 let wide: Vec<f64> = x.iter().map(|v| f64::from(*v)).collect();
                 logarithms(Level::new(), &x, &mut out);

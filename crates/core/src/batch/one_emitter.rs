@@ -1,25 +1,25 @@
 //! Many receivers against one emitter: receivers on lanes, the outline the same on all.
 
-use fearless_simd::{Level, Simd, dispatch};
+use fearless_simd::{Level, Simd};
 
 use super::answers::{Answers, Counts, Slots};
 use super::edge::Edge;
-use super::lanes::{Lane, Lanes, MOST_LANES, constant, load, same};
+use super::lanes::{Lane, Lanes, MOST_LANES, constant, load, on_level, same};
 use super::tile::{Entries, Goal, Scale, Settled, TILE, each, put, settle, windows};
 use super::visible::{Outline, find};
 use super::{Precision, Receivers};
-use crate::evaluate::{Answer, Method, evaluate_to, radiosity, radiosity_and_gradient};
+use crate::evaluate::Method;
 use crate::geometry::normalising_power;
 use crate::number::ROUNDOFF;
 use crate::vec3::Vec3;
-use crate::{DVec3, Emission, Emitter, Error, Polygon, Receiver};
+use crate::{Emission, Emitter, Error, Polygon};
 
 /// An emitter's outline in the precision of the lanes, in normalised lengths.
 #[derive(Debug, Clone)]
 pub(super) struct Outlined<F> {
     corners: Vec<Corner<F>>,
     normal: [F; 3],
-    height_units: f64,
+    height_share: F,
     /// Multiplies all lengths.
     pub(super) power: F,
 }
@@ -36,8 +36,7 @@ struct Corner<F> {
 impl<F: Lane> Outlined<F> {
     /// `None` where the precision cannot hold the vertices as they are.
     pub(super) fn new(polygon: &Polygon) -> Option<Self> {
-        let size = polygon.size();
-        let power = if 1.0 / F::UNSCALED <= size && size <= F::UNSCALED { 1.0 } else { normalising_power(size) };
+        let power = power::<F>(polygon.size());
         let vertices = polygon.vertices();
         let holds = |value: f64| F::nearest(value).to_double() == value;
         let held = vertices.iter().flat_map(|v| (*v * power).to_array()).chain([power, 1.0 / power]).all(holds);
@@ -56,22 +55,28 @@ impl<F: Lane> Outlined<F> {
         (held && long).then(|| Self {
             corners,
             normal: polygon.normal().to_array().map(F::nearest),
-            height_units: height_units::<F>(polygon, power),
+            height_share: height_share(polygon, power),
             power: F::nearest(power),
         })
     }
 }
 
-/// What a height over the polygon's plane is sure to, in units of roundoff of the distance: 16 and what the normal errs by. Over
-/// a plane across an axis it is a difference of two coordinates, with the right sign.
-fn height_units<F: Lane>(polygon: &Polygon, power: f64) -> f64 {
+/// What a height over the polygon's plane may err by, as a share of the distance, squared: 16 units of roundoff and what the normal
+/// errs by. Over a plane across an axis it is a difference of two coordinates, with the right sign.
+pub(super) fn height_share<F: Lane>(polygon: &Polygon, power: f64) -> F {
     let first = polygon.vertices()[0].to_array();
     let across = |axis: usize| polygon.vertices().iter().all(|v| v.to_array()[axis] == first[axis]);
     let along_axis = polygon.normal().abs().to_array().iter().filter(|c| **c == 0.0).count() == 2;
     if power == 1.0 && along_axis && (0..3).any(across) {
-        return 0.0;
+        return F::default();
     }
-    16.0 + 2.0 * (polygon.normal_error() + 2.0 * ROUNDOFF) / F::ROUNDOFF
+    let share = 16.0 * F::ROUNDOFF + 2.0 * polygon.normal_error() + 4.0 * ROUNDOFF;
+    F::nearest(share * share)
+}
+
+/// The power of two that lengths are multiplied by: 1 for emitters of an ordinary size.
+pub(super) fn power<F: Lane>(size: f64) -> f64 {
+    if 1.0 / F::UNSCALED <= size && size <= F::UNSCALED { 1.0 } else { normalising_power(size) }
 }
 
 impl<S: Simd, F: Lane> Outline<S, F> for Outlined<F> {
@@ -93,8 +98,30 @@ impl<S: Simd, F: Lane> Outline<S, F> for Outlined<F> {
         same(simd, self.normal)
     }
     #[inline(always)]
-    fn height_units(&self) -> f64 {
-        self.height_units
+    fn height_share(&self, simd: S) -> Lanes<S, F> {
+        Lanes::all(simd, self.height_share)
+    }
+}
+
+/// `B/pi` of a constant emitter, where that is a normal number.
+pub(super) fn brightness<F: Lane>(emitter: &Emitter) -> Option<F> {
+    let Emission::Constant(value) = emitter.emission() else { return None };
+    let brightness = F::nearest(value / std::f64::consts::PI);
+    let size = brightness.to_double().abs();
+    (F::TINY <= size && size <= F::LARGEST).then_some(brightness)
+}
+
+/// A constant emitter in the precision of the lanes.
+#[derive(Debug, Clone)]
+struct Lamp<F> {
+    outline: Outlined<F>,
+    brightness: F,
+}
+
+impl<F: Lane> Lamp<F> {
+    fn new(emitter: &Emitter) -> Option<Self> {
+        let brightness = brightness(emitter)?;
+        Outlined::new(emitter.polygon()).map(|outline| Self { outline, brightness })
     }
 }
 
@@ -102,66 +129,39 @@ impl<S: Simd, F: Lane> Outline<S, F> for Outlined<F> {
 pub(super) struct OneEmitter<'a, F> {
     receivers: Receivers<'a, F>,
     emitter: &'a Emitter,
-    outline: Option<Outlined<F>>,
+    lamp: Option<Lamp<F>>,
     /// For what single precision does not settle.
-    double: Option<Outlined<f64>>,
+    double: Option<Lamp<f64>>,
     goal: Goal,
     level: Level,
 }
 
 impl<'a, F: Precision> OneEmitter<'a, F> {
     pub(super) fn new(receivers: Receivers<'a, F>, emitter: &'a Emitter, goal: Goal, level: Level) -> Self {
-        let on_lanes = matches!(emitter.emission(), Emission::Constant(_)) && !emitter.is_dark();
-        let outline = if on_lanes { Outlined::new(emitter.polygon()) } else { None };
-        let double = if on_lanes && F::IS_SINGLE { Outlined::new(emitter.polygon()) } else { None };
-        Self { receivers, emitter, outline, double, goal, level }
+        let double = if F::IS_SINGLE { Lamp::new(emitter) } else { None };
+        Self { receivers, emitter, lamp: Lamp::new(emitter), double, goal, level }
     }
 
     /// Answers the receivers from `start` on.
     pub(super) fn tile(&self, start: usize, mut slots: Slots<'_, F>) -> Result<Counts, Error> {
         let length = slots.radiosity.len();
         let receivers = self.receivers.part(start..start + length);
-        let settled = self.outline.as_ref().map_or_else(Settled::default, |outline| {
-            on_lanes(self.level, &receivers, (outline, self.brightness()), self.goal, &mut slots)
-        });
+        let on_lanes = |lamp| on_lanes(self.level, &receivers, lamp, self.goal, &mut slots);
+        let settled = self.lamp.as_ref().map_or_else(Settled::default, on_lanes);
         let mut counts = settled.counts();
         let mut open = settled.open(length);
-        if let Some(outline) = &self.double
+        if let Some(lamp) = &self.double
             && open != 0
         {
-            open = self.doubled(&receivers, outline, open, (&mut slots, &mut counts))?;
+            open = self.doubled(&receivers, lamp, open, (&mut slots, &mut counts))?;
         }
         for entry in each(open) {
             let in_batch = |error| Error::InBatch { index: start + entry, error: Box::new(error) };
-            let answer = self.single(&receivers.receiver(entry).map_err(in_batch)?).map_err(in_batch)?;
+            let answer = self.goal.single(&receivers.receiver(entry).map_err(in_batch)?, self.emitter).map_err(in_batch)?;
             put(&mut slots, entry, &answer).map_err(in_batch)?;
-            let count = if answer.method == Method::Zero { &mut counts.zero } else { &mut counts.single };
-            *count += 1;
+            *if answer.method == Method::Zero { &mut counts.zero } else { &mut counts.single } += 1;
         }
         Ok(counts)
-    }
-
-    /// `B/pi`.
-    fn brightness<G: Lane>(&self) -> G {
-        match self.emitter.emission() {
-            Emission::Constant(value) => G::nearest(value / std::f64::consts::PI),
-            Emission::Linear(_) | Emission::Polynomial(_) => G::default(),
-        }
-    }
-
-    /// One receiver on the scalar path.
-    #[cold]
-    fn single(&self, receiver: &Receiver) -> Result<Answer, Error> {
-        let Goal { asked, tolerance } = self.goal;
-        if asked.errors {
-            return evaluate_to(receiver, self.emitter, &[], tolerance.value);
-        }
-        let plain = |(radiosity, gradient)| Answer { radiosity, gradient, method: Method::ClosedForm, ..Answer::ZERO };
-        if asked.gradient {
-            radiosity_and_gradient(receiver, self.emitter).map(plain)
-        } else {
-            radiosity(receiver, self.emitter).map(|radiosity| plain((radiosity, DVec3::ZERO)))
-        }
     }
 
     /// Answers open entries on lanes of double precision; returns those that are still open.
@@ -169,7 +169,7 @@ impl<'a, F: Precision> OneEmitter<'a, F> {
     fn doubled(
         &self,
         receivers: &Receivers<'_, F>,
-        outline: &Outlined<f64>,
+        lamp: &Lamp<f64>,
         open: Entries,
         (slots, counts): (&mut Slots<'_, F>, &mut Counts),
     ) -> Result<Entries, Error> {
@@ -185,7 +185,7 @@ impl<'a, F: Precision> OneEmitter<'a, F> {
         let mut answers = Answers::new();
         let settled = {
             let mut slots = answers.sized(count, self.goal.asked);
-            on_lanes(self.level, &receivers, (outline, self.brightness()), self.goal, &mut slots)
+            on_lanes(self.level, &receivers, lamp, self.goal.doubled(), &mut slots)
         };
         *counts += Counts { doubled: count, ..settled.counts() };
         let mut left = 0;
@@ -205,18 +205,17 @@ impl<'a, F: Precision> OneEmitter<'a, F> {
 fn on_lanes<F: Precision>(
     level: Level,
     receivers: &Receivers<'_, F>,
-    lamp: (&Outlined<F>, F),
+    lamp: &Lamp<F>,
     goal: Goal,
     slots: &mut Slots<'_, F>,
 ) -> Settled {
     if receivers.count() < MOST_LANES {
         return padded(level, receivers, lamp, goal, slots);
     }
-    match (goal.asked.gradient, goal.asked.errors || F::IS_SINGLE) {
-        (false, false) => dispatch!(level, simd => lanes::<_, F, false, false>(simd, receivers, lamp, goal, slots)),
-        (false, true) => dispatch!(level, simd => lanes::<_, F, false, true>(simd, receivers, lamp, goal, slots)),
-        (true, false) => dispatch!(level, simd => lanes::<_, F, true, false>(simd, receivers, lamp, goal, slots)),
-        (true, true) => dispatch!(level, simd => lanes::<_, F, true, true>(simd, receivers, lamp, goal, slots)),
+    if goal.asked.gradient {
+        on_level!(level, simd => lanes::<_, F, true>(simd, receivers, lamp, goal, slots))
+    } else {
+        on_level!(level, simd => lanes::<_, F, false>(simd, receivers, lamp, goal, slots))
     }
 }
 
@@ -224,7 +223,7 @@ fn on_lanes<F: Precision>(
 fn padded<F: Precision>(
     level: Level,
     receivers: &Receivers<'_, F>,
-    lamp: (&Outlined<F>, F),
+    lamp: &Lamp<F>,
     goal: Goal,
     slots: &mut Slots<'_, F>,
 ) -> Settled {
@@ -240,31 +239,32 @@ fn padded<F: Precision>(
     let mut answers = Answers::new();
     let settled = on_lanes(level, &more, lamp, goal, &mut answers.sized(MOST_LANES, goal.asked));
     slots.copy_first(&answers);
-    let first = Entries::MAX >> (TILE - count);
-    Settled { zero: settled.zero & first, good: settled.good & first, clipped: settled.clipped }
+    settled.first(count)
 }
 
 #[inline(always)]
-fn lanes<S: Simd, F: Precision, const GRADIENT: bool, const BOUND: bool>(
+fn lanes<S: Simd, F: Precision, const GRADIENT: bool>(
     simd: S,
     receivers: &Receivers<'_, F>,
-    (outline, brightness): (&Outlined<F>, F),
+    Lamp { outline, brightness }: &Lamp<F>,
     goal: Goal,
     slots: &mut Slots<'_, F>,
 ) -> Settled {
     let mut settled = Settled::default();
-    let (power, brightness) = (Lanes::all(simd, outline.power), Lanes::all(simd, brightness));
+    let (power, brightness) = (Lanes::all(simd, outline.power), Lanes::all(simd, *brightness));
     let Receivers { position: [x, y, z], normal: [nx, ny, nz], reflectance } = *receivers;
     for first in windows(x.len(), Lanes::<S, F>::COUNT) {
         let position = load(simd, [&x[first..], &y[first..], &z[first..]]) * power;
         let normal = load(simd, [&nx[first..], &ny[first..], &nz[first..]]);
-        let n1 = normal * (constant(simd, 1.0) / normal.norm_squared().sqrt());
+        let square = normal.norm_squared();
+        let n1 = normal * (constant(simd, 1.0) / square.sqrt());
         let rho =
             if reflectance.len() == 1 { Lanes::all(simd, reflectance[0]) } else { Lanes::load(simd, &reflectance[first..]) };
-        let found = find::<S, F, _, GRADIENT, BOUND>(simd, outline, position, n1);
-        let value = brightness * rho;
-        let scale = Scale { value, gradient: value * power };
-        settle::<S, F, GRADIENT, BOUND>(simd, &found, &scale, goal.tolerance, (slots, first), &mut settled);
+        let mut found = find::<S, F, _, GRADIENT>(simd, outline, position, n1);
+        // Squares that were not rounded to a subnormal number, nor infinite.
+        found.good = found.good & constant(simd, F::TINY / (F::ROUNDOFF * F::ROUNDOFF)).at_most(square);
+        let scale = Scale::new(simd, brightness, rho, power);
+        settle::<S, F, GRADIENT>(simd, &found, &scale, goal.tolerance, (slots, first), &mut settled);
     }
     settled
 }

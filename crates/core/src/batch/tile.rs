@@ -3,11 +3,11 @@
 use fearless_simd::Simd;
 
 use super::answers::{Asked, Counts, Slots};
-use super::lanes::{Lane, Lanes, constant};
+use super::lanes::{Lane, Lanes, Mask, constant};
 use super::visible::Found;
-use crate::Error;
-use crate::evaluate::Answer;
+use crate::evaluate::{Answer, Method, evaluate_to, radiosity, radiosity_and_gradient};
 use crate::number::ROUNDOFF;
+use crate::{DVec3, Emitter, Error, Receiver};
 
 /// Entries of a tile.
 pub(super) const TILE: usize = Entries::BITS as usize;
@@ -26,14 +26,22 @@ pub(super) struct Tolerance {
     pub(super) gradient: f64,
 }
 
+/// For double precision where no tolerance is given. Beyond, the scalar path has more digits.
+const DOUBLE: Tolerance = Tolerance { value: 1e-6, gradient: 1e-6 };
+
 /// For single precision where no tolerance is given. Errors are a thirtieth of the bound on the value at most, and an eightieth of
 /// that on the gradient (measured: `tests/batch.rs`).
 const SINGLE: Tolerance = Tolerance { value: 3e-5, gradient: 1e-4 };
 
 impl Goal {
     /// Without bounds.
-    pub(super) const fn plain(gradient: bool) -> Self {
-        Self { asked: Asked { gradient, errors: false }, tolerance: SINGLE }
+    pub(super) const fn plain<F: Lane>(gradient: bool) -> Self {
+        Self { asked: Asked { gradient, errors: false }, tolerance: if F::IS_SINGLE { SINGLE } else { DOUBLE } }
+    }
+
+    /// The same in double precision, for what single precision did not settle.
+    pub(super) fn doubled(self) -> Self {
+        if self.asked.errors { self } else { Self::plain::<f64>(self.asked.gradient) }
     }
 
     /// With bounds, to a relative tolerance.
@@ -42,6 +50,20 @@ impl Goal {
             Ok(Self { asked: Asked { gradient, errors: true }, tolerance: Tolerance { value: tolerance, gradient: tolerance } })
         } else {
             Err(Error::Tolerance { value: tolerance })
+        }
+    }
+
+    /// What lanes did not settle, on the scalar path.
+    #[cold]
+    pub(super) fn single(&self, receiver: &Receiver, emitter: &Emitter) -> Result<Answer, Error> {
+        if self.asked.errors {
+            return evaluate_to(receiver, emitter, &[], self.tolerance.value);
+        }
+        let plain = |radiosity, gradient| Answer { radiosity, gradient, method: Method::ClosedForm, ..Answer::ZERO };
+        if self.asked.gradient {
+            radiosity_and_gradient(receiver, emitter).map(|(radiosity, gradient)| plain(radiosity, gradient))
+        } else {
+            radiosity(receiver, emitter).map(|radiosity| plain(radiosity, DVec3::ZERO))
         }
     }
 }
@@ -63,6 +85,12 @@ impl Settled {
     /// Entries of a tile of this length that are not settled.
     pub(super) fn open(&self, length: usize) -> Entries {
         !(self.zero | self.good) & (Entries::MAX >> (TILE - length))
+    }
+
+    /// What holds of the first entries.
+    pub(super) fn first(self, count: usize) -> Self {
+        let first = Entries::MAX >> (TILE - count);
+        Self { zero: self.zero & first, good: self.good & first, clipped: self.clipped }
     }
 
     pub(super) fn counts(&self) -> Counts {
@@ -95,7 +123,7 @@ pub(super) fn run<F: Lane>(
 ) -> Result<Counts, Error> {
     let length = slots.radiosity.len();
     if length <= TILE {
-        return tile(start, slots);
+        return if length == 0 { Ok(Counts::default()) } else { tile(start, slots) };
     }
     let middle = length.div_ceil(TILE) / 2 * TILE;
     let (left, right) = slots.split_at(middle);
@@ -109,14 +137,25 @@ pub(super) fn run<F: Lane>(
 /// Factors of what is found, each lane's own.
 pub(super) struct Scale<S: Simd, F: Lane> {
     /// `rho B/pi`.
-    pub(super) value: Lanes<S, F>,
+    value: Lanes<S, F>,
     /// That times the power of two by which lengths were multiplied.
-    pub(super) gradient: Lanes<S, F>,
+    gradient: Lanes<S, F>,
+    /// Where rho is 0.
+    black: Mask<S, F>,
+}
+
+impl<S: Simd, F: Lane> Scale<S, F> {
+    /// For a brightness `B/pi`, not 0.
+    #[inline(always)]
+    pub(super) fn new(simd: S, brightness: Lanes<S, F>, reflectance: Lanes<S, F>, power: Lanes<S, F>) -> Self {
+        let value = brightness * reflectance;
+        Self { value, gradient: value * power, black: reflectance.at_most(constant(simd, 0.0)) }
+    }
 }
 
 /// Writes what was found to the entries from `first` on, and notes what is settled.
 #[inline(always)]
-pub(super) fn settle<S: Simd, F: Lane, const GRADIENT: bool, const BOUND: bool>(
+pub(super) fn settle<S: Simd, F: Lane, const GRADIENT: bool>(
     simd: S,
     found: &Found<S, F>,
     scale: &Scale<S, F>,
@@ -128,38 +167,36 @@ pub(super) fn settle<S: Simd, F: Lane, const GRADIENT: bool, const BOUND: bool>(
     // Results below the normal range are rounded more.
     let tiny = constant(simd, F::TINY);
     let value = found.value * scale.value;
-    write(simd, found, value, slots.radiosity, first);
-    let mut good = found.good & value.abs().at_most(largest);
-    if BOUND {
-        good = good & found.bound.value.at_most(constant(simd, tolerance.value) * found.value.abs());
-        if !slots.radiosity_error.is_empty() {
-            write(simd, found, found.bound.value * scale.value.abs() + tiny, slots.radiosity_error, first);
-        }
+    let zero = found.zero | scale.black;
+    write(simd, zero, value, slots.radiosity, first);
+    let normal = tiny.at_most(scale.value.abs()) & tiny.at_most(scale.gradient.abs());
+    let mut good = found.good & normal & value.abs().at_most(largest);
+    good = good & found.bound.value.at_most(constant(simd, tolerance.value) * found.value.abs());
+    if !slots.radiosity_error.is_empty() {
+        write(simd, zero, found.bound.value * scale.value.abs() + tiny, slots.radiosity_error, first);
     }
     if GRADIENT {
         let gradient = found.gradient * scale.gradient;
         let [x, y, z] = &mut slots.gradient;
-        write(simd, found, gradient.x, x, first);
-        write(simd, found, gradient.y, y, first);
-        write(simd, found, gradient.z, z, first);
+        write(simd, zero, gradient.x, x, first);
+        write(simd, zero, gradient.y, y, first);
+        write(simd, zero, gradient.z, z, first);
         good = good & (gradient.x.abs() + gradient.y.abs() + gradient.z.abs()).at_most(largest);
-        if BOUND {
-            let allowed = constant(simd, tolerance.gradient * tolerance.gradient) * found.gradient.norm_squared();
-            good = good & (found.bound.gradient * found.bound.gradient).at_most(allowed);
-            if !slots.gradient_error.is_empty() {
-                write(simd, found, found.bound.gradient * scale.gradient.abs() + tiny, slots.gradient_error, first);
-            }
+        let allowed = constant(simd, tolerance.gradient * tolerance.gradient) * found.gradient.norm_squared();
+        good = good & (found.bound.gradient * found.bound.gradient).at_most(allowed);
+        if !slots.gradient_error.is_empty() {
+            write(simd, zero, found.bound.gradient * scale.gradient.abs() + tiny, slots.gradient_error, first);
         }
     }
-    settled.zero |= Entries::from(found.zero.bits()) << first;
-    settled.good |= Entries::from(good.bits()) << first;
+    settled.zero |= Entries::from(zero.bits()) << first;
+    settled.good |= Entries::from((good & !zero).bits()) << first;
     settled.clipped |= Entries::from(found.clipped.bits()) << first;
 }
 
-/// Writes lanes to the entries from `first` on; zeros where nothing is seen.
+/// Writes lanes to the entries from `first` on, and zeros where they are.
 #[inline(always)]
-fn write<S: Simd, F: Lane>(simd: S, found: &Found<S, F>, lanes: Lanes<S, F>, slot: &mut [F], first: usize) {
-    found.zero.select(constant(simd, 0.0), lanes).store(&mut slot[first..]);
+fn write<S: Simd, F: Lane>(simd: S, zero: Mask<S, F>, lanes: Lanes<S, F>, slot: &mut [F], first: usize) {
+    zero.select(constant(simd, 0.0), lanes).store(&mut slot[first..]);
 }
 
 /// Writes the answer to one entry.

@@ -23,8 +23,8 @@ pub(super) trait Outline<S: Simd, F: Lane> {
     fn edge(&self, simd: S, index: usize) -> Edge<S, F>;
     /// Unit normal `n2`.
     fn normal(&self, simd: S) -> Vec3<Lanes<S, F>>;
-    /// What the receiver's height over the plane errs by, in units of roundoff of the distance; 0 where it is exact.
-    fn height_units(&self) -> f64;
+    /// What the receiver's height over the plane errs by at most, a share of the distance, squared; 0 where it is exact.
+    fn height_share(&self, simd: S) -> Lanes<S, F>;
 }
 
 /// The sums that lanes found, without the factor of emission and reflectance.
@@ -41,9 +41,9 @@ pub(super) struct Found<S: Simd, F: Lane> {
     pub(super) bound: Bound<S, F>,
 }
 
-/// What each lane sees from x along the unit normal n1; `BOUND` for bounds on what it finds.
+/// What each lane sees from x along the unit normal n1.
 #[inline(always)]
-pub(super) fn find<S: Simd, F: Lane, O: Outline<S, F>, const GRADIENT: bool, const BOUND: bool>(
+pub(super) fn find<S: Simd, F: Lane, O: Outline<S, F>, const GRADIENT: bool>(
     simd: S,
     outline: &O,
     x: Vec3<Lanes<S, F>>,
@@ -62,8 +62,8 @@ pub(super) fn find<S: Simd, F: Lane, O: Outline<S, F>, const GRADIENT: bool, con
     let in_range = farthest_square.at_most(constant(simd, F::FARTHEST * F::FARTHEST));
     // Squares with their signs, against those of what is sure.
     let signed = |height: Lanes<S, F>| height * height.abs();
-    let share = |units: f64| farthest_square * constant(simd, (units * F::ROUNDOFF) * (units * F::ROUNDOFF));
-    let (sure, sure_side) = (share(16.0), share(outline.height_units()));
+    let sure = farthest_square * constant(simd, (16.0 * F::ROUNDOFF) * (16.0 * F::ROUNDOFF));
+    let sure_side = farthest_square * outline.height_share(simd);
     let depth = signed(outline.normal(simd).dot(first));
     let (behind, in_front) = (sure_side.at_most(depth), depth.below(-sure_side));
     let (above, below) = (sure.below(signed(lowest)), signed(highest).below(-sure));
@@ -84,19 +84,17 @@ pub(super) fn find<S: Simd, F: Lane, O: Outline<S, F>, const GRADIENT: bool, con
     let edges = outline.count() as f64;
     let mut sums = Sums::new(simd);
     let crossing = if found.clipped.any() {
-        let (crossing, once) = clipped::<S, F, O, GRADIENT, BOUND>(simd, outline, x, n1, sure, &mut sums);
+        let (crossing, once) = clipped::<S, F, O, GRADIENT>(simd, outline, x, n1, sure, &mut sums);
         found.good = found.good | (found.clipped & once);
         Some(crossing)
     } else {
-        whole::<S, F, O, GRADIENT, BOUND>(simd, outline, x, n1, &mut sums);
+        whole::<S, F, O, GRADIENT>(simd, outline, x, n1, &mut sums);
         None
     };
     found.good = found.good & conditioned(simd, &sums, crossing.as_ref(), farthest_square);
     found.value = sums.value * constant(simd, -0.5);
     found.gradient = sums.gradient * constant(simd, -0.5);
-    if BOUND {
-        found.bound = bound::<S, F, GRADIENT>(simd, edges, &sums, crossing.as_ref(), farthest_square);
-    }
+    found.bound = bound::<S, F, GRADIENT>(simd, edges, &sums, crossing.as_ref(), farthest_square);
     found
 }
 
@@ -107,7 +105,7 @@ fn after<S: Simd, F: Lane, O: Outline<S, F>>(outline: &O, index: usize) -> usize
 }
 
 #[inline(always)]
-fn whole<S: Simd, F: Lane, O: Outline<S, F>, const GRADIENT: bool, const BOUND: bool>(
+fn whole<S: Simd, F: Lane, O: Outline<S, F>, const GRADIENT: bool>(
     simd: S,
     outline: &O,
     x: Vec3<Lanes<S, F>>,
@@ -122,15 +120,15 @@ fn whole<S: Simd, F: Lane, O: Outline<S, F>, const GRADIENT: bool, const BOUND: 
         let ab = Span::whole(outline.edge(simd, 0), a, b, n1);
         let bc = Span::whole(outline.edge(simd, 1), b, c, n1);
         let ca = Span::whole(outline.edge(simd, 2), c, a, n1);
-        sums.add::<GRADIENT, BOUND>(simd, n1, &ab);
-        sums.add::<GRADIENT, BOUND>(simd, n1, &bc);
-        sums.add::<GRADIENT, BOUND>(simd, n1, &ca);
+        sums.add::<GRADIENT>(simd, n1, &ab);
+        sums.add::<GRADIENT>(simd, n1, &bc);
+        sums.add::<GRADIENT>(simd, n1, &ca);
         return;
     }
     let mut from = Seen::new(outline.vertex(simd, 0) - x);
     for index in 0..outline.count() {
         let to = Seen::new(outline.vertex(simd, after(outline, index)) - x);
-        sums.add::<GRADIENT, BOUND>(simd, n1, &Span::whole(outline.edge(simd, index), from, to, n1));
+        sums.add::<GRADIENT>(simd, n1, &Span::whole(outline.edge(simd, index), from, to, n1));
         from = to;
     }
 }
@@ -138,7 +136,7 @@ fn whole<S: Simd, F: Lane, O: Outline<S, F>, const GRADIENT: bool, const BOUND: 
 /// The part of an outline above the horizon, and where its boundary leaves the upper half-space once only, as that of a convex
 /// polygon does. An arc of the horizon then joins that point with the one where it comes back; its `n1.N` is -1.
 #[inline(always)]
-fn clipped<S: Simd, F: Lane, O: Outline<S, F>, const GRADIENT: bool, const BOUND: bool>(
+fn clipped<S: Simd, F: Lane, O: Outline<S, F>, const GRADIENT: bool>(
     simd: S,
     outline: &O,
     x: Vec3<Lanes<S, F>>,
@@ -173,7 +171,7 @@ fn clipped<S: Simd, F: Lane, O: Outline<S, F>, const GRADIENT: bool, const BOUND
             (starts | ends, before.at_most(zero) & zero.at_most(before) & after.at_most(zero) & zero.at_most(after));
         let part = Part::Clipped { fraction, any, bounds: any | flat };
         let ends = (point.or(comes, &from), point.or(leaves, &to));
-        sums.add::<GRADIENT, BOUND>(simd, n1, &Span::piece(edge, (from.r, n1.dot(from.r)), ends, part));
+        sums.add::<GRADIENT>(simd, n1, &Span::piece(edge, (from.r, n1.dot(from.r)), ends, part));
         (exit, entry) = (leaves.select_vector(point.r, exit), comes.select_vector(point.r, entry));
         let nearest = crosses.select(one / point.square, zero);
         crossing.nearest = crossing.nearest.max(nearest);
