@@ -33,8 +33,11 @@
 mod answers;
 mod arc_tangent;
 mod bound;
+mod cluster;
 mod edge;
+mod emitter_tree;
 mod emitters;
+mod far_field;
 mod lanes;
 #[allow(dead_code, reason = "for linear emitters")]
 mod logarithm;
@@ -42,6 +45,7 @@ mod many_emitters;
 mod one_emitter;
 mod receivers;
 mod tile;
+mod total;
 mod visible;
 
 use std::fmt;
@@ -49,13 +53,16 @@ use std::fmt;
 use fearless_simd::Level;
 
 pub use answers::{Answers, Counts};
+pub use emitter_tree::EmitterTree;
 pub use emitters::Emitters;
 pub use receivers::Receivers;
+pub use total::Tally;
 
 use crate::{Emitter, Error, Receiver};
 use emitters::OneReceiver;
 use one_emitter::OneEmitter;
 use tile::Goal;
+use total::Total;
 
 /// Single or double precision: `f32` or `f64`.
 #[allow(private_bounds, reason = "what lanes need of a number is not for others to implement")]
@@ -187,6 +194,29 @@ impl Engine {
         answers: &mut Answers<F>,
     ) -> Result<(), Error> {
         self.seen_from(receiver, emitters, Goal::within(tolerance, true)?, answers)
+    }
+
+    /// Radiosity of each receiver due to all emitters of a tree together, within an absolute tolerance in the unit of the emission.
+    ///
+    /// What is left out or answered by a far field is in the bounds, and so is all rounding. A tolerance below what double precision
+    /// can do is not an error: the bounds say what it came to.
+    ///
+    /// # Errors
+    /// If a result overflows, or the tolerance is not a positive number.
+    pub fn total(
+        &self,
+        receivers: &Receivers<'_, f64>,
+        tree: &EmitterTree<'_>,
+        tolerance: f64,
+        answers: &mut Answers<f64>,
+    ) -> Result<Tally, Error> {
+        if !(tolerance > 0.0 && tolerance.is_finite()) {
+            return Err(Error::AbsoluteTolerance { value: tolerance });
+        }
+        let job = Total { receivers: *receivers, tree, tolerance, level: self.level };
+        answers.counts = Counts::default();
+        let slots = answers.sized(receivers.count(), Goal::absolute(tolerance).asked);
+        tile::run(self.threads, 0, slots, &|start, slots| job.tile(start, slots))
     }
 
     fn against<F: Precision>(

@@ -80,6 +80,8 @@ pub(super) const MOST_LANES: usize = 16;
 /// Single or double precision, with what depends on it.
 pub(super) trait Lane: SimdFloatElement + Send + Sync + 'static {
     const IS_SINGLE: bool;
+    /// Lanes of the widest vector of this precision.
+    const WIDEST: usize;
     /// Unit roundoff u.
     const ROUNDOFF: f64;
     /// Emitters of a size between this and its inverse need not be normalised.
@@ -304,6 +306,7 @@ impl<S: Simd, F: Lane> Not for Mask<S, F> {
 
 impl Lane for f64 {
     const IS_SINGLE: bool = false;
+    const WIDEST: usize = 8;
     const ROUNDOFF: Self = Self::EPSILON / 2.0;
     const UNSCALED: Self = (1 << 30) as Self;
     const FARTHEST: Self = (1u128 << 120) as Self;
@@ -326,6 +329,7 @@ impl Lane for f64 {
 
 impl Lane for f32 {
     const IS_SINGLE: bool = true;
+    const WIDEST: usize = MOST_LANES;
     const ROUNDOFF: f64 = 1.0 / (1 << 24) as f64;
     const UNSCALED: f64 = 4.0;
     const FARTHEST: f64 = (1 << 16) as f64;

@@ -73,6 +73,37 @@ impl<F: Lane> Group<F> {
         self.index.len()
     }
 
+    /// Triangle k of the fans from vertex 0 of a vector of emitters: `a + u (ab + v bc)`, and `2 A n2 B/pi`, which is 0 for emitters
+    /// from `end` on.
+    #[inline(always)]
+    pub(super) fn triangle<S: Simd>(&self, simd: S, k: usize, entry: usize, end: usize) -> [Vec3<Lanes<S, F>>; 4] {
+        let block = Block { group: self, first: entry };
+        let (a, b, c) = (block.vertex(simd, 0), block.vertex(simd, k + 1), block.vertex(simd, k + 2));
+        let mut brightness = [F::default(); MOST_LANES];
+        let count = (end - entry).min(MOST_LANES);
+        brightness[..count].copy_from_slice(&self.brightness[entry..entry + count]);
+        [a, b - a, c - b, (b - a).cross(c - b) * Lanes::load(simd, &brightness)]
+    }
+
+    /// Triangles of a fan.
+    pub(super) fn triangles(&self) -> usize {
+        self.vertices.len() - 2
+    }
+
+    /// Largest distance of a vertex from the middle of its triangle of the fan, over a range.
+    pub(super) fn reach(&self, range: Range<usize>) -> f64 {
+        let vertex = |k: usize, i: usize| DVec3::from(self.vertices[k].each_ref().map(|array| array[i].to_double()));
+        let mut most = 0.0f64;
+        for i in range {
+            for k in 1..self.vertices.len() - 1 {
+                let triangle = [vertex(0, i), vertex(k, i), vertex(k + 1, i)];
+                let middle = (triangle[0] + triangle[1] + triangle[2]) / 3.0;
+                most = triangle.iter().fold(most, |most, v| most.max((*v - middle).length()));
+            }
+        }
+        most * (1.0 + 1e-12)
+    }
+
     /// What is seen of the emitters in a range at most a tile long.
     pub(super) fn answer(
         &self,
@@ -83,7 +114,7 @@ impl<F: Lane> Group<F> {
         work: &mut Work<F>,
     ) -> Settled {
         let count = range.len();
-        let slots = &mut work.slots(count.next_multiple_of(MOST_LANES), goal.asked);
+        let slots = &mut work.slots(count.next_multiple_of(F::WIDEST), goal.asked);
         let at = (self, range.start);
         let settled = if goal.asked.gradient {
             on_level!(level, simd => lanes::<_, F, true>(simd, at, seen, goal, slots))

@@ -1,5 +1,7 @@
 //! A stretch of a batch: what lanes find is settled, what they do not settle is done again.
 
+use std::ops::AddAssign;
+
 use fearless_simd::Simd;
 
 use super::answers::{Asked, Counts, Slots};
@@ -19,24 +21,31 @@ pub(super) struct Goal {
     pub(super) tolerance: Tolerance,
 }
 
-/// Relative bounds up to which a lane is taken, where there are bounds.
+/// Bounds up to which a lane is taken, relative but for an absolute part that the value is allowed besides.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Tolerance {
     pub(super) value: f64,
+    pub(super) absolute: f64,
     pub(super) gradient: f64,
 }
 
 /// For double precision where no tolerance is given. Beyond, the scalar path has more digits.
-const DOUBLE: Tolerance = Tolerance { value: 1e-6, gradient: 1e-6 };
+const DOUBLE: Tolerance = Tolerance { value: 1e-6, absolute: 0.0, gradient: 1e-6 };
 
 /// For single precision where no tolerance is given. Errors are a thirtieth of the bound on the value at most, and an eightieth of
 /// that on the gradient (measured: `tests/batch.rs`).
-const SINGLE: Tolerance = Tolerance { value: 3e-5, gradient: 1e-4 };
+const SINGLE: Tolerance = Tolerance { value: 3e-5, absolute: 0.0, gradient: 1e-4 };
 
 impl Goal {
     /// Without bounds.
     pub(super) const fn plain<F: Lane>(gradient: bool) -> Self {
         Self { asked: Asked { gradient, errors: false }, tolerance: if F::IS_SINGLE { SINGLE } else { DOUBLE } }
+    }
+
+    /// Of the value alone, with its bound, to an absolute tolerance.
+    pub(super) const fn absolute(tolerance: f64) -> Self {
+        let tolerance = Tolerance { value: 0.0, absolute: tolerance, gradient: 0.0 };
+        Self { asked: Asked { gradient: false, errors: true }, tolerance }
     }
 
     /// The same in double precision, for what single precision did not settle.
@@ -47,7 +56,10 @@ impl Goal {
     /// With bounds, to a relative tolerance.
     pub(super) fn within(tolerance: f64, gradient: bool) -> Result<Self, Error> {
         if (0.0..=1.0).contains(&tolerance) {
-            Ok(Self { asked: Asked { gradient, errors: true }, tolerance: Tolerance { value: tolerance, gradient: tolerance } })
+            Ok(Self {
+                asked: Asked { gradient, errors: true },
+                tolerance: Tolerance { value: tolerance, absolute: 0.0, gradient: tolerance },
+            })
         } else {
             Err(Error::Tolerance { value: tolerance })
         }
@@ -115,15 +127,15 @@ pub(super) fn windows(length: usize, lanes: usize) -> impl Iterator<Item = usize
 }
 
 /// Answers all entries, tile by tile, on all threads where `threads` is set; counts what answered. The first error stops it.
-pub(super) fn run<F: Lane>(
+pub(super) fn run<F: Lane, C: Default + AddAssign + Send>(
     threads: bool,
     start: usize,
     slots: Slots<'_, F>,
-    tile: &(impl Fn(usize, Slots<'_, F>) -> Result<Counts, Error> + Sync),
-) -> Result<Counts, Error> {
+    tile: &(impl Fn(usize, Slots<'_, F>) -> Result<C, Error> + Sync),
+) -> Result<C, Error> {
     let length = slots.radiosity.len();
     if length <= TILE {
-        return if length == 0 { Ok(Counts::default()) } else { tile(start, slots) };
+        return if length == 0 { Ok(C::default()) } else { tile(start, slots) };
     }
     let middle = length.div_ceil(TILE) / 2 * TILE;
     let (left, right) = slots.split_at(middle);
@@ -171,9 +183,10 @@ pub(super) fn settle<S: Simd, F: Lane, const GRADIENT: bool>(
     write(simd, zero, value, slots.radiosity, first);
     let normal = tiny.at_most(scale.value.abs()) & tiny.at_most(scale.gradient.abs());
     let mut good = found.good & normal & value.abs().at_most(largest);
-    good = good & found.bound.value.at_most(constant(simd, tolerance.value) * found.value.abs());
+    let error = found.bound.value * scale.value.abs();
+    good = good & error.at_most(constant(simd, tolerance.value) * value.abs() + constant(simd, tolerance.absolute));
     if !slots.radiosity_error.is_empty() {
-        write(simd, zero, found.bound.value * scale.value.abs() + tiny, slots.radiosity_error, first);
+        write(simd, zero, error + tiny, slots.radiosity_error, first);
     }
     if GRADIENT {
         let gradient = found.gradient * scale.gradient;
