@@ -9,6 +9,9 @@
 //! - [`Engine`] says how: which instruction set, one thread or all. All instruction sets give the same digits (no fused
 //!   multiply-add), and an answer does not depend on its neighbours.
 //! - [`Receivers`] and [`Emitters`] are structures of arrays; [`Answers`] takes what comes out and [`Counts`] how it came.
+//! - [`EmitterTree`] answers what receivers get from very many emitters together, within an absolute error: nodes of the tree that
+//!   are below the horizon, face away or are too weak are left out, far ones are answered as one, and the bound counts it all;
+//!   [`Tally`] says what became of how many.
 //! - In single precision twice as many lanes fit; those that cancel are done again in double precision.
 //!
 //! Digits are lost as by [`crate::radiosity`]: about `log10 D/s` of them at distance D for size s. The bound is some 30 (value) to
@@ -200,6 +203,24 @@ impl Engine {
     ///
     /// What is left out or answered by a far field is in the bounds, and so is all rounding. A tolerance below what double precision
     /// can do is not an error: the bounds say what it came to.
+    ///
+    /// ```
+    /// use radgrad_core::batch::{Answers, EmitterTree, Engine, Receivers};
+    /// use radgrad_core::{DVec3, Emission, Emitter, Polygon};
+    /// let cell = |i: u32| {
+    ///     let (x, y) = (f64::from(i % 50) * 0.02, f64::from(i / 50) * 0.02);
+    ///     let corners = [(0.0, 0.0), (0.0, 0.02), (0.02, 0.02), (0.02, 0.0)].map(|(u, v)| DVec3::new(x + u, y + v, 1.0));
+    ///     Emitter::new(Polygon::new(corners.to_vec())?, Emission::Constant(1.0))
+    /// };
+    /// let ceiling = (0..2500).map(cell).collect::<Result<Vec<_>, _>>()?;
+    /// let tree = EmitterTree::new(&ceiling);
+    /// let corner = Receivers::new([&[0.0], &[0.0], &[0.0]], [&[0.0], &[0.0], &[1.0]], &[1.0])?;
+    /// let mut answers = Answers::new();
+    /// let tally = Engine::new().total(&corner, &tree, 1e-5, &mut answers)?;
+    /// assert!((answers.radiosity[0] - 0.138_531_605_994_893).abs() <= 1e-5);
+    /// assert!(tally.alone + tally.far_fields < 500);
+    /// # Ok::<(), radgrad_core::Error>(())
+    /// ```
     ///
     /// # Errors
     /// If a result overflows, or the tolerance is not a positive number.

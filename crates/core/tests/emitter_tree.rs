@@ -173,7 +173,7 @@ fn what_is_out_of_sight_is_exactly_zero_and_a_wrong_tolerance_refused() {
     let points = [(DVec3::new(0.5, 0.5, 0.0), DVec3::Z), (DVec3::new(0.5, 0.5, 2.0), DVec3::Z), (DVec3::ONE, DVec3::X)];
     let (answers, tally) = total(Engine::new(), &points, &tree, 1e-3);
     assert_eq!((&answers.radiosity[..2], &answers.radiosity_error[..2]), (&[0.0; 2][..], &[0.0; 2][..]));
-    assert_eq!((tally.behind, tally.below), (512 + tally.behind - 512, tally.below));
+    assert!(tally.behind + tally.below >= 1024, "{tally:?}");
     let truth: f64 = lamps
         .iter()
         .map(|lamp| evaluate(&Receiver::new(points[2].0, points[2].1, 0.5).unwrap(), lamp, &[]).unwrap().radiosity)

@@ -88,10 +88,13 @@ impl Cluster {
             for [a, b, c] in fan(emitter.polygon(), power) {
                 let across = (b - a).cross(c - a);
                 let Some(unit) = across.try_normalize() else { continue };
-                power_sum += 0.5 * emission * across.length();
-                spread = spread.max((unit - normal).length());
-                let offset = unit.dot(centre - a);
-                offsets = [offsets[0].min(offset), offsets[1].max(offset)];
+                let rounding = 8.0 * f64::EPSILON * (b - a).length() * (c - a).length();
+                power_sum += 0.5 * emission * (across.length() + rounding);
+                // A needle's normal has lost that.
+                let doubt = rounding / across.length();
+                spread = spread.max((unit - normal).length() + doubt);
+                let (offset, doubt) = (unit.dot(centre - a), 2.0 * doubt * radius);
+                offsets = [offsets[0].min(offset - doubt), offsets[1].max(offset + doubt)];
             }
         }
         Self {

@@ -10,14 +10,15 @@
 //! `b_k = (k+1)(k+2)(k+3)/6`. With the factors `n1.(r + t)` and `r + t` the terms of order k of F are at most `[(h/D) (b_k +
 //! b_(k-1)) + b_(k-1) + b_(k-2)] |t|^k/D^(k+2)`, D a lower bound of r and h an upper bound of |n1.r|: that bounds F's derivatives
 //! along a line, over k!.
-//! - Interpolation of degree p in Chebyshev's points over a half-width w errs by at most `2^-p w^(p+1)` of the derivative of order p
-//!   + 1 over (p + 1)!. The three axes add up, the second and third times the Lebesgue constants `1 + (2/pi) ln(p + 1)` of those
-//!   before (Rivlin, "An introduction to the approximation of functions", 1969, section 4.2).
+//! - Interpolation of degree p in Chebyshev's points over a half-width w errs by at most `2^-p w^(p+1)` times the derivative of
+//!   order p + 1 over (p + 1)!. The three axes add up, the second and third times the Lebesgue constants `1 + (2/pi) ln(p + 1)` of
+//!   those before (Rivlin, "The Chebyshev polynomials", 1974, chapter 1; the tests sample them).
 //! - A Gauss rule with n nodes each way integrates polynomials of degree 2n - 2 over a triangle exactly, with positive weights, so
 //!   it errs by at most twice what Taylor's polynomial leaves within the triangle's reach from its middle: the sum of all terms of
 //!   higher order.
 //! - Weights and sums are off by a rounding for each operation, times the product of the Lebesgue constants, which bounds the sum
-//!   of |L_m|; places by a few roundings of the coordinates, which changes F by `6/D^3` of that.
+//!   of `|L_m|`, and areas by some of the product of two sides; places by a few roundings of the coordinates, which changes F by
+//!   `6/D^3` of that.
 
 use std::f64::consts::{FRAC_1_PI, PI};
 use std::ops::Range;
@@ -141,7 +142,7 @@ impl FarField {
         let emitters = range.len();
         let points = degree.map(Points::new);
         let usual = USUAL * cluster.radius;
-        let reach = group.reach(range.clone());
+        let (reach, sides) = group.extent(range.clone());
         let rule = (2..=6).find(|n| left_by_rule(reach / usual, 2 * n - 1) <= ENOUGH).unwrap_or(6);
         let gauss = gauss_rule(rule);
         let interpolation = Interpolation { cluster, points: &points, gauss: &gauss };
@@ -160,7 +161,7 @@ impl FarField {
             axes: [axis(0), axis(1), axis(2)],
             reach,
             first: 2 * rule - 1,
-            rounding: (emitters + count + 512) as f64 * ROUNDOFF * all,
+            rounding: ((emitters + count + 512) as f64 + 16.0 * PI * sides / cluster.power) * ROUNDOFF * all,
             displaced: 256.0 * ROUNDOFF * (cluster.centre.length() + cluster.radius) * all,
         }
     }
@@ -291,10 +292,8 @@ impl Interpolation<'_> {
         let start = nodes.place[0].len();
         let [first, second, third] = self.points;
         let mut push = |place: DVec3, weight: [f64; 3]| {
-            for k in 0..3 {
-                nodes.place[k].push(place.to_array()[k]);
-                nodes.weight[k].push(weight[k]);
-            }
+            nodes.place.iter_mut().zip(place.to_array()).for_each(|(array, along)| array.push(along));
+            nodes.weight.iter_mut().zip(weight).for_each(|(array, along)| array.push(along));
         };
         let along = |k: usize, share: f64| axes[k] * (half[k] * share);
         let places = third.at.iter().flat_map(|z| second.at.iter().flat_map(|y| first.at.iter().map(|x| [*x, *y, *z])));
@@ -304,5 +303,97 @@ impl Interpolation<'_> {
         let filled = weights.len().next_multiple_of(MOST_LANES);
         (weights.len()..filled).for_each(|_| push(*centre, [0.0; 3]));
         start..start + filled
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use rand::{RngExt, SeedableRng, rngs::ChaCha8Rng};
+
+    use super::*;
+    use crate::batch::total::far_value;
+    use crate::{Emission, Emitter, Polygon, Receiver, evaluate};
+
+    #[test]
+    fn lebesgue_constants_are_bounded() {
+        for degree in 0..DEGREES {
+            let points = Points::new(degree);
+            let sum = |place: f64| {
+                let term =
+                    |i: usize| points.at.iter().enumerate().filter(|(j, _)| *j != i).map(|(_, x)| place - x).product::<f64>();
+                (0..=degree).map(|i| (points.factors[i] * term(i)).abs()).sum::<f64>()
+            };
+            let most = (0..=2000).map(|i| sum(f64::from(i) * 0.001 - 1.0)).fold(0.0, f64::max);
+            assert!(most <= lebesgue(degree) && most > 0.85 * lebesgue(degree), "{degree}: {most} {}", lebesgue(degree));
+        }
+    }
+
+    #[test]
+    fn rules_integrate_their_degree_and_not_the_next() {
+        for count in 2..=6 {
+            let integral = |k: i32| gauss_rule(count).iter().map(|(x, w)| w * x.powi(k)).sum::<f64>();
+            let degree = 2 * i32::try_from(count).unwrap() - 1;
+            for k in 0..=degree {
+                assert!((integral(k) - 1.0 / f64::from(k + 1)).abs() < 1e-15, "{count} {k}");
+            }
+            assert!((integral(degree + 1) - 1.0 / f64::from(degree + 2)).abs() > 1e-9);
+        }
+    }
+
+    /// A flat or bent sheet of triangles or of quadrilaterals.
+    fn sheet(bent: f64, triangles: bool, random: &mut ChaCha8Rng) -> Vec<Emitter> {
+        let place = |i: usize, j: usize| {
+            let (u, v) = (i as f64 / 6.0 - 0.5, j as f64 / 6.0 - 0.5);
+            DVec3::new(u, v * 0.7, 0.3 * u - bent * (u * u + v * v) + 40.0)
+        };
+        let mut lamps = Vec::new();
+        for i in 0..6 {
+            for j in 0..6 {
+                let [a, b, c, d] = [place(i, j), place(i, j + 1), place(i + 1, j + 1), place(i + 1, j)];
+                let cells = if triangles { vec![vec![a, b, c], vec![a, c, d]] } else { vec![vec![a, b, c, d]] };
+                for vertices in cells {
+                    let emission = Emission::Constant(random.random_range(-0.2..1.0));
+                    lamps.push(Emitter::new(Polygon::new(vertices).unwrap(), emission).unwrap());
+                }
+            }
+        }
+        lamps
+    }
+
+    #[test]
+    fn far_fields_are_within_their_bounds_from_near_to_far() {
+        let mut random = ChaCha8Rng::seed_from_u64(31);
+        let (mut worst, mut usual) = (0.0f64, f64::INFINITY);
+        for (bent, triangles) in [(0.0, true), (0.0, false), (0.4, true), (-0.4, true)] {
+            let lamps = sheet(bent, triangles, &mut random);
+            let index: Vec<usize> = (0..lamps.len()).collect();
+            let cluster = Cluster::new(&lamps, &index, 1.0);
+            let group = Group::new(&lamps, index, 1.0);
+            for degree in [FarField::degree(&cluster), [3, 2, 1]] {
+                let mut nodes = Nodes::default();
+                let field = FarField::new(&cluster, degree, (&group, 0..lamps.len()), Level::new(), &mut nodes);
+                for i in 0..300 {
+                    let direction = DVec3::from([(); 3].map(|()| random.random_range(-1.0..1.0))) - DVec3::Z;
+                    let x = cluster.centre + direction.normalize() * cluster.radius * libm::exp(0.02 * f64::from(i));
+                    let n1 = (cluster.centre - x).normalize() + DVec3::from([(); 3].map(|()| random.random_range(-0.7..0.7)));
+                    let receiver = Receiver::new(x, n1, 1.0).unwrap();
+                    let sight = cluster.sight(x, receiver.normal());
+                    let bound = field.error(&cluster, &sight);
+                    if !sight.whole || bound.is_infinite() {
+                        continue;
+                    }
+                    let exact: Vec<_> = lamps.iter().map(|lamp| evaluate(&receiver, lamp, &[]).unwrap()).collect();
+                    let (sum, size) =
+                        exact.iter().fold((0.0, 0.0), |(sum, size), a| (sum + a.radiosity, size + a.radiosity.abs()));
+                    assert!(size <= sight.most, "{size:e} above the most there can be, {:e}", sight.most);
+                    let error = (far_value(Level::new(), &nodes, field.nodes.clone(), &receiver) - sum).abs();
+                    assert!(error <= bound + 1e-11 * size, "bent {bent}, degree {degree:?}, {i}: {error:e} > {bound:e}");
+                    worst = worst.max(error / bound);
+                    usual = usual.min(bound / size);
+                }
+            }
+        }
+        println!("nearest to its bound: {worst:.2e}, smallest relative bound {usual:.1e}");
+        assert!(worst > 1e-3 && usual < 1e-9);
     }
 }

@@ -90,18 +90,20 @@ impl<F: Lane> Group<F> {
         self.vertices.len() - 2
     }
 
-    /// Largest distance of a vertex from the middle of its triangle of the fan, over a range.
-    pub(super) fn reach(&self, range: Range<usize>) -> f64 {
+    /// Of the triangles of the fans over a range: the largest distance of a vertex from its triangle's middle, and the sum of `|B|/pi`
+    /// times the product of two sides, which is what rounding of areas is relative to.
+    pub(super) fn extent(&self, range: Range<usize>) -> (f64, f64) {
         let vertex = |k: usize, i: usize| DVec3::from(self.vertices[k].each_ref().map(|array| array[i].to_double()));
-        let mut most = 0.0f64;
+        let (mut reach, mut sides) = (0.0f64, 0.0);
         for i in range {
-            for k in 1..self.vertices.len() - 1 {
-                let triangle = [vertex(0, i), vertex(k, i), vertex(k + 1, i)];
-                let middle = (triangle[0] + triangle[1] + triangle[2]) / 3.0;
-                most = triangle.iter().fold(most, |most, v| most.max((*v - middle).length()));
+            for k in 0..self.triangles() {
+                let [a, b, c] = [vertex(0, i), vertex(k + 1, i), vertex(k + 2, i)];
+                let middle = (a + b + c) / 3.0;
+                reach = [a, b, c].iter().fold(reach, |reach, v| reach.max((*v - middle).length()));
+                sides += self.brightness[i].to_double().abs() * (b - a).length() * (c - b).length();
             }
         }
-        most * (1.0 + 1e-12)
+        (reach * (1.0 + 1e-12), sides)
     }
 
     /// What is seen of the emitters in a range at most a tile long.

@@ -305,6 +305,15 @@ struct FarSum {
     blocks: usize,
 }
 
+/// The radiosity that a far field gives a receiver of reflectance 1.
+#[cfg(test)]
+pub(super) fn far_value(level: Level, nodes: &Nodes, range: Range<usize>, receiver: &Receiver) -> f64 {
+    let mut sums = [[0.0; MOST_LANES]; 2];
+    let seen = (receiver.position().to_array(), receiver.normal().to_array());
+    on_level!(level, simd => far_sum(simd, nodes, range, seen, &mut sums));
+    -sums[0].iter().sum::<f64>()
+}
+
 /// Adds `(n1.r) (W.r)/r^4` of nodes, and its magnitude.
 #[inline(always)]
 fn far_sum<S: Simd>(
