@@ -80,7 +80,8 @@ fn add_triangle(sum: &mut (f64, DVec3), [a, b, c]: [DVec3; 3], rule: &[(f64, f64
 }
 
 /// Nodes and weights on [0, 1]: zeros of the Legendre polynomial by Newton's method from Tricomi's estimate.
-fn gauss_legendre(order: usize) -> Vec<(f64, f64)> {
+#[must_use]
+pub fn gauss_legendre(order: usize) -> Vec<(f64, f64)> {
     let n = order as f64;
     (0..order)
         .map(|i| {

@@ -5,8 +5,11 @@ use radgrad_core::{Emitter, Error, Receiver, paper};
 
 pub mod decimal;
 pub mod direct;
+pub mod many_digits;
+pub mod patchwork;
 pub mod problem;
 pub mod reference;
+pub mod second_derivatives;
 
 /// A way to compute radiosity and its gradient.
 pub type Form = fn(&Receiver, &Emitter) -> Result<(f64, DVec3), Error>;

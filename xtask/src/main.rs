@@ -1,5 +1,6 @@
 //! Project tasks, run as `cargo xtask TASK`.
 
+mod bounds;
 mod figures;
 mod plot;
 mod replay;

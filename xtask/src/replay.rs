@@ -4,11 +4,15 @@ use std::error::Error;
 use std::path::Path;
 
 use clap::Args;
+use radgrad_audit::bounds::campaign;
+use radgrad_audit::bounds::check::check;
+use radgrad_audit::bounds::mark::{Figure, Mark};
 use radgrad_audit::condition::Condition;
 use radgrad_audit::family::Name;
 use radgrad_audit::gates::Gates;
 use radgrad_audit::measure::{Outcome, Quantity, measure};
 use radgrad_audit::regression::Regression;
+use radgrad_audit::seen::seen;
 use radgrad_audit::table::Table;
 use radgrad_audit::truth::Truth;
 use radgrad_core::evaluate;
@@ -33,12 +37,13 @@ pub(crate) fn run(arguments: &Arguments) -> Result<bool, Box<dyn Error>> {
     }
     let outcome = measure(&case);
     show_outcome(&outcome);
+    let held = show_bounds(&case);
     let gates = Gates::from_toml(&std::fs::read_to_string(in_workspace("data/gates.toml"))?)?;
     let violations = gates.violations(&Table::of(name, &outcome));
     for violation in &violations {
         println!("VIOLATED {violation}");
     }
-    Ok(violations.is_empty())
+    Ok(violations.is_empty() && held)
 }
 
 /// The case of a name or of a file.
@@ -61,7 +66,11 @@ fn show(problem: &Problem) -> Result<(), Box<dyn Error>> {
         }
         Err(error) => println!("core has no answer: {error}"),
     }
-    match Truth::of(receiver, emitter) {
+    let Some(emitter) = seen(problem) else {
+        println!("no truth past these occluders");
+        return Ok(());
+    };
+    match Truth::of(receiver, &emitter) {
         Ok(truth) => {
             println!("true radiosity   {}", truth.radiosity.to_decimal()?);
             let [x, y, z] = [0, 1, 2].map(|axis| truth.gradient[axis].to_decimal());
@@ -69,13 +78,25 @@ fn show(problem: &Problem) -> Result<(), Box<dyn Error>> {
         }
         Err(error) => println!("the oracle has no truth: {error}"),
     }
-    match Condition::of(receiver, emitter) {
+    match Condition::of(receiver, &emitter) {
         Ok(Condition { radiosity, gradient }) => {
             println!("half an ulp in   radiosity {radiosity:.2e}, gradient {gradient:.2e}");
         }
         Err(error) => println!("no condition: {error}"),
     }
     Ok(())
+}
+
+/// Whether every bound holds, at every tolerance and against every truth.
+fn show_bounds(case: &Case) -> bool {
+    let check = check(case, &campaign::full_effort());
+    let largest = |figure| check.figures.iter().filter(|(f, _)| *f == figure).map(|(_, x)| *x).fold(0.0, f64::max);
+    let [value, gradient] = [Figure::ValueOverBound, Figure::GradientOverBound].map(largest);
+    println!("at any tolerance error / bound is at most {value:.2e} (value), {gradient:.2e} (gradient)");
+    for remark in &check.remarks {
+        println!("  {remark}");
+    }
+    !Mark::FAULTS.iter().any(|mark| check.has(*mark))
 }
 
 fn show_outcome(outcome: &Outcome) {

@@ -2,9 +2,9 @@
 
 use comfy_table::presets::UTF8_FULL_CONDENSED;
 use comfy_table::{CellAlignment, Table as Printed};
-use radgrad_audit::decade::Decade;
 use radgrad_audit::family::Family;
 use radgrad_audit::gates::Gates;
+use radgrad_audit::leading::Leading;
 use radgrad_audit::measure::{Kind, Quantity};
 use radgrad_audit::mutants::Mutant;
 use radgrad_audit::table::{FamilyTable, Table};
@@ -35,14 +35,14 @@ pub(crate) fn families(table: &Table, gates: &Gates) -> Printed {
 
 fn family_row(family: Family, table: &FamilyTable, gates: &Gates) -> Vec<String> {
     let not_measured: Vec<String> = table
-        .outcomes()
+        .counts()
         .iter()
         .filter(|(kind, _)| **kind != Kind::Measured)
         .map(|(kind, bin)| format!("{} {}", bin.count, kind.name()))
         .collect();
     let percentile = |quantity, percent| {
         let decade = table.figures().get(&quantity).and_then(|d| d.percentile(percent));
-        decade.map_or_else(String::new, |d: Decade| d.to_string())
+        decade.map_or_else(String::new, |d: Leading| d.decade().to_string())
     };
     let worst = |quantity| {
         let Some(worst) = table.figures().get(&quantity).and_then(|d| d.worst()) else { return String::new() };
@@ -78,14 +78,14 @@ pub(crate) fn mutants(rows: &[Mutant], gate: f64) -> Printed {
     right_aligned(printed)
 }
 
-fn with_header(titles: &[&str]) -> Printed {
+pub(crate) fn with_header(titles: &[&str]) -> Printed {
     let mut printed = Printed::new();
     printed.load_style(UTF8_FULL_CONDENSED).set_header(titles.to_vec());
     printed
 }
 
 /// All columns but the first.
-fn right_aligned(mut printed: Printed) -> Printed {
+pub(crate) fn right_aligned(mut printed: Printed) -> Printed {
     for column in printed.column_iter_mut().skip(1) {
         column.set_cell_alignment(CellAlignment::Right);
     }

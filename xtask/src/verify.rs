@@ -9,39 +9,64 @@ use indicatif::{ProgressBar, ProgressStyle};
 use radgrad_audit::agreement::{Agreement, agreement};
 use radgrad_audit::family::Family;
 use radgrad_audit::gates::{Gates, Violation};
+use radgrad_audit::measure::{Kind, Quantity};
 use radgrad_audit::mutants::{self, Mutant, mutants};
 use radgrad_audit::regression::Regression;
 use radgrad_audit::run::{Part, Run};
 use radgrad_audit::shard::Shard;
 use radgrad_audit::table::Table;
 
-use crate::{in_workspace, summary};
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+
+use crate::{bounds, in_workspace, summary};
 
 /// Measure random cases of every family against arbitrary-precision truth; fail if an error is beyond its gate
 #[derive(Debug, Args)]
 pub(crate) struct Arguments {
-    /// Cases in all, shared equally among the families
-    #[arg(long, default_value_t = 20_900)]
-    cases: u64,
+    /// Cases in all, by default 30,800 shared equally among the families; with --bounds 10,000,000, fewer of dear families
+    #[arg(long)]
+    pub(crate) cases: Option<u64>,
     /// Seed: the same seed gives the same cases on every machine
     #[arg(long, default_value_t = 1)]
-    seed: u64,
+    pub(crate) seed: u64,
     /// Only these families
     #[arg(long)]
     family: Vec<Family>,
-    /// A twentieth of the cases
+    /// A twentieth of the cases; with --bounds 100,000
     #[arg(long)]
-    quick: bool,
-    /// Only part I of N, counted from 1, written to OUT as shard-I-of-N.json
+    pub(crate) quick: bool,
+    /// Look for bounds below their errors instead, in millions of cases
+    #[arg(long)]
+    bounds: bool,
+    /// Only part I of N, counted from 1, written to OUT as shard-I-of-N.json (bounds-I-of-N.json)
     #[arg(long, value_name = "I/N", value_parser = parse_part, conflicts_with = "merge")]
     shard: Option<Part>,
     /// Measure nothing: merge these shards to the table of the whole run
     #[arg(long, num_args = 1.., value_name = "FILES")]
-    merge: Vec<PathBuf>,
+    pub(crate) merge: Vec<PathBuf>,
     /// Where the tables go
     #[arg(long, default_value = "target/verify")]
-    out: PathBuf,
+    pub(crate) out: PathBuf,
 }
+
+impl Arguments {
+    pub(crate) fn families(&self) -> Vec<Family> {
+        if self.family.is_empty() { Family::ALL.to_vec() } else { self.family.clone() }
+    }
+
+    pub(crate) fn part(&self) -> Part {
+        self.shard.unwrap_or(Part::WHOLE)
+    }
+}
+
+/// Cases unless a number is given.
+const CASES: u64 = 30_800;
+
+/// Cases of the bounds campaign beside them, and of the quick run.
+const BOUNDS: [u64; 2] = [100_000, 20_000];
+
+type Measured = Shard<Kind, Quantity>;
 
 /// Cases of each family that the mutants and the oracles' agreement are tried on.
 const SUBSAMPLE: u64 = 25;
@@ -58,6 +83,9 @@ fn parse_part(text: &str) -> Result<Part, String> {
 pub(crate) fn run(arguments: &Arguments) -> Result<bool, Box<dyn Error>> {
     let gates = Gates::from_toml(&fs::read_to_string(in_workspace("data/gates.toml"))?)?;
     fs::create_dir_all(&arguments.out)?;
+    if arguments.bounds {
+        return bounds::run(arguments, &gates);
+    }
     let Shard { run, table } = if arguments.merge.is_empty() { measured(arguments) } else { merged(&arguments.merge)? };
     println!("{} cases, seed {}\n{}", table.cases(), run.seed, summary::families(&table, &gates));
     if run.part != Part::WHOLE {
@@ -69,17 +97,24 @@ pub(crate) fn run(arguments: &Arguments) -> Result<bool, Box<dyn Error>> {
     write_tables(&table, &arguments.out)?;
     let violations = gates.violations(&table);
     report(&violations)?;
-    let failed = !violations.is_empty() | !mutants_pass(run.seed, &gates, &arguments.out)? | !oracles_agree(&run, &gates);
-    println!("{}", if failed { "FAILED" } else { "passed" });
-    Ok(!failed)
+    let bounds_hold = bounds::small(BOUNDS[usize::from(arguments.quick)], arguments, &gates)?;
+    let others = mutants_pass(run.seed, &gates, &arguments.out)? & oracles_agree(&run, &gates);
+    Ok(ended(violations.is_empty() & bounds_hold & others))
 }
 
-fn measured(arguments: &Arguments) -> Shard {
-    let families = if arguments.family.is_empty() { Family::ALL.to_vec() } else { arguments.family.clone() };
-    let wanted = if arguments.quick { arguments.cases.div_ceil(20) } else { arguments.cases };
+/// Says how it ended.
+pub(crate) fn ended(passed: bool) -> bool {
+    println!("{}", if passed { "passed" } else { "FAILED" });
+    passed
+}
+
+fn measured(arguments: &Arguments) -> Measured {
+    let families = arguments.families();
+    let all = arguments.cases.unwrap_or(CASES);
+    let wanted = if arguments.quick { all.div_ceil(20) } else { all };
     let cases = wanted.div_ceil(families.len() as u64);
-    let run = Run { seed: arguments.seed, cases, families, part: arguments.shard.unwrap_or(Part::WHOLE) };
-    let bar = ProgressBar::new(run.names().count() as u64);
+    let run = Run { part: arguments.part(), ..Run::of_each(cases, &families, arguments.seed) };
+    let bar = ProgressBar::new(run.count());
     bar.set_style(style());
     let table = run.table(|name| {
         bar.set_message(name.family.name());
@@ -89,17 +124,21 @@ fn measured(arguments: &Arguments) -> Shard {
     Shard { run, table }
 }
 
-fn style() -> ProgressStyle {
+pub(crate) fn style() -> ProgressStyle {
     let template = "{bar:40} {pos}/{len} cases, {per_sec}, {eta} left, {msg}";
     ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar())
 }
 
-fn merged(paths: &[PathBuf]) -> Result<Shard, Box<dyn Error>> {
-    let read = |path: &PathBuf| -> Result<Shard, Box<dyn Error>> {
+pub(crate) fn merged<K, Q>(paths: &[PathBuf]) -> Result<Shard<K, Q>, Box<dyn Error>>
+where
+    K: Ord + Copy + Serialize + DeserializeOwned,
+    Q: Ord + Copy + Serialize + DeserializeOwned,
+{
+    let read = |path: &PathBuf| -> Result<Shard<K, Q>, Box<dyn Error>> {
         let text = fs::read_to_string(path).map_err(|error| format!("{}: {error}", path.display()))?;
         Ok(Shard::from_json(&text).map_err(|error| format!("{}: {error}", path.display()))?)
     };
-    let shards: Vec<Shard> = paths.iter().map(read).collect::<Result<_, _>>()?;
+    let shards: Vec<Shard<K, Q>> = paths.iter().map(read).collect::<Result<_, _>>()?;
     Ok(Shard::merge(&shards)?)
 }
 

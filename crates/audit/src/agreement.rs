@@ -1,5 +1,6 @@
-//! Do the oracles agree? Three ways to the same numbers that share no integrand: the enclosure, adaptive cubature, Monte Carlo;
-//! and core's second implementation beside them where it is meant to be good.
+//! Do the oracles agree? Three ways to the same numbers that share no integrand: the enclosure, adaptive cubature, Monte
+//! Carlo; and core's second implementation beside them where it is meant to be good. Monte Carlo alone is given the
+//! occluders; the others get what is [`seen`](crate::seen) past them.
 //!
 //! The enclosure decides; the others may not contradict it. A contradiction is an error of its own, whichever of the two is
 //! wrong: it is reported, never averaged away.
@@ -7,7 +8,7 @@
 use std::fmt;
 
 use glam::DVec3;
-use radgrad_core::paper;
+use radgrad_core::{Emitter, Receiver, paper};
 use radgrad_oracle::cubature::{self, Status};
 use radgrad_oracle::monte_carlo::{self, Limits, Sampling, Sequence};
 use radgrad_oracle::{Error, Interval};
@@ -17,6 +18,7 @@ use rayon::prelude::*;
 use crate::family::{Family, Name};
 use crate::measure::ratio;
 use crate::run::Run;
+use crate::seen::seen;
 use crate::truth::Truth;
 
 /// Relative tolerance asked of the cubature.
@@ -81,17 +83,18 @@ impl Agreement {
 /// Compares on the first `count` cases of each family of the run; the second implementation may be off by `paper_gate`.
 #[must_use]
 pub fn agreement(run: &Run, count: u64, paper_gate: f64) -> Agreement {
-    let names: Vec<Name> = Run { cases: count.min(run.cases), ..run.clone() }.names().collect();
+    let names: Vec<Name> = run.at_most(count).names().collect();
     names.par_iter().map(|&name| compare(name, paper_gate)).reduce(Agreement::default, Agreement::merge)
 }
 
 fn compare(case: Name, paper_gate: f64) -> Agreement {
     let mut agreement = Agreement::default();
     let Ok(problem) = case.case().problem() else { return agreement };
-    let Ok(truth) = Truth::of(&problem.receiver, &problem.emitter) else { return agreement };
+    let Some(seen) = seen(&problem) else { return agreement };
+    let Ok(truth) = Truth::of(&problem.receiver, &seen) else { return agreement };
     agreement.enclosed = 1;
     let mut contradict = |way, what| agreement.contradictions.push(Contradiction { case, way, what });
-    match by_cubature(&problem) {
+    match by_cubature(&problem.receiver, &seen) {
         Ok(Some((radiosity, gradient))) => {
             agreement.cubature = 1;
             let worst = relative_error(&truth, radiosity, gradient);
@@ -124,8 +127,8 @@ fn compare(case: Name, paper_gate: f64) -> Agreement {
 }
 
 /// Value and gradient if the cubature says it converged; to be out of budget, from the start or later, is no disagreement.
-fn by_cubature(problem: &Problem) -> Result<Option<(f64, DVec3)>, Error> {
-    match cubature::integrate(&problem.receiver, &problem.emitter, TOLERANCE, BUDGET) {
+fn by_cubature(receiver: &Receiver, emitter: &Emitter) -> Result<Option<(f64, DVec3)>, Error> {
+    match cubature::integrate(receiver, emitter, TOLERANCE, BUDGET) {
         Ok(estimate) => Ok((estimate.status == Status::Converged).then_some((estimate.radiosity, estimate.gradient))),
         Err(Error::Evaluations { .. }) => Ok(None),
         Err(error) => Err(error),
@@ -135,8 +138,8 @@ fn by_cubature(problem: &Problem) -> Result<Option<(f64, DVec3)>, Error> {
 /// Which interval of Monte Carlo the truth is outside of, if any.
 fn by_monte_carlo(problem: &Problem, truth: &Truth, seed: u64) -> Result<Option<String>, Error> {
     let sequence = Sequence::Independent { samples: SAMPLES, seed };
-    let (receiver, emitter) = (&problem.receiver, &problem.emitter);
-    let estimate = monte_carlo::integrate(receiver, emitter, &[], Sampling::SolidAngle, sequence, CONFIDENCE)?;
+    let Problem { receiver, emitter, occluders, .. } = problem;
+    let estimate = monte_carlo::integrate(receiver, emitter, occluders, Sampling::SolidAngle, sequence, CONFIDENCE)?;
     let numbers = std::iter::once((&truth.radiosity, estimate.radiosity)).chain(truth.gradient.iter().zip(estimate.gradient));
     Ok(numbers.zip(["radiosity", "gradient x", "gradient y", "gradient z"]).find_map(|((truth, limits), quantity)| {
         outside(truth, &limits).map(|limits| format!("{quantity} is {:e}, sampled {limits}", truth.to_f64()))
@@ -161,11 +164,10 @@ fn relative_error(truth: &Truth, radiosity: f64, gradient: DVec3) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::run::Part;
 
     #[test]
     fn the_oracles_and_the_second_implementation_agree_on_generic_cases() {
-        let run = Run { seed: 1, cases: 8, families: vec![Family::Generic], part: Part::WHOLE };
+        let run = Run::of_each(8, &[Family::Generic], 1);
         let agreement = agreement(&run, 8, 1e-10);
         assert_eq!(agreement.contradictions, []);
         assert_eq!((agreement.enclosed, agreement.cubature, agreement.monte_carlo, agreement.paper), (8, 8, 8, 8));
@@ -174,7 +176,7 @@ mod tests {
     #[test]
     fn every_family_that_has_a_truth_is_asked_of_cubature_and_of_sampling() {
         for family in Family::ALL {
-            let run = Run { seed: 2, cases: 4, families: vec![family], part: Part::WHOLE };
+            let run = Run::of_each(4, &[family], 2);
             let agreement = agreement(&run, 4, 1e-10);
             assert_eq!(agreement.contradictions, [], "{family}");
             let touches = family == Family::InPlaneInside;
@@ -188,7 +190,7 @@ mod tests {
         let problem = Family::Generic.case(1, 0).problem().expect("valid");
         let mut truth = Truth::of(&problem.receiver, &problem.emitter).expect("enclosed");
         truth.radiosity = truth.gradient[0].clone();
-        let (radiosity, gradient) = by_cubature(&problem).expect("no error").expect("converged");
+        let (radiosity, gradient) = by_cubature(&problem.receiver, &problem.emitter).expect("no error").expect("converged");
         assert!(relative_error(&truth, radiosity, gradient) > 0.1);
         let outside = by_monte_carlo(&problem, &truth, 1).expect("sampled").expect("outside");
         assert!(outside.contains("radiosity"), "{outside}");

@@ -6,6 +6,8 @@
 use std::fmt;
 use std::str::FromStr;
 
+use crate::leading::Leading;
+
 /// The decade of a number that is not negative.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Decade {
@@ -18,18 +20,13 @@ pub enum Decade {
 }
 
 impl Decade {
-    /// The decade of `x`. The exponent is read off the decimal digits, which are exact, where a logarithm would not be.
+    /// The decade of `x`.
     ///
     /// # Panics
-    /// If `x` is negative or not a number: neither is an error's size, and to file it somewhere would hide a defect.
+    /// If `x` is negative or not a number, as [`Leading::of`].
     #[must_use]
     pub fn of(x: f64) -> Self {
-        assert!(x >= 0.0, "{x} is not the size of an error");
-        if x == 0.0 {
-            return Self::Zero;
-        }
-        let digits = format!("{x:e}");
-        digits.split_once('e').and_then(|(_, exponent)| exponent.parse().ok()).map_or(Self::Infinite, Self::From)
+        Leading::of(x).decade()
     }
 }
 

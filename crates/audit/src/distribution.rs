@@ -1,24 +1,31 @@
 //! The distribution of one figure over many cases: a monoid, so that shards merge to exactly what one run would have given.
 //!
-//! A histogram by decade with the first case of each, and the largest value with its case. Merging adds counts, keeps the smaller
-//! name as witness of a bin and the larger value as maximum (the smaller name among equals): associative, commutative, with the
-//! empty distribution as unit.
+//! A histogram by leading digits with the first case of each step, and the largest value with its case. Merging adds counts,
+//! keeps the smaller name as witness of a bin and the larger value as maximum (the smaller name among equals): associative,
+//! commutative, with the empty distribution as unit.
 
 use std::collections::BTreeMap;
 
 use crate::decade::Decade;
 use crate::family::Name;
+use crate::leading::Leading;
 
-/// One decade: how many cases, and the first of them.
+/// Some cases: how many, and the first of them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Bin {
-    /// Cases in this decade.
+    /// Their number.
     pub count: u64,
     /// The first of them in the order of names.
     pub first: Name,
 }
 
 impl Bin {
+    /// One case.
+    #[must_use]
+    pub const fn of(case: Name) -> Self {
+        Self { count: 1, first: case }
+    }
+
     /// Adds the cases of `other`.
     pub fn merge(&mut self, other: &Self) {
         self.count += other.count;
@@ -35,10 +42,10 @@ pub struct Extreme {
     pub case: Name,
 }
 
-/// Counts by decade with witnesses, and the maximum.
+/// Counts by leading digits with witnesses, and the maximum.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Distribution {
-    bins: BTreeMap<Decade, Bin>,
+    bins: BTreeMap<Leading, Bin>,
     worst: Option<Extreme>,
 }
 
@@ -46,22 +53,30 @@ impl Distribution {
     /// A distribution of one value.
     ///
     /// # Panics
-    /// If the value is negative or not a number, as [`Decade::of`].
+    /// If the value is negative or not a number, as [`Leading::of`].
     #[must_use]
     pub fn of(value: f64, case: Name) -> Self {
-        Self { bins: BTreeMap::from([(Decade::of(value), Bin { count: 1, first: case })]), worst: Some(Extreme { value, case }) }
+        Self { bins: BTreeMap::from([(Leading::of(value), Bin::of(case))]), worst: Some(Extreme { value, case }) }
+    }
+
+    /// Adds one value.
+    ///
+    /// # Panics
+    /// As [`Distribution::of`].
+    pub fn add(&mut self, value: f64, case: Name) {
+        self.merge(&Self::of(value, case));
     }
 
     /// A distribution from its parts, as read from a file.
     #[must_use]
-    pub const fn from_parts(bins: BTreeMap<Decade, Bin>, worst: Option<Extreme>) -> Self {
+    pub const fn from_parts(bins: BTreeMap<Leading, Bin>, worst: Option<Extreme>) -> Self {
         Self { bins, worst }
     }
 
     /// Adds all cases of `other`.
     pub fn merge(&mut self, other: &Self) {
-        for (decade, theirs) in &other.bins {
-            self.bins.entry(*decade).and_modify(|ours| ours.merge(theirs)).or_insert(*theirs);
+        for (step, theirs) in &other.bins {
+            self.bins.entry(*step).and_modify(|ours| ours.merge(theirs)).or_insert(*theirs);
         }
         self.worst = match (self.worst, other.worst) {
             (Some(ours), Some(theirs)) => {
@@ -78,9 +93,9 @@ impl Distribution {
         self.bins.values().map(|bin| bin.count).sum()
     }
 
-    /// The bins by decade.
+    /// The bins by leading digits.
     #[must_use]
-    pub const fn bins(&self) -> &BTreeMap<Decade, Bin> {
+    pub const fn bins(&self) -> &BTreeMap<Leading, Bin> {
         &self.bins
     }
 
@@ -94,17 +109,19 @@ impl Distribution {
     /// equals.
     #[must_use]
     pub fn worst_decade(&self) -> Option<(Decade, Name)> {
-        self.bins.last_key_value().map(|(decade, bin)| (*decade, bin.first))
+        let decade = self.bins.last_key_value()?.0.decade();
+        let inside = self.bins.iter().rev().take_while(|(step, _)| step.decade() == decade);
+        inside.map(|(_, bin)| bin.first).min().map(|first| (decade, first))
     }
 
-    /// The decade below the end of which at least `percent` of the cases lie; `None` of no cases.
+    /// The step below the end of which at least `percent` of the cases lie; `None` of no cases.
     #[must_use]
-    pub fn percentile(&self, percent: u64) -> Option<Decade> {
+    pub fn percentile(&self, percent: u64) -> Option<Leading> {
         let wanted = self.count() * percent;
         let mut below = 0;
-        self.bins.iter().find_map(|(decade, bin)| {
+        self.bins.iter().find_map(|(step, bin)| {
             below += bin.count * 100;
-            (below >= wanted).then_some(*decade)
+            (below >= wanted).then_some(*step)
         })
     }
 }
@@ -127,13 +144,11 @@ mod tests {
     }
 
     #[test]
-    fn percentiles_are_decades_of_the_counts() {
+    fn percentiles_are_steps_of_the_counts() {
         let values = [0.0, 1e-16, 2e-16, 3e-16, 1e-3];
         let distribution = merged(&values.iter().zip(0..).map(|(v, i)| Distribution::of(*v, name(i))).collect::<Vec<_>>());
-        assert_eq!(distribution.percentile(20), Some(Decade::Zero));
-        assert_eq!(distribution.percentile(50), Some(Decade::From(-16)));
-        assert_eq!(distribution.percentile(80), Some(Decade::From(-16)));
-        assert_eq!(distribution.percentile(99), Some(Decade::From(-3)));
+        let percentile = |percent| distribution.percentile(percent).map(|step| step.to_string());
+        assert_eq!([20, 50, 80, 99].map(percentile), ["0", "2.0e-16", "3.0e-16", "1.0e-3"].map(|s| Some(s.to_owned())));
         assert_eq!(Distribution::default().percentile(50), None);
         assert_eq!(distribution.worst_decade(), Some((Decade::From(-3), name(4))));
     }

@@ -10,6 +10,7 @@ mod emission;
 mod frame;
 mod horizon;
 mod many_sided;
+mod mixed;
 mod near;
 mod scene;
 mod spread;
@@ -53,6 +54,24 @@ pub enum Family {
     Concave,
     /// Convex polygons with 3 to 24 vertices, some of them on a straight edge; exactly planar.
     NGon,
+    /// A needle at 10 to 10^8 sizes.
+    FarNeedle,
+    /// The horizon cuts the triangle at 10 to 10^8 sizes.
+    FarClipped,
+    /// A polygon at 10 to 10^8 sizes, one vertex hidden by an occluder that stands on it.
+    FarScreen,
+    /// Almost touching, and only a vertex or an edge looks over the horizon, by little.
+    ContactSliver,
+    /// Almost touching, at a scale of 2^600 to 2^900 or the inverse.
+    ContactScale,
+    /// Just above the plane, at a scale of 2^600 to 2^900 or the inverse.
+    GrazingScale,
+    /// By the line of an edge, the emission linear and steep: up to 2^40 between vertices.
+    SteepExtension,
+    /// A polynomial emission of degree 2 to 6 at 10 to 10^8 sizes.
+    PolynomialFar,
+    /// The same cut by the horizon.
+    PolynomialClipped,
     /// The receiver is exactly in the emitter's plane, inside, on an edge or at a vertex: 0.
     InPlaneInside,
     /// The receiver is exactly in the emitter's plane, outside: 0.
@@ -67,7 +86,7 @@ pub enum Family {
 
 impl Family {
     /// All of them, in the order of the tables.
-    pub const ALL: [Self; 19] = [
+    pub const ALL: [Self; 28] = [
         Self::Generic,
         Self::Far,
         Self::Clipped,
@@ -82,6 +101,15 @@ impl Family {
         Self::FarOrigin,
         Self::Concave,
         Self::NGon,
+        Self::FarNeedle,
+        Self::FarClipped,
+        Self::FarScreen,
+        Self::ContactSliver,
+        Self::ContactScale,
+        Self::GrazingScale,
+        Self::SteepExtension,
+        Self::PolynomialFar,
+        Self::PolynomialClipped,
         Self::InPlaneInside,
         Self::InPlaneOutside,
         Self::BackFacing,
@@ -107,12 +135,27 @@ impl Family {
             Self::FarOrigin => "far-origin",
             Self::Concave => "concave",
             Self::NGon => "n-gon",
+            Self::FarNeedle => "far-needle",
+            Self::FarClipped => "far-clipped",
+            Self::FarScreen => "far-screen",
+            Self::ContactSliver => "contact-sliver",
+            Self::ContactScale => "contact-scale",
+            Self::GrazingScale => "grazing-scale",
+            Self::SteepExtension => "steep-extension",
+            Self::PolynomialFar => "polynomial-far",
+            Self::PolynomialClipped => "polynomial-clipped",
             Self::InPlaneInside => "in-plane-inside",
             Self::InPlaneOutside => "in-plane-outside",
             Self::BackFacing => "back-facing",
             Self::BelowHorizon => "below-horizon",
             Self::EqualVertices => "equal-vertices",
         }
+    }
+
+    /// Whether the exact answer is 0 in every case.
+    #[must_use]
+    pub const fn is_dark(self) -> bool {
+        matches!(self, Self::InPlaneInside | Self::InPlaneOutside | Self::BackFacing | Self::BelowHorizon)
     }
 
     /// Whether every case must be refused: an answer is then wrong, whatever it is.
@@ -145,6 +188,15 @@ impl Family {
             Self::FarOrigin => spread::far_origin(sampler),
             Self::Concave => many_sided::concave(sampler),
             Self::NGon => many_sided::convex(sampler),
+            Self::FarNeedle => mixed::far_needle(sampler),
+            Self::FarClipped => mixed::far_clipped(sampler),
+            Self::FarScreen => mixed::far_screen(sampler),
+            Self::ContactSliver => mixed::contact_sliver(sampler),
+            Self::ContactScale => mixed::contact_scale(sampler),
+            Self::GrazingScale => mixed::grazing_scale(sampler),
+            Self::SteepExtension => mixed::steep_extension(sampler),
+            Self::PolynomialFar => mixed::polynomial_far(sampler),
+            Self::PolynomialClipped => mixed::polynomial_clipped(sampler),
             Self::InPlaneInside => many_sided::in_plane_inside(sampler),
             Self::InPlaneOutside => many_sided::in_plane_outside(sampler),
             Self::BackFacing => degenerate::back_facing(sampler),

@@ -8,7 +8,8 @@
 //! gradient = 1e-14
 //! ```
 //!
-//! `appendix-a` is for the second implementation, value and gradient, on the cases it is meant for.
+//! Tables under `bounds` are for [`crate::bounds::requirements`]. `appendix-a` is for the second implementation, value and
+//! gradient, on the cases it is meant for.
 //!
 //! Beside them stand rules that need no number: what must be refused is refused and nothing else is, every valid case has an
 //! answer, no answer is NaN or infinite, every case has a truth to be measured by. A gate may only be tightened.
@@ -18,6 +19,7 @@ use std::fmt;
 
 use serde::Deserialize;
 
+use crate::bounds::requirements::Requirement;
 use crate::family::{Family, Name};
 use crate::measure::{Kind, Quantity};
 use crate::table::{FamilyTable, Table};
@@ -26,6 +28,7 @@ use crate::table::{FamilyTable, Table};
 #[derive(Debug, Clone, PartialEq)]
 pub struct Gates {
     families: BTreeMap<Family, BTreeMap<Quantity, f64>>,
+    bounds: BTreeMap<Family, Requirement>,
     appendix_a: f64,
 }
 
@@ -34,6 +37,8 @@ pub struct Gates {
 #[serde(rename_all = "kebab-case")]
 struct File {
     appendix_a: f64,
+    #[serde(default)]
+    bounds: BTreeMap<String, Requirement>,
     #[serde(flatten)]
     families: BTreeMap<String, BTreeMap<Quantity, f64>>,
 }
@@ -116,9 +121,7 @@ impl Gates {
     /// If it is not TOML, names an unknown family or quantity, or a gate is missing, negative or infinite.
     pub fn from_toml(text: &str) -> Result<Self, Error> {
         let file: File = toml::from_str(text)?;
-        let family = |(name, gates): (String, _)| Ok((name.parse()?, gates));
-        let families: BTreeMap<Family, BTreeMap<Quantity, f64>> =
-            file.families.into_iter().map(family).collect::<Result<_, Error>>()?;
+        let families: BTreeMap<Family, BTreeMap<Quantity, f64>> = by_family(file.families)?;
         for family in Family::ALL.into_iter().filter(|f| !f.is_refused()) {
             for quantity in Quantity::ALL {
                 let gate = families.get(&family).and_then(|gates| gates.get(&quantity));
@@ -128,7 +131,7 @@ impl Gates {
                 }
             }
         }
-        Ok(Self { families, appendix_a: file.appendix_a })
+        Ok(Self { families, bounds: by_family(file.bounds)?, appendix_a: file.appendix_a })
     }
 
     /// The gate of the second implementation.
@@ -143,6 +146,12 @@ impl Gates {
         self.families.get(&family)?.get(&quantity).copied()
     }
 
+    /// What the bounds table of a family must show.
+    #[must_use]
+    pub fn bounds(&self, family: Family) -> Requirement {
+        self.bounds.get(&family).copied().unwrap_or_default()
+    }
+
     /// Everything in the table that must not be.
     #[must_use]
     pub fn violations(&self, table: &Table) -> Vec<Violation> {
@@ -151,7 +160,7 @@ impl Gates {
 
     fn violations_of(&self, family: Family, table: &FamilyTable) -> Vec<Violation> {
         let wanted = if family.is_refused() { Kind::Refused } else { Kind::Measured };
-        let ended = table.outcomes().iter().filter(|(kind, _)| **kind != wanted);
+        let ended = table.counts().iter().filter(|(kind, _)| **kind != wanted);
         let ended = ended.map(|(kind, bin)| Violation { case: bin.first, fault: Fault::Ended { kind: *kind, count: bin.count } });
         let beyond = table.figures().iter().filter_map(|(&quantity, distribution)| {
             let worst = distribution.worst()?;
@@ -161,6 +170,10 @@ impl Gates {
         });
         ended.chain(beyond).collect()
     }
+}
+
+fn by_family<T>(named: BTreeMap<String, T>) -> Result<BTreeMap<Family, T>, Error> {
+    named.into_iter().map(|(name, value)| Ok((name.parse()?, value))).collect()
 }
 
 #[cfg(test)]

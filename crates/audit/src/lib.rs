@@ -1,26 +1,33 @@
 //! The audit: randomised case families, each case measured against truth, error tables, and the gates they must stay within.
 //!
 //! The way of the data: [`family`] draws a case from its name (by [`sampler`] and [`lattice`]); [`measure`] evaluates it by
-//! core and holds the answer against [`truth`] (the oracle's enclosure), the case's [`condition`] and the bounds that the
-//! answer states; [`table`] collects the figures by family as [`distribution`]s over [`decade`]s; [`run`] does so on all cores,
-//! [`shard`] over machines; [`gates`] say what must not be; what is, [`shrink`] makes small and [`regression`] keeps.
+//! core and holds the answer against [`truth`] (the oracle's enclosure of what is [`seen`]), the case's [`condition`] and the
+//! bounds that the answer states; [`table`] is a [`tally`] of the figures by family, as [`distribution`]s over [`leading`]
+//! digits and [`decade`]s; [`run`] does so on all cores, [`shard`] over machines; [`gates`] say what must not be; what is,
+//! [`shrink`] makes small and [`regression`] keeps.
+//!
+//! [`bounds`] asks of millions of cases what [`measure`] cannot be asked in time: whether any stated bound is below the error.
 //!
 //! Two checks of the checks: [`mutants`] plants slips that the measurement must see, [`agreement`] lets the oracles contradict
 //! each other.
 
 pub mod agreement;
+pub mod bounds;
 pub mod condition;
 pub mod decade;
 pub mod distribution;
 pub mod family;
 pub mod gates;
 pub mod lattice;
+pub mod leading;
 pub mod measure;
 pub mod mutants;
 pub mod regression;
 pub mod run;
 pub mod sampler;
+pub mod seen;
 pub mod shard;
 pub mod shrink;
 pub mod table;
+pub mod tally;
 pub mod truth;

@@ -1,11 +1,12 @@
 //! One case measured: core's answer against truth. Whatever happens is an outcome with a name; nothing is skipped.
 
 use glam::DVec3;
-use radgrad_core::{Answer, Emitter, Receiver, evaluate_to};
-use radgrad_scene::case::Case;
+use radgrad_core::{Answer, evaluate_to};
+use radgrad_scene::case::{Case, Problem};
 use serde::{Deserialize, Serialize};
 
 use crate::condition::Condition;
+use crate::seen::seen;
 use crate::truth::Truth;
 
 /// What is measured of an answer. Every figure is at least 0; 0 is perfect.
@@ -138,21 +139,24 @@ pub fn measure(case: &Case) -> Outcome {
         Err(error) => Outcome::Refused(error.to_string()),
         Ok(problem) => match evaluate_to(&problem.receiver, &problem.emitter, &problem.occluders, problem.tolerance) {
             Err(error) => Outcome::Unanswered(error.to_string()),
-            Ok(answer) => measure_answer(&problem.receiver, &problem.emitter, &answer),
+            Ok(answer) => measure_answer(&problem, &answer),
         },
     }
 }
 
 /// Measures an answer, whoever gave it.
 #[must_use]
-pub fn measure_answer(receiver: &Receiver, emitter: &Emitter, answer: &Answer) -> Outcome {
+pub fn measure_answer(problem: &Problem, answer: &Answer) -> Outcome {
     if !answer.radiosity.is_finite() || !answer.gradient.is_finite() {
         return Outcome::NonFinite(format!("radiosity {}, gradient {}", answer.radiosity, answer.gradient));
     }
     if answer.radiosity_error.is_nan() || answer.gradient_error.is_nan() {
         return Outcome::NonFinite(format!("bounds {} and {}", answer.radiosity_error, answer.gradient_error));
     }
-    let truth = match Truth::of(receiver, emitter) {
+    let Some(emitter) = seen(problem) else {
+        return Outcome::Undetermined("no truth past these occluders".to_owned());
+    };
+    let truth = match Truth::of(&problem.receiver, &emitter) {
         Ok(truth) => truth,
         Err(error) => return Outcome::Undetermined(error.to_string()),
     };
@@ -161,7 +165,7 @@ pub fn measure_answer(receiver: &Receiver, emitter: &Emitter, answer: &Answer) -
         // An exact answer is exact whatever the condition, which a 0 in the dark need not have.
         Condition { radiosity: 0.0, gradient: 0.0 }
     } else {
-        match Condition::of(receiver, emitter) {
+        match Condition::of(&problem.receiver, &emitter) {
             Ok(condition) => condition,
             Err(error) => return Outcome::Undetermined(format!("condition: {error}")),
         }
@@ -205,7 +209,7 @@ mod tests {
     use crate::family::Family;
     use radgrad_core::{Method, evaluate};
 
-    fn problem() -> radgrad_scene::case::Problem {
+    fn problem() -> Problem {
         Family::Generic.case(1, 0).problem().expect("valid")
     }
 
@@ -213,7 +217,7 @@ mod tests {
         let problem = problem();
         let mut answer = evaluate(&problem.receiver, &problem.emitter, &[]).expect("an answer");
         change(&mut answer);
-        measure_answer(&problem.receiver, &problem.emitter, &answer)
+        measure_answer(&problem, &answer)
     }
 
     fn figure(quantity: Quantity, change: impl Fn(&mut Answer)) -> f64 {
@@ -255,9 +259,9 @@ mod tests {
         let problem = Family::BackFacing.case(1, 0).problem().expect("valid");
         let mut answer = evaluate(&problem.receiver, &problem.emitter, &[]).expect("an answer");
         assert_eq!(answer.method, Method::Zero);
-        assert_eq!(measure_answer(&problem.receiver, &problem.emitter, &answer), Outcome::Measured([0.0; 6]));
+        assert_eq!(measure_answer(&problem, &answer), Outcome::Measured([0.0; 6]));
         answer.radiosity = 1e-300;
-        let outcome = measure_answer(&problem.receiver, &problem.emitter, &answer);
+        let outcome = measure_answer(&problem, &answer);
         assert_eq!(outcome.figure(Quantity::Value), Some(f64::INFINITY));
     }
 

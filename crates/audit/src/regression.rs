@@ -8,6 +8,9 @@ use std::path::{Path, PathBuf};
 
 use radgrad_scene::case::{Case, Id};
 
+use crate::bounds::campaign;
+use crate::bounds::check::{Effort, check};
+use crate::bounds::requirements::Breach;
 use crate::family::{BadName, Name};
 use crate::gates::{Fault, Violation};
 use crate::measure::{Outcome, measure};
@@ -63,6 +66,30 @@ impl Regression {
         let mut case = shrink(&name.case(), fails);
         case.id = Id::Text(name.to_string());
         Self { name, case }
+    }
+
+    /// A case of the bounds campaign to blame for a breach, shrunk as long as it has the same mark; `None` where no single case
+    /// is to blame, or this one no longer does it.
+    #[must_use]
+    pub fn of_breach(breach: &Breach) -> Option<Self> {
+        let (name, mark) = (breach.case, breach.mark?);
+        let mut effort = campaign::effort(name);
+        let fails = |case: &Case| check(case, &effort).has(mark);
+        if !fails(&name.case()) {
+            return None;
+        }
+        // Without what it does not take, shrinking is quicker.
+        let lighter = [
+            Effort { oracle: false, digits: false, many: Vec::new(), ..effort.clone() },
+            Effort { oracle: false, many: Vec::new(), ..effort.clone() },
+            Effort { many: Vec::new(), ..effort.clone() },
+        ];
+        if let Some(light) = lighter.into_iter().find(|effort| check(&name.case(), effort).has(mark)) {
+            effort = light;
+        }
+        let mut case = shrink(&name.case(), |case| check(case, &effort).has(mark));
+        case.id = Id::Text(name.to_string());
+        Some(Self { name, case })
     }
 
     /// Reads a file.
@@ -140,7 +167,7 @@ mod tests {
         assert!(path.ends_with("equal-vertices-1-2.json"));
         assert_eq!(Regression::all(&folder).unwrap(), std::slice::from_ref(&regression));
         fs::remove_dir_all(&folder).unwrap();
-        assert_eq!(regression.table().families()[&Family::EqualVertices].outcomes()[&Kind::Refused].count, 1);
+        assert_eq!(regression.table().families()[&Family::EqualVertices].count(Kind::Refused), 1);
     }
 
     #[test]

@@ -5,6 +5,7 @@ use rayon::prelude::*;
 use crate::family::{Family, Name};
 use crate::measure::measure;
 use crate::table::Table;
+use crate::tally::Tally;
 
 /// Part i of n of a run: every n-th case of each family.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
@@ -20,38 +21,80 @@ impl Part {
     pub const WHOLE: Self = Self { index: 0, of: 1 };
 }
 
-/// A run: these many cases of these families under this seed, or a part of it.
+/// A run: so many cases of some families under a seed, or a part of it.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Run {
     /// Seed of all cases.
     pub seed: u64,
     /// Cases of each family.
-    pub cases: u64,
-    /// The families.
-    pub families: Vec<Family>,
+    pub cases: Vec<(Family, u64)>,
     /// Which part of it.
     pub part: Part,
 }
 
 impl Run {
+    /// All of a run with equally many cases of each family.
+    #[must_use]
+    pub fn of_each(cases: u64, families: &[Family], seed: u64) -> Self {
+        Self { seed, cases: families.iter().map(|&family| (family, cases)).collect(), part: Part::WHOLE }
+    }
+
+    /// What of it is of these families.
+    #[must_use]
+    pub fn only(mut self, families: &[Family]) -> Self {
+        self.cases.retain(|(family, _)| families.contains(family));
+        self
+    }
+
+    /// At most the first `most` cases of each family.
+    #[must_use]
+    pub fn at_most(&self, most: u64) -> Self {
+        Self { cases: self.cases.iter().map(|&(family, count)| (family, count.min(most))).collect(), ..*self }
+    }
+
     /// The names of its cases. Families take turns, so that the costly ones spread over the cores.
     pub fn names(&self) -> impl Iterator<Item = Name> + '_ {
-        (0..self.cases)
-            .filter(|index| index % self.part.of == self.part.index)
-            .flat_map(move |index| self.families.iter().map(move |&family| Name { family, seed: self.seed, index }))
+        (0..self.most()).flat_map(|index| self.names_at(index))
+    }
+
+    /// The largest number of cases of a family.
+    fn most(&self) -> u64 {
+        self.cases.iter().map(|(_, count)| *count).max().unwrap_or(0)
+    }
+
+    /// The names with this index, in the part.
+    fn names_at(&self, index: u64) -> impl Iterator<Item = Name> + '_ {
+        let of_part = index % self.part.of == self.part.index;
+        let still = self.cases.iter().filter(move |(_, count)| of_part && index < *count);
+        still.map(move |&(family, _)| Name { family, seed: self.seed, index })
+    }
+
+    /// Number of its cases.
+    #[must_use]
+    pub fn count(&self) -> u64 {
+        let Part { index, of } = self.part;
+        self.cases.iter().map(|(_, count)| count.saturating_sub(index).div_ceil(of)).sum()
+    }
+
+    /// Adds up all cases on all cores; `add` is called from any thread, in any order.
+    pub fn tally<K, Q>(&self, add: impl Fn(&mut Tally<K, Q>, Name) + Sync) -> Tally<K, Q>
+    where
+        K: Ord + Copy + Send,
+        Q: Ord + Copy + Send,
+    {
+        let with = |mut tally: Tally<K, Q>, index| {
+            self.names_at(index).for_each(|name| add(&mut tally, name));
+            tally
+        };
+        (0..self.most()).into_par_iter().fold(Tally::default, with).reduce(Tally::default, |sum, tally| sum.merge(&tally))
     }
 
     /// Measures every case. `done` is called after each, from any thread.
     pub fn table(&self, done: impl Fn(Name) + Sync) -> Table {
-        let names: Vec<Name> = self.names().collect();
-        names
-            .par_iter()
-            .map(|&name| {
-                let table = Table::of(name, &measure(&name.case()));
-                done(name);
-                table
-            })
-            .reduce(Table::default, |sum, table| sum.merge(&table))
+        self.tally(|table: &mut Table, name| {
+            table.record(name, &measure(&name.case()));
+            done(name);
+        })
     }
 }
 
@@ -61,20 +104,20 @@ mod tests {
 
     #[test]
     fn parts_share_out_every_case_once() {
-        let whole = Run { seed: 1, cases: 11, families: Family::ALL.to_vec(), part: Part::WHOLE };
+        let whole = Run { seed: 1, cases: vec![(Family::Far, 11), (Family::Generic, 4), (Family::NGon, 9)], part: Part::WHOLE };
         let part = |index| Run { part: Part { index, of: 3 }, ..whole.clone() };
         let mut shared: Vec<Name> = (0..3).flat_map(|index| part(index).names().collect::<Vec<_>>()).collect();
         shared.sort_unstable();
         let mut all: Vec<Name> = whole.names().collect();
         all.sort_unstable();
         assert_eq!(shared, all);
-        assert_eq!(all.len(), 11 * Family::ALL.len());
+        assert_eq!(all.len(), 24);
+        assert_eq!([whole.count(), part(0).count(), part(1).count(), part(2).count()], [24, 9, 8, 7]);
     }
 
     #[test]
     fn parts_merge_to_exactly_the_table_of_the_whole() {
-        let families = vec![Family::Generic, Family::BackFacing, Family::EqualVertices];
-        let whole = Run { seed: 1, cases: 4, families, part: Part::WHOLE };
+        let whole = Run::of_each(4, &[Family::Generic, Family::BackFacing, Family::EqualVertices], 1);
         let part = |index| Run { part: Part { index, of: 3 }, ..whole.clone() }.table(|_| ());
         assert_eq!((0..3).map(part).collect::<Table>(), whole.table(|_| ()));
     }

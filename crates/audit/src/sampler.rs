@@ -105,6 +105,13 @@ pub const fn power_of_two(exponent: i64) -> f64 {
     f64::from_bits((1023 + exponent).cast_unsigned() << 52)
 }
 
+/// The power of two that brings a positive normal number into [1, 2).
+#[must_use]
+pub fn normalising_power(x: f64) -> f64 {
+    let exponent = (x.to_bits() >> 52).cast_signed() - 1023;
+    power_of_two(-exponent.clamp(-1021, 1021))
+}
+
 const GOLDEN: u64 = 0x9e37_79b9_7f4a_7c15;
 
 /// Output function of `SplitMix64` after one step from `state`.
@@ -124,6 +131,13 @@ mod tests {
         // First outputs from state 0 (Vigna's splitmix64.c).
         assert_eq!(split_mix(0), 0xe220_a839_7b1d_cdaf);
         assert_eq!(split_mix(GOLDEN), 0x6e78_9e6a_a1b9_65f4);
+    }
+
+    #[test]
+    fn normalised_numbers_are_between_1_and_2() {
+        for x in [1.0, 1.999, 2.0, 0.75, 3e-300, 7e300] {
+            assert!((1.0..2.0).contains(&(x * normalising_power(x))), "{x}");
+        }
     }
 
     #[test]

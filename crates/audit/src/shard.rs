@@ -4,22 +4,22 @@
 
 use std::collections::BTreeMap;
 
+use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
-use crate::decade::Decade;
 use crate::distribution::{Bin, Distribution, Extreme};
-use crate::family::{Family, Name};
-use crate::measure::{Kind, Quantity};
+use crate::family::Name;
+use crate::leading::Leading;
 use crate::run::{Part, Run};
-use crate::table::{FamilyTable, Table};
+use crate::tally::{FamilyTally, Tally};
 
-/// The table of a part, with what it is a part of.
+/// The tally of a part, with what it is a part of.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Shard {
+pub struct Shard<K, Q> {
     /// The part.
     pub run: Run,
-    /// Its table.
-    pub table: Table,
+    /// Its tally.
+    pub table: Tally<K, Q>,
 }
 
 /// Why shards cannot be read or do not make a whole.
@@ -54,7 +54,11 @@ pub enum Error {
     },
 }
 
-impl Shard {
+impl<K, Q> Shard<K, Q>
+where
+    K: Ord + Copy + Serialize + DeserializeOwned,
+    Q: Ord + Copy + Serialize + DeserializeOwned,
+{
     /// As JSON.
     ///
     /// # Errors
@@ -68,7 +72,7 @@ impl Shard {
     /// # Errors
     /// If it is not JSON, or not a shard.
     pub fn from_json(text: &str) -> Result<Self, Error> {
-        serde_json::from_str::<File>(text)?.try_into()
+        serde_json::from_str::<File<K, Q>>(text)?.try_into()
     }
 
     /// The whole that the shards are the parts of.
@@ -96,18 +100,19 @@ impl Shard {
 
 /// The file as it is written.
 #[derive(Serialize, Deserialize)]
-struct File {
+#[serde(bound(deserialize = "K: Ord + DeserializeOwned, Q: Ord + DeserializeOwned"))]
+struct File<K, Q> {
     seed: u64,
-    cases: u64,
-    families: Vec<String>,
+    cases: Vec<(String, u64)>,
     part: Part,
-    table: BTreeMap<String, FamilyFile>,
+    table: BTreeMap<String, FamilyFile<K, Q>>,
 }
 
 #[derive(Serialize, Deserialize)]
-struct FamilyFile {
-    outcomes: BTreeMap<Kind, BinFile>,
-    figures: BTreeMap<Quantity, DistributionFile>,
+#[serde(bound(deserialize = "K: Ord + DeserializeOwned, Q: Ord + DeserializeOwned"))]
+struct FamilyFile<K, Q> {
+    counts: BTreeMap<K, BinFile>,
+    figures: BTreeMap<Q, DistributionFile>,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -137,17 +142,16 @@ impl TryFrom<&BinFile> for Bin {
     }
 }
 
-impl From<&Shard> for File {
-    fn from(Shard { run, table }: &Shard) -> Self {
+impl<K: Ord + Copy, Q: Ord + Copy> From<&Shard<K, Q>> for File<K, Q> {
+    fn from(Shard { run, table }: &Shard<K, Q>) -> Self {
         let families = table.families().iter().map(|(family, table)| {
-            let outcomes = table.outcomes().iter().map(|(kind, bin)| (*kind, bin.into())).collect();
+            let counts = table.counts().iter().map(|(kind, bin)| (*kind, bin.into())).collect();
             let figures = table.figures().iter().filter_map(|(q, d)| Some((*q, DistributionFile::of(d)?))).collect();
-            (family.to_string(), FamilyFile { outcomes, figures })
+            (family.to_string(), FamilyFile { counts, figures })
         });
         Self {
             seed: run.seed,
-            cases: run.cases,
-            families: run.families.iter().map(Family::to_string).collect(),
+            cases: run.cases.iter().map(|(family, count)| (family.to_string(), *count)).collect(),
             part: run.part,
             table: families.collect(),
         }
@@ -158,31 +162,31 @@ impl DistributionFile {
     /// `None` of the empty distribution, which no table holds.
     fn of(distribution: &Distribution) -> Option<Self> {
         let worst = distribution.worst()?;
-        let bins = distribution.bins().iter().map(|(decade, bin)| (decade.to_string(), bin.into())).collect();
+        let bins = distribution.bins().iter().map(|(step, bin)| (step.to_string(), bin.into())).collect();
         Some(Self { bins, worst: worst.value.to_string(), worst_case: worst.case.to_string() })
     }
 
     fn read(&self) -> Result<Distribution, Error> {
-        let bin = |(decade, bin): (&String, &BinFile)| Ok((text::<Decade>(decade)?, bin.try_into()?));
+        let bin = |(step, bin): (&String, &BinFile)| Ok((text::<Leading>(step)?, bin.try_into()?));
         let bins = self.bins.iter().map(bin).collect::<Result<_, Error>>()?;
         Ok(Distribution::from_parts(bins, Some(Extreme { value: text(&self.worst)?, case: text::<Name>(&self.worst_case)? })))
     }
 }
 
-impl TryFrom<File> for Shard {
+impl<K: Ord + Copy, Q: Ord + Copy> TryFrom<File<K, Q>> for Shard<K, Q> {
     type Error = Error;
 
-    fn try_from(file: File) -> Result<Self, Error> {
-        let families = file.families.iter().map(|name| text(name)).collect::<Result<_, _>>()?;
-        let run = Run { seed: file.seed, cases: file.cases, families, part: file.part };
-        let family = |(name, file): (&String, &FamilyFile)| {
-            let outcomes = file.outcomes.iter().map(|(kind, bin)| Ok((*kind, bin.try_into()?)));
-            let figures = file.figures.iter().map(|(quantity, d)| Ok((*quantity, d.read()?)));
-            let outcomes = outcomes.collect::<Result<_, Error>>()?;
+    fn try_from(file: File<K, Q>) -> Result<Self, Error> {
+        let cases = file.cases.iter().map(|(name, count)| Ok((text(name)?, *count))).collect::<Result<_, Error>>()?;
+        let run = Run { seed: file.seed, cases, part: file.part };
+        let family = |(name, file): (&String, &FamilyFile<K, Q>)| {
+            let counts = file.counts.iter().map(|(kind, bin)| Ok((*kind, bin.try_into()?)));
+            let figures = file.figures.iter().map(|(figure, d)| Ok((*figure, d.read()?)));
+            let counts = counts.collect::<Result<_, Error>>()?;
             let figures = figures.collect::<Result<_, Error>>()?;
-            Ok((text(name)?, FamilyTable::from_parts(outcomes, figures)))
+            Ok((text(name)?, FamilyTally::from_parts(counts, figures)))
         };
-        let table = Table::from_parts(file.table.iter().map(family).collect::<Result<_, Error>>()?);
+        let table = Tally::from_parts(file.table.iter().map(family).collect::<Result<_, Error>>()?);
         Ok(Self { run, table })
     }
 }
@@ -197,10 +201,14 @@ where
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::measure::Outcome;
+    use crate::family::Family;
+    use crate::measure::{Kind, Outcome, Quantity};
+    use crate::table::Table;
+
+    type Shard = super::Shard<Kind, Quantity>;
 
     fn shard(index: u64, of: u64) -> Shard {
-        let run = Run { seed: 1, cases: 6, families: vec![Family::Far, Family::NGon], part: Part { index, of } };
+        let run = Run { part: Part { index, of }, ..Run::of_each(6, &[Family::Far, Family::NGon], 1) };
         let outcome = |name: Name| match name.index {
             4 => Outcome::Refused("why".to_owned()),
             5 => Outcome::Measured([f64::INFINITY; 6]),

@@ -19,20 +19,22 @@ pub fn shrink(case: &Case, fails: impl Fn(&Case) -> bool) -> Case {
     }
 }
 
-/// What is to become small: a vertex weighs more than any digits, an emission that varies more than some, and every number its
-/// significant bits.
+/// What is to become small: a vertex or an occluder weighs more than any digits, an emission that varies more than some, and
+/// every number its significant bits.
 #[must_use]
 pub fn weight(case: &Case) -> u32 {
     let mut probe = case.clone();
     let digits: u32 = numbers(&mut probe).into_iter().map(|x| significant_bits(*x)).sum();
     let vertices = u32::try_from(case.emitter.vertices.len()).unwrap_or(u32::MAX / 2000);
     let varies = !matches!(case.emitter.emission, EmissionRecord::Constant { .. });
-    digits + 1000 * vertices + 200 * u32::from(varies)
+    let occluders = u32::try_from(case.occluders.len()).unwrap_or(u32::MAX / 2000);
+    digits + 1000 * (vertices + occluders) + 200 * u32::from(varies)
 }
 
 /// Smaller cases to try, the boldest first.
 fn candidates(case: &Case) -> impl Iterator<Item = Case> + '_ {
-    plainer(case).into_iter().chain(without_a_vertex(case)).chain(shifted(case)).chain(all_shorter(case)).chain(one_shorter(case))
+    let removed = without_an_occluder(case).chain(without_a_vertex(case));
+    plainer(case).into_iter().chain(removed).chain(shifted(case)).chain(all_shorter(case)).chain(one_shorter(case))
 }
 
 /// With constant emission, and with reflectance 1.
@@ -41,6 +43,14 @@ fn plainer(case: &Case) -> [Case; 2] {
     constant.emitter.emission = EmissionRecord::Constant { constant: 1.0 };
     white.receiver.reflectance = 1.0;
     [constant, white]
+}
+
+fn without_an_occluder(case: &Case) -> impl Iterator<Item = Case> + '_ {
+    (0..case.occluders.len()).map(|index| {
+        let mut smaller = case.clone();
+        smaller.occluders.remove(index);
+        smaller
+    })
 }
 
 fn without_a_vertex(case: &Case) -> impl Iterator<Item = Case> + '_ {
@@ -65,7 +75,10 @@ fn shifted(case: &Case) -> impl Iterator<Item = Case> + '_ {
             EmissionRecord::Polynomial { polynomial } => Some(&mut polynomial.origin),
             EmissionRecord::Constant { .. } | EmissionRecord::Vertices { .. } | EmissionRecord::Gradient { .. } => None,
         };
-        for point in std::iter::once(&mut moved.receiver.position).chain(&mut moved.emitter.vertices).chain(anchor) {
+        let occluders = moved.occluders.iter_mut().flatten();
+        for point in
+            std::iter::once(&mut moved.receiver.position).chain(&mut moved.emitter.vertices).chain(anchor).chain(occluders)
+        {
             *point = [0, 1, 2].map(|axis| point[axis] - origin[axis]);
         }
         moved
@@ -103,6 +116,7 @@ fn numbers(case: &mut Case) -> Vec<&mut f64> {
     let mut all: Vec<&mut f64> = receiver.position.iter_mut().chain(&mut receiver.normal).collect();
     all.push(&mut receiver.reflectance);
     all.extend(case.emitter.vertices.iter_mut().flatten());
+    all.extend(case.occluders.iter_mut().flatten().flatten());
     match &mut case.emitter.emission {
         EmissionRecord::Constant { constant } => all.push(constant),
         EmissionRecord::Vertices { vertices } => all.extend(vertices),

@@ -1,97 +1,50 @@
-//! Error tables: per family the outcomes counted, and per quantity its distribution. A monoid under [`Table::merge`], since its
-//! parts are.
+//! Error tables: per family the outcomes counted, and per quantity its distribution.
 
-use std::collections::BTreeMap;
 use std::io;
 
 use crate::decade::Decade;
-use crate::distribution::{Bin, Distribution};
-use crate::family::{Family, Name};
+use crate::family::Name;
+use crate::leading::Leading;
 use crate::measure::{Kind, Outcome, Quantity};
+use crate::tally::{FamilyTally, Tally};
 
 /// What is known of one family.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct FamilyTable {
-    outcomes: BTreeMap<Kind, Bin>,
-    figures: BTreeMap<Quantity, Distribution>,
-}
-
-impl FamilyTable {
-    /// From its parts, as read from a file.
-    #[must_use]
-    pub const fn from_parts(outcomes: BTreeMap<Kind, Bin>, figures: BTreeMap<Quantity, Distribution>) -> Self {
-        Self { outcomes, figures }
-    }
-
-    /// How many cases ended so, and the first of them.
-    #[must_use]
-    pub const fn outcomes(&self) -> &BTreeMap<Kind, Bin> {
-        &self.outcomes
-    }
-
-    /// The distributions by quantity.
-    #[must_use]
-    pub const fn figures(&self) -> &BTreeMap<Quantity, Distribution> {
-        &self.figures
-    }
-
-    /// Number of cases.
-    #[must_use]
-    pub fn cases(&self) -> u64 {
-        self.outcomes.values().map(|bin| bin.count).sum()
-    }
-
-    fn merge(&mut self, other: &Self) {
-        for (kind, theirs) in &other.outcomes {
-            self.outcomes.entry(*kind).and_modify(|ours| ours.merge(theirs)).or_insert(*theirs);
-        }
-        for (quantity, theirs) in &other.figures {
-            self.figures.entry(*quantity).or_default().merge(theirs);
-        }
-    }
-}
+pub type FamilyTable = FamilyTally<Kind, Quantity>;
 
 /// The table of a run, of a shard, or of one case.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct Table {
-    families: BTreeMap<Family, FamilyTable>,
+pub type Table = Tally<Kind, Quantity>;
+
+impl FamilyTable {
+    /// Number of cases: each ends in one way.
+    #[must_use]
+    pub fn cases(&self) -> u64 {
+        self.counts().values().map(|bin| bin.count).sum()
+    }
 }
 
 impl Table {
     /// The table of one case.
     #[must_use]
     pub fn of(case: Name, outcome: &Outcome) -> Self {
-        let outcomes = BTreeMap::from([(outcome.kind(), Bin { count: 1, first: case })]);
-        let figure = |q: Quantity| outcome.figure(q).map(|value| (q, Distribution::of(value, case)));
-        let figures = Quantity::ALL.into_iter().filter_map(figure).collect();
-        Self { families: BTreeMap::from([(case.family, FamilyTable { outcomes, figures })]) }
+        let mut table = Self::default();
+        table.record(case, outcome);
+        table
     }
 
-    /// From its parts, as read from a file.
-    #[must_use]
-    pub const fn from_parts(families: BTreeMap<Family, FamilyTable>) -> Self {
-        Self { families }
-    }
-
-    /// Adds all cases of `other`.
-    #[must_use]
-    pub fn merge(mut self, other: &Self) -> Self {
-        for (family, theirs) in &other.families {
-            self.families.entry(*family).or_default().merge(theirs);
+    /// Adds a case.
+    pub fn record(&mut self, case: Name, outcome: &Outcome) {
+        self.count(case, outcome.kind());
+        for quantity in Quantity::ALL {
+            if let Some(figure) = outcome.figure(quantity) {
+                self.add(case, quantity, figure);
+            }
         }
-        self
-    }
-
-    /// By family.
-    #[must_use]
-    pub const fn families(&self) -> &BTreeMap<Family, FamilyTable> {
-        &self.families
     }
 
     /// Number of cases.
     #[must_use]
     pub fn cases(&self) -> u64 {
-        self.families.values().map(FamilyTable::cases).sum()
+        self.families().values().map(FamilyTable::cases).sum()
     }
 
     /// Writes `family,quantity,count,median,p99,worst,worst_case`: decades, the first case of the worst one. The same on every
@@ -102,16 +55,16 @@ impl Table {
     pub fn write_errors(&self, writer: impl io::Write) -> csv::Result<()> {
         let mut rows = csv::Writer::from_writer(writer);
         rows.write_record(["family", "quantity", "count", "median", "p99", "worst", "worst_case"])?;
-        for (family, table) in &self.families {
-            for (quantity, distribution) in &table.figures {
+        for (family, table) in self.families() {
+            for (quantity, distribution) in table.figures() {
                 let decade = |d: Option<Decade>| d.map_or_else(String::new, |d| d.to_string());
                 let worst = distribution.worst_decade();
                 rows.write_record([
                     family.name(),
                     quantity.name(),
                     &distribution.count().to_string(),
-                    &decade(distribution.percentile(50)),
-                    &decade(distribution.percentile(99)),
+                    &decade(distribution.percentile(50).map(Leading::decade)),
+                    &decade(distribution.percentile(99).map(Leading::decade)),
                     &decade(worst.map(|(d, _)| d)),
                     &worst.map_or_else(String::new, |(_, name)| name.to_string()),
                 ])?;
@@ -127,9 +80,8 @@ impl Table {
     pub fn write_outcomes(&self, writer: impl io::Write) -> csv::Result<()> {
         let mut rows = csv::Writer::from_writer(writer);
         rows.write_record(["family", "cases"].into_iter().chain(Kind::ALL.map(Kind::name)))?;
-        for (family, table) in &self.families {
-            let count = |kind: Kind| table.outcomes.get(&kind).map_or(0, |bin| bin.count).to_string();
-            let counts = Kind::ALL.map(count);
+        for (family, table) in self.families() {
+            let counts = Kind::ALL.map(|kind| table.count(kind).to_string());
             let cases = table.cases().to_string();
             rows.write_record([family.name(), &cases].into_iter().chain(counts.iter().map(String::as_str)))?;
         }
@@ -137,40 +89,10 @@ impl Table {
     }
 }
 
-impl FromIterator<Self> for Table {
-    fn from_iter<I: IntoIterator<Item = Self>>(tables: I) -> Self {
-        tables.into_iter().fold(Self::default(), |sum, table| sum.merge(&table))
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use proptest::prelude::*;
-
-    fn outcome() -> impl Strategy<Value = Outcome> {
-        let figures = prop::array::uniform6(prop::sample::select(vec![0.0, 1e-17, 2e-17, 0.5, f64::INFINITY]));
-        prop_oneof![
-            4 => figures.prop_map(Outcome::Measured),
-            1 => Just(Outcome::Refused("why".to_owned())),
-            1 => Just(Outcome::NonFinite("NaN".to_owned())),
-        ]
-    }
-
-    proptest! {
-        #[test]
-        fn any_sharding_merges_to_the_same_table(outcomes in prop::collection::vec((0..3usize, outcome()), 0..60), shards in 1..6u64) {
-            let tables: Vec<Table> = outcomes
-                .iter()
-                .zip(0..)
-                .map(|((family, outcome), index)| Table::of(Name { family: Family::ALL[*family], seed: 1, index }, outcome))
-                .collect();
-            let whole: Table = tables.iter().cloned().collect();
-            let shard = |s: u64| tables.iter().zip(0..).filter(|(_, i)| i % shards == s).map(|(t, _)| t.clone()).collect::<Table>();
-            prop_assert_eq!(&whole, &(0..shards).rev().map(shard).collect::<Table>());
-            prop_assert_eq!(whole.cases(), outcomes.len() as u64);
-        }
-    }
+    use crate::family::Family;
 
     #[test]
     fn the_csv_names_what_happened() {

@@ -76,7 +76,7 @@ impl Truth {
 
 /// The Euclidean norm, rounded up. The largest component is taken out, since the square of an error may leave the range of a
 /// double.
-fn norm_above(v: DVec3) -> f64 {
+pub(crate) fn norm_above(v: DVec3) -> f64 {
     let largest = v.abs().max_element();
     if largest == 0.0 || !largest.is_finite() {
         return largest;

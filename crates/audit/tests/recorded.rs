@@ -3,10 +3,13 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use radgrad_audit::bounds::campaign;
+use radgrad_audit::bounds::check::check;
+use radgrad_audit::bounds::mark::Mark;
 use radgrad_audit::family::Family;
 use radgrad_audit::gates::{Gates, Violation};
 use radgrad_audit::regression::Regression;
-use radgrad_audit::run::{Part, Run};
+use radgrad_audit::run::Run;
 
 fn data(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../data").join(name)
@@ -27,7 +30,7 @@ fn no_case_that_failed_once_fails_again() {
 
 #[test]
 fn a_small_run_gives_the_recorded_table_on_every_machine() {
-    let table = Run { seed: 1, cases: 6, families: Family::ALL.to_vec(), part: Part::WHOLE }.table(|_| ());
+    let table = Run::of_each(6, &Family::ALL, 1).table(|_| ());
     let (mut errors, mut outcomes) = (Vec::new(), Vec::new());
     table.write_errors(&mut errors).expect("written");
     table.write_outcomes(&mut outcomes).expect("written");
@@ -35,7 +38,23 @@ fn a_small_run_gives_the_recorded_table_on_every_machine() {
 }
 
 #[test]
+fn no_bound_that_was_broken_once_is_broken_again() {
+    for Regression { name, case } in Regression::all(&data("regressions")).expect("data/regressions") {
+        let check = check(&case, &campaign::full_effort());
+        assert!(!Mark::FAULTS.iter().any(|mark| check.has(*mark)), "{name}: {:?}", check.remarks);
+    }
+}
+
+#[test]
+fn a_small_campaign_gives_the_recorded_bounds_on_every_machine() {
+    let table = campaign::table(&Run::of_each(14, &Family::ALL, 1), || ());
+    let mut bounds = Vec::new();
+    table.write_bounds(&mut bounds).expect("written");
+    insta::assert_snapshot!(String::from_utf8(bounds).expect("text"));
+}
+
+#[test]
 fn a_small_run_is_within_the_gates() {
-    let table = Run { seed: 4, cases: 6, families: Family::ALL.to_vec(), part: Part::WHOLE }.table(|_| ());
+    let table = Run::of_each(6, &Family::ALL, 4).table(|_| ());
     assert_eq!(gates().violations(&table), []);
 }

@@ -168,3 +168,20 @@ fn no_input_gives_no_output() {
         assert_eq!((output.status.code(), output.stdout.len()), (Some(0), 0));
     }
 }
+
+#[test]
+fn a_result_beyond_the_range_of_a_double_is_an_error_of_its_line() {
+    let far = CORNER.replace("[0,0,1],[0,1,1],[1,1,1],[1,0,1]", "[0,0,1e160],[0,1,1e160],[1,1,1e160],[1,0,1e160]");
+    let near = CORNER.replace("[0,0,1],[0,1,1],[1,1,1],[1,0,1]", "[0,0,1e-200],[0,1e-200,1e-200],[1e-200,0,1e-200]");
+    let input = [far, corner("1", 1e-308), near.replace("\"constant\":1", "\"constant\":1e150"), corner("2", 1.0)].join("\n");
+    let output = eval(input.as_bytes());
+    assert_eq!(output.status.code(), Some(1));
+    let answers = objects(&output);
+    let error = |i: usize| answers[i]["error"].as_str().unwrap();
+    assert!(
+        error(0).contains("the radiosity underflows: its magnitude is not 0 but below 2.2250738585072014e-308"),
+        "{answers:?}"
+    );
+    assert!(error(1).contains("the radiosity underflows") && error(2).contains("the gradient overflows"), "{answers:?}");
+    assert!(answers[3]["radiosity"].as_f64().unwrap() > 0.1, "{answers:?}");
+}

@@ -6,35 +6,13 @@
 //! normalised by [`crate::plan::Plan`].
 
 mod quartic;
+mod weight;
 
-use glam::DVec3;
-
-use crate::double_double::{DoubleDouble, UNIT};
-use crate::geometry::exact_offset;
-use crate::number::{Number, ROUNDOFF};
-use crate::plan::offset;
+use crate::double_double::DoubleDouble;
+use crate::line::{Frame, Line, Sighted};
+use crate::number::Number;
 use crate::real::Real;
 use crate::vec3::Vec3;
-
-/// A line seen from the receiver point at the origin: through `a` along `e`, with moment `w = a x e`.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Line<T> {
-    pub(crate) e: Vec3<T>,
-    pub(crate) w: Vec3<T>,
-    pub(crate) moment: T,
-    /// `|r|^2 |e|^2` of the point r that w was taken at: how far w may have cancelled.
-    reach: f64,
-}
-
-/// Orthonormal frame of the plane through x and a line: `toward` from x to the nearest point of the line, at `distance`;
-/// `along` the line; `normal` the product of the two.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Frame<T> {
-    pub(crate) toward: Vec3<T>,
-    pub(crate) along: Vec3<T>,
-    pub(crate) normal: Vec3<T>,
-    pub(crate) distance: T,
-}
 
 /// What an arc lies on.
 #[derive(Debug, Clone, Copy)]
@@ -50,8 +28,8 @@ pub(crate) enum Generator<T> {
 /// A piece of the visible boundary, from the direction of `start` to that of `end`, two points of the emitter's plane.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Arc<T> {
-    pub(crate) start: Vec3<T>,
-    pub(crate) end: Vec3<T>,
+    pub(crate) start: Sighted<T>,
+    pub(crate) end: Sighted<T>,
     /// Angle `g` from start to end, signed along the normal.
     pub(crate) angle: T,
     /// `|start| |end| sin g`.
@@ -61,74 +39,13 @@ pub(crate) struct Arc<T> {
     pub(crate) generator: Generator<T>,
 }
 
-impl<T: Real> Line<T> {
-    /// The line of the edge from `from` to `to`, as seen from `x`.
-    ///
-    /// Near the line's extension `w` cancels: below an eighth of `|r| |e|` it is taken in double-double, so that its relative
-    /// error stays at a few roundings down to 1e-14 of the distance.
-    ///
-    /// Always inlined: a tenth of the plain closed form is the call.
-    #[inline(always)]
-    pub(crate) fn through(from: DVec3, to: DVec3, x: DVec3, power: f64) -> Self {
-        let e: Vec3<T> = offset(to, from, power);
-        let near = if (from - x).length_squared() <= (to - x).length_squared() { from } else { to };
-        let r: Vec3<T> = offset(near, x, power);
-        let w = r.cross(e);
-        let product = r.norm_squared().value() * e.norm_squared().value();
-        if T::Number::BEYOND_DOUBLE_DOUBLE || 64.0 * w.norm_squared().value() >= product {
-            return Self::new(e, w, product);
-        }
-        let exact = exact_offset(near, x, power).cross(exact_offset(to, from, power));
-        let error = 4.0 * UNIT * product.sqrt();
-        Self::new(e, exact.map(|c: DoubleDouble| T::from_double_double(c, error)), product)
-    }
-
-    /// The line through `point` along `e`.
-    pub(crate) fn along(e: Vec3<T>, point: Vec3<T>) -> Self {
-        Self::new(e, point.cross(e), point.norm_squared().value() * e.norm_squared().value())
-    }
-
-    #[inline]
-    fn new(e: Vec3<T>, w: Vec3<T>, reach: f64) -> Self {
-        Self { e, w, moment: w.norm_squared().sqrt(), reach }
-    }
-
-    /// Bound on the relative error of `w` where the scalar is a plain double.
-    ///
-    /// A component is a difference of two products of factors rounded once, so it errs by 4u of their sum of sizes; by Cauchy's
-    /// inequality w errs by `4 sqrt(2) u |r| |e|`. Where that was taken in double-double it errs by its rounding and 4 units.
-    #[inline]
-    pub(crate) fn relative_error(&self) -> f64 {
-        let moment = self.moment.value();
-        let ratio = self.reach.sqrt() / moment;
-        if ratio <= 8.0 { 6.0 * ROUNDOFF * ratio } else { 2.0 * ROUNDOFF + 4.0 * UNIT * ratio }
-    }
-
-    /// The same line, run the other way.
-    pub(crate) fn reversed(self) -> Self {
-        Self { e: -self.e, w: -self.w, ..self }
-    }
-
-    #[inline]
-    pub(crate) fn normal(&self) -> Vec3<T> {
-        self.w * (T::exact(1.0) / self.moment)
-    }
-
-    #[inline]
-    pub(crate) fn frame(&self) -> Frame<T> {
-        let length = self.e.norm_squared().sqrt();
-        let (along, normal) = (self.e * (T::exact(1.0) / length), self.normal());
-        Frame { toward: along.cross(normal), along, normal, distance: self.moment / length }
-    }
-}
-
 impl<T: Real> Generator<T> {
     /// Unit normal `N` of the plane through x.
     #[inline]
     pub(crate) fn normal(&self) -> Vec3<T> {
         match self {
             Self::Horizon(normal) => *normal,
-            Self::Emitter(line) | Self::Occluder(line) => line.normal(),
+            Self::Emitter(line) | Self::Occluder(line) => line.normal,
         }
     }
 }
@@ -147,19 +64,19 @@ impl<T> Arc<T> {
 impl<T: Real> Arc<T> {
     /// The arc between two points of a plane through x.
     #[inline]
-    pub(crate) fn between(start: Vec3<T>, end: Vec3<T>, generator: Generator<T>) -> Self {
-        Self::new(start, end, generator.normal().dot(start.cross(end)), generator)
+    pub(crate) fn between(start: Sighted<T>, end: Sighted<T>, generator: Generator<T>) -> Self {
+        Self::new(start, end, generator.normal().dot(start.point.cross(end.point)), generator)
     }
 
     /// The part `fraction` long of the emitter's edge on `line`.
     #[inline]
-    pub(crate) fn of_edge(start: Vec3<T>, end: Vec3<T>, fraction: T, line: Line<T>) -> Self {
+    pub(crate) fn of_edge(start: Sighted<T>, end: Sighted<T>, fraction: T, line: Line<T>) -> Self {
         Self::new(start, end, fraction * line.moment, Generator::Emitter(line))
     }
 
     #[inline]
-    fn new(start: Vec3<T>, end: Vec3<T>, across: T, generator: Generator<T>) -> Self {
-        let inline = start.dot(end);
+    fn new(start: Sighted<T>, end: Sighted<T>, across: T, generator: Generator<T>) -> Self {
+        let inline = start.point.dot(end.point);
         Self { start, end, angle: across.atan2(inline), across, inline, generator }
     }
 
@@ -182,13 +99,12 @@ impl<T: Real> Arc<T> {
 
     #[inline]
     fn ends(&self, frame: &Frame<T>) -> Ends<T> {
-        let ends = [(self.start, self.start.norm_squared().sqrt()), (self.end, self.end.norm_squared().sqrt())];
-        let scale = T::exact(1.0) / (ends[0].1 * ends[1].1);
+        let ends = [&self.start, &self.end];
         Ends {
-            sin: self.across * scale,
-            cos: self.inline * scale,
-            toward: ends.map(|(point, length)| point.dot(frame.toward) / length),
-            along: ends.map(|(point, length)| point.dot(frame.along) / length),
+            sin: self.across * ends[0].inverse * ends[1].inverse,
+            cos: self.inline * ends[0].inverse * ends[1].inverse,
+            toward: ends.map(|end| end.point.dot(frame.toward) * end.inverse),
+            along: ends.map(|end| end.point.dot(frame.along) * end.inverse),
         }
     }
 }
@@ -216,10 +132,15 @@ fn half_angle_minus_sine<T: Real>(angle: T, sin: T) -> T {
         return (angle - sin) * T::exact(0.5);
     }
     let square = angle * angle;
+    angle * square * sine_series(square) / T::exact(12.0)
+}
+
+/// `6 (g - sin g)/g^3` as a function of `g^2 <= 1`.
+#[inline]
+fn sine_series<T: Real>(square: T) -> T {
     let coefficients = T::Number::sine_coefficients().rev();
     let sum = coefficients.fold(T::exact(0.0), |sum, c| sum * square + T::rounded(c));
-    let truncated = sum.widened(T::Number::roundoff() * 0.25);
-    angle * square * truncated / T::exact(12.0)
+    sum.widened(T::Number::roundoff() * 0.25)
 }
 
 /// `(-1)^k 6 / (2k + 3)!`: the series of `(g - sin g)/2` over `g^3/12`. For |g| <= 1 the ninth term is below 2^-55 of the
@@ -263,7 +184,7 @@ mod tests {
             normal: Vec3::new(0.0, 0.0, 1.0),
             distance: 1.0,
         };
-        let direction = |psi: f64| Vec3::new(libm::cos(psi), libm::sin(psi), 0.0) * 3.0;
+        let direction = |psi: f64| Sighted::at(Vec3::new(libm::cos(psi), libm::sin(psi), 0.0) * 3.0);
         for (from, to) in [(-1.5, 1.5), (-0.2, 0.1), (0.3, 1.2), (-1.1, 1.0), (1.0, 1.0 + 1e-9)] {
             let arc = Arc::between(direction(from), direction(to), Generator::Horizon(frame.normal));
             let m = arc.moments(&frame);
@@ -274,14 +195,5 @@ mod tests {
             let cross = 0.5 * (libm::sin(to) * libm::sin(to) - libm::sin(from) * libm::sin(from));
             assert!((m.cs - cross).abs() < 4e-16, "{from} {to}");
         }
-    }
-
-    #[test]
-    fn a_line_almost_through_the_receiver_keeps_its_moment() {
-        let (from, to) = (DVec3::new(1.0, 3.0, 0.5), DVec3::new(2.0, 6.0, 1.0));
-        let x = DVec3::new(1e-12, 0.0, 0.0);
-        let line = Line::<f64>::through(from, to, x, 1.0);
-        let expected = 1e-12 * (3.0f64 * 3.0 + 0.5 * 0.5).sqrt();
-        assert!((line.moment - expected).abs() < 4.0 * ROUNDOFF * expected);
     }
 }

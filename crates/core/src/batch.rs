@@ -14,6 +14,9 @@
 //!   [`Tally`] says what became of how many.
 //! - In single precision twice as many lanes fit; those that cancel are done again in double precision.
 //!
+//! In short: `Engine::{new, all, threads}` and, on it, `radiosity`, `radiosity_and_gradient`, `radiosity_to`, `evaluate_to` (many
+//! receivers, one emitter), `each`, `each_to` (one receiver, many emitters), `total` (many of both, summed).
+//!
 //! Digits are lost as by [`crate::radiosity`]: about `log10 D/s` of them at distance D for size s. The bound is some 30 (value) to
 //! 60 times (gradient) the error found.
 //!

@@ -7,6 +7,7 @@
 //! logarithm and arc tangent are made there. The exponent has 32 bits: nothing that is made of doubles over- or underflows.
 
 mod decimal;
+mod enclosure;
 mod functions;
 mod magnitude;
 mod series;
@@ -22,6 +23,7 @@ use crate::double_double::DoubleDouble;
 use crate::number::Number;
 use crate::radius::Radius;
 pub(crate) use decimal::{to_decimal, upper_decimal};
+pub(crate) use enclosure::{Enclosure, PRECISIONS, Refined, enough_for_doubles, norm, refined, relative_error, to_doubles};
 pub(crate) use magnitude::Magnitude;
 use series::Coefficients;
 
@@ -162,7 +164,7 @@ fn nearest_double(number: &BigFloat) -> f64 {
 }
 
 /// The nearest double and a bound on the size of what it leaves, above it by two roundings.
-pub(crate) fn split_double(number: &BigFloat) -> (f64, Magnitude) {
+fn split_double(number: &BigFloat) -> (f64, Magnitude) {
     let double = nearest_double(number);
     (double, Magnitude::of(&exact_sum(number, &exact(-double))) * (1.0 + 2.0 * f64::EPSILON))
 }

@@ -1,22 +1,21 @@
 //! As many digits as are asked for, each proven.
 //!
 //! The closed form is evaluated with balls of ever more bits, until the radius is small enough (Ziv's strategy). It starts with
-//! 80 bits beyond the digits asked, which pays for a cancellation of 1e20, and gives up at [`SPARE_BITS`] beyond: what needs more
-//! is undecidable, such as an emitter hidden exactly by two screens together, or a linear emission on vertices that are not
-//! exactly in one plane.
+//! 80 bits beyond the digits asked, which pays for a cancellation of 1e20, and gives up at [`SPARE_BITS`] beyond, or before where
+//! more bits do not help: a screen may be seen exactly in line with the emitter's edge, or the vertices of a linear emission not
+//! be exactly in one plane.
 
-use astro_float::BigFloat;
+use std::array::from_ref;
+use std::iter;
 
-use crate::big::{Big, Magnitude, split_double, to_decimal, upper_decimal, with_bits};
+use crate::big::{Big, Enclosure, Magnitude, Refined, norm, refined, relative_error, to_decimal, to_doubles, upper_decimal};
 use crate::certify::Ball;
 use crate::ladder::Case;
-use crate::number::ROUNDOFF;
 use crate::plan::Plan;
 use crate::radius::Radius;
-use crate::real::Real;
-use crate::terms::Terms;
+use crate::terms::{self, Terms};
 use crate::vec3::Vec3;
-use crate::{Emitter, Error, Polygon, Receiver};
+use crate::{Answer, Emitter, Error, Method, Polygon, Receiver};
 
 /// Radiosity and gradient in decimal digits, with proven absolute error bounds that include the rounding of the digits.
 ///
@@ -72,28 +71,22 @@ pub fn evaluate_digits(
     if !(1..=MOST_DIGITS).contains(&digits) {
         return Err(Error::Digits { value: digits, most: MOST_DIGITS });
     }
-    let plan = Plan::new(receiver, emitter.polygon()).filter(|_| !emitter.is_dark());
-    let Some(plan) = plan else { return Ok(PreciseAnswer::zero(0)) };
+    let Some(plan) = Plan::new(receiver, emitter.polygon()) else { return Ok(PreciseAnswer::zero(0)) };
     let case = Case { receiver, emitter, occluders, plan: &plan };
+    if case.is_dark() {
+        return Ok(PreciseAnswer::zero(0));
+    }
     let tolerance = Magnitude::power_of_ten(-i64::from(digits)) * 0.5;
     // log2 10 < 3.322
     let first = ((digits as usize * 3322).div_ceil(1000) + 80).next_multiple_of(64);
-    let mut bits = first;
-    while bits <= first + SPARE_BITS {
-        let Some(enclosed) = Enclosed::find(&case, bits) else { return Ok(PreciseAnswer::zero(bits)) };
-        if enclosed.relative_error() <= tolerance {
-            return Ok(enclosed.in_unit(&case).to_decimals(digits, bits));
-        }
-        bits *= 2;
+    let precisions = iter::successors(Some(first), |bits| Some(2 * bits)).take_while(|bits| *bits <= first + SPARE_BITS);
+    let Refined { found, bits, is_enough } =
+        refined(precisions, tolerance, Enclosed::relative_error, || Enclosed::is_coincidence(&case), || Enclosed::find(&case));
+    match found {
+        None => Ok(PreciseAnswer::zero(bits)),
+        Some(enclosed) if is_enough => Ok(enclosed.in_unit(&case).to_decimals(digits, bits)),
+        Some(_) => Err(Error::Undecided { digits, bits }),
     }
-    Err(Error::Undecided { digits, bits: bits / 2 })
-}
-
-/// A number within `radius` of `mid`.
-#[derive(Debug, Clone)]
-struct Enclosure {
-    mid: BigFloat,
-    radius: Magnitude,
 }
 
 /// What the closed form gave, in normalised lengths and emission.
@@ -104,59 +97,43 @@ pub(crate) struct Enclosed {
 }
 
 impl Enclosed {
-    /// Evaluates with so many bits; `None` where nothing is visible.
-    pub(crate) fn find(case: &Case<'_>, bits: usize) -> Option<Self> {
-        let keep = |ball: Ball<Big>| Enclosure { mid: ball.middle().to_float(), radius: ball.error() };
-        with_bits(bits, || {
-            let terms = Terms::<Ball<Big>>::sum::<true, true>(case)?;
-            let Vec3 { x, y, z } = terms.gradient(case.receiver);
-            Some(Self { radiosity: keep(terms.radiosity(case.receiver)), gradient: [x, y, z].map(keep) })
-        })
+    /// Evaluates with the bits of the computation; `None` where nothing is visible.
+    pub(crate) fn find(case: &Case<'_>) -> Option<Self> {
+        let terms = Terms::<Ball<Big>>::sum::<true, true>(case)?;
+        let Vec3 { x, y, z } = terms.gradient(case.receiver);
+        Some(Self { radiosity: Enclosure::of(terms.radiosity(case.receiver)), gradient: [x, y, z].map(Enclosure::of) })
+    }
+
+    /// Whether with the bits of the computation it stays open what an occluder hides.
+    pub(crate) fn is_coincidence(case: &Case<'_>) -> bool {
+        terms::visit::<Ball<Big>>(case, |_| {}).is_some_and(|doubt| !doubt.is_none())
     }
 
     /// The larger of the relative errors of value and gradient; infinite where a value may be 0.
     pub(crate) fn relative_error(&self) -> Magnitude {
-        let relative = |radius: Magnitude, size: Magnitude| {
-            if radius == Magnitude::from(0.0) {
-                radius
-            } else if radius < size {
-                radius / size
-            } else {
-                Magnitude::from(f64::INFINITY)
-            }
-        };
-        let radiosity = relative(self.radiosity.radius, Magnitude::of(&self.radiosity.mid));
-        let gradient = relative(norm(self.gradient.each_ref().map(|c| c.radius)), self.gradient_size());
-        radiosity.max(gradient)
-    }
-
-    fn gradient_size(&self) -> Magnitude {
-        norm(self.gradient.each_ref().map(|c| Magnitude::of(&c.mid)))
+        let radiosity = relative_error([&self.radiosity]);
+        radiosity.max(relative_error(&self.gradient))
     }
 
     /// From normalised lengths and emission to those of the caller, exactly.
     fn in_unit(&self, case: &Case<'_>) -> Self {
-        let (lengths, emission) = (Magnitude::from(case.plan.power), Magnitude::from(case.emitter.power()));
-        let per_emission = Magnitude::from(1.0) / emission;
-        Self {
-            radiosity: self.radiosity.times(per_emission),
-            gradient: self.gradient.each_ref().map(|c| c.times(per_emission * lengths)),
-        }
+        let (radiosity, gradient) = (case.radiosity_unit().magnitude(), case.gradient_unit().magnitude());
+        Self { radiosity: self.radiosity.times(radiosity), gradient: self.gradient.each_ref().map(|c| c.times(gradient)) }
     }
 
-    /// The doubles nearest to value and gradient, each with a bound on its error, the rounding included.
-    pub(crate) fn to_doubles(&self) -> ((f64, f64), (Vec3<f64>, f64)) {
-        let (radiosity, radiosity_error) = self.radiosity.to_double();
-        let [x, y, z] = self.gradient.each_ref().map(Enclosure::to_double);
-        let error = norm([x.1, y.1, z.1]) * (1.0 + 8.0 * f64::EPSILON);
-        ((radiosity, radiosity_error.to_double()), (Vec3::new(x.0, y.0, z.0), error.to_double()))
+    /// The doubles nearest to value and gradient in their units, each with a bound on its error, the rounding included.
+    pub(crate) fn to_answer(&self, case: &Case<'_>) -> Result<Answer, Error> {
+        let ([radiosity], radiosity_error) = to_doubles(from_ref(&self.radiosity), case.radiosity_unit())?;
+        let (gradient, gradient_error) = to_doubles(&self.gradient, case.gradient_unit())?;
+        let gradient = gradient.into();
+        Ok(Answer { radiosity, gradient, radiosity_error, gradient_error, method: Method::ArbitraryPrecision })
     }
 
     fn to_decimals(&self, digits: u32, bits: usize) -> PreciseAnswer {
         // A unit of the last place is at most a tenth of the tolerance.
         let place = |size: Magnitude| size.decimal_exponent() - i64::from(digits) - 1;
-        let last = place(Magnitude::of(&self.radiosity.mid));
-        let last_of_gradient = place(self.gradient_size());
+        let last = place(self.radiosity.size());
+        let last_of_gradient = place(norm(self.gradient.each_ref().map(Enclosure::size)));
         let rounded = |radius: Magnitude, last: i64| radius + Magnitude::power_of_ten(last);
         PreciseAnswer {
             radiosity: to_decimal(&self.radiosity.mid, last),
@@ -168,26 +145,9 @@ impl Enclosed {
     }
 }
 
-impl Enclosure {
-    fn times(&self, power_of_two: Magnitude) -> Self {
-        Self { mid: power_of_two.shift(&self.mid), radius: self.radius * power_of_two }
-    }
-
-    fn to_double(&self) -> (f64, Magnitude) {
-        let (value, rest) = split_double(&self.mid);
-        // Half an ulp rather than what the rounding was: whoever compares with a rounded truth must not find it broken.
-        let rounding = if rest == Magnitude::from(0.0) { rest } else { rest.max(Magnitude::from(ROUNDOFF * value.abs())) };
-        (value, (self.radius + rounding) * (1.0 + f64::EPSILON))
-    }
-}
-
 impl PreciseAnswer {
     fn zero(bits: usize) -> Self {
         let zero = || "0".to_owned();
         Self { radiosity: zero(), gradient: [zero(), zero(), zero()], radiosity_error: zero(), gradient_error: zero(), bits }
     }
-}
-
-fn norm([x, y, z]: [Magnitude; 3]) -> Magnitude {
-    (x * x + y * y + z * z).sqrt()
 }

@@ -134,7 +134,8 @@ impl Emitter {
         let steepest = affine.gradient.map(|c| c.hi.abs());
         let variation = steepest.x.max(steepest.y).max(steepest.z) * polygon.size();
         let largest = polynomial.as_ref().map_or(affine.value.abs().max(variation), InPlane::largest);
-        Ok(Self { power: normalising_power(largest), polygon, emission, affine, polynomial, vertex_values, vertex_error })
+        let power = normalising_power(largest);
+        Ok(Self { power, polygon, emission, affine, polynomial, vertex_values, vertex_error })
     }
 
     /// The polygon.
@@ -216,7 +217,7 @@ impl Emitter {
     /// Largest length of the emission's gradient over the polygon: for a polynomial an upper bound.
     #[must_use]
     pub fn steepest_emission(&self) -> f64 {
-        self.polynomial.as_ref().map_or_else(|| self.emission_gradient().length(), InPlane::steepest)
+        self.polynomial.as_ref().map_or_else(|| Vec3::from(self.emission_gradient()).length(), InPlane::steepest)
     }
 
     /// Whether the emission is stated to be zero everywhere.
@@ -312,7 +313,7 @@ fn through_vertices(polygon: &Polygon, values: &[f64]) -> Result<Affine, Error> 
     let largest = values.iter().fold(0.0, |m: f64, b| m.max(b.abs()));
     let coordinate = vertices.iter().fold(0.0, |m: f64, v| m.max(v.abs().max_element()));
     let gradient = DVec3::from(affine.gradient.map(DoubleDouble::to_f64));
-    let allowed = AFFINITY * largest + COORDINATE_ROUNDING * coordinate * gradient.length();
+    let allowed = AFFINITY * largest + COORDINATE_ROUNDING * coordinate * Vec3::from(gradient).length();
     let expected = |i: usize| values[0] + gradient.dot(vertices[i] - vertices[0]);
     let difference = |i: &usize| (values[*i] - expected(*i)).abs();
     let index = (0..count).max_by(|i, j| difference(i).total_cmp(&difference(j))).unwrap_or(0);

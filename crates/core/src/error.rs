@@ -179,7 +179,13 @@ pub enum Error {
     /// The result is too large for a double.
     #[error("the {quantity} overflows: its magnitude is above {:e}", f64::MAX)]
     Overflow {
-        /// `radiosity` or `gradient`.
+        /// `radiosity`, `gradient` or `Hessian`.
+        quantity: &'static str,
+    },
+    /// The result is not 0 but too small for a double of full precision.
+    #[error("the {quantity} underflows: its magnitude is not 0 but below {:e}", f64::MIN_POSITIVE)]
+    Underflow {
+        /// `radiosity`, `gradient` or `Hessian`.
         quantity: &'static str,
     },
 }

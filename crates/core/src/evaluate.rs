@@ -8,6 +8,7 @@ use glam::DVec3;
 use crate::ladder::Case;
 use crate::plan::Plan;
 use crate::terms::Terms;
+use crate::unit::Unit;
 use crate::vec3::Vec3;
 use crate::{Emitter, Error, Polygon, Receiver};
 
@@ -45,7 +46,7 @@ pub enum Method {
     /// Nothing to compute: the receiver is behind the emitter or in its plane, the emitter is below the horizon, or occluders
     /// hide all of it. Exactly 0.
     Zero,
-    /// A Gauss rule on the emitter with an a-priori bound, far away.
+    /// A Gauss rule on the part of the emitter above the horizon, with an a-priori bound: far away, and wherever it is cheap.
     Quadrature,
     /// The closed form in double precision with a running error bound.
     ClosedForm,
@@ -77,7 +78,7 @@ pub const DEFAULT_TOLERANCE: f64 = 1e-12;
 /// [`evaluate_to`] a relative tolerance of [`DEFAULT_TOLERANCE`].
 ///
 /// # Errors
-/// If a result overflows.
+/// If a result over- or underflows.
 pub fn evaluate(receiver: &Receiver, emitter: &Emitter, occluders: &[Polygon]) -> Result<Answer, Error> {
     evaluate_to(receiver, emitter, occluders, DEFAULT_TOLERANCE)
 }
@@ -102,7 +103,7 @@ pub fn evaluate(receiver: &Receiver, emitter: &Emitter, occluders: &[Polygon]) -
 /// ```
 ///
 /// # Errors
-/// If a result overflows, or the tolerance is not in [0, 1].
+/// If a result over- or underflows, or the tolerance is not in [0, 1].
 pub fn evaluate_to(receiver: &Receiver, emitter: &Emitter, occluders: &[Polygon], tolerance: f64) -> Result<Answer, Error> {
     if !(0.0..=1.0).contains(&tolerance) {
         return Err(Error::Tolerance { value: tolerance });
@@ -112,14 +113,19 @@ pub fn evaluate_to(receiver: &Receiver, emitter: &Emitter, occluders: &[Polygon]
     case.answer(tolerance)
 }
 
-/// Radiosity `B(x)` alone: the digits of the closed form in double precision, without bound and gradient.
+/// Radiosity `B(x)` alone: the digits of the closed form in double precision, without bound and gradient. Where that breaks
+/// down, on a line through the receiver to the last digit, the ladder of [`evaluate`] answers.
 ///
 /// A polynomial emission loses digits far away, `(D/s)^degree` of them; [`evaluate`] does not.
 ///
 /// # Errors
-/// If the result overflows.
+/// If the result over- or underflows.
 pub fn radiosity(receiver: &Receiver, emitter: &Emitter) -> Result<f64, Error> {
-    unbounded::<true, false>(receiver, emitter).map(|(radiosity, _)| radiosity)
+    let Some(plan) = Plan::new(receiver, emitter.polygon()) else { return Ok(0.0) };
+    let case = Case { receiver, emitter, occluders: &[], plan: &plan };
+    let Some(terms) = Terms::<f64>::sum::<true, false>(&case) else { return Ok(0.0) };
+    let radiosity = terms.radiosity(receiver);
+    if is_sound([radiosity]) { case.radiosity(radiosity) } else { Ok(case.answer(1.0)?.radiosity) }
 }
 
 /// Gradient of `B` with respect to `x` alone: the digits of the closed form in double precision, without bound and value.
@@ -127,9 +133,13 @@ pub fn radiosity(receiver: &Receiver, emitter: &Emitter) -> Result<f64, Error> {
 /// A polynomial emission loses digits far away, `(D/s)^degree` of them; [`evaluate`] does not.
 ///
 /// # Errors
-/// If the result overflows.
+/// If the result over- or underflows.
 pub fn gradient(receiver: &Receiver, emitter: &Emitter) -> Result<DVec3, Error> {
-    unbounded::<false, true>(receiver, emitter).map(|(_, gradient)| gradient)
+    let Some(plan) = Plan::new(receiver, emitter.polygon()) else { return Ok(DVec3::ZERO) };
+    let case = Case { receiver, emitter, occluders: &[], plan: &plan };
+    let Some(terms) = Terms::<f64>::sum::<false, true>(&case) else { return Ok(DVec3::ZERO) };
+    let gradient = terms.gradient(receiver);
+    if is_sound(DVec3::from(gradient).to_array()) { case.gradient(gradient) } else { Ok(case.answer(1.0)?.gradient) }
 }
 
 /// Radiosity and gradient together: the digits of the closed form in double precision, without bounds.
@@ -137,21 +147,13 @@ pub fn gradient(receiver: &Receiver, emitter: &Emitter) -> Result<DVec3, Error> 
 /// A polynomial emission loses digits far away, `(D/s)^degree` of them; [`evaluate`] does not.
 ///
 /// # Errors
-/// If a result overflows.
+/// If a result over- or underflows.
 pub fn radiosity_and_gradient(receiver: &Receiver, emitter: &Emitter) -> Result<(f64, DVec3), Error> {
-    unbounded::<true, true>(receiver, emitter)
-}
-
-/// What is asked for, in double precision; where that breaks down, a line through the receiver to the last digit, the ladder
-/// answers.
-#[inline]
-fn unbounded<const VALUE: bool, const GRADIENT: bool>(receiver: &Receiver, emitter: &Emitter) -> Result<(f64, DVec3), Error> {
     let Some(plan) = Plan::new(receiver, emitter.polygon()) else { return Ok((0.0, DVec3::ZERO)) };
     let case = Case { receiver, emitter, occluders: &[], plan: &plan };
-    let Some(terms) = Terms::<f64>::sum::<VALUE, GRADIENT>(&case) else { return Ok((0.0, DVec3::ZERO)) };
-    let radiosity = if VALUE { terms.radiosity(receiver) } else { 0.0 };
-    let gradient = terms.gradient(receiver);
-    if radiosity.is_finite() && DVec3::from(gradient).is_finite() {
+    let Some(terms) = Terms::<f64>::sum::<true, true>(&case) else { return Ok((0.0, DVec3::ZERO)) };
+    let (radiosity, gradient) = (terms.radiosity(receiver), terms.gradient(receiver));
+    if is_sound([radiosity]) && is_sound(DVec3::from(gradient).to_array()) {
         Ok((case.radiosity(radiosity)?, case.gradient(gradient)?))
     } else {
         case.answer(1.0).map(|answer| (answer.radiosity, answer.gradient))
@@ -167,20 +169,20 @@ fn unbounded<const VALUE: bool, const GRADIENT: bool>(receiver: &Receiver, emitt
 /// A polynomial emission loses digits far away, `(D/s)^degree` of them; [`evaluate`] does not.
 ///
 /// # Errors
-/// If the result overflows.
+/// If the result over- or underflows.
 pub fn irradiance_vector(receiver: &Receiver, emitter: &Emitter) -> Result<DVec3, Error> {
     let Some(plan) = Plan::new(receiver, emitter.polygon()) else { return Ok(DVec3::ZERO) };
     let case = Case { receiver, emitter, occluders: &[], plan: &plan };
     let Some(terms) = Terms::<f64>::sum::<true, false>(&case) else { return Ok(DVec3::ZERO) };
-    finite_vector(DVec3::from(terms.irradiance) / emitter.power(), "irradiance vector")
+    let Vec3 { x, y, z } = terms.irradiance;
+    Unit::of_derivative(0, "irradiance vector", &plan, emitter).plain([x, y, z]).map(DVec3::from)
 }
 
-pub(crate) fn finite(value: f64, quantity: &'static str) -> Result<f64, Error> {
-    if value.is_finite() { Ok(value) } else { Err(Error::Overflow { quantity }) }
-}
-
-pub(crate) fn finite_vector(v: DVec3, quantity: &'static str) -> Result<DVec3, Error> {
-    if v.is_finite() { Ok(v) } else { Err(Error::Overflow { quantity }) }
+/// Whether double precision served: it neither broke down nor came near the end of its range, where squares are lost.
+#[inline]
+fn is_sound<const N: usize>(normalised: [f64; N]) -> bool {
+    const NEAR_THE_END: f64 = f64::MIN_POSITIVE / f64::EPSILON;
+    normalised.iter().all(|c| c.is_finite()) && normalised.iter().any(|c| c.abs() >= NEAR_THE_END)
 }
 
 #[cfg(test)]
@@ -189,7 +191,7 @@ mod tests {
     use crate::Emission;
 
     fn case(normal: DVec3, emission: Emission) -> (Receiver, Emitter) {
-        let triangle = [[-0.9, 0.1, 1.2], [-0.1, 0.7, 1.3], [0.4, -0.9, 1.1]].map(DVec3::from);
+        let triangle = [[-0.9, 0.1, 0.2], [-0.1, 0.7, 0.3], [0.4, -0.9, 0.1]].map(DVec3::from);
         let polygon = Polygon::new(triangle.iter().rev().copied().collect()).unwrap();
         let emitter = if polygon.normal().z < 0.0 { polygon } else { Polygon::new(triangle.to_vec()).unwrap() };
         (Receiver::new(DVec3::new(0.2, -0.1, 0.0), normal, 0.7).unwrap(), Emitter::new(emitter, emission).unwrap())

@@ -32,6 +32,8 @@ pub struct Receiver {
     precise_normal: Vec3<DoubleDouble>,
     normal: DVec3,
     reflectance: f64,
+    /// `rho/pi`.
+    albedo: DoubleDouble,
 }
 
 impl Receiver {
@@ -51,7 +53,9 @@ impl Receiver {
         }
         let direction = Vec3::from(normal) * normalising_power(normal.abs().max_element());
         let (precise_normal, _) = unit_vector(direction.map(DoubleDouble::from));
-        Ok(Self { position, direction, precise_normal, normal: precise_normal.map(DoubleDouble::to_f64).into(), reflectance })
+        let albedo = DoubleDouble::from(reflectance).divided_by(DoubleDouble::pi());
+        let normal = precise_normal.map(DoubleDouble::to_f64).into();
+        Ok(Self { position, direction, precise_normal, normal, reflectance, albedo })
     }
 
     /// Position `x`.
@@ -80,6 +84,11 @@ impl Receiver {
     #[must_use]
     pub const fn reflectance(&self) -> f64 {
         self.reflectance
+    }
+
+    /// `rho/pi`, off by less than 32 units.
+    pub(crate) const fn albedo(&self) -> DoubleDouble {
+        self.albedo
     }
 }
 

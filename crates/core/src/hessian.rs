@@ -1,4 +1,5 @@
-//! Second derivatives of the radiosity with respect to x, for constant emission, clipped by the receiver's horizon or not.
+//! Second derivatives of the radiosity with respect to x, for constant emission, clipped by the receiver's horizon and past
+//! occluders.
 //!
 //! The gradient is `(rho B/pi) sum int (n1.r) (dy x r) / r^4` over the parts of the emitter's edges above the horizon
 //! ([`crate::constant`]). Its derivative with respect to x at fixed y is minus that with respect to r. The end points of the
@@ -12,22 +13,42 @@
 //! with `p1, p2, p3` the components of n1 along toward, along and N, and the arc's moments. A part that is not symmetric sums
 //! to zero, second derivatives being symmetric, and is left out. Unit: that of the emission over the unit of length squared.
 //!
-//! B is twice differentiable in front of the emitter except where a whole edge lies in the horizon; there this is the second
-//! derivative from the side on which the edge is hidden. Terms are of the size `1/(S r)`: far away the sum cancels by D/s, at
-//! distance D for an emitter of size s, as the gradient's does. Measured on random triangles: 2e-15 of the norm near by, at
-//! contact and clipped, 9e-12 at D/s = 1e4; in double-double full double precision to 1e7.
+//! # Past occluders
+//! An arc of an occluder's edge has the same term. Where two lines only seem to meet, in the direction d and at distances r and
+//! r', the point of one line that the other one covers moves as x does, and the integrand is not zero there. The point `a + t e`
+//! is in the plane of x and the line `(a', e')` where `(a' - x) x e' . (a + t e - x) = 0`; differentiated, `dt/dx = (1 - r/r')
+//! w'/(w'.e)`, `w' = (a' - x) x e'`. That times the integrand `(n1.r)(e x r)/r^4`, from the arc that ends there and from the one
+//! that begins, is, symmetric part,
+//!
+//! `H += (rho B/pi) (n1.d) (1/r - 1/r')^2 (N N'^T + N' N^T) / 2 d.(N x N')`,
+//!
+//! which vanishes at a vertex, where the lines do meet, and on the horizon.
+//!
+//! # Where it is
+//! B is twice differentiable in front of the emitter except where a whole edge lies in the horizon, which leaves the second
+//! derivative from the side on which the edge is hidden, and where an edge is seen through a vertex or along another edge that it
+//! does not meet: then the bound is infinite. Terms are of the size `1/(S r)`: far away the sum cancels by D/s, at distance D for
+//! an emitter of size s, as the gradient's does. Bounds are running ([`crate::certify`]); the ladder is f64, double-double, then
+//! as many bits as it takes.
 
-use glam::{DMat3, DVec3};
+use glam::DMat3;
 
 use crate::arc::Arc;
+#[cfg(feature = "arbitrary-precision")]
+use crate::big::{Big, Enclosure, PRECISIONS, enough_for_doubles, refined, relative_error, to_doubles};
 use crate::certify::Ball;
+#[cfg(feature = "arbitrary-precision")]
+use crate::digits::Enclosed;
 use crate::double_double::DoubleDouble;
-use crate::number::Number;
+use crate::ladder::Case;
+use crate::line::Line;
+use crate::number::{Number, ROUNDOFF};
 use crate::plan::{Plan, unit_normal};
 use crate::real::Real;
 use crate::terms::albedo;
+use crate::unit::Unit;
 use crate::vec3::Vec3;
-use crate::{Emission, Emitter, Error, Method, Receiver, horizon};
+use crate::{Emission, Emitter, Error, Method, Polygon, Receiver, horizon, visibility};
 
 /// Second derivatives of the radiosity with a proven absolute error bound.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -46,8 +67,7 @@ impl Hessian {
     /// Whether the bound is within `tolerance` times the Frobenius norm of the matrix.
     #[must_use]
     pub fn meets(&self, tolerance: f64) -> bool {
-        let [x, y, z] = [self.matrix.x_axis, self.matrix.y_axis, self.matrix.z_axis].map(|column| Vec3::from(column).length());
-        self.error <= tolerance * Vec3::new(x, y, z).length()
+        self.error <= tolerance * frobenius_norm(self.matrix.to_cols_array())
     }
 }
 
@@ -64,77 +84,158 @@ impl Hessian {
 /// ```
 ///
 /// # Errors
-/// If the emission is not constant, or a result overflows.
+/// If the emission is not constant, or a result over- or underflows.
 pub fn hessian(receiver: &Receiver, emitter: &Emitter) -> Result<DMat3, Error> {
-    let emission = constant(emitter)?;
-    let Some(plan) = Plan::new(receiver, emitter.polygon()) else { return Ok(DMat3::ZERO) };
-    matrix(&entries::<f64>(receiver, emitter, &plan, emission))
+    with_case(receiver, emitter, &[], DMat3::ZERO, |case| {
+        columns::<f64>(case).map_or(Ok(DMat3::ZERO), |columns| unit(case).plain(columns).map(|c| DMat3::from_cols_array(&c)))
+    })
 }
 
-/// Second derivatives of the radiosity with a bound: in double precision, and where that is above `tolerance` times the
-/// Frobenius norm, in double-double. What that gives is returned whether or not it meets the tolerance: the bound says so.
+/// Second derivatives of the radiosity due to the part of `emitter` that is seen past `occluders`, with a bound.
+///
+/// The closed form in double precision, in double-double or with as many bits as it takes: the first whose bound is at most
+/// `tolerance` times the Frobenius norm answers. Where none is, the last does, and its bound says so: below a tolerance of
+/// 2^-53 it is that of the rounding to doubles, and infinite where an edge is seen exactly through a vertex or along another edge
+/// that it does not meet, since the radiosity has no second derivative there.
+///
+/// ```
+/// use radgrad_core::{DVec3, Emission, Emitter, Polygon, Receiver, evaluate, hessian_to};
+/// let at = |x, y, z| DVec3::new(x, y, z);
+/// let lamp = Polygon::new(vec![at(-1.0, -1.0, 2.0), at(-1.0, 1.0, 2.0), at(1.0, 1.0, 2.0), at(1.0, -1.0, 2.0)])?;
+/// let lamp = Emitter::new(lamp, Emission::Constant(1.0))?;
+/// let screen = [Polygon::new(vec![at(0.2, -1.0, 1.0), at(0.2, 1.0, 1.0), at(2.0, 0.0, 1.0)])?];
+/// let floor = |x| Receiver::new(at(x, 0.0, 0.0), DVec3::Z, 1.0);
+/// let answer = hessian_to(&floor(0.0)?, &lamp, &screen, 1e-12)?;
+/// let gradient = |x| Ok::<_, radgrad_core::Error>(evaluate(&floor(x)?, &lamp, &screen)?.gradient);
+/// let difference = (gradient(1e-4)? - gradient(-1e-4)?) / 2e-4;
+/// assert!(answer.meets(1e-12) && (answer.matrix.x_axis - difference).length() < 1e-7);
+/// # Ok::<(), radgrad_core::Error>(())
+/// ```
 ///
 /// # Errors
-/// If the emission is not constant, the tolerance is not in [0, 1], or a result overflows.
-pub fn hessian_to(receiver: &Receiver, emitter: &Emitter, tolerance: f64) -> Result<Hessian, Error> {
-    let emission = constant(emitter)?;
+/// If the emission is not constant, the tolerance is not in [0, 1], or a result over- or underflows.
+pub fn hessian_to(receiver: &Receiver, emitter: &Emitter, occluders: &[Polygon], tolerance: f64) -> Result<Hessian, Error> {
     if !(0.0..=1.0).contains(&tolerance) {
         return Err(Error::Tolerance { value: tolerance });
     }
-    let Some(plan) = Plan::new(receiver, emitter.polygon()) else { return Ok(Hessian::ZERO) };
-    match certified::<f64>(receiver, emitter, &plan, emission, Method::ClosedForm)? {
-        answer if answer.meets(tolerance) => Ok(answer),
-        _ => certified::<DoubleDouble>(receiver, emitter, &plan, emission, Method::DoubleDouble),
-    }
+    // Below this little but the rounding to doubles is left, so that nothing dearer gives more.
+    let tolerance = tolerance.max(1.01 * ROUNDOFF);
+    with_case(receiver, emitter, occluders, Hessian::ZERO, |case| {
+        let Some(rough) = Found::certified::<f64>(case, Method::ClosedForm) else { return Ok(Hessian::ZERO) };
+        if let Some(answer) = rough.answer_within(tolerance, case)? {
+            return Ok(answer);
+        }
+        let Some(fine) = Found::certified::<DoubleDouble>(case, Method::DoubleDouble) else { return Ok(Hessian::ZERO) };
+        if let Some(answer) = fine.answer_within(tolerance, case)? {
+            return Ok(answer);
+        }
+        #[cfg(feature = "arbitrary-precision")]
+        return rounded(case, tolerance);
+        #[cfg(not(feature = "arbitrary-precision"))]
+        fine.answer(case)
+    })
 }
 
-fn constant(emitter: &Emitter) -> Result<f64, Error> {
-    let given = match emitter.emission() {
-        Emission::Constant(value) => return Ok(*value),
-        Emission::Linear(_) => "linear",
-        Emission::Polynomial(_) => "polynomial",
-    };
-    Err(Error::EmissionKind { quantity: "the Hessian", needed: "constant", given })
-}
-
-fn certified<N: Number>(
+/// Runs a computation that needs a constant emission, and that is not zero by plan.
+fn with_case<R>(
     receiver: &Receiver,
     emitter: &Emitter,
-    plan: &Plan,
-    emission: f64,
-    method: Method,
-) -> Result<Hessian, Error> {
-    let entries = entries::<Ball<N>>(receiver, emitter, plan, emission);
-    let [on, off] = entries.map(|v| v.map(Real::value_error).length());
-    // Entries off the diagonal stand twice.
-    let error = Vec3::new(on, off, off).length() * (1.0 + 16.0 * f64::EPSILON);
-    let error = if error.is_nan() { f64::INFINITY } else { error };
-    Ok(Hessian { matrix: matrix(&entries)?, error, method })
+    occluders: &[Polygon],
+    zero: R,
+    computation: impl FnOnce(&Case<'_>) -> Result<R, Error>,
+) -> Result<R, Error> {
+    let given = match emitter.emission() {
+        Emission::Constant(_) => None,
+        Emission::Linear(_) => Some("linear"),
+        Emission::Polynomial(_) => Some("polynomial"),
+    };
+    if let Some(given) = given {
+        return Err(Error::EmissionKind { quantity: "the Hessian", needed: "constant", given });
+    }
+    let Some(plan) = Plan::new(receiver, emitter.polygon()) else { return Ok(zero) };
+    let case = Case { receiver, emitter, occluders, plan: &plan };
+    if case.is_dark() { Ok(zero) } else { computation(&case) }
 }
 
-fn matrix<T: Real>(entries: &[Vec3<T>; 2]) -> Result<DMat3, Error> {
-    let [on, off] = entries.map(|v| DVec3::from(v.map(T::value)));
-    let rows = [DVec3::new(on.x, off.z, off.y), DVec3::new(off.z, on.y, off.x), DVec3::new(off.y, off.x, on.z)];
-    if rows.iter().all(|row| row.is_finite()) {
-        Ok(DMat3::from_cols(rows[0], rows[1], rows[2]))
-    } else {
-        Err(Error::Overflow { quantity: "Hessian" })
+fn unit(case: &Case<'_>) -> Unit {
+    Unit::of_derivative(2, "Hessian", case.plan, case.emitter)
+}
+
+/// What a rung found, in normalised lengths and emission.
+struct Found {
+    columns: [f64; 9],
+    error: f64,
+    method: Method,
+}
+
+impl Found {
+    /// The closed form with a running bound; `None` where nothing is visible.
+    fn certified<N: Number>(case: &Case<'_>, method: Method) -> Option<Self> {
+        let columns = columns::<Ball<N>>(case)?;
+        // Nine squares and their sum, a root, and the way back from a power of two.
+        let error = frobenius_norm(columns.map(Real::value_error)) * (1.0 + 16.0 * f64::EPSILON);
+        Some(Self { columns: columns.map(Real::value), error, method })
+    }
+
+    fn answer(&self, case: &Case<'_>) -> Result<Hessian, Error> {
+        let (columns, error) = unit(case).components(self.columns, self.error)?;
+        Ok(Hessian { matrix: DMat3::from_cols_array(&columns), error, method: self.method })
+    }
+
+    /// The answer if it meets the tolerance, before and after the change of unit.
+    fn answer_within(&self, tolerance: f64, case: &Case<'_>) -> Result<Option<Hessian>, Error> {
+        if self.error <= tolerance * frobenius_norm(self.columns) {
+            self.answer(case).map(|answer| Some(answer).filter(|answer| answer.meets(tolerance)))
+        } else {
+            Ok(None)
+        }
     }
 }
 
-/// The entries xx, yy, zz and the entries yz, zx, xy.
-fn entries<T: Real>(receiver: &Receiver, emitter: &Emitter, plan: &Plan, emission: f64) -> [Vec3<T>; 2] {
+/// The closed form with as many bits as it takes, rounded to doubles.
+#[cfg(feature = "arbitrary-precision")]
+#[cold]
+fn rounded(case: &Case<'_>, tolerance: f64) -> Result<Hessian, Error> {
+    let columns = || columns::<Ball<Big>>(case).map(|columns| columns.map(Enclosure::of));
+    let is_coincidence = || Enclosed::is_coincidence(case);
+    let refined = refined(PRECISIONS, enough_for_doubles(tolerance), |columns| relative_error(columns), is_coincidence, columns);
+    let Some(columns) = refined.found else { return Ok(Hessian::ZERO) };
+    let (columns, error) = to_doubles(&columns, unit(case))?;
+    Ok(Hessian { matrix: DMat3::from_cols_array(&columns), error, method: Method::ArbitraryPrecision })
+}
+
+fn frobenius_norm(columns: [f64; 9]) -> f64 {
+    let [x, y, z] = [0, 3, 6].map(|i| Vec3::new(columns[i], columns[i + 1], columns[i + 2]).length());
+    Vec3::new(x, y, z).length()
+}
+
+/// The columns of the matrix, in normalised lengths and emission; `None` where nothing is visible.
+fn columns<T: Real>(case: &Case<'_>) -> Option<[T; 9]> {
+    let Case { receiver, emitter, occluders, plan } = *case;
     let n1 = unit_normal(receiver);
     let mut sum = [Vec3::zero(); 2];
-    horizon::visit_boundary(receiver, emitter.polygon(), plan, |arc: &Arc<T>| {
-        let [on, off] = edge_term(n1, arc);
-        sum = [sum[0] + on, sum[1] + off];
-    });
-    let factor = albedo::<T>(receiver) * T::exact(emission * emitter.power());
-    // Two of the powers of two may cancel: they go first, the larger before the smaller.
-    let powers = [plan.power, 1.0 / emitter.power()];
-    let (first, second) = (powers[0].max(powers[1]), powers[0].min(powers[1]));
-    sum.map(|v| (v * factor).map(|c| c.scaled(first).scaled(second).scaled(plan.power)))
+    let mut add = |[on, off]: [Vec3<T>; 2]| sum = [sum[0] + on, sum[1] + off];
+    let is_certain = if occluders.is_empty() {
+        horizon::visit_boundary(receiver, emitter.polygon(), plan, |arc: &Arc<T>| add(edge_term(n1, arc)));
+        true
+    } else {
+        let (outlines, doubt) = visibility::outlines(receiver, emitter, occluders, plan)?;
+        for outline in outlines {
+            let next = outline.iter().cycle().skip(1);
+            for ((arc, meets), (next, _)) in outline.iter().zip(next) {
+                add(edge_term(n1, arc));
+                if !meets {
+                    add(corner_term(n1, arc, next));
+                }
+            }
+        }
+        doubt.is_none()
+    };
+    let factor = albedo::<T>(receiver) * T::exact(emitter.affine().value);
+    let [on, off] = sum.map(|v| v * factor);
+    let columns = [on.x, off.z, off.y, off.z, on.y, off.x, off.y, off.x, on.z];
+    // A corner more or less bounds nothing.
+    Some(if is_certain { columns } else { columns.map(|c| c.widened(f64::INFINITY.into())) })
 }
 
 /// `(N w^T + w N^T) / 2 S^2`.
@@ -147,8 +248,21 @@ fn edge_term<T: Real>(n1: Vec3<T>, arc: &Arc<T>) -> [Vec3<T>; 2] {
     let toward = p1 * (m.cc - four * q.cccc) - four * p2 * q.cccs;
     let along = p2 * (m.cc - four * q.ccss) - four * p1 * q.cccs;
     let w = frame.normal * (p3 * m.cc) + frame.toward * toward + frame.along * along;
-    let w = w * (T::exact(0.5) / (frame.distance * frame.distance));
-    let n = frame.normal;
-    let on = Vec3::new(n.x * w.x, n.y * w.y, n.z * w.z) * T::exact(2.0);
-    [on, Vec3::new(n.y * w.z + n.z * w.y, n.z * w.x + n.x * w.z, n.x * w.y + n.y * w.x)]
+    symmetric_product(frame.normal, w * (T::exact(0.5) / (frame.distance * frame.distance)))
+}
+
+/// `(n1.d) (1/r - 1/r')^2 (N N'^T + N' N^T) / 2 d.(N x N')`, where one arc ends and the next begins. On the horizon `n1.d` is 0.
+fn corner_term<T: Real>(n1: Vec3<T>, ending: &Arc<T>, beginning: &Arc<T>) -> [Vec3<T>; 2] {
+    let (Some(line), Some(next)) = (ending.line(), beginning.line()) else { return [Vec3::zero(); 2] };
+    let direction = ending.end.point * ending.end.inverse;
+    let nearness = |line: &Line<T>| direction.dot(line.frame().toward) * line.nearness();
+    let apart = nearness(line) - nearness(next);
+    let turn = direction.dot(line.normal.cross(next.normal));
+    symmetric_product(line.normal, next.normal * (n1.dot(direction) * apart * apart / (turn + turn)))
+}
+
+/// `a b^T + b a^T`: the entries xx, yy, zz and the entries yz, zx, xy.
+fn symmetric_product<T: Real>(a: Vec3<T>, b: Vec3<T>) -> [Vec3<T>; 2] {
+    let on = Vec3::new(a.x * b.x, a.y * b.y, a.z * b.z) * T::exact(2.0);
+    [on, Vec3::new(a.y * b.z + a.z * b.y, a.z * b.x + a.x * b.z, a.x * b.y + a.y * b.x)]
 }

@@ -5,37 +5,49 @@
 //!    otherwise ([`crate::certify`]).
 //! 3. The Gauss rule with more nodes, where that is still cheaper than:
 //! 4. the closed form in double-double with a running bound;
-//! 5. the same with 256 and then 1024 bits, rounded to doubles, where the crate is built with arbitrary precision.
+//! 5. the same with 256 to 8448 bits, rounded to doubles, where the crate is built with arbitrary precision.
 //!
 //! A rung whose bound is above the tolerance hands over to the next; where all are, the one with the smallest bound answers.
 
 use glam::DVec3;
 
 #[cfg(feature = "arbitrary-precision")]
-use crate::big::Magnitude;
+use crate::big::{Magnitude, PRECISIONS, Refined, enough_for_doubles, refined};
 use crate::certify::Ball;
 use crate::constant::BoundedSum;
 #[cfg(feature = "arbitrary-precision")]
 use crate::digits::Enclosed;
 use crate::double_double::DoubleDouble;
-use crate::evaluate::{Answer, Method, finite, finite_vector};
+use crate::evaluate::{Answer, Method};
 use crate::gauss::Rule;
 use crate::number::{Number, ROUNDOFF};
 use crate::plan::Plan;
 use crate::real::Real;
 use crate::terms::{Terms, albedo};
+use crate::unit::Unit;
 use crate::vec3::Vec3;
 use crate::{Emission, Emitter, Error, Polygon, Receiver};
 
-/// Nodes of a Gauss rule that cost as much as the certified closed form, and half as much as it does in double-double.
+/// What a Gauss rule may cost.
 struct Budget {
+    is_constant: bool,
+    /// Size of the emitter over the distance of its farthest vertex, above which the cheap rule is not worth planning.
+    wide: f64,
+    /// Nodes that cost as much as the certified closed form.
     cheap: usize,
+    /// Nodes that cost half as much as it does in double-double.
     dear: usize,
 }
 
-const CONSTANT: Budget = Budget { cheap: 60, dear: 400 };
-const LINEAR: Budget = Budget { cheap: 400, dear: 4000 };
-const POLYNOMIAL: Budget = Budget { cheap: 400, dear: 8000 };
+impl Budget {
+    fn of(emission: &Emission) -> Self {
+        match emission {
+            Emission::Constant(_) => Self { is_constant: true, wide: 0.25, cheap: 110, dear: 2000 },
+            Emission::Linear(_) => Self { is_constant: false, wide: 2.0, cheap: 4000, dear: 16000 },
+            Emission::Polynomial(_) => Self { is_constant: false, wide: 2.0, cheap: 1000, dear: 8000 },
+        }
+    }
+}
 
 /// What a rung of the ladder evaluates.
 #[derive(Clone, Copy)]
@@ -63,11 +75,6 @@ impl Found {
         self.radiosity_error <= tolerance * self.radiosity.abs() && self.gradient_error <= tolerance * self.gradient.length()
     }
 
-    /// Whether little but the rounding to doubles is left, so that nothing dearer gives more.
-    fn is_rounded(&self) -> bool {
-        self.meets(1.01 * ROUNDOFF)
-    }
-
     /// The larger of the two relative bounds; infinite where one of them bounds nothing.
     fn relative_error(&self) -> f64 {
         let shares = [self.radiosity_error / self.radiosity.abs(), self.gradient_error / self.gradient.length()];
@@ -77,60 +84,70 @@ impl Found {
 
 impl Case<'_> {
     pub(crate) fn answer(&self, tolerance: f64) -> Result<Answer, Error> {
-        if self.emitter.is_dark() {
+        if self.is_dark() {
             return Ok(Answer::ZERO);
         }
-        let is_constant = matches!(self.emitter.emission(), Emission::Constant(_));
-        let budget = match self.emitter.emission() {
-            Emission::Constant(_) => CONSTANT,
-            Emission::Linear(_) => LINEAR,
-            Emission::Polynomial(_) => POLYNOMIAL,
-        };
-        let rule = if self.occluders.is_empty() { Rule::new(self.receiver, self.emitter, self.plan) } else { None };
-        let by_rule = |most: usize| {
-            let rule = rule.as_ref().filter(|rule| rule.nodes() <= most)?;
-            Some(self.by_quadrature(rule)).filter(|found| found.meets(tolerance))
-        };
-        if let Some(found) = by_rule(budget.cheap) {
-            return self.scaled(found, Method::Quadrature);
+        let budget = Budget::of(self.emitter.emission());
+        let is_small = self.emitter.polygon().size() * self.plan.power <= budget.wide;
+        let mut rule = if is_small { self.rule() } else { None };
+        if let Some(found) = self.by_few_nodes(rule.as_ref(), budget.cheap)
+            && let Some(answer) = self.accepted(&found, Method::Quadrature, tolerance)?
+        {
+            return Ok(answer);
         }
-        let found = if is_constant && self.occluders.is_empty() { self.bounded() } else { self.certified::<f64>() };
-        if found.meets(tolerance) {
-            return self.scaled(found, Method::ClosedForm);
+        let found = if budget.is_constant && self.occluders.is_empty() { self.bounded() } else { self.certified::<f64>() };
+        if let Some(answer) = self.accepted(&found, Method::ClosedForm, tolerance)? {
+            return Ok(answer);
         }
-        if let Some(found) = by_rule(budget.dear) {
-            return self.scaled(found, Method::Quadrature);
+        if !is_small {
+            rule = self.rule();
+        }
+        if let Some(found) = self.by_few_nodes(rule.as_ref(), budget.dear)
+            && let Some(answer) = self.accepted(&found, Method::Quadrature, tolerance)?
+        {
+            return Ok(answer);
         }
         let found = self.certified::<DoubleDouble>();
-        if found.meets(tolerance) || found.is_rounded() {
-            return self.scaled(found, Method::DoubleDouble);
+        // Where little but the rounding to doubles is left nothing dearer gives more.
+        if let Some(answer) = self.accepted(&found, Method::DoubleDouble, tolerance.max(1.01 * ROUNDOFF))? {
+            return Ok(answer);
         }
+        let by_rule = || rule.as_ref().map(|rule| self.by_quadrature(rule));
         #[cfg(feature = "arbitrary-precision")]
-        let (found, method) = (self.rounded(tolerance), Method::ArbitraryPrecision);
+        return self.rounded(tolerance, by_rule);
         #[cfg(not(feature = "arbitrary-precision"))]
-        let method = Method::DoubleDouble;
-        match rule.map(|rule| self.by_quadrature(&rule)) {
-            Some(other) if !found.meets(tolerance) && other.relative_error() < found.relative_error() => {
-                self.scaled(other, Method::Quadrature)
-            }
-            _ => self.scaled(found, method),
+        match by_rule() {
+            Some(other) if other.relative_error() < found.relative_error() => self.scaled(&other, Method::Quadrature),
+            _ => self.scaled(&found, Method::DoubleDouble),
         }
     }
 
-    /// The closed form with a running bound, with many bits, rounded to doubles.
+    /// The closed form with a running bound, with as many bits as it takes, rounded to doubles; or a Gauss rule of any cost,
+    /// where the input leaves the closed form a wider bound.
     #[cfg(feature = "arbitrary-precision")]
     #[cold]
     #[inline(never)]
-    fn rounded(&self, tolerance: f64) -> Found {
-        // Below this nothing is left but the rounding.
-        let enough = Magnitude::from((0.25 * tolerance).max(ROUNDOFF / 64.0));
-        let enclosed = match Enclosed::find(self, 256) {
-            Some(enclosed) if enclosed.relative_error() > enough => Enclosed::find(self, 1024),
-            first => first,
-        };
-        let Some(enclosed) = enclosed else { return Found::ZERO };
-        let ((radiosity, radiosity_error), (gradient, gradient_error)) = enclosed.to_doubles();
-        Found { radiosity, gradient, radiosity_error, gradient_error }
+    fn rounded(&self, tolerance: f64, by_rule: impl FnOnce() -> Option<Found>) -> Result<Answer, Error> {
+        let enough = enough_for_doubles(tolerance);
+        let Refined { found, is_enough, .. } =
+            refined(PRECISIONS, enough, Enclosed::relative_error, || Enclosed::is_coincidence(self), || Enclosed::find(self));
+        let Some(enclosed) = found else { return Ok(Answer::ZERO) };
+        if !is_enough
+            && let Some(found) = by_rule()
+            && Magnitude::from(found.relative_error()) < enclosed.relative_error()
+        {
+            return self.scaled(&found, Method::Quadrature);
+        }
+        enclosed.to_answer(self)
+    }
+
+    fn rule(&self) -> Option<Rule<'_>> {
+        if self.occluders.is_empty() { Rule::new(self.receiver, self.emitter, self.plan) } else { None }
+    }
+
+    /// What a rule of at most so many nodes gives.
+    fn by_few_nodes(&self, rule: Option<&Rule<'_>>, most: usize) -> Option<Found> {
+        rule.filter(|rule| rule.nodes() <= most).map(|rule| self.by_quadrature(rule))
     }
 
     fn by_quadrature(&self, rule: &Rule<'_>) -> Found {
@@ -175,48 +192,54 @@ impl Case<'_> {
         }
     }
 
-    fn scaled(&self, found: Found, method: Method) -> Result<Answer, Error> {
+    /// Whether nothing is emitted, or all of it absorbed.
+    pub(crate) fn is_dark(&self) -> bool {
+        self.emitter.is_dark() || self.receiver.reflectance() == 0.0
+    }
+
+    /// The answer to what meets the tolerance, unless bounds below the normal range are too coarse for it.
+    ///
+    /// Always inlined: moving the answer costs as much as finding it met.
+    #[inline(always)]
+    fn accepted(&self, found: &Found, method: Method, tolerance: f64) -> Result<Option<Answer>, Error> {
+        if !found.meets(tolerance) {
+            return Ok(None);
+        }
+        let answer = self.scaled(found, method)?;
+        let is_fine = answer.radiosity_error.min(answer.gradient_error) >= f64::MIN_POSITIVE || answer.meets(tolerance);
+        Ok(Some(answer).filter(|_| is_fine))
+    }
+
+    #[inline]
+    fn scaled(&self, found: &Found, method: Method) -> Result<Answer, Error> {
         if found.radiosity == 0.0 && found.radiosity_error == 0.0 && found.gradient_error == 0.0 {
             return Ok(Answer::ZERO);
         }
-        Ok(Answer {
-            radiosity: self.radiosity(found.radiosity)?,
-            gradient: self.gradient(found.gradient)?,
-            radiosity_error: bound(in_unit(found.radiosity_error, [1.0, 1.0 / self.emitter.power()])),
-            gradient_error: bound(in_unit(found.gradient_error, self.gradient_powers())),
-            method,
-        })
+        let Vec3 { x, y, z } = found.gradient;
+        let ([radiosity], radiosity_error) = self.radiosity_unit().components([found.radiosity], found.radiosity_error)?;
+        let (gradient, gradient_error) = self.gradient_unit().components([x, y, z], found.gradient_error)?;
+        Ok(Answer { radiosity, gradient: gradient.into(), radiosity_error, gradient_error, method })
     }
 
     /// A normalised radiosity in the unit of the emission.
+    #[inline]
     pub(crate) fn radiosity(&self, normalised: f64) -> Result<f64, Error> {
-        finite(normalised / self.emitter.power(), "radiosity")
+        self.radiosity_unit().plain([normalised]).map(|[radiosity]| radiosity)
     }
 
     /// A normalised gradient in the unit of the emission over that of length.
-    pub(crate) fn gradient(&self, normalised: Vec3<f64>) -> Result<DVec3, Error> {
-        let powers = self.gradient_powers();
-        finite_vector(normalised.map(|c| in_unit(c, powers)).into(), "gradient")
+    #[inline]
+    pub(crate) fn gradient(&self, Vec3 { x, y, z }: Vec3<f64>) -> Result<DVec3, Error> {
+        self.gradient_unit().plain([x, y, z]).map(DVec3::from)
     }
 
-    fn gradient_powers(&self) -> [f64; 2] {
-        [self.plan.power, 1.0 / self.emitter.power()]
+    #[inline]
+    pub(crate) fn radiosity_unit(&self) -> Unit {
+        Unit::of_derivative(0, "radiosity", self.plan, self.emitter)
     }
-}
 
-/// Times two powers of two, the larger first so that neither takes a normal number out of range where the product is not.
-fn in_unit(value: f64, powers: [f64; 2]) -> f64 {
-    value * powers[0].max(powers[1]) * powers[0].min(powers[1])
-}
-
-/// A bound in its unit: what is below the normal range may have been rounded on the way there, and what is not a number bounds
-/// nothing.
-fn bound(radius: f64) -> f64 {
-    if radius.is_nan() {
-        f64::INFINITY
-    } else if radius == 0.0 {
-        0.0
-    } else {
-        radius.max(f64::MIN_POSITIVE)
+    #[inline]
+    pub(crate) fn gradient_unit(&self) -> Unit {
+        Unit::of_derivative(1, "gradient", self.plan, self.emitter)
     }
 }

@@ -9,8 +9,8 @@
 //! - [`radiosity`], [`gradient`] and [`radiosity_and_gradient`] give the plain closed form in double precision: what is asked for
 //!   is what is paid for;
 //! - [`evaluate_digits`] gives as many digits as are asked for;
-//! - [`irradiance_vector`] serves many normals at one point, and is the derivative with respect to the normal; [`hessian`] gives
-//!   second derivatives;
+//! - [`irradiance_vector`] serves many normals at one point, and is the derivative with respect to the normal; [`hessian`] and
+//!   [`hessian_to`] give second derivatives with respect to position;
 //! - [`paper`] is the paper's appendix, a second implementation to compare with.
 //!
 //! ```
@@ -26,6 +26,7 @@
 //! ```
 
 mod arc;
+mod arc_tangent;
 pub mod batch;
 #[cfg(feature = "arbitrary-precision")]
 mod big;
@@ -35,6 +36,7 @@ mod constant;
 mod digits;
 mod dilogarithm;
 mod double_double;
+mod edge_name;
 mod emission;
 mod error;
 mod evaluate;
@@ -44,6 +46,7 @@ mod geometry;
 mod hessian;
 mod horizon;
 mod ladder;
+mod line;
 mod linear;
 mod number;
 pub mod paper;
@@ -53,6 +56,7 @@ mod radius;
 mod real;
 mod terms;
 mod triangulate;
+mod unit;
 mod vec3;
 mod visibility;
 

@@ -19,7 +19,8 @@
 //!
 //! Loses digits where Phi does, and by a further factor |beta|/|B| ~ D/s far away.
 
-use crate::arc::{Arc, Frame, Generator};
+use crate::arc::{Arc, Generator};
+use crate::line::Frame;
 use crate::plan::{height_over_plane, offset, unit_normal};
 use crate::radius::Radius;
 use crate::real::Real;
@@ -45,14 +46,15 @@ impl<T: Real> Seen<T> {
     pub(crate) fn new(receiver: &Receiver, emitter: &Emitter, power: f64) -> Self {
         let (x, polygon, emission) = (receiver.position(), emitter.polygon(), emitter.affine());
         let gradient = emitter.precise_gradient::<T>().map(|c| c.scaled(1.0 / power));
-        let steepness = gradient.norm_squared().value().sqrt();
+        let squared = gradient.norm_squared();
+        let steepness = (squared.size() + squared.error()).sqrt();
         let defect = polygon.planarity_defect() * power;
         let beta = T::exact(emission.value) - gradient.dot(offset(polygon.vertices()[0], x, power));
         Self {
             n1: unit_normal(receiver),
             n2: polygon.unit_normal(),
             height: height_over_plane::<T>(x, polygon, power).widened(defect.into()),
-            beta: beta.widened((emission.residual + 2.0 * steepness * defect).into()),
+            beta: beta.widened(steepness * (2.0 * defect) + emission.residual.into()),
             gradient,
         }
     }
@@ -88,7 +90,7 @@ impl<T: Real> LinearSum<T> {
     /// Returns `ln(|v|/|u|)`.
     fn add_irradiance(&mut self, arc: &Arc<T>, frame: &Frame<T>) -> T {
         let Seen { n2, height, gradient, .. } = self.seen;
-        let log_ratio = (arc.end.norm_squared() / arc.start.norm_squared()).ln() * T::exact(0.5);
+        let log_ratio = (arc.end.square / arc.start.square).ln() * T::exact(0.5);
         let kappa = n2.dot(frame.normal);
         let outward = frame.along.cross(n2);
         let flux = kappa * arc.angle * gradient.dot(outward) + log_ratio * gradient.dot(frame.along);
@@ -163,6 +165,6 @@ pub(crate) fn x1_term<T: Real>(arc: &Arc<T>, frame: &Frame<T>, kappa: T, height:
         let (two, four) = (T::exact(2.0), T::exact(4.0));
         (phi * two).clausen() * two - (delta * two).clausen() - (phi * four - delta * two).clausen()
     };
-    let term = arc.angle * (reach / height).ln() - (clausens(arc.end) - clausens(arc.start)) * T::exact(0.25);
+    let term = arc.angle * (reach / height).ln() - (clausens(arc.end.point) - clausens(arc.start.point)) * T::exact(0.25);
     if signed.value() < 0.0 { -term } else { term }
 }

@@ -6,6 +6,7 @@ use std::ops::{Add, Div, Mul, Neg, Sub};
 use glam::DVec3;
 
 use crate::arc::SINE_SERIES;
+use crate::arc_tangent;
 use crate::dilogarithm::{self, Around};
 use crate::double_double::{self, DoubleDouble, LIBRARY_UNITS, LN_2};
 use crate::exact;
@@ -67,7 +68,8 @@ impl Number for f64 {
     type Radius = Self;
     const BEYOND_DOUBLE_DOUBLE: bool = false;
     const QUOTIENT_UNITS: Self = 1.0;
-    /// 2 ulp, an ulp being at most two units of the result: the assumption that `tests/library_functions.rs` tests.
+    /// That of [`arc_tangent`]; for the logarithm 2 ulp, an ulp being at most two units of the result: the assumption that
+    /// `tests/library_functions.rs` tests.
     const LIBRARY_UNITS: Self = 4.0;
     const CLAUSEN_UNITS: Self = dilogarithm::DOUBLE_UNITS;
     const DIFFERENCE_UNITS: Self = 1.0;
@@ -129,7 +131,7 @@ impl Number for f64 {
     }
     #[inline]
     fn atan2(self, x: Self) -> Self {
-        libm::atan2(self, x)
+        arc_tangent::atan2(self, x)
     }
     #[inline]
     fn pi_minus(self) -> Self {

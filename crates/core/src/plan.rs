@@ -10,6 +10,8 @@
 //! The plan also holds the power of two that brings the farthest vertex to a distance of about 1: all lengths are multiplied by
 //! it, so any scene from 2^-900 to 2^900 gives the same digits.
 
+use std::ops::Range;
+
 use glam::DVec3;
 
 use crate::double_double::{DoubleDouble, UNIT};
@@ -41,21 +43,37 @@ impl Plan {
     /// The plan, or `None` where the radiosity and its gradient are exactly zero.
     #[inline]
     pub(crate) fn new(receiver: &Receiver, polygon: &Polygon) -> Option<Self> {
-        let x = receiver.position();
-        let farthest = polygon.vertices().iter().fold(0.0, |far: f64, v| far.max((*v - x).abs().max_element()));
+        let (x, n1, vertices) = (receiver.position(), receiver.direction(), polygon.vertices());
+        let (mut farthest, mut lowest) = (0.0, f64::INFINITY);
+        for vertex in vertices {
+            let r = *vertex - x;
+            let (reach, height) = (r.abs().max_element(), n1.dot(r));
+            farthest = if reach > farthest { reach } else { farthest };
+            lowest = if height < lowest { height } else { lowest };
+        }
         let power = normalising_power(farthest);
-        if side_of(x, polygon, power) != Side::Front {
+        // Three products of rounded factors and two sums, of components below 2 and below `farthest`: within 24 u of it.
+        let surely = if WITHOUT_UNDERFLOW.contains(&farthest) { 32.0 * ROUNDOFF * farthest } else { f64::INFINITY };
+        let height = polygon.normal().dot(x - vertices[0]);
+        let in_front = height > surely && polygon.normal_error() < ROUNDOFF;
+        if !in_front && side_of(x, polygon, power) != Side::Front {
             return None;
         }
-        let above = polygon.vertices().iter().filter(|v| is_above(receiver, **v, power)).count();
+        if lowest > surely {
+            return Some(Self { power, horizon: Horizon::Above });
+        }
+        let above = vertices.iter().filter(|v| is_above(receiver, **v, power)).count();
         let horizon = match above {
             0 => return None,
-            _ if above == polygon.vertices().len() => Horizon::Above,
+            _ if above == vertices.len() => Horizon::Above,
             _ => Horizon::Crossing,
         };
         Some(Self { power, horizon })
     }
 }
+
+/// Where products of a distance with a component of a normal keep an absolute error below a roundoff of the distance.
+const WITHOUT_UNDERFLOW: Range<f64> = 1e-200..1e200;
 
 /// Offset of a point from the receiver, normalised.
 #[inline]

@@ -6,8 +6,10 @@
 
 use crate::arc::Arc;
 use crate::constant::{EdgeSum, SolidAngleVector};
+use crate::double_double::UNIT;
 use crate::ladder::Case;
 use crate::linear::{LinearSum, Seen};
+use crate::number::Number;
 use crate::plan::unit_normal;
 use crate::polynomial::{self, PolynomialSum};
 use crate::real::{RadiusOf, Real};
@@ -88,5 +90,9 @@ pub(crate) fn visit<T: Real>(case: &Case<'_>, visit: impl FnMut(&Arc<T>)) -> Opt
 /// `rho / pi`.
 #[inline]
 pub(crate) fn albedo<T: Real>(receiver: &Receiver) -> T {
-    T::exact(receiver.reflectance()) / T::pi()
+    if T::Number::BEYOND_DOUBLE_DOUBLE {
+        return T::exact(receiver.reflectance()) / T::pi();
+    }
+    let albedo = receiver.albedo();
+    T::from_double_double(albedo, 32.0 * UNIT * albedo.hi)
 }

@@ -4,14 +4,16 @@
 //! off at the emitter's plane. Subtracting a shadow leaves the parts outside its side k and inside its sides before k. The
 //! seams between those parts lie on occluder lines and run once each way, so that they cancel in every sum over arcs.
 //!
-//! Lines that are the same edge of the input (a mesh of occluders, an occluder that stands on the emitter's edge) are
-//! recognised by their end points and decided exactly. Elsewhere a corner may be within rounding of a shadow's side; then the
-//! middle of its ball decides, and [`Doubt`] bounds what the other decision would have changed.
+//! Edges on one line (in a mesh of occluders and at its T-junctions, or where an occluder stands on the emitter's edge) are
+//! decided exactly ([`crate::edge_name`]). Elsewhere a corner may be within rounding of a shadow's side; then the middle of its
+//! ball decides, and [`Doubt`] bounds what the other decision would have changed.
 
 use glam::DVec3;
 
-use crate::arc::{Arc, Generator, Line};
-use crate::plan::{Plan, Side, height_over_horizon, height_over_plane, offset, side_of, unit_normal};
+use crate::arc::{Arc, Generator};
+use crate::edge_name::EdgeName;
+use crate::line::{Line, Sighted};
+use crate::plan::{Plan, Side, height_over_horizon, height_over_plane, side_of, unit_normal};
 use crate::radius::Radius;
 use crate::real::{RadiusOf, Real};
 use crate::triangulate::convex_parts;
@@ -29,18 +31,10 @@ impl<R: Radius> Doubt<R> {
     pub(crate) fn none() -> Self {
         Self { irradiance: 0.0.into(), gradient: 0.0.into() }
     }
-}
 
-/// The end points of an edge of the input, in the order of their bits: the same line for whoever shares the edge.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-struct EdgeName([u64; 6]);
-
-impl EdgeName {
-    fn new(from: DVec3, to: DVec3) -> Self {
-        // Adding zero makes -0 and 0 one.
-        let [a, b] = [from, to].map(|p| (p + 0.0).to_array().map(f64::to_bits));
-        let [[a, b, c], [d, e, f]] = if a <= b { [a, b] } else { [b, a] };
-        Self([a, b, c, d, e, f])
+    /// Whether every decision was certain.
+    pub(crate) fn is_none(&self) -> bool {
+        self.irradiance == 0.0.into() && self.gradient == 0.0.into()
     }
 }
 
@@ -51,16 +45,32 @@ struct ConeSide<T> {
     name: Option<EdgeName>,
 }
 
-/// A convex part of the emitter: corners in its plane, each with the side that starts there; the part is where `N . omega < 0`
-/// on all sides.
+/// A convex part of the emitter, by its corners in the emitter's plane: it is where `N . omega < 0` on all sides.
 #[derive(Debug, Clone)]
-struct Part<T>(Vec<(Vec3<T>, ConeSide<T>)>);
+struct Part<T>(Vec<Corner<T>>);
+
+/// A corner of a part.
+#[derive(Debug, Clone, Copy)]
+struct Corner<T> {
+    point: Vec3<T>,
+    /// The vertex of the input that is seen there, where one is known to be.
+    vertex: Option<DVec3>,
+    /// The side that starts there.
+    side: ConeSide<T>,
+}
 
 /// The shadow of a convex occluder: where `N . omega < 0` for all its lines.
 struct Shadow<T> {
     lines: Vec<(Line<T>, Option<EdgeName>)>,
     corners: Vec<Vec3<T>>,
 }
+
+/// A part of what is seen: the arcs around it, each with whether its line and the next one's surely meet in space where the arcs
+/// do, as they do at a vertex of the input.
+pub(crate) type Outline<T> = Vec<(Arc<T>, bool)>;
+
+/// What was found, and the doubt of the decisions taken.
+type WithDoubt<T, Found> = (Found, Doubt<RadiusOf<T>>);
 
 /// Calls `visit` with each arc of the visible boundary; returns the doubt of the decisions taken, or `None` where surely
 /// nothing is visible.
@@ -71,6 +81,30 @@ pub(crate) fn visit_boundary<T: Real>(
     plan: &Plan,
     mut visit: impl FnMut(&Arc<T>),
 ) -> Option<Doubt<RadiusOf<T>>> {
+    let (parts, doubt) = visible_parts(receiver, emitter, occluders, plan)?;
+    for part in &parts {
+        part.arcs().for_each(|arc| visit(&arc));
+    }
+    Some(doubt)
+}
+
+/// The parts of what is seen, and the doubt of the decisions taken; `None` where surely nothing is visible.
+pub(crate) fn outlines<T: Real>(
+    receiver: &Receiver,
+    emitter: &Emitter,
+    occluders: &[Polygon],
+    plan: &Plan,
+) -> Option<WithDoubt<T, Vec<Outline<T>>>> {
+    let (parts, doubt) = visible_parts(receiver, emitter, occluders, plan)?;
+    Some((parts.iter().map(|part| part.arcs().zip(part.meetings()).collect()).collect(), doubt))
+}
+
+fn visible_parts<T: Real>(
+    receiver: &Receiver,
+    emitter: &Emitter,
+    occluders: &[Polygon],
+    plan: &Plan,
+) -> Option<WithDoubt<T, Vec<Part<T>>>> {
     let mut subtraction = Subtraction::<T>::new(receiver, emitter, plan);
     let mut parts: Vec<Part<T>> = convex_parts(emitter.polygon())
         .iter()
@@ -82,14 +116,31 @@ pub(crate) fn visit_boundary<T: Real>(
             parts = parts.into_iter().flat_map(|part| subtraction.subtract(part, &shadow)).collect();
         }
     }
-    for part in &parts {
-        for (i, (start, side)) in part.0.iter().enumerate() {
-            let (end, _) = part.0[(i + 1) % part.0.len()];
-            visit(&Arc::between(*start, end, side.generator));
-        }
-    }
     let doubt = subtraction.doubt;
-    (!parts.is_empty() || doubt.irradiance > 0.0.into() || doubt.gradient > 0.0.into()).then_some(doubt)
+    (!parts.is_empty() || !doubt.is_none()).then_some((parts, doubt))
+}
+
+impl<T: Real> Part<T> {
+    fn arcs(&self) -> impl Iterator<Item = Arc<T>> {
+        let sighted = |corner: &Corner<T>| Sighted::at(corner.point);
+        self.pairs().map(move |(start, end)| Arc::between(sighted(start), sighted(end), start.side.generator))
+    }
+
+    /// Whether each side surely meets the next in space. Lines of the emitter's plane do wherever they seem to, and lines that
+    /// share a point nowhere else.
+    fn meetings(&self) -> impl Iterator<Item = bool> {
+        let sides = self.pairs().map(|(corner, next)| (&corner.side, &next.side));
+        sides.map(|(side, next)| match (&side.generator, &next.generator, side.name, next.name) {
+            (Generator::Emitter(_), Generator::Emitter(_), ..) => true,
+            (_, _, Some(a), Some(b)) => a.shared_end(b).is_some() || a.is_on_the_line_of(b),
+            _ => false,
+        })
+    }
+
+    /// Each corner with the one after it.
+    fn pairs(&self) -> impl Iterator<Item = (&Corner<T>, &Corner<T>)> {
+        self.0.iter().zip(self.0.iter().cycle().skip(1))
+    }
 }
 
 /// What bounds the doubt, and the doubt so far.
@@ -118,10 +169,13 @@ impl<T: Real> Subtraction<T> {
     fn part_above_horizon(&mut self, receiver: &Receiver, polygon: &Polygon, indices: &[usize], plan: &Plan) -> Option<Part<T>> {
         let (x, power) = (receiver.position(), plan.power);
         let vertices: Vec<DVec3> = indices.iter().map(|&i| polygon.vertices()[i]).collect();
-        let next = |i: usize| vertices[(i + 1) % vertices.len()];
-        let corners = vertices.iter().enumerate().map(|(i, &from)| {
-            let generator = Generator::Emitter(Line::through(from, next(i), x, power));
-            (offset(from, x, power), ConeSide { generator, name: Some(EdgeName::new(from, next(i))) })
+        let seen: Vec<Sighted<T>> = vertices.iter().map(|&v| Sighted::from(v, x, power)).collect();
+        let corners = (0..vertices.len()).map(|i| {
+            let j = (i + 1) % vertices.len();
+            let line = Line::through([vertices[i], vertices[j]], [&seen[i], &seen[j]], x, power);
+            let name = Some(EdgeName::new(vertices[i], vertices[j]));
+            let side = ConeSide { generator: Generator::Emitter(line), name };
+            Corner { point: seen[i].point, vertex: Some(vertices[i]), side }
         });
         let part = Part(corners.collect());
         let heights: Vec<T> = vertices.iter().map(|&v| height_over_horizon(receiver, v, power)).collect();
@@ -151,37 +205,56 @@ impl<T: Real> Subtraction<T> {
     /// The part where `N . omega < 0` for the normal of `side`, if any.
     fn cut(&mut self, part: &Part<T>, side: &ConeSide<T>) -> Option<Part<T>> {
         let normal = side.generator.normal();
-        let twin = part.0.iter().find(|(_, own)| side.name.is_some() && own.name == side.name);
-        if let Some((_, own)) = twin {
-            let same_way = own.generator.normal().dot(normal).value() > 0.0;
+        let depth = |corner: &Corner<T>| {
+            let depth = -normal.dot(corner.point);
+            let is_on_it = || side.name.zip(corner.vertex).is_some_and(|(edge, vertex)| edge.is_in_line_with(vertex));
+            if is_doubtful(depth) && is_on_it() { T::exact(0.0) } else { depth }
+        };
+        let depths: Vec<T> = part.0.iter().map(depth).collect();
+        let on_one_line = |i: usize| {
+            let (Some(own), Some(cutting)) = (part.0[i].side.name, side.name) else { return false };
+            let is_small = |depth: T| depth.size() <= depth.error();
+            let is_close = || is_small(depths[i]) && is_small(depths[(i + 1) % depths.len()]);
+            own == cutting || (is_close() && own.is_on_the_line_of(cutting))
+        };
+        if let Some(i) = (0..depths.len()).find(|&i| on_one_line(i)) {
+            let same_way = part.0[i].side.generator.normal().dot(normal).value() > 0.0;
             return same_way.then(|| part.clone());
         }
-        let depths: Vec<T> = part.0.iter().map(|(corner, _)| -normal.dot(*corner)).collect();
         self.keep(part, &depths, side)
     }
 
-    /// The part of positive depth, closed along `side` (Sutherland and Hodgman 1974, on a cone).
-    fn keep(&mut self, part: &Part<T>, depths: &[T], side: &ConeSide<T>) -> Option<Part<T>> {
-        self.add_doubt(part, depths, side);
+    /// The part of positive depth, closed along `cutting` (Sutherland and Hodgman 1974, on a cone).
+    fn keep(&mut self, part: &Part<T>, depths: &[T], cutting: &ConeSide<T>) -> Option<Part<T>> {
+        self.add_doubt(part, depths, cutting);
         let count = part.0.len();
         let inside = |i: usize| depths[i].value() > 0.0;
+        // A part that a line only touches keeps its own edges, also one seen along that line: it lies elsewhere in space.
+        let is_line = !matches!(cutting.generator, Generator::Horizon(_));
+        if is_line && (0..count).any(inside) && depths.iter().all(|depth| depth.value() >= 0.0) {
+            return Some(part.clone());
+        }
         let mut kept = Vec::with_capacity(count + 1);
         for i in 0..count {
             let j = (i + 1) % count;
-            let (start, own) = part.0[i];
-            let (end, _) = part.0[j];
-            // Between two doubtful corners the cut may be anywhere, and the doubt covers any choice.
-            let crossing = || {
-                if is_doubtful(depths[i]) && is_doubtful(depths[j]) {
-                    start
+            let (start, end) = (part.0[i], part.0[j]);
+            let crossing = |side: ConeSide<T>| {
+                if is_exactly_0(depths[i]) || (is_doubtful(depths[i]) && is_doubtful(depths[j])) {
+                    // Between two doubtful corners the cut may be anywhere, and the doubt covers any choice.
+                    Corner { side, ..start }
+                } else if is_exactly_0(depths[j]) {
+                    Corner { side, ..end }
                 } else {
-                    start + (end - start) * (depths[i] / (depths[i] - depths[j]))
+                    let point = start.point + (end.point - start.point) * (depths[i] / (depths[i] - depths[j]));
+                    // Lines that share a point are seen to meet there.
+                    let vertex = start.side.name.zip(cutting.name).and_then(|(own, cutting)| own.shared_end(cutting));
+                    Corner { point, vertex, side }
                 }
             };
             match (inside(i), inside(j)) {
-                (true, true) => kept.push((start, own)),
-                (true, false) => kept.extend([(start, own), (crossing(), *side)]),
-                (false, true) => kept.push((crossing(), own)),
+                (true, true) => kept.push(start),
+                (true, false) => kept.extend([start, crossing(*cutting)]),
+                (false, true) => kept.push(crossing(start.side)),
                 (false, false) => {}
             }
         }
@@ -198,8 +271,8 @@ impl<T: Real> Subtraction<T> {
         let half_turn = RadiusOf::<T>::from(std::f64::consts::PI);
         for i in 0..count {
             let j = (i + 1) % count;
-            let (start, own) = part.0[i];
-            let (end, _) = part.0[j];
+            let (start, own) = (part.0[i].point, part.0[i].side);
+            let end = part.0[j].point;
             let length = || (end - start).norm_squared().size().sqrt() * 1.01 / self.height;
             let (depth, weight) = match (is_doubtful(depths[i]), is_doubtful(depths[j])) {
                 (false, false) => continue,
@@ -248,13 +321,16 @@ fn is_doubtful<T: Real>(depth: T) -> bool {
     depth.error() > 0.0.into() && depth.size() <= depth.error()
 }
 
+fn is_exactly_0<T: Real>(depth: T) -> bool {
+    depth.size() == 0.0.into() && depth.error() == 0.0.into()
+}
+
 /// Bound on `1/S` of a generating line; the horizon has none.
 fn nearness<T: Real>(generator: &Generator<T>) -> RadiusOf<T> {
     match generator {
         Generator::Horizon(_) => 0.0.into(),
         Generator::Emitter(line) | Generator::Occluder(line) => {
-            let length = line.e.norm_squared().size().sqrt();
-            length * 1.01 / (line.moment.size() - line.moment.error()).max(0.0.into())
+            line.length.size() * 1.01 / (line.moment.size() - line.moment.error()).max(0.0.into())
         }
     }
 }
@@ -275,18 +351,19 @@ impl<T: Real> Shadow<T> {
             return None;
         }
         let heights: Vec<T> = vertices.iter().map(|&v| height_over_plane(v, emitter, power)).collect();
+        let seen: Vec<Sighted<T>> = vertices.iter().map(|&v| Sighted::from(v, x, power)).collect();
         let mut shadow = Self { lines: Vec::new(), corners: Vec::new() };
         let (mut sinks, mut rises) = (None, None);
         for i in 0..vertices.len() {
             let j = (i + 1) % vertices.len();
             let (from, to) = (vertices[i], vertices[j]);
-            let start: Vec3<T> = offset(from, x, power);
-            let line = Line::through(from, to, x, power);
+            let start = seen[i].point;
+            let line = Line::through([from, to], [&seen[i], &seen[j]], x, power);
             let touch = || start + line.e * (heights[i] / (heights[i] - heights[j]));
             match (sides[i], sides[j]) {
                 (Side::Back, Side::Back | Side::InPlane) => {
                     if sides[j] == Side::InPlane {
-                        rises = Some(offset(to, x, power));
+                        rises = Some(seen[j].point);
                     }
                     continue;
                 }
@@ -319,8 +396,8 @@ impl<T: Real> Shadow<T> {
             let height = normal.dot(point);
             height.value() > 0.0 && height.size() > height.error()
         };
-        self.lines.iter().any(|(line, _)| part.0.iter().all(|(corner, _)| beyond(line.w, *corner)))
-            || part.0.iter().any(|(_, side)| self.corners.iter().all(|corner| beyond(side.generator.normal(), *corner)))
+        self.lines.iter().any(|(line, _)| part.0.iter().all(|corner| beyond(line.normal, corner.point)))
+            || part.0.iter().any(|own| self.corners.iter().all(|corner| beyond(own.side.generator.normal(), *corner)))
     }
 }
 

@@ -248,12 +248,20 @@ fn what_is_dark_is_exactly_zero_and_what_cannot_be_told_is_an_error() {
     let below = Receiver::new(DVec3::new(0.2, -0.1, 0.0), DVec3::NEG_Z, 1.0).unwrap();
     let dark = evaluate_digits(&below, &lamp, &[], 1000).unwrap();
     assert_eq!((dark.radiosity.as_str(), dark.radiosity_error.as_str(), dark.gradient[2].as_str()), ("0", "0", "0"));
-    // Two screens that meet along a line of which their edges are different parts: nothing is seen, to rounding.
+    // Two screens that meet along a line of which their edges are different parts.
     let half = |x: [f64; 2], y: [f64; 2]| polygon(&[[x[0], y[0], 0.5], [x[1], y[0], 0.5], [x[1], y[1], 0.5], [x[0], y[1], 0.5]]);
     let screens = [half([-9.0, 0.15], [-9.0, 9.0]), half([0.15, 9.0], [-8.0, 8.0])];
-    let hidden = evaluate_digits(&receiver(UP), &lamp, &screens, 5);
+    assert_eq!(evaluate_digits(&receiver(UP), &lamp, &screens, 5).unwrap().radiosity_error, "0");
+    // A screen whose edges are seen in line with the lamp's: moved by a hair it lets light past, and nothing says on which side.
+    let square = |half: f64, z: f64| polygon(&[[-half, -half, z], [-half, half, z], [half, half, z], [half, -half, z]]);
+    let level = Receiver::new(DVec3::ZERO, DVec3::new(0.1, 0.2, 1.0), 0.7).unwrap();
+    let hidden = evaluate_digits(&level, &Emitter::new(square(1.0, 4.0), linear_ramp()).unwrap(), &[square(0.5, 2.0)], 5);
     assert!(matches!(hidden, Err(Error::Undecided { digits: 5, .. })), "{hidden:?}");
     assert!(hidden.unwrap_err().to_string().contains("5 digits are out of reach"));
+}
+
+fn linear_ramp() -> Emission {
+    Emission::gradient(1.0, DVec3::new(0.25, 0.0, 0.0))
 }
 
 #[test]

@@ -46,7 +46,7 @@ fn they_are_the_differences_of_the_gradient_clipped_or_not() {
             [DVec3::new(0.1, 0.2, 1.0), DVec3::new(1.0, -0.3, 0.2), DVec3::new(-0.2, 1.0, 0.0), DVec3::new(0.5, -0.7, 0.5)]
         {
             for position in [DVec3::new(0.2, -0.1, 0.0), DVec3::new(-0.05, 0.15, 0.9), DVec3::new(1.7, 0.4, 0.3)] {
-                let answer = hessian_to(&at(position, normal), &emitter, 1e-12).unwrap();
+                let answer = hessian_to(&at(position, normal), &emitter, &[], 1e-12).unwrap();
                 let difference = by_differences(position, normal, &emitter, 2e-3 * (1.0 - position.z));
                 let off = norm(answer.matrix - difference);
                 assert!(off <= 2e-8 * norm(difference), "{position} {normal}: {answer:?} {difference}, off by {off:e}");
@@ -62,7 +62,7 @@ fn they_hold_near_contact() {
     for (position, height) in [(DVec3::new(-0.3, 0.1, 1.0), 1e-4), (DVec3::new(-0.3, -0.73, 1.0), 1e-3)] {
         let position = position - DVec3::Z * height;
         let normal = DVec3::new(0.9, 0.3, 0.2);
-        let answer = hessian_to(&at(position, normal), &concave(), 1e-13).unwrap();
+        let answer = hessian_to(&at(position, normal), &concave(), &[], 1e-13).unwrap();
         let difference = by_differences(position, normal, &concave(), 2e-3 * height);
         assert!(norm(answer.matrix - difference) <= 1e-7 * norm(difference), "{answer:?} {difference}");
         assert!(answer.meets(1e-13));
@@ -75,7 +75,7 @@ fn they_hold_near_contact() {
 fn the_flux_of_the_whole_emitter_has_no_divergence() {
     let emitter = facing_down(&[[1.0, 1.1, 1.4], [1.5, 0.9, 1.2], [1.2, 1.6, 1.3]]);
     let gradient_of_divergence: DVec3 =
-        DVec3::AXES.into_iter().map(|n1| hessian_to(&at(DVec3::ZERO, n1), &emitter, 1e-15).unwrap().matrix * n1).sum();
+        DVec3::AXES.into_iter().map(|n1| hessian_to(&at(DVec3::ZERO, n1), &emitter, &[], 1e-15).unwrap().matrix * n1).sum();
     let size = norm(hessian(&at(DVec3::ZERO, DVec3::Z), &emitter).unwrap());
     assert!(gradient_of_divergence.length() <= 1e-15 * size, "{gradient_of_divergence}, {size}");
 }
@@ -98,7 +98,7 @@ fn scaling_a_scene_by_a_power_of_two_scales_the_digits() {
     let answer_at = |power: f64| -> Hessian {
         let vertices = triangle().polygon().vertices().iter().map(|v| *v * power).collect();
         let emitter = Emitter::new(Polygon::new(vertices).unwrap(), Emission::Constant(2.5)).unwrap();
-        hessian_to(&at(DVec3::new(0.2, -0.1, 0.0) * power, DVec3::new(1.0, -0.3, 0.2)), &emitter, 1e-12).unwrap()
+        hessian_to(&at(DVec3::new(0.2, -0.1, 0.0) * power, DVec3::new(1.0, -0.3, 0.2)), &emitter, &[], 1e-12).unwrap()
     };
     let unscaled = answer_at(1.0);
     for exponent in [-450, -37, 41, 450] {
@@ -114,7 +114,7 @@ fn bounds_hold_between_the_precisions() {
     for normal in [DVec3::new(0.1, 0.2, 1.0), DVec3::new(1.0, -0.3, 0.2)] {
         for distance in [1.0, 30.0, 1e3] {
             let receiver = at(DVec3::new(0.2, -0.1, 1.0 - distance), normal + DVec3::Z * (distance - 1.0));
-            let [rough, fine] = [1.0, 0.0].map(|tolerance| hessian_to(&receiver, &triangle(), tolerance).unwrap());
+            let [rough, fine] = [1.0, 0.0].map(|tolerance| hessian_to(&receiver, &triangle(), &[], tolerance).unwrap());
             assert_eq!(rough.matrix, hessian(&receiver, &triangle()).unwrap());
             assert_eq!((rough.method, fine.method), (Method::ClosedForm, Method::DoubleDouble));
             let difference = norm(rough.matrix - fine.matrix);
@@ -127,7 +127,7 @@ fn bounds_hold_between_the_precisions() {
 #[test]
 fn what_sees_nothing_has_none_and_other_emission_is_refused() {
     let away = at(DVec3::new(0.2, -0.1, 0.0), DVec3::NEG_Z);
-    let dark = hessian_to(&away, &triangle(), 1e-12).unwrap();
+    let dark = hessian_to(&away, &triangle(), &[], 1e-12).unwrap();
     assert_eq!((dark.matrix, dark.error, dark.method), (DMat3::ZERO, 0.0, Method::Zero));
     let polygon = triangle().polygon().clone();
     let linear = Emitter::new(polygon.clone(), Emission::gradient(1.0, DVec3::X)).unwrap();
@@ -138,5 +138,5 @@ fn what_sees_nothing_has_none_and_other_emission_is_refused() {
         hessian(&away, &Emitter::new(polygon, none).unwrap()),
         Err(Error::EmissionKind { given: "polynomial", .. })
     ));
-    assert!(matches!(hessian_to(&away, &triangle(), f64::NAN), Err(Error::Tolerance { .. })));
+    assert!(matches!(hessian_to(&away, &triangle(), &[], f64::NAN), Err(Error::Tolerance { .. })));
 }

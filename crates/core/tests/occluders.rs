@@ -1,6 +1,6 @@
 //! Occluders against what can be said without them.
 
-use radgrad_core::{Answer, DVec3, Emission, Emitter, Polygon, Receiver, evaluate};
+use radgrad_core::{Answer, DVec3, Emission, Emitter, Method, Polygon, Receiver, evaluate};
 
 fn polygon(points: &[[f64; 3]]) -> Polygon {
     Polygon::new(points.iter().map(|&p| p.into()).collect()).unwrap()
@@ -65,9 +65,36 @@ fn screens_on_either_side_of_a_line_hide_the_whole_together() {
     let screens = [ceiling([-9.0, split], [-9.0, 9.0], 1.0), ceiling([split, 9.0], [-9.0, 9.0], 1.0)];
     let see = |screens: &[Polygon]| evaluate(&x, &lamp, screens).unwrap();
     assert_same(&[see(&screens[..1]), see(&screens[1..])], &[see(&[])]);
-    let dark = see(&screens);
-    assert!(dark.radiosity.abs() <= dark.radiosity_error && dark.gradient.length() <= dark.gradient_error);
-    assert!(dark.radiosity_error < 1e-12);
+    assert_eq!(see(&screens).method, Method::Zero);
+}
+
+#[test]
+fn screens_that_meet_in_a_t_leave_exactly_nothing_from_anywhere() {
+    let screens =
+        [ceiling([-9.0, 0.3], [-9.0, 9.0], 1.0), ceiling([0.3, 9.0], [-9.0, 0.1], 1.0), ceiling([0.3, 9.0], [0.1, 9.0], 1.0)];
+    for distance in [0.5, 1e3, 1e8] {
+        let lamp = linear(ceiling([-1.0, 1.0], [-1.0, 1.0], 1.0 + distance));
+        for position in [[0.1, 0.2, 0.0], [0.3, 0.1, 0.7], [0.3, -0.4, -0.2]] {
+            let answer = evaluate(&receiver(position), &lamp, &screens).unwrap();
+            assert_eq!((answer.radiosity_error, answer.gradient_error, answer.method), (0.0, 0.0, Method::Zero));
+        }
+    }
+}
+
+#[cfg(feature = "arbitrary-precision")]
+#[test]
+fn a_screen_seen_in_line_with_the_lamp_leaves_nothing_and_a_gradient_of_either_side() {
+    let receiver = Receiver::new(DVec3::ZERO, DVec3::new(0.1, -0.2, 1.0), 0.8).unwrap();
+    let (lamp, screen) = (linear(ceiling([-1.0, 1.0], [-1.0, 1.0], 4.0)), ceiling([-0.5, 0.5], [-0.5, 0.5], 2.0));
+    let answer = evaluate(&receiver, &lamp, std::slice::from_ref(&screen)).unwrap();
+    assert!(answer.radiosity == 0.0 && answer.radiosity_error < 1e-300, "{answer:?}");
+    // To one side the edge of the lamp shows, to the other it does not.
+    let step = 1e-6;
+    for axis in [DVec3::X, DVec3::Y, -DVec3::X, -DVec3::Y] {
+        let aside = Receiver::new(axis * step, DVec3::new(0.1, -0.2, 1.0), 0.8).unwrap();
+        let slope = evaluate(&aside, &lamp, std::slice::from_ref(&screen)).unwrap().radiosity / step;
+        assert!(slope > 1e-3 && slope <= answer.gradient_error, "{slope} {answer:?}");
+    }
 }
 
 #[test]
@@ -131,4 +158,20 @@ fn the_gradient_past_a_screen_is_that_of_the_values() {
         let richardson = (4.0 * central(step / 2.0) - central(step)) / 3.0;
         assert!((richardson - gradient.dot(axis)).abs() < 1e-10, "{axis}: {richardson} {gradient}");
     }
+}
+
+#[test]
+fn a_screen_that_only_touches_the_view_of_an_edge_leaves_the_gradient_as_it_is() {
+    // The screen stands below the horizon; its upright through (-1, 1) is seen in the plane of the lamp's edge to that point.
+    let triangle = polygon(&[[-1.0, 1.0, 0.0], [0.0, 0.5, 0.0], [0.0, 1.0, -0.5]]);
+    let screen = polygon(&[[-1.0, 1.0, 0.0], [0.0, -0.5, 0.0], [0.0, -0.5, 0.5], [-1.0, 1.0, 0.5]]);
+    let x = Receiver::new(DVec3::new(0.0, 1.0, 0.0), DVec3::NEG_Z, 1.0).unwrap();
+    let reversed = Polygon::new(triangle.vertices().iter().rev().copied().collect()).unwrap();
+    let answers = [triangle, reversed].map(|lamp| {
+        let lamp = Emitter::new(lamp, Emission::Constant(1.0)).unwrap();
+        let [free, beside] = [vec![], vec![screen.clone()]].map(|screens| evaluate(&x, &lamp, &screens).unwrap());
+        assert_same(&[beside], &[free]);
+        free.radiosity
+    });
+    assert!(answers[0].max(answers[1]) > 0.01);
 }

@@ -106,7 +106,7 @@ fn low_degrees_agree_with_constant_and_linear_emission_to_rounding() {
         let polynomial = Emitter::new(polygon.clone(), Emission::Polynomial(polynomial.unwrap())).unwrap();
         assert!((plain.emission_gradient() - polynomial.emission_gradient()).length() < 1e-15);
         for normal in [DVec3::new(0.1, 0.2, 1.0), DVec3::new(1.0, -0.3, 0.2)] {
-            let receiver = Receiver::new(DVec3::new(0.2, -0.1, 0.0), normal, 0.7).unwrap();
+            let receiver = Receiver::new(DVec3::new(0.2, -0.1, 0.5), normal, 0.7).unwrap();
             let screen = facing_down(&[[0.0, -1.0, 0.6], [0.0, 1.0, 0.6], [-1.0, 1.0, 0.6], [-1.0, -1.0, 0.6]]);
             for occluders in [vec![], vec![screen]] {
                 let [a, b] = [&plain, &polynomial].map(|emitter| evaluate(&receiver, emitter, &occluders).unwrap());

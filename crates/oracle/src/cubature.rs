@@ -8,6 +8,7 @@
 
 mod adaptive;
 mod contour;
+mod function;
 mod gauss_kronrod;
 pub(crate) mod integrand;
 pub(crate) mod piece;
@@ -18,6 +19,7 @@ use radgrad_core::{Emitter, Polygon, Receiver};
 
 use crate::Error;
 use crate::cubature::adaptive::{Goal, Refined};
+pub use crate::cubature::function::integrate_function;
 use crate::cubature::integrand::Integrand;
 use crate::cubature::piece::Piece;
 use crate::region::plane::Vertex;
@@ -33,6 +35,9 @@ pub enum Status {
     BudgetExhausted,
     /// What is left of the error is rounding of the integrand: doubles cannot do better on this integral.
     RoundoffLimited,
+    /// Two forms of the same integral differ by more than both errors: the gradient stated is not that of the emission, or the
+    /// emission jumps or has smaller features than stated. Only [`integrate_function`] compares them.
+    Contradiction,
 }
 
 /// Radiosity and gradient with estimates of their absolute errors.
@@ -63,6 +68,16 @@ pub enum Form {
     Boundary,
 }
 
+impl Form {
+    const fn name(self) -> &'static str {
+        match self {
+            Self::Surface => "the surface form",
+            Self::Contour => "the contour form",
+            Self::Boundary => "the boundary form",
+        }
+    }
+}
+
 /// Radiosity and gradient of `emitter` at `receiver` by [`Form::Surface`] to the relative `tolerance`, each with respect to its
 /// own size (norm), within `budget` evaluations.
 ///
@@ -86,7 +101,7 @@ pub fn integrate(receiver: &Receiver, emitter: &Emitter, tolerance: f64, budget:
 /// The same for any emission over `polygon`, by any of the forms.
 ///
 /// # Errors
-/// As [`integrate`], or if the function gives a value that is not finite.
+/// As [`integrate`], or if a function gives a value that is not finite or lacks the gradient that the form needs.
 pub fn integrate_form(
     receiver: &Receiver,
     polygon: &Polygon,
@@ -96,9 +111,11 @@ pub fn integrate_form(
     budget: usize,
 ) -> Result<Estimate, Error> {
     check_tolerance(tolerance)?;
+    source.check(form != Form::Surface, form.name())?;
     let region = Region::new(receiver, polygon, &source)?;
     let integrand = Integrand::new(&region, source);
-    let goal = Goal { tolerance, budget };
+    let is_wary = matches!(source, SourceFunction::Function(_));
+    let goal = Goal { tolerance, budget, longest: source.detail() * region.unit, is_wary };
     let triangles = || region.triangles.iter().copied().map(Piece::Triangle);
     let edges = || region.outline.iter().copied().map(Piece::Edge);
     let refined = match form {

@@ -87,6 +87,20 @@ pub enum Error {
         /// As given.
         value: f64,
     },
+    /// The width of the smallest feature of an emission must be positive.
+    #[error("the detail of the emission is {value}: it must be a positive length, or infinite")]
+    Detail {
+        /// As given.
+        value: f64,
+    },
+    /// An emission function was given without what is needed of it.
+    #[error("the emission function has no {missing}, which {asker} needs")]
+    EmissionPart {
+        /// `gradient` or `bounds`.
+        missing: &'static str,
+        /// Who asks for it.
+        asker: &'static str,
+    },
     /// The budget does not allow the first pass.
     #[error("the budget is {budget} evaluations: the first pass alone needs {needed}")]
     Evaluations {

@@ -23,6 +23,7 @@ use crate::Error;
 use crate::confidence::{ConfidenceInterval, Moments, check_confidence};
 use crate::cubature::integrand::Integrand;
 use crate::cubature::piece::Four;
+use crate::emission_function::EmissionBounds;
 use crate::monte_carlo::sampling::Sampler;
 pub use crate::monte_carlo::sampling::Sampling;
 use crate::monte_carlo::silhouette::Silhouette;
@@ -127,10 +128,10 @@ pub fn integrate(
     integrate_source(receiver, emitter.polygon(), source, occluders, sampling, sequence, confidence)
 }
 
-/// The same for any emission over `polygon`.
+/// The same for any emission over `polygon`: a function needs its gradient and its bounds.
 ///
 /// # Errors
-/// As [`integrate`].
+/// As [`integrate`], or if a function lacks one of the two.
 pub fn integrate_source(
     receiver: &Receiver,
     polygon: &Polygon,
@@ -142,6 +143,8 @@ pub fn integrate_source(
 ) -> Result<Estimate, Error> {
     check_confidence(confidence)?;
     sequence.check()?;
+    source.check(true, "Monte Carlo")?;
+    let bounds = source.bounds()?;
     let region = Region::new(receiver, polygon, &source)?;
     if region.touched {
         return Err(Error::Touching { position: receiver.position(), what: "the emitter" });
@@ -159,7 +162,7 @@ pub fn integrate_source(
         occluders: &occluders,
         region: &region,
     };
-    estimator.run(sequence).limits(estimator.ranges(&source, sampling), &region, confidence)
+    estimator.run(sequence).limits(estimator.ranges(bounds, sampling), &region, confidence)
 }
 
 impl Sequence {
@@ -249,10 +252,10 @@ impl Estimator<'_> {
     /// Ranges of a contribution to the value and to a component of the gradient, before the factor `rho/pi`: with `c <= 1` the
     /// largest cosine at the receiver and `d` the smallest distance, `B s h/r^4 <= B c h/d^3` and `|h g + (r.g) n2| s/r^4 <=
     /// |g| c/d^2` per area; `B c` and `|g| s/h` per solid angle.
-    fn ranges(&self, source: &SourceFunction<'_>, sampling: Sampling) -> [ConfidenceInterval; 2] {
-        let emitted = source.range();
+    fn ranges(&self, bounds: EmissionBounds, sampling: Sampling) -> [ConfidenceInterval; 2] {
+        let emitted = bounds.range;
         let emission = emitted.low.abs().max(emitted.high.abs());
-        let gradient = source.steepest() / self.region.unit;
+        let gradient = bounds.steepest / self.region.unit;
         let corners = || self.region.triangles.iter().flat_map(|triangle: &Triangle| triangle.corners);
         let largest = corners().map(|corner| corner.s).fold(0.0, f64::max);
         let distance = self.region.squared_distance().sqrt();

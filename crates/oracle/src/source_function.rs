@@ -1,29 +1,20 @@
 //! The emission `B(y)` of an emitter as the integrals of this crate see it: affine, or any function with its gradient.
 //!
-//! `B(y)` is in W/m2 (or any unit, kept), its gradient `grad B(y)` in that unit over the unit of length. Only the gradient's part
-//! in the emitter's plane matters: the emission is not defined off the plane.
+//! Units as in [`crate::emission_function`].
 
-use glam::DVec3;
 use radgrad_core::{Emission, Emitter, Linear};
 
+use crate::Error;
 use crate::confidence::ConfidenceInterval;
+use crate::emission_function::{EmissionBounds, EmissionFunction};
 
 /// What a polygon emits.
-#[derive(Clone, Copy)]
+#[derive(Debug, Clone, Copy)]
 pub enum SourceFunction<'a> {
     /// The affine emission of an emitter, interpolated between its vertices.
     Emitter(&'a Emitter),
     /// Any function of the point `y`.
-    Function {
-        /// `B(y)`.
-        radiosity: &'a dyn Fn(DVec3) -> f64,
-        /// `grad B(y)`; only the contour forms of Eqs. 6 and 9 ask for it.
-        gradient: &'a dyn Fn(DVec3) -> DVec3,
-        /// Bounds on `B(y)` over the polygon; only the distribution-free limits of Monte Carlo ask for them.
-        range: ConfidenceInterval,
-        /// Bound on `|grad B(y)|` there, for the same.
-        steepest: f64,
-    },
+    Function(&'a EmissionFunction<'a>),
 }
 
 impl SourceFunction<'_> {
@@ -39,26 +30,36 @@ impl SourceFunction<'_> {
     }
 
     /// Bounds on the emission over the polygon: of an affine one, the extremes of the vertex values as given.
-    pub(crate) fn range(&self) -> ConfidenceInterval {
-        match self {
+    pub(crate) fn bounds(&self) -> Result<EmissionBounds, Error> {
+        Ok(match self {
             Self::Emitter(emitter) => {
                 let values: Option<Vec<f64>> = (0..emitter.polygon().vertices().len()).map(|i| self.at_vertex(i)).collect();
                 let (low, high) = values.map_or((-emitter.largest_emission(), emitter.largest_emission()), |values| {
                     let extremes = (f64::INFINITY, f64::NEG_INFINITY);
                     values.into_iter().fold(extremes, |(low, high), value| (low.min(value), high.max(value)))
                 });
-                ConfidenceInterval { low, high }
+                EmissionBounds { range: ConfidenceInterval { low, high }, steepest: emitter.steepest_emission() }
             }
-            Self::Function { range, .. } => *range,
+            Self::Function(function) => function.bounds.ok_or(Error::EmissionPart { missing: "bounds", asker: "Monte Carlo" })?,
+        })
+    }
+
+    /// Width of the smallest feature.
+    pub(crate) fn detail(&self) -> f64 {
+        match self {
+            Self::Emitter(_) => f64::INFINITY,
+            Self::Function(function) => function.detail,
         }
     }
 
-    /// Bound on the length of its gradient.
-    pub(crate) fn steepest(&self) -> f64 {
-        match self {
-            Self::Emitter(emitter) => emitter.steepest_emission(),
-            Self::Function { steepest, .. } => *steepest,
+    /// Refuses a function that has not what `asker` needs.
+    pub(crate) fn check(&self, needs_gradient: bool, asker: &'static str) -> Result<(), Error> {
+        let Self::Function(function) = self else { return Ok(()) };
+        function.check()?;
+        if needs_gradient && function.gradient.is_none() {
+            return Err(Error::EmissionPart { missing: "gradient", asker });
         }
+        Ok(())
     }
 
     pub(crate) fn is_constant(&self) -> bool {
@@ -66,27 +67,28 @@ impl SourceFunction<'_> {
     }
 }
 
-impl std::fmt::Debug for SourceFunction<'_> {
-    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self {
-            Self::Emitter(emitter) => formatter.debug_tuple("Emitter").field(emitter).finish(),
-            Self::Function { range, .. } => formatter.debug_struct("Function").field("range", range).finish_non_exhaustive(),
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
-    use radgrad_core::Polygon;
+    use radgrad_core::{DVec3, Polygon};
 
     use super::*;
+
+    #[test]
+    fn the_slope_of_an_emission_is_known_at_any_scale() {
+        for power in [2f64.powi(-900), 1.0, 2f64.powi(900)] {
+            let triangle = Polygon::new([DVec3::ZERO, DVec3::X, DVec3::Y].map(|v| v * power).to_vec()).unwrap();
+            let emitter = Emitter::new(triangle, Emission::at_vertices(vec![1.0, 4.0, 5.0])).unwrap();
+            assert_eq!(SourceFunction::Emitter(&emitter).bounds().unwrap().steepest, 5.0 / power);
+        }
+    }
 
     #[test]
     fn the_range_on_a_needle_is_that_of_its_vertex_values() {
         let (a, b, c) = (DVec3::new(0.1, -0.2, 0.3), DVec3::new(0.9, 0.3, 0.1), DVec3::new(0.2, 0.8, 0.7));
         let needle = Polygon::new(vec![a, b, a.lerp(b, 0.3) + (c - a) * 1e-10]).unwrap();
         let emitter = Emitter::new(needle, Emission::at_vertices(vec![1.0, 0.5, 2.0])).unwrap();
-        assert_eq!(SourceFunction::Emitter(&emitter).range(), ConfidenceInterval { low: 0.5, high: 2.0 });
+        let bounds = SourceFunction::Emitter(&emitter).bounds().unwrap();
+        assert_eq!(bounds.range, ConfidenceInterval { low: 0.5, high: 2.0 });
         // The gradient is steep: through rounded differences of coordinates the values do not come back.
         let back = [0, 1, 2].map(|i| emitter.emission_at(emitter.polygon().vertices()[i]));
         assert_ne!(back, [1.0, 0.5, 2.0]);

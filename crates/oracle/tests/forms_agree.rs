@@ -1,9 +1,8 @@
 //! The surface, contour and boundary forms are built differently and must give the same numbers, for any emission.
 
 use radgrad_core::{DVec3, Emission, Emitter, Polygon, Receiver};
-use radgrad_oracle::confidence::ConfidenceInterval;
 use radgrad_oracle::cubature::{Estimate, Form, Status, integrate, integrate_form};
-use radgrad_oracle::{Error, SourceFunction};
+use radgrad_oracle::{EmissionFunction, Error, SourceFunction};
 
 fn l_shape() -> Polygon {
     let corners = [(0.0, 0.0), (2.0, 0.0), (2.0, 1.0), (1.0, 1.0), (1.0, 2.0), (0.0, 2.0)];
@@ -59,14 +58,9 @@ fn forms_agree_for_linear_emission() {
 fn forms_agree_for_cubic_emission() {
     let radiosity = |y: DVec3| 2.0 + y.x * y.x * y.y - 0.5 * y.y * y.z * y.z + 0.25 * y.x;
     let gradient = |y: DVec3| DVec3::new(2.0 * y.x * y.y + 0.25, y.x * y.x - 0.5 * y.z * y.z, -y.y * y.z);
-    let source = SourceFunction::Function {
-        radiosity: &radiosity,
-        gradient: &gradient,
-        range: ConfidenceInterval { low: -10.0, high: 10.0 },
-        steepest: 10.0,
-    };
+    let function = EmissionFunction { radiosity: &radiosity, gradient: Some(&gradient), detail: f64::INFINITY, bounds: None };
     for (name, receiver) in receivers() {
-        assert_agreement(name, by_all_forms(&receiver, &l_shape(), source));
+        assert_agreement(name, by_all_forms(&receiver, &l_shape(), SourceFunction::Function(&function)));
     }
 }
 
@@ -75,15 +69,10 @@ fn a_linear_emission_is_the_same_as_a_function() {
     let slope = DVec3::new(0.5, -0.25, 0.125);
     let emitter = Emitter::new(l_shape(), Emission::gradient(1.5, slope)).unwrap();
     let (radiosity, gradient) = (|y: DVec3| 1.5 + slope.dot(y), |_| slope);
-    let function = SourceFunction::Function {
-        radiosity: &radiosity,
-        gradient: &gradient,
-        range: ConfidenceInterval { low: -10.0, high: 10.0 },
-        steepest: 10.0,
-    };
+    let function = EmissionFunction { radiosity: &radiosity, gradient: Some(&gradient), detail: f64::INFINITY, bounds: None };
     for (name, receiver) in receivers() {
         let [affine, ..] = by_all_forms(&receiver, emitter.polygon(), SourceFunction::Emitter(&emitter));
-        let forms = by_all_forms(&receiver, emitter.polygon(), function);
+        let forms = by_all_forms(&receiver, emitter.polygon(), SourceFunction::Function(&function));
         assert!((affine.radiosity / forms[0].radiosity - 1.0).abs() < 1e-10, "{name}");
         assert_agreement(name, forms);
     }
@@ -149,13 +138,15 @@ fn wrong_settings_are_named() {
         assert!(matches!(with(tolerance, 1000), Err(Error::Tolerance { .. })));
     }
     assert!(matches!(with(1e-3, 10), Err(Error::Evaluations { budget: 10, needed }) if needed > 10));
-    let (radiosity, gradient) = (|_| f64::NAN, |_| DVec3::ZERO);
-    let source = SourceFunction::Function {
-        radiosity: &radiosity,
-        gradient: &gradient,
-        range: ConfidenceInterval { low: 0.0, high: 1.0 },
-        steepest: 0.0,
+    let of = |radiosity: &dyn Fn(DVec3) -> f64, detail, form| {
+        let function = EmissionFunction { radiosity, gradient: None, detail, bounds: None };
+        integrate_form(&receiver, emitter.polygon(), SourceFunction::Function(&function), form, 1e-3, 100_000).unwrap_err()
     };
-    let error = integrate_form(&receiver, emitter.polygon(), source, Form::Surface, 1e-3, 100_000).unwrap_err();
-    assert!(matches!(error, Error::NotFinite { .. }), "{error}");
+    assert!(matches!(of(&|_| f64::NAN, f64::INFINITY, Form::Surface), Error::NotFinite { .. }));
+    for detail in [0.0, -1.0, f64::NAN] {
+        assert!(matches!(of(&|_| 1.0, detail, Form::Surface), Error::Detail { .. }));
+    }
+    assert!(matches!(of(&|_| 1.0, 1e-6, Form::Surface), Error::Evaluations { budget: 100_000, .. }));
+    let message = of(&|_| 1.0, 1.0, Form::Contour).to_string();
+    assert_eq!(message, "the emission function has no gradient, which the contour form needs");
 }

@@ -1,8 +1,9 @@
 //! Intervals must contain the truth as often as they say, past occluders too, and never look converged where they are not.
 
 use radgrad_core::{DVec3, Emission, Emitter, Polygon, Receiver};
-use radgrad_oracle::monte_carlo::{Estimate, Sampling, Sequence, Status, integrate};
-use radgrad_oracle::{Error, SourceFunction, cubature, enclose};
+use radgrad_oracle::confidence::ConfidenceInterval;
+use radgrad_oracle::monte_carlo::{Estimate, Limits, Sampling, Sequence, Status, integrate, integrate_source};
+use radgrad_oracle::{EmissionBounds, EmissionFunction, Error, SourceFunction, cubature, enclose};
 use rand::SeedableRng;
 use rand::rngs::Xoshiro256PlusPlus;
 use rand_distr::{Distribution, UnitSphere};
@@ -47,14 +48,23 @@ fn truth_past_shadow(points: &[DVec3]) -> [f64; 4] {
 }
 
 /// Shares of the seeds whose 99 % intervals contain the truth: Student's and the distribution-free ones, the worst of the
-/// quantities.
+/// quantities. All have enough samples to be called so.
 fn coverage(truth: [f64; 4], seeds: u64, estimate: impl Fn(u64) -> Estimate) -> [f64; 2] {
+    coverage_whatever_the_status(truth, seeds, |seed| {
+        let estimate = estimate(seed);
+        assert!(all_limits(&estimate).iter().all(|limits| limits.status == Status::Sampled), "{estimate:?}");
+        estimate
+    })
+}
+
+fn all_limits(estimate: &Estimate) -> [Limits; 4] {
+    [estimate.radiosity, estimate.gradient[0], estimate.gradient[1], estimate.gradient[2]]
+}
+
+fn coverage_whatever_the_status(truth: [f64; 4], seeds: u64, estimate: impl Fn(u64) -> Estimate) -> [f64; 2] {
     let mut inside = [[0; 2]; 4];
     for seed in 0..seeds {
-        let estimate = estimate(seed);
-        let limits = [estimate.radiosity, estimate.gradient[0], estimate.gradient[1], estimate.gradient[2]];
-        for (count, (limits, truth)) in inside.iter_mut().zip(limits.iter().zip(truth)) {
-            assert_eq!(limits.status, Status::Sampled);
+        for (count, (limits, truth)) in inside.iter_mut().zip(all_limits(&estimate(seed)).iter().zip(truth)) {
             count[0] += u64::from(limits.student.contains(truth));
             count[1] += u64::from(limits.distribution_free.contains(truth));
         }
@@ -200,6 +210,30 @@ fn limits_contain_the_truth_past_a_box() {
 }
 
 #[test]
+fn limits_contain_the_truth_past_a_screen_that_stands_on_the_emitter() {
+    // It hides the corner that a diagonal cuts off; the rest is a triangle that keeps its border when the receiver moves.
+    let corners = [[-1.0, -1.0, 2.0], [-1.0, 1.0, 2.0], [1.0, 1.0, 2.0], [1.0, -1.0, 2.0]];
+    let rest = Emitter::new(polygon(&corners[..3]), Emission::gradient(1.0, ceiling().emission_gradient())).unwrap();
+    for distance in [3.0, 1e2, 1e5] {
+        let receiver = receiver(DVec3::new(-0.6, 0.5, -1.0) * distance);
+        // Its shadow ends well beyond the corner, and it leans low or rises far.
+        for rise in [0.2, 1.0] {
+            let beyond = DVec3::new(2.5, -2.5, 2.0);
+            let top = beyond + (receiver.position() - beyond).normalize() * rise;
+            let screen = Polygon::new(vec![corners[0].into(), corners[2].into(), top]).unwrap();
+            let truth = enclose(&receiver, &rest, 16).unwrap();
+            let [x, y, z] = truth.gradient.map(|component| component.to_f64());
+            let truth = [truth.radiosity.to_f64(), x, y, z];
+            let [student, free] = coverage_whatever_the_status(truth, 200, |seed| {
+                let sequence = Sequence::Independent { samples: 2400, seed };
+                integrate(&receiver, &ceiling(), std::slice::from_ref(&screen), Sampling::SolidAngle, sequence, 0.99).unwrap()
+            });
+            assert!(student >= 0.97 && free >= 0.999, "from {distance}, {rise} high: {student}, {free}");
+        }
+    }
+}
+
+#[test]
 fn nothing_seen_does_not_look_converged() {
     let lid = polygon(&[[-1.0, -1.0, 1.0], [1.0, -1.0, 1.0], [1.0, 1.0, 1.0], [-1.0, 1.0, 1.0]]);
     let keyhole = polygon(&[[-1.0, -1.0, 1.0], [1.0, -1.0, 1.0], [1.0, 1.0, 1.0], [-0.45, 1.0, 1.0]]);
@@ -286,4 +320,29 @@ fn wrong_settings_are_named() {
     assert!(matches!(with(independent(9), 1.0), Err(Error::Confidence { value: 1.0 })));
     let sobol = Sequence::Sobol { samples: 16, scramblings: 1, seed: 1 };
     assert_eq!(with(sobol, 0.9), Err(Error::TooFewSamples { what: "scramblings", value: 1, least: 2 }));
+}
+
+#[test]
+fn an_emission_function_past_an_occluder_is_sampled_within_its_bounds() {
+    let emitter = ceiling();
+    let corners = [DVec3::new(-0.3, -0.3, 1.0), DVec3::new(0.3, -0.3, 1.0), DVec3::new(0.0, 0.4, 1.0)];
+    let (radiosity, gradient) = (|y: DVec3| emitter.emission_at(y), |_| emitter.emission_gradient());
+    let bounds = EmissionBounds { range: ConfidenceInterval { low: 0.25, high: 1.75 }, steepest: 0.6 };
+    let with = |gradient, bounds| {
+        let function = EmissionFunction { radiosity: &radiosity, gradient, detail: f64::INFINITY, bounds };
+        let screen = [Polygon::new(corners.to_vec()).unwrap()];
+        let source = SourceFunction::Function(&function);
+        let sequence = Sequence::Independent { samples: 20_000, seed: 3 };
+        let at = receiver(DVec3::new(0.1, 0.2, 0.0));
+        integrate_source(&at, emitter.polygon(), source, &screen, Sampling::SolidAngle, sequence, 0.999)
+    };
+    let found = with(Some(&gradient), Some(bounds)).unwrap();
+    let exact = past_shadow(DVec3::new(0.1, 0.2, 0.0), &corners);
+    assert!(
+        found.radiosity.student.contains(exact) && found.radiosity.distribution_free.contains(exact),
+        "{found:?} for {exact}"
+    );
+    for (missing, found) in [("gradient", with(None, Some(bounds))), ("bounds", with(Some(&gradient), None))] {
+        assert_eq!(found, Err(Error::EmissionPart { missing, asker: "Monte Carlo" }));
+    }
 }

@@ -72,6 +72,7 @@ fn tally(form: Form, tolerance: f64, budget: usize) -> Tally {
             Status::Converged => tally.converged += 1,
             Status::BudgetExhausted => tally.exhausted += 1,
             Status::RoundoffLimited => tally.rounded += 1,
+            Status::Contradiction => unreachable!("one form alone"),
         }
         tally.silent += usize::from(estimate.status == Status::Converged && tolerances > 10.0);
         let under = value > estimate.radiosity_error || gradient > estimate.gradient_error;

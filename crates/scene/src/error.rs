@@ -1,6 +1,11 @@
-//! What can be wrong with a case.
+//! What can be wrong with a case or with a scene.
 
-/// Every way in which a case is refused. Messages say where: the column of the line, or the part of the case.
+use std::path::PathBuf;
+
+use crate::Place;
+
+/// Every way in which a case, a scene or a file is refused. Messages say where: the column of the line, the part of the case, or
+/// the file and its line.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
@@ -32,6 +37,131 @@ pub enum Error {
     /// The case is valid, but its answer cannot be represented.
     #[error(transparent)]
     Evaluation(radgrad_core::Error),
+
+    /// What is wrong with a file, and where.
+    #[error("{place}: {fault}")]
+    At {
+        /// The place.
+        place: Place,
+        /// What is wrong there.
+        #[source]
+        fault: Box<Self>,
+    },
+    /// A file cannot be read.
+    #[error("`{}` cannot be read: {reason}", file.display())]
+    Unreadable {
+        /// The file.
+        file: PathBuf,
+        /// What the system says.
+        reason: String,
+    },
+    /// The name of a file does not say what is in it.
+    #[error("`{}` is no scene that is read here: expected a name ending in .obj, .gltf, .glb or .vs3", file.display())]
+    Format {
+        /// The file.
+        file: PathBuf,
+    },
+    /// Something else stands there than what the format asks for.
+    #[error("expected {expected}, found {found}")]
+    Expected {
+        /// What the format asks for.
+        expected: String,
+        /// What stands there.
+        found: String,
+    },
+    /// What stands there is right, but is not read here.
+    #[error("{what} cannot be represented: {instead}")]
+    Unsupported {
+        /// What it is.
+        what: String,
+        /// What to do instead.
+        instead: &'static str,
+    },
+    /// A face is no polygon.
+    #[error("face refused: {0}")]
+    Face(#[source] radgrad_core::Error),
+    /// A face is off its plane and cannot be split into triangles.
+    #[error("face refused: {0}, and seen along its normal the face crosses or touches itself: it cannot be split")]
+    Warped(#[source] radgrad_core::Error),
+    /// A `View3D` subsurface does not lie in its base.
+    #[error("subsurface of surface {base}: {rule}")]
+    Subsurface {
+        /// Number of the base surface.
+        base: usize,
+        /// What was found and what is asked for.
+        rule: String,
+    },
+    /// A value of a material is out of range.
+    #[error("material `{material}`: {quantity} is {value} in channel `{channel}`: it must be {rule}")]
+    Material {
+        /// Name of the material.
+        material: String,
+        /// `reflectance` or `radiance`.
+        quantity: &'static str,
+        /// Name of the channel.
+        channel: String,
+        /// The value as given.
+        value: f64,
+        /// What is allowed.
+        rule: &'static str,
+    },
+    /// A list has another length than it must have.
+    #[error("{found} {what} were given: expected {expected}")]
+    Count {
+        /// What is listed.
+        what: &'static str,
+        /// Entries given.
+        found: usize,
+        /// Entries expected.
+        expected: usize,
+    },
+    /// There is no entry of this index or name.
+    #[error("there is no {what} {which}: {known}")]
+    Missing {
+        /// `surface`, `material`, ...
+        what: &'static str,
+        /// What was asked for.
+        which: String,
+        /// What there is.
+        known: String,
+    },
+    /// Writing failed.
+    #[error("cannot be written: {reason}")]
+    Unwritable {
+        /// What the system says.
+        reason: String,
+    },
+}
+
+impl Error {
+    /// Something else was found than what was expected.
+    pub(crate) fn expected(expected: impl Into<String>, found: impl Into<String>) -> Self {
+        Self::Expected { expected: expected.into(), found: found.into() }
+    }
+
+    /// The same, at a place.
+    #[must_use]
+    pub(crate) fn at(self, place: Place) -> Self {
+        Self::At { place, fault: Box::new(self) }
+    }
+
+    /// Where it is, if it is in a file.
+    #[must_use]
+    pub const fn place(&self) -> Option<&Place> {
+        match self {
+            Self::At { place, .. } => Some(place),
+            _ => None,
+        }
+    }
+
+    /// What is wrong, without the place.
+    #[must_use]
+    pub fn fault(&self) -> &Self {
+        match self {
+            Self::At { fault, .. } => fault.fault(),
+            fault => fault,
+        }
+    }
 }
 
 impl From<serde_json::Error> for Error {

@@ -56,20 +56,19 @@ impl Triangle {
         (a + b + c) / 3.0
     }
 
-    /// A point inside, at least a tenth of the altitudes from the edges.
-    pub(super) fn inside(&self, sampler: &mut Sampler) -> DVec3 {
-        loop {
-            let (u, v) = (sampler.uniform(), sampler.uniform());
-            if u > 0.1 && v > 0.1 && u + v < 0.9 {
-                let [a, b, c] = self.vertices;
-                return a + (b - a) * u + (c - a) * v;
-            }
-        }
-    }
-
     /// An edge: its start and its vector.
     pub(super) fn edge(&self, sampler: &mut Sampler) -> (DVec3, DVec3) {
         let start = sampler.below(3) as usize;
         (self.vertices[start], self.vertices[(start + 1) % 3] - self.vertices[start])
+    }
+}
+
+/// A point inside a triangle, at least a tenth of the altitudes from the edges.
+pub(super) fn inside(sampler: &mut Sampler, [a, b, c]: [DVec3; 3]) -> DVec3 {
+    loop {
+        let (u, v) = (sampler.uniform(), sampler.uniform());
+        if u > 0.1 && v > 0.1 && u + v < 0.9 {
+            return a + (b - a) * u + (c - a) * v;
+        }
     }
 }

@@ -8,7 +8,7 @@ use crate::lattice::{FINE, Lattice, Site, convex_sites, rectilinear_sites, star_
 use crate::sampler::Sampler;
 
 /// A polygon on a lattice; sites in units of 1/[`FINE`].
-struct OnLattice {
+pub(super) struct OnLattice {
     lattice: Lattice,
     sites: Vec<Site>,
     /// Three corners of a triangle inside.
@@ -24,6 +24,11 @@ impl OnLattice {
     /// Strictly convex, 3 to 24 vertices.
     fn convex(sampler: &mut Sampler, lattice: Lattice) -> Self {
         let count = 3 + sampler.below(22) as usize;
+        Self::convex_with(sampler, lattice, count)
+    }
+
+    /// Strictly convex with so many vertices.
+    pub(super) fn convex_with(sampler: &mut Sampler, lattice: Lattice, count: usize) -> Self {
         let sites = convex_sites(sampler, count);
         let middle = 1 + sampler.below(u32::try_from(count - 2).unwrap_or(1)) as usize;
         let inner = [sites[0], sites[middle], sites[middle + 1]];
@@ -51,7 +56,7 @@ impl OnLattice {
         self
     }
 
-    fn vertices(&self) -> Vec<DVec3> {
+    pub(super) fn vertices(&self) -> Vec<DVec3> {
         self.sites.iter().map(|s| self.lattice.fine_point(*s)).collect()
     }
 
@@ -72,16 +77,16 @@ impl OnLattice {
         self.scene(sampler, position, normal)
     }
 
-    fn scene(self, sampler: &mut Sampler, position: DVec3, normal: DVec3) -> Scene {
+    pub(super) fn scene(self, sampler: &mut Sampler, position: DVec3, normal: DVec3) -> Scene {
         let vertices = self.vertices();
         let coarse: Vec<Site> = self.sites.iter().map(|s| s.map(|c| c / (FINE / 2))).collect();
         let emission = emission::on_sites(sampler, &vertices, &coarse);
-        Scene { position, normal, vertices, emission }
+        Scene::open(position, normal, vertices, emission)
     }
 }
 
 /// A lattice near the origin: of random direction, or horizontal.
-fn lattice(sampler: &mut Sampler) -> Lattice {
+pub(super) fn lattice(sampler: &mut Sampler) -> Lattice {
     if sampler.one_in(4) { Lattice::horizontal() } else { Lattice::random(sampler) }
 }
 

@@ -6,7 +6,7 @@
 use glam::DVec3;
 
 use super::emission;
-use super::frame::Triangle;
+use super::frame::{Triangle, inside};
 use super::scene::{Scene, normal_where};
 use crate::sampler::Sampler;
 
@@ -18,7 +18,7 @@ fn small(sampler: &mut Sampler) -> f64 {
 /// Above the inside.
 pub(super) fn contact(sampler: &mut Sampler) -> Scene {
     let triangle = Triangle::random_or_horizontal(sampler);
-    let foot = triangle.inside(sampler);
+    let foot = inside(sampler, triangle.vertices);
     let position = foot + triangle.normal * (triangle.longest * small(sampler));
     facing(sampler, &triangle, position)
 }
@@ -79,5 +79,5 @@ fn off_line(sampler: &mut Sampler, triangle: &Triangle, along: DVec3) -> DVec3 {
 fn facing(sampler: &mut Sampler, triangle: &Triangle, position: DVec3) -> Scene {
     let normal = normal_where(sampler, position, &triangle.vertices, |_, high| high > 0.1);
     let emission = emission::on_triangle(sampler, &triangle.vertices);
-    Scene { position, normal, vertices: triangle.vertices.to_vec(), emission }
+    Scene::open(position, normal, triangle.vertices.to_vec(), emission)
 }

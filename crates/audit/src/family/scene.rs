@@ -6,24 +6,30 @@ use radgrad_scene::case::{Case, EmissionRecord, EmitterRecord, Id, ReceiverRecor
 use super::Name;
 use crate::sampler::Sampler;
 
-/// A receiver and an emitter.
+/// A receiver and an emitter, and what may stand between.
 #[derive(Debug, Clone)]
 pub(super) struct Scene {
     pub(super) position: DVec3,
     pub(super) normal: DVec3,
     pub(super) vertices: Vec<DVec3>,
     pub(super) emission: EmissionRecord,
+    pub(super) occluders: Vec<Vec<DVec3>>,
 }
 
 impl Scene {
+    /// In free sight.
+    pub(super) const fn open(position: DVec3, normal: DVec3, vertices: Vec<DVec3>, emission: EmissionRecord) -> Self {
+        Self { position, normal, vertices, emission, occluders: Vec::new() }
+    }
+
     /// The case of this scene, with a reflectance: 1 for one in two, else 0.1 to 1.
     pub(super) fn into_case(self, name: Name, sampler: &mut Sampler) -> Case {
         let reflectance = if sampler.one_in(2) { 1.0 } else { sampler.between(0.1, 1.0) };
         Case {
             id: Id::Text(name.to_string()),
             receiver: ReceiverRecord { position: self.position.to_array(), normal: self.normal.to_array(), reflectance },
-            emitter: EmitterRecord { vertices: self.vertices.iter().map(DVec3::to_array).collect(), emission: self.emission },
-            occluders: Vec::new(),
+            emitter: EmitterRecord { vertices: arrays(&self.vertices), emission: self.emission },
+            occluders: self.occluders.iter().map(|occluder| arrays(occluder)).collect(),
             tolerance: 1e-12,
         }
     }
@@ -37,6 +43,10 @@ impl Scene {
         }
         self
     }
+}
+
+fn arrays(points: &[DVec3]) -> Vec<[f64; 3]> {
+    points.iter().map(DVec3::to_array).collect()
 }
 
 /// Least and largest of `normal.(v - x)` over the vertices, each over its distance: the sines of the elevations over the horizon.

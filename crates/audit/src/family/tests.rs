@@ -133,22 +133,55 @@ fn scaling_and_shifting_leave_the_shape() {
     assert!(shifts.iter().any(|s| *s > 1e11), "{shifts:?}");
 }
 
+/// Which of constant, vertex values, gradient and polynomial a family draws.
+const fn kinds_of(family: Family) -> [bool; 4] {
+    match family {
+        Family::PolynomialFar | Family::PolynomialClipped => [false, false, false, true],
+        Family::SteepExtension => [false, true, true, false],
+        _ => [true, true, true, false],
+    }
+}
+
 #[test]
 fn every_emission_is_positive_over_the_emitter_and_every_kind_occurs() {
     for family in lit_families() {
-        let mut kinds = [false; 3];
+        let mut kinds = [false; 4];
         for index in 0..COUNT {
             let case = family.case(1, index);
             kinds[match case.emitter.emission {
                 EmissionRecord::Constant { .. } => 0,
                 EmissionRecord::Vertices { .. } => 1,
                 EmissionRecord::Gradient { .. } => 2,
-                EmissionRecord::Polynomial { .. } => panic!("{} has a polynomial emission", case.id),
+                EmissionRecord::Polynomial { .. } => 3,
             }] = true;
             let problem = case.problem().expect("valid");
             let vertices = problem.emitter.polygon().vertices();
             assert!(vertices.iter().all(|v| problem.emitter.emission_at(*v) > 0.0), "{}", case.id);
         }
-        assert_eq!(kinds, [true; 3], "{family}");
+        assert_eq!(kinds, kinds_of(family), "{family}");
     }
+}
+
+#[test]
+fn mixtures_are_difficult_in_both_ways() {
+    let width = |p: &Problem| p.emitter.polygon().area() / (p.emitter.polygon().size() * p.emitter.polygon().size());
+    assert!(problems(Family::FarNeedle).all(|p| figures(&p).distance > 4.0 && width(&p) < 0.2));
+    assert!(problems(Family::FarNeedle).any(|p| figures(&p).distance > 1e7 && width(&p) < 1e-6));
+    let tilt = |p: &Problem| figures(p).highest.max(-figures(p).lowest);
+    assert!(problems(Family::FarClipped).all(|p| figures(&p).lowest < 0.0 && figures(&p).highest > 0.0));
+    assert!(problems(Family::FarClipped).any(|p| tilt(&p) < 1e-7));
+    assert!(problems(Family::FarScreen).all(|p| p.occluders.len() == 1 && figures(&p).distance > 3.0));
+    // The horizon passes within the height of the receiver, which is itself small.
+    assert!(problems(Family::ContactSliver).all(|p| figures(&p).height < 0.2 && figures(&p).highest < figures(&p).height));
+    assert!(problems(Family::ContactSliver).any(|p| figures(&p).height < 1e-6 && figures(&p).highest < 1e-11));
+    for family in [Family::ContactScale, Family::GrazingScale] {
+        let sizes: Vec<f64> = problems(family).map(|p| p.emitter.polygon().size()).collect();
+        assert!(sizes.iter().all(|s| *s < 1e-180 || *s > 1e180), "{family}");
+        assert!(sizes.iter().any(|s| *s < 1e-240) && sizes.iter().any(|s| *s > 1e240), "{family}");
+    }
+    let contrast = |p: &Problem| {
+        let values: Vec<f64> = p.emitter.polygon().vertices().iter().map(|v| p.emitter.emission_at(*v)).collect();
+        values.iter().copied().fold(0.0, f64::max) / values.iter().copied().fold(f64::INFINITY, f64::min)
+    };
+    assert!(problems(Family::SteepExtension).any(|p| contrast(&p) > 1e8));
 }

@@ -1,6 +1,7 @@
 //! Fourth-order moments of an arc: what the second derivatives need beyond [`Moments`](super::Moments).
 
-use super::{Arc, Ends, Frame, half_angle_minus_sine};
+use super::{Arc, Ends, half_angle_minus_sine};
+use crate::line::Frame;
 use crate::real::Real;
 
 /// Integrals over an arc of `cos^4`, `cos^3 sin` and `cos^2 sin^2` of the angle from the frame's `toward`.
@@ -37,7 +38,8 @@ impl<T: Real> Arc<T> {
 
 #[cfg(test)]
 mod tests {
-    use crate::arc::{Arc, Frame, Generator};
+    use crate::arc::{Arc, Generator};
+    use crate::line::{Frame, Sighted};
     use crate::vec3::Vec3;
 
     #[test]
@@ -48,7 +50,7 @@ mod tests {
             normal: Vec3::new(0.0, 0.0, 1.0),
             distance: 1.0,
         };
-        let direction = |psi: f64| Vec3::new(libm::cos(psi), libm::sin(psi), 0.0) * 3.0;
+        let direction = |psi: f64| Sighted::at(Vec3::new(libm::cos(psi), libm::sin(psi), 0.0) * 3.0);
         for (from, to) in [(-1.5, 1.5), (-0.2, 0.1), (0.3, 1.2), (-1.1, 1.0), (-1.4, 0.3), (-0.4, 1.5), (1.0, 1.0 + 1e-9)] {
             let q = Arc::between(direction(from), direction(to), Generator::Horizon(frame.normal)).quartic_moments(&frame);
             let g: f64 = to - from;

@@ -16,7 +16,6 @@ use super::far_field::Nodes;
 use super::lanes::{Lanes, MOST_LANES, constant, load, on_level, same};
 use super::many_emitters::{SeenFrom, Work};
 use super::tile::{Goal, TILE};
-use crate::evaluate::finite;
 use crate::number::ROUNDOFF;
 use crate::{Error, Receiver, evaluate_to};
 
@@ -288,12 +287,10 @@ impl Total<'_> {
         }
         tally.alone += self.tree.others.len() as u64;
         total.error = (total.error + (self.tree.others.len() + 4) as f64 * ROUNDOFF * total.size) * UP;
-        let value = finite(total.value, "radiosity")?;
-        Ok(Sum {
-            value,
-            error: if total.size == 0.0 && total.error == 0.0 { 0.0 } else { total.error + f64::MIN_POSITIVE },
-            ..total
-        })
+        if !total.value.is_finite() {
+            return Err(Error::Overflow { quantity: "radiosity" });
+        }
+        Ok(Sum { error: if total.size == 0.0 && total.error == 0.0 { 0.0 } else { total.error + f64::MIN_POSITIVE }, ..total })
     }
 }
 

@@ -4,6 +4,8 @@
 //! inequality), an affine one by m times the ellipse's semi-axis. A polynomial is evaluated around the polygon's middle in its
 //! unit, so that distance costs no digits.
 
+use glam::DVec3;
+
 use crate::number::ROUNDOFF;
 use crate::polynomial::{Bivariate, InPlane};
 use crate::{Emission, Emitter};
@@ -15,8 +17,9 @@ pub(super) struct Source<'a> {
     kind: Kind<'a>,
     /// Bound on `|B|` over the emitter and the triangles of its fan.
     pub(super) largest: f64,
-    /// Relative to that: rounding of the values at nodes.
+    /// Relative to that: rounding of the values at nodes, and what is left of it where it is relative to the values.
     pub(super) rounding: f64,
+    pub(super) crossing: f64,
     /// Relative to that: what the input leaves open, vertices off the plane or values off the affine function.
     pub(super) input_error: f64,
 }
@@ -28,29 +31,68 @@ enum Kind<'a> {
     Polynomial(&'a InPlane),
 }
 
+/// The emission at a corner: its value where it is affine, else the corner's coordinates in the plane.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Lit {
+    Value(f64),
+    At([f64; 2]),
+}
+
 /// The emission on a triangle `P + a (e1 + b e)`.
 #[derive(Debug, Clone)]
 pub(super) enum OnTriangle {
-    /// At P, its increase along e1, and along e.
+    /// At the corners.
     Affine([f64; 3]),
     /// The polynomial, and P, e1 and e in its coordinates.
     Polynomial(Bivariate<f64>, [[f64; 2]; 3]),
 }
 
+impl Lit {
+    /// At a point a fraction of the way to `end`.
+    pub(super) fn towards(&self, end: &Self, fraction: f64) -> Self {
+        match (self, end) {
+            (Self::At(p), Self::At(q)) => Self::At([0, 1].map(|i| p[i] + (q[i] - p[i]) * fraction)),
+            _ => Self::Value(self.value() + (end.value() - self.value()) * fraction),
+        }
+    }
+
+    /// Whether an affine emission is not negative here.
+    pub(super) fn is_bright(&self) -> bool {
+        matches!(self, Self::Value(value) if *value >= 0.0)
+    }
+
+    fn value(&self) -> f64 {
+        if let Self::Value(value) = self { *value } else { 0.0 }
+    }
+
+    fn place(&self) -> [f64; 2] {
+        if let Self::At(place) = self { *place } else { [0.0; 2] }
+    }
+}
+
 impl<'a> Source<'a> {
-    pub(super) fn new(emitter: &'a Emitter) -> Self {
+    pub(super) fn new(emitter: &'a Emitter, is_clipped: bool) -> Self {
         if let Some(plane) = emitter.polynomial() {
-            // Coordinates of nodes err by 40 roundings of the largest, each factor of a monomial by as much; Horner's rule adds
-            // four a degree.
-            let rounding = (2 + 44 * plane.degree()) as f64 * ROUNDOFF + plane.uncertainty() / plane.largest();
+            // Coordinates of nodes err by 40 roundings of the largest, or 60 beside a crossing of the horizon, each factor of a
+            // monomial by as much; Horner's rule adds four a degree.
+            let factor = if is_clipped { 64 } else { 44 };
+            let rounding = (2 + factor * plane.degree()) as f64 * ROUNDOFF + plane.uncertainty() / plane.largest();
             let input_error = 2.0 * plane.steepest() * emitter.polygon().planarity_defect() / plane.largest();
             let largest = plane.largest() * emitter.power();
-            return Self { emitter, kind: Kind::Polynomial(plane), largest, rounding, input_error };
+            return Self { emitter, kind: Kind::Polynomial(plane), largest, crossing: rounding, rounding, input_error };
         }
         let kind = if let Emission::Constant(_) = emitter.emission() { Kind::Constant } else { Kind::Linear };
         let largest = emitter.largest_emission() * emitter.power() * (1.0 + 8.0 * ROUNDOFF);
-        let rounding = 24.0 * ROUNDOFF + emitter.vertex_error() / largest;
-        Self { emitter, kind, largest, rounding, input_error: emitter.affine().residual / largest }
+        // Values at a crossing of the horizon err by 21 roundings, what is between corners by 4 for the nodes; and by 6 of itself
+        // where no value is negative, else of the largest, and then nodes count twice.
+        let crossing = match (&kind, is_clipped) {
+            (Kind::Constant, _) => 0.0,
+            (_, false) => 4.0,
+            (_, true) => 25.0,
+        };
+        let crossing = crossing * ROUNDOFF + emitter.vertex_error() / largest;
+        let rounding = crossing + 10.0 * ROUNDOFF;
+        Self { emitter, kind, largest, crossing, rounding, input_error: emitter.affine().residual / largest }
     }
 
     /// Bound on `|B|` over [`Self::largest`] in the ellipse with the semi-axes A = `stretch` and tau, `A + tau = ratio`.
@@ -62,20 +104,23 @@ impl<'a> Source<'a> {
         }
     }
 
-    /// On the triangle with these vertices of the polygon.
-    pub(super) fn on_triangle(&self, corners: [usize; 3]) -> OnTriangle {
+    /// At vertex `vertex` of the polygon, which is at `place`.
+    pub(super) fn at_vertex(&self, vertex: usize, place: DVec3) -> Lit {
         match self.kind {
-            Kind::Constant => OnTriangle::Affine([self.emitter.affine().value, 0.0, 0.0]),
-            Kind::Linear => {
-                let at = corners.map(|vertex| self.emitter.vertex_value(vertex));
-                OnTriangle::Affine([at[0], at[1] - at[0], at[2] - at[1]])
-            }
-            Kind::Polynomial(plane) => {
-                let vertices = self.emitter.polygon().vertices();
-                let [p, q, r] = corners.map(|vertex| plane.at(vertices[vertex]));
-                let from_to = |p: [f64; 2], q: [f64; 2]| [q[0] - p[0], q[1] - p[1]];
-                OnTriangle::Polynomial(plane.rounded(self.emitter.power()), [p, from_to(p, q), from_to(q, r)])
-            }
+            Kind::Constant => Lit::Value(self.emitter.affine().value),
+            Kind::Linear => Lit::Value(self.emitter.vertex_value(vertex)),
+            Kind::Polynomial(plane) => Lit::At(plane.at(place)),
+        }
+    }
+
+    /// On the triangle with these corners.
+    pub(super) fn on_triangle(&self, corners: [&Lit; 3]) -> OnTriangle {
+        if let Kind::Polynomial(plane) = self.kind {
+            let [p, q, r] = corners.map(Lit::place);
+            let from_to = |p: [f64; 2], q: [f64; 2]| [q[0] - p[0], q[1] - p[1]];
+            OnTriangle::Polynomial(plane.rounded(self.emitter.power()), [p, from_to(p, q), from_to(q, r)])
+        } else {
+            OnTriangle::Affine(corners.map(Lit::value))
         }
     }
 }

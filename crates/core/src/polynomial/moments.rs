@@ -98,7 +98,8 @@ mod tests {
     use glam::DVec3;
 
     use super::*;
-    use crate::arc::{Arc, Line};
+    use crate::arc::Arc;
+    use crate::line::{Line, Sighted};
     use crate::linear::x1_term;
     use crate::polynomial::segment::{Segment, on_line};
     use crate::vec3::Vec3;
@@ -110,8 +111,9 @@ mod tests {
         let mut contour = Contour::zero(degree);
         for i in 0..3 {
             let [from, to] = [CORNERS[i], CORNERS[(i + 1) % 3]].map(|[u, v]| DVec3::new(u, v, -HEIGHT));
-            let line = Line::through(from, to, DVec3::ZERO, 1.0);
-            let arc = Arc::of_edge(from.into(), to.into(), 1.0, line);
+            let [start, end] = [from, to].map(|point| Sighted::from(point, DVec3::ZERO, 1.0));
+            let line = Line::through([from, to], [&start, &end], DVec3::ZERO, 1.0);
+            let arc = Arc::of_edge(start, end, 1.0, line);
             let frame = line.frame();
             let outward = frame.along.cross(Vec3::new(0.0, 0.0, 1.0));
             let signed = frame.distance * frame.normal.z;

@@ -37,6 +37,7 @@ pub(crate) struct InPlane {
     coordinates: Coordinates<Precise>,
     coefficients: Bivariate<Precise>,
     largest: f64,
+    /// For lengths multiplied by the power of the coordinates.
     steepest: f64,
     uncertainty: f64,
 }
@@ -95,11 +96,11 @@ impl InPlane {
         let coefficients = restricted(polynomial, &coordinates);
         let reach = coordinates.reach(polygon);
         let largest = bound_over(&coefficients, reach);
-        if !largest.is_finite() {
+        let [along_u, along_v] = coefficients.gradient().map(|slope| bound_over(&slope, reach));
+        let steepest = Vec3::new(along_u, along_v, 0.0).length();
+        if !(largest.is_finite() && steepest.is_finite()) {
             return Err(Error::Overflow { quantity: "emission over the polygon" });
         }
-        let [along_u, along_v] = coefficients.gradient().map(|slope| bound_over(&slope, reach));
-        let steepest = (along_u * along_u + along_v * along_v).sqrt() * coordinates.power;
         let uncertainty = bound_over(&coefficients.map(|_, _, c| Precise::exact(c.error())), reach);
         Ok(Self { polynomial: polynomial.clone(), coordinates, coefficients, largest, steepest, uncertainty })
     }
@@ -143,7 +144,13 @@ impl InPlane {
 
     /// Bound on the length of `grad B` in the plane over the polygon, in the unit of the caller.
     pub(crate) const fn steepest(&self) -> f64 {
-        self.steepest
+        self.steepest * self.coordinates.power
+    }
+
+    /// Bound on what the emission changes by over a distance, in the unit of the caller also where the gradient's is beyond a
+    /// double.
+    pub(crate) const fn change_over(&self, distance: f64) -> f64 {
+        self.steepest * (distance * self.coordinates.power)
     }
 
     /// The affine function with the value and the gradient at vertex 0.
@@ -223,7 +230,7 @@ mod tests {
             assert!((here - polynomial.at(y)).abs() < 1e-15, "{here}");
             assert!(polynomial.at(y).abs() <= plane.largest);
             let in_plane = polynomial.gradient_at(y).reject_from_normalized(polygon.normal());
-            assert!(in_plane.length() <= plane.steepest);
+            assert!(in_plane.length() <= plane.steepest());
         }
     }
 

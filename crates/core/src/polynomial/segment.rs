@@ -11,7 +11,8 @@
 //! around the line's nearest point, none where s is of the size of S or above.
 
 use super::bivariate::{Bivariate, whole};
-use crate::arc::{Arc, Frame, Moments};
+use crate::arc::{Arc, Moments};
+use crate::line::Frame;
 use crate::real::Real;
 
 /// A piece of the visible boundary with its integrals `L_k`.
@@ -26,10 +27,10 @@ impl<T: Real> Segment<T> {
     /// With `L_k` up to `k = degree`, which is at least 1.
     pub(super) fn new(arc: &Arc<T>, frame: Frame<T>, degree: usize) -> Self {
         let distance = frame.distance;
-        let [start, end] = [arc.start, arc.end].map(|point| point.dot(frame.along));
-        let length = (arc.end - arc.start).dot(frame.along);
+        let [start, end] = [&arc.start, &arc.end].map(|seen| seen.point.dot(frame.along));
+        let length = (arc.end.point - arc.start.point).dot(frame.along);
         let square = distance * distance;
-        let log_ratio = (arc.end.norm_squared() / arc.start.norm_squared()).ln() * T::exact(0.5);
+        let log_ratio = (arc.end.square / arc.start.square).ln() * T::exact(0.5);
         let mut over_square = Vec::with_capacity(degree + 1);
         over_square.extend([arc.angle / distance, log_ratio]);
         // s_2^m - s_1^m = (s_2 - s_1) q_m with q_m = s_2 q_(m-1) + s_1^(m-1).
@@ -96,7 +97,7 @@ fn times_coordinate<T: Real>(powers: &mut Vec<T>, foot: T, along: T) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::arc::Line;
+    use crate::line::{Line, Sighted};
     use glam::DVec3;
 
     /// Composite Gauss-Legendre rule of five nodes on 400 panels.
@@ -119,8 +120,9 @@ mod tests {
     #[test]
     fn the_recursions_give_the_integrals() {
         let (from, to) = (DVec3::new(-0.4, 0.3, 0.5), DVec3::new(0.9, 0.3, 0.5));
-        let line = Line::<f64>::through(from, to, DVec3::ZERO, 1.0);
-        let arc = Arc::of_edge(from.into(), to.into(), 1.0, line);
+        let [start, end] = [from, to].map(|point| Sighted::from(point, DVec3::ZERO, 1.0));
+        let line = Line::<f64>::through([from, to], [&start, &end], DVec3::ZERO, 1.0);
+        let arc = Arc::of_edge(start, end, 1.0, line);
         let frame = line.frame();
         let segment = Segment::new(&arc, frame, 6);
         let square = frame.distance * frame.distance;

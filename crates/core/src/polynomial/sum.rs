@@ -43,7 +43,7 @@ impl<T: Real> Seen<T> {
         let (coordinates, coefficients) = plane.precise::<T>(polygon);
         let mut emission = coordinates.around_foot(&coefficients, x, power, emitter.power());
         let constant = emission.at_mut(0, 0);
-        *constant = constant.widened((2.0 * plane.steepest() * polygon.planarity_defect() * emitter.power()).into());
+        *constant = constant.widened((2.0 * plane.change_over(polygon.planarity_defect()) * emitter.power()).into());
         Self {
             n1: unit_normal(receiver),
             n2: polygon.unit_normal(),

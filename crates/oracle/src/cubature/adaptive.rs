@@ -6,22 +6,23 @@
 //! estimate, the difference of two rules of different degree, is halved until the sum of the estimates meets the tolerance. The
 //! sum is an error of the lower rule and the result is that of the higher: an estimate, not a proof, but a cautious one.
 //! Rounding is counted beside it, [`ROUNDING`] times the integral of the magnitude: an integral that cancels by more than that
-//! says so. For a function source this holds as long as the function itself varies no faster than the kernel.
+//! says so. A function source states how far its own features are apart, and is looked at as closely.
 
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 
 use crate::Error;
 use crate::cubature::Status;
-use crate::cubature::piece::{Degrees, Four, Piece, Sums};
+use crate::cubature::piece::{Degrees, Four, Piece, ROUNDING, Sums, lengths};
 use crate::region::plane::Vertex;
 
 /// Largest length of a piece over its distance from the receiver. At 2 the singularity is at `+-i` or further for a line through
 /// the piece mapped to `[-1, 1]`, so each degree gains a factor 2.4 or more (Bernstein's ellipse).
 const LONGEST: f64 = 2.0;
 
-/// Rounding error of one evaluation relative to the magnitude of the integrand, with that of the rounded geometry.
-const ROUNDING: f64 = 4.0 * f64::EPSILON;
+/// Part of the estimate of a piece on which the function is rough that each half of it keeps: where the jump runs past a corner
+/// of a half, between the points of its rules and its border, the half looks smooth.
+const HIDDEN: f64 = 1.0 / 16.0;
 
 /// Tolerance below which the pair of higher degree does the same with fewer evaluations.
 const TIGHT: f64 = 1e-4;
@@ -43,6 +44,10 @@ pub(crate) struct Goal {
     pub(crate) tolerance: f64,
     /// Evaluations allowed.
     pub(crate) budget: usize,
+    /// Longest piece on which estimates of error are believed, whatever its distance.
+    pub(crate) longest: f64,
+    /// Whether the source may be rough, so that no estimate rests on one piece alone.
+    pub(crate) is_wary: bool,
 }
 
 /// Integral and estimates over one piece.
@@ -54,6 +59,8 @@ struct Cell {
     discrepancy: [f64; 2],
     /// Rounding, likewise.
     rounding: [f64; 2],
+    /// The least estimate for its halves: what a jump that all points miss may hide.
+    inherited: [f64; 2],
     urgency: f64,
 }
 
@@ -89,11 +96,29 @@ pub(crate) fn integrate(
     integrand: &impl Fn(&Piece, &Vertex) -> Four,
     goal: Goal,
 ) -> Result<Refined, Error> {
-    let degrees = if goal.tolerance < TIGHT { Degrees::Tight } else { Degrees::Loose };
-    let pieces = graded(pieces, height, degrees, goal.budget)?;
+    let degrees = match goal {
+        Goal { is_wary: true, .. } => Degrees::Wary,
+        Goal { tolerance, .. } if tolerance < TIGHT => Degrees::Tight,
+        _ => Degrees::Loose,
+    };
+    let pieces = graded(pieces, height, degrees, &goal)?;
     let mut evaluations = pieces.iter().map(|piece| piece.cost(degrees)).sum();
     let measure = |piece: Piece| Cell::new(piece, piece.sums(degrees, integrand));
+    let halved = |cell: &Cell| {
+        let mut halves = cell.piece.halves().map(measure);
+        distrust(cell, &mut halves);
+        halves
+    };
     let mut cells: Vec<Cell> = pieces.into_iter().map(measure).collect();
+    // What is rough on one piece may be so on the next, in a corner that no point is in.
+    if cells.iter().any(|cell| cell.inherited != [0.0; 2]) {
+        let needed = 3 * evaluations;
+        if needed > goal.budget {
+            return Err(Error::Evaluations { budget: goal.budget, needed });
+        }
+        evaluations = needed;
+        cells = cells.iter().flat_map(halved).collect();
+    }
     let mut totals = sum(cells.iter());
     finite(&totals)?;
     let scale = lengths(totals.integral).map(|size| if size > 0.0 { size } else { 1.0 });
@@ -111,16 +136,14 @@ pub(crate) fn integrate(
             }
         }
         let Some(worst) = heap.pop() else { break Status::Converged };
-        let halves = worst.piece.halves();
-        let cost: usize = halves.iter().map(|half| half.cost(degrees)).sum();
+        let cost = 2 * worst.piece.cost(degrees);
         if evaluations + cost > goal.budget {
             heap.push(worst);
             totals = sum(heap.iter());
             break Status::BudgetExhausted;
         }
         evaluations += cost;
-        let mut halves = halves.map(measure);
-        distrust(&worst, &mut halves);
+        let halves = halved(&worst);
         totals.replace(&worst, &halves);
         for mut half in halves {
             half.urgency = urgency(&half);
@@ -132,16 +155,16 @@ pub(crate) fn integrate(
     Ok(Refined { integral: totals.integral, error, evaluations, status })
 }
 
-/// The pieces, halved until none is longer than [`LONGEST`] times its distance from the receiver.
-fn graded(mut waiting: Vec<Piece>, height: f64, degrees: Degrees, budget: usize) -> Result<Vec<Piece>, Error> {
+/// The pieces, halved until none is longer than [`LONGEST`] times its distance from the receiver, or than the goal allows.
+fn graded(mut waiting: Vec<Piece>, height: f64, degrees: Degrees, goal: &Goal) -> Result<Vec<Piece>, Error> {
     let mut graded = Vec::with_capacity(waiting.len());
     let mut needed = waiting.iter().map(|piece| piece.cost(degrees)).sum::<usize>();
     while let Some(piece) = waiting.pop() {
-        if needed > budget {
-            return Err(Error::Evaluations { budget, needed });
+        if needed > goal.budget {
+            return Err(Error::Evaluations { budget: goal.budget, needed });
         }
         let squared_distance = piece.squared_distance_to_foot() + height * height;
-        if piece.squared_diameter() <= LONGEST * LONGEST * squared_distance {
+        if piece.squared_diameter() <= (LONGEST * LONGEST * squared_distance).min(goal.longest * goal.longest) {
             graded.push(piece);
         } else {
             waiting.extend(piece.halves());
@@ -154,7 +177,16 @@ fn graded(mut waiting: Vec<Piece>, height: f64, degrees: Degrees, budget: usize)
 impl Cell {
     fn new(piece: Piece, sums: Sums) -> Self {
         let rounding = sums.magnitude.map(|magnitude| ROUNDING * magnitude);
-        Self { piece, integral: sums.integral, discrepancy: lengths(sums.difference), rounding, urgency: 0.0 }
+        let inherited = if sums.is_rough { sums.discrepancy.map(|d| HIDDEN * d) } else { [0.0; 2] };
+        Self { piece, integral: sums.integral, discrepancy: sums.discrepancy, rounding, inherited, urgency: 0.0 }
+    }
+
+    /// Takes over what a half of `parent` may hide.
+    fn inherit(&mut self, parent: &Self) {
+        for i in 0..2 {
+            self.discrepancy[i] = self.discrepancy[i].max(parent.inherited[i]);
+            self.inherited[i] = self.inherited[i].max(HIDDEN * parent.inherited[i]);
+        }
     }
 }
 
@@ -168,6 +200,9 @@ fn distrust(parent: &Cell, halves: &mut [Cell; 2]) {
                 half.discrepancy[i] = half.discrepancy[i].max(0.5 * change);
             }
         }
+    }
+    for half in halves {
+        half.inherit(parent);
     }
 }
 
@@ -214,9 +249,4 @@ fn sum<'a>(cells: impl Iterator<Item = &'a Cell>) -> Totals {
         totals.rounding = [0, 1].map(|i| totals.rounding[i] + cell.rounding[i]);
     }
     totals
-}
-
-/// Magnitude of the value and of the gradient.
-fn lengths(f: Four) -> [f64; 2] {
-    [f[0].abs(), (f[1] * f[1] + f[2] * f[2] + f[3] * f[3]).sqrt()]
 }

@@ -92,7 +92,7 @@ mod tests {
         let integrand = Integrand::new(&region, source);
         let triangles = || region.triangles.iter().copied().map(Piece::Triangle);
         let edges = || region.outline.iter().copied().map(Piece::Edge);
-        let goal = Goal { tolerance: 1e-10, budget: 1_000_000 };
+        let goal = Goal { tolerance: 1e-10, budget: 1_000_000, longest: f64::INFINITY, is_wary: false };
         let integrate = |pieces: Vec<Piece>, f: &dyn Fn(&Piece, &Vertex) -> Four| {
             adaptive::integrate(pieces, region.height, &|piece: &Piece, at: &Vertex| f(piece, at), goal).unwrap().integral
         };

@@ -6,6 +6,7 @@
 //! second changes sign, and near contact its integral is smaller than that of its magnitude by the factor `h / size`: that many
 //! digits are lost, and the caller counts them.
 
+use glam::DVec3;
 use radgrad_core::Emission;
 
 use crate::cubature::piece::Four;
@@ -36,15 +37,17 @@ impl<'a> Integrand<'a> {
                 Emission::Polynomial(polynomial) => polynomial.at(self.region.point(at.p, at.q)),
                 Emission::Constant(_) | Emission::Linear(_) => at.b,
             },
-            SourceFunction::Function { radiosity, .. } => radiosity(self.region.point(at.p, at.q)),
+            SourceFunction::Function(function) => (function.radiosity)(self.region.point(at.p, at.q)),
         }
     }
 
-    /// Its gradient along `u` and `v`, per scaled length.
+    /// Its gradient along `u` and `v`, per scaled length. Not a number for a function without: who needs one has asked.
     pub(crate) fn emission_gradient(&self, at: &Vertex) -> [f64; 2] {
         let gradient = match self.source {
             SourceFunction::Emitter(emitter) => emitter.emission_gradient_at(self.region.point(at.p, at.q)),
-            SourceFunction::Function { gradient, .. } => gradient(self.region.point(at.p, at.q)),
+            SourceFunction::Function(function) => {
+                function.gradient.map_or(DVec3::NAN, |gradient| gradient(self.region.point(at.p, at.q)))
+            }
         };
         [self.region.axes[0].dot(gradient) / self.region.unit, self.region.axes[1].dot(gradient) / self.region.unit]
     }

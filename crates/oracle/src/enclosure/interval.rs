@@ -28,22 +28,21 @@ impl Interval {
     /// # Errors
     /// If `text` is not a finite decimal number.
     pub fn from_decimal(text: &str) -> Result<Self, Error> {
-        let error = || Error::Decimal { text: text.to_owned() };
-        let mut constants = Consts::new().map_err(|_| error())?;
-        let (digits, exponent) = text.split_once(['e', 'E']).unwrap_or((text, "0"));
-        let places = digits.split_once('.').map_or(0, |(_, fraction)| fraction.len());
-        let count = digits.bytes().filter(u8::is_ascii_digit).count();
-        let readable = count > 0 && digits.trim_start_matches(['+', '-']).bytes().all(|b| b.is_ascii_digit() || b == b'.');
-        let exponent: i32 = exponent.parse().map_err(|_| error())?;
-        // log2(10) < 10/3; 64 bits more make the rounding of the conversion invisible beside the unit of the last digit.
-        let bits = count * 10 / 3 + 64;
-        let value = BigFloat::parse(text, Radix::Dec, bits, RoundingMode::ToEven, &mut constants);
-        let middle = Exact::from_inner(value);
-        if !readable || !middle.leading().is_finite() {
-            return Err(error());
+        let (middle, unit) = read(text)?;
+        Ok(Self { middle, radius: up(unit) })
+    }
+
+    /// Reads a decimal number that is known to within `radius`.
+    ///
+    /// # Errors
+    /// If `text` is not a finite decimal number, or the radius negative or not finite.
+    pub fn around_decimal(text: &str, radius: f64) -> Result<Self, Error> {
+        if !(0.0..f64::INFINITY).contains(&radius) {
+            return Err(Error::Range { quantity: "the radius" });
         }
-        let last = exponent - i32::try_from(places).map_err(|_| error())?;
-        Ok(Self { middle, radius: up(power_of_ten(last)) })
+        let (middle, unit) = read(text)?;
+        let exact = middle.is_zero() && radius == 0.0;
+        Ok(Self { radius: if exact { 0.0 } else { up(radius + CONVERSION * unit) }, middle })
     }
 
     /// The double nearest the midpoint, to one unit in the last place.
@@ -127,6 +126,29 @@ impl Interval {
     }
 }
 
+/// Bound on the rounding of [`read`], in units of the last digit: 2^-60.
+const CONVERSION: f64 = 1.0 / (1u64 << 60) as f64;
+
+/// A decimal number and the unit of its last digit.
+fn read(text: &str) -> Result<(Exact, f64), Error> {
+    let error = || Error::Decimal { text: text.to_owned() };
+    let mut constants = Consts::new().map_err(|_| error())?;
+    let (digits, exponent) = text.split_once(['e', 'E']).unwrap_or((text, "0"));
+    let places = digits.split_once('.').map_or(0, |(_, fraction)| fraction.len());
+    let count = digits.bytes().filter(u8::is_ascii_digit).count();
+    let readable = count > 0 && digits.trim_start_matches(['+', '-']).bytes().all(|b| b.is_ascii_digit() || b == b'.');
+    let exponent: i32 = exponent.parse().map_err(|_| error())?;
+    // log2(10) < 10/3; 64 bits more make the rounding of the conversion invisible beside the unit of the last digit.
+    let bits = count * 10 / 3 + 64;
+    let value = BigFloat::parse(text, Radix::Dec, bits, RoundingMode::ToEven, &mut constants);
+    let middle = Exact::from_inner(value);
+    if !readable || !middle.leading().is_finite() {
+        return Err(error());
+    }
+    let last = exponent - i32::try_from(places).map_err(|_| error())?;
+    Ok((middle, power_of_ten(last)))
+}
+
 /// `10^n` to a few units in the last place, up to the range of a double.
 pub(crate) fn power_of_ten(n: i32) -> f64 {
     let power: f64 = (0..n.unsigned_abs()).fold(1.0, |p, _| p * 10.0);
@@ -139,6 +161,16 @@ mod tests {
 
     fn third() -> Interval {
         Interval::from_decimal("0.33333333333333333333333333333").unwrap()
+    }
+
+    #[test]
+    fn a_decimal_with_a_radius_is_that_ball() {
+        let tenth = Interval::around_decimal("1.0e-1", 1e-3).unwrap();
+        assert!(tenth.contains(0.1009) && tenth.contains(0.0991) && !tenth.contains(0.1011));
+        let sharp = Interval::around_decimal("1.0e-1", 0.0).unwrap();
+        assert!(sharp.radius() > 0.0 && sharp.radius() < 1e-18, "a tenth is no dyadic number");
+        assert_eq!(Interval::around_decimal("0", 0.0).unwrap(), Interval::zero());
+        assert!(Interval::around_decimal("1", f64::NAN).is_err() && Interval::around_decimal("1", -1.0).is_err());
     }
 
     #[test]

@@ -20,9 +20,16 @@ use crate::monte_carlo::visibility::{Occluders, SeenPolygon};
 use crate::region::plane::{Edge, Vertex};
 use crate::region::{FrameVector, Region};
 
-/// How far beside an edge, over the distance, it is decided what occluders hide there; they hide nothing of what is less than
-/// twice that in front of the emitter, so that one that lies in its plane does not hide it.
+/// How far beside an edge it is decided what occluders hide there: this share of the edge's length or of its distance, whichever
+/// is less,
 const BESIDE: f64 = 1e-8;
+
+/// but this share of the distance at least, since a direction is known to 1e-15.
+const LEAST_BESIDE: f64 = 1e-11;
+
+/// Occluders hide nothing that is less than this part of the way beside an edge in front of the emitter, so that one that lies in
+/// its plane does not hide it, and one that stands on it does unless it leans by less than that.
+const AGAINST: f64 = 0.01;
 
 /// An edge with what is seen on its left.
 #[derive(Debug)]
@@ -98,7 +105,7 @@ impl<'a> Silhouette<'a> {
     fn at_emitter(&self, edge: &GeneratingEdge, at: &Vertex) -> Option<(f64, f64, f64)> {
         let (ray, inverse) = self.integrand.ray(at);
         let ray = self.region.to_space(ray);
-        (!self.occluders.block(edge.beside(ray, ray))).then(|| (self.integrand.emission(at), at.s, 1.0 / inverse))
+        (!self.occluders.block(edge.beside(self.region, ray, ray))).then(|| (self.integrand.emission(at), at.s, 1.0 / inverse))
     }
 
     /// `B` of the emitter behind a point of an occluder's edge, `n1.r` and `r^2` of the point itself, if the emitter is seen
@@ -111,10 +118,10 @@ impl<'a> Silhouette<'a> {
         }
         let behind = ray * lengthening;
         let at = self.region.vertex(u.dot(behind), v.dot(behind))?;
-        let right = edge.beside(behind, -ray);
+        let right = edge.beside(self.region, behind, -ray);
         let hidden = self.occluders.polygons[index].blocks(right)
             && !self.occluders.polygons[..index].iter().any(|earlier| earlier.blocks(right));
-        let counts = hidden && !self.occluders.block(edge.beside(behind, ray));
+        let counts = hidden && !self.occluders.block(edge.beside(self.region, behind, ray));
         counts.then(|| (self.integrand.emission(&at), at.s / lengthening, ray.length_squared()))
     }
 }
@@ -149,11 +156,15 @@ impl GeneratingEdge {
         Self { arc, length: along.length(), moment, along, of: Owner::Occluder { index, ends } }
     }
 
-    /// A ray just left of `ray`, or just right with `through` reversed, and just shorter.
-    fn beside(&self, ray: DVec3, through: DVec3) -> DVec3 {
+    /// A ray just left of `ray`, or just right with `through` reversed, that ends just short of the emitter's plane.
+    fn beside(&self, region: &Region, ray: DVec3, through: DVec3) -> DVec3 {
         let left = self.along.cross(through);
-        let length = left.length();
-        let aside = if length > 0.0 { left * (BESIDE * ray.length() / length) } else { DVec3::ZERO };
-        ray * (1.0 - 2.0 * BESIDE) + aside
+        let (length, distance) = (left.length(), ray.length());
+        let share = (BESIDE * self.length / distance).clamp(LEAST_BESIDE, BESIDE);
+        let aside = if length > 0.0 { ray + left * (share * distance / length) } else { ray };
+        // The step aside is across the ray, which leaves the plane where that is seen at a slant.
+        let onto = -region.height / region.axes[2].dot(aside);
+        let onto = if (0.5..2.0).contains(&onto) { onto } else { 1.0 };
+        aside * (onto * (1.0 - AGAINST * share))
     }
 }

@@ -53,7 +53,8 @@ impl SeenPolygon {
     /// Whether the line along `ray` passes through it: the winding number of a fan of triangles from the first vertex. A line
     /// through a spoke of the fan belongs to the triangle on one side of it; a line through the border is outside.
     pub(crate) fn covers(&self, ray: DVec3) -> bool {
-        let side = |a: DVec3, b: DVec3| ray.dot(a.cross(b));
+        // As a x (b - a): of two rays that are nearly parallel, far away, the cross product would have lost its digits.
+        let side = |a: DVec3, b: DVec3| ray.dot(a.cross(b - a));
         let left = |vertex: DVec3| side(self.rays[0], vertex) >= 0.0;
         let winding = |pair: &[DVec3]| match (left(pair[0]), left(pair[1])) {
             (true, false) => i32::from(side(pair[0], pair[1]) > 0.0),

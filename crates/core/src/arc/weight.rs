@@ -1,0 +1,105 @@
+//! What an arc weighs in the gradient of a constant emitter's radiosity.
+
+use super::{Arc, Generator, sine_series};
+use crate::line::Line;
+use crate::real::Real;
+use crate::vec3::Vec3;
+
+impl<T: Real> Arc<T> {
+    /// `toward . (M n1) / S` on the generating line `line`, at distance S; M is the arc's `int omega omega^T`.
+    ///
+    /// With u, v the directions of the ends, `M = chi (u + v)(u + v)^T + psi (v - u)(v - u)^T`, `chi = (g + sin g)/4(1 + cos g)`
+    /// and `psi = (g - sin g)/4(1 - cos g)` (the axes of [`Arc::moments`], not normalised). An end of the generating line itself
+    /// has `toward.u / S = 1/|r|`: neither S nor a frame is needed. Past a quarter turn u + v shrinks and its axis is taken from
+    /// the frame.
+    #[inline]
+    pub(crate) fn weight(&self, line: &Line<T>, n1: Vec3<T>) -> T {
+        if !self.is_within_a_quarter_turn() {
+            return self.weight_in_frame(line, n1);
+        }
+        let ends = [&self.start, &self.end];
+        let product = ends[0].inverse * ends[1].inverse;
+        let (sin, cos) = (self.across * product, self.inline * product);
+        let [c1, c2] = ends.map(|end| n1.dot(end.point) * end.inverse);
+        let [q1, q2] = if let Generator::Emitter(_) = self.generator {
+            ends.map(|end| end.inverse)
+        } else {
+            let toward = line.frame().toward * line.nearness();
+            ends.map(|end| end.point.dot(toward) * end.inverse)
+        };
+        let one_and_cos = T::exact(1.0) + cos;
+        let chi = (self.angle + sin) / (one_and_cos * T::exact(4.0));
+        chi * (q1 + q2) * (c1 + c2) + psi(self.angle, sin, cos, one_and_cos) * (q2 - q1) * (c2 - c1)
+    }
+
+    /// Whether the angle is at most a right one.
+    #[inline]
+    pub(crate) fn is_within_a_quarter_turn(&self) -> bool {
+        self.inline.value() >= 0.0
+    }
+
+    /// `|g + sin g|` and `1/(1 + cos g)`.
+    #[inline]
+    pub(crate) fn angle_and_sine(&self) -> (T, T) {
+        let product = self.start.inverse * self.end.inverse;
+        let cos = self.inline * product;
+        ((self.angle + self.across * product).abs(), T::exact(1.0) / (T::exact(1.0) + cos))
+    }
+
+    #[cold]
+    fn weight_in_frame(&self, line: &Line<T>, n1: Vec3<T>) -> T {
+        let frame = line.frame();
+        let m = self.moments(&frame);
+        (m.cc * n1.dot(frame.toward) + m.cs * n1.dot(frame.along)) * line.nearness()
+    }
+}
+
+/// `(g - sin g)/4(1 - cos g)`; for small g by the series p of `6 (g - sin g)/g^3`, `sin g = g (1 - g^2 p/6)` and `1 - cos g = sin^2
+/// g/(1 + cos g)`.
+#[inline]
+fn psi<T: Real>(angle: T, sin: T, cos: T, one_and_cos: T) -> T {
+    if angle.value().abs() > 1.0 {
+        return (angle - sin) / ((T::exact(1.0) - cos) * T::exact(4.0));
+    }
+    let square = angle * angle;
+    let series = sine_series(square);
+    let sine_over_angle = T::exact(1.0) - square * series / T::exact(6.0);
+    angle * series * one_and_cos / (sine_over_angle * sine_over_angle * T::exact(24.0))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::certify::Ball;
+    use crate::line::Sighted;
+
+    #[test]
+    fn an_arc_of_no_length_weighs_nothing() {
+        let point = |x: f64| Sighted::at(Vec3::new(2.0, x, 0.5));
+        let line = Line::<f64>::along(Vec3::new(0.0, 1.0, 0.0), point(0.25).point);
+        let arc = Arc::between(point(0.25), point(0.25), Generator::Occluder(line));
+        assert_eq!(arc.weight(&line, Vec3::new(0.3, -0.5, 0.812)), 0.0);
+        let point = |x: Ball<f64>| Sighted::at(Vec3::new(Ball::exact(2.0), x, Ball::exact(0.5)));
+        let [from, to] = [0.25, 0.25 + 1e-16].map(|x| point(Ball::approximate(x, 1e-15)));
+        let line = Line::along(Vec3::new(0.0, 1.0, 0.0).map(Ball::exact), from.point);
+        let weight =
+            Arc::between(from, to, Generator::Occluder(line)).weight(&line, Vec3::new(0.3, -0.5, 0.812).map(Ball::exact));
+        assert!(weight.value().abs() <= weight.error() && weight.error() < 1e-14, "{weight:?}");
+    }
+
+    #[test]
+    fn the_weight_is_that_of_the_moments_in_the_frame() {
+        let n1 = Vec3::new(0.3, -0.5, 0.812);
+        for (from, to) in [(-0.9, 0.2), (0.4, 0.4001), (-0.5, 1.0), (-0.78, 0.78), (1.0, 1.5), (0.2, 1.2)] {
+            let on_line = |psi: f64| Sighted::at(Vec3::new(2.0, 2.0 * libm::tan(psi), 0.5));
+            let (start, end) = (on_line(from), on_line(to));
+            let line = Line::<f64>::along(Vec3::new(0.0, 1.0, 0.0), start.point);
+            let arc = Arc::between(start, end, Generator::Emitter(line));
+            let whole = arc.weight_in_frame(&line, n1);
+            assert!((arc.weight(&line, n1) - whole).abs() < 4e-16, "{from} {to}");
+            // The same line taken for an occluder's: the ends are then asked for in its frame.
+            let shadow = Arc::between(start, end, Generator::Occluder(line));
+            assert!((shadow.weight(&line, n1) - whole).abs() < 4e-16, "{from} {to}");
+        }
+    }
+}

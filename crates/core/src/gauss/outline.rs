@@ -1,0 +1,110 @@
+//! The corners of what the rule integrates over: the emitter's, or where the horizon crosses it those of the part above.
+//!
+//! A crossing is where the heights of an edge's ends over the horizon, both to full relative accuracy, say so: the fraction t
+//! of the way e from the end above errs by 8u, u = 2^-53. Offsets are kept from a vertex above, too, so that a small part of a
+//! large polygon loses nothing. With Λ the longest of these, `|e| t <= 2Λ`, and corners err by
+//!
+//! | | local offset | offset from x | height over the horizon |
+//! |---|---|---|---|
+//! | vertex | `u Λ` | `u |r|` | `5u |r|`, or `8u` of itself |
+//! | crossing | `22u Λ` | `2u |r| + 22u Λ` | exactly 0 |
+
+use glam::DVec3;
+
+use super::Scene;
+use super::source::Lit;
+use crate::number::ROUNDOFF;
+use crate::plan::{Plan, height_over_horizon, offset};
+use crate::vec3::Vec3;
+use crate::{Polygon, Receiver};
+
+/// A corner of the outline, in normalised lengths.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Corner {
+    /// The vertex as given; of a crossing the vertex above.
+    place: DVec3,
+    /// Offset from the receiver.
+    pub(super) seen: Vec3<f64>,
+    /// Offset from a vertex above the horizon: differences of these lose nothing to the distance.
+    pub(super) local: Vec3<f64>,
+    /// `n1.r`.
+    pub(super) facing: f64,
+    /// Bound on the error of that.
+    pub(super) facing_error: f64,
+    pub(super) lit: Lit,
+}
+
+/// Below this share of the distance the height over the horizon is taken to full relative accuracy.
+const GRAZING: f64 = 0.0625;
+
+impl Scene<'_> {
+    /// The corners of a triangle above the horizon.
+    pub(super) fn corners_of_triangle(&self, receiver: &Receiver, polygon: &Polygon, plan: &Plan) -> [Corner; 3] {
+        [0, 1, 2].map(|vertex| self.corner(receiver, polygon, plan, vertex, 0))
+    }
+
+    /// The corners of the part above the horizon, counter-clockwise as the polygon's vertices are (Sutherland and Hodgman 1974).
+    pub(super) fn outline(&self, receiver: &Receiver, polygon: &Polygon, plan: &Plan) -> Vec<Corner> {
+        let count = polygon.vertices().len();
+        let is_above = |vertex: &usize| precise_facing(receiver, polygon.vertices()[*vertex], plan) > 0.0;
+        let base = if self.is_clipped { (0..count).find(is_above).unwrap_or(0) } else { 0 };
+        let corners: Vec<Corner> = (0..count).map(|vertex| self.corner(receiver, polygon, plan, vertex, base)).collect();
+        if !self.is_clipped {
+            return corners;
+        }
+        let mut above = Vec::with_capacity(count + 1);
+        for (i, start) in corners.iter().enumerate() {
+            let j = (i + 1) % count;
+            let end = &corners[j];
+            let e = || offset(polygon.vertices()[j], polygon.vertices()[i], plan.power);
+            match (start.facing > 0.0, end.facing > 0.0) {
+                (true, true) => above.push(*start),
+                (true, false) => above.extend([*start, start.towards(end, e())]),
+                (false, true) => above.push(end.towards(start, -e())),
+                (false, false) => {}
+            }
+        }
+        above
+    }
+
+    /// The side from one corner to another: a difference of vertices as given, which errs by u of itself, or of local offsets.
+    pub(super) fn side(&self, from: &Corner, to: &Corner) -> Vec3<f64> {
+        if self.is_clipped { to.local - from.local } else { offset(to.place, from.place, self.power) }
+    }
+
+    fn corner(&self, receiver: &Receiver, polygon: &Polygon, plan: &Plan, vertex: usize, base: usize) -> Corner {
+        let (x, place, first) = (receiver.position(), polygon.vertices()[vertex], polygon.vertices()[base]);
+        let seen: Vec3<f64> = offset(place, x, plan.power);
+        let distance = seen.norm_squared().sqrt();
+        let facing = self.n1.dot(seen);
+        let (facing, facing_error) = if self.is_clipped || facing < GRAZING * distance {
+            let facing = precise_facing(receiver, place, plan);
+            (facing, 8.0 * ROUNDOFF * facing.abs())
+        } else {
+            (facing, 5.0 * ROUNDOFF * distance)
+        };
+        let local = offset(place, first, plan.power);
+        Corner { place, seen, local, facing, facing_error, lit: self.source.at_vertex(vertex, place) }
+    }
+}
+
+impl Corner {
+    /// The point of the edge `e` from here to `end`, below the horizon, where that crosses it.
+    fn towards(&self, end: &Self, e: Vec3<f64>) -> Self {
+        let fraction = self.facing / (self.facing - end.facing);
+        Self {
+            place: self.place,
+            seen: self.seen + e * fraction,
+            local: self.local + e * fraction,
+            facing: 0.0,
+            facing_error: 0.0,
+            lit: self.lit.towards(&end.lit, fraction),
+        }
+    }
+}
+
+/// `n1.r` of a vertex with a relative error of 8u: two of the height, and five and one of the length of the normal as given.
+fn precise_facing(receiver: &Receiver, vertex: DVec3, plan: &Plan) -> f64 {
+    let height: f64 = height_over_horizon(receiver, vertex, plan.power);
+    height / Vec3::from(receiver.direction()).norm_squared().sqrt()
+}

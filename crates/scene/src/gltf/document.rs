@@ -1,0 +1,194 @@
+//! The part of a glTF document that is read, by the names of the format.
+
+use serde::Deserialize;
+
+use super::Fault;
+use crate::Error;
+
+/// The extension that lets materials emit more than 1.
+pub(super) const EMISSIVE_STRENGTH: &str = "KHR_materials_emissive_strength";
+
+#[derive(Debug, Deserialize)]
+#[serde(rename_all = "camelCase", expecting = "a glTF document")]
+pub(super) struct Document {
+    pub(super) asset: Asset,
+    pub(super) scene: Option<usize>,
+    #[serde(default)]
+    pub(super) scenes: Vec<Roots>,
+    #[serde(default)]
+    pub(super) nodes: Vec<Node>,
+    #[serde(default)]
+    pub(super) meshes: Vec<Mesh>,
+    #[serde(default)]
+    pub(super) materials: Vec<Material>,
+    #[serde(default)]
+    pub(super) accessors: Vec<Accessor>,
+    #[serde(default)]
+    pub(super) buffer_views: Vec<BufferView>,
+    #[serde(default)]
+    pub(super) buffers: Vec<Buffer>,
+    #[serde(default)]
+    pub(super) extensions_used: Vec<String>,
+    #[serde(default)]
+    pub(super) extensions_required: Vec<String>,
+}
+
+#[derive(Debug, Deserialize)]
+pub(super) struct Asset {
+    version: String,
+}
+
+#[derive(Debug, Deserialize)]
+pub(super) struct Roots {
+    #[serde(default)]
+    pub(super) nodes: Vec<usize>,
+}
+
+#[derive(Debug, Deserialize)]
+pub(super) struct Node {
+    pub(super) name: Option<String>,
+    pub(super) mesh: Option<usize>,
+    pub(super) skin: Option<usize>,
+    #[serde(default)]
+    pub(super) children: Vec<usize>,
+    /// By columns.
+    pub(super) matrix: Option<[f64; 16]>,
+    #[serde(default)]
+    pub(super) translation: [f64; 3],
+    /// A quaternion, the scalar last.
+    #[serde(default = "no_rotation")]
+    pub(super) rotation: [f64; 4],
+    #[serde(default = "no_scale")]
+    pub(super) scale: [f64; 3],
+}
+
+#[derive(Debug, Deserialize)]
+pub(super) struct Mesh {
+    pub(super) name: Option<String>,
+    pub(super) primitives: Vec<Primitive>,
+}
+
+#[derive(Debug, Deserialize)]
+pub(super) struct Primitive {
+    pub(super) attributes: Attributes,
+    pub(super) indices: Option<usize>,
+    pub(super) material: Option<usize>,
+    #[serde(default = "triangles")]
+    pub(super) mode: u64,
+    #[serde(default)]
+    pub(super) targets: Vec<serde_json::Value>,
+}
+
+#[derive(Debug, Deserialize)]
+pub(super) struct Attributes {
+    #[serde(rename = "POSITION")]
+    pub(super) position: Option<usize>,
+}
+
+#[derive(Debug, Default, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct Material {
+    pub(super) name: Option<String>,
+    pub(super) pbr_metallic_roughness: Option<MetallicRoughness>,
+    #[serde(default)]
+    pub(super) emissive_factor: [f64; 3],
+    pub(super) emissive_texture: Option<serde_json::Value>,
+    pub(super) alpha_mode: Option<String>,
+    #[serde(default)]
+    pub(super) double_sided: bool,
+    #[serde(default)]
+    pub(super) extensions: MaterialExtensions,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct MetallicRoughness {
+    #[serde(default = "white")]
+    pub(super) base_color_factor: [f64; 4],
+    pub(super) base_color_texture: Option<serde_json::Value>,
+}
+
+#[derive(Debug, Default, Deserialize)]
+pub(super) struct MaterialExtensions {
+    #[serde(rename = "KHR_materials_emissive_strength")]
+    pub(super) emissive_strength: Option<EmissiveStrength>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct EmissiveStrength {
+    #[serde(default = "one")]
+    pub(super) emissive_strength: f64,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct Accessor {
+    pub(super) buffer_view: Option<usize>,
+    #[serde(default)]
+    pub(super) byte_offset: usize,
+    pub(super) component_type: u64,
+    #[serde(rename = "type")]
+    pub(super) shape: String,
+    pub(super) count: usize,
+    pub(super) sparse: Option<serde_json::Value>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct BufferView {
+    pub(super) buffer: usize,
+    #[serde(default)]
+    pub(super) byte_offset: usize,
+    pub(super) byte_length: usize,
+    pub(super) byte_stride: Option<usize>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct Buffer {
+    pub(super) uri: Option<String>,
+    pub(super) byte_length: usize,
+}
+
+const fn no_rotation() -> [f64; 4] {
+    [0.0, 0.0, 0.0, 1.0]
+}
+
+const fn no_scale() -> [f64; 3] {
+    [1.0; 3]
+}
+
+const fn white() -> [f64; 4] {
+    [1.0; 4]
+}
+
+const fn one() -> f64 {
+    1.0
+}
+
+const fn triangles() -> u64 {
+    4
+}
+
+impl Document {
+    /// Whether this is a version, and asks for no extension, that is not read here; the error comes with its member.
+    pub(super) fn check(&self) -> Result<(), Fault> {
+        if self.asset.version.split('.').next() != Some("2") {
+            let found = format!("`{}`", self.asset.version);
+            return Err(("asset.version".to_owned(), Error::expected("version 2 of glTF", found)));
+        }
+        match self.extensions_required.iter().find(|name| *name != EMISSIVE_STRENGTH) {
+            None => Ok(()),
+            Some(name) => {
+                let instead = "export without it";
+                Err(("extensionsRequired".to_owned(), Error::Unsupported { what: format!("the extension `{name}`"), instead }))
+            }
+        }
+    }
+}
+
+/// An index that is too large.
+pub(super) fn no_such(what: &str, index: usize, count: usize) -> Error {
+    Error::expected(format!("an index below {count} ({what})"), index.to_string())
+}

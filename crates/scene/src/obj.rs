@@ -1,0 +1,245 @@
+//! Wavefront OBJ with its MTL libraries, in double precision.
+//!
+//! Read: `v` (a fourth number and vertex colours are skipped), `f` with any number of vertices in the forms `v`, `v/vt`, `v//vn`
+//! and `v/vt/vn`, counted from 1 or backwards from -1; `o`, `g`, `usemtl`, `mtllib`; `Kd` and `Ke` of materials; comments, lines
+//! continued by `\`, either end of line. The order of a face's vertices decides to which side it is lit, not its normals. A
+//! surface is a group: its name is that of `g`, or `o`, or `o/g` where both are given; a name that comes again is the same
+//! surface.
+//!
+//! Statements that say nothing of flat, diffuse faces are skipped: `vt`, `vn`, `vp`, `s`, `mg`, and what concerns display.
+//! Points and lines are skipped with a [`crate::Note`]. Free-form surfaces, and any statement that is unknown, are refused: they
+//! may be faces.
+
+mod mtl;
+#[cfg(test)]
+mod tests;
+
+use std::collections::HashMap;
+use std::io;
+use std::path::{Path, PathBuf};
+
+use radgrad_core::DVec3;
+
+use crate::scene::Intake;
+use crate::words::{Words, decode, quoted, without_mark};
+use crate::{Degenerate, Error, Position, Scene};
+
+/// Reads a file and the material libraries that it names, which stand beside it.
+///
+/// # Errors
+/// If a file cannot be read, or something in it is wrong: with file, line and what was expected.
+pub fn read(file: &Path, degenerate: Degenerate) -> Result<Scene, Error> {
+    let text = crate::open(file)?;
+    let folder = file.parent().map(Path::to_owned).unwrap_or_default();
+    parse(&text, file, degenerate, |library| std::fs::read(folder.join(library)))
+}
+
+/// Reads the text of a file. `file` is its name in messages; `library` gives the content of a material library.
+///
+/// ```
+/// use std::path::Path;
+/// use radgrad_scene::{Degenerate, obj};
+/// let text = "mtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\ng floor\nusemtl grey\nf -4 -3 -2 -1\n";
+/// let library = "newmtl grey\nKd 0.5 0.5 0.5\n";
+/// let scene = obj::parse(text.as_bytes(), Path::new("floor.obj"), Degenerate::Refuse, |_| Ok(library.into()))?;
+/// assert_eq!(scene.area_of(scene.surface_named("floor")?), 1.0);
+/// # Ok::<(), radgrad_scene::Error>(())
+/// ```
+///
+/// # Errors
+/// As [`read`].
+pub fn parse(
+    text: &[u8],
+    file: &Path,
+    degenerate: Degenerate,
+    library: impl FnMut(&Path) -> io::Result<Vec<u8>>,
+) -> Result<Scene, Error> {
+    let mut reader = Reader {
+        intake: Intake::new(Scene::new(["r", "g", "b"])?, file, degenerate),
+        vertices: Vec::new(),
+        materials: HashMap::new(),
+        libraries: Vec::new(),
+        object: String::new(),
+        group: String::new(),
+        material: None,
+        library,
+    };
+    for_each_statement(text, |line, statement| {
+        let result = decode(statement).and_then(|statement| reader.statement(line, statement));
+        // What is wrong in a library has its place already.
+        result.map_err(|error| if error.place().is_some() { error } else { error.at(reader.intake.place(Position::Line(line))) })
+    })?;
+    reader.intake.finish()
+}
+
+/// Calls `take` with the number of each statement's first line and with its text: comments cut off, continued lines joined,
+/// blank ones left out.
+fn for_each_statement(text: &[u8], mut take: impl FnMut(usize, &[u8]) -> Result<(), Error>) -> Result<(), Error> {
+    let text = without_mark(text);
+    let (mut first, mut joined) = (0, Vec::new());
+    for (index, line) in text.split(|&byte| byte == b'\n').enumerate() {
+        let comment = (0..line.len()).find(|&i| line[i] == b'#' && (i == 0 || line[i - 1].is_ascii_whitespace()));
+        let line = line[..comment.unwrap_or(line.len())].trim_ascii_end();
+        if joined.is_empty() {
+            first = index + 1;
+        }
+        if let Some(line) = line.strip_suffix(b"\\") {
+            joined.extend_from_slice(line);
+            joined.push(b' ');
+            continue;
+        }
+        joined.extend_from_slice(line);
+        if !joined.trim_ascii().is_empty() {
+            take(first, &joined)?;
+        }
+        joined.clear();
+    }
+    if joined.is_empty() { Ok(()) } else { take(first, &joined) }
+}
+
+struct Reader<L> {
+    intake: Intake,
+    vertices: Vec<DVec3>,
+    /// Index of each material by its name.
+    materials: HashMap<String, usize>,
+    libraries: Vec<PathBuf>,
+    object: String,
+    group: String,
+    material: Option<usize>,
+    library: L,
+}
+
+impl<L: FnMut(&Path) -> io::Result<Vec<u8>>> Reader<L> {
+    fn statement(&mut self, line: usize, text: &str) -> Result<(), Error> {
+        let mut words = Words::new(text);
+        let Some(keyword) = words.next() else { return Ok(()) };
+        match keyword {
+            "v" => self.vertex(words)?,
+            "f" | "fo" => self.face(line, words)?,
+            "o" | "g" => {
+                let name = words.rest().split_ascii_whitespace().collect::<Vec<_>>().join(" ");
+                if keyword == "o" {
+                    self.object = name;
+                    self.group.clear();
+                } else {
+                    self.group = name;
+                }
+            }
+            "usemtl" => {
+                let known = || format!("{} are known from {} libraries", self.materials.len(), self.libraries.len());
+                let material = self.materials.get(words.rest()).copied();
+                let missing = || Error::Missing { what: "material", which: quoted(Some(words.rest())), known: known() };
+                self.material = Some(material.ok_or_else(missing)?);
+            }
+            "mtllib" => self.read_libraries(words)?,
+            "p" | "l" => self.ignore(line, format!("`{keyword}` is no surface: points and lines are left out")),
+            "vt" | "vn" | "vp" | "s" | "mg" | "bevel" | "c_interp" | "d_interp" | "lod" | "shadow_obj" | "trace_obj"
+            | "maplib" | "usemap" => {}
+            "cstype" | "deg" | "bmat" | "step" | "curv" | "curv2" | "surf" | "parm" | "trim" | "hole" | "scrv" | "sp" | "end"
+            | "con" | "bzp" | "bsp" | "cdc" | "cdp" | "res" | "ctech" | "stech" => {
+                return Err(Error::Unsupported {
+                    what: format!("the free-form statement `{keyword}`"),
+                    instead: "export the surfaces as polygons",
+                });
+            }
+            _ => return Err(Error::expected("a statement of OBJ (v, f, o, g, usemtl, mtllib, ...)", quoted(Some(keyword)))),
+        }
+        Ok(())
+    }
+
+    fn ignore(&mut self, line: usize, what: String) {
+        let place = self.intake.place(Position::Line(line));
+        self.intake.ignore(place, what);
+    }
+
+    fn vertex(&mut self, mut words: Words<'_>) -> Result<(), Error> {
+        let vertex = DVec3::new(words.number("x")?, words.number("y")?, words.number("z")?);
+        // A weight or a colour may follow, or both.
+        for further in ["w or red", "green", "blue", "alpha"] {
+            if words.is_empty() {
+                break;
+            }
+            words.number(further)?;
+        }
+        words.end()?;
+        self.vertices.push(vertex);
+        Ok(())
+    }
+
+    fn face(&mut self, line: usize, mut words: Words<'_>) -> Result<(), Error> {
+        let mut vertices = Vec::with_capacity(4);
+        while let Some(word) = words.next() {
+            vertices.push(self.corner(word)?);
+        }
+        let material = self.material_index(line)?;
+        let surface = match (self.object.as_str(), self.group.as_str()) {
+            ("", "") => self.intake.surface("default"),
+            ("", name) | (name, "") => self.intake.surface(name),
+            (object, group) => self.intake.surface(&format!("{object}/{group}")),
+        };
+        let place = self.intake.place(Position::Line(line));
+        self.intake.add_face(surface, material, vertices, place)
+    }
+
+    /// The vertex of one word of a face: `7`, `7/1`, `7//3` or `7/1/3`, or the same with negative numbers.
+    fn corner(&self, word: &str) -> Result<DVec3, Error> {
+        let wrong = || Error::expected("a vertex of a face (`v`, `v/vt`, `v//vn` or `v/vt/vn`)", quoted(Some(word)));
+        let is_integer = |part: &str| part.parse::<i64>().is_ok();
+        let (index, attributes) = word.split_once('/').map_or((word, None), |(index, rest)| (index, Some(rest)));
+        let index: i64 = index.parse().map_err(|_| wrong())?;
+        let well_formed = attributes.is_none_or(|attributes| match attributes.split_once('/') {
+            None => is_integer(attributes),
+            Some((texture, normal)) => (texture.is_empty() || is_integer(texture)) && is_integer(normal),
+        });
+        if !well_formed {
+            return Err(wrong());
+        }
+        let count = self.vertices.len();
+        let place = match index {
+            1.. => usize::try_from(index - 1).ok(),
+            _ => usize::try_from(index.unsigned_abs()).ok().filter(|&back| back > 0).and_then(|back| count.checked_sub(back)),
+        };
+        place.and_then(|place| self.vertices.get(place).copied()).ok_or_else(|| {
+            let range = if count == 0 { "no vertices stand".to_owned() } else { format!("1 to {count} or -1 to -{count} stand") };
+            Error::expected(format!("the index of a vertex: {range} before this line"), quoted(Some(word)))
+        })
+    }
+
+    /// The material in use; black where none is.
+    fn material_index(&mut self, line: usize) -> Result<usize, Error> {
+        if let Some(material) = self.material {
+            return Ok(material);
+        }
+        let black = self.intake.scene().add_material("", [0.0; 3], [0.0; 3])?;
+        self.ignore(line, "faces before the first `usemtl` have no material: taken as black".to_owned());
+        self.material = Some(black);
+        Ok(black)
+    }
+
+    /// One library whose name may have spaces, or else several.
+    fn read_libraries(&mut self, words: Words<'_>) -> Result<(), Error> {
+        let whole = words.rest();
+        if whole.is_empty() {
+            return Err(Error::expected("the name of a material library", quoted(None)));
+        }
+        match (self.library)(Path::new(whole)) {
+            Err(error) if error.kind() == io::ErrorKind::NotFound && whole.contains(|c: char| c.is_ascii_whitespace()) => {
+                whole.split_ascii_whitespace().try_for_each(|name| {
+                    let content = (self.library)(Path::new(name));
+                    self.take_library(name, content)
+                })
+            }
+            content => self.take_library(whole, content),
+        }
+    }
+
+    fn take_library(&mut self, name: &str, content: io::Result<Vec<u8>>) -> Result<(), Error> {
+        if self.libraries.iter().any(|known| known == Path::new(name)) {
+            return Ok(());
+        }
+        let content = content.map_err(|error| Error::Unreadable { file: name.into(), reason: error.to_string() })?;
+        mtl::parse(&content, Path::new(name), &mut self.intake, &mut self.materials)?;
+        self.libraries.push(name.into());
+        Ok(())
+    }
+}

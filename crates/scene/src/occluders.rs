@@ -1,0 +1,119 @@
+//! The polygons of a scene that may hide a part of an emitter from a receiver: a tree of boxes, searched by a [`Beam`].
+//!
+//! What is not found is proven to hide nothing: every test in [`beam`] covers its rounding, and boxes are exact, lowest and
+//! highest coordinates without arithmetic. What is found may still hide nothing. A search visits the boxes that meet the beam and
+//! their siblings, so that it costs what is in the beam, and little for what is elsewhere; [`Found`] counts both.
+
+mod beam;
+mod half_space;
+mod hull;
+mod shape;
+#[cfg(test)]
+mod tests;
+mod tree;
+
+use radgrad_core::Polygon;
+
+pub use beam::Beam;
+use shape::Shape;
+use tree::{Content, Tree};
+
+/// An index of polygons for searches by [`Beam`].
+///
+/// ```
+/// use radgrad_core::{DVec3, Emission, Emitter, Polygon, Receiver, evaluate};
+/// use radgrad_scene::{Beam, Occluders};
+/// let square = |low: f64, z: f64| {
+///     let corners = [(0.0, 0.0), (0.0, 1.0), (1.0, 1.0), (1.0, 0.0)]; // counter-clockwise from below
+///     Polygon::new(corners.map(|(x, y)| DVec3::new(x + low, y + low, z)).to_vec()).unwrap()
+/// };
+/// let [lamp, screen, aside, above] = [square(0.0, 1.0), square(0.5, 0.5), square(3.0, 0.5), square(0.0, 2.0)];
+/// let scene = [lamp.clone(), screen, aside, above];
+/// let receiver = Receiver::new(DVec3::new(0.5, 0.5, 0.0), DVec3::Z, 1.0).unwrap();
+///
+/// let index = Occluders::new(&scene);
+/// let beam = Beam::from_receiver(&receiver, &lamp).expect("the receiver is in front of the lamp");
+/// let found = index.in_beam(&beam, &[0]); // the lamp itself hides nothing
+/// assert_eq!(found.polygons, [1]);
+///
+/// let lamp = Emitter::new(lamp, Emission::Constant(1.0)).unwrap();
+/// let hiding = [scene[1].clone()];
+/// assert_eq!(evaluate(&receiver, &lamp, &hiding), evaluate(&receiver, &lamp, &scene[1..]));
+/// ```
+#[derive(Debug, Clone)]
+pub struct Occluders {
+    tree: Tree,
+    polygons: Vec<Shape>,
+}
+
+/// What a search found, and what it cost.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Found {
+    /// Indices of the polygons that may hide something, ascending.
+    pub polygons: Vec<usize>,
+    /// Boxes that were compared with the beam.
+    pub boxes_tested: usize,
+    /// Polygons that were compared with the beam.
+    pub polygons_tested: usize,
+}
+
+impl Occluders {
+    /// An index of polygons, numbered from 0 in their order. It keeps what it needs of them.
+    pub fn new<'a>(polygons: impl IntoIterator<Item = &'a Polygon>) -> Self {
+        let polygons: Vec<Shape> = polygons.into_iter().map(Shape::of).collect();
+        Self { tree: Tree::over(&polygons), polygons }
+    }
+
+    /// Number of polygons.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.polygons.len()
+    }
+
+    /// Whether there are no polygons.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.polygons.is_empty()
+    }
+
+    /// The polygons that may hide a part of the beam's emitter from its receiver, but for those of `leave_out`: the emitter and
+    /// the polygon that the receiver is on.
+    #[must_use]
+    pub fn in_beam(&self, beam: &Beam, leave_out: &[usize]) -> Found {
+        let mut found = Found::default();
+        let mut open = Vec::with_capacity(64);
+        open.extend(self.tree.root());
+        while let Some(index) = open.pop() {
+            let node = &self.tree.nodes[index];
+            found.boxes_tested += 1;
+            if beam.misses_box(&node.bounds) {
+                continue;
+            }
+            match &node.content {
+                Content::Branch(children) => open.extend(children),
+                Content::Leaf(range) => self.test(beam, &self.tree.order[range.clone()], leave_out, &mut found),
+            }
+        }
+        found.polygons.sort_unstable();
+        found
+    }
+
+    /// The same among `candidates`, those found in a wider beam: for one point of a receiver what was found for all of it. Indices
+    /// of no polygon are passed over.
+    #[must_use]
+    pub fn among(&self, beam: &Beam, candidates: &[usize], leave_out: &[usize]) -> Found {
+        let mut found = Found::default();
+        self.test(beam, candidates, leave_out, &mut found);
+        found
+    }
+
+    fn test(&self, beam: &Beam, candidates: &[usize], leave_out: &[usize], found: &mut Found) {
+        for &index in candidates.iter().filter(|index| !leave_out.contains(index)) {
+            let Some(polygon) = self.polygons.get(index) else { continue };
+            found.polygons_tested += 1;
+            if !beam.misses_polygon(polygon) {
+                found.polygons.push(index);
+            }
+        }
+    }
+}

@@ -1,0 +1,67 @@
+//! What the search needs to know of a polygon.
+
+use radgrad_core::{DVec3, Polygon};
+
+use super::half_space::{Frame, HalfSpace, Plane};
+use crate::projection::normalising_power;
+
+/// A polygon that may hide others.
+#[derive(Debug, Clone)]
+pub(super) struct Shape {
+    pub(super) vertices: Vec<DVec3>,
+    pub(super) bounds: Bounds,
+    /// Where the space in front of it has its coordinates.
+    pub(super) frame: Frame,
+    exactly: HalfSpace,
+    of_surface: HalfSpace,
+}
+
+impl Shape {
+    pub(super) fn of(polygon: &Polygon) -> Self {
+        let vertices = polygon.vertices().to_vec();
+        let plane = Plane::of(polygon);
+        let frame = Frame { origin: vertices[0], power: normalising_power(polygon.size()) };
+        let bounds = Bounds::of(&vertices);
+        Self { bounds, frame, exactly: plane.front(&frame), of_surface: plane.over(&frame), vertices }
+    }
+
+    /// The space in front: as a surface's, or exactly as given.
+    pub(super) const fn front(&self, of_surface: bool) -> &HalfSpace {
+        if of_surface { &self.of_surface } else { &self.exactly }
+    }
+}
+
+/// The smallest box around some points.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Bounds {
+    pub(super) low: DVec3,
+    pub(super) high: DVec3,
+}
+
+impl Bounds {
+    pub(super) const NONE: Self = Self { low: DVec3::INFINITY, high: DVec3::NEG_INFINITY };
+
+    pub(super) fn of(points: &[DVec3]) -> Self {
+        points.iter().fold(Self::NONE, |bounds, &p| Self { low: bounds.low.min(p), high: bounds.high.max(p) })
+    }
+
+    pub(super) fn and(self, other: &Self) -> Self {
+        Self { low: self.low.min(other.low), high: self.high.max(other.high) }
+    }
+
+    /// The common part, if the two meet.
+    pub(super) fn common(&self, other: &Self) -> Option<Self> {
+        let common = Self { low: self.low.max(other.low), high: self.high.min(other.high) };
+        common.low.cmple(common.high).all().then_some(common)
+    }
+
+    pub(super) fn centre(&self, axis: usize) -> f64 {
+        0.5 * self.low[axis] + 0.5 * self.high[axis]
+    }
+
+    /// Half the surface, in units of `unit` along each axis so that it cannot overflow.
+    pub(super) fn surface(&self, unit: f64) -> f64 {
+        let DVec3 { x, y, z } = (self.high - self.low) / unit;
+        x * y + y * z + z * x
+    }
+}

@@ -1,0 +1,375 @@
+//! A scene: named surfaces of one-sided polygons, each of a material.
+//!
+//! A [`Face`] is one polygon, lit and seen on the side from which it is counter-clockwise; it is opaque from both. A [`Surface`]
+//! is what users name: one or more faces. A [`Material`] has a diffuse reflectance and an emitted radiance in each channel of
+//! the scene; channels are names (`r`, `g`, `b`; `grey`; wavelengths), and mean nothing here. Lengths are in one unit of the
+//! file's choice.
+//!
+//! Everything in a scene is valid: polygons are those of `radgrad-core`, reflectances are in [0, 1], radiances are finite and
+//! not negative, and every index in it exists.
+
+mod intake;
+mod material;
+mod note;
+mod split;
+
+use std::path::Path;
+
+use radgrad_core::{DVec3, Polygon};
+
+use crate::{Error, Place};
+pub use intake::Degenerate;
+pub(crate) use intake::Intake;
+pub use material::Material;
+pub use note::Note;
+
+/// Named surfaces of polygons with materials.
+///
+/// ```
+/// use radgrad_core::{DVec3, Polygon};
+/// use radgrad_scene::Scene;
+/// let mut scene = Scene::new(["grey"])?;
+/// let white = scene.add_material("white", [0.8], [0.0])?;
+/// let lamp = scene.add_material("lamp", [0.0], [10.0])?;
+/// let [floor, ceiling] = ["floor", "ceiling"].map(|name| scene.add_surface(name));
+/// let square = |z: f64| [(0.0, 0.0), (2.0, 0.0), (2.0, 2.0), (0.0, 2.0)].map(|(x, y)| DVec3::new(x, y, z));
+/// let (up, mut down) = (square(0.0).to_vec(), square(1.0).to_vec());
+/// down.reverse(); // counter-clockwise from below
+/// scene.add_face(floor, white, Polygon::new(up).unwrap(), None)?;
+/// scene.add_face(ceiling, lamp, Polygon::new(down).unwrap(), None)?;
+/// assert_eq!(scene.area_of(ceiling), 4.0);
+/// assert_eq!(scene.emitted_power(0), 40.0 * std::f64::consts::PI);
+/// assert_eq!(scene.surface_named("floor")?, floor);
+/// # Ok::<(), radgrad_scene::Error>(())
+/// ```
+#[derive(Debug, Clone, PartialEq)]
+pub struct Scene {
+    title: Option<String>,
+    enclosure: Option<bool>,
+    channels: Vec<String>,
+    materials: Vec<Material>,
+    surfaces: Vec<Surface>,
+    faces: Vec<Face>,
+    notes: Vec<Note>,
+}
+
+/// A named part of a scene: one or more faces.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Surface {
+    name: String,
+    faces: Vec<usize>,
+    exchanges: bool,
+}
+
+impl Surface {
+    /// Its name. Not every format makes names unique.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Indices of its faces in [`Scene::faces`], ascending.
+    #[must_use]
+    pub fn faces(&self) -> &[usize] {
+        &self.faces
+    }
+
+    /// Whether it gives and takes light, and so has a row among the form factors; else it only hides others.
+    #[must_use]
+    pub const fn exchanges(&self) -> bool {
+        self.exchanges
+    }
+}
+
+/// One polygon of a scene.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Face {
+    polygon: Polygon,
+    surface: usize,
+    material: usize,
+    place: Option<Place>,
+}
+
+impl Face {
+    /// The polygon, counter-clockwise seen from the side that gives and takes light.
+    #[must_use]
+    pub const fn polygon(&self) -> &Polygon {
+        &self.polygon
+    }
+
+    /// Index of its surface.
+    #[must_use]
+    pub const fn surface(&self) -> usize {
+        self.surface
+    }
+
+    /// Index of its material.
+    #[must_use]
+    pub const fn material(&self) -> usize {
+        self.material
+    }
+
+    /// Where it was read.
+    #[must_use]
+    pub const fn place(&self) -> Option<&Place> {
+        self.place.as_ref()
+    }
+}
+
+impl Scene {
+    /// A scene without faces, whose materials have one value in each of `channels`.
+    ///
+    /// # Errors
+    /// If there is no channel, or two have one name.
+    pub fn new<C: Into<String>>(channels: impl IntoIterator<Item = C>) -> Result<Self, Error> {
+        let channels: Vec<String> = channels.into_iter().map(Into::into).collect();
+        if channels.is_empty() {
+            return Err(Error::Count { what: "channels", found: 0, expected: 1 });
+        }
+        if let Some(twice) = channels.iter().enumerate().find(|(i, name)| channels[..*i].contains(name)) {
+            return Err(Error::expected("channels of different names", format!("`{}` twice", twice.1)));
+        }
+        let (materials, surfaces, faces, notes) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+        Ok(Self { title: None, enclosure: None, channels, materials, surfaces, faces, notes })
+    }
+
+    /// Reads a scene: `.obj` with its `.mtl` ([`crate::obj`]), `.gltf` or `.glb` ([`crate::gltf`]), `.vs3` of `View3D`
+    /// ([`crate::view3d`]).
+    ///
+    /// ```
+    /// use radgrad_scene::{Degenerate, Scene};
+    /// # let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../../data/scenes/cornell.obj");
+    /// let scene = Scene::read(file, Degenerate::Refuse)?;
+    /// let light = scene.surface_named("light")?;
+    /// println!("{} faces, light {} mm2", scene.faces().len(), scene.area_of(light));
+    /// for note in scene.notes() {
+    ///     println!("{note}"); // cornell.obj:..: `left` is 3.2 off its plane ...
+    /// }
+    /// # assert_eq!(scene.notes().len(), 1);
+    /// # Ok::<(), radgrad_scene::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// If a file cannot be read or its format is unknown, with the file; if something in it is wrong, with file, line and what
+    /// was expected. Nothing is half-loaded.
+    pub fn read(file: impl AsRef<Path>, degenerate: Degenerate) -> Result<Self, Error> {
+        let file = file.as_ref();
+        let extension = file.extension().map(|e| e.to_string_lossy().to_ascii_lowercase());
+        match extension.as_deref() {
+            Some("obj") => crate::obj::read(file, degenerate),
+            Some("gltf" | "glb") => crate::gltf::read(file, degenerate),
+            Some("vs3") => crate::view3d::read(file, degenerate),
+            _ => Err(Error::Format { file: file.to_owned() }),
+        }
+    }
+
+    /// Adds a material and returns its index. One value a channel: `reflectance` in [0, 1], `radiance` finite and not negative.
+    ///
+    /// # Errors
+    /// If the number of values differs from that of the channels, or a value is out of range.
+    pub fn add_material(
+        &mut self,
+        name: impl Into<String>,
+        reflectance: impl Into<Vec<f64>>,
+        radiance: impl Into<Vec<f64>>,
+    ) -> Result<usize, Error> {
+        self.materials.push(Material::new(name.into(), reflectance.into(), radiance.into(), &self.channels)?);
+        Ok(self.materials.len() - 1)
+    }
+
+    /// Adds a surface without faces and returns its index.
+    pub fn add_surface(&mut self, name: impl Into<String>) -> usize {
+        self.surfaces.push(Surface { name: name.into(), faces: Vec::new(), exchanges: true });
+        self.surfaces.len() - 1
+    }
+
+    /// Adds a surface that only hides others, without faces, and returns its index.
+    pub fn add_obstruction(&mut self, name: impl Into<String>) -> usize {
+        self.surfaces.push(Surface { name: name.into(), faces: Vec::new(), exchanges: false });
+        self.surfaces.len() - 1
+    }
+
+    /// Adds a face and returns its index.
+    ///
+    /// # Errors
+    /// If there is no such surface or material.
+    pub fn add_face(&mut self, surface: usize, material: usize, polygon: Polygon, place: Option<Place>) -> Result<usize, Error> {
+        let missing = |what, index: usize, count: usize| Error::Missing {
+            what,
+            which: index.to_string(),
+            known: format!("they are numbered from 0, and there are {count}"),
+        };
+        if material >= self.materials.len() {
+            return Err(missing("material", material, self.materials.len()));
+        }
+        let index = self.faces.len();
+        let count = self.surfaces.len();
+        self.surfaces.get_mut(surface).ok_or_else(|| missing("surface", surface, count))?.faces.push(index);
+        self.faces.push(Face { polygon, surface, material, place });
+        Ok(index)
+    }
+
+    /// Title, where the file has one.
+    #[must_use]
+    pub fn title(&self) -> Option<&str> {
+        self.title.as_deref()
+    }
+
+    /// Whether the surfaces enclose a room, where the file says so.
+    #[must_use]
+    pub const fn enclosure(&self) -> Option<bool> {
+        self.enclosure
+    }
+
+    /// Names of the channels.
+    #[must_use]
+    pub fn channels(&self) -> &[String] {
+        &self.channels
+    }
+
+    /// Materials.
+    #[must_use]
+    pub fn materials(&self) -> &[Material] {
+        &self.materials
+    }
+
+    /// Surfaces, in the order of the file.
+    #[must_use]
+    pub fn surfaces(&self) -> &[Surface] {
+        &self.surfaces
+    }
+
+    /// Faces, in the order of the file.
+    #[must_use]
+    pub fn faces(&self) -> &[Face] {
+        &self.faces
+    }
+
+    /// The polygons of the faces, in their order.
+    pub fn polygons(&self) -> impl ExactSizeIterator<Item = &Polygon> {
+        self.faces.iter().map(Face::polygon)
+    }
+
+    /// What the reader changed or left out, in the order of the file.
+    #[must_use]
+    pub fn notes(&self) -> &[Note] {
+        &self.notes
+    }
+
+    /// Index of the surface of this name.
+    ///
+    /// # Errors
+    /// If there is none, or more than one.
+    pub fn surface_named(&self, name: &str) -> Result<usize, Error> {
+        let mut found = self.surfaces_named(name);
+        match (found.next(), found.next()) {
+            (Some(index), None) => Ok(index),
+            (Some(first), Some(second)) => Err(Error::Missing {
+                what: "single surface",
+                which: format!("`{name}`"),
+                known: format!("surfaces {first} and {second} (from 0) have that name"),
+            }),
+            (None, _) => {
+                let names: Vec<String> = self.surfaces.iter().map(|s| format!("`{}`", s.name)).collect();
+                Err(Error::Missing {
+                    what: "surface",
+                    which: format!("`{name}`"),
+                    known: format!("there are {}", names.join(", ")),
+                })
+            }
+        }
+    }
+
+    /// Indices of the surfaces of this name, ascending.
+    pub fn surfaces_named(&self, name: &str) -> impl Iterator<Item = usize> {
+        self.surfaces.iter().enumerate().filter(move |(_, surface)| surface.name == name).map(|(index, _)| index)
+    }
+
+    /// Area of a surface; 0 if there is none of this index.
+    #[must_use]
+    pub fn area_of(&self, surface: usize) -> f64 {
+        let faces = self.surfaces.get(surface).map_or(&[][..], |s| &s.faces);
+        faces.iter().map(|&face| self.faces[face].polygon.area()).sum()
+    }
+
+    /// Power emitted by all faces in a channel: the sum of area times pi times radiance. 0 if there is no such channel.
+    #[must_use]
+    pub fn emitted_power(&self, channel: usize) -> f64 {
+        let exitance = |face: &Face| self.materials[face.material].emitted_radiosity(channel).unwrap_or(0.0);
+        self.faces.iter().map(|face| face.polygon.area() * exitance(face)).sum()
+    }
+
+    /// Lowest and highest coordinates of all faces, if there are any.
+    #[must_use]
+    pub fn bounds(&self) -> Option<(DVec3, DVec3)> {
+        let mut vertices = self.polygons().flat_map(Polygon::vertices).copied();
+        let first = vertices.next()?;
+        Some(vertices.fold((first, first), |(low, high), v| (low.min(v), high.max(v))))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn square(z: f64) -> Polygon {
+        Polygon::new([[0.0, 0.0, z], [1.0, 0.0, z], [1.0, 1.0, z], [0.0, 1.0, z]].map(DVec3::from).to_vec()).unwrap()
+    }
+
+    #[test]
+    fn a_scene_takes_only_what_its_channels_and_indices_allow() {
+        assert!(matches!(Scene::new([""; 0]), Err(Error::Count { .. })));
+        assert!(matches!(Scene::new(["r", "g", "r"]), Err(Error::Expected { .. })));
+        let mut scene = Scene::new(["r", "g"]).unwrap();
+        assert_eq!(scene.add_material("m", [0.5], [0.0, 0.0]), Err(Error::Count { what: "reflectances", found: 1, expected: 2 }));
+        for value in [1.1, -0.1, f64::NAN] {
+            let error = scene.add_material("m", [0.5, value], [0.0, 0.0]).unwrap_err().to_string();
+            assert!(error.starts_with("material `m`: reflectance is ") && error.contains("channel `g`"), "{error}");
+        }
+        for value in [-1.0, f64::NAN, f64::INFINITY] {
+            assert!(scene.add_material("m", [0.5, 0.5], [0.0, value]).is_err());
+        }
+        let material = scene.add_material("m", [0.5, 0.5], [0.0, 1e9]).unwrap();
+        let surface = scene.add_surface("s");
+        assert!(matches!(scene.add_face(surface, 7, square(0.0), None), Err(Error::Missing { what: "material", .. })));
+        assert!(matches!(scene.add_face(7, material, square(0.0), None), Err(Error::Missing { what: "surface", .. })));
+        assert!(scene.faces().is_empty(), "a refused face leaves nothing behind");
+        assert_eq!(scene.add_face(surface, material, square(0.0), None), Ok(0));
+        assert_eq!(scene.bounds(), Some((DVec3::ZERO, DVec3::new(1.0, 1.0, 0.0))));
+    }
+
+    #[test]
+    fn a_name_that_two_surfaces_have_is_not_taken_for_one() {
+        let mut scene = Scene::new(["grey"]).unwrap();
+        for name in ["wall", "floor", "wall"] {
+            scene.add_surface(name);
+        }
+        assert_eq!(scene.surface_named("floor"), Ok(1));
+        assert_eq!(scene.surfaces_named("wall").collect::<Vec<_>>(), [0, 2]);
+        assert!(scene.surface_named("wall").unwrap_err().to_string().contains("surfaces 0 and 2"));
+        assert!(scene.surface_named("roof").unwrap_err().to_string().contains("there are `wall`, `floor`, `wall`"));
+    }
+
+    #[test]
+    fn emitted_power_counts_every_lamp_in_its_channel() {
+        let mut scene = Scene::new(["r", "g"]).unwrap();
+        let lamp = scene.add_material("lamp", [0.0, 0.0], [2.0, 3.0]).unwrap();
+        let dark = scene.add_material("dark", [0.9, 0.9], [0.0, 0.0]).unwrap();
+        let surface = scene.add_surface("all");
+        for (material, z) in [(lamp, 0.0), (dark, 1.0), (lamp, 2.0)] {
+            scene.add_face(surface, material, square(z), None).unwrap();
+        }
+        let pi = std::f64::consts::PI;
+        assert_eq!([0, 1, 2].map(|channel| scene.emitted_power(channel)), [4.0 * pi, 6.0 * pi, 0.0]);
+        assert_eq!(scene.area_of(surface), 3.0);
+        assert_eq!(scene.area_of(9), 0.0);
+    }
+
+    #[test]
+    fn a_file_of_another_format_is_refused_by_its_name() {
+        let error = Scene::read("room.skp", Degenerate::Refuse).unwrap_err();
+        assert_eq!(error, Error::Format { file: "room.skp".into() });
+        let error = Scene::read("no-such-directory/room.OBJ", Degenerate::Refuse).unwrap_err().to_string();
+        assert!(error.starts_with("`no-such-directory/room.OBJ` cannot be read: "), "{error}");
+    }
+}

@@ -1,0 +1,73 @@
+//! What a reader did that the file does not say: nothing is changed or left out silently.
+
+use std::fmt;
+
+use crate::Place;
+
+/// Something changed or left out while reading, and where.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub enum Note {
+    /// A face that is not planar was split into triangles.
+    Split {
+        /// Where the face is.
+        place: Place,
+        /// Name of its surface.
+        surface: String,
+        /// Triangles it became.
+        triangles: usize,
+        /// Distance of the worst vertex from the plane that fits best.
+        distance: f64,
+        /// Largest extent of the face along an axis.
+        size: f64,
+    },
+    /// A vertex that repeats its predecessor was left out of a face, as [`crate::Degenerate::Drop`] asks.
+    RepeatedVertex {
+        /// Where the face is.
+        place: Place,
+        /// Index of the vertex in the face, from 0.
+        vertex: usize,
+    },
+    /// A face was left out, as [`crate::Degenerate::Drop`] asks.
+    Dropped {
+        /// Where the face is.
+        place: Place,
+        /// Why it is no polygon.
+        reason: radgrad_core::Error,
+    },
+    /// A part of the file was not used.
+    Ignored {
+        /// Where it stands first.
+        place: Place,
+        /// What it is and what was done instead.
+        what: String,
+    },
+}
+
+impl Note {
+    /// Where it happened.
+    #[must_use]
+    pub const fn place(&self) -> &Place {
+        match self {
+            Self::Split { place, .. }
+            | Self::RepeatedVertex { place, .. }
+            | Self::Dropped { place, .. }
+            | Self::Ignored { place, .. } => place,
+        }
+    }
+}
+
+impl fmt::Display for Note {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}: ", self.place())?;
+        match self {
+            Self::Split { surface, triangles, distance, size, .. } => write!(
+                f,
+                "a face of `{surface}` has a vertex {distance:.3e} off its plane (size {size:.3e}): split into {triangles} triangles"
+            ),
+            Self::RepeatedVertex { vertex, .. } => write!(f, "vertex {vertex} of the face repeats its predecessor: left out"),
+            Self::Dropped { reason, .. } => write!(f, "face left out: {reason}"),
+            Self::Ignored { what, .. } => write!(f, "{what}"),
+        }
+    }
+}

@@ -1,0 +1,85 @@
+//! `cargo xtask verify --bounds`: the campaign that looks for a bound below its error.
+
+mod summary;
+
+use std::error::Error;
+use std::fs;
+use std::path::Path;
+
+use indicatif::ProgressBar;
+use radgrad_audit::bounds::campaign;
+use radgrad_audit::bounds::mark::{Figure, Mark};
+use radgrad_audit::bounds::requirements::{Breach, breaches};
+use radgrad_audit::bounds::table::Table;
+use radgrad_audit::family::Family;
+use radgrad_audit::gates::Gates;
+use radgrad_audit::regression::Regression;
+use radgrad_audit::run::{Part, Run};
+use radgrad_audit::shard;
+
+use crate::in_workspace;
+use crate::verify::{self, Arguments};
+
+type Shard = shard::Shard<Mark, Figure>;
+
+/// Cases of the whole campaign, and of the quick one.
+const CASES: [u64; 2] = [10_000_000, 100_000];
+
+/// The campaign by itself, or a part of it, or its parts merged. Whether nothing is broken, missed or beyond its gate.
+pub(crate) fn run(arguments: &Arguments, gates: &Gates) -> Result<bool, Box<dyn Error>> {
+    let out = &arguments.out;
+    let Shard { run, table } = if arguments.merge.is_empty() {
+        let (families, part) = (arguments.families(), arguments.part());
+        campaigned(match arguments.cases {
+            Some(cases) => campaign::run(cases, &families, arguments.seed, part),
+            None => campaign::run(CASES[usize::from(arguments.quick)], &Family::ALL, arguments.seed, part).only(&families),
+        })
+    } else {
+        verify::merged(&arguments.merge)?
+    };
+    if run.part != Part::WHOLE {
+        println!("{}", summary::of(&table, &run));
+        let path = out.join(format!("bounds-{}-of-{}.json", run.part.index + 1, run.part.of));
+        fs::write(&path, Shard { run, table }.to_json()?)?;
+        println!("written to {}; the gates are held against the whole", path.display());
+        return Ok(true);
+    }
+    Ok(verify::ended(judged(&run, &table, gates, out)?))
+}
+
+/// What of a campaign of so many cases is of the families asked for, within another command.
+pub(crate) fn small(cases: u64, arguments: &Arguments, gates: &Gates) -> Result<bool, Box<dyn Error>> {
+    let Shard { run, table } =
+        campaigned(campaign::run(cases, &Family::ALL, arguments.seed, Part::WHOLE).only(&arguments.families()));
+    judged(&run, &table, gates, &arguments.out)
+}
+
+fn campaigned(run: Run) -> Shard {
+    let bar = ProgressBar::new(run.count());
+    bar.set_style(verify::style());
+    let table = campaign::table(&run, || bar.inc(1));
+    bar.finish_and_clear();
+    Shard { run, table }
+}
+
+/// Prints and writes the tables; holds them against what is required.
+fn judged(run: &Run, table: &Table, gates: &Gates, out: &Path) -> Result<bool, Box<dyn Error>> {
+    println!("{}", summary::of(table, run));
+    table.write_bounds(fs::File::create(out.join("bounds.csv"))?)?;
+    table.write_times(fs::File::create(out.join("bounds-times.csv"))?)?;
+    let breaches = breaches(table, gates);
+    report(&breaches)?;
+    Ok(breaches.is_empty())
+}
+
+/// Prints each breach with the command that replays it; keeps a case that is to blame alone, shrunk.
+fn report(breaches: &[Breach]) -> Result<(), Box<dyn Error>> {
+    for breach in breaches {
+        println!("VIOLATED {breach}\n  replay: cargo xtask replay {}", breach.case);
+        if let Some(regression) = Regression::of_breach(breach) {
+            let path = regression.write(&in_workspace("data/regressions"))?;
+            println!("  shrunk: cargo xtask replay data/regressions/{}", path.file_name().unwrap_or_default().display());
+        }
+    }
+    Ok(())
+}
