@@ -64,7 +64,7 @@ pub use emitters::Emitters;
 pub use receivers::Receivers;
 pub use total::Tally;
 
-use crate::{Emitter, Error, Receiver};
+use crate::{Emitter, Error, Receiver, level};
 use emitters::OneReceiver;
 use one_emitter::OneEmitter;
 use tile::Goal;
@@ -96,7 +96,7 @@ impl Default for Engine {
 
 impl fmt::Display for Engine {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(lanes::name(self.level))?;
+        f.write_str(level::name(self.level))?;
         f.write_str(if self.threads { " on all threads" } else { "" })
     }
 }
@@ -111,7 +111,7 @@ impl Engine {
     /// One engine for each instruction set of this machine, best first.
     #[must_use]
     pub fn all() -> Vec<Self> {
-        lanes::levels().into_iter().map(|level| Self { level, threads: false }).collect()
+        level::levels().into_iter().map(|level| Self { level, threads: false }).collect()
     }
 
     /// The same on all threads of rayon's pool, where the crate is built with the feature `threads`.

@@ -46,6 +46,7 @@ mod geometry;
 mod hessian;
 mod horizon;
 mod ladder;
+mod level;
 mod line;
 mod linear;
 mod number;

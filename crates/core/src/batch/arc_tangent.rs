@@ -92,8 +92,8 @@ mod tests {
     use rand::{RngExt, SeedableRng, rngs::ChaCha8Rng};
 
     use super::*;
-    use crate::batch::lanes::levels;
     use crate::double_double::DoubleDouble;
+    use crate::level::levels;
     use fearless_simd::Level;
 
     fn angles<F: Lane>(level: Level, y: &[F], x: &[F], out: &mut [F]) {

@@ -6,73 +6,12 @@
 
 use std::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Neg, Not, Sub};
 
-use fearless_simd::{Level, Select, Simd, SimdBase, SimdFloat, SimdFloatElement, SimdMask};
+use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdFloatElement, SimdMask};
 
 use super::arc_tangent::ArcTangent;
 use super::logarithm::Logarithm;
+pub(super) use crate::level::on_level;
 use crate::vec3::Vec3;
-
-/// Runs a call with the vectors of an instruction set: AVX-512, AVX2 or what the target always has. It is compiled for each.
-macro_rules! on_level {
-    ($level:expr, $simd:ident => $call:expr) => {{
-        #[cfg(target_arch = "x86_64")]
-        {
-            use fearless_simd::Simd;
-            if let Some($simd) = $level.as_avx512() {
-                $simd.vectorize(
-                    #[inline(always)]
-                    || $call,
-                )
-            } else if let Some($simd) = $level.as_avx2() {
-                $simd.vectorize(
-                    #[inline(always)]
-                    || $call,
-                )
-            } else if let Some($simd) = $level.as_sse2() {
-                $simd.vectorize(
-                    #[inline(always)]
-                    || $call,
-                )
-            } else {
-                unreachable!("every x86-64 has SSE2")
-            }
-        }
-        #[cfg(not(target_arch = "x86_64"))]
-        {
-            fearless_simd::dispatch!($level, $simd => $call)
-        }
-    }};
-}
-
-pub(super) use on_level;
-
-/// The instruction sets of this machine that [`on_level`] tells apart, best first.
-pub(super) fn levels() -> Vec<Level> {
-    let best = Level::new();
-    #[cfg(target_arch = "x86_64")]
-    {
-        use fearless_simd::Simd;
-        let levels = [best.as_avx512().map(Simd::level), best.as_avx2().map(Simd::level), best.as_sse2().map(Simd::level)];
-        levels.into_iter().flatten().collect()
-    }
-    #[cfg(not(target_arch = "x86_64"))]
-    {
-        vec![best]
-    }
-}
-
-/// What people call it.
-pub(super) fn name(level: Level) -> &'static str {
-    #[cfg(target_arch = "x86_64")]
-    {
-        let (wide, wider) = (level.as_avx2().is_some(), level.as_avx512().is_some());
-        if wider { "AVX-512" } else { ["SSE2", "AVX2"][usize::from(wide)] }
-    }
-    #[cfg(not(target_arch = "x86_64"))]
-    {
-        if level.is_fallback() { "no vectors" } else { "vectors of 128 bits" }
-    }
-}
 
 /// Lanes of the widest vector there is, 512 bits of single precision.
 pub(super) const MOST_LANES: usize = 16;

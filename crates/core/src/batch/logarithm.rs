@@ -90,8 +90,8 @@ mod tests {
     use rand::{RngExt, SeedableRng, rngs::ChaCha8Rng};
 
     use super::*;
-    use crate::batch::lanes::levels;
     use crate::double_double::DoubleDouble;
+    use crate::level::levels;
 
     fn logarithms<F: Lane>(level: Level, x: &[F], out: &mut [F]) {
         #[inline(always)]
