@@ -18,8 +18,8 @@
 //! - the sine errs by `ds = g (ew + 14u + 7u + 2 eta)`, the cosine by at most `5u + 11u cos + 4 eta`, so 1 + cos by `9u + 4 eta`
 //!   relative; c errs by `5u + 5.5u |c| + 2 eta`, and `c + c'` or their difference by `dc = 10u + 6.5us + 4 eta`;
 //! - `chi = T (g + sin g)/4`: the first term errs by `Q (T/4) [s (dg + ds) + (g + sin g) (s (19u + 5 eta) + dc)]`;
-//! - `psi <= 0.091g` and `|c' - c| <= |v - u| <= g`: up to g = 1 the second errs by `Q [g (0.12 dg + 3ug + 0.46 eta g) + 0.091g
-//!   dc]`, psi following from g alone but for 1 + cos, and beyond by `Q [0.55 (dg + ds) + 5ug + 0.9 eta g^2 + 0.091g dc]`;
+//! - `psi <= 0.091g`, `psi' <= 0.11`, psi errs by 3u of itself, `q' - q` by `(5.5u + eta) Q` and `|c' - c| <= |v - u| <= g`:
+//!   the second errs by `Q g [0.11 dg + 0.8ug + 0.091 (eta g + dc)]`;
 //! - the weight is at most `Q ((T/4) (g + sin g) s + 0.091g min(g, s))`; its sum and its product with N err by that times ew
 //!   across N and 5.5u along it.
 //!
@@ -117,13 +117,9 @@ impl ArcErrors {
             let (cosines, quarter) = (c1 + c2, 0.25 * turn);
             let dc = 10.0 * U + 6.5 * U * cosines + 4.0 * eta;
             let first = quarter * (cosines * (dg + ds) + sum * (cosines * (19.0 * U + 5.0 * eta) + dc));
-            let second = if g <= 1.0 {
-                g * (0.12 * dg + 3.0 * U * g + 0.46 * eta * g)
-            } else {
-                0.55 * (dg + ds) + 5.0 * U * g + 0.9 * eta * g * g
-            };
+            let second = g * (0.11 * dg + 0.8 * U * g + 0.091 * (eta * g + dc));
             let size = near * (quarter * sum * cosines + 0.091 * g * g.min(cosines));
-            (size, near * (first + second + 0.091 * g * dc) + 5.5 * U * size)
+            (size, near * (first + second) + 5.5 * U * size)
         } else {
             let en = ew + 5.0 * U;
             let db = 0.71 * (2.0 * en + 54.0 * U + 2.0 * eta);
