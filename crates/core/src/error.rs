@@ -130,8 +130,8 @@ pub enum Error {
         /// The tolerance as given.
         value: f64,
     },
-    /// An absolute tolerance is not a positive number.
-    #[error("absolute tolerance is {value}: it must be positive and finite")]
+    /// An absolute tolerance is no finite number of at least 0.
+    #[error("absolute tolerance is {value}: it must be finite and not negative, and above 0 for a tree of emitters")]
     AbsoluteTolerance {
         /// The tolerance as given.
         value: f64,
