@@ -33,6 +33,8 @@
 //! Each sum of n vectors adds `(n - 1) u` of the sum of sizes, and the products with emission, normal and reflectance 8u of the
 //! result.
 
+use std::ops::{Add, Mul};
+
 use crate::arc::Arc;
 use crate::constant::{EdgeSum, SolidAngleVector};
 use crate::line::{Line, Sighted};
@@ -95,35 +97,28 @@ impl ArcErrors {
         const U: f64 = ROUNDOFF;
         let moved = |end: &Sighted<f64>| U * (11.0 + 32.0 * end.inverse);
         let (eta, fraction) = if self.crossing { (moved(&arc.start).max(moved(&arc.end)), 7.0 * U) } else { (0.0, 0.0) };
-        let (g, line) = (arc.angle.abs(), arc.line());
-        let least = g.min(1.0);
-        let ew = line.map_or(0.0, Line::relative_error);
-        let dg = least * (ew + 8.0 * U + fraction) + 2.0 * eta + 4.0 * U * g;
+        let line = arc.line();
+        let of_angle =
+            AngleError::new(arc.angle.abs(), arc.angle.abs().min(1.0), line.map_or(0.0, Line::relative_error), eta, fraction);
+        let AngleError { g, dg, ew, .. } = of_angle;
         self.arcs += 1.0;
         self.angles += g;
-        let facing = self.n1.dot(arc.generator.normal()).abs();
-        self.angle_errors += facing * (dg + 3.5 * U * g) + g * (ew + 2.0 * U);
+        self.angle_errors += of_angle.of_term(self.n1.dot(arc.generator.normal()).abs());
         let Some(line) = line else {
             if g + dg * SECOND_ORDER >= std::f64::consts::PI {
                 self.angle_errors = f64::INFINITY;
             }
             return;
         };
-        let ds = g * (ew + 14.0 * U + fraction + 2.0 * eta);
         let (size, error) = if arc.is_within_a_quarter_turn() {
-            let near = arc.start.inverse + arc.end.inverse;
             let (sum, turn) = arc.angle_and_sine();
             let [c1, c2] = [&arc.start, &arc.end].map(|end| (self.n1.dot(end.point) * end.inverse).abs());
-            let (cosines, quarter) = (c1 + c2, 0.25 * turn);
-            let dc = 10.0 * U + 6.5 * U * cosines + 4.0 * eta;
-            let first = quarter * (cosines * (dg + ds) + sum * (cosines * (19.0 * U + 5.0 * eta) + dc));
-            let second = g * (0.11 * dg + 0.8 * U * g + 0.091 * (eta * g + dc));
-            let size = near * (quarter * sum * cosines + 0.091 * g * g.min(cosines));
-            (size, near * (first + second) + 5.5 * U * size)
+            let near = arc.start.inverse + arc.end.inverse;
+            of_angle.of_weight(&Weighed { near, sum, turn, cosines: c1 + c2, least: g.min(c1 + c2) })
         } else {
             let en = ew + 5.0 * U;
             let db = 0.71 * (2.0 * en + 54.0 * U + 2.0 * eta);
-            let column = 0.5 * dg + ds + 2.0 * g * db + 28.0 * U * g;
+            let column = 0.5 * dg + of_angle.ds + 2.0 * g * db + 28.0 * U * g;
             (g * line.nearness(), (column + g * (2.0 * en + 32.0 * U)) * line.nearness())
         };
         self.edges += size;
@@ -141,5 +136,64 @@ impl ArcErrors {
             irradiance: SECOND_ORDER * (0.5 * (self.angle_errors + sums * self.angles) + products * length(terms.irradiance)),
             gradient: SECOND_ORDER * (length(self.along) + self.across + sums * self.edges + products * length(terms.gradient)),
         }
+    }
+}
+
+/// What bounds are kept in: doubles, one arc at a time or several on lanes.
+pub(super) trait Figure:
+    Copy + Add<Output = Self> + Mul<Output = Self> + Add<f64, Output = Self> + Mul<f64, Output = Self>
+{
+}
+
+impl<T: Copy + Add<Output = T> + Mul<Output = T> + Add<f64, Output = T> + Mul<f64, Output = T>> Figure for T {}
+
+/// An arc's angle and what it, its sine and w err by; eta and the error of a fraction are 0 but for cut edges.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct AngleError<T> {
+    pub(super) g: T,
+    pub(super) dg: T,
+    ds: T,
+    pub(super) ew: T,
+    eta: f64,
+}
+
+/// What the weight of an arc up to a quarter turn is made of: `Q`, `g + sin g`, `T`, `s` and `min(g, s)`, all as sizes.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Weighed<T> {
+    pub(super) near: T,
+    pub(super) sum: T,
+    pub(super) turn: T,
+    pub(super) cosines: T,
+    pub(super) least: T,
+}
+
+impl<T: Figure> AngleError<T> {
+    /// Of the angle g, given `min(g, 1)`.
+    #[inline(always)]
+    pub(super) fn new(g: T, least: T, ew: T, eta: f64, fraction: f64) -> Self {
+        const U: f64 = ROUNDOFF;
+        let dg = least * (ew + (8.0 * U + fraction)) + g * (4.0 * U) + 2.0 * eta;
+        Self { g, dg, ds: g * (ew + (14.0 * U + fraction + 2.0 * eta)), ew, eta }
+    }
+
+    /// What `n1.(g N)` errs by, given `|n1.N|`.
+    #[inline(always)]
+    pub(super) fn of_term(&self, facing: T) -> T {
+        const U: f64 = ROUNDOFF;
+        facing * (self.dg + self.g * (3.5 * U)) + self.g * (self.ew + 2.0 * U)
+    }
+
+    /// A bound on the size of the weight, and on what its product with N errs by along N.
+    #[inline(always)]
+    pub(super) fn of_weight(&self, weighed: &Weighed<T>) -> (T, T) {
+        const U: f64 = ROUNDOFF;
+        let Self { g, dg, ds, eta, .. } = *self;
+        let Weighed { near, sum, turn, cosines, least } = *weighed;
+        let quarter = turn * 0.25;
+        let dc = cosines * (6.5 * U) + (10.0 * U + 4.0 * eta);
+        let first = quarter * (cosines * (dg + ds) + sum * (cosines * (19.0 * U + 5.0 * eta) + dc));
+        let second = g * (dg * 0.11 + g * (0.8 * U + 0.091 * eta) + dc * 0.091);
+        let size = near * (quarter * sum * cosines + g * least * 0.091);
+        (size, near * (first + second) + size * (5.5 * U))
     }
 }
