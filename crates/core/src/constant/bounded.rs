@@ -33,6 +33,8 @@
 //! Each sum of n vectors adds `(n - 1) u` of the sum of sizes, and the products with emission, normal and reflectance 8u of the
 //! result.
 
+mod side_by_side;
+
 use std::ops::{Add, Mul};
 
 use crate::arc::Arc;
@@ -58,7 +60,17 @@ const SECOND_ORDER: f64 = 1.001;
 
 impl BoundedSum {
     /// The sums over the arcs of a polygon that nothing hides, and the bounds.
+    #[inline]
     pub(crate) fn of(receiver: &Receiver, polygon: &Polygon, plan: &Plan) -> (Terms<f64>, Self) {
+        let whole = match plan.horizon {
+            Horizon::Above => side_by_side::bounded(receiver, polygon, plan.power),
+            Horizon::Crossing => None,
+        };
+        whole.unwrap_or_else(|| Self::one_by_one(receiver, polygon, plan))
+    }
+
+    #[inline(never)]
+    fn one_by_one(receiver: &Receiver, polygon: &Polygon, plan: &Plan) -> (Terms<f64>, Self) {
         let (mut angles, mut edges) = (SolidAngleVector::zero(), EdgeSum::new(unit_normal(receiver)));
         let n1 = unit_normal(receiver);
         let mut errors = ArcErrors::new(n1, plan.horizon == Horizon::Crossing);
@@ -71,6 +83,10 @@ impl BoundedSum {
         let bound = errors.bound(&terms);
         (terms, bound)
     }
+}
+
+fn length(v: Vec3<f64>) -> f64 {
+    v.norm_squared().sqrt()
 }
 
 /// Sums of the errors and sizes of the arcs' terms.
@@ -131,7 +147,6 @@ impl ArcErrors {
 
     fn bound(self, terms: &Terms<f64>) -> BoundedSum {
         let (sums, products) = ((self.arcs - 1.0) * ROUNDOFF, 8.0 * ROUNDOFF);
-        let length = |v: Vec3<f64>| v.norm_squared().sqrt();
         BoundedSum {
             irradiance: SECOND_ORDER * (0.5 * (self.angle_errors + sums * self.angles) + products * length(terms.irradiance)),
             gradient: SECOND_ORDER * (length(self.along) + self.across + sums * self.edges + products * length(terms.gradient)),
@@ -140,20 +155,17 @@ impl ArcErrors {
 }
 
 /// What bounds are kept in: doubles, one arc at a time or several on lanes.
-pub(super) trait Figure:
-    Copy + Add<Output = Self> + Mul<Output = Self> + Add<f64, Output = Self> + Mul<f64, Output = Self>
-{
-}
+trait Figure: Copy + Add<Output = Self> + Mul<Output = Self> + Add<f64, Output = Self> + Mul<f64, Output = Self> {}
 
 impl<T: Copy + Add<Output = T> + Mul<Output = T> + Add<f64, Output = T> + Mul<f64, Output = T>> Figure for T {}
 
 /// An arc's angle and what it, its sine and w err by; eta and the error of a fraction are 0 but for cut edges.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct AngleError<T> {
-    pub(super) g: T,
-    pub(super) dg: T,
+struct AngleError<T> {
+    g: T,
+    dg: T,
     ds: T,
-    pub(super) ew: T,
+    ew: T,
     eta: f64,
 }
 
@@ -170,7 +182,7 @@ pub(super) struct Weighed<T> {
 impl<T: Figure> AngleError<T> {
     /// Of the angle g, given `min(g, 1)`.
     #[inline(always)]
-    pub(super) fn new(g: T, least: T, ew: T, eta: f64, fraction: f64) -> Self {
+    fn new(g: T, least: T, ew: T, eta: f64, fraction: f64) -> Self {
         const U: f64 = ROUNDOFF;
         let dg = least * (ew + (8.0 * U + fraction)) + g * (4.0 * U) + 2.0 * eta;
         Self { g, dg, ds: g * (ew + (14.0 * U + fraction + 2.0 * eta)), ew, eta }
@@ -178,14 +190,14 @@ impl<T: Figure> AngleError<T> {
 
     /// What `n1.(g N)` errs by, given `|n1.N|`.
     #[inline(always)]
-    pub(super) fn of_term(&self, facing: T) -> T {
+    fn of_term(&self, facing: T) -> T {
         const U: f64 = ROUNDOFF;
         facing * (self.dg + self.g * (3.5 * U)) + self.g * (self.ew + 2.0 * U)
     }
 
     /// A bound on the size of the weight, and on what its product with N errs by along N.
     #[inline(always)]
-    pub(super) fn of_weight(&self, weighed: &Weighed<T>) -> (T, T) {
+    fn of_weight(&self, weighed: &Weighed<T>) -> (T, T) {
         const U: f64 = ROUNDOFF;
         let Self { g, dg, ds, eta, .. } = *self;
         let Weighed { near, sum, turn, cosines, least } = *weighed;

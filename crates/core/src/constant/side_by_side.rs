@@ -8,6 +8,7 @@
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f64x4, mask64x4};
 
+use super::bounded::Weighed;
 use crate::arc::PSI;
 use crate::arc_tangent::{CUBIC, FROM};
 use crate::geometry::{FourEdges, normalising_power};
@@ -45,7 +46,7 @@ fn sums<S: Simd, const VALUE: bool, const GRADIENT: bool>(
             angles = plus_first(angles, found.normal * found.angle, count);
         }
         if GRADIENT {
-            edges = plus_first(edges, found.normal * -found.weight(simd, n1, fours.len() == 1)?, count);
+            edges = plus_first(edges, found.normal * -found.weigh(simd, n1, fours.len() == 1)?.0, count);
         }
     }
     Some((Plan { power, horizon: Horizon::Above }, Terms { irradiance: angles * -0.5, gradient: edges }))
@@ -74,35 +75,37 @@ fn power_seen_whole<S: Simd>(simd: S, receiver: &Receiver, polygon: &Polygon, fo
 }
 
 /// Four arcs: `Arc<f64>` on lanes.
-struct Four<S: Simd> {
+pub(super) struct Four<S: Simd> {
     start: Vec3<f64x4<S>>,
     end: Vec3<f64x4<S>>,
-    start_square: f64x4<S>,
-    normal: Vec3<f64x4<S>>,
-    across: f64x4<S>,
+    pub(super) start_square: f64x4<S>,
+    pub(super) edge_square: f64x4<S>,
+    pub(super) normal: Vec3<f64x4<S>>,
+    pub(super) across: f64x4<S>,
     inline: f64x4<S>,
-    angle: f64x4<S>,
+    pub(super) angle: f64x4<S>,
 }
 
 impl<S: Simd> Four<S> {
     /// As [`crate::line::Line::through`] and [`crate::arc::Arc::of_edge`].
     #[inline(always)]
-    fn new(simd: S, four: &FourEdges, x: Vec3<f64x4<S>>, power: f64x4<S>) -> Option<Self> {
+    pub(super) fn new(simd: S, four: &FourEdges, x: Vec3<f64x4<S>>, power: f64x4<S>) -> Option<Self> {
         let (from, to) = (four.starts(simd), four.ends(simd));
         let (start, end, e) = ((from - x) * power, (to - x) * power, (to - from) * power);
-        let (start_square, w) = (start.norm_squared(), start.cross(e));
+        let (start_square, edge_square, w) = (start.norm_squared(), e.norm_squared(), start.cross(e));
         let square = w.norm_squared();
-        let passes = (f64x4::splat(simd, 16.0) * square).simd_ge(start_square * e.norm_squared());
+        let passes = (f64x4::splat(simd, 16.0) * square).simd_ge(start_square * edge_square);
         let across = square.sqrt();
         let inline = start.dot(end);
         let (angle, plain) = angle(simd, across, inline);
         let normal = w * (f64x4::splat(simd, 1.0) / across);
-        (passes & plain).all_true().then_some(Self { start, end, start_square, normal, across, inline, angle })
+        (passes & plain).all_true().then_some(Self { start, end, start_square, edge_square, normal, across, inline, angle })
     }
 
-    /// As [`crate::arc::Arc::weight`]. Where all edges are here each one ends where the next one starts.
+    /// As [`crate::arc::Arc::weight`], with what its bound follows from. Where all edges are here each one ends where the next one
+    /// starts.
     #[inline(always)]
-    fn weight(&self, simd: S, n1: Vec3<f64x4<S>>, closed: bool) -> Option<f64x4<S>> {
+    pub(super) fn weigh(&self, simd: S, n1: Vec3<f64x4<S>>, closed: bool) -> Option<(f64x4<S>, Weighed<f64x4<S>>)> {
         let Self { start, end, start_square, across, inline, angle, .. } = *self;
         if !inline.simd_ge(f64x4::splat(simd, 0.0)).all_true() {
             return None;
@@ -119,10 +122,12 @@ impl<S: Simd> Four<S> {
         let product = q1 * q2;
         let (sin, cos) = (across * product, inline * product);
         let one_and_cos = one + cos;
-        let chi = (angle + sin) / (one_and_cos * f64x4::splat(simd, 4.0));
+        let (near, sum, cosines) = (q1 + q2, angle + sin, c1.abs() + c2.abs());
+        let chi = sum / (one_and_cos * f64x4::splat(simd, 4.0));
         let z = angle * angle;
         let psi = angle * (f64x4::splat(simd, PSI[0]) + z * nine_terms(simd, &HIGHER, z));
-        Some(chi * (q1 + q2) * (c1 + c2) + psi * (q2 - q1) * (c2 - c1))
+        let weight = chi * near * (c1 + c2) + psi * (q2 - q1) * (c2 - c1);
+        Some((weight, Weighed { near, sum, turn: one / one_and_cos, cosines, least: angle.min(cosines) }))
     }
 }
 
@@ -134,13 +139,13 @@ const HIGHER: [f64; 9] = {
 
 /// The same vector in all lanes.
 #[inline(always)]
-fn all<S: Simd>(simd: S, v: DVec3) -> Vec3<f64x4<S>> {
+pub(super) fn all<S: Simd>(simd: S, v: DVec3) -> Vec3<f64x4<S>> {
     Vec3::new(f64x4::splat(simd, v.x), f64x4::splat(simd, v.y), f64x4::splat(simd, v.z))
 }
 
 /// A sum with the terms of the first lanes, one after the other.
 #[inline(always)]
-fn plus_first<S: Simd>(sum: Vec3<f64>, terms: Vec3<f64x4<S>>, count: usize) -> Vec3<f64> {
+pub(super) fn plus_first<S: Simd>(sum: Vec3<f64>, terms: Vec3<f64x4<S>>, count: usize) -> Vec3<f64> {
     let (x, y, z) = (terms.x.as_array(), terms.y.as_array(), terms.z.as_array());
     let term = |i: usize| Vec3::new(x[i], y[i], z[i]);
     match count {

@@ -1,0 +1,92 @@
+//! The sums and bounds of [`super`] for a polygon that is seen whole, four edges at a time, one a lane of a vector: the sums are
+//! those of [`crate::constant::side_by_side`], and the bounds the same but for the order of their sums.
+
+use fearless_simd::prelude::*;
+use fearless_simd::{Simd, f64x4};
+
+use super::{AngleError, BoundedSum, SECOND_ORDER, length};
+use crate::constant::side_by_side::{Four, all, plus_first};
+use crate::level::{LEVEL, on_level};
+use crate::number::ROUNDOFF;
+use crate::terms::Terms;
+use crate::vec3::Vec3;
+use crate::{Polygon, Receiver};
+
+/// The sums and their bounds, where all is plain, of a polygon that is seen whole; `power` normalises lengths.
+#[inline]
+pub(super) fn bounded(receiver: &Receiver, polygon: &Polygon, power: f64) -> Option<(Terms<f64>, BoundedSum)> {
+    on_level!(*LEVEL, simd => sums(simd, receiver, polygon, power))
+}
+
+#[inline(always)]
+fn sums<S: Simd>(simd: S, receiver: &Receiver, polygon: &Polygon, power: f64) -> Option<(Terms<f64>, BoundedSum)> {
+    let fours = polygon.four_edges();
+    let splat = |value: f64| f64x4::splat(simd, value);
+    let (x, n1, power) = (all(simd, receiver.position()), all(simd, receiver.normal()), splat(power));
+    let (mut angles, mut edges, mut along, mut others) = (Vec3::default(), Vec3::default(), Vec3::default(), Vec3::default());
+    let mut rest = polygon.vertices().len();
+    let additions = (rest - 1) as f64 * ROUNDOFF;
+    for four in fours {
+        let found = Four::new(simd, four, x, power)?;
+        // Next to underflow nothing is bounded.
+        if !found.across.simd_ge(splat(1e-100)).all_true() {
+            return None;
+        }
+        let count = rest.min(4);
+        rest -= count;
+        let (weight, weighed) = found.weigh(simd, n1, fours.len() == 1)?;
+        angles = plus_first(angles, found.normal * found.angle, count);
+        edges = plus_first(edges, found.normal * -weight, count);
+        // As `Line::relative_error`: plain edges pass at a quarter of the distance at least.
+        let ratio = (found.start_square * found.edge_square).sqrt() / found.across;
+        let (g, ew) = (found.angle, (ratio * 3.5 + 1.0) * ROUNDOFF);
+        let of_angle = AngleError::new(g, g.min(splat(1.0)), ew, 0.0, 0.0);
+        let (size, error) = of_angle.of_weight(&weighed);
+        along = plus_first(along, found.normal.map(|c| c.abs()) * error, count);
+        let of_term = of_angle.of_term(n1.dot(found.normal).abs()) + g * additions;
+        others = plus_first(others, Vec3::new(of_term, size * (ew + additions), size), count);
+    }
+    let terms = Terms { irradiance: angles * -0.5, gradient: edges };
+    let products = 8.0 * ROUNDOFF;
+    let bound = BoundedSum {
+        irradiance: SECOND_ORDER * (0.5 * others.x + products * length(terms.irradiance)),
+        gradient: SECOND_ORDER * (length(along) + others.y + products * length(terms.gradient)),
+    };
+    Some((terms, bound))
+}
+
+#[cfg(test)]
+mod tests {
+    use rand::{RngExt, SeedableRng, rngs::ChaCha8Rng};
+
+    use super::*;
+    use crate::DVec3;
+    use crate::plan::{Horizon, Plan};
+
+    #[test]
+    fn bounds_side_by_side_are_those_of_one_by_one() {
+        let mut random = ChaCha8Rng::seed_from_u64(9);
+        let mut found = 0;
+        for i in 0..2000 {
+            let count = 3 + i % 7;
+            let mut angles: Vec<f64> = (0..count).map(|_| random.random_range(0.0..6.0)).collect();
+            angles.sort_unstable_by(f64::total_cmp);
+            let mut vector = |size: f64| DVec3::from([(); 3].map(|()| random.random_range(-size..size)));
+            let (a, b) = (vector(1.0), vector(1.0));
+            let Ok(polygon) = Polygon::new(angles.iter().map(|t| a * libm::cos(*t) + b * libm::sin(*t)).collect()) else {
+                continue;
+            };
+            let x = polygon.normal() * libm::exp(vector(3.0).y) + vector(1.0);
+            let receiver = Receiver::new(x, vector(0.5) - x, 1.0).unwrap();
+            let Some(plan) = Plan::new(&receiver, &polygon).filter(|plan| plan.horizon == Horizon::Above) else { continue };
+            let Some((terms, bound)) = bounded(&receiver, &polygon, plan.power) else { continue };
+            found += 1;
+            let (one_by_one, expected) = BoundedSum::one_by_one(&receiver, &polygon, &plan);
+            assert_eq!((terms.irradiance, terms.gradient), (one_by_one.irradiance, one_by_one.gradient));
+            for (bound, expected) in [(bound.irradiance, expected.irradiance), (bound.gradient, expected.gradient)] {
+                assert!((bound / expected - 1.0).abs() < 1e-13, "{bound:e} {expected:e}");
+            }
+        }
+        assert!(found > 500, "{found}");
+    }
+}
