@@ -5,7 +5,8 @@ use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f64x4};
 
 use super::{AngleError, BoundedSum, SECOND_ORDER, length};
-use crate::constant::side_by_side::{Four, all, plus_first};
+use crate::constant::side_by_side::weigh;
+use crate::four::{Four, all, plus_first};
 use crate::level::{LEVEL, on_level};
 use crate::number::ROUNDOFF;
 use crate::terms::Terms;
@@ -34,7 +35,7 @@ fn sums<S: Simd>(simd: S, receiver: &Receiver, polygon: &Polygon, power: f64) ->
         }
         let count = rest.min(4);
         rest -= count;
-        let (weight, weighed) = found.weigh(simd, n1, fours.len() == 1)?;
+        let (weight, weighed) = weigh(&found, simd, n1, fours.len() == 1)?;
         angles = plus_first(angles, found.normal * found.angle, count);
         edges = plus_first(edges, found.normal * -weight, count);
         // As `Line::relative_error`: plain edges pass at a quarter of the distance at least.
