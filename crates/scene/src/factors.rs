@@ -12,6 +12,7 @@
 
 mod bracket;
 mod exchange;
+mod field;
 mod matrix;
 mod pair;
 mod rule;
@@ -20,6 +21,7 @@ mod tests;
 
 use radgrad_core::{Emission, Emitter, Polygon, Receiver, Tolerance, Value, evaluate_value};
 
+pub use field::FieldCell;
 pub use matrix::{Entry, FactorMatrix, SurfaceMatrix};
 pub use pair::Factor;
 
