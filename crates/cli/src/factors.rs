@@ -22,9 +22,12 @@ pub(crate) struct Arguments {
     /// Write the matrix: .csv has a line a factor between faces, with its bound; .txt or .out is `View3D`'s text, by surface.
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
-    /// Points along each side of a face, 1 to 16.
+    /// Points along each side of a face, 1 to 16, at least.
     #[arg(long, default_value_t = FactorSettings::default().points_per_side)]
     points: usize,
+    /// Error of a face's rule of points below which no more are added; 1 takes the points as they are.
+    #[arg(long, default_value_t = FactorSettings::default().rule_error)]
+    rule_error: f64,
     /// Width to which factors past occluders are bracketed.
     #[arg(long, default_value_t = FactorSettings::default().bracket)]
     bracket: f64,
@@ -42,8 +45,8 @@ pub(crate) enum Failure {
     Unwritten(#[from] Unwritten),
     #[error("`{}`: the matrix is written to a name ending in .csv, .txt or .out", .0.display())]
     Format(PathBuf),
-    #[error("bracket is {0}: it must be a width between 0 and 1")]
-    Bracket(f64),
+    #[error("{option} is {value}: it must be between 0 and 1")]
+    Share { option: &'static str, value: f64 },
     #[error("cannot write the summary: {0}")]
     Summary(#[source] std::io::Error),
 }
@@ -58,11 +61,18 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let started = Instant::now();
     // What cannot be written is refused before anything is computed.
     let out = arguments.out.as_deref().map(|file| Ok::<_, Failure>((file, format_of(file)?))).transpose()?;
-    if !(0.0..=1.0).contains(&arguments.bracket) {
-        return Err(Failure::Bracket(arguments.bracket));
+    for (option, value) in [("bracket", arguments.bracket), ("rule-error", arguments.rule_error)] {
+        if !(0.0..=1.0).contains(&value) {
+            return Err(Failure::Share { option, value });
+        }
     }
     let scene = read(&arguments.scene, arguments.drop_degenerate)?;
-    let settings = FactorSettings { points_per_side: arguments.points, bracket: arguments.bracket, ..FactorSettings::default() };
+    let settings = FactorSettings {
+        points_per_side: arguments.points,
+        rule_error: arguments.rule_error,
+        bracket: arguments.bracket,
+        ..FactorSettings::default()
+    };
     let factors = FormFactors::new(&scene)?;
     let bar = progress(2 * scene.faces().len());
     let matrix = factors.matrix(&settings, || bar.inc(1))?;

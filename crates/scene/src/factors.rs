@@ -2,7 +2,8 @@
 //!
 //! - [`FormFactors::at_point`]: from a point, in closed form, with a proven bound.
 //! - [`FormFactors::between`]: from a face to another. Where nothing may stand between, it is what [`exchange`] finds, to a
-//!   rounding or so. Else pairs of cells of the two are seen, hidden or mixed, and bracket it ([`bracket`]).
+//!   rounding or so. Else it is integrated over the points of the face ([`cubature`]), and pairs of cells of the two, seen, hidden or
+//!   mixed, bracket it ([`bracket`]).
 //! - [`FormFactors::matrix`]: all of them, by one rule of points on each face for all that it sees. What a point of a closed scene
 //!   sees sums to 1 to the last digits, and so does each row, whatever the rule; the rule's own error is in each entry's bound,
 //!   which is proven, from the exact exchange or from its bracket. Nothing is normalised, clamped or made reciprocal: defects
@@ -11,6 +12,7 @@
 //! Factors have no unit. Faces see by their lit side; faces of surfaces that only hide others have no factors.
 
 mod bracket;
+mod cubature;
 mod exchange;
 mod field;
 mod matrix;
@@ -30,20 +32,37 @@ use crate::{Beam, Error, Occluders, Scene};
 /// How factors are found.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FactorSettings {
-    /// Points along each side of a face, or of each triangle of one with more than four corners: from 1 to 16.
+    /// Points along each side of a face, or of each triangle of one with more than four corners, at least: from 1 to 16.
     pub points_per_side: usize,
+    /// Points are added, up to 16 along each side, until the rule of a face gives each of its factors with nothing in between to
+    /// within this.
+    pub rule_error: f64,
     /// Absolute error that is allowed of what a point sees of a face.
     pub point_tolerance: f64,
     /// Width to which the bracket of an obstructed factor is narrowed, while `most_cells` lasts.
     pub bracket: f64,
-    /// Pairs of cells that one obstructed factor may take.
+    /// Pairs of cells that the bracket of one obstructed factor may take.
     pub most_cells: usize,
+    /// Error down to which [`FormFactors::between`] integrates an obstructed factor by two rules, by their difference, while
+    /// `most_points` last. Of no effect on [`FormFactors::matrix`].
+    pub estimate: f64,
+    /// Points that this may take.
+    pub most_points: usize,
 }
 
 impl Default for FactorSettings {
-    /// Nine points a face, 1e-12, brackets of 0.02 and up to 64 pairs of cells.
+    /// Nine points a face or more, to 0.002; 1e-12 at a point; brackets of 0.02, from up to 256 pairs of cells; an
+    /// estimate of 1e-10 from up to 20,000 points.
     fn default() -> Self {
-        Self { points_per_side: 3, point_tolerance: 1e-12, bracket: 0.02, most_cells: 64 }
+        Self {
+            points_per_side: 3,
+            rule_error: 0.002,
+            point_tolerance: 1e-12,
+            bracket: 0.02,
+            most_cells: 256,
+            estimate: 1e-10,
+            most_points: 20_000,
+        }
     }
 }
 

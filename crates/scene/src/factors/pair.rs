@@ -1,10 +1,7 @@
 //! The factor from one face to another.
 
-use radgrad_core::Receiver;
-
 use super::bracket::{Between, Bracket};
 use super::exchange::{Exchange, exchange};
-use super::rule::nodes;
 use super::{FactorSettings, FormFactors};
 use crate::{Beam, Error};
 
@@ -15,6 +12,8 @@ pub struct Factor {
     pub value: f64,
     /// Proven bound on its error.
     pub error: f64,
+    /// What its error is by all appearances: with free sight the bound, past occluders the difference of two rules.
+    pub estimate: f64,
     /// Polygons that may hide a part of one face from the other: 0 where the sight is free and the value exact to rounding.
     pub occluders: usize,
 }
@@ -42,9 +41,9 @@ impl Pair {
 impl FormFactors<'_> {
     /// Factor from face `from` to face `to`.
     ///
-    /// With free sight between the two it is exact to rounding. Else the parts that are surely seen count as they are, and
-    /// the rest, where a shadow's edge runs, by the share that the points of a rule see of it: that estimate is inside the
-    /// bracket, and the bound is its distance from the farther end.
+    /// With free sight between the two it is exact to rounding. Else it is integrated over what the points of `from` see
+    /// ([`super::cubature`]), as far as `estimate` and `most_points` of the settings go; the bound is its distance from the farther
+    /// end of the bracket, proven but wide, and the estimate of the error is that of the integration, narrow but not proven.
     ///
     /// # Errors
     /// If there is no such face, or a point's factor is out of range.
@@ -52,15 +51,16 @@ impl FormFactors<'_> {
         let area = self.emitter(from)?.polygon().area();
         self.emitter(to)?;
         let Some(pair) = self.pair(from, to, settings, area.min(self.polygon(to).area())) else {
-            return Ok(Factor { value: 0.0, error: 0.0, occluders: 0 });
+            return Ok(Factor { value: 0.0, error: 0.0, estimate: 0.0, occluders: 0 });
         };
         let [least, most] = pair.bounds();
-        let value = match &pair.bracket {
-            None => pair.free.area,
-            Some(bracket) => self.estimate(from, to, &pair.candidates, bracket, settings)?,
+        let (value, estimate) = match &pair.bracket {
+            None => (pair.free.area / area, pair.free.error / area),
+            Some(_) => self.integrate(from, to, &pair.candidates, settings)?,
         };
-        let error = (most - value).max(value - least) * (1.0 + 4.0 * f64::EPSILON) / area;
-        Ok(Factor { value: value / area, error: error + f64::EPSILON * value / area, occluders: pair.candidates.len() })
+        let error =
+            (most / area - value).max(value - least / area) * (1.0 + 4.0 * f64::EPSILON) + 2.0 * f64::EPSILON * value.abs();
+        Ok(Factor { value, error, estimate, occluders: pair.candidates.len() })
     }
 
     /// What is known of two faces; `None` where neither has a point in front of the other. The bracket is narrowed to its share
@@ -82,32 +82,5 @@ impl FormFactors<'_> {
             between.bracket(settings.bracket * area, settings.most_cells)
         });
         Some(Pair { candidates, free, bracket })
-    }
-
-    /// The exchange, with each mixed pair of cells weighted by what points of the one see of the other.
-    fn estimate(
-        &self,
-        from: usize,
-        to: usize,
-        candidates: &[usize],
-        bracket: &Bracket,
-        settings: &FactorSettings,
-    ) -> Result<f64, Error> {
-        let mut sum = bracket.seen.area;
-        for mixed in &bracket.mixed {
-            let [cell, _] = &mixed.cells;
-            let (mut seen, mut free) = (0.0, 0.0);
-            for node in nodes(&cell.polygon, settings.points_per_side) {
-                let receiver = Receiver::new(node.point, self.polygon(from).normal(), 1.0).map_err(Error::Receiver)?;
-                let tolerance = settings.point_tolerance;
-                seen += node.share * self.at_node(&receiver, from, to, candidates, tolerance)?.radiosity;
-                free += node.share * self.at_node(&receiver, from, to, &[], tolerance)?.radiosity;
-            }
-            // The share that the points see stands for that of the cell; what they hardly see without occluders has no share.
-            if free > settings.point_tolerance.sqrt() {
-                sum += mixed.free.area * (seen / free);
-            }
-        }
-        Ok(sum)
     }
 }

@@ -104,7 +104,7 @@ impl Patch {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Node {
     pub(super) point: DVec3,
-    /// The share of the area it stands for; the shares of a polygon sum to 1.
+    /// The share it stands for, of a polygon's area, or the area itself, of a patch.
     pub(super) share: f64,
 }
 
@@ -113,17 +113,20 @@ pub(super) struct Node {
 /// The shares sum to 1 up to rounding by construction, since the Jacobian of a patch is of degree 1 in each variable: nothing is
 /// normalised.
 pub(super) fn nodes(polygon: &Polygon, per_side: usize) -> Vec<Node> {
-    let unit = |(x, w): (f64, f64)| (0.5 + 0.5 * x, 0.5 * w);
-    let rule: Vec<(f64, f64)> = gauss_legendre(per_side.max(1)).iter().copied().map(unit).collect();
-    // A triangle's Jacobian vanishes with u at one end, of degree 1: one point is enough for a weight, too.
     let area = polygon.area();
-    let mut nodes = Vec::new();
-    for patch in patches(polygon.vertices()) {
-        for &(v, weight_v) in &rule {
-            for &(u, weight_u) in &rule {
-                let (point, density) = patch.at(u, v);
-                nodes.push(Node { point, share: density * weight_u * weight_v / area });
-            }
+    let share = |node: Node| Node { share: node.share / area, ..node };
+    patches(polygon.vertices()).iter().flat_map(|patch| nodes_of(patch, per_side)).map(share).collect()
+}
+
+/// The same on one patch, each with the area it stands for.
+pub(super) fn nodes_of(patch: &Patch, per_side: usize) -> Vec<Node> {
+    let unit = |&(x, w): &(f64, f64)| (0.5 + 0.5 * x, 0.5 * w);
+    let rule = gauss_legendre(per_side);
+    let mut nodes = Vec::with_capacity(rule.len() * rule.len());
+    for (v, weight_v) in rule.iter().map(unit) {
+        for (u, weight_u) in rule.iter().map(unit) {
+            let (point, density) = patch.at(u, v);
+            nodes.push(Node { point, share: density * weight_u * weight_v });
         }
     }
     nodes
