@@ -1,10 +1,14 @@
 //! The program `radgrad`.
 //!
-//! Exit status: 0 if every line was answered, 1 if some were refused, 2 if the input cannot be read, the output cannot be
+//! Exit status: 0 if all was answered, 1 if lines of `eval` were refused, 2 if the input cannot be read, the output cannot be
 //! written or the arguments are wrong.
 
 mod eval;
+mod factors;
+mod field;
+mod output;
 
+use std::fmt::Display;
 use std::fs::File;
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
@@ -31,11 +35,32 @@ enum Command {
         /// File of cases, `-` for the standard input.
         file: PathBuf,
     },
+    /// Form factors between all faces of a scene, each with a proven bound; defects are reported, never normalised away.
+    Factors(factors::Arguments),
+    /// Irradiance of a surface straight from the lamps, with gradient and bounds, on a grid.
+    Field(field::Arguments),
 }
 
 fn main() -> ExitCode {
-    let Command::Eval { file } = Arguments::parse().command;
-    match eval(&file) {
+    match Arguments::parse().command {
+        Command::Eval { file } => answer(&file),
+        Command::Factors(arguments) => status(factors::run(&arguments)),
+        Command::Field(arguments) => status(field::run(&arguments)),
+    }
+}
+
+fn status(result: Result<(), impl Display>) -> ExitCode {
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => {
+            eprintln!("radgrad: {failure}");
+            ExitCode::from(2)
+        }
+    }
+}
+
+fn answer(file: &Path) -> ExitCode {
+    match eval(file) {
         Ok(tally) => {
             if tally.refused > 0 {
                 eprintln!("radgrad: {} of {} cases refused: see their `error`", tally.refused, tally.lines);

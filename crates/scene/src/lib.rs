@@ -9,6 +9,7 @@
 
 pub mod case;
 mod error;
+mod factors;
 pub mod gltf;
 pub mod obj;
 mod occluders;
@@ -21,6 +22,7 @@ mod words;
 use std::path::Path;
 
 pub use error::Error;
+pub use factors::{Entry, Factor, FactorMatrix, FactorSettings, FieldCell, FormFactors, SurfaceMatrix};
 pub use occluders::{Beam, Found, Occluders};
 pub use place::{Place, Position};
 pub use scene::{Degenerate, Face, Material, Note, Scene, Surface};

@@ -22,6 +22,7 @@ pub use intake::Degenerate;
 pub(crate) use intake::Intake;
 pub use material::Material;
 pub use note::Note;
+pub(crate) use split::triangles;
 
 /// Named surfaces of polygons with materials.
 ///

@@ -1,0 +1,184 @@
+//! `radgrad factors`: the form factors of a scene.
+
+use std::io::{IsTerminal, Write};
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use indicatif::{ProgressBar, ProgressStyle};
+use radgrad_scene::view3d::{MatrixHeader, write_matrix};
+use radgrad_scene::{Degenerate, FactorMatrix, FactorSettings, FormFactors, Scene};
+use serde_json::json;
+
+use crate::output::{Unwritten, extension, write_whole};
+
+/// What `radgrad factors` is asked for.
+#[derive(Debug, clap::Args)]
+pub(crate) struct Arguments {
+    /// Scene: .obj, .gltf, .glb or .vs3.
+    scene: PathBuf,
+    /// Print one JSON object: faces, seconds, and the worst closure, reciprocity and bound.
+    #[arg(long)]
+    summary: bool,
+    /// Write the matrix: .csv has a line a factor between faces, with its bound; .txt or .out is `View3D`'s text, by surface.
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
+    /// Points along each side of a face, 1 to 16, at least.
+    #[arg(long, default_value_t = FactorSettings::default().points_per_side)]
+    points: usize,
+    /// Error of a face's rule of points below which no more are added; 1 takes the points as they are.
+    #[arg(long, default_value_t = FactorSettings::default().rule_error)]
+    rule_error: f64,
+    /// Width to which factors past occluders are bracketed.
+    #[arg(long, default_value_t = FactorSettings::default().bracket)]
+    bracket: f64,
+    /// Leave out faces without area instead of refusing the file.
+    #[arg(long)]
+    drop_degenerate: bool,
+}
+
+/// Why there are no factors.
+#[derive(Debug, thiserror::Error)]
+pub(crate) enum Failure {
+    #[error(transparent)]
+    Scene(#[from] radgrad_scene::Error),
+    #[error(transparent)]
+    Unwritten(#[from] Unwritten),
+    #[error("`{}`: the matrix is written to a name ending in .csv, .txt or .out", .0.display())]
+    Format(PathBuf),
+    #[error("{option} is {value}: it must be between 0 and 1")]
+    Share { option: &'static str, value: f64 },
+    #[error("cannot write the summary: {0}")]
+    Summary(#[source] std::io::Error),
+}
+
+/// How the matrix is written.
+enum Format {
+    Csv,
+    View3d,
+}
+
+pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
+    let started = Instant::now();
+    // What cannot be written is refused before anything is computed.
+    let out = arguments.out.as_deref().map(|file| Ok::<_, Failure>((file, format_of(file)?))).transpose()?;
+    for (option, value) in [("bracket", arguments.bracket), ("rule-error", arguments.rule_error)] {
+        if !(0.0..=1.0).contains(&value) {
+            return Err(Failure::Share { option, value });
+        }
+    }
+    let scene = read(&arguments.scene, arguments.drop_degenerate)?;
+    let settings = FactorSettings {
+        points_per_side: arguments.points,
+        rule_error: arguments.rule_error,
+        bracket: arguments.bracket,
+        ..FactorSettings::default()
+    };
+    let factors = FormFactors::new(&scene)?;
+    let bar = progress(2 * scene.faces().len());
+    let matrix = factors.matrix(&settings, || bar.inc(1))?;
+    bar.finish_and_clear();
+    let seconds = started.elapsed().as_secs_f64();
+    match out {
+        Some((file, Format::Csv)) => write_whole(file, |out| write_csv(out, &scene, &matrix))?,
+        Some((file, Format::View3d)) => write_whole(file, |out| write_view3d(out, &scene, &matrix))?,
+        None => {}
+    }
+    let mut stdout = std::io::stdout().lock();
+    let text = if arguments.summary { summary(&matrix, seconds) } else { report(&scene, &matrix, seconds) };
+    writeln!(stdout, "{text}").map_err(Failure::Summary)
+}
+
+/// Reads a scene, and says on the standard error what was changed in it.
+pub(crate) fn read(file: &Path, drop_degenerate: bool) -> Result<Scene, radgrad_scene::Error> {
+    let degenerate = if drop_degenerate { Degenerate::Drop } else { Degenerate::Refuse };
+    let scene = Scene::read(file, degenerate)?;
+    for note in scene.notes() {
+        eprintln!("radgrad: {note}");
+    }
+    Ok(scene)
+}
+
+/// A bar on the standard error, where someone looks at it.
+pub(crate) fn progress(steps: usize) -> ProgressBar {
+    if !std::io::stderr().is_terminal() {
+        return ProgressBar::hidden();
+    }
+    let style =
+        ProgressStyle::with_template("{wide_bar} {percent:>3} %  {eta} left").unwrap_or_else(|_| ProgressStyle::default_bar());
+    ProgressBar::new(steps as u64).with_style(style)
+}
+
+fn format_of(file: &Path) -> Result<Format, Failure> {
+    match extension(file).as_str() {
+        "csv" => Ok(Format::Csv),
+        "txt" | "out" => Ok(Format::View3d),
+        _ => Err(Failure::Format(file.to_owned())),
+    }
+}
+
+fn summary(matrix: &FactorMatrix, seconds: f64) -> String {
+    json!({
+        "faces": matrix.faces().len(),
+        "factors": matrix.entries().count(),
+        "seconds": seconds,
+        "worst_closure": matrix.worst_closure(),
+        "worst_reciprocity": matrix.worst_reciprocity(),
+        "worst_bound": matrix.worst_bound(),
+        "worst_bound_in_free_sight": free_sight(matrix),
+    })
+    .to_string()
+}
+
+fn report(scene: &Scene, matrix: &FactorMatrix, seconds: f64) -> String {
+    let obstructed = matrix.entries().filter(|(_, entry)| entry.occluders > 0).count();
+    format!(
+        "{} faces of {} surfaces, {} factors, {obstructed} of them past occluders, in {seconds:.3} s\n\
+         worst closure       {:.1e}   (largest |1 - sum of a row|; an open scene has rows below 1)\n\
+         worst reciprocity   {:.1e}   (largest |F_ij - F_ji A_j/A_i|)\n\
+         worst bound         {:.1e}   (in free sight {:.1e})",
+        matrix.faces().len(),
+        scene.surfaces().len(),
+        matrix.entries().count(),
+        matrix.worst_closure(),
+        matrix.worst_reciprocity(),
+        matrix.worst_bound(),
+        free_sight(matrix),
+    )
+}
+
+fn free_sight(matrix: &FactorMatrix) -> f64 {
+    matrix.entries().filter(|(_, entry)| entry.occluders == 0).map(|(_, entry)| entry.error).fold(0.0, f64::max)
+}
+
+/// A line a factor, faces numbered from 0 in the order of the file.
+fn write_csv(out: impl Write, scene: &Scene, matrix: &FactorMatrix) -> Result<(), csv::Error> {
+    let mut table = csv::Writer::from_writer(out);
+    table.write_record(["from", "from_surface", "to", "to_surface", "factor", "error", "occluders"])?;
+    let surface = |face: usize| scene.surfaces()[scene.faces()[face].surface()].name();
+    for (from, entry) in matrix.entries() {
+        table.write_record([
+            &from.to_string(),
+            surface(from),
+            &entry.face.to_string(),
+            surface(entry.face),
+            &format!("{:?}", entry.factor),
+            &format!("{:e}", entry.error),
+            &entry.occluders.to_string(),
+        ])?;
+    }
+    table.flush()?;
+    Ok(())
+}
+
+/// One minus the mean reflectance stands for the emittance, as in a scene of one channel it is.
+fn write_view3d(out: impl Write, scene: &Scene, matrix: &FactorMatrix) -> Result<(), radgrad_scene::Error> {
+    let by_surface = matrix.by_surface(scene);
+    let emittance = |&surface: &usize| {
+        let first = scene.surfaces()[surface].faces().first();
+        let reflectance = first.map_or(&[0.0][..], |&face| scene.materials()[scene.faces()[face].material()].reflectance());
+        1.0 - reflectance.iter().sum::<f64>() / reflectance.len() as f64
+    };
+    let emittances: Vec<f64> = by_surface.surfaces.iter().map(emittance).collect();
+    let header = MatrixHeader { enclosure: scene.enclosure().unwrap_or(false), emittances: false };
+    write_matrix(out, header, &by_surface.areas, &by_surface.rows, &emittances)
+}

@@ -1,0 +1,137 @@
+//! `radgrad field`: what arrives at a surface straight from the lamps, or from another surface, with gradient and bound.
+
+mod picture;
+mod vtu;
+
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use radgrad_core::DEFAULT_TOLERANCE;
+use radgrad_scene::{FieldCell, FormFactors, Scene};
+
+use crate::factors::{progress, read};
+use crate::output::{Unwritten, extension, write_whole};
+
+/// What `radgrad field` is asked for.
+#[derive(Debug, clap::Args)]
+pub(crate) struct Arguments {
+    /// Scene: .obj, .gltf, .glb or .vs3.
+    scene: PathBuf,
+    /// Name of the surface that receives.
+    #[arg(long, value_name = "SURFACE")]
+    on: String,
+    /// Cells along each side of each of its faces.
+    #[arg(long, value_name = "N")]
+    grid: usize,
+    /// Where to write: .csv, .vtu (for `ParaView`) or .png (the value alone, black for 0).
+    #[arg(long, value_name = "FILE")]
+    out: PathBuf,
+    /// The factor to this surface, instead of the irradiance from all lamps.
+    #[arg(long, value_name = "SURFACE")]
+    of: Option<String>,
+    /// Channel of the lamps' radiance; the first if left out.
+    #[arg(long)]
+    channel: Option<String>,
+    /// Relative error that is allowed.
+    #[arg(long, default_value_t = DEFAULT_TOLERANCE)]
+    tolerance: f64,
+    /// Leave out faces without area instead of refusing the file.
+    #[arg(long)]
+    drop_degenerate: bool,
+}
+
+/// Why there is no field.
+#[derive(Debug, thiserror::Error)]
+pub(crate) enum Failure {
+    #[error(transparent)]
+    Scene(#[from] radgrad_scene::Error),
+    #[error(transparent)]
+    Unwritten(#[from] Unwritten),
+    #[error("`{}`: a field is written to a name ending in .csv, .vtu or .png", .0.display())]
+    Format(PathBuf),
+    #[error("there is no channel `{channel}`: there are {known}")]
+    Channel { channel: String, known: String },
+    #[error("`{}` has no lamps in channel `{channel}`: say with --of which surface to look at", scene.display())]
+    Dark { scene: PathBuf, channel: String },
+    #[error("`{}`: a picture shows one patch, and the surface has {patches}: write .csv or .vtu", file.display())]
+    Picture { file: PathBuf, patches: usize },
+}
+
+enum Format {
+    Csv,
+    Vtu,
+    Png,
+}
+
+pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
+    let format = format_of(&arguments.out)?;
+    let scene = read(&arguments.scene, arguments.drop_degenerate)?;
+    let on = scene.surface_named(&arguments.on)?;
+    let radiosities = radiosities(&scene, arguments)?;
+    let factors = FormFactors::new(&scene)?;
+    let patches = scene.surfaces()[on].faces().len();
+    if matches!(format, Format::Png) && patches != 1 {
+        return Err(Failure::Picture { file: arguments.out.clone(), patches });
+    }
+    let bar = progress(arguments.grid * arguments.grid * patches);
+    let cells = factors.field(on, arguments.grid, &radiosities, arguments.tolerance, || bar.inc(1))?;
+    bar.finish_and_clear();
+    match format {
+        Format::Csv => write_whole(&arguments.out, |out| write_csv(out, &cells))?,
+        Format::Vtu => write_whole(&arguments.out, |out| vtu::write(out, &cells))?,
+        Format::Png => {
+            let patches = cells.len() / (arguments.grid * arguments.grid);
+            if patches != 1 {
+                return Err(Failure::Picture { file: arguments.out.clone(), patches });
+            }
+            write_whole(&arguments.out, |out| picture::write(out, &cells, arguments.grid))?;
+        }
+    }
+    Ok(())
+}
+
+/// The faces that give, each with its radiosity.
+fn radiosities(scene: &Scene, arguments: &Arguments) -> Result<Vec<(usize, f64)>, Failure> {
+    if let Some(name) = &arguments.of {
+        let surface = scene.surface_named(name)?;
+        return Ok(scene.surfaces()[surface].faces().iter().map(|&face| (face, 1.0)).collect());
+    }
+    let names = scene.channels();
+    let channel = match &arguments.channel {
+        None => 0,
+        Some(name) => names.iter().position(|channel| channel == name).ok_or_else(|| Failure::Channel {
+            channel: name.clone(),
+            known: names.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", "),
+        })?,
+    };
+    let radiosity = |face: usize| scene.materials()[scene.faces()[face].material()].emitted_radiosity(channel).unwrap_or(0.0);
+    let lamps: Vec<(usize, f64)> =
+        (0..scene.faces().len()).map(|face| (face, radiosity(face))).filter(|lamp| lamp.1 > 0.0).collect();
+    if lamps.is_empty() {
+        return Err(Failure::Dark { scene: arguments.scene.clone(), channel: names[channel].clone() });
+    }
+    Ok(lamps)
+}
+
+fn format_of(file: &Path) -> Result<Format, Failure> {
+    match extension(file).as_str() {
+        "csv" => Ok(Format::Csv),
+        "vtu" => Ok(Format::Vtu),
+        "png" => Ok(Format::Png),
+        _ => Err(Failure::Format(file.to_owned())),
+    }
+}
+
+fn write_csv(out: impl Write, cells: &[FieldCell]) -> Result<(), csv::Error> {
+    let mut table = csv::Writer::from_writer(out);
+    let header = ["face", "x", "y", "z", "value", "gradient_x", "gradient_y", "gradient_z", "value_error", "gradient_error"];
+    table.write_record(header)?;
+    for cell in cells {
+        let (p, g) = (cell.centre, cell.gradient);
+        let numbers = [p.x, p.y, p.z, cell.value, g.x, g.y, g.z, cell.value_error, cell.gradient_error];
+        let record = [cell.face.to_string()].into_iter().chain(numbers.map(|number| format!("{number:?}")));
+        table.write_record(record)?;
+    }
+    table.flush()?;
+    Ok(())
+}

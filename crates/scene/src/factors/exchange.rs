@@ -1,0 +1,71 @@
+//! What two polygons exchange with nothing in between: `A_i F_ij = A_j F_ji`, an area.
+//!
+//! `A_i F_ij = (1/2 pi) sum_ab (a.b) int_0^1 int_0^1 ln|x(s) - y(t)| ds dt` over the edges a of one and b of the other, each
+//! counter-clockwise seen from its own lit side (Stokes' theorem twice: E. M. Sparrow 1963). It holds where all points of each are
+//! in front of the other's plane, so both are cut there first; what is cut off exchanges nothing.
+//!
+//! The bound has three parts. The sum's own: rounding and the Gauss rule ([`edges`]). The rounding of the coordinates and of the
+//! cuts: a point sees of a polygon of area A at distance D at most `min(1, A/pi D^2)`, so corners that move by at most d change the
+//! result by at most d times the perimeter times that. And what is level with the other's plane up to the rounding of coordinates counts as in it, as in
+//! [`crate::Beam::from_polygon`]. Far away the sum cancels, and [`far`] integrates the kernel itself.
+
+mod clip;
+mod edges;
+mod far;
+
+use radgrad_core::{DVec3, Polygon};
+
+use crate::projection::normalising_power;
+
+/// An area that is exchanged, and a bound on its error.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(super) struct Exchange {
+    pub(super) area: f64,
+    pub(super) error: f64,
+}
+
+impl Exchange {
+    pub(super) const fn most(self) -> f64 {
+        self.area + self.error
+    }
+
+    pub(super) const fn least(self) -> f64 {
+        self.area - self.error
+    }
+}
+
+/// Unit roundoff.
+const ROUNDOFF: f64 = f64::EPSILON / 2.0;
+
+/// What `from` and `to` exchange; exactly 0 where neither has a point in front of the other.
+pub(super) fn exchange(from: &Polygon, to: &Polygon) -> Exchange {
+    let origin = from.vertices()[0];
+    let reach = from.vertices().iter().chain(to.vertices()).fold(0.0, |m: f64, &v| (v - origin).abs().max_element().max(m));
+    let power = normalising_power(reach);
+    let [a, b] = [from, to].map(|polygon| clip::Outline::new(polygon, origin, power));
+    let (Some(front_a), Some(front_b)) = (a.in_front_of(&b), b.in_front_of(&a)) else { return Exchange::default() };
+    let (outlines, moved) = ([&front_a.points[..], &front_b.points[..]], front_a.moved.max(front_b.moved));
+    let found = far::exchange(outlines, [a.normal, b.normal]).unwrap_or_else(|| contour(outlines));
+    let seen = far::most_seen(outlines, [from, to].map(|polygon| polygon.area() * power * power));
+    let displaced = moved * (perimeter(outlines[0]) * seen[1] + perimeter(outlines[1]) * seen[0]);
+    // Rounding of the bound itself, and of the scale, which is a power of two.
+    Exchange { area: found.area / power / power, error: (found.error + displaced) * (1.0 + 1e-12) / power / power }
+}
+
+fn contour([a, b]: [&[DVec3]; 2]) -> Exchange {
+    let edge = |outline: &[DVec3], i: usize| [outline[i], outline[(i + 1) % outline.len()]];
+    let (mut sum, mut error) = (0.0, 0.0);
+    for i in 0..a.len() {
+        for j in 0..b.len() {
+            let pair = edges::mean_logarithm(edge(a, i), edge(b, j));
+            sum += pair.0;
+            error += pair.1 + ROUNDOFF * sum.abs();
+        }
+    }
+    let unit = std::f64::consts::TAU;
+    Exchange { area: sum / unit, error: (error + 4.0 * ROUNDOFF * sum.abs()) / unit }
+}
+
+fn perimeter(outline: &[DVec3]) -> f64 {
+    (0..outline.len()).map(|i| (outline[(i + 1) % outline.len()] - outline[i]).length()).sum()
+}

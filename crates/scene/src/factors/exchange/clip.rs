@@ -1,0 +1,77 @@
+//! A polygon in normalised coordinates, and the part of it in front of a plane.
+
+use radgrad_core::{DVec3, Polygon};
+
+/// A polygon's outline around an origin, in a unit in which the farthest coordinate is below 1.
+pub(super) struct Outline {
+    pub(super) points: Vec<DVec3>,
+    pub(super) normal: DVec3,
+    /// How far rounding moved a vertex when the origin moved, and vertices are off the plane.
+    rounding: f64,
+    /// How far the vertices of a surface may be off their places: `4 eps` of the largest coordinate, and off the plane.
+    level: f64,
+    /// Half of perimeter over area: how far the normal turns for a vertex moved by 1.
+    slope: f64,
+}
+
+/// The part in front of a plane; empty outlines do not exist.
+pub(super) struct Front {
+    pub(super) points: Vec<DVec3>,
+    /// Bound on how far its corners are from where they should be.
+    pub(super) moved: f64,
+}
+
+impl Outline {
+    pub(super) fn new(polygon: &Polygon, origin: DVec3, power: f64) -> Self {
+        let points: Vec<DVec3> = polygon.vertices().iter().map(|&v| (v - origin) * power).collect();
+        let largest = polygon.vertices().iter().fold(origin.abs().max_element(), |m, v| m.max(v.abs().max_element()));
+        let defect = polygon.planarity_defect() * power;
+        let lost = |v: &DVec3| difference_error(*v, origin).length() * power * (1.0 + 1e-12);
+        let rounding = polygon.vertices().iter().map(lost).fold(0.0, f64::max) + defect;
+        let level = 4.0 * f64::EPSILON * largest * power + defect;
+        let area = polygon.area() * power * power;
+        Self { normal: polygon.normal(), rounding, level, slope: 0.5 * super::perimeter(&points) / area, points }
+    }
+
+    /// The part in front of the other's plane, which is a surface's: what is level with it up to rounding is in it. `None` where
+    /// nothing is in front.
+    pub(super) fn in_front_of(&self, other: &Self) -> Option<Front> {
+        let origin = other.points[0];
+        let height = |p: &DVec3| {
+            let r = *p - origin;
+            let height = other.normal.dot(r);
+            let level = (self.level + other.level) * (2.0 + r.length() * 2.0 * other.slope);
+            if height.abs() <= level { 0.0 } else { height }
+        };
+        let heights: Vec<f64> = self.points.iter().map(height).collect();
+        if heights.iter().all(|&h| h <= 0.0) {
+            return None;
+        }
+        if heights.iter().all(|&h| h >= 0.0) {
+            return Some(Front { points: self.points.clone(), moved: self.rounding });
+        }
+        // Crossing points err by a few roundings of coordinates below 2.
+        let moved = self.rounding + 16.0 * f64::EPSILON;
+        let count = self.points.len();
+        let mut points = Vec::with_capacity(count + 2);
+        for i in 0..count {
+            let j = (i + 1) % count;
+            let (h, next) = (heights[i], heights[j]);
+            if h >= 0.0 {
+                points.push(self.points[i]);
+            }
+            if h * next < 0.0 {
+                points.push(self.points[i] + (self.points[j] - self.points[i]) * (h / (h - next)));
+            }
+        }
+        points.dedup();
+        Some(Front { points, moved })
+    }
+}
+
+/// What rounding takes from `a - b`, exactly (D. E. Knuth's two-sum).
+fn difference_error(a: DVec3, b: DVec3) -> DVec3 {
+    let difference = a - b;
+    let from_b = difference - a;
+    (a - (difference - from_b)) - (b + from_b)
+}
