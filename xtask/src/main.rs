@@ -1,5 +1,6 @@
 //! Project tasks, run as `cargo xtask TASK`.
 
+mod bench;
 mod bounds;
 mod figures;
 mod plot;
@@ -20,12 +21,14 @@ enum Task {
     Verify(verify::Arguments),
     Replay(replay::Arguments),
     Figures(figures::Arguments),
+    Bench(bench::Arguments),
 }
 
 fn main() -> ExitCode {
     let passed: Result<bool, Box<dyn Error>> = match Task::parse() {
         Task::Verify(arguments) => verify::run(&arguments),
         Task::Replay(arguments) => replay::run(&arguments),
+        Task::Bench(arguments) => bench::run(&arguments),
         Task::Figures(arguments) => figures::run(&arguments).map(|()| true).map_err(Into::into),
     };
     match passed {
