@@ -8,6 +8,8 @@
 mod quartic;
 mod weight;
 
+pub(crate) use weight::PSI;
+
 use crate::double_double::DoubleDouble;
 use crate::line::{Frame, Line, Sighted};
 use crate::number::Number;

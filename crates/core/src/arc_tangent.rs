@@ -14,7 +14,7 @@
 //! is below 2^-107.
 
 /// `(atan s - s)/s^3` in powers of `s^2`.
-const CUBIC: [f64; 9] = [
+pub(crate) const CUBIC: [f64; 9] = [
     -0.333_333_333_333_333_2,
     0.199_999_999_999_914_52,
     -0.142_857_142_838_134_72,
@@ -29,7 +29,7 @@ const CUBIC: [f64; 9] = [
 /// What is added to, in two doubles, for c = 0, 1/2, 1: `atan c`, `pi - atan c`, `pi/2 - atan c`, `pi/2 + atan c`, where the point
 /// is nearer to the x axis, to the right and to the left, or nearer to the y axis, likewise.
 #[allow(clippy::approx_constant, reason = "the first doubles of two")]
-const FROM: [[[f64; 2]; 3]; 4] = [
+pub(crate) const FROM: [[[f64; 2]; 3]; 4] = [
     [[0.0, 0.0], [0.4636476090008061, 2.2698777452961687e-17], [0.7853981633974483, 3.061616997868383e-17]],
     [
         [3.141592653589793, 1.2246467991473532e-16],

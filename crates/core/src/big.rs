@@ -207,6 +207,7 @@ impl Neg for Big {
 impl Number for Big {
     type Radius = Magnitude;
     const BEYOND_DOUBLE_DOUBLE: bool = true;
+    const IS_DOUBLE: bool = false;
     const QUOTIENT_UNITS: f64 = 1.0;
     const LIBRARY_UNITS: f64 = functions::LIBRARY_UNITS;
     /// As on doubles, `3 (3 + 1)` for the bracket and its logarithm; twice that for the sum of the series and the reflections.

@@ -7,12 +7,14 @@
 //!   with S the distance of the line ([`Arc::weight`]). The horizon has no line and adds nothing: its points have no projected
 //!   area. Cancels like the value.
 mod bounded;
+mod side_by_side;
 
 use crate::arc::Arc;
 use crate::real::Real;
 use crate::vec3::Vec3;
 
 pub(crate) use bounded::BoundedSum;
+pub(crate) use side_by_side::whole;
 
 /// `sum g N`.
 #[derive(Debug, Clone, Copy)]

@@ -130,6 +130,12 @@ pub enum Error {
         /// The tolerance as given.
         value: f64,
     },
+    /// An absolute tolerance is not a positive number.
+    #[error("absolute tolerance is {value}: it must be positive and finite")]
+    AbsoluteTolerance {
+        /// The tolerance as given.
+        value: f64,
+    },
     /// The receiver is on the line through an edge, where a formula divides by its distance from it.
     #[error("the receiver is on the line of edge {edge}, where this form divides by zero")]
     OnEdgeLine {
@@ -153,6 +159,22 @@ pub enum Error {
         digits: u32,
         /// Bits of the last attempt.
         bits: usize,
+    },
+    /// The arrays of a batch differ in length.
+    #[error("an array of {given} entries was given where {expected} are needed")]
+    Lengths {
+        /// Entries that are needed.
+        expected: usize,
+        /// Entries given.
+        given: usize,
+    },
+    /// One entry of a batch is wrong.
+    #[error("entry {index}: {error}")]
+    InBatch {
+        /// Index of the entry.
+        index: usize,
+        /// What is wrong with it.
+        error: Box<Self>,
     },
     /// The result is too large for a double.
     #[error("the {quantity} overflows: its magnitude is above {:e}", f64::MAX)]

@@ -10,7 +10,7 @@ use crate::plan::Plan;
 use crate::terms::Terms;
 use crate::unit::Unit;
 use crate::vec3::Vec3;
-use crate::{Emitter, Error, Polygon, Receiver};
+use crate::{Emission, Emitter, Error, Polygon, Receiver, constant};
 
 /// Radiosity and its gradient with proven absolute error bounds.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -121,6 +121,12 @@ pub fn evaluate_to(receiver: &Receiver, emitter: &Emitter, occluders: &[Polygon]
 /// # Errors
 /// If the result over- or underflows.
 pub fn radiosity(receiver: &Receiver, emitter: &Emitter) -> Result<f64, Error> {
+    if let Some((plan, terms)) = side_by_side::<true, false>(receiver, emitter) {
+        let radiosity = terms.radiosity(receiver);
+        if is_sound([radiosity]) {
+            return Case { receiver, emitter, occluders: &[], plan: &plan }.radiosity(radiosity);
+        }
+    }
     let Some(plan) = Plan::new(receiver, emitter.polygon()) else { return Ok(0.0) };
     let case = Case { receiver, emitter, occluders: &[], plan: &plan };
     let Some(terms) = Terms::<f64>::sum::<true, false>(&case) else { return Ok(0.0) };
@@ -135,6 +141,12 @@ pub fn radiosity(receiver: &Receiver, emitter: &Emitter) -> Result<f64, Error> {
 /// # Errors
 /// If the result over- or underflows.
 pub fn gradient(receiver: &Receiver, emitter: &Emitter) -> Result<DVec3, Error> {
+    if let Some((plan, terms)) = side_by_side::<false, true>(receiver, emitter) {
+        let gradient = terms.gradient(receiver);
+        if is_sound(DVec3::from(gradient).to_array()) {
+            return Case { receiver, emitter, occluders: &[], plan: &plan }.gradient(gradient);
+        }
+    }
     let Some(plan) = Plan::new(receiver, emitter.polygon()) else { return Ok(DVec3::ZERO) };
     let case = Case { receiver, emitter, occluders: &[], plan: &plan };
     let Some(terms) = Terms::<f64>::sum::<false, true>(&case) else { return Ok(DVec3::ZERO) };
@@ -149,6 +161,13 @@ pub fn gradient(receiver: &Receiver, emitter: &Emitter) -> Result<DVec3, Error> 
 /// # Errors
 /// If a result over- or underflows.
 pub fn radiosity_and_gradient(receiver: &Receiver, emitter: &Emitter) -> Result<(f64, DVec3), Error> {
+    if let Some((plan, terms)) = side_by_side::<true, true>(receiver, emitter) {
+        let (radiosity, gradient) = (terms.radiosity(receiver), terms.gradient(receiver));
+        if is_sound([radiosity]) && is_sound(DVec3::from(gradient).to_array()) {
+            let case = Case { receiver, emitter, occluders: &[], plan: &plan };
+            return Ok((case.radiosity(radiosity)?, case.gradient(gradient)?));
+        }
+    }
     let Some(plan) = Plan::new(receiver, emitter.polygon()) else { return Ok((0.0, DVec3::ZERO)) };
     let case = Case { receiver, emitter, occluders: &[], plan: &plan };
     let Some(terms) = Terms::<f64>::sum::<true, true>(&case) else { return Ok((0.0, DVec3::ZERO)) };
@@ -178,11 +197,20 @@ pub fn irradiance_vector(receiver: &Receiver, emitter: &Emitter) -> Result<DVec3
     Unit::of_derivative(0, "irradiance vector", &plan, emitter).plain([x, y, z]).map(DVec3::from)
 }
 
+/// The sums over a constant emitter that is seen whole, its edges side by side.
+#[inline]
+fn side_by_side<const VALUE: bool, const GRADIENT: bool>(receiver: &Receiver, emitter: &Emitter) -> Option<(Plan, Terms<f64>)> {
+    let Emission::Constant(_) = emitter.emission() else { return None };
+    let (plan, sums) = constant::whole::<VALUE, GRADIENT>(receiver, emitter.polygon())?;
+    let emission = emitter.affine().value;
+    Some((plan, Terms { irradiance: sums.irradiance * emission, gradient: sums.gradient * emission }))
+}
+
 /// Whether double precision served: it neither broke down nor came near the end of its range, where squares are lost.
 #[inline]
 fn is_sound<const N: usize>(normalised: [f64; N]) -> bool {
     const NEAR_THE_END: f64 = f64::MIN_POSITIVE / f64::EPSILON;
-    normalised.iter().all(|c| c.is_finite()) && normalised.iter().any(|c| c.abs() >= NEAR_THE_END)
+    (NEAR_THE_END..f64::INFINITY).contains(&normalised.iter().map(|c| c.abs()).sum())
 }
 
 #[cfg(test)]

@@ -6,11 +6,12 @@
 
 use std::ops::{Add, Mul, Sub};
 
+use fearless_simd::{Simd, SimdBase, f64x4};
 use glam::DVec3;
 
 use crate::Error;
 use crate::double_double::{DoubleDouble, UNIT};
-use crate::number::Number;
+use crate::number::{Number, ROUNDOFF};
 use crate::plan::offset;
 use crate::real::Real;
 use crate::vec3::Vec3;
@@ -105,6 +106,8 @@ impl Receiver {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Polygon {
     vertices: Vec<DVec3>,
+    /// The same for four edges at a time.
+    four_edges: Vec<FourEdges>,
     /// Unit normal in double-double, so that heights over the plane keep their digits near contact.
     precise_normal: Vec3<DoubleDouble>,
     normal_error: f64,
@@ -169,6 +172,7 @@ impl Polygon {
             normal: precise_normal.map(DoubleDouble::to_f64).into(),
             normalised_area: 0.5 * norm,
             power,
+            four_edges: FourEdges::of(&vertices),
             vertices,
             precise_normal,
             // A cross product of normalised edges errs by 4 UNIT of their lengths' product, at most 3; normalising it adds 32
@@ -224,6 +228,17 @@ impl Polygon {
         self.normal_error
     }
 
+    /// Whether the normal errs by less than a roundoff.
+    #[inline]
+    pub(crate) fn is_well_known(&self) -> bool {
+        self.normal_error < ROUNDOFF
+    }
+
+    /// The vertices for four edges at a time; the last edges may come again.
+    pub(crate) fn four_edges(&self) -> &[FourEdges] {
+        &self.four_edges
+    }
+
     /// Indices of three vertices in order that are not on one line.
     pub(crate) const fn plane_corners(&self) -> [usize; 3] {
         self.corners
@@ -251,6 +266,32 @@ impl Polygon {
     /// The vertices on the coordinate plane that shows the polygon largest, normalised, counter-clockwise.
     pub(crate) fn projected(&self) -> Vec<robust::Coord<f64>> {
         projected(&self.vertices, self.normal)
+    }
+}
+
+/// Coordinates x, y, z of the five vertices that four edges join, the first of them the edge that ends in vertex 0.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct FourEdges([[f64; 5]; 3]);
+
+impl FourEdges {
+    fn of(vertices: &[DVec3]) -> Vec<Self> {
+        let count = vertices.len();
+        let at = |axis: usize, i: usize| vertices[(i + count - 1) % count].to_array()[axis];
+        (0..count).step_by(4).map(|first| Self([0, 1, 2].map(|axis| [0, 1, 2, 3, 4].map(|i| at(axis, first + i))))).collect()
+    }
+
+    /// Where the edges start.
+    #[inline(always)]
+    pub(crate) fn starts<S: Simd>(&self, simd: S) -> Vec3<f64x4<S>> {
+        let [x, y, z] = &self.0;
+        Vec3::new(f64x4::from_slice(simd, &x[..4]), f64x4::from_slice(simd, &y[..4]), f64x4::from_slice(simd, &z[..4]))
+    }
+
+    /// Where they end.
+    #[inline(always)]
+    pub(crate) fn ends<S: Simd>(&self, simd: S) -> Vec3<f64x4<S>> {
+        let [x, y, z] = &self.0;
+        Vec3::new(f64x4::from_slice(simd, &x[1..]), f64x4::from_slice(simd, &y[1..]), f64x4::from_slice(simd, &z[1..]))
     }
 }
 

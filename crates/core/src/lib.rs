@@ -27,6 +27,7 @@
 
 mod arc;
 mod arc_tangent;
+pub mod batch;
 #[cfg(feature = "arbitrary-precision")]
 mod big;
 mod certify;
@@ -45,6 +46,7 @@ mod geometry;
 mod hessian;
 mod horizon;
 mod ladder;
+mod level;
 mod line;
 mod linear;
 mod number;

@@ -24,6 +24,8 @@ pub(crate) trait Number:
     type Radius: Radius;
     /// Whether it has more digits than the normals and gradients that are kept in double-double, so that they must be found anew.
     const BEYOND_DOUBLE_DOUBLE: bool;
+    /// Whether approximations to a rounding of a double serve.
+    const IS_DOUBLE: bool;
     /// Error of a quotient, in units of roundoff.
     const QUOTIENT_UNITS: f64;
     /// Error of logarithm and arc tangent, in units of roundoff.
@@ -67,6 +69,7 @@ pub(crate) trait Number:
 impl Number for f64 {
     type Radius = Self;
     const BEYOND_DOUBLE_DOUBLE: bool = false;
+    const IS_DOUBLE: bool = true;
     const QUOTIENT_UNITS: Self = 1.0;
     /// That of [`arc_tangent`]; for the logarithm 2 ulp, an ulp being at most two units of the result: the assumption that
     /// `tests/library_functions.rs` tests.
@@ -151,6 +154,7 @@ impl Number for f64 {
 impl Number for DoubleDouble {
     type Radius = f64;
     const BEYOND_DOUBLE_DOUBLE: bool = false;
+    const IS_DOUBLE: bool = false;
     const QUOTIENT_UNITS: f64 = 2.0;
     const LIBRARY_UNITS: f64 = LIBRARY_UNITS;
     const CLAUSEN_UNITS: f64 = dilogarithm::DOUBLE_DOUBLE_UNITS;

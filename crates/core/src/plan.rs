@@ -52,10 +52,9 @@ impl Plan {
             lowest = if height < lowest { height } else { lowest };
         }
         let power = normalising_power(farthest);
-        // Three products of rounded factors and two sums, of components below 2 and below `farthest`: within 24 u of it.
-        let surely = if WITHOUT_UNDERFLOW.contains(&farthest) { 32.0 * ROUNDOFF * farthest } else { f64::INFINITY };
+        let surely = sure(farthest);
         let height = polygon.normal().dot(x - vertices[0]);
-        let in_front = height > surely && polygon.normal_error() < ROUNDOFF;
+        let in_front = height > surely && polygon.is_well_known();
         if !in_front && side_of(x, polygon, power) != Side::Front {
             return None;
         }
@@ -70,6 +69,14 @@ impl Plan {
         };
         Some(Self { power, horizon })
     }
+}
+
+/// What a height over a plane or the horizon is above or below for sure, of points at most that far.
+///
+/// Three products of rounded factors and two sums, of components below 2 and below `farthest`: within 24 u of it.
+#[inline]
+pub(crate) fn sure(farthest: f64) -> f64 {
+    if WITHOUT_UNDERFLOW.contains(&farthest) { 32.0 * ROUNDOFF * farthest } else { f64::INFINITY }
 }
 
 /// Where products of a distance with a component of a normal keep an absolute error below a roundoff of the distance.
@@ -119,7 +126,7 @@ pub(crate) fn side_of(point: DVec3, polygon: &Polygon, power: f64) -> Side {
     let r = (polygon.vertices()[0] - point) * power;
     let height = -polygon.normal().dot(r);
     // Three products and two sums of rounded factors: 6 roundings of at most |n||r| <= sqrt(3) * sum of the magnitudes.
-    if polygon.normal_error() < ROUNDOFF && height.abs() > 16.0 * ROUNDOFF * r.length() {
+    if polygon.is_well_known() && height.abs() > 16.0 * ROUNDOFF * r.length() {
         return Side::of(height);
     }
     let (height, error) = precise_height(point, polygon, power);

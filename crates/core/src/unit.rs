@@ -56,7 +56,10 @@ impl Unit {
     pub(crate) fn plain<const N: usize>(self, normalised: [f64; N]) -> Result<[f64; N], Error> {
         let factor = self.factor();
         let components = normalised.map(|c| c * factor);
-        if are_normal(&components) { Ok(components) } else { self.plain_rounded(normalised, 0.0) }
+        // Where the largest is normal all products are rounded once; the sum is at most nine times it.
+        let size: f64 = components.iter().map(|c| c.abs()).sum();
+        let is_normal = (16.0 * f64::MIN_POSITIVE..f64::INFINITY).contains(&size);
+        if is_normal { Ok(components) } else { self.plain_rounded(normalised, 0.0) }
     }
 
     #[cold]

@@ -17,12 +17,12 @@ pub(crate) struct Vec3<T> {
 }
 
 impl<T: Copy> Vec3<T> {
-    #[inline]
+    #[inline(always)]
     pub(crate) const fn new(x: T, y: T, z: T) -> Self {
         Self { x, y, z }
     }
 
-    #[inline]
+    #[inline(always)]
     pub(crate) fn map<U>(self, f: impl Fn(T) -> U) -> Vec3<U> {
         Vec3 { x: f(self.x), y: f(self.y), z: f(self.z) }
     }
@@ -44,12 +44,12 @@ impl<T> Vec3<T>
 where
     T: Copy + Add<Output = T> + Sub<Output = T> + Mul<Output = T>,
 {
-    #[inline]
+    #[inline(always)]
     pub(crate) fn dot(self, other: Self) -> T {
         self.x * other.x + self.y * other.y + self.z * other.z
     }
 
-    #[inline]
+    #[inline(always)]
     pub(crate) fn cross(self, other: Self) -> Self {
         Self {
             x: self.y * other.z - self.z * other.y,
@@ -58,7 +58,7 @@ where
         }
     }
 
-    #[inline]
+    #[inline(always)]
     pub(crate) fn norm_squared(self) -> T {
         self.dot(self)
     }
@@ -66,7 +66,7 @@ where
 
 impl Vec3<f64> {
     /// Euclidean length, to a few roundings; squares of what is far from 1 do not leave the range of a double.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn length(self) -> f64 {
         let power = normalising_power(self.x.abs().max(self.y.abs()).max(self.z.abs()));
         (self * power).norm_squared().sqrt() / power
@@ -75,7 +75,7 @@ impl Vec3<f64> {
 
 impl<T: Copy + Add<Output = T>> Add for Vec3<T> {
     type Output = Self;
-    #[inline]
+    #[inline(always)]
     fn add(self, other: Self) -> Self {
         Self { x: self.x + other.x, y: self.y + other.y, z: self.z + other.z }
     }
@@ -83,7 +83,7 @@ impl<T: Copy + Add<Output = T>> Add for Vec3<T> {
 
 impl<T: Copy + Sub<Output = T>> Sub for Vec3<T> {
     type Output = Self;
-    #[inline]
+    #[inline(always)]
     fn sub(self, other: Self) -> Self {
         Self { x: self.x - other.x, y: self.y - other.y, z: self.z - other.z }
     }
@@ -91,7 +91,7 @@ impl<T: Copy + Sub<Output = T>> Sub for Vec3<T> {
 
 impl<T: Copy + Neg<Output = T>> Neg for Vec3<T> {
     type Output = Self;
-    #[inline]
+    #[inline(always)]
     fn neg(self) -> Self {
         Self { x: -self.x, y: -self.y, z: -self.z }
     }
@@ -99,21 +99,21 @@ impl<T: Copy + Neg<Output = T>> Neg for Vec3<T> {
 
 impl<T: Copy + Mul<Output = T>> Mul<T> for Vec3<T> {
     type Output = Self;
-    #[inline]
+    #[inline(always)]
     fn mul(self, factor: T) -> Self {
         Self { x: self.x * factor, y: self.y * factor, z: self.z * factor }
     }
 }
 
 impl From<DVec3> for Vec3<f64> {
-    #[inline]
+    #[inline(always)]
     fn from(v: DVec3) -> Self {
         Self { x: v.x, y: v.y, z: v.z }
     }
 }
 
 impl From<Vec3<f64>> for DVec3 {
-    #[inline]
+    #[inline(always)]
     fn from(v: Vec3<f64>) -> Self {
         Self::new(v.x, v.y, v.z)
     }

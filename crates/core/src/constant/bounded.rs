@@ -19,8 +19,8 @@
 //!   relative; c errs by `10.5u + 2 eta`, and `c + c'` or their difference by `23u + 4 eta`;
 //! - `chi = T (g + sin g)/4`, `1/2|u + v| = (T/8)^(1/2) <= a = 1/8 + T/4` and `|c + c'| <= |u + v|`: the first term errs by `Q [a (dg +
 //!   ds) + (g + sin g) (a (19u + 5 eta) + (T/4) (23u + 4 eta))]`;
-//! - `psi <= 0.091g` and `|c' - c| <= |v - u| <= g`: up to g = 1 the second errs by `Q [g (0.12 dg + 3ug) + 0.091g (23u + 4 eta)]`,
-//!   psi following from g alone but for 1 + cos, and beyond by `Q [0.55 (dg + ds) + 5ug + 0.091g (23u + 4 eta)]`;
+//! - `psi <= 0.091g`, `psi' <= 0.11`, psi errs by 3u of itself and `|c' - c| <= |v - u| <= g`: the second errs by `Q g [0.11 dg +
+//!   0.3ug + 0.091 (23u + 4 eta)]`;
 //! - the sum adds u. The weight is at most `Q (a + 0.13 min(g, 1)) (g + sin g)`, and its product with N errs by that times `ew +
 //!   5.5u + u`.
 //!
@@ -110,7 +110,7 @@ impl ArcErrors {
             let (sum, turn) = arc.angle_and_sine();
             let half = 0.125 + 0.25 * turn;
             let first = half * (dg + ds) + sum * (half * (19.0 * U + 5.0 * eta) + 0.25 * turn * (23.0 * U + 4.0 * eta));
-            let second = if g <= 1.0 { g * (0.12 * dg + 3.0 * U * g) } else { 0.55 * (dg + ds) + 5.0 * U * g };
+            let second = g * (0.11 * dg + 0.3 * U * g);
             let size = near * (half + 0.13 * least) * sum;
             let weight = near * (first + second + 0.091 * g * (23.0 * U + 4.0 * eta));
             (size, weight + size * (ew + 7.5 * U))

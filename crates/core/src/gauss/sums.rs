@@ -21,14 +21,13 @@
 //! Height, normals and the last few operations add 8u. Corners that are misplaced in the plane by up to 22u of the
 //! spread change the domain by that along the perimeter, where the integrand is at most what the nearest point allows.
 
-use std::sync::LazyLock;
-
 use fearless_simd::prelude::*;
-use fearless_simd::{Level, dispatch, f64x8};
+use fearless_simd::{dispatch, f64x8};
 
 use super::source::OnTriangle;
 use super::triangle::{Bound, Grid, Triangle};
 use super::{Integral, Scene, rules};
+use crate::level::LEVEL;
 use crate::number::ROUNDOFF;
 use crate::vec3::Vec3;
 
@@ -130,9 +129,6 @@ impl<S: Simd> Sums<f64x8<S>> {
         self.projected_over_square += other.projected_over_square;
     }
 }
-
-/// The vector unit of this machine.
-static LEVEL: LazyLock<Level> = LazyLock::new(Level::new);
 
 impl Scene<'_> {
     /// The integral over a triangle, without the factor rho/pi.

@@ -1,0 +1,269 @@
+//! Many receivers against one emitter, or one receiver against many emitters, on the vector units of the machine.
+//!
+//! The closed form of a constant emitter (HS95 Eq. 8 and A.1, in the form of `batch::edge`), with the receiver's horizon, several
+//! answers at a time: as many as a vector of the instruction set holds, found at run time. Each lane carries the bound derived in
+//! `batch::bound`; a lane whose bound is above the tolerance, or that cannot tell on which side of a plane it is, is answered
+//! again by the scalar path, so that what comes out is as certain as there. Linear and polynomial emitters take the scalar path
+//! altogether.
+//!
+//! - [`Engine`] says how: which instruction set, one thread or all. All instruction sets give the same digits (no fused
+//!   multiply-add), and an answer does not depend on its neighbours.
+//! - [`Receivers`] and [`Emitters`] are structures of arrays; [`Answers`] takes what comes out and [`Counts`] how it came.
+//! - [`EmitterTree`] answers what receivers get from very many emitters together, within an absolute error: nodes of the tree that
+//!   are below the horizon, face away or are too weak are left out, far ones are answered as one, and the bound counts it all;
+//!   [`Tally`] says what became of how many.
+//! - In single precision twice as many lanes fit; those that cancel are done again in double precision.
+//!
+//! In short: `Engine::{new, all, threads}` and, on it, `radiosity`, `radiosity_and_gradient`, `radiosity_to`, `evaluate_to` (many
+//! receivers, one emitter), `each`, `each_to` (one receiver, many emitters), `total` (many of both, summed).
+//!
+//! Digits are lost as by [`crate::radiosity`]: about `log10 D/s` of them at distance D for size s. The bound is some 30 (value) to
+//! 60 times (gradient) the error found.
+//!
+//! ```
+//! use radgrad_core::batch::{Answers, Engine, Receivers};
+//! use radgrad_core::{DVec3, Emission, Emitter, Polygon};
+//! let corners = [(0.0, 0.0), (0.0, 1.0), (1.0, 1.0), (1.0, 0.0)].map(|(x, y)| DVec3::new(x, y, 1.0));
+//! let lamp = Emitter::new(Polygon::new(corners.to_vec())?, Emission::Constant(1.0))?;
+//! let x: Vec<f64> = (0..1000).map(|i| f64::from(i) * 0.001).collect();
+//! let (zero, one) = (vec![0.0; 1000], vec![1.0; 1000]);
+//! let floor = Receivers::new([&x, &zero, &zero], [&zero, &zero, &one], &[0.8])?;
+//! let mut answers = Answers::new();
+//! Engine::new().evaluate_to(&floor, &lamp, 1e-10, &mut answers)?;
+//! assert!(answers.radiosity_error[500] <= 1e-10 * answers.radiosity[500]);
+//! assert!(answers.gradient[0][0] > 0.0, "towards the middle of the lamp it is brighter");
+//! assert_eq!(answers.counts.whole, 1000);
+//! # Ok::<(), radgrad_core::Error>(())
+//! ```
+
+mod answers;
+mod arc_tangent;
+mod bound;
+mod cluster;
+mod edge;
+mod emitter_tree;
+mod emitters;
+mod far_field;
+mod lanes;
+#[allow(dead_code, reason = "for linear emitters")]
+mod logarithm;
+mod many_emitters;
+mod one_emitter;
+mod receivers;
+mod tile;
+mod total;
+mod visible;
+
+use std::fmt;
+
+use fearless_simd::Level;
+
+pub use answers::{Answers, Counts};
+pub use emitter_tree::EmitterTree;
+pub use emitters::Emitters;
+pub use receivers::Receivers;
+pub use total::Tally;
+
+use crate::{Emitter, Error, Receiver, level};
+use emitters::OneReceiver;
+use one_emitter::OneEmitter;
+use tile::Goal;
+use total::Total;
+
+/// Single or double precision: `f32` or `f64`.
+#[allow(private_bounds, reason = "what lanes need of a number is not for others to implement")]
+pub trait Precision: lanes::Lane {}
+
+impl Precision for f64 {}
+impl Precision for f32 {}
+
+/// How batches run: on which instruction set, on one thread or all.
+///
+/// The methods without a tolerance leave out the arrays of bounds. A lane is then taken where its bound is below 1e-6 of the
+/// value and of the gradient's norm (in single precision below 3e-5 and 1e-4: errors are found to be below 1e-6 and 1.2e-6); what
+/// is not has the digits of [`crate::radiosity_and_gradient`].
+#[derive(Debug, Clone, Copy)]
+pub struct Engine {
+    level: Level,
+    threads: bool,
+}
+
+impl Default for Engine {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl fmt::Display for Engine {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(level::name(self.level))?;
+        f.write_str(if self.threads { " on all threads" } else { "" })
+    }
+}
+
+impl Engine {
+    /// The best instruction set of this machine, on one thread.
+    #[must_use]
+    pub fn new() -> Self {
+        Self { level: Level::new(), threads: false }
+    }
+
+    /// One engine for each instruction set of this machine, best first.
+    #[must_use]
+    pub fn all() -> Vec<Self> {
+        level::levels().into_iter().map(|level| Self { level, threads: false }).collect()
+    }
+
+    /// The same on all threads of rayon's pool, where the crate is built with the feature `threads`.
+    #[must_use]
+    pub const fn threads(self) -> Self {
+        Self { threads: true, ..self }
+    }
+
+    /// Radiosity of each receiver alone.
+    ///
+    /// # Errors
+    /// If a result overflows: [`Error::InBatch`] with the receiver's index.
+    pub fn radiosity<F: Precision>(
+        &self,
+        receivers: &Receivers<'_, F>,
+        emitter: &Emitter,
+        answers: &mut Answers<F>,
+    ) -> Result<(), Error> {
+        self.against(receivers, emitter, Goal::plain::<F>(false), answers)
+    }
+
+    /// Radiosity and gradient at each receiver.
+    ///
+    /// # Errors
+    /// If a result overflows: [`Error::InBatch`] with the receiver's index.
+    pub fn radiosity_and_gradient<F: Precision>(
+        &self,
+        receivers: &Receivers<'_, F>,
+        emitter: &Emitter,
+        answers: &mut Answers<F>,
+    ) -> Result<(), Error> {
+        self.against(receivers, emitter, Goal::plain::<F>(true), answers)
+    }
+
+    /// Radiosity of each receiver with its bound, to a relative tolerance as of [`crate::evaluate_to`].
+    ///
+    /// # Errors
+    /// If a result overflows, or the tolerance is not in [0, 1].
+    pub fn radiosity_to<F: Precision>(
+        &self,
+        receivers: &Receivers<'_, F>,
+        emitter: &Emitter,
+        tolerance: f64,
+        answers: &mut Answers<F>,
+    ) -> Result<(), Error> {
+        self.against(receivers, emitter, Goal::within(tolerance, false)?, answers)
+    }
+
+    /// Radiosity and gradient at each receiver with their bounds, to a relative tolerance as of [`crate::evaluate_to`]. In single
+    /// precision the bounds count the rounding of the results, so that nothing meets a tolerance below 1e-7.
+    ///
+    /// # Errors
+    /// If a result overflows, or the tolerance is not in [0, 1].
+    pub fn evaluate_to<F: Precision>(
+        &self,
+        receivers: &Receivers<'_, F>,
+        emitter: &Emitter,
+        tolerance: f64,
+        answers: &mut Answers<F>,
+    ) -> Result<(), Error> {
+        self.against(receivers, emitter, Goal::within(tolerance, true)?, answers)
+    }
+
+    /// Radiosity and gradient due to each emitter, in the emitters' order.
+    ///
+    /// # Errors
+    /// If a result overflows: [`Error::InBatch`] with the emitter's index.
+    pub fn each<F: Precision>(
+        &self,
+        receiver: &Receiver,
+        emitters: &Emitters<'_, F>,
+        answers: &mut Answers<F>,
+    ) -> Result<(), Error> {
+        self.seen_from(receiver, emitters, Goal::plain::<F>(true), answers)
+    }
+
+    /// The same with bounds, to a relative tolerance for each emitter.
+    ///
+    /// # Errors
+    /// If a result overflows, or the tolerance is not in [0, 1].
+    pub fn each_to<F: Precision>(
+        &self,
+        receiver: &Receiver,
+        emitters: &Emitters<'_, F>,
+        tolerance: f64,
+        answers: &mut Answers<F>,
+    ) -> Result<(), Error> {
+        self.seen_from(receiver, emitters, Goal::within(tolerance, true)?, answers)
+    }
+
+    /// Radiosity of each receiver due to all emitters of a tree together, within an absolute tolerance in the unit of the emission.
+    ///
+    /// What is left out or answered by a far field is in the bounds, and so is all rounding. A tolerance below what double precision
+    /// can do is not an error: the bounds say what it came to.
+    ///
+    /// ```
+    /// use radgrad_core::batch::{Answers, EmitterTree, Engine, Receivers};
+    /// use radgrad_core::{DVec3, Emission, Emitter, Polygon};
+    /// let cell = |i: u32| {
+    ///     let (x, y) = (f64::from(i % 50) * 0.02, f64::from(i / 50) * 0.02);
+    ///     let corners = [(0.0, 0.0), (0.0, 0.02), (0.02, 0.02), (0.02, 0.0)].map(|(u, v)| DVec3::new(x + u, y + v, 1.0));
+    ///     Emitter::new(Polygon::new(corners.to_vec())?, Emission::Constant(1.0))
+    /// };
+    /// let ceiling = (0..2500).map(cell).collect::<Result<Vec<_>, _>>()?;
+    /// let tree = EmitterTree::new(&ceiling);
+    /// let corner = Receivers::new([&[0.0], &[0.0], &[0.0]], [&[0.0], &[0.0], &[1.0]], &[1.0])?;
+    /// let mut answers = Answers::new();
+    /// let tally = Engine::new().total(&corner, &tree, 1e-5, &mut answers)?;
+    /// assert!((answers.radiosity[0] - 0.138_531_605_994_893).abs() <= 1e-5);
+    /// assert!(tally.alone + tally.far_fields < 500);
+    /// # Ok::<(), radgrad_core::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// If a result overflows, or the tolerance is not a positive number.
+    pub fn total(
+        &self,
+        receivers: &Receivers<'_, f64>,
+        tree: &EmitterTree<'_>,
+        tolerance: f64,
+        answers: &mut Answers<f64>,
+    ) -> Result<Tally, Error> {
+        if !(tolerance > 0.0 && tolerance.is_finite()) {
+            return Err(Error::AbsoluteTolerance { value: tolerance });
+        }
+        let job = Total { receivers: *receivers, tree, tolerance, level: self.level };
+        answers.counts = Counts::default();
+        let slots = answers.sized(receivers.count(), Goal::absolute(tolerance).asked);
+        tile::run(self.threads, 0, slots, &|start, slots| job.tile(start, slots))
+    }
+
+    fn against<F: Precision>(
+        &self,
+        receivers: &Receivers<'_, F>,
+        emitter: &Emitter,
+        goal: Goal,
+        answers: &mut Answers<F>,
+    ) -> Result<(), Error> {
+        let job = OneEmitter::new(*receivers, emitter, goal, self.level);
+        let slots = answers.sized(receivers.count(), goal.asked);
+        answers.counts = tile::run(self.threads, 0, slots, &|start, slots| job.tile(start, slots))?;
+        Ok(())
+    }
+
+    fn seen_from<F: Precision>(
+        &self,
+        receiver: &Receiver,
+        emitters: &Emitters<'_, F>,
+        goal: Goal,
+        answers: &mut Answers<F>,
+    ) -> Result<(), Error> {
+        answers.counts = OneReceiver::new(receiver, emitters, goal, self.level).all(self.threads, answers)?;
+        Ok(())
+    }
+}

@@ -1,0 +1,128 @@
+//! What a batch gives, as a structure of arrays.
+
+use super::Precision;
+use crate::DVec3;
+use crate::evaluate::{Answer, Method};
+
+/// One entry of each array a receiver, or an emitter. Arrays that were not asked for are empty. Kept from one batch to the next
+/// it is not allocated again.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Answers<F = f64> {
+    /// Radiosity `B(x)`, in the unit of the emission.
+    pub radiosity: Vec<F>,
+    /// Gradient of `B` with respect to `x` at fixed normal: its x, y and z components.
+    pub gradient: [Vec<F>; 3],
+    /// Proven bounds on the errors of `radiosity`.
+    pub radiosity_error: Vec<F>,
+    /// Proven bounds on the Euclidean norms of the errors of `gradient`.
+    pub gradient_error: Vec<F>,
+    /// What answered.
+    pub counts: Counts,
+}
+
+/// How many entries were answered by what.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Counts {
+    /// Nothing to compute: behind the emitter or in its plane, or all of it below the horizon. Exactly 0.
+    pub zero: usize,
+    /// The closed form on lanes, of the whole emitter.
+    pub whole: usize,
+    /// The closed form on lanes, of what the horizon leaves.
+    pub clipped: usize,
+    /// Lanes of single precision that cancel, done again in double precision; they are among `whole` and `clipped` too where
+    /// that sufficed.
+    pub doubled: usize,
+    /// One by one: too near an edge or its extension, too close to call, or a tolerance that double precision does not reach.
+    pub single: usize,
+}
+
+impl std::ops::AddAssign for Counts {
+    fn add_assign(&mut self, other: Self) {
+        self.zero += other.zero;
+        self.whole += other.whole;
+        self.clipped += other.clipped;
+        self.doubled += other.doubled;
+        self.single += other.single;
+    }
+}
+
+/// Which arrays are asked for.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Asked {
+    pub(super) gradient: bool,
+    pub(super) errors: bool,
+}
+
+impl<F: Precision> Answers<F> {
+    /// Empty arrays, to be filled.
+    #[must_use]
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// One entry; what was not asked for is 0.
+    pub(super) fn answer(&self, index: usize) -> Answer {
+        let at = |array: &[F]| array.get(index).map_or(0.0, |value| value.to_double());
+        let method = if at(&self.radiosity) == 0.0 { Method::Zero } else { Method::ClosedForm };
+        Answer {
+            radiosity: at(&self.radiosity),
+            gradient: DVec3::from(self.gradient.each_ref().map(|array| at(array))),
+            radiosity_error: at(&self.radiosity_error),
+            gradient_error: at(&self.gradient_error),
+            method,
+        }
+    }
+
+    /// Arrays of `count` entries, and what to write them to.
+    pub(super) fn sized(&mut self, count: usize, asked: Asked) -> Slots<'_, F> {
+        let size = |array: &mut Vec<F>, wanted: bool| array.resize(if wanted { count } else { 0 }, F::default());
+        size(&mut self.radiosity, true);
+        self.gradient.iter_mut().for_each(|array| size(array, asked.gradient));
+        size(&mut self.radiosity_error, asked.errors);
+        size(&mut self.gradient_error, asked.errors && asked.gradient);
+        let Self { radiosity, gradient, radiosity_error, gradient_error, .. } = self;
+        Slots { radiosity, gradient: gradient.each_mut().map(Vec::as_mut_slice), radiosity_error, gradient_error }
+    }
+}
+
+/// A stretch of the arrays, to be written.
+pub(super) struct Slots<'a, F> {
+    pub(super) radiosity: &'a mut [F],
+    pub(super) gradient: [&'a mut [F]; 3],
+    pub(super) radiosity_error: &'a mut [F],
+    pub(super) gradient_error: &'a mut [F],
+}
+
+impl<F: Precision> Slots<'_, F> {
+    /// Takes the first entries of other answers to the same question.
+    pub(super) fn copy_first(&mut self, answers: &Answers<F>) {
+        let copy = |slot: &mut [F], array: &[F]| slot.copy_from_slice(&array[..slot.len()]);
+        copy(self.radiosity, &answers.radiosity);
+        self.gradient.iter_mut().zip(&answers.gradient).for_each(|(slot, array)| copy(slot, array));
+        copy(self.radiosity_error, &answers.radiosity_error);
+        copy(self.gradient_error, &answers.gradient_error);
+    }
+}
+
+impl<F> Slots<'_, F> {
+    /// The first `middle` entries, and the others.
+    pub(super) fn split_at(self, middle: usize) -> (Self, Self) {
+        fn halves<F>(slice: &mut [F], middle: usize) -> (&mut [F], &mut [F]) {
+            slice.split_at_mut(middle.min(slice.len()))
+        }
+        let Self { radiosity, gradient: [x, y, z], radiosity_error, gradient_error } = self;
+        let (radiosity, radiosity_rest) = halves(radiosity, middle);
+        let ((x, x_rest), (y, y_rest), (z, z_rest)) = (halves(x, middle), halves(y, middle), halves(z, middle));
+        let (radiosity_error, radiosity_error_rest) = halves(radiosity_error, middle);
+        let (gradient_error, gradient_error_rest) = halves(gradient_error, middle);
+        (
+            Self { radiosity, gradient: [x, y, z], radiosity_error, gradient_error },
+            Self {
+                radiosity: radiosity_rest,
+                gradient: [x_rest, y_rest, z_rest],
+                radiosity_error: radiosity_error_rest,
+                gradient_error: gradient_error_rest,
+            },
+        )
+    }
+}

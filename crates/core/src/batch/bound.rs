@@ -1,0 +1,103 @@
+//! What rounding may have done to the sums of [`super::edge`], on lanes.
+//!
+//! To first order in the unit roundoff u; 5 % on top pays for the rest, since no relative error above 4e-4 is let through
+//! ([`Lane::CONDITION`]). Inputs are the numbers given, offsets err by u of their length, n1 by 4.5u. Of an edge, with `k =
+//! 1/S`, R the largest distance of a vertex, and `rho = k |r| <= k R` (the sums are bounded with the largest k):
+//! - w errs by `4 sqrt(2) u |r||e|`, by Cauchy's inequality: relatively by `ew = 5.66 rho u`; m and 1/m by `ew + 2.5u` and `ew +
+//!   6.5u`, N as a direction by ew; the scalar products p.p', p.e, n1.r and n1.e by 5, 5, 8.5 and 8.5u of the lengths;
+//! - the angle by `sin g (ew + 3.5u)` and `5u sin g` from the point that it is of, and by an ulp or two, at most 2u g each;
+//! - `sin g` by `ew + 18.5u` relatively, and what it is multiplied by in cc by 49u, since `ew S^2 <= 5.66u |p||p'|`; so 2 cc, at
+//!   most 2g, by `g (2 ew + 83u)`, and 2 cs, at most g, by `g (2 ew + 49u)`;
+//! - p1 by `29 rho u + ew + 8.5u`, from two products that may cancel; p2 by 8.5u;
+//! - so a term of the value by `g (2 ew + 29u)/2`, one of the gradient by `g k (63 rho + 90) u`, and sums of n terms with the
+//!   last five products by `n + 5` more.
+//!
+//! # Where the horizon crosses
+//! A crossing point `p = r + f e` is in place for the fraction f computed but for 6u R, taken as 8u R; with `c = R/|p|`, the
+//! largest over crossing points, that adds 8cu to what an angle errs by and 44cu to what a term of the gradient does, relative to
+//! g. The horizon's own angle errs by `(32 c + 27) u`. The fraction itself errs by `25 u R/d`, d the difference of the two heights,
+//! 16 of it from a vertex that was taken to be on the horizon; so the point is off along the edge by an angle of at most `eta = 30
+//! u c |e|/d`. There `n1.omega = 0`: the value changes by what is between the true and the assumed horizon, at most `pi eta^2`, the
+//! gradient by `k eta^2`. An edge with both ends on the assumed horizon is left out of the sums but not of the bound: it is less
+//! than `16u rho` above the true one, which changes the gradient by `16 rho k g u` and the value by the square of that.
+
+use fearless_simd::Simd;
+
+use super::arc_tangent::ANGLE_ULP;
+use super::edge::Sums;
+use super::lanes::{Lane, Lanes, Mask, constant};
+
+/// Pays for terms of second order.
+const SECOND_ORDER: f64 = 1.05;
+
+/// Roundings of a term of the value, the sum's apart: an angle counts half.
+const VALUE_UNITS: f64 = 0.5 * (30.0 + 2.0 * ANGLE_ULP);
+
+/// Roundings of a term of the gradient, the sum's apart.
+const GRADIENT_UNITS: f64 = 93.0 + ANGLE_ULP;
+
+/// Those of the horizon's angle, at most pi.
+const CLOSING_UNITS: f64 = 0.5 * (15.0 + 2.0 * std::f64::consts::PI * ANGLE_ULP);
+
+/// How the horizon's crossing points are conditioned, on lanes where there are any; zero elsewhere.
+pub(super) struct Crossing<S: Simd, F: Lane> {
+    /// The largest `1/|p|^2`.
+    pub(super) nearest: Lanes<S, F>,
+    /// The largest `|e|^2/(d^2 |p|^2)`.
+    pub(super) slant: Lanes<S, F>,
+}
+
+/// Bounds on the sums `n1.Phi` and the gradient's.
+pub(super) struct Bound<S: Simd, F: Lane> {
+    pub(super) value: Lanes<S, F>,
+    pub(super) gradient: Lanes<S, F>,
+}
+
+/// Whether the sums are known to a few digits at least; where they are not the receiver is next to an edge or its extension, or
+/// the horizon cuts off a sliver.
+#[inline(always)]
+pub(super) fn conditioned<S: Simd, F: Lane>(
+    simd: S,
+    sums: &Sums<S, F>,
+    crossing: Option<&Crossing<S, F>>,
+    farthest_square: Lanes<S, F>,
+) -> Mask<S, F> {
+    let limit = constant(simd, F::CONDITION * F::CONDITION);
+    // Where the first holds nothing was NaN.
+    let well = sums.value.abs().at_most(limit) & (sums.nearest * farthest_square).at_most(limit);
+    let Some(crossing) = crossing else { return well };
+    let worst = crossing.nearest.max(crossing.slant);
+    well & (worst * farthest_square).at_most(limit)
+}
+
+/// The bounds for an outline of `edges` edges.
+#[inline(always)]
+pub(super) fn bound<S: Simd, F: Lane, const GRADIENT: bool>(
+    simd: S,
+    edges: f64,
+    sums: &Sums<S, F>,
+    crossing: Option<&Crossing<S, F>>,
+    farthest_square: Lanes<S, F>,
+) -> Bound<S, F> {
+    let units = constant(simd, SECOND_ORDER * F::ROUNDOFF) * sums.angles;
+    // k, and k R.
+    let (near, condition) = (sums.nearest.sqrt(), (sums.nearest * farthest_square).sqrt());
+    let mut value = units * (constant(simd, VALUE_UNITS + 0.5 * edges) + constant(simd, 5.7) * condition);
+    let mut gradient = constant(simd, 0.0);
+    if GRADIENT {
+        gradient = (units * near) * (constant(simd, GRADIENT_UNITS + edges) + constant(simd, 63.0) * condition);
+    }
+    if let Some(Crossing { nearest, slant }) = crossing {
+        let c = (*nearest * farthest_square).sqrt();
+        let roundoff = constant(simd, SECOND_ORDER * F::ROUNDOFF);
+        let eta_square = (constant(simd, 30.0) * roundoff) * (constant(simd, 30.0) * roundoff) * (farthest_square * *slant);
+        let closing = roundoff * (c * constant(simd, 16.0) + constant(simd, CLOSING_UNITS));
+        value = value + units * c * constant(simd, 4.0) + eta_square * constant(simd, 3.2);
+        // Lanes that are not cut must not see that others are.
+        value = value + constant(simd, 0.0).below(c).select(closing, constant(simd, 0.0));
+        if GRADIENT {
+            gradient = gradient + near * (units * c * constant(simd, 44.0) + eta_square);
+        }
+    }
+    Bound { value, gradient }
+}

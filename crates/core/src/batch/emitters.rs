@@ -1,0 +1,173 @@
+//! One receiver against each of many emitters.
+
+use fearless_simd::Level;
+
+use super::Precision;
+use super::answers::{Answers, Counts, Slots};
+use super::lanes::MOST_LANES;
+use super::many_emitters::{Group, SeenFrom, Work, common_power, goes_on_lanes};
+use super::tile::{self, Entries, Goal, Settled, TILE, put};
+use crate::evaluate::Method;
+use crate::{Emitter, Error, Receiver};
+
+/// Emitters as a structure of arrays, made once for any number of receivers. Constant emitters with as many vertices go on lanes
+/// together; others are kept as they are and answered one by one.
+///
+/// ```
+/// use radgrad_core::{DVec3, Emission, Emitter, Polygon, Receiver};
+/// use radgrad_core::batch::{Answers, Emitters, Engine};
+/// let lamp = |x: f64| {
+///     let corners = [(0.0, 0.0), (0.0, 0.5), (0.5, 0.0)].map(|(u, v)| DVec3::new(x + u, v, 2.0));
+///     Emitter::new(Polygon::new(corners.to_vec())?, Emission::Constant(1.0))
+/// };
+/// let lamps = (0..100).map(|i| lamp(f64::from(i))).collect::<Result<Vec<_>, _>>()?;
+/// let lamps: Emitters<'_> = Emitters::new(&lamps);
+/// let floor = Receiver::new(DVec3::ZERO, DVec3::Z, 0.8)?;
+/// let mut answers = Answers::new();
+/// Engine::new().each_to(&floor, &lamps, 1e-10, &mut answers)?;
+/// assert!(answers.radiosity[0] > 2.0 * answers.radiosity[3]);
+/// # Ok::<(), radgrad_core::Error>(())
+/// ```
+#[derive(Debug, Clone)]
+pub struct Emitters<'a, F = f64> {
+    emitters: &'a [Emitter],
+    groups: Vec<Group<F>>,
+    /// The same in double precision, for what single precision does not settle.
+    double: Vec<Group<f64>>,
+    /// Those that do not go on lanes.
+    others: Vec<usize>,
+    power: f64,
+}
+
+impl<'a, F: Precision> Emitters<'a, F> {
+    /// Puts emitters on lanes.
+    #[must_use]
+    pub fn new(emitters: &'a [Emitter]) -> Self {
+        let power = common_power::<F>(emitters);
+        let (fit, others): (Vec<_>, Vec<_>) = (0..emitters.len()).partition(|i| goes_on_lanes::<F>(&emitters[*i], power));
+        let by_edges = by_edges(emitters, &fit);
+        let double = if F::IS_SINGLE { by_edges.clone() } else { Vec::new() };
+        Self {
+            emitters,
+            groups: by_edges.into_iter().map(|index| Group::new(emitters, index, power)).collect(),
+            double: double.into_iter().map(|index| Group::new(emitters, index, power)).collect(),
+            others,
+            power,
+        }
+    }
+
+    /// Number of emitters.
+    #[must_use]
+    pub const fn count(&self) -> usize {
+        self.emitters.len()
+    }
+}
+
+/// Indices of emitters with as many vertices together.
+pub(super) fn by_edges(emitters: &[Emitter], indices: &[usize]) -> Vec<Vec<usize>> {
+    let edges = |index: usize| emitters[index].polygon().vertices().len();
+    let mut groups: Vec<Vec<usize>> = Vec::new();
+    for &index in indices {
+        match groups.iter_mut().find(|group| edges(group[0]) == edges(index)) {
+            Some(group) => group.push(index),
+            None => groups.push(vec![index]),
+        }
+    }
+    groups
+}
+
+/// One receiver and its emitters.
+pub(super) struct OneReceiver<'a, F> {
+    receiver: &'a Receiver,
+    emitters: &'a Emitters<'a, F>,
+    seen: Option<SeenFrom<F>>,
+    double: Option<SeenFrom<f64>>,
+    goal: Goal,
+    level: Level,
+}
+
+impl<'a, F: Precision> OneReceiver<'a, F> {
+    pub(super) fn new(receiver: &'a Receiver, emitters: &'a Emitters<'a, F>, goal: Goal, level: Level) -> Self {
+        let (seen, double) = (SeenFrom::new(receiver, emitters.power), SeenFrom::new(receiver, emitters.power));
+        Self { receiver, emitters, seen, double, goal, level }
+    }
+
+    /// Answers all emitters, in their order.
+    pub(super) fn all(&self, threads: bool, answers: &mut Answers<F>) -> Result<Counts, Error> {
+        let mut counts = Counts::default();
+        let mut sorted = Answers::new();
+        for (place, group) in self.emitters.groups.iter().enumerate() {
+            let in_order = group.index.iter().enumerate().all(|(i, index)| i == *index);
+            let count = group.count();
+            let target = if in_order { &mut *answers } else { &mut sorted };
+            let slots = target.sized(if in_order { self.emitters.count() } else { count }, self.goal.asked).split_at(count).0;
+            counts += tile::run(threads, 0, slots, &|start, slots| self.tile(place, start, slots))?;
+            if !in_order {
+                let mut slots = answers.sized(self.emitters.count(), self.goal.asked);
+                group.index.iter().enumerate().try_for_each(|(i, index)| put(&mut slots, *index, &sorted.answer(i)))?;
+            }
+        }
+        let mut slots = answers.sized(self.emitters.count(), self.goal.asked);
+        for &index in &self.emitters.others {
+            self.single(index, (&mut slots, index), &mut counts)?;
+        }
+        Ok(counts)
+    }
+
+    /// Answers emitters of a group from `start` on.
+    fn tile(&self, place: usize, start: usize, mut slots: Slots<'_, F>) -> Result<Counts, Error> {
+        let group = &self.emitters.groups[place];
+        let length = slots.radiosity.len();
+        let mut work = Work::new();
+        let settled = self
+            .seen
+            .as_ref()
+            .map_or_else(Settled::default, |seen| group.answer(self.level, seen, start..start + length, self.goal, &mut work));
+        work.copy_to(&mut slots);
+        let mut counts = settled.counts();
+        let mut open = settled.open(length);
+        if let (Some(group), Some(seen)) = (self.emitters.double.get(place), &self.double) {
+            open = self.doubled((group, seen), start, open, (&mut slots, &mut counts))?;
+        }
+        for entry in tile::each(open) {
+            self.single(group.index[start + entry], (&mut slots, entry), &mut counts)?;
+        }
+        Ok(counts)
+    }
+
+    /// Answers open entries on lanes of double precision, with their neighbours; returns those that are still open.
+    fn doubled(
+        &self,
+        (group, seen): (&Group<f64>, &SeenFrom<f64>),
+        start: usize,
+        open: Entries,
+        (slots, counts): (&mut Slots<'_, F>, &mut Counts),
+    ) -> Result<Entries, Error> {
+        let mut work = Work::new();
+        let mut still_open = 0;
+        for first in (0..TILE).step_by(MOST_LANES) {
+            let wanted = open >> first & ((1 << MOST_LANES) - 1);
+            if wanted == 0 {
+                continue;
+            }
+            let end = (start + first + MOST_LANES).min(group.count());
+            let settled = group.answer(self.level, seen, start + first..end, self.goal.doubled(), &mut work);
+            let settled = Settled { zero: settled.zero & wanted, good: settled.good & wanted, clipped: settled.clipped };
+            *counts += Counts { doubled: wanted.count_ones() as usize, ..settled.counts() };
+            for entry in tile::each(settled.zero | settled.good) {
+                put(slots, first + entry, &work.answer(entry, self.goal.asked))?;
+            }
+            still_open |= (wanted & !(settled.zero | settled.good)) << first;
+        }
+        Ok(still_open)
+    }
+
+    /// Answers one emitter on the scalar path.
+    fn single(&self, index: usize, (slots, entry): (&mut Slots<'_, F>, usize), counts: &mut Counts) -> Result<(), Error> {
+        let in_batch = |error| Error::InBatch { index, error: Box::new(error) };
+        let answer = self.goal.single(self.receiver, &self.emitters.emitters[index]).map_err(in_batch)?;
+        put(slots, entry, &answer).map_err(in_batch)?;
+        *if answer.method == Method::Zero { &mut counts.zero } else { &mut counts.single } += 1;
+        Ok(())
+    }
+}

@@ -1,0 +1,253 @@
+//! Constant emitters as a structure of arrays: outlines with as many edges each on lanes, seen from one receiver.
+
+use std::ops::Range;
+
+use fearless_simd::{Level, Simd};
+
+use super::answers::{Asked, Slots};
+use super::edge::Edge;
+use super::lanes::{Lane, Lanes, MOST_LANES, load, on_level, same};
+use super::one_emitter::{brightness, height_share, power};
+use super::tile::{Goal, Scale, Settled, TILE, settle};
+use super::visible::{Outline, find};
+use crate::evaluate::{Answer, Method};
+use crate::vec3::Vec3;
+use crate::{DVec3, Emitter, Polygon, Receiver};
+
+/// Constant emitters with as many vertices each, in any order. Arrays go on for a vector's length after the last one, which is
+/// repeated there.
+#[derive(Debug, Clone)]
+pub(super) struct Group<F> {
+    /// Which emitters they are.
+    pub(super) index: Vec<usize>,
+    /// Of each vertex in turn, in normalised lengths.
+    vertices: Vec<[Vec<F>; 3]>,
+    /// Of each edge in turn, one over its squared length.
+    inverse: Vec<Vec<F>>,
+    normal: [Vec<F>; 3],
+    height_share: Vec<F>,
+    /// `B/pi`.
+    brightness: Vec<F>,
+}
+
+/// The power of two that brings emitters to an ordinary size.
+pub(super) fn common_power<F: Lane>(emitters: &[Emitter]) -> f64 {
+    power::<F>(emitters.iter().map(|emitter| emitter.polygon().size()).fold(0.0, f64::max))
+}
+
+/// Whether an emitter can go on lanes: constant, not dark, and its vertices held by the precision.
+pub(super) fn goes_on_lanes<F: Lane>(emitter: &Emitter, power: f64) -> bool {
+    let holds = |value: f64| F::nearest(value).to_double() == value;
+    let vertices = emitter.polygon().vertices();
+    brightness::<F>(emitter).is_some()
+        && vertices.iter().flat_map(|v| (*v * power).to_array()).chain([power, 1.0 / power]).all(holds)
+        && edges(emitter.polygon(), power).all(|e| e.length_squared() >= F::SHORTEST * F::SHORTEST)
+}
+
+fn edges(polygon: &Polygon, power: f64) -> impl Iterator<Item = DVec3> {
+    let vertices = polygon.vertices();
+    (0..vertices.len()).map(move |i| (vertices[(i + 1) % vertices.len()] - vertices[i]) * power)
+}
+
+impl<F: Lane> Group<F> {
+    /// The emitters of these indices, all with as many vertices and fit for lanes.
+    pub(super) fn new(emitters: &[Emitter], index: Vec<usize>, power: f64) -> Self {
+        let count = index.first().map_or(0, |first| emitters[*first].polygon().vertices().len());
+        let padded = || index.iter().chain(std::iter::repeat_n(index.last(), MOST_LANES).flatten()).map(|i| &emitters[*i]);
+        let array = |entry: &dyn Fn(&Emitter) -> f64| padded().map(|emitter| F::nearest(entry(emitter))).collect::<Vec<F>>();
+        let along = [DVec3::X, DVec3::Y, DVec3::Z];
+        Self {
+            vertices: (0..count).map(|k| along.map(|axis| array(&|e| e.polygon().vertices()[k].dot(axis) * power))).collect(),
+            inverse: (0..count)
+                .map(|k| array(&|e| edges(e.polygon(), power).nth(k).map_or(0.0, |e| 1.0 / e.length_squared())))
+                .collect(),
+            normal: along.map(|axis| array(&|e| e.polygon().normal().dot(axis))),
+            height_share: padded().map(|e| height_share(e.polygon(), power)).collect(),
+            brightness: padded().map(|e| brightness(e).unwrap_or_default()).collect(),
+            index,
+        }
+    }
+
+    /// Number of emitters.
+    pub(super) fn count(&self) -> usize {
+        self.index.len()
+    }
+
+    /// Triangle k of the fans from vertex 0 of a vector of emitters: `a + u (ab + v bc)`, and `2 A n2 B/pi`, which is 0 for emitters
+    /// from `end` on.
+    #[inline(always)]
+    pub(super) fn triangle<S: Simd>(&self, simd: S, k: usize, entry: usize, end: usize) -> [Vec3<Lanes<S, F>>; 4] {
+        let block = Block { group: self, first: entry };
+        let (a, b, c) = (block.vertex(simd, 0), block.vertex(simd, k + 1), block.vertex(simd, k + 2));
+        let mut brightness = [F::default(); MOST_LANES];
+        let count = (end - entry).min(MOST_LANES);
+        brightness[..count].copy_from_slice(&self.brightness[entry..entry + count]);
+        [a, b - a, c - b, (b - a).cross(c - b) * Lanes::load(simd, &brightness)]
+    }
+
+    /// Triangles of a fan.
+    pub(super) fn triangles(&self) -> usize {
+        self.vertices.len() - 2
+    }
+
+    /// Of the triangles of the fans over a range: the largest distance of a vertex from its triangle's middle, and the sum of `|B|/pi`
+    /// times the product of two sides, which is what rounding of areas is relative to.
+    pub(super) fn extent(&self, range: Range<usize>) -> (f64, f64) {
+        let vertex = |k: usize, i: usize| DVec3::from(self.vertices[k].each_ref().map(|array| array[i].to_double()));
+        let (mut reach, mut sides) = (0.0f64, 0.0);
+        for i in range {
+            for k in 0..self.triangles() {
+                let [a, b, c] = [vertex(0, i), vertex(k + 1, i), vertex(k + 2, i)];
+                let middle = (a + b + c) / 3.0;
+                reach = [a, b, c].iter().fold(reach, |reach, v| reach.max((*v - middle).length()));
+                sides += self.brightness[i].to_double().abs() * (b - a).length() * (c - b).length();
+            }
+        }
+        (reach * (1.0 + 1e-12), sides)
+    }
+
+    /// What is seen of the emitters in a range at most a tile long.
+    pub(super) fn answer(
+        &self,
+        level: Level,
+        seen: &SeenFrom<F>,
+        range: Range<usize>,
+        goal: Goal,
+        work: &mut Work<F>,
+    ) -> Settled {
+        let count = range.len();
+        let slots = &mut work.slots(count.next_multiple_of(F::WIDEST), goal.asked);
+        let at = (self, range.start);
+        let settled = if goal.asked.gradient {
+            on_level!(level, simd => lanes::<_, F, true>(simd, at, seen, goal, slots))
+        } else {
+            on_level!(level, simd => lanes::<_, F, false>(simd, at, seen, goal, slots))
+        };
+        settled.first(count)
+    }
+}
+
+/// A receiver in the precision of the lanes and the emitters' normalised lengths.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct SeenFrom<F> {
+    position: [F; 3],
+    normal: [F; 3],
+    reflectance: F,
+    power: F,
+}
+
+impl<F: Lane> SeenFrom<F> {
+    /// `None` where the precision does not hold the position.
+    pub(super) fn new(receiver: &Receiver, power: f64) -> Option<Self> {
+        let position = receiver.position() * power;
+        let nearest = |v: DVec3| v.to_array().map(F::nearest);
+        let held = position.to_array().iter().all(|c| F::nearest(*c).to_double() == *c);
+        held.then(|| Self {
+            position: nearest(position),
+            normal: nearest(receiver.normal()),
+            reflectance: F::nearest(receiver.reflectance()),
+            power: F::nearest(power),
+        })
+    }
+}
+
+/// Room for the answers of a tile.
+#[derive(Debug, Clone)]
+pub(super) struct Work<F> {
+    pub(super) radiosity: [F; TILE],
+    pub(super) gradient: [[F; TILE]; 3],
+    pub(super) radiosity_error: [F; TILE],
+    pub(super) gradient_error: [F; TILE],
+}
+
+impl<F: Lane> Work<F> {
+    pub(super) fn new() -> Self {
+        let room = [F::default(); TILE];
+        Self { radiosity: room, gradient: [room; 3], radiosity_error: room, gradient_error: room }
+    }
+
+    /// Writes the first answers to slots.
+    pub(super) fn copy_to(&self, slots: &mut Slots<'_, F>) {
+        let copy = |slot: &mut [F], array: &[F; TILE]| slot.copy_from_slice(&array[..slot.len()]);
+        copy(slots.radiosity, &self.radiosity);
+        slots.gradient.iter_mut().zip(&self.gradient).for_each(|(slot, array)| copy(slot, array));
+        copy(slots.radiosity_error, &self.radiosity_error);
+        copy(slots.gradient_error, &self.gradient_error);
+    }
+
+    /// One answer.
+    pub(super) fn answer(&self, entry: usize, asked: Asked) -> Answer {
+        let at = |array: &[F; TILE], wanted: bool| if wanted { array[entry].to_double() } else { 0.0 };
+        Answer {
+            radiosity: at(&self.radiosity, true),
+            gradient: DVec3::from(self.gradient.each_ref().map(|array| at(array, asked.gradient))),
+            radiosity_error: at(&self.radiosity_error, asked.errors),
+            gradient_error: at(&self.gradient_error, asked.gradient && asked.errors),
+            method: Method::ClosedForm,
+        }
+    }
+
+    fn slots(&mut self, count: usize, asked: Asked) -> Slots<'_, F> {
+        let [gradient, errors, gradient_errors] =
+            [asked.gradient, asked.errors, asked.gradient && asked.errors].map(|wanted| if wanted { count } else { 0 });
+        Slots {
+            radiosity: &mut self.radiosity[..count],
+            gradient: self.gradient.each_mut().map(|array| &mut array[..gradient]),
+            radiosity_error: &mut self.radiosity_error[..errors],
+            gradient_error: &mut self.gradient_error[..gradient_errors],
+        }
+    }
+}
+
+/// A vector of emitters of a group.
+struct Block<'a, F> {
+    group: &'a Group<F>,
+    first: usize,
+}
+
+impl<S: Simd, F: Lane> Outline<S, F> for Block<'_, F> {
+    #[inline(always)]
+    fn count(&self) -> usize {
+        self.group.vertices.len()
+    }
+    #[inline(always)]
+    fn vertex(&self, simd: S, index: usize) -> Vec3<Lanes<S, F>> {
+        let [x, y, z] = &self.group.vertices[index];
+        load(simd, [&x[self.first..], &y[self.first..], &z[self.first..]])
+    }
+    #[inline(always)]
+    fn edge(&self, simd: S, index: usize) -> Edge<S, F> {
+        let next = if index + 1 == self.group.vertices.len() { 0 } else { index + 1 };
+        let e = self.vertex(simd, next) - self.vertex(simd, index);
+        Edge { e, square: e.norm_squared(), inverse: Lanes::load(simd, &self.group.inverse[index][self.first..]) }
+    }
+    #[inline(always)]
+    fn normal(&self, simd: S) -> Vec3<Lanes<S, F>> {
+        let [x, y, z] = &self.group.normal;
+        load(simd, [&x[self.first..], &y[self.first..], &z[self.first..]])
+    }
+    #[inline(always)]
+    fn height_share(&self, simd: S) -> Lanes<S, F> {
+        Lanes::load(simd, &self.group.height_share[self.first..])
+    }
+}
+
+#[inline(always)]
+fn lanes<S: Simd, F: Lane, const GRADIENT: bool>(
+    simd: S,
+    (group, start): (&Group<F>, usize),
+    seen: &SeenFrom<F>,
+    goal: Goal,
+    slots: &mut Slots<'_, F>,
+) -> Settled {
+    let mut settled = Settled::default();
+    let (x, n1) = (same(simd, seen.position), same(simd, seen.normal));
+    let (rho, power) = (Lanes::all(simd, seen.reflectance), Lanes::all(simd, seen.power));
+    for first in (0..slots.radiosity.len()).step_by(Lanes::<S, F>::COUNT) {
+        let block = Block { group, first: start + first };
+        let found = find::<S, F, _, GRADIENT>(simd, &block, x, n1);
+        let scale = Scale::new(simd, Lanes::load(simd, &group.brightness[block.first..]), rho, power);
+        settle::<S, F, GRADIENT>(simd, &found, &scale, goal.tolerance, (slots, first), &mut settled);
+    }
+    settled
+}

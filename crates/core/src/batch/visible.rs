@@ -1,0 +1,190 @@
+//! What receivers see of a constant emitter, on lanes: nothing, all of it, or what is above their horizon.
+//!
+//! The decisions of [`crate::plan`], taken where the precision of the lanes is sure of them: heights err by less than 8.5u of the
+//! distance R of the farthest vertex, and 16u R decide. Which side of the plane the receiver is on, and whether anything is above
+//! the horizon, must be sure; lanes where it is not are left to the scalar path, as are those where too many digits are lost. A
+//! single vertex within 16u R of the horizon is taken to be on it, and the bound covers that it is not: so a wall that stands on
+//! the receiver's floor is answered here. The side of a plane across an axis is exact.
+
+use fearless_simd::Simd;
+
+use super::arc_tangent::angle;
+use super::bound::{Bound, Crossing, bound, conditioned};
+use super::edge::{Edge, Part, Seen, Span, Sums};
+use super::lanes::{Lane, Lanes, Mask, constant};
+use crate::vec3::Vec3;
+
+/// Polygons with as many edges each, one a lane or the same on all lanes, in normalised lengths.
+pub(super) trait Outline<S: Simd, F: Lane> {
+    /// Number of vertices and edges.
+    fn count(&self) -> usize;
+    fn vertex(&self, simd: S, index: usize) -> Vec3<Lanes<S, F>>;
+    /// Edge `index` starts at that vertex.
+    fn edge(&self, simd: S, index: usize) -> Edge<S, F>;
+    /// Unit normal `n2`.
+    fn normal(&self, simd: S) -> Vec3<Lanes<S, F>>;
+    /// What the receiver's height over the plane errs by at most, a share of the distance, squared; 0 where it is exact.
+    fn height_share(&self, simd: S) -> Lanes<S, F>;
+}
+
+/// The sums that lanes found, without the factor of emission and reflectance.
+pub(super) struct Found<S: Simd, F: Lane> {
+    /// Where nothing is seen, for sure.
+    pub(super) zero: Mask<S, F>,
+    /// Where something is seen, and the sums hold within the bounds.
+    pub(super) good: Mask<S, F>,
+    /// Where that was cut by the horizon.
+    pub(super) clipped: Mask<S, F>,
+    /// `n1.Phi`.
+    pub(super) value: Lanes<S, F>,
+    pub(super) gradient: Vec3<Lanes<S, F>>,
+    pub(super) bound: Bound<S, F>,
+}
+
+/// What each lane sees from x along the unit normal n1.
+#[inline(always)]
+pub(super) fn find<S: Simd, F: Lane, O: Outline<S, F>, const GRADIENT: bool>(
+    simd: S,
+    outline: &O,
+    x: Vec3<Lanes<S, F>>,
+    n1: Vec3<Lanes<S, F>>,
+) -> Found<S, F> {
+    let zero = constant(simd, 0.0);
+    let first = outline.vertex(simd, 0) - x;
+    let (mut lowest, mut farthest_square) = (n1.dot(first), first.norm_squared());
+    let mut highest = lowest;
+    for index in 1..outline.count() {
+        let r = outline.vertex(simd, index) - x;
+        let height = n1.dot(r);
+        (lowest, highest) = (lowest.min(height), highest.max(height));
+        farthest_square = farthest_square.max(r.norm_squared());
+    }
+    let in_range = farthest_square.at_most(constant(simd, F::FARTHEST * F::FARTHEST));
+    // Squares with their signs, against those of what is sure.
+    let signed = |height: Lanes<S, F>| height * height.abs();
+    let sure = farthest_square * constant(simd, (16.0 * F::ROUNDOFF) * (16.0 * F::ROUNDOFF));
+    let sure_side = farthest_square * outline.height_share(simd);
+    let depth = signed(outline.normal(simd).dot(first));
+    let (behind, in_front) = (sure_side.at_most(depth), depth.below(-sure_side));
+    let (above, below) = (sure.below(signed(lowest)), signed(highest).below(-sure));
+    let nothing = in_range & (behind | below);
+    let seen = in_range & in_front & sure.below(signed(highest));
+    let none = Bound { value: zero, gradient: zero };
+    let mut found = Found {
+        zero: nothing,
+        good: seen & above,
+        clipped: seen & !above,
+        value: zero,
+        gradient: Vec3::new(zero, zero, zero),
+        bound: none,
+    };
+    if !seen.any() {
+        return found;
+    }
+    let edges = outline.count() as f64;
+    let mut sums = Sums::new(simd);
+    let crossing = if found.clipped.any() {
+        let (crossing, once) = clipped::<S, F, O, GRADIENT>(simd, outline, x, n1, sure, &mut sums);
+        found.good = found.good | (found.clipped & once);
+        Some(crossing)
+    } else {
+        whole::<S, F, O, GRADIENT>(simd, outline, x, n1, &mut sums);
+        None
+    };
+    found.good = found.good & conditioned(simd, &sums, crossing.as_ref(), farthest_square);
+    found.value = sums.value * constant(simd, -0.5);
+    found.gradient = sums.gradient * constant(simd, -0.5);
+    found.bound = bound::<S, F, GRADIENT>(simd, edges, &sums, crossing.as_ref(), farthest_square);
+    found
+}
+
+/// The next vertex of an outline.
+#[inline(always)]
+fn after<S: Simd, F: Lane, O: Outline<S, F>>(outline: &O, index: usize) -> usize {
+    if index + 1 == outline.count() { 0 } else { index + 1 }
+}
+
+#[inline(always)]
+fn whole<S: Simd, F: Lane, O: Outline<S, F>, const GRADIENT: bool>(
+    simd: S,
+    outline: &O,
+    x: Vec3<Lanes<S, F>>,
+    n1: Vec3<Lanes<S, F>>,
+    sums: &mut Sums<S, F>,
+) {
+    if outline.count() == 3 {
+        // Side by side, so that no edge waits for the root of the one before: a tenth faster.
+        let a = Seen::new(outline.vertex(simd, 0) - x);
+        let b = Seen::new(outline.vertex(simd, 1) - x);
+        let c = Seen::new(outline.vertex(simd, 2) - x);
+        let ab = Span::whole(outline.edge(simd, 0), a, b, n1);
+        let bc = Span::whole(outline.edge(simd, 1), b, c, n1);
+        let ca = Span::whole(outline.edge(simd, 2), c, a, n1);
+        sums.add::<GRADIENT>(simd, n1, &ab);
+        sums.add::<GRADIENT>(simd, n1, &bc);
+        sums.add::<GRADIENT>(simd, n1, &ca);
+        return;
+    }
+    let mut from = Seen::new(outline.vertex(simd, 0) - x);
+    for index in 0..outline.count() {
+        let to = Seen::new(outline.vertex(simd, after(outline, index)) - x);
+        sums.add::<GRADIENT>(simd, n1, &Span::whole(outline.edge(simd, index), from, to, n1));
+        from = to;
+    }
+}
+
+/// The part of an outline above the horizon, and where its boundary leaves the upper half-space once only, as that of a convex
+/// polygon does. An arc of the horizon then joins that point with the one where it comes back; its `n1.N` is -1.
+#[inline(always)]
+fn clipped<S: Simd, F: Lane, O: Outline<S, F>, const GRADIENT: bool>(
+    simd: S,
+    outline: &O,
+    x: Vec3<Lanes<S, F>>,
+    n1: Vec3<Lanes<S, F>>,
+    sure: Lanes<S, F>,
+    sums: &mut Sums<S, F>,
+) -> (Crossing<S, F>, Mask<S, F>) {
+    let (zero, one) = (constant(simd, 0.0), constant(simd, 1.0));
+    let origin = Vec3::new(zero, zero, zero);
+    let (mut exit, mut entry) = (origin, origin);
+    let mut crossing = Crossing { nearest: zero, slant: zero };
+    let mut from = Seen::new(outline.vertex(simd, 0) - x);
+    let mut before = level(simd, n1.dot(from.r), sure);
+    let mut left = zero.below(zero);
+    let mut twice = left;
+    for index in 0..outline.count() {
+        let to = Seen::new(outline.vertex(simd, after(outline, index)) - x);
+        let after = level(simd, n1.dot(to.r), sure);
+        let edge = outline.edge(simd, index);
+        let length_square = edge.square;
+        let (starts, ends) = (zero.below(before), zero.below(after));
+        let (leaves, comes) = (starts & !ends, ends & !starts);
+        twice = twice | (leaves & left);
+        left = left | leaves;
+        let crosses = leaves | comes;
+        // From the end that is above.
+        let inverse_drop = one / crosses.select((before - after).abs(), one);
+        let fraction = crosses.select(starts.select(before, after) * inverse_drop, one);
+        let point = Seen::new(starts.select_vector(from.r, to.r) + edge.e * starts.select(fraction, -fraction));
+        // An edge on the horizon adds nothing but to the bound.
+        let (any, flat) =
+            (starts | ends, before.at_most(zero) & zero.at_most(before) & after.at_most(zero) & zero.at_most(after));
+        let part = Part::Clipped { fraction, any, bounds: any | flat };
+        let ends = (point.or(comes, &from), point.or(leaves, &to));
+        sums.add::<GRADIENT>(simd, n1, &Span::piece(edge, (from.r, n1.dot(from.r)), ends, part));
+        (exit, entry) = (leaves.select_vector(point.r, exit), comes.select_vector(point.r, entry));
+        let nearest = crosses.select(one / point.square, zero);
+        crossing.nearest = crossing.nearest.max(nearest);
+        crossing.slant = crossing.slant.max(nearest * (length_square * (inverse_drop * inverse_drop)));
+        (from, before) = (to, after);
+    }
+    let closed = angle(simd, -n1.dot(exit.cross(entry)), exit.dot(entry));
+    sums.value = sums.value - left.select(closed, zero);
+    (crossing, !twice)
+}
+
+/// A height over the horizon, 0 where its square is not above what is sure.
+#[inline(always)]
+fn level<S: Simd, F: Lane>(simd: S, height: Lanes<S, F>, sure: Lanes<S, F>) -> Lanes<S, F> {
+    sure.below(height * height).select(height, constant(simd, 0.0))
+}
