@@ -8,6 +8,7 @@ mod clock;
 mod contour_rule;
 mod diagram;
 mod lambert;
+mod lanes;
 mod legendre;
 mod marker;
 mod method;

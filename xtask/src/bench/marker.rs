@@ -5,6 +5,7 @@ use super::method::Method;
 use crate::plot::{Picture, Point, Rgb, Stroke};
 
 const BLUE: Rgb = (0, 114, 178);
+const SKY: Rgb = (86, 180, 233);
 const ORANGE: Rgb = (230, 159, 0);
 const VERMILLION: Rgb = (213, 94, 0);
 const GREEN: Rgb = (0, 158, 115);
@@ -30,6 +31,7 @@ enum Shape {
 pub(crate) const fn colour(method: Method) -> Rgb {
     match method {
         Method::ClosedForm | Method::Certified | Method::Digits => BLUE,
+        Method::BatchDouble | Method::BatchSingle => SKY,
         Method::DualNumbers | Method::CentralDifferences => PURPLE,
         Method::ContourRule | Method::AreaRule => ORANGE,
         Method::AdaptiveContour | Method::AdaptiveArea => VERMILLION,
@@ -44,8 +46,8 @@ const fn shape(method: Method) -> Shape {
         Method::Digits | Method::ContourRule => Shape::Polygon(3),
         Method::DualNumbers => Shape::Plus,
         Method::CentralDifferences | Method::MonteCarlo => Shape::Cross,
-        Method::AreaRule => Shape::Down,
-        Method::AdaptiveArea => Shape::Square,
+        Method::AreaRule | Method::BatchSingle => Shape::Down,
+        Method::AdaptiveArea | Method::BatchDouble => Shape::Square,
     }
 }
 

@@ -8,7 +8,7 @@ use radgrad_oracle::cubature::{Form, Status, integrate_form};
 use radgrad_oracle::monte_carlo::{self, Sampling, Sequence};
 
 use super::regime::Case;
-use super::{area_rule, contour_rule, lambert, legendre};
+use super::{area_rule, contour_rule, lambert, lanes, legendre};
 
 /// What a method gives for a case.
 #[derive(Debug, Clone, Copy)]
@@ -39,6 +39,10 @@ pub(crate) enum Method {
     ClosedForm,
     /// The ladder, to tolerances.
     Certified,
+    /// The closed form on lanes, many receivers together: plain, and to tolerances.
+    BatchDouble,
+    /// The same in single precision.
+    BatchSingle,
     /// The closed form to many digits.
     Digits,
     /// Forward dual numbers through the bare Lambert sum (constant emitters only).
@@ -61,9 +65,11 @@ pub(crate) enum Method {
 
 impl Method {
     /// All, in the order of the legend.
-    pub(crate) const ALL: [Self; 11] = [
+    pub(crate) const ALL: [Self; 13] = [
         Self::ClosedForm,
         Self::Certified,
+        Self::BatchDouble,
+        Self::BatchSingle,
         Self::Digits,
         Self::DualNumbers,
         Self::CentralDifferences,
@@ -80,6 +86,8 @@ impl Method {
         match self {
             Self::ClosedForm => "closed form",
             Self::Certified => "certified ladder",
+            Self::BatchDouble => "batch f64",
+            Self::BatchSingle => "batch f32",
             Self::Digits => "arbitrary precision",
             Self::DualNumbers => "dual numbers",
             Self::CentralDifferences => "central differences",
@@ -99,6 +107,8 @@ impl Method {
             Self::Certified => [1e-3, 1e-6, 1e-9, 1e-12, 1e-13, 1e-14, 1e-15]
                 .map(|tolerance| self.each(cases, format!("{tolerance:e}"), move |case| certified(case, tolerance)))
                 .into(),
+            Self::BatchDouble => lanes::double_runs(cases),
+            Self::BatchSingle => lanes::single_runs(cases),
             Self::Digits => [15, 20, 30, 50, 100]
                 .map(|digits| self.each(cases, format!("{digits} digits"), move |case| to_digits(case, digits)))
                 .into(),
@@ -136,7 +146,7 @@ impl Method {
             outputs.push(answer(std::hint::black_box(&cases[index]))?);
             Ok(())
         };
-        Run { method: self, setting, parts: cases.len(), part: Box::new(part) }
+        Run { method: self, setting, parts: cases.len(), answers: 1, part: Box::new(part) }
     }
 
     fn adaptive(self, cases: &[Case], form: Form) -> Vec<Run<'_>> {
@@ -163,12 +173,24 @@ pub(crate) struct Run<'a> {
     pub(crate) setting: String,
     /// Number of parts that are answered, and timed, one by one: a case each, or all cases together.
     pub(crate) parts: usize,
+    /// Answers that a part computes.
+    pub(crate) answers: usize,
     part: Part<'a>,
 }
 
 type Part<'a> = Box<dyn FnMut(usize, &mut Vec<Output>) -> Result<(), Box<dyn Error>> + 'a>;
 
-impl Run<'_> {
+impl<'a> Run<'a> {
+    /// All cases in one part, which computes `answers` answers for them.
+    pub(crate) fn together(
+        method: Method,
+        setting: String,
+        answers: usize,
+        part: impl FnMut(usize, &mut Vec<Output>) -> Result<(), Box<dyn Error>> + 'a,
+    ) -> Self {
+        Self { method, setting, parts: 1, answers, part: Box::new(part) }
+    }
+
     /// Answers the cases of a part.
     pub(crate) fn part(&mut self, index: usize, outputs: &mut Vec<Output>) -> Result<(), Box<dyn Error>> {
         outputs.clear();
@@ -269,6 +291,7 @@ mod tests {
                 }
                 let expected = match method {
                     Method::MonteCarlo => 5e-2,
+                    Method::BatchSingle => 1e-5,
                     Method::QuasiMonteCarlo => 1e-3,
                     Method::CentralDifferences => 1e-8,
                     Method::DualNumbers if kind == Kind::Linear => f64::INFINITY,

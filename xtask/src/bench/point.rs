@@ -34,9 +34,9 @@ impl Point {
         let (errors, count) = (truths.errors(&outputs), outputs.len() as f64);
         let evaluations = outputs.iter().map(|output| output.evaluations as f64).sum::<f64>() / count;
         let given_up = outputs.iter().filter(|output| !output.converged).count();
-        let (parts, mut failed) = (run.parts, None);
+        let (parts, answers, mut failed) = (run.parts, (run.parts * run.answers) as f64, None);
         let mut part = |index| failed = run.part(index, &mut outputs).err().or(failed.take());
-        let time = (0..parts).map(|index| clock::time(|| part(index))).sum::<Spread>().scaled(1e9 / count);
+        let time = (0..parts).map(|index| clock::time(|| part(index))).sum::<Spread>().scaled(1e9 / answers);
         match failed {
             Some(error) => Err(error),
             None => Ok(Self { kind, method: run.method, setting: run.setting, errors, time, evaluations, given_up }),

@@ -4,6 +4,7 @@
 //! Scalar work is the public interface on 64 triangles of different shape, seen whole from different places.
 
 mod gates;
+mod lanes;
 mod varied;
 
 use std::error::Error;
@@ -50,14 +51,17 @@ fn measured() -> Result<Vec<Ratio>, Box<dyn Error>> {
     let near = Regime::Near2.cases(Kind::Constant)?;
     let value = |case: &Case| black_box(radiosity(&case.receiver, &case.emitter).unwrap_or(f64::NAN));
     let bare = |case: &Case| black_box(lambert::radiosity(case));
-    Ok(vec![
+    let mut ratios = vec![
         of("value_over_lambert", &constant, value, &constant, bare),
         of("value_gradient_over_value", &constant, both, &constant, value),
         of("linear_over_constant", &linear, both, &constant, both),
         over_cubature("faster_than_cubature_easy_1e6", &constant[..16], 1e-6)?,
         over_cubature("faster_than_cubature_easy_1e10", &constant[..16], 1e-10)?,
         over_cubature("faster_than_cubature_near_1e6", &near, 1e-6)?,
-    ])
+    ];
+    ratios.extend(lanes::speedups()?);
+    ratios.push(lanes::many_emitters()?);
+    Ok(ratios)
 }
 
 /// Value and gradient as a user asks for them.

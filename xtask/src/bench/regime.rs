@@ -1,9 +1,12 @@
 //! The six kinds of cases that the methods are tried on: one triangle, sixteen receivers each, constant or linear emission.
 //!
-//! The triangle is about 1 across and lies 1 over the origin, lit downward. Lengths are in its unit; only ratios matter.
+//! The triangle is about 1 across and lies 1 over the origin, lit downward. Lengths are in its unit. All numbers are of single
+//! precision, so that batches in single precision answer the same cases.
 
 use clap::ValueEnum;
 use radgrad_core::{DVec3, Emission, Emitter, Error, Polygon, Receiver};
+
+use super::lanes::single;
 
 /// Where the receivers are.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -55,7 +58,7 @@ impl Regime {
 
     /// Sixteen cases, on a lattice that meets no vertex and no edge.
     pub(crate) fn cases(self, kind: Kind) -> Result<Vec<Case>, Error> {
-        let triangle = [[0.0, 0.0, 1.0], [0.5, 0.8, 1.0], [1.0, 0.0, 1.0]].map(DVec3::from);
+        let triangle = [[0.0, 0.0, 1.0], [0.5, 0.75, 1.0], [1.0, 0.0, 1.0]].map(DVec3::from);
         let emitter = Emitter::new(Polygon::new(triangle.to_vec())?, kind.emission())?;
         let lattice = (0..16u32).map(|i| (0.13 + 0.21 * f64::from(i % 4), 0.07 + 0.17 * f64::from(i / 4)));
         lattice.map(|(x, y)| Ok(Case { receiver: self.receiver(x, y)?, emitter: emitter.clone() })).collect()
@@ -71,7 +74,8 @@ impl Regime {
             Self::Grazing => (DVec3::new(x + 2.0, y, 1.0 - 1e-6), DVec3::new(-1.0, 0.1, 0.3)),
             Self::Clipped => (DVec3::new(x, y, 0.0), DVec3::new(1.0, 0.3, 0.1)),
         };
-        Receiver::new(position, normal, 0.8)
+        let rounded = |v: DVec3| DVec3::from(v.to_array().map(|coordinate| f64::from(single(coordinate))));
+        Receiver::new(rounded(position), rounded(normal), 0.75)
     }
 }
 
@@ -136,7 +140,7 @@ mod tests {
                 Regime::Clipped => 1.0,
             };
             for case in &cases {
-                assert!((height(case) / expected_height - 1.0).abs() < 1e-9, "{regime:?}");
+                assert!((height(case) / expected_height - 1.0).abs() < 0.03, "{regime:?}");
                 assert!(radgrad_core::radiosity(&case.receiver, &case.emitter).unwrap() > 0.0, "{regime:?} is dark");
             }
             let crossing = cases.iter().filter(|case| cut(case)).count();

@@ -15,12 +15,14 @@ pub(crate) fn cases(kind: Kind) -> Result<Vec<Case>, Error> {
     (0..COUNT).map(|i| case(i, kind)).collect()
 }
 
+/// Entry `index` of a recurrence, one for each dimension; its step is a multiple of the inverse of the real root of x^3 = x + 1.
+pub(crate) fn between_0_and_1(index: u32, dimension: u32) -> f64 {
+    let step = 0.754_877_666_246_692_8 * f64::from(2 * dimension + 1);
+    ((f64::from(index) + 0.5) * step).fract()
+}
+
 fn case(index: u32, kind: Kind) -> Result<Case, Error> {
-    let varied = |dimension: u32, low: f64, high: f64| {
-        // Powers of the real root of x^3 = x + 1, and multiples that stay irrational.
-        let step = 0.754_877_666_246_692_8 * f64::from(2 * dimension + 1);
-        low + (high - low) * ((f64::from(index) + 0.5) * step).fract()
-    };
+    let varied = |dimension: u32, low: f64, high: f64| low + (high - low) * between_0_and_1(index, dimension);
     let corner = |k: u32| {
         // Clockwise seen from above: lit downward.
         let angle = -std::f64::consts::TAU * (f64::from(k) + varied(k, -0.15, 0.15)) / 3.0;
