@@ -3,6 +3,7 @@
 mod bench;
 mod bounds;
 mod figures;
+mod instructions;
 mod plot;
 mod replay;
 mod summary;
@@ -22,6 +23,7 @@ enum Task {
     Replay(replay::Arguments),
     Figures(figures::Arguments),
     Bench(bench::Arguments),
+    Instructions(instructions::Arguments),
 }
 
 fn main() -> ExitCode {
@@ -29,6 +31,7 @@ fn main() -> ExitCode {
         Task::Verify(arguments) => verify::run(&arguments),
         Task::Replay(arguments) => replay::run(&arguments),
         Task::Bench(arguments) => bench::run(&arguments),
+        Task::Instructions(arguments) => instructions::run(&arguments),
         Task::Figures(arguments) => figures::run(&arguments).map(|()| true).map_err(Into::into),
     };
     match passed {

@@ -86,6 +86,11 @@ pub(crate) fn pair(name: &'static str, a: impl FnMut(), b: impl FnMut()) -> Rati
     Ratio { name, spread: clock::ratio(PAIRS, SAMPLE, a, b) }
 }
 
+/// The same where a sample is milliseconds by itself.
+pub(crate) fn pair_of_long(name: &'static str, a: impl FnMut(), b: impl FnMut()) -> Ratio {
+    Ratio { name, spread: clock::ratio(PAIRS / 5, SAMPLE, a, b) }
+}
+
 /// Evaluations that the cubature is allowed.
 const BUDGET: usize = 1_000_000;
 

@@ -3,10 +3,10 @@
 use std::error::Error;
 use std::hint::black_box;
 
-use radgrad_core::batch::{Answers, EmitterTree, Emitters, Engine, Receivers};
+use radgrad_core::batch::{Answers, EmitterTree, Emitters, Engine};
 use radgrad_core::{DVec3, Emission, Emitter, Polygon, Receiver};
 
-use super::{Ratio, both, pair, varied};
+use super::{Ratio, both, pair, pair_of_long, varied};
 use crate::bench::clock::Spread;
 use crate::bench::lanes::{Columns, single};
 use crate::bench::regime::{Case, Kind};
@@ -40,7 +40,7 @@ pub(crate) fn speedups() -> Result<Vec<Ratio>, Box<dyn Error>> {
         pair("batch_f64_speedup", scalar, &mut in_double),
         pair("batch_f32_over_f64", &mut in_double, &mut in_single),
         two.install(|| {
-            pair(
+            pair_of_long(
                 "threads_2_speedup",
                 || answered(engine.radiosity_and_gradient(black_box(&many), emitter, &mut one_thread)),
                 || answered(engine.threads().radiosity_and_gradient(black_box(&many), emitter, &mut shared)),
