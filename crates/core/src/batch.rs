@@ -45,8 +45,6 @@ mod emitter_tree;
 mod emitters;
 mod far_field;
 mod lanes;
-#[allow(dead_code, reason = "for linear emitters")]
-mod logarithm;
 mod many_emitters;
 mod one_emitter;
 mod receivers;

@@ -7,9 +7,9 @@
 //! - `Cl2(t) = t [1 - ln t + sum |B_2k| t^2k / (2k (2k+1)!)]`,
 //! - `Cl2(pi - s) = s [ln 2 - sum |B_2k| (4^k - 1) s^2k / (2k (2k+1)!)]`.
 //!
-//! They meet at 2 pi/3, where both lose a factor of nine a term: fifteen terms leave a relative remainder below 4e-18,
-//! thirty-four one below 2e-35, and as many as it takes are found at run time for more digits
-//! (`crate::big`). Relative accuracy is kept at the zeros 0 and pi.
+//! They meet at 2 pi/3, where both lose a factor of nine a term: thirty-four terms leave a relative remainder below 2e-35, and as
+//! many as it takes are found at run time for more digits (`crate::big`). Doubles take polynomials of least error instead, with
+//! ten and nine terms, below 1e-17. Relative accuracy is kept at the zeros 0 and pi.
 
 mod coefficients;
 
@@ -56,6 +56,46 @@ fn near_zero<N: Number>(t: N) -> N {
 fn near_pi<N: Number>(s: N) -> N {
     let square = s * s;
     s * (N::ln_2() - square * N::clausen_sum(Around::Pi, square))
+}
+
+/// On doubles: P and Q of least largest error relative to the brackets `1 - ln t + t^2 P(t^2)` and `ln 2 - s^2 Q(s^2)` up to 2 pi/3 and
+/// pi/3, by Remez's algorithm, 2^-57.0 and 2^-56.5.
+pub(crate) const DOUBLE_NEAR_ZERO: [f64; 10] = [
+    0.013_888_888_888_888_88,
+    6.944_444_444_453_365e-5,
+    7.873_519_775_358_003e-7,
+    1.148_221_683_257_537_8e-8,
+    1.897_882_202_908_854_3e-10,
+    3.387_595_672_317_545e-12,
+    6.361_022_009_989_467e-14,
+    1.275_541_680_547_571_7e-15,
+    2.057_042_680_558_643e-17,
+    8.962_984_535_314_219e-19,
+];
+
+pub(crate) const DOUBLE_NEAR_PI: [f64; 9] = [
+    0.041_666_666_666_667_22,
+    0.001_041_666_666_646_695_6,
+    4.960_317_485_094_369_4e-5,
+    2.927_963_662_022_772_3e-6,
+    1.941_590_029_595_676_5e-7,
+    1.386_035_246_776_713_5e-8,
+    1.057_442_960_042_55e-9,
+    7.165_906_658_631_949e-11,
+    1.053_208_725_425_637_4e-11,
+];
+
+/// The polynomials by Estrin's scheme.
+#[inline]
+pub(crate) fn double_sum(around: Around, z: f64) -> f64 {
+    let (c, rest) = match around {
+        Around::Zero => (&DOUBLE_NEAR_ZERO[..8], DOUBLE_NEAR_ZERO[8] + DOUBLE_NEAR_ZERO[9] * z),
+        Around::Pi => (&DOUBLE_NEAR_PI[..8], DOUBLE_NEAR_PI[8]),
+    };
+    let z2 = z * z;
+    let z4 = z2 * z2;
+    let low = (c[0] + c[1] * z) + (c[2] + c[3] * z) * z2;
+    low + ((c[4] + c[5] * z) + (c[6] + c[7] * z) * z2) * z4 + rest * (z4 * z4)
 }
 
 /// Where a series of Clausen's function is developed.

@@ -38,11 +38,13 @@ fn fast_two_sum(a: f64, b: f64) -> (f64, f64) {
     (s, b - (s - a))
 }
 
+/// `2^27 + 1`.
+pub(crate) const SPLIT: f64 = 134_217_729.0;
+
 /// Splits a double into two halves of at most 26 bits (Veltkamp 1968).
 #[inline]
 fn split(a: f64) -> (f64, f64) {
-    const FACTOR: f64 = 134_217_729.0; // 2^27 + 1
-    let c = FACTOR * a;
+    let c = SPLIT * a;
     let high = c - (c - a);
     (high, a - high)
 }

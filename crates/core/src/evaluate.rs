@@ -10,7 +10,7 @@ use crate::plan::Plan;
 use crate::terms::Terms;
 use crate::unit::Unit;
 use crate::vec3::Vec3;
-use crate::{Emission, Emitter, Error, Polygon, Receiver, constant};
+use crate::{Emission, Emitter, Error, Polygon, Receiver, constant, linear};
 
 /// Radiosity and its gradient with proven absolute error bounds.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -197,13 +197,18 @@ pub fn irradiance_vector(receiver: &Receiver, emitter: &Emitter) -> Result<DVec3
     Unit::of_derivative(0, "irradiance vector", &plan, emitter).plain([x, y, z]).map(DVec3::from)
 }
 
-/// The sums over a constant emitter that is seen whole, its edges side by side.
+/// The sums over an emitter that is seen whole, its edges side by side.
 #[inline]
 fn side_by_side<const VALUE: bool, const GRADIENT: bool>(receiver: &Receiver, emitter: &Emitter) -> Option<(Plan, Terms<f64>)> {
-    let Emission::Constant(_) = emitter.emission() else { return None };
-    let (plan, sums) = constant::whole::<VALUE, GRADIENT>(receiver, emitter.polygon())?;
-    let emission = emitter.affine().value;
-    Some((plan, Terms { irradiance: sums.irradiance * emission, gradient: sums.gradient * emission }))
+    match emitter.emission() {
+        Emission::Constant(_) => {
+            let (power, sums) = constant::whole::<VALUE, GRADIENT>(receiver, emitter.polygon())?;
+            let emission = emitter.affine().value;
+            Some((Plan::whole(power), Terms { irradiance: sums.irradiance * emission, gradient: sums.gradient * emission }))
+        }
+        Emission::Linear(_) => linear::whole::<GRADIENT>(receiver, emitter).map(|(power, sums)| (Plan::whole(power), sums)),
+        Emission::Polynomial(_) => None,
+    }
 }
 
 /// Whether double precision served: it neither broke down nor came near the end of its range, where squares are lost.

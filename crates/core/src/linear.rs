@@ -19,6 +19,8 @@
 //!
 //! Loses digits where Phi does, and by a further factor |beta|/|B| ~ D/s far away.
 
+mod side_by_side;
+
 use crate::arc::{Arc, Generator};
 use crate::line::Frame;
 use crate::plan::{height_over_plane, offset, unit_normal};
@@ -27,6 +29,8 @@ use crate::real::Real;
 use crate::terms::Terms;
 use crate::vec3::Vec3;
 use crate::{Emitter, Receiver};
+
+pub(crate) use side_by_side::whole;
 
 /// An affine emission seen from x, in normalised lengths.
 #[derive(Debug, Clone, Copy)]
@@ -44,6 +48,12 @@ impl<T: Real> Seen<T> {
     /// Vertices off the plane by the polygon's defect change height and emission by that much, and vertex values off the affine
     /// function by its residual: both go into the bounds.
     pub(crate) fn new(receiver: &Receiver, emitter: &Emitter, power: f64) -> Self {
+        Self::from(receiver, emitter, power, height_over_plane(receiver.position(), emitter.polygon(), power))
+    }
+
+    /// The same from a height that takes the polygon for flat.
+    #[inline]
+    fn from(receiver: &Receiver, emitter: &Emitter, power: f64, height: T) -> Self {
         let (x, polygon, emission) = (receiver.position(), emitter.polygon(), emitter.affine());
         let gradient = emitter.precise_gradient::<T>().map(|c| c.scaled(1.0 / power));
         let squared = gradient.norm_squared();
@@ -53,7 +63,7 @@ impl<T: Real> Seen<T> {
         Self {
             n1: unit_normal(receiver),
             n2: polygon.unit_normal(),
-            height: height_over_plane::<T>(x, polygon, power).widened(defect.into()),
+            height: height.widened(defect.into()),
             beta: beta.widened(steepness * (2.0 * defect) + emission.residual.into()),
             gradient,
         }

@@ -11,6 +11,7 @@ use crate::dilogarithm::{self, Around};
 use crate::double_double::{self, DoubleDouble, LIBRARY_UNITS, LN_2};
 use crate::exact;
 use crate::geometry::exact_offset;
+use crate::logarithm;
 use crate::radius::Radius;
 
 /// Unit roundoff of double precision, 2^-53.
@@ -71,8 +72,7 @@ impl Number for f64 {
     const BEYOND_DOUBLE_DOUBLE: bool = false;
     const IS_DOUBLE: bool = true;
     const QUOTIENT_UNITS: Self = 1.0;
-    /// That of [`arc_tangent`]; for the logarithm 2 ulp, an ulp being at most two units of the result: the assumption that
-    /// `tests/library_functions.rs` tests.
+    /// That of [`arc_tangent`], and above that of [`logarithm`].
     const LIBRARY_UNITS: Self = 4.0;
     const CLAUSEN_UNITS: Self = dilogarithm::DOUBLE_UNITS;
     const DIFFERENCE_UNITS: Self = 1.0;
@@ -130,7 +130,7 @@ impl Number for f64 {
     }
     #[inline]
     fn ln(self) -> Self {
-        libm::log(self)
+        logarithm::ln(self)
     }
     #[inline]
     fn atan2(self, x: Self) -> Self {
@@ -147,7 +147,7 @@ impl Number for f64 {
     }
     #[inline]
     fn clausen_sum(around: Around, square: Self) -> Self {
-        dilogarithm::sum::<Self, 15>(around, square)
+        dilogarithm::double_sum(around, square)
     }
 }
 

@@ -40,6 +40,12 @@ pub(crate) struct Plan {
 }
 
 impl Plan {
+    /// For what is wholly above the horizon.
+    #[inline]
+    pub(crate) const fn whole(power: f64) -> Self {
+        Self { power, horizon: Horizon::Above }
+    }
+
     /// The plan, or `None` where the radiosity and its gradient are exactly zero.
     #[inline]
     pub(crate) fn new(receiver: &Receiver, polygon: &Polygon) -> Option<Self> {

@@ -9,7 +9,6 @@ use std::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Neg, Not, Sub};
 use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdFloatElement, SimdMask};
 
 use super::arc_tangent::ArcTangent;
-use super::logarithm::Logarithm;
 pub(super) use crate::level::on_level;
 use crate::vec3::Vec3;
 
@@ -34,7 +33,6 @@ pub(super) trait Lane: SimdFloatElement + Send + Sync + 'static {
     /// The smallest normal number.
     const TINY: f64;
     const ARC_TANGENT: ArcTangent<Self>;
-    const LOGARITHM: Logarithm<Self>;
 
     /// The nearest number.
     fn nearest(value: f64) -> Self;
@@ -152,16 +150,6 @@ impl<S: Simd, F: Lane> Lanes<S, F> {
             }
         }
     }
-
-    /// Exponent and mantissa in [1, 2) of a positive normal number, the exponent as a number.
-    #[inline(always)]
-    pub(super) fn split(self, simd: S) -> (Self, Self) {
-        let Logarithm { mantissa_bits, mantissa, one, magic, magic_value, .. } = F::LOGARITHM;
-        let bits = self.0.to_bits();
-        let fraction = F::Native::<S>::from_bits((bits & mantissa) | one);
-        let exponent = F::Native::<S>::from_bits((bits >> mantissa_bits) | magic);
-        (Self(exponent) - Self::all(simd, magic_value), Self(fraction))
-    }
 }
 
 /// The number nearest to a constant, in all lanes.
@@ -254,7 +242,6 @@ impl Lane for f64 {
     const LARGEST: Self = Self::MAX;
     const TINY: Self = Self::MIN_POSITIVE;
     const ARC_TANGENT: ArcTangent<Self> = ArcTangent::<Self>::DOUBLE;
-    const LOGARITHM: Logarithm<Self> = Logarithm::<Self>::DOUBLE;
 
     #[inline(always)]
     fn nearest(value: f64) -> Self {
@@ -277,7 +264,6 @@ impl Lane for f32 {
     const LARGEST: f64 = Self::MAX as f64;
     const TINY: f64 = Self::MIN_POSITIVE as f64;
     const ARC_TANGENT: ArcTangent<Self> = ArcTangent::<Self>::SINGLE;
-    const LOGARITHM: Logarithm<Self> = Logarithm::<Self>::SINGLE;
 
     #[inline(always)]
     #[allow(clippy::cast_possible_truncation, reason = "to the nearest is what it is for")]

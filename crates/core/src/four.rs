@@ -1,0 +1,122 @@
+//! Four arcs of an emitter that is seen whole, one a lane of a vector.
+//!
+//! The same operations in the same order as of [`crate::arc`] and [`crate::line`] on doubles, so the same digits; the decisions
+//! are those of [`crate::plan`]. What is not plain is left to them: a receiver that is not surely in front of the plane, a vertex
+//! that is not surely above the horizon, an edge that passes near the receiver.
+
+mod functions;
+
+use fearless_simd::prelude::*;
+use fearless_simd::{Simd, f64x4};
+
+pub(crate) use functions::{logarithm, nine_terms, pair, plain_angle, x1_clausens};
+
+use crate::double_double::{DoubleDouble, SPLIT};
+use crate::geometry::{FourEdges, normalising_power};
+use crate::plan::sure;
+use crate::vec3::Vec3;
+use crate::{DVec3, Polygon, Receiver};
+
+/// The power of two that normalises lengths, where the receiver is surely in front of the plane and all vertices are surely above
+/// its horizon.
+#[inline(always)]
+pub(crate) fn power_seen_whole<S: Simd>(simd: S, receiver: &Receiver, polygon: &Polygon) -> Option<f64> {
+    let position = receiver.position();
+    let (x, n1) = (all(simd, position), all(simd, receiver.direction()));
+    let (mut farthest, mut lowest) = (f64x4::splat(simd, 0.0), f64x4::splat(simd, f64::INFINITY));
+    for four in polygon.four_edges() {
+        let r = four.ends(simd) - x;
+        farthest = farthest.max(r.x.abs().max(r.y.abs()).max(r.z.abs()));
+        lowest = lowest.min(n1.dot(r));
+    }
+    let ([a, b, c, d], [p, q, r, s]) = (*farthest.as_array(), *lowest.as_array());
+    let larger = |a: f64, b: f64| if a > b { a } else { b };
+    let lower = |a: f64, b: f64| if a < b { a } else { b };
+    let farthest = larger(larger(a, b), larger(c, d));
+    let height = polygon.normal().dot(position - polygon.vertices()[0]);
+    let surely = sure(farthest);
+    let is_whole = height > surely && polygon.is_well_known() && lower(lower(p, q), lower(r, s)) > surely;
+    is_whole.then(|| normalising_power(farthest))
+}
+
+/// Four arcs: `Arc<f64>` on lanes.
+pub(crate) struct Four<S: Simd> {
+    pub(crate) start: Vec3<f64x4<S>>,
+    pub(crate) end: Vec3<f64x4<S>>,
+    pub(crate) e: Vec3<f64x4<S>>,
+    pub(crate) edge_square: f64x4<S>,
+    pub(crate) start_square: f64x4<S>,
+    pub(crate) normal: Vec3<f64x4<S>>,
+    pub(crate) across: f64x4<S>,
+    pub(crate) inline: f64x4<S>,
+    pub(crate) angle: f64x4<S>,
+}
+
+impl<S: Simd> Four<S> {
+    /// As [`crate::line::Line::through`] and [`crate::arc::Arc::of_edge`].
+    #[inline(always)]
+    pub(crate) fn new(simd: S, four: &FourEdges, x: Vec3<f64x4<S>>, power: f64x4<S>) -> Option<Self> {
+        let (from, to) = (four.starts(simd), four.ends(simd));
+        let (start, end, e) = ((from - x) * power, (to - x) * power, (to - from) * power);
+        let (start_square, edge_square, w) = (start.norm_squared(), e.norm_squared(), start.cross(e));
+        let square = w.norm_squared();
+        let passes = (f64x4::splat(simd, 16.0) * square).simd_ge(start_square * edge_square);
+        let across = square.sqrt();
+        let inline = start.dot(end);
+        let (angle, plain) = plain_angle::<S, _, true>(simd, across, inline);
+        let normal = w * (f64x4::splat(simd, 1.0) / across);
+        (passes & plain).all_true().then_some(Self { start, end, e, edge_square, start_square, normal, across, inline, angle })
+    }
+}
+
+/// The height of the receiver over the polygon's plane, in double-double rounded to a double as [`crate::plan::height_over_plane`]
+/// has it, with x, y and z side by side.
+#[inline(always)]
+pub(crate) fn height_over_plane<S: Simd>(simd: S, receiver: &Receiver, polygon: &Polygon, power: f64) -> f64 {
+    let (Vec3 { x, y, z }, power) = (polygon.precise_normal(), f64x4::splat(simd, power));
+    let (n, n_rest) = (row(simd, [x.hi, y.hi, z.hi]), row(simd, [x.lo, y.lo, z.lo]));
+    let (a, b) = (row(simd, polygon.vertices()[0].to_array()), row(simd, (-receiver.position()).to_array()));
+    let sum = a + b;
+    let b_seen = sum - a;
+    let (r, r_rest) = (sum * power, ((a - (sum - b_seen)) + (b - b_seen)) * power);
+    let product = n * r;
+    let ([n_high, n_low], [r_high, r_low]) = (halves(simd, n), halves(simd, r));
+    let product_rest = ((n_high * r_high - product) + n_high * r_low + n_low * r_high) + n_low * r_low;
+    let rest = product_rest + (n * r_rest + n_rest * r);
+    let hi = product + rest;
+    let lo = rest - (hi - product);
+    let term = |i: usize| DoubleDouble { hi: hi[i], lo: lo[i] };
+    -(term(0) + term(1) + term(2)).hi
+}
+
+#[inline(always)]
+fn row<S: Simd>(simd: S, [x, y, z]: [f64; 3]) -> f64x4<S> {
+    f64x4::load_array(simd, [x, y, z, 0.0])
+}
+
+/// As of [`crate::double_double`].
+#[inline(always)]
+fn halves<S: Simd>(simd: S, a: f64x4<S>) -> [f64x4<S>; 2] {
+    let c = f64x4::splat(simd, SPLIT) * a;
+    let high = c - (c - a);
+    [high, a - high]
+}
+
+/// The same vector in all lanes.
+#[inline(always)]
+pub(crate) fn all<S: Simd>(simd: S, v: DVec3) -> Vec3<f64x4<S>> {
+    Vec3::new(f64x4::splat(simd, v.x), f64x4::splat(simd, v.y), f64x4::splat(simd, v.z))
+}
+
+/// A sum with the terms of the first lanes, one after the other.
+#[inline(always)]
+pub(crate) fn plus_first<S: Simd>(sum: Vec3<f64>, terms: Vec3<f64x4<S>>, count: usize) -> Vec3<f64> {
+    let (x, y, z) = (terms.x.as_array(), terms.y.as_array(), terms.z.as_array());
+    let term = |i: usize| Vec3::new(x[i], y[i], z[i]);
+    match count {
+        3 => sum + term(0) + term(1) + term(2),
+        4 => sum + term(0) + term(1) + term(2) + term(3),
+        2 => sum + term(0) + term(1),
+        _ => sum + term(0),
+    }
+}
