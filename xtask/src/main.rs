@@ -1,7 +1,9 @@
 //! Project tasks, run as `cargo xtask TASK`.
 
+mod bench;
 mod bounds;
 mod figures;
+mod instructions;
 mod plot;
 mod replay;
 mod summary;
@@ -20,12 +22,16 @@ enum Task {
     Verify(verify::Arguments),
     Replay(replay::Arguments),
     Figures(figures::Arguments),
+    Bench(bench::Arguments),
+    Instructions(instructions::Arguments),
 }
 
 fn main() -> ExitCode {
     let passed: Result<bool, Box<dyn Error>> = match Task::parse() {
         Task::Verify(arguments) => verify::run(&arguments),
         Task::Replay(arguments) => replay::run(&arguments),
+        Task::Bench(arguments) => bench::run(&arguments),
+        Task::Instructions(arguments) => instructions::run(&arguments),
         Task::Figures(arguments) => figures::run(&arguments).map(|()| true).map_err(Into::into),
     };
     match passed {

@@ -1,6 +1,7 @@
-//! Drawing in units of a picture, `y` downward, written as PNG: the only place that knows the plotting crate.
+//! Drawing in units of a picture, `y` downward, written as PNG or SVG: the only place that knows the plotting crate.
 
 use kuva::PngBackend;
+use kuva::backend::svg::SvgBackend;
 use kuva::plot::ColorMap;
 use kuva::render::color::Color;
 use kuva::render::render::{PathData, Primitive, Scene, TextAnchor};
@@ -90,7 +91,9 @@ pub(crate) struct Picture {
 impl Picture {
     /// An empty white picture.
     pub(crate) fn new(width: f64, height: f64) -> Self {
-        Self { scene: Scene::new(width, height) }
+        let mut scene = Scene::new(width, height);
+        scene.font_family = Some("DejaVu Sans, Verdana, sans-serif".to_owned());
+        Self { scene }
     }
 
     /// A line through `points`.
@@ -169,6 +172,11 @@ impl Picture {
         };
         let (content, size, color) = (text.to_owned(), of.size, Some(rgb(of.colour)));
         self.scene.elements.push(Primitive::Text { x, y, content, size, anchor, rotate: None, bold: false, color });
+    }
+
+    /// The picture as the text of an SVG file.
+    pub(crate) fn svg(&self) -> String {
+        SvgBackend::new().render_scene(&self.scene)
     }
 
     /// The picture as the bytes of a PNG file, `scale` pixels to a unit.

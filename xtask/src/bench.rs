@@ -1,0 +1,75 @@
+//! `cargo xtask bench`: run time against error of radiosity and gradient, by every method we have, in six regimes.
+//!
+//! Each point is a method at one setting. Its error is the larger of the worst relative errors of value and gradient over
+//! sixteen cases, against the oracle's enclosures; its time the median of fifteen samples of a pass over the cases, on one thread.
+
+mod area_rule;
+mod clock;
+mod contour_rule;
+mod diagram;
+mod lambert;
+mod lanes;
+mod legendre;
+mod marker;
+mod method;
+mod point;
+mod ratios;
+mod regime;
+mod truth;
+mod visible;
+
+use std::error::Error;
+use std::fs;
+use std::path::PathBuf;
+
+use method::Method;
+use point::Point;
+use regime::{Kind, Regime};
+use truth::Truths;
+
+/// Time every method against its error: diagrams and a table for each regime
+#[derive(Debug, clap::Args)]
+pub(crate) struct Arguments {
+    /// Ratios of times only, held against data/speed.toml; the last line is a JSON object
+    #[arg(long, conflicts_with = "regime")]
+    ratios: bool,
+    /// Only these regimes
+    #[arg(long)]
+    regime: Vec<Regime>,
+    /// Folder to write to
+    #[arg(long, default_value = "target/bench")]
+    out: PathBuf,
+}
+
+/// Pixels to a unit of a PNG.
+const SCALE: f32 = 1.5;
+
+/// Measures and writes, and says where; with ratios, whether they are within their gates.
+pub(crate) fn run(arguments: &Arguments) -> Result<bool, Box<dyn Error>> {
+    if arguments.ratios {
+        return ratios::run();
+    }
+    fs::create_dir_all(&arguments.out)?;
+    let regimes = if arguments.regime.is_empty() { Regime::ALL.to_vec() } else { arguments.regime.clone() };
+    for regime in regimes {
+        let mut points = Vec::new();
+        for kind in Kind::ALL {
+            points.extend(measured(regime, kind)?);
+        }
+        let path = |extension: &str| arguments.out.join(format!("{}.{extension}", regime.name()));
+        fs::write(path("csv"), point::table(regime, &points))?;
+        let diagram = diagram::of_regime(regime, &points);
+        fs::write(path("svg"), diagram.svg())?;
+        fs::write(path("png"), diagram.png(SCALE)?)?;
+        println!("{}, .png and .csv ({} points)", path("svg").display(), points.len());
+    }
+    Ok(true)
+}
+
+/// Every method at every setting.
+fn measured(regime: Regime, kind: Kind) -> Result<Vec<Point>, Box<dyn Error>> {
+    let cases = regime.cases(kind)?;
+    let truths = Truths::of(&cases)?;
+    let runs = Method::ALL.into_iter().flat_map(|method| method.runs(&cases));
+    runs.map(|run| Point::measured(run, kind, &truths)).collect()
+}

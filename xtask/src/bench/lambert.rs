@@ -1,0 +1,72 @@
+//! The bare Lambert sum of a constant triangle, `B = -(rho B2 / 2 pi) sum gamma_i n1.(r_i x r_{i+1}) / |r_i x r_{i+1}|` (HS95 Eq.
+//! 8) with `gamma_i` by std's `atan2`: no bound, no care near an edge or far away. In doubles it is what core's closed form is
+//! timed against; in dual numbers (crate `num-dual`) it gives the gradient by forward differentiation.
+
+use nalgebra::{SVector, Vector3};
+use num_dual::gradient;
+use radgrad_core::{DVec3, Emission};
+
+use super::regime::Case;
+use super::visible::{Scalar, above, constant, seen};
+
+/// Radiosity of a constant triangle without regard to the horizon: the sum and nothing else.
+pub(crate) fn radiosity(case: &Case) -> f64 {
+    let receiver = &case.receiver;
+    let corners = seen(case.emitter.polygon().vertices(), Vector3::from(receiver.position().to_array()));
+    factor(case) * sum(&corners, receiver.normal())
+}
+
+/// Radiosity and gradient of a constant triangle, cut by the horizon, in dual numbers.
+pub(crate) fn radiosity_and_gradient(case: &Case) -> (f64, DVec3) {
+    let receiver = &case.receiver;
+    let at = SVector::<f64, 3>::from(receiver.position().to_array());
+    let of_position = |x| {
+        let part = above(seen(case.emitter.polygon().vertices(), x), receiver.normal());
+        sum(part.as_slice(), receiver.normal())
+    };
+    let (value, slope) = gradient(of_position, &at);
+    (factor(case) * value, DVec3::new(slope.x, slope.y, slope.z) * factor(case))
+}
+
+/// `sum gamma_i n1.N_i` over a polygon's edges.
+#[inline]
+fn sum<D: Scalar>(corners: &[Vector3<D>], n1: DVec3) -> D {
+    let n1 = constant(n1);
+    let mut total = D::from(0.0);
+    for (i, from) in corners.iter().enumerate() {
+        let to = &corners[if i + 1 == corners.len() { 0 } else { i + 1 }];
+        let normal = from.cross(to);
+        let length = normal.dot(&normal).sqrt();
+        total += length.atan2(from.dot(to)) * normal.dot(&n1) / length;
+    }
+    total
+}
+
+fn factor(case: &Case) -> f64 {
+    let emission = match case.emitter.emission() {
+        Emission::Constant(emission) => *emission,
+        _ => f64::NAN,
+    };
+    -case.receiver.reflectance() * emission / std::f64::consts::TAU
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::bench::regime::{Kind, Regime};
+
+    #[test]
+    fn dual_numbers_give_the_closed_forms_gradient_with_and_without_a_horizon() {
+        for regime in [Regime::Easy, Regime::Clipped] {
+            for case in regime.cases(Kind::Constant).unwrap() {
+                let (value, slope) = radgrad_core::radiosity_and_gradient(&case.receiver, &case.emitter).unwrap();
+                let (found, found_slope) = radiosity_and_gradient(&case);
+                assert!((found / value - 1.0).abs() < 1e-12, "{found} {value}");
+                assert!((found_slope - slope).length() < 1e-11 * slope.length(), "{found_slope} {slope}");
+                if regime == Regime::Easy {
+                    assert_eq!(radiosity(&case), found);
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,138 @@
+//! `cargo xtask bench --ratios`: what is said of speed, as ratios of times in one run. Samples of the two sides alternate, and a
+//! ratio is the median over pairs of neighbours, so that a busy machine gives the same figures as an idle one.
+//!
+//! Scalar work is the public interface on 64 triangles of different shape, seen whole from different places.
+
+mod gates;
+mod lanes;
+mod varied;
+
+use std::error::Error;
+use std::fs;
+use std::hint::black_box;
+use std::time::Duration;
+
+use radgrad_core::{radiosity, radiosity_and_gradient};
+use radgrad_oracle::cubature::integrate;
+
+use super::clock::{self, Spread};
+use super::lambert;
+use super::method::Output;
+use super::regime::{Case, Kind, Regime};
+use super::truth::Truths;
+use crate::in_workspace;
+use gates::Gates;
+
+/// One ratio.
+#[derive(Debug, Clone)]
+pub(crate) struct Ratio {
+    /// Its key in the result and in `data/speed.toml`.
+    pub(crate) name: &'static str,
+    /// Median and quartiles over the pairs.
+    pub(crate) spread: Spread,
+}
+
+/// Prints the ratios and, last, one JSON object of their medians. Whether all are within their gates.
+pub(crate) fn run() -> Result<bool, Box<dyn Error>> {
+    let gates = Gates::from_toml(&fs::read_to_string(in_workspace("data/speed.toml"))?)?;
+    let ratios = measured()?;
+    println!("{}", gates.table(&ratios));
+    let violations = gates.violations(&ratios);
+    for violation in &violations {
+        println!("VIOLATED {violation}");
+    }
+    let medians = ratios.iter().map(|ratio| (ratio.name.to_owned(), rounded(ratio.spread.median).into()));
+    println!("{}", serde_json::Value::Object(medians.collect()));
+    Ok(violations.is_empty())
+}
+
+fn measured() -> Result<Vec<Ratio>, Box<dyn Error>> {
+    let [constant, linear] = [varied::cases(Kind::Constant)?, varied::cases(Kind::Linear)?];
+    let near = Regime::Near2.cases(Kind::Constant)?;
+    let value = |case: &Case| black_box(radiosity(&case.receiver, &case.emitter).unwrap_or(f64::NAN));
+    let bare = |case: &Case| black_box(lambert::radiosity(case));
+    let mut ratios = vec![
+        of("value_over_lambert", &constant, value, &constant, bare),
+        of("value_gradient_over_value", &constant, both, &constant, value),
+        of("linear_over_constant", &linear, both, &constant, both),
+        over_cubature("faster_than_cubature_easy_1e6", &constant[..16], 1e-6)?,
+        over_cubature("faster_than_cubature_easy_1e10", &constant[..16], 1e-10)?,
+        over_cubature("faster_than_cubature_near_1e6", &near, 1e-6)?,
+    ];
+    ratios.extend(lanes::speedups()?);
+    ratios.push(lanes::many_emitters()?);
+    Ok(ratios)
+}
+
+/// Value and gradient as a user asks for them.
+fn both(case: &Case) -> f64 {
+    black_box(radiosity_and_gradient(&case.receiver, &case.emitter)).map_or(f64::NAN, |(value, _)| value)
+}
+
+/// Pairs of samples, and the shortest sample: many short ones, since a busy machine takes a thread off its core every few
+/// milliseconds and the median then sees only samples in which it did not.
+const PAIRS: usize = 501;
+const SAMPLE: Duration = Duration::from_micros(200);
+
+/// The time of `a` for a case over that of `b`.
+fn of(name: &'static str, cases_a: &[Case], a: impl Fn(&Case) -> f64, cases_b: &[Case], b: impl Fn(&Case) -> f64) -> Ratio {
+    let sum =
+        |cases: &[Case], work: &dyn Fn(&Case) -> f64| black_box(cases.iter().map(|case| work(black_box(case))).sum::<f64>());
+    pair(name, || _ = sum(cases_a, &a), || _ = sum(cases_b, &b))
+}
+
+/// The time of `a` over that of `b`.
+pub(crate) fn pair(name: &'static str, a: impl FnMut(), b: impl FnMut()) -> Ratio {
+    Ratio { name, spread: clock::ratio(PAIRS, SAMPLE, a, b) }
+}
+
+/// The same where a sample is milliseconds by itself.
+pub(crate) fn pair_of_long(name: &'static str, a: impl FnMut(), b: impl FnMut()) -> Ratio {
+    Ratio { name, spread: clock::ratio(PAIRS / 5, SAMPLE, a, b) }
+}
+
+/// Evaluations that the cubature is allowed.
+const BUDGET: usize = 1_000_000;
+
+/// How much longer the oracle's adaptive cubature takes, asked for the tolerance, than the plain closed form. Both are within the
+/// tolerance, or there is no ratio.
+fn over_cubature(name: &'static str, cases: &[Case], tolerance: f64) -> Result<Ratio, Box<dyn Error>> {
+    let truths = Truths::of(cases)?;
+    let cubature = |case: &Case| integrate(&case.receiver, &case.emitter, tolerance, BUDGET);
+    let (mut found, mut integrated) = (Vec::new(), Vec::new());
+    for case in cases {
+        found.push(Output::new(radiosity_and_gradient(&case.receiver, &case.emitter)?, 1));
+        let estimate = cubature(case)?;
+        integrated.push(Output::new((estimate.radiosity, estimate.gradient), estimate.evaluations));
+    }
+    for (outputs, method) in [(found, "the closed form"), (integrated, "the cubature")] {
+        let worst = truths.errors(&outputs).worst();
+        if worst > tolerance {
+            return Err(format!("{name}: {method} is off by {worst:e}").into());
+        }
+    }
+    Ok(of(name, cases, |case| cubature(case).map_or(f64::NAN, |estimate| estimate.radiosity), cases, both))
+}
+
+/// Four digits: more are noise.
+fn rounded(ratio: f64) -> f64 {
+    format!("{ratio:.3e}").parse().unwrap_or(ratio)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ratios_are_printed_with_four_digits() {
+        assert_eq!([1.234_56, 0.001_234_56, 1234.56, 2.0].map(rounded), [1.235, 0.001_235, 1235.0, 2.0]);
+    }
+
+    #[test]
+    fn the_bare_sum_is_right_where_it_is_timed() {
+        for case in varied::cases(Kind::Constant).unwrap() {
+            let value = radiosity(&case.receiver, &case.emitter).unwrap();
+            assert!((lambert::radiosity(&case) / value - 1.0).abs() < 1e-13);
+        }
+    }
+}
