@@ -6,6 +6,7 @@
 //! division and square root, which IEEE 754 rounds in one way.
 
 mod degenerate;
+mod description;
 mod emission;
 mod frame;
 mod horizon;

@@ -35,6 +35,12 @@ impl Truth {
         Ok(Self { radiosity: enclosure.radiosity, gradient: enclosure.gradient })
     }
 
+    /// Whether two enclosures have a point in common, component by component: if not, one of them is wrong.
+    #[must_use]
+    pub fn overlaps(&self, other: &Self) -> bool {
+        self.radiosity.overlaps(&other.radiosity) && self.gradient.iter().zip(&other.gradient).all(|(a, b)| a.overlaps(b))
+    }
+
     /// Upper bound on the error of `radiosity`; infinite if it is not finite.
     #[must_use]
     pub fn radiosity_error(&self, radiosity: f64) -> f64 {
