@@ -4,6 +4,7 @@ mod bounds;
 mod figures;
 mod plot;
 mod replay;
+mod report;
 mod summary;
 mod verify;
 
@@ -19,6 +20,7 @@ use clap::Parser;
 enum Task {
     Verify(verify::Arguments),
     Replay(replay::Arguments),
+    Report(report::Arguments),
     Figures(figures::Arguments),
 }
 
@@ -26,6 +28,7 @@ fn main() -> ExitCode {
     let passed: Result<bool, Box<dyn Error>> = match Task::parse() {
         Task::Verify(arguments) => verify::run(&arguments),
         Task::Replay(arguments) => replay::run(&arguments),
+        Task::Report(arguments) => report::run(&arguments).map(|()| true),
         Task::Figures(arguments) => figures::run(&arguments).map(|()| true).map_err(Into::into),
     };
     match passed {

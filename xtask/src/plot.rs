@@ -1,6 +1,7 @@
-//! Drawing in units of a picture, `y` downward, written as PNG: the only place that knows the plotting crate.
+//! Drawing in units of a picture, `y` downward, written as PNG or SVG: the only place that knows the plotting crate.
 
 use kuva::PngBackend;
+use kuva::backend::svg::SvgBackend;
 use kuva::plot::ColorMap;
 use kuva::render::color::Color;
 use kuva::render::render::{PathData, Primitive, Scene, TextAnchor};
@@ -177,6 +178,17 @@ impl Picture {
     /// What the encoder says.
     pub(crate) fn png(&self, scale: f32) -> Result<Vec<u8>, String> {
         PngBackend::new().with_scale(scale).render_scene(&self.scene)
+    }
+
+    /// The picture as an SVG element for a page, with a class, and with what it is and shows for those who do not see it.
+    pub(crate) fn svg(&self, class: &str, title: &str, description: &str) -> String {
+        let text = SvgBackend::new().render_scene(&self.scene);
+        let inside = text.split_once('>').map_or("", |(_, inside)| inside);
+        let (width, height) = (self.scene.width, self.scene.height);
+        format!(
+            "<svg class=\"{class}\" viewBox=\"0 0 {width} {height}\" role=\"img\" aria-label=\"{title} {description}\">\
+             <title>{title}</title><desc>{description}</desc>{inside}"
+        )
     }
 }
 

@@ -10,6 +10,7 @@ use crate::contender::{Contender, Score};
 use crate::distribution::Distribution;
 use crate::family::{Family, Name};
 use crate::stability::DIGITS;
+use crate::table::two_digits;
 
 /// What a contender did with one quantity of a family.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -70,7 +71,7 @@ impl Comparison {
                 let percentile = |percent| errors.percentile(percent).map_or_else(String::new, |step| step.to_string());
                 let [cases, no_answer] = [errors.count(), *no_answer].map(|count| count.to_string());
                 let (median, p99) = (percentile(50), percentile(99));
-                let (worst, case) = (format!("{:.1e}", worst.value), worst.case.to_string());
+                let (worst, case) = (two_digits(worst.value), worst.case.to_string());
                 let row = [family.name(), contender.name(), quantity, &cases, &no_answer, &median, &p99, &worst, &case];
                 rows.write_record(row)?;
             }

@@ -17,6 +17,7 @@ use crate::bounds::digits;
 use crate::bounds::mark::Rung;
 use crate::contender::{Contender, Score, stated};
 use crate::seen::seen;
+use crate::table::two_digits;
 use crate::truth::Truth;
 pub use plane::{Axis, Emitted, Plane};
 
@@ -126,8 +127,8 @@ impl Stability {
                 let [x, y] = point.at.map(|at| format!("{at:.4e}"));
                 let mut row = vec![map.plane.name().to_owned(), map.emitted.name().to_owned(), x, y];
                 let errors = point.scores.iter().flatten();
-                row.extend(errors.map(|score| score.error().map_or_else(String::new, |error| format!("{error:.1e}"))));
-                row.extend(point.stated.map(|bound| format!("{bound:.1e}")));
+                row.extend(errors.map(|score| score.error().map_or_else(String::new, two_digits)));
+                row.extend(point.stated.map(two_digits));
                 row.push(point.rung.name().to_owned());
                 rows.write_record(&row)?;
             }

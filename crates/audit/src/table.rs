@@ -133,12 +133,17 @@ where
                 &distribution.count().to_string(),
                 &percentile(50),
                 &percentile(99),
-                &format!("{:.1e}", worst.value),
+                &two_digits(worst.value),
                 &worst.case.to_string(),
             ])?;
         }
     }
     Ok(rows.flush()?)
+}
+
+/// A figure to two digits, rounded; 0 as it is.
+pub(crate) fn two_digits(x: f64) -> String {
+    if x == 0.0 { "0".to_owned() } else { format!("{x:.1e}") }
 }
 
 #[cfg(test)]
