@@ -8,7 +8,7 @@ use super::audit::{Audit, Bin, Figure};
 use super::axis::Axis;
 use super::svg::{Anchor, Svg};
 
-const LEFT: f64 = 128.0;
+const LEFT: f64 = 142.0;
 const WIDTH: f64 = 560.0;
 const ROW: f64 = 21.0;
 const TOP: f64 = 34.0;

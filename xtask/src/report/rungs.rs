@@ -3,7 +3,7 @@
 use super::audit::{Audit, Bounds};
 use super::svg::{Anchor, Svg};
 
-const LEFT: f64 = 128.0;
+const LEFT: f64 = 142.0;
 const WIDTH: f64 = 560.0;
 const ROW: f64 = 17.0;
 const TOP: f64 = 30.0;

@@ -7,7 +7,7 @@ use super::axis::Axis;
 use super::histogram::value;
 use super::svg::{Anchor, Svg, around, through};
 
-const LEFT: f64 = 128.0;
+const LEFT: f64 = 142.0;
 const WIDTH: f64 = 560.0;
 const ROW: f64 = 33.0;
 const TOP: f64 = 34.0;
@@ -30,13 +30,13 @@ pub(super) fn plot(audit: &Audit, quantity: &str, what: &str) -> String {
     let axis = Axis { base: 10.0, exponents: [-17.0, 3.0], places: [LEFT + 8.0, WIDTH - 14.0] };
     let bottom = TOP + ROW * families.len() as f64;
     let mut svg = Svg::new(WIDTH, bottom + 36.0);
-    svg.text("title", (LEFT, 15.0), Anchor::Start, &format!("Relative error of the {what}: median and worst"));
+    svg.text("title", (LEFT, 15.0), Anchor::Start, &format!("Relative error of the {what}"));
     axis.draw_below(&mut svg, [TOP - 8.0, bottom], 7.0, "tick");
     svg.text(
         "label",
         ((LEFT + WIDTH) / 2.0, bottom + 29.0),
         Anchor::Middle,
-        "relative error (no unit); 1 is no digit right, the right edge is 1000 and more",
+        "relative error (no unit); right edge: 1000 and more",
     );
     for (index, family) in families.iter().enumerate() {
         let top = TOP + ROW * index as f64;
