@@ -9,6 +9,17 @@ use crate::single_precision;
 use crate::truth::Truth;
 
 /// A way to compute it.
+///
+/// ```
+/// use radgrad_audit::bounds::digits;
+/// use radgrad_audit::contender::{Contender, Score};
+/// use radgrad_audit::family::Family;
+/// let problem = Family::Far.case(1, 0).problem()?;
+/// let truth = digits::enclosure(&problem, 22)?;
+/// let [value, gradient] = Contender::Certified.errors(&problem, &truth);
+/// assert!([value, gradient].iter().all(|score| matches!(score, Score::Error(error) if *error < 1e-12)));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Contender {
     /// Appendix A of the paper with its misprints.

@@ -69,6 +69,14 @@ impl fmt::Display for Complaint {
 }
 
 /// All maps, and how their truth stood the oracle.
+///
+/// ```
+/// use radgrad_audit::stability::Stability;
+/// let found = Stability::compute([3, 3], || ());
+/// assert!(found.complaints.is_empty(), "the ladder is within its bounds everywhere");
+/// found.write(std::io::sink())?;
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Stability {
     /// The maps.

@@ -4,7 +4,7 @@ use radgrad_audit::stability::{Emitted, Plane};
 use serde::Serialize;
 
 use super::audit::{Audit, Point};
-use super::axis::{self, Axis};
+use super::axis::Axis;
 use super::rungs::{RUNGS, swatch};
 use super::svg::{Anchor, Svg, number};
 
@@ -201,16 +201,6 @@ pub(super) fn legend() -> String {
         swatch(&format!("h{class}"), &name)
     });
     swatches.chain([swatch(&format!("h{NONE}"), "no answer, or not a number")]).collect()
-}
-
-/// What the axes are called in the files, for the caption.
-pub(super) fn ends(plane: Plane) -> String {
-    let [x, y] = plane.axes();
-    let one = |axis: radgrad_audit::stability::Axis| {
-        let [from, to] = axis.ends.map(|end| axis::power(axis.base, end));
-        format!("{} from {from} to {to}", axis.title)
-    };
-    format!("{}; {}", one(x), one(y))
 }
 
 #[cfg(test)]

@@ -8,7 +8,7 @@ use minijinja::value::Serde;
 use minijinja::{Environment, Value, context};
 use radgrad_audit::gates::Gates;
 use radgrad_audit::measure::Quantity;
-use radgrad_audit::stability::{DIGITS, ORACLE_EVERY, Plane};
+use radgrad_audit::stability::{DIGITS, ORACLE_EVERY};
 use radgrad_core::paper::Slip;
 use serde::Serialize;
 
@@ -48,7 +48,6 @@ pub(super) struct Page<'a> {
     maps: Vec<Group>,
     maps_legend: String,
     maps_told: String,
-    maps_ends: Vec<String>,
     diagrams: Vec<Diagram>,
     plates: Vec<Plate>,
     command: String,
@@ -96,7 +95,6 @@ impl<'a> Page<'a> {
                 audit.run.count("map_points"),
                 audit.run.count("map_points_against_oracle"),
             ),
-            maps_ends: Plane::ALL.iter().map(|plane| heat::ends(*plane)).collect(),
             diagrams,
             plates,
             command: audit.run.get("command").to_owned(),
