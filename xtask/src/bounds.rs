@@ -18,12 +18,27 @@ use radgrad_audit::run::{Part, Run};
 use radgrad_audit::shard;
 
 use crate::in_workspace;
+use crate::verify::record::Record;
 use crate::verify::{self, Arguments};
 
 type Shard = shard::Shard<Mark, Figure>;
 
 /// Cases of the whole campaign, and of the quick one.
 const CASES: [u64; 2] = [10_000_000, 100_000];
+
+/// What of the counts stands in the record, over all families.
+const NOTED: [Mark; 10] = [
+    Mark::Nonzero,
+    Mark::Answer,
+    Mark::Blunt,
+    Mark::AgainstCore,
+    Mark::AgainstDigits,
+    Mark::AgainstOracle,
+    Mark::ManyDigits,
+    Mark::Broken,
+    Mark::MissesDefault,
+    Mark::MissesTight,
+];
 
 /// The campaign by itself, or a part of it, or its parts merged. Whether nothing is broken, missed or beyond its gate.
 pub(crate) fn run(arguments: &Arguments, gates: &Gates) -> Result<bool, Box<dyn Error>> {
@@ -67,19 +82,23 @@ fn judged(run: &Run, table: &Table, gates: &Gates, out: &Path) -> Result<bool, B
     println!("{}", summary::of(table, run));
     table.write_bounds(fs::File::create(out.join("bounds.csv"))?)?;
     table.write_times(fs::File::create(out.join("bounds-times.csv"))?)?;
-    let breaches = breaches(table, gates);
-    report(&breaches)?;
-    Ok(breaches.is_empty())
+    table.write_figures(fs::File::create(out.join("bounds-figures.csv"))?)?;
+    let mut record = Record::new("bounds", run.seed, table.total(Mark::Case));
+    for mark in NOTED {
+        record.note(&mark.to_string(), table.total(mark));
+    }
+    for breach in &breaches(table, gates) {
+        report(breach, &mut record)?;
+    }
+    record.write(out)
 }
 
-/// Prints each breach with the command that replays it; keeps a case that is to blame alone, shrunk.
-fn report(breaches: &[Breach]) -> Result<(), Box<dyn Error>> {
-    for breach in breaches {
-        println!("VIOLATED {breach}\n  replay: cargo xtask replay {}", breach.case);
-        if let Some(regression) = Regression::of_breach(breach) {
-            let path = regression.write(&in_workspace("data/regressions"))?;
-            println!("  shrunk: cargo xtask replay data/regressions/{}", path.file_name().unwrap_or_default().display());
-        }
+/// Records a breach with the command that replays it; keeps a case that is to blame alone, shrunk.
+fn report(breach: &Breach, record: &mut Record) -> Result<(), Box<dyn Error>> {
+    record.violated(breach, &format!("cargo xtask replay {}", breach.case));
+    if let Some(regression) = Regression::of_breach(breach) {
+        let path = regression.write(&in_workspace("data/regressions"))?;
+        println!("  shrunk: cargo xtask replay data/regressions/{}", path.file_name().unwrap_or_default().display());
     }
     Ok(())
 }

@@ -5,9 +5,9 @@
 //! at its vertices; E: the geometry. The gradient's part along the normal is left out: a surface does not see it, and a
 //! refinement along the surface asks for the rest.
 
-mod field;
+pub(crate) mod field;
 mod geometry;
-mod panel;
+pub(crate) mod panel;
 
 use std::fs;
 use std::path::PathBuf;
@@ -19,11 +19,11 @@ use field::{Field, Window};
 use panel::Panel;
 
 /// Vertices of the emitter, lit downward.
-const TRIANGLE: [DVec3; 3] = [DVec3::new(0.0, 0.0, 1.0), DVec3::new(0.5, 0.8, 1.0), DVec3::new(1.0, 0.0, 1.0)];
+pub(crate) const TRIANGLE: [DVec3; 3] = [DVec3::new(0.0, 0.0, 1.0), DVec3::new(0.5, 0.8, 1.0), DVec3::new(1.0, 0.0, 1.0)];
 /// Emission of the linear emitter at its vertices, in W/m2.
-const LINEAR: [f64; 3] = [1.0, 2.0, 4.0];
+pub(crate) const LINEAR: [f64; 3] = [1.0, 2.0, 4.0];
 /// The part of the plane shown, in m.
-const WINDOW: Window = Window { x: [-1.0, 2.0], y: [-1.2, 1.8] };
+pub(crate) const WINDOW: Window = Window { x: [-1.0, 2.0], y: [-1.2, 1.8] };
 /// Receiver point and emitter point shown in figure E.
 const JOINED: (DVec3, DVec3) = (DVec3::new(1.7, -0.45, 0.0), DVec3::new(0.72, 0.22, 1.0));
 /// Pixels to a unit: of the figures, and of the one for the front page.
@@ -125,11 +125,16 @@ fn pictures(constant: &Plates, linear: &Plates) -> Vec<(String, Picture, f32)> {
     ];
     let mut pictures: Vec<_> =
         panels.iter().map(|(name, panel)| (format!("{name}.png"), side_by_side(&[panel]), SCALES.0)).collect();
-    let mut scene = Picture::new(geometry::SIZE.0, geometry::SIZE.1);
-    geometry::draw(&mut scene, &TRIANGLE, &constant.value, JOINED.0, JOINED.1);
-    pictures.push(("E.png".to_owned(), scene, SCALES.0));
+    pictures.push(("E.png".to_owned(), geometry_picture(&constant.value), SCALES.0));
     pictures.push(("linear-emitter.png".to_owned(), side_by_side(&[&panels[2].1, &panels[3].1]), SCALES.1));
     pictures
+}
+
+/// Figure E, with the lines of equal `radiosity`.
+pub(crate) fn geometry_picture(radiosity: &Field) -> Picture {
+    let mut scene = Picture::new(geometry::SIZE.0, geometry::SIZE.1);
+    geometry::draw(&mut scene, &TRIANGLE, radiosity, JOINED.0, JOINED.1);
+    scene
 }
 
 /// Panels from left to right in one picture.

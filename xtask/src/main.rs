@@ -6,6 +6,7 @@ mod figures;
 mod instructions;
 mod plot;
 mod replay;
+mod report;
 mod summary;
 mod verify;
 
@@ -21,6 +22,7 @@ use clap::Parser;
 enum Task {
     Verify(verify::Arguments),
     Replay(replay::Arguments),
+    Report(report::Arguments),
     Figures(figures::Arguments),
     Bench(bench::Arguments),
     Instructions(instructions::Arguments),
@@ -32,6 +34,7 @@ fn main() -> ExitCode {
         Task::Replay(arguments) => replay::run(&arguments),
         Task::Bench(arguments) => bench::run(&arguments),
         Task::Instructions(arguments) => instructions::run(&arguments),
+        Task::Report(arguments) => report::run(&arguments).map(|()| true),
         Task::Figures(arguments) => figures::run(&arguments).map(|()| true).map_err(Into::into),
     };
     match passed {

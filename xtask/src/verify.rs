@@ -1,5 +1,7 @@
 //! `cargo xtask verify`: measures random cases of every family against truth and holds the figures against the gates.
 
+pub(crate) mod record;
+
 use std::error::Error;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -7,19 +9,22 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 use radgrad_audit::agreement::{Agreement, agreement};
+use radgrad_audit::comparison::Comparison;
 use radgrad_audit::family::Family;
-use radgrad_audit::gates::{Gates, Violation};
+use radgrad_audit::gates::Gates;
 use radgrad_audit::measure::{Kind, Quantity};
-use radgrad_audit::mutants::{self, Mutant, mutants};
+use radgrad_audit::mutants::{self, mutants};
 use radgrad_audit::regression::Regression;
 use radgrad_audit::run::{Part, Run};
 use radgrad_audit::shard::Shard;
+use radgrad_audit::stability::{Plane, Stability};
 use radgrad_audit::table::Table;
 
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 use crate::{bounds, in_workspace, summary};
+use record::Record;
 
 /// Measure random cases of every family against arbitrary-precision truth; fail if an error is beyond its gate
 #[derive(Debug, Args)]
@@ -71,6 +76,12 @@ type Measured = Shard<Kind, Quantity>;
 /// Cases of each family that the mutants and the oracles' agreement are tried on.
 const SUBSAMPLE: u64 = 25;
 
+/// Cases of each family that other ways of computing it are compared on, in the whole run and in the quick one.
+const COMPARED: [u64; 2] = [200, 50];
+
+/// Points along the axes of a plane of the stability maps, in the whole run and in the quick one.
+const PLANE: [[u32; 2]; 2] = [[45, 33], [23, 17]];
+
 fn parse_part(text: &str) -> Result<Part, String> {
     let part = text.split_once('/').and_then(|(index, of)| Some((index.parse().ok()?, of.parse().ok()?)));
     match part {
@@ -95,11 +106,18 @@ pub(crate) fn run(arguments: &Arguments) -> Result<bool, Box<dyn Error>> {
         return Ok(true);
     }
     write_tables(&table, &arguments.out)?;
-    let violations = gates.violations(&table);
-    report(&violations)?;
+    let mut record = Record::new("verify", run.seed, table.cases());
+    record.note("families", run.cases.len());
+    for violation in gates.violations(&table) {
+        let shrunk = Regression::shrunk(&violation).write(&in_workspace("data/regressions"))?;
+        record.violated(&violation, &format!("cargo xtask replay {}", violation.case));
+        println!("  shrunk: cargo xtask replay data/regressions/{}", shrunk.file_name().unwrap_or_default().display());
+    }
     let bounds_hold = bounds::small(BOUNDS[usize::from(arguments.quick)], arguments, &gates)?;
-    let others = mutants_pass(run.seed, &gates, &arguments.out)? & oracles_agree(&run, &gates);
-    Ok(ended(violations.is_empty() & bounds_hold & others))
+    judge_mutants(run.seed, &gates, &arguments.out, &mut record)?;
+    judge_oracles(&run, &gates, &mut record);
+    compare(&run, arguments, &mut record)?;
+    Ok(ended(record.write(&arguments.out)? & bounds_hold))
 }
 
 /// Says how it ended.
@@ -145,41 +163,58 @@ where
 fn write_tables(table: &Table, out: &Path) -> Result<(), Box<dyn Error>> {
     table.write_errors(fs::File::create(out.join("errors.csv"))?)?;
     table.write_outcomes(fs::File::create(out.join("outcomes.csv"))?)?;
+    table.write_figures(fs::File::create(out.join("figures.csv"))?)?;
+    table.write_histogram(fs::File::create(out.join("histogram.csv"))?)?;
     Ok(())
 }
 
-/// Prints each violation with the command that replays it, and keeps its case, shrunk.
-fn report(violations: &[Violation]) -> Result<(), Box<dyn Error>> {
-    for violation in violations {
-        println!("VIOLATED {violation}\n  replay: cargo xtask replay {}", violation.case);
-        let path = Regression::shrunk(violation).write(&in_workspace("data/regressions"))?;
-        let file = path.file_name().unwrap_or_default().display();
-        println!("  shrunk: cargo xtask replay data/regressions/{file}");
-    }
-    Ok(())
-}
-
-fn mutants_pass(seed: u64, gates: &Gates, out: &Path) -> Result<bool, Box<dyn Error>> {
+fn judge_mutants(seed: u64, gates: &Gates, out: &Path, record: &mut Record) -> Result<(), Box<dyn Error>> {
     let rows = mutants(seed, SUBSAMPLE, gates.appendix_a());
     println!("slips planted in the second implementation\n{}", summary::mutants(&rows, gates.appendix_a()));
     mutants::write(&rows, gates.appendix_a(), fs::File::create(out.join("mutants.csv"))?)?;
-    let failed: Vec<&Mutant> = rows.iter().filter(|row| !row.passes(gates.appendix_a())).collect();
-    for row in &failed {
-        println!("VIOLATED mutants: {} is not caught, or the control is", row.name());
+    for row in rows.iter().filter(|row| !row.passes(gates.appendix_a())) {
+        record.violated(format_args!("mutants: {} is not caught, or the control is", row.name()), "cargo xtask verify");
     }
-    Ok(failed.is_empty())
+    Ok(())
 }
 
-fn oracles_agree(run: &Run, gates: &Gates) -> bool {
+fn judge_oracles(run: &Run, gates: &Gates, record: &mut Record) {
     let Agreement { enclosed, cubature, monte_carlo, paper, contradictions } = agreement(run, SUBSAMPLE, gates.appendix_a());
     println!(
         "{enclosed} cases enclosed; cubature converged in {cubature}, Monte Carlo sampled {monte_carlo}, appendix A answered {paper}: {} disagree",
         contradictions.len()
     );
-    for contradiction in &contradictions {
-        println!("VIOLATED {contradiction}\n  replay: cargo xtask replay {}", contradiction.case);
+    let counts = [("enclosed", enclosed), ("cubature", cubature), ("monte_carlo", monte_carlo), ("appendix_a", paper)];
+    for (name, count) in counts.into_iter().chain([("disagree", contradictions.len())]) {
+        record.note(name, count);
     }
-    contradictions.is_empty()
+    for contradiction in &contradictions {
+        record.violated(contradiction, &format!("cargo xtask replay {}", contradiction.case));
+    }
+}
+
+/// Other ways of computing it beside ours: family by family, and over planes of two parameters.
+fn compare(run: &Run, arguments: &Arguments, record: &mut Record) -> Result<(), Box<dyn Error>> {
+    let (quick, out) = (usize::from(arguments.quick), &arguments.out);
+    let families = arguments.families();
+    Comparison::compute(run.seed, &families, COMPARED[quick]).write(fs::File::create(out.join("comparison.csv"))?)?;
+    let bar = ProgressBar::new(2 * Plane::ALL.len() as u64);
+    let stability = Stability::compute(PLANE[quick], || bar.inc(1));
+    bar.finish_and_clear();
+    stability.write(fs::File::create(out.join("stability.csv"))?)?;
+    let points: usize = stability.maps.iter().map(|map| map.points.len()).sum();
+    println!(
+        "{points} points of stability maps; the oracle agreed at {}, had no enclosure at {}: {} complaints",
+        stability.agreed,
+        stability.without_oracle,
+        stability.complaints.len()
+    );
+    record.note("map_points", points);
+    record.note("map_points_against_oracle", stability.agreed);
+    for complaint in &stability.complaints {
+        record.violated(complaint, &format!("echo '{}' | radgrad eval -", serde_json::to_string(&complaint.case)?));
+    }
+    Ok(())
 }
 
 #[cfg(test)]

@@ -99,6 +99,21 @@ impl Distribution {
         &self.bins
     }
 
+    /// Counts between neighbours of 1, 2, 5, 10, ...: `(from, to, count)`, rising; zeros are from 0 to 0, what is infinite from
+    /// `inf` to `inf`.
+    #[must_use]
+    pub fn thirds(&self) -> Vec<(f64, f64, u64)> {
+        let mut thirds: Vec<(f64, f64, u64)> = Vec::new();
+        for (step, bin) in &self.bins {
+            let (from, to) = step.third();
+            match thirds.last_mut() {
+                Some(last) if last.0 == from => last.2 += bin.count,
+                _ => thirds.push((from, to, bin.count)),
+            }
+        }
+        thirds
+    }
+
     /// The largest value.
     #[must_use]
     pub const fn worst(&self) -> Option<Extreme> {
@@ -151,6 +166,15 @@ mod tests {
         assert_eq!([20, 50, 80, 99].map(percentile), ["0", "2.0e-16", "3.0e-16", "1.0e-3"].map(|s| Some(s.to_owned())));
         assert_eq!(Distribution::default().percentile(50), None);
         assert_eq!(distribution.worst_decade(), Some((Decade::From(-3), name(4))));
+    }
+
+    #[test]
+    fn thirds_of_decades_have_all_counts_and_round_ends() {
+        let values = [0.0, 1e-16, 1.9e-16, 2e-16, 4.9e-16, 5e-16, 1e-15, f64::INFINITY];
+        let distribution = merged(&values.iter().zip(0..).map(|(v, i)| Distribution::of(*v, name(i))).collect::<Vec<_>>());
+        let inf = f64::INFINITY;
+        let expected = [(0.0, 0.0, 1), (1e-16, 2e-16, 2), (2e-16, 5e-16, 2), (5e-16, 1e-15, 1), (1e-15, 2e-15, 1), (inf, inf, 1)];
+        assert_eq!(distribution.thirds(), expected);
     }
 
     /// Values that collide often, in their decade and altogether.

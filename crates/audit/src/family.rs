@@ -6,6 +6,7 @@
 //! division and square root, which IEEE 754 rounds in one way.
 
 mod degenerate;
+mod description;
 mod emission;
 mod frame;
 mod horizon;
@@ -231,6 +232,14 @@ impl FromStr for Family {
 }
 
 /// The name of a case: `contact:1:17` is case 17 of family `contact` under seed 1.
+///
+/// ```
+/// use radgrad_audit::family::{Family, Name};
+/// let name: Name = "contact:1:17".parse()?;
+/// assert_eq!((name.family, name.index), (Family::Contact, 17));
+/// assert_eq!(name.case(), Family::Contact.case(1, 17), "the same bits on every machine");
+/// # Ok::<(), radgrad_audit::family::BadName>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct Name {
     /// Its family.

@@ -57,6 +57,22 @@ impl Leading {
         }
     }
 
+    /// The neighbours of 1, 2, 5, 10, ... between which it lies, to the nearest doubles.
+    #[must_use]
+    pub fn third(self) -> (f64, f64) {
+        match self {
+            Self::Digits { exponent, tenths } => {
+                let (from, to) = match tenths {
+                    ..20 => (10, 20),
+                    20..50 => (20, 50),
+                    50.. => (50, 100),
+                };
+                (number(from, exponent), number(to, exponent))
+            }
+            Self::Zero | Self::Infinite => (self.least(), self.least()),
+        }
+    }
+
     /// The end of the step, to the nearest double: no number in it is larger.
     #[must_use]
     pub fn end(self) -> f64 {

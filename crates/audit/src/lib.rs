@@ -8,12 +8,17 @@
 //!
 //! [`bounds`] asks of millions of cases what [`measure`] cannot be asked in time: whether any stated bound is below the error.
 //!
+//! [`comparison`] and [`stability`] hold other ways of computing the same against ours: [`contender`]s, the paper's form and
+//! [`single_precision`] among them, family by family and over planes of two parameters.
+//!
 //! Two checks of the checks: [`mutants`] plants slips that the measurement must see, [`agreement`] lets the oracles contradict
 //! each other.
 
 pub mod agreement;
 pub mod bounds;
+pub mod comparison;
 pub mod condition;
+pub mod contender;
 pub mod decade;
 pub mod distribution;
 pub mod family;
@@ -28,6 +33,8 @@ pub mod sampler;
 pub mod seen;
 pub mod shard;
 pub mod shrink;
+pub mod single_precision;
+pub mod stability;
 pub mod table;
 pub mod tally;
 pub mod truth;

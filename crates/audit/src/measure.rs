@@ -133,6 +133,14 @@ impl Outcome {
 }
 
 /// Evaluates a case by core and measures the answer.
+///
+/// ```
+/// use radgrad_audit::family::Family;
+/// use radgrad_audit::measure::{Quantity, measure};
+/// let outcome = measure(&Family::Contact.case(1, 17));
+/// assert!(outcome.figure(Quantity::Gradient).is_some_and(|error| error < 1e-12));
+/// assert!(outcome.figure(Quantity::GradientOverBound).is_some_and(|ratio| ratio <= 1.0));
+/// ```
 #[must_use]
 pub fn measure(case: &Case) -> Outcome {
     match case.problem() {

@@ -22,6 +22,15 @@ impl Part {
 }
 
 /// A run: so many cases of some families under a seed, or a part of it.
+///
+/// ```
+/// use radgrad_audit::family::Family;
+/// use radgrad_audit::measure::Quantity;
+/// use radgrad_audit::run::Run;
+/// let table = Run::of_each(5, &[Family::Needle], 1).table(|_| ());
+/// let worst = table.families()[&Family::Needle].figures()[&Quantity::Value].worst();
+/// assert!(worst.is_some_and(|worst| worst.value < 1e-12), "else `cargo xtask replay` of worst.case");
+/// ```
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Run {
     /// Seed of all cases.

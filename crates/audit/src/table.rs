@@ -73,6 +73,32 @@ impl Table {
         Ok(rows.flush()?)
     }
 
+    /// Writes `family,quantity,from,to,count`: how many figures lie between neighbours of 1, 2, 5, 10, ...; zeros from 0 to 0.
+    ///
+    /// # Errors
+    /// If `writer` fails.
+    pub fn write_histogram(&self, writer: impl io::Write) -> csv::Result<()> {
+        let mut rows = csv::Writer::from_writer(writer);
+        rows.write_record(["family", "quantity", "from", "to", "count"])?;
+        for (family, table) in self.families() {
+            for (quantity, distribution) in table.figures() {
+                for (from, to, count) in distribution.thirds() {
+                    let [from, to] = [from, to].map(|end| format!("{end:e}"));
+                    rows.write_record([family.name(), quantity.name(), &from, &to, &count.to_string()])?;
+                }
+            }
+        }
+        Ok(rows.flush()?)
+    }
+
+    /// Writes `family,quantity,count,median,p99,worst,worst_case` to two digits, which another machine may round otherwise.
+    ///
+    /// # Errors
+    /// If `writer` fails.
+    pub fn write_figures(&self, writer: impl io::Write) -> csv::Result<()> {
+        write_figures(self, |quantity| quantity.name().to_owned(), writer)
+    }
+
     /// Writes `family,cases` and a column per [`Kind`].
     ///
     /// # Errors
@@ -87,6 +113,37 @@ impl Table {
         }
         Ok(rows.flush()?)
     }
+}
+
+/// Writes `family,quantity,count,median,p99,worst,worst_case` of any tally, numbers to two digits.
+pub(crate) fn write_figures<K, Q>(tally: &Tally<K, Q>, name: impl Fn(Q) -> String, writer: impl io::Write) -> csv::Result<()>
+where
+    K: Ord + Copy,
+    Q: Ord + Copy,
+{
+    let mut rows = csv::Writer::from_writer(writer);
+    rows.write_record(["family", "quantity", "count", "median", "p99", "worst", "worst_case"])?;
+    for (family, table) in tally.families() {
+        for (quantity, distribution) in table.figures() {
+            let Some(worst) = distribution.worst() else { continue };
+            let percentile = |percent| distribution.percentile(percent).map_or_else(String::new, |step| step.to_string());
+            rows.write_record([
+                family.name(),
+                &name(*quantity),
+                &distribution.count().to_string(),
+                &percentile(50),
+                &percentile(99),
+                &two_digits(worst.value),
+                &worst.case.to_string(),
+            ])?;
+        }
+    }
+    Ok(rows.flush()?)
+}
+
+/// A figure to two digits, rounded; 0 as it is.
+pub(crate) fn two_digits(x: f64) -> String {
+    if x == 0.0 { "0".to_owned() } else { format!("{x:.1e}") }
 }
 
 #[cfg(test)]

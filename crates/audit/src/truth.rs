@@ -5,6 +5,16 @@ use radgrad_core::{Emitter, Receiver};
 use radgrad_oracle::{Arithmetic, Error, Interval, Request, Source, enclose_source};
 
 /// Radiosity and gradient, each enclosed.
+///
+/// ```
+/// use radgrad_audit::family::Family;
+/// use radgrad_audit::truth::Truth;
+/// let problem = Family::Generic.case(1, 0).problem()?;
+/// let truth = Truth::of(&problem.receiver, &problem.emitter)?;
+/// let answer = radgrad_core::evaluate(&problem.receiver, &problem.emitter, &[])?;
+/// assert!(truth.radiosity_error(answer.radiosity) <= answer.radiosity_error);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct Truth {
     /// Radiosity.
@@ -33,6 +43,12 @@ impl Truth {
             result => result?,
         };
         Ok(Self { radiosity: enclosure.radiosity, gradient: enclosure.gradient })
+    }
+
+    /// Whether two enclosures have a point in common, component by component: if not, one of them is wrong.
+    #[must_use]
+    pub fn overlaps(&self, other: &Self) -> bool {
+        self.radiosity.overlaps(&other.radiosity) && self.gradient.iter().zip(&other.gradient).all(|(a, b)| a.overlaps(b))
     }
 
     /// Upper bound on the error of `radiosity`; infinite if it is not finite.

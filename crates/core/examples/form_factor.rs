@@ -1,6 +1,13 @@
 //! The form factor from a point to a square, with its proven error and its gradient.
 //!
 //! `cargo run --example form_factor`
+//!
+//! ```text
+//! form factor  0.13853160599489300 +- 1e-15  (closed-form)
+//! catalogue    0.13853160599489300
+//! gradient     [0.1434187461985752, 0.1434187461985752, 0.12231745069474492] per m +- 7e-15
+//! a step of (1, 1, 1) mm: 4.091549e-4 foreseen, 4.098832e-4 found
+//! ```
 
 use radgrad_core::{DVec3, Emission, Emitter, Error, Polygon, Receiver, evaluate};
 

@@ -1,6 +1,21 @@
 //! How much of the light arrives along a line over the floor of the Cornell box, past its two blocks.
 //!
 //! `cargo run -p radgrad-scene --example light_on_the_floor`
+//!
+//! ```text
+//! data/scenes/cornell.obj:65: a face of `left` has a vertex 8.000e-1 off its plane (size 5.592e2): split into 2 triangles
+//! x, mm     factor    bound     per mm occluders
+//!    50  0.0033020    1e-15 -0.0001403         2
+//!   100  0.0000000      0e0  0.0000000         3
+//!   150  0.0000000      0e0  0.0000000         2
+//!   200  0.0000000      0e0  0.0000000         3
+//!   250  0.0007536    8e-20  0.0000461         3
+//!   300  0.0075942    8e-19  0.0001725         3
+//!   350  0.0100730    2e-16 -0.0000079         0
+//!   400  0.0095620    2e-16 -0.0000124         0
+//!   450  0.0088579    2e-16 -0.0000156         0
+//!   500  0.0080288    2e-16 -0.0000174         0
+//! ```
 
 use std::error::Error;
 

@@ -34,11 +34,6 @@ fn read(answer: &PreciseAnswer) -> Option<Truth> {
     Some(Truth { radiosity: interval(&answer.radiosity, &answer.radiosity_error)?, gradient: [x?, y?, z?] })
 }
 
-/// Whether two enclosures have a point in common, component by component.
-fn overlap(a: &Truth, b: &Truth) -> bool {
-    a.radiosity.overlaps(&b.radiosity) && a.gradient.iter().zip(&b.gradient).all(|(a, b)| a.overlaps(b))
-}
-
 /// Holds core's `digits` against twice as many, and against the oracle's if asked; marks, each with what there is to say.
 #[must_use]
 pub fn check(problem: &Problem, digits: u32, by_oracle: bool) -> Vec<(Mark, String)> {
@@ -48,7 +43,7 @@ pub fn check(problem: &Problem, digits: u32, by_oracle: bool) -> Vec<(Mark, Stri
     };
     let mut marks = vec![(Mark::ManyDigits, String::new())];
     let mut compare = |truth: &Truth, with: &str| {
-        if !overlap(&few, truth) {
+        if !few.overlaps(truth) {
             marks.push((Mark::ManyDigitsBroken, format!("{digits} digits and {with} have nothing in common")));
         }
     };
@@ -87,8 +82,8 @@ mod tests {
         let truth = enclosure(&problem, 60).unwrap();
         let Problem { receiver, emitter, occluders, .. } = &problem;
         let mut answer = evaluate_digits(receiver, emitter, occluders, 30).unwrap();
-        assert!(overlap(&read(&answer).unwrap(), &truth));
+        assert!(read(&answer).unwrap().overlaps(&truth));
         answer.radiosity_error = "1e-40".to_owned();
-        assert!(!overlap(&read(&answer).unwrap(), &truth));
+        assert!(!read(&answer).unwrap().overlaps(&truth));
     }
 }

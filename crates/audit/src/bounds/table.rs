@@ -7,6 +7,7 @@ use crate::bounds::mark::{Figure, Mark, Rung};
 use crate::decade::Decade;
 use crate::distribution::Distribution;
 use crate::family::Name;
+use crate::table::write_figures;
 use crate::tally::{FamilyTally, Tally};
 
 /// What is known of one family.
@@ -97,6 +98,15 @@ impl Table {
             rows.write_record([family.name()].into_iter().chain(counts.iter().chain(&ratios).map(String::as_str)))?;
         }
         Ok(rows.flush()?)
+    }
+
+    /// Writes `family,quantity,count,median,p99,worst,worst_case` of errors, and of errors over bounds, to two digits, which
+    /// another machine may round otherwise; times are in nanoseconds.
+    ///
+    /// # Errors
+    /// If `writer` fails.
+    pub fn write_figures(&self, writer: impl io::Write) -> csv::Result<()> {
+        write_figures(self, |figure| figure.to_string(), writer)
     }
 
     /// Writes `family,rung,answers,median_ns,p99_ns`: what is not the same on any machine.

@@ -1,0 +1,40 @@
+//! What a family is, in plain words, for tables that people read.
+
+use super::Family;
+
+impl Family {
+    /// The cases of the family, in one line.
+    #[must_use]
+    pub const fn description(self) -> &'static str {
+        match self {
+            Self::Generic => "a fat triangle above the horizon, at 1/4 to 8 of its sizes",
+            Self::Far => "the same at 10 to 1e8 sizes",
+            Self::Clipped => "the receiver's horizon cuts the triangle",
+            Self::Contact => "1e-12 to 0.1 sizes above the inside of the emitter",
+            Self::NearEdge => "1e-12 to 0.1 sizes from the inside of an edge",
+            Self::NearVertex => "1e-12 to 0.1 sizes from a vertex",
+            Self::NearExtension => "1e-12 to 0.1 sizes from the line of an edge, beyond its ends",
+            Self::Grazing => "beside the emitter, 1e-12 to 0.1 sizes above its plane",
+            Self::HorizonSliver => "a corner or an edge looks over the horizon by 1e-12 to 0.1",
+            Self::Needle => "a triangle 1e-8 to 0.1 times as wide as long",
+            Self::Scale => "scaled by 2^-300 to 2^300",
+            Self::FarOrigin => "up to 2^40 sizes from the origin of the coordinates",
+            Self::Concave => "polygons with reflex vertices",
+            Self::NGon => "convex polygons with 3 to 24 vertices, some on a straight edge",
+            Self::FarNeedle => "a needle at 10 to 1e8 sizes",
+            Self::FarClipped => "cut by the horizon at 10 to 1e8 sizes",
+            Self::FarScreen => "a vertex hidden by an occluder, at 10 to 1e8 sizes",
+            Self::ContactSliver => "almost touching, and little of the emitter above the horizon",
+            Self::ContactScale => "almost touching, scaled by 2^600 to 2^900 or the inverse",
+            Self::GrazingScale => "just above the plane, scaled by 2^600 to 2^900 or the inverse",
+            Self::SteepExtension => "by the line of an edge, the emission up to 2^40 times steeper",
+            Self::PolynomialFar => "a polynomial emission of degree 2 to 6, at 10 to 1e8 sizes",
+            Self::PolynomialClipped => "the same cut by the horizon",
+            Self::InPlaneInside => "exactly in the emitter's plane, inside or on its boundary: dark",
+            Self::InPlaneOutside => "exactly in the emitter's plane, outside: dark",
+            Self::BackFacing => "behind the emitter: dark",
+            Self::BelowHorizon => "the emitter wholly below the horizon: dark",
+            Self::EqualVertices => "repeated vertices or no area: to be refused",
+        }
+    }
+}

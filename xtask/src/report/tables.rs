@@ -1,0 +1,169 @@
+//! The tables of the page, each from one file of the audit.
+
+use radgrad_audit::contender::Contender;
+use radgrad_audit::family::Family;
+use radgrad_audit::mutants::MARGIN;
+use radgrad_core::paper::Slip;
+
+use super::audit::{Audit, Figure, thousands};
+use super::errata::Misprint;
+use super::histogram::{self, value};
+use super::rungs;
+use super::table::{Cell, Table};
+
+/// A number of a file, sorted as the number that it is.
+fn figure(text: &str) -> Cell {
+    let key = value(text);
+    if key.is_nan() { Cell::from(text) } else { Cell::from(text).by(key) }
+}
+
+fn described(family: &str) -> &'static str {
+    family.parse::<Family>().map_or("", Family::description)
+}
+
+pub(super) fn families(audit: &Audit) -> Table {
+    let titles = [
+        "family",
+        "~what its cases are",
+        "#cases",
+        "#value median",
+        "#99 %",
+        "#worst",
+        "#gradient median",
+        "#99 %",
+        "#worst",
+        "#value / bound",
+        "#gradient / bound",
+        "worst case",
+    ];
+    let mut table = Table::new(
+        "Relative errors by family, and the largest error over the bound stated with it; cargo xtask replay NAME shows a case",
+        "figures.csv",
+        &titles,
+    );
+    for row in &audit.outcomes {
+        let of = |quantity: &str, field: fn(&Figure) -> &str| figure(audit.figure(&row.family, quantity).map_or("", field));
+        let ended = [
+            (row.refused, "refused"),
+            (row.unanswered, "unanswered"),
+            (row.non_finite, "not finite"),
+            (row.undetermined, "undetermined"),
+        ];
+        let ended: Vec<String> =
+            ended.iter().filter(|(count, _)| *count > 0).map(|(count, how)| format!("{count} {how}")).collect();
+        let all_measured = row.measured == row.cases;
+        let what = if all_measured {
+            described(&row.family).to_owned()
+        } else {
+            format!("{} ({})", described(&row.family), ended.join(", "))
+        };
+        let mut cells = vec![Cell::code(&row.family), Cell::from(&what), Cell::from(row.cases)];
+        for quantity in ["value", "gradient"] {
+            cells.extend([of(quantity, |f| &f.median), of(quantity, |f| &f.p99), of(quantity, |f| &f.worst)]);
+        }
+        cells.extend(["value-over-bound", "gradient-over-bound"].map(|quantity| of(quantity, |f| &f.worst)));
+        cells.push(histogram::worst(audit, &row.family).map_or_else(|| Cell::from(""), |figure| Cell::code(&figure.worst_case)));
+        table.push(cells);
+    }
+    table
+}
+
+pub(super) fn comparison(audit: &Audit, quantity: &str, what: &str) -> Table {
+    let mut titles = vec!["family", "#cases"];
+    titles.extend(["#printed, median", "#worst", "#corrected, median", "#worst"]);
+    if quantity == "value" {
+        titles.extend(["#fit, median", "#worst"]);
+    }
+    titles.extend(["#closed form, median", "#worst", "#certified, median", "#worst"]);
+    let mut table = Table::new(&format!("{what}: relative errors of each way on the same cases"), "comparison.csv", &titles);
+    let mut families: Vec<&str> = audit.comparison.iter().map(|row| row.family.as_str()).collect();
+    families.dedup();
+    for family in families {
+        let fared = |contender: Contender| {
+            audit.comparison.iter().find(|r| r.family == family && r.quantity == quantity && r.contender == contender.name())
+        };
+        let cases = fared(Contender::Certified).map_or(0, |row| row.cases);
+        let mut cells = vec![Cell::code(family), Cell::from(cases)];
+        for contender in Contender::ALL {
+            if contender == Contender::SinglePrecision && quantity != "value" {
+                continue;
+            }
+            cells.extend(
+                fared(contender).map_or_else(|| ["–"; 2].map(Cell::from), |row| [figure(&row.median), figure(&row.worst)]),
+            );
+        }
+        table.push(cells);
+    }
+    table
+}
+
+pub(super) fn errata(misprints: &[Misprint]) -> Table {
+    let titles = ["~place in the paper", "name", "~printed", "~right", "harm to the radiosity", "harm to the gradient"];
+    let mut table = Table::new("The paper's misprints, and the relative error that each causes by itself", "errata.csv", &titles);
+    for Misprint { place, name, printed, right, harm } in misprints {
+        let harm = harm.each_ref().map(|harm| {
+            let largest = harm.rsplit(' ').nth(1).and_then(|percent| percent.parse().ok());
+            let text = if harm.is_empty() { "none" } else { harm };
+            Cell::from(text).by(largest.unwrap_or(0.0))
+        });
+        table.push([Cell::from(place), Cell::code(name), Cell::code(printed), Cell::code(right)].into_iter().chain(harm));
+    }
+    table
+}
+
+pub(super) fn mutants(audit: &Audit) -> Table {
+    let titles = ["slip", "~what is wrong", "#cases", "#beyond the gate", "#value, worst", "#gradient, worst", "verdict"];
+    let caption = format!("Slips planted in the second implementation; each must be beyond the gate by a factor of {MARGIN:.0}");
+    let mut table = Table::new(&caption, "mutants.csv", &titles);
+    for row in &audit.mutants {
+        let description = Slip::ALL
+            .iter()
+            .find(|slip| slip.name() == row.slip)
+            .map_or("the corrected form, as it is", |slip| slip.description());
+        let decade = |text: &str| Cell::from(text).by(value(text.trim_start_matches('<')));
+        table.push([
+            Cell::code(&row.slip),
+            Cell::from(description),
+            Cell::from(row.cases),
+            Cell::from(row.beyond),
+            decade(&row.value),
+            decade(&row.gradient),
+            Cell::from(&row.verdict),
+        ]);
+    }
+    table
+}
+
+pub(super) fn bounds(audit: &Audit) -> Table {
+    let titles = [
+        "family",
+        "#cases",
+        "#answers",
+        "#broken",
+        "#largest error / bound, value",
+        "#gradient",
+        "#median error / bound, value",
+        "#gradient",
+        "#ns, Gauss rule",
+        "#closed form",
+        "#double-double",
+        "#more bits",
+    ];
+    let caption =
+        "Errors over stated bounds (1 would be a broken bound), and the median time of an answer by the rung that gave it";
+    let mut table = Table::new(caption, "bounds-figures.csv", &titles);
+    for row in audit.bounds.iter().filter(|row| row.nonzero > 0) {
+        let of =
+            |quantity: &str, field: fn(&Figure) -> &str| audit.bounds_figure(&row.family, quantity).map_or("", field).to_owned();
+        let times = rungs::RUNGS.map(|(rung, _)| {
+            let median = value(&of(&format!("time-{rung}"), |f| &f.median));
+            if median.is_nan() { Cell::from("–") } else { Cell::from(&thousands(&format!("{median:.0}"))).by(median) }
+        });
+        let mut cells = vec![Cell::code(&row.family), Cell::from(row.cases), Cell::from(row.answers), Cell::from(row.broken)];
+        cells.extend(["value-over-bound", "gradient-over-bound"].map(|quantity| figure(&of(quantity, |f| &f.worst))));
+        cells.extend(["value-tightness", "gradient-tightness"].map(|quantity| figure(&of(quantity, |f| &f.median))));
+        cells.extend(times);
+        table.push(cells);
+    }
+    table
+}
