@@ -23,6 +23,7 @@ use std::path::Path;
 pub use error::Error;
 pub use occluders::{Beam, Found, Occluders};
 pub use place::{Place, Position};
+pub use scene::split::triangles as triangulate;
 pub use scene::{Degenerate, Face, Material, Note, Scene, Surface};
 
 /// The content of a file.

@@ -1,0 +1,22 @@
+//! x
+mod basis;
+mod bound;
+mod element;
+mod error;
+mod field;
+mod gather;
+mod gathering;
+mod ledger;
+mod link;
+mod mesh;
+mod rule;
+mod solve;
+mod transfer;
+pub use basis::{Basis, MAX_DEGREE, Shape};
+pub use element::Element;
+pub use error::Error;
+pub use gather::Gathered;
+pub use ledger::Ledger;
+pub use mesh::Mesh;
+pub use rule::Node;
+pub use solve::{Options, Progress, Solution, solve};
