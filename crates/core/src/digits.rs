@@ -72,7 +72,8 @@ pub fn evaluate_digits(
         return Err(Error::Digits { value: digits, most: MOST_DIGITS });
     }
     let Some(plan) = Plan::new(receiver, emitter.polygon()) else { return Ok(PreciseAnswer::zero(0)) };
-    let case = Case { receiver, emitter, occluders, plan: &plan };
+    let occluders: Vec<&Polygon> = occluders.iter().collect();
+    let case = Case { receiver, emitter, occluders: &occluders, plan: &plan };
     if case.is_dark() {
         return Ok(PreciseAnswer::zero(0));
     }

@@ -130,6 +130,12 @@ pub enum Error {
         /// The tolerance as given.
         value: f64,
     },
+    /// An absolute tolerance is no finite number of at least 0.
+    #[error("absolute tolerance is {value}: it must be finite and not negative")]
+    AbsoluteTolerance {
+        /// The tolerance as given.
+        value: f64,
+    },
     /// The receiver is on the line through an edge, where a formula divides by its distance from it.
     #[error("the receiver is on the line of edge {edge}, where this form divides by zero")]
     OnEdgeLine {

@@ -39,6 +39,30 @@ impl Answer {
     }
 }
 
+/// Radiosity with a proven absolute error bound.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Value {
+    /// Radiosity `B(x)`, in the unit of the emission.
+    pub radiosity: f64,
+    /// Proven bound on the error of `radiosity`.
+    pub radiosity_error: f64,
+    /// What answered.
+    pub method: Method,
+}
+
+impl Value {
+    pub(crate) const ZERO: Self = Self { radiosity: 0.0, radiosity_error: 0.0, method: Method::Zero };
+}
+
+/// How large the error of a value may be: `relative` times the value, or `absolute`, whichever is larger.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Tolerance {
+    /// Relative, in [0, 1].
+    pub relative: f64,
+    /// In the unit of the emission.
+    pub absolute: f64,
+}
+
 /// What gave an answer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[non_exhaustive]
@@ -109,8 +133,45 @@ pub fn evaluate_to(receiver: &Receiver, emitter: &Emitter, occluders: &[Polygon]
         return Err(Error::Tolerance { value: tolerance });
     }
     let Some(plan) = Plan::new(receiver, emitter.polygon()) else { return Ok(Answer::ZERO) };
-    let case = Case { receiver, emitter, occluders, plan: &plan };
+    let occluders: Vec<&Polygon> = occluders.iter().collect();
+    let case = Case { receiver, emitter, occluders: &occluders, plan: &plan };
     case.answer(tolerance)
+}
+
+/// Radiosity alone at `receiver` due to the part of `emitter` that it sees past `occluders`, with a bound.
+///
+/// The cheapest method whose bound meets the tolerance answers; if none does, the last one: the bound says so. An absolute
+/// tolerance, in the unit of the emission, is for sums of many values: what is hidden but for a sliver is then bounded, and not
+/// decided to the last digit. Where a shadow's edge is seen in line with another edge, this is also much cheaper than
+/// [`evaluate_to`], whose gradient has two values there.
+///
+/// ```
+/// use radgrad_core::{DVec3, Emission, Emitter, Polygon, Receiver, Tolerance, evaluate_value};
+/// let square = |x: f64, z: f64| [(0.0, 0.0), (0.0, 1.0), (1.0, 1.0), (1.0, 0.0)].map(|(a, y)| DVec3::new(x + a, y, z));
+/// let lamp = Emitter::new(Polygon::new(square(0.0, 1.0).to_vec())?, Emission::Constant(1.0))?;
+/// let screen = Polygon::new(square(0.25, 0.5).to_vec())?;
+/// let corner = Receiver::new(DVec3::ZERO, DVec3::Z, 1.0)?;
+/// let value = evaluate_value(&corner, &lamp, &[&screen], Tolerance { relative: 0.0, absolute: 1e-12 })?;
+/// assert!(value.radiosity < 0.138_531_605_994_893 && value.radiosity_error <= 1e-12);
+/// # Ok::<(), radgrad_core::Error>(())
+/// ```
+///
+/// # Errors
+/// If the result over- or underflows, the relative tolerance is not in [0, 1], or the absolute one is negative or not finite.
+pub fn evaluate_value(
+    receiver: &Receiver,
+    emitter: &Emitter,
+    occluders: &[&Polygon],
+    tolerance: Tolerance,
+) -> Result<Value, Error> {
+    if !(0.0..=1.0).contains(&tolerance.relative) {
+        return Err(Error::Tolerance { value: tolerance.relative });
+    }
+    if !(0.0..f64::INFINITY).contains(&tolerance.absolute) {
+        return Err(Error::AbsoluteTolerance { value: tolerance.absolute });
+    }
+    let Some(plan) = Plan::new(receiver, emitter.polygon()) else { return Ok(Value::ZERO) };
+    Case { receiver, emitter, occluders, plan: &plan }.value(tolerance)
 }
 
 /// Radiosity `B(x)` alone: the digits of the closed form in double precision, without bound and gradient. Where that breaks

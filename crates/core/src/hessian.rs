@@ -153,7 +153,8 @@ fn with_case<R>(
         return Err(Error::EmissionKind { quantity: "the Hessian", needed: "constant", given });
     }
     let Some(plan) = Plan::new(receiver, emitter.polygon()) else { return Ok(zero) };
-    let case = Case { receiver, emitter, occluders, plan: &plan };
+    let occluders: Vec<&Polygon> = occluders.iter().collect();
+    let case = Case { receiver, emitter, occluders: &occluders, plan: &plan };
     if case.is_dark() { Ok(zero) } else { computation(&case) }
 }
 

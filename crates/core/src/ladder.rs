@@ -9,6 +9,8 @@
 //!
 //! A rung whose bound is above the tolerance hands over to the next; where all are, the one with the smallest bound answers.
 
+mod value;
+
 use glam::DVec3;
 
 #[cfg(feature = "arbitrary-precision")]
@@ -54,7 +56,7 @@ impl Budget {
 pub(crate) struct Case<'a> {
     pub(crate) receiver: &'a Receiver,
     pub(crate) emitter: &'a Emitter,
-    pub(crate) occluders: &'a [Polygon],
+    pub(crate) occluders: &'a [&'a Polygon],
     pub(crate) plan: &'a Plan,
 }
 

@@ -6,6 +6,7 @@
 //! unit of length; with `rho = 1` and `B(y) = 1` the radiosity is the form factor of the point.
 //!
 //! - [`evaluate`] and [`evaluate_to`] answer to a relative tolerance, each number with a bound on its error;
+//! - [`evaluate_value`] answers with the value alone, to a relative or an absolute tolerance;
 //! - [`radiosity`], [`gradient`] and [`radiosity_and_gradient`] give the plain closed form in double precision: what is asked for
 //!   is what is paid for;
 //! - [`evaluate_digits`] gives as many digits as are asked for;
@@ -64,7 +65,8 @@ pub use digits::{MOST_DIGITS, PreciseAnswer, evaluate_digits};
 pub use emission::{Emission, Emitter, Linear};
 pub use error::Error;
 pub use evaluate::{
-    Answer, DEFAULT_TOLERANCE, Method, evaluate, evaluate_to, gradient, irradiance_vector, radiosity, radiosity_and_gradient,
+    Answer, DEFAULT_TOLERANCE, Method, Tolerance, Value, evaluate, evaluate_to, evaluate_value, gradient, irradiance_vector,
+    radiosity, radiosity_and_gradient,
 };
 pub use geometry::{Polygon, Receiver};
 pub use glam::{DMat3, DVec3};

@@ -77,7 +77,7 @@ type WithDoubt<T, Found> = (Found, Doubt<RadiusOf<T>>);
 pub(crate) fn visit_boundary<T: Real>(
     receiver: &Receiver,
     emitter: &Emitter,
-    occluders: &[Polygon],
+    occluders: &[&Polygon],
     plan: &Plan,
     mut visit: impl FnMut(&Arc<T>),
 ) -> Option<Doubt<RadiusOf<T>>> {
@@ -92,7 +92,7 @@ pub(crate) fn visit_boundary<T: Real>(
 pub(crate) fn outlines<T: Real>(
     receiver: &Receiver,
     emitter: &Emitter,
-    occluders: &[Polygon],
+    occluders: &[&Polygon],
     plan: &Plan,
 ) -> Option<WithDoubt<T, Vec<Outline<T>>>> {
     let (parts, doubt) = visible_parts(receiver, emitter, occluders, plan)?;
@@ -102,7 +102,7 @@ pub(crate) fn outlines<T: Real>(
 fn visible_parts<T: Real>(
     receiver: &Receiver,
     emitter: &Emitter,
-    occluders: &[Polygon],
+    occluders: &[&Polygon],
     plan: &Plan,
 ) -> Option<WithDoubt<T, Vec<Part<T>>>> {
     let mut subtraction = Subtraction::<T>::new(receiver, emitter, plan);

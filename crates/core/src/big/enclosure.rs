@@ -98,8 +98,12 @@ pub(crate) fn relative_error<'a>(components: impl IntoIterator<Item = &'a Enclos
     }
 }
 
+/// Exponent of a normalised size below which what may be 0 is taken for 0: far below the roundings of any input, and far above
+/// what an exact coincidence leaves at 1024 bits.
+const NOTHING: i64 = -600;
+
 /// The doubles nearest to the components of a number, vector or matrix in the unit, and a bound on the norm of their error. What
-/// may be 0 is 0 where doubles have no digits for it, or where nothing is known of it.
+/// may be 0 is 0 where doubles have no digits for it, where nothing is known of it, or where a coincidence is all that is left.
 pub(crate) fn to_doubles<const N: usize>(normalised: &[Enclosure; N], unit: Unit) -> Result<([f64; N], f64), Error> {
     let scaled = normalised.each_ref().map(|c| c.times(unit.magnitude()));
     let rounded = scaled.each_ref().map(Enclosure::to_double);
@@ -107,9 +111,12 @@ pub(crate) fn to_doubles<const N: usize>(normalised: &[Enclosure; N], unit: Unit
     if relative_error(normalised) < Magnitude::from(1.0) {
         unit.check_finite(values)?;
         unit.check_size(values)?;
-    } else if values.iter().all(|v| v.abs() < f64::MIN_POSITIVE) || values.iter().any(|v| !v.is_finite()) {
-        let most = norm(scaled.each_ref().map(|c| c.size() + c.radius)) * (1.0 + 16.0 * f64::EPSILON);
-        return Ok(([0.0; N], bounding(most)));
+    } else {
+        let most = |of: &[Enclosure; N]| norm(of.each_ref().map(|c| c.size() + c.radius)) * (1.0 + 16.0 * f64::EPSILON);
+        let has_no_digits = values.iter().all(|v| v.abs() < f64::MIN_POSITIVE) || values.iter().any(|v| !v.is_finite());
+        if has_no_digits || most(normalised) < Magnitude::power_of_two(NOTHING) {
+            return Ok(([0.0; N], bounding(most(&scaled))));
+        }
     }
     Ok((values, bounding(norm(rounded.map(|(_, error)| error)) * (1.0 + 16.0 * f64::EPSILON))))
 }
