@@ -27,6 +27,15 @@ pub enum Shape {
 /// A polynomial of the reference coordinates: a coefficient for each of the basis' monomials `s^i t^j`.
 type Monomials = Vec<f64>;
 
+/// What samples have beyond a basis.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(crate) struct Excess {
+    pub(crate) last: f64,
+    pub(crate) next: f64,
+    pub(crate) largest: f64,
+    pub(crate) beyond: f64,
+}
+
 /// An orthonormal basis on a shape, the rule that projects on it, and the maps between an element and its four children.
 ///
 /// ```
@@ -53,6 +62,8 @@ pub struct Basis {
     to_child: [Vec<Vec<f64>>; 4],
     /// For each Bernstein polynomial, its coefficient in each function.
     bernstein: Vec<Vec<f64>>,
+    /// The basis of the next degree, at the nodes and in Bernstein polynomials: what the projection leaves out.
+    above: Option<Box<Self>>,
 }
 
 impl Basis {
@@ -60,14 +71,19 @@ impl Basis {
     #[must_use]
     pub fn new(shape: Shape, degree: usize) -> Self {
         let degree = degree.min(MAX_DEGREE);
+        let nodes = rule::for_degree(shape, degree);
+        let above = Self::at(shape, degree + 1, nodes.clone(), None);
+        Self::at(shape, degree, nodes, Some(Box::new(above)))
+    }
+
+    fn at(shape: Shape, degree: usize, nodes: Vec<Node>, above: Option<Box<Self>>) -> Self {
         let powers = powers(shape, degree);
         let functions = match shape {
             Shape::Parallelogram => legendre_products(&powers),
             Shape::Triangle => orthonormal(&powers),
         };
-        let nodes = rule::for_degree(shape, degree);
         let (at_nodes, to_child) = (Vec::new(), [const { Vec::new() }; 4]);
-        let mut basis = Self { shape, degree, powers, functions, nodes, at_nodes, to_child, bernstein: Vec::new() };
+        let mut basis = Self { shape, degree, powers, functions, nodes, at_nodes, to_child, bernstein: Vec::new(), above };
         basis.at_nodes = basis.nodes.iter().map(|node| basis.values(node.at)).collect();
         basis.to_child = [0, 1, 2, 3].map(|child| basis.child_map(child));
         basis.bernstein = basis.bernstein_map();
@@ -175,9 +191,18 @@ impl Basis {
         high.max(-low)
     }
 
-    /// What is added to a function that changes its sign so that it is positive: twice a bound on its magnitude; 0 for the first.
-    pub(crate) fn lift(&self, function: usize) -> f64 {
-        if function == 0 { 0.0 } else { 2.0 * self.bernstein.iter().map(|row| row[function].abs()).fold(0.0, f64::max) }
+    /// What samples at the nodes have beyond this basis: the size of their part of this degree and of the next one, in the root
+    /// mean square, a bound on the magnitude of the latter over the element, and what is beyond it at the nodes, at most.
+    pub(crate) fn excess(&self, samples: &[f64]) -> Excess {
+        let Some(above) = &self.above else { return Excess::default() };
+        let mut coefficients = above.project(samples);
+        let size = |part: &[f64]| part.iter().map(|c| c * c).sum::<f64>().sqrt();
+        let lower = self.degree.checked_sub(1).map_or(0, |d| self.count(d));
+        let (last, next) = (size(&coefficients[lower..self.len()]), size(&coefficients[self.len()..]));
+        let rest = |(at_node, sample): (&Vec<f64>, &f64)| (sample - dot(at_node, &coefficients)).abs();
+        let beyond = above.at_nodes.iter().zip(samples).map(rest).fold(0.0, f64::max);
+        coefficients[..self.len()].fill(0.0);
+        Excess { last, next, largest: above.magnitude(&coefficients), beyond }
     }
 
     /// A bound on the magnitude of all functions.
@@ -252,7 +277,13 @@ fn powers(shape: Shape, degree: usize) -> Vec<[usize; 2]> {
 
 /// `P_i(2s - 1) P_j(2t - 1) sqrt((2i + 1)(2j + 1))`.
 fn legendre_products(powers: &[[usize; 2]]) -> Vec<Monomials> {
-    const LEGENDRE: [[f64; 4]; 4] = [[1.0, 0.0, 0.0, 0.0], [-1.0, 2.0, 0.0, 0.0], [1.0, -6.0, 6.0, 0.0], [-1.0, 12.0, -30.0, 20.0]];
+    const LEGENDRE: [[f64; 5]; 5] = [
+        [1.0, 0.0, 0.0, 0.0, 0.0],
+        [-1.0, 2.0, 0.0, 0.0, 0.0],
+        [1.0, -6.0, 6.0, 0.0, 0.0],
+        [-1.0, 12.0, -30.0, 20.0, 0.0],
+        [1.0, -20.0, 90.0, -140.0, 70.0],
+    ];
     let product = |[i, j]: [usize; 2]| {
         let length = ((2 * i + 1) as f64 * (2 * j + 1) as f64).sqrt();
         powers.iter().map(|&[p, q]| LEGENDRE[i][p] * LEGENDRE[j][q] * length).collect()

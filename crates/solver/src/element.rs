@@ -23,14 +23,10 @@ pub struct Element {
     axes: [DVec3; 2],
     /// Vectors in the plane that give `s` and `t`.
     dual: [DVec3; 2],
-    /// Orthonormal directions in the plane.
-    tangents: [DVec3; 2],
     area: f64,
     centre: DVec3,
     /// Largest distance of a corner from the centre.
     radius: f64,
-    /// Largest distance of a point of the element from the nearest node of its basis.
-    pub(crate) spacing: f64,
     face: usize,
     parent: Option<usize>,
     /// The first of the four children; they follow each other.
@@ -47,30 +43,25 @@ impl Element {
         let normal = polygon.normal();
         let across = axes.map(|a| a.cross(normal));
         let dual = [across[1] / across[1].dot(axes[0]), across[0] / across[0].dot(axes[1])];
-        let along = axes[0].normalize();
         let centre = match shape {
             Shape::Parallelogram => origin + 0.5 * (axes[0] + axes[1]),
             Shape::Triangle => origin + (axes[0] + axes[1]) / 3.0,
         };
-        let mut element = Self {
+        Ok(Self {
             shape,
             origin,
             axes,
             dual,
-            tangents: [along, normal.cross(along)],
             area: polygon.area(),
             centre,
             radius: v.iter().map(|v| (*v - centre).length()).fold(0.0, f64::max),
-            spacing: 0.0,
             face,
             parent: None,
             children: None,
             level: 0,
             emitters: std::iter::repeat_with(OnceLock::new).take(basis.len()).collect(),
             polygon,
-        };
-        element.spacing = element.spacing_of(basis);
-        Ok(element)
+        })
     }
 
     /// The elements that a face is made of.
@@ -162,10 +153,6 @@ impl Element {
         self.radius
     }
 
-    pub(crate) const fn tangents(&self) -> [DVec3; 2] {
-        self.tangents
-    }
-
     pub(crate) const fn axes(&self) -> [DVec3; 2] {
         self.axes
     }
@@ -190,13 +177,13 @@ impl Element {
         }
     }
 
-    /// Gradient over the plane of what has these derivatives in `s` and `t`, along the two tangents.
-    pub(crate) fn in_plane(&self, [along, across]: [f64; 2]) -> [f64; 2] {
-        let gradient = self.dual[0] * along + self.dual[1] * across;
-        self.tangents.map(|t| t.dot(gradient))
+    /// Gradient over the plane of what has these derivatives in `s` and `t`.
+    #[must_use]
+    pub fn gradient(&self, [along, across]: [f64; 2]) -> DVec3 {
+        self.dual[0] * along + self.dual[1] * across
     }
 
-    /// What radiates as function number `function` of the basis does, [`Basis::lift`] added.
+    /// What radiates as function number `function` of the basis does.
     pub(crate) fn emitter(&self, function: usize, basis: &Basis) -> Result<&Emitter, Error> {
         if let Some(emitter) = self.emitters[function].get() {
             return Ok(emitter);
@@ -210,22 +197,21 @@ impl Element {
     /// The function in coordinates of space: `s = dual_0 . (y - o)`, `t = dual_1 . (y - o)`.
     fn emission(&self, function: usize, basis: &Basis) -> Result<Emission, radgrad_core::Error> {
         let degree = basis.monomials(function).map(|(_, [i, j])| i + j).max().unwrap_or(0);
-        let lift = basis.lift(function);
         if degree == 0 {
             return Ok(Emission::Constant(1.0));
         }
         if degree == 1 {
-            let (mut value, mut gradient) = (lift, DVec3::ZERO);
+            let (mut value, mut gradient) = (0.0, DVec3::ZERO);
             for (c, [i, j]) in basis.monomials(function) {
                 match (i, j) {
                     (1, 0) => gradient += c * self.dual[0],
                     (0, 1) => gradient += c * self.dual[1],
-                    _ => value += c,
+                    _ => value = c,
                 }
             }
             return Ok(Emission::Linear(Linear::Gradient { value, gradient }));
         }
-        let mut terms: Vec<(f64, [u8; 3])> = vec![(lift, [0; 3])];
+        let mut terms: Vec<(f64, [u8; 3])> = Vec::new();
         for (c, [i, j]) in basis.monomials(function) {
             let factors = std::iter::repeat_n(self.dual[0], i).chain(std::iter::repeat_n(self.dual[1], j));
             let mut product = vec![(c, [0_u8; 3])];
@@ -235,14 +221,6 @@ impl Element {
             terms.extend(product);
         }
         Ok(Emission::Polynomial(Polynomial::new(self.origin, collected(terms))?))
-    }
-
-    fn spacing_of(&self, basis: &Basis) -> f64 {
-        const STEPS: u32 = 8;
-        let nodes: Vec<DVec3> = basis.nodes().iter().map(|node| self.point(node.at)).collect();
-        let grid = (0..=STEPS).flat_map(|i| (0..=STEPS).map(move |j| [i, j].map(|k| f64::from(k) / f64::from(STEPS))));
-        let nearest = |at: [f64; 2]| nodes.iter().map(|n| (*n - self.point(at)).length()).fold(f64::INFINITY, f64::min);
-        grid.filter(|&at| self.excess(at) <= 0.0).map(nearest).fold(0.0, f64::max)
     }
 }
 
@@ -291,7 +269,6 @@ mod tests {
             let basis = &bases[usize::from(points.len() == 3)];
             for (function, value) in basis.values(at).into_iter().enumerate() {
                 let emitted = element.emitter(function, basis).unwrap().emission_at(element.point(at));
-                let emitted = emitted - basis.lift(function);
                 assert!((emitted - value).abs() < 1e-11, "{function}: {emitted} {value}");
             }
             let back = element.reference(element.point(at));
@@ -308,6 +285,5 @@ mod tests {
         let children = elements[0].divided(0, &bases[1]).unwrap();
         assert!((children.iter().map(Element::area).sum::<f64>() - elements[0].area()).abs() < 1e-15);
         assert!(children.iter().all(|c| c.polygon().normal() == DVec3::Z && c.parent() == Some(0) && c.level() == 1));
-        assert!(children.iter().all(|c| (c.spacing - 0.5 * elements[0].spacing).abs() < 1e-15));
     }
 }

@@ -113,8 +113,9 @@ impl Field {
         if largest == 0.0 {
             return 0.0;
         }
-        let factor = row.values[0][0] + row.error;
-        (factor * largest).min(row.peak * self.rms(source, count, channel, basis.len()))
+        let rms = self.rms(source, count, channel, basis.len());
+        let factor = row.values[0] + row.error;
+        (factor * largest).min(0.5 * row.peak * rms).min(row.slope * mesh.elements()[source].radius() * rms)
     }
 
     /// Root mean square over an element of what is beyond the first `count` functions.

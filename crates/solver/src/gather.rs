@@ -1,7 +1,7 @@
-//! The radiosity of a point by one exact gather: `E + rho G B_h`, and its bound `rho G w` with what links neglect.
+//! The radiosity of a point by one exact gather: `E + rho G B_h`, and its bound `rho |G r| + rho G w` with what links neglect.
 //!
 //! The gather runs over the links of the leaf that the point is on, with closed forms at the point itself. Its error is the
-//! reflectance times what reaches the point of the error of `B_h`, an average, and so is smaller than the bound on `B_h`.
+//! reflectance times what reaches the point of the error of `B_h`, an average, and so is smaller than that of `B_h`.
 
 use radgrad_core::DVec3;
 
@@ -14,7 +14,7 @@ use crate::transfer::{self, Row, Station};
 /// Points may be off their face by this fraction of the scene's extent.
 const REACH: f64 = 1e-6;
 
-/// Radiosity, gradient and bound at a point.
+/// Radiosity and bound at a point.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Gathered {
     /// Face that the point is on.
@@ -23,8 +23,6 @@ pub struct Gathered {
     pub leaf: usize,
     /// Radiosity in each channel.
     pub radiosity: Vec<f64>,
-    /// Gradient over the face, in each channel.
-    pub gradient: Vec<DVec3>,
     /// Bound on the error of the radiosity, by its sources, in each channel.
     pub ledger: Vec<Ledger>,
 }
@@ -50,8 +48,8 @@ impl Solution {
         let element = &self.mesh.elements()[leaf];
         let (face, channels) = (element.face(), self.channels.len());
         let normal = element.polygon().normal();
-        let station = Station { point, normal, tangents: element.tangents(), face };
-        let mut sums = vec![[0.0; 3]; channels];
+        let station = Station { point, normal, face };
+        let mut sums = vec![0.0; channels];
         let mut ledger = vec![Ledger::default(); channels];
         for link in &self.links[leaf] {
             let sight = match &link.sight {
@@ -59,18 +57,17 @@ impl Solution {
                 other => other.clone(),
             };
             let mut row = Row::default();
-            transfer::extend(&mut row, &self.mesh, &self.far, &station, link.source, &sight, link.count)?;
+            transfer::extend(&mut row, &self.mesh, &self.far, &station, link.source, &sight, link.count, self.absolute)?;
             for channel in 0..channels {
                 let len = self.mesh.basis(link.source).len();
                 let coefficients = &self.field.of(link.source, channel, len)[..link.count];
                 let mut size = 0.0;
                 for (c, v) in coefficients.iter().zip(&row.values) {
-                    (0..3).for_each(|k| sums[channel][k] += c * v[k]);
+                    sums[channel] += c * v;
                     size += row.error * c.abs();
                 }
                 let neglected = self.field.neglected(&self.mesh, link.source, link.count, channel, &row);
-                let factor = row.values[0][0] + row.error;
-                ledger[channel] += self.bounds.gathered(link.source, channel, factor, row.peak);
+                ledger[channel] += self.bounds.gathered(link.source, channel, &row);
                 ledger[channel].computation += neglected;
                 if matches!(sight, Sight::Past(_)) {
                     ledger[channel].visibility += size;
@@ -81,13 +78,11 @@ impl Solution {
         }
         let rho = &self.surfaces.reflectance[face];
         let emitted = &self.surfaces.emitted[face];
-        let [along, across] = element.tangents();
-        let rounding = |c: usize| 2.0 * f64::EPSILON * (self.links[leaf].len() + 2) as f64 * (rho[c] * sums[c][0].abs() + emitted[c]);
+        let rounding = |c: usize| 2.0 * f64::EPSILON * (self.links[leaf].len() + 2) as f64 * (rho[c] * sums[c].abs() + emitted[c]);
         Ok(Gathered {
             face,
             leaf,
-            radiosity: (0..channels).map(|c| emitted[c] + rho[c] * sums[c][0]).collect(),
-            gradient: (0..channels).map(|c| (along * sums[c][1] + across * sums[c][2]) * rho[c]).collect(),
+            radiosity: (0..channels).map(|c| emitted[c] + rho[c] * sums[c]).collect(),
             ledger: (0..channels)
                 .map(|c| ledger[c] * rho[c] + Ledger { computation: rounding(c), ..Ledger::default() })
                 .collect(),

@@ -16,17 +16,13 @@ pub(crate) struct Surfaces {
     pub(crate) emitted: Vec<Vec<f64>>,
 }
 
-/// Irradiance at each node of a leaf: value and gradient along its tangents, without what links neglect.
-pub(crate) fn irradiance(mesh: &Mesh, field: &Field, links: &[Link], channel: usize, nodes: usize) -> Vec<[f64; 3]> {
-    let mut at_nodes = vec![[0.0; 3]; nodes];
+/// Irradiance at each node of a leaf, without what links neglect.
+pub(crate) fn irradiance(mesh: &Mesh, field: &Field, links: &[Link], channel: usize, nodes: usize) -> Vec<f64> {
+    let mut at_nodes = vec![0.0; nodes];
     for link in links {
         let coefficients = &field.of(link.source, channel, mesh.basis(link.source).len())[..link.count];
         for (sum, row) in at_nodes.iter_mut().zip(&link.rows) {
-            for (c, v) in coefficients.iter().zip(&row.values) {
-                for k in 0..3 {
-                    sum[k] += c * v[k];
-                }
-            }
+            *sum += coefficients.iter().zip(&row.values).map(|(c, v)| c * v).sum::<f64>();
         }
     }
     at_nodes
@@ -46,7 +42,7 @@ pub(crate) fn sweep(
         let (basis, face) = (mesh.basis(leaf), mesh.elements()[leaf].face());
         for (channel, scale) in scale.iter().enumerate() {
             let at_nodes = irradiance(mesh, field, &links[leaf], channel, basis.nodes().len());
-            let reflected: Vec<f64> = at_nodes.iter().map(|h| surfaces.reflectance[face][channel] * h[0]).collect();
+            let reflected: Vec<f64> = at_nodes.iter().map(|h| surfaces.reflectance[face][channel] * h).collect();
             let mut new = basis.project(&reflected);
             new[0] += surfaces.emitted[face][channel];
             largest = largest.max(field.set(mesh, leaf, channel, &new) / scale);

@@ -9,6 +9,7 @@ mod gathering;
 mod ledger;
 mod link;
 mod mesh;
+mod residual;
 mod rule;
 mod solve;
 mod transfer;

@@ -1,11 +1,12 @@
 //! Links: what a leaf gathers from, and how roughly (P. Hanrahan, D. Salzman and L. Aupperle 1991).
 //!
 //! A leaf gathers from every element that it sees through one link, either to the element or to each of its children. A link
-//! takes the first functions of its source's basis, whose values at the leaf's nodes it keeps. What it neglects is known: the
-//! radiosity of the leaves below the source, less the functions taken. Its gather errs by at most `F m`, with F the form factor
-//! of the node and m the largest magnitude of the neglected part, and by at most `P s`, with P the largest value of the kernel
-//! times the source's area and s the root mean square of that part (by Cauchy's inequality, no less than the mean magnitude).
-//! The smaller one counts.
+//! takes the first functions of its source's basis, whose values at the leaf's nodes it keeps. What it neglects is known, the
+//! radiosity of the leaves below the source less the functions taken, and has the mean 0 over the source. With F the form factor
+//! of a node, and P and S the largest value and slope of the kernel times the source's area (S infinite past occluders), its
+//! gather errs by at most `F m`, m the largest magnitude of the neglected part; by `P s/2`, s the root mean square of that part,
+//! since a constant may be taken from the kernel; and by `S R s`, R the source's radius, since its value at the centre may be.
+//! The smallest counts.
 //!
 //! Links are refined where that error, times the reflectance, is too large: Hanrahan's brightness-weighted refinement, with a
 //! bound in the place of the brightness.
@@ -33,6 +34,8 @@ pub(crate) struct Link {
 pub(crate) struct Optics<'a> {
     pub(crate) mesh: &'a Mesh,
     pub(crate) far: &'a FarRules,
+    /// Error that the evaluation of a function may have.
+    pub(crate) absolute: f64,
 }
 
 impl Optics<'_> {
@@ -42,7 +45,6 @@ impl Optics<'_> {
         let station = |at| Station {
             point: element.point(at),
             normal: element.polygon().normal(),
-            tangents: element.tangents(),
             face: element.face(),
         };
         self.mesh.basis(leaf).nodes().iter().map(|node| station(node.at)).collect()
@@ -71,7 +73,7 @@ impl Optics<'_> {
                 Sight::Past(known) => &self.mesh.sight_of_point(station.face, station.point, *source, Some(known)),
                 other => other,
             };
-            transfer::extend(row, self.mesh, self.far, station, *source, sight, count)?;
+            transfer::extend(row, self.mesh, self.far, station, *source, sight, count, self.absolute)?;
         }
         link.count = link.rows.iter().map(|row| row.values.len()).min().unwrap_or(count);
         Ok(())
@@ -95,7 +97,7 @@ impl Optics<'_> {
         }
     }
 
-    /// Refines the links of a leaf until the sum of their errors, relative to `scale` in each channel, is at most `allowed` or
+    /// Refines the links of a leaf until the sum of their errors, each channel times its weight, is at most `allowed` or
     /// nothing is left to refine. Returns whether any was.
     pub(crate) fn refine(
         &self,

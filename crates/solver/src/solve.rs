@@ -6,6 +6,7 @@
 
 use radgrad_core::DVec3;
 use radgrad_scene::Scene;
+use rayon::prelude::*;
 
 use crate::Error;
 use crate::bound::Bounds;
@@ -19,7 +20,7 @@ use crate::transfer::FarRules;
 /// What is asked for.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Options {
-    /// Mean of the bound over the mean radiosity, at most, in every channel.
+    /// Mean of the bound on the error of gathers over the mean radiosity, at most, in every channel.
     pub error: f64,
     /// Degree of the basis, 0 to 3.
     pub degree: usize,
@@ -53,6 +54,9 @@ pub struct Progress {
 /// The part of the error asked for that links may neglect.
 const LINK_PART: f64 = 0.15;
 
+/// The part of the error asked for that one evaluation may have, per unit of the source's radiosity.
+const EVALUATION_PART: f64 = 1e-5;
+
 /// The part of the sum of all residuals times area whose elements are divided in a round.
 const BULK: f64 = 0.5;
 
@@ -72,6 +76,8 @@ pub struct Solution {
     pub(crate) bounds: Bounds,
     pub(crate) channels: Vec<String>,
     pub(crate) extent: f64,
+    /// Error that the evaluation of a function may have.
+    pub(crate) absolute: f64,
     progress: Progress,
     /// Mean radiosity in each channel.
     mean: Vec<f64>,
@@ -126,6 +132,7 @@ pub fn solve(scene: &Scene, options: &Options, mut watch: impl FnMut(&Progress) 
         links: Vec::new(),
         bounds: Bounds::default(),
         extent: (high - low).max_element(),
+        absolute: EVALUATION_PART * options.error,
         mean: vec![0.0; channels.len()],
         mesh,
         surfaces,
@@ -178,7 +185,7 @@ impl Solution {
     fn link(&mut self, leaves: &[usize]) -> Result<(), Error> {
         self.links.resize(self.mesh.elements().len(), Vec::new());
         let new: Vec<usize> = leaves.iter().copied().filter(|&leaf| self.links[leaf].is_empty()).collect();
-        let optics = Optics { mesh: &self.mesh, far: &self.far };
+        let optics = Optics { mesh: &self.mesh, far: &self.far, absolute: self.absolute };
         let of_parent = |leaf: usize| self.mesh.elements()[leaf].parent().map(|p| &self.links[p][..]).filter(|l| !l.is_empty());
         let links = for_leaves(&new, |leaf| optics.first_links(leaf, of_parent(leaf)))?;
         for (leaf, links) in new.into_iter().zip(links) {
@@ -206,21 +213,24 @@ impl Solution {
     }
 
     fn refine(&mut self, leaves: &[usize], allowed: f64) -> Result<bool, Error> {
-        let optics = Optics { mesh: &self.mesh, far: &self.far };
+        let optics = Optics { mesh: &self.mesh, far: &self.far, absolute: self.absolute };
         let (field, surfaces, mean) = (&self.field, &self.surfaces, &self.mean);
-        let refined = for_leaves(leaves, |leaf| {
-            let rho = &surfaces.reflectance[self.mesh.elements()[leaf].face()];
-            let weight: Vec<f64> = rho.iter().zip(mean).map(|(rho, mean)| if *mean > 0.0 { rho / mean } else { 0.0 }).collect();
-            let mut links = self.links[leaf].clone();
-            let changed = optics.refine(leaf, &mut links, field, &weight, allowed)?;
-            Ok(changed.then_some(links))
-        })?;
+        let taken: Vec<Vec<Link>> = leaves.iter().map(|&leaf| std::mem::take(&mut self.links[leaf])).collect();
+        let refined: Vec<(Vec<Link>, bool)> = leaves
+            .par_iter()
+            .zip(taken)
+            .map(|(&leaf, mut links)| {
+                let rho = &surfaces.reflectance[self.mesh.elements()[leaf].face()];
+                let of = |(rho, mean): (&f64, &f64)| if *mean > 0.0 { rho / mean } else { 0.0 };
+                let weight: Vec<f64> = rho.iter().zip(mean).map(of).collect();
+                let changed = optics.refine(leaf, &mut links, field, &weight, allowed)?;
+                Ok((links, changed))
+            })
+            .collect::<Result<_, Error>>()?;
         let mut any = false;
-        for (&leaf, links) in leaves.iter().zip(refined) {
-            if let Some(links) = links {
-                any = true;
-                self.links[leaf] = links;
-            }
+        for (&leaf, (links, changed)) in leaves.iter().zip(refined) {
+            any |= changed;
+            self.links[leaf] = links;
         }
         Ok(any)
     }
@@ -228,7 +238,7 @@ impl Solution {
     fn divide(&mut self, options: &Options) -> Result<(), Error> {
         let leaves: Vec<usize> = self.mesh.leaves().collect();
         let indicator = |leaf: usize| {
-            let relative = self.bounds.residual[leaf].iter().zip(&self.mean).map(|(r, mean)| ratio(r.discretisation, *mean));
+            let relative = self.bounds.residual[leaf].iter().zip(&self.mean).map(|(r, mean)| ratio(r.mean, *mean));
             self.mesh.elements()[leaf].area() * relative.fold(0.0, f64::max)
         };
         let mut marked: Vec<(f64, usize)> = leaves.iter().map(|&leaf| (indicator(leaf), leaf)).collect();
@@ -269,7 +279,7 @@ impl Solution {
         &self.mean
     }
 
-    /// Mean of the bound over all area, in each channel.
+    /// Mean of the bound on the error of gathers over all area, in each channel.
     #[must_use]
     pub fn mean_bound(&self) -> Vec<Ledger> {
         let of_channel = |channel: usize| {
@@ -283,8 +293,9 @@ impl Solution {
 
     /// Bound on the error of the polynomial on a leaf, at every point of it, in each channel.
     #[must_use]
-    pub fn bound_on(&self, leaf: usize) -> &[Ledger] {
-        &self.bounds.mean[leaf]
+    pub fn bound_on(&self, leaf: usize) -> Vec<Ledger> {
+        let (w, v, r) = (&self.bounds.mean[leaf], &self.bounds.variation[leaf], &self.bounds.residual[leaf]);
+        (0..w.len()).map(|c| w[c] + v[c] + r[c].largest).collect()
     }
 
     /// Value of the polynomial on a leaf, in a channel.
