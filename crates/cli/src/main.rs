@@ -1,9 +1,14 @@
 //! The program `radgrad`.
 //!
 //! Exit status: 0 if every line was answered, 1 if some were refused, 2 if the input cannot be read, the output cannot be
-//! written or the arguments are wrong.
+//! written or the arguments are wrong. `solve` also ends with 1 if it stopped above the error asked for.
 
 mod eval;
+mod export;
+mod points;
+mod solve;
+mod summary;
+mod whole_file;
 
 use std::fs::File;
 use std::io::{self, Read};
@@ -31,21 +36,33 @@ enum Command {
         /// File of cases, `-` for the standard input.
         file: PathBuf,
     },
+    /// Solve a scene (.obj, .gltf, .glb, .vs3) for the radiosity everywhere, with a bound on its error.
+    ///
+    /// Progress goes to the standard error; answers to --points, one line each, and then the summary to the standard output.
+    Solve(solve::Request),
 }
 
 fn main() -> ExitCode {
-    let Command::Eval { file } = Arguments::parse().command;
-    match eval(&file) {
-        Ok(tally) => {
-            if tally.refused > 0 {
-                eprintln!("radgrad: {} of {} cases refused: see their `error`", tally.refused, tally.lines);
+    match Arguments::parse().command {
+        Command::Eval { file } => match eval(&file) {
+            Ok(tally) => {
+                if tally.refused > 0 {
+                    eprintln!("radgrad: {} of {} cases refused: see their `error`", tally.refused, tally.lines);
+                }
+                ExitCode::from(u8::from(tally.refused > 0))
             }
-            ExitCode::from(u8::from(tally.refused > 0))
-        }
-        Err(failure) => {
-            eprintln!("radgrad: {}: {failure}", file.display());
-            ExitCode::from(2)
-        }
+            Err(failure) => {
+                eprintln!("radgrad: {}: {failure}", file.display());
+                ExitCode::from(2)
+            }
+        },
+        Command::Solve(request) => match solve::run(&request, io::stdout().lock()) {
+            Ok(complete) => ExitCode::from(u8::from(!complete)),
+            Err(failure) => {
+                eprintln!("radgrad: {failure}");
+                ExitCode::from(2)
+            }
+        },
     }
 }
 

@@ -114,7 +114,8 @@ impl Bounds {
 
     /// What a point gathers at most from a source of the residual and of w.
     pub(crate) fn gathered(&self, source: usize, channel: usize, row: &Row) -> Ledger {
-        let (mean, largest, residual) = (self.mean[source][channel], self.largest[source][channel], &self.residual[source][channel]);
+        let (mean, largest, residual) =
+            (self.mean[source][channel], self.largest[source][channel], &self.residual[source][channel]);
         let factor = row.values.first().map_or(0.0, |f| f.max(0.0) + row.error);
         // Where something is 0, nothing times a peak that is infinite.
         let least = |factor: f64, largest: f64, others: [f64; 2]| {

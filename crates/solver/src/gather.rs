@@ -9,7 +9,7 @@ use crate::Error;
 use crate::ledger::Ledger;
 use crate::mesh::Sight;
 use crate::solve::Solution;
-use crate::transfer::{self, Row, Station};
+use crate::transfer::{Row, Station};
 
 /// Points may be off their face by this fraction of the scene's extent.
 const REACH: f64 = 1e-6;
@@ -57,15 +57,14 @@ impl Solution {
                 other => other.clone(),
             };
             let mut row = Row::default();
-            transfer::extend(&mut row, &self.mesh, &self.far, &station, link.source, &sight, link.count, self.absolute)?;
+            self.optics().receive(&mut row, &station, link.source, &sight, link.count)?;
             for channel in 0..channels {
                 let len = self.mesh.basis(link.source).len();
                 let coefficients = &self.field.of(link.source, channel, len)[..link.count];
-                let mut size = 0.0;
                 for (c, v) in coefficients.iter().zip(&row.values) {
                     sums[channel] += c * v;
-                    size += row.error * c.abs();
                 }
+                let size = row.error_of(coefficients);
                 let neglected = self.field.neglected(&self.mesh, link.source, link.count, channel, &row);
                 ledger[channel] += self.bounds.gathered(link.source, channel, &row);
                 ledger[channel].computation += neglected;
@@ -78,7 +77,8 @@ impl Solution {
         }
         let rho = &self.surfaces.reflectance[face];
         let emitted = &self.surfaces.emitted[face];
-        let rounding = |c: usize| 2.0 * f64::EPSILON * (self.links[leaf].len() + 2) as f64 * (rho[c] * sums[c].abs() + emitted[c]);
+        let rounding =
+            |c: usize| 2.0 * f64::EPSILON * (self.links[leaf].len() + 2) as f64 * (rho[c] * sums[c].abs() + emitted[c]);
         Ok(Gathered {
             face,
             leaf,

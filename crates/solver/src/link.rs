@@ -15,8 +15,8 @@ use rayon::prelude::*;
 
 use crate::Error;
 use crate::field::Field;
-use crate::mesh::{Mesh, Sight};
-use crate::transfer::{self, FarRules, Row, Station};
+use crate::mesh::Sight;
+use crate::transfer::{Optics, Row, Station};
 
 /// A leaf's link to a source.
 #[derive(Debug, Clone)]
@@ -29,24 +29,11 @@ pub(crate) struct Link {
     pub(crate) rows: Vec<Row>,
 }
 
-/// What computes links: everything but the links themselves.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Optics<'a> {
-    pub(crate) mesh: &'a Mesh,
-    pub(crate) far: &'a FarRules,
-    /// Error that the evaluation of a function may have.
-    pub(crate) absolute: f64,
-}
-
 impl Optics<'_> {
     /// The nodes of an element, as points that receive.
     pub(crate) fn stations(&self, leaf: usize) -> Vec<Station> {
         let element = &self.mesh.elements()[leaf];
-        let station = |at| Station {
-            point: element.point(at),
-            normal: element.polygon().normal(),
-            face: element.face(),
-        };
+        let station = |at| Station { point: element.point(at), normal: element.polygon().normal(), face: element.face() };
         self.mesh.basis(leaf).nodes().iter().map(|node| station(node.at)).collect()
     }
 
@@ -58,6 +45,8 @@ impl Optics<'_> {
             let sight = self.mesh.sight(leaf, source, known);
             if sight != Sight::Nothing {
                 let mut link = Link { source, count: 0, sight, rows: vec![Row::default(); stations.len()] };
+                // In the clear all functions cost little more than one.
+                let count = if link.sight == Sight::Clear { self.mesh.basis(source).len() } else { count };
                 self.extend(&mut link, &stations, count)?;
                 links.push(link);
             }
@@ -73,7 +62,7 @@ impl Optics<'_> {
                 Sight::Past(known) => &self.mesh.sight_of_point(station.face, station.point, *source, Some(known)),
                 other => other,
             };
-            transfer::extend(row, self.mesh, self.far, station, *source, sight, count, self.absolute)?;
+            self.receive(row, station, *source, sight, count)?;
         }
         link.count = link.rows.iter().map(|row| row.values.len()).min().unwrap_or(count);
         Ok(())
@@ -120,7 +109,8 @@ impl Optics<'_> {
             let (basis, element) = (self.mesh.basis(source), &self.mesh.elements()[source]);
             let degree = (0..=basis.degree()).find(|&d| basis.count(d) >= count).unwrap_or(basis.degree());
             let divides = element.children().filter(|_| {
-                count == basis.len() || field.rms_beyond(source, basis.len(), weight) > 0.5 * field.rms_beyond(source, count, weight)
+                count == basis.len()
+                    || field.rms_beyond(source, basis.len(), weight) > 0.5 * field.rms_beyond(source, count, weight)
             });
             if let Some(first) = divides {
                 let link = links.swap_remove(worst);

@@ -6,7 +6,9 @@
 //! The samples have a part of the next degree beyond the basis, exactly seen: its magnitude over the leaf is bounded by its
 //! Bernstein coefficients. Of the degrees above we assume that they fall off like a geometric series with the ratio q of the
 //! last two degrees seen, and multiply by `1/(1 - q)`, q at most 1/2. That is an estimate: light with a feature smaller than an
-//! element, between its nodes, is not seen.
+//! element, between its nodes, is not seen. Of the degree after that a rule that is exact for as much as it can be may see
+//! nothing at all, its nodes being where those polynomials vanish; so three more samples are taken at other places. What they
+//! have beyond the polynomials seen counts twice, since they are not where it is largest.
 //!
 //! The third part oscillates: its mean over the leaf is 0 up to the error of the nodes' rule, which is exact for two degrees
 //! more than the square of the basis. So that mean is taken to be the part's size times `q^(degree + 2)`. Where nothing falls
@@ -49,8 +51,8 @@ impl Residual {
         let excess = basis.excess(&samples);
         let ratio = if excess.next < excess.last { excess.next / excess.last } else { 1.0 };
         let tail = 1.0 / (1.0 - ratio.min(SLOWEST));
-        let discretisation = tail * (excess.largest + excess.beyond);
-        let mean = tail * excess.next.hypot(excess.beyond);
+        let discretisation = tail * (excess.largest + 2.0 * excess.beyond);
+        let mean = tail * excess.next.hypot(2.0 * excess.beyond);
         let falls = std::iter::repeat_n(ratio, basis.degree() + 2).product::<f64>();
         let bias = mean * falls.min(1.0 / (basis.degree() + 2) as f64);
 
@@ -61,7 +63,7 @@ impl Residual {
                 let row = &link.rows[node];
                 neglected += field.neglected(mesh, link.source, link.count, channel, row);
                 let coefficients = &field.of(link.source, channel, mesh.basis(link.source).len())[..link.count];
-                let size = row.error * coefficients.iter().map(|c| c.abs()).sum::<f64>();
+                let size = row.error_of(coefficients);
                 if matches!(link.sight, Sight::Past(_)) { past += size } else { clear += size }
             }
             // The sums themselves round.

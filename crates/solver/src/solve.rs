@@ -13,9 +13,9 @@ use crate::bound::Bounds;
 use crate::field::Field;
 use crate::gathering::{self, Surfaces};
 use crate::ledger::Ledger;
-use crate::link::{Link, Optics, for_leaves};
+use crate::link::{Link, for_leaves};
 use crate::mesh::Mesh;
-use crate::transfer::FarRules;
+use crate::transfer::{FarRules, Optics};
 
 /// What is asked for.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -34,7 +34,7 @@ pub struct Options {
 
 impl Default for Options {
     fn default() -> Self {
-        Self { error: 0.005, degree: 2, first_divisions: 1, most_elements: 100_000, uniform: false }
+        Self { error: 0.005, degree: 2, first_divisions: 2, most_elements: 100_000, uniform: false }
     }
 }
 
@@ -83,7 +83,7 @@ pub struct Solution {
     mean: Vec<f64>,
 }
 
-/// Solves a scene. `watch` is told after each round, and says whether to go on: what was reached is returned.
+/// Solves a scene. `watch` sees the solution after each round, and says whether to go on: what was reached is returned.
 ///
 /// ```
 /// use radgrad_core::{DVec3, Polygon};
@@ -106,7 +106,7 @@ pub struct Solution {
 ///
 /// # Errors
 /// If the error asked for is not in (0, 1], a face cannot be cut into elements, or light is not lost, so that no bound exists.
-pub fn solve(scene: &Scene, options: &Options, mut watch: impl FnMut(&Progress) -> bool) -> Result<Solution, Error> {
+pub fn solve(scene: &Scene, options: &Options, mut watch: impl FnMut(&Solution) -> bool) -> Result<Solution, Error> {
     if !(options.error > 0.0 && options.error <= 1.0) {
         return Err(Error::Tolerance { value: options.error });
     }
@@ -117,7 +117,8 @@ pub fn solve(scene: &Scene, options: &Options, mut watch: impl FnMut(&Progress) 
     }
     let channels = scene.channels().to_vec();
     let of_face = |value: &dyn Fn(&radgrad_scene::Material, usize) -> f64| {
-        let of = |face: &radgrad_scene::Face| (0..channels.len()).map(|c| value(&scene.materials()[face.material()], c)).collect();
+        let of =
+            |face: &radgrad_scene::Face| (0..channels.len()).map(|c| value(&scene.materials()[face.material()], c)).collect();
         scene.faces().iter().map(of).collect::<Vec<Vec<f64>>>()
     };
     let surfaces = Surfaces {
@@ -141,7 +142,7 @@ pub fn solve(scene: &Scene, options: &Options, mut watch: impl FnMut(&Progress) 
     };
     loop {
         solution.round(options)?;
-        let go_on = watch(&solution.progress);
+        let go_on = watch(&solution);
         let enough = solution.progress.bound <= options.error || solution.mesh.elements().len() >= options.most_elements;
         if enough || !go_on {
             return Ok(solution);
@@ -175,6 +176,10 @@ impl Solution {
         Ok(())
     }
 
+    pub(crate) const fn optics(&self) -> Optics<'_> {
+        Optics { mesh: &self.mesh, far: &self.far, absolute: self.absolute }
+    }
+
     fn lossless(&self) -> Error {
         let faces = self.surfaces.reflectance.iter().enumerate();
         let all = faces.flat_map(|(face, rho)| rho.iter().enumerate().map(move |(channel, rho)| (face, channel, *rho)));
@@ -185,7 +190,7 @@ impl Solution {
     fn link(&mut self, leaves: &[usize]) -> Result<(), Error> {
         self.links.resize(self.mesh.elements().len(), Vec::new());
         let new: Vec<usize> = leaves.iter().copied().filter(|&leaf| self.links[leaf].is_empty()).collect();
-        let optics = Optics { mesh: &self.mesh, far: &self.far, absolute: self.absolute };
+        let optics = self.optics();
         let of_parent = |leaf: usize| self.mesh.elements()[leaf].parent().map(|p| &self.links[p][..]).filter(|l| !l.is_empty());
         let links = for_leaves(&new, |leaf| optics.first_links(leaf, of_parent(leaf)))?;
         for (leaf, links) in new.into_iter().zip(links) {
@@ -213,9 +218,9 @@ impl Solution {
     }
 
     fn refine(&mut self, leaves: &[usize], allowed: f64) -> Result<bool, Error> {
-        let optics = Optics { mesh: &self.mesh, far: &self.far, absolute: self.absolute };
-        let (field, surfaces, mean) = (&self.field, &self.surfaces, &self.mean);
         let taken: Vec<Vec<Link>> = leaves.iter().map(|&leaf| std::mem::take(&mut self.links[leaf])).collect();
+        let optics = self.optics();
+        let (field, surfaces, mean) = (&self.field, &self.surfaces, &self.mean);
         let refined: Vec<(Vec<Link>, bool)> = leaves
             .par_iter()
             .zip(taken)
@@ -303,6 +308,16 @@ impl Solution {
     pub fn value_on(&self, leaf: usize, channel: usize, reference: [f64; 2]) -> f64 {
         let basis = self.mesh.basis(leaf);
         self.field.of(leaf, channel, basis.len()).iter().zip(basis.values(reference)).map(|(c, v)| c * v).sum()
+    }
+
+    /// Gradient of the polynomial on a leaf over the leaf's plane, in a channel.
+    #[must_use]
+    pub fn gradient_on(&self, leaf: usize, channel: usize, reference: [f64; 2]) -> DVec3 {
+        let basis = self.mesh.basis(leaf);
+        let coefficients = self.field.of(leaf, channel, basis.len());
+        let slopes = basis.slopes(reference);
+        let along = |k: usize| coefficients.iter().zip(&slopes).map(|(c, s)| c * s[k]).sum::<f64>();
+        self.mesh.elements()[leaf].gradient([along(0), along(1)])
     }
 }
 

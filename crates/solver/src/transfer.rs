@@ -16,20 +16,33 @@ use crate::element::Element;
 use crate::mesh::{Mesh, Sight};
 use crate::rule::{self, Node};
 
+/// Error that the far rule may have, per unit of the source's radiosity.
+const FAR_TOLERANCE: f64 = 1e-12;
+
 const FEWEST: usize = 2;
-const MOST: usize = 8;
+const MOST: usize = 10;
 
 /// What the functions of an element give to a point.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Row {
     /// For each function.
     pub(crate) values: Vec<f64>,
-    /// Bound on the error of each value.
+    /// Bound on the error of the first function's value, the form factor.
     pub(crate) error: f64,
+    /// Bound on the error of each of the other values.
+    pub(crate) other_errors: f64,
     /// Largest value of the kernel over the element, in the clear, times its area: what it gives at most for a mean of 1.
     pub(crate) peak: f64,
     /// Largest slope of the kernel over the element, times its area; infinite where something may be between.
     pub(crate) slope: f64,
+}
+
+impl Row {
+    /// Bound on the error of the sum of the functions with these coefficients.
+    pub(crate) fn error_of(&self, coefficients: &[f64]) -> f64 {
+        let of = |(i, c): (usize, &f64)| c.abs() * if i == 0 { self.error } else { self.other_errors };
+        coefficients.iter().enumerate().map(of).sum()
+    }
 }
 
 /// A point that receives.
@@ -40,16 +53,16 @@ pub(crate) struct Station {
     pub(crate) face: usize,
 }
 
-/// Rules for the far field, with the basis at their nodes.
+/// A node of a far rule, with the basis there.
+type FarNode = (Node, Vec<f64>);
+
+/// Rules for the far field: for each shape and number of nodes a side.
 #[derive(Debug)]
-pub(crate) struct FarRules {
-    /// For each shape and number of nodes a side.
-    rules: [Vec<Vec<(Node, Vec<f64>)>>; 2],
-}
+pub(crate) struct FarRules([Vec<Vec<FarNode>>; 2]);
 
 impl FarRules {
     pub(crate) fn new(degree: usize) -> Self {
-        let rules = [Shape::Parallelogram, Shape::Triangle].map(|shape| {
+        Self([Shape::Parallelogram, Shape::Triangle].map(|shape| {
             let basis = Basis::new(shape, degree);
             let nodes = |count| match shape {
                 Shape::Parallelogram => rule::product(count),
@@ -57,57 +70,66 @@ impl FarRules {
             };
             let with_values = |node: Node| (node, basis.values(node.at));
             (0..=MOST).map(|count| nodes(count.max(1)).into_iter().map(with_values).collect()).collect()
-        });
-        Self { rules }
+        }))
     }
 }
 
-/// Adds to `row` the functions that it lacks, up to `count`.
-pub(crate) fn extend(
-    row: &mut Row,
-    mesh: &Mesh,
-    far: &FarRules,
-    station: &Station,
-    source: usize,
-    sight: &Sight,
-    count: usize,
-    absolute: f64,
-) -> Result<(), Error> {
-    let (element, basis) = (&mesh.elements()[source], mesh.basis(source));
-    if row.values.len() >= count {
-        return Ok(());
-    }
-    if *sight == Sight::Nothing {
-        row.values.resize(count, 0.0);
-        return Ok(());
-    }
-    if row.values.is_empty() {
-        (row.peak, row.slope) = peak(station, element);
-        if *sight != Sight::Clear {
-            row.slope = f64::INFINITY;
-        }
-        if *sight == Sight::Clear
-            && let Some((nodes, error)) = far_nodes(station, element, basis, absolute)
-        {
-            row.values = far_row(station, element, &far.rules[usize::from(element.shape() == Shape::Triangle)][nodes]);
-            row.error = error;
+/// What computes transfers.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Optics<'a> {
+    pub(crate) mesh: &'a Mesh,
+    pub(crate) far: &'a FarRules,
+    /// Error that the evaluation of a function may have past occluders and near by.
+    pub(crate) absolute: f64,
+}
+
+impl Optics<'_> {
+    /// Adds to `row` the functions of a source that it lacks, up to `count`.
+    pub(crate) fn receive(
+        &self,
+        row: &mut Row,
+        station: &Station,
+        source: usize,
+        sight: &Sight,
+        count: usize,
+    ) -> Result<(), Error> {
+        let (element, basis) = (&self.mesh.elements()[source], self.mesh.basis(source));
+        if row.values.len() >= count {
             return Ok(());
         }
+        if *sight == Sight::Nothing {
+            row.values.resize(count, 0.0);
+            return Ok(());
+        }
+        if row.values.is_empty() {
+            (row.peak, row.slope) = peak(station, element);
+            if *sight != Sight::Clear {
+                row.slope = f64::INFINITY;
+            }
+            if *sight == Sight::Clear
+                && let Some((nodes, error)) = far_nodes(station, element, basis)
+            {
+                row.values = far_row(station, element, &self.far.0[usize::from(element.shape() == Shape::Triangle)][nodes]);
+                (row.error, row.other_errors) = (error, error);
+                return Ok(());
+            }
+        }
+        let occluders: Vec<&Polygon> = match sight {
+            Sight::Past(faces) => faces.iter().map(|&face| &self.mesh.polygons()[face]).collect(),
+            _ => Vec::new(),
+        };
+        let refused = |source| Error::Evaluation { face: station.face, source };
+        let receiver = Receiver::new(station.point, station.normal, 1.0).map_err(refused)?;
+        let tolerance = Tolerance { relative: 0.0, absolute: self.absolute };
+        for function in row.values.len()..count {
+            let emitter = element.emitter(function, basis)?;
+            let value = evaluate_value(&receiver, emitter, &occluders, tolerance).map_err(refused)?;
+            row.values.push(value.radiosity);
+            let error = if function == 0 { &mut row.error } else { &mut row.other_errors };
+            *error = error.max(value.radiosity_error);
+        }
+        Ok(())
     }
-    let occluders: Vec<&Polygon> = match sight {
-        Sight::Past(faces) => faces.iter().map(|&face| &mesh.polygons()[face]).collect(),
-        _ => Vec::new(),
-    };
-    let refused = |source| Error::Evaluation { face: station.face, source };
-    let receiver = Receiver::new(station.point, station.normal, 1.0).map_err(refused)?;
-    let tolerance = Tolerance { relative: 0.0, absolute };
-    for function in row.values.len()..count {
-        let emitter = element.emitter(function, basis)?;
-        let value = evaluate_value(&receiver, emitter, &occluders, tolerance).map_err(refused)?;
-        row.values.push(value.radiosity);
-        row.error = row.error.max(value.radiosity_error);
-    }
-    Ok(())
 }
 
 /// Bounds on the kernel `k = h (n1.r) / pi r^4` over an element and on the length of its gradient there, at most `(cos2 / pi r^3)
@@ -126,8 +148,8 @@ fn peak(station: &Station, element: &Element) -> (f64, f64) {
     (scale * cos1, scale * (1.0 + 4.0 * cos1) / distance)
 }
 
-/// Nodes a side with which the far rule errs by at most `allowed`, and its bound; `None` where it does not serve.
-fn far_nodes(station: &Station, element: &Element, basis: &Basis, allowed: f64) -> Option<(usize, f64)> {
+/// Nodes a side that the far rule needs, and its bound; `None` where it does not serve.
+fn far_nodes(station: &Station, element: &Element, basis: &Basis) -> Option<(usize, f64)> {
     let vertices = element.polygon().vertices();
     let normal = element.polygon().normal();
     let height = normal.dot(station.point - vertices[0]);
@@ -165,7 +187,7 @@ fn far_nodes(station: &Station, element: &Element, basis: &Basis, allowed: f64) 
     let rounding = 64.0 * f64::EPSILON * scale * largest / (nearest * nearest);
     (FEWEST.max(basis.degree() + 1)..=MOST).find_map(|n| {
         let bound = best(n);
-        (bound <= allowed).then_some((n, bound + rounding))
+        (bound <= FAR_TOLERANCE).then_some((n, bound + rounding))
     })
 }
 
@@ -203,7 +225,8 @@ mod tests {
             scene.add_face(surface, white, Polygon::new(lamp.into_iter().map(DVec3::from).collect()).unwrap(), None).unwrap();
         }
         let mesh = Mesh::new(&scene, 2).unwrap();
-        let rules = FarRules::new(2);
+        let far = &FarRules::new(2);
+        let optics = Optics { mesh: &mesh, far, absolute: 1e-9 };
         let mut far_rows = 0;
         for source in 0..2 {
             for (x, z) in [(0.3, -0.3), (2.0, -0.7), (-4.0, -1.0), (3.0, -30.0)] {
@@ -213,19 +236,19 @@ mod tests {
                 let count = mesh.basis(source).len();
                 let row = |sight: Sight| {
                     let mut row = Row::default();
-                    extend(&mut row, &mesh, &rules, &station, source, &sight, count, 1e-9).unwrap();
+                    optics.receive(&mut row, &station, source, &sight, count).unwrap();
                     row
                 };
                 // A face that is behind the lamp leaves the closed form in place.
                 let (fast, exact) = (row(Sight::Clear), row(Sight::Past(Vec::new())));
                 far_rows += usize::from(fast.values != exact.values);
                 for (a, b) in fast.values.iter().zip(&exact.values) {
-                    assert!((a - b).abs() <= fast.error + exact.error, "{x} {z} {a:?} {b:?} {}", fast.error);
+                    assert!((a - b).abs() <= fast.error + exact.error + exact.other_errors, "{x} {z} {a:?} {b:?} {}", fast.error);
                 }
                 assert!(exact.values[0] <= exact.peak && exact.slope.is_infinite() && fast.slope.is_finite());
                 assert!(fast.error <= 1e-9);
             }
         }
-        assert!(far_rows >= 3, "{far_rows}");
+        assert!(far_rows >= 2, "{far_rows}");
     }
 }
