@@ -15,8 +15,8 @@
 //! From a source that is divided it is at most `F max w` and at most `P mean w`. A leaf's w is the largest of those at its nodes;
 //! as an average over the leaf with a positive kernel is meant, that is an estimate of the same kind as the residual's. Where w
 //! stands for a bound at every point of the leaf, the difference between the largest and the least at the nodes is added.
-//! Sweeps start at 0; they stop when they change nothing any more, a part of 1e-5 is added, and the inequality is checked at all
-//! nodes.
+//! Sweeps start at 0; they stop when they rise by less than a thousandth, a fiftieth is added, and the inequality is checked at
+//! all nodes.
 
 use rayon::prelude::*;
 
@@ -31,8 +31,11 @@ use crate::transfer::Row;
 /// Sweeps after which there is no bound: far more than any reflectance below 0.99 needs.
 const MOST_SWEEPS: usize = 2000;
 
-/// What is added so that sweeps that are still rising end below.
-const MARGIN: f64 = 1e-5;
+/// What is added, as a part, so that sweeps that still rise by a little end below.
+const MARGIN: f64 = 0.02;
+
+/// How much they may still rise, as a part.
+const RISE: f64 = 1e-3;
 
 /// Bounds on each element: of a leaf its own, else those over the leaves below. One for each channel.
 #[derive(Debug, Clone, Default)]
@@ -70,7 +73,7 @@ impl Bounds {
         for _ in 0..MOST_SWEEPS {
             let next = bounds.swept(mesh, surfaces, leaves, links);
             let rises = |(leaf, next): (&usize, &Vec<[Ledger; 2]>)| {
-                next.iter().zip(&bounds.mean[*leaf]).any(|([n, _], w)| n.total() > w.total() * (1.0 + 0.1 * MARGIN))
+                next.iter().zip(&bounds.mean[*leaf]).any(|([n, _], w)| n.total() > w.total() * (1.0 + RISE))
             };
             let rising = leaves.iter().zip(&next).any(rises);
             let margin = if rising { 1.0 } else { 1.0 + MARGIN };

@@ -64,8 +64,66 @@ fn two_squares_that_face_each_other_have_the_known_radiosity() {
         let known = [([0.5, 0.5, 0.0], 1.133_303_564_992_420_8), ([0.0, 0.0, 0.0], 1.076_981_393_145_044_5)];
         for (point, exact) in known {
             let (value, index) = checked(&solution, point, [0.0, 0.0, 1.0], exact);
-            println!("degree {degree}: {value} error {:.1e}, effectivity {index:.1}, {:?}", value - exact, solution.progress());
+            // Degree 2 is the default.
+            let promised = if degree >= 2 { 1e-6 } else { 1e-3 };
+            assert!(
+                (value - exact).abs() < promised && index < 1e4,
+                "degree {degree}: {value}, bound {index:.1} times the error"
+            );
         }
+    }
+}
+
+#[test]
+fn one_transfer_between_squares_is_as_near_as_zatz_has_it() {
+    // H. Zatz 1993, orders 0 to 3 at gap 1. Errors are the mean magnitude over the mean radiosity: the best constant has 0.112 in
+    // the root mean square.
+    let published = [0.1, 0.1, 0.0075, 0.0075];
+    for (degree, published) in published.into_iter().enumerate() {
+        let options = Options { degree, first_divisions: 0, most_elements: 1, ..Options::default() };
+        let solution = solved(&[(FLOOR, 0.9, 0.0), (CEILING, 0.0, 1.0)], &options);
+        let (mut off_sum, mut exact_sum) = (0.0, 0.0);
+        for i in 0..10 {
+            for j in 0..10 {
+                let at = [i, j].map(|k| (f64::from(k) + 0.5) / 10.0);
+                let exact = solution.gather([at[0], at[1], 0.0].into(), [0.0, 0.0, 1.0].into()).unwrap().radiosity[0];
+                let off = solution.value_on(0, 0, at) - exact;
+                assert!(off.abs() <= solution.bound_on(0)[0].total(), "degree {degree} at {at:?}: {off:e}");
+                (off_sum, exact_sum) = (off_sum + off.abs(), exact_sum + exact);
+            }
+        }
+        let error = off_sum / exact_sum;
+        assert!(error <= published, "degree {degree}: {error:e}");
+        println!("degree {degree}: {error:.2e}");
+    }
+}
+
+/// Radiosity between two infinite strips of width 1 at distance 1 that reflect `rho` and emit 1, at a distance from their middle:
+/// `B(x) = 1 + rho int B(y) / 2 (1 + (x - y)^2)^(3/2) dy`, by Nystrom's method with Simpson's rule on 400 intervals.
+fn between_strips(rho: f64, at: f64) -> f64 {
+    let count = 400_u32;
+    let node = |i: u32| f64::from(i) / f64::from(count) - 0.5;
+    let weight = |i: u32| [2.0, 4.0][(i % 2) as usize] / if i == 0 || i == count { 2.0 } else { 1.0 } / 3.0 / f64::from(count);
+    let kernel = |x: f64, y: f64| 0.5 / (1.0 + (x - y) * (x - y)).powf(1.5);
+    let gather = |x: f64, b: &[f64]| 1.0 + rho * (0..=count).zip(b).map(|(i, b)| weight(i) * kernel(x, node(i)) * b).sum::<f64>();
+    let mut b = vec![1.0; count as usize + 1];
+    for _ in 0..60 {
+        b = (0..=count).map(|i| gather(node(i), &b)).collect();
+    }
+    gather(at, &b)
+}
+
+#[test]
+fn long_strips_have_the_radiosity_of_infinite_ones() {
+    let half = 500.0;
+    let floor = [[-0.5, -half, 0.0], [0.5, -half, 0.0], [0.5, half, 0.0], [-0.5, half, 0.0]];
+    let ceiling = [[-0.5, -half, 1.0], [-0.5, half, 1.0], [0.5, half, 1.0], [0.5, -half, 1.0]];
+    let rho = 0.5;
+    let options = Options { most_elements: 500, ..Options::default() };
+    let solution = solved(&[(floor, rho, 1.0), (ceiling, rho, 1.0)], &options);
+    for at in [0.0, 0.25, 0.499] {
+        let exact = between_strips(rho, at);
+        checked(&solution, [at, 0.1, 0.0], [0.0, 0.0, 1.0], exact);
     }
 }
 
@@ -80,7 +138,7 @@ fn at_the_apex_of_a_groove_the_radiosity_is_that_of_a_wedge() {
         let rho = 0.5;
         let solution = solved(&[(flat, rho, 1.0), (slanted, rho, 1.0)], &Options { degree: 1, ..Options::default() });
         let exact = 1.0 / (1.0 - 0.5 * rho * (1.0 + phi.cos()));
-        let (value, index) = checked(&solution, [1e-3, 0.0, 0.0], [0.0, 0.0, 1.0], exact);
-        println!("{phi}: {value} {exact} {index} {:?}", solution.progress());
+        // The walls end at 1000; a millimetre from the apex that is less than a millionth of the light.
+        checked(&solution, [1e-3, 0.0, 0.0], [0.0, 0.0, 1.0], exact);
     }
 }
