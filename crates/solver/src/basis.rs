@@ -34,6 +34,7 @@ pub(crate) struct Excess {
     pub(crate) next: f64,
     pub(crate) largest: f64,
     pub(crate) beyond: f64,
+    pub(crate) spread: f64,
 }
 
 /// An orthonormal basis on a shape, the rule that projects on it, and the maps between an element and its four children.
@@ -192,17 +193,24 @@ impl Basis {
     }
 
     /// What samples at the nodes have beyond this basis: the size of their part of this degree and of the next one, in the root
-    /// mean square, a bound on the magnitude of the latter over the element, and what is beyond it at the nodes, at most.
+    /// mean square, a bound on the magnitude of the latter over the element, and what is beyond it at the nodes, at most and in the
+    /// root mean square.
     pub(crate) fn excess(&self, samples: &[f64]) -> Excess {
         let Some(above) = &self.above else { return Excess::default() };
         let mut coefficients = above.project(samples);
         let size = |part: &[f64]| part.iter().map(|c| c * c).sum::<f64>().sqrt();
         let lower = self.degree.checked_sub(1).map_or(0, |d| self.count(d));
         let (last, next) = (size(&coefficients[lower..self.len()]), size(&coefficients[self.len()..]));
-        let rest = |(at_node, sample): (&Vec<f64>, &f64)| (sample - dot(at_node, &coefficients)).abs();
-        let beyond = above.at_nodes.iter().zip(samples).map(rest).fold(0.0, f64::max);
+        let rest: Vec<f64> = above.at_nodes.iter().zip(samples).map(|(at, sample)| sample - dot(at, &coefficients)).collect();
+        let beyond = rest.iter().fold(0.0, |most: f64, r| most.max(r.abs()));
+        let squares = |others: bool| {
+            let chosen = rest.iter().zip(&self.nodes).filter(|(_, node)| (node.weight == 0.0) == others);
+            let (sum, count) = chosen.fold((0.0, 0), |(sum, count), (r, _)| (sum + r * r, count + 1));
+            sum / f64::from(count.max(1))
+        };
+        let spread = squares(true).max(squares(false)).sqrt();
         coefficients[..self.len()].fill(0.0);
-        Excess { last, next, largest: above.magnitude(&coefficients), beyond }
+        Excess { last, next, largest: above.magnitude(&coefficients), beyond, spread }
     }
 
     /// A bound on the magnitude of all functions.

@@ -4,15 +4,15 @@
 //! bounds of the evaluations are proven at the nodes, and are taken to be the same between them. What the solver left, the
 //! difference of two polynomials, is proven all over the leaf. The third part, what the projection leaves out, is estimated.
 //! The samples have a part of the next degree beyond the basis, exactly seen: its magnitude over the leaf is bounded by its
-//! Bernstein coefficients. Of the degrees above we assume that they fall off like a geometric series with the ratio q of the
-//! last two degrees seen, and multiply by `1/(1 - q)`, q at most 1/2. That is an estimate: light with a feature smaller than an
-//! element, between its nodes, is not seen. Of the degree after that a rule that is exact for as much as it can be may see
-//! nothing at all, its nodes being where those polynomials vanish; so three more samples are taken at other places. What they
-//! have beyond the polynomials seen counts twice, since they are not where it is largest.
+//! Bernstein coefficients. A rule that is exact for as much as it can be may see nothing at all of the degree after that, its
+//! nodes being where those polynomials vanish; so three more samples are taken at other places, and what all samples have beyond
+//! the polynomials seen stands for all the degrees above. It counts twice, since the samples are not where it is largest. That
+//! is an estimate: light with a feature smaller than an element, between its nodes, is not seen.
 //!
 //! The third part oscillates: its mean over the leaf is 0 up to the error of the nodes' rule, which is exact for two degrees
-//! more than the square of the basis. So that mean is taken to be the part's size times `q^(degree + 2)`. Where nothing falls
-//! off, as where a shadow's edge crosses the leaf, an interval between two nodes decides: the size times `1/(degree + 2)`.
+//! more than the square of the basis. With q the ratio of the last two degrees seen, that mean is taken to be the part's size
+//! times `q^(degree + 2)`. Where nothing falls off, as where a shadow's edge crosses the leaf, an interval between two nodes
+//! decides: the size times `1/(degree + 2)`.
 
 use crate::field::Field;
 use crate::gathering::{Surfaces, irradiance};
@@ -33,9 +33,6 @@ pub(crate) struct Residual {
     pub(crate) bias: f64,
 }
 
-/// Largest ratio of a geometric series that is summed.
-const SLOWEST: f64 = 0.5;
-
 impl Residual {
     /// Bounds over a leaf in a channel.
     pub(crate) fn of(mesh: &Mesh, surfaces: &Surfaces, links: &[Link], field: &Field, leaf: usize, channel: usize) -> Self {
@@ -50,9 +47,8 @@ impl Residual {
 
         let excess = basis.excess(&samples);
         let ratio = if excess.next < excess.last { excess.next / excess.last } else { 1.0 };
-        let tail = 1.0 / (1.0 - ratio.min(SLOWEST));
-        let discretisation = tail * (excess.largest + 2.0 * excess.beyond);
-        let mean = tail * excess.next.hypot(2.0 * excess.beyond);
+        let discretisation = excess.largest + 2.0 * excess.beyond;
+        let mean = excess.next.hypot(2.0 * excess.spread);
         let falls = std::iter::repeat_n(ratio, basis.degree() + 2).product::<f64>();
         let bias = mean * falls.min(1.0 / (basis.degree() + 2) as f64);
 
