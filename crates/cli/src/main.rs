@@ -1,12 +1,17 @@
 //! The program `radgrad`.
 //!
-//! Exit status: 0 if all was answered, 1 if lines of `eval` were refused, 2 if the input cannot be read, the output cannot be
-//! written or the arguments are wrong.
+//! Exit status: 0 if all was answered, 1 if lines of `eval` were refused or `solve` stopped above the error asked for, 2 if the
+//! input cannot be read, the output cannot be written or the arguments are wrong.
 
 mod eval;
+mod export;
 mod factors;
 mod field;
 mod output;
+mod points;
+mod solve;
+mod summary;
+mod whole_file;
 
 use std::fmt::Display;
 use std::fs::File;
@@ -39,6 +44,10 @@ enum Command {
     Factors(factors::Arguments),
     /// Irradiance of a surface straight from the lamps, with gradient and bounds, on a grid.
     Field(field::Arguments),
+    /// Solve a scene (.obj, .gltf, .glb, .vs3) for the radiosity everywhere, with a bound on its error.
+    ///
+    /// Progress goes to the standard error; answers to --points, one line each, and then the summary to the standard output.
+    Solve(solve::Request),
 }
 
 fn main() -> ExitCode {
@@ -46,17 +55,20 @@ fn main() -> ExitCode {
         Command::Eval { file } => answer(&file),
         Command::Factors(arguments) => status(factors::run(&arguments)),
         Command::Field(arguments) => status(field::run(&arguments)),
+        Command::Solve(request) => match solve::run(&request, io::stdout().lock()) {
+            Ok(complete) => ExitCode::from(u8::from(!complete)),
+            Err(failure) => refused(failure),
+        },
     }
 }
 
 fn status(result: Result<(), impl Display>) -> ExitCode {
-    match result {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(failure) => {
-            eprintln!("radgrad: {failure}");
-            ExitCode::from(2)
-        }
-    }
+    result.map_or_else(refused, |()| ExitCode::SUCCESS)
+}
+
+fn refused(failure: impl Display) -> ExitCode {
+    eprintln!("radgrad: {failure}");
+    ExitCode::from(2)
 }
 
 fn answer(file: &Path) -> ExitCode {
@@ -73,7 +85,6 @@ fn answer(file: &Path) -> ExitCode {
         }
     }
 }
-
 fn eval(file: &Path) -> Result<Tally, Failure> {
     let input: Box<dyn Read> =
         if file == Path::new("-") { Box::new(io::stdin().lock()) } else { Box::new(File::open(file).map_err(Failure::Read)?) };

@@ -25,6 +25,7 @@ pub use error::Error;
 pub use factors::{Entry, Factor, FactorMatrix, FactorSettings, FieldCell, FormFactors, SurfaceMatrix};
 pub use occluders::{Beam, Found, Occluders};
 pub use place::{Place, Position};
+pub use scene::split::triangles as triangulate;
 pub use scene::{Degenerate, Face, Material, Note, Scene, Surface};
 
 /// The content of a file.

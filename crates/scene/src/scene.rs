@@ -11,7 +11,7 @@
 mod intake;
 mod material;
 mod note;
-mod split;
+pub(crate) mod split;
 
 use std::path::Path;
 

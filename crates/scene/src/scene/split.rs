@@ -10,7 +10,7 @@ use robust::{Coord, orient2d};
 use crate::projection::Projection;
 
 /// Indices of the vertices of each triangle, counter-clockwise as the face is; `None` if the projected face is no polygon.
-pub(crate) fn triangles(vertices: &[DVec3]) -> Option<Vec<[usize; 3]>> {
+pub fn triangles(vertices: &[DVec3]) -> Option<Vec<[usize; 3]>> {
     let projection = Projection::of(vertices);
     let points: Vec<Coord<f64>> = vertices.iter().map(|&v| projection.point(v)).collect();
     // This refuses what crosses or touches itself. The projection keeps orientation, so that the outline is counter-clockwise.

@@ -1,0 +1,182 @@
+//! `radgrad solve`: a scene to an error, with its progress, its files and its summary.
+
+use std::fs::File;
+use std::io::{self, BufReader, BufWriter, Write};
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use clap::Args;
+use indicatif::{ProgressBar, ProgressStyle};
+use radgrad_scene::{Degenerate, Scene};
+use radgrad_solver::{MAX_DEGREE, Options, Solution, solve};
+
+use crate::export::Format;
+use crate::summary::Summary;
+use crate::{points, whole_file};
+
+/// How often a result on the way is written at most.
+const BETWEEN_FILES: Duration = Duration::from_secs(5);
+
+/// What to solve, and what to write.
+#[derive(Debug, Args)]
+pub(crate) struct Request {
+    /// The scene: .obj with its .mtl, .gltf, .glb or .vs3.
+    scene: PathBuf,
+    /// Mean of the bound on the error over the mean radiosity, at most: a percentage or a fraction.
+    #[arg(long, default_value = "0.5%", value_parser = fraction)]
+    error: f64,
+    /// Degree of the polynomials on elements, 0 to 3.
+    #[arg(long, default_value_t = 2, value_parser = degree)]
+    degree: usize,
+    /// Stop after the round in which this many seconds have passed; the bound then says what was reached.
+    #[arg(long)]
+    seconds: Option<f64>,
+    /// Elements, divided ones too, beyond which none is divided any more.
+    #[arg(long, default_value_t = 20_000)]
+    most_elements: usize,
+    /// Write the solution: .vtu (radiosity, gradient, bounds, ledger) or .ply (colours). On the way too, every few seconds.
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
+    /// Answer for the points of a JSON Lines file (`position`, `normal`): radiosity and bound in each channel.
+    #[arg(long, value_name = "FILE")]
+    points: Option<PathBuf>,
+    /// Write the answers to --points here rather than to the standard output.
+    #[arg(long, value_name = "FILE", requires = "points")]
+    answers: Option<PathBuf>,
+    /// Print one JSON object: `seconds`, `elements`, `links`, `bound`, `ledger`.
+    #[arg(long)]
+    summary: bool,
+    /// Leave out faces that are no polygon rather than refuse the file.
+    #[arg(long)]
+    drop_degenerate: bool,
+}
+
+/// Why there is no result.
+#[derive(Debug, thiserror::Error)]
+pub(crate) enum Failure {
+    #[error(transparent)]
+    Scene(#[from] radgrad_scene::Error),
+    #[error(transparent)]
+    Solve(#[from] radgrad_solver::Error),
+    #[error("{}: expected a name ending in .vtu or .ply", file.display())]
+    Format { file: PathBuf },
+    #[error("{}: cannot read: {source}", file.display())]
+    Read { file: PathBuf, source: io::Error },
+    #[error("{}: cannot write: {source}", file.display())]
+    Write { file: PathBuf, source: io::Error },
+    #[error("cannot write the answers: {0}")]
+    Output(#[from] io::Error),
+}
+
+/// Solves and writes. Returns whether the error asked for was reached and every point answered.
+pub(crate) fn run(request: &Request, mut output: impl Write) -> Result<bool, Failure> {
+    let start = Instant::now();
+    // What can be refused is refused before the work.
+    let out = request.out.as_deref().map(|file| match Format::of(file) {
+        Some(format) => Ok((file, format)),
+        None => Err(Failure::Format { file: file.to_owned() }),
+    });
+    let out = out.transpose()?;
+    let points = request.points.as_deref().map(|file| match File::open(file) {
+        Ok(points) => Ok(BufReader::new(points)),
+        Err(source) => Err(Failure::Read { file: file.to_owned(), source }),
+    });
+    let points = points.transpose()?;
+    let degenerate = if request.drop_degenerate { Degenerate::Drop } else { Degenerate::Refuse };
+    let scene = Scene::read(&request.scene, degenerate)?;
+    for note in scene.notes() {
+        eprintln!("radgrad: {note}");
+    }
+
+    let solution = solved(request, &scene, start, out)?;
+    let seconds = start.elapsed().as_secs_f64();
+    if let Some((file, format)) = out {
+        write(file, format, &solution)?;
+    }
+    let mut refused = 0;
+    if let Some(points) = points {
+        refused = match &request.answers {
+            Some(file) => {
+                let mut answers = Vec::new();
+                let refused = points::answer_all(&solution, points, &mut answers)?;
+                whole_file::write(file, |output| output.write_all(&answers))
+                    .map_err(|source| Failure::Write { file: file.clone(), source })?;
+                refused
+            }
+            None => points::answer_all(&solution, points, BufWriter::new(&mut output))?,
+        };
+        if refused > 0 {
+            eprintln!("radgrad: {refused} points refused: see their `error`");
+        }
+    }
+    if request.summary {
+        serde_json::to_writer(&mut output, &Summary::of(&solution, request.error, seconds)).map_err(io::Error::from)?;
+        output.write_all(b"\n")?;
+    }
+    let progress = solution.progress();
+    let reached = progress.bound <= request.error;
+    if !reached {
+        eprintln!(
+            "radgrad: stopped at a bound of {:.3} %, above the {:.3} % asked for",
+            100.0 * progress.bound,
+            100.0 * request.error
+        );
+    }
+    Ok(reached && refused == 0)
+}
+
+/// The solution, with its progress on the standard error and a file of it from time to time.
+fn solved(request: &Request, scene: &Scene, start: Instant, out: Option<(&Path, Format)>) -> Result<Solution, Failure> {
+    let options =
+        Options { error: request.error, degree: request.degree, most_elements: request.most_elements, ..Options::default() };
+    let bar = ProgressBar::new_spinner();
+    if let Ok(style) = ProgressStyle::with_template("{spinner} {elapsed} {msg}") {
+        bar.set_style(style);
+    }
+    bar.enable_steady_tick(Duration::from_millis(100));
+    let (mut failure, mut last) = (None, Instant::now());
+    let solution = solve(scene, &options, |solution| {
+        let p = solution.progress();
+        bar.set_message(format!("round {}: {} elements, {} links, bound {:.3} %", p.round, p.elements, p.links, 100.0 * p.bound));
+        if let Some((file, format)) = out
+            && last.elapsed() >= BETWEEN_FILES
+        {
+            failure = write(file, format, solution).err();
+            last = Instant::now();
+        }
+        failure.is_none() && request.seconds.is_none_or(|limit| start.elapsed().as_secs_f64() < limit)
+    });
+    bar.finish_and_clear();
+    failure.map_or(Ok(solution?), Err)
+}
+
+fn write(file: &Path, format: Format, solution: &Solution) -> Result<(), Failure> {
+    whole_file::write(file, |output| format.write(solution, output))
+        .map_err(|source| Failure::Write { file: file.to_owned(), source })
+}
+
+/// `0.5%` or `0.005`.
+fn fraction(text: &str) -> Result<f64, String> {
+    let (number, unit) = text.strip_suffix('%').map_or((text, 1.0), |number| (number, 0.01));
+    let value = unit * number.trim().parse::<f64>().map_err(|error| error.to_string())?;
+    if value > 0.0 && value <= 1.0 { Ok(value) } else { Err(format!("{value} is not above 0 and at most 1 (100%)")) }
+}
+
+fn degree(text: &str) -> Result<usize, String> {
+    let value = text.parse::<usize>().map_err(|error| error.to_string())?;
+    if value <= MAX_DEGREE { Ok(value) } else { Err(format!("{value} is above {MAX_DEGREE}")) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_error_is_a_percentage_or_a_fraction() {
+        assert_eq!(fraction("0.5%"), Ok(0.005));
+        assert_eq!(fraction("0.005"), Ok(0.005));
+        for wrong in ["0", "-1%", "101%", "nan", "half"] {
+            assert!(fraction(wrong).is_err(), "{wrong}");
+        }
+    }
+}

@@ -1,0 +1,110 @@
+//! `radgrad solve` as a user sees it: a scene in, files and lines out, an exit status.
+
+use std::path::PathBuf;
+use std::process::{Command, Output};
+
+use serde_json::Value;
+
+/// Two unit squares at distance 1 that reflect half and radiate 1, the radiosity at a centre and at a corner.
+const SQUARES: &str = "mtllib squares.mtl\nusemtl white\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n\
+                       v 0 0 1\nv 0 1 1\nv 1 1 1\nv 1 0 1\nf 5 6 7 8\n";
+const WHITE: &str = "newmtl white\nKd 0.5 0.5 0.5\nKe 0.3183098861837907 0.3183098861837907 0.3183098861837907\n";
+const POINTS: &str = r#"{"position":[0.5,0.5,0],"normal":[0,0,1]}
+{"id":"corner","position":[0,0,0],"normal":[0,0,2]}
+
+{"position":[0.5,0.5,0.5],"normal":[0,0,1]}
+{"position":[0.5,0.5],"normal":[0,0,1]}
+"#;
+
+/// A folder of its own, removed at the end.
+struct Folder(PathBuf);
+
+impl Folder {
+    fn new(name: &str) -> Self {
+        let folder = std::env::temp_dir().join(format!("radgrad-solve-{name}-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).unwrap();
+        for (file, text) in [("squares.obj", SQUARES), ("squares.mtl", WHITE), ("points.jsonl", POINTS)] {
+            std::fs::write(folder.join(file), text).unwrap();
+        }
+        Self(folder)
+    }
+
+    fn solve(&self, arguments: &[&str]) -> Output {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_radgrad"));
+        command.current_dir(&self.0).args(["solve", "squares.obj"]).args(arguments).output().unwrap()
+    }
+
+    fn read(&self, file: &str) -> String {
+        std::fs::read_to_string(self.0.join(file)).unwrap()
+    }
+}
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_dir_all(&self.0);
+    }
+}
+
+fn lines(output: &Output) -> Vec<Value> {
+    std::str::from_utf8(&output.stdout).unwrap().lines().map(|line| serde_json::from_str(line).unwrap()).collect()
+}
+
+#[test]
+fn points_are_answered_in_their_order_inside_their_bounds() {
+    let folder = Folder::new("points");
+    let output = folder.solve(&["--points", "points.jsonl"]);
+    assert_eq!(output.status.code(), Some(1), "two lines are refused");
+    let lines = lines(&output);
+    assert_eq!(lines.len(), 4);
+    for (line, exact) in lines.iter().zip([1.133_303_564_992_420_8, 1.076_981_393_145_044_5]) {
+        for channel in 0..3 {
+            let [value, bound] = ["radiosity", "bound"].map(|name| line[name][channel].as_f64().unwrap());
+            assert!((value - exact).abs() <= bound.min(1e-6), "{line}");
+        }
+    }
+    assert_eq!(lines[1]["id"], "corner");
+    assert!(lines[2]["error"].as_str().unwrap().starts_with("no face at [0.5, 0.5, 0.5]"), "{}", lines[2]);
+    assert_eq!(lines[3]["line"], 5);
+}
+
+#[test]
+fn the_summary_is_one_object_whose_ledger_adds_up_to_its_bound() {
+    let folder = Folder::new("summary");
+    let output = folder.solve(&["--error", "0.1%", "--summary"]);
+    assert_eq!(output.status.code(), Some(0));
+    let lines = lines(&output);
+    assert_eq!(lines.len(), 1);
+    let number = |name: &str| lines[0][name].as_f64().unwrap();
+    assert!(number("seconds") > 0.0 && number("elements") >= 2.0 && number("links") >= 2.0);
+    assert!(number("bound") <= 0.001 && number("error") == 0.001);
+    let sum: f64 = lines[0]["ledger"].as_object().unwrap().values().map(|v| v.as_f64().unwrap()).sum();
+    assert!((sum - number("bound")).abs() <= 1e-12 * sum);
+}
+
+#[test]
+fn files_are_whole_and_have_what_they_say() {
+    let folder = Folder::new("files");
+    assert_eq!(folder.solve(&["--out", "out.vtu"]).status.code(), Some(0));
+    let vtu = folder.read("out.vtu");
+    for name in ["radiosity r", "gradient g", "lower b", "upper b", "discretisation r"] {
+        assert!(vtu.contains(&format!("Name=\"{name}\"")), "{name}");
+    }
+    assert!(vtu.trim_end().ends_with("</VTKFile>") && !vtu.contains("NaN") && !vtu.contains("inf"));
+    assert_eq!(folder.solve(&["--out", "out.ply"]).status.code(), Some(0));
+    let ply = folder.read("out.ply");
+    let count = |what: &str| -> usize { ply.lines().find_map(|l| l.strip_prefix(what)).unwrap().parse().unwrap() };
+    let header = ply.lines().position(|l| l == "end_header").unwrap() + 1;
+    assert_eq!(ply.lines().count(), header + count("element vertex ") + count("element face "));
+    let wrong = folder.solve(&["--out", "out.xyz"]);
+    assert_eq!(wrong.status.code(), Some(2));
+    assert!(String::from_utf8(wrong.stderr).unwrap().contains("out.xyz: expected a name ending in .vtu or .ply"));
+}
+
+#[test]
+fn a_limit_that_stops_the_work_is_said() {
+    let folder = Folder::new("limit");
+    let output = folder.solve(&["--error", "0.0001%", "--most-elements", "1", "--summary"]);
+    assert_eq!(output.status.code(), Some(1));
+    assert!(String::from_utf8_lossy(&output.stderr).contains("stopped at a bound of"));
+    assert!(lines(&output)[0]["bound"].as_f64().unwrap() > 1e-6);
+}

@@ -1,0 +1,55 @@
+//! What can be wrong with a scene or a request.
+
+use radgrad_core::DVec3;
+
+/// Every way in which this crate refuses an input. Messages give the value, its place and the rule it breaks.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// A face cannot be cut into triangles.
+    #[error("face {face} cannot be cut into triangles: its outline touches itself")]
+    Face {
+        /// Index of the face in the scene, from 0.
+        face: usize,
+    },
+    /// A part of a face is no polygon any more: it became too small for its coordinates.
+    #[error("a part of face {face}: {source}")]
+    Element {
+        /// Index of the face in the scene, from 0.
+        face: usize,
+        /// What is wrong with it.
+        source: radgrad_core::Error,
+    },
+    /// A radiosity cannot be represented.
+    #[error("a radiosity on face {face}: {source}")]
+    Evaluation {
+        /// Index of the face that receives, from 0.
+        face: usize,
+        /// What is wrong with it.
+        source: radgrad_core::Error,
+    },
+    /// The error asked for is not positive.
+    #[error("the error is {value}: it must be above 0 and at most 1, relative to the mean radiosity")]
+    Tolerance {
+        /// The value given.
+        value: f64,
+    },
+    /// Light does not lose energy on its way, so that no bound exists.
+    #[error("channel {channel} has a reflectance of 1 on face {face}: the bound needs less than 1 everywhere")]
+    Lossless {
+        /// The channel.
+        channel: String,
+        /// Index of the face, from 0.
+        face: usize,
+    },
+    /// A point is on no face.
+    #[error("no face at {position} faces along {normal}: the point must be within {reach:e} of one")]
+    NoFace {
+        /// The point.
+        position: DVec3,
+        /// The normal given.
+        normal: DVec3,
+        /// The distance allowed.
+        reach: f64,
+    },
+}

@@ -1,0 +1,79 @@
+//! Where the error comes from (J. Arvo, K. Torrance and B. Smits 1994; M. Lischinski, B. Smits and D. Greenberg 1994).
+
+use std::ops::{Add, AddAssign, Mul};
+
+/// A bound on an error, by its sources. Unit: that of the radiosity.
+///
+/// ```
+/// use radgrad_solver::Ledger;
+/// let ledger = Ledger { discretisation: 0.5, visibility: 0.25, ..Ledger::default() };
+/// assert_eq!((ledger + ledger).total(), 1.5);
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Ledger {
+    /// The scene computed with is not the one given. Reflectances are constant on a face and polygons are taken as they are, so
+    /// this is 0 but for what a reader changed, which its notes say.
+    pub modelling: f64,
+    /// The radiosity is not a polynomial on an element. Estimated: sampled residuals and gradients with a second-order remainder.
+    pub discretisation: f64,
+    /// What links neglect, quadrature and rounding. Proven.
+    pub computation: f64,
+    /// Errors of what was evaluated past occluders. Proven.
+    pub visibility: f64,
+    /// The linear system is not solved to the last digit. Proven.
+    pub solver: f64,
+}
+
+impl Ledger {
+    /// The bound: the sum of all entries.
+    #[must_use]
+    pub const fn total(&self) -> f64 {
+        self.modelling + self.discretisation + self.computation + self.visibility + self.solver
+    }
+
+    /// The entries, in the order of their names.
+    #[must_use]
+    pub const fn entries(&self) -> [f64; 5] {
+        [self.modelling, self.discretisation, self.computation, self.visibility, self.solver]
+    }
+
+    /// Names of the entries.
+    pub const NAMES: [&'static str; 5] = ["modelling", "discretisation", "computation", "visibility", "solver"];
+
+    pub(crate) const fn from_entries(e: [f64; 5]) -> Self {
+        Self { modelling: e[0], discretisation: e[1], computation: e[2], visibility: e[3], solver: e[4] }
+    }
+
+    /// The same with each entry changed.
+    pub(crate) fn map(self, f: impl Fn(f64) -> f64) -> Self {
+        Self::from_entries(self.entries().map(f))
+    }
+
+    /// Entry by entry, the result of `f`.
+    pub(crate) fn zip(self, other: Self, f: impl Fn(f64, f64) -> f64) -> Self {
+        let (a, b) = (self.entries(), other.entries());
+        Self::from_entries([0, 1, 2, 3, 4].map(|i| f(a[i], b[i])))
+    }
+}
+
+impl Add for Ledger {
+    type Output = Self;
+
+    fn add(self, other: Self) -> Self {
+        self.zip(other, |a, b| a + b)
+    }
+}
+
+impl AddAssign for Ledger {
+    fn add_assign(&mut self, other: Self) {
+        *self = *self + other;
+    }
+}
+
+impl Mul<f64> for Ledger {
+    type Output = Self;
+
+    fn mul(self, factor: f64) -> Self {
+        self.map(|entry| entry * factor)
+    }
+}

@@ -1,0 +1,165 @@
+//! All elements of a scene, and what lies between them.
+
+use radgrad_core::{DVec3, Polygon};
+use radgrad_scene::{Beam, Occluders, Scene};
+
+use crate::Error;
+use crate::basis::{Basis, Shape};
+use crate::element::Element;
+
+/// The trees of elements over the faces of a scene.
+///
+/// ```
+/// use radgrad_scene::{Degenerate, Scene};
+/// use radgrad_solver::Mesh;
+/// # let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../../data/scenes/cornell.obj");
+/// let scene = Scene::read(file, Degenerate::Refuse)?;
+/// let mut mesh = Mesh::new(&scene, 1)?;
+/// let before = mesh.leaves().count();
+/// mesh.divide(0)?;
+/// assert_eq!(mesh.leaves().count(), before + 3);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Debug)]
+pub struct Mesh {
+    polygons: Vec<Polygon>,
+    /// Whether a face exchanges light, or only hides others.
+    exchanges: Vec<bool>,
+    index: Occluders,
+    bases: [Basis; 2],
+    elements: Vec<Element>,
+    roots: Vec<usize>,
+    /// The elements that each face was first cut into.
+    roots_of_face: Vec<Vec<usize>>,
+}
+
+/// What a point sees of a source.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) enum Sight {
+    /// Nothing: one of them is behind the other.
+    Nothing,
+    /// Nothing is between them.
+    Clear,
+    /// These faces may be.
+    Past(Vec<usize>),
+}
+
+impl Mesh {
+    /// The coarsest elements, with bases of a degree.
+    ///
+    /// # Errors
+    /// If a face cannot be cut into triangles.
+    pub fn new(scene: &Scene, degree: usize) -> Result<Self, Error> {
+        let bases = [Shape::Parallelogram, Shape::Triangle].map(|shape| Basis::new(shape, degree));
+        let polygons: Vec<Polygon> = scene.polygons().cloned().collect();
+        let exchanges: Vec<bool> = scene.faces().iter().map(|face| scene.surfaces()[face.surface()].exchanges()).collect();
+        let (mut elements, mut roots_of_face) = (Vec::new(), vec![Vec::new(); polygons.len()]);
+        for (face, polygon) in polygons.iter().enumerate().filter(|(face, _)| exchanges[*face]) {
+            let of_face = Element::of_face(polygon, face, &bases)?;
+            roots_of_face[face] = (elements.len()..elements.len() + of_face.len()).collect();
+            elements.extend(of_face);
+        }
+        let roots = (0..elements.len()).collect();
+        Ok(Self { index: Occluders::new(&polygons), polygons, exchanges, bases, elements, roots, roots_of_face })
+    }
+
+    /// All elements, divided or not; an element is named by its index.
+    #[must_use]
+    pub fn elements(&self) -> &[Element] {
+        &self.elements
+    }
+
+    /// The elements that are no part of another.
+    #[must_use]
+    pub fn roots(&self) -> &[usize] {
+        &self.roots
+    }
+
+    /// Indices of the elements that are not divided.
+    pub fn leaves(&self) -> impl Iterator<Item = usize> {
+        (0..self.elements.len()).filter(|&e| self.elements[e].is_leaf())
+    }
+
+    /// The basis of an element.
+    #[must_use]
+    pub fn basis(&self, element: usize) -> &Basis {
+        &self.bases[usize::from(self.elements[element].shape() == Shape::Triangle)]
+    }
+
+    /// Polygons of the faces.
+    #[must_use]
+    pub fn polygons(&self) -> &[Polygon] {
+        &self.polygons
+    }
+
+    /// Divides an element into four. One that is divided stays as it is.
+    ///
+    /// # Errors
+    /// If its parts are too small for their coordinates.
+    pub fn divide(&mut self, element: usize) -> Result<(), Error> {
+        if self.elements[element].is_leaf() {
+            let children = self.elements[element].divided(element, self.basis(element))?;
+            self.elements[element].children = Some(self.elements.len());
+            self.elements.extend(children);
+        }
+        Ok(())
+    }
+
+    /// The leaf at a point of a face, the nearest one if it is between them.
+    pub(crate) fn leaf_at(&self, face: usize, point: DVec3) -> Option<usize> {
+        let excess = |e: &usize| self.elements[*e].excess(self.elements[*e].reference(point));
+        let nearest = |a: &usize, b: &usize| excess(a).total_cmp(&excess(b));
+        let mut at = *self.roots_of_face.get(face)?.iter().min_by(|a, b| nearest(a, b))?;
+        while let Some(first) = self.elements[at].children {
+            at = (first..first + 4).min_by(|a, b| nearest(a, b))?;
+        }
+        Some(at)
+    }
+
+    /// The face that a point is on, the nearest one within `reach` that faces along `normal`, and the point of its plane.
+    pub(crate) fn face_at(&self, point: DVec3, normal: DVec3, reach: f64) -> Option<(usize, DVec3)> {
+        let normal = normal.try_normalize()?;
+        let on = |&(face, polygon): &(usize, &Polygon)| {
+            let height = polygon.normal().dot(point - polygon.vertices()[0]);
+            let foot = point - polygon.normal() * height;
+            let outside = |e: &usize| {
+                let element = &self.elements[*e];
+                element.excess(element.reference(foot)).max(0.0) * 2.0 * element.radius()
+            };
+            let outside = self.roots_of_face[face].iter().map(outside).fold(f64::INFINITY, f64::min);
+            let off = height.abs().max(outside);
+            (off <= reach && polygon.normal().dot(normal) > 0.99).then_some((off, face, foot))
+        };
+        let faces = self.polygons.iter().enumerate().filter(|(face, _)| self.exchanges[*face]);
+        let nearest = faces.filter_map(|f| on(&f)).min_by(|a, b| a.0.total_cmp(&b.0))?;
+        Some((nearest.1, nearest.2))
+    }
+
+    /// What an element sees of another, all of it among `known` where those were found for larger ones.
+    pub(crate) fn sight(&self, receiver: usize, source: usize, known: Option<&[usize]>) -> Sight {
+        let [to, from] = [receiver, source].map(|e| &self.elements[e]);
+        if to.face() == from.face() {
+            return Sight::Nothing;
+        }
+        let Some(beam) = Beam::from_polygon(to.polygon(), from.polygon()) else { return Sight::Nothing };
+        self.found(&beam, known, [to.face(), from.face()])
+    }
+
+    /// What a point of a face sees of an element, among `known`.
+    pub(crate) fn sight_of_point(&self, face: usize, point: DVec3, source: usize, known: Option<&[usize]>) -> Sight {
+        let from = &self.elements[source];
+        if face == from.face() {
+            return Sight::Nothing;
+        }
+        let Some(beam) = Beam::from_point_of(&self.polygons[face], point, from.polygon()) else { return Sight::Nothing };
+        self.found(&beam, known, [face, from.face()])
+    }
+
+    fn found(&self, beam: &Beam, known: Option<&[usize]>, leave_out: [usize; 2]) -> Sight {
+        let found = match known {
+            Some(known) => self.index.among(beam, known, &leave_out),
+            None => self.index.in_beam(beam, &leave_out),
+        };
+        if found.polygons.is_empty() { Sight::Clear } else { Sight::Past(found.polygons) }
+    }
+}

@@ -1,0 +1,85 @@
+//! The residual of a piecewise polynomial radiosity, `r = E + rho G B_h - B_h`, over a leaf.
+//!
+//! `B_h` is the projection of `E + rho G B_h`, sampled at the leaf's nodes, so r has three parts. What the links neglect and the
+//! bounds of the evaluations are proven at the nodes, and are taken to be the same between them. What the solver left, the
+//! difference of two polynomials, is proven all over the leaf. The third part, what the projection leaves out, is estimated.
+//! The samples have a part of the next degree beyond the basis, exactly seen: its magnitude over the leaf is bounded by its
+//! Bernstein coefficients. A rule that is exact for as much as it can be may see nothing at all of the degree after that, its
+//! nodes being where those polynomials vanish; so three more samples are taken at other places, and what all samples have beyond
+//! the polynomials seen stands for all the degrees above. It counts twice, since the samples are not where it is largest. That
+//! is an estimate: light with a feature smaller than an element, between its nodes, is not seen.
+//!
+//! The third part oscillates: its mean over the leaf is 0 up to the error of the nodes' rule, which is exact for two degrees
+//! more than the square of the basis. With q the ratio of the last two degrees seen, that mean is taken to be the part's size
+//! times `q^(degree + 2)`. Where nothing falls off, as where a shadow's edge crosses the leaf, an interval between two nodes
+//! decides: the size times `1/(degree + 2)`.
+
+use crate::field::Field;
+use crate::gathering::{Surfaces, irradiance};
+use crate::ledger::Ledger;
+use crate::link::Link;
+use crate::mesh::{Mesh, Sight};
+
+/// Bounds on the residual over an element; of one that is divided, over the leaves below it.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(crate) struct Residual {
+    /// Largest magnitude.
+    pub(crate) largest: Ledger,
+    /// Mean magnitude of what the projection leaves out.
+    pub(crate) mean: f64,
+    /// The same, each leaf times the radius of the leaf.
+    pub(crate) arm: f64,
+    /// Magnitude of its mean over each leaf.
+    pub(crate) bias: f64,
+}
+
+impl Residual {
+    /// Bounds over a leaf in a channel.
+    pub(crate) fn of(mesh: &Mesh, surfaces: &Surfaces, links: &[Link], field: &Field, leaf: usize, channel: usize) -> Self {
+        let (element, basis) = (&mesh.elements()[leaf], mesh.basis(leaf));
+        let (rho, emitted) = (surfaces.reflectance[element.face()][channel], surfaces.emitted[element.face()][channel]);
+        let at_nodes = irradiance(mesh, field, links, channel, basis.nodes().len());
+        let samples: Vec<f64> = at_nodes.iter().map(|h| rho * h).collect();
+
+        let held = field.of(leaf, channel, basis.len());
+        let mut left: Vec<f64> = basis.project(&samples).iter().zip(held).map(|(p, b)| p - b).collect();
+        left[0] += emitted;
+
+        let excess = basis.excess(&samples);
+        let ratio = if excess.next < excess.last { excess.next / excess.last } else { 1.0 };
+        let discretisation = excess.largest + 2.0 * excess.beyond;
+        let mean = excess.next.hypot(2.0 * excess.spread);
+        let falls = std::iter::repeat_n(ratio, basis.degree() + 2).product::<f64>();
+        let bias = mean * falls.min(1.0 / (basis.degree() + 2) as f64);
+
+        let (mut computation, mut visibility): (f64, f64) = (0.0, 0.0);
+        for (node, sample) in samples.iter().enumerate() {
+            let (mut neglected, mut clear, mut past) = (0.0, 0.0, 0.0);
+            for link in links {
+                let row = &link.rows[node];
+                neglected += field.neglected(mesh, link.source, link.count, channel, row);
+                let coefficients = &field.of(link.source, channel, mesh.basis(link.source).len())[..link.count];
+                let size = row.error_of(coefficients);
+                if matches!(link.sight, Sight::Past(_)) { past += size } else { clear += size }
+            }
+            // The sums themselves round.
+            let summed = 2.0 * f64::EPSILON * (links.len() + 2) as f64 * (sample.abs() + emitted);
+            computation = computation.max(rho * (neglected + clear) + summed);
+            visibility = visibility.max(rho * past);
+        }
+        let largest = Ledger { modelling: 0.0, discretisation, computation, visibility, solver: basis.magnitude(&left) };
+        Self { largest, mean, arm: mean * element.radius(), bias }
+    }
+
+    /// The bounds over four children of one size.
+    pub(crate) fn over(children: &[Self]) -> Self {
+        let part = 1.0 / children.len() as f64;
+        let join = |sum: Self, child: &Self| Self {
+            largest: sum.largest.zip(child.largest, f64::max),
+            mean: sum.mean + part * child.mean,
+            arm: sum.arm + part * child.arm,
+            bias: sum.bias + part * child.bias,
+        };
+        children.iter().fold(Self::default(), join)
+    }
+}

@@ -1,0 +1,45 @@
+//! The Cornell box: solutions of different effort and degree agree within their bounds, point by point, shadows included.
+
+use radgrad_scene::{Degenerate, Scene};
+use radgrad_solver::{Options, solve};
+
+#[test]
+fn a_rough_and_a_finer_solution_of_the_cornell_box_agree_within_their_bounds() {
+    let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../../data/scenes/cornell.obj");
+    let scene = Scene::read(file, Degenerate::Refuse).unwrap();
+    let solved = |degree, first_divisions| {
+        let options = Options { error: 0.5, degree, first_divisions, most_elements: 1, ..Options::default() };
+        solve(&scene, &options, |_| true).unwrap()
+    };
+    let (rough, finer) = (solved(0, 0), solved(1, 1));
+    assert!(finer.progress().bound < rough.progress().bound);
+    let (mut points, mut seen) = (0, 0);
+    for face in scene.faces() {
+        let vertices = face.polygon().vertices();
+        let [a, b, c] = [vertices[0], vertices[1], vertices[2]];
+        for (u, v) in [(0.2, 0.3), (0.6, 0.1), (0.05, 0.9)] {
+            let point = a + (b - a) * u + (c - a) * v;
+            let normal = face.polygon().normal();
+            let (p, q) = (rough.gather(point, normal).unwrap(), finer.gather(point, normal).unwrap());
+            for channel in 0..3 {
+                let off = (p.radiosity[channel] - q.radiosity[channel]).abs();
+                let bounds = p.ledger[channel].total() + q.ledger[channel].total();
+                assert!(off <= bounds, "face {} channel {channel}: {off} above {bounds}", p.face);
+                seen += usize::from(off > 0.01 * bounds);
+            }
+            points += 1;
+        }
+    }
+    // A bound that nothing comes near would prove little.
+    assert!(points == 3 * scene.faces().len() && seen > points, "{seen} of {points}");
+}
+
+#[test]
+fn a_point_on_no_face_is_refused_with_its_place() {
+    let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../../data/scenes/cornell.obj");
+    let scene = Scene::read(file, Degenerate::Refuse).unwrap();
+    let options = Options { error: 1.0, degree: 0, first_divisions: 0, most_elements: 1, ..Options::default() };
+    let solution = solve(&scene, &options, |_| true).unwrap();
+    let error = solution.gather([278.0, 5.0, 100.0].into(), [0.0, 1.0, 0.0].into()).unwrap_err().to_string();
+    assert!(error.starts_with("no face at [278, 5, 100]"), "{error}");
+}
