@@ -75,7 +75,7 @@ pub(super) fn plates() -> Result<(Vec<Plate>, Vec<u8>), Box<dyn Error>> {
         });
     }
     plates.push(Plate {
-        picture: geometry_picture(&constant.value).svg("plot paper", "E. Geometry of the scene", SCENE),
+        picture: geometry_picture(&constant.value).svg_element("plot paper", "E. Geometry of the scene", SCENE),
         caption: "E. The scene: a triangular emitter 1 m over a parallel plane of reflectance 1.".to_owned(),
     });
     Ok((plates, csv(&constant, &linear)?))
