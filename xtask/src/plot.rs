@@ -188,7 +188,7 @@ impl Picture {
     }
 
     /// The picture as an SVG element for a page, with a class, and with what it is and shows for those who do not see it.
-    pub(crate) fn svg(&self, class: &str, title: &str, description: &str) -> String {
+    pub(crate) fn svg_element(&self, class: &str, title: &str, description: &str) -> String {
         let text = SvgBackend::new().render_scene(&self.scene);
         let inside = text.split_once('>').map_or("", |(_, inside)| inside);
         let (width, height) = (self.scene.width, self.scene.height);

@@ -89,19 +89,20 @@ fn group(audit: &Audit, plane: Plane, emitted: Emitted) -> Option<Group> {
 const fn reading(plane: Plane) -> &'static str {
     match plane {
         Plane::DistanceHeight => {
-            "The receiver is moved aside of the emitter's middle and lifted over its plane. Lower left: almost touching. Right: far \
-             away, where near-equal terms cancel. Below the diagonal: grazing. The receiver looks at the emitter, a little askew."
+            "The receiver is moved aside of the emitter's middle and lifted over its plane. Lower left: almost touching. Right: \
+             far away, where near-equal terms cancel. Below the diagonal: grazing. The receiver looks at the emitter, a little askew."
         }
         Plane::AngleWidth => {
-            "A needle one length long is seen from 1.5 lengths away, at an angle over its plane. Lower left: a thread seen edge-on."
+            "A needle one length long is seen from 1.5 lengths away, at an angle over its plane. Lower left: a \
+             thread seen edge-on."
         }
         Plane::AngleSliver => {
-            "The receiver's horizon hides all of the emitter but one corner, which rises over it by the angle on the upright axis. \
-             The form of the paper is given the part above the horizon, cut in double precision."
+            "The receiver's horizon hides all of the emitter but one corner, which rises over it by the angle on the upright \
+             axis. The form of the paper is given the part above the horizon, cut in double precision."
         }
         Plane::ScaleDistance => {
-            "All lengths are multiplied by a power of two, which changes no digit of the exact answer. Single precision leaves its \
-             range near 2\u{207b}\u{2076}\u{2070} and 2\u{2076}\u{2070}; what normalises its lengths sees no scale at all."
+            "All lengths are multiplied by a power of two, which changes no digit of the exact answer. Single precision leaves \
+             its range near 2\u{207b}\u{2076}\u{2070} and 2\u{2076}\u{2070}; what normalises its lengths sees no scale at all."
         }
     }
 }

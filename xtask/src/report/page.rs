@@ -127,8 +127,8 @@ fn verdict(audit: &Audit, passed: bool, caught: &str) -> String {
         worst.map_or_else(|| "none".to_owned(), |worst| format!("{} ({})", worst.worst, worst.worst_case))
     };
     format!(
-        "{}: {} cases in {} families; worst relative error {} of the radiosity, {} of the gradient; {} bounds broken in {} answers; \
-         {caught} planted slips caught.",
+        "{}: {} cases in {} families; worst relative error {} of the radiosity, {} of the gradient; {} bounds broken in {} \
+         answers; {caught} planted slips caught.",
         if passed { "Passed" } else { "FAILED" },
         run.count("cases"),
         run.get("families"),
@@ -172,8 +172,8 @@ fn bounds_told(audit: &Audit) -> String {
         _ => String::new(),
     };
     format!(
-        "{} cases, {} of them not 0, gave {} answers to 1e-12, 1e-15 and loose tolerances. Each was held against core's own closest \
-         answer ({} cases), {} cases also against 22 digits and {} against the oracle's enclosure; for {sharp} answers the truth \
+        "{} cases, {} of them not 0, gave {} answers to 1e-12, 1e-15 and loose tolerances. Each was held against core's own \
+         closest answer ({} cases), {} cases also against 22 digits and {} against the oracle's enclosure; for {sharp} answers the truth \
          was known to within 1 % of the bound. Bounds below their error: {}. Tolerances missed: {} at 1e-12, {} at 1e-15.",
         run.count("cases"),
         run.count("nonzero"),

@@ -22,6 +22,10 @@ const LEFT: f64 = 46.0;
 const TOP: f64 = 40.0;
 const SIDE: f64 = 300.0;
 
+/// What figure E shows, for those who do not see it.
+const SCENE: &str =
+    "A triangle 1 m over a plane, with lines of equal radiosity, a receiver point and the vector to a point of the emitter.";
+
 /// A figure with its caption.
 #[derive(Debug, Serialize)]
 pub(super) struct Plate {
@@ -71,7 +75,7 @@ pub(super) fn plates() -> Result<(Vec<Plate>, Vec<u8>), Box<dyn Error>> {
         });
     }
     plates.push(Plate {
-        picture: geometry_picture(&constant.value).svg("plot paper", "E. Geometry of the scene", "A triangle 1 m over a plane, with lines of equal radiosity, a receiver point and the vector to a point of the emitter."),
+        picture: geometry_picture(&constant.value).svg_element("plot paper", "E. Geometry of the scene", SCENE),
         caption: "E. The scene: a triangular emitter 1 m over a parallel plane of reflectance 1.".to_owned(),
     });
     Ok((plates, csv(&constant, &linear)?))
