@@ -41,8 +41,12 @@ pub(crate) struct Arguments {
     out: PathBuf,
 }
 
-/// Pixels to a unit of a PNG.
+/// Pixels to a unit of a PNG, and of the one for the front page.
 const SCALE: f32 = 1.5;
+const FRONT_SCALE: f32 = 1.2;
+
+/// What the front page shows side by side.
+const FRONT: [Regime; 2] = [Regime::Easy, Regime::Near2];
 
 /// Measures and writes, and says where; with ratios, whether they are within their gates.
 pub(crate) fn run(arguments: &Arguments) -> Result<bool, Box<dyn Error>> {
@@ -51,6 +55,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<bool, Box<dyn Error>> {
     }
     fs::create_dir_all(&arguments.out)?;
     let regimes = if arguments.regime.is_empty() { Regime::ALL.to_vec() } else { arguments.regime.clone() };
+    let mut front = Vec::new();
     for regime in regimes {
         let mut points = Vec::new();
         for kind in Kind::ALL {
@@ -62,6 +67,14 @@ pub(crate) fn run(arguments: &Arguments) -> Result<bool, Box<dyn Error>> {
         fs::write(path("svg"), diagram.svg())?;
         fs::write(path("png"), diagram.png(SCALE)?)?;
         println!("{}, .png and .csv ({} points)", path("svg").display(), points.len());
+        if FRONT.contains(&regime) {
+            front.push((regime, points));
+        }
+    }
+    if front.len() == FRONT.len() {
+        let path = arguments.out.join("run-time-against-error.png");
+        fs::write(&path, diagram::of_front_page(&front).png(FRONT_SCALE)?)?;
+        println!("{}", path.display());
     }
     Ok(true)
 }

@@ -64,7 +64,7 @@ mod tests {
                 assert!((found / value - 1.0).abs() < 1e-12, "{found} {value}");
                 assert!((found_slope - slope).length() < 1e-11 * slope.length(), "{found_slope} {slope}");
                 if regime == Regime::Easy {
-                    assert_eq!(radiosity(&case), found);
+                    assert!((radiosity(&case) / found - 1.0).abs() < 1e-14);
                 }
             }
         }

@@ -44,6 +44,18 @@ impl Regime {
         }
     }
 
+    /// What it is, in a few words.
+    pub(crate) const fn label(self) -> &'static str {
+        match self {
+            Self::Easy => "seen whole, 1.5 away",
+            Self::Near2 => "0.01 from its plane",
+            Self::Near5 => "1e-5 from its plane",
+            Self::Far => "1000 away",
+            Self::Grazing => "almost edge-on",
+            Self::Clipped => "cut by the horizon",
+        }
+    }
+
     /// What it is, in a line.
     pub(crate) const fn title(self) -> &'static str {
         match self {

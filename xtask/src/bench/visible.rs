@@ -75,7 +75,7 @@ mod tests {
         let seen = seen(&triangle, Vector3::zeros());
         let part = above::<f64>(seen, DVec3::Z);
         let cut: Vec<bool> = part.edges().map(|(_, _, on_horizon)| on_horizon).collect();
-        assert_eq!((part.as_slice().len(), cut), (4, vec![false, false, true, false]));
+        assert_eq!((part.as_slice().len(), cut), (4, vec![false, false, false, true]));
         for (from, to, on_horizon) in part.edges() {
             assert_eq!(from.z == 0.0 && to.z == 0.0, on_horizon);
         }
