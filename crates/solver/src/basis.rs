@@ -7,8 +7,8 @@
 //! radiosity, and all coefficients have the unit of radiosity. Functions are ordered by degree: the first ones of a basis are
 //! the basis of a lower degree.
 //!
-//! The second family comes out of a Gram-Schmidt process on monomials with exact moments, which at degree 3 loses two digits. Values over an element are bounded by Bernstein coefficients: a polynomial lies between the least and the largest of
-//! them.
+//! The second family comes out of a Gram-Schmidt process on monomials with exact moments, which at degree 3 loses two digits.
+//! Values over an element are bounded by Bernstein coefficients: a polynomial lies between the least and the largest of them.
 
 use crate::rule::{self, Node};
 

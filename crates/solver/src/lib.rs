@@ -15,12 +15,14 @@
 //! Solution -> gather         gather: E + rho G B_h at a point, with its bound
 //! ```
 //!
-//! Unlike a matrix of form factors the light of a polynomial has no discretisation error of its own; what the method leaves out is
-//! bounded by what it knows. Entries of the [`Ledger`] say which parts are proven and which estimated: the residual between the
-//! nodes of an element is estimated, everything else is proven.
+//! # What is proven
+//! At a node and at a point: closed forms and their bounds, what links neglect, the residual of the linear system. Estimated: what
+//! the residual is between the nodes of an element ([`Ledger::discretisation`]), and that w on an element is no more than at its
+//! nodes. So a bound holds if the light has no feature smaller than the elements that their samples do not see; solutions known
+//! exactly are inside theirs.
 //!
-//! Radiosities are in the unit of the scene's: pi times the radiance of its materials. `examples/two_squares.rs` shows the error, its bound
-//! and their ratio as the mesh is refined.
+//! Radiosities are pi times the radiance of the scene's materials, in its unit. `examples/two_squares.rs` shows the error, its
+//! bound and their ratio as the mesh is refined.
 
 mod basis;
 mod bound;
