@@ -193,8 +193,8 @@ impl Basis {
     }
 
     /// What samples at the nodes have beyond this basis: the size of their part of this degree and of the next one, in the root
-    /// mean square, a bound on the magnitude of the latter over the element, and what is beyond it at the nodes, at most and in the
-    /// root mean square.
+    /// mean square, a bound on the magnitude of the latter over the element, and what is beyond it at the nodes, at most and in
+    /// the root mean square.
     pub(crate) fn excess(&self, samples: &[f64]) -> Excess {
         let Some(above) = &self.above else { return Excess::default() };
         let mut coefficients = above.project(samples);
