@@ -25,14 +25,14 @@ pub(crate) struct Request {
     /// Mean of the bound on the error over the mean radiosity, at most: a percentage or a fraction.
     #[arg(long, default_value = "0.5%", value_parser = fraction)]
     error: f64,
-    /// Degree of the polynomials on elements, 0 to 3.
-    #[arg(long, default_value_t = 2, value_parser = degree)]
-    degree: usize,
+    /// Degree of the polynomials on elements, 0 to 3 [default: 2, and 1 in scenes with shadows]
+    #[arg(long, value_parser = degree)]
+    degree: Option<usize>,
     /// Stop after the round in which this many seconds have passed; the bound then says what was reached.
     #[arg(long)]
     seconds: Option<f64>,
     /// Elements, divided ones too, beyond which none is divided any more.
-    #[arg(long, default_value_t = 20_000)]
+    #[arg(long, default_value_t = 5000)]
     most_elements: usize,
     /// Write the solution: .vtu (radiosity, gradient, bounds, ledger) or .ply (colours). On the way too, every few seconds.
     #[arg(long, value_name = "FILE")]

@@ -7,8 +7,8 @@
 //! radiosity, and all coefficients have the unit of radiosity. Functions are ordered by degree: the first ones of a basis are
 //! the basis of a lower degree.
 //!
-//! The second family comes out of a Gram-Schmidt process on monomials with exact moments, which at degree 3 loses two digits. Values over an element are bounded by Bernstein coefficients: a polynomial lies between the least and the largest of
-//! them.
+//! The second family comes out of a Gram-Schmidt process on monomials with exact moments, which at degree 3 loses two digits.
+//! Values over an element are bounded by Bernstein coefficients: a polynomial lies between the least and the largest of them.
 
 use crate::rule::{self, Node};
 
@@ -193,8 +193,8 @@ impl Basis {
     }
 
     /// What samples at the nodes have beyond this basis: the size of their part of this degree and of the next one, in the root
-    /// mean square, a bound on the magnitude of the latter over the element, and what is beyond it at the nodes, at most and in the
-    /// root mean square.
+    /// mean square, a bound on the magnitude of the latter over the element, and what is beyond it at the nodes, at most and in
+    /// the root mean square.
     pub(crate) fn excess(&self, samples: &[f64]) -> Excess {
         let Some(above) = &self.above else { return Excess::default() };
         let mut coefficients = above.project(samples);

@@ -1,9 +1,9 @@
 //! Bounds on the error, at every point.
 //!
-//! `B = E + rho G B`, with a kernel that is nowhere negative. Let `B_h` be the piecewise polynomial radiosity, `B_g = E + rho G B_h`
-//! what one exact gather makes of it, and `r = B_g - B_h` the residual ([`crate::residual`]). The error of the gather obeys
-//! `B - B_g = rho G (B - B_g) + rho G r`. So any w with `w >= rho |G r| + rho G w` bounds it, and `|B - B_h| <= w + |r|`. We take w
-//! constant on each leaf.
+//! `B = E + rho G B`, with a kernel that is nowhere negative. Let `B_h` be the piecewise polynomial radiosity, `B_g = E + rho G
+//! B_h` what one exact gather makes of it, and `r = B_g - B_h` the residual ([`crate::residual`]). The error of the gather obeys
+//! `B - B_g = rho G (B - B_g) + rho G r`. So any w with `w >= rho |G r| + rho G w` bounds it, and `|B - B_h| <= w + |r|`. We take
+//! w constant on each leaf.
 //!
 //! # The gather of the residual
 //! From a source, at a point with form factor F, with P and S the largest value and the largest slope of the kernel times the

@@ -177,6 +177,20 @@ impl Element {
         }
     }
 
+    /// Distance of a point that is `height` over the plane.
+    pub(crate) fn distance(&self, point: DVec3, height: f64) -> f64 {
+        if self.excess(self.reference(point)) <= 0.0 {
+            return height;
+        }
+        let v = self.polygon.vertices();
+        let to_edge = |i: usize| {
+            let (a, edge) = (v[i], v[(i + 1) % v.len()] - v[i]);
+            let along = ((point - a).dot(edge) / edge.length_squared()).clamp(0.0, 1.0);
+            (point - a - edge * along).length()
+        };
+        (0..v.len()).map(to_edge).fold(f64::INFINITY, f64::min)
+    }
+
     /// Gradient over the plane of what has these derivatives in `s` and `t`.
     #[must_use]
     pub fn gradient(&self, [along, across]: [f64; 2]) -> DVec3 {
@@ -273,6 +287,18 @@ mod tests {
             }
             let back = element.reference(element.point(at));
             assert!((back[0] - at[0]).abs() + (back[1] - at[1]).abs() < 1e-14);
+        }
+    }
+
+    #[test]
+    fn the_distance_is_that_of_the_nearest_point() {
+        let (elements, _) = elements(&[[0.0, 0.0, 0.0], [2.0, 0.0, 0.0], [0.0, 1.0, 0.0]]);
+        for point in [[0.5, 0.25, 3.0], [-3.0, 0.5, 4.0], [1.0, -2.0, 0.0], [2.0, 1.5, 0.1]].map(DVec3::from) {
+            let found = elements[0].distance(point, point.z);
+            let step = |i: u32| f64::from(i) / 400.0;
+            let grid = (0..=400).flat_map(|i| (0..=400 - i).map(move |j| [step(i), step(j)]));
+            let nearest = grid.map(|at| (elements[0].point(at) - point).length()).fold(f64::INFINITY, f64::min);
+            assert!(found <= nearest + 1e-12 && nearest - found < 1e-4, "{point}: {found} {nearest}");
         }
     }
 

@@ -14,11 +14,11 @@ pub struct Ledger {
     /// The scene computed with is not the one given. Reflectances are constant on a face and polygons are taken as they are, so
     /// this is 0 but for what a reader changed, which its notes say.
     pub modelling: f64,
-    /// The radiosity is not a polynomial on an element. Estimated: sampled residuals and gradients with a second-order remainder.
+    /// The radiosity is not a polynomial on an element. Estimated from samples of the residual (module `residual`).
     pub discretisation: f64,
-    /// What links neglect, quadrature and rounding. Proven.
+    /// What links neglect, quadrature and rounding. Proven at points and nodes, and taken between nodes as at them.
     pub computation: f64,
-    /// Errors of what was evaluated past occluders. Proven.
+    /// Errors of what was evaluated past occluders. Proven in the same sense.
     pub visibility: f64,
     /// The linear system is not solved to the last digit. Proven.
     pub solver: f64,

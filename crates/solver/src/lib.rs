@@ -1,26 +1,28 @@
 //! Global radiosity of a scene with a bound on its error.
 //!
-//! The radiosity of diffuse surfaces obeys `B = E + rho G B` with `G B(x) = (1/pi) int B(y) (n1.r)(-n2.r)/|r|^4 V dA` over all that
-//! x sees (N. Holzschuch and F. X. Sillion 1995, Eq. 1, summed over all surfaces). [`solve`] approximates B by a polynomial on each
-//! element of a mesh ([`Basis`]: H. Zatz 1993), whose light at any point is known in closed form, occlusion included
+//! The radiosity of diffuse surfaces obeys `B = E + rho G B` with `G B(x) = (1/pi) int B(y) (n1.r)(-n2.r)/|r|^4 dA` over all
+//! that x sees (N. Holzschuch and F. X. Sillion 1995, Eq. 1, summed over all surfaces). [`solve`] approximates B by a polynomial
+//! on each element of a mesh ([`Basis`]: H. Zatz 1993), whose light at any point is known in closed form, occlusion included
 //! (`radgrad-core`). So the residual of an approximation can be computed at any point, and a bound on the error follows from it
 //! and from the fact that light gets less with each reflection.
 //!
 //! ```text
-//! Scene -> Mesh              mesh, element: trees of parallelograms and triangles; basis, rule: polynomials and nodes on them
-//!   -> links                 link: which elements a leaf gathers from, how roughly, what that neglects; transfer: closed forms, far rule
-//!   -> Field                 field, gathering: the linear system, solved by Gauss-Seidel; sums pulled up the trees
-//!   -> Bounds                residual, bound: |r| over each leaf, and w with w >= rho |G r| + rho G w; Ledger: where it comes from
-//!   -> divide, and again     solve: the leaves that make up half of the residual
-//! Solution -> gather         gather: E + rho G B_h at a point, with its bound
+//! Scene -> Mesh        mesh, element: trees of parallelograms and triangles; basis, rule: polynomials and nodes on them
+//!   -> links           link: which elements a leaf gathers from, and what that neglects; transfer: closed forms, far rule
+//!   -> Field           field, gathering: the linear system, solved by Gauss-Seidel; sums pulled up the trees
+//!   -> Bounds          residual, bound: |r| over a leaf, and w with w >= rho |G r| + rho G w; ledger: where it comes from
+//!   -> divide, again   solve: the leaves that make up half of the residual
+//! Solution -> gather   gather: E + rho G B_h at a point, with its bound
 //! ```
 //!
-//! Unlike a matrix of form factors the light of a polynomial has no discretisation error of its own; what the method leaves out is
-//! bounded by what it knows. Entries of the [`Ledger`] say which parts are proven and which estimated: the residual between the
-//! nodes of an element is estimated, everything else is proven.
+//! # What is proven
+//! At a node and at a point: closed forms and their bounds, what links neglect, the residual of the linear system. Estimated:
+//! what the residual is between the nodes of an element ([`Ledger::discretisation`]), and that w on an element is no more than
+//! at its nodes. So a bound holds if the light has no feature smaller than the elements that their samples do not see; solutions
+//! known exactly are inside theirs.
 //!
-//! Radiosities are in the unit of the scene's: pi times the radiance of its materials. `examples/two_squares.rs` shows the error, its bound
-//! and their ratio as the mesh is refined.
+//! Radiosities are pi times the radiance of the scene's materials, in its unit. `examples/two_squares.rs` shows the error, its
+//! bound and their ratio as the mesh is refined.
 
 mod basis;
 mod bound;

@@ -105,6 +105,12 @@ impl Mesh {
         Ok(())
     }
 
+    /// Whether anything may be between two faces.
+    pub(crate) fn has_shadows(&self) -> bool {
+        let pair = |a: usize| self.roots.iter().any(move |&b| matches!(self.sight(a, b, None), Sight::Past(_)));
+        self.roots.iter().any(|&a| pair(a))
+    }
+
     /// The leaf at a point of a face, the nearest one if it is between them.
     pub(crate) fn leaf_at(&self, face: usize, point: DVec3) -> Option<usize> {
         let excess = |e: &usize| self.elements[*e].excess(self.elements[*e].reference(point));

@@ -22,10 +22,11 @@ use crate::transfer::{FarRules, Optics};
 pub struct Options {
     /// Mean of the bound on the error of gathers over the mean radiosity, at most, in every channel.
     pub error: f64,
-    /// Degree of the basis, 0 to 3.
-    pub degree: usize,
-    /// How often every face is divided before the first round.
-    pub first_divisions: u32,
+    /// Degree of the basis, 0 to 3. If none is given, 2 where nothing hides anything and 1 in scenes with shadows, whose edges
+    /// higher degrees do not follow.
+    pub degree: Option<usize>,
+    /// All faces are divided alike until there are this many elements; then the first round begins.
+    pub first_elements: usize,
     /// Elements, divided ones too, beyond which nothing is divided any more: the bound then says what was reached.
     pub most_elements: usize,
     /// Divide everything rather than what pays.
@@ -34,7 +35,7 @@ pub struct Options {
 
 impl Default for Options {
     fn default() -> Self {
-        Self { error: 0.005, degree: 2, first_divisions: 2, most_elements: 100_000, uniform: false }
+        Self { error: 0.005, degree: None, first_elements: 32, most_elements: 5000, uniform: false }
     }
 }
 
@@ -110,8 +111,13 @@ pub fn solve(scene: &Scene, options: &Options, mut watch: impl FnMut(&Solution) 
     if !(options.error > 0.0 && options.error <= 1.0) {
         return Err(Error::Tolerance { value: options.error });
     }
-    let mut mesh = Mesh::new(scene, options.degree)?;
-    for _ in 0..options.first_divisions {
+    let degree = match options.degree {
+        Some(degree) => degree,
+        None if Mesh::new(scene, 0)?.has_shadows() => 1,
+        None => 2,
+    };
+    let mut mesh = Mesh::new(scene, degree)?;
+    while !mesh.roots().is_empty() && mesh.leaves().count() < options.first_elements {
         let leaves: Vec<usize> = mesh.leaves().collect();
         leaves.into_iter().try_for_each(|leaf| mesh.divide(leaf))?;
     }
@@ -128,7 +134,7 @@ pub fn solve(scene: &Scene, options: &Options, mut watch: impl FnMut(&Solution) 
     let (low, high) = scene.bounds().unwrap_or((DVec3::ZERO, DVec3::ZERO));
     let progress = Progress { round: 0, elements: 0, links: 0, bound: f64::INFINITY };
     let mut solution = Solution {
-        far: FarRules::new(options.degree),
+        far: FarRules::new(degree),
         field: Field::new(channels.len()),
         links: Vec::new(),
         bounds: Bounds::default(),
@@ -158,7 +164,7 @@ impl Solution {
         self.link(&leaves)?;
         self.field.grow(&self.mesh);
         // What a round cannot reach anyway is not paid for.
-        let aim = options.error.max(0.25 * self.progress.bound.min(1.0));
+        let aim = options.error.max(0.5 * self.progress.bound.min(1.0));
         self.sweep(&leaves, 1e-2 * aim);
         for _ in 0..8 {
             let changed = self.refine(&leaves, LINK_PART * aim)?;

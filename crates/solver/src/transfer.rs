@@ -138,7 +138,9 @@ fn peak(station: &Station, element: &Element) -> (f64, f64) {
     let vertices = element.polygon().vertices();
     let height = element.polygon().normal().dot(station.point - vertices[0]).max(0.0);
     let above = vertices.iter().map(|v| station.normal.dot(*v - station.point)).fold(0.0, f64::max);
-    let distance = height.max((station.point - element.centre()).length() - element.radius());
+    // Less the rounding of coordinates.
+    let distance =
+        element.distance(station.point, height) - 1e-12 * (element.radius() + (station.point - element.centre()).length());
     if distance <= 0.0 {
         return (f64::INFINITY, f64::INFINITY);
     }

@@ -7,11 +7,11 @@ use radgrad_solver::{Options, solve};
 fn a_rough_and_a_finer_solution_of_the_cornell_box_agree_within_their_bounds() {
     let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../../data/scenes/cornell.obj");
     let scene = Scene::read(file, Degenerate::Refuse).unwrap();
-    let solved = |degree, first_divisions| {
-        let options = Options { error: 0.5, degree, first_divisions, most_elements: 1, ..Options::default() };
+    let solved = |degree, first_elements| {
+        let options = Options { error: 0.5, degree: Some(degree), first_elements, most_elements: 1, ..Options::default() };
         solve(&scene, &options, |_| true).unwrap()
     };
-    let (rough, finer) = (solved(0, 0), solved(1, 1));
+    let (rough, finer) = (solved(0, 1), solved(1, 32));
     assert!(finer.progress().bound < rough.progress().bound);
     let (mut points, mut seen) = (0, 0);
     for face in scene.faces() {
@@ -38,7 +38,7 @@ fn a_rough_and_a_finer_solution_of_the_cornell_box_agree_within_their_bounds() {
 fn a_point_on_no_face_is_refused_with_its_place() {
     let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../../data/scenes/cornell.obj");
     let scene = Scene::read(file, Degenerate::Refuse).unwrap();
-    let options = Options { error: 1.0, degree: 0, first_divisions: 0, most_elements: 1, ..Options::default() };
+    let options = Options { error: 1.0, degree: Some(0), first_elements: 1, most_elements: 1, ..Options::default() };
     let solution = solve(&scene, &options, |_| true).unwrap();
     let error = solution.gather([278.0, 5.0, 100.0].into(), [0.0, 1.0, 0.0].into()).unwrap_err().to_string();
     assert!(error.starts_with("no face at [278, 5, 100]"), "{error}");
