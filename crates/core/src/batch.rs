@@ -4,7 +4,7 @@
 //! answers at a time: as many as a vector of the instruction set holds, found at run time. Each lane carries the bound derived in
 //! `batch::bound`; a lane whose bound is above the tolerance, or that cannot tell on which side of a plane it is, is answered
 //! again by the scalar path, so that what comes out is as certain as there. Linear and polynomial emitters take the scalar path
-//! altogether.
+//! altogether: its edges go side by side.
 //!
 //! - [`Engine`] says how: which instruction set, one thread or all. All instruction sets give the same digits (no fused
 //!   multiply-add), and an answer does not depend on its neighbours.

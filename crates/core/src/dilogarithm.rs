@@ -58,8 +58,8 @@ fn near_pi<N: Number>(s: N) -> N {
     s * (N::ln_2() - square * N::clausen_sum(Around::Pi, square))
 }
 
-/// On doubles: P and Q of least largest error relative to the brackets `1 - ln t + t^2 P(t^2)` and `ln 2 - s^2 Q(s^2)` up to 2 pi/3 and
-/// pi/3, by Remez's algorithm, 2^-57.0 and 2^-56.5.
+/// On doubles: P and Q of least largest error relative to the brackets `1 - ln t + t^2 P(t^2)` and `ln 2 - s^2 Q(s^2)` up to
+/// 2 pi/3 and pi/3, by Remez's algorithm, 2^-57.0 and 2^-56.5.
 pub(crate) const DOUBLE_NEAR_ZERO: [f64; 10] = [
     0.013_888_888_888_888_88,
     6.944_444_444_453_365e-5,

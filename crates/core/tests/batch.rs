@@ -256,7 +256,7 @@ fn without_bounds_the_digits_are_those_with_them() {
     Engine::new().radiosity_and_gradient(&points.receivers(), &lamp, &mut both).unwrap();
     Engine::new().evaluate_to(&points.receivers(), &lamp, 1e-6, &mut bounded).unwrap();
     assert!(value.gradient[0].is_empty() && value.radiosity_error.is_empty() && both.gradient_error.is_empty());
-    assert_eq!(value.counts.single, both.counts.single);
+    assert!(value.counts.single <= both.counts.single, "the value alone asks for less");
     let mut same = 0;
     for (i, given) in given.iter().enumerate() {
         let scalar = radiosity_and_gradient(&receiver(*given), &lamp).unwrap();
@@ -264,7 +264,7 @@ fn without_bounds_the_digits_are_those_with_them() {
         let plain = (both.radiosity[i], gradient(&both));
         let on_lanes = plain == (bounded.radiosity[i], gradient(&bounded));
         assert!(on_lanes || plain == scalar, "{given:?}");
-        assert!(value.radiosity[i] == both.radiosity[i] || value.radiosity[i] == scalar.0);
+        assert!([both.radiosity[i], bounded.radiosity[i], scalar.0].contains(&value.radiosity[i]), "{given:?}");
         same += usize::from(on_lanes);
     }
     assert!(same > 400, "{same}");

@@ -50,7 +50,18 @@ pub(super) struct Crossing<S: Simd, F: Lane> {
 /// Bounds on the sums `n1.Phi` and the gradient's.
 pub(super) struct Bound<S: Simd, F: Lane> {
     pub(super) value: Lanes<S, F>,
-    pub(super) gradient: Lanes<S, F>,
+    /// That on the gradient's, squared.
+    pub(super) gradient_square: Lanes<S, F>,
+}
+
+/// Half of what [`root_at_most`] touches the root at, squared.
+const TOUCHING: f64 = 8.0;
+
+/// A root, or where it only decides which lanes are taken an upper bound on it: a root costs as much as twenty products. Single
+/// precision is often near its limit.
+#[inline(always)]
+fn root_at_most<S: Simd, F: Lane>(simd: S, square: Lanes<S, F>, tight: bool) -> Lanes<S, F> {
+    if tight || F::IS_SINGLE { square.sqrt() } else { square * constant(simd, 0.25 / TOUCHING) + constant(simd, TOUCHING) }
 }
 
 /// Whether the sums are known to a few digits at least; where they are not the receiver is next to an edge or its extension, or
@@ -70,22 +81,22 @@ pub(super) fn conditioned<S: Simd, F: Lane>(
     well & (worst * farthest_square).at_most(limit)
 }
 
-/// The bounds for an outline of `edges` edges.
+/// The bounds for an outline of `edges` edges; looser where they need not be tight.
 #[inline(always)]
 pub(super) fn bound<S: Simd, F: Lane, const GRADIENT: bool>(
     simd: S,
-    edges: f64,
+    (edges, tight): (f64, bool),
     sums: &Sums<S, F>,
     crossing: Option<&Crossing<S, F>>,
     farthest_square: Lanes<S, F>,
 ) -> Bound<S, F> {
     let units = constant(simd, SECOND_ORDER * F::ROUNDOFF) * sums.angles;
-    // k, and k R.
-    let (near, condition) = (sums.nearest.sqrt(), (sums.nearest * farthest_square).sqrt());
+    // k R.
+    let condition = root_at_most(simd, sums.nearest * farthest_square, tight);
     let mut value = units * (constant(simd, VALUE_UNITS + 0.5 * edges) + constant(simd, 5.7) * condition);
     let mut gradient = constant(simd, 0.0);
     if GRADIENT {
-        gradient = (units * near) * (constant(simd, GRADIENT_UNITS + edges) + constant(simd, 63.0) * condition);
+        gradient = units * (constant(simd, GRADIENT_UNITS + edges) + constant(simd, 63.0) * condition);
     }
     if let Some(Crossing { nearest, slant }) = crossing {
         let c = (*nearest * farthest_square).sqrt();
@@ -96,8 +107,8 @@ pub(super) fn bound<S: Simd, F: Lane, const GRADIENT: bool>(
         // Lanes that are not cut must not see that others are.
         value = value + constant(simd, 0.0).below(c).select(closing, constant(simd, 0.0));
         if GRADIENT {
-            gradient = gradient + near * (units * c * constant(simd, 44.0) + eta_square);
+            gradient = gradient + units * c * constant(simd, 44.0) + eta_square;
         }
     }
-    Bound { value, gradient }
+    Bound { value, gradient_square: sums.nearest * (gradient * gradient) }
 }

@@ -245,7 +245,7 @@ fn lanes<S: Simd, F: Lane, const GRADIENT: bool>(
     let (rho, power) = (Lanes::all(simd, seen.reflectance), Lanes::all(simd, seen.power));
     for first in (0..slots.radiosity.len()).step_by(Lanes::<S, F>::COUNT) {
         let block = Block { group, first: start + first };
-        let found = find::<S, F, _, GRADIENT>(simd, &block, x, n1);
+        let found = find::<S, F, _, GRADIENT>(simd, &block, x, n1, goal.asked.errors);
         let scale = Scale::new(simd, Lanes::load(simd, &group.brightness[block.first..]), rho, power);
         settle::<S, F, GRADIENT>(simd, &found, &scale, goal.tolerance, (slots, first), &mut settled);
     }

@@ -260,7 +260,7 @@ fn lanes<S: Simd, F: Precision, const GRADIENT: bool>(
         let n1 = normal * (constant(simd, 1.0) / square.sqrt());
         let rho =
             if reflectance.len() == 1 { Lanes::all(simd, reflectance[0]) } else { Lanes::load(simd, &reflectance[first..]) };
-        let mut found = find::<S, F, _, GRADIENT>(simd, outline, position, n1);
+        let mut found = find::<S, F, _, GRADIENT>(simd, outline, position, n1, goal.asked.errors);
         // Squares that were not rounded to a subnormal number, nor infinite.
         found.good = found.good & constant(simd, F::TINY / (F::ROUNDOFF * F::ROUNDOFF)).at_most(square);
         let scale = Scale::new(simd, brightness, rho, power);

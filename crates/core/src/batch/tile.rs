@@ -196,9 +196,9 @@ pub(super) fn settle<S: Simd, F: Lane, const GRADIENT: bool>(
         write(simd, zero, gradient.z, z, first);
         good = good & (gradient.x.abs() + gradient.y.abs() + gradient.z.abs()).at_most(largest);
         let allowed = constant(simd, tolerance.gradient * tolerance.gradient) * found.gradient.norm_squared();
-        good = good & (found.bound.gradient * found.bound.gradient).at_most(allowed);
+        good = good & found.bound.gradient_square.at_most(allowed);
         if !slots.gradient_error.is_empty() {
-            write(simd, zero, found.bound.gradient * scale.gradient.abs() + tiny, slots.gradient_error, first);
+            write(simd, zero, found.bound.gradient_square.sqrt() * scale.gradient.abs() + tiny, slots.gradient_error, first);
         }
     }
     settled.zero |= Entries::from(zero.bits()) << first;

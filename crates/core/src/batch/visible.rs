@@ -41,13 +41,14 @@ pub(super) struct Found<S: Simd, F: Lane> {
     pub(super) bound: Bound<S, F>,
 }
 
-/// What each lane sees from x along the unit normal n1.
+/// What each lane sees from x along the unit normal n1, with bounds that are tight where they are asked for.
 #[inline(always)]
 pub(super) fn find<S: Simd, F: Lane, O: Outline<S, F>, const GRADIENT: bool>(
     simd: S,
     outline: &O,
     x: Vec3<Lanes<S, F>>,
     n1: Vec3<Lanes<S, F>>,
+    tight: bool,
 ) -> Found<S, F> {
     let zero = constant(simd, 0.0);
     let first = outline.vertex(simd, 0) - x;
@@ -69,7 +70,7 @@ pub(super) fn find<S: Simd, F: Lane, O: Outline<S, F>, const GRADIENT: bool>(
     let (above, below) = (sure.below(signed(lowest)), signed(highest).below(-sure));
     let nothing = in_range & (behind | below);
     let seen = in_range & in_front & sure.below(signed(highest));
-    let none = Bound { value: zero, gradient: zero };
+    let none = Bound { value: zero, gradient_square: zero };
     let mut found = Found {
         zero: nothing,
         good: seen & above,
@@ -94,7 +95,7 @@ pub(super) fn find<S: Simd, F: Lane, O: Outline<S, F>, const GRADIENT: bool>(
     found.good = found.good & conditioned(simd, &sums, crossing.as_ref(), farthest_square);
     found.value = sums.value * constant(simd, -0.5);
     found.gradient = sums.gradient * constant(simd, -0.5);
-    found.bound = bound::<S, F, GRADIENT>(simd, edges, &sums, crossing.as_ref(), farthest_square);
+    found.bound = bound::<S, F, GRADIENT>(simd, (edges, tight), &sums, crossing.as_ref(), farthest_square);
     found
 }
 

@@ -25,9 +25,10 @@ fn sums<S: Simd, const GRADIENT: bool>(simd: S, receiver: &Receiver, emitter: &E
     let mut sum = LinearSum::new(Seen::from(receiver, emitter, power, height_over_plane(simd, receiver, polygon, power)));
     let x = all(simd, receiver.position());
     let mut rest = polygon.vertices().len();
-    for four in polygon.four_edges() {
+    let fours = polygon.four_edges();
+    for four in fours {
         let four = Four::new(simd, four, x, f64x4::splat(simd, power))?;
-        sum.add_four::<S, GRADIENT>(simd, &four, rest.min(4))?;
+        sum.add_four::<S, GRADIENT>(simd, &four, (rest.min(4), fours.len() == 1))?;
         rest -= rest.min(4);
     }
     Some((power, sum.total()))
@@ -65,12 +66,13 @@ struct Frame<S: Simd> {
 impl LinearSum<f64> {
     /// As [`LinearSum::add`] for the first `count` lanes.
     #[inline(always)]
-    fn add_four<S: Simd, const GRADIENT: bool>(&mut self, simd: S, arcs: &Four<S>, count: usize) -> Option<()> {
+    fn add_four<S: Simd, const GRADIENT: bool>(&mut self, simd: S, arcs: &Four<S>, (count, closed): (usize, bool)) -> Option<()> {
         let seen = Same::new(simd, self.seen);
         let length = arcs.edge_square.sqrt();
         let along = arcs.e * (f64x4::splat(simd, 1.0) / length);
         let frame = Frame { toward: along.cross(arcs.normal), along, distance: arcs.across / length };
-        let end_square = arcs.end.norm_squared();
+        // Where all edges are here each one ends where the next one starts.
+        let end_square = if closed { arcs.start_square.rotate_elements_left::<1>() } else { arcs.end.norm_squared() };
         let kappa = seen.n2.dot(arcs.normal);
         let signed = frame.distance * kappa;
         let reach = frame.distance + signed.abs();
@@ -89,7 +91,7 @@ impl LinearSum<f64> {
             self.x1 += term;
         }
         if GRADIENT {
-            let seen = edge_terms(simd, arcs, &frame, &seen, end_square);
+            let seen = edge_terms(simd, arcs, &frame, &seen, (end_square, closed));
             self.edges = plus_first(self.edges, arcs.normal * -(seen / frame.distance), count);
         }
         Some(())
@@ -121,10 +123,17 @@ fn x1_terms<S: Simd>(
 
 /// As `LinearSum::add_edge` with [`crate::arc::Arc::moments`]: `toward . V`.
 #[inline(always)]
-fn edge_terms<S: Simd>(simd: S, arcs: &Four<S>, frame: &Frame<S>, seen: &Same<S>, end_square: f64x4<S>) -> f64x4<S> {
+fn edge_terms<S: Simd>(
+    simd: S,
+    arcs: &Four<S>,
+    frame: &Frame<S>,
+    seen: &Same<S>,
+    (end_square, closed): (f64x4<S>, bool),
+) -> f64x4<S> {
     let (zero, half, one, two) =
         (f64x4::splat(simd, 0.0), f64x4::splat(simd, 0.5), f64x4::splat(simd, 1.0), f64x4::splat(simd, 2.0));
-    let (q1, q2) = (one / arcs.start_square.sqrt(), one / end_square.sqrt());
+    let q1 = one / arcs.start_square.sqrt();
+    let q2 = if closed { q1.rotate_elements_left::<1>() } else { one / end_square.sqrt() };
     let (sin, cos) = (arcs.across * q1 * q2, arcs.inline * q1 * q2);
     let (c1, c2) = (arcs.start.dot(frame.toward) * q1, arcs.end.dot(frame.toward) * q2);
     let (s1, s2) = (arcs.start.dot(frame.along) * q1, arcs.end.dot(frame.along) * q2);
