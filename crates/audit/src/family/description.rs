@@ -27,9 +27,7 @@ impl Family {
             Self::ContactSliver => "almost touching, and little of the emitter above the horizon",
             Self::ContactScale => "almost touching, scaled by 2^600 to 2^900 or the inverse",
             Self::GrazingScale => "just above the plane, scaled by 2^600 to 2^900 or the inverse",
-            Self::ScreenScale => {
-                "a vertex hidden by an occluder, scaled by 2^600 to 2^900 or the inverse"
-            }
+            Self::ScreenScale => "a vertex hidden by an occluder, scaled by 2^600 to 2^900 or the inverse",
             Self::SteepExtension => "by the line of an edge, the emission up to 2^40 times steeper",
             Self::PolynomialFar => "a polynomial emission of degree 2 to 6, at 10 to 1e8 sizes",
             Self::PolynomialClipped => "the same cut by the horizon",

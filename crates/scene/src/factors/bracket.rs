@@ -133,6 +133,9 @@ impl Cell {
 
 /// Whether a convex occluder parts two convex cells and all segments between them pass through it.
 fn hides(occluder: &Polygon, [a, b]: [&Polygon; 2]) -> bool {
+    if !may_part(occluder, [a, b]) {
+        return false;
+    }
     let vertices = occluder.vertices();
     let all = vertices.iter().chain(a.vertices()).chain(b.vertices());
     let power = normalising_power(all.fold(0.0, |m: f64, v| m.max(v.abs().max_element())));
@@ -155,6 +158,18 @@ fn hides(occluder: &Polygon, [a, b]: [&Polygon; 2]) -> bool {
         (0..count).all(|k| turn(k) > 0.0) || (0..count).all(|k| turn(k) < 0.0)
     };
     is_convex_patch(occluder) && from.iter().all(|p| to.iter().all(|q| passes_inside(p, q)))
+}
+
+/// Whether the occluder's plane has one cell on either side, as far as doubles tell: exact signs of what is level with the plane
+/// are dear.
+fn may_part(occluder: &Polygon, cells: [&Polygon; 2]) -> bool {
+    let (origin, normal) = (occluder.vertices()[0], occluder.normal());
+    let [a, b] = cells.map(|cell| {
+        let heights = cell.vertices().iter().map(|&v| normal.dot(v - origin));
+        heights.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), h| (low.min(h), high.max(h)))
+    });
+    // What touches the plane does not count as parted, so that no margin is needed: a wrong no only widens a bracket.
+    (a.0 > 0.0 && b.1 < 0.0) || (a.1 < 0.0 && b.0 > 0.0)
 }
 
 /// A triangle or a convex quadrilateral: others count as hiding nothing alone, which only widens a bracket.

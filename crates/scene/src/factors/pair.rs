@@ -63,7 +63,7 @@ impl FormFactors<'_> {
         Ok(Factor { value, error, estimate, occluders: pair.candidates.len() })
     }
 
-    /// What is known of two faces; `None` where neither has a point in front of the other. The bracket is narrowed to its share
+    /// What is known of two faces; `None` where neither has a point in front of the other, or all is proven hidden. The bracket is narrowed to its share
     /// of `area`.
     pub(super) fn pair(&self, from: usize, to: usize, settings: &FactorSettings, area: f64) -> Option<Pair> {
         if from == to {
@@ -81,6 +81,8 @@ impl FormFactors<'_> {
             let between = Between { index: &self.index, faces, polygons, candidates: &candidates, occluders: &occluders };
             between.bracket(settings.bracket * area, settings.most_cells)
         });
-        Some(Pair { candidates, free, bracket })
+        // What is proven hidden has no factor.
+        let is_hidden = bracket.as_ref().is_some_and(|bracket| bracket.most() == 0.0);
+        (!is_hidden).then_some(Pair { candidates, free, bracket })
     }
 }

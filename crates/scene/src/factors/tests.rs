@@ -1,4 +1,4 @@
-use radgrad_core::{DVec3, Polygon};
+use radgrad_core::{DVec3, Emission, Emitter, Polygon, Receiver, radiosity};
 
 use super::exchange::exchange;
 
@@ -83,4 +83,40 @@ fn any_two_triangles_exchange_the_same_both_ways_and_no_more_than_the_smaller() 
         seen += usize::from(there.area > 0.0);
     }
     assert!(seen > 50, "{seen}");
+}
+
+#[test]
+fn skew_triangles_exchange_what_their_points_see() {
+    let mut state = 11_u64;
+    let mut uniform = move || {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
+    };
+    let mut compared = 0;
+    for i in 0..200 {
+        let distance = 2.0 + f64::from(i % 50);
+        let mut triangle = |z: f64| {
+            let mut corner = || DVec3::new(uniform(), uniform(), 0.4 * uniform() + z);
+            let [a, b, c] = [corner(), corner(), corner()];
+            // The lower one looks up, the upper one down.
+            let up = (b - a).cross(c - a).z > 0.0;
+            Polygon::new(if up == (z == 0.0) { vec![a, b, c] } else { vec![c, b, a] })
+        };
+        let (Ok(from), Ok(to)) = (triangle(0.0), triangle(distance)) else { continue };
+        let in_front = |a: &Polygon, b: &Polygon| a.vertices().iter().all(|v| (*v - b.vertices()[0]).dot(b.normal()) > 0.0);
+        if !in_front(&from, &to) || !in_front(&to, &from) || from.area().min(to.area()) < 0.02 {
+            continue;
+        }
+        let emitter = Emitter::new(to.clone(), Emission::Constant(1.0)).unwrap();
+        let seen = |node: super::rule::Node| {
+            let receiver = Receiver::new(node.point, from.normal(), 1.0).unwrap();
+            node.share * from.area() * radiosity(&receiver, &emitter).unwrap()
+        };
+        let expected: f64 = super::rule::nodes(&from, 12).into_iter().map(seen).sum();
+        let found = exchange(&from, &to);
+        let slack = 1e-12 * expected;
+        assert!((found.area - expected).abs() <= found.error + slack && found.error <= 1e-12, "{found:?} {expected}");
+        compared += 1;
+    }
+    assert!(compared > 50, "{compared}");
 }
