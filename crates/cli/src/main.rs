@@ -11,7 +11,6 @@ mod output;
 mod points;
 mod solve;
 mod summary;
-mod whole_file;
 
 use std::fmt::Display;
 use std::fs::File;

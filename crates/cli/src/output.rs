@@ -34,7 +34,8 @@ fn write_part<E: ToString>(part: &Path, content: impl FnOnce(&mut BufWriter<File
     let io = |error: io::Error| error.to_string();
     let mut out = BufWriter::new(File::create_new(part).map_err(io)?);
     content(&mut out).map_err(|error| error.to_string())?;
-    out.flush().map_err(io)
+    out.flush().map_err(io)?;
+    out.get_ref().sync_all().map_err(io)
 }
 
 /// The extension of a file's name, in lower case.

@@ -11,8 +11,9 @@ use radgrad_scene::{Degenerate, Scene};
 use radgrad_solver::{MAX_DEGREE, Options, Solution, solve};
 
 use crate::export::Format;
+use crate::output::{Unwritten, write_whole};
+use crate::points;
 use crate::summary::Summary;
-use crate::{points, whole_file};
 
 /// How often a result on the way is written at most.
 const BETWEEN_FILES: Duration = Duration::from_secs(5);
@@ -62,8 +63,8 @@ pub(crate) enum Failure {
     Format { file: PathBuf },
     #[error("{}: cannot read: {source}", file.display())]
     Read { file: PathBuf, source: io::Error },
-    #[error("{}: cannot write: {source}", file.display())]
-    Write { file: PathBuf, source: io::Error },
+    #[error(transparent)]
+    Write(#[from] Unwritten),
     #[error("cannot write the answers: {0}")]
     Output(#[from] io::Error),
 }
@@ -91,7 +92,7 @@ pub(crate) fn run(request: &Request, mut output: impl Write) -> Result<bool, Fai
     let solution = solved(request, &scene, start, out)?;
     let seconds = start.elapsed().as_secs_f64();
     if let Some((file, format)) = out {
-        write(file, format, &solution)?;
+        write_whole(file, |output| format.write(&solution, output))?;
     }
     let mut refused = 0;
     if let Some(points) = points {
@@ -99,8 +100,7 @@ pub(crate) fn run(request: &Request, mut output: impl Write) -> Result<bool, Fai
             Some(file) => {
                 let mut answers = Vec::new();
                 let refused = points::answer_all(&solution, points, &mut answers)?;
-                whole_file::write(file, |output| output.write_all(&answers))
-                    .map_err(|source| Failure::Write { file: file.clone(), source })?;
+                write_whole(file, |output| output.write_all(&answers))?;
                 refused
             }
             None => points::answer_all(&solution, points, BufWriter::new(&mut output))?,
@@ -141,18 +141,13 @@ fn solved(request: &Request, scene: &Scene, start: Instant, out: Option<(&Path, 
         if let Some((file, format)) = out
             && last.elapsed() >= BETWEEN_FILES
         {
-            failure = write(file, format, solution).err();
+            failure = write_whole(file, |output| format.write(solution, output)).err();
             last = Instant::now();
         }
         failure.is_none() && request.seconds.is_none_or(|limit| start.elapsed().as_secs_f64() < limit)
     });
     bar.finish_and_clear();
-    failure.map_or(Ok(solution?), Err)
-}
-
-fn write(file: &Path, format: Format, solution: &Solution) -> Result<(), Failure> {
-    whole_file::write(file, |output| format.write(solution, output))
-        .map_err(|source| Failure::Write { file: file.to_owned(), source })
+    failure.map_or(Ok(solution?), |failure| Err(failure.into()))
 }
 
 /// `0.5%` or `0.005`.
