@@ -1,21 +1,21 @@
 //! `radgrad factors`: the form factors of a scene.
 
-use std::io::{IsTerminal, Write};
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use indicatif::{ProgressBar, ProgressStyle};
 use radgrad_scene::view3d::{MatrixHeader, write_matrix};
-use radgrad_scene::{Degenerate, FactorMatrix, FactorSettings, FormFactors, Scene};
+use radgrad_scene::{FactorMatrix, FactorSettings, FormFactors, Scene};
 use serde_json::json;
 
 use crate::output::{Unwritten, extension, write_whole};
+use crate::scene::{SceneFile, progress};
 
 /// What `radgrad factors` is asked for.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
-    /// Scene: .obj, .gltf, .glb or .vs3.
-    scene: PathBuf,
+    #[command(flatten)]
+    scene: SceneFile,
     /// Print one JSON object: faces, seconds, and the worst closure, reciprocity and bound.
     #[arg(long)]
     summary: bool,
@@ -31,9 +31,6 @@ pub(crate) struct Arguments {
     /// Width to which factors past occluders are bracketed.
     #[arg(long, default_value_t = FactorSettings::default().bracket)]
     bracket: f64,
-    /// Leave out faces without area instead of refusing the file.
-    #[arg(long)]
-    drop_degenerate: bool,
 }
 
 /// Why there are no factors.
@@ -66,7 +63,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
             return Err(Failure::Share { option, value });
         }
     }
-    let scene = read(&arguments.scene, arguments.drop_degenerate)?;
+    let scene = arguments.scene.read()?;
     let settings = FactorSettings {
         points_per_side: arguments.points,
         rule_error: arguments.rule_error,
@@ -86,26 +83,6 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let mut stdout = std::io::stdout().lock();
     let text = if arguments.summary { summary(&matrix, seconds) } else { report(&scene, &matrix, seconds) };
     writeln!(stdout, "{text}").map_err(Failure::Summary)
-}
-
-/// Reads a scene, and says on the standard error what was changed in it.
-pub(crate) fn read(file: &Path, drop_degenerate: bool) -> Result<Scene, radgrad_scene::Error> {
-    let degenerate = if drop_degenerate { Degenerate::Drop } else { Degenerate::Refuse };
-    let scene = Scene::read(file, degenerate)?;
-    for note in scene.notes() {
-        eprintln!("radgrad: {note}");
-    }
-    Ok(scene)
-}
-
-/// A bar on the standard error, where someone looks at it.
-pub(crate) fn progress(steps: usize) -> ProgressBar {
-    if !std::io::stderr().is_terminal() {
-        return ProgressBar::hidden();
-    }
-    let style =
-        ProgressStyle::with_template("{wide_bar} {percent:>3} %  {eta} left").unwrap_or_else(|_| ProgressStyle::default_bar());
-    ProgressBar::new(steps as u64).with_style(style)
 }
 
 fn format_of(file: &Path) -> Result<Format, Failure> {

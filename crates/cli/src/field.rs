@@ -9,14 +9,14 @@ use std::path::{Path, PathBuf};
 use radgrad_core::DEFAULT_TOLERANCE;
 use radgrad_scene::{FieldCell, FormFactors, Scene};
 
-use crate::factors::{progress, read};
 use crate::output::{Unwritten, extension, write_whole};
+use crate::scene::{SceneFile, progress};
 
 /// What `radgrad field` is asked for.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
-    /// Scene: .obj, .gltf, .glb or .vs3.
-    scene: PathBuf,
+    #[command(flatten)]
+    scene: SceneFile,
     /// Name of the surface that receives.
     #[arg(long, value_name = "SURFACE")]
     on: String,
@@ -35,9 +35,6 @@ pub(crate) struct Arguments {
     /// Relative error that is allowed.
     #[arg(long, default_value_t = DEFAULT_TOLERANCE)]
     tolerance: f64,
-    /// Leave out faces without area instead of refusing the file.
-    #[arg(long)]
-    drop_degenerate: bool,
 }
 
 /// Why there is no field.
@@ -65,7 +62,7 @@ enum Format {
 
 pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let format = format_of(&arguments.out)?;
-    let scene = read(&arguments.scene, arguments.drop_degenerate)?;
+    let scene = arguments.scene.read()?;
     let on = scene.surface_named(&arguments.on)?;
     let radiosities = radiosities(&scene, arguments)?;
     let factors = FormFactors::new(&scene)?;
@@ -79,13 +76,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     match format {
         Format::Csv => write_whole(&arguments.out, |out| write_csv(out, &cells))?,
         Format::Vtu => write_whole(&arguments.out, |out| vtu::write(out, &cells))?,
-        Format::Png => {
-            let patches = cells.len() / (arguments.grid * arguments.grid);
-            if patches != 1 {
-                return Err(Failure::Picture { file: arguments.out.clone(), patches });
-            }
-            write_whole(&arguments.out, |out| picture::write(out, &cells, arguments.grid))?;
-        }
+        Format::Png => write_whole(&arguments.out, |out| picture::write(out, &cells, arguments.grid))?,
     }
     Ok(())
 }
@@ -108,7 +99,7 @@ fn radiosities(scene: &Scene, arguments: &Arguments) -> Result<Vec<(usize, f64)>
     let lamps: Vec<(usize, f64)> =
         (0..scene.faces().len()).map(|face| (face, radiosity(face))).filter(|lamp| lamp.1 > 0.0).collect();
     if lamps.is_empty() {
-        return Err(Failure::Dark { scene: arguments.scene.clone(), channel: names[channel].clone() });
+        return Err(Failure::Dark { scene: arguments.scene.path.clone(), channel: names[channel].clone() });
     }
     Ok(lamps)
 }

@@ -9,6 +9,7 @@ mod factors;
 mod field;
 mod output;
 mod points;
+mod scene;
 mod solve;
 mod summary;
 

@@ -7,12 +7,13 @@ use std::time::{Duration, Instant};
 
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
-use radgrad_scene::{Degenerate, Scene};
+use radgrad_scene::Scene;
 use radgrad_solver::{MAX_DEGREE, Options, Solution, solve};
 
 use crate::export::Format;
 use crate::output::{Unwritten, write_whole};
 use crate::points;
+use crate::scene::SceneFile;
 use crate::summary::Summary;
 
 /// How often a result on the way is written at most.
@@ -21,8 +22,8 @@ const BETWEEN_FILES: Duration = Duration::from_secs(5);
 /// What to solve, and what to write.
 #[derive(Debug, Args)]
 pub(crate) struct Request {
-    /// The scene: .obj with its .mtl, .gltf, .glb or .vs3.
-    scene: PathBuf,
+    #[command(flatten)]
+    scene: SceneFile,
     /// Mean of the bound on the error over the mean radiosity, at most: a percentage or a fraction.
     #[arg(long, default_value = "0.5%", value_parser = fraction)]
     error: f64,
@@ -47,9 +48,6 @@ pub(crate) struct Request {
     /// Print one JSON object: `seconds`, `elements`, `links`, `bound`, `ledger`.
     #[arg(long)]
     summary: bool,
-    /// Leave out faces that are no polygon rather than refuse the file.
-    #[arg(long)]
-    drop_degenerate: bool,
 }
 
 /// Why there is no result.
@@ -83,11 +81,7 @@ pub(crate) fn run(request: &Request, mut output: impl Write) -> Result<bool, Fai
         Err(source) => Err(Failure::Read { file: file.to_owned(), source }),
     });
     let points = points.transpose()?;
-    let degenerate = if request.drop_degenerate { Degenerate::Drop } else { Degenerate::Refuse };
-    let scene = Scene::read(&request.scene, degenerate)?;
-    for note in scene.notes() {
-        eprintln!("radgrad: {note}");
-    }
+    let scene = request.scene.read()?;
 
     let solution = solved(request, &scene, start, out)?;
     let seconds = start.elapsed().as_secs_f64();
