@@ -25,6 +25,6 @@ pub use emission_function::{EmissionBounds, EmissionFunction};
 pub use enclosure::arithmetic::Arithmetic;
 pub use enclosure::interval::Interval;
 pub use enclosure::source::{Polynomial, Source};
-pub use enclosure::{Enclosure, Request, enclose, enclose_source};
+pub use enclosure::{Enclosure, Request, enclose, enclose_past, enclose_source, enclose_source_past};
 pub use error::{Error, Reached};
 pub use source_function::SourceFunction;
