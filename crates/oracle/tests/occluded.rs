@@ -175,3 +175,70 @@ fn rays_agree_and_more_screens_leave_less() {
         assert!(limits.low < radiosity && radiosity < limits.high, "{count}: {radiosity} {limits:?}");
     }
 }
+
+/// The faces of a box, counter-clockwise from outside or from inside.
+fn faces(low: [f64; 3], high: [f64; 3], outward: bool) -> Vec<Polygon> {
+    let face = |axis: usize, side: usize| {
+        let corner = |u: usize, v: usize| {
+            let mut point = [0.0; 3];
+            point[axis] = [low, high][side][axis];
+            point[(axis + 1) % 3] = [low, high][u][(axis + 1) % 3];
+            point[(axis + 2) % 3] = [low, high][v][(axis + 2) % 3];
+            point
+        };
+        let mut corners = [corner(0, 0), corner(1, 0), corner(1, 1), corner(0, 1)];
+        if (side == 1) != outward {
+            corners.reverse();
+        }
+        polygon(&corners)
+    };
+    (0..3).flat_map(|axis| [face(axis, 0), face(axis, 1)]).collect()
+}
+
+#[test]
+fn the_factors_of_a_closed_scene_sum_to_one_and_its_gradients_to_zero() {
+    let mut scene = faces([-1.0, -1.0, 0.0], [1.5, 1.25, 2.0], false);
+    scene.extend(faces([-0.5, 0.1, 0.0], [0.25, 0.7, 0.9], true));
+    scene.extend(faces([0.3, -0.7, 0.6], [0.9, -0.2, 1.1], true));
+    for (position, normal) in [([0.5, 0.3, 0.0], [0.0, 0.0, 1.0]), ([-0.8, 0.2, 1.3], [0.7, -0.1, -0.4])] {
+        let x = Receiver::new(position.into(), normal.into(), 1.0).unwrap();
+        let (mut sum, mut gradient, mut shadowed) = (-1.0, [0.0; 3], 0);
+        for face in &scene {
+            let emitter = Emitter::new(face.clone(), Emission::Constant(1.0)).unwrap();
+            let past = enclose_past(&x, &emitter, &scene, 18).unwrap();
+            let free = enclose(&x, &emitter, 18).unwrap();
+            assert!(past.radiosity.bounds().0 >= 0.0 && past.radiosity.bounds().0 <= free.radiosity.bounds().1);
+            shadowed += usize::from(!past.radiosity.overlaps(&free.radiosity));
+            sum += past.radiosity.to_f64();
+            (0..3).for_each(|axis| gradient[axis] += past.gradient[axis].to_f64());
+        }
+        assert!(sum.abs() < 1e-15 && shadowed > 3, "{sum:e} {shadowed}");
+        assert!(gradient.iter().all(|g| g.abs() < 1e-14), "{gradient:?}");
+    }
+}
+
+#[test]
+fn rays_agree_past_two_hundred_triangles() {
+    let mut state = 1u64;
+    let mut random = || {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 11) as f64 / 2f64.powi(53)
+    };
+    let triangles: Vec<Polygon> = (0..200)
+        .map(|_| {
+            let middle = [0, 1, 2].map(|_| 0.3 + 1.6 * random());
+            polygon(&[0, 1, 2].map(|_| [0, 1, 2].map(|axis| middle[axis] + 0.25 * (random() - 0.5))))
+        })
+        .collect();
+    let x = Receiver::new(DVec3::new(1.0, 1.0, 0.0), DVec3::Z, 1.0).unwrap();
+    let lamp = Emitter::new(rectangle([0.0, 2.0], [0.0, 2.0], 2.0), Emission::Constant(1.0)).unwrap();
+    let past = enclose_past(&x, &lamp, &triangles, 15).unwrap();
+    let sequence = Sequence::Independent { seed: 3, samples: 20_000 };
+    let rays = integrate(&x, &lamp, &triangles, Sampling::SolidAngle, sequence, 0.999).unwrap().radiosity.student;
+    let radiosity = past.radiosity.to_f64();
+    assert!(rays.low < radiosity && radiosity < rays.high, "{radiosity} {rays:?}");
+    let first = enclose_past(&x, &lamp, &triangles[..100], 15).unwrap();
+    assert!(
+        radiosity < first.radiosity.to_f64() && first.radiosity.to_f64() < enclose(&x, &lamp, 15).unwrap().radiosity.to_f64()
+    );
+}
