@@ -242,3 +242,23 @@ fn rays_agree_past_two_hundred_triangles() {
         radiosity < first.radiosity.to_f64() && first.radiosity.to_f64() < enclose(&x, &lamp, 15).unwrap().radiosity.to_f64()
     );
 }
+
+#[test]
+fn rays_agree_past_a_screen_on_the_border_and_one_in_the_plane_of_the_lamp() {
+    let corners = [[-0.35, 0.3, 2.1], [-0.9, 0.75, 1.5], [-0.7, -0.3, 1.05]];
+    let lamp = Emitter::new(polygon(&corners), Emission::Constant(1.0)).unwrap();
+    let position = lamp.polygon().normal() * 1.7 - DVec3::new(0.6, -0.2, -1.6);
+    let x = Receiver::new(position, DVec3::from(corners[0]) - position, 1.0).unwrap();
+    let [a, b, c] = corners.map(DVec3::from);
+    let aside = (a + b) * 0.5 + ((a + b) * 0.5 - c) * 0.3 + (x.position() - c) * 0.2;
+    for screen in [vec![a, b, aside], vec![a, b, c]] {
+        let screen = Polygon::new(screen).unwrap();
+        let past = enclose_past(&x, &lamp, std::slice::from_ref(&screen), 16).unwrap();
+        let sequence = Sequence::Independent { seed: 11, samples: 20_000 };
+        let rays = integrate(&x, &lamp, &[screen], Sampling::SolidAngle, sequence, 0.9999).unwrap();
+        let limits = [rays.radiosity, rays.gradient[0], rays.gradient[1], rays.gradient[2]];
+        for (truth, limits) in [&past.radiosity].into_iter().chain(&past.gradient).zip(limits) {
+            assert!(limits.student.contains(truth.to_f64()), "{} {limits:?}", truth.to_f64());
+        }
+    }
+}
