@@ -12,7 +12,6 @@ use radgrad_audit::family::Name;
 use radgrad_audit::gates::Gates;
 use radgrad_audit::measure::{Outcome, Quantity, measure};
 use radgrad_audit::regression::Regression;
-use radgrad_audit::seen::seen;
 use radgrad_audit::table::Table;
 use radgrad_audit::truth::Truth;
 use radgrad_core::evaluate;
@@ -66,11 +65,7 @@ fn show(problem: &Problem) -> Result<(), Box<dyn Error>> {
         }
         Err(error) => println!("core has no answer: {error}"),
     }
-    let Some(emitter) = seen(problem) else {
-        println!("no truth past these occluders");
-        return Ok(());
-    };
-    match Truth::of(receiver, &emitter) {
+    match Truth::of_problem(problem) {
         Ok(truth) => {
             println!("true radiosity   {}", truth.radiosity.to_decimal()?);
             let [x, y, z] = [0, 1, 2].map(|axis| truth.gradient[axis].to_decimal());
@@ -78,7 +73,7 @@ fn show(problem: &Problem) -> Result<(), Box<dyn Error>> {
         }
         Err(error) => println!("the oracle has no truth: {error}"),
     }
-    match Condition::of(receiver, &emitter) {
+    match Condition::of_problem(problem) {
         Ok(Condition { radiosity, gradient }) => {
             println!("half an ulp in   radiosity {radiosity:.2e}, gradient {gradient:.2e}");
         }

@@ -66,7 +66,7 @@ impl Arguments {
 }
 
 /// Cases unless a number is given.
-const CASES: u64 = 31_900;
+const CASES: u64 = 40_700;
 
 /// Cases of the bounds campaign beside them, and of the quick run.
 const BOUNDS: [u64; 2] = [100_000, 20_000];

@@ -18,9 +18,11 @@
 //! what it is: the input determines no digit.
 
 use glam::DVec3;
-use radgrad_core::{Emission, Emitter, Error, Linear, Polygon, Polynomial, Receiver, evaluate};
+use radgrad_core::{Emission, Emitter, Error, Linear, Polygon, Polynomial, Receiver, evaluate, evaluate_to};
+use radgrad_scene::case::Problem;
 
 use crate::sampler::normalising_power;
+use crate::seen::seen;
 
 /// What half an ulp in every number of the input may do to the answer.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -40,6 +42,24 @@ impl Condition {
     /// # Errors
     /// If core refuses to answer, or a moved emitter is no longer valid.
     pub fn of(receiver: &Receiver, emitter: &Emitter) -> Result<Self, Error> {
+        Self::past(receiver, emitter, &[])
+    }
+
+    /// The same past occluders; where what is seen is a polygon, of that.
+    ///
+    /// # Errors
+    /// As [`Self::of`].
+    pub fn of_problem(problem: &Problem) -> Result<Self, Error> {
+        match seen(problem) {
+            Some(emitter) => Self::of(&problem.receiver, &emitter),
+            None => Self::past(&problem.receiver, &problem.emitter, &problem.occluders),
+        }
+    }
+
+    fn past(receiver: &Receiver, emitter: &Emitter, occluders: &[Polygon]) -> Result<Self, Error> {
+        if !occluders.is_empty() {
+            return past_screens(receiver, emitter, occluders);
+        }
         let (receiver, emitter, power) = at_unit_scale(receiver, emitter)?;
         let setup = Setup::new(&receiver, &emitter);
         let (radiosity, gradient) = answer(&receiver, &emitter)?;
@@ -54,6 +74,43 @@ impl Condition {
         }
         Ok(Self { gradient: sum.gradient * power, ..sum })
     }
+}
+
+/// Tolerance of the answers past occluders: over a step of 2^-12 it is a thousandth of what half an ulp does.
+const ROUGH: f64 = 1e-7;
+
+/// Receiver, normal and all occluders together moved, by 2^-12 of the closest feature: an answer is smooth between silhouettes
+/// only. Single vertices stay where they are.
+fn past_screens(receiver: &Receiver, emitter: &Emitter, occluders: &[Polygon]) -> Result<Condition, Error> {
+    let setup = Setup::new(receiver, emitter);
+    let x = receiver.position();
+    let apart = occluders.iter().map(|o| o.normal().dot(x - o.vertices()[0]).abs()).filter(|d| *d > 0.0);
+    let step = apart.fold(setup.feature, f64::min) / 4096.0;
+    let largest = occluders.iter().flat_map(|o| o.vertices()).fold(DVec3::ZERO, |m, v| m.max(v.abs()));
+    let see = |receiver: &Receiver, emitter: &Emitter, shift: DVec3| {
+        let moved = |o: &Polygon| Polygon::new(o.vertices().iter().map(|v| *v + shift).collect());
+        let moved: Vec<Polygon> = occluders.iter().map(moved).collect::<Result<_, _>>()?;
+        evaluate_to(receiver, emitter, &moved, ROUGH).map(|answer| (answer.radiosity, answer.gradient))
+    };
+    let (radiosity, gradient) = see(receiver, emitter, DVec3::ZERO)?;
+    let mut sum = Condition { radiosity: f64::EPSILON * radiosity.abs(), gradient: f64::EPSILON * gradient.length() };
+    let mut add = |share: f64, forward: (f64, DVec3), backward: (f64, DVec3)| {
+        sum.radiosity += share * (forward.0 - backward.0).abs();
+        sum.gradient += share * (forward.1 - backward.1).length();
+    };
+    for (motion, half_ulp, lever) in
+        setup.motions().into_iter().filter(|(m, ..)| matches!(m, Motion::Position(_) | Motion::Turn(_)))
+    {
+        let step = half_ulp.max(step / lever);
+        let at = |step| setup.moved(motion, step).and_then(|(r, e)| see(&r, &e, DVec3::ZERO));
+        add(half_ulp / (2.0 * step), at(step)?, at(-step)?);
+    }
+    for axis in [DVec3::X, DVec3::Y, DVec3::Z] {
+        let half_ulp = half_ulp(largest.dot(axis));
+        let step = half_ulp.max(step);
+        add(half_ulp / (2.0 * step), see(receiver, emitter, axis * step)?, see(receiver, emitter, -axis * step)?);
+    }
+    Ok(sum)
 }
 
 /// The case with its largest coordinate between 1 and 2, and the power of two that lengths were multiplied by: exact, and squares

@@ -13,6 +13,7 @@ mod horizon;
 mod many_sided;
 mod mixed;
 mod near;
+mod occluded;
 mod scene;
 mod spread;
 
@@ -85,11 +86,27 @@ pub enum Family {
     BelowHorizon,
     /// Repeated vertices or no area: to be refused.
     EqualVertices,
+    /// A triangle between receiver and emitter hides a part.
+    OneScreen,
+    /// Ten triangles between, overlapping.
+    TenScreens,
+    /// An occluder's edge is seen along an edge of the emitter, off it by 2^-40 to 2^-3 of its size.
+    SilhouetteScreen,
+    /// An occluder stands on an edge of the emitter.
+    EdgeScreen,
+    /// An occluder at 2^-24 to 2^-8 of the way, almost touching the receiver.
+    NearScreen,
+    /// Occluders behind the receiver, behind the emitter and in its plane hide nothing.
+    IdleScreens,
+    /// In a closed box, another box in the way.
+    Boxes,
+    /// Two dozen small triangles between.
+    Thicket,
 }
 
 impl Family {
     /// All of them, in the order of the tables.
-    pub const ALL: [Self; 29] = [
+    pub const ALL: [Self; 37] = [
         Self::Generic,
         Self::Far,
         Self::Clipped,
@@ -119,6 +136,14 @@ impl Family {
         Self::BackFacing,
         Self::BelowHorizon,
         Self::EqualVertices,
+        Self::OneScreen,
+        Self::TenScreens,
+        Self::SilhouetteScreen,
+        Self::EdgeScreen,
+        Self::NearScreen,
+        Self::IdleScreens,
+        Self::Boxes,
+        Self::Thicket,
     ];
 
     /// Name in tables and ids.
@@ -154,6 +179,14 @@ impl Family {
             Self::BackFacing => "back-facing",
             Self::BelowHorizon => "below-horizon",
             Self::EqualVertices => "equal-vertices",
+            Self::OneScreen => "one-screen",
+            Self::TenScreens => "ten-screens",
+            Self::SilhouetteScreen => "silhouette-screen",
+            Self::EdgeScreen => "edge-screen",
+            Self::NearScreen => "near-screen",
+            Self::IdleScreens => "idle-screens",
+            Self::Boxes => "boxes",
+            Self::Thicket => "thicket",
         }
     }
 
@@ -167,6 +200,16 @@ impl Family {
     #[must_use]
     pub const fn is_refused(self) -> bool {
         matches!(self, Self::EqualVertices)
+    }
+
+    /// Of how many cases of other families one is enough here, as each takes so much longer.
+    #[must_use]
+    pub const fn dearness(self) -> u64 {
+        match self {
+            Self::TenScreens | Self::Boxes => 4,
+            Self::Thicket => 8,
+            _ => 1,
+        }
     }
 
     /// Case `index` under `seed`.
@@ -208,6 +251,14 @@ impl Family {
             Self::BackFacing => degenerate::back_facing(sampler),
             Self::BelowHorizon => degenerate::below_horizon(sampler),
             Self::EqualVertices => degenerate::equal_vertices(sampler),
+            Self::OneScreen => occluded::one_screen(sampler),
+            Self::TenScreens => occluded::ten_screens(sampler),
+            Self::SilhouetteScreen => occluded::silhouette_screen(sampler),
+            Self::EdgeScreen => occluded::edge_screen(sampler),
+            Self::NearScreen => occluded::near_screen(sampler),
+            Self::IdleScreens => occluded::idle_screens(sampler),
+            Self::Boxes => occluded::boxes(sampler),
+            Self::Thicket => occluded::thicket(sampler),
         }
     }
 }

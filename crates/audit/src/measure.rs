@@ -6,7 +6,6 @@ use radgrad_scene::case::{Case, Problem};
 use serde::{Deserialize, Serialize};
 
 use crate::condition::Condition;
-use crate::seen::seen;
 use crate::truth::Truth;
 
 /// What is measured of an answer. Every figure is at least 0; 0 is perfect.
@@ -161,10 +160,7 @@ pub fn measure_answer(problem: &Problem, answer: &Answer) -> Outcome {
     if answer.radiosity_error.is_nan() || answer.gradient_error.is_nan() {
         return Outcome::NonFinite(format!("bounds {} and {}", answer.radiosity_error, answer.gradient_error));
     }
-    let Some(emitter) = seen(problem) else {
-        return Outcome::Undetermined("no truth past these occluders".to_owned());
-    };
-    let truth = match Truth::of(&problem.receiver, &emitter) {
+    let truth = match Truth::of_problem(problem) {
         Ok(truth) => truth,
         Err(error) => return Outcome::Undetermined(error.to_string()),
     };
@@ -173,7 +169,7 @@ pub fn measure_answer(problem: &Problem, answer: &Answer) -> Outcome {
         // An exact answer is exact whatever the condition, which a 0 in the dark need not have.
         Condition { radiosity: 0.0, gradient: 0.0 }
     } else {
-        match Condition::of(&problem.receiver, &emitter) {
+        match Condition::of_problem(problem) {
             Ok(condition) => condition,
             Err(error) => return Outcome::Undetermined(format!("condition: {error}")),
         }

@@ -42,10 +42,14 @@ pub struct Run {
 }
 
 impl Run {
-    /// All of a run with equally many cases of each family.
+    /// All of a run with equally many cases of each family, but fewer of the dear ones.
     #[must_use]
     pub fn of_each(cases: u64, families: &[Family], seed: u64) -> Self {
-        Self { seed, cases: families.iter().map(|&family| (family, cases)).collect(), part: Part::WHOLE }
+        Self {
+            seed,
+            cases: families.iter().map(|&family| (family, cases.div_ceil(family.dearness()))).collect(),
+            part: Part::WHOLE,
+        }
     }
 
     /// What of it is of these families.

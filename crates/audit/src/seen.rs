@@ -1,8 +1,9 @@
 //! What of an emitter is seen past an occluder, where that is a polygon again.
 //!
-//! The oracle encloses emitters in free sight. One kind of occluded case can be put to it all the same: a triangle that stands
-//! on the diagonal between the neighbours of a vertex and hides that vertex. What is seen is the emitter without it; and the
-//! seam lies in the emitter's plane, so it stays where it is when the receiver moves: the gradient is that of the rest too.
+//! One kind of occluded case can be put to oracles of free sight: a triangle that stands on the diagonal between the neighbours
+//! of a vertex and hides that vertex. What is seen is the emitter without it; and the seam lies in the emitter's plane, so it
+//! stays where it is when the receiver moves: the gradient is that of the rest too. The cubature has no other truth past
+//! occluders, and the enclosure past them is held against it.
 //!
 //! Decided by exact predicates on the vertices as given (Shewchuk, "Adaptive precision floating-point arithmetic and fast robust
 //! geometric predicates", 1997).

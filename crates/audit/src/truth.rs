@@ -1,8 +1,11 @@
 //! Truth of a case: the oracle's enclosure, and the distance of an answer from it.
 
 use glam::DVec3;
-use radgrad_core::{Emitter, Receiver};
-use radgrad_oracle::{Arithmetic, Error, Interval, Request, Source, enclose_source};
+use radgrad_core::{Emitter, Polygon, Receiver};
+use radgrad_oracle::{Arithmetic, Error, Interval, Request, Source, enclose_source_past};
+use radgrad_scene::case::Problem;
+
+use crate::seen::seen;
 
 /// Radiosity and gradient, each enclosed.
 ///
@@ -37,9 +40,24 @@ impl Truth {
     /// # Errors
     /// If the oracle cannot: no bound for a cell, or no budget for the cells it takes.
     pub fn of(receiver: &Receiver, emitter: &Emitter) -> Result<Self, Error> {
+        Self::past(receiver, emitter, &[])
+    }
+
+    /// The same past occluders; where what is seen is a polygon, of that.
+    ///
+    /// # Errors
+    /// As [`Self::of`].
+    pub fn of_problem(problem: &Problem) -> Result<Self, Error> {
+        match seen(problem) {
+            Some(emitter) => Self::of(&problem.receiver, &emitter),
+            None => Self::past(&problem.receiver, &problem.emitter, &problem.occluders),
+        }
+    }
+
+    fn past(receiver: &Receiver, emitter: &Emitter, occluders: &[Polygon]) -> Result<Self, Error> {
         let source = Source::Emitter(emitter);
-        let enclosure = match enclose_source(receiver, &source, &SHARP) {
-            Err(Error::Rounding { .. }) => enclose_source(receiver, &source, &ENOUGH)?,
+        let enclosure = match enclose_source_past(receiver, &source, occluders, &SHARP) {
+            Err(Error::Rounding { .. }) => enclose_source_past(receiver, &source, occluders, &ENOUGH)?,
             result => result?,
         };
         Ok(Self { radiosity: enclosure.radiosity, gradient: enclosure.gradient })
@@ -103,6 +121,7 @@ pub(crate) fn norm_above(v: DVec3) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::family::Family;
 
     fn truth() -> Truth {
         let read = |text| Interval::from_decimal(text).expect("a number");
@@ -124,6 +143,17 @@ mod tests {
         assert!(least < half_third && least > 0.999 * half_third, "{least:e}");
         assert!(truth().radiosity_error(value) > half_third);
         assert!(least_of_gradient <= truth().gradient_error(gradient) && least_of_gradient >= least);
+    }
+
+    #[test]
+    fn past_a_screen_on_the_emitter_is_the_truth_of_what_it_leaves() {
+        for (family, index) in [Family::FarScreen, Family::ScreenScale].into_iter().flat_map(|f| (0..20).map(move |i| (f, i))) {
+            let problem = family.case(1, index).problem().expect("valid");
+            let seen = Truth::of_problem(&problem).expect("enclosed");
+            let past = Truth::past(&problem.receiver, &problem.emitter, &problem.occluders).expect("enclosed");
+            assert!(past.radiosity.overlaps(&seen.radiosity), "{family}:1:{index} {past:?} {seen:?}");
+            assert!((0..3).all(|k| past.gradient[k].overlaps(&seen.gradient[k])), "{family}:1:{index} {past:?} {seen:?}");
+        }
     }
 
     #[test]

@@ -7,8 +7,9 @@
 //!   boundary), with an estimate of the error and a status that says whether it can be relied on;
 //! - [`monte_carlo`]: past any occluders, with intervals at a stated confidence ([`confidence`]).
 //!
-//! [`enclose`] decides: product Gauss rules with an a-priori bound, evaluated in ball arithmetic to the digits asked for, so
-//! that its answer is an enclosure, not an estimate. The other two may not contradict it.
+//! [`enclose`] decides, past occluders [`enclose_past`]: product Gauss rules with an a-priori bound, evaluated in ball arithmetic
+//! to the digits asked for, on pieces whose boundary is decided by exact signs, so that its answer is an enclosure, not an
+//! estimate. The other two may not contradict it.
 //!
 //! Units: radiosity in the unit of the emission, the gradient in that unit over the unit of length.
 
@@ -25,6 +26,6 @@ pub use emission_function::{EmissionBounds, EmissionFunction};
 pub use enclosure::arithmetic::Arithmetic;
 pub use enclosure::interval::Interval;
 pub use enclosure::source::{Polynomial, Source};
-pub use enclosure::{Enclosure, Request, enclose, enclose_source};
+pub use enclosure::{Enclosure, Request, enclose, enclose_past, enclose_source, enclose_source_past};
 pub use error::{Error, Reached};
 pub use source_function::SourceFunction;

@@ -50,7 +50,14 @@ pub const fn share(family: Family) -> u64 {
         | Family::InPlaneOutside
         | Family::BackFacing
         | Family::BelowHorizon => 3,
-        Family::FarScreen | Family::ScreenScale | Family::PolynomialFar | Family::EqualVertices => 1,
+        Family::OneScreen | Family::EdgeScreen | Family::IdleScreens | Family::NearScreen | Family::SilhouetteScreen => 3,
+        Family::FarScreen
+        | Family::ScreenScale
+        | Family::PolynomialFar
+        | Family::EqualVertices
+        | Family::TenScreens
+        | Family::Boxes
+        | Family::Thicket => 1,
     }
 }
 

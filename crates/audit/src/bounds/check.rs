@@ -9,7 +9,6 @@ use crate::bounds::digits;
 use crate::bounds::mark::{Figure, Mark, Rung};
 use crate::bounds::reference::{Distance, Reference};
 use crate::measure::ratio;
-use crate::seen::seen;
 use crate::truth::Truth;
 
 /// The tolerance that is tighter than the default.
@@ -168,12 +167,9 @@ impl Check {
             }
         }
         if effort.oracle {
-            let truth = seen(problem)
-                .ok_or_else(|| "past these occluders".to_owned())
-                .and_then(|emitter| Truth::of(&problem.receiver, &emitter).map_err(|error| error.to_string()));
-            match truth {
+            match Truth::of_problem(problem) {
                 Ok(truth) => references.push(Reference::Oracle(truth)),
-                Err(why) => self.mark(Mark::WithoutOracle, why),
+                Err(error) => self.mark(Mark::WithoutOracle, error.to_string()),
             }
         }
         references

@@ -35,6 +35,14 @@ impl Family {
             Self::InPlaneOutside => "exactly in the emitter's plane, outside: dark",
             Self::BackFacing => "behind the emitter: dark",
             Self::BelowHorizon => "the emitter wholly below the horizon: dark",
+            Self::OneScreen => "a polygon before the emitter",
+            Self::TenScreens => "ten polygons between receiver and emitter, overlapping",
+            Self::SilhouetteScreen => "a screen whose edge passes by the emitter's border",
+            Self::EdgeScreen => "a screen that shares an edge with the emitter",
+            Self::NearScreen => "a screen almost touching the receiver",
+            Self::IdleScreens => "screens that hide nothing: behind the receiver, behind the emitter or in its plane",
+            Self::Boxes => "a room with a box in it",
+            Self::Thicket => "two dozen triangles at random",
             Self::EqualVertices => "repeated vertices or no area: to be refused",
         }
     }

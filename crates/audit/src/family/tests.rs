@@ -185,3 +185,22 @@ fn mixtures_are_difficult_in_both_ways() {
     };
     assert!(problems(Family::SteepExtension).any(|p| contrast(&p) > 1e8));
 }
+
+#[test]
+fn screens_hide_what_they_are_meant_to() {
+    let see = |p: &Problem, count: usize| {
+        radgrad_core::evaluate_to(&p.receiver, &p.emitter, &p.occluders[..count], 1e-6).expect("an answer").radiosity
+    };
+    let share = |p: &Problem| see(p, p.occluders.len()) / see(p, 0);
+    for family in [Family::OneScreen, Family::TenScreens, Family::NearScreen, Family::Boxes, Family::Thicket] {
+        let shares: Vec<f64> = problems(family).take(20).map(|p| share(&p)).collect();
+        assert!(shares.iter().all(|s| (0.0..1.0).contains(s)) && shares.iter().any(|s| *s > 0.1), "{family}: {shares:?}");
+    }
+    assert!(problems(Family::IdleScreens).take(60).all(|p| (share(&p) - 1.0).abs() < 1e-6));
+    for family in [Family::SilhouetteScreen, Family::EdgeScreen] {
+        let shares: Vec<f64> = problems(family).take(100).map(|p| share(&p)).collect();
+        assert!(shares.iter().any(|s| *s < 0.999) && shares.iter().any(|s| *s > 0.001), "{family}");
+    }
+    let slivers = problems(Family::SilhouetteScreen).take(100).filter(|p| (1e-14..1e-4).contains(&(1.0 - share(p)))).count();
+    assert!(slivers > 10, "{slivers}");
+}

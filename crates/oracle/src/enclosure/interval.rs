@@ -83,6 +83,13 @@ impl Interval {
         (&reach - &distance).sign() >= 0
     }
 
+    /// All differences of a number of this and one of the other interval.
+    #[must_use]
+    pub fn less(&self, other: &Self) -> Self {
+        let radius = if self.radius == 0.0 && other.radius == 0.0 { 0.0 } else { up(self.radius + other.radius) };
+        Self { middle: &self.middle - &other.middle, radius }
+    }
+
     /// Doubles below and above every point of the interval.
     #[must_use]
     pub fn bounds(&self) -> (f64, f64) {
@@ -187,6 +194,7 @@ mod tests {
         assert!(!third().contains(low) && !third().contains(high));
         assert!(Interval::from_decimal("0.25").unwrap().contains(0.25));
         assert!(third().overlaps(&Interval::from_decimal("0.333").unwrap()));
+        assert!(third().less(&third()).contains(0.0) && third().less(&third()).radius() < 3e-29);
         assert!(!third().overlaps(&Interval::from_decimal("0.33333333333333333333333333336").unwrap()));
     }
 

@@ -14,8 +14,8 @@ use crate::enclosure::surface::{Frame, dot64, minus};
 pub(crate) struct Point {
     numerator: ExactVector,
     divisor: Exact,
-    /// `n1.r`.
-    pub(crate) height: Exact,
+    /// `n1.r` times the divisor.
+    height: Exact,
     /// The position in double precision.
     pub(crate) near: [f64; 3],
 }
@@ -26,6 +26,17 @@ impl Point {
         Self { numerator, divisor, height, near }
     }
 
+    /// Where the ray along `direction` meets the plane at `height` in units of its normal, of which it covers `advance` at 1.
+    pub(crate) fn on_plane(direction: &ExactVector, height: &Exact, advance: &Exact, over_horizon: &Exact) -> Self {
+        if height == advance {
+            return Self::exact(direction.clone(), over_horizon.clone());
+        }
+        // A common power of two keeps the leading doubles in range.
+        let power = -advance.exponent();
+        let lifted = |c: &Exact| (c * height).times_power(power);
+        Self::new(direction.each_ref().map(lifted), advance.times_power(power), lifted(over_horizon))
+    }
+
     pub(crate) fn exact(position: ExactVector, height: Exact) -> Self {
         Self::new(position, Exact::from(1.0), height)
     }
@@ -34,13 +45,33 @@ impl Point {
     pub(crate) fn between(start: &Self, place: f64, end: &Self) -> Self {
         let common = start.numerator.each_ref().map(|n| n * &end.divisor);
         let numerator = along(&common, place, &end.way_from(start));
-        let height = &start.height + &(&Exact::from(place) * &(&end.height - &start.height));
+        let height = &(&start.height * &end.divisor) + &(&Exact::from(place) * &end.climb_from(start));
         Self::new(numerator, &start.divisor * &end.divisor, height)
     }
 
     /// The way from `start` here, times the divisors of both.
     fn way_from(&self, start: &Self) -> ExactVector {
         std::array::from_fn(|i| &(&self.numerator[i] * &start.divisor) - &(&start.numerator[i] * &self.divisor))
+    }
+
+    /// The same for `n1.r`.
+    fn climb_from(&self, start: &Self) -> Exact {
+        &(&self.height * &start.divisor) - &(&start.height * &self.divisor)
+    }
+
+    /// Whether it is on the horizon.
+    pub(crate) fn is_level(&self) -> bool {
+        self.height.is_zero()
+    }
+
+    /// `n1.r`.
+    pub(crate) fn height<T: Real>(&self, bits: usize) -> Ball<T> {
+        ratio(&self.height, &self.divisor, bits)
+    }
+
+    /// How much higher than `start` it is over the horizon.
+    pub(crate) fn climb<T: Real>(&self, start: &Self, bits: usize) -> Ball<T> {
+        ratio(&self.climb_from(start), &(&self.divisor * &start.divisor), bits)
     }
 
     /// The position.
@@ -59,6 +90,14 @@ fn quotient<T: Real>(numerator: &ExactVector, divisor: &Exact, bits: usize) -> B
     numerator.each_ref().map(|n| Ball::from_exact(n, bits).divided_by(&divisor))
 }
 
+fn ratio<T: Real>(numerator: &Exact, divisor: &Exact, bits: usize) -> Ball<T> {
+    let numerator_ball = Ball::from_exact(numerator, bits);
+    if numerator.is_zero() || *divisor == Exact::from(1.0) {
+        return numerator_ball;
+    }
+    numerator_ball.divided_by(&Ball::from_exact(divisor, bits))
+}
+
 /// Where a point of a stretch is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Place {
@@ -67,17 +106,17 @@ pub(crate) enum Place {
     End,
 }
 
-/// A stretch of an edge above the horizon, or of the horizon.
+/// A stretch of an edge above the horizon, or of another line that bounds what is seen.
 #[derive(Debug)]
 pub(crate) struct Stretch {
     pub(crate) ends: [Point; 2],
-    /// The edge, by its vertices, and where along it the ends are; none on the horizon.
+    /// The edge, by its vertices, and where along it the ends are; none on another line.
     edge: Option<([usize; 2], [f64; 2])>,
 }
 
 impl Stretch {
-    /// The stretch of the horizon between two points of it.
-    pub(crate) const fn on_horizon(ends: [Point; 2]) -> Self {
+    /// The stretch of a line between two points of it.
+    pub(crate) const fn between(ends: [Point; 2]) -> Self {
         Self { ends, edge: None }
     }
 
@@ -147,7 +186,7 @@ mod tests {
             Polygon::new([(-1.0, -1.0), (-1.0, 2.0), (2.0, -1.0)].map(|(x, y)| DVec3::new(x, y, 1.0)).to_vec()).unwrap();
         let frame = Frame::new(&Receiver::new(DVec3::ZERO, DVec3::new(0.3, 0.1, 0.2), 1.0).unwrap(), &triangle);
         let (cut, _) = crossing(&frame, [0, 2]);
-        assert_eq!(cut.height.sign(), 0);
+        assert!(cut.is_level());
         let vertex = Point::exact(frame.vertices[0].clone(), frame.heights[0].clone());
         let next = Point::between(&cut, 2f64.powi(-90), &vertex);
         let way = next.from::<DoubleDouble>(&cut, 106);

@@ -7,9 +7,10 @@ use crate::enclosure::arithmetic::Real;
 use crate::enclosure::ball::{Ball, BallVector, dot, pi, up, vector};
 use crate::enclosure::cell::{Cell, EmissionSize, Shape, Weights};
 use crate::enclosure::integral::{along_ray, over_fan};
-use crate::enclosure::outline::{Place, Point, Stretch};
+use crate::enclosure::outline::{Place, Point};
 use crate::enclosure::source::{Expansion, Source};
 use crate::enclosure::surface::{Fan, Frame, Jacobian, fans};
+use crate::enclosure::view::{Border, View};
 use crate::error::Reached;
 
 /// Share of the tolerance a cell may use in one direction: a few hundred cells stay below it all, as most keep well under their
@@ -26,7 +27,7 @@ pub(crate) struct Prepared<T> {
     rays: Vec<Ray<T>>,
 }
 
-/// A triangle's fans.
+/// The fans of a triangle's pieces.
 struct Patch<T> {
     /// Each with the expansion of the emission at its apex.
     fans: Vec<(Fan<T>, Expansion<T>)>,
@@ -37,7 +38,7 @@ struct Patch<T> {
     factor: Ball<T>,
 }
 
-/// Half an edge, from its nearest point outward.
+/// Half a border, from its nearest point outward.
 struct Ray<T> {
     foot: BallVector<T>,
     way: BallVector<T>,
@@ -70,7 +71,7 @@ fn ray<T: Real>(
     bits: usize,
 ) -> Ray<T> {
     let (position, way) = (foot.position(bits), end.from(foot, bits));
-    let heights = [foot.height.clone(), &end.height - &foot.height].map(|h| Ball::from_exact(&h, bits));
+    let heights = [foot.height(bits), end.climb(foot, bits)];
     let moment = std::array::from_fn(|i| {
         let (j, k) = ((i + 1) % 3, (i + 2) % 3);
         let component = &(&way[j] * &position[k]) - &(&way[k] * &position[j]);
@@ -143,35 +144,38 @@ impl<T: Real> Ray<T> {
 
 impl<T: Real> Prepared<T> {
     /// The fans, rays and factors of a problem.
-    pub(crate) fn new(source: &Source<'_>, frame: &Frame, reflectance: f64, exponent: i32, bits: usize) -> Self {
+    pub(crate) fn new(source: &Source<'_>, frame: &Frame, view: &View, reflectance: f64, exponent: i32, bits: usize) -> Self {
         let length = Ball::<T>::from_exact(&frame.normal_squared, bits).sqrt();
         let prefactor = Ball::from_f64(reflectance, bits).divided_by(&(&pi(bits) * &length));
-        let triangles: Vec<Patch<T>> = frame
+        let mut triangles: Vec<Patch<T>> = frame
             .triangles
             .iter()
             .map(|triangle| {
                 let square = Ball::from_exact(&crate::enclosure::exact::dot(&triangle.normal, &triangle.normal), bits);
-                let expansion: Expansion<T> = source.expansion(frame, triangle, exponent, bits);
-                let fans = fans(frame, triangle, bits).into_iter().map(|fan| {
-                    let expansion = expansion.moved(&fan.apex);
-                    (fan, expansion)
-                });
                 Patch {
-                    fans: fans.collect(),
-                    expansion,
+                    fans: Vec::new(),
+                    expansion: source.expansion(frame, triangle, exponent, bits),
                     normal: vector(&triangle.normal, bits),
                     height: Ball::from_exact(&triangle.height, bits),
                     factor: prefactor.divided_by(&square),
                 }
             })
             .collect();
+        for piece in &view.pieces {
+            let patch = &mut triangles[piece.triangle];
+            for fan in fans(frame, &frame.triangles[piece.triangle], &piece.outline, bits) {
+                let expansion = patch.expansion.moved(&fan.apex);
+                patch.fans.push((fan, expansion));
+            }
+        }
         let mut rays = Vec::new();
-        for [i, j] in frame.boundary() {
-            let owner = frame.triangles.iter().position(|t| (0..3).any(|m| t.corners[m] == i && t.corners[(m + 1) % 3] == j));
-            let Some(stretch) = Stretch::of_edge(frame, [i, j]) else { continue };
-            let Some(owner) = owner else { continue };
+        for Border { triangle, stretch, cast } in &view.borders {
             let (foot, place) = stretch.nearest(frame, [0.0; 3]);
-            let expansion = triangles[owner].expansion.moved(&foot.position(bits));
+            let mut expansion = triangles[*triangle].expansion.moved(&foot.position(bits));
+            if let Some((m, k)) = cast {
+                let k = Ball::from_exact(k, bits);
+                expansion = expansion.times_linear(&vector(m, bits).map(|c: Ball<T>| c.divided_by(&k)));
+            }
             if place != Place::End {
                 rays.push(ray(&foot, &stretch.ends[1], true, &prefactor, &expansion, bits));
             }

@@ -253,6 +253,25 @@ impl<T: Real> Expansion<T> {
         Self { degree: n, at: to.clone(), coefficients }
     }
 
+    /// The product with `m.y`.
+    pub(crate) fn times_linear(&self, m: &BallVector<T>) -> Self {
+        let degree = self.degree + 1;
+        let constant = crate::enclosure::ball::dot(m, &self.at);
+        let mut coefficients = vec![constant.zero(); (degree + 1).pow(3)];
+        for powers in (0..=self.degree).flat_map(monomials) {
+            let coefficient = self.coefficient(powers);
+            let here = &mut coefficients[place(degree, powers)];
+            *here = &*here + &(coefficient * &constant);
+            for axis in 0..3 {
+                let mut raised = powers;
+                raised[axis] += 1;
+                let there = &mut coefficients[place(degree, raised)];
+                *there = &*there + &(coefficient * &m[axis]);
+            }
+        }
+        Self { degree, at: self.at.clone(), coefficients }
+    }
+
     /// Coefficient of a monomial, by its powers.
     pub(crate) fn coefficient(&self, powers: [usize; 3]) -> &Ball<T> {
         &self.coefficients[place(self.degree, powers)]

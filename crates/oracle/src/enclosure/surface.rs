@@ -6,6 +6,7 @@
 //! `q + s (a + t b)`, 0 <= s, t <= 1, each from the apex to a stretch of boundary that starts nearest to the apex and leads
 //! away from it. Where the apex or such a start lies matters for the cost, never for the truth.
 
+use glam::DVec3;
 use radgrad_core::{Polygon, Receiver};
 
 use crate::enclosure::arithmetic::Real;
@@ -37,7 +38,9 @@ pub(crate) struct Frame {
     pub(crate) vertices: Vec<ExactVector>,
     /// `n1.r_i`, with the normal as given but for a power of two.
     pub(crate) heights: Vec<Exact>,
-    /// Square of the length of that normal.
+    /// That normal.
+    pub(crate) normal: ExactVector,
+    /// Square of its length.
     pub(crate) normal_squared: Exact,
     /// What is seen.
     pub(crate) triangles: Vec<Triangle>,
@@ -64,7 +67,13 @@ impl Frame {
             .filter(|triangle| triangle.height.sign() > 0)
             .collect();
         let normal_squared = dot(&normal, &normal);
-        Self { scale, origin: origin(receiver.position(), scale), vertices, heights, normal_squared, triangles }
+        Self { scale, origin: origin(receiver.position(), scale), vertices, heights, normal, normal_squared, triangles }
+    }
+
+    /// A point of the world in the receiver's coordinates.
+    pub(crate) fn seen(&self, point: DVec3) -> ExactVector {
+        let point = point.to_array();
+        std::array::from_fn(|i| &Exact::from(point[i]).times_power(self.scale) + &self.origin[i])
     }
 
     /// Directed edges of the seen triangles that no two of them share.
@@ -106,30 +115,35 @@ pub(crate) struct Fan<T> {
     pub(crate) near: [[f64; 3]; 4],
 }
 
-/// The fans of a triangle's visible part.
-pub(crate) fn fans<T: Real>(frame: &Frame, triangle: &Triangle, bits: usize) -> Vec<Fan<T>> {
+/// The outline of a triangle's part above the horizon.
+pub(crate) fn outline(frame: &Frame, triangle: &Triangle) -> Vec<Stretch> {
     let mut outline: Vec<Stretch> = Vec::with_capacity(4);
     for m in 0..3 {
         let edge = [triangle.corners[m], triangle.corners[(m + 1) % 3]];
         if let Some(stretch) = Stretch::of_edge(frame, edge) {
             if let Some(last) = outline.last()
-                && last.ends[1].height.is_zero()
-                && stretch.ends[0].height.is_zero()
+                && last.ends[1].is_level()
+                && stretch.ends[0].is_level()
             {
                 let ends = [last.ends[1].clone(), stretch.ends[0].clone()];
-                outline.push(Stretch::on_horizon(ends));
+                outline.push(Stretch::between(ends));
             }
             outline.push(stretch);
         }
     }
     if let (Some(first), Some(last)) = (outline.first(), outline.last())
-        && first.ends[0].height.is_zero()
-        && last.ends[1].height.is_zero()
+        && first.ends[0].is_level()
+        && last.ends[1].is_level()
     {
         let ends = [last.ends[1].clone(), first.ends[0].clone()];
-        outline.push(Stretch::on_horizon(ends));
+        outline.push(Stretch::between(ends));
     }
-    let (apex, touched) = apex(frame, triangle, &outline);
+    outline
+}
+
+/// The fans of a convex part of a triangle, by its outline.
+pub(crate) fn fans<T: Real>(frame: &Frame, triangle: &Triangle, outline: &[Stretch], bits: usize) -> Vec<Fan<T>> {
+    let (apex, touched) = apex(frame, triangle, outline);
     let normal: BallVector<T> = vector(&triangle.normal, bits);
     let mut fans = Vec::with_capacity(8);
     for (index, stretch) in outline.iter().enumerate() {
@@ -179,14 +193,15 @@ fn push_fans<T: Real>(
 fn fan<T: Real>(apex: &Point, foot: &Point, end: &Point, forward: bool, normal: &BallVector<T>, bits: usize) -> Fan<T> {
     let (start, way) = (foot.from(apex, bits), end.from(foot, bits));
     let measure = triple(&start, &way, normal);
-    let heights = [apex.height.clone(), &foot.height - &apex.height, &end.height - &foot.height, Exact::zero()];
+    let level: Ball<T> = apex.height(bits);
+    let none = level.zero();
     let near = [apex.near, nearby(&start), nearby(&way), [0.0; 3]];
     Fan {
         apex: apex.position(bits),
         start,
         way,
         shift: None,
-        heights: heights.map(|h| Ball::from_exact(&h, bits)),
+        heights: [level, foot.climb(apex, bits), end.climb(foot, bits), none],
         jacobian: Jacobian::Rising,
         measure: if forward { measure } else { -&measure },
         near,
@@ -198,15 +213,15 @@ fn strip<T: Real>(low: &Point, high: &Point, end: &Point, forward: bool, normal:
     let (start, shift) = (end.from(low, bits), high.from(low, bits));
     let way = shift.each_ref().map(|u| -u);
     let measure = triple(&start, &shift, normal);
-    let climb = &high.height - &low.height;
-    let heights = [low.height.clone(), &end.height - &low.height, -&climb, climb];
+    let climb = high.climb(low, bits);
+    let heights = [low.height(bits), end.climb(low, bits), -&climb, climb];
     let near = [low.near, nearby(&start), nearby(&way), nearby(&shift)];
     Fan {
         apex: low.position(bits),
         start,
         way,
         shift: Some(shift),
-        heights: heights.map(|h| Ball::from_exact(&h, bits)),
+        heights,
         jacobian: Jacobian::Falling,
         measure: if forward { measure } else { -&measure },
         near,

@@ -7,7 +7,7 @@
 //!
 //! The emitter's own edges are those of its region: which side of one is the emitter, and `n1.r` and `B` along it, are known
 //! there, however close the receiver is to the plane, however narrow or far the emitter; only what is in front of them is left
-//! to ask. An edge of an occluder counts where it is seen against the emitter, nothing hides what is just left of it, and its
+//! to ask. An edge of an occluder counts where it is seen against the emitter on either side, nothing hides what is just left of it, and its
 //! own polygon what is just right of it. Polygons that share an edge as seen from `x` (the faces of a box) would both count it:
 //! the first in the list does.
 
@@ -118,10 +118,13 @@ impl<'a> Silhouette<'a> {
         }
         let behind = ray * lengthening;
         let at = self.region.vertex(u.dot(behind), v.dot(behind))?;
-        let right = edge.beside(self.region, behind, -ray);
-        let hidden = self.occluders.polygons[index].blocks(right)
+        let [left, right] = [ray, -ray].map(|through| edge.beside(self.region, behind, through));
+        // Along the emitter's own border it is that which bounds what is seen.
+        let is_border = [left, right].iter().any(|beside| self.region.vertex(u.dot(*beside), v.dot(*beside)).is_none());
+        let hidden = !is_border
+            && self.occluders.polygons[index].blocks(right)
             && !self.occluders.polygons[..index].iter().any(|earlier| earlier.blocks(right));
-        let counts = hidden && !self.occluders.block(edge.beside(self.region, behind, ray));
+        let counts = hidden && !self.occluders.block(left);
         counts.then(|| (self.integrand.emission(&at), at.s / lengthening, ray.length_squared()))
     }
 }

@@ -7,6 +7,9 @@
 use glam::DVec3;
 use radgrad_core::Polygon;
 
+/// Of a few sums of products, over the length of the ray.
+const ROUNDING: f64 = 16.0 * f64::EPSILON;
+
 /// Occluders as seen from one receiver.
 #[derive(Debug)]
 pub(crate) struct Occluders {
@@ -46,8 +49,10 @@ impl SeenPolygon {
     /// Whether it blocks the segment along `ray`.
     pub(crate) fn blocks(&self, ray: DVec3) -> bool {
         let advance = self.normal.dot(ray);
-        // The plane is met at the fraction offset / advance of the segment: strictly between 0 and 1.
-        self.offset * advance > 0.0 && self.offset.abs() < advance.abs() && self.covers(ray)
+        // The plane is met at the fraction offset / advance of the segment: strictly between 0 and 1, and before the end by more
+        // than rounding, or a polygon in the plane of the emitter would hide it here and there.
+        let rounding = ROUNDING * ray.length();
+        self.offset * advance > 0.0 && self.offset.abs() < advance.abs() - rounding && self.covers(ray)
     }
 
     /// Whether the line along `ray` passes through it: the winding number of a fan of triangles from the first vertex. A line
