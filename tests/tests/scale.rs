@@ -59,7 +59,7 @@ const UNITS: [(i32, i32); 8] = [(-900, -600), (-900, 0), (-300, -100), (-37, 0),
 fn cases() -> impl Iterator<Item = (String, Receiver, Emitter, Vec<Polygon>)> {
     // At extreme scales already, or with coefficients of powers of lengths that would be out of range.
     let families = Family::ALL.into_iter().filter(|family| {
-        let is_scaled = matches!(family, Family::Scale | Family::ContactScale | Family::GrazingScale);
+        let is_scaled = matches!(family, Family::Scale | Family::ContactScale | Family::GrazingScale | Family::ScreenScale);
         !is_scaled && !matches!(family, Family::PolynomialFar | Family::PolynomialClipped)
     });
     families.flat_map(|family| (0..12).map(move |index| (family, index))).filter_map(|(family, index)| {

@@ -29,7 +29,7 @@ use record::Record;
 /// Measure random cases of every family against arbitrary-precision truth; fail if an error is beyond its gate
 #[derive(Debug, Args)]
 pub(crate) struct Arguments {
-    /// Cases in all, by default 31,900 shared equally among the families; with --bounds 10,000,000, fewer of dear families
+    /// Cases in all, by default 40,700 shared among the families; with --bounds 10,000,000, fewer of dear families
     #[arg(long)]
     pub(crate) cases: Option<u64>,
     /// Seed: the same seed gives the same cases on every machine
