@@ -6,8 +6,9 @@ use std::hint::black_box;
 use radgrad_core::batch::{Answers, EmitterTree, Emitters, Engine};
 use radgrad_core::{DVec3, Emission, Emitter, Polygon, Receiver};
 
-use super::{Ratio, both, pair, pair_of_long, varied};
+use super::{Ratio, pair, pair_of_long, varied};
 use crate::bench::clock::Spread;
+use crate::bench::lambert::bare_radiosity_and_gradient;
 use crate::bench::lanes::{Columns, single};
 use crate::bench::regime::{Case, Kind};
 
@@ -16,7 +17,7 @@ const BATCH: usize = 1024;
 /// And enough for two threads to share.
 const SHARED: usize = 262_144;
 
-/// Speed of a batch in double precision over the scalar path, of one in single precision over that, and of two threads over one:
+/// Speed of a batch in double precision over the bare scalar sums, of one in single precision over that, and of two threads over one:
 /// value and gradient at many receivers due to one triangle.
 pub(crate) fn speedups() -> Result<Vec<Ratio>, Box<dyn Error>> {
     let cases = one_emitter()?;
@@ -31,8 +32,9 @@ pub(crate) fn speedups() -> Result<Vec<Ratio>, Box<dyn Error>> {
     engine.radiosity_and_gradient(&many, emitter, &mut shared)?;
     let two = rayon::ThreadPoolBuilder::new().num_threads(2).build()?;
 
+    let bare = |case: &Case| black_box(bare_radiosity_and_gradient(black_box(case))).0;
     // Both sides answer as many receivers.
-    let scalar = || _ = black_box((0..BATCH / cases.len()).map(|_| cases.iter().map(both).sum::<f64>()).sum::<f64>());
+    let scalar = || _ = black_box((0..BATCH / cases.len()).map(|_| cases.iter().map(bare).sum::<f64>()).sum::<f64>());
     let mut in_double = || answered(engine.radiosity_and_gradient(black_box(&double), emitter, &mut answers));
     let mut in_single = || answered(engine.radiosity_and_gradient(black_box(&single), emitter, &mut fewer_digits));
     let mut one_thread = shared.clone();
