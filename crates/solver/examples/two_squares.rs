@@ -24,8 +24,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     }
     println!("{:>6} {:>5} {:>8} {:>9} {:>9} {:>11}", "degree", "asked", "elements", "error", "bound", "bound/error");
     for degree in 0..=3 {
-        for error in [1e-2, 1e-3, 1e-4, 1e-5] {
-            let options = Options { error, degree: Some(degree), first_elements: 1, most_elements: 2000, ..Options::default() };
+        for error in [1e-2, 1e-3, 1e-4] {
+            let options = Options { error, degree: Some(degree), first_elements: 1, most_elements: 400, ..Options::default() };
             let solution = solve(&scene, &options, |_| true)?;
             let centre = solution.gather(DVec3::new(0.5, 0.5, 0.0), DVec3::Z)?;
             let (off, bound) = ((centre.radiosity[0] - EXACT).abs(), centre.ledger[0].total());
