@@ -41,9 +41,10 @@ impl Pair {
 impl FormFactors<'_> {
     /// Factor from face `from` to face `to`.
     ///
-    /// With free sight between the two it is exact to rounding. Else it is integrated over what the points of `from` see
-    /// ([`super::cubature`]), as far as `estimate` and `most_points` of the settings go; the bound is its distance from the farther
-    /// end of the bracket, proven but wide, and the estimate of the error is that of the integration, narrow but not proven.
+    /// With free sight between the two it is exact to rounding. Else it is integrated over what the points of `from` see (cells
+    /// cut along the shadows' edges), as far as `estimate` and `most_points` of the settings go; the bound is its distance from
+    /// the farther end of the bracket, proven but wide, and the estimate of the error is that of the integration, narrow but
+    /// not proven.
     ///
     /// # Errors
     /// If there is no such face, or a point's factor is out of range.
@@ -63,8 +64,8 @@ impl FormFactors<'_> {
         Ok(Factor { value, error, estimate, occluders: pair.candidates.len() })
     }
 
-    /// What is known of two faces; `None` where neither has a point in front of the other, or all is proven hidden. The bracket is narrowed to its share
-    /// of `area`.
+    /// What is known of two faces; `None` where neither has a point in front of the other, or all is proven hidden. The bracket
+    /// is narrowed to its share of `area`.
     pub(super) fn pair(&self, from: usize, to: usize, settings: &FactorSettings, area: f64) -> Option<Pair> {
         if from == to {
             return None;
