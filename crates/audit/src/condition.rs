@@ -22,7 +22,7 @@ use radgrad_core::{Emission, Emitter, Error, Linear, Polygon, Polynomial, Receiv
 use radgrad_scene::case::Problem;
 
 use crate::sampler::normalising_power;
-use crate::seen::seen;
+use crate::seen::reduced;
 
 /// What half an ulp in every number of the input may do to the answer.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -50,10 +50,8 @@ impl Condition {
     /// # Errors
     /// As [`Self::of`].
     pub fn of_problem(problem: &Problem) -> Result<Self, Error> {
-        match seen(problem) {
-            Some(emitter) => Self::of(&problem.receiver, &emitter),
-            None => Self::past(&problem.receiver, &problem.emitter, &problem.occluders),
-        }
+        let (emitter, occluders) = reduced(problem);
+        Self::past(&problem.receiver, &emitter, occluders)
     }
 
     fn past(receiver: &Receiver, emitter: &Emitter, occluders: &[Polygon]) -> Result<Self, Error> {

@@ -26,6 +26,12 @@ pub fn seen(problem: &Problem) -> Option<Cow<'_, Emitter>> {
     }
 }
 
+/// What is seen and what it is seen past: the emitter in free sight where [`seen`] knows one, else all as it stands.
+#[must_use]
+pub fn reduced(problem: &Problem) -> (Cow<'_, Emitter>, &[Polygon]) {
+    seen(problem).map_or((Cow::Borrowed(&problem.emitter), problem.occluders.as_slice()), |emitter| (emitter, &[]))
+}
+
 fn past(problem: &Problem, screen: &Polygon) -> Option<Emitter> {
     let &[a, b, c] = screen.vertices() else { return None };
     let hidden = (0..problem.emitter.polygon().vertices().len())

@@ -5,7 +5,7 @@ use radgrad_core::{Emitter, Polygon, Receiver};
 use radgrad_oracle::{Arithmetic, Error, Interval, Request, Source, enclose_source_past};
 use radgrad_scene::case::Problem;
 
-use crate::seen::seen;
+use crate::seen::reduced;
 
 /// Radiosity and gradient, each enclosed.
 ///
@@ -48,10 +48,8 @@ impl Truth {
     /// # Errors
     /// As [`Self::of`].
     pub fn of_problem(problem: &Problem) -> Result<Self, Error> {
-        match seen(problem) {
-            Some(emitter) => Self::of(&problem.receiver, &emitter),
-            None => Self::past(&problem.receiver, &problem.emitter, &problem.occluders),
-        }
+        let (emitter, occluders) = reduced(problem);
+        Self::past(&problem.receiver, &emitter, occluders)
     }
 
     fn past(receiver: &Receiver, emitter: &Emitter, occluders: &[Polygon]) -> Result<Self, Error> {

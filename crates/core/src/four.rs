@@ -5,6 +5,8 @@
 //! that is not surely above the horizon, an edge that passes near the receiver.
 
 mod functions;
+#[cfg(test)]
+pub(crate) mod random;
 
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f64x4};

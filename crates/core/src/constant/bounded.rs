@@ -28,7 +28,7 @@
 //! - cosine and sine of an end in the frame err by `en + 26u + eta` together, so the bisector by `db = 0.71 (2 en + 54u + 2
 //!   eta)`, 0.71 bounding one over the length of the longer of sum and difference of two unit vectors;
 //! - the column (cc, cs) of the symmetric matrix M errs by half of `dg + ds` and half of ds, by `2 g db`, and by 28ug of
-//!   rounding; the term by that and `g (2 en + ew + 32u)`, over S.
+//!   rounding; the term by that and `g (2 en + 32u)` along N and by `g ew` across, over S.
 //!
 //! Each sum of n vectors adds `(n - 1) u` of the sum of sizes, and the products with emission, normal and reflectance 8u of the
 //! result.
@@ -82,6 +82,16 @@ impl BoundedSum {
         let terms = Terms { irradiance: angles.phi(), gradient: edges.sum() };
         let bound = errors.bound(&terms);
         (terms, bound)
+    }
+
+    /// From what the terms and their sums err by: the angles' twice what that does to the irradiance.
+    #[inline(always)]
+    fn new(terms: &Terms<f64>, angles: f64, edges: f64) -> Self {
+        let products = 8.0 * ROUNDOFF;
+        Self {
+            irradiance: SECOND_ORDER * (0.5 * angles + products * length(terms.irradiance)),
+            gradient: SECOND_ORDER * (edges + products * length(terms.gradient)),
+        }
     }
 }
 
@@ -146,11 +156,8 @@ impl ArcErrors {
     }
 
     fn bound(self, terms: &Terms<f64>) -> BoundedSum {
-        let (sums, products) = ((self.arcs - 1.0) * ROUNDOFF, 8.0 * ROUNDOFF);
-        BoundedSum {
-            irradiance: SECOND_ORDER * (0.5 * (self.angle_errors + sums * self.angles) + products * length(terms.irradiance)),
-            gradient: SECOND_ORDER * (length(self.along) + self.across + sums * self.edges + products * length(terms.gradient)),
-        }
+        let sums = (self.arcs - 1.0) * ROUNDOFF;
+        BoundedSum::new(terms, self.angle_errors + sums * self.angles, length(self.along) + self.across + sums * self.edges)
     }
 }
 

@@ -82,11 +82,11 @@ const HIGHER: [f64; 9] = {
 
 #[cfg(test)]
 mod tests {
-    use rand::{RngExt, SeedableRng, rngs::ChaCha8Rng};
+    use rand::{SeedableRng, rngs::ChaCha8Rng};
 
     use super::*;
-    use crate::DVec3;
     use crate::constant::{EdgeSum, SolidAngleVector};
+    use crate::four::random::polygon_and_receiver;
     use crate::horizon;
     use crate::level::levels;
     use crate::plan::{Horizon, Plan};
@@ -97,15 +97,7 @@ mod tests {
         let (mut found, mut wide) = (0, 0);
         for i in 0..4000 {
             let count = 3 + i % 7;
-            // Vertices of a circle, in order of their angles, pulled into an ellipse somewhere.
-            let mut angles: Vec<f64> = (0..count).map(|_| random.random_range(0.0..6.0)).collect();
-            angles.sort_unstable_by(f64::total_cmp);
-            let mut vector = |size: f64| DVec3::from([(); 3].map(|()| random.random_range(-size..size)));
-            let (centre, a, b, size) = (vector(1.0), vector(1.0), vector(1.0), libm::exp(vector(6.0).x));
-            let vertices = angles.iter().map(|t| (centre + a * libm::cos(*t) + b * libm::sin(*t)) * size).collect();
-            let Ok(polygon) = Polygon::new(vertices) else { continue };
-            let x = centre * size + polygon.normal() * size * libm::exp(vector(4.0).y) + vector(size);
-            let receiver = Receiver::new(x, centre * size - x + vector(size) * 0.5, 1.0).unwrap();
+            let Some((polygon, receiver, _)) = polygon_and_receiver(&mut random, count, 4.0) else { continue };
             let (mut first, mut angles) = (None, SolidAngleVector::zero());
             for level in levels() {
                 let found = on_level!(level, simd => sums::<_, true, true>(simd, &receiver, &polygon));

@@ -165,12 +165,13 @@ fn half_angle_minus_sine<S: Simd>(simd: S, angle: f64x4<S>, sin: f64x4<S>) -> f6
 
 #[cfg(test)]
 mod tests {
-    use rand::{RngExt, SeedableRng, rngs::ChaCha8Rng};
+    use rand::{SeedableRng, rngs::ChaCha8Rng};
 
     use super::*;
+    use crate::four::random::{polygon_and_receiver, vector};
     use crate::level::levels;
     use crate::plan::Plan;
-    use crate::{DVec3, Emission, Polygon, horizon};
+    use crate::{Emission, horizon};
 
     #[test]
     fn side_by_side_gives_the_digits_of_one_by_one_on_every_instruction_set() {
@@ -178,15 +179,8 @@ mod tests {
         let mut found = 0;
         for i in 0..3000 {
             let count = 3 + i % 7;
-            let mut angles: Vec<f64> = (0..count).map(|_| random.random_range(0.0..6.0)).collect();
-            angles.sort_unstable_by(f64::total_cmp);
-            let mut vector = |size: f64| DVec3::from([(); 3].map(|()| random.random_range(-size..size)));
-            let (centre, a, b, size) = (vector(1.0), vector(1.0), vector(1.0), libm::exp(vector(6.0).x));
-            let vertices = angles.iter().map(|t| (centre + a * libm::cos(*t) + b * libm::sin(*t)) * size).collect();
-            let Ok(polygon) = Polygon::new(vertices) else { continue };
-            let x = centre * size + polygon.normal() * size * libm::exp(vector(5.0).y) + vector(size);
-            let receiver = Receiver::new(x, centre * size - x + vector(size) * 0.5, 1.0).unwrap();
-            let emitter = Emitter::new(polygon, Emission::gradient(1.0, vector(1.0 / size))).unwrap();
+            let Some((polygon, receiver, size)) = polygon_and_receiver(&mut random, count, 5.0) else { continue };
+            let emitter = Emitter::new(polygon, Emission::gradient(1.0, vector(&mut random, 1.0 / size))).unwrap();
             let mut first = None;
             for level in levels() {
                 let found = on_level!(level, simd => sums::<_, true>(simd, &receiver, &emitter));

@@ -4,7 +4,7 @@
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f64x4};
 
-use super::{AngleError, BoundedSum, SECOND_ORDER, length};
+use super::{AngleError, BoundedSum, length};
 use crate::constant::side_by_side::weigh;
 use crate::four::{Four, all, plus_first};
 use crate::level::{LEVEL, on_level};
@@ -45,23 +45,19 @@ fn sums<S: Simd>(simd: S, receiver: &Receiver, polygon: &Polygon, power: f64) ->
         let (size, error) = of_angle.of_weight(&weighed);
         along = plus_first(along, found.normal.map(|c| c.abs()) * error, count);
         let of_term = of_angle.of_term(n1.dot(found.normal).abs()) + g * additions;
-        others = plus_first(others, Vec3::new(of_term, size * (ew + additions), size), count);
+        others = plus_first(others, Vec3::new(of_term, size * (ew + additions), splat(0.0)), count);
     }
     let terms = Terms { irradiance: angles * -0.5, gradient: edges };
-    let products = 8.0 * ROUNDOFF;
-    let bound = BoundedSum {
-        irradiance: SECOND_ORDER * (0.5 * others.x + products * length(terms.irradiance)),
-        gradient: SECOND_ORDER * (length(along) + others.y + products * length(terms.gradient)),
-    };
+    let bound = BoundedSum::new(&terms, others.x, length(along) + others.y);
     Some((terms, bound))
 }
 
 #[cfg(test)]
 mod tests {
-    use rand::{RngExt, SeedableRng, rngs::ChaCha8Rng};
+    use rand::{SeedableRng, rngs::ChaCha8Rng};
 
     use super::*;
-    use crate::DVec3;
+    use crate::four::random::polygon_and_receiver;
     use crate::plan::{Horizon, Plan};
 
     #[test]
@@ -70,15 +66,7 @@ mod tests {
         let mut found = 0;
         for i in 0..2000 {
             let count = 3 + i % 7;
-            let mut angles: Vec<f64> = (0..count).map(|_| random.random_range(0.0..6.0)).collect();
-            angles.sort_unstable_by(f64::total_cmp);
-            let mut vector = |size: f64| DVec3::from([(); 3].map(|()| random.random_range(-size..size)));
-            let (a, b) = (vector(1.0), vector(1.0));
-            let Ok(polygon) = Polygon::new(angles.iter().map(|t| a * libm::cos(*t) + b * libm::sin(*t)).collect()) else {
-                continue;
-            };
-            let x = polygon.normal() * libm::exp(vector(3.0).y) + vector(1.0);
-            let receiver = Receiver::new(x, vector(0.5) - x, 1.0).unwrap();
+            let Some((polygon, receiver, _)) = polygon_and_receiver(&mut random, count, 3.0) else { continue };
             let Some(plan) = Plan::new(&receiver, &polygon).filter(|plan| plan.horizon == Horizon::Above) else { continue };
             let Some((terms, bound)) = bounded(&receiver, &polygon, plan.power) else { continue };
             found += 1;
