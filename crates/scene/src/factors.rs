@@ -26,6 +26,7 @@ use radgrad_core::{Emission, Emitter, Polygon, Receiver, Tolerance, Value, evalu
 pub use field::FieldCell;
 pub use matrix::{Entry, FactorMatrix, SurfaceMatrix};
 pub use pair::Factor;
+pub use rule::gauss_legendre;
 
 use crate::{Beam, Error, Occluders, Scene};
 

@@ -22,7 +22,7 @@ mod words;
 use std::path::Path;
 
 pub use error::Error;
-pub use factors::{Entry, Factor, FactorMatrix, FactorSettings, FieldCell, FormFactors, SurfaceMatrix};
+pub use factors::{Entry, Factor, FactorMatrix, FactorSettings, FieldCell, FormFactors, SurfaceMatrix, gauss_legendre};
 pub use occluders::{Beam, Found, Occluders};
 pub use place::{Place, Position};
 pub use scene::split::triangles as triangulate;

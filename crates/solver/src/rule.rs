@@ -4,6 +4,8 @@
 //! triangle the symmetric rules of Strang and Fix (1973) and Dunavant (1985) with 3, 6, 12 and 16 nodes, exact to total degree 2,
 //! 4, 6 and 8. All nodes are inside and no weight is negative; weights sum to one, so that a rule gives means.
 
+use radgrad_scene::gauss_legendre;
+
 use crate::basis::Shape;
 
 /// A node in reference coordinates and its weight.
@@ -28,7 +30,7 @@ pub(crate) fn for_degree(shape: Shape, degree: usize) -> Vec<Node> {
 
 /// The product rule with `count` Gauss nodes a direction.
 pub(crate) fn product(count: usize) -> Vec<Node> {
-    let line = gauss_legendre(count);
+    let line = on_unit_interval(count);
     let pair = |&(t, v): &(f64, f64)| line.iter().map(move |&(s, w)| Node { at: [s, t], weight: v * w }).collect::<Vec<_>>();
     line.iter().flat_map(pair).collect()
 }
@@ -41,24 +43,9 @@ pub(crate) fn collapsed(count: usize) -> Vec<Node> {
         .collect()
 }
 
-/// Gauss-Legendre nodes and weights on [0, 1]: Newton's method on the recurrence.
-pub(crate) fn gauss_legendre(count: usize) -> Vec<(f64, f64)> {
-    let n = count as f64;
-    let node = |i: usize| {
-        let mut x = (std::f64::consts::PI * (i as f64 + 0.75) / (n + 0.5)).cos();
-        let mut slope = 1.0;
-        for _ in 0..8 {
-            let (mut before, mut value) = (1.0, x);
-            for k in 1..count {
-                let k = k as f64;
-                (before, value) = (value, ((2.0 * k + 1.0) * x * value - k * before) / (k + 1.0));
-            }
-            slope = n * (x * value - before) / (x * x - 1.0);
-            x -= value / slope;
-        }
-        (0.5 * (1.0 - x), 1.0 / ((1.0 - x * x) * slope * slope))
-    };
-    (0..count).map(node).collect()
+/// Gauss-Legendre nodes and weights on [0, 1].
+fn on_unit_interval(count: usize) -> Vec<(f64, f64)> {
+    gauss_legendre(count).iter().map(|(x, weight)| (0.5 + 0.5 * x, 0.5 * weight)).collect()
 }
 
 /// Symmetric rules: orbits of `(a, a, 1 - 2a)` with their weight, then of `(a, b, 1 - a - b)`.
