@@ -5,7 +5,7 @@
 
 use glam::DVec3;
 
-use crate::ladder::Case;
+use crate::ladder::{Case, Ordinary};
 use crate::plan::Plan;
 use crate::terms::Terms;
 use crate::unit::Unit;
@@ -132,7 +132,13 @@ pub fn evaluate_to(receiver: &Receiver, emitter: &Emitter, occluders: &[Polygon]
     if !(0.0..=1.0).contains(&tolerance) {
         return Err(Error::Tolerance { value: tolerance });
     }
-    let Some(plan) = Plan::new(receiver, emitter.polygon()) else { return Ok(Answer::ZERO) };
+    let ordinary = if occluders.is_empty() { Ordinary::new(receiver, emitter, tolerance)? } else { Ordinary::Nothing };
+    let plan = match ordinary {
+        Ordinary::Answer(answer) => return Ok(answer),
+        Ordinary::Plan(plan) => Some(plan),
+        Ordinary::Nothing => Plan::new(receiver, emitter.polygon()),
+    };
+    let Some(plan) = plan else { return Ok(Answer::ZERO) };
     let occluders: Vec<&Polygon> = occluders.iter().collect();
     let case = Case { receiver, emitter, occluders: &occluders, plan: &plan };
     case.answer(tolerance)

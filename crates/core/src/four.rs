@@ -13,8 +13,10 @@ use fearless_simd::{Simd, f64x4};
 
 pub(crate) use functions::{logarithm, nine_terms, pair, plain_angle, x1_clausens};
 
-use crate::double_double::{DoubleDouble, SPLIT};
+use crate::double_double::{DoubleDouble, SPLIT, UNIT};
 use crate::geometry::{FourEdges, normalising_power};
+use crate::level::{LEVEL, on_level};
+use crate::number::ROUNDOFF;
 use crate::plan::sure;
 use crate::vec3::Vec3;
 use crate::{DVec3, Polygon, Receiver};
@@ -75,6 +77,19 @@ impl<S: Simd> Four<S> {
 /// has it, with x, y and z side by side.
 #[inline(always)]
 pub(crate) fn height_over_plane<S: Simd>(simd: S, receiver: &Receiver, polygon: &Polygon, power: f64) -> f64 {
+    height_and_reach(simd, receiver, polygon, power).0
+}
+
+/// That height and a bound on its error.
+#[inline]
+pub(crate) fn certain_height(receiver: &Receiver, polygon: &Polygon, power: f64) -> (f64, f64) {
+    let (height, reach) = on_level!(*LEVEL, simd => height_and_reach(simd, receiver, polygon, power));
+    (height, reach * (polygon.normal_error() + 8.0 * UNIT) * (1.0 + 8.0 * ROUNDOFF) + ROUNDOFF * height.abs())
+}
+
+/// That height, and the sum of the coordinates of the polygon's first vertex by size, as the receiver sees it.
+#[inline(always)]
+fn height_and_reach<S: Simd>(simd: S, receiver: &Receiver, polygon: &Polygon, power: f64) -> (f64, f64) {
     let (Vec3 { x, y, z }, power) = (polygon.precise_normal(), f64x4::splat(simd, power));
     let (n, n_rest) = (row(simd, [x.hi, y.hi, z.hi]), row(simd, [x.lo, y.lo, z.lo]));
     let (a, b) = (row(simd, polygon.vertices()[0].to_array()), row(simd, (-receiver.position()).to_array()));
@@ -88,7 +103,8 @@ pub(crate) fn height_over_plane<S: Simd>(simd: S, receiver: &Receiver, polygon: 
     let hi = product + rest;
     let lo = rest - (hi - product);
     let term = |i: usize| DoubleDouble { hi: hi[i], lo: lo[i] };
-    -(term(0) + term(1) + term(2)).hi
+    let reach = r.abs();
+    (-(term(0) + term(1) + term(2)).hi, reach[0] + reach[1] + reach[2])
 }
 
 #[inline(always)]

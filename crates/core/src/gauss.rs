@@ -10,21 +10,24 @@
 //! The bound is that of each triangle's truncation ([`triangle`]) and rounding ([`sums`]). Polygons off one plane by their
 //! planarity defect, and vertex values off one affine function, add 8 defects over the height and the residual, relative.
 
+mod fan;
 mod outline;
 mod rules;
 mod source;
+mod square;
 mod sums;
 mod triangle;
 
-use crate::certify::Ball;
+use crate::four::certain_height;
 use crate::number::ROUNDOFF;
-use crate::plan::{Horizon, Plan, height_over_plane, unit_normal};
-use crate::real::Real;
+use crate::plan::{Horizon, Plan, unit_normal};
 use crate::vec3::Vec3;
 use crate::{Emitter, Receiver};
+pub(crate) use fan::FanTriangle;
+use fan::Shape;
 use outline::Corner;
 use source::Source;
-use triangle::Triangle;
+use triangle::{Seen, Triangle};
 
 /// Value and gradient without the factor rho/pi, in normalised lengths and emission, with absolute error bounds.
 #[derive(Debug, Clone, Copy, Default)]
@@ -44,63 +47,28 @@ struct Scene<'a> {
     source: Source<'a>,
     /// Relative error that the input brings: the height rounded, vertices off the plane, values off the affine function.
     input_error: f64,
-    /// Relative error of the polygon's area, but for its rounding.
-    area_error: f64,
     is_clipped: bool,
     /// Multiplies lengths.
     power: f64,
 }
 
-/// The rule for a case: how many nodes where, and what they leave.
-#[derive(Debug)]
-pub(crate) struct Rule<'a> {
-    scene: Scene<'a>,
-    first: Triangle,
-    /// Of outlines that are no triangle.
-    others: Vec<Triangle>,
-}
-
-impl<'a> Rule<'a> {
-    /// The rule that a case needs for full precision; `None` where the emitter is too near for any.
-    pub(crate) fn new(receiver: &Receiver, emitter: &'a Emitter, plan: &Plan) -> Option<Self> {
-        let scene = Scene::new(receiver, emitter, plan);
-        let polygon = emitter.polygon();
-        let spread = |corners: &[Corner]| corners.iter().fold(0.0, |most: f64, c| most.max(c.local.norm_squared().sqrt()));
-        if !scene.is_clipped && polygon.vertices().len() == 3 {
-            let corners = scene.corners_of_triangle(receiver, polygon, plan);
-            let twice_area = 2.0 * polygon.area_scaled(plan.power);
-            let first = scene.triangle(apex_first(corners), spread(&corners), Some(twice_area))?;
-            return Some(Self { scene, first, others: Vec::new() });
-        }
-        let outline = scene.outline(receiver, polygon, plan);
-        let spread = spread(&outline);
-        if let &[a, b, c] = &outline[..] {
-            let first = scene.triangle(apex_first([a, b, c]), spread, None)?;
-            return Some(Self { scene, first, others: Vec::new() });
-        }
-        let middle = 1..outline.len().saturating_sub(1);
-        let mut fan = middle.map(|i| scene.triangle([outline[0], outline[i], outline[i + 1]], spread, None));
-        let first = fan.next()??;
-        let others = fan.collect::<Option<_>>()?;
-        Some(Self { scene, first, others })
+/// The integral to full precision by a rule with at most `most` nodes; `None` if it takes more, or the emitter is too near for
+/// any rule.
+pub(crate) fn integral(receiver: &Receiver, emitter: &Emitter, plan: &Plan, most: usize) -> Option<Integral> {
+    let (scene, polygon) = (Scene::new(receiver, emitter, plan), emitter.polygon());
+    if plan.horizon == Horizon::Above {
+        let (fan, power) = polygon.fan();
+        let power = plan.power / power;
+        return scene.over(fan.iter(), most, |triangle| scene.plain_triangle(receiver, triangle, power));
     }
-
-    /// Number of nodes in all.
-    pub(crate) fn nodes(&self) -> usize {
-        self.triangles().map(Triangle::nodes).sum()
+    let outline = scene.outline(receiver, polygon, plan);
+    let spread = outline.iter().map(|corner| corner.local.norm_squared().sqrt()).fold(0.0, f64::max);
+    if let &[a, b, c] = &outline[..] {
+        let corners = apex_first([a, b, c]);
+        return scene.over(std::iter::once(corners), most, |corners| scene.clipped_triangle(corners, spread));
     }
-
-    pub(crate) fn integrate(&self) -> Integral {
-        let mut sum = Integral::default();
-        for triangle in self.triangles() {
-            sum.add(self.scene.integral(triangle), self.others.len());
-        }
-        sum
-    }
-
-    fn triangles(&self) -> impl Iterator<Item = &Triangle> {
-        std::iter::once(&self.first).chain(&self.others)
-    }
+    let fan = (1..outline.len().saturating_sub(1)).map(|i| [outline[0], outline[i], outline[i + 1]]);
+    scene.over(fan, most, |corners| scene.clipped_triangle(corners, spread))
 }
 
 impl Integral {
@@ -114,20 +82,40 @@ impl Integral {
 }
 
 impl<'a> Scene<'a> {
+    /// The integral over a fan, made of triangles one by one.
+    #[inline]
+    fn over<T>(
+        &self,
+        fan: impl ExactSizeIterator<Item = T>,
+        most: usize,
+        triangle: impl Fn(T) -> (Shape, Seen),
+    ) -> Option<Integral> {
+        let additions = fan.len().checked_sub(1)?;
+        let (mut sum, mut nodes) = (Integral::default(), 0);
+        for corners in fan {
+            let (shape, seen) = triangle(corners);
+            let rule = self.rule(&shape, &seen)?;
+            nodes += rule.nodes();
+            if nodes > most {
+                return None;
+            }
+            sum.add(self.integral(&Triangle { shape: &shape, seen: &seen, rule }), additions);
+        }
+        Some(sum)
+    }
+
     fn new(receiver: &Receiver, emitter: &'a Emitter, plan: &Plan) -> Self {
         let polygon = emitter.polygon();
-        let height: Ball<f64> = height_over_plane(receiver.position(), polygon, plan.power);
-        let (height, height_error) = (height.value(), height.error() / height.value());
+        let (height, height_error) = certain_height(receiver, polygon, plan.power);
         let is_clipped = plan.horizon == Horizon::Crossing;
         let source = Source::new(emitter, is_clipped);
-        let input_error = 8.0 * polygon.planarity_defect() * plan.power / height + height_error + source.input_error;
+        let input_error = 8.0 * polygon.planarity_defect() * plan.power / height + height_error / height + source.input_error;
         Self {
             n1: unit_normal(receiver),
             n2: polygon.normal().into(),
             height,
             source,
             input_error,
-            area_error: polygon.normal_error(),
             is_clipped,
             power: plan.power,
         }

@@ -11,6 +11,7 @@ use glam::DVec3;
 
 use crate::Error;
 use crate::double_double::{DoubleDouble, UNIT};
+use crate::gauss::FanTriangle;
 use crate::number::{Number, ROUNDOFF};
 use crate::plan::offset;
 use crate::real::Real;
@@ -108,6 +109,8 @@ pub struct Polygon {
     vertices: Vec<DVec3>,
     /// The same for four edges at a time.
     four_edges: Vec<FourEdges>,
+    /// Triangles that add up to it.
+    fan: Vec<FanTriangle>,
     /// Unit normal in double-double, so that heights over the plane keep their digits near contact.
     precise_normal: Vec3<DoubleDouble>,
     normal_error: f64,
@@ -168,16 +171,18 @@ impl Polygon {
                 .map_err(|defect| defect.in_unit(power, size))?
                 / power
         };
+        // A cross product of normalised edges errs by 4 UNIT of their lengths' product, at most 3; normalising it adds 32 UNIT.
+        let normal_error = count as f64 * 16.0 * UNIT / norm + 32.0 * UNIT;
+        let normal = precise_normal.map(DoubleDouble::to_f64);
         let polygon = Self {
-            normal: precise_normal.map(DoubleDouble::to_f64).into(),
+            normal: normal.into(),
+            fan: FanTriangle::all(&vertices, normal, power, 0.5 * norm, normal_error),
             normalised_area: 0.5 * norm,
             power,
             four_edges: FourEdges::of(&vertices),
             vertices,
             precise_normal,
-            // A cross product of normalised edges errs by 4 UNIT of their lengths' product, at most 3; normalising it adds 32
-            // UNIT.
-            normal_error: count as f64 * 16.0 * UNIT / norm + 32.0 * UNIT,
+            normal_error,
             corners: [0, widest, widest + 1],
             size,
             planarity_defect,
@@ -237,6 +242,11 @@ impl Polygon {
     /// The vertices for four edges at a time; the last edges may come again.
     pub(crate) fn four_edges(&self) -> &[FourEdges] {
         &self.four_edges
+    }
+
+    /// Triangles that add up to the polygon, in lengths times the second.
+    pub(crate) fn fan(&self) -> (&[FanTriangle], f64) {
+        (&self.fan, self.power)
     }
 
     /// Indices of three vertices in order that are not on one line.

@@ -21,14 +21,13 @@ use crate::constant::BoundedSum;
 use crate::digits::Enclosed;
 use crate::double_double::DoubleDouble;
 use crate::evaluate::{Answer, Method};
-use crate::gauss::Rule;
 use crate::number::{Number, ROUNDOFF};
 use crate::plan::Plan;
 use crate::real::Real;
 use crate::terms::{Terms, albedo};
 use crate::unit::Unit;
 use crate::vec3::Vec3;
-use crate::{Emission, Emitter, Error, Polygon, Receiver};
+use crate::{Emission, Emitter, Error, Polygon, Receiver, gauss};
 
 /// What a Gauss rule may cost.
 struct Budget {
@@ -84,6 +83,30 @@ impl Found {
     }
 }
 
+/// What is found on the way to the ordinary answer.
+pub(crate) enum Ordinary {
+    /// The answer, the one that [`Case::answer`] gives.
+    Answer(Answer),
+    /// That the emitter is seen whole.
+    Plan(Plan),
+    Nothing,
+}
+
+impl Ordinary {
+    /// The closed form in double precision, of a constant emitter that is seen whole, near by, with the plan made on the way.
+    #[inline]
+    pub(crate) fn new(receiver: &Receiver, emitter: &Emitter, tolerance: f64) -> Result<Self, Error> {
+        let Emission::Constant(_) = emitter.emission() else { return Ok(Self::Nothing) };
+        let narrow = Budget::of(emitter.emission()).wide;
+        let Some((power, sums)) = BoundedSum::whole(receiver, emitter.polygon(), narrow) else { return Ok(Self::Nothing) };
+        let plan = Plan::whole(power);
+        let Some((terms, bound)) = sums else { return Ok(Self::Plan(plan)) };
+        let case = Case { receiver, emitter, occluders: &[], plan: &plan };
+        let answer = case.accepted(&case.of_unit_emission(&terms, bound), Method::ClosedForm, tolerance)?;
+        Ok(answer.map_or(Self::Plan(plan), Self::Answer))
+    }
+}
+
 impl Case<'_> {
     pub(crate) fn answer(&self, tolerance: f64) -> Result<Answer, Error> {
         if self.is_dark() {
@@ -91,9 +114,9 @@ impl Case<'_> {
         }
         let budget = Budget::of(self.emitter.emission());
         let is_small = self.emitter.polygon().size() * self.plan.power <= budget.wide;
-        let mut rule = if is_small { self.rule() } else { None };
-        if let Some(found) = self.by_few_nodes(rule.as_ref(), budget.cheap)
-            && let Some(answer) = self.accepted(&found, Method::Quadrature, tolerance)?
+        let cheap = if is_small { self.by_quadrature(budget.cheap) } else { None };
+        if let Some(found) = &cheap
+            && let Some(answer) = self.accepted(found, Method::Quadrature, tolerance)?
         {
             return Ok(answer);
         }
@@ -101,10 +124,8 @@ impl Case<'_> {
         if let Some(answer) = self.accepted(&found, Method::ClosedForm, tolerance)? {
             return Ok(answer);
         }
-        if !is_small {
-            rule = self.rule();
-        }
-        if let Some(found) = self.by_few_nodes(rule.as_ref(), budget.dear)
+        if cheap.is_none()
+            && let Some(found) = self.by_quadrature(budget.dear)
             && let Some(answer) = self.accepted(&found, Method::Quadrature, tolerance)?
         {
             return Ok(answer);
@@ -114,7 +135,7 @@ impl Case<'_> {
         if let Some(answer) = self.accepted(&found, Method::DoubleDouble, tolerance.max(1.01 * ROUNDOFF))? {
             return Ok(answer);
         }
-        let by_rule = || rule.as_ref().map(|rule| self.by_quadrature(rule));
+        let by_rule = || self.by_quadrature(usize::MAX);
         #[cfg(feature = "arbitrary-precision")]
         return self.rounded(tolerance, by_rule);
         #[cfg(not(feature = "arbitrary-precision"))]
@@ -143,33 +164,34 @@ impl Case<'_> {
         enclosed.to_answer(self)
     }
 
-    fn rule(&self) -> Option<Rule<'_>> {
-        if self.occluders.is_empty() { Rule::new(self.receiver, self.emitter, self.plan) } else { None }
-    }
-
-    /// What a rule of at most so many nodes gives.
-    fn by_few_nodes(&self, rule: Option<&Rule<'_>>, most: usize) -> Option<Found> {
-        rule.filter(|rule| rule.nodes() <= most).map(|rule| self.by_quadrature(rule))
-    }
-
-    fn by_quadrature(&self, rule: &Rule<'_>) -> Found {
-        let integral = rule.integrate();
+    /// What a Gauss rule of at most so many nodes gives.
+    fn by_quadrature(&self, most: usize) -> Option<Found> {
+        if !self.occluders.is_empty() {
+            return None;
+        }
+        let integral = gauss::integral(self.receiver, self.emitter, self.plan, most)?;
         let albedo: f64 = albedo(self.receiver);
         // Quotient and product.
         let rounding = 4.0 * ROUNDOFF;
         let size = integral.gradient.length();
-        Found {
+        Some(Found {
             radiosity: integral.value * albedo,
             gradient: integral.gradient * albedo,
             radiosity_error: (integral.value_error + rounding * integral.value.abs()) * albedo,
             gradient_error: (integral.gradient_error + rounding * size) * albedo,
-        }
+        })
     }
 
     /// The constant emitter's closed form in double precision, with the bound derived for it.
     fn bounded(&self) -> Found {
-        let Self { receiver, emitter, plan, .. } = *self;
-        let (terms, bound) = BoundedSum::of(receiver, emitter.polygon(), plan);
+        let (terms, bound) = BoundedSum::of(self.receiver, self.emitter.polygon(), self.plan);
+        self.of_unit_emission(&terms, bound)
+    }
+
+    /// What the sums for a unit emission and their bounds say.
+    #[inline(always)]
+    fn of_unit_emission(&self, terms: &Terms<f64>, bound: BoundedSum) -> Found {
+        let Self { receiver, emitter, .. } = *self;
         let emission = emitter.affine().value;
         let terms = Terms { irradiance: terms.irradiance * emission, gradient: terms.gradient * emission };
         let share = albedo::<f64>(receiver) * emission.abs();

@@ -69,6 +69,13 @@ impl BoundedSum {
         whole.unwrap_or_else(|| Self::one_by_one(receiver, polygon, plan))
     }
 
+    /// The power of two that normalises lengths of a polygon that is surely seen whole; and the sums and the bounds where its size
+    /// is more than `narrow` of the distance of its farthest vertex and all is plain.
+    #[inline]
+    pub(crate) fn whole(receiver: &Receiver, polygon: &Polygon, narrow: f64) -> Option<(f64, Option<(Terms<f64>, Self)>)> {
+        side_by_side::bounded_whole(receiver, polygon, narrow)
+    }
+
     #[inline(never)]
     fn one_by_one(receiver: &Receiver, polygon: &Polygon, plan: &Plan) -> (Terms<f64>, Self) {
         let (mut angles, mut edges) = (SolidAngleVector::zero(), EdgeSum::new(unit_normal(receiver)));

@@ -1,4 +1,4 @@
-//! The corners of what the rule integrates over: the emitter's, or where the horizon crosses it those of the part above.
+//! The corners of what the rule integrates over where the horizon crosses the emitter: those of the part above.
 //!
 //! A crossing is where the heights of an edge's ends over the horizon, both to full relative accuracy, say so: the fraction t
 //! of the way e from the end above errs by 8u, u = 2^-53. Offsets are kept from a vertex above, too, so that a small part of a
@@ -21,8 +21,6 @@ use crate::{Polygon, Receiver};
 /// A corner of the outline, in normalised lengths.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Corner {
-    /// The vertex as given; of a crossing the vertex above.
-    place: DVec3,
     /// Offset from the receiver.
     pub(super) seen: Vec3<f64>,
     /// Offset from a vertex above the horizon: differences of these lose nothing to the distance.
@@ -38,20 +36,12 @@ pub(super) struct Corner {
 const GRAZING: f64 = 0.0625;
 
 impl Scene<'_> {
-    /// The corners of a triangle above the horizon.
-    pub(super) fn corners_of_triangle(&self, receiver: &Receiver, polygon: &Polygon, plan: &Plan) -> [Corner; 3] {
-        [0, 1, 2].map(|vertex| self.corner(receiver, polygon, plan, vertex, 0))
-    }
-
     /// The corners of the part above the horizon, counter-clockwise as the polygon's vertices are (Sutherland and Hodgman 1974).
     pub(super) fn outline(&self, receiver: &Receiver, polygon: &Polygon, plan: &Plan) -> Vec<Corner> {
         let count = polygon.vertices().len();
-        let is_above = |vertex: &usize| precise_facing(receiver, polygon.vertices()[*vertex], plan) > 0.0;
-        let base = if self.is_clipped { (0..count).find(is_above).unwrap_or(0) } else { 0 };
+        let is_above = |vertex: &usize| precise_facing(receiver, polygon.vertices()[*vertex], plan.power) > 0.0;
+        let base = (0..count).find(is_above).unwrap_or(0);
         let corners: Vec<Corner> = (0..count).map(|vertex| self.corner(receiver, polygon, plan, vertex, base)).collect();
-        if !self.is_clipped {
-            return corners;
-        }
         let mut above = Vec::with_capacity(count + 1);
         for (i, start) in corners.iter().enumerate() {
             let j = (i + 1) % count;
@@ -67,24 +57,24 @@ impl Scene<'_> {
         above
     }
 
-    /// The side from one corner to another: a difference of vertices as given, which errs by u of itself, or of local offsets.
-    pub(super) fn side(&self, from: &Corner, to: &Corner) -> Vec3<f64> {
-        if self.is_clipped { to.local - from.local } else { offset(to.place, from.place, self.power) }
-    }
-
     fn corner(&self, receiver: &Receiver, polygon: &Polygon, plan: &Plan, vertex: usize, base: usize) -> Corner {
         let (x, place, first) = (receiver.position(), polygon.vertices()[vertex], polygon.vertices()[base]);
         let seen: Vec3<f64> = offset(place, x, plan.power);
-        let distance = seen.norm_squared().sqrt();
+        let facing = precise_facing(receiver, place, plan.power);
+        let local = offset(place, first, plan.power);
+        let lit = self.source.at_vertex(vertex, place);
+        Corner { seen, local, facing, facing_error: 8.0 * ROUNDOFF * facing.abs(), lit }
+    }
+
+    /// `n1.r` of a vertex that is seen at an offset and a distance, and a bound on its error.
+    pub(super) fn facing(&self, receiver: &Receiver, vertex: DVec3, seen: Vec3<f64>, distance: f64) -> (f64, f64) {
         let facing = self.n1.dot(seen);
-        let (facing, facing_error) = if self.is_clipped || facing < GRAZING * distance {
-            let facing = precise_facing(receiver, place, plan);
+        if facing < GRAZING * distance {
+            let facing = precise_facing(receiver, vertex, self.power);
             (facing, 8.0 * ROUNDOFF * facing.abs())
         } else {
             (facing, 5.0 * ROUNDOFF * distance)
-        };
-        let local = offset(place, first, plan.power);
-        Corner { place, seen, local, facing, facing_error, lit: self.source.at_vertex(vertex, place) }
+        }
     }
 }
 
@@ -93,7 +83,6 @@ impl Corner {
     fn towards(&self, end: &Self, e: Vec3<f64>) -> Self {
         let fraction = self.facing / (self.facing - end.facing);
         Self {
-            place: self.place,
             seen: self.seen + e * fraction,
             local: self.local + e * fraction,
             facing: 0.0,
@@ -104,7 +93,7 @@ impl Corner {
 }
 
 /// `n1.r` of a vertex with a relative error of 8u: two of the height, and five and one of the length of the normal as given.
-fn precise_facing(receiver: &Receiver, vertex: DVec3, plan: &Plan) -> f64 {
-    let height: f64 = height_over_horizon(receiver, vertex, plan.power);
+fn precise_facing(receiver: &Receiver, vertex: DVec3, power: f64) -> f64 {
+    let height: f64 = height_over_horizon(receiver, vertex, power);
     height / Vec3::from(receiver.direction()).norm_squared().sqrt()
 }

@@ -74,11 +74,12 @@ pub(super) struct Rule {
 
 /// The rule with `count` nodes, 1 to [`MOST`].
 #[inline]
-pub(super) fn rule(count: usize) -> Rule {
+pub(super) const fn rule(count: usize) -> Rule {
     let sets = count.div_ceil(LANES);
     let start = if count <= LANES { LANES * (count - 1) } else { LANES * LANES + 2 * LANES * (count - LANES - 1) };
-    let filled = start..start + sets * LANES;
-    Rule { nodes: &NODES[filled.clone()], weights: &WEIGHTS[filled] }
+    let filled = sets * LANES;
+    let (nodes, weights): (&[f64], &[f64]) = (&NODES, &WEIGHTS);
+    Rule { nodes: nodes.split_at(start).1.split_at(filled).0, weights: weights.split_at(start).1.split_at(filled).0 }
 }
 
 #[cfg(test)]

@@ -8,7 +8,7 @@ use glam::DVec3;
 
 use crate::number::ROUNDOFF;
 use crate::polynomial::{Bivariate, InPlane};
-use crate::{Emission, Emitter};
+use crate::{Emission, Emitter, Polygon};
 
 /// An emission with the bounds that the rule needs of it, normalised.
 #[derive(Debug)]
@@ -112,6 +112,18 @@ impl<'a> Source<'a> {
         }
     }
 
+    pub(super) const fn polygon(&self) -> &'a Polygon {
+        self.emitter.polygon()
+    }
+
+    pub(super) const fn degree(&self) -> usize {
+        match self.kind {
+            Kind::Constant => 0,
+            Kind::Linear => 1,
+            Kind::Polynomial(plane) => plane.degree(),
+        }
+    }
+
     /// At vertex `vertex` of the polygon, which is at `place`.
     pub(super) fn at_vertex(&self, vertex: usize, place: DVec3) -> Lit {
         match self.kind {
@@ -119,6 +131,17 @@ impl<'a> Source<'a> {
             Kind::Linear => Lit::Value(self.emitter.vertex_value(vertex)),
             Kind::Polynomial(plane) => Lit::At(plane.at(place)),
         }
+    }
+
+    /// On the triangle with these vertices, which are at `places`; and whether it is known to be nowhere negative.
+    #[inline]
+    pub(super) fn on_corners(&self, vertices: [usize; 3], places: [DVec3; 3]) -> (OnTriangle, bool) {
+        if let Kind::Constant = self.kind {
+            let value = self.emitter.affine().value;
+            return (OnTriangle::Affine([value; 3]), value >= 0.0);
+        }
+        let lit = [0, 1, 2].map(|i| self.at_vertex(vertices[i], places[i]));
+        (self.on_triangle([&lit[0], &lit[1], &lit[2]]), lit.iter().all(Lit::is_bright))
     }
 
     /// On the triangle with these corners.

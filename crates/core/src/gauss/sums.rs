@@ -25,12 +25,13 @@
 //! nearest point allows.
 
 use fearless_simd::prelude::*;
-use fearless_simd::{dispatch, f64x8};
+use fearless_simd::{Simd, f64x8};
 
+use super::fan::Shape;
 use super::source::OnTriangle;
-use super::triangle::{Bound, Grid, Triangle};
-use super::{Integral, Scene, rules};
-use crate::level::LEVEL;
+use super::triangle::{Bound, Grid, Rule, Seen, Triangle};
+use super::{Integral, Scene, rules, square};
+use crate::level::{LEVEL, on_level};
 use crate::number::ROUNDOFF;
 use crate::vec3::Vec3;
 
@@ -45,26 +46,15 @@ struct Sums<T> {
     projected_over_square: T,
 }
 
-impl<T: Copy> Sums<T> {
-    #[inline(always)]
-    fn map<U>(self, f: impl Fn(T) -> U) -> Sums<U> {
-        Sums {
-            positive: f(self.positive),
-            plain: f(self.plain),
-            projected: f(self.projected),
-            pulled: self.pulled.map(&f),
-            plain_over_square: f(self.plain_over_square),
-            projected_over_square: f(self.projected_over_square),
-        }
-    }
-}
-
 /// Rows that are added up before they go to the whole: fewer roundings for each.
 const GROUP: usize = 4;
 
-/// The sum over the lanes.
-fn total([a, b, c, d, e, f, g, h]: [f64; rules::LANES]) -> f64 {
-    ((a + b) + (c + d)) + ((e + f) + (g + h))
+/// The sums over the lanes of eight, each as `((a + b) + (c + d)) + ((e + f) + (g + h))`.
+#[inline(always)]
+fn totals<S: Simd>([p, q, r, s, t, u, v, w]: [f64x8<S>; rules::LANES]) -> [f64; rules::LANES] {
+    // Neighbours of both, the first ones' first.
+    let pairs = |a: f64x8<S>, b: f64x8<S>| a.unzip_low(b) + a.unzip_high(b);
+    *pairs(pairs(pairs(p, q), pairs(r, s)), pairs(pairs(t, u), pairs(v, w))).as_array()
 }
 
 /// A row of nodes, from where a is 0 to where b is 1: points, and what is interpolated between the two ends.
@@ -95,6 +85,26 @@ impl<S: Simd> Sums<f64x8<S>> {
         }
     }
 
+    /// What eight nodes add.
+    #[inline(always)]
+    fn at(simd: S, r: Vec3<f64x8<S>>, weight: f64x8<S>, emission: f64x8<S>, facing: f64x8<S>) -> Self {
+        let inverse = f64x8::splat(simd, 1.0) / (r.x * r.x + r.y * r.y + r.z * r.z);
+        let positive = weight * inverse * inverse;
+        let plain = positive * emission;
+        let projected = plain * facing;
+        let pull = projected * inverse;
+        Self { positive, plain, projected, pulled: r * pull, plain_over_square: plain * inverse, projected_over_square: pull }
+    }
+
+    /// The sums over the lanes.
+    #[inline(always)]
+    fn total(self) -> Sums<f64> {
+        let Self { positive, plain, projected, pulled: Vec3 { x, y, z }, plain_over_square, projected_over_square } = self;
+        let [positive, plain, projected, x, y, z, plain_over_square, projected_over_square] =
+            totals([positive, plain, projected, x, y, z, plain_over_square, projected_over_square]);
+        Sums { positive, plain, projected, pulled: Vec3::new(x, y, z), plain_over_square, projected_over_square }
+    }
+
     /// The sums of a row, eight nodes at a time whatever the machine, so that digits do not depend on it. The emission is a
     /// function of b and 1 - b.
     #[inline(always)]
@@ -106,20 +116,8 @@ impl<S: Simd> Sums<f64x8<S>> {
             for (nodes, weights) in rule.nodes.chunks_exact(rules::LANES).zip(rule.weights.chunks_exact(rules::LANES)) {
                 let b = (f64x8::from_slice(simd, nodes) + shift) * width;
                 let rest = one - b;
-                let r = row.start + row.step * b;
-                let inverse = one / (r.x * r.x + r.y * r.y + r.z * r.z);
-                let positive = f64x8::from_slice(simd, weights) * row.weight * inverse * inverse;
-                let plain = positive * emission(b, rest);
-                let projected = plain * between(row.facing, b, rest);
-                let pull = projected * inverse;
-                sums.add(&Self {
-                    positive,
-                    plain,
-                    projected,
-                    pulled: r * pull,
-                    plain_over_square: plain * inverse,
-                    projected_over_square: pull,
-                });
+                let (weight, facing) = (f64x8::from_slice(simd, weights) * row.weight, between(row.facing, b, rest));
+                sums.add(&Self::at(simd, row.start + row.step * b, weight, emission(b, rest), facing));
             }
         }
         sums
@@ -138,21 +136,29 @@ impl<S: Simd> Sums<f64x8<S>> {
 
 impl Scene<'_> {
     /// The integral over a triangle, without the factor rho/pi.
-    pub(super) fn integral(&self, triangle: &Triangle) -> Integral {
+    pub(super) fn integral(&self, triangle: &Triangle<'_>) -> Integral {
         let Self { n1, n2, height, .. } = *self;
-        let total = dispatch!(*LEVEL, simd => triangle.sums(simd)).map(total);
+        let total = on_level!(*LEVEL, simd => triangle.sums(simd));
         let gradient = n2 * total.projected - n1 * (height * total.plain) + total.pulled * (4.0 * height);
         let error = triangle.error(self, &total);
+        let Shape { twice_area, twice_area_error, .. } = *triangle.shape;
         // What the area errs by scales all.
         let (value, gradient) = (height * total.projected, gradient);
         let size = gradient.norm_squared().sqrt();
         Integral {
-            value: triangle.twice_area * value,
-            gradient: gradient * triangle.twice_area,
-            value_error: triangle.truncation.value + error.value + triangle.twice_area_error * value.abs(),
-            gradient_error: triangle.truncation.gradient + error.gradient + triangle.twice_area_error * size,
+            value: twice_area * value,
+            gradient: gradient * twice_area,
+            value_error: triangle.rule.truncation.value + error.value + twice_area_error * value.abs(),
+            gradient_error: triangle.rule.truncation.gradient + error.gradient + twice_area_error * size,
         }
     }
+}
+
+/// What is affine and has these values at the corners, at barycentric coordinates; it errs by 3u beside what they err by where
+/// none is negative.
+#[inline(always)]
+fn interpolated<S: Simd>([apex, first, last]: [f64x8<S>; 3], [p, q, r]: [f64x8<S>; 3]) -> f64x8<S> {
+    apex * p + first * q + last * r
 }
 
 /// What is affine and has these values at the corners, at both ends of a row; it errs by 4u where none is negative.
@@ -162,15 +168,26 @@ fn ends([apex, first, last]: [f64; 3], a: f64) -> [f64; 2] {
     [from_apex + a * first, from_apex + a * last]
 }
 
-impl Triangle {
+impl Triangle<'_> {
     #[inline(always)]
-    fn sums<S: Simd>(&self, simd: S) -> Sums<[f64; rules::LANES]> {
-        match &self.emission {
-            OnTriangle::Affine(corners) => self.with_emission(simd, |a| {
-                let ends = ends(*corners, a).map(|value| f64x8::splat(simd, value));
+    fn sums<S: Simd>(&self, simd: S) -> Sums<f64> {
+        let splat = |value: f64| f64x8::splat(simd, value);
+        match (&self.seen.emission, self.is_square()) {
+            (OnTriangle::Affine(corners), true) => {
+                let corners = corners.map(splat);
+                self.in_one_row(simd, |nodes, _| interpolated(corners, nodes))
+            }
+            (OnTriangle::Polynomial(polynomial, [p, first, side]), true) => self.in_one_row(simd, |[_, _, last], along| {
+                let place = |k: usize| splat(p[k]) + splat(first[k]) * along + splat(side[k]) * last;
+                let (u, v) = (place(0), place(1));
+                let value = |i: usize| polynomial.value([u[i], v[i]]);
+                f64x8::load_array(simd, std::array::from_fn(value))
+            }),
+            (OnTriangle::Affine(corners), false) => self.row_by_row(simd, |a| {
+                let ends = ends(*corners, a).map(splat);
                 move |b, rest| between(ends, b, rest)
             }),
-            OnTriangle::Polynomial(polynomial, [p, first, side]) => self.with_emission(simd, |a| {
+            (OnTriangle::Polynomial(polynomial, [p, first, side]), false) => self.row_by_row(simd, |a| {
                 let start = [p[0] + first[0] * a, p[1] + first[1] * a];
                 let step = [side[0] * a, side[1] * a];
                 move |b: f64x8<S>, _| {
@@ -181,14 +198,38 @@ impl Triangle {
         }
     }
 
+    /// Whether all nodes are in one row ([`square`]).
+    fn is_square(&self) -> bool {
+        let [rows, row] = self.rule.grid;
+        rows == row && rows.panels == 1 && rows.count <= square::MOST
+    }
+
+    /// The sums over the nodes of a square, with the emission as a function of their barycentric coordinates and of a.
+    #[inline(always)]
+    fn in_one_row<S: Simd>(&self, simd: S, emission: impl Fn([f64x8<S>; 3], f64x8<S>) -> f64x8<S>) -> Sums<f64> {
+        let splat = |value: f64| f64x8::splat(simd, value);
+        let (apex, first, side) = (self.seen.apex.map(splat), self.shape.first.map(splat), self.shape.side.map(splat));
+        let facing = self.seen.facing.map(splat);
+        let mut total = Sums::zero(simd);
+        for sets in square::square(self.rule.grid[0].count).chunks(GROUP) {
+            let mut group = Sums::zero(simd);
+            for nodes in sets {
+                let barycentric = nodes.barycentric.map(|row| f64x8::load_array(simd, row));
+                let (along, weight) = (f64x8::load_array(simd, nodes.along), f64x8::load_array(simd, nodes.weights));
+                let r = apex + first * along + side * barycentric[2];
+                let (emission, facing) = (emission(barycentric, along), interpolated(facing, barycentric));
+                group.add(&Sums::at(simd, r, weight, emission, facing));
+            }
+            total.add(&group);
+        }
+        total.total()
+    }
+
     /// The sums, with the emission as a function of a, then of b and 1 - b.
     #[inline(always)]
-    fn with_emission<S: Simd, F: Fn(f64x8<S>, f64x8<S>) -> f64x8<S>>(
-        &self,
-        simd: S,
-        emission: impl Fn(f64) -> F,
-    ) -> Sums<[f64; rules::LANES]> {
-        let Self { apex, first, side, facing, grid: [rows, row], .. } = *self;
+    fn row_by_row<S: Simd, F: Fn(f64x8<S>, f64x8<S>) -> f64x8<S>>(&self, simd: S, emission: impl Fn(f64) -> F) -> Sums<f64> {
+        let (apex, first, side, facing) = (self.seen.apex, self.shape.first, self.shape.side, self.seen.facing);
+        let [rows, row] = self.rule.grid;
         let splat = |value: f64| f64x8::splat(simd, value);
         let width = [1.0 / rows.panels as f64, 1.0 / row.panels as f64];
         let rule = rules::rule(rows.count);
@@ -211,31 +252,38 @@ impl Triangle {
                 total.add(&group);
             }
         }
-        total.map(|sum| *sum.as_array())
+        total.total()
     }
 
     /// Additions that a term goes through: what is added to nothing is exact.
     fn additions(&self) -> usize {
-        let [rows, row] = self.grid;
+        let [rows, row] = self.rule.grid;
+        let over_lanes = rules::LANES.ilog2() as usize;
+        if self.is_square() {
+            let sets = square::square(rows.count).len();
+            return sets.min(GROUP) - 1 + sets.div_ceil(GROUP) - 1 + over_lanes;
+        }
         let in_row = row.panels * row.count.div_ceil(rules::LANES) - 1;
         let in_group = rows.count.min(GROUP) - 1;
         let groups = rows.panels * rows.count.div_ceil(GROUP) - 1;
-        in_row + in_group + groups + rules::LANES.ilog2() as usize
+        in_row + in_group + groups + over_lanes
     }
 
     /// Bound on the rounding errors.
     fn error(&self, scene: &Scene<'_>, sums: &Sums<f64>) -> Bound {
         const U: f64 = ROUNDOFF;
         let Scene { height, ref source, input_error, is_clipped, .. } = *scene;
-        let Self { nearest, farthest, apex_distance, leg, base, most_facing, .. } = *self;
+        let Rule { nearest, farthest, leg, base, .. } = self.rule;
+        let Shape { sides_error, twice_area, misplaced_area, .. } = *self.shape;
+        let Seen { distances, most_facing, facing_error, is_bright, .. } = *self.seen;
         let apex = if is_clipped { 2.0 } else { 1.0 };
-        let node = if self.grid.iter().all(|grid| grid.panels == 1) { 1.0 } else { 2.0 };
-        let displaced = U * (apex * apex_distance + farthest + (1.0 + node) * leg + (2.0 + node) * base) + self.sides_error;
+        let node = if self.rule.grid.iter().all(|grid| grid.panels == 1) { 1.0 } else { 2.0 };
+        let displaced = U * (apex * distances[0] + farthest + (1.0 + node) * leg + (2.0 + node) * base) + sides_error;
         let sum = self.additions() as f64 * U;
         let steep = (most_facing / nearest).min(1.0);
         // Sums of sizes, these over r and over r^2, and what the emission errs by.
         let bright = sums.positive * source.largest * (1.0 + 1e-9);
-        let (plain, projected, emission) = if self.is_bright {
+        let (plain, projected, emission) = if is_bright {
             let over_distance = |sum: f64, over_square: f64| (sum * over_square).sqrt() * (1.0 + 1e-9);
             let plain = [sums.plain, over_distance(sums.plain, sums.plain_over_square)];
             let projected = [sums.projected, over_distance(sums.projected, sums.projected_over_square)];
@@ -246,17 +294,17 @@ impl Triangle {
         };
         let emission = bright * emission;
         let pulled = plain[0].min(projected[1]);
-        let inverted = if self.is_bright { sums.projected_over_square } else { pulled / nearest };
+        let inverted = if is_bright { sums.projected_over_square } else { pulled / nearest };
         // What the three sums of a node have in common, and what the second and third have besides.
         let common = |[size, over_distance]: [f64; 2]| 4.0 * displaced * over_distance + size * (27.0 * U + sum);
-        let facing = self.facing_error + 2.0 * node * U * most_facing;
+        let facing = facing_error + 2.0 * node * U * most_facing;
         let plain_error = common(plain) + emission;
         let projected_error = common(projected) + 7.0 * U * projected[0] + emission * most_facing + plain[0] * facing;
         let pulled_error = displaced * inverted + pulled * (10.5 * U + sum) + 0.5 * plain[1] * facing;
-        let area = self.twice_area.abs();
+        let area = twice_area.abs();
         // Over the fourth power of the nearest distance.
         let near = nearest * nearest;
-        let misplaced = self.misplaced_area / (near * near) * source.largest;
+        let misplaced = misplaced_area / (near * near) * source.largest;
         Bound {
             value: height * (area * (projected_error + (2.0 * U + input_error) * projected[0]) + misplaced * most_facing),
             gradient: area * (projected_error + height * (plain_error + 4.0 * pulled_error))

@@ -10,43 +10,62 @@
 //! neither is above 2 or `2/(k^2 - 1)`: on a unit interval they err by at most `(8/3) M R^(-2n) / (1 - R^-2)`, one such term for
 //! each variable. (The argument of Trefethen, "Is Gauss quadrature better than Clenshaw-Curtis?", 2008, Theorem 4.5, whose bound
 //! gives one power of `R^2` away.)
+//!
+//! Where few nodes do in the variable with the longer segment, the other has as many and is not planned. Around its shorter
+//! segment take the ellipse that reaches as far beyond the ends. It is no wider, so q and M but for the emission's growth are no
+//! worse, R' is larger than R, and the Jacobian at most 1/2 on average. A constant emission does not grow; an affine one by A' <=
+//! R', and `R' R'^(-2n) <= R R^(-2n) <= 2A R^(-2n)`; one of degree d <= 2n by `R'^d`, and `R'^(d - 2n) <= R^(d - 2n)`. So twice
+//! the bound of the longer segment holds for the shorter one.
+
+use std::ops::Add;
 
 use super::Scene;
+use super::fan::{FanTriangle, Shape};
 use super::outline::Corner;
-use super::rules;
 use super::source::OnTriangle;
+use super::{rules, square};
+use crate::Receiver;
 use crate::number::ROUNDOFF;
+use crate::plan::offset;
 use crate::vec3::Vec3;
 
-/// A triangle of the fan, seen from the receiver.
+/// A triangle of the fan, seen from the receiver, with the rule for it.
 #[derive(Debug)]
-pub(super) struct Triangle {
-    pub(super) apex: Vec3<f64>,
-    pub(super) first: Vec3<f64>,
-    pub(super) side: Vec3<f64>,
-    /// `n1.r` at the corners.
-    pub(super) facing: [f64; 3],
-    /// Largest `n1.r`, and a bound on the error of it at the corners.
-    pub(super) most_facing: f64,
-    pub(super) facing_error: f64,
-    pub(super) emission: OnTriangle,
-    /// Whether that is known to be nowhere negative.
-    pub(super) is_bright: bool,
-    /// Signed, and a bound on its error.
-    pub(super) twice_area: f64,
-    pub(super) twice_area_error: f64,
-    /// Bounds on the errors of e1 and e together, and on the area by which displaced corners change the domain.
-    pub(super) sides_error: f64,
-    pub(super) misplaced_area: f64,
+pub(super) struct Triangle<'a> {
+    pub(super) shape: &'a Shape,
+    pub(super) seen: &'a Seen,
+    pub(super) rule: Rule,
+}
+
+/// How many nodes where, and what they leave.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Rule {
     pub(super) grid: [Grid; 2],
     pub(super) truncation: Bound,
-    /// Bounds on the distance of its points from the receiver, and that of P.
+    /// Bounds on the distance of its points from the receiver.
     pub(super) nearest: f64,
     pub(super) farthest: f64,
-    pub(super) apex_distance: f64,
     /// The longer of the two sides at P, and the side opposite.
     pub(super) leg: f64,
     pub(super) base: f64,
+}
+
+/// The corners of a triangle as the receiver sees them, the apex P first.
+#[derive(Debug)]
+pub(super) struct Seen {
+    /// P, and the distances of all corners.
+    pub(super) apex: Vec3<f64>,
+    pub(super) distances: [f64; 3],
+    /// `n1.r`, the largest of these, and a bound on the error of them.
+    pub(super) facing: [f64; 3],
+    pub(super) most_facing: f64,
+    pub(super) facing_error: f64,
+    /// Bounds on the distance of the centroid, from below, and on that of a corner from it.
+    pub(super) centroid: f64,
+    pub(super) reach: f64,
+    pub(super) emission: OnTriangle,
+    /// Whether that is known to be nowhere negative.
+    pub(super) is_bright: bool,
 }
 
 /// Bounds on the errors of value and gradient.
@@ -56,8 +75,15 @@ pub(super) struct Bound {
     pub(super) gradient: f64,
 }
 
+impl Add for Bound {
+    type Output = Self;
+    fn add(self, other: Self) -> Self {
+        Self { value: self.value + other.value, gradient: self.gradient + other.gradient }
+    }
+}
+
 /// A composite rule for one variable: equal panels with the same number of nodes.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub(super) struct Grid {
     pub(super) panels: usize,
     pub(super) count: usize,
@@ -69,7 +95,7 @@ impl Grid {
     }
 }
 
-impl Triangle {
+impl Rule {
     pub(super) const fn nodes(&self) -> usize {
         self.grid[0].nodes() * self.grid[1].nodes()
     }
@@ -87,64 +113,90 @@ struct Reach {
 }
 
 impl Scene<'_> {
-    /// The triangle with the number of nodes it needs for full precision, of an outline with local offsets up to `spread`;
-    /// `None` if that is more than there are rules for.
-    pub(super) fn triangle(&self, corners: [Corner; 3], spread: f64, twice_area: Option<f64>) -> Option<Triangle> {
-        let [a, b, c] = &corners;
-        let [first, last, side] = [self.side(a, b), self.side(a, c), self.side(b, c)];
-        let lengths = [first, last, side].map(|e| e.norm_squared().sqrt());
-        let (leg, base) = (lengths[0].max(lengths[1]), lengths[2]);
-        let longest = leg.max(base);
-        // Two local offsets and their difference; a share of it is the displacement of crossings as seen from the receiver.
-        let side_error = if self.is_clipped { 60.0 * ROUNDOFF * spread } else { ROUNDOFF * longest };
-        let distances = [a, b, c].map(|corner| corner.seen.norm_squared().sqrt());
-        // The area would lose digits to underflow.
-        if longest < 1e-130 {
-            return None;
-        }
-        let (twice_area, twice_area_error) = if let Some(twice_area) = twice_area {
-            (twice_area, (1.1 * ROUNDOFF + self.area_error) * twice_area)
-        } else {
-            let rounding = side_error * (lengths[0] + lengths[1]) + 12.0 * ROUNDOFF * lengths[0] * lengths[1];
-            (self.n2.dot(first.cross(last)), rounding)
+    /// A triangle of a polygon that is seen whole, lengths of the fan being multiplied by `power`.
+    #[inline(always)]
+    pub(super) fn plain_triangle(&self, receiver: &Receiver, fan: &FanTriangle, power: f64) -> (Shape, Seen) {
+        let vertices = self.source.polygon().vertices();
+        let [a, b, c] = fan.corners;
+        let places = [vertices[a], vertices[b], vertices[c]];
+        let see = |place| offset::<f64>(place, receiver.position(), self.power);
+        let seen = [see(places[0]), see(places[1]), see(places[2])];
+        let distances = [length(seen[0]), length(seen[1]), length(seen[2])];
+        let facing = |i: usize| self.facing(receiver, places[i], seen[i], distances[i]);
+        let ((p, p_error), (q, q_error), (r, r_error)) = (facing(0), facing(1), facing(2));
+        let centroid = length(seen[0] + fan.middle * power) * (1.0 - 32.0 * ROUNDOFF);
+        let (emission, is_bright) = self.source.on_corners(fan.corners, places);
+        let seen = Seen {
+            apex: seen[0],
+            distances,
+            facing: [p, q, r],
+            most_facing: largest([p, q, r]),
+            facing_error: largest([p_error, q_error, r_error]),
+            centroid,
+            reach: fan.reach * power + 32.0 * ROUNDOFF * centroid,
+            emission,
+            is_bright,
         };
-        let centroid = (a.seen + b.seen + c.seen) * (1.0 / 3.0);
-        let distance = centroid.norm_squared().sqrt() * (1.0 - 32.0 * ROUNDOFF);
-        let reach = corners.map(|corner| (corner.seen - centroid).norm_squared().sqrt());
-        let reach = reach[0].max(reach[1]).max(reach[2]) + 32.0 * ROUNDOFF * distance;
-        let nearest = self.height.max(distance - reach);
-        let farthest = distances[0].max(distances[1]).max(distances[2]) * (1.0 + 4.0 * ROUNDOFF);
-        let most_facing = a.facing.max(b.facing).max(c.facing);
-        let area = twice_area.abs();
-        // Slivers along the horizon are worth fewer than nine digits less than their area says.
-        let facing = ((a.facing + b.facing + c.facing) / 3.0).max(1e-9 * farthest) / farthest;
-        let typical = 0.5 * area * self.source.largest * self.height / (farthest * farthest * farthest);
-        let typical = Bound { value: typical * facing, gradient: typical / farthest };
-        let bounds = Reach { clear: distance - reach, farthest, most_facing, area, typical };
-        // The Jacobian a is at most 1 + (A - 1)/2p in its own variable on p panels, and 1/2 on average in the other.
-        let along = self.grid(&bounds, 0.5 * lengths[0].max(lengths[1]), |overhang| 1.0 + overhang)?;
-        let across = self.grid(&bounds, 0.5 * lengths[2], |_| 0.5)?;
-        Some(Triangle {
+        (fan.shape.scaled(power), seen)
+    }
+
+    /// A triangle of a clipped outline with local offsets up to `spread`.
+    pub(super) fn clipped_triangle(&self, corners: [Corner; 3], spread: f64) -> (Shape, Seen) {
+        let [a, b, c] = &corners;
+        let sides = [b.local - a.local, c.local - a.local, c.local - b.local];
+        // Two local offsets and their difference; a share of it is the displacement of crossings as seen from the receiver.
+        let mut shape = Shape::new(sides, self.n2, 60.0 * ROUNDOFF * spread);
+        shape.misplaced_area = 70.0 * ROUNDOFF * spread * largest(shape.lengths);
+        let middle = (a.seen + b.seen + c.seen) * (1.0 / 3.0);
+        let centroid = length(middle) * (1.0 - 32.0 * ROUNDOFF);
+        let facing = [a.facing, b.facing, c.facing];
+        let seen = Seen {
             apex: a.seen,
-            first,
-            side,
-            facing: [a.facing, b.facing, c.facing],
-            most_facing,
-            facing_error: a.facing_error.max(b.facing_error).max(c.facing_error),
+            distances: [a, b, c].map(|corner| length(corner.seen)),
+            facing,
+            most_facing: largest(facing),
+            facing_error: largest([a.facing_error, b.facing_error, c.facing_error]),
+            centroid,
+            reach: largest([a, b, c].map(|corner| length(corner.seen - middle))) + 32.0 * ROUNDOFF * centroid,
             emission: self.source.on_triangle([&a.lit, &b.lit, &c.lit]),
             is_bright: corners.iter().all(|corner| corner.lit.is_bright()),
-            twice_area,
-            twice_area_error,
-            sides_error: if self.is_clipped { 2.0 * side_error } else { ROUNDOFF * (leg + base) },
-            misplaced_area: if self.is_clipped { 70.0 * ROUNDOFF * spread * longest } else { 0.0 },
-            grid: [along.0, across.0],
-            truncation: Bound { value: along.1.value + across.1.value, gradient: along.1.gradient + across.1.gradient },
-            nearest,
-            farthest,
-            apex_distance: distances[0],
-            leg,
-            base,
-        })
+        };
+        (shape, seen)
+    }
+
+    /// The number of nodes that a triangle needs for full precision; `None` if that is more than there are rules for.
+    #[inline]
+    pub(super) fn rule(&self, shape: &Shape, seen: &Seen) -> Option<Rule> {
+        let [first, last, base] = shape.lengths;
+        let leg = larger(first, last);
+        // The area would lose digits to underflow.
+        if larger(leg, base) < 1e-130 {
+            return None;
+        }
+        let clear = seen.centroid - seen.reach;
+        let nearest = larger(self.height, clear);
+        let farthest = largest(seen.distances) * (1.0 + 4.0 * ROUNDOFF);
+        let area = shape.twice_area.abs();
+        // Slivers along the horizon are worth fewer than nine digits less than their area says.
+        let nearness = 1.0 / farthest;
+        let [p, q, r] = seen.facing;
+        let facing = larger((p + q + r) * nearness * (1.0 / 3.0), 1e-9);
+        let typical = 0.5 * area * self.source.largest * self.height * (nearness * nearness * nearness);
+        let typical = Bound { value: typical * facing, gradient: typical * nearness };
+        let bounds = Reach { clear, farthest, most_facing: seen.most_facing, area, typical };
+        // The Jacobian a is at most 1 + (A - 1)/2p in its own variable on p panels, and 1/2 on average in the other.
+        let of_own = |overhang| 1.0 + overhang;
+        let (grid, truncation) = match self.nodes(&bounds, 0.5 * larger(leg, base), |stretch| of_own(0.5 * (stretch - 1.0))) {
+            Some((count, bound)) if count <= square::MOST && self.source.degree() <= 2 * count => {
+                ([Grid { panels: 1, count }; 2], bound + bound + bound)
+            }
+            _ => {
+                let (along, bound) = self.grid(&bounds, 0.5 * leg, of_own)?;
+                let (across, other) = self.grid(&bounds, 0.5 * base, |_| 0.5)?;
+                ([along, across], bound + other)
+            }
+        };
+        Some(Rule { grid, truncation, nearest, farthest, leg, base })
     }
 
     /// The cheapest grid for one variable, and the bound on what it leaves.
@@ -173,10 +225,10 @@ impl Scene<'_> {
         /// Share of the way to the nearest singularity; above it M grows faster than the ellipse helps.
         const SHARE: f64 = 0.75;
         let Self { height, ref source, .. } = *self;
-        let tau = (SHARE * height / half).max(0.5 * SHARE * reach.clear / half);
+        let tau = SHARE * larger(height, 0.5 * reach.clear) / half;
         let stretch = (tau * tau + 1.0).sqrt();
         let ratio = stretch + tau;
-        let distance = height.max(reach.clear - (stretch - 1.0) * half) * (1.0 - 8.0 * ROUNDOFF);
+        let distance = larger(height, reach.clear - (stretch - 1.0) * half) * (1.0 - 8.0 * ROUNDOFF);
         let q = distance * distance - tau * tau * half * half;
         if q <= 0.0 || q.is_nan() {
             return None;
@@ -200,4 +252,16 @@ impl Scene<'_> {
         }
         None
     }
+}
+
+fn length(v: Vec3<f64>) -> f64 {
+    v.norm_squared().sqrt()
+}
+
+fn larger(a: f64, b: f64) -> f64 {
+    if a > b { a } else { b }
+}
+
+fn largest([a, b, c]: [f64; 3]) -> f64 {
+    larger(larger(a, b), c)
 }

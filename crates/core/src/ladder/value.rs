@@ -47,8 +47,8 @@ impl Case<'_> {
             Ok(Some(value).filter(|_| is_fine))
         };
         let is_small = self.emitter.polygon().size() * self.plan.power <= budget.wide;
-        let rule = if is_small { self.rule() } else { None };
-        if let Some(found) = self.by_few_nodes(rule.as_ref(), budget.cheap)
+        if is_small
+            && let Some(found) = self.by_quadrature(budget.cheap)
             && let Some(value) = accepted(found, Method::Quadrature)?
         {
             return Ok(value);

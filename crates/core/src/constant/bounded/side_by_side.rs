@@ -6,7 +6,7 @@ use fearless_simd::{Simd, f64x4};
 
 use super::{AngleError, BoundedSum, length};
 use crate::constant::side_by_side::weigh;
-use crate::four::{Four, all, plus_first};
+use crate::four::{Four, all, plus_first, power_seen_whole};
 use crate::level::{LEVEL, on_level};
 use crate::number::ROUNDOFF;
 use crate::terms::Terms;
@@ -17,6 +17,20 @@ use crate::{Polygon, Receiver};
 #[inline]
 pub(super) fn bounded(receiver: &Receiver, polygon: &Polygon, power: f64) -> Option<(Terms<f64>, BoundedSum)> {
     on_level!(*LEVEL, simd => sums(simd, receiver, polygon, power))
+}
+
+/// As [`BoundedSum::whole`].
+#[inline]
+pub(super) fn bounded_whole(
+    receiver: &Receiver,
+    polygon: &Polygon,
+    narrow: f64,
+) -> Option<(f64, Option<(Terms<f64>, BoundedSum)>)> {
+    on_level!(*LEVEL, simd => {
+        let power = power_seen_whole(simd, receiver, polygon)?;
+        let is_near = polygon.size() * power > narrow;
+        Some((power, if is_near { sums(simd, receiver, polygon, power) } else { None }))
+    })
 }
 
 #[inline(always)]
@@ -70,6 +84,11 @@ mod tests {
             let Some(plan) = Plan::new(&receiver, &polygon).filter(|plan| plan.horizon == Horizon::Above) else { continue };
             let Some((terms, bound)) = bounded(&receiver, &polygon, plan.power) else { continue };
             found += 1;
+            let (power, sums) = bounded_whole(&receiver, &polygon, 0.0).unwrap();
+            let (whole, same_bound) = sums.unwrap();
+            let of_bound = |bound: &BoundedSum| [bound.irradiance, bound.gradient];
+            assert_eq!((power, whole.irradiance, whole.gradient), (plan.power, terms.irradiance, terms.gradient));
+            assert_eq!(of_bound(&same_bound), of_bound(&bound));
             let (one_by_one, expected) = BoundedSum::one_by_one(&receiver, &polygon, &plan);
             assert_eq!((terms.irradiance, terms.gradient), (one_by_one.irradiance, one_by_one.gradient));
             for (bound, expected) in [(bound.irradiance, expected.irradiance), (bound.gradient, expected.gradient)] {

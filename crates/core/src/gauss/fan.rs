@@ -1,0 +1,97 @@
+//! A polygon as a fan of signed triangles around a vertex: what does not depend on the receiver, computed once.
+
+use crate::DVec3;
+use crate::number::ROUNDOFF;
+use crate::vec3::Vec3;
+
+/// A triangle `P + a (e1 + b e)` of the fan, e the side opposite the apex P, in some unit of length.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Shape {
+    /// `e1` and `e`.
+    pub(super) first: Vec3<f64>,
+    pub(super) side: Vec3<f64>,
+    /// Of `e1`, `e1 + e` and e.
+    pub(super) lengths: [f64; 3],
+    /// Signed, and a bound on its error.
+    pub(super) twice_area: f64,
+    pub(super) twice_area_error: f64,
+    /// Bounds on the errors of `e1` and e together, and on the area by which displaced corners change the domain.
+    pub(super) sides_error: f64,
+    pub(super) misplaced_area: f64,
+}
+
+/// A triangle of a whole polygon's fan, in lengths times the polygon's power of two.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct FanTriangle {
+    /// Vertices, the apex first.
+    pub(super) corners: [usize; 3],
+    pub(super) shape: Shape,
+    /// From the apex to the centroid, and a bound on the distance of a corner from there: to 8u of the longest side.
+    pub(super) middle: Vec3<f64>,
+    pub(super) reach: f64,
+}
+
+impl Shape {
+    /// From the sides e1, `e1 + e` and e, each off by at most `side_error`, of a polygon with the normal n2. For the area of a
+    /// triangle that is all of its polygon something better may be known.
+    pub(super) fn new([first, last, side]: [Vec3<f64>; 3], n2: Vec3<f64>, side_error: f64) -> Self {
+        let lengths = [first, last, side].map(length);
+        let rounding = side_error * (lengths[0] + lengths[1]) + 12.0 * ROUNDOFF * lengths[0] * lengths[1];
+        Self {
+            first,
+            side,
+            lengths,
+            twice_area: n2.dot(first.cross(last)),
+            twice_area_error: rounding,
+            sides_error: 2.0 * side_error,
+            misplaced_area: 0.0,
+        }
+    }
+
+    /// After all lengths were multiplied by a power of two.
+    #[inline]
+    pub(super) fn scaled(&self, power: f64) -> Self {
+        let square = power * power;
+        Self {
+            first: self.first * power,
+            side: self.side * power,
+            lengths: self.lengths.map(|length| length * power),
+            twice_area: self.twice_area * square,
+            twice_area_error: self.twice_area_error * square,
+            sides_error: self.sides_error * power,
+            misplaced_area: self.misplaced_area * square,
+        }
+    }
+}
+
+impl FanTriangle {
+    /// The fan of a polygon with normal n2 whose normal errs by `normal_error`, in lengths times `power`; of a triangle, around
+    /// the vertex opposite its shortest side, and with its area, known to that error and a rounding.
+    pub(crate) fn all(vertices: &[DVec3], n2: Vec3<f64>, power: f64, area: f64, normal_error: f64) -> Vec<Self> {
+        let from_to = |i: usize, j: usize| Vec3::from(vertices[j] - vertices[i]) * power;
+        if let [_, _, _] = vertices {
+            let side = |i: usize| from_to(i, (i + 1) % 3).norm_squared();
+            let shortest = if side(1) <= side(0) && side(1) <= side(2) { 1 } else { if side(2) <= side(0) { 2 } else { 0 } };
+            let mut whole = Self::new([(shortest + 2) % 3, shortest, (shortest + 1) % 3], n2, from_to);
+            whole.shape.twice_area = 2.0 * area;
+            whole.shape.twice_area_error = (1.1 * ROUNDOFF + normal_error) * 2.0 * area;
+            return vec![whole];
+        }
+        (1..vertices.len() - 1).map(|i| Self::new([0, i, i + 1], n2, from_to)).collect()
+    }
+
+    fn new([a, b, c]: [usize; 3], n2: Vec3<f64>, from_to: impl Fn(usize, usize) -> Vec3<f64>) -> Self {
+        let [first, last, side] = [from_to(a, b), from_to(a, c), from_to(b, c)];
+        let longest = [first, last, side].map(length).into_iter().fold(0.0, f64::max);
+        let mut shape = Shape::new([first, last, side], n2, ROUNDOFF * longest);
+        // Each errs by a rounding of itself.
+        shape.sides_error = ROUNDOFF * (shape.lengths[0].max(shape.lengths[1]) + shape.lengths[2]);
+        let middle = (first + last) * (1.0 / 3.0);
+        let reach = [middle, first - middle, last - middle].map(length).into_iter().fold(0.0, f64::max);
+        Self { corners: [a, b, c], shape, middle, reach: reach + 8.0 * ROUNDOFF * longest }
+    }
+}
+
+fn length(v: Vec3<f64>) -> f64 {
+    v.norm_squared().sqrt()
+}
