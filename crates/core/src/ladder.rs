@@ -98,9 +98,9 @@ impl Ordinary {
     pub(crate) fn new(receiver: &Receiver, emitter: &Emitter, tolerance: f64) -> Result<Self, Error> {
         let Emission::Constant(_) = emitter.emission() else { return Ok(Self::Nothing) };
         let narrow = Budget::of(emitter.emission()).wide;
-        let Some((power, sums)) = BoundedSum::whole(receiver, emitter.polygon(), narrow) else { return Ok(Self::Nothing) };
-        let plan = Plan::whole(power);
-        let Some((terms, bound)) = sums else { return Ok(Self::Plan(plan)) };
+        let Some(whole) = BoundedSum::whole(receiver, emitter.polygon(), narrow) else { return Ok(Self::Nothing) };
+        let plan = Plan::whole(whole.power);
+        let Some((terms, bound)) = whole.sums else { return Ok(Self::Plan(plan)) };
         let case = Case { receiver, emitter, occluders: &[], plan: &plan };
         let answer = case.accepted(&case.of_unit_emission(&terms, bound), Method::ClosedForm, tolerance)?;
         Ok(answer.map_or(Self::Plan(plan), Self::Answer))

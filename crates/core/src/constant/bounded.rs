@@ -55,6 +55,14 @@ pub(crate) struct BoundedSum {
     pub(crate) gradient: f64,
 }
 
+/// A polygon that is seen whole.
+pub(crate) struct Whole {
+    /// The power of two that normalises lengths.
+    pub(crate) power: f64,
+    /// The sums and their bounds.
+    pub(crate) sums: Option<(Terms<f64>, BoundedSum)>,
+}
+
 /// Pays for terms of second order in the errors.
 const SECOND_ORDER: f64 = 1.001;
 
@@ -69,10 +77,10 @@ impl BoundedSum {
         whole.unwrap_or_else(|| Self::one_by_one(receiver, polygon, plan))
     }
 
-    /// The power of two that normalises lengths of a polygon that is surely seen whole; and the sums and the bounds where its size
-    /// is more than `narrow` of the distance of its farthest vertex and all is plain.
+    /// Of a polygon that is surely seen whole; with the sums where its size is more than `narrow` of the distance of its farthest
+    /// vertex and all is plain.
     #[inline]
-    pub(crate) fn whole(receiver: &Receiver, polygon: &Polygon, narrow: f64) -> Option<(f64, Option<(Terms<f64>, Self)>)> {
+    pub(crate) fn whole(receiver: &Receiver, polygon: &Polygon, narrow: f64) -> Option<Whole> {
         side_by_side::bounded_whole(receiver, polygon, narrow)
     }
 

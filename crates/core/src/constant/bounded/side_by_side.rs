@@ -4,7 +4,7 @@
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f64x4};
 
-use super::{AngleError, BoundedSum, length};
+use super::{AngleError, BoundedSum, Whole, length};
 use crate::constant::side_by_side::weigh;
 use crate::four::{Four, all, plus_first, power_seen_whole};
 use crate::level::{LEVEL, on_level};
@@ -21,15 +21,11 @@ pub(super) fn bounded(receiver: &Receiver, polygon: &Polygon, power: f64) -> Opt
 
 /// As [`BoundedSum::whole`].
 #[inline]
-pub(super) fn bounded_whole(
-    receiver: &Receiver,
-    polygon: &Polygon,
-    narrow: f64,
-) -> Option<(f64, Option<(Terms<f64>, BoundedSum)>)> {
+pub(super) fn bounded_whole(receiver: &Receiver, polygon: &Polygon, narrow: f64) -> Option<Whole> {
     on_level!(*LEVEL, simd => {
         let power = power_seen_whole(simd, receiver, polygon)?;
         let is_near = polygon.size() * power > narrow;
-        Some((power, if is_near { sums(simd, receiver, polygon, power) } else { None }))
+        Some(Whole { power, sums: if is_near { sums(simd, receiver, polygon, power) } else { None } })
     })
 }
 
@@ -84,7 +80,7 @@ mod tests {
             let Some(plan) = Plan::new(&receiver, &polygon).filter(|plan| plan.horizon == Horizon::Above) else { continue };
             let Some((terms, bound)) = bounded(&receiver, &polygon, plan.power) else { continue };
             found += 1;
-            let (power, sums) = bounded_whole(&receiver, &polygon, 0.0).unwrap();
+            let Whole { power, sums } = bounded_whole(&receiver, &polygon, 0.0).unwrap();
             let (whole, same_bound) = sums.unwrap();
             let of_bound = |bound: &BoundedSum| [bound.irradiance, bound.gradient];
             assert_eq!((power, whole.irradiance, whole.gradient), (plan.power, terms.irradiance, terms.gradient));
