@@ -1,8 +1,8 @@
 //! The answer to a tolerance, looked for from the cheap to the dear, as Ziv's strategy for elementary functions does.
 //!
 //! 1. A Gauss rule on the emitter with an a-priori bound ([`crate::gauss`]), where few nodes do: far away.
-//! 2. The closed form in double precision with its bound: derived once for a constant emitter ([`crate::constant`]), running
-//!    otherwise ([`crate::certify`]).
+//! 2. The closed form in double precision with its bound: derived for a constant emitter ([`crate::constant`]) and for a linear
+//!    one that is seen whole ([`crate::linear`]), running otherwise ([`crate::certify`]), where the rule may cost more before it.
 //! 3. The Gauss rule with more nodes, where that is still cheaper than:
 //! 4. the closed form in double-double with a running bound;
 //! 5. the same with 256 to 8448 bits, rounded to doubles, where the crate is built with arbitrary precision.
@@ -23,30 +23,34 @@ use crate::double_double::DoubleDouble;
 use crate::evaluate::{Answer, Method};
 use crate::gauss::Rule;
 use crate::number::{Number, ROUNDOFF};
-use crate::plan::Plan;
+use crate::plan::{Horizon, Plan};
 use crate::real::Real;
 use crate::terms::{Terms, albedo};
 use crate::unit::Unit;
 use crate::vec3::Vec3;
-use crate::{Emission, Emitter, Error, Polygon, Receiver};
+use crate::{Emission, Emitter, Error, Polygon, Receiver, linear};
 
 /// What a Gauss rule may cost.
 struct Budget {
-    is_constant: bool,
     /// Size of the emitter over the distance of its farthest vertex, above which the cheap rule is not worth planning.
     wide: f64,
-    /// Nodes that cost as much as the certified closed form.
+    /// Nodes that cost as much as the closed form with a derived bound, or with a running one where none is derived.
     cheap: usize,
+    /// Nodes that cost as much as the closed form with a running bound.
+    running: usize,
     /// Nodes that cost half as much as it does in double-double.
     dear: usize,
 }
 
+/// [`Budget::wide`] where the closed form has a running bound.
+const WIDE_BESIDE_RUNNING: f64 = 2.0;
+
 impl Budget {
     fn of(emission: &Emission) -> Self {
         match emission {
-            Emission::Constant(_) => Self { is_constant: true, wide: 0.25, cheap: 110, dear: 2000 },
-            Emission::Linear(_) => Self { is_constant: false, wide: 2.0, cheap: 4000, dear: 16000 },
-            Emission::Polynomial(_) => Self { is_constant: false, wide: 2.0, cheap: 1000, dear: 8000 },
+            Emission::Constant(_) => Self { wide: 0.25, cheap: 110, running: 110, dear: 2000 },
+            Emission::Linear(_) => Self { wide: 0.5, cheap: 250, running: 4000, dear: 16000 },
+            Emission::Polynomial(_) => Self { wide: WIDE_BESIDE_RUNNING, cheap: 1000, running: 1000, dear: 8000 },
         }
     }
 }
@@ -90,20 +94,26 @@ impl Case<'_> {
             return Ok(Answer::ZERO);
         }
         let budget = Budget::of(self.emitter.emission());
-        let is_small = self.emitter.polygon().size() * self.plan.power <= budget.wide;
-        let mut rule = if is_small { self.rule() } else { None };
+        let mut rule = if self.is_within(budget.wide) { self.rule() } else { None };
         if let Some(found) = self.by_few_nodes(rule.as_ref(), budget.cheap)
             && let Some(answer) = self.accepted(&found, Method::Quadrature, tolerance)?
         {
             return Ok(answer);
         }
-        let found = if budget.is_constant && self.occluders.is_empty() { self.bounded() } else { self.certified::<f64>() };
+        let derived = self.bounded();
+        if derived.is_none() && budget.running > budget.cheap && self.is_within(WIDE_BESIDE_RUNNING) {
+            rule = rule.or_else(|| self.rule());
+            if let Some(found) = self.by_few_nodes(rule.as_ref(), budget.running)
+                && let Some(answer) = self.accepted(&found, Method::Quadrature, tolerance)?
+            {
+                return Ok(answer);
+            }
+        }
+        let found = derived.unwrap_or_else(|| self.certified::<f64>());
         if let Some(answer) = self.accepted(&found, Method::ClosedForm, tolerance)? {
             return Ok(answer);
         }
-        if !is_small {
-            rule = self.rule();
-        }
+        rule = rule.or_else(|| self.rule());
         if let Some(found) = self.by_few_nodes(rule.as_ref(), budget.dear)
             && let Some(answer) = self.accepted(&found, Method::Quadrature, tolerance)?
         {
@@ -143,6 +153,11 @@ impl Case<'_> {
         enclosed.to_answer(self)
     }
 
+    /// Whether the emitter is as small as that over the distance of its farthest vertex.
+    fn is_within(&self, wide: f64) -> bool {
+        self.emitter.polygon().size() * self.plan.power <= wide
+    }
+
     fn rule(&self) -> Option<Rule<'_>> {
         if self.occluders.is_empty() { Rule::new(self.receiver, self.emitter, self.plan) } else { None }
     }
@@ -166,8 +181,32 @@ impl Case<'_> {
         }
     }
 
-    /// The constant emitter's closed form in double precision, with the bound derived for it.
-    fn bounded(&self) -> Found {
+    /// The closed form in double precision with a bound derived for it, where there is one.
+    #[inline]
+    fn bounded(&self) -> Option<Found> {
+        if !self.occluders.is_empty() {
+            return None;
+        }
+        match self.emitter.emission() {
+            Emission::Constant(_) => Some(self.bounded_constant()),
+            Emission::Linear(_) if self.plan.horizon == Horizon::Above => self.bounded_linear(),
+            Emission::Linear(_) | Emission::Polynomial(_) => None,
+        }
+    }
+
+    fn bounded_linear(&self) -> Option<Found> {
+        let Self { receiver, emitter, plan, .. } = *self;
+        let (terms, bound) = linear::bounded(receiver, emitter, plan.power)?;
+        let share = albedo::<f64>(receiver);
+        Some(Found {
+            radiosity: terms.radiosity(receiver),
+            gradient: terms.gradient(receiver),
+            radiosity_error: share * bound.radiosity,
+            gradient_error: share * bound.gradient,
+        })
+    }
+
+    fn bounded_constant(&self) -> Found {
         let Self { receiver, emitter, plan, .. } = *self;
         let (terms, bound) = BoundedSum::of(receiver, emitter.polygon(), plan);
         let emission = emitter.affine().value;

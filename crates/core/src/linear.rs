@@ -26,6 +26,7 @@
 //!
 //! Loses digits where Phi does, and by a further factor |beta|/|B| ~ D/s far away.
 
+mod bounded;
 mod side_by_side;
 
 use crate::arc::{Arc, Generator};
@@ -37,7 +38,7 @@ use crate::terms::Terms;
 use crate::vec3::Vec3;
 use crate::{Emitter, Receiver};
 
-pub(crate) use side_by_side::whole;
+pub(crate) use side_by_side::{bounded, whole};
 
 /// An affine emission seen from x, in normalised lengths.
 #[derive(Debug, Clone, Copy)]
@@ -146,9 +147,15 @@ impl<T: Real> LinearSum<T> {
 
     pub(crate) fn total(self) -> Terms<T> {
         let Seen { n1, n2, height, beta, gradient } = self.seen;
-        let phi = self.angles * T::exact(-0.5);
-        let q = (gradient * self.x1 - self.contour) * T::exact(0.5) - n2 * gradient.dot(phi);
+        let (phi, q) = self.phi_and_q();
         Terms { irradiance: phi * beta + q * height, gradient: gradient * phi.dot(n1) + n2 * q.dot(n1) + self.edges }
+    }
+
+    #[inline]
+    fn phi_and_q(&self) -> (Vec3<T>, Vec3<T>) {
+        let Seen { n2, gradient, .. } = self.seen;
+        let phi = self.angles * T::exact(-0.5);
+        (phi, (gradient * self.x1 - self.contour) * T::exact(0.5) - n2 * gradient.dot(phi))
     }
 }
 

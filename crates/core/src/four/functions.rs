@@ -129,8 +129,8 @@ fn clausen_rest<S: Simd, V: SimdFloat<S, Element = f64>>(simd: S, x: V) -> V {
     x * z * (V::splat(simd, c[0]) + z * rest)
 }
 
-/// The term of an end of a segment of `X1End` in [`crate::linear`], at `s >= 0` from the distances d and S and the logarithm there:
-/// with `beyond` where `s^2 > d S`; and where all is away from the ends of the range.
+/// The term of an end of a segment of `X1End` in [`crate::linear`], at `s >= 0` from the distances d and S and the logarithm there,
+/// with `beyond` where `s^2 > d S`; its angles phi and psi; and where all is away from the ends of the range.
 #[inline(always)]
 pub(crate) fn x1_end<S: Simd, V: SimdFloat<S, Element = f64>>(
     simd: S,
@@ -138,13 +138,14 @@ pub(crate) fn x1_end<S: Simd, V: SimdFloat<S, Element = f64>>(
     [d, distance]: [V; 2],
     logarithm: V,
     beyond: V::Mask,
-) -> (V, V::Mask) {
+) -> ([V; 3], V::Mask) {
     let (phi, plain) = plain_angle::<S, V, false>(simd, s, d);
     let (psi, plain_too) = plain_angle::<S, V, false>(simd, s, distance);
     let sum = phi + psi;
     let whole = phi * logarithm + (clausen_rest(simd, phi) * V::splat(simd, 2.0) - clausen_rest(simd, phi - psi));
     let last = clausen_rest(simd, beyond.select(V::splat(simd, PI) - sum, sum));
-    (whole + beyond.select(last - V::splat(simd, PI * 0.5), -last), plain & plain_too)
+    let term = whole + beyond.select(last - V::splat(simd, PI * 0.5), -last);
+    ([term, phi, psi], plain & plain_too)
 }
 
 #[cfg(test)]

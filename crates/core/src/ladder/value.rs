@@ -8,7 +8,7 @@
 #[cfg(feature = "arbitrary-precision")]
 use std::array::from_ref;
 
-use super::{Budget, Case, Found};
+use super::{Budget, Case, Found, WIDE_BESIDE_RUNNING};
 #[cfg(feature = "arbitrary-precision")]
 use crate::big::{Big, Enclosure, Magnitude, PRECISIONS, Refined, enough_for_doubles, refined, relative_error, to_doubles};
 use crate::certify::Ball;
@@ -20,7 +20,7 @@ use crate::number::Number;
 use crate::real::Real;
 use crate::terms::Terms;
 use crate::vec3::Vec3;
-use crate::{Emission, Error};
+use crate::Error;
 
 impl Tolerance {
     /// The error that is allowed of a value.
@@ -46,15 +46,22 @@ impl Case<'_> {
             let is_fine = value.radiosity_error >= f64::MIN_POSITIVE || value.radiosity_error <= tolerance.of(value.radiosity);
             Ok(Some(value).filter(|_| is_fine))
         };
-        let is_small = self.emitter.polygon().size() * self.plan.power <= budget.wide;
-        let rule = if is_small { self.rule() } else { None };
+        let mut rule = if self.is_within(budget.wide) { self.rule() } else { None };
         if let Some(found) = self.by_few_nodes(rule.as_ref(), budget.cheap)
             && let Some(value) = accepted(found, Method::Quadrature)?
         {
             return Ok(value);
         }
-        let is_bounded = matches!(self.emitter.emission(), Emission::Constant(_)) && self.occluders.is_empty();
-        let found = if is_bounded { self.bounded() } else { self.certified_value::<f64>() };
+        let derived = self.bounded();
+        if derived.is_none() && budget.running > budget.cheap && self.is_within(WIDE_BESIDE_RUNNING) {
+            rule = rule.or_else(|| self.rule());
+            if let Some(found) = self.by_few_nodes(rule.as_ref(), budget.running)
+                && let Some(value) = accepted(found, Method::Quadrature)?
+            {
+                return Ok(value);
+            }
+        }
+        let found = derived.unwrap_or_else(|| self.certified_value::<f64>());
         if let Some(value) = accepted(found, Method::ClosedForm)? {
             return Ok(value);
         }

@@ -4,8 +4,9 @@
 use std::f64::consts::PI;
 
 use fearless_simd::prelude::*;
-use fearless_simd::{Simd, f64x4, f64x8};
+use fearless_simd::{Simd, f64x4, f64x8, mask64x8};
 
+use super::bounded::{Bound, Errors};
 use super::{LinearSum, Seen};
 use crate::arc::DOUBLE_SERIES;
 use crate::four::{Four, Weights, all, height_over_plane, logarithm, pair, plus_first, power_seen_whole, x1_end};
@@ -18,6 +19,33 @@ use crate::{Emitter, Receiver};
 #[inline]
 pub(crate) fn whole<const GRADIENT: bool>(receiver: &Receiver, emitter: &Emitter) -> Option<(f64, Terms<f64>)> {
     on_level!(*LEVEL, simd => sums::<_, GRADIENT>(simd, receiver, emitter))
+}
+
+/// The same of a polygon that is seen whole, with lengths normalised by `power`, and a bound on their errors; where all is plain and
+/// no edge is seen past a quarter turn.
+#[inline]
+pub(crate) fn bounded(receiver: &Receiver, emitter: &Emitter, power: f64) -> Option<(Terms<f64>, Bound)> {
+    on_level!(*LEVEL, simd => bounded_sums(simd, receiver, emitter, power))
+}
+
+#[inline(always)]
+fn bounded_sums<S: Simd>(simd: S, receiver: &Receiver, emitter: &Emitter, power: f64) -> Option<(Terms<f64>, Bound)> {
+    let polygon = emitter.polygon();
+    let mut sum = LinearSum::new(Seen::from(receiver, emitter, power, height_over_plane(simd, receiver, polygon, power)));
+    let mut errors = Errors::new(&sum, receiver, emitter, power)?;
+    let x = all(simd, receiver.position());
+    let mut rest = polygon.vertices().len();
+    let fours = polygon.four_edges();
+    for four in fours {
+        let four = Four::new(simd, four, x, f64x4::splat(simd, power))?;
+        let count = rest.min(4);
+        let added = sum.add_four::<S, true>(simd, &four, (count, fours.len() == 1))?;
+        errors.add_four(simd, &sum, (&four, &added), count)?;
+        rest -= count;
+    }
+    let terms = sum.total();
+    let bound = errors.bound(&sum, &terms);
+    Some((terms, bound))
 }
 
 #[inline(always)]
@@ -68,7 +96,12 @@ impl<S: Simd> Same<S> {
 impl LinearSum<f64> {
     /// As [`LinearSum::add`] for the first `count` lanes.
     #[inline(always)]
-    fn add_four<S: Simd, const GRADIENT: bool>(&mut self, simd: S, arcs: &Four<S>, (count, closed): (usize, bool)) -> Option<()> {
+    fn add_four<S: Simd, const GRADIENT: bool>(
+        &mut self,
+        simd: S,
+        arcs: &Four<S>,
+        (count, closed): (usize, bool),
+    ) -> Option<Added<S>> {
         let seen = Same::new(simd, self.seen);
         let ends = Ends::new(simd, arcs, seen.height, closed);
         let length = arcs.edge_square.sqrt();
@@ -77,27 +110,63 @@ impl LinearSum<f64> {
         let outward = along.cross(seen.n2);
         let kappa = seen.n2.dot(arcs.normal);
         let [start, end] = ends.logarithm;
-        let flux = kappa * arcs.angle * seen.gradient.dot(outward) + (end - start) * seen.gradient.dot(along);
+        let (slope_outward, slope_along) = (seen.gradient.dot(outward), seen.gradient.dot(along));
+        let flux = kappa * arcs.angle * slope_outward + (end - start) * slope_along;
         let x1 = x1_terms(simd, arcs, &ends, along, [distance, kappa])?;
         self.angles = plus_first(self.angles, arcs.normal * arcs.angle, count);
         self.contour = plus_first(self.contour, outward * flux, count);
-        for term in &x1.as_array()[..count] {
+        for term in &x1.term.as_array()[..count] {
             self.x1 += term;
         }
+        let weighed = Weighed::new(simd, arcs, &ends, &seen, closed);
         if GRADIENT {
-            let weight = weights(simd, arcs, &ends, &seen, (along, distance), closed);
+            let weight = weighed.weight(simd, arcs, &seen, (along, distance));
             self.edges = plus_first(self.edges, arcs.normal * -weight, count);
         }
-        Some(())
+        Some(Added { kappa, outward, slope_outward, slope_along, flux, ends, x1, weighed })
     }
 }
 
+/// What four arcs added, for the bound on its error.
+pub(super) struct Added<S: Simd> {
+    pub(super) kappa: f64x4<S>,
+    pub(super) outward: Vec3<f64x4<S>>,
+    /// The emission's gradient along `outward` and along the edges.
+    pub(super) slope_outward: f64x4<S>,
+    pub(super) slope_along: f64x4<S>,
+    pub(super) flux: f64x4<S>,
+    pub(super) ends: Ends<S>,
+    pub(super) x1: X1<S>,
+    pub(super) weighed: Weighed<S>,
+}
+
 /// Of the ends of four arcs. Where all edges are here each one ends where the next one starts.
-struct Ends<S: Simd> {
+pub(super) struct Ends<S: Simd> {
     /// `|r|^2`.
-    square: [f64x4<S>; 2],
+    pub(super) square: [f64x4<S>; 2],
     /// `ln(r/h)`.
-    logarithm: [f64x4<S>; 2],
+    pub(super) logarithm: [f64x4<S>; 2],
+}
+
+/// What four segments add to X1, and what both their ends are made of, the starts before the ends.
+pub(super) struct X1<S: Simd> {
+    pub(super) term: f64x4<S>,
+    pub(super) s: f64x8<S>,
+    pub(super) d: f64x8<S>,
+    pub(super) distance: f64x8<S>,
+    pub(super) phi: f64x8<S>,
+    pub(super) psi: f64x8<S>,
+    pub(super) beyond: mask64x8<S>,
+    /// The logarithm of the quotient.
+    pub(super) quotient: f64x4<S>,
+}
+
+/// What an edge's weight is made of: of its ends `1/|r|`, and n1 along r and the emission times that.
+pub(super) struct Weighed<S: Simd> {
+    pub(super) inverse: [f64x4<S>; 2],
+    pub(super) cosine: [f64x4<S>; 2],
+    pub(super) emission: [f64x4<S>; 2],
+    pub(super) weights: Weights<S>,
 }
 
 impl<S: Simd> Ends<S> {
@@ -119,12 +188,12 @@ fn next<S: Simd>(ends: f64x4<S>) -> f64x4<S> {
 }
 
 #[inline(always)]
-fn both<S: Simd>(simd: S, [start, end]: [f64x4<S>; 2]) -> f64x8<S> {
+pub(super) fn both<S: Simd>(simd: S, [start, end]: [f64x4<S>; 2]) -> f64x8<S> {
     simd.combine_f64x4(start, end)
 }
 
 #[inline(always)]
-fn twice<S: Simd>(simd: S, number: f64x4<S>) -> f64x8<S> {
+pub(super) fn twice<S: Simd>(simd: S, number: f64x4<S>) -> f64x8<S> {
     simd.combine_f64x4(number, number)
 }
 
@@ -136,17 +205,17 @@ fn x1_terms<S: Simd>(
     ends: &Ends<S>,
     along: Vec3<f64x4<S>>,
     [distance, kappa]: [f64x4<S>; 2],
-) -> Option<f64x4<S>> {
+) -> Option<X1<S>> {
     let (signed, zero, one) = (distance * kappa, f64x4::splat(simd, 0.0), f64x8::splat(simd, 1.0));
     let d = signed.abs();
     let reach = distance + d;
     let s = simd.combine_f64x4(arcs.start.dot(along), arcs.end.dot(along));
-    let (d, distances, reaches) = (twice(simd, d), twice(simd, distance), twice(simd, reach * reach));
+    let (d, distance, reaches) = (twice(simd, d), twice(simd, distance), twice(simd, reach * reach));
     let square = s * s;
-    let beyond = square.simd_gt(d * distances);
+    let beyond = square.simd_gt(d * distance);
     let above = beyond.select(square * reaches * f64x8::splat(simd, 4.0), one);
     let below = beyond.select((d * d + square) * both(simd, ends.square), one);
-    let (term, plain) = x1_end(simd, s.abs(), [d, distances], both(simd, ends.logarithm), beyond);
+    let ([term, phi, psi], plain) = x1_end(simd, s.abs(), [d, distance], both(simd, ends.logarithm), beyond);
     if !plain.all_true() {
         return None;
     }
@@ -154,27 +223,28 @@ fn x1_terms<S: Simd>(
     let (start, end) = simd.split_f64x8(back.select(-term, term));
     let ((start_above, end_above), (start_below, end_below)) =
         (simd.split_f64x8(back.select(below, above)), simd.split_f64x8(back.select(above, below)));
-    let quotient = (end_above * start_below) / (end_below * start_above);
-    let term = (end - start) + logarithm(simd, quotient) * f64x4::splat(simd, PI * 0.25);
+    let quotient = logarithm(simd, (end_above * start_below) / (end_below * start_above));
+    let term = (end - start) + quotient * f64x4::splat(simd, PI * 0.25);
     let term = signed.simd_lt(zero).select(-term, term);
-    Some(signed.simd_eq(zero).select(zero, term))
+    let term = signed.simd_eq(zero).select(zero, term);
+    Some(X1 { term, s, d, distance, phi, psi, beyond, quotient })
 }
 
-/// As `LinearSum::weight`.
-#[inline(always)]
-fn weights<S: Simd>(
-    simd: S,
-    arcs: &Four<S>,
-    ends: &Ends<S>,
-    seen: &Same<S>,
-    (along, distance): (Vec3<f64x4<S>>, f64x4<S>),
-    closed: bool,
-) -> f64x4<S> {
-    let [q1, c1, b1] = seen.from_end(simd, arcs.start, ends.square[0]);
-    let [q2, c2, b2] = if closed { [next(q1), next(c1), next(b1)] } else { seen.from_end(simd, arcs.end, ends.square[1]) };
-    let weight = Weights::new(simd, arcs, [q1, q2]).of([b1, b2], [c1, c2]);
-    let near = arcs.inline.simd_ge(f64x4::splat(simd, 0.0));
-    if near.all_true() { weight } else { near.select(weight, weights_in_frame(simd, arcs, seen, (along, distance), [q1, q2])) }
+impl<S: Simd> Weighed<S> {
+    #[inline(always)]
+    fn new(simd: S, arcs: &Four<S>, ends: &Ends<S>, seen: &Same<S>, closed: bool) -> Self {
+        let [q1, c1, b1] = seen.from_end(simd, arcs.start, ends.square[0]);
+        let [q2, c2, b2] = if closed { [next(q1), next(c1), next(b1)] } else { seen.from_end(simd, arcs.end, ends.square[1]) };
+        Self { inverse: [q1, q2], cosine: [c1, c2], emission: [b1, b2], weights: Weights::new(simd, arcs, [q1, q2]) }
+    }
+
+    /// As `LinearSum::weight`.
+    #[inline(always)]
+    fn weight(&self, simd: S, arcs: &Four<S>, seen: &Same<S>, frame: (Vec3<f64x4<S>>, f64x4<S>)) -> f64x4<S> {
+        let weight = self.weights.of(self.emission, self.cosine);
+        let near = arcs.inline.simd_ge(f64x4::splat(simd, 0.0));
+        if near.all_true() { weight } else { near.select(weight, weights_in_frame(simd, arcs, seen, frame, self.inverse)) }
+    }
 }
 
 /// The same with [`crate::arc::Arc::moments`].
