@@ -158,3 +158,15 @@ pub(crate) fn plus_first<S: Simd>(sum: Vec3<f64>, terms: Vec3<f64x4<S>>, count: 
         _ => sum + term(0),
     }
 }
+
+/// The same of a number.
+#[inline(always)]
+pub(crate) fn number_plus_first<S: Simd>(sum: f64, terms: f64x4<S>, count: usize) -> f64 {
+    let t = terms.as_array();
+    match count {
+        3 => sum + t[0] + t[1] + t[2],
+        4 => sum + t[0] + t[1] + t[2] + t[3],
+        2 => sum + t[0] + t[1],
+        _ => sum + t[0],
+    }
+}

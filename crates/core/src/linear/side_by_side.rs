@@ -9,7 +9,7 @@ use fearless_simd::{Simd, f64x4, f64x8, mask64x8};
 use super::bounded::{Bound, Errors};
 use super::{LinearSum, Seen};
 use crate::arc::DOUBLE_SERIES;
-use crate::four::{Four, Weights, all, height_over_plane, logarithm, pair, plus_first, power_seen_whole, x1_end};
+use crate::four::{Four, Weights, all, height_over_plane, logarithm, number_plus_first, pair, plus_first, power_seen_whole, x1_end};
 use crate::level::{LEVEL, on_level};
 use crate::terms::Terms;
 use crate::vec3::Vec3;
@@ -115,9 +115,7 @@ impl LinearSum<f64> {
         let x1 = x1_terms(simd, arcs, &ends, along, [distance, kappa])?;
         self.angles = plus_first(self.angles, arcs.normal * arcs.angle, count);
         self.contour = plus_first(self.contour, outward * flux, count);
-        for term in &x1.term.as_array()[..count] {
-            self.x1 += term;
-        }
+        self.x1 = number_plus_first(self.x1, x1.term, count);
         let weighed = Weighed::new(simd, arcs, &ends, &seen, closed);
         if GRADIENT {
             let weight = weighed.weight(simd, arcs, &seen, (along, distance));
