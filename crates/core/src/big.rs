@@ -18,7 +18,6 @@ use std::ops::{Add, Div, Mul, Neg, Sub};
 use astro_float::{BigFloat, Consts, RoundingMode, Sign};
 use glam::DVec3;
 
-use crate::dilogarithm::Around;
 use crate::double_double::DoubleDouble;
 use crate::number::Number;
 use crate::radius::Radius;
@@ -210,8 +209,7 @@ impl Number for Big {
     const IS_DOUBLE: bool = false;
     const QUOTIENT_UNITS: f64 = 1.0;
     const LIBRARY_UNITS: f64 = functions::LIBRARY_UNITS;
-    /// As on doubles, `3 (3 + 1)` for the bracket and its logarithm; twice that for the sum of the series and the reflections.
-    const CLAUSEN_UNITS: f64 = 24.0;
+    const CLAUSEN_UNITS: f64 = crate::dilogarithm::UNITS;
     /// Differences of doubles are kept to as many bits as they take.
     const DIFFERENCE_UNITS: f64 = 0.0;
 
@@ -239,9 +237,6 @@ impl Number for Big {
     }
     fn pi() -> Self {
         Self::new(|arena| arena.constants.pi(arena.bits, NEAREST))
-    }
-    fn ln_2() -> Self {
-        Self::new(|arena| arena.constants.ln_2(arena.bits, NEAREST))
     }
     fn difference(a: f64, b: f64) -> Self {
         Self::new(|_| exact_sum(&exact(a), &exact(-b)))
@@ -273,17 +268,14 @@ impl Number for Big {
             functions::atan2(&numbers[self.0], &numbers[x.0], bits, &mut coefficients.steps, constants)
         })
     }
-    fn pi_minus(self) -> Self {
-        Self::new(|arena| functions::pi_minus(&arena.numbers[self.0], arena.bits, &mut arena.constants))
-    }
     fn sine_coefficients() -> impl DoubleEndedIterator<Item = Self> {
         let terms = ARENA.with_borrow_mut(|arena| arena.with_coefficients().0.sine_terms());
         (0..terms).map(|k| Self::new(|arena| arena.with_coefficients().0.sine(k).clone()))
     }
-    fn clausen_sum(around: Around, square: Self) -> Self {
+    fn clausen_sum(square: Self) -> Self {
         Self::new(|arena| {
             let (coefficients, numbers, _) = arena.with_coefficients();
-            coefficients.clausen_sum(around, &numbers[square.0])
+            coefficients.clausen_sum(&numbers[square.0])
         })
     }
 }

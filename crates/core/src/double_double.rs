@@ -11,7 +11,7 @@ use std::ops::{Add, Div, Mul, Neg, Sub};
 
 mod functions;
 
-pub(crate) use functions::{LIBRARY_UNITS, LN_2};
+pub(crate) use functions::LIBRARY_UNITS;
 
 /// `hi + lo` with `|lo| <= ulp(hi)/2`.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]

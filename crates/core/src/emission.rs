@@ -91,6 +91,11 @@ pub(crate) struct Affine {
 }
 
 impl Affine {
+    /// Bound on the error of each component of the gradient.
+    pub(crate) const fn gradient_error(&self) -> f64 {
+        self.gradient_error
+    }
+
     pub(crate) fn new(value: f64, gradient: Vec3<Ball<DoubleDouble>>) -> Self {
         let gradient_error = [gradient.x, gradient.y, gradient.z].map(Real::error).into_iter().fold(0.0, f64::max);
         Self { value, gradient: gradient.map(Ball::middle), gradient_error, residual: 0.0 }

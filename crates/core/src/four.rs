@@ -11,15 +11,26 @@ pub(crate) mod random;
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f64x4};
 
-pub(crate) use functions::{logarithm, nine_terms, pair, plain_angle, x1_clausens};
+use functions::nine_terms;
+pub(crate) use functions::{logarithm, pair, plain_angle, x1_end};
 
+use crate::arc::PSI;
 use crate::double_double::{DoubleDouble, SPLIT, UNIT};
 use crate::geometry::{FourEdges, normalising_power};
 use crate::level::{LEVEL, on_level};
 use crate::number::ROUNDOFF;
 use crate::plan::sure;
+use crate::terms::Terms;
 use crate::vec3::Vec3;
 use crate::{DVec3, Polygon, Receiver};
+
+/// What is found of an emitter that is surely seen whole, with bounds B.
+pub(crate) struct Whole<B> {
+    /// The power of two that normalises lengths.
+    pub(crate) power: f64,
+    /// The sums and their bounds, where they were asked for and all is plain.
+    pub(crate) sums: Option<(Terms<f64>, B)>,
+}
 
 /// The power of two that normalises lengths, where the receiver is surely in front of the plane and all vertices are surely above
 /// its horizon.
@@ -72,6 +83,40 @@ impl<S: Simd> Four<S> {
         (passes & plain).all_true().then_some(Self { start, end, e, edge_square, start_square, normal, across, inline, angle })
     }
 }
+
+/// What arcs up to a quarter turn weigh: `chi` and `psi` of [`crate::arc::Arc::weight`], and what they are made of.
+pub(crate) struct Weights<S: Simd> {
+    chi: f64x4<S>,
+    psi: f64x4<S>,
+    /// `g + sin g`.
+    pub(crate) sum: f64x4<S>,
+    pub(crate) one_and_cos: f64x4<S>,
+}
+
+impl<S: Simd> Weights<S> {
+    /// As [`crate::arc::Arc::within_a_quarter_turn`], from `1/|r|` at the ends.
+    #[inline(always)]
+    pub(crate) fn new(simd: S, four: &Four<S>, [q1, q2]: [f64x4<S>; 2]) -> Self {
+        let product = q1 * q2;
+        let (sin, cos) = (four.across * product, four.inline * product);
+        let one_and_cos = f64x4::splat(simd, 1.0) + cos;
+        let sum = four.angle + sin;
+        let z = four.angle * four.angle;
+        let psi = four.angle * (f64x4::splat(simd, PSI[0]) + z * nine_terms(simd, &HIGHER, z));
+        Self { chi: sum / (one_and_cos * f64x4::splat(simd, 4.0)), psi, sum, one_and_cos }
+    }
+
+    #[inline(always)]
+    pub(crate) fn of(&self, [q1, q2]: [f64x4<S>; 2], [c1, c2]: [f64x4<S>; 2]) -> f64x4<S> {
+        self.chi * (q1 + q2) * (c1 + c2) + self.psi * (q2 - q1) * (c2 - c1)
+    }
+}
+
+/// What follows the first term of [`PSI`].
+const HIGHER: [f64; 9] = {
+    let [_, c1, c2, c3, c4, c5, c6, c7, c8, c9] = PSI;
+    [c1, c2, c3, c4, c5, c6, c7, c8, c9]
+};
 
 /// The height of the receiver over the polygon's plane, in double-double rounded to a double as [`crate::plan::height_over_plane`]
 /// has it, with x, y and z side by side.
@@ -136,5 +181,17 @@ pub(crate) fn plus_first<S: Simd>(sum: Vec3<f64>, terms: Vec3<f64x4<S>>, count: 
         4 => sum + term(0) + term(1) + term(2) + term(3),
         2 => sum + term(0) + term(1),
         _ => sum + term(0),
+    }
+}
+
+/// The same of a number.
+#[inline(always)]
+pub(crate) fn number_plus_first<S: Simd>(sum: f64, terms: f64x4<S>, count: usize) -> f64 {
+    let t = terms.as_array();
+    match count {
+        3 => sum + t[0] + t[1] + t[2],
+        4 => sum + t[0] + t[1] + t[2] + t[3],
+        2 => sum + t[0] + t[1],
+        _ => sum + t[0],
     }
 }

@@ -1,8 +1,8 @@
 //! The answer to a tolerance, looked for from the cheap to the dear, as Ziv's strategy for elementary functions does.
 //!
 //! 1. A Gauss rule on the emitter with an a-priori bound ([`crate::gauss`]), where few nodes do: far away.
-//! 2. The closed form in double precision with its bound: derived once for a constant emitter ([`crate::constant`]), running
-//!    otherwise ([`crate::certify`]).
+//! 2. The closed form in double precision with its bound: derived for a constant emitter ([`crate::constant`]) and for a linear
+//!    one that is seen whole ([`crate::linear`]), running otherwise ([`crate::certify`]), where the rule may cost more before it.
 //! 3. The Gauss rule with more nodes, where that is still cheaper than:
 //! 4. the closed form in double-double with a running bound;
 //! 5. the same with 256 to 8448 bits, rounded to doubles, where the crate is built with arbitrary precision.
@@ -10,6 +10,8 @@
 //! A rung whose bound is above the tolerance hands over to the next; where all are, the one with the smallest bound answers.
 
 mod value;
+
+use std::cell::Cell;
 
 use glam::DVec3;
 
@@ -21,31 +23,36 @@ use crate::constant::BoundedSum;
 use crate::digits::Enclosed;
 use crate::double_double::DoubleDouble;
 use crate::evaluate::{Answer, Method};
+use crate::four::Whole;
 use crate::number::{Number, ROUNDOFF};
-use crate::plan::Plan;
+use crate::plan::{Horizon, Plan};
 use crate::real::Real;
 use crate::terms::{Terms, albedo};
 use crate::unit::Unit;
 use crate::vec3::Vec3;
-use crate::{Emission, Emitter, Error, Polygon, Receiver, gauss};
+use crate::{Emission, Emitter, Error, Polygon, Receiver, gauss, linear};
 
 /// What a Gauss rule may cost.
 struct Budget {
-    is_constant: bool,
     /// Size of the emitter over the distance of its farthest vertex, above which the cheap rule is not worth planning.
     wide: f64,
-    /// Nodes that cost as much as the certified closed form.
+    /// Nodes that cost as much as the closed form with a derived bound, or with a running one where none is derived.
     cheap: usize,
+    /// Nodes that cost as much as the closed form with a running bound.
+    running: usize,
     /// Nodes that cost half as much as it does in double-double.
     dear: usize,
 }
 
+/// [`Budget::wide`] where the closed form has a running bound.
+const WIDE_BESIDE_RUNNING: f64 = 2.0;
+
 impl Budget {
     fn of(emission: &Emission) -> Self {
         match emission {
-            Emission::Constant(_) => Self { is_constant: true, wide: 0.25, cheap: 110, dear: 2000 },
-            Emission::Linear(_) => Self { is_constant: false, wide: 2.0, cheap: 4000, dear: 16000 },
-            Emission::Polynomial(_) => Self { is_constant: false, wide: 2.0, cheap: 1000, dear: 8000 },
+            Emission::Constant(_) => Self { wide: 0.25, cheap: 110, running: 110, dear: 2000 },
+            Emission::Linear(_) => Self { wide: 0.25, cheap: 250, running: 4000, dear: 16000 },
+            Emission::Polynomial(_) => Self { wide: WIDE_BESIDE_RUNNING, cheap: 1000, running: 1000, dear: 8000 },
         }
     }
 }
@@ -72,6 +79,7 @@ impl Found {
     const ZERO: Self = Self { radiosity: 0.0, gradient: Vec3::new(0.0, 0.0, 0.0), radiosity_error: 0.0, gradient_error: 0.0 };
 
     /// Whether all is finite and both bounds are within `tolerance`, relative.
+    #[inline(always)]
     fn meets(&self, tolerance: f64) -> bool {
         self.radiosity_error <= tolerance * self.radiosity.abs() && self.gradient_error <= tolerance * self.gradient.length()
     }
@@ -81,6 +89,13 @@ impl Found {
         let shares = [self.radiosity_error / self.radiosity.abs(), self.gradient_error / self.gradient.length()];
         if shares.iter().any(|share| share.is_nan()) { f64::INFINITY } else { shares[0].max(shares[1]) }
     }
+}
+
+/// How far a climb got: to what was accepted, or to what the last rung found.
+enum Climb<A> {
+    Met(A),
+    #[cfg_attr(feature = "arbitrary-precision", expect(dead_code, reason = "read where nothing dearer follows"))]
+    Last(Found),
 }
 
 /// What is found on the way to the ordinary answer.
@@ -93,16 +108,37 @@ pub(crate) enum Ordinary {
 }
 
 impl Ordinary {
-    /// The closed form in double precision, of a constant emitter that is seen whole, near by, with the plan made on the way.
+    /// The closed form in double precision, of a constant or linear emitter that is seen whole, near by, with the plan made on the
+    /// way.
     #[inline]
     pub(crate) fn new(receiver: &Receiver, emitter: &Emitter, tolerance: f64) -> Result<Self, Error> {
-        let Emission::Constant(_) = emitter.emission() else { return Ok(Self::Nothing) };
         let narrow = Budget::of(emitter.emission()).wide;
-        let Some(whole) = BoundedSum::whole(receiver, emitter.polygon(), narrow) else { return Ok(Self::Nothing) };
+        match emitter.emission() {
+            Emission::Constant(_) => {
+                let whole = BoundedSum::whole(receiver, emitter.polygon(), narrow);
+                Self::from(whole, receiver, emitter, tolerance, |case, terms, bound| case.of_unit_emission(terms, *bound))
+            }
+            Emission::Linear(_) => {
+                let whole = linear::bounded_whole(receiver, emitter, narrow);
+                Self::from(whole, receiver, emitter, tolerance, |case, terms, bound| case.of_linear(terms, *bound))
+            }
+            Emission::Polynomial(_) => Ok(Self::Nothing),
+        }
+    }
+
+    #[inline(always)]
+    fn from<B>(
+        whole: Option<Whole<B>>,
+        receiver: &Receiver,
+        emitter: &Emitter,
+        tolerance: f64,
+        found: impl Fn(&Case<'_>, &Terms<f64>, &B) -> Found,
+    ) -> Result<Self, Error> {
+        let Some(whole) = whole else { return Ok(Self::Nothing) };
         let plan = Plan::whole(whole.power);
         let Some((terms, bound)) = whole.sums else { return Ok(Self::Plan(plan)) };
         let case = Case { receiver, emitter, occluders: &[], plan: &plan };
-        let answer = case.accepted(&case.of_unit_emission(&terms, bound), Method::ClosedForm, tolerance)?;
+        let answer = case.accepted(&found(&case, &terms, &bound), Method::ClosedForm, tolerance)?;
         Ok(answer.map_or(Self::Plan(plan), Self::Answer))
     }
 }
@@ -112,37 +148,62 @@ impl Case<'_> {
         if self.is_dark() {
             return Ok(Answer::ZERO);
         }
-        let budget = Budget::of(self.emitter.emission());
-        let is_small = self.emitter.polygon().size() * self.plan.power <= budget.wide;
-        let cheap = if is_small { self.by_quadrature(budget.cheap) } else { None };
-        if let Some(found) = &cheap
-            && let Some(answer) = self.accepted(found, Method::Quadrature, tolerance)?
-        {
-            return Ok(answer);
-        }
-        let found = if budget.is_constant && self.occluders.is_empty() { self.bounded() } else { self.certified::<f64>() };
-        if let Some(answer) = self.accepted(&found, Method::ClosedForm, tolerance)? {
-            return Ok(answer);
-        }
-        if cheap.is_none()
-            && let Some(found) = self.by_quadrature(budget.dear)
-            && let Some(answer) = self.accepted(&found, Method::Quadrature, tolerance)?
-        {
-            return Ok(answer);
-        }
-        let found = self.certified::<DoubleDouble>();
-        // Where little but the rounding to doubles is left nothing dearer gives more.
-        if let Some(answer) = self.accepted(&found, Method::DoubleDouble, tolerance.max(1.01 * ROUNDOFF))? {
-            return Ok(answer);
-        }
+        let climb = self.climb::<_, true>(|found, method| {
+            // Where little but the rounding to doubles is left nothing dearer gives more.
+            let least = if method == Method::DoubleDouble { 1.01 * ROUNDOFF } else { 0.0 };
+            self.accepted(found, method, tolerance.max(least))
+        })?;
         let by_rule = || self.by_quadrature(usize::MAX);
-        #[cfg(feature = "arbitrary-precision")]
-        return self.rounded(tolerance, by_rule);
-        #[cfg(not(feature = "arbitrary-precision"))]
-        match by_rule() {
-            Some(other) if other.relative_error() < found.relative_error() => self.scaled(&other, Method::Quadrature),
-            _ => self.scaled(&found, Method::DoubleDouble),
+        match climb {
+            Climb::Met(answer) => Ok(answer),
+            #[cfg(feature = "arbitrary-precision")]
+            Climb::Last(_) => self.rounded(tolerance, by_rule),
+            #[cfg(not(feature = "arbitrary-precision"))]
+            Climb::Last(found) => match by_rule() {
+                Some(other) if other.relative_error() < found.relative_error() => self.scaled(&other, Method::Quadrature),
+                _ => self.scaled(&found, Method::DoubleDouble),
+            },
         }
+    }
+
+    /// From rung to rung up to the closed form in double-double, until something found is accepted.
+    #[inline(always)]
+    fn climb<A, const GRADIENT: bool>(
+        &self,
+        accepted: impl Fn(&Found, Method) -> Result<Option<A>, Error>,
+    ) -> Result<Climb<A>, Error> {
+        let budget = Budget::of(self.emitter.emission());
+        let tried = Cell::new(false);
+        let by_rule = |most: usize| -> Result<Option<A>, Error> {
+            let Some(found) = self.by_quadrature(most) else { return Ok(None) };
+            tried.set(true);
+            accepted(&found, Method::Quadrature)
+        };
+        if self.is_within(budget.wide)
+            && let Some(answer) = by_rule(budget.cheap)?
+        {
+            return Ok(Climb::Met(answer));
+        }
+        let derived = self.bounded();
+        if derived.is_none()
+            && !tried.get()
+            && budget.running > budget.cheap
+            && self.is_within(WIDE_BESIDE_RUNNING)
+            && let Some(answer) = by_rule(budget.running)?
+        {
+            return Ok(Climb::Met(answer));
+        }
+        let found = derived.unwrap_or_else(|| self.certified::<f64, GRADIENT>());
+        if let Some(answer) = accepted(&found, Method::ClosedForm)? {
+            return Ok(Climb::Met(answer));
+        }
+        if !tried.get()
+            && let Some(answer) = by_rule(budget.dear)?
+        {
+            return Ok(Climb::Met(answer));
+        }
+        let found = self.certified::<DoubleDouble, GRADIENT>();
+        Ok(accepted(&found, Method::DoubleDouble)?.map_or(Climb::Last(found), Climb::Met))
     }
 
     /// The closed form with a running bound, with as many bits as it takes, rounded to doubles; or a Gauss rule of any cost,
@@ -164,6 +225,11 @@ impl Case<'_> {
         enclosed.to_answer(self)
     }
 
+    /// Whether the emitter is as small as that over the distance of its farthest vertex.
+    fn is_within(&self, wide: f64) -> bool {
+        self.emitter.polygon().size() * self.plan.power <= wide
+    }
+
     /// What a Gauss rule of at most so many nodes gives.
     fn by_quadrature(&self, most: usize) -> Option<Found> {
         if !self.occluders.is_empty() {
@@ -182,10 +248,35 @@ impl Case<'_> {
         })
     }
 
-    /// The constant emitter's closed form in double precision, with the bound derived for it.
-    fn bounded(&self) -> Found {
-        let (terms, bound) = BoundedSum::of(self.receiver, self.emitter.polygon(), self.plan);
-        self.of_unit_emission(&terms, bound)
+    /// The closed form in double precision with a bound derived for it, where there is one.
+    #[inline]
+    fn bounded(&self) -> Option<Found> {
+        if !self.occluders.is_empty() {
+            return None;
+        }
+        let Self { receiver, emitter, plan, .. } = *self;
+        match emitter.emission() {
+            Emission::Constant(_) => {
+                let (terms, bound) = BoundedSum::of(receiver, emitter.polygon(), plan);
+                Some(self.of_unit_emission(&terms, bound))
+            }
+            Emission::Linear(_) if plan.horizon == Horizon::Above => {
+                linear::bounded(receiver, emitter, plan.power).map(|(terms, bound)| self.of_linear(&terms, bound))
+            }
+            Emission::Linear(_) | Emission::Polynomial(_) => None,
+        }
+    }
+
+    /// What the sums of a linear emission and their bounds say.
+    #[inline(always)]
+    fn of_linear(&self, terms: &Terms<f64>, bound: linear::Bound) -> Found {
+        let share = albedo::<f64>(self.receiver);
+        Found {
+            radiosity: terms.radiosity(self.receiver),
+            gradient: terms.gradient(self.receiver),
+            radiosity_error: share * bound.radiosity,
+            gradient_error: share * bound.gradient,
+        }
     }
 
     /// What the sums for a unit emission and their bounds say.
@@ -203,17 +294,17 @@ impl Case<'_> {
         }
     }
 
-    /// The closed form with a running bound.
-    fn certified<N: Number>(&self) -> Found {
-        let Some(terms) = Terms::<Ball<N>>::sum::<true, true>(self) else { return Found::ZERO };
+    /// The closed form with a running bound; without the gradient where that is not wanted.
+    fn certified<N: Number, const GRADIENT: bool>(&self) -> Found {
+        let Some(terms) = Terms::<Ball<N>>::sum::<true, GRADIENT>(self) else { return Found::ZERO };
         let (radiosity, gradient) = (terms.radiosity(self.receiver), terms.gradient(self.receiver));
-        let radius = gradient.map(Real::value_error);
-        Found {
-            radiosity: radiosity.value(),
-            gradient: gradient.map(Real::value),
-            radiosity_error: radiosity.value_error(),
-            gradient_error: radius.length() * (1.0 + 8.0 * f64::EPSILON),
+        let found = Found { radiosity: radiosity.value(), radiosity_error: radiosity.value_error(), ..Found::ZERO };
+        if !GRADIENT {
+            return found;
         }
+        let radius = gradient.map(Real::value_error);
+        let gradient_error = radius.length() * (1.0 + 8.0 * f64::EPSILON);
+        Found { gradient: gradient.map(Real::value), gradient_error, ..found }
     }
 
     /// Whether nothing is emitted, or all of it absorbed.
@@ -234,7 +325,7 @@ impl Case<'_> {
         Ok(Some(answer).filter(|_| is_fine))
     }
 
-    #[inline]
+    #[inline(always)]
     fn scaled(&self, found: &Found, method: Method) -> Result<Answer, Error> {
         if found.radiosity == 0.0 && found.radiosity_error == 0.0 && found.gradient_error == 0.0 {
             return Ok(Answer::ZERO);

@@ -8,29 +8,38 @@
 //!   (gB.nu) + ln(|v|/|u|) (gB.along)] nu`;
 //! - radiosity `(rho/pi) n1.E`; gradient `(rho/pi) { gB (Phi.n1) + n2 (q.n1) + sum e x V / |w| }` over emitter and occluder
 //!   arcs, where `V = int_arc B (n1.omega) omega ds` has elementary primitives in the frame of the segment: `B = beta + S (g1 +
-//!   g2 tan psi)`.
+//!   g2 tan psi)`. On an edge of the emitter `toward.omega B/S` is linear in omega, and `B/|r|` at the ends: the weight of
+//!   [`Arc::within_a_quarter_turn`] with the emission there.
 //!
 //! `X1 = int dA/r^2` is the one quantity that is not elementary. Its dilogarithm form is a sum over the segments, d the signed
 //! in-plane distance of x's foot point, s the coordinate along, `phi = atan2(s, |d|)` and `q = exp(-2 asinh(|d|/h))`: `sgn(d) {
 //! (phi2 - phi1) asinh(|d|/h) - 1/2 [Im Li2(-q e^(2 i phi)) - Cl2(2 phi + pi)] }`. With `Im Li2(r e^(it)) = om ln r + 1/2
-//! [Cl2(2 om) + Cl2(2t) - Cl2(2 om + 2t)]` (Lewin 1981, 5.5), the duplication formula, and the angle psi of the arc in its own
-//! plane, `delta = phi - psi`, it becomes `sgn(d) { g asinh(|d|/h) - 1/4 [2 Cl2(2 phi) - Cl2(2 delta) - Cl2(4 phi - 2 delta)]
-//! }`, free of the cancelling logarithm of q.
+//! [Cl2(2 om) + Cl2(2t) - Cl2(2 om + 2t)]` (Lewin 1981, 5.5), the duplication formula, and the angle `psi = atan2(s, S)` of the
+//! arc in its own plane, an end adds `psi asinh(|d|/h) - 1/4 [2 Cl2(2 phi) - Cl2(2 phi - 2 psi) - Cl2(2 phi + 2 psi)]`. Now
+//! `Cl2(2x) = 2x - 4 J(x) - 2x ln(2 sin x)` ([`crate::dilogarithm`]), and of the logarithms, with `sin(phi +- psi) = s (S +- d)/(rho
+//! r)`, `rho^2 = d^2 + s^2` and `(S - d)(S + d) = h^2`, one is left, which both segments of a vertex share:
+//!
+//! `phi ln(r/h) + 2 J(phi) - J(phi - psi) - J(phi + psi)`,
+//!
+//! the integral of `1/2 ln(r^2/h^2) dphi` by parts. Past a right angle, where `s^2 > d S`, `- J(phi + psi)` is `J(pi - phi - psi) +
+//! pi/2 (ln(2 sin(phi + psi)) - 1)`.
 //!
 //! Loses digits where Phi does, and by a further factor |beta|/|B| ~ D/s far away.
 
+mod bounded;
 mod side_by_side;
 
 use crate::arc::{Arc, Generator};
-use crate::line::Frame;
+use crate::line::{Frame, Sighted};
 use crate::plan::{height_over_plane, offset, unit_normal};
 use crate::radius::Radius;
-use crate::real::Real;
+use crate::real::{RadiusOf, Real};
 use crate::terms::Terms;
 use crate::vec3::Vec3;
 use crate::{Emitter, Receiver};
 
-pub(crate) use side_by_side::whole;
+pub(crate) use bounded::Bound;
+pub(crate) use side_by_side::{bounded, bounded_whole, whole};
 
 /// An affine emission seen from x, in normalised lengths.
 #[derive(Debug, Clone, Copy)]
@@ -91,29 +100,33 @@ impl<T: Real> LinearSum<T> {
     /// Adds the arc's terms of the value, and those of the gradient where it is wanted.
     pub(crate) fn add<const GRADIENT: bool>(&mut self, arc: &Arc<T>) {
         let frame = segment_frame(arc, self.seen.n2, self.seen.height);
-        let log_ratio = self.add_irradiance(arc, &frame);
+        let logarithms = logarithms(arc, self.seen.height);
+        self.add_irradiance(arc, &frame, logarithms);
         if GRADIENT {
-            self.add_edge(arc, &frame, log_ratio);
+            self.edges = self.edges - arc.generator.normal() * self.weight(arc, &frame, logarithms);
         }
     }
 
-    /// Returns `ln(|v|/|u|)`.
-    fn add_irradiance(&mut self, arc: &Arc<T>, frame: &Frame<T>) -> T {
+    fn add_irradiance(&mut self, arc: &Arc<T>, frame: &Frame<T>, logarithms: [T; 2]) {
         let Seen { n2, height, gradient, .. } = self.seen;
-        let log_ratio = (arc.end.square / arc.start.square).ln() * T::exact(0.5);
         let kappa = n2.dot(frame.normal);
         let outward = frame.along.cross(n2);
-        let flux = kappa * arc.angle * gradient.dot(outward) + log_ratio * gradient.dot(frame.along);
+        let flux = kappa * arc.angle * gradient.dot(outward) + (logarithms[1] - logarithms[0]) * gradient.dot(frame.along);
         self.angles = self.angles + frame.normal * arc.angle;
         self.contour = self.contour + outward * flux;
-        self.x1 = self.x1 + x1_term(arc, frame, kappa, height);
-        log_ratio
+        self.x1 = self.x1 + x1_term(arc, frame, kappa, height, logarithms);
     }
 
-    fn add_edge(&mut self, arc: &Arc<T>, frame: &Frame<T>, log_ratio: T) {
+    /// `toward . V / S` on the generating line.
+    fn weight(&self, arc: &Arc<T>, frame: &Frame<T>, logarithms: [T; 2]) -> T {
         let Seen { n1, beta, gradient, .. } = self.seen;
         let generating = match &arc.generator {
-            Generator::Horizon(_) => return,
+            Generator::Horizon(_) => return T::exact(0.0),
+            Generator::Emitter(_) if arc.is_within_a_quarter_turn() => {
+                let ends = [&arc.start, &arc.end];
+                let emission = ends.map(|end| (beta + gradient.dot(end.point)) * end.inverse);
+                return arc.within_a_quarter_turn(emission, ends.map(|end| n1.dot(end.point) * end.inverse));
+            }
             Generator::Emitter(_) => None,
             Generator::Occluder(line) => Some(line.frame()),
         };
@@ -122,23 +135,28 @@ impl<T: Real> LinearSum<T> {
         let (g1, g2) = (gradient.dot(frame.toward), gradient.dot(frame.along));
         let mixed = g1 * p2 + g2 * p1;
         let toward = beta * (m.cc * p1 + m.cs * p2) + frame.distance * (g1 * p1 * m.cc + mixed * m.cs + g2 * p2 * m.ss);
-        let (seen, distance) = match generating {
-            None => (toward, frame.distance),
+        match generating {
+            None => toward / frame.distance,
             Some(line) => {
-                let tangent = log_ratio - m.cs;
+                let tangent = (logarithms[1] - logarithms[0]) - m.cs;
                 let along = beta * (m.cs * p1 + m.ss * p2) + frame.distance * (g1 * p1 * m.cs + mixed * m.ss + g2 * p2 * tangent);
                 let seen = line.toward.dot(frame.toward) * toward + line.toward.dot(frame.along) * along;
-                (seen, line.distance)
+                seen / line.distance
             }
-        };
-        self.edges = self.edges - frame.normal * (seen / distance);
+        }
     }
 
     pub(crate) fn total(self) -> Terms<T> {
         let Seen { n1, n2, height, beta, gradient } = self.seen;
-        let phi = self.angles * T::exact(-0.5);
-        let q = (gradient * self.x1 - self.contour) * T::exact(0.5) - n2 * gradient.dot(phi);
+        let (phi, q) = self.phi_and_q();
         Terms { irradiance: phi * beta + q * height, gradient: gradient * phi.dot(n1) + n2 * q.dot(n1) + self.edges }
+    }
+
+    #[inline]
+    fn phi_and_q(&self) -> (Vec3<T>, Vec3<T>) {
+        let Seen { n2, gradient, .. } = self.seen;
+        let phi = self.angles * T::exact(-0.5);
+        (phi, (gradient * self.x1 - self.contour) * T::exact(0.5) - n2 * gradient.dot(phi))
     }
 }
 
@@ -155,26 +173,70 @@ pub(crate) fn segment_frame<T: Real>(arc: &Arc<T>, n2: Vec3<T>, height: T) -> Fr
     Frame { toward: along.cross(normal), along, normal, distance: height / sine }
 }
 
-/// The segment's part of X1.
+/// `ln(r/h)` of the ends of an arc.
+#[inline]
+pub(crate) fn logarithms<T: Real>(arc: &Arc<T>, height: T) -> [T; 2] {
+    let square = height * height;
+    [&arc.start, &arc.end].map(|end| (end.square / square).ln() * T::exact(0.5))
+}
+
+/// The segment's part of X1, given the [`logarithms`] of its ends.
 ///
 /// It is `sgn(d) int 1/2 ln(1 + d^2/(h cos phi)^2) dphi` over part of (-pi/2, pi/2), so at most `pi asinh(|d|/h) <= pi |d|/h`:
-/// that encloses it where the sign of d is not known, as for a receiver straight below the line, when phi may not be known
-/// either.
-pub(crate) fn x1_term<T: Real>(arc: &Arc<T>, frame: &Frame<T>, kappa: T, height: T) -> T {
+/// that encloses it where the sign of d is not known.
+pub(crate) fn x1_term<T: Real>(arc: &Arc<T>, frame: &Frame<T>, kappa: T, height: T, logarithms: [T; 2]) -> T {
     let signed = frame.distance * kappa;
     if signed.size() <= signed.error() {
-        let lowest = (height.size() - height.error()).max(0.0.into());
-        return T::exact(0.0).widened(signed.error() * (2.0 * 1.01 * std::f64::consts::PI) / lowest);
+        return T::exact(0.0).widened(signed.error() * (2.0 * 1.01 * std::f64::consts::PI) / lowest(height));
     }
     let d = signed.abs();
-    let reach = frame.distance + d;
-    let clausens = |point: Vec3<T>| {
-        let s = point.dot(frame.along);
-        let phi = s.atan2(d);
-        let delta = (s * height * height / reach).atan2(frame.distance * d + s * s);
-        let (two, four) = (T::exact(2.0), T::exact(4.0));
-        (phi * two).clausen() * two - (delta * two).clausen() - (phi * four - delta * two).clausen()
+    let distances = [d, frame.distance, frame.distance + d];
+    let at = |end: &Sighted<T>, logarithm: T| {
+        let s = end.point.dot(frame.along);
+        X1End::new(s.abs(), distances, (end.square, logarithm), height).on_side_of(s)
     };
-    let term = arc.angle * (reach / height).ln() - (clausens(arc.end.point) - clausens(arc.start.point)) * T::exact(0.25);
+    let (start, end) = (at(&arc.start, logarithms[0]), at(&arc.end, logarithms[1]));
+    let beyond = (end.above * start.below) / (end.below * start.above);
+    let term = (end.term - start.term) + beyond.ln() * (T::pi() * T::exact(0.25));
     if signed.value() < 0.0 { -term } else { term }
+}
+
+fn lowest<T: Real>(height: T) -> RadiusOf<T> {
+    (height.size() - height.error()).max(0.0.into())
+}
+
+/// What an end of a segment adds to X1: a term, and `pi/4` times the logarithm of a quotient.
+struct X1End<T> {
+    term: T,
+    above: T,
+    below: T,
+}
+
+impl<T: Real> X1End<T> {
+    /// At `s >= 0` along a segment at the in-plane distance d and the distance S, given them and their sum.
+    ///
+    /// Where d and s are both about 0 phi is not known, but the integral from 0 to it is at most `pi/4 (d^2 + s^2)/h^2`.
+    #[inline]
+    fn new(s: T, [d, distance, reach]: [T; 3], (square, logarithm): (T, T), height: T) -> Self {
+        let (one, foot_square) = (T::exact(1.0), d * d + s * s);
+        let moved = s.error() + d.error();
+        if foot_square.size() <= moved * moved * 16.0 {
+            let most = (s.size() + d.size() + moved) / lowest(height);
+            return Self { term: T::exact(0.0).widened(most * most), above: one, below: one };
+        }
+        let (phi, psi) = (s.atan2(d), s.atan2(distance));
+        let sum = phi + psi;
+        let plain = phi * logarithm + (phi.clausen_rest() * T::exact(2.0) - (phi - psi).clausen_rest());
+        if (s * s).value() <= (d * distance).value() {
+            return Self { term: plain - sum.clausen_rest(), above: one, below: one };
+        }
+        let beyond = (T::pi() - sum).clausen_rest() - T::pi() * T::exact(0.5);
+        Self { term: plain + beyond, above: s * s * (reach * reach) * T::exact(4.0), below: foot_square * square }
+    }
+
+    /// `self` is at the magnitude of s.
+    #[inline]
+    fn on_side_of(self, s: T) -> Self {
+        if s.value() < 0.0 { Self { term: -self.term, above: self.below, below: self.above } } else { self }
+    }
 }

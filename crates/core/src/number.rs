@@ -7,8 +7,8 @@ use glam::DVec3;
 
 use crate::arc::SINE_SERIES;
 use crate::arc_tangent;
-use crate::dilogarithm::{self, Around};
-use crate::double_double::{self, DoubleDouble, LIBRARY_UNITS, LN_2};
+use crate::dilogarithm;
+use crate::double_double::{self, DoubleDouble, LIBRARY_UNITS};
 use crate::exact;
 use crate::geometry::exact_offset;
 use crate::logarithm;
@@ -31,7 +31,7 @@ pub(crate) trait Number:
     const QUOTIENT_UNITS: f64;
     /// Error of logarithm and arc tangent, in units of roundoff.
     const LIBRARY_UNITS: f64;
-    /// Error of [`dilogarithm::clausen`], in units of roundoff.
+    /// Error of [`dilogarithm::clausen_rest`], in units of roundoff.
     const CLAUSEN_UNITS: f64;
     /// Error of [`Self::difference`], in units of roundoff.
     const DIFFERENCE_UNITS: f64;
@@ -50,7 +50,6 @@ pub(crate) trait Number:
     /// Error `ROUNDOFF`.
     fn from_double_double(value: DoubleDouble) -> Self;
     fn pi() -> Self;
-    fn ln_2() -> Self;
     fn difference(a: f64, b: f64) -> Self;
     /// `n . (point - x)` times a power of two: with the right sign, and an error of two units of roundoff.
     fn exact_height(n: DVec3, point: DVec3, x: DVec3, power: f64) -> Self;
@@ -59,12 +58,10 @@ pub(crate) trait Number:
     fn sqrt(self) -> Self;
     fn ln(self) -> Self;
     fn atan2(self, x: Self) -> Self;
-    /// `pi - self`, to full relative accuracy.
-    fn pi_minus(self) -> Self;
     /// Coefficients of the series of [`crate::arc`], as many as an argument of at most 1 takes.
     fn sine_coefficients() -> impl DoubleEndedIterator<Item = Self>;
-    /// The sum of [`dilogarithm`]'s series, without its first term.
-    fn clausen_sum(around: Around, square: Self) -> Self;
+    /// The sum of [`dilogarithm`]'s series over the cube of its argument.
+    fn clausen_sum(square: Self) -> Self;
 }
 
 impl Number for f64 {
@@ -110,10 +107,6 @@ impl Number for f64 {
         std::f64::consts::PI
     }
     #[inline]
-    fn ln_2() -> Self {
-        std::f64::consts::LN_2
-    }
-    #[inline]
     fn difference(a: f64, b: f64) -> Self {
         a - b
     }
@@ -137,17 +130,12 @@ impl Number for f64 {
         arc_tangent::atan2(self, x)
     }
     #[inline]
-    fn pi_minus(self) -> Self {
-        let pi = DoubleDouble::pi();
-        (pi.hi - self) + pi.lo
-    }
-    #[inline]
     fn sine_coefficients() -> impl DoubleEndedIterator<Item = Self> {
         SINE_SERIES[..8].iter().map(|c| c.hi)
     }
     #[inline]
-    fn clausen_sum(around: Around, square: Self) -> Self {
-        dilogarithm::double_sum(around, square)
+    fn clausen_sum(square: Self) -> Self {
+        dilogarithm::double_sum(square)
     }
 }
 
@@ -157,7 +145,7 @@ impl Number for DoubleDouble {
     const IS_DOUBLE: bool = false;
     const QUOTIENT_UNITS: f64 = 2.0;
     const LIBRARY_UNITS: f64 = LIBRARY_UNITS;
-    const CLAUSEN_UNITS: f64 = dilogarithm::DOUBLE_DOUBLE_UNITS;
+    const CLAUSEN_UNITS: f64 = dilogarithm::UNITS;
     const DIFFERENCE_UNITS: f64 = 0.0;
 
     fn roundoff() -> f64 {
@@ -184,9 +172,6 @@ impl Number for DoubleDouble {
     fn pi() -> Self {
         Self::pi()
     }
-    fn ln_2() -> Self {
-        LN_2
-    }
     fn difference(a: f64, b: f64) -> Self {
         Self::difference(a, b)
     }
@@ -205,13 +190,10 @@ impl Number for DoubleDouble {
     fn atan2(self, x: Self) -> Self {
         Self::atan2(self, x)
     }
-    fn pi_minus(self) -> Self {
-        Self::pi_minus(self)
-    }
     fn sine_coefficients() -> impl DoubleEndedIterator<Item = Self> {
         SINE_SERIES.into_iter()
     }
-    fn clausen_sum(around: Around, square: Self) -> Self {
-        dilogarithm::sum::<Self, 34>(around, square)
+    fn clausen_sum(square: Self) -> Self {
+        dilogarithm::sum(square)
     }
 }

@@ -18,9 +18,6 @@ pub(crate) trait Radius:
 {
     fn sqrt(self) -> Self;
 
-    /// Natural logarithm, off by at most a relative 1e-13.
-    fn ln(self) -> f64;
-
     /// A double that is not smaller.
     fn to_double(self) -> f64;
 
@@ -41,10 +38,6 @@ impl Radius for f64 {
     #[inline]
     fn sqrt(self) -> Self {
         Self::sqrt(self)
-    }
-    #[inline]
-    fn ln(self) -> f64 {
-        libm::log(self)
     }
     #[inline]
     fn to_double(self) -> f64 {

@@ -51,8 +51,8 @@ pub(crate) trait Real:
     /// Angle of the point `(x, self)`, in (-pi, pi].
     fn atan2(self, x: Self) -> Self;
 
-    /// Clausen's function `Cl2`, see [`dilogarithm`].
-    fn clausen(self) -> Self;
+    /// What Clausen's function has beside its logarithm, see [`dilogarithm`].
+    fn clausen_rest(self) -> Self;
 
     /// Exactly this double.
     #[inline]
@@ -147,8 +147,8 @@ impl Real for f64 {
     }
 
     #[inline]
-    fn clausen(self) -> Self {
-        dilogarithm::clausen(self)
+    fn clausen_rest(self) -> Self {
+        dilogarithm::clausen_rest(self)
     }
 
     #[inline]

@@ -19,15 +19,21 @@ impl<T: Real> Arc<T> {
             return self.weight_in_frame(line, n1);
         }
         let ends = [&self.start, &self.end];
-        let product = ends[0].inverse * ends[1].inverse;
-        let (sin, cos) = (self.across * product, self.inline * product);
-        let [c1, c2] = ends.map(|end| n1.dot(end.point) * end.inverse);
-        let [q1, q2] = if let Generator::Emitter(_) = self.generator {
+        let near = if let Generator::Emitter(_) = self.generator {
             ends.map(|end| end.inverse)
         } else {
             let toward = line.frame().toward * line.nearness();
             ends.map(|end| end.point.dot(toward) * end.inverse)
         };
+        self.within_a_quarter_turn(near, ends.map(|end| n1.dot(end.point) * end.inverse))
+    }
+
+    /// `p.(M n1)` of an arc up to a quarter turn for a vector p of its plane, from what it and n1 are along the directions of the
+    /// ends.
+    #[inline]
+    pub(crate) fn within_a_quarter_turn(&self, [q1, q2]: [T; 2], [c1, c2]: [T; 2]) -> T {
+        let product = self.start.inverse * self.end.inverse;
+        let (sin, cos) = (self.across * product, self.inline * product);
         let one_and_cos = T::exact(1.0) + cos;
         let chi = (self.angle + sin) / (one_and_cos * T::exact(4.0));
         chi * (q1 + q2) * (c1 + c2) + psi(self.angle, sin, cos, one_and_cos) * (q2 - q1) * (c2 - c1)

@@ -7,7 +7,7 @@
 use astro_float::{BigFloat, Consts};
 
 use super::series::{GUARD, first_integer_above, integer, rounded};
-use super::{Magnitude, NEAREST, exact_sum, nearest_double, shifted};
+use super::{Magnitude, NEAREST, nearest_double, shifted};
 
 /// Error of logarithm and arc tangent in units of roundoff: one rounding and what is left of the guard bits. The arc tangent is
 /// rounded once more where it is taken from pi/2 and from pi.
@@ -108,23 +108,9 @@ fn arc_tangent(across: &BigFloat, along: &BigFloat, bits: usize, steps: &mut Ste
     Steps::at(&mut steps.angles, step, |c| c.atan(bits, NEAREST, constants)).add(&rest, bits, NEAREST)
 }
 
-/// `pi - angle`, to full relative accuracy: where the difference cancels, pi is taken to as many bits more.
-pub(super) fn pi_minus(angle: &BigFloat, bits: usize, constants: &mut Consts) -> BigFloat {
-    let mut pi_bits = bits + 64;
-    loop {
-        let difference = exact_sum(&constants.pi(pi_bits, NEAREST), &angle.neg());
-        let lost = difference.exponent().map_or(0, |exponent| usize::try_from(-exponent).unwrap_or(0));
-        if difference.is_zero() || pi_bits < bits + lost + 8 {
-            pi_bits = (2 * pi_bits).max(bits + lost + 64);
-        } else {
-            return difference.add(&BigFloat::new(64), bits, NEAREST);
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
-    use super::super::{Big, Magnitude, with_bits};
+    use super::super::{Big, Magnitude, exact_sum, with_bits};
     use super::*;
     use crate::number::Number;
     use crate::radius::Radius;
@@ -151,7 +137,6 @@ mod tests {
             prop_assert!(ln(x.abs()) <= LIBRARY_UNITS);
             prop_assert!(ln(1.0 + near) <= LIBRARY_UNITS);
             prop_assert!(ln(near.abs()) <= LIBRARY_UNITS);
-            prop_assert!(units_off(bits, 2 * bits, || Big::from_double(x).pi_minus()) <= 1.0);
             prop_assert!(units_off(bits, 2 * bits, || Big::from_double(x.abs()).sqrt()) <= 1.0);
             prop_assert!(units_off(bits, 2 * bits, || Big::from_double(x) / Big::from_double(near)) <= 1.0);
         }
@@ -204,15 +189,6 @@ mod tests {
             prop_assert!(off(p.div(&q, bits, NEAREST).mul_full_prec(&q), p.clone()) <= 1.0);
             prop_assert!(off(p.abs().sqrt(bits, NEAREST).mul_full_prec(&p.abs().sqrt(bits, NEAREST)), p.abs()) <= 2.0);
         }
-    }
-
-    #[test]
-    fn pi_minus_keeps_its_digits_next_to_pi() {
-        // pi to 128 bits, taken from pi.
-        let nearest = with_bits(128, || Big::pi().to_float());
-        let rest = |bits| with_bits(bits, || Big::new(|_| nearest.clone()).pi_minus().to_float());
-        let difference = rest(512).sub_full_prec(&rest(128));
-        assert!(Magnitude::of(&difference) <= Magnitude::of(&rest(512)) * 2f64.powi(-128));
     }
 
     #[test]

@@ -136,10 +136,6 @@ impl Radius for Magnitude {
         Self::new(mantissa.sqrt(), (self.exponent - odd) / 2)
     }
 
-    fn ln(self) -> f64 {
-        libm::log(self.mantissa) + self.exponent as f64 * std::f64::consts::LN_2
-    }
-
     /// Below the normal range the next double up.
     fn to_double(self) -> f64 {
         match i32::try_from(self.exponent) {
@@ -166,7 +162,6 @@ mod tests {
             prop_assert_eq!((p / q).to_double(), a / b);
             prop_assert_eq!(p.sqrt().to_double(), a.sqrt());
             prop_assert_eq!(p < q, a < b);
-            prop_assert!((p.ln() - libm::log(a)).abs() < 1e-13);
         }
     }
 

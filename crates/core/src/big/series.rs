@@ -10,7 +10,6 @@ use astro_float::BigFloat;
 
 use super::functions::Steps;
 use super::{Magnitude, NEAREST, shifted};
-use crate::dilogarithm::Around;
 
 /// Bits beyond the precision asked.
 pub(super) const GUARD: usize = 64;
@@ -20,13 +19,12 @@ pub(super) struct Coefficients {
     bits: usize,
     pub(super) steps: Steps,
     sine: Vec<BigFloat>,
-    around_zero: Vec<BigFloat>,
-    around_pi: Vec<BigFloat>,
+    clausen: Vec<BigFloat>,
 }
 
 impl Coefficients {
     pub(super) fn new(bits: usize) -> Self {
-        Self { bits, steps: Steps::default(), sine: Vec::new(), around_zero: Vec::new(), around_pi: Vec::new() }
+        Self { bits, steps: Steps::default(), sine: Vec::new(), clausen: Vec::new() }
     }
 
     pub(super) const fn bits(&self) -> usize {
@@ -45,33 +43,27 @@ impl Coefficients {
         &self.sine[k]
     }
 
-    /// The sum over `square = t^2` with a relative error of at most two roundoffs of the whole series.
+    /// The sum over `square = x^2` with a relative error of at most two roundoffs, x up to 3 pi/4.
     ///
-    /// The ratio of terms stays below `r = (t/2 pi)^2` around 0 and `(t/pi)^2` around pi, at most 1/9, and term k is at most
-    /// `r^k/6`: `bits/log2(1/r)` terms leave less than a quarter of a roundoff.
-    pub(super) fn clausen_sum(&mut self, around: Around, square: &BigFloat) -> BigFloat {
-        if self.around_zero.is_empty() {
-            (self.around_zero, self.around_pi) = clausen_coefficients(self.bits);
-        }
+    /// Term k over the first one is at most `r^k`, `r = (x/pi)^2` at most 9/16: `bits/log2(1/r)` and three terms leave less than
+    /// half a roundoff.
+    pub(super) fn clausen_sum(&mut self, square: &BigFloat) -> BigFloat {
         /// `2 log2 pi`.
         const LOG_SQUARE: f64 = 3.302_992_259_161_862;
-        let (coefficients, ratio) = match around {
-            Around::Zero => (&self.around_zero, LOG_SQUARE + 2.0 - Magnitude::of(square).log2()),
-            Around::Pi => (&self.around_pi, LOG_SQUARE - Magnitude::of(square).log2()),
-        };
-        let terms = first_integer_above(self.bits as f64 / ratio).clamp(1, coefficients.len());
+        /// `2 log2 (4/3)`.
+        const LEAST: f64 = 0.830_074_998_557_687;
+        let ratio = (LOG_SQUARE - Magnitude::of(square).log2()).max(LEAST);
+        let terms = first_integer_above(self.bits as f64 / ratio) + 3;
+        if self.clausen.len() < terms {
+            self.clausen = clausen_coefficients(self.bits, terms.max(first_integer_above(0.5 * self.bits as f64) + 4));
+        }
         let working = self.bits + GUARD;
-        let sum = coefficients[..terms]
+        let sum = self.clausen[..terms]
             .iter()
             .rev()
             .fold(BigFloat::new(working), |sum, c| sum.mul(square, working, NEAREST).add(c, working, NEAREST));
         rounded(sum, self.bits)
     }
-}
-
-/// Terms of Clausen's series that leave less than a quarter of a roundoff where they meet, at a ratio of 1/9.
-fn clausen_terms(bits: usize) -> usize {
-    first_integer_above(bits as f64 / 3.169) + 1
 }
 
 #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a positive number of terms, far below 2^32")]
@@ -117,8 +109,8 @@ fn tangent_numbers(count: usize, bits: usize) -> Vec<BigFloat> {
     tangent
 }
 
-/// `|B_2k| / (2k (2k+1)!) = T_k / (4^k (4^k - 1) (2k+1)!)`, and the same times `4^k - 1`.
-fn clausen_coefficients(bits: usize) -> (Vec<BigFloat>, Vec<BigFloat>) {
+/// The first coefficients `|B_2k| 2^(2k-1) / (2k+1)! = k T_k / ((4^k - 1) (2k+1)!)`.
+fn clausen_coefficients(bits: usize, count: usize) -> Vec<BigFloat> {
     let working = bits + GUARD;
     let one = BigFloat::from_word(1, working);
     let mut factorial = one.clone();
@@ -127,11 +119,10 @@ fn clausen_coefficients(bits: usize) -> (Vec<BigFloat>, Vec<BigFloat>) {
         let k = index + 1;
         power += 2;
         factorial = factorial.mul(&integer(2 * k * (2 * k + 1)), working, NEAREST);
-        let around_pi = shifted(&tangent.div(&factorial, working, NEAREST), -power);
-        let around_zero = around_pi.div(&shifted(&one, power).sub(&one, working, NEAREST), working, NEAREST);
-        (around_zero, around_pi)
+        let divisor = shifted(&one, power).sub(&one, working, NEAREST).mul(&factorial, working, NEAREST);
+        tangent.mul(&integer(k), working, NEAREST).div(&divisor, working, NEAREST)
     };
-    tangent_numbers(clausen_terms(bits), working).iter().enumerate().map(coefficient).unzip()
+    tangent_numbers(count, working).iter().enumerate().map(coefficient).collect()
 }
 
 #[cfg(test)]
@@ -139,7 +130,7 @@ mod tests {
     use super::super::{Big, with_bits};
     use super::*;
     use crate::arc::SINE_SERIES;
-    use crate::dilogarithm::clausen;
+    use crate::dilogarithm::clausen_rest;
     use crate::double_double::DoubleDouble;
     use crate::number::Number;
     use crate::radius::Radius;
@@ -160,11 +151,11 @@ mod tests {
                 let difference = coefficient - Big::from_double_double(kept);
                 assert!(difference.high().abs() <= 2f64.powi(-105) * kept.hi.abs(), "{kept:?}");
             }
-            for t in [1e-9, 0.3, 1.7, 2.0943, 2.0945, 3.0, 4.1, 4.2, 6.0] {
-                let wide = clausen(Big::from_double(t));
-                let narrow = clausen(DoubleDouble::from(t));
+            for x in [1e-9, 0.15, 0.85, 1.0472, 1.5, 1.57] {
+                let wide = clausen_rest(Big::from_double(x));
+                let narrow = clausen_rest(DoubleDouble::from(x));
                 let difference = (wide - Big::from_double_double(narrow)).high().abs();
-                assert!(difference <= 20.0 * DoubleDouble::roundoff() * narrow.hi.abs(), "{t}: {difference:e}");
+                assert!(difference <= 8.0 * DoubleDouble::roundoff() * narrow.hi.abs(), "{x}: {difference:e}");
             }
         });
     }
@@ -172,22 +163,29 @@ mod tests {
     #[test]
     fn clausens_function_keeps_its_error_bound_at_any_precision() {
         for bits in [64, 192, 448, 1024] {
-            for t in [1e-200, 1e-5, 0.7, 2.0943, 2.0945, 3.13, 4.18, 4.19, 6.25] {
-                let [rough, fine] = [bits, bits + 128].map(|bits| with_bits(bits, || clausen(Big::from_double(t)).to_float()));
+            for x in [1e-200, 1e-5, 0.35, 1.047, 1.56, 1.6, 2.3] {
+                let value = |bits| with_bits(bits, || clausen_rest(Big::from_double(x)).to_float());
+                let [rough, fine] = [bits, bits + 128].map(value);
                 let error = Magnitude::of(&fine.sub_full_prec(&rough)) / Magnitude::of(&fine);
                 let units = (error * Magnitude::power_of_two(bits as i64)).to_double();
-                assert!(units <= Big::CLAUSEN_UNITS, "{bits} bits, t = {t}: {units} units");
+                assert!(units <= Big::CLAUSEN_UNITS, "{bits} bits, x = {x}: {units} units");
             }
         }
     }
 
     #[test]
     fn clausens_function_has_known_values_at_fifty_digits() {
-        // Catalan's constant, the value at pi/2.
-        let catalan = with_bits(192, || clausen(Big::pi().scaled(0.5)).to_float());
+        // Catalan's constant, the value at pi/2, where twice the sine is the root of 2.
+        let catalan = with_bits(192, || {
+            let right = Big::pi().scaled(0.5);
+            (right - clausen_rest(right.scaled(0.5)).scaled(4.0) - right * Big::from_double(2.0).ln().scaled(0.5)).to_float()
+        });
         assert!(super::super::to_decimal(&catalan, -50).starts_with("9.1596559417721901505460351493238411077414937428167e-1"));
-        // Gieseking's constant, the largest value, at pi/3.
-        let gieseking = with_bits(192, || clausen(Big::pi() / Big::from_double(3.0)).to_float());
+        // Gieseking's constant, the largest value, at pi/3, where twice the sine is 1.
+        let gieseking = with_bits(192, || {
+            let third = Big::pi() / Big::from_double(3.0);
+            (third - clausen_rest(third.scaled(0.5)).scaled(4.0)).to_float()
+        });
         assert!(super::super::to_decimal(&gieseking, -50).starts_with("1.014941606409653625021202554274520285941689307530"));
     }
 }

@@ -39,6 +39,7 @@ use std::ops::{Add, Mul};
 
 use crate::arc::Arc;
 use crate::constant::{EdgeSum, SolidAngleVector};
+use crate::four::Whole;
 use crate::line::{Line, Sighted};
 use crate::number::ROUNDOFF;
 use crate::plan::{Horizon, Plan, unit_normal};
@@ -55,14 +56,6 @@ pub(crate) struct BoundedSum {
     pub(crate) gradient: f64,
 }
 
-/// A polygon that is seen whole.
-pub(crate) struct Whole {
-    /// The power of two that normalises lengths.
-    pub(crate) power: f64,
-    /// The sums and their bounds.
-    pub(crate) sums: Option<(Terms<f64>, BoundedSum)>,
-}
-
 /// Pays for terms of second order in the errors.
 const SECOND_ORDER: f64 = 1.001;
 
@@ -77,10 +70,9 @@ impl BoundedSum {
         whole.unwrap_or_else(|| Self::one_by_one(receiver, polygon, plan))
     }
 
-    /// Of a polygon that is surely seen whole; with the sums where its size is more than `narrow` of the distance of its farthest
-    /// vertex and all is plain.
+    /// Of a polygon that is surely seen whole; the sums where its size is more than `narrow` of the distance of its farthest vertex.
     #[inline]
-    pub(crate) fn whole(receiver: &Receiver, polygon: &Polygon, narrow: f64) -> Option<Whole> {
+    pub(crate) fn whole(receiver: &Receiver, polygon: &Polygon, narrow: f64) -> Option<Whole<Self>> {
         side_by_side::bounded_whole(receiver, polygon, narrow)
     }
 

@@ -5,8 +5,7 @@ use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f64x4};
 
 use super::bounded::Weighed;
-use crate::arc::PSI;
-use crate::four::{Four, all, nine_terms, plus_first, power_seen_whole};
+use crate::four::{Four, Weights, all, plus_first, power_seen_whole};
 use crate::level::{LEVEL, on_level};
 use crate::terms::Terms;
 use crate::vec3::Vec3;
@@ -50,7 +49,7 @@ fn sums<S: Simd, const VALUE: bool, const GRADIENT: bool>(
 /// starts.
 #[inline(always)]
 pub(super) fn weigh<S: Simd>(four: &Four<S>, simd: S, n1: Vec3<f64x4<S>>, closed: bool) -> Option<(f64x4<S>, Weighed<f64x4<S>>)> {
-    let Four { start, end, start_square, across, inline, angle, .. } = *four;
+    let Four { start, end, start_square, inline, angle, .. } = *four;
     if !inline.simd_ge(f64x4::splat(simd, 0.0)).all_true() {
         return None;
     }
@@ -63,22 +62,12 @@ pub(super) fn weigh<S: Simd>(four: &Four<S>, simd: S, n1: Vec3<f64x4<S>>, closed
         let q2 = one / end.norm_squared().sqrt();
         (q2, n1.dot(end) * q2)
     };
-    let product = q1 * q2;
-    let (sin, cos) = (across * product, inline * product);
-    let one_and_cos = one + cos;
-    let (near, sum, cosines) = (q1 + q2, angle + sin, c1.abs() + c2.abs());
-    let chi = sum / (one_and_cos * f64x4::splat(simd, 4.0));
-    let z = angle * angle;
-    let psi = angle * (f64x4::splat(simd, PSI[0]) + z * nine_terms(simd, &HIGHER, z));
-    let weight = chi * near * (c1 + c2) + psi * (q2 - q1) * (c2 - c1);
-    Some((weight, Weighed { near, sum, turn: one / one_and_cos, cosines, least: angle.min(cosines) }))
+    let weights = Weights::new(simd, four, [q1, q2]);
+    let cosines = c1.abs() + c2.abs();
+    let (sum, turn) = (weights.sum, one / weights.one_and_cos);
+    let weighed = Weighed { near: q1 + q2, sum, turn, cosines, least: angle.min(cosines) };
+    Some((weights.of([q1, q2], [c1, c2]), weighed))
 }
-
-/// What follows the first term of [`PSI`].
-const HIGHER: [f64; 9] = {
-    let [_, c1, c2, c3, c4, c5, c6, c7, c8, c9] = PSI;
-    [c1, c2, c3, c4, c5, c6, c7, c8, c9]
-};
 
 #[cfg(test)]
 mod tests {

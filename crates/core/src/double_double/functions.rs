@@ -2,7 +2,7 @@
 //!
 //! Terms that are below 2^-53 of the sum are taken in plain double precision: their roundings are below 2^-106 of it.
 
-use super::{DoubleDouble, fast_two_sum};
+use super::DoubleDouble;
 
 /// Relative error of [`DoubleDouble::ln`] and [`DoubleDouble::atan2`], in units of [`super::UNIT`].
 ///
@@ -13,7 +13,7 @@ use super::{DoubleDouble, fast_two_sum};
 pub(crate) const LIBRARY_UNITS: f64 = 64.0;
 
 /// ln 2.
-pub(crate) const LN_2: DoubleDouble = DoubleDouble { hi: std::f64::consts::LN_2, lo: 2.319_046_813_846_299_6e-17 };
+const LN_2: DoubleDouble = DoubleDouble { hi: std::f64::consts::LN_2, lo: 2.319_046_813_846_299_6e-17 };
 const PI: DoubleDouble = DoubleDouble { hi: std::f64::consts::PI, lo: 1.224_646_799_147_353_2e-16 };
 const PI_16: DoubleDouble = DoubleDouble { hi: std::f64::consts::PI / 16.0, lo: 7.654_042_494_670_958e-18 };
 
@@ -107,15 +107,6 @@ impl DoubleDouble {
         if self.hi < 0.0 { -self } else { self }
     }
 
-    /// `pi - self`, to the last digit also near pi.
-    pub(crate) fn pi_minus(self) -> Self {
-        /// What `PI` leaves of pi.
-        const REST: f64 = -2.994_769_809_718_34e-33;
-        let difference = PI - self;
-        let (hi, lo) = fast_two_sum(difference.hi, difference.lo + REST);
-        Self { hi, lo }
-    }
-
     /// pi; off by less than 2^-107 of it.
     pub(crate) const fn pi() -> Self {
         PI
@@ -166,11 +157,5 @@ mod tests {
             }
             prop_assert!(units(a.atan2(b), &truth) < LIBRARY_UNITS / 4.0, "{:?} {:?} {}", a, b, units(a.atan2(b), &truth));
         }
-    }
-
-    #[test]
-    fn pi_minus_keeps_its_digits_next_to_pi() {
-        let next = DoubleDouble { hi: std::f64::consts::PI, lo: 0.0 };
-        assert_eq!(next.pi_minus(), DoubleDouble { hi: PI.lo, lo: -2.994_769_809_718_34e-33 });
     }
 }

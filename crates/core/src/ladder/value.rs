@@ -8,19 +8,18 @@
 #[cfg(feature = "arbitrary-precision")]
 use std::array::from_ref;
 
-use super::{Budget, Case, Found};
+use super::{Case, Climb, Found};
+use crate::Error;
 #[cfg(feature = "arbitrary-precision")]
 use crate::big::{Big, Enclosure, Magnitude, PRECISIONS, Refined, enough_for_doubles, refined, relative_error, to_doubles};
+#[cfg(feature = "arbitrary-precision")]
 use crate::certify::Ball;
 #[cfg(feature = "arbitrary-precision")]
 use crate::digits::Enclosed;
-use crate::double_double::DoubleDouble;
 use crate::evaluate::{Method, Tolerance, Value};
-use crate::number::Number;
-use crate::real::Real;
+use crate::number::ROUNDOFF;
+#[cfg(feature = "arbitrary-precision")]
 use crate::terms::Terms;
-use crate::vec3::Vec3;
-use crate::{Emission, Error};
 
 impl Tolerance {
     /// The error that is allowed of a value.
@@ -34,39 +33,28 @@ impl Case<'_> {
         if self.is_dark() {
             return Ok(Value::ZERO);
         }
-        let budget = Budget::of(self.emitter.emission());
         // The same in normalised emission.
         let normalised = Tolerance { absolute: tolerance.absolute * self.emitter.power(), ..tolerance };
-        let meets = |found: &Found, normalised: Tolerance| found.radiosity_error <= normalised.of(found.radiosity);
-        let accepted = |found: Found, method| -> Result<Option<Value>, Error> {
-            if !meets(&found, normalised) {
+        // Where little but the rounding to doubles is left nothing dearer gives more.
+        let nearly = Tolerance { relative: normalised.relative.max(1.01 * ROUNDOFF), ..normalised };
+        let climb = self.climb::<_, false>(|found, method| {
+            let enough = if method == Method::DoubleDouble { nearly } else { normalised };
+            if found.radiosity_error > enough.of(found.radiosity) || found.radiosity_error.is_nan() {
                 return Ok(None);
             }
-            let value = self.value_of(&found, method)?;
-            let is_fine = value.radiosity_error >= f64::MIN_POSITIVE || value.radiosity_error <= tolerance.of(value.radiosity);
+            let value = self.value_of(found, method)?;
+            let is_fine = value.radiosity_error >= f64::MIN_POSITIVE
+                || value.radiosity_error <= tolerance.of(value.radiosity)
+                || method == Method::DoubleDouble;
             Ok(Some(value).filter(|_| is_fine))
-        };
-        let is_small = self.emitter.polygon().size() * self.plan.power <= budget.wide;
-        if is_small
-            && let Some(found) = self.by_quadrature(budget.cheap)
-            && let Some(value) = accepted(found, Method::Quadrature)?
-        {
-            return Ok(value);
+        })?;
+        match climb {
+            Climb::Met(value) => Ok(value),
+            #[cfg(feature = "arbitrary-precision")]
+            Climb::Last(_) => self.rounded_value(normalised),
+            #[cfg(not(feature = "arbitrary-precision"))]
+            Climb::Last(found) => self.value_of(&found, Method::DoubleDouble),
         }
-        let is_bounded = matches!(self.emitter.emission(), Emission::Constant(_)) && self.occluders.is_empty();
-        let found = if is_bounded { self.bounded() } else { self.certified_value::<f64>() };
-        if let Some(value) = accepted(found, Method::ClosedForm)? {
-            return Ok(value);
-        }
-        let found = self.certified_value::<DoubleDouble>();
-        // Where little but the rounding to doubles is left nothing dearer gives more.
-        #[cfg(feature = "arbitrary-precision")]
-        let last = Tolerance { relative: normalised.relative.max(1.01 * crate::number::ROUNDOFF), ..normalised };
-        #[cfg(feature = "arbitrary-precision")]
-        if !meets(&found, last) {
-            return self.rounded_value(normalised);
-        }
-        self.value_of(&found, Method::DoubleDouble)
     }
 
     /// The value with as many bits as it takes, rounded to a double.
@@ -87,13 +75,6 @@ impl Case<'_> {
         let Some(found) = found else { return Ok(Value::ZERO) };
         let ([radiosity], radiosity_error) = to_doubles(from_ref(&found), self.radiosity_unit())?;
         Ok(Value { radiosity, radiosity_error, method: Method::ArbitraryPrecision })
-    }
-
-    fn certified_value<N: Number>(&self) -> Found {
-        let Some(terms) = Terms::<Ball<N>>::sum::<true, false>(self) else { return Found::ZERO };
-        let radiosity = terms.radiosity(self.receiver);
-        let (radiosity, radiosity_error) = (radiosity.value(), radiosity.value_error());
-        Found { radiosity, radiosity_error, gradient: Vec3::default(), gradient_error: 0.0 }
     }
 
     fn value_of(&self, found: &Found, method: Method) -> Result<Value, Error> {

@@ -1,12 +1,17 @@
 //! The sums of a linear emitter that is seen whole, four edges at a time, one a lane of a vector: the digits of the sums of
 //! [`super`], where all is plain ([`crate::four`]).
 
+use std::f64::consts::PI;
+
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f64x4, f64x8, mask64x8};
 
+use super::bounded::{Bound, Errors};
 use super::{LinearSum, Seen};
 use crate::arc::DOUBLE_SERIES;
-use crate::four::{Four, all, height_over_plane, logarithm, pair, plus_first, power_seen_whole, x1_clausens};
+use crate::four::{
+    Four, Weights, Whole, all, height_over_plane, logarithm, number_plus_first, pair, plus_first, power_seen_whole, x1_end,
+};
 use crate::level::{LEVEL, on_level};
 use crate::terms::Terms;
 use crate::vec3::Vec3;
@@ -16,6 +21,44 @@ use crate::{Emitter, Receiver};
 #[inline]
 pub(crate) fn whole<const GRADIENT: bool>(receiver: &Receiver, emitter: &Emitter) -> Option<(f64, Terms<f64>)> {
     on_level!(*LEVEL, simd => sums::<_, GRADIENT>(simd, receiver, emitter))
+}
+
+/// The same of a polygon that is seen whole, with lengths normalised by `power`, and a bound on their errors; where all is plain and
+/// no edge is seen past a quarter turn.
+#[inline]
+pub(crate) fn bounded(receiver: &Receiver, emitter: &Emitter, power: f64) -> Option<(Terms<f64>, Bound)> {
+    on_level!(*LEVEL, simd => bounded_sums(simd, receiver, emitter, power))
+}
+
+/// The same of a polygon that turns out to be seen whole; the sums where its size is more than `narrow` of the distance of its
+/// farthest vertex.
+#[inline]
+pub(crate) fn bounded_whole(receiver: &Receiver, emitter: &Emitter, narrow: f64) -> Option<Whole<Bound>> {
+    on_level!(*LEVEL, simd => {
+        let power = power_seen_whole(simd, receiver, emitter.polygon())?;
+        let is_near = emitter.polygon().size() * power > narrow;
+        Some(Whole { power, sums: if is_near { bounded_sums(simd, receiver, emitter, power) } else { None } })
+    })
+}
+
+#[inline(always)]
+fn bounded_sums<S: Simd>(simd: S, receiver: &Receiver, emitter: &Emitter, power: f64) -> Option<(Terms<f64>, Bound)> {
+    let polygon = emitter.polygon();
+    let mut sum = LinearSum::new(Seen::from(receiver, emitter, power, height_over_plane(simd, receiver, polygon, power)));
+    let mut errors = Errors::new(&sum, receiver, emitter, power)?;
+    let x = all(simd, receiver.position());
+    let mut rest = polygon.vertices().len();
+    let fours = polygon.four_edges();
+    for four in fours {
+        let four = Four::new(simd, four, x, f64x4::splat(simd, power))?;
+        let count = rest.min(4);
+        let added = sum.add_four::<S, true>(simd, &four, (count, fours.len() == 1))?;
+        errors.add_four(simd, &sum, (&four, &added), count)?;
+        rest -= count;
+    }
+    let terms = sum.total();
+    let bound = errors.bound(&sum, &terms);
+    Some((terms, bound))
 }
 
 #[inline(always)]
@@ -54,89 +97,182 @@ impl<S: Simd> Same<S> {
             gradient: all(simd, gradient.into()),
         }
     }
-}
 
-/// [`crate::line::Frame`] on lanes.
-struct Frame<S: Simd> {
-    toward: Vec3<f64x4<S>>,
-    along: Vec3<f64x4<S>>,
-    distance: f64x4<S>,
+    /// Of a point at r: `1/|r|`, and `n1.r` and the emission times that.
+    #[inline(always)]
+    fn from_end(&self, simd: S, r: Vec3<f64x4<S>>, square: f64x4<S>) -> [f64x4<S>; 3] {
+        let inverse = f64x4::splat(simd, 1.0) / square.sqrt();
+        [inverse, self.n1.dot(r) * inverse, (self.beta + self.gradient.dot(r)) * inverse]
+    }
 }
 
 impl LinearSum<f64> {
     /// As [`LinearSum::add`] for the first `count` lanes.
     #[inline(always)]
-    fn add_four<S: Simd, const GRADIENT: bool>(&mut self, simd: S, arcs: &Four<S>, (count, closed): (usize, bool)) -> Option<()> {
+    fn add_four<S: Simd, const GRADIENT: bool>(
+        &mut self,
+        simd: S,
+        arcs: &Four<S>,
+        (count, closed): (usize, bool),
+    ) -> Option<Added<S>> {
         let seen = Same::new(simd, self.seen);
+        let ends = Ends::new(simd, arcs, seen.height, closed);
         let length = arcs.edge_square.sqrt();
         let along = arcs.e * (f64x4::splat(simd, 1.0) / length);
-        let frame = Frame { toward: along.cross(arcs.normal), along, distance: arcs.across / length };
-        // Where all edges are here each one ends where the next one starts.
-        let end_square = if closed { arcs.start_square.rotate_elements_left::<1>() } else { arcs.end.norm_squared() };
+        let distance = arcs.across / length;
+        let outward = along.cross(seen.n2);
         let kappa = seen.n2.dot(arcs.normal);
-        let signed = frame.distance * kappa;
-        let reach = frame.distance + signed.abs();
-        let ratios = simd.combine_f64x4(end_square, reach) / simd.combine_f64x4(arcs.start_square, seen.height);
-        let (log_ratio, log_reach) = simd.split_f64x8(logarithm(simd, ratios));
-        let log_ratio = log_ratio * f64x4::splat(simd, 0.5);
-        let outward = frame.along.cross(seen.n2);
-        let flux = kappa * arcs.angle * seen.gradient.dot(outward) + log_ratio * seen.gradient.dot(frame.along);
-        let (x1, plain) = x1_terms(simd, arcs, &frame, [signed, reach, log_reach], self.seen.height);
-        if !plain.all_true() {
-            return None;
-        }
+        let [start, end] = ends.logarithm;
+        let (slope_outward, slope_along) = (seen.gradient.dot(outward), seen.gradient.dot(along));
+        let flux = kappa * arcs.angle * slope_outward + (end - start) * slope_along;
+        let x1 = x1_terms(simd, arcs, &ends, along, [distance, kappa])?;
         self.angles = plus_first(self.angles, arcs.normal * arcs.angle, count);
         self.contour = plus_first(self.contour, outward * flux, count);
-        for term in &x1.as_array()[..count] {
-            self.x1 += term;
-        }
+        self.x1 = number_plus_first(self.x1, x1.term, count);
+        let weighed = Weighed::new(simd, arcs, &ends, &seen, closed);
         if GRADIENT {
-            let seen = edge_terms(simd, arcs, &frame, &seen, (end_square, closed));
-            self.edges = plus_first(self.edges, arcs.normal * -(seen / frame.distance), count);
+            let weight = weighed.weight(simd, arcs, &seen, (along, distance));
+            self.edges = plus_first(self.edges, arcs.normal * -weight, count);
         }
-        Some(())
+        Some(Added { kappa, outward, slope_outward, slope_along, flux, ends, x1, weighed })
     }
 }
 
-/// As [`super::x1_term`], with both ends of the four segments side by side.
+/// What four arcs added, for the bound on its error.
+pub(super) struct Added<S: Simd> {
+    pub(super) kappa: f64x4<S>,
+    pub(super) outward: Vec3<f64x4<S>>,
+    /// The emission's gradient along `outward` and along the edges.
+    pub(super) slope_outward: f64x4<S>,
+    pub(super) slope_along: f64x4<S>,
+    pub(super) flux: f64x4<S>,
+    pub(super) ends: Ends<S>,
+    pub(super) x1: X1<S>,
+    pub(super) weighed: Weighed<S>,
+}
+
+/// Of the ends of four arcs. Where all edges are here each one ends where the next one starts.
+pub(super) struct Ends<S: Simd> {
+    /// `|r|^2`.
+    pub(super) square: [f64x4<S>; 2],
+    /// `ln(r/h)`.
+    pub(super) logarithm: [f64x4<S>; 2],
+}
+
+/// What four segments add to X1, and what both their ends are made of, the starts before the ends.
+pub(super) struct X1<S: Simd> {
+    pub(super) term: f64x4<S>,
+    pub(super) s: f64x8<S>,
+    pub(super) d: f64x8<S>,
+    pub(super) distance: f64x8<S>,
+    pub(super) phi: f64x8<S>,
+    pub(super) psi: f64x8<S>,
+    pub(super) beyond: mask64x8<S>,
+    /// The logarithm of the quotient.
+    pub(super) quotient: f64x4<S>,
+}
+
+/// What an edge's weight is made of: of its ends `1/|r|`, and n1 along r and the emission times that.
+pub(super) struct Weighed<S: Simd> {
+    pub(super) inverse: [f64x4<S>; 2],
+    pub(super) cosine: [f64x4<S>; 2],
+    pub(super) emission: [f64x4<S>; 2],
+    pub(super) weights: Weights<S>,
+}
+
+impl<S: Simd> Ends<S> {
+    #[inline(always)]
+    fn new(simd: S, arcs: &Four<S>, height: f64x4<S>, closed: bool) -> Self {
+        let (start, half, square) = (arcs.start_square, f64x4::splat(simd, 0.5), height * height);
+        let first = logarithm(simd, start / square) * half;
+        if closed {
+            return Self { square: [start, next(start)], logarithm: [first, next(first)] };
+        }
+        let end = arcs.end.norm_squared();
+        Self { square: [start, end], logarithm: [first, logarithm(simd, end / square) * half] }
+    }
+}
+
+#[inline(always)]
+fn next<S: Simd>(ends: f64x4<S>) -> f64x4<S> {
+    ends.rotate_elements_left::<1>()
+}
+
+#[inline(always)]
+pub(super) fn both<S: Simd>(simd: S, [start, end]: [f64x4<S>; 2]) -> f64x8<S> {
+    simd.combine_f64x4(start, end)
+}
+
+#[inline(always)]
+pub(super) fn twice<S: Simd>(simd: S, number: f64x4<S>) -> f64x8<S> {
+    simd.combine_f64x4(number, number)
+}
+
+/// As [`super::x1_term`], with both ends of the four segments side by side; where all is plain.
 #[inline(always)]
 fn x1_terms<S: Simd>(
     simd: S,
     arcs: &Four<S>,
-    frame: &Frame<S>,
-    [signed, reach, log_reach]: [f64x4<S>; 3],
-    height: f64,
-) -> (f64x4<S>, mask64x8<S>) {
+    ends: &Ends<S>,
+    along: Vec3<f64x4<S>>,
+    [distance, kappa]: [f64x4<S>; 2],
+) -> Option<X1<S>> {
+    let (signed, zero, one) = (distance * kappa, f64x4::splat(simd, 0.0), f64x8::splat(simd, 1.0));
     let d = signed.abs();
-    let (d_twice, reach_twice) = (simd.combine_f64x4(d, d), simd.combine_f64x4(reach, reach));
-    let across = frame.distance * d;
-    let s = simd.combine_f64x4(arcs.start.dot(frame.along), arcs.end.dot(frame.along));
-    let height = f64x8::splat(simd, height);
-    let turned = [s * height * height / reach_twice, simd.combine_f64x4(across, across) + s * s];
-    let (clausens, plain) = x1_clausens(simd, [s, d_twice], turned);
-    let (starts, ends) = simd.split_f64x8(clausens);
-    let term = arcs.angle * log_reach - (ends - starts) * f64x4::splat(simd, 0.25);
-    let zero = f64x4::splat(simd, 0.0);
+    let reach = distance + d;
+    let s = simd.combine_f64x4(arcs.start.dot(along), arcs.end.dot(along));
+    let (d, distance, reaches) = (twice(simd, d), twice(simd, distance), twice(simd, reach * reach));
+    let square = s * s;
+    let beyond = square.simd_gt(d * distance);
+    let above = beyond.select(square * reaches * f64x8::splat(simd, 4.0), one);
+    let below = beyond.select((d * d + square) * both(simd, ends.square), one);
+    let ([term, phi, psi], plain) = x1_end(simd, s.abs(), [d, distance], both(simd, ends.logarithm), beyond);
+    if !plain.all_true() {
+        return None;
+    }
+    let back = s.simd_lt(f64x8::splat(simd, 0.0));
+    let (start, end) = simd.split_f64x8(back.select(-term, term));
+    let ((start_above, end_above), (start_below, end_below)) =
+        (simd.split_f64x8(back.select(below, above)), simd.split_f64x8(back.select(above, below)));
+    let quotient = logarithm(simd, (end_above * start_below) / (end_below * start_above));
+    let term = (end - start) + quotient * f64x4::splat(simd, PI * 0.25);
     let term = signed.simd_lt(zero).select(-term, term);
-    (signed.simd_eq(zero).select(zero, term), plain)
+    let term = signed.simd_eq(zero).select(zero, term);
+    Some(X1 { term, s, d, distance, phi, psi, beyond, quotient })
 }
 
-/// As `LinearSum::add_edge` with [`crate::arc::Arc::moments`]: `toward . V`.
+impl<S: Simd> Weighed<S> {
+    #[inline(always)]
+    fn new(simd: S, arcs: &Four<S>, ends: &Ends<S>, seen: &Same<S>, closed: bool) -> Self {
+        let [q1, c1, b1] = seen.from_end(simd, arcs.start, ends.square[0]);
+        let [q2, c2, b2] = if closed { [next(q1), next(c1), next(b1)] } else { seen.from_end(simd, arcs.end, ends.square[1]) };
+        Self { inverse: [q1, q2], cosine: [c1, c2], emission: [b1, b2], weights: Weights::new(simd, arcs, [q1, q2]) }
+    }
+
+    /// As `LinearSum::weight`.
+    #[inline(always)]
+    fn weight(&self, simd: S, arcs: &Four<S>, seen: &Same<S>, frame: (Vec3<f64x4<S>>, f64x4<S>)) -> f64x4<S> {
+        let weight = self.weights.of(self.emission, self.cosine);
+        let near = arcs.inline.simd_ge(f64x4::splat(simd, 0.0));
+        if near.all_true() { weight } else { near.select(weight, weights_in_frame(simd, arcs, seen, frame, self.inverse)) }
+    }
+}
+
+/// The same with [`crate::arc::Arc::moments`].
 #[inline(always)]
-fn edge_terms<S: Simd>(
+fn weights_in_frame<S: Simd>(
     simd: S,
     arcs: &Four<S>,
-    frame: &Frame<S>,
     seen: &Same<S>,
-    (end_square, closed): (f64x4<S>, bool),
+    (along, distance): (Vec3<f64x4<S>>, f64x4<S>),
+    [q1, q2]: [f64x4<S>; 2],
 ) -> f64x4<S> {
     let (zero, half, one, two) =
         (f64x4::splat(simd, 0.0), f64x4::splat(simd, 0.5), f64x4::splat(simd, 1.0), f64x4::splat(simd, 2.0));
-    let q1 = one / arcs.start_square.sqrt();
-    let q2 = if closed { q1.rotate_elements_left::<1>() } else { one / end_square.sqrt() };
+    let toward = along.cross(arcs.normal);
     let (sin, cos) = (arcs.across * q1 * q2, arcs.inline * q1 * q2);
-    let (c1, c2) = (arcs.start.dot(frame.toward) * q1, arcs.end.dot(frame.toward) * q2);
-    let (s1, s2) = (arcs.start.dot(frame.along) * q1, arcs.end.dot(frame.along) * q2);
+    let (c1, c2) = (arcs.start.dot(toward) * q1, arcs.end.dot(toward) * q2);
+    let (s1, s2) = (arcs.start.dot(along) * q1, arcs.end.dot(along) * q2);
     let (wide, thin) = ((arcs.angle + sin) * half, half_angle_minus_sine(simd, arcs.angle, sin));
     let near = cos.simd_ge(zero);
     let (c, s) = (near.select(c1 + c2, c2 - c1), near.select(s1 + s2, s2 - s1));
@@ -144,10 +280,10 @@ fn edge_terms<S: Simd>(
     let (cc, ss) = (c * c, s * s);
     let scale = one / (two * (one + cos.abs()));
     let (cc, cs, ss) = ((on * cc + off * ss) * scale, cross * c * s * scale, (on * ss + off * cc) * scale);
-    let (p1, p2) = (seen.n1.dot(frame.toward), seen.n1.dot(frame.along));
-    let (g1, g2) = (seen.gradient.dot(frame.toward), seen.gradient.dot(frame.along));
+    let (p1, p2) = (seen.n1.dot(toward), seen.n1.dot(along));
+    let (g1, g2) = (seen.gradient.dot(toward), seen.gradient.dot(along));
     let mixed = g1 * p2 + g2 * p1;
-    seen.beta * (cc * p1 + cs * p2) + frame.distance * (g1 * p1 * cc + mixed * cs + g2 * p2 * ss)
+    (seen.beta * (cc * p1 + cs * p2) + distance * (g1 * p1 * cc + mixed * cs + g2 * p2 * ss)) / distance
 }
 
 /// As that of [`crate::arc`].

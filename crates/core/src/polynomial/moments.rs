@@ -100,7 +100,7 @@ mod tests {
     use super::*;
     use crate::arc::Arc;
     use crate::line::{Line, Sighted};
-    use crate::linear::x1_term;
+    use crate::linear::{logarithms, x1_term};
     use crate::polynomial::segment::{Segment, on_line};
     use crate::vec3::Vec3;
 
@@ -122,7 +122,7 @@ mod tests {
             let powers = on_line(segment.over_square().to_vec(), foot, [frame.along.x, frame.along.y]);
             contour.flux[0].add_scaled(&powers, outward.x);
             contour.flux[1].add_scaled(&powers, outward.y);
-            contour.x1 += x1_term(&arc, &frame, frame.normal.z, HEIGHT);
+            contour.x1 += x1_term(&arc, &frame, frame.normal.z, HEIGHT, logarithms(&arc, HEIGHT));
             contour.facing += 0.5 * arc.angle * frame.normal.z;
         }
         contour

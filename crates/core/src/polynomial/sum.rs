@@ -19,7 +19,7 @@ use super::moments::Contour;
 use super::plane::InPlane;
 use super::segment::{Segment, on_line};
 use crate::arc::{Arc, Generator};
-use crate::linear::{segment_frame, x1_term};
+use crate::linear::{logarithms, segment_frame, x1_term};
 use crate::plan::{height_over_plane, unit_normal};
 use crate::real::Real;
 use crate::vec3::Vec3;
@@ -87,7 +87,7 @@ impl<T: Real> PolynomialSum<T> {
         for (flux, nu) in self.contour.flux.iter_mut().zip(outward) {
             flux.add_scaled(&powers, nu);
         }
-        self.contour.x1 = self.contour.x1 + x1_term(arc, &frame, kappa, height);
+        self.contour.x1 = self.contour.x1 + x1_term(arc, &frame, kappa, height, logarithms(arc, height));
         self.contour.facing = self.contour.facing + arc.angle * kappa * T::exact(0.5);
         if GRADIENT {
             self.add_edge(arc, &segment, foot, along);

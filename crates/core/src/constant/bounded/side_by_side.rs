@@ -4,9 +4,9 @@
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f64x4};
 
-use super::{AngleError, BoundedSum, Whole, length};
+use super::{AngleError, BoundedSum, length};
 use crate::constant::side_by_side::weigh;
-use crate::four::{Four, all, plus_first, power_seen_whole};
+use crate::four::{Four, Whole, all, plus_first, power_seen_whole};
 use crate::level::{LEVEL, on_level};
 use crate::number::ROUNDOFF;
 use crate::terms::Terms;
@@ -21,7 +21,7 @@ pub(super) fn bounded(receiver: &Receiver, polygon: &Polygon, power: f64) -> Opt
 
 /// As [`BoundedSum::whole`].
 #[inline]
-pub(super) fn bounded_whole(receiver: &Receiver, polygon: &Polygon, narrow: f64) -> Option<Whole> {
+pub(super) fn bounded_whole(receiver: &Receiver, polygon: &Polygon, narrow: f64) -> Option<Whole<BoundedSum>> {
     on_level!(*LEVEL, simd => {
         let power = power_seen_whole(simd, receiver, polygon)?;
         let is_near = polygon.size() * power > narrow;
