@@ -4,10 +4,7 @@
 //! its weight is a times the product of the two. For a and b as rounded each coordinate errs by 2u of itself, the weight by 5u
 //! with the roundings of the rule.
 
-use super::rules::{LANES, rule};
-
-/// Largest number of nodes in one variable.
-pub(super) const MOST: usize = 8;
+use super::rules::{LANES, MOST, rule};
 
 /// So many sets of lanes hold the products of the rules with 1, 2, ... nodes.
 const SETS: [usize; MOST] = {
@@ -65,6 +62,11 @@ static PRODUCTS: [Nodes; ALL] = {
     }
     products
 };
+
+/// Sets of lanes that hold the products of the rule with `count` nodes.
+pub(super) const fn sets(count: usize) -> usize {
+    SETS[count - 1]
+}
 
 /// The nodes with `count`, 1 to [`MOST`], in each variable.
 #[inline]

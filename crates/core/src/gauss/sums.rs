@@ -201,7 +201,7 @@ impl Triangle<'_> {
     /// Whether all nodes are in one row ([`square`]).
     fn is_square(&self) -> bool {
         let [rows, row] = self.rule.grid;
-        rows == row && rows.panels == 1 && rows.count <= square::MOST
+        rows == row && rows.panels == 1
     }
 
     /// The sums over the nodes of a square, with the emission as a function of their barycentric coordinates and of a.
@@ -260,7 +260,7 @@ impl Triangle<'_> {
         let [rows, row] = self.rule.grid;
         let over_lanes = rules::LANES.ilog2() as usize;
         if self.is_square() {
-            let sets = square::square(rows.count).len();
+            let sets = square::sets(rows.count);
             return sets.min(GROUP) - 1 + sets.div_ceil(GROUP) - 1 + over_lanes;
         }
         let in_row = row.panels * row.count.div_ceil(rules::LANES) - 1;

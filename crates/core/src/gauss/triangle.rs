@@ -101,6 +101,17 @@ impl Rule {
     }
 }
 
+/// As many nodes in both variables where they take no more sets of lanes than rows of their own.
+fn squared(grid: [Grid; 2]) -> [Grid; 2] {
+    let [rows, row] = grid;
+    let count = rows.count.max(row.count);
+    let is_cheaper = rows.panels * row.panels == 1 && square::sets(count) <= rows.count * row.count.div_ceil(rules::LANES);
+    if is_cheaper { [Grid { panels: 1, count }; 2] } else { grid }
+}
+
+/// So many nodes both variables have without a plan for the one that may need fewer.
+const FEW: usize = 8;
+
 /// What bounds the integrand on a triangle.
 struct Reach {
     /// Lower bound of the distance of the centroid less that of the corners from it.
@@ -187,13 +198,13 @@ impl Scene<'_> {
         // The Jacobian a is at most 1 + (A - 1)/2p in its own variable on p panels, and 1/2 on average in the other.
         let of_own = |overhang| 1.0 + overhang;
         let (grid, truncation) = match self.nodes(&bounds, 0.5 * larger(leg, base), |stretch| of_own(0.5 * (stretch - 1.0))) {
-            Some((count, bound)) if count <= square::MOST && self.source.degree() <= 2 * count => {
+            Some((count, bound)) if count <= FEW && self.source.degree() <= 2 * count => {
                 ([Grid { panels: 1, count }; 2], bound + bound + bound)
             }
             _ => {
                 let (along, bound) = self.grid(&bounds, 0.5 * leg, of_own)?;
                 let (across, other) = self.grid(&bounds, 0.5 * base, |_| 0.5)?;
-                ([along, across], bound + other)
+                (squared([along, across]), bound + other)
             }
         };
         Some(Rule { grid, truncation, nearest, farthest, leg, base })
@@ -202,7 +213,7 @@ impl Scene<'_> {
     /// The cheapest grid for one variable, and the bound on what it leaves.
     fn grid(&self, reach: &Reach, half: f64, jacobian: impl Fn(f64) -> f64) -> Option<(Grid, Bound)> {
         /// So few nodes are never half as many on half the length.
-        const FEW: usize = 6;
+        const UNDIVIDED: usize = 6;
         let mut best: Option<(Grid, Bound)> = None;
         for panels in [1, 2, 4, 8] {
             let share = 1.0 / panels as f64;
@@ -213,7 +224,7 @@ impl Scene<'_> {
                 break;
             }
             best = Some((grid, bound));
-            if count <= FEW {
+            if count <= UNDIVIDED {
                 break;
             }
         }
