@@ -179,12 +179,8 @@ mod tests {
             let y = x * ratio;
             let x = if i % 3 == 0 { -x } else { x };
             let t = [random.random_range(-PI..PI) * 0.5, 0.5 * PI - small, small][i % 3];
-            let scalars = [
-                arc_tangent::atan2(y, x),
-                arc_tangent::atan2(y, x.abs()),
-                crate::logarithm::ln(y),
-                dilogarithm::clausen_rest(t),
-            ];
+            let scalars =
+                [arc_tangent::atan2(y, x), arc_tangent::atan2(y, x.abs()), crate::logarithm::ln(y), dilogarithm::clausen_rest(t)];
             for level in levels() {
                 assert_eq!(on_level!(level, simd => all(simd, [y, x, t])), scalars, "{y:e} {x:e} {t:e}");
             }

@@ -9,6 +9,7 @@
 use std::array::from_ref;
 
 use super::{Budget, Case, Found, WIDE_BESIDE_RUNNING};
+use crate::Error;
 #[cfg(feature = "arbitrary-precision")]
 use crate::big::{Big, Enclosure, Magnitude, PRECISIONS, Refined, enough_for_doubles, refined, relative_error, to_doubles};
 use crate::certify::Ball;
@@ -20,7 +21,6 @@ use crate::number::Number;
 use crate::real::Real;
 use crate::terms::Terms;
 use crate::vec3::Vec3;
-use crate::Error;
 
 impl Tolerance {
     /// The error that is allowed of a value.

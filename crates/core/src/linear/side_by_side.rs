@@ -9,7 +9,9 @@ use fearless_simd::{Simd, f64x4, f64x8, mask64x8};
 use super::bounded::{Bound, Errors};
 use super::{LinearSum, Seen};
 use crate::arc::DOUBLE_SERIES;
-use crate::four::{Four, Weights, all, height_over_plane, logarithm, number_plus_first, pair, plus_first, power_seen_whole, x1_end};
+use crate::four::{
+    Four, Weights, all, height_over_plane, logarithm, number_plus_first, pair, plus_first, power_seen_whole, x1_end,
+};
 use crate::level::{LEVEL, on_level};
 use crate::terms::Terms;
 use crate::vec3::Vec3;
