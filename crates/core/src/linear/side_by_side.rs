@@ -214,7 +214,7 @@ fn x1_terms<S: Simd>(
     let square = s * s;
     let beyond = square.simd_gt(d * distance);
     let above = beyond.select(square * reaches * f64x8::splat(simd, 4.0), one);
-    let below = beyond.select((d * d + square) * both(simd, ends.square), one);
+    let below = beyond.select((d * d + square) * (distance * distance + square), one);
     let ([term, phi, psi], plain) = x1_end(simd, s.abs(), [d, distance], both(simd, ends.logarithm), beyond);
     if !plain.all_true() {
         return None;
