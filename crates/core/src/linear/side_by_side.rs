@@ -89,7 +89,7 @@ impl<S: Simd> Same<S> {
 
     /// Of a point at r: `1/|r|`, and `n1.r` and the emission times that.
     #[inline(always)]
-    fn from_end(&self, simd: S, r: Vec3<f64x4<S>>, square: f64x4<S>) -> [f64x4<S>; 3] {
+    fn at_end(&self, simd: S, r: Vec3<f64x4<S>>, square: f64x4<S>) -> [f64x4<S>; 3] {
         let inverse = f64x4::splat(simd, 1.0) / square.sqrt();
         [inverse, self.n1.dot(r) * inverse, (self.beta + self.gradient.dot(r)) * inverse]
     }
@@ -233,8 +233,8 @@ fn x1_terms<S: Simd>(
 impl<S: Simd> Weighed<S> {
     #[inline(always)]
     fn new(simd: S, arcs: &Four<S>, ends: &Ends<S>, seen: &Same<S>, closed: bool) -> Self {
-        let [q1, c1, b1] = seen.from_end(simd, arcs.start, ends.square[0]);
-        let [q2, c2, b2] = if closed { [next(q1), next(c1), next(b1)] } else { seen.from_end(simd, arcs.end, ends.square[1]) };
+        let [q1, c1, b1] = seen.at_end(simd, arcs.start, ends.square[0]);
+        let [q2, c2, b2] = if closed { [next(q1), next(c1), next(b1)] } else { seen.at_end(simd, arcs.end, ends.square[1]) };
         Self { inverse: [q1, q2], cosine: [c1, c2], emission: [b1, b2], weights: Weights::new(simd, arcs, [q1, q2]) }
     }
 
