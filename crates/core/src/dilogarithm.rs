@@ -85,7 +85,7 @@ mod tests {
     use crate::number::ROUNDOFF;
 
     #[test]
-    #[allow(clippy::excessive_precision, reason = "a table as computed at higher precision")]
+    #[allow(clippy::excessive_precision, clippy::approx_constant, reason = "a table as computed at higher precision")]
     fn it_gives_the_values_of_clausens_function() {
         // 17 digits from the defining integral of Cl2 at 40 digits, at the doubles given.
         let table: [(f64, f64); 10] = [

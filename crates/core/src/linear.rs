@@ -193,7 +193,7 @@ pub(crate) fn x1_term<T: Real>(arc: &Arc<T>, frame: &Frame<T>, kappa: T, height:
     let distances = [d, frame.distance, frame.distance + d];
     let at = |end: &Sighted<T>, logarithm: T| {
         let s = end.point.dot(frame.along);
-        X1End::new(s.abs(), distances, (end.square, logarithm), height).on_side_of(s)
+        X1End::new(s.abs(), distances, logarithm, height).on_side_of(s)
     };
     let (start, end) = (at(&arc.start, logarithms[0]), at(&arc.end, logarithms[1]));
     let beyond = (end.above * start.below) / (end.below * start.above);
@@ -217,7 +217,7 @@ impl<T: Real> X1End<T> {
     ///
     /// Where d and s are both about 0 phi is not known, but the integral from 0 to it is at most `pi/4 (d^2 + s^2)/h^2`.
     #[inline]
-    fn new(s: T, [d, distance, reach]: [T; 3], (square, logarithm): (T, T), height: T) -> Self {
+    fn new(s: T, [d, distance, reach]: [T; 3], logarithm: T, height: T) -> Self {
         let (one, foot_square) = (T::exact(1.0), d * d + s * s);
         let moved = s.error() + d.error();
         if foot_square.size() <= moved * moved * 16.0 {
@@ -227,11 +227,16 @@ impl<T: Real> X1End<T> {
         let (phi, psi) = (s.atan2(d), s.atan2(distance));
         let sum = phi + psi;
         let plain = phi * logarithm + (phi.clausen_rest() * T::exact(2.0) - (phi - psi).clausen_rest());
-        if (s * s).value() <= (d * distance).value() {
+        let square = s * s;
+        if square.value() <= (d * distance).value() {
             return Self { term: plain - sum.clausen_rest(), above: one, below: one };
         }
         let beyond = (T::pi() - sum).clausen_rest() - T::pi() * T::exact(0.5);
-        Self { term: plain + beyond, above: s * s * (reach * reach) * T::exact(4.0), below: foot_square * square }
+        Self {
+            term: plain + beyond,
+            above: square * (reach * reach) * T::exact(4.0),
+            below: foot_square * (distance * distance + square),
+        }
     }
 
     /// `self` is at the magnitude of s.

@@ -1,39 +1,45 @@
-//! A bound on the errors of the sums of a linear emitter that is seen whole, derived, not run: four edges at a time, one a lane.
+//! A bound on the errors of the sums of a linear emitter that is seen whole, derived, not run: four edges at a time, one a
+//! lane.
 //!
-//! u = 2^-53, first order; 0.1 % on top pays for the rest. What is next to underflow, past a quarter turn, straight below a vertex
-//! to 1e-10, or has a gradient or a height of few digits is not bounded here. As in `crate::constant::bounded`: w errs by `ew`,
-//! the angle g by `dg = min(g, 1) (ew + 8u) + 4ug`, its sine by `g (ew + 14u)`, N by ew across and 3.5u along itself, |r|^2 by 5u.
-//! With G the length of gB, which errs by 2u, n2 by 2u and n1 by u:
+//! u = 2^-53, first order; 0.2 % on top pays for the rest. What is next to underflow, past a quarter turn, straight below a
+//! vertex to 1e-10, or has a normal, a gradient or a height of few digits is not bounded here. As in
+//! `crate::constant::bounded`: w errs by `ew`, the angle g by `dg = min(g, 1) (ew + 8u) + 4ug`, its sine by `g (ew + 14u)`, N
+//! by ew across and 3.5u along itself, |r|^2 by 5u. What w errs by turns N or changes g: in a product of the vector `g N` with
+//! another one that is `g ew` in all, beside `min(g, 1) 8u + 7.5ug` of the product's own share of g. With G the length of gB,
+//! which errs by u like n1 and n2:
 //!
-//! - `along` errs by 4.5u of itself and 2u, S by `ew + 7u`, `kappa = n2.N` by `ew + 6u + 3.5u |kappa|`, and so
-//!   `d = S |kappa|` by `dd = S (ew + 6u) + d (ew + 11.5u)`; `s = r.along` by `4.5us + 6u|r|`.
-//! - The product of the vectors `nu = along x n2` and gB errs by 4.5u of itself and 11.5uG, that of nu and n1 by 4.5u and 7.5u, that
-//!   of `along` and gB by 4.5u and 7uG.
-//! - `l = ln(r/h)` errs by `3.5u + dh/h + 3ul`, and the difference of two of them, in which h is the same, by `6u + 3u (l1 + l2)` and
-//!   its rounding. The height errs by `dh`, its own rounding and what is not known of the plane.
-//! - `Phi.n1` and `gB.Phi` err by half the sums of `|n1.N| (dg + 3.5ug) + g (ew + 2u)` and of the same with gB, and 5u of |Phi|.
+//! - `along` errs by 4.5u of itself and 2u, S by `ew + 7u`, `kappa = n2.N` by `ew + 5u + 3.5u |kappa|`, and so `d = S |kappa| =
+//!   |n2.w|/|e|` by `dd = S (ew + 5u) + 11.5ud`; `s = r.along` by `4.5us + 6u|r|`.
+//! - The product of the vectors `nu = along x n2` and gB errs by 4.5u of itself and 9.5uG, that of nu and n1 by 4.5u and 6.5u,
+//!   that of `along` and gB by 4.5u and 6uG.
+//! - `l = ln(r/h)` errs by `3.5u + dh/h + 3ul`, and the difference of two of them, in which h is the same, by `6u + 3u (l1 +
+//!   l2)` and its rounding. The height errs by `dh`, its own rounding and what is not known of the plane.
+//! - `Phi.n1` and `gB.Phi` err by half the sums of `|n1.N| (min(g, 1) 8u + 7.5ug) + g (ew + 2u)` and of the same with gB, and
+//!   5u of |Phi|.
 //!
-//! An end of a segment adds `phi l + 2 J(phi) - J(phi - psi) - J(phi + psi)` to X1. Its derivatives are at most `l + phi psi` with
-//! respect to phi, `phi psi` to psi, and phi to l, past a right angle too (a test looks).
-//! - `dphi = (d ds + s dd)/rho^2 + 4u phi = [sd (ew + 16u) + 6u d|r| + sS (ew + 6u)]/rho^2 + 4u phi`;
+//! An end of a segment adds `phi l + 2 J(phi) - J(phi - psi) - J(phi + psi)` to X1. Its derivatives are at most `l + min(phi
+//! psi, 1)` with respect to phi, `min(phi psi, 1/2)` to psi, and phi to l, past a right angle too (a test looks).
+//! - `dphi = (d ds + s dd)/rho^2 + 4u phi = [16u sd + 6u d|r| + sS (ew + 5u)]/rho^2 + 4u phi`;
 //! - `dpsi <= 6u + psi (ew + 15.5u)`, as `s S/r^2 <= psi`;
-//! - J errs by 6u of itself and is at most `0.0622 x^3`, its derivative at most `0.203 x^2`: with the differences of angles and the
-//!   sums, in which no partial sum is above `phi l + 0.13 phi^3`, `u [5 phi l + 2.4 phi^3 + 3.5 phi psi^2]`;
-//! - past a right angle another 9u, from pi and the larger sums; and in the logarithm's quotient `s^2/rho^2` errs by `3ew + 31u + 6u
-//!   |r|/S`, since there `d^2 <= dS < s^2`, the square of `S + d` by `4ew + 29u`, |r|^2 by 5u and the products by 5u: times pi/4;
-//! - the logarithm itself by 5.6u with what follows; where d may have either sign the two segments, `pi |d|/h` at most, are apart by
-//!   `16 dd/h` at most.
+//! - J errs by 6u of itself and is at most `0.0622 x^3`, its derivative at most `0.203 x^2`: with the differences of angles and
+//!   the sums, in which no partial sum is above `phi l + 0.13 phi^3`, `u [5 phi l + 2.4 phi^3 + 3.5 phi psi^2]`;
+//! - past a right angle another 9u, from pi and the larger sums, and `pi/2` times what `ln(2 s (S + d)/(rho r))` errs by. Of
+//!   its derivatives that to s is `d^2/(s rho^2) - s/r^2`, and `d^2 <= dS < s^2` there: `u (7.5 + 3|r|/S)`; those to S and d
+//!   are `s^2 - dS` over `(S + d) r^2` and `(S + d) rho^2`, at most `(s^2 - dS)/((S + d) rho^2) [S (2ew + 12u) + 11.5ud]`
+//!   together; and 5.5u of rounding;
+//! - the logarithm itself by 5.6u with what follows; where d may have either sign the two segments, `pi |d|/h` at most, are
+//!   apart by `16 dd/h` at most.
 //!
-//! The flux `kappa g gB.nu + (l2 - l1) gB.along` follows. The emission at a vertex errs by `db = dbeta + 6uG|r| + u|b|`, with
-//! `dbeta = 6uG|r_0| + u|beta|` and what is not known of the emission; `p = b/|r|` by `db/|r| + 5.5u|p|`. The weight of an edge, `T (g +
-//! sin g)/4 (p + p')(c + c') + psi (p' - p)(c' - c)`, errs as the constant's with `p` for `1/|r|`: with P and s the sums of sizes,
-//! `dc = 10u + 6.5us` and dp both errors of p,
+//! The flux `kappa g gB.nu + (l2 - l1) gB.along` follows. The emission at a vertex errs by `db = dbeta + 5uG|r| + u|b|`, with
+//! `dbeta = 5uG|r_0| + u|beta|` and what is not known of the emission; `p = b/|r|` by `db/|r| + 5.5u|p|`. The weight of an
+//! edge, `T (g + sin g)/4 (p + p')(c + c') + psi (p' - p)(c' - c)`, errs as the constant's with `p` for `1/|r|`: with P and s
+//! the sums of sizes, `dc = 10u + 6.5us` and dp both errors of p,
 //! - `(T/4) [P s (dg + ds) + (g + sin g) (s dp + P (14us + dc))]` in the first term,
 //! - `g [0.11 P dg + 0.091 (g dp + 6ugP + P dc)]` in the second, and 5.5u and ew of the whole in the product with N.
 //!
-//! Each sum of n terms adds `(n - 1) u` of the sum of sizes. At the end `R = G|X1|/2 + sum|flux|/2 + |gB.Phi|` bounds all partial sums
-//! of q; `q.n1` errs by half of `|gB.n1| dX1` and of the contour's error, `|n1.n2|` of that of gB.Phi, and 11uR. The gradient's first
-//! two terms are at right angles.
+//! Each sum of n terms adds `(n - 1) u` of the sum of sizes. At the end `R = G|X1|/2 + sum|flux|/2 + |gB.Phi|` bounds all
+//! partial sums of q; `q.n1` errs by half of `|gB.n1| dX1` and of the contour's error, `|n1.n2|` of that of gB.Phi, and 9uR.
+//! The gradient's first two terms are at right angles.
 
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f64x4, f64x8};
@@ -55,7 +61,10 @@ pub(crate) struct Bound {
 }
 
 /// Pays for terms of second order in the errors.
-const SECOND_ORDER: f64 = 1.001;
+const SECOND_ORDER: f64 = 1.002;
+
+/// Beside the rounding of what is known beyond doubles.
+const NEGLIGIBLE: f64 = ROUNDOFF / 2048.0;
 
 /// Errors in units of roundoff: of what is given, and sums over the edges.
 #[derive(Debug, Clone, Copy)]
@@ -83,9 +92,9 @@ impl Errors {
         let unknown = reach * (polygon.normal_error() + 8.0 * UNIT) + defect;
         let height = seen.height + unknown * (1.0 / ROUNDOFF);
         let lost = (2.0 * steepness * defect + emission.residual) * (1.0 / ROUNDOFF);
-        let beta = 6.0 * steepness * to_first.norm_squared().sqrt() + seen.beta.abs() + lost;
+        let beta = 5.0 * steepness * to_first.norm_squared().sqrt() + seen.beta.abs() + lost;
         let gradient = 2.0 * emission.gradient_error() / power;
-        let is_known = gradient <= ROUNDOFF * steepness && height <= 1e10 * seen.height;
+        let is_known = polygon.normal_error() <= NEGLIGIBLE && gradient <= NEGLIGIBLE * steepness && height <= 1e10 * seen.height;
         let additions = (polygon.vertices().len() - 1) as f64;
         let none = Vec3::new(0.0, 0.0, 0.0);
         is_known.then_some(Self { steepness, beta, height, additions, first: none, second: none })
@@ -108,29 +117,31 @@ impl Errors {
         // As `Line::relative_error`: plain edges pass at a quarter of the distance at least.
         let ew = (arcs.start_square * arcs.edge_square).sqrt() / arcs.across * 3.5 + 1.0;
         let g = arcs.angle;
-        let (dg, ds) = (g.min(f64x4::splat(simd, 1.0)) * (ew + 8.0) + g * 4.0, g * (ew + 14.0));
-        let (of_angle, across) = (dg + g * 3.5, g * (ew + (2.0 + self.additions)));
+        let least = g.min(f64x4::splat(simd, 1.0));
+        let turned = least * 8.0 + g * 4.0;
+        let (dg, ds) = (turned + least * ew, g * (ew + 14.0));
+        let (of_angle, across) = (turned + g * 3.5, g * (ew + (2.0 + self.additions)));
         let angles = n1.dot(arcs.normal).abs() * of_angle + across;
         let slopes = gradient.dot(arcs.normal).abs() * of_angle + across * self.steepness;
         let x1 = self.x1(simd, sum.seen.height, ew, added)?;
         self.first = plus_first(self.first, Vec3::new(angles, slopes, x1), count);
         let flux = added.flux.abs();
-        let (facing, of_flux) = (n1.dot(added.outward).abs(), self.flux(ew, [g, dg], added));
-        let contour = facing * (of_flux + flux * 4.5) + flux * (self.additions + 9.0);
+        let (facing, of_flux) = (n1.dot(added.outward).abs(), self.flux(ew, [g, turned], added));
+        let contour = facing * (of_flux + flux * 4.5) + flux * (self.additions + 8.5);
         let edges = self.edges(simd, ew, [g, dg, ds], added);
         self.second = plus_first(self.second, Vec3::new(contour, edges, flux), count);
         Some(())
     }
 
     #[inline(always)]
-    fn flux<S: Simd>(&self, ew: f64x4<S>, [g, dg]: [f64x4<S>; 2], added: &Added<S>) -> f64x4<S> {
+    fn flux<S: Simd>(&self, ew: f64x4<S>, [g, of_g]: [f64x4<S>; 2], added: &Added<S>) -> f64x4<S> {
         let (kappa, outward, along) = (added.kappa.abs(), added.slope_outward.abs(), added.slope_along.abs());
         let [start, end] = added.ends.logarithm;
         let difference = (end - start).abs();
         let of_difference = (start.abs() + end.abs()) * 3.0 + 6.0 + difference;
         let turned = kappa * g;
-        let first = outward * (g * (ew + 6.0) + kappa * dg + turned * 10.0) + turned * (11.5 * self.steepness);
-        first + along * (of_difference + difference * 5.5) + difference * (7.0 * self.steepness) + added.flux.abs()
+        let first = outward * (g * (ew + 5.0) + kappa * of_g + turned * 10.0) + turned * (9.5 * self.steepness);
+        first + along * (of_difference + difference * 5.5) + difference * (6.0 * self.steepness) + added.flux.abs()
     }
 
     #[inline(always)]
@@ -144,14 +155,18 @@ impl Errors {
             return None;
         }
         let w = twice(simd, ew);
-        let of_phi = (s * (d * (w + 16.0) + distance * (w + 6.0)) + d * r * 6.0) / foot_square + phi * 4.0;
+        let of_phi = (s * (d * 16.0 + distance * (w + 5.0)) + d * r * 6.0) / foot_square + phi * 4.0;
+        let (half, one) = (f64x8::splat(simd, 0.5), f64x8::splat(simd, 1.0));
         let (product, of_psi) = (phi * psi, psi * (w + 15.5) + 6.0);
         let of_logarithm = logarithm * 8.0 + (3.5 + self.height / height);
-        let of_end = (logarithm + product) * of_phi + product * of_psi + phi * (of_logarithm + phi * phi * 2.4 + psi * psi * 3.5);
-        let past = r * 4.72 / distance + w * 5.5 + 62.0;
+        let of_end = (logarithm + product.min(one)) * of_phi
+            + product.min(half) * of_psi
+            + phi * (of_logarithm + phi * phi * 2.4 + psi * psi * 3.5);
+        let far = (s * s - d * distance) / ((distance + d) * foot_square);
+        let past = r * 4.72 / distance + far * (distance * (w * 3.15 + 19.0) + d * 18.1) + 30.0;
         let (start, end) = simd.split_f64x8(of_end + x1.beyond.select(past, f64x8::splat(simd, 0.0)));
         let (d, distance) = (simd.split_f64x8(d).0, simd.split_f64x8(distance).0);
-        let of_d = distance * (ew + 6.0) + d * (ew + 11.5);
+        let of_d = distance * (ew + 5.0) + d * 11.5;
         let either = (of_d * (2.0 * ROUNDOFF)).simd_ge(d).select(of_d * (16.0 / height), f64x4::splat(simd, 0.0));
         Some(start + end + x1.quotient.abs() * 4.4 + x1.term.abs() * self.additions + either)
     }
@@ -161,7 +176,7 @@ impl Errors {
         let weighed = &added.weighed;
         let ([q1, q2], [c1, c2], [p1, p2]) = (weighed.inverse, weighed.cosine, weighed.emission);
         let (size, cosines) = (p1.abs() + p2.abs(), c1.abs() + c2.abs());
-        let of_emission = (q1 + q2) * self.beta + size * 6.5 + 12.0 * self.steepness;
+        let of_emission = (q1 + q2) * self.beta + size * 6.5 + 10.0 * self.steepness;
         let of_cosines = cosines * 6.5 + 10.0;
         let (sum, turn) = (weighed.weights.sum, f64x4::splat(simd, 0.25) / weighed.weights.one_and_cos);
         let first = turn * (size * cosines * (dg + ds) + sum * (cosines * of_emission + size * (cosines * 14.0 + of_cosines)));
@@ -183,7 +198,7 @@ impl Errors {
         let of_slope = 0.5 * self.first.y + 5.0 * steepness * size;
         let partial = 0.5 * (steepness * sum.x1.abs() + self.second.z) + slope;
         let of_x1 = seen.gradient.dot(seen.n1).abs() * self.first.z;
-        let of_q = 0.5 * (of_x1 + self.second.x) + seen.n1.dot(seen.n2).abs() * of_slope + 11.0 * partial;
+        let of_q = 0.5 * (of_x1 + self.second.x) + seen.n1.dot(seen.n2).abs() * of_slope + 9.0 * partial;
         let (beta, height) = (seen.beta.abs(), seen.height);
         let radiosity = beta * of_phi + facing * self.beta + height * of_q + self.height * across;
         let products = 4.0 * (beta * size + height * partial) + 3.0 * terms.irradiance.dot(seen.n1).abs();
@@ -267,7 +282,8 @@ mod tests {
                     let rest = 2.0 * FRAC_PI_2 - sum;
                     (2.0 * slope(phi) - slope(phi - psi) - slope(rest), slope(phi - psi) - slope(rest))
                 };
-                assert!(of_phi.abs().max(of_psi.abs()) <= phi * psi + 1e-12, "{phi} {psi} {of_phi} {of_psi}");
+                let (most_of_phi, most_of_psi) = ((phi * psi).min(1.0) + 1e-12, (phi * psi).min(0.5) + 1e-12);
+                assert!(of_phi.abs() <= most_of_phi && of_psi.abs() <= most_of_psi, "{phi} {psi} {of_phi} {of_psi}");
             }
         }
     }

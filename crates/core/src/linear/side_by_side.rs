@@ -100,7 +100,7 @@ impl<S: Simd> Same<S> {
 
     /// Of a point at r: `1/|r|`, and `n1.r` and the emission times that.
     #[inline(always)]
-    fn from_end(&self, simd: S, r: Vec3<f64x4<S>>, square: f64x4<S>) -> [f64x4<S>; 3] {
+    fn at_end(&self, simd: S, r: Vec3<f64x4<S>>, square: f64x4<S>) -> [f64x4<S>; 3] {
         let inverse = f64x4::splat(simd, 1.0) / square.sqrt();
         [inverse, self.n1.dot(r) * inverse, (self.beta + self.gradient.dot(r)) * inverse]
     }
@@ -225,7 +225,7 @@ fn x1_terms<S: Simd>(
     let square = s * s;
     let beyond = square.simd_gt(d * distance);
     let above = beyond.select(square * reaches * f64x8::splat(simd, 4.0), one);
-    let below = beyond.select((d * d + square) * both(simd, ends.square), one);
+    let below = beyond.select((d * d + square) * (distance * distance + square), one);
     let ([term, phi, psi], plain) = x1_end(simd, s.abs(), [d, distance], both(simd, ends.logarithm), beyond);
     if !plain.all_true() {
         return None;
@@ -244,8 +244,8 @@ fn x1_terms<S: Simd>(
 impl<S: Simd> Weighed<S> {
     #[inline(always)]
     fn new(simd: S, arcs: &Four<S>, ends: &Ends<S>, seen: &Same<S>, closed: bool) -> Self {
-        let [q1, c1, b1] = seen.from_end(simd, arcs.start, ends.square[0]);
-        let [q2, c2, b2] = if closed { [next(q1), next(c1), next(b1)] } else { seen.from_end(simd, arcs.end, ends.square[1]) };
+        let [q1, c1, b1] = seen.at_end(simd, arcs.start, ends.square[0]);
+        let [q2, c2, b2] = if closed { [next(q1), next(c1), next(b1)] } else { seen.at_end(simd, arcs.end, ends.square[1]) };
         Self { inverse: [q1, q2], cosine: [c1, c2], emission: [b1, b2], weights: Weights::new(simd, arcs, [q1, q2]) }
     }
 
