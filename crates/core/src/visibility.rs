@@ -32,6 +32,9 @@ use subtract::Subtraction;
 /// do, as they do at a vertex of the input.
 pub(crate) type Outline<T> = Vec<(Arc<T>, bool)>;
 
+/// What was found, and the doubt of the decisions taken.
+type WithDoubt<T, Found> = (Found, Doubt<RadiusOf<T>>);
+
 /// Calls `visit` with each arc of the visible boundary; returns the doubt of the decisions taken, or `None` where surely
 /// nothing is visible.
 pub(crate) fn visit_boundary<T: Real>(
@@ -52,7 +55,7 @@ pub(crate) fn outlines<T: Real>(
     emitter: &Emitter,
     occluders: &[&Polygon],
     plan: &Plan,
-) -> Option<(Vec<Outline<T>>, Doubt<RadiusOf<T>>)> {
+) -> Option<WithDoubt<T, Vec<Outline<T>>>> {
     let Visible { parts, sides, doubt } = visible(receiver, emitter, occluders, plan)?;
     Some((parts.iter().map(|part| part.arcs(&sides).zip(part.meetings(&sides)).collect()).collect(), doubt))
 }

@@ -57,7 +57,8 @@ pub const fn share(family: Family) -> u64 {
         | Family::EqualVertices
         | Family::TenScreens
         | Family::Boxes
-        | Family::Thicket => 1,
+        | Family::Thicket
+        | Family::ThousandTriangles => 1,
     }
 }
 
