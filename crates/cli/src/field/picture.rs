@@ -1,5 +1,5 @@
 //! The field as a picture of three panels, each with a scale of colours below it: the value from 0, the length of the gradient
-//! from 0 with arrows along its part in the face, and the decades of the value's proven bound. The first row of cells is at the
+//! from 0 to what all but a fiftieth is below, with arrows along its part in the face, and the decades of the value's proven bound. The first row of cells is at the
 //! bottom, the face's first side runs to the right. The numbers at the ends of the scales are in text chunks as well, to all digits.
 
 mod canvas;
@@ -29,9 +29,11 @@ struct Panel {
 }
 
 impl Panel {
-    /// From 0 to the largest.
-    fn from_zero(title: &'static str, figures: Vec<f64>) -> Self {
-        let most = figures.iter().copied().filter(|figure| figure.is_finite()).fold(0.0, f64::max);
+    /// From 0 to the largest but for a share of all: what is beyond looks like it.
+    fn from_zero(title: &'static str, figures: Vec<f64>, beyond: f64) -> Self {
+        let mut known: Vec<f64> = figures.iter().copied().filter(|figure| figure.is_finite()).collect();
+        known.sort_by(f64::total_cmp);
+        let most = known.iter().rev().nth(count_of(known.len(), beyond)).copied().unwrap_or(0.0);
         let share = |figure: f64| if most > 0.0 { figure / most } else { 0.0 };
         Self { title, shares: figures.into_iter().map(share).collect(), ends: [0.0, most] }
     }
@@ -48,8 +50,8 @@ impl Panel {
 }
 
 pub(super) fn write(out: impl Write, cells: &[FieldCell], grid: usize) -> Result<(), png::EncodingError> {
-    let value = Panel::from_zero("value", cells.iter().map(|cell| cell.value).collect());
-    let gradient = Panel::from_zero("gradient", cells.iter().map(|cell| cell.gradient.length()).collect());
+    let value = Panel::from_zero("value", cells.iter().map(|cell| cell.value).collect(), 0.0);
+    let gradient = Panel::from_zero("gradient", cells.iter().map(|cell| cell.gradient.length()).collect(), 0.02);
     let bound = Panel::of_decades("bound", &cells.iter().map(|cell| cell.value_error).collect::<Vec<_>>());
     let cell = PANEL.div_ceil(grid);
     let side = cell * grid;
@@ -69,24 +71,17 @@ pub(super) fn write(out: impl Write, cells: &[FieldCell], grid: usize) -> Result
         canvas.text([left, top + SCALE + 6], &least);
         canvas.text([left + side - Canvas::width_of(&most), top + SCALE + 6], &most);
     }
-    draw_arrows(&mut canvas, [2 * MARGIN + side, TITLE], cells, grid, cell);
+    draw_arrows(&mut canvas, [2 * MARGIN + side, TITLE], cells, [grid, cell], gradient.ends[1]);
     let chunks = panels.map(|panel| (panel.title.to_owned(), format!("{:?} to {:?}", panel.ends[0], panel.ends[1])));
     canvas.encode(out, chunks)
 }
 
-/// Arrows along the part of the gradient in the face; the longest is as long as they are apart.
-fn draw_arrows(canvas: &mut Canvas, [left, top]: [usize; 2], cells: &[FieldCell], grid: usize, cell: usize) {
+/// Arrows along the part of the gradient in the face: as long as they are apart where it is `most`, and no longer.
+fn draw_arrows(canvas: &mut Canvas, [left, top]: [usize; 2], cells: &[FieldCell], [grid, cell]: [usize; 2], most: f64) {
     let along = |cell: &FieldCell| {
         let [right, up] = [cell.corners[1] - cell.corners[0], cell.corners[3] - cell.corners[0]];
         [cell.gradient.dot(right.normalize_or_zero()), cell.gradient.dot(up.normalize_or_zero())]
     };
-    let most = cells
-        .iter()
-        .map(|cell| {
-            let [x, y] = along(cell);
-            x.hypot(y)
-        })
-        .fold(0.0, f64::max);
     if most <= 0.0 || !most.is_finite() {
         return;
     }
@@ -94,11 +89,17 @@ fn draw_arrows(canvas: &mut Canvas, [left, top]: [usize; 2], cells: &[FieldCell]
     let longest = (step * cell) as f64;
     for row in (step / 2..grid).step_by(step) {
         for column in (step / 2..grid).step_by(step) {
-            let [x, y] = along(&cells[row * grid + column]).map(|part| part / most * longest);
+            let [x, y] = along(&cells[row * grid + column]).map(|part| part / most);
+            let scale = longest / x.hypot(y).max(1.0);
             let middle = [left + column * cell + cell / 2, top + (grid - 1 - row) * cell + cell / 2].map(|place| place as f64);
-            canvas.arrow(middle, [x, -y], INK);
+            canvas.arrow(middle, [x * scale, -y * scale], INK);
         }
     }
+}
+
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a share of a count")]
+fn count_of(all: usize, share: f64) -> usize {
+    (all as f64 * share) as usize
 }
 
 /// Three digits.
