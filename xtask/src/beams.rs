@@ -146,7 +146,7 @@ fn diagram(rows: &[Row]) -> Picture {
     picture.text((left + SIZE.0 / 2.0, floor + 37.0), "triangles in the scene", text(12, INK, Anchor::Middle));
     let last = |rows: &[&Row], count: Count| rows.last().map_or((right, floor), |row| at(row, count(row)));
     let label = |picture: &mut Picture, (x, y): Point, words: &str, colour| {
-        picture.text((x + 12.0, y + 4.0), words, text(12, colour, Anchor::Start));
+        picture.text((x + 20.0, y + 4.0), words, text(12, colour, Anchor::Start));
     };
     let finer: Vec<&Row> = rows.iter().filter(|row| row.growth == Growth::Denser).collect();
     let all: Vec<Point> = finer.iter().map(|row| at(row, row.triangles)).collect();
