@@ -1,5 +1,6 @@
 //! Project tasks, run as `cargo xtask TASK`.
 
+mod beams;
 mod bench;
 mod bounds;
 mod figures;
@@ -25,6 +26,7 @@ enum Task {
     Report(report::Arguments),
     Figures(figures::Arguments),
     Bench(bench::Arguments),
+    Beams(beams::Arguments),
     Instructions(instructions::Arguments),
 }
 
@@ -35,6 +37,7 @@ fn main() -> ExitCode {
         Task::Bench(arguments) => bench::run(&arguments),
         Task::Instructions(arguments) => instructions::run(&arguments),
         Task::Report(arguments) => report::run(&arguments).map(|()| true),
+        Task::Beams(arguments) => beams::run(&arguments).map(|()| true),
         Task::Figures(arguments) => figures::run(&arguments).map(|()| true).map_err(Into::into),
     };
     match passed {

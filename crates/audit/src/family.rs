@@ -102,11 +102,13 @@ pub enum Family {
     Boxes,
     /// Two dozen small triangles between.
     Thicket,
+    /// A thousand smaller ones.
+    ThousandTriangles,
 }
 
 impl Family {
     /// All of them, in the order of the tables.
-    pub const ALL: [Self; 37] = [
+    pub const ALL: [Self; 38] = [
         Self::Generic,
         Self::Far,
         Self::Clipped,
@@ -144,6 +146,7 @@ impl Family {
         Self::IdleScreens,
         Self::Boxes,
         Self::Thicket,
+        Self::ThousandTriangles,
     ];
 
     /// Name in tables and ids.
@@ -187,6 +190,7 @@ impl Family {
             Self::IdleScreens => "idle-screens",
             Self::Boxes => "boxes",
             Self::Thicket => "thicket",
+            Self::ThousandTriangles => "thousand-triangles",
         }
     }
 
@@ -208,6 +212,7 @@ impl Family {
         match self {
             Self::TenScreens | Self::Boxes => 4,
             Self::Thicket => 8,
+            Self::ThousandTriangles => 1000,
             _ => 1,
         }
     }
@@ -259,6 +264,7 @@ impl Family {
             Self::IdleScreens => occluded::idle_screens(sampler),
             Self::Boxes => occluded::boxes(sampler),
             Self::Thicket => occluded::thicket(sampler),
+            Self::ThousandTriangles => occluded::thousand_triangles(sampler),
         }
     }
 }

@@ -23,7 +23,7 @@ pub(crate) struct Arguments {
     /// Cells along each side of each of its faces.
     #[arg(long, value_name = "N")]
     grid: usize,
-    /// Where to write: .csv, .vtu (for `ParaView`) or .png (the value alone, black for 0).
+    /// Where to write: .csv, .vtu (for `ParaView`) or .png (value, gradient and bound in colours).
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
     /// The factor to this surface, instead of the irradiance from all lamps.

@@ -50,6 +50,15 @@ impl<T: Real> Generator<T> {
             Self::Emitter(line) | Self::Occluder(line) => line.normal,
         }
     }
+
+    /// The same, run the other way.
+    pub(crate) fn reversed(self) -> Self {
+        match self {
+            Self::Horizon(normal) => Self::Horizon(-normal),
+            Self::Emitter(line) => Self::Emitter(line.reversed()),
+            Self::Occluder(line) => Self::Occluder(line.reversed()),
+        }
+    }
 }
 
 impl<T> Arc<T> {

@@ -62,17 +62,17 @@ const SPARE_BITS: usize = 8192;
 ///
 /// # Errors
 /// If `digits` is 0 or above [`MOST_DIGITS`], or the bound does not come down to what is asked.
-pub fn evaluate_digits(
+pub fn evaluate_digits<'a>(
     receiver: &Receiver,
     emitter: &Emitter,
-    occluders: &[Polygon],
+    occluders: impl IntoIterator<Item = &'a Polygon>,
     digits: u32,
 ) -> Result<PreciseAnswer, Error> {
     if !(1..=MOST_DIGITS).contains(&digits) {
         return Err(Error::Digits { value: digits, most: MOST_DIGITS });
     }
     let Some(plan) = Plan::new(receiver, emitter.polygon()) else { return Ok(PreciseAnswer::zero(0)) };
-    let occluders: Vec<&Polygon> = occluders.iter().collect();
+    let occluders: Vec<&Polygon> = occluders.into_iter().collect();
     let case = Case { receiver, emitter, occluders: &occluders, plan: &plan };
     if case.is_dark() {
         return Ok(PreciseAnswer::zero(0));

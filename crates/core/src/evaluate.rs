@@ -103,7 +103,11 @@ pub const DEFAULT_TOLERANCE: f64 = 1e-12;
 ///
 /// # Errors
 /// If a result over- or underflows.
-pub fn evaluate(receiver: &Receiver, emitter: &Emitter, occluders: &[Polygon]) -> Result<Answer, Error> {
+pub fn evaluate<'a>(
+    receiver: &Receiver,
+    emitter: &Emitter,
+    occluders: impl IntoIterator<Item = &'a Polygon>,
+) -> Result<Answer, Error> {
     evaluate_to(receiver, emitter, occluders, DEFAULT_TOLERANCE)
 }
 
@@ -128,10 +132,16 @@ pub fn evaluate(receiver: &Receiver, emitter: &Emitter, occluders: &[Polygon]) -
 ///
 /// # Errors
 /// If a result over- or underflows, or the tolerance is not in [0, 1].
-pub fn evaluate_to(receiver: &Receiver, emitter: &Emitter, occluders: &[Polygon], tolerance: f64) -> Result<Answer, Error> {
+pub fn evaluate_to<'a>(
+    receiver: &Receiver,
+    emitter: &Emitter,
+    occluders: impl IntoIterator<Item = &'a Polygon>,
+    tolerance: f64,
+) -> Result<Answer, Error> {
     if !(0.0..=1.0).contains(&tolerance) {
         return Err(Error::Tolerance { value: tolerance });
     }
+    let occluders: Vec<&Polygon> = occluders.into_iter().collect();
     let ordinary = if occluders.is_empty() { Ordinary::new(receiver, emitter, tolerance)? } else { Ordinary::Nothing };
     let plan = match ordinary {
         Ordinary::Answer(answer) => return Ok(answer),
@@ -139,9 +149,7 @@ pub fn evaluate_to(receiver: &Receiver, emitter: &Emitter, occluders: &[Polygon]
         Ordinary::Nothing => Plan::new(receiver, emitter.polygon()),
     };
     let Some(plan) = plan else { return Ok(Answer::ZERO) };
-    let occluders: Vec<&Polygon> = occluders.iter().collect();
-    let case = Case { receiver, emitter, occluders: &occluders, plan: &plan };
-    case.answer(tolerance)
+    Case { receiver, emitter, occluders: &occluders, plan: &plan }.answer(tolerance)
 }
 
 /// Radiosity alone at `receiver` due to the part of `emitter` that it sees past `occluders`, with a bound.
@@ -157,17 +165,17 @@ pub fn evaluate_to(receiver: &Receiver, emitter: &Emitter, occluders: &[Polygon]
 /// let lamp = Emitter::new(Polygon::new(square(0.0, 1.0).to_vec())?, Emission::Constant(1.0))?;
 /// let screen = Polygon::new(square(0.25, 0.5).to_vec())?;
 /// let corner = Receiver::new(DVec3::ZERO, DVec3::Z, 1.0)?;
-/// let value = evaluate_value(&corner, &lamp, &[&screen], Tolerance { relative: 0.0, absolute: 1e-12 })?;
+/// let value = evaluate_value(&corner, &lamp, [&screen], Tolerance { relative: 0.0, absolute: 1e-12 })?;
 /// assert!(value.radiosity < 0.138_531_605_994_893 && value.radiosity_error <= 1e-12);
 /// # Ok::<(), radgrad_core::Error>(())
 /// ```
 ///
 /// # Errors
 /// If the result over- or underflows, the relative tolerance is not in [0, 1], or the absolute one is negative or not finite.
-pub fn evaluate_value(
+pub fn evaluate_value<'a>(
     receiver: &Receiver,
     emitter: &Emitter,
-    occluders: &[&Polygon],
+    occluders: impl IntoIterator<Item = &'a Polygon>,
     tolerance: Tolerance,
 ) -> Result<Value, Error> {
     if !(0.0..=1.0).contains(&tolerance.relative) {
@@ -177,7 +185,8 @@ pub fn evaluate_value(
         return Err(Error::AbsoluteTolerance { value: tolerance.absolute });
     }
     let Some(plan) = Plan::new(receiver, emitter.polygon()) else { return Ok(Value::ZERO) };
-    Case { receiver, emitter, occluders, plan: &plan }.value(tolerance)
+    let occluders: Vec<&Polygon> = occluders.into_iter().collect();
+    Case { receiver, emitter, occluders: &occluders, plan: &plan }.value(tolerance)
 }
 
 /// Radiosity `B(x)` alone: the digits of the closed form in double precision, without bound and gradient. Where that breaks

@@ -114,7 +114,12 @@ pub fn hessian(receiver: &Receiver, emitter: &Emitter) -> Result<DMat3, Error> {
 ///
 /// # Errors
 /// If the emission is not constant, the tolerance is not in [0, 1], or a result over- or underflows.
-pub fn hessian_to(receiver: &Receiver, emitter: &Emitter, occluders: &[Polygon], tolerance: f64) -> Result<Hessian, Error> {
+pub fn hessian_to<'a>(
+    receiver: &Receiver,
+    emitter: &Emitter,
+    occluders: impl IntoIterator<Item = &'a Polygon>,
+    tolerance: f64,
+) -> Result<Hessian, Error> {
     if !(0.0..=1.0).contains(&tolerance) {
         return Err(Error::Tolerance { value: tolerance });
     }
@@ -137,10 +142,10 @@ pub fn hessian_to(receiver: &Receiver, emitter: &Emitter, occluders: &[Polygon],
 }
 
 /// Runs a computation that needs a constant emission, and that is not zero by plan.
-fn with_case<R>(
+fn with_case<'a, R>(
     receiver: &Receiver,
     emitter: &Emitter,
-    occluders: &[Polygon],
+    occluders: impl IntoIterator<Item = &'a Polygon>,
     zero: R,
     computation: impl FnOnce(&Case<'_>) -> Result<R, Error>,
 ) -> Result<R, Error> {
@@ -153,7 +158,7 @@ fn with_case<R>(
         return Err(Error::EmissionKind { quantity: "the Hessian", needed: "constant", given });
     }
     let Some(plan) = Plan::new(receiver, emitter.polygon()) else { return Ok(zero) };
-    let occluders: Vec<&Polygon> = occluders.iter().collect();
+    let occluders: Vec<&Polygon> = occluders.into_iter().collect();
     let case = Case { receiver, emitter, occluders: &occluders, plan: &plan };
     if case.is_dark() { Ok(zero) } else { computation(&case) }
 }

@@ -7,6 +7,9 @@ use crate::Polygon;
 
 /// Vertex indices of each part, in the polygon's order.
 pub(crate) fn convex_parts(polygon: &Polygon) -> Vec<Vec<usize>> {
+    if polygon.vertices().len() == 3 {
+        return vec![vec![0, 1, 2]];
+    }
     let points = polygon.projected();
     let count = points.len();
     let convex = (0..count).all(|i| turn(&points, i, (i + 1) % count, (i + 2) % count) >= 0.0);

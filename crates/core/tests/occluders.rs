@@ -175,3 +175,29 @@ fn a_screen_that_only_touches_the_view_of_an_edge_leaves_the_gradient_as_it_is()
     });
     assert!(answers[0].max(answers[1]) > 0.01);
 }
+
+#[test]
+fn hundreds_of_screens_leave_the_same_in_any_order() {
+    let mut state = 3_u64;
+    let mut uniform = move || {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
+    };
+    let mut screen = || {
+        let middle = DVec3::new(2.0 * uniform(), 2.0 * uniform(), 2.0 + uniform());
+        let mut corner = || middle + DVec3::new(uniform(), uniform(), uniform()) * 0.15;
+        Polygon::new(vec![corner(), corner(), corner()]).unwrap()
+    };
+    let screens: Vec<Polygon> = (0..300).map(|_| screen()).collect();
+    let (x, lamp) = (receiver([0.1, 0.2, 0.0]), linear(ceiling([-1.0, 1.0], [-1.0, 1.0], 4.0)));
+    let there = evaluate(&x, &lamp, &screens).unwrap();
+    let back = evaluate(&x, &lamp, screens.iter().rev()).unwrap();
+    assert!(there.meets(1e-12) && back.meets(1e-12) && there.radiosity > 0.0, "{there:?} {back:?}");
+    assert!((there.radiosity - back.radiosity).abs() <= there.radiosity_error + back.radiosity_error, "{there:?} {back:?}");
+    assert!((there.gradient - back.gradient).length() <= there.gradient_error + back.gradient_error, "{there:?} {back:?}");
+    // One more hides no less, and twice the same no more.
+    let fewer = evaluate(&x, &lamp, &screens[1..]).unwrap();
+    assert!(there.radiosity <= fewer.radiosity + there.radiosity_error + fewer.radiosity_error, "{there:?} {fewer:?}");
+    let doubled = evaluate(&x, &lamp, screens.iter().chain(&screens)).unwrap();
+    assert!((there.radiosity - doubled.radiosity).abs() <= there.radiosity_error + doubled.radiosity_error, "{doubled:?}");
+}

@@ -26,12 +26,11 @@ fn the_value_alone_is_the_value() {
     let screens = [ceiling([-0.3, 0.4], [-2.0, 0.3], 1.0), ceiling([0.3, 0.9], [-0.2, 0.8], 1.5)];
     for position in [[0.1, 0.2, 0.0], [0.5, -0.7, 0.9], [3.0, 0.0, 1.9]] {
         for occluders in [&screens[..], &screens[..1], &[]] {
-            let borrowed: Vec<&Polygon> = occluders.iter().collect();
             for emission in [Emission::Constant(3.0), Emission::at_vertices(vec![1.0, 2.0, 4.0, 3.0])] {
                 let lamp = Emitter::new(lamp(1.0).polygon().clone(), emission).unwrap();
                 let answer = evaluate(&receiver(position), &lamp, occluders).unwrap();
                 for tolerance in [ABSOLUTE, Tolerance { relative: 1e-12, absolute: 0.0 }] {
-                    let value = evaluate_value(&receiver(position), &lamp, &borrowed, tolerance).unwrap();
+                    let value = evaluate_value(&receiver(position), &lamp, occluders, tolerance).unwrap();
                     let difference = (value.radiosity - answer.radiosity).abs();
                     assert!(difference <= value.radiosity_error + answer.radiosity_error, "{value:?} {answer:?}");
                     assert!(value.radiosity_error <= 1e-11, "{value:?}");
@@ -58,10 +57,10 @@ fn edges_in_line_with_each_other_cost_no_more_digits_than_the_value_needs() {
     // 0.7 is rounded, and so are the corners: the edges overlap, or leave a gap, by an ulp or so.
     for nearer in [0.7, 0.5] {
         let [left, right] = seen_in_one_line(nearer);
-        for alone in [&left, &right].map(|screen| evaluate_value(&eye, &lamp, &[screen], ABSOLUTE).unwrap()) {
+        for alone in [&left, &right].map(|screen| evaluate_value(&eye, &lamp, [screen], ABSOLUTE).unwrap()) {
             assert!(alone.radiosity > 0.01, "{alone:?}");
         }
-        let value = evaluate_value(&eye, &lamp, &[&left, &right], ABSOLUTE).unwrap();
+        let value = evaluate_value(&eye, &lamp, [&left, &right], ABSOLUTE).unwrap();
         assert!(value.radiosity.abs() <= value.radiosity_error && value.radiosity_error <= 1e-12, "{value:?}");
         assert!(matches!(value.method, Method::ClosedForm | Method::Zero), "{value:?}");
     }
@@ -81,7 +80,7 @@ fn what_a_coincidence_leaves_is_nothing() {
 fn an_absolute_tolerance_is_in_the_unit_of_the_emission() {
     let screen = ceiling([-0.3, 0.4], [-2.0, 0.3], 1.0);
     let value = |emission: f64, absolute: f64| {
-        evaluate_value(&receiver([0.1, 0.2, 0.0]), &lamp(emission), &[&screen], Tolerance { relative: 0.0, absolute }).unwrap()
+        evaluate_value(&receiver([0.1, 0.2, 0.0]), &lamp(emission), [&screen], Tolerance { relative: 0.0, absolute }).unwrap()
     };
     let (one, many) = (value(1.0, 1e-13), value(2f64.powi(300), 2f64.powi(300) * 1e-13));
     assert_eq!((one.radiosity * 2f64.powi(300), one.method), (many.radiosity, many.method));

@@ -19,7 +19,7 @@
 
 use std::error::Error;
 
-use radgrad_core::{DVec3, Emission, Emitter, Polygon, Receiver, evaluate};
+use radgrad_core::{DVec3, Emission, Emitter, Receiver, evaluate};
 use radgrad_scene::{Beam, Degenerate, Occluders, Scene};
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -39,10 +39,10 @@ fn main() -> Result<(), Box<dyn Error>> {
         let point = DVec3::new(50.0 * f64::from(step), 0.0, 50.0);
         let Some(beam) = Beam::from_point_of(polygon_of(floor), point, polygon_of(light)) else { continue };
         let found = index.in_beam(&beam, &[floor, light]).polygons;
-        let hiding: Vec<Polygon> = found.iter().map(|&face| polygon_of(face).clone()).collect();
-        let answer = evaluate(&Receiver::new(point, polygon_of(floor).normal(), 1.0)?, &lamp, &hiding)?;
+        let hiding = found.iter().map(|&face| polygon_of(face));
+        let answer = evaluate(&Receiver::new(point, polygon_of(floor).normal(), 1.0)?, &lamp, hiding)?;
         let (factor, bound) = (answer.radiosity, answer.radiosity_error);
-        println!("{:>5} {factor:>10.7} {bound:>8.0e} {:>10.7} {:>9}", point.x, answer.gradient.x, hiding.len());
+        println!("{:>5} {factor:>10.7} {bound:>8.0e} {:>10.7} {:>9}", point.x, answer.gradient.x, found.len());
     }
     Ok(())
 }

@@ -130,7 +130,7 @@ impl<'a> FormFactors<'a> {
             None => Beam::from_receiver(receiver, emitter.polygon()),
         };
         let hiding = beam.map_or_else(Vec::new, |beam| self.index.in_beam(&beam, &[to, on.unwrap_or(to)]).polygons);
-        evaluate(receiver, emitter, &self.polygons(&hiding), tolerance)
+        evaluate(receiver, emitter, self.polygons(&hiding), tolerance)
     }
 
     fn emitter(&self, face: usize) -> Result<&Emitter, Error> {
@@ -157,11 +157,11 @@ impl<'a> FormFactors<'a> {
             let beam = Beam::from_point_of(self.polygon(from), receiver.position(), emitter.polygon());
             hiding = beam.map_or_else(Vec::new, |beam| self.index.among(&beam, candidates, &[from, to]).polygons);
         }
-        evaluate(receiver, emitter, &self.polygons(&hiding), tolerance)
+        evaluate(receiver, emitter, self.polygons(&hiding), tolerance)
     }
 }
 
-fn evaluate(receiver: &Receiver, emitter: &Emitter, hiding: &[&Polygon], tolerance: f64) -> Result<Value, Error> {
+fn evaluate(receiver: &Receiver, emitter: &Emitter, hiding: Vec<&Polygon>, tolerance: f64) -> Result<Value, Error> {
     let tolerance = Tolerance { relative: 0.0, absolute: tolerance };
     evaluate_value(receiver, emitter, hiding, tolerance).map_err(Error::Evaluation)
 }

@@ -37,8 +37,8 @@ use tree::{Content, Tree};
 /// assert_eq!(found.polygons, [1]);
 ///
 /// let lamp = Emitter::new(lamp, Emission::Constant(1.0)).unwrap();
-/// let hiding = [scene[1].clone()];
-/// assert_eq!(evaluate(&receiver, &lamp, &hiding), evaluate(&receiver, &lamp, &scene[1..]));
+/// let hiding = found.polygons.iter().map(|&k| &scene[k]);
+/// assert_eq!(evaluate(&receiver, &lamp, hiding), evaluate(&receiver, &lamp, &scene[1..]));
 /// ```
 #[derive(Debug, Clone)]
 pub struct Occluders {

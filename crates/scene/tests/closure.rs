@@ -11,9 +11,9 @@ fn closure(scene: &Scene, index: &Occluders, face: usize, point: DVec3) -> (f64,
     for (j, polygon) in scene.polygons().enumerate().filter(|(j, _)| *j != face) {
         let Some(beam) = Beam::from_point_of(own, point, polygon) else { continue };
         let found = index.in_beam(&beam, &[face, j]);
-        let hiding: Vec<Polygon> = found.polygons.iter().map(|&i| scene.faces()[i].polygon().clone()).collect();
+        let hiding = found.polygons.iter().map(|&i| scene.faces()[i].polygon());
         let emitter = Emitter::new(polygon.clone(), Emission::Constant(1.0)).unwrap();
-        let answer = evaluate(&receiver, &emitter, &hiding).unwrap();
+        let answer = evaluate(&receiver, &emitter, hiding).unwrap();
         (sum, error) = (sum + answer.radiosity, error + answer.radiosity_error);
         searches.push(found);
     }

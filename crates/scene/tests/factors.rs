@@ -148,9 +148,8 @@ fn points_of_the_cornell_box_see_as_much_of_the_light_as_every_polygon_together_
     for (x, z) in (0..12).flat_map(|i| (0..5).map(move |k| (40.0 + 41.0 * f64::from(i), 33.0 + 101.0 * f64::from(k)))) {
         let receiver = Receiver::new(DVec3::new(x, 1.0, z), DVec3::Y, 1.0).unwrap();
         let found = factors.at_point(&receiver, None, light, 1e-13).unwrap();
-        let others: Vec<Polygon> =
-            scene.polygons().enumerate().filter(|(face, _)| *face != light).map(|(_, polygon)| polygon.clone()).collect();
-        let Ok(truth) = evaluate_digits(&receiver, &emitter, &others, 20) else { continue };
+        let others = scene.polygons().enumerate().filter(|(face, _)| *face != light).map(|(_, polygon)| polygon);
+        let Ok(truth) = evaluate_digits(&receiver, &emitter, others, 20) else { continue };
         let truth: f64 = truth.radiosity.parse().unwrap();
         assert!((found.radiosity - truth).abs() <= found.radiosity_error + 1e-16 && found.radiosity_error <= 1e-12, "{x} {z}");
         let free = radgrad_core::radiosity(&receiver, &emitter).unwrap();

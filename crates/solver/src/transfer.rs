@@ -123,7 +123,7 @@ impl Optics<'_> {
         let tolerance = Tolerance { relative: 0.0, absolute: self.absolute };
         for function in row.values.len()..count {
             let emitter = element.emitter(function, basis)?;
-            let value = evaluate_value(&receiver, emitter, &occluders, tolerance).map_err(refused)?;
+            let value = evaluate_value(&receiver, emitter, occluders.iter().copied(), tolerance).map_err(refused)?;
             row.values.push(value.radiosity);
             let error = if function == 0 { &mut row.error } else { &mut row.other_errors };
             *error = error.max(value.radiosity_error);

@@ -22,7 +22,7 @@ pub const MANY_EVERY: u64 = 1009;
 pub const MANY_BY_ORACLE_EVERY: u64 = 20_011;
 
 /// Cases of a family in proportion to the others: fewer of what takes the dear rungs, where a case costs 50 times as much. Where
-/// nothing is computed, or the input is refused, few do.
+/// nothing is computed, or the input is refused, few do. 0 where each takes a second: see [`run`].
 #[must_use]
 pub const fn share(family: Family) -> u64 {
     match family {
@@ -58,14 +58,19 @@ pub const fn share(family: Family) -> u64 {
         | Family::TenScreens
         | Family::Boxes
         | Family::Thicket => 1,
+        Family::ThousandTriangles => 0,
     }
 }
 
-/// About `cases` cases of these families, by their shares, at least one of each.
+/// About `cases` cases of these families, by their shares, at least one of each; of a family without a share one in 40,000.
 #[must_use]
 pub fn run(cases: u64, families: &[Family], seed: u64, part: Part) -> Run {
     let shares: u64 = families.iter().map(|&family| share(family)).sum();
-    let of = |family: Family| (family, (cases * share(family)).div_ceil(shares.max(1)).max(1));
+    let count = |family: Family| match share(family) {
+        0 => cases / 40_000,
+        share => (cases * share).div_ceil(shares),
+    };
+    let of = |family: Family| (family, count(family).max(1));
     Run { seed, cases: families.iter().map(|&family| of(family)).collect(), part }
 }
 

@@ -43,6 +43,7 @@ impl Family {
             Self::IdleScreens => "screens that hide nothing: behind the receiver, behind the emitter or in its plane",
             Self::Boxes => "a room with a box in it",
             Self::Thicket => "two dozen triangles at random",
+            Self::ThousandTriangles => "a thousand triangles at random",
             Self::EqualVertices => "repeated vertices or no area: to be refused",
         }
     }

@@ -1,4 +1,4 @@
-//! Emitters behind opaque polygons, from one to two dozen, each family around one way for a shadow to be hard to find.
+//! Emitters behind opaque polygons, from one to a thousand, each family around one way for a shadow to be hard to find.
 
 use glam::DVec3;
 
@@ -91,6 +91,13 @@ pub(super) fn boxes(sampler: &mut Sampler) -> Scene {
 pub(super) fn thicket(sampler: &mut Sampler) -> Scene {
     let mut scene = spread::at_sizes(sampler, 0, 2);
     scene.occluders = (0..24).map(|_| on_the_way(sampler, &scene, 0.2, 0.9, 0.06)).collect();
+    scene
+}
+
+/// A thousand, each of which hides some of the emitter or is hidden by others.
+pub(super) fn thousand_triangles(sampler: &mut Sampler) -> Scene {
+    let mut scene = spread::at_sizes(sampler, 0, 2);
+    scene.occluders = (0..1000).map(|_| on_the_way(sampler, &scene, 0.2, 0.9, 0.02)).collect();
     scene
 }
 

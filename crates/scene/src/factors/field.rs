@@ -1,6 +1,6 @@
 //! What arrives at a surface straight from others, with its gradient, on a grid.
 
-use radgrad_core::{DVec3, Polygon, Receiver, evaluate_to};
+use radgrad_core::{DVec3, Receiver, evaluate_to};
 use rayon::prelude::*;
 
 use super::FormFactors;
@@ -77,8 +77,7 @@ impl FormFactors<'_> {
             let emitter = self.emitter(face)?;
             let Some(beam) = Beam::from_point_of(own, cell.centre, emitter.polygon()) else { continue };
             let found = self.index().in_beam(&beam, &[cell.face, face]).polygons;
-            let hiding: Vec<Polygon> = found.iter().map(|&k| self.polygon(k).clone()).collect();
-            let answer = evaluate_to(&receiver, emitter, &hiding, tolerance).map_err(Error::Evaluation)?;
+            let answer = evaluate_to(&receiver, emitter, self.polygons(&found), tolerance).map_err(Error::Evaluation)?;
             cell.value += radiosity * answer.radiosity;
             cell.gradient += answer.gradient * radiosity;
             // A product and a sum each.

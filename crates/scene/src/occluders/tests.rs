@@ -67,8 +67,8 @@ fn config(cases: u32) -> ProptestConfig {
 }
 
 /// The found polygons themselves.
-fn pick(polygons: &[Polygon], found: &Found) -> Vec<Polygon> {
-    found.polygons.iter().map(|&i| polygons[i].clone()).collect()
+fn pick<'a>(polygons: &'a [Polygon], found: &Found) -> Vec<&'a Polygon> {
+    found.polygons.iter().map(|&i| &polygons[i]).collect()
 }
 
 proptest! {
@@ -82,7 +82,7 @@ proptest! {
             None => prop_assert_eq!((all.radiosity, all.radiosity_error), (0.0, 0.0)),
             Some(beam) => {
                 let hiding = pick(&others, &Occluders::new(&others).in_beam(&beam, &[]));
-                let some = evaluate(&receiver, &emitter, &hiding).unwrap();
+                let some = evaluate(&receiver, &emitter, hiding.iter().copied()).unwrap();
                 prop_assert!(same(&all, &some, lattice), "{} of {}: {all:?} {some:?}", hiding.len(), others.len());
             }
         }
@@ -104,14 +104,14 @@ proptest! {
             prop_assert_eq!(all.radiosity, 0.0);
             return Ok(());
         };
-        let some = evaluate(&receiver, &emitter, &pick(&others, whole)).unwrap();
+        let some = evaluate(&receiver, &emitter, pick(&others, whole)).unwrap();
         prop_assert!(same(&all, &some, true), "{all:?} {some:?}");
         let Some(beam) = Beam::from_point_of(&surface, point, &lamp) else {
             prop_assert_eq!(all.radiosity, 0.0);
             return Ok(());
         };
         let few = index.among(&beam, &whole.polygons, &[]);
-        let few = evaluate(&receiver, &emitter, &pick(&others, &few)).unwrap();
+        let few = evaluate(&receiver, &emitter, pick(&others, &few)).unwrap();
         prop_assert!(same(&all, &few, true), "{all:?} {few:?}");
     }
 
