@@ -145,6 +145,21 @@ impl Basis {
         self.functions[function].iter().copied().zip(self.powers.iter().copied()).filter(|(c, _)| *c != 0.0)
     }
 
+    /// Exponents of the monomials `s^i t^j`, in the order of the moments that [`Self::of_moments`] takes.
+    pub(crate) fn powers(&self) -> &[[usize; 2]] {
+        &self.powers
+    }
+
+    /// Integrals of the functions from those of the monomials; the first ones from the first ones.
+    pub(crate) fn of_moments(&self, moments: &[f64]) -> Vec<f64> {
+        self.functions.iter().take(moments.len()).map(|f| dot(f, moments)).collect()
+    }
+
+    /// By how much [`Self::of_moments`] may enlarge rounding errors.
+    pub(crate) fn conditioning(&self) -> f64 {
+        self.functions.iter().map(|f| f.iter().map(|c| c.abs()).sum::<f64>()).fold(1.0, f64::max)
+    }
+
     /// Coefficients of the projection of a function given at the nodes: exact for what the basis spans.
     #[must_use]
     pub fn project(&self, samples: &[f64]) -> Vec<f64> {
