@@ -92,26 +92,6 @@ impl Residual {
                 }
             }
         }
-        let class = if least == factor * largest {
-            0
-        } else if least == kernel.peak * mean {
-            1
-        } else if kernel.smooth {
-            3
-        } else {
-            2
-        };
-        let class = class + if kernel.smooth { 4 } else { 0 };
-        WHY.with_borrow_mut(|w| {
-            w[class][0] += least * WEIGHT.get();
-            w[class][1] += factor * mean * WEIGHT.get();
-            w[class][2] += WEIGHT.get() * factor;
-        });
         rest + Ledger { discretisation: least, ..Ledger::default() }
     }
-}
-
-thread_local! {
-    pub(crate) static WHY: std::cell::RefCell<[[f64; 3]; 8]> = const { std::cell::RefCell::new([[0.0; 3]; 8]) };
-    pub(crate) static WEIGHT: std::cell::Cell<f64> = const { std::cell::Cell::new(0.0) };
 }
