@@ -36,10 +36,10 @@ use crate::transfer::{Kernel, Row, Station};
 const MOST_SWEEPS: usize = 2000;
 
 /// What is added, as a part, so that sweeps that still rise by a little end below.
-const MARGIN: f64 = 0.02;
+const MARGIN: f64 = 0.03;
 
 /// How much they may still rise, as a part.
-const RISE: f64 = 2e-3;
+const RISE: f64 = 1e-2;
 
 /// How often means and largest values are drawn from each other.
 const PASSES: usize = 1;

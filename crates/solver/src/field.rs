@@ -5,7 +5,7 @@
 //! leaves' radiosity, and a bound on the difference between the leaves' radiosity and the element's polynomial.
 
 use crate::mesh::Mesh;
-use crate::transfer::Row;
+use crate::transfer::{Kernel, Row};
 
 /// A piecewise polynomial radiosity.
 #[derive(Debug, Clone, Default)]
@@ -15,8 +15,9 @@ pub(crate) struct Field {
     coefficients: Vec<Vec<f64>>,
     /// For each element and channel.
     mean_square: Vec<Vec<f64>>,
-    /// For each element and channel, a bound on what its polynomial leaves out.
+    /// For each element and channel, a bound on what its polynomial leaves out, and the root mean square of that.
     beyond: Vec<Vec<f64>>,
+    rms: Vec<Vec<f64>>,
 }
 
 impl Field {
@@ -25,7 +26,7 @@ impl Field {
         let elements = 0..mesh.elements().len();
         let coefficients = elements.clone().map(|e| vec![0.0; channels * mesh.basis(e).len()]).collect();
         let none: Vec<Vec<f64>> = elements.map(|_| vec![0.0; channels]).collect();
-        Self { channels, coefficients, mean_square: none.clone(), beyond: none }
+        Self { channels, coefficients, mean_square: none.clone(), beyond: none.clone(), rms: none }
     }
 
     /// Makes room for elements that the mesh has got since, the restriction of their parent to them.
@@ -40,6 +41,7 @@ impl Field {
             self.coefficients.push(coefficients);
             self.mean_square.push(vec![0.0; self.channels]);
             self.beyond.push(vec![0.0; self.channels]);
+            self.rms.push(vec![0.0; self.channels]);
         }
     }
 
@@ -81,7 +83,7 @@ impl Field {
             for channel in 0..self.channels {
                 let Some(first) = children else {
                     self.mean_square[index][channel] = self.of(index, channel, len).iter().map(|c| c * c).sum();
-                    self.beyond[index][channel] = 0.0;
+                    (self.beyond[index][channel], self.rms[index][channel]) = (0.0, 0.0);
                     continue;
                 };
                 let mut own = vec![0.0; len];
@@ -96,6 +98,7 @@ impl Field {
                 };
                 self.beyond[index][channel] = (0..4).map(of_child).fold(0.0, f64::max);
                 self.coefficients[index][channel * len..(channel + 1) * len].copy_from_slice(&own);
+                self.rms[index][channel] = self.rms(index, channel, len);
             }
         }
     }
@@ -111,12 +114,20 @@ impl Field {
         if largest == 0.0 || row.factor() == 0.0 {
             return 0.0;
         }
+        (row.factor() * largest).min(self.smoothly_neglected(mesh, source, channel, &row.kernel))
+    }
+
+    /// The same by the kernel alone.
+    pub(crate) fn smoothly_neglected(&self, mesh: &Mesh, source: usize, channel: usize, kernel: &Kernel) -> f64 {
+        let rms = self.rms[source][channel];
+        if rms == 0.0 {
+            return 0.0;
+        }
         let (basis, element) = (mesh.basis(source), &mesh.elements()[source]);
-        let rms = self.rms(source, channel, basis.len());
-        let mut least = (row.factor() * largest).min(0.5 * (row.kernel.peak - row.kernel.least) * rms);
-        if row.kernel.smooth {
+        let mut least = 0.5 * (kernel.peak - kernel.least) * rms;
+        if kernel.smooth {
             for order in 1..=basis.degree() + 1 {
-                least = least.min(row.kernel.derivative(order) * element.arm(order) * rms);
+                least = least.min(kernel.derivative(order) * element.arm(order) * rms);
             }
         }
         least

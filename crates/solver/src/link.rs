@@ -13,7 +13,7 @@ use crate::Error;
 use crate::basis::Basis;
 use crate::field::Field;
 use crate::mesh::Sight;
-use crate::transfer::{Optics, Row, Station};
+use crate::transfer::{Kernel, Optics, Row, Station};
 
 /// A receiver's link to a source.
 #[derive(Debug, Clone)]
@@ -26,6 +26,19 @@ pub(crate) struct Link {
     pub(crate) matrix: Vec<f64>,
 }
 
+/// How rough the links of a receiver may be.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Need<'a> {
+    pub(crate) field: &'a Field,
+    /// What the error in each channel is multiplied by; the largest counts.
+    pub(crate) weight: &'a [f64],
+    /// The sum of the errors of all links.
+    pub(crate) allowed: f64,
+}
+
+/// The part of the allowed sum above which a link, one of a hundred, is surely refined.
+const SURELY: f64 = 0.05;
+
 impl Optics<'_> {
     /// The nodes of an element, as points that receive.
     pub(crate) fn stations(&self, element: usize) -> Vec<Station> {
@@ -34,22 +47,30 @@ impl Optics<'_> {
         basis.nodes().iter().map(|node| station(node.at)).collect()
     }
 
-    /// Links an element to the sources that it sees, each with the faces that may be between.
+    /// Links an element to the sources that it sees, each with the faces that may be between; or to the children of those that
+    /// would be refined anyway.
     fn links<'a>(
         &self,
         receiver: usize,
         sources: impl Iterator<Item = (usize, Option<&'a [usize]>)>,
+        need: &Need<'_>,
     ) -> Result<Vec<Link>, Error> {
         let stations = self.stations(receiver);
         let mut links = Vec::new();
-        for (source, known) in sources {
-            let sight = match known {
+        let mut open: Vec<(usize, Option<Vec<usize>>)> =
+            sources.map(|(source, known)| (source, known.map(<[_]>::to_vec))).collect();
+        while let Some((source, known)) = open.pop() {
+            let sight = match &known {
                 // Where nothing is between larger ones nothing is between these.
-                Some([]) if self.mesh.facing(receiver, source) => Sight::Clear,
-                Some([]) => Sight::Nothing,
-                _ => self.mesh.sight(receiver, source, known),
+                Some(faces) if faces.is_empty() && self.mesh.facing(receiver, source) => Sight::Clear,
+                Some(faces) if faces.is_empty() => Sight::Nothing,
+                _ => self.mesh.sight(receiver, source, known.as_deref()),
             };
             if sight == Sight::Nothing {
+                continue;
+            }
+            if let Some(first) = self.mesh.elements()[source].children().filter(|_| self.is_too_rough(&stations, source, need)) {
+                open.extend((first..first + 4).map(|child| (child, Some(sight.faces().to_vec()))));
                 continue;
             }
             let count = self.mesh.basis(source).len();
@@ -61,24 +82,30 @@ impl Optics<'_> {
         Ok(links)
     }
 
+    /// Whether a link would surely be refined, by the kernel at a few nodes as if all were seen.
+    fn is_too_rough(&self, stations: &[Station], source: usize, need: &Need<'_>) -> bool {
+        let element = &self.mesh.elements()[source];
+        let error = |station: &Station| {
+            let kernel = Kernel::of(station, element);
+            let of =
+                |(channel, weight): (usize, &f64)| weight * need.field.smoothly_neglected(self.mesh, source, channel, &kernel);
+            need.weight.iter().enumerate().map(of).fold(0.0, f64::max)
+        };
+        let few = [0, stations.len() / 2, stations.len() - 1];
+        few.iter().map(|&node| error(&stations[node])).fold(0.0, f64::max) > SURELY * need.allowed
+    }
+
     /// The links of an element without any: to all roots, or to the sources of its parent.
-    pub(crate) fn first_links(&self, receiver: usize, of_parent: Option<&[Link]>) -> Result<Vec<Link>, Error> {
+    pub(crate) fn first_links(&self, receiver: usize, of_parent: Option<&[Link]>, need: &Need<'_>) -> Result<Vec<Link>, Error> {
         match of_parent {
-            Some(links) => self.links(receiver, links.iter().map(|link| (link.source, Some(link.sight.faces())))),
-            None => self.links(receiver, self.mesh.roots().iter().map(|&root| (root, None))),
+            Some(links) => self.links(receiver, links.iter().map(|link| (link.source, Some(link.sight.faces()))), need),
+            None => self.links(receiver, self.mesh.roots().iter().map(|&root| (root, None)), need),
         }
     }
 
-    /// Refines the links of a receiver until the sum of their errors, each channel times its weight, is at most `allowed` or
-    /// nothing is left to refine. Returns whether any was.
-    pub(crate) fn refine(
-        &self,
-        receiver: usize,
-        links: &mut Vec<Link>,
-        field: &Field,
-        weight: &[f64],
-        allowed: f64,
-    ) -> Result<bool, Error> {
+    /// Refines the links of a receiver until the sum of their errors is what is allowed or nothing is left to refine. Returns whether any was.
+    pub(crate) fn refine(&self, receiver: usize, links: &mut Vec<Link>, need: &Need<'_>) -> Result<bool, Error> {
+        let &Need { field, weight, allowed } = need;
         let mut errors: Vec<f64> = links.iter().map(|link| self.weighted_error(link, field, weight)).collect();
         let mut changed = false;
         loop {
@@ -93,7 +120,7 @@ impl Optics<'_> {
             changed = true;
             let link = links.swap_remove(worst);
             errors.swap_remove(worst);
-            for link in self.links(receiver, (first..first + 4).map(|child| (child, Some(link.sight.faces()))))? {
+            for link in self.links(receiver, (first..first + 4).map(|child| (child, Some(link.sight.faces()))), need)? {
                 errors.push(self.weighted_error(&link, field, weight));
                 links.push(link);
             }

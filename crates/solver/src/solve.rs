@@ -19,7 +19,7 @@ use crate::direct::{Direct, Lamps};
 use crate::field::Field;
 use crate::gathering::{Equation, Surfaces, irradiance};
 use crate::ledger::Ledger;
-use crate::link::{Link, for_each};
+use crate::link::{Link, Need, for_each};
 use crate::mesh::{Mesh, Sight};
 use crate::residual::Residual;
 use crate::transfer::Optics;
@@ -76,10 +76,12 @@ const GLOWING_PART: f64 = 2e-10;
 const DIRECT_PART: f64 = 0.25;
 
 /// The part of the bound whose receivers are divided in a round.
-const BULK: f64 = 0.6;
+const BULK: f64 = 0.7;
 
-/// Changes relative to the mean radiosity below which the linear system is solved.
+/// Changes relative to the mean radiosity below which the linear system is solved: where light may be even, as for evaluations,
+/// and, over the error aimed at, in scenes with lamps.
 const SOLVED: f64 = 1e-13;
+const ROUGHLY_SOLVED: f64 = 1e-4;
 
 const MOST_SWEEPS: usize = 1000;
 
@@ -198,7 +200,7 @@ impl Solution {
         // What a round cannot reach anyway is not paid for.
         let aim = options.error.max(0.3 * self.progress.bound.min(1.0));
         self.light(aim, options)?;
-        self.link()?;
+        self.link(LINK_PART * aim)?;
         self.sweep(1e-2 * aim);
         for _ in 0..8 {
             let changed = self.refine(LINK_PART * aim)?;
@@ -207,7 +209,7 @@ impl Solution {
                 break;
             }
         }
-        self.sweep(SOLVED);
+        self.sweep(if self.lamps.is_empty() { SOLVED } else { ROUGHLY_SOLVED * aim });
         let scene = bound::Scene { mesh: &self.mesh, surfaces: &self.surfaces, receivers: &self.receivers, links: &self.links };
         let bounds = Bounds::of(scene, [self.left_of_direct(), self.left_of_reflected()], self.channels.len());
         self.bounds = bounds.ok_or_else(|| self.lossless())?;
@@ -369,14 +371,18 @@ impl Solution {
     }
 
     /// Links receivers that have none, to what their parent's links had for sources; these go.
-    fn link(&mut self) -> Result<(), Error> {
+    fn link(&mut self, allowed: f64) -> Result<(), Error> {
         self.links.resize(self.mesh.elements().len(), Vec::new());
         self.own.resize(self.mesh.elements().len(), Vec::new());
         let new: Vec<usize> = self.receivers.iter().copied().filter(|&receiver| self.links[receiver].is_empty()).collect();
         let optics = self.optics();
         let of_parent =
             |element: usize| self.mesh.elements()[element].parent().map(|p| &self.links[p][..]).filter(|l| !l.is_empty());
-        let links = for_each(&new, |receiver| optics.first_links(receiver, of_parent(receiver)))?;
+        let of = |receiver: usize| {
+            let need = Need { field: &self.field, weight: &self.weight(receiver), allowed };
+            optics.first_links(receiver, of_parent(receiver), &need)
+        };
+        let links = for_each(&new, of)?;
         for (&receiver, links) in new.iter().zip(links) {
             self.links[receiver] = links;
             let basis = self.mesh.basis(receiver);
@@ -423,19 +429,22 @@ impl Solution {
         self.field.pull(&self.mesh);
     }
 
+    /// What an error of the irradiance counts for, relative to the mean.
+    fn weight(&self, receiver: usize) -> Vec<f64> {
+        let rho = &self.surfaces.reflectance[self.mesh.elements()[receiver].face()];
+        rho.iter().zip(&self.mean).map(|(rho, mean)| if *mean > 0.0 { rho / mean } else { 0.0 }).collect()
+    }
+
     fn refine(&mut self, allowed: f64) -> Result<bool, Error> {
         let taken: Vec<Vec<Link>> = self.receivers.iter().map(|&receiver| std::mem::take(&mut self.links[receiver])).collect();
         let optics = self.optics();
-        let (field, surfaces, mean) = (&self.field, &self.surfaces, &self.mean);
         let refined: Vec<(Vec<Link>, bool)> = self
             .receivers
             .par_iter()
             .zip(taken)
             .map(|(&receiver, mut links)| {
-                let rho = &surfaces.reflectance[self.mesh.elements()[receiver].face()];
-                let of = |(rho, mean): (&f64, &f64)| if *mean > 0.0 { rho / mean } else { 0.0 };
-                let weight: Vec<f64> = rho.iter().zip(mean).map(of).collect();
-                let changed = optics.refine(receiver, &mut links, field, &weight, allowed)?;
+                let need = Need { field: &self.field, weight: &self.weight(receiver), allowed };
+                let changed = optics.refine(receiver, &mut links, &need)?;
                 Ok((links, changed))
             })
             .collect::<Result<_, Error>>()?;
