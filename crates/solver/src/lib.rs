@@ -2,8 +2,9 @@
 //!
 //! The radiosity of diffuse surfaces obeys `B = E + rho G B` with `G B(x) = (1/pi) int B(y) (n1.r)(-n2.r)/|r|^4 dA` over all
 //! that x sees (N. Holzschuch and F. X. Sillion 1995, Eq. 1, summed over all surfaces). [`solve`] approximates B by a polynomial
-//! on each element of a mesh ([`Basis`]: H. Zatz 1993), whose light at any point is known, occlusion included, to a bound. So the residual of an approximation can be computed at any point, and a bound on the error follows from it
-//! and from the fact that light gets less with each reflection.
+//! on each element of a mesh ([`Basis`]: H. Zatz 1993), whose light at any point is known, occlusion included, to a bound. So
+//! the residual of an approximation can be computed at any point, and a bound on the error follows from it and from the fact
+//! that light gets less with each reflection.
 //!
 //! ```text
 //! Scene -> Mesh        mesh, element, contact: trees of parallelograms and triangles; basis, rule: polynomials and nodes

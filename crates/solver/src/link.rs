@@ -103,7 +103,8 @@ impl Optics<'_> {
         }
     }
 
-    /// Refines the links of a receiver until the sum of their errors is what is allowed or nothing is left to refine. Returns whether any was.
+    /// Refines the links of a receiver until the sum of their errors is what is allowed or nothing is left to refine. Returns
+    /// whether any was.
     pub(crate) fn refine(&self, receiver: usize, links: &mut Vec<Link>, need: &Need<'_>) -> Result<bool, Error> {
         let &Need { field, weight, allowed } = need;
         let mut errors: Vec<f64> = links.iter().map(|link| self.weighted_error(link, field, weight)).collect();

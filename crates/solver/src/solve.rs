@@ -76,7 +76,7 @@ const GLOWING_PART: f64 = 2e-10;
 const DIRECT_PART: f64 = 0.25;
 
 /// The part of the bound whose receivers are divided in a round.
-const BULK: f64 = 0.7;
+const BULK: f64 = 0.6;
 
 /// Changes relative to the mean radiosity below which the linear system is solved: where light may be even, as for evaluations,
 /// and, over the error aimed at, in scenes with lamps.
