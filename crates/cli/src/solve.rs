@@ -24,17 +24,17 @@ const BETWEEN_FILES: Duration = Duration::from_secs(5);
 pub(crate) struct Request {
     #[command(flatten)]
     scene: SceneFile,
-    /// Mean of the bound on the error over the mean radiosity, at most: a percentage or a fraction.
+    /// Bound on the mean error over the mean radiosity, at most: a percentage or a fraction.
     #[arg(long, default_value = "0.5%", value_parser = fraction)]
     error: f64,
-    /// Degree of the polynomials on elements, 0 to 3 [default: 2, and 1 in scenes with shadows]
+    /// Degree of the polynomials on elements, 0 to 3 [default: 2]
     #[arg(long, value_parser = degree)]
     degree: Option<usize>,
-    /// Stop after the round in which this many seconds have passed; the bound then says what was reached.
-    #[arg(long)]
-    seconds: Option<f64>,
+    /// Seconds in which to be done: no round is begun that would probably end later, and the bound says what was reached.
+    #[arg(long, default_value = "60", value_parser = seconds)]
+    seconds: Duration,
     /// Elements, divided ones too, beyond which none is divided any more.
-    #[arg(long, default_value_t = 5000)]
+    #[arg(long, default_value_t = 20_000)]
     most_elements: usize,
     /// Write the solution: .vtu (radiosity, gradient, bounds, ledger) or .ply (colours). On the way too, every few seconds.
     #[arg(long, value_name = "FILE")]
@@ -121,8 +121,10 @@ pub(crate) fn run(request: &Request, mut output: impl Write) -> Result<bool, Fai
 
 /// The solution, with its progress on the standard error and a file of it from time to time.
 fn solved(request: &Request, scene: &Scene, start: Instant, out: Option<(&Path, Format)>) -> Result<Solution, Failure> {
-    let options =
-        Options { error: request.error, degree: request.degree, most_elements: request.most_elements, ..Options::default() };
+    // Reading has taken its part.
+    let time = Some(request.seconds.saturating_sub(start.elapsed()));
+    let (error, degree, most_elements) = (request.error, request.degree, request.most_elements);
+    let options = Options { error, degree, most_elements, time, ..Options::default() };
     let bar = ProgressBar::new_spinner();
     if let Ok(style) = ProgressStyle::with_template("{spinner} {elapsed} {msg}") {
         bar.set_style(style);
@@ -138,7 +140,7 @@ fn solved(request: &Request, scene: &Scene, start: Instant, out: Option<(&Path, 
             failure = write_whole(file, |output| format.write(solution, output)).err();
             last = Instant::now();
         }
-        failure.is_none() && request.seconds.is_none_or(|limit| start.elapsed().as_secs_f64() < limit)
+        failure.is_none()
     });
     bar.finish_and_clear();
     failure.map_or(Ok(solution?), |failure| Err(failure.into()))
@@ -149,6 +151,11 @@ fn fraction(text: &str) -> Result<f64, String> {
     let (number, unit) = text.strip_suffix('%').map_or((text, 1.0), |number| (number, 0.01));
     let value = unit * number.trim().parse::<f64>().map_err(|error| error.to_string())?;
     if value > 0.0 && value <= 1.0 { Ok(value) } else { Err(format!("{value} is not above 0 and at most 1 (100%)")) }
+}
+
+fn seconds(text: &str) -> Result<Duration, String> {
+    let value = text.parse::<f64>().map_err(|error| error.to_string())?;
+    Duration::try_from_secs_f64(value).map_err(|error| error.to_string())
 }
 
 fn degree(text: &str) -> Result<usize, String> {

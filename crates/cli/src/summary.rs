@@ -13,7 +13,7 @@ pub(crate) struct Summary {
     rounds: usize,
     elements: usize,
     links: usize,
-    /// Mean of the bound over the mean radiosity, the largest of the channels.
+    /// Bound on the mean error over the mean radiosity, the largest of the channels.
     bound: f64,
     /// What was asked for.
     error: f64,

@@ -63,6 +63,9 @@ pub struct Basis {
     to_child: [Vec<Vec<f64>>; 4],
     /// For each Bernstein polynomial, its coefficient in each function.
     bernstein: Vec<Vec<f64>>,
+    /// Bound on the magnitude of all functions, and by how much sums of moments may enlarge rounding errors.
+    largest: f64,
+    conditioning: f64,
     /// The basis of the next degree, at the nodes and in Bernstein polynomials: what the projection leaves out.
     above: Option<Box<Self>>,
 }
@@ -84,10 +87,25 @@ impl Basis {
             Shape::Triangle => orthonormal(&powers),
         };
         let (at_nodes, to_child) = (Vec::new(), [const { Vec::new() }; 4]);
-        let mut basis = Self { shape, degree, powers, functions, nodes, at_nodes, to_child, bernstein: Vec::new(), above };
+        let mut basis = Self {
+            shape,
+            degree,
+            powers,
+            functions,
+            nodes,
+            at_nodes,
+            to_child,
+            bernstein: Vec::new(),
+            largest: 1.0,
+            conditioning: 1.0,
+            above,
+        };
         basis.at_nodes = basis.nodes.iter().map(|node| basis.values(node.at)).collect();
         basis.to_child = [0, 1, 2, 3].map(|child| basis.child_map(child));
         basis.bernstein = basis.bernstein_map();
+        basis.largest = basis.bernstein.iter().flatten().fold(1.0, |most, c| most.max(c.abs()));
+        let size = |f: &Monomials| f.iter().map(|c| c.abs()).sum::<f64>();
+        basis.conditioning = basis.functions.iter().map(size).fold(1.0, f64::max);
         basis
     }
 
@@ -143,6 +161,21 @@ impl Basis {
     /// The monomials `s^i t^j` of a function, each with its coefficient.
     pub fn monomials(&self, function: usize) -> impl Iterator<Item = (f64, [usize; 2])> {
         self.functions[function].iter().copied().zip(self.powers.iter().copied()).filter(|(c, _)| *c != 0.0)
+    }
+
+    /// Exponents of the monomials `s^i t^j`, in the order of the moments that [`Self::of_moments`] takes.
+    pub(crate) fn powers(&self) -> &[[usize; 2]] {
+        &self.powers
+    }
+
+    /// Integrals of the functions from those of the monomials; the first ones from the first ones.
+    pub(crate) fn of_moments(&self, moments: &[f64]) -> Vec<f64> {
+        self.functions.iter().take(moments.len()).map(|f| dot(f, moments)).collect()
+    }
+
+    /// By how much [`Self::of_moments`] may enlarge rounding errors.
+    pub(crate) const fn conditioning(&self) -> f64 {
+        self.conditioning
     }
 
     /// Coefficients of the projection of a function given at the nodes: exact for what the basis spans.
@@ -214,8 +247,8 @@ impl Basis {
     }
 
     /// A bound on the magnitude of all functions.
-    pub(crate) fn largest(&self) -> f64 {
-        self.bernstein.iter().flatten().fold(1.0, |most, c| most.max(c.abs()))
+    pub(crate) const fn largest(&self) -> f64 {
+        self.largest
     }
 
     fn child_map(&self, child: usize) -> Vec<Vec<f64>> {

@@ -1,151 +1,471 @@
-//! Bounds on the error, at every point.
+//! Bounds on the error: its mean over all area, and its magnitude at every point.
 //!
-//! `B = E + rho G B`, with a kernel that is nowhere negative. Let `B_h` be the piecewise polynomial radiosity, `B_g = E + rho G
-//! B_h` what one exact gather makes of it, and `r = B_g - B_h` the residual ([`crate::residual`]). The error of the gather obeys
-//! `B - B_g = rho G (B - B_g) + rho G r`. So any w with `w >= rho |G r| + rho G w` bounds it, and `|B - B_h| <= w + |r|`. We take
-//! w constant on each leaf.
+//! `B = E + rho G B`, with a kernel that is nowhere negative and the same both ways. Let `B_h` be the piecewise polynomial
+//! radiosity, `B_g = E + rho G B_h` what one exact gather makes of it, and `r = B_g - B_h` the residual ([`crate::residual`]).
+//! The error of the gather obeys `e = B - B_g = rho G r + rho G e`.
 //!
-//! # The gather of the residual
-//! From a source, at a point with form factor F, with P and S the largest value and the largest slope of the kernel times the
-//! area (infinite S past occluders): `|G r|` is at most `F max|r|`, and `P (mean|r| + |mean r|)/2`, since a constant may be
-//! taken from the kernel; and `S mean(radius |r|) + P |mean r|`, since the kernel may be replaced by its value at the centre of
-//! each leaf. The last is what makes an oscillating residual count for little.
+//! # The mean
+//! `mean |e| <= mean(z |r|)` with the importance `z = G b`, `b = rho + rho G b`: how much of a unit of light that leaves a place is
+//! reflected anywhere, once or more. That is the radiosity equation with rho for the light that is emitted, so the links for it
+//! are there. No bound on the kernel enters: light spreads and is lost as it is. Over an element the mean of |r| and the largest
+//! z at the nodes are taken. With `b_h` in the place of b, and `d = rho + rho G b_h - b_h`, `mean(z |r|)` is
+//! `mean(z_h |r|) + mean(q d)` where `q = G |r| + G rho q`, and `rho q` is bounded as e is.
 //!
-//! # The gather of w
-//! From a source that is divided it is at most `F max w` and at most `P mean w`. A leaf's w is the largest of those at its nodes;
-//! as an average over the leaf with a positive kernel is meant, that is an estimate of the same kind as the residual's. Where w
-//! stands for a bound at every point of the leaf, the difference between the largest and the least at the nodes is added.
-//! Sweeps start at 0; they stop when they rise by less than a thousandth, a fiftieth is added, and the inequality is checked at
-//! all nodes.
+//! # A point
+//! `|e| <= rho |G r| + rho G |e|`. Of |e| a point gathers from a source at most F times its largest value and `k_max` times its
+//! mean, k the kernel times the area. Means over receivers come first: with `F_y` the form factor to receiver i from a place y of
+//! receiver j, `A_i mean_i G f = int f F_y dy <= A_j mean_j(f) max F_y`. The largest values then are those at the nodes; only
+//! near-by sources need each other's.
+//!
+//! Where a bound has to hold at every point of an element, the difference between the largest value at the nodes and the least is
+//! added; that, and z between the nodes, are estimates of the same kind as the residual's.
+
+use std::collections::HashMap;
 
 use rayon::prelude::*;
 
 use crate::field::Field;
-use crate::gathering::Surfaces;
+use crate::gathering::{Equation, Surfaces, irradiance};
 use crate::ledger::Ledger;
 use crate::link::Link;
 use crate::mesh::Mesh;
 use crate::residual::Residual;
-use crate::transfer::Row;
+use crate::transfer::{Kernel, Row, Station};
 
 /// Sweeps after which there is no bound: far more than any reflectance below 0.99 needs.
 const MOST_SWEEPS: usize = 2000;
 
 /// What is added, as a part, so that sweeps that still rise by a little end below.
-const MARGIN: f64 = 0.02;
+const MARGIN: f64 = 0.03;
 
 /// How much they may still rise, as a part.
-const RISE: f64 = 1e-3;
+const RISE: f64 = 1e-2;
 
-/// Bounds on each element: of a leaf its own, else those over the leaves below. One for each channel.
+/// How often means and largest values are drawn from each other.
+const PASSES: usize = 1;
+
+/// Sweeps in which means over receivers come down.
+const MEAN_SWEEPS: usize = 8;
+
+/// Changes below which the importance is solved: what that leaves is in its defect.
+const SOLVED: f64 = 1e-3;
+
+/// What bounds are made of.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Scene<'a> {
+    pub(crate) mesh: &'a Mesh,
+    pub(crate) surfaces: &'a Surfaces,
+    pub(crate) receivers: &'a [usize],
+    pub(crate) links: &'a [Vec<Link>],
+}
+
+/// What light leaves out on each element, by channel.
+pub(crate) type Residuals = Vec<Vec<Residual>>;
+
+/// Bounds for each channel.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Bounds {
-    /// Mean and largest bound on the error of a gather.
-    pub(crate) mean: Vec<Vec<Ledger>>,
-    pub(crate) largest: Vec<Vec<Ledger>>,
-    /// What the bound at a leaf's nodes varies by.
-    pub(crate) variation: Vec<Vec<Ledger>>,
-    pub(crate) residual: Vec<Vec<Residual>>,
+    /// On the mean magnitude of the error of gathers over all area.
+    pub(crate) mean: Vec<Ledger>,
+    /// What direct and reflected light leave out on each element.
+    pub(crate) residuals: [Residuals; 2],
+    /// For each receiver, the largest importance at a node.
+    importance: Vec<Vec<f64>>,
+    /// On the error of a gather, on each element: the mean over it and the largest value at its nodes.
+    means: Vec<Vec<f64>>,
+    largest: Vec<Vec<f64>>,
+    /// By how much the bounds at a receiver's nodes differ.
+    variation: Vec<Vec<f64>>,
+    /// The parts that the sources of error have in the mean.
+    shares: Vec<Ledger>,
+    /// Whether each element is a receiver.
+    receives: Vec<bool>,
+}
+
+/// What a receiver, or a point, sees of an element that is a receiver or above one.
+#[derive(Debug, Clone)]
+struct Seen {
+    source: usize,
+    /// For each node, a bound on the form factor and the kernel.
+    nodes: Vec<(f64, Kernel)>,
+    most_factor: f64,
+    most_peak: f64,
+}
+
+impl Seen {
+    /// From links: those to elements below a receiver are taken together, as what is left out of reflected light cancels over
+    /// receivers, not over their parts.
+    fn of<'a>(
+        mesh: &Mesh,
+        stations: &[Station],
+        receives: &[bool],
+        links: impl Iterator<Item = (usize, &'a [Row])>,
+    ) -> Vec<Self> {
+        let mut seen: Vec<Self> = Vec::new();
+        let mut places = HashMap::new();
+        for (source, rows) in links {
+            let receiver = receiver_above(mesh, receives, source).filter(|&receiver| receiver != source);
+            let Some(receiver) = receiver else {
+                seen.push(Self::from(source, rows.iter().map(|row| (row.factor(), row.kernel)).collect()));
+                continue;
+            };
+            let place = *places.entry(receiver).or_insert_with(|| {
+                let kernel = |station: &Station| (0.0, Kernel::of(station, &mesh.elements()[receiver]));
+                seen.push(Self::from(receiver, stations.iter().map(kernel).collect()));
+                seen.len() - 1
+            });
+            for ((factor, kernel), row) in seen[place].nodes.iter_mut().zip(rows) {
+                *factor += row.factor();
+                if !row.kernel.smooth {
+                    (kernel.smooth, kernel.least) = (false, 0.0);
+                }
+            }
+        }
+        for seen in &mut seen {
+            seen.most_factor = seen.nodes.iter().fold(0.0, |m: f64, n| m.max(n.0));
+            seen.most_peak = seen.nodes.iter().filter(|n| n.0 > 0.0).fold(0.0, |m: f64, n| m.max(n.1.peak));
+        }
+        seen
+    }
+
+    const fn from(source: usize, nodes: Vec<(f64, Kernel)>) -> Self {
+        Self { source, nodes, most_factor: 0.0, most_peak: 0.0 }
+    }
+}
+
+/// The receiver that an element is or is below.
+fn receiver_above(mesh: &Mesh, receives: &[bool], element: usize) -> Option<usize> {
+    std::iter::successors(Some(element), |&at| mesh.elements()[at].parent()).find(|&at| receives[at])
+}
+
+impl Residual {
+    /// Those at some elements, and from there those over the elements above and for the elements below.
+    pub(crate) fn everywhere(mesh: &Mesh, at: &[usize], of: Vec<Vec<Self>>, channels: usize) -> Residuals {
+        let mut all: Vec<Option<Vec<Self>>> = vec![None; mesh.elements().len()];
+        for (&element, of) in at.iter().zip(of) {
+            all[element] = Some(of);
+        }
+        for index in (0..all.len()).rev() {
+            if let (None, Some(first)) = (&all[index], mesh.elements()[index].children()) {
+                let children: Vec<&Vec<Self>> = all[first..first + 4].iter().flatten().collect();
+                if children.len() == 4 {
+                    let of = |channel: usize| Self::over(&[0, 1, 2, 3].map(|child| children[child][channel]));
+                    all[index] = Some((0..channels).map(of).collect());
+                }
+            }
+        }
+        all.into_iter().map(|of| of.unwrap_or_else(|| vec![Self::default(); channels])).collect()
+    }
 }
 
 impl Bounds {
-    /// Bounds on the error all over the mesh; `None` if no bounded w was found, as where light cannot be lost.
-    pub(crate) fn of(mesh: &Mesh, surfaces: &Surfaces, leaves: &[usize], links: &[Vec<Link>], field: &Field) -> Option<Self> {
-        let channels = surfaces.reflectance.first().map_or(0, Vec::len);
-        let empty = vec![vec![Ledger::default(); channels]; mesh.elements().len()];
-        let residual = vec![vec![Residual::default(); channels]; mesh.elements().len()];
-        let mut bounds = Self { mean: empty.clone(), largest: empty.clone(), variation: empty, residual };
-        let of_leaf = |&leaf: &usize| -> Vec<Residual> {
-            (0..channels).map(|channel| Residual::of(mesh, surfaces, &links[leaf], field, leaf, channel)).collect()
+    /// Bounds on the error all over the mesh, from what direct and reflected light leave out; `None` if none was found, as
+    /// where light cannot be lost.
+    pub(crate) fn of(scene: Scene<'_>, residuals: [Residuals; 2], channels: usize) -> Option<Self> {
+        let Scene { mesh, surfaces, receivers, links } = scene;
+        let mut receives = vec![false; mesh.elements().len()];
+        receivers.iter().for_each(|&receiver| receives[receiver] = true);
+        let empty = vec![vec![0.0; channels]; mesh.elements().len()];
+        let (importance, defects) = importance(scene, channels);
+        let of_receiver = |&receiver: &usize| {
+            let links = links[receiver].iter().map(|link| (link.source, &link.rows[..]));
+            Seen::of(mesh, &stations(mesh, receiver), &receives, links)
         };
-        let residuals: Vec<Vec<Residual>> = leaves.par_iter().map(of_leaf).collect();
-        for (&leaf, residual) in leaves.iter().zip(residuals) {
-            bounds.residual[leaf] = residual;
-        }
-        for index in (0..mesh.elements().len()).rev() {
-            if let Some(first) = mesh.elements()[index].children() {
-                for channel in 0..channels {
-                    let children = [0, 1, 2, 3].map(|child| bounds.residual[first + child][channel]);
-                    bounds.residual[index][channel] = Residual::over(&children);
-                }
-            }
-        }
-        for _ in 0..MOST_SWEEPS {
-            let next = bounds.swept(mesh, surfaces, leaves, links);
-            let rises = |(leaf, next): (&usize, &Vec<[Ledger; 2]>)| {
-                next.iter().zip(&bounds.mean[*leaf]).any(|([n, _], w)| n.total() > w.total() * (1.0 + RISE))
+        let seen: Vec<Vec<Seen>> = receivers.par_iter().map(of_receiver).collect();
+        let mut bounds = Self {
+            mean: Vec::new(),
+            residuals,
+            importance,
+            means: empty.clone(),
+            largest: empty.clone(),
+            variation: empty,
+            shares: Vec::new(),
+            receives,
+        };
+        let own = |(index, &receiver): (usize, &usize)| {
+            let rho = &surfaces.reflectance[mesh.elements()[receiver].face()];
+            let of_node = |channel: usize, node: usize| {
+                let rows = links[receiver].iter().map(|link| (link.source, &link.rows[node]));
+                bounds.gathered_residual(mesh, channel, rows, &seen[index], node).total() * rho[channel]
             };
-            let rising = leaves.iter().zip(&next).any(rises);
-            let margin = if rising { 1.0 } else { 1.0 + MARGIN };
-            for (&leaf, next) in leaves.iter().zip(next) {
-                bounds.mean[leaf] = next.iter().map(|w| w[0] * margin).collect();
-                bounds.variation[leaf] = next.iter().map(|w| w[1]).collect();
+            let nodes = mesh.basis(receiver).nodes().len();
+            (0..channels).map(|channel| (0..nodes).map(|node| of_node(channel, node)).collect()).collect()
+        };
+        let own: Vec<Vec<Vec<f64>>> = receivers.par_iter().enumerate().map(own).collect();
+        // Each time from a bound that holds: at first a point may gather the largest error from everywhere.
+        for &receiver in receivers {
+            bounds.means[receiver] = vec![f64::INFINITY; channels];
+        }
+        bounds.pull(mesh);
+        for _ in 0..PASSES {
+            bounds.rise(scene, &seen, &own)?;
+            bounds.average(scene, &defects);
+            bounds.spread(scene, &seen);
+        }
+        bounds.rise(scene, &seen, &own)?;
+        Some(bounds)
+    }
+
+    /// The mean magnitude of the residual over an element, by its sources.
+    fn mean_residual(&self, element: usize, channel: usize) -> Ledger {
+        let [direct, reflected] = &self.residuals;
+        direct[element][channel].mean_ledger() + reflected[element][channel].mean_ledger()
+    }
+
+    /// How much an element adds to the bound on the mean, for what it leaves out of direct or of reflected light.
+    pub(crate) fn share(&self, mesh: &Mesh, which: usize, element: usize, channel: usize) -> f64 {
+        let receiver = receiver_above(mesh, &self.receives, element).unwrap_or(element);
+        let importance = self.importance[receiver].get(channel).copied().unwrap_or(0.0);
+        mesh.elements()[element].area() * importance * self.residuals[which][element][channel].mean()
+    }
+
+    /// Mean errors of receivers, `A_i e_i <= rho_i sum_j max F_ij A_j (|r|_j + e_j)`, from those that hold already and from the
+    /// mean over all: `sum_j A_j e_j` is known.
+    fn spread(&mut self, scene: Scene<'_>, seen: &[Vec<Seen>]) {
+        let Scene { mesh, surfaces, receivers, .. } = scene;
+        let area: f64 = receivers.iter().map(|&receiver| mesh.elements()[receiver].area()).sum();
+        // Which receivers get how much at most of what leaves each.
+        let reached = |index: usize| {
+            let mut to = Vec::new();
+            for seen in seen[index].iter().filter(|seen| seen.most_factor > 0.0) {
+                let whole = mesh.elements()[seen.source].area();
+                below(mesh, &self.receives, seen.source, &mut |target| {
+                    to.push((target, seen.most_factor.min(seen.most_peak * mesh.elements()[target].area() / whole)));
+                });
             }
-            bounds.pull(mesh);
-            if !rising {
-                let check = bounds.swept(mesh, surfaces, leaves, links);
-                let holds = |(leaf, next): (&usize, &Vec<[Ledger; 2]>)| {
-                    next.iter().zip(&bounds.mean[*leaf]).all(|([n, _], w)| n.total() <= w.total())
-                };
-                if leaves.iter().zip(&check).all(holds) {
-                    return Some(bounds);
+            to
+        };
+        let reached: Vec<Vec<(usize, f64)>> = (0..receivers.len()).into_par_iter().map(reached).collect();
+        let channels = self.mean.len();
+        for channel in 0..channels {
+            let whole = area * self.mean[channel].total();
+            for &receiver in receivers {
+                let held = &mut self.means[receiver][channel];
+                *held = held
+                    .min(whole / mesh.elements()[receiver].area())
+                    .min(self.largest[receiver][channel] + self.variation[receiver][channel]);
+            }
+            for _ in 0..MEAN_SWEEPS {
+                let mut sums = vec![[0.0_f64; 3]; mesh.elements().len()];
+                for (&receiver, to) in receivers.iter().zip(&reached) {
+                    let own = mesh.elements()[receiver].area();
+                    let [left, error] =
+                        [self.mean_residual(receiver, channel).total(), self.means[receiver][channel]].map(|m| own * m);
+                    for &(target, most) in to {
+                        let [first, again, factor] = &mut sums[target];
+                        *first += most * left;
+                        *again += most * error;
+                        *factor = factor.max(most);
+                    }
                 }
+                for &receiver in receivers {
+                    let element = &mesh.elements()[receiver];
+                    let [first, again, factor] = sums[receiver];
+                    let rho = surfaces.reflectance[element.face()][channel];
+                    let sum = rho * (first + again.min(factor * whole)) / element.area();
+                    self.means[receiver][channel] = self.means[receiver][channel].min(sum);
+                }
+            }
+        }
+        self.pull(mesh);
+    }
+
+    /// Largest errors at the nodes of receivers, from what these gather of the residual: sweeps from 0 until they rise no more,
+    /// then a margin, and a check that one more sweep does not exceed it.
+    fn rise(&mut self, scene: Scene<'_>, seen: &[Vec<Seen>], own: &[Vec<Vec<f64>>]) -> Option<()> {
+        let Scene { mesh, surfaces, receivers, .. } = scene;
+        let at_nodes = |bounds: &Self, index: usize, channel: usize| -> Vec<f64> {
+            let rho = surfaces.reflectance[mesh.elements()[receivers[index]].face()][channel];
+            let carried = |(node, own): (usize, &f64)| own + rho * bounds.gathered_error(channel, &seen[index], node);
+            own[index][channel].iter().enumerate().map(carried).collect()
+        };
+        let channels = own.first().map_or(0, Vec::len);
+        let swept = |bounds: &Self| -> Vec<Vec<f64>> {
+            let of = |channel: usize, index: usize| at_nodes(bounds, index, channel).into_iter().fold(0.0, f64::max);
+            let all = |index: usize| (0..channels).map(|channel| of(channel, index)).collect();
+            (0..receivers.len()).into_par_iter().map(all).collect()
+        };
+        receivers.iter().for_each(|&receiver| self.largest[receiver].fill(0.0));
+        self.pull(mesh);
+        for _ in 0..MOST_SWEEPS {
+            let next = swept(self);
+            let rises = |(&receiver, next): (&usize, &Vec<f64>)| {
+                next.iter().zip(&self.largest[receiver]).any(|(n, w)| *n > w * (1.0 + RISE))
+            };
+            let rising = receivers.iter().zip(&next).any(rises);
+            let margin = if rising { 1.0 } else { 1.0 + MARGIN };
+            for (&receiver, next) in receivers.iter().zip(next) {
+                self.largest[receiver] = next.into_iter().map(|w| w * margin).collect();
+            }
+            self.pull(mesh);
+            if rising {
+                continue;
+            }
+            let check = swept(self);
+            let holds = |(&receiver, check): (&usize, &Vec<f64>)| check.iter().zip(&self.largest[receiver]).all(|(n, w)| n <= w);
+            if receivers.iter().zip(&check).all(holds) {
+                for (index, &receiver) in receivers.iter().enumerate() {
+                    for channel in 0..channels {
+                        let largest = self.largest[receiver][channel];
+                        let least = at_nodes(self, index, channel).into_iter().fold(largest, f64::min);
+                        self.variation[receiver][channel] = largest - least;
+                    }
+                }
+                return Some(());
             }
         }
         None
     }
 
-    /// `rho |G r| + rho G w` on each leaf: the largest at a node, and by how much the least is less.
-    fn swept(&self, mesh: &Mesh, surfaces: &Surfaces, leaves: &[usize], links: &[Vec<Link>]) -> Vec<Vec<[Ledger; 2]>> {
-        let of_leaf = |&leaf: &usize| {
-            let rho = &surfaces.reflectance[mesh.elements()[leaf].face()];
-            let of_channel = |(channel, rho): (usize, &f64)| {
-                let mut at_nodes = vec![Ledger::default(); mesh.basis(leaf).nodes().len()];
-                for link in &links[leaf] {
-                    for (sum, row) in at_nodes.iter_mut().zip(&link.rows) {
-                        *sum += self.gathered(link.source, channel, row);
-                    }
-                }
-                let most = at_nodes.iter().fold(Ledger::default(), |m, h| m.zip(*h, f64::max));
-                let least = at_nodes.iter().fold(most, |m, h| m.zip(*h, f64::min));
-                [most * *rho, (most + least * -1.0) * *rho]
-            };
-            rho.iter().enumerate().map(of_channel).collect()
-        };
-        leaves.par_iter().map(of_leaf).collect()
-    }
-
-    /// What a point gathers at most from a source of the residual and of w.
-    pub(crate) fn gathered(&self, source: usize, channel: usize, row: &Row) -> Ledger {
-        let (mean, largest, residual) =
-            (self.mean[source][channel], self.largest[source][channel], &self.residual[source][channel]);
-        let factor = row.values.first().map_or(0.0, |f| f.max(0.0) + row.error);
-        // Where something is 0, nothing times a peak that is infinite.
-        let least = |factor: f64, largest: f64, others: [f64; 2]| {
-            if largest == 0.0 || factor == 0.0 { 0.0 } else { others.into_iter().fold(factor * largest, f64::min) }
-        };
-        let halved = 0.5 * row.peak * (residual.mean + residual.bias);
-        let centred = row.slope * residual.arm + row.peak * residual.bias;
-        let oscillating = least(factor, residual.largest.discretisation, [halved, centred]);
-        let rest = Ledger { discretisation: 0.0, ..residual.largest };
-        let of_bound = mean.zip(largest, |mean, largest| least(factor, largest, [row.peak * mean, f64::INFINITY]));
-        of_bound + rest * factor + Ledger { discretisation: oscillating, ..Ledger::default() }
-    }
-
+    /// Values of elements above receivers.
     fn pull(&mut self, mesh: &Mesh) {
         for index in (0..mesh.elements().len()).rev() {
-            match mesh.elements()[index].children() {
-                None => self.largest[index] = self.mean[index].clone(),
-                Some(first) => {
-                    for channel in 0..self.mean[index].len() {
-                        let children = first..first + 4;
-                        let sum = children.clone().fold(Ledger::default(), |sum, child| sum + self.mean[child][channel]);
-                        self.mean[index][channel] = sum * 0.25;
-                        let most = |m: Ledger, child: usize| m.zip(self.largest[child][channel], f64::max);
-                        self.largest[index][channel] = children.fold(Ledger::default(), most);
-                    }
-                }
+            let Some(first) = mesh.elements()[index].children().filter(|_| !self.receives[index]) else { continue };
+            for channel in 0..self.means[index].len() {
+                let children = first..first + 4;
+                self.means[index][channel] = 0.25 * children.clone().map(|child| self.means[child][channel]).sum::<f64>();
+                self.largest[index][channel] = children.map(|child| self.largest[child][channel]).fold(0.0, f64::max);
             }
         }
     }
+
+    /// The bound on the mean error.
+    fn average(&mut self, scene: Scene<'_>, defects: &[Vec<f64>]) {
+        let Scene { mesh, surfaces, receivers, .. } = scene;
+        let area: f64 = receivers.iter().map(|&receiver| mesh.elements()[receiver].area()).sum();
+        let channels = self.residuals[0].first().map_or(0, Vec::len);
+        (self.mean, self.shares) = (Vec::new(), Vec::new());
+        for channel in 0..channels {
+            let (mut sent, mut missed, mut at_point) = (Ledger::default(), 0.0, Ledger::default());
+            for (&receiver, defects) in receivers.iter().zip(defects) {
+                let element = &mesh.elements()[receiver];
+                let part = element.area() / area;
+                sent += self.mean_residual(receiver, channel) * (self.importance[receiver][channel] * part);
+                let rho = surfaces.reflectance[element.face()][channel];
+                if rho > 0.0 {
+                    let largest = self.largest[receiver][channel] + self.variation[receiver][channel];
+                    missed += part * defects[channel] * largest / rho;
+                }
+                // What is evaluated at a point has an error of its own.
+                for residuals in &self.residuals {
+                    let largest = residuals[receiver][channel].largest;
+                    at_point += Ledger { discretisation: 0.0, solver: 0.0, ..largest } * part;
+                }
+            }
+            let share = if sent.total() > 0.0 { sent * (1.0 / sent.total()) } else { sent };
+            self.mean.push(sent + share * missed + at_point);
+            self.shares.push(share);
+        }
+    }
+
+    /// What a point gathers at most of the residual.
+    fn gathered_residual<'a>(
+        &self,
+        mesh: &Mesh,
+        channel: usize,
+        rows: impl Iterator<Item = (usize, &'a Row)>,
+        seen: &[Seen],
+        node: usize,
+    ) -> Ledger {
+        let [direct, reflected] = &self.residuals;
+        let of_direct = |(source, row): (usize, &Row)| {
+            direct[source][channel].gathered(mesh.basis(source).degree(), row.factor(), &row.kernel)
+        };
+        let of_reflected = |seen: &Seen| {
+            let (factor, kernel) = &seen.nodes[node];
+            reflected[seen.source][channel].gathered(mesh.basis(seen.source).degree(), *factor, kernel)
+        };
+        let direct = rows.map(of_direct).fold(Ledger::default(), |a, b| a + b);
+        seen.iter().map(of_reflected).fold(direct, |a, b| a + b)
+    }
+
+    /// What a point gathers at most of the error.
+    fn gathered_error(&self, channel: usize, seen: &[Seen], node: usize) -> f64 {
+        let of = |seen: &Seen| {
+            let (factor, kernel) = &seen.nodes[node];
+            let (mean, largest) = (self.means[seen.source][channel], self.largest[seen.source][channel]);
+            if *factor == 0.0 { 0.0 } else { (factor * largest).min(kernel.peak * mean) }
+        };
+        seen.iter().map(of).sum()
+    }
+
+    /// The bound at a point, from what each of its links gives.
+    pub(crate) fn at_point(&self, mesh: &Mesh, surfaces: &Surfaces, station: &Station, rows: &[(usize, Row)]) -> Vec<Ledger> {
+        let links = rows.iter().map(|(source, row)| (*source, std::slice::from_ref(row)));
+        let seen = Seen::of(mesh, &[*station], &self.receives, links);
+        let rho = &surfaces.reflectance[station.face];
+        let of_channel = |(channel, rho): (usize, &f64)| {
+            let rows = rows.iter().map(|(source, row)| (*source, row));
+            let carried = self.shares[channel] * self.gathered_error(channel, &seen, 0);
+            (self.gathered_residual(mesh, channel, rows, &seen, 0) + carried) * *rho
+        };
+        rho.iter().enumerate().map(of_channel).collect()
+    }
+
+    /// The bound on the error of gathers at every point of a receiver.
+    pub(crate) fn on_receiver(&self, receiver: usize, channel: usize) -> Ledger {
+        self.shares[channel] * (self.largest[receiver][channel] + self.variation[receiver][channel])
+    }
+}
+
+/// Calls `visit` with the receivers below an element, or itself.
+fn below(mesh: &Mesh, receives: &[bool], element: usize, visit: &mut impl FnMut(usize)) {
+    if receives[element] {
+        visit(element);
+    } else if let Some(first) = mesh.elements()[element].children() {
+        (first..first + 4).for_each(|child| below(mesh, receives, child, visit));
+    }
+}
+
+/// For each element the largest importance at the nodes, and for each receiver the mean magnitude of the defect of b.
+fn importance(scene: Scene<'_>, channels: usize) -> (Vec<Vec<f64>>, Vec<Vec<f64>>) {
+    let Scene { mesh, surfaces, receivers, links } = scene;
+    let mut source: Vec<Vec<f64>> = vec![Vec::new(); mesh.elements().len()];
+    let mut own = source.clone();
+    for &receiver in receivers {
+        let (len, rho) = (mesh.basis(receiver).len(), &surfaces.reflectance[mesh.elements()[receiver].face()]);
+        source[receiver] = rho.iter().flat_map(|rho| (0..len).map(move |i| if i == 0 { *rho } else { 0.0 })).collect();
+        own[receiver] = vec![0.0; len * channels];
+    }
+    let mut field = Field::dark(mesh, channels);
+    let equation = Equation { mesh, surfaces, receivers, links, source: &source };
+    for _ in 0..MOST_SWEEPS {
+        if equation.sweep(&mut field, &mut own, &vec![1.0; channels]) <= SOLVED {
+            break;
+        }
+    }
+    field.pull(mesh);
+    let of = |&receiver: &usize| {
+        let (element, basis) = (&mesh.elements()[receiver], mesh.basis(receiver));
+        let of_channel = |channel: usize| {
+            let rho = surfaces.reflectance[element.face()][channel];
+            let at_nodes = irradiance(mesh, &field, &links[receiver], channel, basis.nodes().len());
+            let beside = |node: usize| {
+                let of = |link: &Link| {
+                    let (row, len) = (&link.rows[node], mesh.basis(link.source).len());
+                    field.neglected(mesh, link.source, channel, row) + row.error_of(field.of(link.source, channel, len))
+                };
+                links[receiver].iter().map(of).sum::<f64>()
+            };
+            let beside: Vec<f64> = (0..at_nodes.len()).map(beside).collect();
+            let z = at_nodes.iter().zip(&beside).map(|(z, beside)| z + beside).fold(0.0, f64::max);
+            let samples: Vec<f64> = at_nodes.iter().map(|h| rho * h).collect();
+            let held = &own[receiver][channel * basis.len()..(channel + 1) * basis.len()];
+            let mut unsolved: Vec<f64> = basis.project(&samples).iter().zip(held).map(|(p, b)| p - b).collect();
+            unsolved[0] += rho;
+            let missed = rho * beside.into_iter().fold(0.0, f64::max);
+            (z, Residual::of(element, basis, &samples).mean() + basis.magnitude(&unsolved) + missed)
+        };
+        (0..channels).map(of_channel).unzip()
+    };
+    let (largest, defects): (Vec<Vec<f64>>, Vec<Vec<f64>>) = receivers.par_iter().map(of).unzip();
+    let mut all = vec![Vec::new(); mesh.elements().len()];
+    receivers.iter().zip(largest).for_each(|(&receiver, z)| all[receiver] = z);
+    (all, defects)
+}
+
+fn stations(mesh: &Mesh, element: usize) -> Vec<Station> {
+    let (basis, element) = (mesh.basis(element), &mesh.elements()[element]);
+    let station = |at| Station { point: element.point(at), normal: element.polygon().normal(), face: element.face() };
+    basis.nodes().iter().map(|node| station(node.at)).collect()
 }

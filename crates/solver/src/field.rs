@@ -1,11 +1,11 @@
 //! The radiosity of a mesh: coefficients in the basis of every element, in every channel.
 //!
-//! Those of leaves are the unknowns. An element that is divided holds the projection of its leaves, pulled up from its children,
-//! and what that leaves out: the mean square of the leaves' radiosity, and for each degree a bound on the difference between the
-//! leaves' radiosity and the functions up to that degree.
+//! A light is given on an antichain of elements, so that every leaf is one of them or below one. The elements below hold its
+//! restriction, those above its projection, pulled up from the children, and what that leaves out: the mean square of the
+//! leaves' radiosity, and a bound on the difference between the leaves' radiosity and the element's polynomial.
 
 use crate::mesh::Mesh;
-use crate::transfer::Row;
+use crate::transfer::{Kernel, Row};
 
 /// A piecewise polynomial radiosity.
 #[derive(Debug, Clone, Default)]
@@ -15,13 +15,18 @@ pub(crate) struct Field {
     coefficients: Vec<Vec<f64>>,
     /// For each element and channel.
     mean_square: Vec<Vec<f64>>,
-    /// For each element, channel after channel: bounds on what is beyond each degree.
+    /// For each element and channel, a bound on what its polynomial leaves out, and the root mean square of that.
     beyond: Vec<Vec<f64>>,
+    rms: Vec<Vec<f64>>,
 }
 
 impl Field {
-    pub(crate) fn new(channels: usize) -> Self {
-        Self { channels, ..Self::default() }
+    /// No light.
+    pub(crate) fn dark(mesh: &Mesh, channels: usize) -> Self {
+        let elements = 0..mesh.elements().len();
+        let coefficients = elements.clone().map(|e| vec![0.0; channels * mesh.basis(e).len()]).collect();
+        let none: Vec<Vec<f64>> = elements.map(|_| vec![0.0; channels]).collect();
+        Self { channels, coefficients, mean_square: none.clone(), beyond: none.clone(), rms: none }
     }
 
     /// Makes room for elements that the mesh has got since, the restriction of their parent to them.
@@ -29,16 +34,14 @@ impl Field {
         for index in self.coefficients.len()..mesh.elements().len() {
             let basis = mesh.basis(index);
             let of_channel = |channel: usize| match mesh.elements()[index].parent() {
-                Some(parent) => {
-                    let child = index - mesh.elements()[parent].children().unwrap_or(index);
-                    basis.restrict(child, self.of(parent, channel, basis.len()))
-                }
+                Some(parent) => basis.restrict(mesh.child(index), self.of(parent, channel, basis.len())),
                 None => vec![0.0; basis.len()],
             };
             let coefficients = (0..self.channels).flat_map(of_channel).collect();
             self.coefficients.push(coefficients);
             self.mean_square.push(vec![0.0; self.channels]);
-            self.beyond.push(vec![0.0; self.channels * (basis.degree() + 1)]);
+            self.beyond.push(vec![0.0; self.channels]);
+            self.rms.push(vec![0.0; self.channels]);
         }
     }
 
@@ -47,22 +50,29 @@ impl Field {
         &self.coefficients[element][channel * len..(channel + 1) * len]
     }
 
-    /// Gives a leaf new coefficients and brings its ancestors up to date. Returns the largest change.
-    pub(crate) fn set(&mut self, mesh: &Mesh, leaf: usize, channel: usize, new: &[f64]) -> f64 {
-        let range = channel * new.len()..(channel + 1) * new.len();
-        let old = &mut self.coefficients[leaf][range.clone()];
-        let mut change: Vec<f64> = new.iter().zip(old.iter()).map(|(new, old)| new - old).collect();
-        old.copy_from_slice(new);
-        let largest = change.iter().fold(0.0, |m: f64, c| m.max(c.abs()));
-        let mut at = leaf;
+    /// Adds to an element, all below and all above it.
+    pub(crate) fn add(&mut self, mesh: &Mesh, element: usize, channel: usize, change: &[f64]) {
+        self.add_below(mesh, element, channel, change);
+        let len = change.len();
+        let (mut at, mut change) = (element, change.to_vec());
         while let Some(parent) = mesh.elements()[at].parent() {
-            let child = at - mesh.elements()[parent].children().unwrap_or(at);
-            let mut pulled = vec![0.0; new.len()];
-            mesh.basis(parent).pull(child, &change, &mut pulled);
-            self.coefficients[parent][range.clone()].iter_mut().zip(&pulled).for_each(|(c, p)| *c += p);
+            let mut pulled = vec![0.0; len];
+            mesh.basis(parent).pull(mesh.child(at), &change, &mut pulled);
+            add_to(&mut self.coefficients[parent][channel * len..(channel + 1) * len], &pulled);
             (at, change) = (parent, pulled);
         }
-        largest
+    }
+
+    /// Adds to an element and all below it.
+    fn add_below(&mut self, mesh: &Mesh, element: usize, channel: usize, change: &[f64]) {
+        let len = change.len();
+        add_to(&mut self.coefficients[element][channel * len..(channel + 1) * len], change);
+        if let Some(first) = mesh.elements()[element].children() {
+            for child in 0..4 {
+                let restricted = mesh.basis(element).restrict(child, change);
+                self.add_below(mesh, first + child, channel, &restricted);
+            }
+        }
     }
 
     /// Pulls the leaves' radiosity up, and what is lost on the way.
@@ -71,78 +81,72 @@ impl Field {
             let (basis, children) = (mesh.basis(index), mesh.elements()[index].children());
             let len = basis.len();
             for channel in 0..self.channels {
-                let own = match children {
-                    None => self.of(index, channel, len).to_vec(),
-                    Some(first) => {
-                        let mut own = vec![0.0; len];
-                        (0..4).for_each(|child| basis.pull(child, self.of(first + child, channel, len), &mut own));
-                        own
-                    }
+                let Some(first) = children else {
+                    self.mean_square[index][channel] = self.of(index, channel, len).iter().map(|c| c * c).sum();
+                    (self.beyond[index][channel], self.rms[index][channel]) = (0.0, 0.0);
+                    continue;
                 };
-                self.mean_square[index][channel] = match children {
-                    None => own.iter().map(|c| c * c).sum(),
-                    Some(first) => 0.25 * (first..first + 4).map(|child| self.mean_square[child][channel]).sum::<f64>(),
+                let mut own = vec![0.0; len];
+                (0..4).for_each(|child| basis.pull(child, self.of(first + child, channel, len), &mut own));
+                self.mean_square[index][channel] =
+                    0.25 * (first..first + 4).map(|child| self.mean_square[child][channel]).sum::<f64>();
+                let of_child = |child: usize| {
+                    let restricted = basis.restrict(child, &own);
+                    let of_child = self.of(first + child, channel, len);
+                    let difference: Vec<f64> = of_child.iter().zip(&restricted).map(|(c, r)| c - r).collect();
+                    self.beyond[first + child][channel] + basis.magnitude(&difference)
                 };
-                for degree in 0..=basis.degree() {
-                    let taken = &own[..basis.count(degree)];
-                    let beyond = match children {
-                        None => basis.magnitude(&without(&own, taken.len())),
-                        Some(first) => {
-                            let of_child = |child: usize| {
-                                let restricted = basis.restrict(child, taken);
-                                let of_child = self.of(first + child, channel, len);
-                                let difference: Vec<f64> = of_child.iter().zip(&restricted).map(|(c, r)| c - r).collect();
-                                let full = channel * (basis.degree() + 1) + basis.degree();
-                                self.beyond[first + child][full] + basis.magnitude(&difference)
-                            };
-                            (0..4).map(of_child).fold(0.0, f64::max)
-                        }
-                    };
-                    self.beyond[index][channel * (basis.degree() + 1) + degree] = beyond;
-                }
+                self.beyond[index][channel] = (0..4).map(of_child).fold(0.0, f64::max);
                 self.coefficients[index][channel * len..(channel + 1) * len].copy_from_slice(&own);
+                self.rms[index][channel] = self.rms(index, channel, len);
             }
         }
     }
 
-    /// Bound on what a link to `source` neglects that takes `count` of its functions, at the node of `row`.
-    pub(crate) fn neglected(&self, mesh: &Mesh, source: usize, count: usize, channel: usize, row: &Row) -> f64 {
-        let basis = mesh.basis(source);
-        let degree = (0..basis.degree()).rev().find(|&d| basis.count(d) < count).map_or(0, |d| d + 1);
-        let largest = self.beyond[source][channel * (basis.degree() + 1) + degree];
-        if largest == 0.0 {
+    /// Bound on what a link to `source` neglects, at the node of `row`: the part of the leaves' radiosity beyond the source's
+    /// polynomial, to which all polynomials of the basis are orthogonal.
+    ///
+    /// With m its largest magnitude and s its root mean square the gather of it is at most `F m`; `(k_max - k_min) s/2`, since a
+    /// constant may be taken from the kernel k; and `|D^j k|/j! s a`, a the root mean square of the distance from the
+    /// centre to the power of j, since k's Taylor polynomial there may be, up to `j = degree + 1`.
+    pub(crate) fn neglected(&self, mesh: &Mesh, source: usize, channel: usize, row: &Row) -> f64 {
+        let largest = self.beyond[source][channel];
+        if largest == 0.0 || row.factor() == 0.0 {
             return 0.0;
         }
-        let rms = self.rms(source, count, channel, basis.len());
-        let factor = row.values[0] + row.error;
-        (factor * largest).min(0.5 * row.peak * rms).min(row.slope * mesh.elements()[source].radius() * rms)
+        (row.factor() * largest).min(self.smoothly_neglected(mesh, source, channel, &row.kernel))
     }
 
-    /// Root mean square over an element of what is beyond the first `count` functions.
-    fn rms(&self, element: usize, count: usize, channel: usize, len: usize) -> f64 {
-        let taken: f64 = self.of(element, channel, len)[..count].iter().map(|c| c * c).sum();
+    /// The same by the kernel alone.
+    pub(crate) fn smoothly_neglected(&self, mesh: &Mesh, source: usize, channel: usize, kernel: &Kernel) -> f64 {
+        let rms = self.rms[source][channel];
+        if rms == 0.0 {
+            return 0.0;
+        }
+        let (basis, element) = (mesh.basis(source), &mesh.elements()[source]);
+        let mut least = 0.5 * (kernel.peak - kernel.least) * rms;
+        if kernel.smooth {
+            for order in 1..=basis.degree() + 1 {
+                least = least.min(kernel.derivative(order) * element.arm(order) * rms);
+            }
+        }
+        least
+    }
+
+    /// Root mean square over an element of what its polynomial leaves out.
+    fn rms(&self, element: usize, channel: usize, len: usize) -> f64 {
+        let taken: f64 = self.of(element, channel, len).iter().map(|c| c * c).sum();
         let all = self.mean_square[element][channel];
         // The difference of two sums of squares, each rounded.
         ((all - taken).max(0.0) + 16.0 * f64::EPSILON * all).sqrt()
     }
 
-    /// The largest of the channels' [`Self::rms`], each times its weight.
-    pub(crate) fn rms_beyond(&self, element: usize, count: usize, weight: &[f64]) -> f64 {
-        let len = self.coefficients[element].len() / self.channels;
-        (0..self.channels).map(|c| weight[c] * self.rms(element, count.min(len), c, len)).fold(0.0, f64::max)
-    }
-
-    /// Mean radiosity over all elements.
+    /// Mean over all elements.
     pub(crate) fn mean(&self, mesh: &Mesh, channel: usize) -> f64 {
-        let of_root = |&root: &usize| {
-            let area = mesh.elements()[root].area();
-            (area, area * self.of(root, channel, mesh.basis(root).len())[0])
-        };
-        let (area, power) = mesh.roots().iter().map(of_root).fold((0.0, 0.0), |(a, p), (b, q)| (a + b, p + q));
-        power / area
+        mesh.mean(|root| self.coefficients[root][channel * mesh.basis(root).len()])
     }
 }
 
-fn without(coefficients: &[f64], count: usize) -> Vec<f64> {
-    coefficients.iter().enumerate().map(|(i, &c)| if i < count { 0.0 } else { c }).collect()
+fn add_to(coefficients: &mut [f64], change: &[f64]) {
+    coefficients.iter_mut().zip(change).for_each(|(c, change)| *c += change);
 }

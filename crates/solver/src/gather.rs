@@ -9,7 +9,7 @@ use crate::Error;
 use crate::ledger::Ledger;
 use crate::mesh::Sight;
 use crate::solve::Solution;
-use crate::transfer::{Row, Station};
+use crate::transfer::Station;
 
 /// Points may be off their face by this fraction of the scene's extent.
 const REACH: f64 = 1e-6;
@@ -49,42 +49,42 @@ impl Solution {
         let (face, channels) = (element.face(), self.channels.len());
         let normal = element.polygon().normal();
         let station = Station { point, normal, face };
-        let mut sums = vec![0.0; channels];
-        let mut ledger = vec![Ledger::default(); channels];
-        for link in &self.links[leaf] {
-            let sight = match &link.sight {
-                Sight::Past(known) => self.mesh.sight_of_point(face, point, link.source, Some(known)),
-                other => other.clone(),
-            };
-            let mut row = Row::default();
-            self.optics().receive(&mut row, &station, link.source, &sight, link.count)?;
+        let (mut sums, mut ledger) = (vec![0.0; channels], vec![Ledger::default(); channels]);
+        if let Some(direct) = self.direct.get(leaf) {
+            let lit = self.lamps.light_at(&self.optics(), &self.surfaces, &station, direct)?;
+            for (channel, [clear, past]) in lit.error.into_iter().enumerate() {
+                sums[channel] += lit.irradiance[channel];
+                ledger[channel] += Ledger { computation: clear, visibility: past, ..Ledger::default() };
+            }
+        }
+        let links = &self.links[self.receiver_of(leaf)];
+        let mut rows = Vec::with_capacity(links.len());
+        for link in links {
+            let count = self.mesh.basis(link.source).len();
+            let row = self.optics().receive(&station, link.source, &link.sight, count)?;
             for channel in 0..channels {
-                let len = self.mesh.basis(link.source).len();
-                let coefficients = &self.field.of(link.source, channel, len)[..link.count];
-                for (c, v) in coefficients.iter().zip(&row.values) {
-                    sums[channel] += c * v;
-                }
+                let coefficients = self.field.of(link.source, channel, count);
+                sums[channel] += coefficients.iter().zip(&row.values).map(|(c, v)| c * v).sum::<f64>();
                 let size = row.error_of(coefficients);
-                let neglected = self.field.neglected(&self.mesh, link.source, link.count, channel, &row);
-                ledger[channel] += self.bounds.gathered(link.source, channel, &row);
-                ledger[channel].computation += neglected;
-                if matches!(sight, Sight::Past(_)) {
+                ledger[channel].computation += self.field.neglected(&self.mesh, link.source, channel, &row);
+                if matches!(link.sight, Sight::Past(_)) {
                     ledger[channel].visibility += size;
                 } else {
                     ledger[channel].computation += size;
                 }
             }
+            rows.push((link.source, row));
         }
+        let beyond = self.bounds.at_point(&self.mesh, &self.surfaces, &station, &rows);
         let rho = &self.surfaces.reflectance[face];
         let emitted = &self.surfaces.emitted[face];
-        let rounding =
-            |c: usize| 2.0 * f64::EPSILON * (self.links[leaf].len() + 2) as f64 * (rho[c] * sums[c].abs() + emitted[c]);
+        let rounding = |c: usize| 2.0 * f64::EPSILON * (links.len() + 2) as f64 * (rho[c] * sums[c].abs() + emitted[c]);
         Ok(Gathered {
             face,
             leaf,
             radiosity: (0..channels).map(|c| emitted[c] + rho[c] * sums[c]).collect(),
             ledger: (0..channels)
-                .map(|c| ledger[c] * rho[c] + Ledger { computation: rounding(c), ..Ledger::default() })
+                .map(|c| beyond[c] + ledger[c] * rho[c] + Ledger { computation: rounding(c), ..Ledger::default() })
                 .collect(),
         })
     }

@@ -2,30 +2,34 @@
 //!
 //! The radiosity of diffuse surfaces obeys `B = E + rho G B` with `G B(x) = (1/pi) int B(y) (n1.r)(-n2.r)/|r|^4 dA` over all
 //! that x sees (N. Holzschuch and F. X. Sillion 1995, Eq. 1, summed over all surfaces). [`solve`] approximates B by a polynomial
-//! on each element of a mesh ([`Basis`]: H. Zatz 1993), whose light at any point is known in closed form, occlusion included
-//! (`radgrad-core`). So the residual of an approximation can be computed at any point, and a bound on the error follows from it
-//! and from the fact that light gets less with each reflection.
+//! on each element of a mesh ([`Basis`]: H. Zatz 1993), whose light at any point is known, occlusion included, to a bound. So
+//! the residual of an approximation can be computed at any point, and a bound on the error follows from it and from the fact
+//! that light gets less with each reflection.
 //!
 //! ```text
-//! Scene -> Mesh        mesh, element: trees of parallelograms and triangles; basis, rule: polynomials and nodes on them
-//!   -> links           link: which elements a leaf gathers from, and what that neglects; transfer: closed forms, far rule
+//! Scene -> Mesh        mesh, element, contact: trees of parallelograms and triangles; basis, rule: polynomials and nodes
+//!   -> direct light    direct: what lamps give, at the nodes of leaves; leaves are divided until little is left out
+//!   -> links           link: what a receiver gathers from, and what that neglects; transfer, visible, cell: rules, closed forms
 //!   -> Field           field, gathering: the linear system, solved by Gauss-Seidel; sums pulled up the trees
-//!   -> Bounds          residual, bound: |r| over a leaf, and w with w >= rho |G r| + rho G w; ledger: where it comes from
-//!   -> divide, again   solve: the leaves that make up half of the residual
+//!   -> Bounds          residual, bound: mean(z |r|) with the importance z, and a bound at every point; ledger: its sources
+//!   -> divide, again   solve: the receivers that make up most of the bound
 //! Solution -> gather   gather: E + rho G B_h at a point, with its bound
 //! ```
 //!
 //! # What is proven
-//! At a node and at a point: closed forms and their bounds, what links neglect, the residual of the linear system. Estimated:
-//! what the residual is between the nodes of an element ([`Ledger::discretisation`]), and that w on an element is no more than
-//! at its nodes. So a bound holds if the light has no feature smaller than the elements that their samples do not see; solutions
-//! known exactly are inside theirs.
+//! At a node and at a point: rules, closed forms and their bounds, what links neglect, the residual of the linear system.
+//! Estimated: what the residual is between the nodes of an element ([`Ledger::discretisation`]), and that the importance and
+//! the bound on an element are no more than at its nodes. So a bound holds if the light has no feature smaller than the elements
+//! that their samples do not see; solutions known exactly are inside theirs.
 //!
 //! Radiosities are pi times the radiance of the scene's materials, in its unit. `examples/two_squares.rs` shows the error, its
 //! bound and their ratio as the mesh is refined.
 
 mod basis;
 mod bound;
+mod cell;
+mod contact;
+mod direct;
 mod element;
 mod error;
 mod field;
@@ -38,6 +42,7 @@ mod residual;
 mod rule;
 mod solve;
 mod transfer;
+mod visible;
 
 pub use basis::{Basis, MAX_DEGREE, Shape};
 pub use element::Element;

@@ -1,12 +1,8 @@
-//! Links: what a leaf gathers from, and how roughly (P. Hanrahan, D. Salzman and L. Aupperle 1991).
+//! Links: what an element gathers from, and how roughly (P. Hanrahan, D. Salzman and L. Aupperle 1991).
 //!
-//! A leaf gathers from every element that it sees through one link, either to the element or to each of its children. A link
-//! takes the first functions of its source's basis, whose values at the leaf's nodes it keeps. What it neglects is known, the
-//! radiosity of the leaves below the source less the functions taken, and has the mean 0 over the source. With F the form factor
-//! of a node, and P and S the largest value and slope of the kernel times the source's area (S infinite past occluders), its
-//! gather errs by at most `F m`, m the largest magnitude of the neglected part; by `P s/2`, s the root mean square of that part,
-//! since a constant may be taken from the kernel; and by `S R s`, R the source's radius, since its value at the centre may be.
-//! The smallest counts.
+//! A receiver gathers from every element that it sees through one link, either to the element or to each of its children. A link
+//! takes the polynomial that its source holds, and keeps what its functions give at the receiver's nodes. What it neglects is
+//! known: the radiosity of the leaves below the source less that polynomial, [`Field::neglected`].
 //!
 //! Links are refined where that error, times the reflectance, is too large: Hanrahan's brightness-weighted refinement, with a
 //! bound in the place of the brightness.
@@ -14,89 +10,103 @@
 use rayon::prelude::*;
 
 use crate::Error;
+use crate::basis::Basis;
 use crate::field::Field;
 use crate::mesh::Sight;
-use crate::transfer::{Optics, Row, Station};
+use crate::transfer::{Kernel, Optics, Row, Station};
 
-/// A leaf's link to a source.
+/// A receiver's link to a source.
 #[derive(Debug, Clone)]
 pub(crate) struct Link {
     pub(crate) source: usize,
-    /// Number of the source's functions that are gathered.
-    pub(crate) count: usize,
     pub(crate) sight: Sight,
-    /// For each node of the leaf.
+    /// For each node of the receiver.
     pub(crate) rows: Vec<Row>,
+    /// The projection of the rows: for each of the receiver's functions, what it gets of each of the source's.
+    pub(crate) matrix: Vec<f64>,
 }
+
+/// How rough the links of a receiver may be.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Need<'a> {
+    pub(crate) field: &'a Field,
+    /// What the error in each channel is multiplied by; the largest counts.
+    pub(crate) weight: &'a [f64],
+    /// The sum of the errors of all links.
+    pub(crate) allowed: f64,
+}
+
+/// The part of the allowed sum above which a link, one of a hundred, is surely refined.
+const SURELY: f64 = 0.05;
 
 impl Optics<'_> {
     /// The nodes of an element, as points that receive.
-    pub(crate) fn stations(&self, leaf: usize) -> Vec<Station> {
-        let element = &self.mesh.elements()[leaf];
+    pub(crate) fn stations(&self, element: usize) -> Vec<Station> {
+        let (basis, element) = (self.mesh.basis(element), &self.mesh.elements()[element]);
         let station = |at| Station { point: element.point(at), normal: element.polygon().normal(), face: element.face() };
-        self.mesh.basis(leaf).nodes().iter().map(|node| station(node.at)).collect()
+        basis.nodes().iter().map(|node| station(node.at)).collect()
     }
 
-    /// Links a leaf to the elements of `sources`, each with the number of functions and the faces that may be between.
-    fn links(&self, leaf: usize, sources: &[(usize, usize, Option<&[usize]>)]) -> Result<Vec<Link>, Error> {
-        let stations = self.stations(leaf);
-        let mut links = Vec::with_capacity(sources.len());
-        for &(source, count, known) in sources {
-            let sight = self.mesh.sight(leaf, source, known);
-            if sight != Sight::Nothing {
-                let mut link = Link { source, count: 0, sight, rows: vec![Row::default(); stations.len()] };
-                // In the clear all functions cost little more than one.
-                let count = if link.sight == Sight::Clear { self.mesh.basis(source).len() } else { count };
-                self.extend(&mut link, &stations, count)?;
-                links.push(link);
+    /// Links an element to the sources that it sees, each with the faces that may be between; or to the children of those that
+    /// would be refined anyway.
+    fn links<'a>(
+        &self,
+        receiver: usize,
+        sources: impl Iterator<Item = (usize, Option<&'a [usize]>)>,
+        need: &Need<'_>,
+    ) -> Result<Vec<Link>, Error> {
+        let stations = self.stations(receiver);
+        let mut links = Vec::new();
+        let mut open: Vec<(usize, Option<Vec<usize>>)> =
+            sources.map(|(source, known)| (source, known.map(<[_]>::to_vec))).collect();
+        while let Some((source, known)) = open.pop() {
+            let sight = match &known {
+                // Where nothing is between larger ones nothing is between these.
+                Some(faces) if faces.is_empty() && self.mesh.facing(receiver, source) => Sight::Clear,
+                Some(faces) if faces.is_empty() => Sight::Nothing,
+                _ => self.mesh.sight(receiver, source, known.as_deref()),
+            };
+            if sight == Sight::Nothing {
+                continue;
             }
+            if let Some(first) = self.mesh.elements()[source].children().filter(|_| self.is_too_rough(&stations, source, need)) {
+                open.extend((first..first + 4).map(|child| (child, Some(sight.faces().to_vec()))));
+                continue;
+            }
+            let count = self.mesh.basis(source).len();
+            let rows = stations.iter().map(|station| self.receive(station, source, &sight, count));
+            let rows = rows.collect::<Result<Vec<Row>, _>>()?;
+            let matrix = projected(self.mesh.basis(receiver), &rows, count);
+            links.push(Link { source, sight, rows, matrix });
         }
         Ok(links)
     }
 
-    /// Takes more functions into a link.
-    fn extend(&self, link: &mut Link, stations: &[Station], count: usize) -> Result<(), Error> {
-        let Link { source, sight, rows, .. } = link;
-        for (row, station) in rows.iter_mut().zip(stations) {
-            let sight = match &*sight {
-                Sight::Past(known) => &self.mesh.sight_of_point(station.face, station.point, *source, Some(known)),
-                other => other,
-            };
-            self.receive(row, station, *source, sight, count)?;
-        }
-        link.count = link.rows.iter().map(|row| row.values.len()).min().unwrap_or(count);
-        Ok(())
+    /// Whether a link would surely be refined, by the kernel at a few nodes as if all were seen.
+    fn is_too_rough(&self, stations: &[Station], source: usize, need: &Need<'_>) -> bool {
+        let element = &self.mesh.elements()[source];
+        let error = |station: &Station| {
+            let kernel = Kernel::of(station, element);
+            let of =
+                |(channel, weight): (usize, &f64)| weight * need.field.smoothly_neglected(self.mesh, source, channel, &kernel);
+            need.weight.iter().enumerate().map(of).fold(0.0, f64::max)
+        };
+        let few = [0, stations.len() / 2, stations.len() - 1];
+        few.iter().map(|&node| error(&stations[node])).fold(0.0, f64::max) > SURELY * need.allowed
     }
 
-    /// The links of a leaf without any: to all roots, or to the sources of its parent.
-    pub(crate) fn first_links(&self, leaf: usize, of_parent: Option<&[Link]>) -> Result<Vec<Link>, Error> {
+    /// The links of an element without any: to all roots, or to the sources of its parent.
+    pub(crate) fn first_links(&self, receiver: usize, of_parent: Option<&[Link]>, need: &Need<'_>) -> Result<Vec<Link>, Error> {
         match of_parent {
-            Some(links) => {
-                let source = |link: &'_ Link| (link.source, link.count, link.sight.clone());
-                let sources: Vec<_> = links.iter().map(source).collect();
-                let known = |sight: &Sight| if let Sight::Past(known) = sight { known.clone() } else { Vec::new() };
-                let known: Vec<Vec<usize>> = sources.iter().map(|s| known(&s.2)).collect();
-                let sources: Vec<_> = sources.iter().zip(&known).map(|(s, known)| (s.0, s.1, Some(&known[..]))).collect();
-                self.links(leaf, &sources)
-            }
-            None => {
-                let sources: Vec<_> = self.mesh.roots().iter().map(|&root| (root, 1, None)).collect();
-                self.links(leaf, &sources)
-            }
+            Some(links) => self.links(receiver, links.iter().map(|link| (link.source, Some(link.sight.faces()))), need),
+            None => self.links(receiver, self.mesh.roots().iter().map(|&root| (root, None)), need),
         }
     }
 
-    /// Refines the links of a leaf until the sum of their errors, each channel times its weight, is at most `allowed` or
-    /// nothing is left to refine. Returns whether any was.
-    pub(crate) fn refine(
-        &self,
-        leaf: usize,
-        links: &mut Vec<Link>,
-        field: &Field,
-        weight: &[f64],
-        allowed: f64,
-    ) -> Result<bool, Error> {
-        let stations = self.stations(leaf);
+    /// Refines the links of a receiver until the sum of their errors is what is allowed or nothing is left to refine. Returns
+    /// whether any was.
+    pub(crate) fn refine(&self, receiver: usize, links: &mut Vec<Link>, need: &Need<'_>) -> Result<bool, Error> {
+        let &Need { field, weight, allowed } = need;
         let mut errors: Vec<f64> = links.iter().map(|link| self.weighted_error(link, field, weight)).collect();
         let mut changed = false;
         loop {
@@ -104,28 +114,16 @@ impl Optics<'_> {
             let Some(worst) = worst.filter(|&w| errors[w] > 0.0 && errors.iter().sum::<f64>() > allowed) else {
                 return Ok(changed);
             };
-            changed = true;
-            let (source, count) = (links[worst].source, links[worst].count);
-            let (basis, element) = (self.mesh.basis(source), &self.mesh.elements()[source]);
-            let degree = (0..=basis.degree()).find(|&d| basis.count(d) >= count).unwrap_or(basis.degree());
-            let divides = element.children().filter(|_| {
-                count == basis.len()
-                    || field.rms_beyond(source, basis.len(), weight) > 0.5 * field.rms_beyond(source, count, weight)
-            });
-            if let Some(first) = divides {
-                let link = links.swap_remove(worst);
-                errors.swap_remove(worst);
-                let known = if let Sight::Past(known) = &link.sight { &known[..] } else { &[] };
-                let sources: Vec<_> = (first..first + 4).map(|child| (child, count, Some(known))).collect();
-                for link in self.links(leaf, &sources)? {
-                    errors.push(self.weighted_error(&link, field, weight));
-                    links.push(link);
-                }
-            } else if count < basis.len() {
-                self.extend(&mut links[worst], &stations, basis.count(degree + 1))?;
-                errors[worst] = self.weighted_error(&links[worst], field, weight);
-            } else {
+            let Some(first) = self.mesh.elements()[links[worst].source].children() else {
                 errors[worst] = 0.0;
+                continue;
+            };
+            changed = true;
+            let link = links.swap_remove(worst);
+            errors.swap_remove(worst);
+            for link in self.links(receiver, (first..first + 4).map(|child| (child, Some(link.sight.faces()))), need)? {
+                errors.push(self.weighted_error(&link, field, weight));
+                links.push(link);
             }
         }
     }
@@ -133,14 +131,26 @@ impl Optics<'_> {
     /// Bound on what a link neglects at any node, the largest of the channels after each is multiplied by its weight.
     fn weighted_error(&self, link: &Link, field: &Field, weight: &[f64]) -> f64 {
         let neglected = |channel: usize| {
-            let errors = link.rows.iter().map(|row| field.neglected(self.mesh, link.source, link.count, channel, row));
+            let errors = link.rows.iter().map(|row| field.neglected(self.mesh, link.source, channel, row));
             weight[channel] * errors.fold(0.0, f64::max)
         };
         (0..weight.len()).map(neglected).fold(0.0, f64::max)
     }
 }
 
-/// Computes something for each leaf on all cores, in their order.
-pub(crate) fn for_leaves<T: Send>(leaves: &[usize], f: impl Fn(usize) -> Result<T, Error> + Sync) -> Result<Vec<T>, Error> {
-    leaves.par_iter().map(|&leaf| f(leaf)).collect()
+/// The projection on a receiver's basis of what its nodes get of a source's functions.
+fn projected(basis: &Basis, rows: &[Row], count: usize) -> Vec<f64> {
+    let mut matrix = vec![0.0; basis.len() * count];
+    for (node, row) in rows.iter().enumerate().filter(|(_, row)| row.factor() > 0.0) {
+        let weight = basis.nodes()[node].weight;
+        for (own, value) in matrix.chunks_exact_mut(count).zip(basis.at_node(node)) {
+            own.iter_mut().zip(&row.values).for_each(|(m, v)| *m += weight * value * v);
+        }
+    }
+    matrix
+}
+
+/// Computes something for each element on all cores, in their order.
+pub(crate) fn for_each<T: Send>(elements: &[usize], f: impl Fn(usize) -> Result<T, Error> + Sync) -> Result<Vec<T>, Error> {
+    elements.par_iter().map(|&element| f(element)).collect()
 }

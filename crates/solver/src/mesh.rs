@@ -1,10 +1,11 @@
 //! All elements of a scene, and what lies between them.
 
 use radgrad_core::{DVec3, Polygon};
-use radgrad_scene::{Beam, Occluders, Scene};
+use radgrad_scene::{Beam, Occluders, Scene, triangulate};
 
 use crate::Error;
 use crate::basis::{Basis, Shape};
+use crate::contact;
 use crate::element::Element;
 
 /// The trees of elements over the faces of a scene.
@@ -25,6 +26,8 @@ pub struct Mesh {
     polygons: Vec<Polygon>,
     /// Whether a face exchanges light, or only hides others.
     exchanges: Vec<bool>,
+    /// Convex parts of each polygon.
+    convex: Vec<Vec<Vec<DVec3>>>,
     index: Occluders,
     bases: [Basis; 2],
     elements: Vec<Element>,
@@ -44,6 +47,13 @@ pub(crate) enum Sight {
     Past(Vec<usize>),
 }
 
+impl Sight {
+    /// The faces that may be between.
+    pub(crate) fn faces(&self) -> &[usize] {
+        if let Self::Past(faces) = self { faces } else { &[] }
+    }
+}
+
 impl Mesh {
     /// The coarsest elements, with bases of a degree.
     ///
@@ -53,14 +63,28 @@ impl Mesh {
         let bases = [Shape::Parallelogram, Shape::Triangle].map(|shape| Basis::new(shape, degree));
         let polygons: Vec<Polygon> = scene.polygons().cloned().collect();
         let exchanges: Vec<bool> = scene.faces().iter().map(|face| scene.surfaces()[face.surface()].exchanges()).collect();
+        let convex = polygons.iter().enumerate().map(|(face, polygon)| convex_parts(polygon).ok_or(Error::Face { face }));
+        let convex = convex.collect::<Result<Vec<_>, Error>>()?;
+        let others =
+            |face: usize| polygons.iter().enumerate().filter(move |(other, _)| *other != face).map(|(_, polygon)| polygon);
         let (mut elements, mut roots_of_face) = (Vec::new(), vec![Vec::new(); polygons.len()]);
         for (face, polygon) in polygons.iter().enumerate().filter(|(face, _)| exchanges[*face]) {
-            let of_face = Element::of_face(polygon, face, &bases)?;
+            let of_face = match contact::cut(polygon, &convex[face], others(face)) {
+                None => Element::of_face(polygon, face, &bases)?,
+                Some(parts) => {
+                    let mut elements = Vec::new();
+                    for part in parts {
+                        let part = Polygon::new(part).map_err(|source| Error::Element { face, source })?;
+                        elements.extend(Element::of_face(&part, face, &bases)?);
+                    }
+                    elements
+                }
+            };
             roots_of_face[face] = (elements.len()..elements.len() + of_face.len()).collect();
             elements.extend(of_face);
         }
         let roots = (0..elements.len()).collect();
-        Ok(Self { index: Occluders::new(&polygons), polygons, exchanges, bases, elements, roots, roots_of_face })
+        Ok(Self { index: Occluders::new(&polygons), convex, polygons, exchanges, bases, elements, roots, roots_of_face })
     }
 
     /// All elements, divided or not; an element is named by its index.
@@ -92,6 +116,26 @@ impl Mesh {
         &self.polygons
     }
 
+    /// Which child of its parent an element is.
+    pub(crate) fn child(&self, element: usize) -> usize {
+        self.elements[element].parent().and_then(|parent| self.elements[parent].children()).map_or(0, |first| element - first)
+    }
+
+    /// Mean over all area of what has this mean on each root.
+    pub(crate) fn mean(&self, of_root: impl Fn(usize) -> f64) -> f64 {
+        let sum = |(area, sum): (f64, f64), &root: &usize| {
+            let own = self.elements[root].area();
+            (area + own, sum + own * of_root(root))
+        };
+        let (area, sum) = self.roots.iter().fold((0.0, 0.0), sum);
+        sum / area
+    }
+
+    /// Convex parts of a face's polygon.
+    pub(crate) fn convex_parts(&self, face: usize) -> &[Vec<DVec3>] {
+        &self.convex[face]
+    }
+
     /// Divides an element into four. One that is divided stays as it is.
     ///
     /// # Errors
@@ -103,12 +147,6 @@ impl Mesh {
             self.elements.extend(children);
         }
         Ok(())
-    }
-
-    /// Whether anything may be between two faces.
-    pub(crate) fn has_shadows(&self) -> bool {
-        let pair = |a: usize| self.roots.iter().any(move |&b| matches!(self.sight(a, b, None), Sight::Past(_)));
-        self.roots.iter().any(|&a| pair(a))
     }
 
     /// The leaf at a point of a face, the nearest one if it is between them.
@@ -141,6 +179,16 @@ impl Mesh {
         Some((nearest.1, nearest.2))
     }
 
+    /// Whether each of two elements has a point in front of the other, by more than the rounding of coordinates.
+    pub(crate) fn facing(&self, a: usize, b: usize) -> bool {
+        let in_front = |of: usize, element: usize| {
+            let (of, element) = (&self.elements[of], &self.elements[element]);
+            let level = 1e-12 * ((of.centre() - element.centre()).length() + of.radius() + element.radius());
+            element.polygon().vertices().iter().any(|v| of.polygon().normal().dot(*v - of.centre()) > level)
+        };
+        self.elements[a].face() != self.elements[b].face() && in_front(a, b) && in_front(b, a)
+    }
+
     /// What an element sees of another, all of it among `known` where those were found for larger ones.
     pub(crate) fn sight(&self, receiver: usize, source: usize, known: Option<&[usize]>) -> Sight {
         let [to, from] = [receiver, source].map(|e| &self.elements[e]);
@@ -168,4 +216,15 @@ impl Mesh {
         };
         if found.polygons.is_empty() { Sight::Clear } else { Sight::Past(found.polygons) }
     }
+}
+
+/// A polygon, or triangles that make it up where it is not convex.
+fn convex_parts(polygon: &Polygon) -> Option<Vec<Vec<DVec3>>> {
+    let (v, normal) = (polygon.vertices(), polygon.normal());
+    let corner = |i: usize| [v[i], v[(i + 1) % v.len()], v[(i + 2) % v.len()]];
+    let turns = |[a, b, c]: [DVec3; 3]| (b - a).cross(c - b).dot(normal) >= 0.0;
+    if (0..v.len()).all(|i| turns(corner(i))) {
+        return Some(vec![v.to_vec()]);
+    }
+    Some(triangulate(v)?.into_iter().map(|corners| corners.map(|i| v[i]).to_vec()).collect())
 }

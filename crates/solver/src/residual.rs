@@ -1,85 +1,97 @@
-//! The residual of a piecewise polynomial radiosity, `r = E + rho G B_h - B_h`, over a leaf.
+//! What a projection leaves out, bounded over an element from the samples that it was made of.
 //!
-//! `B_h` is the projection of `E + rho G B_h`, sampled at the leaf's nodes, so r has three parts. What the links neglect and the
-//! bounds of the evaluations are proven at the nodes, and are taken to be the same between them. What the solver left, the
-//! difference of two polynomials, is proven all over the leaf. The third part, what the projection leaves out, is estimated.
-//! The samples have a part of the next degree beyond the basis, exactly seen: its magnitude over the leaf is bounded by its
+//! The samples have a part of the next degree beyond the basis, exactly seen: its magnitude over the element is bounded by its
 //! Bernstein coefficients. A rule that is exact for as much as it can be may see nothing at all of the degree after that, its
 //! nodes being where those polynomials vanish; so three more samples are taken at other places, and what all samples have beyond
 //! the polynomials seen stands for all the degrees above. It counts twice, since the samples are not where it is largest. That
 //! is an estimate: light with a feature smaller than an element, between its nodes, is not seen.
 //!
-//! The third part oscillates: its mean over the leaf is 0 up to the error of the nodes' rule, which is exact for two degrees
-//! more than the square of the basis. With q the ratio of the last two degrees seen, that mean is taken to be the part's size
-//! times `q^(degree + 2)`. Where nothing falls off, as where a shadow's edge crosses the leaf, an interval between two nodes
+//! That part oscillates: it is orthogonal to the basis up to the error of the nodes' rule, which is exact for two degrees more
+//! than the square of the basis. With q the ratio of the last two degrees seen, its mean is taken to be its size times
+//! `q^(degree + 2)`. Where nothing falls off, as where a shadow's edge crosses the element, an interval between two nodes
 //! decides: the size times `1/(degree + 2)`.
+//!
+//! # What a point gathers of it
+//! From a source, at a point with form factor F, with k the kernel times the area: `|G r|` is at most `F max|r|`; `k_max mean|r|`;
+//! `(k_max - k_min)/2 mean|r| + (k_max + k_min)/2 |mean r|`, since a constant may be taken from the kernel; and
+//! `|D^m k|/m! mean(d^m |r|)`, d the distance from each leaf's centre, since the kernel's Taylor polynomial there may be, with
+//! what r has of lower powers beside it. The least counts: an oscillating residual counts for little.
 
-use crate::field::Field;
-use crate::gathering::{Surfaces, irradiance};
+use crate::basis::Basis;
+use crate::element::Element;
 use crate::ledger::Ledger;
-use crate::link::Link;
-use crate::mesh::{Mesh, Sight};
+use crate::transfer::Kernel;
 
-/// Bounds on the residual over an element; of one that is divided, over the leaves below it.
+/// Powers of the distance of which means are kept.
+const POWERS: usize = 5;
+
+/// Bounds on what is left out over an element; of one that is divided, over those below it.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(crate) struct Residual {
     /// Largest magnitude.
     pub(crate) largest: Ledger,
-    /// Mean magnitude of what the projection leaves out.
-    pub(crate) mean: f64,
-    /// The same, each leaf times the radius of the leaf.
-    pub(crate) arm: f64,
-    /// Magnitude of its mean over each leaf.
-    pub(crate) bias: f64,
+    /// Mean of the magnitude of what the projection leaves out, times the distance from the centre to a power.
+    pub(crate) arms: [f64; POWERS],
+    /// Magnitude of the mean of what the projection leaves out times the distance along some direction to a power.
+    biases: [f64; POWERS],
 }
 
 impl Residual {
-    /// Bounds over a leaf in a channel.
-    pub(crate) fn of(mesh: &Mesh, surfaces: &Surfaces, links: &[Link], field: &Field, leaf: usize, channel: usize) -> Self {
-        let (element, basis) = (&mesh.elements()[leaf], mesh.basis(leaf));
-        let (rho, emitted) = (surfaces.reflectance[element.face()][channel], surfaces.emitted[element.face()][channel]);
-        let at_nodes = irradiance(mesh, field, links, channel, basis.nodes().len());
-        let samples: Vec<f64> = at_nodes.iter().map(|h| rho * h).collect();
-
-        let held = field.of(leaf, channel, basis.len());
-        let mut left: Vec<f64> = basis.project(&samples).iter().zip(held).map(|(p, b)| p - b).collect();
-        left[0] += emitted;
-
-        let excess = basis.excess(&samples);
+    /// What the projection of samples at an element's nodes leaves out.
+    pub(crate) fn of(element: &Element, basis: &Basis, samples: &[f64]) -> Self {
+        let excess = basis.excess(samples);
         let ratio = if excess.next < excess.last { excess.next / excess.last } else { 1.0 };
         let discretisation = excess.largest + 2.0 * excess.beyond;
         let mean = excess.next.hypot(2.0 * excess.spread);
         let falls = std::iter::repeat_n(ratio, basis.degree() + 2).product::<f64>();
-        let bias = mean * falls.min(1.0 / (basis.degree() + 2) as f64);
+        let seen = falls.min(1.0 / (basis.degree() + 2) as f64);
+        let arms = std::array::from_fn(|power| mean * element.arm(power));
+        let largest = Ledger { discretisation, ..Ledger::default() };
+        Self { largest, arms, biases: arms.map(|arm| seen * arm) }
+    }
 
-        let (mut computation, mut visibility): (f64, f64) = (0.0, 0.0);
-        for (node, sample) in samples.iter().enumerate() {
-            let (mut neglected, mut clear, mut past) = (0.0, 0.0, 0.0);
-            for link in links {
-                let row = &link.rows[node];
-                neglected += field.neglected(mesh, link.source, link.count, channel, row);
-                let coefficients = &field.of(link.source, channel, mesh.basis(link.source).len())[..link.count];
-                let size = row.error_of(coefficients);
-                if matches!(link.sight, Sight::Past(_)) { past += size } else { clear += size }
-            }
-            // The sums themselves round.
-            let summed = 2.0 * f64::EPSILON * (links.len() + 2) as f64 * (sample.abs() + emitted);
-            computation = computation.max(rho * (neglected + clear) + summed);
-            visibility = visibility.max(rho * past);
-        }
-        let largest = Ledger { modelling: 0.0, discretisation, computation, visibility, solver: basis.magnitude(&left) };
-        Self { largest, mean, arm: mean * element.radius(), bias }
+    /// Mean magnitude of what the projection leaves out.
+    pub(crate) const fn mean(&self) -> f64 {
+        self.arms[0]
     }
 
     /// The bounds over four children of one size.
     pub(crate) fn over(children: &[Self]) -> Self {
         let part = 1.0 / children.len() as f64;
+        let add = |a: [f64; POWERS], b: [f64; POWERS]| std::array::from_fn(|power| a[power] + part * b[power]);
         let join = |sum: Self, child: &Self| Self {
             largest: sum.largest.zip(child.largest, f64::max),
-            mean: sum.mean + part * child.mean,
-            arm: sum.arm + part * child.arm,
-            bias: sum.bias + part * child.bias,
+            arms: add(sum.arms, child.arms),
+            biases: add(sum.biases, child.biases),
         };
         children.iter().fold(Self::default(), join)
+    }
+
+    /// Bound on the mean magnitude.
+    pub(crate) fn mean_ledger(&self) -> Ledger {
+        Ledger { discretisation: self.arms[0].min(self.largest.discretisation), ..self.largest }
+    }
+
+    /// What a point gathers of it at most.
+    pub(crate) fn gathered(&self, degree: usize, factor: f64, kernel: &Kernel) -> Ledger {
+        let rest = Ledger { discretisation: 0.0, ..self.largest } * factor;
+        let (largest, mean) = (self.largest.discretisation, self.arms[0]);
+        if largest == 0.0 || factor == 0.0 {
+            return rest;
+        }
+        let mut least = factor * largest;
+        if kernel.peak.is_finite() {
+            let halved = 0.5 * ((kernel.peak - kernel.least) * mean + (kernel.peak + kernel.least) * self.biases[0]);
+            least = least.min(kernel.peak * mean).min(halved);
+            if kernel.smooth {
+                let mut lower = kernel.peak * self.biases[0];
+                for order in 1..=degree + 1 {
+                    let derivative = kernel.derivative(order);
+                    least = least.min(lower + derivative * self.arms[order]);
+                    lower += derivative * self.biases[order];
+                }
+            }
+        }
+        rest + Ledger { discretisation: least, ..Ledger::default() }
     }
 }

@@ -1,29 +1,35 @@
 //! The solution of a scene to an error: solve, bound, divide where the bound says that it pays, and again.
 //!
-//! Each round links the new leaves, sweeps until the linear system is solved, refines links, and bounds the error. If the mean
-//! of the bound over all area is not within the error asked for, relative to the mean radiosity, the leaves with the largest
-//! residual times area are divided: those that together make up half of it (W. Dörfler 1996).
+//! Elements that receive gather reflected light, and may be divided into leaves for the sake of direct light alone, which is
+//! cheap ([`crate::direct`]). Each round divides leaves until direct light is seen well enough, links the new receivers, sweeps
+//! until the linear system is solved, refines links, and bounds the error. If the bound on its mean over all area is not within
+//! the error asked for, relative to the mean radiosity, the receivers that add most to the bound are divided: those that
+//! together make up a given part of it (W. Dörfler 1996).
+
+use std::time::{Duration, Instant};
 
 use radgrad_core::DVec3;
 use radgrad_scene::Scene;
 use rayon::prelude::*;
 
 use crate::Error;
-use crate::bound::Bounds;
+use crate::bound::{self, Bounds, Residuals};
+use crate::cell::Rules;
+use crate::direct::{Direct, Lamps};
 use crate::field::Field;
-use crate::gathering::{self, Surfaces};
+use crate::gathering::{Equation, Surfaces, irradiance};
 use crate::ledger::Ledger;
-use crate::link::{Link, for_leaves};
-use crate::mesh::Mesh;
-use crate::transfer::{FarRules, Optics};
+use crate::link::{Link, Need, for_each};
+use crate::mesh::{Mesh, Sight};
+use crate::residual::Residual;
+use crate::transfer::Optics;
 
 /// What is asked for.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Options {
-    /// Mean of the bound on the error of gathers over the mean radiosity, at most, in every channel.
+    /// Bound on the mean error of gathers over all area, over the mean radiosity, at most, in every channel.
     pub error: f64,
-    /// Degree of the basis, 0 to 3. If none is given, 2 where nothing hides anything and 1 in scenes with shadows, whose edges
-    /// higher degrees do not follow.
+    /// Degree of the basis, 0 to 3; 2 if none is given.
     pub degree: Option<usize>,
     /// All faces are divided alike until there are this many elements; then the first round begins.
     pub first_elements: usize,
@@ -31,11 +37,13 @@ pub struct Options {
     pub most_elements: usize,
     /// Divide everything rather than what pays.
     pub uniform: bool,
+    /// Time in which to be done: no round is begun that, by the time of those before, would end later. The first one always is.
+    pub time: Option<Duration>,
 }
 
 impl Default for Options {
     fn default() -> Self {
-        Self { error: 0.005, degree: None, first_elements: 32, most_elements: 5000, uniform: false }
+        Self { error: 0.005, degree: None, first_elements: 32, most_elements: 20_000, uniform: false, time: None }
     }
 }
 
@@ -48,32 +56,54 @@ pub struct Progress {
     pub elements: usize,
     /// Links.
     pub links: usize,
-    /// Mean of the bound over the mean radiosity, the largest of the channels.
+    /// Bound on the mean error over the mean radiosity, the largest of the channels.
     pub bound: f64,
 }
+
+/// Degree of the basis if none is given.
+const DEGREE: usize = 2;
 
 /// The part of the error asked for that links may neglect.
 const LINK_PART: f64 = 0.15;
 
 /// The part of the error asked for that one evaluation may have, per unit of the source's radiosity.
-const EVALUATION_PART: f64 = 1e-5;
+const EVALUATION_PART: f64 = 2e-4;
 
-/// The part of the sum of all residuals times area whose elements are divided in a round.
-const BULK: f64 = 0.5;
+/// The same where there are no lamps: light may then be far more even than was asked for, and known as well.
+const GLOWING_PART: f64 = 2e-10;
 
-/// Changes relative to the mean radiosity below which the linear system is solved.
+/// The part of the error asked for that direct light may leave out in the mean.
+const DIRECT_PART: f64 = 0.25;
+
+/// The part of the bound whose receivers are divided in a round.
+const BULK: f64 = 0.6;
+
+/// Changes relative to the mean radiosity below which the linear system is solved: where light may be even, as for evaluations,
+/// and, over the error aimed at, in scenes with lamps.
 const SOLVED: f64 = 1e-13;
+const ROUGHLY_SOLVED: f64 = 1e-4;
 
 const MOST_SWEEPS: usize = 1000;
+
+/// How much longer than the round before one is expected to take at most.
+const MOST_GROWTH: f64 = 3.0;
 
 /// A piecewise polynomial radiosity with a bound on its error.
 #[derive(Debug)]
 pub struct Solution {
     pub(crate) mesh: Mesh,
     pub(crate) surfaces: Surfaces,
-    pub(crate) far: FarRules,
+    pub(crate) rules: Rules,
+    pub(crate) lamps: Lamps,
+    /// Direct light on each leaf.
+    pub(crate) direct: Vec<Direct>,
+    /// All light that elements send out, but for what lamps emit.
     pub(crate) field: Field,
+    /// What receivers themselves hold: light reflected twice or more, and what is emitted where no lamps are kept apart.
+    own: Vec<Vec<f64>>,
+    /// Of receivers; empty for other elements.
     pub(crate) links: Vec<Vec<Link>>,
+    receivers: Vec<usize>,
     pub(crate) bounds: Bounds,
     pub(crate) channels: Vec<String>,
     pub(crate) extent: f64,
@@ -111,11 +141,7 @@ pub fn solve(scene: &Scene, options: &Options, mut watch: impl FnMut(&Solution) 
     if !(options.error > 0.0 && options.error <= 1.0) {
         return Err(Error::Tolerance { value: options.error });
     }
-    let degree = match options.degree {
-        Some(degree) => degree,
-        None if Mesh::new(scene, 0)?.has_shadows() => 1,
-        None => 2,
-    };
+    let degree = options.degree.unwrap_or(DEGREE);
     let mut mesh = Mesh::new(scene, degree)?;
     while !mesh.roots().is_empty() && mesh.leaves().count() < options.first_elements {
         let leaves: Vec<usize> = mesh.leaves().collect();
@@ -133,57 +159,68 @@ pub fn solve(scene: &Scene, options: &Options, mut watch: impl FnMut(&Solution) 
     };
     let (low, high) = scene.bounds().unwrap_or((DVec3::ZERO, DVec3::ZERO));
     let progress = Progress { round: 0, elements: 0, links: 0, bound: f64::INFINITY };
+    let receivers: Vec<usize> = mesh.leaves().collect();
+    let lamps = Lamps::of(&mesh, &surfaces);
     let mut solution = Solution {
-        far: FarRules::new(degree),
-        field: Field::new(channels.len()),
+        rules: Rules::new(),
+        direct: Vec::new(),
+        field: Field::dark(&mesh, channels.len()),
+        own: Vec::new(),
         links: Vec::new(),
+        receivers,
         bounds: Bounds::default(),
         extent: (high - low).max_element(),
-        absolute: EVALUATION_PART * options.error,
+        absolute: options.error * if lamps.is_empty() { GLOWING_PART } else { EVALUATION_PART },
         mean: vec![0.0; channels.len()],
+        lamps,
         mesh,
         surfaces,
         channels,
         progress,
     };
+    let start = Instant::now();
+    let mut before = Duration::ZERO;
     loop {
+        let began = start.elapsed();
         solution.round(options)?;
         let go_on = watch(&solution);
+        let took = start.elapsed().saturating_sub(began);
         let enough = solution.progress.bound <= options.error || solution.mesh.elements().len() >= options.most_elements;
-        if enough || !go_on {
+        if enough || !go_on || options.time.is_some_and(|time| start.elapsed() + expected(took, before) > time) {
             return Ok(solution);
         }
+        before = took;
         solution.divide(options)?;
     }
 }
 
 impl Solution {
-    /// One round: link, sweep, refine links, bound.
+    /// One round: direct light, links, sweeps, finer links, bounds.
     fn round(&mut self, options: &Options) -> Result<(), Error> {
-        let leaves: Vec<usize> = self.mesh.leaves().collect();
-        self.link(&leaves)?;
-        self.field.grow(&self.mesh);
         // What a round cannot reach anyway is not paid for.
-        let aim = options.error.max(0.5 * self.progress.bound.min(1.0));
-        self.sweep(&leaves, 1e-2 * aim);
+        let aim = options.error.max(0.3 * self.progress.bound.min(1.0));
+        self.light(aim, options)?;
+        self.link(LINK_PART * aim)?;
+        self.sweep(1e-2 * aim);
         for _ in 0..8 {
-            let changed = self.refine(&leaves, LINK_PART * aim)?;
-            self.sweep(&leaves, 1e-2 * aim);
+            let changed = self.refine(LINK_PART * aim)?;
+            self.sweep(1e-2 * aim);
             if !changed {
                 break;
             }
         }
-        self.sweep(&leaves, SOLVED);
-        let bounds = Bounds::of(&self.mesh, &self.surfaces, &leaves, &self.links, &self.field);
+        self.sweep(if self.lamps.is_empty() { SOLVED } else { ROUGHLY_SOLVED * aim });
+        let scene = bound::Scene { mesh: &self.mesh, surfaces: &self.surfaces, receivers: &self.receivers, links: &self.links };
+        let bounds = Bounds::of(scene, [self.left_of_direct(), self.left_of_reflected()], self.channels.len());
         self.bounds = bounds.ok_or_else(|| self.lossless())?;
-        let links = leaves.iter().map(|&leaf| self.links[leaf].len()).sum();
+        let links = self.receivers.iter().map(|&receiver| self.links[receiver].len()).sum();
         let bound = self.mean_bound().iter().zip(&self.mean).map(|(w, mean)| ratio(w.total(), *mean)).fold(0.0, f64::max);
-        self.progress = Progress { round: self.progress.round + 1, elements: leaves.len(), links, bound };
+        self.progress = Progress { round: self.progress.round + 1, elements: self.mesh.leaves().count(), links, bound };
         Ok(())
     }
 
     pub(crate) const fn optics(&self) -> Optics<'_> {
-        Optics { mesh: &self.mesh, far: &self.far, absolute: self.absolute }
+        Optics { mesh: &self.mesh, rules: &self.rules, absolute: self.absolute }
     }
 
     fn lossless(&self) -> Error {
@@ -193,29 +230,198 @@ impl Solution {
         Error::Lossless { channel: self.channels[channel].clone(), face }
     }
 
-    fn link(&mut self, leaves: &[usize]) -> Result<(), Error> {
-        self.links.resize(self.mesh.elements().len(), Vec::new());
-        let new: Vec<usize> = leaves.iter().copied().filter(|&leaf| self.links[leaf].is_empty()).collect();
-        let optics = self.optics();
-        let of_parent = |leaf: usize| self.mesh.elements()[leaf].parent().map(|p| &self.links[p][..]).filter(|l| !l.is_empty());
-        let links = for_leaves(&new, |leaf| optics.first_links(leaf, of_parent(leaf)))?;
-        for (leaf, links) in new.into_iter().zip(links) {
-            self.links[leaf] = links;
+    /// The element above a leaf, or itself, that gathers reflected light.
+    pub(crate) fn receiver_of(&self, leaf: usize) -> usize {
+        let mut at = leaf;
+        while self.links[at].is_empty()
+            && let Some(parent) = self.mesh.elements()[at].parent()
+        {
+            at = parent;
         }
-        for index in 0..self.links.len() {
-            if !self.mesh.elements()[index].is_leaf() {
-                self.links[index] = Vec::new();
+        at
+    }
+
+    /// Projects direct light on new leaves, and divides leaves until what that leaves out is small.
+    fn light(&mut self, aim: f64, options: &Options) -> Result<(), Error> {
+        let channels = self.channels.len();
+        loop {
+            let known = self.direct.len();
+            let new: Vec<usize> = (known..self.mesh.elements().len()).collect();
+            if !self.lamps.is_empty() {
+                let optics = self.optics();
+                let above = |element: usize| self.mesh.elements()[element].parent().and_then(|p| self.direct.get(p));
+                let of = |element: usize| self.lamps.light(&optics, &self.surfaces, element, above(element));
+                let direct = for_each(&new, of)?;
+                self.direct.extend(direct);
             }
+            self.field.grow(&self.mesh);
+            for element in new {
+                if self.direct.is_empty() || !self.mesh.elements()[element].is_leaf() {
+                    continue;
+                }
+                for channel in 0..channels {
+                    let mut change = self.projected(element, channel);
+                    if let Some(parent) = self.mesh.elements()[element].parent().filter(|_| known > 0) {
+                        let basis = self.mesh.basis(element);
+                        let held = basis.restrict(self.mesh.child(element), &self.projected(parent, channel));
+                        change.iter_mut().zip(held).for_each(|(c, h)| *c -= h);
+                    }
+                    self.field.add(&self.mesh, element, channel, &change);
+                }
+            }
+            if self.direct.is_empty() || options.uniform || self.mesh.elements().len() >= options.most_elements {
+                return Ok(());
+            }
+            // Relative to what light there is so far.
+            let mean: Vec<f64> = (0..channels).map(|channel| self.field.mean(&self.mesh, channel)).collect();
+            let leaves: Vec<usize> = self.mesh.leaves().collect();
+            let area: f64 = leaves.iter().map(|&leaf| self.mesh.elements()[leaf].area()).sum();
+            let indicator = |&leaf: &usize| {
+                let of = |channel: usize| ratio(self.left_on_leaf(leaf, channel).mean(), mean[channel]);
+                (self.mesh.elements()[leaf].area() / area * (0..channels).map(of).fold(0.0, f64::max), leaf)
+            };
+            let marked: Vec<(f64, usize)> = leaves.iter().map(indicator).collect();
+            if marked.iter().map(|m| m.0).sum::<f64>() <= DIRECT_PART * aim {
+                return Ok(());
+            }
+            for leaf in bulk(marked) {
+                self.mesh.divide(leaf)?;
+            }
+        }
+    }
+
+    /// The projection of direct light on an element.
+    fn projected(&self, element: usize, channel: usize) -> Vec<f64> {
+        self.mesh.basis(element).project(&self.direct_samples(element, channel))
+    }
+
+    fn direct_samples(&self, element: usize, channel: usize) -> Vec<f64> {
+        let rho = self.surfaces.reflectance[self.mesh.elements()[element].face()][channel];
+        self.direct[element].nodes.iter().map(|lit| rho * lit.irradiance[channel]).collect()
+    }
+
+    fn left_on_leaf(&self, leaf: usize, channel: usize) -> Residual {
+        let (element, basis) = (&self.mesh.elements()[leaf], self.mesh.basis(leaf));
+        let rho = self.surfaces.reflectance[element.face()][channel];
+        let mut residual = Residual::of(element, basis, &self.direct_samples(leaf, channel));
+        for lit in &self.direct[leaf].nodes {
+            let [clear, past] = lit.error[channel];
+            residual.largest.computation = residual.largest.computation.max(rho * clear);
+            residual.largest.visibility = residual.largest.visibility.max(rho * past);
+        }
+        residual
+    }
+
+    /// What the projection of direct light leaves out, everywhere.
+    fn left_of_direct(&self) -> Residuals {
+        let channels = self.channels.len();
+        if self.direct.is_empty() {
+            return vec![vec![Residual::default(); channels]; self.mesh.elements().len()];
+        }
+        let leaves: Vec<usize> = self.mesh.leaves().collect();
+        let of = |&leaf: &usize| (0..channels).map(|channel| self.left_on_leaf(leaf, channel)).collect();
+        let at = leaves.par_iter().map(of).collect();
+        Residual::everywhere(&self.mesh, &leaves, at, channels)
+    }
+
+    /// What receivers leave out of the reflected light, everywhere.
+    fn left_of_reflected(&self) -> Residuals {
+        let channels = self.channels.len();
+        let of = |&receiver: &usize| (0..channels).map(|channel| self.left_on_receiver(receiver, channel)).collect();
+        let at = self.receivers.par_iter().map(of).collect();
+        Residual::everywhere(&self.mesh, &self.receivers, at, channels)
+    }
+
+    fn left_on_receiver(&self, receiver: usize, channel: usize) -> Residual {
+        let (element, basis, links) = (&self.mesh.elements()[receiver], self.mesh.basis(receiver), &self.links[receiver]);
+        let (rho, emitted) = (self.surfaces.reflectance[element.face()][channel], self.emitted_on(element.face(), channel));
+        let at_nodes = irradiance(&self.mesh, &self.field, links, channel, basis.nodes().len());
+        let samples: Vec<f64> = at_nodes.iter().map(|h| rho * h).collect();
+        let mut residual = Residual::of(element, basis, &samples);
+
+        let held = &self.own[receiver][channel * basis.len()..(channel + 1) * basis.len()];
+        let mut left: Vec<f64> = basis.project(&samples).iter().zip(held).map(|(p, b)| p - b).collect();
+        left[0] += emitted;
+        residual.largest.solver = basis.magnitude(&left);
+        for (node, sample) in samples.iter().enumerate() {
+            let (mut neglected, mut clear, mut past) = (0.0, 0.0, 0.0);
+            for link in links {
+                let row = &link.rows[node];
+                neglected += self.field.neglected(&self.mesh, link.source, channel, row);
+                let size = row.error_of(self.field.of(link.source, channel, self.mesh.basis(link.source).len()));
+                if matches!(link.sight, Sight::Past(_)) { past += size } else { clear += size }
+            }
+            // The sums themselves round.
+            let summed = 2.0 * f64::EPSILON * (links.len() + 2) as f64 * (sample.abs() + emitted);
+            let largest = &mut residual.largest;
+            largest.computation = largest.computation.max(rho * (neglected + clear) + summed);
+            largest.visibility = largest.visibility.max(rho * past);
+        }
+        residual
+    }
+
+    /// What a face emits that is no lamp kept apart.
+    pub(crate) fn emitted_on(&self, face: usize, channel: usize) -> f64 {
+        if self.lamps.is_empty() { self.surfaces.emitted[face][channel] } else { 0.0 }
+    }
+
+    /// What a face emits as a lamp kept apart.
+    fn lamp_on(&self, face: usize, channel: usize) -> f64 {
+        if self.lamps.is_empty() { 0.0 } else { self.surfaces.emitted[face][channel] }
+    }
+
+    /// Links receivers that have none, to what their parent's links had for sources; these go.
+    fn link(&mut self, allowed: f64) -> Result<(), Error> {
+        self.links.resize(self.mesh.elements().len(), Vec::new());
+        self.own.resize(self.mesh.elements().len(), Vec::new());
+        let new: Vec<usize> = self.receivers.iter().copied().filter(|&receiver| self.links[receiver].is_empty()).collect();
+        let optics = self.optics();
+        let of_parent =
+            |element: usize| self.mesh.elements()[element].parent().map(|p| &self.links[p][..]).filter(|l| !l.is_empty());
+        let of = |receiver: usize| {
+            let need = Need { field: &self.field, weight: &self.weight(receiver), allowed };
+            optics.first_links(receiver, of_parent(receiver), &need)
+        };
+        let links = for_each(&new, of)?;
+        for (&receiver, links) in new.iter().zip(links) {
+            self.links[receiver] = links;
+            let basis = self.mesh.basis(receiver);
+            let len = basis.len();
+            let restricted = |channel: usize| match self.mesh.elements()[receiver].parent().map(|p| &self.own[p]) {
+                Some(own) if !own.is_empty() => {
+                    basis.restrict(self.mesh.child(receiver), &own[channel * len..(channel + 1) * len])
+                }
+                _ => vec![0.0; len],
+            };
+            self.own[receiver] = (0..self.channels.len()).flat_map(restricted).collect();
+        }
+        let mut receives = vec![false; self.links.len()];
+        self.receivers.iter().for_each(|&receiver| receives[receiver] = true);
+        for index in (0..self.links.len()).filter(|&index| !receives[index]) {
+            self.links[index] = Vec::new();
+            self.own[index] = Vec::new();
         }
         Ok(())
     }
 
-    fn sweep(&mut self, leaves: &[usize], until: f64) {
-        self.field.pull(&self.mesh);
+    fn sweep(&mut self, until: f64) {
+        let mut source = vec![Vec::new(); self.mesh.elements().len()];
+        for &receiver in &self.receivers {
+            let (len, face) = (self.mesh.basis(receiver).len(), self.mesh.elements()[receiver].face());
+            source[receiver] = vec![0.0; len * self.channels.len()];
+            for channel in 0..self.channels.len() {
+                source[receiver][channel * len] = self.emitted_on(face, channel);
+            }
+        }
+        let (mesh, surfaces, receivers, links) = (&self.mesh, &self.surfaces, &self.receivers[..], &self.links[..]);
+        let equation = Equation { mesh, surfaces, receivers, links, source: &source };
         for _ in 0..MOST_SWEEPS {
             let scale: Vec<f64> = self.mean.iter().map(|&mean| if mean > 0.0 { mean } else { 1.0 }).collect();
-            let change = gathering::sweep(&self.mesh, &self.surfaces, leaves, &self.links, &mut self.field, &scale);
-            self.mean = (0..self.channels.len()).map(|channel| self.field.mean(&self.mesh, channel)).collect();
+            let change = equation.sweep(&mut self.field, &mut self.own, &scale);
+            let mean = |channel: usize| {
+                self.field.mean(mesh, channel) + mesh.mean(|root| self.lamp_on(mesh.elements()[root].face(), channel))
+            };
+            self.mean = (0..self.channels.len()).map(mean).collect();
             if change <= until {
                 break;
             }
@@ -223,46 +429,50 @@ impl Solution {
         self.field.pull(&self.mesh);
     }
 
-    fn refine(&mut self, leaves: &[usize], allowed: f64) -> Result<bool, Error> {
-        let taken: Vec<Vec<Link>> = leaves.iter().map(|&leaf| std::mem::take(&mut self.links[leaf])).collect();
+    /// What an error of the irradiance counts for, relative to the mean.
+    fn weight(&self, receiver: usize) -> Vec<f64> {
+        let rho = &self.surfaces.reflectance[self.mesh.elements()[receiver].face()];
+        rho.iter().zip(&self.mean).map(|(rho, mean)| if *mean > 0.0 { rho / mean } else { 0.0 }).collect()
+    }
+
+    fn refine(&mut self, allowed: f64) -> Result<bool, Error> {
+        let taken: Vec<Vec<Link>> = self.receivers.iter().map(|&receiver| std::mem::take(&mut self.links[receiver])).collect();
         let optics = self.optics();
-        let (field, surfaces, mean) = (&self.field, &self.surfaces, &self.mean);
-        let refined: Vec<(Vec<Link>, bool)> = leaves
+        let refined: Vec<(Vec<Link>, bool)> = self
+            .receivers
             .par_iter()
             .zip(taken)
-            .map(|(&leaf, mut links)| {
-                let rho = &surfaces.reflectance[self.mesh.elements()[leaf].face()];
-                let of = |(rho, mean): (&f64, &f64)| if *mean > 0.0 { rho / mean } else { 0.0 };
-                let weight: Vec<f64> = rho.iter().zip(mean).map(of).collect();
-                let changed = optics.refine(leaf, &mut links, field, &weight, allowed)?;
+            .map(|(&receiver, mut links)| {
+                let need = Need { field: &self.field, weight: &self.weight(receiver), allowed };
+                let changed = optics.refine(receiver, &mut links, &need)?;
                 Ok((links, changed))
             })
             .collect::<Result<_, Error>>()?;
         let mut any = false;
-        for (&leaf, (links, changed)) in leaves.iter().zip(refined) {
+        for (&receiver, (links, changed)) in self.receivers.iter().zip(refined) {
             any |= changed;
-            self.links[leaf] = links;
+            self.links[receiver] = links;
         }
         Ok(any)
     }
 
+    /// Divides the receivers that leave out most.
     fn divide(&mut self, options: &Options) -> Result<(), Error> {
-        let leaves: Vec<usize> = self.mesh.leaves().collect();
-        let indicator = |leaf: usize| {
-            let relative = self.bounds.residual[leaf].iter().zip(&self.mean).map(|(r, mean)| ratio(r.mean, *mean));
-            self.mesh.elements()[leaf].area() * relative.fold(0.0, f64::max)
+        let indicator = |&receiver: &usize| {
+            let of = |channel: usize| ratio(self.bounds.share(&self.mesh, 1, receiver, channel), self.mean[channel]);
+            ((0..self.channels.len()).map(of).fold(0.0, f64::max), receiver)
         };
-        let mut marked: Vec<(f64, usize)> = leaves.iter().map(|&leaf| (indicator(leaf), leaf)).collect();
-        marked.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
-        let all: f64 = marked.iter().map(|m| m.0).sum();
-        let mut taken = 0.0;
-        for (share, leaf) in marked {
-            if !options.uniform && taken >= BULK * all {
-                break;
-            }
-            taken += share;
-            self.mesh.divide(leaf)?;
+        let marked: Vec<(f64, usize)> = self.receivers.iter().map(indicator).collect();
+        let divided = if options.uniform { self.receivers.clone() } else { bulk(marked) };
+        for &receiver in &divided {
+            self.mesh.divide(receiver)?;
         }
+        let mut goes = vec![false; self.mesh.elements().len()];
+        divided.iter().for_each(|&receiver| goes[receiver] = true);
+        self.receivers.retain(|&receiver| !goes[receiver]);
+        let children = divided.iter().filter_map(|&receiver| self.mesh.elements()[receiver].children());
+        self.receivers.extend(children.flat_map(|first| first..first + 4));
+        self.receivers.sort_unstable();
         Ok(())
     }
 
@@ -290,30 +500,28 @@ impl Solution {
         &self.mean
     }
 
-    /// Mean of the bound on the error of gathers over all area, in each channel.
+    /// Bound on the mean over all area of the magnitude of the error of gathers, in each channel.
     #[must_use]
     pub fn mean_bound(&self) -> Vec<Ledger> {
-        let of_channel = |channel: usize| {
-            let of_root = |&root: &usize| (self.mesh.elements()[root].area(), self.bounds.mean[root][channel]);
-            let sum = |(area, w): (f64, Ledger), (a, v): (f64, Ledger)| (area + a, w + v * a);
-            let (area, w) = self.mesh.roots().iter().map(of_root).fold((0.0, Ledger::default()), sum);
-            w * (1.0 / area)
-        };
-        (0..self.channels.len()).map(of_channel).collect()
+        self.bounds.mean.clone()
     }
 
     /// Bound on the error of the polynomial on a leaf, at every point of it, in each channel.
     #[must_use]
     pub fn bound_on(&self, leaf: usize) -> Vec<Ledger> {
-        let (w, v, r) = (&self.bounds.mean[leaf], &self.bounds.variation[leaf], &self.bounds.residual[leaf]);
-        (0..w.len()).map(|c| w[c] + v[c] + r[c].largest).collect()
+        let receiver = self.receiver_of(leaf);
+        let [direct, reflected] = &self.bounds.residuals;
+        let of = |c: usize| self.bounds.on_receiver(receiver, c) + direct[leaf][c].largest + reflected[receiver][c].largest;
+        (0..self.channels.len()).map(of).collect()
     }
 
     /// Value of the polynomial on a leaf, in a channel.
     #[must_use]
     pub fn value_on(&self, leaf: usize, channel: usize, reference: [f64; 2]) -> f64 {
-        let basis = self.mesh.basis(leaf);
-        self.field.of(leaf, channel, basis.len()).iter().zip(basis.values(reference)).map(|(c, v)| c * v).sum()
+        let (basis, face) = (self.mesh.basis(leaf), self.mesh.elements()[leaf].face());
+        let values = basis.values(reference);
+        let sent: f64 = self.field.of(leaf, channel, basis.len()).iter().zip(values).map(|(c, v)| c * v).sum();
+        sent + self.lamp_on(face, channel)
     }
 
     /// Gradient of the polynomial on a leaf over the leaf's plane, in a channel.
@@ -327,6 +535,25 @@ impl Solution {
     }
 }
 
+/// The time of a round after one that took so long, and one before that.
+fn expected(last: Duration, before: Duration) -> Duration {
+    let growth = if before.is_zero() { MOST_GROWTH } else { (last.as_secs_f64() / before.as_secs_f64()).clamp(1.0, MOST_GROWTH) };
+    last.mul_f64(growth)
+}
+
 fn ratio(part: f64, whole: f64) -> f64 {
     if part == 0.0 { 0.0 } else { part / whole }
+}
+
+/// The elements with the largest parts that together make up the bulk of the whole.
+fn bulk(mut marked: Vec<(f64, usize)>) -> Vec<usize> {
+    marked.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+    let all: f64 = marked.iter().map(|m| m.0).sum();
+    let mut taken = 0.0;
+    let takes = |&(share, _): &(f64, usize)| {
+        let goes_on = taken < BULK * all;
+        taken += share;
+        goes_on
+    };
+    marked.into_iter().take_while(takes).map(|m| m.1).collect()
 }

@@ -1,26 +1,25 @@
 //! What a point receives from an element: `G phi(x) = (1/pi) int phi(y) (n1.r)(-n2.r)/|r|^4 dA` over what it sees of it, for
 //! each function of the element's basis.
 //!
-//! Near by and past occluders the closed forms of `radgrad-core` answer, with their bounds. Far away and in the clear a product
-//! Gauss rule serves all functions at once: the integrand, continued to complex coordinates along one side of the element at a
-//! time, is at most M inside a Bernstein ellipse of parameter R, so that n nodes leave `(32/15) M R^{-2(n-1)} / (1 - R^{-2})`
-//! of the mean a side (L. N. Trefethen 2008, Theorem 4.5). There `|r.r| >= d^2 - tau^2 b^2` with b half the side, tau the
-//! ellipse's smaller semi-axis and d the distance of the stretched element; `n2.r` is the same all over it; and a polynomial of
-//! degree m grows by `R^m` at most.
+//! Gauss rules with an a-priori bound answer for all functions at once ([`crate::cell`]), on the parts that are seen where
+//! something is in between ([`crate::visible`]). Where they do not do, as on an edge of the element, the closed forms of
+//! `radgrad-core` answer, with their bounds.
+//!
+//! With the values go bounds on the kernel: its least and largest value, and on `|D^m k| / m!` along any direction of the
+//! element's plane. With `r = rho + t e`, `|r|^-4 = sum C_m^2(-x) t^m |rho|^-(4 + m)`, x the cosine between rho and e, and
+//! Gegenbauer's `|C_m^2| <= (m+1)(m+2)(m+3)/6`; `n1.r` is linear in t. So `|D^m k| / m! <= (cos2 / pi d^(2+m)) (cos1 c_m + c_(m-1))`
+//! with `c = 1, 4, 10, 20, 35`, d the least distance.
 
 use radgrad_core::{DVec3, Polygon, Receiver, Tolerance, evaluate_value};
 
 use crate::Error;
-use crate::basis::{Basis, Shape};
+use crate::cell::{Rules, Sums};
 use crate::element::Element;
 use crate::mesh::{Mesh, Sight};
-use crate::rule::{self, Node};
+use crate::visible::Visible;
 
-/// Error that the far rule may have, per unit of the source's radiosity.
-const FAR_TOLERANCE: f64 = 1e-12;
-
-const FEWEST: usize = 2;
-const MOST: usize = 10;
+/// `(m+1)(m+2)(m+3)/6`, after a 0.
+const GEGENBAUER: [f64; 6] = [0.0, 1.0, 4.0, 10.0, 20.0, 35.0];
 
 /// What the functions of an element give to a point.
 #[derive(Debug, Clone, Default)]
@@ -31,13 +30,41 @@ pub(crate) struct Row {
     pub(crate) error: f64,
     /// Bound on the error of each of the other values.
     pub(crate) other_errors: f64,
-    /// Largest value of the kernel over the element, in the clear, times its area: what it gives at most for a mean of 1.
+    pub(crate) kernel: Kernel,
+}
+
+/// Bounds on the kernel over an element, times its area.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Kernel {
+    /// Largest value in the clear: what the element gives at most for a mean of 1.
     pub(crate) peak: f64,
-    /// Largest slope of the kernel over the element, times its area; infinite where something may be between.
-    pub(crate) slope: f64,
+    /// Least value, 0 where something is in between.
+    pub(crate) least: f64,
+    /// Whether all of the element is seen, so that the kernel is smooth.
+    pub(crate) smooth: bool,
+    /// Area times `cos2 / pi d^2`, the largest value but for the receiver's cosine.
+    unit: f64,
+    distance: f64,
+    cos1: f64,
+}
+
+impl Kernel {
+    /// Bound on the magnitude of a derivative of the given order along any direction, over the factorial of the order.
+    pub(crate) fn derivative(&self, order: usize) -> f64 {
+        if !self.smooth {
+            return f64::INFINITY;
+        }
+        let along = self.cos1 * GEGENBAUER[order + 1] + GEGENBAUER[order];
+        self.unit * along / std::iter::repeat_n(self.distance, order).product::<f64>()
+    }
 }
 
 impl Row {
+    /// Bound on the form factor.
+    pub(crate) fn factor(&self) -> f64 {
+        self.values.first().map_or(0.0, |f| f.max(0.0) + self.error)
+    }
+
     /// Bound on the error of the sum of the functions with these coefficients.
     pub(crate) fn error_of(&self, coefficients: &[f64]) -> f64 {
         let of = |(i, c): (usize, &f64)| c.abs() * if i == 0 { self.error } else { self.other_errors };
@@ -53,161 +80,99 @@ pub(crate) struct Station {
     pub(crate) face: usize,
 }
 
-/// A node of a far rule, with the basis there.
-type FarNode = (Node, Vec<f64>);
-
-/// Rules for the far field: for each shape and number of nodes a side.
-#[derive(Debug)]
-pub(crate) struct FarRules([Vec<Vec<FarNode>>; 2]);
-
-impl FarRules {
-    pub(crate) fn new(degree: usize) -> Self {
-        Self([Shape::Parallelogram, Shape::Triangle].map(|shape| {
-            let basis = Basis::new(shape, degree);
-            let nodes = |count| match shape {
-                Shape::Parallelogram => rule::product(count),
-                Shape::Triangle => rule::collapsed(count),
-            };
-            let with_values = |node: Node| (node, basis.values(node.at));
-            (0..=MOST).map(|count| nodes(count.max(1)).into_iter().map(with_values).collect()).collect()
-        }))
-    }
-}
-
 /// What computes transfers.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Optics<'a> {
     pub(crate) mesh: &'a Mesh,
-    pub(crate) far: &'a FarRules,
-    /// Error that the evaluation of a function may have past occluders and near by.
+    pub(crate) rules: &'a Rules,
+    /// Error that the evaluation of a function may have.
     pub(crate) absolute: f64,
 }
 
 impl Optics<'_> {
-    /// Adds to `row` the functions of a source that it lacks, up to `count`.
-    pub(crate) fn receive(
-        &self,
-        row: &mut Row,
-        station: &Station,
-        source: usize,
-        sight: &Sight,
-        count: usize,
-    ) -> Result<(), Error> {
+    /// What a point receives from the first `count` functions of a source.
+    pub(crate) fn receive(&self, station: &Station, source: usize, sight: &Sight, count: usize) -> Result<Row, Error> {
         let (element, basis) = (&self.mesh.elements()[source], self.mesh.basis(source));
-        if row.values.len() >= count {
-            return Ok(());
-        }
-        if *sight == Sight::Nothing {
-            row.values.resize(count, 0.0);
-            return Ok(());
-        }
-        if row.values.is_empty() {
-            (row.peak, row.slope) = peak(station, element);
-            if *sight != Sight::Clear {
-                row.slope = f64::INFINITY;
+        let count = count.min(basis.len());
+        let faces: &[usize] = match sight {
+            Sight::Nothing => return Ok(Row { values: vec![0.0; count], ..Row::default() }),
+            Sight::Clear => &[],
+            Sight::Past(faces) => faces,
+        };
+        let convex = faces.iter().flat_map(|&face| self.mesh.convex_parts(face)).map(|part| &part[..]);
+        let visible = Visible::of(station.point, station.normal, element, convex);
+        let mut kernel = Kernel::of(station, element);
+        if let Some(visible) = visible {
+            if visible.is_hidden() && visible.doubt == 0.0 {
+                return Ok(Row { values: vec![0.0; count], ..Row::default() });
             }
-            if *sight == Sight::Clear
-                && let Some((nodes, error)) = far_nodes(station, element, basis)
-            {
-                row.values = far_row(station, element, &self.far.0[usize::from(element.shape() == Shape::Triangle)][nodes]);
-                (row.error, row.other_errors) = (error, error);
-                return Ok(());
+            kernel.smooth = visible.whole;
+            if !visible.whole {
+                kernel.least = 0.0;
             }
+            let doubt = if visible.doubt > 0.0 { kernel.peak * visible.doubt * basis.largest() } else { 0.0 };
+            let mut sums = Sums::new(station, element, basis, count, self.rules);
+            let part = self.absolute / visible.parts.len().max(1) as f64;
+            let all = |sums: &mut Sums<'_>| match visible.whole {
+                true => sums.add_whole(self.absolute),
+                false => visible.parts.iter().all(|p| sums.add_part(p, part)),
+            };
+            if doubt <= self.absolute && all(&mut sums) {
+                let error = sums.error + doubt;
+                return Ok(Row { values: sums.values(), error, other_errors: sums.other_errors() + doubt, kernel });
+            }
+        } else {
+            (kernel.smooth, kernel.least) = (false, 0.0);
         }
-        let occluders: Vec<&Polygon> = match sight {
+        Ok(Row { kernel, ..self.by_closed_forms(station, source, faces, count)? })
+    }
+
+    /// The same by closed forms, past some faces at most.
+    fn by_closed_forms(&self, station: &Station, source: usize, faces: &[usize], count: usize) -> Result<Row, Error> {
+        let (element, basis) = (&self.mesh.elements()[source], self.mesh.basis(source));
+        let occluders: Vec<&Polygon> = match self.mesh.sight_of_point(station.face, station.point, source, Some(faces)) {
+            Sight::Nothing => return Ok(Row { values: vec![0.0; count], ..Row::default() }),
+            Sight::Clear => Vec::new(),
             Sight::Past(faces) => faces.iter().map(|&face| &self.mesh.polygons()[face]).collect(),
-            _ => Vec::new(),
         };
         let refused = |source| Error::Evaluation { face: station.face, source };
         let receiver = Receiver::new(station.point, station.normal, 1.0).map_err(refused)?;
         let tolerance = Tolerance { relative: 0.0, absolute: self.absolute };
-        for function in row.values.len()..count {
+        let mut row = Row::default();
+        for function in 0..count {
             let emitter = element.emitter(function, basis)?;
             let value = evaluate_value(&receiver, emitter, occluders.iter().copied(), tolerance).map_err(refused)?;
             row.values.push(value.radiosity);
             let error = if function == 0 { &mut row.error } else { &mut row.other_errors };
             *error = error.max(value.radiosity_error);
         }
-        Ok(())
+        Ok(row)
     }
 }
 
-/// Bounds on the kernel `k = h (n1.r) / pi r^4` over an element and on the length of its gradient there, at most `(cos2 / pi r^3)
-/// (1 + 4 cos1)`, both times the area.
-fn peak(station: &Station, element: &Element) -> (f64, f64) {
-    let vertices = element.polygon().vertices();
-    let height = element.polygon().normal().dot(station.point - vertices[0]).max(0.0);
-    let above = vertices.iter().map(|v| station.normal.dot(*v - station.point)).fold(0.0, f64::max);
-    // Less the rounding of coordinates.
-    let distance =
-        element.distance(station.point, height) - 1e-12 * (element.radius() + (station.point - element.centre()).length());
-    if distance <= 0.0 {
-        return (f64::INFINITY, f64::INFINITY);
+impl Kernel {
+    /// Of `k = h (n1.r) / pi r^4` over an element in the clear.
+    pub(crate) fn of(station: &Station, element: &Element) -> Self {
+        let vertices = element.polygon().vertices();
+        let height = element.polygon().normal().dot(station.point - vertices[0]).max(0.0);
+        let above = |v: &DVec3| station.normal.dot(*v - station.point);
+        let (lowest, highest) =
+            vertices.iter().map(above).fold((f64::INFINITY, 0.0), |(l, h): (f64, f64), a| (l.min(a), h.max(a)));
+        // Less the rounding of coordinates.
+        let rounding = 1e-12 * (element.radius() + (station.point - element.centre()).length());
+        let distance = element.distance(station.point, height) - rounding;
+        if distance <= 0.0 {
+            return Self { peak: f64::INFINITY, least: 0.0, smooth: false, unit: f64::INFINITY, distance: 0.0, cos1: 1.0 };
+        }
+        // With the rounding of a few products.
+        let scale = element.area() * height / std::f64::consts::PI * (1.0 + 1e-12);
+        let (cos1, cos2) = ((highest / distance).min(1.0), (height / distance).min(1.0));
+        let unit = element.area() * cos2 / (std::f64::consts::PI * distance * distance) * (1.0 + 1e-12);
+        let peak = unit * cos1;
+        let farthest = vertices.iter().map(|v| (*v - station.point).length_squared()).fold(0.0, f64::max);
+        let least = if lowest > 0.0 { scale * lowest / (farthest * farthest) * (1.0 - 4e-12) } else { 0.0 };
+        Self { peak, least, smooth: lowest >= -rounding, unit, distance, cos1 }
     }
-    let (cos1, cos2) = ((above / distance).min(1.0), (height / distance).min(1.0));
-    // With the rounding of a few products.
-    let scale = element.area() * cos2 / (std::f64::consts::PI * distance * distance) * (1.0 + 1e-12);
-    (scale * cos1, scale * (1.0 + 4.0 * cos1) / distance)
-}
-
-/// Nodes a side that the far rule needs, and its bound; `None` where it does not serve.
-fn far_nodes(station: &Station, element: &Element, basis: &Basis) -> Option<(usize, f64)> {
-    let vertices = element.polygon().vertices();
-    let normal = element.polygon().normal();
-    let height = normal.dot(station.point - vertices[0]);
-    let distance = (station.point - element.centre()).length();
-    let nearest = distance - element.radius();
-    let is_above = |v: &DVec3| station.normal.dot(*v - station.point) > 1e-9 * distance;
-    if nearest < 0.75 * element.radius() || height <= 1e-9 * distance || !vertices.iter().all(is_above) {
-        return None;
-    }
-    let [u, v] = element.axes();
-    let (halves, jacobian) = match element.shape() {
-        Shape::Parallelogram => ([0.5 * u.length(), 0.5 * v.length()], false),
-        Shape::Triangle => ([0.5 * u.length().max((u - v).length()), 0.5 * v.length()], true),
-    };
-    let scale = element.area() / std::f64::consts::PI;
-    let largest = basis.largest();
-    let bound = |n: usize, ratio: f64| {
-        let (major, minor) = (0.5 * (ratio + 1.0 / ratio), 0.5 * (ratio - 1.0 / ratio));
-        let side = |half: f64, weighted: bool| {
-            let near = nearest - (major - 1.0) * half;
-            let squared = near * near - minor * minor * half * half;
-            if near <= 0.0 || squared <= 0.0 {
-                return f64::INFINITY;
-            }
-            let reach = distance + element.radius() + major * half;
-            let weight = if weighted { 1.0 + major } else { 1.0 };
-            let grown = largest * power(ratio, basis.degree());
-            weight * grown * scale * reach * height / (squared * squared)
-        };
-        let most = side(halves[0], jacobian) + 2.0_f64.powi(i32::from(jacobian)) * side(halves[1], false);
-        32.0 / 15.0 * most / power(ratio, 2 * n - 2) / (1.0 - 1.0 / (ratio * ratio))
-    };
-    const RATIOS: [f64; 9] = [1.5, 2.0, 2.7, 3.6, 5.0, 7.0, 10.0, 16.0, 30.0];
-    let best = |n: usize| RATIOS.iter().map(|&r| bound(n, r)).fold(f64::INFINITY, f64::min);
-    let rounding = 64.0 * f64::EPSILON * scale * largest / (nearest * nearest);
-    (FEWEST.max(basis.degree() + 1)..=MOST).find_map(|n| {
-        let bound = best(n);
-        (bound <= FAR_TOLERANCE).then_some((n, bound + rounding))
-    })
-}
-
-fn far_row(station: &Station, element: &Element, rule: &[(Node, Vec<f64>)]) -> Vec<f64> {
-    let height = element.polygon().normal().dot(station.point - element.polygon().vertices()[0]);
-    let scale = element.area() * height / std::f64::consts::PI;
-    let mut values = vec![0.0; rule[0].1.len()];
-    for (node, functions) in rule {
-        let r = element.point(node.at) - station.point;
-        let inverse = 1.0 / r.length_squared();
-        let kernel = node.weight * scale * inverse * inverse * station.normal.dot(r);
-        values.iter_mut().zip(functions).for_each(|(sum, f)| *sum += f * kernel);
-    }
-    values
-}
-
-fn power(x: f64, n: usize) -> f64 {
-    std::iter::repeat_n(x, n).product()
 }
 
 #[cfg(test)]
@@ -215,42 +180,75 @@ mod tests {
     use super::*;
     use radgrad_scene::Scene;
 
-    #[test]
-    fn the_far_rule_is_within_its_bound_of_the_closed_form() {
+    fn mesh(faces: &[Vec<[f64; 3]>]) -> Mesh {
         let mut scene = Scene::new(["grey"]).unwrap();
         let (white, surface) = (scene.add_material("white", [0.5], [0.0]).unwrap(), scene.add_surface("all"));
-        let lamps = [
-            vec![[0.0, 0.0, 1.0], [0.2, 1.0, 1.1], [1.2, 1.1, 1.2], [1.0, 0.1, 1.1]],
-            vec![[0.0, 0.0, 1.0], [0.2, 1.0, 1.1], [1.0, 0.1, 1.1]],
-        ];
-        for lamp in lamps {
-            scene.add_face(surface, white, Polygon::new(lamp.into_iter().map(DVec3::from).collect()).unwrap(), None).unwrap();
+        for face in faces {
+            let polygon = Polygon::new(face.iter().copied().map(DVec3::from).collect()).unwrap();
+            scene.add_face(surface, white, polygon, None).unwrap();
         }
-        let mesh = Mesh::new(&scene, 2).unwrap();
-        let far = &FarRules::new(2);
-        let optics = Optics { mesh: &mesh, far, absolute: 1e-9 };
-        let mut far_rows = 0;
-        for source in 0..2 {
-            for (x, z) in [(0.3, -0.3), (2.0, -0.7), (-4.0, -1.0), (3.0, -30.0)] {
+        Mesh::new(&scene, 2).unwrap()
+    }
+
+    #[test]
+    fn rules_are_within_their_bounds_of_the_closed_forms_near_and_far_and_past_a_screen() {
+        let square = vec![[0.0, 0.0, 1.0], [0.2, 1.0, 1.1], [1.2, 1.1, 1.2], [1.0, 0.1, 1.1]];
+        let concave = [[0.1, 0.1], [0.9, 0.2], [0.5, 0.5], [0.3, 0.9]];
+        let rules = &Rules::new();
+        let (mut by_rules, mut partly) = (0, 0);
+        for lamp in [square.clone(), square[..3].to_vec()] {
+            for (x, z) in [(0.3, 0.9), (0.3, 0.2), (0.4, -0.3), (2.0, -0.7), (-4.0, -1.0), (3.0, -30.0)] {
                 let normal = DVec3::new(-0.05 * x, 0.1, 1.0).normalize();
                 let point = DVec3::new(x, 0.4, z);
-                let station = Station { point, normal, face: 7 };
-                let count = mesh.basis(source).len();
-                let row = |sight: Sight| {
-                    let mut row = Row::default();
-                    optics.receive(&mut row, &station, source, &sight, count).unwrap();
-                    row
-                };
-                // A face that is behind the lamp leaves the closed form in place.
-                let (fast, exact) = (row(Sight::Clear), row(Sight::Past(Vec::new())));
-                far_rows += usize::from(fast.values != exact.values);
-                for (a, b) in fast.values.iter().zip(&exact.values) {
-                    assert!((a - b).abs() <= fast.error + exact.error + exact.other_errors, "{x} {z} {a:?} {b:?} {}", fast.error);
+                // A small receiver, and a screen with a corner cut out below the lamp.
+                let (u, v) = (normal.any_orthonormal_vector() * 0.01, normal.cross(normal.any_orthonormal_vector()) * 0.01);
+                let receiver = [point - u - v, point + u - v, point + v].map(|p| p.to_array()).to_vec();
+                let mesh = mesh(&[lamp.clone(), concave.map(|[x, y]| [x, y, 0.6]).to_vec(), receiver]);
+                let optics = Optics { mesh: &mesh, rules, absolute: 1e-7 };
+                let station = Station { point, normal, face: 2 };
+                let count = mesh.basis(0).len();
+                for (sight, faces) in [(Sight::Clear, &[][..]), (Sight::Past(vec![1]), &[1])] {
+                    let fast = optics.receive(&station, 0, &sight, count).unwrap();
+                    let exact = Optics { absolute: 1e-12, ..optics }.by_closed_forms(&station, 0, faces, count).unwrap();
+                    by_rules += usize::from(fast.values != exact.values);
+                    partly += usize::from(!fast.kernel.smooth);
+                    for (i, (a, b)) in fast.values.iter().zip(&exact.values).enumerate() {
+                        let bound = if i == 0 { fast.error + exact.error } else { fast.other_errors + exact.other_errors };
+                        assert!((a - b).abs() <= bound, "{x} {z} {sight:?} {i}: {a} {b} {bound:e}");
+                    }
+                    assert!(exact.values[0] <= fast.kernel.peak * (1.0 + 1e-9) && fast.error <= 2e-6);
+                    assert!(!fast.kernel.smooth || fast.kernel.least <= exact.values[0] + exact.error);
                 }
-                assert!(exact.values[0] <= exact.peak && exact.slope.is_infinite() && fast.slope.is_finite());
-                assert!(fast.error <= 1e-9);
             }
         }
-        assert!(far_rows >= 2, "{far_rows}");
+        assert!(by_rules >= 20 && partly >= 4, "{by_rules} {partly}");
+    }
+
+    #[test]
+    fn derivatives_of_the_kernel_are_within_their_bounds() {
+        let mesh = mesh(&[vec![[0.0, 0.0, 1.0], [0.1, 0.0, 1.0], [0.1, 0.1, 1.0]]]);
+        let element = &mesh.elements()[0];
+        for point in [DVec3::new(0.1, 0.3, 2.0), DVec3::new(-0.5, 0.1, 1.2)] {
+            let normal = DVec3::new(0.6, 0.1, -0.5).normalize();
+            let kernel = Kernel::of(&Station { point, normal, face: 7 }, element);
+            let up = element.polygon().normal();
+            let at = |y: DVec3| {
+                let r = y - point;
+                element.area() * normal.dot(r) * -up.dot(r) / (std::f64::consts::PI * r.length_squared() * r.length_squared())
+            };
+            let (centre, step) = (element.centre(), 1e-3);
+            let mut most = [0.0_f64; 2];
+            for turn in 0..12 {
+                let (sin, cos) = (f64::from(turn) * 0.523).sin_cos();
+                let along = |k: f64| at(centre + DVec3::new(cos, sin, 0.0) * (k * step));
+                most[0] = most[0].max((along(1.0) - along(-1.0)).abs() / (2.0 * step));
+                most[1] = most[1].max(0.5 * (along(1.0) - 2.0 * along(0.0) + along(-1.0)).abs() / (step * step));
+            }
+            assert!(kernel.least <= at(centre) && at(centre) <= kernel.peak);
+            for (order, most) in most.into_iter().enumerate() {
+                let bound = kernel.derivative(order + 1);
+                assert!(most <= bound * (1.0 + 1e-4) && bound < 20.0 * most, "{order}: {most} {bound}");
+            }
+        }
     }
 }

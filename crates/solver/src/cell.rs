@@ -1,0 +1,236 @@
+//! Quadrature of the kernel over cells of an element: Gauss rules with an a-priori bound, on smaller cells where it is near.
+//!
+//! The integrand, continued to complex coordinates along one side of a cell at a time, is at most M inside a Bernstein ellipse
+//! of parameter R, so that n nodes leave `(32/15) M R^{-2(n-1)} / (1 - R^{-2})` of the mean a side (L. N. Trefethen 2008, Theorem
+//! 4.5). There `|r.r| >= d^2 - tau^2 b^2` with b half the side, tau the ellipse's smaller semi-axis and d the distance of the
+//! stretched cell; `n2.r` is the same all over it; and a polynomial of degree m grows by `R^m` at most. A cell for which no
+//! rule at hand does is divided into four.
+
+use radgrad_core::DVec3;
+
+use crate::basis::{Basis, Shape, in_parent};
+use crate::element::Element;
+use crate::rule::{self, Node};
+use crate::transfer::Station;
+use crate::visible::Part;
+
+const FEWEST: usize = 2;
+const MOST: usize = 10;
+
+/// What the error of a function may be over that of the first, the form factor: what elements send out varies less over them
+/// than it is.
+const ROUGHER: f64 = 20.0;
+
+/// How often a cell is divided before the closed forms have to answer: they cost as much as hundreds of nodes, which is what
+/// rules need near by for few digits, and less than they need for many.
+fn deepest(tolerance: f64) -> u32 {
+    if tolerance < 1e-10 { 4 } else { 8 }
+}
+
+/// Product rules and their images on the triangle, by the number of nodes a side.
+#[derive(Debug)]
+pub(crate) struct Rules([Vec<Vec<Node>>; 2]);
+
+impl Rules {
+    pub(crate) fn new() -> Self {
+        let of = |rule: fn(usize) -> Vec<Node>| (0..=MOST).map(|count| rule(count.max(1))).collect();
+        Self([of(rule::product), of(rule::collapsed)])
+    }
+}
+
+/// A parallelogram or a triangle in an element: its first corner and two sides, in the element's coordinates.
+#[derive(Debug, Clone, Copy)]
+struct Cell {
+    origin: [f64; 2],
+    sides: [[f64; 2]; 2],
+    shape: Shape,
+}
+
+impl Cell {
+    fn at(&self, [a, b]: [f64; 2]) -> [f64; 2] {
+        let [u, v] = self.sides;
+        [self.origin[0] + a * u[0] + b * v[0], self.origin[1] + a * u[1] + b * v[1]]
+    }
+
+    /// Its four quarters, or two halves of a long parallelogram, whose sides have these squares.
+    fn divided(&self, along: f64, across: f64) -> [Option<Self>; 4] {
+        let [u, v] = self.sides;
+        if self.shape == Shape::Parallelogram && along.max(across) > 4.0 * along.min(across) {
+            let halved = |side: [f64; 2]| side.map(|c| 0.5 * c);
+            let sides = if along > across { [halved(u), v] } else { [u, halved(v)] };
+            let other = self.at(if along > across { [0.5, 0.0] } else { [0.0, 0.5] });
+            return [Some(Self { sides, ..*self }), Some(Self { sides, origin: other, ..*self }), None, None];
+        }
+        let child = |which: usize| {
+            let turned = if self.shape == Shape::Triangle && which == 3 { -0.5 } else { 0.5 };
+            let sides = self.sides.map(|side| side.map(|c| turned * c));
+            Some(Self { origin: self.at(in_parent(self.shape, which, [0.0, 0.0])), sides, shape: self.shape })
+        };
+        [0, 1, 2, 3].map(child)
+    }
+}
+
+/// Sums of the kernel times monomials over an element, from a point.
+#[derive(Debug)]
+pub(crate) struct Sums<'a> {
+    station: &'a Station,
+    element: &'a Element,
+    basis: &'a Basis,
+    rules: &'a Rules,
+    /// Height of the point over the element's plane.
+    height: f64,
+    largest: f64,
+    conditioning: f64,
+    /// Moments of the kernel, one for each function.
+    pub(crate) moments: Vec<f64>,
+    /// Bound on the error of each function's value.
+    pub(crate) error: f64,
+}
+
+impl<'a> Sums<'a> {
+    pub(crate) fn new(station: &'a Station, element: &'a Element, basis: &'a Basis, count: usize, rules: &'a Rules) -> Self {
+        let height = element.polygon().normal().dot(station.point - element.polygon().vertices()[0]);
+        let (largest, conditioning) = (basis.largest(), basis.conditioning());
+        Self { station, element, basis, rules, height, largest, conditioning, moments: vec![0.0; count], error: 0.0 }
+    }
+
+    /// Adds all of the element, to a tolerance. Returns whether it could.
+    pub(crate) fn add_whole(&mut self, tolerance: f64) -> bool {
+        let cell = Cell { origin: [0.0; 2], sides: [[1.0, 0.0], [0.0, 1.0]], shape: self.element.shape() };
+        self.height > 0.0 && self.add(&cell, tolerance, deepest(tolerance))
+    }
+
+    /// Adds a convex part.
+    pub(crate) fn add_part(&mut self, part: &Part, tolerance: f64) -> bool {
+        let c = part.corners();
+        let to = |i: usize| [c[i][0] - c[0][0], c[i][1] - c[0][1]];
+        let cells = (1..c.len() - 1).map(|i| Cell { origin: c[0], sides: [to(i), to(i + 1)], shape: Shape::Triangle });
+        let cells: Vec<Cell> = cells.collect();
+        let tolerance = tolerance / cells.len() as f64;
+        self.height > 0.0 && cells.iter().all(|cell| self.add(cell, tolerance, deepest(tolerance)))
+    }
+
+    fn add(&mut self, cell: &Cell, tolerance: f64, depth: u32) -> bool {
+        let [u, v] = self.element.axes();
+        let [along, across] = cell.sides.map(|[s, t]| u * s + v * t);
+        let first = self.element.point(cell.origin) - self.station.point;
+        let det = (cell.sides[0][0] * cell.sides[1][1] - cell.sides[0][1] * cell.sides[1][0]).abs();
+        let share = match (cell.shape, self.element.shape()) {
+            (Shape::Triangle, Shape::Parallelogram) => 0.5 * det,
+            _ => det,
+        };
+        let scale = share * self.element.area() / std::f64::consts::PI;
+        let Some((n, bound)) = self.nodes(cell.shape, first, [along, across], scale, tolerance) else {
+            let parts = cell.divided(along.length_squared(), across.length_squared());
+            return depth > 0 && parts.iter().flatten().all(|part| self.add(part, 0.5 * tolerance, depth - 1));
+        };
+        self.error += bound;
+        let scale = scale * self.height;
+        let (powers, normal) = (self.basis.powers(), self.station.normal);
+        for node in &self.rules.0[usize::from(cell.shape == Shape::Triangle)][n] {
+            let [a, b] = node.at;
+            let r = first + along * a + across * b;
+            let inverse = 1.0 / r.length_squared();
+            let kernel = node.weight * scale * inverse * inverse * normal.dot(r);
+            let [s, t] = cell.at(node.at);
+            let (s, t) = ([1.0, s, s * s, s * s * s], [1.0, t, t * t, t * t * t]);
+            for (sum, &[i, j]) in self.moments.iter_mut().zip(powers) {
+                *sum += kernel * s[i] * t[j];
+            }
+        }
+        true
+    }
+
+    /// Distance of the point from a cell.
+    fn distance(&self, shape: Shape, first: DVec3, [u, v]: [DVec3; 2]) -> f64 {
+        // Coordinates of the foot, by Gram's matrix.
+        let [uu, uv, vv] = [u.dot(u), u.dot(v), v.dot(v)];
+        let [fu, fv] = [-first.dot(u), -first.dot(v)];
+        let det = uu * vv - uv * uv;
+        let (a, b) = (fu * vv - fv * uv, fv * uu - fu * uv);
+        let inside = match shape {
+            Shape::Parallelogram => a >= 0.0 && b >= 0.0 && a <= det && b <= det,
+            Shape::Triangle => a >= 0.0 && b >= 0.0 && a + b <= det,
+        };
+        if inside {
+            return self.height * (1.0 - 1e-9);
+        }
+        let to_edge = |start: DVec3, edge: DVec3, squared: f64| {
+            let along = (-start.dot(edge) / squared).clamp(0.0, 1.0);
+            (start + edge * along).length_squared()
+        };
+        let mut least = to_edge(first, u, uu).min(to_edge(first, v, vv));
+        match shape {
+            Shape::Triangle => least = least.min(to_edge(first + u, v - u, (v - u).length_squared())),
+            Shape::Parallelogram => least = least.min(to_edge(first + v, u, uu)).min(to_edge(first + u, v, vv)),
+        }
+        least.sqrt() * (1.0 - 1e-9)
+    }
+
+    /// Nodes a side that a cell needs and their bound, if there are rules of so many.
+    fn nodes(&self, shape: Shape, first: DVec3, [u, v]: [DVec3; 2], scale: f64, tolerance: f64) -> Option<(usize, f64)> {
+        let (centre, halves, jacobian) = match shape {
+            Shape::Parallelogram => (first + 0.5 * (u + v), [0.5 * u.length(), 0.5 * v.length()], false),
+            Shape::Triangle => (first + (u + v) / 3.0, [0.5 * u.length().max((u - v).length()), 0.5 * v.length()], true),
+        };
+        let radius = match shape {
+            Shape::Parallelogram => 0.5 * (u + v).length().max((u - v).length()),
+            Shape::Triangle => [first, first + u, first + v].iter().map(|p| (*p - centre).length()).fold(0.0, f64::max),
+        };
+        let distance = centre.length();
+        let nearest = self.distance(shape, first, [u, v]);
+        if nearest <= 0.25 * radius {
+            return None;
+        }
+        const RATIOS: [f64; 9] = [1.5, 2.0, 2.7, 3.6, 5.0, 7.0, 10.0, 16.0, 30.0];
+        // Across a triangle both coordinates of a square vary.
+        let products = shape == Shape::Triangle && self.element.shape() == Shape::Parallelogram;
+        let degree = if products { 2 * self.basis.degree() } else { self.basis.degree() };
+        let mut best: Option<(usize, f64)> = None;
+        for ratio in RATIOS {
+            let (major, minor) = (0.5 * (ratio + 1.0 / ratio), 0.5 * (ratio - 1.0 / ratio));
+            let grown = if self.moments.len() == 1 { 1.0 } else { (self.largest * power(ratio, degree) / ROUGHER).max(1.0) };
+            let side = |half: f64, weighted: bool| {
+                let near = nearest - (major - 1.0) * half;
+                let squared = near * near - minor * minor * half * half;
+                if near <= 0.0 || squared <= 0.0 {
+                    return f64::INFINITY;
+                }
+                let reach = distance + radius + major * half;
+                let weight = if weighted { 1.0 + major } else { 1.0 };
+                weight * grown * scale * reach * self.height / (squared * squared)
+            };
+            let most = side(halves[0], jacobian) + if jacobian { 2.0 } else { 1.0 } * side(halves[1], false);
+            let falls = 1.0 / (ratio * ratio);
+            let mut bound = 32.0 / 15.0 * most / (1.0 - falls);
+            if !bound.is_finite() {
+                break;
+            }
+            let limit = best.map_or(MOST, |b| b.0);
+            for n in 1..=limit {
+                let found = best.is_none_or(|b| n < b.0 || bound < b.1);
+                if n >= FEWEST && bound <= tolerance && found {
+                    best = Some((n, bound));
+                    break;
+                }
+                bound *= falls;
+            }
+        }
+        let rounding = 64.0 * f64::EPSILON * scale * self.conditioning / (nearest * nearest);
+        best.map(|(n, bound)| (n, bound + rounding))
+    }
+
+    /// Bound on the error of each of the other functions' values.
+    pub(crate) fn other_errors(&self) -> f64 {
+        ROUGHER * self.error
+    }
+
+    /// Values of the functions.
+    pub(crate) fn values(&self) -> Vec<f64> {
+        self.basis.of_moments(&self.moments)
+    }
+}
+
+fn power(x: f64, n: usize) -> f64 {
+    std::iter::repeat_n(x, n).product()
+}
