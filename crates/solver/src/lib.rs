@@ -34,6 +34,7 @@ mod gathering;
 mod ledger;
 mod link;
 mod mesh;
+pub mod receiver;
 mod residual;
 mod rule;
 mod solve;
