@@ -141,6 +141,20 @@ impl Mesh {
         Some((nearest.1, nearest.2))
     }
 
+    /// Whether a face that can light this one is at a point of it, within `reach`.
+    pub(crate) fn touches(&self, point: DVec3, face: usize, reach: f64) -> bool {
+        let normal = self.polygons[face].normal();
+        let at = |root: &usize| {
+            let element = &self.elements[*root];
+            if normal.dot(element.polygon().normal()) >= 1.0 - 1e-9 {
+                return false;
+            }
+            let height = element.polygon().normal().dot(point - element.polygon().vertices()[0]);
+            height.abs() <= reach && element.excess(element.reference(point)) * 2.0 * element.radius() <= reach
+        };
+        self.roots.iter().filter(|&&root| self.elements[root].face() != face).any(at)
+    }
+
     /// What an element sees of another, all of it among `known` where those were found for larger ones.
     pub(crate) fn sight(&self, receiver: usize, source: usize, known: Option<&[usize]>) -> Sight {
         let [to, from] = [receiver, source].map(|e| &self.elements[e]);

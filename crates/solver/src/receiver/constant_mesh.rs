@@ -23,6 +23,9 @@ use crate::Error;
 /// Fraction of the size by which a point may be outside of an element that it belongs to.
 const TOUCHES: f64 = 1e-9;
 
+/// The part of the rise to a maximum that a gradient sees at least if its direction is to count.
+const UNSEEN: f64 = 0.25;
+
 /// The fourth corner of a parallelogram may be off by this fraction of its size: the rounding of coordinates.
 const PARALLEL: f64 = 1e-12;
 
@@ -92,8 +95,10 @@ impl ConstantElement {
             let off = (most.value - sample.value).abs();
             let to = most.position - centre;
             if element.room(most.position, normal) >= -TOUCHES * element.size() && off > element.off && to.length() > 0.0 {
-                // What rises to the brightest place does so along the way there.
-                element.judge(to * (off / to.length_squared()));
+                // Where the gradient does not see the rise, it is along the way there.
+                if element.off < UNSEEN * off {
+                    element.judge(to * (off / to.length_squared()));
+                }
                 element.off = off;
             }
         }
