@@ -160,16 +160,17 @@ mod tests {
 
     const SQUARE: [[f64; 2]; 4] = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
 
-    fn monomial(i: i32, j: i32) -> (impl Fn([f64; 2]) -> f64, impl Fn([f64; 2]) -> [f64; 2]) {
+    fn monomial(i: i32, j: i32) -> impl Fn([f64; 2]) -> f64 {
+        move |[s, t]: [f64; 2]| s.powi(i) * t.powi(j)
+    }
+
+    fn derivatives(i: i32, j: i32) -> impl Fn([f64; 2]) -> [f64; 2] {
         let raised = |x: f64, n: i32| if n < 0 { 0.0 } else { x.powi(n) };
-        (
-            move |[s, t]: [f64; 2]| s.powi(i) * t.powi(j),
-            move |[s, t]: [f64; 2]| [f64::from(i) * raised(s, i - 1) * t.powi(j), f64::from(j) * s.powi(i) * raised(t, j - 1)],
-        )
+        move |[s, t]: [f64; 2]| [f64::from(i) * raised(s, i - 1) * t.powi(j), f64::from(j) * s.powi(i) * raised(t, j - 1)]
     }
 
     fn patches(i: i32, j: i32) -> [HermitePatch; 2] {
-        let (value, slopes) = monomial(i, j);
+        let (value, slopes) = (monomial(i, j), derivatives(i, j));
         let corners = [SQUARE[0], SQUARE[1], SQUARE[3]];
         [
             HermitePatch::on_parallelogram(SQUARE.map(&value), SQUARE.map(&slopes)),
@@ -181,7 +182,7 @@ mod tests {
     fn patches_are_exact_for_cubics_and_not_beyond() {
         let inside = [[0.2, 0.3], [0.05, 0.9], [0.61, 0.13]];
         for (i, j) in (0..=4).flat_map(|i| (0..=4 - i).map(move |j| (i, j))) {
-            let (value, slopes) = monomial(i, j);
+            let (value, slopes) = (monomial(i, j), derivatives(i, j));
             for (patch, reach) in patches(i, j).iter().zip([i + j <= 3 || i * j == 3, i + j <= 3]) {
                 let off = |at: [f64; 2]| {
                     let [found, exact] = [patch.slopes(at), slopes(at)];

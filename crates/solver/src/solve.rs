@@ -14,6 +14,7 @@ use crate::field::Field;
 use crate::gathering::{self, Surfaces};
 use crate::ledger::Ledger;
 use crate::link::{Link, for_leaves};
+use crate::marking::{self, Marking};
 use crate::mesh::Mesh;
 use crate::transfer::{FarRules, Optics};
 
@@ -31,11 +32,13 @@ pub struct Options {
     pub most_elements: usize,
     /// Divide everything rather than what pays.
     pub uniform: bool,
+    /// What pays: where the residual is large, or where the gradient says so too.
+    pub marking: Marking,
 }
 
 impl Default for Options {
     fn default() -> Self {
-        Self { error: 0.005, degree: None, first_elements: 32, most_elements: 5000, uniform: false }
+        Self { error: 0.005, degree: None, first_elements: 32, most_elements: 5000, uniform: false, marking: Marking::Residual }
     }
 }
 
@@ -250,9 +253,15 @@ impl Solution {
         let leaves: Vec<usize> = self.mesh.leaves().collect();
         let indicator = |leaf: usize| {
             let relative = self.bounds.residual[leaf].iter().zip(&self.mean).map(|(r, mean)| ratio(r.mean, *mean));
-            self.mesh.elements()[leaf].area() * relative.fold(0.0, f64::max)
+            let residual = relative.fold(0.0, f64::max);
+            let off = match options.marking {
+                Marking::Residual => residual,
+                Marking::Gradient => residual + marking::BESIDE_RESIDUAL * self.off_by_gradient(leaf)?,
+            };
+            Ok(self.mesh.elements()[leaf].area() * off)
         };
-        let mut marked: Vec<(f64, usize)> = leaves.iter().map(|&leaf| (indicator(leaf), leaf)).collect();
+        let indicators = for_leaves(&leaves, indicator)?;
+        let mut marked: Vec<(f64, usize)> = indicators.into_iter().zip(leaves).collect();
         marked.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
         let all: f64 = marked.iter().map(|m| m.0).sum();
         let mut taken = 0.0;
