@@ -27,7 +27,7 @@ pub(crate) struct Request {
     /// Mean of the bound on the error over the mean radiosity, at most: a percentage or a fraction.
     #[arg(long, default_value = "0.5%", value_parser = fraction)]
     error: f64,
-    /// Degree of the polynomials on elements, 0 to 3 [default: 2, and 1 in scenes with shadows]
+    /// Degree of the polynomials on elements, 0 to 4 [default: 2, and 1 in scenes with shadows]
     #[arg(long, value_parser = degree)]
     degree: Option<usize>,
     /// Stop after the round in which this many seconds have passed; the bound then says what was reached.

@@ -23,7 +23,7 @@ use crate::transfer::{FarRules, Optics};
 pub struct Options {
     /// Mean of the bound on the error of gathers over the mean radiosity, at most, in every channel.
     pub error: f64,
-    /// Degree of the basis, 0 to 3. If none is given, 2 where nothing hides anything and 1 in scenes with shadows, whose edges
+    /// Degree of the basis, 0 to 4. If none is given, 2 where nothing hides anything and 1 in scenes with shadows, whose edges
     /// higher degrees do not follow.
     pub degree: Option<usize>,
     /// All faces are divided alike until there are this many elements; then the first round begins.
