@@ -5,6 +5,7 @@ mod bounds;
 mod figures;
 mod instructions;
 mod plot;
+mod radiosity;
 mod replay;
 mod report;
 mod summary;
@@ -26,6 +27,7 @@ enum Task {
     Figures(figures::Arguments),
     Bench(bench::Arguments),
     Instructions(instructions::Arguments),
+    Radiosity(radiosity::Arguments),
 }
 
 fn main() -> ExitCode {
@@ -34,6 +36,7 @@ fn main() -> ExitCode {
         Task::Replay(arguments) => replay::run(&arguments),
         Task::Bench(arguments) => bench::run(&arguments),
         Task::Instructions(arguments) => instructions::run(&arguments),
+        Task::Radiosity(arguments) => radiosity::run(&arguments).map(|()| true),
         Task::Report(arguments) => report::run(&arguments).map(|()| true),
         Task::Figures(arguments) => figures::run(&arguments).map(|()| true).map_err(Into::into),
     };

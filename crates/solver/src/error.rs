@@ -48,6 +48,16 @@ pub enum Error {
         /// The value given.
         value: f64,
     },
+    /// A mesh is to be divided where it has no element.
+    #[error("division {index} is of element {element}: the mesh has {count} elements then, from 0")]
+    Division {
+        /// Index of the division, from 0.
+        index: usize,
+        /// The element.
+        element: usize,
+        /// Elements of the mesh.
+        count: usize,
+    },
     /// The error asked for is not positive.
     #[error("the error is {value}: it must be above 0 and at most 1, relative to the mean radiosity")]
     Tolerance {

@@ -53,4 +53,4 @@ pub use marking::Marking;
 pub use mesh::Mesh;
 pub use reconstruction::Reconstruction;
 pub use rule::Node;
-pub use solve::{Options, Progress, Solution, solve};
+pub use solve::{Options, Progress, Solution, solve, solve_from};

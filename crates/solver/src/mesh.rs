@@ -105,14 +105,23 @@ impl Mesh {
         Ok(())
     }
 
+    /// The elements that are divided, in the order in which they were: dividing a new mesh of the scene likewise gives this one.
+    #[must_use]
+    pub fn divisions(&self) -> Vec<usize> {
+        let mut divided: Vec<usize> = (0..self.elements.len()).filter(|&e| !self.elements[e].is_leaf()).collect();
+        divided.sort_by_key(|&e| self.elements[e].children);
+        divided
+    }
+
     /// Whether anything may be between two faces.
     pub(crate) fn has_shadows(&self) -> bool {
         let pair = |a: usize| self.roots.iter().any(move |&b| matches!(self.sight(a, b, None), Sight::Past(_)));
         self.roots.iter().any(|&a| pair(a))
     }
 
-    /// The leaf at a point of a face, the nearest one if it is between them.
-    pub(crate) fn leaf_at(&self, face: usize, point: DVec3) -> Option<usize> {
+    /// The leaf at a point of a face, the nearest one if it is between them; `None` where the face exchanges no light.
+    #[must_use]
+    pub fn leaf_at(&self, face: usize, point: DVec3) -> Option<usize> {
         let excess = |e: &usize| self.elements[*e].excess(self.elements[*e].reference(point));
         let nearest = |a: &usize, b: &usize| excess(a).total_cmp(&excess(b));
         let mut at = *self.roots_of_face.get(face)?.iter().min_by(|a, b| nearest(a, b))?;

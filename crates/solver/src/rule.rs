@@ -23,7 +23,9 @@ pub struct Node {
 pub(crate) fn for_degree(shape: Shape, degree: usize) -> Vec<Node> {
     let (rule, others) = match shape {
         Shape::Parallelogram => (product(degree + 2), [[0.03, 0.29], [0.71, 0.97], [0.52, 0.47]]),
-        Shape::Triangle => (if degree < 4 { triangle(degree + 1) } else { collapsed(degree + 2) }, [[0.03, 0.41], [0.94, 0.03], [0.35, 0.31]]),
+        Shape::Triangle => {
+            (if degree < 4 { triangle(degree + 1) } else { collapsed(degree + 2) }, [[0.03, 0.41], [0.94, 0.03], [0.35, 0.31]])
+        }
     };
     rule.into_iter().chain(others.map(|at| Node { at, weight: 0.0 })).collect()
 }

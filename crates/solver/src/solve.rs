@@ -110,7 +110,32 @@ pub struct Solution {
 ///
 /// # Errors
 /// If the error asked for is not in (0, 1], a face cannot be cut into elements, or light is not lost, so that no bound exists.
-pub fn solve(scene: &Scene, options: &Options, mut watch: impl FnMut(&Solution) -> bool) -> Result<Solution, Error> {
+pub fn solve(scene: &Scene, options: &Options, watch: impl FnMut(&Solution) -> bool) -> Result<Solution, Error> {
+    solve_from(scene, options, &[], watch)
+}
+
+/// [`solve`] from a mesh that is divided already, as another solution's was ([`Mesh::divisions`]): to go on where that one ended.
+///
+/// ```
+/// # use radgrad_scene::{Degenerate, Scene};
+/// use radgrad_solver::{Options, solve, solve_from};
+/// # let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../../data/scenes/two_blocks.obj");
+/// let scene = Scene::read(file, Degenerate::Refuse)?;
+/// let options = Options { error: 1.0, degree: Some(0), first_elements: 1, ..Options::default() };
+/// let before = solve(&scene, &options, |_| false)?;
+/// let after = solve_from(&scene, &options, &before.mesh().divisions(), |_| false)?;
+/// assert_eq!(before.progress().elements, after.progress().elements);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
+/// # Errors
+/// As for [`solve`], and if a division is of an element that is not there.
+pub fn solve_from(
+    scene: &Scene,
+    options: &Options,
+    divisions: &[usize],
+    mut watch: impl FnMut(&Solution) -> bool,
+) -> Result<Solution, Error> {
     if !(options.error > 0.0 && options.error <= 1.0) {
         return Err(Error::Tolerance { value: options.error });
     }
@@ -120,6 +145,13 @@ pub fn solve(scene: &Scene, options: &Options, mut watch: impl FnMut(&Solution) 
         None => 2,
     };
     let mut mesh = Mesh::new(scene, degree)?;
+    for (index, &element) in divisions.iter().enumerate() {
+        let count = mesh.elements().len();
+        if element >= count {
+            return Err(Error::Division { index, element, count });
+        }
+        mesh.divide(element)?;
+    }
     while !mesh.roots().is_empty() && mesh.leaves().count() < options.first_elements {
         let leaves: Vec<usize> = mesh.leaves().collect();
         leaves.into_iter().try_for_each(|leaf| mesh.divide(leaf))?;
