@@ -29,7 +29,7 @@ pub(crate) struct View {
     /// Eye, target, up and vertical field of view in degrees: ten numbers, with spaces or commas between.
     #[arg(long, value_name = "\"EYE TARGET UP FOV\"", value_parser = Camera::parse, allow_hyphen_values = true)]
     camera: Option<Camera>,
-    /// Pixels of the view, WIDTHxHEIGHT.
+    /// Pixels of the view: width x height.
     #[arg(long, value_name = "WxH", default_value = "512x512", value_parser = size)]
     size: [usize; 2],
     /// One exact gather for every pixel rather than the polynomials.

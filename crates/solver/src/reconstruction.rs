@@ -133,43 +133,58 @@ impl Solution {
                 Sight::Past(known) => self.mesh().sight_of_point(element.face(), point, link.source, Some(known)),
                 other => other.clone(),
             };
-            let of_functions = self.gradients_from(link, &sight, point, normal, element.face())?;
-            for (channel, sum) in sums.iter_mut().enumerate() {
-                let coefficients = self.field.of(link.source, channel, self.mesh().basis(link.source).len());
-                *sum += coefficients.iter().zip(&of_functions).map(|(c, g)| *g * *c).sum::<DVec3>();
-            }
+            let len = self.mesh().basis(link.source).len();
+            let of = |channel: usize| &self.field.of(link.source, channel, len)[..link.count];
+            let coefficients: Vec<&[f64]> = (0..sums.len()).map(of).collect();
+            let gradients = self.gradients_from(link, &sight, point, normal, element.face(), &coefficients)?;
+            sums.iter_mut().zip(gradients).for_each(|(sum, gradient)| *sum += gradient);
         }
         let rho = &self.surfaces.reflectance[element.face()];
         Ok(sums.iter().zip(rho).map(|(sum, rho)| (*sum * *rho).reject_from_normalized(normal)).collect())
     }
 
-    /// Gradient of what each function of a link's source gives to a point.
-    fn gradients_from(&self, link: &Link, sight: &Sight, point: DVec3, normal: DVec3, face: usize) -> Result<Vec<DVec3>, Error> {
+    /// Gradient of what a link's source gives to a point with the coefficients of each channel. All functions together: that of one
+    /// alone is zero where it is symmetric, and no number of digits tells zero from nearly so.
+    fn gradients_from(
+        &self,
+        link: &Link,
+        sight: &Sight,
+        point: DVec3,
+        normal: DVec3,
+        face: usize,
+        coefficients: &[&[f64]],
+    ) -> Result<Vec<DVec3>, Error> {
         let mesh = self.mesh();
         let (source, basis) = (&mesh.elements()[link.source], mesh.basis(link.source));
         let refused = |source| Error::Evaluation { face, source };
         if *sight == Sight::Nothing {
-            return Ok(vec![DVec3::ZERO; link.count]);
+            return Ok(vec![DVec3::ZERO; coefficients.len()]);
         }
         let whole = |v: &DVec3| normal.dot(*v - point) > 1e-9 * (*v - point).length();
         let (of_source, distance) = (source.polygon(), (point - source.centre()).length() - source.radius());
         let in_front = of_source.normal().dot(point - of_source.vertices()[0]) > 0.0;
         if *sight == Sight::Clear && in_front && distance >= FAR * source.radius() && of_source.vertices().iter().all(whole) {
-            return Ok(from_afar(point, normal, source, basis, link.count));
+            let of_functions = from_afar(point, normal, source, basis, link.count);
+            let sum = |c: &&[f64]| c.iter().zip(&of_functions).map(|(c, g)| *g * *c).sum();
+            return Ok(coefficients.iter().map(sum).collect());
         }
         let receiver = Receiver::new(point, normal, 1.0).map_err(refused)?;
-        let function = |function: usize| {
-            let emitter = source.emitter(function, basis)?;
-            match sight {
-                Sight::Past(faces) => {
-                    let occluders: Vec<_> = faces.iter().map(|&f| mesh.polygons()[f].clone()).collect();
-                    // The first rung's digits are more than a reconstruction needs.
-                    evaluate_to(&receiver, emitter, &occluders, 1.0).map(|answer| answer.gradient).map_err(refused)
-                }
-                _ => gradient(&receiver, emitter).map_err(refused),
-            }
+        let occluders: Vec<_> = match sight {
+            Sight::Past(faces) => faces.iter().map(|&f| mesh.polygons()[f].clone()).collect(),
+            _ => Vec::new(),
         };
-        (0..link.count).map(function).collect()
+        let of_channel = |coefficients: &&[f64]| {
+            if coefficients.iter().all(|c| *c == 0.0) {
+                return Ok(DVec3::ZERO);
+            }
+            let emitter = source.emitter_of(coefficients, basis)?;
+            if occluders.is_empty() {
+                return gradient(&receiver, &emitter).map_err(refused);
+            }
+            // The first rung's digits are more than a reconstruction needs.
+            evaluate_to(&receiver, &emitter, &occluders, 1.0).map(|answer| answer.gradient).map_err(refused)
+        };
+        coefficients.iter().map(of_channel).collect()
     }
 }
 

@@ -1,4 +1,4 @@
-//! OpenEXR: scan lines of 32-bit floats without compression, any channels (the file layout of OpenEXR 2.0).
+//! `OpenEXR`: scan lines of 32-bit floats without compression, any channels (the file layout of its version 2).
 
 use std::io::{self, Write};
 
