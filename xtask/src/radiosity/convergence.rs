@@ -49,12 +49,12 @@ impl Point {
 const SIDE: u32 = 37;
 
 /// Elements, divided ones too, at most.
-const MOST: usize = 300;
+const MOST: usize = 200;
 
 pub(super) fn measure(pair: Pair) -> Result<Vec<Point>, Box<dyn Error>> {
     let other = if pair == Pair::Opposed { ceiling(1.0) } else { WALL };
     let scene = scene(&[(FLOOR, 0.5, 1.0), (other, 0.5, 1.0)])?;
-    let (error, first_elements, most_elements) = if pair == Pair::Opposed { (1e-9, 32, 1) } else { (1e-6, 8, 250) };
+    let (error, first_elements, most_elements) = if pair == Pair::Opposed { (1e-7, 32, 1) } else { (1e-5, 8, 150) };
     let fine = Options { error, degree: Some(3), first_elements, most_elements, ..Options::default() };
     let reference = solve(&scene, &fine, |_| true)?;
     let at = |i: u32| (f64::from(i) + 0.5) / f64::from(SIDE);
@@ -81,7 +81,7 @@ pub(super) fn measure(pair: Pair) -> Result<Vec<Point>, Box<dyn Error>> {
                 let (progress, error) = (solution.progress(), off(solution));
                 points.push(Point { degree, uniform, elements: progress.elements, error, bound: progress.bound });
                 // Beyond that the reference is no better.
-                error > 1e-8 && progress.elements * 4 <= 2 * MOST
+                error > 1e-7 && progress.elements * 4 <= 2 * MOST
             })?;
         }
     }
