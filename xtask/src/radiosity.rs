@@ -37,6 +37,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
     let transfers = transfer::measure()?;
     table(&out("transfer.csv"), &["case", "degree", "mean", "root_mean_square"], transfers.iter().map(transfer::Point::record))?;
     picture(&out("transfer.svg"), &transfer::graph(&transfers))?;
+    let costs = cost::measure(arguments.polygons)?;
+    table(&out("cost.csv"), &["polygons", "seconds", "elements", "links", "bound"], costs.iter().map(cost::Point::record))?;
+    picture(&out("cost.svg"), &cost::graph(&costs))?;
     for pair in [convergence::Pair::Opposed, convergence::Pair::Edge] {
         let points = convergence::measure(pair)?;
         let name = pair.name();
@@ -47,9 +50,6 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
         }
         picture(&out(&format!("convergence-{name}.svg")), &convergence::graph(pair, &points))?;
     }
-    let costs = cost::measure(arguments.polygons)?;
-    table(&out("cost.csv"), &["polygons", "seconds", "elements", "links", "bound"], costs.iter().map(cost::Point::record))?;
-    picture(&out("cost.svg"), &cost::graph(&costs))?;
     Ok(())
 }
 
