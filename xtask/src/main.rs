@@ -6,6 +6,7 @@ mod bounds;
 mod figures;
 mod instructions;
 mod plot;
+mod radiosity;
 mod replay;
 mod report;
 mod summary;
@@ -28,6 +29,7 @@ enum Task {
     Bench(bench::Arguments),
     Beams(beams::Arguments),
     Instructions(instructions::Arguments),
+    Radiosity(radiosity::Arguments),
 }
 
 fn main() -> ExitCode {
@@ -36,6 +38,7 @@ fn main() -> ExitCode {
         Task::Replay(arguments) => replay::run(&arguments),
         Task::Bench(arguments) => bench::run(&arguments),
         Task::Instructions(arguments) => instructions::run(&arguments),
+        Task::Radiosity(arguments) => radiosity::run(&arguments).map(|()| true),
         Task::Report(arguments) => report::run(&arguments).map(|()| true),
         Task::Beams(arguments) => beams::run(&arguments).map(|()| true),
         Task::Figures(arguments) => figures::run(&arguments).map(|()| true).map_err(Into::into),

@@ -150,7 +150,7 @@ fn ply(solution: &Solution, output: &mut dyn Write) -> io::Result<()> {
 }
 
 /// The byte of sRGB for a linear value in [0, 1].
-fn srgb(linear: f64) -> u8 {
+pub(crate) fn srgb(linear: f64) -> u8 {
     let encoded = if linear <= 0.003_130_8 { 12.92 * linear } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 };
     let level = (255.0 * encoded).round();
     (0..=u8::MAX).find(|&byte| f64::from(byte) >= level).unwrap_or(u8::MAX)

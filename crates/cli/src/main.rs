@@ -9,9 +9,11 @@ mod factors;
 mod field;
 mod output;
 mod points;
+mod resume;
 mod scene;
 mod solve;
 mod summary;
+mod view;
 
 use std::fmt::Display;
 use std::fs::File;

@@ -8,16 +8,15 @@ use std::time::{Duration, Instant};
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 use radgrad_scene::Scene;
-use radgrad_solver::{MAX_DEGREE, Options, Solution, solve};
+use radgrad_solver::{MAX_DEGREE, Options, Solution, solve_from};
 
 use crate::export::Format;
 use crate::output::{Unwritten, write_whole};
 use crate::points;
+use crate::resume;
 use crate::scene::SceneFile;
 use crate::summary::Summary;
-
-/// How often a result on the way is written at most.
-const BETWEEN_FILES: Duration = Duration::from_secs(5);
+use crate::view::{self, View};
 
 /// What to solve, and what to write.
 #[derive(Debug, Args)]
@@ -27,7 +26,7 @@ pub(crate) struct Request {
     /// Bound on the mean error over the mean radiosity, at most: a percentage or a fraction.
     #[arg(long, default_value = "0.5%", value_parser = fraction)]
     error: f64,
-    /// Degree of the polynomials on elements, 0 to 3 [default: 2]
+    /// Degree of the polynomials on elements, 0 to 4 [default: 2]
     #[arg(long, value_parser = degree)]
     degree: Option<usize>,
     /// Seconds in which to be done: no round is begun that would probably end later, and the bound says what was reached.
@@ -36,9 +35,13 @@ pub(crate) struct Request {
     /// Elements, divided ones too, beyond which none is divided any more.
     #[arg(long, default_value_t = 20_000)]
     most_elements: usize,
-    /// Write the solution: .vtu (radiosity, gradient, bounds, ledger) or .ply (colours). On the way too, every few seconds.
+    /// Write the solution: .vtu (radiosity, gradient, bounds, ledger) or .ply (colours). After every round too, so
+    /// that a run that is interrupted leaves the last complete one.
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
+    /// Take up the run that wrote this file, if it is there, and keep it up to date after every round.
+    #[arg(long, value_name = "FILE")]
+    resume: Option<PathBuf>,
     /// Answer for the points of a JSON Lines file (`position`, `normal`): radiosity and bound in each channel.
     #[arg(long, value_name = "FILE")]
     points: Option<PathBuf>,
@@ -48,6 +51,8 @@ pub(crate) struct Request {
     /// Print one JSON object: `seconds`, `elements`, `links`, `bound`, `ledger`.
     #[arg(long)]
     summary: bool,
+    #[command(flatten)]
+    view: View,
 }
 
 /// Why there is no result.
@@ -63,6 +68,10 @@ pub(crate) enum Failure {
     Read { file: PathBuf, source: io::Error },
     #[error(transparent)]
     Write(#[from] Unwritten),
+    #[error(transparent)]
+    Resume(#[from] resume::Failure),
+    #[error(transparent)]
+    View(#[from] view::Failure),
     #[error("cannot write the answers: {0}")]
     Output(#[from] io::Error),
 }
@@ -76,6 +85,7 @@ pub(crate) fn run(request: &Request, mut output: impl Write) -> Result<bool, Fai
         None => Err(Failure::Format { file: file.to_owned() }),
     });
     let out = out.transpose()?;
+    request.view.check()?;
     let points = request.points.as_deref().map(|file| match File::open(file) {
         Ok(points) => Ok(BufReader::new(points)),
         Err(source) => Err(Failure::Read { file: file.to_owned(), source }),
@@ -85,9 +95,7 @@ pub(crate) fn run(request: &Request, mut output: impl Write) -> Result<bool, Fai
 
     let solution = solved(request, &scene, start, out)?;
     let seconds = start.elapsed().as_secs_f64();
-    if let Some((file, format)) = out {
-        write_whole(file, |output| format.write(&solution, output))?;
-    }
+    request.view.write(&solution)?;
     let mut refused = 0;
     if let Some(points) = points {
         refused = match &request.answers {
@@ -119,7 +127,7 @@ pub(crate) fn run(request: &Request, mut output: impl Write) -> Result<bool, Fai
     Ok(reached && refused == 0)
 }
 
-/// The solution, with its progress on the standard error and a file of it from time to time.
+/// The solution, with its progress on the standard error and a file of it after every round.
 fn solved(request: &Request, scene: &Scene, start: Instant, out: Option<(&Path, Format)>) -> Result<Solution, Failure> {
     // Reading has taken its part.
     let time = Some(request.seconds.saturating_sub(start.elapsed()));
@@ -130,15 +138,19 @@ fn solved(request: &Request, scene: &Scene, start: Instant, out: Option<(&Path, 
         bar.set_style(style);
     }
     bar.enable_steady_tick(Duration::from_millis(100));
-    let (mut failure, mut last) = (None, Instant::now());
-    let solution = solve(scene, &options, |solution| {
+    let divisions = match &request.resume {
+        Some(file) => resume::read(file, scene)?,
+        None => Vec::new(),
+    };
+    let mut failure = None;
+    let solution = solve_from(scene, &options, &divisions, |solution| {
         let p = solution.progress();
         bar.set_message(format!("round {}: {} elements, {} links, bound {:.3} %", p.round, p.elements, p.links, 100.0 * p.bound));
-        if let Some((file, format)) = out
-            && last.elapsed() >= BETWEEN_FILES
-        {
+        if let Some((file, format)) = out {
             failure = write_whole(file, |output| format.write(solution, output)).err();
-            last = Instant::now();
+        }
+        if let Some(file) = &request.resume {
+            failure = failure.take().or(resume::write(file, scene, solution).err());
         }
         failure.is_none()
     });

@@ -101,6 +101,68 @@ fn files_are_whole_and_have_what_they_say() {
 }
 
 #[test]
+fn a_run_that_is_killed_leaves_whole_files_and_is_taken_up_again() {
+    let folder = Folder::new("killed");
+    // It would run for hours.
+    let endless = ["solve", "squares.obj", "--error", "1e-14", "--most-elements", "1000000", "--degree", "0"];
+    let mut child = Command::new(env!("CARGO_BIN_EXE_radgrad"))
+        .current_dir(&folder.0)
+        .args(endless)
+        .args(["--out", "out.vtu", "--resume", "run.json"])
+        .stderr(std::process::Stdio::null())
+        .spawn()
+        .unwrap();
+    let rounds = |text: &str| text.matches(',').count();
+    let start = std::time::Instant::now();
+    // Several rounds, so that files have been replaced.
+    while !std::fs::read_to_string(folder.0.join("run.json")).is_ok_and(|text| rounds(&text) > 20) {
+        assert!(start.elapsed().as_secs() < 120 && child.try_wait().unwrap().is_none());
+        std::thread::sleep(std::time::Duration::from_millis(5));
+    }
+    child.kill().unwrap();
+    child.wait().unwrap();
+    let vtu = folder.read("out.vtu");
+    assert!(vtu.starts_with("<?xml") && vtu.trim_end().ends_with("</VTKFile>"));
+    let state: Value = serde_json::from_str(&folder.read("run.json")).unwrap();
+    let divided = state["divisions"].as_array().unwrap().len();
+
+    let output = folder.solve(&["--degree", "0", "--most-elements", "1", "--resume", "run.json", "--summary"]);
+    let elements = lines(&output)[0]["elements"].as_u64().unwrap();
+    assert_eq!(elements, 2 + 3 * divided as u64, "as many as were there");
+    std::fs::write(folder.0.join("squares.mtl"), WHITE.replace("0.5", "0.4")).unwrap();
+    let other = folder.solve(&["--resume", "run.json"]);
+    assert_eq!(other.status.code(), Some(2));
+    assert!(String::from_utf8_lossy(&other.stderr).contains("run.json: it was written for another scene"));
+}
+
+#[test]
+fn a_view_has_the_radiosity_of_what_is_seen_and_its_bound() {
+    let folder = Folder::new("view");
+    let camera = ["--camera", "0.5 0.5 0.9, 0.5 0.5 0, 0 1 0, 60", "--size", "5x3"];
+    for shading in [&[][..], &["--gather"], &["--hermite"]] {
+        let view = [&["--degree", "1", "--view", "view.exr"][..], &camera, shading].concat();
+        assert_eq!(folder.solve(&view).status.code(), Some(0));
+        let exr = std::fs::read(folder.0.join("view.exr")).unwrap();
+        // Three rows of B, G, R and their bounds; the middle of B is the centre of the floor.
+        let row = 8 + 6 * 5 * 4;
+        let at = |row_index: usize, channel: usize, column: usize| {
+            let place = exr.len() - (3 - row_index) * row + 8 + 4 * (5 * channel + column);
+            f64::from(f32::from_le_bytes(exr[place..place + 4].try_into().unwrap()))
+        };
+        let (value, bound) = (at(1, 0, 2), at(1, 3, 2));
+        assert!((value - 1.133_303_565).abs() <= bound + 1e-7 && bound < 0.02, "{shading:?}: {value} {bound}");
+        assert!((at(1, 0, 1) - at(1, 0, 3)).abs() < 1e-3 && at(1, 0, 1) < value);
+    }
+    let view = [&["--view", "view.png"][..], &camera].concat();
+    let output = folder.solve(&view);
+    assert!(String::from_utf8_lossy(&output.stderr).contains("view.png: sRGB of B/(B + "));
+    assert!(std::fs::read(folder.0.join("view.png")).unwrap().starts_with(b"\x89PNG"));
+    let wrong = folder.solve(&[&["--view", "view.jpg"][..], &camera].concat());
+    assert_eq!(wrong.status.code(), Some(2));
+    assert!(String::from_utf8_lossy(&wrong.stderr).contains("view.jpg: expected a name ending in .exr or .png"));
+}
+
+#[test]
 fn a_limit_that_stops_the_work_is_said() {
     let folder = Folder::new("limit");
     let output = folder.solve(&["--error", "0.0001%", "--most-elements", "1", "--summary"]);

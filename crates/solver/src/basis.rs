@@ -1,4 +1,4 @@
-//! Orthonormal polynomials on an element, degree 0 to 3.
+//! Orthonormal polynomials on an element, degree 0 to 4.
 //!
 //! An element is the image of the unit square or of the triangle (0,0), (1,0), (0,1) under an affine map, so that a polynomial
 //! of the reference coordinates is one of the position, and radiates in closed form. On a parallelogram the functions are
@@ -7,13 +7,14 @@
 //! radiosity, and all coefficients have the unit of radiosity. Functions are ordered by degree: the first ones of a basis are
 //! the basis of a lower degree.
 //!
-//! The second family comes out of a Gram-Schmidt process on monomials with exact moments, which at degree 3 loses two digits.
+//! The second family comes out of a Gram-Schmidt process on monomials with exact moments, which loses two digits at degree 3;
+//! values from monomials lose four at degree 4.
 //! Values over an element are bounded by Bernstein coefficients: a polynomial lies between the least and the largest of them.
 
 use crate::rule::{self, Node};
 
 /// Highest degree of a basis.
-pub const MAX_DEGREE: usize = 3;
+pub const MAX_DEGREE: usize = 4;
 
 /// The shape of an element.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -318,12 +319,13 @@ fn powers(shape: Shape, degree: usize) -> Vec<[usize; 2]> {
 
 /// `P_i(2s - 1) P_j(2t - 1) sqrt((2i + 1)(2j + 1))`.
 fn legendre_products(powers: &[[usize; 2]]) -> Vec<Monomials> {
-    const LEGENDRE: [[f64; 5]; 5] = [
-        [1.0, 0.0, 0.0, 0.0, 0.0],
-        [-1.0, 2.0, 0.0, 0.0, 0.0],
-        [1.0, -6.0, 6.0, 0.0, 0.0],
-        [-1.0, 12.0, -30.0, 20.0, 0.0],
-        [1.0, -20.0, 90.0, -140.0, 70.0],
+    const LEGENDRE: [[f64; 6]; 6] = [
+        [1.0, 0.0, 0.0, 0.0, 0.0, 0.0],
+        [-1.0, 2.0, 0.0, 0.0, 0.0, 0.0],
+        [1.0, -6.0, 6.0, 0.0, 0.0, 0.0],
+        [-1.0, 12.0, -30.0, 20.0, 0.0, 0.0],
+        [1.0, -20.0, 90.0, -140.0, 70.0, 0.0],
+        [-1.0, 30.0, -210.0, 560.0, -630.0, 252.0],
     ];
     let product = |[i, j]: [usize; 2]| {
         let length = ((2 * i + 1) as f64 * (2 * j + 1) as f64).sqrt();
@@ -379,7 +381,7 @@ mod tests {
                     for b in 0..basis.len() {
                         let values = |n: usize| basis.at_node(n)[a] * basis.at_node(n)[b] * basis.nodes()[n].weight;
                         let product: f64 = (0..basis.nodes().len()).map(values).sum();
-                        assert!((product - f64::from(u8::from(a == b))).abs() < 1e-12, "{shape:?} {degree} {a} {b} {product:e}");
+                        assert!((product - f64::from(u8::from(a == b))).abs() < 2e-11, "{shape:?} {degree} {a} {b} {product:e}");
                     }
                 }
             }

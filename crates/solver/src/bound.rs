@@ -219,6 +219,11 @@ impl Bounds {
         mesh.elements()[element].area() * importance * self.residuals[which][element][channel].mean()
     }
 
+    /// The largest importance of a receiver, over all channels.
+    pub(crate) fn largest_importance(&self, receiver: usize) -> f64 {
+        self.importance[receiver].iter().copied().fold(0.0, f64::max)
+    }
+
     /// Mean errors of receivers, `A_i e_i <= rho_i sum_j max F_ij A_j (|r|_j + e_j)`, from those that hold already and from the
     /// mean over all: `sum_j A_j e_j` is known.
     fn spread(&mut self, scene: Scene<'_>, seen: &[Vec<Seen>]) {

@@ -82,6 +82,11 @@ impl Lamps {
         Ok(Direct { nodes, sights })
     }
 
+    /// Each lamp's root with what a leaf sees of it.
+    pub(crate) fn seen<'a>(&'a self, leaf: &'a Direct) -> impl Iterator<Item = (usize, &'a Sight)> {
+        self.roots.iter().copied().zip(&leaf.sights)
+    }
+
     /// Direct light at a point of a leaf.
     pub(crate) fn light_at(
         &self,

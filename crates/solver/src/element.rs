@@ -225,39 +225,48 @@ impl Element {
         if let Some(emitter) = self.emitters[function].get() {
             return Ok(emitter);
         }
-        let emission = self.emission(function, basis);
+        let terms: Vec<(f64, [usize; 2])> = basis.monomials(function).collect();
+        let emission = self.emission(&terms);
         let emitter = emission.and_then(|emission| Emitter::new(self.polygon.clone(), emission));
         let emitter = emitter.map_err(|source| Error::Element { face: self.face, source })?;
         Ok(self.emitters[function].get_or_init(|| emitter))
     }
 
-    /// The function in coordinates of space: `s = dual_0 . (y - o)`, `t = dual_1 . (y - o)`.
-    fn emission(&self, function: usize, basis: &Basis) -> Result<Emission, radgrad_core::Error> {
-        let degree = basis.monomials(function).map(|(_, [i, j])| i + j).max().unwrap_or(0);
+    /// What radiates as the sum of the functions with these coefficients; absent ones are 0.
+    pub(crate) fn emitter_of(&self, coefficients: &[f64], basis: &Basis) -> Result<Emitter, Error> {
+        let of = |(function, c): (usize, &f64)| basis.monomials(function).map(|(m, at)| (m * c, at)).collect::<Vec<_>>();
+        let terms: Vec<(f64, [usize; 2])> = coefficients.iter().enumerate().flat_map(of).collect();
+        let emitter = self.emission(&terms).and_then(|emission| Emitter::new(self.polygon.clone(), emission));
+        emitter.map_err(|source| Error::Element { face: self.face, source })
+    }
+
+    /// A sum of `c s^i t^j` in coordinates of space: `s = dual_0 . (y - o)`, `t = dual_1 . (y - o)`.
+    fn emission(&self, terms: &[(f64, [usize; 2])]) -> Result<Emission, radgrad_core::Error> {
+        let degree = terms.iter().map(|(_, [i, j])| i + j).max().unwrap_or(0);
         if degree == 0 {
-            return Ok(Emission::Constant(1.0));
+            return Ok(Emission::Constant(terms.iter().map(|term| term.0).sum()));
         }
         if degree == 1 {
             let (mut value, mut gradient) = (0.0, DVec3::ZERO);
-            for (c, [i, j]) in basis.monomials(function) {
+            for &(c, [i, j]) in terms {
                 match (i, j) {
                     (1, 0) => gradient += c * self.dual[0],
                     (0, 1) => gradient += c * self.dual[1],
-                    _ => value = c,
+                    _ => value += c,
                 }
             }
             return Ok(Emission::Linear(Linear::Gradient { value, gradient }));
         }
-        let mut terms: Vec<(f64, [u8; 3])> = Vec::new();
-        for (c, [i, j]) in basis.monomials(function) {
+        let mut products: Vec<(f64, [u8; 3])> = Vec::new();
+        for &(c, [i, j]) in terms {
             let factors = std::iter::repeat_n(self.dual[0], i).chain(std::iter::repeat_n(self.dual[1], j));
             let mut product = vec![(c, [0_u8; 3])];
             for factor in factors {
                 product = times(&product, factor);
             }
-            terms.extend(product);
+            products.extend(product);
         }
-        Ok(Emission::Polynomial(Polynomial::new(self.origin, collected(terms))?))
+        Ok(Emission::Polynomial(Polynomial::new(self.origin, collected(products))?))
     }
 }
 

@@ -28,6 +28,36 @@ pub enum Error {
         /// What is wrong with it.
         source: radgrad_core::Error,
     },
+    /// A sample cannot be computed.
+    #[error("the radiosity at {position}: {source}")]
+    Sample {
+        /// The point.
+        position: DVec3,
+        /// What is wrong with it.
+        source: radgrad_core::Error,
+    },
+    /// A refinement asks for no error that elements can have.
+    #[error("elements may be off {value}: it must be above 0 and finite, in the unit of the radiosity")]
+    Allowed {
+        /// The value given.
+        value: f64,
+    },
+    /// A refinement allows no side that elements can have.
+    #[error("sides may be {value} long: it must be above 0, in the unit of length")]
+    Longest {
+        /// The value given.
+        value: f64,
+    },
+    /// A mesh is to be divided where it has no element.
+    #[error("division {index} is of element {element}: the mesh has {count} elements then, from 0")]
+    Division {
+        /// Index of the division, from 0.
+        index: usize,
+        /// The element.
+        element: usize,
+        /// Elements of the mesh.
+        count: usize,
+    },
     /// The error asked for is not positive.
     #[error("the error is {value}: it must be above 0 and at most 1, relative to the mean radiosity")]
     Tolerance {

@@ -149,8 +149,22 @@ impl Mesh {
         Ok(())
     }
 
-    /// The leaf at a point of a face, the nearest one if it is between them.
-    pub(crate) fn leaf_at(&self, face: usize, point: DVec3) -> Option<usize> {
+    /// The elements that are divided, in the order in which they were: dividing a new mesh of the scene likewise gives this one.
+    #[must_use]
+    pub fn divisions(&self) -> Vec<usize> {
+        let mut divided: Vec<usize> = (0..self.elements.len()).filter(|&e| !self.elements[e].is_leaf()).collect();
+        divided.sort_by_key(|&e| self.elements[e].children);
+        divided
+    }
+
+    /// How many elements there were before any was divided.
+    pub(crate) fn undivided(&self) -> usize {
+        self.elements.iter().filter_map(Element::children).min().unwrap_or(self.elements.len())
+    }
+
+    /// The leaf at a point of a face, the nearest one if it is between them; `None` where the face exchanges no light.
+    #[must_use]
+    pub fn leaf_at(&self, face: usize, point: DVec3) -> Option<usize> {
         let excess = |e: &usize| self.elements[*e].excess(self.elements[*e].reference(point));
         let nearest = |a: &usize, b: &usize| excess(a).total_cmp(&excess(b));
         let mut at = *self.roots_of_face.get(face)?.iter().min_by(|a, b| nearest(a, b))?;
@@ -187,6 +201,20 @@ impl Mesh {
             element.polygon().vertices().iter().any(|v| of.polygon().normal().dot(*v - of.centre()) > level)
         };
         self.elements[a].face() != self.elements[b].face() && in_front(a, b) && in_front(b, a)
+    }
+
+    /// Whether a face that can light this one is at a point of it, within `reach`.
+    pub(crate) fn touches(&self, point: DVec3, face: usize, reach: f64) -> bool {
+        let normal = self.polygons[face].normal();
+        let at = |root: &usize| {
+            let element = &self.elements[*root];
+            if normal.dot(element.polygon().normal()) >= 1.0 - 1e-9 {
+                return false;
+            }
+            let height = element.polygon().normal().dot(point - element.polygon().vertices()[0]);
+            height.abs() <= reach && element.excess(element.reference(point)) * 2.0 * element.radius() <= reach
+        };
+        self.roots.iter().filter(|&&root| self.elements[root].face() != face).any(at)
     }
 
     /// What an element sees of another, all of it among `known` where those were found for larger ones.

@@ -20,6 +20,7 @@ use crate::field::Field;
 use crate::gathering::{Equation, Surfaces, irradiance};
 use crate::ledger::Ledger;
 use crate::link::{Link, Need, for_each};
+use crate::marking::{self, Marking};
 use crate::mesh::{Mesh, Sight};
 use crate::residual::Residual;
 use crate::transfer::Optics;
@@ -29,7 +30,7 @@ use crate::transfer::Optics;
 pub struct Options {
     /// Bound on the mean error of gathers over all area, over the mean radiosity, at most, in every channel.
     pub error: f64,
-    /// Degree of the basis, 0 to 3; 2 if none is given.
+    /// Degree of the basis, 0 to 4; 2 if none is given.
     pub degree: Option<usize>,
     /// All faces are divided alike until there are this many elements; then the first round begins.
     pub first_elements: usize,
@@ -39,11 +40,14 @@ pub struct Options {
     pub uniform: bool,
     /// Time in which to be done: no round is begun that, by the time of those before, would end later. The first one always is.
     pub time: Option<Duration>,
+    /// What pays: where the residual is large, or where the gradient says so too.
+    pub marking: Marking,
 }
 
 impl Default for Options {
     fn default() -> Self {
-        Self { error: 0.005, degree: None, first_elements: 32, most_elements: 20_000, uniform: false, time: None }
+        let marking = Marking::Residual;
+        Self { error: 0.005, degree: None, first_elements: 32, most_elements: 20_000, uniform: false, marking, time: None }
     }
 }
 
@@ -137,12 +141,44 @@ pub struct Solution {
 ///
 /// # Errors
 /// If the error asked for is not in (0, 1], a face cannot be cut into elements, or light is not lost, so that no bound exists.
-pub fn solve(scene: &Scene, options: &Options, mut watch: impl FnMut(&Solution) -> bool) -> Result<Solution, Error> {
+pub fn solve(scene: &Scene, options: &Options, watch: impl FnMut(&Solution) -> bool) -> Result<Solution, Error> {
+    solve_from(scene, options, &[], watch)
+}
+
+/// [`solve`] from a mesh that is divided already, as another solution's was ([`Solution::divisions`]): to go on where that one ended.
+///
+/// ```
+/// # use radgrad_scene::{Degenerate, Scene};
+/// use radgrad_solver::{Options, solve, solve_from};
+/// # let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../../data/scenes/two_blocks.obj");
+/// let scene = Scene::read(file, Degenerate::Refuse)?;
+/// let options = Options { error: 1.0, degree: Some(0), first_elements: 1, ..Options::default() };
+/// let before = solve(&scene, &options, |_| false)?;
+/// let after = solve_from(&scene, &options, &before.divisions(), |_| false)?;
+/// assert_eq!(before.progress().elements, after.progress().elements);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
+/// # Errors
+/// As for [`solve`], and if a division is of an element that is not there.
+pub fn solve_from(
+    scene: &Scene,
+    options: &Options,
+    divisions: &[usize],
+    mut watch: impl FnMut(&Solution) -> bool,
+) -> Result<Solution, Error> {
     if !(options.error > 0.0 && options.error <= 1.0) {
         return Err(Error::Tolerance { value: options.error });
     }
     let degree = options.degree.unwrap_or(DEGREE);
     let mut mesh = Mesh::new(scene, degree)?;
+    for (index, &element) in divisions.iter().enumerate() {
+        let count = mesh.elements().len();
+        if element >= count {
+            return Err(Error::Division { index, element, count });
+        }
+        mesh.divide(element)?;
+    }
     while !mesh.roots().is_empty() && mesh.leaves().count() < options.first_elements {
         let leaves: Vec<usize> = mesh.leaves().collect();
         leaves.into_iter().try_for_each(|leaf| mesh.divide(leaf))?;
@@ -458,11 +494,19 @@ impl Solution {
 
     /// Divides the receivers that leave out most.
     fn divide(&mut self, options: &Options) -> Result<(), Error> {
-        let indicator = |&receiver: &usize| {
+        let indicator = |receiver: usize| {
             let of = |channel: usize| ratio(self.bounds.share(&self.mesh, 1, receiver, channel), self.mean[channel]);
-            ((0..self.channels.len()).map(of).fold(0.0, f64::max), receiver)
+            let share = (0..self.channels.len()).map(of).fold(0.0, f64::max);
+            let by_gradient = match options.marking {
+                Marking::Residual => 0.0,
+                Marking::Gradient => {
+                    let weight = self.mesh.elements()[receiver].area() * self.bounds.largest_importance(receiver);
+                    marking::BESIDE_RESIDUAL * weight * self.off_by_gradient(receiver)?
+                }
+            };
+            Ok((share + by_gradient, receiver))
         };
-        let marked: Vec<(f64, usize)> = self.receivers.iter().map(indicator).collect();
+        let marked = for_each(&self.receivers, indicator)?;
         let divided = if options.uniform { self.receivers.clone() } else { bulk(marked) };
         for &receiver in &divided {
             self.mesh.divide(receiver)?;
@@ -474,6 +518,26 @@ impl Solution {
         self.receivers.extend(children.flat_map(|first| first..first + 4));
         self.receivers.sort_unstable();
         Ok(())
+    }
+
+    /// The elements above those that gather, in the order in which they were divided, numbered as they are in a mesh that was
+    /// divided so and not for direct light.
+    #[must_use]
+    pub fn divisions(&self) -> Vec<usize> {
+        let mut numbers = vec![None; self.mesh.elements().len()];
+        let undivided = self.mesh.undivided();
+        numbers[..undivided].iter_mut().enumerate().for_each(|(index, number)| *number = Some(index));
+        let mut count = undivided;
+        let mut divisions = Vec::new();
+        for divided in self.mesh.divisions() {
+            let (Some(number), true) = (numbers[divided], self.links[divided].is_empty()) else { continue };
+            divisions.push(number);
+            for child in self.mesh.elements()[divided].children().into_iter().flat_map(|first| first..first + 4) {
+                numbers[child] = Some(count);
+                count += 1;
+            }
+        }
+        divisions
     }
 
     /// The mesh.

@@ -1,0 +1,216 @@
+//! `radgrad solve --view`: what a camera sees of a solution, one ray through the centre of each pixel.
+//!
+//! A ray ends at the nearest face that it meets; there stands the radiosity in the scene's unit, and its bound. The back of a face
+//! and what is beside all faces are 0. An `.exr` has these numbers as they are, a channel each, and the bounds in the layer
+//! `bound`; a `.png` has colours, `B/(B + 2 m)` with the mean radiosity m over all channels, in the transfer curve of sRGB, and
+//! says so in its text chunk `exposure`. Every face is asked for every ray.
+
+mod camera;
+mod exr;
+
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use radgrad_core::{DVec3, Polygon};
+use radgrad_solver::{Ledger, Reconstruction, Solution};
+use rayon::prelude::*;
+
+use crate::export::srgb;
+use crate::output::{Unwritten, extension, write_whole};
+use camera::Camera;
+
+/// A view that is asked for.
+#[derive(Debug, Args)]
+pub(crate) struct View {
+    /// Write what a camera sees: .exr (linear radiosity and bound) or .png (tone-mapped, sRGB).
+    #[arg(long, value_name = "FILE", requires = "camera")]
+    view: Option<PathBuf>,
+    /// Eye, target, up and vertical field of view in degrees: ten numbers, with spaces or commas between.
+    #[arg(long, value_name = "\"EYE TARGET UP FOV\"", value_parser = Camera::parse, allow_hyphen_values = true)]
+    camera: Option<Camera>,
+    /// Pixels of the view: width x height.
+    #[arg(long, value_name = "WxH", default_value = "512x512", value_parser = size)]
+    size: [usize; 2],
+    /// One exact gather for every pixel rather than the polynomials.
+    #[arg(long, conflicts_with = "hermite")]
+    gather: bool,
+    /// Continuous cubic patches through exact values and gradients rather than the polynomials.
+    #[arg(long)]
+    hermite: bool,
+}
+
+/// Why there is no view.
+#[derive(Debug, thiserror::Error)]
+pub(crate) enum Failure {
+    #[error("{}: expected a name ending in .exr or .png", file.display())]
+    Format { file: PathBuf },
+    #[error(transparent)]
+    Solve(#[from] radgrad_solver::Error),
+    #[error(transparent)]
+    Write(#[from] Unwritten),
+}
+
+/// A pixel: radiosity and bound in each channel.
+struct Pixel {
+    radiosity: Vec<f64>,
+    bound: Vec<f64>,
+}
+
+impl View {
+    /// Refuses a name of another format.
+    pub(crate) fn check(&self) -> Result<(), Failure> {
+        match &self.view {
+            Some(file) if !matches!(extension(file).as_str(), "exr" | "png") => Err(Failure::Format { file: file.clone() }),
+            _ => Ok(()),
+        }
+    }
+
+    /// Draws the view, if one is asked for.
+    pub(crate) fn write(&self, solution: &Solution) -> Result<(), Failure> {
+        let (Some(file), Some(camera)) = (&self.view, &self.camera) else { return Ok(()) };
+        let smooth = if self.hermite { Some(solution.reconstruct()?) } else { None };
+        let [width, height] = self.size;
+        let pixel = |index: usize| {
+            let direction = camera.direction([index % width, index / width], self.size);
+            self.pixel(solution, smooth.as_ref(), camera.eye, direction)
+        };
+        let pixels = (0..width * height).into_par_iter().map(pixel).collect::<Result<Vec<Pixel>, _>>()?;
+        match extension(file).as_str() {
+            "exr" => write_whole(file, |out| self.exr(solution, &pixels, out))?,
+            _ => self.png(file, solution, &pixels)?,
+        }
+        Ok(())
+    }
+
+    fn pixel(
+        &self,
+        solution: &Solution,
+        smooth: Option<&Reconstruction>,
+        eye: DVec3,
+        direction: DVec3,
+    ) -> Result<Pixel, radgrad_solver::Error> {
+        let channels = solution.channels().len();
+        let dark = Pixel { radiosity: vec![0.0; channels], bound: vec![0.0; channels] };
+        let Some((face, point)) = nearest(solution.mesh().polygons(), eye, direction) else { return Ok(dark) };
+        let is_front = solution.mesh().polygons()[face].normal().dot(direction) < 0.0;
+        let Some(leaf) = solution.mesh().leaf_at(face, point).filter(|_| is_front) else { return Ok(dark) };
+        if self.gather {
+            let gathered = solution.gather_on(leaf, point)?;
+            let bound = gathered.ledger.iter().map(Ledger::total).collect();
+            return Ok(Pixel { radiosity: gathered.radiosity, bound });
+        }
+        let at = solution.mesh().elements()[leaf].reference(point);
+        let polynomial = |channel| solution.value_on(leaf, channel, at);
+        let value = |channel| smooth.map_or_else(|| polynomial(channel), |smooth| smooth.value_on(leaf, channel, at));
+        // What the patch leaves the polynomial by counts beside the polynomial's bound.
+        let bounds = solution.bound_on(leaf);
+        let bound = |channel: usize| bounds[channel].total() + (value(channel) - polynomial(channel)).abs();
+        Ok(Pixel { radiosity: (0..channels).map(value).collect(), bound: (0..channels).map(bound).collect() })
+    }
+
+    fn exr(&self, solution: &Solution, pixels: &[Pixel], out: &mut dyn Write) -> io::Result<()> {
+        let names: Vec<String> = solution.channels().iter().map(|name| shown(name)).collect();
+        let plane = |values: &dyn Fn(&Pixel) -> f64| pixels.iter().map(values).collect::<Vec<f64>>();
+        let mut channels = Vec::new();
+        for (index, name) in names.into_iter().enumerate() {
+            channels.push((format!("bound.{name}"), plane(&|pixel| pixel.bound[index])));
+            channels.push((name, plane(&|pixel| pixel.radiosity[index])));
+        }
+        exr::write(out, self.size, channels)
+    }
+
+    fn png(&self, file: &Path, solution: &Solution, pixels: &[Pixel]) -> Result<(), Unwritten> {
+        let channels = solution.channels().len();
+        let middle = 2.0 * solution.mean().iter().sum::<f64>() / channels as f64;
+        let exposure = format!("sRGB of B/(B + {middle:e}), twice the mean radiosity");
+        let colour = |pixel: &Pixel, c: usize| {
+            let value = pixel.radiosity[if channels < 3 { 0 } else { c }].max(0.0);
+            srgb(value / (value + middle).max(f64::MIN_POSITIVE))
+        };
+        let data: Vec<u8> = pixels.iter().flat_map(|pixel| [0, 1, 2].map(|c| colour(pixel, c))).collect();
+        write_whole(file, |out| {
+            let side = |length: usize| u32::try_from(length).map_err(|_| io::Error::other("more pixels a side than a PNG has"));
+            let mut encoder = png::Encoder::new(out, side(self.size[0])?, side(self.size[1])?);
+            encoder.set_color(png::ColorType::Rgb);
+            encoder.set_depth(png::BitDepth::Eight);
+            encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
+            encoder.add_text_chunk("exposure".to_owned(), exposure.clone())?;
+            let mut writer = encoder.write_header()?;
+            writer.write_image_data(&data)?;
+            writer.finish()
+        })?;
+        eprintln!("radgrad: {}: {exposure}", file.display());
+        Ok(())
+    }
+}
+
+/// The name of a channel in a picture: programs that show colours know R, G and B.
+fn shown(name: &str) -> String {
+    if matches!(name, "r" | "g" | "b") { name.to_uppercase() } else { name.to_owned() }
+}
+
+/// The first face that a ray meets, and where.
+fn nearest(polygons: &[Polygon], eye: DVec3, direction: DVec3) -> Option<(usize, DVec3)> {
+    let met = |(face, polygon): (usize, &Polygon)| {
+        let (vertices, normal) = (polygon.vertices(), polygon.normal());
+        let along = normal.dot(vertices[0] - eye) / normal.dot(direction);
+        let point = eye + direction * along;
+        (along > 0.0 && along.is_finite() && contains(vertices, normal, point)).then_some((along, face, point))
+    };
+    let first = polygons.iter().enumerate().filter_map(met).min_by(|a, b| a.0.total_cmp(&b.0))?;
+    Some((first.1, first.2))
+}
+
+/// Whether a point of a polygon's plane is inside: an odd number of edges is crossed along the axis seen best.
+fn contains(vertices: &[DVec3], normal: DVec3, point: DVec3) -> bool {
+    let size = normal.abs();
+    let flat = |v: DVec3| {
+        if size.z >= size.x && size.z >= size.y {
+            [v.x, v.y]
+        } else if size.y >= size.x {
+            [v.z, v.x]
+        } else {
+            [v.y, v.z]
+        }
+    };
+    let [x, y] = flat(point);
+    let crossed = |i: &usize| {
+        let ([ax, ay], [bx, by]) = (flat(vertices[*i]), flat(vertices[(i + 1) % vertices.len()]));
+        (ay > y) != (by > y) && x < ax + (y - ay) / (by - ay) * (bx - ax)
+    };
+    (0..vertices.len()).filter(crossed).count() % 2 == 1
+}
+
+/// `640x480`.
+fn size(text: &str) -> Result<[usize; 2], String> {
+    let wrong = || format!("`{text}`: expected WIDTHxHEIGHT, as 640x480, each from 1 to 32768");
+    let (width, height) = text.split_once('x').ok_or_else(wrong)?;
+    let side = |text: &str| text.parse().ok().filter(|n| (1..=32_768).contains(n)).ok_or_else(wrong);
+    Ok([side(width)?, side(height)?])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_ray_meets_the_nearest_face_and_passes_a_notch() {
+        let l = [[0.0, 0.0], [3.0, 0.0], [3.0, 1.0], [1.0, 1.0], [1.0, 3.0], [0.0, 3.0]];
+        let at = |z: f64| Polygon::new(l.map(|[x, y]| DVec3::new(x, y, z)).to_vec()).unwrap();
+        let square = |z: f64| [[0.0, 0.0], [3.0, 0.0], [3.0, 3.0], [0.0, 3.0]].map(|[x, y]| DVec3::new(x, y, z)).to_vec();
+        let faces = [Polygon::new(square(0.0)).unwrap(), at(1.0)];
+        let from = |x: f64, y: f64| nearest(&faces, DVec3::new(x, y, 5.0), -DVec3::Z);
+        assert_eq!(from(0.5, 2.0), Some((1, DVec3::new(0.5, 2.0, 1.0))));
+        assert_eq!(from(2.0, 2.0), Some((0, DVec3::new(2.0, 2.0, 0.0))));
+        assert_eq!(from(4.0, 2.0), None);
+    }
+
+    #[test]
+    fn a_size_is_two_numbers() {
+        assert_eq!(size("640x480"), Ok([640, 480]));
+        for wrong in ["640", "0x4", "4x-1", "x", "99999x2"] {
+            assert!(size(wrong).is_err(), "{wrong}");
+        }
+    }
+}

@@ -1,0 +1,72 @@
+//! `cargo xtask radiosity`: what radiosity costs and how near it comes, as CSV and SVG under `target/radiosity`.
+//!
+//! - `transfer`: error of one transfer between two unit squares by degree, parallel at three gaps and perpendicular (Zatz 1993);
+//! - `convergence`: error of a solution by the number of elements, for each degree, divided uniformly and where it pays;
+//! - `cost`: seconds, elements and links by the number of polygons of a scene.
+//!
+//! Times are those of this machine today; everything else is the same everywhere.
+
+mod convergence;
+mod cost;
+mod graph;
+mod squares;
+mod transfer;
+
+use std::error::Error;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use crate::plot::Picture;
+use graph::Graph;
+
+/// Draw error and cost of radiosity solutions
+#[derive(Debug, clap::Args)]
+pub(crate) struct Arguments {
+    /// Folder to write to
+    #[arg(long, default_value = "target/radiosity")]
+    out: PathBuf,
+    /// Polygons of the largest scene whose cost is measured; the work grows with their square
+    #[arg(long, default_value_t = 400)]
+    polygons: usize,
+}
+
+/// Writes every table and picture and says where.
+pub(crate) fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
+    fs::create_dir_all(&arguments.out)?;
+    let out = |name: &str| arguments.out.join(name);
+    let transfers = transfer::measure()?;
+    table(&out("transfer.csv"), &["case", "degree", "mean", "root_mean_square"], transfers.iter().map(transfer::Point::record))?;
+    picture(&out("transfer.svg"), &transfer::graph(&transfers))?;
+    let costs = cost::measure(arguments.polygons)?;
+    table(&out("cost.csv"), &["polygons", "seconds", "elements", "links", "bound"], costs.iter().map(cost::Point::record))?;
+    picture(&out("cost.svg"), &cost::graph(&costs))?;
+    for pair in [convergence::Pair::Opposed, convergence::Pair::Edge] {
+        let points = convergence::measure(pair)?;
+        let name = pair.name();
+        let records = points.iter().map(convergence::Point::record);
+        table(&out(&format!("convergence-{name}.csv")), &["degree", "division", "elements", "error", "bound"], records)?;
+        for (degree, order) in convergence::orders(&points) {
+            println!("{name}, degree {degree}: error falls like the size of elements to the power {order:.2}");
+        }
+        picture(&out(&format!("convergence-{name}.svg")), &convergence::graph(pair, &points))?;
+    }
+    Ok(())
+}
+
+fn table(path: &Path, header: &[&str], records: impl Iterator<Item = Vec<String>>) -> Result<(), Box<dyn Error>> {
+    let mut writer = csv::Writer::from_path(path)?;
+    writer.write_record(header)?;
+    for record in records {
+        writer.write_record(record)?;
+    }
+    writer.flush()?;
+    println!("{}", path.display());
+    Ok(())
+}
+
+fn picture(path: &Path, graph: &Graph) -> Result<(), Box<dyn Error>> {
+    let picture: Picture = graph.draw();
+    fs::write(path, picture.svg())?;
+    println!("{}", path.display());
+    Ok(())
+}
