@@ -14,7 +14,7 @@
 
 use fearless_simd::Simd;
 
-use super::arc_tangent::angle;
+use super::arc_tangent::angles;
 use super::lanes::{Lane, Lanes, Mask, constant};
 use crate::vec3::Vec3;
 
@@ -121,10 +121,10 @@ impl<S: Simd, F: Lane> Seen<S, F> {
 }
 
 impl<S: Simd, F: Lane> Span<S, F> {
-    /// A whole edge.
+    /// A whole edge from a point at a height over the horizon.
     #[inline(always)]
-    pub(super) fn whole(edge: Edge<S, F>, start: Seen<S, F>, end: Seen<S, F>, n1: Vec3<Lanes<S, F>>) -> Self {
-        Self::piece(edge, (start.r, n1.dot(start.r)), (start, end), Part::Whole)
+    pub(super) fn whole(edge: Edge<S, F>, (start, height): (Seen<S, F>, Lanes<S, F>), end: Seen<S, F>) -> Self {
+        Self::piece(edge, (start.r, height), (start, end), Part::Whole)
     }
 
     /// A piece of the edge that starts at an offset, at a height over the horizon.
@@ -148,18 +148,33 @@ impl<S: Simd, F: Lane> Sums<S, F> {
         Self { value: zero, gradient: Vec3::new(zero, zero, zero), angles: zero, nearest: zero }
     }
 
-    /// Adds the visible piece of an edge.
+    /// Adds the visible pieces of edges, one after the other; what takes long is done for all of them side by side.
     #[inline(always)]
-    pub(super) fn add<const GRADIENT: bool>(&mut self, simd: S, n1: Vec3<Lanes<S, F>>, span: &Span<S, F>) {
-        let Span { edge, r, height, start, end, part, w, square, moment } = span;
+    pub(super) fn add<const GRADIENT: bool, const N: usize>(&mut self, simd: S, n1: Vec3<Lanes<S, F>>, spans: &[Span<S, F>; N]) {
+        let (mut across, mut inline) = ([constant(simd, 0.0); N], [constant(simd, 0.0); N]);
+        let mut product = across;
+        for (k, Span { start, end, part, square, moment, .. }) in spans.iter().enumerate() {
+            (across[k], inline[k]) = (part.of(*moment), start.r.dot(end.r));
+            // One division for 1/m^2 and 1/(p^2 p'^2).
+            product[k] = constant(simd, 1.0) / (*square * (start.square * end.square));
+        }
+        let angles = angles(simd, across, inline);
+        for k in 0..N {
+            self.add_one::<GRADIENT>(simd, n1, &spans[k], (angles[k], across[k], inline[k], product[k]));
+        }
+    }
+
+    /// Adds the visible piece of an edge, its angle and its one quotient given.
+    #[inline(always)]
+    fn add_one<const GRADIENT: bool>(
+        &mut self,
+        simd: S,
+        n1: Vec3<Lanes<S, F>>,
+        Span { edge, r, height, start, end, part, w, square, moment }: &Span<S, F>,
+        (g, across, inline, product): (Lanes<S, F>, Lanes<S, F>, Lanes<S, F>, Lanes<S, F>),
+    ) {
         let (height, square, moment) = (*height, *square, *moment);
-        let across = part.of(moment);
-        let inline = start.r.dot(end.r);
-        let g = angle(simd, across, inline);
-        // One division for 1/m^2 and 1/(p^2 p'^2).
-        let ends = start.square * end.square;
-        let product = constant(simd, 1.0) / (square * ends);
-        let inverse_square = product * ends;
+        let inverse_square = product * (start.square * end.square);
         let inverse = moment * inverse_square;
         self.value = self.value + part.visible(simd, (g * inverse) * n1.dot(*w));
         if GRADIENT {
