@@ -148,48 +148,95 @@ impl<S: Simd, F: Lane> Sums<S, F> {
         Self { value: zero, gradient: Vec3::new(zero, zero, zero), angles: zero, nearest: zero }
     }
 
-    /// Adds the visible pieces of edges, one after the other; what takes long is done for all of them side by side.
+    /// Adds the visible pieces of edges, one after the other; what takes long is done for all of them side by side, and what needs
+    /// no root while there are roots to wait for.
     #[inline(always)]
     pub(super) fn add<const GRADIENT: bool, const N: usize>(&mut self, simd: S, n1: Vec3<Lanes<S, F>>, spans: &[Span<S, F>; N]) {
+        let mut terms = [Terms::none(simd); N];
         let (mut across, mut inline) = ([constant(simd, 0.0); N], [constant(simd, 0.0); N]);
-        let mut product = across;
-        for (k, Span { start, end, part, square, moment, .. }) in spans.iter().enumerate() {
-            (across[k], inline[k]) = (part.of(*moment), start.r.dot(end.r));
-            // One division for 1/m^2 and 1/(p^2 p'^2).
-            product[k] = constant(simd, 1.0) / (*square * (start.square * end.square));
+        for (k, span) in spans.iter().enumerate() {
+            terms[k] = Terms::new::<GRADIENT>(simd, n1, span);
+            (across[k], inline[k]) = (span.part.of(span.moment), terms[k].inline);
         }
         let angles = angles(simd, across, inline);
         for k in 0..N {
-            self.add_one::<GRADIENT>(simd, n1, &spans[k], (angles[k], across[k], inline[k], product[k]));
+            self.add_one::<GRADIENT>(simd, &spans[k], &terms[k], (angles[k], across[k]));
         }
     }
 
-    /// Adds the visible piece of an edge, its angle and its one quotient given.
+    /// Adds the visible piece of an edge.
     #[inline(always)]
     fn add_one<const GRADIENT: bool>(
         &mut self,
         simd: S,
-        n1: Vec3<Lanes<S, F>>,
-        Span { edge, r, height, start, end, part, w, square, moment }: &Span<S, F>,
-        (g, across, inline, product): (Lanes<S, F>, Lanes<S, F>, Lanes<S, F>, Lanes<S, F>),
+        Span { edge, part, w, square, moment, .. }: &Span<S, F>,
+        Terms { inline, ends, product, lit, reach, level, toward }: &Terms<S, F>,
+        (g, across): (Lanes<S, F>, Lanes<S, F>),
     ) {
-        let (height, square, moment) = (*height, *square, *moment);
-        let inverse_square = product * (start.square * end.square);
-        let inverse = moment * inverse_square;
-        self.value = self.value + part.visible(simd, (g * inverse) * n1.dot(*w));
+        let inverse_square = *product * *ends;
+        let inverse = *moment * inverse_square;
+        self.value = self.value + part.visible(simd, (g * inverse) * *lit);
         if GRADIENT {
-            let sine = across * (product * square);
-            let nearest = square * edge.inverse;
-            let cc = g + sine * ((nearest + nearest) - inline);
-            let along = start.r.dot(edge.e);
-            let length = part.of(edge.square);
-            let cs = (sine * moment) * ((along + along + length) * edge.inverse);
-            let along = if matches!(part, Part::Clipped { .. }) { r.dot(edge.e) } else { along };
-            let level = n1.dot(edge.e);
-            let toward = (height * edge.square - along * level) * inverse;
-            self.gradient = self.gradient + *w * part.visible(simd, (cc * toward + cs * level) * inverse_square);
+            let sine = across * (*product * *square);
+            let nearest = *square * edge.inverse;
+            let cc = g + sine * ((nearest + nearest) - *inline);
+            let cs = (sine * *moment) * *reach;
+            let toward = *toward * inverse;
+            self.gradient = self.gradient + *w * part.visible(simd, (cc * toward + cs * *level) * inverse_square);
         }
         self.nearest = self.nearest.max(part.counted(simd, edge.square * inverse_square));
         self.angles = self.angles + part.counted(simd, g);
+    }
+}
+
+/// What the terms of an edge's visible piece need besides its angle.
+struct Terms<S: Simd, F: Lane> {
+    /// `p.p'` and `p^2 p'^2`.
+    inline: Lanes<S, F>,
+    ends: Lanes<S, F>,
+    /// One division for `1/m^2` and `1/(p^2 p'^2)`: `1/(m^2 p^2 p'^2)`.
+    product: Lanes<S, F>,
+    /// `n1.w`.
+    lit: Lanes<S, F>,
+    /// `(p + p').e/e^2`.
+    reach: Lanes<S, F>,
+    /// `n1.e`, and `h e^2 - (r.e) (n1.e)`.
+    level: Lanes<S, F>,
+    toward: Lanes<S, F>,
+}
+
+impl<S: Simd, F: Lane> Clone for Terms<S, F> {
+    #[inline(always)]
+    fn clone(&self) -> Self {
+        *self
+    }
+}
+
+impl<S: Simd, F: Lane> Copy for Terms<S, F> {}
+
+impl<S: Simd, F: Lane> Terms<S, F> {
+    #[inline(always)]
+    fn none(simd: S) -> Self {
+        let zero = constant(simd, 0.0);
+        Self { inline: zero, ends: zero, product: zero, lit: zero, reach: zero, level: zero, toward: zero }
+    }
+
+    #[inline(always)]
+    fn new<const GRADIENT: bool>(
+        simd: S,
+        n1: Vec3<Lanes<S, F>>,
+        Span { edge, r, height, start, end, part, w, square, .. }: &Span<S, F>,
+    ) -> Self {
+        let ends = start.square * end.square;
+        let product = constant(simd, 1.0) / (*square * ends);
+        let terms = Self { inline: start.r.dot(end.r), ends, product, lit: n1.dot(*w), ..Self::none(simd) };
+        if !GRADIENT {
+            return terms;
+        }
+        let along = start.r.dot(edge.e);
+        let reach = (along + along + part.of(edge.square)) * edge.inverse;
+        let along = if matches!(part, Part::Clipped { .. }) { r.dot(edge.e) } else { along };
+        let level = n1.dot(edge.e);
+        Self { reach, level, toward: *height * edge.square - along * level, ..terms }
     }
 }
