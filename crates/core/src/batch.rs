@@ -45,6 +45,7 @@ mod emitter_tree;
 mod emitters;
 mod far_field;
 mod lanes;
+mod linear;
 mod many_emitters;
 mod one_emitter;
 mod receivers;

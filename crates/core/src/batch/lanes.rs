@@ -123,6 +123,14 @@ impl<S: Simd, F: Lane> Lanes<S, F> {
     }
 }
 
+impl<S: Simd> Lanes<S, f64> {
+    /// Natural logarithm of positive normal numbers, to 3u.
+    #[inline(always)]
+    pub(super) fn logarithm(self, simd: S) -> Self {
+        Self(crate::four::logarithm(simd, self.0))
+    }
+}
+
 /// `sum c[k] z^k` of several z by Horner's rule in `z^2`, even and odd powers side by side, so that operations need not wait for each
 /// other; a coefficient is loaded once.
 #[inline(always)]

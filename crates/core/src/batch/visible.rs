@@ -1,4 +1,4 @@
-//! What receivers see of a constant emitter, on lanes: nothing, all of it, or what is above their horizon.
+//! What receivers see of an emitter, on lanes: nothing, all of it, or what is above their horizon.
 //!
 //! The decisions of [`crate::plan`], taken where the precision of the lanes is sure of them: heights err by less than 8.5u of the
 //! distance R of the farthest vertex, and 16u R decide. Which side of the plane the receiver is on, and whether anything is above
@@ -8,9 +8,8 @@
 
 use fearless_simd::Simd;
 
-use super::arc_tangent::angle;
-use super::bound::{Bound, Crossing, bound, conditioned};
-use super::edge::{Edge, Part, Seen, Span, Sums};
+use super::bound::{Bound, Crossing};
+use super::edge::{Edge, Part, Seen, Span};
 use super::lanes::{Lane, Lanes, Mask, constant};
 use crate::vec3::Vec3;
 
@@ -25,6 +24,31 @@ pub(super) trait Outline<S: Simd, F: Lane> {
     fn normal(&self, simd: S) -> Vec3<Lanes<S, F>>;
     /// What the receiver's height over the plane errs by at most, a share of the distance, squared; 0 where it is exact.
     fn height_share(&self, simd: S) -> Lanes<S, F>;
+}
+
+/// What is summed over the boundary of the part that is seen.
+pub(super) trait BoundarySums<S: Simd, F: Lane> {
+    /// Adds the visible pieces of edges.
+    fn add<const GRADIENT: bool, const N: usize>(&mut self, simd: S, n1: Vec3<Lanes<S, F>>, spans: &[Span<S, F>; N]);
+
+    /// Adds the horizon's arc, where the boundary leaves the upper half-space at `exit` and comes back at `entry`.
+    fn close(&mut self, simd: S, n1: Vec3<Lanes<S, F>>, left: Mask<S, F>, exit: Vec3<Lanes<S, F>>, entry: Vec3<Lanes<S, F>>);
+
+    /// The sums' value and gradient, their bounds, tight where they are asked for, and where those hold.
+    fn total<const GRADIENT: bool>(self, simd: S, extent: &SeenExtent<S, F>) -> (Total<S, F>, Mask<S, F>);
+}
+
+/// Value, gradient and their bounds.
+pub(super) type Total<S, F> = (Lanes<S, F>, Vec3<Lanes<S, F>>, Bound<S, F>);
+
+/// What bounds depend on besides the sums.
+pub(super) struct SeenExtent<S: Simd, F: Lane> {
+    pub(super) edges: f64,
+    pub(super) tight: bool,
+    /// Of the farthest vertex.
+    pub(super) farthest_square: Lanes<S, F>,
+    /// Where the horizon crosses, in any lane; and in which.
+    pub(super) crossing: Option<(Crossing<S, F>, Mask<S, F>)>,
 }
 
 /// The sums that lanes found, without the factor of emission and reflectance.
@@ -43,27 +67,27 @@ pub(super) struct Found<S: Simd, F: Lane> {
 
 /// What each lane sees from x along the unit normal n1, with bounds that are tight where they are asked for.
 #[inline(always)]
-pub(super) fn find<S: Simd, F: Lane, O: Outline<S, F>, const GRADIENT: bool>(
+pub(super) fn find<S: Simd, F: Lane, O: Outline<S, F>, B: BoundarySums<S, F>, const GRADIENT: bool>(
     simd: S,
     outline: &O,
-    x: Vec3<Lanes<S, F>>,
-    n1: Vec3<Lanes<S, F>>,
+    (x, n1): (Vec3<Lanes<S, F>>, Vec3<Lanes<S, F>>),
     tight: bool,
+    sums: B,
 ) -> Found<S, F> {
     let first = corner(simd, outline, 0, (x, n1));
     // Of a triangle all corners are at hand for its edges.
     if outline.count() == 3 {
         let corners = [first, corner(simd, outline, 1, (x, n1)), corner(simd, outline, 2, (x, n1))];
         let extent = Extent::of(first).and(corners[1]).and(corners[2]);
-        return decide::<S, F, O, GRADIENT>(
+        return decide::<S, F, O, B, GRADIENT>(
             simd,
             outline,
             (x, n1),
             (first, extent),
-            tight,
+            (tight, sums),
             #[inline(always)]
             |sums| {
-                triangle::<S, F, O, GRADIENT>(simd, outline, corners, n1, sums);
+                triangle::<S, F, O, B, GRADIENT>(simd, outline, corners, n1, sums);
             },
         );
     }
@@ -71,15 +95,15 @@ pub(super) fn find<S: Simd, F: Lane, O: Outline<S, F>, const GRADIENT: bool>(
     for index in 1..outline.count() {
         extent = extent.and(corner(simd, outline, index, (x, n1)));
     }
-    decide::<S, F, O, GRADIENT>(
+    decide::<S, F, O, B, GRADIENT>(
         simd,
         outline,
         (x, n1),
         (first, extent),
-        tight,
+        (tight, sums),
         #[inline(always)]
         |sums| {
-            whole::<S, F, O, GRADIENT>(simd, outline, x, n1, sums);
+            whole::<S, F, O, B, GRADIENT>(simd, outline, x, n1, sums);
         },
     )
 }
@@ -147,13 +171,13 @@ impl<S: Simd, F: Lane> Extent<S, F> {
 
 /// The same from where the vertices are, and the sums over an outline that is seen whole.
 #[inline(always)]
-fn decide<S: Simd, F: Lane, O: Outline<S, F>, const GRADIENT: bool>(
+fn decide<S: Simd, F: Lane, O: Outline<S, F>, B: BoundarySums<S, F>, const GRADIENT: bool>(
     simd: S,
     outline: &O,
     (x, n1): (Vec3<Lanes<S, F>>, Vec3<Lanes<S, F>>),
     (first, Extent { lowest, highest, farthest_square }): (Corner<S, F>, Extent<S, F>),
-    tight: bool,
-    seen_whole: impl FnOnce(&mut Sums<S, F>),
+    (tight, mut sums): (bool, B),
+    seen_whole: impl FnOnce(&mut B),
 ) -> Found<S, F> {
     let zero = constant(simd, 0.0);
     let in_range = farthest_square.at_most(constant(simd, F::FARTHEST * F::FARTHEST));
@@ -179,20 +203,16 @@ fn decide<S: Simd, F: Lane, O: Outline<S, F>, const GRADIENT: bool>(
         return found;
     }
     let edges = outline.count() as f64;
-    let mut sums = Sums::new(simd);
     let crossing = if found.clipped.any() {
-        let (crossing, once) = clipped::<S, F, O, GRADIENT>(simd, outline, x, n1, sure, &mut sums);
+        let (crossing, once) = clipped::<S, F, O, B, GRADIENT>(simd, outline, x, n1, sure, &mut sums);
         found.good = found.good | (found.clipped & once);
-        Some(crossing)
+        Some((crossing, found.clipped))
     } else {
         seen_whole(&mut sums);
         None
     };
-    found.good = found.good & conditioned(simd, &sums, crossing.as_ref(), farthest_square);
-    found.value = sums.value * constant(simd, -0.5);
-    found.gradient = sums.gradient * constant(simd, -0.5);
-    found.bound = bound::<S, F, GRADIENT>(simd, (edges, tight), &sums, crossing.as_ref(), farthest_square);
-    found
+    let ((value, gradient, bound), holds) = sums.total::<GRADIENT>(simd, &SeenExtent { edges, tight, farthest_square, crossing });
+    Found { good: found.good & holds, value, gradient, bound, ..found }
 }
 
 /// The next vertex of an outline.
@@ -203,12 +223,12 @@ fn after<S: Simd, F: Lane, O: Outline<S, F>>(outline: &O, index: usize) -> usize
 
 /// The edges of a triangle side by side, so that none waits for the root of the one before.
 #[inline(always)]
-fn triangle<S: Simd, F: Lane, O: Outline<S, F>, const GRADIENT: bool>(
+fn triangle<S: Simd, F: Lane, O: Outline<S, F>, B: BoundarySums<S, F>, const GRADIENT: bool>(
     simd: S,
     outline: &O,
     [a, b, c]: [Corner<S, F>; 3],
     n1: Vec3<Lanes<S, F>>,
-    sums: &mut Sums<S, F>,
+    sums: &mut B,
 ) {
     sums.add::<GRADIENT, 3>(
         simd,
@@ -219,12 +239,12 @@ fn triangle<S: Simd, F: Lane, O: Outline<S, F>, const GRADIENT: bool>(
 
 /// Two edges at a time.
 #[inline(always)]
-fn whole<S: Simd, F: Lane, O: Outline<S, F>, const GRADIENT: bool>(
+fn whole<S: Simd, F: Lane, O: Outline<S, F>, B: BoundarySums<S, F>, const GRADIENT: bool>(
     simd: S,
     outline: &O,
     x: Vec3<Lanes<S, F>>,
     n1: Vec3<Lanes<S, F>>,
-    sums: &mut Sums<S, F>,
+    sums: &mut B,
 ) {
     let count = outline.count();
     let mut from = corner(simd, outline, 0, (x, n1));
@@ -245,13 +265,13 @@ fn whole<S: Simd, F: Lane, O: Outline<S, F>, const GRADIENT: bool>(
 /// The part of an outline above the horizon, and where its boundary leaves the upper half-space once only, as that of a convex
 /// polygon does. An arc of the horizon then joins that point with the one where it comes back; its `n1.N` is -1.
 #[inline(always)]
-fn clipped<S: Simd, F: Lane, O: Outline<S, F>, const GRADIENT: bool>(
+fn clipped<S: Simd, F: Lane, O: Outline<S, F>, B: BoundarySums<S, F>, const GRADIENT: bool>(
     simd: S,
     outline: &O,
     x: Vec3<Lanes<S, F>>,
     n1: Vec3<Lanes<S, F>>,
     sure: Lanes<S, F>,
-    sums: &mut Sums<S, F>,
+    sums: &mut B,
 ) -> (Crossing<S, F>, Mask<S, F>) {
     let (zero, one) = (constant(simd, 0.0), constant(simd, 1.0));
     let origin = Vec3::new(zero, zero, zero);
@@ -287,8 +307,7 @@ fn clipped<S: Simd, F: Lane, O: Outline<S, F>, const GRADIENT: bool>(
         crossing.slant = crossing.slant.max(nearest * (length_square * (inverse_drop * inverse_drop)));
         (from, before) = (to, after);
     }
-    let closed = angle(simd, -n1.dot(exit.cross(entry)), exit.dot(entry));
-    sums.value = sums.value - left.select(closed, zero);
+    sums.close(simd, n1, left, exit, entry);
     (crossing, !twice)
 }
 
