@@ -300,6 +300,9 @@ pub(super) fn lanes<S: Simd, F: Precision, E: Emitting<S, F>, const GRADIENT: bo
     let mut settled = Settled::default();
     let (power, brightness) = (Lanes::all(simd, outline.power), Lanes::all(simd, brightness));
     let Receivers { position: [x, y, z], normal: [nx, ny, nz], reflectance } = *receivers;
+    // As long as each other, which is seen once for all.
+    let (y, z, nx, ny, nz) = (&y[..x.len()], &z[..x.len()], &nx[..x.len()], &ny[..x.len()], &nz[..x.len()]);
+    let reflectance = if reflectance.len() == 1 { reflectance } else { &reflectance[..x.len()] };
     for first in windows(x.len(), Lanes::<S, F>::COUNT) {
         let position = load(simd, [&x[first..], &y[first..], &z[first..]]) * power;
         let normal = load(simd, [&nx[first..], &ny[first..], &nz[first..]]);

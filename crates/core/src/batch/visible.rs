@@ -38,6 +38,9 @@ pub(super) trait BoundarySums<S: Simd, F: Lane> {
     fn total<const GRADIENT: bool>(self, simd: S, extent: &SeenExtent<S, F>) -> (Total<S, F>, Mask<S, F>);
 }
 
+/// Where receivers are, and their unit normals.
+pub(super) type Placed<S, F> = (Vec3<Lanes<S, F>>, Vec3<Lanes<S, F>>);
+
 /// Value, gradient and their bounds.
 pub(super) type Total<S, F> = (Lanes<S, F>, Vec3<Lanes<S, F>>, Bound<S, F>);
 
@@ -70,7 +73,7 @@ pub(super) struct Found<S: Simd, F: Lane> {
 pub(super) fn find<S: Simd, F: Lane, O: Outline<S, F>, B: BoundarySums<S, F>, const GRADIENT: bool>(
     simd: S,
     outline: &O,
-    (x, n1): (Vec3<Lanes<S, F>>, Vec3<Lanes<S, F>>),
+    (x, n1): Placed<S, F>,
     tight: bool,
     sums: B,
 ) -> Found<S, F> {
@@ -109,12 +112,7 @@ pub(super) fn find<S: Simd, F: Lane, O: Outline<S, F>, B: BoundarySums<S, F>, co
 }
 
 #[inline(always)]
-fn corner<S: Simd, F: Lane, O: Outline<S, F>>(
-    simd: S,
-    outline: &O,
-    index: usize,
-    (x, n1): (Vec3<Lanes<S, F>>, Vec3<Lanes<S, F>>),
-) -> Corner<S, F> {
+fn corner<S: Simd, F: Lane, O: Outline<S, F>>(simd: S, outline: &O, index: usize, (x, n1): Placed<S, F>) -> Corner<S, F> {
     let seen = Seen::new(outline.vertex(simd, index) - x);
     Corner { seen, height: n1.dot(seen.r) }
 }
@@ -174,7 +172,7 @@ impl<S: Simd, F: Lane> Extent<S, F> {
 fn decide<S: Simd, F: Lane, O: Outline<S, F>, B: BoundarySums<S, F>, const GRADIENT: bool>(
     simd: S,
     outline: &O,
-    (x, n1): (Vec3<Lanes<S, F>>, Vec3<Lanes<S, F>>),
+    (x, n1): Placed<S, F>,
     (first, Extent { lowest, highest, farthest_square }): (Corner<S, F>, Extent<S, F>),
     (tight, mut sums): (bool, B),
     seen_whole: impl FnOnce(&mut B),
