@@ -64,9 +64,12 @@ pub(crate) fn run(arguments: &Arguments) -> Result<bool, Box<dyn Error>> {
         let path = |extension: &str| arguments.out.join(format!("{}.{extension}", regime.name()));
         fs::write(path("csv"), point::table(regime, &points))?;
         let diagram = diagram::of_regime(regime, &points);
-        fs::write(path("svg"), diagram.svg())?;
+        fs::write(path("svg"), diagram::svg_of_regime(regime, &points))?;
         fs::write(path("png"), diagram.png(SCALE)?)?;
         println!("{}, .png and .csv ({} points)", path("svg").display(), points.len());
+        for better in point::better_than_the_closed_form(&points) {
+            println!("  {better}");
+        }
         if FRONT.contains(&regime) {
             front.push((regime, points));
         }

@@ -179,6 +179,13 @@ impl Picture {
         SvgBackend::new().render_scene(&self.scene)
     }
 
+    /// The same with what it is and shows for those who do not see it, neither with characters that XML knows otherwise.
+    pub(crate) fn svg_of(&self, title: &str, description: &str) -> String {
+        let text = self.svg();
+        let Some((start, inside)) = text.split_once('>') else { return text };
+        format!("{start} role=\"img\"><title>{title}</title><desc>{description}</desc>{inside}")
+    }
+
     /// The picture as the bytes of a PNG file, `scale` pixels to a unit.
     ///
     /// # Errors

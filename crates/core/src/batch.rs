@@ -1,10 +1,10 @@
 //! Many receivers against one emitter, or one receiver against many emitters, on the vector units of the machine.
 //!
-//! The closed form of a constant emitter (HS95 Eq. 8 and A.1, in the form of `batch::edge`), with the receiver's horizon, several
-//! answers at a time: as many as a vector of the instruction set holds, found at run time. Each lane carries the bound derived in
+//! The closed form of a constant emitter (HS95 Eq. 8 and A.1, in the form of `batch::edge`) or, for many receivers, of a linear one
+//! (`batch::linear`), with the receiver's horizon, several answers at a time: as many as a vector of the instruction set holds, found at run time. Each lane carries the bound derived in
 //! `batch::bound`; a lane whose bound is above the tolerance, or that cannot tell on which side of a plane it is, is answered
-//! again by the scalar path, so that what comes out is as certain as there. Linear and polynomial emitters take the scalar path
-//! altogether: its edges go side by side.
+//! again by the scalar path, so that what comes out is as certain as there. Linear emitters seen from one receiver, and polynomial
+//! emitters, take the scalar path altogether: its edges go side by side.
 //!
 //! - [`Engine`] says how: which instruction set, one thread or all. All instruction sets give the same digits (no fused
 //!   multiply-add), and an answer does not depend on its neighbours.
@@ -12,13 +12,14 @@
 //! - [`EmitterTree`] answers what receivers get from very many emitters together, within an absolute error: nodes of the tree that
 //!   are below the horizon, face away or are too weak are left out, far ones are answered as one, and the bound counts it all;
 //!   [`Tally`] says what became of how many.
-//! - In single precision twice as many lanes fit; those that cancel are done again in double precision.
+//! - In single precision twice as many lanes fit; those that cancel are done again in double precision, and those of a linear
+//!   emitter are done in it from the start.
 //!
 //! In short: `Engine::{new, all, threads}` and, on it, `radiosity`, `radiosity_and_gradient`, `radiosity_to`, `evaluate_to` (many
 //! receivers, one emitter), `each`, `each_to` (one receiver, many emitters), `total` (many of both, summed).
 //!
-//! Digits are lost as by [`crate::radiosity`]: about `log10 D/s` of them at distance D for size s. The bound is some 30 (value) to
-//! 60 times (gradient) the error found.
+//! Digits are lost as by [`crate::radiosity`]: about `log10 D/s` of them at distance D for size s, of a linear emitter three times as
+//! many. The bound is some 30 (value) to 60 times (gradient) the error found, a linear emitter's some thousand times.
 //!
 //! ```
 //! use radgrad_core::batch::{Answers, Engine, Receivers};
@@ -45,6 +46,7 @@ mod emitter_tree;
 mod emitters;
 mod far_field;
 mod lanes;
+mod linear;
 mod many_emitters;
 mod one_emitter;
 mod receivers;

@@ -65,6 +65,17 @@ fn emitter(random: &mut ChaCha8Rng, kind: usize) -> Emitter {
     }
 }
 
+/// The same outline with an affine emission, by values at the vertices of a triangle or by its gradient.
+fn linear(random: &mut ChaCha8Rng, lamp: &Emitter) -> Emitter {
+    let polygon = lamp.polygon().clone();
+    let emission = if polygon.vertices().len() == 3 {
+        Emission::at_vertices((0..3).map(|_| random.random_range(-1.0..3.0)).collect())
+    } else {
+        Emission::gradient(random.random_range(-1.0..3.0), uniform(random) / polygon.size())
+    };
+    Emitter::new(polygon, emission).unwrap()
+}
+
 /// Receivers of all kinds around a polygon.
 fn points(random: &mut ChaCha8Rng, polygon: &Polygon, count: usize) -> Vec<(DVec3, DVec3, f64)> {
     let vertices = polygon.vertices();
@@ -177,6 +188,46 @@ fn batches_agree_with_the_scalar_path_within_both_bounds() {
 }
 
 #[test]
+fn linear_batches_agree_with_the_scalar_path_within_both_bounds() {
+    let mut random = ChaCha8Rng::seed_from_u64(21);
+    let (mut double, mut float) = (Answers::new(), Answers::new());
+    let (mut whole, mut clipped, mut single) = (0, 0, 0);
+    let (mut nearest, mut typical) = ([0.0f64; 2], Vec::new());
+    for kind in 0..60 {
+        let lamp = emitter(&mut random, kind);
+        let lamp = linear(&mut random, &lamp);
+        let points = points(&mut random, lamp.polygon(), 300);
+        let truth: Vec<Answer> = points.iter().map(|point| evaluate(&receiver(*point), &lamp, &[]).unwrap()).collect();
+        let (wide, narrow) = (Points::new(&points, |v| v), Points::new(&points, narrow));
+        for tolerance in [1.0, 1e-5, 1e-10] {
+            Engine::new().evaluate_to(&wide.receivers(), &lamp, tolerance, &mut double).unwrap();
+            Engine::new().evaluate_to(&narrow.receivers(), &lamp, tolerance, &mut float).unwrap();
+            for (i, truth) in truth.iter().enumerate() {
+                let place = || format!("emitter {kind} {lamp:?}, receiver {i}: {:?} to {tolerance:e}", points[i]);
+                agrees(&double, i, truth, &place);
+                agrees(&float, i, truth, &place);
+                if tolerance == 1.0 && truth.radiosity != 0.0 {
+                    let (value, gradient, value_error, gradient_error) = entry(&double, i);
+                    let shares =
+                        [(value - truth.radiosity).abs() / value_error, (gradient - truth.gradient).length() / gradient_error];
+                    nearest = [nearest[0].max(shares[0]), nearest[1].max(shares[1])];
+                    typical.push(shares[0].max(shares[1]));
+                }
+            }
+            let counts = double.counts;
+            assert_eq!(counts.zero + counts.whole + counts.clipped + counts.single, points.len());
+            (whole, clipped, single) = (whole + counts.whole, clipped + counts.clipped, single + counts.single);
+        }
+    }
+    typical.sort_by(f64::total_cmp);
+    println!(
+        "{whole} whole, {clipped} clipped, {single} one by one; errors over bounds: {nearest:?}, {}",
+        typical[typical.len() / 2]
+    );
+    assert!(whole > 8_000 && clipped > 3_000);
+}
+
+#[test]
 fn many_emitters_agree_with_the_scalar_path_within_both_bounds() {
     let mut random = ChaCha8Rng::seed_from_u64(12);
     // Mixed numbers of vertices, some dark or linear: those go one by one.
@@ -209,8 +260,9 @@ fn bits(answers: &Answers<f64>) -> Vec<u64> {
 #[test]
 fn instruction_sets_and_threads_give_the_same_digits() {
     let mut random = ChaCha8Rng::seed_from_u64(13);
-    for kind in 0..9 {
+    for kind in 0..18 {
         let lamp = emitter(&mut random, kind);
+        let lamp = if kind < 9 { lamp } else { linear(&mut random, &lamp) };
         let points = points(&mut random, lamp.polygon(), 777);
         let (wide, narrow) = (Points::new(&points, |v| v), Points::new(&points, narrow));
         let mut first: Option<(Vec<u64>, Answers<f32>, _)> = None;
@@ -229,20 +281,24 @@ fn instruction_sets_and_threads_give_the_same_digits() {
 fn an_answer_does_not_depend_on_its_neighbours() {
     let mut random = ChaCha8Rng::seed_from_u64(14);
     let lamp = emitter(&mut random, 0);
-    let points = points(&mut random, lamp.polygon(), 300);
-    let answers = |points: &[(DVec3, DVec3, f64)]| {
-        let mut answers = Answers::new();
-        Engine::new().evaluate_to(&Points::new(points, |v| v).receivers(), &lamp, 1e-9, &mut answers).unwrap();
-        answers
-    };
-    let all = answers(&points);
-    for (start, length) in [(0, 1), (7, 1), (1, 2), (3, 5), (8, 15), (5, 16), (0, 17), (100, 127), (9, 128), (9, 129), (1, 299)] {
-        let some = answers(&points[start..start + length]);
-        for i in 0..length {
-            assert_eq!(entry(&some, i), entry(&all, start + i), "{start} {length}: {i}");
+    for lamp in [lamp.clone(), linear(&mut random, &lamp)] {
+        let points = points(&mut random, lamp.polygon(), 300);
+        let answers = |points: &[(DVec3, DVec3, f64)]| {
+            let mut answers = Answers::new();
+            Engine::new().evaluate_to(&Points::new(points, |v| v).receivers(), &lamp, 1e-9, &mut answers).unwrap();
+            answers
+        };
+        let all = answers(&points);
+        for (start, length) in
+            [(0, 1), (7, 1), (1, 2), (3, 5), (8, 15), (5, 16), (0, 17), (100, 127), (9, 128), (9, 129), (1, 299)]
+        {
+            let some = answers(&points[start..start + length]);
+            for i in 0..length {
+                assert_eq!(entry(&some, i), entry(&all, start + i), "{start} {length}: {i}");
+            }
         }
+        assert_eq!(answers(&[]).radiosity, Vec::<f64>::new());
     }
-    assert_eq!(answers(&[]).radiosity, Vec::<f64>::new());
 }
 
 #[test]

@@ -18,7 +18,7 @@ const LEGEND: f64 = 196.0;
 const GRID: Rgb = (226, 226, 232);
 
 /// Decades of the time in nanoseconds.
-const TIMES: [i32; 2] = [0, 8];
+const TIMES: [i32; 2] = [0, 9];
 /// Decades of the error.
 const ERRORS: [i32; 2] = [-17, 1];
 
@@ -37,6 +37,33 @@ pub(crate) fn of_regime(regime: Regime, points: &[Measured]) -> Picture {
         points: points.iter().filter(|point| point.kind == kind).collect(),
     });
     draw(regime.title(), &panels)
+}
+
+/// That as an SVG file, which says what it shows to those who do not see it.
+pub(crate) fn svg_of_regime(regime: Regime, points: &[Measured]) -> String {
+    of_regime(regime, points).svg_of(regime.title(), &description(points))
+}
+
+/// What is drawn, in words.
+fn description(points: &[Measured]) -> String {
+    let best = |kind: Kind, method: Method| {
+        let of = points.iter().filter(|point| point.kind == kind && point.method == method);
+        of.min_by(|a, b| a.errors.worst().total_cmp(&b.errors.worst()))
+    };
+    let line = |kind: Kind, method: Method| {
+        let point = best(kind, method)?;
+        Some(format!("{} {:.0e} in {:.3} \u{b5}s", method.name(), point.errors.worst(), point.time.median * 1e-3))
+    };
+    let panel = |kind: Kind| {
+        let lines: Vec<String> = Method::ALL.into_iter().filter_map(|method| line(kind, method)).collect();
+        format!("{} emission: {}", kind.name(), lines.join(", "))
+    };
+    format!(
+        "Relative error over the time of an answer, both logarithmic, a line for each method from coarse to fine. The smallest error of \
+         each and its time, with {}; with {}.",
+        panel(Kind::Constant),
+        panel(Kind::Linear)
+    )
 }
 
 /// Constant emission in several regimes, side by side.
@@ -109,10 +136,10 @@ impl Frame {
     /// A method's points and the line through them.
     fn series(&self, picture: &mut Picture, method: Method, points: &[&Measured]) {
         let points = points.iter().filter(|point| point.method == method);
-        let [top, bottom] = [ERRORS[1], ERRORS[0]].map(power_of_ten);
+        let [top, bottom, latest] = [ERRORS[1], ERRORS[0], TIMES[1]].map(power_of_ten);
         let (inside, beyond): (Vec<&Measured>, Vec<&Measured>) = points.partition(|point| point.errors.worst() >= bottom);
         let place = |point: &Measured| (self.x(point.time.median), self.y(point.errors.worst()));
-        for stretch in inside.split(|point| point.errors.worst() >= top) {
+        for stretch in inside.split(|point| point.errors.worst() >= top || point.time.median > latest) {
             let line: Vec<Point> = stretch.iter().map(|point| place(point)).collect();
             if line.len() > 1 {
                 picture.line(&line, Stroke::solid(marker::colour(method), 1.0));
@@ -142,7 +169,8 @@ fn legend(picture: &mut Picture, left: f64, panels: &[Panel<'_>]) {
         "Lines go from coarse to fine.",
         "Hollow or thin: the method says",
         "itself that it fell short.",
-        "Not drawn: errors above 10.",
+        "Not drawn: errors above 10,",
+        "times above a second.",
     ];
     for note in notes {
         y += 15.0;
@@ -183,6 +211,8 @@ fn superscript(decade: i32) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::bench::clock::Spread;
+    use crate::bench::truth::{Errors, Quantity};
 
     #[test]
     fn decades_carry_their_units() {
@@ -190,10 +220,84 @@ mod tests {
         assert_eq!([-16, -2, 0, 1, 3].map(superscript).join(" "), "10⁻¹⁶ 10⁻² 1 10¹ 10³");
     }
 
+    fn point(kind: Kind, method: Method, error: f64, nanoseconds: f64) -> Measured {
+        let quantity = Quantity { median: error, worst: error };
+        Measured {
+            kind,
+            method,
+            setting: String::new(),
+            errors: Errors { value: quantity, gradient: quantity },
+            time: Spread::of(vec![nanoseconds]),
+            evaluations: 1.0,
+            given_up: 0,
+        }
+    }
+
+    /// Two points of every method in each panel.
+    fn points() -> Vec<Measured> {
+        let of = |kind: Kind| {
+            let of_method = move |(row, method): (usize, Method)| {
+                [1e-3, 1e-9].map(|error| point(kind, method, error, 10.0 * (row + 1) as f64))
+            };
+            Method::ALL.into_iter().enumerate().flat_map(of_method)
+        };
+        Kind::ALL.into_iter().flat_map(of).collect()
+    }
+
+    /// Place, height and content of each text.
+    fn texts(svg: &str) -> Vec<(f64, f64, String)> {
+        let attribute = |tag: &str, name: &str| -> f64 {
+            let (_, rest) = tag.split_once(&format!(" {name}=\"")).unwrap();
+            rest.split_once('"').unwrap().0.parse().unwrap()
+        };
+        let text = |part: &str| {
+            let (tag, rest) = part.split_once('>').unwrap();
+            (attribute(tag, "x"), attribute(tag, "y"), rest.split_once("</text>").unwrap().0.to_owned())
+        };
+        svg.split("<text").skip(1).map(text).collect()
+    }
+
+    #[test]
+    fn a_diagram_names_its_axes_its_methods_and_what_it_shows() {
+        let svg = svg_of_regime(Regime::Easy, &points());
+        let all = texts(&svg);
+        for method in Method::ALL {
+            assert_eq!(all.iter().filter(|(_, _, text)| text == method.name()).count(), 1, "{}", method.name());
+            assert!(svg.split_once("<desc>").unwrap().1.split_once("</desc>").unwrap().0.contains(method.name()));
+        }
+        for (text, count) in [("time an answer", 2), ("relative error", 2), ("1 ns", 2), ("1 s", 2), ("10⁻¹⁶", 2)] {
+            assert_eq!(all.iter().filter(|(_, _, found)| found == text).count(), count, "{text}");
+        }
+        assert!(svg.contains(&format!("<title>{}</title>", Regime::Easy.title())));
+        let without: Vec<Measured> = points().into_iter().filter(|point| point.method != Method::MonteCarlo).collect();
+        assert!(!svg_of_regime(Regime::Easy, &without).contains(Method::MonteCarlo.name()));
+    }
+
+    #[test]
+    fn what_is_beyond_the_axes_is_not_drawn() {
+        let drawn = |nanoseconds: f64| {
+            let late = [
+                point(Kind::Constant, Method::MonteCarlo, 1e-3, 10.0),
+                point(Kind::Constant, Method::MonteCarlo, 1e-4, nanoseconds),
+            ];
+            of_regime(Regime::Easy, &late).svg().len()
+        };
+        assert!(drawn(2e9) < drawn(9e8));
+    }
+
+    #[test]
+    fn no_two_texts_stand_on_each_other() {
+        let all = texts(&svg_of_regime(Regime::Near2, &points()));
+        for (i, (x, y, text)) in all.iter().enumerate() {
+            let on_it = all[..i].iter().find(|(other_x, other_y, _)| (x - other_x).abs() < 12.0 && (y - other_y).abs() < 9.0);
+            assert_eq!(on_it, None, "{text} at ({x}, {y})");
+        }
+    }
+
     #[test]
     fn a_decade_is_the_same_length_everywhere() {
         let step = |at: f64| fraction(10.0 * at, TIMES) - fraction(at, TIMES);
         assert!((step(1.0) - step(1e6)).abs() < 1e-15);
-        assert_eq!((fraction(1.0, TIMES), fraction(1e8, TIMES)), (0.0, 1.0));
+        assert_eq!((fraction(1.0, TIMES), fraction(1e9, TIMES)), (0.0, 1.0));
     }
 }

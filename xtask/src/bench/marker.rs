@@ -31,7 +31,7 @@ enum Shape {
 pub(crate) const fn colour(method: Method) -> Rgb {
     match method {
         Method::ClosedForm | Method::Certified | Method::Digits => BLUE,
-        Method::BatchDouble | Method::BatchSingle => SKY,
+        Method::BatchDouble | Method::BatchCertified | Method::BatchSingle => SKY,
         Method::DualNumbers | Method::CentralDifferences => PURPLE,
         Method::ContourRule | Method::AreaRule => ORANGE,
         Method::AdaptiveContour | Method::AdaptiveArea => VERMILLION,
@@ -42,7 +42,7 @@ pub(crate) const fn colour(method: Method) -> Rgb {
 const fn shape(method: Method) -> Shape {
     match method {
         Method::ClosedForm => Shape::Polygon(24),
-        Method::Certified | Method::AdaptiveContour | Method::QuasiMonteCarlo => Shape::Polygon(4),
+        Method::Certified | Method::BatchCertified | Method::AdaptiveContour | Method::QuasiMonteCarlo => Shape::Polygon(4),
         Method::Digits | Method::ContourRule => Shape::Polygon(3),
         Method::DualNumbers => Shape::Plus,
         Method::CentralDifferences | Method::MonteCarlo => Shape::Cross,

@@ -39,8 +39,10 @@ pub(crate) enum Method {
     ClosedForm,
     /// The ladder, to tolerances.
     Certified,
-    /// The closed form on lanes, many receivers together: plain, and to tolerances.
+    /// The closed form on lanes, many receivers together.
     BatchDouble,
+    /// The same with bounds, to tolerances.
+    BatchCertified,
     /// The same in single precision.
     BatchSingle,
     /// The closed form to many digits.
@@ -65,10 +67,11 @@ pub(crate) enum Method {
 
 impl Method {
     /// All, in the order of the legend.
-    pub(crate) const ALL: [Self; 13] = [
+    pub(crate) const ALL: [Self; 14] = [
         Self::ClosedForm,
         Self::Certified,
         Self::BatchDouble,
+        Self::BatchCertified,
         Self::BatchSingle,
         Self::Digits,
         Self::DualNumbers,
@@ -87,6 +90,7 @@ impl Method {
             Self::ClosedForm => "closed form",
             Self::Certified => "certified ladder",
             Self::BatchDouble => "batch f64",
+            Self::BatchCertified => "certified batch f64",
             Self::BatchSingle => "batch f32",
             Self::Digits => "arbitrary precision",
             Self::DualNumbers => "dual numbers",
@@ -108,6 +112,7 @@ impl Method {
                 .map(|tolerance| self.each(cases, format!("{tolerance:e}"), move |case| certified(case, tolerance)))
                 .into(),
             Self::BatchDouble => lanes::double_runs(cases),
+            Self::BatchCertified => lanes::certified_runs(cases),
             Self::BatchSingle => lanes::single_runs(cases),
             Self::Digits => [15, 20, 30, 50, 100]
                 .map(|digits| self.each(cases, format!("{digits} digits"), move |case| to_digits(case, digits)))

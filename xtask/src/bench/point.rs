@@ -44,6 +44,21 @@ impl Point {
     }
 }
 
+/// The ways to differentiate numerically that are as exact as the closed form's own gradient in less time, in words: none should be.
+pub(crate) fn better_than_the_closed_form(points: &[Point]) -> Vec<String> {
+    let is_better = |point: &&Point| {
+        let differentiates = matches!(point.method, Method::CentralDifferences | Method::DualNumbers);
+        let own = points.iter().filter(|own| own.method == Method::ClosedForm && own.kind == point.kind);
+        let better = |own: &Point| point.errors.worst() <= own.errors.worst() && point.time.median < own.time.median;
+        differentiates && own.into_iter().any(better)
+    };
+    let said = |point: &Point| {
+        let Point { kind, method, setting, errors, time, .. } = point;
+        format!("{} emission: {} {setting}: {:.1e} in {:.0} ns", kind.name(), method.name(), errors.worst(), time.median)
+    };
+    points.iter().filter(is_better).map(said).collect()
+}
+
 /// Points as CSV: errors relative, times in nanoseconds an answer.
 pub(crate) fn table(regime: Regime, points: &[Point]) -> String {
     let mut text =
@@ -60,4 +75,26 @@ pub(crate) fn table(regime: Regime, points: &[Point]) -> String {
         _ = writeln!(text, "{regime},{kind},{method},{setting},{errors},{times},{evaluations:.1},{given_up}");
     }
     text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::bench::truth::Quantity;
+
+    #[test]
+    fn what_is_faster_and_as_exact_as_the_closed_form_is_named() {
+        let point = |method, error, nanoseconds| {
+            let quantity = Quantity { median: error, worst: error };
+            let (errors, time) = (Errors { value: quantity, gradient: quantity }, Spread::of(vec![nanoseconds]));
+            Point { kind: Kind::Constant, method, setting: "s".to_owned(), errors, time, evaluations: 1.0, given_up: 0 }
+        };
+        let own = point(Method::ClosedForm, 1e-14, 100.0);
+        let with = |other| better_than_the_closed_form(&[own.clone(), other]);
+        assert!(with(point(Method::DualNumbers, 1e-14, 300.0)).is_empty());
+        assert!(with(point(Method::CentralDifferences, 1e-9, 50.0)).is_empty());
+        assert!(with(point(Method::ContourRule, 1e-15, 50.0)).is_empty());
+        let named = with(point(Method::DualNumbers, 1e-14, 90.0));
+        assert_eq!(named, ["constant emission: dual numbers s: 1.0e-14 in 90 ns"]);
+    }
 }

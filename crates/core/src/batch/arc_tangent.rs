@@ -17,7 +17,7 @@
 
 use fearless_simd::Simd;
 
-use super::lanes::{Lane, Lanes, constant};
+use super::lanes::{Lane, Lanes, constant, polynomials};
 
 /// Largest error of an angle in units in the last place, assumed by the bounds.
 pub(super) const ANGLE_ULP: f64 = 2.0;
@@ -63,27 +63,45 @@ impl ArcTangent<f32> {
 /// Off by less than [`ANGLE_ULP`] where the quotient of the smaller by the larger is a normal number.
 #[inline(always)]
 pub(super) fn angle<S: Simd, F: Lane>(simd: S, y: Lanes<S, F>, x: Lanes<S, F>) -> Lanes<S, F> {
+    let [angle] = angles(simd, [y.abs()], [x]);
+    angle.copysign(y)
+}
+
+/// The same of several points with y not negative, step by step: none waits for the quotient of the one before, and a coefficient is
+/// loaded once.
+#[inline(always)]
+pub(super) fn angles<S: Simd, F: Lane, const N: usize>(simd: S, y: [Lanes<S, F>; N], x: [Lanes<S, F>; N]) -> [Lanes<S, F>; N] {
     let ArcTangent { polynomial, half_pi, half } = F::ARC_TANGENT;
-    let (height, width) = (y.abs(), x.abs());
-    let steep = width.below(height);
-    let (least, most) = (height.min(width), height.max(width));
-    let shifted = most.below(least * constant(simd, 3.0));
-    let numerator = shifted.select(least - most * constant(simd, 0.5), least);
-    let denominator = shifted.select(most + least * constant(simd, 0.5), most);
-    let z = numerator / denominator;
-    let square = z * z;
-    let small = z + z * (square * square.polynomial(simd, polynomial));
-    // The angle is `octant + side (shift + small)`.
     let zero = constant(simd, 0.0);
-    let leftward = x.below(zero);
-    let octant = steep.select(Lanes::all(simd, half_pi[0]), leftward.select(Lanes::all(simd, half_pi[0] + half_pi[0]), zero));
-    let rest = steep.select(Lanes::all(simd, half_pi[1]), leftward.select(Lanes::all(simd, half_pi[1] + half_pi[1]), zero));
-    let side = (steep ^ leftward).select(constant(simd, -1.0), constant(simd, 1.0));
-    let shift = side * shifted.select(Lanes::all(simd, half[0]), zero);
-    let near = shifted.select(Lanes::all(simd, half[1]), zero) + small;
-    let high = octant + shift;
-    let low = ((octant - high) + shift) + rest;
-    (high + (low + side * near)).copysign(y)
+    let never = zero.below(zero);
+    let (mut z, mut shifted) = (y, [never; N]);
+    for k in 0..N {
+        let width = x[k].abs();
+        let (least, most) = (y[k].min(width), y[k].max(width));
+        let (half_least, half_most) = (least * constant(simd, 0.5), most * constant(simd, 0.5));
+        shifted[k] = half_most.below(least + half_least);
+        z[k] = shifted[k].select(least - half_most, least) / shifted[k].select(most + half_least, most);
+    }
+    let mut squares = z;
+    for square in &mut squares {
+        *square = *square * *square;
+    }
+    let series = polynomials(simd, squares, polynomial);
+    let mut angles = z;
+    for k in 0..N {
+        let small = z[k] + z[k] * (squares[k] * series[k]);
+        // The angle is `octant + side (shift + small)`.
+        let (steep, leftward) = (x[k].abs().below(y[k]), x[k].below(zero));
+        let octant = steep.select(Lanes::all(simd, half_pi[0]), leftward.select(Lanes::all(simd, half_pi[0] + half_pi[0]), zero));
+        let rest = steep.select(Lanes::all(simd, half_pi[1]), leftward.select(Lanes::all(simd, half_pi[1] + half_pi[1]), zero));
+        let turned = steep ^ leftward;
+        let shift = shifted[k].select(turned.select(Lanes::all(simd, -half[0]), Lanes::all(simd, half[0])), zero);
+        let near = shifted[k].select(Lanes::all(simd, half[1]), zero) + small;
+        let high = octant + shift;
+        let low = ((octant - high) + shift) + rest;
+        angles[k] = high + (low + turned.select(-near, near));
+    }
+    angles
 }
 
 #[cfg(test)]

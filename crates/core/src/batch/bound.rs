@@ -28,7 +28,7 @@ use super::edge::Sums;
 use super::lanes::{Lane, Lanes, Mask, constant};
 
 /// Pays for terms of second order.
-const SECOND_ORDER: f64 = 1.05;
+pub(super) const SECOND_ORDER: f64 = 1.05;
 
 /// Roundings of a term of the value, the sum's apart: an angle counts half.
 const VALUE_UNITS: f64 = 0.5 * (30.0 + 2.0 * ANGLE_ULP);

@@ -14,8 +14,10 @@
 
 use fearless_simd::Simd;
 
-use super::arc_tangent::angle;
+use super::arc_tangent::{angle, angles};
+use super::bound::{bound, conditioned};
 use super::lanes::{Lane, Lanes, Mask, constant};
+use super::visible::{BoundarySums, SeenExtent, Total};
 use crate::vec3::Vec3;
 
 /// A point of the emitter's plane seen from the receivers.
@@ -28,6 +30,8 @@ pub(super) struct Seen<S: Simd, F: Lane> {
 
 /// An edge from one vertex to the next.
 pub(super) struct Edge<S: Simd, F: Lane> {
+    /// Which one, by the vertex where it starts.
+    pub(super) index: usize,
     pub(super) e: Vec3<Lanes<S, F>>,
     /// `|e|^2`, and its inverse.
     pub(super) square: Lanes<S, F>,
@@ -36,17 +40,17 @@ pub(super) struct Edge<S: Simd, F: Lane> {
 
 /// An edge, its visible piece from `start` to `end`, and what costs a square root.
 pub(super) struct Span<S: Simd, F: Lane> {
-    edge: Edge<S, F>,
-    /// Offset of a point of the edge, and its height over the horizon.
-    r: Vec3<Lanes<S, F>>,
+    pub(super) edge: Edge<S, F>,
+    /// Offset of where the edge starts, and its height over the horizon.
+    pub(super) r: Vec3<Lanes<S, F>>,
     height: Lanes<S, F>,
-    start: Seen<S, F>,
-    end: Seen<S, F>,
-    part: Part<S, F>,
+    pub(super) start: Seen<S, F>,
+    pub(super) end: Seen<S, F>,
+    pub(super) part: Part<S, F>,
     /// `r x e`, its square and its length.
-    w: Vec3<Lanes<S, F>>,
-    square: Lanes<S, F>,
-    moment: Lanes<S, F>,
+    pub(super) w: Vec3<Lanes<S, F>>,
+    pub(super) square: Lanes<S, F>,
+    pub(super) moment: Lanes<S, F>,
 }
 
 /// How much of an edge is visible.
@@ -60,7 +64,7 @@ pub(super) enum Part<S: Simd, F: Lane> {
 impl<S: Simd, F: Lane> Part<S, F> {
     /// That part of a length.
     #[inline(always)]
-    fn of(&self, length: Lanes<S, F>) -> Lanes<S, F> {
+    pub(super) fn of(&self, length: Lanes<S, F>) -> Lanes<S, F> {
         match self {
             Self::Whole => length,
             Self::Clipped { fraction, .. } => length * *fraction,
@@ -69,7 +73,7 @@ impl<S: Simd, F: Lane> Part<S, F> {
 
     /// A term where there is any.
     #[inline(always)]
-    fn visible(&self, simd: S, term: Lanes<S, F>) -> Lanes<S, F> {
+    pub(super) fn visible(&self, simd: S, term: Lanes<S, F>) -> Lanes<S, F> {
         match self {
             Self::Whole => term,
             Self::Clipped { any, .. } => any.select(term, constant(simd, 0.0)),
@@ -78,7 +82,7 @@ impl<S: Simd, F: Lane> Part<S, F> {
 
     /// A term of a bound where it counts.
     #[inline(always)]
-    fn counted(&self, simd: S, term: Lanes<S, F>) -> Lanes<S, F> {
+    pub(super) fn counted(&self, simd: S, term: Lanes<S, F>) -> Lanes<S, F> {
         match self {
             Self::Whole => term,
             Self::Clipped { bounds, .. } => bounds.select(term, constant(simd, 0.0)),
@@ -121,10 +125,10 @@ impl<S: Simd, F: Lane> Seen<S, F> {
 }
 
 impl<S: Simd, F: Lane> Span<S, F> {
-    /// A whole edge.
+    /// A whole edge from a point at a height over the horizon.
     #[inline(always)]
-    pub(super) fn whole(edge: Edge<S, F>, start: Seen<S, F>, end: Seen<S, F>, n1: Vec3<Lanes<S, F>>) -> Self {
-        Self::piece(edge, (start.r, n1.dot(start.r)), (start, end), Part::Whole)
+    pub(super) fn whole(edge: Edge<S, F>, (start, height): (Seen<S, F>, Lanes<S, F>), end: Seen<S, F>) -> Self {
+        Self::piece(edge, (start.r, height), (start, end), Part::Whole)
     }
 
     /// A piece of the edge that starts at an offset, at a height over the horizon.
@@ -150,31 +154,112 @@ impl<S: Simd, F: Lane> Sums<S, F> {
 
     /// Adds the visible piece of an edge.
     #[inline(always)]
-    pub(super) fn add<const GRADIENT: bool>(&mut self, simd: S, n1: Vec3<Lanes<S, F>>, span: &Span<S, F>) {
-        let Span { edge, r, height, start, end, part, w, square, moment } = span;
-        let (height, square, moment) = (*height, *square, *moment);
-        let across = part.of(moment);
-        let inline = start.r.dot(end.r);
-        let g = angle(simd, across, inline);
-        // One division for 1/m^2 and 1/(p^2 p'^2).
-        let ends = start.square * end.square;
-        let product = constant(simd, 1.0) / (square * ends);
-        let inverse_square = product * ends;
-        let inverse = moment * inverse_square;
-        self.value = self.value + part.visible(simd, (g * inverse) * n1.dot(*w));
+    fn add_one<const GRADIENT: bool>(
+        &mut self,
+        simd: S,
+        Span { edge, part, w, square, moment, .. }: &Span<S, F>,
+        Terms { inline, ends, product, lit, reach, level, toward }: &Terms<S, F>,
+        (g, across): (Lanes<S, F>, Lanes<S, F>),
+    ) {
+        let inverse_square = *product * *ends;
+        let inverse = *moment * inverse_square;
+        self.value = self.value + part.visible(simd, (g * inverse) * *lit);
         if GRADIENT {
-            let sine = across * (product * square);
-            let nearest = square * edge.inverse;
-            let cc = g + sine * ((nearest + nearest) - inline);
-            let along = start.r.dot(edge.e);
-            let length = part.of(edge.square);
-            let cs = (sine * moment) * ((along + along + length) * edge.inverse);
-            let along = if matches!(part, Part::Clipped { .. }) { r.dot(edge.e) } else { along };
-            let level = n1.dot(edge.e);
-            let toward = (height * edge.square - along * level) * inverse;
-            self.gradient = self.gradient + *w * part.visible(simd, (cc * toward + cs * level) * inverse_square);
+            let sine = across * (*product * *square);
+            let nearest = *square * edge.inverse;
+            let cc = g + sine * ((nearest + nearest) - *inline);
+            let cs = (sine * *moment) * *reach;
+            let toward = *toward * inverse;
+            self.gradient = self.gradient + *w * part.visible(simd, (cc * toward + cs * *level) * inverse_square);
         }
         self.nearest = self.nearest.max(part.counted(simd, edge.square * inverse_square));
         self.angles = self.angles + part.counted(simd, g);
+    }
+}
+
+impl<S: Simd, F: Lane> BoundarySums<S, F> for Sums<S, F> {
+    /// One after the other; what takes long is done for all of them side by side, and what needs no root while there are roots to
+    /// wait for.
+    #[inline(always)]
+    fn add<const GRADIENT: bool, const N: usize>(&mut self, simd: S, n1: Vec3<Lanes<S, F>>, spans: &[Span<S, F>; N]) {
+        let mut terms = [Terms::none(simd); N];
+        let (mut across, mut inline) = ([constant(simd, 0.0); N], [constant(simd, 0.0); N]);
+        for (k, span) in spans.iter().enumerate() {
+            terms[k] = Terms::new::<GRADIENT>(simd, n1, span);
+            (across[k], inline[k]) = (span.part.of(span.moment), terms[k].inline);
+        }
+        let angles = angles(simd, across, inline);
+        for k in 0..N {
+            self.add_one::<GRADIENT>(simd, &spans[k], &terms[k], (angles[k], across[k]));
+        }
+    }
+
+    /// The horizon's `n1.N` is -1.
+    #[inline(always)]
+    fn close(&mut self, simd: S, n1: Vec3<Lanes<S, F>>, left: Mask<S, F>, exit: Vec3<Lanes<S, F>>, entry: Vec3<Lanes<S, F>>) {
+        let closed = angle(simd, -n1.dot(exit.cross(entry)), exit.dot(entry));
+        self.value = self.value - left.select(closed, constant(simd, 0.0));
+    }
+
+    #[inline(always)]
+    fn total<const GRADIENT: bool>(self, simd: S, extent: &SeenExtent<S, F>) -> (Total<S, F>, Mask<S, F>) {
+        let SeenExtent { edges, tight, farthest_square, crossing } = extent;
+        let crossing = crossing.as_ref().map(|(crossing, _)| crossing);
+        let holds = conditioned(simd, &self, crossing, *farthest_square);
+        let bound = bound::<S, F, GRADIENT>(simd, (*edges, *tight), &self, crossing, *farthest_square);
+        let half = constant(simd, -0.5);
+        ((self.value * half, self.gradient * half, bound), holds)
+    }
+}
+
+/// What the terms of an edge's visible piece need besides its angle.
+pub(super) struct Terms<S: Simd, F: Lane> {
+    /// `p.p'` and `p^2 p'^2`.
+    pub(super) inline: Lanes<S, F>,
+    pub(super) ends: Lanes<S, F>,
+    /// One division for `1/m^2` and `1/(p^2 p'^2)`: `1/(m^2 p^2 p'^2)`.
+    pub(super) product: Lanes<S, F>,
+    /// `n1.w`.
+    pub(super) lit: Lanes<S, F>,
+    /// `(p + p').e/e^2`.
+    pub(super) reach: Lanes<S, F>,
+    /// `n1.e`, and `h e^2 - (r.e) (n1.e)`.
+    pub(super) level: Lanes<S, F>,
+    pub(super) toward: Lanes<S, F>,
+}
+
+impl<S: Simd, F: Lane> Clone for Terms<S, F> {
+    #[inline(always)]
+    fn clone(&self) -> Self {
+        *self
+    }
+}
+
+impl<S: Simd, F: Lane> Copy for Terms<S, F> {}
+
+impl<S: Simd, F: Lane> Terms<S, F> {
+    #[inline(always)]
+    pub(super) fn none(simd: S) -> Self {
+        let zero = constant(simd, 0.0);
+        Self { inline: zero, ends: zero, product: zero, lit: zero, reach: zero, level: zero, toward: zero }
+    }
+
+    #[inline(always)]
+    pub(super) fn new<const GRADIENT: bool>(
+        simd: S,
+        n1: Vec3<Lanes<S, F>>,
+        Span { edge, r, height, start, end, part, w, square, .. }: &Span<S, F>,
+    ) -> Self {
+        let ends = start.square * end.square;
+        let product = constant(simd, 1.0) / (*square * ends);
+        let terms = Self { inline: start.r.dot(end.r), ends, product, lit: n1.dot(*w), ..Self::none(simd) };
+        if !GRADIENT {
+            return terms;
+        }
+        let along = start.r.dot(edge.e);
+        let reach = (along + along + part.of(edge.square)) * edge.inverse;
+        let along = if matches!(part, Part::Clipped { .. }) { r.dot(edge.e) } else { along };
+        let level = n1.dot(edge.e);
+        Self { reach, level, toward: *height * edge.square - along * level, ..terms }
     }
 }

@@ -121,35 +121,37 @@ impl<S: Simd, F: Lane> Lanes<S, F> {
     pub(super) fn at_most(self, other: Self) -> Mask<S, F> {
         Mask(self.0.simd_le(other.0))
     }
+}
 
-    /// `sum c[k] self^k` for up to twelve coefficients, in pairs (Estrin's scheme), so that operations need not wait for each other.
+impl<S: Simd> Lanes<S, f64> {
+    /// Natural logarithm of positive normal numbers, to 3u.
     #[inline(always)]
-    pub(super) fn polynomial(self, simd: S, c: &[F]) -> Self {
-        let square = self * self;
-        let fourth = square * square;
-        match c.len() {
-            0..=4 => self.cubic(simd, square, c),
-            5..=8 => self.cubic(simd, square, &c[..4]) + self.cubic(simd, square, &c[4..]) * fourth,
-            _ => {
-                let low = self.cubic(simd, square, &c[..4]) + self.cubic(simd, square, &c[4..8]) * fourth;
-                low + self.cubic(simd, square, &c[8..]) * (fourth * fourth)
-            }
+    pub(super) fn logarithm(self, simd: S) -> Self {
+        Self(crate::four::logarithm(simd, self.0))
+    }
+}
+
+/// `sum c[k] z^k` of several z by Horner's rule in `z^2`, even and odd powers side by side, so that operations need not wait for each
+/// other; a coefficient is loaded once.
+#[inline(always)]
+pub(super) fn polynomials<S: Simd, F: Lane, const N: usize>(simd: S, z: [Lanes<S, F>; N], c: &[F]) -> [Lanes<S, F>; N] {
+    let Some((last, rest)) = c.split_last() else { return [constant(simd, 0.0); N] };
+    let Some((next, rest)) = rest.split_last() else { return [Lanes::all(simd, *last); N] };
+    let mut squares = z;
+    for square in &mut squares {
+        *square = *square * *square;
+    }
+    let (mut sums, mut others) = ([Lanes::all(simd, *last); N], [Lanes::all(simd, *next); N]);
+    for coefficient in rest.iter().rev() {
+        let coefficient = Lanes::all(simd, *coefficient);
+        for k in 0..N {
+            (sums[k], others[k]) = (others[k], sums[k] * squares[k] + coefficient);
         }
     }
-
-    /// The same for up to four, `square` given.
-    #[inline(always)]
-    fn cubic(self, simd: S, square: Self, c: &[F]) -> Self {
-        match *c {
-            [] => constant(simd, 0.0),
-            [a] => Self::all(simd, a),
-            [a, b] => Self::all(simd, a) + Self::all(simd, b) * self,
-            [a, b, c] => (Self::all(simd, a) + Self::all(simd, b) * self) + Self::all(simd, c) * square,
-            [a, b, c, d, ..] => {
-                (Self::all(simd, a) + Self::all(simd, b) * self) + (Self::all(simd, c) + Self::all(simd, d) * self) * square
-            }
-        }
+    for k in 0..N {
+        sums[k] = sums[k] * z[k] + others[k];
     }
+    sums
 }
 
 /// The number nearest to a constant, in all lanes.

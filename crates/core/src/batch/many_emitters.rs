@@ -5,7 +5,7 @@ use std::ops::Range;
 use fearless_simd::{Level, Simd};
 
 use super::answers::{Asked, Slots};
-use super::edge::Edge;
+use super::edge::{Edge, Sums};
 use super::lanes::{Lane, Lanes, MOST_LANES, load, on_level, same};
 use super::one_emitter::{brightness, height_share, power};
 use super::tile::{Goal, Scale, Settled, TILE, settle};
@@ -219,7 +219,7 @@ impl<S: Simd, F: Lane> Outline<S, F> for Block<'_, F> {
     fn edge(&self, simd: S, index: usize) -> Edge<S, F> {
         let next = if index + 1 == self.group.vertices.len() { 0 } else { index + 1 };
         let e = self.vertex(simd, next) - self.vertex(simd, index);
-        Edge { e, square: e.norm_squared(), inverse: Lanes::load(simd, &self.group.inverse[index][self.first..]) }
+        Edge { index, e, square: e.norm_squared(), inverse: Lanes::load(simd, &self.group.inverse[index][self.first..]) }
     }
     #[inline(always)]
     fn normal(&self, simd: S) -> Vec3<Lanes<S, F>> {
@@ -245,7 +245,7 @@ fn lanes<S: Simd, F: Lane, const GRADIENT: bool>(
     let (rho, power) = (Lanes::all(simd, seen.reflectance), Lanes::all(simd, seen.power));
     for first in (0..slots.radiosity.len()).step_by(Lanes::<S, F>::COUNT) {
         let block = Block { group, first: start + first };
-        let found = find::<S, F, _, GRADIENT>(simd, &block, x, n1, goal.asked.errors);
+        let found = find::<S, F, _, _, GRADIENT>(simd, &block, (x, n1), goal.asked.errors, Sums::new(simd));
         let scale = Scale::new(simd, Lanes::load(simd, &group.brightness[block.first..]), rho, power);
         settle::<S, F, GRADIENT>(simd, &found, &scale, goal.tolerance, (slots, first), &mut settled);
     }

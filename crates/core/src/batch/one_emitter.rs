@@ -3,10 +3,11 @@
 use fearless_simd::{Level, Simd};
 
 use super::answers::{Answers, Counts, Slots};
-use super::edge::Edge;
+use super::edge::{Edge, Sums};
 use super::lanes::{Lane, Lanes, MOST_LANES, constant, load, on_level, same};
+use super::linear::LinearLamp;
 use super::tile::{Entries, Goal, Scale, Settled, TILE, each, put, settle, windows};
-use super::visible::{Outline, find};
+use super::visible::{BoundarySums, Outline, find};
 use super::{Precision, Receivers};
 use crate::evaluate::Method;
 use crate::geometry::normalising_power;
@@ -91,7 +92,7 @@ impl<S: Simd, F: Lane> Outline<S, F> for Outlined<F> {
     #[inline(always)]
     fn edge(&self, simd: S, index: usize) -> Edge<S, F> {
         let Corner { e, square, inverse, .. } = &self.corners[index];
-        Edge { e: same(simd, *e), square: Lanes::all(simd, *square), inverse: Lanes::all(simd, *inverse) }
+        Edge { index, e: same(simd, *e), square: Lanes::all(simd, *square), inverse: Lanes::all(simd, *inverse) }
     }
     #[inline(always)]
     fn normal(&self, simd: S) -> Vec3<Lanes<S, F>> {
@@ -111,6 +112,27 @@ pub(super) fn brightness<F: Lane>(emitter: &Emitter) -> Option<F> {
     (F::TINY <= size && size <= F::LARGEST).then_some(brightness)
 }
 
+/// How an outline emits.
+pub(super) trait Emitting<S: Simd, F: Lane> {
+    /// What its boundary is summed by.
+    type Sums: BoundarySums<S, F>;
+
+    /// No terms yet, for receivers at `x` with unit normals n1.
+    fn sums(&self, simd: S, outline: &Outlined<F>, x: Vec3<Lanes<S, F>>, n1: Vec3<Lanes<S, F>>) -> Self::Sums;
+}
+
+/// The same everywhere, as much as the brightness says.
+struct Uniformly;
+
+impl<S: Simd, F: Lane> Emitting<S, F> for Uniformly {
+    type Sums = Sums<S, F>;
+
+    #[inline(always)]
+    fn sums(&self, simd: S, _: &Outlined<F>, _: Vec3<Lanes<S, F>>, _: Vec3<Lanes<S, F>>) -> Sums<S, F> {
+        Sums::new(simd)
+    }
+}
+
 /// A constant emitter in the precision of the lanes.
 #[derive(Debug, Clone)]
 struct Lamp<F> {
@@ -125,21 +147,43 @@ impl<F: Lane> Lamp<F> {
     }
 }
 
+/// An emitter on lanes of double precision.
+#[derive(Debug, Clone)]
+enum Double {
+    /// For what single precision does not settle.
+    Constant(Lamp<f64>),
+    /// In either precision.
+    Linear(LinearLamp),
+}
+
+impl Double {
+    fn new<F: Lane>(emitter: &Emitter) -> Option<Self> {
+        let constant = if F::IS_SINGLE { Lamp::new(emitter) } else { None };
+        constant.map(Self::Constant).or_else(|| LinearLamp::new(emitter).map(Self::Linear))
+    }
+
+    fn on_lanes(&self, level: Level, receivers: &Receivers<'_, f64>, goal: Goal, slots: &mut Slots<'_, f64>) -> Settled {
+        match self {
+            Self::Constant(lamp) => on_lanes(level, receivers, lamp, goal, slots),
+            Self::Linear(lamp) => lamp.on_lanes(level, receivers, goal, slots),
+        }
+    }
+}
+
 /// Many receivers and their emitter.
 pub(super) struct OneEmitter<'a, F> {
     receivers: Receivers<'a, F>,
     emitter: &'a Emitter,
     lamp: Option<Lamp<F>>,
-    /// For what single precision does not settle.
-    double: Option<Lamp<f64>>,
+    /// For what the lanes of that do not settle.
+    double: Option<Double>,
     goal: Goal,
     level: Level,
 }
 
 impl<'a, F: Precision> OneEmitter<'a, F> {
     pub(super) fn new(receivers: Receivers<'a, F>, emitter: &'a Emitter, goal: Goal, level: Level) -> Self {
-        let double = if F::IS_SINGLE { Lamp::new(emitter) } else { None };
-        Self { receivers, emitter, lamp: Lamp::new(emitter), double, goal, level }
+        Self { receivers, emitter, lamp: Lamp::new(emitter), double: Double::new::<F>(emitter), goal, level }
     }
 
     /// Answers the receivers from `start` on.
@@ -169,7 +213,7 @@ impl<'a, F: Precision> OneEmitter<'a, F> {
     fn doubled(
         &self,
         receivers: &Receivers<'_, F>,
-        lamp: &Lamp<f64>,
+        lamp: &Double,
         open: Entries,
         (slots, counts): (&mut Slots<'_, F>, &mut Counts),
     ) -> Result<Entries, Error> {
@@ -185,9 +229,9 @@ impl<'a, F: Precision> OneEmitter<'a, F> {
         let mut answers = Answers::new();
         let settled = {
             let mut slots = answers.sized(count, self.goal.asked);
-            on_lanes(self.level, &receivers, lamp, self.goal.doubled(), &mut slots)
+            lamp.on_lanes(self.level, &receivers, self.goal.doubled(), &mut slots)
         };
-        *counts += Counts { doubled: count, ..settled.counts() };
+        *counts += Counts { doubled: if F::IS_SINGLE { count } else { 0 }, ..settled.counts() };
         let mut left = 0;
         let still_open = settled.open(count);
         for (place, entry) in each(open).enumerate() {
@@ -205,29 +249,31 @@ impl<'a, F: Precision> OneEmitter<'a, F> {
 fn on_lanes<F: Precision>(
     level: Level,
     receivers: &Receivers<'_, F>,
-    lamp: &Lamp<F>,
+    Lamp { outline, brightness }: &Lamp<F>,
     goal: Goal,
     slots: &mut Slots<'_, F>,
 ) -> Settled {
-    if receivers.count() < MOST_LANES {
-        return padded(level, receivers, lamp, goal, slots);
-    }
-    if goal.asked.gradient {
-        on_level!(level, simd => lanes::<_, F, true>(simd, receivers, lamp, goal, slots))
-    } else {
-        on_level!(level, simd => lanes::<_, F, false>(simd, receivers, lamp, goal, slots))
-    }
+    padded(receivers, goal, slots, |receivers, slots| {
+        let lamp = (outline, *brightness, Uniformly);
+        if goal.asked.gradient {
+            on_level!(level, simd => lanes::<_, F, _, true>(simd, receivers, lamp, goal, slots))
+        } else {
+            on_level!(level, simd => lanes::<_, F, _, false>(simd, receivers, lamp, goal, slots))
+        }
+    })
 }
 
-/// Fewer receivers than fill a vector: the last one again and again.
-fn padded<F: Precision>(
-    level: Level,
+/// Answers receivers; where they are fewer than fill a vector, with the last one again and again.
+pub(super) fn padded<F: Precision>(
     receivers: &Receivers<'_, F>,
-    lamp: &Lamp<F>,
     goal: Goal,
     slots: &mut Slots<'_, F>,
+    answer: impl FnOnce(&Receivers<'_, F>, &mut Slots<'_, F>) -> Settled,
 ) -> Settled {
     let count = receivers.count();
+    if count >= MOST_LANES {
+        return answer(receivers, slots);
+    }
     let pad = |slice: &[F]| -> [F; MOST_LANES] { std::array::from_fn(|i| slice[i.min(slice.len() - 1)]) };
     let (position, normal) = (receivers.position.map(pad), receivers.normal.map(pad));
     let reflectance = pad(receivers.reflectance);
@@ -237,22 +283,26 @@ fn padded<F: Precision>(
         reflectance: &reflectance,
     };
     let mut answers = Answers::new();
-    let settled = on_lanes(level, &more, lamp, goal, &mut answers.sized(MOST_LANES, goal.asked));
+    let settled = answer(&more, &mut answers.sized(MOST_LANES, goal.asked));
     slots.copy_first(&answers);
     settled.first(count)
 }
 
+/// Receivers, a vector at a time, of an outline with its brightness and how it emits.
 #[inline(always)]
-fn lanes<S: Simd, F: Precision, const GRADIENT: bool>(
+pub(super) fn lanes<S: Simd, F: Precision, E: Emitting<S, F>, const GRADIENT: bool>(
     simd: S,
     receivers: &Receivers<'_, F>,
-    Lamp { outline, brightness }: &Lamp<F>,
+    (outline, brightness, emitting): (&Outlined<F>, F, E),
     goal: Goal,
     slots: &mut Slots<'_, F>,
 ) -> Settled {
     let mut settled = Settled::default();
-    let (power, brightness) = (Lanes::all(simd, outline.power), Lanes::all(simd, *brightness));
+    let (power, brightness) = (Lanes::all(simd, outline.power), Lanes::all(simd, brightness));
     let Receivers { position: [x, y, z], normal: [nx, ny, nz], reflectance } = *receivers;
+    // As long as each other, which is seen once for all.
+    let (y, z, nx, ny, nz) = (&y[..x.len()], &z[..x.len()], &nx[..x.len()], &ny[..x.len()], &nz[..x.len()]);
+    let reflectance = if reflectance.len() == 1 { reflectance } else { &reflectance[..x.len()] };
     for first in windows(x.len(), Lanes::<S, F>::COUNT) {
         let position = load(simd, [&x[first..], &y[first..], &z[first..]]) * power;
         let normal = load(simd, [&nx[first..], &ny[first..], &nz[first..]]);
@@ -260,7 +310,8 @@ fn lanes<S: Simd, F: Precision, const GRADIENT: bool>(
         let n1 = normal * (constant(simd, 1.0) / square.sqrt());
         let rho =
             if reflectance.len() == 1 { Lanes::all(simd, reflectance[0]) } else { Lanes::load(simd, &reflectance[first..]) };
-        let mut found = find::<S, F, _, GRADIENT>(simd, outline, position, n1, goal.asked.errors);
+        let sums = emitting.sums(simd, outline, position, n1);
+        let mut found = find::<S, F, _, _, GRADIENT>(simd, outline, (position, n1), goal.asked.errors, sums);
         // Squares that were not rounded to a subnormal number, nor infinite.
         found.good = found.good & constant(simd, F::TINY / (F::ROUNDOFF * F::ROUNDOFF)).at_most(square);
         let scale = Scale::new(simd, brightness, rho, power);

@@ -5,7 +5,7 @@ use std::ops::AddAssign;
 use fearless_simd::Simd;
 
 use super::answers::{Asked, Counts, Slots};
-use super::lanes::{Lane, Lanes, Mask, constant};
+use super::lanes::{Lane, Lanes, MOST_LANES, Mask, constant};
 use super::visible::Found;
 use crate::evaluate::{Answer, Method, evaluate_to, radiosity, radiosity_and_gradient};
 use crate::number::ROUNDOFF;
@@ -201,9 +201,16 @@ pub(super) fn settle<S: Simd, F: Lane, const GRADIENT: bool>(
             write(simd, zero, found.bound.gradient_square.sqrt() * scale.gradient.abs() + tiny, slots.gradient_error, first);
         }
     }
-    settled.zero |= Entries::from(zero.bits()) << first;
-    settled.good |= Entries::from((good & !zero).bits()) << first;
-    settled.clipped |= Entries::from(found.clipped.bits()) << first;
+    settled.zero |= placed(zero.bits(), first);
+    settled.good |= placed((good & !zero).bits(), first);
+    settled.clipped |= placed(found.clipped.bits(), first);
+}
+
+/// A vector's bits at the entries from `first` on: in one half of them but for a last vector that goes over entries again.
+#[inline(always)]
+fn placed(bits: u64, first: usize) -> Entries {
+    let shift = first % 64;
+    if shift <= 64 - MOST_LANES { Entries::from(bits << shift) << (first - shift) } else { Entries::from(bits) << first }
 }
 
 /// Writes lanes to the entries from `first` on, and zeros where they are.

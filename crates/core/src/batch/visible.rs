@@ -1,4 +1,4 @@
-//! What receivers see of a constant emitter, on lanes: nothing, all of it, or what is above their horizon.
+//! What receivers see of an emitter, on lanes: nothing, all of it, or what is above their horizon.
 //!
 //! The decisions of [`crate::plan`], taken where the precision of the lanes is sure of them: heights err by less than 8.5u of the
 //! distance R of the farthest vertex, and 16u R decide. Which side of the plane the receiver is on, and whether anything is above
@@ -8,9 +8,8 @@
 
 use fearless_simd::Simd;
 
-use super::arc_tangent::angle;
-use super::bound::{Bound, Crossing, bound, conditioned};
-use super::edge::{Edge, Part, Seen, Span, Sums};
+use super::bound::{Bound, Crossing};
+use super::edge::{Edge, Part, Seen, Span};
 use super::lanes::{Lane, Lanes, Mask, constant};
 use crate::vec3::Vec3;
 
@@ -25,6 +24,34 @@ pub(super) trait Outline<S: Simd, F: Lane> {
     fn normal(&self, simd: S) -> Vec3<Lanes<S, F>>;
     /// What the receiver's height over the plane errs by at most, a share of the distance, squared; 0 where it is exact.
     fn height_share(&self, simd: S) -> Lanes<S, F>;
+}
+
+/// What is summed over the boundary of the part that is seen.
+pub(super) trait BoundarySums<S: Simd, F: Lane> {
+    /// Adds the visible pieces of edges.
+    fn add<const GRADIENT: bool, const N: usize>(&mut self, simd: S, n1: Vec3<Lanes<S, F>>, spans: &[Span<S, F>; N]);
+
+    /// Adds the horizon's arc, where the boundary leaves the upper half-space at `exit` and comes back at `entry`.
+    fn close(&mut self, simd: S, n1: Vec3<Lanes<S, F>>, left: Mask<S, F>, exit: Vec3<Lanes<S, F>>, entry: Vec3<Lanes<S, F>>);
+
+    /// The sums' value and gradient, their bounds, tight where they are asked for, and where those hold.
+    fn total<const GRADIENT: bool>(self, simd: S, extent: &SeenExtent<S, F>) -> (Total<S, F>, Mask<S, F>);
+}
+
+/// Where receivers are, and their unit normals.
+pub(super) type Placed<S, F> = (Vec3<Lanes<S, F>>, Vec3<Lanes<S, F>>);
+
+/// Value, gradient and their bounds.
+pub(super) type Total<S, F> = (Lanes<S, F>, Vec3<Lanes<S, F>>, Bound<S, F>);
+
+/// What bounds depend on besides the sums.
+pub(super) struct SeenExtent<S: Simd, F: Lane> {
+    pub(super) edges: f64,
+    pub(super) tight: bool,
+    /// Of the farthest vertex.
+    pub(super) farthest_square: Lanes<S, F>,
+    /// Where the horizon crosses, in any lane; and in which.
+    pub(super) crossing: Option<(Crossing<S, F>, Mask<S, F>)>,
 }
 
 /// The sums that lanes found, without the factor of emission and reflectance.
@@ -43,29 +70,120 @@ pub(super) struct Found<S: Simd, F: Lane> {
 
 /// What each lane sees from x along the unit normal n1, with bounds that are tight where they are asked for.
 #[inline(always)]
-pub(super) fn find<S: Simd, F: Lane, O: Outline<S, F>, const GRADIENT: bool>(
+pub(super) fn find<S: Simd, F: Lane, O: Outline<S, F>, B: BoundarySums<S, F>, const GRADIENT: bool>(
     simd: S,
     outline: &O,
-    x: Vec3<Lanes<S, F>>,
-    n1: Vec3<Lanes<S, F>>,
+    (x, n1): Placed<S, F>,
     tight: bool,
+    sums: B,
+) -> Found<S, F> {
+    let first = corner(simd, outline, 0, (x, n1));
+    // Of a triangle all corners are at hand for its edges.
+    if outline.count() == 3 {
+        let corners = [first, corner(simd, outline, 1, (x, n1)), corner(simd, outline, 2, (x, n1))];
+        let extent = Extent::of(first).and(corners[1]).and(corners[2]);
+        return decide::<S, F, O, B, GRADIENT>(
+            simd,
+            outline,
+            (x, n1),
+            (first, extent),
+            (tight, sums),
+            #[inline(always)]
+            |sums| {
+                triangle::<S, F, O, B, GRADIENT>(simd, outline, corners, n1, sums);
+            },
+        );
+    }
+    let mut extent = Extent::of(first);
+    for index in 1..outline.count() {
+        extent = extent.and(corner(simd, outline, index, (x, n1)));
+    }
+    decide::<S, F, O, B, GRADIENT>(
+        simd,
+        outline,
+        (x, n1),
+        (first, extent),
+        (tight, sums),
+        #[inline(always)]
+        |sums| {
+            whole::<S, F, O, B, GRADIENT>(simd, outline, x, n1, sums);
+        },
+    )
+}
+
+#[inline(always)]
+fn corner<S: Simd, F: Lane, O: Outline<S, F>>(simd: S, outline: &O, index: usize, (x, n1): Placed<S, F>) -> Corner<S, F> {
+    let seen = Seen::new(outline.vertex(simd, index) - x);
+    Corner { seen, height: n1.dot(seen.r) }
+}
+
+/// A whole edge between two corners.
+#[inline(always)]
+fn edge<S: Simd, F: Lane, O: Outline<S, F>>(
+    simd: S,
+    outline: &O,
+    index: usize,
+    from: Corner<S, F>,
+    to: Corner<S, F>,
+) -> Span<S, F> {
+    Span::whole(outline.edge(simd, index), (from.seen, from.height), to.seen)
+}
+
+/// A vertex seen from x, and its height over the horizon.
+struct Corner<S: Simd, F: Lane> {
+    seen: Seen<S, F>,
+    height: Lanes<S, F>,
+}
+
+impl<S: Simd, F: Lane> Clone for Corner<S, F> {
+    #[inline(always)]
+    fn clone(&self) -> Self {
+        *self
+    }
+}
+
+impl<S: Simd, F: Lane> Copy for Corner<S, F> {}
+
+/// Where vertices are.
+struct Extent<S: Simd, F: Lane> {
+    lowest: Lanes<S, F>,
+    highest: Lanes<S, F>,
+    farthest_square: Lanes<S, F>,
+}
+
+impl<S: Simd, F: Lane> Extent<S, F> {
+    #[inline(always)]
+    fn of(corner: Corner<S, F>) -> Self {
+        Self { lowest: corner.height, highest: corner.height, farthest_square: corner.seen.square }
+    }
+
+    #[inline(always)]
+    fn and(self, Corner { seen, height }: Corner<S, F>) -> Self {
+        Self {
+            lowest: self.lowest.min(height),
+            highest: self.highest.max(height),
+            farthest_square: self.farthest_square.max(seen.square),
+        }
+    }
+}
+
+/// The same from where the vertices are, and the sums over an outline that is seen whole.
+#[inline(always)]
+fn decide<S: Simd, F: Lane, O: Outline<S, F>, B: BoundarySums<S, F>, const GRADIENT: bool>(
+    simd: S,
+    outline: &O,
+    (x, n1): Placed<S, F>,
+    (first, Extent { lowest, highest, farthest_square }): (Corner<S, F>, Extent<S, F>),
+    (tight, mut sums): (bool, B),
+    seen_whole: impl FnOnce(&mut B),
 ) -> Found<S, F> {
     let zero = constant(simd, 0.0);
-    let first = outline.vertex(simd, 0) - x;
-    let (mut lowest, mut farthest_square) = (n1.dot(first), first.norm_squared());
-    let mut highest = lowest;
-    for index in 1..outline.count() {
-        let r = outline.vertex(simd, index) - x;
-        let height = n1.dot(r);
-        (lowest, highest) = (lowest.min(height), highest.max(height));
-        farthest_square = farthest_square.max(r.norm_squared());
-    }
     let in_range = farthest_square.at_most(constant(simd, F::FARTHEST * F::FARTHEST));
     // Squares with their signs, against those of what is sure.
     let signed = |height: Lanes<S, F>| height * height.abs();
     let sure = farthest_square * constant(simd, (16.0 * F::ROUNDOFF) * (16.0 * F::ROUNDOFF));
     let sure_side = farthest_square * outline.height_share(simd);
-    let depth = signed(outline.normal(simd).dot(first));
+    let depth = signed(outline.normal(simd).dot(first.seen.r));
     let (behind, in_front) = (sure_side.at_most(depth), depth.below(-sure_side));
     let (above, below) = (sure.below(signed(lowest)), signed(highest).below(-sure));
     let nothing = in_range & (behind | below);
@@ -83,20 +201,16 @@ pub(super) fn find<S: Simd, F: Lane, O: Outline<S, F>, const GRADIENT: bool>(
         return found;
     }
     let edges = outline.count() as f64;
-    let mut sums = Sums::new(simd);
     let crossing = if found.clipped.any() {
-        let (crossing, once) = clipped::<S, F, O, GRADIENT>(simd, outline, x, n1, sure, &mut sums);
+        let (crossing, once) = clipped::<S, F, O, B, GRADIENT>(simd, outline, x, n1, sure, &mut sums);
         found.good = found.good | (found.clipped & once);
-        Some(crossing)
+        Some((crossing, found.clipped))
     } else {
-        whole::<S, F, O, GRADIENT>(simd, outline, x, n1, &mut sums);
+        seen_whole(&mut sums);
         None
     };
-    found.good = found.good & conditioned(simd, &sums, crossing.as_ref(), farthest_square);
-    found.value = sums.value * constant(simd, -0.5);
-    found.gradient = sums.gradient * constant(simd, -0.5);
-    found.bound = bound::<S, F, GRADIENT>(simd, (edges, tight), &sums, crossing.as_ref(), farthest_square);
-    found
+    let ((value, gradient, bound), holds) = sums.total::<GRADIENT>(simd, &SeenExtent { edges, tight, farthest_square, crossing });
+    Found { good: found.good & holds, value, gradient, bound, ..found }
 }
 
 /// The next vertex of an outline.
@@ -105,45 +219,57 @@ fn after<S: Simd, F: Lane, O: Outline<S, F>>(outline: &O, index: usize) -> usize
     if index + 1 == outline.count() { 0 } else { index + 1 }
 }
 
+/// The edges of a triangle side by side, so that none waits for the root of the one before.
 #[inline(always)]
-fn whole<S: Simd, F: Lane, O: Outline<S, F>, const GRADIENT: bool>(
+fn triangle<S: Simd, F: Lane, O: Outline<S, F>, B: BoundarySums<S, F>, const GRADIENT: bool>(
+    simd: S,
+    outline: &O,
+    [a, b, c]: [Corner<S, F>; 3],
+    n1: Vec3<Lanes<S, F>>,
+    sums: &mut B,
+) {
+    sums.add::<GRADIENT, 3>(
+        simd,
+        n1,
+        &[edge(simd, outline, 0, a, b), edge(simd, outline, 1, b, c), edge(simd, outline, 2, c, a)],
+    );
+}
+
+/// Two edges at a time.
+#[inline(always)]
+fn whole<S: Simd, F: Lane, O: Outline<S, F>, B: BoundarySums<S, F>, const GRADIENT: bool>(
     simd: S,
     outline: &O,
     x: Vec3<Lanes<S, F>>,
     n1: Vec3<Lanes<S, F>>,
-    sums: &mut Sums<S, F>,
+    sums: &mut B,
 ) {
-    if outline.count() == 3 {
-        // Side by side, so that no edge waits for the root of the one before: a tenth faster.
-        let a = Seen::new(outline.vertex(simd, 0) - x);
-        let b = Seen::new(outline.vertex(simd, 1) - x);
-        let c = Seen::new(outline.vertex(simd, 2) - x);
-        let ab = Span::whole(outline.edge(simd, 0), a, b, n1);
-        let bc = Span::whole(outline.edge(simd, 1), b, c, n1);
-        let ca = Span::whole(outline.edge(simd, 2), c, a, n1);
-        sums.add::<GRADIENT>(simd, n1, &ab);
-        sums.add::<GRADIENT>(simd, n1, &bc);
-        sums.add::<GRADIENT>(simd, n1, &ca);
-        return;
-    }
-    let mut from = Seen::new(outline.vertex(simd, 0) - x);
-    for index in 0..outline.count() {
-        let to = Seen::new(outline.vertex(simd, after(outline, index)) - x);
-        sums.add::<GRADIENT>(simd, n1, &Span::whole(outline.edge(simd, index), from, to, n1));
+    let count = outline.count();
+    let mut from = corner(simd, outline, 0, (x, n1));
+    for index in (0..count - 1).step_by(2) {
+        let (middle, to) = (corner(simd, outline, index + 1, (x, n1)), corner(simd, outline, after(outline, index + 1), (x, n1)));
+        sums.add::<GRADIENT, 2>(
+            simd,
+            n1,
+            &[edge(simd, outline, index, from, middle), edge(simd, outline, index + 1, middle, to)],
+        );
         from = to;
+    }
+    if count % 2 == 1 {
+        sums.add::<GRADIENT, 1>(simd, n1, &[edge(simd, outline, count - 1, from, corner(simd, outline, 0, (x, n1)))]);
     }
 }
 
 /// The part of an outline above the horizon, and where its boundary leaves the upper half-space once only, as that of a convex
 /// polygon does. An arc of the horizon then joins that point with the one where it comes back; its `n1.N` is -1.
 #[inline(always)]
-fn clipped<S: Simd, F: Lane, O: Outline<S, F>, const GRADIENT: bool>(
+fn clipped<S: Simd, F: Lane, O: Outline<S, F>, B: BoundarySums<S, F>, const GRADIENT: bool>(
     simd: S,
     outline: &O,
     x: Vec3<Lanes<S, F>>,
     n1: Vec3<Lanes<S, F>>,
     sure: Lanes<S, F>,
-    sums: &mut Sums<S, F>,
+    sums: &mut B,
 ) -> (Crossing<S, F>, Mask<S, F>) {
     let (zero, one) = (constant(simd, 0.0), constant(simd, 1.0));
     let origin = Vec3::new(zero, zero, zero);
@@ -172,15 +298,14 @@ fn clipped<S: Simd, F: Lane, O: Outline<S, F>, const GRADIENT: bool>(
             (starts | ends, before.at_most(zero) & zero.at_most(before) & after.at_most(zero) & zero.at_most(after));
         let part = Part::Clipped { fraction, any, bounds: any | flat };
         let ends = (point.or(comes, &from), point.or(leaves, &to));
-        sums.add::<GRADIENT>(simd, n1, &Span::piece(edge, (from.r, n1.dot(from.r)), ends, part));
+        sums.add::<GRADIENT, 1>(simd, n1, &[Span::piece(edge, (from.r, n1.dot(from.r)), ends, part)]);
         (exit, entry) = (leaves.select_vector(point.r, exit), comes.select_vector(point.r, entry));
         let nearest = crosses.select(one / point.square, zero);
         crossing.nearest = crossing.nearest.max(nearest);
         crossing.slant = crossing.slant.max(nearest * (length_square * (inverse_drop * inverse_drop)));
         (from, before) = (to, after);
     }
-    let closed = angle(simd, -n1.dot(exit.cross(entry)), exit.dot(entry));
-    sums.value = sums.value - left.select(closed, zero);
+    sums.close(simd, n1, left, exit, entry);
     (crossing, !twice)
 }
 

@@ -4,7 +4,7 @@ use std::error::Error;
 use std::hint::black_box;
 
 use radgrad_core::batch::{Answers, EmitterTree, Emitters, Engine};
-use radgrad_core::{DVec3, Emission, Emitter, Polygon, Receiver};
+use radgrad_core::{DVec3, Emission, Emitter, Polygon, Receiver, evaluate_to, radiosity_and_gradient};
 
 use super::{Ratio, pair, pair_of_long, varied};
 use crate::bench::clock::Spread;
@@ -13,14 +13,14 @@ use crate::bench::lanes::{Columns, single};
 use crate::bench::regime::{Case, Kind};
 
 /// Receivers of a batch: many times what a vector holds, and what is in a cache.
-const BATCH: usize = 1024;
+pub(super) const BATCH: usize = 1024;
 /// And enough for two threads to share.
 const SHARED: usize = 262_144;
 
 /// Speed of a batch in double precision over the bare scalar sums, of one in single precision over that, and of two threads over one:
 /// value and gradient at many receivers due to one triangle.
 pub(crate) fn speedups() -> Result<Vec<Ratio>, Box<dyn Error>> {
-    let cases = one_emitter()?;
+    let cases = one_emitter(Kind::Constant)?;
     let emitter = &cases[0].emitter;
     let (double, single) = (Columns::of(&cases, BATCH, |number| number), Columns::of(&cases, BATCH, single));
     let many = Columns::of(&cases, SHARED, |number| number);
@@ -51,11 +51,43 @@ pub(crate) fn speedups() -> Result<Vec<Ratio>, Box<dyn Error>> {
     ])
 }
 
+/// Speed of a batch over one receiver after the other, value and gradient due to one linear triangle: plain, and with bounds to 1e-8.
+pub(crate) fn linear_speedups() -> Result<Vec<Ratio>, Box<dyn Error>> {
+    let cases = one_emitter(Kind::Linear)?;
+    let emitter = &cases[0].emitter;
+    let columns = Columns::of(&cases, BATCH, |number| number);
+    let (receivers, engine) = (columns.receivers()?, Engine::new());
+    let (mut plain, mut bounded) = (Answers::new(), Answers::new());
+    engine.radiosity_and_gradient(&receivers, emitter, &mut plain)?;
+    engine.evaluate_to(&receivers, emitter, CERTIFIED, &mut bounded)?;
+    let in_turn = |one: &dyn Fn(&Case) -> f64| _ = black_box(cases.iter().map(|case| one(black_box(case))).sum::<f64>());
+    let both = |case: &Case| radiosity_and_gradient(&case.receiver, &case.emitter).map_or(f64::NAN, |(value, _)| value);
+    let certified = |case: &Case| evaluate_to(&case.receiver, &case.emitter, &[], CERTIFIED).map_or(f64::NAN, |a| a.radiosity);
+    let ratios = [
+        pair(
+            "batch_linear_speedup",
+            || in_turn(&both),
+            || answered(engine.radiosity_and_gradient(black_box(&receivers), emitter, &mut plain)),
+        ),
+        pair(
+            "batch_linear_certified_speedup",
+            || in_turn(&certified),
+            || answered(engine.evaluate_to(black_box(&receivers), emitter, CERTIFIED, &mut bounded)),
+        ),
+    ];
+    // A batch answers its receivers many times over.
+    let per_answer = |Ratio { name, spread }| Ratio { name, spread: spread.scaled(BATCH as f64 / cases.len() as f64) };
+    Ok(ratios.map(per_answer).into())
+}
+
+/// A tolerance that the first bound of either side meets.
+const CERTIFIED: f64 = 1e-8;
+
 /// The receivers of the varied cases, over one triangle.
-fn one_emitter() -> Result<Vec<Case>, radgrad_core::Error> {
+fn one_emitter(kind: Kind) -> Result<Vec<Case>, radgrad_core::Error> {
     let corners = [[-0.5, -0.5, 1.5], [0.0, 0.75, 1.5], [0.5, -0.25, 1.5]].map(DVec3::from);
-    let emitter = Emitter::new(Polygon::new(corners.to_vec())?, Kind::Constant.emission())?;
-    Ok(varied::cases(Kind::Constant)?.into_iter().map(|case| Case { emitter: emitter.clone(), ..case }).collect())
+    let emitter = Emitter::new(Polygon::new(corners.to_vec())?, kind.emission())?;
+    Ok(varied::cases(kind)?.into_iter().map(|case| Case { emitter: emitter.clone(), ..case }).collect())
 }
 
 /// The same receivers were answered before anything is timed, so that there is no failure to be fast.
@@ -112,7 +144,7 @@ fn room() -> Result<Vec<Emitter>, radgrad_core::Error> {
 
 /// In the room, each facing its own way.
 fn receivers() -> Result<Vec<Case>, radgrad_core::Error> {
-    let emitter = one_emitter()?.swap_remove(0).emitter;
+    let emitter = one_emitter(Kind::Constant)?.swap_remove(0).emitter;
     let number = varied::between_0_and_1;
     let receiver = |i: u32| {
         let position = DVec3::new(5.0 * number(i, 0), 4.0 * number(i, 1), 3.0 * number(i, 2));

@@ -1,0 +1,248 @@
+//! The sums over the boundary of a linear emitter, on lanes of double precision: [`crate::linear`] in a form for lanes.
+//!
+//! With the emission `beta + gB.(y - x)` over the plane, `nu = n1.n2` and `gamma = gB.n1`, all that value and gradient take are
+//! four scalar sums and a vector's:
+//! - `P = sum g n1.N`, `G = sum g gB.N`, the angles' moments;
+//! - `X1 = int dA/r^2`, by segments of the boundary in `linear::segment`;
+//! - `C = n1 . contour`, of which an edge adds `(n1.m) [kappa g (gB.m) + L (gB.e)]/e^2`, `m = e x n2`, `L = ln |p'|/|p|`;
+//! - the edges' part of the gradient, `w/m^2 {[cc T + cs V] b + [cs T + ss V] S g2}` in the symbols of [`super::edge`], `T` and `V`
+//!   n1 along the two axes times |e|, b the emission at the line's point nearest to the receiver, `S g2 = m (gB.e)/e^2`.
+//!
+//! Then `Q = (X1 gamma - C)/2 + nu G/2`, radiosity `(rho/pi) (h Q - beta P/2)` and gradient `(rho/pi) (n2 Q - gB P/2 - edges/2)`.
+//! The horizon's arc has `N = -n1` and its segment runs along `t = n1 x n2`: it adds `-g` to P, `-g gamma` to G, `-(nu gamma g + L
+//! gB.t)` to C and a segment to X1. Nothing is divided by `|t|`, which is 0 for a receiver parallel to the emitter.
+//!
+//! Single precision would cancel too much: its receivers are answered here in double precision.
+
+mod bound;
+mod segment;
+
+use fearless_simd::{Level, Simd};
+
+use super::arc_tangent::{angle, angles};
+use super::edge::{Span, Terms};
+use super::lanes::{Lanes, Mask, constant, on_level, same};
+use super::one_emitter::{Emitting, Outlined, lanes, padded};
+use super::receivers::Receivers;
+use super::tile::{Goal, Settled};
+use super::visible::{BoundarySums, Outline, SeenExtent, Total};
+use crate::batch::answers::Slots;
+use crate::certify::Ball;
+use crate::number::ROUNDOFF;
+use crate::real::Real;
+use crate::vec3::Vec3;
+use crate::{Emission, Emitter};
+use bound::Scales;
+use segment::Segment;
+
+/// Lanes of double precision, and vectors of them.
+type Wide<S> = Lanes<S, f64>;
+type Vector<S> = Vec3<Lanes<S, f64>>;
+
+/// A linear emitter in normalised lengths, its emission brought to a size of about 1.
+#[derive(Debug, Clone)]
+pub(super) struct LinearLamp {
+    outline: Outlined<f64>,
+    glow: Glow,
+    /// One over pi and the power that normalised the emission.
+    brightness: f64,
+}
+
+/// The emission.
+#[derive(Debug, Clone)]
+struct Glow {
+    at_vertices: Vec<f64>,
+    gradient: [f64; 3],
+    /// The largest of them, and the gradient's length.
+    largest: f64,
+    steepness: f64,
+}
+
+impl LinearLamp {
+    /// `None` for other emissions, and where the plane or the emission over it is not known to a few roundings: the bound counts
+    /// no more.
+    pub(super) fn new(emitter: &Emitter) -> Option<Self> {
+        let (polygon, affine) = (emitter.polygon(), emitter.affine());
+        let Emission::Linear(_) = emitter.emission() else { return None };
+        let outline = Outlined::new(polygon)?;
+        let (vertices, power) = (polygon.vertices(), outline.power);
+        let slope = emitter.precise_gradient::<Ball<f64>>().map(|c| c.scaled(1.0 / power));
+        let gradient = slope.map(|c| c.value());
+        let at_vertices: Vec<f64> = (0..vertices.len()).map(|i| emitter.vertex_value(i)).collect();
+        let largest = at_vertices.iter().fold(0.0, |largest: f64, b| largest.max(b.abs()));
+        let steepness = gradient.length() * (1.0 + 8.0 * ROUNDOFF);
+        let slope_error = [slope.x, slope.y, slope.z].map(|c| c.error()).into_iter().fold(0.0, f64::max);
+        let size = largest + steepness * polygon.size() * power;
+        let off = |i: usize| {
+            let there = gradient.dot(Vec3::from((vertices[i] - vertices[0]) * power));
+            (at_vertices[i] - at_vertices[0] - there).abs()
+        };
+        let is_known = slope_error <= 4.0 * ROUNDOFF * steepness
+            && emitter.vertex_error() + affine.residual <= 4.0 * ROUNDOFF * size
+            && (0..vertices.len()).all(|i| off(i) <= 16.0 * ROUNDOFF * size)
+            && polygon.normal_error() <= 2.0 * ROUNDOFF
+            && polygon.planarity_defect() <= 4.0 * ROUNDOFF * polygon.size();
+        let brightness = std::f64::consts::FRAC_1_PI / emitter.power();
+        let in_range = brightness.is_normal() && (2f64.powi(-400)..2f64.powi(400)).contains(&steepness) && largest > 0.0;
+        let glow = Glow { at_vertices, gradient: [gradient.x, gradient.y, gradient.z], largest, steepness };
+        (is_known && in_range).then_some(Self { outline, glow, brightness })
+    }
+
+    /// Receivers of a tile on lanes.
+    pub(super) fn on_lanes(
+        &self,
+        level: Level,
+        receivers: &Receivers<'_, f64>,
+        goal: Goal,
+        slots: &mut Slots<'_, f64>,
+    ) -> Settled {
+        padded(receivers, goal, slots, |receivers, slots| {
+            let lamp = (&self.outline, self.brightness, &self.glow);
+            if goal.asked.gradient {
+                on_level!(level, simd => lanes::<_, f64, _, true>(simd, receivers, lamp, goal, slots))
+            } else {
+                on_level!(level, simd => lanes::<_, f64, _, false>(simd, receivers, lamp, goal, slots))
+            }
+        })
+    }
+}
+
+impl<'a, S: Simd> Emitting<S, f64> for &'a Glow {
+    type Sums = LinearSums<'a, S>;
+
+    #[inline(always)]
+    fn sums(&self, simd: S, outline: &Outlined<f64>, x: Vector<S>, n1: Vector<S>) -> LinearSums<'a, S> {
+        let (n2, first): (Vector<S>, Vector<S>) = (outline.normal(simd), outline.vertex(simd, 0) - x);
+        let gradient = same(simd, self.gradient);
+        let zero = constant(simd, 0.0);
+        LinearSums {
+            glow: self,
+            n2,
+            gradient,
+            height: -n2.dot(first),
+            beta: Wide::all(simd, self.at_vertices[0]) - gradient.dot(first),
+            tilt: n1.dot(n2),
+            slope: gradient.dot(n1),
+            lit: zero,
+            aimed: zero,
+            contour: zero,
+            x1: zero,
+            edges: Vec3::new(zero, zero, zero),
+            angles: zero,
+            nearest: zero,
+            slant: zero,
+        }
+    }
+}
+
+/// The sums, and what of the receiver and the emission they need.
+pub(super) struct LinearSums<'a, S: Simd> {
+    glow: &'a Glow,
+    n2: Vector<S>,
+    /// `gB`.
+    gradient: Vector<S>,
+    height: Wide<S>,
+    beta: Wide<S>,
+    /// `nu` and `gamma`.
+    tilt: Wide<S>,
+    slope: Wide<S>,
+    /// `P`, `G`, `C` and `X1`.
+    lit: Wide<S>,
+    aimed: Wide<S>,
+    contour: Wide<S>,
+    x1: Wide<S>,
+    /// `sum 2 w/m^2 {..}`.
+    edges: Vector<S>,
+    /// `sum g`, and the largest `1/S^2`.
+    angles: Wide<S>,
+    nearest: Wide<S>,
+    /// `1/|t|^2` where the horizon crosses.
+    slant: Wide<S>,
+}
+
+impl<S: Simd> LinearSums<'_, S> {
+    #[inline(always)]
+    fn add_one<const GRADIENT: bool>(&mut self, simd: S, n1: Vector<S>, span: &Span<S, f64>, terms: &Terms<S, f64>, g: Wide<S>) {
+        let Span { edge, r, start, end, part, w, square, moment, .. } = span;
+        let Terms { inline, ends, product, lit, reach, level, toward } = *terms;
+        let half = constant(simd, 0.5);
+        let inverse_square = product * ends;
+        let inverse = *moment * inverse_square;
+        let turn = g * inverse;
+        let beside = self.n2.dot(*w);
+        let (from, to) = (start.r.dot(edge.e), end.r.dot(edge.e));
+        let segment = Segment { moment: *moment, beside, height: self.height, inverse: edge.inverse };
+        let outward = edge.e.cross(self.n2);
+        let (here, next) =
+            (self.glow.at_vertices[edge.index], self.glow.at_vertices[(edge.index + 1) % self.glow.at_vertices.len()]);
+        let rise = Wide::all(simd, next - here);
+        let log_ratio = (end.square / start.square).logarithm(simd) * half;
+        let flux = beside * turn * self.gradient.dot(outward) + log_ratio * rise;
+        self.lit = self.lit + part.visible(simd, turn * lit);
+        self.aimed = self.aimed + part.visible(simd, turn * self.gradient.dot(*w));
+        self.contour = self.contour + part.visible(simd, n1.dot(outward) * edge.inverse * flux);
+        self.x1 = self.x1 + part.visible(simd, segment.x1(simd, [from, to]));
+        if GRADIENT {
+            let sine = part.of(*moment) * (product * *square);
+            let nearest = *square * edge.inverse;
+            let cc = g + sine * ((nearest + nearest) - inline);
+            let cs = (sine * *moment) * reach;
+            let ss = (g + g) - cc;
+            let toward = toward * inverse;
+            let steps = rise * edge.inverse;
+            let emitted = Wide::all(simd, here) - steps * r.dot(edge.e);
+            let along = steps * *moment;
+            let seen = (cc * toward + cs * level) * emitted + (cs * toward + ss * level) * along;
+            self.edges = self.edges + *w * part.visible(simd, seen * inverse_square);
+        }
+        self.nearest = self.nearest.max(part.counted(simd, edge.square * inverse_square));
+        self.angles = self.angles + part.counted(simd, g);
+    }
+}
+
+impl<S: Simd> BoundarySums<S, f64> for LinearSums<'_, S> {
+    #[inline(always)]
+    fn add<const GRADIENT: bool, const N: usize>(&mut self, simd: S, n1: Vector<S>, spans: &[Span<S, f64>; N]) {
+        let mut terms = [Terms::none(simd); N];
+        let (mut across, mut inline) = ([constant(simd, 0.0); N], [constant(simd, 0.0); N]);
+        for (k, span) in spans.iter().enumerate() {
+            terms[k] = Terms::new::<GRADIENT>(simd, n1, span);
+            (across[k], inline[k]) = (span.part.of(span.moment), terms[k].inline);
+        }
+        let angles = angles(simd, across, inline);
+        for k in 0..N {
+            self.add_one::<GRADIENT>(simd, n1, &spans[k], &terms[k], angles[k]);
+        }
+    }
+
+    #[inline(always)]
+    fn close(&mut self, simd: S, n1: Vector<S>, left: Mask<S, f64>, exit: Vector<S>, entry: Vector<S>) {
+        let (zero, one) = (constant(simd, 0.0), constant(simd, 1.0));
+        let g = left.select(angle(simd, -n1.dot(exit.cross(entry)), exit.dot(entry)), zero);
+        let t = n1.cross(self.n2);
+        let ratio = left.select(entry.norm_squared() / exit.norm_squared(), one);
+        let log_ratio = ratio.logarithm(simd) * constant(simd, 0.5);
+        self.lit = self.lit - g;
+        self.aimed = self.aimed - g * self.slope;
+        self.contour = self.contour - (self.tilt * self.slope * g + log_ratio * self.gradient.dot(t));
+        let inverse = one / left.select(t.norm_squared(), one);
+        let segment = Segment { moment: self.height, beside: -(self.height * self.tilt), height: self.height, inverse };
+        self.x1 = self.x1 + left.select(segment.x1(simd, [exit.dot(t), entry.dot(t)]), zero);
+        self.slant = left.select(inverse, zero);
+    }
+
+    #[inline(always)]
+    fn total<const GRADIENT: bool>(self, simd: S, extent: &SeenExtent<S, f64>) -> (Total<S, f64>, Mask<S, f64>) {
+        let half = constant(simd, 0.5);
+        let lit = self.lit * half;
+        let q = (self.x1 * self.slope - self.contour + self.tilt * self.aimed) * half;
+        let value = self.height * q - self.beta * lit;
+        let mut gradient = self.edges;
+        if GRADIENT {
+            gradient = self.n2 * q - self.gradient * lit - self.edges * half;
+        }
+        let scales = Scales::new(simd, &self, extent);
+        let holds = scales.conditioned(simd, value);
+        ((value, gradient, scales.bound::<GRADIENT>(simd)), holds)
+    }
+}
