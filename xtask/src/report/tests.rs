@@ -113,3 +113,114 @@ fn diagrams_of_a_benchmark_are_taken_in_and_their_absence_is_said() {
     assert!(html.contains("alt=\"Far away. ") && html.contains("data:image/svg+xml;base64,") && !html.contains("no-bench"));
     assert!(copied.contains(&bench.join("far.csv")));
 }
+
+/// What follows each occurrence of `start`, up to `end`.
+fn pieces<'a>(html: &'a str, start: &str, end: &str) -> Vec<&'a str> {
+    html.split(start).skip(1).map(|rest| rest.split(end).next().unwrap()).collect()
+}
+
+/// A small page with the diagram of a benchmark, and the bytes of the tables beside it.
+fn page(name: &str) -> (String, Vec<(String, String)>) {
+    let (folder, bench) = (Folder::new(name), Folder::new(&format!("{name}-diagrams")));
+    audit(&folder, None).unwrap();
+    fs::write(bench.join("far.svg"), "<svg xmlns=\"http://www.w3.org/2000/svg\"><text>Far away</text></svg>").unwrap();
+    let row = "emission,method,value error worst,gradient error worst,ns median\nconstant,closed form,1e-16,1e-15,65.4\n";
+    fs::write(bench.join("far.csv"), row).unwrap();
+    let Report { html, data, copied } = Report::of(&folder.0, &bench.0).unwrap();
+    let mut files: Vec<(String, String)> =
+        data.into_iter().map(|(name, bytes)| (name.to_owned(), String::from_utf8(bytes).unwrap())).collect();
+    let name = |path: &PathBuf| path.file_name().unwrap().to_string_lossy().into_owned();
+    files.extend(copied.iter().map(|path| (name(path), fs::read_to_string(path).unwrap())));
+    (html, files)
+}
+
+#[test]
+fn every_plot_has_a_name_a_description_and_axes_with_units() {
+    let (html, _) = page("plots");
+    let plots = pieces(&html, "<svg class=\"plot", "</svg>");
+    assert!(plots.len() > 20, "{}", plots.len());
+    for plot in plots {
+        let [title, description] = ["title", "desc"].map(|of| pieces(plot, &format!("<{of}>"), "</")[0]);
+        assert!(title.len() > 10 && description.len() > 20, "{title}: {description}");
+        assert!(plot.contains(&format!("aria-label=\"{title}")), "{title}");
+        let texts = pieces(plot, "<text", "</text>");
+        let units = texts.iter().filter(|text| text.split_once('>').is_some_and(|(_, text)| text.contains('('))).count();
+        assert!(units > 0, "{title} has no axis with its unit");
+    }
+    for image in pieces(&html, "<img", ">") {
+        assert!(image.contains("alt=\"Far away. 1 methods at 1 settings. Quickest to 1e-12, constant"), "{image}");
+    }
+}
+
+#[test]
+fn every_section_with_a_plot_or_a_table_names_its_files() {
+    let (html, files) = page("sections");
+    let (mut shown, mut named) = (0, Vec::new());
+    for section in pieces(&html, "<h2 id=\"", "<h2 id=\"") {
+        let id = section.split('"').next().unwrap();
+        if id != "data"
+            && ["<svg class=\"plot", "<svg class=\"sketch", "<table", "<img"].iter().any(|what| section.contains(what))
+        {
+            shown += 1;
+            let of_section: Vec<&str> =
+                pieces(section, "href=\"", "\"").into_iter().filter(|file| file.ends_with(".csv")).collect();
+            assert!(!of_section.is_empty(), "{id} names no file");
+            named.extend(of_section);
+        }
+    }
+    assert!(shown >= 10, "{shown}");
+    // Nothing made here lies beside the page unmentioned.
+    for (name, _) in
+        files.iter().filter(|(name, _)| name.ends_with(".csv") && !name.contains("-run") && !name.contains("violations"))
+    {
+        let is_of_command_line = ["bounds-times.csv", "errors.csv"].contains(&name.as_str());
+        assert!(is_of_command_line || named.contains(&name.as_str()), "no section names {name}");
+    }
+}
+
+#[test]
+fn every_number_of_a_table_is_in_a_file_that_it_names_and_every_table_sorts() {
+    let (html, files) = page("numbers");
+    let numbers = |name: &str| -> Vec<f64> {
+        let text = &files.iter().find(|(file, _)| file == name).unwrap_or_else(|| panic!("{name} is not there")).1;
+        let mut reader = csv::ReaderBuilder::new().has_headers(false).flexible(true).from_reader(text.as_bytes());
+        let rows: Vec<csv::StringRecord> = reader.records().map(Result::unwrap).collect();
+        rows.iter().flat_map(|row| row.iter().filter_map(|field| field.trim_start_matches('<').parse().ok())).collect()
+    };
+    let tables = pieces(&html, "<p class=\"note of-table\">", "</table>");
+    assert_eq!(tables.len(), html.matches("<table").count(), "a table without a caption");
+    let mut checked = 0;
+    for table in tables {
+        let (caption, body) = table.split_once("</p>").unwrap();
+        assert!(
+            body.contains("<table class=\"sortable\"") && pieces(body, "<th ", "</th>").iter().all(|th| th.contains("<button"))
+        );
+        let there: Vec<f64> = pieces(caption, "href=\"", "\"").into_iter().flat_map(numbers).collect();
+        for key in pieces(body, "<td class=\"number\" data-key=\"", "\"") {
+            let number: f64 = key.parse().unwrap();
+            let near = |other: &f64| {
+                *other == number || (other - number).abs() <= 1e-3 * number.abs() || (number.abs() < 1e-12 && other.abs() < 1e-12)
+            };
+            assert!(there.iter().any(near), "{key} is not in a file of the table: {caption}");
+            checked += 1;
+        }
+    }
+    assert!(checked > 200, "{checked}");
+}
+
+#[test]
+fn the_numbers_of_the_verdict_are_in_the_records_of_the_run() {
+    let (html, files) = page("verdict");
+    let verdict = pieces(&html, "id=\"verdict\">", "</p>")[0];
+    let all: String = files.iter().filter(|(name, _)| name.ends_with(".csv")).map(|(_, text)| text.as_str()).collect();
+    let words = verdict.split(|c: char| c.is_whitespace() || ";,()".contains(c)).map(|word| word.trim_end_matches(['.', ':']));
+    let numbers: Vec<&str> = words.filter(|word| word.parse::<f64>().is_ok()).collect();
+    // The caught slips are counted from their rows.
+    let slips = numbers.len() - 2;
+    assert!(numbers.len() >= 8, "{verdict}");
+    for number in &numbers[..slips] {
+        assert!(all.contains(number), "{number} of \"{verdict}\" is in no file");
+    }
+    let caught = all.lines().filter(|line| line.contains(",caught")).count();
+    assert_eq!(numbers[slips..], [caught.to_string(), caught.to_string()], "{verdict}");
+}
