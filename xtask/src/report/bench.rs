@@ -88,7 +88,9 @@ fn element(text: &str, name: &str) -> Option<String> {
     let start = text.find(&format!("<{name}"))?;
     let inside = text[start..].split_once('>')?.1;
     let text = inside.split_once(&format!("</{name}>"))?.0.trim();
-    (!text.is_empty()).then(|| text.replace("&lt;", "<").replace("&gt;", ">").replace("&quot;", "\"").replace("&amp;", "&"))
+    (!text.is_empty()).then(|| {
+        text.replace("&lt;", "<").replace("&gt;", ">").replace("&quot;", "\"").replace("&apos;", "'").replace("&amp;", "&")
+    })
 }
 
 #[cfg(test)]
@@ -98,6 +100,10 @@ mod tests {
     #[test]
     fn a_diagram_names_itself_and_no_folder_is_no_diagram() {
         assert_eq!(element("<svg><title id=\"t\">far &amp; near</title></svg>", "title").as_deref(), Some("far & near"));
+        assert_eq!(
+            element("<svg><text x=\"0\">the emitter&apos;s plane</text></svg>", "text").as_deref(),
+            Some("the emitter's plane")
+        );
         assert_eq!(element("<svg></svg>", "desc"), None);
         assert!(read(Path::new("no/such/folder")).unwrap().0.is_empty());
     }

@@ -176,7 +176,7 @@ fn cut_picture(rows: &[CutPoint], outlines: &Outlines) -> String {
                 svg.rectangle(class, (x_at(from), top), (x_at(to) - x_at(from), bottom - top));
             }
         }
-        let levels = ticks(low, high, 4);
+        let levels = ticks(low, high, 6);
         for &level in &levels.values {
             svg.line("grid", (SIDES[0], y_at(level)), (SIDES[1], y_at(level)));
             svg.text("tick", (SIDES[0] - 6.0, y_at(level) + 3.5), Anchor::End, &levels.label(level));
@@ -206,7 +206,7 @@ fn cut_picture(rows: &[CutPoint], outlines: &Outlines) -> String {
     }
     svg.text("label", ((SIDES[0] + SIDES[1]) / 2.0, 320.0), Anchor::Middle, "x (m)");
     svg.finish(
-        "plot",
+        "plot wide",
         "Figure H: a cut across the shadow",
         "Radiosity falls to 0 in the umbra and rises again; its derivative is 0 there and continuous, with kinks in the penumbra.",
     )

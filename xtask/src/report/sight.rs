@@ -228,7 +228,7 @@ fn hemisphere(arcs: &[Arc], normal: DVec3, form_factor: f64) -> String {
         svg.circle("end", place(arc.to), 2.4);
     }
     svg.circle("point", CENTRE, 2.2);
-    svg.text("tick", (CENTRE.0 + 5.0, CENTRE.1 - 4.0), Anchor::Start, "normal");
+    svg.text("tick", (CENTRE.0, CENTRE.1 + 14.0), Anchor::Middle, "normal");
     for (part, label) in [(1.0 / 3.0, "30"), (2.0 / 3.0, "60"), (1.0, "90")] {
         let reach = RADIUS * libm::sin(part * PI / 2.0);
         svg.text("tick", (CENTRE.0 + 0.5 * reach + 2.0, CENTRE.1 + 0.866 * reach + 11.0), Anchor::Start, label);

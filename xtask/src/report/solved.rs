@@ -25,7 +25,7 @@ const KNOWN: [(&str, DVec3, f64); 2] = [
     ("corner", DVec3::new(0.0, 0.0, 0.0), 1.076_981_393_145_044_5),
 ];
 /// Errors asked for of the two squares.
-const ASKED: [f64; 3] = [1e-2, 1e-3, 1e-4];
+const ASKED: [f64; 4] = [1e-2, 1e-3, 1e-4, 1e-6];
 const MOST_ELEMENTS: usize = 400;
 /// Room, in m; the ceiling emits 100 W/m2, the rest reflects half.
 const ROOM: DVec3 = DVec3::new(3.0, 2.0, 2.0);
@@ -51,7 +51,7 @@ pub(super) fn solved() -> Result<Solved, Box<dyn Error>> {
     let asked = Options { error: ROOM_ERROR, degree: Some(1), ..Options::default() };
     let room = solve(&room, &asked, |_| true)?;
     let trials = trials(&squares)?;
-    let best = solve(&squares, &Options { error: ASKED[2], degree: Some(2), first_elements: 1, ..Options::default() }, |_| true)?;
+    let best = solve(&squares, &Options { error: ASKED[3], degree: Some(2), first_elements: 1, ..Options::default() }, |_| true)?;
     let ledgers = [("two squares, degree 2", &best), ("room, degree 1", &room)];
     let cells = Cells::of(&room)?;
     Ok(Solved {
@@ -123,6 +123,10 @@ fn trials(squares: &Scene) -> Result<Vec<Trial>, Box<dyn Error>> {
         let options =
             Options { error: asked, degree: Some(degree), first_elements: 1, most_elements: MOST_ELEMENTS, ..Options::default() };
         let solution = solve(squares, &options, |_| true)?;
+        // What already met a coarser demand is the same solution.
+        if trials.last().is_some_and(|last: &Trial| last.degree == degree && last.elements == solution.progress().elements) {
+            continue;
+        }
         for (place, point, exact) in KNOWN {
             let gathered = solution.gather(point, DVec3::Z)?;
             let (error, bound) = ((gathered.radiosity[0] - exact).abs(), gathered.ledger[0].total());
@@ -140,24 +144,27 @@ fn effectivity(trials: &[Trial]) -> Plate {
     let most = shown().map(|trial| trial.elements as f64).fold(10.0, f64::max);
     let across = Axis { base: 10.0, exponents: [0.0, libm::log10(most).ceil()], places: [left, right] };
     let lowest = shown().map(|trial| trial.error.max(1e-17)).fold(1.0, f64::min);
-    let up = Axis { base: 10.0, exponents: [libm::log10(lowest).floor(), 0.0], places: [bottom, top] };
+    let highest = shown().map(|trial| trial.bound).fold(lowest, f64::max);
+    let exponents = [libm::log10(lowest).floor(), libm::log10(highest).ceil()];
+    let up = Axis { base: 10.0, exponents, places: [bottom, top] };
     let mut svg = Svg::new(SIZE.0, SIZE.1);
     svg.text("title", (left, 18.0), Anchor::Start, "L   Error and bound at the centre of a square");
     across.draw_below(&mut svg, [top, bottom], 5.0, "tick");
     up.draw_left(&mut svg, left, 8.0, "tick");
     for trial in shown() {
-        let x = across.place(trial.elements as f64);
+        // Degrees stand beside each other where they have as many elements.
+        let x = across.place(trial.elements as f64) + 11.0 * (trial.degree as f64 - 1.5);
         let [error, bound] = [trial.error.max(1e-17), trial.bound].map(|of| up.place(of));
         let class = format!("d{}", trial.degree);
         svg.line(&format!("{class} reach"), (x, error), (x, bound));
         svg.circle(&format!("{class} error"), (x, error), 3.4);
         svg.line(&format!("{class} bound"), (x - 5.0, bound), (x + 5.0, bound));
-        svg.text("tick", (x + 6.0, (error + bound) / 2.0 + 3.0), Anchor::Start, &trial.degree.to_string());
+        svg.text("tick", (x, bound - 4.0), Anchor::Middle, &trial.degree.to_string());
     }
     svg.rectangle("frame", (left, top), (right - left, bottom - top));
     svg.text("label", ((left + right) / 2.0, bottom + 30.0), Anchor::Middle, "elements (count)");
     svg.text_upward("label", (14.0, (top + bottom) / 2.0), "error and bound (W/m²)");
-    svg.text("label", ((left + right) / 2.0, bottom + 48.0), Anchor::Middle, "dot: error; bar: bound; number: degree");
+    svg.text("label", ((left + right) / 2.0, bottom + 48.0), Anchor::Middle, "dot: error; bar: bound; number and colour: degree");
     let title = "Figure L: error and bound of two squares by number of elements";
     Plate {
         picture: svg.finish("plot", title, "For degrees 0 to 3: the error is below its bound in every solution."),
@@ -214,8 +221,8 @@ struct Cells(Vec<Leaf>);
 
 /// Pixels to a metre, and where the origin stands.
 const SCALE: f64 = 104.0;
-const ORIGIN: Point = (64.0, 326.0);
-const ROOM_SIZE: (f64, f64) = (520.0, 384.0);
+const ORIGIN: Point = (64.0, 346.0);
+const ROOM_SIZE: (f64, f64) = (520.0, 404.0);
 
 /// Where a point of the room is drawn: along parallel lines, from an azimuth of -60 and an elevation of 30 degrees.
 fn place(p: DVec3) -> Point {
@@ -375,7 +382,7 @@ fn axes(svg: &mut Svg) {
 }
 
 fn scale(svg: &mut Svg, colours: Colours, top: f64, unit: &str) {
-    let (left, upper, height, steps) = (456.0, 56.0, 220.0, 55u32);
+    let (left, upper, height, steps) = (456.0, 76.0, 220.0, 55u32);
     let step = height / f64::from(steps);
     for index in 0..steps {
         let (t, y) = ((f64::from(index) + 0.5) / f64::from(steps), upper + height - step * (f64::from(index) + 0.5));
@@ -394,22 +401,22 @@ fn scale(svg: &mut Svg, colours: Colours, top: f64, unit: &str) {
 
 /// The mean of the bound over the mean radiosity, by its sources, a bar each.
 fn ledger(of: &[(&str, &Solution)]) -> Plate {
-    const SIZE: (f64, f64) = (860.0, 300.0);
-    let (left, right, top, row) = (120.0, 840.0, 44.0, 34.0);
+    const SIZE: (f64, f64) = (560.0, 330.0);
+    let (left, right, top, row) = (104.0, 548.0, 40.0, 39.0);
     let bottom = top + row * 6.0;
     let axis = Axis { base: 10.0, exponents: [-18.0, 0.0], places: [left, right] };
     let mut svg = Svg::new(SIZE.0, SIZE.1);
     svg.text("title", (left, 18.0), Anchor::Start, "M   Where the bound comes from");
-    axis.draw_below(&mut svg, [top - 8.0, bottom], 9.0, "tick");
+    axis.draw_below(&mut svg, [top - 8.0, bottom], 6.0, "tick");
     for (index, name) in Ledger::NAMES.into_iter().chain(["all"]).enumerate() {
         let y = top + row * index as f64;
         svg.text("label", (left - 8.0, y + row / 2.0), Anchor::End, name);
         for (rank, (_, solution)) in of.iter().enumerate() {
             let part = share(solution, index);
-            let upper = y + 3.0 + 13.0 * rank as f64;
-            svg.rectangle(&format!("l{rank}"), (left, upper), (axis.place(part.max(1e-18)) - left, 11.0));
+            let upper = y + 3.0 + 16.0 * rank as f64;
+            svg.rectangle(&format!("l{rank}"), (left, upper), (axis.place(part.max(1e-18)) - left, 13.0));
             let label = if part == 0.0 { "0".to_owned() } else { format!("{part:.1e}") };
-            svg.text("tick", (axis.place(part.max(1e-18)).min(right - 46.0) + 5.0, upper + 9.0), Anchor::Start, &label);
+            svg.text("tick", (axis.place(part.max(1e-18)).min(right - 52.0) + 5.0, upper + 10.0), Anchor::Start, &label);
         }
     }
     svg.text("label", ((left + right) / 2.0, bottom + 31.0), Anchor::Middle, "mean bound over mean radiosity (no unit)");
@@ -456,7 +463,7 @@ mod tests {
         let trials = trials(&squares().unwrap()).unwrap();
         assert!(trials.iter().all(|trial| trial.error <= trial.bound));
         let worst = |asked: f64| trials.iter().filter(|t| t.asked == asked).map(|t| t.error).fold(0.0, f64::max);
-        assert!(worst(1e-4) < worst(1e-2), "{} {}", worst(1e-4), worst(1e-2));
+        assert!(worst(1e-6) < worst(1e-2), "{} {}", worst(1e-6), worst(1e-2));
     }
 
     #[test]
