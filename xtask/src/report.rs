@@ -7,13 +7,16 @@ mod audit;
 mod axis;
 mod bench;
 mod convex;
+mod effectivity;
 mod errata;
 mod heat;
 mod histogram;
+mod ledger;
 mod map;
 mod page;
 mod pictures;
 mod plates;
+mod room;
 mod rungs;
 mod shadow;
 mod side_by_side;
@@ -57,7 +60,7 @@ const MOST_BYTES: usize = 6_000_000;
 pub(crate) fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
     let out = &arguments.out;
     fs::create_dir_all(out).map_err(|error| format!("{}: {error}", out.display()))?;
-    let Report { html, data, copied } = Report::of(&arguments.from, &arguments.bench)?;
+    let Report { html, data, copied } = Report::of(&arguments.from, &arguments.bench, Pictures::draw()?)?;
     for path in &copied {
         let to = out.join(path.file_name().unwrap_or_default());
         fs::copy(path, &to).map_err(|error| format!("{} to {}: {error}", path.display(), to.display()))?;
@@ -85,14 +88,13 @@ struct Report {
 }
 
 impl Report {
-    fn of(from: &Path, bench: &Path) -> Result<Self, Box<dyn Error>> {
+    fn of(from: &Path, bench: &Path, mut pictures: Pictures) -> Result<Self, Box<dyn Error>> {
         let audit = Audit::read(from)?;
         let read = |path: &str| fs::read_to_string(in_workspace(path)).map_err(|error| format!("{path}: {error}"));
         let gates = Gates::from_toml(&read("data/gates.toml")?)?;
         let misprints = errata::read(&read("ERRATA.md")?)?;
         let (diagrams, of_bench) = bench::read(bench)?;
         let worst = worst::cases(&audit)?;
-        let mut pictures = Pictures::draw()?;
         let mut data = vec![("errata.csv", errata::csv(&misprints)?), ("worst-cases.csv", worst::csv(&worst)?)];
         data.append(&mut pictures.data);
         let mut copied = audit.files.clone();

@@ -25,7 +25,7 @@ use super::side_by_side;
 use super::table::Table;
 use super::tables;
 use super::worst::Worst;
-use super::{shadow, sight, solved};
+use super::{ledger, shadow, sight};
 
 /// All that the template needs.
 #[derive(Serialize)]
@@ -120,7 +120,7 @@ impl<'a> Page<'a> {
             solved: solved.plates,
             known: solved.known,
             ledger: solved.ledger,
-            ledger_legend: solved::legend(),
+            ledger_legend: ledger::legend(),
             command: audit.run.get("command").to_owned(),
         }
     }

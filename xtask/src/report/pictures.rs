@@ -8,6 +8,7 @@ use super::shadow::{Shadow, shadow};
 use super::sight::{Sight, sight};
 use super::solved::{Solved, solved};
 
+#[derive(Clone)]
 pub(super) struct Pictures {
     pub(super) plates: Vec<Plate>,
     pub(super) shadow: Shadow,

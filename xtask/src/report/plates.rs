@@ -15,7 +15,7 @@ const SCENE: &str =
     "A triangle 1 m over a plane, with lines of equal radiosity, a receiver point and the vector to a point of the emitter.";
 
 /// A figure with its caption.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Clone, Serialize)]
 pub(super) struct Plate {
     pub(super) picture: String,
     pub(super) caption: String,

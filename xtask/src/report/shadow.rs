@@ -31,6 +31,7 @@ const CUT: f64 = -0.2;
 const CUT_POINTS: u32 = 320;
 
 /// The figures and the files of their values.
+#[derive(Clone)]
 pub(super) struct Shadow {
     pub(super) plates: Vec<Plate>,
     /// `shadow.csv`: on the floor.

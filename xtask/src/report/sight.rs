@@ -150,6 +150,7 @@ fn without(stretch: Option<[f64; 2]>, line: [DVec3; 2], cone: &[DVec3]) -> Vec<[
 }
 
 /// What is shown of it.
+#[derive(Clone)]
 pub(super) struct Sight {
     /// The hemisphere, and the scene.
     pub(super) pictures: [String; 2],

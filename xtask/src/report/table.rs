@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 /// A table.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Clone, Serialize)]
 pub(super) struct Table {
     /// What is in it.
     caption: String,
@@ -13,7 +13,7 @@ pub(super) struct Table {
     rows: Vec<Vec<Cell>>,
 }
 
-#[derive(Debug, Serialize)]
+#[derive(Debug, Clone, Serialize)]
 struct Column {
     title: &'static str,
     is_number: bool,
@@ -22,7 +22,7 @@ struct Column {
 }
 
 /// A cell: a text, and what it is sorted by where that is another.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Clone, Serialize)]
 pub(super) struct Cell {
     text: String,
     key: Option<String>,
