@@ -15,7 +15,7 @@ const SCENES: [&str; 2] = ["two squares, degree 2", "room, degree 1"];
 /// The mean of the bound over the mean radiosity, by its sources, a bar each.
 pub(super) fn picture(of: [&Solution; 2]) -> Plate {
     const SIZE: (f64, f64) = (560.0, 330.0);
-    let (left, right, top, row) = (104.0, 548.0, 40.0, 39.0);
+    let (left, right, top, row) = (104.0, 500.0, 40.0, 39.0);
     let bottom = top + row * 6.0;
     let axis = Axis { base: 10.0, exponents: [-18.0, 0.0], places: [left, right] };
     let mut svg = Svg::new(SIZE.0, SIZE.1);
@@ -29,7 +29,7 @@ pub(super) fn picture(of: [&Solution; 2]) -> Plate {
             let upper = y + 3.0 + 16.0 * rank as f64;
             svg.rectangle(&format!("l{rank}"), (left, upper), (axis.place(part.max(1e-18)) - left, 13.0));
             let label = if part == 0.0 { "0".to_owned() } else { format!("{part:.1e}") };
-            svg.text("tick", (axis.place(part.max(1e-18)).min(right - 52.0) + 5.0, upper + 10.0), Anchor::Start, &label);
+            svg.text("tick", (axis.place(part.max(1e-18)) + 5.0, upper + 10.0), Anchor::Start, &label);
         }
     }
     svg.text("label", ((left + right) / 2.0, bottom + 31.0), Anchor::Middle, "mean bound over mean radiosity (no unit)");

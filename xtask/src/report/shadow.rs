@@ -84,8 +84,8 @@ pub(super) fn shadow() -> Result<Shadow, Box<dyn Error>> {
     let edges = [("outline", outlines.penumbra.clone()), ("outline umbra", outlines.umbra.clone())];
     let lines: Vec<(&'static str, Vec<Point>)> = outlines.lines.iter().map(|line| ("critical", line.clone())).collect();
     let map = |heading, unit, field, colours, arrows, outlines| Map { heading, unit, field, colours, arrows, outlines };
-    let radiosity = map("F   Radiosity past an occluder", "B (W/m²)", &value, Colours::Viridis, Some(&along), &edges);
-    let gradient = map("G   Gradient norm past an occluder", "|∇B| (W/m³)", &norm, Colours::Inferno, None, &lines);
+    let radiosity = map("F   Radiosity", "B (W/m²)", &value, Colours::Viridis, Some(&along), &edges);
+    let gradient = map("G   Gradient norm", "|∇B| (W/m³)", &norm, Colours::Inferno, None, &lines);
     let rows: Vec<CutPoint> = cut_places().map(|x| at(x, CUT).map(|of| (x, of))).collect::<Result<_, _>>()?;
     let (largest, _) = value.largest();
     let plates = vec![

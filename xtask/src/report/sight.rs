@@ -234,12 +234,7 @@ fn hemisphere(arcs: &[Arc], normal: DVec3, form_factor: f64) -> String {
         let reach = RADIUS * libm::sin(part * PI / 2.0);
         svg.text("tick", (CENTRE.0 + 0.5 * reach + 2.0, CENTRE.1 + 0.866 * reach + 11.0), Anchor::Start, label);
     }
-    svg.text(
-        "label",
-        (SIZE.0 / 2.0 - 2.0, SIZE.1 - 6.0),
-        Anchor::Middle,
-        "unit hemisphere along the normal; circles: angle from the normal (degrees)",
-    );
+    svg.text("label", (SIZE.0 / 2.0 - 2.0, SIZE.1 - 6.0), Anchor::Middle, "circles: angle from the normal (degrees)");
     svg.finish(
         "plot",
         "Figure I: the visible part of the emitter on the unit hemisphere",

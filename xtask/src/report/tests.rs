@@ -53,8 +53,12 @@ fn audit(folder: &Folder, violation: Option<&str>) -> Result<(), Box<dyn Error>>
     mutants::write(&mutants(1, 3, 1e-9), 1e-9, create("mutants.csv")?)?;
     Comparison::compute(1, &FAMILIES, 3).write(create("comparison.csv")?)?;
     Stability::compute([3, 2], || ()).write(create("stability.csv")?)?;
-    Record::new("bounds", 1, 200).write(&folder.0)?;
+    let mut record = Record::new("bounds", 1, 200);
+    record.note("broken", 0);
+    record.note("answers", 1800);
+    record.write(&folder.0)?;
     let mut record = Record::new("verify", 1, table.cases());
+    record.note("families", FAMILIES.len());
     if let Some(what) = violation {
         record.violated(what, "cargo xtask replay generic:1:0");
     }
