@@ -6,14 +6,23 @@
 mod audit;
 mod axis;
 mod bench;
+mod convex;
+mod effectivity;
 mod errata;
 mod heat;
 mod histogram;
+mod ledger;
+mod map;
 mod page;
+mod pictures;
 mod plates;
+mod room;
 mod rungs;
+mod shadow;
 mod side_by_side;
+mod sight;
 mod sketch;
+mod solved;
 mod svg;
 mod table;
 mod tables;
@@ -28,6 +37,7 @@ use radgrad_audit::gates::Gates;
 use crate::in_workspace;
 use audit::Audit;
 use page::Page;
+use pictures::Pictures;
 
 /// Write the report of a finished audit as one HTML page
 #[derive(Debug, clap::Args)]
@@ -50,7 +60,7 @@ const MOST_BYTES: usize = 6_000_000;
 pub(crate) fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
     let out = &arguments.out;
     fs::create_dir_all(out).map_err(|error| format!("{}: {error}", out.display()))?;
-    let Report { html, data, copied } = Report::of(&arguments.from, &arguments.bench)?;
+    let Report { html, data, copied } = Report::of(&arguments.from, &arguments.bench, Pictures::draw()?)?;
     for path in &copied {
         let to = out.join(path.file_name().unwrap_or_default());
         fs::copy(path, &to).map_err(|error| format!("{} to {}: {error}", path.display(), to.display()))?;
@@ -65,34 +75,33 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
+/// A file made here: its name and its bytes.
+type Beside = (&'static str, Vec<u8>);
+
 /// The page and what is laid beside it.
 struct Report {
     html: String,
     /// Files made here.
-    data: Vec<(&'static str, Vec<u8>)>,
+    data: Vec<Beside>,
     /// Files to be copied.
     copied: Vec<PathBuf>,
 }
 
 impl Report {
-    fn of(from: &Path, bench: &Path) -> Result<Self, Box<dyn Error>> {
+    fn of(from: &Path, bench: &Path, mut pictures: Pictures) -> Result<Self, Box<dyn Error>> {
         let audit = Audit::read(from)?;
         let read = |path: &str| fs::read_to_string(in_workspace(path)).map_err(|error| format!("{path}: {error}"));
         let gates = Gates::from_toml(&read("data/gates.toml")?)?;
         let misprints = errata::read(&read("ERRATA.md")?)?;
         let (diagrams, of_bench) = bench::read(bench)?;
         let worst = worst::cases(&audit)?;
-        let (plates, plate_values) = plates::plates()?;
-        let data = vec![
-            ("errata.csv", errata::csv(&misprints)?),
-            ("worst-cases.csv", worst::csv(&worst)?),
-            ("plates.csv", plate_values),
-        ];
+        let mut data = vec![("errata.csv", errata::csv(&misprints)?), ("worst-cases.csv", worst::csv(&worst)?)];
+        data.append(&mut pictures.data);
         let mut copied = audit.files.clone();
         copied.extend(["bounds-times.csv", "errors.csv"].map(|name| from.join(name)).into_iter().filter(|path| path.exists()));
         copied.push(in_workspace("data/gates.toml"));
         copied.extend(of_bench);
-        let html = Page::new(&audit, &gates, &misprints, &worst, diagrams, plates).render(&data, &copied)?;
+        let html = Page::new(&audit, &gates, &misprints, &worst, diagrams, pictures).render(&data, &copied)?;
         if html.len() > MOST_BYTES {
             return Err(format!("the page has {} bytes, {MOST_BYTES} are allowed", html.len()).into());
         }

@@ -12,17 +12,20 @@ use radgrad_audit::stability::{DIGITS, ORACLE_EVERY};
 use radgrad_core::paper::Slip;
 use serde::Serialize;
 
+use super::Beside;
 use super::audit::{Audit, thousands};
 use super::bench::Diagram;
 use super::errata::Misprint;
 use super::heat::{self, Group};
 use super::histogram::{self, value};
+use super::pictures::Pictures;
 use super::plates::Plate;
 use super::rungs;
 use super::side_by_side;
 use super::table::Table;
 use super::tables;
 use super::worst::Worst;
+use super::{ledger, shadow, sight};
 
 /// All that the template needs.
 #[derive(Serialize)]
@@ -50,6 +53,16 @@ pub(super) struct Page<'a> {
     maps_told: String,
     diagrams: Vec<Diagram>,
     plates: Vec<Plate>,
+    shadow: Vec<Plate>,
+    shadow_legend: String,
+    sight: [String; 2],
+    sight_told: String,
+    sight_legend: String,
+    arcs: Table,
+    solved: Vec<Plate>,
+    known: Table,
+    ledger: Plate,
+    ledger_legend: String,
     command: String,
 }
 
@@ -60,8 +73,9 @@ impl<'a> Page<'a> {
         misprints: &[Misprint],
         worst: &'a [Worst],
         diagrams: Vec<Diagram>,
-        plates: Vec<Plate>,
+        pictures: Pictures,
     ) -> Self {
+        let Pictures { plates, shadow, sight, solved, .. } = pictures;
         let passed = [&audit.run, &audit.bounds_run].iter().all(|run| run.get("passed") == "true");
         let slips = audit.mutants.iter().filter(|row| is_slip(&row.slip));
         let caught = slips.clone().filter(|row| row.verdict == "caught").count();
@@ -97,12 +111,22 @@ impl<'a> Page<'a> {
             ),
             diagrams,
             plates,
+            shadow: shadow.plates,
+            shadow_legend: shadow::legend(),
+            sight: sight.pictures,
+            sight_told: sight.told,
+            sight_legend: sight::legend(),
+            arcs: sight.arcs,
+            solved: solved.plates,
+            known: solved.known,
+            ledger: solved.ledger,
+            ledger_legend: ledger::legend(),
             command: audit.run.get("command").to_owned(),
         }
     }
 
     /// The page.
-    pub(super) fn render(self, data: &[(&'static str, Vec<u8>)], copied: &[PathBuf]) -> Result<String, Box<dyn Error>> {
+    pub(super) fn render(self, data: &[Beside], copied: &[PathBuf]) -> Result<String, Box<dyn Error>> {
         let mut files: Vec<String> = data.iter().map(|(name, _)| (*name).to_owned()).collect();
         files.extend(copied.iter().map(|path| path.file_name().unwrap_or_default().to_string_lossy().into_owned()));
         files.sort();

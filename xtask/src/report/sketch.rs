@@ -6,7 +6,7 @@
 use std::fmt::Write;
 
 use radgrad_audit::family::Name;
-use radgrad_core::DVec3;
+use radgrad_core::{DVec3, Emitter, Polygon, Receiver};
 use radgrad_scene::case::Problem;
 
 use super::svg::{Svg, around, through};
@@ -37,6 +37,10 @@ impl Geometry {
     /// Of a case; `None` if it is refused.
     pub(super) fn of(name: Name) -> Option<Self> {
         let Problem { receiver, emitter, occluders, .. } = name.case().problem().ok()?;
+        Some(Self::of_scene(&receiver, &emitter, &occluders))
+    }
+
+    pub(super) fn of_scene(receiver: &Receiver, emitter: &Emitter, occluders: &[Polygon]) -> Self {
         let polygon = emitter.polygon();
         let vertices = polygon.vertices();
         // Differences first, then their size taken out: squares of them may leave the range of doubles.
@@ -55,7 +59,7 @@ impl Geometry {
         let y = up.cross(x);
         let seen = |v: DVec3| DVec3::new(v.dot(x), v.dot(y), v.dot(up));
         let placed = |v: &DVec3| seen((within(*v) - middle) / longest);
-        Some(Self {
+        Self {
             emitter: vertices.iter().map(placed).collect(),
             occluders: occluders.iter().map(|occluder| occluder.vertices().iter().map(placed).collect()).collect(),
             receiver: seen(to_receiver),
@@ -63,7 +67,7 @@ impl Geometry {
             distance: to_receiver.length(),
             height: up.dot(to_receiver),
             size: longest * reach,
-        })
+        }
     }
 
     /// The picture.

@@ -72,6 +72,11 @@ impl Svg {
         self.put(format_args!("<path class=\"{class}\" stroke=\"#{red:02x}{green:02x}{blue:02x}\" d=\"{commands}\"/>"));
     }
 
+    /// An area of one colour that is not the page's.
+    pub(super) fn filled(&mut self, class: &str, (red, green, blue): (u8, u8, u8), commands: &str) {
+        self.put(format_args!("<path class=\"{class}\" fill=\"#{red:02x}{green:02x}{blue:02x}\" d=\"{commands}\"/>"));
+    }
+
     /// A picture of points, stretched over a rectangle.
     pub(super) fn image(&mut self, png: &[u8], (x, y): (f64, f64), (width, height): (f64, f64)) {
         let [x, y, width, height] = [x, y, width, height].map(number);

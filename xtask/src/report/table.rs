@@ -3,17 +3,17 @@
 use serde::Serialize;
 
 /// A table.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Clone, Serialize)]
 pub(super) struct Table {
     /// What is in it.
     caption: String,
-    /// The file beside the page.
-    csv: &'static str,
+    /// The files beside the page that its numbers are from.
+    files: Vec<&'static str>,
     columns: Vec<Column>,
     rows: Vec<Vec<Cell>>,
 }
 
-#[derive(Debug, Serialize)]
+#[derive(Debug, Clone, Serialize)]
 struct Column {
     title: &'static str,
     is_number: bool,
@@ -22,7 +22,7 @@ struct Column {
 }
 
 /// A cell: a text, and what it is sorted by where that is another.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Clone, Serialize)]
 pub(super) struct Cell {
     text: String,
     key: Option<String>,
@@ -31,13 +31,18 @@ pub(super) struct Cell {
 
 impl Table {
     /// An empty table. A column's title that begins with `#` is of numbers, with `~` of sentences.
-    pub(super) fn new(caption: &str, csv: &'static str, titles: &[&'static str]) -> Self {
+    pub(super) fn new(caption: &str, files: &[&'static str], titles: &[&'static str]) -> Self {
         let column = |title: &&'static str| Column {
             title: title.trim_start_matches(['#', '~']),
             is_number: title.starts_with('#'),
             is_prose: title.starts_with('~'),
         };
-        Self { caption: caption.to_owned(), csv, columns: titles.iter().map(column).collect(), rows: Vec::new() }
+        Self {
+            caption: caption.to_owned(),
+            files: files.to_vec(),
+            columns: titles.iter().map(column).collect(),
+            rows: Vec::new(),
+        }
     }
 
     pub(super) fn push(&mut self, row: impl IntoIterator<Item = Cell>) {

@@ -38,7 +38,7 @@ pub(super) fn families(audit: &Audit) -> Table {
     ];
     let mut table = Table::new(
         "Relative errors by family, and the largest error over the bound stated with it; cargo xtask replay NAME shows a case",
-        "figures.csv",
+        &["figures.csv", "outcomes.csv"],
         &titles,
     );
     for row in &audit.outcomes {
@@ -75,7 +75,7 @@ pub(super) fn comparison(audit: &Audit, quantity: &str, what: &str) -> Table {
         titles.extend(["#fit, median", "#worst"]);
     }
     titles.extend(["#closed form, median", "#worst", "#certified, median", "#worst"]);
-    let mut table = Table::new(&format!("{what}: relative errors of each way on the same cases"), "comparison.csv", &titles);
+    let mut table = Table::new(&format!("{what}: relative errors of each way on the same cases"), &["comparison.csv"], &titles);
     let mut families: Vec<&str> = audit.comparison.iter().map(|row| row.family.as_str()).collect();
     families.dedup();
     for family in families {
@@ -99,7 +99,8 @@ pub(super) fn comparison(audit: &Audit, quantity: &str, what: &str) -> Table {
 
 pub(super) fn errata(misprints: &[Misprint]) -> Table {
     let titles = ["~place in the paper", "name", "~printed", "~right", "harm to the radiosity", "harm to the gradient"];
-    let mut table = Table::new("The paper's misprints, and the relative error that each causes by itself", "errata.csv", &titles);
+    let mut table =
+        Table::new("The paper's misprints, and the relative error that each causes by itself", &["errata.csv"], &titles);
     for Misprint { place, name, printed, right, harm } in misprints {
         let harm = harm.each_ref().map(|harm| {
             let largest = harm.rsplit(' ').nth(1).and_then(|percent| percent.parse().ok());
@@ -114,7 +115,7 @@ pub(super) fn errata(misprints: &[Misprint]) -> Table {
 pub(super) fn mutants(audit: &Audit) -> Table {
     let titles = ["slip", "~what is wrong", "#cases", "#beyond the gate", "#value, worst", "#gradient, worst", "verdict"];
     let caption = format!("Slips planted in the second implementation; each must be beyond the gate by a factor of {MARGIN:.0}");
-    let mut table = Table::new(&caption, "mutants.csv", &titles);
+    let mut table = Table::new(&caption, &["mutants.csv"], &titles);
     for row in &audit.mutants {
         let description = Slip::ALL
             .iter()
@@ -151,7 +152,7 @@ pub(super) fn bounds(audit: &Audit) -> Table {
     ];
     let caption =
         "Errors over stated bounds (1 would be a broken bound), and the median time of an answer by the rung that gave it";
-    let mut table = Table::new(caption, "bounds-figures.csv", &titles);
+    let mut table = Table::new(caption, &["bounds-figures.csv", "bounds.csv"], &titles);
     for row in audit.bounds.iter().filter(|row| row.nonzero > 0) {
         let of =
             |quantity: &str, field: fn(&Figure) -> &str| audit.bounds_figure(&row.family, quantity).map_or("", field).to_owned();

@@ -3,6 +3,7 @@
 use std::error::Error;
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
 
 use radgrad_audit::bounds::campaign;
 use radgrad_audit::comparison::Comparison;
@@ -10,8 +11,10 @@ use radgrad_audit::family::Family;
 use radgrad_audit::mutants::{self, mutants};
 use radgrad_audit::run::{Part, Run};
 use radgrad_audit::stability::Stability;
+use radgrad_core::paper::Slip;
 
 use super::Report;
+use super::pictures::Pictures;
 use crate::verify::record::Record;
 
 const FAMILIES: [Family; 3] = [Family::Generic, Family::Far, Family::EqualVertices];
@@ -50,13 +53,23 @@ fn audit(folder: &Folder, violation: Option<&str>) -> Result<(), Box<dyn Error>>
     mutants::write(&mutants(1, 3, 1e-9), 1e-9, create("mutants.csv")?)?;
     Comparison::compute(1, &FAMILIES, 3).write(create("comparison.csv")?)?;
     Stability::compute([3, 2], || ()).write(create("stability.csv")?)?;
-    Record::new("bounds", 1, 200).write(&folder.0)?;
+    let mut record = Record::new("bounds", 1, 200);
+    record.note("broken", 0);
+    record.note("answers", 1800);
+    record.write(&folder.0)?;
     let mut record = Record::new("verify", 1, table.cases());
+    record.note("families", FAMILIES.len());
     if let Some(what) = violation {
         record.violated(what, "cargo xtask replay generic:1:0");
     }
     record.write(&folder.0)?;
     Ok(())
+}
+
+/// The pictures, drawn once for all tests that do not ask whether they are the same twice.
+fn drawn() -> Pictures {
+    static DRAWN: OnceLock<Pictures> = OnceLock::new();
+    DRAWN.get_or_init(|| Pictures::draw().unwrap()).clone()
 }
 
 fn nothing() -> &'static Path {
@@ -67,7 +80,7 @@ fn nothing() -> &'static Path {
 fn the_same_audit_gives_the_same_bytes() {
     let folder = Folder::new("twice");
     audit(&folder, None).unwrap();
-    let [first, second] = [(); 2].map(|()| Report::of(&folder.0, nothing()).unwrap());
+    let [first, second] = [(); 2].map(|()| Report::of(&folder.0, nothing(), Pictures::draw().unwrap()).unwrap());
     assert_eq!(first.html, second.html);
     assert_eq!(first.data, second.data);
     assert!(first.html.contains("Passed: 9 cases"), "no verdict");
@@ -77,7 +90,7 @@ fn the_same_audit_gives_the_same_bytes() {
 fn the_page_needs_nothing_from_elsewhere_and_every_file_it_names_lies_beside_it() {
     let folder = Folder::new("alone");
     audit(&folder, None).unwrap();
-    let Report { html, data, copied } = Report::of(&folder.0, nothing()).unwrap();
+    let Report { html, data, copied } = Report::of(&folder.0, nothing(), drawn()).unwrap();
     let mut beside: Vec<String> = data.iter().map(|(name, _)| (*name).to_owned()).collect();
     beside.extend(copied.iter().map(|path| path.file_name().unwrap().to_string_lossy().into_owned()));
     for address in
@@ -96,7 +109,7 @@ fn the_page_needs_nothing_from_elsewhere_and_every_file_it_names_lies_beside_it(
 fn a_violation_stands_at_the_top_with_its_command() {
     let folder = Folder::new("failed");
     audit(&folder, Some("value is 1 & the gate is < 1")).unwrap();
-    let html = Report::of(&folder.0, nothing()).unwrap().html;
+    let html = Report::of(&folder.0, nothing(), drawn()).unwrap().html;
     let top = &html[..html.find("id=\"accuracy\"").unwrap()];
     assert!(top.contains("FAILED: 9 cases") && top.contains("class=\"verdict failed\""), "{top}");
     assert!(top.contains("value is 1 &amp; the gate is &lt; 1: <code>cargo xtask replay generic:1:0</code>"), "{top}");
@@ -106,10 +119,123 @@ fn a_violation_stands_at_the_top_with_its_command() {
 fn diagrams_of_a_benchmark_are_taken_in_and_their_absence_is_said() {
     let (folder, bench) = (Folder::new("bench"), Folder::new("diagrams"));
     audit(&folder, None).unwrap();
-    assert!(Report::of(&folder.0, nothing()).unwrap().html.contains("the benchmark has not been run"));
+    assert!(Report::of(&folder.0, nothing(), drawn()).unwrap().html.contains("the benchmark has not been run"));
     fs::write(bench.join("far.svg"), "<svg xmlns=\"http://www.w3.org/2000/svg\"><title>Far away</title></svg>").unwrap();
     fs::write(bench.join("far.csv"), "method,error,ns\n").unwrap();
-    let Report { html, copied, .. } = Report::of(&folder.0, &bench.0).unwrap();
+    let Report { html, copied, .. } = Report::of(&folder.0, &bench.0, drawn()).unwrap();
     assert!(html.contains("alt=\"Far away. ") && html.contains("data:image/svg+xml;base64,") && !html.contains("no-bench"));
     assert!(copied.contains(&bench.join("far.csv")));
+}
+
+/// What follows each occurrence of `start`, up to `end`.
+fn pieces<'a>(html: &'a str, start: &str, end: &str) -> Vec<&'a str> {
+    html.split(start).skip(1).map(|rest| rest.split(end).next().unwrap()).collect()
+}
+
+/// A small page with the diagram of a benchmark, and the bytes of the tables beside it.
+fn page(name: &str) -> (String, Vec<(String, String)>) {
+    let (folder, bench) = (Folder::new(name), Folder::new(&format!("{name}-diagrams")));
+    audit(&folder, None).unwrap();
+    fs::write(bench.join("far.svg"), "<svg xmlns=\"http://www.w3.org/2000/svg\"><text>Far away</text></svg>").unwrap();
+    let row = "emission,method,value error worst,gradient error worst,ns median\nconstant,closed form,1e-16,1e-15,65.4\n";
+    fs::write(bench.join("far.csv"), row).unwrap();
+    let Report { html, data, copied } = Report::of(&folder.0, &bench.0, drawn()).unwrap();
+    let mut files: Vec<(String, String)> =
+        data.into_iter().map(|(name, bytes)| (name.to_owned(), String::from_utf8(bytes).unwrap())).collect();
+    let name = |path: &PathBuf| path.file_name().unwrap().to_string_lossy().into_owned();
+    files.extend(copied.iter().map(|path| (name(path), fs::read_to_string(path).unwrap())));
+    (html, files)
+}
+
+#[test]
+fn every_plot_has_a_name_a_description_and_axes_with_units() {
+    let (html, _) = page("plots");
+    let plots = pieces(&html, "<svg class=\"plot", "</svg>");
+    assert!(plots.len() > 20, "{}", plots.len());
+    for plot in plots {
+        let [title, description] = ["title", "desc"].map(|of| pieces(plot, &format!("<{of}>"), "</")[0]);
+        assert!(title.len() > 10 && description.len() > 20, "{title}: {description}");
+        assert!(plot.contains(&format!("aria-label=\"{title}")), "{title}");
+        let texts = pieces(plot, "<text", "</text>");
+        let units = texts.iter().filter(|text| text.split_once('>').is_some_and(|(_, text)| text.contains('('))).count();
+        assert!(units > 0, "{title} has no axis with its unit");
+    }
+    for image in pieces(&html, "<img", ">") {
+        assert!(image.contains("alt=\"Far away. 1 methods at 1 settings. Quickest to 1e-12, constant"), "{image}");
+    }
+}
+
+#[test]
+fn every_section_with_a_plot_or_a_table_names_its_files() {
+    let (html, files) = page("sections");
+    let (mut shown, mut named) = (0, Vec::new());
+    for section in pieces(&html, "<h2 id=\"", "<h2 id=\"") {
+        let id = section.split('"').next().unwrap();
+        if id != "data"
+            && ["<svg class=\"plot", "<svg class=\"sketch", "<table", "<img"].iter().any(|what| section.contains(what))
+        {
+            shown += 1;
+            let of_section: Vec<&str> =
+                pieces(section, "href=\"", "\"").into_iter().filter(|file| file.ends_with(".csv")).collect();
+            assert!(!of_section.is_empty(), "{id} names no file");
+            named.extend(of_section);
+        }
+    }
+    assert!(shown >= 10, "{shown}");
+    // Nothing made here lies beside the page unmentioned.
+    for (name, _) in
+        files.iter().filter(|(name, _)| name.ends_with(".csv") && !name.contains("-run") && !name.contains("violations"))
+    {
+        let is_of_command_line = ["bounds-times.csv", "errors.csv"].contains(&name.as_str());
+        assert!(is_of_command_line || named.contains(&name.as_str()), "no section names {name}");
+    }
+}
+
+#[test]
+fn every_number_of_a_table_is_in_a_file_that_it_names_and_every_table_sorts() {
+    let (html, files) = page("numbers");
+    let numbers = |name: &str| -> Vec<f64> {
+        let text = &files.iter().find(|(file, _)| file == name).unwrap_or_else(|| panic!("{name} is not there")).1;
+        let mut reader = csv::ReaderBuilder::new().has_headers(false).flexible(true).from_reader(text.as_bytes());
+        let rows: Vec<csv::StringRecord> = reader.records().map(Result::unwrap).collect();
+        rows.iter().flat_map(|row| row.iter().filter_map(|field| field.trim_start_matches('<').parse().ok())).collect()
+    };
+    let tables = pieces(&html, "<p class=\"note of-table\">", "</table>");
+    assert_eq!(tables.len(), html.matches("<table").count(), "a table without a caption");
+    let mut checked = 0;
+    for table in tables {
+        let (caption, body) = table.split_once("</p>").unwrap();
+        assert!(
+            body.contains("<table class=\"sortable\"") && pieces(body, "<th ", "</th>").iter().all(|th| th.contains("<button"))
+        );
+        let there: Vec<f64> = pieces(caption, "href=\"", "\"").into_iter().flat_map(numbers).collect();
+        for key in pieces(body, "<td class=\"number\" data-key=\"", "\"") {
+            let number: f64 = key.parse().unwrap();
+            let near = |other: &f64| {
+                *other == number || (other - number).abs() <= 1e-3 * number.abs() || (number.abs() < 1e-12 && other.abs() < 1e-12)
+            };
+            assert!(there.iter().any(near), "{key} is not in a file of the table: {caption}");
+            checked += 1;
+        }
+    }
+    assert!(checked > 200, "{checked}");
+}
+
+#[test]
+fn the_numbers_of_the_verdict_are_in_the_records_of_the_run() {
+    let (html, files) = page("verdict");
+    // Thousands are set apart on the page only.
+    let verdict = pieces(&html, "id=\"verdict\">", "</p>")[0].replace(',', "");
+    let all: String = files.iter().filter(|(name, _)| name.ends_with(".csv")).map(|(_, text)| text.as_str()).collect();
+    let words = verdict.split(|c: char| c.is_whitespace() || ";()".contains(c)).map(|word| word.trim_end_matches(['.', ':']));
+    let numbers: Vec<&str> = words.filter(|word| word.parse::<f64>().is_ok()).collect();
+    // The caught slips are counted from their rows.
+    let slips = numbers.len() - 2;
+    assert!(numbers.len() >= 8, "{verdict}");
+    let fields: Vec<&str> = all.split([',', '\n']).collect();
+    for number in &numbers[..slips] {
+        assert!(fields.contains(number), "{number} of \"{verdict}\" is in no file");
+    }
+    let caught = all.lines().filter(|line| line.contains(",caught")).count();
+    assert_eq!(numbers[slips..], [caught.to_string(), Slip::ALL.len().to_string()], "{verdict}");
 }
