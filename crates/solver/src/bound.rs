@@ -219,9 +219,9 @@ impl Bounds {
         mesh.elements()[element].area() * importance * self.residuals[which][element][channel].mean()
     }
 
-    /// The largest importance of a receiver, over all channels.
-    pub(crate) fn largest_importance(&self, receiver: usize) -> f64 {
-        self.importance[receiver].iter().copied().fold(0.0, f64::max)
+    /// The mean magnitude of what a receiver leaves out.
+    pub(crate) fn left_out(&self, receiver: usize, channel: usize) -> f64 {
+        self.residuals[1][receiver][channel].mean()
     }
 
     /// Mean errors of receivers, `A_i e_i <= rho_i sum_j max F_ij A_j (|r|_j + e_j)`, from those that hold already and from the

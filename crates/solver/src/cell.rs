@@ -8,7 +8,7 @@
 
 use radgrad_core::DVec3;
 
-use crate::basis::{Basis, Shape, in_parent};
+use crate::basis::{Basis, MAX_DEGREE, Shape, in_parent};
 use crate::element::Element;
 use crate::rule::{self, Node};
 use crate::transfer::Station;
@@ -20,6 +20,15 @@ const MOST: usize = 10;
 /// What the error of a function may be over that of the first, the form factor: what elements send out varies less over them
 /// than it is.
 const ROUGHER: f64 = 20.0;
+
+/// Powers of a number up to the largest degree.
+fn powers_of(x: f64) -> [f64; MAX_DEGREE + 1] {
+    let mut powers = [1.0; MAX_DEGREE + 1];
+    for k in 0..MAX_DEGREE {
+        powers[k + 1] = powers[k] * x;
+    }
+    powers
+}
 
 /// How often a cell is divided before the closed forms have to answer: they cost as much as hundreds of nodes, which is what
 /// rules need near by for few digits, and less than they need for many.
@@ -133,7 +142,7 @@ impl<'a> Sums<'a> {
             let inverse = 1.0 / r.length_squared();
             let kernel = node.weight * scale * inverse * inverse * normal.dot(r);
             let [s, t] = cell.at(node.at);
-            let (s, t) = ([1.0, s, s * s, s * s * s], [1.0, t, t * t, t * t * t]);
+            let (s, t) = (powers_of(s), powers_of(t));
             for (sum, &[i, j]) in self.moments.iter_mut().zip(powers) {
                 *sum += kernel * s[i] * t[j];
             }

@@ -10,6 +10,7 @@ use radgrad_scene::triangulate;
 
 use crate::Error;
 use crate::basis::{Basis, Shape, in_parent};
+use crate::residual::POWERS;
 use crate::rule;
 
 /// The fourth corner of a parallelogram may be off by this fraction of its size: the rounding of coordinates.
@@ -28,8 +29,8 @@ pub struct Element {
     centre: DVec3,
     /// Largest distance of a corner from the centre.
     radius: f64,
-    /// Root mean square of the distance from the centre to the power of 0 to 4.
-    arms: [f64; 5],
+    /// Root mean square of the distance from the centre to powers from 0 on.
+    arms: [f64; POWERS],
     face: usize,
     parent: Option<usize>,
     /// The first of the four children; they follow each other.
@@ -50,16 +51,16 @@ impl Element {
             Shape::Parallelogram => origin + 0.5 * (axes[0] + axes[1]),
             Shape::Triangle => origin + (axes[0] + axes[1]) / 3.0,
         };
-        // Exact for polynomials of degree 8.
+        // Exact for polynomials of twice the largest power.
         let rule = match shape {
-            Shape::Parallelogram => rule::product(5),
-            Shape::Triangle => rule::collapsed(5),
+            Shape::Parallelogram => rule::product(POWERS),
+            Shape::Triangle => rule::collapsed(POWERS),
         };
         let squares = rule.iter().map(|n| (n.weight, (origin + axes[0] * n.at[0] + axes[1] * n.at[1] - centre).length_squared()));
         let squares: Vec<(f64, f64)> = squares.collect();
         let mut powers = squares.clone();
         powers.iter_mut().for_each(|p| p.1 = 1.0);
-        let mut arms = [1.0; 5];
+        let mut arms = [1.0; POWERS];
         for arm in &mut arms {
             *arm = powers.iter().map(|(weight, power)| weight * power).sum::<f64>().sqrt();
             powers.iter_mut().zip(&squares).for_each(|(p, s)| p.1 *= s.1);

@@ -17,13 +17,13 @@
 //! `|D^m k|/m! mean(d^m |r|)`, d the distance from each leaf's centre, since the kernel's Taylor polynomial there may be, with
 //! what r has of lower powers beside it. The least counts: an oscillating residual counts for little.
 
-use crate::basis::Basis;
+use crate::basis::{Basis, MAX_DEGREE};
 use crate::element::Element;
 use crate::ledger::Ledger;
 use crate::transfer::Kernel;
 
 /// Powers of the distance of which means are kept.
-const POWERS: usize = 5;
+pub(crate) const POWERS: usize = MAX_DEGREE + 2;
 
 /// Bounds on what is left out over an element; of one that is divided, over those below it.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]

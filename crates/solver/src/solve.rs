@@ -196,7 +196,10 @@ pub fn solve_from(
     let (low, high) = scene.bounds().unwrap_or((DVec3::ZERO, DVec3::ZERO));
     let progress = Progress { round: 0, elements: 0, links: 0, bound: f64::INFINITY };
     let receivers: Vec<usize> = mesh.leaves().collect();
-    let lamps = Lamps::of(&mesh, &surfaces);
+    let found = Lamps::of(&mesh, &surfaces);
+    let precision = if found.is_empty() { GLOWING_PART } else { EVALUATION_PART };
+    // Gradients are of all light together.
+    let lamps = if options.marking == Marking::Gradient { Lamps::default() } else { found };
     let mut solution = Solution {
         rules: Rules::new(),
         direct: Vec::new(),
@@ -206,7 +209,7 @@ pub fn solve_from(
         receivers,
         bounds: Bounds::default(),
         extent: (high - low).max_element(),
-        absolute: options.error * if lamps.is_empty() { GLOWING_PART } else { EVALUATION_PART },
+        absolute: options.error * precision,
         mean: vec![0.0; channels.len()],
         lamps,
         mesh,
@@ -495,16 +498,18 @@ impl Solution {
     /// Divides the receivers that leave out most.
     fn divide(&mut self, options: &Options) -> Result<(), Error> {
         let indicator = |receiver: usize| {
-            let of = |channel: usize| ratio(self.bounds.share(&self.mesh, 1, receiver, channel), self.mean[channel]);
-            let share = (0..self.channels.len()).map(of).fold(0.0, f64::max);
-            let by_gradient = match options.marking {
-                Marking::Residual => 0.0,
+            let worst = |of: &dyn Fn(usize) -> f64| {
+                (0..self.channels.len()).map(|channel| ratio(of(channel), self.mean[channel])).fold(0.0, f64::max)
+            };
+            let off = match options.marking {
+                Marking::Residual => worst(&|channel| self.bounds.share(&self.mesh, 1, receiver, channel)),
                 Marking::Gradient => {
-                    let weight = self.mesh.elements()[receiver].area() * self.bounds.largest_importance(receiver);
-                    marking::BESIDE_RESIDUAL * weight * self.off_by_gradient(receiver)?
+                    let residual = worst(&|channel| self.bounds.left_out(receiver, channel));
+                    let off = residual + marking::BESIDE_RESIDUAL * self.off_by_gradient(receiver)?;
+                    self.mesh.elements()[receiver].area() * off
                 }
             };
-            Ok((share + by_gradient, receiver))
+            Ok((off, receiver))
         };
         let marked = for_each(&self.receivers, indicator)?;
         let divided = if options.uniform { self.receivers.clone() } else { bulk(marked) };

@@ -13,13 +13,14 @@
 use radgrad_core::{DVec3, Polygon, Receiver, Tolerance, evaluate_value};
 
 use crate::Error;
+use crate::basis::MAX_DEGREE;
 use crate::cell::{Rules, Sums};
 use crate::element::Element;
 use crate::mesh::{Mesh, Sight};
 use crate::visible::Visible;
 
 /// `(m+1)(m+2)(m+3)/6`, after a 0.
-const GEGENBAUER: [f64; 6] = [0.0, 1.0, 4.0, 10.0, 20.0, 35.0];
+const GEGENBAUER: [f64; MAX_DEGREE + 3] = [0.0, 1.0, 4.0, 10.0, 20.0, 35.0, 56.0];
 
 /// What the functions of an element give to a point.
 #[derive(Debug, Clone, Default)]
