@@ -175,6 +175,12 @@ impl Texture {
         self.texel([floor(u * self.columns as f64), floor(v * self.rows as f64)])
     }
 
+    /// The largest value in a channel; 0 if there is no such channel.
+    #[must_use]
+    pub fn largest(&self, channel: usize) -> f64 {
+        self.values().filter(|value| value.2 == channel).fold(0.0, |most, (value, _, _)| most.max(value))
+    }
+
     /// All values with their texel `[column, row]` and channel.
     pub(crate) fn values(&self) -> impl Iterator<Item = (f64, [usize; 2], usize)> {
         let place = move |index: usize| {

@@ -178,6 +178,17 @@ impl Basis {
         }
     }
 
+    /// The shape of the elements that it is for.
+    #[must_use]
+    pub const fn shape(&self) -> Shape {
+        self.shape
+    }
+
+    /// Bernstein coefficients of what has these coefficients.
+    pub(crate) fn bernstein(&self, coefficients: &[f64]) -> Vec<f64> {
+        self.bernstein.iter().map(|row| dot(row, coefficients)).collect()
+    }
+
     /// Least and largest value over the element, or beyond them: the range of the Bernstein coefficients.
     #[must_use]
     pub fn range(&self, coefficients: &[f64]) -> [f64; 2] {

@@ -3,7 +3,7 @@
 //! `B = E + rho G B`, with a kernel that is nowhere negative. Let `B_h` be the piecewise polynomial radiosity, `B_g = E + rho G
 //! B_h` what one exact gather makes of it, and `r = B_g - B_h` the residual ([`crate::residual`]). The error of the gather obeys
 //! `B - B_g = rho G (B - B_g) + rho G r`. So any w with `w >= rho |G r| + rho G w` bounds it, and `|B - B_h| <= w + |r|`. We take
-//! w constant on each leaf.
+//! w on each leaf a constant times the reflectance.
 //!
 //! # The gather of the residual
 //! From a source, at a point with form factor F, with P and S the largest value and the largest slope of the kernel times the
@@ -21,11 +21,11 @@
 use rayon::prelude::*;
 
 use crate::field::Field;
-use crate::gathering::Surfaces;
 use crate::ledger::Ledger;
 use crate::link::Link;
 use crate::mesh::Mesh;
 use crate::residual::Residual;
+use crate::surfaces::Surfaces;
 use crate::transfer::Row;
 
 /// Sweeps after which there is no bound: far more than any reflectance below 0.99 needs.
@@ -81,7 +81,7 @@ impl Bounds {
                 bounds.mean[leaf] = next.iter().map(|w| w[0] * margin).collect();
                 bounds.variation[leaf] = next.iter().map(|w| w[1]).collect();
             }
-            bounds.pull(mesh);
+            bounds.pull(mesh, surfaces);
             if !rising {
                 let check = bounds.swept(mesh, surfaces, leaves, links);
                 let holds = |(leaf, next): (&usize, &Vec<[Ledger; 2]>)| {
@@ -98,8 +98,8 @@ impl Bounds {
     /// `rho |G r| + rho G w` on each leaf: the largest at a node, and by how much the least is less.
     fn swept(&self, mesh: &Mesh, surfaces: &Surfaces, leaves: &[usize], links: &[Vec<Link>]) -> Vec<Vec<[Ledger; 2]>> {
         let of_leaf = |&leaf: &usize| {
-            let rho = &surfaces.reflectance[mesh.elements()[leaf].face()];
-            let of_channel = |(channel, rho): (usize, &f64)| {
+            let of_channel = |channel: usize| {
+                let [rho, largest] = surfaces.reflectance_on(mesh, leaf, channel);
                 let mut at_nodes = vec![Ledger::default(); mesh.basis(leaf).nodes().len()];
                 for link in &links[leaf] {
                     for (sum, row) in at_nodes.iter_mut().zip(&link.rows) {
@@ -108,9 +108,9 @@ impl Bounds {
                 }
                 let most = at_nodes.iter().fold(Ledger::default(), |m, h| m.zip(*h, f64::max));
                 let least = at_nodes.iter().fold(most, |m, h| m.zip(*h, f64::min));
-                [most * *rho, (most + least * -1.0) * *rho]
+                [most * rho, (most + least * -1.0) * largest]
             };
-            rho.iter().enumerate().map(of_channel).collect()
+            (0..self.mean[leaf].len()).map(of_channel).collect()
         };
         leaves.par_iter().map(of_leaf).collect()
     }
@@ -132,10 +132,16 @@ impl Bounds {
         of_bound + rest * factor + Ledger { discretisation: oscillating, ..Ledger::default() }
     }
 
-    fn pull(&mut self, mesh: &Mesh) {
+    fn pull(&mut self, mesh: &Mesh, surfaces: &Surfaces) {
         for index in (0..mesh.elements().len()).rev() {
             match mesh.elements()[index].children() {
-                None => self.largest[index] = self.mean[index].clone(),
+                None => {
+                    let largest = |(channel, w): (usize, &Ledger)| {
+                        let [mean, largest] = surfaces.reflectance_on(mesh, index, channel);
+                        if largest > mean { *w * (largest / mean) } else { *w }
+                    };
+                    self.largest[index] = self.mean[index].iter().enumerate().map(largest).collect();
+                }
                 Some(first) => {
                     for channel in 0..self.mean[index].len() {
                         let children = first..first + 4;

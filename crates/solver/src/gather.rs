@@ -75,8 +75,7 @@ impl Solution {
                 }
             }
         }
-        let rho = &self.surfaces.reflectance[face];
-        let emitted = &self.surfaces.emitted[face];
+        let [rho, emitted] = self.surfaces.at(face, point);
         let rounding =
             |c: usize| 2.0 * f64::EPSILON * (self.links[leaf].len() + 2) as f64 * (rho[c] * sums[c].abs() + emitted[c]);
         Ok(Gathered {

@@ -37,6 +37,8 @@ mod mesh;
 mod residual;
 mod rule;
 mod solve;
+mod surfaces;
+mod texture;
 mod transfer;
 
 pub use basis::{Basis, MAX_DEGREE, Shape};

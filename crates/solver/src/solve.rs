@@ -11,10 +11,12 @@ use rayon::prelude::*;
 use crate::Error;
 use crate::bound::Bounds;
 use crate::field::Field;
-use crate::gathering::{self, Surfaces};
+use crate::gathering;
 use crate::ledger::Ledger;
 use crate::link::{Link, for_leaves};
 use crate::mesh::Mesh;
+use crate::residual::Residual;
+use crate::surfaces::Surfaces;
 use crate::transfer::{FarRules, Optics};
 
 /// What is asked for.
@@ -122,15 +124,6 @@ pub fn solve(scene: &Scene, options: &Options, mut watch: impl FnMut(&Solution) 
         leaves.into_iter().try_for_each(|leaf| mesh.divide(leaf))?;
     }
     let channels = scene.channels().to_vec();
-    let of_face = |value: &dyn Fn(&radgrad_scene::Material, usize) -> f64| {
-        let of =
-            |face: &radgrad_scene::Face| (0..channels.len()).map(|c| value(&scene.materials()[face.material()], c)).collect();
-        scene.faces().iter().map(of).collect::<Vec<Vec<f64>>>()
-    };
-    let surfaces = Surfaces {
-        reflectance: of_face(&|material, c| material.reflectance()[c]),
-        emitted: of_face(&|material, c| material.emitted_radiosity(c).unwrap_or(0.0)),
-    };
     let (low, high) = scene.bounds().unwrap_or((DVec3::ZERO, DVec3::ZERO));
     let progress = Progress { round: 0, elements: 0, links: 0, bound: f64::INFINITY };
     let mut solution = Solution {
@@ -142,7 +135,7 @@ pub fn solve(scene: &Scene, options: &Options, mut watch: impl FnMut(&Solution) 
         absolute: EVALUATION_PART * options.error,
         mean: vec![0.0; channels.len()],
         mesh,
-        surfaces,
+        surfaces: Surfaces::of(scene),
         channels,
         progress,
     };
@@ -163,6 +156,7 @@ impl Solution {
         let leaves: Vec<usize> = self.mesh.leaves().collect();
         self.link(&leaves)?;
         self.field.grow(&self.mesh);
+        self.surfaces.grow(&self.mesh);
         // What a round cannot reach anyway is not paid for.
         let aim = options.error.max(0.5 * self.progress.bound.min(1.0));
         self.sweep(&leaves, 1e-2 * aim);
@@ -249,7 +243,10 @@ impl Solution {
     fn divide(&mut self, options: &Options) -> Result<(), Error> {
         let leaves: Vec<usize> = self.mesh.leaves().collect();
         let indicator = |leaf: usize| {
-            let relative = self.bounds.residual[leaf].iter().zip(&self.mean).map(|(r, mean)| ratio(r.mean, *mean));
+            // A texture's detail stays when leaves become smaller; what it does elsewhere becomes less as they do.
+            let fades = (self.mesh.elements()[leaf].radius() / self.extent).min(1.0);
+            let counts = |r: &Residual| r.mean - r.texture.mean * (1.0 - fades);
+            let relative = self.bounds.residual[leaf].iter().zip(&self.mean).map(|(r, mean)| ratio(counts(r), *mean));
             self.mesh.elements()[leaf].area() * relative.fold(0.0, f64::max)
         };
         let mut marked: Vec<(f64, usize)> = leaves.iter().map(|&leaf| (indicator(leaf), leaf)).collect();
@@ -302,10 +299,11 @@ impl Solution {
         (0..self.channels.len()).map(of_channel).collect()
     }
 
-    /// Bound on the error of the polynomial on a leaf, at every point of it, in each channel.
+    /// Bound on the error of the polynomial on a leaf, at every point of it, in each channel; the detail of textures, which no
+    /// polynomial has, is in it.
     #[must_use]
     pub fn bound_on(&self, leaf: usize) -> Vec<Ledger> {
-        let (w, v, r) = (&self.bounds.mean[leaf], &self.bounds.variation[leaf], &self.bounds.residual[leaf]);
+        let (w, v, r) = (&self.bounds.largest[leaf], &self.bounds.variation[leaf], &self.bounds.residual[leaf]);
         (0..w.len()).map(|c| w[c] + v[c] + r[c].largest).collect()
     }
 
@@ -314,6 +312,32 @@ impl Solution {
     pub fn value_on(&self, leaf: usize, channel: usize, reference: [f64; 2]) -> f64 {
         let basis = self.mesh.basis(leaf);
         self.field.of(leaf, channel, basis.len()).iter().zip(basis.values(reference)).map(|(c, v)| c * v).sum()
+    }
+
+    /// Irradiance on a leaf as a polynomial, in a channel: its coefficients in the leaf's basis.
+    #[must_use]
+    pub fn irradiance_on(&self, leaf: usize, channel: usize) -> Vec<f64> {
+        let basis = self.mesh.basis(leaf);
+        basis.project(&gathering::irradiance(&self.mesh, &self.field, &self.links[leaf], channel, basis.nodes().len()))
+    }
+
+    /// `E + rho H` at a point of a leaf with the irradiance as a polynomial, in a channel, where [`Self::value_on`] has the
+    /// projection of the whole: the detail of textures is in it.
+    /// `irradiance` is that of [`Self::irradiance_on`].
+    #[must_use]
+    pub fn textured_on(&self, leaf: usize, channel: usize, irradiance: &[f64], reference: [f64; 2]) -> f64 {
+        let (basis, element) = (self.mesh.basis(leaf), &self.mesh.elements()[leaf]);
+        let [rho, emitted] = self.surfaces.at(element.face(), element.point(reference));
+        let received: f64 = irradiance.iter().zip(basis.values(reference)).map(|(c, v)| c * v).sum();
+        emitted[channel] + rho[channel] * received
+    }
+
+    /// Bound on the error of [`Self::textured_on`], at every point of a leaf, in each channel.
+    #[must_use]
+    pub fn textured_bound_on(&self, leaf: usize) -> Vec<Ledger> {
+        let without =
+            |(bound, r): (Ledger, &Residual)| Ledger { discretisation: bound.discretisation - r.texture.largest, ..bound };
+        self.bound_on(leaf).into_iter().zip(&self.bounds.residual[leaf]).map(without).collect()
     }
 
     /// Gradient of the polynomial on a leaf over the leaf's plane, in a channel.
