@@ -13,6 +13,7 @@ mod material;
 mod note;
 pub(crate) mod split;
 
+use std::f64::consts::PI;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -295,8 +296,10 @@ impl Scene {
         }
     }
 
-    /// Mean of a quantity over a face in a channel.
-    fn mean_over(&self, face: &Face, quantity: Quantity, channel: usize) -> f64 {
+    /// Mean of a quantity over a face in a channel, exact up to rounding; 0 if there is no such face or channel.
+    #[must_use]
+    pub fn mean_over(&self, face: usize, quantity: Quantity, channel: usize) -> f64 {
+        let Some(face) = self.faces.get(face) else { return 0.0 };
         let material = &self.materials[face.material];
         let factor = material.factors(quantity).get(channel).copied().unwrap_or(0.0);
         let (Some(texture), Some(chart)) = (material.texture(quantity), face.chart(quantity)) else { return factor };
@@ -401,8 +404,8 @@ impl Scene {
     /// Power emitted by all faces in a channel: the sum of area times pi times radiance. 0 if there is no such channel.
     #[must_use]
     pub fn emitted_power(&self, channel: usize) -> f64 {
-        let radiance = |face: &Face| self.mean_over(face, Quantity::Radiance, channel);
-        self.faces.iter().map(|face| face.polygon.area() * std::f64::consts::PI * radiance(face)).sum()
+        let power = |(index, face): (usize, &Face)| face.polygon.area() * PI * self.mean_over(index, Quantity::Radiance, channel);
+        self.faces.iter().enumerate().map(power).sum()
     }
 
     /// Lowest and highest coordinates of all faces, if there are any.

@@ -15,6 +15,10 @@ use crate::basis::{Basis, Shape};
 use crate::element::Element;
 use crate::rule::{self, Node};
 
+/// Pieces of no more than this part of a leaf are what rounding leaves along edges that coincide, of texels of two textures or of
+/// a texel and the leaf: which texel is there is not determined.
+const SLIVER: f64 = 1e-13;
+
 /// What the textures of one channel do to polynomials on a leaf.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Pattern {
@@ -99,6 +103,9 @@ impl Pattern {
             self.crossed[index] += rho * e * function;
         }
         self.emitted_squared += e * e * products[0];
+        if products[0] <= SLIVER {
+            return;
+        }
         if self.pairs.len() >= 64 {
             self.pairs = hull(std::mem::take(&mut self.pairs));
         }
