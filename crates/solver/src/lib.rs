@@ -26,6 +26,7 @@
 
 mod basis;
 mod bound;
+pub mod curved;
 mod element;
 mod error;
 mod field;

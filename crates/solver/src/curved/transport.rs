@@ -1,0 +1,144 @@
+//! What a point receives from a part: `G(E)` and `G(rho phi_k)` for each function of its basis.
+//!
+//! From a flat part of one reflectance and emission that nothing can hide, the closed forms of `radgrad-core` with their bounds.
+//! From any other, cubature over its coordinates of
+//! `max(0, n1.r) max(0, -n2.r) |x_u x x_v| / (pi r^4)` where x sees it. Between two points of one sphere the kernel is `1/(4 pi
+//! R^2)`; between two of one cylinder both products are `q^2/2R`, q the part of r across the axis: there nothing is lost where r is
+//! short. On other patches the kernel of near points is a difference that rounds to about `eps (R/r)^2` of its value, on an area
+//! like `r^2`: the integral loses an eps for each halving of the cells.
+
+use std::f64::consts::{FRAC_1_PI, PI};
+
+use radgrad_core::{DVec3, Receiver, Tolerance, evaluate_value};
+
+use super::cubature::{self, Integrals};
+use super::part::{Ground, Part};
+use super::patch::{Form, Patch, Spot};
+use super::sight::{self, Station};
+use super::value::Value;
+use crate::Error;
+use crate::basis::{Basis, Shape};
+
+/// What transport needs of a scene.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Transport<'a> {
+    pub(super) patches: &'a [&'a Patch],
+    /// Reflectance and emission of each patch.
+    pub(super) values: &'a [[Value; 2]],
+    /// Patches that may hide others.
+    pub(super) blockers: &'a [usize],
+    pub(super) bases: &'a [Basis; 2],
+    /// Error an integral may have, and cells it may take.
+    pub(super) tolerance: f64,
+    pub(super) most_cells: usize,
+}
+
+impl Transport<'_> {
+    pub(super) fn basis(&self, part: &Part) -> &Basis {
+        &self.bases[usize::from(part.shape() == Shape::Triangle)]
+    }
+
+    /// Reflectance and emission at a point of a patch.
+    pub(super) fn at(&self, patch: usize, point: DVec3) -> Result<[f64; 2], Error> {
+        let [reflectance, emitted] = &self.values[patch];
+        Ok([reflectance.at(point, patch, "reflectance")?, emitted.at(point, patch, "emission")?])
+    }
+
+    /// The functions of a part first, the emission last.
+    pub(super) fn row(&self, receiver: &Station, part: &Part) -> Result<Integrals, Error> {
+        let count = self.basis(part).len() + 1;
+        if receiver.patch == part.patch && matches!(part.ground, Ground::Flat(_)) {
+            return Ok(Integrals { values: vec![0.0; count], errors: vec![0.0; count] });
+        }
+        let may = |b: &usize| self.blocks(*b, [receiver.patch, part.patch]) && !self.apart(*b, receiver, part);
+        let between: Vec<usize> = self.blockers.iter().copied().filter(may).collect();
+        if between.is_empty()
+            && let Some(row) = self.closed(receiver, part)?
+        {
+            return Ok(row);
+        }
+        let basis = self.basis(part);
+        cubature::integrate(count, self.tolerance, self.most_cells, |square, sums| {
+            let sample = part.sample(self.patches, square);
+            let Some(kernel) = self.kernel(receiver, &sample.spot, part.patch) else { return Ok(false) };
+            let source = Station { patch: part.patch, spot: sample.spot };
+            if between.iter().any(|&b| sight::hides(b, self.patches[b], receiver, &source)) {
+                return Ok(false);
+            }
+            let weight = kernel * sample.spot.area;
+            let [rho, emitted] = self.at(part.patch, sample.spot.point)?;
+            for (sum, value) in sums.iter_mut().zip(basis.values(sample.reference)) {
+                *sum = weight * rho * value;
+            }
+            sums[count - 1] = weight * emitted;
+            Ok(true)
+        })
+    }
+
+    /// Whether a patch that may hide something may do so between two others: a flat one and one lit from outside are not in the
+    /// way of what they see.
+    fn blocks(&self, blocker: usize, ends: [usize; 2]) -> bool {
+        let own = match &self.patches[blocker].0 {
+            Form::Polygon(_) => true,
+            Form::Sphere(sphere) => sphere.outwards,
+            Form::Cylinder(cylinder) => cylinder.outwards,
+            _ => ends[0] == ends[1],
+        };
+        !(own && ends.contains(&blocker))
+    }
+
+    /// Whether a plane along two axes has a patch on one side, a point and a part on the other.
+    fn apart(&self, blocker: usize, receiver: &Station, part: &Part) -> bool {
+        let axes = [DVec3::X, DVec3::Y, DVec3::Z];
+        axes.into_iter().flat_map(|axis| [axis, -axis]).any(|axis| {
+            let nearest = -self.patches[blocker].farthest_along(-axis);
+            axis.dot(receiver.spot.point).max(part.farthest_along(self.patches, axis)) < nearest
+        })
+    }
+
+    fn closed(&self, receiver: &Station, part: &Part) -> Result<Option<Integrals>, Error> {
+        let ([Value::Constant(rho), Value::Constant(emitted)], Ground::Flat(element)) = (&self.values[part.patch], &part.ground)
+        else {
+            return Ok(None);
+        };
+        let (basis, refused) = (self.basis(part), |source| Error::Evaluation { face: receiver.patch, source });
+        let station = Receiver::new(receiver.spot.point, receiver.spot.normal, 1.0).map_err(refused)?;
+        let tolerance = Tolerance { relative: 0.0, absolute: self.tolerance };
+        let mut row = Integrals::default();
+        let mut factor = [0.0; 2];
+        for function in 0..basis.len() {
+            let value = evaluate_value(&station, element.emitter(function, basis)?, &[], tolerance).map_err(refused)?;
+            row.values.push(rho * value.radiosity);
+            row.errors.push(rho * value.radiosity_error);
+            if function == 0 {
+                factor = [value.radiosity, value.radiosity_error];
+            }
+        }
+        row.values.push(emitted * factor[0]);
+        row.errors.push(emitted * factor[1]);
+        Ok(Some(row))
+    }
+
+    /// `None` where one of the points is not on the lit side of the other; 0 for a point and itself.
+    fn kernel(&self, receiver: &Station, source: &Spot, patch: usize) -> Option<f64> {
+        let (x, n1) = (receiver.spot.point, receiver.spot.normal);
+        match (&self.patches[receiver.patch].0, &self.patches[patch].0) {
+            (Form::Sphere(a), Form::Sphere(b)) if a.centre == b.centre && a.radius == b.radius => {
+                return (!a.outwards && !b.outwards).then(|| 0.25 * FRAC_1_PI / (a.radius * a.radius));
+            }
+            (Form::Cylinder(a), Form::Cylinder(_)) if receiver.patch == patch => {
+                let r = source.point - x;
+                let (length, across) = (r.length_squared(), a.across(r).length_squared());
+                let cosine = across / (2.0 * a.radius * length);
+                return (!a.outwards).then_some(if length == 0.0 { 0.0 } else { cosine * cosine * FRAC_1_PI });
+            }
+            _ => {}
+        }
+        let r = source.point - x;
+        let (above, facing, length) = (n1.dot(r), -source.normal.dot(r), r.length_squared());
+        if length == 0.0 {
+            return Some(0.0);
+        }
+        (above > 0.0 && facing > 0.0).then(|| above * facing / (PI * length * length))
+    }
+}
