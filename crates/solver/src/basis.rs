@@ -131,6 +131,21 @@ impl Basis {
         self.functions.iter().map(|f| dot(f, &monomials)).collect()
     }
 
+    /// The same in a buffer that has their number.
+    pub(crate) fn fill(&self, [s, t]: [f64; 2], values: &mut [f64]) {
+        let powers = |x: f64| {
+            let mut powers = [1.0; MAX_DEGREE + 2];
+            for i in 1..powers.len() {
+                powers[i] = powers[i - 1] * x;
+            }
+            powers
+        };
+        let (of_s, of_t) = (powers(s), powers(t));
+        for (value, function) in values.iter_mut().zip(&self.functions) {
+            *value = function.iter().zip(&self.powers).map(|(c, &[i, j])| c * (of_s[i] * of_t[j])).sum();
+        }
+    }
+
     /// Derivatives of all functions with respect to `s` and `t` at a point.
     #[must_use]
     pub fn slopes(&self, [s, t]: [f64; 2]) -> Vec<[f64; 2]> {

@@ -15,6 +15,9 @@
 //! Solution -> gather   gather: E + rho G B_h at a point, with its bound
 //! ```
 //!
+//! Faces may have textures: reflection multiplies the irradiance, which is projected by itself, with texels (modules `surfaces`,
+//! `texture`; R. Gershbein, P. Schroeder and P. Hanrahan 1993). Curved patches have a solver of their own, [`curved`].
+//!
 //! # What is proven
 //! At a node and at a point: closed forms and their bounds, what links neglect, the residual of the linear system. Estimated:
 //! what the residual is between the nodes of an element ([`Ledger::discretisation`]), and that w on an element is no more than

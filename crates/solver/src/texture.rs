@@ -80,7 +80,8 @@ impl Pattern {
     }
 
     fn new(len: usize) -> Self {
-        let matrix = vec![0.0; len * len];
+        // Half of each, until all pieces are in.
+        let matrix = vec![0.0; len * (len + 1) / 2];
         Self {
             emitted: vec![0.0; len],
             reflected: matrix.clone(),
@@ -91,12 +92,12 @@ impl Pattern {
         }
     }
 
-    /// Adds a piece with the mean products of the functions over the leaf, restricted to the piece.
+    /// Adds a piece with the mean products of the functions over the leaf, restricted to the piece: of each with those from it on.
     fn add(&mut self, products: &[f64], [rho, e]: [f64; 2]) {
         let len = self.emitted.len();
-        for (index, product) in products.iter().enumerate() {
-            self.reflected[index] += rho * product;
-            self.squared[index] += rho * rho * product;
+        for ((reflected, squared), product) in self.reflected.iter_mut().zip(&mut self.squared).zip(products) {
+            *reflected += rho * product;
+            *squared += rho * rho * product;
         }
         for (index, function) in products.iter().take(len).enumerate() {
             self.emitted[index] += e * function;
@@ -128,7 +129,7 @@ pub(crate) fn patterns(scene: &Scene, element: &Element, basis: &Basis) -> Optio
     };
     let channels = scene.channels().len();
     let mut patterns = vec![Pattern::new(basis.len()); channels];
-    let rules = Rules::new(basis);
+    let mut rules = Rules::new(basis);
     cut(face, material, Quantity::Reflectance, element, corners, &mut |corners, rho| {
         cut(face, material, Quantity::Radiance, element, corners, &mut |corners, radiance| {
             let products = rules.products(basis, corners);
@@ -137,12 +138,14 @@ pub(crate) fn patterns(scene: &Scene, element: &Element, basis: &Basis) -> Optio
                     material.factors(quantity)[channel] * texel.map_or(1.0, |texel| texel[channel])
                 };
                 let pair = [value(Quantity::Reflectance, rho), std::f64::consts::PI * value(Quantity::Radiance, radiance)];
-                pattern.add(&products, pair);
+                pattern.add(products, pair);
             }
         });
     });
     for pattern in &mut patterns {
         pattern.pairs = hull(std::mem::take(&mut pattern.pairs));
+        pattern.reflected = square(&pattern.reflected, basis.len());
+        pattern.squared = square(&pattern.squared, basis.len());
     }
     Some(patterns)
 }
@@ -174,63 +177,68 @@ struct Rules {
     rectangle: Vec<Node>,
     /// On any triangle.
     triangle: Vec<Node>,
-    /// Weight of the whole element: means are over it.
+    /// Area of the whole element in its coordinates: means are over it.
     area: f64,
+    values: Vec<f64>,
+    products: Vec<f64>,
+}
+
+/// A symmetric matrix from what is on its diagonal and right of it, row by row.
+fn square(upper: &[f64], len: usize) -> Vec<f64> {
+    let at = |i: usize, k: usize| upper[i * len - i * (i + 1) / 2 + k];
+    (0..len * len).map(|index| at((index / len).min(index % len), (index / len).max(index % len))).collect()
 }
 
 impl Rules {
     fn new(basis: &Basis) -> Self {
         let degree = basis.degree();
         // Of total degree 4 and 2 times that of the basis; the rule carried from the square loses one.
-        match basis.shape() {
-            Shape::Parallelogram => {
-                Self { rectangle: rule::product(degree + 1), triangle: rule::collapsed(2 * degree + 1), area: 1.0 }
-            }
-            Shape::Triangle => Self { rectangle: rule::product(degree + 1), triangle: rule::collapsed(degree + 1), area: 0.5 },
-        }
+        let (triangle, area) = match basis.shape() {
+            Shape::Parallelogram => (rule::collapsed(2 * degree + 1), 1.0),
+            Shape::Triangle => (rule::collapsed(degree + 1), 0.5),
+        };
+        let (len, rectangle) = (basis.len(), rule::product(degree + 1));
+        Self { rectangle, triangle, area, values: vec![0.0; len], products: vec![0.0; len * (len + 1) / 2] }
     }
 
-    /// Means over the element of the products of any two functions on a convex part of it.
-    fn products(&self, basis: &Basis, corners: &[[f64; 2]]) -> Vec<f64> {
-        let mut products = vec![0.0; basis.len() * basis.len()];
+    /// Means over the element of the products of any two functions on a convex part of it: of each with those from it on.
+    fn products(&mut self, basis: &Basis, corners: &[[f64; 2]]) -> &[f64] {
+        let Self { rectangle, triangle, area, values, products } = self;
+        products.fill(0.0);
         let mut add = |at: [f64; 2], weight: f64| {
-            let values = basis.values(at);
+            basis.fill(at, values);
+            let mut rest = &mut products[..];
             for (i, a) in values.iter().enumerate() {
-                for (k, b) in values.iter().enumerate().skip(i) {
-                    products[i * values.len() + k] += weight * a * b;
-                }
+                let (row, after) = rest.split_at_mut(values.len() - i);
+                row.iter_mut().zip(&values[i..]).for_each(|(sum, b)| *sum += weight * a * b);
+                rest = after;
             }
         };
-        if let Some([low, high]) = rectangle(corners) {
+        if let Some([low, high]) = along_axes(corners) {
             let size = [high[0] - low[0], high[1] - low[1]];
-            for node in &self.rectangle {
-                add([0, 1].map(|k| low[k] + size[k] * node.at[k]), node.weight * size[0] * size[1] / self.area);
+            for node in &*rectangle {
+                add([0, 1].map(|k| low[k] + size[k] * node.at[k]), node.weight * size[0] * size[1] / *area);
             }
         } else {
             for i in 1..corners.len() - 1 {
                 let [a, b, c] = [corners[0], corners[i], corners[i + 1]];
                 let (u, v) = ([b[0] - a[0], b[1] - a[1]], [c[0] - a[0], c[1] - a[1]]);
-                let area = 0.5 * (u[0] * v[1] - u[1] * v[0]);
-                for node in &self.triangle {
-                    add([0, 1].map(|k| a[k] + u[k] * node.at[0] + v[k] * node.at[1]), node.weight * area / self.area);
+                let part = 0.5 * (u[0] * v[1] - u[1] * v[0]);
+                for node in &*triangle {
+                    add([0, 1].map(|k| a[k] + u[k] * node.at[0] + v[k] * node.at[1]), node.weight * part / *area);
                 }
-            }
-        }
-        for i in 0..basis.len() {
-            for k in 0..i {
-                products[i * basis.len() + k] = products[k * basis.len() + i];
             }
         }
         products
     }
 }
 
-/// The corners of a rectangle along the axes.
-fn rectangle(corners: &[[f64; 2]]) -> Option<[[f64; 2]; 2]> {
+/// The corners of a rectangle along the axes; cuts may round a side off them.
+fn along_axes(corners: &[[f64; 2]]) -> Option<[[f64; 2]; 2]> {
     let &[a, b, c, d] = corners else { return None };
-    let along = a[1] == b[1] && b[0] == c[0] && c[1] == d[1] && d[0] == a[0];
-    let across = a[0] == b[0] && b[1] == c[1] && c[0] == d[0] && d[1] == a[1];
-    (along || across).then(|| [[a[0].min(c[0]), a[1].min(c[1])], [a[0].max(c[0]), a[1].max(c[1])]])
+    let same = |p: [f64; 2], q: [f64; 2], k: usize| (p[k] - q[k]).abs() <= 8.0 * f64::EPSILON;
+    let turned = |i: usize, k: usize| same(a, b, i) && same(b, c, k) && same(c, d, i) && same(d, a, k);
+    (turned(0, 1) || turned(1, 0)).then(|| [[a[0].min(c[0]), a[1].min(c[1])], [a[0].max(c[0]), a[1].max(c[1])]])
 }
 
 /// Corners of the convex hull of points (A. Andrew 1979). Signs are those of doubles: a corner lost to their rounding is that near

@@ -142,7 +142,9 @@ pub(super) struct TextureExtensions {
     pub(super) transform: Option<Transform>,
 }
 
-/// `(u, v)` becomes offset + rotation scale `(u, v)`; the rotation turns from v to u, since v points downwards.
+/// `(u, v)` becomes offset + rotation scale `(u, v)`; the rotation turns from v to u, counter-clockwise as v points downwards. That
+/// is how the extension's example, its implementations and its test model have it; its listing of a matrix turns the other way
+/// (KhronosGroup/glTF, issue 1563).
 #[derive(Debug, Clone, Deserialize)]
 #[serde(rename_all = "camelCase")]
 pub(super) struct Transform {
