@@ -480,8 +480,7 @@ mod tests {
         for (material, z) in [(lamp, 0.0), (dark, 1.0), (lamp, 2.0)] {
             scene.add_face(surface, material, square(z), None).unwrap();
         }
-        let pi = PI;
-        assert_eq!([0, 1, 2].map(|channel| scene.emitted_power(channel)), [4.0 * pi, 6.0 * pi, 0.0]);
+        assert_eq!([0, 1, 2].map(|channel| scene.emitted_power(channel)), [4.0 * PI, 6.0 * PI, 0.0]);
         assert_eq!(scene.area_of(surface), 3.0);
         assert_eq!(scene.area_of(9), 0.0);
     }

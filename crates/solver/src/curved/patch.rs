@@ -158,10 +158,14 @@ impl Patch {
         let most = |points: &[DVec3]| points.iter().map(|p| direction.dot(*p)).fold(f64::NEG_INFINITY, f64::max);
         match &self.0 {
             Form::Polygon(polygon) => most(polygon.vertices()),
-            Form::Sphere(s) => direction.dot(s.centre) + s.radius * direction.length(),
+            Form::Sphere(s) => {
+                // Of the azimuths the best one is the same at each polar angle.
+                let around = farthest_on_arc(s.azimuth, [direction.x, direction.y]);
+                direction.dot(s.centre) + s.radius * farthest_on_arc(s.polar, [direction.z, around])
+            }
             Form::Cylinder(c) => {
-                let across = direction.dot(c.zero).hypot(direction.dot(c.quarter));
-                most(&[c.base, c.base + c.axis]) + c.radius * across
+                let around = farthest_on_arc(c.azimuth, [direction.dot(c.zero), direction.dot(c.quarter)]);
+                most(&[c.base, c.base + c.axis]) + c.radius * around
             }
             Form::Bilinear(corners) => most(corners),
             Form::Bezier(control) => most(control.as_flattened()),
@@ -262,6 +266,15 @@ fn turned_within([from, to]: [f64; 2], angle: f64) -> bool {
     above <= to - from
 }
 
+/// Largest value of `x cos a + y sin a` over a range of angles.
+fn farthest_on_arc(range: [f64; 2], [x, y]: [f64; 2]) -> f64 {
+    if turned_within(range, libm::atan2(y, x)) {
+        return libm::hypot(x, y);
+    }
+    let at = |angle: f64| x * libm::cos(angle) + y * libm::sin(angle);
+    at(range[0]).max(at(range[1]))
+}
+
 /// Bernstein polynomials of degree 3.
 fn bernstein(t: f64) -> [f64; 4] {
     let s = 1.0 - t;
@@ -272,4 +285,45 @@ fn bernstein(t: f64) -> [f64; 4] {
 fn slopes(t: f64) -> [f64; 4] {
     let s = 1.0 - t;
     [-3.0 * s * s, 3.0 * s * (s - 2.0 * t), 3.0 * t * (2.0 * s - t), 3.0 * t * t]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn normals_and_areas_are_those_of_the_tangents() {
+        let corners = [[0.0, 0.0, 0.3], [2.0, -0.5, -0.4], [1.5, 1.0, 0.5], [-0.2, 1.0, -0.2]].map(DVec3::from);
+        let control = std::array::from_fn(|row: usize| {
+            std::array::from_fn(|column: usize| {
+                let [x, y] = [column, row].map(|i| i as f64);
+                DVec3::new(x + 0.1 * y * y, y - 0.2 * x, 0.1 * x * x * y)
+            })
+        });
+        let cylinder = |side| Patch::cylinder(DVec3::ONE, DVec3::new(0.5, 2.0, 1.0), 0.7, DVec3::X, [0.3, 4.0], side);
+        let patches = [
+            (Patch::sphere(DVec3::ONE, 1.7, [0.2, 3.0], [-1.0, 4.0], Side::Inside).unwrap(), 1.0),
+            (Patch::sphere(DVec3::ONE, 1.7, [0.2, 3.0], [-1.0, 4.0], Side::Outside).unwrap(), -1.0),
+            (cylinder(Side::Outside).unwrap(), 1.0),
+            (cylinder(Side::Inside).unwrap(), -1.0),
+            (Patch::bilinear(corners).unwrap(), 1.0),
+            (Patch::bezier(control).unwrap(), 1.0),
+        ];
+        for (which, (patch, turn)) in patches.iter().enumerate() {
+            for at in [[0.2, 0.3], [0.7, 0.9]] {
+                let step = 1e-5;
+                let along = |k: usize| {
+                    let moved = |h: f64| patch.spot([0, 1].map(|i| at[i] + if i == k { h } else { 0.0 })).point;
+                    (moved(step) - moved(-step)) / (2.0 * step)
+                };
+                let (across, spot) = (along(0).cross(along(1)), patch.spot(at));
+                assert!((across.length() - spot.area).abs() < 1e-7, "{which}");
+                assert!((across.normalize() * *turn - spot.normal).length() < 1e-7, "{which}: {across} {}", spot.normal);
+                assert!(patch.farthest_along(spot.normal) >= spot.normal.dot(spot.point) - 1e-12);
+                assert!(patch.farthest_from(DVec3::ZERO, DVec3::X) >= spot.point.with_x(0.0).length() - 1e-12);
+                let far = patch.farthest_along(DVec3::new(1.0, -2.0, 0.5));
+                assert!(far >= DVec3::new(1.0, -2.0, 0.5).dot(spot.point), "{which}");
+            }
+        }
+    }
 }

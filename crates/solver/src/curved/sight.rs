@@ -18,6 +18,9 @@ const GRID: usize = 33;
 /// What is behind a plane by less than this part of the scene's size is on it.
 const ON: f64 = 1e-9;
 
+/// Rounding of a point's coordinates, relative to their size.
+const ROUNDED: f64 = 1e-14;
+
 /// A point of a patch, known by its index.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Station {
@@ -66,10 +69,13 @@ pub(super) fn hides(which: usize, patch: &Patch, from: &Station, to: &Station) -
         Form::Polygon(polygon) => !starts && !ends && hidden_by_polygon(polygon, x, d),
         // Nothing leaves a ball and meets it again.
         Form::Sphere(s) => {
-            let [starts, ends] = [from, to].map(|station| station.patch == which || on_sphere(s, station));
+            let [starts, ends] = [from, to].map(|station| station.patch == which || on_sphere(s, station.spot.point));
             !((starts || ends) && s.outwards) && meets(&sphere(s, x, d), starts, ends, |t| s.holds(x + d * t))
         }
-        Form::Cylinder(c) => !((starts || ends) && c.outwards) && meets(&cylinder(c, x, d), starts, ends, |t| c.holds(x + d * t)),
+        Form::Cylinder(c) => {
+            let [starts, ends] = [from, to].map(|station| station.patch == which || on_cylinder(c, station.spot.point));
+            !((starts || ends) && c.outwards) && meets(&cylinder(c, x, d), starts, ends, |t| c.holds(x + d * t))
+        }
         Form::Bilinear(corners) => {
             !(starts && ends) && hidden_by_bilinear(corners, x, d, starts.then_some(from), ends.then_some(to))
         }
@@ -77,8 +83,14 @@ pub(super) fn hides(which: usize, patch: &Patch, from: &Station, to: &Station) -
     }
 }
 
-fn on_sphere(sphere: &Sphere, station: &Station) -> bool {
-    ((station.spot.point - sphere.centre).length() - sphere.radius).abs() <= 1e-14 * sphere.radius
+/// Whether a point, of another patch, is on the sphere: up to the rounding of its coordinates.
+fn on_sphere(sphere: &Sphere, point: DVec3) -> bool {
+    ((point - sphere.centre).length() - sphere.radius).abs() <= ROUNDED * (sphere.radius + sphere.centre.length())
+}
+
+fn on_cylinder(cylinder: &Cylinder, point: DVec3) -> bool {
+    let distance = cylinder.across(point - cylinder.base).length();
+    (distance - cylinder.radius).abs() <= ROUNDED * (cylinder.radius + point.length())
 }
 
 fn hidden_by_polygon(polygon: &Polygon, x: DVec3, d: DVec3) -> bool {
@@ -162,4 +174,102 @@ fn hidden_by_bilinear(corners: &[DVec3; 4], x: DVec3, d: DVec3, start: Option<&S
     }
     let q = -(qb + discriminant.sqrt().copysign(qb));
     (qa != 0.0 && on(q / qa)) || (q != 0.0 && on(qc / q))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::{PI, TAU};
+
+    use super::*;
+    use crate::curved::Side;
+
+    fn station(patch: usize, point: [f64; 3], at: [f64; 2]) -> Station {
+        let point = DVec3::from(point);
+        Station { patch, spot: Spot { point, normal: DVec3::Z, area: 1.0, at } }
+    }
+
+    /// Numbers in [0, 1] without order.
+    fn noise(i: u32, j: u32) -> f64 {
+        f64::from((i * 7919 + j * 104_729) % 10_007) / 10_007.0
+    }
+
+    /// Whether a segment meets a patch, from its distance to a grid of points of it.
+    fn near(patch: &Patch, x: DVec3, y: DVec3) -> f64 {
+        let step = |i: u32| f64::from(i) / 300.0;
+        let distance = |p: DVec3| {
+            let t = (y - x).dot(p - x) / (y - x).length_squared();
+            if (0.0..=1.0).contains(&t) { (x + (y - x) * t - p).length() } else { f64::INFINITY }
+        };
+        let grid = (0..=300).flat_map(|i| (0..=300).map(move |j| [step(i), step(j)]));
+        grid.map(|at| distance(patch.spot(at).point)).fold(f64::INFINITY, f64::min)
+    }
+
+    fn patches() -> [Patch; 3] {
+        let corners = [[-1.0, -1.0, 0.3], [1.0, -1.0, -0.4], [1.0, 1.0, 0.5], [-1.0, 1.0, -0.2]].map(DVec3::from);
+        [
+            Patch::sphere(DVec3::ZERO, 0.9, [0.4, 2.0], [-0.5, 3.0], Side::Outside).unwrap(),
+            Patch::cylinder(DVec3::new(0.1, 0.0, -0.7), DVec3::new(0.2, 0.1, 1.3), 0.6, DVec3::X, [1.0, 5.0], Side::Inside)
+                .unwrap(),
+            Patch::bilinear(corners).unwrap(),
+        ]
+    }
+
+    #[test]
+    fn what_is_between_is_seen_to_be() {
+        for (which, patch) in patches().iter().enumerate() {
+            let (mut hidden, mut clear) = (0, 0);
+            for i in 0..40 {
+                let point = |j: u32| [0, 1, 2].map(|k| 3.0 * noise(i, 7 * j + k + 1) - 1.5);
+                let (from, to) = (station(7, point(0), [0.0; 2]), station(8, point(1), [0.0; 2]));
+                let distance = near(patch, from.spot.point, to.spot.point);
+                // Points of the grid are within 0.02 of each other; what passes an edge as near as that decides nothing.
+                if hides(0, patch, &from, &to) {
+                    assert!(distance < 0.02, "{which} {i}: {distance}");
+                    hidden += 1;
+                } else {
+                    assert!(distance > 0.002, "{which} {i}: {distance}");
+                    clear += usize::from(distance > 0.02);
+                }
+            }
+            assert!(hidden > 2 && clear > 10, "{which}: {hidden} {clear}");
+        }
+    }
+
+    #[test]
+    fn a_patch_does_not_hide_its_own_points_but_may_stand_behind_them() {
+        for patch in &patches() {
+            for i in 0..30 {
+                let at = [noise(i, 1), noise(i, 2)];
+                let own = Station { patch: 0, spot: patch.spot(at) };
+                let other = Station { patch: 0, spot: patch.spot([noise(i, 3), noise(i, 4)]) };
+                assert!(!hides(0, patch, &own, &other));
+                // Straight up from the patch by a little, nothing is in the way.
+                let up = own.spot.point + own.spot.normal * 1e-3;
+                assert!(!hides(0, patch, &own, &station(3, up.into(), at)));
+                assert!(!hides(0, patch, &station(3, up.into(), at), &own));
+            }
+        }
+        // From the inside of a sphere's wall out through the wall on the other side.
+        let sphere = Patch::sphere(DVec3::ZERO, 1.0, [0.0, PI], [0.0, TAU], Side::Inside).unwrap();
+        let own = Station { patch: 0, spot: sphere.spot([0.0, 0.5]) };
+        assert!(hides(0, &sphere, &own, &station(1, [-3.0, 0.1, 0.2], [0.0; 2])));
+        assert!(!hides(0, &sphere, &own, &station(1, [-0.9, 0.1, 0.2], [0.0; 2])));
+    }
+
+    #[test]
+    fn only_what_stands_out_may_hide_something() {
+        let wall = |points: [[f64; 3]; 4]| Patch::polygon(Polygon::new(points.map(DVec3::from).to_vec()).unwrap());
+        let floor = wall([[-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [1.0, 1.0, 0.0], [-1.0, 1.0, 0.0]]);
+        let turned = wall([[-1.0, -1.0, 0.0], [-1.0, 1.0, 0.0], [1.0, 1.0, 0.0], [1.0, -1.0, 0.0]]);
+        let dome = Patch::sphere(DVec3::ZERO, 2.0, [0.0, 0.5 * PI], [0.0, TAU], Side::Inside).unwrap();
+        let ball = Patch::whole_sphere(DVec3::Z, 0.5, Side::Outside).unwrap();
+        let room = [&floor, &dome, &ball];
+        assert_eq!([0, 1, 2].map(|which| may_hide(which, &room, 4.0)), [false, false, true]);
+        assert!(may_hide(0, &[&turned, &dome], 4.0));
+        let small = Patch::whole_sphere(DVec3::ZERO, 0.7, Side::Inside).unwrap();
+        assert!(may_hide(0, &[&small, &dome], 4.0));
+        let saddle =
+            |h: f64| Patch::bilinear([[0.0, 0.0, h], [1.0, 0.0, 0.0], [1.0, 1.0, h], [0.0, 1.0, 0.0]].map(DVec3::from)).unwrap();
+        assert!(!may_hide(0, &[&saddle(0.0), &dome], 4.0) && may_hide(0, &[&saddle(0.2), &dome], 4.0));
+    }
 }
