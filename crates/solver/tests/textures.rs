@@ -145,3 +145,32 @@ fn polynomials_and_textures_on_leaves_are_within_their_bounds() {
     }
     assert!(nearest > 0.2, "a bound that nothing comes near would prove little: {nearest}");
 }
+
+#[test]
+fn texels_that_reflect_everything_or_nothing_leave_a_bound_in_every_channel() {
+    let mut scene = Scene::new(["r", "g"]).unwrap();
+    let surface = scene.add_surface("all");
+    let board = |c: usize, r: usize| f64::from(u8::from((c + r).is_multiple_of(2)));
+    for (name, quad) in ["floor", "ceiling", "front", "back", "left", "right"].into_iter().zip(cube()) {
+        let glow = if name == "ceiling" { 1.0 } else { 0.0 };
+        let material = scene.add_material(name, [1.0, 0.5], [glow, 2.0 * glow]).unwrap();
+        let texture = Texture::from_fn("board", [6, 6], 2, |c, r| vec![board(c, r), 1.0 - board(c, r)]).unwrap();
+        scene.set_texture(material, Quantity::Reflectance, texture).unwrap();
+        let polygon = Polygon::new(quad.to_vec()).unwrap();
+        scene.add_textured_face(surface, material, polygon, &UNIT, None).unwrap();
+    }
+    let solved = |first_elements, most_elements| {
+        let options = Options { error: 0.05, degree: Some(1), first_elements, most_elements, ..Options::default() };
+        solve(&scene, &options, |_| true).unwrap()
+    };
+    let (rough, fine) = (solved(6, 6), solved(96, 96));
+    for point in [[0.1, 0.3, 0.0], [0.6, 0.55, 0.0], [0.9, 0.2, 0.0]] {
+        let (a, b) = (rough.gather(point.into(), DVec3::Z).unwrap(), fine.gather(point.into(), DVec3::Z).unwrap());
+        for channel in 0..2 {
+            let bounds = [&a, &b].map(|gathered| gathered.ledger[channel].total());
+            let off = (a.radiosity[channel] - b.radiosity[channel]).abs();
+            assert!(bounds[1].is_finite() && off <= bounds[0] + bounds[1], "{point:?} {channel}: {off} {bounds:?}");
+        }
+    }
+    assert!(fine.progress().bound < rough.progress().bound);
+}
