@@ -249,3 +249,28 @@ fn what_is_out_of_range_is_refused_with_value_and_place() {
     let error = solve(scene, &CurvedOptions::default()).unwrap_err().to_string();
     assert!(error.starts_with("reflectance of patch 0 is 0.5"), "{error}");
 }
+
+#[test]
+fn errors_are_within_what_is_stated_at_any_effort() {
+    let (mut points, mut nearest) = (0, 0.0_f64);
+    for (radius, height) in [(0.2, 0.25), (0.7, 2.0), (1.0, 1.01), (3.0, 4.5)] {
+        for most_cells in [4, 20, 100, 500] {
+            let mut scene = CurvedScene::new();
+            let floor = [[-5.0, -5.0, 0.0], [5.0, -5.0, 0.0], [5.0, 5.0, 0.0], [-5.0, 5.0, 0.0]];
+            scene.add(polygon(&floor), 0.0, 0.0).unwrap();
+            let centre = DVec3::new(0.1, -0.2, height);
+            scene.add(Patch::whole_sphere(centre, radius, Side::Outside).unwrap(), 0.0, 1.0).unwrap();
+            let options = CurvedOptions { degree: 0, most_parts: 1, error: 1e-5, most_cells };
+            let solution = solve(scene, &options).unwrap();
+            for at in [[0.5, 0.5], [0.53, 0.47], [0.61, 0.3], [0.95, 0.9], [0.2, 0.55]] {
+                let away = (DVec3::new(10.0 * at[0] - 5.0, 10.0 * at[1] - 5.0, 0.0) - centre).length();
+                let exact = radius * radius * height / away.powi(3);
+                let found = solution.gather(0, at).unwrap();
+                let error = (found.irradiance - exact).abs();
+                assert!(error <= found.irradiance_bound, "{radius} {height} {most_cells} {at:?}: {error:e} {found:?}");
+                (points, nearest) = (points + 1, nearest.max(error / found.irradiance_bound));
+            }
+        }
+    }
+    assert!(points == 80 && nearest > 0.01, "{nearest}");
+}

@@ -60,10 +60,10 @@ impl Transport<'_> {
         let basis = self.basis(part);
         cubature::integrate(count, self.tolerance, self.most_cells, |square, sums| {
             let sample = part.sample(self.patches, square);
-            let Some(kernel) = self.kernel(receiver, &sample.spot, part.patch) else { return Ok(false) };
+            let [mut above, kernel] = self.kernel(receiver, &sample.spot, part.patch);
             let source = Station { patch: part.patch, spot: sample.spot };
-            if between.iter().any(|&b| sight::hides(b, self.patches[b], receiver, &source)) {
-                return Ok(false);
+            if above > 0.0 && between.iter().any(|&b| sight::hides(b, self.patches[b], receiver, &source)) {
+                above = -1.0;
             }
             let weight = kernel * sample.spot.area;
             let [rho, emitted] = self.at(part.patch, sample.spot.point)?;
@@ -71,7 +71,7 @@ impl Transport<'_> {
                 *sum = weight * rho * value;
             }
             sums[count - 1] = weight * emitted;
-            Ok(true)
+            Ok(above)
         })
     }
 
@@ -119,26 +119,28 @@ impl Transport<'_> {
         Ok(Some(row))
     }
 
-    /// `None` where one of the points is not on the lit side of the other; 0 for a point and itself.
-    fn kernel(&self, receiver: &Station, source: &Spot, patch: usize) -> Option<f64> {
+    /// The smaller cosine, which is 0 or less where one of the points is not on the lit side of the other, and the magnitude of
+    /// the kernel; 0 for a point and itself.
+    fn kernel(&self, receiver: &Station, source: &Spot, patch: usize) -> [f64; 2] {
         let (x, n1) = (receiver.spot.point, receiver.spot.normal);
         match (&self.patches[receiver.patch].0, &self.patches[patch].0) {
             (Form::Sphere(a), Form::Sphere(b)) if a.centre == b.centre && a.radius == b.radius => {
-                return (!a.outwards && !b.outwards).then(|| 0.25 * FRAC_1_PI / (a.radius * a.radius));
+                let lit = !a.outwards && !b.outwards;
+                return if lit { [1.0, 0.25 * FRAC_1_PI / (a.radius * a.radius)] } else { [-1.0, 0.0] };
             }
             (Form::Cylinder(a), Form::Cylinder(_)) if receiver.patch == patch => {
                 let r = source.point - x;
                 let (length, across) = (r.length_squared(), a.across(r).length_squared());
-                let cosine = across / (2.0 * a.radius * length);
-                return (!a.outwards).then_some(if length == 0.0 { 0.0 } else { cosine * cosine * FRAC_1_PI });
+                let cosine = if length == 0.0 { 0.0 } else { across / (2.0 * a.radius * length) };
+                return if a.outwards { [-1.0, 0.0] } else { [1.0, cosine * cosine * FRAC_1_PI] };
             }
             _ => {}
         }
         let r = source.point - x;
         let (above, facing, length) = (n1.dot(r), -source.normal.dot(r), r.length_squared());
         if length == 0.0 {
-            return Some(0.0);
+            return [1.0, 0.0];
         }
-        (above > 0.0 && facing > 0.0).then(|| above * facing / (PI * length * length))
+        [above.min(facing) / length.sqrt(), (above * facing).abs() / (PI * length * length)]
     }
 }
