@@ -19,7 +19,8 @@
 //!
 //! # What is supported
 //! Patches hide each other by their true shape: a polygon, and parts of spheres, of cylinders and bilinear patches may be anywhere.
-//! Where one is in the way the integrand is broken and cubature slow: the bound then says what was reached. A Bezier patch is
+//! Where one is in the way the integrand is broken and cubature slow: the bound then says what was reached, with every cell that a
+//! shadow crosses, or may slip through, counted whole. A Bezier patch is
 //! accepted where it hides nothing, concave to its lit side with all the scene on that side of it, and refused elsewhere.
 //! Convex patches seen from their lit side have their own horizon: what of a patch faces away gives nothing.
 

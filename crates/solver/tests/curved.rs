@@ -274,3 +274,30 @@ fn errors_are_within_what_is_stated_at_any_effort() {
     }
     assert!(points == 80 && nearest > 0.01, "{nearest}");
 }
+
+#[test]
+fn behind_a_ball_errors_are_within_what_is_stated_at_any_effort() {
+    for (radius, offset) in [(1.0, 0.0), (0.3, 0.0), (0.8, 0.9), (0.1, 1.5)] {
+        for most_cells in [4, 16, 64, 256] {
+            let mut scene = CurvedScene::new();
+            scene.add(Patch::whole_sphere(DVec3::ZERO, 2.0, Side::Inside).unwrap(), 0.0, 1.0).unwrap();
+            let centre = DVec3::new(offset, 0.0, 0.2 * offset);
+            scene.add(Patch::whole_sphere(centre, radius, Side::Outside).unwrap(), 0.0, 0.0).unwrap();
+            let options = CurvedOptions { degree: 0, most_parts: 2, error: 1e-5, most_cells };
+            let solution = solve(scene, &options).unwrap();
+            for at in [[0.0, 0.5], [0.3, 0.2], [0.52, 0.61], [0.8, 0.9]] {
+                let (azimuth, polar) = (TAU * at[0], PI * at[1]);
+                let x = 2.0 * DVec3::new(polar.sin() * azimuth.cos(), polar.sin() * azimuth.sin(), polar.cos());
+                // What the ball takes away, all of it being above the horizon.
+                let (away, up) = ((centre - x).length(), -x.dot(centre - x) / 2.0);
+                let exact = 1.0 - radius * radius * up / away.powi(3);
+                if up <= radius {
+                    continue;
+                }
+                let found = solution.gather(0, at).unwrap();
+                let error = (found.irradiance - exact).abs();
+                assert!(error <= found.irradiance_bound, "{radius} {offset} {most_cells} {at:?}: {error:e} {found:?}");
+            }
+        }
+    }
+}

@@ -7,7 +7,7 @@
 //! how much a point is above, so that a cell whose nodes are all on one side, but by less than a tenth of what they differ by, is
 //! taken for a cut one. The cell with the largest error is halved, across the direction of the larger difference, until the sum
 //! over all cells meets the tolerance, or there are too many: the sum is what is stated, in either case. It is an estimate. It
-//! fails where a function or a shadow has a feature that no node of the first cells sees.
+//! fails where a function has a feature that no node of the first cells sees; of shadows the caller says where they may be.
 
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
@@ -63,11 +63,13 @@ impl Ord for Cell {
 }
 
 /// Integrates `count` functions over where a point is above. `f` gives the values, and by how much the point is above: 0 or less
-/// where it is cut off, with the values that would be there.
+/// where it is cut off, with the values that would be there. `doubt` is whether a cell of this corner and size may be cut by what no
+/// node of it sees.
 pub(super) fn integrate(
     count: usize,
     tolerance: f64,
     most_cells: usize,
+    doubt: impl Fn([f64; 2], [f64; 2]) -> bool,
     mut f: impl FnMut([f64; 2], &mut [f64]) -> Result<f64, Error>,
 ) -> Result<Integrals, Error> {
     static RULES: OnceLock<[Vec<Node>; 3]> = OnceLock::new();
@@ -96,7 +98,8 @@ pub(super) fn integrate(
         let differences = others.map(|other| values.iter().zip(&other).map(|(a, b)| (a - b).abs()).collect::<Vec<_>>());
         let greatest = |of: &[f64]| of.iter().fold(0.0, |most: f64, e| most.max(*e));
         let near = NEAR * (highest - lowest);
-        let (errors, along): (Vec<f64>, _) = if lowest < near && highest > -near {
+        let is_cut = (lowest < near && highest > -near) || (highest > 0.0 && doubt(low, size));
+        let (errors, along): (Vec<f64>, _) = if is_cut {
             (largest.iter().map(|most| most * area).collect(), usize::from(size[1] > size[0]))
         } else {
             let along = usize::from(greatest(&differences[1]) > greatest(&differences[0]));
@@ -156,10 +159,16 @@ mod tests {
         let e = std::f64::consts::E;
         let exact = [(e - 1.0) * (e * e - 1.0) / 2.0, polar, 0.125 * std::f64::consts::PI];
         for (which, tolerance) in [(0, 1e-9), (1, 1e-8), (2, 1e-2)] {
-            let found = integrate(1, tolerance, 20_000, |at, values| {
-                values[0] = [smooth(at), peaked(at), broken(at)][which];
-                Ok(if which == 2 { 0.5 - at[0] * at[0] - at[1] * at[1] } else { 1.0 })
-            });
+            let found = integrate(
+                1,
+                tolerance,
+                20_000,
+                |_, _| false,
+                |at, values| {
+                    values[0] = [smooth(at), peaked(at), broken(at)][which];
+                    Ok(if which == 2 { 0.5 - at[0] * at[0] - at[1] * at[1] } else { 1.0 })
+                },
+            );
             let found = found.unwrap();
             let error = (found.values[0] - exact[which]).abs();
             assert!(error <= found.errors[0] && found.errors[0] <= 2.0 * tolerance, "{which}: {error:e} {:e}", found.errors[0]);
@@ -169,10 +178,16 @@ mod tests {
     #[test]
     fn what_cannot_be_reached_is_stated() {
         let step = |at: [f64; 2]| if at[0] + at[1] < 1.1 { 1.0 } else { 0.0 };
-        let found = integrate(1, 1e-9, 40, |at, values| {
-            values[0] = 1.0;
-            Ok(step(at) - 0.5)
-        });
+        let found = integrate(
+            1,
+            1e-9,
+            40,
+            |_, _| false,
+            |at, values| {
+                values[0] = 1.0;
+                Ok(step(at) - 0.5)
+            },
+        );
         let found = found.unwrap();
         assert!(found.errors[0] > 1e-4 && (found.values[0] - (1.0 - 0.5 * 0.81)).abs() <= found.errors[0]);
     }

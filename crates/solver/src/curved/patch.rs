@@ -172,6 +172,22 @@ impl Patch {
         }
     }
 
+    /// About the smaller of its widths.
+    pub(super) fn width(&self) -> f64 {
+        let of_outline = |points: &[DVec3], area: f64| {
+            let longest = points.iter().flat_map(|p| points.iter().map(|q| (*p - *q).length())).fold(0.0, f64::max);
+            area / longest
+        };
+        match &self.0 {
+            Form::Polygon(polygon) => of_outline(polygon.vertices(), polygon.area()),
+            Form::Sphere(s) => s.radius * span(s.polar).min(span(s.azimuth)).min(2.0),
+            Form::Cylinder(c) => (c.radius * span(c.azimuth).min(2.0)).min(c.axis.length()),
+            Form::Bilinear([a, b, c, d]) => of_outline(&[*a, *b, *c, *d], 0.5 * (*c - *a).cross(*d - *b).length()),
+            // These hide nothing.
+            Form::Bezier(_) => f64::INFINITY,
+        }
+    }
+
     /// Largest length of the part of `x - centre` across a direction, or one above it; across no direction, of all of it.
     pub(super) fn farthest_from(&self, centre: DVec3, along: DVec3) -> f64 {
         let across = |p: DVec3| (p - centre - along * along.dot(p - centre)).length();

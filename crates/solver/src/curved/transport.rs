@@ -19,6 +19,39 @@ use super::value::Value;
 use crate::Error;
 use crate::basis::{Basis, Shape};
 
+/// What may hide a part: a ball around it and half of its smaller width.
+struct Shadow {
+    centre: DVec3,
+    radius: f64,
+    half_width: f64,
+}
+
+impl Shadow {
+    fn of(patch: &Patch) -> Self {
+        let far = |axis: DVec3| [-patch.farthest_along(-axis), patch.farthest_along(axis)];
+        let [x, y, z] = [DVec3::X, DVec3::Y, DVec3::Z].map(far);
+        let (low, high) = (DVec3::new(x[0], y[0], z[0]), DVec3::new(x[1], y[1], z[1]));
+        Self { centre: 0.5 * (low + high), radius: 0.5 * (high - low).length(), half_width: 0.5 * patch.width() }
+    }
+
+    /// Whether rays from a point to a piece around `middle` pass this, and so far apart that it may be between them: at the nodes of a
+    /// cell they are a third of its size from each other, and its reach is about half of that. The rays at a part t of the way are
+    /// within `t reach` of the middle one; the t at which they are nearest to this, less that, is where the way from the ray's point
+    /// to the centre leans on the ray by `reach` over its length.
+    fn may_slip_through(&self, from: DVec3, middle: DVec3, reach: f64) -> bool {
+        let (to_centre, ray) = (self.centre - from, middle - from);
+        let length = ray.length();
+        if length == 0.0 {
+            return true;
+        }
+        let (along, lean) = (to_centre.dot(ray) / length, reach / length);
+        let off = (to_centre - ray * (along / length)).length();
+        let nearest = if lean < 1.0 { along + lean * off / (1.0 - lean * lean).sqrt() } else { length };
+        let t = (nearest / length).clamp(0.0, 1.0);
+        (to_centre - ray * t).length() <= self.radius + reach * t && reach * t > self.half_width
+    }
+}
+
 /// What transport needs of a scene.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Transport<'a> {
@@ -58,7 +91,15 @@ impl Transport<'_> {
             return Ok(row);
         }
         let basis = self.basis(part);
-        cubature::integrate(count, self.tolerance, self.most_cells, |square, sums| {
+        let shadows: Vec<Shadow> = between.iter().map(|&b| Shadow::of(self.patches[b])).collect();
+        let doubt = |low: [f64; 2], size: [f64; 2]| {
+            let point = |s: f64, t: f64| part.sample(self.patches, [low[0] + s * size[0], low[1] + t * size[1]]).spot.point;
+            let middle = point(0.5, 0.5);
+            let corners = [point(0.0, 0.0), point(1.0, 0.0), point(0.0, 1.0), point(1.0, 1.0)];
+            let reach = corners.iter().map(|corner| (*corner - middle).length()).fold(0.0, f64::max);
+            shadows.iter().any(|shadow| shadow.may_slip_through(receiver.spot.point, middle, reach))
+        };
+        cubature::integrate(count, self.tolerance, self.most_cells, doubt, |square, sums| {
             let sample = part.sample(self.patches, square);
             let [mut above, kernel] = self.kernel(receiver, &sample.spot, part.patch);
             let source = Station { patch: part.patch, spot: sample.spot };
