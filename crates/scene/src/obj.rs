@@ -2,7 +2,8 @@
 //!
 //! Read: `v` (a fourth number and vertex colours are skipped), `f` with any number of vertices in the forms `v`, `v/vt`, `v//vn`
 //! and `v/vt/vn`, counted from 1 or backwards from -1; `o`, `g`, `usemtl`, `mtllib`; `Kd` and `Ke` of materials; comments, lines
-//! continued by `\`, either end of line. `map_Kd` and `map_Ke` are textures, where faces have the coordinates `vt`. The order of a face's vertices decides to which side it is lit, not its normals. A
+//! continued by `\`, either end of line. `map_Kd` and `map_Ke` are textures, where faces have the
+//! coordinates `vt`. The order of a face's vertices decides to which side it is lit, not its normals. A
 //! surface is a group: its name is that of `g`, or `o`, or `o/g` where both are given; a name that comes again is the same
 //! surface.
 //!

@@ -3,7 +3,7 @@
 //! On patches over parameters ([`Patch`]) the irradiance `H = G(E + rho H)` is approximated by polynomials of the parameters, `H_h`,
 //! on rectangles of these; E and rho enter the integrals as they are, so that the radiosity `E + rho H_h` has all their detail and
 //! only the irradiance, which is smooth, is projected (R. Gershbein, P. Schroeder and P. Hanrahan 1993). This is a solver of its own
-//! beside [`crate::solve`]: kernels come from cubature, with an estimate of its error instead of a bound.
+//! beside [`crate::solve()`]: kernels come from cubature, with an estimate of its error instead of a bound.
 //!
 //! ```text
 //! CurvedScene -> Part      part: rectangles of parameters, elements of polygons; patch: position, normal, element of area

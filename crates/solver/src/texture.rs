@@ -2,7 +2,8 @@
 //!
 //! With the irradiance `H = G B` of an element known as `H_h = sum h_k phi_k`, its radiosity `E + rho H_h` has the projection
 //! `b_i = <E, phi_i> + sum_k S_ik h_k` with `S_ik = <rho phi_k, phi_i>`, means over the leaf. A texture is constant on texels, so
-//! the leaf is cut along their edges ([`radgrad_scene::Texture::cut`]) and these are sums of integrals of polynomials, exact but for rounding.
+//! the leaf is cut along their edges ([`radgrad_scene::Texture::cut`]) and these are sums of integrals
+//! of polynomials, exact but for rounding.
 //!
 //! What the projection leaves out, `t = E + rho H_h - B_h`, is the texture's detail. For one pair `(rho, E)` it is a polynomial,
 //! between the least and the largest of its Bernstein coefficients `E + rho H_j - B_j`; these are affine in the pair, so that their
