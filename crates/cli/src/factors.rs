@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use radgrad_scene::view3d::{MatrixHeader, write_matrix};
-use radgrad_scene::{FactorMatrix, FactorSettings, FormFactors, Scene};
+use radgrad_scene::{FactorMatrix, FactorSettings, FormFactors, Quantity, Scene};
 use serde_json::json;
 
 use crate::output::{Unwritten, extension, write_whole};
@@ -152,8 +152,9 @@ fn write_view3d(out: impl Write, scene: &Scene, matrix: &FactorMatrix) -> Result
     let by_surface = matrix.by_surface(scene);
     let emittance = |&surface: &usize| {
         let first = scene.surfaces()[surface].faces().first();
-        let reflectance = first.map_or(&[0.0][..], |&face| scene.materials()[scene.faces()[face].material()].reflectance());
-        1.0 - reflectance.iter().sum::<f64>() / reflectance.len() as f64
+        let channels = scene.channels().len();
+        let mean = |&face: &usize| (0..channels).map(|c| scene.mean_over(face, Quantity::Reflectance, c)).sum::<f64>();
+        1.0 - first.map_or(0.0, mean) / channels as f64
     };
     let emittances: Vec<f64> = by_surface.surfaces.iter().map(emittance).collect();
     let header = MatrixHeader { enclosure: scene.enclosure().unwrap_or(false), emittances: false };

@@ -7,7 +7,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use radgrad_core::DEFAULT_TOLERANCE;
-use radgrad_scene::{FieldCell, FormFactors, Scene};
+use radgrad_scene::{FieldCell, FormFactors, Quantity, Scene};
 
 use crate::output::{Unwritten, extension, write_whole};
 use crate::scene::{SceneFile, progress};
@@ -50,6 +50,8 @@ pub(crate) enum Failure {
     Channel { channel: String, known: String },
     #[error("`{}` has no lamps in channel `{channel}`: say with --of which surface to look at", scene.display())]
     Dark { scene: PathBuf, channel: String },
+    #[error("`{}`: lamp `{surface}` has a texture, whose light is found by `radgrad solve` only", scene.display())]
+    Textured { scene: PathBuf, surface: String },
     #[error("`{}`: a picture shows one patch, and the surface has {patches}: write .csv or .vtu", file.display())]
     Picture { file: PathBuf, patches: usize },
 }
@@ -95,6 +97,10 @@ fn radiosities(scene: &Scene, arguments: &Arguments) -> Result<Vec<(usize, f64)>
             known: names.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", "),
         })?,
     };
+    if let Some(face) = scene.faces().iter().position(|face| face.chart(Quantity::Radiance).is_some()) {
+        let surface = scene.surfaces()[scene.faces()[face].surface()].name().to_owned();
+        return Err(Failure::Textured { scene: arguments.scene.path.clone(), surface });
+    }
     let radiosity = |face: usize| scene.materials()[scene.faces()[face].material()].emitted_radiosity(channel).unwrap_or(0.0);
     let lamps: Vec<(usize, f64)> =
         (0..scene.faces().len()).map(|face| (face, radiosity(face))).filter(|lamp| lamp.1 > 0.0).collect();

@@ -7,7 +7,7 @@
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-use radgrad_scene::Scene;
+use radgrad_scene::{Quantity, Scene, Texture};
 use radgrad_solver::Solution;
 use serde::{Deserialize, Serialize};
 
@@ -54,23 +54,53 @@ pub(crate) fn write(file: &Path, scene: &Scene, solution: &Solution) -> Result<(
     })
 }
 
-/// FNV-1a over the coordinates, the materials and which face has which.
+/// FNV-1a over the coordinates, the materials and which face has which, and the textures with where faces have them.
 fn fingerprint(scene: &Scene) -> String {
-    let mut hash = 0xcbf2_9ce4_8422_2325_u64;
-    let mut take = |bits: u64| {
-        for byte in bits.to_le_bytes() {
-            hash = (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3);
-        }
-    };
+    let mut hash = Fnv::new();
+    // Of each texture once: materials share them, and faces materials.
+    let textures = scene.materials().iter().map(|material| Quantity::ALL.map(|q| material.texture(q).map(|texture| of(texture))));
+    let textures: Vec<[Option<u64>; 2]> = textures.collect();
     for face in scene.faces() {
-        take(face.polygon().vertices().len() as u64);
-        face.polygon().vertices().iter().flat_map(|v| v.to_array()).for_each(|c| take(c.to_bits()));
-        take(u64::from(scene.surfaces()[face.surface()].exchanges()));
+        hash.take(face.polygon().vertices().len() as u64);
+        face.polygon().vertices().iter().flat_map(|v| v.to_array()).for_each(|c| hash.take(c.to_bits()));
+        hash.take(u64::from(scene.surfaces()[face.surface()].exchanges()));
         let material = &scene.materials()[face.material()];
-        material.reflectance().iter().for_each(|rho| take(rho.to_bits()));
+        material.reflectance().iter().for_each(|rho| hash.take(rho.to_bits()));
         for channel in 0..scene.channels().len() {
-            take(material.emitted_radiosity(channel).unwrap_or(0.0).to_bits());
+            hash.take(material.emitted_radiosity(channel).unwrap_or(0.0).to_bits());
+        }
+        for (which, (quantity, texture)) in Quantity::ALL.into_iter().zip(textures[face.material()]).enumerate() {
+            let (Some(texture), Some(chart)) = (texture, face.chart(quantity)) else { continue };
+            hash.take(which as u64);
+            hash.take(texture);
+            // A chart is affine: it is known from where it has the corners.
+            let corners = face.polygon().vertices().iter().flat_map(|v| chart.coordinates(*v));
+            corners.for_each(|c| hash.take(c.to_bits()));
         }
     }
-    format!("{hash:016x}")
+    format!("{:016x}", hash.0)
+}
+
+/// The fingerprint of a texture.
+fn of(texture: &Texture) -> u64 {
+    let mut hash = Fnv::new();
+    texture.size().into_iter().for_each(|count| hash.take(count as u64));
+    texture.wrap().into_iter().for_each(|wrap| hash.take(wrap as u64));
+    texture.texels().iter().for_each(|value| hash.take(value.to_bits()));
+    hash.0
+}
+
+/// FNV-1a of 64 bits.
+struct Fnv(u64);
+
+impl Fnv {
+    const fn new() -> Self {
+        Self(0xcbf2_9ce4_8422_2325)
+    }
+
+    fn take(&mut self, bits: u64) {
+        for byte in bits.to_le_bytes() {
+            self.0 = (self.0 ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3);
+        }
+    }
 }

@@ -170,3 +170,26 @@ fn a_limit_that_stops_the_work_is_said() {
     assert!(String::from_utf8_lossy(&output.stderr).contains("stopped at a bound of"));
     assert!(lines(&output)[0]["bound"].as_f64().unwrap() > 1e-6);
 }
+
+#[test]
+fn a_texture_is_seen_by_points_and_unusable_ones_are_said() {
+    let folder = Folder::new("textures");
+    let mut image = Vec::new();
+    let mut encoder = png::Encoder::new(&mut image, 2, 1);
+    encoder.set_source_gamma(png::ScaledFloat::from_scaled(100_000));
+    encoder.write_header().unwrap().write_image_data(&[255, 51]).unwrap();
+    std::fs::write(folder.0.join("halves.png"), image).unwrap();
+    std::fs::write(folder.0.join("squares.mtl"), format!("{WHITE}map_Kd halves.png\nmap_Ke photo.jpg\n")).unwrap();
+    let uv = "vt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\n";
+    let text = SQUARES.replace("f 1 2 3 4", &format!("{uv}f 1/1 2/2 3/3 4/4")).replace("f 5 6 7 8", "f 5/1 6/4 7/3 8/2");
+    std::fs::write(folder.0.join("squares.obj"), text).unwrap();
+    let points = [0.25, 0.75].map(|x| format!("{{\"position\":[{x},0.5,0],\"normal\":[0,0,1]}}\n")).concat();
+    std::fs::write(folder.0.join("points.jsonl"), points).unwrap();
+    let output = folder.solve(&["--points", "points.jsonl", "--error", "0.5%"]);
+    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+    assert!(String::from_utf8_lossy(&output.stderr).contains("`photo.jpg` cannot be read"));
+    // What each half reflects is its reflectance times nearly the same irradiance.
+    let reflected: Vec<f64> = lines(&output).iter().map(|line| line["radiosity"][0].as_f64().unwrap() - 1.0).collect();
+    let ratio = reflected[0] / reflected[1];
+    assert!((4.0..6.0).contains(&ratio), "{ratio}");
+}

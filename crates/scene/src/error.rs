@@ -105,6 +105,27 @@ pub enum Error {
         /// What is allowed.
         rule: &'static str,
     },
+    /// A texture is refused, or what it does to a material.
+    #[error("texture `{texture}`: {rule}")]
+    Texture {
+        /// Name of the texture.
+        texture: String,
+        /// What was found and what is allowed.
+        rule: String,
+    },
+    /// The texture coordinates of a face are no affine function of the position.
+    #[error(
+        "texture coordinates of vertex {vertex} are {off:.3e} off the affine function of the others (allowed {allowed:e}): \
+             split the face into triangles"
+    )]
+    Chart {
+        /// Index of the vertex in the face, from 0.
+        vertex: usize,
+        /// The distance, in units of the texture.
+        off: f64,
+        /// The distance allowed.
+        allowed: f64,
+    },
     /// A list has another length than it must have.
     #[error("{found} {what} were given: expected {expected}")]
     Count {

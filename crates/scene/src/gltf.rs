@@ -6,15 +6,17 @@
 //! merged into larger polygons.
 //!
 //! The reflectance is `baseColorFactor`, whatever the metalness; the radiance is `emissiveFactor` times the strength of
-//! `KHR_materials_emissive_strength`. A surface is a node with a mesh: its name is the node's, else the mesh's, else `node 7`.
+//! `KHR_materials_emissive_strength`. Their textures are read from PNG, without a filter; what a sampler says of repeating holds,
+//! and so does `KHR_texture_transform`. A surface is a node with a mesh: its name is the node's, else the mesh's, else `node 7`.
 //!
-//! Noted, and not used: textures, transparency, skins, morph targets, points and lines, optional extensions. Refused: extensions
+//! Noted, and not used: textures of other formats, transparency, skins, morph targets, points and lines, optional extensions. Refused: extensions
 //! that the file says are required, sparse accessors, and what is not as the format says; errors name the member, as in
 //! `accessors[3].bufferView`.
 
 mod accessor;
 mod buffer;
 mod document;
+mod maps;
 #[cfg(test)]
 mod tests;
 
@@ -25,7 +27,8 @@ use glam::{DMat4, DQuat, DVec3, DVec4};
 
 use self::accessor::Accessors;
 use self::document::{Document, Material, Node, Primitive};
-use crate::scene::Intake;
+use self::maps::Maps;
+use crate::scene::{Intake, Outline};
 use crate::{Degenerate, Error, Position, Scene};
 
 /// Reads a file, and the buffers beside it that it names.
@@ -47,7 +50,7 @@ pub fn parse(
     content: &[u8],
     file: &Path,
     degenerate: Degenerate,
-    buffer: impl FnMut(&Path) -> io::Result<Vec<u8>>,
+    mut buffer: impl FnMut(&Path) -> io::Result<Vec<u8>>,
 ) -> Result<Scene, Error> {
     let mut intake = Intake::new(Scene::new(["r", "g", "b"])?, file, degenerate);
     let whole = intake.place(Position::File);
@@ -59,10 +62,11 @@ pub fn parse(
     let fault = |intake: &Intake, (member, error): Fault| error.at(intake.place(Position::Member(member)));
     document.check().map_err(|error| fault(&intake, error))?;
     note_unused(&document, &mut intake);
-    let buffers = buffer::contents(&document, binary, buffer).map_err(|error| fault(&intake, error))?;
+    let buffers = buffer::contents(&document, binary, &mut buffer).map_err(|error| fault(&intake, error))?;
     let accessors = Accessors { document: &document, buffers: &buffers };
     let materials = materials(&document, &mut intake)?;
-    let mut reader = Reader { document: &document, accessors, materials, intake };
+    let maps = maps::of_materials(&document, &buffers, &materials, &mut intake, buffer)?;
+    let mut reader = Reader { document: &document, accessors, materials, maps, intake };
     for (node, transformation) in document.placed_nodes().map_err(|error| fault(&reader.intake, error))? {
         reader.node(node, transformation)?;
     }
@@ -74,7 +78,7 @@ fn note_unused(document: &Document, intake: &mut Intake) {
         let place = intake.place(Position::Member(member.to_owned()));
         intake.ignore(place, what);
     };
-    for extension in document.extensions_used.iter().filter(|name| *name != document::EMISSIVE_STRENGTH) {
+    for extension in document.extensions_used.iter().filter(|name| !document::USED.contains(&name.as_str())) {
         note("extensionsUsed", format!("extension `{extension}` is not used"));
     }
     if document.nodes.iter().any(|node| node.skin.is_some()) {
@@ -94,9 +98,6 @@ fn materials(document: &Document, intake: &mut Intake) -> Result<Vec<usize>, Err
         let place = intake.place(Position::Member(member));
         let surface = material.pbr_metallic_roughness.as_ref();
         let [red, green, blue, alpha] = surface.map_or([1.0; 4], |surface| surface.base_color_factor);
-        if surface.is_some_and(|surface| surface.base_color_texture.is_some()) || material.emissive_texture.is_some() {
-            intake.ignore(place.clone(), "textures are not used: factors hold all over the face".to_owned());
-        }
         if alpha != 1.0 && material.alpha_mode.is_some() {
             intake.ignore(place.clone(), "transparency is not used: every face is opaque".to_owned());
         }
@@ -115,6 +116,8 @@ struct Reader<'a> {
     document: &'a Document,
     accessors: Accessors<'a>,
     materials: Vec<usize>,
+    /// Of each material of the file: where its textures lie.
+    maps: Vec<Maps>,
     intake: Intake,
 }
 
@@ -124,6 +127,8 @@ struct Part {
     triangles: Vec<[usize; 3]>,
     material: usize,
     double_sided: bool,
+    /// Of the textures of the reflectance and of the radiance.
+    coordinates: [Option<Vec<[f64; 2]>>; 2],
 }
 
 impl Reader<'_> {
@@ -154,7 +159,7 @@ impl Reader<'_> {
     }
 
     /// The triangles of a primitive, or why it has none.
-    fn part(&self, member: &str, primitive: &Primitive) -> Result<Result<Part, &'static str>, Fault> {
+    fn part(&mut self, member: &str, primitive: &Primitive) -> Result<Result<Part, &'static str>, Fault> {
         let fault = |error| (member.to_owned(), error);
         let Some(position) = primitive.attributes.position else { return Ok(Err("a primitive without positions")) };
         let positions = self.accessors.positions(position)?;
@@ -171,7 +176,27 @@ impl Reader<'_> {
             Some(index) if index < last => (self.materials[index], self.document.materials[index].double_sided),
             Some(index) => return Err(fault(document::no_such("material", index, last))),
         };
-        Ok(Ok(Part { positions, triangles, material, double_sided }))
+        let mut coordinates = [None, None];
+        let maps = primitive.material.and_then(|material| self.maps.get(material));
+        for (map, coordinates) in maps.into_iter().flatten().zip(&mut coordinates) {
+            let Some(map) = map else { continue };
+            match primitive.attributes.others.get(&format!("TEXCOORD_{}", map.set)) {
+                Some(&accessor) => {
+                    let uv = self.accessors.coordinates(accessor)?;
+                    if uv.len() != positions.len() {
+                        let found = format!("{} of {} positions", uv.len(), positions.len());
+                        return Err(fault(Error::expected("texture coordinates of all positions", found)));
+                    }
+                    *coordinates = Some(uv.into_iter().map(|uv| map.apply(uv)).collect());
+                }
+                None => {
+                    let place = self.intake.place(Position::Member(member.to_owned()));
+                    let what = "primitives without texture coordinates have no texture: factors hold all over them";
+                    self.intake.ignore(place, what.to_owned());
+                }
+            }
+        }
+        Ok(Ok(Part { positions, triangles, material, double_sided, coordinates }))
     }
 
     fn add(&mut self, [mesh, primitive]: [usize; 2], part: &Part, surface: usize, transformation: DMat4) -> Result<(), Error> {
@@ -179,11 +204,15 @@ impl Reader<'_> {
         let mirrored = transformation.determinant() < 0.0;
         for (triangle, corners) in part.triangles.iter().enumerate() {
             let place = self.intake.place(Position::Triangle { mesh, primitive, triangle });
-            let [a, b, c] = corners.map(|corner| points[corner]);
+            let &[a, b, c] = corners;
             let (front, back) = if mirrored { ([c, b, a], [a, b, c]) } else { ([a, b, c], [c, b, a]) };
-            self.intake.add_face(surface, part.material, front.to_vec(), place.clone())?;
+            let outline = |corners: [usize; 3]| Outline {
+                vertices: corners.map(|corner| points[corner]).to_vec(),
+                coordinates: part.coordinates.each_ref().map(|of| of.as_ref().map(|of| corners.map(|c| of[c]).to_vec())),
+            };
+            self.intake.add_textured_face(surface, part.material, outline(front), place.clone())?;
             if part.double_sided {
-                self.intake.add_face(surface, part.material, back.to_vec(), place)?;
+                self.intake.add_textured_face(surface, part.material, outline(back), place)?;
             }
         }
         Ok(())

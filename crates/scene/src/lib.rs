@@ -16,6 +16,7 @@ mod occluders;
 mod place;
 mod projection;
 mod scene;
+mod texture;
 pub mod view3d;
 mod words;
 
@@ -27,6 +28,7 @@ pub use occluders::{Beam, Found, Occluders};
 pub use place::{Place, Position};
 pub use scene::split::triangles as triangulate;
 pub use scene::{Degenerate, Face, Material, Note, Scene, Surface};
+pub use texture::{Chart, Piece, Quantity, Texture, Wrap};
 
 /// The content of a file.
 fn open(file: &Path) -> Result<Vec<u8>, Error> {

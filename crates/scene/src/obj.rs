@@ -2,14 +2,16 @@
 //!
 //! Read: `v` (a fourth number and vertex colours are skipped), `f` with any number of vertices in the forms `v`, `v/vt`, `v//vn`
 //! and `v/vt/vn`, counted from 1 or backwards from -1; `o`, `g`, `usemtl`, `mtllib`; `Kd` and `Ke` of materials; comments, lines
-//! continued by `\`, either end of line. The order of a face's vertices decides to which side it is lit, not its normals. A
+//! continued by `\`, either end of line. `map_Kd` and `map_Ke` are textures, where faces have the
+//! coordinates `vt`. The order of a face's vertices decides to which side it is lit, not its normals. A
 //! surface is a group: its name is that of `g`, or `o`, or `o/g` where both are given; a name that comes again is the same
 //! surface.
 //!
-//! Statements that say nothing of flat, diffuse faces are skipped: `vt`, `vn`, `vp`, `s`, `mg`, and what concerns display.
+//! Statements that say nothing of flat, diffuse faces are skipped: `vn`, `vp`, `s`, `mg`, and what concerns display.
 //! Points and lines are skipped with a [`crate::Note`]. Free-form surfaces, and any statement that is unknown, are refused: they
 //! may be faces.
 
+mod map;
 mod mtl;
 #[cfg(test)]
 mod tests;
@@ -20,7 +22,8 @@ use std::path::{Path, PathBuf};
 
 use radgrad_core::DVec3;
 
-use crate::scene::Intake;
+use self::map::Textures;
+use crate::scene::{Intake, Outline};
 use crate::words::{Words, decode, quoted, without_mark};
 use crate::{Degenerate, Error, Position, Scene};
 
@@ -57,7 +60,9 @@ pub fn parse(
     let mut reader = Reader {
         intake: Intake::new(Scene::new(["r", "g", "b"])?, file, degenerate),
         vertices: Vec::new(),
+        coordinates: Vec::new(),
         materials: HashMap::new(),
+        textures: Textures::default(),
         libraries: Vec::new(),
         object: String::new(),
         group: String::new(),
@@ -100,8 +105,11 @@ fn for_each_statement(text: &[u8], mut take: impl FnMut(usize, &[u8]) -> Result<
 struct Reader<L> {
     intake: Intake,
     vertices: Vec<DVec3>,
+    /// `vt`.
+    coordinates: Vec<[f64; 2]>,
     /// Index of each material by its name.
     materials: HashMap<String, usize>,
+    textures: Textures,
     libraries: Vec<PathBuf>,
     object: String,
     group: String,
@@ -115,6 +123,7 @@ impl<L: FnMut(&Path) -> io::Result<Vec<u8>>> Reader<L> {
         let Some(keyword) = words.next() else { return Ok(()) };
         match keyword {
             "v" => self.vertex(words)?,
+            "vt" => self.coordinate(words)?,
             "f" | "fo" => self.face(line, words)?,
             "o" | "g" => {
                 let name = words.rest().split_ascii_whitespace().collect::<Vec<_>>().join(" ");
@@ -133,8 +142,8 @@ impl<L: FnMut(&Path) -> io::Result<Vec<u8>>> Reader<L> {
             }
             "mtllib" => self.read_libraries(words)?,
             "p" | "l" => self.ignore(line, format!("`{keyword}` is no surface: points and lines are left out")),
-            "vt" | "vn" | "vp" | "s" | "mg" | "bevel" | "c_interp" | "d_interp" | "lod" | "shadow_obj" | "trace_obj"
-            | "maplib" | "usemap" => {}
+            "vn" | "vp" | "s" | "mg" | "bevel" | "c_interp" | "d_interp" | "lod" | "shadow_obj" | "trace_obj" | "maplib"
+            | "usemap" => {}
             "cstype" | "deg" | "bmat" | "step" | "curv" | "curv2" | "surf" | "parm" | "trim" | "hole" | "scrv" | "sp" | "end"
             | "con" | "bzp" | "bsp" | "cdc" | "cdp" | "res" | "ctech" | "stech" => {
                 return Err(Error::Unsupported {
@@ -166,19 +175,57 @@ impl<L: FnMut(&Path) -> io::Result<Vec<u8>>> Reader<L> {
         Ok(())
     }
 
+    /// `u`, and `v` where there is one; a third number is of no use on a surface.
+    fn coordinate(&mut self, mut words: Words<'_>) -> Result<(), Error> {
+        let u = words.number("u")?;
+        let v = if words.is_empty() { 0.0 } else { words.number("v")? };
+        if !words.is_empty() {
+            words.number("w")?;
+        }
+        words.end()?;
+        self.coordinates.push([u, v]);
+        Ok(())
+    }
+
     fn face(&mut self, line: usize, mut words: Words<'_>) -> Result<(), Error> {
-        let mut vertices = Vec::with_capacity(4);
+        let (mut vertices, mut corners) = (Vec::with_capacity(4), Vec::with_capacity(4));
         while let Some(word) = words.next() {
             vertices.push(self.corner(word)?);
+            corners.push(word);
         }
         let material = self.material_index(line)?;
+        let Self { textures, intake, library, .. } = self;
+        textures.load(material, intake, library)?;
         let surface = match (self.object.as_str(), self.group.as_str()) {
             ("", "") => self.intake.surface("default"),
             ("", name) | (name, "") => self.intake.surface(name),
             (object, group) => self.intake.surface(&format!("{object}/{group}")),
         };
+        let coordinates = self.coordinates_of(line, material, &corners)?;
         let place = self.intake.place(Position::Line(line));
-        self.intake.add_face(surface, material, vertices, place)
+        self.intake.add_textured_face(surface, material, Outline { vertices, coordinates }, place)
+    }
+
+    /// Texture coordinates at the corners of a face of a material with textures.
+    fn coordinates_of(&mut self, line: usize, material: usize, corners: &[&str]) -> Result<[Option<Vec<[f64; 2]>>; 2], Error> {
+        let mappings = self.textures.mappings(material);
+        if mappings.iter().all(Option::is_none) {
+            return Ok([None, None]);
+        }
+        let mut uv = Vec::with_capacity(corners.len());
+        for word in corners {
+            let texture = word.split('/').nth(1).filter(|texture| !texture.is_empty());
+            let Some(index) = texture.and_then(|texture| texture.parse::<i64>().ok()) else {
+                self.ignore(line, "faces without `vt` have no texture: `Kd` and `Ke` hold all over them".to_owned());
+                return Ok([None, None]);
+            };
+            let place = place_of(index, self.coordinates.len());
+            uv.push(place.map(|place| self.coordinates[place]).ok_or_else(|| {
+                let count = self.coordinates.len();
+                Error::expected(format!("the index of one of the {count} `vt` before this line"), quoted(Some(word)))
+            })?);
+        }
+        Ok(mappings.map(|mapping| mapping.map(|mapping| uv.iter().map(|&uv| mapping.apply(uv)).collect())))
     }
 
     /// The vertex of one word of a face: `7`, `7/1`, `7//3` or `7/1/3`, or the same with negative numbers.
@@ -195,11 +242,7 @@ impl<L: FnMut(&Path) -> io::Result<Vec<u8>>> Reader<L> {
             return Err(wrong());
         }
         let count = self.vertices.len();
-        let place = match index {
-            1.. => usize::try_from(index - 1).ok(),
-            _ => usize::try_from(index.unsigned_abs()).ok().filter(|&back| back > 0).and_then(|back| count.checked_sub(back)),
-        };
-        place.and_then(|place| self.vertices.get(place).copied()).ok_or_else(|| {
+        place_of(index, count).map(|place| self.vertices[place]).ok_or_else(|| {
             let range = if count == 0 { "no vertices stand".to_owned() } else { format!("1 to {count} or -1 to -{count} stand") };
             Error::expected(format!("the index of a vertex: {range} before this line"), quoted(Some(word)))
         })
@@ -238,8 +281,17 @@ impl<L: FnMut(&Path) -> io::Result<Vec<u8>>> Reader<L> {
             return Ok(());
         }
         let content = content.map_err(|error| Error::Unreadable { file: name.into(), reason: error.to_string() })?;
-        mtl::parse(&content, Path::new(name), &mut self.intake, &mut self.materials)?;
+        mtl::parse(&content, Path::new(name), &mut self.intake, &mut self.materials, &mut self.textures)?;
         self.libraries.push(name.into());
         Ok(())
     }
+}
+
+/// The place in a list of an index from 1, or from -1 backwards.
+fn place_of(index: i64, count: usize) -> Option<usize> {
+    let place = match index {
+        1.. => usize::try_from(index - 1).ok(),
+        _ => usize::try_from(index.unsigned_abs()).ok().filter(|&back| back > 0).and_then(|back| count.checked_sub(back)),
+    };
+    place.filter(|&place| place < count)
 }

@@ -13,13 +13,16 @@ mod material;
 mod note;
 pub(crate) mod split;
 
+use std::f64::consts::PI;
 use std::path::Path;
+use std::sync::Arc;
 
 use radgrad_core::{DVec3, Polygon};
 
+use crate::texture::{Chart, Quantity, Texture};
 use crate::{Error, Place};
 pub use intake::Degenerate;
-pub(crate) use intake::Intake;
+pub(crate) use intake::{Intake, Outline};
 pub use material::Material;
 pub use note::Note;
 pub(crate) use split::triangles;
@@ -89,6 +92,8 @@ pub struct Face {
     surface: usize,
     material: usize,
     place: Option<Place>,
+    /// Where it has the textures of its material: of the reflectance and of the radiance.
+    charts: [Option<Chart>; 2],
 }
 
 impl Face {
@@ -114,6 +119,12 @@ impl Face {
     #[must_use]
     pub const fn place(&self) -> Option<&Place> {
         self.place.as_ref()
+    }
+
+    /// Where it has a texture of its material; without a chart the material's own values hold all over it.
+    #[must_use]
+    pub const fn chart(&self, quantity: Quantity) -> Option<&Chart> {
+        self.charts[quantity as usize].as_ref()
     }
 }
 
@@ -178,6 +189,18 @@ impl Scene {
         Ok(self.materials.len() - 1)
     }
 
+    /// Gives a material a texture, by whose texels its reflectance or its radiance is multiplied on faces with texture
+    /// coordinates.
+    ///
+    /// # Errors
+    /// If there is no such material, texels have another number of values than the scene has channels, or a product is out of
+    /// range.
+    pub fn set_texture(&mut self, material: usize, quantity: Quantity, texture: impl Into<Arc<Texture>>) -> Result<(), Error> {
+        let (channels, count) = (&self.channels, self.materials.len());
+        let material = self.materials.get_mut(material).ok_or_else(|| missing("material", material, count))?;
+        material.set_texture(quantity, texture.into(), channels)
+    }
+
     /// Adds a surface without faces and returns its index.
     pub fn add_surface(&mut self, name: impl Into<String>) -> usize {
         self.surfaces.push(Surface { name: name.into(), faces: Vec::new(), exchanges: true });
@@ -195,19 +218,104 @@ impl Scene {
     /// # Errors
     /// If there is no such surface or material.
     pub fn add_face(&mut self, surface: usize, material: usize, polygon: Polygon, place: Option<Place>) -> Result<usize, Error> {
-        let missing = |what, index: usize, count: usize| Error::Missing {
-            what,
-            which: index.to_string(),
-            known: format!("they are numbered from 0, and there are {count}"),
-        };
-        if material >= self.materials.len() {
-            return Err(missing("material", material, self.materials.len()));
+        self.add_charted_face(surface, material, polygon, place, [None, None])
+    }
+
+    /// Adds a face with texture coordinates `(u, v)` at its vertices and returns its index.
+    ///
+    /// ```
+    /// use radgrad_core::{DVec3, Polygon};
+    /// use radgrad_scene::{Quantity, Scene, Texture};
+    /// let mut scene = Scene::new(["grey"])?;
+    /// let tiles = scene.add_material("tiles", [0.8], [0.0])?;
+    /// let board = Texture::from_fn("board", [2, 2], 1, |column, row| vec![if column == row { 1.0 } else { 0.25 }])?;
+    /// scene.set_texture(tiles, Quantity::Reflectance, board)?;
+    /// let floor = scene.add_surface("floor");
+    /// let corners = [(0.0, 0.0), (2.0, 0.0), (2.0, 2.0), (0.0, 2.0)];
+    /// let square = Polygon::new(corners.map(|(x, y)| DVec3::new(x, y, 0.0)).to_vec()).unwrap();
+    /// let face = scene.add_textured_face(floor, tiles, square, &corners.map(|(x, y)| [0.5 * x, 0.5 * y]), None)?;
+    /// assert_eq!(scene.at(face, Quantity::Reflectance, DVec3::new(0.5, 0.5, 0.0)), [0.8]);
+    /// assert_eq!(scene.at(face, Quantity::Reflectance, DVec3::new(1.5, 0.5, 0.0)), [0.2]);
+    /// # Ok::<(), radgrad_scene::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// If there is no such surface or material, or the coordinates are no affine function of the position.
+    pub fn add_textured_face(
+        &mut self,
+        surface: usize,
+        material: usize,
+        polygon: Polygon,
+        coordinates: &[[f64; 2]],
+        place: Option<Place>,
+    ) -> Result<usize, Error> {
+        let chart = Chart::new(&polygon, coordinates)?;
+        self.add_charted_face(surface, material, polygon, place, [Some(chart); 2])
+    }
+
+    pub(crate) fn add_charted_face(
+        &mut self,
+        surface: usize,
+        material: usize,
+        polygon: Polygon,
+        place: Option<Place>,
+        charts: [Option<Chart>; 2],
+    ) -> Result<usize, Error> {
+        let of = self.materials.get(material).ok_or_else(|| missing("material", material, self.materials.len()))?;
+        let mut used = [None; 2];
+        for quantity in Quantity::ALL {
+            if let (Some(texture), Some(chart)) = (of.texture(quantity), charts[quantity as usize]) {
+                chart.check(&polygon, texture)?;
+                used[quantity as usize] = Some(chart);
+            }
         }
         let index = self.faces.len();
         let count = self.surfaces.len();
         self.surfaces.get_mut(surface).ok_or_else(|| missing("surface", surface, count))?.faces.push(index);
-        self.faces.push(Face { polygon, surface, material, place });
+        self.faces.push(Face { polygon, surface, material, place, charts: used });
         Ok(index)
+    }
+
+    /// Whether a reflectance or a radiance varies over any face.
+    #[must_use]
+    pub fn is_textured(&self) -> bool {
+        self.faces.iter().any(|face| face.charts.iter().any(Option::is_some))
+    }
+
+    /// Reflectance or radiance at a point of a face, in each channel; none if there is no such face.
+    #[must_use]
+    pub fn at(&self, face: usize, quantity: Quantity, point: DVec3) -> Vec<f64> {
+        let Some(face) = self.faces.get(face) else { return Vec::new() };
+        let material = &self.materials[face.material];
+        let factors = material.factors(quantity);
+        match (material.texture(quantity), face.chart(quantity)) {
+            (Some(texture), Some(chart)) => {
+                factors.iter().zip(texture.at(chart.coordinates(point))).map(|(f, t)| f * t).collect()
+            }
+            _ => factors.to_vec(),
+        }
+    }
+
+    /// Mean of a quantity over a face in a channel, exact up to rounding; 0 if there is no such face or channel.
+    #[must_use]
+    pub fn mean_over(&self, face: usize, quantity: Quantity, channel: usize) -> f64 {
+        let Some(face) = self.faces.get(face) else { return 0.0 };
+        let material = &self.materials[face.material];
+        let factor = material.factors(quantity).get(channel).copied().unwrap_or(0.0);
+        let (Some(texture), Some(chart)) = (material.texture(quantity), face.chart(quantity)) else { return factor };
+        let vertices = face.polygon.vertices();
+        let (mut sum, mut area) = (0.0, 0.0);
+        for [a, b, c] in triangles(vertices).unwrap_or_default() {
+            let (origin, axes) = (vertices[a], [vertices[b] - vertices[a], vertices[c] - vertices[a]]);
+            let scale = axes[0].cross(axes[1]).length();
+            let at = |[s, t]: [f64; 2]| chart.coordinates(origin + axes[0] * s + axes[1] * t);
+            texture.cut(&[[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]], at, |piece| {
+                let part = scale * area_of(&piece.corners);
+                sum += part * piece.values[channel];
+                area += part;
+            });
+        }
+        factor * sum / area
     }
 
     /// Title, where the file has one.
@@ -296,8 +404,8 @@ impl Scene {
     /// Power emitted by all faces in a channel: the sum of area times pi times radiance. 0 if there is no such channel.
     #[must_use]
     pub fn emitted_power(&self, channel: usize) -> f64 {
-        let exitance = |face: &Face| self.materials[face.material].emitted_radiosity(channel).unwrap_or(0.0);
-        self.faces.iter().map(|face| face.polygon.area() * exitance(face)).sum()
+        let power = |(index, face): (usize, &Face)| face.polygon.area() * PI * self.mean_over(index, Quantity::Radiance, channel);
+        self.faces.iter().enumerate().map(power).sum()
     }
 
     /// Lowest and highest coordinates of all faces, if there are any.
@@ -307,6 +415,18 @@ impl Scene {
         let first = vertices.next()?;
         Some(vertices.fold((first, first), |(low, high), v| (low.min(v), high.max(v))))
     }
+}
+
+fn missing(what: &'static str, index: usize, count: usize) -> Error {
+    Error::Missing { what, which: index.to_string(), known: format!("they are numbered from 0, and there are {count}") }
+}
+
+fn area_of(corners: &[[f64; 2]]) -> f64 {
+    let across = |i: usize| {
+        let [a, b, c] = [corners[0], corners[i], corners[i + 1]];
+        (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
+    };
+    0.5 * (1..corners.len() - 1).map(across).sum::<f64>()
 }
 
 #[cfg(test)]
@@ -360,8 +480,7 @@ mod tests {
         for (material, z) in [(lamp, 0.0), (dark, 1.0), (lamp, 2.0)] {
             scene.add_face(surface, material, square(z), None).unwrap();
         }
-        let pi = std::f64::consts::PI;
-        assert_eq!([0, 1, 2].map(|channel| scene.emitted_power(channel)), [4.0 * pi, 6.0 * pi, 0.0]);
+        assert_eq!([0, 1, 2].map(|channel| scene.emitted_power(channel)), [4.0 * PI, 6.0 * PI, 0.0]);
         assert_eq!(scene.area_of(surface), 3.0);
         assert_eq!(scene.area_of(9), 0.0);
     }

@@ -150,6 +150,21 @@ impl Basis {
         self.functions.iter().map(|f| dot(f, &monomials)).collect()
     }
 
+    /// The same in a buffer that has their number.
+    pub(crate) fn fill(&self, [s, t]: [f64; 2], values: &mut [f64]) {
+        let powers = |x: f64| {
+            let mut powers = [1.0; MAX_DEGREE + 2];
+            for i in 1..powers.len() {
+                powers[i] = powers[i - 1] * x;
+            }
+            powers
+        };
+        let (of_s, of_t) = (powers(s), powers(t));
+        for (value, function) in values.iter_mut().zip(&self.functions) {
+            *value = function.iter().zip(&self.powers).map(|(c, &[i, j])| c * (of_s[i] * of_t[j])).sum();
+        }
+    }
+
     /// Derivatives of all functions with respect to `s` and `t` at a point.
     #[must_use]
     pub fn slopes(&self, [s, t]: [f64; 2]) -> Vec<[f64; 2]> {
@@ -210,6 +225,17 @@ impl Basis {
                 *p += 0.25 * weight * c;
             }
         }
+    }
+
+    /// The shape of the elements that it is for.
+    #[must_use]
+    pub const fn shape(&self) -> Shape {
+        self.shape
+    }
+
+    /// Bernstein coefficients of what has these coefficients.
+    pub(crate) fn bernstein(&self, coefficients: &[f64]) -> Vec<f64> {
+        self.bernstein.iter().map(|row| dot(row, coefficients)).collect()
     }
 
     /// Least and largest value over the element, or beyond them: the range of the Bernstein coefficients.

@@ -17,6 +17,13 @@
 //! receiver j, `A_i mean_i G f = int f F_y dy <= A_j mean_j(f) max F_y`. The largest values then are those at the nodes; only
 //! near-by sources need each other's.
 //!
+//! # Textures
+//! The detail t of textures stays as elements become smaller, but `G t` does not ([`crate::residual`]); so t is apart from the
+//! rest s of r: `mean |e| <= mean(z |s|) + mean(b |G t|)`. Nor is the defect d of `b_h` small, which has detail too. So z is bounded
+//! at every point, by the sweeps that bound e: `z = z_h + y` with `y = G d + G rho y`, from `|G d|` at the nodes, or `z = G rho (1 +
+//! z)` as it is, whichever is less. Of `rho y` with y at most Y, a point gathers at most Y times the least of `F max rho`, `k_max mean rho` and
+//! `F mean rho + (k_max - k_min)/2 rms(rho - mean rho)`.
+//!
 //! Where a bound has to hold at every point of an element, the difference between the largest value at the nodes and the least is
 //! added; that, and z between the nodes, are estimates of the same kind as the residual's.
 
@@ -25,11 +32,13 @@ use std::collections::HashMap;
 use rayon::prelude::*;
 
 use crate::field::Field;
-use crate::gathering::{Equation, Surfaces, irradiance};
+use crate::gathering::{Equation, irradiance};
 use crate::ledger::Ledger;
 use crate::link::Link;
 use crate::mesh::Mesh;
 use crate::residual::Residual;
+use crate::surfaces::Surfaces;
+use crate::texture::Pattern;
 use crate::transfer::{Kernel, Row, Station};
 
 /// Sweeps after which there is no bound: far more than any reflectance below 0.99 needs.
@@ -90,6 +99,8 @@ struct Seen {
     nodes: Vec<(f64, Kernel)>,
     most_factor: f64,
     most_peak: f64,
+    /// With textures, for each node and channel the reflectance that counts by the largest; else nothing.
+    even: Vec<Vec<f64>>,
 }
 
 impl Seen {
@@ -97,6 +108,7 @@ impl Seen {
     /// receivers, not over their parts.
     fn of<'a>(
         mesh: &Mesh,
+        surfaces: &Surfaces,
         stations: &[Station],
         receives: &[bool],
         links: impl Iterator<Item = (usize, &'a [Row])>,
@@ -124,12 +136,34 @@ impl Seen {
         for seen in &mut seen {
             seen.most_factor = seen.nodes.iter().fold(0.0, |m: f64, n| m.max(n.0));
             seen.most_peak = seen.nodes.iter().filter(|n| n.0 > 0.0).fold(0.0, |m: f64, n| m.max(n.1.peak));
+            seen.weigh(mesh, surfaces);
         }
         seen
     }
 
     const fn from(source: usize, nodes: Vec<(f64, Kernel)>) -> Self {
-        Self { source, nodes, most_factor: 0.0, most_peak: 0.0 }
+        Self { source, nodes, most_factor: 0.0, most_peak: 0.0, even: Vec::new() }
+    }
+
+    /// Learns what part of the largest reflectance of a source with textures counts.
+    fn weigh(&mut self, mesh: &Mesh, surfaces: &Surfaces) {
+        let most = &surfaces.reflectance[mesh.elements()[self.source].face()];
+        if surfaces.pattern(self.source, 0).is_none() {
+            return;
+        }
+        let of_channel = |(channel, most): (usize, &f64), (factor, kernel): &(f64, Kernel)| {
+            let Some(pattern) = surfaces.pattern(self.source, channel).filter(|_| *factor > 0.0 && *most > 0.0) else {
+                return 1.0;
+            };
+            if !kernel.peak.is_finite() {
+                return 1.0;
+            }
+            let (mean, [_, varies, _]) = (pattern.mean_reflectance(), pattern.spread_of_reflectance());
+            let halved = factor * mean + 0.5 * (kernel.peak - kernel.least) * varies;
+            (halved.min(kernel.peak * mean) / (factor * most)).min(1.0)
+        };
+        let of_node = |node: &(f64, Kernel)| most.iter().enumerate().map(|rho| of_channel(rho, node)).collect();
+        self.even = self.nodes.iter().map(of_node).collect();
     }
 }
 
@@ -169,7 +203,7 @@ impl Bounds {
         let (importance, defects) = importance(scene, channels);
         let of_receiver = |&receiver: &usize| {
             let links = links[receiver].iter().map(|link| (link.source, &link.rows[..]));
-            Seen::of(mesh, &stations(mesh, receiver), &receives, links)
+            Seen::of(mesh, surfaces, &stations(mesh, receiver), &receives, links)
         };
         let seen: Vec<Vec<Seen>> = receivers.par_iter().map(of_receiver).collect();
         let mut bounds = Self {
@@ -182,46 +216,103 @@ impl Bounds {
             shares: Vec::new(),
             receives,
         };
-        let own = |(index, &receiver): (usize, &usize)| {
-            let rho = &surfaces.reflectance[mesh.elements()[receiver].face()];
-            let of_node = |channel: usize, node: usize| {
-                let rows = links[receiver].iter().map(|link| (link.source, &link.rows[node]));
-                bounds.gathered_residual(mesh, channel, rows, &seen[index], node).total() * rho[channel]
-            };
-            let nodes = mesh.basis(receiver).nodes().len();
-            (0..channels).map(|channel| (0..nodes).map(|node| of_node(channel, node)).collect()).collect()
-        };
-        let own: Vec<Vec<Vec<f64>>> = receivers.par_iter().enumerate().map(own).collect();
         // Each time from a bound that holds: at first a point may gather the largest error from everywhere.
         for &receiver in receivers {
             bounds.means[receiver] = vec![f64::INFINITY; channels];
         }
         bounds.pull(mesh);
+        let defects = if surfaces.is_textured() {
+            bounds.raise_importance(scene, &seen, defects)?;
+            Vec::new()
+        } else {
+            defects
+                .into_iter()
+                .map(|of| of.iter().map(|d| d.mean() + d.largest.solver + d.largest.computation).collect())
+                .collect()
+        };
+        let own = bounds.own(scene, &seen);
         for _ in 0..PASSES {
             bounds.rise(scene, &seen, &own)?;
-            bounds.average(scene, &defects);
+            bounds.average(scene, &seen, &defects);
             bounds.spread(scene, &seen);
         }
         bounds.rise(scene, &seen, &own)?;
         Some(bounds)
     }
 
-    /// The mean magnitude of the residual over an element, by its sources.
+    /// What the nodes of receivers gather of the residual, times the reflectance.
+    fn own(&self, scene: Scene<'_>, seen: &[Vec<Seen>]) -> Vec<Vec<Vec<f64>>> {
+        let Scene { mesh, surfaces, receivers, links } = scene;
+        let channels = self.residuals[0].first().map_or(0, Vec::len);
+        let own = |(index, &receiver): (usize, &usize)| {
+            let rho = &surfaces.reflectance[mesh.elements()[receiver].face()];
+            let of_node = |channel: usize, node: usize| {
+                let rows = links[receiver].iter().map(|link| (link.source, &link.rows[node]));
+                self.gathered_residual(mesh, channel, rows, &seen[index], node).total() * rho[channel]
+            };
+            let nodes = mesh.basis(receiver).nodes().len();
+            (0..channels).map(|channel| (0..nodes).map(|node| of_node(channel, node)).collect()).collect()
+        };
+        receivers.par_iter().enumerate().map(own).collect()
+    }
+
+    /// Makes the importance one that is no less at any point: it may be more by `y = G d + G rho y` with its defect d, and is at
+    /// most `Z = G rho (1 + Z)`.
+    fn raise_importance(&mut self, scene: Scene<'_>, seen: &[Vec<Seen>], defects: Vec<Vec<Residual>>) -> Option<()> {
+        let Scene { mesh, surfaces, receivers, .. } = scene;
+        let rho = |element: usize, channel: usize| surfaces.reflectance[mesh.elements()[element].face()][channel];
+        let channels = self.residuals[0].first().map_or(0, Vec::len);
+        let none = vec![vec![Residual::default(); channels]; mesh.elements().len()];
+        let mut more = self.clone();
+        more.residuals = [none, Residual::everywhere(mesh, receivers, defects, channels)];
+        let of_defect = more.own(scene, seen);
+        let more = more.rise(scene, seen, &of_defect).map(|()| more);
+        let reflected = |(index, &receiver): (usize, &usize)| {
+            let of_node = |channel: usize, node: usize| {
+                let of = |seen: &Seen| {
+                    seen.nodes[node].0 * rho(seen.source, channel) * seen.even.get(node).map_or(1.0, |even| even[channel])
+                };
+                seen[index].iter().map(of).sum::<f64>() * rho(receiver, channel)
+            };
+            let nodes = mesh.basis(receiver).nodes().len();
+            (0..channels).map(|channel| (0..nodes).map(|node| of_node(channel, node)).collect()).collect()
+        };
+        let mut most = self.clone();
+        let own: Vec<Vec<Vec<f64>>> = receivers.par_iter().enumerate().map(reflected).collect();
+        let most = most.rise(scene, seen, &own).map(|()| most);
+        if more.is_none() && most.is_none() {
+            return None;
+        }
+        for channel in 0..channels {
+            let at = |of: &Option<Self>, receiver: usize| {
+                let largest = |of: &Self| of.largest[receiver][channel] + of.variation[receiver][channel];
+                of.as_ref().map_or(f64::INFINITY, |of| largest(of) / rho(receiver, channel))
+            };
+            let mut greatest: f64 = 0.0;
+            for &receiver in receivers.iter().filter(|&&receiver| rho(receiver, channel) > 0.0) {
+                let raised = self.importance[receiver][channel] + at(&more, receiver);
+                self.importance[receiver][channel] = raised.min(at(&most, receiver));
+                greatest = greatest.max(self.importance[receiver][channel]);
+            }
+            // A black receiver leaves nothing out but what rounding does.
+            for &receiver in receivers.iter().filter(|&&receiver| rho(receiver, channel) == 0.0) {
+                self.importance[receiver][channel] += greatest;
+            }
+        }
+        Some(())
+    }
+
+    /// The mean magnitude of the residual over an element, but for the detail of textures, by its sources.
     fn mean_residual(&self, element: usize, channel: usize) -> Ledger {
         let [direct, reflected] = &self.residuals;
         direct[element][channel].mean_ledger() + reflected[element][channel].mean_ledger()
     }
 
-    /// How much an element adds to the bound on the mean, for what it leaves out of direct or of reflected light.
-    pub(crate) fn share(&self, mesh: &Mesh, which: usize, element: usize, channel: usize) -> f64 {
+    /// How much an element adds to the bound on the mean, for a residual of that mean.
+    pub(crate) fn share(&self, mesh: &Mesh, element: usize, channel: usize, mean: f64) -> f64 {
         let receiver = receiver_above(mesh, &self.receives, element).unwrap_or(element);
         let importance = self.importance[receiver].get(channel).copied().unwrap_or(0.0);
-        mesh.elements()[element].area() * importance * self.residuals[which][element][channel].mean()
-    }
-
-    /// The mean magnitude of what a receiver leaves out.
-    pub(crate) fn left_out(&self, receiver: usize, channel: usize) -> f64 {
-        self.residuals[1][receiver][channel].mean()
+        mesh.elements()[element].area() * importance * mean
     }
 
     /// Mean errors of receivers, `A_i e_i <= rho_i sum_j max F_ij A_j (|r|_j + e_j)`, from those that hold already and from the
@@ -254,8 +345,9 @@ impl Bounds {
                 let mut sums = vec![[0.0_f64; 3]; mesh.elements().len()];
                 for (&receiver, to) in receivers.iter().zip(&reached) {
                     let own = mesh.elements()[receiver].area();
-                    let [left, error] =
-                        [self.mean_residual(receiver, channel).total(), self.means[receiver][channel]].map(|m| own * m);
+                    let detail: f64 = self.residuals.iter().map(|of| of[receiver][channel].mean_detail()).sum();
+                    let left = self.mean_residual(receiver, channel).total() + detail;
+                    let [left, error] = [left, self.means[receiver][channel]].map(|m| own * m);
                     for &(target, most) in to {
                         let [first, again, factor] = &mut sums[target];
                         *first += most * left;
@@ -335,21 +427,27 @@ impl Bounds {
     }
 
     /// The bound on the mean error.
-    fn average(&mut self, scene: Scene<'_>, defects: &[Vec<f64>]) {
-        let Scene { mesh, surfaces, receivers, .. } = scene;
+    fn average(&mut self, scene: Scene<'_>, seen: &[Vec<Seen>], defects: &[Vec<f64>]) {
+        let Scene { mesh, surfaces, receivers, links } = scene;
         let area: f64 = receivers.iter().map(|&receiver| mesh.elements()[receiver].area()).sum();
         let channels = self.residuals[0].first().map_or(0, Vec::len);
         (self.mean, self.shares) = (Vec::new(), Vec::new());
         for channel in 0..channels {
             let (mut sent, mut missed, mut at_point) = (Ledger::default(), 0.0, Ledger::default());
-            for (&receiver, defects) in receivers.iter().zip(defects) {
+            for (index, &receiver) in receivers.iter().enumerate() {
                 let element = &mesh.elements()[receiver];
                 let part = element.area() / area;
                 sent += self.mean_residual(receiver, channel) * (self.importance[receiver][channel] * part);
                 let rho = surfaces.reflectance[element.face()][channel];
-                if rho > 0.0 {
+                if surfaces.is_textured() {
+                    let mean = surfaces.pattern(receiver, channel).map_or(rho, Pattern::mean_reflectance);
+                    let sends = mean * (1.0 + self.importance[receiver][channel]);
+                    let of_node = |node: usize| self.gathered_detail(mesh, channel, &links[receiver], &seen[index], node);
+                    let most = (0..mesh.basis(receiver).nodes().len()).map(of_node).fold(0.0, f64::max);
+                    sent.discretisation += part * sends * most;
+                } else if rho > 0.0 {
                     let largest = self.largest[receiver][channel] + self.variation[receiver][channel];
-                    missed += part * defects[channel] * largest / rho;
+                    missed += part * defects[index][channel] * largest / rho;
                 }
                 // What is evaluated at a point has an error of its own.
                 for residuals in &self.residuals {
@@ -384,21 +482,43 @@ impl Bounds {
         seen.iter().map(of_reflected).fold(direct, |a, b| a + b)
     }
 
+    /// What a node of a receiver gathers at most of the detail of textures.
+    fn gathered_detail(&self, mesh: &Mesh, channel: usize, links: &[Link], seen: &[Seen], node: usize) -> f64 {
+        let [direct, reflected] = &self.residuals;
+        let of_direct = |link: &Link| {
+            let (row, source) = (&link.rows[node], link.source);
+            direct[source][channel].gathered_detail(mesh.basis(source).degree(), row.factor(), &row.kernel)
+        };
+        let of_reflected = |seen: &Seen| {
+            let ((factor, kernel), source) = (&seen.nodes[node], seen.source);
+            reflected[source][channel].gathered_detail(mesh.basis(source).degree(), *factor, kernel)
+        };
+        links.iter().map(of_direct).sum::<f64>() + seen.iter().map(of_reflected).sum::<f64>()
+    }
+
     /// What a point gathers at most of the error.
     fn gathered_error(&self, channel: usize, seen: &[Seen], node: usize) -> f64 {
         let of = |seen: &Seen| {
             let (factor, kernel) = &seen.nodes[node];
             let (mean, largest) = (self.means[seen.source][channel], self.largest[seen.source][channel]);
-            if *factor == 0.0 { 0.0 } else { (factor * largest).min(kernel.peak * mean) }
+            let even = seen.even.get(node).map_or(1.0, |even| even[channel]);
+            if *factor == 0.0 { 0.0 } else { (factor * largest * even).min(kernel.peak * mean) }
         };
         seen.iter().map(of).sum()
     }
 
     /// The bound at a point, from what each of its links gives.
-    pub(crate) fn at_point(&self, mesh: &Mesh, surfaces: &Surfaces, station: &Station, rows: &[(usize, Row)]) -> Vec<Ledger> {
+    /// `rho` is the reflectance there.
+    pub(crate) fn at_point(
+        &self,
+        mesh: &Mesh,
+        surfaces: &Surfaces,
+        station: &Station,
+        rows: &[(usize, Row)],
+        rho: &[f64],
+    ) -> Vec<Ledger> {
         let links = rows.iter().map(|(source, row)| (*source, std::slice::from_ref(row)));
-        let seen = Seen::of(mesh, &[*station], &self.receives, links);
-        let rho = &surfaces.reflectance[station.face];
+        let seen = Seen::of(mesh, surfaces, &[*station], &self.receives, links);
         let of_channel = |(channel, rho): (usize, &f64)| {
             let rows = rows.iter().map(|(source, row)| (*source, row));
             let carried = self.shares[channel] * self.gathered_error(channel, &seen, 0);
@@ -422,14 +542,18 @@ fn below(mesh: &Mesh, receives: &[bool], element: usize, visit: &mut impl FnMut(
     }
 }
 
-/// For each element the largest importance at the nodes, and for each receiver the mean magnitude of the defect of b.
-fn importance(scene: Scene<'_>, channels: usize) -> (Vec<Vec<f64>>, Vec<Vec<f64>>) {
+/// For each element the largest importance at the nodes, and for each receiver the defect of b.
+fn importance(scene: Scene<'_>, channels: usize) -> (Vec<Vec<f64>>, Vec<Vec<Residual>>) {
     let Scene { mesh, surfaces, receivers, links } = scene;
     let mut source: Vec<Vec<f64>> = vec![Vec::new(); mesh.elements().len()];
     let mut own = source.clone();
     for &receiver in receivers {
         let (len, rho) = (mesh.basis(receiver).len(), &surfaces.reflectance[mesh.elements()[receiver].face()]);
-        source[receiver] = rho.iter().flat_map(|rho| (0..len).map(move |i| if i == 0 { *rho } else { 0.0 })).collect();
+        let of_channel = |(channel, rho): (usize, &f64)| match surfaces.pattern(receiver, channel) {
+            Some(pattern) => pattern.reflectance().to_vec(),
+            None => (0..len).map(|i| if i == 0 { *rho } else { 0.0 }).collect(),
+        };
+        source[receiver] = rho.iter().enumerate().flat_map(of_channel).collect();
         own[receiver] = vec![0.0; len * channels];
     }
     let mut field = Field::dark(mesh, channels);
@@ -456,14 +580,29 @@ fn importance(scene: Scene<'_>, channels: usize) -> (Vec<Vec<f64>>, Vec<Vec<f64>
             let z = at_nodes.iter().zip(&beside).map(|(z, beside)| z + beside).fold(0.0, f64::max);
             let samples: Vec<f64> = at_nodes.iter().map(|h| rho * h).collect();
             let held = &own[receiver][channel * basis.len()..(channel + 1) * basis.len()];
-            let mut unsolved: Vec<f64> = basis.project(&samples).iter().zip(held).map(|(p, b)| p - b).collect();
-            unsolved[0] += rho;
+            let mut defect = Residual::of(element, basis, &samples);
+            let unsolved = match surfaces.pattern(receiver, channel) {
+                None => {
+                    let mut projected = basis.project(&samples);
+                    projected.iter_mut().zip(held).for_each(|(p, b)| *p -= b);
+                    projected[0] += rho;
+                    projected
+                }
+                Some(pattern) => {
+                    let mut sent = basis.project(&at_nodes);
+                    sent[0] += 1.0;
+                    defect = defect.textured(element, pattern, rho, pattern.detail(basis, &sent, false));
+                    pattern.reflected(&sent).iter().zip(held).map(|(p, b)| p - b).collect()
+                }
+            };
             let missed = rho * beside.into_iter().fold(0.0, f64::max);
-            (z, Residual::of(element, basis, &samples).mean() + basis.magnitude(&unsolved) + missed)
+            defect.largest.computation = missed;
+            defect.largest.solver = basis.magnitude(&unsolved);
+            (z, defect)
         };
         (0..channels).map(of_channel).unzip()
     };
-    let (largest, defects): (Vec<Vec<f64>>, Vec<Vec<f64>>) = receivers.par_iter().map(of).unzip();
+    let (largest, defects): (Vec<Vec<f64>>, Vec<Vec<Residual>>) = receivers.par_iter().map(of).unzip();
     let mut all = vec![Vec::new(); mesh.elements().len()];
     receivers.iter().zip(largest).for_each(|(&receiver, z)| all[receiver] = z);
     (all, defects)

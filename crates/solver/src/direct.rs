@@ -4,11 +4,11 @@
 //! shadows, the last one has none that are sharp; but a sample of the middle part costs one closed form a lamp, and one of the
 //! last a gather over the whole scene. So each has elements of its own: leaves, where direct light is projected, and receivers
 //! above them, where the gathers are. Lamps are the faces that emit, if they are few and small: if all walls glow nothing is
-//! gained.
+//! gained. Faces that emit by a texture are none: their light is gathered as reflected light is.
 
 use crate::Error;
-use crate::gathering::Surfaces;
 use crate::mesh::{Mesh, Sight};
+use crate::surfaces::Surfaces;
 use crate::transfer::{Optics, Station};
 
 /// The part of all area that lamps may have.
@@ -47,7 +47,10 @@ pub(crate) struct Direct {
 
 impl Lamps {
     pub(crate) fn of(mesh: &Mesh, surfaces: &Surfaces) -> Self {
-        let emits = |root: &usize| surfaces.emitted[mesh.elements()[*root].face()].iter().any(|e| *e > 0.0);
+        let emits = |root: &usize| {
+            let face = mesh.elements()[*root].face();
+            !surfaces.glows_by_texture(face) && surfaces.emitted[face].iter().any(|e| *e > 0.0)
+        };
         let area = |roots: &[usize]| roots.iter().map(|&root| mesh.elements()[root].area()).sum::<f64>();
         let roots: Vec<usize> = mesh.roots().iter().copied().filter(emits).collect();
         if roots.len() <= FEW && area(&roots) <= SMALL * area(mesh.roots()) { Self { roots } } else { Self::default() }

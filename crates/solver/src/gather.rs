@@ -75,9 +75,8 @@ impl Solution {
             }
             rows.push((link.source, row));
         }
-        let beyond = self.bounds.at_point(&self.mesh, &self.surfaces, &station, &rows);
-        let rho = &self.surfaces.reflectance[face];
-        let emitted = &self.surfaces.emitted[face];
+        let [rho, emitted] = self.surfaces.at(face, point);
+        let beyond = self.bounds.at_point(&self.mesh, &self.surfaces, &station, &rows, &rho);
         let rounding = |c: usize| 2.0 * f64::EPSILON * (links.len() + 2) as f64 * (rho[c] * sums[c].abs() + emitted[c]);
         Ok(Gathered {
             face,

@@ -1,20 +1,15 @@
 //! Gathering: a discrete equation `b = s + P rho G b` on the receivers, solved by Gauss-Seidel.
 //!
 //! At the nodes of a receiver the irradiance `G b` is a sum over its links; its projection on the basis, times the reflectance,
-//! is the reflected radiosity. Receivers are taken in order and use what the ones before have got in the same sweep: each hands
-//! its change on to the elements above and below, which links see. G is a contraction with the reflectance, and the sweeps
-//! converge like powers of it. The radiosity is such a b, and so is the bound on its error.
+//! is the reflected radiosity; with a texture it is the projection of the product ([`crate::texture`]). Receivers are taken in
+//! order and use what the ones before have got in the same sweep: each hands its change on to the elements above and below, which
+//! links see. G is a contraction with the reflectance, and the sweeps converge like powers of it. The radiosity is such a b, and so
+//! is the bound on its error.
 
 use crate::field::Field;
 use crate::link::Link;
 use crate::mesh::Mesh;
-
-/// Reflectance and emitted radiosity of each face in each channel.
-#[derive(Debug, Clone)]
-pub(crate) struct Surfaces {
-    pub(crate) reflectance: Vec<Vec<f64>>,
-    pub(crate) emitted: Vec<Vec<f64>>,
-}
+use crate::surfaces::Surfaces;
 
 /// Irradiance at each node of a receiver, without what links neglect.
 pub(crate) fn irradiance(mesh: &Mesh, field: &Field, links: &[Link], channel: usize, nodes: usize) -> Vec<f64> {
@@ -45,7 +40,6 @@ impl Equation<'_> {
     pub(crate) fn sweep(&self, field: &mut Field, own: &mut [Vec<f64>], scale: &[f64]) -> f64 {
         let mut largest: f64 = 0.0;
         for &receiver in self.receivers {
-            let face = self.mesh.elements()[receiver].face();
             let len = self.mesh.basis(receiver).len();
             for (channel, scale) in scale.iter().enumerate() {
                 let mut change = vec![0.0; len];
@@ -56,9 +50,9 @@ impl Equation<'_> {
                         *sum += row.iter().zip(coefficients).map(|(m, c)| m * c).sum::<f64>();
                     }
                 }
-                let rho = self.surfaces.reflectance[face][channel];
+                self.surfaces.reflect(self.mesh, receiver, channel, &mut change);
                 let range = channel * len..(channel + 1) * len;
-                change.iter_mut().zip(&self.source[receiver][range.clone()]).for_each(|(c, s)| *c = rho * *c + s);
+                change.iter_mut().zip(&self.source[receiver][range.clone()]).for_each(|(c, s)| *c += s);
                 for (change, own) in change.iter_mut().zip(&mut own[receiver][range]) {
                     *change -= *own;
                     *own += *change;

@@ -16,6 +16,9 @@
 //! Solution -> gather   gather: E + rho G B_h at a point, with its bound
 //! ```
 //!
+//! Faces may have textures: reflection multiplies the irradiance, which is projected by itself, with texels (modules `surfaces`,
+//! `texture`; R. Gershbein, P. Schroeder and P. Hanrahan 1993). Curved patches have a solver of their own, [`curved`].
+//!
 //! # What is proven
 //! At a node and at a point: rules, closed forms and their bounds, what links neglect, the residual of the linear system.
 //! Estimated: what the residual is between the nodes of an element ([`Ledger::discretisation`]), and that the importance and
@@ -29,6 +32,7 @@ mod basis;
 mod bound;
 mod cell;
 mod contact;
+pub mod curved;
 mod direct;
 mod element;
 mod error;
@@ -45,6 +49,8 @@ mod reconstruction;
 mod residual;
 mod rule;
 mod solve;
+mod surfaces;
+mod texture;
 mod transfer;
 mod visible;
 

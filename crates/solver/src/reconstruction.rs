@@ -119,7 +119,7 @@ impl Solution {
     }
 
     /// Gradient of one exact gather within the leaf's plane, in each channel: the closed forms' at nearby and half hidden sources,
-    /// without bound.
+    /// without bound. A texture has none within a texel: its gradient is that of the irradiance times the reflectance there.
     ///
     /// # Errors
     /// If it cannot be represented.
@@ -149,8 +149,8 @@ impl Solution {
             let coefficients: Vec<&[f64]> = (0..channels).map(|channel| self.field.of(link.source, channel, len)).collect();
             add(link.source, &link.sight, &coefficients)?;
         }
-        let rho = &self.surfaces.reflectance[element.face()];
-        Ok(sums.iter().zip(rho).map(|(sum, rho)| (*sum * *rho).reject_from_normalized(normal)).collect())
+        let [rho, _] = self.surfaces.at(element.face(), point);
+        Ok(sums.iter().zip(&rho).map(|(sum, rho)| (*sum * *rho).reject_from_normalized(normal)).collect())
     }
 
     /// Gradient of what a source gives to a point with the coefficients of each channel. All functions together: that of one

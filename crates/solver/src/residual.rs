@@ -16,10 +16,17 @@
 //! `(k_max - k_min)/2 mean|r| + (k_max + k_min)/2 |mean r|`, since a constant may be taken from the kernel; and
 //! `|D^m k|/m! mean(d^m |r|)`, d the distance from each leaf's centre, since the kernel's Taylor polynomial there may be, with
 //! what r has of lower powers beside it. The least counts: an oscillating residual counts for little.
+//!
+//! # Textures
+//! With a texture r is `rho x + t`: x what the projection of the irradiance leaves out, and the detail `t = E + rho H_h - B_h`,
+//! which is known ([`crate::texture`]) and orthogonal to the basis, so that its biases are 0. Each is gathered for itself. By
+//! Schwarz `mean |rho x|` is at most rho's root mean square times x's; and since x has no part along the basis `mean(rho x)` is
+//! that of what rho's projection leaves out times x, `mean(rho x d^m)` that of `(rho - mean rho) x d^m`.
 
 use crate::basis::{Basis, MAX_DEGREE};
 use crate::element::Element;
 use crate::ledger::Ledger;
+use crate::texture::{Detail, Pattern};
 use crate::transfer::Kernel;
 
 /// Powers of the distance of which means are kept.
@@ -34,6 +41,9 @@ pub(crate) struct Residual {
     pub(crate) arms: [f64; POWERS],
     /// Magnitude of the mean of what the projection leaves out times the distance along some direction to a power.
     biases: [f64; POWERS],
+    /// The detail of textures, which is beside all that: its largest magnitude, and means of it as above.
+    detail: f64,
+    detail_arms: [f64; POWERS],
 }
 
 impl Residual {
@@ -47,10 +57,38 @@ impl Residual {
         let seen = falls.min(1.0 / (basis.degree() + 2) as f64);
         let arms = std::array::from_fn(|power| mean * element.arm(power));
         let largest = Ledger { discretisation, ..Ledger::default() };
-        Self { largest, arms, biases: arms.map(|arm| seen * arm) }
+        Self { largest, arms, biases: arms.map(|arm| seen * arm), ..Self::default() }
     }
 
-    /// Mean magnitude of what the projection leaves out.
+    /// The same with a texture: samples were the irradiance times `rho`, the largest reflectance of the face.
+    pub(crate) fn textured(mut self, element: &Element, pattern: &Pattern, rho: f64, detail: Detail) -> Self {
+        if rho > 0.0 {
+            let [rms, varies, beyond] = pattern.spread_of_reflectance().map(|spread| spread / rho);
+            let (mean, mut reach) = (self.arms[0], 1.0);
+            for power in 0..POWERS {
+                let beside = if power == 0 { beyond } else { varies * reach };
+                self.biases[power] = (self.biases[power] + beside * mean).min(self.arms[power]);
+                reach *= element.radius();
+            }
+            self.arms[0] = rms.min(1.0) * mean;
+            self.biases[0] = self.biases[0].min(self.arms[0]);
+        }
+        self.detail = detail.largest;
+        self.detail_arms = std::array::from_fn(|power| detail.mean * element.arm(power));
+        self
+    }
+
+    /// Mean magnitude of the detail of textures.
+    pub(crate) const fn mean_detail(&self) -> f64 {
+        self.detail_arms[0]
+    }
+
+    /// Largest magnitude, with the detail of textures.
+    pub(crate) fn whole(&self) -> Ledger {
+        Ledger { discretisation: self.largest.discretisation + self.detail, ..self.largest }
+    }
+
+    /// Mean magnitude of what the projection leaves out, but for the detail of textures.
     pub(crate) const fn mean(&self) -> f64 {
         self.arms[0]
     }
@@ -63,11 +101,13 @@ impl Residual {
             largest: sum.largest.zip(child.largest, f64::max),
             arms: add(sum.arms, child.arms),
             biases: add(sum.biases, child.biases),
+            detail: sum.detail.max(child.detail),
+            detail_arms: add(sum.detail_arms, child.detail_arms),
         };
         children.iter().fold(Self::default(), join)
     }
 
-    /// Bound on the mean magnitude.
+    /// Bound on the mean magnitude, but for the detail of textures.
     pub(crate) fn mean_ledger(&self) -> Ledger {
         Ledger { discretisation: self.arms[0].min(self.largest.discretisation), ..self.largest }
     }
@@ -75,23 +115,36 @@ impl Residual {
     /// What a point gathers of it at most.
     pub(crate) fn gathered(&self, degree: usize, factor: f64, kernel: &Kernel) -> Ledger {
         let rest = Ledger { discretisation: 0.0, ..self.largest } * factor;
-        let (largest, mean) = (self.largest.discretisation, self.arms[0]);
-        if largest == 0.0 || factor == 0.0 {
-            return rest;
-        }
-        let mut least = factor * largest;
-        if kernel.peak.is_finite() {
-            let halved = 0.5 * ((kernel.peak - kernel.least) * mean + (kernel.peak + kernel.least) * self.biases[0]);
-            least = least.min(kernel.peak * mean).min(halved);
-            if kernel.smooth {
-                let mut lower = kernel.peak * self.biases[0];
-                for order in 1..=degree + 1 {
-                    let derivative = kernel.derivative(order);
-                    least = least.min(lower + derivative * self.arms[order]);
-                    lower += derivative * self.biases[order];
-                }
+        let of =
+            |largest: f64, arms: &[f64; POWERS], biases: &[f64; POWERS]| least(degree, factor, kernel, largest, arms, biases);
+        let discretisation =
+            of(self.largest.discretisation, &self.arms, &self.biases) + self.gathered_detail(degree, factor, kernel);
+        rest + Ledger { discretisation, ..Ledger::default() }
+    }
+
+    /// What a point gathers at most of the detail of textures.
+    pub(crate) fn gathered_detail(&self, degree: usize, factor: f64, kernel: &Kernel) -> f64 {
+        least(degree, factor, kernel, self.detail, &self.detail_arms, &[0.0; POWERS])
+    }
+}
+
+/// The least of the bounds on what a point gathers.
+fn least(degree: usize, factor: f64, kernel: &Kernel, largest: f64, arms: &[f64; POWERS], biases: &[f64; POWERS]) -> f64 {
+    if largest == 0.0 || factor == 0.0 {
+        return 0.0;
+    }
+    let (mut least, mean) = (factor * largest, arms[0]);
+    if kernel.peak.is_finite() {
+        let halved = 0.5 * ((kernel.peak - kernel.least) * mean + (kernel.peak + kernel.least) * biases[0]);
+        least = least.min(kernel.peak * mean).min(halved);
+        if kernel.smooth {
+            let mut lower = kernel.peak * biases[0];
+            for order in 1..=degree + 1 {
+                let derivative = kernel.derivative(order);
+                least = least.min(lower + derivative * arms[order]);
+                lower += derivative * biases[order];
             }
         }
-        rest + Ledger { discretisation: least, ..Ledger::default() }
     }
+    least
 }

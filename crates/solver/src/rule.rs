@@ -32,9 +32,14 @@ pub(crate) fn for_degree(shape: Shape, degree: usize) -> Vec<Node> {
 
 /// The product rule with `count` Gauss nodes a direction.
 pub(crate) fn product(count: usize) -> Vec<Node> {
-    let line = on_unit_interval(count);
-    let pair = |&(t, v): &(f64, f64)| line.iter().map(move |&(s, w)| Node { at: [s, t], weight: v * w }).collect::<Vec<_>>();
-    line.iter().flat_map(pair).collect()
+    rectangular(count, count)
+}
+
+/// The product rule with different numbers of Gauss nodes.
+pub(crate) fn rectangular(along: usize, across: usize) -> Vec<Node> {
+    let (along, across) = (on_unit_interval(along), on_unit_interval(across));
+    let pair = |&(t, v): &(f64, f64)| along.iter().map(move |&(s, w)| Node { at: [s, t], weight: v * w }).collect::<Vec<_>>();
+    across.iter().flat_map(pair).collect()
 }
 
 /// The product rule carried to the triangle by `(s, t) -> (s, (1 - s) t)`: what a far field needs, any order.

@@ -17,12 +17,13 @@ use crate::bound::{self, Bounds, Residuals};
 use crate::cell::Rules;
 use crate::direct::{Direct, Lamps};
 use crate::field::Field;
-use crate::gathering::{Equation, Surfaces, irradiance};
+use crate::gathering::{Equation, irradiance};
 use crate::ledger::Ledger;
 use crate::link::{Link, Need, for_each};
 use crate::marking::{self, Marking};
 use crate::mesh::{Mesh, Sight};
 use crate::residual::Residual;
+use crate::surfaces::Surfaces;
 use crate::transfer::Optics;
 
 /// What is asked for.
@@ -184,15 +185,7 @@ pub fn solve_from(
         leaves.into_iter().try_for_each(|leaf| mesh.divide(leaf))?;
     }
     let channels = scene.channels().to_vec();
-    let of_face = |value: &dyn Fn(&radgrad_scene::Material, usize) -> f64| {
-        let of =
-            |face: &radgrad_scene::Face| (0..channels.len()).map(|c| value(&scene.materials()[face.material()], c)).collect();
-        scene.faces().iter().map(of).collect::<Vec<Vec<f64>>>()
-    };
-    let surfaces = Surfaces {
-        reflectance: of_face(&|material, c| material.reflectance()[c]),
-        emitted: of_face(&|material, c| material.emitted_radiosity(c).unwrap_or(0.0)),
-    };
+    let surfaces = Surfaces::of(scene);
     let (low, high) = scene.bounds().unwrap_or((DVec3::ZERO, DVec3::ZERO));
     let progress = Progress { round: 0, elements: 0, links: 0, bound: f64::INFINITY };
     let receivers: Vec<usize> = mesh.leaves().collect();
@@ -294,6 +287,7 @@ impl Solution {
                 self.direct.extend(direct);
             }
             self.field.grow(&self.mesh);
+            self.surfaces.grow(&self.mesh);
             for element in new {
                 if self.direct.is_empty() || !self.mesh.elements()[element].is_leaf() {
                     continue;
@@ -316,7 +310,7 @@ impl Solution {
             let leaves: Vec<usize> = self.mesh.leaves().collect();
             let area: f64 = leaves.iter().map(|&leaf| self.mesh.elements()[leaf].area()).sum();
             let indicator = |&leaf: &usize| {
-                let of = |channel: usize| ratio(self.left_on_leaf(leaf, channel).mean(), mean[channel]);
+                let of = |channel: usize| ratio(self.counts(leaf, &self.left_on_leaf(leaf, channel)), mean[channel]);
                 (self.mesh.elements()[leaf].area() / area * (0..channels).map(of).fold(0.0, f64::max), leaf)
             };
             let marked: Vec<(f64, usize)> = leaves.iter().map(indicator).collect();
@@ -329,11 +323,33 @@ impl Solution {
         }
     }
 
-    /// The projection of direct light on an element.
-    fn projected(&self, element: usize, channel: usize) -> Vec<f64> {
-        self.mesh.basis(element).project(&self.direct_samples(element, channel))
+    /// What of a residual becomes less as elements do: the detail of a texture stays, but gathers of it fall off with the power of
+    /// their size that the kernel's Taylor polynomial leaves.
+    fn counts(&self, element: usize, residual: &Residual) -> f64 {
+        if residual.mean_detail() == 0.0 {
+            return residual.mean();
+        }
+        let size = (self.mesh.elements()[element].radius() / self.extent).min(1.0);
+        let fades: f64 = std::iter::repeat_n(size, self.mesh.basis(element).degree() + 1).product();
+        residual.mean() + residual.mean_detail() * fades
     }
 
+    /// The projection of direct light on an element, as it is reflected.
+    fn projected(&self, element: usize, channel: usize) -> Vec<f64> {
+        let basis = self.mesh.basis(element);
+        match self.surfaces.pattern(element, channel) {
+            None => basis.project(&self.direct_samples(element, channel)),
+            Some(pattern) => pattern.reflected(&self.direct_irradiance(element, channel)),
+        }
+    }
+
+    /// The projection of the irradiance of lamps on an element.
+    fn direct_irradiance(&self, element: usize, channel: usize) -> Vec<f64> {
+        let at_nodes: Vec<f64> = self.direct[element].nodes.iter().map(|lit| lit.irradiance[channel]).collect();
+        self.mesh.basis(element).project(&at_nodes)
+    }
+
+    /// Irradiance of lamps at the nodes times the face's reflectance, the largest where it has a texture.
     fn direct_samples(&self, element: usize, channel: usize) -> Vec<f64> {
         let rho = self.surfaces.reflectance[self.mesh.elements()[element].face()][channel];
         self.direct[element].nodes.iter().map(|lit| rho * lit.irradiance[channel]).collect()
@@ -343,6 +359,10 @@ impl Solution {
         let (element, basis) = (&self.mesh.elements()[leaf], self.mesh.basis(leaf));
         let rho = self.surfaces.reflectance[element.face()][channel];
         let mut residual = Residual::of(element, basis, &self.direct_samples(leaf, channel));
+        if let Some(pattern) = self.surfaces.pattern(leaf, channel) {
+            let detail = pattern.detail(basis, &self.direct_irradiance(leaf, channel), false);
+            residual = residual.textured(element, pattern, rho, detail);
+        }
         for lit in &self.direct[leaf].nodes {
             let [clear, past] = lit.error[channel];
             residual.largest.computation = residual.largest.computation.max(rho * clear);
@@ -373,14 +393,23 @@ impl Solution {
 
     fn left_on_receiver(&self, receiver: usize, channel: usize) -> Residual {
         let (element, basis, links) = (&self.mesh.elements()[receiver], self.mesh.basis(receiver), &self.links[receiver]);
-        let (rho, emitted) = (self.surfaces.reflectance[element.face()][channel], self.emitted_on(element.face(), channel));
+        let (rho, emitted) = (self.surfaces.reflectance[element.face()][channel], self.surfaces.emitted[element.face()][channel]);
+        let emitted = if self.is_lamp(element.face()) { 0.0 } else { emitted };
         let at_nodes = irradiance(&self.mesh, &self.field, links, channel, basis.nodes().len());
         let samples: Vec<f64> = at_nodes.iter().map(|h| rho * h).collect();
         let mut residual = Residual::of(element, basis, &samples);
 
         let held = &self.own[receiver][channel * basis.len()..(channel + 1) * basis.len()];
-        let mut left: Vec<f64> = basis.project(&samples).iter().zip(held).map(|(p, b)| p - b).collect();
-        left[0] += emitted;
+        let mut left = match self.surfaces.pattern(receiver, channel) {
+            None => basis.project(&samples),
+            Some(pattern) => {
+                let projected = basis.project(&at_nodes);
+                residual = residual.textured(element, pattern, rho, pattern.detail(basis, &projected, true));
+                pattern.reflected(&projected)
+            }
+        };
+        left.iter_mut().zip(held).for_each(|(p, b)| *p -= b);
+        left.iter_mut().zip(self.emitted_on(receiver, channel)).for_each(|(p, e)| *p += e);
         residual.largest.solver = basis.magnitude(&left);
         for (node, sample) in samples.iter().enumerate() {
             let (mut neglected, mut clear, mut past) = (0.0, 0.0, 0.0);
@@ -399,14 +428,27 @@ impl Solution {
         residual
     }
 
-    /// What a face emits that is no lamp kept apart.
-    pub(crate) fn emitted_on(&self, face: usize, channel: usize) -> f64 {
-        if self.lamps.is_empty() { self.surfaces.emitted[face][channel] } else { 0.0 }
+    /// Coefficients of what an element emits that is no lamp kept apart.
+    pub(crate) fn emitted_on(&self, element: usize, channel: usize) -> Vec<f64> {
+        let (len, face) = (self.mesh.basis(element).len(), self.mesh.elements()[element].face());
+        match self.surfaces.pattern(element, channel) {
+            Some(pattern) if self.surfaces.glows_by_texture(face) => pattern.emitted().to_vec(),
+            _ => {
+                let mut even = vec![0.0; len];
+                even[0] = if self.is_lamp(face) { 0.0 } else { self.surfaces.emitted[face][channel] };
+                even
+            }
+        }
+    }
+
+    /// Whether what a face emits is a lamp's, kept apart.
+    fn is_lamp(&self, face: usize) -> bool {
+        !self.lamps.is_empty() && !self.surfaces.glows_by_texture(face)
     }
 
     /// What a face emits as a lamp kept apart.
     fn lamp_on(&self, face: usize, channel: usize) -> f64 {
-        if self.lamps.is_empty() { 0.0 } else { self.surfaces.emitted[face][channel] }
+        if self.is_lamp(face) { self.surfaces.emitted[face][channel] } else { 0.0 }
     }
 
     /// Links receivers that have none, to what their parent's links had for sources; these go.
@@ -446,11 +488,7 @@ impl Solution {
     fn sweep(&mut self, until: f64) {
         let mut source = vec![Vec::new(); self.mesh.elements().len()];
         for &receiver in &self.receivers {
-            let (len, face) = (self.mesh.basis(receiver).len(), self.mesh.elements()[receiver].face());
-            source[receiver] = vec![0.0; len * self.channels.len()];
-            for channel in 0..self.channels.len() {
-                source[receiver][channel * len] = self.emitted_on(face, channel);
-            }
+            source[receiver] = (0..self.channels.len()).flat_map(|channel| self.emitted_on(receiver, channel)).collect();
         }
         let (mesh, surfaces, receivers, links) = (&self.mesh, &self.surfaces, &self.receivers[..], &self.links[..]);
         let equation = Equation { mesh, surfaces, receivers, links, source: &source };
@@ -501,10 +539,11 @@ impl Solution {
             let worst = |of: &dyn Fn(usize) -> f64| {
                 (0..self.channels.len()).map(|channel| ratio(of(channel), self.mean[channel])).fold(0.0, f64::max)
             };
+            let counts = |channel: usize| self.counts(receiver, &self.bounds.residuals[1][receiver][channel]);
             let off = match options.marking {
-                Marking::Residual => worst(&|channel| self.bounds.share(&self.mesh, 1, receiver, channel)),
+                Marking::Residual => worst(&|channel| self.bounds.share(&self.mesh, receiver, channel, counts(channel))),
                 Marking::Gradient => {
-                    let residual = worst(&|channel| self.bounds.left_out(receiver, channel));
+                    let residual = worst(&counts);
                     let off = residual + marking::BESIDE_RESIDUAL * self.off_by_gradient(receiver)?;
                     self.mesh.elements()[receiver].area() * off
                 }
@@ -575,12 +614,13 @@ impl Solution {
         self.bounds.mean.clone()
     }
 
-    /// Bound on the error of the polynomial on a leaf, at every point of it, in each channel.
+    /// Bound on the error of the polynomial on a leaf, at every point of it, in each channel; the detail of textures, which no
+    /// polynomial has, is in it.
     #[must_use]
     pub fn bound_on(&self, leaf: usize) -> Vec<Ledger> {
         let receiver = self.receiver_of(leaf);
         let [direct, reflected] = &self.bounds.residuals;
-        let of = |c: usize| self.bounds.on_receiver(receiver, c) + direct[leaf][c].largest + reflected[receiver][c].largest;
+        let of = |c: usize| self.bounds.on_receiver(receiver, c) + direct[leaf][c].whole() + reflected[receiver][c].whole();
         (0..self.channels.len()).map(of).collect()
     }
 
@@ -591,6 +631,48 @@ impl Solution {
         let values = basis.values(reference);
         let sent: f64 = self.field.of(leaf, channel, basis.len()).iter().zip(values).map(|(c, v)| c * v).sum();
         sent + self.lamp_on(face, channel)
+    }
+
+    /// Irradiance on a leaf as a polynomial, in a channel: its coefficients in the leaf's basis.
+    #[must_use]
+    pub fn irradiance_on(&self, leaf: usize, channel: usize) -> Vec<f64> {
+        let receiver = self.receiver_of(leaf);
+        let above = self.mesh.basis(receiver);
+        let at_nodes = irradiance(&self.mesh, &self.field, &self.links[receiver], channel, above.nodes().len());
+        let mut path: Vec<usize> = Vec::new();
+        let mut at = leaf;
+        while at != receiver
+            && let Some(parent) = self.mesh.elements()[at].parent()
+        {
+            path.push(at);
+            at = parent;
+        }
+        let restricted = |held: Vec<f64>, element: usize| above.restrict(self.mesh.child(element), &held);
+        let mut whole = path.into_iter().rev().fold(above.project(&at_nodes), restricted);
+        if !self.direct.is_empty() {
+            whole.iter_mut().zip(self.direct_irradiance(leaf, channel)).for_each(|(h, direct)| *h += direct);
+        }
+        whole
+    }
+
+    /// `E + rho H` at a point of a leaf with the irradiance as a polynomial, in a channel, where [`Self::value_on`] has the
+    /// projection of the whole: the detail of textures is in it.
+    /// `irradiance` is that of [`Self::irradiance_on`].
+    #[must_use]
+    pub fn textured_on(&self, leaf: usize, channel: usize, irradiance: &[f64], reference: [f64; 2]) -> f64 {
+        let (basis, element) = (self.mesh.basis(leaf), &self.mesh.elements()[leaf]);
+        let [rho, emitted] = self.surfaces.at(element.face(), element.point(reference));
+        let received: f64 = irradiance.iter().zip(basis.values(reference)).map(|(c, v)| c * v).sum();
+        emitted[channel] + rho[channel] * received
+    }
+
+    /// Bound on the error of [`Self::textured_on`], at every point of a leaf, in each channel.
+    #[must_use]
+    pub fn textured_bound_on(&self, leaf: usize) -> Vec<Ledger> {
+        let receiver = self.receiver_of(leaf);
+        let [direct, reflected] = &self.bounds.residuals;
+        let of = |c: usize| self.bounds.on_receiver(receiver, c) + direct[leaf][c].largest + reflected[receiver][c].largest;
+        (0..self.channels.len()).map(of).collect()
     }
 
     /// Gradient of the polynomial on a leaf over the leaf's plane, in a channel.

@@ -34,6 +34,19 @@ impl Accessors<'_> {
         }
     }
 
+    /// Two floats each, or two fractions of the largest integer; an error comes with its member.
+    pub(super) fn coordinates(&self, index: usize) -> Result<Vec<[f64; 2]>, Fault> {
+        let types = [(FLOAT, 8), (UNSIGNED_BYTE, 2), (UNSIGNED_SHORT, 4)];
+        let elements = self.elements(index, "VEC2", &types)?;
+        let number = |bytes: &[u8]| match *bytes {
+            [byte] => f64::from(byte) / 255.0,
+            [low, high] => f64::from(u16::from_le_bytes([low, high])) / 65535.0,
+            [a, b, c, d] => f64::from(f32::from_le_bytes([a, b, c, d])),
+            _ => 0.0,
+        };
+        Ok(elements.map(|bytes| [number(&bytes[..bytes.len() / 2]), number(&bytes[bytes.len() / 2..])]).collect())
+    }
+
     /// Integers below `count`; an error comes with its member.
     pub(super) fn indices(&self, index: usize, count: usize) -> Result<Vec<usize>, Fault> {
         let types = [(UNSIGNED_BYTE, 1), (UNSIGNED_SHORT, 2), (UNSIGNED_INT, 4)];

@@ -60,14 +60,7 @@ pub(super) fn contents(
         let content = match (&buffer.uri, binary) {
             (None, Some(binary)) if index == 0 => Ok(binary.to_vec()),
             (None, _) => Err(Error::expected("a `uri`", "none")),
-            (Some(uri), _) => match uri.strip_prefix("data:").map(|data| data.split_once(";base64,")) {
-                Some(Some((_, data))) => base64(data),
-                Some(None) => Err(Error::expected("`;base64,` in a data URI", quoted(Some(uri)))),
-                None => {
-                    let name = percent_decoded(uri);
-                    read(Path::new(&name)).map_err(|e| Error::Unreadable { file: name.into(), reason: e.to_string() })
-                }
-            },
+            (Some(uri), _) => of_uri(uri, &mut read),
         };
         let content = content.map_err(|error| (member(), error))?;
         if content.len() < buffer.byte_length {
@@ -77,6 +70,18 @@ pub(super) fn contents(
         Ok(content)
     });
     all.collect()
+}
+
+/// What a URI stands for: the data in it, or a file.
+pub(super) fn of_uri(uri: &str, read: &mut impl FnMut(&Path) -> io::Result<Vec<u8>>) -> Result<Vec<u8>, Error> {
+    match uri.strip_prefix("data:").map(|data| data.split_once(";base64,")) {
+        Some(Some((_, data))) => base64(data),
+        Some(None) => Err(Error::expected("`;base64,` in a data URI", quoted(Some(uri)))),
+        None => {
+            let name = percent_decoded(uri);
+            read(Path::new(&name)).map_err(|e| Error::Unreadable { file: name.into(), reason: e.to_string() })
+        }
+    }
 }
 
 /// Bytes from the 64 characters of RFC 4648.

@@ -1,5 +1,7 @@
 //! The part of a glTF document that is read, by the names of the format.
 
+use std::collections::HashMap;
+
 use serde::Deserialize;
 
 use super::Fault;
@@ -7,6 +9,12 @@ use crate::Error;
 
 /// The extension that lets materials emit more than 1.
 pub(super) const EMISSIVE_STRENGTH: &str = "KHR_materials_emissive_strength";
+
+/// The extension that moves and turns textures.
+pub(super) const TEXTURE_TRANSFORM: &str = "KHR_texture_transform";
+
+/// Extensions that are read.
+pub(super) const USED: [&str; 2] = [EMISSIVE_STRENGTH, TEXTURE_TRANSFORM];
 
 #[derive(Debug, Deserialize)]
 #[serde(rename_all = "camelCase", expecting = "a glTF document")]
@@ -21,6 +29,12 @@ pub(super) struct Document {
     pub(super) meshes: Vec<Mesh>,
     #[serde(default)]
     pub(super) materials: Vec<Material>,
+    #[serde(default)]
+    pub(super) textures: Vec<Texture>,
+    #[serde(default)]
+    pub(super) images: Vec<Image>,
+    #[serde(default)]
+    pub(super) samplers: Vec<Sampler>,
     #[serde(default)]
     pub(super) accessors: Vec<Accessor>,
     #[serde(default)]
@@ -83,6 +97,9 @@ pub(super) struct Primitive {
 pub(super) struct Attributes {
     #[serde(rename = "POSITION")]
     pub(super) position: Option<usize>,
+    /// The others, `TEXCOORD_0` among them.
+    #[serde(flatten)]
+    pub(super) others: HashMap<String, usize>,
 }
 
 #[derive(Debug, Default, Deserialize)]
@@ -92,7 +109,7 @@ pub(super) struct Material {
     pub(super) pbr_metallic_roughness: Option<MetallicRoughness>,
     #[serde(default)]
     pub(super) emissive_factor: [f64; 3],
-    pub(super) emissive_texture: Option<serde_json::Value>,
+    pub(super) emissive_texture: Option<TextureUse>,
     pub(super) alpha_mode: Option<String>,
     #[serde(default)]
     pub(super) double_sided: bool,
@@ -105,7 +122,59 @@ pub(super) struct Material {
 pub(super) struct MetallicRoughness {
     #[serde(default = "white")]
     pub(super) base_color_factor: [f64; 4],
-    pub(super) base_color_texture: Option<serde_json::Value>,
+    pub(super) base_color_texture: Option<TextureUse>,
+}
+
+/// A texture as a material uses it.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct TextureUse {
+    pub(super) index: usize,
+    #[serde(default)]
+    pub(super) tex_coord: usize,
+    #[serde(default)]
+    pub(super) extensions: TextureExtensions,
+}
+
+#[derive(Debug, Clone, Default, Deserialize)]
+pub(super) struct TextureExtensions {
+    #[serde(rename = "KHR_texture_transform")]
+    pub(super) transform: Option<Transform>,
+}
+
+/// `(u, v)` becomes offset + rotation scale `(u, v)`; the rotation turns from v to u, counter-clockwise as v points downwards. That
+/// is how the extension's example, its implementations and its test model have it; its listing of a matrix turns the other way
+/// (KhronosGroup/glTF, issue 1563).
+#[derive(Debug, Clone, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct Transform {
+    #[serde(default)]
+    pub(super) offset: [f64; 2],
+    #[serde(default)]
+    pub(super) rotation: f64,
+    #[serde(default = "no_stretch")]
+    pub(super) scale: [f64; 2],
+    pub(super) tex_coord: Option<usize>,
+}
+
+#[derive(Debug, Deserialize)]
+pub(super) struct Texture {
+    pub(super) sampler: Option<usize>,
+    pub(super) source: Option<usize>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct Image {
+    pub(super) uri: Option<String>,
+    pub(super) buffer_view: Option<usize>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct Sampler {
+    pub(super) wrap_s: Option<u64>,
+    pub(super) wrap_t: Option<u64>,
 }
 
 #[derive(Debug, Default, Deserialize)]
@@ -159,6 +228,10 @@ const fn no_scale() -> [f64; 3] {
     [1.0; 3]
 }
 
+const fn no_stretch() -> [f64; 2] {
+    [1.0; 2]
+}
+
 const fn white() -> [f64; 4] {
     [1.0; 4]
 }
@@ -178,7 +251,7 @@ impl Document {
             let found = format!("`{}`", self.asset.version);
             return Err(("asset.version".to_owned(), Error::expected("version 2 of glTF", found)));
         }
-        match self.extensions_required.iter().find(|name| *name != EMISSIVE_STRENGTH) {
+        match self.extensions_required.iter().find(|name| !USED.contains(&name.as_str())) {
             None => Ok(()),
             Some(name) => {
                 let instead = "export without it";

@@ -3,6 +3,7 @@
 use serde_json::{Value, json};
 
 use super::*;
+use crate::Quantity;
 
 /// Bytes of a square of side 1 in z = 0 and of its two triangles, counter-clockwise from above: 4 positions, 6 short indices.
 fn square() -> Vec<u8> {
@@ -150,6 +151,8 @@ fn what_is_not_used_is_noted_once() {
     document["materials"][0]["alphaMode"] = json!("BLEND");
     document["materials"].as_array_mut().unwrap().push(json!({"emissiveTexture": texture}));
     document["extensionsUsed"] = json!(["KHR_lights_punctual"]);
+    document["textures"] = json!([{"source": 0}]);
+    document["images"] = json!([{"uri": "wood.png"}]);
     document["nodes"][0]["skin"] = json!(0);
     let notes: Vec<String> = scene(&document).unwrap().notes().iter().map(ToString::to_string).collect();
     assert_eq!(
@@ -157,8 +160,8 @@ fn what_is_not_used_is_noted_once() {
         [
             "a.gltf: extensionsUsed: extension `KHR_lights_punctual` is not used",
             "a.gltf: skins: skins are not used: meshes keep the shape in which they are stored",
-            "a.gltf: materials[0]: textures are not used: factors hold all over the face",
             "a.gltf: materials[0]: transparency is not used: every face is opaque",
+            "a.gltf: images[0]: a texture is not used, `wood.png` cannot be read: no such file: factors hold all over the face",
         ]
     );
 }
@@ -236,4 +239,62 @@ fn a_binary_file_cut_off_anywhere_is_refused() {
 fn json_that_is_wrong_is_named_with_its_line() {
     let error = parse(b"{\n\"asset\": {},\n}", Path::new("a.gltf"), Degenerate::Refuse, |_| Ok(Vec::new())).unwrap_err();
     assert_eq!(error.to_string(), "a.gltf:2: column 11: missing field `version`");
+}
+
+/// The square with texture coordinates, one whole texture over it, and an image of 2 x 2 linear greys: 0 and 1 above, 2/3 and 1/3
+/// below. In glTF v = 0 is the highest row.
+fn textured(change: impl FnOnce(&mut Value)) -> Result<Scene, Error> {
+    let coordinates = [[0.0_f32, 1.0], [1.0, 1.0], [1.0, 0.0], [0.0, 0.0]];
+    let mut image = Vec::new();
+    let mut encoder = png::Encoder::new(&mut image, 2, 2);
+    encoder.set_color(png::ColorType::Grayscale);
+    encoder.set_depth(png::BitDepth::Eight);
+    encoder.set_source_gamma(png::ScaledFloat::from_scaled(100_000));
+    encoder.write_header().unwrap().write_image_data(&[0, 255, 170, 85]).unwrap();
+    let bytes: Vec<u8> = [square(), coordinates.iter().flatten().flat_map(|c| c.to_le_bytes()).collect(), image.clone()].concat();
+    let mut document = document();
+    document["buffers"][0]["byteLength"] = json!(bytes.len());
+    let views = document["bufferViews"].as_array_mut().unwrap();
+    views.push(json!({"buffer": 0, "byteOffset": 60, "byteLength": 32}));
+    views.push(json!({"buffer": 0, "byteOffset": 92, "byteLength": image.len()}));
+    let accessor = json!({"bufferView": 2, "componentType": 5126, "count": 4, "type": "VEC2"});
+    document["accessors"].as_array_mut().unwrap().push(accessor);
+    document["meshes"][0]["primitives"][0]["attributes"]["TEXCOORD_0"] = json!(2);
+    document["images"] = json!([{"bufferView": 3, "mimeType": "image/png"}]);
+    document["textures"] = json!([{"source": 0, "sampler": 0}]);
+    document["samplers"] = json!([{"wrapS": 33071, "wrapT": 10497}]);
+    document["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"] = json!({"index": 0});
+    change(&mut document);
+    parse(document.to_string().as_bytes(), Path::new("a.gltf"), Degenerate::Refuse, |name| match name.to_str() {
+        Some("square.bin") => Ok(bytes.clone()),
+        _ => Err(io::Error::new(io::ErrorKind::NotFound, "no such file")),
+    })
+}
+
+#[test]
+fn textures_lie_as_coordinates_samplers_and_transformations_say() {
+    let read = textured(|_| ()).unwrap();
+    assert!(read.notes().is_empty(), "{:?}", read.notes());
+    // Face 0 is the triangle below the diagonal.
+    let at = |read: &Scene, face: usize, x: f64, y: f64| read.at(face, Quantity::Reflectance, DVec3::new(x, y, 0.0))[0] / 0.8;
+    let near = |a: f64, b: f64| assert!((a - b).abs() < 1e-12, "{a} {b}");
+    near(at(&read, 0, 0.3, 0.1), 170.0 / 255.0);
+    near(at(&read, 0, 0.9, 0.1), 85.0 / 255.0);
+    near(at(&read, 1, 0.7, 0.9), 1.0);
+    let turned = textured(|document| {
+        let transform = json!({"offset": [0.0, 1.0], "rotation": std::f64::consts::FRAC_PI_2, "scale": [1.0, 1.0]});
+        document["materials"][0]["emissiveFactor"] = json!([1, 1, 1]);
+        document["materials"][0]["emissiveTexture"] = json!({"index": 0, "extensions": {"KHR_texture_transform": transform}});
+        document["extensionsRequired"] = json!(["KHR_texture_transform"]);
+    });
+    // (u, v) = (0.9, 0.9) becomes (v, 1 - u): the upper row, on the right.
+    near(turned.unwrap().at(0, Quantity::Radiance, DVec3::new(0.9, 0.1, 0.0))[0], 1.0);
+    let error = |pointer: &str, value: Value| {
+        textured(|document| *document.pointer_mut(pointer).unwrap() = value).unwrap_err().to_string()
+    };
+    assert_eq!(error("/textures/0/source", json!(3)), "a.gltf: textures[0]: expected an index below 1 (image), found 3");
+    let wrap = error("/samplers/0/wrapS", json!(1));
+    assert_eq!(wrap, "a.gltf: textures[0]: expected a way to wrap: 10497, 33648 or 33071, found 1");
+    let count = error("/accessors/2/count", json!(3));
+    assert_eq!(count, "a.gltf: meshes[0].primitives[0]: expected texture coordinates of all positions, found 3 of 4 positions");
 }

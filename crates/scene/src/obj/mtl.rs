@@ -1,13 +1,16 @@
-//! Material libraries of OBJ files: `Kd` is the diffuse reflectance, `Ke` the emitted radiance, each 0 where it is not given.
+//! Material libraries of OBJ files: `Kd` is the diffuse reflectance, `Ke` the emitted radiance, each 0 where it is not given. A
+//! texture, `map_Kd` or `map_Ke`, multiplies them, and stands alone where they are not given.
 //!
-//! What else a material says does not concern a diffuse surface. Where it would change the diffuse part, a texture or
-//! transparency, that is noted; keywords that are unknown are noted too.
+//! What else a material says does not concern a diffuse surface. Where it would change the diffuse part, as
+//! transparency does, that is noted; keywords that are unknown are noted too.
 
 use std::collections::HashMap;
 use std::path::Path;
 
 use super::for_each_statement;
+use super::map::{Map, Textures};
 use crate::scene::Intake;
+use crate::texture::Quantity;
 use crate::words::{Words, decode, quoted};
 use crate::{Error, Place, Position};
 
@@ -16,16 +19,23 @@ struct Entry {
     name: String,
     reflectance: Colour,
     radiance: Colour,
+    maps: [Option<Map>; 2],
 }
 
 /// Three values, and where they stand.
 struct Colour {
     place: Place,
-    values: [f64; 3],
+    values: Option<[f64; 3]>,
 }
 
 /// Reads a library into the scene of `intake`, and the index of each material into `materials`.
-pub(super) fn parse(text: &[u8], file: &Path, intake: &mut Intake, materials: &mut HashMap<String, usize>) -> Result<(), Error> {
+pub(super) fn parse(
+    text: &[u8],
+    file: &Path,
+    intake: &mut Intake,
+    materials: &mut HashMap<String, usize>,
+    textures: &mut Textures,
+) -> Result<(), Error> {
     let mut entry: Option<Entry> = None;
     for_each_statement(text, |line, statement| {
         let place = Place::new(file, Position::Line(line));
@@ -37,9 +47,9 @@ pub(super) fn parse(text: &[u8], file: &Path, intake: &mut Intake, materials: &m
                 if name.is_empty() {
                     return Err(Error::expected("the name of a material", quoted(None)));
                 }
-                let black = || Colour { place: place.clone(), values: [0.0; 3] };
-                let next = Entry { name, reflectance: black(), radiance: black() };
-                return entry.replace(next).map_or(Ok(()), |entry| add(entry, intake, materials));
+                let none = || Colour { place: place.clone(), values: None };
+                let next = Entry { name, reflectance: none(), radiance: none(), maps: [None, None] };
+                return entry.replace(next).map_or(Ok(()), |entry| add(entry, intake, materials, textures));
             }
             let Some(entry) = entry.as_mut() else {
                 return Err(Error::expected("`newmtl` before any property", quoted(Some(keyword))));
@@ -48,13 +58,13 @@ pub(super) fn parse(text: &[u8], file: &Path, intake: &mut Intake, materials: &m
         });
         result.map_err(|error| if error.place().is_some() { error } else { error.at(place) })
     })?;
-    entry.map_or(Ok(()), |entry| add(entry, intake, materials))
+    entry.map_or(Ok(()), |entry| add(entry, intake, materials, textures))
 }
 
 fn property(entry: &mut Entry, keyword: &str, mut words: Words<'_>, intake: &mut Intake, place: &Place) -> Result<(), Error> {
     match keyword {
-        "Kd" => entry.reflectance = Colour { place: place.clone(), values: colour(words)? },
-        "Ke" => entry.radiance = Colour { place: place.clone(), values: colour(words)? },
+        "Kd" => entry.reflectance = Colour { place: place.clone(), values: Some(colour(words)?) },
+        "Ke" => entry.radiance = Colour { place: place.clone(), values: Some(colour(words)?) },
         "d" | "Tr" => {
             if words.rest().starts_with("-halo") {
                 words.next();
@@ -64,10 +74,9 @@ fn property(entry: &mut Entry, keyword: &str, mut words: Words<'_>, intake: &mut
                 intake.ignore(place.clone(), "transparency is not used: every face is opaque".to_owned());
             }
         }
-        "map_Kd" | "map_Ke" | "map_d" => {
-            let instead = if keyword == "map_Ke" { "Ke" } else { "Kd" };
-            intake.ignore(place.clone(), format!("texture `{keyword}` is not used: `{instead}` holds all over the face"));
-        }
+        "map_Kd" => entry.maps[Quantity::Reflectance as usize] = Some(Map::parse(words, place, intake)?),
+        "map_Ke" => entry.maps[Quantity::Radiance as usize] = Some(Map::parse(words, place, intake)?),
+        "map_d" => intake.ignore(place.clone(), "texture `map_d` is not used: every face is opaque".to_owned()),
         "Ka" | "Ks" | "Ns" | "Ni" | "Tf" | "illum" | "sharpness" | "map_Ka" | "map_Ks" | "map_Ns" | "map_bump" | "map_Bump"
         | "bump" | "disp" | "decal" | "refl" | "map_refl" | "map_aat" | "norm" | "Pr" | "Pm" | "Ps" | "Pc" | "Pcr" | "aniso"
         | "anisor" | "map_Pr" | "map_Pm" | "map_Ps" => {}
@@ -94,13 +103,16 @@ fn colour(mut words: Words<'_>) -> Result<[f64; 3], Error> {
 }
 
 /// Adds a material to the scene. Of two with one name the later counts, as for whoever reads one line at a time.
-fn add(entry: Entry, intake: &mut Intake, materials: &mut HashMap<String, usize>) -> Result<(), Error> {
-    let Entry { name, reflectance, radiance } = &entry;
-    let index = intake.scene().add_material(name, reflectance.values, radiance.values).map_err(|error| {
+fn add(entry: Entry, intake: &mut Intake, materials: &mut HashMap<String, usize>, textures: &mut Textures) -> Result<(), Error> {
+    let Entry { name, reflectance, radiance, maps } = &entry;
+    let values = |colour: &Colour, map: &Option<Map>| colour.values.unwrap_or([if map.is_some() { 1.0 } else { 0.0 }; 3]);
+    let [of_reflectance, of_radiance] = [values(reflectance, &maps[0]), values(radiance, &maps[1])];
+    let index = intake.scene().add_material(name, of_reflectance, of_radiance).map_err(|error| {
         let place =
             if matches!(error, Error::Material { quantity: "radiance", .. }) { &radiance.place } else { &reflectance.place };
         error.at(place.clone())
     })?;
     materials.insert(entry.name, index);
+    textures.add(index, entry.maps);
     Ok(())
 }

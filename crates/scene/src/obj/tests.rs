@@ -1,7 +1,7 @@
 //! OBJ and MTL as they are written in the world, and every kind of wrong line.
 
 use super::*;
-use crate::Note;
+use crate::{Note, Quantity};
 
 /// Four vertices of a unit square in z = 0, counter-clockwise from above.
 const SQUARE: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n";
@@ -78,9 +78,9 @@ fn materials_have_reflectance_and_radiance_and_the_rest_is_noted_where_it_matter
     assert_eq!(
         notes,
         [
-            "my lamps.mtl:7: texture `map_Kd` is not used: `Kd` holds all over the face",
             "my lamps.mtl:8: unknown property `fancy` is not used",
             "my lamps.mtl:11: transparency is not used: every face is opaque",
+            "my lamps.mtl:7: texture `map_Kd` is not used, `wood.png` cannot be read: no such file: `Kd` holds all over the face",
         ]
     );
     assert_eq!(read.materials().len(), 3, "a library is read once");
@@ -226,4 +226,78 @@ fn points_and_lines_are_left_out_with_one_note_each() {
     let notes: Vec<String> = read.notes().iter().map(ToString::to_string).collect();
     assert_eq!(notes.len(), 2);
     assert!(notes[0].starts_with("a.obj:7: `p` is no surface") && notes[1].starts_with("a.obj:8: `l` is no surface"));
+}
+
+/// A PNG of 2 x 2 linear greys: 0 and 1 above, 2/3 and 1/3 below.
+fn greys() -> Vec<u8> {
+    let mut file = Vec::new();
+    let mut encoder = png::Encoder::new(&mut file, 2, 2);
+    encoder.set_color(png::ColorType::Grayscale);
+    encoder.set_depth(png::BitDepth::Eight);
+    encoder.set_source_gamma(png::ScaledFloat::from_scaled(100_000));
+    encoder.write_header().unwrap().write_image_data(&[0, 255, 170, 85]).unwrap();
+    file
+}
+
+fn textured(text: &str, library: &str) -> Result<Scene, Error> {
+    parse(text.as_bytes(), Path::new("a.obj"), Degenerate::Refuse, |name| match name.to_str() {
+        Some("a.mtl") => Ok(library.into()),
+        Some("greys of the wall.png") => Ok(greys()),
+        Some("broken.png") => Ok(greys()[..40].to_vec()),
+        Some("photo.jpg") => Ok(vec![0xff, 0xd8]),
+        _ => Err(io::Error::new(io::ErrorKind::NotFound, "no such file")),
+    })
+}
+
+const COORDINATES: &str = "vt 0 0\nvt 1 0 0\nvt 1 1\nvt 0 1\n";
+
+#[test]
+fn textures_multiply_reflectance_and_radiance_and_v_is_upwards() {
+    let library = "newmtl m\nKd 0.5 1 1\nmap_Kd greys of the wall.png\nmap_Ke -s 1 2 -o 0.5 greys of the wall.png\n";
+    let text = format!("mtllib a.mtl\n{SQUARE}{COORDINATES}usemtl m\nf 1/1 2/2 3/-2 4/4\n");
+    let read = textured(&text, library).unwrap();
+    assert!(read.notes().is_empty() && read.is_textured());
+    let at = |quantity, x: f64, y: f64| read.at(0, quantity, DVec3::new(x, y, 0.0));
+    let seen = [(0.2, 0.2), (0.8, 0.2), (0.2, 0.8), (0.8, 0.8)].map(|(x, y)| at(Quantity::Reflectance, x, y));
+    assert_eq!(seen.each_ref().map(|of| of[1]), [170.0 / 255.0, 85.0 / 255.0, 0.0, 1.0]);
+    assert_eq!(seen[3], [0.5, 1.0, 1.0]);
+    assert_eq!(at(Quantity::Radiance, 0.2, 0.1)[0], 85.0 / 255.0, "moved by half, twice as high");
+    assert!((read.emitted_power(0) - std::f64::consts::PI * 0.5).abs() < 1e-15);
+}
+
+#[test]
+fn a_face_whose_coordinates_are_not_affine_becomes_triangles_and_one_without_any_has_no_texture() {
+    let library = "newmtl m\nKd 0.5 0.5 0.5\nmap_Kd greys of the wall.png\n";
+    let skew = format!("mtllib a.mtl\n{SQUARE}vt 0 0\nvt 1 0\nvt 1 1\nvt 0 2\nusemtl m\nf 1/1 2/2 3/3 4/4\nf 1 2 3\n");
+    let read = textured(&skew, library).unwrap();
+    assert_eq!(read.faces().len(), 3);
+    let notes: Vec<String> = read.notes().iter().map(ToString::to_string).collect();
+    assert_eq!(
+        notes,
+        [
+            "a.obj:11: a face of `default` has texture coordinates 1.000e0 off an affine function: split into 2 triangles",
+            "a.obj:12: faces without `vt` have no texture: `Kd` and `Ke` hold all over them",
+        ]
+    );
+    assert_eq!(read.at(2, Quantity::Reflectance, DVec3::new(0.9, 0.1, 0.0)), [0.5; 3]);
+}
+
+#[test]
+fn a_texture_that_cannot_be_used_is_noted_and_a_broken_one_is_refused() {
+    let with = |map: &str| {
+        let text = format!("mtllib a.mtl\n{SQUARE}{COORDINATES}usemtl m\nf 1/1 2/2 3/3\n");
+        textured(&text, &format!("newmtl m\nKd 0.5 0.5 0.5\n{map}\n"))
+    };
+    let note = with("map_Kd photo.jpg").unwrap().notes()[0].to_string();
+    assert_eq!(note, "a.mtl:3: texture `map_Kd` is not used, `photo.jpg` is no PNG: `Kd` holds all over the face");
+    assert!(with("map_Kd broken.png").unwrap_err().to_string().starts_with("a.mtl:3: texture `broken.png`: no PNG: "));
+    assert_eq!(
+        with("map_Kd -s 2").unwrap_err().to_string(),
+        "a.mtl:3: expected the name of a texture's file, found the end of the line"
+    );
+    let unknown = with("map_Kd -x 2 wall.png").unwrap_err().to_string();
+    assert_eq!(unknown, "a.mtl:3: expected an option of a texture (-s, -o, -clamp, ...), found `-x`");
+    let text = format!("mtllib a.mtl\n{SQUARE}usemtl m\nf 1/1 2/2 3/3\n");
+    let missing = textured(&text, "newmtl m\nmap_Kd greys of the wall.png\n").unwrap_err().to_string();
+    assert_eq!(missing, "a.obj:7: expected the index of one of the 0 `vt` before this line, found `1/1`");
 }

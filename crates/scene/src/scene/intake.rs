@@ -7,6 +7,7 @@ use std::sync::Arc;
 use radgrad_core::{DVec3, Polygon};
 
 use super::{Note, Scene, split};
+use crate::texture::Chart;
 use crate::{Error, Place, Position};
 
 /// What to do with faces that are no polygon: without area, with repeated vertices or with fewer than three, crossing themselves.
@@ -17,6 +18,28 @@ pub enum Degenerate {
     Refuse,
     /// Leave out vertices that repeat their predecessor, then faces that are still no polygon; each gives a [`Note`].
     Drop,
+}
+
+/// A face that is being read: its vertices, and at each of them the coordinates of the textures of its reflectance and of its
+/// radiance, where it has these.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Outline {
+    pub(crate) vertices: Vec<DVec3>,
+    pub(crate) coordinates: [Option<Vec<[f64; 2]>>; 2],
+}
+
+impl Outline {
+    /// Some of the vertices.
+    fn part(&self, kept: &[usize]) -> Self {
+        let coordinates = self.coordinates.each_ref().map(|of| of.as_ref().map(|of| kept.iter().map(|&i| of[i]).collect()));
+        Self { vertices: kept.iter().map(|&i| self.vertices[i]).collect(), coordinates }
+    }
+
+    fn charts(&self, polygon: &Polygon) -> Result<[Option<Chart>; 2], Error> {
+        let [reflectance, radiance] = &self.coordinates;
+        let chart = |of: &Option<Vec<[f64; 2]>>| of.as_ref().map(|of| Chart::new(polygon, of)).transpose();
+        Ok([chart(reflectance)?, chart(radiance)?])
+    }
 }
 
 /// A scene that is being read.
@@ -70,32 +93,67 @@ impl Intake {
     }
 
     /// Adds the polygon through `vertices`, or the triangles it has to be split into, or nothing where that was asked for.
-    pub(crate) fn add_face(
+    pub(crate) fn add_face(&mut self, surface: usize, material: usize, vertices: Vec<DVec3>, place: Place) -> Result<(), Error> {
+        self.add_textured_face(surface, material, Outline { vertices, ..Outline::default() }, place)
+    }
+
+    /// The same with texture coordinates.
+    pub(crate) fn add_textured_face(
         &mut self,
         surface: usize,
         material: usize,
-        mut vertices: Vec<DVec3>,
+        mut outline: Outline,
         place: Place,
     ) -> Result<(), Error> {
         if self.degenerate == Degenerate::Drop {
-            self.leave_out_repeated(&mut vertices, &place);
+            self.leave_out_repeated(&mut outline, &place);
         }
-        match Polygon::new(vertices.clone()) {
-            Ok(polygon) => self.scene.add_face(surface, material, polygon, Some(place)).map(|_| ()),
+        let polygon = match Polygon::new(outline.vertices.clone()) {
+            Ok(polygon) => polygon,
             Err(error @ radgrad_core::Error::NotPlanar { distance, size, .. }) => {
-                let Some(split) = split::triangles(&vertices) else { return self.refuse(error, place, Error::Warped) };
-                for triangle in &split {
-                    match Polygon::new(triangle.map(|i| vertices[i]).to_vec()) {
-                        Ok(polygon) => self.scene.add_face(surface, material, polygon, Some(place.clone()))?,
-                        Err(error) => return Err(Error::Face(error).at(place)),
-                    };
-                }
+                let Some(split) = split::triangles(&outline.vertices) else { return self.refuse(error, place, Error::Warped) };
+                let triangles = self.add_triangles(surface, material, &outline, &split, &place)?;
                 let surface = self.scene.surfaces[surface].name.clone();
-                self.scene.notes.push(Note::Split { place, surface, triangles: split.len(), distance, size });
+                self.scene.notes.push(Note::Split { place, surface, triangles, distance, size });
+                return Ok(());
+            }
+            Err(error) => return self.refuse(error, place, Error::Face),
+        };
+        match outline.charts(&polygon) {
+            Ok(charts) => {
+                let added = self.scene.add_charted_face(surface, material, polygon, Some(place.clone()), charts);
+                added.map(|_| ()).map_err(|error| error.at(place))
+            }
+            Err(Error::Chart { off, .. }) => {
+                let Some(split) = split::triangles(&outline.vertices) else {
+                    return Err(Error::expected("a face that can be cut into triangles", "one that touches itself").at(place));
+                };
+                let triangles = self.add_triangles(surface, material, &outline, &split, &place)?;
+                let surface = self.scene.surfaces[surface].name.clone();
+                self.scene.notes.push(Note::SplitForTexture { place, surface, triangles, off });
                 Ok(())
             }
-            Err(error) => self.refuse(error, place, Error::Face),
+            Err(error) => Err(error.at(place)),
         }
+    }
+
+    /// Adds triangles of an outline and returns how many there are.
+    fn add_triangles(
+        &mut self,
+        surface: usize,
+        material: usize,
+        outline: &Outline,
+        split: &[[usize; 3]],
+        place: &Place,
+    ) -> Result<usize, Error> {
+        for triangle in split {
+            let part = outline.part(triangle);
+            let polygon = Polygon::new(part.vertices.clone()).map_err(|error| Error::Face(error).at(place.clone()))?;
+            let charts = part.charts(&polygon).map_err(|error| error.at(place.clone()))?;
+            let added = self.scene.add_charted_face(surface, material, polygon, Some(place.clone()), charts);
+            added.map_err(|error| error.at(place.clone()))?;
+        }
+        Ok(split.len())
     }
 
     fn refuse(&mut self, error: radgrad_core::Error, place: Place, fault: fn(radgrad_core::Error) -> Error) -> Result<(), Error> {
@@ -108,16 +166,15 @@ impl Intake {
         }
     }
 
-    fn leave_out_repeated(&mut self, vertices: &mut Vec<DVec3>, place: &Place) {
-        let given = std::mem::take(vertices);
+    fn leave_out_repeated(&mut self, outline: &mut Outline, place: &Place) {
+        let given = &outline.vertices;
         let count = given.len();
-        for (vertex, &v) in given.iter().enumerate() {
-            if count > 1 && v == given[(vertex + count - 1) % count] {
-                self.scene.notes.push(Note::RepeatedVertex { place: place.clone(), vertex });
-            } else {
-                vertices.push(v);
-            }
+        let repeats = |&vertex: &usize| count > 1 && given[vertex] == given[(vertex + count - 1) % count];
+        let (left_out, kept): (Vec<usize>, Vec<usize>) = (0..count).partition(repeats);
+        for vertex in left_out {
+            self.scene.notes.push(Note::RepeatedVertex { place: place.clone(), vertex });
         }
+        *outline = outline.part(&kept);
     }
 
     /// The scene, if it has faces; surfaces that got none are left out.

@@ -1,8 +1,12 @@
 //! What a face is made of.
 
-use crate::Error;
+use std::sync::Arc;
 
-/// A diffuse material: reflectance and emitted radiance, one value in each channel of its scene.
+use crate::Error;
+use crate::texture::{Quantity, Texture};
+
+/// A diffuse material: reflectance and emitted radiance, one value in each channel of its scene, and a texture for each that
+/// varies over its faces. Values are then times those of the texture.
 ///
 /// Radiance is what files give (`Ke` of MTL, the emissive factor of glTF): power a unit of area and solid angle. A diffuse
 /// emitter of radiance L has the radiosity pi L.
@@ -11,6 +15,8 @@ pub struct Material {
     name: String,
     reflectance: Vec<f64>,
     radiance: Vec<f64>,
+    /// Of the reflectance and of the radiance.
+    textures: [Option<Arc<Texture>>; 2],
 }
 
 impl Material {
@@ -31,7 +37,43 @@ impl Material {
         if let Some((channel, &value)) = radiance.iter().enumerate().find(|(_, r)| !(0.0..f64::INFINITY).contains(*r)) {
             return refused("radiance", channel, value, "finite and not negative");
         }
-        Ok(Self { name, reflectance, radiance })
+        Ok(Self { name, reflectance, radiance, textures: [None, None] })
+    }
+
+    /// Gives the material a texture; values times that of each texel must be as those of any material.
+    pub(super) fn set_texture(&mut self, quantity: Quantity, texture: Arc<Texture>, channels: &[String]) -> Result<(), Error> {
+        if texture.channels() != channels.len() {
+            return Err(Error::Count { what: "values in a texel", found: texture.channels(), expected: channels.len() });
+        }
+        let (factors, largest, rule) = match quantity {
+            Quantity::Reflectance => (&self.reflectance, 1.0, "between 0 and 1"),
+            Quantity::Radiance => (&self.radiance, f64::MAX, "finite"),
+        };
+        if let Some((value, [column, row], channel)) = texture.values().find(|&(value, _, c)| factors[c] * value > largest) {
+            let (product, quantity, material) = (factors[channel] * value, quantity.name(), &self.name);
+            let rule = format!(
+                "{quantity} of material `{material}` is {product} at texel ({column}, {row}) in channel `{}`: it must be {rule}",
+                channels[channel]
+            );
+            return Err(Error::Texture { texture: texture.name().to_owned(), rule });
+        }
+        self.textures[quantity as usize] = Some(texture);
+        Ok(())
+    }
+
+    /// The texture that its reflectance or its radiance is to be multiplied by.
+    #[must_use]
+    pub const fn texture(&self, quantity: Quantity) -> Option<&Arc<Texture>> {
+        self.textures[quantity as usize].as_ref()
+    }
+
+    /// Its values without the texture.
+    #[must_use]
+    pub fn factors(&self, quantity: Quantity) -> &[f64] {
+        match quantity {
+            Quantity::Reflectance => &self.reflectance,
+            Quantity::Radiance => &self.radiance,
+        }
     }
 
     /// Its name.
@@ -40,19 +82,19 @@ impl Material {
         &self.name
     }
 
-    /// Reflectance in each channel, in [0, 1].
+    /// Reflectance in each channel, in [0, 1]; where there is a texture, what its values are multiplied by.
     #[must_use]
     pub fn reflectance(&self) -> &[f64] {
         &self.reflectance
     }
 
-    /// Emitted radiance in each channel, in the unit of the file.
+    /// Emitted radiance in each channel, in the unit of the file; where there is a texture, what its values are multiplied by.
     #[must_use]
     pub fn radiance(&self) -> &[f64] {
         &self.radiance
     }
 
-    /// Emitted radiosity in a channel: pi times the radiance, the `B` of `radgrad_core::Emission`.
+    /// Emitted radiosity in a channel without the texture: pi times the radiance, the `B` of `radgrad_core::Emission`.
     #[must_use]
     pub fn emitted_radiosity(&self, channel: usize) -> Option<f64> {
         self.radiance.get(channel).map(|radiance| std::f64::consts::PI * radiance)

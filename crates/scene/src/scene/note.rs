@@ -21,6 +21,17 @@ pub enum Note {
         /// Largest extent of the face along an axis.
         size: f64,
     },
+    /// A face whose texture coordinates are no affine function of the position was split into triangles.
+    SplitForTexture {
+        /// Where the face is.
+        place: Place,
+        /// Name of its surface.
+        surface: String,
+        /// Triangles it became.
+        triangles: usize,
+        /// Distance of the worst vertex' coordinates from the affine function of others, in units of the texture.
+        off: f64,
+    },
     /// A vertex that repeats its predecessor was left out of a face, as [`crate::Degenerate::Drop`] asks.
     RepeatedVertex {
         /// Where the face is.
@@ -50,6 +61,7 @@ impl Note {
     pub const fn place(&self) -> &Place {
         match self {
             Self::Split { place, .. }
+            | Self::SplitForTexture { place, .. }
             | Self::RepeatedVertex { place, .. }
             | Self::Dropped { place, .. }
             | Self::Ignored { place, .. } => place,
@@ -64,6 +76,10 @@ impl fmt::Display for Note {
             Self::Split { surface, triangles, distance, size, .. } => write!(
                 f,
                 "a face of `{surface}` has a vertex {distance:.3e} off its plane (size {size:.3e}): split into {triangles} triangles"
+            ),
+            Self::SplitForTexture { surface, triangles, off, .. } => write!(
+                f,
+                "a face of `{surface}` has texture coordinates {off:.3e} off an affine function: split into {triangles} triangles"
             ),
             Self::RepeatedVertex { vertex, .. } => write!(f, "vertex {vertex} of the face repeats its predecessor: left out"),
             Self::Dropped { reason, .. } => write!(f, "face left out: {reason}"),

@@ -1,0 +1,163 @@
+//! Textures of MTL: `map_Kd` and `map_Ke` with their options, read when the first face needs them.
+//!
+//! `(u, v)` of a face becomes `s (u, v) + o` with the options `-s` and `-o`. A texture repeats, or with `-clamp on` continues with
+//! its last texels. v = 0 is the lowest row of the image.
+//!
+//! A texture whose file is missing or is no PNG is noted and not used; options that would change its values are noted.
+
+use std::collections::HashMap;
+use std::io;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use crate::scene::Intake;
+use crate::texture::{self, Quantity, Texture, Wrap};
+use crate::words::{Words, quoted};
+use crate::{Error, Place};
+
+/// A texture as a library names it.
+#[derive(Debug)]
+pub(super) struct Map {
+    place: Place,
+    file: PathBuf,
+    clamp: bool,
+    mapping: Mapping,
+}
+
+/// What is done to texture coordinates.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Mapping {
+    scale: [f64; 2],
+    offset: [f64; 2],
+}
+
+impl Mapping {
+    pub(super) fn apply(self, uv: [f64; 2]) -> [f64; 2] {
+        [0, 1].map(|k| self.scale[k] * uv[k] + self.offset[k])
+    }
+}
+
+impl Map {
+    /// Options, then the name of a file, which may have spaces.
+    pub(super) fn parse(mut words: Words<'_>, place: &Place, intake: &mut Intake) -> Result<Self, Error> {
+        let (mut clamp, mut mapping) = (false, Mapping { scale: [1.0; 2], offset: [0.0; 2] });
+        while words.rest().starts_with('-') {
+            let option = words.next().unwrap_or_default();
+            match option {
+                "-s" => mapping.scale = pair(&mut words, 1.0)?,
+                "-o" => mapping.offset = pair(&mut words, 0.0)?,
+                "-clamp" => clamp = words.next() == Some("on"),
+                // These filter what is drawn.
+                "-blendu" | "-blendv" | "-boost" | "-texres" | "-bm" | "-type" => drop(words.next()),
+                "-mm" | "-t" | "-cc" | "-imfchan" => {
+                    match option {
+                        "-mm" => drop((words.number("base")?, words.number("gain")?)),
+                        "-t" => drop(pair(&mut words, 0.0)?),
+                        _ => drop(words.next()),
+                    }
+                    intake.ignore(place.clone(), format!("option `{option}` of a texture is not used"));
+                }
+                _ => return Err(Error::expected("an option of a texture (-s, -o, -clamp, ...)", quoted(Some(option)))),
+            }
+        }
+        let file = words.rest();
+        if file.is_empty() {
+            return Err(Error::expected("the name of a texture's file", quoted(None)));
+        }
+        Ok(Self { place: place.clone(), file: file.replace('\\', "/").into(), clamp, mapping })
+    }
+}
+
+/// One to three numbers, of which two count.
+fn pair(words: &mut Words<'_>, absent: f64) -> Result<[f64; 2], Error> {
+    let mut pair = [words.number("u")?, absent];
+    for index in 1..3 {
+        let mut ahead = words.clone();
+        if ahead.next().is_none_or(|word| word.parse::<f64>().is_err()) {
+            break;
+        }
+        let value = words.number(if index == 1 { "v" } else { "w" })?;
+        if index == 1 {
+            pair[1] = value;
+        }
+    }
+    Ok(pair)
+}
+
+/// Textures of the materials.
+#[derive(Debug, Default)]
+pub(super) struct Textures {
+    /// Of each material that has any.
+    maps: HashMap<usize, [Option<Map>; 2]>,
+    /// What was read, by the name of its file.
+    read: HashMap<PathBuf, Option<Arc<Texture>>>,
+    mappings: HashMap<usize, [Option<Mapping>; 2]>,
+}
+
+impl Textures {
+    pub(super) fn add(&mut self, material: usize, maps: [Option<Map>; 2]) {
+        if maps.iter().any(Option::is_some) {
+            self.maps.insert(material, maps);
+        }
+    }
+
+    /// What is done to the coordinates of a material's faces for each texture that it has.
+    pub(super) fn mappings(&self, material: usize) -> [Option<Mapping>; 2] {
+        self.mappings.get(&material).copied().unwrap_or_default()
+    }
+
+    /// Gives a material its textures, if it has not got them yet.
+    pub(super) fn load(
+        &mut self,
+        material: usize,
+        intake: &mut Intake,
+        mut read: impl FnMut(&Path) -> io::Result<Vec<u8>>,
+    ) -> Result<(), Error> {
+        let Some(maps) = self.maps.remove(&material) else { return Ok(()) };
+        let mut mappings = [None; 2];
+        for (quantity, map) in Quantity::ALL.into_iter().zip(maps) {
+            let Some(map) = map else { continue };
+            let texture = match self.read.get(&map.file) {
+                Some(texture) => texture.clone(),
+                None => {
+                    let texture = open(&map, quantity, intake, &mut read)?;
+                    self.read.insert(map.file.clone(), texture.clone());
+                    texture
+                }
+            };
+            if let Some(texture) = texture {
+                let texture = if map.clamp { Arc::new(Texture::clone(&texture).wrapped([Wrap::Clamp; 2])) } else { texture };
+                intake.scene().set_texture(material, quantity, texture).map_err(|error| error.at(map.place))?;
+                mappings[quantity as usize] = Some(map.mapping);
+            }
+        }
+        self.mappings.insert(material, mappings);
+        Ok(())
+    }
+}
+
+/// Reads a texture; what is no PNG is noted.
+fn open(
+    map: &Map,
+    quantity: Quantity,
+    intake: &mut Intake,
+    read: &mut impl FnMut(&Path) -> io::Result<Vec<u8>>,
+) -> Result<Option<Arc<Texture>>, Error> {
+    let name = map.file.display().to_string();
+    let content = read(&map.file);
+    let why = match content {
+        Ok(content) if texture::is_png(&content) => {
+            let (texture, transparent) = texture::decode(&content, &name).map_err(|error| error.at(map.place.clone()))?;
+            if transparent {
+                intake.ignore(map.place.clone(), "transparency is not used: every face is opaque".to_owned());
+            }
+            return Ok(Some(Arc::new(texture.turned_over())));
+        }
+        Ok(_) => "is no PNG".to_owned(),
+        Err(error) => format!("cannot be read: {error}"),
+    };
+    let instead = if quantity == Quantity::Radiance { "Ke" } else { "Kd" };
+    let what = format!("texture `map_{instead}` is not used, `{name}` {why}: `{instead}` holds all over the face");
+    intake.ignore(map.place.clone(), what);
+    Ok(None)
+}
