@@ -9,7 +9,7 @@
 //! reflected anywhere, once or more. That is the radiosity equation with rho for the light that is emitted, so the links for it
 //! are there. No bound on the kernel enters: light spreads and is lost as it is. Over an element the mean of |r| and the largest
 //! z at the nodes are taken. With `b_h` in the place of b, and `d = rho + rho G b_h - b_h`, `mean(z |r|)` is
-//! `mean(z_h |r|) + mean(q d)` where `q = G |r| + G rho q`, and `rho q` is bounded as e is.
+//! `mean(z_h |r|) + mean(q d)` where `q = G |r| + G rho q`, and `rho q` is bounded as e is, but from the size of r.
 //!
 //! # A point
 //! `|e| <= rho |G r| + rho G |e|`. Of |e| a point gathers from a source at most F times its largest value and `k_max` times its
@@ -40,6 +40,9 @@ use crate::residual::Residual;
 use crate::surfaces::Surfaces;
 use crate::texture::Pattern;
 use crate::transfer::{Kernel, Row, Station};
+
+/// What a point gathers of a residual over a source at most, given the degree of the source's basis, the form factor and the kernel.
+type Gathered = fn(&Residual, usize, f64, &Kernel) -> Ledger;
 
 /// Sweeps after which there is no bound: far more than any reflectance below 0.99 needs.
 const MOST_SWEEPS: usize = 2000;
@@ -230,25 +233,33 @@ impl Bounds {
                 .map(|of| of.iter().map(|d| d.mean() + d.largest.solver + d.largest.computation).collect())
                 .collect()
         };
-        let own = bounds.own(scene, &seen);
+        // Of q, which knows no signs.
+        let sizes = if surfaces.is_textured() {
+            Vec::new()
+        } else {
+            let own = bounds.own(scene, &seen, Residual::size_gathered);
+            bounds.rise(scene, &seen, &own)?;
+            receivers.iter().map(|&r| bounds.largest[r].iter().zip(&bounds.variation[r]).map(|(q, v)| q + v).collect()).collect()
+        };
+        let own = bounds.own(scene, &seen, Residual::gathered);
         for _ in 0..PASSES {
             bounds.rise(scene, &seen, &own)?;
-            bounds.average(scene, &seen, &defects);
+            bounds.average(scene, &seen, (&defects, &sizes));
             bounds.spread(scene, &seen);
         }
         bounds.rise(scene, &seen, &own)?;
         Some(bounds)
     }
 
-    /// What the nodes of receivers gather of the residual, times the reflectance.
-    fn own(&self, scene: Scene<'_>, seen: &[Vec<Seen>]) -> Vec<Vec<Vec<f64>>> {
+    /// What the nodes of receivers gather of the residual or of its size, times the reflectance.
+    fn own(&self, scene: Scene<'_>, seen: &[Vec<Seen>], gathered: Gathered) -> Vec<Vec<Vec<f64>>> {
         let Scene { mesh, surfaces, receivers, links } = scene;
         let channels = self.residuals[0].first().map_or(0, Vec::len);
         let own = |(index, &receiver): (usize, &usize)| {
             let rho = &surfaces.reflectance[mesh.elements()[receiver].face()];
             let of_node = |channel: usize, node: usize| {
                 let rows = links[receiver].iter().map(|link| (link.source, &link.rows[node]));
-                self.gathered_residual(mesh, channel, rows, &seen[index], node).total() * rho[channel]
+                self.gathered_residual(mesh, channel, rows, (&seen[index], node), gathered).total() * rho[channel]
             };
             let nodes = mesh.basis(receiver).nodes().len();
             (0..channels).map(|channel| (0..nodes).map(|node| of_node(channel, node)).collect()).collect()
@@ -265,7 +276,7 @@ impl Bounds {
         let none = vec![vec![Residual::default(); channels]; mesh.elements().len()];
         let mut more = self.clone();
         more.residuals = [none, Residual::everywhere(mesh, receivers, defects, channels)];
-        let of_defect = more.own(scene, seen);
+        let of_defect = more.own(scene, seen, Residual::gathered);
         let more = more.rise(scene, seen, &of_defect).map(|()| more);
         let reflected = |(index, &receiver): (usize, &usize)| {
             let of_node = |channel: usize, node: usize| {
@@ -427,7 +438,7 @@ impl Bounds {
     }
 
     /// The bound on the mean error.
-    fn average(&mut self, scene: Scene<'_>, seen: &[Vec<Seen>], defects: &[Vec<f64>]) {
+    fn average(&mut self, scene: Scene<'_>, seen: &[Vec<Seen>], (defects, sizes): (&[Vec<f64>], &[Vec<f64>])) {
         let Scene { mesh, surfaces, receivers, links } = scene;
         let area: f64 = receivers.iter().map(|&receiver| mesh.elements()[receiver].area()).sum();
         let channels = self.residuals[0].first().map_or(0, Vec::len);
@@ -446,8 +457,7 @@ impl Bounds {
                     let most = (0..mesh.basis(receiver).nodes().len()).map(of_node).fold(0.0, f64::max);
                     sent.discretisation += part * sends * most;
                 } else if rho > 0.0 {
-                    let largest = self.largest[receiver][channel] + self.variation[receiver][channel];
-                    missed += part * defects[index][channel] * largest / rho;
+                    missed += part * defects[index][channel] * sizes[index][channel] / rho;
                 }
                 // What is evaluated at a point has an error of its own.
                 for residuals in &self.residuals {
@@ -467,16 +477,16 @@ impl Bounds {
         mesh: &Mesh,
         channel: usize,
         rows: impl Iterator<Item = (usize, &'a Row)>,
-        seen: &[Seen],
-        node: usize,
+        (seen, node): (&[Seen], usize),
+        gathered: Gathered,
     ) -> Ledger {
         let [direct, reflected] = &self.residuals;
         let of_direct = |(source, row): (usize, &Row)| {
-            direct[source][channel].gathered(mesh.basis(source).degree(), row.factor(), &row.kernel)
+            gathered(&direct[source][channel], mesh.basis(source).degree(), row.factor(), &row.kernel)
         };
         let of_reflected = |seen: &Seen| {
             let (factor, kernel) = &seen.nodes[node];
-            reflected[seen.source][channel].gathered(mesh.basis(seen.source).degree(), *factor, kernel)
+            gathered(&reflected[seen.source][channel], mesh.basis(seen.source).degree(), *factor, kernel)
         };
         let direct = rows.map(of_direct).fold(Ledger::default(), |a, b| a + b);
         seen.iter().map(of_reflected).fold(direct, |a, b| a + b)
@@ -522,7 +532,7 @@ impl Bounds {
         let of_channel = |(channel, rho): (usize, &f64)| {
             let rows = rows.iter().map(|(source, row)| (*source, row));
             let carried = self.shares[channel] * self.gathered_error(channel, &seen, 0);
-            (self.gathered_residual(mesh, channel, rows, &seen, 0) + carried) * *rho
+            (self.gathered_residual(mesh, channel, rows, (&seen, 0), Residual::gathered) + carried) * *rho
         };
         rho.iter().enumerate().map(of_channel).collect()
     }

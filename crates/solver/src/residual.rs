@@ -112,6 +112,14 @@ impl Residual {
         Ledger { discretisation: self.arms[0].min(self.largest.discretisation), ..self.largest }
     }
 
+    /// What a point gathers of its magnitude at most.
+    pub(crate) fn size_gathered(&self, _: usize, factor: f64, kernel: &Kernel) -> Ledger {
+        let largest = self.largest.discretisation;
+        let by_mean = if kernel.peak.is_finite() { kernel.peak * self.arms[0] } else { f64::INFINITY };
+        let discretisation = if largest == 0.0 || factor == 0.0 { 0.0 } else { (factor * largest).min(by_mean) };
+        Ledger { discretisation, ..self.largest * factor }
+    }
+
     /// What a point gathers of it at most.
     pub(crate) fn gathered(&self, degree: usize, factor: f64, kernel: &Kernel) -> Ledger {
         let rest = Ledger { discretisation: 0.0, ..self.largest } * factor;
