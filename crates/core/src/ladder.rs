@@ -50,7 +50,7 @@ const WIDE_BESIDE_RUNNING: f64 = 2.0;
 impl Budget {
     fn of(emission: &Emission) -> Self {
         match emission {
-            Emission::Constant(_) => Self { wide: 0.25, cheap: 110, running: 110, dear: 2000 },
+            Emission::Constant(_) => Self { wide: 0.4, cheap: 110, running: 110, dear: 2000 },
             Emission::Linear(_) => Self { wide: 0.5, cheap: 260, running: 4000, dear: 16000 },
             Emission::Polynomial(_) => Self { wide: WIDE_BESIDE_RUNNING, cheap: 1000, running: 1000, dear: 8000 },
         }
