@@ -102,6 +102,7 @@ impl BoundedSum {
     }
 }
 
+#[inline(always)]
 fn length(v: Vec3<f64>) -> f64 {
     v.norm_squared().sqrt()
 }

@@ -265,14 +265,17 @@ impl Scene<'_> {
     }
 }
 
+#[inline(always)]
 fn length(v: Vec3<f64>) -> f64 {
     v.norm_squared().sqrt()
 }
 
+#[inline(always)]
 fn larger(a: f64, b: f64) -> f64 {
     if a > b { a } else { b }
 }
 
+#[inline(always)]
 fn largest([a, b, c]: [f64; 3]) -> f64 {
     larger(larger(a, b), c)
 }
