@@ -1,25 +1,26 @@
 //! Many receivers against one emitter, or one receiver against many emitters, on the vector units of the machine.
 //!
-//! The closed form of a constant emitter (HS95 Eq. 8 and A.1, in the form of `batch::edge`) or, for many receivers, of a linear one
-//! (`batch::linear`), with the receiver's horizon, several answers at a time: as many as a vector of the instruction set holds, found at run time. Each lane carries the bound derived in
-//! `batch::bound`; a lane whose bound is above the tolerance, or that cannot tell on which side of a plane it is, is answered
-//! again by the scalar path, so that what comes out is as certain as there. Linear emitters seen from one receiver, and polynomial
-//! emitters, take the scalar path altogether: its edges go side by side.
+//! The closed form of a constant emitter (HS95 Eq. 8 and A.1, in the form of `batch::edge`) or, for many receivers, of a linear
+//! one (`batch::linear`), with the receiver's horizon, several answers at a time: as many as a vector of the instruction set
+//! holds, found at run time. Each lane carries the bound derived in `batch::bound`; a lane whose bound is above the tolerance,
+//! or that cannot tell on which side of a plane it is, is answered again by the scalar path, so that what comes out is as
+//! certain as there. Linear emitters seen from one receiver, and polynomial emitters, take the scalar path altogether: its
+//! edges go side by side.
 //!
 //! - [`Engine`] says how: which instruction set, one thread or all. All instruction sets give the same digits (no fused
 //!   multiply-add), and an answer does not depend on its neighbours.
 //! - [`Receivers`] and [`Emitters`] are structures of arrays; [`Answers`] takes what comes out and [`Counts`] how it came.
-//! - [`EmitterTree`] answers what receivers get from very many emitters together, within an absolute error: nodes of the tree that
-//!   are below the horizon, face away or are too weak are left out, far ones are answered as one, and the bound counts it all;
-//!   [`Tally`] says what became of how many.
+//! - [`EmitterTree`] answers what receivers get from very many emitters together, within an absolute error: nodes of the tree
+//!   that are below the horizon, face away or are too weak are left out, far ones are answered as one, and the bound counts it
+//!   all; [`Tally`] says what became of how many.
 //! - In single precision twice as many lanes fit; those that cancel are done again in double precision, and those of a linear
 //!   emitter are done in it from the start.
 //!
 //! In short: `Engine::{new, all, threads}` and, on it, `radiosity`, `radiosity_and_gradient`, `radiosity_to`, `evaluate_to` (many
 //! receivers, one emitter), `each`, `each_to` (one receiver, many emitters), `total` (many of both, summed).
 //!
-//! Digits are lost as by [`crate::radiosity`]: about `log10 D/s` of them at distance D for size s, of a linear emitter three times as
-//! many. The bound is some 30 (value) to 60 times (gradient) the error found, a linear emitter's some thousand times.
+//! Digits are lost as by [`crate::radiosity`]: about `log10 D/s` of them at distance D for size s, of a linear emitter three
+//! times as many. The bound is some 30 (value) to 60 times (gradient) the error found, a linear emitter's some thousand times.
 //!
 //! ```
 //! use radgrad_core::batch::{Answers, Engine, Receivers};
@@ -202,10 +203,11 @@ impl Engine {
         self.seen_from(receiver, emitters, Goal::within(tolerance, true)?, answers)
     }
 
-    /// Radiosity of each receiver due to all emitters of a tree together, within an absolute tolerance in the unit of the emission.
+    /// Radiosity of each receiver due to all emitters of a tree together, within an absolute tolerance in the unit of the
+    /// emission.
     ///
-    /// What is left out or answered by a far field is in the bounds, and so is all rounding. A tolerance below what double precision
-    /// can do is not an error: the bounds say what it came to.
+    /// What is left out or answered by a far field is in the bounds, and so is all rounding. A tolerance below what double
+    /// precision can do is not an error: the bounds say what it came to.
     ///
     /// ```
     /// use radgrad_core::batch::{Answers, EmitterTree, Engine, Receivers};

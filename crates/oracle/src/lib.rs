@@ -1,8 +1,8 @@
 //! Independent truth for the radiosity of a point due to a polygonal emitter (HS95 Eq. 1) and for its gradient.
 //!
 //! Nothing here is a closed form, and of `radgrad-core` only the problem types are used: a receiver, an emitter, polygons. The
-//! way of the data: [`SourceFunction`] (an emitter's emission, or any [`EmissionFunction`] `B(y)`) and the receiver give the region that is seen, as triangles and
-//! edges of the emitter's plane; an integrand is evaluated on it by
+//! way of the data: [`SourceFunction`] (an emitter's emission, or any [`EmissionFunction`] `B(y)`) and the receiver give the
+//! region that is seen, as triangles and edges of the emitter's plane; an integrand is evaluated on it by
 //! - [`cubature`]: adaptive, in three forms (Eq. 1 and its kernel differentiated; Eqs. 6 and 9 as corrected; the visible
 //!   boundary), with an estimate of the error and a status that says whether it can be relied on;
 //! - [`monte_carlo`]: past any occluders, with intervals at a stated confidence ([`confidence`]).

@@ -5,10 +5,10 @@
 //! The error of the gather obeys `e = B - B_g = rho G r + rho G e`.
 //!
 //! # The mean
-//! `mean |e| <= mean(z |r|)` with the importance `z = G b`, `b = rho + rho G b`: how much of a unit of light that leaves a place is
-//! reflected anywhere, once or more. That is the radiosity equation with rho for the light that is emitted, so the links for it
-//! are there. No bound on the kernel enters: light spreads and is lost as it is. Over an element the mean of |r| and the largest
-//! z at the nodes are taken. With `b_h` in the place of b, and `d = rho + rho G b_h - b_h`, `mean(z |r|)` is
+//! `mean |e| <= mean(z |r|)` with the importance `z = G b`, `b = rho + rho G b`: how much of a unit of light that leaves a
+//! place is reflected anywhere, once or more. That is the radiosity equation with rho for the light that is emitted, so the
+//! links for it are there. No bound on the kernel enters: light spreads and is lost as it is. Over an element the mean of |r|
+//! and the largest z at the nodes are taken. With `b_h` in the place of b, and `d = rho + rho G b_h - b_h`, `mean(z |r|)` is
 //! `mean(z_h |r|) + mean(q d)` where `q = G |r| + G rho q`, and `rho q` is bounded as e is, but from the size of r.
 //!
 //! # A point
@@ -19,10 +19,10 @@
 //!
 //! # Textures
 //! The detail t of textures stays as elements become smaller, but `G t` does not ([`crate::residual`]); so t is apart from the
-//! rest s of r: `mean |e| <= mean(z |s|) + mean(b |G t|)`. Nor is the defect d of `b_h` small, which has detail too. So z is bounded
-//! at every point, by the sweeps that bound e: `z = z_h + y` with `y = G d + G rho y`, from `|G d|` at the nodes, or `z = G rho (1 +
-//! z)` as it is, whichever is less. Of `rho y` with y at most Y, a point gathers at most Y times the least of `F max rho`, `k_max mean rho` and
-//! `F mean rho + (k_max - k_min)/2 rms(rho - mean rho)`.
+//! rest s of r: `mean |e| <= mean(z |s|) + mean(b |G t|)`. Nor is the defect d of `b_h` small, which has detail too. So z is
+//! bounded at every point, by the sweeps that bound e: `z = z_h + y` with `y = G d + G rho y`, from `|G d|` at the nodes, or `z
+//! = G rho (1 + z)` as it is, whichever is less. Of `rho y` with y at most Y, a point gathers at most Y times the least of `F
+//! max rho`, `k_max mean rho` and `F mean rho + (k_max - k_min)/2 rms(rho - mean rho)`.
 //!
 //! Where a bound has to hold at every point of an element, the difference between the largest value at the nodes and the least is
 //! added; that, and z between the nodes, are estimates of the same kind as the residual's.
@@ -41,7 +41,8 @@ use crate::surfaces::Surfaces;
 use crate::texture::Pattern;
 use crate::transfer::{Kernel, Row, Station};
 
-/// What a point gathers of a residual over a source at most, given the degree of the source's basis, the form factor and the kernel.
+/// What a point gathers of a residual over a source at most, given the degree of the source's basis, the form factor and the
+/// kernel.
 type Gathered = fn(&Residual, usize, f64, &Kernel) -> Ledger;
 
 /// Sweeps after which there is no bound: far more than any reflectance below 0.99 needs.
