@@ -62,7 +62,7 @@ pub(crate) fn integral(receiver: &Receiver, emitter: &Emitter, plan: &Plan, most
         return scene.over(fan.iter(), most, |triangle| scene.plain_triangle(receiver, triangle, power));
     }
     let outline = scene.outline(receiver, polygon, plan);
-    let spread = outline.iter().map(|corner| corner.local.norm_squared().sqrt()).fold(0.0, f64::max);
+    let spread = outline.iter().map(|corner| corner.local.norm()).fold(0.0, f64::max);
     if let &[a, b, c] = &outline[..] {
         let corners = apex_first([a, b, c]);
         return scene.over(std::iter::once(corners), most, |corners| scene.clipped_triangle(corners, spread));
@@ -77,7 +77,7 @@ impl Integral {
         self.value += other.value;
         self.gradient = self.gradient + other.gradient;
         self.value_error += other.value_error + rounding * other.value.abs();
-        self.gradient_error += other.gradient_error + rounding * other.gradient.norm_squared().sqrt();
+        self.gradient_error += other.gradient_error + rounding * other.gradient.norm();
     }
 }
 

@@ -35,7 +35,7 @@ impl Shape {
     /// From the sides e1, `e1 + e` and e, each off by at most `side_error`, of a polygon with the normal n2. For the area of a
     /// triangle that is all of its polygon something better may be known.
     pub(super) fn new([first, last, side]: [Vec3<f64>; 3], n2: Vec3<f64>, side_error: f64) -> Self {
-        let lengths = [first, last, side].map(length);
+        let lengths = [first, last, side].map(Vec3::norm);
         let rounding = side_error * (lengths[0] + lengths[1]) + 12.0 * ROUNDOFF * lengths[0] * lengths[1];
         Self {
             first,
@@ -82,16 +82,13 @@ impl FanTriangle {
 
     fn new([a, b, c]: [usize; 3], n2: Vec3<f64>, from_to: impl Fn(usize, usize) -> Vec3<f64>) -> Self {
         let [first, last, side] = [from_to(a, b), from_to(a, c), from_to(b, c)];
-        let longest = [first, last, side].map(length).into_iter().fold(0.0, f64::max);
+        let longest = [first, last, side].map(Vec3::norm).into_iter().fold(0.0, f64::max);
         let mut shape = Shape::new([first, last, side], n2, ROUNDOFF * longest);
         // Each errs by a rounding of itself.
         shape.sides_error = ROUNDOFF * (shape.lengths[0].max(shape.lengths[1]) + shape.lengths[2]);
         let middle = (first + last) * (1.0 / 3.0);
-        let reach = [middle, first - middle, last - middle].map(length).into_iter().fold(0.0, f64::max);
+        let reach = [middle, first - middle, last - middle].map(Vec3::norm).into_iter().fold(0.0, f64::max);
         Self { corners: [a, b, c], shape, middle, reach: reach + 8.0 * ROUNDOFF * longest }
     }
 }
 
-fn length(v: Vec3<f64>) -> f64 {
-    v.norm_squared().sqrt()
-}
