@@ -6,16 +6,20 @@
 //!
 //! - Lengths: `|w|` errs by `ew + 2.5u`, 1/|w| by `ew + 3.5u`, 1/|r| by `4.5u + eta`. N errs by ew across and 3.5u along itself,
 //!   and u for its product.
-//! - The angle is that of the point (inline, across), which err by 5u of `|r||r'|` and by `ew + 2.5u`, 7u more for the fraction
-//!   of a cut edge: `dg = min(g, 1) (ew + 8u + 7u) + 2 eta + 4ug`, the last from the arc tangent.
-//! - A crossing point `r + t e` errs by `u (2 |q| + 9 t |e|)`, and `t |e| <= |q| + 2 sqrt(3)` in normalised lengths: `eta = u
-//!   (11 + 32/|q|)`.
+//! - A crossing point `q = r + t e` is off along the edge, since t errs by 4u of itself, and beside that by `u (|r| + 2 t|e| + |q|)`.
+//!   With `t|e| <= |q| + |r|` and normalised lengths, `|r| <= 3^(1/2)`: by `xi = u (4.1 + 7.2/|q|)` along the edge and `eta = u (3 +
+//!   5.2/|q|)` otherwise, relative. What it is off along the edge counts for nothing in first order: the edge's arc, whose fraction
+//!   is that t, and the horizon's end at the same point. The light from between there and the true horizon, xi wide and high at
+//!   most, is below `xi^3/2`; and since `|n1.r| <= xi |q|` along that piece of the edge, the gradient has `xi^2/2|q|` of it.
+//! - The angle is that of the point (inline, across), which err by `5u + eta` of `|r||r'|` and by `ew + 2.5u`, u more for the fraction
+//!   of a cut edge: `dg = min(g, 1) (ew + 8u + u + 2 eta) + 4ug`, the last from the arc tangent. That of an arc of the horizon has its ends' eta, 3.5u of the cross product
+//!   and 9u min(g, 1) of its product with n1 and of (inline): `dg = eta + eta' + 3.5u + 9u min(g, 1) + 4ug`.
 //! - Of a term `g N` only `n1.(g N)` matters: with `c = |n1.N|` it errs by `c (dg + 3.5ug)` along N, by `g ew` across, and by
 //!   2ug in the products.
 //!
 //! The gradient's weight ([`Arc::weight`]) of an arc up to a quarter turn, `chi Q (c + c') + psi (q' - q)(c' - c)`, `q = 1/|r|`,
 //! `c = n1.r/|r|`, `Q = q + q'`, `T = 1/(1 + cos g)`, a number from 1/2 to 1, and `s = |c| + |c'|`:
-//! - the sine errs by `ds = g (ew + 14u + 7u + 2 eta)`, the cosine by at most `5u + 11u cos + 4 eta`, so 1 + cos by `9u + 4 eta`
+//! - the sine errs by `ds = g (ew + 14u + u + 2 eta)`, the cosine by at most `5u + 11u cos + 4 eta`, so 1 + cos by `9u + 4 eta`
 //!   relative; c errs by `5u + 5.5u |c| + 2 eta`, and `c + c'` or their difference by `dc = 10u + 6.5us + 4 eta`;
 //! - `chi = T (g + sin g)/4`: the first term errs by `Q (T/4) [s (dg + ds) + (g + sin g) (s (19u + 5 eta) + dc)]`;
 //! - `psi <= 0.091g`, `psi' <= 0.11`, psi errs by 3u of itself, `q' - q` by `(5.5u + eta) Q` and `|c' - c| <= |v - u| <= g`:
@@ -42,7 +46,8 @@ use fearless_simd::{Simd, f64x4};
 use crate::arc::Arc;
 use crate::constant::{EdgeSum, SolidAngleVector};
 use crate::four::Plain;
-use crate::line::{Line, Sighted};
+#[cfg(doc)]
+use crate::line::Line;
 use crate::number::ROUNDOFF;
 use crate::plan::{Horizon, Plan, unit_normal};
 use crate::terms::Terms;
@@ -62,15 +67,40 @@ pub(crate) struct BoundedSum {
 const SECOND_ORDER: f64 = 1.001;
 
 /// What the fraction of a cut edge adds to the relative error of its cross product.
-const FRACTION: f64 = 7.0 * ROUNDOFF;
+const FRACTION: f64 = ROUNDOFF;
 
 /// Errors of w and of crossing points above which nothing is bounded, and moments below which.
 const MOST_DISPLACED: f64 = 1e-6;
 const LEAST_MOMENT: f64 = 1e-100;
 
-/// The displacement of a crossing point, and more than that of a vertex.
-fn moved(end: &Sighted<f64>) -> f64 {
-    ROUNDOFF * (11.0 + 32.0 * end.inverse)
+/// What a crossing point is off by, relative: along its edge, and otherwise.
+#[derive(Debug, Clone, Copy)]
+struct Moved {
+    xi: f64,
+    eta: f64,
+}
+
+impl Moved {
+    /// Of a point at one over a distance.
+    #[inline(always)]
+    fn at(inverse: f64) -> Self {
+        Self { xi: ROUNDOFF * (4.1 + 7.2 * inverse), eta: ROUNDOFF * (3.0 + 5.2 * inverse) }
+    }
+}
+
+/// What an arc of the horizon adds to the errors of the angles, and to that of the gradient.
+#[inline]
+fn of_horizon(arc: &Arc<f64>) -> (f64, f64) {
+    const U: f64 = ROUNDOFF;
+    let [(first, q), (last, p)] = [&arc.start, &arc.end].map(|end| (Moved::at(end.inverse), end.inverse));
+    let g = arc.angle.abs();
+    let dg = first.eta + last.eta + 3.5 * U + 9.0 * U * g.min(1.0) + 4.0 * U * g;
+    if first.xi.max(last.xi) > MOST_DISPLACED || g + dg * SECOND_ORDER >= std::f64::consts::PI {
+        return (f64::INFINITY, f64::INFINITY);
+    }
+    let light = first.xi * first.xi * first.xi + last.xi * last.xi * last.xi;
+    // The term's `|n1.N|` is 1.
+    (dg + 5.5 * U * g + light, 0.5 * (first.xi * first.xi * q + last.xi * last.xi * p))
 }
 
 impl BoundedSum {
@@ -134,21 +164,20 @@ impl ArcErrors {
 
     #[inline]
     fn add(&mut self, arc: &Arc<f64>) {
-        let (eta, fraction) =
-            if self.crossing { (moved(&arc.start).max(moved(&arc.end)), FRACTION) } else { (0.0, 0.0) };
-        let line = arc.line();
         let g = arc.angle.abs();
-        let of_angle = AngleError::new(g, g.min(1.0), line.map_or(0.0, Line::relative_error), eta, fraction);
-        let ew = of_angle.ew;
         self.arcs += 1.0;
         self.angles += g;
-        self.angle_errors += of_angle.of_term(self.n1.dot(arc.generator.normal()).abs());
-        let Some(line) = line else {
-            if of_angle.may_be_half_a_turn() {
-                self.angle_errors = f64::INFINITY;
-            }
+        let Some(line) = arc.line() else {
+            let (angle, slope) = of_horizon(arc);
+            self.angle_errors += angle;
+            self.across += slope;
             return;
         };
+        // That of a vertex is less.
+        let moved = if self.crossing { (Moved::at(arc.start.inverse.max(arc.end.inverse)).eta, FRACTION) } else { (0.0, 0.0) };
+        let of_angle = AngleError::new(g, g.min(1.0), line.relative_error(), moved);
+        let ew = of_angle.ew;
+        self.angle_errors += of_angle.of_term(self.n1.dot(line.normal).abs());
         let (size, error) = if arc.is_within_a_quarter_turn() {
             let (sum, turn) = arc.angle_and_sine();
             let [c1, c2] = [&arc.start, &arc.end].map(|end| (self.n1.dot(end.point) * end.inverse).abs());
@@ -160,7 +189,7 @@ impl ArcErrors {
         self.edges += size;
         self.along = self.along + line.normal.map(f64::abs) * error;
         self.across += size * ew;
-        if ew.max(eta) > MOST_DISPLACED || line.moment < LEAST_MOMENT {
+        if ew.max(of_angle.eta) > MOST_DISPLACED || line.moment < LEAST_MOMENT {
             (self.angle_errors, self.across) = (f64::INFINITY, f64::INFINITY);
         }
     }
@@ -232,19 +261,12 @@ pub(super) struct Weighed<T> {
     pub(super) least: T,
 }
 
-impl AngleError<f64, f64> {
-    /// Whether the angle may be pi, and of either sign.
-    fn may_be_half_a_turn(&self) -> bool {
-        self.g + self.dg * SECOND_ORDER >= std::f64::consts::PI
-    }
-}
-
 impl<T: Figure, D: Displacement<T>> AngleError<T, D> {
     /// Of the angle g, given `min(g, 1)`.
     #[inline(always)]
-    fn new(g: T, least: T, ew: T, eta: D, fraction: f64) -> Self {
+    fn new(g: T, least: T, ew: T, (eta, fraction): (D, f64)) -> Self {
         const U: f64 = ROUNDOFF;
-        let dg = eta.add_to(least * (ew + (8.0 * U + fraction)) + g * (4.0 * U), 2.0);
+        let dg = eta.add_product_to(least * (ew + (8.0 * U + fraction)) + g * (4.0 * U), 2.0, least);
         let ds = eta.add_product_to(g * (ew + (14.0 * U + fraction)), 2.0, g);
         Self { g, dg, ds, ew, eta }
     }

@@ -91,4 +91,3 @@ impl FanTriangle {
         Self { corners: [a, b, c], shape, middle, reach: reach + 8.0 * ROUNDOFF * longest }
     }
 }
-

@@ -4,7 +4,7 @@
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f64x4};
 
-use super::{AngleError, BoundedSum, Displacement, FRACTION, LEAST_MOMENT, MOST_DISPLACED, Still, moved};
+use super::{AngleError, BoundedSum, Displacement, FRACTION, LEAST_MOMENT, Still, of_horizon};
 use crate::constant::side_by_side::Weight;
 use crate::four::{Cut, Four, Plain, all, plan, plus_first};
 use crate::level::{LEVEL, on_level};
@@ -65,14 +65,14 @@ struct Bounded<S: Simd> {
 }
 
 impl<S: Simd> Bounded<S> {
-    /// What sums of so many roundings add is added too.
+    /// What so many roundings of sums add is in it, and what cut ends are moved by.
     #[inline(always)]
     fn new<D: Displacement<f64x4<S>>, const WIDE: bool>(
         simd: S,
         four: &Four<S>,
         n1: Vec3<f64x4<S>>,
         (closed, additions): (bool, f64),
-        (eta, fraction): (D, f64),
+        moved: (D, f64),
     ) -> Option<Self> {
         if !four.moment.simd_ge(f64x4::splat(simd, LEAST_MOMENT)).all_true() {
             return None;
@@ -81,7 +81,7 @@ impl<S: Simd> Bounded<S> {
         // As `Line::relative_error`: plain edges pass at a quarter of the distance at least.
         let ratio = (four.line_square * four.edge_square).sqrt() / four.moment;
         let (g, ew) = (four.angle, (ratio * 3.5 + 1.0) * ROUNDOFF);
-        let of_angle = AngleError::new(g, g.min(f64x4::splat(simd, 1.0)), ew, eta, fraction);
+        let of_angle = AngleError::new(g, g.min(f64x4::splat(simd, 1.0)), ew, moved);
         let (mut size, mut error) = of_angle.of_weight(&found.weighed);
         if let Some((wide, nearness)) = found.wide {
             let of_wide = of_angle.of_wide_weight(nearness);
@@ -100,7 +100,12 @@ impl<S: Simd> Bounded<S> {
 
 /// Of a polygon that is seen whole; unless `WIDE`, only where no edge is seen past a quarter turn.
 #[inline(always)]
-fn whole<S: Simd, const WIDE: bool>(simd: S, receiver: &Receiver, polygon: &Polygon, power: f64) -> Option<(Terms<f64>, BoundedSum)> {
+fn whole<S: Simd, const WIDE: bool>(
+    simd: S,
+    receiver: &Receiver,
+    polygon: &Polygon,
+    power: f64,
+) -> Option<(Terms<f64>, BoundedSum)> {
     let fours = polygon.four_edges();
     let (x, n1) = (all(simd, receiver.position()), all(simd, receiver.normal()));
     let (mut angles, mut edges, mut along, mut others) = (Vec3::default(), Vec3::default(), Vec3::default(), Vec3::default());
@@ -127,25 +132,19 @@ fn cut<S: Simd>(simd: S, receiver: &Receiver, polygon: &Polygon, power: f64) -> 
     let part = Cut::new(simd, receiver, &polygon.four_edges()[0], count, power)?;
     let Cut { four, closing, .. } = &part;
     let nearest = four.start_square.min(four.end.norm_squared());
-    let eta = (f64x4::splat(simd, 32.0) / nearest.sqrt() + 11.0) * ROUNDOFF;
-    if !eta.simd_le(f64x4::splat(simd, MOST_DISPLACED)).all_true() {
-        return None;
-    }
+    // As `Moved`, at the nearer end.
+    let eta = (f64x4::splat(simd, 5.2) / nearest.sqrt() + 3.0) * ROUNDOFF;
     // At most one arc more than edges.
     let additions = count as f64 * ROUNDOFF;
     let terms = Bounded::new::<_, true>(simd, four, n1, (false, additions), (eta, FRACTION))?;
     let (angles, edges) = (part.sum(simd, terms.angle, count), part.sum(simd, terms.edge, count));
     let (along, others) = (part.sum(simd, terms.along, count), part.sum(simd, terms.others, count));
-    let angles = angles + closing.generator.normal() * closing.angle;
-    let g = closing.angle.abs();
-    let of_closing = AngleError::new(g, g.min(1.0), 0.0, moved(&closing.start).max(moved(&closing.end)), FRACTION);
-    if of_closing.may_be_half_a_turn() {
-        return None;
-    }
-    let terms = Terms { irradiance: angles * -0.5, gradient: edges };
-    let angle_errors = others.x + of_closing.of_term(1.0) + g * additions;
-    let bound = BoundedSum::new(&terms, angle_errors, along.norm() + others.y);
-    Some((terms, bound))
+    let angles = (angles + closing.generator.normal() * closing.angle) * -0.5;
+    let terms = Terms { irradiance: angles, gradient: edges };
+    let (angle_errors, slope) = of_horizon(closing);
+    let angle_errors = others.x + angle_errors + closing.angle.abs() * additions;
+    let bound = BoundedSum::new(&terms, angle_errors, along.norm() + others.y + slope);
+    angle_errors.is_finite().then_some((terms, bound))
 }
 
 #[cfg(test)]
