@@ -1,8 +1,8 @@
-//! Four arcs of an emitter that is seen whole, one a lane of a vector.
+//! Four arcs of an emitter that nothing hides, one a lane of a vector; [`Cut`] where the horizon crosses it.
 //!
 //! The same operations in the same order as of [`crate::arc`] and [`crate::line`] on doubles, so the same digits; the decisions
 //! are those of [`crate::plan`]. What is not plain is left to them: a receiver that is not surely in front of the plane, a vertex
-//! that is not surely above the horizon, an edge that passes near the receiver.
+//! that is neither surely above the horizon nor surely below, an edge that passes very near the receiver.
 
 mod cut;
 mod double_double;
@@ -11,7 +11,7 @@ mod functions;
 pub(crate) mod random;
 
 use fearless_simd::prelude::*;
-use fearless_simd::{Simd, f64x4};
+use fearless_simd::{Simd, f64x4, mask64x4};
 
 pub(crate) use cut::Cut;
 use double_double::DoubleDoubles;
@@ -85,7 +85,7 @@ pub(crate) struct Four<S: Simd> {
     pub(crate) e: Vec3<f64x4<S>>,
     pub(crate) edge_square: f64x4<S>,
     pub(crate) start_square: f64x4<S>,
-    /// `|r|^2` where the edge starts, be that seen or not.
+    /// `|r|^2` of the vertex that w was taken at, be that seen or not.
     pub(crate) line_square: f64x4<S>,
     pub(crate) normal: Vec3<f64x4<S>>,
     /// `|w|`.
@@ -96,14 +96,24 @@ pub(crate) struct Four<S: Simd> {
 }
 
 impl<S: Simd> Four<S> {
-    /// As [`crate::line::Line::through`] and [`crate::arc::Arc::of_edge`].
+    /// As [`crate::line::Line::through`] and [`crate::arc::Arc::of_edge`]; unless `NEAR`, only where w need not be taken at the nearer
+    /// end.
     #[inline(always)]
-    pub(crate) fn new(simd: S, four: &FourEdges, x: Vec3<f64x4<S>>, power: f64x4<S>) -> Option<Self> {
+    pub(crate) fn new<const NEAR: bool>(simd: S, four: &FourEdges, x: Vec3<f64x4<S>>, power: f64x4<S>) -> Option<Self> {
         let (from, to) = (four.starts(simd), four.ends(simd));
         let (start, end, e) = ((from - x) * power, (to - x) * power, (to - from) * power);
-        let (start_square, edge_square, w) = (start.norm_squared(), e.norm_squared(), start.cross(e));
-        let square = w.norm_squared();
-        let passes = (f64x4::splat(simd, 16.0) * square).simd_ge(start_square * edge_square);
+        let (start_square, edge_square) = (start.norm_squared(), e.norm_squared());
+        let (mut w, mut line_square) = (start.cross(e), start_square);
+        let mut square = w.norm_squared();
+        let mut passes = (f64x4::splat(simd, 16.0) * square).simd_ge(start_square * edge_square);
+        if NEAR && !passes.all_true() {
+            let end_square = end.norm_squared();
+            let at_end = !passes & end_square.simd_lt(start_square);
+            w = chosen(at_end, end, start).cross(e);
+            line_square = at_end.select(end_square, start_square);
+            square = w.norm_squared();
+            passes = passes | (f64x4::splat(simd, 64.0) * square).simd_ge(line_square * edge_square);
+        }
         let moment = square.sqrt();
         let inline = start.dot(end);
         let (angle, plain) = plain_angle::<S, _, true>(simd, moment, inline);
@@ -114,7 +124,7 @@ impl<S: Simd> Four<S> {
             e,
             edge_square,
             start_square,
-            line_square: start_square,
+            line_square,
             normal,
             moment,
             across: moment,
@@ -188,6 +198,12 @@ fn height_and_reach<S: Simd>(simd: S, receiver: &Receiver, polygon: &Polygon, po
 #[inline(always)]
 fn row<S: Simd>(simd: S, [x, y, z]: [f64; 3]) -> f64x4<S> {
     f64x4::load_array(simd, [x, y, z, 0.0])
+}
+
+/// One vector where the mask is set, the other elsewhere.
+#[inline(always)]
+fn chosen<S: Simd>(mask: mask64x4<S>, set: Vec3<f64x4<S>>, unset: Vec3<f64x4<S>>) -> Vec3<f64x4<S>> {
+    Vec3::new(mask.select(set.x, unset.x), mask.select(set.y, unset.y), mask.select(set.z, unset.z))
 }
 
 /// The same vector in all lanes.

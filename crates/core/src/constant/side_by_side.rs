@@ -53,7 +53,7 @@ fn cut_or_wide<S: Simd, const VALUE: bool, const GRADIENT: bool>(
     )
 }
 
-/// Of a polygon that is seen whole; unless `WIDE`, only where no edge that matters is seen past a quarter turn.
+/// Of a polygon that is seen whole; unless `WIDE`, only where no edge that matters passes near or is seen past a quarter turn.
 #[inline(always)]
 fn whole<S: Simd, const VALUE: bool, const GRADIENT: bool, const WIDE: bool>(
     simd: S,
@@ -66,7 +66,7 @@ fn whole<S: Simd, const VALUE: bool, const GRADIENT: bool, const WIDE: bool>(
     let mut rest = polygon.vertices().len();
     let fours = polygon.four_edges();
     for four in fours {
-        let found = Four::new(simd, four, x, f64x4::splat(simd, power))?;
+        let found = Four::new::<WIDE>(simd, four, x, f64x4::splat(simd, power))?;
         let count = rest.min(4);
         rest -= count;
         if VALUE {

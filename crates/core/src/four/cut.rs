@@ -4,7 +4,7 @@ use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f64x4, mask64x4};
 
 use super::double_double::DoubleDoubles;
-use super::{Four, all, plain_angle, plus_first};
+use super::{Four, all, chosen, plain_angle, plus_first};
 use crate::arc::{Arc, Generator};
 use crate::geometry::FourEdges;
 use crate::line::Sighted;
@@ -27,7 +27,7 @@ impl<S: Simd> Cut<S> {
     #[inline(always)]
     pub(crate) fn new(simd: S, receiver: &Receiver, edges: &FourEdges, count: usize, power: f64) -> Option<Self> {
         let lanes = f64x4::splat(simd, power);
-        let mut four = Four::new(simd, edges, all(simd, receiver.position()), lanes)?;
+        let mut four = Four::new::<true>(simd, edges, all(simd, receiver.position()), lanes)?;
         let before = heights(simd, receiver, edges.starts(simd), lanes);
         let after = heights(simd, receiver, edges.ends(simd), lanes);
         let (zero, one) = (f64x4::splat(simd, 0.0), f64x4::splat(simd, 1.0));
@@ -60,11 +60,6 @@ impl<S: Simd> Cut<S> {
         let zero = f64x4::splat(simd, 0.0);
         plus_first(Vec3::default(), chosen(self.visible, terms, Vec3::new(zero, zero, zero)), count)
     }
-}
-
-#[inline(always)]
-fn chosen<S: Simd>(mask: mask64x4<S>, set: Vec3<f64x4<S>>, unset: Vec3<f64x4<S>>) -> Vec3<f64x4<S>> {
-    Vec3::new(mask.select(set.x, unset.x), mask.select(set.y, unset.y), mask.select(set.z, unset.z))
 }
 
 /// The vector in the lane of a bit.

@@ -51,7 +51,7 @@ fn bounded_sums<S: Simd>(simd: S, receiver: &Receiver, emitter: &Emitter, power:
     let mut rest = polygon.vertices().len();
     let fours = polygon.four_edges();
     for four in fours {
-        let four = Four::new(simd, four, x, f64x4::splat(simd, power))?;
+        let four = Four::new::<false>(simd, four, x, f64x4::splat(simd, power))?;
         let count = rest.min(4);
         let added = sum.add_four::<S, true>(simd, &four, (count, fours.len() == 1))?;
         errors.add_four(simd, &sum, (&four, &added), count)?;
@@ -71,7 +71,7 @@ fn sums<S: Simd, const GRADIENT: bool>(simd: S, receiver: &Receiver, emitter: &E
     let mut rest = polygon.vertices().len();
     let fours = polygon.four_edges();
     for four in fours {
-        let four = Four::new(simd, four, x, f64x4::splat(simd, power))?;
+        let four = Four::new::<false>(simd, four, x, f64x4::splat(simd, power))?;
         sum.add_four::<S, GRADIENT>(simd, &four, (rest.min(4), fours.len() == 1))?;
         rest -= rest.min(4);
     }

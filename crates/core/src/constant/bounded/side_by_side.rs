@@ -98,7 +98,7 @@ impl<S: Simd> Bounded<S> {
     }
 }
 
-/// Of a polygon that is seen whole; unless `WIDE`, only where no edge is seen past a quarter turn.
+/// Of a polygon that is seen whole; unless `WIDE`, only where no edge passes near or is seen past a quarter turn.
 #[inline(always)]
 fn whole<S: Simd, const WIDE: bool>(
     simd: S,
@@ -112,7 +112,7 @@ fn whole<S: Simd, const WIDE: bool>(
     let mut rest = polygon.vertices().len();
     let additions = (rest - 1) as f64 * ROUNDOFF;
     for four in fours {
-        let four = Four::new(simd, four, x, f64x4::splat(simd, power))?;
+        let four = Four::new::<WIDE>(simd, four, x, f64x4::splat(simd, power))?;
         let terms = Bounded::new::<_, WIDE>(simd, &four, n1, (fours.len() == 1, additions), (Still, 0.0))?;
         let count = rest.min(4);
         rest -= count;
