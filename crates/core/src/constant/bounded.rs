@@ -6,14 +6,16 @@
 //!
 //! - Lengths: `|w|` errs by `ew + 2.5u`, 1/|w| by `ew + 3.5u`, 1/|r| by `4.5u + eta`. N errs by ew across and 3.5u along itself,
 //!   and u for its product.
-//! - A crossing point `q = r + t e` is off along the edge, since t errs by 4u of itself, and beside that by `u (|r| + 2 t|e| + |q|)`.
-//!   With `t|e| <= |q| + |r|` and normalised lengths, `|r| <= 3^(1/2)`: by `xi = u (4.1 + 7.2/|q|)` along the edge and `eta = u (3 +
-//!   5.2/|q|)` otherwise, relative. What it is off along the edge counts for nothing in first order: the edge's arc, whose fraction
-//!   is that t, and the horizon's end at the same point. The light from between there and the true horizon, xi wide and high at
-//!   most, is below `xi^3/2`; and since `|n1.r| <= xi |q|` along that piece of the edge, the gradient has `xi^2/2|q|` of it.
-//! - The angle is that of the point (inline, across), which err by `5u + eta` of `|r||r'|` and by `ew + 2.5u`, u more for the fraction
-//!   of a cut edge: `dg = min(g, 1) (ew + 8u + u + 2 eta) + 4ug`, the last from the arc tangent. That of an arc of the horizon has its ends' eta, 3.5u of the cross product
-//!   and 9u min(g, 1) of its product with n1 and of (inline): `dg = eta + eta' + 3.5u + 9u min(g, 1) + 4ug`.
+//! - A crossing point `q = r + t e` is off along the edge, since t errs by 4u of itself, and beside that by `u (|r| + 2 t|e| +
+//!   |q|)`. With `t|e| <= |q| + |r|` and normalised lengths, `|r| <= 3^(1/2)`: by `xi = u (4.1 + 7.2/|q|)` along the edge and
+//!   `eta = u (3 + 5.2/|q|)` otherwise, relative. What it is off along the edge counts for nothing in first order: the edge's
+//!   arc, whose fraction is that t, and the horizon's end at the same point. The light from between there and the true horizon,
+//!   xi wide and high at most, is below `xi^3/2`; and since `|n1.r| <= xi |q|` along that piece of the edge, the gradient has
+//!   `xi^2/2|q|` of it.
+//! - The angle is that of the point (inline, across), which err by `5u + eta` of `|r||r'|` and by `ew + 2.5u`, u more for the
+//!   fraction of a cut edge: `dg = min(g, 1) (ew + 8u + u + 2 eta) + 4ug`, the last from the arc tangent. That of an arc of the
+//!   horizon has its ends' eta, 3.5u of the cross product and 9u min(g, 1) of its product with n1 and of (inline): `dg = eta +
+//!   eta' + 3.5u + 9u min(g, 1) + 4ug`.
 //! - Of a term `g N` only `n1.(g N)` matters: with `c = |n1.N|` it errs by `c (dg + 3.5ug)` along N, by `g ew` across, and by
 //!   2ug in the products.
 //!
@@ -110,8 +112,8 @@ impl BoundedSum {
         side_by_side::bounded(receiver, polygon, plan).unwrap_or_else(|| Self::one_by_one(receiver, polygon, plan))
     }
 
-    /// Of a polygon of which it is plain what is seen; the sums where its size is more than `narrow` of the distance of its farthest
-    /// vertex.
+    /// Of a polygon of which it is plain what is seen; the sums where its size is more than `narrow` of the distance of its
+    /// farthest vertex.
     #[inline]
     pub(crate) fn plain(receiver: &Receiver, polygon: &Polygon, narrow: f64) -> Option<Plain<Self>> {
         side_by_side::bounded_plain(receiver, polygon, narrow)

@@ -156,7 +156,7 @@ impl Scene<'_> {
         let [a, b, c] = &corners;
         let sides = [b.local - a.local, c.local - a.local, c.local - b.local];
         // Two local offsets and their difference; a share of it is the displacement of crossings as seen from the receiver.
-        let mut shape = Shape::new(sides, self.n2, 60.0 * ROUNDOFF * spread);
+        let mut shape = Shape::new(sides, sides.map(Vec3::norm), self.n2, 60.0 * ROUNDOFF * spread);
         shape.misplaced_area = 70.0 * ROUNDOFF * spread * largest(shape.lengths);
         let middle = (a.seen + b.seen + c.seen) * (1.0 / 3.0);
         let centroid = middle.norm() * (1.0 - 32.0 * ROUNDOFF);
