@@ -6,6 +6,10 @@
 //! the error asked for, relative to the mean radiosity, the receivers that add most to the bound are divided: those that
 //! together make up a given part of it (W. Dörfler 1996).
 
+mod divide;
+mod options;
+mod queries;
+
 use std::time::{Duration, Instant};
 
 use radgrad_core::DVec3;
@@ -18,52 +22,14 @@ use crate::cell::Rules;
 use crate::direct::{Direct, Lamps};
 use crate::field::Field;
 use crate::gathering::{Equation, irradiance};
-use crate::ledger::Ledger;
 use crate::link::{Link, Need, for_each};
-use crate::marking::{self, Marking};
+use crate::marking::Marking;
 use crate::mesh::{Mesh, Sight};
 use crate::residual::Residual;
 use crate::surfaces::Surfaces;
 use crate::transfer::Optics;
-
-/// What is asked for.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Options {
-    /// Bound on the mean error of gathers over all area, over the mean radiosity, at most, in every channel.
-    pub error: f64,
-    /// Degree of the basis, 0 to 4; 2 if none is given.
-    pub degree: Option<usize>,
-    /// All faces are divided alike until there are this many elements; then the first round begins.
-    pub first_elements: usize,
-    /// Elements, divided ones too, beyond which nothing is divided any more: the bound then says what was reached.
-    pub most_elements: usize,
-    /// Divide everything rather than what pays.
-    pub uniform: bool,
-    /// Time in which to be done: no round is begun that, by the time of those before, would end later. The first one always is.
-    pub time: Option<Duration>,
-    /// What pays: where the residual is large, or where the gradient says so too.
-    pub marking: Marking,
-}
-
-impl Default for Options {
-    fn default() -> Self {
-        let marking = Marking::Residual;
-        Self { error: 0.005, degree: None, first_elements: 32, most_elements: 20_000, uniform: false, marking, time: None }
-    }
-}
-
-/// How far a solution has come.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Progress {
-    /// Round, from 1.
-    pub round: usize,
-    /// Leaves.
-    pub elements: usize,
-    /// Links.
-    pub links: usize,
-    /// Bound on the mean error over the mean radiosity, the largest of the channels.
-    pub bound: f64,
-}
+use divide::bulk;
+pub use options::{Options, Progress};
 
 /// Degree of the basis if none is given.
 const DEGREE: usize = 2;
@@ -79,9 +45,6 @@ const GLOWING_PART: f64 = 2e-10;
 
 /// The part of the error asked for that direct light may leave out in the mean.
 const DIRECT_PART: f64 = 0.25;
-
-/// The part of the bound whose receivers are divided in a round.
-const BULK: f64 = 0.6;
 
 /// Changes relative to the mean radiosity below which the linear system is solved: where light may be even, as for evaluations,
 /// and, over the error aimed at, in scenes with lamps.
@@ -532,158 +495,6 @@ impl Solution {
         }
         Ok(any)
     }
-
-    /// Divides the receivers that leave out most.
-    fn divide(&mut self, options: &Options) -> Result<(), Error> {
-        let indicator = |receiver: usize| {
-            let worst = |of: &dyn Fn(usize) -> f64| {
-                (0..self.channels.len()).map(|channel| ratio(of(channel), self.mean[channel])).fold(0.0, f64::max)
-            };
-            let counts = |channel: usize| self.counts(receiver, &self.bounds.residuals[1][receiver][channel]);
-            let off = match options.marking {
-                Marking::Residual => worst(&|channel| self.bounds.share(&self.mesh, receiver, channel, counts(channel))),
-                Marking::Gradient => {
-                    let residual = worst(&counts);
-                    let off = residual + marking::BESIDE_RESIDUAL * self.off_by_gradient(receiver)?;
-                    self.mesh.elements()[receiver].area() * off
-                }
-            };
-            Ok((off, receiver))
-        };
-        let marked = for_each(&self.receivers, indicator)?;
-        let divided = if options.uniform { self.receivers.clone() } else { bulk(marked) };
-        for &receiver in &divided {
-            self.mesh.divide(receiver)?;
-        }
-        let mut goes = vec![false; self.mesh.elements().len()];
-        divided.iter().for_each(|&receiver| goes[receiver] = true);
-        self.receivers.retain(|&receiver| !goes[receiver]);
-        let children = divided.iter().filter_map(|&receiver| self.mesh.elements()[receiver].children());
-        self.receivers.extend(children.flat_map(|first| first..first + 4));
-        self.receivers.sort_unstable();
-        Ok(())
-    }
-
-    /// The elements above those that gather, in the order in which they were divided, numbered as they are in a mesh that was
-    /// divided so and not for direct light.
-    #[must_use]
-    pub fn divisions(&self) -> Vec<usize> {
-        let mut numbers = vec![None; self.mesh.elements().len()];
-        let undivided = self.mesh.undivided();
-        numbers[..undivided].iter_mut().enumerate().for_each(|(index, number)| *number = Some(index));
-        let mut count = undivided;
-        let mut divisions = Vec::new();
-        for divided in self.mesh.divisions() {
-            let (Some(number), true) = (numbers[divided], self.links[divided].is_empty()) else { continue };
-            divisions.push(number);
-            for child in self.mesh.elements()[divided].children().into_iter().flat_map(|first| first..first + 4) {
-                numbers[child] = Some(count);
-                count += 1;
-            }
-        }
-        divisions
-    }
-
-    /// The mesh.
-    #[must_use]
-    pub const fn mesh(&self) -> &Mesh {
-        &self.mesh
-    }
-
-    /// Names of the channels.
-    #[must_use]
-    pub fn channels(&self) -> &[String] {
-        &self.channels
-    }
-
-    /// How far it came.
-    #[must_use]
-    pub const fn progress(&self) -> &Progress {
-        &self.progress
-    }
-
-    /// Mean radiosity over all area, in each channel.
-    #[must_use]
-    pub fn mean(&self) -> &[f64] {
-        &self.mean
-    }
-
-    /// Bound on the mean over all area of the magnitude of the error of gathers, in each channel.
-    #[must_use]
-    pub fn mean_bound(&self) -> Vec<Ledger> {
-        self.bounds.mean.clone()
-    }
-
-    /// Bound on the error of the polynomial on a leaf, at every point of it, in each channel; the detail of textures, which no
-    /// polynomial has, is in it.
-    #[must_use]
-    pub fn bound_on(&self, leaf: usize) -> Vec<Ledger> {
-        let receiver = self.receiver_of(leaf);
-        let [direct, reflected] = &self.bounds.residuals;
-        let of = |c: usize| self.bounds.on_receiver(receiver, c) + direct[leaf][c].whole() + reflected[receiver][c].whole();
-        (0..self.channels.len()).map(of).collect()
-    }
-
-    /// Value of the polynomial on a leaf, in a channel.
-    #[must_use]
-    pub fn value_on(&self, leaf: usize, channel: usize, reference: [f64; 2]) -> f64 {
-        let (basis, face) = (self.mesh.basis(leaf), self.mesh.elements()[leaf].face());
-        let values = basis.values(reference);
-        let sent: f64 = self.field.of(leaf, channel, basis.len()).iter().zip(values).map(|(c, v)| c * v).sum();
-        sent + self.lamp_on(face, channel)
-    }
-
-    /// Irradiance on a leaf as a polynomial, in a channel: its coefficients in the leaf's basis.
-    #[must_use]
-    pub fn irradiance_on(&self, leaf: usize, channel: usize) -> Vec<f64> {
-        let receiver = self.receiver_of(leaf);
-        let above = self.mesh.basis(receiver);
-        let at_nodes = irradiance(&self.mesh, &self.field, &self.links[receiver], channel, above.nodes().len());
-        let mut path: Vec<usize> = Vec::new();
-        let mut at = leaf;
-        while at != receiver
-            && let Some(parent) = self.mesh.elements()[at].parent()
-        {
-            path.push(at);
-            at = parent;
-        }
-        let restricted = |held: Vec<f64>, element: usize| above.restrict(self.mesh.child(element), &held);
-        let mut whole = path.into_iter().rev().fold(above.project(&at_nodes), restricted);
-        if !self.direct.is_empty() {
-            whole.iter_mut().zip(self.direct_irradiance(leaf, channel)).for_each(|(h, direct)| *h += direct);
-        }
-        whole
-    }
-
-    /// `E + rho H` at a point of a leaf with the irradiance as a polynomial, in a channel, where [`Self::value_on`] has the
-    /// projection of the whole: the detail of textures is in it.
-    /// `irradiance` is that of [`Self::irradiance_on`].
-    #[must_use]
-    pub fn textured_on(&self, leaf: usize, channel: usize, irradiance: &[f64], reference: [f64; 2]) -> f64 {
-        let (basis, element) = (self.mesh.basis(leaf), &self.mesh.elements()[leaf]);
-        let [rho, emitted] = self.surfaces.at(element.face(), element.point(reference));
-        let received: f64 = irradiance.iter().zip(basis.values(reference)).map(|(c, v)| c * v).sum();
-        emitted[channel] + rho[channel] * received
-    }
-
-    /// Bound on the error of [`Self::textured_on`], at every point of a leaf, in each channel.
-    #[must_use]
-    pub fn textured_bound_on(&self, leaf: usize) -> Vec<Ledger> {
-        let receiver = self.receiver_of(leaf);
-        let [direct, reflected] = &self.bounds.residuals;
-        let of = |c: usize| self.bounds.on_receiver(receiver, c) + direct[leaf][c].largest + reflected[receiver][c].largest;
-        (0..self.channels.len()).map(of).collect()
-    }
-
-    /// Gradient of the polynomial on a leaf over the leaf's plane, in a channel.
-    #[must_use]
-    pub fn gradient_on(&self, leaf: usize, channel: usize, reference: [f64; 2]) -> DVec3 {
-        let basis = self.mesh.basis(leaf);
-        let coefficients = self.field.of(leaf, channel, basis.len());
-        let slopes = basis.slopes(reference);
-        let along = |k: usize| coefficients.iter().zip(&slopes).map(|(c, s)| c * s[k]).sum::<f64>();
-        self.mesh.elements()[leaf].gradient([along(0), along(1)])
-    }
 }
 
 /// The time of a round after one that took so long, and one before that.
@@ -694,17 +505,4 @@ fn expected(last: Duration, before: Duration) -> Duration {
 
 fn ratio(part: f64, whole: f64) -> f64 {
     if part == 0.0 { 0.0 } else { part / whole }
-}
-
-/// The elements with the largest parts that together make up the bulk of the whole.
-fn bulk(mut marked: Vec<(f64, usize)>) -> Vec<usize> {
-    marked.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
-    let all: f64 = marked.iter().map(|m| m.0).sum();
-    let mut taken = 0.0;
-    let takes = |&(share, _): &(f64, usize)| {
-        let goes_on = taken < BULK * all;
-        taken += share;
-        goes_on
-    };
-    marked.into_iter().take_while(takes).map(|m| m.1).collect()
 }
