@@ -9,6 +9,7 @@
 mod divide;
 mod options;
 mod queries;
+mod sweep;
 
 use std::time::{Duration, Instant};
 
@@ -21,9 +22,10 @@ use crate::bound::{self, Bounds, Residuals};
 use crate::cell::Rules;
 use crate::direct::{Direct, Lamps};
 use crate::field::Field;
-use crate::gathering::{Equation, irradiance};
+use crate::gathering::irradiance;
 use crate::link::{Link, Need, for_each};
-use crate::marking::Marking;
+use crate::linking::Linking;
+use crate::marking::{Marking, Samples};
 use crate::mesh::{Mesh, Sight};
 use crate::residual::Residual;
 use crate::surfaces::Surfaces;
@@ -51,8 +53,6 @@ const DIRECT_PART: f64 = 0.25;
 const SOLVED: f64 = 1e-13;
 const ROUGHLY_SOLVED: f64 = 1e-4;
 
-const MOST_SWEEPS: usize = 1000;
-
 /// How much longer than the round before one is expected to take at most.
 const MOST_GROWTH: f64 = 3.0;
 
@@ -72,6 +72,8 @@ pub struct Solution {
     /// Of receivers; empty for other elements.
     pub(crate) links: Vec<Vec<Link>>,
     receivers: Vec<usize>,
+    /// Samples of direct light on leaves and reflected light on receivers, of those that were judged by the gradient.
+    judged: Vec<[Option<Samples>; 2]>,
     pub(crate) bounds: Bounds,
     pub(crate) channels: Vec<String>,
     pub(crate) extent: f64,
@@ -134,6 +136,7 @@ pub fn solve_from(
     if !(options.error > 0.0 && options.error <= 1.0) {
         return Err(Error::Tolerance { value: options.error });
     }
+    options.linking.check()?;
     let degree = options.degree.unwrap_or(DEGREE);
     let mut mesh = Mesh::new(scene, degree)?;
     for (index, &element) in divisions.iter().enumerate() {
@@ -143,6 +146,7 @@ pub fn solve_from(
         }
         mesh.divide(element)?;
     }
+    options.linking.divide(&mut mesh, options.most_elements)?;
     while !mesh.roots().is_empty() && mesh.leaves().count() < options.first_elements {
         let leaves: Vec<usize> = mesh.leaves().collect();
         leaves.into_iter().try_for_each(|leaf| mesh.divide(leaf))?;
@@ -150,12 +154,10 @@ pub fn solve_from(
     let channels = scene.channels().to_vec();
     let surfaces = Surfaces::of(scene);
     let (low, high) = scene.bounds().unwrap_or((DVec3::ZERO, DVec3::ZERO));
-    let progress = Progress { round: 0, elements: 0, links: 0, bound: f64::INFINITY };
+    let progress = Progress { round: 0, elements: 0, links: 0, gathers: 0, bound: f64::INFINITY };
     let receivers: Vec<usize> = mesh.leaves().collect();
-    let found = Lamps::of(&mesh, &surfaces);
-    let precision = if found.is_empty() { GLOWING_PART } else { EVALUATION_PART };
-    // Gradients are of all light together.
-    let lamps = if options.marking == Marking::Gradient { Lamps::default() } else { found };
+    let lamps = Lamps::of(&mesh, &surfaces);
+    let precision = if lamps.is_empty() { GLOWING_PART } else { EVALUATION_PART };
     let mut solution = Solution {
         rules: Rules::new(),
         direct: Vec::new(),
@@ -163,6 +165,7 @@ pub fn solve_from(
         own: Vec::new(),
         links: Vec::new(),
         receivers,
+        judged: Vec::new(),
         bounds: Bounds::default(),
         extent: (high - low).max_element(),
         absolute: options.error * precision,
@@ -180,7 +183,8 @@ pub fn solve_from(
         solution.round(options)?;
         let go_on = watch(&solution);
         let took = start.elapsed().saturating_sub(began);
-        let enough = solution.progress.bound <= options.error || solution.mesh.elements().len() >= options.most_elements;
+        let once = options.linking != Linking::Error;
+        let enough = once || solution.progress.bound <= options.error || solution.mesh.elements().len() >= options.most_elements;
         if enough || !go_on || options.time.is_some_and(|time| start.elapsed() + expected(took, before) > time) {
             return Ok(solution);
         }
@@ -195,22 +199,23 @@ impl Solution {
         // What a round cannot reach anyway is not paid for.
         let aim = options.error.max(0.3 * self.progress.bound.min(1.0));
         self.light(aim, options)?;
-        self.link(LINK_PART * aim)?;
-        self.sweep(1e-2 * aim);
+        self.link(LINK_PART * aim, options.linking)?;
+        self.sweep(options.order, 1e-2 * aim);
         for _ in 0..8 {
-            let changed = self.refine(LINK_PART * aim)?;
-            self.sweep(1e-2 * aim);
+            let changed = options.linking == Linking::Error && self.refine(LINK_PART * aim)?;
+            self.sweep(options.order, 1e-2 * aim);
             if !changed {
                 break;
             }
         }
-        self.sweep(if self.lamps.is_empty() { SOLVED } else { ROUGHLY_SOLVED * aim });
+        self.sweep(options.order, if self.lamps.is_empty() { SOLVED } else { ROUGHLY_SOLVED * aim });
         let scene = bound::Scene { mesh: &self.mesh, surfaces: &self.surfaces, receivers: &self.receivers, links: &self.links };
         let bounds = Bounds::of(scene, [self.left_of_direct(), self.left_of_reflected()], self.channels.len());
         self.bounds = bounds.ok_or_else(|| self.lossless())?;
         let links = self.receivers.iter().map(|&receiver| self.links[receiver].len()).sum();
         let bound = self.mean_bound().iter().zip(&self.mean).map(|(w, mean)| ratio(w.total(), *mean)).fold(0.0, f64::max);
-        self.progress = Progress { round: self.progress.round + 1, elements: self.mesh.leaves().count(), links, bound };
+        let (round, gathers) = (self.progress.round + 1, self.progress.gathers);
+        self.progress = Progress { round, elements: self.mesh.leaves().count(), links, gathers, bound };
         Ok(())
     }
 
@@ -265,7 +270,8 @@ impl Solution {
                     self.field.add(&self.mesh, element, channel, &change);
                 }
             }
-            if self.direct.is_empty() || options.uniform || self.mesh.elements().len() >= options.most_elements {
+            let apart = !options.uniform && options.marking == Marking::Residual && options.linking == Linking::Error;
+            if self.direct.is_empty() || !apart || self.mesh.elements().len() >= options.most_elements {
                 return Ok(());
             }
             // Relative to what light there is so far.
@@ -415,7 +421,7 @@ impl Solution {
     }
 
     /// Links receivers that have none, to what their parent's links had for sources; these go.
-    fn link(&mut self, allowed: f64) -> Result<(), Error> {
+    fn link(&mut self, allowed: f64, linking: Linking) -> Result<(), Error> {
         self.links.resize(self.mesh.elements().len(), Vec::new());
         self.own.resize(self.mesh.elements().len(), Vec::new());
         let new: Vec<usize> = self.receivers.iter().copied().filter(|&receiver| self.links[receiver].is_empty()).collect();
@@ -423,7 +429,7 @@ impl Solution {
         let of_parent =
             |element: usize| self.mesh.elements()[element].parent().map(|p| &self.links[p][..]).filter(|l| !l.is_empty());
         let of = |receiver: usize| {
-            let need = Need { field: &self.field, weight: &self.weight(receiver), allowed };
+            let need = Need { field: &self.field, weight: &self.weight(receiver), allowed, linking };
             optics.first_links(receiver, of_parent(receiver), &need)
         };
         let links = for_each(&new, of)?;
@@ -448,27 +454,6 @@ impl Solution {
         Ok(())
     }
 
-    fn sweep(&mut self, until: f64) {
-        let mut source = vec![Vec::new(); self.mesh.elements().len()];
-        for &receiver in &self.receivers {
-            source[receiver] = (0..self.channels.len()).flat_map(|channel| self.emitted_on(receiver, channel)).collect();
-        }
-        let (mesh, surfaces, receivers, links) = (&self.mesh, &self.surfaces, &self.receivers[..], &self.links[..]);
-        let equation = Equation { mesh, surfaces, receivers, links, source: &source };
-        for _ in 0..MOST_SWEEPS {
-            let scale: Vec<f64> = self.mean.iter().map(|&mean| if mean > 0.0 { mean } else { 1.0 }).collect();
-            let change = equation.sweep(&mut self.field, &mut self.own, &scale);
-            let mean = |channel: usize| {
-                self.field.mean(mesh, channel) + mesh.mean(|root| self.lamp_on(mesh.elements()[root].face(), channel))
-            };
-            self.mean = (0..self.channels.len()).map(mean).collect();
-            if change <= until {
-                break;
-            }
-        }
-        self.field.pull(&self.mesh);
-    }
-
     /// What an error of the irradiance counts for, relative to the mean.
     fn weight(&self, receiver: usize) -> Vec<f64> {
         let rho = &self.surfaces.reflectance[self.mesh.elements()[receiver].face()];
@@ -477,13 +462,13 @@ impl Solution {
 
     fn refine(&mut self, allowed: f64) -> Result<bool, Error> {
         let taken: Vec<Vec<Link>> = self.receivers.iter().map(|&receiver| std::mem::take(&mut self.links[receiver])).collect();
-        let optics = self.optics();
+        let (optics, linking) = (self.optics(), Linking::Error);
         let refined: Vec<(Vec<Link>, bool)> = self
             .receivers
             .par_iter()
             .zip(taken)
             .map(|(&receiver, mut links)| {
-                let need = Need { field: &self.field, weight: &self.weight(receiver), allowed };
+                let need = Need { field: &self.field, weight: &self.weight(receiver), allowed, linking };
                 let changed = optics.refine(receiver, &mut links, &need)?;
                 Ok((links, changed))
             })

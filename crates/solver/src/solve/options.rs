@@ -2,7 +2,9 @@
 
 use std::time::Duration;
 
+use crate::linking::Linking;
 use crate::marking::Marking;
+use crate::order::Order;
 
 /// What is asked for.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -21,12 +23,25 @@ pub struct Options {
     pub time: Option<Duration>,
     /// What pays: where the residual is large, or where the gradient says so too.
     pub marking: Marking,
+    /// How finely elements are linked.
+    pub linking: Linking,
+    /// The order in which receivers gather.
+    pub order: Order,
 }
 
 impl Default for Options {
     fn default() -> Self {
-        let marking = Marking::Residual;
-        Self { error: 0.005, degree: None, first_elements: 32, most_elements: 20_000, uniform: false, marking, time: None }
+        Self {
+            error: 0.005,
+            degree: None,
+            first_elements: 32,
+            most_elements: 20_000,
+            uniform: false,
+            time: None,
+            marking: Marking::Residual,
+            linking: Linking::Error,
+            order: Order::GaussSeidel,
+        }
     }
 }
 
@@ -39,6 +54,8 @@ pub struct Progress {
     pub elements: usize,
     /// Links.
     pub links: usize,
+    /// Gathers of receivers so far.
+    pub gathers: usize,
     /// Bound on the mean error over the mean radiosity, the largest of the channels.
     pub bound: f64,
 }
