@@ -196,8 +196,11 @@ pub fn solve_from(
 impl Solution {
     /// One round: direct light, links, sweeps, finer links, bounds.
     fn round(&mut self, options: &Options) -> Result<(), Error> {
-        // What a round cannot reach anyway is not paid for.
-        let aim = options.error.max(0.3 * self.progress.bound.min(1.0));
+        // What a round cannot reach anyway is not paid for, if there may be another one.
+        let aim = match options.linking {
+            Linking::Error => options.error.max(0.3 * self.progress.bound.min(1.0)),
+            Linking::Thresholds { .. } => options.error,
+        };
         self.light(aim, options)?;
         self.link(LINK_PART * aim, options.linking)?;
         self.sweep(options.order, 1e-2 * aim);
