@@ -53,7 +53,8 @@ pub(crate) struct Request {
     /// that a run that is interrupted leaves the last complete one.
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
-    /// Take up the run that wrote this file, if it is there, and keep it up to date after every round.
+    /// Take up the run that wrote this file, if it is there, and keep it up to date after every round: which elements gather; what
+    /// is divided for direct light alone is found again.
     #[arg(long, value_name = "FILE")]
     resume: Option<PathBuf>,
     /// Answer for the points of a JSON Lines file (`position`, `normal`): radiosity and bound in each channel.
