@@ -10,6 +10,20 @@ use crate::Error;
 use crate::mesh::Mesh;
 
 /// How finely elements are linked.
+///
+/// ```
+/// # use radgrad_scene::{Degenerate, Scene};
+/// use radgrad_solver::{Linking, Options, solve};
+/// # let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../../data/scenes/cornell.obj");
+/// let scene = Scene::read(file, Degenerate::Refuse)?;
+/// // In millimetres: no element below 200 x 200 is divided.
+/// let linking = Linking::Thresholds { form_factor: 0.2, area: 200.0 * 200.0 };
+/// let options = Options { degree: Some(0), first_elements: 1, linking, ..Options::default() };
+/// let solution = solve(&scene, &options, |_| true)?;
+/// assert_eq!(solution.progress().round, 1);
+/// assert!(solution.progress().bound > 0.0, "of what links that rough neglect, too");
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub enum Linking {
     /// As finely as the error asked for needs, round after round.

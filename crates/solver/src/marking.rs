@@ -9,10 +9,9 @@
 //! beyond ([`crate::basis`]). The gradient adds what the light does between them (N. Holzschuch and F. X. Sillion 1995, 3.2):
 //! along each edge the cubic through exact values and gradients of its ends leaves the polynomials of the basis' degree by a
 //! mean square in closed form, so that neither is built ([`beyond`]). Those of a square's two directions add up, of a triangle's
-//! three edges the mean counts: both are exact for quadratic light on linear elements, but for a fifteenth of the mixed
-//! terms on triangles. From degree 3 on a cubic says nothing, and the nodes decide. Corners are moved inward, those of a square to
-//! its four Gauss nodes: at an edge between two faces gradients are infinite, and there a cubic through the corners themselves
-//! says nothing.
+//! three edges the mean counts: for quadratic light on linear elements that is exact on squares, and 5/6 to 4/3 of it on
+//! triangles. From degree 3 on a cubic says nothing, and the nodes decide. Corners are moved inward, those of a square to its
+//! four Gauss nodes: at an edge between two faces gradients are infinite, and there a cubic through the corners says nothing.
 //!
 //! Direct and reflected light are judged together where an element has both, since what they leave out adds up with its sign.
 //! Samples are taken once: after the first round light changes by little. The detail of textures does not count: no division
@@ -40,7 +39,11 @@ pub enum Marking {
 /// Part of the way to the centre at which a corner is sampled: `1 - 1/sqrt(3)`.
 const INWARD: f64 = 0.422_649_730_810_374_2;
 
-/// Samples of the irradiance on an element, in each channel: at the nodes, and with gradients at the corners moved inward.
+/// Degree of what values and gradients at two ends determine.
+const CUBIC: usize = 3;
+
+/// Samples of the irradiance on an element, in each channel: at the nodes, and with gradients at the corners moved inward, if the
+/// basis is below cubic.
 #[derive(Debug, Clone)]
 pub(crate) struct Samples {
     nodes: Vec<Vec<f64>>,
@@ -80,6 +83,9 @@ impl Solution {
     }
 
     fn at_corners<T>(&self, element: usize, of: impl Fn(DVec3) -> Result<T, Error>) -> Result<Vec<T>, Error> {
+        if self.mesh.basis(element).degree() >= CUBIC {
+            return Ok(Vec::new());
+        }
         let element = &self.mesh.elements()[element];
         element.polygon().vertices().iter().map(|&corner| of(corner + (element.centre() - corner) * INWARD)).collect()
     }
@@ -98,7 +104,7 @@ impl Solution {
                 let values = [a, b].map(|end| light.corners[end].0[channel]);
                 beyond(basis.degree(), values, [a, b].map(|end| light.corners[end].1[channel].dot(between)))
             };
-            let by_gradient = part * lines.iter().map(of_line).sum::<f64>();
+            let by_gradient = if light.corners.is_empty() { 0.0 } else { part * lines.iter().map(of_line).sum::<f64>() };
             let excess = basis.excess(&light.nodes[channel]);
             let by_nodes = excess.next.powi(2) + excess.spread.powi(2);
             let off = rho * rho * by_gradient.max(by_nodes);

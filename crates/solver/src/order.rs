@@ -11,7 +11,21 @@
 use crate::field::Field;
 use crate::gathering::Equation;
 
-/// The order in which receivers gather.
+/// The order in which receivers gather. The solution is the same to what is left unsolved, and the number of gathers is in
+/// [`crate::Progress`].
+///
+/// ```
+/// # use radgrad_scene::{Degenerate, Scene};
+/// use radgrad_solver::{Options, Order, solve};
+/// # let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../../data/scenes/two_blocks.obj");
+/// let scene = Scene::read(file, Degenerate::Refuse)?;
+/// let gathers = |order: Order| -> Result<usize, radgrad_solver::Error> {
+///     let options = Options { error: 1.0, degree: Some(0), first_elements: 1, order, ..Options::default() };
+///     Ok(solve(&scene, &options, |_| false)?.progress().gathers)
+/// };
+/// assert!(gathers(Order::Southwell)? < gathers(Order::GaussSeidel)?);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Order {
     /// One after the other, again and again.

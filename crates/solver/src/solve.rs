@@ -4,7 +4,9 @@
 //! cheap ([`crate::direct`]). Each round divides leaves until direct light is seen well enough, links the new receivers, sweeps
 //! until the linear system is solved, refines links, and bounds the error. If the bound on its mean over all area is not within
 //! the error asked for, relative to the mean radiosity, the receivers that add most to the bound are divided: those that
-//! together make up a given part of it (W. Dörfler 1996).
+//! together make up a given part of it (W. Dörfler 1996). Asked to go by the gradient it divides instead, leaves and receivers
+//! alike, what is off most in the mean square ([`crate::marking`]); by thresholds, nothing after the first round
+//! ([`crate::linking`]).
 
 mod divide;
 mod options;

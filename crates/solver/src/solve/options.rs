@@ -21,9 +21,10 @@ pub struct Options {
     pub uniform: bool,
     /// Time in which to be done: no round is begun that, by the time of those before, would end later. The first one always is.
     pub time: Option<Duration>,
-    /// What pays: where the residual is large, or where the gradient says so too.
+    /// What pays: what adds most to the bound, or the polynomials that are off most.
     pub marking: Marking,
-    /// How finely elements are linked.
+    /// How finely elements are linked. With thresholds there is one round, in which nothing is divided for the error asked for: set
+    /// `first_elements` to 1 for a mesh that follows from them alone.
     pub linking: Linking,
     /// The order in which receivers gather.
     pub order: Order,
