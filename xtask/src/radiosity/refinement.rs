@@ -134,14 +134,14 @@ fn errors(solution: &Solution, places: &[Place]) -> Vec<f64> {
     (0..solution.channels().len()).map(of_channel).collect()
 }
 
-/// For a degree, how many times as many elements uniform division needs as the last two meshes divided by the gradient, in each
-/// channel, if its errors fall like powers between those measured.
+/// For a degree, how many times as many elements uniform division needs as each mesh divided by the gradient, in each channel, if
+/// its errors fall like powers between those measured.
 pub(super) fn ratios(points: &[Point], degree: usize) -> Vec<(usize, Vec<f64>)> {
     let of = |division: Division| points.iter().filter(move |p| p.degree == degree && p.division == division);
     let uniform: Vec<&Point> = of(Division::Uniform).collect();
     let ratio = |point: &Point, channel: usize| {
-        let steps = uniform.windows(2).filter(|pair| pair[0].errors[channel] >= point.errors[channel]);
-        let [more, fewer] = steps.last().map(|pair| [pair[1], pair[0]])?;
+        let step = uniform.windows(2).rfind(|pair| pair[0].errors[channel] >= point.errors[channel]);
+        let [more, fewer] = step.map(|pair| [pair[1], pair[0]])?;
         let power = (fewer.errors[channel] / more.errors[channel]).ln() / (more.elements as f64 / fewer.elements as f64).ln();
         let uniform = more.elements as f64 * (more.errors[channel] / point.errors[channel]).powf(1.0 / power);
         Some(uniform / point.elements as f64)
