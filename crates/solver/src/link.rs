@@ -12,6 +12,7 @@ use rayon::prelude::*;
 use crate::Error;
 use crate::basis::Basis;
 use crate::field::Field;
+use crate::linking::Linking;
 use crate::mesh::Sight;
 use crate::transfer::{Kernel, Optics, Row, Station};
 
@@ -34,6 +35,7 @@ pub(crate) struct Need<'a> {
     pub(crate) weight: &'a [f64],
     /// The sum of the errors of all links.
     pub(crate) allowed: f64,
+    pub(crate) linking: Linking,
 }
 
 /// The part of the allowed sum above which a link, one of a hundred, is surely refined.
@@ -69,7 +71,11 @@ impl Optics<'_> {
             if sight == Sight::Nothing {
                 continue;
             }
-            if let Some(first) = self.mesh.elements()[source].children().filter(|_| self.is_too_rough(&stations, source, need)) {
+            let is_too_rough = || match need.linking {
+                Linking::Error => self.is_too_rough(&stations, source, need),
+                thresholds => thresholds.parts(self.mesh, receiver, source),
+            };
+            if let Some(first) = self.mesh.elements()[source].children().filter(|_| is_too_rough()) {
                 open.extend((first..first + 4).map(|child| (child, Some(sight.faces().to_vec()))));
                 continue;
             }
@@ -106,7 +112,7 @@ impl Optics<'_> {
     /// Refines the links of a receiver until the sum of their errors is what is allowed or nothing is left to refine. Returns
     /// whether any was.
     pub(crate) fn refine(&self, receiver: usize, links: &mut Vec<Link>, need: &Need<'_>) -> Result<bool, Error> {
-        let &Need { field, weight, allowed } = need;
+        let &Need { field, weight, allowed, .. } = need;
         let mut errors: Vec<f64> = links.iter().map(|link| self.weighted_error(link, field, weight)).collect();
         let mut changed = false;
         loop {
