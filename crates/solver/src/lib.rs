@@ -46,6 +46,7 @@ mod marking;
 mod mesh;
 pub mod receiver;
 mod reconstruction;
+mod remainder;
 mod residual;
 mod rule;
 mod solve;

@@ -14,8 +14,10 @@
 //! # What a point gathers of it
 //! From a source, at a point with form factor F, with k the kernel times the area: `|G r|` is at most `F max|r|`; `k_max mean|r|`;
 //! `(k_max - k_min)/2 mean|r| + (k_max + k_min)/2 |mean r|`, since a constant may be taken from the kernel; and
-//! `|D^m k|/m! mean(d^m |r|)`, d the distance from each leaf's centre, since the kernel's Taylor polynomial there may be, with
-//! what r has of lower powers beside it. The least counts: an oscillating residual counts for little.
+//! what is left of k beside its Taylor polynomial of a degree below m at each leaf's centre. Of that r finds what polynomials of
+//! the basis leave, at most `|D^m k|/m!` times a number of the element ([`crate::remainder`]); and where r is not orthogonal to
+//! them, as far as it is not, the polynomials: `|D^l k|/l! d^l` for l up to m, d the distance from the centre. The least counts: an
+//! oscillating residual counts for little.
 //!
 //! # Textures
 //! With a texture r is `rho x + t`: x what the projection of the irradiance leaves out, and the detail `t = E + rho H_h - B_h`,
@@ -37,11 +39,12 @@ pub(crate) const POWERS: usize = MAX_DEGREE + 2;
 pub(crate) struct Residual {
     /// Largest magnitude.
     pub(crate) largest: Ledger,
-    /// Mean of the magnitude of what the projection leaves out, times the distance from the centre to a power.
+    /// Mean of the magnitude of what the projection leaves out; and for each m from 1 on, what a point gathers of it at most, over
+    /// `|D^m k|/m!`, beside lower powers.
     pub(crate) arms: [f64; POWERS],
     /// Magnitude of the mean of what the projection leaves out times the distance along some direction to a power.
     biases: [f64; POWERS],
-    /// The detail of textures, which is beside all that: its largest magnitude, and means of it as above.
+    /// The detail of textures, which is beside all that: its largest magnitude, and the rest as above.
     detail: f64,
     detail_arms: [f64; POWERS],
 }
@@ -55,9 +58,13 @@ impl Residual {
         let mean = excess.next.hypot(2.0 * excess.spread);
         let falls = std::iter::repeat_n(ratio, basis.degree() + 2).product::<f64>();
         let seen = falls.min(1.0 / (basis.degree() + 2) as f64);
-        let arms = std::array::from_fn(|power| mean * element.arm(power));
+        let biases: [f64; POWERS] = std::array::from_fn(|power| seen * mean * element.arm(power));
+        let of_power = |power: usize| match power {
+            0 => mean,
+            _ => (mean * element.remainder(power) + biases[power]).min(mean * element.arm(power)),
+        };
         let largest = Ledger { discretisation, ..Ledger::default() };
-        Self { largest, arms, biases: arms.map(|arm| seen * arm), ..Self::default() }
+        Self { largest, arms: std::array::from_fn(of_power), biases, ..Self::default() }
     }
 
     /// The same with a texture: samples were the irradiance times `rho`, the largest reflectance of the face.
@@ -65,6 +72,8 @@ impl Residual {
         if rho > 0.0 {
             let [rms, varies, beyond] = pattern.spread_of_reflectance().map(|spread| spread / rho);
             let (mean, mut reach) = (self.arms[0], 1.0);
+            // Not orthogonal to the basis any more.
+            self.arms = std::array::from_fn(|power| mean * element.arm(power));
             for power in 0..POWERS {
                 let beside = if power == 0 { beyond } else { varies * reach };
                 self.biases[power] = (self.biases[power] + beside * mean).min(self.arms[power]);
@@ -74,7 +83,7 @@ impl Residual {
             self.biases[0] = self.biases[0].min(self.arms[0]);
         }
         self.detail = detail.largest;
-        self.detail_arms = std::array::from_fn(|power| detail.mean * element.arm(power));
+        self.detail_arms = std::array::from_fn(|power| detail.mean * element.remainder(power));
         self
     }
 

@@ -69,7 +69,7 @@ pub struct Progress {
 const DEGREE: usize = 2;
 
 /// The part of the error asked for that links may neglect.
-const LINK_PART: f64 = 0.15;
+const LINK_PART: f64 = 0.1;
 
 /// The part of the error asked for that one evaluation may have, per unit of the source's radiosity.
 const EVALUATION_PART: f64 = 2e-4;

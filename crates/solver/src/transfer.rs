@@ -6,9 +6,10 @@
 //! `radgrad-core` answer, with their bounds.
 //!
 //! With the values go bounds on the kernel: its least and largest value, and on `|D^m k| / m!` along any direction of the
-//! element's plane. With `r = rho + t e`, `|r|^-4 = sum C_m^2(-x) t^m |rho|^-(4 + m)`, x the cosine between rho and e, and
-//! Gegenbauer's `|C_m^2| <= (m+1)(m+2)(m+3)/6`; `n1.r` is linear in t. So `|D^m k| / m! <= (cos2 / pi d^(2+m)) (cos1 c_m + c_(m-1))`
-//! with `c = 1, 4, 10, 20, 35`, d the least distance.
+//! element's plane. With `r = rho + t e`, `|r|^-4 = sum C_m^2(-x) t^m |rho|^-(4 + m)`, x the cosine between rho and e, with
+//! Gegenbauer's polynomials; `n1.r` is linear in t. So `|D^m k| / m! <= (cos2 / pi d^(2+m)) (cos1 c_m + |n1.e| c_(m-1))` with d the
+//! least distance and c_m the largest `|C_m^2|` for the cosines that there are: since e is in the element's plane `|x|` is at most
+//! the sine of the angle at which r leaves it, and `|n1.e|` that of the angle between the planes.
 
 use radgrad_core::{DVec3, Polygon, Receiver, Tolerance, evaluate_value};
 
@@ -19,8 +20,18 @@ use crate::element::Element;
 use crate::mesh::{Mesh, Sight};
 use crate::visible::Visible;
 
-/// `(m+1)(m+2)(m+3)/6`, after a 0.
-const GEGENBAUER: [f64; MAX_DEGREE + 3] = [0.0, 1.0, 4.0, 10.0, 20.0, 35.0, 56.0];
+/// The largest `|C_m^2(x)|` for `|x| <= s`, `m` from 0 on: the value at s or the largest inside, at the zero of the derivative.
+fn gegenbauer(s: f64) -> [f64; MAX_DEGREE + 2] {
+    let q = s * s;
+    [
+        1.0,
+        4.0 * s,
+        (12.0 * q - 2.0).max(2.0),
+        ((32.0 * q - 12.0) * s).max(2.829),
+        ((80.0 * q - 48.0) * q + 3.0).max(4.2),
+        (((192.0 * q - 160.0) * q + 24.0) * s).max(6.14),
+    ]
+}
 
 /// What the functions of an element give to a point.
 #[derive(Debug, Clone, Default)]
@@ -47,6 +58,9 @@ pub(crate) struct Kernel {
     unit: f64,
     distance: f64,
     cos1: f64,
+    /// Bounds on the cosine between r and a direction of the element's plane, and between that and the receiver's normal.
+    sine: f64,
+    tilt: f64,
 }
 
 impl Kernel {
@@ -55,8 +69,19 @@ impl Kernel {
         if !self.smooth {
             return f64::INFINITY;
         }
-        let along = self.cos1 * GEGENBAUER[order + 1] + GEGENBAUER[order];
-        self.unit * along / std::iter::repeat_n(self.distance, order).product::<f64>()
+        self.derivatives()[order]
+    }
+
+    /// The same for all orders, from 0 on.
+    fn derivatives(&self) -> [f64; MAX_DEGREE + 2] {
+        let (c, near) = (gegenbauer(self.sine), 1.0 / self.distance);
+        let mut falls = self.unit * (1.0 + 1e-12);
+        std::array::from_fn(|order| {
+            let along = self.cos1 * c[order] + if order == 0 { 0.0 } else { self.tilt * c[order - 1] };
+            let bound = falls * along;
+            falls *= near;
+            bound
+        })
     }
 }
 
@@ -163,7 +188,16 @@ impl Kernel {
         let rounding = 1e-12 * (element.radius() + (station.point - element.centre()).length());
         let distance = element.distance(station.point, height) - rounding;
         if distance <= 0.0 {
-            return Self { peak: f64::INFINITY, least: 0.0, smooth: false, unit: f64::INFINITY, distance: 0.0, cos1: 1.0 };
+            return Self {
+                peak: f64::INFINITY,
+                least: 0.0,
+                smooth: false,
+                unit: f64::INFINITY,
+                distance: 0.0,
+                cos1: 1.0,
+                sine: 1.0,
+                tilt: 1.0,
+            };
         }
         // With the rounding of a few products.
         let scale = element.area() * height / std::f64::consts::PI * (1.0 + 1e-12);
@@ -172,7 +206,10 @@ impl Kernel {
         let peak = unit * cos1;
         let farthest = vertices.iter().map(|v| (*v - station.point).length_squared()).fold(0.0, f64::max);
         let least = if lowest > 0.0 { scale * lowest / (farthest * farthest) * (1.0 - 4e-12) } else { 0.0 };
-        Self { peak, least, smooth: lowest >= -rounding, unit, distance, cos1 }
+        // Squares of two sines, each with the rounding of the cosine.
+        let root = |square: f64| (square + 1e-12).clamp(0.0, 1.0).sqrt();
+        let (sine, level) = (root(1.0 - height * height / farthest), station.normal.dot(element.polygon().normal()));
+        Self { peak, least, smooth: lowest >= -rounding, unit, distance, cos1, sine, tilt: root(1.0 - level * level) }
     }
 }
 
