@@ -121,47 +121,57 @@ impl Residual {
         Ledger { discretisation: self.arms[0].min(self.largest.discretisation), ..self.largest }
     }
 
-    /// What a point gathers of its magnitude at most.
-    pub(crate) fn size_gathered(&self, _: usize, factor: f64, kernel: &Kernel) -> Ledger {
-        let largest = self.largest.discretisation;
-        let by_mean = if kernel.peak.is_finite() { kernel.peak * self.arms[0] } else { f64::INFINITY };
-        let discretisation = if largest == 0.0 || factor == 0.0 { 0.0 } else { (factor * largest).min(by_mean) };
-        Ledger { discretisation, ..self.largest * factor }
+    /// What a point gathers of it at most.
+    pub(crate) fn gathered(&self, degree: usize, found: &Found) -> Ledger {
+        let rest = Ledger { discretisation: 0.0, ..self.largest } * found.factor;
+        let discretisation = self.gathered_beside_detail(degree, found) + self.gathered_detail(degree, found);
+        Ledger { discretisation, ..rest }
     }
 
-    /// What a point gathers of it at most.
-    pub(crate) fn gathered(&self, degree: usize, factor: f64, kernel: &Kernel) -> Ledger {
-        let rest = Ledger { discretisation: 0.0, ..self.largest } * factor;
-        let of =
-            |largest: f64, arms: &[f64; POWERS], biases: &[f64; POWERS]| least(degree, factor, kernel, largest, arms, biases);
-        let discretisation =
-            of(self.largest.discretisation, &self.arms, &self.biases) + self.gathered_detail(degree, factor, kernel);
-        rest + Ledger { discretisation, ..Ledger::default() }
+    /// What a point gathers at most of what the projection leaves out, but for the detail of textures.
+    pub(crate) fn gathered_beside_detail(&self, degree: usize, found: &Found) -> f64 {
+        found.least(degree, self.largest.discretisation, &self.arms, &self.biases)
     }
 
     /// What a point gathers at most of the detail of textures.
-    pub(crate) fn gathered_detail(&self, degree: usize, factor: f64, kernel: &Kernel) -> f64 {
-        least(degree, factor, kernel, self.detail, &self.detail_arms, &[0.0; POWERS])
+    pub(crate) fn gathered_detail(&self, degree: usize, found: &Found) -> f64 {
+        found.least(degree, self.detail, &self.detail_arms, &[0.0; POWERS])
     }
 }
 
-/// The least of the bounds on what a point gathers.
-fn least(degree: usize, factor: f64, kernel: &Kernel, largest: f64, arms: &[f64; POWERS], biases: &[f64; POWERS]) -> f64 {
-    if largest == 0.0 || factor == 0.0 {
-        return 0.0;
+/// What a point finds of a source: bounds on the form factor, on the kernel and its derivatives.
+#[derive(Debug)]
+pub(crate) struct Found {
+    factor: f64,
+    peak: f64,
+    least: f64,
+    /// Where the kernel is smooth.
+    derivatives: Option<[f64; POWERS]>,
+}
+
+impl Found {
+    pub(crate) fn by(factor: f64, kernel: &Kernel) -> Self {
+        let derivatives = (kernel.smooth && kernel.peak.is_finite()).then(|| kernel.derivatives());
+        Self { factor, peak: kernel.peak, least: kernel.least, derivatives }
     }
-    let (mut least, mean) = (factor * largest, arms[0]);
-    if kernel.peak.is_finite() {
-        let halved = 0.5 * ((kernel.peak - kernel.least) * mean + (kernel.peak + kernel.least) * biases[0]);
-        least = least.min(kernel.peak * mean).min(halved);
-        if kernel.smooth {
-            let mut lower = kernel.peak * biases[0];
+
+    /// The least of the bounds on what is gathered.
+    fn least(&self, degree: usize, largest: f64, arms: &[f64; POWERS], biases: &[f64; POWERS]) -> f64 {
+        if largest == 0.0 || self.factor == 0.0 {
+            return 0.0;
+        }
+        let (mut least, mean) = (self.factor * largest, arms[0]);
+        if self.peak.is_finite() {
+            let halved = 0.5 * ((self.peak - self.least) * mean + (self.peak + self.least) * biases[0]);
+            least = least.min(self.peak * mean).min(halved);
+        }
+        if let Some(derivatives) = &self.derivatives {
+            let mut lower = self.peak * biases[0];
             for order in 1..=degree + 1 {
-                let derivative = kernel.derivative(order);
-                least = least.min(lower + derivative * arms[order]);
-                lower += derivative * biases[order];
+                least = least.min(lower + derivatives[order] * arms[order]);
+                lower += derivatives[order] * biases[order];
             }
         }
+        least
     }
-    least
 }

@@ -13,7 +13,7 @@ use radgrad_scene::Scene;
 use rayon::prelude::*;
 
 use crate::Error;
-use crate::bound::{self, Bounds, Residuals};
+use crate::bound::{self, Bounds, Points, Residuals};
 use crate::cell::Rules;
 use crate::direct::{Direct, Lamps};
 use crate::field::Field;
@@ -242,13 +242,23 @@ impl Solution {
             }
         }
         self.sweep(if self.lamps.is_empty() { SOLVED } else { ROUGHLY_SOLVED * aim });
-        let scene = bound::Scene { mesh: &self.mesh, surfaces: &self.surfaces, receivers: &self.receivers, links: &self.links };
-        let bounds = Bounds::of(scene, [self.left_of_direct(), self.left_of_reflected()], self.channels.len());
+        let bounds = Bounds::of(self.bounded(), [self.left_of_direct(), self.left_of_reflected()]);
         self.bounds = bounds.ok_or_else(|| self.lossless())?;
         let links = self.receivers.iter().map(|&receiver| self.links[receiver].len()).sum();
         let bound = self.mean_bound().iter().zip(&self.mean).map(|(w, mean)| ratio(w.total(), *mean)).fold(0.0, f64::max);
         self.progress = Progress { round: self.progress.round + 1, elements: self.mesh.leaves().count(), links, bound };
         Ok(())
+    }
+
+    /// What bounds are made of.
+    pub(crate) fn bounded(&self) -> bound::Scene<'_> {
+        let Self { mesh, surfaces, receivers, links, channels, .. } = self;
+        bound::Scene { mesh, surfaces, receivers, links, channels: channels.len() }
+    }
+
+    /// Bounds at points, which cost as much as that on the mean, and only who asks for them pays.
+    pub(crate) fn points(&self) -> &Points {
+        self.bounds.points(self.bounded())
     }
 
     pub(crate) const fn optics(&self) -> Optics<'_> {
@@ -620,7 +630,9 @@ impl Solution {
     pub fn bound_on(&self, leaf: usize) -> Vec<Ledger> {
         let receiver = self.receiver_of(leaf);
         let [direct, reflected] = &self.bounds.residuals;
-        let of = |c: usize| self.bounds.on_receiver(receiver, c) + direct[leaf][c].whole() + reflected[receiver][c].whole();
+        let of = |c: usize| {
+            self.points().on_receiver(&self.bounds, receiver, c) + direct[leaf][c].whole() + reflected[receiver][c].whole()
+        };
         (0..self.channels.len()).map(of).collect()
     }
 
@@ -671,7 +683,9 @@ impl Solution {
     pub fn textured_bound_on(&self, leaf: usize) -> Vec<Ledger> {
         let receiver = self.receiver_of(leaf);
         let [direct, reflected] = &self.bounds.residuals;
-        let of = |c: usize| self.bounds.on_receiver(receiver, c) + direct[leaf][c].largest + reflected[receiver][c].largest;
+        let of = |c: usize| {
+            self.points().on_receiver(&self.bounds, receiver, c) + direct[leaf][c].largest + reflected[receiver][c].largest
+        };
         (0..self.channels.len()).map(of).collect()
     }
 

@@ -73,7 +73,7 @@ impl Kernel {
     }
 
     /// The same for all orders, from 0 on.
-    fn derivatives(&self) -> [f64; MAX_DEGREE + 2] {
+    pub(crate) fn derivatives(&self) -> [f64; MAX_DEGREE + 2] {
         let (c, near) = (gegenbauer(self.sine), 1.0 / self.distance);
         let mut falls = self.unit * (1.0 + 1e-12);
         std::array::from_fn(|order| {
