@@ -114,7 +114,8 @@ impl Field {
         if largest == 0.0 || row.factor() == 0.0 {
             return 0.0;
         }
-        (row.factor() * largest).min(self.smoothly_neglected(mesh, source, channel, &row.kernel))
+        let smoothly = self.smoothly_neglected(mesh, source, channel, &row.kernel);
+        (row.factor() * largest).min(smoothly).min(row.beyond() * self.rms[source][channel])
     }
 
     /// The same by the kernel alone.

@@ -44,8 +44,12 @@ pub(crate) struct Residual {
     pub(crate) arms: [f64; POWERS],
     /// Magnitude of the mean of what the projection leaves out times the distance along some direction to a power.
     biases: [f64; POWERS],
-    /// The detail of textures, which is beside all that: its largest magnitude, and the rest as above.
+    /// Root mean squares: of it, and of its part along the basis.
+    rms: f64,
+    along: f64,
+    /// The detail of textures, which is beside all that: its largest magnitude, root mean square, and the rest as above.
     detail: f64,
+    detail_rms: f64,
     detail_arms: [f64; POWERS],
 }
 
@@ -64,7 +68,7 @@ impl Residual {
             _ => (mean * element.remainder(power) + biases[power]).min(mean * element.arm(power)),
         };
         let largest = Ledger { discretisation, ..Ledger::default() };
-        Self { largest, arms: std::array::from_fn(of_power), biases, ..Self::default() }
+        Self { largest, arms: std::array::from_fn(of_power), biases, rms: mean, along: seen * mean, ..Self::default() }
     }
 
     /// The same with a texture: samples were the irradiance times `rho`, the largest reflectance of the face.
@@ -73,6 +77,7 @@ impl Residual {
             let [rms, varies, beyond] = pattern.spread_of_reflectance().map(|spread| spread / rho);
             let (mean, mut reach) = (self.arms[0], 1.0);
             // Not orthogonal to the basis any more.
+            self.along = self.rms;
             self.arms = std::array::from_fn(|power| mean * element.arm(power));
             for power in 0..POWERS {
                 let beside = if power == 0 { beyond } else { varies * reach };
@@ -83,6 +88,7 @@ impl Residual {
             self.biases[0] = self.biases[0].min(self.arms[0]);
         }
         self.detail = detail.largest;
+        self.detail_rms = detail.mean;
         self.detail_arms = std::array::from_fn(|power| detail.mean * element.remainder(power));
         self
     }
@@ -105,12 +111,16 @@ impl Residual {
     /// The bounds over four children of one size.
     pub(crate) fn over(children: &[Self]) -> Self {
         let part = 1.0 / children.len() as f64;
+        let square = |a: f64, b: f64| (a * a + part * b * b).sqrt();
         let add = |a: [f64; POWERS], b: [f64; POWERS]| std::array::from_fn(|power| a[power] + part * b[power]);
         let join = |sum: Self, child: &Self| Self {
             largest: sum.largest.zip(child.largest, f64::max),
             arms: add(sum.arms, child.arms),
             biases: add(sum.biases, child.biases),
+            rms: square(sum.rms, child.rms),
+            along: square(sum.along, child.along),
             detail: sum.detail.max(child.detail),
+            detail_rms: square(sum.detail_rms, child.detail_rms),
             detail_arms: add(sum.detail_arms, child.detail_arms),
         };
         children.iter().fold(Self::default(), join)
@@ -130,12 +140,14 @@ impl Residual {
 
     /// What a point gathers at most of what the projection leaves out, but for the detail of textures.
     pub(crate) fn gathered_beside_detail(&self, degree: usize, found: &Found) -> f64 {
-        found.least(degree, self.largest.discretisation, &self.arms, &self.biases)
+        let least = found.least(degree, self.largest.discretisation, &self.arms, &self.biases);
+        if least > 0.0 && found.beyond.is_finite() { least.min(found.beyond * self.rms + found.peak * self.along) } else { least }
     }
 
     /// What a point gathers at most of the detail of textures.
     pub(crate) fn gathered_detail(&self, degree: usize, found: &Found) -> f64 {
-        found.least(degree, self.detail, &self.detail_arms, &[0.0; POWERS])
+        let least = found.least(degree, self.detail, &self.detail_arms, &[0.0; POWERS]);
+        if least > 0.0 && found.beyond.is_finite() { least.min(found.beyond * self.detail_rms) } else { least }
     }
 }
 
@@ -145,14 +157,16 @@ pub(crate) struct Found {
     factor: f64,
     peak: f64,
     least: f64,
+    /// Root mean square of what the source's polynomials leave of the kernel.
+    beyond: f64,
     /// Where the kernel is smooth.
     derivatives: Option<[f64; POWERS]>,
 }
 
 impl Found {
-    pub(crate) fn by(factor: f64, kernel: &Kernel) -> Self {
+    pub(crate) fn by(factor: f64, kernel: &Kernel, beyond: f64) -> Self {
         let derivatives = (kernel.smooth && kernel.peak.is_finite()).then(|| kernel.derivatives());
-        Self { factor, peak: kernel.peak, least: kernel.least, derivatives }
+        Self { factor, peak: kernel.peak, least: kernel.least, beyond, derivatives }
     }
 
     /// The least of the bounds on what is gathered.

@@ -43,6 +43,27 @@ pub(crate) struct Row {
     /// Bound on the error of each of the other values.
     pub(crate) other_errors: f64,
     pub(crate) kernel: Kernel,
+    /// What is seen of the kernel; `None` where the closed forms answered.
+    pub(crate) sampled: Option<Sampled>,
+}
+
+/// The kernel, 0 where it is not seen, times the area of the source, in the mean over it.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Sampled {
+    /// Bound on the mean square.
+    pub(crate) square: f64,
+    /// Bound on the error of its projection on the source's basis, the row's values, as the root mean square.
+    pub(crate) off: f64,
+}
+
+impl Sampled {
+    /// Bound on the root mean square of what the projection with these coefficients leaves out: by Pythagoras.
+    pub(crate) fn beyond(&self, values: &[f64]) -> f64 {
+        let squares = values.iter().map(|v| v * v).sum::<f64>();
+        let taken = (squares.sqrt() - self.off).max(0.0);
+        // The sums of squares are rounded.
+        (self.square * (1.0 + 1e-12) - taken * taken * (1.0 - 1e-12)).max(0.0).sqrt()
+    }
 }
 
 /// Bounds on the kernel over an element, times its area.
@@ -89,6 +110,11 @@ impl Row {
     /// Bound on the form factor.
     pub(crate) fn factor(&self) -> f64 {
         self.values.first().map_or(0.0, |f| f.max(0.0) + self.error)
+    }
+
+    /// Bound on the root mean square of what polynomials on the source leave of the kernel, times the area.
+    pub(crate) fn beyond(&self) -> f64 {
+        self.sampled.map_or(f64::INFINITY, |sampled| sampled.beyond(&self.values))
     }
 
     /// Bound on the error of the sum of the functions with these coefficients.
@@ -145,7 +171,11 @@ impl Optics<'_> {
             };
             if doubt <= self.absolute && all(&mut sums) {
                 let error = sums.error + doubt;
-                return Ok(Row { values: sums.values(), error, other_errors: sums.other_errors() + doubt, kernel });
+                let (lost, most) = (kernel.peak * visible.doubt, kernel.peak);
+                let lost = if lost > 0.0 { [lost * most, lost] } else { [0.0; 2] };
+                let sampled = Sampled { square: sums.square + lost[0], off: sums.off(lost[1]) };
+                let sampled = (count == basis.len()).then_some(sampled);
+                return Ok(Row { values: sums.values(), error, other_errors: sums.other_errors() + doubt, kernel, sampled });
             }
         } else {
             (kernel.smooth, kernel.least) = (false, 0.0);

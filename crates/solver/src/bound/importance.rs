@@ -16,7 +16,7 @@ use super::{Residuals, Scene, Seen};
 use crate::field::Field;
 use crate::gathering::Equation;
 use crate::link::Link;
-use crate::residual::{Found, Residual};
+use crate::residual::Residual;
 
 /// Sweeps after which there is no bound.
 const MOST_SWEEPS: usize = 2000;
@@ -174,8 +174,8 @@ impl Scene<'_> {
         let mut sums = vec![0.0; self.channels * seen.nodes];
         for (place, &source) in seen.sources.iter().enumerate() {
             let degree = self.mesh.basis(source).degree();
-            for (node, (factor, kernel)) in seen.at_nodes(place).enumerate().filter(|(_, (factor, _))| *factor > 0.0) {
-                let found = Found::by(factor, kernel);
+            for node in 0..seen.nodes {
+                let Some(found) = seen.found(place, node) else { continue };
                 for (channel, residual) in of[source].iter().enumerate() {
                     sums[channel * seen.nodes + node] += residual.gathered(degree, &found).total();
                 }

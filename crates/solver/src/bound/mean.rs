@@ -164,12 +164,14 @@ impl Scene<'_> {
                 continue;
             }
             for (node, row) in link.rows.iter().enumerate().filter(|(_, row)| row.factor() > 0.0) {
-                add(place, link.source, node, &Found::by(row.factor(), &row.kernel), direct);
+                add(place, link.source, node, &Found::by(row.factor(), &row.kernel, row.beyond()), direct);
             }
         }
         for (place, &source) in seen.sources.iter().enumerate() {
-            for (node, (factor, kernel)) in seen.at_nodes(place).enumerate().filter(|(_, (factor, _))| *factor > 0.0) {
-                add(place, source, node, &Found::by(factor, kernel), reflected);
+            for node in 0..nodes {
+                if let Some(found) = seen.found(place, node) {
+                    add(place, source, node, &found, reflected);
+                }
             }
         }
         let weights: Vec<f64> = mesh.basis(receiver).nodes().iter().map(|node| node.weight).collect();

@@ -96,13 +96,13 @@ impl Bounds {
         (seen, node): (&Seen, usize),
     ) -> Ledger {
         let [direct, reflected] = &self.residuals;
-        let of = |residuals: &Residuals, source: usize, factor: f64, kernel| {
-            residuals[source][channel].gathered(mesh.basis(source).degree(), &Found::by(factor, kernel))
+        let of = |residuals: &Residuals, source: usize, found: &Found| {
+            residuals[source][channel].gathered(mesh.basis(source).degree(), found)
         };
-        let of_direct = rows.map(|(source, row)| of(direct, source, row.factor(), &row.kernel)).sum::<Ledger>();
+        let found = |row: &Row| Found::by(row.factor(), &row.kernel, row.beyond());
+        let of_direct = rows.map(|(source, row)| of(direct, source, &found(row))).sum::<Ledger>();
         let of_source = |(place, &source): (usize, &usize)| {
-            let at = place * seen.nodes + node;
-            of(reflected, source, seen.factors[at], &seen.kernels[at])
+            seen.found(place, node).map_or_else(Ledger::default, |found| of(reflected, source, &found))
         };
         of_direct + seen.sources.iter().enumerate().map(of_source).sum::<Ledger>()
     }

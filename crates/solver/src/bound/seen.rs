@@ -6,8 +6,9 @@
 use std::collections::HashMap;
 
 use crate::mesh::Mesh;
+use crate::residual::Found;
 use crate::surfaces::Surfaces;
-use crate::transfer::{Kernel, Row, Station};
+use crate::transfer::{Kernel, Row, Sampled, Station};
 
 /// What is seen, for each source and node.
 #[derive(Debug)]
@@ -19,6 +20,8 @@ pub(super) struct Seen {
     /// Bounds on the form factor, and the kernels and their largest values; 0 where nothing is seen. Node after node.
     pub(super) factors: Vec<f64>,
     pub(super) kernels: Vec<Kernel>,
+    /// Root mean square of what the source's polynomials leave of the kernel.
+    pub(super) beyond: Vec<f64>,
     peaks: Vec<f64>,
     /// With textures, for each channel and node the reflectance that counts by the largest; else nothing.
     even: Vec<Vec<f64>>,
@@ -35,8 +38,11 @@ impl Seen {
     ) -> Self {
         let nodes = stations.len();
         let (sources, places, factors, kernels) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
-        let mut seen = Self { sources, places, nodes, factors, kernels, peaks: Vec::new(), even: Vec::new() };
+        let (beyond, peaks, even) = (Vec::new(), Vec::new(), Vec::new());
+        let mut seen = Self { sources, places, nodes, factors, kernels, beyond, peaks, even };
         let mut known = HashMap::new();
+        // Of the parts of receivers together.
+        let mut together: Vec<Option<Vec<Together>>> = Vec::new();
         for (source, rows) in links {
             let receiver = receiver_above(mesh, receives, source).filter(|&receiver| receiver != source);
             let next = seen.sources.len();
@@ -45,15 +51,22 @@ impl Seen {
                 seen.sources.push(source);
                 seen.factors.extend(rows.iter().map(Row::factor));
                 seen.kernels.extend(rows.iter().map(|row| row.kernel));
+                seen.beyond.extend(rows.iter().map(Row::beyond));
+                together.push(None);
                 continue;
             };
             let place = *known.entry(receiver).or_insert_with(|| {
                 seen.sources.push(receiver);
                 seen.factors.resize(seen.factors.len() + nodes, 0.0);
                 seen.kernels.extend(stations.iter().map(|station| Kernel::of(station, &mesh.elements()[receiver])));
+                seen.beyond.resize(seen.beyond.len() + nodes, f64::INFINITY);
+                together.push(Some(vec![Together::new(mesh.basis(receiver).len()); nodes]));
                 next
             });
             seen.places.push(place);
+            if let Some(together) = &mut together[place] {
+                together.iter_mut().zip(rows).for_each(|(all, row)| all.add(mesh, receiver, source, row));
+            }
             let range = place * nodes..(place + 1) * nodes;
             for ((factor, kernel), row) in seen.factors[range.clone()].iter_mut().zip(&mut seen.kernels[range]).zip(rows) {
                 *factor += row.factor();
@@ -61,6 +74,10 @@ impl Seen {
                     (kernel.smooth, kernel.least) = (false, 0.0);
                 }
             }
+        }
+        for (place, together) in together.into_iter().enumerate() {
+            let of = &mut seen.beyond[place * nodes..(place + 1) * nodes];
+            of.iter_mut().zip(together.into_iter().flatten()).for_each(|(beyond, all)| *beyond = all.beyond());
         }
         let peak = |(factor, kernel): (&f64, &Kernel)| if *factor > 0.0 { kernel.peak } else { 0.0 };
         seen.peaks = seen.factors.iter().zip(&seen.kernels).map(peak).collect();
@@ -71,9 +88,15 @@ impl Seen {
     }
 
     /// Factors and kernels of a source at the nodes.
-    pub(super) fn at_nodes(&self, place: usize) -> impl Iterator<Item = (f64, &Kernel)> {
+    fn at_nodes(&self, place: usize) -> impl Iterator<Item = (f64, &Kernel)> {
         let range = place * self.nodes..(place + 1) * self.nodes;
         self.factors[range.clone()].iter().copied().zip(&self.kernels[range])
+    }
+
+    /// What a node finds of a source, if it sees it.
+    pub(super) fn found(&self, place: usize, node: usize) -> Option<Found> {
+        let at = place * self.nodes + node;
+        (self.factors[at] > 0.0).then(|| Found::by(self.factors[at], &self.kernels[at], self.beyond[at]))
     }
 
     /// What part of the largest reflectance of a source with textures counts.
@@ -127,6 +150,47 @@ impl Seen {
             }
         }
         sums
+    }
+}
+
+/// The kernel over a receiver from parts of it.
+#[derive(Debug, Clone)]
+struct Together {
+    sampled: Option<Sampled>,
+    /// Its projection on the receiver's basis.
+    values: Vec<f64>,
+}
+
+impl Together {
+    fn new(len: usize) -> Self {
+        Self { sampled: Some(Sampled::default()), values: vec![0.0; len] }
+    }
+
+    /// Adds a part. What is not seen of the receiver is 0 and has no row.
+    fn add(&mut self, mesh: &Mesh, receiver: usize, part: usize, row: &Row) {
+        if row.factor() == 0.0 {
+            return;
+        }
+        let (Some(all), Some(of_part)) = (&mut self.sampled, &row.sampled) else {
+            self.sampled = None;
+            return;
+        };
+        all.square += of_part.square * mesh.elements()[receiver].area() / mesh.elements()[part].area();
+        // A function of the receiver is on the part one of its own, of no larger values.
+        all.off += of_part.off;
+        let (mut at, mut values) = (part, row.values.clone());
+        while let Some(parent) = mesh.elements()[at].parent().filter(|_| at != receiver) {
+            let mut pulled = vec![0.0; values.len()];
+            mesh.basis(parent).pull(mesh.child(at), &values, &mut pulled);
+            // Means over a child count for a quarter, but these are sums.
+            values = pulled.into_iter().map(|v| 4.0 * v).collect();
+            at = parent;
+        }
+        self.values.iter_mut().zip(values).for_each(|(sum, v)| *sum += v);
+    }
+
+    fn beyond(&self) -> f64 {
+        self.sampled.map_or(f64::INFINITY, |sampled| sampled.beyond(&self.values))
     }
 }
 
