@@ -81,7 +81,13 @@ const GLOWING_PART: f64 = 2e-10;
 const DIRECT_PART: f64 = 0.25;
 
 /// The part of the bound whose receivers are divided in a round.
-const BULK: f64 = 0.6;
+const BULK: f64 = 0.7;
+
+/// Part of their share that receivers are expected to keep when they are divided.
+const LEFT_BY_CHILDREN: f64 = 0.3;
+
+/// Part of the error asked for at which the last round aims.
+const AIMED_BELOW: f64 = 0.95;
 
 /// Changes relative to the mean radiosity below which the linear system is solved: where light may be even, as for evaluations,
 /// and, over the error aimed at, in scenes with lamps.
@@ -327,7 +333,7 @@ impl Solution {
             if marked.iter().map(|m| m.0).sum::<f64>() <= DIRECT_PART * aim {
                 return Ok(());
             }
-            for leaf in bulk(marked) {
+            for leaf in bulk(marked, BULK) {
                 self.mesh.divide(leaf)?;
             }
         }
@@ -561,7 +567,7 @@ impl Solution {
             Ok((off, receiver))
         };
         let marked = for_each(&self.receivers, indicator)?;
-        let divided = if options.uniform { self.receivers.clone() } else { bulk(marked) };
+        let divided = if options.uniform { self.receivers.clone() } else { bulk(marked, self.part(options.error)) };
         for &receiver in &divided {
             self.mesh.divide(receiver)?;
         }
@@ -572,6 +578,12 @@ impl Solution {
         self.receivers.extend(children.flat_map(|first| first..first + 4));
         self.receivers.sort_unstable();
         Ok(())
+    }
+
+    /// The part of the bound whose receivers have to be divided, if the bound is to come to a little below what is asked for.
+    fn part(&self, error: f64) -> f64 {
+        let excess = 1.0 - AIMED_BELOW * error / self.progress.bound;
+        (excess / (1.0 - LEFT_BY_CHILDREN)).clamp(0.0, BULK)
     }
 
     /// The elements above those that gather, in the order in which they were divided, numbered as they are in a mesh that was
@@ -710,13 +722,13 @@ fn ratio(part: f64, whole: f64) -> f64 {
     if part == 0.0 { 0.0 } else { part / whole }
 }
 
-/// The elements with the largest parts that together make up the bulk of the whole.
-fn bulk(mut marked: Vec<(f64, usize)>) -> Vec<usize> {
+/// The elements with the largest parts that together make up this part of the whole.
+fn bulk(mut marked: Vec<(f64, usize)>, part: f64) -> Vec<usize> {
     marked.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
     let all: f64 = marked.iter().map(|m| m.0).sum();
     let mut taken = 0.0;
     let takes = |&(share, _): &(f64, usize)| {
-        let goes_on = taken < BULK * all;
+        let goes_on = taken < part * all;
         taken += share;
         goes_on
     };

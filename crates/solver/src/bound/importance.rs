@@ -79,7 +79,7 @@ pub(super) fn of(scene: Scene<'_>, receives: &[bool], seen: &[Seen]) -> Option<I
             // A black receiver leaves nothing out but what rounding does.
             (_, 0.0) => 0.0,
             (None, _) => f64::INFINITY,
-            (Some(risen), rho) => risen.most(receiver * channels + channel) / rho,
+            (Some(risen), rho) => risen.largest[receiver * channels + channel] / rho,
         };
         let mut all: Vec<Vec<f64>> =
             receivers.iter().map(|&receiver| (0..channels).map(|channel| at(receiver, channel)).collect()).collect();
