@@ -36,8 +36,8 @@ pub(crate) struct Need<'a> {
     pub(crate) allowed: f64,
 }
 
-/// The part of the allowed sum above which a link, one of many, is surely refined: by a bound that is several times that from samples.
-const SURELY: f64 = 0.3;
+/// The part of the allowed sum above which a link, one of a hundred, is surely refined.
+const SURELY: f64 = 0.05;
 
 impl Optics<'_> {
     /// The nodes of an element, as points that receive.

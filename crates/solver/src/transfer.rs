@@ -8,7 +8,7 @@
 //! With the values go bounds on the kernel: its least and largest value, and on `|D^m k| / m!` along any direction of the
 //! element's plane. With `r = rho + t e`, `|r|^-4 = sum C_m^2(-x) t^m |rho|^-(4 + m)`, x the cosine between rho and e, with
 //! Gegenbauer's polynomials; `n1.r` is linear in t. So `|D^m k| / m! <= (cos2 / pi d^(2+m)) (cos1 c_m + |n1.e| c_(m-1))` with d the
-//! least distance and c_m the largest `|C_m^2|` for the cosines that there are: since e is in the element's plane `|x|` is at most
+//! least distance and `c_m` the largest `|C_m^2|` for the cosines that there are: as e is in the element's plane `|x|` is at most
 //! the sine of the angle at which r leaves it, and `|n1.e|` that of the angle between the planes.
 
 use radgrad_core::{DVec3, Polygon, Receiver, Tolerance, evaluate_value};
@@ -290,6 +290,66 @@ mod tests {
             }
         }
         assert!(by_rules >= 20 && partly >= 4, "{by_rules} {partly}");
+    }
+
+    #[test]
+    fn gegenbauers_polynomials_are_within_their_bounds_and_reach_them() {
+        for step in 1..=50 {
+            let s = f64::from(step) / 50.0;
+            let bounds = gegenbauer(s);
+            let mut most = [0.0_f64; MAX_DEGREE + 2];
+            for part in 0..=400 {
+                let x = s * f64::from(part) / 400.0;
+                let mut c = [1.0, 4.0 * x, 0.0, 0.0, 0.0, 0.0];
+                for n in 2..c.len() {
+                    let m = n as f64;
+                    c[n] = (2.0 * x * (m + 1.0) * c[n - 1] - (m + 2.0) * c[n - 2]) / m;
+                }
+                most.iter_mut().zip(c).for_each(|(most, c)| *most = most.max(c.abs()));
+            }
+            assert!(most.iter().zip(bounds).all(|(most, bound)| *most <= bound * (1.0 + 1e-12)), "{s}: {most:?} {bounds:?}");
+            assert!(step < 50 || bounds == [1.0, 4.0, 10.0, 20.0, 35.0, 56.0]);
+        }
+    }
+
+    #[test]
+    fn what_polynomials_leave_of_the_kernel_is_within_its_bound_past_a_screen_too() {
+        let lamp = vec![[0.0, 0.0, 1.0], [1.0, 0.0, 1.0], [1.0, 1.0, 1.0], [0.0, 1.0, 1.0]];
+        let lamp: Vec<[f64; 3]> = lamp.into_iter().rev().collect();
+        let screen = vec![[0.3, -1.0, 0.5], [0.3, 2.0, 0.5], [2.0, 2.0, 0.5], [2.0, -1.0, 0.5]];
+        for triangle in [false, true] {
+            let mesh = mesh(&[if triangle { lamp[..3].to_vec() } else { lamp.clone() }, screen.clone()]);
+            let optics = Optics { mesh: &mesh, rules: &Rules::new(), absolute: 1e-8 };
+            let (element, basis) = (&mesh.elements()[0], mesh.basis(0));
+            for (x, z) in [(0.5, 0.0), (0.2, 0.4), (-2.0, -3.0)] {
+                let (point, normal) = (DVec3::new(x, 0.4, z), DVec3::Z);
+                let station = Station { point, normal, face: 7 };
+                for sight in [Sight::Clear, Sight::Past(vec![1])] {
+                    let row = optics.receive(&station, 0, &sight, basis.len()).unwrap();
+                    let kernel = |y: DVec3| {
+                        let r = y - point;
+                        let at = point + r * ((0.5 - point.z) / r.z);
+                        let hidden = sight != Sight::Clear && at.x > 0.3;
+                        let square = std::f64::consts::PI * r.length_squared() * r.length_squared();
+                        if hidden { 0.0 } else { element.area() * r.z * r.z / square }
+                    };
+                    let count = 400;
+                    let middle = |i: i32| (f64::from(i) + 0.5) / f64::from(count);
+                    let grid = (0..count).flat_map(|i| (0..count).map(move |j| [middle(i), middle(j)]));
+                    let (mut square, mut cells) = (0.0, 0.0);
+                    for [s, t] in grid.filter(|[s, t]| !triangle || s + t < 1.0) {
+                        let polynomial: f64 = basis.values([s, t]).iter().zip(&row.values).map(|(f, v)| f * v).sum();
+                        square += (kernel(element.point([s, t])) - polynomial).powi(2);
+                        cells += 1.0;
+                    }
+                    let (found, bound) = ((square / cells).sqrt(), row.beyond());
+                    assert!(
+                        found <= bound * 1.01 && bound < 2.0 * found + 4e-3 * row.factor(),
+                        "{x} {z} {sight:?}: {found} {bound}"
+                    );
+                }
+            }
+        }
     }
 
     #[test]

@@ -79,6 +79,8 @@ pub(super) fn of(scene: Scene<'_>, receives: &[bool], seen: &[Seen]) -> Option<I
             // A black receiver leaves nothing out but what rounding does.
             (_, 0.0) => 0.0,
             (None, _) => f64::INFINITY,
+            // As z itself at the nodes; but with textures this is most of it, and what it varies by is added.
+            (Some(risen), rho) if surfaces.is_textured() => risen.most(receiver * channels + channel) / rho,
             (Some(risen), rho) => risen.largest[receiver * channels + channel] / rho,
         };
         let mut all: Vec<Vec<f64>> =

@@ -9,7 +9,7 @@
 //!           + sum_j mean_j |r| max_j (sum of G_ji b over the i without j in S_i)   what does not: the part of z from such i
 //! ```
 //!
-//! each mean over the receiver, with its part of all area. Both know i and j by links, whose sources may be above receivers. S_i
+//! each mean over the receiver, with its part of all area. Both know i and j by links, whose sources may be above receivers. `S_i`
 //! is a set of sources that i sees. On j a source counts not in the second sum if all receivers below it have j, or what is above
 //! j, in their sets; so if any has not, some pairs count twice. Largest values are those at the nodes.
 //!
