@@ -27,13 +27,27 @@ fn deepest(tolerance: f64) -> u32 {
     if tolerance < 1e-10 { 4 } else { 8 }
 }
 
+/// Two nodes of a rule, or one and nothing, to be taken together.
+#[derive(Debug)]
+struct Pair {
+    a: [f64; 2],
+    b: [f64; 2],
+    weight: [f64; 2],
+}
+
 /// Product rules and their images on the triangle, by the number of nodes a side.
 #[derive(Debug)]
-pub(crate) struct Rules([Vec<Vec<Node>>; 2]);
+pub(crate) struct Rules([Vec<Vec<Pair>>; 2]);
 
 impl Rules {
     pub(crate) fn new() -> Self {
-        let of = |rule: fn(usize) -> Vec<Node>| (0..=MOST).map(|count| rule(count.max(1))).collect();
+        let pair = |nodes: &[Node]| {
+            let other = nodes.get(1).copied().unwrap_or(Node { weight: 0.0, ..nodes[0] });
+            let both = [nodes[0], other];
+            Pair { a: both.map(|node| node.at[0]), b: both.map(|node| node.at[1]), weight: both.map(|node| node.weight) }
+        };
+        let pairs = |rule: Vec<Node>| rule.chunks(2).map(pair).collect();
+        let of = |rule: fn(usize) -> Vec<Node>| (0..=MOST).map(|count| pairs(rule(count.max(1)))).collect();
         Self([of(rule::product), of(rule::collapsed)])
     }
 }
@@ -177,28 +191,42 @@ impl<'a> Sums<'a> {
     fn sum<const N: usize>(&mut self, cell: &Cell, first: DVec3, [along, across]: [DVec3; 2], share: f64, nodes: usize) {
         let area = self.element.area() / std::f64::consts::PI * self.height;
         let normal = self.station.normal;
-        let (mut sums, mut square) = ([[0.0; N]; N], 0.0);
-        for node in &self.rules.0[usize::from(cell.shape == Shape::Triangle)][nodes] {
-            let [a, b] = node.at;
-            let r = first + along * a + across * b;
-            let inverse = 1.0 / r.length_squared();
-            let density = area * inverse * inverse * normal.dot(r);
-            let kernel = node.weight * share * density;
-            square += kernel * density;
-            let [s, t] = cell.at(node.at);
-            let mut of_row = kernel;
+        // `n1.r` and the cell's coordinates are linear in those of the rule, and `r.r` is quadratic.
+        let linear = |of: fn(DVec3, DVec3) -> f64, with: DVec3| [of(first, with), of(along, with), of(across, with)];
+        let above = linear(DVec3::dot, normal);
+        let [[s_along, t_along], [s_across, t_across]] = cell.sides;
+        let (mut sums, mut square) = ([[[0.0; 2]; N]; N], [0.0; 2]);
+        for pair in &self.rules.0[usize::from(cell.shape == Shape::Triangle)][nodes] {
+            let Pair { a, b, weight } = pair;
+            let mut of_row = [0.0; 2];
+            let (mut s, mut t) = ([0.0; 2], [0.0; 2]);
+            for k in 0..2 {
+                let component = |i: usize| first[i] + along[i] * a[k] + across[i] * b[k];
+                let [x, y, z] = [component(0), component(1), component(2)];
+                let inverse = 1.0 / (x * x + y * y + z * z);
+                let density = area * inverse * inverse * (above[0] + above[1] * a[k] + above[2] * b[k]);
+                of_row[k] = weight[k] * share * density;
+                square[k] += of_row[k] * density;
+                s[k] = cell.origin[0] + a[k] * s_along + b[k] * s_across;
+                t[k] = cell.origin[1] + a[k] * t_along + b[k] * t_across;
+            }
             for row in &mut sums {
                 let mut product = of_row;
                 for sum in row {
-                    *sum += product;
-                    product *= s;
+                    for k in 0..2 {
+                        sum[k] += product[k];
+                        product[k] *= s[k];
+                    }
                 }
-                of_row *= t;
+                for k in 0..2 {
+                    of_row[k] *= t[k];
+                }
             }
         }
+        let square = square[0] + square[1];
         self.square += square;
         for (moment, &[i, j]) in self.moments.iter_mut().zip(self.basis.powers()) {
-            *moment += sums[j][i];
+            *moment += sums[j][i][0] + sums[j][i][1];
         }
     }
 
