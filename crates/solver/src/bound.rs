@@ -12,7 +12,8 @@
 //! ```
 //!
 //! Where a bound has to hold at every point of an element, the difference between the largest value at the nodes and the least is
-//! added; that, and what is between the nodes of z and of gathers of the residual, are estimates of the same kind as the residual's.
+//! added; that, and what is between the nodes of z and of gathers of the residual, are estimates of the same kind as the
+//! residual's.
 
 mod importance;
 mod mean;

@@ -316,8 +316,8 @@ impl<'a> Sums<'a> {
         ROUGHER * self.error
     }
 
-    /// Bound on the error of all functions' values together, the root of the sum of squares, with `doubt` for each over its largest
-    /// value.
+    /// Bound on the error of all functions' values together, the root of the sum of squares, with `doubt` for each over its
+    /// largest value.
     pub(crate) fn off(&self, doubt: f64) -> f64 {
         let products = self.element.shape() == Shape::Parallelogram;
         let of = |(&[i, j], size): (&[usize; 2], &f64)| {

@@ -181,8 +181,8 @@ impl Element {
         self.arms[power]
     }
 
-    /// Root mean square of what the projection on the basis leaves of a function, over a bound on `|D^m f|/m!` along all directions,
-    /// for m up to the basis' degree and one.
+    /// Root mean square of what the projection on the basis leaves of a function, over a bound on `|D^m f|/m!` along all
+    /// directions, for m up to the basis' degree and one.
     pub(crate) const fn remainder(&self, order: usize) -> f64 {
         self.remainders[order]
     }

@@ -2,8 +2,8 @@
 //!
 //! At the nodes of a receiver the irradiance `G b` is a sum over its links; its projection on the basis, times the reflectance,
 //! is the reflected radiosity; with a texture it is the projection of the product ([`crate::texture`]). Receivers are taken in
-//! order, a few at a time, and use what the ones before have got in the same sweep: each hands its change on to the elements above and below, which
-//! links see. G is a contraction with the reflectance, and the sweeps converge like powers of it. The radiosity is such a b, and so
+//! order, a few at a time, and use what the ones before have got in the same sweep: each hands its change on to the elements
+//! above and below, which links see. G is a contraction with the reflectance, and the sweeps converge like powers of it. The radiosity is such a b, and so
 //! is the bound on its error.
 
 use rayon::prelude::*;
