@@ -76,7 +76,7 @@ impl Solution {
             rows.push((link.source, row));
         }
         let [rho, emitted] = self.surfaces.at(face, point);
-        let beyond = self.bounds.at_point(&self.mesh, &self.surfaces, &station, &rows, &rho);
+        let beyond = self.points().at(self.bounded(), &self.bounds, &station, &rows, &rho);
         let rounding = |c: usize| 2.0 * f64::EPSILON * (links.len() + 2) as f64 * (rho[c] * sums[c].abs() + emitted[c]);
         Ok(Gathered {
             face,

@@ -48,6 +48,7 @@ mod mesh;
 mod order;
 pub mod receiver;
 mod reconstruction;
+mod remainder;
 mod residual;
 mod rule;
 mod solve;

@@ -109,38 +109,41 @@ impl Optics<'_> {
         }
     }
 
-    /// Refines the links of a receiver until the sum of their errors is what is allowed or nothing is left to refine. Returns
-    /// whether any was.
+    /// Refines the links of a receiver until the sum of their errors is what is allowed at every node, or nothing is left to refine:
+    /// each time the one that is worst where the sum is. Returns whether any was.
     pub(crate) fn refine(&self, receiver: usize, links: &mut Vec<Link>, need: &Need<'_>) -> Result<bool, Error> {
         let &Need { field, weight, allowed, .. } = need;
-        let mut errors: Vec<f64> = links.iter().map(|link| self.weighted_error(link, field, weight)).collect();
+        let mut errors: Vec<Vec<f64>> = links.iter().map(|link| self.weighted_errors(link, field, weight)).collect();
+        let mut sums = vec![0.0; self.mesh.basis(receiver).nodes().len()];
         let mut changed = false;
         loop {
-            let worst = (0..links.len()).max_by(|&a, &b| errors[a].total_cmp(&errors[b]));
-            let Some(worst) = worst.filter(|&w| errors[w] > 0.0 && errors.iter().sum::<f64>() > allowed) else {
-                return Ok(changed);
-            };
+            sums.fill(0.0);
+            errors.iter().for_each(|of| sums.iter_mut().zip(of).for_each(|(sum, error)| *sum += error));
+            let node = (0..sums.len()).max_by(|&a, &b| sums[a].total_cmp(&sums[b]));
+            let Some(node) = node.filter(|&node| sums[node] > allowed) else { return Ok(changed) };
+            let worst = (0..links.len()).max_by(|&a, &b| errors[a][node].total_cmp(&errors[b][node]));
+            let Some(worst) = worst.filter(|&w| errors[w][node] > 0.0) else { return Ok(changed) };
             let Some(first) = self.mesh.elements()[links[worst].source].children() else {
-                errors[worst] = 0.0;
+                errors[worst].fill(0.0);
                 continue;
             };
             changed = true;
             let link = links.swap_remove(worst);
             errors.swap_remove(worst);
             for link in self.links(receiver, (first..first + 4).map(|child| (child, Some(link.sight.faces()))), need)? {
-                errors.push(self.weighted_error(&link, field, weight));
+                errors.push(self.weighted_errors(&link, field, weight));
                 links.push(link);
             }
         }
     }
 
-    /// Bound on what a link neglects at any node, the largest of the channels after each is multiplied by its weight.
-    fn weighted_error(&self, link: &Link, field: &Field, weight: &[f64]) -> f64 {
-        let neglected = |channel: usize| {
-            let errors = link.rows.iter().map(|row| field.neglected(self.mesh, link.source, channel, row));
-            weight[channel] * errors.fold(0.0, f64::max)
+    /// Bound on what a link neglects at each node, the largest of the channels after each is multiplied by its weight.
+    fn weighted_errors(&self, link: &Link, field: &Field, weight: &[f64]) -> Vec<f64> {
+        let of_row = |row: &Row| {
+            let neglected = |(channel, weight): (usize, &f64)| weight * field.neglected(self.mesh, link.source, channel, row);
+            weight.iter().enumerate().map(neglected).fold(0.0, f64::max)
         };
-        (0..weight.len()).map(neglected).fold(0.0, f64::max)
+        link.rows.iter().map(of_row).collect()
     }
 }
 

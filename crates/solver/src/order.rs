@@ -44,7 +44,7 @@ impl Equation<'_> {
     pub(crate) fn southwell(&self, field: &mut Field, own: &mut [Vec<f64>], scale: &[f64], until: f64, most: usize) -> usize {
         let mut residuals = vec![Vec::new(); own.len()];
         for &receiver in self.receivers {
-            residuals[receiver] = (0..scale.len()).flat_map(|channel| self.residual(field, own, receiver, channel)).collect();
+            residuals[receiver] = self.change(receiver, field, &own[receiver], scale.len());
         }
         let gatherers = self.gatherers();
         let size = |receiver: usize, residual: &[f64]| {
@@ -79,21 +79,6 @@ impl Equation<'_> {
             }
         }
         most
-    }
-
-    /// What a gather of a receiver would change in a channel.
-    fn residual(&self, field: &Field, own: &[Vec<f64>], receiver: usize, channel: usize) -> Vec<f64> {
-        let len = self.mesh.basis(receiver).len();
-        let mut sum = vec![0.0; len];
-        for link in &self.links[receiver] {
-            let count = link.matrix.len() / len;
-            multiply(&link.matrix, field.of(link.source, channel, count), &mut sum);
-        }
-        self.surfaces.reflect(self.mesh, receiver, channel, &mut sum);
-        let range = channel * len..(channel + 1) * len;
-        let rest = self.source[receiver][range.clone()].iter().zip(&own[receiver][range]);
-        sum.iter_mut().zip(rest).for_each(|(sum, (source, own))| *sum += source - own);
-        sum
     }
 
     fn gatherers(&self) -> Gatherers {

@@ -20,7 +20,7 @@ use radgrad_scene::Scene;
 use rayon::prelude::*;
 
 use crate::Error;
-use crate::bound::{self, Bounds, Residuals};
+use crate::bound::{self, Bounds, Points, Residuals};
 use crate::cell::Rules;
 use crate::direct::{Direct, Lamps};
 use crate::field::Field;
@@ -32,14 +32,14 @@ use crate::mesh::{Mesh, Sight};
 use crate::residual::Residual;
 use crate::surfaces::Surfaces;
 use crate::transfer::Optics;
-use divide::bulk;
+use divide::{BULK, bulk};
 pub use options::{Options, Progress};
 
 /// Degree of the basis if none is given.
 const DEGREE: usize = 2;
 
 /// The part of the error asked for that links may neglect.
-const LINK_PART: f64 = 0.15;
+const LINK_PART: f64 = 0.1;
 
 /// The part of the error asked for that one evaluation may have, per unit of the source's radiosity.
 const EVALUATION_PART: f64 = 2e-4;
@@ -214,14 +214,24 @@ impl Solution {
             }
         }
         self.sweep(options.order, if self.lamps.is_empty() { SOLVED } else { ROUGHLY_SOLVED * aim });
-        let scene = bound::Scene { mesh: &self.mesh, surfaces: &self.surfaces, receivers: &self.receivers, links: &self.links };
-        let bounds = Bounds::of(scene, [self.left_of_direct(), self.left_of_reflected()], self.channels.len());
+        let bounds = Bounds::of(self.bounded(), [self.left_of_direct(), self.left_of_reflected()]);
         self.bounds = bounds.ok_or_else(|| self.lossless())?;
         let links = self.receivers.iter().map(|&receiver| self.links[receiver].len()).sum();
         let bound = self.mean_bound().iter().zip(&self.mean).map(|(w, mean)| ratio(w.total(), *mean)).fold(0.0, f64::max);
         let (round, gathers) = (self.progress.round + 1, self.progress.gathers);
         self.progress = Progress { round, elements: self.mesh.leaves().count(), links, gathers, bound };
         Ok(())
+    }
+
+    /// What bounds are made of.
+    pub(crate) fn bounded(&self) -> bound::Scene<'_> {
+        let Self { mesh, surfaces, receivers, links, channels, .. } = self;
+        bound::Scene { mesh, surfaces, receivers, links, channels: channels.len() }
+    }
+
+    /// Bounds at points, which cost as much as that on the mean, and only who asks for them pays.
+    pub(crate) fn points(&self) -> &Points {
+        self.bounds.points(self.bounded())
     }
 
     pub(crate) const fn optics(&self) -> Optics<'_> {
@@ -291,7 +301,7 @@ impl Solution {
             if marked.iter().map(|m| m.0).sum::<f64>() <= DIRECT_PART * aim {
                 return Ok(());
             }
-            for leaf in bulk(marked) {
+            for leaf in bulk(marked, BULK) {
                 self.mesh.divide(leaf)?;
             }
         }

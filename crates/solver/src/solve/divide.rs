@@ -7,7 +7,13 @@ use crate::marking::{Marking, Samples};
 use crate::solve::Options;
 
 /// The part of the bound whose receivers are divided in a round.
-const BULK: f64 = 0.6;
+pub(super) const BULK: f64 = 0.7;
+
+/// Part of their share that receivers are expected to keep when they are divided.
+const LEFT_BY_CHILDREN: f64 = 0.3;
+
+/// Part of the error asked for at which the last round aims.
+const AIMED_BELOW: f64 = 0.95;
 
 /// The part of the least that is divided from which on reflected light by itself asks for finer gathers: these cost time, but no
 /// elements where direct light has divided already.
@@ -18,7 +24,7 @@ impl Solution {
     pub(super) fn divide(&mut self, options: &Options) -> Result<(), Error> {
         let (elements, receivers) = match (options.uniform, options.marking) {
             (true, _) => (Vec::new(), self.receivers.clone()),
-            (_, Marking::Residual) => (Vec::new(), bulk(self.shares())),
+            (_, Marking::Residual) => (Vec::new(), bulk(self.shares(), self.part(options.error))),
             (_, Marking::Gradient) => self.most_off()?,
         };
         for &element in elements.iter().chain(&receivers) {
@@ -31,6 +37,12 @@ impl Solution {
         self.receivers.extend(children.flat_map(|first| first..first + 4));
         self.receivers.sort_unstable();
         Ok(())
+    }
+
+    /// The part of the bound whose receivers have to be divided, if the bound is to come to a little below what is asked for.
+    fn part(&self, error: f64) -> f64 {
+        let excess = 1.0 - AIMED_BELOW * error / self.progress.bound;
+        (excess / (1.0 - LEFT_BY_CHILDREN)).clamp(0.0, BULK)
     }
 
     /// What each receiver adds to the bound.
@@ -62,7 +74,7 @@ impl Solution {
             (None, None) => None,
         };
         let marked: Vec<(f64, usize)> = (0..elements.len()).filter_map(of_element).collect();
-        let chosen = bulk(marked);
+        let chosen = bulk(marked, BULK);
         let whole = |&element: &usize| of_element(element).map_or(f64::INFINITY, |(off, _)| off);
         let least = chosen.iter().map(whole).fold(f64::INFINITY, f64::min);
         let finer = |&element: &usize| lights(element).1.is_some_and(|light| off(element, light) >= REFLECTED_PART * least);
@@ -105,13 +117,13 @@ impl Solution {
     }
 }
 
-/// The elements with the largest parts that together make up the bulk of the whole.
-pub(super) fn bulk<T: Ord>(mut marked: Vec<(f64, T)>) -> Vec<T> {
+/// The elements with the largest parts that together make up this part of the whole.
+pub(super) fn bulk<T: Ord>(mut marked: Vec<(f64, T)>, part: f64) -> Vec<T> {
     marked.sort_by(|a, b| b.0.total_cmp(&a.0).then_with(|| a.1.cmp(&b.1)));
     let all: f64 = marked.iter().map(|m| m.0).sum();
     let mut taken = 0.0;
     let takes = |(share, _): &(f64, T)| {
-        let goes_on = taken < BULK * all;
+        let goes_on = taken < part * all;
         taken += share;
         goes_on
     };

@@ -45,7 +45,9 @@ impl Solution {
     pub fn bound_on(&self, leaf: usize) -> Vec<Ledger> {
         let receiver = self.receiver_of(leaf);
         let [direct, reflected] = &self.bounds.residuals;
-        let of = |c: usize| self.bounds.on_receiver(receiver, c) + direct[leaf][c].whole() + reflected[receiver][c].whole();
+        let of = |c: usize| {
+            self.points().on_receiver(&self.bounds, receiver, c) + direct[leaf][c].whole() + reflected[receiver][c].whole()
+        };
         (0..self.channels.len()).map(of).collect()
     }
 
@@ -96,7 +98,9 @@ impl Solution {
     pub fn textured_bound_on(&self, leaf: usize) -> Vec<Ledger> {
         let receiver = self.receiver_of(leaf);
         let [direct, reflected] = &self.bounds.residuals;
-        let of = |c: usize| self.bounds.on_receiver(receiver, c) + direct[leaf][c].largest + reflected[receiver][c].largest;
+        let of = |c: usize| {
+            self.points().on_receiver(&self.bounds, receiver, c) + direct[leaf][c].largest + reflected[receiver][c].largest
+        };
         (0..self.channels.len()).map(of).collect()
     }
 
