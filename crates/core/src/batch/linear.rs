@@ -52,7 +52,7 @@ pub(super) struct LinearLamp {
 pub(super) struct Glow {
     at_vertices: Vec<f64>,
     gradient: [f64; 3],
-    /// The largest of them, and the gradient's length.
+    /// The largest of them, and what bounds the gradient's length and, times 4u, its error.
     largest: f64,
     steepness: f64,
     /// The largest with what the slope adds over the emitter: the emission anywhere on it is known to 20u of that.
@@ -72,20 +72,21 @@ impl Glow {
         let gradient = slope.map(|c| c.value());
         let at_vertices: Vec<f64> = (0..vertices.len()).map(|i| emitter.vertex_value(i)).collect();
         let largest = at_vertices.iter().fold(0.0, |largest: f64, b| largest.max(b.abs()));
-        let steepness = gradient.length() * (1.0 + 8.0 * ROUNDOFF);
         let slope_error = [slope.x, slope.y, slope.z].map(|c| c.error()).into_iter().fold(0.0, f64::max);
+        // A slope that is known to less than 4u, as of a level emission in a tilted plane, counts as one that is.
+        let steepness = (gradient.length() * (1.0 + 8.0 * ROUNDOFF)).max(slope_error / (4.0 * ROUNDOFF));
         let scale = largest + steepness * polygon.size() * power;
         let off = |i: usize| {
             let there = gradient.dot(Vec3::from((vertices[i] - vertices[0]) * power));
             (at_vertices[i] - at_vertices[0] - there).abs()
         };
-        let is_known = slope_error <= 4.0 * ROUNDOFF * steepness
-            && emitter.vertex_error() + affine.residual <= 4.0 * ROUNDOFF * scale
+        let is_known = emitter.vertex_error() + affine.residual <= 4.0 * ROUNDOFF * scale
             && (0..vertices.len()).all(|i| off(i) <= 16.0 * ROUNDOFF * scale)
             && polygon.normal_error() <= 2.0 * ROUNDOFF
             && polygon.planarity_defect() <= 4.0 * ROUNDOFF * polygon.size();
         let brightness = std::f64::consts::FRAC_1_PI / emitter.power();
-        let in_range = brightness.is_normal() && (2f64.powi(-400)..2f64.powi(400)).contains(&steepness) && largest > 0.0;
+        let is_ordinary = steepness == 0.0 || (2f64.powi(-400)..2f64.powi(400)).contains(&steepness);
+        let in_range = brightness.is_normal() && is_ordinary && largest > 0.0;
         let gradient = [gradient.x, gradient.y, gradient.z];
         (is_known && in_range).then_some(Self { at_vertices, gradient, largest, steepness, scale, brightness })
     }

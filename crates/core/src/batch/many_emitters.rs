@@ -7,7 +7,7 @@ use fearless_simd::{Level, Simd};
 
 use super::answers::{Asked, Slots};
 use super::edge::Edge;
-use super::lanes::{Lane, Lanes, MOST_LANES, constant, load, on_level, same};
+use super::lanes::{Lane, Lanes, MOST_LANES, align_frame, constant, load, on_level, same};
 use super::one_emitter::{Emitting, Uniformly, brightness, height_share, power};
 use super::tile::{Goal, Scale, Settled, TILE, settle};
 use super::visible::{BoundarySums, Outline, find};
@@ -258,6 +258,7 @@ pub(super) fn lanes<S: Simd, F: Lane, E: Emitting<S, F>, const GRADIENT: bool>(
     goal: Goal,
     slots: &mut Slots<'_, F>,
 ) -> Settled {
+    align_frame();
     let mut settled = Settled::default();
     let (x, n1) = (same(simd, seen.position), same(simd, seen.normal));
     let (rho, power) = (Lanes::all(simd, seen.reflectance), Lanes::all(simd, seen.power));

@@ -4,7 +4,7 @@ use fearless_simd::{Level, Simd};
 
 use super::answers::{Answers, Counts, Slots};
 use super::edge::{Edge, Sums};
-use super::lanes::{Lane, Lanes, MOST_LANES, constant, load, on_level, same};
+use super::lanes::{Lane, Lanes, MOST_LANES, align_frame, constant, load, on_level, same};
 use super::linear::LinearLamp;
 use super::tile::{Entries, Goal, Scale, Settled, TILE, each, put, settle, windows};
 use super::visible::{BoundarySums, Outline, find};
@@ -304,6 +304,7 @@ pub(super) fn lanes<S: Simd, F: Precision, E: Emitting<S, F>, const GRADIENT: bo
     goal: Goal,
     slots: &mut Slots<'_, F>,
 ) -> Settled {
+    align_frame();
     let mut settled = Settled::default();
     let power = Lanes::all(simd, outline.power);
     let brightness = Lanes::all(simd, brightness) * constant(simd, E::Sums::FACTOR);
