@@ -1,10 +1,9 @@
 //! All factors of a scene, a row a face.
 
-use radgrad_core::Receiver;
 use rayon::prelude::*;
 
 use super::pair::Pair;
-use super::rule::{MOST_NODES, Node, nodes};
+use super::rule::MOST_NODES;
 use super::{FactorSettings, FormFactors};
 use crate::{Error, Scene};
 
@@ -88,63 +87,6 @@ impl FormFactors<'_> {
             })
             .collect::<Result<_, _>>()?;
         Ok(FactorMatrix { areas, faces, rows })
-    }
-
-    /// One rule of points for all that the face sees.
-    fn row(&self, from: usize, pairs: &[(usize, &Pair)], settings: &FactorSettings) -> Result<Vec<Entry>, Error> {
-        let area = self.polygon(from).area();
-        let (rule, mut sums) = self.rule_for(from, pairs, settings)?;
-        let is_obstructed = |k: &usize| pairs[*k].1.bracket.is_some();
-        for k in (0..pairs.len()).filter(is_obstructed) {
-            let (to, pair) = pairs[k];
-            let seen = |(receiver, share): &(Receiver, f64)| -> Result<f64, Error> {
-                let value = self.at_node(receiver, from, to, &pair.candidates, settings.point_tolerance)?;
-                Ok(share * value.radiosity)
-            };
-            sums[k] = rule.iter().map(seen).sum::<Result<f64, Error>>()?;
-        }
-        let entry = |(&(face, pair), factor): (&(usize, &Pair), f64)| {
-            let [least, most] = pair.bounds().map(|bound| bound / area);
-            // The truth is in the bracket, wherever the points are.
-            let error = (most - factor).max(factor - least) * (1.0 + 8.0 * f64::EPSILON) + 8.0 * f64::EPSILON * factor.abs();
-            Entry { face, factor, error, occluders: pair.candidates.len() }
-        };
-        Ok(pairs.iter().zip(sums).map(entry).collect())
-    }
-}
-
-/// The points of a rule, each with its share of the face.
-type Rule = Vec<(Receiver, f64)>;
-
-impl FormFactors<'_> {
-    /// The cheapest rule of a face that gives its factors with nothing in between well enough, and what it gives.
-    fn rule_for(&self, from: usize, pairs: &[(usize, &Pair)], settings: &FactorSettings) -> Result<(Rule, Vec<f64>), Error> {
-        let polygon = self.polygon(from);
-        if pairs.is_empty() {
-            return Ok((Vec::new(), Vec::new()));
-        }
-        let mut per_side = settings.points_per_side;
-        loop {
-            let point = |node: Node| {
-                let receiver = Receiver::new(node.point, polygon.normal(), 1.0).map_err(Error::Receiver)?;
-                Ok((receiver, node.share))
-            };
-            let rule: Rule = nodes(polygon, per_side).into_iter().map(point).collect::<Result<_, Error>>()?;
-            let free = |to: usize| -> Result<f64, Error> {
-                let seen = |(receiver, share): &(Receiver, f64)| -> Result<f64, Error> {
-                    Ok(share * self.at_node(receiver, from, to, &[], settings.point_tolerance)?.radiosity)
-                };
-                rule.iter().map(seen).sum()
-            };
-            let sums: Vec<f64> = pairs.iter().map(|(to, _)| free(*to)).collect::<Result<_, Error>>()?;
-            let is_off =
-                |((_, pair), sum): (&(usize, &Pair), &f64)| (sum - pair.free.area / polygon.area()).abs() > settings.rule_error;
-            if per_side == MOST_NODES || !pairs.iter().zip(&sums).any(is_off) {
-                return Ok((rule, sums));
-            }
-            // Nine points become 16, 36, 81, 196 and 256.
-            per_side = (per_side + per_side.div_ceil(3)).min(MOST_NODES);
-        }
     }
 }
 

@@ -32,7 +32,7 @@ impl Pair {
     /// Bounds on what they exchange.
     pub(super) fn bounds(&self) -> [f64; 2] {
         match &self.bracket {
-            Some(bracket) => [bracket.least(), bracket.most().min(self.free.most())],
+            Some(bracket) => [bracket.least, bracket.most],
             None => [self.free.least(), self.free.most()],
         }
     }
@@ -78,12 +78,12 @@ impl FormFactors<'_> {
         }
         let candidates = self.index.in_beam(&beam, &faces).polygons;
         let bracket = (!candidates.is_empty()).then(|| {
-            let occluders = self.polygons(&candidates);
-            let between = Between { index: &self.index, faces, polygons, candidates: &candidates, occluders: &occluders };
-            between.bracket(settings.bracket * area, settings.most_cells)
+            let screens = candidates.iter().flat_map(|&k| &self.screens[k]).collect();
+            let between = Between { polygons, power: self.power, screens, free };
+            between.bracket(settings.tolerance * area, settings.most_cells)
         });
         // What is proven hidden has no factor.
-        let is_hidden = bracket.as_ref().is_some_and(|bracket| bracket.most() == 0.0);
+        let is_hidden = bracket.as_ref().is_some_and(|bracket| bracket.most == 0.0);
         (!is_hidden).then_some(Pair { candidates, free, bracket })
     }
 }
