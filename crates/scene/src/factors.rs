@@ -4,10 +4,10 @@
 //! - [`FormFactors::between`]: from a face to another. Where nothing may stand between, it is what [`exchange`] finds, to a
 //!   rounding or so. Else it is integrated over the points of the face ([`cubature`]), and pairs of cells of the two, seen, hidden or
 //!   mixed, bracket it ([`bracket`]).
-//! - [`FormFactors::matrix`]: all of them, by one rule of points on each face for all that it sees. What a point of a closed scene
-//!   sees sums to 1 to the last digits, and so does each row, whatever the rule; the rule's own error is in each entry's bound,
-//!   which is proven, from the exact exchange or from its bracket. Nothing is normalised, clamped or made reciprocal: defects
-//!   are reported as they are.
+//! - [`FormFactors::matrix`]: all of them, by one rule of points on each face for all that it sees ([`row`]). What a point of a closed
+//!   scene sees sums to 1 to the last digits, and so does each row, whatever the rule; the rule is refined where a factor is off what is
+//!   proven, and its own error is in each entry's bound, which is proven, from the exact exchange or from its bracket. Nothing is
+//!   normalised, clamped or made reciprocal: defects are reported as they are.
 //!
 //! Factors have no unit. Faces see by their lit side; faces of surfaces that only hide others have no factors.
 
@@ -30,7 +30,7 @@ pub use matrix::{Entry, FactorMatrix, SurfaceMatrix};
 pub use pair::Factor;
 pub use rule::gauss_legendre;
 
-use self::screen::Screen;
+use self::screen::{Screen, Sight};
 use crate::projection::normalising_power;
 use crate::{Beam, Error, Occluders, Scene};
 
@@ -57,14 +57,14 @@ pub struct FactorSettings {
 }
 
 impl Default for FactorSettings {
-    /// 0.001, from up to 1000 pairs of cells a factor and 5000 points a face, nine a cell; 1e-12 at a point; an estimate of 1e-10
+    /// 0.01, from up to 4000 pairs of cells a factor and 900 points a face, nine a cell; 1e-12 at a point; an estimate of 1e-10
     /// from up to 20,000 points.
     fn default() -> Self {
         Self {
-            tolerance: 0.001,
-            most_cells: 1000,
+            tolerance: 0.01,
+            most_cells: 4000,
             points_per_side: 3,
-            most_points_a_face: 5000,
+            most_points_a_face: 900,
             point_tolerance: 1e-12,
             estimate: 1e-10,
             most_points: 20_000,
@@ -163,23 +163,24 @@ impl<'a> FormFactors<'a> {
         faces.iter().map(|&face| self.polygon(face)).collect()
     }
 
-    /// What a point of face `from` sees of face `to` past `candidates`. `hider` is where to look first for one that hides all; it is set
-    /// to the one that does.
-    fn at_node(&self, node: &Receiver, [from, to]: [usize; 2], candidates: &[usize], at: &mut Sighting) -> Result<Value, Error> {
-        let emitter = &self.emitters[to];
+    /// What a point of face `from` sees of face `to` past `candidates`. `at.hider` is where to look first for one that hides all, and
+    /// is set to the one that does.
+    fn at_node(&self, node: &Receiver, to: usize, candidates: &[usize], at: &mut Sighting) -> Result<Value, Error> {
+        let (point, outline) = (node.position() * self.power, &self.outlines[to]);
         let mut hiding = Vec::new();
-        if !candidates.is_empty() {
-            let (point, outline) = (node.position() * self.power, &self.outlines[to]);
-            let hides = |k: usize| self.screens[k].iter().any(|screen| screen.hides_from(point, outline));
-            let found = at.hider.filter(|&k| hides(k)).or_else(|| candidates.iter().copied().find(|&k| hides(k)));
-            if found.is_some() {
-                at.hider = found;
-                return Ok(Value { radiosity: 0.0, radiosity_error: 0.0, method: Method::Zero });
+        for &k in at.hider.iter().chain(candidates) {
+            let sights = self.screens[k].iter().map(|screen| screen.before(point, outline));
+            // The least of it that any of its convex parts leaves.
+            match sights.max() {
+                Some(Sight::Blocked) => {
+                    at.hider = Some(k);
+                    return Ok(Value { radiosity: 0.0, radiosity_error: 0.0, method: Method::Zero });
+                }
+                Some(Sight::Part) if at.hider != Some(k) || !hiding.contains(&k) => hiding.push(k),
+                _ => {}
             }
-            let beam = Beam::from_point_of(self.polygon(from), node.position(), emitter.polygon());
-            hiding = beam.map_or_else(Vec::new, |beam| self.index.among(&beam, candidates, &[from, to]).polygons);
         }
-        evaluate(node, emitter, self.polygons(&hiding), at.tolerance)
+        evaluate(node, &self.emitters[to], self.polygons(&hiding), at.tolerance)
     }
 }
 

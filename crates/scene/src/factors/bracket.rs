@@ -47,6 +47,17 @@ pub(super) struct Bracket {
     pub(super) most: f64,
 }
 
+impl Bracket {
+    /// What both allow.
+    pub(super) const fn and(self, other: Self) -> Self {
+        Self { least: self.least.max(other.least), most: self.most.min(other.most) }
+    }
+
+    pub(super) const fn width(self) -> f64 {
+        self.most - self.least
+    }
+}
+
 /// A pair that is neither seen nor hidden, as far as is known.
 struct Mixed {
     cells: [Cell; 2],

@@ -41,7 +41,7 @@ impl FormFactors<'_> {
                 let (mut sum, mut at) = (0.0, Sighting { tolerance: settings.point_tolerance, hider: None });
                 for node in nodes_of(&patch, per_side) {
                     let receiver = Receiver::new(node.point, face.normal(), 1.0).map_err(Error::Receiver)?;
-                    sum += node.share * self.at_node(&receiver, [from, to], candidates, &mut at)?.radiosity;
+                    sum += node.share * self.at_node(&receiver, to, candidates, &mut at)?.radiosity;
                 }
                 Ok(sum / area)
             };

@@ -2,10 +2,14 @@
 
 use rayon::prelude::*;
 
+use super::bracket::Bracket;
 use super::pair::Pair;
 use super::rule::MOST_NODES;
 use super::{FactorSettings, FormFactors};
 use crate::{Error, Scene};
+
+/// Pairs of cells that every bracket may take; those that it leaves too wide may take more.
+const A_LOOK: usize = 32;
 
 /// A factor of a row.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -56,17 +60,19 @@ impl FormFactors<'_> {
         let areas: Vec<f64> = scene.polygons().map(radgrad_core::Polygon::area).collect();
         let exchanges = |face: &usize| scene.surfaces()[scene.faces()[*face].surface()].exchanges();
         let faces: Vec<usize> = (0..areas.len()).filter(exchanges).collect();
-        // Each pair once, with the lower face.
-        let pairs: Vec<Vec<(usize, Pair)>> = faces
+        // Each pair once, with the lower face; a look at each first.
+        let first = FactorSettings { most_cells: settings.most_cells.min(A_LOOK), ..*settings };
+        let mut pairs: Vec<Vec<(usize, Pair)>> = faces
             .par_iter()
             .enumerate()
             .map(|(place, &from)| {
-                let pair = |&to: &usize| Some((to, self.pair(from, to, settings, areas[from].min(areas[to]))?));
+                let pair = |&to: &usize| Some((to, self.pair(from, to, &first, areas[from].min(areas[to]))?));
                 let found = faces[place + 1..].iter().filter_map(pair).collect();
                 progress();
                 found
             })
             .collect();
+        self.narrow(&faces, &mut pairs, &areas, settings);
         let mut of_face: Vec<Vec<(usize, &Pair)>> = vec![Vec::new(); areas.len()];
         for (&from, found) in faces.iter().zip(&pairs) {
             for (to, pair) in found {
@@ -87,6 +93,49 @@ impl FormFactors<'_> {
             })
             .collect::<Result<_, _>>()?;
         Ok(FactorMatrix { areas, faces, rows })
+    }
+
+    /// Narrows the brackets that are too wide, with more and more cells, and by what rows leave: no face sees more than all around.
+    fn narrow(&self, faces: &[usize], pairs: &mut [Vec<(usize, Pair)>], areas: &[f64], settings: &FactorSettings) {
+        let mut cells = A_LOOK;
+        loop {
+            let mut least = vec![0.0; areas.len()];
+            for (&from, found) in faces.iter().zip(&*pairs) {
+                for (to, pair) in found {
+                    let [low, _] = pair.bounds();
+                    least[from] += low;
+                    least[*to] += low;
+                }
+            }
+            let is_wide =
+                |from: usize, to: usize, bracket: Bracket| bracket.width() > settings.tolerance * areas[from].min(areas[to]);
+            for (&from, found) in faces.iter().zip(&mut *pairs) {
+                for (to, pair) in found {
+                    if let Some(bracket) = &mut pair.bracket {
+                        // Sums of up to n terms lose n roundings of the area.
+                        let rest = |face: usize| {
+                            (areas[face] - least[face]) + bracket.least + areas.len() as f64 * f64::EPSILON * areas[face]
+                        };
+                        bracket.most = bracket.most.min(rest(from)).min(rest(*to)).max(bracket.least);
+                    }
+                }
+            }
+            if cells >= settings.most_cells {
+                break;
+            }
+            cells = (4 * cells).min(settings.most_cells);
+            faces.par_iter().zip(&mut *pairs).for_each(|(&from, found)| {
+                for (to, pair) in found {
+                    if let Some(bracket) = pair.bracket
+                        && is_wide(from, *to, bracket)
+                    {
+                        let width = settings.tolerance * areas[from].min(areas[*to]);
+                        let narrower = self.bracket([from, *to], pair, width, cells);
+                        pair.bracket = Some(bracket.and(narrower));
+                    }
+                }
+            });
+        }
     }
 }
 
@@ -123,7 +172,8 @@ impl FactorMatrix {
         self.faces.iter().map(|face| (1.0 - sum(face)).abs()).fold(0.0, f64::max)
     }
 
-    /// Largest `|F_ij - F_ji A_j/A_i|`: the error of the rule of points, as far as the two ways differ in it.
+    /// Largest `|A_i F_ij - A_j F_ji|` over the smaller of the two areas: by how much the two ways differ, as a part of what the
+    /// smaller face sees. It is the error of the rules of points as they are; nothing has been made reciprocal.
     #[must_use]
     pub fn worst_reciprocity(&self) -> f64 {
         let defect = |from: usize, entry: &Entry| {

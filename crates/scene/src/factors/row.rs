@@ -41,7 +41,8 @@ impl FormFactors<'_> {
         }
         let polygon = self.polygon(from);
         let area = polygon.area();
-        let allowed: Vec<f64> = pairs.iter().map(|(to, _)| settings.tolerance * area.min(self.polygon(*to).area())).collect();
+        let allowed: Vec<f64> =
+            pairs.iter().map(|(to, _)| settings.tolerance * (area * area.min(self.polygon(*to).area())).sqrt()).collect();
         let whole = patches(polygon.vertices());
         let mut cells = whole.into_iter().map(|patch| self.cell(from, patch, pairs, settings)).collect::<Result<Vec<_>, _>>()?;
         let per_cell = settings.points_per_side * settings.points_per_side;
@@ -79,7 +80,7 @@ impl FormFactors<'_> {
         for node in nodes_of(&patch, settings.points_per_side) {
             let receiver = Receiver::new(node.point, self.polygon(from).normal(), 1.0).map_err(Error::Receiver)?;
             for ((&(to, pair), sum), at) in pairs.iter().zip(&mut sums).zip(&mut sightings) {
-                let seen = node.share * self.at_node(&receiver, [from, to], &pair.candidates, at)?.radiosity;
+                let seen = node.share * self.at_node(&receiver, to, &pair.candidates, at)?.radiosity;
                 sum.area += seen;
                 for (bent, x) in sum.bent.iter_mut().zip(node.place) {
                     *bent += (1.5 * x * x - 0.5) * seen;

@@ -2,7 +2,7 @@
 
 use std::sync::OnceLock;
 
-use radgrad_core::{DVec3, Polygon};
+use radgrad_core::DVec3;
 
 use crate::projection::Projection;
 use crate::scene::triangles;
@@ -135,7 +135,8 @@ pub(super) struct Node {
 ///
 /// The shares sum to 1 up to rounding by construction, since the Jacobian of a patch is of degree 1 in each variable: nothing is
 /// normalised.
-pub(super) fn nodes(polygon: &Polygon, per_side: usize) -> Vec<Node> {
+#[cfg(test)]
+pub(super) fn nodes(polygon: &radgrad_core::Polygon, per_side: usize) -> Vec<Node> {
     let area = polygon.area();
     let share = |node: Node| Node { share: node.share / area, ..node };
     patches(polygon.vertices()).iter().flat_map(|patch| nodes_of(patch, per_side)).map(share).collect()
@@ -156,6 +157,8 @@ pub(super) fn nodes_of(patch: &Patch, per_side: usize) -> Vec<Node> {
 
 #[cfg(test)]
 mod tests {
+    use radgrad_core::Polygon;
+
     use super::*;
 
     #[test]

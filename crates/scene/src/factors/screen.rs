@@ -38,15 +38,15 @@ pub(super) struct Screen {
     high: DVec3,
 }
 
-/// How much of the sight between two cells a screen leaves.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+/// How much of the sight between two cells a screen leaves, ascending in what it hides.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Sight {
     /// All.
     Free,
-    /// Nothing.
-    Blocked,
     /// Some, or not known.
     Part,
+    /// Nothing.
+    Blocked,
 }
 
 /// Which sides of a screen's plane have points: in front, behind.
@@ -136,6 +136,10 @@ impl Screen {
 
     /// What it leaves of the sight between two convex cells, whose coordinates are up to `reach`.
     pub(super) fn between(&self, cells: [&[DVec3]; 2], reach: f64) -> Verdict {
+        self.leaves(cells, self.slack(reach))
+    }
+
+    fn leaves(&self, cells: [&[DVec3]; 2], slack: f64) -> Verdict {
         let [(a, sides_a), (b, sides_b)] = cells.map(|cell| self.rise(cell));
         let is_level = |sides: Sides| !sides.front && !sides.behind;
         let is_beside = (!sides_a.behind && !sides_b.behind) || (!sides_a.front && !sides_b.front);
@@ -149,7 +153,6 @@ impl Screen {
         } else {
             return Verdict::exact(if self.is_apart(cells) { Sight::Free } else { Sight::Part });
         };
-        let slack = self.slack(reach);
         let (mut is_hidden, mut hidden_displaced) = (true, false);
         for edge in self.edges() {
             let (mut inside, mut outside, mut displaced) = (false, false, false);
@@ -174,26 +177,9 @@ impl Screen {
         Verdict { sight, is_displaced: is_hidden && hidden_displaced }
     }
 
-    /// Whether it hides all of an outline from a point off its plane, exactly for the doubles as given.
-    pub(super) fn hides_from(&self, point: DVec3, outline: &[DVec3]) -> bool {
-        let own = self.height(point);
-        if own == 0.0 {
-            return false;
-        }
-        let (mut is_behind, sign) = (false, own.signum());
-        for &y in outline {
-            let height = self.height(y);
-            if height * sign > 0.0 {
-                return false;
-            }
-            is_behind |= height != 0.0;
-        }
-        let passes = |edge: [DVec3; 2], y: DVec3| {
-            // Their heights are known to differ.
-            let (x, y) = if own > 0.0 { ((point, 1.0), (y, 0.0)) } else { ((y, 1.0), (point, 0.0)) };
-            passing(edge, x, y, 0.0).0 != Passing::Outside
-        };
-        is_behind && self.edges().all(|edge| outline.iter().all(|&y| passes(edge, y)))
+    /// What it leaves of an outline seen from a point, exactly for the doubles as given but for what is level with its plane.
+    pub(super) fn before(&self, point: DVec3, outline: &[DVec3]) -> Sight {
+        self.leaves([&[point], outline], 0.0).sight
     }
 
     /// Whether a plane that bounds the hull of two cells, or that of a coordinate, has the screen beyond it.

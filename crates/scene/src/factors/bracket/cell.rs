@@ -88,11 +88,18 @@ impl Cell {
         places().fold(f64::NEG_INFINITY, f64::max) - places().fold(f64::INFINITY, f64::min)
     }
 
+    /// About how far a point is from it: from the box around it.
+    pub(super) fn away(&self, point: DVec3) -> f64 {
+        let low = self.points.iter().copied().fold(DVec3::INFINITY, DVec3::min);
+        let high = self.points.iter().copied().fold(DVec3::NEG_INFINITY, DVec3::max);
+        (point - point.clamp(low, high)).length()
+    }
+
     /// Two halves, cut across a direction in the middle of its reach.
     pub(super) fn halves(&self, direction: DVec3, plane: &Plane) -> [Option<Self>; 2] {
         let places: Vec<f64> = self.points.iter().map(|&p| direction.dot(p - self.points[0])).collect();
-        let middle =
-            0.5 * places.iter().copied().fold(f64::NEG_INFINITY, f64::max) + 0.5 * places.iter().copied().fold(f64::INFINITY, f64::min);
+        let middle = 0.5 * places.iter().copied().fold(f64::NEG_INFINITY, f64::max)
+            + 0.5 * places.iter().copied().fold(f64::INFINITY, f64::min);
         let heights: Vec<f64> = places.iter().map(|place| place - middle).collect();
         self.cut(&heights, plane)
     }

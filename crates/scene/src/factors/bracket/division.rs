@@ -27,6 +27,9 @@ const ENOUGH: f64 = 0.25;
 /// What a part is worth that is clear of one screen of several.
 const CLEAR_OF_ONE: f64 = 0.6;
 
+/// Size over distance and the other's size from which a cell is halved before all else.
+const SPREAD: f64 = 3.0;
+
 /// A cut along the edge of a shadow, and the share that it decides.
 struct Candidate {
     cell: usize,
@@ -58,6 +61,9 @@ fn aside(heights: &[f64], wanted: Wanted) -> Vec<f64> {
 pub(super) fn division(cells: [&Cell; 2], planes: [&Plane; 2], screens: &[&Screen]) -> Division {
     let mut best: Option<Candidate> = None;
     let axes = [0, 1].map(|k| cells[k].axes(planes[k]));
+    if let Some((cell, across)) = spread(cells, &axes) {
+        return Division { cell, heights: None, across };
+    }
     let mut variation = [[0.0; 2]; 2];
     let clear = if screens.len() == 1 { 1.0 } else { CLEAR_OF_ONE };
     let mut offer = |cell: usize, heights: &[f64], wanted: Wanted, worth: f64| {
@@ -101,6 +107,18 @@ pub(super) fn division(cells: [&Cell; 2], planes: [&Plane; 2], screens: &[&Scree
         }
     }
     Division { cell, heights: None, across: axes[cell][axis] }
+}
+
+/// A cell that is large for where it is seen from, and its longest direction: most of it hardly counts, and shares of it say nothing.
+fn spread(cells: [&Cell; 2], axes: &[[DVec3; 2]; 2]) -> Option<(usize, DVec3)> {
+    let longest = [0, 1].map(|k| {
+        let [along, across] = axes[k].map(|axis| (cells[k].extent(axis), axis));
+        if along.0 >= across.0 { along } else { across }
+    });
+    (0..2).find_map(|k| {
+        let away = cells[k].away(cells[1 - k].centre());
+        (longest[k].0 > SPREAD * (longest[1 - k].0 + away)).then_some((k, longest[k].1))
+    })
 }
 
 /// The cuts along the edges of a screen that parts the two cells, and how their extents move its shadow.

@@ -79,8 +79,7 @@ fn of_patches([a, b]: [&Patch; 2], [n1, n2]: [DVec3; 2], allowed: f64) -> Option
         let one = |side: f64, other: f64| 2.0 * one_variable(nodes, distance, farthest, side, other);
         one(sides[0], sides[1]) + one(sides[1], sides[0])
     };
-    let (nodes, truncation) =
-        (3..=MOST).map(|nodes| (nodes, truncation(nodes))).find(|(_, bound)| *bound <= allowed * rough)?;
+    let (nodes, truncation) = (3..=MOST).map(|nodes| (nodes, truncation(nodes))).find(|(_, bound)| *bound <= allowed * rough)?;
     let rule = gauss_legendre(nodes);
     let points = [a, b].map(|patch| {
         let product = rule.iter().flat_map(|&u| rule.iter().map(move |&v| (u, v)));
