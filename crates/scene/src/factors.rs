@@ -38,8 +38,8 @@ use crate::{Beam, Error, Occluders, Scene};
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FactorSettings {
     /// Absolute bound that is asked of a factor, while `most_cells` and `most_points_a_face` last: brackets past occluders are narrowed to
-    /// it, and the rule of a face is refined until its factors are off what is proven by no more than that, in units of what the
-    /// smaller of the two faces sees. Time grows as it falls.
+    /// it, and the rule of a face is refined until its factors are off what is proven by no more than about that. Time grows as it
+    /// falls.
     pub tolerance: f64,
     /// Pairs of cells that the bracket of one obstructed factor may take.
     pub most_cells: usize,

@@ -2,7 +2,7 @@
 //!
 //! What the points of a closed scene see sums to 1 to the last digits, and so does the row, whatever the rule. The rule is a product
 //! Gauss rule on each of some cells of the face. A factor is good enough when it lies within its proven bounds, or off them by no more
-//! than the tolerance, in units of what the smaller of the two faces sees. Until all are, the cells are halved that serve the others
+//! than the tolerance, over the geometric mean of the face's area and the smaller one of the two; in free sight by a fifth of it. Until all are, the cells are halved that serve the others
 //! worst: where the second Legendre coefficient of what is seen is large, across the direction in which it is.
 
 use radgrad_core::Receiver;
@@ -30,6 +30,9 @@ struct Sum {
     bent: [f64; 2],
 }
 
+/// Share of the tolerance that a factor in free sight may be off.
+const IN_FREE_SIGHT: f64 = 0.2;
+
 /// Cells that are halved together serve at least this share as badly as the worst.
 const WITH_THE_WORST: f64 = 0.3;
 
@@ -41,8 +44,13 @@ impl FormFactors<'_> {
         }
         let polygon = self.polygon(from);
         let area = polygon.area();
-        let allowed: Vec<f64> =
-            pairs.iter().map(|(to, _)| settings.tolerance * (area * area.min(self.polygon(*to).area())).sqrt()).collect();
+        let allowed = |&(to, pair): &(usize, &Pair)| {
+            let shared = (area * area.min(self.polygon(to).area())).sqrt();
+            // In free sight nothing else is in the bound.
+            let own = if pair.bracket.is_none() { IN_FREE_SIGHT * area } else { f64::INFINITY };
+            settings.tolerance * shared.min(own)
+        };
+        let allowed: Vec<f64> = pairs.iter().map(allowed).collect();
         let whole = patches(polygon.vertices());
         let mut cells = whole.into_iter().map(|patch| self.cell(from, patch, pairs, settings)).collect::<Result<Vec<_>, _>>()?;
         let per_cell = settings.points_per_side * settings.points_per_side;
