@@ -56,6 +56,7 @@ mod tests {
     use rand::{RngExt, SeedableRng, rngs::ChaCha8Rng};
 
     use super::*;
+    use crate::double_double::DoubleDouble;
     use crate::number::{Number, ROUNDOFF};
 
     const BITS: usize = 192;
@@ -81,6 +82,27 @@ mod tests {
         }
         println!("{worst:.3} units");
         assert!(worst < <f64 as Number>::LIBRARY_UNITS, "{worst}");
+    }
+
+    /// Against double-double, which is held against arbitrary precision itself.
+    #[test]
+    fn a_million_strata_of_mantissas_and_exponents_err_by_less_than_two_ulp() {
+        let mut random = ChaCha8Rng::seed_from_u64(5);
+        let mut worst = (0.0, 0.0);
+        const STRATA: u32 = 1 << 20;
+        for stratum in 0..STRATA {
+            let mantissa = 1.0 + (f64::from(stratum) + random.random_range(0.0..1.0)) / f64::from(STRATA);
+            // Every other one near 1, where the logarithm is small.
+            let exponent = if stratum % 2 == 0 { random.random_range(-1..=0) } else { random.random_range(-1000..1000) };
+            let x = mantissa * 2f64.powi(exponent);
+            let (value, truth) = (ln(x), DoubleDouble::from(x).ln());
+            let error = ((DoubleDouble::from(value) - truth).hi / (value.abs().next_up() - value.abs())).abs();
+            if error > worst.0 {
+                worst = (error, x);
+            }
+        }
+        println!("{:.3} ulp at {:e}", worst.0, worst.1);
+        assert!(worst.0 > 0.5 && worst.0 < 2.0, "{} ulp at {:e}", worst.0, worst.1);
     }
 
     #[test]

@@ -21,8 +21,9 @@
 //!
 //! # What is proven
 //! At a node and at a point: rules, closed forms and their bounds, what links neglect, the residual of the linear system.
-//! Estimated: what the residual is between the nodes of an element ([`Ledger::discretisation`]), and that the importance and
-//! the bound on an element are no more than at its nodes. So a bound holds if the light has no feature smaller than the elements
+//! Estimated: what the residual is between the nodes of an element and how little of it is along the basis
+//! ([`Ledger::discretisation`]), and that the importance, what is gathered of the residual, and the bound on an element are no more
+//! than at its nodes. So a bound holds if the light has no feature smaller than the elements
 //! that their samples do not see; solutions known exactly are inside theirs.
 //!
 //! Radiosities are pi times the radiance of the scene's materials, in its unit. `examples/two_squares.rs` shows the error, its

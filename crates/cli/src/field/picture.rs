@@ -1,6 +1,7 @@
 //! The field as a picture of three panels, each with a scale of colours below it: the value from 0, the length of the gradient
-//! from 0 to what all but a fiftieth is below, with arrows along its part in the face, and the decades of the value's proven bound. The first row of cells is at the
-//! bottom, the face's first side runs to the right. The numbers at the ends of the scales are in text chunks as well, to all digits.
+//! from 0 to what all but a fiftieth is below, with arrows along its part in the face, and the decades of the value's proven
+//! bound. The first row of cells is at the bottom, the face's first side runs to the right. The numbers at the ends of the
+//! scales are in text chunks as well, to all digits.
 
 mod canvas;
 mod glyphs;
@@ -10,6 +11,9 @@ use std::io::Write;
 use radgrad_scene::FieldCell;
 
 use canvas::{Canvas, INK, colour};
+
+/// Decades of a scale, at most: next to a point in the dark a bound is as good as 0.
+const MOST_DECADES: i32 = 6;
 
 /// Pixels along a panel, at least.
 const PANEL: usize = 320;
@@ -38,11 +42,11 @@ impl Panel {
         Self { title, shares: figures.into_iter().map(share).collect(), ends: [0.0, most] }
     }
 
-    /// By decades, from the smallest that is not 0 to the largest.
+    /// By decades, from the smallest that is not 0, or a millionth of the largest, to that.
     fn of_decades(title: &'static str, figures: &[f64]) -> Self {
         let known = || figures.iter().copied().filter(|figure| *figure > 0.0 && figure.is_finite());
         let most = known().fold(0.0, f64::max);
-        let least = known().fold(most, f64::min);
+        let least = known().fold(most, f64::min).max(most * 10.0_f64.powi(-MOST_DECADES));
         let span = (most / least).log10();
         let share = |figure: &f64| if *figure > least && span > 0.0 { (figure / least).log10() / span } else { 0.0 };
         Self { title, shares: figures.iter().map(share).collect(), ends: [least, most] }
