@@ -266,7 +266,7 @@ impl<'a> Sums<'a> {
             Shape::Parallelogram => 0.5 * (u + v).length().max((u - v).length()),
             Shape::Triangle => [first, first + u, first + v].iter().map(|p| (*p - centre).length()).fold(0.0, f64::max),
         };
-        let scale = share * self.element.area() / std::f64::consts::PI;
+        let area = self.element.area() / std::f64::consts::PI;
         let distance = centre.length();
         let nearest = self.distance(shape, first, [u, v]);
         if nearest <= 0.25 * radius {
@@ -287,13 +287,14 @@ impl<'a> Sums<'a> {
                     return f64::INFINITY;
                 }
                 let reach = distance + radius + major * half;
-                scale * reach * self.height / (squared * squared)
+                area * reach * self.height / (squared * squared)
             };
             let sides = halves.map(side);
             // The first side with the Jacobian of the map to a triangle.
             let sum = if jacobian { (1.0 + major) * sides[0] + 2.0 * sides[1] } else { sides[0] + sides[1] };
             let falls = 1.0 / (ratio * ratio);
-            let mut bound = 32.0 / 15.0 * grown * sum / (1.0 - falls);
+            // A cell may be a line, of no share in the element.
+            let mut bound = 32.0 / 15.0 * grown * (share * sum) / (1.0 - falls);
             if !bound.is_finite() {
                 break;
             }
@@ -301,13 +302,13 @@ impl<'a> Sums<'a> {
             for n in 1..=limit {
                 let found = best.is_none_or(|b| n < b.nodes || bound < b.bound);
                 if n >= FEWEST && bound <= tolerance && found {
-                    best = Some(Enough { nodes: n, bound, unit: bound / grown, ratio, most: sides[0].max(sides[1]) / share });
+                    best = Some(Enough { nodes: n, bound, unit: bound / grown, ratio, most: sides[0].max(sides[1]) });
                     break;
                 }
                 bound *= falls;
             }
         }
-        let rounding = 64.0 * f64::EPSILON * scale * self.conditioning / (nearest * nearest);
+        let rounding = 64.0 * f64::EPSILON * share * area * self.conditioning / (nearest * nearest);
         best.map(|best| Enough { bound: best.bound + rounding, unit: best.unit + rounding, ..best })
     }
 

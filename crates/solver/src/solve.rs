@@ -199,9 +199,10 @@ impl Solution {
     /// One round: direct light, links, sweeps, finer links, bounds.
     fn round(&mut self, options: &Options) -> Result<(), Error> {
         // What a round cannot reach anyway is not paid for, if there may be another one.
+        let is_last = self.mesh.elements().len() >= options.most_elements;
         let aim = match options.linking {
-            Linking::Error => options.error.max(0.3 * self.progress.bound.min(1.0)),
-            Linking::Thresholds { .. } => options.error,
+            Linking::Error if !is_last => options.error.max(0.3 * self.progress.bound.min(1.0)),
+            _ => options.error,
         };
         self.light(aim, options)?;
         self.link(LINK_PART * aim, options.linking)?;

@@ -62,7 +62,8 @@ impl Sampled {
         let squares = values.iter().map(|v| v * v).sum::<f64>();
         let taken = (squares.sqrt() - self.off).max(0.0);
         // The sums of squares are rounded.
-        (self.square * (1.0 + 1e-12) - taken * taken * (1.0 - 1e-12)).max(0.0).sqrt()
+        let left = self.square * (1.0 + 1e-12) - taken * taken * (1.0 - 1e-12);
+        if left <= 0.0 { 0.0 } else { left.sqrt() }
     }
 }
 

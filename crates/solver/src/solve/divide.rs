@@ -9,6 +9,9 @@ use crate::solve::Options;
 /// The part of the bound whose receivers are divided in a round.
 pub(super) const BULK: f64 = 0.7;
 
+/// The part of what is off most that is divided in a round: less, since elements count there, not rounds.
+const OFF_BULK: f64 = 0.6;
+
 /// Part of their share that receivers are expected to keep when they are divided.
 const LEFT_BY_CHILDREN: f64 = 0.3;
 
@@ -74,7 +77,7 @@ impl Solution {
             (None, None) => None,
         };
         let marked: Vec<(f64, usize)> = (0..elements.len()).filter_map(of_element).collect();
-        let chosen = bulk(marked, BULK);
+        let chosen = bulk(marked, OFF_BULK);
         let whole = |&element: &usize| of_element(element).map_or(f64::INFINITY, |(off, _)| off);
         let least = chosen.iter().map(whole).fold(f64::INFINITY, f64::min);
         let finer = |&element: &usize| lights(element).1.is_some_and(|light| off(element, light) >= REFLECTED_PART * least);
