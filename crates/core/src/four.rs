@@ -35,9 +35,6 @@ pub(crate) struct Plain<B> {
     pub(crate) sums: Option<(Terms<f64>, B)>,
 }
 
-/// How far beyond doubt heights over the horizon are that edges are cut by: there double-double has all digits of a double.
-const BEYOND_DOUBT: f64 = 16.0;
-
 /// The plan, where the receiver is surely in front of the plane and all vertices are surely above its horizon; or, of up to four
 /// vertices, surely above or below.
 #[inline(always)]
@@ -66,7 +63,7 @@ pub(crate) fn plan<S: Simd>(simd: S, receiver: &Receiver, polygon: &Polygon) -> 
     }
     // Of one four these are the heights of all vertices.
     let is_cut = fours.len() == 1
-        && lowest.abs().simd_gt(f64x4::splat(simd, BEYOND_DOUBT * surely)).all_true()
+        && lowest.abs().simd_gt(f64x4::splat(simd, surely)).all_true()
         && larger(larger(p, q), larger(r, s)) > 0.0;
     is_cut.then_some(Plan { power, horizon: Horizon::Crossing })
 }
@@ -112,7 +109,7 @@ impl<S: Simd> Four<S> {
             w = chosen(at_end, end, start).cross(e);
             line_square = at_end.select(end_square, start_square);
             square = w.norm_squared();
-            passes = passes | (f64x4::splat(simd, 64.0) * square).simd_ge(line_square * edge_square);
+            passes |= (f64x4::splat(simd, 64.0) * square).simd_ge(line_square * edge_square);
         }
         let moment = square.sqrt();
         let inline = start.dot(end);

@@ -87,18 +87,19 @@ fn cut<S: Simd, const VALUE: bool, const GRADIENT: bool>(
     polygon: &Polygon,
     power: f64,
 ) -> Option<Terms<f64>> {
+    let [edges] = polygon.four_edges() else { return None };
     let (n1, count) = (all(simd, receiver.normal()), polygon.vertices().len());
-    let part = Cut::new(simd, receiver, &polygon.four_edges()[0], count, power)?;
+    let part = Cut::new(simd, receiver, edges, count, power)?;
     let Cut { four, closing, .. } = &part;
-    let (mut angles, mut edges) = (Vec3::default(), Vec3::default());
+    let (mut angles, mut slopes) = (Vec3::default(), Vec3::default());
     if VALUE {
         angles = part.sum(simd, four.normal * four.angle, count);
         angles = angles + closing.generator.normal() * closing.angle;
     }
     if GRADIENT {
-        edges = part.sum(simd, four.normal * -Weight::new::<true>(four, simd, n1, false)?.weight, count);
+        slopes = part.sum(simd, four.normal * -Weight::new::<true>(four, simd, n1, false)?.weight, count);
     }
-    Some(Terms { irradiance: angles * -0.5, gradient: edges })
+    Some(Terms { irradiance: angles * -0.5, gradient: slopes })
 }
 
 /// What arcs weigh, as [`crate::arc::Arc::weight`] has it, with what bounds on it follow from.

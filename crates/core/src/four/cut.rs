@@ -8,9 +8,14 @@ use super::{Four, all, chosen, plain_angle, plus_first};
 use crate::arc::{Arc, Generator};
 use crate::geometry::FourEdges;
 use crate::line::Sighted;
+use crate::number::ROUNDOFF;
 use crate::plan::unit_normal;
 use crate::vec3::Vec3;
 use crate::{DVec3, Receiver};
+
+/// Heights over the horizon, times the length of the normal as given, above which double-double has all digits of a double: it errs
+/// by 64 units of terms that sum to less than 12 in normalised lengths.
+const LOWEST: f64 = 1024.0 * ROUNDOFF;
 
 /// What is above the horizon of the edges of a polygon that leaves it once.
 pub(crate) struct Cut<S: Simd> {
@@ -23,13 +28,16 @@ pub(crate) struct Cut<S: Simd> {
 }
 
 impl<S: Simd> Cut<S> {
-    /// Of the first `count` edges, all that the polygon has, whose vertices are all surely above or below.
+    /// Of the first `count` edges, all that the polygon has; where double-double is sure of all digits of the heights of vertices.
     #[inline(always)]
     pub(crate) fn new(simd: S, receiver: &Receiver, edges: &FourEdges, count: usize, power: f64) -> Option<Self> {
         let lanes = f64x4::splat(simd, power);
         let mut four = Four::new::<true>(simd, edges, all(simd, receiver.position()), lanes)?;
         let before = heights(simd, receiver, edges.starts(simd), lanes);
         let after = heights(simd, receiver, edges.ends(simd), lanes);
+        if !before.abs().min(after.abs()).simd_ge(f64x4::splat(simd, LOWEST)).all_true() {
+            return None;
+        }
         let (zero, one) = (f64x4::splat(simd, 0.0), f64x4::splat(simd, 1.0));
         let (starts, ends) = (before.simd_gt(zero), after.simd_gt(zero));
         let (exits, entries) = (starts & !ends, ends & !starts);

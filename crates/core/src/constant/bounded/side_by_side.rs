@@ -17,14 +17,10 @@ use crate::{Polygon, Receiver};
 /// The sums and their bounds, where all is plain.
 #[inline]
 pub(super) fn bounded(receiver: &Receiver, polygon: &Polygon, plan: &Plan) -> Option<(Terms<f64>, BoundedSum)> {
-    match plan.horizon {
-        Horizon::Above => on_level!(*LEVEL, simd => {
-            let sums = whole::<_, false>(simd, receiver, polygon, plan.power);
-            sums.or_else(|| cut_or_wide(simd, receiver, polygon, plan))
-        }),
-        // Not all that is cut is plain to be cut here.
-        Horizon::Crossing => bounded_plain(receiver, polygon, 0.0)?.sums,
-    }
+    on_level!(*LEVEL, simd => {
+        let whole = if plan.horizon == Horizon::Above { whole::<_, false>(simd, receiver, polygon, plan.power) } else { None };
+        whole.or_else(|| cut_or_wide(simd, receiver, polygon, plan))
+    })
 }
 
 /// As [`BoundedSum::plain`].
@@ -128,8 +124,9 @@ fn whole<S: Simd, const WIDE: bool>(
 
 #[inline(always)]
 fn cut<S: Simd>(simd: S, receiver: &Receiver, polygon: &Polygon, power: f64) -> Option<(Terms<f64>, BoundedSum)> {
+    let [edges] = polygon.four_edges() else { return None };
     let (n1, count) = (all(simd, receiver.normal()), polygon.vertices().len());
-    let part = Cut::new(simd, receiver, &polygon.four_edges()[0], count, power)?;
+    let part = Cut::new(simd, receiver, edges, count, power)?;
     let Cut { four, closing, .. } = &part;
     let nearest = four.start_square.min(four.end.norm_squared());
     // As `Moved`, at the nearer end.
