@@ -31,6 +31,7 @@ use std::collections::HashMap;
 
 use rayon::prelude::*;
 
+use crate::cluster::{Far, Pair, View};
 use crate::field::Field;
 use crate::gathering::{Equation, irradiance};
 use crate::ledger::Ledger;
@@ -60,6 +61,9 @@ const PASSES: usize = 1;
 /// Sweeps in which means over receivers come down.
 const MEAN_SWEEPS: usize = 8;
 
+/// How much more than its form factor a cluster's kernel may give before its elements get the whole form factor each.
+const BY_AREA: f64 = 100.0;
+
 /// Changes below which the importance is solved: what that leaves is in its defect.
 const SOLVED: f64 = 1e-3;
 
@@ -70,6 +74,7 @@ pub(crate) struct Scene<'a> {
     pub(crate) surfaces: &'a Surfaces,
     pub(crate) receivers: &'a [usize],
     pub(crate) links: &'a [Vec<Link>],
+    pub(crate) far: &'a [Far],
 }
 
 /// What light leaves out on each element, by channel.
@@ -91,6 +96,9 @@ pub(crate) struct Bounds {
     variation: Vec<Vec<f64>>,
     /// The parts that the sources of error have in the mean.
     shares: Vec<Ledger>,
+    /// For each channel, the bound on the error of a gather on each cluster, and what is left out there.
+    of_clusters: Vec<Vec<Pair>>,
+    left_on_clusters: Vec<Vec<Pair>>,
     /// Whether each element is a receiver.
     receives: Vec<bool>,
 }
@@ -200,7 +208,7 @@ impl Bounds {
     /// Bounds on the error all over the mesh, from what direct and reflected light leave out; `None` if none was found, as
     /// where light cannot be lost.
     pub(crate) fn of(scene: Scene<'_>, residuals: [Residuals; 2], channels: usize) -> Option<Self> {
-        let Scene { mesh, surfaces, receivers, links } = scene;
+        let Scene { mesh, surfaces, receivers, links, .. } = scene;
         let mut receives = vec![false; mesh.elements().len()];
         receivers.iter().for_each(|&receiver| receives[receiver] = true);
         let empty = vec![vec![0.0; channels]; mesh.elements().len()];
@@ -218,8 +226,11 @@ impl Bounds {
             largest: empty.clone(),
             variation: empty,
             shares: Vec::new(),
+            of_clusters: vec![Vec::new(); channels],
+            left_on_clusters: Vec::new(),
             receives,
         };
+        bounds.left_on_clusters = bounds.residuals_of_clusters(mesh);
         // Each time from a bound that holds: at first a point may gather the largest error from everywhere.
         for &receiver in receivers {
             bounds.means[receiver] = vec![f64::INFINITY; channels];
@@ -254,13 +265,15 @@ impl Bounds {
 
     /// What the nodes of receivers gather of the residual or of its size, times the reflectance.
     fn own(&self, scene: Scene<'_>, seen: &[Vec<Seen>], gathered: Gathered) -> Vec<Vec<Vec<f64>>> {
-        let Scene { mesh, surfaces, receivers, links } = scene;
+        let Scene { mesh, surfaces, receivers, links, far } = scene;
         let channels = self.residuals[0].first().map_or(0, Vec::len);
+        let of_clusters = self.residuals_of_clusters(mesh);
         let own = |(index, &receiver): (usize, &usize)| {
             let rho = &surfaces.reflectance[mesh.elements()[receiver].face()];
             let of_node = |channel: usize, node: usize| {
                 let rows = links[receiver].iter().map(|link| (link.source, &link.rows[node]));
-                self.gathered_residual(mesh, channel, rows, (&seen[index], node), gathered).total() * rho[channel]
+                let near = self.gathered_residual(mesh, channel, rows, (&seen[index], node), gathered).total();
+                (near + far[receiver].at_most(node, &of_clusters[channel])) * rho[channel]
             };
             let nodes = mesh.basis(receiver).nodes().len();
             (0..channels).map(|channel| (0..nodes).map(|node| of_node(channel, node)).collect()).collect()
@@ -271,7 +284,7 @@ impl Bounds {
     /// Makes the importance one that is no less at any point: it may be more by `y = G d + G rho y` with its defect d, and is at
     /// most `Z = G rho (1 + Z)`.
     fn raise_importance(&mut self, scene: Scene<'_>, seen: &[Vec<Seen>], defects: Vec<Vec<Residual>>) -> Option<()> {
-        let Scene { mesh, surfaces, receivers, .. } = scene;
+        let Scene { mesh, surfaces, receivers, far, .. } = scene;
         let rho = |element: usize, channel: usize| surfaces.reflectance[mesh.elements()[element].face()][channel];
         let channels = self.residuals[0].first().map_or(0, Vec::len);
         let none = vec![vec![Residual::default(); channels]; mesh.elements().len()];
@@ -279,12 +292,15 @@ impl Bounds {
         more.residuals = [none, Residual::everywhere(mesh, receivers, defects, channels)];
         let of_defect = more.own(scene, seen, Residual::gathered);
         let more = more.rise(scene, seen, &of_defect).map(|()| more);
+        let reflectances = |channel: usize| mesh.clusters().pairs(mesh.elements(), |e| (rho(e, channel), f64::INFINITY));
+        let reflectances: Vec<Vec<Pair>> = (0..channels).map(reflectances).collect();
         let reflected = |(index, &receiver): (usize, &usize)| {
             let of_node = |channel: usize, node: usize| {
                 let of = |seen: &Seen| {
                     seen.nodes[node].0 * rho(seen.source, channel) * seen.even.get(node).map_or(1.0, |even| even[channel])
                 };
-                seen[index].iter().map(of).sum::<f64>() * rho(receiver, channel)
+                let beyond = far[receiver].at_most(node, &reflectances[channel]);
+                (seen[index].iter().map(of).sum::<f64>() + beyond) * rho(receiver, channel)
             };
             let nodes = mesh.basis(receiver).nodes().len();
             (0..channels).map(|channel| (0..nodes).map(|node| of_node(channel, node)).collect()).collect()
@@ -330,7 +346,7 @@ impl Bounds {
     /// Mean errors of receivers, `A_i e_i <= rho_i sum_j max F_ij A_j (|r|_j + e_j)`, from those that hold already and from the
     /// mean over all: `sum_j A_j e_j` is known.
     fn spread(&mut self, scene: Scene<'_>, seen: &[Vec<Seen>]) {
-        let Scene { mesh, surfaces, receivers, .. } = scene;
+        let Scene { mesh, surfaces, receivers, far, .. } = scene;
         let area: f64 = receivers.iter().map(|&receiver| mesh.elements()[receiver].area()).sum();
         // Which receivers get how much at most of what leaves each.
         let reached = |index: usize| {
@@ -343,6 +359,9 @@ impl Bounds {
             }
             to
         };
+        // The same of clusters.
+        let widest = |&receiver: &usize| (0..far[receiver].len()).map(|index| far[receiver].widest(index)).collect();
+        let widest: Vec<Vec<View>> = receivers.par_iter().map(widest).collect();
         let reached: Vec<Vec<(usize, f64)>> = (0..receivers.len()).into_par_iter().map(reached).collect();
         let channels = self.mean.len();
         for channel in 0..channels {
@@ -355,18 +374,38 @@ impl Bounds {
             }
             for _ in 0..MEAN_SWEEPS {
                 let mut sums = vec![[0.0_f64; 3]; mesh.elements().len()];
-                for (&receiver, to) in receivers.iter().zip(&reached) {
+                let mut of_clusters = vec![[[0.0_f64; 3]; 2]; mesh.clusters().all().len()];
+                for ((&receiver, to), widest) in receivers.iter().zip(&reached).zip(&widest) {
                     let own = mesh.elements()[receiver].area();
                     let detail: f64 = self.residuals.iter().map(|of| of[receiver][channel].mean_detail()).sum();
                     let left = self.mean_residual(receiver, channel).total() + detail;
                     let [left, error] = [left, self.means[receiver][channel]].map(|m| own * m);
-                    for &(target, most) in to {
-                        let [first, again, factor] = &mut sums[target];
+                    let add = |sums: &mut [f64; 3], most: f64| {
+                        let [first, again, factor] = sums;
                         *first += most * left;
                         *again += most * error;
                         *factor = factor.max(most);
+                    };
+                    to.iter().for_each(|&(target, most)| add(&mut sums[target], most));
+                    for (&cluster, view) in far[receiver].clusters().iter().zip(widest).filter(|(_, view)| view.factor > 0.0) {
+                        // To each element in it by its area, or as much as to all.
+                        let by_area = view.peak * mesh.clusters().all()[cluster].area() <= BY_AREA * view.factor;
+                        let most = if by_area { view.peak } else { view.factor };
+                        add(&mut of_clusters[cluster][usize::from(by_area)], most);
                     }
                 }
+                let join = |[a, b]: [[f64; 3]; 2], [c, d]: [[f64; 3]; 2]| {
+                    [[a, c], [b, d]].map(|[a, b]| [a[0] + b[0], a[1] + b[1], a[2].max(b[2])])
+                };
+                mesh.clusters().push(&of_clusters, join, |element, [whole, by_area]| {
+                    below(mesh, &self.receives, element, &mut |target| {
+                        let area = mesh.elements()[target].area();
+                        let [first, again, factor] = &mut sums[target];
+                        *first += whole[0] + area * by_area[0];
+                        *again += whole[1] + area * by_area[1];
+                        *factor = factor.max(whole[2]).max(area * by_area[2]);
+                    });
+                });
                 for &receiver in receivers {
                     let element = &mesh.elements()[receiver];
                     let [first, again, factor] = sums[receiver];
@@ -382,10 +421,14 @@ impl Bounds {
     /// Largest errors at the nodes of receivers, from what these gather of the residual: sweeps from 0 until they rise no more,
     /// then a margin, and a check that one more sweep does not exceed it.
     fn rise(&mut self, scene: Scene<'_>, seen: &[Vec<Seen>], own: &[Vec<Vec<f64>>]) -> Option<()> {
-        let Scene { mesh, surfaces, receivers, .. } = scene;
+        let Scene { mesh, surfaces, receivers, far, .. } = scene;
         let at_nodes = |bounds: &Self, index: usize, channel: usize| -> Vec<f64> {
             let rho = surfaces.reflectance[mesh.elements()[receivers[index]].face()][channel];
-            let carried = |(node, own): (usize, &f64)| own + rho * bounds.gathered_error(channel, &seen[index], node);
+            let far = &far[receivers[index]];
+            let error = |node: usize| {
+                bounds.gathered_error(channel, &seen[index], node) + far.at_most(node, &bounds.of_clusters[channel])
+            };
+            let carried = |(node, own): (usize, &f64)| own + rho * error(node);
             own[index][channel].iter().enumerate().map(carried).collect()
         };
         let channels = own.first().map_or(0, Vec::len);
@@ -436,15 +479,33 @@ impl Bounds {
                 self.largest[index][channel] = children.map(|child| self.largest[child][channel]).fold(0.0, f64::max);
             }
         }
+        for channel in 0..self.of_clusters.len() {
+            let of = |element: usize| (self.largest[element][channel], self.means[element][channel]);
+            self.of_clusters[channel] = mesh.clusters().pairs(mesh.elements(), of);
+        }
+    }
+
+    /// What is left out on each cluster in each channel: direct and reflected light together, whatever its source.
+    fn residuals_of_clusters(&self, mesh: &Mesh) -> Vec<Vec<Pair>> {
+        let of = |element: usize, channel: usize| {
+            let sum = |of: &dyn Fn(&Residual) -> f64| self.residuals.iter().map(|all| of(&all[element][channel])).sum::<f64>();
+            (sum(&|residual| residual.whole().total()), sum(&|residual| residual.mean_ledger().total() + residual.mean_detail()))
+        };
+        let channels = 0..self.of_clusters.len();
+        channels.map(|channel| mesh.clusters().pairs(mesh.elements(), |element| of(element, channel))).collect()
     }
 
     /// The bound on the mean error.
     fn average(&mut self, scene: Scene<'_>, seen: &[Vec<Seen>], (defects, sizes): (&[Vec<f64>], &[Vec<f64>])) {
-        let Scene { mesh, surfaces, receivers, links } = scene;
+        let Scene { mesh, surfaces, receivers, links, far } = scene;
         let area: f64 = receivers.iter().map(|&receiver| mesh.elements()[receiver].area()).sum();
         let channels = self.residuals[0].first().map_or(0, Vec::len);
         (self.mean, self.shares) = (Vec::new(), Vec::new());
         for channel in 0..channels {
+            let details = mesh.clusters().pairs(mesh.elements(), |element| {
+                let of = |f: fn(&Residual) -> f64| self.residuals.iter().map(|all| f(&all[element][channel])).sum::<f64>();
+                (of(Residual::largest_detail), of(Residual::mean_detail))
+            });
             let (mut sent, mut missed, mut at_point) = (Ledger::default(), 0.0, Ledger::default());
             for (index, &receiver) in receivers.iter().enumerate() {
                 let element = &mesh.elements()[receiver];
@@ -454,7 +515,10 @@ impl Bounds {
                 if surfaces.is_textured() {
                     let mean = surfaces.pattern(receiver, channel).map_or(rho, Pattern::mean_reflectance);
                     let sends = mean * (1.0 + self.importance[receiver][channel]);
-                    let of_node = |node: usize| self.gathered_detail(mesh, channel, &links[receiver], &seen[index], node);
+                    let of_node = |node: usize| {
+                        self.gathered_detail(mesh, channel, &links[receiver], &seen[index], node)
+                            + far[receiver].at_most(node, &details)
+                    };
                     let most = (0..mesh.basis(receiver).nodes().len()).map(of_node).fold(0.0, f64::max);
                     sent.discretisation += part * sends * most;
                 } else if rho > 0.0 {
@@ -526,14 +590,18 @@ impl Bounds {
         surfaces: &Surfaces,
         station: &Station,
         rows: &[(usize, Row)],
+        far: &Far,
         rho: &[f64],
     ) -> Vec<Ledger> {
         let links = rows.iter().map(|(source, row)| (*source, std::slice::from_ref(row)));
         let seen = Seen::of(mesh, surfaces, &[*station], &self.receives, links);
         let of_channel = |(channel, rho): (usize, &f64)| {
             let rows = rows.iter().map(|(source, row)| (*source, row));
-            let carried = self.shares[channel] * self.gathered_error(channel, &seen, 0);
-            (self.gathered_residual(mesh, channel, rows, (&seen, 0), Residual::gathered) + carried) * *rho
+            let beyond = far.at_most(0, &self.of_clusters[channel]);
+            let carried = self.shares[channel] * (self.gathered_error(channel, &seen, 0) + beyond);
+            let discretisation = far.at_most(0, &self.left_on_clusters[channel]);
+            let of_clusters = Ledger { discretisation, ..Ledger::default() };
+            (self.gathered_residual(mesh, channel, rows, (&seen, 0), Residual::gathered) + of_clusters + carried) * *rho
         };
         rho.iter().enumerate().map(of_channel).collect()
     }
@@ -555,7 +623,7 @@ fn below(mesh: &Mesh, receives: &[bool], element: usize, visit: &mut impl FnMut(
 
 /// For each element the largest importance at the nodes, and for each receiver the defect of b.
 fn importance(scene: Scene<'_>, channels: usize) -> (Vec<Vec<f64>>, Vec<Vec<Residual>>) {
-    let Scene { mesh, surfaces, receivers, links } = scene;
+    let Scene { mesh, surfaces, receivers, links, far } = scene;
     let mut source: Vec<Vec<f64>> = vec![Vec::new(); mesh.elements().len()];
     let mut own = source.clone();
     for &receiver in receivers {
@@ -568,7 +636,7 @@ fn importance(scene: Scene<'_>, channels: usize) -> (Vec<Vec<f64>>, Vec<Vec<Resi
         own[receiver] = vec![0.0; len * channels];
     }
     let mut field = Field::dark(mesh, channels);
-    let equation = Equation { mesh, surfaces, receivers, links, source: &source };
+    let equation = Equation { mesh, surfaces, receivers, links, far, source: &source };
     for _ in 0..MOST_SWEEPS {
         if equation.sweep(&mut field, &mut own, &vec![1.0; channels]) <= SOLVED {
             break;
@@ -579,13 +647,13 @@ fn importance(scene: Scene<'_>, channels: usize) -> (Vec<Vec<f64>>, Vec<Vec<Resi
         let (element, basis) = (&mesh.elements()[receiver], mesh.basis(receiver));
         let of_channel = |channel: usize| {
             let rho = surfaces.reflectance[element.face()][channel];
-            let at_nodes = irradiance(mesh, &field, &links[receiver], channel, basis.nodes().len());
+            let at_nodes = irradiance(mesh, &field, &links[receiver], &far[receiver], channel, basis.nodes().len());
             let beside = |node: usize| {
                 let of = |link: &Link| {
                     let (row, len) = (&link.rows[node], mesh.basis(link.source).len());
                     field.neglected(mesh, link.source, channel, row) + row.error_of(field.of(link.source, channel, len))
                 };
-                links[receiver].iter().map(of).sum::<f64>()
+                links[receiver].iter().map(of).sum::<f64>() + far[receiver].neglected(mesh.clusters(), &field, channel, node)
             };
             let beside: Vec<f64> = (0..at_nodes.len()).map(beside).collect();
             let z = at_nodes.iter().zip(&beside).map(|(z, beside)| z + beside).fold(0.0, f64::max);

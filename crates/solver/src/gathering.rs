@@ -6,14 +6,15 @@
 //! links see. G is a contraction with the reflectance, and the sweeps converge like powers of it. The radiosity is such a b, and so
 //! is the bound on its error.
 
+use crate::cluster::Far;
 use crate::field::Field;
 use crate::link::Link;
 use crate::mesh::Mesh;
 use crate::surfaces::Surfaces;
 
-/// Irradiance at each node of a receiver, without what links neglect.
-pub(crate) fn irradiance(mesh: &Mesh, field: &Field, links: &[Link], channel: usize, nodes: usize) -> Vec<f64> {
-    let mut at_nodes = vec![0.0; nodes];
+/// Irradiance at each node of a receiver, without what links and clusters neglect.
+pub(crate) fn irradiance(mesh: &Mesh, field: &Field, links: &[Link], far: &Far, channel: usize, nodes: usize) -> Vec<f64> {
+    let mut at_nodes: Vec<f64> = (0..nodes).map(|node| far.value(mesh.clusters(), field, channel, node)).collect();
     for link in links {
         let coefficients = field.of(link.source, channel, mesh.basis(link.source).len());
         for (sum, row) in at_nodes.iter_mut().zip(&link.rows) {
@@ -30,6 +31,7 @@ pub(crate) struct Equation<'a> {
     pub(crate) surfaces: &'a Surfaces,
     pub(crate) receivers: &'a [usize],
     pub(crate) links: &'a [Vec<Link>],
+    pub(crate) far: &'a [Far],
     /// For each element that receives, channel after channel, the coefficients of what is added to the reflected light.
     pub(crate) source: &'a [Vec<f64>],
 }
@@ -39,6 +41,8 @@ impl Equation<'_> {
     /// to `scale` in each channel.
     pub(crate) fn sweep(&self, field: &mut Field, own: &mut [Vec<f64>], scale: &[f64]) -> f64 {
         let mut largest: f64 = 0.0;
+        // Of clusters as they were before the sweep.
+        field.pool(self.mesh);
         for &receiver in self.receivers {
             let len = self.mesh.basis(receiver).len();
             for (channel, scale) in scale.iter().enumerate() {
@@ -50,6 +54,7 @@ impl Equation<'_> {
                         *sum += row.iter().zip(coefficients).map(|(m, c)| m * c).sum::<f64>();
                     }
                 }
+                self.far[receiver].gather(field, channel, &mut change);
                 self.surfaces.reflect(self.mesh, receiver, channel, &mut change);
                 let range = channel * len..(channel + 1) * len;
                 change.iter_mut().zip(&self.source[receiver][range.clone()]).for_each(|(c, s)| *c += s);

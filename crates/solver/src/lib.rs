@@ -9,7 +9,8 @@
 //! ```text
 //! Scene -> Mesh        mesh, element, contact: trees of parallelograms and triangles; basis, rule: polynomials and nodes
 //!   -> direct light    direct: what lamps give, at the nodes of leaves; leaves are divided until little is left out
-//!   -> links           link: what a receiver gathers from, and what that neglects; transfer, visible, cell: rules, closed forms
+//!   -> links           link: what a receiver gathers from, and what that neglects; transfer, visible, cell: rules, closed forms;
+//!                      cluster: boxes of many faces, where there are many, for what is far away or hidden
 //!   -> Field           field, gathering: the linear system, solved by Gauss-Seidel; sums pulled up the trees
 //!   -> Bounds          residual, bound: mean(z |r|) with the importance z, and a bound at every point; ledger: its sources
 //!   -> divide, again   solve: the receivers that make up most of the bound
@@ -31,6 +32,7 @@
 mod basis;
 mod bound;
 mod cell;
+mod cluster;
 mod contact;
 pub mod curved;
 mod direct;

@@ -6,11 +6,15 @@
 //!
 //! Links are refined where that error, times the reflectance, is too large: Hanrahan's brightness-weighted refinement, with a
 //! bound in the place of the brightness.
+//!
+//! Where faces are many a receiver begins with one cluster of all of them ([`crate::cluster`]). The one that may give most is
+//! opened, and its elements at last linked, until what all others may give, together with what links neglect, is what is allowed.
 
 use rayon::prelude::*;
 
 use crate::Error;
 use crate::basis::Basis;
+use crate::cluster::{Cut, Far, rows};
 use crate::field::Field;
 use crate::mesh::Sight;
 use crate::transfer::{Kernel, Optics, Row, Station};
@@ -39,6 +43,9 @@ pub(crate) struct Need<'a> {
 /// The part of the allowed sum above which a link, one of a hundred, is surely refined.
 const SURELY: f64 = 0.05;
 
+/// The part of the allowed sum that clusters may take before they are opened rather than links refined.
+const FAR_PART: f64 = 0.7;
+
 impl Optics<'_> {
     /// The nodes of an element, as points that receive.
     pub(crate) fn stations(&self, element: usize) -> Vec<Station> {
@@ -49,7 +56,7 @@ impl Optics<'_> {
 
     /// Links an element to the sources that it sees, each with the faces that may be between; or to the children of those that
     /// would be refined anyway.
-    fn links<'a>(
+    pub(crate) fn links<'a>(
         &self,
         receiver: usize,
         sources: impl Iterator<Item = (usize, Option<&'a [usize]>)>,
@@ -95,37 +102,74 @@ impl Optics<'_> {
         few.iter().map(|&node| error(&stations[node])).fold(0.0, f64::max) > SURELY * need.allowed
     }
 
-    /// The links of an element without any: to all roots, or to the sources of its parent.
-    pub(crate) fn first_links(&self, receiver: usize, of_parent: Option<&[Link]>, need: &Need<'_>) -> Result<Vec<Link>, Error> {
-        match of_parent {
-            Some(links) => self.links(receiver, links.iter().map(|link| (link.source, Some(link.sight.faces()))), need),
-            None => self.links(receiver, self.mesh.roots().iter().map(|&root| (root, None)), need),
-        }
+    /// The links of an element without any: to all roots, or to one cluster of them; or to the sources of its parent.
+    pub(crate) fn first_links(
+        &self,
+        receiver: usize,
+        of_parent: Option<(&[Link], &Far)>,
+        need: &Need<'_>,
+    ) -> Result<(Vec<Link>, Far), Error> {
+        let (tree, element) = (self.mesh.clusters(), &self.mesh.elements()[receiver]);
+        let (links, mut clusters) = match of_parent {
+            Some((links, far)) => {
+                let sources = links.iter().map(|link| (link.source, Some(link.sight.faces())));
+                (self.links(receiver, sources, need)?, far.clusters().to_vec())
+            }
+            None if tree.root().is_some() => (Vec::new(), tree.root().into_iter().collect()),
+            None => (self.links(receiver, self.mesh.roots().iter().map(|&root| (root, None)), need)?, Vec::new()),
+        };
+        clusters.retain(|&cluster| tree.all()[cluster].faces(element));
+        let stations = if clusters.is_empty() { Vec::new() } else { self.stations(receiver) };
+        let views = clusters.iter().flat_map(|&cluster| stations.iter().map(move |at| tree.all()[cluster].view(at))).collect();
+        let far = Far::new(tree, clusters, views, stations.len(), rows(&links));
+        Ok((links, far.projected(tree, self.mesh.basis(receiver))))
     }
 
-    /// Refines the links of a receiver until the sum of their errors is what is allowed or nothing is left to refine. Returns
-    /// whether any was.
-    pub(crate) fn refine(&self, receiver: usize, links: &mut Vec<Link>, need: &Need<'_>) -> Result<bool, Error> {
+    /// Opens clusters and refines links of a receiver until the sum of what they neglect is what is allowed or nothing is left to
+    /// refine. Returns whether any was.
+    pub(crate) fn refine(
+        &self,
+        receiver: usize,
+        (links, far): (&mut Vec<Link>, &mut Far),
+        need: &Need<'_>,
+    ) -> Result<bool, Error> {
         let &Need { field, weight, allowed } = need;
         let mut errors: Vec<f64> = links.iter().map(|link| self.weighted_error(link, field, weight)).collect();
-        let mut changed = false;
+        let mut cut = Cut::new(self.mesh, field, weight, far, rows(links));
+        let (mut opened, mut refined) = (false, false);
         loop {
-            let worst = (0..links.len()).max_by(|&a, &b| errors[a].total_cmp(&errors[b]));
-            let Some(worst) = worst.filter(|&w| errors[w] > 0.0 && errors.iter().sum::<f64>() > allowed) else {
-                return Ok(changed);
+            let beyond = cut.neglected();
+            if errors.iter().sum::<f64>() + beyond <= allowed {
+                break;
+            }
+            let finer = if beyond > FAR_PART * allowed
+                && let Some(element) = cut.open(receiver, || self.stations(receiver))
+            {
+                opened = true;
+                self.links(receiver, element.into_iter().map(|element| (element, None)), need)?
+            } else {
+                let worst = (0..links.len()).max_by(|&a, &b| errors[a].total_cmp(&errors[b]));
+                let Some(worst) = worst.filter(|&worst| errors[worst] > 0.0) else { break };
+                let Some(first) = self.mesh.elements()[links[worst].source].children() else {
+                    errors[worst] = 0.0;
+                    continue;
+                };
+                refined = true;
+                let link = links.swap_remove(worst);
+                errors.swap_remove(worst);
+                cut.cover(&link.rows, -1.0);
+                self.links(receiver, (first..first + 4).map(|child| (child, Some(link.sight.faces()))), need)?
             };
-            let Some(first) = self.mesh.elements()[links[worst].source].children() else {
-                errors[worst] = 0.0;
-                continue;
-            };
-            changed = true;
-            let link = links.swap_remove(worst);
-            errors.swap_remove(worst);
-            for link in self.links(receiver, (first..first + 4).map(|child| (child, Some(link.sight.faces()))), need)? {
+            for link in finer {
                 errors.push(self.weighted_error(&link, field, weight));
+                cut.cover(&link.rows, 1.0);
                 links.push(link);
             }
         }
+        if opened || (refined && !far.is_empty()) {
+            *far = cut.closed(rows(links)).projected(self.mesh.clusters(), self.mesh.basis(receiver));
+        }
+        Ok(opened || refined)
     }
 
     /// Bound on what a link neglects at any node, the largest of the channels after each is multiplied by its weight.

@@ -5,6 +5,7 @@ use radgrad_scene::{Beam, Occluders, Scene, triangulate};
 
 use crate::Error;
 use crate::basis::{Basis, Shape};
+use crate::cluster::Clusters;
 use crate::contact;
 use crate::element::Element;
 
@@ -32,6 +33,7 @@ pub struct Mesh {
     bases: [Basis; 2],
     elements: Vec<Element>,
     roots: Vec<usize>,
+    clusters: Clusters,
     /// The elements that each face was first cut into.
     roots_of_face: Vec<Vec<usize>>,
 }
@@ -84,7 +86,18 @@ impl Mesh {
             elements.extend(of_face);
         }
         let roots = (0..elements.len()).collect();
-        Ok(Self { index: Occluders::new(&polygons), convex, polygons, exchanges, bases, elements, roots, roots_of_face })
+        let clusters = Clusters::over(&elements);
+        Ok(Self {
+            clusters,
+            index: Occluders::new(&polygons),
+            convex,
+            polygons,
+            exchanges,
+            bases,
+            elements,
+            roots,
+            roots_of_face,
+        })
     }
 
     /// All elements, divided or not; an element is named by its index.
@@ -114,6 +127,11 @@ impl Mesh {
     #[must_use]
     pub fn polygons(&self) -> &[Polygon] {
         &self.polygons
+    }
+
+    /// Clusters of the roots.
+    pub(crate) const fn clusters(&self) -> &Clusters {
+        &self.clusters
     }
 
     /// Which child of its parent an element is.

@@ -15,6 +15,7 @@ use rayon::prelude::*;
 use crate::Error;
 use crate::bound::{self, Bounds, Residuals};
 use crate::cell::Rules;
+use crate::cluster::Far;
 use crate::direct::{Direct, Lamps};
 use crate::field::Field;
 use crate::gathering::{Equation, irradiance};
@@ -108,6 +109,8 @@ pub struct Solution {
     own: Vec<Vec<f64>>,
     /// Of receivers; empty for other elements.
     pub(crate) links: Vec<Vec<Link>>,
+    /// Of receivers, the clusters that no link is for.
+    pub(crate) far: Vec<Far>,
     receivers: Vec<usize>,
     pub(crate) bounds: Bounds,
     pub(crate) channels: Vec<String>,
@@ -199,6 +202,7 @@ pub fn solve_from(
         field: Field::dark(&mesh, channels.len()),
         own: Vec::new(),
         links: Vec::new(),
+        far: Vec::new(),
         receivers,
         bounds: Bounds::default(),
         extent: (high - low).max_element(),
@@ -242,10 +246,11 @@ impl Solution {
             }
         }
         self.sweep(if self.lamps.is_empty() { SOLVED } else { ROUGHLY_SOLVED * aim });
-        let scene = bound::Scene { mesh: &self.mesh, surfaces: &self.surfaces, receivers: &self.receivers, links: &self.links };
+        let (mesh, surfaces, receivers) = (&self.mesh, &self.surfaces, &self.receivers[..]);
+        let scene = bound::Scene { mesh, surfaces, receivers, links: &self.links, far: &self.far };
         let bounds = Bounds::of(scene, [self.left_of_direct(), self.left_of_reflected()], self.channels.len());
         self.bounds = bounds.ok_or_else(|| self.lossless())?;
-        let links = self.receivers.iter().map(|&receiver| self.links[receiver].len()).sum();
+        let links = self.receivers.iter().map(|&receiver| self.links[receiver].len() + self.far[receiver].len()).sum();
         let bound = self.mean_bound().iter().zip(&self.mean).map(|(w, mean)| ratio(w.total(), *mean)).fold(0.0, f64::max);
         self.progress = Progress { round: self.progress.round + 1, elements: self.mesh.leaves().count(), links, bound };
         Ok(())
@@ -262,10 +267,14 @@ impl Solution {
         Error::Lossless { channel: self.channels[channel].clone(), face }
     }
 
+    fn is_linked(&self, element: usize) -> bool {
+        !(self.links[element].is_empty() && self.far[element].is_empty())
+    }
+
     /// The element above a leaf, or itself, that gathers reflected light.
     pub(crate) fn receiver_of(&self, leaf: usize) -> usize {
         let mut at = leaf;
-        while self.links[at].is_empty()
+        while !self.is_linked(at)
             && let Some(parent) = self.mesh.elements()[at].parent()
         {
             at = parent;
@@ -395,7 +404,8 @@ impl Solution {
         let (element, basis, links) = (&self.mesh.elements()[receiver], self.mesh.basis(receiver), &self.links[receiver]);
         let (rho, emitted) = (self.surfaces.reflectance[element.face()][channel], self.surfaces.emitted[element.face()][channel]);
         let emitted = if self.is_lamp(element.face()) { 0.0 } else { emitted };
-        let at_nodes = irradiance(&self.mesh, &self.field, links, channel, basis.nodes().len());
+        let far = &self.far[receiver];
+        let at_nodes = irradiance(&self.mesh, &self.field, links, far, channel, basis.nodes().len());
         let samples: Vec<f64> = at_nodes.iter().map(|h| rho * h).collect();
         let mut residual = Residual::of(element, basis, &samples);
 
@@ -412,7 +422,8 @@ impl Solution {
         left.iter_mut().zip(self.emitted_on(receiver, channel)).for_each(|(p, e)| *p += e);
         residual.largest.solver = basis.magnitude(&left);
         for (node, sample) in samples.iter().enumerate() {
-            let (mut neglected, mut clear, mut past) = (0.0, 0.0, 0.0);
+            let mut neglected = far.neglected(self.mesh.clusters(), &self.field, channel, node);
+            let (mut clear, mut past) = (0.0, 0.0);
             for link in links {
                 let row = &link.rows[node];
                 neglected += self.field.neglected(&self.mesh, link.source, channel, row);
@@ -454,18 +465,21 @@ impl Solution {
     /// Links receivers that have none, to what their parent's links had for sources; these go.
     fn link(&mut self, allowed: f64) -> Result<(), Error> {
         self.links.resize(self.mesh.elements().len(), Vec::new());
+        self.far.resize(self.mesh.elements().len(), Far::default());
         self.own.resize(self.mesh.elements().len(), Vec::new());
-        let new: Vec<usize> = self.receivers.iter().copied().filter(|&receiver| self.links[receiver].is_empty()).collect();
+        let new: Vec<usize> = self.receivers.iter().copied().filter(|&receiver| !self.is_linked(receiver)).collect();
         let optics = self.optics();
-        let of_parent =
-            |element: usize| self.mesh.elements()[element].parent().map(|p| &self.links[p][..]).filter(|l| !l.is_empty());
+        let of_parent = |element: usize| {
+            let parent = self.mesh.elements()[element].parent().filter(|&parent| self.is_linked(parent))?;
+            Some((&self.links[parent][..], &self.far[parent]))
+        };
         let of = |receiver: usize| {
             let need = Need { field: &self.field, weight: &self.weight(receiver), allowed };
             optics.first_links(receiver, of_parent(receiver), &need)
         };
         let links = for_each(&new, of)?;
-        for (&receiver, links) in new.iter().zip(links) {
-            self.links[receiver] = links;
+        for (&receiver, (links, far)) in new.iter().zip(links) {
+            (self.links[receiver], self.far[receiver]) = (links, far);
             let basis = self.mesh.basis(receiver);
             let len = basis.len();
             let restricted = |channel: usize| match self.mesh.elements()[receiver].parent().map(|p| &self.own[p]) {
@@ -479,7 +493,7 @@ impl Solution {
         let mut receives = vec![false; self.links.len()];
         self.receivers.iter().for_each(|&receiver| receives[receiver] = true);
         for index in (0..self.links.len()).filter(|&index| !receives[index]) {
-            self.links[index] = Vec::new();
+            (self.links[index], self.far[index]) = (Vec::new(), Far::default());
             self.own[index] = Vec::new();
         }
         Ok(())
@@ -491,7 +505,7 @@ impl Solution {
             source[receiver] = (0..self.channels.len()).flat_map(|channel| self.emitted_on(receiver, channel)).collect();
         }
         let (mesh, surfaces, receivers, links) = (&self.mesh, &self.surfaces, &self.receivers[..], &self.links[..]);
-        let equation = Equation { mesh, surfaces, receivers, links, source: &source };
+        let equation = Equation { mesh, surfaces, receivers, links, far: &self.far, source: &source };
         for _ in 0..MOST_SWEEPS {
             let scale: Vec<f64> = self.mean.iter().map(|&mean| if mean > 0.0 { mean } else { 1.0 }).collect();
             let change = equation.sweep(&mut self.field, &mut self.own, &scale);
@@ -513,22 +527,24 @@ impl Solution {
     }
 
     fn refine(&mut self, allowed: f64) -> Result<bool, Error> {
-        let taken: Vec<Vec<Link>> = self.receivers.iter().map(|&receiver| std::mem::take(&mut self.links[receiver])).collect();
+        let (links, far) = (&mut self.links, &mut self.far);
+        let take = |&receiver: &usize| (std::mem::take(&mut links[receiver]), std::mem::take(&mut far[receiver]));
+        let taken: Vec<(Vec<Link>, Far)> = self.receivers.iter().map(take).collect();
         let optics = self.optics();
-        let refined: Vec<(Vec<Link>, bool)> = self
+        let refined: Vec<(Vec<Link>, Far, bool)> = self
             .receivers
             .par_iter()
             .zip(taken)
-            .map(|(&receiver, mut links)| {
+            .map(|(&receiver, (mut links, mut far))| {
                 let need = Need { field: &self.field, weight: &self.weight(receiver), allowed };
-                let changed = optics.refine(receiver, &mut links, &need)?;
-                Ok((links, changed))
+                let changed = optics.refine(receiver, (&mut links, &mut far), &need)?;
+                Ok((links, far, changed))
             })
             .collect::<Result<_, Error>>()?;
         let mut any = false;
-        for (&receiver, (links, changed)) in self.receivers.iter().zip(refined) {
+        for (&receiver, (links, far, changed)) in self.receivers.iter().zip(refined) {
             any |= changed;
-            self.links[receiver] = links;
+            (self.links[receiver], self.far[receiver]) = (links, far);
         }
         Ok(any)
     }
@@ -574,7 +590,7 @@ impl Solution {
         let mut count = undivided;
         let mut divisions = Vec::new();
         for divided in self.mesh.divisions() {
-            let (Some(number), true) = (numbers[divided], self.links[divided].is_empty()) else { continue };
+            let (Some(number), true) = (numbers[divided], !self.is_linked(divided)) else { continue };
             divisions.push(number);
             for child in self.mesh.elements()[divided].children().into_iter().flat_map(|first| first..first + 4) {
                 numbers[child] = Some(count);
@@ -638,7 +654,8 @@ impl Solution {
     pub fn irradiance_on(&self, leaf: usize, channel: usize) -> Vec<f64> {
         let receiver = self.receiver_of(leaf);
         let above = self.mesh.basis(receiver);
-        let at_nodes = irradiance(&self.mesh, &self.field, &self.links[receiver], channel, above.nodes().len());
+        let at_nodes =
+            irradiance(&self.mesh, &self.field, &self.links[receiver], &self.far[receiver], channel, above.nodes().len());
         let mut path: Vec<usize> = Vec::new();
         let mut at = leaf;
         while at != receiver
