@@ -10,8 +10,8 @@
 //!   most `cos1 a A / pi d^3`, with a the height of x over the side, A its area and d its distance: from the largest radiosity
 //!   in it follows what x gets at most.
 //!
-//! Elements whose normals are nearest to the same axis are first put together, and only then those that are near each other:
-//! what faces away from x is dismissed as one.
+//! Elements that are near each other are put together, and among few of them those whose normals are nearest to the same axis:
+//! what of a neighbourhood faces away from x is dismissed as one.
 
 mod cut;
 mod far;
@@ -31,6 +31,9 @@ pub(crate) use far::{Far, Glow, Pair, rows};
 
 /// Elements below which links to all cost less than clusters of them save.
 const FEWEST: usize = 100;
+
+/// Elements at most that are put together by what they face rather than by where they are.
+const NEIGHBOURS: usize = 32;
 
 /// What bounds are raised by for the rounding of their products.
 const ROUNDED: f64 = 1.0 + 1e-12;
@@ -96,9 +99,20 @@ impl Cluster {
         2 * axis + usize::from(self.normals[0][axis] < 0.0)
     }
 
+    /// The element that it consists of, if it is only one.
+    const fn element(&self) -> Option<usize> {
+        if let Parts::Element(element) = self.parts { Some(element) } else { None }
+    }
+
     /// Area of its elements.
     pub(crate) const fn area(&self) -> f64 {
         self.area
+    }
+
+    /// The corners of its box.
+    pub(crate) fn corners(&self) -> [DVec3; 8] {
+        let [x, y, z] = [0, 1, 2].map(|axis| [self.low[axis], self.high[axis]]);
+        std::array::from_fn(|i| DVec3::new(x[i & 1], y[i >> 1 & 1], z[i >> 2 & 1]))
     }
 
     /// Whether it has a point in front of an element, and the element one that may be in front of it.
@@ -167,7 +181,6 @@ impl Clusters {
     /// The same over few elements too.
     pub(crate) fn always_over(elements: &[Element]) -> Self {
         let mut singles: Vec<Cluster> = elements.iter().enumerate().map(|(index, element)| Cluster::of(index, element)).collect();
-        singles.sort_by_key(Cluster::facing);
         let mut clusters = Self { all: Vec::with_capacity(2 * singles.len()), apart: false };
         if !singles.is_empty() {
             build(&mut clusters.all, &mut singles);
@@ -203,32 +216,40 @@ impl Clusters {
     }
 }
 
-/// Adds the cluster of some, sorted by what they face, and all below it; returns its index.
+/// Adds the cluster of some and all below it; returns its index.
 fn build(all: &mut Vec<Cluster>, singles: &mut [Cluster]) -> usize {
     let index = all.len();
     let whole = singles[1..].iter().fold(singles[0], |whole, single| whole.and(single));
     all.push(whole);
     if singles.len() > 1 {
-        let (first, last) = (singles[0].facing(), singles[singles.len() - 1].facing());
-        let middle = if first == last {
-            let middle = singles.len() / 2;
-            let sizes = singles.iter().fold([DVec3::INFINITY, DVec3::NEG_INFINITY], |[low, high], single| {
-                let centre = single.low + single.high;
-                [low.min(centre), high.max(centre)]
-            });
-            let size = sizes[1] - sizes[0];
-            let axis = if size.x >= size.y.max(size.z) { 0 } else { usize::from(size.z > size.y) + 1 };
-            let place = |single: &Cluster| single.low[axis] + single.high[axis];
-            let name = |single: &Cluster| if let Parts::Element(element) = single.parts { element } else { 0 };
-            singles.select_nth_unstable_by(middle, |a, b| place(a).total_cmp(&place(b)).then(name(a).cmp(&name(b))));
-            middle
-        } else {
-            singles.partition_point(|single| 2 * single.facing() < first + last)
-        };
+        let few = singles.len() <= NEIGHBOURS;
+        let middle = if few { by_facing(singles) } else { None }.unwrap_or_else(|| by_place(singles));
         let (left, right) = singles.split_at_mut(middle);
         let left = build(all, left);
         let right = build(all, right);
         all[index].parts = Parts::Two([left, right]);
     }
     index
+}
+
+/// Sorts by what they face; the start of the second half, if they do not all face the same.
+fn by_facing(singles: &mut [Cluster]) -> Option<usize> {
+    singles.sort_by_key(|single| (single.facing(), single.element()));
+    let (first, last) = (singles[0].facing(), singles[singles.len() - 1].facing());
+    (first != last).then(|| singles.partition_point(|single| 2 * single.facing() < first + last))
+}
+
+/// Halves them along the axis on which they are farthest apart.
+fn by_place(singles: &mut [Cluster]) -> usize {
+    let middle = singles.len() / 2;
+    let around = |[low, high]: [DVec3; 2], single: &Cluster| {
+        let centre = single.low + single.high;
+        [low.min(centre), high.max(centre)]
+    };
+    let [low, high] = singles.iter().fold([DVec3::INFINITY, DVec3::NEG_INFINITY], around);
+    let size = high - low;
+    let axis = if size.x >= size.y.max(size.z) { 0 } else { usize::from(size.z > size.y) + 1 };
+    let place = |single: &Cluster| single.low[axis] + single.high[axis];
+    singles.select_nth_unstable_by(middle, |a, b| place(a).total_cmp(&place(b)).then(a.element().cmp(&b.element())));
+    middle
 }

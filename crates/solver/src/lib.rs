@@ -50,6 +50,7 @@ pub mod receiver;
 mod reconstruction;
 mod residual;
 mod rule;
+mod screen;
 mod solve;
 mod surfaces;
 mod texture;

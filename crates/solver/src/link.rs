@@ -135,7 +135,8 @@ impl Optics<'_> {
     ) -> Result<bool, Error> {
         let &Need { field, weight, allowed } = need;
         let mut errors: Vec<f64> = links.iter().map(|link| self.weighted_error(link, field, weight)).collect();
-        let mut cut = Cut::new(self.mesh, field, weight, far, rows(links));
+        let mut cut = Cut::new(self.mesh, field, weight, far, links);
+        let stations = if far.is_empty() { Vec::new() } else { self.stations(receiver) };
         let (mut opened, mut refined) = (false, false);
         loop {
             let beyond = cut.neglected();
@@ -143,7 +144,7 @@ impl Optics<'_> {
                 break;
             }
             let finer = if beyond > FAR_PART * allowed
-                && let Some(element) = cut.open(receiver, || self.stations(receiver))
+                && let Some(element) = cut.open(receiver, &stations)
             {
                 opened = true;
                 self.links(receiver, element.into_iter().map(|element| (element, None)), need)?
@@ -157,17 +158,17 @@ impl Optics<'_> {
                 refined = true;
                 let link = links.swap_remove(worst);
                 errors.swap_remove(worst);
-                cut.cover(&link.rows, -1.0);
+                cut.cover(&link, -1.0);
                 self.links(receiver, (first..first + 4).map(|child| (child, Some(link.sight.faces()))), need)?
             };
             for link in finer {
                 errors.push(self.weighted_error(&link, field, weight));
-                cut.cover(&link.rows, 1.0);
+                cut.cover(&link, 1.0);
                 links.push(link);
             }
         }
         if opened || (refined && !far.is_empty()) {
-            *far = cut.closed(rows(links)).projected(self.mesh.clusters(), self.mesh.basis(receiver));
+            *far = cut.closed(receiver, rows(links)).projected(self.mesh.clusters(), self.mesh.basis(receiver));
         }
         Ok(opened || refined)
     }

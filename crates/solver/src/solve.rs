@@ -75,8 +75,11 @@ const LINK_PART: f64 = 0.15;
 /// The part of the error asked for that one evaluation may have, per unit of the source's radiosity.
 const EVALUATION_PART: f64 = 2e-4;
 
-/// The same where there are no lamps: light may then be far more even than was asked for, and known as well.
+/// The same where there are no lamps and no clusters: light may then be far more even than was asked for, and known as well.
 const GLOWING_PART: f64 = 2e-10;
+
+/// The least error asked of an evaluation, about what closed forms in double precision have.
+const FINEST: f64 = 1e-14;
 
 /// The part of the error asked for that direct light may leave out in the mean.
 const DIRECT_PART: f64 = 0.25;
@@ -193,7 +196,8 @@ pub fn solve_from(
     let progress = Progress { round: 0, elements: 0, links: 0, bound: f64::INFINITY };
     let receivers: Vec<usize> = mesh.leaves().collect();
     let found = Lamps::of(&mesh, &surfaces);
-    let precision = if found.is_empty() { GLOWING_PART } else { EVALUATION_PART };
+    let may_be_even = found.is_empty() && mesh.clusters().root().is_none();
+    let precision = if may_be_even { GLOWING_PART } else { EVALUATION_PART };
     // Gradients are of all light together.
     let lamps = if options.marking == Marking::Gradient { Lamps::default() } else { found };
     let mut solution = Solution {
@@ -206,7 +210,7 @@ pub fn solve_from(
         receivers,
         bounds: Bounds::default(),
         extent: (high - low).max_element(),
-        absolute: options.error * precision,
+        absolute: (options.error * precision).max(FINEST),
         mean: vec![0.0; channels.len()],
         lamps,
         mesh,
@@ -245,7 +249,7 @@ impl Solution {
                 break;
             }
         }
-        self.sweep(if self.lamps.is_empty() { SOLVED } else { ROUGHLY_SOLVED * aim });
+        self.sweep(if self.lamps.is_empty() && self.mesh.clusters().root().is_none() { SOLVED } else { ROUGHLY_SOLVED * aim });
         let (mesh, surfaces, receivers) = (&self.mesh, &self.surfaces, &self.receivers[..]);
         let scene = bound::Scene { mesh, surfaces, receivers, links: &self.links, far: &self.far };
         let bounds = Bounds::of(scene, [self.left_of_direct(), self.left_of_reflected()], self.channels.len());

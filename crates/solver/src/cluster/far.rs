@@ -5,8 +5,8 @@
 //! P the power, `P+ - P- = P`, and `P+ + P-` is at most the area times the root mean square.
 //!
 //! All clusters together get no more of the hemisphere than the links leave: of `rest`, 1 less the sum of the links' form
-//! factors. So their sum is at most `rest max M` too. That is what occlusion is known by: where the links fill the view, what
-//! clusters lie behind it counts for nothing.
+//! factors. The most that they may give then is found by filling it with the brightest first. That is what occlusion is known
+//! by: where the links fill the view, what clusters lie behind it counts for nothing.
 //!
 //! For the light that reaches the node half of the upper bound is taken for an even radiosity: `w P` with
 //! `w = min(k, F/A) min(1, rest / sum F) / 2`, linear in the radiosity, and with form factors that sum to no more than 1. The
@@ -151,20 +151,14 @@ impl Far {
         if self.clusters.is_empty() {
             return 0.0;
         }
-        let (mut high, mut low, mut value, mut largest) = (0.0, 0.0, 0.0, 0.0_f64);
-        for (index, &cluster) in self.clusters.iter().enumerate() {
-            let (view, glow) = (self.view(index, node), field.glow(cluster, channel));
-            high += view.at_most(glow.positive, glow.largest);
-            low += view.at_most(glow.negative, glow.largest);
-            value += self.weight(tree, index, node) * glow.power;
-            if view.factor > 0.0 {
-                largest = largest.max(glow.largest);
-            }
-        }
-        let most = self.rest[node] * largest;
+        let mut seen: Vec<(&View, &Glow)> =
+            self.clusters.iter().enumerate().map(|(index, &at)| (self.view(index, node), field.glow(at, channel))).collect();
+        seen.sort_by(|a, b| b.1.largest.total_cmp(&a.1.largest));
+        let [high, low] = fill(self.rest[node], seen.into_iter());
+        let value = self.value(tree, field, channel, node);
         // The sums round.
-        let rounding = 4.0 * f64::EPSILON * self.clusters.len() as f64 * high;
-        (high.min(most) - value).max(value + low.min(most)) + rounding
+        let rounding = 4.0 * f64::EPSILON * self.clusters.len() as f64 * (high + low + value.abs());
+        (high - value).max(value + low) + rounding
     }
 
     /// Adds to what a receiver's functions get.
@@ -226,6 +220,23 @@ pub(crate) fn left(covered: f64) -> f64 {
 /// What weights are scaled by, for the part of the hemisphere that is left to form factors of this sum.
 pub(crate) fn scale(rest: f64, factors: f64) -> f64 {
     0.5 * if factors > rest { rest / factors } else { 1.0 }
+}
+
+/// What clusters may give at most, and take by where they are negative, the brightest first, if they get no more of the
+/// hemisphere than `rest`.
+pub(crate) fn fill<'a>(rest: f64, brightest_first: impl Iterator<Item = (&'a View, &'a Glow)>) -> [f64; 2] {
+    let (mut sums, mut rests) = ([0.0; 2], [rest; 2]);
+    for (view, glow) in brightest_first {
+        if glow.largest == 0.0 || (rests[0] == 0.0 && rests[1] == 0.0) {
+            break;
+        }
+        for (which, power) in [glow.positive, glow.negative].into_iter().enumerate() {
+            let part = (view.at_most(power, glow.largest) / glow.largest).min(rests[which]);
+            sums[which] += part * glow.largest;
+            rests[which] -= part;
+        }
+    }
+    sums
 }
 
 impl Clusters {
