@@ -1,14 +1,17 @@
 //! Convex polygons that alone hide one thing from another.
 //!
-//! Let a polygon's plane part two sets of points. Where the segment from a point x of the hull of one to a point y of the hull of
-//! the other crosses it is, for a given y, a projective image of x, and for a given x one of y: both keep segments straight. So it
-//! is in the hull of the crossings between the points of the sets themselves. If these all are in the polygon nothing is seen
-//! past it.
+//! Let the points `x_i` be on one side of a polygon's plane, at heights `h_i >= 0`, and `y_j` on the other, at depths `g_j >= 0`.
+//! The segment between them crosses the plane at `(h_i y_j + g_j x_i) / (h_i + g_j)`. From `x = sum l_i x_i` to
+//! `y = sum m_j y_j` the crossing is the mean of these with the weights `l_i m_j (h_i + g_j)`: in the hull of the crossings between
+//! the points themselves, those that both are in the plane left out. If these are all in the polygon nothing is seen past it.
+//!
+//! Points are level with the plane, and crossings on an edge, up to the rounding of coordinates: planes are those of surfaces, as
+//! in the scene's beams, and a gap narrower than that is none. Walls stand on floors, and meet in corners.
 
 use radgrad_core::DVec3;
 
-/// Fraction of the lengths at hand by which crossings are inside, and points off the plane.
-const LEVEL: f64 = 1e-9;
+/// Fraction of the lengths at hand that coordinates are rounded by.
+const LEVEL: f64 = 1e-12;
 
 /// A convex polygon.
 #[derive(Debug, Clone)]
@@ -29,17 +32,24 @@ impl Screen {
     /// Whether no point of the hull of some sees one of the hull of others past it.
     pub(crate) fn hides(&self, from: &[DVec3], to: &[DVec3]) -> bool {
         let height = |p: &DVec3| self.normal.dot(*p - self.corner);
-        let (Some(first), Some(last)) = (from.first(), to.first()) else { return false };
-        let sign = if height(first) > 0.0 { 1.0 } else { -1.0 };
-        let level = LEVEL * ((*first - self.corner).length() + (*last - self.corner).length());
-        if from.iter().any(|p| sign * height(p) <= level) || to.iter().any(|p| sign * height(p) >= -level) {
+        let highest = from.iter().map(height).fold(0.0, |most: f64, h| if h.abs() > most.abs() { h } else { most });
+        let reach = from.iter().chain(to).map(|p| (*p - self.corner).length_squared()).fold(0.0, f64::max).sqrt();
+        let (sign, level) = (highest.signum(), LEVEL * reach);
+        let is_in_front = |p: &DVec3| sign * height(p) >= -level;
+        let is_behind = |p: &DVec3| sign * height(p) <= level;
+        let apart = highest.abs() > level && to.iter().any(|p| sign * height(p) < -level);
+        if !apart || !from.iter().all(is_in_front) || !to.iter().all(is_behind) {
             return false;
         }
-        from.iter().all(|a| {
-            to.iter().all(|b| {
-                let (here, there) = (height(a), height(b));
-                let crossing = *a + (*b - *a) * (here / (here - there));
-                self.sides.iter().all(|[corner, inward]| inward.dot(crossing - *corner) > level)
+        from.iter().all(|x| {
+            let above = (sign * height(x)).max(0.0);
+            to.iter().all(|y| {
+                let below = (-sign * height(y)).max(0.0);
+                if above.max(below) <= level {
+                    return true;
+                }
+                let crossing = (*y * above + *x * below) / (above + below);
+                self.sides.iter().all(|[corner, inward]| inward.dot(crossing - *corner) >= -level)
             })
         })
     }
@@ -60,11 +70,15 @@ mod tests {
         for [near, far] in [[1.0, -1.0], [-1.0, 1.0]] {
             assert!(screen.hides(&at(0.4, near), &at(0.4, far)));
             // The middle of what is seen through from corner to corner.
-            assert!(screen.hides(&at(0.7, near), &at(0.9, far)));
+            assert!(screen.hides(&at(0.7, near), &at(0.85, far)));
             assert!(!screen.hides(&at(0.75, near), &at(1.1, far)));
             assert!(!screen.hides(&at(0.4, near), &at(0.4, near)));
             assert!(!screen.hides(&at(0.4, near), &[DVec3::new(0.5, 0.5, far), DVec3::new(0.5, 0.5, near)]));
             assert!(!screen.hides(&at(0.4, near), &[DVec3::new(0.5, 0.5, 0.0)]));
+            // What begins where the screen stands, and reaches as far as it does.
+            let beside = [DVec3::new(0.0, 0.0, 0.0), DVec3::new(1.0, 0.0, near), DVec3::new(0.0, 1.0, near)];
+            assert!(screen.hides(&beside, &square(1.0, far)) && !screen.hides(&beside, &square(1.1, far)));
+            assert!(screen.hides(&beside, &[DVec3::ZERO, DVec3::new(0.5, 0.5, far)]));
         }
     }
 }

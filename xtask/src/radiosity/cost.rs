@@ -58,6 +58,9 @@ const ERROR: f64 = 1.0;
 /// Sides in blocks or rooms, of which those are taken that give few enough polygons.
 const SIDES: [usize; 10] = [3, 4, 6, 8, 11, 14, 18, 25, 30, 37];
 
+/// Blocks along a side of a tile of the city's sky.
+const SKY: usize = 3;
+
 /// Polygons of the smallest scene.
 const LEAST: usize = 100;
 
@@ -134,7 +137,10 @@ fn city(side: usize) -> (Vec<Quad>, Vec<Quad>) {
             let (x, y) = (i as f64, j as f64);
             surfaces.push(level([x, y], [x + 1.0, y + 1.0], 0.0));
             surfaces.extend(block([x + 0.2, y + 0.2], [x + 0.8, y + 0.8], 1.2 + 0.8 * scattered(i * side + j)));
-            lamps.push(reversed(level([x, y], [x + 1.0, y + 1.0], 2.5)));
+            if i % SKY == 0 && j % SKY == 0 {
+                let end = |from: usize| (from + SKY).min(side) as f64;
+                lamps.push(reversed(level([x, y], [end(i), end(j)], 2.5)));
+            }
         }
     }
     (surfaces, lamps)
