@@ -48,8 +48,8 @@ impl Point {
 /// Places a side, not in step with any division.
 const SIDE: u32 = 37;
 
-/// Elements, divided ones too, at most.
-const MOST: usize = 200;
+/// Elements, divided ones too, at most: fewer where many are near each other, and need closed forms.
+const MOST: [usize; 2] = [200, 100];
 
 pub(super) fn measure(pair: Pair) -> Result<Vec<Point>, Box<dyn Error>> {
     let other = if pair == Pair::Opposed { ceiling(1.0) } else { WALL };
@@ -66,6 +66,7 @@ pub(super) fn measure(pair: Pair) -> Result<Vec<Point>, Box<dyn Error>> {
         let squares = places.iter().zip(&exact).map(|(&place, exact)| (value(solution, place) - exact).powi(2));
         (squares.sum::<f64>() / exact.len() as f64).sqrt() / mean
     };
+    let most = MOST[usize::from(pair == Pair::Edge)];
     let mut points = Vec::new();
     for degree in 0..=MAX_DEGREE {
         for uniform in [true, false] {
@@ -73,7 +74,7 @@ pub(super) fn measure(pair: Pair) -> Result<Vec<Point>, Box<dyn Error>> {
                 error: 1e-9,
                 degree: Some(degree),
                 first_elements: 1,
-                most_elements: MOST,
+                most_elements: most,
                 uniform,
                 ..Options::default()
             };
@@ -81,7 +82,7 @@ pub(super) fn measure(pair: Pair) -> Result<Vec<Point>, Box<dyn Error>> {
                 let (progress, error) = (solution.progress(), off(solution));
                 points.push(Point { degree, uniform, elements: progress.elements, error, bound: progress.bound });
                 // Beyond that the reference is no better.
-                error > 1e-7 && progress.elements * 4 <= 2 * MOST
+                error > 1e-7 && progress.elements * 4 <= 2 * most
             })?;
         }
     }

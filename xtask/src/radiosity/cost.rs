@@ -1,5 +1,6 @@
 //! What a solution costs by the number of polygons, in two kinds of scenes that grow by more of the same: what any place sees well
-//! stays the same, and so does the work for it, if what is far away or hidden is taken together.
+//! stays the same. What is far away or hidden is taken together, so that links are in proportion once scenes are larger than what
+//! a place has to tell apart; until then they grow faster.
 //!
 //! - a city: high blocks on tiles of the ground, under a sky of tiles that glow, open to the sides;
 //! - a house: rooms on one floor, with doors between them, a box in each, and ceilings that glow.
