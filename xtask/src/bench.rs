@@ -14,7 +14,7 @@ mod marker;
 mod method;
 mod point;
 mod ratios;
-mod regime;
+pub(crate) mod regime;
 mod truth;
 mod visible;
 

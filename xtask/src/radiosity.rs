@@ -2,6 +2,7 @@
 //!
 //! - `transfer`: error of one transfer between two unit squares by degree, parallel at three gaps and perpendicular (Zatz 1993);
 //! - `convergence`: error of a solution by the number of elements, for each degree, divided uniformly and where it pays;
+//! - `refinement`: error in the Cornell box by the number of elements, divided alike, by the bound and by the gradient;
 //! - `cost`: seconds, elements and links by the number of polygons of a scene.
 //!
 //! Times are those of this machine today; everything else is the same everywhere.
@@ -9,6 +10,7 @@
 mod convergence;
 mod cost;
 mod graph;
+mod refinement;
 mod squares;
 mod transfer;
 
@@ -49,6 +51,14 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
         }
     }
     picture(&out("cost.svg"), &cost::graph(&costs))?;
+    let points = refinement::measure()?;
+    table(&out("refinement.csv"), &refinement::Point::HEADER, points.iter().map(refinement::Point::record))?;
+    for degree in refinement::degrees() {
+        for (elements, ratios) in refinement::ratios(&points, degree) {
+            println!("Cornell box, degree {degree}: {elements} elements by the gradient, uniform {ratios:.2?} times as many");
+        }
+        picture(&out(&format!("refinement-{degree}.svg")), &refinement::graph(&points, degree))?;
+    }
     for pair in [convergence::Pair::Opposed, convergence::Pair::Edge] {
         let points = convergence::measure(pair)?;
         let name = pair.name();

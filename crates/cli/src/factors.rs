@@ -22,15 +22,19 @@ pub(crate) struct Arguments {
     /// Write the matrix: .csv has a line a factor between faces, with its bound; .txt or .out is `View3D`'s text, by surface.
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
-    /// Points along each side of a face, 1 to 16, at least.
+    /// Absolute bound that is asked of each factor: how far brackets past occluders are narrowed and points refined. Smaller takes longer
+    /// (where many shadows fall about as its inverse square), up to --cells and --face-points; what is reached is reported.
+    #[arg(long, default_value_t = FactorSettings::default().tolerance)]
+    tolerance: f64,
+    /// Pairs of cells that the bracket of one factor past occluders may take.
+    #[arg(long, default_value_t = FactorSettings::default().most_cells)]
+    cells: usize,
+    /// Points along each side of a cell of a face, 1 to 16; below 3 no cell is divided.
     #[arg(long, default_value_t = FactorSettings::default().points_per_side)]
     points: usize,
-    /// Error of a face's rule of points below which no more are added; 1 takes the points as they are.
-    #[arg(long, default_value_t = FactorSettings::default().rule_error)]
-    rule_error: f64,
-    /// Width to which factors past occluders are bracketed.
-    #[arg(long, default_value_t = FactorSettings::default().bracket)]
-    bracket: f64,
+    /// Points that a face may have in all.
+    #[arg(long, default_value_t = FactorSettings::default().most_points_a_face)]
+    face_points: usize,
 }
 
 /// Why there are no factors.
@@ -42,7 +46,7 @@ pub(crate) enum Failure {
     Unwritten(#[from] Unwritten),
     #[error("`{}`: the matrix is written to a name ending in .csv, .txt or .out", .0.display())]
     Format(PathBuf),
-    #[error("{option} is {value}: it must be between 0 and 1")]
+    #[error("--{option} is {value}: it must be between 0 and 1")]
     Share { option: &'static str, value: f64 },
     #[error("cannot write the summary: {0}")]
     Summary(#[source] std::io::Error),
@@ -58,16 +62,15 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let started = Instant::now();
     // What cannot be written is refused before anything is computed.
     let out = arguments.out.as_deref().map(|file| Ok::<_, Failure>((file, format_of(file)?))).transpose()?;
-    for (option, value) in [("bracket", arguments.bracket), ("rule-error", arguments.rule_error)] {
-        if !(0.0..=1.0).contains(&value) {
-            return Err(Failure::Share { option, value });
-        }
+    if !(0.0..=1.0).contains(&arguments.tolerance) {
+        return Err(Failure::Share { option: "tolerance", value: arguments.tolerance });
     }
     let scene = arguments.scene.read()?;
     let settings = FactorSettings {
+        tolerance: arguments.tolerance,
+        most_cells: arguments.cells,
         points_per_side: arguments.points,
-        rule_error: arguments.rule_error,
-        bracket: arguments.bracket,
+        most_points_a_face: arguments.face_points,
         ..FactorSettings::default()
     };
     let factors = FormFactors::new(&scene)?;
@@ -81,7 +84,11 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         None => {}
     }
     let mut stdout = std::io::stdout().lock();
-    let text = if arguments.summary { summary(&matrix, seconds) } else { report(&scene, &matrix, seconds) };
+    let text = if arguments.summary {
+        summary(&matrix, settings.tolerance, seconds)
+    } else {
+        report(&scene, &matrix, settings.tolerance, seconds)
+    };
     writeln!(stdout, "{text}").map_err(Failure::Summary)
 }
 
@@ -93,11 +100,13 @@ fn format_of(file: &Path) -> Result<Format, Failure> {
     }
 }
 
-fn summary(matrix: &FactorMatrix, seconds: f64) -> String {
+fn summary(matrix: &FactorMatrix, tolerance: f64, seconds: f64) -> String {
     json!({
         "faces": matrix.faces().len(),
         "factors": matrix.entries().count(),
         "seconds": seconds,
+        "tolerance": tolerance,
+        "bounds_over_tolerance": over(matrix, tolerance),
         "worst_closure": matrix.worst_closure(),
         "worst_reciprocity": matrix.worst_reciprocity(),
         "worst_bound": matrix.worst_bound(),
@@ -106,13 +115,13 @@ fn summary(matrix: &FactorMatrix, seconds: f64) -> String {
     .to_string()
 }
 
-fn report(scene: &Scene, matrix: &FactorMatrix, seconds: f64) -> String {
+fn report(scene: &Scene, matrix: &FactorMatrix, tolerance: f64, seconds: f64) -> String {
     let obstructed = matrix.entries().filter(|(_, entry)| entry.occluders > 0).count();
     format!(
         "{} faces of {} surfaces, {} factors, {obstructed} of them past occluders, in {seconds:.3} s\n\
          worst closure       {:.1e}   (largest |1 - sum of a row|; an open scene has rows below 1)\n\
-         worst reciprocity   {:.1e}   (largest |F_ij - F_ji A_j/A_i|)\n\
-         worst bound         {:.1e}   (in free sight {:.1e})",
+         worst reciprocity   {:.1e}   (largest |A_i F_ij - A_j F_ji| over the smaller of the two areas)\n\
+         worst bound         {:.1e}   (in free sight {:.1e}); {} of {} bounds are over {tolerance}",
         matrix.faces().len(),
         scene.surfaces().len(),
         matrix.entries().count(),
@@ -120,7 +129,14 @@ fn report(scene: &Scene, matrix: &FactorMatrix, seconds: f64) -> String {
         matrix.worst_reciprocity(),
         matrix.worst_bound(),
         free_sight(matrix),
+        over(matrix, tolerance),
+        matrix.entries().count(),
     )
+}
+
+/// How many bounds are wider than what was asked.
+fn over(matrix: &FactorMatrix, tolerance: f64) -> usize {
+    matrix.entries().filter(|(_, entry)| entry.error > tolerance).count()
 }
 
 fn free_sight(matrix: &FactorMatrix) -> f64 {

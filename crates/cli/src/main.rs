@@ -49,7 +49,7 @@ enum Command {
     /// Solve a scene (.obj, .gltf, .glb, .vs3) for the radiosity everywhere, with a bound on its error.
     ///
     /// Progress goes to the standard error; answers to --points, one line each, and then the summary to the standard output.
-    Solve(solve::Request),
+    Solve(Box<solve::Request>),
 }
 
 fn main() -> ExitCode {

@@ -5,10 +5,10 @@ use std::io::{self, BufReader, BufWriter, Write};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use clap::Args;
+use clap::{Args, ValueEnum};
 use indicatif::{ProgressBar, ProgressStyle};
 use radgrad_scene::Scene;
-use radgrad_solver::{MAX_DEGREE, Options, Solution, solve_from};
+use radgrad_solver::{Linking, MAX_DEGREE, Marking, Options, Order, Solution, solve_from};
 
 use crate::export::Format;
 use crate::output::{Unwritten, write_whole};
@@ -35,11 +35,26 @@ pub(crate) struct Request {
     /// Elements, divided ones too, beyond which none is divided any more.
     #[arg(long, default_value_t = 20_000)]
     most_elements: usize,
+    /// What is divided: what adds most to the bound on gathers, or the polynomials that are off most by values and gradients, for
+    /// the fewest elements in files.
+    #[arg(long, value_enum, default_value_t)]
+    divide: Divide,
+    /// The order in which elements gather: in turn, or always the one with the largest residual.
+    #[arg(long, value_enum, default_value_t)]
+    order: Gathering,
+    /// Divide and link by thresholds rather than by the error, in one round: elements are linked if the form factor from neither to
+    /// the other is this large, above 0 and at most 1.
+    #[arg(long, value_name = "FACTOR", value_parser = factor, requires = "area", conflicts_with = "resume")]
+    form_factor: Option<f64>,
+    /// With --form-factor: the area, in the square of the scene's unit of length, below which no element is divided.
+    #[arg(long, value_name = "AREA", value_parser = area, requires = "form_factor")]
+    area: Option<f64>,
     /// Write the solution: .vtu (radiosity, gradient, bounds, ledger) or .ply (colours). After every round too, so
     /// that a run that is interrupted leaves the last complete one.
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
-    /// Take up the run that wrote this file, if it is there, and keep it up to date after every round.
+    /// Take up the run that wrote this file, if it is there, and keep it up to date after every round: which elements gather; what
+    /// is divided for direct light alone is found again.
     #[arg(long, value_name = "FILE")]
     resume: Option<PathBuf>,
     /// Answer for the points of a JSON Lines file (`position`, `normal`): radiosity and bound in each channel.
@@ -53,6 +68,44 @@ pub(crate) struct Request {
     summary: bool,
     #[command(flatten)]
     view: View,
+}
+
+/// [`Marking`] on the command line.
+#[derive(Debug, Clone, Copy, Default, ValueEnum)]
+enum Divide {
+    #[default]
+    Bound,
+    Gradient,
+}
+
+/// [`Order`] on the command line.
+#[derive(Debug, Clone, Copy, Default, ValueEnum)]
+enum Gathering {
+    #[default]
+    GaussSeidel,
+    Southwell,
+}
+
+impl Request {
+    /// What the solver is asked for, in this time.
+    fn options(&self, time: Duration) -> Options {
+        let marking = match self.divide {
+            Divide::Bound => Marking::Residual,
+            Divide::Gradient => Marking::Gradient,
+        };
+        let order = match self.order {
+            Gathering::GaussSeidel => Order::GaussSeidel,
+            Gathering::Southwell => Order::Southwell,
+        };
+        let linking = match (self.form_factor, self.area) {
+            (Some(form_factor), Some(area)) => Linking::Thresholds { form_factor, area },
+            _ => Linking::Error,
+        };
+        let (error, degree, most_elements, time) = (self.error, self.degree, self.most_elements, Some(time));
+        // Thresholds say by themselves how many elements there are.
+        let first_elements = if linking == Linking::Error { Options::default().first_elements } else { 1 };
+        Options { error, degree, most_elements, first_elements, time, marking, linking, order, uniform: false }
+    }
 }
 
 /// Why there is no result.
@@ -130,9 +183,7 @@ pub(crate) fn run(request: &Request, mut output: impl Write) -> Result<bool, Fai
 /// The solution, with its progress on the standard error and a file of it after every round.
 fn solved(request: &Request, scene: &Scene, start: Instant, out: Option<(&Path, Format)>) -> Result<Solution, Failure> {
     // Reading has taken its part.
-    let time = Some(request.seconds.saturating_sub(start.elapsed()));
-    let (error, degree, most_elements) = (request.error, request.degree, request.most_elements);
-    let options = Options { error, degree, most_elements, time, ..Options::default() };
+    let options = request.options(request.seconds.saturating_sub(start.elapsed()));
     let bar = ProgressBar::new_spinner();
     if let Ok(style) = ProgressStyle::with_template("{spinner} {elapsed} {msg}") {
         bar.set_style(style);
@@ -163,6 +214,16 @@ fn fraction(text: &str) -> Result<f64, String> {
     let (number, unit) = text.strip_suffix('%').map_or((text, 1.0), |number| (number, 0.01));
     let value = unit * number.trim().parse::<f64>().map_err(|error| error.to_string())?;
     if value > 0.0 && value <= 1.0 { Ok(value) } else { Err(format!("{value} is not above 0 and at most 1 (100%)")) }
+}
+
+fn factor(text: &str) -> Result<f64, String> {
+    let value = text.parse::<f64>().map_err(|error| error.to_string())?;
+    if value > 0.0 && value <= 1.0 { Ok(value) } else { Err(format!("{value} is not above 0 and at most 1")) }
+}
+
+fn area(text: &str) -> Result<f64, String> {
+    let value = text.parse::<f64>().map_err(|error| error.to_string())?;
+    if value > 0.0 && value.is_finite() { Ok(value) } else { Err(format!("{value} is not above 0 and finite")) }
 }
 
 fn seconds(text: &str) -> Result<Duration, String> {

@@ -96,7 +96,7 @@ fn what_is_wrong_is_named_with_its_place_and_nothing_is_written() {
         (&["factors", "missing.obj", "--out", out], "`missing.obj` cannot be read"),
         (&["factors", ROOM, "--out", "matrix.zip"], "`matrix.zip`: the matrix is written to a name ending in"),
         (&["factors", ROOM, "--points", "17", "--out", out], "expected 1 to 16 points per side, found 17"),
-        (&["factors", ROOM, "--bracket", "2", "--out", out], "bracket is 2"),
+        (&["factors", ROOM, "--tolerance", "2", "--out", out], "tolerance is 2"),
         (&["field", ROOM, "--on", "roof", "--grid", "2", "--out", out], "`roof`"),
         (&["field", ROOM, "--on", "floor", "--grid", "0", "--out", out], "grid of at least one cell"),
     ];

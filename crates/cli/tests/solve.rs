@@ -101,6 +101,35 @@ fn files_are_whole_and_have_what_they_say() {
 }
 
 #[test]
+fn orders_and_divisions_keep_to_the_error_and_thresholds_say_what_they_reach() {
+    let folder = Folder::new("orders");
+    let bound = |output: &Output| lines(output)[0]["bound"].as_f64().unwrap();
+    for asked in [&[][..], &["--order", "southwell"], &["--divide", "gradient"]] {
+        let output = folder.solve(&[&["--summary", "--error", "0.2%"][..], asked].concat());
+        assert_eq!(output.status.code(), Some(0), "{asked:?}");
+        assert!(bound(&output) <= 0.002, "{asked:?}");
+    }
+    let by_thresholds = |factor: &str, area: &str| {
+        folder.solve(&["--degree", "0", "--error", "0.001%", "--summary", "--form-factor", factor, "--area", area])
+    };
+    let [rough, fine] = [by_thresholds("0.05", "0.1"), by_thresholds("0.01", "0.01")];
+    assert_eq!(rough.status.code(), Some(1), "so little error is not reached");
+    assert!(bound(&fine) < bound(&rough));
+    assert!(lines(&fine)[0]["links"].as_u64() > lines(&rough)[0]["links"].as_u64());
+    let messages = [
+        (by_thresholds("2", "1"), "2 is not above 0 and at most 1"),
+        (by_thresholds("0.1", "0"), "0 is not above 0 and finite"),
+        (folder.solve(&["--form-factor", "0.1"]), "--area"),
+        (folder.solve(&["--order", "random"]), "southwell"),
+    ];
+    for (output, message) in messages {
+        assert_eq!(output.status.code(), Some(2));
+        let said = String::from_utf8(output.stderr).unwrap();
+        assert!(said.contains(message), "{said}");
+    }
+}
+
+#[test]
 fn a_run_that_is_killed_leaves_whole_files_and_is_taken_up_again() {
     let folder = Folder::new("killed");
     // It would run for hours.

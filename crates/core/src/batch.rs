@@ -1,11 +1,10 @@
 //! Many receivers against one emitter, or one receiver against many emitters, on the vector units of the machine.
 //!
-//! The closed form of a constant emitter (HS95 Eq. 8 and A.1, in the form of `batch::edge`) or, for many receivers, of a linear
-//! one (`batch::linear`), with the receiver's horizon, several answers at a time: as many as a vector of the instruction set
+//! The closed form of a constant emitter (HS95 Eq. 8 and A.1, in the form of `batch::edge`) or of a linear one (`batch::linear`), with
+//! the receiver's horizon, several answers at a time: as many as a vector of the instruction set
 //! holds, found at run time. Each lane carries the bound derived in `batch::bound`; a lane whose bound is above the tolerance,
 //! or that cannot tell on which side of a plane it is, is answered again by the scalar path, so that what comes out is as
-//! certain as there. Linear emitters seen from one receiver, and polynomial emitters, take the scalar path altogether: its
-//! edges go side by side.
+//! certain as there. Polynomial emitters take the scalar path altogether.
 //!
 //! - [`Engine`] says how: which instruction set, one thread or all. All instruction sets give the same digits (no fused
 //!   multiply-add), and an answer does not depend on its neighbours.
@@ -46,6 +45,7 @@ mod edge;
 mod emitter_tree;
 mod emitters;
 mod far_field;
+mod lamps;
 mod lanes;
 mod linear;
 mod many_emitters;

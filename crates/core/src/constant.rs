@@ -14,7 +14,7 @@ use crate::real::Real;
 use crate::vec3::Vec3;
 
 pub(crate) use bounded::BoundedSum;
-pub(crate) use side_by_side::whole;
+pub(crate) use side_by_side::plain;
 
 /// `sum g N`.
 #[derive(Debug, Clone, Copy)]

@@ -273,14 +273,14 @@ pub fn irradiance_vector(receiver: &Receiver, emitter: &Emitter) -> Result<DVec3
     Unit::of_derivative(0, "irradiance vector", &plan, emitter).plain([x, y, z]).map(DVec3::from)
 }
 
-/// The sums over an emitter that is seen whole, its edges side by side.
+/// The sums over an emitter of which it is plain what is seen, its edges side by side.
 #[inline]
 fn side_by_side<const VALUE: bool, const GRADIENT: bool>(receiver: &Receiver, emitter: &Emitter) -> Option<(Plan, Terms<f64>)> {
     match emitter.emission() {
         Emission::Constant(_) => {
-            let (power, sums) = constant::whole::<VALUE, GRADIENT>(receiver, emitter.polygon())?;
+            let (plan, sums) = constant::plain::<VALUE, GRADIENT>(receiver, emitter.polygon())?;
             let emission = emitter.affine().value;
-            Some((Plan::whole(power), Terms { irradiance: sums.irradiance * emission, gradient: sums.gradient * emission }))
+            Some((plan, Terms { irradiance: sums.irradiance * emission, gradient: sums.gradient * emission }))
         }
         Emission::Linear(_) => linear::whole::<GRADIENT>(receiver, emitter).map(|(power, sums)| (Plan::whole(power), sums)),
         Emission::Polynomial(_) => None,

@@ -1,45 +1,52 @@
-//! Four arcs of an emitter that is seen whole, one a lane of a vector.
+//! Four arcs of an emitter that nothing hides, one a lane of a vector; [`Cut`] where the horizon crosses it.
 //!
 //! The same operations in the same order as of [`crate::arc`] and [`crate::line`] on doubles, so the same digits; the decisions
 //! are those of [`crate::plan`]. What is not plain is left to them: a receiver that is not surely in front of the plane, a vertex
-//! that is not surely above the horizon, an edge that passes near the receiver.
+//! that is neither surely above the horizon nor surely below, an edge that passes very near the receiver.
 
+mod cut;
+mod double_double;
 mod functions;
 #[cfg(test)]
 pub(crate) mod random;
 
 use fearless_simd::prelude::*;
-use fearless_simd::{Simd, f64x4};
+use fearless_simd::{Simd, f64x4, mask64x4};
 
+pub(crate) use cut::Cut;
+use double_double::DoubleDoubles;
 use functions::nine_terms;
 pub(crate) use functions::{logarithm, pair, plain_angle, x1_end};
 
 use crate::arc::PSI;
-use crate::double_double::{DoubleDouble, SPLIT, UNIT};
+use crate::double_double::{DoubleDouble, UNIT};
 use crate::geometry::{FourEdges, normalising_power};
 use crate::level::{LEVEL, on_level};
 use crate::number::ROUNDOFF;
-use crate::plan::sure;
+use crate::plan::{Horizon, Plan, sure};
 use crate::terms::Terms;
 use crate::vec3::Vec3;
 use crate::{DVec3, Polygon, Receiver};
 
-/// What is found of an emitter that is surely seen whole, with bounds B.
-pub(crate) struct Whole<B> {
-    /// The power of two that normalises lengths.
-    pub(crate) power: f64,
+/// What is found of an emitter of which it is plain what is seen, with bounds B.
+pub(crate) struct Plain<B> {
+    pub(crate) plan: Plan,
     /// The sums and their bounds, where they were asked for and all is plain.
     pub(crate) sums: Option<(Terms<f64>, B)>,
 }
 
-/// The power of two that normalises lengths, where the receiver is surely in front of the plane and all vertices are surely above
-/// its horizon.
+/// How far beyond doubt heights over the horizon are that edges are cut by: there double-double has all digits of a double.
+const BEYOND_DOUBT: f64 = 16.0;
+
+/// The plan, where the receiver is surely in front of the plane and all vertices are surely above its horizon; or, of up to four
+/// vertices, surely above or below.
 #[inline(always)]
-pub(crate) fn power_seen_whole<S: Simd>(simd: S, receiver: &Receiver, polygon: &Polygon) -> Option<f64> {
+pub(crate) fn plan<S: Simd>(simd: S, receiver: &Receiver, polygon: &Polygon) -> Option<Plan> {
     let position = receiver.position();
     let (x, n1) = (all(simd, position), all(simd, receiver.direction()));
     let (mut farthest, mut lowest) = (f64x4::splat(simd, 0.0), f64x4::splat(simd, f64::INFINITY));
-    for four in polygon.four_edges() {
+    let fours = polygon.four_edges();
+    for four in fours {
         let r = four.ends(simd) - x;
         farthest = farthest.max(r.x.abs().max(r.y.abs()).max(r.z.abs()));
         lowest = lowest.min(n1.dot(r));
@@ -50,8 +57,25 @@ pub(crate) fn power_seen_whole<S: Simd>(simd: S, receiver: &Receiver, polygon: &
     let farthest = larger(larger(a, b), larger(c, d));
     let height = polygon.normal().dot(position - polygon.vertices()[0]);
     let surely = sure(farthest);
-    let is_whole = height > surely && polygon.is_well_known() && lower(lower(p, q), lower(r, s)) > surely;
-    is_whole.then(|| normalising_power(farthest))
+    if !(height > surely && polygon.is_well_known()) {
+        return None;
+    }
+    let power = normalising_power(farthest);
+    if lower(lower(p, q), lower(r, s)) > surely {
+        return Some(Plan::whole(power));
+    }
+    // Of one four these are the heights of all vertices.
+    let is_cut = fours.len() == 1
+        && lowest.abs().simd_gt(f64x4::splat(simd, BEYOND_DOUBT * surely)).all_true()
+        && larger(larger(p, q), larger(r, s)) > 0.0;
+    is_cut.then_some(Plan { power, horizon: Horizon::Crossing })
+}
+
+/// The power of two that normalises lengths, where the receiver is surely in front of the plane and all vertices are surely above
+/// its horizon.
+#[inline(always)]
+pub(crate) fn power_seen_whole<S: Simd>(simd: S, receiver: &Receiver, polygon: &Polygon) -> Option<f64> {
+    plan(simd, receiver, polygon).filter(|plan| plan.horizon == Horizon::Above).map(|plan| plan.power)
 }
 
 /// Four arcs: `Arc<f64>` on lanes.
@@ -61,26 +85,52 @@ pub(crate) struct Four<S: Simd> {
     pub(crate) e: Vec3<f64x4<S>>,
     pub(crate) edge_square: f64x4<S>,
     pub(crate) start_square: f64x4<S>,
+    /// `|r|^2` of the vertex that w was taken at, be that seen or not.
+    pub(crate) line_square: f64x4<S>,
     pub(crate) normal: Vec3<f64x4<S>>,
+    /// `|w|`.
+    pub(crate) moment: f64x4<S>,
     pub(crate) across: f64x4<S>,
     pub(crate) inline: f64x4<S>,
     pub(crate) angle: f64x4<S>,
 }
 
 impl<S: Simd> Four<S> {
-    /// As [`crate::line::Line::through`] and [`crate::arc::Arc::of_edge`].
+    /// As [`crate::line::Line::through`] and [`crate::arc::Arc::of_edge`]; unless `NEAR`, only where w need not be taken at the nearer
+    /// end.
     #[inline(always)]
-    pub(crate) fn new(simd: S, four: &FourEdges, x: Vec3<f64x4<S>>, power: f64x4<S>) -> Option<Self> {
+    pub(crate) fn new<const NEAR: bool>(simd: S, four: &FourEdges, x: Vec3<f64x4<S>>, power: f64x4<S>) -> Option<Self> {
         let (from, to) = (four.starts(simd), four.ends(simd));
         let (start, end, e) = ((from - x) * power, (to - x) * power, (to - from) * power);
-        let (start_square, edge_square, w) = (start.norm_squared(), e.norm_squared(), start.cross(e));
-        let square = w.norm_squared();
-        let passes = (f64x4::splat(simd, 16.0) * square).simd_ge(start_square * edge_square);
-        let across = square.sqrt();
+        let (start_square, edge_square) = (start.norm_squared(), e.norm_squared());
+        let (mut w, mut line_square) = (start.cross(e), start_square);
+        let mut square = w.norm_squared();
+        let mut passes = (f64x4::splat(simd, 16.0) * square).simd_ge(start_square * edge_square);
+        if NEAR && !passes.all_true() {
+            let end_square = end.norm_squared();
+            let at_end = !passes & end_square.simd_lt(start_square);
+            w = chosen(at_end, end, start).cross(e);
+            line_square = at_end.select(end_square, start_square);
+            square = w.norm_squared();
+            passes = passes | (f64x4::splat(simd, 64.0) * square).simd_ge(line_square * edge_square);
+        }
+        let moment = square.sqrt();
         let inline = start.dot(end);
-        let (angle, plain) = plain_angle::<S, _, true>(simd, across, inline);
-        let normal = w * (f64x4::splat(simd, 1.0) / across);
-        (passes & plain).all_true().then_some(Self { start, end, e, edge_square, start_square, normal, across, inline, angle })
+        let (angle, plain) = plain_angle::<S, _, true>(simd, moment, inline);
+        let normal = w * (f64x4::splat(simd, 1.0) / moment);
+        (passes & plain).all_true().then_some(Self {
+            start,
+            end,
+            e,
+            edge_square,
+            start_square,
+            line_square,
+            normal,
+            moment,
+            across: moment,
+            inline,
+            angle,
+        })
     }
 }
 
@@ -136,19 +186,12 @@ pub(crate) fn certain_height(receiver: &Receiver, polygon: &Polygon, power: f64)
 #[inline(always)]
 fn height_and_reach<S: Simd>(simd: S, receiver: &Receiver, polygon: &Polygon, power: f64) -> (f64, f64) {
     let (Vec3 { x, y, z }, power) = (polygon.precise_normal(), f64x4::splat(simd, power));
-    let (n, n_rest) = (row(simd, [x.hi, y.hi, z.hi]), row(simd, [x.lo, y.lo, z.lo]));
-    let (a, b) = (row(simd, polygon.vertices()[0].to_array()), row(simd, (-receiver.position()).to_array()));
-    let sum = a + b;
-    let b_seen = sum - a;
-    let (r, r_rest) = (sum * power, ((a - (sum - b_seen)) + (b - b_seen)) * power);
-    let product = n * r;
-    let ([n_high, n_low], [r_high, r_low]) = (halves(simd, n), halves(simd, r));
-    let product_rest = ((n_high * r_high - product) + n_high * r_low + n_low * r_high) + n_low * r_low;
-    let rest = product_rest + (n * r_rest + n_rest * r);
-    let hi = product + rest;
-    let lo = rest - (hi - product);
-    let term = |i: usize| DoubleDouble { hi: hi[i], lo: lo[i] };
-    let reach = r.abs();
+    let n = DoubleDoubles { hi: row(simd, [x.hi, y.hi, z.hi]), lo: row(simd, [x.lo, y.lo, z.lo]) };
+    let (vertex, x) = (row(simd, polygon.vertices()[0].to_array()), row(simd, receiver.position().to_array()));
+    let r = DoubleDoubles::difference(vertex, x, power);
+    let product = n.times(simd, r);
+    let term = |i: usize| DoubleDouble { hi: product.hi[i], lo: product.lo[i] };
+    let reach = r.hi.abs();
     (-(term(0) + term(1) + term(2)).hi, reach[0] + reach[1] + reach[2])
 }
 
@@ -157,12 +200,10 @@ fn row<S: Simd>(simd: S, [x, y, z]: [f64; 3]) -> f64x4<S> {
     f64x4::load_array(simd, [x, y, z, 0.0])
 }
 
-/// As of [`crate::double_double`].
+/// One vector where the mask is set, the other elsewhere.
 #[inline(always)]
-fn halves<S: Simd>(simd: S, a: f64x4<S>) -> [f64x4<S>; 2] {
-    let c = f64x4::splat(simd, SPLIT) * a;
-    let high = c - (c - a);
-    [high, a - high]
+fn chosen<S: Simd>(mask: mask64x4<S>, set: Vec3<f64x4<S>>, unset: Vec3<f64x4<S>>) -> Vec3<f64x4<S>> {
+    Vec3::new(mask.select(set.x, unset.x), mask.select(set.y, unset.y), mask.select(set.z, unset.z))
 }
 
 /// The same vector in all lanes.

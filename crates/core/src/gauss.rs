@@ -24,8 +24,7 @@ use crate::plan::{Horizon, Plan, unit_normal};
 use crate::vec3::Vec3;
 use crate::{Emitter, Receiver};
 pub(crate) use fan::FanTriangle;
-use fan::Shape;
-use outline::Corner;
+use fan::{Shape, apex_first};
 use source::Source;
 use triangle::{Seen, Triangle};
 
@@ -62,9 +61,10 @@ pub(crate) fn integral(receiver: &Receiver, emitter: &Emitter, plan: &Plan, most
         return scene.over(fan.iter(), most, |triangle| scene.plain_triangle(receiver, triangle, power));
     }
     let outline = scene.outline(receiver, polygon, plan);
-    let spread = outline.iter().map(|corner| corner.local.norm_squared().sqrt()).fold(0.0, f64::max);
+    let spread = outline.iter().map(|corner| corner.local.norm()).fold(0.0, f64::max);
     if let &[a, b, c] = &outline[..] {
-        let corners = apex_first([a, b, c]);
+        let sides = [(a, b), (b, c), (c, a)].map(|(from, to)| (to.local - from.local).norm_squared());
+        let corners = apex_first([a, b, c], sides);
         return scene.over(std::iter::once(corners), most, |corners| scene.clipped_triangle(corners, spread));
     }
     let fan = (1..outline.len().saturating_sub(1)).map(|i| [outline[0], outline[i], outline[i + 1]]);
@@ -77,7 +77,7 @@ impl Integral {
         self.value += other.value;
         self.gradient = self.gradient + other.gradient;
         self.value_error += other.value_error + rounding * other.value.abs();
-        self.gradient_error += other.gradient_error + rounding * other.gradient.norm_squared().sqrt();
+        self.gradient_error += other.gradient_error + rounding * other.gradient.norm();
     }
 }
 
@@ -119,18 +119,5 @@ impl<'a> Scene<'a> {
             is_clipped,
             power: plan.power,
         }
-    }
-}
-
-/// The corners from the one opposite the shortest side on.
-fn apex_first([a, b, c]: [Corner; 3]) -> [Corner; 3] {
-    let side = |from: &Corner, to: &Corner| (to.local - from.local).norm_squared();
-    let [ab, bc, ca] = [side(&a, &b), side(&b, &c), side(&c, &a)];
-    if bc <= ab && bc <= ca {
-        [a, b, c]
-    } else if ca <= ab {
-        [b, c, a]
-    } else {
-        [c, a, b]
     }
 }

@@ -38,6 +38,8 @@ fn clipped<T: Real>(receiver: &Receiver, polygon: &Polygon, power: f64, mut visi
     let horizon = Generator::Horizon(-unit_normal::<T>(receiver));
     // The last point where the boundary left, and the first where it came back, if that was before any left.
     let (mut left, mut first_entry): (Option<Sighted<T>>, Option<Sighted<T>>) = (None, None);
+    // Arcs of the horizon come one gap late: the only one of a convex polygon after all its edges.
+    let mut gap: Option<Arc<T>> = None;
     let mut from = vertices[vertices.len() - 1];
     let mut start = Sighted::from(from, x, power);
     let mut before: T = height_over_horizon(receiver, from, power);
@@ -59,12 +61,19 @@ fn clipped<T: Real>(receiver: &Receiver, polygon: &Polygon, power: f64, mut visi
                 let crossing = Sighted::at(end.point - line.e * fraction);
                 visit(&Arc::of_edge(crossing, end, fraction, line));
                 match left {
-                    Some(exit) => visit(&Arc::between(exit, crossing, horizon)),
+                    Some(exit) => {
+                        if let Some(earlier) = gap.replace(Arc::between(exit, crossing, horizon)) {
+                            visit(&earlier);
+                        }
+                    }
                     None => first_entry = Some(crossing),
                 }
             }
         }
         (from, start, before) = (to, end, after);
+    }
+    if let Some(last) = gap {
+        visit(&last);
     }
     if let (Some(exit), Some(entry)) = (left, first_entry) {
         visit(&Arc::between(exit, entry, horizon));

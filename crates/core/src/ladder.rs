@@ -23,7 +23,7 @@ use crate::constant::BoundedSum;
 use crate::digits::Enclosed;
 use crate::double_double::DoubleDouble;
 use crate::evaluate::{Answer, Method};
-use crate::four::Whole;
+use crate::four::Plain;
 use crate::number::{Number, ROUNDOFF};
 use crate::plan::{Horizon, Plan};
 use crate::real::Real;
@@ -102,25 +102,25 @@ enum Climb<A> {
 pub(crate) enum Ordinary {
     /// The answer, the one that [`Case::answer`] gives.
     Answer(Answer),
-    /// That the emitter is seen whole.
+    /// What is plainly seen of the emitter.
     Plan(Plan),
     Nothing,
 }
 
 impl Ordinary {
-    /// The closed form in double precision, of a constant or linear emitter that is seen whole, near by, with the plan made on the
-    /// way.
+    /// The closed form in double precision, of a constant or linear emitter near by of which it is plain what is seen, with the plan
+    /// made on the way.
     #[inline]
     pub(crate) fn new(receiver: &Receiver, emitter: &Emitter, tolerance: f64) -> Result<Self, Error> {
         let narrow = Budget::of(emitter.emission()).wide;
         match emitter.emission() {
             Emission::Constant(_) => {
-                let whole = BoundedSum::whole(receiver, emitter.polygon(), narrow);
-                Self::from(whole, receiver, emitter, tolerance, |case, terms, bound| case.of_unit_emission(terms, *bound))
+                let plain = BoundedSum::plain(receiver, emitter.polygon(), narrow);
+                Self::from(plain, receiver, emitter, tolerance, |case, terms, bound| case.of_unit_emission(terms, *bound))
             }
             Emission::Linear(_) => {
-                let whole = linear::bounded_whole(receiver, emitter, narrow);
-                Self::from(whole, receiver, emitter, tolerance, |case, terms, bound| case.of_linear(terms, *bound))
+                let plain = linear::bounded_plain(receiver, emitter, narrow);
+                Self::from(plain, receiver, emitter, tolerance, |case, terms, bound| case.of_linear(terms, *bound))
             }
             Emission::Polynomial(_) => Ok(Self::Nothing),
         }
@@ -128,15 +128,14 @@ impl Ordinary {
 
     #[inline(always)]
     fn from<B>(
-        whole: Option<Whole<B>>,
+        plain: Option<Plain<B>>,
         receiver: &Receiver,
         emitter: &Emitter,
         tolerance: f64,
         found: impl Fn(&Case<'_>, &Terms<f64>, &B) -> Found,
     ) -> Result<Self, Error> {
-        let Some(whole) = whole else { return Ok(Self::Nothing) };
-        let plan = Plan::whole(whole.power);
-        let Some((terms, bound)) = whole.sums else { return Ok(Self::Plan(plan)) };
+        let Some(Plain { plan, sums }) = plain else { return Ok(Self::Nothing) };
+        let Some((terms, bound)) = sums else { return Ok(Self::Plan(plan)) };
         let case = Case { receiver, emitter, occluders: &[], plan: &plan };
         let answer = case.accepted(&found(&case, &terms, &bound), Method::ClosedForm, tolerance)?;
         Ok(answer.map_or(Self::Plan(plan), Self::Answer))

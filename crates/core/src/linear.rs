@@ -39,7 +39,7 @@ use crate::vec3::Vec3;
 use crate::{Emitter, Receiver};
 
 pub(crate) use bounded::Bound;
-pub(crate) use side_by_side::{bounded, bounded_whole, whole};
+pub(crate) use side_by_side::{bounded, bounded_plain, whole};
 
 /// An affine emission seen from x, in normalised lengths.
 #[derive(Debug, Clone, Copy)]

@@ -230,18 +230,27 @@ fn linear_batches_agree_with_the_scalar_path_within_both_bounds() {
 #[test]
 fn many_emitters_agree_with_the_scalar_path_within_both_bounds() {
     let mut random = ChaCha8Rng::seed_from_u64(12);
-    // Mixed numbers of vertices, some dark or linear: those go one by one.
+    // Mixed numbers of vertices, half of them linear, one dark.
     let mut lamps: Vec<Emitter> = (0..400).map(|kind| emitter(&mut random, kind % 7)).collect();
+    for i in (1..lamps.len()).step_by(2) {
+        lamps[i] = linear(&mut random, &lamps[i]);
+    }
     let polygon = lamps[5].polygon().clone();
     lamps.push(Emitter::new(polygon.clone(), Emission::Constant(0.0)).unwrap());
     lamps.push(Emitter::new(polygon, Emission::gradient(1.0, DVec3::new(0.25, 0.0, 0.125))).unwrap());
     let (wide, narrow) = (Emitters::<f64>::new(&lamps), Emitters::<f32>::new(&lamps));
     let (mut double, mut float) = (Answers::new(), Answers::new());
+    let mut counts = [0; 4];
     for (k, lamp) in (0..40).zip(lamps.iter().cycle().skip(3)) {
-        for point in points(&mut random, lamp.polygon(), 10) {
+        for (m, point) in points(&mut random, lamp.polygon(), 10).into_iter().enumerate() {
             let seen = receiver(point);
-            Engine::new().each_to(&seen, &wide, 1e-9, &mut double).unwrap();
+            Engine::new().each_to(&seen, &wide, [1e-9, 1e-3, 1e-5][m % 3], &mut double).unwrap();
             Engine::new().each_to(&seen, &narrow, 1e-4, &mut float).unwrap();
+            let found = double.counts;
+            assert_eq!(found.doubled, 0);
+            for (sum, count) in counts.iter_mut().zip([found.zero, found.whole, found.clipped, found.single]) {
+                *sum += count;
+            }
             for (i, lamp) in lamps.iter().enumerate() {
                 let truth = evaluate(&seen, lamp, &[]).unwrap();
                 agrees(&double, i, &truth, &|| format!("receiver {k}: {point:?}, emitter {i}"));
@@ -249,6 +258,36 @@ fn many_emitters_agree_with_the_scalar_path_within_both_bounds() {
             }
         }
     }
+    println!("zero, whole, clipped, one by one: {counts:?}");
+    assert!(counts[1] > 20_000 && counts[2] > 10_000 && 5 * counts[3] < counts[1] + counts[2], "{counts:?}");
+}
+
+#[test]
+fn an_emitter_among_many_has_the_digits_it_has_alone() {
+    let mut random = ChaCha8Rng::seed_from_u64(41);
+    let mut lamps: Vec<Emitter> = (0..60).map(|kind| emitter(&mut random, kind)).collect();
+    for i in (1..lamps.len()).step_by(2) {
+        lamps[i] = linear(&mut random, &lamps[i]);
+    }
+    let many = Emitters::<f64>::new(&lamps);
+    let (mut each, mut alone) = (Answers::new(), Answers::new());
+    let mut compared = 0;
+    for point in points(&mut random, lamps[3].polygon(), 40) {
+        Engine::new().each_to(&receiver(point), &many, 1e-6, &mut each).unwrap();
+        let one = [point];
+        let one = Points::new(&one, |v| v);
+        for (i, lamp) in lamps.iter().enumerate() {
+            Engine::new().evaluate_to(&one.receivers(), lamp, 1e-6, &mut alone).unwrap();
+            if alone.counts.whole + alone.counts.clipped == 1 {
+                let ((value, gradient, error, _), (other, other_gradient, other_error, _)) = (entry(&each, i), entry(&alone, 0));
+                // n1 is normalised by one division or by three.
+                assert!((value - other).abs() <= 0.1 * error.max(other_error), "{i}: {value} {other}");
+                assert!((gradient - other_gradient).length() <= 0.1 * (entry(&each, i).3 + entry(&alone, 0).3), "{i}");
+                compared += 1;
+            }
+        }
+    }
+    assert!(compared > 400, "{compared}");
 }
 
 /// Bits of all arrays.

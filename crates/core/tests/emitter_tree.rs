@@ -24,6 +24,22 @@ fn patch(lamps: &mut Vec<Emitter>, place: impl Fn(f64, f64) -> DVec3, side: usiz
     }
 }
 
+/// The same outlines with linear emission, here and there below zero.
+fn linear(lamps: &[Emitter], random: &mut ChaCha8Rng) -> Vec<Emitter> {
+    lamps
+        .iter()
+        .map(|lamp| {
+            let polygon = lamp.polygon().clone();
+            let emission = if polygon.vertices().len() == 3 {
+                Emission::at_vertices([(); 3].map(|()| random.random_range(-0.1..1.0)).to_vec())
+            } else {
+                Emission::gradient(random.random_range(0.1..1.0), vector(random) / polygon.size() * 0.5)
+            };
+            Emitter::new(polygon, emission).unwrap()
+        })
+        .collect()
+}
+
 /// A room of 5 by 4 by 3 lit from its six walls, with a lit ball in it.
 fn room(side: usize, random: &mut ChaCha8Rng) -> Vec<Emitter> {
     let mut lamps = Vec::new();
@@ -114,6 +130,35 @@ fn the_sum_is_within_its_bound_and_the_bound_within_the_tolerance() {
     }
     println!("nearest to its bound: {closest:.3}");
     assert!(closest > 0.05, "the bounds say something");
+}
+
+#[test]
+fn the_sum_of_linear_emitters_is_within_its_bound_and_the_bound_within_the_tolerance() {
+    let mut random = ChaCha8Rng::seed_from_u64(27);
+    let lamps = room(24, &mut random);
+    let mut lamps = linear(&lamps, &mut random);
+    let even = lamps[0].polygon().clone();
+    lamps.push(Emitter::new(even, Emission::Constant(0.5)).unwrap());
+    let (tree, emitters) = (EmitterTree::new(&lamps), Emitters::new(&lamps));
+    let points = receivers(40, &mut random);
+    let truth: Vec<(f64, f64)> = points.iter().map(|point| one_by_one(*point, &emitters)).collect();
+    let mut closest = 0.0f64;
+    for tolerance in [0.3, 1e-2, 1e-4, 1e-6, 1e-9] {
+        let (answers, tally) = total(Engine::new(), &points, &tree, tolerance);
+        for (i, (truth, truth_error)) in truth.iter().enumerate() {
+            let (value, error) = (answers.radiosity[i], answers.radiosity_error[i]);
+            let share = (value - truth).abs() / (error + truth_error);
+            assert!(share <= 1.0, "{:?} within {tolerance:e}: {value} +- {error:e} is not {truth}", points[i]);
+            assert!(error <= tolerance, "{:?}: {error:e} > {tolerance:e}", points[i]);
+            closest = closest.max(share);
+        }
+        println!("{tolerance:e}: {tally:?}");
+        let all = tally.below + tally.behind + tally.weak + tally.together + tally.alone;
+        assert_eq!(all, (points.len() * lamps.len()) as u64, "every emitter is in one count");
+        assert!(tolerance < 1e-5 || tally.together > tally.alone, "{tally:?}");
+    }
+    println!("nearest to its bound: {closest:.3}");
+    assert!(closest > 0.01, "the bounds say something");
 }
 
 #[test]

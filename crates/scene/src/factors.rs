@@ -4,10 +4,10 @@
 //! - [`FormFactors::between`]: from a face to another. Where nothing may stand between, it is what [`exchange`] finds, to a
 //!   rounding or so. Else it is integrated over the points of the face ([`cubature`]), and pairs of cells of the two, seen, hidden or
 //!   mixed, bracket it ([`bracket`]).
-//! - [`FormFactors::matrix`]: all of them, by one rule of points on each face for all that it sees. What a point of a closed scene
-//!   sees sums to 1 to the last digits, and so does each row, whatever the rule; the rule's own error is in each entry's bound,
-//!   which is proven, from the exact exchange or from its bracket. Nothing is normalised, clamped or made reciprocal: defects
-//!   are reported as they are.
+//! - [`FormFactors::matrix`]: all of them, by one rule of points on each face for all that it sees ([`row`]). What a point of a closed
+//!   scene sees sums to 1 to the last digits, and so does each row, whatever the rule; the rule is refined where a factor is off what is
+//!   proven, and its own error is in each entry's bound, which is proven, from the exact exchange or from its bracket. Nothing is
+//!   normalised, clamped or made reciprocal: defects are reported as they are.
 //!
 //! Factors have no unit. Faces see by their lit side; faces of surfaces that only hide others have no factors.
 
@@ -17,33 +17,38 @@ mod exchange;
 mod field;
 mod matrix;
 mod pair;
+mod row;
 mod rule;
+mod screen;
 #[cfg(test)]
 mod tests;
 
-use radgrad_core::{Emission, Emitter, Polygon, Receiver, Tolerance, Value, evaluate_value};
+use radgrad_core::{DVec3, Emission, Emitter, Method, Polygon, Receiver, Tolerance, Value, evaluate_value};
 
 pub use field::FieldCell;
 pub use matrix::{Entry, FactorMatrix, SurfaceMatrix};
 pub use pair::Factor;
 pub use rule::gauss_legendre;
 
+use self::screen::{Screen, Sight};
+use crate::projection::normalising_power;
 use crate::{Beam, Error, Occluders, Scene};
 
 /// How factors are found.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FactorSettings {
-    /// Points along each side of a face, or of each triangle of one with more than four corners, at least: from 1 to 16.
-    pub points_per_side: usize,
-    /// Points are added, up to 16 along each side, until the rule of a face gives each of its factors with nothing in between to
-    /// within this.
-    pub rule_error: f64,
-    /// Absolute error that is allowed of what a point sees of a face.
-    pub point_tolerance: f64,
-    /// Width to which the bracket of an obstructed factor is narrowed, while `most_cells` lasts.
-    pub bracket: f64,
+    /// Absolute bound that is asked of a factor, while `most_cells` and `most_points_a_face` last: brackets past occluders are narrowed to
+    /// it, and the rule of a face is refined until its factors are off what is proven by no more than about that. Time grows as it
+    /// falls.
+    pub tolerance: f64,
     /// Pairs of cells that the bracket of one obstructed factor may take.
     pub most_cells: usize,
+    /// Points along each side of a cell of a face, from 1 to 16; below 3 no cell is divided.
+    pub points_per_side: usize,
+    /// Points that a face may have in all.
+    pub most_points_a_face: usize,
+    /// Absolute error that is allowed of what a point sees of a face.
+    pub point_tolerance: f64,
     /// Error down to which [`FormFactors::between`] integrates an obstructed factor by two rules, by their difference, while
     /// `most_points` last. Of no effect on [`FormFactors::matrix`].
     pub estimate: f64,
@@ -52,15 +57,15 @@ pub struct FactorSettings {
 }
 
 impl Default for FactorSettings {
-    /// Nine points a face or more, to 0.002; 1e-12 at a point; brackets of 0.02, from up to 256 pairs of cells; an
-    /// estimate of 1e-10 from up to 20,000 points.
+    /// 0.01, from up to 4000 pairs of cells a factor and 900 points a face, nine a cell; 1e-12 at a point; an estimate of 1e-10
+    /// from up to 20,000 points.
     fn default() -> Self {
         Self {
+            tolerance: 0.01,
+            most_cells: 4000,
             points_per_side: 3,
-            rule_error: 0.002,
+            most_points_a_face: 900,
             point_tolerance: 1e-12,
-            bracket: 0.02,
-            most_cells: 256,
             estimate: 1e-10,
             most_points: 20_000,
         }
@@ -93,6 +98,11 @@ pub struct FormFactors<'a> {
     scene: &'a Scene,
     emitters: Vec<Emitter>,
     index: Occluders,
+    /// What hides, face by face, with coordinates multiplied by `power`.
+    screens: Vec<Vec<Screen>>,
+    /// Vertices of the faces, multiplied as well.
+    outlines: Vec<Vec<DVec3>>,
+    power: f64,
 }
 
 impl<'a> FormFactors<'a> {
@@ -103,7 +113,11 @@ impl<'a> FormFactors<'a> {
     pub fn new(scene: &'a Scene) -> Result<Self, Error> {
         let emitter = |polygon: &Polygon| Emitter::new(polygon.clone(), Emission::Constant(1.0)).map_err(Error::Emitter);
         let emitters = scene.polygons().map(emitter).collect::<Result<_, _>>()?;
-        Ok(Self { scene, emitters, index: Occluders::new(scene.polygons()) })
+        let coordinates = scene.polygons().flat_map(Polygon::vertices).map(|v| v.abs().max_element());
+        let power = normalising_power(coordinates.fold(0.0, f64::max));
+        let screens = scene.polygons().map(|polygon| Screen::all_of(polygon, power)).collect();
+        let outlines = scene.polygons().map(|polygon| polygon.vertices().iter().map(|&v| v * power).collect()).collect();
+        Ok(Self { scene, emitters, index: Occluders::new(scene.polygons()), screens, outlines, power })
     }
 
     /// The scene.
@@ -149,16 +163,34 @@ impl<'a> FormFactors<'a> {
         faces.iter().map(|&face| self.polygon(face)).collect()
     }
 
-    /// What a point of face `from` sees of face `to` past `candidates`.
-    fn at_node(&self, receiver: &Receiver, from: usize, to: usize, candidates: &[usize], tolerance: f64) -> Result<Value, Error> {
-        let emitter = &self.emitters[to];
+    /// What a point of face `from` sees of face `to` past `candidates`. `at.hider` is where to look first for one that hides all, and
+    /// is set to the one that does.
+    fn at_node(&self, node: &Receiver, to: usize, candidates: &[usize], at: &mut Sighting) -> Result<Value, Error> {
+        let (point, outline) = (node.position() * self.power, &self.outlines[to]);
         let mut hiding = Vec::new();
-        if !candidates.is_empty() {
-            let beam = Beam::from_point_of(self.polygon(from), receiver.position(), emitter.polygon());
-            hiding = beam.map_or_else(Vec::new, |beam| self.index.among(&beam, candidates, &[from, to]).polygons);
+        for &k in at.hider.iter().chain(candidates) {
+            let sights = self.screens[k].iter().map(|screen| screen.before(point, outline));
+            // The least of it that any of its convex parts leaves.
+            match sights.max() {
+                Some(Sight::Blocked) => {
+                    at.hider = Some(k);
+                    return Ok(Value { radiosity: 0.0, radiosity_error: 0.0, method: Method::Zero });
+                }
+                Some(Sight::Part) if at.hider != Some(k) || !hiding.contains(&k) => hiding.push(k),
+                _ => {}
+            }
         }
-        evaluate(receiver, emitter, self.polygons(&hiding), tolerance)
+        evaluate(node, &self.emitters[to], self.polygons(&hiding), at.tolerance)
     }
+}
+
+/// How the points of a face look at another.
+#[derive(Debug, Clone, Copy)]
+struct Sighting {
+    /// Absolute error that is allowed.
+    tolerance: f64,
+    /// What hid all of it from the last point that saw nothing.
+    hider: Option<usize>,
 }
 
 fn evaluate(receiver: &Receiver, emitter: &Emitter, hiding: Vec<&Polygon>, tolerance: f64) -> Result<Value, Error> {

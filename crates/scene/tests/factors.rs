@@ -86,7 +86,7 @@ fn narrower_brackets_cost_more_cells_and_stay_true() {
     let factors = FormFactors::new(&scene).unwrap();
     let mut before = f64::INFINITY;
     for most_cells in [1, 30, 300, 3000] {
-        let settings = FactorSettings { bracket: 0.0, most_cells, ..FactorSettings::default() };
+        let settings = FactorSettings { tolerance: 0.0, most_cells, ..FactorSettings::default() };
         let factor = factors.between(0, 1, &settings).unwrap();
         assert!((factor.value - 0.75 * FACING).abs() <= factor.error && factor.error < before, "{factor:?}");
         before = factor.error;

@@ -67,6 +67,8 @@ pub struct Basis {
     /// Bound on the magnitude of all functions, and by how much sums of moments may enlarge rounding errors.
     largest: f64,
     conditioning: f64,
+    /// Bound on the magnitude of each function.
+    sizes: Vec<f64>,
     /// The basis of the next degree, at the nodes and in Bernstein polynomials: what the projection leaves out.
     above: Option<Box<Self>>,
 }
@@ -99,12 +101,15 @@ impl Basis {
             bernstein: Vec::new(),
             largest: 1.0,
             conditioning: 1.0,
+            sizes: Vec::new(),
             above,
         };
         basis.at_nodes = basis.nodes.iter().map(|node| basis.values(node.at)).collect();
         basis.to_child = [0, 1, 2, 3].map(|child| basis.child_map(child));
         basis.bernstein = basis.bernstein_map();
         basis.largest = basis.bernstein.iter().flatten().fold(1.0, |most, c| most.max(c.abs()));
+        let of = |function: usize| basis.bernstein.iter().fold(0.0, |most: f64, row| most.max(row[function].abs()));
+        basis.sizes = (0..basis.len()).map(of).collect();
         let size = |f: &Monomials| f.iter().map(|c| c.abs()).sum::<f64>();
         basis.conditioning = basis.functions.iter().map(size).fold(1.0, f64::max);
         basis
@@ -271,6 +276,11 @@ impl Basis {
         let spread = squares(true).max(squares(false)).sqrt();
         coefficients[..self.len()].fill(0.0);
         Excess { last, next, largest: above.magnitude(&coefficients), beyond, spread }
+    }
+
+    /// A bound on the magnitude of each function.
+    pub(crate) fn sizes(&self) -> &[f64] {
+        &self.sizes
     }
 
     /// A bound on the magnitude of all functions.

@@ -10,6 +10,7 @@ use radgrad_scene::triangulate;
 
 use crate::Error;
 use crate::basis::{Basis, Shape, in_parent};
+use crate::remainder;
 use crate::residual::POWERS;
 use crate::rule;
 
@@ -31,6 +32,8 @@ pub struct Element {
     radius: f64,
     /// Root mean square of the distance from the centre to powers from 0 on.
     arms: [f64; POWERS],
+    /// What polynomials leave of a function, by a bound on its derivatives ([`crate::remainder`]).
+    remainders: [f64; POWERS],
     face: usize,
     parent: Option<usize>,
     /// The first of the four children; they follow each other.
@@ -68,6 +71,7 @@ impl Element {
         Ok(Self {
             shape,
             arms,
+            remainders: remainder::of(shape, axes, basis.degree()),
             origin,
             axes,
             dual,
@@ -175,6 +179,12 @@ impl Element {
     /// Root mean square of the distance from the centre to a power of at most 4.
     pub(crate) const fn arm(&self, power: usize) -> f64 {
         self.arms[power]
+    }
+
+    /// Root mean square of what the projection on the basis leaves of a function, over a bound on `|D^m f|/m!` along all
+    /// directions, for m up to the basis' degree and one.
+    pub(crate) const fn remainder(&self, order: usize) -> f64 {
+        self.remainders[order]
     }
 
     pub(crate) const fn axes(&self) -> [DVec3; 2] {

@@ -142,14 +142,15 @@ impl Field {
     /// polynomial, to which all polynomials of the basis are orthogonal.
     ///
     /// With m its largest magnitude and s its root mean square the gather of it is at most `F m`; `(k_max - k_min) s/2`, since a
-    /// constant may be taken from the kernel k; and `|D^j k|/j! s a`, a the root mean square of the distance from the
-    /// centre to the power of j, since k's Taylor polynomial there may be, up to `j = degree + 1`.
+    /// constant may be taken from the kernel k; and s times what the best polynomial leaves of k, by `|D^j k|/j!` for j up to
+    /// `degree + 1` ([`crate::remainder`]).
     pub(crate) fn neglected(&self, mesh: &Mesh, source: usize, channel: usize, row: &Row) -> f64 {
         let largest = self.beyond[source][channel];
         if largest == 0.0 || row.factor() == 0.0 {
             return 0.0;
         }
-        (row.factor() * largest).min(self.smoothly_neglected(mesh, source, channel, &row.kernel))
+        let smoothly = self.smoothly_neglected(mesh, source, channel, &row.kernel);
+        (row.factor() * largest).min(smoothly).min(row.beyond() * self.rms[source][channel])
     }
 
     /// The same by the kernel alone.
@@ -162,7 +163,7 @@ impl Field {
         let mut least = 0.5 * (kernel.peak - kernel.least) * rms;
         if kernel.smooth {
             for order in 1..=basis.degree() + 1 {
-                least = least.min(kernel.derivative(order) * element.arm(order) * rms);
+                least = least.min(kernel.derivative(order) * element.remainder(order) * rms);
             }
         }
         least

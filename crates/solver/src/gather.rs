@@ -82,7 +82,7 @@ impl Solution {
             ledger[channel].computation += far.neglected(tree, &self.field, channel, 0);
         }
         let [rho, emitted] = self.surfaces.at(face, point);
-        let beyond = self.bounds.at_point(&self.mesh, &self.surfaces, &station, &rows, &far, &rho);
+        let beyond = self.points().at(self.bounded(), &self.bounds, &station, (&rows, &far), &rho);
         let rounding = |c: usize| 2.0 * f64::EPSILON * (links.len() + 2) as f64 * (rho[c] * sums[c].abs() + emitted[c]);
         Ok(Gathered {
             face,

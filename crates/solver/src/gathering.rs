@@ -2,9 +2,11 @@
 //!
 //! At the nodes of a receiver the irradiance `G b` is a sum over its links; its projection on the basis, times the reflectance,
 //! is the reflected radiosity; with a texture it is the projection of the product ([`crate::texture`]). Receivers are taken in
-//! order and use what the ones before have got in the same sweep: each hands its change on to the elements above and below, which
-//! links see. G is a contraction with the reflectance, and the sweeps converge like powers of it. The radiosity is such a b, and so
-//! is the bound on its error.
+//! order, a few at a time, and use what the ones before have got in the same sweep: each hands its change on to the elements
+//! above and below, which links see. Clusters are gathered from as they were before the sweep. G is a contraction with the
+//! reflectance, and the sweeps converge like powers of it. The radiosity is such a b, and so is the bound on its error.
+
+use rayon::prelude::*;
 
 use crate::cluster::Far;
 use crate::field::Field;
@@ -36,38 +38,52 @@ pub(crate) struct Equation<'a> {
     pub(crate) source: &'a [Vec<f64>],
 }
 
+/// Receivers that are taken together, on all cores: they see each other as they were before. A number that does not depend on the
+/// machine, so that results do not.
+const TOGETHER: usize = 16;
+
 impl Equation<'_> {
     /// One sweep over all receivers, whose own part of `field` is `own`. Returns the largest change of a coefficient, relative
     /// to `scale` in each channel.
     pub(crate) fn sweep(&self, field: &mut Field, own: &mut [Vec<f64>], scale: &[f64]) -> f64 {
         let mut largest: f64 = 0.0;
-        // Of clusters as they were before the sweep.
         field.pool(self.mesh);
-        for &receiver in self.receivers {
-            let len = self.mesh.basis(receiver).len();
-            for (channel, scale) in scale.iter().enumerate() {
-                let mut change = vec![0.0; len];
-                for link in &self.links[receiver] {
-                    let count = link.matrix.len() / len;
-                    let coefficients = field.of(link.source, channel, count);
-                    for (sum, row) in change.iter_mut().zip(link.matrix.chunks_exact(count)) {
-                        *sum += row.iter().zip(coefficients).map(|(m, c)| m * c).sum::<f64>();
+        for receivers in self.receivers.chunks(TOGETHER) {
+            let change = |&receiver: &usize| self.change(receiver, field, &own[receiver], scale.len());
+            let changes: Vec<Vec<f64>> = receivers.par_iter().map(change).collect();
+            for (&receiver, change) in receivers.iter().zip(&changes) {
+                let len = self.mesh.basis(receiver).len();
+                own[receiver].iter_mut().zip(change).for_each(|(own, change)| *own += change);
+                for (channel, (change, scale)) in change.chunks_exact(len).zip(scale).enumerate() {
+                    largest = change.iter().fold(largest, |most, c| most.max(c.abs() / scale));
+                    if change.iter().any(|c| *c != 0.0) {
+                        field.add(self.mesh, receiver, channel, change);
                     }
-                }
-                self.far[receiver].gather(field, channel, &mut change);
-                self.surfaces.reflect(self.mesh, receiver, channel, &mut change);
-                let range = channel * len..(channel + 1) * len;
-                change.iter_mut().zip(&self.source[receiver][range.clone()]).for_each(|(c, s)| *c += s);
-                for (change, own) in change.iter_mut().zip(&mut own[receiver][range]) {
-                    *change -= *own;
-                    *own += *change;
-                    largest = largest.max(change.abs() / scale);
-                }
-                if change.iter().any(|c| *c != 0.0) {
-                    field.add(self.mesh, receiver, channel, &change);
                 }
             }
         }
         largest
+    }
+
+    /// What a receiver's own part is less than what it gathers now, and from clusters with their powers when these were last
+    /// summed, channel after channel.
+    pub(crate) fn change(&self, receiver: usize, field: &Field, own: &[f64], channels: usize) -> Vec<f64> {
+        let len = self.mesh.basis(receiver).len();
+        let mut change = vec![0.0; len * channels];
+        for link in &self.links[receiver] {
+            let count = link.matrix.len() / len;
+            for (channel, sums) in change.chunks_exact_mut(len).enumerate() {
+                let coefficients = field.of(link.source, channel, count);
+                for (sum, row) in sums.iter_mut().zip(link.matrix.chunks_exact(count)) {
+                    *sum += row.iter().zip(coefficients).map(|(m, c)| m * c).sum::<f64>();
+                }
+            }
+        }
+        for (channel, sums) in change.chunks_exact_mut(len).enumerate() {
+            self.far[receiver].gather(field, channel, sums);
+            self.surfaces.reflect(self.mesh, receiver, channel, sums);
+        }
+        change.iter_mut().zip(&self.source[receiver]).zip(own).for_each(|((c, source), own)| *c = *c + source - own);
+        change
     }
 }

@@ -1,5 +1,6 @@
 //! Where the error comes from (J. Arvo, K. Torrance and B. Smits 1994; M. Lischinski, B. Smits and D. Greenberg 1994).
 
+use std::iter::Sum;
 use std::ops::{Add, AddAssign, Mul};
 
 /// A bound on an error, by its sources. Unit: that of the radiosity.
@@ -62,6 +63,12 @@ impl Add for Ledger {
 
     fn add(self, other: Self) -> Self {
         self.zip(other, |a, b| a + b)
+    }
+}
+
+impl Sum for Ledger {
+    fn sum<I: Iterator<Item = Self>>(iter: I) -> Self {
+        iter.fold(Self::default(), Add::add)
     }
 }
 

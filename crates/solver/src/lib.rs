@@ -9,11 +9,11 @@
 //! ```text
 //! Scene -> Mesh        mesh, element, contact: trees of parallelograms and triangles; basis, rule: polynomials and nodes
 //!   -> direct light    direct: what lamps give, at the nodes of leaves; leaves are divided until little is left out
-//!   -> links           link: what a receiver gathers from, and what that neglects; transfer, visible, cell: rules, closed forms;
+//!   -> links           link, linking: what a receiver gathers from, and what that neglects; transfer, visible, cell: rules, closed forms;
 //!                      cluster: boxes of many faces, where there are many, for what is far away or hidden
-//!   -> Field           field, gathering: the linear system, solved by Gauss-Seidel; sums pulled up the trees
+//!   -> Field           field, gathering, order: the linear system, in sweeps or in Southwell's order; sums pulled up the trees
 //!   -> Bounds          residual, bound: mean(z |r|) with the importance z, and a bound at every point; ledger: its sources
-//!   -> divide, again   solve: the receivers that make up most of the bound
+//!   -> divide, again   solve, marking: what makes up most of the bound, or what is off most by samples and gradients
 //! Solution -> gather   gather: E + rho G B_h at a point, with its bound
 //! ```
 //!
@@ -44,10 +44,13 @@ mod gathering;
 mod hermite;
 mod ledger;
 mod link;
+mod linking;
 mod marking;
 mod mesh;
+mod order;
 pub mod receiver;
 mod reconstruction;
+mod remainder;
 mod residual;
 mod rule;
 mod screen;
@@ -63,8 +66,10 @@ pub use error::Error;
 pub use gather::Gathered;
 pub use hermite::HermitePatch;
 pub use ledger::Ledger;
+pub use linking::Linking;
 pub use marking::Marking;
 pub use mesh::Mesh;
+pub use order::Order;
 pub use reconstruction::Reconstruction;
 pub use rule::Node;
 pub use solve::{Options, Progress, Solution, solve, solve_from};

@@ -7,8 +7,9 @@
 //! Links are refined where that error, times the reflectance, is too large: Hanrahan's brightness-weighted refinement, with a
 //! bound in the place of the brightness.
 //!
-//! Where faces are many a receiver begins with one cluster of all of them ([`crate::cluster`]). The one that may give most is
-//! opened, and its elements at last linked, until what all others may give, together with what links neglect, is what is allowed.
+//! Where faces are many a receiver begins with one cluster of all of them ([`crate::cluster`]), unless links go by thresholds. The
+//! one that may give most is opened, and its elements at last linked, until what all others may give, together with what links
+//! neglect, is what is allowed.
 
 use rayon::prelude::*;
 
@@ -16,6 +17,7 @@ use crate::Error;
 use crate::basis::Basis;
 use crate::cluster::{Cut, Far, rows};
 use crate::field::Field;
+use crate::linking::Linking;
 use crate::mesh::Sight;
 use crate::transfer::{Kernel, Optics, Row, Station};
 
@@ -38,6 +40,7 @@ pub(crate) struct Need<'a> {
     pub(crate) weight: &'a [f64],
     /// The sum of the errors of all links.
     pub(crate) allowed: f64,
+    pub(crate) linking: Linking,
 }
 
 /// The part of the allowed sum above which a link, one of a hundred, is surely refined.
@@ -76,7 +79,11 @@ impl Optics<'_> {
             if sight == Sight::Nothing {
                 continue;
             }
-            if let Some(first) = self.mesh.elements()[source].children().filter(|_| self.is_too_rough(&stations, source, need)) {
+            let is_too_rough = || match need.linking {
+                Linking::Error => self.is_too_rough(&stations, source, need),
+                thresholds => thresholds.parts(self.mesh, receiver, source),
+            };
+            if let Some(first) = self.mesh.elements()[source].children().filter(|_| is_too_rough()) {
                 open.extend((first..first + 4).map(|child| (child, Some(sight.faces().to_vec()))));
                 continue;
             }
@@ -110,12 +117,13 @@ impl Optics<'_> {
         need: &Need<'_>,
     ) -> Result<(Vec<Link>, Far), Error> {
         let (tree, element) = (self.mesh.clusters(), &self.mesh.elements()[receiver]);
+        let root = tree.root().filter(|_| need.linking == Linking::Error);
         let (links, mut clusters) = match of_parent {
             Some((links, far)) => {
                 let sources = links.iter().map(|link| (link.source, Some(link.sight.faces())));
                 (self.links(receiver, sources, need)?, far.clusters().to_vec())
             }
-            None if tree.root().is_some() => (Vec::new(), tree.root().into_iter().collect()),
+            None if root.is_some() => (Vec::new(), root.into_iter().collect()),
             None => (self.links(receiver, self.mesh.roots().iter().map(|&root| (root, None)), need)?, Vec::new()),
         };
         clusters.retain(|&cluster| tree.all()[cluster].faces(element));
@@ -125,34 +133,35 @@ impl Optics<'_> {
         Ok((links, far.projected(tree, self.mesh.basis(receiver))))
     }
 
-    /// Opens clusters and refines links of a receiver until the sum of what they neglect is what is allowed or nothing is left to
-    /// refine. Returns whether any was.
+    /// Opens clusters and refines links of a receiver until the sum of what they neglect is what is allowed at every node, or
+    /// nothing is left to refine: each time what is worst where the sum is. Returns whether any was.
     pub(crate) fn refine(
         &self,
         receiver: usize,
         (links, far): (&mut Vec<Link>, &mut Far),
         need: &Need<'_>,
     ) -> Result<bool, Error> {
-        let &Need { field, weight, allowed } = need;
-        let mut errors: Vec<f64> = links.iter().map(|link| self.weighted_error(link, field, weight)).collect();
+        let &Need { field, weight, allowed, .. } = need;
+        let mut errors: Vec<Vec<f64>> = links.iter().map(|link| self.weighted_errors(link, field, weight)).collect();
         let mut cut = Cut::new(self.mesh, field, weight, far, links);
         let stations = if far.is_empty() { Vec::new() } else { self.stations(receiver) };
+        let mut sums = vec![0.0; self.mesh.basis(receiver).nodes().len()];
         let (mut opened, mut refined) = (false, false);
         loop {
             let beyond = cut.neglected();
-            if errors.iter().sum::<f64>() + beyond <= allowed {
-                break;
-            }
-            let finer = if beyond > FAR_PART * allowed
-                && let Some(element) = cut.open(receiver, &stations)
-            {
+            sums.fill(0.0);
+            errors.iter().chain([&beyond]).for_each(|of| sums.iter_mut().zip(of).for_each(|(sum, error)| *sum += error));
+            let node = (0..sums.len()).max_by(|&a, &b| sums[a].total_cmp(&sums[b]));
+            let Some(node) = node.filter(|&node| sums[node] > allowed) else { break };
+            let is_far = beyond.get(node).is_some_and(|&beyond| beyond > FAR_PART * allowed);
+            let finer = if is_far && let Some(element) = cut.open(receiver, &stations) {
                 opened = true;
                 self.links(receiver, element.into_iter().map(|element| (element, None)), need)?
             } else {
-                let worst = (0..links.len()).max_by(|&a, &b| errors[a].total_cmp(&errors[b]));
-                let Some(worst) = worst.filter(|&worst| errors[worst] > 0.0) else { break };
+                let worst = (0..links.len()).max_by(|&a, &b| errors[a][node].total_cmp(&errors[b][node]));
+                let Some(worst) = worst.filter(|&w| errors[w][node] > 0.0) else { break };
                 let Some(first) = self.mesh.elements()[links[worst].source].children() else {
-                    errors[worst] = 0.0;
+                    errors[worst].fill(0.0);
                     continue;
                 };
                 refined = true;
@@ -162,7 +171,7 @@ impl Optics<'_> {
                 self.links(receiver, (first..first + 4).map(|child| (child, Some(link.sight.faces()))), need)?
             };
             for link in finer {
-                errors.push(self.weighted_error(&link, field, weight));
+                errors.push(self.weighted_errors(&link, field, weight));
                 cut.cover(&link, 1.0);
                 links.push(link);
             }
@@ -173,13 +182,13 @@ impl Optics<'_> {
         Ok(opened || refined)
     }
 
-    /// Bound on what a link neglects at any node, the largest of the channels after each is multiplied by its weight.
-    fn weighted_error(&self, link: &Link, field: &Field, weight: &[f64]) -> f64 {
-        let neglected = |channel: usize| {
-            let errors = link.rows.iter().map(|row| field.neglected(self.mesh, link.source, channel, row));
-            weight[channel] * errors.fold(0.0, f64::max)
+    /// Bound on what a link neglects at each node, the largest of the channels after each is multiplied by its weight.
+    fn weighted_errors(&self, link: &Link, field: &Field, weight: &[f64]) -> Vec<f64> {
+        let of_row = |row: &Row| {
+            let neglected = |(channel, weight): (usize, &f64)| weight * field.neglected(self.mesh, link.source, channel, row);
+            weight.iter().enumerate().map(neglected).fold(0.0, f64::max)
         };
-        (0..weight.len()).map(neglected).fold(0.0, f64::max)
+        link.rows.iter().map(of_row).collect()
     }
 }
 

@@ -147,6 +147,12 @@ impl Mesh {
         &self.clusters
     }
 
+    /// With clusters though it has few elements.
+    #[cfg(test)]
+    pub(crate) fn clustered(self) -> Self {
+        Self { clusters: Clusters::always_over(&self.elements), ..self }
+    }
+
     /// Which child of its parent an element is.
     pub(crate) fn child(&self, element: usize) -> usize {
         self.elements[element].parent().and_then(|parent| self.elements[parent].children()).map_or(0, |first| element - first)

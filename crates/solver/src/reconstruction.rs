@@ -119,38 +119,53 @@ impl Solution {
     }
 
     /// Gradient of one exact gather within the leaf's plane, in each channel: the closed forms' at nearby and half hidden sources,
-    /// without bound. A texture has none within a texel: its gradient is that of the irradiance times the reflectance there.
+    /// without bound. Of what is seen through clusters none is known. A texture has none within a texel: its gradient is that of the irradiance times the reflectance there.
     ///
     /// # Errors
     /// If it cannot be represented.
     pub fn gradient_at(&self, leaf: usize, point: DVec3) -> Result<Vec<DVec3>, Error> {
-        let element = &self.mesh().elements()[leaf];
+        let mut sums = self.reflected_gradient_at(self.receiver_of(leaf), point)?;
+        sums.iter_mut().zip(self.direct_gradient_at(leaf, point)?).for_each(|(sum, direct)| *sum += direct);
+        let [rho, _] = self.surfaces.at(self.mesh().elements()[leaf].face(), point);
+        Ok(sums.iter().zip(&rho).map(|(sum, rho)| *sum * *rho).collect())
+    }
+
+    /// The part of the irradiance of lamps, at a point of a leaf.
+    pub(crate) fn direct_gradient_at(&self, leaf: usize, point: DVec3) -> Result<Vec<DVec3>, Error> {
+        let emitted = |lamp: usize| self.surfaces.emitted[self.mesh().elements()[lamp].face()].chunks_exact(1).collect();
+        let lamps = self.direct.get(leaf).into_iter().flat_map(|direct| self.lamps.seen(direct));
+        self.gradient_of(leaf, point, lamps.map(|(lamp, sight)| (lamp, sight, emitted(lamp))))
+    }
+
+    /// The part of the irradiance of all else, at a point of a receiver.
+    pub(crate) fn reflected_gradient_at(&self, receiver: usize, point: DVec3) -> Result<Vec<DVec3>, Error> {
+        let coefficients = |source: usize| {
+            let len = self.mesh().basis(source).len();
+            (0..self.channels().len()).map(|channel| self.field.of(source, channel, len)).collect()
+        };
+        let links = self.links[receiver].iter();
+        self.gradient_of(receiver, point, links.map(|link| (link.source, &link.sight, coefficients(link.source))))
+    }
+
+    /// Gradient within an element's plane of the irradiance of sources with the coefficients of each channel.
+    fn gradient_of<'a>(
+        &self,
+        element: usize,
+        point: DVec3,
+        sources: impl Iterator<Item = (usize, &'a Sight, Vec<&'a [f64]>)>,
+    ) -> Result<Vec<DVec3>, Error> {
+        let element = &self.mesh().elements()[element];
         let normal = element.polygon().normal();
         let mut sums = vec![DVec3::ZERO; self.channels().len()];
-        let mut add = |source: usize, sight: &Sight, coefficients: &[&[f64]]| -> Result<(), Error> {
+        for (source, sight, coefficients) in sources {
             let sight = match sight {
                 Sight::Past(known) => self.mesh().sight_of_point(element.face(), point, source, Some(known)),
                 other => other.clone(),
             };
-            let gradients = self.gradients_from(source, &sight, point, normal, element.face(), coefficients)?;
-            sums.iter_mut().zip(gradients).for_each(|(sum, gradient)| *sum += gradient);
-            Ok(())
-        };
-        let channels = self.channels().len();
-        if let Some(direct) = self.direct.get(leaf) {
-            for (lamp, sight) in self.lamps.seen(direct) {
-                let emitted: Vec<[f64; 1]> =
-                    self.surfaces.emitted[self.mesh().elements()[lamp].face()].iter().map(|e| [*e]).collect();
-                add(lamp, sight, &emitted.iter().map(|e| &e[..]).collect::<Vec<_>>())?;
-            }
+            let gradients = self.gradients_from(source, &sight, point, normal, element.face(), &coefficients)?;
+            sums.iter_mut().zip(gradients).for_each(|(sum, gradient)| *sum += gradient.reject_from_normalized(normal));
         }
-        for link in &self.links[self.receiver_of(leaf)] {
-            let len = self.mesh().basis(link.source).len();
-            let coefficients: Vec<&[f64]> = (0..channels).map(|channel| self.field.of(link.source, channel, len)).collect();
-            add(link.source, &link.sight, &coefficients)?;
-        }
-        let [rho, _] = self.surfaces.at(element.face(), point);
-        Ok(sums.iter().zip(&rho).map(|(sum, rho)| (*sum * *rho).reject_from_normalized(normal)).collect())
+        Ok(sums)
     }
 
     /// Gradient of what a source gives to a point with the coefficients of each channel. All functions together: that of one

@@ -14,8 +14,10 @@
 //! # What a point gathers of it
 //! From a source, at a point with form factor F, with k the kernel times the area: `|G r|` is at most `F max|r|`; `k_max mean|r|`;
 //! `(k_max - k_min)/2 mean|r| + (k_max + k_min)/2 |mean r|`, since a constant may be taken from the kernel; and
-//! `|D^m k|/m! mean(d^m |r|)`, d the distance from each leaf's centre, since the kernel's Taylor polynomial there may be, with
-//! what r has of lower powers beside it. The least counts: an oscillating residual counts for little.
+//! what is left of k beside its Taylor polynomial of a degree below m at each leaf's centre. Of that r finds what polynomials of
+//! the basis leave, at most `|D^m k|/m!` times a number of the element ([`crate::remainder`]); and where r is not orthogonal to
+//! them, as far as it is not, the polynomials: `|D^l k|/l! d^l` for l up to m, d the distance from the centre. The least counts: an
+//! oscillating residual counts for little.
 //!
 //! # Textures
 //! With a texture r is `rho x + t`: x what the projection of the irradiance leaves out, and the detail `t = E + rho H_h - B_h`,
@@ -37,12 +39,17 @@ pub(crate) const POWERS: usize = MAX_DEGREE + 2;
 pub(crate) struct Residual {
     /// Largest magnitude.
     pub(crate) largest: Ledger,
-    /// Mean of the magnitude of what the projection leaves out, times the distance from the centre to a power.
+    /// Mean of the magnitude of what the projection leaves out; and for each m from 1 on, what a point gathers of it at most, over
+    /// `|D^m k|/m!`, beside lower powers.
     pub(crate) arms: [f64; POWERS],
     /// Magnitude of the mean of what the projection leaves out times the distance along some direction to a power.
     biases: [f64; POWERS],
-    /// The detail of textures, which is beside all that: its largest magnitude, and means of it as above.
+    /// Root mean squares: of it, and of its part along the basis.
+    rms: f64,
+    along: f64,
+    /// The detail of textures, which is beside all that: its largest magnitude, root mean square, and the rest as above.
     detail: f64,
+    detail_rms: f64,
     detail_arms: [f64; POWERS],
 }
 
@@ -55,9 +62,13 @@ impl Residual {
         let mean = excess.next.hypot(2.0 * excess.spread);
         let falls = std::iter::repeat_n(ratio, basis.degree() + 2).product::<f64>();
         let seen = falls.min(1.0 / (basis.degree() + 2) as f64);
-        let arms = std::array::from_fn(|power| mean * element.arm(power));
+        let biases: [f64; POWERS] = std::array::from_fn(|power| seen * mean * element.arm(power));
+        let of_power = |power: usize| match power {
+            0 => mean,
+            _ => (mean * element.remainder(power) + biases[power]).min(mean * element.arm(power)),
+        };
         let largest = Ledger { discretisation, ..Ledger::default() };
-        Self { largest, arms, biases: arms.map(|arm| seen * arm), ..Self::default() }
+        Self { largest, arms: std::array::from_fn(of_power), biases, rms: mean, along: seen * mean, ..Self::default() }
     }
 
     /// The same with a texture: samples were the irradiance times `rho`, the largest reflectance of the face.
@@ -65,6 +76,9 @@ impl Residual {
         if rho > 0.0 {
             let [rms, varies, beyond] = pattern.spread_of_reflectance().map(|spread| spread / rho);
             let (mean, mut reach) = (self.arms[0], 1.0);
+            // Not orthogonal to the basis any more.
+            self.along = self.rms;
+            self.arms = std::array::from_fn(|power| mean * element.arm(power));
             for power in 0..POWERS {
                 let beside = if power == 0 { beyond } else { varies * reach };
                 self.biases[power] = (self.biases[power] + beside * mean).min(self.arms[power]);
@@ -74,7 +88,8 @@ impl Residual {
             self.biases[0] = self.biases[0].min(self.arms[0]);
         }
         self.detail = detail.largest;
-        self.detail_arms = std::array::from_fn(|power| detail.mean * element.arm(power));
+        self.detail_rms = detail.mean;
+        self.detail_arms = std::array::from_fn(|power| detail.mean * element.remainder(power));
         self
     }
 
@@ -101,12 +116,16 @@ impl Residual {
     /// The bounds over four children of one size.
     pub(crate) fn over(children: &[Self]) -> Self {
         let part = 1.0 / children.len() as f64;
+        let square = |a: f64, b: f64| (a * a + part * b * b).sqrt();
         let add = |a: [f64; POWERS], b: [f64; POWERS]| std::array::from_fn(|power| a[power] + part * b[power]);
         let join = |sum: Self, child: &Self| Self {
             largest: sum.largest.zip(child.largest, f64::max),
             arms: add(sum.arms, child.arms),
             biases: add(sum.biases, child.biases),
+            rms: square(sum.rms, child.rms),
+            along: square(sum.along, child.along),
             detail: sum.detail.max(child.detail),
+            detail_rms: square(sum.detail_rms, child.detail_rms),
             detail_arms: add(sum.detail_arms, child.detail_arms),
         };
         children.iter().fold(Self::default(), join)
@@ -117,47 +136,61 @@ impl Residual {
         Ledger { discretisation: self.arms[0].min(self.largest.discretisation), ..self.largest }
     }
 
-    /// What a point gathers of its magnitude at most.
-    pub(crate) fn size_gathered(&self, _: usize, factor: f64, kernel: &Kernel) -> Ledger {
-        let largest = self.largest.discretisation;
-        let by_mean = if kernel.peak.is_finite() { kernel.peak * self.arms[0] } else { f64::INFINITY };
-        let discretisation = if largest == 0.0 || factor == 0.0 { 0.0 } else { (factor * largest).min(by_mean) };
-        Ledger { discretisation, ..self.largest * factor }
+    /// What a point gathers of it at most.
+    pub(crate) fn gathered(&self, degree: usize, found: &Found) -> Ledger {
+        let rest = Ledger { discretisation: 0.0, ..self.largest } * found.factor;
+        let discretisation = self.gathered_beside_detail(degree, found) + self.gathered_detail(degree, found);
+        Ledger { discretisation, ..rest }
     }
 
-    /// What a point gathers of it at most.
-    pub(crate) fn gathered(&self, degree: usize, factor: f64, kernel: &Kernel) -> Ledger {
-        let rest = Ledger { discretisation: 0.0, ..self.largest } * factor;
-        let of =
-            |largest: f64, arms: &[f64; POWERS], biases: &[f64; POWERS]| least(degree, factor, kernel, largest, arms, biases);
-        let discretisation =
-            of(self.largest.discretisation, &self.arms, &self.biases) + self.gathered_detail(degree, factor, kernel);
-        rest + Ledger { discretisation, ..Ledger::default() }
+    /// What a point gathers at most of what the projection leaves out, but for the detail of textures.
+    pub(crate) fn gathered_beside_detail(&self, degree: usize, found: &Found) -> f64 {
+        let least = found.least(degree, self.largest.discretisation, &self.arms, &self.biases);
+        if least > 0.0 && found.beyond.is_finite() { least.min(found.beyond * self.rms + found.peak * self.along) } else { least }
     }
 
     /// What a point gathers at most of the detail of textures.
-    pub(crate) fn gathered_detail(&self, degree: usize, factor: f64, kernel: &Kernel) -> f64 {
-        least(degree, factor, kernel, self.detail, &self.detail_arms, &[0.0; POWERS])
+    pub(crate) fn gathered_detail(&self, degree: usize, found: &Found) -> f64 {
+        let least = found.least(degree, self.detail, &self.detail_arms, &[0.0; POWERS]);
+        if least > 0.0 && found.beyond.is_finite() { least.min(found.beyond * self.detail_rms) } else { least }
     }
 }
 
-/// The least of the bounds on what a point gathers.
-fn least(degree: usize, factor: f64, kernel: &Kernel, largest: f64, arms: &[f64; POWERS], biases: &[f64; POWERS]) -> f64 {
-    if largest == 0.0 || factor == 0.0 {
-        return 0.0;
+/// What a point finds of a source: bounds on the form factor, on the kernel and its derivatives.
+#[derive(Debug)]
+pub(crate) struct Found {
+    factor: f64,
+    peak: f64,
+    least: f64,
+    /// Root mean square of what the source's polynomials leave of the kernel.
+    beyond: f64,
+    /// Where the kernel is smooth.
+    derivatives: Option<[f64; POWERS]>,
+}
+
+impl Found {
+    pub(crate) fn by(factor: f64, kernel: &Kernel, beyond: f64) -> Self {
+        let derivatives = (kernel.smooth && kernel.peak.is_finite()).then(|| kernel.derivatives());
+        Self { factor, peak: kernel.peak, least: kernel.least, beyond, derivatives }
     }
-    let (mut least, mean) = (factor * largest, arms[0]);
-    if kernel.peak.is_finite() {
-        let halved = 0.5 * ((kernel.peak - kernel.least) * mean + (kernel.peak + kernel.least) * biases[0]);
-        least = least.min(kernel.peak * mean).min(halved);
-        if kernel.smooth {
-            let mut lower = kernel.peak * biases[0];
+
+    /// The least of the bounds on what is gathered.
+    fn least(&self, degree: usize, largest: f64, arms: &[f64; POWERS], biases: &[f64; POWERS]) -> f64 {
+        if largest == 0.0 || self.factor == 0.0 {
+            return 0.0;
+        }
+        let (mut least, mean) = (self.factor * largest, arms[0]);
+        if self.peak.is_finite() {
+            let halved = 0.5 * ((self.peak - self.least) * mean + (self.peak + self.least) * biases[0]);
+            least = least.min(self.peak * mean).min(halved);
+        }
+        if let Some(derivatives) = &self.derivatives {
+            let mut lower = self.peak * biases[0];
             for order in 1..=degree + 1 {
-                let derivative = kernel.derivative(order);
-                least = least.min(lower + derivative * arms[order]);
-                lower += derivative * biases[order];
+                least = least.min(lower + derivatives[order] * arms[order]);
+                lower += derivatives[order] * biases[order];
             }
         }
+        least
     }
-    least
 }

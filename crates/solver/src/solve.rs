@@ -4,7 +4,14 @@
 //! cheap ([`crate::direct`]). Each round divides leaves until direct light is seen well enough, links the new receivers, sweeps
 //! until the linear system is solved, refines links, and bounds the error. If the bound on its mean over all area is not within
 //! the error asked for, relative to the mean radiosity, the receivers that add most to the bound are divided: those that
-//! together make up a given part of it (W. Dörfler 1996).
+//! together make up a given part of it (W. Dörfler 1996). Asked to go by the gradient it divides instead, leaves and receivers
+//! alike, what is off most in the mean square ([`crate::marking`]); by thresholds, nothing after the first round
+//! ([`crate::linking`]).
+
+mod divide;
+mod options;
+mod queries;
+mod sweep;
 
 use std::time::{Duration, Instant};
 
@@ -13,64 +20,27 @@ use radgrad_scene::Scene;
 use rayon::prelude::*;
 
 use crate::Error;
-use crate::bound::{self, Bounds, Residuals};
+use crate::bound::{self, Bounds, Points, Residuals};
 use crate::cell::Rules;
 use crate::cluster::Far;
 use crate::direct::{Direct, Lamps};
 use crate::field::Field;
-use crate::gathering::{Equation, irradiance};
-use crate::ledger::Ledger;
+use crate::gathering::irradiance;
 use crate::link::{Link, Need, for_each};
-use crate::marking::{self, Marking};
+use crate::linking::Linking;
+use crate::marking::{Marking, Samples};
 use crate::mesh::{Mesh, Sight};
 use crate::residual::Residual;
 use crate::surfaces::Surfaces;
 use crate::transfer::Optics;
-
-/// What is asked for.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Options {
-    /// Bound on the mean error of gathers over all area, over the mean radiosity, at most, in every channel.
-    pub error: f64,
-    /// Degree of the basis, 0 to 4; 2 if none is given.
-    pub degree: Option<usize>,
-    /// All faces are divided alike until there are this many elements; then the first round begins.
-    pub first_elements: usize,
-    /// Elements, divided ones too, beyond which nothing is divided any more: the bound then says what was reached.
-    pub most_elements: usize,
-    /// Divide everything rather than what pays.
-    pub uniform: bool,
-    /// Time in which to be done: no round is begun that, by the time of those before, would end later. The first one always is.
-    pub time: Option<Duration>,
-    /// What pays: where the residual is large, or where the gradient says so too.
-    pub marking: Marking,
-}
-
-impl Default for Options {
-    fn default() -> Self {
-        let marking = Marking::Residual;
-        Self { error: 0.005, degree: None, first_elements: 32, most_elements: 20_000, uniform: false, marking, time: None }
-    }
-}
-
-/// How far a solution has come.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Progress {
-    /// Round, from 1.
-    pub round: usize,
-    /// Leaves.
-    pub elements: usize,
-    /// Links.
-    pub links: usize,
-    /// Bound on the mean error over the mean radiosity, the largest of the channels.
-    pub bound: f64,
-}
+use divide::{BULK, bulk};
+pub use options::{Options, Progress};
 
 /// Degree of the basis if none is given.
 const DEGREE: usize = 2;
 
 /// The part of the error asked for that links may neglect.
-const LINK_PART: f64 = 0.15;
+const LINK_PART: f64 = 0.1;
 
 /// The part of the error asked for that one evaluation may have, per unit of the source's radiosity.
 const EVALUATION_PART: f64 = 2e-4;
@@ -84,15 +54,10 @@ const FINEST: f64 = 1e-14;
 /// The part of the error asked for that direct light may leave out in the mean.
 const DIRECT_PART: f64 = 0.25;
 
-/// The part of the bound whose receivers are divided in a round.
-const BULK: f64 = 0.6;
-
 /// Changes relative to the mean radiosity below which the linear system is solved: where light may be even, as for evaluations,
 /// and, over the error aimed at, in scenes with lamps.
 const SOLVED: f64 = 1e-13;
 const ROUGHLY_SOLVED: f64 = 1e-4;
-
-const MOST_SWEEPS: usize = 1000;
 
 /// How much longer than the round before one is expected to take at most.
 const MOST_GROWTH: f64 = 3.0;
@@ -115,6 +80,8 @@ pub struct Solution {
     /// Of receivers, the clusters that no link is for.
     pub(crate) far: Vec<Far>,
     receivers: Vec<usize>,
+    /// Samples of direct light on leaves and reflected light on receivers, of those that were judged by the gradient.
+    judged: Vec<[Option<Samples>; 2]>,
     pub(crate) bounds: Bounds,
     pub(crate) channels: Vec<String>,
     pub(crate) extent: f64,
@@ -177,6 +144,7 @@ pub fn solve_from(
     if !(options.error > 0.0 && options.error <= 1.0) {
         return Err(Error::Tolerance { value: options.error });
     }
+    options.linking.check()?;
     let degree = options.degree.unwrap_or(DEGREE);
     let mut mesh = Mesh::new(scene, degree)?;
     for (index, &element) in divisions.iter().enumerate() {
@@ -186,6 +154,7 @@ pub fn solve_from(
         }
         mesh.divide(element)?;
     }
+    options.linking.divide(&mut mesh, options.most_elements)?;
     while !mesh.roots().is_empty() && mesh.leaves().count() < options.first_elements {
         let leaves: Vec<usize> = mesh.leaves().collect();
         leaves.into_iter().try_for_each(|leaf| mesh.divide(leaf))?;
@@ -193,13 +162,11 @@ pub fn solve_from(
     let channels = scene.channels().to_vec();
     let surfaces = Surfaces::of(scene);
     let (low, high) = scene.bounds().unwrap_or((DVec3::ZERO, DVec3::ZERO));
-    let progress = Progress { round: 0, elements: 0, links: 0, bound: f64::INFINITY };
+    let progress = Progress { round: 0, elements: 0, links: 0, gathers: 0, bound: f64::INFINITY };
     let receivers: Vec<usize> = mesh.leaves().collect();
-    let found = Lamps::of(&mesh, &surfaces);
-    let may_be_even = found.is_empty() && mesh.clusters().root().is_none();
+    let lamps = Lamps::of(&mesh, &surfaces);
+    let may_be_even = lamps.is_empty() && mesh.clusters().root().is_none();
     let precision = if may_be_even { GLOWING_PART } else { EVALUATION_PART };
-    // Gradients are of all light together.
-    let lamps = if options.marking == Marking::Gradient { Lamps::default() } else { found };
     let mut solution = Solution {
         rules: Rules::new(),
         direct: Vec::new(),
@@ -208,6 +175,7 @@ pub fn solve_from(
         links: Vec::new(),
         far: Vec::new(),
         receivers,
+        judged: Vec::new(),
         bounds: Bounds::default(),
         extent: (high - low).max_element(),
         absolute: (options.error * precision).max(FINEST),
@@ -225,7 +193,8 @@ pub fn solve_from(
         solution.round(options)?;
         let go_on = watch(&solution);
         let took = start.elapsed().saturating_sub(began);
-        let enough = solution.progress.bound <= options.error || solution.mesh.elements().len() >= options.most_elements;
+        let once = options.linking != Linking::Error;
+        let enough = once || solution.progress.bound <= options.error || solution.mesh.elements().len() >= options.most_elements;
         if enough || !go_on || options.time.is_some_and(|time| start.elapsed() + expected(took, before) > time) {
             return Ok(solution);
         }
@@ -237,27 +206,41 @@ pub fn solve_from(
 impl Solution {
     /// One round: direct light, links, sweeps, finer links, bounds.
     fn round(&mut self, options: &Options) -> Result<(), Error> {
-        // What a round cannot reach anyway is not paid for.
-        let aim = options.error.max(0.3 * self.progress.bound.min(1.0));
+        // What a round cannot reach anyway is not paid for, if there may be another one.
+        let aim = match options.linking {
+            Linking::Error => options.error.max(0.3 * self.progress.bound.min(1.0)),
+            Linking::Thresholds { .. } => options.error,
+        };
         self.light(aim, options)?;
-        self.link(LINK_PART * aim)?;
-        self.sweep(1e-2 * aim);
+        self.link(LINK_PART * aim, options.linking)?;
+        self.sweep(options.order, 1e-2 * aim);
         for _ in 0..8 {
-            let changed = self.refine(LINK_PART * aim)?;
-            self.sweep(1e-2 * aim);
+            let changed = options.linking == Linking::Error && self.refine(LINK_PART * aim)?;
+            self.sweep(options.order, 1e-2 * aim);
             if !changed {
                 break;
             }
         }
-        self.sweep(if self.lamps.is_empty() && self.mesh.clusters().root().is_none() { SOLVED } else { ROUGHLY_SOLVED * aim });
-        let (mesh, surfaces, receivers) = (&self.mesh, &self.surfaces, &self.receivers[..]);
-        let scene = bound::Scene { mesh, surfaces, receivers, links: &self.links, far: &self.far };
-        let bounds = Bounds::of(scene, [self.left_of_direct(), self.left_of_reflected()], self.channels.len());
+        let may_be_even = self.lamps.is_empty() && self.mesh.clusters().root().is_none();
+        self.sweep(options.order, if may_be_even { SOLVED } else { ROUGHLY_SOLVED * aim });
+        let bounds = Bounds::of(self.bounded(), [self.left_of_direct(), self.left_of_reflected()]);
         self.bounds = bounds.ok_or_else(|| self.lossless())?;
         let links = self.receivers.iter().map(|&receiver| self.links[receiver].len() + self.far[receiver].len()).sum();
         let bound = self.mean_bound().iter().zip(&self.mean).map(|(w, mean)| ratio(w.total(), *mean)).fold(0.0, f64::max);
-        self.progress = Progress { round: self.progress.round + 1, elements: self.mesh.leaves().count(), links, bound };
+        let (round, gathers) = (self.progress.round + 1, self.progress.gathers);
+        self.progress = Progress { round, elements: self.mesh.leaves().count(), links, gathers, bound };
         Ok(())
+    }
+
+    /// What bounds are made of.
+    pub(crate) fn bounded(&self) -> bound::Scene<'_> {
+        let Self { mesh, surfaces, receivers, links, far, channels, .. } = self;
+        bound::Scene { mesh, surfaces, receivers, links, far, channels: channels.len() }
+    }
+
+    /// Bounds at points, which cost as much as that on the mean, and only who asks for them pays.
+    pub(crate) fn points(&self) -> &Points {
+        self.bounds.points(self.bounded())
     }
 
     pub(crate) const fn optics(&self) -> Optics<'_> {
@@ -271,14 +254,15 @@ impl Solution {
         Error::Lossless { channel: self.channels[channel].clone(), face }
     }
 
-    fn is_linked(&self, element: usize) -> bool {
-        !(self.links[element].is_empty() && self.far[element].is_empty())
+    /// Whether an element gathers reflected light, though it may see nothing.
+    fn gathers(&self, element: usize) -> bool {
+        !self.own[element].is_empty()
     }
 
     /// The element above a leaf, or itself, that gathers reflected light.
     pub(crate) fn receiver_of(&self, leaf: usize) -> usize {
         let mut at = leaf;
-        while !self.is_linked(at)
+        while !self.gathers(at)
             && let Some(parent) = self.mesh.elements()[at].parent()
         {
             at = parent;
@@ -315,7 +299,8 @@ impl Solution {
                     self.field.add(&self.mesh, element, channel, &change);
                 }
             }
-            if self.direct.is_empty() || options.uniform || self.mesh.elements().len() >= options.most_elements {
+            let apart = !options.uniform && options.marking == Marking::Residual && options.linking == Linking::Error;
+            if self.direct.is_empty() || !apart || self.mesh.elements().len() >= options.most_elements {
                 return Ok(());
             }
             // Relative to what light there is so far.
@@ -330,7 +315,7 @@ impl Solution {
             if marked.iter().map(|m| m.0).sum::<f64>() <= DIRECT_PART * aim {
                 return Ok(());
             }
-            for leaf in bulk(marked) {
+            for leaf in bulk(marked, BULK) {
                 self.mesh.divide(leaf)?;
             }
         }
@@ -467,18 +452,18 @@ impl Solution {
     }
 
     /// Links receivers that have none, to what their parent's links had for sources; these go.
-    fn link(&mut self, allowed: f64) -> Result<(), Error> {
+    fn link(&mut self, allowed: f64, linking: Linking) -> Result<(), Error> {
         self.links.resize(self.mesh.elements().len(), Vec::new());
         self.far.resize(self.mesh.elements().len(), Far::default());
         self.own.resize(self.mesh.elements().len(), Vec::new());
-        let new: Vec<usize> = self.receivers.iter().copied().filter(|&receiver| !self.is_linked(receiver)).collect();
+        let new: Vec<usize> = self.receivers.iter().copied().filter(|&receiver| !self.gathers(receiver)).collect();
         let optics = self.optics();
         let of_parent = |element: usize| {
-            let parent = self.mesh.elements()[element].parent().filter(|&parent| self.is_linked(parent))?;
+            let parent = self.mesh.elements()[element].parent().filter(|&parent| self.gathers(parent))?;
             Some((&self.links[parent][..], &self.far[parent]))
         };
         let of = |receiver: usize| {
-            let need = Need { field: &self.field, weight: &self.weight(receiver), allowed };
+            let need = Need { field: &self.field, weight: &self.weight(receiver), allowed, linking };
             optics.first_links(receiver, of_parent(receiver), &need)
         };
         let links = for_each(&new, of)?;
@@ -503,27 +488,6 @@ impl Solution {
         Ok(())
     }
 
-    fn sweep(&mut self, until: f64) {
-        let mut source = vec![Vec::new(); self.mesh.elements().len()];
-        for &receiver in &self.receivers {
-            source[receiver] = (0..self.channels.len()).flat_map(|channel| self.emitted_on(receiver, channel)).collect();
-        }
-        let (mesh, surfaces, receivers, links) = (&self.mesh, &self.surfaces, &self.receivers[..], &self.links[..]);
-        let equation = Equation { mesh, surfaces, receivers, links, far: &self.far, source: &source };
-        for _ in 0..MOST_SWEEPS {
-            let scale: Vec<f64> = self.mean.iter().map(|&mean| if mean > 0.0 { mean } else { 1.0 }).collect();
-            let change = equation.sweep(&mut self.field, &mut self.own, &scale);
-            let mean = |channel: usize| {
-                self.field.mean(mesh, channel) + mesh.mean(|root| self.lamp_on(mesh.elements()[root].face(), channel))
-            };
-            self.mean = (0..self.channels.len()).map(mean).collect();
-            if change <= until {
-                break;
-            }
-        }
-        self.field.pull(&self.mesh);
-    }
-
     /// What an error of the irradiance counts for, relative to the mean.
     fn weight(&self, receiver: usize) -> Vec<f64> {
         let rho = &self.surfaces.reflectance[self.mesh.elements()[receiver].face()];
@@ -534,13 +498,13 @@ impl Solution {
         let (links, far) = (&mut self.links, &mut self.far);
         let take = |&receiver: &usize| (std::mem::take(&mut links[receiver]), std::mem::take(&mut far[receiver]));
         let taken: Vec<(Vec<Link>, Far)> = self.receivers.iter().map(take).collect();
-        let optics = self.optics();
+        let (optics, linking) = (self.optics(), Linking::Error);
         let refined: Vec<(Vec<Link>, Far, bool)> = self
             .receivers
             .par_iter()
             .zip(taken)
             .map(|(&receiver, (mut links, mut far))| {
-                let need = Need { field: &self.field, weight: &self.weight(receiver), allowed };
+                let need = Need { field: &self.field, weight: &self.weight(receiver), allowed, linking };
                 let changed = optics.refine(receiver, (&mut links, &mut far), &need)?;
                 Ok((links, far, changed))
             })
@@ -552,159 +516,6 @@ impl Solution {
         }
         Ok(any)
     }
-
-    /// Divides the receivers that leave out most.
-    fn divide(&mut self, options: &Options) -> Result<(), Error> {
-        let indicator = |receiver: usize| {
-            let worst = |of: &dyn Fn(usize) -> f64| {
-                (0..self.channels.len()).map(|channel| ratio(of(channel), self.mean[channel])).fold(0.0, f64::max)
-            };
-            let counts = |channel: usize| self.counts(receiver, &self.bounds.residuals[1][receiver][channel]);
-            let off = match options.marking {
-                Marking::Residual => worst(&|channel| self.bounds.share(&self.mesh, receiver, channel, counts(channel))),
-                Marking::Gradient => {
-                    let residual = worst(&counts);
-                    let off = residual + marking::BESIDE_RESIDUAL * self.off_by_gradient(receiver)?;
-                    self.mesh.elements()[receiver].area() * off
-                }
-            };
-            Ok((off, receiver))
-        };
-        let marked = for_each(&self.receivers, indicator)?;
-        let divided = if options.uniform { self.receivers.clone() } else { bulk(marked) };
-        for &receiver in &divided {
-            self.mesh.divide(receiver)?;
-        }
-        let mut goes = vec![false; self.mesh.elements().len()];
-        divided.iter().for_each(|&receiver| goes[receiver] = true);
-        self.receivers.retain(|&receiver| !goes[receiver]);
-        let children = divided.iter().filter_map(|&receiver| self.mesh.elements()[receiver].children());
-        self.receivers.extend(children.flat_map(|first| first..first + 4));
-        self.receivers.sort_unstable();
-        Ok(())
-    }
-
-    /// The elements above those that gather, in the order in which they were divided, numbered as they are in a mesh that was
-    /// divided so and not for direct light.
-    #[must_use]
-    pub fn divisions(&self) -> Vec<usize> {
-        let mut numbers = vec![None; self.mesh.elements().len()];
-        let undivided = self.mesh.undivided();
-        numbers[..undivided].iter_mut().enumerate().for_each(|(index, number)| *number = Some(index));
-        let mut count = undivided;
-        let mut divisions = Vec::new();
-        for divided in self.mesh.divisions() {
-            let (Some(number), true) = (numbers[divided], !self.is_linked(divided)) else { continue };
-            divisions.push(number);
-            for child in self.mesh.elements()[divided].children().into_iter().flat_map(|first| first..first + 4) {
-                numbers[child] = Some(count);
-                count += 1;
-            }
-        }
-        divisions
-    }
-
-    /// The mesh.
-    #[must_use]
-    pub const fn mesh(&self) -> &Mesh {
-        &self.mesh
-    }
-
-    /// Names of the channels.
-    #[must_use]
-    pub fn channels(&self) -> &[String] {
-        &self.channels
-    }
-
-    /// How far it came.
-    #[must_use]
-    pub const fn progress(&self) -> &Progress {
-        &self.progress
-    }
-
-    /// Mean radiosity over all area, in each channel.
-    #[must_use]
-    pub fn mean(&self) -> &[f64] {
-        &self.mean
-    }
-
-    /// Bound on the mean over all area of the magnitude of the error of gathers, in each channel.
-    #[must_use]
-    pub fn mean_bound(&self) -> Vec<Ledger> {
-        self.bounds.mean.clone()
-    }
-
-    /// Bound on the error of the polynomial on a leaf, at every point of it, in each channel; the detail of textures, which no
-    /// polynomial has, is in it.
-    #[must_use]
-    pub fn bound_on(&self, leaf: usize) -> Vec<Ledger> {
-        let receiver = self.receiver_of(leaf);
-        let [direct, reflected] = &self.bounds.residuals;
-        let of = |c: usize| self.bounds.on_receiver(receiver, c) + direct[leaf][c].whole() + reflected[receiver][c].whole();
-        (0..self.channels.len()).map(of).collect()
-    }
-
-    /// Value of the polynomial on a leaf, in a channel.
-    #[must_use]
-    pub fn value_on(&self, leaf: usize, channel: usize, reference: [f64; 2]) -> f64 {
-        let (basis, face) = (self.mesh.basis(leaf), self.mesh.elements()[leaf].face());
-        let values = basis.values(reference);
-        let sent: f64 = self.field.of(leaf, channel, basis.len()).iter().zip(values).map(|(c, v)| c * v).sum();
-        sent + self.lamp_on(face, channel)
-    }
-
-    /// Irradiance on a leaf as a polynomial, in a channel: its coefficients in the leaf's basis.
-    #[must_use]
-    pub fn irradiance_on(&self, leaf: usize, channel: usize) -> Vec<f64> {
-        let receiver = self.receiver_of(leaf);
-        let above = self.mesh.basis(receiver);
-        let at_nodes =
-            irradiance(&self.mesh, &self.field, &self.links[receiver], &self.far[receiver], channel, above.nodes().len());
-        let mut path: Vec<usize> = Vec::new();
-        let mut at = leaf;
-        while at != receiver
-            && let Some(parent) = self.mesh.elements()[at].parent()
-        {
-            path.push(at);
-            at = parent;
-        }
-        let restricted = |held: Vec<f64>, element: usize| above.restrict(self.mesh.child(element), &held);
-        let mut whole = path.into_iter().rev().fold(above.project(&at_nodes), restricted);
-        if !self.direct.is_empty() {
-            whole.iter_mut().zip(self.direct_irradiance(leaf, channel)).for_each(|(h, direct)| *h += direct);
-        }
-        whole
-    }
-
-    /// `E + rho H` at a point of a leaf with the irradiance as a polynomial, in a channel, where [`Self::value_on`] has the
-    /// projection of the whole: the detail of textures is in it.
-    /// `irradiance` is that of [`Self::irradiance_on`].
-    #[must_use]
-    pub fn textured_on(&self, leaf: usize, channel: usize, irradiance: &[f64], reference: [f64; 2]) -> f64 {
-        let (basis, element) = (self.mesh.basis(leaf), &self.mesh.elements()[leaf]);
-        let [rho, emitted] = self.surfaces.at(element.face(), element.point(reference));
-        let received: f64 = irradiance.iter().zip(basis.values(reference)).map(|(c, v)| c * v).sum();
-        emitted[channel] + rho[channel] * received
-    }
-
-    /// Bound on the error of [`Self::textured_on`], at every point of a leaf, in each channel.
-    #[must_use]
-    pub fn textured_bound_on(&self, leaf: usize) -> Vec<Ledger> {
-        let receiver = self.receiver_of(leaf);
-        let [direct, reflected] = &self.bounds.residuals;
-        let of = |c: usize| self.bounds.on_receiver(receiver, c) + direct[leaf][c].largest + reflected[receiver][c].largest;
-        (0..self.channels.len()).map(of).collect()
-    }
-
-    /// Gradient of the polynomial on a leaf over the leaf's plane, in a channel.
-    #[must_use]
-    pub fn gradient_on(&self, leaf: usize, channel: usize, reference: [f64; 2]) -> DVec3 {
-        let basis = self.mesh.basis(leaf);
-        let coefficients = self.field.of(leaf, channel, basis.len());
-        let slopes = basis.slopes(reference);
-        let along = |k: usize| coefficients.iter().zip(&slopes).map(|(c, s)| c * s[k]).sum::<f64>();
-        self.mesh.elements()[leaf].gradient([along(0), along(1)])
-    }
 }
 
 /// The time of a round after one that took so long, and one before that.
@@ -715,17 +526,4 @@ fn expected(last: Duration, before: Duration) -> Duration {
 
 fn ratio(part: f64, whole: f64) -> f64 {
     if part == 0.0 { 0.0 } else { part / whole }
-}
-
-/// The elements with the largest parts that together make up the bulk of the whole.
-fn bulk(mut marked: Vec<(f64, usize)>) -> Vec<usize> {
-    marked.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
-    let all: f64 = marked.iter().map(|m| m.0).sum();
-    let mut taken = 0.0;
-    let takes = |&(share, _): &(f64, usize)| {
-        let goes_on = taken < BULK * all;
-        taken += share;
-        goes_on
-    };
-    marked.into_iter().take_while(takes).map(|m| m.1).collect()
 }

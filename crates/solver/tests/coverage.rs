@@ -105,7 +105,7 @@ fn hanging_boxes(random: &mut Random, rows: [usize; 2]) -> (Scene, Vec<Polygon>)
 #[test]
 fn among_many_boxes_that_glow_evenly_bounds_cover_what_is_neglected_of_clusters_of_far_faces() {
     let mut random = Random(11);
-    let (scene, polygons) = hanging_boxes(&mut random, [4, 6]);
+    let (scene, polygons) = hanging_boxes(&mut random, [12, 14]);
     let mut links = Vec::new();
     for error in [1.0, 0.2] {
         let options = Options { error, degree: Some(0), first_elements: 1, most_elements: 1, ..Options::default() };

@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use super::svg::base64;
+use crate::bench::regime::Regime;
 
 /// A diagram as a picture of its own, so that its names and colours stay its own.
 #[derive(Debug, Serialize)]
@@ -17,19 +18,23 @@ pub(super) struct Diagram {
     title: String,
     /// Alternative text.
     description: String,
+    /// What to see in it, in short; nothing without a table.
+    gist: String,
     file: String,
     /// The table beside it, where there is one.
     csv: Option<String>,
 }
 
-/// The diagrams of a folder in the order of their names, and the tables beside them; none if there is no such folder.
+/// The diagrams of a folder in the order of the regimes, then of names, and the tables beside them; none if there is no such folder.
 pub(super) fn read(folder: &Path) -> Result<(Vec<Diagram>, Vec<PathBuf>), Box<dyn Error>> {
     let mut files: Vec<PathBuf> = match fs::read_dir(folder) {
         Ok(entries) => entries.map(|entry| Ok(entry?.path())).collect::<Result<_, std::io::Error>>()?,
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => Vec::new(),
         Err(error) => return Err(format!("{}: {error}", folder.display()).into()),
     };
-    files.sort();
+    let regime =
+        |path: &PathBuf| Regime::ALL.iter().position(|regime| path.file_stem().is_some_and(|name| name == regime.name()));
+    files.sort_by_key(|path| (regime(path).unwrap_or(Regime::ALL.len()), path.clone()));
     let of = |extension: &str| -> Vec<PathBuf> {
         files.iter().filter(|path| path.extension().is_some_and(|e| e == extension)).cloned().collect()
     };
@@ -45,12 +50,10 @@ fn diagram(path: &Path) -> Result<Diagram, Box<dyn Error>> {
     let title = element(&text, "title").or_else(|| element(&text, "text")).unwrap_or_else(|| name.clone());
     let table = path.with_extension("csv");
     let csv = table.exists().then(|| format!("{name}.csv"));
-    let description = match element(&text, "desc") {
-        Some(description) => description,
-        None if csv.is_some() => told(&table)?,
-        None => "Relative error over the time of an answer, both logarithmic.".to_owned(),
-    };
-    Ok(Diagram { source: format!("data:image/svg+xml;base64,{}", base64(text.as_bytes())), title, description, file, csv })
+    let gist = if csv.is_some() { told(&table)? } else { String::new() };
+    let description = element(&text, "desc")
+        .unwrap_or_else(|| format!("Relative error over the time of an answer, both logarithmic. {gist}").trim_end().to_owned());
+    Ok(Diagram { source: format!("data:image/svg+xml;base64,{}", base64(text.as_bytes())), title, description, gist, file, csv })
 }
 
 /// A row of the table of a diagram.
@@ -66,7 +69,7 @@ struct Row {
     time: f64,
 }
 
-/// What a diagram shows, for those who do not see it: how many methods, and the quickest to 12 digits of each emission.
+/// What a diagram shows, in short: how many methods, and the quickest to 12 digits of each emission.
 fn told(table: &Path) -> Result<String, Box<dyn Error>> {
     let rows: Vec<Row> = csv::Reader::from_path(table)?.deserialize().collect::<Result<_, _>>()?;
     let mut methods: Vec<&str> = rows.iter().map(|row| row.method.as_str()).collect();

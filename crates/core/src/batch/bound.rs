@@ -6,11 +6,13 @@
 //! - w errs by `4 sqrt(2) u |r||e|`, by Cauchy's inequality: relatively by `ew = 5.66 rho u`; m and 1/m by `ew + 2.5u` and `ew +
 //!   6.5u`, N as a direction by ew; the scalar products p.p', p.e, n1.r and n1.e by 5, 5, 8.5 and 8.5u of the lengths;
 //! - the angle by `sin g (ew + 3.5u)` and `5u sin g` from the point that it is of, and by an ulp or two, at most 2u g each;
-//! - `sin g` by `ew + 18.5u` relatively, and what it is multiplied by in cc by 49u, since `ew S^2 <= 5.66u |p||p'|`; so 2 cc, at
-//!   most 2g, by `g (2 ew + 83u)`, and 2 cs, at most g, by `g (2 ew + 49u)`;
-//! - p1 by `29 rho u + ew + 8.5u`, from two products that may cancel; p2 by 8.5u;
-//! - so a term of the value by `g (2 ew + 29u)/2`, one of the gradient by `g k (63 rho + 90) u`, and sums of n terms with the
-//!   last five products by `n + 5` more.
+//! - `1/m^2` by `2 ew + 6u`, q by 15u, and so `g/m^3` by `3 ew + 17.5u` and what the angle does, `q (2/e^2 - p.p'/m^2)`, which is
+//!   `sin g cos(psi + psi')` over m^3, by `sin g (2 ew |cos g| + 43u)` over that: what both err by with m has opposite signs up to a
+//!   right angle, so that together they err by `g (3.7 ew + 75u)` over m^3, of at most 2g;
+//! - t by `30u |r| e^2` from two products that may cancel, and so, over m |e|, by `(30 rho + 1) u`; `q (n1.e) (p + p').e/e^2` by 60u
+//!   k g over m, of at most k g over m;
+//! - so a term of the value by `g (2 ew + 29u)/2`, one of the gradient, with ew from w again, by `g k (50 rho + 73) u`, and sums of n
+//!   terms with the last five products by `n + 5` more.
 //!
 //! # Where the horizon crosses
 //! A crossing point `p = r + f e` is in place for the fraction f computed but for 6u R, taken as 8u R; with `c = R/|p|`, the
@@ -34,7 +36,7 @@ pub(super) const SECOND_ORDER: f64 = 1.05;
 const VALUE_UNITS: f64 = 0.5 * (30.0 + 2.0 * ANGLE_ULP);
 
 /// Roundings of a term of the gradient, the sum's apart.
-const GRADIENT_UNITS: f64 = 93.0 + ANGLE_ULP;
+const GRADIENT_UNITS: f64 = 76.0 + ANGLE_ULP;
 
 /// Those of the horizon's angle, at most pi.
 const CLOSING_UNITS: f64 = 0.5 * (15.0 + 2.0 * std::f64::consts::PI * ANGLE_ULP);
@@ -90,24 +92,25 @@ pub(super) fn bound<S: Simd, F: Lane, const GRADIENT: bool>(
     crossing: Option<&Crossing<S, F>>,
     farthest_square: Lanes<S, F>,
 ) -> Bound<S, F> {
-    let units = constant(simd, SECOND_ORDER * F::ROUNDOFF) * sums.angles;
+    // The sums are twice what they are for.
+    let units = constant(simd, 2.0 * SECOND_ORDER * F::ROUNDOFF) * sums.angles;
     // k R.
     let condition = root_at_most(simd, sums.nearest * farthest_square, tight);
     let mut value = units * (constant(simd, VALUE_UNITS + 0.5 * edges) + constant(simd, 5.7) * condition);
     let mut gradient = constant(simd, 0.0);
     if GRADIENT {
-        gradient = units * (constant(simd, GRADIENT_UNITS + edges) + constant(simd, 63.0) * condition);
+        gradient = units * (constant(simd, GRADIENT_UNITS + edges) + constant(simd, 50.0) * condition);
     }
     if let Some(Crossing { nearest, slant }) = crossing {
         let c = (*nearest * farthest_square).sqrt();
         let roundoff = constant(simd, SECOND_ORDER * F::ROUNDOFF);
         let eta_square = (constant(simd, 30.0) * roundoff) * (constant(simd, 30.0) * roundoff) * (farthest_square * *slant);
-        let closing = roundoff * (c * constant(simd, 16.0) + constant(simd, CLOSING_UNITS));
-        value = value + units * c * constant(simd, 4.0) + eta_square * constant(simd, 3.2);
+        let closing = (roundoff + roundoff) * (c * constant(simd, 16.0) + constant(simd, CLOSING_UNITS));
+        value = value + units * c * constant(simd, 4.0) + eta_square * constant(simd, 6.4);
         // Lanes that are not cut must not see that others are.
         value = value + constant(simd, 0.0).below(c).select(closing, constant(simd, 0.0));
         if GRADIENT {
-            gradient = gradient + units * c * constant(simd, 44.0) + eta_square;
+            gradient = gradient + units * c * constant(simd, 44.0) + (eta_square + eta_square);
         }
     }
     Bound { value, gradient_square: sums.nearest * (gradient * gradient) }

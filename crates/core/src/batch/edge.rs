@@ -7,14 +7,15 @@
 //! - value: `-1/2 sum g n1.N`, `g = atan2(f m, p.p')`;
 //! - gradient: `-sum (N/S) (cc p1 + cs p2)`, as in [`crate::constant`], with `2 cc = g + sin g cos(psi + psi')` and `2 cs = sin g
 //!   sin(psi + psi')`. Since `|p| cos psi = S` and `|p| sin psi |e| = p.e`, no end direction is normalised: `sin g = f m/(|p||p'|)`,
-//!   `cos(psi + psi') |p||p'| = 2 S^2 - p.p'`, `sin(psi + psi') |p||p'| = S (p + p').e/|e|`; and `p1 = n1.toward = (h e^2 - (r.e)
-//!   (n1.e)) / (m |e|)`, h = n1.r, `p2 = n1.e/|e|`. Lengths of edges occur squared only.
+//!   `cos(psi + psi') |p||p'| = 2 S^2 - p.p'`, `sin(psi + psi') |p||p'| = S (p + p').e/|e|`; and `p1 = n1.toward = t/(m |e|)`, `t = h
+//!   e^2 - (r.e) (n1.e)`, h = n1.r, `p2 = n1.e/|e|`. With `m = S |e|` and `q = f/(p^2 p'^2)` an edge adds, twice over, w times
+//!   `t [g/m^3 + q (2/e^2 - p.p'/m^2)]` and times `q (n1.e) (p + p').e/e^2`. Lengths of edges occur squared only.
 //!
 //! Nothing is recomputed for the whole edge of an unclipped lane: f = 1, p = r, p' = r', to the last digit.
 
 use fearless_simd::Simd;
 
-use super::arc_tangent::{angle, angles};
+use super::arc_tangent::angle;
 use super::bound::{bound, conditioned};
 use super::lanes::{Lane, Lanes, Mask, constant};
 use super::visible::{BoundarySums, SeenExtent, Total};
@@ -151,47 +152,31 @@ impl<S: Simd, F: Lane> Sums<S, F> {
         let zero = constant(simd, 0.0);
         Self { value: zero, gradient: Vec3::new(zero, zero, zero), angles: zero, nearest: zero }
     }
+}
 
-    /// Adds the visible piece of an edge.
+impl<S: Simd, F: Lane> BoundarySums<S, F> for Sums<S, F> {
+    const FACTOR: f64 = -0.5;
+
     #[inline(always)]
     fn add_one<const GRADIENT: bool>(
         &mut self,
         simd: S,
+        _: Vec3<Lanes<S, F>>,
         Span { edge, part, w, square, moment, .. }: &Span<S, F>,
         Terms { inline, ends, product, lit, reach, level, toward }: &Terms<S, F>,
-        (g, across): (Lanes<S, F>, Lanes<S, F>),
+        g: Lanes<S, F>,
     ) {
         let inverse_square = *product * *ends;
-        let inverse = *moment * inverse_square;
-        self.value = self.value + part.visible(simd, (g * inverse) * *lit);
+        let turn = g * (*moment * inverse_square);
+        self.value = self.value + part.visible(simd, turn * *lit);
         if GRADIENT {
-            let sine = across * (*product * *square);
-            let nearest = *square * edge.inverse;
-            let cc = g + sine * ((nearest + nearest) - *inline);
-            let cs = (sine * *moment) * *reach;
-            let toward = *toward * inverse;
-            self.gradient = self.gradient + *w * part.visible(simd, (cc * toward + cs * *level) * inverse_square);
+            let between = part.of(*product * *square);
+            let straight = (edge.inverse + edge.inverse) - *inline * inverse_square;
+            let term = *toward * (inverse_square * turn + between * straight) + (between * *reach) * *level;
+            self.gradient = self.gradient + *w * part.visible(simd, term);
         }
         self.nearest = self.nearest.max(part.counted(simd, edge.square * inverse_square));
         self.angles = self.angles + part.counted(simd, g);
-    }
-}
-
-impl<S: Simd, F: Lane> BoundarySums<S, F> for Sums<S, F> {
-    /// One after the other; what takes long is done for all of them side by side, and what needs no root while there are roots to
-    /// wait for.
-    #[inline(always)]
-    fn add<const GRADIENT: bool, const N: usize>(&mut self, simd: S, n1: Vec3<Lanes<S, F>>, spans: &[Span<S, F>; N]) {
-        let mut terms = [Terms::none(simd); N];
-        let (mut across, mut inline) = ([constant(simd, 0.0); N], [constant(simd, 0.0); N]);
-        for (k, span) in spans.iter().enumerate() {
-            terms[k] = Terms::new::<GRADIENT>(simd, n1, span);
-            (across[k], inline[k]) = (span.part.of(span.moment), terms[k].inline);
-        }
-        let angles = angles(simd, across, inline);
-        for k in 0..N {
-            self.add_one::<GRADIENT>(simd, &spans[k], &terms[k], (angles[k], across[k]));
-        }
     }
 
     /// The horizon's `n1.N` is -1.
@@ -207,8 +192,7 @@ impl<S: Simd, F: Lane> BoundarySums<S, F> for Sums<S, F> {
         let crossing = crossing.as_ref().map(|(crossing, _)| crossing);
         let holds = conditioned(simd, &self, crossing, *farthest_square);
         let bound = bound::<S, F, GRADIENT>(simd, (*edges, *tight), &self, crossing, *farthest_square);
-        let half = constant(simd, -0.5);
-        ((self.value * half, self.gradient * half, bound), holds)
+        ((self.value, self.gradient, bound), holds)
     }
 }
 

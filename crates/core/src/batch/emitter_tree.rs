@@ -7,9 +7,9 @@
 use fearless_simd::Level;
 
 use super::cluster::{Cluster, fan};
-use super::emitters::by_edges;
 use super::far_field::{FarField, Nodes};
-use super::many_emitters::{Group, common_power, goes_on_lanes};
+use super::lamps::{Lamps, sorted};
+use super::many_emitters::common_power;
 use crate::{DVec3, Emitter};
 
 /// Emitters of a leaf at most: two vectors of double precision.
@@ -22,8 +22,8 @@ const WORTH: usize = 12;
 /// Distance of a normal from the mean of a node's, up to which the node may have a far field.
 const FACING: f64 = 0.5;
 
-/// Emitters in a tree, made once for any number of receivers. Constant emitters go into the tree; others are answered one by one
-/// for every receiver.
+/// Emitters in a tree, made once for any number of receivers. Constant and linear emitters go into the tree; polynomial and concave
+/// ones, and what double precision does not hold, are answered one by one for every receiver.
 ///
 /// Making it takes about as long as a hundred receivers take without it.
 #[derive(Debug, Clone)]
@@ -38,10 +38,10 @@ pub struct EmitterTree<'a> {
     pub(super) power: f64,
 }
 
-/// Emitters with as many vertices, and the tree over them, a node before its children.
+/// Emitters of a kind with as many vertices, and the tree over them, a node before its children.
 #[derive(Debug, Clone)]
 pub(super) struct Grove {
-    pub(super) group: Group<f64>,
+    pub(super) lamps: Lamps,
     pub(super) nodes: Vec<Node>,
 }
 
@@ -62,20 +62,21 @@ impl<'a> EmitterTree<'a> {
     #[must_use]
     pub fn new(emitters: &'a [Emitter]) -> Self {
         let power = common_power::<f64>(emitters);
-        let (fit, others): (Vec<_>, Vec<_>) =
-            (0..emitters.len()).partition(|i| goes_on_lanes::<f64>(&emitters[*i], power) && fans_out(&emitters[*i]));
+        let (convex, concave): (Vec<_>, Vec<_>) = (0..emitters.len()).partition(|i| fans_out(&emitters[*i]));
+        let (kinds, mut others) = sorted(emitters, &convex, power);
+        others.extend(concave);
         let mut tree = Self { emitters, groups: Vec::new(), far_fields: Vec::new(), nodes: Nodes::default(), others, power };
-        for mut order in by_edges(emitters, &fit) {
-            let mut nodes = Vec::new();
+        for lamps in kinds {
+            let (mut nodes, mut order) = (Vec::new(), lamps.index().to_vec());
             Builder { emitters, power, nodes: &mut nodes }.add(0, &mut order);
-            let group = Group::new(emitters, order, power);
+            let lamps = lamps.reordered(emitters, order, power);
             for node in &mut nodes {
-                if let Some(far) = far_field(node, &group, &mut tree.nodes) {
+                if let Some(far) = far_field(node, &lamps, &mut tree.nodes) {
                     node.far = Some(tree.far_fields.len());
                     tree.far_fields.push(far);
                 }
             }
-            tree.groups.push(Grove { group, nodes });
+            tree.groups.push(Grove { lamps, nodes });
         }
         tree
     }
@@ -94,14 +95,14 @@ fn fans_out(emitter: &Emitter) -> bool {
 }
 
 /// The far field of a node where it is worth it.
-fn far_field(node: &Node, group: &Group<f64>, nodes: &mut Nodes) -> Option<FarField> {
+fn far_field(node: &Node, lamps: &Lamps, nodes: &mut Nodes) -> Option<FarField> {
     let Node { first, count, cluster, .. } = node;
     if *count < FEWEST || cluster.spread > FACING {
         return None;
     }
     let degree = FarField::degree(cluster);
     let worth = degree.iter().map(|degree| degree + 1).product::<usize>() <= WORTH * count;
-    worth.then(|| FarField::new(cluster, degree, (group, *first..first + count), Level::new(), nodes))
+    worth.then(|| FarField::new(cluster, degree, (lamps, *first..first + count), Level::new(), nodes))
 }
 
 struct Builder<'a, 'b> {

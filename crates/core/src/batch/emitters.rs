@@ -4,14 +4,15 @@ use fearless_simd::Level;
 
 use super::Precision;
 use super::answers::{Answers, Counts, Slots};
+use super::lamps::{Lamps, by_edges, sorted};
 use super::lanes::MOST_LANES;
 use super::many_emitters::{Group, SeenFrom, Work, common_power, goes_on_lanes};
 use super::tile::{self, Entries, Goal, Settled, TILE, put};
 use crate::evaluate::Method;
 use crate::{Emitter, Error, Receiver};
 
-/// Emitters as a structure of arrays, made once for any number of receivers. Constant emitters with as many vertices go on lanes
-/// together; others are kept as they are and answered one by one.
+/// Emitters as a structure of arrays, made once for any number of receivers. Constant or linear emitters with as many vertices go on
+/// lanes together, linear ones in double precision; polynomial ones are kept as they are and answered one by one.
 ///
 /// ```
 /// use radgrad_core::{DVec3, Emission, Emitter, Polygon, Receiver};
@@ -31,12 +32,21 @@ use crate::{Emitter, Error, Receiver};
 #[derive(Debug, Clone)]
 pub struct Emitters<'a, F = f64> {
     emitters: &'a [Emitter],
-    groups: Vec<Group<F>>,
-    /// The same in double precision, for what single precision does not settle.
-    double: Vec<Group<f64>>,
+    sets: Vec<Set<F>>,
     /// Those that do not go on lanes.
     others: Vec<usize>,
     power: f64,
+}
+
+/// Emitters of one kind with as many vertices.
+#[derive(Debug, Clone)]
+struct Set<F> {
+    /// Which emitters they are.
+    index: Vec<usize>,
+    /// Constant ones in the precision asked for.
+    group: Option<Group<F>>,
+    /// In double precision, for what that does not settle, and linear ones.
+    double: Option<Lamps>,
 }
 
 impl<'a, F: Precision> Emitters<'a, F> {
@@ -44,16 +54,15 @@ impl<'a, F: Precision> Emitters<'a, F> {
     #[must_use]
     pub fn new(emitters: &'a [Emitter]) -> Self {
         let power = common_power::<F>(emitters);
-        let (fit, others): (Vec<_>, Vec<_>) = (0..emitters.len()).partition(|i| goes_on_lanes::<F>(&emitters[*i], power));
-        let by_edges = by_edges(emitters, &fit);
-        let double = if F::IS_SINGLE { by_edges.clone() } else { Vec::new() };
-        Self {
-            emitters,
-            groups: by_edges.into_iter().map(|index| Group::new(emitters, index, power)).collect(),
-            double: double.into_iter().map(|index| Group::new(emitters, index, power)).collect(),
-            others,
-            power,
-        }
+        let (fit, rest): (Vec<_>, Vec<_>) = (0..emitters.len()).partition(|i| goes_on_lanes::<F>(&emitters[*i], power));
+        let (double, others) = sorted(emitters, &rest, power);
+        let fit = by_edges(emitters, &fit).into_iter().map(|index| Set {
+            group: Some(Group::new(emitters, index.clone(), power)),
+            double: F::IS_SINGLE.then(|| Lamps::Constant(Group::new(emitters, index.clone(), power))),
+            index,
+        });
+        let double = double.into_iter().map(|lamps| Set { index: lamps.index().to_vec(), group: None, double: Some(lamps) });
+        Self { emitters, sets: fit.chain(double).collect(), others, power }
     }
 
     /// Number of emitters.
@@ -61,19 +70,6 @@ impl<'a, F: Precision> Emitters<'a, F> {
     pub const fn count(&self) -> usize {
         self.emitters.len()
     }
-}
-
-/// Indices of emitters with as many vertices together.
-pub(super) fn by_edges(emitters: &[Emitter], indices: &[usize]) -> Vec<Vec<usize>> {
-    let edges = |index: usize| emitters[index].polygon().vertices().len();
-    let mut groups: Vec<Vec<usize>> = Vec::new();
-    for &index in indices {
-        match groups.iter_mut().find(|group| edges(group[0]) == edges(index)) {
-            Some(group) => group.push(index),
-            None => groups.push(vec![index]),
-        }
-    }
-    groups
 }
 
 /// One receiver and its emitters.
@@ -96,15 +92,15 @@ impl<'a, F: Precision> OneReceiver<'a, F> {
     pub(super) fn all(&self, threads: bool, answers: &mut Answers<F>) -> Result<Counts, Error> {
         let mut counts = Counts::default();
         let mut sorted = Answers::new();
-        for (place, group) in self.emitters.groups.iter().enumerate() {
-            let in_order = group.index.iter().enumerate().all(|(i, index)| i == *index);
-            let count = group.count();
+        for set in &self.emitters.sets {
+            let in_order = set.index.iter().enumerate().all(|(i, index)| i == *index);
+            let count = set.index.len();
             let target = if in_order { &mut *answers } else { &mut sorted };
             let slots = target.sized(if in_order { self.emitters.count() } else { count }, self.goal.asked).split_at(count).0;
-            counts += tile::run(threads, 0, slots, &|start, slots| self.tile(place, start, slots))?;
+            counts += tile::run(threads, 0, slots, &|start, slots| self.tile(set, start, slots))?;
             if !in_order {
                 let mut slots = answers.sized(self.emitters.count(), self.goal.asked);
-                group.index.iter().enumerate().try_for_each(|(i, index)| put(&mut slots, *index, &sorted.answer(i)))?;
+                set.index.iter().enumerate().try_for_each(|(i, index)| put(&mut slots, *index, &sorted.answer(i)))?;
             }
         }
         let mut slots = answers.sized(self.emitters.count(), self.goal.asked);
@@ -114,23 +110,22 @@ impl<'a, F: Precision> OneReceiver<'a, F> {
         Ok(counts)
     }
 
-    /// Answers emitters of a group from `start` on.
-    fn tile(&self, place: usize, start: usize, mut slots: Slots<'_, F>) -> Result<Counts, Error> {
-        let group = &self.emitters.groups[place];
+    /// Answers emitters of a set from `start` on.
+    fn tile(&self, set: &Set<F>, start: usize, mut slots: Slots<'_, F>) -> Result<Counts, Error> {
         let length = slots.radiosity.len();
-        let mut work = Work::new();
-        let settled = self
-            .seen
-            .as_ref()
-            .map_or_else(Settled::default, |seen| group.answer(self.level, seen, start..start + length, self.goal, &mut work));
-        work.copy_to(&mut slots);
+        let mut settled = Settled::default();
+        if let (Some(group), Some(seen)) = (&set.group, &self.seen) {
+            let mut work = Work::new();
+            settled = group.answer(self.level, seen, start..start + length, self.goal, &mut work);
+            work.copy_to(&mut slots);
+        }
         let mut counts = settled.counts();
         let mut open = settled.open(length);
-        if let (Some(group), Some(seen)) = (self.emitters.double.get(place), &self.double) {
-            open = self.doubled((group, seen), start, open, (&mut slots, &mut counts))?;
+        if let (Some(lamps), Some(seen)) = (&set.double, &self.double) {
+            open = self.doubled((lamps, seen), start, open, (&mut slots, &mut counts))?;
         }
         for entry in tile::each(open) {
-            self.single(group.index[start + entry], (&mut slots, entry), &mut counts)?;
+            self.single(set.index[start + entry], (&mut slots, entry), &mut counts)?;
         }
         Ok(counts)
     }
@@ -138,7 +133,7 @@ impl<'a, F: Precision> OneReceiver<'a, F> {
     /// Answers open entries on lanes of double precision, with their neighbours; returns those that are still open.
     fn doubled(
         &self,
-        (group, seen): (&Group<f64>, &SeenFrom<f64>),
+        (lamps, seen): (&Lamps, &SeenFrom<f64>),
         start: usize,
         open: Entries,
         (slots, counts): (&mut Slots<'_, F>, &mut Counts),
@@ -150,10 +145,11 @@ impl<'a, F: Precision> OneReceiver<'a, F> {
             if wanted == 0 {
                 continue;
             }
-            let end = (start + first + MOST_LANES).min(group.count());
-            let settled = group.answer(self.level, seen, start + first..end, self.goal.doubled(), &mut work);
+            let end = (start + first + MOST_LANES).min(lamps.index().len());
+            let settled = lamps.answer(self.level, seen, start + first..end, self.goal.doubled(), &mut work);
             let settled = Settled { zero: settled.zero & wanted, good: settled.good & wanted, clipped: settled.clipped };
-            *counts += Counts { doubled: wanted.count_ones() as usize, ..settled.counts() };
+            let doubled = if F::IS_SINGLE { wanted.count_ones() as usize } else { 0 };
+            *counts += Counts { doubled, ..settled.counts() };
             for entry in tile::each(settled.zero | settled.good) {
                 put(slots, first + entry, &work.answer(entry, self.goal.asked))?;
             }

@@ -15,10 +15,10 @@
 //!   those before (Rivlin, "The Chebyshev polynomials", 1974, chapter 1; the tests sample them).
 //! - A Gauss rule with n nodes each way integrates polynomials of degree 2n - 2 over a triangle exactly, with positive weights, so
 //!   it errs by at most twice what Taylor's polynomial leaves within the triangle's reach from its middle: the sum of all terms of
-//!   higher order.
+//!   higher order. A linear emission takes one degree of it.
 //! - Weights and sums are off by a rounding for each operation, times the product of the Lebesgue constants, which bounds the sum
-//!   of `|L_m|`, and areas by some of the product of two sides; places by a few roundings of the coordinates, which changes F by
-//!   `6/D^3` of that.
+//!   of `|L_m|`, and areas by some of the product of two sides, as do emissions; places by a few roundings of the coordinates, which
+//!   changes F by `6/D^3` of that.
 
 use std::f64::consts::{FRAC_1_PI, PI};
 use std::ops::Range;
@@ -26,8 +26,8 @@ use std::ops::Range;
 use fearless_simd::{Level, Simd};
 
 use super::cluster::{Cluster, Sight, UP};
+use super::lamps::Lamps;
 use super::lanes::{Lanes, MOST_LANES, constant, on_level, same};
-use super::many_emitters::Group;
 use crate::DVec3;
 use crate::number::ROUNDOFF;
 use crate::vec3::Vec3;
@@ -131,22 +131,24 @@ impl FarField {
         cluster.half.map(|half| least(half).unwrap_or(DEGREES - 1))
     }
 
-    /// The far field of a cluster, emitters of a group in a range, each covered once by a fan from its vertex 0.
+    /// The far field of a cluster, lamps in a range, each covered once by a fan from its vertex 0.
     pub(super) fn new(
         cluster: &Cluster,
         degree: [usize; 3],
-        (group, range): (&Group<f64>, Range<usize>),
+        (lamps, range): (&Lamps, Range<usize>),
         level: Level,
         nodes: &mut Nodes,
     ) -> Self {
         let emitters = range.len();
         let points = degree.map(Points::new);
         let usual = USUAL * cluster.radius;
-        let (reach, sides) = group.extent(range.clone());
-        let rule = (2..=6).find(|n| left_by_rule(reach / usual, 2 * n - 1) <= ENOUGH).unwrap_or(6);
+        let (reach, sides) = lamps.extent(range.clone());
+        // The rule's degree, less that of the emission.
+        let first = |n: usize| 2 * n - lamps.order();
+        let rule = (2..=6).find(|n| left_by_rule(reach / usual, first(*n)) <= ENOUGH).unwrap_or(6);
         let gauss = gauss_rule(rule);
         let interpolation = Interpolation { cluster, points: &points, gauss: &gauss };
-        let weights = on_level!(level, simd => interpolation.weights(simd, group, range));
+        let weights = on_level!(level, simd => interpolation.weights(simd, lamps, range));
         let growth = degree.map(lebesgue);
         let axis = |k: usize| {
             let [steep, flat] = order(degree[k] + 1);
@@ -160,8 +162,8 @@ impl FarField {
             count,
             axes: [axis(0), axis(1), axis(2)],
             reach,
-            first: 2 * rule - 1,
-            rounding: ((emitters + count + 512) as f64 + 16.0 * PI * sides / cluster.power) * ROUNDOFF * all,
+            first: first(rule),
+            rounding: ((emitters + count + 520) as f64 + 16.0 * PI * sides / cluster.power) * ROUNDOFF * all,
             displaced: 256.0 * ROUNDOFF * (cluster.centre.length() + cluster.radius) * all,
         }
     }
@@ -227,7 +229,7 @@ const SIDE_BY_SIDE: usize = 8;
 impl Interpolation<'_> {
     /// The weights at the nodes, over pi.
     #[inline(always)]
-    fn weights<S: Simd>(&self, simd: S, group: &Group<f64>, range: Range<usize>) -> Vec<[f64; 3]> {
+    fn weights<S: Simd>(&self, simd: S, lamps: &Lamps, range: Range<usize>) -> Vec<[f64; 3]> {
         let [first, second, third] = self.points.each_ref().map(|points| points.at.len());
         let count = first * second * third;
         let mut areas = vec![0.0; count * SIDE_BY_SIDE];
@@ -238,12 +240,12 @@ impl Interpolation<'_> {
                 if entry >= range.end {
                     break;
                 }
-                for k in 0..group.triangles() {
-                    let [a, ab, bc, emitted] = group.triangle(simd, k, entry, range.end);
+                for k in 0..lamps.outlines().triangles() {
+                    let [a, ab, bc, emitted] = lamps.outlines().triangle(simd, k, entry, range.end);
                     for node in 0..count {
                         constant(simd, 0.0).store(&mut areas[node * SIDE_BY_SIDE + lane..]);
                     }
-                    self.integrate(simd, [a, ab, bc], &mut areas[lane..]);
+                    self.integrate(simd, [a, ab, bc], lamps.glow(simd, k, entry), &mut areas[lane..]);
                     for (sums, emitted) in sums.iter_mut().zip([emitted.x, emitted.y, emitted.z]) {
                         for node in 0..count {
                             let at = node * SIDE_BY_SIDE + lane;
@@ -257,15 +259,23 @@ impl Interpolation<'_> {
         (0..count).map(|node| [0, 1, 2].map(|k| total(&sums[k], node))).collect()
     }
 
-    /// Adds the integrals of Lagrange's polynomials over triangles `a + u (ab + v bc)`, over twice their areas.
+    /// Adds the integrals of Lagrange's polynomials times the emission, `b + u (b_ab + v b_bc)`, over triangles `a + u (ab + v bc)`, over
+    /// twice their areas.
     #[inline(always)]
-    fn integrate<S: Simd>(&self, simd: S, [a, ab, bc]: [Vec3<Lanes<S, f64>>; 3], areas: &mut [f64]) {
+    fn integrate<S: Simd>(
+        &self,
+        simd: S,
+        [a, ab, bc]: [Vec3<Lanes<S, f64>>; 3],
+        [glow, glow_ab, glow_bc]: [Lanes<S, f64>; 3],
+        areas: &mut [f64],
+    ) {
         let Cluster { centre, axes, half, .. } = self.cluster;
         let centre = same(simd, centre.to_array());
         for (u, first) in self.gauss {
             for (v, second) in self.gauss {
                 let point = a + (ab + bc * Lanes::all(simd, *v)) * Lanes::all(simd, *u) - centre;
-                let area = Lanes::all(simd, u * first * second);
+                let emission = glow + (glow_ab + glow_bc * Lanes::all(simd, *v)) * Lanes::all(simd, *u);
+                let area = emission * Lanes::all(simd, u * first * second);
                 let mut values = [[constant(simd, 0.0); DEGREES]; 3];
                 for k in 0..3 {
                     let place = same::<S, f64>(simd, axes[k].to_array()).dot(point) * Lanes::all(simd, 1.0 / half[k]);
@@ -311,6 +321,7 @@ mod tests {
     use rand::{RngExt, SeedableRng, rngs::ChaCha8Rng};
 
     use super::*;
+    use crate::batch::lamps::sorted;
     use crate::batch::total::far_value;
     use crate::{Emission, Emitter, Polygon, Receiver, evaluate};
 
@@ -340,8 +351,8 @@ mod tests {
         }
     }
 
-    /// A flat or bent sheet of triangles or of quadrilaterals.
-    fn sheet(bent: f64, triangles: bool, random: &mut ChaCha8Rng) -> Vec<Emitter> {
+    /// A flat or bent sheet of triangles or of quadrilaterals, constant or linear.
+    fn sheet(bent: f64, triangles: bool, linear: bool, random: &mut ChaCha8Rng) -> Vec<Emitter> {
         let place = |i: usize, j: usize| {
             let (u, v) = (i as f64 / 6.0 - 0.5, j as f64 / 6.0 - 0.5);
             DVec3::new(u, v * 0.7, 0.3 * u - bent * (u * u + v * v) + 40.0)
@@ -352,7 +363,14 @@ mod tests {
                 let [a, b, c, d] = [place(i, j), place(i, j + 1), place(i + 1, j + 1), place(i + 1, j)];
                 let cells = if triangles { vec![vec![a, b, c], vec![a, c, d]] } else { vec![vec![a, b, c, d]] };
                 for vertices in cells {
-                    let emission = Emission::Constant(random.random_range(-0.2..1.0));
+                    let mut at = || random.random_range(-0.2..1.0);
+                    let emission = if !linear {
+                        Emission::Constant(at())
+                    } else if triangles {
+                        Emission::at_vertices(vec![at(), at(), at()])
+                    } else {
+                        Emission::gradient(at(), DVec3::new(at(), at(), at()) * 6.0)
+                    };
                     lamps.push(Emitter::new(Polygon::new(vertices).unwrap(), emission).unwrap());
                 }
             }
@@ -364,11 +382,13 @@ mod tests {
     fn far_fields_are_within_their_bounds_from_near_to_far() {
         let mut random = ChaCha8Rng::seed_from_u64(31);
         let (mut worst, mut usual) = (0.0f64, f64::INFINITY);
-        for (bent, triangles) in [(0.0, true), (0.0, false), (0.4, true), (-0.4, true)] {
-            let lamps = sheet(bent, triangles, &mut random);
+        let sheets = [(0.0, true), (0.0, false), (0.4, true), (-0.4, true)];
+        for ((bent, triangles), linear) in sheets.into_iter().flat_map(|shape| [(shape, false), (shape, true)]) {
+            let lamps = sheet(bent, triangles, linear, &mut random);
             let index: Vec<usize> = (0..lamps.len()).collect();
             let cluster = Cluster::new(&lamps, &index, 1.0);
-            let group = Group::new(&lamps, index, 1.0);
+            let (mut kinds, _) = sorted(&lamps, &index, 1.0);
+            let group = kinds.remove(0);
             for degree in [FarField::degree(&cluster), [3, 2, 1]] {
                 let mut nodes = Nodes::default();
                 let field = FarField::new(&cluster, degree, (&group, 0..lamps.len()), Level::new(), &mut nodes);
@@ -387,7 +407,10 @@ mod tests {
                         exact.iter().fold((0.0, 0.0), |(sum, size), a| (sum + a.radiosity, size + a.radiosity.abs()));
                     assert!(size <= sight.most, "{size:e} above the most there can be, {:e}", sight.most);
                     let error = (far_value(Level::new(), &nodes, field.nodes.clone(), &receiver) - sum).abs();
-                    assert!(error <= bound + 1e-11 * size, "bent {bent}, degree {degree:?}, {i}: {error:e} > {bound:e}");
+                    assert!(
+                        error <= bound + 1e-11 * size,
+                        "bent {bent}, linear {linear}, degree {degree:?}, {i}: {error:e} > {bound:e}"
+                    );
                     worst = worst.max(error / bound);
                     usual = usual.min(bound / size);
                 }

@@ -15,11 +15,12 @@
 //! Single precision would cancel too much: its receivers are answered here in double precision.
 
 mod bound;
+pub(super) mod many;
 mod segment;
 
 use fearless_simd::{Level, Simd};
 
-use super::arc_tangent::{angle, angles};
+use super::arc_tangent::angle;
 use super::edge::{Span, Terms};
 use super::lanes::{Lanes, Mask, constant, on_level, same};
 use super::one_emitter::{Emitting, Outlined, lanes, padded};
@@ -44,48 +45,90 @@ type Vector<S> = Vec3<Lanes<S, f64>>;
 pub(super) struct LinearLamp {
     outline: Outlined<f64>,
     glow: Glow,
+}
+
+/// The emission of one emitter.
+#[derive(Debug, Clone)]
+pub(super) struct Glow {
+    at_vertices: Vec<f64>,
+    gradient: [f64; 3],
+    /// The largest of them, and what bounds the gradient's length and, times 4u, its error.
+    largest: f64,
+    steepness: f64,
+    /// The largest with what the slope adds over the emitter: the emission anywhere on it is known to 20u of that.
+    scale: f64,
     /// One over pi and the power that normalised the emission.
     brightness: f64,
 }
 
-/// The emission.
-#[derive(Debug, Clone)]
-struct Glow {
-    at_vertices: Vec<f64>,
-    gradient: [f64; 3],
-    /// The largest of them, and the gradient's length.
-    largest: f64,
-    steepness: f64,
-}
-
-impl LinearLamp {
-    /// `None` for other emissions, and where the plane or the emission over it is not known to a few roundings: the bound counts
-    /// no more.
-    pub(super) fn new(emitter: &Emitter) -> Option<Self> {
+impl Glow {
+    /// With lengths times a power of two. `None` for other emissions, and where the plane or the emission over it is not known to a
+    /// few roundings: the bound counts no more.
+    pub(super) fn new(emitter: &Emitter, power: f64) -> Option<Self> {
         let (polygon, affine) = (emitter.polygon(), emitter.affine());
         let Emission::Linear(_) = emitter.emission() else { return None };
-        let outline = Outlined::new(polygon)?;
-        let (vertices, power) = (polygon.vertices(), outline.power);
+        let vertices = polygon.vertices();
         let slope = emitter.precise_gradient::<Ball<f64>>().map(|c| c.scaled(1.0 / power));
         let gradient = slope.map(|c| c.value());
         let at_vertices: Vec<f64> = (0..vertices.len()).map(|i| emitter.vertex_value(i)).collect();
         let largest = at_vertices.iter().fold(0.0, |largest: f64, b| largest.max(b.abs()));
-        let steepness = gradient.length() * (1.0 + 8.0 * ROUNDOFF);
         let slope_error = [slope.x, slope.y, slope.z].map(|c| c.error()).into_iter().fold(0.0, f64::max);
-        let size = largest + steepness * polygon.size() * power;
+        // A slope that is known to less than 4u, as of a level emission in a tilted plane, counts as one that is.
+        let steepness = (gradient.length() * (1.0 + 8.0 * ROUNDOFF)).max(slope_error / (4.0 * ROUNDOFF));
+        let scale = largest + steepness * polygon.size() * power;
         let off = |i: usize| {
             let there = gradient.dot(Vec3::from((vertices[i] - vertices[0]) * power));
             (at_vertices[i] - at_vertices[0] - there).abs()
         };
-        let is_known = slope_error <= 4.0 * ROUNDOFF * steepness
-            && emitter.vertex_error() + affine.residual <= 4.0 * ROUNDOFF * size
-            && (0..vertices.len()).all(|i| off(i) <= 16.0 * ROUNDOFF * size)
+        let is_known = emitter.vertex_error() + affine.residual <= 4.0 * ROUNDOFF * scale
+            && (0..vertices.len()).all(|i| off(i) <= 16.0 * ROUNDOFF * scale)
             && polygon.normal_error() <= 2.0 * ROUNDOFF
             && polygon.planarity_defect() <= 4.0 * ROUNDOFF * polygon.size();
         let brightness = std::f64::consts::FRAC_1_PI / emitter.power();
-        let in_range = brightness.is_normal() && (2f64.powi(-400)..2f64.powi(400)).contains(&steepness) && largest > 0.0;
-        let glow = Glow { at_vertices, gradient: [gradient.x, gradient.y, gradient.z], largest, steepness };
-        (is_known && in_range).then_some(Self { outline, glow, brightness })
+        let is_ordinary = steepness == 0.0 || (2f64.powi(-400)..2f64.powi(400)).contains(&steepness);
+        let in_range = brightness.is_normal() && is_ordinary && largest > 0.0;
+        let gradient = [gradient.x, gradient.y, gradient.z];
+        (is_known && in_range).then_some(Self { at_vertices, gradient, largest, steepness, scale, brightness })
+    }
+}
+
+/// The emission of an emitter on all lanes, or of one a lane.
+pub(super) trait Glowing<S: Simd> {
+    /// Where edge `index` starts and where it ends.
+    fn ends(&self, simd: S, index: usize) -> [Wide<S>; 2];
+    /// `gB`, its length, and the largest magnitude at a vertex.
+    fn gradient(&self, simd: S) -> Vector<S>;
+    fn steepness(&self, simd: S) -> Wide<S>;
+    fn largest(&self, simd: S) -> Wide<S>;
+}
+
+impl<S: Simd> Glowing<S> for &Glow {
+    #[inline(always)]
+    fn ends(&self, simd: S, index: usize) -> [Wide<S>; 2] {
+        let next = if index + 1 == self.at_vertices.len() { 0 } else { index + 1 };
+        [Wide::all(simd, self.at_vertices[index]), Wide::all(simd, self.at_vertices[next])]
+    }
+    #[inline(always)]
+    fn gradient(&self, simd: S) -> Vector<S> {
+        same(simd, self.gradient)
+    }
+    #[inline(always)]
+    fn steepness(&self, simd: S) -> Wide<S> {
+        Wide::all(simd, self.steepness)
+    }
+    #[inline(always)]
+    fn largest(&self, simd: S) -> Wide<S> {
+        Wide::all(simd, self.largest)
+    }
+}
+
+impl LinearLamp {
+    /// `None` where [`Outlined::new`] or [`Glow::new`] gives none.
+    pub(super) fn new(emitter: &Emitter) -> Option<Self> {
+        let Emission::Linear(_) = emitter.emission() else { return None };
+        let outline = Outlined::new(emitter.polygon())?;
+        let glow = Glow::new(emitter, outline.power)?;
+        Some(Self { outline, glow })
     }
 
     /// Receivers of a tile on lanes.
@@ -97,7 +140,7 @@ impl LinearLamp {
         slots: &mut Slots<'_, f64>,
     ) -> Settled {
         padded(receivers, goal, slots, |receivers, slots| {
-            let lamp = (&self.outline, self.brightness, &self.glow);
+            let lamp = (&self.outline, self.glow.brightness, &self.glow);
             if goal.asked.gradient {
                 on_level!(level, simd => lanes::<_, f64, _, true>(simd, receivers, lamp, goal, slots))
             } else {
@@ -108,36 +151,17 @@ impl LinearLamp {
 }
 
 impl<'a, S: Simd> Emitting<S, f64> for &'a Glow {
-    type Sums = LinearSums<'a, S>;
+    type Sums = LinearSums<S, &'a Glow>;
 
     #[inline(always)]
-    fn sums(&self, simd: S, outline: &Outlined<f64>, x: Vector<S>, n1: Vector<S>) -> LinearSums<'a, S> {
-        let (n2, first): (Vector<S>, Vector<S>) = (outline.normal(simd), outline.vertex(simd, 0) - x);
-        let gradient = same(simd, self.gradient);
-        let zero = constant(simd, 0.0);
-        LinearSums {
-            glow: self,
-            n2,
-            gradient,
-            height: -n2.dot(first),
-            beta: Wide::all(simd, self.at_vertices[0]) - gradient.dot(first),
-            tilt: n1.dot(n2),
-            slope: gradient.dot(n1),
-            lit: zero,
-            aimed: zero,
-            contour: zero,
-            x1: zero,
-            edges: Vec3::new(zero, zero, zero),
-            angles: zero,
-            nearest: zero,
-            slant: zero,
-        }
+    fn sums<O: Outline<S, f64>>(&self, simd: S, _: usize, outline: &O, x: Vector<S>, n1: Vector<S>) -> Self::Sums {
+        LinearSums::new(simd, *self, outline, x, n1)
     }
 }
 
 /// The sums, and what of the receiver and the emission they need.
-pub(super) struct LinearSums<'a, S: Simd> {
-    glow: &'a Glow,
+pub(super) struct LinearSums<S: Simd, G> {
+    glow: G,
     n2: Vector<S>,
     /// `gB`.
     gradient: Vector<S>,
@@ -160,7 +184,36 @@ pub(super) struct LinearSums<'a, S: Simd> {
     slant: Wide<S>,
 }
 
-impl<S: Simd> LinearSums<'_, S> {
+impl<S: Simd, G: Glowing<S>> LinearSums<S, G> {
+    #[inline(always)]
+    fn new<O: Outline<S, f64>>(simd: S, glow: G, outline: &O, x: Vector<S>, n1: Vector<S>) -> Self {
+        let (n2, first) = (outline.normal(simd), outline.vertex(simd, 0) - x);
+        let gradient = glow.gradient(simd);
+        let [here, _] = glow.ends(simd, 0);
+        let zero = constant(simd, 0.0);
+        Self {
+            glow,
+            n2,
+            gradient,
+            height: -n2.dot(first),
+            beta: here - gradient.dot(first),
+            tilt: n1.dot(n2),
+            slope: gradient.dot(n1),
+            lit: zero,
+            aimed: zero,
+            contour: zero,
+            x1: zero,
+            edges: Vec3::new(zero, zero, zero),
+            angles: zero,
+            nearest: zero,
+            slant: zero,
+        }
+    }
+}
+
+impl<S: Simd, G: Glowing<S>> BoundarySums<S, f64> for LinearSums<S, G> {
+    const FACTOR: f64 = 1.0;
+
     #[inline(always)]
     fn add_one<const GRADIENT: bool>(&mut self, simd: S, n1: Vector<S>, span: &Span<S, f64>, terms: &Terms<S, f64>, g: Wide<S>) {
         let Span { edge, r, start, end, part, w, square, moment, .. } = span;
@@ -173,9 +226,8 @@ impl<S: Simd> LinearSums<'_, S> {
         let (from, to) = (start.r.dot(edge.e), end.r.dot(edge.e));
         let segment = Segment { moment: *moment, beside, height: self.height, inverse: edge.inverse };
         let outward = edge.e.cross(self.n2);
-        let (here, next) =
-            (self.glow.at_vertices[edge.index], self.glow.at_vertices[(edge.index + 1) % self.glow.at_vertices.len()]);
-        let rise = Wide::all(simd, next - here);
+        let [here, next] = self.glow.ends(simd, edge.index);
+        let rise = next - here;
         let log_ratio = (end.square / start.square).logarithm(simd) * half;
         let flux = beside * turn * self.gradient.dot(outward) + log_ratio * rise;
         self.lit = self.lit + part.visible(simd, turn * lit);
@@ -190,29 +242,13 @@ impl<S: Simd> LinearSums<'_, S> {
             let ss = (g + g) - cc;
             let toward = toward * inverse;
             let steps = rise * edge.inverse;
-            let emitted = Wide::all(simd, here) - steps * r.dot(edge.e);
+            let emitted = here - steps * r.dot(edge.e);
             let along = steps * *moment;
             let seen = (cc * toward + cs * level) * emitted + (cs * toward + ss * level) * along;
             self.edges = self.edges + *w * part.visible(simd, seen * inverse_square);
         }
         self.nearest = self.nearest.max(part.counted(simd, edge.square * inverse_square));
         self.angles = self.angles + part.counted(simd, g);
-    }
-}
-
-impl<S: Simd> BoundarySums<S, f64> for LinearSums<'_, S> {
-    #[inline(always)]
-    fn add<const GRADIENT: bool, const N: usize>(&mut self, simd: S, n1: Vector<S>, spans: &[Span<S, f64>; N]) {
-        let mut terms = [Terms::none(simd); N];
-        let (mut across, mut inline) = ([constant(simd, 0.0); N], [constant(simd, 0.0); N]);
-        for (k, span) in spans.iter().enumerate() {
-            terms[k] = Terms::new::<GRADIENT>(simd, n1, span);
-            (across[k], inline[k]) = (span.part.of(span.moment), terms[k].inline);
-        }
-        let angles = angles(simd, across, inline);
-        for k in 0..N {
-            self.add_one::<GRADIENT>(simd, n1, &spans[k], &terms[k], angles[k]);
-        }
     }
 
     #[inline(always)]

@@ -1,20 +1,21 @@
-//! Constant emitters as a structure of arrays: outlines with as many edges each on lanes, seen from one receiver.
+//! Emitters as a structure of arrays: outlines with as many edges each on lanes, seen from one receiver. With a brightness they are
+//! constant emitters; `linear::many` adds the emission of linear ones.
 
 use std::ops::Range;
 
 use fearless_simd::{Level, Simd};
 
 use super::answers::{Asked, Slots};
-use super::edge::{Edge, Sums};
-use super::lanes::{Lane, Lanes, MOST_LANES, load, on_level, same};
-use super::one_emitter::{brightness, height_share, power};
+use super::edge::Edge;
+use super::lanes::{Lane, Lanes, MOST_LANES, align_frame, constant, load, on_level, same};
+use super::one_emitter::{Emitting, Uniformly, brightness, height_share, power};
 use super::tile::{Goal, Scale, Settled, TILE, settle};
-use super::visible::{Outline, find};
+use super::visible::{BoundarySums, Outline, find};
 use crate::evaluate::{Answer, Method};
 use crate::vec3::Vec3;
 use crate::{DVec3, Emitter, Polygon, Receiver};
 
-/// Constant emitters with as many vertices each, in any order. Arrays go on for a vector's length after the last one, which is
+/// Outlines with as many vertices each and their brightness, in any order. Arrays go on for a vector's length after the last one, which is
 /// repeated there.
 #[derive(Debug, Clone)]
 pub(super) struct Group<F> {
@@ -26,7 +27,7 @@ pub(super) struct Group<F> {
     inverse: Vec<Vec<F>>,
     normal: [Vec<F>; 3],
     height_share: Vec<F>,
-    /// `B/pi`.
+    /// `B/pi` of constant emitters; what others' emission is in units of, over pi.
     brightness: Vec<F>,
 }
 
@@ -37,10 +38,14 @@ pub(super) fn common_power<F: Lane>(emitters: &[Emitter]) -> f64 {
 
 /// Whether an emitter can go on lanes: constant, not dark, and its vertices held by the precision.
 pub(super) fn goes_on_lanes<F: Lane>(emitter: &Emitter, power: f64) -> bool {
+    brightness::<F>(emitter).is_some() && fits::<F>(emitter, power)
+}
+
+/// Whether the precision holds an emitter's vertices, and its edges are not too short.
+pub(super) fn fits<F: Lane>(emitter: &Emitter, power: f64) -> bool {
     let holds = |value: f64| F::nearest(value).to_double() == value;
     let vertices = emitter.polygon().vertices();
-    brightness::<F>(emitter).is_some()
-        && vertices.iter().flat_map(|v| (*v * power).to_array()).chain([power, 1.0 / power]).all(holds)
+    vertices.iter().flat_map(|v| (*v * power).to_array()).chain([power, 1.0 / power]).all(holds)
         && edges(emitter.polygon(), power).all(|e| e.length_squared() >= F::SHORTEST * F::SHORTEST)
 }
 
@@ -50,8 +55,15 @@ fn edges(polygon: &Polygon, power: f64) -> impl Iterator<Item = DVec3> {
 }
 
 impl<F: Lane> Group<F> {
-    /// The emitters of these indices, all with as many vertices and fit for lanes.
+    /// The constant emitters of these indices, all with as many vertices and fit for lanes.
     pub(super) fn new(emitters: &[Emitter], index: Vec<usize>, power: f64) -> Self {
+        let padded = index.iter().chain(std::iter::repeat_n(index.last(), MOST_LANES).flatten());
+        let brightness = padded.map(|i| brightness(&emitters[*i]).unwrap_or_default()).collect();
+        Self::with_brightness(emitters, index, power, brightness)
+    }
+
+    /// The same of any emission.
+    pub(super) fn with_brightness(emitters: &[Emitter], index: Vec<usize>, power: f64, brightness: Vec<F>) -> Self {
         let count = index.first().map_or(0, |first| emitters[*first].polygon().vertices().len());
         let padded = || index.iter().chain(std::iter::repeat_n(index.last(), MOST_LANES).flatten()).map(|i| &emitters[*i]);
         let array = |entry: &dyn Fn(&Emitter) -> f64| padded().map(|emitter| F::nearest(entry(emitter))).collect::<Vec<F>>();
@@ -63,14 +75,9 @@ impl<F: Lane> Group<F> {
                 .collect(),
             normal: along.map(|axis| array(&|e| e.polygon().normal().dot(axis))),
             height_share: padded().map(|e| height_share(e.polygon(), power)).collect(),
-            brightness: padded().map(|e| brightness(e).unwrap_or_default()).collect(),
+            brightness,
             index,
         }
-    }
-
-    /// Number of emitters.
-    pub(super) fn count(&self) -> usize {
-        self.index.len()
     }
 
     /// Triangle k of the fans from vertex 0 of a vector of emitters: `a + u (ab + v bc)`, and `2 A n2 B/pi`, which is 0 for emitters
@@ -90,9 +97,9 @@ impl<F: Lane> Group<F> {
         self.vertices.len() - 2
     }
 
-    /// Of the triangles of the fans over a range: the largest distance of a vertex from its triangle's middle, and the sum of `|B|/pi`
-    /// times the product of two sides, which is what rounding of areas is relative to.
-    pub(super) fn extent(&self, range: Range<usize>) -> (f64, f64) {
+    /// Of the triangles of the fans over a range: the largest distance of a vertex from its triangle's middle, and the sum of `|B|/pi`,
+    /// the brightness times an emission, times the product of two sides, which is what rounding of areas is relative to.
+    pub(super) fn extent(&self, range: Range<usize>, emission: impl Fn(usize) -> f64) -> (f64, f64) {
         let vertex = |k: usize, i: usize| DVec3::from(self.vertices[k].each_ref().map(|array| array[i].to_double()));
         let (mut reach, mut sides) = (0.0f64, 0.0);
         for i in range {
@@ -100,7 +107,7 @@ impl<F: Lane> Group<F> {
                 let [a, b, c] = [vertex(0, i), vertex(k + 1, i), vertex(k + 2, i)];
                 let middle = (a + b + c) / 3.0;
                 reach = [a, b, c].iter().fold(reach, |reach, v| reach.max((*v - middle).length()));
-                sides += self.brightness[i].to_double().abs() * (b - a).length() * (c - b).length();
+                sides += self.brightness[i].to_double().abs() * emission(i) * (b - a).length() * (c - b).length();
             }
         }
         (reach * (1.0 + 1e-12), sides)
@@ -115,15 +122,14 @@ impl<F: Lane> Group<F> {
         goal: Goal,
         work: &mut Work<F>,
     ) -> Settled {
-        let count = range.len();
-        let slots = &mut work.slots(count.next_multiple_of(F::WIDEST), goal.asked);
-        let at = (self, range.start);
-        let settled = if goal.asked.gradient {
-            on_level!(level, simd => lanes::<_, F, true>(simd, at, seen, goal, slots))
-        } else {
-            on_level!(level, simd => lanes::<_, F, false>(simd, at, seen, goal, slots))
-        };
-        settled.first(count)
+        work.answered(range, goal, |start, slots| {
+            let at = (self, start, Uniformly);
+            if goal.asked.gradient {
+                on_level!(level, simd => lanes::<_, F, _, true>(simd, at, seen, goal, slots))
+            } else {
+                on_level!(level, simd => lanes::<_, F, _, false>(simd, at, seen, goal, slots))
+            }
+        })
     }
 }
 
@@ -187,6 +193,17 @@ impl<F: Lane> Work<F> {
         }
     }
 
+    /// What answers a range of entries at most a tile long writes, in whole vectors.
+    pub(super) fn answered(
+        &mut self,
+        range: Range<usize>,
+        goal: Goal,
+        answer: impl FnOnce(usize, &mut Slots<'_, F>) -> Settled,
+    ) -> Settled {
+        let count = range.len();
+        answer(range.start, &mut self.slots(count.next_multiple_of(F::WIDEST), goal.asked)).first(count)
+    }
+
     fn slots(&mut self, count: usize, asked: Asked) -> Slots<'_, F> {
         let [gradient, errors, gradient_errors] =
             [asked.gradient, asked.errors, asked.gradient && asked.errors].map(|wanted| if wanted { count } else { 0 });
@@ -232,21 +249,25 @@ impl<S: Simd, F: Lane> Outline<S, F> for Block<'_, F> {
     }
 }
 
+/// Emitters from `start` on, a vector at a time, and how they emit.
 #[inline(always)]
-fn lanes<S: Simd, F: Lane, const GRADIENT: bool>(
+pub(super) fn lanes<S: Simd, F: Lane, E: Emitting<S, F>, const GRADIENT: bool>(
     simd: S,
-    (group, start): (&Group<F>, usize),
+    (group, start, emitting): (&Group<F>, usize, E),
     seen: &SeenFrom<F>,
     goal: Goal,
     slots: &mut Slots<'_, F>,
 ) -> Settled {
+    align_frame();
     let mut settled = Settled::default();
     let (x, n1) = (same(simd, seen.position), same(simd, seen.normal));
     let (rho, power) = (Lanes::all(simd, seen.reflectance), Lanes::all(simd, seen.power));
     for first in (0..slots.radiosity.len()).step_by(Lanes::<S, F>::COUNT) {
         let block = Block { group, first: start + first };
-        let found = find::<S, F, _, _, GRADIENT>(simd, &block, (x, n1), goal.asked.errors, Sums::new(simd));
-        let scale = Scale::new(simd, Lanes::load(simd, &group.brightness[block.first..]), rho, power);
+        let sums = emitting.sums(simd, block.first, &block, x, n1);
+        let found = find::<S, F, _, _, GRADIENT>(simd, &block, (x, n1), goal.asked.errors, sums);
+        let brightness = Lanes::load(simd, &group.brightness[block.first..]) * constant(simd, E::Sums::FACTOR);
+        let scale = Scale::new(simd, brightness, rho, power);
         settle::<S, F, GRADIENT>(simd, &found, &scale, goal.tolerance, (slots, first), &mut settled);
     }
     settled

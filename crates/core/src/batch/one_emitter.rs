@@ -4,7 +4,7 @@ use fearless_simd::{Level, Simd};
 
 use super::answers::{Answers, Counts, Slots};
 use super::edge::{Edge, Sums};
-use super::lanes::{Lane, Lanes, MOST_LANES, constant, load, on_level, same};
+use super::lanes::{Lane, Lanes, MOST_LANES, align_frame, constant, load, on_level, same};
 use super::linear::LinearLamp;
 use super::tile::{Entries, Goal, Scale, Settled, TILE, each, put, settle, windows};
 use super::visible::{BoundarySums, Outline, find};
@@ -112,23 +112,30 @@ pub(super) fn brightness<F: Lane>(emitter: &Emitter) -> Option<F> {
     (F::TINY <= size && size <= F::LARGEST).then_some(brightness)
 }
 
-/// How an outline emits.
+/// How outlines emit.
 pub(super) trait Emitting<S: Simd, F: Lane> {
-    /// What its boundary is summed by.
+    /// What their boundary is summed by.
     type Sums: BoundarySums<S, F>;
 
-    /// No terms yet, for receivers at `x` with unit normals n1.
-    fn sums(&self, simd: S, outline: &Outlined<F>, x: Vec3<Lanes<S, F>>, n1: Vec3<Lanes<S, F>>) -> Self::Sums;
+    /// No terms yet, for receivers at `x` with unit normals n1 and the emitters from `first` on: one on all lanes, or one a lane.
+    fn sums<O: Outline<S, F>>(
+        &self,
+        simd: S,
+        first: usize,
+        outline: &O,
+        x: Vec3<Lanes<S, F>>,
+        n1: Vec3<Lanes<S, F>>,
+    ) -> Self::Sums;
 }
 
 /// The same everywhere, as much as the brightness says.
-struct Uniformly;
+pub(super) struct Uniformly;
 
 impl<S: Simd, F: Lane> Emitting<S, F> for Uniformly {
     type Sums = Sums<S, F>;
 
     #[inline(always)]
-    fn sums(&self, simd: S, _: &Outlined<F>, _: Vec3<Lanes<S, F>>, _: Vec3<Lanes<S, F>>) -> Sums<S, F> {
+    fn sums<O: Outline<S, F>>(&self, simd: S, _: usize, _: &O, _: Vec3<Lanes<S, F>>, _: Vec3<Lanes<S, F>>) -> Sums<S, F> {
         Sums::new(simd)
     }
 }
@@ -297,8 +304,10 @@ pub(super) fn lanes<S: Simd, F: Precision, E: Emitting<S, F>, const GRADIENT: bo
     goal: Goal,
     slots: &mut Slots<'_, F>,
 ) -> Settled {
+    align_frame();
     let mut settled = Settled::default();
-    let (power, brightness) = (Lanes::all(simd, outline.power), Lanes::all(simd, brightness));
+    let power = Lanes::all(simd, outline.power);
+    let brightness = Lanes::all(simd, brightness) * constant(simd, E::Sums::FACTOR);
     let Receivers { position: [x, y, z], normal: [nx, ny, nz], reflectance } = *receivers;
     // As long as each other, which is seen once for all.
     let (y, z, nx, ny, nz) = (&y[..x.len()], &z[..x.len()], &nx[..x.len()], &ny[..x.len()], &nz[..x.len()]);
@@ -310,7 +319,7 @@ pub(super) fn lanes<S: Simd, F: Precision, E: Emitting<S, F>, const GRADIENT: bo
         let n1 = normal * (constant(simd, 1.0) / square.sqrt());
         let rho =
             if reflectance.len() == 1 { Lanes::all(simd, reflectance[0]) } else { Lanes::load(simd, &reflectance[first..]) };
-        let sums = emitting.sums(simd, outline, position, n1);
+        let sums = emitting.sums(simd, 0, outline, position, n1);
         let mut found = find::<S, F, _, _, GRADIENT>(simd, outline, (position, n1), goal.asked.errors, sums);
         // Squares that were not rounded to a subnormal number, nor infinite.
         found.good = found.good & constant(simd, F::TINY / (F::ROUNDOFF * F::ROUNDOFF)).at_most(square);

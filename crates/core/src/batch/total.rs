@@ -249,9 +249,9 @@ impl Total<'_> {
         goal: Goal,
         (work, sum): (&mut Work<f64>, &mut Sum),
     ) -> Result<(), Error> {
-        let settled = grove.group.answer(self.level, seen, range.clone(), goal, work);
+        let settled = grove.lamps.answer(self.level, seen, range.clone(), goal, work);
         let open = settled.open(range.len());
-        for (entry, index) in grove.group.index[range].iter().enumerate() {
+        for (entry, index) in grove.lamps.index()[range].iter().enumerate() {
             if open >> entry & 1 == 0 {
                 sum.add(work.radiosity[entry], work.radiosity_error[entry]);
             } else {

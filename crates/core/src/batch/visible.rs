@@ -8,8 +8,9 @@
 
 use fearless_simd::Simd;
 
+use super::arc_tangent::angles;
 use super::bound::{Bound, Crossing};
-use super::edge::{Edge, Part, Seen, Span};
+use super::edge::{Edge, Part, Seen, Span, Terms};
 use super::lanes::{Lane, Lanes, Mask, constant};
 use crate::vec3::Vec3;
 
@@ -28,8 +29,34 @@ pub(super) trait Outline<S: Simd, F: Lane> {
 
 /// What is summed over the boundary of the part that is seen.
 pub(super) trait BoundarySums<S: Simd, F: Lane> {
-    /// Adds the visible pieces of edges.
-    fn add<const GRADIENT: bool, const N: usize>(&mut self, simd: S, n1: Vec3<Lanes<S, F>>, spans: &[Span<S, F>; N]);
+    /// What value and gradient are of their sums.
+    const FACTOR: f64;
+
+    /// Adds the visible pieces of edges, one after the other; what takes long is done for all of them side by side, and what needs
+    /// no root while there are roots to wait for.
+    #[inline(always)]
+    fn add<const GRADIENT: bool, const N: usize>(&mut self, simd: S, n1: Vec3<Lanes<S, F>>, spans: &[Span<S, F>; N]) {
+        let mut terms = [Terms::none(simd); N];
+        let (mut across, mut inline) = ([constant(simd, 0.0); N], [constant(simd, 0.0); N]);
+        for (k, span) in spans.iter().enumerate() {
+            terms[k] = Terms::new::<GRADIENT>(simd, n1, span);
+            (across[k], inline[k]) = (span.part.of(span.moment), terms[k].inline);
+        }
+        let angles = angles(simd, across, inline);
+        for k in 0..N {
+            self.add_one::<GRADIENT>(simd, n1, &spans[k], &terms[k], angles[k]);
+        }
+    }
+
+    /// Adds the visible piece of an edge, seen at the angle g.
+    fn add_one<const GRADIENT: bool>(
+        &mut self,
+        simd: S,
+        n1: Vec3<Lanes<S, F>>,
+        span: &Span<S, F>,
+        terms: &Terms<S, F>,
+        g: Lanes<S, F>,
+    );
 
     /// Adds the horizon's arc, where the boundary leaves the upper half-space at `exit` and comes back at `entry`.
     fn close(&mut self, simd: S, n1: Vec3<Lanes<S, F>>, left: Mask<S, F>, exit: Vec3<Lanes<S, F>>, entry: Vec3<Lanes<S, F>>);

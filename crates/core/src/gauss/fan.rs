@@ -32,10 +32,8 @@ pub(crate) struct FanTriangle {
 }
 
 impl Shape {
-    /// From the sides e1, `e1 + e` and e, each off by at most `side_error`, of a polygon with the normal n2. For the area of a
-    /// triangle that is all of its polygon something better may be known.
-    pub(super) fn new([first, last, side]: [Vec3<f64>; 3], n2: Vec3<f64>, side_error: f64) -> Self {
-        let lengths = [first, last, side].map(length);
+    /// From the sides e1, `e1 + e` and e, each off by at most `side_error`, of a polygon with the normal n2.
+    pub(super) fn new([first, last, side]: [Vec3<f64>; 3], lengths: [f64; 3], n2: Vec3<f64>, side_error: f64) -> Self {
         let rounding = side_error * (lengths[0] + lengths[1]) + 12.0 * ROUNDOFF * lengths[0] * lengths[1];
         Self {
             first,
@@ -70,9 +68,8 @@ impl FanTriangle {
     pub(crate) fn all(vertices: &[DVec3], n2: Vec3<f64>, power: f64, area: f64, normal_error: f64) -> Vec<Self> {
         let from_to = |i: usize, j: usize| Vec3::from(vertices[j] - vertices[i]) * power;
         if let [_, _, _] = vertices {
-            let side = |i: usize| from_to(i, (i + 1) % 3).norm_squared();
-            let shortest = if side(1) <= side(0) && side(1) <= side(2) { 1 } else { if side(2) <= side(0) { 2 } else { 0 } };
-            let mut whole = Self::new([(shortest + 2) % 3, shortest, (shortest + 1) % 3], n2, from_to);
+            let sides = [(0, 1), (1, 2), (2, 0)].map(|(i, j)| from_to(i, j).norm_squared());
+            let mut whole = Self::new(apex_first([0, 1, 2], sides), n2, from_to);
             whole.shape.twice_area = 2.0 * area;
             whole.shape.twice_area_error = (1.1 * ROUNDOFF + normal_error) * 2.0 * area;
             return vec![whole];
@@ -82,16 +79,24 @@ impl FanTriangle {
 
     fn new([a, b, c]: [usize; 3], n2: Vec3<f64>, from_to: impl Fn(usize, usize) -> Vec3<f64>) -> Self {
         let [first, last, side] = [from_to(a, b), from_to(a, c), from_to(b, c)];
-        let longest = [first, last, side].map(length).into_iter().fold(0.0, f64::max);
-        let mut shape = Shape::new([first, last, side], n2, ROUNDOFF * longest);
+        let lengths = [first, last, side].map(Vec3::norm);
+        let longest = lengths.into_iter().fold(0.0, f64::max);
+        let mut shape = Shape::new([first, last, side], lengths, n2, ROUNDOFF * longest);
         // Each errs by a rounding of itself.
-        shape.sides_error = ROUNDOFF * (shape.lengths[0].max(shape.lengths[1]) + shape.lengths[2]);
+        shape.sides_error = ROUNDOFF * (lengths[0].max(lengths[1]) + lengths[2]);
         let middle = (first + last) * (1.0 / 3.0);
-        let reach = [middle, first - middle, last - middle].map(length).into_iter().fold(0.0, f64::max);
+        let reach = [middle, first - middle, last - middle].map(Vec3::norm).into_iter().fold(0.0, f64::max);
         Self { corners: [a, b, c], shape, middle, reach: reach + 8.0 * ROUNDOFF * longest }
     }
 }
 
-fn length(v: Vec3<f64>) -> f64 {
-    v.norm_squared().sqrt()
+/// The corners a, b, c of a triangle from the one opposite the shortest side on, given the squares of ab, bc and ca.
+pub(super) fn apex_first<T>([a, b, c]: [T; 3], [ab, bc, ca]: [f64; 3]) -> [T; 3] {
+    if bc <= ab && bc <= ca {
+        [a, b, c]
+    } else if ca <= ab {
+        [b, c, a]
+    } else {
+        [c, a, b]
+    }
 }

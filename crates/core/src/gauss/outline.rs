@@ -95,5 +95,5 @@ impl Corner {
 /// `n1.r` of a vertex with a relative error of 8u: two of the height, and five and one of the length of the normal as given.
 fn precise_facing(receiver: &Receiver, vertex: DVec3, power: f64) -> f64 {
     let height: f64 = height_over_horizon(receiver, vertex, power);
-    height / Vec3::from(receiver.direction()).norm_squared().sqrt()
+    height / Vec3::from(receiver.direction()).norm()
 }

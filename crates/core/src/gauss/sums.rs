@@ -144,7 +144,7 @@ impl Scene<'_> {
         let Shape { twice_area, twice_area_error, .. } = *triangle.shape;
         // What the area errs by scales all.
         let (value, gradient) = (height * total.projected, gradient);
-        let size = gradient.norm_squared().sqrt();
+        let size = gradient.norm();
         Integral {
             value: twice_area * value,
             gradient: gradient * twice_area,

@@ -132,10 +132,10 @@ impl Scene<'_> {
         let places = [vertices[a], vertices[b], vertices[c]];
         let see = |place| offset::<f64>(place, receiver.position(), self.power);
         let seen = [see(places[0]), see(places[1]), see(places[2])];
-        let distances = [length(seen[0]), length(seen[1]), length(seen[2])];
+        let distances = [seen[0].norm(), seen[1].norm(), seen[2].norm()];
         let facing = |i: usize| self.facing(receiver, places[i], seen[i], distances[i]);
         let ((p, p_error), (q, q_error), (r, r_error)) = (facing(0), facing(1), facing(2));
-        let centroid = length(seen[0] + fan.middle * power) * (1.0 - 32.0 * ROUNDOFF);
+        let centroid = (seen[0] + fan.middle * power).norm() * (1.0 - 32.0 * ROUNDOFF);
         let (emission, is_bright) = self.source.on_corners(fan.corners, places);
         let seen = Seen {
             apex: seen[0],
@@ -156,19 +156,19 @@ impl Scene<'_> {
         let [a, b, c] = &corners;
         let sides = [b.local - a.local, c.local - a.local, c.local - b.local];
         // Two local offsets and their difference; a share of it is the displacement of crossings as seen from the receiver.
-        let mut shape = Shape::new(sides, self.n2, 60.0 * ROUNDOFF * spread);
+        let mut shape = Shape::new(sides, sides.map(Vec3::norm), self.n2, 60.0 * ROUNDOFF * spread);
         shape.misplaced_area = 70.0 * ROUNDOFF * spread * largest(shape.lengths);
         let middle = (a.seen + b.seen + c.seen) * (1.0 / 3.0);
-        let centroid = length(middle) * (1.0 - 32.0 * ROUNDOFF);
+        let centroid = middle.norm() * (1.0 - 32.0 * ROUNDOFF);
         let facing = [a.facing, b.facing, c.facing];
         let seen = Seen {
             apex: a.seen,
-            distances: [a, b, c].map(|corner| length(corner.seen)),
+            distances: [a, b, c].map(|corner| corner.seen.norm()),
             facing,
             most_facing: largest(facing),
             facing_error: largest([a.facing_error, b.facing_error, c.facing_error]),
             centroid,
-            reach: largest([a, b, c].map(|corner| length(corner.seen - middle))) + 32.0 * ROUNDOFF * centroid,
+            reach: largest([a, b, c].map(|corner| (corner.seen - middle).norm())) + 32.0 * ROUNDOFF * centroid,
             emission: self.source.on_triangle([&a.lit, &b.lit, &c.lit]),
             is_bright: corners.iter().all(|corner| corner.lit.is_bright()),
         };
@@ -263,11 +263,6 @@ impl Scene<'_> {
         }
         None
     }
-}
-
-#[inline(always)]
-fn length(v: Vec3<f64>) -> f64 {
-    v.norm_squared().sqrt()
 }
 
 #[inline(always)]

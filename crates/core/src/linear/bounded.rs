@@ -86,13 +86,13 @@ impl Errors {
     pub(super) fn new(sum: &LinearSum<f64>, receiver: &Receiver, emitter: &Emitter, power: f64) -> Option<Self> {
         let (polygon, emission, seen) = (emitter.polygon(), emitter.affine(), &sum.seen);
         let to_first = (Vec3::from(polygon.vertices()[0]) - Vec3::from(receiver.position())) * power;
-        let steepness = seen.gradient.norm_squared().sqrt();
+        let steepness = seen.gradient.norm();
         let defect = polygon.planarity_defect() * power;
         let reach = to_first.x.abs() + to_first.y.abs() + to_first.z.abs();
         let unknown = reach * (polygon.normal_error() + 8.0 * UNIT) + defect;
         let height = seen.height + unknown * (1.0 / ROUNDOFF);
         let lost = (2.0 * steepness * defect + emission.residual) * (1.0 / ROUNDOFF);
-        let beta = 5.0 * steepness * to_first.norm_squared().sqrt() + seen.beta.abs() + lost;
+        let beta = 5.0 * steepness * to_first.norm() + seen.beta.abs() + lost;
         let gradient = 2.0 * emission.gradient_error() / power;
         let is_known = polygon.normal_error() <= NEGLIGIBLE && gradient <= NEGLIGIBLE * steepness && height <= 1e10 * seen.height;
         let additions = (polygon.vertices().len() - 1) as f64;
@@ -191,9 +191,8 @@ impl Errors {
         let Self { steepness, .. } = *self;
         let seen = &sum.seen;
         let (phi, q) = sum.phi_and_q();
-        let length = |v: Vec3<f64>| v.norm_squared().sqrt();
         let (size, facing, slope, across) =
-            (length(phi), phi.dot(seen.n1).abs(), seen.gradient.dot(phi).abs(), q.dot(seen.n1).abs());
+            (phi.norm(), phi.dot(seen.n1).abs(), seen.gradient.dot(phi).abs(), q.dot(seen.n1).abs());
         let of_phi = 0.5 * self.first.x + 5.0 * size;
         let of_slope = 0.5 * self.first.y + 5.0 * steepness * size;
         let partial = 0.5 * (steepness * sum.x1.abs() + self.second.z) + slope;
@@ -204,7 +203,7 @@ impl Errors {
         let products = 4.0 * (beta * size + height * partial) + 3.0 * terms.irradiance.dot(seen.n1).abs();
         let in_plane = steepness * of_phi;
         let gradient = (in_plane * in_plane + of_q * of_q).sqrt() + self.second.y;
-        let sums = 5.0 * (steepness * facing + across) + 4.0 * length(terms.gradient);
+        let sums = 5.0 * (steepness * facing + across) + 4.0 * terms.gradient.norm();
         let units = SECOND_ORDER * ROUNDOFF;
         Bound { radiosity: units * (radiosity + products), gradient: units * (gradient + sums) }
     }

@@ -10,9 +10,10 @@ use super::bounded::{Bound, Errors};
 use super::{LinearSum, Seen};
 use crate::arc::DOUBLE_SERIES;
 use crate::four::{
-    Four, Weights, Whole, all, height_over_plane, logarithm, number_plus_first, pair, plus_first, power_seen_whole, x1_end,
+    Four, Plain, Weights, all, height_over_plane, logarithm, number_plus_first, pair, plan, plus_first, power_seen_whole, x1_end,
 };
 use crate::level::{LEVEL, on_level};
+use crate::plan::Horizon;
 use crate::terms::Terms;
 use crate::vec3::Vec3;
 use crate::{Emitter, Receiver};
@@ -30,14 +31,14 @@ pub(crate) fn bounded(receiver: &Receiver, emitter: &Emitter, power: f64) -> Opt
     on_level!(*LEVEL, simd => bounded_sums(simd, receiver, emitter, power))
 }
 
-/// The same of a polygon that turns out to be seen whole; the sums where its size is more than `narrow` of the distance of its
-/// farthest vertex.
+/// The same of a polygon of which it is plain what is seen; the sums where that is all of it and its size is more than `narrow` of
+/// the distance of its farthest vertex.
 #[inline]
-pub(crate) fn bounded_whole(receiver: &Receiver, emitter: &Emitter, narrow: f64) -> Option<Whole<Bound>> {
+pub(crate) fn bounded_plain(receiver: &Receiver, emitter: &Emitter, narrow: f64) -> Option<Plain<Bound>> {
     on_level!(*LEVEL, simd => {
-        let power = power_seen_whole(simd, receiver, emitter.polygon())?;
-        let is_near = emitter.polygon().size() * power > narrow;
-        Some(Whole { power, sums: if is_near { bounded_sums(simd, receiver, emitter, power) } else { None } })
+        let plan = plan(simd, receiver, emitter.polygon())?;
+        let is_asked = plan.horizon == Horizon::Above && emitter.polygon().size() * plan.power > narrow;
+        Some(Plain { plan, sums: if is_asked { bounded_sums(simd, receiver, emitter, plan.power) } else { None } })
     })
 }
 
@@ -50,7 +51,7 @@ fn bounded_sums<S: Simd>(simd: S, receiver: &Receiver, emitter: &Emitter, power:
     let mut rest = polygon.vertices().len();
     let fours = polygon.four_edges();
     for four in fours {
-        let four = Four::new(simd, four, x, f64x4::splat(simd, power))?;
+        let four = Four::new::<false>(simd, four, x, f64x4::splat(simd, power))?;
         let count = rest.min(4);
         let added = sum.add_four::<S, true>(simd, &four, (count, fours.len() == 1))?;
         errors.add_four(simd, &sum, (&four, &added), count)?;
@@ -70,7 +71,7 @@ fn sums<S: Simd, const GRADIENT: bool>(simd: S, receiver: &Receiver, emitter: &E
     let mut rest = polygon.vertices().len();
     let fours = polygon.four_edges();
     for four in fours {
-        let four = Four::new(simd, four, x, f64x4::splat(simd, power))?;
+        let four = Four::new::<false>(simd, four, x, f64x4::splat(simd, power))?;
         sum.add_four::<S, GRADIENT>(simd, &four, (rest.min(4), fours.len() == 1))?;
         rest -= rest.min(4);
     }

@@ -1,180 +1,199 @@
 //! A proven bracket of what two faces exchange past others.
 //!
-//! Both faces are cut into cells, and a pair of cells is
-//! - seen, where no occluder is in the beam between the two ([`Beam`]): it exchanges all of it;
-//! - hidden, where one convex occluder parts the two and every segment from a corner of one to a corner of the other passes
-//!   through it: the plane of the occluder then meets the hull of the two in the hull of those crossings, all inside the occluder;
+//! Both faces are cut into convex cells, and a pair of cells is
+//! - seen, where no screen hides anything of one from the other ([`Screen::between`]): it exchanges all of it;
+//! - hidden, where one screen hides all;
 //! - mixed, else: it exchanges between nothing and all.
 //!
-//! The mixed pair that exchanges most is split next, its larger cell into four, until the bracket is narrow enough or the
-//! cells are spent. The width then falls like the size of the cells, since only those at a shadow's edge stay mixed.
+//! So what the two exchange is at least what seen pairs do, and at most what the faces would with nothing in between less what hidden
+//! pairs would. The mixed pair that exchanges most, by a guess that enters no bound, is cut next ([`division`]): along the edge of a
+//! shadow where that decides much of it, else in half. Cuts leave the width of penumbras undecided, which halving narrows; of n pairs
+//! the width falls like 1/n where shadows' edges are parallel, like `n^(-1/2)` else.
+//!
+//! A corner made by a cut is off the edge that it is on by rounding, 4 eps of coordinates up to 1, and may be merged with another as near
+//! as that; so the parts are off the whole by that times the perimeter, an area that exchanges at most itself; [`Screen::leak`] adds what displaced edges let pass.
+
+mod cell;
+mod division;
 
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 
-use radgrad_core::{DVec3, Polygon};
-use robust::{Coord3D, orient3d};
+use radgrad_core::Polygon;
 
-use super::exchange::{Exchange, exchange};
-use super::rule::{Patch, patches};
-use crate::projection::normalising_power;
-use crate::{Beam, Occluders};
+use self::cell::{Cell, NEAR, Plane};
+use self::division::division;
+use super::exchange::{Exchange, exchange_parts};
+use super::rule::patches;
+use super::screen::{Screen, Sight, perimeter};
 
-/// What two faces exchange at least and at most, in units of area, and what is left undecided.
-#[derive(Debug, Clone)]
-pub(super) struct Bracket {
-    /// What is surely seen.
-    pub(super) seen: Exchange,
-    /// Bounds on the rest.
-    pub(super) mixed: Vec<Mixed>,
-}
+/// Truncation that is allowed of a cell's exchange, over that of the whole: it is for a bracket.
+const TRUNCATION: f64 = 1e-9;
 
-/// A pair of cells that is neither seen nor hidden, as far as is known.
-#[derive(Debug, Clone)]
-pub(super) struct Mixed {
-    pub(super) cells: [Cell; 2],
+/// Two faces and what may hide one from the other, all in the same unit, with coordinates up to 1.
+pub(super) struct Between<'a> {
+    pub(super) polygons: [&'a Polygon; 2],
+    /// Their coordinates are multiplied by this power of two.
+    pub(super) power: f64,
+    pub(super) screens: Vec<&'a Screen>,
+    /// What they exchange with nothing in between, in the polygons' unit.
     pub(super) free: Exchange,
 }
 
-/// A part of a face.
-#[derive(Debug, Clone)]
-pub(super) struct Cell {
-    patch: Patch,
-    pub(super) polygon: Polygon,
-}
-
-/// The faces that a bracket is for, and what may hide one from the other.
-pub(super) struct Between<'a> {
-    pub(super) index: &'a Occluders,
-    pub(super) faces: [usize; 2],
-    pub(super) polygons: [&'a Polygon; 2],
-    pub(super) candidates: &'a [usize],
-    /// The polygons of the candidates.
-    pub(super) occluders: &'a [&'a Polygon],
+/// What two faces exchange at least and at most.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Bracket {
+    pub(super) least: f64,
+    pub(super) most: f64,
 }
 
 impl Bracket {
-    pub(super) fn least(&self) -> f64 {
-        self.seen.least()
+    /// What both allow.
+    pub(super) const fn and(self, other: Self) -> Self {
+        Self { least: self.least.max(other.least), most: self.most.min(other.most) }
     }
 
-    pub(super) fn most(&self) -> f64 {
-        self.seen.most() + self.mixed.iter().map(|pair| pair.free.most()).sum::<f64>()
+    pub(super) const fn width(self) -> f64 {
+        self.most - self.least
     }
+}
+
+/// A pair that is neither seen nor hidden, as far as is known.
+struct Mixed {
+    cells: [Cell; 2],
+    /// Those of the screens that hide something.
+    screens: Vec<u32>,
+    guess: f64,
+}
+
+/// What has been found.
+#[derive(Default)]
+struct Found {
+    seen: Exchange,
+    hidden: Exchange,
+    open: BinaryHeap<Mixed>,
+    /// Whether a pair was given up.
+    is_incomplete: bool,
+    /// Bound on what cuts moved.
+    moved: f64,
+    /// Screens whose edges were displaced.
+    displaced: Vec<u32>,
 }
 
 impl Between<'_> {
-    /// The bracket, narrowed to `width` if `most_cells` pairs do.
-    pub(super) fn bracket(&self, width: f64, most_cells: usize) -> Bracket {
-        let mut bracket = Bracket { seen: Exchange::default(), mixed: Vec::new() };
-        let mut open = BinaryHeap::new();
-        let (mut left, mut examined) = (0.0, 0);
-        let [from, to] = self.polygons.map(cells);
+    /// The bracket, narrowed to `width`, in the polygons' unit of area, if `most_pairs` do.
+    pub(super) fn bracket(&self, width: f64, most_pairs: usize) -> Bracket {
+        let square = self.power * self.power;
+        let free = Exchange { area: self.free.area * square, error: self.free.error * square };
+        let planes = self.polygons.map(|polygon| Plane {
+            normal: polygon.normal(),
+            slope: perimeter(polygon.vertices()) / polygon.area() / self.power,
+            defect: polygon.planarity_defect() * self.power,
+        });
+        let [from, to] = [0, 1].map(|k| self.cells(k, &planes));
+        let mut found = Found::default();
+        let all: Vec<u32> = (0..u32::try_from(self.screens.len()).unwrap_or(u32::MAX)).collect();
         for a in &from {
             for b in &to {
-                self.examine([a.clone(), b.clone()], &mut bracket, &mut open, &mut left);
+                self.examine([a.clone(), b.clone()], &planes, &all, &mut found);
             }
         }
-        while left > width && examined < most_cells {
-            let Some(Mixed { cells: [a, b], free }) = open.pop() else { break };
-            let pairs: Option<Vec<[Cell; 2]>> = if a.polygon.size() >= b.polygon.size() {
-                a.quarters().map(|parts| parts.into_iter().map(|part| [part, b.clone()]).collect())
-            } else {
-                b.quarters().map(|parts| parts.into_iter().map(|part| [a.clone(), part]).collect())
-            };
-            let Some(pairs) = pairs else {
-                // Too small to be cut: it stays as it is.
-                bracket.mixed.push(Mixed { cells: [a, b], free });
+        let mut pairs = from.len() * to.len();
+        while free.area - found.seen.area - found.hidden.area > width * square && pairs < most_pairs {
+            let Some(mixed) = found.open.pop() else { break };
+            let screens: Vec<&Screen> = mixed.screens.iter().map(|&k| self.screens[k as usize]).collect();
+            let [a, b] = &mixed.cells;
+            let division = division([a, b], [&planes[0], &planes[1]], &screens);
+            let k = division.cell;
+            let (whole, plane) = (&mixed.cells[k], &planes[k]);
+            let cut = division.heights.as_ref().map(|heights| whole.cut(heights, plane));
+            let is_cut = |parts: &[Option<Cell>; 2]| parts.iter().flatten().all(|part| part.area < whole.area);
+            let parts = cut.filter(is_cut).unwrap_or_else(|| whole.halves(division.across, plane));
+            found.moved += 2.0 * NEAR * whole.perimeter();
+            if !is_cut(&parts) {
+                // Too small to be cut.
+                found.is_incomplete = true;
                 continue;
-            };
-            left -= free.most();
-            for pair in pairs {
-                examined += 1;
-                self.examine(pair, &mut bracket, &mut open, &mut left);
+            }
+            let parts = parts.into_iter().flatten();
+            for part in parts {
+                pairs += 1;
+                let cells = if k == 0 { [part, b.clone()] } else { [a.clone(), part] };
+                self.examine(cells, &planes, &mixed.screens, &mut found);
             }
         }
-        bracket.mixed.extend(open);
-        bracket
+        self.sum_up(&found, free, square)
     }
 
-    fn examine(&self, cells: [Cell; 2], bracket: &mut Bracket, open: &mut BinaryHeap<Mixed>, left: &mut f64) {
-        let free = exchange(&cells[0].polygon, &cells[1].polygon);
-        if free == Exchange::default() {
+    fn sum_up(&self, found: &Found, free: Exchange, square: f64) -> Bracket {
+        let leak: f64 = found.displaced.iter().map(|&k| self.screens[k as usize].leak(1.0)).sum();
+        let off = found.moved + leak;
+        let least = (found.seen.least() - off).max(0.0);
+        let whole = free.most().min(free.most() - found.hidden.least() + off);
+        // Where nothing is open, what is seen is all.
+        let is_decided = found.open.is_empty() && !found.is_incomplete;
+        let most = if is_decided { whole.min(found.seen.most() + off) } else { whole };
+        Bracket { least: least / square, most: most.max(least) / square }
+    }
+
+    /// The convex parts of a face in front of the other.
+    fn cells(&self, k: usize, planes: &[Plane; 2]) -> Vec<Cell> {
+        let other = self.polygons[1 - k].vertices()[0] * self.power;
+        let normal = planes[1 - k].normal;
+        let cell = |points: &[radgrad_core::DVec3]| {
+            let whole = Cell::new(points.iter().map(|&p| p * self.power).collect(), &planes[k])?;
+            let heights: Vec<f64> = whole.points.iter().map(|&p| normal.dot(p - other)).collect();
+            // What is level with the other's plane but for rounding need not be cut.
+            let is_in_front = heights.iter().all(|&h| h >= -1e-12);
+            if is_in_front { Some(whole) } else { whole.cut(&heights, &planes[k])[1].clone() }
+        };
+        patches(self.polygons[k].vertices()).iter().filter_map(|patch| cell(patch.outline())).collect()
+    }
+
+    fn examine(&self, cells: [Cell; 2], planes: &[Plane; 2], screens: &[u32], found: &mut Found) {
+        let outlines = [&cells[0].points[..], &cells[1].points[..]];
+        let mut hiding = Vec::new();
+        for &k in screens {
+            let verdict = self.screens[k as usize].between(outlines, 1.0);
+            if verdict.is_displaced && !found.displaced.contains(&k) {
+                found.displaced.push(k);
+            }
+            match verdict.sight {
+                Sight::Free => {}
+                Sight::Part => hiding.push(k),
+                Sight::Blocked => {
+                    add(&mut found.hidden, self.exchange(&cells, planes));
+                    return;
+                }
+            }
+        }
+        if hiding.is_empty() {
+            add(&mut found.seen, self.exchange(&cells, planes));
             return;
         }
-        let beam = Beam::from_polygon(&cells[0].polygon, &cells[1].polygon);
-        let is_seen = beam.is_some_and(|beam| self.index.among(&beam, self.candidates, &self.faces).polygons.is_empty());
-        if is_seen {
-            bracket.seen.area += free.area;
-            bracket.seen.error += free.error + f64::EPSILON * bracket.seen.area.abs();
-        } else if !self.occluders.iter().any(|occluder| hides(occluder, [&cells[0].polygon, &cells[1].polygon])) {
-            *left += free.most();
-            open.push(Mixed { cells, free });
-        }
+        let guess = guess(&cells, planes);
+        found.open.push(Mixed { cells, screens: hiding, guess });
+    }
+
+    fn exchange(&self, [a, b]: &[Cell; 2], planes: &[Plane; 2]) -> Exchange {
+        exchange_parts([&a.part(&planes[0]), &b.part(&planes[1])], TRUNCATION)
     }
 }
 
-fn cells(polygon: &Polygon) -> Vec<Cell> {
-    patches(polygon.vertices()).into_iter().filter_map(Cell::of).collect()
+fn add(sum: &mut Exchange, part: Exchange) {
+    sum.area += part.area;
+    sum.error += part.error + f64::EPSILON * sum.area.abs();
 }
 
-impl Cell {
-    fn of(patch: Patch) -> Option<Self> {
-        let corners = patch.outline().to_vec();
-        Some(Self { polygon: Polygon::new(corners).ok()?, patch })
-    }
-
-    /// Four cells that are this one together; `None` where coordinates are too coarse for them.
-    fn quarters(&self) -> Option<Vec<Self>> {
-        let parts: Vec<Self> = self.patch.quarters().into_iter().map_while(Self::of).collect();
-        (parts.len() == 4).then_some(parts)
-    }
-}
-
-/// Whether a convex occluder parts two convex cells and all segments between them pass through it.
-fn hides(occluder: &Polygon, [a, b]: [&Polygon; 2]) -> bool {
-    if !may_part(occluder, [a, b]) {
-        return false;
-    }
-    let vertices = occluder.vertices();
-    let all = vertices.iter().chain(a.vertices()).chain(b.vertices());
-    let power = normalising_power(all.fold(0.0, |m: f64, v| m.max(v.abs().max_element())));
-    let at = |v: DVec3| Coord3D { x: v.x * power, y: v.y * power, z: v.z * power };
-    let outline: Vec<Coord3D<f64>> = vertices.iter().map(|&v| at(v)).collect();
-    let [from, to] = [a, b].map(|cell| cell.vertices().iter().map(|&v| at(v)).collect::<Vec<_>>());
-    let count = outline.len();
-    // Every plane through three consecutive corners parts the two: those of a flat outline are one plane but for rounding.
-    let parts = |k: usize| {
-        let side = |p: &Coord3D<f64>| orient3d(outline[k], outline[(k + 1) % count], outline[(k + 2) % count], *p);
-        (from.iter().all(|p| side(p) > 0.0) && to.iter().all(|p| side(p) < 0.0))
-            || (from.iter().all(|p| side(p) < 0.0) && to.iter().all(|p| side(p) > 0.0))
-    };
-    if !(0..count).all(parts) {
-        return false;
-    }
-    // A line that has all edges of a convex outline on one side passes inside.
-    let passes_inside = |p: &Coord3D<f64>, q: &Coord3D<f64>| {
-        let turn = |k: usize| orient3d(*p, *q, outline[k], outline[(k + 1) % count]);
-        (0..count).all(|k| turn(k) > 0.0) || (0..count).all(|k| turn(k) < 0.0)
-    };
-    is_convex_patch(occluder) && from.iter().all(|p| to.iter().all(|q| passes_inside(p, q)))
-}
-
-/// Whether the occluder's plane has one cell on either side, as far as doubles tell: exact signs of what is level with the plane
-/// are dear.
-fn may_part(occluder: &Polygon, cells: [&Polygon; 2]) -> bool {
-    let (origin, normal) = (occluder.vertices()[0], occluder.normal());
-    let [a, b] = cells.map(|cell| {
-        let heights = cell.vertices().iter().map(|&v| normal.dot(v - origin));
-        heights.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), h| (low.min(h), high.max(h)))
-    });
-    // What touches the plane does not count as parted, so that no margin is needed: a wrong no only widens a bracket.
-    (a.0 > 0.0 && b.1 < 0.0) || (a.1 < 0.0 && b.0 > 0.0)
-}
-
-/// A triangle or a convex quadrilateral: others count as hiding nothing alone, which only widens a bracket.
-fn is_convex_patch(polygon: &Polygon) -> bool {
-    patches(polygon.vertices()).len() == 1
+/// About what two cells exchange: the kernel between their centres, with the disc's correction for what is near.
+fn guess([a, b]: &[Cell; 2], planes: &[Plane; 2]) -> f64 {
+    let r = b.centre() - a.centre();
+    let square = r.length_squared();
+    let cosines = planes[0].normal.dot(r).max(0.0) * -planes[1].normal.dot(r).min(0.0);
+    let (large, small) = (a.area.max(b.area), a.area.min(b.area));
+    // Cells in contact are seen at any angle.
+    let cosines = (cosines / square).max(0.01 * large / (square + large));
+    small * large * cosines / (std::f64::consts::PI * square + large)
 }
 
 impl PartialEq for Mixed {
@@ -193,6 +212,6 @@ impl PartialOrd for Mixed {
 
 impl Ord for Mixed {
     fn cmp(&self, other: &Self) -> Ordering {
-        self.free.most().total_cmp(&other.free.most())
+        self.guess.total_cmp(&other.guess)
     }
 }

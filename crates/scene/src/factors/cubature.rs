@@ -9,7 +9,7 @@
 use radgrad_core::{DVec3, Polygon, Receiver};
 
 use super::rule::{Patch, nodes_of, patches};
-use super::{FactorSettings, FormFactors};
+use super::{FactorSettings, FormFactors, Sighting};
 use crate::Error;
 
 /// Points a side of the two rules.
@@ -38,10 +38,10 @@ impl FormFactors<'_> {
         let (face, area) = (self.polygon(from), self.polygon(from).area());
         let evaluate = |patch: Patch| -> Result<Cell, Error> {
             let rule = |per_side: usize| -> Result<f64, Error> {
-                let mut sum = 0.0;
+                let (mut sum, mut at) = (0.0, Sighting { tolerance: settings.point_tolerance, hider: None });
                 for node in nodes_of(&patch, per_side) {
                     let receiver = Receiver::new(node.point, face.normal(), 1.0).map_err(Error::Receiver)?;
-                    sum += node.share * self.at_node(&receiver, from, to, candidates, settings.point_tolerance)?.radiosity;
+                    sum += node.share * self.at_node(&receiver, to, candidates, &mut at)?.radiosity;
                 }
                 Ok(sum / area)
             };

@@ -37,27 +37,56 @@ impl Exchange {
 /// Unit roundoff.
 const ROUNDOFF: f64 = f64::EPSILON / 2.0;
 
+/// Truncation that is allowed of a result, over itself.
+const TRUNCATION: f64 = 1e-15;
+
+/// A flat outline, a polygon or a part of one.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Part<'a> {
+    pub(super) points: &'a [DVec3],
+    /// The unit normal of its plane.
+    pub(super) normal: DVec3,
+    /// Perimeter over area of what the plane is known from.
+    pub(super) slope: f64,
+    /// Distance by which points are off the plane.
+    pub(super) defect: f64,
+    pub(super) area: f64,
+}
+
 /// What `from` and `to` exchange; exactly 0 where neither has a point in front of the other.
 pub(super) fn exchange(from: &Polygon, to: &Polygon) -> Exchange {
-    let origin = from.vertices()[0];
-    let reach = from.vertices().iter().chain(to.vertices()).fold(0.0, |m: f64, &v| (v - origin).abs().max_element().max(m));
+    let [from, to] = [from, to].map(|polygon| Part {
+        points: polygon.vertices(),
+        normal: polygon.normal(),
+        slope: perimeter(polygon.vertices()) / polygon.area(),
+        defect: polygon.planarity_defect(),
+        area: polygon.area(),
+    });
+    exchange_parts([&from, &to], TRUNCATION)
+}
+
+/// The same of parts of polygons, with about that much truncation allowed, relative.
+pub(super) fn exchange_parts(parts: [&Part<'_>; 2], truncation: f64) -> Exchange {
+    let origin = parts[0].points[0];
+    let points = parts[0].points.iter().chain(parts[1].points);
+    let reach = points.fold(0.0, |m: f64, &v| (v - origin).abs().max_element().max(m));
     let power = normalising_power(reach);
-    let [a, b] = [from, to].map(|polygon| clip::Outline::new(polygon, origin, power));
+    let [a, b] = parts.map(|part| clip::Outline::new(part, origin, power));
     let (Some(front_a), Some(front_b)) = (a.in_front_of(&b), b.in_front_of(&a)) else { return Exchange::default() };
     let (outlines, moved) = ([&front_a.points[..], &front_b.points[..]], front_a.moved.max(front_b.moved));
-    let found = far::exchange(outlines, [a.normal, b.normal]).unwrap_or_else(|| contour(outlines));
-    let seen = far::most_seen(outlines, [from, to].map(|polygon| polygon.area() * power * power));
+    let found = far::exchange(outlines, [a.normal, b.normal], 40.0 * truncation).unwrap_or_else(|| contour(outlines, truncation));
+    let seen = far::most_seen(outlines, parts.map(|part| part.area * power * power));
     let displaced = moved * (perimeter(outlines[0]) * seen[1] + perimeter(outlines[1]) * seen[0]);
     // Rounding of the bound itself, and of the scale, which is a power of two.
     Exchange { area: found.area / power / power, error: (found.error + displaced) * (1.0 + 1e-12) / power / power }
 }
 
-fn contour([a, b]: [&[DVec3]; 2]) -> Exchange {
+fn contour([a, b]: [&[DVec3]; 2], truncation: f64) -> Exchange {
     let edge = |outline: &[DVec3], i: usize| [outline[i], outline[(i + 1) % outline.len()]];
     let (mut sum, mut error) = (0.0, 0.0);
     for i in 0..a.len() {
         for j in 0..b.len() {
-            let pair = edges::mean_logarithm(edge(a, i), edge(b, j));
+            let pair = edges::mean_logarithm(edge(a, i), edge(b, j), truncation);
             sum += pair.0;
             error += pair.1 + ROUNDOFF * sum.abs();
         }

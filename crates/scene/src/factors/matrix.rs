@@ -1,12 +1,15 @@
 //! All factors of a scene, a row a face.
 
-use radgrad_core::Receiver;
 use rayon::prelude::*;
 
+use super::bracket::Bracket;
 use super::pair::Pair;
-use super::rule::{MOST_NODES, Node, nodes};
+use super::rule::MOST_NODES;
 use super::{FactorSettings, FormFactors};
 use crate::{Error, Scene};
+
+/// Pairs of cells that every bracket may take; those that it leaves too wide may take more.
+const A_LOOK: usize = 32;
 
 /// A factor of a row.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -57,17 +60,19 @@ impl FormFactors<'_> {
         let areas: Vec<f64> = scene.polygons().map(radgrad_core::Polygon::area).collect();
         let exchanges = |face: &usize| scene.surfaces()[scene.faces()[*face].surface()].exchanges();
         let faces: Vec<usize> = (0..areas.len()).filter(exchanges).collect();
-        // Each pair once, with the lower face.
-        let pairs: Vec<Vec<(usize, Pair)>> = faces
+        // Each pair once, with the lower face; a look at each first.
+        let first = FactorSettings { most_cells: settings.most_cells.min(A_LOOK), ..*settings };
+        let mut pairs: Vec<Vec<(usize, Pair)>> = faces
             .par_iter()
             .enumerate()
             .map(|(place, &from)| {
-                let pair = |&to: &usize| Some((to, self.pair(from, to, settings, areas[from].min(areas[to]))?));
+                let pair = |&to: &usize| Some((to, self.pair(from, to, &first, areas[from].min(areas[to]))?));
                 let found = faces[place + 1..].iter().filter_map(pair).collect();
                 progress();
                 found
             })
             .collect();
+        self.narrow(&faces, &mut pairs, &areas, settings);
         let mut of_face: Vec<Vec<(usize, &Pair)>> = vec![Vec::new(); areas.len()];
         for (&from, found) in faces.iter().zip(&pairs) {
             for (to, pair) in found {
@@ -90,60 +95,46 @@ impl FormFactors<'_> {
         Ok(FactorMatrix { areas, faces, rows })
     }
 
-    /// One rule of points for all that the face sees.
-    fn row(&self, from: usize, pairs: &[(usize, &Pair)], settings: &FactorSettings) -> Result<Vec<Entry>, Error> {
-        let area = self.polygon(from).area();
-        let (rule, mut sums) = self.rule_for(from, pairs, settings)?;
-        let is_obstructed = |k: &usize| pairs[*k].1.bracket.is_some();
-        for k in (0..pairs.len()).filter(is_obstructed) {
-            let (to, pair) = pairs[k];
-            let seen = |(receiver, share): &(Receiver, f64)| -> Result<f64, Error> {
-                let value = self.at_node(receiver, from, to, &pair.candidates, settings.point_tolerance)?;
-                Ok(share * value.radiosity)
-            };
-            sums[k] = rule.iter().map(seen).sum::<Result<f64, Error>>()?;
-        }
-        let entry = |(&(face, pair), factor): (&(usize, &Pair), f64)| {
-            let [least, most] = pair.bounds().map(|bound| bound / area);
-            // The truth is in the bracket, wherever the points are.
-            let error = (most - factor).max(factor - least) * (1.0 + 8.0 * f64::EPSILON) + 8.0 * f64::EPSILON * factor.abs();
-            Entry { face, factor, error, occluders: pair.candidates.len() }
-        };
-        Ok(pairs.iter().zip(sums).map(entry).collect())
-    }
-}
-
-/// The points of a rule, each with its share of the face.
-type Rule = Vec<(Receiver, f64)>;
-
-impl FormFactors<'_> {
-    /// The cheapest rule of a face that gives its factors with nothing in between well enough, and what it gives.
-    fn rule_for(&self, from: usize, pairs: &[(usize, &Pair)], settings: &FactorSettings) -> Result<(Rule, Vec<f64>), Error> {
-        let polygon = self.polygon(from);
-        if pairs.is_empty() {
-            return Ok((Vec::new(), Vec::new()));
-        }
-        let mut per_side = settings.points_per_side;
+    /// Narrows the brackets that are too wide, with more and more cells, and by what rows leave: no face sees more than all around.
+    fn narrow(&self, faces: &[usize], pairs: &mut [Vec<(usize, Pair)>], areas: &[f64], settings: &FactorSettings) {
+        let mut cells = A_LOOK;
         loop {
-            let point = |node: Node| {
-                let receiver = Receiver::new(node.point, polygon.normal(), 1.0).map_err(Error::Receiver)?;
-                Ok((receiver, node.share))
-            };
-            let rule: Rule = nodes(polygon, per_side).into_iter().map(point).collect::<Result<_, Error>>()?;
-            let free = |to: usize| -> Result<f64, Error> {
-                let seen = |(receiver, share): &(Receiver, f64)| -> Result<f64, Error> {
-                    Ok(share * self.at_node(receiver, from, to, &[], settings.point_tolerance)?.radiosity)
-                };
-                rule.iter().map(seen).sum()
-            };
-            let sums: Vec<f64> = pairs.iter().map(|(to, _)| free(*to)).collect::<Result<_, Error>>()?;
-            let is_off =
-                |((_, pair), sum): (&(usize, &Pair), &f64)| (sum - pair.free.area / polygon.area()).abs() > settings.rule_error;
-            if per_side == MOST_NODES || !pairs.iter().zip(&sums).any(is_off) {
-                return Ok((rule, sums));
+            let mut least = vec![0.0; areas.len()];
+            for (&from, found) in faces.iter().zip(&*pairs) {
+                for (to, pair) in found {
+                    let [low, _] = pair.bounds();
+                    least[from] += low;
+                    least[*to] += low;
+                }
             }
-            // Nine points become 16, 36, 81, 196 and 256.
-            per_side = (per_side + per_side.div_ceil(3)).min(MOST_NODES);
+            let is_wide =
+                |from: usize, to: usize, bracket: Bracket| bracket.width() > settings.tolerance * areas[from].min(areas[to]);
+            for (&from, found) in faces.iter().zip(&mut *pairs) {
+                for (to, pair) in found {
+                    if let Some(bracket) = &mut pair.bracket {
+                        // Sums of up to n terms lose n roundings of the area.
+                        let rest = |face: usize| {
+                            (areas[face] - least[face]) + bracket.least + areas.len() as f64 * f64::EPSILON * areas[face]
+                        };
+                        bracket.most = bracket.most.min(rest(from)).min(rest(*to)).max(bracket.least);
+                    }
+                }
+            }
+            if cells >= settings.most_cells {
+                break;
+            }
+            cells = (4 * cells).min(settings.most_cells);
+            faces.par_iter().zip(&mut *pairs).for_each(|(&from, found)| {
+                for (to, pair) in found {
+                    if let Some(bracket) = pair.bracket
+                        && is_wide(from, *to, bracket)
+                    {
+                        let width = settings.tolerance * areas[from].min(areas[*to]);
+                        let narrower = self.bracket([from, *to], pair, width, cells);
+                        pair.bracket = Some(bracket.and(narrower));
+                    }
+                }
+            });
         }
     }
 }
@@ -181,7 +172,8 @@ impl FactorMatrix {
         self.faces.iter().map(|face| (1.0 - sum(face)).abs()).fold(0.0, f64::max)
     }
 
-    /// Largest `|F_ij - F_ji A_j/A_i|`: the error of the rule of points, as far as the two ways differ in it.
+    /// Largest `|A_i F_ij - A_j F_ji|` over the smaller of the two areas: by how much the two ways differ, as a part of what the
+    /// smaller face sees. It is the error of the rules of points as they are; nothing has been made reciprocal.
     #[must_use]
     pub fn worst_reciprocity(&self) -> f64 {
         let defect = |from: usize, entry: &Entry| {

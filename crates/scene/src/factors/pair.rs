@@ -32,7 +32,7 @@ impl Pair {
     /// Bounds on what they exchange.
     pub(super) fn bounds(&self) -> [f64; 2] {
         match &self.bracket {
-            Some(bracket) => [bracket.least(), bracket.most().min(self.free.most())],
+            Some(bracket) => [bracket.least, bracket.most],
             None => [self.free.least(), self.free.most()],
         }
     }
@@ -77,13 +77,22 @@ impl FormFactors<'_> {
             return None;
         }
         let candidates = self.index.in_beam(&beam, &faces).polygons;
-        let bracket = (!candidates.is_empty()).then(|| {
-            let occluders = self.polygons(&candidates);
-            let between = Between { index: &self.index, faces, polygons, candidates: &candidates, occluders: &occluders };
-            between.bracket(settings.bracket * area, settings.most_cells)
-        });
-        // What is proven hidden has no factor.
-        let is_hidden = bracket.as_ref().is_some_and(|bracket| bracket.most() == 0.0);
-        (!is_hidden).then_some(Pair { candidates, free, bracket })
+        let mut pair = Pair { candidates, free, bracket: None };
+        if !pair.candidates.is_empty() {
+            let bracket = self.bracket(faces, &pair, settings.tolerance * area, settings.most_cells);
+            // What is proven hidden has no factor.
+            if bracket.most == 0.0 {
+                return None;
+            }
+            pair.bracket = Some(bracket);
+        }
+        Some(pair)
+    }
+
+    /// The bracket of a pair, narrowed to a width, an area.
+    pub(super) fn bracket(&self, [from, to]: [usize; 2], pair: &Pair, width: f64, most_cells: usize) -> Bracket {
+        let screens = pair.candidates.iter().flat_map(|&k| &self.screens[k]).collect();
+        let polygons = [self.polygon(from), self.polygon(to)];
+        Between { polygons, power: self.power, screens, free: pair.free }.bracket(width, most_cells)
     }
 }

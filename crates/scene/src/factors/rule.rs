@@ -2,7 +2,7 @@
 
 use std::sync::OnceLock;
 
-use radgrad_core::{DVec3, Polygon};
+use radgrad_core::DVec3;
 
 use crate::projection::Projection;
 use crate::scene::triangles;
@@ -93,6 +93,20 @@ impl Patch {
         self.corners[2] == self.corners[3]
     }
 
+    /// Two patches that are this one together, cut across its first or its second direction.
+    pub(super) fn halves(&self, direction: usize) -> [Self; 2] {
+        let [a, b, c, d] = self.corners;
+        let middle = |p: DVec3, q: DVec3| if p == q { p } else { p + (q - p) * 0.5 };
+        let halves = if direction == 0 {
+            let (low, high) = (middle(a, b), middle(d, c));
+            [[a, low, high, d], [low, b, c, high]]
+        } else {
+            let (left, right) = (middle(a, d), middle(b, c));
+            [[a, b, right, left], [left, right, c, d]]
+        };
+        halves.map(|corners| Self { corners })
+    }
+
     /// Four patches that are this one together.
     pub(super) fn quarters(&self) -> [Self; 4] {
         let [a, b, c, d] = self.corners;
@@ -113,13 +127,16 @@ pub(super) struct Node {
     pub(super) point: DVec3,
     /// The share it stands for, of a polygon's area, or the area itself, of a patch.
     pub(super) share: f64,
+    /// Its place in the patch, from -1 to 1 each way.
+    pub(super) place: [f64; 2],
 }
 
 /// A product Gauss rule of `per_side` squared points on each patch of a polygon.
 ///
 /// The shares sum to 1 up to rounding by construction, since the Jacobian of a patch is of degree 1 in each variable: nothing is
 /// normalised.
-pub(super) fn nodes(polygon: &Polygon, per_side: usize) -> Vec<Node> {
+#[cfg(test)]
+pub(super) fn nodes(polygon: &radgrad_core::Polygon, per_side: usize) -> Vec<Node> {
     let area = polygon.area();
     let share = |node: Node| Node { share: node.share / area, ..node };
     patches(polygon.vertices()).iter().flat_map(|patch| nodes_of(patch, per_side)).map(share).collect()
@@ -127,13 +144,12 @@ pub(super) fn nodes(polygon: &Polygon, per_side: usize) -> Vec<Node> {
 
 /// The same on one patch, each with the area it stands for.
 pub(super) fn nodes_of(patch: &Patch, per_side: usize) -> Vec<Node> {
-    let unit = |&(x, w): &(f64, f64)| (0.5 + 0.5 * x, 0.5 * w);
     let rule = gauss_legendre(per_side);
     let mut nodes = Vec::with_capacity(rule.len() * rule.len());
-    for (v, weight_v) in rule.iter().map(unit) {
-        for (u, weight_u) in rule.iter().map(unit) {
-            let (point, density) = patch.at(u, v);
-            nodes.push(Node { point, share: density * weight_u * weight_v });
+    for &(v, weight_v) in rule {
+        for &(u, weight_u) in rule {
+            let (point, density) = patch.at(0.5 + 0.5 * u, 0.5 + 0.5 * v);
+            nodes.push(Node { point, share: density * (0.5 * weight_u) * (0.5 * weight_v), place: [u, v] });
         }
     }
     nodes
@@ -141,6 +157,8 @@ pub(super) fn nodes_of(patch: &Patch, per_side: usize) -> Vec<Node> {
 
 #[cfg(test)]
 mod tests {
+    use radgrad_core::Polygon;
+
     use super::*;
 
     #[test]

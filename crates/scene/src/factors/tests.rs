@@ -1,6 +1,7 @@
-use radgrad_core::{DVec3, Emission, Emitter, Polygon, Receiver, radiosity};
+use radgrad_core::{DMat3, DVec3, Emission, Emitter, Polygon, Receiver, radiosity};
 
-use super::exchange::exchange;
+use super::exchange::{Exchange, exchange};
+use super::{FactorSettings, FormFactors};
 
 fn polygon(points: &[[f64; 3]]) -> Polygon {
     Polygon::new(points.iter().map(|&p| p.into()).collect()).unwrap()
@@ -119,4 +120,166 @@ fn skew_triangles_exchange_what_their_points_see() {
         compared += 1;
     }
     assert!(compared > 50, "{compared}");
+}
+
+/// Draws that are the same everywhere (D. E. Knuth, MMIX).
+fn draws(mut state: u64) -> impl FnMut() -> f64 {
+    move || {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 11) as f64 / (1_u64 << 53) as f64
+    }
+}
+
+/// One of so many.
+fn choose(uniform: &mut impl FnMut() -> f64, count: usize) -> usize {
+    let place = uniform() * count as f64;
+    (1..count).take_while(|&k| k as f64 <= place).count()
+}
+
+/// A room of 4 by 4 by 4 with boxes on a lattice, which touch each other and the walls often, and a few triangles; turned out of the
+/// axes, so that what touches does so only up to rounding, in every second one.
+fn a_room(seed: u64) -> crate::Scene {
+    let mut uniform = draws(seed);
+    let turn = if seed.is_multiple_of(2) {
+        DMat3::IDENTITY
+    } else {
+        // A quaternion of small integers.
+        let [a, b, c, d] = [2.0, 1.0, -1.0, 0.5];
+        let norm = a * a + b * b + c * c + d * d;
+        DMat3::from_cols(
+            DVec3::new(a * a + b * b - c * c - d * d, 2.0 * (b * c + a * d), 2.0 * (b * d - a * c)),
+            DVec3::new(2.0 * (b * c - a * d), a * a - b * b + c * c - d * d, 2.0 * (c * d + a * b)),
+            DVec3::new(2.0 * (b * d + a * c), 2.0 * (c * d - a * b), a * a - b * b - c * c + d * d),
+        ) * (1.0 / norm)
+    };
+    let mut scene = crate::Scene::new(["grey"]).unwrap();
+    let material = scene.add_material("white", [0.5], [0.0]).unwrap();
+    let surface = scene.add_surface("all");
+    let mut add = |points: Vec<DVec3>| {
+        let polygon = Polygon::new(points.into_iter().map(|p| turn * p).collect()).unwrap();
+        scene.add_face(surface, material, polygon, None).unwrap();
+    };
+    let mut block = |low: DVec3, high: DVec3, outwards: bool| {
+        for axis in 0..3 {
+            for (side, corner) in [(1.0, high), (-1.0, low)] {
+                let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
+                let mut points = Vec::new();
+                for (s, t) in [(0, 0), (1, 0), (1, 1), (0, 1)] {
+                    let mut point = corner;
+                    point[u] = if s == 0 { low[u] } else { high[u] };
+                    point[v] = if t == 0 { low[v] } else { high[v] };
+                    points.push(point);
+                }
+                if (side > 0.0) != outwards {
+                    points.reverse();
+                }
+                add(points);
+            }
+        }
+    };
+    block(DVec3::ZERO, DVec3::splat(4.0), false);
+    for _ in 0..=choose(&mut uniform, 3) {
+        let mut place = |most: f64| (most * uniform()).floor() * 0.5;
+        let low = DVec3::new(place(6.0), place(6.0), place(4.0));
+        let size = DVec3::new(0.5 + place(4.0), 0.5 + place(4.0), 0.5 + place(4.0));
+        block(low, (low + size).min(DVec3::splat(4.0)), true);
+    }
+    for _ in 0..2 {
+        let mut corner = || DVec3::new(uniform(), uniform(), uniform()) * 3.0 + DVec3::splat(0.5);
+        add(vec![corner(), corner(), corner()]);
+    }
+    scene
+}
+
+#[test]
+fn brackets_hold_what_random_points_see_and_each_other() {
+    let (mut pairs, mut narrow) = (0, 0);
+    for seed in 0..24 {
+        let scene = a_room(seed);
+        let factors = FormFactors::new(&scene).unwrap();
+        let mut uniform = draws(1000 + seed);
+        let count = scene.faces().len();
+        for _ in 0..30 {
+            let [from, to] = [(); 2].map(|()| choose(&mut uniform, count));
+            let (polygon, other) = (factors.polygon(from), factors.polygon(to));
+            // Faces that touch all over have no gap between them, but for a point an ulp off its face.
+            if exchange(polygon, other) == Exchange::default() {
+                continue;
+            }
+            let least_area = polygon.area().min(other.area());
+            let bounds = |from: usize, to: usize, most_cells: usize| {
+                let settings = FactorSettings { tolerance: 1e-3, most_cells, ..FactorSettings::default() };
+                factors.pair(from, to, &settings, least_area).map_or([0.0; 2], |pair| pair.bounds())
+            };
+            // What the points of random places see, in the closed forms of core: not a line of the bracket's own.
+            let (mut sum, mut squares, samples) = (0.0, 0.0, 150);
+            let patches = super::rule::patches(polygon.vertices());
+            for k in 0..samples {
+                let (point, density) = patches[k % patches.len()].at(uniform(), uniform());
+                let receiver = Receiver::new(point, polygon.normal(), 1.0).unwrap();
+                let seen = factors.at_point(&receiver, Some(from), to, 1e-10).unwrap().radiosity;
+                let seen = seen * density * patches.len() as f64;
+                (sum, squares) = (sum + seen, squares + seen * seen);
+            }
+            let mean = sum / samples as f64;
+            let deviation = ((squares / samples as f64 - mean * mean).max(0.0) / samples as f64).sqrt();
+            let mut before = [0.0, f64::INFINITY];
+            for (most_cells, [a, b]) in [(1, [from, to]), (12, [to, from]), (60, [from, to]), (400, [to, from])] {
+                let [least, most] = bounds(a, b, most_cells);
+                assert!(
+                    least <= most && least <= before[1] && most >= before[0],
+                    "{seed}: {from} {to} {least} {most} {before:?}"
+                );
+                before = [least, most];
+                // Six deviations, and what 150 points would not notice.
+                let slack = 6.0 * deviation + 0.05 * mean.max(most - least) + 1e-6 * least_area;
+                assert!(
+                    mean >= least - slack && mean <= most + slack,
+                    "{seed}: {from} {to} {mean} +- {deviation}, {least} {most}"
+                );
+            }
+            pairs += usize::from(before[1] > 0.0);
+            narrow += usize::from(before[1] > 0.0 && before[1] - before[0] < 0.02 * least_area);
+        }
+    }
+    assert!(pairs > 200 && 2 * narrow > pairs, "{pairs} {narrow}");
+}
+
+#[test]
+fn every_entry_of_a_matrix_agrees_with_a_bracket_of_its_own() {
+    for seed in [1, 2] {
+        let scene = a_room(seed);
+        let factors = FormFactors::new(&scene).unwrap();
+        let matrix = factors.matrix(&FactorSettings::default(), || ()).unwrap();
+        for (from, entry) in matrix.entries() {
+            let settings = FactorSettings { tolerance: 0.0, most_cells: 300, ..FactorSettings::default() };
+            let [least, most] = factors.pair(from, entry.face, &settings, 1.0).map_or([0.0; 2], |pair| pair.bounds());
+            let area = matrix.areas()[from];
+            assert!(entry.factor - entry.error <= most / area * (1.0 + 1e-14), "{from}: {entry:?} {least} {most}");
+            assert!(entry.factor + entry.error >= least / area * (1.0 - 1e-14), "{from}: {entry:?} {least} {most}");
+        }
+        let wide = matrix.entries().filter(|(_, entry)| entry.error > 0.05).count();
+        assert!(20 * wide < matrix.entries().count(), "{seed}: {wide} of {}", matrix.entries().count());
+    }
+}
+
+#[test]
+fn screens_decide_contacts_and_edges_on_edges() {
+    use super::screen::{Screen, Sight};
+    let square =
+        |x: [f64; 2], y: [f64; 2], z: f64| [(0, 0), (1, 0), (1, 1), (0, 1)].map(|(i, j)| DVec3::new(x[i], y[j], z)).to_vec();
+    let screen = &Screen::all_of(&Polygon::new(square([0.0, 1.0], [0.0, 1.0], 0.5)).unwrap(), 1.0)[0];
+    let sight = |a: &[DVec3], b: &[DVec3]| screen.between([a, b], 1.0).sight;
+    let below = square([0.0, 1.0], [0.0, 1.0], 0.0);
+    // Straight above all of it, beyond the edge's plane, and half of each.
+    assert_eq!(sight(&below, &square([0.0, 1.0], [0.0, 1.0], 1.0)), Sight::Blocked);
+    assert_eq!(sight(&below, &square([2.0, 3.0], [0.0, 1.0], 1.0)), Sight::Free);
+    assert_eq!(sight(&below, &square([0.5, 1.5], [0.0, 1.0], 1.0)), Sight::Part);
+    // Two walls on its plane, one joined to its edge and one beside it.
+    let wall = |x: f64| vec![DVec3::new(x, 0.0, 0.5), DVec3::new(x, 1.0, 0.5), DVec3::new(x, 1.0, 0.9), DVec3::new(x, 0.0, 0.9)];
+    assert_eq!(sight(&wall(0.0), &square([0.0, 1.0], [0.0, 1.0], 0.0)), Sight::Blocked);
+    assert_eq!(sight(&wall(-1.0), &square([-2.0, -1.0], [0.0, 1.0], 0.0)), Sight::Free);
+    // Both on one side, and one in the plane.
+    assert_eq!(sight(&wall(0.0), &wall(1.0)), Sight::Free);
+    assert_eq!(sight(&below, &square([0.0, 1.0], [0.0, 1.0], 0.5)), Sight::Free);
 }

@@ -111,12 +111,14 @@ impl<'a> Cut<'a> {
         self.screens.iter().any(|&(_, face)| self.mesh.hides(face, [from, &to]))
     }
 
-    /// What all closed clusters neglect at most at any node, weighted: [`Far::neglected`].
-    pub(crate) fn neglected(&self) -> f64 {
+    /// What all closed clusters neglect at most at each node, the largest of the channels after each is multiplied by its weight:
+    /// [`Far::neglected`]. Nothing if none is closed.
+    pub(crate) fn neglected(&self) -> Vec<f64> {
         if self.closed.is_empty() {
-            return 0.0;
+            return Vec::new();
         }
-        let of_channel = |(channel, weight): (usize, &f64)| {
+        let mut most = vec![0.0_f64; self.nodes];
+        for (channel, weight) in self.weight.iter().enumerate() {
             let mut order: Vec<&Closed> = self.closed.iter().collect();
             // Sorted already in the first channel.
             order.sort_by(|a, b| brightness(b, channel).total_cmp(&brightness(a, channel)));
@@ -126,9 +128,9 @@ impl<'a> Cut<'a> {
                 let [high, low] = fill(rest, order.iter().map(|closed| (&closed.views[node], &closed.glows[channel])));
                 (high - value).max(value + low)
             };
-            weight * (0..self.nodes).map(of_node).fold(0.0, f64::max)
-        };
-        self.weight.iter().enumerate().map(of_channel).fold(0.0, f64::max)
+            most.iter_mut().enumerate().for_each(|(node, most)| *most = most.max(weight * of_node(node)));
+        }
+        most
     }
 
     /// Opens the clusters that may give most, a few at once, until one is an element, which is to be linked then. `None` if none

@@ -182,6 +182,13 @@ impl Far {
         if largest == 0.0 { 0.0 } else { sum.min(self.rest[node] * largest) }
     }
 
+    /// Adds that to what each node has.
+    pub(crate) fn add_at_most(&self, of: &[Pair], sums: &mut [f64]) {
+        if !self.clusters.is_empty() {
+            sums.iter_mut().enumerate().for_each(|(node, sum)| *sum += self.at_most(node, of));
+        }
+    }
+
     /// The largest view of a cluster from any node.
     pub(crate) fn widest(&self, index: usize) -> View {
         let nodes = self.rest.len();

@@ -7,6 +7,7 @@ use super::{Clusters, Far, Parts};
 use crate::cell::Rules;
 use crate::field::Field;
 use crate::link::{Link, Need};
+use crate::linking::Linking;
 use crate::mesh::Mesh;
 use crate::transfer::{Optics, Station};
 
@@ -42,7 +43,7 @@ fn city(side: usize) -> Mesh {
 /// Links to all roots.
 fn all_links(optics: &Optics<'_>, receiver: usize) -> Vec<Link> {
     let field = Field::dark(optics.mesh, 1);
-    let need = Need { field: &field, weight: &[0.0], allowed: 1.0 };
+    let need = Need { field: &field, weight: &[0.0], allowed: 1.0, linking: Linking::Error };
     let sources = optics.mesh.roots().iter().map(|&root| (root, None));
     optics.links(receiver, sources, &need).unwrap()
 }
@@ -81,7 +82,7 @@ fn a_cluster_gives_no_more_than_its_view_and_a_cluster_that_faces_away_gives_not
 
 #[test]
 fn what_closed_clusters_neglect_covers_what_they_give() {
-    let (mesh, rules) = (city(5), Rules::new());
+    let (mesh, rules) = (city(5).clustered(), Rules::new());
     let tree = mesh.clusters();
     let optics = Optics { mesh: &mesh, rules: &rules, absolute: 1e-9 };
     // Light that differs from face to face and over each, here and there negative.
@@ -96,7 +97,7 @@ fn what_closed_clusters_neglect_covers_what_they_give() {
     for allowed in [0.1, 0.4] {
         for receiver in (0..mesh.elements().len()).step_by(5) {
             let exact = all_links(&optics, receiver);
-            let need = Need { field: &field, weight: &[1.0], allowed };
+            let need = Need { field: &field, weight: &[1.0], allowed, linking: Linking::Error };
             let (mut links, mut far) = optics.first_links(receiver, None, &need).unwrap();
             optics.refine(receiver, (&mut links, &mut far), &need).unwrap();
             near += links.len();

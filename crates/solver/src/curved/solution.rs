@@ -29,7 +29,7 @@ const INTEGRAL_PART: f64 = 1e-3;
 pub struct CurvedOptions {
     /// Bound on the error of gathers over the largest radiosity, at most.
     pub error: f64,
-    /// Degree of the polynomials, 0 to 3.
+    /// Degree of the polynomials, 0 to 4.
     pub degree: usize,
     /// Parts beyond which none is divided any more.
     pub most_parts: usize,

@@ -3,7 +3,7 @@
 //! To first order in the unit roundoff u, as `batch::bound`, whose symbols these are: `k = 1/S` of the nearest edge's line, R the
 //! distance of the farthest vertex, `c = k R`, Theta the sum of the angles, n the number of edges. W is the largest emission at a
 //! vertex and |gB| R: it bounds beta, the emission at any line's point nearest to the receiver, and `|gB| S`. The plane, the gradient
-//! and the emission at vertices are known to a few roundings ([`super::LinearLamp::new`]), so heights err by 20u R. In units of W u:
+//! and the emission at vertices are known to a few roundings ([`super::Glow::new`]), so heights err by 20u R. In units of W u:
 //! - `beta P` errs as the constant emitter's value, `Theta (5.7c + 17 + n/2)`, and by 4 Theta from beta; so does `h nu G`;
 //! - of C times h, with `|L| <= g c` and `kappa g` known to `2 ew + 40u`, `ew = 5.66c u`: `6n + Theta (29.4c + 40)`, from the logarithm
 //!   of a ratio known to 11u, and `(n + 3) Theta (1 + c)` from the sum;
@@ -28,7 +28,7 @@
 use fearless_simd::Simd;
 
 use super::segment::CLAUSEN;
-use super::{LinearSums, Wide};
+use super::{Glowing, LinearSums, Wide};
 use crate::batch::bound::{Bound, SECOND_ORDER};
 use crate::batch::lanes::{Lane, Mask, constant};
 use crate::batch::visible::SeenExtent;
@@ -57,12 +57,12 @@ pub(super) struct Scales<S: Simd> {
 
 impl<S: Simd> Scales<S> {
     #[inline(always)]
-    pub(super) fn new(simd: S, sums: &LinearSums<'_, S>, extent: &SeenExtent<S, f64>) -> Self {
+    pub(super) fn new<G: Glowing<S>>(simd: S, sums: &LinearSums<S, G>, extent: &SeenExtent<S, f64>) -> Self {
         let number = |value: f64| constant::<S, f64>(simd, value);
         let zero = number(0.0);
         let SeenExtent { edges, farthest_square, crossing, .. } = extent;
         let farthest = farthest_square.sqrt();
-        let unit = number(SECOND_ORDER * ROUNDOFF) * (number(sums.glow.largest) + number(sums.glow.steepness) * farthest);
+        let unit = number(SECOND_ORDER * ROUNDOFF) * (sums.glow.largest(simd) + sums.glow.steepness(simd) * farthest);
         let inverse_height = number(1.0) / sums.height;
         let mut condition_square = sums.nearest * *farthest_square;
         let (mut edges, mut angles, mut is_crossed, mut shift) = (number(*edges), sums.angles, zero.below(zero), zero);

@@ -1,6 +1,8 @@
 //! A polygon in normalised coordinates, and the part of it in front of a plane.
 
-use radgrad_core::{DVec3, Polygon};
+use radgrad_core::DVec3;
+
+use super::Part;
 
 /// A polygon's outline around an origin, in a unit in which the farthest coordinate is below 1.
 pub(super) struct Outline {
@@ -22,15 +24,14 @@ pub(super) struct Front {
 }
 
 impl Outline {
-    pub(super) fn new(polygon: &Polygon, origin: DVec3, power: f64) -> Self {
-        let points: Vec<DVec3> = polygon.vertices().iter().map(|&v| (v - origin) * power).collect();
-        let largest = polygon.vertices().iter().fold(origin.abs().max_element(), |m, v| m.max(v.abs().max_element()));
-        let defect = polygon.planarity_defect() * power;
+    pub(super) fn new(part: &Part<'_>, origin: DVec3, power: f64) -> Self {
+        let points: Vec<DVec3> = part.points.iter().map(|&v| (v - origin) * power).collect();
+        let largest = part.points.iter().fold(origin.abs().max_element(), |m, v| m.max(v.abs().max_element()));
+        let defect = part.defect * power;
         let lost = |v: &DVec3| difference_error(*v, origin).length() * power * (1.0 + 1e-12);
-        let rounding = polygon.vertices().iter().map(lost).fold(0.0, f64::max) + defect;
+        let rounding = part.points.iter().map(lost).fold(0.0, f64::max) + defect;
         let level = 4.0 * f64::EPSILON * largest * power + defect;
-        let area = polygon.area() * power * power;
-        Self { normal: polygon.normal(), rounding, level, slope: 0.5 * super::perimeter(&points) / area, points }
+        Self { normal: part.normal, rounding, level, slope: 0.5 * part.slope / power, points }
     }
 
     /// The part in front of the other's plane, which is a surface's: what is level with it up to rounding is in it. `None` where

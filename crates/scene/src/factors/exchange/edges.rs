@@ -18,9 +18,6 @@ use radgrad_core::DVec3;
 use super::ROUNDOFF;
 use crate::factors::rule::gauss_legendre;
 
-/// Truncation that is allowed of one cell, over the edges' lengths.
-const TRUNCATION: f64 = 1e-15;
-
 /// Nodes to try.
 const NODES: [usize; 5] = [4, 6, 8, 12, 16];
 
@@ -33,8 +30,8 @@ const CELLS: usize = 1000;
 /// Two edges are parallel if moving an end by this makes them so: rounded coordinates, of size 1, tell no better.
 const ASIDE: f64 = 64.0 * ROUNDOFF;
 
-/// The integral times `a.b`, and a bound on its error.
-pub(super) fn mean_logarithm(a: [DVec3; 2], b: [DVec3; 2]) -> (f64, f64) {
+/// The integral times `a.b`, and a bound on its error. `truncation` is allowed of one cell of a rule, over the edges' lengths.
+pub(super) fn mean_logarithm(a: [DVec3; 2], b: [DVec3; 2], truncation: f64) -> (f64, f64) {
     let (along_a, along_b) = (a[1] - a[0], b[1] - b[0]);
     let lengths = [along_a.length(), along_b.length()];
     let product = lengths[0] * lengths[1];
@@ -49,7 +46,7 @@ pub(super) fn mean_logarithm(a: [DVec3; 2], b: [DVec3; 2]) -> (f64, f64) {
     let (mean, error) = if aside <= ASIDE {
         parallel(a[0], along_a, lengths, b[0], weight > 0.0, if aside == 0.0 { 0.0 } else { ASIDE })
     } else {
-        skew(a[0], along_a, b, lengths[1], most)
+        skew(a[0], along_a, b, [lengths[1], most, truncation])
     };
     // The weight is a sum of three products.
     (weight * mean, (weight.abs() * error + 4.0 * ROUNDOFF * product * mean.abs()) * (1.0 + 8.0 * ROUNDOFF))
@@ -85,7 +82,7 @@ fn parallel(p: DVec3, along: DVec3, [m, n]: [f64; 2], q: DVec3, same_way: bool, 
 }
 
 /// The mean of ln r by a rule along the first edge.
-fn skew(p: DVec3, along: DVec3, b: [DVec3; 2], length: f64, most: f64) -> (f64, f64) {
+fn skew(p: DVec3, along: DVec3, b: [DVec3; 2], [length, most, truncation]: [f64; 3]) -> (f64, f64) {
     let direction = (b[1] - b[0]) / length;
     let own = along.length();
     let (mut sum, mut error) = (0.0, 0.0);
@@ -97,10 +94,11 @@ fn skew(p: DVec3, along: DVec3, b: [DVec3; 2], length: f64, most: f64) -> (f64, 
         let middle = 0.5 * (from + to);
         let ends = [p + along * from, p + along * to];
         let distance = segments_apart(ends, b) * (1.0 - 1e-9) - 8.0 * ROUNDOFF;
-        let Some((nodes, truncation)) = rule_for(distance, half * own, length) else {
-            if halvings == 0 || count > CELLS {
-                // A mean of |ln r|, doubled for what rounding does to so short a cell.
-                error += 2.0 * (to - from) * most;
+        let Some((nodes, truncation)) = rule_for(distance, half * own, truncation / length.min(1.0)) else {
+            // A mean of |ln r|, doubled for what rounding does to so short a cell.
+            let left = 2.0 * (to - from) * most;
+            if halvings == 0 || count > CELLS || left <= truncation {
+                error += left;
             } else {
                 cells.extend([(from, middle, halvings - 1), (middle, to, halvings - 1)]);
             }
@@ -120,7 +118,7 @@ fn skew(p: DVec3, along: DVec3, b: [DVec3; 2], length: f64, most: f64) -> (f64, 
 }
 
 /// The fewest nodes whose bound on [-1, 1] is small enough, and the bound.
-fn rule_for(distance: f64, half: f64, length: f64) -> Option<(usize, f64)> {
+fn rule_for(distance: f64, half: f64, allowed: f64) -> Option<(usize, f64)> {
     let ratio = distance / half;
     // Below this 16 nodes never do.
     if ratio.is_nan() || ratio < 1.0 {
@@ -140,7 +138,6 @@ fn rule_for(distance: f64, half: f64, length: f64) -> Option<(usize, f64)> {
         let power = (0..nodes - 1).fold(1.0, |power, _| power / (radius * radius));
         64.0 / 15.0 * most * power / (1.0 - 1.0 / (radius * radius))
     };
-    let allowed = TRUNCATION / length.min(1.0);
     NODES.into_iter().map(|nodes| (nodes, bound(nodes) * 1.01)).find(|(_, bound)| *bound <= allowed)
 }
 

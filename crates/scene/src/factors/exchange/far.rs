@@ -16,14 +16,11 @@ use crate::factors::rule::{Patch, gauss_legendre, patches};
 /// Distance over size from which the rule is asked.
 const FAR: f64 = 4.0;
 
-/// Truncation that is allowed, over the result.
-const TRUNCATION: f64 = 4e-14;
-
 /// Nodes in each variable, at most.
 const MOST: usize = 8;
 
-/// What two outlines exchange, each in front of the other; `None` where they are not far apart, or too oblique.
-pub(super) fn exchange(outlines: [&[DVec3]; 2], normals: [DVec3; 2]) -> Option<Exchange> {
+/// What two outlines exchange, each in front of the other, with a truncation of `allowed` of it; `None` where they are not far apart, or too oblique.
+pub(super) fn exchange(outlines: [&[DVec3]; 2], normals: [DVec3; 2], allowed: f64) -> Option<Exchange> {
     let spheres = outlines.map(Sphere::around);
     let distance = spheres[0].apart(&spheres[1]);
     if distance < FAR * spheres[0].radius.max(spheres[1].radius) {
@@ -36,12 +33,13 @@ pub(super) fn exchange(outlines: [&[DVec3]; 2], normals: [DVec3; 2]) -> Option<E
     let mut sum = Exchange::default();
     for a in &from {
         for b in &to {
-            let part = of_patches([a, b], normals)?;
+            let part = of_patches([a, b], normals, allowed)?;
             sum.area += part.area;
             sum.error += part.error + ROUNDOFF * sum.area.abs();
         }
     }
-    Some(sum)
+    // An outline with parts of no width has no rule.
+    sum.error.is_finite().then_some(sum)
 }
 
 /// Bounds on the point factors to each of two outlines from anywhere on the other.
@@ -69,7 +67,7 @@ impl Sphere {
     }
 }
 
-fn of_patches([a, b]: [&Patch; 2], [n1, n2]: [DVec3; 2]) -> Option<Exchange> {
+fn of_patches([a, b]: [&Patch; 2], [n1, n2]: [DVec3; 2], allowed: f64) -> Option<Exchange> {
     let spheres = [a, b].map(|patch| Sphere::around(&patch.corners));
     let (distance, between) = (spheres[0].apart(&spheres[1]), spheres[1].centre - spheres[0].centre);
     let farthest = between.length() + spheres[0].radius + spheres[1].radius;
@@ -81,8 +79,7 @@ fn of_patches([a, b]: [&Patch; 2], [n1, n2]: [DVec3; 2]) -> Option<Exchange> {
         let one = |side: f64, other: f64| 2.0 * one_variable(nodes, distance, farthest, side, other);
         one(sides[0], sides[1]) + one(sides[1], sides[0])
     };
-    let (nodes, truncation) =
-        (3..=MOST).map(|nodes| (nodes, truncation(nodes))).find(|(_, bound)| *bound <= TRUNCATION * rough)?;
+    let (nodes, truncation) = (3..=MOST).map(|nodes| (nodes, truncation(nodes))).find(|(_, bound)| *bound <= allowed * rough)?;
     let rule = gauss_legendre(nodes);
     let points = [a, b].map(|patch| {
         let product = rule.iter().flat_map(|&u| rule.iter().map(move |&v| (u, v)));

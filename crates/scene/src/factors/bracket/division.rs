@@ -1,0 +1,193 @@
+//! Where to cut a pair of cells whose sight is neither free nor blocked.
+//!
+//! The plane through an edge of a screen and a corner of one cell cuts the other where a shadow's edge lies, seen from that corner. Of
+//! all corners the outermost leaves a part on which nothing of that edge's shadow falls, the innermost one that is wholly within the
+//! edge. Where such a cut decides much, it is made. Else the penumbra is as wide as the cells, and the one is halved whose extent
+//! moves the shadows most.
+
+use radgrad_core::DVec3;
+
+use super::cell::{Cell, Plane};
+use crate::factors::screen::{Screen, Sides};
+
+/// A cut of one of the two cells.
+#[derive(Debug, Clone)]
+pub(super) struct Division {
+    /// Which.
+    pub(super) cell: usize,
+    /// Heights of its corners over the cutting plane, if there is one.
+    pub(super) heights: Option<Vec<f64>>,
+    /// The direction to halve it in, if not.
+    pub(super) across: DVec3,
+}
+
+/// Share of a cell that a cut has to decide.
+const ENOUGH: f64 = 0.25;
+
+/// What a part is worth that is clear of one screen of several.
+const CLEAR_OF_ONE: f64 = 0.6;
+
+/// Size over distance and the other's size from which a cell is halved before all else.
+const SPREAD: f64 = 3.0;
+
+/// A cut along the edge of a shadow, and the share that it decides.
+struct Candidate {
+    cell: usize,
+    heights: Vec<f64>,
+    worth: f64,
+}
+
+/// The part that a cut is made for.
+#[derive(Debug, Clone, Copy)]
+enum Wanted {
+    Below,
+    Above,
+}
+
+/// Share of the reach by which cuts are made inside of where they would be, so that rounding leaves no doubt of the part wanted.
+const ASIDE: f64 = 1e-8;
+
+fn aside(heights: &[f64], wanted: Wanted) -> Vec<f64> {
+    let [low, high] = range(heights);
+    let shift = ASIDE * (high - low);
+    let by = match wanted {
+        Wanted::Below => shift,
+        Wanted::Above => -shift,
+    };
+    heights.iter().map(|height| height + by).collect()
+}
+
+/// The best cut of a pair.
+pub(super) fn division(cells: [&Cell; 2], planes: [&Plane; 2], screens: &[&Screen]) -> Division {
+    let mut best: Option<Candidate> = None;
+    let axes = [0, 1].map(|k| cells[k].axes(planes[k]));
+    if let Some((cell, across)) = spread(cells, &axes) {
+        return Division { cell, heights: None, across };
+    }
+    let mut variation = [[0.0; 2]; 2];
+    let clear = if screens.len() == 1 { 1.0 } else { CLEAR_OF_ONE };
+    let mut offer = |cell: usize, heights: &[f64], wanted: Wanted, worth: f64| {
+        if worth > ENOUGH && best.as_ref().is_none_or(|best| worth > best.worth) {
+            best = Some(Candidate { cell, heights: aside(heights, wanted), worth });
+        }
+    };
+    for screen in screens {
+        let sides = cells.map(|cell| screen.sides(&cell.points));
+        let is_split = |side: Sides| side.front && side.behind;
+        if sides.iter().any(|&side| is_split(side)) {
+            // What is on the other's side of the screen's plane is clear of it.
+            for k in 0..2 {
+                if is_split(sides[k]) {
+                    let heights: Vec<f64> = cells[k].points.iter().map(|&p| screen.height(p)).collect();
+                    let below = share_below(&heights);
+                    let (wanted, worth) = match (sides[1 - k].front, sides[1 - k].behind) {
+                        (true, false) => (Wanted::Above, 1.0 - below),
+                        (false, true) => (Wanted::Below, below),
+                        _ => (Wanted::Above, 0.5),
+                    };
+                    offer(k, &heights, wanted, clear * worth);
+                }
+            }
+            continue;
+        }
+        let sign = if sides[0].front || sides[1].behind { 1.0 } else { -1.0 };
+        examine(screen, cells, sign, clear, &axes, &mut offer, &mut variation);
+    }
+    if let Some(Candidate { cell, heights, .. }) = best {
+        let longest = if cells[cell].extent(axes[cell][0]) >= cells[cell].extent(axes[cell][1]) { 0 } else { 1 };
+        return Division { cell, heights: Some(heights), across: axes[cell][longest] };
+    }
+    if variation == [[0.0; 2]; 2] {
+        variation = [0, 1].map(|k| axes[k].map(|axis| cells[k].extent(axis)));
+    }
+    let (mut cell, mut axis) = (0, 0);
+    for (k, a) in [(0, 1), (1, 0), (1, 1)] {
+        if variation[k][a] > variation[cell][axis] {
+            (cell, axis) = (k, a);
+        }
+    }
+    Division { cell, heights: None, across: axes[cell][axis] }
+}
+
+/// A cell that is large for where it is seen from, and its longest direction: most of it hardly counts, and shares of it say nothing.
+fn spread(cells: [&Cell; 2], axes: &[[DVec3; 2]; 2]) -> Option<(usize, DVec3)> {
+    let longest = [0, 1].map(|k| {
+        let [along, across] = axes[k].map(|axis| (cells[k].extent(axis), axis));
+        if along.0 >= across.0 { along } else { across }
+    });
+    (0..2).find_map(|k| {
+        let away = cells[k].away(cells[1 - k].centre());
+        (longest[k].0 > SPREAD * (longest[1 - k].0 + away)).then_some((k, longest[k].1))
+    })
+}
+
+/// The cuts along the edges of a screen that parts the two cells, and how their extents move its shadow.
+fn examine(
+    screen: &Screen,
+    cells: [&Cell; 2],
+    sign: f64,
+    clear: f64,
+    axes: &[[DVec3; 2]; 2],
+    offer: &mut impl FnMut(usize, &[f64], Wanted, f64),
+    variation: &mut [[f64; 2]; 2],
+) {
+    let [a, b] = cells.map(|cell| &cell.points);
+    let centres = cells.map(Cell::centre);
+    // For each edge and cell: the corner of the other and the share inside, where that is most.
+    let mut core: Vec<[(f64, Vec<f64>); 2]> = Vec::with_capacity(4);
+    for [from, to] in screen.edges() {
+        // T, positive inside.
+        let turn = |x: DVec3, y: DVec3| sign * (y - x).dot((to - x).cross(from - x));
+        let rows: Vec<Vec<f64>> = a.iter().map(|&x| b.iter().map(|&y| turn(x, y)).collect()).collect();
+        let columns: Vec<Vec<f64>> = (0..b.len()).map(|i| rows.iter().map(|row| row[i]).collect()).collect();
+        let extreme = |lines: &[Vec<f64>]| {
+            let by_share = |line: &&Vec<f64>| share_below(line);
+            let least = lines.iter().min_by(|p, q| by_share(p).total_cmp(&by_share(q)));
+            let most = lines.iter().max_by(|p, q| by_share(p).total_cmp(&by_share(q)));
+            let of = |line: Option<&Vec<f64>>| line.map_or((0.0, Vec::new()), |line| (share_below(line), line.clone()));
+            [of(least), of(most)]
+        };
+        let [lit_b, inside_b] = extreme(&rows);
+        let [lit_a, inside_a] = extreme(&columns);
+        offer(1, &lit_b.1, Wanted::Below, clear * lit_b.0);
+        offer(0, &lit_a.1, Wanted::Below, clear * lit_a.0);
+        let largest = rows.iter().flatten().fold(0.0, |m: f64, t| m.max(t.abs()));
+        // The share that is in the penumbra of this edge.
+        let penumbra = (inside_b.0 - lit_b.0).max(inside_a.0 - lit_a.0);
+        if penumbra > 0.0 && largest > 0.0 {
+            let gradients = [0, 1].map(|k| (from - centres[1 - k]).cross(to - centres[1 - k]) / largest);
+            for k in 0..2 {
+                for axis in 0..2 {
+                    variation[k][axis] += penumbra * gradients[k].dot(axes[k][axis]).abs() * cells[k].extent(axes[k][axis]);
+                }
+            }
+        }
+        core.push([inside_a, inside_b]);
+    }
+    for k in 0..2 {
+        let hidden: f64 = core.iter().map(|edge| 1.0 - edge[k].0).product();
+        let widest = core.iter().map(|edge| &edge[k]).max_by(|p, q| p.0.total_cmp(&q.0));
+        if let Some((share, heights)) = widest
+            && *share > 0.0
+        {
+            offer(k, heights, Wanted::Above, hidden);
+        }
+    }
+}
+
+/// Share of the reach over which an affine function is negative.
+fn share_below(heights: &[f64]) -> f64 {
+    let [low, high] = range(heights);
+    if low >= 0.0 {
+        0.0
+    } else if high <= 0.0 {
+        1.0
+    } else {
+        -low / (high - low)
+    }
+}
+
+fn range(heights: &[f64]) -> [f64; 2] {
+    let low = heights.iter().copied().fold(f64::INFINITY, f64::min);
+    [low, heights.iter().copied().fold(f64::NEG_INFINITY, f64::max)]
+}

@@ -1,0 +1,258 @@
+//! What one convex screen leaves of the sight between two convex cells: all, nothing, or a part.
+//!
+//! Let x be a corner of one cell, in front of the screen's plane, and y one of the other, behind it. The segment from x to y crosses the
+//! plane at z, and for an edge a b of the screen
+//!
+//! `T(x, y) = (y - x).((b - x) x (a - x)) = |b - a| H(x, y) h(z)`,
+//!
+//! with H the sum of the heights of x and y over and under the plane and h(z) the distance of z inside the edge's line. T is affine in x
+//! and in y. So if T <= 0 at every pair of corners for one edge, every segment between the cells passes outside that edge, and the screen
+//! hides nothing; if T >= 0 at every pair for every edge, every segment meets the screen, and it hides all. Zeros decide nothing: they are
+//! pairs of no measure. The same holds where cells touch the screen's plane, for then almost all of their points do not.
+//!
+//! Signs within rounding are exact ones (J. R. Shewchuk 1997, crate `robust`), but for those that displacing the edge by [`Screen::slack`],
+//! a few roundings of the coordinates, would change: a cell's corner computed to lie on an edge lies there only so well. Those count as
+//! zero, and what passes between the edge and its displaced self is at most the area of that strip, [`Screen::leak`]: two cells
+//! exchange through an aperture no more than its area. What is level with the screen's plane up to the rounding of coordinates is in it, as in
+//! [`crate::Beam::from_polygon`].
+
+use radgrad_core::{DVec3, Polygon};
+use robust::{Coord3D, orient3d};
+
+use super::rule::patches;
+use crate::projection::normalising_power;
+
+/// A triangle or a convex quadrilateral that hides what is behind it.
+#[derive(Debug, Clone)]
+pub(super) struct Screen {
+    outline: Vec<DVec3>,
+    normal: DVec3,
+    perimeter: f64,
+    /// Perimeter over area.
+    slope: f64,
+    /// Largest coordinate.
+    largest: f64,
+    /// Distance by which vertices are off the plane.
+    defect: f64,
+    low: DVec3,
+    high: DVec3,
+}
+
+/// How much of the sight between two cells a screen leaves, ascending in what it hides.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Sight {
+    /// All.
+    Free,
+    /// Some, or not known.
+    Part,
+    /// Nothing.
+    Blocked,
+}
+
+/// Which sides of a screen's plane have points: in front, behind.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Sides {
+    pub(super) front: bool,
+    pub(super) behind: bool,
+}
+
+/// The sign of T, where it is known.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Passing {
+    Outside,
+    On,
+    Inside,
+}
+
+/// A sight, and whether an edge was displaced for it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Verdict {
+    pub(super) sight: Sight,
+    pub(super) is_displaced: bool,
+}
+
+impl Verdict {
+    const fn exact(sight: Sight) -> Self {
+        Self { sight, is_displaced: false }
+    }
+}
+
+impl Screen {
+    /// The convex screens that a polygon is made of, with coordinates multiplied by a power of two.
+    pub(super) fn all_of(polygon: &Polygon, power: f64) -> Vec<Self> {
+        let screen = |outline: &[DVec3]| {
+            let outline: Vec<DVec3> = outline.iter().map(|&v| v * power).collect();
+            let perimeter = perimeter(&outline);
+            Self {
+                normal: polygon.normal(),
+                perimeter,
+                slope: perimeter / area(&outline, polygon.normal()),
+                largest: outline.iter().fold(0.0, |m: f64, v| m.max(v.abs().max_element())),
+                defect: polygon.planarity_defect() * power,
+                low: outline.iter().copied().fold(DVec3::INFINITY, DVec3::min),
+                high: outline.iter().copied().fold(DVec3::NEG_INFINITY, DVec3::max),
+                outline,
+            }
+        };
+        patches(polygon.vertices()).iter().map(|patch| screen(patch.outline())).collect()
+    }
+
+    /// Edges, counter-clockwise seen from the front.
+    pub(super) fn edges(&self) -> impl Iterator<Item = [DVec3; 2]> {
+        let count = self.outline.len();
+        (0..count).map(move |k| [self.outline[k], self.outline[(k + 1) % count]])
+    }
+
+    /// Height over the plane, 0 for what is level with it.
+    pub(super) fn height(&self, point: DVec3) -> f64 {
+        let r = point - self.outline[0];
+        let height = self.normal.dot(r);
+        let reach = r.length();
+        let level = 4.0 * f64::EPSILON * (self.largest + reach) * (2.0 + reach * self.slope) + self.defect;
+        if height.abs() <= level { 0.0 } else { height }
+    }
+
+    /// Points with their heights, and on which sides they are.
+    fn rise(&self, points: &[DVec3]) -> (Vec<(DVec3, f64)>, Sides) {
+        let risen: Vec<(DVec3, f64)> = points.iter().map(|&point| (point, self.height(point))).collect();
+        let sides = Sides { front: risen.iter().any(|(_, h)| *h > 0.0), behind: risen.iter().any(|(_, h)| *h < 0.0) };
+        (risen, sides)
+    }
+
+    /// On which sides of its plane some points are.
+    pub(super) fn sides(&self, points: &[DVec3]) -> Sides {
+        self.rise(points).1
+    }
+
+    /// By how much edges may be displaced.
+    fn slack(&self, reach: f64) -> f64 {
+        64.0 * f64::EPSILON * (self.largest + reach)
+    }
+
+    /// The most that two polygons with coordinates up to `reach` exchange between this screen and its displaced self.
+    pub(super) fn leak(&self, reach: f64) -> f64 {
+        self.slack(reach) * (self.perimeter + 8.0 * self.slack(reach))
+    }
+
+    /// What it leaves of the sight between two convex cells, whose coordinates are up to `reach`.
+    pub(super) fn between(&self, cells: [&[DVec3]; 2], reach: f64) -> Verdict {
+        self.leaves(cells, self.slack(reach))
+    }
+
+    fn leaves(&self, cells: [&[DVec3]; 2], slack: f64) -> Verdict {
+        let [(a, sides_a), (b, sides_b)] = cells.map(|cell| self.rise(cell));
+        let is_level = |sides: Sides| !sides.front && !sides.behind;
+        let is_beside = (!sides_a.behind && !sides_b.behind) || (!sides_a.front && !sides_b.front);
+        if is_level(sides_a) || is_level(sides_b) || is_beside {
+            return Verdict::exact(Sight::Free);
+        }
+        let (from, to) = if !sides_a.behind && !sides_b.front {
+            (a, b)
+        } else if !sides_a.front && !sides_b.behind {
+            (b, a)
+        } else {
+            return Verdict::exact(if self.is_apart(cells) { Sight::Free } else { Sight::Part });
+        };
+        let (mut is_hidden, mut hidden_displaced) = (true, false);
+        for edge in self.edges() {
+            let (mut inside, mut outside, mut displaced) = (false, false, false);
+            'pairs: for &x in &from {
+                for &y in &to {
+                    let (passing, moved) = passing(edge, x, y, slack);
+                    displaced |= moved;
+                    inside |= passing == Passing::Inside;
+                    outside |= passing == Passing::Outside;
+                    if inside && outside {
+                        break 'pairs;
+                    }
+                }
+            }
+            if !inside {
+                return Verdict { sight: Sight::Free, is_displaced: displaced };
+            }
+            is_hidden &= !outside;
+            hidden_displaced |= displaced;
+        }
+        let sight = if is_hidden { Sight::Blocked } else { Sight::Part };
+        Verdict { sight, is_displaced: is_hidden && hidden_displaced }
+    }
+
+    /// What it leaves of an outline seen from a point, exactly for the doubles as given but for what is level with its plane.
+    pub(super) fn before(&self, point: DVec3, outline: &[DVec3]) -> Sight {
+        self.leaves([&[point], outline], 0.0).sight
+    }
+
+    /// Whether a plane that bounds the hull of two cells, or that of a coordinate, has the screen beyond it.
+    fn is_apart(&self, [a, b]: [&[DVec3]; 2]) -> bool {
+        let all = || a.iter().chain(b).copied();
+        let (low, high) = (all().fold(DVec3::INFINITY, DVec3::min), all().fold(DVec3::NEG_INFINITY, DVec3::max));
+        if low.cmpge(self.high).any() || high.cmple(self.low).any() {
+            return true;
+        }
+        let beyond = |outline: &[DVec3], points: &[DVec3]| {
+            (0..outline.len()).any(|i| {
+                let (from, to) = (outline[i], outline[(i + 1) % outline.len()]);
+                points.iter().any(|&point| self.is_beyond((to - from).cross(point - from), from, [a, b]))
+            })
+        };
+        beyond(a, b) || beyond(b, a)
+    }
+
+    fn is_beyond(&self, normal: DVec3, origin: DVec3, [a, b]: [&[DVec3]; 2]) -> bool {
+        let range = |points: &mut dyn Iterator<Item = DVec3>| {
+            points.fold([f64::INFINITY, f64::NEG_INFINITY, 0.0], |[low, high, reach], p| {
+                let (r, s) = (p - origin, normal.dot(p - origin));
+                [low.min(s), high.max(s), f64::max(reach, r.abs().max_element())]
+            })
+        };
+        let [low, high, reach] = range(&mut a.iter().chain(b).copied());
+        let [lowest, highest, farthest] = range(&mut self.outline.iter().copied());
+        // A product of three components sums, whatever the normal is: it is a plane.
+        let error = 8.0 * f64::EPSILON * normal.abs().element_sum() * reach.max(farthest);
+        lowest > high + error || highest < low - error
+    }
+}
+
+/// On which side of an edge the segment passes from x to y, given with their heights; and whether the edge was displaced by `slack`
+/// for it.
+///
+/// A term of T passes through ten roundings.
+fn passing([a, b]: [DVec3; 2], (x, over): (DVec3, f64), (y, under): (DVec3, f64), slack: f64) -> (Passing, bool) {
+    if over == 0.0 && under == 0.0 {
+        return (Passing::On, false);
+    }
+    let (r, to_a, to_b) = (y - x, a - x, b - x);
+    let turn = r.dot(to_b.cross(to_a));
+    let (m, n, p) = (r.abs(), to_a.abs(), to_b.abs());
+    let magnitude = m.x * (n.y * p.z + n.z * p.y) + m.y * (n.z * p.x + n.x * p.z) + m.z * (n.x * p.y + n.y * p.x);
+    let error = 10.0 * f64::EPSILON * magnitude + f64::MIN_POSITIVE;
+    if turn > error {
+        return (Passing::Inside, false);
+    }
+    if turn < -error {
+        return (Passing::Outside, false);
+    }
+    if x == a || x == b || y == a || y == b {
+        return (Passing::On, false);
+    }
+    if turn != 0.0 && turn.abs() + error <= slack * (b - a).length() * (over - under) {
+        return (Passing::On, true);
+    }
+    let power = normalising_power([a, b, x, y].iter().fold(0.0, |m: f64, v| m.max(v.abs().max_element())));
+    let at = |v: DVec3| Coord3D { x: v.x * power, y: v.y * power, z: v.z * power };
+    match orient3d(at(x), at(y), at(a), at(b)) {
+        sign if sign > 0.0 => (Passing::Inside, false),
+        sign if sign < 0.0 => (Passing::Outside, false),
+        _ => (Passing::On, false),
+    }
+}
+
+pub(super) fn perimeter(outline: &[DVec3]) -> f64 {
+    (0..outline.len()).map(|i| (outline[(i + 1) % outline.len()] - outline[i]).length()).sum()
+}
+
+/// Area of a flat convex outline.
+pub(super) fn area(outline: &[DVec3], normal: DVec3) -> f64 {
+    let fan = (2..outline.len()).map(|i| normal.dot((outline[i - 1] - outline[0]).cross(outline[i] - outline[0])));
+    0.5 * fan.sum::<f64>()
+}

@@ -1,0 +1,222 @@
+//! The importance `z = G b`, `b = rho + rho G b`: how much of a unit of light that leaves a place is reflected anywhere, once or
+//! more.
+//!
+//! That is the radiosity equation with rho for the light that is emitted, so the links for it are there. Its polynomial solution
+//! `b_h` has the defect `d = rho + rho G b_h - b_h`, and z is more than `G b_h` by `y = G d + G rho y`, bounded at every point by
+//! sweeps ([`super::rise`]) from what the nodes gather of d at most. With textures d is not small, and then `z = G rho (1 + z)` as
+//! it is may be less.
+//!
+//! With textures, of `rho y` with y at most Y, a point gathers at most Y times the least of `F max rho`, `k_max mean rho` and
+//! `F mean rho + (k_max - k_min)/2 rms(rho - mean rho)`.
+
+use rayon::prelude::*;
+
+use super::rise::Risen;
+use super::{Residuals, Scene, Seen};
+use crate::cluster::Pair;
+use crate::field::Field;
+use crate::gathering::Equation;
+use crate::link::Link;
+use crate::residual::Residual;
+
+/// Sweeps after which there is no bound.
+const MOST_SWEEPS: usize = 2000;
+
+/// Changes below which the importance is solved: what that leaves is in its defect.
+const SOLVED: f64 = 1e-3;
+
+/// Of each receiver, in their order.
+#[derive(Debug)]
+pub(super) struct Importance {
+    /// For each source that it sees, channel and node, what is gathered of `b_h` at most.
+    pub(super) gathered: Vec<Vec<f64>>,
+    /// For each channel and node, the same of what is seen through clusters.
+    beyond: Vec<Vec<f64>>,
+    /// For each channel, what z may be more than that.
+    more: Vec<Vec<f64>>,
+    /// For each channel, what z is at most in any case.
+    most: Vec<Vec<f64>>,
+}
+
+impl Importance {
+    /// The largest importance on a receiver, of what is reflected by the sources chosen and by all in clusters.
+    pub(super) fn of(&self, index: usize, channel: usize, seen: &Seen, chosen: impl Fn(usize) -> bool) -> f64 {
+        let (nodes, channels) = (seen.nodes, self.more[index].len());
+        let mut sums = self.beyond[index][channel * nodes..(channel + 1) * nodes].to_vec();
+        for place in (0..seen.sources.len()).filter(|&place| chosen(place)) {
+            let start = (place * channels + channel) * nodes;
+            sums.iter_mut().zip(&self.gathered[index][start..start + nodes]).for_each(|(sum, z)| *sum += z);
+        }
+        let largest = sums.into_iter().fold(0.0, f64::max);
+        (largest + self.more[index][channel]).min(self.most[index][channel])
+    }
+}
+
+/// `None` if no bound is found.
+pub(super) fn of(scene: Scene<'_>, receives: &[bool], seen: &[Seen]) -> Option<Importance> {
+    let Scene { mesh, surfaces, receivers, links, far, channels } = scene;
+    let (field, own) = solved(scene)?;
+    let at = |(index, &receiver): (usize, &usize)| gathers(scene, &field, &links[receiver], &seen[index]);
+    let gathered: Vec<Vec<f64>> = receivers.par_iter().enumerate().map(at).collect();
+    let of_far = |(index, &receiver): (usize, &usize)| -> Vec<f64> {
+        let at = |channel: usize, node: usize| {
+            far[receiver].value(mesh.clusters(), &field, channel, node)
+                + far[receiver].neglected(mesh.clusters(), &field, channel, node)
+        };
+        (0..channels).flat_map(|channel| (0..seen[index].nodes).map(move |node| (channel, node))).map(|(c, n)| at(c, n)).collect()
+    };
+    let beyond: Vec<Vec<f64>> = receivers.par_iter().enumerate().map(of_far).collect();
+    let of_receiver = |(index, &receiver): (usize, &usize)| -> Vec<Residual> {
+        (0..channels).map(|channel| defect(scene, &field, receiver, channel, &seen[index], &own[receiver])).collect()
+    };
+    let defects: Vec<Vec<Residual>> = receivers.par_iter().enumerate().map(of_receiver).collect();
+    let defects = Residual::everywhere(mesh, receivers, defects, channels);
+    let unknown = vec![f64::INFINITY; mesh.elements().len() * channels];
+    let on_clusters = scene.pairs_of(&[&defects]);
+    let of_defect = |(index, &receiver): (usize, &usize)| scene.gathered_of(receiver, &defects, &on_clusters, &seen[index]);
+    let own: Vec<Vec<f64>> = receivers.par_iter().enumerate().map(of_defect).collect();
+    let more = Risen::of(scene, receives, seen, &own, &unknown);
+    let most = if surfaces.is_textured() || more.is_none() {
+        let on_clusters = scene.pairs(|element, channel| (scene.reflectance(element, channel), f64::INFINITY));
+        let reflected = |(index, &receiver): (usize, &usize)| scene.reflected(receiver, &on_clusters, &seen[index]);
+        let own: Vec<Vec<f64>> = receivers.par_iter().enumerate().map(reflected).collect();
+        Risen::of(scene, receives, seen, &own, &unknown)
+    } else {
+        None
+    };
+    if more.is_none() && most.is_none() {
+        return None;
+    }
+    let largest = |of: &Option<Risen>| -> Vec<Vec<f64>> {
+        let at = |receiver: usize, channel: usize| match (of, scene.reflectance(receiver, channel)) {
+            // A black receiver leaves nothing out but what rounding does.
+            (_, 0.0) => 0.0,
+            (None, _) => f64::INFINITY,
+            // As z itself at the nodes; but with textures this is most of it, and what it varies by is added.
+            (Some(risen), rho) if surfaces.is_textured() => risen.most(receiver * channels + channel) / rho,
+            (Some(risen), rho) => risen.largest[receiver * channels + channel] / rho,
+        };
+        let mut all: Vec<Vec<f64>> =
+            receivers.iter().map(|&receiver| (0..channels).map(|channel| at(receiver, channel)).collect()).collect();
+        for channel in 0..channels {
+            let greatest = all.iter().map(|of| of[channel]).fold(0.0, f64::max);
+            let black = receivers.iter().zip(&mut all).filter(|(receiver, _)| scene.reflectance(**receiver, channel) == 0.0);
+            black.for_each(|(_, of)| of[channel] = greatest);
+        }
+        all
+    };
+    Some(Importance { gathered, beyond, more: largest(&more), most: largest(&most) })
+}
+
+/// The polynomial solution and what receivers themselves hold of it.
+fn solved(scene: Scene<'_>) -> Option<(Field, Vec<Vec<f64>>)> {
+    let Scene { mesh, surfaces, receivers, links, far, channels } = scene;
+    let mut source: Vec<Vec<f64>> = vec![Vec::new(); mesh.elements().len()];
+    let mut own = source.clone();
+    for &receiver in receivers {
+        let len = mesh.basis(receiver).len();
+        let of_channel = |channel: usize| match surfaces.pattern(receiver, channel) {
+            Some(pattern) => pattern.reflectance().to_vec(),
+            None => (0..len).map(|i| if i == 0 { scene.reflectance(receiver, channel) } else { 0.0 }).collect(),
+        };
+        source[receiver] = (0..channels).flat_map(of_channel).collect();
+        own[receiver] = vec![0.0; len * channels];
+    }
+    let mut field = Field::dark(mesh, channels);
+    let equation = Equation { mesh, surfaces, receivers, links, far, source: &source };
+    let even = vec![1.0; channels];
+    (0..MOST_SWEEPS).find(|_| equation.sweep(&mut field, &mut own, &even) <= SOLVED)?;
+    field.pull(mesh);
+    Some((field, own))
+}
+
+/// What the nodes of a receiver gather of `b_h` at most from each source, in each channel.
+fn gathers(scene: Scene<'_>, field: &Field, links: &[Link], seen: &Seen) -> Vec<f64> {
+    let Scene { mesh, channels, .. } = scene;
+    let mut gathered = vec![0.0; seen.sources.len() * channels * seen.nodes];
+    for (link, place) in links.iter().zip(&seen.places) {
+        let len = mesh.basis(link.source).len();
+        for channel in 0..channels {
+            let (coefficients, start) = (field.of(link.source, channel, len), (place * channels + channel) * seen.nodes);
+            for (sum, row) in gathered[start..start + seen.nodes].iter_mut().zip(&link.rows) {
+                let value: f64 = row.values.iter().zip(coefficients).map(|(v, c)| v * c).sum();
+                *sum += value + field.neglected(mesh, link.source, channel, row) + row.error_of(coefficients);
+            }
+        }
+    }
+    gathered
+}
+
+/// The defect of `b_h` on a receiver.
+fn defect(scene: Scene<'_>, field: &Field, receiver: usize, channel: usize, seen: &Seen, own: &[f64]) -> Residual {
+    let Scene { mesh, surfaces, links, far, .. } = scene;
+    let (element, basis, rho) = (&mesh.elements()[receiver], mesh.basis(receiver), scene.reflectance(receiver, channel));
+    let (far, tree) = (&far[receiver], mesh.clusters());
+    let mut at_nodes: Vec<f64> = (0..seen.nodes).map(|node| far.value(tree, field, channel, node)).collect();
+    let mut beside: Vec<f64> = (0..seen.nodes).map(|node| far.neglected(tree, field, channel, node)).collect();
+    for link in &links[receiver] {
+        let coefficients = field.of(link.source, channel, mesh.basis(link.source).len());
+        for ((sum, beside), row) in at_nodes.iter_mut().zip(&mut beside).zip(&link.rows) {
+            *sum += row.values.iter().zip(coefficients).map(|(v, c)| v * c).sum::<f64>();
+            *beside += field.neglected(mesh, link.source, channel, row) + row.error_of(coefficients);
+        }
+    }
+    let samples: Vec<f64> = at_nodes.iter().map(|h| rho * h).collect();
+    let held = &own[channel * basis.len()..(channel + 1) * basis.len()];
+    let mut defect = Residual::of(element, basis, &samples);
+    let unsolved: Vec<f64> = match surfaces.pattern(receiver, channel) {
+        None => {
+            let mut projected = basis.project(&samples);
+            projected.iter_mut().zip(held).for_each(|(p, b)| *p -= b);
+            projected[0] += rho;
+            projected
+        }
+        Some(pattern) => {
+            let mut sent = basis.project(&at_nodes);
+            sent[0] += 1.0;
+            defect = defect.textured(element, pattern, rho, pattern.detail(basis, &sent, false));
+            pattern.reflected(&sent).iter().zip(held).map(|(p, b)| p - b).collect()
+        }
+    };
+    defect.largest.computation = rho * beside.into_iter().fold(0.0, f64::max);
+    defect.largest.solver = basis.magnitude(&unsolved);
+    defect
+}
+
+impl Scene<'_> {
+    /// What the nodes of a receiver gather at most of something known on receivers and above, times the reflectance; channel after
+    /// channel.
+    fn gathered_of(&self, receiver: usize, of: &Residuals, on_clusters: &[Vec<Pair>], seen: &Seen) -> Vec<f64> {
+        let mut sums = vec![0.0; self.channels * seen.nodes];
+        for (place, &source) in seen.sources.iter().enumerate() {
+            let degree = self.mesh.basis(source).degree();
+            for node in 0..seen.nodes {
+                let Some(found) = seen.found(place, node) else { continue };
+                for (channel, residual) in of[source].iter().enumerate() {
+                    sums[channel * seen.nodes + node] += residual.gathered(degree, &found).total();
+                }
+            }
+        }
+        for (channel, sums) in sums.chunks_exact_mut(seen.nodes).enumerate() {
+            let rho = self.reflectance(receiver, channel);
+            self.far[receiver].add_at_most(&on_clusters[channel], sums);
+            sums.iter_mut().for_each(|sum| *sum *= rho);
+        }
+        sums
+    }
+
+    /// What the nodes of a receiver reflect of a unit of light everywhere.
+    fn reflected(&self, receiver: usize, on_clusters: &[Vec<Pair>], seen: &Seen) -> Vec<f64> {
+        let largest: Vec<f64> = (0..self.mesh.elements().len())
+            .flat_map(|element| (0..self.channels).map(move |channel| self.reflectance(element, channel)))
+            .collect();
+        let unknown = vec![f64::INFINITY; largest.len()];
+        let of = |channel: usize| {
+            let rho = self.reflectance(receiver, channel);
+            let mut sums = seen.gathered((channel, self.channels), &largest, &unknown);
+            self.far[receiver].add_at_most(&on_clusters[channel], &mut sums);
+            sums.into_iter().map(move |sum| rho * sum)
+        };
+        (0..self.channels).flat_map(of).collect()
+    }
+}

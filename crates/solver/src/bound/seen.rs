@@ -1,0 +1,205 @@
+//! What the nodes of a receiver, or a point, see of receivers and of the elements above them.
+//!
+//! Links to elements below a receiver are taken together, as what is left out of reflected light cancels over receivers, not
+//! over their parts. Numbers of the nodes lie beside each other: what is gathered is summed for all of them at a time.
+
+use std::collections::HashMap;
+
+use crate::mesh::Mesh;
+use crate::residual::Found;
+use crate::surfaces::Surfaces;
+use crate::transfer::{Kernel, Row, Sampled, Station};
+
+/// What is seen, for each source and node.
+#[derive(Debug)]
+pub(super) struct Seen {
+    pub(super) sources: Vec<usize>,
+    /// For each link, the place of what it belongs to among the sources.
+    pub(super) places: Vec<usize>,
+    pub(super) nodes: usize,
+    /// Bounds on the form factor, and the kernels and their largest values; 0 where nothing is seen. Node after node.
+    pub(super) factors: Vec<f64>,
+    pub(super) kernels: Vec<Kernel>,
+    /// Root mean square of what the source's polynomials leave of the kernel.
+    pub(super) beyond: Vec<f64>,
+    peaks: Vec<f64>,
+    /// With textures, for each channel and node the reflectance that counts by the largest; else nothing.
+    even: Vec<Vec<f64>>,
+}
+
+impl Seen {
+    /// From links, with their rows for the stations.
+    pub(super) fn of<'a>(
+        mesh: &Mesh,
+        surfaces: &Surfaces,
+        stations: &[Station],
+        receives: &[bool],
+        links: impl Iterator<Item = (usize, &'a [Row])>,
+    ) -> Self {
+        let nodes = stations.len();
+        let (sources, places, factors, kernels) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+        let (beyond, peaks, even) = (Vec::new(), Vec::new(), Vec::new());
+        let mut seen = Self { sources, places, nodes, factors, kernels, beyond, peaks, even };
+        let mut known = HashMap::new();
+        // Of the parts of receivers together.
+        let mut together: Vec<Option<Vec<Together>>> = Vec::new();
+        for (source, rows) in links {
+            let receiver = receiver_above(mesh, receives, source).filter(|&receiver| receiver != source);
+            let next = seen.sources.len();
+            let Some(receiver) = receiver else {
+                seen.places.push(next);
+                seen.sources.push(source);
+                seen.factors.extend(rows.iter().map(Row::factor));
+                seen.kernels.extend(rows.iter().map(|row| row.kernel));
+                seen.beyond.extend(rows.iter().map(Row::beyond));
+                together.push(None);
+                continue;
+            };
+            let place = *known.entry(receiver).or_insert_with(|| {
+                seen.sources.push(receiver);
+                seen.factors.resize(seen.factors.len() + nodes, 0.0);
+                seen.kernels.extend(stations.iter().map(|station| Kernel::of(station, &mesh.elements()[receiver])));
+                seen.beyond.resize(seen.beyond.len() + nodes, f64::INFINITY);
+                together.push(Some(vec![Together::new(mesh.basis(receiver).len()); nodes]));
+                next
+            });
+            seen.places.push(place);
+            if let Some(together) = &mut together[place] {
+                together.iter_mut().zip(rows).for_each(|(all, row)| all.add(mesh, receiver, source, row));
+            }
+            let range = place * nodes..(place + 1) * nodes;
+            for ((factor, kernel), row) in seen.factors[range.clone()].iter_mut().zip(&mut seen.kernels[range]).zip(rows) {
+                *factor += row.factor();
+                if !row.kernel.smooth {
+                    (kernel.smooth, kernel.least) = (false, 0.0);
+                }
+            }
+        }
+        for (place, together) in together.into_iter().enumerate() {
+            let of = &mut seen.beyond[place * nodes..(place + 1) * nodes];
+            of.iter_mut().zip(together.into_iter().flatten()).for_each(|(beyond, all)| *beyond = all.beyond());
+        }
+        let peak = |(factor, kernel): (&f64, &Kernel)| if *factor > 0.0 { kernel.peak } else { 0.0 };
+        seen.peaks = seen.factors.iter().zip(&seen.kernels).map(peak).collect();
+        if surfaces.is_textured() {
+            seen.even = (0..seen.sources.len()).map(|place| seen.weighed(place, mesh, surfaces)).collect();
+        }
+        seen
+    }
+
+    /// Factors and kernels of a source at the nodes.
+    fn at_nodes(&self, place: usize) -> impl Iterator<Item = (f64, &Kernel)> {
+        let range = place * self.nodes..(place + 1) * self.nodes;
+        self.factors[range.clone()].iter().copied().zip(&self.kernels[range])
+    }
+
+    /// What a node finds of a source, if it sees it.
+    pub(super) fn found(&self, place: usize, node: usize) -> Option<Found> {
+        let at = place * self.nodes + node;
+        (self.factors[at] > 0.0).then(|| Found::by(self.factors[at], &self.kernels[at], self.beyond[at]))
+    }
+
+    /// What part of the largest reflectance of a source with textures counts.
+    fn weighed(&self, place: usize, mesh: &Mesh, surfaces: &Surfaces) -> Vec<f64> {
+        let source = self.sources[place];
+        let most = &surfaces.reflectance[mesh.elements()[source].face()];
+        if surfaces.pattern(source, 0).is_none() {
+            return Vec::new();
+        }
+        let of_channel = |(channel, most): (usize, &f64)| {
+            let of_node = |(factor, kernel): (f64, &Kernel)| {
+                let Some(pattern) = surfaces.pattern(source, channel).filter(|_| factor > 0.0 && *most > 0.0) else {
+                    return 1.0;
+                };
+                if !kernel.peak.is_finite() {
+                    return 1.0;
+                }
+                let (mean, [_, varies, _]) = (pattern.mean_reflectance(), pattern.spread_of_reflectance());
+                let halved = factor * mean + 0.5 * (kernel.peak - kernel.least) * varies;
+                (halved.min(kernel.peak * mean) / (factor * most)).min(1.0)
+            };
+            self.at_nodes(place).map(of_node).collect::<Vec<f64>>()
+        };
+        most.iter().enumerate().flat_map(of_channel).collect()
+    }
+
+    /// Largest factor and largest peak over the nodes.
+    pub(super) fn most(&self, place: usize) -> (f64, f64) {
+        let range = place * self.nodes..(place + 1) * self.nodes;
+        let largest = |of: &[f64]| of.iter().copied().fold(0.0, f64::max);
+        (largest(&self.factors[range.clone()]), largest(&self.peaks[range]))
+    }
+
+    /// What each node gathers at most of what has at most these values and means on the sources, in a channel.
+    pub(super) fn gathered(&self, (channel, channels): (usize, usize), largest: &[f64], means: &[f64]) -> Vec<f64> {
+        let mut sums = vec![0.0; self.nodes];
+        for (place, source) in self.sources.iter().enumerate() {
+            let (largest, mean) = (largest[source * channels + channel], means[source * channels + channel]);
+            let range = place * self.nodes..(place + 1) * self.nodes;
+            let (factors, peaks) = (&self.factors[range.clone()], &self.peaks[range]);
+            let even = self.even.get(place).filter(|even| !even.is_empty());
+            if let Some(even) = even {
+                let even = &even[channel * self.nodes..(channel + 1) * self.nodes];
+                for (((sum, factor), peak), even) in sums.iter_mut().zip(factors).zip(peaks).zip(even) {
+                    *sum += lesser(factor * largest * even, peak * mean);
+                }
+            } else {
+                for ((sum, factor), peak) in sums.iter_mut().zip(factors).zip(peaks) {
+                    *sum += lesser(factor * largest, peak * mean);
+                }
+            }
+        }
+        sums
+    }
+}
+
+/// The kernel over a receiver from parts of it.
+#[derive(Debug, Clone)]
+struct Together {
+    sampled: Option<Sampled>,
+    /// Its projection on the receiver's basis.
+    values: Vec<f64>,
+}
+
+impl Together {
+    fn new(len: usize) -> Self {
+        Self { sampled: Some(Sampled::default()), values: vec![0.0; len] }
+    }
+
+    /// Adds a part. What is not seen of the receiver is 0 and has no row.
+    fn add(&mut self, mesh: &Mesh, receiver: usize, part: usize, row: &Row) {
+        if row.factor() == 0.0 {
+            return;
+        }
+        let (Some(all), Some(of_part)) = (&mut self.sampled, &row.sampled) else {
+            self.sampled = None;
+            return;
+        };
+        all.square += of_part.square * mesh.elements()[receiver].area() / mesh.elements()[part].area();
+        // A function of the receiver is on the part one of its own, of no larger values.
+        all.off += of_part.off;
+        let (mut at, mut values) = (part, row.values.clone());
+        while let Some(parent) = mesh.elements()[at].parent().filter(|_| at != receiver) {
+            let mut pulled = vec![0.0; values.len()];
+            mesh.basis(parent).pull(mesh.child(at), &values, &mut pulled);
+            // Means over a child count for a quarter, but these are sums.
+            values = pulled.into_iter().map(|v| 4.0 * v).collect();
+            at = parent;
+        }
+        self.values.iter_mut().zip(values).for_each(|(sum, v)| *sum += v);
+    }
+
+    fn beyond(&self) -> f64 {
+        self.sampled.map_or(f64::INFINITY, |sampled| sampled.beyond(&self.values))
+    }
+}
+
+/// The lesser of two, the first one if the other is no number, as where the kernel is infinite and the mean 0.
+fn lesser(a: f64, b: f64) -> f64 {
+    if b < a { b } else { a }
+}
+
+/// The receiver that an element is or is below.
+fn receiver_above(mesh: &Mesh, receives: &[bool], element: usize) -> Option<usize> {
+    std::iter::successors(Some(element), |&at| mesh.elements()[at].parent()).find(|&at| receives[at])
+}

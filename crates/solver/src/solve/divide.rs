@@ -1,0 +1,131 @@
+//! Which elements a round divides: those that together make up a given part of what is left out (W. Dörfler 1996).
+
+use super::{Solution, ratio};
+use crate::Error;
+use crate::link::for_each;
+use crate::marking::{Marking, Samples};
+use crate::solve::Options;
+
+/// The part of the bound whose receivers are divided in a round.
+pub(super) const BULK: f64 = 0.7;
+
+/// Part of their share that receivers are expected to keep when they are divided.
+const LEFT_BY_CHILDREN: f64 = 0.3;
+
+/// Part of the error asked for at which the last round aims.
+const AIMED_BELOW: f64 = 0.95;
+
+/// The part of the least that is divided from which on reflected light by itself asks for finer gathers: these cost time, but no
+/// elements where direct light has divided already.
+const REFLECTED_PART: f64 = 0.02;
+
+impl Solution {
+    /// Divides what leaves out most.
+    pub(super) fn divide(&mut self, options: &Options) -> Result<(), Error> {
+        let (elements, receivers) = match (options.uniform, options.marking) {
+            (true, _) => (Vec::new(), self.receivers.clone()),
+            (_, Marking::Residual) => (Vec::new(), bulk(self.shares(), self.part(options.error))),
+            (_, Marking::Gradient) => self.most_off()?,
+        };
+        for &element in elements.iter().chain(&receivers) {
+            self.mesh.divide(element)?;
+        }
+        let mut goes = vec![false; self.mesh.elements().len()];
+        receivers.iter().for_each(|&receiver| goes[receiver] = true);
+        self.receivers.retain(|&receiver| !goes[receiver]);
+        let children = receivers.iter().filter_map(|&receiver| self.mesh.elements()[receiver].children());
+        self.receivers.extend(children.flat_map(|first| first..first + 4));
+        self.receivers.sort_unstable();
+        Ok(())
+    }
+
+    /// The part of the bound whose receivers have to be divided, if the bound is to come to a little below what is asked for.
+    fn part(&self, error: f64) -> f64 {
+        let excess = 1.0 - AIMED_BELOW * error / self.progress.bound;
+        (excess / (1.0 - LEFT_BY_CHILDREN)).clamp(0.0, BULK)
+    }
+
+    /// What each receiver adds to the bound.
+    fn shares(&self) -> Vec<(f64, usize)> {
+        let share = |receiver: usize, channel: usize| {
+            let counts = self.counts(receiver, &self.bounds.residuals[1][receiver][channel]);
+            ratio(self.bounds.share(&self.mesh, receiver, channel, counts), self.mean[channel])
+        };
+        let worst = |receiver: usize| (0..self.channels.len()).map(|channel| share(receiver, channel)).fold(0.0, f64::max);
+        self.receivers.iter().map(|&receiver| (worst(receiver), receiver)).collect()
+    }
+
+    /// What is off most by samples and gradients, leaves and receivers above them, and the receivers among these that gather more
+    /// finely from now on: where reflected light by itself is no small part of that.
+    fn most_off(&mut self) -> Result<(Vec<usize>, Vec<usize>), Error> {
+        self.judge()?;
+        let elements = self.mesh.elements();
+        let off = |element: usize, light: &Samples| elements[element].area() * self.off(element, light);
+        let mut receives = vec![false; elements.len()];
+        self.receivers.iter().for_each(|&receiver| receives[receiver] = true);
+        let lights = |element: usize| {
+            let [direct, reflected] = &self.judged[element];
+            let direct = direct.as_ref().filter(|_| elements[element].is_leaf());
+            (direct, reflected.as_ref().filter(|_| receives[element]))
+        };
+        let of_element = |element: usize| match lights(element) {
+            (Some(direct), Some(reflected)) => Some((off(element, &direct.with(reflected)), element)),
+            (Some(light), None) | (None, Some(light)) => Some((off(element, light), element)),
+            (None, None) => None,
+        };
+        let marked: Vec<(f64, usize)> = (0..elements.len()).filter_map(of_element).collect();
+        let chosen = bulk(marked, BULK);
+        let whole = |&element: &usize| of_element(element).map_or(f64::INFINITY, |(off, _)| off);
+        let least = chosen.iter().map(whole).fold(f64::INFINITY, f64::min);
+        let finer = |&element: &usize| lights(element).1.is_some_and(|light| off(element, light) >= REFLECTED_PART * least);
+        let receivers = chosen.iter().copied().filter(finer).collect();
+        Ok((chosen, receivers))
+    }
+
+    /// Samples the light on leaves and receivers that were not before.
+    fn judge(&mut self) -> Result<(), Error> {
+        self.judged.resize(self.mesh.elements().len(), [None, None]);
+        let leaves = self.mesh.leaves().filter(|&leaf| self.judged[leaf][0].is_none() && !self.direct.is_empty());
+        let leaves: Vec<usize> = leaves.collect();
+        let receivers = self.receivers.iter().copied().filter(|&receiver| self.judged[receiver][1].is_none());
+        let receivers: Vec<usize> = receivers.collect();
+        let direct = for_each(&leaves, |leaf| self.direct_on(leaf))?;
+        let reflected = for_each(&receivers, |receiver| self.reflected_on(receiver))?;
+        leaves.into_iter().zip(direct).for_each(|(leaf, light)| self.judged[leaf][0] = Some(light));
+        receivers.into_iter().zip(reflected).for_each(|(receiver, light)| self.judged[receiver][1] = Some(light));
+        Ok(())
+    }
+
+    /// The elements above those that gather, in the order in which they were divided, numbered as they are in a mesh that was
+    /// divided so and not for direct light.
+    #[must_use]
+    pub fn divisions(&self) -> Vec<usize> {
+        let mut numbers = vec![None; self.mesh.elements().len()];
+        let undivided = self.mesh.undivided();
+        numbers[..undivided].iter_mut().enumerate().for_each(|(index, number)| *number = Some(index));
+        let mut count = undivided;
+        let mut divisions = Vec::new();
+        for divided in self.mesh.divisions() {
+            let (Some(number), true) = (numbers[divided], !self.gathers(divided)) else { continue };
+            divisions.push(number);
+            for child in self.mesh.elements()[divided].children().into_iter().flat_map(|first| first..first + 4) {
+                numbers[child] = Some(count);
+                count += 1;
+            }
+        }
+        divisions
+    }
+}
+
+/// The elements with the largest parts that together make up this part of the whole.
+pub(super) fn bulk<T: Ord>(mut marked: Vec<(f64, T)>, part: f64) -> Vec<T> {
+    marked.sort_by(|a, b| b.0.total_cmp(&a.0).then_with(|| a.1.cmp(&b.1)));
+    let all: f64 = marked.iter().map(|m| m.0).sum();
+    let mut taken = 0.0;
+    let takes = |(share, _): &(f64, T)| {
+        let goes_on = taken < part * all;
+        taken += share;
+        goes_on
+    };
+    marked.into_iter().take_while(takes).map(|m| m.1).collect()
+}

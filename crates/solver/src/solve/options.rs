@@ -1,0 +1,62 @@
+//! What is asked of a solution, and how far it has come.
+
+use std::time::Duration;
+
+use crate::linking::Linking;
+use crate::marking::Marking;
+use crate::order::Order;
+
+/// What is asked for.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Options {
+    /// Bound on the mean error of gathers over all area, over the mean radiosity, at most, in every channel.
+    pub error: f64,
+    /// Degree of the basis, 0 to 4; 2 if none is given.
+    pub degree: Option<usize>,
+    /// All faces are divided alike until there are this many elements; then the first round begins.
+    pub first_elements: usize,
+    /// Elements, divided ones too, beyond which nothing is divided any more: the bound then says what was reached.
+    pub most_elements: usize,
+    /// Divide everything rather than what pays.
+    pub uniform: bool,
+    /// Time in which to be done: no round is begun that, by the time of those before, would end later. The first one always is.
+    pub time: Option<Duration>,
+    /// What pays: what adds most to the bound, or the polynomials that are off most.
+    pub marking: Marking,
+    /// How finely elements are linked. With thresholds there is one round, in which nothing is divided for the error asked for: set
+    /// `first_elements` to 1 for a mesh that follows from them alone.
+    pub linking: Linking,
+    /// The order in which receivers gather.
+    pub order: Order,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self {
+            error: 0.005,
+            degree: None,
+            first_elements: 32,
+            most_elements: 20_000,
+            uniform: false,
+            time: None,
+            marking: Marking::Residual,
+            linking: Linking::Error,
+            order: Order::GaussSeidel,
+        }
+    }
+}
+
+/// How far a solution has come.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Progress {
+    /// Round, from 1.
+    pub round: usize,
+    /// Leaves.
+    pub elements: usize,
+    /// Links.
+    pub links: usize,
+    /// Gathers of receivers so far.
+    pub gathers: usize,
+    /// Bound on the mean error over the mean radiosity, the largest of the channels.
+    pub bound: f64,
+}

@@ -1,0 +1,117 @@
+//! What a solution says of itself: its mesh, its polynomials and their bounds.
+
+use radgrad_core::DVec3;
+
+use super::Solution;
+use crate::gathering::irradiance;
+use crate::ledger::Ledger;
+use crate::mesh::Mesh;
+use crate::solve::Progress;
+
+impl Solution {
+    /// The mesh.
+    #[must_use]
+    pub const fn mesh(&self) -> &Mesh {
+        &self.mesh
+    }
+
+    /// Names of the channels.
+    #[must_use]
+    pub fn channels(&self) -> &[String] {
+        &self.channels
+    }
+
+    /// How far it came.
+    #[must_use]
+    pub const fn progress(&self) -> &Progress {
+        &self.progress
+    }
+
+    /// Mean radiosity over all area, in each channel.
+    #[must_use]
+    pub fn mean(&self) -> &[f64] {
+        &self.mean
+    }
+
+    /// Bound on the mean over all area of the magnitude of the error of gathers, in each channel.
+    #[must_use]
+    pub fn mean_bound(&self) -> Vec<Ledger> {
+        self.bounds.mean.clone()
+    }
+
+    /// Bound on the error of the polynomial on a leaf, at every point of it, in each channel; the detail of textures, which no
+    /// polynomial has, is in it.
+    #[must_use]
+    pub fn bound_on(&self, leaf: usize) -> Vec<Ledger> {
+        let receiver = self.receiver_of(leaf);
+        let [direct, reflected] = &self.bounds.residuals;
+        let of = |c: usize| {
+            self.points().on_receiver(&self.bounds, receiver, c) + direct[leaf][c].whole() + reflected[receiver][c].whole()
+        };
+        (0..self.channels.len()).map(of).collect()
+    }
+
+    /// Value of the polynomial on a leaf, in a channel.
+    #[must_use]
+    pub fn value_on(&self, leaf: usize, channel: usize, reference: [f64; 2]) -> f64 {
+        let (basis, face) = (self.mesh.basis(leaf), self.mesh.elements()[leaf].face());
+        let values = basis.values(reference);
+        let sent: f64 = self.field.of(leaf, channel, basis.len()).iter().zip(values).map(|(c, v)| c * v).sum();
+        sent + self.lamp_on(face, channel)
+    }
+
+    /// Irradiance on a leaf as a polynomial, in a channel: its coefficients in the leaf's basis.
+    #[must_use]
+    pub fn irradiance_on(&self, leaf: usize, channel: usize) -> Vec<f64> {
+        let receiver = self.receiver_of(leaf);
+        let above = self.mesh.basis(receiver);
+        let (links, far) = (&self.links[receiver], &self.far[receiver]);
+        let at_nodes = irradiance(&self.mesh, &self.field, links, far, channel, above.nodes().len());
+        let mut path: Vec<usize> = Vec::new();
+        let mut at = leaf;
+        while at != receiver
+            && let Some(parent) = self.mesh.elements()[at].parent()
+        {
+            path.push(at);
+            at = parent;
+        }
+        let restricted = |held: Vec<f64>, element: usize| above.restrict(self.mesh.child(element), &held);
+        let mut whole = path.into_iter().rev().fold(above.project(&at_nodes), restricted);
+        if !self.direct.is_empty() {
+            whole.iter_mut().zip(self.direct_irradiance(leaf, channel)).for_each(|(h, direct)| *h += direct);
+        }
+        whole
+    }
+
+    /// `E + rho H` at a point of a leaf with the irradiance as a polynomial, in a channel, where [`Self::value_on`] has the
+    /// projection of the whole: the detail of textures is in it.
+    /// `irradiance` is that of [`Self::irradiance_on`].
+    #[must_use]
+    pub fn textured_on(&self, leaf: usize, channel: usize, irradiance: &[f64], reference: [f64; 2]) -> f64 {
+        let (basis, element) = (self.mesh.basis(leaf), &self.mesh.elements()[leaf]);
+        let [rho, emitted] = self.surfaces.at(element.face(), element.point(reference));
+        let received: f64 = irradiance.iter().zip(basis.values(reference)).map(|(c, v)| c * v).sum();
+        emitted[channel] + rho[channel] * received
+    }
+
+    /// Bound on the error of [`Self::textured_on`], at every point of a leaf, in each channel.
+    #[must_use]
+    pub fn textured_bound_on(&self, leaf: usize) -> Vec<Ledger> {
+        let receiver = self.receiver_of(leaf);
+        let [direct, reflected] = &self.bounds.residuals;
+        let of = |c: usize| {
+            self.points().on_receiver(&self.bounds, receiver, c) + direct[leaf][c].largest + reflected[receiver][c].largest
+        };
+        (0..self.channels.len()).map(of).collect()
+    }
+
+    /// Gradient of the polynomial on a leaf over the leaf's plane, in a channel.
+    #[must_use]
+    pub fn gradient_on(&self, leaf: usize, channel: usize, reference: [f64; 2]) -> DVec3 {
+        let basis = self.mesh.basis(leaf);
+        let coefficients = self.field.of(leaf, channel, basis.len());
+        let slopes = basis.slopes(reference);
+        let along = |k: usize| coefficients.iter().zip(&slopes).map(|(c, s)| c * s[k]).sum::<f64>();
+        self.mesh.elements()[leaf].gradient([along(0), along(1)])
+    }
+}
