@@ -29,8 +29,8 @@ use crate::transfer::Station;
 pub(crate) use cut::Cut;
 pub(crate) use far::{Far, Glow, Pair, rows};
 
-/// Elements below which there are no clusters. A few hundred are linked to all others quickly enough, and what clusters neglect is
-/// known no better than was asked for: light in a closed room that glows evenly is even to all digits only by links.
+/// Elements below which there are no clusters. A few hundred are linked to all others quickly enough, and what clusters neglect
+/// is known no better than was asked for: light in a closed room that glows evenly is even to all digits only by links.
 const FEWEST: usize = 1000;
 
 /// Elements at most that are put together by what they face rather than by where they are.

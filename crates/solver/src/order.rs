@@ -7,8 +7,8 @@
 //! little of the scene is bright, but each costs as many links again for the shooting, and the residuals cost a sweep.
 //!
 //! Shooting adds rounding errors, and goes along links alone, not to those that see a cluster of which the receiver is a part
-//! ([`crate::cluster`]). So residuals are computed anew, with the powers of clusters, until none is too large: what clusters give is
-//! a small part, and each time what is left of its change is by that part less.
+//! ([`crate::cluster`]). So residuals are computed anew, with the powers of clusters, until none is too large: what clusters
+//! give is a small part, and each time what is left of its change is by that part less.
 
 use crate::field::Field;
 use crate::gathering::Equation;

@@ -53,7 +53,7 @@ impl Point {
     }
 }
 
-/// Bound asked for; the first round refines links to 15 % of it.
+/// Bound asked for; the first round refines links to a tenth of it.
 const ERROR: f64 = 1.0;
 
 /// Sides in blocks or rooms, of which those are taken that give few enough polygons.
@@ -208,7 +208,7 @@ pub(super) fn graph(points: &[Point]) -> Graph {
     };
     Graph {
         title: "Cost of a round by the number of polygons".to_owned(),
-        under: "Constant elements; links and clusters neglect at most 15 % of the mean radiosity.".to_owned(),
+        under: "Constant elements; links and clusters neglect at most 10 % of the mean radiosity.".to_owned(),
         across: "polygons",
         upward: "seconds, or numbers",
         counts: false,

@@ -1,8 +1,8 @@
 //! A function that is nowhere less than `own + rho G w`: sweeps from 0 until they rise no more, then a margin, and a check that one
 //! more sweep does not exceed it.
 //!
-//! Of w a node gathers from a source at most F times its largest value and `k_max` times its mean, k the kernel times the area; of
-//! a cluster likewise ([`crate::cluster::Far::at_most`]).
+//! Of w a node gathers from a source at most F times its largest value and `k_max` times its mean, k the kernel times the area;
+//! of a cluster likewise ([`crate::cluster::Far::at_most`]).
 //! The largest values are those at the nodes; only near-by sources need each other's, if means are known.
 
 use rayon::prelude::*;
