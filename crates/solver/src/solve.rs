@@ -139,14 +139,13 @@ pub fn solve_from(
     scene: &Scene,
     options: &Options,
     divisions: &[usize],
-    mut watch: impl FnMut(&Solution) -> bool,
+    watch: impl FnMut(&Solution) -> bool,
 ) -> Result<Solution, Error> {
     if !(options.error > 0.0 && options.error <= 1.0) {
         return Err(Error::Tolerance { value: options.error });
     }
     options.linking.check()?;
-    let degree = options.degree.unwrap_or(DEGREE);
-    let mut mesh = Mesh::new(scene, degree)?;
+    let mut mesh = Mesh::new(scene, options.degree.unwrap_or(DEGREE))?;
     for (index, &element) in divisions.iter().enumerate() {
         let count = mesh.elements().len();
         if element >= count {
@@ -154,6 +153,16 @@ pub fn solve_from(
         }
         mesh.divide(element)?;
     }
+    solve_on(scene, options, mesh, watch)
+}
+
+/// The same on a mesh of the scene.
+pub(crate) fn solve_on(
+    scene: &Scene,
+    options: &Options,
+    mut mesh: Mesh,
+    mut watch: impl FnMut(&Solution) -> bool,
+) -> Result<Solution, Error> {
     options.linking.divide(&mut mesh, options.most_elements)?;
     while !mesh.roots().is_empty() && mesh.leaves().count() < options.first_elements {
         let leaves: Vec<usize> = mesh.leaves().collect();

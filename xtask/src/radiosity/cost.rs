@@ -62,6 +62,9 @@ const SIDES: [usize; 10] = [3, 4, 6, 8, 11, 14, 18, 25, 30, 37];
 /// Blocks along a side of a tile of the city's sky.
 const SKY: usize = 3;
 
+/// Elements from which on the solver links to clusters too: before, links grow with the square of what is seen.
+const CLUSTERED: usize = 1000;
+
 /// Polygons of the smallest scene.
 const LEAST: usize = 100;
 
@@ -181,11 +184,10 @@ fn house(side: usize) -> (Vec<Quad>, Vec<Quad>) {
     (surfaces, lamps)
 }
 
-/// The power of the number of polygons that links grow with, over the larger half of the scenes of a kind.
+/// The power of the number of polygons that links grow with, over the scenes of a kind with clusters.
 pub(super) fn exponent(kind: Kind, points: &[Point]) -> Option<f64> {
-    let of: Vec<[f64; 2]> =
-        points.iter().filter(|p| p.kind == kind).map(|p| [(p.polygons as f64).ln(), (p.links as f64).ln()]).collect();
-    let of = &of[of.len() / 2..];
+    let with_clusters = points.iter().filter(|p| p.kind == kind && p.elements >= CLUSTERED);
+    let of: Vec<[f64; 2]> = with_clusters.map(|p| [(p.polygons as f64).ln(), (p.links as f64).ln()]).collect();
     let mean = |axis: usize| of.iter().map(|p| p[axis]).sum::<f64>() / of.len() as f64;
     let (x, y) = (mean(0), mean(1));
     let along = of.iter().map(|p| (p[0] - x).powi(2)).sum::<f64>();

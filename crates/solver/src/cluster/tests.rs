@@ -9,15 +9,23 @@ use crate::field::Field;
 use crate::link::{Link, Need};
 use crate::linking::Linking;
 use crate::mesh::Mesh;
+use crate::order::Order;
+use crate::solve::{Options, solve, solve_on};
 use crate::transfer::{Optics, Station};
 
-/// Blocks in a room, which all may hide each other: 5 faces each, and 6 of the room.
+/// Blocks in a room, which all may hide each other: 5 faces each, and 7 of the room.
 fn city(side: usize) -> Mesh {
+    Mesh::new(&scene(side), 1).unwrap()
+}
+
+/// A part of the ceiling glows.
+fn scene(side: usize) -> Scene {
     let mut scene = Scene::new(["grey"]).unwrap();
     let (white, surface) = (scene.add_material("white", [0.5], [0.0]).unwrap(), scene.add_surface("all"));
-    let mut add = |quad: [[f64; 3]; 4]| {
+    let lamp = scene.add_material("lamp", [0.5], [10.0]).unwrap();
+    let mut add_of = |material: usize, quad: [[f64; 3]; 4]| {
         let polygon = Polygon::new(quad.map(DVec3::from).to_vec()).unwrap();
-        scene.add_face(surface, white, polygon, None).unwrap();
+        scene.add_face(surface, material, polygon, None).unwrap();
     };
     let sides = |[a, c]: [f64; 2], [b, d]: [f64; 2], height: f64| {
         let walls = [[[a, c], [b, c]], [[b, c], [b, d]], [[b, d], [a, d]], [[a, d], [a, c]]];
@@ -25,8 +33,12 @@ fn city(side: usize) -> Mesh {
     };
     let extent = side as f64;
     let roof = |[a, c]: [f64; 2], [b, d]: [f64; 2], height: f64| [[a, c, height], [b, c, height], [b, d, height], [a, d, height]];
+    let lit = 0.3 * extent;
+    for (material, [from, to]) in [(lamp, [0.0, lit]), (white, [lit, extent])] {
+        add_of(material, roof([from, 0.0], [to, extent], 3.0).map(|[x, y, z]| [from + to - x, y, z]));
+    }
+    let mut add = |quad: [[f64; 3]; 4]| add_of(white, quad);
     add(roof([0.0; 2], [extent; 2], 0.0));
-    add(roof([0.0; 2], [extent; 2], 3.0).map(|[x, y, z]| [y, x, z]));
     sides([0.0; 2], [extent; 2], 3.0).into_iter().for_each(|[p, q, r, s]| add([q, p, s, r]));
     for index in 0..side * side {
         let (i, j) = ((index / side) as f64, (index % side) as f64);
@@ -37,7 +49,7 @@ fn city(side: usize) -> Mesh {
             add(wall.map(|[x, y, z]| [x, y, z.max(0.01)]));
         });
     }
-    Mesh::new(&scene, 1).unwrap()
+    scene
 }
 
 /// Links to all roots.
@@ -145,4 +157,34 @@ fn a_point_in_a_cluster_may_see_nothing_else() {
     let station = Station { point: DVec3::new(1.0, 1.0, 0.5), normal: DVec3::Z, face: 0 };
     let view = tree.all()[0].view(&station);
     assert!(view.factor == 1.0 && view.peak.is_infinite());
+}
+
+#[test]
+fn by_clusters_light_from_a_lamp_is_within_its_bounds_of_a_far_finer_solution() {
+    let scene = scene(3);
+    let degree = Some(1);
+    let fine = solve(&scene, &Options { error: 0.05, degree, ..Options::default() }, |_| true).unwrap();
+    let known = fine.progress().bound * fine.mean()[0];
+    for order in [Order::GaussSeidel, Order::Southwell] {
+        let options = Options { error: 0.3, degree, first_elements: 1, most_elements: 1, order, ..Options::default() };
+        let mesh = Mesh::new(&scene, 1).unwrap().clustered();
+        let rough = solve_on(&scene, &options, mesh, |_| true).unwrap();
+        assert!(rough.far.iter().any(|far| !far.is_empty()), "clusters are in force");
+        let bound = rough.progress().bound * rough.mean()[0];
+        let (mut off, mut area, mut at_points) = (0.0, 0.0, 0.0);
+        for leaf in rough.mesh().leaves() {
+            let element = &rough.mesh().elements()[leaf];
+            let [there, here] =
+                [fine.gather(element.centre(), element.polygon().normal()), rough.gather_on(leaf, element.centre())];
+            let [there, here] = [there.unwrap(), here.unwrap()];
+            let apart = (there.radiosity[0] - here.radiosity[0]).abs();
+            let [most, of_fine] = [&here, &there].map(|gathered| gathered.ledger[0].total());
+            assert!(apart <= most + of_fine, "{leaf}: {apart} {most} {of_fine}");
+            (off, area) = (off + element.area() * apart, area + element.area());
+            at_points += element.area() * most;
+        }
+        let [off, at_points] = [off, at_points].map(|sum| sum / area);
+        println!("{order:?}: {off:.1e} off, {bound:.1e} stated, {at_points:.1e} at points, {known:.1e} of the finer one");
+        assert!(off <= bound + known && off > known / 20.0, "{off} {bound} {known}");
+    }
 }
