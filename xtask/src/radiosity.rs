@@ -27,8 +27,8 @@ pub(crate) struct Arguments {
     /// Folder to write to
     #[arg(long, default_value = "target/radiosity")]
     out: PathBuf,
-    /// Polygons of the largest scene whose cost is measured; the work grows with their square
-    #[arg(long, default_value_t = 400)]
+    /// Polygons of the largest scenes whose cost is measured; more than these take longer than all else
+    #[arg(long, default_value_t = 2000)]
     polygons: usize,
 }
 
@@ -40,7 +40,16 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
     table(&out("transfer.csv"), &["case", "degree", "mean", "root_mean_square"], transfers.iter().map(transfer::Point::record))?;
     picture(&out("transfer.svg"), &transfer::graph(&transfers))?;
     let costs = cost::measure(arguments.polygons)?;
-    table(&out("cost.csv"), &["polygons", "seconds", "elements", "links", "bound"], costs.iter().map(cost::Point::record))?;
+    table(
+        &out("cost.csv"),
+        &["scene", "polygons", "seconds", "elements", "links", "bound"],
+        costs.iter().map(cost::Point::record),
+    )?;
+    for kind in cost::Kind::ALL {
+        if let Some(exponent) = cost::exponent(kind, &costs) {
+            println!("{}: links grow like the number of polygons to the power {exponent:.2}", kind.name());
+        }
+    }
     picture(&out("cost.svg"), &cost::graph(&costs))?;
     let points = refinement::measure()?;
     table(&out("refinement.csv"), &refinement::Point::HEADER, points.iter().map(refinement::Point::record))?;

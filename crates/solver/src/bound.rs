@@ -11,6 +11,9 @@
 //!   -> at points        point: largest values near by and means far away, when they are asked for
 //! ```
 //!
+//! Of what is seen through clusters ([`crate::cluster`]) only the largest value and the mean are known, and no sign; a node
+//! gathers [`Far::at_most`] of it, besides what it gathers by links.
+//!
 //! Where a bound has to hold at every point of an element, the difference between the largest value at the nodes and the least is
 //! added; that, and what is between the nodes of z and of gathers of the residual, are estimates of the same kind as the
 //! residual's.
@@ -25,6 +28,7 @@ use std::sync::OnceLock;
 
 use rayon::prelude::*;
 
+use crate::cluster::{Far, Pair};
 use crate::ledger::Ledger;
 use crate::link::Link;
 use crate::mesh::Mesh;
@@ -42,6 +46,7 @@ pub(crate) struct Scene<'a> {
     pub(crate) surfaces: &'a Surfaces,
     pub(crate) receivers: &'a [usize],
     pub(crate) links: &'a [Vec<Link>],
+    pub(crate) far: &'a [Far],
     pub(crate) channels: usize,
 }
 
@@ -110,6 +115,21 @@ impl Scene<'_> {
 
     fn reflectance(&self, element: usize, channel: usize) -> f64 {
         self.surfaces.reflectance[self.mesh.elements()[element].face()][channel]
+    }
+
+    /// For each channel, something that is nowhere negative on each cluster, from its largest value and its mean on elements.
+    fn pairs(&self, of: impl Fn(usize, usize) -> (f64, f64)) -> Vec<Vec<Pair>> {
+        let of_channel = |channel| self.mesh.clusters().pairs(self.mesh.elements(), |element| of(element, channel));
+        (0..self.channels).map(of_channel).collect()
+    }
+
+    /// The same of the magnitude of residuals.
+    fn pairs_of(&self, residuals: &[&Residuals]) -> Vec<Vec<Pair>> {
+        let size = |residual: &Residual| (residual.whole().total(), residual.mean_ledger().total() + residual.mean_detail());
+        self.pairs(|element, channel| {
+            let sizes = residuals.iter().map(|of| size(&of[element][channel]));
+            sizes.fold((0.0, 0.0), |sum, (largest, mean)| (sum.0 + largest, sum.1 + mean))
+        })
     }
 
     /// Values of elements above receivers, channel after channel: the mean of their four children's, or the largest.

@@ -4,6 +4,7 @@
 //! restriction, those above its projection, pulled up from the children, and what that leaves out: the mean square of the
 //! leaves' radiosity, and a bound on the difference between the leaves' radiosity and the element's polynomial.
 
+use crate::cluster::Glow;
 use crate::mesh::Mesh;
 use crate::transfer::{Kernel, Row};
 
@@ -18,6 +19,8 @@ pub(crate) struct Field {
     /// For each element and channel, a bound on what its polynomial leaves out, and the root mean square of that.
     beyond: Vec<Vec<f64>>,
     rms: Vec<Vec<f64>>,
+    /// For each channel, what each cluster sends out.
+    glows: Vec<Vec<Glow>>,
 }
 
 impl Field {
@@ -25,8 +28,9 @@ impl Field {
     pub(crate) fn dark(mesh: &Mesh, channels: usize) -> Self {
         let elements = 0..mesh.elements().len();
         let coefficients = elements.clone().map(|e| vec![0.0; channels * mesh.basis(e).len()]).collect();
+        let dark = vec![Glow::default(); mesh.clusters().all().len()];
         let none: Vec<Vec<f64>> = elements.map(|_| vec![0.0; channels]).collect();
-        Self { channels, coefficients, mean_square: none.clone(), beyond: none.clone(), rms: none }
+        Self { channels, coefficients, mean_square: none.clone(), beyond: none.clone(), rms: none, glows: vec![dark; channels] }
     }
 
     /// Makes room for elements that the mesh has got since, the restriction of their parent to them.
@@ -100,6 +104,37 @@ impl Field {
                 self.coefficients[index][channel * len..(channel + 1) * len].copy_from_slice(&own);
                 self.rms[index][channel] = self.rms(index, channel, len);
             }
+        }
+        for channel in 0..self.channels {
+            self.glows[channel] = mesh.clusters().glows(|element| self.glow_of(mesh, element, channel));
+        }
+    }
+
+    /// What a cluster sends out.
+    pub(crate) fn glow(&self, cluster: usize, channel: usize) -> &Glow {
+        &self.glows[channel][cluster]
+    }
+
+    /// Sums the powers of clusters anew.
+    pub(crate) fn pool(&mut self, mesh: &Mesh) {
+        for channel in 0..self.channels {
+            let power =
+                |element: usize| mesh.elements()[element].area() * self.of(element, channel, mesh.basis(element).len())[0];
+            let powers = mesh.clusters().pull(power, |a, b| a + b);
+            self.glows[channel].iter_mut().zip(powers).for_each(|(glow, power)| glow.power = power);
+        }
+    }
+
+    /// What an element sends out: the integral of `|B|` is at most the area times the root mean square.
+    fn glow_of(&self, mesh: &Mesh, element: usize, channel: usize) -> Glow {
+        let (basis, area) = (mesh.basis(element), mesh.elements()[element].area());
+        let coefficients = self.of(element, channel, basis.len());
+        let (mean, all) = (coefficients[0], self.mean_square[element][channel].sqrt() * (1.0 + 8.0 * f64::EPSILON));
+        Glow {
+            power: area * mean,
+            positive: 0.5 * area * (all + mean).max(0.0),
+            negative: 0.5 * area * (all - mean).max(0.0),
+            largest: basis.magnitude(coefficients) + self.beyond[element][channel],
         }
     }
 

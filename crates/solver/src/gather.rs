@@ -75,8 +75,14 @@ impl Solution {
             }
             rows.push((link.source, row));
         }
+        let tree = self.mesh.clusters();
+        let far = self.far[self.receiver_of(leaf)].of_point(tree, &station, rows.iter().map(|(_, row)| row));
+        for channel in 0..channels {
+            sums[channel] += far.value(tree, &self.field, channel, 0);
+            ledger[channel].computation += far.neglected(tree, &self.field, channel, 0);
+        }
         let [rho, emitted] = self.surfaces.at(face, point);
-        let beyond = self.points().at(self.bounded(), &self.bounds, &station, &rows, &rho);
+        let beyond = self.points().at(self.bounded(), &self.bounds, &station, (&rows, &far), &rho);
         let rounding = |c: usize| 2.0 * f64::EPSILON * (links.len() + 2) as f64 * (rho[c] * sums[c].abs() + emitted[c]);
         Ok(Gathered {
             face,

@@ -3,19 +3,20 @@
 //! At the nodes of a receiver the irradiance `G b` is a sum over its links; its projection on the basis, times the reflectance,
 //! is the reflected radiosity; with a texture it is the projection of the product ([`crate::texture`]). Receivers are taken in
 //! order, a few at a time, and use what the ones before have got in the same sweep: each hands its change on to the elements
-//! above and below, which links see. G is a contraction with the reflectance, and the sweeps converge like powers of it. The radiosity is such a b, and so
-//! is the bound on its error.
+//! above and below, which links see. Clusters are gathered from as they were before the sweep. G is a contraction with the
+//! reflectance, and the sweeps converge like powers of it. The radiosity is such a b, and so is the bound on its error.
 
 use rayon::prelude::*;
 
+use crate::cluster::Far;
 use crate::field::Field;
 use crate::link::Link;
 use crate::mesh::Mesh;
 use crate::surfaces::Surfaces;
 
-/// Irradiance at each node of a receiver, without what links neglect.
-pub(crate) fn irradiance(mesh: &Mesh, field: &Field, links: &[Link], channel: usize, nodes: usize) -> Vec<f64> {
-    let mut at_nodes = vec![0.0; nodes];
+/// Irradiance at each node of a receiver, without what links and clusters neglect.
+pub(crate) fn irradiance(mesh: &Mesh, field: &Field, links: &[Link], far: &Far, channel: usize, nodes: usize) -> Vec<f64> {
+    let mut at_nodes: Vec<f64> = (0..nodes).map(|node| far.value(mesh.clusters(), field, channel, node)).collect();
     for link in links {
         let coefficients = field.of(link.source, channel, mesh.basis(link.source).len());
         for (sum, row) in at_nodes.iter_mut().zip(&link.rows) {
@@ -32,6 +33,7 @@ pub(crate) struct Equation<'a> {
     pub(crate) surfaces: &'a Surfaces,
     pub(crate) receivers: &'a [usize],
     pub(crate) links: &'a [Vec<Link>],
+    pub(crate) far: &'a [Far],
     /// For each element that receives, channel after channel, the coefficients of what is added to the reflected light.
     pub(crate) source: &'a [Vec<f64>],
 }
@@ -45,6 +47,7 @@ impl Equation<'_> {
     /// to `scale` in each channel.
     pub(crate) fn sweep(&self, field: &mut Field, own: &mut [Vec<f64>], scale: &[f64]) -> f64 {
         let mut largest: f64 = 0.0;
+        field.pool(self.mesh);
         for receivers in self.receivers.chunks(TOGETHER) {
             let change = |&receiver: &usize| self.change(receiver, field, &own[receiver], scale.len());
             let changes: Vec<Vec<f64>> = receivers.par_iter().map(change).collect();
@@ -62,7 +65,8 @@ impl Equation<'_> {
         largest
     }
 
-    /// What a receiver's own part is less than what it gathers now, channel after channel.
+    /// What a receiver's own part is less than what it gathers now, and from clusters with their powers when these were last
+    /// summed, channel after channel.
     pub(crate) fn change(&self, receiver: usize, field: &Field, own: &[f64], channels: usize) -> Vec<f64> {
         let len = self.mesh.basis(receiver).len();
         let mut change = vec![0.0; len * channels];
@@ -76,6 +80,7 @@ impl Equation<'_> {
             }
         }
         for (channel, sums) in change.chunks_exact_mut(len).enumerate() {
+            self.far[receiver].gather(field, channel, sums);
             self.surfaces.reflect(self.mesh, receiver, channel, sums);
         }
         change.iter_mut().zip(&self.source[receiver]).zip(own).for_each(|((c, source), own)| *c = *c + source - own);

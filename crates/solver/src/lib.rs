@@ -9,7 +9,8 @@
 //! ```text
 //! Scene -> Mesh        mesh, element, contact: trees of parallelograms and triangles; basis, rule: polynomials and nodes
 //!   -> direct light    direct: what lamps give, at the nodes of leaves; leaves are divided until little is left out
-//!   -> links           link, linking: what a receiver gathers from, and what that neglects; transfer, visible, cell: rules, closed forms
+//!   -> links           link, linking: what a receiver gathers from, and what that neglects; transfer, visible, cell: rules,
+//!                      closed forms; cluster: boxes of many faces, where there are many, for what is far away or hidden
 //!   -> Field           field, gathering, order: the linear system, in sweeps or in Southwell's order; sums pulled up the trees
 //!   -> Bounds          residual, bound: mean(z |r|) with the importance z, and a bound at every point; ledger: its sources
 //!   -> divide, again   solve, marking: what makes up most of the bound, or what is off most by samples and gradients
@@ -32,6 +33,7 @@
 mod basis;
 mod bound;
 mod cell;
+mod cluster;
 mod contact;
 pub mod curved;
 mod direct;
@@ -52,6 +54,7 @@ mod reconstruction;
 mod remainder;
 mod residual;
 mod rule;
+mod screen;
 mod solve;
 mod surfaces;
 mod texture;

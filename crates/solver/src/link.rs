@@ -6,11 +6,16 @@
 //!
 //! Links are refined where that error, times the reflectance, is too large: Hanrahan's brightness-weighted refinement, with a
 //! bound in the place of the brightness.
+//!
+//! Where faces are many a receiver begins with one cluster of all of them ([`crate::cluster`]), unless links go by thresholds. The
+//! one that may give most is opened, and its elements at last linked, until what all others may give, together with what links
+//! neglect, is what is allowed.
 
 use rayon::prelude::*;
 
 use crate::Error;
 use crate::basis::Basis;
+use crate::cluster::{Cut, Far, rows};
 use crate::field::Field;
 use crate::linking::Linking;
 use crate::mesh::Sight;
@@ -41,6 +46,9 @@ pub(crate) struct Need<'a> {
 /// The part of the allowed sum above which a link, one of a hundred, is surely refined.
 const SURELY: f64 = 0.05;
 
+/// The part of the allowed sum that clusters may take before they are opened rather than links refined.
+const FAR_PART: f64 = 0.7;
+
 impl Optics<'_> {
     /// The nodes of an element, as points that receive.
     pub(crate) fn stations(&self, element: usize) -> Vec<Station> {
@@ -51,7 +59,7 @@ impl Optics<'_> {
 
     /// Links an element to the sources that it sees, each with the faces that may be between; or to the children of those that
     /// would be refined anyway.
-    fn links<'a>(
+    pub(crate) fn links<'a>(
         &self,
         receiver: usize,
         sources: impl Iterator<Item = (usize, Option<&'a [usize]>)>,
@@ -101,40 +109,77 @@ impl Optics<'_> {
         few.iter().map(|&node| error(&stations[node])).fold(0.0, f64::max) > SURELY * need.allowed
     }
 
-    /// The links of an element without any: to all roots, or to the sources of its parent.
-    pub(crate) fn first_links(&self, receiver: usize, of_parent: Option<&[Link]>, need: &Need<'_>) -> Result<Vec<Link>, Error> {
-        match of_parent {
-            Some(links) => self.links(receiver, links.iter().map(|link| (link.source, Some(link.sight.faces()))), need),
-            None => self.links(receiver, self.mesh.roots().iter().map(|&root| (root, None)), need),
-        }
+    /// The links of an element without any: to all roots, or to one cluster of them; or to the sources of its parent.
+    pub(crate) fn first_links(
+        &self,
+        receiver: usize,
+        of_parent: Option<(&[Link], &Far)>,
+        need: &Need<'_>,
+    ) -> Result<(Vec<Link>, Far), Error> {
+        let (tree, element) = (self.mesh.clusters(), &self.mesh.elements()[receiver]);
+        let root = tree.root().filter(|_| need.linking == Linking::Error);
+        let (links, mut clusters) = match of_parent {
+            Some((links, far)) => {
+                let sources = links.iter().map(|link| (link.source, Some(link.sight.faces())));
+                (self.links(receiver, sources, need)?, far.clusters().to_vec())
+            }
+            None if root.is_some() => (Vec::new(), root.into_iter().collect()),
+            None => (self.links(receiver, self.mesh.roots().iter().map(|&root| (root, None)), need)?, Vec::new()),
+        };
+        clusters.retain(|&cluster| tree.all()[cluster].faces(element));
+        let stations = if clusters.is_empty() { Vec::new() } else { self.stations(receiver) };
+        let views = clusters.iter().flat_map(|&cluster| stations.iter().map(move |at| tree.all()[cluster].view(at))).collect();
+        let far = Far::new(tree, clusters, views, stations.len(), rows(&links));
+        Ok((links, far.projected(tree, self.mesh.basis(receiver))))
     }
 
-    /// Refines the links of a receiver until the sum of their errors is what is allowed at every node, or nothing is left to refine:
-    /// each time the one that is worst where the sum is. Returns whether any was.
-    pub(crate) fn refine(&self, receiver: usize, links: &mut Vec<Link>, need: &Need<'_>) -> Result<bool, Error> {
+    /// Opens clusters and refines links of a receiver until the sum of what they neglect is what is allowed at every node, or
+    /// nothing is left to refine: each time what is worst where the sum is. Returns whether any was.
+    pub(crate) fn refine(
+        &self,
+        receiver: usize,
+        (links, far): (&mut Vec<Link>, &mut Far),
+        need: &Need<'_>,
+    ) -> Result<bool, Error> {
         let &Need { field, weight, allowed, .. } = need;
         let mut errors: Vec<Vec<f64>> = links.iter().map(|link| self.weighted_errors(link, field, weight)).collect();
+        let mut cut = Cut::new(self.mesh, field, weight, far, links);
+        let stations = if far.is_empty() { Vec::new() } else { self.stations(receiver) };
         let mut sums = vec![0.0; self.mesh.basis(receiver).nodes().len()];
-        let mut changed = false;
+        let (mut opened, mut refined) = (false, false);
         loop {
+            let beyond = cut.neglected();
             sums.fill(0.0);
-            errors.iter().for_each(|of| sums.iter_mut().zip(of).for_each(|(sum, error)| *sum += error));
+            errors.iter().chain([&beyond]).for_each(|of| sums.iter_mut().zip(of).for_each(|(sum, error)| *sum += error));
             let node = (0..sums.len()).max_by(|&a, &b| sums[a].total_cmp(&sums[b]));
-            let Some(node) = node.filter(|&node| sums[node] > allowed) else { return Ok(changed) };
-            let worst = (0..links.len()).max_by(|&a, &b| errors[a][node].total_cmp(&errors[b][node]));
-            let Some(worst) = worst.filter(|&w| errors[w][node] > 0.0) else { return Ok(changed) };
-            let Some(first) = self.mesh.elements()[links[worst].source].children() else {
-                errors[worst].fill(0.0);
-                continue;
+            let Some(node) = node.filter(|&node| sums[node] > allowed) else { break };
+            let is_far = beyond.get(node).is_some_and(|&beyond| beyond > FAR_PART * allowed);
+            let finer = if is_far && let Some(element) = cut.open(receiver, &stations) {
+                opened = true;
+                self.links(receiver, element.into_iter().map(|element| (element, None)), need)?
+            } else {
+                let worst = (0..links.len()).max_by(|&a, &b| errors[a][node].total_cmp(&errors[b][node]));
+                let Some(worst) = worst.filter(|&w| errors[w][node] > 0.0) else { break };
+                let Some(first) = self.mesh.elements()[links[worst].source].children() else {
+                    errors[worst].fill(0.0);
+                    continue;
+                };
+                refined = true;
+                let link = links.swap_remove(worst);
+                errors.swap_remove(worst);
+                cut.cover(&link, -1.0);
+                self.links(receiver, (first..first + 4).map(|child| (child, Some(link.sight.faces()))), need)?
             };
-            changed = true;
-            let link = links.swap_remove(worst);
-            errors.swap_remove(worst);
-            for link in self.links(receiver, (first..first + 4).map(|child| (child, Some(link.sight.faces()))), need)? {
+            for link in finer {
                 errors.push(self.weighted_errors(&link, field, weight));
+                cut.cover(&link, 1.0);
                 links.push(link);
             }
         }
+        if opened || (refined && !far.is_empty()) {
+            *far = cut.closed(receiver, rows(links)).projected(self.mesh.clusters(), self.mesh.basis(receiver));
+        }
+        Ok(opened || refined)
     }
 
     /// Bound on what a link neglects at each node, the largest of the channels after each is multiplied by its weight.

@@ -76,7 +76,7 @@ impl Solution {
     /// Samples of reflected light on a receiver.
     pub(crate) fn reflected_on(&self, receiver: usize) -> Result<Samples, Error> {
         let count = self.mesh.basis(receiver).nodes().len();
-        let at_nodes = |channel| irradiance(&self.mesh, &self.field, &self.links[receiver], channel, count);
+        let at_nodes = |channel| irradiance(&self.mesh, &self.field, &self.links[receiver], &self.far[receiver], channel, count);
         let corner = |point| Ok((self.reflected_at(receiver, point)?, self.reflected_gradient_at(receiver, point)?));
         let nodes = (0..self.channels.len()).map(at_nodes).collect();
         Ok(Samples { nodes, corners: self.at_corners(receiver, corner)? })
@@ -118,7 +118,7 @@ impl Solution {
         Ok(self.lamps.light_at(&self.optics(), &self.surfaces, &self.station(leaf, point), &self.direct[leaf])?.irradiance)
     }
 
-    /// Irradiance of all else at a point of a receiver.
+    /// Irradiance of all else at a point of a receiver; like its gradient without what is seen through clusters.
     fn reflected_at(&self, receiver: usize, point: DVec3) -> Result<Vec<f64>, Error> {
         let (optics, station) = (self.optics(), self.station(receiver, point));
         let mut sums = vec![0.0; self.channels().len()];

@@ -5,8 +5,10 @@ use radgrad_scene::{Beam, Occluders, Scene, triangulate};
 
 use crate::Error;
 use crate::basis::{Basis, Shape};
+use crate::cluster::Clusters;
 use crate::contact;
 use crate::element::Element;
+use crate::screen::Screen;
 
 /// The trees of elements over the faces of a scene.
 ///
@@ -28,10 +30,13 @@ pub struct Mesh {
     exchanges: Vec<bool>,
     /// Convex parts of each polygon.
     convex: Vec<Vec<Vec<DVec3>>>,
+    /// The same as what hides others.
+    screens: Vec<Vec<Screen>>,
     index: Occluders,
     bases: [Basis; 2],
     elements: Vec<Element>,
     roots: Vec<usize>,
+    clusters: Clusters,
     /// The elements that each face was first cut into.
     roots_of_face: Vec<Vec<usize>>,
 }
@@ -39,7 +44,7 @@ pub struct Mesh {
 /// What a point sees of a source.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) enum Sight {
-    /// Nothing: one of them is behind the other.
+    /// Nothing: one of them is behind the other, or a face hides all of it.
     Nothing,
     /// Nothing is between them.
     Clear,
@@ -65,8 +70,15 @@ impl Mesh {
         let exchanges: Vec<bool> = scene.faces().iter().map(|face| scene.surfaces()[face.surface()].exchanges()).collect();
         let convex = polygons.iter().enumerate().map(|(face, polygon)| convex_parts(polygon).ok_or(Error::Face { face }));
         let convex = convex.collect::<Result<Vec<_>, Error>>()?;
-        let others =
-            |face: usize| polygons.iter().enumerate().filter(move |(other, _)| *other != face).map(|(_, polygon)| polygon);
+        let boxes: Vec<[DVec3; 2]> = polygons.iter().map(around).collect();
+        // Those that are far away stand on nothing.
+        let others = |face: usize| {
+            let [low, high] = boxes[face];
+            let reach = DVec3::splat(1e-6 * (high - low).max_element());
+            let meets = move |[from, to]: &[DVec3; 2]| from.cmple(high + reach).all() && to.cmpge(low - reach).all();
+            let near = boxes.iter().enumerate().filter(move |(other, of)| *other != face && meets(of));
+            near.map(|(other, _)| &polygons[other])
+        };
         let (mut elements, mut roots_of_face) = (Vec::new(), vec![Vec::new(); polygons.len()]);
         for (face, polygon) in polygons.iter().enumerate().filter(|(face, _)| exchanges[*face]) {
             let of_face = match contact::cut(polygon, &convex[face], others(face)) {
@@ -84,7 +96,21 @@ impl Mesh {
             elements.extend(of_face);
         }
         let roots = (0..elements.len()).collect();
-        Ok(Self { index: Occluders::new(&polygons), convex, polygons, exchanges, bases, elements, roots, roots_of_face })
+        let clusters = Clusters::over(&elements);
+        let screens = convex.iter().zip(&polygons);
+        let screens = screens.map(|(parts, of)| parts.iter().map(|part| Screen::new(part, of.normal())).collect()).collect();
+        Ok(Self {
+            clusters,
+            screens,
+            index: Occluders::new(&polygons),
+            convex,
+            polygons,
+            exchanges,
+            bases,
+            elements,
+            roots,
+            roots_of_face,
+        })
     }
 
     /// All elements, divided or not; an element is named by its index.
@@ -114,6 +140,17 @@ impl Mesh {
     #[must_use]
     pub fn polygons(&self) -> &[Polygon] {
         &self.polygons
+    }
+
+    /// Clusters of the roots.
+    pub(crate) const fn clusters(&self) -> &Clusters {
+        &self.clusters
+    }
+
+    /// With clusters though it has few elements.
+    #[cfg(test)]
+    pub(crate) fn clustered(self) -> Self {
+        Self { clusters: Clusters::always_over(&self.elements), ..self }
     }
 
     /// Which child of its parent an element is.
@@ -224,7 +261,8 @@ impl Mesh {
             return Sight::Nothing;
         }
         let Some(beam) = Beam::from_polygon(to.polygon(), from.polygon()) else { return Sight::Nothing };
-        self.found(&beam, known, [to.face(), from.face()])
+        let ends = [to, from].map(|element| element.polygon().vertices());
+        self.found(&beam, known, [to.face(), from.face()], ends)
     }
 
     /// What a point of a face sees of an element, among `known`.
@@ -234,16 +272,33 @@ impl Mesh {
             return Sight::Nothing;
         }
         let Some(beam) = Beam::from_point_of(&self.polygons[face], point, from.polygon()) else { return Sight::Nothing };
-        self.found(&beam, known, [face, from.face()])
+        self.found(&beam, known, [face, from.face()], [&[point], from.polygon().vertices()])
     }
 
-    fn found(&self, beam: &Beam, known: Option<&[usize]>, leave_out: [usize; 2]) -> Sight {
+    /// Whether a face alone hides some points, and all between them, from others.
+    pub(crate) fn hides(&self, face: usize, [from, to]: [&[DVec3]; 2]) -> bool {
+        self.screens[face].iter().any(|screen| screen.hides(from, to))
+    }
+
+    fn found(&self, beam: &Beam, known: Option<&[usize]>, leave_out: [usize; 2], ends: [&[DVec3]; 2]) -> Sight {
         let found = match known {
             Some(known) => self.index.among(beam, known, &leave_out),
             None => self.index.in_beam(beam, &leave_out),
         };
-        if found.polygons.is_empty() { Sight::Clear } else { Sight::Past(found.polygons) }
+        if found.polygons.is_empty() {
+            Sight::Clear
+        } else if found.polygons.iter().any(|&face| self.hides(face, ends)) {
+            Sight::Nothing
+        } else {
+            Sight::Past(found.polygons)
+        }
     }
+}
+
+/// The lowest and the highest coordinates.
+fn around(polygon: &Polygon) -> [DVec3; 2] {
+    let v = polygon.vertices();
+    v[1..].iter().fold([v[0]; 2], |[low, high], p| [low.min(*p), high.max(*p)])
 }
 
 /// A polygon, or triangles that make it up where it is not convex.

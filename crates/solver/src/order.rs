@@ -6,7 +6,9 @@
 //! Both end at the solution of the one linear system. One gather changes one receiver: Southwell's order needs fewer of them where
 //! little of the scene is bright, but each costs as many links again for the shooting, and the residuals cost a sweep.
 //!
-//! Shooting adds rounding errors; so residuals are computed anew until none is too large.
+//! Shooting adds rounding errors, and goes along links alone, not to those that see a cluster of which the receiver is a part
+//! ([`crate::cluster`]). So residuals are computed anew, with the powers of clusters, until none is too large: what clusters
+//! give is a small part, and each time what is left of its change is by that part less.
 
 use crate::field::Field;
 use crate::gathering::Equation;
@@ -42,6 +44,7 @@ impl Equation<'_> {
     /// Lets receivers gather in Southwell's order until no coefficient's residual is above `until`, relative to `scale` in each
     /// channel, or there were `most` gathers. Returns how many there were.
     pub(crate) fn southwell(&self, field: &mut Field, own: &mut [Vec<f64>], scale: &[f64], until: f64, most: usize) -> usize {
+        field.pool(self.mesh);
         let mut residuals = vec![Vec::new(); own.len()];
         for &receiver in self.receivers {
             residuals[receiver] = self.change(receiver, field, &own[receiver], scale.len());

@@ -98,6 +98,11 @@ impl Residual {
         self.detail_arms[0]
     }
 
+    /// Largest magnitude of the detail of textures.
+    pub(crate) const fn largest_detail(&self) -> f64 {
+        self.detail
+    }
+
     /// Largest magnitude, with the detail of textures.
     pub(crate) fn whole(&self) -> Ledger {
         Ledger { discretisation: self.largest.discretisation + self.detail, ..self.largest }

@@ -22,6 +22,7 @@ use rayon::prelude::*;
 use crate::Error;
 use crate::bound::{self, Bounds, Points, Residuals};
 use crate::cell::Rules;
+use crate::cluster::Far;
 use crate::direct::{Direct, Lamps};
 use crate::field::Field;
 use crate::gathering::irradiance;
@@ -44,8 +45,11 @@ const LINK_PART: f64 = 0.1;
 /// The part of the error asked for that one evaluation may have, per unit of the source's radiosity.
 const EVALUATION_PART: f64 = 2e-4;
 
-/// The same where there are no lamps: light may then be far more even than was asked for, and known as well.
+/// The same where there are no lamps and no clusters: light may then be far more even than was asked for, and known as well.
 const GLOWING_PART: f64 = 2e-10;
+
+/// The least error asked of an evaluation, about what closed forms in double precision have.
+const FINEST: f64 = 1e-14;
 
 /// The part of the error asked for that direct light may leave out in the mean.
 const DIRECT_PART: f64 = 0.25;
@@ -73,6 +77,8 @@ pub struct Solution {
     own: Vec<Vec<f64>>,
     /// Of receivers; empty for other elements.
     pub(crate) links: Vec<Vec<Link>>,
+    /// Of receivers, the clusters that no link is for.
+    pub(crate) far: Vec<Far>,
     receivers: Vec<usize>,
     /// Samples of direct light on leaves and reflected light on receivers, of those that were judged by the gradient.
     judged: Vec<[Option<Samples>; 2]>,
@@ -133,14 +139,13 @@ pub fn solve_from(
     scene: &Scene,
     options: &Options,
     divisions: &[usize],
-    mut watch: impl FnMut(&Solution) -> bool,
+    watch: impl FnMut(&Solution) -> bool,
 ) -> Result<Solution, Error> {
     if !(options.error > 0.0 && options.error <= 1.0) {
         return Err(Error::Tolerance { value: options.error });
     }
     options.linking.check()?;
-    let degree = options.degree.unwrap_or(DEGREE);
-    let mut mesh = Mesh::new(scene, degree)?;
+    let mut mesh = Mesh::new(scene, options.degree.unwrap_or(DEGREE))?;
     for (index, &element) in divisions.iter().enumerate() {
         let count = mesh.elements().len();
         if element >= count {
@@ -148,6 +153,16 @@ pub fn solve_from(
         }
         mesh.divide(element)?;
     }
+    solve_on(scene, options, mesh, watch)
+}
+
+/// The same on a mesh of the scene.
+pub(crate) fn solve_on(
+    scene: &Scene,
+    options: &Options,
+    mut mesh: Mesh,
+    mut watch: impl FnMut(&Solution) -> bool,
+) -> Result<Solution, Error> {
     options.linking.divide(&mut mesh, options.most_elements)?;
     while !mesh.roots().is_empty() && mesh.leaves().count() < options.first_elements {
         let leaves: Vec<usize> = mesh.leaves().collect();
@@ -159,18 +174,20 @@ pub fn solve_from(
     let progress = Progress { round: 0, elements: 0, links: 0, gathers: 0, bound: f64::INFINITY };
     let receivers: Vec<usize> = mesh.leaves().collect();
     let lamps = Lamps::of(&mesh, &surfaces);
-    let precision = if lamps.is_empty() { GLOWING_PART } else { EVALUATION_PART };
+    let may_be_even = lamps.is_empty() && mesh.clusters().root().is_none();
+    let precision = if may_be_even { GLOWING_PART } else { EVALUATION_PART };
     let mut solution = Solution {
         rules: Rules::new(),
         direct: Vec::new(),
         field: Field::dark(&mesh, channels.len()),
         own: Vec::new(),
         links: Vec::new(),
+        far: Vec::new(),
         receivers,
         judged: Vec::new(),
         bounds: Bounds::default(),
         extent: (high - low).max_element(),
-        absolute: options.error * precision,
+        absolute: (options.error * precision).max(FINEST),
         mean: vec![0.0; channels.len()],
         lamps,
         mesh,
@@ -214,10 +231,11 @@ impl Solution {
                 break;
             }
         }
-        self.sweep(options.order, if self.lamps.is_empty() { SOLVED } else { ROUGHLY_SOLVED * aim });
+        let may_be_even = self.lamps.is_empty() && self.mesh.clusters().root().is_none();
+        self.sweep(options.order, if may_be_even { SOLVED } else { ROUGHLY_SOLVED * aim });
         let bounds = Bounds::of(self.bounded(), [self.left_of_direct(), self.left_of_reflected()]);
         self.bounds = bounds.ok_or_else(|| self.lossless())?;
-        let links = self.receivers.iter().map(|&receiver| self.links[receiver].len()).sum();
+        let links = self.receivers.iter().map(|&receiver| self.links[receiver].len() + self.far[receiver].len()).sum();
         let bound = self.mean_bound().iter().zip(&self.mean).map(|(w, mean)| ratio(w.total(), *mean)).fold(0.0, f64::max);
         let (round, gathers) = (self.progress.round + 1, self.progress.gathers);
         self.progress = Progress { round, elements: self.mesh.leaves().count(), links, gathers, bound };
@@ -226,8 +244,8 @@ impl Solution {
 
     /// What bounds are made of.
     pub(crate) fn bounded(&self) -> bound::Scene<'_> {
-        let Self { mesh, surfaces, receivers, links, channels, .. } = self;
-        bound::Scene { mesh, surfaces, receivers, links, channels: channels.len() }
+        let Self { mesh, surfaces, receivers, links, far, channels, .. } = self;
+        bound::Scene { mesh, surfaces, receivers, links, far, channels: channels.len() }
     }
 
     /// Bounds at points, which cost as much as that on the mean, and only who asks for them pays.
@@ -246,10 +264,15 @@ impl Solution {
         Error::Lossless { channel: self.channels[channel].clone(), face }
     }
 
+    /// Whether an element gathers reflected light, though it may see nothing.
+    fn gathers(&self, element: usize) -> bool {
+        !self.own[element].is_empty()
+    }
+
     /// The element above a leaf, or itself, that gathers reflected light.
     pub(crate) fn receiver_of(&self, leaf: usize) -> usize {
         let mut at = leaf;
-        while self.links[at].is_empty()
+        while !self.gathers(at)
             && let Some(parent) = self.mesh.elements()[at].parent()
         {
             at = parent;
@@ -380,7 +403,8 @@ impl Solution {
         let (element, basis, links) = (&self.mesh.elements()[receiver], self.mesh.basis(receiver), &self.links[receiver]);
         let (rho, emitted) = (self.surfaces.reflectance[element.face()][channel], self.surfaces.emitted[element.face()][channel]);
         let emitted = if self.is_lamp(element.face()) { 0.0 } else { emitted };
-        let at_nodes = irradiance(&self.mesh, &self.field, links, channel, basis.nodes().len());
+        let far = &self.far[receiver];
+        let at_nodes = irradiance(&self.mesh, &self.field, links, far, channel, basis.nodes().len());
         let samples: Vec<f64> = at_nodes.iter().map(|h| rho * h).collect();
         let mut residual = Residual::of(element, basis, &samples);
 
@@ -397,7 +421,8 @@ impl Solution {
         left.iter_mut().zip(self.emitted_on(receiver, channel)).for_each(|(p, e)| *p += e);
         residual.largest.solver = basis.magnitude(&left);
         for (node, sample) in samples.iter().enumerate() {
-            let (mut neglected, mut clear, mut past) = (0.0, 0.0, 0.0);
+            let mut neglected = far.neglected(self.mesh.clusters(), &self.field, channel, node);
+            let (mut clear, mut past) = (0.0, 0.0);
             for link in links {
                 let row = &link.rows[node];
                 neglected += self.field.neglected(&self.mesh, link.source, channel, row);
@@ -439,18 +464,21 @@ impl Solution {
     /// Links receivers that have none, to what their parent's links had for sources; these go.
     fn link(&mut self, allowed: f64, linking: Linking) -> Result<(), Error> {
         self.links.resize(self.mesh.elements().len(), Vec::new());
+        self.far.resize(self.mesh.elements().len(), Far::default());
         self.own.resize(self.mesh.elements().len(), Vec::new());
-        let new: Vec<usize> = self.receivers.iter().copied().filter(|&receiver| self.links[receiver].is_empty()).collect();
+        let new: Vec<usize> = self.receivers.iter().copied().filter(|&receiver| !self.gathers(receiver)).collect();
         let optics = self.optics();
-        let of_parent =
-            |element: usize| self.mesh.elements()[element].parent().map(|p| &self.links[p][..]).filter(|l| !l.is_empty());
+        let of_parent = |element: usize| {
+            let parent = self.mesh.elements()[element].parent().filter(|&parent| self.gathers(parent))?;
+            Some((&self.links[parent][..], &self.far[parent]))
+        };
         let of = |receiver: usize| {
             let need = Need { field: &self.field, weight: &self.weight(receiver), allowed, linking };
             optics.first_links(receiver, of_parent(receiver), &need)
         };
         let links = for_each(&new, of)?;
-        for (&receiver, links) in new.iter().zip(links) {
-            self.links[receiver] = links;
+        for (&receiver, (links, far)) in new.iter().zip(links) {
+            (self.links[receiver], self.far[receiver]) = (links, far);
             let basis = self.mesh.basis(receiver);
             let len = basis.len();
             let restricted = |channel: usize| match self.mesh.elements()[receiver].parent().map(|p| &self.own[p]) {
@@ -464,7 +492,7 @@ impl Solution {
         let mut receives = vec![false; self.links.len()];
         self.receivers.iter().for_each(|&receiver| receives[receiver] = true);
         for index in (0..self.links.len()).filter(|&index| !receives[index]) {
-            self.links[index] = Vec::new();
+            (self.links[index], self.far[index]) = (Vec::new(), Far::default());
             self.own[index] = Vec::new();
         }
         Ok(())
@@ -477,22 +505,24 @@ impl Solution {
     }
 
     fn refine(&mut self, allowed: f64) -> Result<bool, Error> {
-        let taken: Vec<Vec<Link>> = self.receivers.iter().map(|&receiver| std::mem::take(&mut self.links[receiver])).collect();
+        let (links, far) = (&mut self.links, &mut self.far);
+        let take = |&receiver: &usize| (std::mem::take(&mut links[receiver]), std::mem::take(&mut far[receiver]));
+        let taken: Vec<(Vec<Link>, Far)> = self.receivers.iter().map(take).collect();
         let (optics, linking) = (self.optics(), Linking::Error);
-        let refined: Vec<(Vec<Link>, bool)> = self
+        let refined: Vec<(Vec<Link>, Far, bool)> = self
             .receivers
             .par_iter()
             .zip(taken)
-            .map(|(&receiver, mut links)| {
+            .map(|(&receiver, (mut links, mut far))| {
                 let need = Need { field: &self.field, weight: &self.weight(receiver), allowed, linking };
-                let changed = optics.refine(receiver, &mut links, &need)?;
-                Ok((links, changed))
+                let changed = optics.refine(receiver, (&mut links, &mut far), &need)?;
+                Ok((links, far, changed))
             })
             .collect::<Result<_, Error>>()?;
         let mut any = false;
-        for (&receiver, (links, changed)) in self.receivers.iter().zip(refined) {
+        for (&receiver, (links, far, changed)) in self.receivers.iter().zip(refined) {
             any |= changed;
-            self.links[receiver] = links;
+            (self.links[receiver], self.far[receiver]) = (links, far);
         }
         Ok(any)
     }

@@ -77,6 +77,59 @@ fn in_rooms_of_random_shape_that_glow_evenly_every_bound_holds_and_nothing_is_of
     }
 }
 
+/// A closed room of this size in which boxes hang in rows, all with reflectances of their own and with `E = 1 - rho`: `B = 1`.
+fn hanging_boxes(random: &mut Random, rows: [usize; 2]) -> (Scene, Vec<Polygon>) {
+    let size = DVec3::new(rows[0] as f64, rows[1] as f64, 1.5);
+    let mut quads = faces(DVec3::ZERO, size, true);
+    for i in 0..rows[0] {
+        for j in 0..rows[1] {
+            let mut between = |low: f64, high: f64| random.between(low, high);
+            let low = DVec3::new(i as f64 + between(0.1, 0.3), j as f64 + between(0.1, 0.3), between(0.1, 0.3));
+            let high = DVec3::new(i as f64 + between(0.6, 0.9), j as f64 + between(0.6, 0.9), between(0.6, 1.4));
+            quads.extend(faces(low, high, false));
+        }
+    }
+    let mut scene = Scene::new(["grey"]).unwrap();
+    let surface = scene.add_surface("all");
+    let mut polygons = Vec::new();
+    for (index, quad) in quads.into_iter().enumerate() {
+        let rho = random.between(0.05, 0.85);
+        let material = scene.add_material(index.to_string(), [rho], [(1.0 - rho) / PI]).unwrap();
+        let polygon = Polygon::new(quad.to_vec()).unwrap();
+        polygons.push(polygon.clone());
+        scene.add_face(surface, material, polygon, None).unwrap();
+    }
+    (scene, polygons)
+}
+
+#[test]
+fn among_many_boxes_that_glow_evenly_bounds_cover_what_is_neglected_of_clusters_of_far_faces() {
+    let mut random = Random(11);
+    let (scene, polygons) = hanging_boxes(&mut random, [12, 14]);
+    let mut links = Vec::new();
+    for error in [1.0, 0.2] {
+        let options = Options { error, degree: Some(0), first_elements: 1, most_elements: 1, ..Options::default() };
+        let solution = solve(&scene, &options, |_| true).unwrap();
+        links.push(solution.progress().links);
+        let (mut off, mut bound) = (0.0, 0.0);
+        let some: Vec<&Polygon> = polygons.iter().step_by(7).collect();
+        for &polygon in &some {
+            let gathered = solution.gather(point_on(polygon, &mut random), polygon.normal()).unwrap();
+            let (here, most) = ((gathered.radiosity[0] - 1.0).abs(), gathered.ledger[0].total());
+            assert!(here <= most, "{here:e} {:?}", gathered.ledger[0]);
+            (off, bound) = (off + here / some.len() as f64, bound + most / some.len() as f64);
+        }
+        println!(
+            "{error}: {} links, {off:.1e} off, {bound:.1e} at points, {:.1e}",
+            links[links.len() - 1],
+            solution.progress().bound
+        );
+        // Clusters are in force, and the stated mean holds.
+        assert!(off > 1e-6 && off <= solution.progress().bound * solution.mean()[0], "{off:e}");
+    }
+    assert!(links[0] < links[1] && 4 * links[1] < polygons.len() * polygons.len(), "{links:?}");
+}
+
 fn cornell() -> Scene {
     let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../../data/scenes/cornell.obj");
     Scene::read(file, Degenerate::Refuse).unwrap()

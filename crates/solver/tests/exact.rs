@@ -118,3 +118,16 @@ fn at_the_apex_of_a_groove_the_radiosity_is_that_of_a_wedge() {
         checked(&solution, [1e-3, 0.0, 0.0], [0.0, 0.0, 1.0], exact);
     }
 }
+
+#[test]
+fn a_face_that_sees_nothing_radiates_what_it_emits_round_after_round() {
+    let below = FLOOR.map(|[x, y, _]| [y, x, -1.0]);
+    let options = Options { error: 3e-4, degree: Some(0), first_elements: 1, ..Options::default() };
+    let solution = solved(&[(FLOOR, 0.5, 1.0), (CEILING, 0.5, 1.0), (below, 0.5, 0.7)], &options);
+    assert!(solution.progress().round > 1, "{:?}", solution.progress());
+    let alone = |leaf: &usize| solution.mesh().elements()[*leaf].face() == 2;
+    for leaf in solution.mesh().leaves().filter(alone) {
+        let value = solution.value_on(leaf, 0, [0.0, 0.0]);
+        assert!((value - 0.7).abs() <= 1e-15, "{value}");
+    }
+}

@@ -1,8 +1,11 @@
-//! What a solution costs by the number of polygons: blocks of different heights on a floor under a lamp, 5 faces each, all of them
-//! in each other's way.
+//! What a solution costs by the number of polygons, in two kinds of scenes that grow by more of the same: what any place sees well
+//! stays the same. What is far away or hidden is taken together, so that links are in proportion once scenes are larger than what
+//! a place has to tell apart; until then they grow faster.
 //!
-//! One round of constant elements, links refined to half of the mean radiosity. A face is linked to every face that it sees, there
-//! being no clusters of faces: links grow with the square of the number of polygons, as far as blocks do not hide each other.
+//! - a city: high blocks on tiles of the ground, under a sky of tiles that glow, open to the sides;
+//! - a house: rooms on one floor, with doors between them, a box in each, and ceilings that glow.
+//!
+//! One round of constant elements, links and clusters refined to the same part of the mean radiosity.
 
 use std::error::Error;
 use std::time::Instant;
@@ -12,9 +15,29 @@ use radgrad_scene::Scene;
 use radgrad_solver::{Options, solve};
 
 use super::graph::{Graph, Series};
+use super::squares::Quad;
+
+/// What grows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Kind {
+    City,
+    House,
+}
+
+impl Kind {
+    pub(super) const ALL: [Self; 2] = [Self::City, Self::House];
+
+    pub(super) const fn name(self) -> &'static str {
+        match self {
+            Self::City => "city",
+            Self::House => "house",
+        }
+    }
+}
 
 /// A scene.
 pub(super) struct Point {
+    kind: Kind,
     polygons: usize,
     seconds: f64,
     elements: usize,
@@ -24,76 +47,173 @@ pub(super) struct Point {
 
 impl Point {
     pub(super) fn record(&self) -> Vec<String> {
-        let whole = [self.elements, self.links].map(|n| n.to_string());
-        let [elements, links] = whole;
-        vec![self.polygons.to_string(), format!("{:.3}", self.seconds), elements, links, format!("{:.3}", self.bound)]
+        let [polygons, elements, links] = [self.polygons, self.elements, self.links].map(|n| n.to_string());
+        let (seconds, bound) = (format!("{:.3}", self.seconds), format!("{:.3}", self.bound));
+        vec![self.kind.name().to_owned(), polygons, seconds, elements, links, bound]
     }
 }
 
+/// Bound asked for; the first round refines links to a tenth of it.
+const ERROR: f64 = 1.0;
+
+/// Sides in blocks or rooms, of which those are taken that give few enough polygons.
+const SIDES: [usize; 10] = [3, 4, 6, 8, 11, 14, 18, 25, 30, 37];
+
+/// Blocks along a side of a tile of the city's sky.
+const SKY: usize = 3;
+
+/// Elements from which on the solver links to clusters too: before, links grow with the square of what is seen.
+const CLUSTERED: usize = 1000;
+
+/// Polygons of the smallest scene.
+const LEAST: usize = 100;
+
 pub(super) fn measure(most: usize) -> Result<Vec<Point>, Box<dyn Error>> {
-    let sides = [2, 3, 4, 6, 9, 13, 19, 28, 44];
     let mut points = Vec::new();
-    for side in sides.into_iter().filter(|&side| polygons(side) <= most) {
-        let scene = blocks(side)?;
-        let options = Options { error: 0.5, degree: Some(0), first_elements: 1, most_elements: 1, ..Options::default() };
-        let start = Instant::now();
-        let solution = solve(&scene, &options, |_| true)?;
-        let (seconds, progress) = (start.elapsed().as_secs_f64(), solution.progress());
-        println!("{} polygons: {seconds:.2} s, {} links", scene.faces().len(), progress.links);
-        let (elements, links, bound) = (progress.elements, progress.links, progress.bound);
-        points.push(Point { polygons: scene.faces().len(), seconds, elements, links, bound });
+    for kind in Kind::ALL {
+        for side in SIDES {
+            let scene = scene(kind, side)?;
+            if !(LEAST..=most).contains(&scene.faces().len()) {
+                continue;
+            }
+            let options = Options { error: ERROR, degree: Some(0), first_elements: 1, most_elements: 1, ..Options::default() };
+            let start = Instant::now();
+            let solution = solve(&scene, &options, |_| true)?;
+            let (seconds, progress) = (start.elapsed().as_secs_f64(), solution.progress());
+            let (polygons, elements, links, bound) = (scene.faces().len(), progress.elements, progress.links, progress.bound);
+            println!(
+                "{}, {polygons} polygons: {seconds:.2} s, {elements} elements, {links} links, bound {:.0} %",
+                kind.name(),
+                100.0 * bound
+            );
+            points.push(Point { kind, polygons, seconds, elements, links, bound });
+        }
     }
     Ok(points)
 }
 
-const fn polygons(side: usize) -> usize {
-    5 * side * side + 2
-}
-
-fn blocks(side: usize) -> Result<Scene, Box<dyn Error>> {
+/// A scene of about `side * side` blocks or rooms.
+fn scene(kind: Kind, side: usize) -> Result<Scene, Box<dyn Error>> {
     let mut scene = Scene::new(["grey"])?;
     let (white, surface) = (scene.add_material("white", [0.6], [0.0])?, scene.add_surface("all"));
-    let lamp = scene.add_material("lamp", [0.0], [1.0])?;
-    let extent = side as f64;
-    let mut add = |material: usize, corners: [[f64; 3]; 4]| -> Result<(), Box<dyn Error>> {
-        scene.add_face(surface, material, Polygon::new(corners.map(DVec3::from).to_vec())?, None)?;
-        Ok(())
+    let lamp = scene.add_material("lamp", [0.6], [1.0])?;
+    let (surfaces, lamps) = match kind {
+        Kind::City => city(side),
+        Kind::House => house(side),
     };
-    add(white, [[0.0, 0.0, 0.0], [extent, 0.0, 0.0], [extent, extent, 0.0], [0.0, extent, 0.0]])?;
-    let above = 3.0;
-    add(lamp, [[0.0, 0.0, above], [0.0, extent, above], [extent, extent, above], [extent, 0.0, above]])?;
-    for i in 0..side {
-        for j in 0..side {
-            // Heights from 0.3 to 1.3 that do not repeat along a row.
-            let height = 0.3 + (0.618_033_988_749_894_9 * (i * side + j) as f64).fract();
-            let [a, b] = [i as f64 + 0.2, i as f64 + 0.8];
-            let [c, d] = [j as f64 + 0.2, j as f64 + 0.8];
-            add(white, [[a, c, height], [b, c, height], [b, d, height], [a, d, height]])?;
-            for [[x0, y0], [x1, y1]] in [[[a, c], [b, c]], [[b, c], [b, d]], [[b, d], [a, d]], [[a, d], [a, c]]] {
-                add(white, [[x0, y0, 0.0], [x1, y1, 0.0], [x1, y1, height], [x0, y0, height]])?;
-            }
+    for (quads, material) in [(surfaces, white), (lamps, lamp)] {
+        for quad in quads {
+            scene.add_face(surface, material, Polygon::new(quad.map(DVec3::from).to_vec())?, None)?;
         }
     }
     Ok(scene)
 }
 
+/// Faces up.
+fn level([a, c]: [f64; 2], [b, d]: [f64; 2], height: f64) -> Quad {
+    [[a, c, height], [b, c, height], [b, d, height], [a, d, height]]
+}
+
+/// Upright, and faces to the right of the way from one to the other.
+const fn wall([p, q]: [f64; 2], [r, s]: [f64; 2], height: f64) -> Quad {
+    [[p, q, 0.0], [r, s, 0.0], [r, s, height], [p, q, height]]
+}
+
+fn reversed([a, b, c, d]: Quad) -> Quad {
+    [a, d, c, b]
+}
+
+/// The sides and the top of a box that stands on the ground.
+fn block([a, c]: [f64; 2], [b, d]: [f64; 2], height: f64) -> [Quad; 5] {
+    let sides = [[[a, c], [b, c]], [[b, c], [b, d]], [[b, d], [a, d]], [[a, d], [a, c]]].map(|[p, q]| wall(p, q, height));
+    [sides[0], sides[1], sides[2], sides[3], level([a, c], [b, d], height)]
+}
+
+/// A number from 0 to 1 that does not repeat along a row.
+fn scattered(index: usize) -> f64 {
+    (0.618_033_988_749_894_9 * index as f64).fract()
+}
+
+fn city(side: usize) -> (Vec<Quad>, Vec<Quad>) {
+    let (mut surfaces, mut lamps) = (Vec::new(), Vec::new());
+    for i in 0..side {
+        for j in 0..side {
+            let (x, y) = (i as f64, j as f64);
+            surfaces.push(level([x, y], [x + 1.0, y + 1.0], 0.0));
+            surfaces.extend(block([x + 0.2, y + 0.2], [x + 0.8, y + 0.8], 1.2 + 0.8 * scattered(i * side + j)));
+            if i % SKY == 0 && j % SKY == 0 {
+                let end = |from: usize| (from + SKY).min(side) as f64;
+                lamps.push(reversed(level([x, y], [end(i), end(j)], 2.5)));
+            }
+        }
+    }
+    (surfaces, lamps)
+}
+
+fn house(side: usize) -> (Vec<Quad>, Vec<Quad>) {
+    let (mut surfaces, mut lamps) = (Vec::new(), Vec::new());
+    let height = 0.8;
+    for i in 0..=side {
+        for j in 0..=side {
+            let (x, y) = (i as f64, j as f64);
+            // Doors are not in a row.
+            let door = |index: usize| 0.1 + 0.6 * scattered(index);
+            // Walls at the low sides of the room, with a door unless they are the house's own.
+            let mut add = |along: bool, inner: bool, index: usize| {
+                let at = |t: f64| if along { [x + t, y] } else { [x, y + t] };
+                let parts = if inner { vec![[0.0, door(index)], [door(index) + 0.2, 1.0]] } else { vec![[0.0, 1.0]] };
+                for [from, to] in parts {
+                    let one = wall(at(from), at(to), height);
+                    surfaces.extend([one, reversed(one)]);
+                }
+            };
+            if i < side {
+                add(true, j > 0 && j < side, 2 * (i * side + j));
+            }
+            if j < side {
+                add(false, i > 0 && i < side, 2 * (i * side + j) + 1);
+            }
+            if i < side && j < side {
+                let place = 0.15 + 0.3 * scattered(3 * (i * side + j));
+                surfaces.push(level([x, y], [x + 1.0, y + 1.0], 0.0));
+                surfaces.extend(block([x + place, y + 0.3], [x + place + 0.3, y + 0.6], 0.3));
+                lamps.push(reversed(level([x, y], [x + 1.0, y + 1.0], height)));
+            }
+        }
+    }
+    (surfaces, lamps)
+}
+
+/// The power of the number of polygons that links grow with, over the scenes of a kind with clusters.
+pub(super) fn exponent(kind: Kind, points: &[Point]) -> Option<f64> {
+    let with_clusters = points.iter().filter(|p| p.kind == kind && p.elements >= CLUSTERED);
+    let of: Vec<[f64; 2]> = with_clusters.map(|p| [(p.polygons as f64).ln(), (p.links as f64).ln()]).collect();
+    let mean = |axis: usize| of.iter().map(|p| p[axis]).sum::<f64>() / of.len() as f64;
+    let (x, y) = (mean(0), mean(1));
+    let along = of.iter().map(|p| (p[0] - x).powi(2)).sum::<f64>();
+    (of.len() > 1).then(|| of.iter().map(|p| (p[0] - x) * (p[1] - y)).sum::<f64>() / along)
+}
+
 pub(super) fn graph(points: &[Point]) -> Graph {
-    let line = |name: &str, colour: usize, value: &dyn Fn(&Point) -> f64| Series {
-        name: name.to_owned(),
-        points: points.iter().map(|p| (p.polygons as f64, value(p))).collect(),
+    let line = |kind: Kind, name: &str, colour: usize, value: fn(&Point) -> f64| Series {
+        name: format!("{name}, {}", kind.name()),
+        points: points.iter().filter(|p| p.kind == kind).map(|p| (p.polygons as f64, value(p))).collect(),
         colour,
-        dashed: false,
+        dashed: kind == Kind::House,
+    };
+    let lines = |kind: Kind| {
+        [
+            line(kind, "links", 3, |p| p.links as f64),
+            line(kind, "elements", 1, |p| p.elements as f64),
+            line(kind, "seconds", 2, |p| p.seconds),
+        ]
     };
     Graph {
         title: "Cost of a round by the number of polygons".to_owned(),
-        under: "Blocks on a floor under a lamp; constant elements, links refined to half of the mean radiosity.".to_owned(),
+        under: "Constant elements; links and clusters neglect at most 10 % of the mean radiosity.".to_owned(),
         across: "polygons",
         upward: "seconds, or numbers",
         counts: false,
-        series: vec![
-            line("seconds", 2, &|p| p.seconds),
-            line("elements", 1, &|p| p.elements as f64),
-            line("links", 3, &|p| p.links as f64),
-        ],
+        series: Kind::ALL.into_iter().flat_map(lines).collect(),
     }
 }

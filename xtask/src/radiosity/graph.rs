@@ -83,7 +83,11 @@ impl Graph {
 
 fn range(values: impl Iterator<Item = f64>) -> Range {
     let [low, high] = values.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], v| [low.min(v), high.max(v)]);
-    if low < high { [low, high] } else { [low - 1.0, low + 1.0] }
+    match (low < high, low.is_finite()) {
+        (true, _) => [low, high],
+        (false, true) => [low - 1.0, low + 1.0],
+        (false, false) => [0.0, 1.0],
+    }
 }
 
 /// Whole decades around positive values.

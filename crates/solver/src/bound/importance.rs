@@ -13,6 +13,7 @@ use rayon::prelude::*;
 
 use super::rise::Risen;
 use super::{Residuals, Scene, Seen};
+use crate::cluster::Pair;
 use crate::field::Field;
 use crate::gathering::Equation;
 use crate::link::Link;
@@ -29,6 +30,8 @@ const SOLVED: f64 = 1e-3;
 pub(super) struct Importance {
     /// For each source that it sees, channel and node, what is gathered of `b_h` at most.
     pub(super) gathered: Vec<Vec<f64>>,
+    /// For each channel and node, the same of what is seen through clusters.
+    beyond: Vec<Vec<f64>>,
     /// For each channel, what z may be more than that.
     more: Vec<Vec<f64>>,
     /// For each channel, what z is at most in any case.
@@ -36,10 +39,10 @@ pub(super) struct Importance {
 }
 
 impl Importance {
-    /// The largest importance on a receiver, of what is reflected by the sources chosen.
+    /// The largest importance on a receiver, of what is reflected by the sources chosen and by all in clusters.
     pub(super) fn of(&self, index: usize, channel: usize, seen: &Seen, chosen: impl Fn(usize) -> bool) -> f64 {
         let (nodes, channels) = (seen.nodes, self.more[index].len());
-        let mut sums = vec![0.0; nodes];
+        let mut sums = self.beyond[index][channel * nodes..(channel + 1) * nodes].to_vec();
         for place in (0..seen.sources.len()).filter(|&place| chosen(place)) {
             let start = (place * channels + channel) * nodes;
             sums.iter_mut().zip(&self.gathered[index][start..start + nodes]).for_each(|(sum, z)| *sum += z);
@@ -51,21 +54,31 @@ impl Importance {
 
 /// `None` if no bound is found.
 pub(super) fn of(scene: Scene<'_>, receives: &[bool], seen: &[Seen]) -> Option<Importance> {
-    let Scene { mesh, surfaces, receivers, links, channels } = scene;
+    let Scene { mesh, surfaces, receivers, links, far, channels } = scene;
     let (field, own) = solved(scene)?;
     let at = |(index, &receiver): (usize, &usize)| gathers(scene, &field, &links[receiver], &seen[index]);
     let gathered: Vec<Vec<f64>> = receivers.par_iter().enumerate().map(at).collect();
+    let of_far = |(index, &receiver): (usize, &usize)| -> Vec<f64> {
+        let at = |channel: usize, node: usize| {
+            far[receiver].value(mesh.clusters(), &field, channel, node)
+                + far[receiver].neglected(mesh.clusters(), &field, channel, node)
+        };
+        (0..channels).flat_map(|channel| (0..seen[index].nodes).map(move |node| (channel, node))).map(|(c, n)| at(c, n)).collect()
+    };
+    let beyond: Vec<Vec<f64>> = receivers.par_iter().enumerate().map(of_far).collect();
     let of_receiver = |(index, &receiver): (usize, &usize)| -> Vec<Residual> {
         (0..channels).map(|channel| defect(scene, &field, receiver, channel, &seen[index], &own[receiver])).collect()
     };
     let defects: Vec<Vec<Residual>> = receivers.par_iter().enumerate().map(of_receiver).collect();
     let defects = Residual::everywhere(mesh, receivers, defects, channels);
     let unknown = vec![f64::INFINITY; mesh.elements().len() * channels];
-    let of_defect = |(index, &receiver): (usize, &usize)| scene.gathered_of(receiver, &defects, &seen[index]);
+    let on_clusters = scene.pairs_of(&[&defects]);
+    let of_defect = |(index, &receiver): (usize, &usize)| scene.gathered_of(receiver, &defects, &on_clusters, &seen[index]);
     let own: Vec<Vec<f64>> = receivers.par_iter().enumerate().map(of_defect).collect();
     let more = Risen::of(scene, receives, seen, &own, &unknown);
     let most = if surfaces.is_textured() || more.is_none() {
-        let reflected = |(index, &receiver): (usize, &usize)| scene.reflected(receiver, &seen[index]);
+        let on_clusters = scene.pairs(|element, channel| (scene.reflectance(element, channel), f64::INFINITY));
+        let reflected = |(index, &receiver): (usize, &usize)| scene.reflected(receiver, &on_clusters, &seen[index]);
         let own: Vec<Vec<f64>> = receivers.par_iter().enumerate().map(reflected).collect();
         Risen::of(scene, receives, seen, &own, &unknown)
     } else {
@@ -92,12 +105,12 @@ pub(super) fn of(scene: Scene<'_>, receives: &[bool], seen: &[Seen]) -> Option<I
         }
         all
     };
-    Some(Importance { gathered, more: largest(&more), most: largest(&most) })
+    Some(Importance { gathered, beyond, more: largest(&more), most: largest(&most) })
 }
 
 /// The polynomial solution and what receivers themselves hold of it.
 fn solved(scene: Scene<'_>) -> Option<(Field, Vec<Vec<f64>>)> {
-    let Scene { mesh, surfaces, receivers, links, channels } = scene;
+    let Scene { mesh, surfaces, receivers, links, far, channels } = scene;
     let mut source: Vec<Vec<f64>> = vec![Vec::new(); mesh.elements().len()];
     let mut own = source.clone();
     for &receiver in receivers {
@@ -110,7 +123,7 @@ fn solved(scene: Scene<'_>) -> Option<(Field, Vec<Vec<f64>>)> {
         own[receiver] = vec![0.0; len * channels];
     }
     let mut field = Field::dark(mesh, channels);
-    let equation = Equation { mesh, surfaces, receivers, links, source: &source };
+    let equation = Equation { mesh, surfaces, receivers, links, far, source: &source };
     let even = vec![1.0; channels];
     (0..MOST_SWEEPS).find(|_| equation.sweep(&mut field, &mut own, &even) <= SOLVED)?;
     field.pull(mesh);
@@ -136,10 +149,11 @@ fn gathers(scene: Scene<'_>, field: &Field, links: &[Link], seen: &Seen) -> Vec<
 
 /// The defect of `b_h` on a receiver.
 fn defect(scene: Scene<'_>, field: &Field, receiver: usize, channel: usize, seen: &Seen, own: &[f64]) -> Residual {
-    let Scene { mesh, surfaces, links, .. } = scene;
+    let Scene { mesh, surfaces, links, far, .. } = scene;
     let (element, basis, rho) = (&mesh.elements()[receiver], mesh.basis(receiver), scene.reflectance(receiver, channel));
-    let mut at_nodes = vec![0.0; seen.nodes];
-    let mut beside = vec![0.0; seen.nodes];
+    let (far, tree) = (&far[receiver], mesh.clusters());
+    let mut at_nodes: Vec<f64> = (0..seen.nodes).map(|node| far.value(tree, field, channel, node)).collect();
+    let mut beside: Vec<f64> = (0..seen.nodes).map(|node| far.neglected(tree, field, channel, node)).collect();
     for link in &links[receiver] {
         let coefficients = field.of(link.source, channel, mesh.basis(link.source).len());
         for ((sum, beside), row) in at_nodes.iter_mut().zip(&mut beside).zip(&link.rows) {
@@ -172,7 +186,7 @@ fn defect(scene: Scene<'_>, field: &Field, receiver: usize, channel: usize, seen
 impl Scene<'_> {
     /// What the nodes of a receiver gather at most of something known on receivers and above, times the reflectance; channel after
     /// channel.
-    fn gathered_of(&self, receiver: usize, of: &Residuals, seen: &Seen) -> Vec<f64> {
+    fn gathered_of(&self, receiver: usize, of: &Residuals, on_clusters: &[Vec<Pair>], seen: &Seen) -> Vec<f64> {
         let mut sums = vec![0.0; self.channels * seen.nodes];
         for (place, &source) in seen.sources.iter().enumerate() {
             let degree = self.mesh.basis(source).degree();
@@ -185,20 +199,23 @@ impl Scene<'_> {
         }
         for (channel, sums) in sums.chunks_exact_mut(seen.nodes).enumerate() {
             let rho = self.reflectance(receiver, channel);
+            self.far[receiver].add_at_most(&on_clusters[channel], sums);
             sums.iter_mut().for_each(|sum| *sum *= rho);
         }
         sums
     }
 
     /// What the nodes of a receiver reflect of a unit of light everywhere.
-    fn reflected(&self, receiver: usize, seen: &Seen) -> Vec<f64> {
+    fn reflected(&self, receiver: usize, on_clusters: &[Vec<Pair>], seen: &Seen) -> Vec<f64> {
         let largest: Vec<f64> = (0..self.mesh.elements().len())
             .flat_map(|element| (0..self.channels).map(move |channel| self.reflectance(element, channel)))
             .collect();
         let unknown = vec![f64::INFINITY; largest.len()];
         let of = |channel: usize| {
             let rho = self.reflectance(receiver, channel);
-            seen.gathered((channel, self.channels), &largest, &unknown).into_iter().map(move |sum| rho * sum)
+            let mut sums = seen.gathered((channel, self.channels), &largest, &unknown);
+            self.far[receiver].add_at_most(&on_clusters[channel], &mut sums);
+            sums.into_iter().map(move |sum| rho * sum)
         };
         (0..self.channels).flat_map(of).collect()
     }

@@ -13,18 +13,22 @@
 //! is a set of sources that i sees. On j a source counts not in the second sum if all receivers below it have j, or what is above
 //! j, in their sets; so if any has not, some pairs count twice. Largest values are those at the nodes.
 //!
+//! What is seen through clusters is in no set. So all of it counts in the importance that is left for the second sum, and a
+//! receiver with clusters has nothing in its set that it does not link to: where a link from j leads to it, it counts.
+//!
 //! What is neglected, rounding, and what is left of the linear system know no signs, and go with z.
 //!
 //! # Textures
 //! The detail t of textures stays as elements become smaller, but `G t` does not ([`crate::residual`]); so it counts in the first
-//! sum from all sources, and in the second nowhere.
+//! sum from all sources, clusters with its magnitude, and in the second nowhere.
 
 use rayon::prelude::*;
 
 use super::importance::Importance;
 use super::{Residuals, Scene, Seen};
+use crate::cluster::Pair;
 use crate::ledger::Ledger;
-use crate::residual::Found;
+use crate::residual::{Found, Residual};
 use crate::texture::Pattern;
 
 /// Receivers below a source beyond which it is not asked whether all of them have a receiver in their sets.
@@ -46,6 +50,8 @@ struct Gathers {
     chosen: Vec<bool>,
     /// The same by the elements, sorted.
     sources: Vec<(usize, bool)>,
+    /// Whether it may see others through clusters.
+    has_far: bool,
     /// For each channel, the most that a node gathers from the sources of the set, and of the detail of textures.
     most: Vec<f64>,
     /// For each source and channel, the mean over nodes.
@@ -59,8 +65,12 @@ pub(super) fn of(scene: Scene<'_>, residuals: &[Residuals; 2], seen: &[Seen], im
         (0..channels).map(|channel| importance.of(index, channel, &seen[index], |_| true)).collect()
     };
     let whole: Vec<Vec<f64>> = (0..receivers.len()).into_par_iter().map(whole).collect();
-    let gathers: Vec<Gathers> =
-        receivers.par_iter().enumerate().map(|(index, &receiver)| scene.gathers(receiver, residuals, &seen[index])).collect();
+    let details = scene.pairs(|element, channel| {
+        let sum = |of: fn(&Residual) -> f64| residuals.iter().map(|all| of(&all[element][channel])).sum();
+        (sum(Residual::largest_detail), sum(Residual::mean_detail))
+    });
+    let of_receiver = |(index, &receiver): (usize, &usize)| scene.gathers(receiver, residuals, &details, &seen[index]);
+    let gathers: Vec<Gathers> = receivers.par_iter().enumerate().map(of_receiver).collect();
     let mut places = vec![usize::MAX; mesh.elements().len()];
     receivers.iter().enumerate().for_each(|(index, &receiver)| places[receiver] = index);
     // What of the importance of a receiver is not in the sets of others.
@@ -118,10 +128,10 @@ pub(super) fn of(scene: Scene<'_>, residuals: &[Residuals; 2], seen: &[Seen], im
 }
 
 impl Gathers {
-    /// Whether one of these elements, a receiver and those above it, is in the set, or nothing of them is seen.
+    /// Whether one of these elements, a receiver and those above it, is in the set, or surely nothing of them is seen.
     fn have(&self, above: &[usize]) -> bool {
         let found = above.iter().find_map(|&element| self.sources.binary_search_by_key(&element, |source| source.0).ok());
-        found.is_none_or(|place| self.sources[place].1)
+        found.map_or(!self.has_far, |place| self.sources[place].1)
     }
 
     /// Adds what sources of the set are gathered of, times what the receiver sends on.
@@ -147,7 +157,7 @@ impl Scene<'_> {
     }
 
     /// What a receiver gathers of the residual where that cancels, and from where it is less so.
-    fn gathers(&self, receiver: usize, [direct, reflected]: &[Residuals; 2], seen: &Seen) -> Gathers {
+    fn gathers(&self, receiver: usize, [direct, reflected]: &[Residuals; 2], details: &[Vec<Pair>], seen: &Seen) -> Gathers {
         let (mesh, channels, nodes) = (self.mesh, self.channels, seen.nodes);
         let count = seen.sources.len();
         let mut signed = vec![0.0; count * channels * nodes];
@@ -173,6 +183,9 @@ impl Scene<'_> {
                     add(place, source, node, &found, reflected);
                 }
             }
+        }
+        for (sums, of) in detail.chunks_exact_mut(nodes).zip(details) {
+            self.far[receiver].add_at_most(of, sums);
         }
         let weights: Vec<f64> = mesh.basis(receiver).nodes().iter().map(|node| node.weight).collect();
         let mean = |values: &[f64]| values.iter().zip(&weights).map(|(v, w)| v * w).sum::<f64>();
@@ -200,6 +213,6 @@ impl Scene<'_> {
         let most = most.collect();
         let mut sources: Vec<(usize, bool)> = seen.sources.iter().copied().zip(chosen.iter().copied()).collect();
         sources.sort_unstable();
-        Gathers { chosen, sources, most, parts }
+        Gathers { chosen, sources, has_far: !self.far[receiver].is_empty(), most, parts }
     }
 }

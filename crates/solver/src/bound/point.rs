@@ -2,12 +2,14 @@
 //!
 //! Of |e| a point gathers from a source at most F times its largest value and `k_max` times its mean, k the kernel times the
 //! area. Means over receivers come first: with `F_y` the form factor to receiver i from a place y of receiver j,
-//! `A_i mean_i G f = int f F_y dy <= A_j mean_j(f) max F_y`. The largest values then are those at the nodes.
+//! `A_i mean_i G f = int f F_y dy <= A_j mean_j(f) max F_y`. The largest values then are those at the nodes. Clusters of which i is
+//! a part get no more than theirs, and i of that by its area where the kernel is bounded.
 
 use rayon::prelude::*;
 
-use super::rise::Risen;
+use super::rise::{self, Risen};
 use super::{Bounds, Residuals, Scene, Seen};
+use crate::cluster::{Far, Pair, View};
 use crate::ledger::Ledger;
 use crate::mesh::Mesh;
 use crate::residual::Found;
@@ -15,6 +17,9 @@ use crate::transfer::{Row, Station};
 
 /// Sweeps in which means over receivers come down.
 const MEAN_SWEEPS: usize = 8;
+
+/// How much more than its form factor a cluster's kernel may give before its elements get the whole form factor each.
+const BY_AREA: f64 = 100.0;
 
 /// Bounds on the error of gathers at points.
 #[derive(Debug)]
@@ -24,20 +29,25 @@ pub(crate) struct Points {
     /// For each element, channel after channel, the mean over it, and the largest value at its nodes; `None` if there is no bound.
     means: Vec<f64>,
     risen: Option<Risen>,
+    /// For each channel, what is left out on each cluster, and the error of gathers there.
+    left_on_clusters: Vec<Vec<Pair>>,
+    error_of_clusters: Vec<Vec<Pair>>,
     channels: usize,
 }
 
 impl Points {
     /// From a bound on the mean.
     pub(super) fn of(scene: Scene<'_>, bounds: &Bounds) -> Self {
-        let Scene { mesh, receivers, links, channels, .. } = scene;
+        let Scene { mesh, receivers, links, far, channels, .. } = scene;
         let receives = scene.receives();
         let seen = scene.seen(&receives);
+        let [direct, reflected] = &bounds.residuals;
+        let left_on_clusters = scene.pairs_of(&[direct, reflected]);
         let own = |(index, &receiver): (usize, &usize)| -> Vec<f64> {
             let of_node = |channel: usize, node: usize| {
                 let rows = links[receiver].iter().map(|link| (link.source, &link.rows[node]));
-                let sum = bounds.gathered(mesh, channel, rows, (&seen[index], node)).total();
-                sum * scene.reflectance(receiver, channel)
+                let near = bounds.gathered(mesh, channel, rows, (&seen[index], node)).total();
+                (near + far[receiver].at_most(node, &left_on_clusters[channel])) * scene.reflectance(receiver, channel)
             };
             let nodes = seen[index].nodes;
             (0..channels).flat_map(|channel| (0..nodes).map(move |node| (channel, node))).map(|(c, n)| of_node(c, n)).collect()
@@ -52,7 +62,9 @@ impl Points {
             scene.spread(&receives, &seen, bounds, first, &mut means);
             risen = Risen::of(scene, &receives, &seen, &own, &means);
         }
-        Self { receives, means, risen, channels }
+        let errors = |risen: &Risen| rise::pairs(scene, &risen.largest, &means);
+        let error_of_clusters = risen.as_ref().map_or_else(Vec::new, errors);
+        Self { receives, means, risen, left_on_clusters, error_of_clusters, channels }
     }
 
     /// The bound on the error of gathers at every point of a receiver.
@@ -61,14 +73,14 @@ impl Points {
         bounds.shares[channel].map(|share| if share > 0.0 { share * most } else { 0.0 })
     }
 
-    /// The bound at a point, from what each of its links gives.
+    /// The bound at a point, from what each of its links gives, and its clusters.
     /// `rho` is the reflectance there.
     pub(crate) fn at(
         &self,
         scene: Scene<'_>,
         bounds: &Bounds,
         station: &Station,
-        rows: &[(usize, Row)],
+        (rows, far): (&[(usize, Row)], &Far),
         rho: &[f64],
     ) -> Vec<Ledger> {
         let links = rows.iter().map(|(source, row)| (*source, std::slice::from_ref(row)));
@@ -76,11 +88,16 @@ impl Points {
         let of_channel = |(channel, rho): (usize, &f64)| {
             let rows = rows.iter().map(|(source, row)| (*source, row));
             let carried = match &self.risen {
-                Some(risen) => seen.gathered((channel, self.channels), &risen.largest, &self.means)[0],
+                Some(risen) => {
+                    let near = seen.gathered((channel, self.channels), &risen.largest, &self.means)[0];
+                    near + far.at_most(0, &self.error_of_clusters[channel])
+                }
                 None => f64::INFINITY,
             };
             let carried = bounds.shares[channel].map(|share| if share > 0.0 { share * carried } else { 0.0 });
-            (bounds.gathered(scene.mesh, channel, rows, (&seen, 0)) + carried) * *rho
+            let discretisation = far.at_most(0, &self.left_on_clusters[channel]);
+            let of_clusters = Ledger { discretisation, ..Ledger::default() };
+            (bounds.gathered(scene.mesh, channel, rows, (&seen, 0)) + of_clusters + carried) * *rho
         };
         rho.iter().enumerate().map(of_channel).collect()
     }
@@ -112,7 +129,7 @@ impl Scene<'_> {
     /// Mean errors of receivers, `A_i e_i <= rho_i sum_j max F_ij A_j (|r|_j + e_j)`, from those that hold already and from the
     /// mean over all: `sum_j A_j e_j` is known.
     fn spread(&self, receives: &[bool], seen: &[Seen], bounds: &Bounds, risen: &Risen, means: &mut [f64]) {
-        let (mesh, receivers, channels) = (self.mesh, self.receivers, self.channels);
+        let (mesh, receivers, far, channels) = (self.mesh, self.receivers, self.far, self.channels);
         let area: f64 = receivers.iter().map(|&receiver| mesh.elements()[receiver].area()).sum();
         // Which receivers get how much at most of what leaves each.
         let reached = |seen: &Seen| {
@@ -129,6 +146,8 @@ impl Scene<'_> {
             to
         };
         let reached: Vec<Vec<(usize, f64)>> = seen.par_iter().map(reached).collect();
+        let widest = |&receiver: &usize| (0..far[receiver].len()).map(|index| far[receiver].widest(index)).collect();
+        let widest: Vec<Vec<View>> = receivers.par_iter().map(widest).collect();
         for channel in 0..channels {
             let whole = area * bounds.mean[channel].total();
             for &receiver in receivers {
@@ -137,20 +156,40 @@ impl Scene<'_> {
             }
             for _ in 0..MEAN_SWEEPS {
                 let mut sums = vec![[0.0_f64; 3]; mesh.elements().len()];
-                for (&receiver, to) in receivers.iter().zip(&reached) {
+                let mut of_clusters = vec![[[0.0_f64; 3]; 2]; mesh.clusters().all().len()];
+                for ((&receiver, to), widest) in receivers.iter().zip(&reached).zip(&widest) {
                     let own = mesh.elements()[receiver].area();
                     let of = |residuals: &Residuals| {
                         residuals[receiver][channel].mean_ledger().total() + residuals[receiver][channel].mean_detail()
                     };
                     let left = own * bounds.residuals.iter().map(of).sum::<f64>();
                     let error = own * means[receiver * channels + channel];
-                    for &(target, most) in to {
-                        let [first, again, factor] = &mut sums[target];
+                    let add = |sums: &mut [f64; 3], most: f64| {
+                        let [first, again, factor] = sums;
                         *first += most * left;
                         *again += most * error;
                         *factor = factor.max(most);
+                    };
+                    to.iter().for_each(|&(target, most)| add(&mut sums[target], most));
+                    for (&cluster, view) in far[receiver].clusters().iter().zip(widest).filter(|(_, view)| view.factor > 0.0) {
+                        // To each element in it by its area, or as much as to all.
+                        let by_area = view.peak * mesh.clusters().all()[cluster].area() <= BY_AREA * view.factor;
+                        let most = if by_area { view.peak } else { view.factor };
+                        add(&mut of_clusters[cluster][usize::from(by_area)], most);
                     }
                 }
+                let join = |[a, b]: [[f64; 3]; 2], [c, d]: [[f64; 3]; 2]| {
+                    [[a, c], [b, d]].map(|[a, b]| [a[0] + b[0], a[1] + b[1], a[2].max(b[2])])
+                };
+                mesh.clusters().push(&of_clusters, join, |element, [whole, by_area]| {
+                    below(mesh, receives, element, &mut |target| {
+                        let area = mesh.elements()[target].area();
+                        let [first, again, factor] = &mut sums[target];
+                        *first += whole[0] + area * by_area[0];
+                        *again += whole[1] + area * by_area[1];
+                        *factor = factor.max(whole[2]).max(area * by_area[2]);
+                    });
+                });
                 for &receiver in receivers {
                     let [first, again, factor] = sums[receiver];
                     let sum = self.reflectance(receiver, channel) * (first + again.min(factor * whole));

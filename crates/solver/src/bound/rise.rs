@@ -1,12 +1,14 @@
 //! A function that is nowhere less than `own + rho G w`: sweeps from 0 until they rise no more, then a margin, and a check that one
 //! more sweep does not exceed it.
 //!
-//! Of w a node gathers from a source at most F times its largest value and `k_max` times its mean, k the kernel times the area.
+//! Of w a node gathers from a source at most F times its largest value and `k_max` times its mean, k the kernel times the area;
+//! of a cluster likewise ([`crate::cluster::Far::at_most`]).
 //! The largest values are those at the nodes; only near-by sources need each other's, if means are known.
 
 use rayon::prelude::*;
 
 use super::{Scene, Seen};
+use crate::cluster::Pair;
 
 /// Sweeps after which there is no bound: far more than any reflectance below 0.99 needs.
 const MOST_SWEEPS: usize = 2000;
@@ -31,16 +33,19 @@ pub(super) struct Risen {
 impl Risen {
     /// From what the nodes of each receiver have of their own, channel after channel, and means that hold already.
     pub(super) fn of(scene: Scene<'_>, receives: &[bool], seen: &[Seen], own: &[Vec<f64>], means: &[f64]) -> Option<Self> {
-        let Scene { mesh, receivers, channels, .. } = scene;
-        let at_nodes = |largest: &[f64], index: usize, channel: usize| -> Vec<f64> {
+        let Scene { mesh, receivers, far, channels, .. } = scene;
+        let on_clusters = |largest: &[f64]| pairs(scene, largest, means);
+        let at_nodes = |largest: &[f64], on_clusters: &[Vec<Pair>], index: usize, channel: usize| -> Vec<f64> {
             let (rho, nodes) = (scene.reflectance(receivers[index], channel), seen[index].nodes);
             let mut at_nodes = seen[index].gathered((channel, channels), largest, means);
+            far[receivers[index]].add_at_most(&on_clusters[channel], &mut at_nodes);
             let own = &own[index][channel * nodes..(channel + 1) * nodes];
             at_nodes.iter_mut().zip(own).for_each(|(sum, own)| *sum = own + rho * *sum);
             at_nodes
         };
         let swept = |largest: &[f64]| -> Vec<Vec<f64>> {
-            let of = |channel: usize, index: usize| at_nodes(largest, index, channel).into_iter().fold(0.0, f64::max);
+            let clusters = on_clusters(largest);
+            let of = |channel: usize, index: usize| at_nodes(largest, &clusters, index, channel).into_iter().fold(0.0, f64::max);
             let all = |index: usize| (0..channels).map(|channel| of(channel, index)).collect();
             (0..receivers.len()).into_par_iter().with_min_len(FEW).map(all).collect()
         };
@@ -64,11 +69,11 @@ impl Risen {
             let held = |receiver: usize, channel: usize| largest[receiver * channels + channel];
             let mut pairs = receivers.iter().zip(&check);
             if pairs.all(|(&r, check)| check.iter().enumerate().all(|(c, n)| *n <= held(r, c))) {
-                let mut variation = vec![0.0; largest.len()];
+                let (mut variation, clusters) = (vec![0.0; largest.len()], on_clusters(&largest));
                 for (index, &receiver) in receivers.iter().enumerate() {
                     for channel in 0..channels {
                         let at = receiver * channels + channel;
-                        let least = at_nodes(&largest, index, channel).into_iter().fold(largest[at], f64::min);
+                        let least = at_nodes(&largest, &clusters, index, channel).into_iter().fold(largest[at], f64::min);
                         variation[at] = largest[at] - least;
                     }
                 }
@@ -82,4 +87,10 @@ impl Risen {
     pub(super) fn most(&self, at: usize) -> f64 {
         self.largest[at] + self.variation[at]
     }
+}
+
+/// For each channel, what has at most these values and means, on clusters.
+pub(super) fn pairs(scene: Scene<'_>, largest: &[f64], means: &[f64]) -> Vec<Vec<Pair>> {
+    let at = |element: usize, channel: usize| element * scene.channels + channel;
+    scene.pairs(|element, channel| (largest[at(element, channel)], means[at(element, channel)]))
 }

@@ -109,7 +109,7 @@ impl Solution {
         let mut count = undivided;
         let mut divisions = Vec::new();
         for divided in self.mesh.divisions() {
-            let (Some(number), true) = (numbers[divided], self.links[divided].is_empty()) else { continue };
+            let (Some(number), true) = (numbers[divided], !self.gathers(divided)) else { continue };
             divisions.push(number);
             for child in self.mesh.elements()[divided].children().into_iter().flat_map(|first| first..first + 4) {
                 numbers[child] = Some(count);

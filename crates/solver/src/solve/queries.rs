@@ -65,7 +65,8 @@ impl Solution {
     pub fn irradiance_on(&self, leaf: usize, channel: usize) -> Vec<f64> {
         let receiver = self.receiver_of(leaf);
         let above = self.mesh.basis(receiver);
-        let at_nodes = irradiance(&self.mesh, &self.field, &self.links[receiver], channel, above.nodes().len());
+        let (links, far) = (&self.links[receiver], &self.far[receiver]);
+        let at_nodes = irradiance(&self.mesh, &self.field, links, far, channel, above.nodes().len());
         let mut path: Vec<usize> = Vec::new();
         let mut at = leaf;
         while at != receiver

@@ -14,7 +14,7 @@ impl Solution {
             source[receiver] = (0..self.channels.len()).flat_map(|channel| self.emitted_on(receiver, channel)).collect();
         }
         let (mesh, surfaces, receivers, links) = (&self.mesh, &self.surfaces, &self.receivers[..], &self.links[..]);
-        let equation = Equation { mesh, surfaces, receivers, links, source: &source };
+        let equation = Equation { mesh, surfaces, receivers, links, far: &self.far, source: &source };
         for _ in 0..MOST_SWEEPS {
             let scale: Vec<f64> = self.mean.iter().map(|&mean| if mean > 0.0 { mean } else { 1.0 }).collect();
             let solved = match order {

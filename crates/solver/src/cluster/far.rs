@@ -1,0 +1,279 @@
+//! What a receiver gathers from clusters that its links leave out.
+//!
+//! What reaches a node from a cluster is between `-min(k P-, F M)` and `min(k P+, F M)`: k and F bound kernel and form factor
+//! ([`View`]), M is the largest radiosity in the cluster, `P+` and `P-` are the powers of where it is positive and negative. With
+//! P the power, `P+ - P- = P`, and `P+ + P-` is at most the area times the root mean square.
+//!
+//! All clusters together get no more of the hemisphere than the links leave: of `rest`, 1 less the sum of the links' form
+//! factors. The most that they may give then is found by filling it with the brightest first. That is what occlusion is known
+//! by: where the links fill the view, what clusters lie behind it counts for nothing.
+//!
+//! For the light that reaches the node half of the upper bound is taken for an even radiosity: `w P` with
+//! `w = min(k, F/A) min(1, rest / sum F) / 2`, linear in the radiosity, and with form factors that sum to no more than 1. The
+//! farther end of the interval is what is neglected.
+
+use super::{Clusters, Parts, View};
+use crate::basis::Basis;
+use crate::element::Element;
+use crate::field::Field;
+use crate::link::Link;
+use crate::transfer::{Row, Station};
+
+/// What is added to the part of the hemisphere that links leave, for the rounding of surfaces.
+const MARGIN: f64 = 1e-9;
+
+/// Light that a cluster sends out, in a channel.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(crate) struct Glow {
+    /// Integral of the radiosity over the area.
+    pub(crate) power: f64,
+    /// Bounds on the power of where it is positive, and on the magnitude of the other.
+    pub(crate) positive: f64,
+    pub(crate) negative: f64,
+    /// Bound on its magnitude.
+    pub(crate) largest: f64,
+}
+
+impl Glow {
+    pub(crate) const fn and(self, other: Self) -> Self {
+        Self {
+            power: self.power + other.power,
+            positive: self.positive + other.positive,
+            negative: self.negative + other.negative,
+            largest: self.largest.max(other.largest),
+        }
+    }
+}
+
+/// Of something that is nowhere negative on the elements of a cluster: its largest value, and its integral over the area.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(crate) struct Pair {
+    pub(crate) largest: f64,
+    pub(crate) whole: f64,
+}
+
+impl Pair {
+    pub(crate) const fn and(self, other: Self) -> Self {
+        Self { largest: self.largest.max(other.largest), whole: self.whole + other.whole }
+    }
+}
+
+/// A receiver's clusters.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Far {
+    clusters: Vec<usize>,
+    /// Of each cluster from each node.
+    views: Vec<View>,
+    /// For each node, the part of the hemisphere that links leave, and what weights are scaled by for it.
+    rest: Vec<f64>,
+    scale: Vec<f64>,
+    /// For each cluster, what each function of the receiver's basis gets of its power.
+    matrix: Vec<f64>,
+}
+
+impl Far {
+    /// Clusters with their views from each node, where links give these rows at the nodes.
+    pub(crate) fn new<'a>(
+        tree: &Clusters,
+        clusters: Vec<usize>,
+        views: Vec<View>,
+        nodes: usize,
+        rows: impl Iterator<Item = &'a [Row]>,
+    ) -> Self {
+        if clusters.is_empty() {
+            return Self::default();
+        }
+        let mut covered = vec![0.0; nodes];
+        if tree.are_apart() {
+            rows.for_each(|rows| cover(&mut covered, rows, 1.0));
+        }
+        let rest: Vec<f64> = covered.into_iter().map(left).collect();
+        let factors = |node: usize| views[node..].iter().step_by(nodes).map(|view| view.factor).sum::<f64>();
+        let scale = (0..nodes).map(|node| scale(rest[node], factors(node))).collect();
+        Self { clusters, views, rest, scale, matrix: Vec::new() }
+    }
+
+    /// From one point.
+    pub(crate) fn of_point<'a>(&self, tree: &Clusters, station: &Station, rows: impl Iterator<Item = &'a Row>) -> Self {
+        let views = self.clusters.iter().map(|&cluster| tree.all()[cluster].view(station)).collect();
+        Self::new(tree, self.clusters.clone(), views, 1, rows.map(std::slice::from_ref))
+    }
+
+    /// Learns what functions of a receiver's basis get.
+    pub(crate) fn projected(mut self, tree: &Clusters, basis: &Basis) -> Self {
+        let nodes = self.rest.len();
+        for index in 0..self.clusters.len() {
+            let mut of_functions = vec![0.0; basis.len()];
+            for node in 0..nodes {
+                let weight = basis.nodes()[node].weight * self.weight(tree, index, node);
+                of_functions.iter_mut().zip(basis.at_node(node)).for_each(|(sum, value)| *sum += weight * value);
+            }
+            self.matrix.extend(of_functions);
+        }
+        self
+    }
+
+    pub(crate) const fn is_empty(&self) -> bool {
+        self.clusters.is_empty()
+    }
+
+    pub(crate) const fn len(&self) -> usize {
+        self.clusters.len()
+    }
+
+    /// How many nodes the receiver has; 0 without clusters.
+    pub(crate) const fn nodes(&self) -> usize {
+        self.rest.len()
+    }
+
+    pub(crate) fn clusters(&self) -> &[usize] {
+        &self.clusters
+    }
+
+    /// What a node sees of a cluster.
+    pub(crate) fn view(&self, index: usize, node: usize) -> &View {
+        &self.views[index * self.rest.len() + node]
+    }
+
+    /// What the node gets of a cluster's power.
+    fn weight(&self, tree: &Clusters, index: usize, node: usize) -> f64 {
+        self.scale[node] * self.view(index, node).even(tree.all()[self.clusters[index]].area())
+    }
+
+    /// Irradiance of a node.
+    pub(crate) fn value(&self, tree: &Clusters, field: &Field, channel: usize, node: usize) -> f64 {
+        let of = |(index, &cluster): (usize, &usize)| self.weight(tree, index, node) * field.glow(cluster, channel).power;
+        self.clusters.iter().enumerate().map(of).sum()
+    }
+
+    /// Bound on what that neglects.
+    pub(crate) fn neglected(&self, tree: &Clusters, field: &Field, channel: usize, node: usize) -> f64 {
+        if self.clusters.is_empty() {
+            return 0.0;
+        }
+        let mut seen: Vec<(&View, &Glow)> =
+            self.clusters.iter().enumerate().map(|(index, &at)| (self.view(index, node), field.glow(at, channel))).collect();
+        seen.sort_by(|a, b| b.1.largest.total_cmp(&a.1.largest));
+        let [high, low] = fill(self.rest[node], seen.into_iter());
+        let value = self.value(tree, field, channel, node);
+        // The sums round.
+        let rounding = 4.0 * f64::EPSILON * self.clusters.len() as f64 * (high + low + value.abs());
+        (high - value).max(value + low) + rounding
+    }
+
+    /// Adds to what a receiver's functions get.
+    pub(crate) fn gather(&self, field: &Field, channel: usize, sums: &mut [f64]) {
+        for (&cluster, row) in self.clusters.iter().zip(self.matrix.chunks_exact(sums.len())) {
+            let power = field.glow(cluster, channel).power;
+            sums.iter_mut().zip(row).for_each(|(sum, weight)| *sum += weight * power);
+        }
+    }
+
+    /// What a node gets at most of something that is nowhere negative, given for each cluster.
+    pub(crate) fn at_most(&self, node: usize, of: &[Pair]) -> f64 {
+        let (mut sum, mut largest) = (0.0, 0.0_f64);
+        for (index, &cluster) in self.clusters.iter().enumerate() {
+            let view = self.view(index, node);
+            if view.factor > 0.0 {
+                sum += view.at_most(of[cluster].whole, of[cluster].largest);
+                largest = largest.max(of[cluster].largest);
+            }
+        }
+        if largest == 0.0 { 0.0 } else { sum.min(self.rest[node] * largest) }
+    }
+
+    /// Adds that to what each node has.
+    pub(crate) fn add_at_most(&self, of: &[Pair], sums: &mut [f64]) {
+        if !self.clusters.is_empty() {
+            sums.iter_mut().enumerate().for_each(|(node, sum)| *sum += self.at_most(node, of));
+        }
+    }
+
+    /// The largest view of a cluster from any node.
+    pub(crate) fn widest(&self, index: usize) -> View {
+        let nodes = self.rest.len();
+        let join = |a: View, b: &View| View { factor: a.factor.max(b.factor), peak: a.peak.max(b.peak) };
+        self.views[index * nodes..(index + 1) * nodes].iter().fold(View::default(), join)
+    }
+}
+
+impl View {
+    /// What is seen at most of a power and of a largest radiosity.
+    pub(crate) fn at_most(&self, power: f64, largest: f64) -> f64 {
+        if self.factor == 0.0 || largest == 0.0 {
+            return 0.0;
+        }
+        let by_peak = if self.peak.is_finite() { self.peak * power } else { f64::INFINITY };
+        by_peak.min(self.factor * largest)
+    }
+
+    /// What is seen at most of an even radiosity, over the power.
+    pub(crate) fn even(&self, area: f64) -> f64 {
+        self.peak.min(self.factor / area)
+    }
+}
+
+/// Adds or takes away the part of the hemisphere that a link surely fills at each node.
+pub(crate) fn cover(covered: &mut [f64], rows: &[Row], sign: f64) {
+    let fills = |row: &Row| row.values.first().map_or(0.0, |factor| (factor - row.error).max(0.0));
+    covered.iter_mut().zip(rows).for_each(|(sum, row)| *sum += sign * fills(row));
+}
+
+/// The part of the hemisphere that is left.
+pub(crate) fn left(covered: f64) -> f64 {
+    (1.0 - covered).max(0.0) + MARGIN
+}
+
+/// What weights are scaled by, for the part of the hemisphere that is left to form factors of this sum.
+pub(crate) fn scale(rest: f64, factors: f64) -> f64 {
+    0.5 * if factors > rest { rest / factors } else { 1.0 }
+}
+
+/// What clusters may give at most, and take by where they are negative, the brightest first, if they get no more of the
+/// hemisphere than `rest`.
+pub(crate) fn fill<'a>(rest: f64, brightest_first: impl Iterator<Item = (&'a View, &'a Glow)>) -> [f64; 2] {
+    let (mut sums, mut rests) = ([0.0; 2], [rest; 2]);
+    for (view, glow) in brightest_first {
+        if glow.largest == 0.0 || (rests[0] == 0.0 && rests[1] == 0.0) {
+            break;
+        }
+        for (which, power) in [glow.positive, glow.negative].into_iter().enumerate() {
+            let part = (view.at_most(power, glow.largest) / glow.largest).min(rests[which]);
+            sums[which] += part * glow.largest;
+            rests[which] -= part;
+        }
+    }
+    sums
+}
+
+impl Clusters {
+    /// The light that clusters send out.
+    pub(crate) fn glows(&self, of_element: impl Fn(usize) -> Glow) -> Vec<Glow> {
+        self.pull(of_element, Glow::and)
+    }
+
+    /// Of something on each element.
+    pub(crate) fn pairs(&self, elements: &[Element], of: impl Fn(usize) -> (f64, f64)) -> Vec<Pair> {
+        let of_element = |element: usize| {
+            let (largest, mean) = of(element);
+            Pair { largest, whole: elements[element].area() * mean }
+        };
+        self.pull(of_element, Pair::and)
+    }
+
+    /// For each element what is given for clusters, joined over all that it is in.
+    pub(crate) fn push<T: Copy>(&self, of_cluster: &[T], join: impl Fn(T, T) -> T, mut visit: impl FnMut(usize, T)) {
+        let mut pushed = of_cluster.to_vec();
+        for (index, cluster) in self.all().iter().enumerate() {
+            match cluster.parts {
+                Parts::Two(parts) => parts.into_iter().for_each(|part| pushed[part] = join(pushed[index], pushed[part])),
+                Parts::Element(element) => visit(element, pushed[index]),
+            }
+        }
+    }
+}
+
+/// The rows of links.
+pub(crate) fn rows(links: &[Link]) -> impl Iterator<Item = &[Row]> {
+    links.iter().map(|link| &link.rows[..])
+}
