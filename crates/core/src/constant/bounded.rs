@@ -7,8 +7,8 @@
 //! - Lengths: `|w|` errs by `ew + 2.5u`, 1/|w| by `ew + 3.5u`, 1/|r| by `4.5u + eta`. N errs by ew across and 3.5u along itself,
 //!   and u for its product.
 //! - A crossing point `q = r + t e` is off along the edge, since t errs by 4u of itself, and beside that by `u (|r| + 2 t|e| +
-//!   |q|)`. With `t|e| <= |q| + |r|` and normalised lengths, `|r| <= 3^(1/2)`: by `xi = u (4.1 + 7.2/|q|)` along the edge and
-//!   `eta = u (3 + 5.2/|q|)` otherwise, relative. What it is off along the edge counts for nothing in first order: the edge's
+//!   |q|)`. With `t|e| <= |q| + |r|` and normalised lengths, `|r| <= 12^(1/2)`: by `xi = u (4.1 + 13.9/|q|)` along the edge and
+//!   `eta = u (3 + 10.4/|q|)` otherwise, relative. What it is off along the edge counts for nothing in first order: the edge's
 //!   arc, whose fraction is that t, and the horizon's end at the same point. The light from between there and the true horizon,
 //!   xi wide and high at most, is below `xi^3/2`; and since `|n1.r| <= xi |q|` along that piece of the edge, the gradient has
 //!   `xi^2/2|q|` of it.
@@ -86,7 +86,7 @@ impl Moved {
     /// Of a point at one over a distance.
     #[inline(always)]
     fn at(inverse: f64) -> Self {
-        Self { xi: ROUNDOFF * (4.1 + 7.2 * inverse), eta: ROUNDOFF * (3.0 + 5.2 * inverse) }
+        Self { xi: ROUNDOFF * (4.1 + 13.9 * inverse), eta: ROUNDOFF * (3.0 + 10.4 * inverse) }
     }
 }
 

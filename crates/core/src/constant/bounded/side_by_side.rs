@@ -130,7 +130,7 @@ fn cut<S: Simd>(simd: S, receiver: &Receiver, polygon: &Polygon, power: f64) -> 
     let Cut { four, closing, .. } = &part;
     let nearest = four.start_square.min(four.end.norm_squared());
     // As `Moved`, at the nearer end.
-    let eta = (f64x4::splat(simd, 5.2) / nearest.sqrt() + 3.0) * ROUNDOFF;
+    let eta = (f64x4::splat(simd, 10.4) / nearest.sqrt() + 3.0) * ROUNDOFF;
     // At most one arc more than edges.
     let additions = count as f64 * ROUNDOFF;
     let terms = Bounded::new::<_, true>(simd, four, n1, (false, additions), (eta, FRACTION))?;
