@@ -194,10 +194,10 @@ fn a_view_has_the_radiosity_of_what_is_seen_and_its_bound() {
 #[test]
 fn a_limit_that_stops_the_work_is_said() {
     let folder = Folder::new("limit");
-    let output = folder.solve(&["--error", "0.0001%", "--most-elements", "1", "--summary"]);
+    let output = folder.solve(&["--error", "0.0000000001%", "--most-elements", "1", "--summary"]);
     assert_eq!(output.status.code(), Some(1));
     assert!(String::from_utf8_lossy(&output.stderr).contains("stopped at a bound of"));
-    assert!(lines(&output)[0]["bound"].as_f64().unwrap() > 1e-6);
+    assert!(lines(&output)[0]["bound"].as_f64().unwrap() > 1e-12);
 }
 
 #[test]
