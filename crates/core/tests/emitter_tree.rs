@@ -96,6 +96,29 @@ fn one_by_one((x, n): (DVec3, DVec3), emitters: &Emitters<'_>) -> (f64, f64) {
     (each.radiosity.iter().sum(), each.radiosity_error.iter().sum::<f64>() + emitters.count() as f64 * f64::EPSILON * size)
 }
 
+/// Holds the sums of emitters at points against the sums one by one, to five tolerances; the largest error over its bound.
+fn nearest_to_its_bound(lamps: &[Emitter], points: &[(DVec3, DVec3)]) -> f64 {
+    let (tree, emitters) = (EmitterTree::new(lamps), Emitters::new(lamps));
+    let truth: Vec<(f64, f64)> = points.iter().map(|point| one_by_one(*point, &emitters)).collect();
+    let mut closest = 0.0f64;
+    for tolerance in [0.3, 1e-2, 1e-4, 1e-6, 1e-9] {
+        let (answers, tally) = total(Engine::new(), points, &tree, tolerance);
+        for (i, (truth, truth_error)) in truth.iter().enumerate() {
+            let (value, error) = (answers.radiosity[i], answers.radiosity_error[i]);
+            let share = (value - truth).abs() / (error + truth_error);
+            assert!(share <= 1.0, "{:?} within {tolerance:e}: {value} +- {error:e} is not {truth}", points[i]);
+            assert!(error <= tolerance, "{:?}: {error:e} > {tolerance:e}", points[i]);
+            closest = closest.max(share);
+        }
+        println!("{tolerance:e}: {tally:?}");
+        let all = tally.below + tally.behind + tally.weak + tally.together + tally.alone;
+        assert_eq!(all, (points.len() * lamps.len()) as u64, "every emitter is in one count");
+        assert!(tolerance < 1e-5 || tally.together > tally.alone, "{tally:?}");
+    }
+    println!("nearest to its bound: {closest:.3}");
+    closest
+}
+
 #[test]
 fn the_sum_is_within_its_bound_and_the_bound_within_the_tolerance() {
     let mut random = ChaCha8Rng::seed_from_u64(21);
@@ -111,24 +134,7 @@ fn the_sum_is_within_its_bound_and_the_bound_within_the_tolerance() {
     let concave = Polygon::new(concave.into_iter().rev().collect()).unwrap();
     lamps.push(Emitter::new(concave.clone(), Emission::Constant(1.0)).unwrap());
     lamps.push(Emitter::new(concave, Emission::gradient(1.0, DVec3::X * 0.5)).unwrap());
-    let (tree, emitters) = (EmitterTree::new(&lamps), Emitters::new(&lamps));
-    let points = receivers(40, &mut random);
-    let truth: Vec<(f64, f64)> = points.iter().map(|point| one_by_one(*point, &emitters)).collect();
-    let mut closest = 0.0f64;
-    for tolerance in [0.3, 1e-2, 1e-4, 1e-6, 1e-9] {
-        let (answers, tally) = total(Engine::new(), &points, &tree, tolerance);
-        for (i, (truth, truth_error)) in truth.iter().enumerate() {
-            let (value, error) = (answers.radiosity[i], answers.radiosity_error[i]);
-            let share = (value - truth).abs() / (error + truth_error);
-            assert!(share <= 1.0, "{:?} within {tolerance:e}: {value} +- {error:e} is not {truth}", points[i]);
-            assert!(error <= tolerance, "{:?}: {error:e} > {tolerance:e}", points[i]);
-            closest = closest.max(share);
-        }
-        let all = tally.below + tally.behind + tally.weak + tally.together + tally.alone;
-        assert_eq!(all, (points.len() * lamps.len()) as u64, "every emitter is in one count");
-        assert!(tolerance < 1e-5 || tally.together > tally.alone, "{tally:?}");
-    }
-    println!("nearest to its bound: {closest:.3}");
+    let closest = nearest_to_its_bound(&lamps, &receivers(40, &mut random));
     assert!(closest > 0.05, "the bounds say something");
 }
 
@@ -139,25 +145,7 @@ fn the_sum_of_linear_emitters_is_within_its_bound_and_the_bound_within_the_toler
     let mut lamps = linear(&lamps, &mut random);
     let even = lamps[0].polygon().clone();
     lamps.push(Emitter::new(even, Emission::Constant(0.5)).unwrap());
-    let (tree, emitters) = (EmitterTree::new(&lamps), Emitters::new(&lamps));
-    let points = receivers(40, &mut random);
-    let truth: Vec<(f64, f64)> = points.iter().map(|point| one_by_one(*point, &emitters)).collect();
-    let mut closest = 0.0f64;
-    for tolerance in [0.3, 1e-2, 1e-4, 1e-6, 1e-9] {
-        let (answers, tally) = total(Engine::new(), &points, &tree, tolerance);
-        for (i, (truth, truth_error)) in truth.iter().enumerate() {
-            let (value, error) = (answers.radiosity[i], answers.radiosity_error[i]);
-            let share = (value - truth).abs() / (error + truth_error);
-            assert!(share <= 1.0, "{:?} within {tolerance:e}: {value} +- {error:e} is not {truth}", points[i]);
-            assert!(error <= tolerance, "{:?}: {error:e} > {tolerance:e}", points[i]);
-            closest = closest.max(share);
-        }
-        println!("{tolerance:e}: {tally:?}");
-        let all = tally.below + tally.behind + tally.weak + tally.together + tally.alone;
-        assert_eq!(all, (points.len() * lamps.len()) as u64, "every emitter is in one count");
-        assert!(tolerance < 1e-5 || tally.together > tally.alone, "{tally:?}");
-    }
-    println!("nearest to its bound: {closest:.3}");
+    let closest = nearest_to_its_bound(&lamps, &receivers(40, &mut random));
     assert!(closest > 0.01, "the bounds say something");
 }
 

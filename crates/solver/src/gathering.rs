@@ -73,10 +73,7 @@ impl Equation<'_> {
         for link in &self.links[receiver] {
             let count = link.matrix.len() / len;
             for (channel, sums) in change.chunks_exact_mut(len).enumerate() {
-                let coefficients = field.of(link.source, channel, count);
-                for (sum, row) in sums.iter_mut().zip(link.matrix.chunks_exact(count)) {
-                    *sum += row.iter().zip(coefficients).map(|(m, c)| m * c).sum::<f64>();
-                }
+                multiply(&link.matrix, field.of(link.source, channel, count), sums);
             }
         }
         for (channel, sums) in change.chunks_exact_mut(len).enumerate() {
@@ -85,5 +82,12 @@ impl Equation<'_> {
         }
         change.iter_mut().zip(&self.source[receiver]).zip(own).for_each(|((c, source), own)| *c = *c + source - own);
         change
+    }
+}
+
+/// Adds a matrix, row after row, times a vector.
+pub(crate) fn multiply(matrix: &[f64], vector: &[f64], sum: &mut [f64]) {
+    for (sum, row) in sum.iter_mut().zip(matrix.chunks_exact(vector.len())) {
+        *sum += row.iter().zip(vector).map(|(m, v)| m * v).sum::<f64>();
     }
 }

@@ -11,7 +11,7 @@
 //! give is a small part, and each time what is left of its change is by that part less.
 
 use crate::field::Field;
-use crate::gathering::Equation;
+use crate::gathering::{Equation, multiply};
 
 /// The order in which receivers gather. The solution is the same to what is left unsolved, and the number of gathers is in
 /// [`crate::Progress`].
@@ -130,12 +130,5 @@ impl Equation<'_> {
             self.surfaces.reflect(self.mesh, gatherer, channel, &mut more);
             residual.iter_mut().zip(more).for_each(|(r, more)| *r += more);
         }
-    }
-}
-
-/// Adds a matrix, row after row, times a vector.
-fn multiply(matrix: &[f64], vector: &[f64], sum: &mut [f64]) {
-    for (sum, row) in sum.iter_mut().zip(matrix.chunks_exact(vector.len())) {
-        *sum += row.iter().zip(vector).map(|(m, v)| m * v).sum::<f64>();
     }
 }

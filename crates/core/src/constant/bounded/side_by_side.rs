@@ -74,7 +74,7 @@ impl<S: Simd> Bounded<S> {
             return None;
         }
         let found = Weight::new::<WIDE>(four, simd, n1, closed)?;
-        // As `Line::relative_error`: plain edges pass at a quarter of the distance at least.
+        // As `Line::relative_error`: plain edges pass at an eighth of the distance at least.
         let ratio = (four.line_square * four.edge_square).sqrt() / four.moment;
         let (g, ew) = (four.angle, (ratio * 3.5 + 1.0) * ROUNDOFF);
         let of_angle = AngleError::new(g, g.min(f64x4::splat(simd, 1.0)), ew, moved);
