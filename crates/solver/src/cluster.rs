@@ -10,31 +10,28 @@
 //!   most `cos1 a A / pi d^3`, with a the height of x over the side, A its area and d its distance: from the largest radiosity
 //!   in it follows what x gets at most.
 //!
-//! Elements that are near each other are put together, and among few of them those whose normals are nearest to the same axis:
-//! what of a neighbourhood faces away from x is dismissed as one.
+//! Elements are put together whose normals are nearest to the same axis, and among these those that are near each other: what
+//! faces away from x is dismissed as one, and what glows overhead is not taken together with what stands below.
 
 mod cut;
 mod far;
 mod overlap;
+mod screens;
 #[cfg(test)]
 mod tests;
-
-use std::f64::consts::PI;
+mod view;
 
 use radgrad_core::DVec3;
 
 use crate::element::Element;
-use crate::transfer::Station;
 
 pub(crate) use cut::Cut;
 pub(crate) use far::{Far, Glow, Pair, rows};
+pub(crate) use view::View;
 
 /// Elements below which there are no clusters. A few hundred are linked to all others quickly enough, and what clusters neglect
 /// is known no better than was asked for: light in a closed room that glows evenly is even to all digits only by links.
 const FEWEST: usize = 1000;
-
-/// Elements at most that are put together by what they face rather than by where they are.
-const NEIGHBOURS: usize = 32;
 
 /// What bounds are raised by for the rounding of their products.
 const ROUNDED: f64 = 1.0 + 1e-12;
@@ -45,7 +42,7 @@ const LEVEL: f64 = 1e-12;
 /// The tree; empty over few elements.
 #[derive(Debug, Default)]
 pub(crate) struct Clusters {
-    /// A cluster comes before its parts.
+    /// A cluster comes before its parts, with nothing else between them.
     all: Vec<Cluster>,
     /// Whether no point can see two elements in one direction.
     apart: bool,
@@ -58,6 +55,8 @@ pub(crate) struct Cluster {
     high: DVec3,
     normals: [DVec3; 2],
     area: f64,
+    /// One after the last cluster in it.
+    end: usize,
     pub(crate) parts: Parts,
 }
 
@@ -70,21 +69,12 @@ pub(crate) enum Parts {
     Two([usize; 2]),
 }
 
-/// Bounds on what a point sees of a cluster.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub(crate) struct View {
-    /// On its form factor.
-    pub(crate) factor: f64,
-    /// On the kernel.
-    pub(crate) peak: f64,
-}
-
 impl Cluster {
     fn of(index: usize, element: &Element) -> Self {
         let (none, normal) = ([DVec3::INFINITY, DVec3::NEG_INFINITY], element.polygon().normal());
         let around = |[low, high]: [DVec3; 2], v: &DVec3| [low.min(*v), high.max(*v)];
         let [low, high] = element.polygon().vertices().iter().fold(none, around);
-        Self { low, high, normals: [normal; 2], area: element.area(), parts: Parts::Element(index) }
+        Self { low, high, normals: [normal; 2], area: element.area(), end: 0, parts: Parts::Element(index) }
     }
 
     fn and(self, other: &Self) -> Self {
@@ -125,40 +115,6 @@ impl Cluster {
         let toward = most_toward(self.normals, low - radius, high + radius);
         highest(normal, low, high) > LEVEL * reach && toward > -LEVEL * reach
     }
-
-    /// What a point sees of it at most.
-    pub(crate) fn view(&self, station: &Station) -> View {
-        let (low, high) = (self.low - station.point, self.high - station.point);
-        let level = LEVEL * (low.abs().max(high.abs()).length() + station.point.abs().max_element());
-        let over = highest(station.normal, low, high) + level;
-        let toward = most_toward(self.normals, low, high) + level;
-        if over <= 0.0 || toward <= 0.0 {
-            return View::default();
-        }
-        // Of the nearest point of the box, which is on every side that faces x.
-        let nearest = low.max(DVec3::ZERO) + high.min(DVec3::ZERO);
-        let distance = nearest.length() - level;
-        if distance <= 0.0 {
-            return View { factor: 1.0, peak: f64::INFINITY };
-        }
-        let peak = (over / distance).min(1.0) * (toward / distance).min(1.0) / (PI * distance * distance) * ROUNDED;
-        let side = |axis: usize| {
-            let height = low[axis].max(-high[axis]);
-            if height <= 0.0 {
-                return 0.0;
-            }
-            let (mut from, mut to) = (low, high);
-            let plane = if low[axis] > 0.0 { low[axis] } else { high[axis] };
-            (from[axis], to[axis]) = (plane, plane);
-            let over = highest(station.normal, from, to) + level;
-            let (next, last) = ((axis + 1) % 3, (axis + 2) % 3);
-            let area = (high[next] - low[next] + level) * (high[last] - low[last] + level);
-            let cosine = (over / distance).clamp(0.0, 1.0);
-            cosine * area * (height + level) / (PI * distance * distance * distance) * ROUNDED
-        };
-        let factor = (side(0) + side(1) + side(2)).min(peak * self.area).min(1.0);
-        View { factor, peak }
-    }
 }
 
 /// The largest height of a box over a plane through the origin.
@@ -182,7 +138,7 @@ impl Clusters {
     /// The same over few elements too.
     pub(crate) fn always_over(elements: &[Element]) -> Self {
         let mut singles: Vec<Cluster> = elements.iter().enumerate().map(|(index, element)| Cluster::of(index, element)).collect();
-        let mut clusters = Self { all: Vec::with_capacity(2 * singles.len()), apart: false };
+        let mut clusters = Self { all: Vec::with_capacity(2 * singles.len()), ..Self::default() };
         if !singles.is_empty() {
             build(&mut clusters.all, &mut singles);
         }
@@ -197,6 +153,11 @@ impl Clusters {
 
     pub(crate) fn all(&self) -> &[Cluster] {
         &self.all
+    }
+
+    /// Whether a cluster is another or a part of it.
+    pub(crate) fn is_in(&self, cluster: usize, whole: usize) -> bool {
+        (whole..self.all[whole].end).contains(&cluster)
     }
 
     /// Whether no point can see two elements in one direction, so that form factors sum to at most 1.
@@ -223,13 +184,13 @@ fn build(all: &mut Vec<Cluster>, singles: &mut [Cluster]) -> usize {
     let whole = singles[1..].iter().fold(singles[0], |whole, single| whole.and(single));
     all.push(whole);
     if singles.len() > 1 {
-        let few = singles.len() <= NEIGHBOURS;
-        let middle = if few { by_facing(singles) } else { None }.unwrap_or_else(|| by_place(singles));
+        let middle = by_facing(singles).unwrap_or_else(|| by_place(singles));
         let (left, right) = singles.split_at_mut(middle);
         let left = build(all, left);
         let right = build(all, right);
         all[index].parts = Parts::Two([left, right]);
     }
+    all[index].end = all.len();
     index
 }
 

@@ -63,7 +63,7 @@ impl Lamps {
     /// What an element sees of each lamp, among what a larger one saw.
     fn sights(&self, mesh: &Mesh, element: usize, above: Option<&Direct>) -> Vec<Sight> {
         let sight = |(lamp, &root): (usize, &usize)| match above.map(|direct| &direct.sights[lamp]) {
-            Some(Sight::Nothing) => Sight::Nothing,
+            Some(&Sight::Nothing(face)) => Sight::Nothing(face),
             Some(Sight::Clear) => Sight::Clear,
             Some(Sight::Past(known)) => mesh.sight(element, root, Some(known)),
             None => mesh.sight(element, root, None),

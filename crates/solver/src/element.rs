@@ -13,6 +13,7 @@ use crate::basis::{Basis, Shape, in_parent};
 use crate::remainder;
 use crate::residual::POWERS;
 use crate::rule;
+use crate::visible::Window;
 
 /// The fourth corner of a parallelogram may be off by this fraction of its size: the rounding of coordinates.
 const PARALLEL: f64 = 1e-12;
@@ -189,6 +190,11 @@ impl Element {
 
     pub(crate) const fn axes(&self) -> [DVec3; 2] {
         self.axes
+    }
+
+    /// As what is looked at.
+    pub(crate) fn window(&self) -> Window<'_> {
+        Window { shape: self.shape, vertices: self.polygon.vertices(), axes: self.axes, normal: self.polygon.normal() }
     }
 
     /// The point with these reference coordinates.

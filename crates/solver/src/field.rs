@@ -115,6 +115,11 @@ impl Field {
         &self.glows[channel][cluster]
     }
 
+    /// The largest radiosity in a cluster, summed over channels.
+    pub(crate) fn brightness(&self, cluster: usize) -> f64 {
+        self.glows.iter().map(|of| of[cluster].largest).sum()
+    }
+
     /// Sums the powers of clusters anew.
     pub(crate) fn pool(&mut self, mesh: &Mesh) {
         for channel in 0..self.channels {

@@ -75,11 +75,10 @@ impl Solution {
             }
             rows.push((link.source, row));
         }
-        let tree = self.mesh.clusters();
-        let far = self.far[self.receiver_of(leaf)].of_point(tree, &station, rows.iter().map(|(_, row)| row));
+        let far = self.far[self.receiver_of(leaf)].of_point((&self.mesh, &self.field), &station, &rows);
         for channel in 0..channels {
-            sums[channel] += far.value(tree, &self.field, channel, 0);
-            ledger[channel].computation += far.neglected(tree, &self.field, channel, 0);
+            sums[channel] += far.value(&self.field, channel, 0);
+            ledger[channel].computation += far.neglected(&self.field, channel, 0);
         }
         let [rho, emitted] = self.surfaces.at(face, point);
         let beyond = self.points().at(self.bounded(), &self.bounds, &station, (&rows, &far), &rho);

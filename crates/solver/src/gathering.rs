@@ -16,7 +16,7 @@ use crate::surfaces::Surfaces;
 
 /// Irradiance at each node of a receiver, without what links and clusters neglect.
 pub(crate) fn irradiance(mesh: &Mesh, field: &Field, links: &[Link], far: &Far, channel: usize, nodes: usize) -> Vec<f64> {
-    let mut at_nodes: Vec<f64> = (0..nodes).map(|node| far.value(mesh.clusters(), field, channel, node)).collect();
+    let mut at_nodes: Vec<f64> = (0..nodes).map(|node| far.value(field, channel, node)).collect();
     for link in links {
         let coefficients = field.of(link.source, channel, mesh.basis(link.source).len());
         for (sum, row) in at_nodes.iter_mut().zip(&link.rows) {

@@ -58,25 +58,26 @@ impl Optics<'_> {
     }
 
     /// Links an element to the sources that it sees, each with the faces that may be between; or to the children of those that
-    /// would be refined anyway.
+    /// would be refined anyway. With them come the faces each of which hides one of these.
     pub(crate) fn links<'a>(
         &self,
         receiver: usize,
         sources: impl Iterator<Item = (usize, Option<&'a [usize]>)>,
         need: &Need<'_>,
-    ) -> Result<Vec<Link>, Error> {
+    ) -> Result<(Vec<Link>, Vec<usize>), Error> {
         let stations = self.stations(receiver);
-        let mut links = Vec::new();
+        let (mut links, mut hiding) = (Vec::new(), Vec::new());
         let mut open: Vec<(usize, Option<Vec<usize>>)> =
             sources.map(|(source, known)| (source, known.map(<[_]>::to_vec))).collect();
         while let Some((source, known)) = open.pop() {
             let sight = match &known {
                 // Where nothing is between larger ones nothing is between these.
                 Some(faces) if faces.is_empty() && self.mesh.facing(receiver, source) => Sight::Clear,
-                Some(faces) if faces.is_empty() => Sight::Nothing,
+                Some(faces) if faces.is_empty() => Sight::Nothing(None),
                 _ => self.mesh.sight(receiver, source, known.as_deref()),
             };
-            if sight == Sight::Nothing {
+            if let Sight::Nothing(by) = sight {
+                hiding.extend(by);
                 continue;
             }
             let is_too_rough = || match need.linking {
@@ -93,7 +94,7 @@ impl Optics<'_> {
             let matrix = projected(self.mesh.basis(receiver), &rows, count);
             links.push(Link { source, sight, rows, matrix });
         }
-        Ok(links)
+        Ok((links, hiding))
     }
 
     /// Whether a link would surely be refined, by the kernel at a few nodes as if all were seen.
@@ -121,16 +122,17 @@ impl Optics<'_> {
         let (links, mut clusters) = match of_parent {
             Some((links, far)) => {
                 let sources = links.iter().map(|link| (link.source, Some(link.sight.faces())));
-                (self.links(receiver, sources, need)?, far.clusters().to_vec())
+                (self.links(receiver, sources, need)?.0, far.clusters().to_vec())
             }
             None if root.is_some() => (Vec::new(), root.into_iter().collect()),
-            None => (self.links(receiver, self.mesh.roots().iter().map(|&root| (root, None)), need)?, Vec::new()),
+            None => (self.links(receiver, self.mesh.roots().iter().map(|&root| (root, None)), need)?.0, Vec::new()),
         };
         clusters.retain(|&cluster| tree.all()[cluster].faces(element));
         let stations = if clusters.is_empty() { Vec::new() } else { self.stations(receiver) };
-        let views = clusters.iter().flat_map(|&cluster| stations.iter().map(move |at| tree.all()[cluster].view(at))).collect();
-        let far = Far::new(tree, clusters, views, stations.len(), rows(&links));
-        Ok((links, far.projected(tree, self.mesh.basis(receiver))))
+        let views =
+            clusters.iter().flat_map(|&cluster| stations.iter().map(move |at| tree.all()[cluster].view(at, &[]))).collect();
+        let far = Far::new((tree, need.field), clusters, views, stations.len(), rows(&links));
+        Ok((links, far.projected(self.mesh.basis(receiver))))
     }
 
     /// Opens clusters and refines links of a receiver until the sum of what they neglect is what is allowed at every node, or
@@ -154,7 +156,7 @@ impl Optics<'_> {
             let node = (0..sums.len()).max_by(|&a, &b| sums[a].total_cmp(&sums[b]));
             let Some(node) = node.filter(|&node| sums[node] > allowed) else { break };
             let is_far = beyond.get(node).is_some_and(|&beyond| beyond > FAR_PART * allowed);
-            let finer = if is_far && let Some(element) = cut.open(receiver, &stations) {
+            let (finer, hiding) = if is_far && let Some(element) = cut.open(receiver, &stations) {
                 opened = true;
                 self.links(receiver, element.into_iter().map(|element| (element, None)), need)?
             } else {
@@ -170,6 +172,7 @@ impl Optics<'_> {
                 cut.cover(&link, -1.0);
                 self.links(receiver, (first..first + 4).map(|child| (child, Some(link.sight.faces()))), need)?
             };
+            hiding.into_iter().for_each(|face| cut.hide(face));
             for link in finer {
                 errors.push(self.weighted_errors(&link, field, weight));
                 cut.cover(&link, 1.0);
@@ -177,9 +180,21 @@ impl Optics<'_> {
             }
         }
         if opened || (refined && !far.is_empty()) {
-            *far = cut.closed(receiver, rows(links)).projected(self.mesh.clusters(), self.mesh.basis(receiver));
+            *far = cut.closed(receiver, rows(links)).projected(self.mesh.basis(receiver));
         }
         Ok(opened || refined)
+    }
+
+    /// Closes clusters of a receiver in the place of those in them, as long as no more is neglected than is allowed.
+    pub(crate) fn merge(&self, receiver: usize, links: &[Link], far: &Far, need: &Need<'_>) -> Far {
+        if far.is_empty() {
+            return Far::default();
+        }
+        let &Need { field, weight, allowed, .. } = need;
+        let errors: Vec<Vec<f64>> = links.iter().map(|link| self.weighted_errors(link, field, weight)).collect();
+        let mut cut = Cut::new(self.mesh, field, weight, far, links);
+        cut.merge(&self.stations(receiver), allowed, &errors);
+        cut.closed(receiver, rows(links)).projected(self.mesh.basis(receiver))
     }
 
     /// Bound on what a link neglects at each node, the largest of the channels after each is multiplied by its weight.

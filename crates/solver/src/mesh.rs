@@ -44,8 +44,8 @@ pub struct Mesh {
 /// What a point sees of a source.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) enum Sight {
-    /// Nothing: one of them is behind the other, or a face hides all of it.
-    Nothing,
+    /// Nothing: one of them is behind the other, or this face hides all of it.
+    Nothing(Option<usize>),
     /// Nothing is between them.
     Clear,
     /// These faces may be.
@@ -128,6 +128,11 @@ impl Mesh {
     /// Indices of the elements that are not divided.
     pub fn leaves(&self) -> impl Iterator<Item = usize> {
         (0..self.elements.len()).filter(|&e| self.elements[e].is_leaf())
+    }
+
+    /// The element without a parent that one is or is below.
+    pub(crate) fn root_of(&self, element: usize) -> usize {
+        std::iter::successors(Some(element), |&at| self.elements[at].parent()).last().unwrap_or(element)
     }
 
     /// The basis of an element.
@@ -258,9 +263,9 @@ impl Mesh {
     pub(crate) fn sight(&self, receiver: usize, source: usize, known: Option<&[usize]>) -> Sight {
         let [to, from] = [receiver, source].map(|e| &self.elements[e]);
         if to.face() == from.face() {
-            return Sight::Nothing;
+            return Sight::Nothing(None);
         }
-        let Some(beam) = Beam::from_polygon(to.polygon(), from.polygon()) else { return Sight::Nothing };
+        let Some(beam) = Beam::from_polygon(to.polygon(), from.polygon()) else { return Sight::Nothing(None) };
         let ends = [to, from].map(|element| element.polygon().vertices());
         self.found(&beam, known, [to.face(), from.face()], ends)
     }
@@ -269,9 +274,9 @@ impl Mesh {
     pub(crate) fn sight_of_point(&self, face: usize, point: DVec3, source: usize, known: Option<&[usize]>) -> Sight {
         let from = &self.elements[source];
         if face == from.face() {
-            return Sight::Nothing;
+            return Sight::Nothing(None);
         }
-        let Some(beam) = Beam::from_point_of(&self.polygons[face], point, from.polygon()) else { return Sight::Nothing };
+        let Some(beam) = Beam::from_point_of(&self.polygons[face], point, from.polygon()) else { return Sight::Nothing(None) };
         self.found(&beam, known, [face, from.face()], [&[point], from.polygon().vertices()])
     }
 
@@ -287,8 +292,8 @@ impl Mesh {
         };
         if found.polygons.is_empty() {
             Sight::Clear
-        } else if found.polygons.iter().any(|&face| self.hides(face, ends)) {
-            Sight::Nothing
+        } else if let Some(&face) = found.polygons.iter().find(|&&face| self.hides(face, ends)) {
+            Sight::Nothing(Some(face))
         } else {
             Sight::Past(found.polygons)
         }

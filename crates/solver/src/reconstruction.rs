@@ -182,7 +182,7 @@ impl Solution {
         let mesh = self.mesh();
         let (source, basis) = (&mesh.elements()[source_index], mesh.basis(source_index));
         let refused = |source| Error::Evaluation { face, source };
-        if *sight == Sight::Nothing {
+        if matches!(sight, Sight::Nothing(_)) {
             return Ok(vec![DVec3::ZERO; coefficients.len()]);
         }
         let whole = |v: &DVec3| normal.dot(*v - point) > 1e-9 * (*v - point).length();

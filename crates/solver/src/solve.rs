@@ -223,13 +223,20 @@ impl Solution {
         };
         self.light(aim, options)?;
         self.link(LINK_PART * aim, options.linking)?;
-        self.sweep(options.order, 1e-2 * aim);
+        if self.progress.round == 0 && self.mesh.clusters().root().is_some() {
+            self.fill_evenly();
+        } else {
+            self.sweep(options.order, 1e-2 * aim);
+        }
         for _ in 0..8 {
             let changed = options.linking == Linking::Error && self.refine(LINK_PART * aim)?;
             self.sweep(options.order, 1e-2 * aim);
             if !changed {
                 break;
             }
+        }
+        if options.linking == Linking::Error {
+            self.merge(LINK_PART * aim);
         }
         let may_be_even = self.lamps.is_empty() && self.mesh.clusters().root().is_none();
         self.sweep(options.order, if may_be_even { SOLVED } else { ROUGHLY_SOLVED * aim });
@@ -421,7 +428,7 @@ impl Solution {
         left.iter_mut().zip(self.emitted_on(receiver, channel)).for_each(|(p, e)| *p += e);
         residual.largest.solver = basis.magnitude(&left);
         for (node, sample) in samples.iter().enumerate() {
-            let mut neglected = far.neglected(self.mesh.clusters(), &self.field, channel, node);
+            let mut neglected = far.neglected(&self.field, channel, node);
             let (mut clear, mut past) = (0.0, 0.0);
             for link in links {
                 let row = &link.rows[node];
@@ -502,6 +509,17 @@ impl Solution {
     fn weight(&self, receiver: usize) -> Vec<f64> {
         let rho = &self.surfaces.reflectance[self.mesh.elements()[receiver].face()];
         rho.iter().zip(&self.mean).map(|(rho, mean)| if *mean > 0.0 { rho / mean } else { 0.0 }).collect()
+    }
+
+    /// Puts clusters of receivers together again where they need not be told apart.
+    fn merge(&mut self, allowed: f64) {
+        let (optics, linking) = (self.optics(), Linking::Error);
+        let merged = |&receiver: &usize| {
+            let need = Need { field: &self.field, weight: &self.weight(receiver), allowed, linking };
+            optics.merge(receiver, &self.links[receiver], &self.far[receiver], &need)
+        };
+        let merged: Vec<Far> = self.receivers.par_iter().map(merged).collect();
+        self.receivers.iter().zip(merged).for_each(|(&receiver, far)| self.far[receiver] = far);
     }
 
     fn refine(&mut self, allowed: f64) -> Result<bool, Error> {

@@ -148,12 +148,12 @@ impl Optics<'_> {
         let (element, basis) = (&self.mesh.elements()[source], self.mesh.basis(source));
         let count = count.min(basis.len());
         let faces: &[usize] = match sight {
-            Sight::Nothing => return Ok(Row { values: vec![0.0; count], ..Row::default() }),
+            Sight::Nothing(_) => return Ok(Row { values: vec![0.0; count], ..Row::default() }),
             Sight::Clear => &[],
             Sight::Past(faces) => faces,
         };
         let convex = faces.iter().flat_map(|&face| self.mesh.convex_parts(face)).map(|part| &part[..]);
-        let visible = Visible::of(station.point, station.normal, element, convex);
+        let visible = Visible::of(station.point, station.normal, &element.window(), convex);
         let mut kernel = Kernel::of(station, element);
         if let Some(visible) = visible {
             if visible.is_hidden() && visible.doubt == 0.0 {
@@ -188,7 +188,7 @@ impl Optics<'_> {
     fn by_closed_forms(&self, station: &Station, source: usize, faces: &[usize], count: usize) -> Result<Row, Error> {
         let (element, basis) = (&self.mesh.elements()[source], self.mesh.basis(source));
         let occluders: Vec<&Polygon> = match self.mesh.sight_of_point(station.face, station.point, source, Some(faces)) {
-            Sight::Nothing => return Ok(Row { values: vec![0.0; count], ..Row::default() }),
+            Sight::Nothing(_) => return Ok(Row { values: vec![0.0; count], ..Row::default() }),
             Sight::Clear => Vec::new(),
             Sight::Past(faces) => faces.iter().map(|&face| &self.mesh.polygons()[face]).collect(),
         };

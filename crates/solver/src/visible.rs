@@ -13,7 +13,6 @@
 use radgrad_core::DVec3;
 
 use crate::basis::Shape;
-use crate::element::Element;
 
 /// Fraction of the lengths at hand below which heights are those of a plane's own points.
 const LEVEL: f64 = 1e-12;
@@ -23,6 +22,17 @@ const MOST_CORNERS: usize = 16;
 
 /// Parts beyond which the closed forms are cheaper.
 const MOST_PARTS: usize = 48;
+
+/// What is looked at: the affine image of a reference shape.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Window<'a> {
+    pub(crate) shape: Shape,
+    /// The images of the shape's corners; the first one is that of the origin.
+    pub(crate) vertices: &'a [DVec3],
+    /// The images of the directions of s and t.
+    pub(crate) axes: [DVec3; 2],
+    pub(crate) normal: DVec3,
+}
 
 /// A convex polygon in reference coordinates.
 #[derive(Debug, Clone, Copy)]
@@ -128,21 +138,20 @@ impl Part {
 }
 
 impl Visible {
-    /// What a point on a surface of the given normal sees of an element past convex occluders; `None` where that is too
-    /// intricate, and the closed forms have to answer.
+    /// What a point on a surface of the given normal sees of a window past convex occluders; `None` where that is too intricate:
+    /// the closed forms have to answer.
     pub(crate) fn of<'a>(
         point: DVec3,
         normal: DVec3,
-        element: &Element,
+        window: &Window<'_>,
         occluders: impl Iterator<Item = &'a [DVec3]>,
     ) -> Option<Self> {
-        let vertices = element.polygon().vertices();
-        let [u, v] = element.axes();
+        let &Window { shape, vertices, axes: [u, v], normal: up } = window;
         let to_origin = vertices[0] - point;
         let reach = to_origin.length() + u.length() + v.length();
         let line = |normal: DVec3, error: f64| Line { c: [normal.dot(to_origin), normal.dot(u), normal.dot(v)], error };
         let mut visible = Self { parts: Vec::new(), whole: true, doubt: 0.0 };
-        let mut parts = vec![Part::of(element.shape())];
+        let mut parts = vec![Part::of(shape)];
 
         if vertices.iter().any(|v| normal.dot(*v - point) < -LEVEL * reach) {
             let horizon = line(normal, 8.0 * f64::EPSILON * reach);
@@ -153,13 +162,14 @@ impl Visible {
                 None => return Some(Self { parts: Vec::new(), ..visible }),
             };
         }
-        let up = element.polygon().normal();
-        let mut cut = Vec::new();
+        // Made once for all.
+        let (mut heights, mut cut, mut lines, mut besides) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
         for occluder in occluders {
             let level = LEVEL * (reach + (occluder[0] - point).length());
             let height = |p: DVec3| up.dot(p - vertices[0]);
-            let heights: Vec<f64> = occluder.iter().map(|&p| height(p)).collect();
-            if heights.iter().all(|&h| h <= level) || occluder.iter().all(|p| normal.dot(*p - point) <= level) {
+            heights.clear();
+            heights.extend(occluder.iter().map(|&p| height(p)));
+            if heights.iter().all(|&h: &f64| h <= level) || occluder.iter().all(|p| normal.dot(*p - point) <= level) {
                 continue;
             }
             cut.clear();
@@ -188,22 +198,22 @@ impl Visible {
                 continue;
             }
             let sign = side.signum();
-            let lines: Vec<Line> = (0..count)
-                .map(|i| {
-                    let (a, b) = (cut[i], cut[(i + 1) % count]);
-                    let normal = a.cross(b) * sign;
-                    let error = 16.0 * f64::EPSILON * (a.length() * b.length() * reach);
-                    line(normal, error)
-                })
-                .collect();
-            let besides: Vec<Option<f64>> = parts.iter().map(|part| lines.iter().find_map(|line| line.beside(part))).collect();
+            lines.clear();
+            lines.extend((0..count).map(|i| {
+                let (a, b) = (cut[i], cut[(i + 1) % count]);
+                let normal = a.cross(b) * sign;
+                let error = 16.0 * f64::EPSILON * (a.length() * b.length() * reach);
+                line(normal, error)
+            }));
+            besides.clear();
+            besides.extend(parts.iter().map(|part| lines.iter().find_map(|line| line.beside(part))));
             visible.doubt += besides.iter().flatten().sum::<f64>();
             if besides.iter().all(Option::is_some) {
                 continue;
             }
             visible.whole = false;
             let mut lit = Vec::with_capacity(parts.len() + 4);
-            for (part, beside) in parts.into_iter().zip(besides) {
+            for (part, beside) in parts.into_iter().zip(&besides) {
                 if beside.is_some() {
                     lit.push(part);
                     continue;
@@ -237,6 +247,15 @@ impl Visible {
         }
         visible.parts = if visible.whole { Vec::new() } else { parts };
         Some(visible)
+    }
+
+    /// Bound on the part of the area that is seen.
+    pub(crate) fn share(&self, shape: Shape) -> f64 {
+        if self.whole {
+            return 1.0;
+        }
+        let seen: f64 = self.parts.iter().map(Part::area).sum();
+        (seen / Part::of(shape).area() + self.doubt).min(1.0)
     }
 
     /// Whether nothing is seen.

@@ -1,6 +1,5 @@
 //! What a solution costs by the number of polygons, in two kinds of scenes that grow by more of the same: what any place sees well
-//! stays the same. What is far away or hidden is taken together, so that links are in proportion once scenes are larger than what
-//! a place has to tell apart; until then they grow faster.
+//! stays the same. What is far away or hidden is taken together, and links are nearly in proportion to the polygons.
 //!
 //! - a city: high blocks on tiles of the ground, under a sky of tiles that glow, open to the sides;
 //! - a house: rooms on one floor, with doors between them, a box in each, and ceilings that glow.
@@ -57,7 +56,7 @@ impl Point {
 const ERROR: f64 = 1.0;
 
 /// Sides in blocks or rooms, of which those are taken that give few enough polygons.
-const SIDES: [usize; 10] = [3, 4, 6, 8, 11, 14, 18, 25, 30, 37];
+const SIDES: [usize; 8] = [3, 4, 6, 8, 11, 18, 25, 40];
 
 /// Blocks along a side of a tile of the city's sky.
 const SKY: usize = 3;
@@ -184,14 +183,22 @@ fn house(side: usize) -> (Vec<Quad>, Vec<Quad>) {
     (surfaces, lamps)
 }
 
-/// The power of the number of polygons that links grow with, over the scenes of a kind with clusters.
-pub(super) fn exponent(kind: Kind, points: &[Point]) -> Option<f64> {
-    let with_clusters = points.iter().filter(|p| p.kind == kind && p.elements >= CLUSTERED);
-    let of: Vec<[f64; 2]> = with_clusters.map(|p| [(p.polygons as f64).ln(), (p.links as f64).ln()]).collect();
-    let mean = |axis: usize| of.iter().map(|p| p[axis]).sum::<f64>() / of.len() as f64;
+/// The powers of the number of polygons that links grow with, over all scenes of a kind and over those with clusters, if there are
+/// two at least.
+pub(super) fn exponents(kind: Kind, points: &[Point]) -> Vec<(&'static str, f64)> {
+    let over = |(scenes, least): (&'static str, usize)| {
+        let of = points.iter().filter(|p| p.kind == kind && p.elements >= least);
+        slope(&of.map(|p| [p.polygons, p.links].map(|n| (n as f64).ln())).collect::<Vec<_>>()).map(|slope| (scenes, slope))
+    };
+    [("all scenes", 0), ("scenes with clusters", CLUSTERED)].into_iter().filter_map(over).collect()
+}
+
+/// Slope of the line through points that leaves the least squares.
+fn slope(points: &[[f64; 2]]) -> Option<f64> {
+    let mean = |axis: usize| points.iter().map(|p| p[axis]).sum::<f64>() / points.len() as f64;
     let (x, y) = (mean(0), mean(1));
-    let along = of.iter().map(|p| (p[0] - x).powi(2)).sum::<f64>();
-    (of.len() > 1).then(|| of.iter().map(|p| (p[0] - x) * (p[1] - y)).sum::<f64>() / along)
+    let along: f64 = points.iter().map(|p| (p[0] - x).powi(2)).sum();
+    (points.len() > 1).then(|| points.iter().map(|p| (p[0] - x) * (p[1] - y)).sum::<f64>() / along)
 }
 
 pub(super) fn graph(points: &[Point]) -> Graph {

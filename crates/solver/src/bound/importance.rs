@@ -60,8 +60,7 @@ pub(super) fn of(scene: Scene<'_>, receives: &[bool], seen: &[Seen]) -> Option<I
     let gathered: Vec<Vec<f64>> = receivers.par_iter().enumerate().map(at).collect();
     let of_far = |(index, &receiver): (usize, &usize)| -> Vec<f64> {
         let at = |channel: usize, node: usize| {
-            far[receiver].value(mesh.clusters(), &field, channel, node)
-                + far[receiver].neglected(mesh.clusters(), &field, channel, node)
+            far[receiver].value(&field, channel, node) + far[receiver].neglected(&field, channel, node)
         };
         (0..channels).flat_map(|channel| (0..seen[index].nodes).map(move |node| (channel, node))).map(|(c, n)| at(c, n)).collect()
     };
@@ -151,9 +150,9 @@ fn gathers(scene: Scene<'_>, field: &Field, links: &[Link], seen: &Seen) -> Vec<
 fn defect(scene: Scene<'_>, field: &Field, receiver: usize, channel: usize, seen: &Seen, own: &[f64]) -> Residual {
     let Scene { mesh, surfaces, links, far, .. } = scene;
     let (element, basis, rho) = (&mesh.elements()[receiver], mesh.basis(receiver), scene.reflectance(receiver, channel));
-    let (far, tree) = (&far[receiver], mesh.clusters());
-    let mut at_nodes: Vec<f64> = (0..seen.nodes).map(|node| far.value(tree, field, channel, node)).collect();
-    let mut beside: Vec<f64> = (0..seen.nodes).map(|node| far.neglected(tree, field, channel, node)).collect();
+    let far = &far[receiver];
+    let mut at_nodes: Vec<f64> = (0..seen.nodes).map(|node| far.value(field, channel, node)).collect();
+    let mut beside: Vec<f64> = (0..seen.nodes).map(|node| far.neglected(field, channel, node)).collect();
     for link in &links[receiver] {
         let coefficients = field.of(link.source, channel, mesh.basis(link.source).len());
         for ((sum, beside), row) in at_nodes.iter_mut().zip(&mut beside).zip(&link.rows) {

@@ -1,18 +1,21 @@
 //! The cut through the tree of clusters where a receiver leaves it: which cluster is opened next, and what those that stay closed
 //! neglect together.
 
-use super::far::{Far, Glow, cover, fill, left, scale};
+use std::collections::BTreeSet;
+
+use super::far::{Far, Glow, cover, even, fill, left};
+use super::screens::Screens;
 use super::{Clusters, Parts, View};
 use crate::field::Field;
 use crate::link::Link;
 use crate::mesh::Mesh;
 use crate::transfer::{Row, Station};
 
-/// Faces of which it is asked whether they hide a cluster.
-const SCREENS: usize = 16;
-
 /// Of so many clusters one is opened before what they neglect is summed again.
 const AT_ONCE: usize = 8;
+
+/// The part of what a cluster may give at most from which on, if it shows past the screens, it is opened all the same.
+const SHOWN: f64 = 0.5;
 
 /// A cluster that is not opened.
 struct Closed {
@@ -21,8 +24,12 @@ struct Closed {
     views: Vec<View>,
     /// In each channel.
     glows: Vec<Glow>,
+    /// The largest radiosity, summed over channels.
+    brightness: f64,
     /// What it may give at most to any node, weighted.
     most: f64,
+    /// Whether it was asked what the screens hide of it.
+    asked: bool,
 }
 
 /// The closed clusters of a receiver, and sums over them for each channel and node.
@@ -30,28 +37,22 @@ pub(crate) struct Cut<'a> {
     mesh: &'a Mesh,
     field: &'a Field,
     weight: &'a [f64],
-    /// The brightest first, in the first channel.
+    /// The brightest first.
     closed: Vec<Closed>,
+    /// The coarsest elements that links are for, or for parts of.
+    linked: BTreeSet<usize>,
     nodes: usize,
     /// The part of the hemisphere that links fill.
     covered: Vec<f64>,
-    factors: Vec<f64>,
-    even: Vec<f64>,
-    /// Faces that fill most of the view, and how much, the largest part first.
-    screens: Vec<(f64, usize)>,
-}
-
-fn brightness(closed: &Closed, channel: usize) -> f64 {
-    closed.glows.get(channel).map_or(0.0, |glow| glow.largest)
+    screens: Screens,
 }
 
 impl<'a> Cut<'a> {
     /// That of a receiver's clusters, with what its links give at the nodes.
     pub(crate) fn new(mesh: &'a Mesh, field: &'a Field, weight: &'a [f64], far: &Far, links: &[Link]) -> Self {
-        let (nodes, channels) = (far.nodes(), weight.len());
-        let (covered, factors) = (vec![0.0; nodes], vec![0.0; nodes]);
-        let even = vec![0.0; channels * nodes];
-        let mut cut = Self { mesh, field, weight, closed: Vec::new(), nodes, covered, factors, even, screens: Vec::new() };
+        let nodes = far.nodes();
+        let (covered, linked) = (vec![0.0; nodes], BTreeSet::new());
+        let mut cut = Self { mesh, field, weight, closed: Vec::new(), linked, nodes, covered, screens: Screens::default() };
         for (index, &cluster) in far.clusters().iter().enumerate() {
             cut.close(cluster, (0..nodes).map(|node| *far.view(index, node)).collect());
         }
@@ -66,71 +67,87 @@ impl<'a> Cut<'a> {
     }
 
     fn close(&mut self, cluster: usize, views: Vec<View>) {
+        let closed = self.seen(cluster, views);
+        self.closed.insert(self.place(&closed), closed);
+    }
+
+    fn place(&self, closed: &Closed) -> usize {
+        self.closed.partition_point(|other| other.brightness >= closed.brightness)
+    }
+
+    fn seen(&self, cluster: usize, views: Vec<View>) -> Closed {
         let glows: Vec<Glow> = (0..self.weight.len()).map(|channel| *self.field.glow(cluster, channel)).collect();
         let most = |(glow, weight): (&Glow, &f64)| {
             let at_node = |view: &View| weight * view.at_most(glow.positive, glow.largest);
             views.iter().map(at_node).fold(0.0, f64::max)
         };
         let most = glows.iter().zip(self.weight).map(most).fold(0.0, f64::max);
-        let closed = Closed { cluster, views, glows, most };
-        self.sum(&closed, 1.0);
-        let place = self.closed.partition_point(|other| brightness(other, 0) >= brightness(&closed, 0));
-        self.closed.insert(place, closed);
-    }
-
-    /// Adds to the sums, or takes away.
-    fn sum(&mut self, closed: &Closed, sign: f64) {
-        let area = self.tree().all()[closed.cluster].area();
-        for (node, view) in closed.views.iter().enumerate().filter(|(_, view)| view.factor > 0.0) {
-            self.factors[node] += sign * view.factor;
-            for (channel, glow) in closed.glows.iter().enumerate() {
-                let at = channel * self.nodes + node;
-                self.even[at] += sign * view.even(area) * glow.power;
-            }
-        }
+        Closed { cluster, views, glows, brightness: self.field.brightness(cluster), most, asked: false }
     }
 
     /// A link fills a part of the hemisphere, or no more.
     pub(crate) fn cover(&mut self, link: &Link, sign: f64) {
+        self.linked.insert(self.mesh.root_of(link.source));
         if self.tree().are_apart() {
             cover(&mut self.covered, &link.rows, sign);
         }
         let face = self.mesh.elements()[link.source].face();
         let part = link.rows.iter().map(Row::factor).fold(0.0, f64::max);
-        match self.screens.iter_mut().find(|screen| screen.1 == face) {
-            Some(screen) => screen.0 = screen.0.max(part),
-            None => self.screens.push((part, face)),
-        }
-        self.screens.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
-        self.screens.truncate(SCREENS);
+        self.screens.fill(face, part);
+    }
+
+    /// A face hides something.
+    pub(crate) fn hide(&mut self, face: usize) {
+        self.screens.hide(face);
     }
 
     /// Whether nothing of a cluster is seen past one of the faces that fill most of the view.
-    fn is_hidden(&self, receiver: usize, cluster: usize) -> bool {
+    fn is_hidden(&mut self, receiver: usize, cluster: usize) -> bool {
         let (from, to) = (self.mesh.elements()[receiver].polygon().vertices(), self.tree().all()[cluster].corners());
-        self.screens.iter().any(|&(_, face)| self.mesh.hides(face, [from, &to]))
+        let between = self.screens.between(self.mesh, [from, &to]);
+        between.into_iter().for_each(|face| self.screens.hide(face));
+        between.is_some()
+    }
+
+    /// What the nodes see of a cluster past the screens.
+    fn views(&self, cluster: usize, stations: &[Station]) -> Vec<View> {
+        let screens = self.screens.polygons(self.mesh);
+        stations.iter().map(|station| self.tree().all()[cluster].view(station, &screens)).collect()
     }
 
     /// What all closed clusters neglect at most at each node, the largest of the channels after each is multiplied by its weight:
     /// [`Far::neglected`]. Nothing if none is closed.
     pub(crate) fn neglected(&self) -> Vec<f64> {
-        if self.closed.is_empty() {
+        self.neglected_by(&self.closed.iter().collect::<Vec<_>>())
+    }
+
+    /// The same if these were closed, the brightest first.
+    fn neglected_by(&self, closed: &[&Closed]) -> Vec<f64> {
+        if closed.is_empty() {
             return Vec::new();
         }
-        let mut most = vec![0.0_f64; self.nodes];
-        for (channel, weight) in self.weight.iter().enumerate() {
-            let mut order: Vec<&Closed> = self.closed.iter().collect();
-            // Sorted already in the first channel.
-            order.sort_by(|a, b| brightness(b, channel).total_cmp(&brightness(a, channel)));
-            let of_node = |node: usize| {
-                let (rest, at) = (left(self.covered[node]), channel * self.nodes + node);
-                let value = scale(rest, self.factors[node]) * self.even[at];
-                let [high, low] = fill(rest, order.iter().map(|closed| (&closed.views[node], &closed.glows[channel])));
-                (high - value).max(value + low)
+        let areas: Vec<f64> = closed.iter().map(|closed| self.tree().all()[closed.cluster].area()).collect();
+        let channels = 0..self.weight.len();
+        let brightness = |index: usize, channel: usize| closed[index].glows[channel].largest;
+        let order = |channel: usize| {
+            let mut order: Vec<usize> = (0..closed.len()).collect();
+            order.sort_by(|&a, &b| brightness(b, channel).total_cmp(&brightness(a, channel)));
+            order
+        };
+        let orders: Vec<Vec<usize>> = channels.clone().map(order).collect();
+        let of_node = |node: usize| {
+            let rest = left(self.covered[node]);
+            let views = closed.iter().map(|closed| &closed.views[node]).zip(areas.iter().copied());
+            let weights: Vec<f64> = even(rest, views).collect();
+            let of_channel = |channel: usize| {
+                let value: f64 = weights.iter().zip(closed).map(|(weight, of)| weight * of.glows[channel].power).sum();
+                let seen = orders[channel].iter().map(|&index| (&closed[index].views[node], &closed[index].glows[channel]));
+                let [high, low] = fill(rest, seen);
+                self.weight[channel] * (high - value).max(value + low)
             };
-            most.iter_mut().enumerate().for_each(|(node, most)| *most = most.max(weight * of_node(node)));
-        }
-        most
+            channels.clone().map(of_channel).fold(0.0, f64::max)
+        };
+        (0..self.nodes).map(of_node).collect()
     }
 
     /// Opens the clusters that may give most, a few at once, until one is an element, which is to be linked then. `None` if none
@@ -154,18 +171,56 @@ impl<'a> Cut<'a> {
         };
         let largest = (0..self.closed.len()).max_by(largest).filter(|&index| self.closed[index].most > 0.0)?;
         let opened = self.closed.remove(largest);
-        self.sum(&opened, -1.0);
         if self.is_hidden(receiver, opened.cluster) {
             return Some(None);
         }
+        if !opened.asked {
+            let asked = Closed { asked: true, ..self.seen(opened.cluster, self.views(opened.cluster, stations)) };
+            if asked.most <= SHOWN * opened.most {
+                self.closed.insert(self.place(&asked), asked);
+                return Some(None);
+            }
+        }
         match self.tree().all()[opened.cluster].parts {
-            Parts::Element(element) => Some(Some(element)),
+            Parts::Element(element) => Some(Some(element).filter(|element| !self.linked.contains(element))),
             Parts::Two(parts) => {
                 let (tree, element) = (self.tree(), &self.mesh.elements()[receiver]);
                 for part in parts.into_iter().filter(|&part| tree.all()[part].faces(element)) {
-                    self.close(part, stations.iter().map(|station| tree.all()[part].view(station)).collect());
+                    self.close(part, stations.iter().map(|station| tree.all()[part].view(station, &[])).collect());
                 }
                 Some(None)
+            }
+        }
+    }
+
+    /// Closes clusters in the place of those in them, as long as no more than `allowed` is neglected at any node.
+    ///
+    /// A cluster is opened for the sake of what may be in it. Once what does fill the view is linked, the links leave so little of
+    /// the hemisphere that the others need not be told apart.
+    pub(crate) fn merge(&mut self, stations: &[Station], allowed: f64, errors: &[Vec<f64>]) {
+        let allowed: Vec<f64> = (0..self.nodes).map(|node| allowed - errors.iter().map(|of| of[node]).sum::<f64>()).collect();
+        let tree = self.tree();
+        let mut open: Vec<usize> = tree.root().into_iter().collect();
+        while let Some(whole) = open.pop() {
+            let is_apart = |closed: &&Closed| !tree.is_in(closed.cluster, whole);
+            let others: Vec<&Closed> = self.closed.iter().filter(is_apart).collect();
+            if others.len() + 1 >= self.closed.len() {
+                continue;
+            }
+            let merged = self.seen(whole, self.views(whole, stations));
+            let place = others.partition_point(|other| other.brightness >= merged.brightness);
+            let closed: Vec<&Closed> =
+                others[..place].iter().copied().chain([&merged]).chain(others[place..].iter().copied()).collect();
+            if self.neglected_by(&closed).iter().zip(&allowed).all(|(neglected, allowed)| neglected <= allowed) {
+                self.closed.retain(|closed| !tree.is_in(closed.cluster, whole));
+                self.closed.insert(place, merged);
+            } else if let Parts::Two(parts) = tree.all()[whole].parts {
+                open.extend(parts);
+                // The darker one first: it takes less of what is allowed.
+                if self.field.brightness(parts[0]) < self.field.brightness(parts[1]) {
+                    let last = open.len() - 1;
+                    open.swap(last, last - 1);
+                }
             }
         }
     }
@@ -177,6 +232,6 @@ impl<'a> Cut<'a> {
         self.closed = closed.into_iter().filter(|closed| !self.is_hidden(receiver, closed.cluster)).collect();
         let clusters = self.closed.iter().map(|closed| closed.cluster).collect();
         let views = self.closed.into_iter().flat_map(|closed| closed.views).collect();
-        Far::new(tree, clusters, views, self.nodes, rows)
+        Far::new((tree, self.field), clusters, views, self.nodes, rows)
     }
 }

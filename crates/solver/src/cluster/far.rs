@@ -8,15 +8,19 @@
 //! factors. The most that they may give then is found by filling it with the brightest first. That is what occlusion is known
 //! by: where the links fill the view, what clusters lie behind it counts for nothing.
 //!
-//! For the light that reaches the node half of the upper bound is taken for an even radiosity: `w P` with
-//! `w = min(k, F/A) min(1, rest / sum F) / 2`, linear in the radiosity, and with form factors that sum to no more than 1. The
-//! farther end of the interval is what is neglected.
+//! For the light that reaches the node half of that is taken for an even radiosity: `w P` with `w = min(k, F/A)/2`, less where the
+//! hemisphere is full; linear in the radiosity, and with form factors that sum to no more than 1. The farther end of the interval
+//! is what is neglected.
+//!
+//! Clusters are in none of each other, but what a link is for may be in one as well: then the bounds count it twice.
 
+use super::screens::Screens;
 use super::{Clusters, Parts, View};
 use crate::basis::Basis;
 use crate::element::Element;
 use crate::field::Field;
 use crate::link::Link;
+use crate::mesh::Mesh;
 use crate::transfer::{Row, Station};
 
 /// What is added to the part of the hemisphere that links leave, for the rounding of surfaces.
@@ -64,17 +68,18 @@ pub(crate) struct Far {
     clusters: Vec<usize>,
     /// Of each cluster from each node.
     views: Vec<View>,
-    /// For each node, the part of the hemisphere that links leave, and what weights are scaled by for it.
+    /// Of each cluster at each node: what the node gets of its power.
+    weights: Vec<f64>,
+    /// For each node, the part of the hemisphere that links leave.
     rest: Vec<f64>,
-    scale: Vec<f64>,
     /// For each cluster, what each function of the receiver's basis gets of its power.
     matrix: Vec<f64>,
 }
 
 impl Far {
-    /// Clusters with their views from each node, where links give these rows at the nodes.
+    /// Clusters of the light that a field has, with their views from each node, where links give these rows at the nodes.
     pub(crate) fn new<'a>(
-        tree: &Clusters,
+        (tree, field): (&Clusters, &Field),
         clusters: Vec<usize>,
         views: Vec<View>,
         nodes: usize,
@@ -88,24 +93,36 @@ impl Far {
             rows.for_each(|rows| cover(&mut covered, rows, 1.0));
         }
         let rest: Vec<f64> = covered.into_iter().map(left).collect();
-        let factors = |node: usize| views[node..].iter().step_by(nodes).map(|view| view.factor).sum::<f64>();
-        let scale = (0..nodes).map(|node| scale(rest[node], factors(node))).collect();
-        Self { clusters, views, rest, scale, matrix: Vec::new() }
+        let brightness: Vec<f64> = clusters.iter().map(|&cluster| field.brightness(cluster)).collect();
+        let mut order: Vec<usize> = (0..clusters.len()).collect();
+        order.sort_by(|&a, &b| brightness[b].total_cmp(&brightness[a]));
+        let mut weights = vec![0.0; views.len()];
+        for (node, &rest) in rest.iter().enumerate() {
+            let seen = order.iter().map(|&index| (&views[index * nodes + node], tree.all()[clusters[index]].area()));
+            for (&index, weight) in order.iter().zip(even(rest, seen)) {
+                weights[index * nodes + node] = weight;
+            }
+        }
+        Self { clusters, views, weights, rest, matrix: Vec::new() }
     }
 
     /// From one point.
-    pub(crate) fn of_point<'a>(&self, tree: &Clusters, station: &Station, rows: impl Iterator<Item = &'a Row>) -> Self {
-        let views = self.clusters.iter().map(|&cluster| tree.all()[cluster].view(station)).collect();
-        Self::new(tree, self.clusters.clone(), views, 1, rows.map(std::slice::from_ref))
+    pub(crate) fn of_point(&self, (mesh, field): (&Mesh, &Field), station: &Station, rows: &[(usize, Row)]) -> Self {
+        let tree = mesh.clusters();
+        let mut screens = Screens::default();
+        rows.iter().for_each(|(source, row)| screens.fill(mesh.elements()[*source].face(), row.factor()));
+        let screens = screens.polygons(mesh);
+        let views = self.clusters.iter().map(|&cluster| tree.all()[cluster].view(station, &screens)).collect();
+        Self::new((tree, field), self.clusters.clone(), views, 1, rows.iter().map(|(_, row)| std::slice::from_ref(row)))
     }
 
     /// Learns what functions of a receiver's basis get.
-    pub(crate) fn projected(mut self, tree: &Clusters, basis: &Basis) -> Self {
+    pub(crate) fn projected(mut self, basis: &Basis) -> Self {
         let nodes = self.rest.len();
         for index in 0..self.clusters.len() {
             let mut of_functions = vec![0.0; basis.len()];
             for node in 0..nodes {
-                let weight = basis.nodes()[node].weight * self.weight(tree, index, node);
+                let weight = basis.nodes()[node].weight * self.weights[index * nodes + node];
                 of_functions.iter_mut().zip(basis.at_node(node)).for_each(|(sum, value)| *sum += weight * value);
             }
             self.matrix.extend(of_functions);
@@ -135,19 +152,15 @@ impl Far {
         &self.views[index * self.rest.len() + node]
     }
 
-    /// What the node gets of a cluster's power.
-    fn weight(&self, tree: &Clusters, index: usize, node: usize) -> f64 {
-        self.scale[node] * self.view(index, node).even(tree.all()[self.clusters[index]].area())
-    }
-
     /// Irradiance of a node.
-    pub(crate) fn value(&self, tree: &Clusters, field: &Field, channel: usize, node: usize) -> f64 {
-        let of = |(index, &cluster): (usize, &usize)| self.weight(tree, index, node) * field.glow(cluster, channel).power;
+    pub(crate) fn value(&self, field: &Field, channel: usize, node: usize) -> f64 {
+        let weight = |index: usize| self.weights[index * self.rest.len() + node];
+        let of = |(index, &cluster): (usize, &usize)| weight(index) * field.glow(cluster, channel).power;
         self.clusters.iter().enumerate().map(of).sum()
     }
 
     /// Bound on what that neglects.
-    pub(crate) fn neglected(&self, tree: &Clusters, field: &Field, channel: usize, node: usize) -> f64 {
+    pub(crate) fn neglected(&self, field: &Field, channel: usize, node: usize) -> f64 {
         if self.clusters.is_empty() {
             return 0.0;
         }
@@ -155,7 +168,7 @@ impl Far {
             self.clusters.iter().enumerate().map(|(index, &at)| (self.view(index, node), field.glow(at, channel))).collect();
         seen.sort_by(|a, b| b.1.largest.total_cmp(&a.1.largest));
         let [high, low] = fill(self.rest[node], seen.into_iter());
-        let value = self.value(tree, field, channel, node);
+        let value = self.value(field, channel, node);
         // The sums round.
         let rounding = 4.0 * f64::EPSILON * self.clusters.len() as f64 * (high + low + value.abs());
         (high - value).max(value + low) + rounding
@@ -197,22 +210,6 @@ impl Far {
     }
 }
 
-impl View {
-    /// What is seen at most of a power and of a largest radiosity.
-    pub(crate) fn at_most(&self, power: f64, largest: f64) -> f64 {
-        if self.factor == 0.0 || largest == 0.0 {
-            return 0.0;
-        }
-        let by_peak = if self.peak.is_finite() { self.peak * power } else { f64::INFINITY };
-        by_peak.min(self.factor * largest)
-    }
-
-    /// What is seen at most of an even radiosity, over the power.
-    pub(crate) fn even(&self, area: f64) -> f64 {
-        self.peak.min(self.factor / area)
-    }
-}
-
 /// Adds or takes away the part of the hemisphere that a link surely fills at each node.
 pub(crate) fn cover(covered: &mut [f64], rows: &[Row], sign: f64) {
     let fills = |row: &Row| row.values.first().map_or(0.0, |factor| (factor - row.error).max(0.0));
@@ -224,9 +221,15 @@ pub(crate) fn left(covered: f64) -> f64 {
     (1.0 - covered).max(0.0) + MARGIN
 }
 
-/// What weights are scaled by, for the part of the hemisphere that is left to form factors of this sum.
-pub(crate) fn scale(rest: f64, factors: f64) -> f64 {
-    0.5 * if factors > rest { rest / factors } else { 1.0 }
+/// Half of what clusters of these areas give at most of an even radiosity, over their power, if they get no more of the
+/// hemisphere than `rest`, the first ones first.
+pub(crate) fn even<'a>(mut rest: f64, seen: impl Iterator<Item = (&'a View, f64)>) -> impl Iterator<Item = f64> {
+    seen.map(move |(view, area)| {
+        let by_peak = if view.peak.is_finite() { view.peak * area } else { f64::INFINITY };
+        let part = by_peak.min(view.factor).min(rest);
+        rest -= part;
+        0.5 * part / area
+    })
 }
 
 /// What clusters may give at most, and take by where they are negative, the brightest first, if they get no more of the

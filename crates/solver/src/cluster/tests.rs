@@ -1,8 +1,11 @@
 //! What clusters are said to give at most is more than all of their elements give.
 
+use std::collections::{BTreeMap, BTreeSet};
+
 use radgrad_core::{DVec3, Polygon};
 use radgrad_scene::Scene;
 
+use super::screens::Screens;
 use super::{Clusters, Far, Parts};
 use crate::cell::Rules;
 use crate::field::Field;
@@ -11,7 +14,7 @@ use crate::linking::Linking;
 use crate::mesh::Mesh;
 use crate::order::Order;
 use crate::solve::{Options, solve, solve_on};
-use crate::transfer::{Optics, Station};
+use crate::transfer::{Optics, Row, Station};
 
 /// Blocks in a room, which all may hide each other: 5 faces each, and 7 of the room.
 fn city(side: usize) -> Mesh {
@@ -57,7 +60,7 @@ fn all_links(optics: &Optics<'_>, receiver: usize) -> Vec<Link> {
     let field = Field::dark(optics.mesh, 1);
     let need = Need { field: &field, weight: &[0.0], allowed: 1.0, linking: Linking::Error };
     let sources = optics.mesh.roots().iter().map(|&root| (root, None));
-    optics.links(receiver, sources, &need).unwrap()
+    optics.links(receiver, sources, &need).unwrap().0
 }
 
 #[test]
@@ -65,9 +68,14 @@ fn a_cluster_gives_no_more_than_its_view_and_a_cluster_that_faces_away_gives_not
     let (mesh, rules) = (city(3), Rules::new());
     let tree = Clusters::always_over(mesh.elements());
     let optics = Optics { mesh: &mesh, rules: &rules, absolute: 1e-9 };
-    let (mut seen, mut away, mut tight) = (0, 0, 0.0_f64);
+    let (mut seen, mut away, mut hidden, mut tight) = (0, 0, 0, 0.0_f64);
     for receiver in (0..mesh.elements().len()).step_by(7) {
         let links = all_links(&optics, receiver);
+        let mut screens = Screens::default();
+        for link in &links {
+            screens.fill(mesh.elements()[link.source].face(), link.rows[0].factor());
+        }
+        let screens = screens.polygons(&mesh);
         for cluster in tree.all() {
             let mut open = vec![*cluster];
             let mut factors = vec![0.0; optics.stations(receiver).len()];
@@ -80,7 +88,10 @@ fn a_cluster_gives_no_more_than_its_view_and_a_cluster_that_faces_away_gives_not
                 }
             }
             for (station, factor) in optics.stations(receiver).iter().zip(factors) {
-                let view = cluster.view(station);
+                let view = cluster.view(station, &[]);
+                let past = cluster.view(station, &screens);
+                assert!(factor <= past.factor && past.factor <= view.factor, "{factor} {past:?} {view:?} {cluster:?}");
+                hidden += usize::from(past.factor < 0.5 * view.factor);
                 assert!(factor <= view.factor && factor <= view.peak * cluster.area(), "{factor} {view:?} {cluster:?}");
                 assert!(cluster.faces(&mesh.elements()[receiver]) || factor <= 0.0);
                 seen += usize::from(factor > 0.0);
@@ -89,46 +100,84 @@ fn a_cluster_gives_no_more_than_its_view_and_a_cluster_that_faces_away_gives_not
             }
         }
     }
-    assert!(seen > 1000 && away > 1000 && tight > 0.9, "{seen} {away} {tight}");
+    assert!(seen > 1000 && away > 1000 && hidden > 500 && tight > 0.9, "{seen} {away} {hidden} {tight}");
+}
+
+/// Light that differs from face to face and over each, here and there negative.
+fn uneven(mesh: &Mesh) -> Field {
+    let mut field = Field::dark(mesh, 1);
+    for element in 0..mesh.elements().len() {
+        let value = (0.754_877_666_246_692_7 * element as f64).fract();
+        field.add(mesh, element, 0, &[value, 0.3 * value, -0.4 * value]);
+    }
+    field.pool(mesh);
+    field.pull(mesh);
+    field
 }
 
 #[test]
 fn what_closed_clusters_neglect_covers_what_they_give() {
     let (mesh, rules) = (city(5).clustered(), Rules::new());
-    let tree = mesh.clusters();
     let optics = Optics { mesh: &mesh, rules: &rules, absolute: 1e-9 };
-    // Light that differs from face to face and over each, here and there negative.
-    let mut field = Field::dark(&mesh, 1);
-    for element in 0..mesh.elements().len() {
-        let value = (0.754_877_666_246_692_7 * element as f64).fract();
-        field.add(&mesh, element, 0, &[value, 0.3 * value, -0.4 * value]);
-    }
-    field.pool(&mesh);
-    field.pull(&mesh);
-    let (mut near, mut all, mut neglected) = (0, 0, [0.0, 0.0]);
+    let field = uneven(&mesh);
+    let (mut near, mut all, mut merged, mut neglected) = (0, 0, 0, [0.0, 0.0]);
     for allowed in [0.1, 0.4] {
         for receiver in (0..mesh.elements().len()).step_by(5) {
             let exact = all_links(&optics, receiver);
             let need = Need { field: &field, weight: &[1.0], allowed, linking: Linking::Error };
             let (mut links, mut far) = optics.first_links(receiver, None, &need).unwrap();
             optics.refine(receiver, (&mut links, &mut far), &need).unwrap();
+            let before = far.len();
+            far = optics.merge(receiver, &links, &far, &need);
+            merged += before - far.len();
             near += links.len();
             all += exact.len();
             let nodes = optics.stations(receiver).len();
             let sums = |links: &[Link], far: &Far| crate::gathering::irradiance(&mesh, &field, links, far, 0, nodes);
             let [rough, exact_sums] = [sums(&links, &far), sums(&exact, &Far::default())];
             for (node, station) in optics.stations(receiver).iter().enumerate() {
-                let bound = far.neglected(tree, &field, 0, node);
+                let bound = far.neglected(&field, 0, node);
                 let (off, rounding) = ((rough[node] - exact_sums[node]).abs(), 1e-6);
                 assert!(off <= bound + rounding && bound <= allowed * 1.001, "{receiver} {node}: {off} {bound}");
                 neglected = [neglected[0] + off, neglected[1] + bound];
                 // What a gather at the point itself makes of it.
-                let of_point = far.of_point(tree, station, links.iter().map(|link| &link.rows[node]));
-                assert!((of_point.neglected(tree, &field, 0, 0) - bound).abs() < 1e-12);
+                let at_node: Vec<(usize, Row)> = links.iter().map(|link| (link.source, link.rows[node].clone())).collect();
+                let of_point = far.of_point((&mesh, &field), station, &at_node);
+                let linked: f64 = rough[node] - far.value(&field, 0, node);
+                let off = (linked + of_point.value(&field, 0, 0) - exact_sums[node]).abs();
+                assert!(off <= of_point.neglected(&field, 0, 0) + rounding, "{receiver} {node}: {off}");
             }
         }
     }
-    assert!(2 * near < all && neglected[1] < 20.0 * neglected[0], "{near} of {all}, {neglected:?}");
+    assert!(2 * near < all && merged > 50 && neglected[1] < 20.0 * neglected[0], "{near} of {all}, {merged}, {neglected:?}");
+}
+
+#[test]
+fn clusters_that_were_merged_are_opened_again_and_nothing_is_linked_twice() {
+    let (mesh, rules) = (city(5).clustered(), Rules::new());
+    let optics = Optics { mesh: &mesh, rules: &rules, absolute: 1e-9 };
+    let field = uneven(&mesh);
+    let (mut before, mut after) = (0, 0);
+    for receiver in (0..mesh.elements().len()).step_by(5) {
+        let need = |allowed: f64| Need { field: &field, weight: &[1.0], allowed, linking: Linking::Error };
+        let (mut links, mut far) = optics.first_links(receiver, None, &need(0.4)).unwrap();
+        optics.refine(receiver, (&mut links, &mut far), &need(0.4)).unwrap();
+        far = optics.merge(receiver, &links, &far, &need(0.4));
+        before += links.len();
+        optics.refine(receiver, (&mut links, &mut far), &need(0.02)).unwrap();
+        after += links.len();
+        let sources: BTreeSet<usize> = links.iter().map(|link| link.source).collect();
+        assert_eq!(sources.len(), links.len(), "{receiver}");
+        let exact: BTreeMap<usize, f64> =
+            all_links(&optics, receiver).iter().map(|link| (link.source, link.rows[0].values[0])).collect();
+        for link in &links {
+            assert_eq!(exact[&link.source], link.rows[0].values[0]);
+        }
+        for node in 0..optics.stations(receiver).len() {
+            assert!(far.neglected(&field, 0, node) <= 0.02 * 1.001, "{receiver} {node}");
+        }
+    }
+    assert!(after > before + before / 4, "{before} {after}");
 }
 
 #[test]
@@ -155,7 +204,7 @@ fn a_point_in_a_cluster_may_see_nothing_else() {
     let mesh = city(3);
     let tree = Clusters::always_over(mesh.elements());
     let station = Station { point: DVec3::new(1.0, 1.0, 0.5), normal: DVec3::Z, face: 0 };
-    let view = tree.all()[0].view(&station);
+    let view = tree.all()[0].view(&station, &[]);
     assert!(view.factor == 1.0 && view.peak.is_infinite());
 }
 

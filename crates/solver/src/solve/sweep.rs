@@ -7,6 +7,35 @@ use crate::order::Order;
 const MOST_SWEEPS: usize = 1000;
 
 impl Solution {
+    /// Begins with reflected light as if all were reflected evenly everywhere (M. F. Cohen et al. 1988, the ambient term): before a
+    /// receiver knows what it sees of clusters, it has to know how bright these may be.
+    pub(super) fn fill_evenly(&mut self) {
+        for channel in 0..self.channels.len() {
+            let (mut area, mut sent, mut reflected) = (0.0, 0.0, 0.0);
+            for &receiver in &self.receivers {
+                let element = &self.mesh.elements()[receiver];
+                let rho = self.surfaces.reflectance[element.face()][channel];
+                let emitted = self.emitted_on(receiver, channel)[0] + self.lamp_on(element.face(), channel);
+                let direct = self.field.of(receiver, channel, self.mesh.basis(receiver).len())[0];
+                area += element.area();
+                sent += element.area() * (emitted + direct);
+                reflected += element.area() * rho;
+            }
+            let (sent, rho) = (sent / area, reflected / area);
+            let even = if rho < 1.0 { sent / (1.0 - rho) } else { sent };
+            for &receiver in &self.receivers {
+                let mut change = self.emitted_on(receiver, channel);
+                change[0] += self.surfaces.reflectance[self.mesh.elements()[receiver].face()][channel] * even;
+                let len = change.len();
+                let own = &mut self.own[receiver][channel * len..(channel + 1) * len];
+                own.iter_mut().zip(&change).for_each(|(own, change)| *own += change);
+                self.field.add(&self.mesh, receiver, channel, &change);
+            }
+            self.mean[channel] = even;
+        }
+        self.field.pull(&self.mesh);
+    }
+
     /// Lets receivers gather until the linear system is solved to changes or residuals of that, relative to the mean radiosity.
     pub(super) fn sweep(&mut self, order: Order, until: f64) {
         let mut source = vec![Vec::new(); self.mesh.elements().len()];
