@@ -32,7 +32,7 @@ struct Closed {
     asked: bool,
 }
 
-/// The closed clusters of a receiver, and sums over them for each channel and node.
+/// The closed clusters of a receiver.
 pub(crate) struct Cut<'a> {
     mesh: &'a Mesh,
     field: &'a Field,
@@ -45,6 +45,12 @@ pub(crate) struct Cut<'a> {
     /// The part of the hemisphere that links fill.
     covered: Vec<f64>,
     screens: Screens,
+}
+
+/// Some closed clusters with one more.
+fn with<'a>(others: &[&'a Closed], place: usize, one: &'a Closed) -> Vec<&'a Closed> {
+    let (before, after) = others.split_at(place);
+    before.iter().copied().chain([one]).chain(after.iter().copied()).collect()
 }
 
 impl<'a> Cut<'a> {
@@ -77,12 +83,14 @@ impl<'a> Cut<'a> {
 
     fn seen(&self, cluster: usize, views: Vec<View>) -> Closed {
         let glows: Vec<Glow> = (0..self.weight.len()).map(|channel| *self.field.glow(cluster, channel)).collect();
-        let most = |(glow, weight): (&Glow, &f64)| {
-            let at_node = |view: &View| weight * view.at_most(glow.positive, glow.largest);
-            views.iter().map(at_node).fold(0.0, f64::max)
-        };
-        let most = glows.iter().zip(self.weight).map(most).fold(0.0, f64::max);
+        let most = views.iter().map(|view| self.most(&glows, view)).fold(0.0, f64::max);
         Closed { cluster, views, glows, brightness: self.field.brightness(cluster), most, asked: false }
+    }
+
+    /// What is given at most, weighted, in the channel where it is most.
+    fn most(&self, glows: &[Glow], view: &View) -> f64 {
+        let of = |(glow, weight): (&Glow, &f64)| weight * view.at_most(glow.positive, glow.largest);
+        glows.iter().zip(self.weight).map(of).fold(0.0, f64::max)
     }
 
     /// A link fills a part of the hemisphere, or no more.
@@ -109,45 +117,52 @@ impl<'a> Cut<'a> {
         between.is_some()
     }
 
-    /// What the nodes see of a cluster past the screens.
-    fn views(&self, cluster: usize, stations: &[Station]) -> Vec<View> {
-        let screens = self.screens.polygons(self.mesh);
-        stations.iter().map(|station| self.tree().all()[cluster].view(station, &screens)).collect()
+    /// A cluster as it shows past the screens, if that is little of it: at a few nodes first.
+    fn mostly_hidden(&self, of: &Closed, stations: &[Station]) -> Option<Closed> {
+        let (screens, cluster) = (self.screens.polygons(self.mesh), &self.tree().all()[of.cluster]);
+        let view = |station: &Station| cluster.view(station, &screens);
+        let mut few = vec![0, stations.len() / 2, stations.len() - 1];
+        few.dedup();
+        let shows = |node: usize| self.most(&of.glows, &view(&stations[node])) > SHOWN * of.most;
+        if few.into_iter().any(shows) {
+            return None;
+        }
+        let shown = self.seen(of.cluster, stations.iter().map(view).collect());
+        (shown.most <= SHOWN * of.most).then_some(Closed { asked: true, ..shown })
     }
 
     /// What all closed clusters neglect at most at each node, the largest of the channels after each is multiplied by its weight:
     /// [`Far::neglected`]. Nothing if none is closed.
     pub(crate) fn neglected(&self) -> Vec<f64> {
-        self.neglected_by(&self.closed.iter().collect::<Vec<_>>())
+        let closed: Vec<&Closed> = self.closed.iter().collect();
+        let orders = self.orders(&closed);
+        let nodes = if closed.is_empty() { 0 } else { self.nodes };
+        (0..nodes).map(|node| self.neglected_at(node, &closed, &orders)).collect()
     }
 
-    /// The same if these were closed, the brightest first.
-    fn neglected_by(&self, closed: &[&Closed]) -> Vec<f64> {
-        if closed.is_empty() {
-            return Vec::new();
-        }
-        let areas: Vec<f64> = closed.iter().map(|closed| self.tree().all()[closed.cluster].area()).collect();
-        let channels = 0..self.weight.len();
-        let brightness = |index: usize, channel: usize| closed[index].glows[channel].largest;
-        let order = |channel: usize| {
+    /// For each channel some closed clusters, the brightest first.
+    fn orders(&self, closed: &[&Closed]) -> Vec<Vec<usize>> {
+        let of_channel = |channel: usize| {
+            let brightness = |index: usize| closed[index].glows[channel].largest;
             let mut order: Vec<usize> = (0..closed.len()).collect();
-            order.sort_by(|&a, &b| brightness(b, channel).total_cmp(&brightness(a, channel)));
+            order.sort_by(|&a, &b| brightness(b).total_cmp(&brightness(a)));
             order
         };
-        let orders: Vec<Vec<usize>> = channels.clone().map(order).collect();
-        let of_node = |node: usize| {
-            let rest = left(self.covered[node]);
-            let views = closed.iter().map(|closed| &closed.views[node]).zip(areas.iter().copied());
-            let weights: Vec<f64> = even(rest, views).collect();
-            let of_channel = |channel: usize| {
-                let value: f64 = weights.iter().zip(closed).map(|(weight, of)| weight * of.glows[channel].power).sum();
-                let seen = orders[channel].iter().map(|&index| (&closed[index].views[node], &closed[index].glows[channel]));
-                let [high, low] = fill(rest, seen);
-                self.weight[channel] * (high - value).max(value + low)
-            };
-            channels.clone().map(of_channel).fold(0.0, f64::max)
+        (0..self.weight.len()).map(of_channel).collect()
+    }
+
+    /// What a node neglects if these are closed, the brightest first and in these orders for each channel.
+    fn neglected_at(&self, node: usize, closed: &[&Closed], orders: &[Vec<usize>]) -> f64 {
+        let (rest, tree) = (left(self.covered[node]), self.tree());
+        let areas = closed.iter().map(|closed| (&closed.views[node], tree.all()[closed.cluster].area()));
+        let weights: Vec<f64> = even(rest, areas).collect();
+        let of_channel = |(channel, order): (usize, &Vec<usize>)| {
+            let value: f64 = weights.iter().zip(closed).map(|(weight, of)| weight * of.glows[channel].power).sum();
+            let seen = order.iter().map(|&index| (&closed[index].views[node], &closed[index].glows[channel]));
+            let [high, low] = fill(rest, seen);
+            self.weight[channel] * (high - value).max(value + low)
         };
-        (0..self.nodes).map(of_node).collect()
+        orders.iter().enumerate().map(of_channel).fold(0.0, f64::max)
     }
 
     /// Opens the clusters that may give most, a few at once, until one is an element, which is to be linked then. `None` if none
@@ -174,12 +189,11 @@ impl<'a> Cut<'a> {
         if self.is_hidden(receiver, opened.cluster) {
             return Some(None);
         }
-        if !opened.asked {
-            let asked = Closed { asked: true, ..self.seen(opened.cluster, self.views(opened.cluster, stations)) };
-            if asked.most <= SHOWN * opened.most {
-                self.closed.insert(self.place(&asked), asked);
-                return Some(None);
-            }
+        if !opened.asked
+            && let Some(shown) = self.mostly_hidden(&opened, stations)
+        {
+            self.closed.insert(self.place(&shown), shown);
+            return Some(None);
         }
         match self.tree().all()[opened.cluster].parts {
             Parts::Element(element) => Some(Some(element).filter(|element| !self.linked.contains(element))),
@@ -199,21 +213,27 @@ impl<'a> Cut<'a> {
     /// the hemisphere that the others need not be told apart.
     pub(crate) fn merge(&mut self, stations: &[Station], allowed: f64, errors: &[Vec<f64>]) {
         let allowed: Vec<f64> = (0..self.nodes).map(|node| allowed - errors.iter().map(|of| of[node]).sum::<f64>()).collect();
-        let tree = self.tree();
+        let slack: Vec<f64> = self.neglected().iter().zip(&allowed).map(|(neglected, allowed)| allowed - neglected).collect();
+        let mut nodes: Vec<usize> = (0..slack.len()).collect();
+        nodes.sort_by(|&a, &b| slack[a].total_cmp(&slack[b]));
+        let (tree, screens) = (self.tree(), self.screens.polygons(self.mesh));
         let mut open: Vec<usize> = tree.root().into_iter().collect();
         while let Some(whole) = open.pop() {
-            let is_apart = |closed: &&Closed| !tree.is_in(closed.cluster, whole);
-            let others: Vec<&Closed> = self.closed.iter().filter(is_apart).collect();
+            let others: Vec<&Closed> = self.closed.iter().filter(|closed| !tree.is_in(closed.cluster, whole)).collect();
             if others.len() + 1 >= self.closed.len() {
                 continue;
             }
-            let merged = self.seen(whole, self.views(whole, stations));
+            let mut merged = self.seen(whole, vec![View::default(); self.nodes]);
             let place = others.partition_point(|other| other.brightness >= merged.brightness);
-            let closed: Vec<&Closed> =
-                others[..place].iter().copied().chain([&merged]).chain(others[place..].iter().copied()).collect();
-            if self.neglected_by(&closed).iter().zip(&allowed).all(|(neglected, allowed)| neglected <= allowed) {
+            let orders = self.orders(&with(&others, place, &merged));
+            // The node first where the least is left.
+            let fits = nodes.iter().all(|&node| {
+                merged.views[node] = tree.all()[whole].view(&stations[node], &screens);
+                self.neglected_at(node, &with(&others, place, &merged), &orders) <= allowed[node]
+            });
+            if fits {
                 self.closed.retain(|closed| !tree.is_in(closed.cluster, whole));
-                self.closed.insert(place, merged);
+                self.closed.insert(place, self.seen(whole, merged.views));
             } else if let Parts::Two(parts) = tree.all()[whole].parts {
                 open.extend(parts);
                 // The darker one first: it takes less of what is allowed.

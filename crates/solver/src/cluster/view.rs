@@ -2,7 +2,7 @@
 //!
 //! Each side of the box that faces the point is a window: of what is behind it the point sees what shows through the part of the
 //! window that no screen is before ([`crate::visible`]), and the bound on a window's form factor is in proportion to the area.
-//! Screens are what links fill the view with. Of a cluster that is mostly behind these little is left.
+//! Screens are what links fill the view with, and what has hidden others ([`super::screens`]). Of a cluster that is mostly behind these little is left.
 
 use std::f64::consts::PI;
 
