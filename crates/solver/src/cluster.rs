@@ -24,6 +24,8 @@ mod view;
 use radgrad_core::DVec3;
 
 use crate::element::Element;
+use crate::mesh::around;
+use crate::visible::LEVEL;
 
 pub(crate) use cut::Cut;
 pub(crate) use far::{Far, Glow, Pair, rows};
@@ -35,9 +37,6 @@ const FEWEST: usize = 1000;
 
 /// What bounds are raised by for the rounding of their products.
 const ROUNDED: f64 = 1.0 + 1e-12;
-
-/// Fraction of the lengths at hand that coordinates are rounded by.
-const LEVEL: f64 = 1e-12;
 
 /// The tree; empty over few elements.
 #[derive(Debug, Default)]
@@ -71,9 +70,7 @@ pub(crate) enum Parts {
 
 impl Cluster {
     fn of(index: usize, element: &Element) -> Self {
-        let (none, normal) = ([DVec3::INFINITY, DVec3::NEG_INFINITY], element.polygon().normal());
-        let around = |[low, high]: [DVec3; 2], v: &DVec3| [low.min(*v), high.max(*v)];
-        let [low, high] = element.polygon().vertices().iter().fold(none, around);
+        let (normal, [low, high]) = (element.polygon().normal(), around(element.polygon().vertices()));
         Self { low, high, normals: [normal; 2], area: element.area(), end: 0, parts: Parts::Element(index) }
     }
 

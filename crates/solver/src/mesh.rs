@@ -70,7 +70,7 @@ impl Mesh {
         let exchanges: Vec<bool> = scene.faces().iter().map(|face| scene.surfaces()[face.surface()].exchanges()).collect();
         let convex = polygons.iter().enumerate().map(|(face, polygon)| convex_parts(polygon).ok_or(Error::Face { face }));
         let convex = convex.collect::<Result<Vec<_>, Error>>()?;
-        let boxes: Vec<[DVec3; 2]> = polygons.iter().map(around).collect();
+        let boxes: Vec<[DVec3; 2]> = polygons.iter().map(|polygon| around(polygon.vertices())).collect();
         // Those that are far away stand on nothing.
         let others = |face: usize| {
             let [low, high] = boxes[face];
@@ -132,7 +132,12 @@ impl Mesh {
 
     /// The element without a parent that one is or is below.
     pub(crate) fn root_of(&self, element: usize) -> usize {
-        std::iter::successors(Some(element), |&at| self.elements[at].parent()).last().unwrap_or(element)
+        self.above(element).last().unwrap_or(element)
+    }
+
+    /// An element and those above it, up to the one without a parent.
+    pub(crate) fn above(&self, element: usize) -> impl Iterator<Item = usize> {
+        std::iter::successors(Some(element), |&at| self.elements[at].parent())
     }
 
     /// The basis of an element.
@@ -300,9 +305,8 @@ impl Mesh {
     }
 }
 
-/// The lowest and the highest coordinates.
-fn around(polygon: &Polygon) -> [DVec3; 2] {
-    let v = polygon.vertices();
+/// The lowest and the highest coordinates of a polygon's vertices.
+pub(crate) fn around(v: &[DVec3]) -> [DVec3; 2] {
     v[1..].iter().fold([v[0]; 2], |[low, high], p| [low.min(*p), high.max(*p)])
 }
 

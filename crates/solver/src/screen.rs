@@ -10,8 +10,7 @@
 
 use radgrad_core::DVec3;
 
-/// Fraction of the lengths at hand that coordinates are rounded by.
-const LEVEL: f64 = 1e-12;
+use crate::visible::LEVEL;
 
 /// A convex polygon.
 #[derive(Debug, Clone)]

@@ -174,8 +174,7 @@ pub(crate) fn solve_on(
     let progress = Progress { round: 0, elements: 0, links: 0, gathers: 0, bound: f64::INFINITY };
     let receivers: Vec<usize> = mesh.leaves().collect();
     let lamps = Lamps::of(&mesh, &surfaces);
-    let may_be_even = lamps.is_empty() && mesh.clusters().root().is_none();
-    let precision = if may_be_even { GLOWING_PART } else { EVALUATION_PART };
+    let precision = if may_be_even(&mesh, &lamps) { GLOWING_PART } else { EVALUATION_PART };
     let mut solution = Solution {
         rules: Rules::new(),
         direct: Vec::new(),
@@ -238,8 +237,7 @@ impl Solution {
         if options.linking == Linking::Error {
             self.merge(LINK_PART * aim);
         }
-        let may_be_even = self.lamps.is_empty() && self.mesh.clusters().root().is_none();
-        self.sweep(options.order, if may_be_even { SOLVED } else { ROUGHLY_SOLVED * aim });
+        self.sweep(options.order, if may_be_even(&self.mesh, &self.lamps) { SOLVED } else { ROUGHLY_SOLVED * aim });
         let bounds = Bounds::of(self.bounded(), [self.left_of_direct(), self.left_of_reflected()]);
         self.bounds = bounds.ok_or_else(|| self.lossless())?;
         let links = self.receivers.iter().map(|&receiver| self.links[receiver].len() + self.far[receiver].len()).sum();
@@ -544,6 +542,11 @@ impl Solution {
         }
         Ok(any)
     }
+}
+
+/// Whether light may be far more even than was asked for: where there are no lamps and no clusters.
+fn may_be_even(mesh: &Mesh, lamps: &Lamps) -> bool {
+    lamps.is_empty() && mesh.clusters().root().is_none()
 }
 
 /// The time of a round after one that took so long, and one before that.

@@ -14,8 +14,8 @@ use radgrad_core::DVec3;
 
 use crate::basis::Shape;
 
-/// Fraction of the lengths at hand below which heights are those of a plane's own points.
-const LEVEL: f64 = 1e-12;
+/// Fraction of the lengths at hand that coordinates are rounded by: heights below it are those of a plane's own points.
+pub(crate) const LEVEL: f64 = 1e-12;
 
 /// Corners that a part may have.
 const MOST_CORNERS: usize = 16;

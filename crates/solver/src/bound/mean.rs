@@ -75,8 +75,7 @@ pub(super) fn of(scene: Scene<'_>, residuals: &[Residuals; 2], seen: &[Seen], im
     receivers.iter().enumerate().for_each(|(index, &receiver)| places[receiver] = index);
     // What of the importance of a receiver is not in the sets of others.
     let rest = |index: usize| -> Vec<f64> {
-        let above: Vec<usize> =
-            std::iter::successors(Some(receivers[index]), |&element| mesh.elements()[element].parent()).collect();
+        let above: Vec<usize> = mesh.above(receivers[index]).collect();
         let counts = |source: usize| {
             let mut left = MOST_BELOW;
             !scene.all_below(&places, source, &mut left, &|other| gathers[other].have(&above))
@@ -117,8 +116,7 @@ pub(super) fn of(scene: Scene<'_>, residuals: &[Residuals; 2], seen: &[Seen], im
             *credit = if size > 0.0 { *credit / size } else { 0.0 };
         }
         for (index, &receiver) in receivers.iter().enumerate() {
-            let above = std::iter::successors(Some(receiver), |&element| mesh.elements()[element].parent());
-            let signed = rest[index][channel] + above.map(|element| credit[element]).sum::<f64>();
+            let signed = rest[index][channel] + mesh.above(receiver).map(|element| credit[element]).sum::<f64>();
             mean.weights[receiver].push(if cancels { signed } else { whole[index][channel] });
         }
         mean.shares.push(if sent.total() > 0.0 { sent * (1.0 / sent.total()) } else { sent });

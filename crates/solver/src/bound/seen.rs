@@ -201,5 +201,5 @@ fn lesser(a: f64, b: f64) -> f64 {
 
 /// The receiver that an element is or is below.
 fn receiver_above(mesh: &Mesh, receives: &[bool], element: usize) -> Option<usize> {
-    std::iter::successors(Some(element), |&at| mesh.elements()[at].parent()).find(|&at| receives[at])
+    mesh.above(element).find(|&at| receives[at])
 }

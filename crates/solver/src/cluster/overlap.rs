@@ -5,6 +5,7 @@ use radgrad_core::DVec3;
 
 use super::{Clusters, Parts};
 use crate::element::Element;
+use crate::mesh::around;
 
 /// Fraction of the size within which planes are the same, or outlines only touch: wider than what visibility takes for level.
 const SAME: f64 = 1e-9;
@@ -16,8 +17,7 @@ impl Clusters {
     }
 
     fn overlaps(&self, elements: &[Element], index: usize, element: &Element) -> bool {
-        let v = element.polygon().vertices();
-        let (low, high) = v[1..].iter().fold((v[0], v[0]), |(low, high), p| (low.min(*p), high.max(*p)));
+        let [low, high] = around(element.polygon().vertices());
         let reach = SAME * (element.radius() + low.abs().max(high.abs()).max_element());
         let mut open: Vec<usize> = self.root().into_iter().collect();
         while let Some(at) = open.pop() {

@@ -8,10 +8,10 @@ use std::f64::consts::PI;
 
 use radgrad_core::DVec3;
 
-use super::{Cluster, LEVEL, ROUNDED, highest, most_toward};
+use super::{Cluster, ROUNDED, highest, most_toward};
 use crate::basis::Shape;
 use crate::transfer::Station;
-use crate::visible::{Visible, Window};
+use crate::visible::{LEVEL, Visible, Window};
 
 /// Bounds on what a point sees of a cluster.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
