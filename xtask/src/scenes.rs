@@ -16,6 +16,7 @@ use radgrad_audit::scenes::shrink::shrink;
 use radgrad_audit::scenes::statement::Subject;
 use radgrad_audit::scenes::table::{Row, Table, Violation};
 use radgrad_audit::scenes::truth::EFFORT;
+use radgrad_oracle::scene::Effort;
 
 use crate::summary::{right_aligned, with_header};
 use crate::verify::record::Record;
@@ -28,7 +29,7 @@ const CASES: u64 = 800;
 const BESIDE: [u64; 2] = [160, 32];
 
 /// Scenes of each of its families that a fault is looked for in.
-const LOOKED_AT: u64 = 12;
+const LOOKED_AT: u64 = 3;
 
 /// Failing scenes that are shrunk, and for how long each.
 const SHRUNK: usize = 3;
@@ -37,21 +38,22 @@ const PATIENCE: Duration = Duration::from_secs(20);
 /// `verify --scenes`: whether nothing is beyond its gate.
 pub(crate) fn run(arguments: &Arguments, gates: &Gates) -> Result<bool, Box<dyn Error>> {
     let cases = arguments.cases.unwrap_or(if arguments.quick { BESIDE[1] } else { CASES });
-    Ok(ended(hold(cases, !arguments.quick, arguments, gates)?))
+    Ok(ended(hold(cases, true, &EFFORT, arguments, gates)?))
 }
 
-/// The scenes beside the other cases of `verify`; the faults are planted in the whole run only.
+/// The scenes beside the other cases of `verify`, with half the rays; faults are planted by `--scenes` and by a test.
 pub(crate) fn beside(arguments: &Arguments, gates: &Gates) -> Result<bool, Box<dyn Error>> {
-    hold(BESIDE[usize::from(arguments.quick)], !arguments.quick, arguments, gates)
+    let effort = Effort { rays: EFFORT.rays / 2, rays_a_point: EFFORT.rays_a_point / 2, ..EFFORT };
+    hold(BESIDE[usize::from(arguments.quick)], false, &effort, arguments, gates)
 }
 
-fn hold(cases: u64, plant: bool, arguments: &Arguments, gates: &Gates) -> Result<bool, Box<dyn Error>> {
+fn hold(cases: u64, plant: bool, effort: &Effort, arguments: &Arguments, gates: &Gates) -> Result<bool, Box<dyn Error>> {
     let out = &arguments.out;
     let start = Instant::now();
     let families = arguments.scene_families();
     let bar = ProgressBar::new(cases.div_ceil(families.len() as u64) * families.len() as u64);
     bar.set_style(style());
-    let table = Table::of(&families, cases, arguments.seed, &EFFORT, |name| {
+    let table = Table::of(&families, cases, arguments.seed, effort, |name| {
         bar.set_message(name.family.name());
         bar.inc(1);
     });
@@ -129,7 +131,7 @@ fn shrink_some(violations: &[Violation], out: &Path) -> Result<(), Box<dyn Error
         let model = name.model();
         let start = Instant::now();
         let fails = |smaller: &Model| {
-            let outcome = judge(smaller, *subject, &EFFORT, None);
+            let outcome = judge(smaller, *subject, &EFFORT);
             // A scene that became none is not what was looked for.
             let same = matches!(outcome.ending, Ending::Judged(_) | Ending::Panicked | Ending::OtherDigits(..));
             start.elapsed() < PATIENCE && same && outcome.fails(smaller)
@@ -187,7 +189,7 @@ pub(crate) fn replay(name: Name) -> Result<bool, Box<dyn Error>> {
     println!("{name}: {} faces, {:?}, {:?}: {}", model.parts.len(), model.expected, model.change, file.display());
     let mut right = true;
     for subject in Subject::ALL {
-        let outcome = judge(&model, subject, &EFFORT, None);
+        let outcome = judge(&model, subject, &EFFORT);
         let (answer, truth) = (outcome.answer.as_secs_f64(), outcome.truth.as_secs_f64());
         println!("{}: {answer:.2} s, truth {truth:.2} s", subject.name());
         match &outcome.ending {

@@ -23,3 +23,4 @@ pub mod shrink;
 pub mod statement;
 pub mod table;
 pub mod truth;
+mod workers;

@@ -49,7 +49,7 @@ fn a_furnace_and_facing_rectangles_hold() {
     for family in [Family::Furnace, Family::Facing] {
         for index in 0..3 {
             let model = family.model(1, index);
-            let outcome = judge(&model, Subject::Solve, &EFFORT, None);
+            let outcome = judge(&model, Subject::Solve, &EFFORT);
             assert!(!outcome.fails(&model), "{family}:1:{index}: {:?}", outcome.faults(&model));
             let Ending::Judged(all) = outcome.ending else { panic!("{family}:1:{index} has no answer") };
             assert!(all.iter().all(|one| one.verdict == Verdict::Held));

@@ -3,12 +3,12 @@
 
 use glam::DVec3;
 use radgrad_oracle::scene::Effort;
-use rayon::prelude::*;
 
 use super::family::{Family, Name};
-use super::judge::{Ending, Verdict, judge};
+use super::judge::{Ending, Judged, Verdict, judge};
 use super::model::{Expected, Model, Part};
-use super::statement::{Quantum, Statement, Subject};
+use super::statement::{Quantum, Said, Statement, Subject, ask};
+use super::workers::on_all_cores;
 
 /// A fault.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -327,59 +327,73 @@ pub struct Found {
     pub by: Option<Name>,
 }
 
-/// Looks for each fault in scenes of its families until one shows it, up to so many a family. A scene counts only where the
-/// same statement holds without the fault.
-#[must_use]
-pub fn find(faults: &[Fault], seed: u64, most: u64, effort: &Effort) -> Vec<Found> {
-    faults.par_iter().map(|&fault| look(fault, seed, most, effort)).collect()
+/// A scene with what was said of it, all of which holds or is too rough to judge.
+struct Control {
+    name: Name,
+    subject: Subject,
+    model: Model,
+    judged: Vec<Judged>,
 }
 
-fn look(fault: Fault, seed: u64, most: u64, effort: &Effort) -> Found {
-    let mut scenes = 0;
-    let names = (0..most).flat_map(|index| fault.families().iter().map(move |&family| Name { family, seed, index }));
-    for name in names {
+/// Looks for each fault in so many scenes of each of its families until one shows it. A statement counts only where it holds
+/// without the fault. The truth is that of the scene without it.
+#[must_use]
+pub fn find(faults: &[Fault], seed: u64, most: u64, effort: &Effort) -> Vec<Found> {
+    let mut wanted: Vec<(Name, Subject)> = Vec::new();
+    for fault in faults {
+        let names = (0..most).flat_map(|index| fault.families().iter().map(move |&family| Name { family, seed, index }));
+        wanted.extend(names.map(|name| (name, fault.subject())));
+    }
+    wanted.sort_unstable();
+    wanted.dedup();
+    let control = |&(name, subject): &(Name, Subject)| {
         let model = name.model();
-        // What the fault leaves as it was cannot show it.
-        let touched = fault.scene(&model) != model || changes_statements(fault);
-        if !touched || model.expected != Expected::Answer {
-            continue;
+        match judge(&model, subject, effort).ending {
+            Ending::Judged(judged) if model.expected == Expected::Answer => Some(Control { name, subject, model, judged }),
+            _ => None,
         }
-        let control = judge(&model, fault.subject(), effort, None);
-        let Ending::Judged(control) = control.ending else { continue };
-        scenes += 1;
-        if let Ending::Judged(faulty) = judge(&model, fault.subject(), effort, Some(fault)).ending {
-            let held = |of: Quantum| control.iter().any(|one| one.statement.of == of && one.verdict == Verdict::Held);
-            // A face that was put elsewhere shows that by itself.
-            let put =
-                occluder(&model).filter(|_| matches!(fault, Fault::OccluderSkipped | Fault::FactorsFree | Fault::FieldFree));
-            let elsewhere = |of: Quantum| match of {
-                Quantum::Factor(from, to) | Quantum::Reciprocity(from, to) => put == Some(from) || put == Some(to),
-                Quantum::RowSum(face) | Quantum::Cell(face, _) => put == Some(face),
-                Quantum::Mean(_) | Quantum::Point(..) => false,
+    };
+    let controls: Vec<Control> = on_all_cores(&wanted, control).into_iter().flatten().collect();
+    on_all_cores(faults, |&fault| look(fault, &controls))
+}
+
+fn look(fault: Fault, controls: &[Control]) -> Found {
+    let mut scenes = 0;
+    for family in fault.families() {
+        let of_family = controls.iter().filter(|of| of.name.family == *family && of.subject == fault.subject());
+        for control in of_family {
+            let given = fault.scene(&control.model);
+            let said: Vec<Statement> = control.judged.iter().map(|one| one.statement).collect();
+            let said = if given == control.model {
+                fault.statements(&said)
+            } else if let (Said::Statements(said), _) = ask(&given, control.subject) {
+                said
+            } else {
+                continue;
             };
-            let broken = |of: Quantum| held(of) && !elsewhere(of);
-            if faulty.iter().any(|one| one.verdict == Verdict::Broken && broken(one.statement.of)) {
-                return Found { fault, scenes, by: Some(name) };
+            scenes += 1;
+            if shows(fault, control, &said) {
+                return Found { fault, scenes, by: Some(control.name) };
             }
         }
     }
     Found { fault, scenes, by: None }
 }
 
-const fn changes_statements(fault: Fault) -> bool {
-    matches!(
-        fault,
-        Fault::BoundTenth
-            | Fault::BoundThousandth
-            | Fault::BoundZero
-            | Fault::ValueLarge
-            | Fault::PointsSwapped
-            | Fault::MeanOfPoint
-            | Fault::NotANumber
-            | Fault::FactorsNotReciprocal
-            | Fault::FactorsTransposed
-            | Fault::BracketsNarrow
-            | Fault::FactorsDropped
-            | Fault::FieldOff
-    )
+/// Whether a statement that held does no longer.
+fn shows(fault: Fault, control: &Control, said: &[Statement]) -> bool {
+    // A face that was put elsewhere shows that by itself.
+    let put =
+        occluder(&control.model).filter(|_| matches!(fault, Fault::OccluderSkipped | Fault::FactorsFree | Fault::FieldFree));
+    let elsewhere = |of: Quantum| match of {
+        Quantum::Factor(from, to) | Quantum::Reciprocity(from, to) => put == Some(from) || put == Some(to),
+        Quantum::RowSum(face) | Quantum::Cell(face, _) => put == Some(face),
+        Quantum::Mean(_) | Quantum::Point(..) => false,
+    };
+    let broken = |statement: &Statement| {
+        let held = |one: &&Judged| one.verdict == Verdict::Held && one.statement.of == statement.of && !elsewhere(statement.of);
+        let judged = control.judged.iter().find(held);
+        judged.is_some_and(|one| Judged::new(*statement, one.known, 1.0).verdict == Verdict::Broken)
+    };
+    said.iter().any(broken)
 }

@@ -4,13 +4,12 @@ use std::time::{Duration, Instant};
 
 use radgrad_oracle::scene::{Effort, Known};
 
-use super::faults::Fault;
 use super::model::{Change, Expected, Model};
-use super::statement::{Quantum, Said, Statement, Subject, ask};
+use super::statement::{PATIENCE, Quantum, Said, Statement, Subject, ask};
 use super::truth::Truth;
 
-/// Half-width of a truth, relative to the mean reflected radiosity (to 1 for form factors), above which it is too rough to judge a
-/// bound that is smaller still.
+/// Half-width of a truth, relative to the mean reflected radiosity and a hundredth of the mean emitted one (to 1 for form factors),
+/// above which it is too rough to judge a bound that is smaller still.
 pub const ROUGH: f64 = 0.03;
 
 /// What became of a statement.
@@ -46,6 +45,8 @@ pub enum Ending {
     NotRefused,
     /// A panic.
     Panicked,
+    /// No answer in time.
+    Endless,
     /// Scaled by a power of two it has other digits: the first statement, and its value without the scale.
     OtherDigits(Statement, f64),
     /// The oracle has no truth of it, and why.
@@ -64,7 +65,9 @@ pub struct Outcome {
 }
 
 impl Judged {
-    fn new(statement: Statement, known: Known, scale: f64) -> Self {
+    /// Judges a statement; `scale` is what a half-width is compared with.
+    #[must_use]
+    pub fn new(statement: Statement, known: Known, scale: f64) -> Self {
         let half = 0.5 * known.interval.width();
         let off = (known.interval.low - statement.value).max(statement.value - known.interval.high);
         // Anything that is not a number compares as broken.
@@ -99,20 +102,17 @@ impl Judged {
     }
 }
 
-/// Asks for a scene and judges what is said of it. A fault changes what the solver is given or what it says.
+/// Asks for a scene and judges what is said of it.
 #[must_use]
-pub fn judge(model: &Model, subject: Subject, effort: &Effort, fault: Option<Fault>) -> Outcome {
-    let given = fault.map_or_else(|| model.clone(), |fault| fault.scene(model));
-    let (said, answer) = ask(&given, subject);
+pub fn judge(model: &Model, subject: Subject, effort: &Effort) -> Outcome {
+    let (said, answer) = ask(model, subject);
     let start = Instant::now();
     let ending = match said {
         Said::Panicked => Ending::Panicked,
+        Said::Endless => Ending::Endless,
         Said::Refused(why) => Ending::Refused(why),
         Said::Statements(_) if model.expected == Expected::Refusal && subject == Subject::Solve => Ending::NotRefused,
-        Said::Statements(statements) => {
-            let statements = fault.map_or_else(|| statements.clone(), |fault| fault.statements(&statements));
-            of_statements(model, subject, &statements, effort)
-        }
+        Said::Statements(statements) => of_statements(model, subject, &statements, effort),
     };
     Outcome { ending, answer, truth: start.elapsed() }
 }
@@ -130,7 +130,7 @@ fn judged(model: &Model, subject: Subject, statements: &[Statement], effort: &Ef
         Err(error) => return Ending::NoTruth(error.to_string()),
     };
     let scale = |statement: &Statement| match statement.of {
-        Quantum::Mean(channel) | Quantum::Point(_, channel) => truth.reflected[channel],
+        Quantum::Mean(channel) | Quantum::Point(_, channel) => truth.scale[channel],
         _ => 1.0,
     };
     let all = statements.iter().zip(&truth.known);
@@ -156,7 +156,7 @@ impl Outcome {
         match &self.ending {
             Ending::Judged(all) => all.iter().any(|one| one.verdict == Verdict::Broken),
             Ending::Refused(_) => model.expected == Expected::Answer,
-            Ending::NotRefused | Ending::Panicked | Ending::OtherDigits(..) | Ending::NoTruth(_) => true,
+            Ending::NotRefused | Ending::Panicked | Ending::Endless | Ending::OtherDigits(..) | Ending::NoTruth(_) => true,
         }
     }
 
@@ -177,6 +177,7 @@ impl Outcome {
             Ending::Refused(_) => Vec::new(),
             Ending::NotRefused => vec!["answered, and must be refused".to_owned()],
             Ending::Panicked => vec!["panicked".to_owned()],
+            Ending::Endless => vec![format!("no answer in {} s", PATIENCE.as_secs())],
             Ending::OtherDigits(statement, before) => {
                 let Statement { of, value, .. } = statement;
                 vec![format!("{}: {value:e} where the scene without the power of two has {before:e}", of.name())]

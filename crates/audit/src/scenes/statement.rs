@@ -1,6 +1,8 @@
 //! What the solver, the form factors and the fields say of a scene: each a value with a bound.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::mpsc;
+use std::thread;
 use std::time::{Duration, Instant};
 
 use radgrad_scene::{FactorSettings, FormFactors, Quantity, Scene};
@@ -91,13 +93,18 @@ pub enum Said {
     Refused(String),
     /// A panic, which is a fault whatever was asked.
     Panicked,
+    /// No answer in [`PATIENCE`], which is a fault as well.
+    Endless,
 }
 
+/// How long an answer may take. The time that the solver is given is a hundredth of it.
+pub const PATIENCE: Duration = Duration::from_secs(60);
+
 /// Seconds after which the solver begins no other round.
-const SECONDS: f64 = 1.0;
+const SECONDS: f64 = 0.6;
 
 /// Elements above which it divides nothing: so that answers depend on the scene and not on the machine's mood.
-const MOST_ELEMENTS: usize = 1500;
+const MOST_ELEMENTS: usize = 1000;
 
 /// Cells along a side of the face that a field is asked on.
 const CELLS: usize = 2;
@@ -106,20 +113,27 @@ const CELLS: usize = 2;
 #[must_use]
 pub fn ask(model: &Model, subject: Subject) -> (Said, Duration) {
     let start = Instant::now();
-    let answer = || -> Result<Vec<Statement>, String> {
-        let scene = model.scene().map_err(|error| error.to_string())?;
+    let given = model.clone();
+    let answer = move || -> Result<Vec<Statement>, String> {
+        let scene = given.scene().map_err(|error| error.to_string())?;
         match subject {
-            Subject::Solve => radiosities(model, &scene),
-            Subject::Factors => factors(model, &scene),
-            Subject::Field => field(model, &scene),
+            Subject::Solve => radiosities(&given, &scene),
+            Subject::Factors => factors(&given, &scene),
+            Subject::Field => field(&given, &scene),
         }
     };
-    let said = match catch_unwind(AssertUnwindSafe(answer)) {
-        Ok(Ok(statements)) => Said::Statements(statements),
-        Ok(Err(why)) => Said::Refused(why),
-        Err(_) => Said::Panicked,
-    };
-    (said, start.elapsed())
+    let (sender, receiver) = mpsc::channel();
+    // A thread that does not end is left behind: nothing ends it but the end of the program.
+    thread::spawn(move || {
+        let said = match catch_unwind(AssertUnwindSafe(answer)) {
+            Ok(Ok(statements)) => Said::Statements(statements),
+            Ok(Err(why)) => Said::Refused(why),
+            Err(_) => Said::Panicked,
+        };
+        // Nobody may be waiting any more.
+        let _ = sender.send(said);
+    });
+    (receiver.recv_timeout(PATIENCE).unwrap_or(Said::Endless), start.elapsed())
 }
 
 fn radiosities(model: &Model, scene: &Scene) -> Result<Vec<Statement>, String> {
@@ -147,7 +161,7 @@ fn radiosities(model: &Model, scene: &Scene) -> Result<Vec<Statement>, String> {
 
 fn factors(model: &Model, scene: &Scene) -> Result<Vec<Statement>, String> {
     let factors = FormFactors::new(scene).map_err(|error| error.to_string())?;
-    let settings = FactorSettings { tolerance: 0.03, most_cells: 1000, ..FactorSettings::default() };
+    let settings = FactorSettings { tolerance: 0.05, most_cells: 300, ..FactorSettings::default() };
     let matrix = factors.matrix(&settings, || ()).map_err(|error| error.to_string())?;
     let count = matrix.faces().len();
     // Of the unchanged scene, so that what is said of pairs has one unit.

@@ -4,7 +4,6 @@ use std::collections::BTreeMap;
 use std::io::Write;
 use std::time::Duration;
 
-use rayon::prelude::*;
 use serde::Deserialize;
 
 use radgrad_oracle::scene::Effort;
@@ -13,6 +12,7 @@ use super::family::{Family, Name};
 use super::judge::{Ending, Judged, Outcome, Verdict, judge};
 use super::model::Expected;
 use super::statement::Subject;
+use super::workers::on_all_cores;
 
 /// What must hold of scenes.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
@@ -93,12 +93,11 @@ impl Table {
         let of = |&name: &Name| {
             let model = name.model();
             let outcomes: Vec<(Subject, Outcome)> =
-                subjects(name.index).iter().map(|&subject| (subject, judge(&model, subject, effort, None))).collect();
+                subjects(name.index).iter().map(|&subject| (subject, judge(&model, subject, effort))).collect();
             done(name);
             (name, model, outcomes)
         };
-        // Scene by scene on all cores, so that no answer waits for a core that another scene has.
-        let outcomes: Vec<_> = names.par_iter().with_max_len(1).map(of).collect();
+        let outcomes = on_all_cores(&names, of);
         let mut table = Self::default();
         for (name, model, outcomes) in outcomes {
             for (subject, outcome) in outcomes {

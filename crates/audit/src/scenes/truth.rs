@@ -20,7 +20,7 @@ pub enum Error {
 
 /// What walks may cost, and with which confidence their limits hold: of twenty thousand statements none is taken for wrong by
 /// chance with a probability of 0.998 and more.
-pub const EFFORT: Effort = Effort { rays: 400_000, rays_a_point: 300_000, digits: 15, seed: 1, confidence: 1.0 - 1e-7 };
+pub const EFFORT: Effort = Effort { rays: 300_000, rays_a_point: 250_000, digits: 15, seed: 1, confidence: 1.0 - 1e-7 };
 
 /// Rays from a face for its form factors.
 const SIGHTS: u32 = 16_384;
@@ -31,8 +31,9 @@ const GIVEN: f64 = 1e-14;
 /// The truth of a scene, as far as it is asked for.
 #[derive(Debug)]
 pub struct Truth {
-    /// Mean of `B - E` in each channel, what errors are compared with; empty where only geometry is asked.
-    pub reflected: Vec<f64>,
+    /// Mean of `B - E` in each channel, plus a hundredth of that of E for scenes that reflect next to nothing: what half-widths are
+    /// compared with. Empty where only geometry is asked.
+    pub scale: Vec<f64>,
     /// Of each statement, in their order.
     pub known: Vec<Known>,
 }
@@ -74,7 +75,7 @@ impl Truth {
             means.push(mean);
             at_points.push(points);
         }
-        let reflected = |mean: &Mean| mean.reflected.value;
+        let scale = |mean: &Mean| mean.reflected.value + 0.01 * mean.emitted;
         let known = |statement: &Statement| match statement.of {
             Quantum::Mean(channel) => {
                 let Mean { emitted, reflected } = means[channel];
@@ -85,7 +86,7 @@ impl Truth {
             Quantum::Point(probe, channel) => rounded(at_points[channel][probe]),
             _ => unknown(),
         };
-        Ok(Self { reflected: means.iter().map(reflected).collect(), known: statements.iter().map(known).collect() })
+        Ok(Self { scale: means.iter().map(scale).collect(), known: statements.iter().map(known).collect() })
     }
 
     fn of_factors(model: &Model, statements: &[Statement], effort: &Effort) -> Result<Self, Error> {
@@ -98,7 +99,7 @@ impl Truth {
             Quantum::RowSum(_) => around(1.0, 0.0),
             _ => unknown(),
         };
-        Ok(Self { reflected: Vec::new(), known: statements.iter().map(known).collect() })
+        Ok(Self { scale: Vec::new(), known: statements.iter().map(known).collect() })
     }
 
     fn of_field(model: &Model, statements: &[Statement], effort: &Effort) -> Result<Self, Error> {
@@ -110,13 +111,13 @@ impl Truth {
             }
             _ => Ok(unknown()),
         };
-        Ok(Self { reflected: Vec::new(), known: statements.iter().map(known).collect::<Result<_, Error>>()? })
+        Ok(Self { scale: Vec::new(), known: statements.iter().map(known).collect::<Result<_, Error>>()? })
     }
 }
 
 /// More rays where there are few faces, which a ray costs less for.
 fn for_faces(effort: &Effort, faces: usize) -> Effort {
-    let times = (MANY_FACES / faces.max(1)).clamp(1, 6);
+    let times = (MANY_FACES / faces.max(1)).clamp(1, 4);
     Effort { rays: effort.rays * times, rays_a_point: effort.rays_a_point * times, ..*effort }
 }
 
