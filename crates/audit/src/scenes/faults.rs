@@ -1,8 +1,6 @@
 //! Faults that are planted, to see that the audit finds them: the scene that the solver is given differs from the one that the
 //! oracle is given, or what it says is changed on the way. Nothing of this is in shipped code.
 
-use std::ops::Range;
-
 use glam::DVec3;
 use radgrad_oracle::scene::Effort;
 
@@ -25,7 +23,7 @@ pub enum Fault {
     LampBothSides,
     /// A lamp is a tenth of its size aside.
     LampAside,
-    /// Two slats in the way are not seen to be.
+    /// Slats in the way are not seen to be.
     OccluderSkipped,
     /// A face is taken for its back.
     FaceTurned,
@@ -61,11 +59,11 @@ pub enum Fault {
     FactorsTransposed,
     /// Brackets of factors are a hundredth of what they are.
     BracketsNarrow,
-    /// Factors past two slats are those of free sight.
+    /// Factors past slats are those of free sight.
     FactorsFree,
     /// One in a hundred factors is 0.
     FactorsDropped,
-    /// Fields see through two slats.
+    /// Fields see through slats.
     FieldFree,
     /// Fields do not see the strongest lamp.
     FieldLampSkipped,
@@ -198,7 +196,7 @@ impl Fault {
         let weakest = lamps.iter().copied().min_by(|&a, &b| power(&given.parts[a]).total_cmp(&power(&given.parts[b])));
         // Of what reflects, the last is a box's where there is one.
         let reflects = |k: &usize| given.parts[*k].reflectance[0] > 0.0;
-        let last = (0..given.parts.len()).filter(reflects).next_back();
+        let last = (0..given.parts.len()).rfind(reflects);
         match self {
             Self::LampSkipped | Self::FieldLampSkipped => scale_emission(&mut given, strongest, 0.0),
             Self::WeakLampSkipped => scale_emission(&mut given, weakest, 0.0),
@@ -327,9 +325,10 @@ impl Fault {
 /// Where a face goes that is to hide nothing: it keeps its index.
 const FAR_AWAY: DVec3 = DVec3::new(100.0, 200.0, 400.0);
 
-/// Both sides of the first two slats in a room, which come after its six walls; none where there are too few faces.
-fn occluders(model: &Model) -> Range<usize> {
-    if model.parts.len() > 10 { 6..10 } else { 0..0 }
+/// Both sides of the slats in a room, which come after its six walls and before the two sides of its lamp; not those with points.
+fn occluders(model: &Model) -> Vec<usize> {
+    let asked = |part: &usize| model.probes.iter().any(|probe| probe.part == *part);
+    (6..model.parts.len().saturating_sub(2)).filter(|part| !asked(part)).collect()
 }
 
 fn scale_emission(model: &mut Model, lamp: Option<usize>, factor: f64) {
@@ -416,7 +415,7 @@ fn look(fault: Fault, controls: &[Control]) -> Found {
 fn shows(fault: Fault, control: &Control, said: &[Statement]) -> bool {
     // A face that was put elsewhere shows that by itself.
     let moves = matches!(fault, Fault::OccluderSkipped | Fault::FactorsFree | Fault::FieldFree);
-    let put = if moves { occluders(&control.model) } else { 0..0 };
+    let put = if moves { occluders(&control.model) } else { Vec::new() };
     let elsewhere = |of: Quantum| match of {
         Quantum::Factor(from, to) | Quantum::Reciprocity(from, to) => put.contains(&from) || put.contains(&to),
         // What such a face showed it shows no longer.
