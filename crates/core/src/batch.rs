@@ -1,7 +1,7 @@
 //! Many receivers against one emitter, or one receiver against many emitters, on the vector units of the machine.
 //!
-//! The closed form of a constant emitter (HS95 Eq. 8 and A.1, in the form of `batch::edge`) or of a linear one (`batch::linear`), with
-//! the receiver's horizon, several answers at a time: as many as a vector of the instruction set
+//! The closed form of a constant emitter (HS95 Eqs. 10, 11 and A.1, in the form of `batch::edge`) or of a linear one (`batch::linear`),
+//! with the receiver's horizon, several answers at a time: as many as a vector of the instruction set
 //! holds, found at run time. Each lane carries the bound derived in `batch::bound`; a lane whose bound is above the tolerance,
 //! or that cannot tell on which side of a plane it is, is answered again by the scalar path, so that what comes out is as
 //! certain as there. Polynomial emitters take the scalar path altogether.
@@ -38,19 +38,21 @@
 //! ```
 
 mod answers;
-mod arc_tangent;
 mod bound;
 mod cluster;
 mod edge;
 mod emitter_tree;
 mod emitters;
+mod emitting;
 mod far_field;
 mod lamps;
-mod lanes;
 mod linear;
 mod many_emitters;
 mod one_emitter;
+mod precision;
 mod receivers;
+mod span;
+mod sums;
 mod tile;
 mod total;
 mod visible;
@@ -62,21 +64,18 @@ use fearless_simd::Level;
 pub use answers::{Answers, Counts};
 pub use emitter_tree::EmitterTree;
 pub use emitters::Emitters;
+pub use precision::Precision;
 pub use receivers::Receivers;
 pub use total::Tally;
 
-use crate::{Emitter, Error, Receiver, level};
-use emitters::OneReceiver;
-use one_emitter::OneEmitter;
-use tile::Goal;
-use total::Total;
-
-/// Single or double precision: `f32` or `f64`.
-#[allow(private_bounds, reason = "what lanes need of a number is not for others to implement")]
-pub trait Precision: lanes::Lane {}
-
-impl Precision for f64 {}
-impl Precision for f32 {}
+use crate::batch::emitters::OneReceiver;
+use crate::batch::one_emitter::OneEmitter;
+use crate::batch::tile::Goal;
+use crate::batch::total::Total;
+use crate::error::Error;
+use crate::lanes::instruction_set;
+use crate::problem::emission::Emitter;
+use crate::problem::receiver::Receiver;
 
 /// How batches run: on which instruction set, on one thread or all.
 ///
@@ -97,7 +96,7 @@ impl Default for Engine {
 
 impl fmt::Display for Engine {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(level::name(self.level))?;
+        f.write_str(instruction_set::name(self.level))?;
         f.write_str(if self.threads { " on all threads" } else { "" })
     }
 }
@@ -112,7 +111,7 @@ impl Engine {
     /// One engine for each instruction set of this machine, best first.
     #[must_use]
     pub fn all() -> Vec<Self> {
-        level::levels().into_iter().map(|level| Self { level, threads: false }).collect()
+        instruction_set::levels().into_iter().map(|level| Self { level, threads: false }).collect()
     }
 
     /// The same on all threads of rayon's pool, where the crate is built with the feature `threads`.
@@ -147,7 +146,7 @@ impl Engine {
         self.against(receivers, emitter, Goal::plain::<F>(true), answers)
     }
 
-    /// Radiosity of each receiver with its bound, to a relative tolerance as of [`crate::evaluate_to`].
+    /// Radiosity of each receiver with its bound, to a relative tolerance as of [`crate::evaluate::evaluate_to`].
     ///
     /// # Errors
     /// If a result overflows, or the tolerance is not in [0, 1].
@@ -161,8 +160,8 @@ impl Engine {
         self.against(receivers, emitter, Goal::within(tolerance, false)?, answers)
     }
 
-    /// Radiosity and gradient at each receiver with their bounds, to a relative tolerance as of [`crate::evaluate_to`]. In single
-    /// precision the bounds count the rounding of the results, so that nothing meets a tolerance below 1e-7.
+    /// Radiosity and gradient at each receiver with their bounds, to a relative tolerance as of [`crate::evaluate::evaluate_to`].
+    /// In single precision the bounds count the rounding of the results, so that nothing meets a tolerance below 1e-7.
     ///
     /// # Errors
     /// If a result overflows, or the tolerance is not in [0, 1].

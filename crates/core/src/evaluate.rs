@@ -1,100 +1,23 @@
 //! One receiver, one emitter, any occluders: the answer with its bounds.
 //!
 //! `B(x) = (rho/pi) int B(y) (n1.r)(-n2.r)/|r|^4 dA` (HS95 Eq. 1) over the part of the emitter that x sees above its horizon,
-//! and its gradient with respect to x at fixed n1. What is computed how is decided in [`crate::plan`] and [`crate::ladder`].
+//! and its gradient with respect to x at fixed n1. What is computed how is decided in [`crate::boundary::plan`] and
+//! [`crate::ladder::climb`].
 
 use glam::DVec3;
 
-use crate::ladder::{Case, Ordinary};
-use crate::plan::Plan;
-use crate::terms::Terms;
-use crate::unit::Unit;
-use crate::vec3::Vec3;
-use crate::{Emission, Emitter, Error, Polygon, Receiver, constant, linear};
-
-/// Radiosity and its gradient with proven absolute error bounds.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Answer {
-    /// Radiosity `B(x)`, in the unit of the emission.
-    pub radiosity: f64,
-    /// Gradient of `B` with respect to `x` at fixed normal, in that unit over the unit of length.
-    pub gradient: DVec3,
-    /// Proven bound on the error of `radiosity`.
-    pub radiosity_error: f64,
-    /// Proven bound on the Euclidean norm of the error of `gradient`.
-    pub gradient_error: f64,
-    /// What answered.
-    pub method: Method,
-}
-
-impl Answer {
-    pub(crate) const ZERO: Self =
-        Self { radiosity: 0.0, gradient: DVec3::ZERO, radiosity_error: 0.0, gradient_error: 0.0, method: Method::Zero };
-
-    /// Whether both bounds are within `tolerance`, relative.
-    #[must_use]
-    pub fn meets(&self, tolerance: f64) -> bool {
-        let size = Vec3::from(self.gradient).length();
-        self.radiosity_error <= tolerance * self.radiosity.abs() && self.gradient_error <= tolerance * size
-    }
-}
-
-/// Radiosity with a proven absolute error bound.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Value {
-    /// Radiosity `B(x)`, in the unit of the emission.
-    pub radiosity: f64,
-    /// Proven bound on the error of `radiosity`.
-    pub radiosity_error: f64,
-    /// What answered.
-    pub method: Method,
-}
-
-impl Value {
-    pub(crate) const ZERO: Self = Self { radiosity: 0.0, radiosity_error: 0.0, method: Method::Zero };
-}
-
-/// How large the error of a value may be: `relative` times the value, or `absolute`, whichever is larger.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Tolerance {
-    /// Relative, in [0, 1].
-    pub relative: f64,
-    /// In the unit of the emission.
-    pub absolute: f64,
-}
-
-/// What gave an answer.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-#[non_exhaustive]
-pub enum Method {
-    /// Nothing to compute: the receiver is behind the emitter or in its plane, the emitter is below the horizon, or occluders
-    /// hide all of it. Exactly 0.
-    Zero,
-    /// A Gauss rule on the part of the emitter above the horizon, with an a-priori bound: far away, and wherever it is cheap.
-    Quadrature,
-    /// The closed form in double precision with a running error bound.
-    ClosedForm,
-    /// The same in double-double.
-    DoubleDouble,
-    /// The same with as many bits as it takes, rounded to doubles.
-    #[cfg(feature = "arbitrary-precision")]
-    ArbitraryPrecision,
-}
-
-impl Method {
-    /// Name in files: `zero`, `quadrature`, `closed-form`, `double-double`, `arbitrary-precision`.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Zero => "zero",
-            Self::Quadrature => "quadrature",
-            Self::ClosedForm => "closed-form",
-            Self::DoubleDouble => "double-double",
-            #[cfg(feature = "arbitrary-precision")]
-            Self::ArbitraryPrecision => "arbitrary-precision",
-        }
-    }
-}
+use crate::boundary::case::Case;
+use crate::boundary::plan::Plan;
+use crate::error::Error;
+use crate::forms::edge_lanes;
+use crate::forms::sums::Terms;
+use crate::ladder::answer::{Answer, Tolerance, Value};
+use crate::ladder::caller_units::Unit;
+use crate::ladder::climb::Ordinary;
+use crate::problem::emission::{Emission, Emitter};
+use crate::problem::polygon::Polygon;
+use crate::problem::receiver::Receiver;
+use crate::scalar::vec3::Vec3;
 
 /// The relative error that [`evaluate`] asks for.
 pub const DEFAULT_TOLERANCE: f64 = 1e-12;
@@ -278,11 +201,13 @@ pub fn irradiance_vector(receiver: &Receiver, emitter: &Emitter) -> Result<DVec3
 fn side_by_side<const VALUE: bool, const GRADIENT: bool>(receiver: &Receiver, emitter: &Emitter) -> Option<(Plan, Terms<f64>)> {
     match emitter.emission() {
         Emission::Constant(_) => {
-            let (plan, sums) = constant::plain::<VALUE, GRADIENT>(receiver, emitter.polygon())?;
+            let (plan, sums) = edge_lanes::constant::plain::<VALUE, GRADIENT>(receiver, emitter.polygon())?;
             let emission = emitter.affine().value;
             Some((plan, Terms { irradiance: sums.irradiance * emission, gradient: sums.gradient * emission }))
         }
-        Emission::Linear(_) => linear::whole::<GRADIENT>(receiver, emitter).map(|(power, sums)| (Plan::whole(power), sums)),
+        Emission::Linear(_) => {
+            edge_lanes::linear::whole::<GRADIENT>(receiver, emitter).map(|(power, sums)| (Plan::whole(power), sums))
+        }
         Emission::Polynomial(_) => None,
     }
 }
@@ -297,7 +222,8 @@ fn is_sound<const N: usize>(normalised: [f64; N]) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Emission;
+    use crate::ladder::answer::Method;
+    use crate::problem::emission::Emission;
 
     fn case(normal: DVec3, emission: Emission) -> (Receiver, Emitter) {
         let triangle = [[-0.9, 0.1, 0.2], [-0.1, 0.7, 0.3], [0.4, -0.9, 0.1]].map(DVec3::from);

@@ -2,8 +2,8 @@
 //! occluders.
 //!
 //! The gradient is `(rho B/pi) sum int (n1.r) (dy x r) / r^4` over the parts of the emitter's edges above the horizon
-//! ([`crate::constant`]). Its derivative with respect to x at fixed y is minus that with respect to r. The end points of the
-//! parts move with x where the horizon cuts an edge, but the integrand is zero there, `n1.r = 0`: the horizon adds nothing
+//! ([`crate::forms::constant`]). Its derivative with respect to x at fixed y is minus that with respect to r. The end points of
+//! the parts move with x where the horizon cuts an edge, but the integrand is zero there, `n1.r = 0`: the horizon adds nothing
 //! beyond shortening the edges. In the frame of a line at distance S, `r = S (toward + along tan psi)`, `dy x r = -S N ds`, the
 //! integrals are those of `cos^2` times one, `cos^2`, `cos sin` and `sin^2`:
 //!
@@ -28,27 +28,33 @@
 //! B is twice differentiable in front of the emitter except where a whole edge lies in the horizon, which leaves the second
 //! derivative from the side on which the edge is hidden, and where an edge is seen through a vertex or along another edge that it
 //! does not meet: then the bound is infinite. Terms are of the size `1/(S r)`: far away the sum cancels by D/s, at distance D for
-//! an emitter of size s, as the gradient's does. Bounds are running ([`crate::certify`]); the ladder is f64, double-double, then
-//! as many bits as it takes.
+//! an emitter of size s, as the gradient's does. Bounds are running ([`crate::scalar::ball`]); the ladder is f64, double-double,
+//! then as many bits as it takes.
 
 use glam::DMat3;
 
-use crate::arc::Arc;
+use crate::boundary::arc::Arc;
+use crate::boundary::case::Case;
+use crate::boundary::line::Line;
+use crate::boundary::plan::Plan;
+use crate::boundary::{horizon, visibility};
+use crate::error::Error;
+use crate::ladder::answer::Method;
+use crate::ladder::caller_units::Unit;
 #[cfg(feature = "arbitrary-precision")]
-use crate::big::{Big, Enclosure, PRECISIONS, enough_for_doubles, refined, relative_error, to_doubles};
-use crate::certify::Ball;
+use crate::ladder::digits::{Enclosed, to_doubles};
+use crate::problem::emission::{Emission, Emitter};
+use crate::problem::polygon::Polygon;
+use crate::problem::receiver::{Receiver, albedo, unit_normal};
+use crate::scalar::ball::Ball;
 #[cfg(feature = "arbitrary-precision")]
-use crate::digits::Enclosed;
-use crate::double_double::DoubleDouble;
-use crate::ladder::Case;
-use crate::line::Line;
-use crate::number::{Number, ROUNDOFF};
-use crate::plan::{Plan, unit_normal};
-use crate::real::Real;
-use crate::terms::albedo;
-use crate::unit::Unit;
-use crate::vec3::Vec3;
-use crate::{Emission, Emitter, Error, Method, Polygon, Receiver, horizon, visibility};
+use crate::scalar::big::Big;
+#[cfg(feature = "arbitrary-precision")]
+use crate::scalar::big::enclosure::{Enclosure, PRECISIONS, enough_for_doubles, refined, relative_error};
+use crate::scalar::double_double::DoubleDouble;
+use crate::scalar::number::{Number, ROUNDOFF};
+use crate::scalar::real::Real;
+use crate::scalar::vec3::Vec3;
 
 /// Second derivatives of the radiosity with a proven absolute error bound.
 #[derive(Debug, Clone, Copy, PartialEq)]

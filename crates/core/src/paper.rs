@@ -28,13 +28,15 @@ mod surface;
 
 use glam::DVec3;
 
-pub use slip::Slip;
+pub use crate::paper::slip::Slip;
 
-use crate::geometry::normalising_power;
-use crate::{Emission, Emitter, Error, Receiver};
-use edge::Edge;
-use horizon::Vertex;
-use slip::Slips;
+use crate::error::Error;
+use crate::paper::edge::Edge;
+use crate::paper::horizon::Vertex;
+use crate::paper::slip::Slips;
+use crate::problem::emission::{Emission, Emitter};
+use crate::problem::receiver::Receiver;
+use crate::scalar::power::normalising_power;
 
 /// Radiosity and gradient by appendix A, corrected, or with one `slip` planted.
 ///

@@ -1,8 +1,9 @@
 //! What a batch gives, as a structure of arrays.
 
-use super::Precision;
-use crate::DVec3;
-use crate::evaluate::{Answer, Method};
+use glam::DVec3;
+
+use crate::batch::precision::Precision;
+use crate::ladder::answer::{Answer, Method};
 
 /// One entry of each array a receiver, or an emitter. Arrays that were not asked for are empty. Kept from one batch to the next
 /// it is not allocated again.

@@ -2,17 +2,20 @@
 
 use fearless_simd::Level;
 
-use super::Precision;
-use super::answers::{Answers, Counts, Slots};
-use super::lamps::{Lamps, by_edges, sorted};
-use super::lanes::MOST_LANES;
-use super::many_emitters::{Group, SeenFrom, Work, common_power, goes_on_lanes};
-use super::tile::{self, Entries, Goal, Settled, TILE, put};
-use crate::evaluate::Method;
-use crate::{Emitter, Error, Receiver};
+use crate::batch::answers::{Answers, Counts, Slots};
+use crate::batch::lamps::{Lamps, by_edges, sorted};
+use crate::batch::many_emitters::{Group, SeenFrom, Work, common_power, goes_on_lanes};
+use crate::batch::precision::Precision;
+use crate::batch::tile;
+use crate::batch::tile::{Entries, Goal, Settled, TILE, put};
+use crate::error::Error;
+use crate::ladder::answer::Method;
+use crate::lanes::lane::MOST_LANES;
+use crate::problem::emission::Emitter;
+use crate::problem::receiver::Receiver;
 
-/// Emitters as a structure of arrays, made once for any number of receivers. Constant or linear emitters with as many vertices go on
-/// lanes together, linear ones in double precision; polynomial ones are kept as they are and answered one by one.
+/// Emitters as a structure of arrays, made once for any number of receivers. Constant or linear emitters with as many vertices go
+/// on lanes together, linear ones in double precision; polynomial ones are kept as they are and answered one by one.
 ///
 /// ```
 /// use radgrad_core::{DVec3, Emission, Emitter, Polygon, Receiver};

@@ -4,8 +4,9 @@ use std::ops::Range;
 
 use glam::DVec3;
 
-use super::Precision;
-use crate::{Error, Receiver};
+use crate::batch::precision::Precision;
+use crate::error::Error;
+use crate::problem::receiver::Receiver;
 
 /// Receiver points with their normals and reflectances, one entry of each slice a receiver.
 ///

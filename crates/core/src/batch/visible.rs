@@ -1,18 +1,18 @@
 //! What receivers see of an emitter, on lanes: nothing, all of it, or what is above their horizon.
 //!
-//! The decisions of [`crate::plan`], taken where the precision of the lanes is sure of them: heights err by less than 8.5u of the
-//! distance R of the farthest vertex, and 16u R decide. Which side of the plane the receiver is on, and whether anything is above
-//! the horizon, must be sure; lanes where it is not are left to the scalar path, as are those where too many digits are lost. A
-//! single vertex within 16u R of the horizon is taken to be on it, and the bound covers that it is not: so a wall that stands on
-//! the receiver's floor is answered here. The side of a plane across an axis is exact.
+//! The decisions of [`crate::boundary::plan`], taken where the precision of the lanes is sure of them: heights err by less than
+//! 8.5u of the distance R of the farthest vertex, and 16u R decide. Which side of the plane the receiver is on, and whether
+//! anything is above the horizon, must be sure; lanes where it is not are left to the scalar path, as are those where too many
+//! digits are lost. A single vertex within 16u R of the horizon is taken to be on it, and the bound covers that it is not: so a
+//! wall that stands on the receiver's floor is answered here. The side of a plane across an axis is exact.
 
 use fearless_simd::Simd;
 
-use super::arc_tangent::angles;
-use super::bound::{Bound, Crossing};
-use super::edge::{Edge, Part, Seen, Span, Terms};
-use super::lanes::{Lane, Lanes, Mask, constant};
-use crate::vec3::Vec3;
+use crate::batch::bound::Bound;
+use crate::batch::span::{Crossing, Edge, Part, Seen, Span, Terms};
+use crate::lanes::angle::angles;
+use crate::lanes::lane::{Lane, Lanes, Mask, constant};
+use crate::scalar::vec3::Vec3;
 
 /// Polygons with as many edges each, one a lane or the same on all lanes, in normalised lengths.
 pub(super) trait Outline<S: Simd, F: Lane> {
@@ -32,8 +32,8 @@ pub(super) trait BoundarySums<S: Simd, F: Lane> {
     /// What value and gradient are of their sums.
     const FACTOR: f64;
 
-    /// Adds the visible pieces of edges, one after the other; what takes long is done for all of them side by side, and what needs
-    /// no root while there are roots to wait for.
+    /// Adds the visible pieces of edges, one after the other; what takes long is done for all of them side by side, and what
+    /// needs no root while there are roots to wait for.
     #[inline(always)]
     fn add<const GRADIENT: bool, const N: usize>(&mut self, simd: S, n1: Vec3<Lanes<S, F>>, spans: &[Span<S, F>; N]) {
         let mut terms = [Terms::none(simd); N];

@@ -11,12 +11,14 @@
 
 use glam::DVec3;
 
-use super::Scene;
-use super::source::Lit;
-use crate::number::ROUNDOFF;
-use crate::plan::{Plan, height_over_horizon, offset};
-use crate::vec3::Vec3;
-use crate::{Polygon, Receiver};
+use crate::boundary::plan::{Plan, height_over_horizon};
+use crate::gauss::scene::Scene;
+use crate::gauss::source::Lit;
+use crate::problem::polygon::Polygon;
+use crate::problem::receiver::Receiver;
+use crate::scalar::number::ROUNDOFF;
+use crate::scalar::offset::offset;
+use crate::scalar::vec3::Vec3;
 
 /// A corner of the outline, in normalised lengths.
 #[derive(Debug, Clone, Copy)]

@@ -27,13 +27,14 @@
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f64x8};
 
-use super::fan::Shape;
-use super::source::OnTriangle;
-use super::triangle::{Bound, Grid, Rule, Seen, Triangle};
-use super::{Integral, Scene, rules, square};
-use crate::level::{LEVEL, on_level};
-use crate::number::ROUNDOFF;
-use crate::vec3::Vec3;
+use crate::gauss::scene::{Integral, Scene};
+use crate::gauss::source::OnTriangle;
+use crate::gauss::triangle::{Bound, Grid, Rule, Seen, Triangle};
+use crate::gauss::{rules, square};
+use crate::lanes::instruction_set::{LEVEL, on_level};
+use crate::problem::fan::Shape;
+use crate::scalar::number::ROUNDOFF;
+use crate::scalar::vec3::Vec3;
 
 /// Sums over nodes of `1/r^4` times 1, `B`, `B n1.r`, `B n1.r r/r^2`, and of the second and third over `r^2`.
 #[derive(Debug, Clone, Copy)]

@@ -5,7 +5,7 @@
 //! In one variable, the other held, y moves on a segment of half-length l. In the ellipse `E_R` around it (semi-axes A and tau,
 //! `A + tau = R`) `|r.r| >= q = d^2 - tau^2 l^2` with d a lower bound of the distance of the real segment stretched to A: its
 //! height over the plane, or the distance of the centroid less what the stretched triangle reaches. There `|r| <= rho + (R - 1)
-//! l`, `n1.r` grows by no more than that, B as [`source`](super::source) says, and the integrand is bounded by M. So are its
+//! l`, `n1.r` grows by no more than that, B as [`source`](crate::gauss::source) says, and the integrand is bounded by M. So are its
 //! Chebyshev coefficients, by `2 M R^-k`; n nodes are exact below degree 2n and, as the integral, for all odd k, and elsewhere
 //! neither is above 2 or `2/(k^2 - 1)`: on a unit interval they err by at most `(8/3) M R^(-2n) / (1 - R^-2)`, one such term for
 //! each variable. (The argument of Trefethen, "Is Gauss quadrature better than Clenshaw-Curtis?", 2008, Theorem 4.5, whose bound
@@ -19,15 +19,15 @@
 
 use std::ops::Add;
 
-use super::Scene;
-use super::fan::{FanTriangle, Shape};
-use super::outline::Corner;
-use super::source::OnTriangle;
-use super::{rules, square};
-use crate::Receiver;
-use crate::number::ROUNDOFF;
-use crate::plan::offset;
-use crate::vec3::Vec3;
+use crate::gauss::outline::Corner;
+use crate::gauss::scene::Scene;
+use crate::gauss::source::OnTriangle;
+use crate::gauss::{rules, square};
+use crate::problem::fan::{FanTriangle, Shape};
+use crate::problem::receiver::Receiver;
+use crate::scalar::number::ROUNDOFF;
+use crate::scalar::offset::offset;
+use crate::scalar::vec3::Vec3;
 
 /// A triangle of the fan, seen from the receiver, with the rule for it.
 #[derive(Debug)]

@@ -2,24 +2,29 @@
 //!
 //! The ladder is that of [`super`] without the gradient. That is more than a saving: where the edge of a shadow is seen in line
 //! with another edge the gradient has two values, and no number of bits decides between them; the value is the same for both
-//! decisions, and [`crate::visibility::Doubt`] bounds by how much it is not. A bound that is below the absolute tolerance is
-//! accepted as it stands, so a sliver that nobody would miss is bounded and not decided.
+//! decisions, and [`crate::boundary::visibility::doubt::Doubt`] bounds by how much it is not. A bound that is below the absolute
+//! tolerance is accepted as it stands, so a sliver that nobody would miss is bounded and not decided.
 
 #[cfg(feature = "arbitrary-precision")]
 use std::array::from_ref;
 
-use super::{Case, Climb, Found};
-use crate::Error;
+use crate::boundary::case::Case;
+use crate::error::Error;
 #[cfg(feature = "arbitrary-precision")]
-use crate::big::{Big, Enclosure, Magnitude, PRECISIONS, Refined, enough_for_doubles, refined, relative_error, to_doubles};
+use crate::forms::sums::Terms;
+use crate::ladder::answer::{Method, Tolerance, Value};
+use crate::ladder::climb::{Climb, Found};
 #[cfg(feature = "arbitrary-precision")]
-use crate::certify::Ball;
+use crate::ladder::digits::{Enclosed, to_doubles};
 #[cfg(feature = "arbitrary-precision")]
-use crate::digits::Enclosed;
-use crate::evaluate::{Method, Tolerance, Value};
-use crate::number::ROUNDOFF;
+use crate::scalar::ball::Ball;
 #[cfg(feature = "arbitrary-precision")]
-use crate::terms::Terms;
+use crate::scalar::big::Big;
+#[cfg(feature = "arbitrary-precision")]
+use crate::scalar::big::enclosure::{Enclosure, PRECISIONS, Refined, enough_for_doubles, refined, relative_error};
+#[cfg(feature = "arbitrary-precision")]
+use crate::scalar::big::magnitude::Magnitude;
+use crate::scalar::number::ROUNDOFF;
 
 impl Tolerance {
     /// The error that is allowed of a value.

@@ -11,8 +11,8 @@
 
 use glam::DVec3;
 
-use super::slip::{Slip, Slips};
-use crate::Error;
+use crate::error::Error;
+use crate::paper::slip::{Slip, Slips};
 
 /// One edge as seen from the receiver, with its integrals.
 #[derive(Debug)]

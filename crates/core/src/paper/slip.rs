@@ -3,7 +3,8 @@
 
 use glam::DVec3;
 
-use crate::{Emitter, Receiver};
+use crate::problem::emission::Emitter;
+use crate::problem::receiver::Receiver;
 
 /// One departure from the corrected appendix A.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]

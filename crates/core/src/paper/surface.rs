@@ -14,7 +14,7 @@
 
 use glam::DVec3;
 
-use super::edge::Edge;
+use crate::paper::edge::Edge;
 
 /// Nodes and weights of the 16-point Gauss-Legendre rule on [-1, 1], the positive half.
 const GAUSS: [(f64, f64); 8] = [
@@ -65,8 +65,8 @@ fn contour_integrals(q: DVec3, e: DVec3, hh: f64) -> (f64, f64) {
 
 #[cfg(test)]
 mod tests {
-    use super::super::slip::Slips;
     use super::*;
+    use crate::paper::slip::Slips;
 
     fn edges(vertices: &[DVec3]) -> Vec<Edge> {
         let at = |i: usize| vertices[i % vertices.len()];

@@ -1,7 +1,8 @@
 //! What appendix A promises: the numbers of the paper's scene, and Eq. 1 with its gradient integrated directly elsewhere.
 
 use super::*;
-use crate::{Emission, Polygon};
+use crate::problem::emission::Emission;
+use crate::problem::polygon::Polygon;
 
 /// The emitter of the paper's figures A to D.
 fn triangle(emission: Emission) -> Emitter {

@@ -1,0 +1,121 @@
+//! The boundary of the part of an emitter that the receiver sees past occluders.
+//!
+//! Seen from x, a convex part of the emitter above the horizon is a convex cone, and so is the shadow of a convex occluder, cut
+//! off at the emitter's plane. Subtracting a shadow leaves the parts outside its side k and inside its sides before k. The
+//! seams between those parts lie on occluder lines and run once each way, so that they cancel in every sum over arcs.
+//! The largest occluders come first, and what surely hides nothing of what is left costs a look in double precision
+//! ([`glimpse`]).
+//!
+//! Edges on one line (in a mesh of occluders and at its T-junctions, or where an occluder stands on the emitter's edge) are
+//! decided exactly ([`crate::boundary::edge_name`]). Elsewhere a corner may be within rounding of a shadow's side; then the
+//! middle of its ball decides, and [`Doubt`] bounds what the other decision would have changed.
+
+mod boundary;
+pub(crate) mod doubt;
+mod glimpse;
+mod part;
+mod shadow;
+mod subtract;
+
+use std::cmp::Reverse;
+
+use crate::boundary::arc::Arc;
+use crate::boundary::plan::Plan;
+use crate::boundary::visibility::doubt::Doubt;
+use crate::boundary::visibility::part::{Part, Sides};
+use crate::boundary::visibility::shadow::{Screen, Shadow};
+use crate::boundary::visibility::subtract::Subtraction;
+use crate::problem::emission::Emitter;
+use crate::problem::polygon::Polygon;
+use crate::problem::receiver::Receiver;
+use crate::problem::triangulate::convex_parts;
+use crate::scalar::real::{RadiusOf, Real};
+
+/// A part of what is seen: the arcs around it, each with whether its line and the next one's surely meet in space where the arcs
+/// do, as they do at a vertex of the input.
+pub(crate) type Outline<T> = Vec<(Arc<T>, bool)>;
+
+/// What was found, and the doubt of the decisions taken.
+type WithDoubt<T, Found> = (Found, Doubt<RadiusOf<T>>);
+
+/// Calls `visit` with each arc of the visible boundary; returns the doubt of the decisions taken, or `None` where surely
+/// nothing is visible.
+pub(crate) fn visit_boundary<T: Real>(
+    receiver: &Receiver,
+    emitter: &Emitter,
+    occluders: &[&Polygon],
+    plan: &Plan,
+    visit: impl FnMut(&Arc<T>),
+) -> Option<Doubt<RadiusOf<T>>> {
+    let Visible { parts, sides, doubt } = visible(receiver, emitter, occluders, plan)?;
+    boundary::visit_arcs(&parts, &sides, visit);
+    Some(doubt)
+}
+
+/// The parts of what is seen, and the doubt of the decisions taken; `None` where surely nothing is visible.
+pub(crate) fn outlines<T: Real>(
+    receiver: &Receiver,
+    emitter: &Emitter,
+    occluders: &[&Polygon],
+    plan: &Plan,
+) -> Option<WithDoubt<T, Vec<Outline<T>>>> {
+    let Visible { parts, sides, doubt } = visible(receiver, emitter, occluders, plan)?;
+    Some((parts.iter().map(|part| part.arcs(&sides).zip(part.meetings(&sides)).collect()).collect(), doubt))
+}
+
+/// The parts of what is seen, what bounds them, and the doubt of the decisions taken.
+struct Visible<T: Real> {
+    parts: Vec<Part<T>>,
+    sides: Sides<T>,
+    doubt: Doubt<RadiusOf<T>>,
+}
+
+/// What is seen; `None` where surely nothing is.
+fn visible<T: Real>(receiver: &Receiver, emitter: &Emitter, occluders: &[&Polygon], plan: &Plan) -> Option<Visible<T>> {
+    let mut subtraction = Subtraction::<T>::new(receiver, emitter, plan);
+    let mut parts: Vec<Part<T>> = convex_parts(emitter.polygon())
+        .iter()
+        .filter_map(|indices| subtraction.part_above_horizon(receiver, emitter.polygon(), indices, plan))
+        .collect();
+    for screen in in_the_way(receiver, emitter.polygon(), occluders, plan, &parts) {
+        if parts.is_empty() {
+            break;
+        }
+        if parts.iter().all(|part| screen.glimpse.misses(&part.glimpse)) {
+            continue;
+        }
+        let shadow = Shadow::new(receiver, emitter.polygon(), &screen, plan, &mut subtraction.sides);
+        let mut lit = Vec::with_capacity(parts.len() + 2);
+        for part in parts {
+            if screen.glimpse.misses(&part.glimpse) || shadow.misses(&part, &subtraction.sides) {
+                lit.push(part);
+            } else {
+                subtraction.subtract(part, &shadow, &mut lit);
+            }
+        }
+        parts = lit;
+    }
+    let Subtraction { sides, doubt, .. } = subtraction;
+    (!parts.is_empty() || !doubt.is_none()).then_some(Visible { parts, sides, doubt })
+}
+
+/// The convex parts of the occluders that may hide some of the emitter, the largest as seen from the receiver first: the sooner
+/// what they hide is out of the way, the fewer parts are cut by others.
+fn in_the_way<'a, T>(
+    receiver: &Receiver,
+    emitter: &Polygon,
+    occluders: &[&'a Polygon],
+    plan: &Plan,
+    whole: &[Part<T>],
+) -> Vec<Screen<'a>> {
+    let mut screens = Vec::with_capacity(occluders.len());
+    for &occluder in occluders {
+        let screen = |indices: Vec<usize>| Screen::new(receiver, emitter, occluder, &indices, plan);
+        let may_hide = |screen: &Screen<'_>| !whole.iter().all(|part| screen.glimpse.misses(&part.glimpse));
+        let found = convex_parts(occluder).into_iter().filter_map(screen).filter(may_hide);
+        screens.extend(found);
+    }
+    // Doubles that are not negative are in the order of their bits.
+    screens.sort_by_cached_key(|screen: &Screen<'_>| Reverse(screen.glimpse.size().to_bits()));
+    screens
+}
