@@ -4,7 +4,7 @@
 //! the surface integrals of the linear emitter count, and under a quadrilateral, where k does.
 
 use glam::DVec3;
-use radgrad_core::paper::{self, Slip};
+use radgrad_core::paper::{self, Misprint};
 use radgrad_core::{Emission, Emitter, Polygon, Receiver};
 use radgrad_tests::reference::paper_scene;
 use radgrad_tests::{RelativeError, direct};
@@ -74,7 +74,7 @@ impl Effect {
     }
 }
 
-fn effect(slip: Slip) -> Effect {
+fn effect(slip: Misprint) -> Effect {
     scenes().iter().filter(|case| slip.shows_in(&case.receiver, &case.emitter)).fold(Effect::NONE, |effect, case| {
         let wrong = paper::radiosity_and_gradient(&case.receiver, &case.emitter, Some(slip)).unwrap();
         effect.with(RelativeError::of(wrong, case.truth))
@@ -82,7 +82,7 @@ fn effect(slip: Slip) -> Effect {
 }
 
 /// The form with the misprint must be off wherever the misprinted term is there.
-fn assert_fails_as_printed(slip: Slip) {
+fn assert_fails_as_printed(slip: Misprint) {
     let mut shown = 0;
     for case in scenes().iter().filter(|case| slip.shows_in(&case.receiver, &case.emitter)) {
         let wrong = paper::radiosity_and_gradient(&case.receiver, &case.emitter, Some(slip)).unwrap();
@@ -105,48 +105,48 @@ fn the_corrected_appendix_passes_everywhere() {
 
 #[test]
 fn the_sign_of_equation_9_fails_as_printed() {
-    assert_fails_as_printed(Slip::Equation9Sign);
+    assert_fails_as_printed(Misprint::Equation9Sign);
 }
 
 #[test]
 fn the_second_integrand_of_equations_9_and_11_fails_as_printed() {
-    assert_fails_as_printed(Slip::Equation11Integrand);
+    assert_fails_as_printed(Misprint::Equation11Integrand);
 }
 
 #[test]
 fn k_of_a_triangle_fails_for_a_quadrilateral() {
-    assert_fails_as_printed(Slip::TriangleK);
+    assert_fails_as_printed(Misprint::TriangleK);
 }
 
 #[test]
 fn the_plus_in_j1_fails_as_printed() {
-    assert_fails_as_printed(Slip::J1Sign);
+    assert_fails_as_printed(Misprint::J1Sign);
 }
 
 #[test]
 fn the_logarithm_in_j1_fails_as_printed() {
-    assert_fails_as_printed(Slip::J1Logarithm);
+    assert_fails_as_printed(Misprint::J1Logarithm);
 }
 
 #[test]
 fn the_logarithms_in_k1_fail_as_printed() {
-    assert_fails_as_printed(Slip::K1Logarithm);
+    assert_fails_as_printed(Misprint::K1Logarithm);
 }
 
 #[test]
 fn the_first_edge_in_every_term_of_the_gradient_fails_as_printed() {
-    assert_fails_as_printed(Slip::FirstEdgeInGradient);
+    assert_fails_as_printed(Misprint::FirstEdgeInGradient);
 }
 
 #[test]
 fn i2_in_the_place_of_i1_fails_as_printed() {
-    assert_fails_as_printed(Slip::I2ForI1);
+    assert_fails_as_printed(Misprint::I2ForI1);
 }
 
 #[test]
 fn the_missing_constant_of_k1_changes_nothing() {
     for case in scenes() {
-        let printed = paper::radiosity_and_gradient(&case.receiver, &case.emitter, Some(Slip::K1Constant)).unwrap();
+        let printed = paper::radiosity_and_gradient(&case.receiver, &case.emitter, Some(Misprint::K1Constant)).unwrap();
         let error = RelativeError::of(printed, case.truth);
         assert!(error.largest() < ALLOWED, "{}: {error:?}", case.id);
     }
@@ -172,7 +172,7 @@ fn every_planted_slip_fails() {
         let truth = direct::radiosity_and_gradient(&receiver, &emitter);
         scenes.push(Scene { id: format!("from {}", receiver.position()), receiver, emitter: emitter.clone(), truth });
     }
-    for &slip in Slip::ALL {
+    for &slip in Misprint::ALL {
         let errors = scenes.iter().filter(|case| slip.shows_in(&case.receiver, &case.emitter)).map(|case| {
             let wrong = paper::radiosity_and_gradient(&case.receiver, &case.emitter, Some(slip)).unwrap();
             RelativeError::of(wrong, case.truth)
@@ -187,7 +187,7 @@ fn every_planted_slip_fails() {
 #[test]
 fn the_document_states_the_measured_effects() {
     let document = include_str!("../../ERRATA.md");
-    for &slip in Slip::ERRATA {
+    for &slip in Misprint::ERRATA {
         let row = effect(slip).row(slip.name());
         assert!(document.lines().any(|line| line == row), "ERRATA.md has no line\n{row}");
     }

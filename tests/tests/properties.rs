@@ -8,7 +8,7 @@ use glam::DVec3;
 use proptest::prelude::*;
 use proptest::strategy::ValueTree;
 use proptest::test_runner::{RngSeed, TestRunner};
-use radgrad_core::paper::{self, Slip};
+use radgrad_core::paper::{self, Misprint};
 use radgrad_core::{Method, evaluate, evaluate_to, irradiance_vector, radiosity_and_gradient};
 use radgrad_tests::problem::{Problem, problem, rotation, shift};
 use radgrad_tests::{FORMS, Form};
@@ -210,7 +210,7 @@ fn every_slip_in_one_implementation_parts_it_from_the_other() {
         let mut vertices = problem.vertices.clone();
         vertices[1..].reverse();
         let reversed = problem.with_vertices(vertices);
-        for &slip in Slip::ALL {
+        for &slip in Misprint::ALL {
             let wrong = |p: &Problem| paper::radiosity_and_gradient(&p.receiver(), &p.emitter(), Some(slip)).unwrap();
             if slip.shows_in(&problem.receiver(), &problem.emitter()) {
                 let agreement = same(wrong(&problem), answer(arc_form, &problem), &problem, DISPLACEMENT);
@@ -222,5 +222,5 @@ fn every_slip_in_one_implementation_parts_it_from_the_other() {
             }
         }
     }
-    assert!(Slip::ALL.iter().all(|slip| shown.contains(slip)), "some slip shows in no problem");
+    assert!(Misprint::ALL.iter().all(|slip| shown.contains(slip)), "some slip shows in no problem");
 }

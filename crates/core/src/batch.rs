@@ -1,7 +1,7 @@
 //! Many receivers against one emitter, or one receiver against many emitters, on the vector units of the machine.
 //!
-//! The closed form of a constant emitter (HS95 Eqs. 10, 11 and A.1, in the form of `batch::edge`) or of a linear one (`batch::linear`),
-//! with the receiver's horizon, several answers at a time: as many as a vector of the instruction set
+//! The closed form of a constant emitter (HS95 Eqs. 10, 11 and A.1, in the form of `batch::edge`) or of a linear one
+//! (`batch::linear`), with the receiver's horizon, several answers at a time: as many as a vector of the instruction set
 //! holds, found at run time. Each lane carries the bound derived in `batch::bound`; a lane whose bound is above the tolerance,
 //! or that cannot tell on which side of a plane it is, is answered again by the scalar path, so that what comes out is as
 //! certain as there. Polynomial emitters take the scalar path altogether.
@@ -71,7 +71,7 @@ pub use total::Tally;
 use crate::batch::emitters::OneReceiver;
 use crate::batch::one_emitter::OneEmitter;
 use crate::batch::tile::Goal;
-use crate::batch::total::Total;
+use crate::batch::total::TreeWalk;
 use crate::error::Error;
 use crate::lanes::instruction_set;
 use crate::problem::emission::Emitter;
@@ -111,7 +111,7 @@ impl Engine {
     /// One engine for each instruction set of this machine, best first.
     #[must_use]
     pub fn all() -> Vec<Self> {
-        instruction_set::levels().into_iter().map(|level| Self { level, threads: false }).collect()
+        instruction_set::instruction_sets().into_iter().map(|level| Self { level, threads: false }).collect()
     }
 
     /// The same on all threads of rayon's pool, where the crate is built with the feature `threads`.
@@ -238,7 +238,7 @@ impl Engine {
         if !(tolerance > 0.0 && tolerance.is_finite()) {
             return Err(Error::AbsoluteTolerance { value: tolerance });
         }
-        let job = Total { receivers: *receivers, tree, tolerance, level: self.level };
+        let job = TreeWalk { receivers: *receivers, tree, tolerance, level: self.level };
         answers.counts = Counts::default();
         let slots = answers.sized(receivers.count(), Goal::absolute(tolerance).asked);
         tile::run(self.threads, 0, slots, &|start, slots| job.tile(start, slots))

@@ -2,7 +2,7 @@
 //!
 //! `B(x) = (rho/pi) int B(y) (n1.r)(-n2.r)/|r|^4 dA` (HS95 Eq. 1) over the part of the emitter that x sees above its horizon,
 //! and its gradient with respect to x at fixed n1. What is computed how is decided in [`crate::boundary::plan`] and
-//! [`crate::ladder::climb`].
+//! [`crate::ladder::rungs`].
 
 use glam::DVec3;
 
@@ -10,10 +10,10 @@ use crate::boundary::case::Case;
 use crate::boundary::plan::Plan;
 use crate::error::Error;
 use crate::forms::edge_lanes;
-use crate::forms::sums::Terms;
+use crate::forms::irradiance_and_gradient::IrradianceAndGradient;
 use crate::ladder::answer::{Answer, Tolerance, Value};
-use crate::ladder::caller_units::Unit;
-use crate::ladder::climb::Ordinary;
+use crate::ladder::caller_units::CallerUnits;
+use crate::ladder::rungs::DirectAttempt;
 use crate::problem::emission::{Emission, Emitter};
 use crate::problem::polygon::Polygon;
 use crate::problem::receiver::Receiver;
@@ -65,11 +65,11 @@ pub fn evaluate_to<'a>(
         return Err(Error::Tolerance { value: tolerance });
     }
     let occluders: Vec<&Polygon> = occluders.into_iter().collect();
-    let ordinary = if occluders.is_empty() { Ordinary::new(receiver, emitter, tolerance)? } else { Ordinary::Nothing };
-    let plan = match ordinary {
-        Ordinary::Answer(answer) => return Ok(answer),
-        Ordinary::Plan(plan) => Some(plan),
-        Ordinary::Nothing => Plan::new(receiver, emitter.polygon()),
+    let direct = if occluders.is_empty() { DirectAttempt::new(receiver, emitter, tolerance)? } else { DirectAttempt::Nothing };
+    let plan = match direct {
+        DirectAttempt::Answer(answer) => return Ok(answer),
+        DirectAttempt::Plan(plan) => Some(plan),
+        DirectAttempt::Nothing => Plan::new(receiver, emitter.polygon()),
     };
     let Some(plan) = plan else { return Ok(Answer::ZERO) };
     Case { receiver, emitter, occluders: &occluders, plan: &plan }.answer(tolerance)
@@ -120,7 +120,7 @@ pub fn evaluate_value<'a>(
 /// # Errors
 /// If the result over- or underflows.
 pub fn radiosity(receiver: &Receiver, emitter: &Emitter) -> Result<f64, Error> {
-    if let Some((plan, terms)) = side_by_side::<true, false>(receiver, emitter) {
+    if let Some((plan, terms)) = on_lanes::<true, false>(receiver, emitter) {
         let radiosity = terms.radiosity(receiver);
         if is_sound([radiosity]) {
             return Case { receiver, emitter, occluders: &[], plan: &plan }.radiosity(radiosity);
@@ -128,7 +128,7 @@ pub fn radiosity(receiver: &Receiver, emitter: &Emitter) -> Result<f64, Error> {
     }
     let Some(plan) = Plan::new(receiver, emitter.polygon()) else { return Ok(0.0) };
     let case = Case { receiver, emitter, occluders: &[], plan: &plan };
-    let Some(terms) = Terms::<f64>::sum::<true, false>(&case) else { return Ok(0.0) };
+    let Some(terms) = IrradianceAndGradient::<f64>::sum::<true, false>(&case) else { return Ok(0.0) };
     let radiosity = terms.radiosity(receiver);
     if is_sound([radiosity]) { case.radiosity(radiosity) } else { Ok(case.answer(1.0)?.radiosity) }
 }
@@ -140,7 +140,7 @@ pub fn radiosity(receiver: &Receiver, emitter: &Emitter) -> Result<f64, Error> {
 /// # Errors
 /// If the result over- or underflows.
 pub fn gradient(receiver: &Receiver, emitter: &Emitter) -> Result<DVec3, Error> {
-    if let Some((plan, terms)) = side_by_side::<false, true>(receiver, emitter) {
+    if let Some((plan, terms)) = on_lanes::<false, true>(receiver, emitter) {
         let gradient = terms.gradient(receiver);
         if is_sound(DVec3::from(gradient).to_array()) {
             return Case { receiver, emitter, occluders: &[], plan: &plan }.gradient(gradient);
@@ -148,7 +148,7 @@ pub fn gradient(receiver: &Receiver, emitter: &Emitter) -> Result<DVec3, Error> 
     }
     let Some(plan) = Plan::new(receiver, emitter.polygon()) else { return Ok(DVec3::ZERO) };
     let case = Case { receiver, emitter, occluders: &[], plan: &plan };
-    let Some(terms) = Terms::<f64>::sum::<false, true>(&case) else { return Ok(DVec3::ZERO) };
+    let Some(terms) = IrradianceAndGradient::<f64>::sum::<false, true>(&case) else { return Ok(DVec3::ZERO) };
     let gradient = terms.gradient(receiver);
     if is_sound(DVec3::from(gradient).to_array()) { case.gradient(gradient) } else { Ok(case.answer(1.0)?.gradient) }
 }
@@ -160,7 +160,7 @@ pub fn gradient(receiver: &Receiver, emitter: &Emitter) -> Result<DVec3, Error> 
 /// # Errors
 /// If a result over- or underflows.
 pub fn radiosity_and_gradient(receiver: &Receiver, emitter: &Emitter) -> Result<(f64, DVec3), Error> {
-    if let Some((plan, terms)) = side_by_side::<true, true>(receiver, emitter) {
+    if let Some((plan, terms)) = on_lanes::<true, true>(receiver, emitter) {
         let (radiosity, gradient) = (terms.radiosity(receiver), terms.gradient(receiver));
         if is_sound([radiosity]) && is_sound(DVec3::from(gradient).to_array()) {
             let case = Case { receiver, emitter, occluders: &[], plan: &plan };
@@ -169,7 +169,7 @@ pub fn radiosity_and_gradient(receiver: &Receiver, emitter: &Emitter) -> Result<
     }
     let Some(plan) = Plan::new(receiver, emitter.polygon()) else { return Ok((0.0, DVec3::ZERO)) };
     let case = Case { receiver, emitter, occluders: &[], plan: &plan };
-    let Some(terms) = Terms::<f64>::sum::<true, true>(&case) else { return Ok((0.0, DVec3::ZERO)) };
+    let Some(terms) = IrradianceAndGradient::<f64>::sum::<true, true>(&case) else { return Ok((0.0, DVec3::ZERO)) };
     let (radiosity, gradient) = (terms.radiosity(receiver), terms.gradient(receiver));
     if is_sound([radiosity]) && is_sound(DVec3::from(gradient).to_array()) {
         Ok((case.radiosity(radiosity)?, case.gradient(gradient)?))
@@ -191,19 +191,22 @@ pub fn radiosity_and_gradient(receiver: &Receiver, emitter: &Emitter) -> Result<
 pub fn irradiance_vector(receiver: &Receiver, emitter: &Emitter) -> Result<DVec3, Error> {
     let Some(plan) = Plan::new(receiver, emitter.polygon()) else { return Ok(DVec3::ZERO) };
     let case = Case { receiver, emitter, occluders: &[], plan: &plan };
-    let Some(terms) = Terms::<f64>::sum::<true, false>(&case) else { return Ok(DVec3::ZERO) };
+    let Some(terms) = IrradianceAndGradient::<f64>::sum::<true, false>(&case) else { return Ok(DVec3::ZERO) };
     let Vec3 { x, y, z } = terms.irradiance;
-    Unit::of_derivative(0, "irradiance vector", &plan, emitter).plain([x, y, z]).map(DVec3::from)
+    CallerUnits::of_derivative(0, "irradiance vector", &plan, emitter).plain([x, y, z]).map(DVec3::from)
 }
 
-/// The sums over an emitter of which it is plain what is seen, its edges side by side.
+/// The sums over an emitter on edge lanes, where double precision is sure of what is seen.
 #[inline]
-fn side_by_side<const VALUE: bool, const GRADIENT: bool>(receiver: &Receiver, emitter: &Emitter) -> Option<(Plan, Terms<f64>)> {
+fn on_lanes<const VALUE: bool, const GRADIENT: bool>(
+    receiver: &Receiver,
+    emitter: &Emitter,
+) -> Option<(Plan, IrradianceAndGradient<f64>)> {
     match emitter.emission() {
         Emission::Constant(_) => {
-            let (plan, sums) = edge_lanes::constant::plain::<VALUE, GRADIENT>(receiver, emitter.polygon())?;
+            let (plan, sums) = edge_lanes::constant::sure::<VALUE, GRADIENT>(receiver, emitter.polygon())?;
             let emission = emitter.affine().value;
-            Some((plan, Terms { irradiance: sums.irradiance * emission, gradient: sums.gradient * emission }))
+            Some((plan, IrradianceAndGradient { irradiance: sums.irradiance * emission, gradient: sums.gradient * emission }))
         }
         Emission::Linear(_) => {
             edge_lanes::linear::whole::<GRADIENT>(receiver, emitter).map(|(power, sums)| (Plan::whole(power), sums))

@@ -20,7 +20,7 @@ mod triangle;
 
 use crate::boundary::plan::{Horizon, Plan};
 use crate::gauss::scene::{Integral, Scene};
-use crate::gauss::triangle::{Seen, Triangle};
+use crate::gauss::triangle::{SeenTriangle, Triangle};
 use crate::problem::emission::Emitter;
 use crate::problem::fan::{Shape, apex_first};
 use crate::problem::receiver::Receiver;
@@ -52,7 +52,7 @@ impl<'a> Scene<'a> {
         &self,
         fan: impl ExactSizeIterator<Item = T>,
         most: usize,
-        triangle: impl Fn(T) -> (Shape, Seen),
+        triangle: impl Fn(T) -> (Shape, SeenTriangle),
     ) -> Option<Integral> {
         let additions = fan.len().checked_sub(1)?;
         let (mut sum, mut nodes) = (Integral::default(), 0);

@@ -27,9 +27,9 @@
 //! # Where it is
 //! B is twice differentiable in front of the emitter except where a whole edge lies in the horizon, which leaves the second
 //! derivative from the side on which the edge is hidden, and where an edge is seen through a vertex or along another edge that it
-//! does not meet: then the bound is infinite. Terms are of the size `1/(S r)`: far away the sum cancels by D/s, at distance D for
-//! an emitter of size s, as the gradient's does. Bounds are running ([`crate::scalar::ball`]); the ladder is f64, double-double,
-//! then as many bits as it takes.
+//! does not meet: then the bound is infinite. Terms are of the size `1/(S r)`: far away the sum cancels by D/s,
+//! at distance D for an emitter of size s, as the gradient's does. Bounds are running ([`crate::scalar::ball`]); the ladder is
+//! f64, double-double, then as many bits as it takes.
 
 use glam::DMat3;
 
@@ -40,7 +40,7 @@ use crate::boundary::plan::Plan;
 use crate::boundary::{horizon, visibility};
 use crate::error::Error;
 use crate::ladder::answer::Method;
-use crate::ladder::caller_units::Unit;
+use crate::ladder::caller_units::CallerUnits;
 #[cfg(feature = "arbitrary-precision")]
 use crate::ladder::digits::{Enclosed, to_doubles};
 use crate::problem::emission::{Emission, Emitter};
@@ -169,8 +169,8 @@ fn with_case<'a, R>(
     if case.is_dark() { Ok(zero) } else { computation(&case) }
 }
 
-fn unit(case: &Case<'_>) -> Unit {
-    Unit::of_derivative(2, "Hessian", case.plan, case.emitter)
+fn unit(case: &Case<'_>) -> CallerUnits {
+    CallerUnits::of_derivative(2, "Hessian", case.plan, case.emitter)
 }
 
 /// What a rung found, in normalised lengths and emission.
@@ -231,7 +231,7 @@ fn columns<T: Real>(case: &Case<'_>) -> Option<[T; 9]> {
         horizon::visit_boundary(receiver, emitter.polygon(), plan, |arc: &Arc<T>| add(edge_term(n1, arc)));
         true
     } else {
-        let (outlines, doubt) = visibility::outlines(receiver, emitter, occluders, plan)?;
+        let (outlines, uncertainty) = visibility::outlines(receiver, emitter, occluders, plan)?;
         for outline in outlines {
             let next = outline.iter().cycle().skip(1);
             for ((arc, meets), (next, _)) in outline.iter().zip(next) {
@@ -241,7 +241,7 @@ fn columns<T: Real>(case: &Case<'_>) -> Option<[T; 9]> {
                 }
             }
         }
-        doubt.is_none()
+        uncertainty.is_none()
     };
     let factor = albedo::<T>(receiver) * T::exact(emitter.affine().value);
     let [on, off] = sum.map(|v| v * factor);

@@ -2,8 +2,8 @@
 
 pub(crate) mod answer;
 pub(crate) mod caller_units;
-pub(crate) mod climb;
 #[cfg(feature = "arbitrary-precision")]
 pub(crate) mod digits;
+pub(crate) mod rungs;
 pub(crate) mod sum;
 pub(crate) mod value;

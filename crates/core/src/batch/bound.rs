@@ -27,7 +27,7 @@
 use fearless_simd::Simd;
 
 use crate::batch::span::Crossing;
-use crate::batch::sums::Sums;
+use crate::batch::sums::ConstantSums;
 use crate::lanes::angle::ANGLE_ULP;
 use crate::lanes::lane::{Lane, Lanes, Mask, constant};
 
@@ -44,7 +44,7 @@ const GRADIENT_UNITS: f64 = 76.0 + ANGLE_ULP;
 const CLOSING_UNITS: f64 = 0.5 * (15.0 + 2.0 * std::f64::consts::PI * ANGLE_ULP);
 
 /// Bounds on the sums `n1.Phi` and the gradient's.
-pub(super) struct Bound<S: Simd, F: Lane> {
+pub(super) struct LaneBound<S: Simd, F: Lane> {
     pub(super) value: Lanes<S, F>,
     /// That on the gradient's, squared.
     pub(super) gradient_square: Lanes<S, F>,
@@ -65,7 +65,7 @@ fn root_at_most<S: Simd, F: Lane>(simd: S, square: Lanes<S, F>, tight: bool) -> 
 #[inline(always)]
 pub(super) fn conditioned<S: Simd, F: Lane>(
     simd: S,
-    sums: &Sums<S, F>,
+    sums: &ConstantSums<S, F>,
     crossing: Option<&Crossing<S, F>>,
     farthest_square: Lanes<S, F>,
 ) -> Mask<S, F> {
@@ -82,10 +82,10 @@ pub(super) fn conditioned<S: Simd, F: Lane>(
 pub(super) fn bound<S: Simd, F: Lane, const GRADIENT: bool>(
     simd: S,
     (edges, tight): (f64, bool),
-    sums: &Sums<S, F>,
+    sums: &ConstantSums<S, F>,
     crossing: Option<&Crossing<S, F>>,
     farthest_square: Lanes<S, F>,
-) -> Bound<S, F> {
+) -> LaneBound<S, F> {
     // The sums are twice what they are for.
     let units = constant(simd, 2.0 * SECOND_ORDER * F::ROUNDOFF) * sums.angles;
     // k R.
@@ -107,5 +107,5 @@ pub(super) fn bound<S: Simd, F: Lane, const GRADIENT: bool>(
             gradient = gradient + units * c * constant(simd, 44.0) + (eta_square + eta_square);
         }
     }
-    Bound { value, gradient_square: sums.nearest * (gradient * gradient) }
+    LaneBound { value, gradient_square: sums.nearest * (gradient * gradient) }
 }

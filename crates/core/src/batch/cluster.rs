@@ -94,10 +94,10 @@ impl Cluster {
                 let rounding = 8.0 * f64::EPSILON * (b - a).length() * (c - a).length();
                 power_sum += 0.5 * emission * (across.length() + rounding);
                 // A needle's normal has lost that.
-                let doubt = rounding / across.length();
-                spread = spread.max((unit - normal).length() + doubt);
-                let (offset, doubt) = (unit.dot(centre - a), 2.0 * doubt * radius);
-                offsets = [offsets[0].min(offset - doubt), offsets[1].max(offset + doubt)];
+                let uncertainty = rounding / across.length();
+                spread = spread.max((unit - normal).length() + uncertainty);
+                let (offset, uncertainty) = (unit.dot(centre - a), 2.0 * uncertainty * radius);
+                offsets = [offsets[0].min(offset - uncertainty), offsets[1].max(offset + uncertainty)];
             }
         }
         Self {

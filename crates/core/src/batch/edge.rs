@@ -17,14 +17,14 @@
 use fearless_simd::Simd;
 
 use crate::batch::bound::{bound, conditioned};
-use crate::batch::span::{Span, Terms};
-use crate::batch::sums::Sums;
-use crate::batch::visible::{BoundarySums, SeenExtent, Total};
+use crate::batch::span::{EdgeTerms, Span};
+use crate::batch::sums::ConstantSums;
+use crate::batch::visible::{BoundarySums, BoundedTotal, SeenExtent};
 use crate::lanes::angle::angle;
 use crate::lanes::lane::{Lane, Lanes, Mask, constant};
 use crate::scalar::vec3::Vec3;
 
-impl<S: Simd, F: Lane> BoundarySums<S, F> for Sums<S, F> {
+impl<S: Simd, F: Lane> BoundarySums<S, F> for ConstantSums<S, F> {
     const FACTOR: f64 = -0.5;
 
     #[inline(always)]
@@ -33,7 +33,7 @@ impl<S: Simd, F: Lane> BoundarySums<S, F> for Sums<S, F> {
         simd: S,
         _: Vec3<Lanes<S, F>>,
         Span { edge, part, w, square, moment, .. }: &Span<S, F>,
-        Terms { inline, ends, product, lit, reach, level, toward }: &Terms<S, F>,
+        EdgeTerms { inline, ends, product, lit, reach, level, toward }: &EdgeTerms<S, F>,
         g: Lanes<S, F>,
     ) {
         let inverse_square = *product * *ends;
@@ -57,7 +57,7 @@ impl<S: Simd, F: Lane> BoundarySums<S, F> for Sums<S, F> {
     }
 
     #[inline(always)]
-    fn total<const GRADIENT: bool>(self, simd: S, extent: &SeenExtent<S, F>) -> (Total<S, F>, Mask<S, F>) {
+    fn total<const GRADIENT: bool>(self, simd: S, extent: &SeenExtent<S, F>) -> (BoundedTotal<S, F>, Mask<S, F>) {
         let SeenExtent { edges, tight, farthest_square, crossing } = extent;
         let crossing = crossing.as_ref().map(|(crossing, _)| crossing);
         let holds = conditioned(simd, &self, crossing, *farthest_square);

@@ -5,8 +5,8 @@ use fearless_simd::Simd;
 use crate::batch::answers::{Answers, Slots};
 use crate::batch::precision::Precision;
 use crate::batch::receivers::Receivers;
-use crate::batch::span::Edge;
-use crate::batch::sums::Sums;
+use crate::batch::span::LaneEdge;
+use crate::batch::sums::ConstantSums;
 use crate::batch::tile::{Goal, Scale, Settled, settle, windows};
 use crate::batch::visible::{BoundarySums, Outline, find};
 use crate::lanes::lane::{Lane, Lanes, MOST_LANES, align_frame, constant, load, same};
@@ -19,7 +19,7 @@ use crate::scalar::vec3::Vec3;
 /// An emitter's outline in the precision of the lanes, in normalised lengths.
 #[derive(Debug, Clone)]
 pub(super) struct Outlined<F> {
-    corners: Vec<Corner<F>>,
+    corners: Vec<EmitterCorner<F>>,
     normal: [F; 3],
     height_share: F,
     /// Multiplies all lengths.
@@ -28,7 +28,7 @@ pub(super) struct Outlined<F> {
 
 /// A vertex, and the edge that starts there with its squared length.
 #[derive(Debug, Clone, Copy)]
-struct Corner<F> {
+struct EmitterCorner<F> {
     vertex: [F; 3],
     e: [F; 3],
     square: F,
@@ -45,14 +45,14 @@ impl<F: Lane> Outlined<F> {
         let corner = |i: usize| {
             let e = (vertices[(i + 1) % vertices.len()] - vertices[i]) * power;
             let square = e.length_squared();
-            Corner {
+            EmitterCorner {
                 vertex: (vertices[i] * power).to_array().map(F::nearest),
                 e: e.to_array().map(F::nearest),
                 square: F::nearest(square),
                 inverse: F::nearest(1.0 / square),
             }
         };
-        let corners: Vec<Corner<F>> = (0..vertices.len()).map(corner).collect();
+        let corners: Vec<EmitterCorner<F>> = (0..vertices.len()).map(corner).collect();
         let long = corners.iter().all(|corner| corner.square.to_double() >= F::SHORTEST * F::SHORTEST);
         (held && long).then(|| Self {
             corners,
@@ -91,9 +91,9 @@ impl<S: Simd, F: Lane> Outline<S, F> for Outlined<F> {
         same(simd, self.corners[index].vertex)
     }
     #[inline(always)]
-    fn edge(&self, simd: S, index: usize) -> Edge<S, F> {
-        let Corner { e, square, inverse, .. } = &self.corners[index];
-        Edge { index, e: same(simd, *e), square: Lanes::all(simd, *square), inverse: Lanes::all(simd, *inverse) }
+    fn edge(&self, simd: S, index: usize) -> LaneEdge<S, F> {
+        let EmitterCorner { e, square, inverse, .. } = &self.corners[index];
+        LaneEdge { index, e: same(simd, *e), square: Lanes::all(simd, *square), inverse: Lanes::all(simd, *inverse) }
     }
     #[inline(always)]
     fn normal(&self, simd: S) -> Vec3<Lanes<S, F>> {
@@ -133,11 +133,11 @@ pub(super) trait Emitting<S: Simd, F: Lane> {
 pub(super) struct Uniformly;
 
 impl<S: Simd, F: Lane> Emitting<S, F> for Uniformly {
-    type Sums = Sums<S, F>;
+    type Sums = ConstantSums<S, F>;
 
     #[inline(always)]
-    fn sums<O: Outline<S, F>>(&self, simd: S, _: usize, _: &O, _: Vec3<Lanes<S, F>>, _: Vec3<Lanes<S, F>>) -> Sums<S, F> {
-        Sums::new(simd)
+    fn sums<O: Outline<S, F>>(&self, simd: S, _: usize, _: &O, _: Vec3<Lanes<S, F>>, _: Vec3<Lanes<S, F>>) -> ConstantSums<S, F> {
+        ConstantSums::new(simd)
     }
 }
 

@@ -28,7 +28,7 @@ use glam::DVec3;
 
 use crate::batch::cluster::{Cluster, Sight, UP};
 use crate::batch::lamps::Lamps;
-use crate::lanes::instruction_set::on_level;
+use crate::lanes::instruction_set::on_instruction_set;
 use crate::lanes::lane::{Lanes, MOST_LANES, constant, same};
 use crate::scalar::number::ROUNDOFF;
 use crate::scalar::vec3::Vec3;
@@ -149,7 +149,7 @@ impl FarField {
         let rule = (2..=6).find(|n| left_by_rule(reach / usual, first(*n)) <= ENOUGH).unwrap_or(6);
         let gauss = gauss_rule(rule);
         let interpolation = Interpolation { cluster, points: &points, gauss: &gauss };
-        let weights = on_level!(level, simd => interpolation.weights(simd, lamps, range));
+        let weights = on_instruction_set!(level, simd => interpolation.weights(simd, lamps, range));
         let growth = degree.map(lebesgue);
         let axis = |k: usize| {
             let [steep, flat] = order(degree[k] + 1);

@@ -27,11 +27,11 @@ use crate::batch::emitting::{Emitting, Outlined, lanes, padded};
 use crate::batch::linear::bound::Scales;
 use crate::batch::linear::segment::Segment;
 use crate::batch::receivers::Receivers;
-use crate::batch::span::{Span, Terms};
+use crate::batch::span::{EdgeTerms, Span};
 use crate::batch::tile::{Goal, Settled};
-use crate::batch::visible::{BoundarySums, Outline, SeenExtent, Total};
+use crate::batch::visible::{BoundarySums, BoundedTotal, Outline, SeenExtent};
 use crate::lanes::angle::angle;
-use crate::lanes::instruction_set::on_level;
+use crate::lanes::instruction_set::on_instruction_set;
 use crate::lanes::lane::{Lanes, Mask, constant, same};
 use crate::problem::emission::{Emission, Emitter};
 use crate::scalar::ball::Ball;
@@ -145,9 +145,9 @@ impl LinearLamp {
         padded(receivers, goal, slots, |receivers, slots| {
             let lamp = (&self.outline, self.glow.brightness, &self.glow);
             if goal.asked.gradient {
-                on_level!(level, simd => lanes::<_, f64, _, true>(simd, receivers, lamp, goal, slots))
+                on_instruction_set!(level, simd => lanes::<_, f64, _, true>(simd, receivers, lamp, goal, slots))
             } else {
-                on_level!(level, simd => lanes::<_, f64, _, false>(simd, receivers, lamp, goal, slots))
+                on_instruction_set!(level, simd => lanes::<_, f64, _, false>(simd, receivers, lamp, goal, slots))
             }
         })
     }
@@ -218,9 +218,16 @@ impl<S: Simd, G: Glowing<S>> BoundarySums<S, f64> for LinearSums<S, G> {
     const FACTOR: f64 = 1.0;
 
     #[inline(always)]
-    fn add_one<const GRADIENT: bool>(&mut self, simd: S, n1: Vector<S>, span: &Span<S, f64>, terms: &Terms<S, f64>, g: Wide<S>) {
+    fn add_one<const GRADIENT: bool>(
+        &mut self,
+        simd: S,
+        n1: Vector<S>,
+        span: &Span<S, f64>,
+        terms: &EdgeTerms<S, f64>,
+        g: Wide<S>,
+    ) {
         let Span { edge, r, start, end, part, w, square, moment, .. } = span;
-        let Terms { inline, ends, product, lit, reach, level, toward } = *terms;
+        let EdgeTerms { inline, ends, product, lit, reach, level, toward } = *terms;
         let half = constant(simd, 0.5);
         let inverse_square = product * ends;
         let inverse = *moment * inverse_square;
@@ -271,7 +278,7 @@ impl<S: Simd, G: Glowing<S>> BoundarySums<S, f64> for LinearSums<S, G> {
     }
 
     #[inline(always)]
-    fn total<const GRADIENT: bool>(self, simd: S, extent: &SeenExtent<S, f64>) -> (Total<S, f64>, Mask<S, f64>) {
+    fn total<const GRADIENT: bool>(self, simd: S, extent: &SeenExtent<S, f64>) -> (BoundedTotal<S, f64>, Mask<S, f64>) {
         let half = constant(simd, 0.5);
         let lit = self.lit * half;
         let q = (self.x1 * self.slope - self.contour + self.tilt * self.aimed) * half;

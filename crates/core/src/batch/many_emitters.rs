@@ -8,11 +8,11 @@ use glam::DVec3;
 
 use crate::batch::answers::{Asked, Slots};
 use crate::batch::emitting::{Emitting, Uniformly, brightness, height_share, power};
-use crate::batch::span::Edge;
+use crate::batch::span::LaneEdge;
 use crate::batch::tile::{Goal, Scale, Settled, TILE, settle};
 use crate::batch::visible::{BoundarySums, Outline, find};
 use crate::ladder::answer::{Answer, Method};
-use crate::lanes::instruction_set::on_level;
+use crate::lanes::instruction_set::on_instruction_set;
 use crate::lanes::lane::{Lane, Lanes, MOST_LANES, align_frame, constant, load, same};
 use crate::problem::emission::Emitter;
 use crate::problem::polygon::Polygon;
@@ -130,9 +130,9 @@ impl<F: Lane> Group<F> {
         work.answered(range, goal, |start, slots| {
             let at = (self, start, Uniformly);
             if goal.asked.gradient {
-                on_level!(level, simd => lanes::<_, F, _, true>(simd, at, seen, goal, slots))
+                on_instruction_set!(level, simd => lanes::<_, F, _, true>(simd, at, seen, goal, slots))
             } else {
-                on_level!(level, simd => lanes::<_, F, _, false>(simd, at, seen, goal, slots))
+                on_instruction_set!(level, simd => lanes::<_, F, _, false>(simd, at, seen, goal, slots))
             }
         })
     }
@@ -238,10 +238,10 @@ impl<S: Simd, F: Lane> Outline<S, F> for Block<'_, F> {
         load(simd, [&x[self.first..], &y[self.first..], &z[self.first..]])
     }
     #[inline(always)]
-    fn edge(&self, simd: S, index: usize) -> Edge<S, F> {
+    fn edge(&self, simd: S, index: usize) -> LaneEdge<S, F> {
         let next = if index + 1 == self.group.vertices.len() { 0 } else { index + 1 };
         let e = self.vertex(simd, next) - self.vertex(simd, index);
-        Edge { index, e, square: e.norm_squared(), inverse: Lanes::load(simd, &self.group.inverse[index][self.first..]) }
+        LaneEdge { index, e, square: e.norm_squared(), inverse: Lanes::load(simd, &self.group.inverse[index][self.first..]) }
     }
     #[inline(always)]
     fn normal(&self, simd: S) -> Vec3<Lanes<S, F>> {

@@ -10,7 +10,7 @@ use crate::batch::receivers::Receivers;
 use crate::batch::tile::{Entries, Goal, Settled, TILE, each, put};
 use crate::error::Error;
 use crate::ladder::answer::Method;
-use crate::lanes::instruction_set::on_level;
+use crate::lanes::instruction_set::on_instruction_set;
 use crate::lanes::lane::Lane;
 use crate::problem::emission::Emitter;
 
@@ -137,9 +137,9 @@ fn on_lanes<F: Precision>(
     padded(receivers, goal, slots, |receivers, slots| {
         let lamp = (outline, *brightness, Uniformly);
         if goal.asked.gradient {
-            on_level!(level, simd => lanes::<_, F, _, true>(simd, receivers, lamp, goal, slots))
+            on_instruction_set!(level, simd => lanes::<_, F, _, true>(simd, receivers, lamp, goal, slots))
         } else {
-            on_level!(level, simd => lanes::<_, F, _, false>(simd, receivers, lamp, goal, slots))
+            on_instruction_set!(level, simd => lanes::<_, F, _, false>(simd, receivers, lamp, goal, slots))
         }
     })
 }

@@ -6,23 +6,23 @@ use crate::lanes::lane::{Lane, Lanes, Mask, constant};
 use crate::scalar::vec3::Vec3;
 
 /// A point of the emitter's plane seen from the receivers.
-pub(super) struct Seen<S: Simd, F: Lane> {
+pub(super) struct SeenPoint<S: Simd, F: Lane> {
     /// Offset from the receiver.
     pub(super) r: Vec3<Lanes<S, F>>,
     /// `|r|^2`.
     pub(super) square: Lanes<S, F>,
 }
 
-impl<S: Simd, F: Lane> Clone for Seen<S, F> {
+impl<S: Simd, F: Lane> Clone for SeenPoint<S, F> {
     #[inline(always)]
     fn clone(&self) -> Self {
         *self
     }
 }
 
-impl<S: Simd, F: Lane> Copy for Seen<S, F> {}
+impl<S: Simd, F: Lane> Copy for SeenPoint<S, F> {}
 
-impl<S: Simd, F: Lane> Seen<S, F> {
+impl<S: Simd, F: Lane> SeenPoint<S, F> {
     #[inline(always)]
     pub(super) fn new(r: Vec3<Lanes<S, F>>) -> Self {
         Self { r, square: r.norm_squared() }
@@ -36,7 +36,7 @@ impl<S: Simd, F: Lane> Seen<S, F> {
 }
 
 /// An edge from one vertex to the next.
-pub(super) struct Edge<S: Simd, F: Lane> {
+pub(super) struct LaneEdge<S: Simd, F: Lane> {
     /// Which one, by the vertex where it starts.
     pub(super) index: usize,
     pub(super) e: Vec3<Lanes<S, F>>,
@@ -47,13 +47,13 @@ pub(super) struct Edge<S: Simd, F: Lane> {
 
 /// An edge, its visible piece from `start` to `end`, and what costs a square root.
 pub(super) struct Span<S: Simd, F: Lane> {
-    pub(super) edge: Edge<S, F>,
+    pub(super) edge: LaneEdge<S, F>,
     /// Offset of where the edge starts, and its height over the horizon.
     pub(super) r: Vec3<Lanes<S, F>>,
     height: Lanes<S, F>,
-    pub(super) start: Seen<S, F>,
-    pub(super) end: Seen<S, F>,
-    pub(super) part: Part<S, F>,
+    pub(super) start: SeenPoint<S, F>,
+    pub(super) end: SeenPoint<S, F>,
+    pub(super) part: EdgePart<S, F>,
     /// `r x e`, its square and its length.
     pub(super) w: Vec3<Lanes<S, F>>,
     pub(super) square: Lanes<S, F>,
@@ -63,17 +63,17 @@ pub(super) struct Span<S: Simd, F: Lane> {
 impl<S: Simd, F: Lane> Span<S, F> {
     /// A whole edge from a point at a height over the horizon.
     #[inline(always)]
-    pub(super) fn whole(edge: Edge<S, F>, (start, height): (Seen<S, F>, Lanes<S, F>), end: Seen<S, F>) -> Self {
-        Self::piece(edge, (start.r, height), (start, end), Part::Whole)
+    pub(super) fn whole(edge: LaneEdge<S, F>, (start, height): (SeenPoint<S, F>, Lanes<S, F>), end: SeenPoint<S, F>) -> Self {
+        Self::piece(edge, (start.r, height), (start, end), EdgePart::Whole)
     }
 
     /// A piece of the edge that starts at an offset, at a height over the horizon.
     #[inline(always)]
     pub(super) fn piece(
-        edge: Edge<S, F>,
+        edge: LaneEdge<S, F>,
         (r, height): (Vec3<Lanes<S, F>>, Lanes<S, F>),
-        (start, end): (Seen<S, F>, Seen<S, F>),
-        part: Part<S, F>,
+        (start, end): (SeenPoint<S, F>, SeenPoint<S, F>),
+        part: EdgePart<S, F>,
     ) -> Self {
         let w = r.cross(edge.e);
         let square = w.norm_squared();
@@ -82,14 +82,14 @@ impl<S: Simd, F: Lane> Span<S, F> {
 }
 
 /// How much of an edge is visible.
-pub(super) enum Part<S: Simd, F: Lane> {
+pub(super) enum EdgePart<S: Simd, F: Lane> {
     /// All of it, in all lanes.
     Whole,
     /// A fraction of it, where there is any; the bounds count it in more lanes.
     Clipped { fraction: Lanes<S, F>, any: Mask<S, F>, bounds: Mask<S, F> },
 }
 
-impl<S: Simd, F: Lane> Part<S, F> {
+impl<S: Simd, F: Lane> EdgePart<S, F> {
     /// That part of a length.
     #[inline(always)]
     pub(super) fn of(&self, length: Lanes<S, F>) -> Lanes<S, F> {
@@ -119,7 +119,7 @@ impl<S: Simd, F: Lane> Part<S, F> {
 }
 
 /// What the terms of an edge's visible piece need besides its angle.
-pub(super) struct Terms<S: Simd, F: Lane> {
+pub(super) struct EdgeTerms<S: Simd, F: Lane> {
     /// `p.p'` and `p^2 p'^2`.
     pub(super) inline: Lanes<S, F>,
     pub(super) ends: Lanes<S, F>,
@@ -134,16 +134,16 @@ pub(super) struct Terms<S: Simd, F: Lane> {
     pub(super) toward: Lanes<S, F>,
 }
 
-impl<S: Simd, F: Lane> Clone for Terms<S, F> {
+impl<S: Simd, F: Lane> Clone for EdgeTerms<S, F> {
     #[inline(always)]
     fn clone(&self) -> Self {
         *self
     }
 }
 
-impl<S: Simd, F: Lane> Copy for Terms<S, F> {}
+impl<S: Simd, F: Lane> Copy for EdgeTerms<S, F> {}
 
-impl<S: Simd, F: Lane> Terms<S, F> {
+impl<S: Simd, F: Lane> EdgeTerms<S, F> {
     #[inline(always)]
     pub(super) fn none(simd: S) -> Self {
         let zero = constant(simd, 0.0);
@@ -164,7 +164,7 @@ impl<S: Simd, F: Lane> Terms<S, F> {
         }
         let along = start.r.dot(edge.e);
         let reach = (along + along + part.of(edge.square)) * edge.inverse;
-        let along = if matches!(part, Part::Clipped { .. }) { r.dot(edge.e) } else { along };
+        let along = if matches!(part, EdgePart::Clipped { .. }) { r.dot(edge.e) } else { along };
         let level = n1.dot(edge.e);
         Self { reach, level, toward: *height * edge.square - along * level, ..terms }
     }

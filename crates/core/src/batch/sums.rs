@@ -6,7 +6,7 @@ use crate::lanes::lane::{Lane, Lanes, constant};
 use crate::scalar::vec3::Vec3;
 
 /// The sums over the edges.
-pub(super) struct Sums<S: Simd, F: Lane> {
+pub(super) struct ConstantSums<S: Simd, F: Lane> {
     /// `sum g n1.N`.
     pub(super) value: Lanes<S, F>,
     /// `sum (N/S) 2 (cc p1 + cs p2)`.
@@ -17,7 +17,7 @@ pub(super) struct Sums<S: Simd, F: Lane> {
     pub(super) nearest: Lanes<S, F>,
 }
 
-impl<S: Simd, F: Lane> Sums<S, F> {
+impl<S: Simd, F: Lane> ConstantSums<S, F> {
     #[inline(always)]
     pub(super) fn new(simd: S) -> Self {
         let zero = constant(simd, 0.0);

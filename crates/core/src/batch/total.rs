@@ -18,7 +18,7 @@ use crate::batch::receivers::Receivers;
 use crate::batch::tile::{Goal, TILE};
 use crate::error::Error;
 use crate::evaluate::evaluate_to;
-use crate::lanes::instruction_set::on_level;
+use crate::lanes::instruction_set::on_instruction_set;
 use crate::lanes::lane::{Lanes, MOST_LANES, constant, load, same};
 use crate::problem::receiver::Receiver;
 use crate::scalar::number::ROUNDOFF;
@@ -131,7 +131,7 @@ impl Room {
 }
 
 /// Receivers and the emitters they see.
-pub(super) struct Total<'a> {
+pub(super) struct TreeWalk<'a> {
     pub(super) receivers: Receivers<'a, f64>,
     pub(super) tree: &'a EmitterTree<'a>,
     pub(super) tolerance: f64,
@@ -155,7 +155,7 @@ impl Sum {
     }
 }
 
-impl Total<'_> {
+impl TreeWalk<'_> {
     /// Answers the receivers from `start` on. Far fields come last, each for all receivers in turn: they are the most to read.
     pub(super) fn tile(&self, start: usize, slots: Slots<'_, f64>) -> Result<Tally, Error> {
         let (mut room, mut tally) = (Room::new(), Tally::default());
@@ -276,7 +276,7 @@ impl Total<'_> {
             let range = self.tree.far_fields[far].nodes.clone();
             sums[entry].blocks += range.len() / MOST_LANES;
             let sums = &mut sums[entry].sums;
-            on_level!(self.level, simd => far_sum(simd, &self.tree.nodes, range, (x, n1), sums));
+            on_instruction_set!(self.level, simd => far_sum(simd, &self.tree.nodes, range, (x, n1), sums));
         }
         sums
     }
@@ -311,7 +311,7 @@ struct FarSum {
 pub(super) fn far_value(level: Level, nodes: &Nodes, range: Range<usize>, receiver: &Receiver) -> f64 {
     let mut sums = [[0.0; MOST_LANES]; 2];
     let seen = (receiver.position().to_array(), receiver.normal().to_array());
-    on_level!(level, simd => far_sum(simd, nodes, range, seen, &mut sums));
+    on_instruction_set!(level, simd => far_sum(simd, nodes, range, seen, &mut sums));
     -sums[0].iter().sum::<f64>()
 }
 

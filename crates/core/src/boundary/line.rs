@@ -3,7 +3,7 @@
 
 use glam::DVec3;
 
-use crate::scalar::double_double::{DoubleDouble, UNIT};
+use crate::scalar::double_double::{DoubleDouble, ROUNDOFF_OF_DOUBLE_DOUBLE};
 use crate::scalar::number::{Number, ROUNDOFF};
 use crate::scalar::offset::{exact_offset, offset};
 use crate::scalar::real::Real;
@@ -82,7 +82,7 @@ impl<T: Real> Line<T> {
             return Self::new(e, square, w, reach);
         }
         let exact = exact_offset(vertex, x, power).cross(exact_offset(to, from, power));
-        let error = 4.0 * UNIT * (reach * square.value()).sqrt();
+        let error = 4.0 * ROUNDOFF_OF_DOUBLE_DOUBLE * (reach * square.value()).sqrt();
         Self::new(e, square, exact.map(|c: DoubleDouble| T::from_double_double(c, error)), reach)
     }
 
@@ -113,7 +113,7 @@ impl<T: Real> Line<T> {
     #[inline]
     pub(crate) fn relative_error(&self) -> f64 {
         let ratio = self.reach.sqrt() * self.nearness().value();
-        if ratio <= 8.0 { (3.5 * ratio + 1.0) * ROUNDOFF } else { 2.0 * ROUNDOFF + 4.0 * UNIT * ratio }
+        if ratio <= 8.0 { (3.5 * ratio + 1.0) * ROUNDOFF } else { 2.0 * ROUNDOFF + 4.0 * ROUNDOFF_OF_DOUBLE_DOUBLE * ratio }
     }
 
     /// The same line, run the other way.

@@ -16,7 +16,7 @@ use glam::DVec3;
 
 use crate::problem::polygon::Polygon;
 use crate::problem::receiver::Receiver;
-use crate::scalar::double_double::{DoubleDouble, UNIT};
+use crate::scalar::double_double::{DoubleDouble, ROUNDOFF_OF_DOUBLE_DOUBLE};
 use crate::scalar::exact;
 use crate::scalar::number::{Number, ROUNDOFF};
 use crate::scalar::offset::{exact_offset, offset};
@@ -60,7 +60,7 @@ impl Plan {
             lowest = if height < lowest { height } else { lowest };
         }
         let power = normalising_power(farthest);
-        let surely = sure(farthest);
+        let surely = least_sure_height(farthest);
         let height = polygon.normal().dot(x - vertices[0]);
         let in_front = height > surely && polygon.is_well_known();
         if !in_front && side_of(x, polygon, power) != Side::Front {
@@ -83,7 +83,7 @@ impl Plan {
 ///
 /// Three products of rounded factors and two sums, of components below 2 and below `farthest`: within 24 u of it.
 #[inline]
-pub(crate) fn sure(farthest: f64) -> f64 {
+pub(crate) fn least_sure_height(farthest: f64) -> f64 {
     if WITHOUT_UNDERFLOW.contains(&farthest) { 32.0 * ROUNDOFF * farthest } else { f64::INFINITY }
 }
 
@@ -130,7 +130,7 @@ fn precise_height(point: DVec3, polygon: &Polygon, power: f64) -> (DoubleDouble,
     let r = exact_offset(polygon.vertices()[0], point, power);
     let height = -polygon.precise_normal().dot(r);
     let length = r.x.hi.abs() + r.y.hi.abs() + r.z.hi.abs();
-    (height, length * (polygon.normal_error() + 8.0 * UNIT))
+    (height, length * (polygon.normal_error() + 8.0 * ROUNDOFF_OF_DOUBLE_DOUBLE))
 }
 
 /// The same to the digits of the scalar.
@@ -176,7 +176,7 @@ pub(crate) fn height_over_horizon<T: Real>(receiver: &Receiver, vertex: DVec3, p
     let n = Vec3::from(receiver.direction());
     let height = n.map(DoubleDouble::from).dot(r);
     let magnitude = (n.x * r.x.hi).abs() + (n.y * r.y.hi).abs() + (n.z * r.z.hi).abs();
-    let error = 8.0 * UNIT * magnitude;
+    let error = 8.0 * ROUNDOFF_OF_DOUBLE_DOUBLE * magnitude;
     if RadiusOf::<T>::from(error) < T::Number::roundoff() * height.hi.abs() {
         T::from_double_double(height, error)
     } else {

@@ -4,27 +4,27 @@
 //! off at the emitter's plane. Subtracting a shadow leaves the parts outside its side k and inside its sides before k. The
 //! seams between those parts lie on occluder lines and run once each way, so that they cancel in every sum over arcs.
 //! The largest occluders come first, and what surely hides nothing of what is left costs a look in double precision
-//! ([`glimpse`]).
+//! ([`separation`]).
 //!
 //! Edges on one line (in a mesh of occluders and at its T-junctions, or where an occluder stands on the emitter's edge) are
 //! decided exactly ([`crate::boundary::edge_name`]). Elsewhere a corner may be within rounding of a shadow's side; then the
-//! middle of its ball decides, and [`Doubt`] bounds what the other decision would have changed.
+//! middle of its ball decides, and [`Uncertainty`] bounds what the other decision would have changed.
 
 mod boundary;
-pub(crate) mod doubt;
-mod glimpse;
 mod part;
+mod separation;
 mod shadow;
 mod subtract;
+pub(crate) mod uncertainty;
 
 use std::cmp::Reverse;
 
 use crate::boundary::arc::Arc;
 use crate::boundary::plan::Plan;
-use crate::boundary::visibility::doubt::Doubt;
-use crate::boundary::visibility::part::{Part, Sides};
+use crate::boundary::visibility::part::{Sides, VisiblePart};
 use crate::boundary::visibility::shadow::{Screen, Shadow};
 use crate::boundary::visibility::subtract::Subtraction;
+use crate::boundary::visibility::uncertainty::Uncertainty;
 use crate::problem::emission::Emitter;
 use crate::problem::polygon::Polygon;
 use crate::problem::receiver::Receiver;
@@ -35,10 +35,10 @@ use crate::scalar::real::{RadiusOf, Real};
 /// do, as they do at a vertex of the input.
 pub(crate) type Outline<T> = Vec<(Arc<T>, bool)>;
 
-/// What was found, and the doubt of the decisions taken.
-type WithDoubt<T, Found> = (Found, Doubt<RadiusOf<T>>);
+/// What was found, and what the decisions left uncertain.
+type WithUncertainty<T, Found> = (Found, Uncertainty<RadiusOf<T>>);
 
-/// Calls `visit` with each arc of the visible boundary; returns the doubt of the decisions taken, or `None` where surely
+/// Calls `visit` with each arc of the visible boundary; returns what the decisions left uncertain, or `None` where surely
 /// nothing is visible.
 pub(crate) fn visit_boundary<T: Real>(
     receiver: &Receiver,
@@ -46,34 +46,34 @@ pub(crate) fn visit_boundary<T: Real>(
     occluders: &[&Polygon],
     plan: &Plan,
     visit: impl FnMut(&Arc<T>),
-) -> Option<Doubt<RadiusOf<T>>> {
-    let Visible { parts, sides, doubt } = visible(receiver, emitter, occluders, plan)?;
+) -> Option<Uncertainty<RadiusOf<T>>> {
+    let Visible { parts, sides, uncertainty } = visible(receiver, emitter, occluders, plan)?;
     boundary::visit_arcs(&parts, &sides, visit);
-    Some(doubt)
+    Some(uncertainty)
 }
 
-/// The parts of what is seen, and the doubt of the decisions taken; `None` where surely nothing is visible.
+/// The parts of what is seen, and what the decisions left uncertain; `None` where surely nothing is visible.
 pub(crate) fn outlines<T: Real>(
     receiver: &Receiver,
     emitter: &Emitter,
     occluders: &[&Polygon],
     plan: &Plan,
-) -> Option<WithDoubt<T, Vec<Outline<T>>>> {
-    let Visible { parts, sides, doubt } = visible(receiver, emitter, occluders, plan)?;
-    Some((parts.iter().map(|part| part.arcs(&sides).zip(part.meetings(&sides)).collect()).collect(), doubt))
+) -> Option<WithUncertainty<T, Vec<Outline<T>>>> {
+    let Visible { parts, sides, uncertainty } = visible(receiver, emitter, occluders, plan)?;
+    Some((parts.iter().map(|part| part.arcs(&sides).zip(part.meetings(&sides)).collect()).collect(), uncertainty))
 }
 
-/// The parts of what is seen, what bounds them, and the doubt of the decisions taken.
+/// The parts of what is seen, what bounds them, and what the decisions left uncertain.
 struct Visible<T: Real> {
-    parts: Vec<Part<T>>,
+    parts: Vec<VisiblePart<T>>,
     sides: Sides<T>,
-    doubt: Doubt<RadiusOf<T>>,
+    uncertainty: Uncertainty<RadiusOf<T>>,
 }
 
 /// What is seen; `None` where surely nothing is.
 fn visible<T: Real>(receiver: &Receiver, emitter: &Emitter, occluders: &[&Polygon], plan: &Plan) -> Option<Visible<T>> {
     let mut subtraction = Subtraction::<T>::new(receiver, emitter, plan);
-    let mut parts: Vec<Part<T>> = convex_parts(emitter.polygon())
+    let mut parts: Vec<VisiblePart<T>> = convex_parts(emitter.polygon())
         .iter()
         .filter_map(|indices| subtraction.part_above_horizon(receiver, emitter.polygon(), indices, plan))
         .collect();
@@ -81,13 +81,13 @@ fn visible<T: Real>(receiver: &Receiver, emitter: &Emitter, occluders: &[&Polygo
         if parts.is_empty() {
             break;
         }
-        if parts.iter().all(|part| screen.glimpse.misses(&part.glimpse)) {
+        if parts.iter().all(|part| screen.cone.misses(&part.cone)) {
             continue;
         }
         let shadow = Shadow::new(receiver, emitter.polygon(), &screen, plan, &mut subtraction.sides);
         let mut lit = Vec::with_capacity(parts.len() + 2);
         for part in parts {
-            if screen.glimpse.misses(&part.glimpse) || shadow.misses(&part, &subtraction.sides) {
+            if screen.cone.misses(&part.cone) || shadow.misses(&part, &subtraction.sides) {
                 lit.push(part);
             } else {
                 subtraction.subtract(part, &shadow, &mut lit);
@@ -95,8 +95,8 @@ fn visible<T: Real>(receiver: &Receiver, emitter: &Emitter, occluders: &[&Polygo
         }
         parts = lit;
     }
-    let Subtraction { sides, doubt, .. } = subtraction;
-    (!parts.is_empty() || !doubt.is_none()).then_some(Visible { parts, sides, doubt })
+    let Subtraction { sides, uncertainty, .. } = subtraction;
+    (!parts.is_empty() || !uncertainty.is_none()).then_some(Visible { parts, sides, uncertainty })
 }
 
 /// The convex parts of the occluders that may hide some of the emitter, the largest as seen from the receiver first: the sooner
@@ -106,16 +106,16 @@ fn in_the_way<'a, T>(
     emitter: &Polygon,
     occluders: &[&'a Polygon],
     plan: &Plan,
-    whole: &[Part<T>],
+    whole: &[VisiblePart<T>],
 ) -> Vec<Screen<'a>> {
     let mut screens = Vec::with_capacity(occluders.len());
     for &occluder in occluders {
         let screen = |indices: Vec<usize>| Screen::new(receiver, emitter, occluder, &indices, plan);
-        let may_hide = |screen: &Screen<'_>| !whole.iter().all(|part| screen.glimpse.misses(&part.glimpse));
+        let may_hide = |screen: &Screen<'_>| !whole.iter().all(|part| screen.cone.misses(&part.cone));
         let found = convex_parts(occluder).into_iter().filter_map(screen).filter(may_hide);
         screens.extend(found);
     }
     // Doubles that are not negative are in the order of their bits.
-    screens.sort_by_cached_key(|screen: &Screen<'_>| Reverse(screen.glimpse.size().to_bits()));
+    screens.sort_by_cached_key(|screen: &Screen<'_>| Reverse(screen.cone.size().to_bits()));
     screens
 }

@@ -50,8 +50,8 @@ use crate::boundary::line::Line;
 use crate::boundary::plan::{Horizon, Plan};
 use crate::forms::constant::{EdgeSum, SolidAngleVector};
 use crate::forms::edge_lanes;
-use crate::forms::edge_lanes::Plain;
-use crate::forms::sums::Terms;
+use crate::forms::edge_lanes::SureCase;
+use crate::forms::irradiance_and_gradient::IrradianceAndGradient;
 use crate::problem::polygon::Polygon;
 use crate::problem::receiver::{Receiver, unit_normal};
 use crate::scalar::number::ROUNDOFF;
@@ -109,19 +109,19 @@ pub(super) fn of_horizon(arc: &Arc<f64>) -> (f64, f64) {
 impl BoundedSum {
     /// The sums over the arcs of a polygon that nothing hides, and the bounds.
     #[inline]
-    pub(crate) fn of(receiver: &Receiver, polygon: &Polygon, plan: &Plan) -> (Terms<f64>, Self) {
+    pub(crate) fn of(receiver: &Receiver, polygon: &Polygon, plan: &Plan) -> (IrradianceAndGradient<f64>, Self) {
         edge_lanes::constant_bound::bounded(receiver, polygon, plan).unwrap_or_else(|| Self::one_by_one(receiver, polygon, plan))
     }
 
-    /// Of a polygon of which it is plain what is seen; the sums where its size is more than `narrow` of the distance of its
+    /// Of a polygon of which it is sure what is seen; the sums where its size is more than `narrow` of the distance of its
     /// farthest vertex.
     #[inline]
-    pub(crate) fn plain(receiver: &Receiver, polygon: &Polygon, narrow: f64) -> Option<Plain<Self>> {
-        edge_lanes::constant_bound::bounded_plain(receiver, polygon, narrow)
+    pub(crate) fn where_sure(receiver: &Receiver, polygon: &Polygon, narrow: f64) -> Option<SureCase<Self>> {
+        edge_lanes::constant_bound::bounded_where_sure(receiver, polygon, narrow)
     }
 
     #[inline(never)]
-    pub(super) fn one_by_one(receiver: &Receiver, polygon: &Polygon, plan: &Plan) -> (Terms<f64>, Self) {
+    pub(super) fn one_by_one(receiver: &Receiver, polygon: &Polygon, plan: &Plan) -> (IrradianceAndGradient<f64>, Self) {
         let (mut angles, mut edges) = (SolidAngleVector::zero(), EdgeSum::new(unit_normal(receiver)));
         let n1 = unit_normal(receiver);
         let mut errors = ArcErrors::new(n1, plan.horizon == Horizon::Crossing);
@@ -130,14 +130,14 @@ impl BoundedSum {
             edges.add(arc);
             errors.add(arc);
         });
-        let terms = Terms { irradiance: angles.phi(), gradient: edges.sum() };
+        let terms = IrradianceAndGradient { irradiance: angles.phi(), gradient: edges.sum() };
         let bound = errors.bound(&terms);
         (terms, bound)
     }
 
     /// From what the terms and their sums err by: the angles' twice what that does to the irradiance.
     #[inline(always)]
-    pub(super) fn new(terms: &Terms<f64>, angles: f64, edges: f64) -> Self {
+    pub(super) fn new(terms: &IrradianceAndGradient<f64>, angles: f64, edges: f64) -> Self {
         let products = 8.0 * ROUNDOFF;
         Self {
             irradiance: SECOND_ORDER * (0.5 * angles + products * terms.irradiance.norm()),
@@ -197,7 +197,7 @@ impl ArcErrors {
         }
     }
 
-    fn bound(self, terms: &Terms<f64>) -> BoundedSum {
+    fn bound(self, terms: &IrradianceAndGradient<f64>) -> BoundedSum {
         let sums = (self.arcs - 1.0) * ROUNDOFF;
         BoundedSum::new(terms, self.angle_errors + sums * self.angles, self.along.norm() + self.across + sums * self.edges)
     }

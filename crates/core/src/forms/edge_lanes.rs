@@ -1,9 +1,9 @@
-//! Four arcs of an emitter that nothing hides, one a lane of a vector; [`Cut`] where the horizon crosses it.
+//! Edge lanes: four edges of an emitter without occluders, one a lane of a vector; [`cut`] where the horizon crosses it.
 //!
-//! The same operations in the same order as of [`crate::boundary::arc`] and [`crate::boundary::line`] on doubles, so the same
-//! digits; the decisions are those of [`crate::boundary::plan`]. What is not plain is left to them: a receiver that is not surely
-//! in front of the plane, a vertex that is neither surely above the horizon nor surely below, an edge that passes very near the
-//! receiver.
+//! The operations are those of [`crate::boundary::arc`] and [`crate::boundary::line`] on doubles, in the same order, so the
+//! digits are the same; the decisions are those of [`crate::boundary::plan`]. Where double precision is not sure of a decision
+//! these decide: a receiver that is not surely in front of the plane, a vertex that is neither surely above the horizon nor
+//! surely below, an edge that passes very near the receiver.
 
 pub(crate) mod constant;
 pub(crate) mod constant_bound;
@@ -16,24 +16,24 @@ use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f64x4};
 
 use crate::boundary::arc::weight::PSI;
-use crate::boundary::plan::{Horizon, Plan, sure};
-use crate::forms::sums::Terms;
+use crate::boundary::plan::{Horizon, Plan, least_sure_height};
+use crate::forms::irradiance_and_gradient::IrradianceAndGradient;
 use crate::lanes::double_double::DoubleDoubles;
 use crate::lanes::functions::{nine_terms, plain_angle};
-use crate::lanes::instruction_set::{LEVEL, on_level};
+use crate::lanes::instruction_set::{INSTRUCTION_SET, on_instruction_set};
 use crate::lanes::vectors::{all, chosen, row};
 use crate::problem::polygon::{FourEdges, Polygon};
 use crate::problem::receiver::Receiver;
-use crate::scalar::double_double::{DoubleDouble, UNIT};
+use crate::scalar::double_double::{DoubleDouble, ROUNDOFF_OF_DOUBLE_DOUBLE};
 use crate::scalar::number::ROUNDOFF;
 use crate::scalar::power::normalising_power;
 use crate::scalar::vec3::Vec3;
 
-/// What is found of an emitter of which it is plain what is seen, with bounds B.
-pub(crate) struct Plain<B> {
+/// An emitter of which double precision is sure what is seen, with bounds B.
+pub(crate) struct SureCase<B> {
     pub(crate) plan: Plan,
-    /// The sums and their bounds, where they were asked for and all is plain.
-    pub(crate) sums: Option<(Terms<f64>, B)>,
+    /// The sums and their bounds, where they were asked for and no edge needs more care.
+    pub(crate) sums: Option<(IrradianceAndGradient<f64>, B)>,
 }
 
 /// The plan, where the receiver is surely in front of the plane and all vertices are surely above its horizon; or, of up to four
@@ -54,7 +54,7 @@ pub(crate) fn plan<S: Simd>(simd: S, receiver: &Receiver, polygon: &Polygon) -> 
     let lower = |a: f64, b: f64| if a < b { a } else { b };
     let farthest = larger(larger(a, b), larger(c, d));
     let height = polygon.normal().dot(position - polygon.vertices()[0]);
-    let surely = sure(farthest);
+    let surely = least_sure_height(farthest);
     if !(height > surely && polygon.is_well_known()) {
         return None;
     }
@@ -76,8 +76,8 @@ pub(crate) fn power_seen_whole<S: Simd>(simd: S, receiver: &Receiver, polygon: &
     plan(simd, receiver, polygon).filter(|plan| plan.horizon == Horizon::Above).map(|plan| plan.power)
 }
 
-/// Four arcs: `Arc<f64>` on lanes.
-pub(crate) struct Four<S: Simd> {
+/// Four arcs of edges: `Arc<f64>` on lanes.
+pub(crate) struct EdgeLanes<S: Simd> {
     pub(crate) start: Vec3<f64x4<S>>,
     pub(crate) end: Vec3<f64x4<S>>,
     pub(crate) e: Vec3<f64x4<S>>,
@@ -93,7 +93,7 @@ pub(crate) struct Four<S: Simd> {
     pub(crate) angle: f64x4<S>,
 }
 
-impl<S: Simd> Four<S> {
+impl<S: Simd> EdgeLanes<S> {
     /// As [`crate::boundary::line::Line::through`] and [`crate::boundary::arc::Arc::of_edge`]; unless `NEAR`, only where w need
     /// not be taken at the nearer end.
     #[inline(always)]
@@ -144,7 +144,7 @@ pub(crate) struct Weights<S: Simd> {
 impl<S: Simd> Weights<S> {
     /// As [`crate::boundary::arc::Arc::within_a_quarter_turn`], from `1/|r|` at the ends.
     #[inline(always)]
-    pub(crate) fn new(simd: S, four: &Four<S>, [q1, q2]: [f64x4<S>; 2]) -> Self {
+    pub(crate) fn new(simd: S, four: &EdgeLanes<S>, [q1, q2]: [f64x4<S>; 2]) -> Self {
         let product = q1 * q2;
         let (sin, cos) = (four.across * product, four.inline * product);
         let one_and_cos = f64x4::splat(simd, 1.0) + cos;
@@ -176,8 +176,11 @@ pub(crate) fn height_over_plane<S: Simd>(simd: S, receiver: &Receiver, polygon: 
 /// That height and a bound on its error.
 #[inline]
 pub(crate) fn certain_height(receiver: &Receiver, polygon: &Polygon, power: f64) -> (f64, f64) {
-    let (height, reach) = on_level!(*LEVEL, simd => height_and_reach(simd, receiver, polygon, power));
-    (height, reach * (polygon.normal_error() + 8.0 * UNIT) * (1.0 + 8.0 * ROUNDOFF) + ROUNDOFF * height.abs())
+    let (height, reach) = on_instruction_set!(*INSTRUCTION_SET, simd => height_and_reach(simd, receiver, polygon, power));
+    (
+        height,
+        reach * (polygon.normal_error() + 8.0 * ROUNDOFF_OF_DOUBLE_DOUBLE) * (1.0 + 8.0 * ROUNDOFF) + ROUNDOFF * height.abs(),
+    )
 }
 
 /// That height, and the sum of the coordinates of the polygon's first vertex by size, as the receiver sees it.

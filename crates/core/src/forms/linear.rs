@@ -30,8 +30,8 @@
 use crate::boundary::arc::{Arc, Generator};
 use crate::boundary::line::Frame;
 use crate::boundary::plan::height_over_plane;
+use crate::forms::irradiance_and_gradient::IrradianceAndGradient;
 use crate::forms::segment::{logarithms, segment_frame, x1_term};
-use crate::forms::sums::Terms;
 use crate::problem::emission::Emitter;
 use crate::problem::receiver::{Receiver, unit_normal};
 use crate::scalar::offset::offset;
@@ -41,7 +41,7 @@ use crate::scalar::vec3::Vec3;
 
 /// An affine emission seen from x, in normalised lengths.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Seen<T> {
+pub(crate) struct SeenLinear<T> {
     pub(super) n1: Vec3<T>,
     pub(super) n2: Vec3<T>,
     /// Height of x over the plane.
@@ -51,7 +51,7 @@ pub(crate) struct Seen<T> {
     pub(super) gradient: Vec3<T>,
 }
 
-impl<T: Real> Seen<T> {
+impl<T: Real> SeenLinear<T> {
     /// Vertices off the plane by the polygon's defect change height and emission by that much, and vertex values off the affine
     /// function by its residual: both go into the bounds.
     pub(crate) fn new(receiver: &Receiver, emitter: &Emitter, power: f64) -> Self {
@@ -80,7 +80,7 @@ impl<T: Real> Seen<T> {
 /// The sums over the arcs.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct LinearSum<T> {
-    pub(super) seen: Seen<T>,
+    pub(super) seen: SeenLinear<T>,
     /// `sum g N`.
     pub(super) angles: Vec3<T>,
     pub(super) x1: T,
@@ -91,7 +91,7 @@ pub(crate) struct LinearSum<T> {
 }
 
 impl<T: Real> LinearSum<T> {
-    pub(crate) fn new(seen: Seen<T>) -> Self {
+    pub(crate) fn new(seen: SeenLinear<T>) -> Self {
         Self { seen, angles: Vec3::zero(), x1: T::exact(0.0), contour: Vec3::zero(), edges: Vec3::zero() }
     }
 
@@ -106,7 +106,7 @@ impl<T: Real> LinearSum<T> {
     }
 
     fn add_irradiance(&mut self, arc: &Arc<T>, frame: &Frame<T>, logarithms: [T; 2]) {
-        let Seen { n2, height, gradient, .. } = self.seen;
+        let SeenLinear { n2, height, gradient, .. } = self.seen;
         let kappa = n2.dot(frame.normal);
         let outward = frame.along.cross(n2);
         let flux = kappa * arc.angle * gradient.dot(outward) + (logarithms[1] - logarithms[0]) * gradient.dot(frame.along);
@@ -117,7 +117,7 @@ impl<T: Real> LinearSum<T> {
 
     /// `toward . V / S` on the generating line.
     fn weight(&self, arc: &Arc<T>, frame: &Frame<T>, logarithms: [T; 2]) -> T {
-        let Seen { n1, beta, gradient, .. } = self.seen;
+        let SeenLinear { n1, beta, gradient, .. } = self.seen;
         let generating = match &arc.generator {
             Generator::Horizon(_) => return T::exact(0.0),
             Generator::Emitter(_) if arc.is_within_a_quarter_turn() => {
@@ -144,15 +144,18 @@ impl<T: Real> LinearSum<T> {
         }
     }
 
-    pub(crate) fn total(self) -> Terms<T> {
-        let Seen { n1, n2, height, beta, gradient } = self.seen;
+    pub(crate) fn total(self) -> IrradianceAndGradient<T> {
+        let SeenLinear { n1, n2, height, beta, gradient } = self.seen;
         let (phi, q) = self.phi_and_q();
-        Terms { irradiance: phi * beta + q * height, gradient: gradient * phi.dot(n1) + n2 * q.dot(n1) + self.edges }
+        IrradianceAndGradient {
+            irradiance: phi * beta + q * height,
+            gradient: gradient * phi.dot(n1) + n2 * q.dot(n1) + self.edges,
+        }
     }
 
     #[inline]
     pub(super) fn phi_and_q(&self) -> (Vec3<T>, Vec3<T>) {
-        let Seen { n2, gradient, .. } = self.seen;
+        let SeenLinear { n2, gradient, .. } = self.seen;
         let phi = self.angles * T::exact(-0.5);
         (phi, (gradient * self.x1 - self.contour) * T::exact(0.5) - n2 * gradient.dot(phi))
     }

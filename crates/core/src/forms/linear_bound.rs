@@ -44,20 +44,20 @@
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f64x4, f64x8};
 
-use crate::forms::edge_lanes::Four;
+use crate::forms::edge_lanes::EdgeLanes;
 use crate::forms::edge_lanes::linear::{Added, both, twice};
+use crate::forms::irradiance_and_gradient::IrradianceAndGradient;
 use crate::forms::linear::LinearSum;
-use crate::forms::sums::Terms;
 use crate::lanes::vectors::{all, plus_first};
 use crate::problem::emission::Emitter;
 use crate::problem::receiver::Receiver;
-use crate::scalar::double_double::UNIT;
+use crate::scalar::double_double::ROUNDOFF_OF_DOUBLE_DOUBLE;
 use crate::scalar::number::ROUNDOFF;
 use crate::scalar::vec3::Vec3;
 
 /// Bounds on the errors of radiosity and gradient but for the factor `rho/pi`, the second one on the norm.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Bound {
+pub(crate) struct LinearBound {
     pub(crate) radiosity: f64,
     pub(crate) gradient: f64,
 }
@@ -91,7 +91,7 @@ impl Errors {
         let steepness = seen.gradient.norm();
         let defect = polygon.planarity_defect() * power;
         let reach = to_first.x.abs() + to_first.y.abs() + to_first.z.abs();
-        let unknown = reach * (polygon.normal_error() + 8.0 * UNIT) + defect;
+        let unknown = reach * (polygon.normal_error() + 8.0 * ROUNDOFF_OF_DOUBLE_DOUBLE) + defect;
         let height = seen.height + unknown * (1.0 / ROUNDOFF);
         let lost = (2.0 * steepness * defect + emission.residual) * (1.0 / ROUNDOFF);
         let beta = 5.0 * steepness * to_first.norm() + seen.beta.abs() + lost;
@@ -108,7 +108,7 @@ impl Errors {
         &mut self,
         simd: S,
         sum: &LinearSum<f64>,
-        (arcs, added): (&Four<S>, &Added<S>),
+        (arcs, added): (&EdgeLanes<S>, &Added<S>),
         count: usize,
     ) -> Option<()> {
         let plain = arcs.across.simd_ge(f64x4::splat(simd, 1e-100)) & arcs.inline.simd_ge(f64x4::splat(simd, 0.0));
@@ -116,7 +116,7 @@ impl Errors {
             return None;
         }
         let (n1, gradient) = (all(simd, sum.seen.n1.into()), all(simd, sum.seen.gradient.into()));
-        // As `Line::relative_error`: plain edges pass at a quarter of the distance at least.
+        // As `Line::relative_error`: edges that lanes take pass at a quarter of the distance at least.
         let ew = (arcs.start_square * arcs.edge_square).sqrt() / arcs.across * 3.5 + 1.0;
         let g = arcs.angle;
         let least = g.min(f64x4::splat(simd, 1.0));
@@ -189,7 +189,7 @@ impl Errors {
 
     /// The bounds of the sums' total.
     #[inline(always)]
-    pub(crate) fn bound(&self, sum: &LinearSum<f64>, terms: &Terms<f64>) -> Bound {
+    pub(crate) fn bound(&self, sum: &LinearSum<f64>, terms: &IrradianceAndGradient<f64>) -> LinearBound {
         let Self { steepness, .. } = *self;
         let seen = &sum.seen;
         let (phi, q) = sum.phi_and_q();
@@ -207,7 +207,7 @@ impl Errors {
         let gradient = (in_plane * in_plane + of_q * of_q).sqrt() + self.second.y;
         let sums = 5.0 * (steepness * facing + across) + 4.0 * terms.gradient.norm();
         let units = SECOND_ORDER * ROUNDOFF;
-        Bound { radiosity: units * (radiosity + products), gradient: units * (gradient + sums) }
+        LinearBound { radiosity: units * (radiosity + products), gradient: units * (gradient + sums) }
     }
 }
 
@@ -221,7 +221,7 @@ mod tests {
     use crate::boundary::plan::{Horizon, Plan};
     use crate::forms::edge_lanes::linear::bounded;
     use crate::forms::edge_lanes::random::{polygon_and_receiver, vector};
-    use crate::forms::sums::Terms;
+    use crate::forms::irradiance_and_gradient::IrradianceAndGradient;
     use crate::problem::emission::{Emission, Emitter};
     use crate::scalar::ball::Ball;
     use crate::scalar::double_double::DoubleDouble;
@@ -243,7 +243,7 @@ mod tests {
             };
             let Some((terms, bound)) = bounded(&receiver, &emitter, plan.power) else { continue };
             let case = Case { receiver: &receiver, emitter: &emitter, occluders: &[], plan: &plan };
-            let truth = Terms::<Ball<DoubleDouble>>::sum::<true, true>(&case).unwrap();
+            let truth = IrradianceAndGradient::<Ball<DoubleDouble>>::sum::<true, true>(&case).unwrap();
             let n1 = Vec3::from(receiver.normal());
             let precise = crate::problem::receiver::unit_normal::<Ball<DoubleDouble>>(&receiver).dot(truth.irradiance);
             let radiosity = (Ball::exact(n1.dot(terms.irradiance)) - precise).middle().hi.abs();

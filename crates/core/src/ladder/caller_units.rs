@@ -15,7 +15,7 @@ use crate::scalar::vec3::Vec3;
 
 /// The power of two that takes a normalised result to the unit of the caller.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Unit {
+pub(crate) struct CallerUnits {
     exponent: i32,
     quantity: &'static str,
 }
@@ -23,7 +23,7 @@ pub(crate) struct Unit {
 /// The smallest double, an ulp of all that are not normal.
 const SMALLEST: f64 = f64::from_bits(1);
 
-impl Unit {
+impl CallerUnits {
     /// Of the radiosity, or of a derivative of it: the unit of the emission over that of length to the power `order`.
     #[inline]
     pub(crate) fn of_derivative(order: i32, quantity: &'static str, plan: &Plan, emitter: &Emitter) -> Self {
@@ -120,13 +120,13 @@ impl Case<'_> {
     }
 
     #[inline]
-    pub(crate) fn radiosity_unit(&self) -> Unit {
-        Unit::of_derivative(0, "radiosity", self.plan, self.emitter)
+    pub(crate) fn radiosity_unit(&self) -> CallerUnits {
+        CallerUnits::of_derivative(0, "radiosity", self.plan, self.emitter)
     }
 
     #[inline]
-    pub(crate) fn gradient_unit(&self) -> Unit {
-        Unit::of_derivative(1, "gradient", self.plan, self.emitter)
+    pub(crate) fn gradient_unit(&self) -> CallerUnits {
+        CallerUnits::of_derivative(1, "gradient", self.plan, self.emitter)
     }
 }
 
@@ -151,8 +151,8 @@ fn largest(components: &[f64]) -> f64 {
 mod tests {
     use super::*;
 
-    fn unit(exponent: i32) -> Unit {
-        Unit { exponent, quantity: "gradient" }
+    fn unit(exponent: i32) -> CallerUnits {
+        CallerUnits { exponent, quantity: "gradient" }
     }
 
     const UNDERFLOW: Error = Error::Underflow { quantity: "gradient" };

@@ -11,9 +11,9 @@ use std::iter;
 use crate::boundary::case::Case;
 use crate::boundary::plan::Plan;
 use crate::error::Error;
-use crate::forms::sums::Terms;
+use crate::forms::irradiance_and_gradient::IrradianceAndGradient;
 use crate::ladder::answer::{Answer, Method};
-use crate::ladder::caller_units::Unit;
+use crate::ladder::caller_units::CallerUnits;
 use crate::ladder::sum::visit;
 use crate::problem::emission::Emitter;
 use crate::problem::polygon::Polygon;
@@ -109,14 +109,14 @@ pub(crate) struct Enclosed {
 impl Enclosed {
     /// Evaluates with the bits of the computation; `None` where nothing is visible.
     pub(crate) fn find(case: &Case<'_>) -> Option<Self> {
-        let terms = Terms::<Ball<Big>>::sum::<true, true>(case)?;
+        let terms = IrradianceAndGradient::<Ball<Big>>::sum::<true, true>(case)?;
         let Vec3 { x, y, z } = terms.gradient(case.receiver);
         Some(Self { radiosity: Enclosure::of(terms.radiosity(case.receiver)), gradient: [x, y, z].map(Enclosure::of) })
     }
 
     /// Whether with the bits of the computation it stays open what an occluder hides.
     pub(crate) fn is_coincidence(case: &Case<'_>) -> bool {
-        visit::<Ball<Big>>(case, |_| {}).is_some_and(|doubt| !doubt.is_none())
+        visit::<Ball<Big>>(case, |_| {}).is_some_and(|uncertainty| !uncertainty.is_none())
     }
 
     /// The larger of the relative errors of value and gradient; infinite where a value may be 0.
@@ -168,7 +168,7 @@ const NOTHING: i64 = -600;
 
 /// The doubles nearest to the components of a number, vector or matrix in the unit, and a bound on the norm of their error. What
 /// may be 0 is 0 where doubles have no digits for it, where nothing is known of it, or where a coincidence is all that is left.
-pub(crate) fn to_doubles<const N: usize>(normalised: &[Enclosure; N], unit: Unit) -> Result<([f64; N], f64), Error> {
+pub(crate) fn to_doubles<const N: usize>(normalised: &[Enclosure; N], unit: CallerUnits) -> Result<([f64; N], f64), Error> {
     let scaled = normalised.each_ref().map(|c| c.times(unit.magnitude()));
     let rounded = scaled.each_ref().map(Enclosure::to_double);
     let values = rounded.map(|(value, _)| value);

@@ -2,8 +2,8 @@
 //!
 //! The ladder is that of [`super`] without the gradient. That is more than a saving: where the edge of a shadow is seen in line
 //! with another edge the gradient has two values, and no number of bits decides between them; the value is the same for both
-//! decisions, and [`crate::boundary::visibility::doubt::Doubt`] bounds by how much it is not. A bound that is below the absolute
-//! tolerance is accepted as it stands, so a sliver that nobody would miss is bounded and not decided.
+//! decisions, and [`crate::boundary::visibility::uncertainty::Uncertainty`] bounds by how much it is not. A bound that is below
+//! the absolute tolerance is accepted as it stands, so a sliver that nobody would miss is bounded and not decided.
 
 #[cfg(feature = "arbitrary-precision")]
 use std::array::from_ref;
@@ -11,11 +11,11 @@ use std::array::from_ref;
 use crate::boundary::case::Case;
 use crate::error::Error;
 #[cfg(feature = "arbitrary-precision")]
-use crate::forms::sums::Terms;
+use crate::forms::irradiance_and_gradient::IrradianceAndGradient;
 use crate::ladder::answer::{Method, Tolerance, Value};
-use crate::ladder::climb::{Climb, Found};
 #[cfg(feature = "arbitrary-precision")]
 use crate::ladder::digits::{Enclosed, to_doubles};
+use crate::ladder::rungs::{Climb, Found};
 #[cfg(feature = "arbitrary-precision")]
 use crate::scalar::ball::Ball;
 #[cfg(feature = "arbitrary-precision")]
@@ -73,7 +73,7 @@ impl Case<'_> {
             if found.radius <= absolute { Magnitude::from(0.0) } else { relative_error(from_ref(found)) }
         };
         let find = || {
-            let terms = Terms::<Ball<Big>>::sum::<true, false>(self)?;
+            let terms = IrradianceAndGradient::<Ball<Big>>::sum::<true, false>(self)?;
             Some(Enclosure::of(terms.radiosity(self.receiver)))
         };
         let Refined { found, .. } = refined(PRECISIONS, enough, share, || Enclosed::is_coincidence(self), find);

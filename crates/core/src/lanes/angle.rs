@@ -110,7 +110,7 @@ mod tests {
     use rand::{RngExt, SeedableRng, rngs::ChaCha8Rng};
 
     use super::*;
-    use crate::lanes::instruction_set::levels;
+    use crate::lanes::instruction_set::instruction_sets;
     use crate::scalar::double_double::DoubleDouble;
     use fearless_simd::Level;
 
@@ -172,7 +172,7 @@ mod tests {
         let (single_y, single_x): (Vec<f32>, Vec<f32>) =
             (y.iter().copied().map(f32::nearest).collect(), x.iter().copied().map(f32::nearest).collect());
         let mut first: Option<(Vec<u64>, Vec<u32>)> = None;
-        for level in levels() {
+        for level in instruction_sets() {
             let (mut double, mut single) = (vec![0.0; y.len()], vec![0.0; y.len()]);
             angles(level, &y, &x, &mut double);
             angles(level, &single_y, &single_x, &mut single);

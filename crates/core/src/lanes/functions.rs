@@ -154,7 +154,7 @@ mod tests {
     use rand::{RngExt, SeedableRng, rngs::ChaCha8Rng};
 
     use super::*;
-    use crate::lanes::instruction_set::{levels, on_level};
+    use crate::lanes::instruction_set::{instruction_sets, on_instruction_set};
     use crate::scalar::{arc_tangent, dilogarithm};
 
     #[inline(always)]
@@ -185,8 +185,8 @@ mod tests {
                 crate::scalar::logarithm::ln(y),
                 dilogarithm::clausen_rest(t),
             ];
-            for level in levels() {
-                assert_eq!(on_level!(level, simd => all(simd, [y, x, t])), scalars, "{y:e} {x:e} {t:e}");
+            for level in instruction_sets() {
+                assert_eq!(on_instruction_set!(level, simd => all(simd, [y, x, t])), scalars, "{y:e} {x:e} {t:e}");
             }
         }
     }

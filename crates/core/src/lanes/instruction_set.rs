@@ -5,11 +5,11 @@ use std::sync::LazyLock;
 
 use fearless_simd::Level;
 
-/// The best there is.
-pub(crate) static LEVEL: LazyLock<Level> = LazyLock::new(Level::new);
+/// The best instruction set of this machine.
+pub(crate) static INSTRUCTION_SET: LazyLock<Level> = LazyLock::new(Level::new);
 
 /// Runs a call with the vectors of an instruction set: AVX-512, AVX2 or what the target always has. It is compiled for each.
-macro_rules! on_level {
+macro_rules! on_instruction_set {
     ($level:expr, $simd:ident => $call:expr) => {{
         #[cfg(target_arch = "x86_64")]
         {
@@ -40,16 +40,17 @@ macro_rules! on_level {
     }};
 }
 
-pub(crate) use on_level;
+pub(crate) use on_instruction_set;
 
-/// The instruction sets of this machine that [`on_level`] tells apart, best first.
-pub(crate) fn levels() -> Vec<Level> {
+/// The instruction sets of this machine that [`on_instruction_set`] tells apart, best first.
+pub(crate) fn instruction_sets() -> Vec<Level> {
     let best = Level::new();
     #[cfg(target_arch = "x86_64")]
     {
         use fearless_simd::Simd;
-        let levels = [best.as_avx512().map(Simd::level), best.as_avx2().map(Simd::level), best.as_sse2().map(Simd::level)];
-        levels.into_iter().flatten().collect()
+        let instruction_sets =
+            [best.as_avx512().map(Simd::level), best.as_avx2().map(Simd::level), best.as_sse2().map(Simd::level)];
+        instruction_sets.into_iter().flatten().collect()
     }
     #[cfg(not(target_arch = "x86_64"))]
     {
@@ -57,7 +58,7 @@ pub(crate) fn levels() -> Vec<Level> {
     }
 }
 
-/// What people call it.
+/// Its usual name.
 pub(crate) fn name(level: Level) -> &'static str {
     #[cfg(target_arch = "x86_64")]
     {

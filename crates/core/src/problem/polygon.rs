@@ -1,4 +1,4 @@
-//! Receivers and polygons: what exists is valid.
+//! Polygons: one that exists is valid.
 //!
 //! A [`Polygon`] is simple, planar up to the rounding of its vertices, and counter-clockwise seen from its lit side (HS95 section
 //! 2; conventions of `ARCHITECTURE.md`). Every tolerance is relative to the polygon's own size or to the rounding of its
@@ -11,7 +11,7 @@ use glam::DVec3;
 
 use crate::error::Error;
 use crate::problem::fan::FanTriangle;
-use crate::scalar::double_double::{DoubleDouble, UNIT};
+use crate::scalar::double_double::{DoubleDouble, ROUNDOFF_OF_DOUBLE_DOUBLE};
 use crate::scalar::number::{Number, ROUNDOFF};
 use crate::scalar::offset::{exact_offset, offset, unit_vector};
 use crate::scalar::power::normalising_power;
@@ -95,8 +95,9 @@ impl Polygon {
                 .map_err(|defect| defect.in_unit(power, size))?
                 / power
         };
-        // A cross product of normalised edges errs by 4 UNIT of their lengths' product, at most 3; normalising it adds 32 UNIT.
-        let normal_error = count as f64 * 16.0 * UNIT / norm + 32.0 * UNIT;
+        // A cross product of normalised edges errs by 4 units of double-double of their lengths' product, at most 3;
+        // normalising it adds 32 units.
+        let normal_error = count as f64 * 16.0 * ROUNDOFF_OF_DOUBLE_DOUBLE / norm + 32.0 * ROUNDOFF_OF_DOUBLE_DOUBLE;
         let normal = precise_normal.map(DoubleDouble::to_f64);
         let polygon = Self {
             normal: normal.into(),

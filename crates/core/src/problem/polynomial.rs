@@ -49,8 +49,8 @@ impl Polynomial {
     /// the bounds), so that beyond it a subdivided emitter serves better.
     pub const MAX_DEGREE: u32 = 12;
 
-    /// The polynomial with the given terms, each a coefficient and the exponents of `dx`, `dy` and `dz`. Terms with the same
-    /// exponents add up; no terms make the zero polynomial.
+    /// The polynomial with the given terms, each a coefficient and the exponents of `dx`, `dy` and `dz`. Terms
+    /// with the same exponents add up; no terms make the zero polynomial.
     ///
     /// # Errors
     /// If the origin or a coefficient is not finite, or a term's degree is above [`Self::MAX_DEGREE`].

@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use crate::error::Error;
-use crate::scalar::double_double::{DoubleDouble, UNIT};
+use crate::scalar::double_double::{DoubleDouble, ROUNDOFF_OF_DOUBLE_DOUBLE};
 use crate::scalar::number::Number;
 use crate::scalar::offset::unit_vector;
 use crate::scalar::power::normalising_power;
@@ -93,7 +93,7 @@ pub(crate) fn unit_normal<T: Real>(receiver: &Receiver) -> Vec3<T> {
     if T::Number::BEYOND_DOUBLE_DOUBLE {
         return Vec3::from(receiver.direction()).map(T::exact).unit();
     }
-    receiver.precise_normal().map(|c| T::from_double_double(c, 32.0 * UNIT))
+    receiver.precise_normal().map(|c| T::from_double_double(c, 32.0 * ROUNDOFF_OF_DOUBLE_DOUBLE))
 }
 
 /// `rho / pi`.
@@ -103,5 +103,5 @@ pub(crate) fn albedo<T: Real>(receiver: &Receiver) -> T {
         return T::exact(receiver.reflectance()) / T::pi();
     }
     let albedo = receiver.albedo();
-    T::from_double_double(albedo, 32.0 * UNIT * albedo.hi)
+    T::from_double_double(albedo, 32.0 * ROUNDOFF_OF_DOUBLE_DOUBLE * albedo.hi)
 }

@@ -19,7 +19,7 @@ pub(crate) struct DoubleDouble {
 }
 
 /// Relative error of one operation: above every bound of the module documentation, u^2 = 2^-106.
-pub(crate) const UNIT: f64 = 8.0 / (1u128 << 106) as f64;
+pub(crate) const ROUNDOFF_OF_DOUBLE_DOUBLE: f64 = 8.0 / (1u128 << 106) as f64;
 
 /// Exact sum `a + b = s + t` (Knuth 1969).
 #[inline]

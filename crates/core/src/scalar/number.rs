@@ -149,7 +149,7 @@ impl Number for DoubleDouble {
     const DIFFERENCE_UNITS: f64 = 0.0;
 
     fn roundoff() -> f64 {
-        double_double::UNIT
+        double_double::ROUNDOFF_OF_DOUBLE_DOUBLE
     }
     fn tiny() -> f64 {
         f64::MIN_POSITIVE

@@ -29,7 +29,7 @@
 
 use fearless_simd::Simd;
 
-use crate::batch::bound::{Bound, SECOND_ORDER};
+use crate::batch::bound::{LaneBound, SECOND_ORDER};
 use crate::batch::linear::segment::CLAUSEN;
 use crate::batch::linear::{Glowing, LinearSums, Wide};
 use crate::batch::visible::SeenExtent;
@@ -104,7 +104,7 @@ impl<S: Simd> Scales<S> {
     }
 
     #[inline(always)]
-    pub(super) fn bound<const GRADIENT: bool>(&self, simd: S) -> Bound<S, f64> {
+    pub(super) fn bound<const GRADIENT: bool>(&self, simd: S) -> LaneBound<S, f64> {
         let number = |value: f64| constant::<S, f64>(simd, value);
         let Self { unit, edges, angles, condition, crossing, nearest, inverse_height, depth, shift } = *self;
         let many = edges * (number(3.0) + condition * number(0.5));
@@ -123,6 +123,6 @@ impl<S: Simd> Scales<S> {
             let gradient = unit * (nearest * beside + inverse_height * units) + size * moved;
             gradient_square = gradient * gradient;
         }
-        Bound { value, gradient_square }
+        LaneBound { value, gradient_square }
     }
 }

@@ -9,7 +9,7 @@ use crate::batch::linear::{Glow, Glowing, LinearSums, Vector, Wide};
 use crate::batch::many_emitters::{Group, SeenFrom, Work, fits, lanes};
 use crate::batch::tile::{Goal, Settled};
 use crate::batch::visible::Outline;
-use crate::lanes::instruction_set::on_level;
+use crate::lanes::instruction_set::on_instruction_set;
 use crate::lanes::lane::{MOST_LANES, load};
 use crate::problem::emission::Emitter;
 
@@ -71,9 +71,9 @@ impl LinearGroup {
         work.answered(range, goal, |start, slots| {
             let at = (outlines, start, glows);
             if goal.asked.gradient {
-                on_level!(level, simd => lanes::<_, f64, _, true>(simd, at, seen, goal, slots))
+                on_instruction_set!(level, simd => lanes::<_, f64, _, true>(simd, at, seen, goal, slots))
             } else {
-                on_level!(level, simd => lanes::<_, f64, _, false>(simd, at, seen, goal, slots))
+                on_instruction_set!(level, simd => lanes::<_, f64, _, false>(simd, at, seen, goal, slots))
             }
         })
     }

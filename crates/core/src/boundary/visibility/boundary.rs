@@ -7,7 +7,7 @@
 
 use crate::boundary::arc::Arc;
 use crate::boundary::line::Sighted;
-use crate::boundary::visibility::part::{Facing, Part, Sides};
+use crate::boundary::visibility::part::{Facing, Sides, VisiblePart};
 use crate::scalar::real::Real;
 use crate::scalar::vec3::Vec3;
 
@@ -35,11 +35,11 @@ struct End<T> {
 }
 
 /// Calls `visit` with each arc of the boundary.
-pub(super) fn visit_arcs<T: Real>(parts: &[Part<T>], sides: &Sides<T>, mut visit: impl FnMut(&Arc<T>)) {
+pub(super) fn visit_arcs<T: Real>(parts: &[VisiblePart<T>], sides: &Sides<T>, mut visit: impl FnMut(&Arc<T>)) {
     if let [part] = parts {
         return part.arcs(sides).for_each(|arc| visit(&arc));
     }
-    let turn = |part: &Part<T>| -> Vec<Turn<T>> {
+    let turn = |part: &VisiblePart<T>| -> Vec<Turn<T>> {
         part.pairs().map(|(a, b)| Turn { from: a.side.side, to: b.side.side, point: b.point }).collect()
     };
     let mut turns: Vec<Turn<T>> = parts.iter().flat_map(turn).collect();

@@ -5,7 +5,7 @@ use glam::DVec3;
 use crate::boundary::arc::{Arc, Generator};
 use crate::boundary::edge_name::EdgeName;
 use crate::boundary::line::Sighted;
-use crate::boundary::visibility::glimpse::{About, Glimpse};
+use crate::boundary::visibility::separation::{BoundingCone, UncertainVector};
 use crate::scalar::real::Real;
 use crate::scalar::vec3::Vec3;
 
@@ -15,7 +15,7 @@ struct ConeSide<T> {
     generator: Generator<T>,
     name: Option<EdgeName>,
     /// What doubles say of its normal.
-    normal: About,
+    normal: UncertainVector,
 }
 
 /// All that bounds a part, each once.
@@ -45,7 +45,7 @@ impl<T: Real> Sides<T> {
     }
 
     pub(super) fn add(&mut self, generator: Generator<T>, name: Option<EdgeName>) -> Facing {
-        self.0.push(ConeSide { generator, name, normal: About::of(generator.normal()) });
+        self.0.push(ConeSide { generator, name, normal: UncertainVector::of(generator.normal()) });
         Facing::forward(self.0.len() - 1)
     }
 
@@ -76,7 +76,7 @@ impl<T: Real> Sides<T> {
         if facing.reversed { -normal } else { normal }
     }
 
-    fn about(&self, facing: Facing) -> About {
+    fn about(&self, facing: Facing) -> UncertainVector {
         let normal = self.0[facing.side].normal;
         if facing.reversed { normal.reversed() } else { normal }
     }
@@ -84,15 +84,15 @@ impl<T: Real> Sides<T> {
 
 /// A convex part of the emitter, by its corners in the emitter's plane: it is where `N . omega < 0` on all sides.
 #[derive(Debug, Clone)]
-pub(super) struct Part<T> {
-    pub(super) corners: Vec<Corner<T>>,
+pub(super) struct VisiblePart<T> {
+    pub(super) corners: Vec<PartCorner<T>>,
     /// What doubles say of it.
-    pub(super) glimpse: Glimpse,
+    pub(super) cone: BoundingCone,
 }
 
 /// A corner of a part.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Corner<T> {
+pub(super) struct PartCorner<T> {
     pub(super) point: Vec3<T>,
     /// The vertex of the input that is seen there, where one is known to be.
     pub(super) vertex: Option<DVec3>,
@@ -100,15 +100,15 @@ pub(super) struct Corner<T> {
     pub(super) side: Facing,
 }
 
-impl<T: Real> Part<T> {
-    pub(super) fn new(corners: Vec<Corner<T>>, sides: &Sides<T>) -> Self {
-        let about = |corner: &Corner<T>| [About::of(corner.point), sides.about(corner.side)];
-        let glimpse = Glimpse::new(corners.iter().map(about).collect());
-        Self { corners, glimpse }
+impl<T: Real> VisiblePart<T> {
+    pub(super) fn new(corners: Vec<PartCorner<T>>, sides: &Sides<T>) -> Self {
+        let about = |corner: &PartCorner<T>| [UncertainVector::of(corner.point), sides.about(corner.side)];
+        let cone = BoundingCone::new(corners.iter().map(about).collect());
+        Self { corners, cone }
     }
 
     pub(super) fn arcs(&self, sides: &Sides<T>) -> impl Iterator<Item = Arc<T>> {
-        let sighted = |corner: &Corner<T>| Sighted::at(corner.point);
+        let sighted = |corner: &PartCorner<T>| Sighted::at(corner.point);
         self.pairs().map(move |(start, end)| Arc::between(sighted(start), sighted(end), sides.generator(start.side)))
     }
 
@@ -124,7 +124,7 @@ impl<T: Real> Part<T> {
     }
 
     /// Each corner with the one after it.
-    pub(super) fn pairs(&self) -> impl Iterator<Item = (&Corner<T>, &Corner<T>)> {
+    pub(super) fn pairs(&self) -> impl Iterator<Item = (&PartCorner<T>, &PartCorner<T>)> {
         self.corners.iter().zip(self.corners.iter().cycle().skip(1))
     }
 }

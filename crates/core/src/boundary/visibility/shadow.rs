@@ -6,8 +6,8 @@ use crate::boundary::arc::Generator;
 use crate::boundary::edge_name::EdgeName;
 use crate::boundary::line::{Line, Sighted};
 use crate::boundary::plan::{Plan, Side, height_over_plane, side_of};
-use crate::boundary::visibility::glimpse::Glimpse;
-use crate::boundary::visibility::part::{Facing, Part, Sides};
+use crate::boundary::visibility::part::{Facing, Sides, VisiblePart};
+use crate::boundary::visibility::separation::BoundingCone;
 use crate::problem::polygon::Polygon;
 use crate::problem::receiver::Receiver;
 use crate::scalar::real::Real;
@@ -21,7 +21,7 @@ pub(super) struct Screen<'a> {
     /// Where each is relative to the emitter's plane.
     sides: Vec<Side>,
     /// What doubles say of it.
-    pub(super) glimpse: Glimpse,
+    pub(super) cone: BoundingCone,
 }
 
 /// The shadow of a convex occluder: where `N . omega < 0` for all its lines.
@@ -47,7 +47,7 @@ impl<'a> Screen<'a> {
             Side::InPlane => return None,
         }
         let sides: Vec<Side> = vertices.iter().map(|&v| side_of(v, emitter, plan.power)).collect();
-        sides.contains(&Side::Front).then(|| Self { occluder, glimpse: Glimpse::of_polygon(x, &vertices), vertices, sides })
+        sides.contains(&Side::Front).then(|| Self { occluder, cone: BoundingCone::of_polygon(x, &vertices), vertices, sides })
     }
 }
 
@@ -97,7 +97,7 @@ impl<T: Real> Shadow<T> {
     }
 
     /// Whether one side of the shadow or of the part is known to separate them.
-    pub(super) fn misses(&self, part: &Part<T>, sides: &Sides<T>) -> bool {
+    pub(super) fn misses(&self, part: &VisiblePart<T>, sides: &Sides<T>) -> bool {
         let beyond = |normal: Vec3<T>, point: Vec3<T>| {
             let height = normal.dot(point);
             height.value() > 0.0 && height.size() > height.error()

@@ -6,9 +6,9 @@ use crate::boundary::arc::Generator;
 use crate::boundary::edge_name::EdgeName;
 use crate::boundary::line::{Line, Sighted};
 use crate::boundary::plan::{Plan, height_over_horizon, height_over_plane};
-use crate::boundary::visibility::doubt::{Doubt, is_doubtful, is_exactly_0};
-use crate::boundary::visibility::part::{Corner, Facing, Part, Sides};
+use crate::boundary::visibility::part::{Facing, PartCorner, Sides, VisiblePart};
 use crate::boundary::visibility::shadow::Shadow;
+use crate::boundary::visibility::uncertainty::{Uncertainty, is_doubtful, is_exactly_0};
 use crate::problem::emission::Emitter;
 use crate::problem::polygon::Polygon;
 use crate::problem::receiver::{Receiver, unit_normal};
@@ -27,7 +27,7 @@ pub(super) struct Subtraction<T: Real> {
     pub(super) emission: f64,
     /// Bound on `|grad B| (1 + 1/c)` over the emitter.
     pub(super) steepness: RadiusOf<T>,
-    pub(super) doubt: Doubt<RadiusOf<T>>,
+    pub(super) uncertainty: Uncertainty<RadiusOf<T>>,
 }
 
 impl<T: Real> Subtraction<T> {
@@ -41,7 +41,7 @@ impl<T: Real> Subtraction<T> {
         let gradient = emitter.steepest_emission() * emitter.power() / plan.power * 1.01;
         let steepness = (RadiusOf::<T>::from(4.0) / height + 1.0.into()) * gradient;
         let emission = emitter.largest_emission() * emitter.power() * 1.01;
-        Self { sides: Sides::new(), plane, height, emission, steepness, doubt: Doubt::none() }
+        Self { sides: Sides::new(), plane, height, emission, steepness, uncertainty: Uncertainty::none() }
     }
 
     pub(super) fn part_above_horizon(
@@ -50,7 +50,7 @@ impl<T: Real> Subtraction<T> {
         polygon: &Polygon,
         indices: &[usize],
         plan: &Plan,
-    ) -> Option<Part<T>> {
+    ) -> Option<VisiblePart<T>> {
         let (x, power) = (receiver.position(), plan.power);
         let vertices: Vec<DVec3> = indices.iter().map(|&i| polygon.vertices()[i]).collect();
         let seen: Vec<Sighted<T>> = vertices.iter().map(|&v| Sighted::from(v, x, power)).collect();
@@ -59,17 +59,17 @@ impl<T: Real> Subtraction<T> {
             let line = || Line::through([vertices[i], vertices[j]], [&seen[i], &seen[j]], x, power);
             let name = EdgeName::new(vertices[i], vertices[j]);
             let side = self.sides.add_emitter_edge(|| Generator::Emitter(line()), name);
-            Corner { point: seen[i].point, vertex: Some(vertices[i]), side }
+            PartCorner { point: seen[i].point, vertex: Some(vertices[i]), side }
         });
         let corners = corners.collect();
-        let part = Part::new(corners, &self.sides);
+        let part = VisiblePart::new(corners, &self.sides);
         let heights: Vec<T> = vertices.iter().map(|&v| height_over_horizon(receiver, v, power)).collect();
         let horizon = self.sides.add(Generator::Horizon(-unit_normal::<T>(receiver)), None);
         self.keep(&part, &heights, horizon)
     }
 
     /// Adds the parts of `part` outside `shadow`.
-    pub(super) fn subtract(&mut self, part: Part<T>, shadow: &Shadow<T>, lit: &mut Vec<Part<T>>) {
+    pub(super) fn subtract(&mut self, part: VisiblePart<T>, shadow: &Shadow<T>, lit: &mut Vec<VisiblePart<T>>) {
         let mut rest = part;
         for &side in &shadow.lines {
             lit.extend(self.cut(&rest, side.reversed()));
@@ -81,9 +81,9 @@ impl<T: Real> Subtraction<T> {
     }
 
     /// The part where `N . omega < 0` for the normal of `side`, if any.
-    fn cut(&mut self, part: &Part<T>, side: Facing) -> Option<Part<T>> {
+    fn cut(&mut self, part: &VisiblePart<T>, side: Facing) -> Option<VisiblePart<T>> {
         let (normal, name) = (self.sides.normal(side), self.sides.name(side));
-        let depth = |corner: &Corner<T>| {
+        let depth = |corner: &PartCorner<T>| {
             let depth = -normal.dot(corner.point);
             let is_on_it = || name.zip(corner.vertex).is_some_and(|(edge, vertex)| edge.is_in_line_with(vertex));
             if is_doubtful(depth) && is_on_it() { T::exact(0.0) } else { depth }
@@ -103,8 +103,8 @@ impl<T: Real> Subtraction<T> {
     }
 
     /// The part of positive depth, closed along `cutting` (Sutherland and Hodgman 1974, on a cone).
-    fn keep(&mut self, part: &Part<T>, depths: &[T], cutting: Facing) -> Option<Part<T>> {
-        self.add_doubt(part, depths, cutting);
+    fn keep(&mut self, part: &VisiblePart<T>, depths: &[T], cutting: Facing) -> Option<VisiblePart<T>> {
+        self.add_uncertainty(part, depths, cutting);
         let count = part.corners.len();
         let inside = |i: usize| depths[i].value() > 0.0;
         // A part that a line only touches keeps its own edges, also one seen along that line: it lies elsewhere in space.
@@ -119,16 +119,16 @@ impl<T: Real> Subtraction<T> {
             let crossing = |side: Facing| {
                 if is_exactly_0(depths[i]) || (is_doubtful(depths[i]) && is_doubtful(depths[j])) {
                     // Between two doubtful corners the cut may be anywhere, and the doubt covers any choice.
-                    Corner { side, ..start }
+                    PartCorner { side, ..start }
                 } else if is_exactly_0(depths[j]) {
-                    Corner { side, ..end }
+                    PartCorner { side, ..end }
                 } else {
                     let from_ends = start.point + (end.point - start.point) * (depths[i] / (depths[i] - depths[j]));
                     let point = self.crossing(start.side, cutting, from_ends);
                     // Lines that share a point are seen to meet there.
                     let vertex =
                         self.sides.name(start.side).zip(self.sides.name(cutting)).and_then(|(own, other)| own.shared_end(other));
-                    Corner { point, vertex, side }
+                    PartCorner { point, vertex, side }
                 }
             };
             match (inside(i), inside(j)) {
@@ -138,7 +138,7 @@ impl<T: Real> Subtraction<T> {
                 (false, false) => {}
             }
         }
-        (!kept.is_empty()).then(|| Part::new(kept, &self.sides))
+        (!kept.is_empty()).then(|| VisiblePart::new(kept, &self.sides))
     }
 
     /// The point of the emitter's plane that is seen where two sides cross: between the ends of an edge, or, where others have

@@ -1,5 +1,6 @@
-//! The sums of a constant emitter, four edges at a time, one a lane of a vector: the digits of the sums of [`super`], where all
-//! is plain ([`crate::forms::edge_lanes`]). The horizon may cut a polygon of up to four vertices.
+//! The sums of a constant emitter, four edges at a time, one a lane of a vector: the digits of the sums of [`super`], where
+//! double precision is sure of all decisions ([`crate::forms::edge_lanes`]). The horizon may cut a polygon of up to four
+//! vertices.
 
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f64x4, mask64x4};
@@ -7,21 +8,21 @@ use fearless_simd::{Simd, f64x4, mask64x4};
 use crate::boundary::plan::{Horizon, Plan};
 use crate::forms::constant_bound::Weighed;
 use crate::forms::edge_lanes::cut::Cut;
-use crate::forms::edge_lanes::{Four, Weights, plan};
-use crate::forms::sums::Terms;
-use crate::lanes::instruction_set::{LEVEL, on_level};
+use crate::forms::edge_lanes::{EdgeLanes, Weights, plan};
+use crate::forms::irradiance_and_gradient::IrradianceAndGradient;
+use crate::lanes::instruction_set::{INSTRUCTION_SET, on_instruction_set};
 use crate::lanes::vectors::{all, plus_first};
 use crate::problem::polygon::Polygon;
 use crate::problem::receiver::Receiver;
 use crate::scalar::vec3::Vec3;
 
-/// The plan and the sums for a unit emission, where all is plain.
+/// The plan and the sums for a unit emission, where double precision is sure of all decisions.
 #[inline]
-pub(crate) fn plain<const VALUE: bool, const GRADIENT: bool>(
+pub(crate) fn sure<const VALUE: bool, const GRADIENT: bool>(
     receiver: &Receiver,
     polygon: &Polygon,
-) -> Option<(Plan, Terms<f64>)> {
-    on_level!(*LEVEL, simd => sums::<_, VALUE, GRADIENT>(simd, receiver, polygon))
+) -> Option<(Plan, IrradianceAndGradient<f64>)> {
+    on_instruction_set!(*INSTRUCTION_SET, simd => sums::<_, VALUE, GRADIENT>(simd, receiver, polygon))
 }
 
 #[inline(always)]
@@ -29,7 +30,7 @@ fn sums<S: Simd, const VALUE: bool, const GRADIENT: bool>(
     simd: S,
     receiver: &Receiver,
     polygon: &Polygon,
-) -> Option<(Plan, Terms<f64>)> {
+) -> Option<(Plan, IrradianceAndGradient<f64>)> {
     let plan = plan(simd, receiver, polygon)?;
     if plan.horizon == Horizon::Above
         && let Some(terms) = whole::<_, VALUE, GRADIENT, false>(simd, receiver, polygon, plan.power)
@@ -46,7 +47,7 @@ fn cut_or_wide<S: Simd, const VALUE: bool, const GRADIENT: bool>(
     receiver: &Receiver,
     polygon: &Polygon,
     plan: &Plan,
-) -> Option<Terms<f64>> {
+) -> Option<IrradianceAndGradient<f64>> {
     simd.vectorize(
         #[inline(always)]
         || match plan.horizon {
@@ -63,13 +64,13 @@ fn whole<S: Simd, const VALUE: bool, const GRADIENT: bool, const WIDE: bool>(
     receiver: &Receiver,
     polygon: &Polygon,
     power: f64,
-) -> Option<Terms<f64>> {
+) -> Option<IrradianceAndGradient<f64>> {
     let (x, n1) = (all(simd, receiver.position()), all(simd, receiver.normal()));
     let (mut angles, mut edges) = (Vec3::default(), Vec3::default());
     let mut rest = polygon.vertices().len();
     let fours = polygon.four_edges();
     for four in fours {
-        let found = Four::new::<WIDE>(simd, four, x, f64x4::splat(simd, power))?;
+        let found = EdgeLanes::new::<WIDE>(simd, four, x, f64x4::splat(simd, power))?;
         let count = rest.min(4);
         rest -= count;
         if VALUE {
@@ -80,7 +81,7 @@ fn whole<S: Simd, const VALUE: bool, const GRADIENT: bool, const WIDE: bool>(
             edges = plus_first(edges, found.normal * -weight, count);
         }
     }
-    Some(Terms { irradiance: angles * -0.5, gradient: edges })
+    Some(IrradianceAndGradient { irradiance: angles * -0.5, gradient: edges })
 }
 
 #[inline(always)]
@@ -89,7 +90,7 @@ fn cut<S: Simd, const VALUE: bool, const GRADIENT: bool>(
     receiver: &Receiver,
     polygon: &Polygon,
     power: f64,
-) -> Option<Terms<f64>> {
+) -> Option<IrradianceAndGradient<f64>> {
     let [edges] = polygon.four_edges() else { return None };
     let (n1, count) = (all(simd, receiver.normal()), polygon.vertices().len());
     let part = Cut::new(simd, receiver, edges, count, power)?;
@@ -102,7 +103,7 @@ fn cut<S: Simd, const VALUE: bool, const GRADIENT: bool>(
     if GRADIENT {
         slopes = part.sum(simd, four.normal * -Weight::new::<true>(four, simd, n1, false)?.weight, count);
     }
-    Some(Terms { irradiance: angles * -0.5, gradient: slopes })
+    Some(IrradianceAndGradient { irradiance: angles * -0.5, gradient: slopes })
 }
 
 /// What arcs weigh, as [`crate::boundary::arc::Arc::weight`] has it, with what bounds on it follow from.
@@ -119,8 +120,8 @@ impl<S: Simd> Weight<S> {
     /// Where all edges of a polygon are here, `closed`, each one ends where the next one starts. Unless `WIDE`, only of arcs up
     /// to a quarter turn.
     #[inline(always)]
-    pub(crate) fn new<const WIDE: bool>(four: &Four<S>, simd: S, n1: Vec3<f64x4<S>>, closed: bool) -> Option<Self> {
-        let Four { start, end, start_square, inline, angle, .. } = *four;
+    pub(crate) fn new<const WIDE: bool>(four: &EdgeLanes<S>, simd: S, n1: Vec3<f64x4<S>>, closed: bool) -> Option<Self> {
+        let EdgeLanes { start, end, start_square, inline, angle, .. } = *four;
         let wide = inline.simd_lt(f64x4::splat(simd, 0.0));
         if !WIDE && wide.any_true() {
             return None;
@@ -144,8 +145,8 @@ impl<S: Simd> Weight<S> {
 
     /// In those lanes in the frame of the line, from its moments there.
     #[inline(always)]
-    fn past_a_quarter_turn(mut self, simd: S, four: &Four<S>, n1: Vec3<f64x4<S>>, wide: mask64x4<S>) -> Self {
-        let Four { start, end, e, edge_square, normal, moment, across, inline, angle, .. } = *four;
+    fn past_a_quarter_turn(mut self, simd: S, four: &EdgeLanes<S>, n1: Vec3<f64x4<S>>, wide: mask64x4<S>) -> Self {
+        let EdgeLanes { start, end, e, edge_square, normal, moment, across, inline, angle, .. } = *four;
         let (one, half) = (f64x4::splat(simd, 1.0), f64x4::splat(simd, 0.5));
         let length = edge_square.sqrt();
         let along = e * (one / length);
@@ -173,7 +174,7 @@ mod tests {
     use crate::boundary::horizon;
     use crate::forms::constant::{EdgeSum, SolidAngleVector};
     use crate::forms::edge_lanes::random::{polygon_and_receiver, vector};
-    use crate::lanes::instruction_set::levels;
+    use crate::lanes::instruction_set::instruction_sets;
 
     #[test]
     fn side_by_side_gives_the_digits_of_one_by_one_on_every_instruction_set() {
@@ -187,8 +188,8 @@ mod tests {
                 receiver = Receiver::new(receiver.position(), vector(&mut random, 1.0), 1.0).unwrap();
             }
             let mut first = None;
-            for level in levels() {
-                let found = on_level!(level, simd => sums::<_, true, true>(simd, &receiver, &polygon));
+            for level in instruction_sets() {
+                let found = on_instruction_set!(level, simd => sums::<_, true, true>(simd, &receiver, &polygon));
                 let digits = found.map(|(plan, terms)| (plan.power, plan.horizon, terms.irradiance, terms.gradient));
                 assert_eq!(*first.get_or_insert(digits), digits, "{level:?}");
             }
@@ -202,8 +203,8 @@ mod tests {
             });
             assert_eq!((plan.power, plan.horizon), (power, horizon));
             assert_eq!((angles.phi(), edges.sum()), (irradiance, gradient), "{receiver:?} {polygon:?}");
-            assert_eq!(plain::<true, false>(&receiver, &polygon).unwrap().1.irradiance, irradiance);
-            assert_eq!(plain::<false, true>(&receiver, &polygon).unwrap().1.gradient, gradient);
+            assert_eq!(sure::<true, false>(&receiver, &polygon).unwrap().1.irradiance, irradiance);
+            assert_eq!(sure::<false, true>(&receiver, &polygon).unwrap().1.gradient, gradient);
         }
         println!("{whole} whole, {cut} cut");
         assert!(whole > 1000 && cut > 300, "{whole} {cut}");

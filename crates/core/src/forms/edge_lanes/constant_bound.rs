@@ -8,44 +8,49 @@ use crate::boundary::plan::{Horizon, Plan};
 use crate::forms::constant_bound::{AngleError, BoundedSum, Displacement, FRACTION, LEAST_MOMENT, Still, of_horizon};
 use crate::forms::edge_lanes::constant::Weight;
 use crate::forms::edge_lanes::cut::Cut;
-use crate::forms::edge_lanes::{Four, Plain, plan};
-use crate::forms::sums::Terms;
-use crate::lanes::instruction_set::{LEVEL, on_level};
+use crate::forms::edge_lanes::{EdgeLanes, SureCase, plan};
+use crate::forms::irradiance_and_gradient::IrradianceAndGradient;
+use crate::lanes::instruction_set::{INSTRUCTION_SET, on_instruction_set};
 use crate::lanes::vectors::{all, plus_first};
 use crate::problem::polygon::Polygon;
 use crate::problem::receiver::Receiver;
 use crate::scalar::number::ROUNDOFF;
 use crate::scalar::vec3::Vec3;
 
-/// The sums and their bounds, where all is plain.
+/// The sums and their bounds, where double precision is sure of all decisions.
 #[inline]
-pub(crate) fn bounded(receiver: &Receiver, polygon: &Polygon, plan: &Plan) -> Option<(Terms<f64>, BoundedSum)> {
-    on_level!(*LEVEL, simd => {
+pub(crate) fn bounded(receiver: &Receiver, polygon: &Polygon, plan: &Plan) -> Option<(IrradianceAndGradient<f64>, BoundedSum)> {
+    on_instruction_set!(*INSTRUCTION_SET, simd => {
         let whole = if plan.horizon == Horizon::Above { whole::<_, false>(simd, receiver, polygon, plan.power) } else { None };
         whole.or_else(|| cut_or_wide(simd, receiver, polygon, plan))
     })
 }
 
-/// As [`BoundedSum::plain`].
+/// As [`BoundedSum::where_sure`].
 #[inline]
-pub(crate) fn bounded_plain(receiver: &Receiver, polygon: &Polygon, narrow: f64) -> Option<Plain<BoundedSum>> {
-    on_level!(*LEVEL, simd => {
+pub(crate) fn bounded_where_sure(receiver: &Receiver, polygon: &Polygon, narrow: f64) -> Option<SureCase<BoundedSum>> {
+    on_instruction_set!(*INSTRUCTION_SET, simd => {
         let plan = plan(simd, receiver, polygon)?;
         if polygon.size() * plan.power <= narrow {
-            return Some(Plain { plan, sums: None });
+            return Some(SureCase { plan, sums: None });
         }
         if plan.horizon == Horizon::Above
             && let sums @ Some(_) = whole::<_, false>(simd, receiver, polygon, plan.power)
         {
-            return Some(Plain { plan, sums });
+            return Some(SureCase { plan, sums });
         }
-        Some(Plain { plan, sums: cut_or_wide(simd, receiver, polygon, &plan) })
+        Some(SureCase { plan, sums: cut_or_wide(simd, receiver, polygon, &plan) })
     })
 }
 
 /// Apart, so that its registers do not cost what is ordinary.
 #[inline(never)]
-fn cut_or_wide<S: Simd>(simd: S, receiver: &Receiver, polygon: &Polygon, plan: &Plan) -> Option<(Terms<f64>, BoundedSum)> {
+fn cut_or_wide<S: Simd>(
+    simd: S,
+    receiver: &Receiver,
+    polygon: &Polygon,
+    plan: &Plan,
+) -> Option<(IrradianceAndGradient<f64>, BoundedSum)> {
     simd.vectorize(
         #[inline(always)]
         || match plan.horizon {
@@ -68,7 +73,7 @@ impl<S: Simd> Bounded<S> {
     #[inline(always)]
     fn new<D: Displacement<f64x4<S>>, const WIDE: bool>(
         simd: S,
-        four: &Four<S>,
+        four: &EdgeLanes<S>,
         n1: Vec3<f64x4<S>>,
         (closed, additions): (bool, f64),
         moved: (D, f64),
@@ -77,7 +82,7 @@ impl<S: Simd> Bounded<S> {
             return None;
         }
         let found = Weight::new::<WIDE>(four, simd, n1, closed)?;
-        // As `Line::relative_error`: plain edges pass at an eighth of the distance at least.
+        // As `Line::relative_error`: edges that lanes take pass at an eighth of the distance at least.
         let ratio = (four.line_square * four.edge_square).sqrt() / four.moment;
         let (g, ew) = (four.angle, (ratio * 3.5 + 1.0) * ROUNDOFF);
         let of_angle = AngleError::new(g, g.min(f64x4::splat(simd, 1.0)), ew, moved);
@@ -104,14 +109,14 @@ fn whole<S: Simd, const WIDE: bool>(
     receiver: &Receiver,
     polygon: &Polygon,
     power: f64,
-) -> Option<(Terms<f64>, BoundedSum)> {
+) -> Option<(IrradianceAndGradient<f64>, BoundedSum)> {
     let fours = polygon.four_edges();
     let (x, n1) = (all(simd, receiver.position()), all(simd, receiver.normal()));
     let (mut angles, mut edges, mut along, mut others) = (Vec3::default(), Vec3::default(), Vec3::default(), Vec3::default());
     let mut rest = polygon.vertices().len();
     let additions = (rest - 1) as f64 * ROUNDOFF;
     for four in fours {
-        let four = Four::new::<WIDE>(simd, four, x, f64x4::splat(simd, power))?;
+        let four = EdgeLanes::new::<WIDE>(simd, four, x, f64x4::splat(simd, power))?;
         let terms = Bounded::new::<_, WIDE>(simd, &four, n1, (fours.len() == 1, additions), (Still, 0.0))?;
         let count = rest.min(4);
         rest -= count;
@@ -120,13 +125,13 @@ fn whole<S: Simd, const WIDE: bool>(
         along = plus_first(along, terms.along, count);
         others = plus_first(others, terms.others, count);
     }
-    let terms = Terms { irradiance: angles * -0.5, gradient: edges };
+    let terms = IrradianceAndGradient { irradiance: angles * -0.5, gradient: edges };
     let bound = BoundedSum::new(&terms, others.x, along.norm() + others.y);
     Some((terms, bound))
 }
 
 #[inline(always)]
-fn cut<S: Simd>(simd: S, receiver: &Receiver, polygon: &Polygon, power: f64) -> Option<(Terms<f64>, BoundedSum)> {
+fn cut<S: Simd>(simd: S, receiver: &Receiver, polygon: &Polygon, power: f64) -> Option<(IrradianceAndGradient<f64>, BoundedSum)> {
     let [edges] = polygon.four_edges() else { return None };
     let (n1, count) = (all(simd, receiver.normal()), polygon.vertices().len());
     let part = Cut::new(simd, receiver, edges, count, power)?;
@@ -140,7 +145,7 @@ fn cut<S: Simd>(simd: S, receiver: &Receiver, polygon: &Polygon, power: f64) -> 
     let (angles, edges) = (part.sum(simd, terms.angle, count), part.sum(simd, terms.edge, count));
     let (along, others) = (part.sum(simd, terms.along, count), part.sum(simd, terms.others, count));
     let angles = (angles + closing.generator.normal() * closing.angle) * -0.5;
-    let terms = Terms { irradiance: angles, gradient: edges };
+    let terms = IrradianceAndGradient { irradiance: angles, gradient: edges };
     let (angle_errors, slope) = of_horizon(closing);
     let angle_errors = others.x + angle_errors + closing.angle.abs() * additions;
     let bound = BoundedSum::new(&terms, angle_errors, along.norm() + others.y + slope);
@@ -169,7 +174,7 @@ mod tests {
             let Some(plan) = Plan::new(&receiver, &polygon) else { continue };
             let Some((terms, bound)) = bounded(&receiver, &polygon, &plan) else { continue };
             *(if plan.horizon == Horizon::Above { &mut whole } else { &mut cut }) += 1;
-            let Plain { plan: same_plan, sums } = bounded_plain(&receiver, &polygon, 0.0).unwrap();
+            let SureCase { plan: same_plan, sums } = bounded_where_sure(&receiver, &polygon, 0.0).unwrap();
             let (same_terms, same_bound) = sums.unwrap();
             let of_bound = |bound: &BoundedSum| [bound.irradiance, bound.gradient];
             assert_eq!((same_plan.power, same_plan.horizon), (plan.power, plan.horizon));

@@ -6,7 +6,7 @@ use glam::DVec3;
 
 use crate::boundary::arc::{Arc, Generator};
 use crate::boundary::line::Sighted;
-use crate::forms::edge_lanes::Four;
+use crate::forms::edge_lanes::EdgeLanes;
 use crate::lanes::double_double::DoubleDoubles;
 use crate::lanes::functions::plain_angle;
 use crate::lanes::vectors::{all, chosen, plus_first};
@@ -22,7 +22,7 @@ const LOWEST: f64 = 1024.0 * ROUNDOFF;
 /// What is above the horizon of the edges of a polygon that leaves it once.
 pub(crate) struct Cut<S: Simd> {
     /// The edges, with the ends and the angles of their visible parts.
-    pub(crate) four: Four<S>,
+    pub(crate) four: EdgeLanes<S>,
     /// Which have one.
     pub(crate) visible: mask64x4<S>,
     /// The arc along the horizon, from where the boundary leaves the upper half-space to where it comes back.
@@ -35,7 +35,7 @@ impl<S: Simd> Cut<S> {
     #[inline(always)]
     pub(crate) fn new(simd: S, receiver: &Receiver, edges: &FourEdges, count: usize, power: f64) -> Option<Self> {
         let lanes = f64x4::splat(simd, power);
-        let mut four = Four::new::<true>(simd, edges, all(simd, receiver.position()), lanes)?;
+        let mut four = EdgeLanes::new::<true>(simd, edges, all(simd, receiver.position()), lanes)?;
         let before = heights(simd, receiver, edges.starts(simd), lanes);
         let after = heights(simd, receiver, edges.ends(simd), lanes);
         if !before.abs().min(after.abs()).simd_ge(f64x4::splat(simd, LOWEST)).all_true() {

@@ -1,5 +1,5 @@
 //! The sums of a linear emitter that is seen whole, four edges at a time, one a lane of a vector: the digits of the sums of
-//! [`super`], where all is plain ([`crate::forms::edge_lanes`]).
+//! [`super`], where double precision is sure of all decisions ([`crate::forms::edge_lanes`]).
 
 use std::f64::consts::PI;
 
@@ -7,52 +7,57 @@ use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f64x4, f64x8, mask64x8};
 
 use crate::boundary::plan::Horizon;
-use crate::forms::edge_lanes::{Four, Plain, Weights, height_over_plane, plan, power_seen_whole};
-use crate::forms::linear::{LinearSum, Seen};
-use crate::forms::linear_bound::{Bound, Errors};
-use crate::forms::sums::Terms;
+use crate::forms::edge_lanes::{EdgeLanes, SureCase, Weights, height_over_plane, plan, power_seen_whole};
+use crate::forms::irradiance_and_gradient::IrradianceAndGradient;
+use crate::forms::linear::{LinearSum, SeenLinear};
+use crate::forms::linear_bound::{Errors, LinearBound};
 use crate::lanes::functions::{logarithm, pair, x1_end};
-use crate::lanes::instruction_set::{LEVEL, on_level};
+use crate::lanes::instruction_set::{INSTRUCTION_SET, on_instruction_set};
 use crate::lanes::vectors::{all, number_plus_first, plus_first};
 use crate::problem::emission::Emitter;
 use crate::problem::receiver::Receiver;
 use crate::scalar::series::sine::DOUBLE_SERIES;
 use crate::scalar::vec3::Vec3;
 
-/// The sums and the power of two that normalised lengths, where all is plain.
+/// The sums and the power of two that normalised lengths, where double precision is sure of all decisions.
 #[inline]
-pub(crate) fn whole<const GRADIENT: bool>(receiver: &Receiver, emitter: &Emitter) -> Option<(f64, Terms<f64>)> {
-    on_level!(*LEVEL, simd => sums::<_, GRADIENT>(simd, receiver, emitter))
+pub(crate) fn whole<const GRADIENT: bool>(receiver: &Receiver, emitter: &Emitter) -> Option<(f64, IrradianceAndGradient<f64>)> {
+    on_instruction_set!(*INSTRUCTION_SET, simd => sums::<_, GRADIENT>(simd, receiver, emitter))
 }
 
-/// The same of a polygon that is seen whole, with lengths normalised by `power`, and a bound on their errors; where all is plain
+/// The same of a polygon that is seen whole, with lengths normalised by `power`, and a bound on their errors; where all is sure
 /// and no edge is seen past a quarter turn.
 #[inline]
-pub(crate) fn bounded(receiver: &Receiver, emitter: &Emitter, power: f64) -> Option<(Terms<f64>, Bound)> {
-    on_level!(*LEVEL, simd => bounded_sums(simd, receiver, emitter, power))
+pub(crate) fn bounded(receiver: &Receiver, emitter: &Emitter, power: f64) -> Option<(IrradianceAndGradient<f64>, LinearBound)> {
+    on_instruction_set!(*INSTRUCTION_SET, simd => bounded_sums(simd, receiver, emitter, power))
 }
 
-/// The same of a polygon of which it is plain what is seen; the sums where that is all of it and its size is more than `narrow`
+/// The same of a polygon of which it is sure what is seen; the sums where that is all of it and its size is more than `narrow`
 /// of the distance of its farthest vertex.
 #[inline]
-pub(crate) fn bounded_plain(receiver: &Receiver, emitter: &Emitter, narrow: f64) -> Option<Plain<Bound>> {
-    on_level!(*LEVEL, simd => {
+pub(crate) fn bounded_where_sure(receiver: &Receiver, emitter: &Emitter, narrow: f64) -> Option<SureCase<LinearBound>> {
+    on_instruction_set!(*INSTRUCTION_SET, simd => {
         let plan = plan(simd, receiver, emitter.polygon())?;
         let is_asked = plan.horizon == Horizon::Above && emitter.polygon().size() * plan.power > narrow;
-        Some(Plain { plan, sums: if is_asked { bounded_sums(simd, receiver, emitter, plan.power) } else { None } })
+        Some(SureCase { plan, sums: if is_asked { bounded_sums(simd, receiver, emitter, plan.power) } else { None } })
     })
 }
 
 #[inline(always)]
-fn bounded_sums<S: Simd>(simd: S, receiver: &Receiver, emitter: &Emitter, power: f64) -> Option<(Terms<f64>, Bound)> {
+fn bounded_sums<S: Simd>(
+    simd: S,
+    receiver: &Receiver,
+    emitter: &Emitter,
+    power: f64,
+) -> Option<(IrradianceAndGradient<f64>, LinearBound)> {
     let polygon = emitter.polygon();
-    let mut sum = LinearSum::new(Seen::from(receiver, emitter, power, height_over_plane(simd, receiver, polygon, power)));
+    let mut sum = LinearSum::new(SeenLinear::from(receiver, emitter, power, height_over_plane(simd, receiver, polygon, power)));
     let mut errors = Errors::new(&sum, receiver, emitter, power)?;
     let x = all(simd, receiver.position());
     let mut rest = polygon.vertices().len();
     let fours = polygon.four_edges();
     for four in fours {
-        let four = Four::new::<false>(simd, four, x, f64x4::splat(simd, power))?;
+        let four = EdgeLanes::new::<false>(simd, four, x, f64x4::splat(simd, power))?;
         let count = rest.min(4);
         let added = sum.add_four::<S, true>(simd, &four, (count, fours.len() == 1))?;
         errors.add_four(simd, &sum, (&four, &added), count)?;
@@ -64,15 +69,19 @@ fn bounded_sums<S: Simd>(simd: S, receiver: &Receiver, emitter: &Emitter, power:
 }
 
 #[inline(always)]
-fn sums<S: Simd, const GRADIENT: bool>(simd: S, receiver: &Receiver, emitter: &Emitter) -> Option<(f64, Terms<f64>)> {
+fn sums<S: Simd, const GRADIENT: bool>(
+    simd: S,
+    receiver: &Receiver,
+    emitter: &Emitter,
+) -> Option<(f64, IrradianceAndGradient<f64>)> {
     let polygon = emitter.polygon();
     let power = power_seen_whole(simd, receiver, polygon)?;
-    let mut sum = LinearSum::new(Seen::from(receiver, emitter, power, height_over_plane(simd, receiver, polygon, power)));
+    let mut sum = LinearSum::new(SeenLinear::from(receiver, emitter, power, height_over_plane(simd, receiver, polygon, power)));
     let x = all(simd, receiver.position());
     let mut rest = polygon.vertices().len();
     let fours = polygon.four_edges();
     for four in fours {
-        let four = Four::new::<false>(simd, four, x, f64x4::splat(simd, power))?;
+        let four = EdgeLanes::new::<false>(simd, four, x, f64x4::splat(simd, power))?;
         sum.add_four::<S, GRADIENT>(simd, &four, (rest.min(4), fours.len() == 1))?;
         rest -= rest.min(4);
     }
@@ -90,7 +99,7 @@ struct Same<S: Simd> {
 
 impl<S: Simd> Same<S> {
     #[inline(always)]
-    fn new(simd: S, Seen { n1, n2, height, beta, gradient }: Seen<f64>) -> Self {
+    fn new(simd: S, SeenLinear { n1, n2, height, beta, gradient }: SeenLinear<f64>) -> Self {
         Self {
             n1: all(simd, n1.into()),
             n2: all(simd, n2.into()),
@@ -114,7 +123,7 @@ impl LinearSum<f64> {
     fn add_four<S: Simd, const GRADIENT: bool>(
         &mut self,
         simd: S,
-        arcs: &Four<S>,
+        arcs: &EdgeLanes<S>,
         (count, closed): (usize, bool),
     ) -> Option<Added<S>> {
         let seen = Same::new(simd, self.seen);
@@ -184,7 +193,7 @@ pub(crate) struct Weighed<S: Simd> {
 
 impl<S: Simd> Ends<S> {
     #[inline(always)]
-    fn new(simd: S, arcs: &Four<S>, height: f64x4<S>, closed: bool) -> Self {
+    fn new(simd: S, arcs: &EdgeLanes<S>, height: f64x4<S>, closed: bool) -> Self {
         let (start, half, square) = (arcs.start_square, f64x4::splat(simd, 0.5), height * height);
         let first = logarithm(simd, start / square) * half;
         if closed {
@@ -210,11 +219,11 @@ pub(crate) fn twice<S: Simd>(simd: S, number: f64x4<S>) -> f64x8<S> {
     simd.combine_f64x4(number, number)
 }
 
-/// As [`crate::forms::segment::x1_term`], with both ends of the four segments side by side; where all is plain.
+/// As [`crate::forms::segment::x1_term`], with both ends of the four segments side by side; where all is sure.
 #[inline(always)]
 fn x1_terms<S: Simd>(
     simd: S,
-    arcs: &Four<S>,
+    arcs: &EdgeLanes<S>,
     ends: &Ends<S>,
     along: Vec3<f64x4<S>>,
     [distance, kappa]: [f64x4<S>; 2],
@@ -245,7 +254,7 @@ fn x1_terms<S: Simd>(
 
 impl<S: Simd> Weighed<S> {
     #[inline(always)]
-    fn new(simd: S, arcs: &Four<S>, ends: &Ends<S>, seen: &Same<S>, closed: bool) -> Self {
+    fn new(simd: S, arcs: &EdgeLanes<S>, ends: &Ends<S>, seen: &Same<S>, closed: bool) -> Self {
         let [q1, c1, b1] = seen.at_end(simd, arcs.start, ends.square[0]);
         let [q2, c2, b2] = if closed { [next(q1), next(c1), next(b1)] } else { seen.at_end(simd, arcs.end, ends.square[1]) };
         Self { inverse: [q1, q2], cosine: [c1, c2], emission: [b1, b2], weights: Weights::new(simd, arcs, [q1, q2]) }
@@ -253,7 +262,7 @@ impl<S: Simd> Weighed<S> {
 
     /// As `LinearSum::weight`.
     #[inline(always)]
-    fn weight(&self, simd: S, arcs: &Four<S>, seen: &Same<S>, frame: (Vec3<f64x4<S>>, f64x4<S>)) -> f64x4<S> {
+    fn weight(&self, simd: S, arcs: &EdgeLanes<S>, seen: &Same<S>, frame: (Vec3<f64x4<S>>, f64x4<S>)) -> f64x4<S> {
         let weight = self.weights.of(self.emission, self.cosine);
         let near = arcs.inline.simd_ge(f64x4::splat(simd, 0.0));
         if near.all_true() { weight } else { near.select(weight, weights_in_frame(simd, arcs, seen, frame, self.inverse)) }
@@ -264,7 +273,7 @@ impl<S: Simd> Weighed<S> {
 #[inline(always)]
 fn weights_in_frame<S: Simd>(
     simd: S,
-    arcs: &Four<S>,
+    arcs: &EdgeLanes<S>,
     seen: &Same<S>,
     (along, distance): (Vec3<f64x4<S>>, f64x4<S>),
     [q1, q2]: [f64x4<S>; 2],
@@ -309,7 +318,7 @@ mod tests {
     use crate::boundary::horizon;
     use crate::boundary::plan::Plan;
     use crate::forms::edge_lanes::random::{polygon_and_receiver, vector};
-    use crate::lanes::instruction_set::levels;
+    use crate::lanes::instruction_set::instruction_sets;
     use crate::problem::emission::Emission;
 
     #[test]
@@ -321,15 +330,15 @@ mod tests {
             let Some((polygon, receiver, size)) = polygon_and_receiver(&mut random, count, 5.0) else { continue };
             let emitter = Emitter::new(polygon, Emission::gradient(1.0, vector(&mut random, 1.0 / size))).unwrap();
             let mut first = None;
-            for level in levels() {
-                let found = on_level!(level, simd => sums::<_, true>(simd, &receiver, &emitter));
+            for level in instruction_sets() {
+                let found = on_instruction_set!(level, simd => sums::<_, true>(simd, &receiver, &emitter));
                 let digits = found.map(|(power, terms)| (power, terms.irradiance, terms.gradient));
                 assert_eq!(*first.get_or_insert(digits), digits, "{level:?}");
             }
             let Some((power, irradiance, gradient)) = first.flatten() else { continue };
             found += 1;
             let plan = Plan::new(&receiver, emitter.polygon()).unwrap();
-            let mut sum = LinearSum::<f64>::new(Seen::new(&receiver, &emitter, power));
+            let mut sum = LinearSum::<f64>::new(SeenLinear::new(&receiver, &emitter, power));
             horizon::visit_boundary(&receiver, emitter.polygon(), &plan, |arc| sum.add::<true>(arc));
             let one_by_one = sum.total();
             assert_eq!((one_by_one.irradiance, one_by_one.gradient), (irradiance, gradient), "{receiver:?} {emitter:?}");

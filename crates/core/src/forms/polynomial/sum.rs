@@ -28,7 +28,7 @@ use crate::scalar::vec3::Vec3;
 
 /// A polynomial emission seen from x, in normalised lengths.
 #[derive(Debug, Clone)]
-pub(crate) struct Seen<T> {
+pub(crate) struct SeenPolynomial<T> {
     n1: Vec3<T>,
     n2: Vec3<T>,
     axes: [Vec3<T>; 2],
@@ -37,7 +37,7 @@ pub(crate) struct Seen<T> {
     emission: Bivariate<T>,
 }
 
-impl<T: Real> Seen<T> {
+impl<T: Real> SeenPolynomial<T> {
     /// Vertices off the plane by the polygon's defect change height and emission by that much: both go into the bounds.
     pub(crate) fn new(receiver: &Receiver, emitter: &Emitter, plane: &InPlane, power: f64) -> Self {
         let (x, polygon) = (receiver.position(), emitter.polygon());
@@ -62,21 +62,21 @@ impl<T: Real> Seen<T> {
 /// The sums over the arcs.
 #[derive(Debug, Clone)]
 pub(crate) struct PolynomialSum<T> {
-    seen: Seen<T>,
+    seen: SeenPolynomial<T>,
     contour: Contour<T>,
     /// `sum e x V / |w|`.
     edges: Vec3<T>,
 }
 
 impl<T: Real> PolynomialSum<T> {
-    pub(crate) fn new(seen: Seen<T>) -> Self {
+    pub(crate) fn new(seen: SeenPolynomial<T>) -> Self {
         let contour = Contour::zero(seen.emission.degree());
         Self { seen, contour, edges: Vec3::zero() }
     }
 
     /// Adds the arc's terms of the value, and those of the gradient where it is wanted.
     pub(crate) fn add<const GRADIENT: bool>(&mut self, arc: &Arc<T>) {
-        let Seen { n2, height, .. } = self.seen;
+        let SeenPolynomial { n2, height, .. } = self.seen;
         let frame = segment_frame(arc, n2, height);
         let kappa = n2.dot(frame.normal);
         let outward = self.seen.in_plane(frame.along.cross(n2));
@@ -129,7 +129,7 @@ impl<T: Real> PolynomialSum<T> {
 
     /// Gradient, without the factor rho/pi.
     pub(crate) fn gradient(&self) -> Vec3<T> {
-        let Seen { n1, n2, axes, height, emission } = &self.seen;
+        let SeenPolynomial { n1, n2, axes, height, emission } = &self.seen;
         let moments = self.contour.moments(*height);
         let (m, facing) = (self.seen.in_plane(*n1), n1.dot(*n2));
         let in_plane = |f: &Bivariate<T>| {

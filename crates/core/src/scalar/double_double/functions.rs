@@ -1,10 +1,12 @@
 //! Logarithm and arc tangent in double-double, by one reduction and one series each.
 //!
-//! Terms that are below 2^-53 of the sum are taken in plain double precision: their roundings are below 2^-106 of it.
+//! Terms that are below 2^-53 of the sum are taken in plain double precision: their roundings are below 2^-106 of
+//! it.
 
 use crate::scalar::double_double::DoubleDouble;
 
-/// Relative error of [`DoubleDouble::ln`] and [`DoubleDouble::atan2`], in units of [`crate::scalar::double_double::UNIT`].
+/// Relative error of [`DoubleDouble::ln`] and [`DoubleDouble::atan2`], in units of
+/// [`crate::scalar::double_double::ROUNDOFF_OF_DOUBLE_DOUBLE`].
 ///
 /// Logarithm: the argument of the series errs by 4 units (two sums, a quotient), the series by 2, the sum with `k ln 2` can
 /// lose a factor of two. Arc tangent: the rotation errs by 2 units of its length against an angle of at least `pi/32`, or is
@@ -116,7 +118,7 @@ impl DoubleDouble {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scalar::double_double::UNIT;
+    use crate::scalar::double_double::ROUNDOFF_OF_DOUBLE_DOUBLE;
     use astro_float::{BigFloat, Consts, RoundingMode};
     use proptest::prelude::*;
 
@@ -130,7 +132,7 @@ mod tests {
     /// Error in units, relative.
     fn units(value: DoubleDouble, truth: &BigFloat) -> f64 {
         let difference: f64 = big(value).sub(truth, BITS, NEAREST).to_string().parse().unwrap();
-        (difference / value.hi).abs() / UNIT
+        (difference / value.hi).abs() / ROUNDOFF_OF_DOUBLE_DOUBLE
     }
 
     fn wide() -> impl Strategy<Value = DoubleDouble> {

@@ -1,14 +1,19 @@
-//! The answer to a tolerance, looked for from the cheap to the dear, as Ziv's strategy for elementary functions does.
+//! The answer to a tolerance: the rungs of a ladder are tried from the cheapest to the dearest, as Ziv's strategy for elementary
+//! functions does.
 //!
-//! 1. A Gauss rule on the emitter with an a-priori bound ([`crate::gauss`]), where few nodes do: far away.
-//! 2. The closed form in double precision with its bound: derived for a constant emitter ([`crate::forms::constant`]) and for a
-//!    linear one that is seen whole ([`crate::forms::linear`]), running otherwise ([`crate::scalar::ball`]), where the rule may
-//!    cost more before it.
+//! 0. The direct attempt: the closed form in double precision with its derived bound, on edge lanes, of a constant or linear
+//!    emitter near by, without occluders, where double precision is sure of what is seen. It answers most calls, and where it
+//!    does not its plan serves the rungs that follow.
+//! 1. A Gauss rule on the emitter with an a-priori bound ([`crate::gauss`]), where few nodes are enough: far away.
+//! 2. The closed form in double precision with its bound: derived for a constant emitter ([`crate::forms::constant_bound`]) and
+//!    for a linear one that is seen whole ([`crate::forms::linear_bound`]), running otherwise ([`crate::scalar::ball`]), where
+//!    the rule may cost more before it.
 //! 3. The Gauss rule with more nodes, where that is still cheaper than:
 //! 4. the closed form in double-double with a running bound;
 //! 5. the same with 256 to 8448 bits, rounded to doubles, where the crate is built with arbitrary precision.
 //!
 //! A rung whose bound is above the tolerance hands over to the next; where all are, the one with the smallest bound answers.
+//! [`DirectAttempt::new`] is rung 0, [`Case::climb`] takes rungs 1 to 4, and [`Case::answer`] the last one.
 
 use std::cell::Cell;
 
@@ -16,8 +21,8 @@ use crate::boundary::case::Case;
 use crate::boundary::plan::{Horizon, Plan};
 use crate::error::Error;
 use crate::forms::constant_bound::BoundedSum;
-use crate::forms::edge_lanes::Plain;
-use crate::forms::sums::Terms;
+use crate::forms::edge_lanes::SureCase;
+use crate::forms::irradiance_and_gradient::IrradianceAndGradient;
 use crate::forms::{edge_lanes, linear_bound};
 use crate::gauss;
 use crate::ladder::answer::{Answer, Method};
@@ -92,29 +97,30 @@ pub(super) enum Climb<A> {
     Last(Found),
 }
 
-/// What is found on the way to the ordinary answer.
-pub(crate) enum Ordinary {
+/// What the direct attempt found.
+pub(crate) enum DirectAttempt {
     /// The answer, the one that [`Case::answer`] gives.
     Answer(Answer),
-    /// What is plainly seen of the emitter.
+    /// No answer, but the plan for the other rungs.
     Plan(Plan),
+    /// Neither: it is not sure of what is seen.
     Nothing,
 }
 
-impl Ordinary {
-    /// The closed form in double precision, of a constant or linear emitter near by of which it is plain what is seen, with the
-    /// plan made on the way.
+impl DirectAttempt {
+    /// The closed form in double precision, of a constant or linear emitter near by where double precision is sure of what is
+    /// seen, with the plan made on the way.
     #[inline]
     pub(crate) fn new(receiver: &Receiver, emitter: &Emitter, tolerance: f64) -> Result<Self, Error> {
         let narrow = Budget::of(emitter.emission()).wide;
         match emitter.emission() {
             Emission::Constant(_) => {
-                let plain = BoundedSum::plain(receiver, emitter.polygon(), narrow);
-                Self::from(plain, receiver, emitter, tolerance, |case, terms, bound| case.of_unit_emission(terms, *bound))
+                let sure = BoundedSum::where_sure(receiver, emitter.polygon(), narrow);
+                Self::from(sure, receiver, emitter, tolerance, |case, terms, bound| case.of_unit_emission(terms, *bound))
             }
             Emission::Linear(_) => {
-                let plain = edge_lanes::linear::bounded_plain(receiver, emitter, narrow);
-                Self::from(plain, receiver, emitter, tolerance, |case, terms, bound| case.of_linear(terms, *bound))
+                let sure = edge_lanes::linear::bounded_where_sure(receiver, emitter, narrow);
+                Self::from(sure, receiver, emitter, tolerance, |case, terms, bound| case.of_linear(terms, *bound))
             }
             Emission::Polynomial(_) => Ok(Self::Nothing),
         }
@@ -122,13 +128,13 @@ impl Ordinary {
 
     #[inline(always)]
     fn from<B>(
-        plain: Option<Plain<B>>,
+        sure: Option<SureCase<B>>,
         receiver: &Receiver,
         emitter: &Emitter,
         tolerance: f64,
-        found: impl Fn(&Case<'_>, &Terms<f64>, &B) -> Found,
+        found: impl Fn(&Case<'_>, &IrradianceAndGradient<f64>, &B) -> Found,
     ) -> Result<Self, Error> {
-        let Some(Plain { plan, sums }) = plain else { return Ok(Self::Nothing) };
+        let Some(SureCase { plan, sums }) = sure else { return Ok(Self::Nothing) };
         let Some((terms, bound)) = sums else { return Ok(Self::Plan(plan)) };
         let case = Case { receiver, emitter, occluders: &[], plan: &plan };
         let answer = case.accepted(&found(&case, &terms, &bound), Method::ClosedForm, tolerance)?;
@@ -262,7 +268,7 @@ impl Case<'_> {
 
     /// What the sums of a linear emission and their bounds say.
     #[inline(always)]
-    fn of_linear(&self, terms: &Terms<f64>, bound: linear_bound::Bound) -> Found {
+    fn of_linear(&self, terms: &IrradianceAndGradient<f64>, bound: linear_bound::LinearBound) -> Found {
         let share = albedo::<f64>(self.receiver);
         Found {
             radiosity: terms.radiosity(self.receiver),
@@ -274,10 +280,10 @@ impl Case<'_> {
 
     /// What the sums for a unit emission and their bounds say.
     #[inline(always)]
-    fn of_unit_emission(&self, terms: &Terms<f64>, bound: BoundedSum) -> Found {
+    fn of_unit_emission(&self, terms: &IrradianceAndGradient<f64>, bound: BoundedSum) -> Found {
         let Self { receiver, emitter, .. } = *self;
         let emission = emitter.affine().value;
-        let terms = Terms { irradiance: terms.irradiance * emission, gradient: terms.gradient * emission };
+        let terms = IrradianceAndGradient { irradiance: terms.irradiance * emission, gradient: terms.gradient * emission };
         let share = albedo::<f64>(receiver) * emission.abs();
         Found {
             radiosity: terms.radiosity(receiver),
@@ -289,7 +295,7 @@ impl Case<'_> {
 
     /// The closed form with a running bound; without the gradient where that is not wanted.
     fn certified<N: Number, const GRADIENT: bool>(&self) -> Found {
-        let Some(terms) = Terms::<Ball<N>>::sum::<true, GRADIENT>(self) else { return Found::ZERO };
+        let Some(terms) = IrradianceAndGradient::<Ball<N>>::sum::<true, GRADIENT>(self) else { return Found::ZERO };
         let (radiosity, gradient) = (terms.radiosity(self.receiver), terms.gradient(self.receiver));
         let found = Found { radiosity: radiosity.value(), radiosity_error: radiosity.value_error(), ..Found::ZERO };
         if !GRADIENT {

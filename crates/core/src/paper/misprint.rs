@@ -1,4 +1,4 @@
-//! What can be wrong in appendix A: the paper's own misprints, and slips a programmer makes. A check of radiosity or its
+//! What can be wrong in appendix A: the paper's own misprints, and errors that a programmer makes. A check of radiosity or its
 //! gradient that lets one of them pass is too weak.
 
 use glam::DVec3;
@@ -9,7 +9,7 @@ use crate::problem::receiver::Receiver;
 /// One departure from the corrected appendix A.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[non_exhaustive]
-pub enum Slip {
+pub enum Misprint {
     /// Eq. 9 as printed: the left side without its minus.
     Equation9Sign,
     /// Eqs. 9 and 11 as printed: the second contour integrand is `(n1.r) (r x dy) / r^4` where `(n1.(r x dy)) r / r^4` is right.
@@ -26,7 +26,7 @@ pub enum Slip {
     I2ForI1,
     /// k as printed, for a triangle; wrong for more vertices, where `k = grad B x n2` is right.
     TriangleK,
-    /// K1 as printed, without its constant -1. No slip by its effect: `sum k.e_i = 0`.
+    /// K1 as printed, without its constant -1. It has no effect: `sum k.e_i = 0`.
     K1Constant,
     /// `pi/rho B` on the left of the value.
     ValueDoubled,
@@ -60,7 +60,7 @@ pub enum Slip {
     BackFaceCounted,
 }
 
-impl Slip {
+impl Misprint {
     /// The misprints that change a number, in the order of the paper.
     pub const ERRATA: &[Self] = &[
         Self::Equation9Sign,
@@ -73,7 +73,7 @@ impl Slip {
         Self::K1Logarithm,
     ];
 
-    /// Every slip that changes a number: the misprints first.
+    /// Every departure that changes a number: the misprints first.
     pub const ALL: &[Self] = &[
         Self::Equation9Sign,
         Self::Equation11Integrand,
@@ -173,7 +173,7 @@ impl Slip {
         }
     }
 
-    /// Whether the term that the slip is in is there at all: a constant emitter has no J1, parallel planes have no X1.
+    /// Whether the term that the misprint is in is there at all: a constant emitter has no J1, parallel planes have no X1.
     #[must_use]
     pub fn shows_in(self, receiver: &Receiver, emitter: &Emitter) -> bool {
         let (n1, polygon) = (receiver.normal(), emitter.polygon());
@@ -197,16 +197,16 @@ impl Slip {
     }
 }
 
-/// The slips planted in one evaluation.
+/// The misprints planted in one evaluation.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Slips<'a>(pub(super) &'a [Slip]);
+pub(super) struct Misprints<'a>(pub(super) &'a [Misprint]);
 
-impl Slips<'_> {
-    pub(super) fn planted(self, slip: Slip) -> bool {
-        self.0.contains(&slip)
+impl Misprints<'_> {
+    pub(super) fn planted(self, misprint: Misprint) -> bool {
+        self.0.contains(&misprint)
     }
 
-    pub(super) fn choose<T>(self, slip: Slip, right: T, wrong: T) -> T {
-        if self.planted(slip) { wrong } else { right }
+    pub(super) fn choose<T>(self, misprint: Misprint, right: T, wrong: T) -> T {
+        if self.planted(misprint) { wrong } else { right }
     }
 }

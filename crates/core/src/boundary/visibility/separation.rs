@@ -1,4 +1,4 @@
-//! What doubles say at once of two convex cones: that they surely have no direction in common.
+//! Whether two convex cones are separated, seen at once in double precision: surely no direction is in both.
 //!
 //! Most occluders hide nothing of what is left of an emitter, in whatever precision the rest is found. A cone is known here by
 //! the rays through its corners, each brought to a length of 1 to 4 by a power of two, by the normals of its sides, and by a
@@ -15,13 +15,13 @@ use crate::scalar::vec3::Vec3;
 
 /// A vector and a bound on the length of its error.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct About {
+pub(super) struct UncertainVector {
     at: DVec3,
     length: f64,
     error: f64,
 }
 
-impl About {
+impl UncertainVector {
     /// A direction, of whatever length.
     fn ray(at: DVec3, error: f64) -> Self {
         let power = normalising_power(at.abs().max_element());
@@ -62,23 +62,23 @@ impl About {
 
 /// A convex cone from the receiver: where `N . omega < 0` for the normals of its sides.
 #[derive(Debug, Clone)]
-pub(super) struct Glimpse {
+pub(super) struct BoundingCone {
     /// The ray through each corner, and the normal of the side that starts there.
-    corners: Vec<[About; 2]>,
+    corners: Vec<[UncertainVector; 2]>,
     /// Axis of the circular cone; its cosine is from below, its sine from above. None where it would be too wide.
     around: Option<(DVec3, f64, f64)>,
 }
 
-impl Glimpse {
+impl BoundingCone {
     /// The cone of these corners and sides.
-    pub(super) fn new(corners: Vec<[About; 2]>) -> Self {
+    pub(super) fn new(corners: Vec<[UncertainVector; 2]>) -> Self {
         let around = around(&corners);
         Self { corners, around }
     }
 
     /// The cone of a polygon's corners, clockwise as the receiver sees them.
     pub(super) fn of_polygon(x: DVec3, vertices: &[DVec3]) -> Self {
-        let ray = |i: usize| About::from_to(x, vertices[i % vertices.len()]);
+        let ray = |i: usize| UncertainVector::from_to(x, vertices[i % vertices.len()]);
         let side = |i: usize| ray(i).cross(&ray(i + 1));
         Self::new((0..vertices.len()).map(|i| [ray(i), side(i)]).collect())
     }
@@ -100,7 +100,7 @@ impl Glimpse {
 
     /// About the solid angle, for what is flat and small.
     pub(super) fn size(&self) -> f64 {
-        let unit = |[ray, _]: &[About; 2]| ray.at / ray.length;
+        let unit = |[ray, _]: &[UncertainVector; 2]| ray.at / ray.length;
         let next = self.corners.iter().cycle().skip(1);
         let size = 0.5 * self.corners.iter().zip(next).map(|(a, b)| unit(a).cross(unit(b))).sum::<DVec3>().length();
         if size.is_nan() { 0.0 } else { size }
@@ -108,7 +108,7 @@ impl Glimpse {
 }
 
 /// A circular cone around rays, if one narrower than a half-space is.
-fn around(corners: &[[About; 2]]) -> Option<(DVec3, f64, f64)> {
+fn around(corners: &[[UncertainVector; 2]]) -> Option<(DVec3, f64, f64)> {
     let axis = corners.iter().map(|[ray, _]| ray.at / ray.length).sum::<DVec3>().try_normalize()?;
     let cosines = corners.iter().map(|[ray, _]| (axis.dot(ray.at) - 2.0 * ray.error) / ray.length);
     // Not a number where a ray is none.
@@ -122,13 +122,13 @@ mod tests {
     use super::*;
 
     /// A triangle around a direction, clockwise from the origin.
-    fn triangle(middle: DVec3, size: f64) -> Glimpse {
+    fn triangle(middle: DVec3, size: f64) -> BoundingCone {
         let (u, v) = middle.any_orthonormal_pair();
         let mut corners = [u, v, -u - v].map(|aside| middle + aside * size);
         if corners[0].cross(corners[1]).dot(middle) > 0.0 {
             corners.reverse();
         }
-        Glimpse::of_polygon(DVec3::ZERO, &corners)
+        BoundingCone::of_polygon(DVec3::ZERO, &corners)
     }
 
     #[test]
@@ -160,7 +160,7 @@ mod tests {
     fn what_is_not_a_number_is_not_missed() {
         let a = triangle(DVec3::Z, 1.0);
         for odd in [DVec3::ZERO, DVec3::NAN, DVec3::splat(f64::INFINITY)] {
-            let b = Glimpse::of_polygon(DVec3::ZERO, &[odd, DVec3::NEG_Z, DVec3::NEG_X]);
+            let b = BoundingCone::of_polygon(DVec3::ZERO, &[odd, DVec3::NEG_Z, DVec3::NEG_X]);
             assert!(!a.misses(&b) && !b.misses(&a), "{odd}");
         }
     }

@@ -5,13 +5,13 @@ use crate::scalar::real::Real;
 use crate::scalar::vec3::Vec3;
 
 /// Irradiance vector and gradient without the factor rho/pi, in normalised lengths and emission.
-pub(crate) struct Terms<T> {
+pub(crate) struct IrradianceAndGradient<T> {
     pub(crate) irradiance: Vec3<T>,
     /// Zero where it was not asked for.
     pub(crate) gradient: Vec3<T>,
 }
 
-impl<T: Real> Terms<T> {
+impl<T: Real> IrradianceAndGradient<T> {
     /// Radiosity, in normalised emission.
     #[inline]
     pub(crate) fn radiosity(&self, receiver: &Receiver) -> T {

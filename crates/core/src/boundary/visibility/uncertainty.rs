@@ -1,7 +1,7 @@
-//! What decisions that double precision, or any other, could not take for sure may have changed.
+//! Bounds on the error due to decisions that no precision at hand could take for sure.
 
 use crate::boundary::arc::Generator;
-use crate::boundary::visibility::part::{Facing, Part};
+use crate::boundary::visibility::part::{Facing, VisiblePart};
 use crate::boundary::visibility::subtract::Subtraction;
 use crate::scalar::radius::Radius;
 use crate::scalar::real::{RadiusOf, Real};
@@ -9,12 +9,12 @@ use crate::scalar::vec3::Vec3;
 
 /// Bounds on what undecided signs may change, in the sums without the factor rho/pi.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Doubt<R> {
+pub(crate) struct Uncertainty<R> {
     pub(crate) irradiance: R,
     pub(crate) gradient: R,
 }
 
-impl<R: Radius> Doubt<R> {
+impl<R: Radius> Uncertainty<R> {
     pub(crate) fn none() -> Self {
         Self { irradiance: 0.0.into(), gradient: 0.0.into() }
     }
@@ -30,7 +30,7 @@ impl<T: Real> Subtraction<T> {
     ///
     /// The region in question is within `depth/h` of the cutting plane, in a hemisphere. Its boundary runs along the edges at the
     /// corner as far as the depth may vanish, and back along the cut.
-    pub(super) fn add_doubt(&mut self, part: &Part<T>, depths: &[T], cutting: Facing) {
+    pub(super) fn add_uncertainty(&mut self, part: &VisiblePart<T>, depths: &[T], cutting: Facing) {
         let count = part.corners.len();
         let possible = |i: usize| depths[i].size() + depths[i].error();
         let half_turn = RadiusOf::<T>::from(std::f64::consts::PI);
@@ -59,8 +59,8 @@ impl<T: Real> Subtraction<T> {
                 }
             };
             let area = (depth / self.height).min(1.0.into()) * std::f64::consts::TAU;
-            self.doubt.irradiance = self.doubt.irradiance + area * self.emission;
-            self.doubt.gradient = self.doubt.gradient + self.steepness * area + weight * self.emission;
+            self.uncertainty.irradiance = self.uncertainty.irradiance + area * self.emission;
+            self.uncertainty.gradient = self.uncertainty.gradient + self.steepness * area + weight * self.emission;
         }
     }
 }
