@@ -1,9 +1,9 @@
 //! The value alone, to a tolerance that is relative or absolute.
 //!
-//! The ladder is that of [`super`] without the gradient. That is more than a saving: where the edge of a shadow is seen in line
-//! with another edge the gradient has two values, and no number of bits decides between them; the value is the same for both
-//! decisions, and [`crate::boundary::visibility::uncertainty::Uncertainty`] bounds by how much it is not. A bound that is below
-//! the absolute tolerance is accepted as it stands, so a sliver that nobody would miss is bounded and not decided.
+//! The ladder is that of [`crate::ladder::rungs`] without the gradient. That is more than a saving: where the edge of a shadow is
+//! seen in line with another edge the gradient has two values, and no number of bits decides between them; the value is the same
+//! for both decisions, and [`crate::boundary::visibility::uncertainty::Uncertainty`] bounds by how much it is not. A bound that
+//! is below the absolute tolerance is accepted as it stands, so a sliver that nobody would miss is bounded and not decided.
 
 #[cfg(feature = "arbitrary-precision")]
 use std::array::from_ref;

@@ -1,6 +1,6 @@
-//! The sums of a constant emitter, four edges at a time, one a lane of a vector: the digits of the sums of [`super`], where
-//! double precision is sure of all decisions ([`crate::forms::edge_lanes`]). The horizon may cut a polygon of up to four
-//! vertices.
+//! The sums of a constant emitter, four edges at a time, one a lane of a vector: the digits of the sums of
+//! [`crate::forms::constant`], where double precision is sure of all decisions ([`crate::forms::edge_lanes`]). The horizon may
+//! cut a polygon of up to four vertices.
 
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f64x4, mask64x4};

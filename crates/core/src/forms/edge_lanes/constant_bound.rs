@@ -1,4 +1,4 @@
-//! The sums and bounds of [`super`], four edges at a time, one a lane of a vector: the sums are those of
+//! The sums and bounds of [`crate::forms::constant_bound`], four edges at a time, one a lane of a vector: the sums are those of
 //! [`crate::forms::edge_lanes::constant`], and the bounds the same but for the order of their sums.
 
 use fearless_simd::prelude::*;

@@ -1,5 +1,5 @@
 //! The sums of a linear emitter that is seen whole, four edges at a time, one a lane of a vector: the digits of the sums of
-//! [`super`], where double precision is sure of all decisions ([`crate::forms::edge_lanes`]).
+//! [`crate::forms::linear`], where double precision is sure of all decisions ([`crate::forms::edge_lanes`]).
 
 use std::f64::consts::PI;
 

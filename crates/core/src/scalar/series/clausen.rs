@@ -1,5 +1,5 @@
 //! Coefficients of the series of [`crate::scalar::dilogarithm`] as double-doubles: computed with 120 digits, rounded; its tests
-//! hold the values they give against others found without the series.
+//! hold the values that they give against others found without the series.
 
 use crate::scalar::double_double::DoubleDouble;
 
@@ -61,8 +61,9 @@ pub(crate) const SERIES: [DoubleDouble; 54] = [
     DoubleDouble { hi: 1.8637482603865976e-56, lo: -8.612522832313225e-73 },
 ];
 
-/// Relative error of [`clausen_rest`] on doubles, in units of roundoff: the square of x and two products cost 3, the last sum 1,
-/// the first coefficient and the polynomial's own error 1/2, and the other terms, at most 11 % of the sum, less than 1.
+/// Relative error of [`crate::scalar::dilogarithm::clausen_rest`] on doubles, in units of roundoff: the square of x and two
+/// products cost 3, the last sum 1, the first coefficient and the polynomial's own error 1/2, and the other terms, at most 11 %
+/// of the sum, less than 1.
 pub(crate) const DOUBLE_UNITS: f64 = 6.0;
 
 /// The same on double-doubles and beyond.
