@@ -1,11 +1,11 @@
 //! Bounds on the error: its mean over all area, and its magnitude at every point.
 //!
 //! `B = E + rho G B`, with a kernel that is nowhere negative and the same both ways. Let `B_h` be the piecewise polynomial
-//! radiosity, `B_g = E + rho G B_h` what one exact gather makes of it, and `r = B_g - B_h` the residual ([`crate::bound::residual`]).
-//! The error of the gather obeys `e = B - B_g = rho G r + rho G e`.
+//! radiosity, `B_g = E + rho G B_h` what one exact gather makes of it, and `r = B_g - B_h` the residual
+//! ([`crate::bound::residual`]). The error of the gather obeys `e = B - B_g = rho G r + rho G e`.
 //!
 //! ```text
-//! links -> Seen         seen: what a receiver's nodes see of receivers and of what is above them
+//! links -> SeenSources  seen: what a receiver's nodes see of receivers and of what is above them
 //!   -> importance       importance: z, how much of a unit of light is reflected anywhere; rise: bounds on what it leaves
 //!   -> mean             mean: |e| over all area, from z and from what cancels in G r
 //!   -> at points        point: largest values near by and means far away, when they are asked for

@@ -18,7 +18,7 @@
 //! ```
 //!
 //! Faces may have textures: reflection multiplies the irradiance, which is projected by itself, with texels (modules `surfaces`,
-//! `texture`; R. Gershbein, P. Schroeder and P. Hanrahan 1993). Curved patches have a solver of their own, [`curved`].
+//! `texture`; R. Gershbein, P. Schroeder and P. Hanrahan 1993). Curved patches have a solver of their own, the crate `radgrad-curved`.
 //!
 //! # What is proven
 //! At a node and at a point: rules, closed forms and their bounds, what links neglect, the residual of the linear system.
@@ -31,7 +31,6 @@
 //! bound and their ratio as the mesh is refined.
 
 mod bound;
-pub mod curved;
 mod error;
 mod field;
 mod links;
@@ -47,7 +46,7 @@ pub use links::linking::Linking;
 pub use mesh::Mesh;
 pub use mesh::basis::{Basis, MAX_DEGREE};
 pub use mesh::element::Element;
-pub use mesh::rule::Node;
+pub use mesh::rule::{Node, rectangular};
 pub use mesh::shape::Shape;
 pub use picture::hermite::HermitePatch;
 pub use picture::reconstruction::Reconstruction;

@@ -1,9 +1,9 @@
 //! The solution of a scene to an error: solve, bound, divide where the bound says that it pays, and again.
 //!
 //! Elements that receive gather reflected light, and may be divided into leaves for the sake of direct light alone, which is
-//! cheap ([`crate::links::direct`]). Each round divides leaves until direct light is seen well enough, links the new receivers, sweeps
-//! until the linear system is solved, refines links, and bounds the error. If the bound on its mean over all area is not within
-//! the error asked for, relative to the mean radiosity, the receivers that add most to the bound are divided: those that
+//! cheap ([`crate::links::direct`]). Each round divides leaves until direct light is seen well enough, links the new receivers,
+//! sweeps until the linear system is solved, refines links, and bounds the error. If the bound on its mean over all area is not
+//! within the error asked for, relative to the mean radiosity, the receivers that add most to the bound are divided: those that
 //! together make up a given part of it (W. Dörfler 1996). Asked to go by the gradient it divides instead, leaves and receivers
 //! alike, what is off most in the mean square ([`crate::solve::marking`]); by thresholds, nothing after the first round
 //! ([`crate::links::linking`]).

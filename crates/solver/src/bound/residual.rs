@@ -15,9 +15,9 @@
 //! From a source, at a point with form factor F, with k the kernel times the area: `|G r|` is at most `F max|r|`; `k_max mean|r|`;
 //! `(k_max - k_min)/2 mean|r| + (k_max + k_min)/2 |mean r|`, since a constant may be taken from the kernel; and
 //! what is left of k beside its Taylor polynomial of a degree below m at each leaf's centre. Of that r finds what polynomials of
-//! the basis leave, at most `|D^m k|/m!` times a number of the element ([`crate::mesh::remainder`]); and where r is not orthogonal to
-//! them, as far as it is not, the polynomials: `|D^l k|/l! d^l` for l up to m, d the distance from the centre. The least counts: an
-//! oscillating residual counts for little.
+//! the basis leave, at most `|D^m k|/m!` times a number of the element ([`crate::mesh::remainder`]); and where r is not orthogonal
+//! to them, as far as it is not, the polynomials: `|D^l k|/l! d^l` for l up to m, d the distance from the centre. The least
+//! counts: an oscillating residual counts for little.
 //!
 //! # Textures
 //! With a texture r is `rho x + t`: x what the projection of the irradiance leaves out, and the detail `t = E + rho H_h - B_h`,
@@ -59,7 +59,7 @@ impl Residual {
     pub(crate) fn of(element: &Element, basis: &Basis, samples: &[f64]) -> Self {
         let excess = basis.excess(samples);
         let ratio = if excess.next < excess.last { excess.next / excess.last } else { 1.0 };
-        let discretisation = excess.largest + 2.0 * excess.beyond;
+        let discretisation = excess.magnitude();
         let mean = excess.next.hypot(2.0 * excess.spread);
         let falls = std::iter::repeat_n(ratio, basis.degree() + 2).product::<f64>();
         let seen = falls.min(1.0 / (basis.degree() + 2) as f64);

@@ -8,7 +8,7 @@
 use rayon::prelude::*;
 
 use crate::bound::scene::Scene;
-use crate::bound::seen::Seen;
+use crate::bound::seen::SeenSources;
 use crate::links::cluster::glow::Pair;
 
 /// Sweeps after which there is no bound: far more than any reflectance below 0.99 needs.
@@ -33,7 +33,7 @@ pub(super) struct Risen {
 
 impl Risen {
     /// From what the nodes of each receiver have of their own, channel after channel, and means that hold already.
-    pub(super) fn of(scene: Scene<'_>, receives: &[bool], seen: &[Seen], own: &[Vec<f64>], means: &[f64]) -> Option<Self> {
+    pub(super) fn of(scene: Scene<'_>, receives: &[bool], seen: &[SeenSources], own: &[Vec<f64>], means: &[f64]) -> Option<Self> {
         let Scene { mesh, receivers, far, channels, .. } = scene;
         let on_clusters = |largest: &[f64]| pairs(scene, largest, means);
         let at_nodes = |largest: &[f64], on_clusters: &[Vec<Pair>], index: usize, channel: usize| -> Vec<f64> {

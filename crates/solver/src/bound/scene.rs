@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use crate::bound::residual::{Residual, Residuals};
-use crate::bound::seen::Seen;
+use crate::bound::seen::SeenSources;
 use crate::links::cluster::far::Far;
 use crate::links::cluster::glow::Pair;
 use crate::links::link::Link;
@@ -31,10 +31,10 @@ impl Scene<'_> {
     }
 
     /// What each receiver sees.
-    pub(super) fn seen(&self, receives: &[bool]) -> Vec<Seen> {
+    pub(super) fn seen(&self, receives: &[bool]) -> Vec<SeenSources> {
         let of_receiver = |&receiver: &usize| {
             let links = self.links[receiver].iter().map(|link| (link.source, &link.rows[..]));
-            Seen::of(self.mesh, self.surfaces, &Station::at_nodes(self.mesh, receiver), receives, links)
+            SeenSources::of(self.mesh, self.surfaces, &Station::at_nodes(self.mesh, receiver), receives, links)
         };
         self.receivers.par_iter().map(of_receiver).collect()
     }

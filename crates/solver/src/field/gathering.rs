@@ -1,8 +1,8 @@
 //! Gathering: a discrete equation `b = s + P rho G b` on the receivers, solved by Gauss-Seidel.
 //!
 //! At the nodes of a receiver the irradiance `G b` is a sum over its links; its projection on the basis, times the reflectance,
-//! is the reflected radiosity; with a texture it is the projection of the product ([`crate::mesh::texture`]). Receivers are taken in
-//! order, a few at a time, and use what the ones before have got in the same sweep: each hands its change on to the elements
+//! is the reflected radiosity; with a texture it is the projection of the product ([`crate::mesh::texture`]). Receivers are taken
+//! in order, a few at a time, and use what the ones before have got in the same sweep: each hands its change on to the elements
 //! above and below, which links see. Clusters are gathered from as they were before the sweep. G is a contraction with the
 //! reflectance, and the sweeps converge like powers of it. The radiosity is such a b, and so is the bound on its error.
 

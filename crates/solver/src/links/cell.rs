@@ -9,7 +9,7 @@
 use radgrad_core::DVec3;
 
 use crate::links::station::Station;
-use crate::links::visible::Part;
+use crate::links::visible::VisiblePart;
 use crate::mesh::basis::{Basis, MAX_DEGREE};
 use crate::mesh::element::Element;
 use crate::mesh::rule::{self, Node};
@@ -30,7 +30,7 @@ fn deepest(tolerance: f64) -> u32 {
 
 /// Two nodes of a rule, or one and nothing, to be taken together.
 #[derive(Debug)]
-struct Pair {
+struct NodePair {
     a: [f64; 2],
     b: [f64; 2],
     weight: [f64; 2],
@@ -38,14 +38,14 @@ struct Pair {
 
 /// Product rules and their images on the triangle, by the number of nodes a side.
 #[derive(Debug)]
-pub(crate) struct Rules([Vec<Vec<Pair>>; 2]);
+pub(crate) struct Rules([Vec<Vec<NodePair>>; 2]);
 
 impl Rules {
     pub(crate) fn new() -> Self {
         let pair = |nodes: &[Node]| {
             let other = nodes.get(1).copied().unwrap_or(Node { weight: 0.0, ..nodes[0] });
             let both = [nodes[0], other];
-            Pair { a: both.map(|node| node.at[0]), b: both.map(|node| node.at[1]), weight: both.map(|node| node.weight) }
+            NodePair { a: both.map(|node| node.at[0]), b: both.map(|node| node.at[1]), weight: both.map(|node| node.weight) }
         };
         let pairs = |rule: Vec<Node>| rule.chunks(2).map(pair).collect();
         let of = |rule: fn(usize) -> Vec<Node>| (0..=MOST).map(|count| pairs(rule(count.max(1)))).collect();
@@ -87,7 +87,7 @@ impl Cell {
 
 /// Sums of the kernel times monomials over an element, from a point.
 #[derive(Debug)]
-pub(crate) struct Sums<'a> {
+pub(crate) struct KernelSums<'a> {
     station: &'a Station,
     element: &'a Element,
     basis: &'a Basis,
@@ -121,7 +121,7 @@ struct Enough {
     most: f64,
 }
 
-impl<'a> Sums<'a> {
+impl<'a> KernelSums<'a> {
     pub(crate) fn new(station: &'a Station, element: &'a Element, basis: &'a Basis, count: usize, rules: &'a Rules) -> Self {
         let height = element.polygon().normal().dot(station.point - element.polygon().vertices()[0]);
         let (largest, conditioning) = (basis.largest(), basis.conditioning());
@@ -148,7 +148,7 @@ impl<'a> Sums<'a> {
     }
 
     /// Adds a convex part.
-    pub(crate) fn add_part(&mut self, part: &Part, tolerance: f64) -> bool {
+    pub(crate) fn add_part(&mut self, part: &VisiblePart, tolerance: f64) -> bool {
         let c = part.corners();
         let to = |i: usize| [c[i][0] - c[0][0], c[i][1] - c[0][1]];
         let cells = (1..c.len() - 1).map(|i| Cell { origin: c[0], sides: [to(i), to(i + 1)], shape: Shape::Triangle });
@@ -198,7 +198,7 @@ impl<'a> Sums<'a> {
         let [[s_along, t_along], [s_across, t_across]] = cell.sides;
         let (mut sums, mut square) = ([[[0.0; 2]; N]; N], [0.0; 2]);
         for pair in &self.rules.0[usize::from(cell.shape == Shape::Triangle)][nodes] {
-            let Pair { a, b, weight } = pair;
+            let NodePair { a, b, weight } = pair;
             let mut of_row = [0.0; 2];
             let (mut s, mut t) = ([0.0; 2], [0.0; 2]);
             for k in 0..2 {

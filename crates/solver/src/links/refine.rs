@@ -3,9 +3,9 @@
 //! Links are refined where what they neglect, times the reflectance, is too large: Hanrahan's brightness-weighted refinement, with
 //! a bound in the place of the brightness.
 //!
-//! Where faces are many a receiver begins with one cluster of all of them ([`crate::mesh::clusters`]), unless links go by thresholds. The
-//! one that may give most is opened, and its elements at last linked, until what all others may give, together with what links
-//! neglect, is what is allowed.
+//! Where faces are many a receiver begins with one cluster of all of them ([`crate::mesh::clusters`]), unless links go by
+//! thresholds. The one that may give most is opened, and its elements at last linked, until what all others may give, together
+//! with what links neglect, is what is allowed.
 
 use crate::error::Error;
 use crate::field::Field;

@@ -14,7 +14,7 @@
 use radgrad_core::{DVec3, Polygon, Receiver, Tolerance, evaluate_value};
 
 use crate::error::Error;
-use crate::links::cell::{Rules, Sums};
+use crate::links::cell::{KernelSums, Rules};
 use crate::links::station::Station;
 use crate::links::visible::{Visible, Window};
 use crate::mesh::basis::MAX_DEGREE;
@@ -157,9 +157,9 @@ impl Optics<'_> {
                 kernel.least = 0.0;
             }
             let doubt = if visible.doubt > 0.0 { kernel.peak * visible.doubt * basis.largest() } else { 0.0 };
-            let mut sums = Sums::new(station, element, basis, count, self.rules);
+            let mut sums = KernelSums::new(station, element, basis, count, self.rules);
             let part = self.absolute / visible.parts.len().max(1) as f64;
-            let all = |sums: &mut Sums<'_>| match visible.whole {
+            let all = |sums: &mut KernelSums<'_>| match visible.whole {
                 true => sums.add_whole(self.absolute),
                 false => visible.parts.iter().all(|p| sums.add_part(p, part)),
             };

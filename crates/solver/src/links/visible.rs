@@ -43,7 +43,7 @@ impl<'a> Window<'a> {
 
 /// A convex polygon in reference coordinates.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Part {
+pub(crate) struct VisiblePart {
     corners: [[f64; 2]; MOST_CORNERS],
     count: usize,
 }
@@ -52,7 +52,7 @@ pub(crate) struct Part {
 #[derive(Debug, Clone)]
 pub(crate) struct Visible {
     /// Empty if nothing is, or if [`Self::whole`].
-    pub(crate) parts: Vec<Part>,
+    pub(crate) parts: Vec<VisiblePart>,
     /// Whether nothing cuts the element.
     pub(crate) whole: bool,
     /// Bound on the part of the area that is taken for visible and is not, or the other way round.
@@ -78,13 +78,13 @@ impl Line {
     }
 
     /// The doubt, if a part is on the negative side.
-    fn beside(&self, part: &Part) -> Option<f64> {
+    fn beside(&self, part: &VisiblePart) -> Option<f64> {
         let highest = part.corners().iter().map(|&c| self.at(c)).fold(f64::NEG_INFINITY, f64::max);
         (highest <= self.error).then(|| if highest > -self.error { self.doubt() } else { 0.0 })
     }
 }
 
-impl Part {
+impl VisiblePart {
     fn of(shape: Shape) -> Self {
         let mut part = Self { corners: [[0.0; 2]; MOST_CORNERS], count: 0 };
         let corners: &[[f64; 2]] = match shape {
@@ -158,7 +158,7 @@ impl Visible {
         let reach = to_origin.length() + u.length() + v.length();
         let line = |normal: DVec3, error: f64| Line { c: [normal.dot(to_origin), normal.dot(u), normal.dot(v)], error };
         let mut visible = Self { parts: Vec::new(), whole: true, doubt: 0.0 };
-        let mut parts = vec![Part::of(shape)];
+        let mut parts = vec![VisiblePart::of(shape)];
 
         if vertices.iter().any(|v| normal.dot(*v - point) < -LEVEL * reach) {
             let horizon = line(normal, 8.0 * f64::EPSILON * reach);
@@ -261,8 +261,8 @@ impl Visible {
         if self.whole {
             return 1.0;
         }
-        let seen: f64 = self.parts.iter().map(Part::area).sum();
-        (seen / Part::of(shape).area() + self.doubt).min(1.0)
+        let seen: f64 = self.parts.iter().map(VisiblePart::area).sum();
+        (seen / VisiblePart::of(shape).area() + self.doubt).min(1.0)
     }
 
     /// Whether nothing is seen.

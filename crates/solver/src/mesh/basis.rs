@@ -33,6 +33,14 @@ pub(crate) struct Excess {
     pub(crate) spread: f64,
 }
 
+impl Excess {
+    /// Estimate of its magnitude over the element: what is beyond the next degree counts twice, since the samples are not where
+    /// it is largest.
+    pub(crate) fn magnitude(&self) -> f64 {
+        self.largest + 2.0 * self.beyond
+    }
+}
+
 /// An orthonormal basis on a shape, the rule that projects on it, and the maps between an element and its four children.
 ///
 /// ```
@@ -250,6 +258,22 @@ impl Basis {
     pub fn magnitude(&self, coefficients: &[f64]) -> f64 {
         let [low, high] = self.range(coefficients);
         high.max(-low)
+    }
+
+    /// Estimate of the largest magnitude over the element of what samples at all [`Self::nodes`] have beyond this basis, in their
+    /// unit: a bound on their part of the next degree, and twice what the nodes have beyond that.
+    ///
+    /// ```
+    /// use radgrad_solver::{Basis, Shape};
+    /// let basis = Basis::new(Shape::Parallelogram, 1);
+    /// // Of s^2 linear functions leave s^2 - s + 1/6, at most 1/6.
+    /// let samples: Vec<f64> = basis.nodes().iter().map(|node| node.at[0] * node.at[0]).collect();
+    /// let left = basis.magnitude_beyond(&samples);
+    /// assert!(left >= 1.0 / 6.0 && left < 0.4);
+    /// ```
+    #[must_use]
+    pub fn magnitude_beyond(&self, samples: &[f64]) -> f64 {
+        self.excess(samples).magnitude()
     }
 
     /// What samples at the nodes have beyond this basis: the size of their part of this degree and of the next one, in the root

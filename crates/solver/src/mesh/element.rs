@@ -87,8 +87,25 @@ impl Element {
         })
     }
 
-    /// The elements that a face is made of.
-    pub(crate) fn of_face(polygon: &Polygon, face: usize, bases: &[Basis; 2]) -> Result<Vec<Self>, Error> {
+    /// The elements that a face is made of: itself if it is a parallelogram, else triangles. `face` is its index, `bases` are that
+    /// of parallelograms and that of triangles.
+    ///
+    /// ```
+    /// use radgrad_core::{DVec3, Polygon};
+    /// use radgrad_solver::{Basis, Element, Shape};
+    /// let bases = [Shape::Parallelogram, Shape::Triangle].map(|shape| Basis::new(shape, 1));
+    /// let square = [[0.0, 0.0], [2.0, 0.0], [2.0, 2.0], [0.0, 2.0]].map(|[x, y]| DVec3::new(x, y, 0.0));
+    /// let elements = Element::of_face(&Polygon::new(square.to_vec())?, 0, &bases)?;
+    /// let quarters = elements[0].divided(0, &bases[0])?;
+    /// assert_eq!((elements.len(), quarters.len(), quarters[3].area()), (1, 4, 1.0));
+    /// // The first function is 1.
+    /// assert_eq!(elements[0].emitter(0, &bases[0])?.polygon().area(), 4.0);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    /// If the polygon cannot be cut into triangles, or these are too small for their coordinates.
+    pub fn of_face(polygon: &Polygon, face: usize, bases: &[Basis; 2]) -> Result<Vec<Self>, Error> {
         let v = polygon.vertices();
         if let [a, b, c, d] = v
             && (*a - *b + *c - *d).length() <= PARALLEL * polygon.size()
@@ -104,7 +121,10 @@ impl Element {
     }
 
     /// The four children, `index` being that of this element.
-    pub(crate) fn divided(&self, index: usize, basis: &Basis) -> Result<Vec<Self>, Error> {
+    ///
+    /// # Errors
+    /// If they are too small for their coordinates.
+    pub fn divided(&self, index: usize, basis: &Basis) -> Result<Vec<Self>, Error> {
         let corners: &[[f64; 2]] = match self.shape {
             Shape::Parallelogram => &[[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]],
             Shape::Triangle => &[[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]],
@@ -204,7 +224,8 @@ impl Element {
     }
 
     /// By how much reference coordinates are outside the shape: at most 0 in the element.
-    pub(crate) fn excess(&self, [s, t]: [f64; 2]) -> f64 {
+    #[must_use]
+    pub fn excess(&self, [s, t]: [f64; 2]) -> f64 {
         match self.shape {
             Shape::Parallelogram => (-s).max(-t).max(s - 1.0).max(t - 1.0),
             Shape::Triangle => (-s).max(-t).max(s + t - 1.0),
@@ -231,8 +252,11 @@ impl Element {
         self.dual[0] * along + self.dual[1] * across
     }
 
-    /// What radiates as function number `function` of the basis does.
-    pub(crate) fn emitter(&self, function: usize, basis: &Basis) -> Result<&Emitter, Error> {
+    /// What radiates as function number `function` of the element's basis does, which is one of [`Basis::len`].
+    ///
+    /// # Errors
+    /// If the function's coefficients in space cannot be represented.
+    pub fn emitter(&self, function: usize, basis: &Basis) -> Result<&Emitter, Error> {
         if let Some(emitter) = self.emitters[function].get() {
             return Ok(emitter);
         }

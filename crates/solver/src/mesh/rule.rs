@@ -35,8 +35,15 @@ pub(crate) fn product(count: usize) -> Vec<Node> {
     rectangular(count, count)
 }
 
-/// The product rule with different numbers of Gauss nodes.
-pub(crate) fn rectangular(along: usize, across: usize) -> Vec<Node> {
+/// The product rule on the unit square with `along` Gauss nodes in `s` and `across` in `t`.
+///
+/// ```
+/// // s^5 t^3 has the mean 1/24.
+/// let mean: f64 = radgrad_solver::rectangular(3, 2).iter().map(|n| n.weight * n.at[0].powi(5) * n.at[1].powi(3)).sum();
+/// assert!((mean - 1.0 / 24.0).abs() < 1e-15);
+/// ```
+#[must_use]
+pub fn rectangular(along: usize, across: usize) -> Vec<Node> {
     let (along, across) = (on_unit_interval(along), on_unit_interval(across));
     let pair = |&(t, v): &(f64, f64)| along.iter().map(move |&(s, w)| Node { at: [s, t], weight: v * w }).collect::<Vec<_>>();
     across.iter().flat_map(pair).collect()

@@ -1,15 +1,16 @@
 //! A continuous radiosity over each face: cubic Hermite patches on the leaves of a solution.
 //!
 //! At every vertex of the leaves the radiosity and its gradient are gathered exactly, each once, over the links of a leaf that is
-//! there; on triangles the value at the centroid besides. Patches are those of [`crate::picture::hermite::HermitePatch`]. A vertex that lies on the
-//! middle of a larger leaf's edge, or on a quarter of it, takes the value and the slope along the edge from that edge's cubic: so
-//! the patches on its other side are restrictions of that cubic, and meet it without a gap (M. Bastos et al. 1993 cut the larger
-//! patch instead).
+//! there; on triangles the value at the centroid besides. Patches are those of [`crate::picture::hermite::HermitePatch`]. A vertex
+//! that lies on the middle of a larger leaf's edge, or on a quarter of it, takes the value and the slope along the edge from that
+//! edge's cubic: so the patches on its other side are restrictions of that cubic, and meet it without a gap (M. Bastos et al. 1993
+//! cut the larger patch instead).
 //!
 //! What the patches err by against an exact gather is `O(h^4)` where the radiosity is smooth, and first order across a shadow's
 //! edge. Where two faces meet the gradient has a logarithmic pole, and radiosity a limit that is not its value, what lies in an
 //! emitter's plane receiving nothing: there a vertex is sampled at a 32nd of the way to the leaf's centre, and carried back along
-//! the gradient. No bound is claimed; that of the solution ([`crate::solve::solution::Solution::bound_on`]) holds for the polynomials.
+//! the gradient. No bound is claimed; that of the solution ([`crate::solve::solution::Solution::bound_on`]) holds for the
+//! polynomials.
 
 use std::collections::HashMap;
 

@@ -17,7 +17,6 @@ use radgrad_scene::triangulate;
 use super::criteria::variation;
 use super::lighting::{Lighting, Sample};
 use super::maximum::brightest;
-
 use crate::error::Error;
 use crate::receiver::refinement::Refinement;
 

@@ -1,8 +1,9 @@
 //! What a point sees of a cluster at most, past faces that may hide some of it.
 //!
 //! Each side of the box that faces the point is a window: of what is behind it the point sees what shows through the part of the
-//! window that no screen is before ([`crate::links::visible`]), and the bound on a window's form factor is in proportion to the area.
-//! Screens are what links fill the view with, and what has hidden others ([`super::screens`]). Of a cluster that is mostly behind these little is left.
+//! window that no screen is before ([`crate::links::visible`]), and the bound on a window's form factor is in proportion to the
+//! area. Screens are what links fill the view with, and what has hidden others ([`super::screens`]). Of a cluster that is mostly
+//! behind these little is left.
 
 use std::f64::consts::PI;
 

@@ -10,16 +10,14 @@
 use std::f64::consts::{FRAC_1_PI, PI};
 
 use radgrad_core::{DVec3, Receiver, Tolerance, evaluate_value};
+use radgrad_solver::{Basis, Shape};
 
-use super::cubature::{self, Integrals};
-use super::part::{Ground, Part};
-use super::patch::{Form, Patch, Spot};
-use super::sight::{self, Station};
-use super::value::Value;
-
+use crate::cubature::{self, Integrals};
 use crate::error::Error;
-use crate::mesh::basis::Basis;
-use crate::mesh::shape::Shape;
+use crate::part::{Ground, PatchPart};
+use crate::patch::{Form, Patch, Spot};
+use crate::sight::{self, Station};
+use crate::value::Value;
 
 /// What may hide a part: a ball around it and half of its smaller width.
 struct Shadow {
@@ -56,31 +54,31 @@ impl Shadow {
 
 /// What transport needs of a scene.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Transport<'a> {
-    pub(super) patches: &'a [&'a Patch],
+pub(crate) struct Transport<'a> {
+    pub(crate) patches: &'a [&'a Patch],
     /// Reflectance and emission of each patch.
-    pub(super) values: &'a [[Value; 2]],
+    pub(crate) values: &'a [[Value; 2]],
     /// Patches that may hide others.
-    pub(super) blockers: &'a [usize],
-    pub(super) bases: &'a [Basis; 2],
+    pub(crate) blockers: &'a [usize],
+    pub(crate) bases: &'a [Basis; 2],
     /// Error an integral may have, and cells it may take.
-    pub(super) tolerance: f64,
-    pub(super) most_cells: usize,
+    pub(crate) tolerance: f64,
+    pub(crate) most_cells: usize,
 }
 
 impl Transport<'_> {
-    pub(super) fn basis(&self, part: &Part) -> &Basis {
+    pub(crate) fn basis(&self, part: &PatchPart) -> &Basis {
         &self.bases[usize::from(part.shape() == Shape::Triangle)]
     }
 
     /// Reflectance and emission at a point of a patch.
-    pub(super) fn at(&self, patch: usize, point: DVec3) -> Result<[f64; 2], Error> {
+    pub(crate) fn at(&self, patch: usize, point: DVec3) -> Result<[f64; 2], Error> {
         let [reflectance, emitted] = &self.values[patch];
         Ok([reflectance.at(point, patch, "reflectance")?, emitted.at(point, patch, "emission")?])
     }
 
     /// The functions of a part first, the emission last.
-    pub(super) fn row(&self, receiver: &Station, part: &Part) -> Result<Integrals, Error> {
+    pub(crate) fn row(&self, receiver: &Station, part: &PatchPart) -> Result<Integrals, Error> {
         let count = self.basis(part).len() + 1;
         if receiver.patch == part.patch && matches!(part.ground, Ground::Flat(_)) {
             return Ok(Integrals { values: vec![0.0; count], errors: vec![0.0; count] });
@@ -131,7 +129,7 @@ impl Transport<'_> {
     }
 
     /// Whether a plane along two axes has a patch on one side, a point and a part on the other.
-    fn apart(&self, blocker: usize, receiver: &Station, part: &Part) -> bool {
+    fn apart(&self, blocker: usize, receiver: &Station, part: &PatchPart) -> bool {
         let axes = [DVec3::X, DVec3::Y, DVec3::Z];
         axes.into_iter().flat_map(|axis| [axis, -axis]).any(|axis| {
             let nearest = -self.patches[blocker].farthest_along(-axis);
@@ -139,12 +137,12 @@ impl Transport<'_> {
         })
     }
 
-    fn closed(&self, receiver: &Station, part: &Part) -> Result<Option<Integrals>, Error> {
+    fn closed(&self, receiver: &Station, part: &PatchPart) -> Result<Option<Integrals>, Error> {
         let ([Value::Constant(rho), Value::Constant(emitted)], Ground::Flat(element)) = (&self.values[part.patch], &part.ground)
         else {
             return Ok(None);
         };
-        let (basis, refused) = (self.basis(part), |source| Error::Evaluation { face: receiver.patch, source });
+        let (basis, refused) = (self.basis(part), |source| Error::Evaluation { patch: receiver.patch, source });
         let station = Receiver::new(receiver.spot.point, receiver.spot.normal, 1.0).map_err(refused)?;
         let tolerance = Tolerance { relative: 0.0, absolute: self.tolerance };
         let mut row = Integrals::default();

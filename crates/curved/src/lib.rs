@@ -3,12 +3,12 @@
 //! On patches over parameters ([`Patch`]) the irradiance `H = G(E + rho H)` is approximated by polynomials of the parameters, `H_h`,
 //! on rectangles of these; E and rho enter the integrals as they are, so that the radiosity `E + rho H_h` has all their detail and
 //! only the irradiance, which is smooth, is projected (R. Gershbein, P. Schroeder and P. Hanrahan 1993). This is a solver of its own
-//! beside [`crate::solve()`]: kernels come from cubature, with an estimate of its error instead of a bound.
+//! beside [`radgrad_solver::solve()`]: kernels come from cubature, with an estimate of its error instead of a bound.
 //!
 //! ```text
-//! CurvedScene -> Part      part: rectangles of parameters, elements of polygons; patch: position, normal, element of area
+//! CurvedScene -> PatchPart     part: rectangles of parameters, elements of polygons; patch: position, normal, element of area
 //!   -> rows                transport: G(rho phi_k) and G(E) at nodes, cubature; sight: what is hidden
-//!   -> H_h, residual       the linear system by Gauss-Seidel, q = G(E + rho H_h) - H_h from samples as in `residual`
+//!   -> H_h, residual       the linear system by Gauss-Seidel, q = G(E + rho H_h) - H_h from samples as in the solver's `residual`
 //! CurvedSolution -> gather
 //! ```
 //!
@@ -25,6 +25,7 @@
 //! Convex patches seen from their lit side have their own horizon: what of a patch faces away gives nothing.
 
 mod cubature;
+mod error;
 mod part;
 mod patch;
 mod scene;
@@ -33,6 +34,7 @@ mod solution;
 mod transport;
 mod value;
 
+pub use error::Error;
 pub use patch::{Patch, Side};
 pub use scene::CurvedScene;
 pub use solution::{CurvedAnswer, CurvedOptions, CurvedSolution, solve};

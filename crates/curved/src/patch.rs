@@ -21,10 +21,10 @@ pub enum Side {
 
 /// A surface over parameters.
 #[derive(Debug, Clone)]
-pub struct Patch(pub(super) Form);
+pub struct Patch(pub(crate) Form);
 
 #[derive(Debug, Clone)]
-pub(super) enum Form {
+pub(crate) enum Form {
     Polygon(Polygon),
     Sphere(Sphere),
     Cylinder(Cylinder),
@@ -36,35 +36,35 @@ pub(super) enum Form {
 
 /// `x = c + R (sin p cos a, sin p sin a, cos p)`, with the polar angle p along v and the azimuth a along u.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Sphere {
-    pub(super) centre: DVec3,
-    pub(super) radius: f64,
-    pub(super) polar: [f64; 2],
-    pub(super) azimuth: [f64; 2],
-    pub(super) outwards: bool,
+pub(crate) struct Sphere {
+    pub(crate) centre: DVec3,
+    pub(crate) radius: f64,
+    pub(crate) polar: [f64; 2],
+    pub(crate) azimuth: [f64; 2],
+    pub(crate) outwards: bool,
 }
 
 /// `x = base + R (zero cos a + quarter sin a) + v axis`, with the azimuth a along u.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Cylinder {
-    pub(super) base: DVec3,
-    pub(super) axis: DVec3,
-    pub(super) radius: f64,
-    pub(super) zero: DVec3,
-    pub(super) quarter: DVec3,
-    pub(super) azimuth: [f64; 2],
-    pub(super) outwards: bool,
+pub(crate) struct Cylinder {
+    pub(crate) base: DVec3,
+    pub(crate) axis: DVec3,
+    pub(crate) radius: f64,
+    pub(crate) zero: DVec3,
+    pub(crate) quarter: DVec3,
+    pub(crate) azimuth: [f64; 2],
+    pub(crate) outwards: bool,
 }
 
 /// A point of a patch.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Spot {
-    pub(super) point: DVec3,
+pub(crate) struct Spot {
+    pub(crate) point: DVec3,
     /// Unit length, or zero where the patch has none.
-    pub(super) normal: DVec3,
+    pub(crate) normal: DVec3,
     /// Area over that of the parameters.
-    pub(super) area: f64,
-    pub(super) at: [f64; 2],
+    pub(crate) area: f64,
+    pub(crate) at: [f64; 2],
 }
 
 fn refused(what: &'static str, rule: String) -> Error {
@@ -154,7 +154,7 @@ impl Patch {
     }
 
     /// Largest value of `direction . x` over the patch, or one above it.
-    pub(super) fn farthest_along(&self, direction: DVec3) -> f64 {
+    pub(crate) fn farthest_along(&self, direction: DVec3) -> f64 {
         let most = |points: &[DVec3]| points.iter().map(|p| direction.dot(*p)).fold(f64::NEG_INFINITY, f64::max);
         match &self.0 {
             Form::Polygon(polygon) => most(polygon.vertices()),
@@ -173,7 +173,7 @@ impl Patch {
     }
 
     /// About the smaller of its widths.
-    pub(super) fn width(&self) -> f64 {
+    pub(crate) fn width(&self) -> f64 {
         let of_outline = |points: &[DVec3], area: f64| {
             let longest = points.iter().flat_map(|p| points.iter().map(|q| (*p - *q).length())).fold(0.0, f64::max);
             area / longest
@@ -189,7 +189,7 @@ impl Patch {
     }
 
     /// Largest length of the part of `x - centre` across a direction, or one above it; across no direction, of all of it.
-    pub(super) fn farthest_from(&self, centre: DVec3, along: DVec3) -> f64 {
+    pub(crate) fn farthest_from(&self, centre: DVec3, along: DVec3) -> f64 {
         let across = |p: DVec3| (p - centre - along * along.dot(p - centre)).length();
         let most = |points: &[DVec3]| points.iter().map(|&p| across(p)).fold(0.0, f64::max);
         match &self.0 {
@@ -201,8 +201,8 @@ impl Patch {
         }
     }
 
-    /// The point at parameters; of a polygon see [`super::element`].
-    pub(super) fn spot(&self, at: [f64; 2]) -> Spot {
+    /// The point at parameters; of a polygon see [`radgrad_solver::Element`].
+    pub(crate) fn spot(&self, at: [f64; 2]) -> Spot {
         let [u, v] = at;
         let (point, along, across) = match &self.0 {
             Form::Polygon(polygon) => return Spot { point: polygon.vertices()[0], normal: polygon.normal(), area: 0.0, at },
@@ -239,7 +239,7 @@ impl Sphere {
     }
 
     /// Whether a point of the whole sphere is on this part.
-    pub(super) fn holds(&self, point: DVec3) -> bool {
+    pub(crate) fn holds(&self, point: DVec3) -> bool {
         let r = point - self.centre;
         let polar = libm::acos((r.z / self.radius).clamp(-1.0, 1.0));
         (self.polar[0]..=self.polar[1]).contains(&polar) && turned_within(self.azimuth, libm::atan2(r.y, r.x))
@@ -256,12 +256,12 @@ impl Cylinder {
     }
 
     /// The part of a vector across the axis.
-    pub(super) fn across(&self, r: DVec3) -> DVec3 {
+    pub(crate) fn across(&self, r: DVec3) -> DVec3 {
         r - self.axis * (self.axis.dot(r) / self.axis.length_squared())
     }
 
     /// Whether a point of the infinite cylinder is on this part.
-    pub(super) fn holds(&self, point: DVec3) -> bool {
+    pub(crate) fn holds(&self, point: DVec3) -> bool {
         let r = point - self.base;
         let along = self.axis.dot(r) / self.axis.length_squared();
         (0.0..=1.0).contains(&along) && turned_within(self.azimuth, libm::atan2(r.dot(self.quarter), r.dot(self.zero)))

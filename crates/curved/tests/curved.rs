@@ -3,8 +3,8 @@
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_3, PI, TAU};
 
 use radgrad_core::{DVec3, Polygon};
+use radgrad_curved::{CurvedOptions, CurvedScene, CurvedSolution, Patch, Side, Value, solve};
 use radgrad_scene::gauss_legendre;
-use radgrad_solver::curved::{CurvedOptions, CurvedScene, CurvedSolution, Patch, Side, Value, solve};
 
 fn polygon(points: &[[f64; 3]]) -> Patch {
     Patch::polygon(Polygon::new(points.iter().map(|&p| p.into()).collect()).unwrap())
@@ -234,7 +234,7 @@ fn a_room_under_a_saddle_glows_evenly() {
 
 #[test]
 fn what_is_out_of_range_is_refused_with_value_and_place() {
-    let message = |patch: Result<Patch, radgrad_solver::Error>| patch.unwrap_err().to_string();
+    let message = |patch: Result<Patch, radgrad_curved::Error>| patch.unwrap_err().to_string();
     let sphere = |radius, polar| Patch::sphere(DVec3::ZERO, radius, polar, [0.0, TAU], Side::Inside);
     assert_eq!(message(sphere(-1.0, [0.0, PI])), "sphere: its radius is -1: it must be above 0 and finite");
     assert!(message(sphere(1.0, [FRAC_PI_2, FRAC_PI_3])).contains("they must rise"));

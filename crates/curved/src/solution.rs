@@ -4,19 +4,16 @@
 //! Gauss-Seidel solve that. Parts whose residual is at least half of the largest are divided until the bound is met.
 
 use radgrad_core::DVec3;
+use radgrad_solver::{Basis, Node, Shape};
 use rayon::prelude::*;
 
-use super::cubature::Integrals;
-use super::part::Part;
-use super::patch::{Form, Patch};
-use super::scene::CurvedScene;
-use super::sight::{self, Station};
-use super::transport::Transport;
-
+use crate::cubature::Integrals;
 use crate::error::Error;
-use crate::mesh::basis::Basis;
-use crate::mesh::rule::Node;
-use crate::mesh::shape::Shape;
+use crate::part::PatchPart;
+use crate::patch::{Form, Patch};
+use crate::scene::CurvedScene;
+use crate::sight::{self, Station};
+use crate::transport::Transport;
 
 /// Sweeps until the linear system is solved.
 const MOST_SWEEPS: usize = 2000;
@@ -66,7 +63,7 @@ pub struct CurvedSolution {
     options: CurvedOptions,
     bases: [Basis; 2],
     blockers: Vec<usize>,
-    parts: Vec<Part>,
+    parts: Vec<PatchPart>,
     /// Of each part, each of its nodes, each source.
     rows: Vec<Vec<Vec<Integrals>>>,
     irradiance: Vec<Vec<f64>>,
@@ -81,7 +78,7 @@ pub struct CurvedSolution {
 ///
 /// ```
 /// use radgrad_core::DVec3;
-/// use radgrad_solver::curved::{CurvedOptions, CurvedScene, Patch, Side, Value, solve};
+/// use radgrad_curved::{CurvedOptions, CurvedScene, Patch, Side, Value, solve};
 /// // Inside a sphere the irradiance is the mean radiosity, everywhere.
 /// let mut scene = CurvedScene::new();
 /// let sphere = Patch::whole_sphere(DVec3::ZERO, 2.0, Side::Inside)?;
@@ -89,7 +86,7 @@ pub struct CurvedSolution {
 /// let solution = solve(scene, &CurvedOptions::default())?;
 /// let answer = solution.gather(0, [0.3, 0.8])?;
 /// assert!((answer.irradiance - 1.0 / (1.0 - 0.6)).abs() < 1e-6);
-/// # Ok::<(), radgrad_solver::Error>(())
+/// # Ok::<(), radgrad_curved::Error>(())
 /// ```
 ///
 /// # Errors
@@ -107,7 +104,7 @@ pub fn solve(scene: CurvedScene, options: &CurvedOptions) -> Result<CurvedSoluti
     }
     let mut parts = Vec::new();
     for (index, patch) in patches.iter().enumerate() {
-        parts.extend(Part::of_patch(index, patch, &bases)?);
+        parts.extend(PatchPart::of_patch(index, patch, &bases)?);
     }
     let tolerance = INTEGRAL_PART * options.error;
     let (rows, irradiance, residual) = (Vec::new(), Vec::new(), Vec::new());
@@ -159,7 +156,7 @@ impl CurvedSolution {
         })
     }
 
-    fn basis(&self, part: &Part) -> &Basis {
+    fn basis(&self, part: &PatchPart) -> &Basis {
         &self.bases[usize::from(part.shape() == Shape::Triangle)]
     }
 
@@ -167,7 +164,7 @@ impl CurvedSolution {
     fn link(&mut self, new: &[bool]) -> Result<(), Error> {
         let rows = std::mem::take(&mut self.rows);
         let rows = self.with_transport(|transport| {
-            let of_part = |(index, part): (usize, &Part)| -> Result<Vec<Vec<Integrals>>, Error> {
+            let of_part = |(index, part): (usize, &PatchPart)| -> Result<Vec<Vec<Integrals>>, Error> {
                 let nodes = transport.basis(part).nodes().iter().enumerate();
                 let of_node = |(node, reference): (usize, &Node)| {
                     let spot = part.spot(transport.patches, reference.at);
@@ -176,7 +173,7 @@ impl CurvedSolution {
                         return Err(Error::Patch { what: "surface", rule });
                     }
                     let station = Station { patch: part.patch, spot };
-                    let row = |(source, from): (usize, &Part)| {
+                    let row = |(source, from): (usize, &PatchPart)| {
                         let known = rows.get(index).and_then(|of_node| of_node.get(node)).and_then(|row| row.get(source));
                         match known {
                             Some(known) if !new[index] && !new[source] => Ok(known.clone()),
@@ -236,10 +233,9 @@ impl CurvedSolution {
             let (basis, at_nodes) = (self.basis(&self.parts[part]), self.at_nodes(part));
             let samples: Vec<f64> = at_nodes.iter().map(|h| h[0]).collect();
             let left: Vec<f64> = basis.project(&samples).iter().zip(&self.irradiance[part]).map(|(p, h)| p - h).collect();
-            let excess = basis.excess(&samples);
             let integrals = at_nodes.iter().fold(0.0, |most: f64, h| most.max(h[1]));
             // Cubature errs at the nodes, and so does what is made of their samples.
-            excess.largest + 2.0 * excess.beyond + basis.magnitude(&left) + 2.0 * integrals
+            basis.magnitude_beyond(&samples) + basis.magnitude(&left) + 2.0 * integrals
         };
         self.residual = (0..self.parts.len()).map(of_part).collect();
         let rho = self.scene.values.iter().map(|values| values[0].largest()).fold(0.0, f64::max);
@@ -317,7 +313,7 @@ impl CurvedSolution {
             let v = polygon.vertices();
             spot.point = v[0] + (v[1] - v[0]) * at[0] + (v[v.len() - 1] - v[0]) * at[1];
         }
-        let is_on = |part: &&Part| part.patch == patch && part.reference(&spot).is_some();
+        let is_on = |part: &&PatchPart| part.patch == patch && part.reference(&spot).is_some();
         self.parts.iter().find(is_on).ok_or_else(outside)?;
         self.gathered(&Station { patch, spot })
     }

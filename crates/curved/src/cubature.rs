@@ -14,7 +14,7 @@ use std::collections::BinaryHeap;
 use std::sync::OnceLock;
 
 use crate::error::Error;
-use crate::mesh::rule::{self, Node};
+use radgrad_solver::{Node, rectangular};
 
 /// Cells a side at the start.
 const FIRST: u32 = 2;
@@ -25,9 +25,9 @@ const NEAR: f64 = 0.1;
 
 /// Integrals and the estimates of their errors.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Integrals {
-    pub(super) values: Vec<f64>,
-    pub(super) errors: Vec<f64>,
+pub(crate) struct Integrals {
+    pub(crate) values: Vec<f64>,
+    pub(crate) errors: Vec<f64>,
 }
 
 struct Cell {
@@ -65,7 +65,7 @@ impl Ord for Cell {
 /// Integrates `count` functions over where a point is above. `f` gives the values, and by how much the point is above: 0 or less
 /// where it is cut off, with the values that would be there. `doubt` is whether a cell of this corner and size may be cut by what no
 /// node of it sees.
-pub(super) fn integrate(
+pub(crate) fn integrate(
     count: usize,
     tolerance: f64,
     most_cells: usize,
@@ -73,7 +73,7 @@ pub(super) fn integrate(
     mut f: impl FnMut([f64; 2], &mut [f64]) -> Result<f64, Error>,
 ) -> Result<Integrals, Error> {
     static RULES: OnceLock<[Vec<Node>; 3]> = OnceLock::new();
-    let rules = RULES.get_or_init(|| [[5, 5], [4, 5], [5, 4]].map(|[s, t]| rule::rectangular(s, t)));
+    let rules = RULES.get_or_init(|| [[5, 5], [4, 5], [5, 4]].map(|[s, t]| rectangular(s, t)));
     let corners = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0]].map(|at| Node { at, weight: 0.0 });
     let mut here = vec![0.0; count];
     let mut cell = |low: [f64; 2], size: [f64; 2]| -> Result<Cell, Error> {

@@ -4,35 +4,32 @@
 //! is an [`Element`], whose polynomials are those of the position.
 
 use radgrad_core::DVec3;
-
-use super::patch::{Form, Patch, Spot};
+use radgrad_solver::{Basis, Element, Shape};
 
 use crate::error::Error;
-use crate::mesh::basis::Basis;
-use crate::mesh::element::Element;
-use crate::mesh::shape::Shape;
+use crate::patch::{Form, Patch, Spot};
 
 #[derive(Debug)]
-pub(super) struct Part {
-    pub(super) patch: usize,
-    pub(super) ground: Ground,
+pub(crate) struct PatchPart {
+    pub(crate) patch: usize,
+    pub(crate) ground: Ground,
 }
 
 #[derive(Debug)]
-pub(super) enum Ground {
+pub(crate) enum Ground {
     Flat(Box<Element>),
     Curved { low: [f64; 2], size: [f64; 2] },
 }
 
 /// A point of the unit square carried to a part: where it is, with the area over that of the square, and its coordinates there.
-pub(super) struct Sample {
-    pub(super) spot: Spot,
-    pub(super) reference: [f64; 2],
+pub(crate) struct Sample {
+    pub(crate) spot: Spot,
+    pub(crate) reference: [f64; 2],
 }
 
-impl Part {
+impl PatchPart {
     /// The parts that a patch begins with.
-    pub(super) fn of_patch(index: usize, patch: &Patch, bases: &[Basis; 2]) -> Result<Vec<Self>, Error> {
+    pub(crate) fn of_patch(index: usize, patch: &Patch, bases: &[Basis; 2]) -> Result<Vec<Self>, Error> {
         let Form::Polygon(polygon) = &patch.0 else {
             return Ok(vec![Self { patch: index, ground: Ground::Curved { low: [0.0; 2], size: [1.0; 2] } }]);
         };
@@ -40,14 +37,14 @@ impl Part {
         Ok(elements.into_iter().map(|element| Self { patch: index, ground: Ground::Flat(Box::new(element)) }).collect())
     }
 
-    pub(super) fn shape(&self) -> Shape {
+    pub(crate) fn shape(&self) -> Shape {
         match &self.ground {
             Ground::Flat(element) => element.shape(),
             Ground::Curved { .. } => Shape::Parallelogram,
         }
     }
 
-    pub(super) fn divided(&self, basis: &Basis) -> Result<Vec<Self>, Error> {
+    pub(crate) fn divided(&self, basis: &Basis) -> Result<Vec<Self>, Error> {
         match &self.ground {
             Ground::Flat(element) => {
                 let children = element.divided(0, basis)?;
@@ -65,7 +62,7 @@ impl Part {
     }
 
     /// The point with these coordinates; its `area` is that over the coordinates'.
-    pub(super) fn spot(&self, patches: &[&Patch], reference: [f64; 2]) -> Spot {
+    pub(crate) fn spot(&self, patches: &[&Patch], reference: [f64; 2]) -> Spot {
         match &self.ground {
             Ground::Flat(element) => {
                 Spot { point: element.point(reference), normal: element.polygon().normal(), area: element.area(), at: reference }
@@ -78,7 +75,7 @@ impl Part {
     }
 
     /// A point of the unit square: of a triangle that with the coordinates `(s, (1 - s) t)`.
-    pub(super) fn sample(&self, patches: &[&Patch], [s, t]: [f64; 2]) -> Sample {
+    pub(crate) fn sample(&self, patches: &[&Patch], [s, t]: [f64; 2]) -> Sample {
         let (reference, weight) = match self.shape() {
             Shape::Parallelogram => ([s, t], 1.0),
             Shape::Triangle => ([s, (1.0 - s) * t], 2.0 * (1.0 - s)),
@@ -88,7 +85,7 @@ impl Part {
     }
 
     /// Largest value of `direction . x` over the part, or one above it.
-    pub(super) fn farthest_along(&self, patches: &[&Patch], direction: DVec3) -> f64 {
+    pub(crate) fn farthest_along(&self, patches: &[&Patch], direction: DVec3) -> f64 {
         match &self.ground {
             Ground::Flat(element) => {
                 element.polygon().vertices().iter().map(|v| direction.dot(*v)).fold(f64::NEG_INFINITY, f64::max)
@@ -98,7 +95,7 @@ impl Part {
     }
 
     /// Coordinates on this part of a point of its patch, if it is on it.
-    pub(super) fn reference(&self, spot: &Spot) -> Option<[f64; 2]> {
+    pub(crate) fn reference(&self, spot: &Spot) -> Option<[f64; 2]> {
         match &self.ground {
             Ground::Flat(element) => {
                 let reference = element.reference(spot.point);

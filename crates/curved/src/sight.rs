@@ -10,7 +10,7 @@
 
 use radgrad_core::{DVec3, Polygon};
 
-use super::patch::{Cylinder, Form, Patch, Sphere, Spot};
+use crate::patch::{Cylinder, Form, Patch, Sphere, Spot};
 
 /// Tangent planes a side at which a bilinear or Bezier patch is looked at.
 const GRID: usize = 33;
@@ -23,13 +23,13 @@ const ROUNDED: f64 = 1e-14;
 
 /// A point of a patch, known by its index.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Station {
-    pub(super) patch: usize,
-    pub(super) spot: Spot,
+pub(crate) struct Station {
+    pub(crate) patch: usize,
+    pub(crate) spot: Spot,
 }
 
 /// Whether a patch of a scene can hide anything in it.
-pub(super) fn may_hide(which: usize, patches: &[&Patch], size: f64) -> bool {
+pub(crate) fn may_hide(which: usize, patches: &[&Patch], size: f64) -> bool {
     let within = |limit: f64, far: &dyn Fn(&Patch) -> f64| patches.iter().all(|patch| far(patch) <= limit + ON * size);
     let behind = |normal: DVec3, point: DVec3, others: &dyn Fn(usize) -> bool| {
         let others = patches.iter().enumerate().filter(|(index, _)| others(*index));
@@ -62,7 +62,7 @@ pub(super) fn may_hide(which: usize, patches: &[&Patch], size: f64) -> bool {
 }
 
 /// Whether a patch is between two points that face each other.
-pub(super) fn hides(which: usize, patch: &Patch, from: &Station, to: &Station) -> bool {
+pub(crate) fn hides(which: usize, patch: &Patch, from: &Station, to: &Station) -> bool {
     let [starts, ends] = [from, to].map(|station| station.patch == which);
     let (x, d) = (from.spot.point, to.spot.point - from.spot.point);
     match &patch.0 {
@@ -181,7 +181,7 @@ mod tests {
     use std::f64::consts::{PI, TAU};
 
     use super::*;
-    use crate::curved::Side;
+    use crate::patch::Side;
 
     fn station(patch: usize, point: [f64; 3], at: [f64; 2]) -> Station {
         let point = DVec3::from(point);

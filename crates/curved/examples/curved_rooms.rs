@@ -6,7 +6,7 @@ use std::error::Error;
 use std::f64::consts::{PI, TAU};
 
 use radgrad_core::DVec3;
-use radgrad_solver::curved::{CurvedOptions, CurvedScene, Patch, Side, Value, solve};
+use radgrad_curved::{CurvedOptions, CurvedScene, Patch, Side, Value, solve};
 
 /// A room, where it is looked at, and the radiosity there.
 struct Room {
@@ -29,7 +29,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 }
 
 /// A sphere whose emission and reflectance vary with the height z: the irradiance is `mean E / (1 - mean rho)` everywhere.
-fn sphere() -> Result<Room, radgrad_solver::Error> {
+fn sphere() -> Result<Room, radgrad_curved::Error> {
     let mut scene = CurvedScene::new();
     let (reflectance, emitted) = (Value::function(0.8, |x| 0.8 * x.z * x.z), Value::function(2.0, |x| 1.0 + x.z));
     scene.add(Patch::whole_sphere(DVec3::ZERO, 1.0, Side::Inside)?, reflectance, emitted)?;
@@ -39,7 +39,7 @@ fn sphere() -> Result<Room, radgrad_solver::Error> {
 }
 
 /// The lower fifth of a sphere: `E / (1 - rho A / 4 pi R^2)`.
-fn bowl() -> Result<Room, radgrad_solver::Error> {
+fn bowl() -> Result<Room, radgrad_curved::Error> {
     let mut scene = CurvedScene::new();
     let part = 0.2_f64;
     let brim = (2.0 * part - 1.0).acos();
@@ -49,7 +49,7 @@ fn bowl() -> Result<Room, radgrad_solver::Error> {
 }
 
 /// A sphere within another: the outer one sees itself past the inner one.
-fn nested() -> Result<Room, radgrad_solver::Error> {
+fn nested() -> Result<Room, radgrad_curved::Error> {
     let mut scene = CurvedScene::new();
     scene.add(Patch::whole_sphere(DVec3::ZERO, 2.0, Side::Inside)?, 0.5, 0.0)?;
     scene.add(Patch::whole_sphere(DVec3::ZERO, 1.0, Side::Outside)?, 0.5, 1.0)?;

@@ -1,16 +1,15 @@
 //! Patches with what they are made of.
 
-use super::patch::Patch;
-use super::value::Value;
-
 use crate::error::Error;
+use crate::patch::Patch;
+use crate::value::Value;
 
 /// Patches with their reflectance and the radiosity that they emit.
 #[derive(Debug, Clone, Default)]
 pub struct CurvedScene {
-    pub(super) patches: Vec<Patch>,
+    pub(crate) patches: Vec<Patch>,
     /// Reflectance and emission of each.
-    pub(super) values: Vec<[Value; 2]>,
+    pub(crate) values: Vec<[Value; 2]>,
 }
 
 impl CurvedScene {
