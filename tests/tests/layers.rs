@@ -40,18 +40,7 @@ const TOWERS: &[Tower] = &[
     },
     Tower {
         sources: "../crates/solver/src",
-        floors: &[
-            &["error"],
-            &["mesh"],
-            &["links"],
-            &["field"],
-            &["bound"],
-            &["solve"],
-            &["picture"],
-            &["receiver"],
-            &["curved"],
-            &["lib"],
-        ],
+        floors: &[&["error"], &["mesh"], &["links"], &["field"], &["bound"], &["solve"], &["picture"], &["receiver"], &["lib"]],
         upward: &[
             ("links/refine", "field", "a link is refined until what it neglects of the present field is allowed"),
             ("links/cluster/far", "field", "what distant clusters may give depends on what they radiate"),
