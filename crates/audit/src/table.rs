@@ -164,17 +164,16 @@ mod tests {
         let (mut errors, mut outcomes) = (Vec::new(), Vec::new());
         table.write_errors(&mut errors).unwrap();
         table.write_outcomes(&mut outcomes).unwrap();
-        let expected = "\
-family,quantity,count,median,p99,worst,worst_case
-contact,value,2,<1e-15,<1e-13,<1e-13,contact:1:1
-contact,gradient,2,<1e-15,inf,inf,contact:1:1
-contact,value-over-condition,2,<1e0,<1e0,<1e0,contact:1:0
-contact,gradient-over-condition,2,<1e0,<1e0,<1e0,contact:1:0
-contact,value-over-bound,2,<1e0,<1e0,<1e0,contact:1:0
-contact,gradient-over-bound,2,<1e0,<1e1,<1e1,contact:1:1
-family,cases,measured,refused,unanswered,non-finite,undetermined
-contact,3,2,0,0,1,0
-";
-        assert_eq!(String::from_utf8([errors, outcomes].concat()).unwrap(), expected);
+        insta::assert_snapshot!(String::from_utf8([errors, outcomes].concat()).unwrap(), @r"
+        family,quantity,count,median,p99,worst,worst_case
+        contact,value,2,<1e-15,<1e-13,<1e-13,contact:1:1
+        contact,gradient,2,<1e-15,inf,inf,contact:1:1
+        contact,value-over-condition,2,<1e0,<1e0,<1e0,contact:1:0
+        contact,gradient-over-condition,2,<1e0,<1e0,<1e0,contact:1:0
+        contact,value-over-bound,2,<1e0,<1e0,<1e0,contact:1:0
+        contact,gradient-over-bound,2,<1e0,<1e1,<1e1,contact:1:1
+        family,cases,measured,refused,unanswered,non-finite,undetermined
+        contact,3,2,0,0,1,0
+        ");
     }
 }

@@ -1,4 +1,4 @@
-//! What is recorded in `data/` and in `tests/recorded/`, against what is measured now.
+//! What is recorded in `data/` and beside this file, against what is measured now.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -19,16 +19,6 @@ fn gates() -> Gates {
     Gates::from_toml(&fs::read_to_string(data("gates.toml")).expect("data/gates.toml")).expect("valid gates")
 }
 
-/// Fails where `found` is not what `tests/recorded/NAME` holds, and leaves it where it can be compared and copied from.
-fn assert_recorded(name: &str, found: &[u8]) {
-    let recorded = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/recorded").join(name);
-    if fs::read(&recorded).expect("a recorded file") != found {
-        let new = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
-        fs::write(&new, found).expect("written");
-        panic!("not as recorded: diff {} {}", recorded.display(), new.display());
-    }
-}
-
 #[test]
 fn no_case_that_failed_once_fails_again() {
     let regressions = Regression::all(&data("regressions")).expect("data/regressions");
@@ -44,7 +34,7 @@ fn a_small_run_gives_the_recorded_table_on_every_machine() {
     let (mut errors, mut outcomes) = (Vec::new(), Vec::new());
     table.write_errors(&mut errors).expect("written");
     table.write_outcomes(&mut outcomes).expect("written");
-    assert_recorded("table.csv", &[outcomes, errors].concat());
+    insta::assert_snapshot!(String::from_utf8([outcomes, errors].concat()).expect("text"));
 }
 
 #[test]
@@ -60,7 +50,7 @@ fn a_small_campaign_gives_the_recorded_bounds_on_every_machine() {
     let table = campaign::table(&Run::of_each(14, &Family::ALL, 1), || ());
     let mut bounds = Vec::new();
     table.write_bounds(&mut bounds).expect("written");
-    assert_recorded("bounds.csv", &bounds);
+    insta::assert_snapshot!(String::from_utf8(bounds).expect("text"));
 }
 
 #[test]
