@@ -9,9 +9,8 @@ mod quartic;
 pub(crate) mod weight;
 
 use crate::boundary::line::{Frame, Line, Sighted};
-use crate::scalar::number::Number;
 use crate::scalar::real::Real;
-use crate::scalar::series::sine::DOUBLE_SERIES;
+use crate::scalar::series::sine::half_angle_minus_sine;
 use crate::scalar::vec3::Vec3;
 
 /// What an arc lies on.
@@ -132,36 +131,6 @@ pub(crate) struct Moments<T> {
     pub(crate) cc: T,
     pub(crate) cs: T,
     pub(crate) ss: T,
-}
-
-/// `(g - sin g)/2`, by its Taylor series where the difference would cancel.
-#[inline]
-fn half_angle_minus_sine<T: Real>(angle: T, sin: T) -> T {
-    if angle.value().abs() > 1.0 {
-        return (angle - sin) * T::exact(0.5);
-    }
-    let square = angle * angle;
-    if T::Number::IS_DOUBLE {
-        return angle * square * double_series(square);
-    }
-    angle * square * sine_series(square) / T::exact(12.0)
-}
-
-/// The first term, off by a rounding, and the others by Estrin's scheme: the eight leave 2^-55 of the first.
-#[inline]
-fn double_series<T: Real>(z: T) -> T {
-    let [c0, c1, c2, c3, c4, c5, c6, c7] = DOUBLE_SERIES.map(T::exact);
-    let z2 = z * z;
-    let rest = ((c1 + c2 * z) + (c3 + c4 * z) * z2) + ((c5 + c6 * z) + c7 * z2) * (z2 * z2);
-    (c0 + z * rest).widened(T::Number::roundoff() * 0.1)
-}
-
-/// `6 (g - sin g)/g^3` as a function of `g^2 <= 1`.
-#[inline]
-fn sine_series<T: Real>(square: T) -> T {
-    let coefficients = T::Number::sine_coefficients().rev();
-    let sum = coefficients.fold(T::exact(0.0), |sum, c| sum * square + T::rounded(c));
-    sum.widened(T::Number::roundoff() * 0.25)
 }
 
 #[cfg(test)]

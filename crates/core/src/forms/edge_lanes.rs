@@ -15,18 +15,17 @@ pub(crate) mod random;
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f64x4};
 
-use crate::boundary::arc::weight::PSI;
 use crate::boundary::plan::{Horizon, Plan, least_sure_height};
 use crate::forms::irradiance_and_gradient::IrradianceAndGradient;
-use crate::lanes::double_double::DoubleDoubles;
-use crate::lanes::functions::{nine_terms, plain_angle};
 use crate::lanes::instruction_set::{INSTRUCTION_SET, on_instruction_set};
 use crate::lanes::vectors::{all, chosen, row};
 use crate::problem::polygon::{FourEdges, Polygon};
 use crate::problem::receiver::Receiver;
+use crate::scalar::arc_tangent;
 use crate::scalar::double_double::{DoubleDouble, ROUNDOFF_OF_DOUBLE_DOUBLE};
 use crate::scalar::number::ROUNDOFF;
 use crate::scalar::power::normalising_power;
+use crate::scalar::series::sine::psi;
 use crate::scalar::vec3::Vec3;
 
 /// An emitter of which double precision is sure what is seen, with bounds B.
@@ -114,7 +113,7 @@ impl<S: Simd> EdgeLanes<S> {
         }
         let moment = square.sqrt();
         let inline = start.dot(end);
-        let (angle, plain) = plain_angle::<S, _, true>(simd, moment, inline);
+        let (angle, plain) = (arc_tangent::angle::<_, true>(moment, inline), arc_tangent::is_in_range(moment, inline));
         let normal = w * (f64x4::splat(simd, 1.0) / moment);
         (passes & plain).all_true().then_some(Self {
             start,
@@ -149,8 +148,7 @@ impl<S: Simd> Weights<S> {
         let (sin, cos) = (four.across * product, four.inline * product);
         let one_and_cos = f64x4::splat(simd, 1.0) + cos;
         let sum = four.angle + sin;
-        let z = four.angle * four.angle;
-        let psi = four.angle * (f64x4::splat(simd, PSI[0]) + z * nine_terms(simd, &HIGHER, z));
+        let psi = psi(four.angle, sin, cos, one_and_cos);
         Self { chi: sum / (one_and_cos * f64x4::splat(simd, 4.0)), psi, sum, one_and_cos }
     }
 
@@ -159,12 +157,6 @@ impl<S: Simd> Weights<S> {
         self.chi * (q1 + q2) * (c1 + c2) + self.psi * (q2 - q1) * (c2 - c1)
     }
 }
-
-/// What follows the first term of [`PSI`].
-const HIGHER: [f64; 9] = {
-    let [_, c1, c2, c3, c4, c5, c6, c7, c8, c9] = PSI;
-    [c1, c2, c3, c4, c5, c6, c7, c8, c9]
-};
 
 /// The height of the receiver over the polygon's plane, in double-double rounded to a double as
 /// [`crate::boundary::plan::height_over_plane`] has it, with x, y and z side by side.
@@ -186,11 +178,11 @@ pub(crate) fn certain_height(receiver: &Receiver, polygon: &Polygon, power: f64)
 /// That height, and the sum of the coordinates of the polygon's first vertex by size, as the receiver sees it.
 #[inline(always)]
 fn height_and_reach<S: Simd>(simd: S, receiver: &Receiver, polygon: &Polygon, power: f64) -> (f64, f64) {
-    let (Vec3 { x, y, z }, power) = (polygon.precise_normal(), f64x4::splat(simd, power));
-    let n = DoubleDoubles { hi: row(simd, [x.hi, y.hi, z.hi]), lo: row(simd, [x.lo, y.lo, z.lo]) };
+    let Vec3 { x, y, z } = polygon.precise_normal();
+    let n = DoubleDouble { hi: row(simd, [x.hi, y.hi, z.hi]), lo: row(simd, [x.lo, y.lo, z.lo]) };
     let (vertex, x) = (row(simd, polygon.vertices()[0].to_array()), row(simd, receiver.position().to_array()));
-    let r = DoubleDoubles::difference(vertex, x, power);
-    let product = n.times(simd, r);
+    let r = DoubleDouble::difference(vertex, x).scaled(power);
+    let product = n * r;
     let term = |i: usize| DoubleDouble { hi: product.hi[i], lo: product.lo[i] };
     let reach = r.hi.abs();
     (-(term(0) + term(1) + term(2)).hi, reach[0] + reach[1] + reach[2])

@@ -1,9 +1,9 @@
 //! What an arc weighs in the gradient of a constant emitter's radiosity.
 
-use crate::boundary::arc::{Arc, Generator, sine_series};
+use crate::boundary::arc::{Arc, Generator};
 use crate::boundary::line::Line;
-use crate::scalar::number::Number;
 use crate::scalar::real::Real;
+use crate::scalar::series::sine::psi;
 use crate::scalar::vec3::Vec3;
 
 impl<T: Real> Arc<T> {
@@ -59,49 +59,6 @@ impl<T: Real> Arc<T> {
         let m = self.moments(&frame);
         (m.cc * n1.dot(frame.toward) + m.cs * n1.dot(frame.along)) * line.nearness()
     }
-}
-
-/// `(g - sin g)/4(1 - cos g)`, up to a quarter turn.
-///
-/// On doubles by [`PSI`]; else for small g by the series p of `6 (g - sin g)/g^3`, `sin g = g (1 - g^2 p/6)` and
-/// `1 - cos g = sin^2 g/(1 + cos g)`.
-#[inline]
-fn psi<T: Real>(angle: T, sin: T, cos: T, one_and_cos: T) -> T {
-    if T::Number::IS_DOUBLE {
-        let z = angle * angle;
-        return angle * (T::exact(PSI[0]) + z * higher(z)).widened(T::Number::roundoff() * 0.06);
-    }
-    if angle.value().abs() > 1.0 {
-        return (angle - sin) / ((T::exact(1.0) - cos) * T::exact(4.0));
-    }
-    let square = angle * angle;
-    let series = sine_series(square);
-    let sine_over_angle = T::exact(1.0) - square * series / T::exact(6.0);
-    angle * series * one_and_cos / (sine_over_angle * sine_over_angle * T::exact(24.0))
-}
-
-/// Coefficients of `psi(g)/g` in powers of `g^2` up to `(pi/2)^2`, of least largest relative error by Remez's algorithm: 2^-54
-/// with rounded coefficients, most of it the rounding of 1/12.
-pub(crate) const PSI: [f64; 10] = [
-    0.083_333_333_333_333_33,
-    0.002_777_777_777_777_888_5,
-    9.920_634_920_487_068e-5,
-    3.306_878_314_529_27e-6,
-    1.043_837_648_752_227_8e-7,
-    3.170_544_222_560_070_5e-9,
-    9.365_030_454_239_462e-11,
-    2.727_115_302_175_878e-12,
-    7.214_105_562_980_108e-14,
-    3.093_407_690_573_923_5e-15,
-];
-
-/// The polynomial of [`PSI`] without its first term, over `z`, by Estrin's scheme.
-#[inline]
-fn higher<T: Real>(z: T) -> T {
-    let [_, c1, c2, c3, c4, c5, c6, c7, c8, c9] = PSI.map(T::exact);
-    let z2 = z * z;
-    let z4 = z2 * z2;
-    ((c1 + c2 * z) + (c3 + c4 * z) * z2) + (((c5 + c6 * z) + (c7 + c8 * z) * z2) + c9 * z4) * z4
 }
 
 #[cfg(test)]

@@ -11,12 +11,14 @@ use crate::forms::edge_lanes::{EdgeLanes, SureCase, Weights, height_over_plane, 
 use crate::forms::irradiance_and_gradient::IrradianceAndGradient;
 use crate::forms::linear::{LinearSum, SeenLinear};
 use crate::forms::linear_bound::{Errors, LinearBound};
-use crate::lanes::functions::{logarithm, pair, x1_end};
 use crate::lanes::instruction_set::{INSTRUCTION_SET, on_instruction_set};
 use crate::lanes::vectors::{all, number_plus_first, plus_first};
 use crate::problem::emission::Emitter;
 use crate::problem::receiver::Receiver;
-use crate::scalar::series::sine::DOUBLE_SERIES;
+use crate::scalar::arc_tangent::is_in_range;
+use crate::scalar::arithmetic::Doubles;
+use crate::scalar::logarithm::of_normal;
+use crate::scalar::series::sine::half_angle_minus_sine;
 use crate::scalar::vec3::Vec3;
 
 /// The sums and the power of two that normalised lengths, where double precision is sure of all decisions.
@@ -195,12 +197,12 @@ impl<S: Simd> Ends<S> {
     #[inline(always)]
     fn new(simd: S, arcs: &EdgeLanes<S>, height: f64x4<S>, closed: bool) -> Self {
         let (start, half, square) = (arcs.start_square, f64x4::splat(simd, 0.5), height * height);
-        let first = logarithm(simd, start / square) * half;
+        let first = of_normal(start / square) * half;
         if closed {
             return Self { square: [start, next(start)], logarithm: [first, next(first)] };
         }
         let end = arcs.end.norm_squared();
-        Self { square: [start, end], logarithm: [first, logarithm(simd, end / square) * half] }
+        Self { square: [start, end], logarithm: [first, of_normal(end / square) * half] }
     }
 }
 
@@ -237,7 +239,7 @@ fn x1_terms<S: Simd>(
     let beyond = square.simd_gt(d * distance);
     let above = beyond.select(square * reaches * f64x8::splat(simd, 4.0), one);
     let below = beyond.select((d * d + square) * (distance * distance + square), one);
-    let ([term, phi, psi], plain) = x1_end(simd, s.abs(), [d, distance], both(simd, ends.logarithm), beyond);
+    let ([term, phi, psi], plain) = x1_end(s.abs(), [d, distance], both(simd, ends.logarithm), beyond);
     if !plain.all_true() {
         return None;
     }
@@ -245,7 +247,7 @@ fn x1_terms<S: Simd>(
     let (start, end) = simd.split_f64x8(back.select(-term, term));
     let ((start_above, end_above), (start_below, end_below)) =
         (simd.split_f64x8(back.select(below, above)), simd.split_f64x8(back.select(above, below)));
-    let quotient = logarithm(simd, (end_above * start_below) / (end_below * start_above));
+    let quotient = of_normal((end_above * start_below) / (end_below * start_above));
     let term = (end - start) + quotient * f64x4::splat(simd, PI * 0.25);
     let term = signed.simd_lt(zero).select(-term, term);
     let term = signed.simd_eq(zero).select(zero, term);
@@ -284,7 +286,7 @@ fn weights_in_frame<S: Simd>(
     let (sin, cos) = (arcs.across * q1 * q2, arcs.inline * q1 * q2);
     let (c1, c2) = (arcs.start.dot(toward) * q1, arcs.end.dot(toward) * q2);
     let (s1, s2) = (arcs.start.dot(along) * q1, arcs.end.dot(along) * q2);
-    let (wide, thin) = ((arcs.angle + sin) * half, half_angle_minus_sine(simd, arcs.angle, sin));
+    let (wide, thin) = ((arcs.angle + sin) * half, half_angle_minus_sine(arcs.angle, sin));
     let near = cos.simd_ge(zero);
     let (c, s) = (near.select(c1 + c2, c2 - c1), near.select(s1 + s2, s2 - s1));
     let (on, off, cross) = (near.select(wide, thin), near.select(thin, wide), near.select(sin, -sin));
@@ -297,17 +299,16 @@ fn weights_in_frame<S: Simd>(
     (seen.beta * (cc * p1 + cs * p2) + distance * (g1 * p1 * cc + mixed * cs + g2 * p2 * ss)) / distance
 }
 
-/// As that of [`crate::boundary::arc`].
+/// The term of an end of a segment of `X1End` in [`crate::forms::linear`], at `s >= 0` from the distances d and S and the
+/// logarithm there, with `beyond` where `s^2 > d S`; its angles phi and psi; and where all is away from the ends of the range.
 #[inline(always)]
-fn half_angle_minus_sine<S: Simd>(simd: S, angle: f64x4<S>, sin: f64x4<S>) -> f64x4<S> {
-    let z = angle * angle;
-    let z2 = z * z;
-    let [c0, c1, c2, c3, c4, c5, c6, c7] = DOUBLE_SERIES;
-    let rest = (pair(simd, [c1, c2], z) + pair(simd, [c3, c4], z) * z2)
-        + (pair(simd, [c5, c6], z) + f64x4::splat(simd, c7) * z2) * (z2 * z2);
-    let small = angle * z * (f64x4::splat(simd, c0) + z * rest);
-    let wide = angle.simd_gt(f64x4::splat(simd, 1.0));
-    wide.select((angle - sin) * f64x4::splat(simd, 0.5), small)
+fn x1_end<T: Doubles>(s: T, [d, distance]: [T; 2], logarithm: T, beyond: T::Mask) -> ([T; 3], T::Mask) {
+    let (phi, psi) = (s.atan2_right(d), s.atan2_right(distance));
+    let sum = phi + psi;
+    let whole = phi * logarithm + (phi.clausen_rest() * s.like(2.0) - (phi - psi).clausen_rest());
+    let last = T::choose(beyond, s.like(PI) - sum, sum).clausen_rest();
+    let term = whole + T::choose(beyond, last - s.like(PI * 0.5), -last);
+    ([term, phi, psi], is_in_range(s, d) & is_in_range(s, distance))
 }
 
 #[cfg(test)]
