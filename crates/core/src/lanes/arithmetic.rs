@@ -28,6 +28,10 @@ macro_rules! arithmetic_on_lanes {
                 $wrap(SimdBase::splat(self$(.$field)?.token(), constant))
             }
             #[inline(always)]
+            fn like_pi(self) -> Self {
+                self.like(std::f64::consts::PI)
+            }
+            #[inline(always)]
             fn exceeds(self, other: Self) -> Self::Mask {
                 $wrap_mask(self$(.$field)?.simd_gt(other$(.$field)?))
             }
@@ -125,12 +129,7 @@ mod tests {
     #[inline(always)]
     fn all<S: Simd>(simd: S, [y, x, t]: [f64; 3]) -> [f64; 4] {
         let splat = |value: f64| f64x4::splat(simd, value);
-        [
-            splat(y).atan2(splat(x))[0],
-            splat(y).atan2_right(splat(x.abs()))[1],
-            splat(y).ln()[2],
-            splat(t).clausen_rest()[3],
-        ]
+        [splat(y).atan2(splat(x))[0], splat(y).atan2_right(splat(x.abs()))[1], splat(y).ln()[2], splat(t).clausen_rest()[3]]
     }
 
     #[test]
@@ -144,12 +143,8 @@ mod tests {
             let y = x * ratio;
             let x = if i % 3 == 0 { -x } else { x };
             let t = [random.random_range(-PI..PI) * 0.5, 0.5 * PI - small, small][i % 3];
-            let scalars = [
-                arc_tangent::atan2(y, x),
-                arc_tangent::atan2(y, x.abs()),
-                crate::scalar::logarithm::ln(y),
-                dilogarithm::clausen_rest(t),
-            ];
+            let scalars =
+                [arc_tangent::atan2(y, x), arc_tangent::atan2(y, x.abs()), logarithm::ln(y), dilogarithm::clausen_rest(t)];
             for level in instruction_sets() {
                 assert_eq!(on_instruction_set!(level, simd => all(simd, [y, x, t])), scalars, "{y:e} {x:e} {t:e}");
             }

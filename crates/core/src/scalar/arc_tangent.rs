@@ -71,8 +71,8 @@ pub(crate) fn is_in_range<T: Doubles>(y: T, x: T) -> T::Mask {
 #[inline(always)]
 pub(crate) fn angle<T: Doubles, const LEFT: bool>(y: T, x: T) -> T {
     let run = x.abs();
-    let (small, large) = (y.min(run), y.max(run));
     let (steep, left) = (y.exceeds(run), x.like(0.0).exceeds(x));
+    let (small, large) = (T::choose(steep, run, y), T::choose(steep, y, run));
     let nearest = [small.exceeds(x.like(0.25) * large), small.exceeds(x.like(0.75) * large)];
     let octant = (steep, LEFT.then_some(left));
     let c = x.entry(&[[0.0, 0.5, 1.0]; 4], (steep, None), nearest);

@@ -19,6 +19,9 @@ pub(crate) trait Arithmetic:
     /// A constant, as many times as there are numbers here.
     fn like(self, constant: f64) -> Self;
 
+    /// pi, likewise.
+    fn like_pi(self) -> Self;
+
     /// Where this is larger, by what is known of the two.
     fn exceeds(self, other: Self) -> Self::Mask;
 

@@ -102,6 +102,11 @@ impl<N: Number> Arithmetic for Ball<N> {
     }
 
     #[inline]
+    fn like_pi(self) -> Self {
+        Self::pi()
+    }
+
+    #[inline]
     fn exceeds(self, other: Self) -> bool {
         self.value() > other.value()
     }

@@ -122,6 +122,11 @@ impl Arithmetic for f64 {
     }
 
     #[inline(always)]
+    fn like_pi(self) -> Self {
+        std::f64::consts::PI
+    }
+
+    #[inline(always)]
     fn exceeds(self, other: Self) -> bool {
         self > other
     }

@@ -2,6 +2,7 @@
 
 use crate::boundary::arc::{Arc, Generator};
 use crate::boundary::line::Line;
+use crate::scalar::arithmetic::Arithmetic;
 use crate::scalar::real::Real;
 use crate::scalar::series::sine::psi;
 use crate::scalar::vec3::Vec3;
@@ -16,7 +17,7 @@ impl<T: Real> Arc<T> {
     #[inline]
     pub(crate) fn weight(&self, line: &Line<T>, n1: Vec3<T>) -> T {
         if !self.is_within_a_quarter_turn() {
-            return self.weight_in_frame(line, n1);
+            return self.weight_past_a_quarter_turn(line, n1);
         }
         let ends = [&self.start, &self.end];
         let near = if let Generator::Emitter(_) = self.generator {
@@ -28,33 +29,41 @@ impl<T: Real> Arc<T> {
         self.within_a_quarter_turn(near, ends.map(|end| n1.dot(end.point) * end.inverse))
     }
 
-    /// `p.(M n1)` of an arc up to a quarter turn for a vector p of its plane, from what it and n1 are along the directions of the
-    /// ends.
-    #[inline]
-    pub(crate) fn within_a_quarter_turn(&self, [q1, q2]: [T; 2], [c1, c2]: [T; 2]) -> T {
-        let product = self.start.inverse * self.end.inverse;
-        let (sin, cos) = (self.across * product, self.inline * product);
-        let one_and_cos = T::exact(1.0) + cos;
-        let chi = (self.angle + sin) / (one_and_cos * T::exact(4.0));
-        chi * (q1 + q2) * (c1 + c2) + psi(self.angle, sin, cos, one_and_cos) * (q2 - q1) * (c2 - c1)
-    }
-
     /// Whether the angle is at most a right one.
     #[inline]
     pub(crate) fn is_within_a_quarter_turn(&self) -> bool {
         self.inline.value() >= 0.0
     }
 
+    #[cold]
+    fn weight_past_a_quarter_turn(&self, line: &Line<T>, n1: Vec3<T>) -> T {
+        self.weight_in_frame(line, n1)
+    }
+}
+
+impl<T: Arithmetic> Arc<T> {
+    /// `p.(M n1)` of an arc up to a quarter turn for a vector p of its plane, from what it and n1 are along the directions of the
+    /// ends.
+    #[inline(always)]
+    pub(crate) fn within_a_quarter_turn(&self, [q1, q2]: [T; 2], [c1, c2]: [T; 2]) -> T {
+        let product = self.start.inverse * self.end.inverse;
+        let (sin, cos) = (self.across * product, self.inline * product);
+        let one_and_cos = cos.like(1.0) + cos;
+        let chi = (self.angle + sin) / (one_and_cos * cos.like(4.0));
+        chi * (q1 + q2) * (c1 + c2) + psi(self.angle, sin, cos, one_and_cos) * (q2 - q1) * (c2 - c1)
+    }
+
     /// `|g + sin g|` and `1/(1 + cos g)`.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn angle_and_sine(&self) -> (T, T) {
         let product = self.start.inverse * self.end.inverse;
         let cos = self.inline * product;
-        ((self.angle + self.across * product).abs(), T::exact(1.0) / (T::exact(1.0) + cos))
+        ((self.angle + self.across * product).abs(), cos.like(1.0) / (cos.like(1.0) + cos))
     }
 
-    #[cold]
-    fn weight_in_frame(&self, line: &Line<T>, n1: Vec3<T>) -> T {
+    /// The weight on an edge of the emitter, of any angle.
+    #[inline(always)]
+    pub(crate) fn weight_in_frame(&self, line: &Line<T>, n1: Vec3<T>) -> T {
         let frame = line.frame();
         let m = self.moments(&frame);
         (m.cc * n1.dot(frame.toward) + m.cs * n1.dot(frame.along)) * line.nearness()

@@ -9,7 +9,7 @@ use crate::forms::edge_lanes::EdgeLanes;
 use crate::lanes::vectors::{all, chosen, plus_first};
 use crate::problem::polygon::FourEdges;
 use crate::problem::receiver::{Receiver, unit_normal};
-use crate::scalar::arc_tangent;
+use crate::scalar::arc_tangent::is_in_range;
 use crate::scalar::double_double::DoubleDouble;
 use crate::scalar::number::ROUNDOFF;
 use crate::scalar::vec3::Vec3;
@@ -33,8 +33,7 @@ impl<S: Simd> Cut<S> {
     /// vertices.
     #[inline(always)]
     pub(crate) fn new(simd: S, receiver: &Receiver, edges: &FourEdges, count: usize, power: f64) -> Option<Self> {
-        let lanes = f64x4::splat(simd, power);
-        let mut four = EdgeLanes::new::<true>(simd, edges, all(simd, receiver.position()), lanes)?;
+        let mut four = EdgeLanes::new::<true>(simd, edges, all(simd, receiver.position()), f64x4::splat(simd, power), false)?;
         let before = heights(simd, receiver, edges.starts(simd), power);
         let after = heights(simd, receiver, edges.ends(simd), power);
         if !before.abs().min(after.abs()).simd_ge(f64x4::splat(simd, LOWEST)).all_true() {
@@ -50,17 +49,13 @@ impl<S: Simd> Cut<S> {
         }
         let change = before - after;
         let fraction = exits.select(before / change, entries.select(after / -change, one));
-        let along = four.e * fraction;
-        let (from_start, from_end) = (four.start + along, four.end - along);
-        four.start = chosen(entries, from_end, four.start);
-        four.end = chosen(exits, from_start, four.end);
-        four.start_square = four.start.norm_squared();
-        four.across = fraction * four.moment;
-        four.inline = four.start.dot(four.end);
-        four.angle = arc_tangent::angle::<_, true>(four.across, four.inline);
-        let plain = arc_tangent::is_in_range(four.across, four.inline);
+        let (Arc { start, end, .. }, along) = (&four.arc, four.line.e * fraction);
+        let start = Sighted::at(chosen(entries, end.point - along, start.point));
+        let end = Sighted::at(chosen(exits, four.arc.start.point + along, end.point));
+        four.arc = Arc::of_edge(start, end, fraction, four.line);
+        let plain = is_in_range(four.arc.across, four.arc.inline);
         let horizon = Generator::Horizon(-unit_normal::<f64>(receiver));
-        let (exit, entry) = (Sighted::at(lane(four.end, exit)), Sighted::at(lane(four.start, entry)));
+        let (exit, entry) = (Sighted::at(lane(end.point, exit)), Sighted::at(lane(start.point, entry)));
         plain.all_true().then(|| Self { four, visible: starts | ends, closing: Arc::between(exit, entry, horizon) })
     }
 
