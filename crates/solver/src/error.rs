@@ -84,34 +84,6 @@ pub enum Error {
         /// Index of the face, from 0.
         face: usize,
     },
-    /// A curved patch, or a point of one, is none.
-    #[error("{what}: {rule}")]
-    Patch {
-        /// What it was to be.
-        what: &'static str,
-        /// What was found and what is allowed.
-        rule: String,
-    },
-    /// A reflectance or an emission of a curved patch is out of range.
-    #[error("{quantity} of patch {patch} is {value} at {point}: it must be from 0 to {largest}, for a reflectance below 1")]
-    Value {
-        /// Index of the patch, from 0.
-        patch: usize,
-        /// `reflectance` or `emission`.
-        quantity: &'static str,
-        /// The value.
-        value: f64,
-        /// Where.
-        point: DVec3,
-        /// The largest value that was stated.
-        largest: f64,
-    },
-    /// A Bezier patch may be between others.
-    #[error("Bezier patch {patch} may hide a part of the scene: it must be concave to its lit side with all others on that side")]
-    Hides {
-        /// Index of the patch, from 0.
-        patch: usize,
-    },
     /// A point is on no face.
     #[error("no face at {position} faces along {normal}: the point must be within {reach:e} of one")]
     NoFace {

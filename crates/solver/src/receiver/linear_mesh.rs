@@ -15,11 +15,11 @@ use std::collections::{BTreeSet, HashMap};
 use radgrad_core::{DVec3, Polygon};
 use radgrad_scene::triangulate;
 
-use super::Refinement;
 use super::criteria::{Departure, departure};
 use super::lighting::{Lighting, Sample};
 use super::maximum::brightest;
-use crate::Error;
+use crate::error::Error;
+use crate::receiver::refinement::Refinement;
 
 /// What an edge may be off, as a part of what a triangle may.
 const EDGE_PART: f64 = 0.75;
@@ -121,7 +121,7 @@ pub fn refine_linear(receiver: &Polygon, light: &Lighting<'_>, refinement: &Refi
 /// Vertices of an edge, the smaller index first.
 type Ends = [usize; 2];
 
-struct Edge {
+struct MeshEdge {
     departure: Departure,
     triangles: Vec<usize>,
 }
@@ -131,7 +131,7 @@ struct Building<'a> {
     light: Lighting<'a>,
     longest: f64,
     size: f64,
-    edges: HashMap<Ends, Edge>,
+    edges: HashMap<Ends, MeshEdge>,
     /// Edges by what they are off: bits of positive numbers are in their order.
     queue: BTreeSet<(u64, Ends)>,
     /// Edges of the outline.
@@ -180,7 +180,7 @@ impl<'a> Building<'a> {
                     departure([samples[p].value, samples[q].value], slopes)
                 };
                 queue.insert((departure.largest.to_bits(), [p, q]));
-                Edge { departure, triangles: Vec::with_capacity(2) }
+                MeshEdge { departure, triangles: Vec::with_capacity(2) }
             });
             edge.triangles.push(triangle);
         }

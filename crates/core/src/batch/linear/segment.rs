@@ -1,22 +1,22 @@
 //! A segment's part of `X1 = int dA/r^2`, on lanes.
 //!
 //! d is the signed in-plane distance of the receiver's foot from the segment's line, S that of the receiver, s the coordinate
-//! along; `phi = atan2(s, |d|)`, `psi = atan2(s, S)` and `lambda = asinh(|d|/h) = ln (S + |d|)/h`. From [`crate::linear`], before
-//! the logarithms are taken out, the segment adds `sgn(d) [f(s') - f(s)]`,
+//! along; `phi = atan2(s, |d|)`, `psi = atan2(s, S)` and `lambda = asinh(|d|/h) = ln (S + |d|)/h`. From [`crate::forms::linear`],
+//! before the logarithms are taken out, the segment adds `sgn(d) [f(s') - f(s)]`,
 //!
 //! `f = lambda psi - 1/4 [2 Cl2(2 phi) - Cl2(2 phi - 2 psi) - Cl2(2 phi + 2 psi)]`.
 //!
 //! All lengths along and beside come times the length |e| of any vector along the line, so that no root is taken of it.
 //!
 //! Clausen's function is `Cl2(t) = t [1 - ln t + t^2 P(t^2)]` on all of [0, pi], with P through Chebyshev's twelve points:
-//! 2^-53.1 off at most. Absolutely: near pi the bracket cancels. So it errs by `3.15 (1 + 4.6) u` there from the logarithm's 3u and
-//! the roundings of the bracket, and by less elsewhere: [`CLAUSEN`] in all.
+//! 2^-53.1 off at most. Absolutely: near pi the bracket cancels. So it errs by `3.15 (1 + 4.6) u` there from the logarithm's 3u
+//! and the roundings of the bracket, and by less elsewhere: [`CLAUSEN`] in all.
 
 use fearless_simd::Simd;
 
-use super::Wide;
-use crate::batch::arc_tangent::angles;
-use crate::batch::lanes::{constant, polynomials};
+use crate::batch::linear::Wide;
+use crate::lanes::angle::angles;
+use crate::lanes::lane::{constant, polynomials};
 
 /// Largest absolute error of Clausen's function for its argument, in roundoffs.
 pub(super) const CLAUSEN: f64 = 25.0;
@@ -106,10 +106,10 @@ mod tests {
     use rand::{RngExt, SeedableRng, rngs::ChaCha8Rng};
 
     use super::*;
-    use crate::batch::lanes::Lanes;
-    use crate::dilogarithm::clausen_rest;
-    use crate::double_double::DoubleDouble;
-    use crate::number::ROUNDOFF;
+    use crate::lanes::lane::Lanes;
+    use crate::scalar::dilogarithm::clausen_rest;
+    use crate::scalar::double_double::DoubleDouble;
+    use crate::scalar::number::ROUNDOFF;
 
     #[inline(always)]
     fn run<S: Simd>(simd: S, t: &[f64], out: &mut [f64]) {
