@@ -115,12 +115,10 @@ mod tests {
         let text = b"\xef\xbb\xbf{\"position\":[0,0,0],\"normal\":[0,0,1]}\r\n\xff\xfe\n \r\n{\"id\":\"b\",\"position\":[0,0,0],\"norml\":[0,0,1]}\n\
             {\"position\":[0,0,1],\"normal\":[0,0,1],\"comment\":\"c\"}";
         let Points(lines) = Points::parse(text);
-        assert_eq!(lines.iter().map(|(line, point)| (*line, point.is_ok())).collect::<Vec<_>>(), [
-            (1, true),
-            (2, false),
-            (4, false),
-            (5, true)
-        ]);
+        assert_eq!(
+            lines.iter().map(|(line, point)| (*line, point.is_ok())).collect::<Vec<_>>(),
+            [(1, true), (2, false), (4, false), (5, true)]
+        );
         let refusal = lines[2].1.as_ref().unwrap_err();
         assert_eq!(refusal.id, Some(Id::from("b")));
         assert!(refusal.error.contains("no field `norml`: did you mean `normal`?"), "{}", refusal.error);

@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 
 use clap::{Args, ValueEnum};
 use indicatif::{ProgressBar, ProgressStyle};
-use radgrad_scene::{Materials, Scene};
+use radgrad_scene::{Materials, Scene, largest};
 use radgrad_solver::{Linking, MAX_DEGREE, Marking, Options, Order, Solution, solve_from};
 
 use crate::export::Format;
@@ -139,9 +139,13 @@ pub(crate) enum Failure {
     Format { file: PathBuf },
     #[error("{}: cannot read: {source}", file.display())]
     Read { file: PathBuf, source: io::Error },
-    #[error("{place}material `{material}` reflects all light in channel `{channel}`: no bound exists, so give it less, or cap it \
-             with --max-reflectance 0.95")]
+    #[error(
+        "{place}material `{material}` reflects all light in channel `{channel}`: no bound exists, so give it less, or cap it \
+             with --max-reflectance 0.95"
+    )]
     White { place: String, material: String, channel: String },
+    #[error("the scene is {size:e} across, no extent that a scene may have: from 1e-60 to 1e60, so change the unit of length")]
+    Extent { size: f64 },
     #[error("{} and {} are one file", first.display(), second.display())]
     SameFile { first: PathBuf, second: PathBuf },
     #[error(transparent)]
@@ -166,9 +170,10 @@ pub(crate) fn run(request: &Request, mut output: impl Write) -> Result<bool, Fai
     request.view.check(&request.scene)?;
     [&request.out, &request.answers, &request.resume].into_iter().flatten().try_for_each(|file| output::check(file))?;
     request.check_names()?;
-    let points = request.points.as_deref().map(|file| {
-        Points::read(file, request.scene.budget).map_err(|source| Failure::Read { file: file.to_owned(), source })
-    });
+    let points = request
+        .points
+        .as_deref()
+        .map(|file| Points::read(file, request.scene.budget).map_err(|source| Failure::Read { file: file.to_owned(), source }));
     let points = points.transpose()?;
     let mut scene = request.scene.read(Materials::Required)?;
     if let Some(most) = request.max_reflectance {
@@ -176,6 +181,7 @@ pub(crate) fn run(request: &Request, mut output: impl Write) -> Result<bool, Fai
         scene.cap_reflectance(most);
         scene.notes().iter().skip(read).for_each(say);
     }
+    check_place(&scene)?;
     lamps::report(&scene);
 
     let solution = solved(request, &scene, start, out).map_err(|failure| named(failure, &scene))?;
@@ -248,6 +254,25 @@ fn solved(request: &Request, scene: &Scene, start: Instant, out: Option<(&Path, 
         Some(failure) => Err(failure),
         None => Ok(solution?),
     }
+}
+
+/// Refuses a scene so small or so large that products of its lengths leave the range of a double, and tells of one far from the
+/// origin, whose coordinates are rounded.
+fn check_place(scene: &Scene) -> Result<(), Failure> {
+    const FAR: f64 = 1e6;
+    let Some((low, high)) = scene.bounds() else { return Ok(()) };
+    let size = (high - low).max_element();
+    if !(1e-60..=1e60).contains(&size) {
+        return Err(Failure::Extent { size });
+    }
+    let distance = largest(low.abs().max_element(), high.abs().max_element());
+    if distance > FAR * size {
+        let times = distance / size;
+        say(format_args!(
+            "the scene is {times:.1e} times its size away from the origin, where coordinates are coarse: move it there"
+        ));
+    }
+    Ok(())
 }
 
 /// Whether every mean is a number, with a bound that is one.

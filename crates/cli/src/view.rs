@@ -139,9 +139,7 @@ impl View {
         let channels = solution.channels().len();
         let middle = 2.0 * solution.mean().iter().sum::<f64>() / channels as f64;
         let exposure = format!("sRGB of B/(B + {middle:e}), twice the mean radiosity");
-        let colour = |pixel: &Pixel, c: usize| {
-            srgb(shade(pixel.radiosity[if channels < 3 { 0 } else { c }], middle))
-        };
+        let colour = |pixel: &Pixel, c: usize| srgb(shade(pixel.radiosity[if channels < 3 { 0 } else { c }], middle));
         let data: Vec<u8> = pixels.iter().flat_map(|pixel| [0, 1, 2].map(|c| colour(pixel, c))).collect();
         write_whole(file, |out| {
             let side = |length: usize| u32::try_from(length).map_err(|_| io::Error::other("more pixels a side than a PNG has"));

@@ -48,12 +48,7 @@ impl Reading {
 
 impl Default for Reading {
     fn default() -> Self {
-        Self {
-            degenerate: Degenerate::default(),
-            budget: Self::BUDGET,
-            allow_outside: false,
-            materials: Materials::default(),
-        }
+        Self { degenerate: Degenerate::default(), budget: Self::BUDGET, allow_outside: false, materials: Materials::default() }
     }
 }
 
@@ -151,7 +146,8 @@ pub(crate) fn read_regular(path: &Path, budget: &Budget) -> io::Result<Vec<u8>> 
     refuse_special(&metadata)?;
     let left = budget.left();
     let too_large = |bytes: u64| {
-        let rule = format!("it has {} or more, and of the budget {} are left: give more with --budget", Bytes(bytes), Bytes(left));
+        let rule =
+            format!("it has {} or more, and of the budget {} are left: give more with --budget", Bytes(bytes), Bytes(left));
         io::Error::new(io::ErrorKind::FileTooLarge, rule)
     };
     if metadata.len() > left {

@@ -118,7 +118,8 @@ impl<L: Send + Sync + 'static, R: Send + Sync + 'static> Pool<L, R> {
         let (batches, received) = channel::<Arc<Batch<L, R>>>();
         self.ids += 1;
         let (id, occupied) = (self.ids, Occupied::default());
-        let (answer, refuse, finished, given_up) = (self.answer, self.refuse, self.finished.0.clone(), Arc::clone(&self.given_up));
+        let (answer, refuse, finished, given_up) =
+            (self.answer, self.refuse, self.finished.0.clone(), Arc::clone(&self.given_up));
         let at = Arc::clone(&occupied);
         thread::spawn(move || {
             for batch in received {

@@ -76,11 +76,7 @@ pub(super) fn contents<'a>(
 }
 
 /// What a URI stands for: the data in it, or a file.
-pub(super) fn of_uri(
-    uri: &str,
-    budget: &Budget,
-    read: &mut impl FnMut(&Path) -> io::Result<Vec<u8>>,
-) -> Result<Vec<u8>, Error> {
+pub(super) fn of_uri(uri: &str, budget: &Budget, read: &mut impl FnMut(&Path) -> io::Result<Vec<u8>>) -> Result<Vec<u8>, Error> {
     match uri.strip_prefix("data:").map(|data| data.split_once(";base64,")) {
         Some(Some((_, data))) => {
             budget.take_many("data in URIs", data.len(), 1)?;

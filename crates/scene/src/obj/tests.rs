@@ -304,7 +304,10 @@ fn a_texture_that_cannot_be_used_is_noted_and_a_broken_one_is_refused() {
         textured(&text, &format!("newmtl m\nKd 0.5 0.5 0.5\n{map}\n"))
     };
     let note = with("map_Kd photo.jpg").unwrap().notes()[0].to_string();
-    assert_eq!(note, "a.mtl:3: texture `map_Kd` is not used, `photo.jpg` is of no known format and would have to be a PNG: `Kd` holds all over the face");
+    assert_eq!(
+        note,
+        "a.mtl:3: texture `map_Kd` is not used, `photo.jpg` is of no known format and would have to be a PNG: `Kd` holds all over the face"
+    );
     assert!(with("map_Kd broken.png").unwrap_err().to_string().starts_with("a.mtl:3: texture `broken.png`: no PNG: "));
     assert_eq!(
         with("map_Kd -s 2").unwrap_err().to_string(),

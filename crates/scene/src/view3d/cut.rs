@@ -7,8 +7,8 @@
 use radgrad_core::{DVec3, Polygon};
 use robust::{Coord, orient2d};
 
-use crate::{Error, largest};
 use crate::projection::Projection;
+use crate::{Error, largest};
 
 /// Vertices may be off the base's plane by this fraction of its size, as in `radgrad_core::Polygon`.
 const PLANARITY: f64 = 4e-12;
