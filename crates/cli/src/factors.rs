@@ -5,10 +5,10 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use radgrad_scene::view3d::{MatrixHeader, write_matrix};
-use radgrad_scene::{FactorMatrix, FactorSettings, FormFactors, Quantity, Scene};
+use radgrad_scene::{Error, FactorMatrix, FactorSettings, FormFactors, Materials, Quantity, Scene, largest};
 use serde_json::json;
 
-use crate::output::{Unwritten, extension, write_whole};
+use crate::output::{self, Unwritten, extension, write_whole};
 use crate::scene::{SceneFile, progress};
 
 /// What `radgrad factors` is asked for.
@@ -26,22 +26,29 @@ pub(crate) struct Arguments {
     /// (where many shadows fall about as its inverse square), up to --cells and --face-points; what is reached is reported.
     #[arg(long, default_value_t = FactorSettings::default().tolerance)]
     tolerance: f64,
-    /// Pairs of cells that the bracket of one factor past occluders may take.
-    #[arg(long, default_value_t = FactorSettings::default().most_cells)]
+    /// Pairs of cells that the bracket of one factor past occluders may take, at most 1000000000.
+    #[arg(long, default_value_t = FactorSettings::default().most_cells, value_parser = count)]
     cells: usize,
     /// Points along each side of a cell of a face, 1 to 16; below 3 no cell is divided.
     #[arg(long, default_value_t = FactorSettings::default().points_per_side)]
     points: usize,
-    /// Points that a face may have in all.
-    #[arg(long, default_value_t = FactorSettings::default().most_points_a_face)]
+    /// Points that a face may have in all, at most 1000000000.
+    #[arg(long, default_value_t = FactorSettings::default().most_points_a_face, value_parser = count)]
     face_points: usize,
+}
+
+/// A count that may be multiplied without exceeding an integer.
+fn count(text: &str) -> Result<usize, String> {
+    const MOST: usize = 1_000_000_000;
+    let value = text.parse::<usize>().map_err(|error| error.to_string())?;
+    if value <= MOST { Ok(value) } else { Err(format!("{value} is above {MOST}")) }
 }
 
 /// Why there are no factors.
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum Failure {
     #[error(transparent)]
-    Scene(#[from] radgrad_scene::Error),
+    Scene(#[from] Error),
     #[error(transparent)]
     Unwritten(#[from] Unwritten),
     #[error("`{}`: the matrix is written to a name ending in .csv, .txt or .out", .0.display())]
@@ -65,7 +72,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     if !(0.0..=1.0).contains(&arguments.tolerance) {
         return Err(Failure::Share { option: "tolerance", value: arguments.tolerance });
     }
-    let scene = arguments.scene.read()?;
+    out.iter().try_for_each(|(file, _)| output::check(file))?;
+    let scene = arguments.scene.read(Materials::Optional)?;
     let settings = FactorSettings {
         tolerance: arguments.tolerance,
         most_cells: arguments.cells,
@@ -77,6 +85,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let bar = progress(2 * scene.faces().len());
     let matrix = factors.matrix(&settings, || bar.inc(1))?;
     bar.finish_and_clear();
+    finite(&matrix)?;
     let seconds = started.elapsed().as_secs_f64();
     match out {
         Some((file, Format::Csv)) => write_whole(file, |out| write_csv(out, &scene, &matrix))?,
@@ -90,6 +99,16 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         report(&scene, &matrix, settings.tolerance, seconds)
     };
     writeln!(stdout, "{text}").map_err(Failure::Summary)
+}
+
+/// Whether every factor is a number, with a bound that is one.
+fn finite(matrix: &FactorMatrix) -> Result<(), Error> {
+    let of_entry = matrix.entries().find(|(_, entry)| !(entry.factor.is_finite() && entry.error.is_finite()));
+    if let Some((from, entry)) = of_entry {
+        let value = if entry.factor.is_finite() { entry.error } else { entry.factor };
+        return Err(Error::NotFinite { what: format!("the factor from face {from} to face {} or its bound", entry.face), value });
+    }
+    Ok(())
 }
 
 fn format_of(file: &Path) -> Result<Format, Failure> {
@@ -140,7 +159,7 @@ fn over(matrix: &FactorMatrix, tolerance: f64) -> usize {
 }
 
 fn free_sight(matrix: &FactorMatrix) -> f64 {
-    matrix.entries().filter(|(_, entry)| entry.occluders == 0).map(|(_, entry)| entry.error).fold(0.0, f64::max)
+    matrix.entries().filter(|(_, entry)| entry.occluders == 0).map(|(_, entry)| entry.error).fold(0.0, largest)
 }
 
 /// A line a factor, faces numbered from 0 in the order of the file.
@@ -164,7 +183,7 @@ fn write_csv(out: impl Write, scene: &Scene, matrix: &FactorMatrix) -> Result<()
 }
 
 /// One minus the mean reflectance stands for the emittance, as in a scene of one channel it is.
-fn write_view3d(out: impl Write, scene: &Scene, matrix: &FactorMatrix) -> Result<(), radgrad_scene::Error> {
+fn write_view3d(out: impl Write, scene: &Scene, matrix: &FactorMatrix) -> Result<(), Error> {
     let by_surface = matrix.by_surface(scene);
     let emittance = |&surface: &usize| {
         let first = scene.surfaces()[surface].faces().first();

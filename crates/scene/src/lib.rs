@@ -9,28 +9,33 @@
 
 pub mod case;
 mod error;
+mod extremes;
 mod factors;
 pub mod gltf;
+mod host;
 pub mod obj;
 mod occluders;
 mod place;
 mod projection;
+mod reading;
 mod scene;
 mod texture;
 pub mod view3d;
 mod words;
 
-use std::path::Path;
-
 pub use error::Error;
+pub use extremes::{largest, smallest};
 pub use factors::{Entry, Factor, FactorMatrix, FactorSettings, FieldCell, FormFactors, SurfaceMatrix, gauss_legendre};
+pub use host::check_host;
 pub use occluders::{Beam, Found, Occluders};
 pub use place::{Place, Position};
+pub use reading::{Materials, Reading, read_file};
 pub use scene::split::triangles as triangulate;
 pub use scene::{Degenerate, Face, Material, Note, Scene, Surface};
 pub use texture::{Chart, Piece, Quantity, Texture, Wrap};
+pub use words::printable;
 
-/// The content of a file.
-fn open(file: &Path) -> Result<Vec<u8>, Error> {
-    std::fs::read(file).map_err(|error| Error::Unreadable { file: file.to_owned(), reason: error.to_string() })
+/// The content of a scene's own file.
+fn open(file: &std::path::Path, budget: &reading::Budget) -> Result<Vec<u8>, Error> {
+    reading::read_regular(file, budget).map_err(|error| Error::Unreadable { file: file.to_owned(), reason: error.to_string() })
 }
