@@ -1,7 +1,7 @@
 //! The program `radgrad`.
 //!
-//! Exit status: 0 if all was answered, 1 if lines of `eval` were refused or `solve` stopped above the error asked for, 2 if the
-//! input cannot be read, the output cannot be written or the arguments are wrong.
+//! Exit status: 0 if all was answered, 1 if lines of `eval` were refused, or `solve` or `factors` did not reach what was asked for,
+//! 2 if the input cannot be read, the output cannot be written or the arguments are wrong.
 
 mod eval;
 mod export;
@@ -55,7 +55,10 @@ enum Command {
 fn main() -> ExitCode {
     match Arguments::parse().command {
         Command::Eval { file } => answer(&file),
-        Command::Factors(arguments) => status(factors::run(&arguments)),
+        Command::Factors(arguments) => match factors::run(&arguments) {
+            Ok(met) => ExitCode::from(u8::from(!met)),
+            Err(failure) => refused(failure),
+        },
         Command::Field(arguments) => status(field::run(&arguments)),
         Command::Solve(request) => match solve::run(&request, io::stdout().lock()) {
             Ok(complete) => ExitCode::from(u8::from(!complete)),

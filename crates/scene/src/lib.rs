@@ -1,8 +1,8 @@
 //! What `radgrad` reads and writes, and what may hide what.
 //!
 //! - [`case`]: single cases as JSON Lines.
-//! - [`Scene`]: named surfaces with materials, read from OBJ and MTL ([`obj`]), glTF 2.0 ([`gltf`]) and `View3D` files
-//!   ([`view3d`], which also writes matrices of form factors).
+//! - [`Scene`]: named surfaces with materials, read from OBJ and MTL ([`obj`]), glTF 2.0 ([`gltf`]), `View3D` files
+//!   ([`view3d`], which also writes matrices of form factors), and meshes without materials from STL ([`stl`]) and PLY ([`ply`]).
 //! - [`Occluders`]: an index of a scene's polygons that finds those that may hide a part of an emitter from a receiver.
 //!
 //! Everything read here passes through the types of `radgrad-core`, so a [`case::Problem`] or a [`Face`] that exists is valid.
@@ -14,8 +14,10 @@ pub mod gltf;
 pub mod obj;
 mod occluders;
 mod place;
+pub mod ply;
 mod projection;
 mod scene;
+pub mod stl;
 mod texture;
 pub mod view3d;
 mod words;
@@ -23,7 +25,9 @@ mod words;
 use std::path::Path;
 
 pub use error::Error;
-pub use factors::{Entry, Factor, FactorMatrix, FactorSettings, FieldCell, FormFactors, SurfaceMatrix, gauss_legendre};
+pub use factors::{
+    Entry, Factor, FactorMatrix, FactorSettings, FieldCell, FormFactors, Repaired, SurfaceFactor, SurfaceMatrix, gauss_legendre,
+};
 pub use occluders::{Beam, Found, Occluders};
 pub use place::{Place, Position};
 pub use scene::split::triangles as triangulate;

@@ -146,7 +146,7 @@ impl Scene {
     }
 
     /// Reads a scene: `.obj` with its `.mtl` ([`crate::obj`]), `.gltf` or `.glb` ([`crate::gltf`]), `.vs3` of `View3D`
-    /// ([`crate::view3d`]).
+    /// ([`crate::view3d`]), `.stl` ([`crate::stl`]) and `.ply` ([`crate::ply`]).
     ///
     /// ```
     /// use radgrad_scene::{Degenerate, Scene};
@@ -171,6 +171,8 @@ impl Scene {
             Some("obj") => crate::obj::read(file, degenerate),
             Some("gltf" | "glb") => crate::gltf::read(file, degenerate),
             Some("vs3") => crate::view3d::read(file, degenerate),
+            Some("stl") => crate::stl::read(file, degenerate),
+            Some("ply") => crate::ply::read(file, degenerate),
             _ => Err(Error::Format { file: file.to_owned() }),
         }
     }
