@@ -104,11 +104,11 @@ fn factors_are_the_exact_ones_in_their_brackets_both_ways() {
         scene(&[&floor, &[up(0.0, 0.0), up(0.0, 1.0), up(1.0, 1.0), up(1.0, 0.0)]])
     };
     let facing = |gap: f64| scene(&[&level(UNIT, UNIT, 0.0, true), &level(UNIT, UNIT, gap, false)]);
-    // Howell C-11, and C-16 by cubature to these digits; the centred screen by theory of its arcs, at 12 digits.
+    // Howell C-11 and C-14; C-16, and the centred screen by integrals of closed forms, to the digits given.
     let cases = [
         (facing(1.0), FACING, 1e-13),
-        (facing(2.0), 0.068_589_7, 1e-6),
-        (facing(0.001), 0.998_01, 1e-5),
+        (facing(2.0), 0.068_589_588_818_552_6, 1e-13),
+        (facing(0.001), 0.998_005_631_907_58, 1e-11),
         (wedge(90.0), 0.200_043_776_075_403_3, 1e-13),
         (wedge(30.0), 0.619_03, 1e-5),
         (behind_a_screen([0.25, 0.75], [0.25, 0.75]), 0.099_506_294_6, 1e-5),

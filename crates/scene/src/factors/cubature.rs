@@ -3,8 +3,7 @@
 //!
 //! A product Gauss rule on the smaller cell of a pair is compared with one of fewer points, and the piece that differs most is
 //! halved across the direction in which what is seen bends most, until the sum of differences is small enough or the points are
-//! spent. Each point's share is known in closed form, occlusion included. Near an edge that two faces share what a point sees is no
-//! polynomial, and what is hidden from it is: of `seen` and `exchange - hidden` the one is taken whose two rules agree better.
+//! spent. Each point's share is known in closed form, occlusion included.
 //!
 //! [`Rule::PRECISE`] is for many digits. What a point sees of a polygon past others is analytic in its place but where an edge of one
 //! of them is seen through a corner of another (P. S. Heckbert 1992, A. J. Stewart and S. Ghali 1994: the events of an edge and a
@@ -18,7 +17,7 @@ use radgrad_core::{DVec3, Emission, Emitter, Polygon, Receiver};
 
 use super::bracket::Mixed;
 use super::rule::{Patch, nodes_of, patches};
-use super::{FormFactors, Sighting};
+use super::{FormFactors, Sighting, larger};
 use crate::Error;
 
 /// Points a side of two product rules, and whether cells are cut along events first.
@@ -182,7 +181,7 @@ impl FormFactors<'_> {
 /// The one or two parts of a convex outline beside a plane.
 fn cut(outline: &[DVec3], origin: DVec3, normal: DVec3) -> Vec<Vec<DVec3>> {
     let heights: Vec<f64> = outline.iter().map(|&p| normal.dot(p - origin)).collect();
-    let size = outline.iter().map(|&p| (p - outline[0]).length()).fold(0.0, f64::max);
+    let size = outline.iter().map(|&p| (p - outline[0]).length()).fold(0.0, larger);
     // A cut this near a corner or an edge leaves a cell that no rule would miss.
     let near = 1e-9 * size;
     if heights.iter().all(|&h| h >= -near) || heights.iter().all(|&h| h <= near) {

@@ -39,9 +39,8 @@ impl FactorMatrix {
     /// If some row cannot sum to 1 within its brackets, with the row: the scene is not closed there, or faces overlap. If rows are
     /// missing. Nothing is changed then.
     pub fn repair(&mut self) -> Result<Repaired, Error> {
-        if self.faces().len() < self.pairs.iter().flat_map(|pair| pair.faces).max().map_or(0, |face| face as usize) + 1
-            && self.pairs.iter().flat_map(|pair| pair.faces).any(|face| self.faces().binary_search(&(face as usize)).is_err())
-        {
+        let has_row = |face: u32| self.faces().binary_search(&(face as usize)).is_ok();
+        if !self.pairs.iter().flat_map(|pair| pair.faces).all(has_row) {
             return Err(Error::expected("all rows of a matrix that is to be repaired", "a block of them"));
         }
         let worst = self.unclosed().map(|face| (face, self.sum(face))).max_by(|a, b| {

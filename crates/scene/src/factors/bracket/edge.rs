@@ -88,8 +88,10 @@ fn kernel([a, b]: [&Cell; 2], planes: [&Plane; 2]) -> Option<[f64; 2]> {
     }
     let near = nearest * nearest;
     let least = larger(rise[0], 0.0) * larger(fall[0], 0.0) / (std::f64::consts::PI * farthest * farthest);
-    let most = smaller(rise[1] * fall[1] / near, 1.0) / (std::f64::consts::PI * near);
-    Some([least * (1.0 - ROUNDING), most * (1.0 + ROUNDING)])
+    let largest = 1.0 / (std::f64::consts::PI * near);
+    let most = smaller(rise[1] * fall[1] / near, 1.0) * largest;
+    // Heights over the planes err by roundings of distances, however low they are.
+    Some([larger(least - ROUNDING * largest, 0.0), most + ROUNDING * largest])
 }
 
 /// Bounds on the share of all pairs whose segment passes outside the edge.
