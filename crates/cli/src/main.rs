@@ -76,7 +76,10 @@ fn main() -> ExitCode {
     }
     match arguments.command {
         Command::Eval { file, seconds } => answer(&file, seconds),
-        Command::Factors(arguments) => status(factors::run(&arguments)),
+        Command::Factors(arguments) => match factors::run(&arguments) {
+            Ok(met) => ExitCode::from(u8::from(!met)),
+            Err(failure) => refused(failure),
+        },
         Command::Field(arguments) => status(field::run(&arguments)),
         Command::Solve(request) => match solve::run(&request, io::stdout().lock()) {
             Ok(complete) => ExitCode::from(u8::from(!complete)),

@@ -14,7 +14,7 @@ const MOST_NOTES: usize = 20;
 /// Which scene to read, and how.
 #[derive(Debug, clap::Args)]
 pub(crate) struct SceneFile {
-    /// Scene: .obj with its .mtl, .gltf, .glb or .vs3.
+    /// Scene: .obj with its .mtl, .gltf, .glb, .vs3, .stl or .ply.
     #[arg(id = "scene", value_name = "SCENE")]
     pub(crate) path: PathBuf,
     /// Leave out faces that are no polygon with an area instead of refusing the file.

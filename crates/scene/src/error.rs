@@ -58,7 +58,7 @@ pub enum Error {
         reason: String,
     },
     /// The name of a file does not say what is in it.
-    #[error("`{}` is no scene that is read here: expected a name ending in .obj, .gltf, .glb or .vs3", printable(&file.to_string_lossy()))]
+    #[error("`{}` is no scene that is read here: expected a name ending in .obj, .gltf, .glb, .vs3, .stl or .ply", printable(&file.to_string_lossy()))]
     Format {
         /// The file.
         file: PathBuf,

@@ -146,8 +146,8 @@ impl Scene {
         Ok(Self { title: None, enclosure: None, channels, materials, surfaces, faces, notes })
     }
 
-    /// Reads a scene, as a [`Reading`] says or a [`Degenerate`] alone: `.obj` with its `.mtl` ([`crate::obj`]), `.gltf` or `.glb` ([`crate::gltf`]), `.vs3` of `View3D`
-    /// ([`crate::view3d`]).
+    /// Reads a scene, as a [`Reading`] says or a [`Degenerate`] alone: `.obj` with its `.mtl` ([`crate::obj`]), `.gltf` or `.glb`
+    /// ([`crate::gltf`]), `.vs3` of `View3D` ([`crate::view3d`]), `.stl` ([`crate::stl`]) and `.ply` ([`crate::ply`]).
     ///
     /// ```
     /// use radgrad_scene::{Degenerate, Scene};
@@ -172,6 +172,8 @@ impl Scene {
             Some("obj") => crate::obj::read(file, reading),
             Some("gltf" | "glb") => crate::gltf::read(file, reading),
             Some("vs3") => crate::view3d::read(file, reading),
+            Some("stl") => crate::stl::read(file, reading),
+            Some("ply") => crate::ply::read(file, reading),
             _ => Err(Error::Format { file: file.to_owned() }),
         }
     }
