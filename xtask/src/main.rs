@@ -9,6 +9,7 @@ mod plot;
 mod radiosity;
 mod replay;
 mod report;
+mod scenes;
 mod summary;
 mod verify;
 

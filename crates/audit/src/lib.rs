@@ -11,6 +11,8 @@
 //! [`comparison`] and [`stability`] hold other ways of computing the same against ours: [`contender`]s, the paper's form and
 //! `single_precision` among them, family by family and over planes of two parameters.
 //!
+//! [`scenes`] holds whole scenes to truth, every bound of `solve`, `factors` and `field`.
+//!
 //! Two checks of the checks: [`mutants`] plants slips that the measurement must see, [`agreement`] lets the oracles contradict
 //! each other.
 
@@ -30,6 +32,7 @@ pub mod mutants;
 pub mod regression;
 pub mod run;
 pub mod sampler;
+pub mod scenes;
 pub mod seen;
 pub mod shard;
 pub mod shrink;
