@@ -4,4 +4,5 @@ mod enclosure;
 mod forms_agree;
 mod monte_carlo;
 mod occluded;
+mod scene;
 mod silent_failures;
