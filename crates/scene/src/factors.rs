@@ -32,7 +32,7 @@ pub use rule::gauss_legendre;
 
 use self::screen::{Screen, Sight};
 use crate::projection::normalising_power;
-use crate::{Beam, Error, Occluders, Scene};
+use crate::{Beam, Error, Occluders, Placement, Prepared, Scene, Warning};
 
 /// How factors are found.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -96,6 +96,9 @@ impl Default for FactorSettings {
 #[derive(Debug, Clone)]
 pub struct FormFactors<'a> {
     scene: &'a Scene,
+    /// How its faces were moved and scaled; all that follows is in those coordinates.
+    placement: Placement,
+    warnings: Vec<Warning>,
     emitters: Vec<Emitter>,
     index: Occluders,
     /// What hides, face by face, with coordinates multiplied by `power`.
@@ -109,15 +112,16 @@ impl<'a> FormFactors<'a> {
     /// Builds the index of what may hide what.
     ///
     /// # Errors
-    /// If a face cannot emit, which no face of a scene is known to do.
+    /// If the scene is refused as in [`Prepared::of`].
     pub fn new(scene: &'a Scene) -> Result<Self, Error> {
         let emitter = |polygon: &Polygon| Emitter::new(polygon.clone(), Emission::Constant(1.0)).map_err(Error::Emitter);
-        let emitters = scene.polygons().map(emitter).collect::<Result<_, _>>()?;
-        let coordinates = scene.polygons().flat_map(Polygon::vertices).map(|v| v.abs().max_element());
+        let Prepared { scene: ready, placement, index, warnings } = Prepared::of(scene)?;
+        let emitters = ready.polygons().map(emitter).collect::<Result<_, _>>()?;
+        let coordinates = ready.polygons().flat_map(Polygon::vertices).map(|v| v.abs().max_element());
         let power = normalising_power(coordinates.fold(0.0, f64::max));
-        let screens = scene.polygons().map(|polygon| Screen::all_of(polygon, power)).collect();
-        let outlines = scene.polygons().map(|polygon| polygon.vertices().iter().map(|&v| v * power).collect()).collect();
-        Ok(Self { scene, emitters, index: Occluders::new(scene.polygons()), screens, outlines, power })
+        let screens = ready.polygons().map(|polygon| Screen::all_of(polygon, power)).collect();
+        let outlines = ready.polygons().map(|polygon| polygon.vertices().iter().map(|&v| v * power).collect()).collect();
+        Ok(Self { scene, placement, warnings, emitters, index, screens, outlines, power })
     }
 
     /// The scene.
@@ -126,7 +130,18 @@ impl<'a> FormFactors<'a> {
         self.scene
     }
 
-    /// The index of its polygons.
+    /// What is probably not meant in it; whether it has lamps is of no concern to factors.
+    pub fn warnings(&self) -> impl Iterator<Item = &Warning> {
+        self.warnings.iter().filter(|warning| **warning != Warning::Dark)
+    }
+
+    /// How it was moved and scaled.
+    #[must_use]
+    pub const fn placement(&self) -> &Placement {
+        &self.placement
+    }
+
+    /// The index of its polygons, in those coordinates.
     #[must_use]
     pub const fn index(&self) -> &Occluders {
         &self.index
@@ -139,6 +154,8 @@ impl<'a> FormFactors<'a> {
     /// If there is no such face, the tolerance is not finite or negative, or the factor underflows.
     pub fn at_point(&self, receiver: &Receiver, on: Option<usize>, to: usize, tolerance: f64) -> Result<Value, Error> {
         let emitter = self.emitter(to)?;
+        let position = self.placement.inward(receiver.position());
+        let receiver = &Receiver::new(position, receiver.direction(), receiver.reflectance()).map_err(Error::Receiver)?;
         let beam = match on {
             Some(face) => Beam::from_point_of(self.emitter(face)?.polygon(), receiver.position(), emitter.polygon()),
             None => Beam::from_receiver(receiver, emitter.polygon()),

@@ -9,6 +9,7 @@
 
 pub mod case;
 mod error;
+mod extremes;
 mod factors;
 pub mod gltf;
 pub mod obj;
@@ -18,17 +19,20 @@ mod projection;
 mod scene;
 mod texture;
 pub mod view3d;
+mod warning;
 mod words;
 
 use std::path::Path;
 
 pub use error::Error;
+pub use extremes::{largest, smallest};
 pub use factors::{Entry, Factor, FactorMatrix, FactorSettings, FieldCell, FormFactors, SurfaceMatrix, gauss_legendre};
 pub use occluders::{Beam, Found, Occluders};
 pub use place::{Place, Position};
 pub use scene::split::triangles as triangulate;
-pub use scene::{Degenerate, Face, Material, Note, Scene, Surface};
+pub use scene::{Degenerate, Face, Material, Note, Placement, Prepared, Scene, Surface};
 pub use texture::{Chart, Piece, Quantity, Texture, Wrap};
+pub use warning::Warning;
 
 /// The content of a file.
 fn open(file: &Path) -> Result<Vec<u8>, Error> {

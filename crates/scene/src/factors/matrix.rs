@@ -6,7 +6,7 @@ use super::bracket::Bracket;
 use super::pair::Pair;
 use super::rule::MOST_NODES;
 use super::{FactorSettings, FormFactors};
-use crate::{Error, Scene};
+use crate::{Error, Scene, largest};
 
 /// Pairs of cells that every bracket may take; those that it leaves too wide may take more.
 const A_LOOK: usize = 32;
@@ -57,7 +57,7 @@ impl FormFactors<'_> {
             return Err(Error::expected(format!("1 to {} points per side", MOST_NODES), found));
         }
         let scene = self.scene();
-        let areas: Vec<f64> = scene.polygons().map(radgrad_core::Polygon::area).collect();
+        let areas: Vec<f64> = (0..scene.faces().len()).map(|face| self.polygon(face).area()).collect();
         let exchanges = |face: &usize| scene.surfaces()[scene.faces()[*face].surface()].exchanges();
         let faces: Vec<usize> = (0..areas.len()).filter(exchanges).collect();
         // Each pair once, with the lower face; a look at each first.
@@ -92,7 +92,11 @@ impl FormFactors<'_> {
                 row
             })
             .collect::<Result<_, _>>()?;
-        Ok(FactorMatrix { areas, faces, rows })
+        let matrix = FactorMatrix { areas, faces, rows };
+        match matrix.covered() {
+            Some((face, sum)) => Err(Error::Covered { face: scene.name_of(face), sum }),
+            None => Ok(matrix),
+        }
     }
 
     /// Narrows the brackets that are too wide, with more and more cells, and by what rows leave: no face sees more than all around.
@@ -140,7 +144,14 @@ impl FormFactors<'_> {
 }
 
 impl FactorMatrix {
-    /// Area of each face of the scene.
+    /// A face that sees more than everything, whatever the errors of its factors are, and how much: faces before it overlap.
+    fn covered(&self) -> Option<(usize, f64)> {
+        let least = |row: &[Entry]| row.iter().map(|entry| largest(entry.factor - entry.error, 0.0)).sum::<f64>();
+        // What rounding leaves of faces that overlap by no more than it.
+        self.faces.iter().map(|&face| (face, least(self.row(face)))).find(|(_, sum)| *sum > 1.0 + 1e-9)
+    }
+
+    /// Area of each face of the scene, in the unit of length of [`FormFactors::placement`]: an ordinary scene's own.
     #[must_use]
     pub fn areas(&self) -> &[f64] {
         &self.areas
@@ -202,9 +213,11 @@ impl FactorMatrix {
         let areas: Vec<f64> = surfaces.iter().map(|&surface| scene.area_of(surface)).collect();
         let mut rows = vec![vec![0.0; surfaces.len()]; surfaces.len()];
         let surface_of = |face: usize| place[scene.faces()[face].surface()];
+        let mut wholes = vec![0.0; surfaces.len()];
+        self.faces.iter().for_each(|&face| wholes[surface_of(face)] += self.areas[face]);
         for (from, entry) in self.entries() {
             let (row, column) = (surface_of(from), surface_of(entry.face));
-            rows[row][column] += self.areas[from] / areas[row] * entry.factor;
+            rows[row][column] += self.areas[from] / wholes[row] * entry.factor;
         }
         SurfaceMatrix { surfaces, areas, rows }
     }
