@@ -74,6 +74,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         ..FactorSettings::default()
     };
     let factors = FormFactors::new(&scene)?;
+    for warning in factors.warnings() {
+        eprintln!("radgrad: {warning}");
+    }
     let bar = progress(2 * scene.faces().len());
     let matrix = factors.matrix(&settings, || bar.inc(1))?;
     bar.finish_and_clear();
@@ -85,7 +88,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     }
     let mut stdout = std::io::stdout().lock();
     let text = if arguments.summary {
-        summary(&matrix, settings.tolerance, seconds)
+        summary(&factors, &matrix, settings.tolerance, seconds)
     } else {
         report(&scene, &matrix, settings.tolerance, seconds)
     };
@@ -100,7 +103,7 @@ fn format_of(file: &Path) -> Result<Format, Failure> {
     }
 }
 
-fn summary(matrix: &FactorMatrix, tolerance: f64, seconds: f64) -> String {
+fn summary(factors: &FormFactors<'_>, matrix: &FactorMatrix, tolerance: f64, seconds: f64) -> String {
     json!({
         "faces": matrix.faces().len(),
         "factors": matrix.entries().count(),
@@ -111,6 +114,7 @@ fn summary(matrix: &FactorMatrix, tolerance: f64, seconds: f64) -> String {
         "worst_reciprocity": matrix.worst_reciprocity(),
         "worst_bound": matrix.worst_bound(),
         "worst_bound_in_free_sight": free_sight(matrix),
+        "warnings": factors.warnings().map(ToString::to_string).collect::<Vec<String>>(),
     })
     .to_string()
 }

@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 use clap::{Args, ValueEnum};
 use indicatif::{ProgressBar, ProgressStyle};
 use radgrad_scene::Scene;
-use radgrad_solver::{Linking, MAX_DEGREE, Marking, Options, Order, Solution, solve_from};
+use radgrad_solver::{Linking, MAX_DEGREE, Marking, Options, Order, RelativeTo, Solution, solve_from};
 
 use crate::export::Format;
 use crate::output::{Unwritten, write_whole};
@@ -23,9 +23,12 @@ use crate::view::{self, View};
 pub(crate) struct Request {
     #[command(flatten)]
     scene: SceneFile,
-    /// Bound on the mean error over the mean radiosity, at most: a percentage or a fraction.
+    /// Bound on the mean error over the mean radiosity that is reflected, at most: a percentage or a fraction.
     #[arg(long, default_value = "0.5%", value_parser = fraction)]
     error: f64,
+    /// What that is relative to: the mean radiosity without what faces emit themselves, or with it.
+    #[arg(long, value_enum, default_value_t)]
+    relative_to: Reference,
     /// Degree of the polynomials on elements, 0 to 4 [default: 2]
     #[arg(long, value_parser = degree)]
     degree: Option<usize>,
@@ -63,7 +66,7 @@ pub(crate) struct Request {
     /// Write the answers to --points here rather than to the standard output.
     #[arg(long, value_name = "FILE", requires = "points")]
     answers: Option<PathBuf>,
-    /// Print one JSON object: `seconds`, `elements`, `links`, `bound`, `ledger`.
+    /// Print one JSON object: `seconds`, `elements`, `links`, `bound`, `ledger`, `channels`, `warnings`.
     #[arg(long)]
     summary: bool,
     #[command(flatten)]
@@ -76,6 +79,14 @@ enum Divide {
     #[default]
     Bound,
     Gradient,
+}
+
+/// [`RelativeTo`] on the command line.
+#[derive(Debug, Clone, Copy, Default, ValueEnum)]
+enum Reference {
+    #[default]
+    Reflected,
+    All,
 }
 
 /// [`Order`] on the command line.
@@ -97,6 +108,10 @@ impl Request {
             Gathering::GaussSeidel => Order::GaussSeidel,
             Gathering::Southwell => Order::Southwell,
         };
+        let relative_to = match self.relative_to {
+            Reference::Reflected => RelativeTo::Reflected,
+            Reference::All => RelativeTo::All,
+        };
         let linking = match (self.form_factor, self.area) {
             (Some(form_factor), Some(area)) => Linking::Thresholds { form_factor, area },
             _ => Linking::Error,
@@ -104,7 +119,7 @@ impl Request {
         let (error, degree, most_elements, time) = (self.error, self.degree, self.most_elements, Some(time));
         // Thresholds say by themselves how many elements there are.
         let first_elements = if linking == Linking::Error { Options::default().first_elements } else { 1 };
-        Options { error, degree, most_elements, first_elements, time, marking, linking, order, uniform: false }
+        Options { error, relative_to, degree, most_elements, first_elements, time, marking, linking, order, uniform: false }
     }
 }
 
@@ -148,6 +163,9 @@ pub(crate) fn run(request: &Request, mut output: impl Write) -> Result<bool, Fai
 
     let solution = solved(request, &scene, start, out)?;
     let seconds = start.elapsed().as_secs_f64();
+    for warning in solution.warnings() {
+        eprintln!("radgrad: {warning}");
+    }
     request.view.write(&solution)?;
     let mut refused = 0;
     if let Some(points) = points {
