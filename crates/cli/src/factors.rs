@@ -114,6 +114,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<bool, Failure> {
         ..FactorSettings::default()
     };
     let factors = FormFactors::new(&scene)?;
+    factors.warnings().for_each(say);
     if let (Some(from), Some(to)) = (&arguments.from, &arguments.to) {
         return one(arguments, &factors, [from, to], &settings);
     }
@@ -131,7 +132,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<bool, Failure> {
     }
     let unmet: Vec<(usize, Entry)> = matrix.unmet(&settings).collect();
     let text = if arguments.summary {
-        summary(&scene, &matrix, &settings, repaired, unmet.len(), seconds)
+        summary(&factors, &matrix, &settings, repaired, unmet.len(), seconds)
     } else {
         report(&scene, &matrix, &settings, repaired, unmet.len(), seconds)
     };
@@ -243,7 +244,7 @@ fn sum(factors: &FormFactors<'_>, [from, to]: [usize; 2], settings: &FactorSetti
 }
 
 fn summary(
-    scene: &Scene,
+    factors: &FormFactors<'_>,
     matrix: &FactorMatrix,
     settings: &FactorSettings,
     repaired: Option<Repaired>,
@@ -252,7 +253,7 @@ fn summary(
 ) -> String {
     let mut object = json!({
         "faces": matrix.faces().len(),
-        "surfaces": scene.surfaces().len(),
+        "surfaces": factors.scene().surfaces().len(),
         "factors": matrix.entries().count(),
         "seconds": seconds,
         "tolerance": settings.tolerance,
@@ -263,6 +264,7 @@ fn summary(
         "worst_reciprocity": matrix.worst_reciprocity(),
         "worst_bound": matrix.worst_bound(),
         "worst_bound_in_free_sight": free_sight(matrix),
+        "warnings": factors.warnings().map(ToString::to_string).collect::<Vec<String>>(),
     });
     if let Some(repaired) = repaired {
         object["repaired"] = json!({ "largest": repaired.largest, "mean": repaired.mean, "closure": repaired.closure });

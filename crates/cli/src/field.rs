@@ -74,6 +74,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let on = scene.surface_named(&arguments.on)?;
     let radiosities = radiosities(&scene, arguments)?;
     let factors = FormFactors::new(&scene)?;
+    for warning in factors.warnings() {
+        eprintln!("radgrad: {warning}");
+    }
     let patches = scene.surfaces()[on].faces().len();
     if matches!(format, Format::Png) && patches != 1 {
         return Err(Failure::Picture { file: arguments.out.clone(), patches });

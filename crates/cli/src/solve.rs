@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use clap::{Args, ValueEnum};
 use indicatif::{ProgressBar, ProgressStyle};
 use radgrad_scene::{Materials, Scene, largest};
-use radgrad_solver::{Linking, MAX_DEGREE, Marking, Options, Order, Solution, solve_from};
+use radgrad_solver::{Linking, MAX_DEGREE, Marking, Options, Order, RelativeTo, Solution, solve_from};
 
 use crate::export::Format;
 use crate::lamps;
@@ -27,9 +27,12 @@ pub(crate) struct Request {
     /// Make no reflectance larger than this, in any channel: no bound exists where faces reflect all light, as white ones in glTF do.
     #[arg(long, value_name = "SHARE", value_parser = reflectance)]
     max_reflectance: Option<f64>,
-    /// Bound on the mean error over the mean radiosity, at most: a percentage or a fraction.
+    /// Bound on the mean error over the mean radiosity that is reflected, at most: a percentage or a fraction.
     #[arg(long, default_value = "0.5%", value_parser = fraction)]
     error: f64,
+    /// What that is relative to: the mean radiosity without what faces emit themselves, or with it.
+    #[arg(long, value_enum, default_value_t)]
+    relative_to: Reference,
     /// Degree of the polynomials on elements, 0 to 4 [default: 2]
     #[arg(long, value_parser = degree)]
     degree: Option<usize>,
@@ -67,7 +70,7 @@ pub(crate) struct Request {
     /// Write the answers to --points here rather than to the standard output.
     #[arg(long, value_name = "FILE", requires = "points")]
     answers: Option<PathBuf>,
-    /// Print one JSON object rather than a table, which is printed where nothing else is asked for: `seconds`, `elements`, `links`, `bound`, `ledger`.
+    /// Print one JSON object rather than a table, which is printed where nothing else is asked for: `seconds`, `elements`, `links`, `bound`, `ledger`, `channels`, `warnings`.
     #[arg(long)]
     summary: bool,
     #[command(flatten)]
@@ -80,6 +83,14 @@ enum Divide {
     #[default]
     Bound,
     Gradient,
+}
+
+/// [`RelativeTo`] on the command line.
+#[derive(Debug, Clone, Copy, Default, ValueEnum)]
+enum Reference {
+    #[default]
+    Reflected,
+    All,
 }
 
 /// [`Order`] on the command line.
@@ -101,6 +112,10 @@ impl Request {
             Gathering::GaussSeidel => Order::GaussSeidel,
             Gathering::Southwell => Order::Southwell,
         };
+        let relative_to = match self.relative_to {
+            Reference::Reflected => RelativeTo::Reflected,
+            Reference::All => RelativeTo::All,
+        };
         let linking = match (self.form_factor, self.area) {
             (Some(form_factor), Some(area)) => Linking::Thresholds { form_factor, area },
             _ => Linking::Error,
@@ -108,7 +123,7 @@ impl Request {
         let (error, degree, most_elements, time) = (self.error, self.degree, self.most_elements, Some(time));
         // Thresholds say by themselves how many elements there are.
         let first_elements = if linking == Linking::Error { Options::default().first_elements } else { 1 };
-        Options { error, degree, most_elements, first_elements, time, marking, linking, order, uniform: false }
+        Options { error, relative_to, degree, most_elements, first_elements, time, marking, linking, order, uniform: false }
     }
 }
 
@@ -186,6 +201,7 @@ pub(crate) fn run(request: &Request, mut output: impl Write) -> Result<bool, Fai
 
     let solution = solved(request, &scene, start, out).map_err(|failure| named(failure, &scene))?;
     let seconds = start.elapsed().as_secs_f64();
+    solution.warnings().iter().for_each(say);
     request.view.write(&solution)?;
     let mut refused = 0;
     if let Some(points) = points {

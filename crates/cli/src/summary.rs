@@ -15,7 +15,7 @@ pub(crate) struct Summary {
     rounds: usize,
     elements: usize,
     links: usize,
-    /// Bound on the mean error over the mean radiosity, the largest of the channels.
+    /// Bound on the mean error over the mean radiosity that is reflected, the largest of the channels.
     bound: f64,
     /// What was asked for.
     error: f64,
@@ -23,12 +23,17 @@ pub(crate) struct Summary {
     ledger: BTreeMap<&'static str, f64>,
     /// In the unit of the scene.
     channels: Vec<Channel>,
+    /// What is probably not meant in the scene.
+    warnings: Vec<String>,
 }
 
 #[derive(Debug, Serialize)]
 struct Channel {
     name: String,
+    /// Over all area, with what faces emit.
     mean: f64,
+    /// The part of it that is reflected.
+    reflected: f64,
     bound: f64,
     ledger: BTreeMap<&'static str, f64>,
 }
@@ -37,14 +42,16 @@ impl Summary {
     pub(crate) fn of(solution: &Solution, error: f64, seconds: f64) -> Self {
         let progress = solution.progress();
         let bounds = solution.mean_bound();
-        let channel = |((name, &mean), ledger): ((&String, &f64), &Ledger)| Channel {
+        let means = solution.mean().iter().zip(solution.reflected());
+        let channel = |((name, (&mean, &reflected)), ledger): ((&String, (&f64, &f64)), &Ledger)| Channel {
             name: name.clone(),
             mean,
+            reflected,
             bound: ledger.total(),
             ledger: entries(ledger, 1.0),
         };
-        let channels: Vec<Channel> = solution.channels().iter().zip(solution.mean()).zip(&bounds).map(channel).collect();
-        let lit = bounds.iter().zip(solution.mean()).filter(|(_, mean)| **mean > 0.0);
+        let channels: Vec<Channel> = solution.channels().iter().zip(means).zip(&bounds).map(channel).collect();
+        let lit = bounds.iter().zip(solution.relative_to()).filter(|(_, mean)| **mean > 0.0);
         let worst = lit.max_by(|a, b| (a.0.total() / a.1).total_cmp(&(b.0.total() / b.1)));
         let (ledger, mean) = worst.map_or((Ledger::default(), 1.0), |(ledger, mean)| (*ledger, *mean));
         Self {
@@ -56,6 +63,7 @@ impl Summary {
             error,
             ledger: entries(&ledger, mean),
             channels,
+            warnings: solution.warnings().iter().map(ToString::to_string).collect(),
         }
     }
 }

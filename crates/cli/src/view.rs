@@ -84,7 +84,7 @@ impl View {
         let [width, height] = self.size;
         let pixel = |index: usize| {
             let direction = camera.direction([index % width, index / width], self.size);
-            self.pixel(solution, smooth.as_ref(), camera.eye, direction)
+            self.pixel(solution, smooth.as_ref(), solution.placement().inward(camera.eye), direction)
         };
         let pixels = (0..width * height).into_par_iter().map(pixel).collect::<Result<Vec<Pixel>, _>>()?;
         let mut numbers = pixels.iter().flat_map(|pixel| pixel.radiosity.iter().chain(&pixel.bound));
@@ -98,6 +98,7 @@ impl View {
         Ok(())
     }
 
+    /// What is seen from a point of the solution's own coordinates.
     fn pixel(
         &self,
         solution: &Solution,

@@ -165,6 +165,51 @@ pub enum Error {
         /// The distance allowed.
         allowed: f64,
     },
+    /// Two faces lie in one plane, face the same way and overlap.
+    #[error(
+        "{} and {} overlap in one plane around ({:?}, {:?}, {:?}), on {:.3} % of the smaller: light from there would count twice. \
+         Leave one of them out, cut it out of the other, or move it before the other",
+        faces[0], faces[1], at.x, at.y, at.z, 100.0 * share
+    )]
+    Overlap {
+        /// The faces with their surfaces, and their places where they were read.
+        faces: [String; 2],
+        /// A point of both.
+        at: radgrad_core::DVec3,
+        /// The part of the smaller one that both have.
+        share: f64,
+    },
+    /// What a face sees of all others is more than everything.
+    #[error("{face} sees {sum} of its hemisphere covered, which is more than 1: faces before it overlap, and would count twice")]
+    Covered {
+        /// The face with its surface.
+        face: String,
+        /// The sum of the least that its factors can be.
+        sum: f64,
+    },
+    /// A scene has lengths that no unit brings into the range of doubles.
+    #[error(
+        "{face}: vertex {vertex} at {value:?} loses digits when the scene is scaled by {power:e}, which brings its largest coordinate \
+         to 1: its lengths are of too different sizes"
+    )]
+    Range {
+        /// The face with its surface.
+        face: String,
+        /// Index of the vertex in it, from 0.
+        vertex: usize,
+        /// The vertex.
+        value: radgrad_core::DVec3,
+        /// What lengths are multiplied by.
+        power: f64,
+    },
+    /// A face is no polygon without the rounding that its large coordinates have.
+    #[error("{face} is no polygon when the scene is moved to its centre, where coordinates are not rounded as much: {source}")]
+    Placed {
+        /// The face with its surface.
+        face: String,
+        /// What is wrong with it.
+        source: radgrad_core::Error,
+    },
     /// A list has another length than it must have.
     #[error("{found} {what} were given: expected {expected}")]
     Count {

@@ -34,7 +34,7 @@ pub use rule::gauss_legendre;
 
 use self::screen::{Screen, Sight};
 use crate::projection::normalising_power;
-use crate::{Beam, Error, Occluders, Scene};
+use crate::{Beam, Error, Occluders, Placement, Prepared, Scene, Warning, largest as larger, smallest as smaller};
 
 /// How factors are found.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -91,6 +91,9 @@ impl Default for FactorSettings {
 #[derive(Debug, Clone)]
 pub struct FormFactors<'a> {
     scene: &'a Scene,
+    /// How its faces were moved and scaled; all that follows is in those coordinates.
+    placement: Placement,
+    warnings: Vec<Warning>,
     emitters: Vec<Emitter>,
     index: Occluders,
     /// The faces with coordinates up to 1, multiplied by a power of two: factors do not depend on the unit.
@@ -112,18 +115,19 @@ impl<'a> FormFactors<'a> {
     /// Builds the index of what may hide what.
     ///
     /// # Errors
-    /// If a face is too small beside the scene to be a polygon in its unit.
+    /// If the scene is refused as in [`Prepared::of`], or a face is too small beside it to be a polygon in its unit.
     pub fn new(scene: &'a Scene) -> Result<Self, Error> {
         let emitter = |polygon: &Polygon| Emitter::new(polygon.clone(), Emission::Constant(1.0)).map_err(Error::Emitter);
-        let emitters = scene.polygons().map(emitter).collect::<Result<_, _>>()?;
-        let coordinates = scene.polygons().flat_map(Polygon::vertices).map(|v| v.abs().max_element());
+        let Prepared { scene: ready, placement, index, warnings } = Prepared::of(scene)?;
+        let emitters = ready.polygons().map(emitter).collect::<Result<_, _>>()?;
+        let coordinates = ready.polygons().flat_map(Polygon::vertices).map(|v| v.abs().max_element());
         let power = normalising_power(coordinates.fold(0.0, larger));
         let scale =
             |polygon: &Polygon| Polygon::new(polygon.vertices().iter().map(|&v| v * power).collect()).map_err(Error::Face);
-        let scaled = scene.polygons().map(scale).collect::<Result<Vec<_>, _>>()?;
+        let scaled = ready.polygons().map(scale).collect::<Result<Vec<_>, _>>()?;
         let screens = scaled.iter().map(Screen::all_of).collect();
         let spheres = scaled.iter().map(Sphere::around).collect();
-        Ok(Self { scene, emitters, index: Occluders::new(scene.polygons()), scaled, screens, spheres })
+        Ok(Self { scene, placement, warnings, emitters, index, scaled, screens, spheres })
     }
 
     /// The scene.
@@ -132,7 +136,18 @@ impl<'a> FormFactors<'a> {
         self.scene
     }
 
-    /// The index of its polygons.
+    /// What is probably not meant in it; whether it has lamps is of no concern to factors.
+    pub fn warnings(&self) -> impl Iterator<Item = &Warning> {
+        self.warnings.iter().filter(|warning| **warning != Warning::Dark)
+    }
+
+    /// How it was moved and scaled.
+    #[must_use]
+    pub const fn placement(&self) -> &Placement {
+        &self.placement
+    }
+
+    /// The index of its polygons, in those coordinates.
     #[must_use]
     pub const fn index(&self) -> &Occluders {
         &self.index
@@ -145,6 +160,8 @@ impl<'a> FormFactors<'a> {
     /// If there is no such face, the tolerance is not finite or negative, or the factor underflows.
     pub fn at_point(&self, receiver: &Receiver, on: Option<usize>, to: usize, tolerance: f64) -> Result<Value, Error> {
         let emitter = self.emitter(to)?;
+        let position = self.placement.inward(receiver.position());
+        let receiver = &Receiver::new(position, receiver.direction(), receiver.reflectance()).map_err(Error::Receiver)?;
         let beam = match on {
             Some(face) => Beam::from_point_of(self.emitter(face)?.polygon(), receiver.position(), emitter.polygon()),
             None => Beam::from_receiver(receiver, emitter.polygon()),
@@ -212,16 +229,6 @@ impl Sphere {
         let radius = polygon.vertices().iter().map(|&v| (v - centre).length()).fold(0.0, larger);
         Self { centre, radius }
     }
-}
-
-/// The larger of two; not a number if one is none.
-fn larger(a: f64, b: f64) -> f64 {
-    if a > b || a.is_nan() { a } else { b }
-}
-
-/// The smaller of two; not a number if one is none.
-fn smaller(a: f64, b: f64) -> f64 {
-    if a < b || a.is_nan() { a } else { b }
 }
 
 /// How the points of a face look at another.

@@ -23,6 +23,7 @@ mod scene;
 pub mod stl;
 mod texture;
 pub mod view3d;
+mod warning;
 mod words;
 
 pub use error::Error;
@@ -35,8 +36,9 @@ pub use occluders::{Beam, Found, Occluders};
 pub use place::{Place, Position};
 pub use reading::{Materials, Reading, read_file};
 pub use scene::split::triangles as triangulate;
-pub use scene::{Degenerate, Face, Material, Note, Scene, Surface};
+pub use scene::{Degenerate, Face, Material, Note, Placement, Prepared, Scene, Surface};
 pub use texture::{Chart, Piece, Quantity, Texture, Wrap};
+pub use warning::Warning;
 pub use words::printable;
 
 /// The content of a scene's own file.

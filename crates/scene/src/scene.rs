@@ -11,6 +11,7 @@
 mod intake;
 mod material;
 mod note;
+mod prepared;
 pub(crate) mod split;
 
 use std::f64::consts::PI;
@@ -26,6 +27,7 @@ pub use intake::Degenerate;
 pub(crate) use intake::{Intake, Outline};
 pub use material::Material;
 pub use note::Note;
+pub use prepared::{Placement, Prepared};
 pub(crate) use split::triangles;
 
 /// Named surfaces of polygons with materials.

@@ -59,7 +59,7 @@ pub enum Error {
         count: usize,
     },
     /// The error asked for is not positive.
-    #[error("the error is {value}: it must be above 0 and at most 1, relative to the mean radiosity")]
+    #[error("the error is {value}: it must be above 0 and at most 1, relative to the mean radiosity that is reflected")]
     Tolerance {
         /// The value given.
         value: f64,
@@ -74,6 +74,32 @@ pub enum Error {
     #[error("the threshold of areas is {value}: it must be above 0 and finite, in the square of the unit of length")]
     AreaThreshold {
         /// The value given.
+        value: f64,
+    },
+    /// The scene is refused.
+    #[error(transparent)]
+    Scene(#[from] radgrad_scene::Error),
+    /// What a point sees of all faces is more than everything.
+    #[error(
+        "a point of {face} sees {sum} of its hemisphere covered, which is more than 1: faces overlap, so that light would count twice. \
+         It sees most of {}", faces.join(", ")
+    )]
+    Covered {
+        /// The face with its surface.
+        face: String,
+        /// The sum of the least that the form factors from there can be.
+        sum: f64,
+        /// The faces that it sees most of, with their surfaces.
+        faces: Vec<String>,
+    },
+    /// A number is beyond the range of a double.
+    #[error("the {quantity} in channel {channel} is {value}: it must be finite")]
+    NotFinite {
+        /// What it is.
+        quantity: String,
+        /// The channel.
+        channel: String,
+        /// Its value.
         value: f64,
     },
     /// Light does not lose energy on its way, so that no bound exists.

@@ -13,7 +13,7 @@ pub(crate) mod surfaces;
 pub(crate) mod texture;
 
 use radgrad_core::{DVec3, Polygon};
-use radgrad_scene::{Beam, Occluders, Scene, triangulate};
+use radgrad_scene::{Beam, Occluders, Scene, largest, smallest, triangulate};
 
 use crate::error::Error;
 use crate::mesh::basis::Basis;
@@ -241,10 +241,10 @@ impl Mesh {
             let foot = point - polygon.normal() * height;
             let outside = |e: &usize| {
                 let element = &self.elements[*e];
-                element.excess(element.reference(foot)).max(0.0) * 2.0 * element.radius()
+                largest(element.excess(element.reference(foot)), 0.0) * 2.0 * element.radius()
             };
-            let outside = self.roots_of_face[face].iter().map(outside).fold(f64::INFINITY, f64::min);
-            let off = height.abs().max(outside);
+            let outside = self.roots_of_face[face].iter().map(outside).fold(f64::INFINITY, smallest);
+            let off = largest(height.abs(), outside);
             (off <= reach && polygon.normal().dot(normal) > 0.99).then_some((off, face, foot))
         };
         let faces = self.polygons.iter().enumerate().filter(|(face, _)| self.exchanges[*face]);

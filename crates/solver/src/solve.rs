@@ -3,11 +3,12 @@
 //! Elements that receive gather reflected light, and may be divided into leaves for the sake of direct light alone, which is
 //! cheap ([`crate::links::direct`]). Each round divides leaves until direct light is seen well enough, links the new receivers,
 //! sweeps until the linear system is solved, refines links, and bounds the error. If the bound on its mean over all area is not
-//! within the error asked for, relative to the mean radiosity, the receivers that add most to the bound are divided: those that
-//! together make up a given part of it (W. Dörfler 1996). Asked to go by the gradient it divides instead, leaves and receivers
+//! within the error asked for, relative to the mean radiosity that is reflected, the receivers that add most to the bound are
+//! divided: those that together make up a given part of it (W. Dörfler 1996). Asked to go by the gradient it divides instead, leaves and receivers
 //! alike, what is off most in the mean square ([`crate::solve::marking`]); by thresholds, nothing after the first round
 //! ([`crate::links::linking`]).
 
+mod check;
 mod divide;
 pub(crate) mod gather;
 mod gradient;
@@ -26,7 +27,7 @@ mod tests;
 use std::time::{Duration, Instant};
 
 use radgrad_core::DVec3;
-use radgrad_scene::Scene;
+use radgrad_scene::{Prepared, Quantity, Scene, largest, smallest};
 
 use crate::bound::Bounds;
 use crate::error::Error;
@@ -37,7 +38,7 @@ use crate::links::linking::Linking;
 use crate::mesh::Mesh;
 use crate::mesh::surfaces::Surfaces;
 use crate::solve::options::{Options, Progress};
-use crate::solve::solution::{Solution, ratio};
+use crate::solve::solution::Solution;
 
 /// Degree of the basis if none is given.
 const DEGREE: usize = 2;
@@ -84,7 +85,8 @@ const MOST_GROWTH: f64 = 3.0;
 /// ```
 ///
 /// # Errors
-/// If the error asked for is not in (0, 1], a face cannot be cut into elements, or light is not lost, so that no bound exists.
+/// If the error asked for is not in (0, 1], the scene is refused as in [`Prepared::of`], a face cannot be cut into elements, light is not lost, so that no bound
+/// exists, or a radiosity is beyond the range of a double.
 pub fn solve(scene: &Scene, options: &Options, watch: impl FnMut(&Solution) -> bool) -> Result<Solution, Error> {
     solve_from(scene, options, &[], watch)
 }
@@ -115,7 +117,8 @@ pub fn solve_from(
         return Err(Error::Tolerance { value: options.error });
     }
     options.linking.check()?;
-    let mut mesh = Mesh::new(scene, options.degree.unwrap_or(DEGREE))?;
+    let ready = Prepared::of(scene)?;
+    let mut mesh = Mesh::new(&ready.scene, options.degree.unwrap_or(DEGREE))?;
     for (index, &element) in divisions.iter().enumerate() {
         let count = mesh.elements().len();
         if element >= count {
@@ -123,16 +126,17 @@ pub fn solve_from(
         }
         mesh.divide(element)?;
     }
-    solve_on(scene, options, mesh, watch)
+    solve_on(&ready, &options.inward(&ready.placement), mesh, watch)
 }
 
-/// The same on a mesh of the scene.
+/// The same on a mesh of a scene that is ready, with options in its unit.
 pub(crate) fn solve_on(
-    scene: &Scene,
+    ready: &Prepared,
     options: &Options,
     mut mesh: Mesh,
     mut watch: impl FnMut(&Solution) -> bool,
 ) -> Result<Solution, Error> {
+    let scene = &ready.scene;
     options.linking.divide(&mut mesh, options.most_elements)?;
     while !mesh.roots().is_empty() && mesh.leaves().count() < options.first_elements {
         let leaves: Vec<usize> = mesh.leaves().collect();
@@ -145,6 +149,7 @@ pub(crate) fn solve_on(
     let receivers: Vec<usize> = mesh.leaves().collect();
     let lamps = Lamps::of(&mesh, &surfaces);
     let precision = if may_be_even(&mesh, &lamps) { GLOWING_PART } else { EVALUATION_PART };
+    surfaces.check(&channels)?;
     let mut solution = Solution {
         rules: Rules::new(),
         direct: Vec::new(),
@@ -156,8 +161,13 @@ pub(crate) fn solve_on(
         judged: Vec::new(),
         bounds: Bounds::default(),
         extent: (high - low).max_element(),
-        absolute: (options.error * precision).max(FINEST),
+        absolute: largest(options.error * precision, FINEST),
         mean: vec![0.0; channels.len()],
+        reflected: vec![0.0; channels.len()],
+        emitted: emitted(scene, &mesh, &lamps, &surfaces),
+        relative_to: options.relative_to,
+        placement: ready.placement,
+        warnings: ready.warnings.clone(),
         lamps,
         mesh,
         surfaces,
@@ -169,11 +179,13 @@ pub(crate) fn solve_on(
     loop {
         let began = start.elapsed();
         solution.round(options)?;
+        solution.check(scene)?;
         let go_on = watch(&solution);
         let took = start.elapsed().saturating_sub(began);
         let once = options.linking != Linking::Error;
         let enough = once || solution.progress.bound <= options.error || solution.mesh.elements().len() >= options.most_elements;
         if enough || !go_on || options.time.is_some_and(|time| start.elapsed() + expected(took, before) > time) {
+            solution.finite()?;
             return Ok(solution);
         }
         before = took;
@@ -187,7 +199,7 @@ impl Solution {
         // What a round cannot reach anyway is not paid for, if there may be another one.
         let is_last = self.mesh.elements().len() >= options.most_elements;
         let aim = match options.linking {
-            Linking::Error if !is_last => options.error.max(0.3 * self.progress.bound.min(1.0)),
+            Linking::Error if !is_last => largest(options.error, 0.3 * smallest(self.progress.bound, 1.0)),
             _ => options.error,
         };
         self.light(aim, options)?;
@@ -211,11 +223,23 @@ impl Solution {
         let bounds = Bounds::of(self.bounded(), [self.left_of_direct(), self.left_of_reflected()]);
         self.bounds = bounds.ok_or_else(|| self.lossless())?;
         let links = self.receivers.iter().map(|&receiver| self.links[receiver].len() + self.far[receiver].len()).sum();
-        let bound = self.mean_bound().iter().zip(&self.mean).map(|(w, mean)| ratio(w.total(), *mean)).fold(0.0, f64::max);
+        let bound = self.relative(&self.mean_bound());
         let (round, gathers) = (self.progress.round + 1, self.progress.gathers);
         self.progress = Progress { round, elements: self.mesh.leaves().count(), links, gathers, bound };
         Ok(())
     }
+}
+
+/// Means over all area of what faces emit, in each channel: of lamps kept apart, and of others.
+fn emitted(scene: &Scene, mesh: &Mesh, lamps: &Lamps, surfaces: &Surfaces) -> [Vec<f64>; 2] {
+    [true, false].map(|apart| {
+        let is_meant = |face: usize| apart != (lamps.is_empty() || surfaces.glows_by_texture(face));
+        let of = |face: usize, channel: usize| match is_meant(face) {
+            true => std::f64::consts::PI * scene.mean_over(face, Quantity::Radiance, channel),
+            false => 0.0,
+        };
+        (0..scene.channels().len()).map(|channel| mesh.mean(|root| of(mesh.elements()[root].face(), channel))).collect()
+    })
 }
 
 /// Whether light may be far more even than was asked for: where there are no lamps and no clusters.

@@ -82,6 +82,88 @@ fn the_summary_is_one_object_whose_ledger_adds_up_to_its_bound() {
 }
 
 #[test]
+fn the_summary_says_what_is_reflected_and_what_is_probably_not_meant() {
+    let folder = Folder::new("warnings");
+    let number = |of: &Value, name: &str| of["channels"][0][name].as_f64().unwrap();
+    let summary = lines(&folder.solve(&["--summary"])).remove(0);
+    assert_eq!(summary["warnings"], Value::Array(Vec::new()));
+    assert!((number(&summary, "mean") - number(&summary, "reflected") - 1.0).abs() < 1e-12);
+    let relative = number(&summary, "bound") / number(&summary, "reflected");
+    assert!((relative - summary["bound"].as_f64().unwrap()).abs() <= 1e-12 * relative);
+    let all = lines(&folder.solve(&["--summary", "--relative-to", "all"])).remove(0);
+    let relative = number(&all, "bound") / number(&all, "mean");
+    assert!((relative - all["bound"].as_f64().unwrap()).abs() <= 1e-12 * relative);
+    // Both faces wound the other way, and then none that emits.
+    let squares = folder.read("squares.obj");
+    let turned = squares.replace("f 1 2 3 4", "f 4 3 2 1").replace("f 5 6 7 8", "f 8 7 6 5");
+    for (obj, mtl, said) in [(&turned, WHITE.to_owned(), "turned inside out"), (&squares, WHITE.replace("Ke", "# Ke"), "no lamp")]
+    {
+        std::fs::write(folder.0.join("squares.obj"), obj).unwrap();
+        std::fs::write(folder.0.join("squares.mtl"), mtl).unwrap();
+        let output = folder.solve(&["--summary"]);
+        let warnings = lines(&output)[0]["warnings"].clone();
+        assert!(warnings[0].as_str().unwrap().contains(said) && warnings.as_array().unwrap().len() == 1, "{warnings}");
+        assert!(String::from_utf8_lossy(&output.stderr).contains(said));
+    }
+}
+
+#[test]
+fn what_has_no_answer_is_refused_with_its_faces() {
+    let folder = Folder::new("refused");
+    let refused = |obj: &str, mtl: &str| {
+        std::fs::write(folder.0.join("squares.obj"), obj).unwrap();
+        std::fs::write(folder.0.join("squares.mtl"), mtl).unwrap();
+        let output = folder.solve(&["--summary"]);
+        assert_eq!((output.status.code(), output.stdout.len()), (Some(2), 0));
+        String::from_utf8(output.stderr).unwrap()
+    };
+    let rug = format!("{SQUARES}g rug\nv .2 .2 0\nv .4 .2 0\nv .3 .5 0\nf 9 10 11\n");
+    let said = refused(&rug.replace("f 1 2 3 4", "g floor\nf 1 2 3 4"), WHITE);
+    assert!(
+        said.contains("face 0 of `floor` (squares.obj:8) and face 2 of `rug` (squares.obj:18) overlap in one plane"),
+        "{said}"
+    );
+    let said = refused(SQUARES, &WHITE.replace("Ke 0.3183098861837907", "Ke 6e307"));
+    assert!(said.contains("the radiosity emitted by face 0 in channel r is inf"), "{said}");
+}
+
+#[test]
+fn files_of_a_scene_far_away_have_its_own_coordinates_and_unit() {
+    let folder = Folder::new("far");
+    let numbers = |vtu: &str, name: &str| -> Vec<f64> {
+        let (_, rest) = vtu.split_once(&format!("Name=\"{name}\"")).unwrap();
+        let (_, rest) = rest.split_once('>').unwrap();
+        rest.split_once('<').unwrap().0.split_whitespace().map(|number| number.parse().unwrap()).collect()
+    };
+    let found = |shift: f64, unit: f64| {
+        let moved = |line: &str| match line.strip_prefix("v ") {
+            Some(v) => {
+                let of = |c: &str| format!("{:?}", c.parse::<f64>().unwrap() * unit + shift);
+                format!("v {}\n", v.split(' ').map(of).collect::<Vec<_>>().join(" "))
+            }
+            None => format!("{line}\n"),
+        };
+        std::fs::write(folder.0.join("squares.obj"), SQUARES.lines().map(moved).collect::<String>()).unwrap();
+        let eye = 0.5 * unit + shift;
+        let camera = format!("{eye:?} {eye:?} {:?}, {eye:?} {eye:?} {shift:?}, 0 1 0, 60", 0.9 * unit + shift);
+        let files = ["--out", "out.vtu", "--view", "view.exr", "--size", "1x1", "--camera", &camera];
+        assert_eq!(folder.solve(&files).status.code(), Some(0));
+        let vtu = folder.read("out.vtu");
+        let exr = std::fs::read(folder.0.join("view.exr")).unwrap();
+        (numbers(&vtu, "position"), numbers(&vtu, "gradient r"), exr)
+    };
+    let (positions, gradients, picture) = found(0.0, 1.0);
+    let large = 2f64.powi(500);
+    let (of_large, slight, same) = found(0.0, large);
+    assert!(positions.iter().zip(&of_large).all(|(here, there)| *there == here * large));
+    assert!(gradients.iter().zip(&slight).all(|(here, there)| *there == here / large));
+    assert_eq!(picture, same);
+    let (far, gradients_there, _) = found(1024.0, 1.0);
+    assert!(positions.len() == far.len() && positions.iter().zip(&far).all(|(here, there)| *there == here + 1024.0));
+    assert!(gradients.iter().zip(&gradients_there).all(|(here, there)| (here - there).abs() < 1e-9));
+}
+
+#[test]
 fn files_are_whole_and_have_what_they_say() {
     let folder = Folder::new("files");
     assert_eq!(folder.solve(&["--out", "out.vtu"]).status.code(), Some(0));

@@ -118,9 +118,13 @@ impl FormFactors<'_> {
         let found: Vec<Vec<Pair>> = faces.par_iter().enumerate().map(of_row).collect::<Result<_, _>>()?;
         let mut pairs: Vec<Pair> = found.into_iter().flatten().collect();
         pairs.par_sort_unstable_by_key(|pair| pair.faces);
-        let areas = self.scene().polygons().map(radgrad_core::Polygon::area).collect();
+        let areas = (0..self.emitters.len()).map(|face| self.polygon(face).area()).collect();
         let scaled_areas = self.scaled.iter().map(radgrad_core::Polygon::area).collect();
-        Ok(FactorMatrix::new(areas, scaled_areas, faces.to_vec(), pairs))
+        let matrix = FactorMatrix::new(areas, scaled_areas, faces.to_vec(), pairs);
+        match matrix.covered() {
+            Some((face, sum)) => Err(Error::Covered { face: self.scene().name_of(face), sum }),
+            None => Ok(matrix),
+        }
     }
 }
 
@@ -137,7 +141,14 @@ impl FactorMatrix {
         Self { areas, scaled_areas, faces, pairs, rows }
     }
 
-    /// Area of each face of the scene.
+    /// A face that sees more than everything, whatever the errors of its factors are, and how much: faces before it overlap.
+    fn covered(&self) -> Option<(usize, f64)> {
+        // What rounding leaves of faces that overlap by no more than it.
+        let least = |face: usize| self.row(face).map(|entry| entry.lower).sum::<f64>();
+        self.faces.iter().map(|&face| (face, least(face))).find(|(_, sum)| *sum > 1.0 + 1e-9)
+    }
+
+    /// Area of each face of the scene, in the unit of length of [`FormFactors::placement`]: an ordinary scene's own.
     #[must_use]
     pub fn areas(&self) -> &[f64] {
         &self.areas

@@ -133,6 +133,13 @@ impl HalfSpace {
         sum(self.normal * corner) - self.offset < -(self.error(largest(low.reach, high.reach)) + self.slack)
     }
 
+    /// Whether no point of a box is in front of a surface's plane by more than is level with it nearby.
+    pub(super) fn excludes_box(&self, low: &Located, high: &Located) -> bool {
+        let Exact::Level { largest, .. } = self.exact else { return self.misses_box(low, high) };
+        let corner = DVec3::select(self.normal.cmpgt(DVec3::ZERO), high.q, low.q);
+        sum(self.normal * corner) - self.offset <= self.slack + 8.0 * f64::EPSILON * largest
+    }
+
     /// Whether no point of the convex hull of `points` is inside, where points on the plane are not.
     pub(super) fn excludes(&self, points: impl IntoIterator<Item = Located>) -> bool {
         points.into_iter().all(|point| matches!(self.side(&point), Side::On | Side::Outside))

@@ -6,7 +6,7 @@
 use radgrad_core::{DVec3, Polygon};
 
 use super::Texture;
-use crate::{Error, largest, smallest};
+use crate::{Error, Placement, largest, smallest};
 
 /// How far a vertex' coordinates may be off the affine function, in units of the texture: six decimals of a file.
 const ROUNDED: f64 = 1e-6;
@@ -68,6 +68,12 @@ impl Chart {
     #[must_use]
     pub fn coordinates(&self, point: DVec3) -> [f64; 2] {
         [0, 1].map(|k| self.at_origin[k] + self.gradients[k].dot(point - self.origin))
+    }
+
+    /// The same where the scene was moved and scaled.
+    pub(crate) fn placed(&self, placement: &Placement) -> Self {
+        let gradients = self.gradients.map(|gradient| gradient / placement.power());
+        Self { origin: placement.inward(self.origin), gradients, ..*self }
     }
 
     /// Whether a texture has no more texels on the polygon than can be summed.

@@ -6,6 +6,7 @@
 //! above and below, which links see. Clusters are gathered from as they were before the sweep. G is a contraction with the
 //! reflectance, and the sweeps converge like powers of it. The radiosity is such a b, and so is the bound on its error.
 
+use radgrad_scene::largest;
 use rayon::prelude::*;
 
 use crate::field::Field;
@@ -46,7 +47,7 @@ impl Equation<'_> {
     /// One sweep over all receivers, whose own part of `field` is `own`. Returns the largest change of a coefficient, relative
     /// to `scale` in each channel.
     pub(crate) fn sweep(&self, field: &mut Field, own: &mut [Vec<f64>], scale: &[f64]) -> f64 {
-        let mut largest: f64 = 0.0;
+        let mut greatest: f64 = 0.0;
         field.pool(self.mesh);
         for receivers in self.receivers.chunks(TOGETHER) {
             let change = |&receiver: &usize| self.change(receiver, field, &own[receiver], scale.len());
@@ -55,14 +56,14 @@ impl Equation<'_> {
                 let len = self.mesh.basis(receiver).len();
                 own[receiver].iter_mut().zip(change).for_each(|(own, change)| *own += change);
                 for (channel, (change, scale)) in change.chunks_exact(len).zip(scale).enumerate() {
-                    largest = change.iter().fold(largest, |most, c| most.max(c.abs() / scale));
+                    greatest = change.iter().fold(greatest, |most, c| largest(most, c.abs() / scale));
                     if change.iter().any(|c| *c != 0.0) {
                         field.add(self.mesh, receiver, channel, change);
                     }
                 }
             }
         }
-        largest
+        greatest
     }
 
     /// What a receiver's own part is less than what it gathers now, and from clusters with their powers when these were last

@@ -12,6 +12,7 @@
 
 use crate::field::Field;
 use crate::field::gathering::{Equation, multiply};
+use radgrad_scene::largest;
 
 /// The order in which receivers gather. The solution is the same to what is left unsolved, and the number of gathers is in
 /// [`crate::solve::options::Progress`].
@@ -52,8 +53,8 @@ impl Equation<'_> {
         let gatherers = self.gatherers();
         let size = |receiver: usize, residual: &[f64]| {
             let len = self.mesh.basis(receiver).len();
-            let relative = |(of, scale): (&[f64], &f64)| of.iter().fold(0.0, |most: f64, r| most.max(r.abs())) / scale;
-            residual.chunks_exact(len).zip(scale).map(relative).fold(0.0, f64::max)
+            let relative = |(of, scale): (&[f64], &f64)| of.iter().fold(0.0, |most: f64, r| largest(most, r.abs())) / scale;
+            residual.chunks_exact(len).zip(scale).map(relative).fold(0.0, largest)
         };
         let mut sizes: Vec<f64> = self.receivers.iter().map(|&receiver| size(receiver, &residuals[receiver])).collect();
         let mut places = vec![usize::MAX; own.len()];

@@ -7,6 +7,7 @@
 //! rule at hand does is divided into four.
 
 use radgrad_core::DVec3;
+use radgrad_scene::{largest, smallest};
 
 use crate::links::station::Station;
 use crate::links::visible::VisiblePart;
@@ -70,7 +71,7 @@ impl Cell {
     /// Its four quarters, or two halves of a long parallelogram, whose sides have these squares.
     fn divided(&self, along: f64, across: f64) -> [Option<Self>; 4] {
         let [u, v] = self.sides;
-        if self.shape == Shape::Parallelogram && along.max(across) > 4.0 * along.min(across) {
+        if self.shape == Shape::Parallelogram && largest(along, across) > 4.0 * smallest(along, across) {
             let halved = |side: [f64; 2]| side.map(|c| 0.5 * c);
             let sides = if along > across { [halved(u), v] } else { [u, halved(v)] };
             let other = self.at(if along > across { [0.5, 0.0] } else { [0.0, 0.5] });
@@ -249,10 +250,10 @@ impl<'a> KernelSums<'a> {
             let along = (-start.dot(edge) / squared).clamp(0.0, 1.0);
             (start + edge * along).length_squared()
         };
-        let mut least = to_edge(first, u, uu).min(to_edge(first, v, vv));
+        let mut least = smallest(to_edge(first, u, uu), to_edge(first, v, vv));
         match shape {
-            Shape::Triangle => least = least.min(to_edge(first + u, v - u, (v - u).length_squared())),
-            Shape::Parallelogram => least = least.min(to_edge(first + v, u, uu)).min(to_edge(first + u, v, vv)),
+            Shape::Triangle => least = smallest(least, to_edge(first + u, v - u, (v - u).length_squared())),
+            Shape::Parallelogram => least = smallest(smallest(least, to_edge(first + v, u, uu)), to_edge(first + u, v, vv)),
         }
         least.sqrt() * (1.0 - 1e-9)
     }
@@ -261,11 +262,11 @@ impl<'a> KernelSums<'a> {
     fn nodes(&self, shape: Shape, first: DVec3, [u, v]: [DVec3; 2], share: f64, tolerance: f64) -> Option<Enough> {
         let (centre, halves, jacobian) = match shape {
             Shape::Parallelogram => (first + 0.5 * (u + v), [0.5 * u.length(), 0.5 * v.length()], false),
-            Shape::Triangle => (first + (u + v) / 3.0, [0.5 * u.length().max((u - v).length()), 0.5 * v.length()], true),
+            Shape::Triangle => (first + (u + v) / 3.0, [0.5 * largest(u.length(), (u - v).length()), 0.5 * v.length()], true),
         };
         let radius = match shape {
-            Shape::Parallelogram => 0.5 * (u + v).length().max((u - v).length()),
-            Shape::Triangle => [first, first + u, first + v].iter().map(|p| (*p - centre).length()).fold(0.0, f64::max),
+            Shape::Parallelogram => 0.5 * largest((u + v).length(), (u - v).length()),
+            Shape::Triangle => [first, first + u, first + v].iter().map(|p| (*p - centre).length()).fold(0.0, largest),
         };
         let area = self.element.area() / std::f64::consts::PI;
         let distance = centre.length();
@@ -280,7 +281,7 @@ impl<'a> KernelSums<'a> {
         let mut best: Option<Enough> = None;
         for ratio in RATIOS {
             let (major, minor) = (0.5 * (ratio + 1.0 / ratio), 0.5 * (ratio - 1.0 / ratio));
-            let grown = if self.moments.len() == 1 { 1.0 } else { (self.largest * power(ratio, degree) / ROUGHER).max(1.0) };
+            let grown = if self.moments.len() == 1 { 1.0 } else { largest(self.largest * power(ratio, degree) / ROUGHER, 1.0) };
             let side = |half: f64| {
                 let near = nearest - (major - 1.0) * half;
                 let squared = near * near - minor * minor * half * half;
@@ -303,7 +304,7 @@ impl<'a> KernelSums<'a> {
             for n in 1..=limit {
                 let found = best.is_none_or(|b| n < b.nodes || bound < b.bound);
                 if n >= FEWEST && bound <= tolerance && found {
-                    best = Some(Enough { nodes: n, bound, unit: bound / grown, ratio, most: sides[0].max(sides[1]) });
+                    best = Some(Enough { nodes: n, bound, unit: bound / grown, ratio, most: largest(sides[0], sides[1]) });
                     break;
                 }
                 bound *= falls;

@@ -8,6 +8,7 @@
 
 use crate::error::Error;
 use crate::mesh::Mesh;
+use radgrad_scene::largest;
 
 /// How finely elements are linked.
 ///
@@ -87,6 +88,6 @@ fn form_factor(mesh: &Mesh, receiver: usize, source: usize) -> f64 {
     let [to, from] = [receiver, source].map(|e| &mesh.elements()[e]);
     let r = from.centre() - to.centre();
     let (square, area) = (r.length_squared(), from.area());
-    let cosines = (to.polygon().normal().dot(r) * -from.polygon().normal().dot(r)).max(0.0) / square;
+    let cosines = largest(to.polygon().normal().dot(r) * -from.polygon().normal().dot(r), 0.0) / square;
     area * cosines / (std::f64::consts::PI * square + area)
 }

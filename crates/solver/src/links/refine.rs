@@ -17,6 +17,7 @@ use crate::links::station::Station;
 use crate::links::transfer::{Kernel, Optics, Row};
 use crate::mesh::Sight;
 use crate::mesh::basis::Basis;
+use radgrad_scene::largest;
 
 /// How rough the links of a receiver may be.
 #[derive(Debug, Clone, Copy)]
@@ -83,10 +84,10 @@ impl Optics<'_> {
             let kernel = Kernel::of(station, element);
             let of =
                 |(channel, weight): (usize, &f64)| weight * need.field.smoothly_neglected(self.mesh, source, channel, &kernel);
-            need.weight.iter().enumerate().map(of).fold(0.0, f64::max)
+            need.weight.iter().enumerate().map(of).fold(0.0, largest)
         };
         let few = [0, stations.len() / 2, stations.len() - 1];
-        few.iter().map(|&node| error(&stations[node])).fold(0.0, f64::max) > SURELY * need.allowed
+        few.iter().map(|&node| error(&stations[node])).fold(0.0, largest) > SURELY * need.allowed
     }
 
     /// The links of an element without any: to all roots, or to one cluster of them; or to the sources of its parent.
@@ -180,7 +181,7 @@ impl Optics<'_> {
     fn weighted_errors(&self, link: &Link, field: &Field, weight: &[f64]) -> Vec<f64> {
         let of_row = |row: &Row| {
             let neglected = |(channel, weight): (usize, &f64)| weight * field.neglected(self.mesh, link.source, channel, row);
-            weight.iter().enumerate().map(neglected).fold(0.0, f64::max)
+            weight.iter().enumerate().map(neglected).fold(0.0, largest)
         };
         link.rows.iter().map(of_row).collect()
     }

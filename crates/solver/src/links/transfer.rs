@@ -12,6 +12,7 @@
 //! the sine of the angle at which r leaves it, and `|n1.e|` that of the angle between the planes.
 
 use radgrad_core::{DVec3, Polygon, Receiver, Tolerance, evaluate_value};
+use radgrad_scene::{largest, smallest};
 
 use crate::error::Error;
 use crate::links::cell::{KernelSums, Rules};
@@ -27,10 +28,10 @@ fn gegenbauer(s: f64) -> [f64; MAX_DEGREE + 2] {
     [
         1.0,
         4.0 * s,
-        (12.0 * q - 2.0).max(2.0),
-        ((32.0 * q - 12.0) * s).max(2.829),
-        ((80.0 * q - 48.0) * q + 3.0).max(4.2),
-        (((192.0 * q - 160.0) * q + 24.0) * s).max(6.14),
+        largest(12.0 * q - 2.0, 2.0),
+        largest((32.0 * q - 12.0) * s, 2.829),
+        largest((80.0 * q - 48.0) * q + 3.0, 4.2),
+        largest(((192.0 * q - 160.0) * q + 24.0) * s, 6.14),
     ]
 }
 
@@ -61,7 +62,7 @@ impl Sampled {
     /// Bound on the root mean square of what the projection with these coefficients leaves out: by Pythagoras.
     pub(crate) fn beyond(&self, values: &[f64]) -> f64 {
         let squares = values.iter().map(|v| v * v).sum::<f64>();
-        let taken = (squares.sqrt() - self.off).max(0.0);
+        let taken = largest(squares.sqrt() - self.off, 0.0);
         // The sums of squares are rounded.
         let left = self.square * (1.0 + 1e-12) - taken * taken * (1.0 - 1e-12);
         if left <= 0.0 { 0.0 } else { left.sqrt() }
@@ -111,7 +112,7 @@ impl Kernel {
 impl Row {
     /// Bound on the form factor.
     pub(crate) fn factor(&self) -> f64 {
-        self.values.first().map_or(0.0, |f| f.max(0.0) + self.error)
+        self.values.first().map_or(0.0, |f| largest(*f, 0.0) + self.error)
     }
 
     /// Bound on the root mean square of what polynomials on the source leave of the kernel, times the area.
@@ -194,7 +195,7 @@ impl Optics<'_> {
             let value = evaluate_value(&receiver, emitter, occluders.iter().copied(), tolerance).map_err(refused)?;
             row.values.push(value.radiosity);
             let error = if function == 0 { &mut row.error } else { &mut row.other_errors };
-            *error = error.max(value.radiosity_error);
+            *error = largest(*error, value.radiosity_error);
         }
         Ok(row)
     }
@@ -204,10 +205,10 @@ impl Kernel {
     /// Of `k = h (n1.r) / pi r^4` over an element in the clear.
     pub(crate) fn of(station: &Station, element: &Element) -> Self {
         let vertices = element.polygon().vertices();
-        let height = element.polygon().normal().dot(station.point - vertices[0]).max(0.0);
+        let height = largest(element.polygon().normal().dot(station.point - vertices[0]), 0.0);
         let above = |v: &DVec3| station.normal.dot(*v - station.point);
         let (lowest, highest) =
-            vertices.iter().map(above).fold((f64::INFINITY, 0.0), |(l, h): (f64, f64), a| (l.min(a), h.max(a)));
+            vertices.iter().map(above).fold((f64::INFINITY, 0.0), |(l, h): (f64, f64), a| (smallest(l, a), largest(h, a)));
         // Less the rounding of coordinates.
         let rounding = 1e-12 * (element.radius() + (station.point - element.centre()).length());
         let distance = element.distance(station.point, height) - rounding;
@@ -225,10 +226,10 @@ impl Kernel {
         }
         // With the rounding of a few products.
         let scale = element.area() * height / std::f64::consts::PI * (1.0 + 1e-12);
-        let (cos1, cos2) = ((highest / distance).min(1.0), (height / distance).min(1.0));
+        let (cos1, cos2) = (smallest(highest / distance, 1.0), smallest(height / distance, 1.0));
         let unit = element.area() * cos2 / (std::f64::consts::PI * distance * distance) * (1.0 + 1e-12);
         let peak = unit * cos1;
-        let farthest = vertices.iter().map(|v| (*v - station.point).length_squared()).fold(0.0, f64::max);
+        let farthest = vertices.iter().map(|v| (*v - station.point).length_squared()).fold(0.0, largest);
         let least = if lowest > 0.0 { scale * lowest / (farthest * farthest) * (1.0 - 4e-12) } else { 0.0 };
         // Squares of two sines, each with the rounding of the cosine.
         let root = |square: f64| (square + 1e-12).clamp(0.0, 1.0).sqrt();
@@ -299,7 +300,7 @@ mod tests {
                     let m = n as f64;
                     c[n] = (2.0 * x * (m + 1.0) * c[n - 1] - (m + 2.0) * c[n - 2]) / m;
                 }
-                most.iter_mut().zip(c).for_each(|(most, c)| *most = most.max(c.abs()));
+                most.iter_mut().zip(c).for_each(|(most, c)| *most = largest(*most, c.abs()));
             }
             assert!(most.iter().zip(bounds).all(|(most, bound)| *most <= bound * (1.0 + 1e-12)), "{s}: {most:?} {bounds:?}");
             assert!(step < 50 || bounds == [1.0, 4.0, 10.0, 20.0, 35.0, 56.0]);
@@ -364,8 +365,8 @@ mod tests {
             for turn in 0..12 {
                 let (sin, cos) = (f64::from(turn) * 0.523).sin_cos();
                 let along = |k: f64| at(centre + DVec3::new(cos, sin, 0.0) * (k * step));
-                most[0] = most[0].max((along(1.0) - along(-1.0)).abs() / (2.0 * step));
-                most[1] = most[1].max(0.5 * (along(1.0) - 2.0 * along(0.0) + along(-1.0)).abs() / (step * step));
+                most[0] = largest(most[0], (along(1.0) - along(-1.0)).abs() / (2.0 * step));
+                most[1] = largest(most[1], 0.5 * (along(1.0) - 2.0 * along(0.0) + along(-1.0)).abs() / (step * step));
             }
             assert!(kernel.least <= at(centre) && at(centre) <= kernel.peak);
             for (order, most) in most.into_iter().enumerate() {

@@ -11,6 +11,7 @@
 //! beams: planes are those of surfaces.
 
 use radgrad_core::DVec3;
+use radgrad_scene::{largest, smallest};
 
 use crate::mesh::element::Element;
 use crate::mesh::screen::LEVEL;
@@ -79,7 +80,7 @@ impl Line {
 
     /// The doubt, if a part is on the negative side.
     fn beside(&self, part: &VisiblePart) -> Option<f64> {
-        let highest = part.corners().iter().map(|&c| self.at(c)).fold(f64::NEG_INFINITY, f64::max);
+        let highest = part.corners().iter().map(|&c| self.at(c)).fold(f64::NEG_INFINITY, largest);
         (highest <= self.error).then(|| if highest > -self.error { self.doubt() } else { 0.0 })
     }
 }
@@ -198,7 +199,7 @@ impl Visible {
             }
             // Seen from behind its sides turn the other way; seen edge-on it hides nothing.
             let count = cut.len();
-            let size = cut.iter().map(|p| p.length()).fold(0.0, f64::max);
+            let size = cut.iter().map(|p| p.length()).fold(0.0, largest);
             let turning = (1..count - 1).map(|i| (cut[i] - cut[0]).cross(cut[i + 1] - cut[0])).sum::<DVec3>();
             let side = turning.dot(cut[0]);
             if side.abs() <= LEVEL * turning.length() * size {
@@ -262,7 +263,7 @@ impl Visible {
             return 1.0;
         }
         let seen: f64 = self.parts.iter().map(VisiblePart::area).sum();
-        (seen / VisiblePart::of(shape).area() + self.doubt).min(1.0)
+        smallest(seen / VisiblePart::of(shape).area() + self.doubt, 1.0)
     }
 
     /// Whether nothing is seen.

@@ -13,6 +13,7 @@
 
 use crate::mesh::rule::{self, Node};
 use crate::mesh::shape::{Shape, in_parent, moment};
+use radgrad_scene::{largest, smallest};
 
 /// Highest degree of a basis.
 pub const MAX_DEGREE: usize = 4;
@@ -110,11 +111,11 @@ impl Basis {
         basis.at_nodes = basis.nodes.iter().map(|node| basis.values(node.at)).collect();
         basis.to_child = [0, 1, 2, 3].map(|child| basis.child_map(child));
         basis.bernstein = basis.bernstein_map();
-        basis.largest = basis.bernstein.iter().flatten().fold(1.0, |most, c| most.max(c.abs()));
-        let of = |function: usize| basis.bernstein.iter().fold(0.0, |most: f64, row| most.max(row[function].abs()));
+        basis.largest = basis.bernstein.iter().flatten().fold(1.0, |most, c| largest(most, c.abs()));
+        let of = |function: usize| basis.bernstein.iter().fold(0.0, |most: f64, row| largest(most, row[function].abs()));
         basis.sizes = (0..basis.len()).map(of).collect();
         let size = |f: &Monomials| f.iter().map(|c| c.abs()).sum::<f64>();
-        basis.conditioning = basis.functions.iter().map(size).fold(1.0, f64::max);
+        basis.conditioning = basis.functions.iter().map(size).fold(1.0, largest);
         basis
     }
 
@@ -250,14 +251,14 @@ impl Basis {
     #[must_use]
     pub fn range(&self, coefficients: &[f64]) -> [f64; 2] {
         let values = self.bernstein.iter().map(|row| dot(row, coefficients));
-        values.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], v| [low.min(v), high.max(v)])
+        values.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], v| [smallest(low, v), largest(high, v)])
     }
 
     /// A bound on the magnitude over the element.
     #[must_use]
     pub fn magnitude(&self, coefficients: &[f64]) -> f64 {
         let [low, high] = self.range(coefficients);
-        high.max(-low)
+        largest(high, -low)
     }
 
     /// Estimate of the largest magnitude over the element of what samples at all [`Self::nodes`] have beyond this basis, in their
@@ -286,13 +287,13 @@ impl Basis {
         let lower = self.degree.checked_sub(1).map_or(0, |d| self.count(d));
         let (last, next) = (size(&coefficients[lower..self.len()]), size(&coefficients[self.len()..]));
         let rest: Vec<f64> = above.at_nodes.iter().zip(samples).map(|(at, sample)| sample - dot(at, &coefficients)).collect();
-        let beyond = rest.iter().fold(0.0, |most: f64, r| most.max(r.abs()));
+        let beyond = rest.iter().fold(0.0, |most: f64, r| largest(most, r.abs()));
         let squares = |others: bool| {
             let chosen = rest.iter().zip(&self.nodes).filter(|(_, node)| (node.weight == 0.0) == others);
             let (sum, count) = chosen.fold((0.0, 0), |(sum, count), (r, _)| (sum + r * r, count + 1));
             sum / f64::from(count.max(1))
         };
-        let spread = squares(true).max(squares(false)).sqrt();
+        let spread = largest(squares(true), squares(false)).sqrt();
         coefficients[..self.len()].fill(0.0);
         Excess { last, next, largest: above.magnitude(&coefficients), beyond, spread }
     }
@@ -474,7 +475,7 @@ mod tests {
                     assert!(((ahead - value) / step - slope).abs() < 1e-3);
                 }
             }
-            assert!(basis.magnitude(&coefficients) < 3.0 * high.max(-low));
+            assert!(basis.magnitude(&coefficients) < 3.0 * largest(high, -low));
         }
     }
 }

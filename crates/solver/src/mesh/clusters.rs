@@ -14,6 +14,7 @@
 //! faces away from x is dismissed as one, and what glows overhead is not taken together with what stands below.
 
 use radgrad_core::DVec3;
+use radgrad_scene::largest;
 
 use crate::mesh::element::{Element, around};
 use crate::mesh::screen::LEVEL;
@@ -70,7 +71,7 @@ impl Cluster {
     /// The axis that the first of its normals is nearest to, and its sense.
     fn facing(&self) -> usize {
         let size = self.normals[0].abs();
-        let axis = if size.x >= size.y.max(size.z) { 0 } else { usize::from(size.z > size.y) + 1 };
+        let axis = if size.x >= largest(size.y, size.z) { 0 } else { usize::from(size.z > size.y) + 1 };
         2 * axis + usize::from(self.normals[0][axis] < 0.0)
     }
 
@@ -194,7 +195,7 @@ fn by_place(singles: &mut [Cluster]) -> usize {
     };
     let [low, high] = singles.iter().fold([DVec3::INFINITY, DVec3::NEG_INFINITY], around);
     let size = high - low;
-    let axis = if size.x >= size.y.max(size.z) { 0 } else { usize::from(size.z > size.y) + 1 };
+    let axis = if size.x >= largest(size.y, size.z) { 0 } else { usize::from(size.z > size.y) + 1 };
     let place = |single: &Cluster| single.low[axis] + single.high[axis];
     singles.select_nth_unstable_by(middle, |a, b| place(a).total_cmp(&place(b)).then(a.element().cmp(&b.element())));
     middle

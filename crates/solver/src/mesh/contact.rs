@@ -5,6 +5,7 @@
 //! to the edge of the convex part that it is in, so that parts stay convex; parts that an edge does not enter stay whole.
 
 use radgrad_core::{DVec3, Polygon};
+use radgrad_scene::{largest, smallest};
 
 /// Fraction of the face's size within which points are in its plane or on an edge.
 const LEVEL: f64 = 1e-9;
@@ -53,9 +54,9 @@ fn split(part: Vec<DVec3>, [a, b]: [DVec3; 2], normal: DVec3, level: f64) -> Vec
         }
         let crossing = start / (start - end);
         if start < 0.0 {
-            from = from.max(crossing);
+            from = largest(from, crossing);
         } else if end < 0.0 {
-            to = to.min(crossing);
+            to = smallest(to, crossing);
         }
     }
     if (to - from) * (b - a).length() <= level {

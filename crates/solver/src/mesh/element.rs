@@ -6,7 +6,7 @@
 use std::sync::OnceLock;
 
 use radgrad_core::{DVec3, Emission, Emitter, Linear, Polygon, Polynomial};
-use radgrad_scene::triangulate;
+use radgrad_scene::{largest, smallest, triangulate};
 
 use crate::error::Error;
 use crate::mesh::basis::{Basis, POWERS};
@@ -77,7 +77,7 @@ impl Element {
             dual,
             area: polygon.area(),
             centre,
-            radius: v.iter().map(|v| (*v - centre).length()).fold(0.0, f64::max),
+            radius: v.iter().map(|v| (*v - centre).length()).fold(0.0, largest),
             face,
             parent: None,
             children: None,
@@ -227,8 +227,8 @@ impl Element {
     #[must_use]
     pub fn excess(&self, [s, t]: [f64; 2]) -> f64 {
         match self.shape {
-            Shape::Parallelogram => (-s).max(-t).max(s - 1.0).max(t - 1.0),
-            Shape::Triangle => (-s).max(-t).max(s + t - 1.0),
+            Shape::Parallelogram => largest(largest(largest(-s, -t), s - 1.0), t - 1.0),
+            Shape::Triangle => largest(largest(-s, -t), s + t - 1.0),
         }
     }
 
@@ -243,7 +243,7 @@ impl Element {
             let along = ((point - a).dot(edge) / edge.length_squared()).clamp(0.0, 1.0);
             (point - a - edge * along).length()
         };
-        (0..v.len()).map(to_edge).fold(f64::INFINITY, f64::min)
+        (0..v.len()).map(to_edge).fold(f64::INFINITY, smallest)
     }
 
     /// Gradient over the plane of what has these derivatives in `s` and `t`.
@@ -369,7 +369,7 @@ mod tests {
             let found = elements[0].distance(point, point.z);
             let step = |i: u32| f64::from(i) / 400.0;
             let grid = (0..=400).flat_map(|i| (0..=400 - i).map(move |j| [step(i), step(j)]));
-            let nearest = grid.map(|at| (elements[0].point(at) - point).length()).fold(f64::INFINITY, f64::min);
+            let nearest = grid.map(|at| (elements[0].point(at) - point).length()).fold(f64::INFINITY, smallest);
             assert!(found <= nearest + 1e-12 && nearest - found < 1e-4, "{point}: {found} {nearest}");
         }
     }

@@ -56,6 +56,8 @@ pub(crate) fn of(shape: Shape, [u, v]: [DVec3; 2], degree: usize) -> [f64; POWER
 
 #[cfg(test)]
 mod tests {
+    use radgrad_scene::largest;
+
     use super::*;
     use crate::mesh::basis::Basis;
 
@@ -73,7 +75,7 @@ mod tests {
             coefficients.iter_mut().zip(values).for_each(|(c, v)| *c += node.weight * v * f(node.at));
         }
         let square: f64 = nodes.iter().map(|node| node.weight * f(node.at) * f(node.at)).sum();
-        (square - coefficients.iter().map(|c| c * c).sum::<f64>()).max(0.0).sqrt()
+        largest(square - coefficients.iter().map(|c| c * c).sum::<f64>(), 0.0).sqrt()
     }
 
     #[test]
@@ -84,7 +86,7 @@ mod tests {
                     let bounds = of(shape, axes, degree);
                     for (order, bound) in bounds.into_iter().enumerate().take(degree + 2).skip(1) {
                         let turned = |i: u32| DVec3::new((0.2 * f64::from(i)).cos(), (0.2 * f64::from(i)).sin(), 0.0);
-                        let most = (0..16).map(|i| left(shape, axes, degree, turned(i), order)).fold(0.0, f64::max);
+                        let most = (0..16).map(|i| left(shape, axes, degree, turned(i), order)).fold(0.0, largest);
                         assert!(most <= bound * (1.0 + 1e-6), "{shape:?} {degree} {order}: {most} {bound}");
                         assert!(order <= degree || most > 0.3 * bound, "{shape:?} {degree} {order}: {most} {bound}");
                     }

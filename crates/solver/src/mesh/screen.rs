@@ -9,6 +9,7 @@
 //! in the scene's beams, and a gap narrower than that is none. Walls stand on floors, and meet in corners.
 
 use radgrad_core::DVec3;
+use radgrad_scene::largest;
 
 /// Fraction of the lengths at hand that coordinates are rounded by: heights below it are those of a plane's own points.
 pub(crate) const LEVEL: f64 = 1e-12;
@@ -33,7 +34,7 @@ impl Screen {
     pub(crate) fn hides(&self, from: &[DVec3], to: &[DVec3]) -> bool {
         let height = |p: &DVec3| self.normal.dot(*p - self.corner);
         let highest = from.iter().map(height).fold(0.0, |most: f64, h| if h.abs() > most.abs() { h } else { most });
-        let reach = from.iter().chain(to).map(|p| (*p - self.corner).length_squared()).fold(0.0, f64::max).sqrt();
+        let reach = from.iter().chain(to).map(|p| (*p - self.corner).length_squared()).fold(0.0, largest).sqrt();
         let (sign, level) = (highest.signum(), LEVEL * reach);
         let is_in_front = |p: &DVec3| sign * height(p) >= -level;
         let is_behind = |p: &DVec3| sign * height(p) <= level;
@@ -42,10 +43,10 @@ impl Screen {
             return false;
         }
         from.iter().all(|x| {
-            let above = (sign * height(x)).max(0.0);
+            let above = largest(sign * height(x), 0.0);
             to.iter().all(|y| {
-                let below = (-sign * height(y)).max(0.0);
-                if above.max(below) <= level {
+                let below = largest(-sign * height(y), 0.0);
+                if largest(above, below) <= level {
                     return true;
                 }
                 let crossing = (*y * above + *x * below) / (above + below);

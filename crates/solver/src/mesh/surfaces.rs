@@ -7,6 +7,7 @@ use radgrad_core::DVec3;
 use radgrad_scene::{Face, Material, Quantity, Scene};
 use rayon::prelude::*;
 
+use crate::error::Error;
 use crate::mesh::Mesh;
 use crate::mesh::texture::{self, Pattern};
 
@@ -43,6 +44,17 @@ impl Surfaces {
             textured: scene.is_textured().then(|| scene.clone()),
             patterns: Vec::new(),
         }
+    }
+
+    /// Refuses emitted radiosities beyond the range of a double.
+    pub(crate) fn check(&self, channels: &[String]) -> Result<(), Error> {
+        for (face, emitted) in self.emitted.iter().enumerate() {
+            if let Some(channel) = emitted.iter().position(|value| !value.is_finite()) {
+                let (quantity, value) = (format!("radiosity emitted by face {face}"), emitted[channel]);
+                return Err(Error::NotFinite { quantity, channel: channels[channel].clone(), value });
+            }
+        }
+        Ok(())
     }
 
     /// Learns the textures of elements that the mesh has got since.

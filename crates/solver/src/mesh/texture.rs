@@ -11,7 +11,7 @@
 //! and `<rho^2 phi_i phi_k>`; where t is nearly 0 it loses digits as differences of squares do, and the former bound is less.
 //! Here E is emission with a texture alone.
 
-use radgrad_scene::{Face, Material, Quantity, Scene};
+use radgrad_scene::{Face, Material, Quantity, Scene, largest, smallest};
 
 use crate::mesh::basis::Basis;
 use crate::mesh::element::Element;
@@ -70,14 +70,14 @@ impl Pattern {
         let mut radiosity = self.reflected(irradiance);
         radiosity.iter_mut().zip(&self.emitted).for_each(|(b, e)| *b += emits * e);
         let (h, b) = (basis.bernstein(irradiance), basis.bernstein(&radiosity));
-        let of_pair = |[rho, e]: &[f64; 2]| h.iter().zip(&b).map(|(h, b)| (emits * e + rho * h - b).abs()).fold(0.0, f64::max);
-        let largest = self.pairs.iter().map(of_pair).fold(0.0, f64::max);
+        let of_pair = |[rho, e]: &[f64; 2]| h.iter().zip(&b).map(|(h, b)| (emits * e + rho * h - b).abs()).fold(0.0, largest);
+        let most = self.pairs.iter().map(of_pair).fold(0.0, largest);
         let squared: f64 = self.squared.chunks(irradiance.len()).zip(irradiance).map(|(row, h)| h * dot(row, irradiance)).sum();
         let whole = emits * (self.emitted_squared + 2.0 * dot(&self.crossed, irradiance)) + squared;
         let taken = dot(&radiosity, &radiosity);
         // Each sum is rounded a few times for each function.
         let rounding = 64.0 * f64::EPSILON * (whole + 3.0 * taken);
-        Detail { largest, mean: ((whole - taken).max(0.0) + rounding).sqrt().min(largest) }
+        Detail { largest: most, mean: smallest((largest(whole - taken, 0.0) + rounding).sqrt(), most) }
     }
 
     pub(crate) fn mean_reflectance(&self) -> f64 {
@@ -89,7 +89,7 @@ impl Pattern {
         let all = self.squared.first().copied().unwrap_or(0.0);
         let without = |count: usize| {
             let taken: f64 = self.reflected.iter().take(count).map(|c| c * c).sum();
-            ((all - taken).max(0.0) + 16.0 * f64::EPSILON * all).sqrt()
+            (largest(all - taken, 0.0) + 16.0 * f64::EPSILON * all).sqrt()
         };
         [all.sqrt(), without(1), without(self.emitted.len())]
     }
@@ -255,7 +255,8 @@ fn along_axes(corners: &[[f64; 2]]) -> Option<[[f64; 2]; 2]> {
     let &[a, b, c, d] = corners else { return None };
     let same = |p: [f64; 2], q: [f64; 2], k: usize| (p[k] - q[k]).abs() <= 8.0 * f64::EPSILON;
     let turned = |i: usize, k: usize| same(a, b, i) && same(b, c, k) && same(c, d, i) && same(d, a, k);
-    (turned(0, 1) || turned(1, 0)).then(|| [[a[0].min(c[0]), a[1].min(c[1])], [a[0].max(c[0]), a[1].max(c[1])]])
+    (turned(0, 1) || turned(1, 0))
+        .then(|| [[smallest(a[0], c[0]), smallest(a[1], c[1])], [largest(a[0], c[0]), largest(a[1], c[1])]])
 }
 
 /// Corners of the convex hull of points (A. Andrew 1979). Signs are those of doubles: a corner lost to their rounding is that near

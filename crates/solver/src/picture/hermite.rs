@@ -12,6 +12,7 @@
 //! Values have any unit, slopes that unit per reference coordinate. Held as Bernstein coefficients, whose range is a bound.
 
 use crate::mesh::shape::Shape;
+use radgrad_scene::{largest, smallest};
 
 /// A cubic over the reference shape.
 ///
@@ -107,7 +108,7 @@ impl HermitePatch {
     /// Least and largest value over the element, or beyond them.
     #[must_use]
     pub fn range(&self) -> [f64; 2] {
-        self.control.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], &c| [low.min(c), high.max(c)])
+        self.control.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], &c| [smallest(low, c), largest(high, c)])
     }
 
     fn sum(&self, along: [f64; 4], across: [f64; 4], factors: impl Fn([usize; 3]) -> [f64; 3]) -> f64 {
@@ -188,7 +189,7 @@ mod tests {
                     let [found, exact] = [patch.slopes(at), slopes(at)];
                     (patch.value(at) - value(at)).abs() + (found[0] - exact[0]).abs() + (found[1] - exact[1]).abs()
                 };
-                let worst = inside.map(off).into_iter().fold(0.0, f64::max);
+                let worst = inside.map(off).into_iter().fold(0.0, largest);
                 assert_eq!(worst < 1e-13, reach, "{i} {j} {:?}: {worst:e}", patch.shape());
             }
         }

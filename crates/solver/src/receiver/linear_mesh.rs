@@ -13,7 +13,7 @@
 use std::collections::{BTreeSet, HashMap};
 
 use radgrad_core::{DVec3, Polygon};
-use radgrad_scene::triangulate;
+use radgrad_scene::{smallest, triangulate};
 
 use super::criteria::{Departure, departure};
 use super::lighting::{Lighting, Sample};
@@ -82,7 +82,7 @@ impl LinearMesh {
             let part = |p: DVec3, q: DVec3| self.normal.dot((p - point).cross(q - point)) / whole;
             [part(b, c), part(c, a), part(a, b)]
         };
-        let least = |w: &[f64; 3]| w.iter().copied().fold(f64::INFINITY, f64::min);
+        let least = |w: &[f64; 3]| w.iter().copied().fold(f64::INFINITY, smallest);
         let containing = self.triangles.iter().map(|t| (t, weights(t)));
         let (triangle, weights) = containing.max_by(|a, b| least(&a.1).total_cmp(&least(&b.1)))?;
         (least(&weights) >= -1e-9).then(|| triangle.iter().zip(weights).map(|(&i, w)| self.samples[i].value * w).sum())

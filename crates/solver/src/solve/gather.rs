@@ -34,13 +34,13 @@ impl Solution {
     /// If there is no such face within a millionth of the scene's extent.
     pub fn gather(&self, point: DVec3, normal: DVec3) -> Result<Gathered, Error> {
         let reach = REACH * self.extent;
-        let none = Error::NoFace { position: point, normal, reach };
-        let (face, foot) = self.mesh.face_at(point, normal, reach).ok_or(none.clone())?;
+        let none = Error::NoFace { position: point, normal, reach: reach / self.placement.power() };
+        let (face, foot) = self.mesh.face_at(self.placement.inward(point), normal, reach).ok_or(none.clone())?;
         let leaf = self.mesh.leaf_at(face, foot).ok_or(none)?;
         self.gather_on(leaf, foot)
     }
 
-    /// Radiosity at a point of a leaf.
+    /// Radiosity at a point of a leaf, in the coordinates of [`Self::placement`].
     ///
     /// # Errors
     /// If it cannot be represented.

@@ -17,7 +17,7 @@ const FAR: f64 = 4.0;
 
 impl Solution {
     /// Gradient of one exact gather within the leaf's plane, in each channel: the closed forms' at nearby and half hidden sources,
-    /// without bound. Of what is seen through clusters none is known. A texture has none within a texel: its gradient is that of the irradiance times the reflectance there.
+    /// without bound. Point and gradient have the coordinates of [`Self::placement`]. Of what is seen through clusters none is known. A texture has none within a texel: its gradient is that of the irradiance times the reflectance there.
     ///
     /// # Errors
     /// If it cannot be represented.

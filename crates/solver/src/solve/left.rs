@@ -1,5 +1,6 @@
 //! What the projections of direct and of reflected light leave out, on every element.
 
+use radgrad_scene::{largest, smallest};
 use rayon::prelude::*;
 
 use crate::bound::residual::{Residual, Residuals};
@@ -14,7 +15,7 @@ impl Solution {
         if residual.mean_detail() == 0.0 {
             return residual.mean();
         }
-        let size = (self.mesh.elements()[element].radius() / self.extent).min(1.0);
+        let size = smallest(self.mesh.elements()[element].radius() / self.extent, 1.0);
         let fades: f64 = std::iter::repeat_n(size, self.mesh.basis(element).degree() + 1).product();
         residual.mean() + residual.mean_detail() * fades
     }
@@ -29,8 +30,8 @@ impl Solution {
         }
         for lit in &self.direct[leaf].nodes {
             let [clear, past] = lit.error[channel];
-            residual.largest.computation = residual.largest.computation.max(rho * clear);
-            residual.largest.visibility = residual.largest.visibility.max(rho * past);
+            residual.largest.computation = largest(residual.largest.computation, rho * clear);
+            residual.largest.visibility = largest(residual.largest.visibility, rho * past);
         }
         residual
     }
@@ -86,10 +87,11 @@ impl Solution {
                 if matches!(link.sight, Sight::Past(_)) { past += size } else { clear += size }
             }
             // The sums themselves round.
-            let summed = 2.0 * f64::EPSILON * (links.len() + 2) as f64 * (sample.abs() + emitted);
-            let largest = &mut residual.largest;
-            largest.computation = largest.computation.max(rho * (neglected + clear) + summed);
-            largest.visibility = largest.visibility.max(rho * past);
+            let rounds = if rho > 0.0 { 2.0 * f64::EPSILON * (links.len() + 2) as f64 } else { 0.0 };
+            let summed = rounds * (sample.abs() + emitted);
+            let most = &mut residual.largest;
+            most.computation = largest(most.computation, rho * (neglected + clear) + summed);
+            most.visibility = largest(most.visibility, rho * past);
         }
         residual
     }

@@ -5,6 +5,7 @@ use crate::links::linking::Linking;
 use crate::solve::divide::{BULK, bulk};
 use crate::solve::options::{Marking, Options};
 use crate::solve::solution::{Solution, for_each, ratio};
+use radgrad_scene::largest;
 
 /// The part of the error asked for that direct light may leave out in the mean.
 const DIRECT_PART: f64 = 0.25;
@@ -49,10 +50,12 @@ impl Solution {
             let area: f64 = leaves.iter().map(|&leaf| self.mesh.elements()[leaf].area()).sum();
             let indicator = |&leaf: &usize| {
                 let of = |channel: usize| ratio(self.counts(leaf, &self.left_on_leaf(leaf, channel)), mean[channel]);
-                (self.mesh.elements()[leaf].area() / area * (0..channels).map(of).fold(0.0, f64::max), leaf)
+                (self.mesh.elements()[leaf].area() / area * (0..channels).map(of).fold(0.0, largest), leaf)
             };
             let marked: Vec<(f64, usize)> = leaves.iter().map(indicator).collect();
-            if marked.iter().map(|m| m.0).sum::<f64>() <= DIRECT_PART * aim {
+            let left: f64 = marked.iter().map(|m| m.0).sum();
+            // What is no number is refused after the round.
+            if left <= DIRECT_PART * aim || left.is_nan() {
                 return Ok(());
             }
             for leaf in bulk(marked, BULK) {

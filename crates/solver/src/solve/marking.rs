@@ -18,6 +18,7 @@
 //! above the size of texels takes it away, and [`Solution::textured_on`] has it.
 
 use radgrad_core::DVec3;
+use radgrad_scene::largest;
 
 use crate::error::Error;
 use crate::field::gathering::irradiance;
@@ -75,7 +76,7 @@ impl Solution {
             let by_gradient = if light.corners.is_empty() { 0.0 } else { part * lines.iter().map(of_line).sum::<f64>() };
             let excess = basis.excess(&light.nodes[channel]);
             let by_nodes = excess.next.powi(2) + excess.spread.powi(2);
-            let off = rho * rho * by_gradient.max(by_nodes);
+            let off = rho * rho * largest(by_gradient, by_nodes);
             if off > 0.0 { off / self.mean()[channel].powi(2) } else { 0.0 }
         };
         self.surfaces.reflectance[element.face()].iter().enumerate().map(of_channel).sum()

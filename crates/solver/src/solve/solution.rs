@@ -1,8 +1,10 @@
 //! The state of a solution: what a round works on, and what is left of it for those who ask.
 
+use radgrad_scene::{Placement, Warning, largest};
 use rayon::prelude::*;
 
 use crate::bound::Bounds;
+use crate::bound::ledger::Ledger;
 use crate::bound::point::Points;
 use crate::bound::scene::Scene;
 use crate::error::Error;
@@ -14,7 +16,7 @@ use crate::links::link::Link;
 use crate::links::transfer::Optics;
 use crate::mesh::Mesh;
 use crate::mesh::surfaces::Surfaces;
-use crate::solve::options::Progress;
+use crate::solve::options::{Progress, RelativeTo};
 use crate::solve::samples::Samples;
 
 /// A piecewise polynomial radiosity with a bound on its error.
@@ -45,6 +47,13 @@ pub struct Solution {
     pub(super) progress: Progress,
     /// Mean radiosity in each channel.
     pub(super) mean: Vec<f64>,
+    /// The part of it that is reflected.
+    pub(super) reflected: Vec<f64>,
+    /// Means of what faces emit: of lamps kept apart, and of others.
+    pub(super) emitted: [Vec<f64>; 2],
+    pub(super) relative_to: RelativeTo,
+    pub(super) placement: Placement,
+    pub(super) warnings: Vec<Warning>,
 }
 
 impl Solution {
@@ -68,6 +77,19 @@ impl Solution {
         let all = faces.flat_map(|(face, rho)| rho.iter().enumerate().map(move |(channel, rho)| (face, channel, *rho)));
         let (face, channel, _) = all.max_by(|a, b| a.2.total_cmp(&b.2)).unwrap_or((0, 0, 1.0));
         Error::Lossless { channel: self.channels[channel].clone(), face }
+    }
+
+    /// What errors are relative to, in each channel.
+    pub(super) fn reference(&self) -> &[f64] {
+        match self.relative_to {
+            RelativeTo::Reflected => &self.reflected,
+            RelativeTo::All => &self.mean,
+        }
+    }
+
+    /// Errors in each channel over what they are relative to, the largest.
+    pub(super) fn relative(&self, errors: &[Ledger]) -> f64 {
+        errors.iter().zip(self.reference()).map(|(error, reference)| ratio(error.total(), *reference)).fold(0.0, largest)
     }
 
     /// Whether an element gathers reflected light, though it may see nothing.
@@ -110,9 +132,19 @@ impl Solution {
     }
 }
 
-/// A part over the whole; 0 of nothing, whatever the whole.
+/// Means of a field over all area, with what lamps emit and without what any face does.
+pub(super) fn means(field: &Field, mesh: &Mesh, [lamps, others]: &[Vec<f64>; 2]) -> (Vec<f64>, Vec<f64>) {
+    let held = (0..lamps.len()).map(|channel| field.mean(mesh, channel));
+    held.zip(lamps.iter().zip(others)).map(|(held, (lamps, others))| (held + lamps, held - others)).unzip()
+}
+
+/// A part over the whole: 0 of nothing, whatever the whole, and infinity of a whole that is not positive, as where rounding hides it.
 pub(super) fn ratio(part: f64, whole: f64) -> f64 {
-    if part == 0.0 { 0.0 } else { part / whole }
+    match part == 0.0 {
+        true => 0.0,
+        false if whole > 0.0 || whole.is_nan() => part / whole,
+        false => part * f64::INFINITY,
+    }
 }
 
 /// Computes something for each element on all cores, in their order.

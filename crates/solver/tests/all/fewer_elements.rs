@@ -1,7 +1,7 @@
 //! The Cornell box with its shadows: leaves divided where the gradient says so against all leaves divided alike, with quadratic
 //! elements, as by default.
 
-use radgrad_scene::{Degenerate, Scene};
+use radgrad_scene::{Degenerate, Scene, largest};
 use radgrad_solver::{Marking, Mesh, Options, Shape, Solution, solve};
 
 /// Places that cover all faces evenly: face, root and reference coordinates, and their shares of the area, by the first points of
@@ -30,8 +30,8 @@ fn true_error(solution: &Solution, places: &[(usize, [f64; 2], f64)], exact: &[V
         let point = mesh.elements()[root].point(at);
         let outside = |leaf: usize| {
             let [s, t] = mesh.elements()[leaf].reference(point);
-            let beyond = if mesh.elements()[leaf].shape() == Shape::Triangle { s + t - 1.0 } else { (s - 1.0).max(t - 1.0) };
-            (-s).max(-t).max(beyond)
+            let beyond = if mesh.elements()[leaf].shape() == Shape::Triangle { s + t - 1.0 } else { largest(s - 1.0, t - 1.0) };
+            largest(largest(-s, -t), beyond)
         };
         let mut leaf = root;
         while let Some(first) = mesh.elements()[leaf].children() {

@@ -1,7 +1,7 @@
 //! The Cornell box linked by form factors and areas (Hanrahan, Salzman and Aupperle 1991): rougher or finer than by the error, and
 //! inside its bound all the same.
 
-use radgrad_scene::{Degenerate, Scene};
+use radgrad_scene::{Degenerate, Scene, largest};
 use radgrad_solver::{Error, Linking, Options, Order, Solution, solve};
 
 fn cornell() -> Scene {
@@ -53,7 +53,7 @@ fn elements_divided_by_thresholds_are_not_below_the_area() {
     for element in solution.mesh().elements().iter().filter(|element| !element.is_leaf()) {
         assert!(element.area() >= 4e4, "{}", element.area());
     }
-    let largest = solution.mesh().leaves().map(|leaf| solution.mesh().elements()[leaf].area()).fold(0.0, f64::max);
+    let largest = solution.mesh().leaves().map(|leaf| solution.mesh().elements()[leaf].area()).fold(0.0, largest);
     assert!(largest < 4e4, "with form factors this small all are divided as far as may be, but one has {largest}");
 }
 

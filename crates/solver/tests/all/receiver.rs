@@ -2,6 +2,7 @@
 //! sample at the maximum changes.
 
 use radgrad_core::{DVec3, Emission, Emitter, Polygon, Receiver, evaluate_to};
+use radgrad_scene::largest;
 use radgrad_solver::receiver::{Lighting, Refinement, refine_constant, refine_linear};
 
 fn rectangle([x0, x1]: [f64; 2], [y0, y1]: [f64; 2], z: f64) -> Vec<DVec3> {
@@ -27,16 +28,16 @@ const fn light<'a>(emitters: &'a [Emitter], occluders: &'a [Polygon]) -> Lightin
 fn true_error(half: f64, light: &Lighting<'_>, value: impl Fn(DVec3) -> Option<f64>) -> (f64, f64) {
     let n = 60;
     let at = |i: i32| half * (f64::from(2 * i) / f64::from(n) - 1.0) * 0.999;
-    let (mut off, mut largest) = (0.0_f64, 0.0_f64);
+    let (mut off, mut greatest) = (0.0_f64, 0.0_f64);
     for (i, j) in (0..=n).flat_map(|i| (0..=n).map(move |j| (i, j))) {
         let point = DVec3::new(at(i), at(j), 0.0);
         let receiver = Receiver::new(point, DVec3::Z, light.reflectance).unwrap();
         let exact: f64 =
             light.emitters.iter().map(|emitter| evaluate_to(&receiver, emitter, light.occluders, 1e-6).unwrap().radiosity).sum();
-        off = off.max((value(point).expect("the mesh covers the floor") - exact).abs());
-        largest = largest.max(exact);
+        off = largest(off, (value(point).expect("the mesh covers the floor") - exact).abs());
+        greatest = largest(greatest, exact);
     }
-    (off, largest)
+    (off, greatest)
 }
 
 /// The paper's Fig. 3: a small lamp close to a large floor. All corners and the one centroid lie around its peak.

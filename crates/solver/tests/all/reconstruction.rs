@@ -3,7 +3,7 @@
 use std::f64::consts::FRAC_1_PI;
 
 use radgrad_core::{DVec3, Polygon};
-use radgrad_scene::{Degenerate, Scene};
+use radgrad_scene::{Degenerate, Scene, largest, smallest};
 use radgrad_solver::{Element, Options, Shape, Solution, solve};
 
 /// Two faces of one shape at distance 1, both of which reflect half and radiate 1: squares, or each cut into triangles.
@@ -30,7 +30,7 @@ fn off(solution: &Solution) -> f64 {
         let element = &solution.mesh().elements()[leaf];
         for at in [[0.31, 0.27], [0.5, 0.45], [0.12, 0.6], [0.03, 0.5]] {
             let exact = solution.gather_on(leaf, element.point(at)).unwrap().radiosity;
-            off = (0..exact.len()).fold(off, |off, c| off.max((smooth.value_on(leaf, c, at) - exact[c]).abs()));
+            off = (0..exact.len()).fold(off, |off, c| largest(off, (smooth.value_on(leaf, c, at) - exact[c]).abs()));
         }
     }
     off
@@ -82,10 +82,10 @@ fn patches_of_neighbours_meet_along_their_edges_past_hanging_vertices_too() {
                     let neighbour = &mesh.elements()[other];
                     let [s, t] = neighbour.reference(point);
                     let inside = match neighbour.shape() {
-                        Shape::Parallelogram => s.max(t) < 1.0 + 1e-9,
+                        Shape::Parallelogram => largest(s, t) < 1.0 + 1e-9,
                         Shape::Triangle => s + t < 1.0 + 1e-9,
                     };
-                    if s.min(t) > -1e-9 && inside {
+                    if smallest(s, t) > -1e-9 && inside {
                         for channel in 0..3 {
                             let (here, there) = (smooth.value_on(leaf, channel, at), smooth.value_on(other, channel, [s, t]));
                             let gap = (here - there).abs();

@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use radgrad_core::{DVec3, Polygon};
-use radgrad_scene::{Quantity, Scene, Texture};
+use radgrad_scene::{Quantity, Scene, Texture, largest};
 use radgrad_solver::{Options, Solution, solve};
 
 /// A number in [0, 1] for each texel, without order.
@@ -116,7 +116,7 @@ fn checked(textured: &Solution, faces: &Solution) -> f64 {
             let off = (a.radiosity[0] - b.radiosity[0]).abs();
             let bounds = a.ledger[0].total() + b.ledger[0].total();
             assert!(off <= bounds, "{point}: {} {} {bounds:e}", a.radiosity[0], b.radiosity[0]);
-            worst = worst.max(off);
+            worst = largest(worst, off);
         }
     }
     worst
@@ -168,7 +168,7 @@ fn within_bounds(solution: &Solution) {
             assert!(off <= whole + bound, "{leaf} {at:?}: {off} {whole}");
             let fine = (solution.textured_on(leaf, 0, &irradiance, at) - value).abs();
             assert!(fine <= detailed + bound, "{leaf} {at:?}: {fine} {detailed}");
-            nearest = nearest.max(off / whole);
+            nearest = largest(nearest, off / whole);
         }
     }
     assert!(nearest > 0.2, "a bound that nothing comes near would prove little: {nearest}");

@@ -8,7 +8,7 @@
 use std::f64::consts::FRAC_1_PI;
 
 use radgrad_core::{DVec3, Polygon};
-use radgrad_scene::{Scene, gauss_legendre};
+use radgrad_scene::{Scene, gauss_legendre, largest};
 use radgrad_solver::{Basis, MAX_DEGREE, Options, Shape, Solution, solve};
 
 type Quad = [[f64; 3]; 4];
@@ -49,7 +49,7 @@ fn errors(solution: &Solution) -> [f64; 3] {
             best.iter_mut().zip(basis.values([*s, *t])).for_each(|(c, b)| *c += v * w * b * exact);
         }
     }
-    let left = (square - best.iter().map(|c| c * c).sum::<f64>()).max(0.0);
+    let left = largest(square - best.iter().map(|c| c * c).sum::<f64>(), 0.0);
     [first / mean, second.sqrt() / mean, left.sqrt() / mean]
 }
 

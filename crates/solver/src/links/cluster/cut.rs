@@ -1,6 +1,7 @@
 //! The cut through the tree of clusters where a receiver leaves it: which cluster is opened next, and what those that stay closed
 //! neglect together.
 
+use radgrad_scene::largest;
 use std::collections::BTreeSet;
 
 use crate::field::Field;
@@ -86,14 +87,14 @@ impl<'a> Cut<'a> {
 
     fn seen(&self, cluster: usize, views: Vec<View>) -> Closed {
         let glows: Vec<Glow> = (0..self.weight.len()).map(|channel| *self.field.glow(cluster, channel)).collect();
-        let most = views.iter().map(|view| self.most(&glows, view)).fold(0.0, f64::max);
+        let most = views.iter().map(|view| self.most(&glows, view)).fold(0.0, largest);
         Closed { cluster, views, glows, brightness: self.field.brightness(cluster), most, asked: false }
     }
 
     /// What is given at most, weighted, in the channel where it is most.
     fn most(&self, glows: &[Glow], view: &View) -> f64 {
         let of = |(glow, weight): (&Glow, &f64)| weight * view.at_most(glow.positive, glow.largest);
-        glows.iter().zip(self.weight).map(of).fold(0.0, f64::max)
+        glows.iter().zip(self.weight).map(of).fold(0.0, largest)
     }
 
     /// A link fills a part of the hemisphere, or no more.
@@ -103,7 +104,7 @@ impl<'a> Cut<'a> {
             cover(&mut self.covered, &link.rows, sign);
         }
         let face = self.mesh.elements()[link.source].face();
-        let part = link.rows.iter().map(Row::factor).fold(0.0, f64::max);
+        let part = link.rows.iter().map(Row::factor).fold(0.0, largest);
         self.screens.fill(face, part);
     }
 
@@ -163,9 +164,9 @@ impl<'a> Cut<'a> {
             let value: f64 = weights.iter().zip(closed).map(|(weight, of)| weight * of.glows[channel].power).sum();
             let seen = order.iter().map(|&index| (&closed[index].views[node], &closed[index].glows[channel]));
             let [high, low] = fill(rest, seen);
-            self.weight[channel] * (high - value).max(value + low)
+            self.weight[channel] * largest(high - value, value + low)
         };
-        orders.iter().enumerate().map(of_channel).fold(0.0, f64::max)
+        orders.iter().enumerate().map(of_channel).fold(0.0, largest)
     }
 
     /// Opens the clusters that may give most, a few at once, until one is an element, which is to be linked then. `None` if none

@@ -23,9 +23,10 @@ use crate::links::transfer::Row;
 use crate::mesh::Mesh;
 use crate::mesh::basis::Basis;
 use crate::mesh::clusters::Clusters;
+use radgrad_scene::{largest, smallest};
 
 /// What is added to the part of the hemisphere that links leave, for the rounding of surfaces.
-const MARGIN: f64 = 1e-9;
+pub(crate) const MARGIN: f64 = 1e-9;
 
 /// A receiver's clusters.
 #[derive(Debug, Clone, Default)]
@@ -136,7 +137,7 @@ impl Far {
         let value = self.value(field, channel, node);
         // The sums round.
         let rounding = 4.0 * f64::EPSILON * self.clusters.len() as f64 * (high + low + value.abs());
-        (high - value).max(value + low) + rounding
+        largest(high - value, value + low) + rounding
     }
 
     /// Adds to what a receiver's functions get.
@@ -149,15 +150,15 @@ impl Far {
 
     /// What a node gets at most of something that is nowhere negative, given for each cluster.
     pub(crate) fn at_most(&self, node: usize, of: &[Pair]) -> f64 {
-        let (mut sum, mut largest) = (0.0, 0.0_f64);
+        let (mut sum, mut brightest) = (0.0, 0.0_f64);
         for (index, &cluster) in self.clusters.iter().enumerate() {
             let view = self.view(index, node);
             if view.factor > 0.0 {
                 sum += view.at_most(of[cluster].whole, of[cluster].largest);
-                largest = largest.max(of[cluster].largest);
+                brightest = largest(brightest, of[cluster].largest);
             }
         }
-        if largest == 0.0 { 0.0 } else { sum.min(self.rest[node] * largest) }
+        if brightest == 0.0 { 0.0 } else { smallest(sum, self.rest[node] * brightest) }
     }
 
     /// Adds that to what each node has.
@@ -170,20 +171,20 @@ impl Far {
     /// The largest view of a cluster from any node.
     pub(crate) fn widest(&self, index: usize) -> View {
         let nodes = self.rest.len();
-        let join = |a: View, b: &View| View { factor: a.factor.max(b.factor), peak: a.peak.max(b.peak) };
+        let join = |a: View, b: &View| View { factor: largest(a.factor, b.factor), peak: largest(a.peak, b.peak) };
         self.views[index * nodes..(index + 1) * nodes].iter().fold(View::default(), join)
     }
 }
 
 /// Adds or takes away the part of the hemisphere that a link surely fills at each node.
 pub(crate) fn cover(covered: &mut [f64], rows: &[Row], sign: f64) {
-    let fills = |row: &Row| row.values.first().map_or(0.0, |factor| (factor - row.error).max(0.0));
+    let fills = |row: &Row| row.values.first().map_or(0.0, |factor| largest(factor - row.error, 0.0));
     covered.iter_mut().zip(rows).for_each(|(sum, row)| *sum += sign * fills(row));
 }
 
 /// The part of the hemisphere that is left.
 pub(crate) fn left(covered: f64) -> f64 {
-    (1.0 - covered).max(0.0) + MARGIN
+    largest(1.0 - covered, 0.0) + MARGIN
 }
 
 /// Half of what clusters of these areas give at most of an even radiosity, over their power, if they get no more of the
@@ -191,7 +192,7 @@ pub(crate) fn left(covered: f64) -> f64 {
 pub(crate) fn even<'a>(mut rest: f64, seen: impl Iterator<Item = (&'a View, f64)>) -> impl Iterator<Item = f64> {
     seen.map(move |(view, area)| {
         let by_peak = if view.peak.is_finite() { view.peak * area } else { f64::INFINITY };
-        let part = by_peak.min(view.factor).min(rest);
+        let part = smallest(smallest(by_peak, view.factor), rest);
         rest -= part;
         0.5 * part / area
     })
@@ -206,7 +207,7 @@ pub(crate) fn fill<'a>(rest: f64, brightest_first: impl Iterator<Item = (&'a Vie
             break;
         }
         for (which, power) in [glow.positive, glow.negative].into_iter().enumerate() {
-            let part = (view.at_most(power, glow.largest) / glow.largest).min(rests[which]);
+            let part = smallest(view.at_most(power, glow.largest) / glow.largest, rests[which]);
             sums[which] += part * glow.largest;
             rests[which] -= part;
         }

@@ -2,6 +2,7 @@
 
 use crate::mesh::clusters::{Clusters, Parts};
 use crate::mesh::element::Element;
+use radgrad_scene::largest;
 
 /// Light that a cluster sends out, in a channel.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -21,7 +22,7 @@ impl Glow {
             power: self.power + other.power,
             positive: self.positive + other.positive,
             negative: self.negative + other.negative,
-            largest: self.largest.max(other.largest),
+            largest: largest(self.largest, other.largest),
         }
     }
 }
@@ -35,7 +36,7 @@ pub(crate) struct Pair {
 
 impl Pair {
     pub(crate) const fn and(self, other: Self) -> Self {
-        Self { largest: self.largest.max(other.largest), whole: self.whole + other.whole }
+        Self { largest: largest(self.largest, other.largest), whole: self.whole + other.whole }
     }
 }
 

@@ -2,6 +2,7 @@
 //! too.
 
 use radgrad_core::DVec3;
+use radgrad_scene::largest;
 
 use crate::mesh::Mesh;
 
@@ -21,7 +22,7 @@ impl Screens {
     /// Something of a face fills a part of the hemisphere.
     pub(crate) fn fill(&mut self, face: usize, part: f64) {
         match self.filling.iter_mut().find(|screen| screen.1 == face) {
-            Some(screen) => screen.0 = screen.0.max(part),
+            Some(screen) => screen.0 = largest(screen.0, part),
             None => self.filling.push((part, face)),
         }
         self.filling.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));

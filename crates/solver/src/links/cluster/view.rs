@@ -5,6 +5,7 @@
 //! area. Screens are what links fill the view with, and what has hidden others ([`super::screens`]). Of a cluster that is mostly
 //! behind these little is left.
 
+use radgrad_scene::{largest, smallest};
 use std::f64::consts::PI;
 
 use radgrad_core::DVec3;
@@ -31,7 +32,7 @@ impl View {
             return 0.0;
         }
         let by_peak = if self.peak.is_finite() { self.peak * power } else { f64::INFINITY };
-        by_peak.min(self.factor * largest)
+        smallest(by_peak, self.factor * largest)
     }
 }
 
@@ -51,9 +52,9 @@ impl Cluster {
         if distance <= 0.0 {
             return View { factor: 1.0, peak: f64::INFINITY };
         }
-        let peak = (over / distance).min(1.0) * (toward / distance).min(1.0) / (PI * distance * distance) * ROUNDED;
+        let peak = smallest(over / distance, 1.0) * smallest(toward / distance, 1.0) / (PI * distance * distance) * ROUNDED;
         let side = |axis: usize| {
-            let height = low[axis].max(-high[axis]);
+            let height = largest(low[axis], -high[axis]);
             if height <= 0.0 {
                 return 0.0;
             }
@@ -66,11 +67,11 @@ impl Cluster {
             }
             let (next, last) = ((axis + 1) % 3, (axis + 2) % 3);
             let area = (high[next] - low[next] + level) * (high[last] - low[last] + level);
-            let cosine = (over / distance).min(1.0);
+            let cosine = smallest(over / distance, 1.0);
             let seen = if screens.is_empty() { 1.0 } else { self.seen_through(axis, station, screens) };
             seen * cosine * area * (height + level) / (PI * distance * distance * distance) * ROUNDED
         };
-        let factor = (side(0) + side(1) + side(2)).min(peak * self.area()).min(1.0);
+        let factor = smallest(smallest(side(0) + side(1) + side(2), peak * self.area()), 1.0);
         View { factor, peak }
     }
 

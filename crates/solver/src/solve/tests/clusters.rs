@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use radgrad_core::{DVec3, Polygon};
-use radgrad_scene::Scene;
+use radgrad_scene::{Prepared, Scene, largest};
 
 use crate::field::Field;
 use crate::field::gathering::irradiance;
@@ -54,7 +54,7 @@ fn scene(side: usize) -> Scene {
         // Over the floor, so that this is not cut.
         add(roof([i + 0.2, j + 0.3], [i + 0.7, j + 0.8], height));
         sides([i + 0.2, j + 0.3], [i + 0.7, j + 0.8], height).into_iter().for_each(|wall| {
-            add(wall.map(|[x, y, z]| [x, y, z.max(0.01)]));
+            add(wall.map(|[x, y, z]| [x, y, largest(z, 0.01)]));
         });
     }
     scene
@@ -101,7 +101,7 @@ fn a_cluster_gives_no_more_than_its_view_and_a_cluster_that_faces_away_gives_not
                 assert!(cluster.faces(&mesh.elements()[receiver]) || factor <= 0.0);
                 seen += usize::from(factor > 0.0);
                 away += usize::from(view.factor == 0.0);
-                tight = tight.max(factor / view.factor.max(1e-9));
+                tight = largest(tight, factor / largest(view.factor, 1e-9));
             }
         }
     }
@@ -218,13 +218,13 @@ fn by_clusters_light_from_a_lamp_is_within_its_bounds_of_a_far_finer_solution() 
     let scene = scene(3);
     let degree = Some(1);
     let fine = solve(&scene, &Options { error: 0.05, degree, ..Options::default() }, |_| true).unwrap();
-    let known = fine.progress().bound * fine.mean()[0];
+    let known = fine.mean_bound()[0].total();
     for order in [Order::GaussSeidel, Order::Southwell] {
         let options = Options { error: 0.3, degree, first_elements: 1, most_elements: 1, order, ..Options::default() };
         let mesh = Mesh::new(&scene, 1).unwrap().clustered();
-        let rough = solve_on(&scene, &options, mesh, |_| true).unwrap();
+        let rough = solve_on(&Prepared::of(&scene).unwrap(), &options, mesh, |_| true).unwrap();
         assert!(rough.far.iter().any(|far| !far.is_empty()), "clusters are in force");
-        let bound = rough.progress().bound * rough.mean()[0];
+        let bound = rough.mean_bound()[0].total();
         let (mut off, mut area, mut at_points) = (0.0, 0.0, 0.0);
         for leaf in rough.mesh().leaves() {
             let element = &rough.mesh().elements()[leaf];

@@ -1,6 +1,6 @@
 //! What links are said to neglect is more than they do.
 
-use radgrad_scene::{Degenerate, Scene};
+use radgrad_scene::{Degenerate, Scene, largest};
 
 use crate::links::station::Station;
 use crate::links::transfer::Row;
@@ -44,7 +44,7 @@ fn what_a_link_neglects_is_within_its_bound() {
                     let off = (exact - sum(row, link.source)).abs();
                     let bound = field.neglected(mesh, link.source, channel, row);
                     count += 1;
-                    worst = worst.max((off - errors) / bound);
+                    worst = largest(worst, (off - errors) / bound);
                     assert!(off <= bound + errors, "{receiver} from {}: {off:e}, {bound:e} and {errors:e}", link.source);
                 }
             }
