@@ -1,6 +1,6 @@
 //! The gradient is the derivative of the value: closed form against differences of values enclosed to 28 digits.
 //!
-//! Differences of doubles leave 1e-11 (`tests/properties.rs`); here the step is so small that nothing is left but the
+//! Differences of doubles leave 1e-11 (`properties.rs`); here the step is so small that nothing is left but the
 //! gradient's own rounding, and its bound is tested with it.
 
 use glam::DVec3;

@@ -186,7 +186,7 @@ fn every_planted_slip_fails() {
 
 #[test]
 fn the_document_states_the_measured_effects() {
-    let document = include_str!("../../ERRATA.md");
+    let document = include_str!("../../../ERRATA.md");
     for &slip in Misprint::ERRATA {
         let row = effect(slip).row(slip.name());
         assert!(document.lines().any(|line| line == row), "ERRATA.md has no line\n{row}");

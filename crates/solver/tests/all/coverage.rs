@@ -137,7 +137,7 @@ fn cornell() -> Scene {
 
 /// Position, normal, radiosities and their bounds, as `data/reference/cornell_radiosity.jsonl` has them.
 fn references() -> Vec<[f64; 12]> {
-    let text = include_str!("../../../data/reference/cornell_radiosity.jsonl");
+    let text = include_str!("../../../../data/reference/cornell_radiosity.jsonl");
     let numbers = |line: &str| {
         let is_part = |c: char| c.is_ascii_digit() || matches!(c, '.' | '-' | 'e' | '+');
         let parts = line.split(|c: char| !is_part(c)).filter_map(|part| part.parse::<f64>().ok());

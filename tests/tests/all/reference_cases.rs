@@ -1,6 +1,6 @@
 //! The 84 cases of `data/reference/public.jsonl`, whose truth is known to 30 digits, through the path of `radgrad eval`.
 //!
-//! `cargo test -p radgrad-tests --test reference_cases -- --nocapture` prints the table of all families.
+//! `cargo test -p radgrad-tests --test all reference_cases -- --nocapture` prints the table of all families.
 
 use std::collections::BTreeMap;
 

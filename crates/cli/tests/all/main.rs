@@ -1,0 +1,5 @@
+//! One program for all tests of what is public, so that it is compiled and linked once.
+
+mod eval;
+mod scenes;
+mod solve;
