@@ -3,3 +3,4 @@
 mod closure;
 mod factors;
 mod files;
+mod prepared;
