@@ -4,3 +4,4 @@ mod closure;
 mod factors;
 mod files;
 mod hostile;
+mod prepared;

@@ -87,7 +87,8 @@ impl Solution {
                 if matches!(link.sight, Sight::Past(_)) { past += size } else { clear += size }
             }
             // The sums themselves round.
-            let rounds = if rho > 0.0 { 2.0 * f64::EPSILON * (links.len() + 2) as f64 } else { 0.0 };
+            let adds = rho > 0.0 && !(links.is_empty() && far.is_empty());
+            let rounds = if adds { 2.0 * f64::EPSILON * (links.len() + 2) as f64 } else { 0.0 };
             let summed = rounds * (sample.abs() + emitted);
             let most = &mut residual.largest;
             most.computation = largest(most.computation, rho * (neglected + clear) + summed);

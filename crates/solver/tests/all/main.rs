@@ -4,6 +4,7 @@ mod coverage;
 mod exact;
 mod fewer_elements;
 mod linking;
+mod prepared;
 mod receiver;
 mod reconstruction;
 mod shadows;
