@@ -41,8 +41,6 @@
 
 use std::ops::{Add, Mul};
 
-use fearless_simd::{Simd, f64x4};
-
 use crate::boundary::arc::Arc;
 use crate::boundary::horizon;
 #[cfg(doc)]
@@ -71,7 +69,7 @@ pub(crate) struct BoundedSum {
 const SECOND_ORDER: f64 = 1.001;
 
 /// What the fraction of a cut edge adds to the relative error of its cross product.
-pub(super) const FRACTION: f64 = ROUNDOFF;
+const FRACTION: f64 = ROUNDOFF;
 
 /// Errors of w and of crossing points above which nothing is bounded, and moments below which.
 const MOST_DISPLACED: f64 = 1e-6;
@@ -111,14 +109,14 @@ impl BoundedSum {
     /// The sums over the arcs of a polygon that nothing hides, and the bounds.
     #[inline]
     pub(crate) fn of(receiver: &Receiver, polygon: &Polygon, plan: &Plan) -> (IrradianceAndGradient<f64>, Self) {
-        edge_lanes::constant_bound::bounded(receiver, polygon, plan).unwrap_or_else(|| Self::one_by_one(receiver, polygon, plan))
+        edge_lanes::constant::bounded(receiver, polygon, plan).unwrap_or_else(|| Self::one_by_one(receiver, polygon, plan))
     }
 
     /// Of a polygon of which it is sure what is seen; the sums where its size is more than `narrow` of the distance of its
     /// farthest vertex.
     #[inline]
     pub(crate) fn where_sure(receiver: &Receiver, polygon: &Polygon, narrow: f64) -> Option<SureCase<Self>> {
-        edge_lanes::constant_bound::bounded_where_sure(receiver, polygon, narrow)
+        edge_lanes::constant::bounded_where_sure(receiver, polygon, narrow)
     }
 
     #[inline(never)]
@@ -178,7 +176,7 @@ impl ArcErrors {
             return;
         };
         // That of a vertex is less.
-        let moved = if self.crossing { (Moved::at(arc.start.inverse.max(arc.end.inverse)).eta, FRACTION) } else { (0.0, 0.0) };
+        let moved = self.crossing.then(|| Moved::at(arc.start.inverse.max(arc.end.inverse)).eta);
         let of_angle = AngleError::new(g, g.min(1.0), line.relative_error(), moved);
         let ew = of_angle.ew;
         self.angle_errors += of_angle.of_term(self.n1.dot(line.normal).abs());
@@ -190,7 +188,7 @@ impl ArcErrors {
         self.edges += size;
         self.along = self.along + line.normal.map(f64::abs) * error;
         self.across += size * ew;
-        if ew.max(of_angle.eta) > MOST_DISPLACED || line.moment < LEAST_MOMENT {
+        if ew.max(moved.unwrap_or(0.0)) > MOST_DISPLACED || line.moment < LEAST_MOMENT {
             (self.angle_errors, self.across) = (f64::INFINITY, f64::INFINITY);
         }
     }
@@ -209,50 +207,32 @@ pub(super) trait Figure:
 
 impl<T: Copy + Add<Output = T> + Mul<Output = T> + Add<f64, Output = T> + Mul<f64, Output = T>> Figure for T {}
 
-/// What an arc's ends are displaced by, relative to their distances: at most so much, or, of what no horizon cuts, by nothing.
-pub(super) trait Displacement<T>: Copy {
-    /// A sum with that, so many times.
-    fn add_to(self, sum: T, times: f64) -> T;
-    /// A sum with that, so many times a factor.
-    fn add_product_to(self, sum: T, times: f64, factor: T) -> T;
-}
-
-impl<T: Figure> Displacement<T> for T {
-    #[inline(always)]
-    fn add_to(self, sum: T, times: f64) -> T {
-        sum + self * times
-    }
-
-    #[inline(always)]
-    fn add_product_to(self, sum: T, times: f64, factor: T) -> T {
-        sum + factor * (self * times)
+/// A sum with what an arc's ends are displaced by, relative to their distances, so many times; by nothing where no horizon cuts.
+#[inline(always)]
+fn with_displacement<T: Figure>(sum: T, eta: Option<T>, times: f64) -> T {
+    match eta {
+        Some(eta) => sum + eta * times,
+        None => sum,
     }
 }
 
-/// No displacement.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Still;
-
-impl<S: Simd> Displacement<f64x4<S>> for Still {
-    #[inline(always)]
-    fn add_to(self, sum: f64x4<S>, _: f64) -> f64x4<S> {
-        sum
-    }
-
-    #[inline(always)]
-    fn add_product_to(self, sum: f64x4<S>, _: f64, _: f64x4<S>) -> f64x4<S> {
-        sum
+/// The same with that times a factor.
+#[inline(always)]
+fn with_product<T: Figure>(sum: T, eta: Option<T>, times: f64, factor: T) -> T {
+    match eta {
+        Some(eta) => sum + factor * (eta * times),
+        None => sum,
     }
 }
 
 /// An arc's angle, what it, its sine and w err by, and what its ends are displaced by.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct AngleError<T, D> {
+pub(super) struct AngleError<T> {
     g: T,
     dg: T,
     ds: T,
     ew: T,
-    eta: D,
+    eta: Option<T>,
 }
 
 /// What the weight of an arc up to a quarter turn is made of: `Q`, `g + sin g`, `T`, `s` and `min(g, s)`, all as sizes.
@@ -275,13 +255,14 @@ impl<T: Doubles> Weighed<T> {
     }
 }
 
-impl<T: Figure, D: Displacement<T>> AngleError<T, D> {
-    /// Of the angle g, given `min(g, 1)`.
+impl<T: Figure> AngleError<T> {
+    /// Of the angle g, given `min(g, 1)`; eta of an edge that may be cut.
     #[inline(always)]
-    pub(super) fn new(g: T, least: T, ew: T, (eta, fraction): (D, f64)) -> Self {
+    pub(super) fn new(g: T, least: T, ew: T, eta: Option<T>) -> Self {
         const U: f64 = ROUNDOFF;
-        let dg = eta.add_product_to(least * (ew + (8.0 * U + fraction)) + g * (4.0 * U), 2.0, least);
-        let ds = eta.add_product_to(g * (ew + (14.0 * U + fraction)), 2.0, g);
+        let fraction = if eta.is_some() { FRACTION } else { 0.0 };
+        let dg = with_product(least * (ew + (8.0 * U + fraction)) + g * (4.0 * U), eta, 2.0, least);
+        let ds = with_product(g * (ew + (14.0 * U + fraction)), eta, 2.0, g);
         Self { g, dg, ds, ew, eta }
     }
 
@@ -299,10 +280,10 @@ impl<T: Figure, D: Displacement<T>> AngleError<T, D> {
         let Self { g, dg, ds, eta, .. } = *self;
         let Weighed { near, sum, turn, cosines, least } = *weighed;
         let quarter = turn * 0.25;
-        let dc = eta.add_to(cosines * (6.5 * U) + 10.0 * U, 4.0);
-        let of_cosines = eta.add_product_to(cosines * (19.0 * U) + dc, 5.0, cosines);
+        let dc = with_displacement(cosines * (6.5 * U) + 10.0 * U, eta, 4.0);
+        let of_cosines = with_product(cosines * (19.0 * U) + dc, eta, 5.0, cosines);
         let first = quarter * (cosines * (dg + ds) + sum * of_cosines);
-        let second = g * eta.add_product_to(dg * 0.11 + g * (0.8 * U) + dc * 0.091, 0.091, g);
+        let second = g * with_product(dg * 0.11 + g * (0.8 * U) + dc * 0.091, eta, 0.091, g);
         let size = near * (quarter * sum * cosines + g * least * 0.091);
         (size, near * (first + second) + size * (5.5 * U))
     }
@@ -313,7 +294,7 @@ impl<T: Figure, D: Displacement<T>> AngleError<T, D> {
         const U: f64 = ROUNDOFF;
         let Self { g, dg, ds, ew, eta } = *self;
         let en = ew + 5.0 * U;
-        let db = eta.add_to(en * 2.0 + 54.0 * U, 2.0) * 0.71;
+        let db = with_displacement(en * 2.0 + 54.0 * U, eta, 2.0) * 0.71;
         let column = dg * 0.5 + ds + g * db * 2.0 + g * (28.0 * U);
         (g * nearness, (column + g * (en * 2.0 + 32.0 * U)) * nearness)
     }

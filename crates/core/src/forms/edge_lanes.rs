@@ -6,7 +6,6 @@
 //! surely below, an edge that passes very near the receiver.
 
 pub(crate) mod constant;
-pub(crate) mod constant_bound;
 pub(crate) mod cut;
 pub(crate) mod linear;
 #[cfg(test)]

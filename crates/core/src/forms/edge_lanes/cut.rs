@@ -59,11 +59,11 @@ impl<S: Simd> Cut<S> {
         plain.all_true().then(|| Self { four, visible: starts | ends, closing: Arc::between(exit, entry, horizon) })
     }
 
-    /// The sum over the first lanes of what there is to see.
+    /// A sum with the terms of the first lanes where there is something to see.
     #[inline(always)]
-    pub(crate) fn sum(&self, simd: S, terms: Vec3<f64x4<S>>, count: usize) -> Vec3<f64> {
+    pub(crate) fn add(&self, simd: S, sum: Vec3<f64>, terms: Vec3<f64x4<S>>, count: usize) -> Vec3<f64> {
         let zero = f64x4::splat(simd, 0.0);
-        plus_first(Vec3::default(), chosen(self.visible, terms, Vec3::new(zero, zero, zero)), count)
+        plus_first(sum, chosen(self.visible, terms, Vec3::new(zero, zero, zero)), count)
     }
 }
 

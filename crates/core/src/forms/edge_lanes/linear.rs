@@ -22,14 +22,20 @@ use crate::scalar::logarithm::of_normal;
 /// The sums and the power of two that normalised lengths, where double precision is sure of all decisions.
 #[inline]
 pub(crate) fn whole<const GRADIENT: bool>(receiver: &Receiver, emitter: &Emitter) -> Option<(f64, IrradianceAndGradient<f64>)> {
-    on_instruction_set!(*INSTRUCTION_SET, simd => sums::<_, GRADIENT>(simd, receiver, emitter))
+    on_instruction_set!(*INSTRUCTION_SET, simd => {
+        let power = power_seen_whole(simd, receiver, emitter.polygon())?;
+        Some((power, sums::<_, GRADIENT, false>(simd, receiver, emitter, power)?.0))
+    })
 }
 
 /// The same of a polygon that is seen whole, with lengths normalised by `power`, and a bound on their errors; where all is sure
 /// and no edge is seen past a quarter turn.
 #[inline]
 pub(crate) fn bounded(receiver: &Receiver, emitter: &Emitter, power: f64) -> Option<(IrradianceAndGradient<f64>, LinearBound)> {
-    on_instruction_set!(*INSTRUCTION_SET, simd => bounded_sums(simd, receiver, emitter, power))
+    on_instruction_set!(*INSTRUCTION_SET, simd => {
+        let (terms, bound) = sums::<_, true, true>(simd, receiver, emitter, power)?;
+        Some((terms, bound?))
+    })
 }
 
 /// The same of a polygon of which it is sure what is seen; the sums where that is all of it and its size is more than `narrow`
@@ -38,54 +44,45 @@ pub(crate) fn bounded(receiver: &Receiver, emitter: &Emitter, power: f64) -> Opt
 pub(crate) fn bounded_where_sure(receiver: &Receiver, emitter: &Emitter, narrow: f64) -> Option<SureCase<LinearBound>> {
     on_instruction_set!(*INSTRUCTION_SET, simd => {
         let plan = plan(simd, receiver, emitter.polygon())?;
-        let is_asked = plan.horizon == Horizon::Above && emitter.polygon().size() * plan.power > narrow;
-        Some(SureCase { plan, sums: if is_asked { bounded_sums(simd, receiver, emitter, plan.power) } else { None } })
+        if plan.horizon != Horizon::Above || emitter.polygon().size() * plan.power <= narrow {
+            return Some(SureCase { plan, sums: None });
+        }
+        let sums = match sums::<_, true, true>(simd, receiver, emitter, plan.power) {
+            Some((terms, Some(bound))) => Some((terms, bound)),
+            _ => None,
+        };
+        Some(SureCase { plan, sums })
     })
 }
 
 #[inline(always)]
-fn bounded_sums<S: Simd>(
+fn sums<S: Simd, const GRADIENT: bool, const BOUND: bool>(
     simd: S,
     receiver: &Receiver,
     emitter: &Emitter,
     power: f64,
-) -> Option<(IrradianceAndGradient<f64>, LinearBound)> {
+) -> Option<(IrradianceAndGradient<f64>, Option<LinearBound>)> {
     let polygon = emitter.polygon();
     let mut sum = LinearSum::new(SeenLinear::from(receiver, emitter, power, height_over_plane(simd, receiver, polygon, power)));
-    let mut errors = Errors::new(&sum, receiver, emitter, power)?;
+    let mut errors = if BOUND { Some(Errors::new(&sum, receiver, emitter, power)?) } else { None };
     let x = all(simd, receiver.position());
     let mut rest = polygon.vertices().len();
     let fours = polygon.four_edges();
     for four in fours {
         let four = EdgeLanes::new::<false>(simd, four, x, f64x4::splat(simd, power), fours.len() == 1)?;
         let count = rest.min(4);
-        let added = sum.add_four::<S, true>(simd, &four, count)?;
-        errors.add_four(simd, &sum, (&four, &added), count)?;
+        let added = sum.add_four::<S, GRADIENT>(simd, &four, count)?;
+        if let Some(errors) = &mut errors {
+            errors.add_four(simd, &sum, (&four, &added), count)?;
+        }
         rest -= count;
     }
     let terms = sum.total();
-    let bound = errors.bound(&sum, &terms);
+    let bound = errors.map(
+        #[inline(always)]
+        |errors| errors.bound(&sum, &terms),
+    );
     Some((terms, bound))
-}
-
-#[inline(always)]
-fn sums<S: Simd, const GRADIENT: bool>(
-    simd: S,
-    receiver: &Receiver,
-    emitter: &Emitter,
-) -> Option<(f64, IrradianceAndGradient<f64>)> {
-    let polygon = emitter.polygon();
-    let power = power_seen_whole(simd, receiver, polygon)?;
-    let mut sum = LinearSum::new(SeenLinear::from(receiver, emitter, power, height_over_plane(simd, receiver, polygon, power)));
-    let x = all(simd, receiver.position());
-    let mut rest = polygon.vertices().len();
-    let fours = polygon.four_edges();
-    for four in fours {
-        let four = EdgeLanes::new::<false>(simd, four, x, f64x4::splat(simd, power), fours.len() == 1)?;
-        sum.add_four::<S, GRADIENT>(simd, &four, rest.min(4))?;
-        rest -= rest.min(4);
-    }
-    Some((power, sum.total()))
 }
 
 impl<S: Simd> SeenLinear<f64x4<S>> {
@@ -207,7 +204,8 @@ mod tests {
             let emitter = Emitter::new(polygon, Emission::gradient(1.0, vector(&mut random, 1.0 / size))).unwrap();
             let mut first = None;
             for level in instruction_sets() {
-                let found = on_instruction_set!(level, simd => sums::<_, true>(simd, &receiver, &emitter));
+                let found = on_instruction_set!(level, simd => power_seen_whole(simd, &receiver, emitter.polygon())
+                    .and_then(|power| Some((power, sums::<_, true, false>(simd, &receiver, &emitter, power)?.0))));
                 let digits = found.map(|(power, terms)| (power, terms.irradiance, terms.gradient));
                 assert_eq!(*first.get_or_insert(digits), digits, "{level:?}");
             }
