@@ -121,7 +121,10 @@ pub(crate) fn run(arguments: &Arguments) -> Result<bool, Failure> {
     let rows = factors.faces().len();
     let block = arguments.rows.map_or(0..rows, |[i, n]| rows_of(rows, i, n));
     let bar = progress(block.len());
-    let mut matrix = factors.rows(block, &settings, || bar.inc(1))?;
+    // A repair moves values away from the middle of their brackets, which are narrower for that.
+    let share = if arguments.repair { 0.9 } else { 1.0 };
+    let narrower = FactorSettings { tolerance: share * settings.tolerance, relative: share * settings.relative, ..settings };
+    let mut matrix = factors.rows(block, &narrower, || bar.inc(1))?;
     bar.finish_and_clear();
     finite(&matrix)?;
     let repaired = if arguments.repair { Some(matrix.repair()?) } else { None };

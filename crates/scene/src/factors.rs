@@ -61,9 +61,9 @@ impl FactorSettings {
 }
 
 impl Default for FactorSettings {
-    /// An error of 1e-3, from up to 4000 pairs of cells a factor; an estimate of 3e-6 from up to 2000 points.
+    /// An error of 1e-3, from up to 20,000 pairs of cells a factor; an estimate of 3e-6 from up to 2000 points.
     fn default() -> Self {
-        Self { tolerance: 1e-3, relative: 0.0, most_cells: 4000, estimate: 3e-6, most_points: 2000 }
+        Self { tolerance: 1e-3, relative: 0.0, most_cells: 20_000, estimate: 3e-6, most_points: 2000 }
     }
 }
 

@@ -213,7 +213,7 @@ impl FactorMatrix {
         self.faces.iter().copied().filter(|&face| {
             let sum = self.sum(face);
             let slack = 1e-14 * (1.0 + self.row(face).count() as f64);
-            !(sum.lower <= 1.0 + slack && sum.upper >= 1.0 - slack)
+            sum.lower > 1.0 + slack || sum.upper < 1.0 - slack || sum.lower.is_nan() || sum.upper.is_nan()
         })
     }
 
@@ -241,7 +241,7 @@ impl FactorMatrix {
 
     /// Those whose bound is not what was asked for.
     pub fn unmet(&self, settings: &FactorSettings) -> impl Iterator<Item = (usize, Entry)> {
-        self.entries().filter(|(_, entry)| !(entry.error <= settings.allowed(entry.lower)))
+        self.entries().filter(|(_, entry)| entry.error > settings.allowed(entry.lower) || entry.error.is_nan())
     }
 
     /// The factors between surfaces: `A_S F_ST = sum A_i F_ij`, of those that have rows here. `scene` is the one that the matrix is of.

@@ -139,7 +139,6 @@ impl FormFactors<'_> {
 
     /// Where the search for what two faces exchange starts, what may be in between, and what they exchange if nothing is; no search
     /// where nothing may be in between.
-    #[expect(clippy::type_complexity, reason = "three things that go together once")]
     fn search(&self, faces: [usize; 2], estimate: f64) -> Option<(Option<Search<'_>>, Vec<usize>, Exchange)> {
         let polygons = faces.map(|face| self.scaled(face));
         if self.is_behind(faces) {

@@ -163,24 +163,20 @@ impl FactorMatrix {
         let mut size = dot(&rest, &ahead);
         let first = size;
         for _ in 0..GRADIENTS {
-            if !(size > 1e-28 * first) {
+            if size <= 1e-28 * first || size.is_nan() {
                 break;
             }
             let product = times(&direction);
             let curvature = dot(&direction, &product);
-            if !(curvature > 0.0) {
+            if curvature <= 0.0 || curvature.is_nan() {
                 break;
             }
             let share = size / curvature;
-            for i in 0..count {
-                solution[i] += share * direction[i];
-                rest[i] -= share * product[i];
-            }
+            solution.iter_mut().zip(&direction).for_each(|(solution, d)| *solution += share * d);
+            rest.iter_mut().zip(&product).for_each(|(rest, p)| *rest -= share * p);
             ahead = precondition(&rest);
             let next = dot(&rest, &ahead);
-            for i in 0..count {
-                direction[i] = ahead[i] + next / size * direction[i];
-            }
+            direction.iter_mut().zip(&ahead).for_each(|(direction, a)| *direction = a + next / size * *direction);
             size = next;
         }
         solution

@@ -44,7 +44,7 @@ pub(super) fn passing(
     whole: impl FnOnce() -> Exchange,
 ) -> Option<(Passing, Exchange)> {
     let [least, most] = kernel(cells, planes)?;
-    if edges.is_empty() || !(most - least <= USEFUL * least) {
+    if edges.is_empty() || most - least > USEFUL * least || least.is_nan() || most.is_nan() {
         return None;
     }
     let whole = whole();
@@ -73,7 +73,7 @@ fn kernel([a, b]: [&Cell; 2], planes: [&Plane; 2]) -> Option<[f64; 2]> {
     let centres = [a, b].map(Cell::centre);
     let radius = |cell: &Cell, centre: DVec3| cell.points.iter().map(|&p| (p - centre).length()).fold(0.0, larger);
     let nearest = (centres[1] - centres[0]).length() - radius(a, centres[0]) - radius(b, centres[1]);
-    if !(nearest > 0.0) {
+    if nearest <= 0.0 || nearest.is_nan() {
         return None;
     }
     let (mut rise, mut fall, mut farthest) = ([f64::INFINITY, 0.0], [f64::INFINITY, 0.0], 0.0);
