@@ -6,7 +6,7 @@
 
 use std::io;
 
-use radgrad_core::paper::{Slip, radiosity_and_gradient};
+use radgrad_core::paper::{Misprint, radiosity_and_gradient};
 use radgrad_scene::case::Problem;
 use rayon::prelude::*;
 
@@ -25,7 +25,7 @@ pub const MARGIN: f64 = 1e3;
 #[derive(Debug, Clone, PartialEq)]
 pub struct Mutant {
     /// The slip; `None` is the control.
-    pub slip: Option<Slip>,
+    pub slip: Option<Misprint>,
     /// Cases; in those with constant emission most slips of a linear one have no effect.
     pub cases: usize,
     /// Cases in which value or gradient is beyond the gate, or there is no answer or none that is finite.
@@ -61,7 +61,7 @@ impl Mutant {
     /// Name in the table.
     #[must_use]
     pub fn name(&self) -> &'static str {
-        self.slip.map_or("none (control)", Slip::name)
+        self.slip.map_or("none (control)", Misprint::name)
     }
 }
 
@@ -104,11 +104,11 @@ fn witnesses(seed: u64, count: u64) -> Vec<Witness> {
 #[must_use]
 pub fn mutants(seed: u64, count: u64, gate: f64) -> Vec<Mutant> {
     let witnesses = witnesses(seed, count);
-    let slips = std::iter::once(None).chain(Slip::ALL.iter().copied().map(Some));
+    let slips = std::iter::once(None).chain(Misprint::ALL.iter().copied().map(Some));
     slips.map(|slip| mutant(slip, &witnesses, gate)).collect()
 }
 
-fn mutant(slip: Option<Slip>, witnesses: &[Witness], gate: f64) -> Mutant {
+fn mutant(slip: Option<Misprint>, witnesses: &[Witness], gate: f64) -> Mutant {
     let mut row = Mutant { slip, cases: 0, beyond: 0, value: 0.0, gradient: 0.0, worst: None };
     for witness in witnesses {
         let (value, gradient) = relative_errors(slip, witness);
@@ -123,7 +123,7 @@ fn mutant(slip: Option<Slip>, witnesses: &[Witness], gate: f64) -> Mutant {
     row
 }
 
-fn relative_errors(slip: Option<Slip>, Witness { problem, truth, .. }: &Witness) -> (f64, f64) {
+fn relative_errors(slip: Option<Misprint>, Witness { problem, truth, .. }: &Witness) -> (f64, f64) {
     match radiosity_and_gradient(&problem.receiver, &problem.emitter, slip) {
         Ok((radiosity, gradient)) => (
             ratio(truth.radiosity_error(radiosity), truth.radiosity_magnitude()),
@@ -148,7 +148,7 @@ mod tests {
 
     #[test]
     fn a_slip_without_effect_is_reported_as_not_caught() {
-        let harmless = mutant(Some(Slip::K1Constant), &witnesses(1, 6), GATE);
+        let harmless = mutant(Some(Misprint::K1Constant), &witnesses(1, 6), GATE);
         assert!(harmless.cases > 0 && !harmless.passes(GATE), "{harmless:?}");
     }
 }

@@ -5,6 +5,7 @@
 use std::io::{self, Write};
 
 use radgrad_core::DVec3;
+use radgrad_scene::largest;
 use radgrad_solver::{Ledger, Shape, Solution};
 
 /// A format of a solution.
@@ -61,7 +62,8 @@ fn vtu(solution: &Solution, output: &mut dyn Write) -> io::Result<()> {
         cells.iter().flat_map(|cell| cell.corners.iter().map(move |&at| f(cell, at))).collect()
     };
     let elements = solution.mesh().elements();
-    let positions = points(&|cell, at| elements[cell.leaf].point(at).to_array().to_vec());
+    let placement = solution.placement();
+    let positions = points(&|cell, at| placement.outward(elements[cell.leaf].point(at)).to_array().to_vec());
     writeln!(output, "<Points>")?;
     array(output, "position", &positions)?;
     writeln!(output, "</Points>\n<Cells>")?;
@@ -78,7 +80,7 @@ fn vtu(solution: &Solution, output: &mut dyn Write) -> io::Result<()> {
     for (channel, name) in solution.channels().iter().enumerate() {
         let name = escaped(name);
         array(output, &format!("radiosity {name}"), &points(&|cell, at| vec![solution.value_on(cell.leaf, channel, at)]))?;
-        let gradient = points(&|cell, at| solution.gradient_on(cell.leaf, channel, at).to_array().to_vec());
+        let gradient = points(&|cell, at| (solution.gradient_on(cell.leaf, channel, at) * placement.power()).to_array().to_vec());
         array(output, &format!("gradient {name}"), &gradient)?;
         for (side, sign) in [("lower", -1.0), ("upper", 1.0)] {
             let values = cells.iter().zip(&bounds).flat_map(|(cell, bound)| {
@@ -132,10 +134,10 @@ fn ply(solution: &Solution, output: &mut dyn Write) -> io::Result<()> {
     let middle = 2.0 * solution.mean().iter().sum::<f64>() / channels as f64;
     for cell in &cells {
         for &at in cell.corners {
-            let DVec3 { x, y, z } = solution.mesh().elements()[cell.leaf].point(at);
+            let DVec3 { x, y, z } = solution.placement().outward(solution.mesh().elements()[cell.leaf].point(at));
             let colour = [0, 1, 2].map(|c| {
-                let value = solution.value_on(cell.leaf, if channels < 3 { 0 } else { c }, at).max(0.0);
-                srgb(value / (value + middle).max(f64::MIN_POSITIVE))
+                let value = solution.value_on(cell.leaf, if channels < 3 { 0 } else { c }, at);
+                srgb(shade(value, middle))
             });
             writeln!(output, "{x} {y} {z} {} {} {}", colour[0], colour[1], colour[2])?;
         }
@@ -147,6 +149,12 @@ fn ply(solution: &Solution, output: &mut dyn Write) -> io::Result<()> {
         first += cell.corners.len();
     }
     Ok(())
+}
+
+/// `B/(B + m)`, 0 where B is not positive.
+pub(crate) fn shade(value: f64, middle: f64) -> f64 {
+    let value = largest(value, 0.0);
+    value / largest(value + middle, f64::MIN_POSITIVE)
 }
 
 /// The byte of sRGB for a linear value in [0, 1].

@@ -1,7 +1,9 @@
 //! The result in one JSON object.
 
 use std::collections::BTreeMap;
+use std::fmt;
 
+use radgrad_scene::printable;
 use radgrad_solver::{Ledger, Solution};
 use serde::Serialize;
 
@@ -13,7 +15,7 @@ pub(crate) struct Summary {
     rounds: usize,
     elements: usize,
     links: usize,
-    /// Bound on the mean error over the mean radiosity, the largest of the channels.
+    /// Bound on the mean error over the mean radiosity that is reflected, the largest of the channels.
     bound: f64,
     /// What was asked for.
     error: f64,
@@ -21,12 +23,17 @@ pub(crate) struct Summary {
     ledger: BTreeMap<&'static str, f64>,
     /// In the unit of the scene.
     channels: Vec<Channel>,
+    /// What is probably not meant in the scene.
+    warnings: Vec<String>,
 }
 
 #[derive(Debug, Serialize)]
 struct Channel {
     name: String,
+    /// Over all area, with what faces emit.
     mean: f64,
+    /// The part of it that is reflected.
+    reflected: f64,
     bound: f64,
     ledger: BTreeMap<&'static str, f64>,
 }
@@ -35,14 +42,16 @@ impl Summary {
     pub(crate) fn of(solution: &Solution, error: f64, seconds: f64) -> Self {
         let progress = solution.progress();
         let bounds = solution.mean_bound();
-        let channel = |((name, &mean), ledger): ((&String, &f64), &Ledger)| Channel {
+        let means = solution.mean().iter().zip(solution.reflected());
+        let channel = |((name, (&mean, &reflected)), ledger): ((&String, (&f64, &f64)), &Ledger)| Channel {
             name: name.clone(),
             mean,
+            reflected,
             bound: ledger.total(),
             ledger: entries(ledger, 1.0),
         };
-        let channels: Vec<Channel> = solution.channels().iter().zip(solution.mean()).zip(&bounds).map(channel).collect();
-        let lit = bounds.iter().zip(solution.mean()).filter(|(_, mean)| **mean > 0.0);
+        let channels: Vec<Channel> = solution.channels().iter().zip(means).zip(&bounds).map(channel).collect();
+        let lit = bounds.iter().zip(solution.relative_to()).filter(|(_, mean)| **mean > 0.0);
         let worst = lit.max_by(|a, b| (a.0.total() / a.1).total_cmp(&(b.0.total() / b.1)));
         let (ledger, mean) = worst.map_or((Ledger::default(), 1.0), |(ledger, mean)| (*ledger, *mean));
         Self {
@@ -54,7 +63,24 @@ impl Summary {
             error,
             ledger: entries(&ledger, mean),
             channels,
+            warnings: solution.warnings().iter().map(ToString::to_string).collect(),
         }
+    }
+}
+
+impl fmt::Display for Summary {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { seconds, rounds, elements, links, bound, error, .. } = self;
+        writeln!(f, "{elements} elements, {links} links, {rounds} rounds, {seconds:.3} s")?;
+        writeln!(f, "bound {:.3} % of the mean radiosity, {:.3} % asked for\n", 100.0 * bound, 100.0 * error)?;
+        let names = || self.channels.iter().map(|channel| printable(&channel.name));
+        let width = names().map(|name| name.chars().count()).max().unwrap_or(0).max("channel".len());
+        writeln!(f, "{:width$}  {:>14}  {:>14}", "channel", "mean", "bound")?;
+        for (name, channel) in names().zip(&self.channels) {
+            writeln!(f, "{name:width$}  {:>14.6e}  {:>14.6e}", channel.mean, channel.bound)?;
+        }
+        writeln!(f, "\n{:15}  {:>14}", "of the bound", "% of the mean")?;
+        self.ledger.iter().try_for_each(|(source, share)| writeln!(f, "{source:15}  {:>14.6}", 100.0 * share))
     }
 }
 

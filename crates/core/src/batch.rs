@@ -1,7 +1,7 @@
 //! Many receivers against one emitter, or one receiver against many emitters, on the vector units of the machine.
 //!
-//! The closed form of a constant emitter (HS95 Eq. 8 and A.1, in the form of `batch::edge`) or of a linear one (`batch::linear`), with
-//! the receiver's horizon, several answers at a time: as many as a vector of the instruction set
+//! The closed form of a constant emitter (HS95 Eqs. 10, 11 and A.1, in the form of `batch::edge`) or of a linear one
+//! (`batch::linear`), with the receiver's horizon, several answers at a time: as many as a vector of the instruction set
 //! holds, found at run time. Each lane carries the bound derived in `batch::bound`; a lane whose bound is above the tolerance,
 //! or that cannot tell on which side of a plane it is, is answered again by the scalar path, so that what comes out is as
 //! certain as there. Polynomial emitters take the scalar path altogether.
@@ -38,19 +38,20 @@
 //! ```
 
 mod answers;
-mod arc_tangent;
 mod bound;
 mod cluster;
 mod edge;
 mod emitter_tree;
 mod emitters;
+mod emitting;
 mod far_field;
 mod lamps;
-mod lanes;
 mod linear;
 mod many_emitters;
 mod one_emitter;
 mod receivers;
+mod span;
+mod sums;
 mod tile;
 mod total;
 mod visible;
@@ -65,18 +66,77 @@ pub use emitters::Emitters;
 pub use receivers::Receivers;
 pub use total::Tally;
 
-use crate::{Emitter, Error, Receiver, level};
-use emitters::OneReceiver;
-use one_emitter::OneEmitter;
-use tile::Goal;
-use total::Total;
+use crate::batch::emitters::OneReceiver;
+use crate::batch::one_emitter::OneEmitter;
+use crate::batch::tile::Goal;
+use crate::batch::total::TreeWalk;
+use crate::error::Error;
+use crate::lanes::instruction_set;
+use crate::lanes::lane::Lane;
+use crate::problem::emission::Emitter;
+use crate::problem::receiver::Receiver;
 
 /// Single or double precision: `f32` or `f64`.
 #[allow(private_bounds, reason = "what lanes need of a number is not for others to implement")]
-pub trait Precision: lanes::Lane {}
+pub trait Precision: Lane + Compiled {}
 
-impl Precision for f64 {}
-impl Precision for f32 {}
+/// The kernels of one precision, compiled once: what is generic is compiled again in every crate that calls it.
+trait Compiled: Lane {
+    /// Many receivers against one emitter.
+    fn against(
+        engine: &Engine,
+        receivers: &Receivers<'_, Self>,
+        emitter: &Emitter,
+        goal: Goal,
+        answers: &mut Answers<Self>,
+    ) -> Result<(), Error>;
+
+    /// One receiver against many emitters.
+    fn seen_from(
+        engine: &Engine,
+        receiver: &Receiver,
+        emitters: &Emitters<'_, Self>,
+        goal: Goal,
+        answers: &mut Answers<Self>,
+    ) -> Result<(), Error>;
+}
+
+macro_rules! compiled {
+    ($precision:ty) => {
+        impl Precision for $precision {}
+
+        impl Compiled for $precision {
+            #[inline(never)]
+            fn against(
+                engine: &Engine,
+                receivers: &Receivers<'_, Self>,
+                emitter: &Emitter,
+                goal: Goal,
+                answers: &mut Answers<Self>,
+            ) -> Result<(), Error> {
+                let job = OneEmitter::new(*receivers, emitter, goal, engine.level);
+                let slots = answers.sized(receivers.count(), goal.asked);
+                answers.counts = tile::run(engine.threads, 0, slots, &|start, slots| job.tile(start, slots))?;
+                Ok(())
+            }
+
+            #[inline(never)]
+            fn seen_from(
+                engine: &Engine,
+                receiver: &Receiver,
+                emitters: &Emitters<'_, Self>,
+                goal: Goal,
+                answers: &mut Answers<Self>,
+            ) -> Result<(), Error> {
+                answers.counts = OneReceiver::new(receiver, emitters, goal, engine.level).all(engine.threads, answers)?;
+                Ok(())
+            }
+        }
+    };
+}
+
+compiled!(f32);
+compiled!(f64);
 
 /// How batches run: on which instruction set, on one thread or all.
 ///
@@ -97,7 +157,7 @@ impl Default for Engine {
 
 impl fmt::Display for Engine {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(level::name(self.level))?;
+        f.write_str(instruction_set::name(self.level))?;
         f.write_str(if self.threads { " on all threads" } else { "" })
     }
 }
@@ -112,7 +172,7 @@ impl Engine {
     /// One engine for each instruction set of this machine, best first.
     #[must_use]
     pub fn all() -> Vec<Self> {
-        level::levels().into_iter().map(|level| Self { level, threads: false }).collect()
+        instruction_set::instruction_sets().into_iter().map(|level| Self { level, threads: false }).collect()
     }
 
     /// The same on all threads of rayon's pool, where the crate is built with the feature `threads`.
@@ -131,7 +191,7 @@ impl Engine {
         emitter: &Emitter,
         answers: &mut Answers<F>,
     ) -> Result<(), Error> {
-        self.against(receivers, emitter, Goal::plain::<F>(false), answers)
+        F::against(self, receivers, emitter, Goal::plain::<F>(false), answers)
     }
 
     /// Radiosity and gradient at each receiver.
@@ -144,10 +204,10 @@ impl Engine {
         emitter: &Emitter,
         answers: &mut Answers<F>,
     ) -> Result<(), Error> {
-        self.against(receivers, emitter, Goal::plain::<F>(true), answers)
+        F::against(self, receivers, emitter, Goal::plain::<F>(true), answers)
     }
 
-    /// Radiosity of each receiver with its bound, to a relative tolerance as of [`crate::evaluate_to`].
+    /// Radiosity of each receiver with its bound, to a relative tolerance as of [`crate::evaluate::evaluate_to`].
     ///
     /// # Errors
     /// If a result overflows, or the tolerance is not in [0, 1].
@@ -158,11 +218,11 @@ impl Engine {
         tolerance: f64,
         answers: &mut Answers<F>,
     ) -> Result<(), Error> {
-        self.against(receivers, emitter, Goal::within(tolerance, false)?, answers)
+        F::against(self, receivers, emitter, Goal::within(tolerance, false)?, answers)
     }
 
-    /// Radiosity and gradient at each receiver with their bounds, to a relative tolerance as of [`crate::evaluate_to`]. In single
-    /// precision the bounds count the rounding of the results, so that nothing meets a tolerance below 1e-7.
+    /// Radiosity and gradient at each receiver with their bounds, to a relative tolerance as of [`crate::evaluate::evaluate_to`].
+    /// In single precision the bounds count the rounding of the results, so that nothing meets a tolerance below 1e-7.
     ///
     /// # Errors
     /// If a result overflows, or the tolerance is not in [0, 1].
@@ -173,7 +233,7 @@ impl Engine {
         tolerance: f64,
         answers: &mut Answers<F>,
     ) -> Result<(), Error> {
-        self.against(receivers, emitter, Goal::within(tolerance, true)?, answers)
+        F::against(self, receivers, emitter, Goal::within(tolerance, true)?, answers)
     }
 
     /// Radiosity and gradient due to each emitter, in the emitters' order.
@@ -186,7 +246,7 @@ impl Engine {
         emitters: &Emitters<'_, F>,
         answers: &mut Answers<F>,
     ) -> Result<(), Error> {
-        self.seen_from(receiver, emitters, Goal::plain::<F>(true), answers)
+        F::seen_from(self, receiver, emitters, Goal::plain::<F>(true), answers)
     }
 
     /// The same with bounds, to a relative tolerance for each emitter.
@@ -200,7 +260,7 @@ impl Engine {
         tolerance: f64,
         answers: &mut Answers<F>,
     ) -> Result<(), Error> {
-        self.seen_from(receiver, emitters, Goal::within(tolerance, true)?, answers)
+        F::seen_from(self, receiver, emitters, Goal::within(tolerance, true)?, answers)
     }
 
     /// Radiosity of each receiver due to all emitters of a tree together, within an absolute tolerance in the unit of the
@@ -239,33 +299,9 @@ impl Engine {
         if !(tolerance > 0.0 && tolerance.is_finite()) {
             return Err(Error::AbsoluteTolerance { value: tolerance });
         }
-        let job = Total { receivers: *receivers, tree, tolerance, level: self.level };
+        let job = TreeWalk { receivers: *receivers, tree, tolerance, level: self.level };
         answers.counts = Counts::default();
         let slots = answers.sized(receivers.count(), Goal::absolute(tolerance).asked);
         tile::run(self.threads, 0, slots, &|start, slots| job.tile(start, slots))
-    }
-
-    fn against<F: Precision>(
-        &self,
-        receivers: &Receivers<'_, F>,
-        emitter: &Emitter,
-        goal: Goal,
-        answers: &mut Answers<F>,
-    ) -> Result<(), Error> {
-        let job = OneEmitter::new(*receivers, emitter, goal, self.level);
-        let slots = answers.sized(receivers.count(), goal.asked);
-        answers.counts = tile::run(self.threads, 0, slots, &|start, slots| job.tile(start, slots))?;
-        Ok(())
-    }
-
-    fn seen_from<F: Precision>(
-        &self,
-        receiver: &Receiver,
-        emitters: &Emitters<'_, F>,
-        goal: Goal,
-        answers: &mut Answers<F>,
-    ) -> Result<(), Error> {
-        answers.counts = OneReceiver::new(receiver, emitters, goal, self.level).all(self.threads, answers)?;
-        Ok(())
     }
 }

@@ -1,100 +1,23 @@
 //! One receiver, one emitter, any occluders: the answer with its bounds.
 //!
 //! `B(x) = (rho/pi) int B(y) (n1.r)(-n2.r)/|r|^4 dA` (HS95 Eq. 1) over the part of the emitter that x sees above its horizon,
-//! and its gradient with respect to x at fixed n1. What is computed how is decided in [`crate::plan`] and [`crate::ladder`].
+//! and its gradient with respect to x at fixed n1. What is computed how is decided in [`crate::boundary::plan`] and
+//! [`crate::ladder::rungs`].
 
 use glam::DVec3;
 
-use crate::ladder::{Case, Ordinary};
-use crate::plan::Plan;
-use crate::terms::Terms;
-use crate::unit::Unit;
-use crate::vec3::Vec3;
-use crate::{Emission, Emitter, Error, Polygon, Receiver, constant, linear};
-
-/// Radiosity and its gradient with proven absolute error bounds.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Answer {
-    /// Radiosity `B(x)`, in the unit of the emission.
-    pub radiosity: f64,
-    /// Gradient of `B` with respect to `x` at fixed normal, in that unit over the unit of length.
-    pub gradient: DVec3,
-    /// Proven bound on the error of `radiosity`.
-    pub radiosity_error: f64,
-    /// Proven bound on the Euclidean norm of the error of `gradient`.
-    pub gradient_error: f64,
-    /// What answered.
-    pub method: Method,
-}
-
-impl Answer {
-    pub(crate) const ZERO: Self =
-        Self { radiosity: 0.0, gradient: DVec3::ZERO, radiosity_error: 0.0, gradient_error: 0.0, method: Method::Zero };
-
-    /// Whether both bounds are within `tolerance`, relative.
-    #[must_use]
-    pub fn meets(&self, tolerance: f64) -> bool {
-        let size = Vec3::from(self.gradient).length();
-        self.radiosity_error <= tolerance * self.radiosity.abs() && self.gradient_error <= tolerance * size
-    }
-}
-
-/// Radiosity with a proven absolute error bound.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Value {
-    /// Radiosity `B(x)`, in the unit of the emission.
-    pub radiosity: f64,
-    /// Proven bound on the error of `radiosity`.
-    pub radiosity_error: f64,
-    /// What answered.
-    pub method: Method,
-}
-
-impl Value {
-    pub(crate) const ZERO: Self = Self { radiosity: 0.0, radiosity_error: 0.0, method: Method::Zero };
-}
-
-/// How large the error of a value may be: `relative` times the value, or `absolute`, whichever is larger.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Tolerance {
-    /// Relative, in [0, 1].
-    pub relative: f64,
-    /// In the unit of the emission.
-    pub absolute: f64,
-}
-
-/// What gave an answer.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-#[non_exhaustive]
-pub enum Method {
-    /// Nothing to compute: the receiver is behind the emitter or in its plane, the emitter is below the horizon, or occluders
-    /// hide all of it. Exactly 0.
-    Zero,
-    /// A Gauss rule on the part of the emitter above the horizon, with an a-priori bound: far away, and wherever it is cheap.
-    Quadrature,
-    /// The closed form in double precision with a running error bound.
-    ClosedForm,
-    /// The same in double-double.
-    DoubleDouble,
-    /// The same with as many bits as it takes, rounded to doubles.
-    #[cfg(feature = "arbitrary-precision")]
-    ArbitraryPrecision,
-}
-
-impl Method {
-    /// Name in files: `zero`, `quadrature`, `closed-form`, `double-double`, `arbitrary-precision`.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Zero => "zero",
-            Self::Quadrature => "quadrature",
-            Self::ClosedForm => "closed-form",
-            Self::DoubleDouble => "double-double",
-            #[cfg(feature = "arbitrary-precision")]
-            Self::ArbitraryPrecision => "arbitrary-precision",
-        }
-    }
-}
+use crate::boundary::case::Case;
+use crate::boundary::plan::Plan;
+use crate::error::Error;
+use crate::forms::edge_lanes;
+use crate::forms::irradiance_and_gradient::IrradianceAndGradient;
+use crate::ladder::answer::{Answer, Tolerance, Value};
+use crate::ladder::caller_units::CallerUnits;
+use crate::ladder::rungs::DirectAttempt;
+use crate::problem::emission::{Emission, Emitter};
+use crate::problem::polygon::Polygon;
+use crate::problem::receiver::Receiver;
+use crate::scalar::vec3::Vec3;
 
 /// The relative error that [`evaluate`] asks for.
 pub const DEFAULT_TOLERANCE: f64 = 1e-12;
@@ -138,18 +61,22 @@ pub fn evaluate_to<'a>(
     occluders: impl IntoIterator<Item = &'a Polygon>,
     tolerance: f64,
 ) -> Result<Answer, Error> {
+    answer(receiver, emitter, &occluders.into_iter().collect::<Vec<_>>(), tolerance)
+}
+
+/// [`evaluate_to`], compiled once: what is generic is compiled again in every crate that calls it.
+fn answer(receiver: &Receiver, emitter: &Emitter, occluders: &[&Polygon], tolerance: f64) -> Result<Answer, Error> {
     if !(0.0..=1.0).contains(&tolerance) {
         return Err(Error::Tolerance { value: tolerance });
     }
-    let occluders: Vec<&Polygon> = occluders.into_iter().collect();
-    let ordinary = if occluders.is_empty() { Ordinary::new(receiver, emitter, tolerance)? } else { Ordinary::Nothing };
-    let plan = match ordinary {
-        Ordinary::Answer(answer) => return Ok(answer),
-        Ordinary::Plan(plan) => Some(plan),
-        Ordinary::Nothing => Plan::new(receiver, emitter.polygon()),
+    let direct = if occluders.is_empty() { DirectAttempt::new(receiver, emitter, tolerance)? } else { DirectAttempt::Nothing };
+    let plan = match direct {
+        DirectAttempt::Answer(answer) => return Ok(answer),
+        DirectAttempt::Plan(plan) => Some(plan),
+        DirectAttempt::Nothing => Plan::new(receiver, emitter.polygon()),
     };
     let Some(plan) = plan else { return Ok(Answer::ZERO) };
-    Case { receiver, emitter, occluders: &occluders, plan: &plan }.answer(tolerance)
+    Case { receiver, emitter, occluders, plan: &plan }.answer(tolerance)
 }
 
 /// Radiosity alone at `receiver` due to the part of `emitter` that it sees past `occluders`, with a bound.
@@ -178,6 +105,11 @@ pub fn evaluate_value<'a>(
     occluders: impl IntoIterator<Item = &'a Polygon>,
     tolerance: Tolerance,
 ) -> Result<Value, Error> {
+    value(receiver, emitter, &occluders.into_iter().collect::<Vec<_>>(), tolerance)
+}
+
+/// [`evaluate_value`], compiled once.
+fn value(receiver: &Receiver, emitter: &Emitter, occluders: &[&Polygon], tolerance: Tolerance) -> Result<Value, Error> {
     if !(0.0..=1.0).contains(&tolerance.relative) {
         return Err(Error::Tolerance { value: tolerance.relative });
     }
@@ -185,8 +117,7 @@ pub fn evaluate_value<'a>(
         return Err(Error::AbsoluteTolerance { value: tolerance.absolute });
     }
     let Some(plan) = Plan::new(receiver, emitter.polygon()) else { return Ok(Value::ZERO) };
-    let occluders: Vec<&Polygon> = occluders.into_iter().collect();
-    Case { receiver, emitter, occluders: &occluders, plan: &plan }.value(tolerance)
+    Case { receiver, emitter, occluders, plan: &plan }.value(tolerance)
 }
 
 /// Radiosity `B(x)` alone: the digits of the closed form in double precision, without bound and gradient. Where that breaks
@@ -197,7 +128,7 @@ pub fn evaluate_value<'a>(
 /// # Errors
 /// If the result over- or underflows.
 pub fn radiosity(receiver: &Receiver, emitter: &Emitter) -> Result<f64, Error> {
-    if let Some((plan, terms)) = side_by_side::<true, false>(receiver, emitter) {
+    if let Some((plan, terms)) = on_lanes::<true, false>(receiver, emitter) {
         let radiosity = terms.radiosity(receiver);
         if is_sound([radiosity]) {
             return Case { receiver, emitter, occluders: &[], plan: &plan }.radiosity(radiosity);
@@ -205,7 +136,7 @@ pub fn radiosity(receiver: &Receiver, emitter: &Emitter) -> Result<f64, Error> {
     }
     let Some(plan) = Plan::new(receiver, emitter.polygon()) else { return Ok(0.0) };
     let case = Case { receiver, emitter, occluders: &[], plan: &plan };
-    let Some(terms) = Terms::<f64>::sum::<true, false>(&case) else { return Ok(0.0) };
+    let Some(terms) = IrradianceAndGradient::<f64>::sum::<true, false>(&case) else { return Ok(0.0) };
     let radiosity = terms.radiosity(receiver);
     if is_sound([radiosity]) { case.radiosity(radiosity) } else { Ok(case.answer(1.0)?.radiosity) }
 }
@@ -217,7 +148,7 @@ pub fn radiosity(receiver: &Receiver, emitter: &Emitter) -> Result<f64, Error> {
 /// # Errors
 /// If the result over- or underflows.
 pub fn gradient(receiver: &Receiver, emitter: &Emitter) -> Result<DVec3, Error> {
-    if let Some((plan, terms)) = side_by_side::<false, true>(receiver, emitter) {
+    if let Some((plan, terms)) = on_lanes::<false, true>(receiver, emitter) {
         let gradient = terms.gradient(receiver);
         if is_sound(DVec3::from(gradient).to_array()) {
             return Case { receiver, emitter, occluders: &[], plan: &plan }.gradient(gradient);
@@ -225,7 +156,7 @@ pub fn gradient(receiver: &Receiver, emitter: &Emitter) -> Result<DVec3, Error> 
     }
     let Some(plan) = Plan::new(receiver, emitter.polygon()) else { return Ok(DVec3::ZERO) };
     let case = Case { receiver, emitter, occluders: &[], plan: &plan };
-    let Some(terms) = Terms::<f64>::sum::<false, true>(&case) else { return Ok(DVec3::ZERO) };
+    let Some(terms) = IrradianceAndGradient::<f64>::sum::<false, true>(&case) else { return Ok(DVec3::ZERO) };
     let gradient = terms.gradient(receiver);
     if is_sound(DVec3::from(gradient).to_array()) { case.gradient(gradient) } else { Ok(case.answer(1.0)?.gradient) }
 }
@@ -237,7 +168,7 @@ pub fn gradient(receiver: &Receiver, emitter: &Emitter) -> Result<DVec3, Error> 
 /// # Errors
 /// If a result over- or underflows.
 pub fn radiosity_and_gradient(receiver: &Receiver, emitter: &Emitter) -> Result<(f64, DVec3), Error> {
-    if let Some((plan, terms)) = side_by_side::<true, true>(receiver, emitter) {
+    if let Some((plan, terms)) = on_lanes::<true, true>(receiver, emitter) {
         let (radiosity, gradient) = (terms.radiosity(receiver), terms.gradient(receiver));
         if is_sound([radiosity]) && is_sound(DVec3::from(gradient).to_array()) {
             let case = Case { receiver, emitter, occluders: &[], plan: &plan };
@@ -246,7 +177,7 @@ pub fn radiosity_and_gradient(receiver: &Receiver, emitter: &Emitter) -> Result<
     }
     let Some(plan) = Plan::new(receiver, emitter.polygon()) else { return Ok((0.0, DVec3::ZERO)) };
     let case = Case { receiver, emitter, occluders: &[], plan: &plan };
-    let Some(terms) = Terms::<f64>::sum::<true, true>(&case) else { return Ok((0.0, DVec3::ZERO)) };
+    let Some(terms) = IrradianceAndGradient::<f64>::sum::<true, true>(&case) else { return Ok((0.0, DVec3::ZERO)) };
     let (radiosity, gradient) = (terms.radiosity(receiver), terms.gradient(receiver));
     if is_sound([radiosity]) && is_sound(DVec3::from(gradient).to_array()) {
         Ok((case.radiosity(radiosity)?, case.gradient(gradient)?))
@@ -268,21 +199,26 @@ pub fn radiosity_and_gradient(receiver: &Receiver, emitter: &Emitter) -> Result<
 pub fn irradiance_vector(receiver: &Receiver, emitter: &Emitter) -> Result<DVec3, Error> {
     let Some(plan) = Plan::new(receiver, emitter.polygon()) else { return Ok(DVec3::ZERO) };
     let case = Case { receiver, emitter, occluders: &[], plan: &plan };
-    let Some(terms) = Terms::<f64>::sum::<true, false>(&case) else { return Ok(DVec3::ZERO) };
+    let Some(terms) = IrradianceAndGradient::<f64>::sum::<true, false>(&case) else { return Ok(DVec3::ZERO) };
     let Vec3 { x, y, z } = terms.irradiance;
-    Unit::of_derivative(0, "irradiance vector", &plan, emitter).plain([x, y, z]).map(DVec3::from)
+    CallerUnits::of_derivative(0, "irradiance vector", &plan, emitter).plain([x, y, z]).map(DVec3::from)
 }
 
-/// The sums over an emitter of which it is plain what is seen, its edges side by side.
+/// The sums over an emitter on edge lanes, where double precision is sure of what is seen.
 #[inline]
-fn side_by_side<const VALUE: bool, const GRADIENT: bool>(receiver: &Receiver, emitter: &Emitter) -> Option<(Plan, Terms<f64>)> {
+fn on_lanes<const VALUE: bool, const GRADIENT: bool>(
+    receiver: &Receiver,
+    emitter: &Emitter,
+) -> Option<(Plan, IrradianceAndGradient<f64>)> {
     match emitter.emission() {
         Emission::Constant(_) => {
-            let (plan, sums) = constant::plain::<VALUE, GRADIENT>(receiver, emitter.polygon())?;
+            let (plan, sums) = edge_lanes::constant::sure::<VALUE, GRADIENT>(receiver, emitter.polygon())?;
             let emission = emitter.affine().value;
-            Some((plan, Terms { irradiance: sums.irradiance * emission, gradient: sums.gradient * emission }))
+            Some((plan, IrradianceAndGradient { irradiance: sums.irradiance * emission, gradient: sums.gradient * emission }))
         }
-        Emission::Linear(_) => linear::whole::<GRADIENT>(receiver, emitter).map(|(power, sums)| (Plan::whole(power), sums)),
+        Emission::Linear(_) => {
+            edge_lanes::linear::whole::<GRADIENT>(receiver, emitter).map(|(power, sums)| (Plan::whole(power), sums))
+        }
         Emission::Polynomial(_) => None,
     }
 }
@@ -297,7 +233,8 @@ fn is_sound<const N: usize>(normalised: [f64; N]) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Emission;
+    use crate::ladder::answer::Method;
+    use crate::problem::emission::Emission;
 
     fn case(normal: DVec3, emission: Emission) -> (Receiver, Emitter) {
         let triangle = [[-0.9, 0.1, 0.2], [-0.1, 0.7, 0.3], [0.4, -0.9, 0.1]].map(DVec3::from);

@@ -10,46 +10,20 @@
 //! The bound is that of each triangle's truncation ([`triangle`]) and rounding ([`sums`]). Polygons off one plane by their
 //! planarity defect, and vertex values off one affine function, add 8 defects over the height and the residual, relative.
 
-mod fan;
 mod outline;
 mod rules;
+mod scene;
 mod source;
 mod square;
 mod sums;
 mod triangle;
 
-use crate::four::certain_height;
-use crate::number::ROUNDOFF;
-use crate::plan::{Horizon, Plan, unit_normal};
-use crate::vec3::Vec3;
-use crate::{Emitter, Receiver};
-pub(crate) use fan::FanTriangle;
-use fan::{Shape, apex_first};
-use source::Source;
-use triangle::{Seen, Triangle};
-
-/// Value and gradient without the factor rho/pi, in normalised lengths and emission, with absolute error bounds.
-#[derive(Debug, Clone, Copy, Default)]
-pub(crate) struct Integral {
-    pub(crate) value: f64,
-    pub(crate) gradient: Vec3<f64>,
-    pub(crate) value_error: f64,
-    pub(crate) gradient_error: f64,
-}
-
-/// What all triangles of a case share.
-#[derive(Debug)]
-struct Scene<'a> {
-    n1: Vec3<f64>,
-    n2: Vec3<f64>,
-    height: f64,
-    source: Source<'a>,
-    /// Relative error that the input brings: the height rounded, vertices off the plane, values off the affine function.
-    input_error: f64,
-    is_clipped: bool,
-    /// Multiplies lengths.
-    power: f64,
-}
+use crate::boundary::plan::{Horizon, Plan};
+use crate::gauss::scene::{Integral, Scene};
+use crate::gauss::triangle::{SeenTriangle, Triangle};
+use crate::problem::emission::Emitter;
+use crate::problem::fan::{Shape, apex_first};
+use crate::problem::receiver::Receiver;
 
 /// The integral to full precision by a rule with at most `most` nodes; `None` if it takes more, or the emitter is too near for
 /// any rule.
@@ -71,16 +45,6 @@ pub(crate) fn integral(receiver: &Receiver, emitter: &Emitter, plan: &Plan, most
     scene.over(fan, most, |corners| scene.clipped_triangle(corners, spread))
 }
 
-impl Integral {
-    fn add(&mut self, other: Self, terms: usize) {
-        let rounding = terms as f64 * ROUNDOFF;
-        self.value += other.value;
-        self.gradient = self.gradient + other.gradient;
-        self.value_error += other.value_error + rounding * other.value.abs();
-        self.gradient_error += other.gradient_error + rounding * other.gradient.norm();
-    }
-}
-
 impl<'a> Scene<'a> {
     /// The integral over a fan, made of triangles one by one.
     #[inline]
@@ -88,7 +52,7 @@ impl<'a> Scene<'a> {
         &self,
         fan: impl ExactSizeIterator<Item = T>,
         most: usize,
-        triangle: impl Fn(T) -> (Shape, Seen),
+        triangle: impl Fn(T) -> (Shape, SeenTriangle),
     ) -> Option<Integral> {
         let additions = fan.len().checked_sub(1)?;
         let (mut sum, mut nodes) = (Integral::default(), 0);
@@ -102,22 +66,5 @@ impl<'a> Scene<'a> {
             sum.add(self.integral(&Triangle { shape: &shape, seen: &seen, rule }), additions);
         }
         Some(sum)
-    }
-
-    fn new(receiver: &Receiver, emitter: &'a Emitter, plan: &Plan) -> Self {
-        let polygon = emitter.polygon();
-        let (height, height_error) = certain_height(receiver, polygon, plan.power);
-        let is_clipped = plan.horizon == Horizon::Crossing;
-        let source = Source::new(emitter, is_clipped);
-        let input_error = 8.0 * polygon.planarity_defect() * plan.power / height + height_error / height + source.input_error;
-        Self {
-            n1: unit_normal(receiver),
-            n2: polygon.normal().into(),
-            height,
-            source,
-            input_error,
-            is_clipped,
-            power: plan.power,
-        }
     }
 }

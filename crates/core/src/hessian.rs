@@ -2,8 +2,8 @@
 //! occluders.
 //!
 //! The gradient is `(rho B/pi) sum int (n1.r) (dy x r) / r^4` over the parts of the emitter's edges above the horizon
-//! ([`crate::constant`]). Its derivative with respect to x at fixed y is minus that with respect to r. The end points of the
-//! parts move with x where the horizon cuts an edge, but the integrand is zero there, `n1.r = 0`: the horizon adds nothing
+//! ([`crate::forms::constant`]). Its derivative with respect to x at fixed y is minus that with respect to r. The end points of
+//! the parts move with x where the horizon cuts an edge, but the integrand is zero there, `n1.r = 0`: the horizon adds nothing
 //! beyond shortening the edges. In the frame of a line at distance S, `r = S (toward + along tan psi)`, `dy x r = -S N ds`, the
 //! integrals are those of `cos^2` times one, `cos^2`, `cos sin` and `sin^2`:
 //!
@@ -27,28 +27,34 @@
 //! # Where it is
 //! B is twice differentiable in front of the emitter except where a whole edge lies in the horizon, which leaves the second
 //! derivative from the side on which the edge is hidden, and where an edge is seen through a vertex or along another edge that it
-//! does not meet: then the bound is infinite. Terms are of the size `1/(S r)`: far away the sum cancels by D/s, at distance D for
-//! an emitter of size s, as the gradient's does. Bounds are running ([`crate::certify`]); the ladder is f64, double-double, then
-//! as many bits as it takes.
+//! does not meet: then the bound is infinite. Terms are of the size `1/(S r)`: far away the sum cancels by D/s,
+//! at distance D for an emitter of size s, as the gradient's does. Bounds are running ([`crate::scalar::ball`]); the ladder is
+//! f64, double-double, then as many bits as it takes.
 
 use glam::DMat3;
 
-use crate::arc::Arc;
+use crate::boundary::arc::Arc;
+use crate::boundary::case::Case;
+use crate::boundary::line::Line;
+use crate::boundary::plan::Plan;
+use crate::boundary::{horizon, visibility};
+use crate::error::Error;
+use crate::ladder::answer::Method;
+use crate::ladder::caller_units::CallerUnits;
 #[cfg(feature = "arbitrary-precision")]
-use crate::big::{Big, Enclosure, PRECISIONS, enough_for_doubles, refined, relative_error, to_doubles};
-use crate::certify::Ball;
+use crate::ladder::digits::{Enclosed, to_doubles};
+use crate::problem::emission::{Emission, Emitter};
+use crate::problem::polygon::Polygon;
+use crate::problem::receiver::{Receiver, albedo, unit_normal};
+use crate::scalar::ball::Ball;
 #[cfg(feature = "arbitrary-precision")]
-use crate::digits::Enclosed;
-use crate::double_double::DoubleDouble;
-use crate::ladder::Case;
-use crate::line::Line;
-use crate::number::{Number, ROUNDOFF};
-use crate::plan::{Plan, unit_normal};
-use crate::real::Real;
-use crate::terms::albedo;
-use crate::unit::Unit;
-use crate::vec3::Vec3;
-use crate::{Emission, Emitter, Error, Method, Polygon, Receiver, horizon, visibility};
+use crate::scalar::big::Big;
+#[cfg(feature = "arbitrary-precision")]
+use crate::scalar::big::enclosure::{Enclosure, PRECISIONS, enough_for_doubles, refined, relative_error};
+use crate::scalar::double_double::DoubleDouble;
+use crate::scalar::number::{Number, ROUNDOFF};
+use crate::scalar::real::Real;
+use crate::scalar::vec3::Vec3;
 
 /// Second derivatives of the radiosity with a proven absolute error bound.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -120,6 +126,11 @@ pub fn hessian_to<'a>(
     occluders: impl IntoIterator<Item = &'a Polygon>,
     tolerance: f64,
 ) -> Result<Hessian, Error> {
+    bounded(receiver, emitter, &occluders.into_iter().collect::<Vec<_>>(), tolerance)
+}
+
+/// [`hessian_to`], compiled once: what is generic is compiled again in every crate that calls it.
+fn bounded(receiver: &Receiver, emitter: &Emitter, occluders: &[&Polygon], tolerance: f64) -> Result<Hessian, Error> {
     if !(0.0..=1.0).contains(&tolerance) {
         return Err(Error::Tolerance { value: tolerance });
     }
@@ -142,10 +153,10 @@ pub fn hessian_to<'a>(
 }
 
 /// Runs a computation that needs a constant emission, and that is not zero by plan.
-fn with_case<'a, R>(
+fn with_case<R>(
     receiver: &Receiver,
     emitter: &Emitter,
-    occluders: impl IntoIterator<Item = &'a Polygon>,
+    occluders: &[&Polygon],
     zero: R,
     computation: impl FnOnce(&Case<'_>) -> Result<R, Error>,
 ) -> Result<R, Error> {
@@ -158,13 +169,12 @@ fn with_case<'a, R>(
         return Err(Error::EmissionKind { quantity: "the Hessian", needed: "constant", given });
     }
     let Some(plan) = Plan::new(receiver, emitter.polygon()) else { return Ok(zero) };
-    let occluders: Vec<&Polygon> = occluders.into_iter().collect();
-    let case = Case { receiver, emitter, occluders: &occluders, plan: &plan };
+    let case = Case { receiver, emitter, occluders, plan: &plan };
     if case.is_dark() { Ok(zero) } else { computation(&case) }
 }
 
-fn unit(case: &Case<'_>) -> Unit {
-    Unit::of_derivative(2, "Hessian", case.plan, case.emitter)
+fn unit(case: &Case<'_>) -> CallerUnits {
+    CallerUnits::of_derivative(2, "Hessian", case.plan, case.emitter)
 }
 
 /// What a rung found, in normalised lengths and emission.
@@ -225,7 +235,7 @@ fn columns<T: Real>(case: &Case<'_>) -> Option<[T; 9]> {
         horizon::visit_boundary(receiver, emitter.polygon(), plan, |arc: &Arc<T>| add(edge_term(n1, arc)));
         true
     } else {
-        let (outlines, doubt) = visibility::outlines(receiver, emitter, occluders, plan)?;
+        let (outlines, uncertainty) = visibility::outlines(receiver, emitter, occluders, plan)?;
         for outline in outlines {
             let next = outline.iter().cycle().skip(1);
             for ((arc, meets), (next, _)) in outline.iter().zip(next) {
@@ -235,7 +245,7 @@ fn columns<T: Real>(case: &Case<'_>) -> Option<[T; 9]> {
                 }
             }
         }
-        doubt.is_none()
+        uncertainty.is_none()
     };
     let factor = albedo::<T>(receiver) * T::exact(emitter.affine().value);
     let [on, off] = sum.map(|v| v * factor);

@@ -26,53 +26,29 @@
 //! # Ok::<(), radgrad_core::Error>(())
 //! ```
 
-mod arc;
-mod arc_tangent;
 pub mod batch;
-#[cfg(feature = "arbitrary-precision")]
-mod big;
-mod certify;
-mod constant;
-#[cfg(feature = "arbitrary-precision")]
-mod digits;
-mod dilogarithm;
-mod double_double;
-mod edge_name;
-mod emission;
+mod boundary;
 mod error;
 mod evaluate;
-mod exact;
-mod four;
+mod forms;
 mod gauss;
-mod geometry;
 mod hessian;
-mod horizon;
 mod ladder;
-mod level;
-mod line;
-mod linear;
-mod logarithm;
-mod number;
+mod lanes;
 pub mod paper;
-mod plan;
-mod polynomial;
-mod radius;
-mod real;
-mod terms;
-mod triangulate;
-mod unit;
-mod vec3;
-mod visibility;
+mod problem;
+mod scalar;
 
-#[cfg(feature = "arbitrary-precision")]
-pub use digits::{MOST_DIGITS, PreciseAnswer, evaluate_digits};
-pub use emission::{Emission, Emitter, Linear};
 pub use error::Error;
 pub use evaluate::{
-    Answer, DEFAULT_TOLERANCE, Method, Tolerance, Value, evaluate, evaluate_to, evaluate_value, gradient, irradiance_vector,
-    radiosity, radiosity_and_gradient,
+    DEFAULT_TOLERANCE, evaluate, evaluate_to, evaluate_value, gradient, irradiance_vector, radiosity, radiosity_and_gradient,
 };
-pub use geometry::{Polygon, Receiver};
 pub use glam::{DMat3, DVec3};
 pub use hessian::{Hessian, hessian, hessian_to};
-pub use polynomial::{Monomial, Polynomial};
+pub use ladder::answer::{Answer, Method, Tolerance, Value};
+#[cfg(feature = "arbitrary-precision")]
+pub use ladder::digits::{MOST_DIGITS, PreciseAnswer, evaluate_digits};
+pub use problem::emission::{Emission, Emitter, Linear};
+pub use problem::polygon::Polygon;
+pub use problem::polynomial::{Monomial, Polynomial};
+pub use problem::receiver::Receiver;

@@ -1,7 +1,7 @@
 //! Appendix A of Holzschuch and Sillion 1995 (HS95): radiosity and gradient of a constant or linear emitter, unoccluded.
 //!
 //! Corrected, this is a second implementation of what [`crate::radiosity_and_gradient`] computes, by other sums in another
-//! order and with X1 and X2 by quadrature, so that the two may be compared. With a [`Slip`] planted it is what the audit must
+//! order and with X1 and X2 by quadrature, so that the two may be compared. With a [`Misprint`] planted it is what the audit must
 //! catch; [`as_printed`] is the appendix to the letter. Symbols are the paper's: `r_i = E_i - x`, `e_i = E_{i+1} - E_i`,
 //! `w_i = r_i x e_i`, `k = grad B(y) x n2`, and I1 I2 J1 J2 K1 K2 X1 X2. With `c = n2.(n1 x k)`:
 //!
@@ -23,20 +23,22 @@
 
 mod edge;
 mod horizon;
-mod slip;
+mod misprint;
 mod surface;
 
 use glam::DVec3;
 
-pub use slip::Slip;
+pub use crate::paper::misprint::Misprint;
 
-use crate::geometry::normalising_power;
-use crate::{Emission, Emitter, Error, Receiver};
-use edge::Edge;
-use horizon::Vertex;
-use slip::Slips;
+use crate::error::Error;
+use crate::paper::edge::AppendixEdge;
+use crate::paper::horizon::Vertex;
+use crate::paper::misprint::Misprints;
+use crate::problem::emission::{Emission, Emitter};
+use crate::problem::receiver::Receiver;
+use crate::scalar::power::normalising_power;
 
-/// Radiosity and gradient by appendix A, corrected, or with one `slip` planted.
+/// Radiosity and gradient by appendix A, corrected, or with one `misprint` planted.
 ///
 /// Both are 0 where the receiver is behind the emitter or in its plane, or the whole emitter is below the horizon.
 ///
@@ -52,8 +54,8 @@ use slip::Slips;
 /// assert!((radiosity - 0.1105071695519828).abs() < 1e-16);
 /// # Ok::<(), radgrad_core::Error>(())
 /// ```
-pub fn radiosity_and_gradient(receiver: &Receiver, emitter: &Emitter, slip: Option<Slip>) -> Result<(f64, DVec3), Error> {
-    evaluate(receiver, emitter, Slips(slip.as_slice()))
+pub fn radiosity_and_gradient(receiver: &Receiver, emitter: &Emitter, misprint: Option<Misprint>) -> Result<(f64, DVec3), Error> {
+    evaluate(receiver, emitter, Misprints(misprint.as_slice()))
 }
 
 /// Radiosity and gradient by appendix A with all its misprints at once. Those of Eqs. 9 and 11 are not among them: the
@@ -62,31 +64,31 @@ pub fn radiosity_and_gradient(receiver: &Receiver, emitter: &Emitter, slip: Opti
 /// # Errors
 /// As [`radiosity_and_gradient`].
 pub fn as_printed(receiver: &Receiver, emitter: &Emitter) -> Result<(f64, DVec3), Error> {
-    evaluate(receiver, emitter, Slips(Slip::APPENDIX))
+    evaluate(receiver, emitter, Misprints(Misprint::APPENDIX))
 }
 
-fn evaluate(receiver: &Receiver, emitter: &Emitter, slips: Slips<'_>) -> Result<(f64, DVec3), Error> {
+fn evaluate(receiver: &Receiver, emitter: &Emitter, misprints: Misprints<'_>) -> Result<(f64, DVec3), Error> {
     if let Emission::Polynomial(_) = emitter.emission() {
         return Err(Error::EmissionKind { quantity: "appendix A", needed: "constant or linear", given: "polynomial" });
     }
     let vertices = emitter.polygon().vertices();
     let x = receiver.position();
     let height = emitter.polygon().normal().dot(x - vertices[0]);
-    if height == 0.0 || (height < 0.0 && !slips.planted(Slip::BackFaceCounted)) {
+    if height == 0.0 || (height < 0.0 && !misprints.planted(Misprint::BackFaceCounted)) {
         return Ok((0.0, DVec3::ZERO));
     }
     // Lengths in a unit near the distance: r^-4 then keeps its exponent range at any scale, and powers of two cost no digits.
     let power = normalising_power(vertices.iter().map(|v| (*v - x).abs().max_element()).fold(0.0, f64::max));
     let whole: Vec<Vertex> = vertices.iter().map(|v| Vertex { r: (*v - x) * power, b: emitter.emission_at(*v) }).collect();
-    let seen = if slips.planted(Slip::HorizonIgnored) { whole } else { horizon::part_above(&whole, receiver.normal()) };
+    let seen = if misprints.planted(Misprint::HorizonIgnored) { whole } else { horizon::part_above(&whole, receiver.normal()) };
     if seen.is_empty() {
         return Ok((0.0, DVec3::ZERO));
     }
-    let k = if slips.planted(Slip::TriangleK) { printed_k(emitter) } else { k(emitter) };
-    let sums = Sums::new([receiver.normal(), emitter.polygon().normal(), k / power], &seen, slips)?;
-    let factor = receiver.reflectance() / slips.choose(Slip::ValueDoubled, 2.0, 1.0) / std::f64::consts::PI;
+    let k = if misprints.planted(Misprint::TriangleK) { printed_k(emitter) } else { k(emitter) };
+    let sums = AppendixSums::new([receiver.normal(), emitter.polygon().normal(), k / power], &seen, misprints)?;
+    let factor = receiver.reflectance() / misprints.choose(Misprint::ValueDoubled, 2.0, 1.0) / std::f64::consts::PI;
     let radiosity = factor * sums.value();
-    let sign = slips.choose(Slip::Equation9Sign, 1.0, -1.0);
+    let sign = misprints.choose(Misprint::Equation9Sign, 1.0, -1.0);
     let gradient = sign * receiver.reflectance() / (2.0 * std::f64::consts::PI) * sums.gradient() * power;
     match (radiosity.is_finite(), gradient.is_finite()) {
         (true, true) => Ok((radiosity, gradient)),
@@ -110,7 +112,7 @@ fn printed_k(emitter: &Emitter) -> DVec3 {
 }
 
 /// What the sums of the appendix run over, lengths in the normalised unit.
-struct Sums<'a> {
+struct AppendixSums<'a> {
     n1: DVec3,
     n2: DVec3,
     k: DVec3,
@@ -118,39 +120,40 @@ struct Sums<'a> {
     c: f64,
     x1: f64,
     x2: f64,
-    edges: Vec<Edge>,
+    edges: Vec<AppendixEdge>,
     /// `B_i`, emission at vertex i.
     b: Vec<f64>,
-    slips: Slips<'a>,
+    misprints: Misprints<'a>,
 }
 
-impl<'a> Sums<'a> {
-    fn new([n1, n2, k]: [DVec3; 3], seen: &[Vertex], slips: Slips<'a>) -> Result<Self, Error> {
+impl<'a> AppendixSums<'a> {
+    fn new([n1, n2, k]: [DVec3; 3], seen: &[Vertex], misprints: Misprints<'a>) -> Result<Self, Error> {
         let count = seen.len();
         let r = |i: usize| seen[i % count].r;
-        let summed = count - slips.choose(Slip::LastEdgeMissing, 0, 1);
-        let edges: Vec<Edge> = (0..summed).map(|i| Edge::new(i, [r(i), r(i + 1), r(i + 2)], slips)).collect::<Result<_, _>>()?;
+        let summed = count - misprints.choose(Misprint::LastEdgeMissing, 0, 1);
+        let edges: Vec<AppendixEdge> =
+            (0..summed).map(|i| AppendixEdge::new(i, [r(i), r(i + 1), r(i + 2)], misprints)).collect::<Result<_, _>>()?;
         let c = n2.dot(n1.cross(k));
         let (x1, x2) = if c == 0.0 { (0.0, 0.0) } else { surface::x1_x2(&edges, n2) };
-        let x1 = slips.choose(Slip::X1Missing, x1, 0.0);
-        Ok(Self { n1, n2, k, c, x1, x2, edges, b: seen.iter().map(|v| v.b).collect(), slips })
+        let x1 = misprints.choose(Misprint::X1Missing, x1, 0.0);
+        Ok(Self { n1, n2, k, c, x1, x2, edges, b: seen.iter().map(|v| v.b).collect(), misprints })
     }
 
     /// `delta B_i = B_{i+1} - B_i`.
     fn delta(&self, i: usize) -> f64 {
         let at = |j: usize| self.b[j % self.b.len()];
-        if self.slips.planted(Slip::DeltaOfPreviousEdge) {
+        if self.misprints.planted(Misprint::DeltaOfPreviousEdge) {
             return at(i) - at(i + self.b.len() - 1);
         }
-        self.slips.choose(Slip::DeltaSign, 1.0, -1.0) * (at(i + 1) - at(i))
+        self.misprints.choose(Misprint::DeltaSign, 1.0, -1.0) * (at(i + 1) - at(i))
     }
 
     /// `B_i I1(i) + delta B_i J1(i)`, the emission integrated along edge i over the squared distance.
-    fn emission_over_square(&self, i: usize, edge: &Edge) -> f64 {
+    fn emission_over_square(&self, i: usize, edge: &AppendixEdge) -> f64 {
         self.b[i] * edge.i1 + self.delta(i) * edge.j1
     }
 
-    fn over_edges<T: std::iter::Sum>(&self, term: impl Fn(usize, &Edge) -> T) -> T {
+    fn over_edges<T: std::iter::Sum>(&self, term: impl Fn(usize, &AppendixEdge) -> T) -> T {
         self.edges.iter().enumerate().map(|(i, edge)| term(i, edge)).sum()
     }
 
@@ -166,18 +169,18 @@ impl<'a> Sums<'a> {
         let first: DVec3 = self.over_edges(|i, edge| self.emission_over_square(i, edge) * self.n1.cross(edge.e));
         let second: DVec3 = self.over_edges(|i, edge| self.inverse_fourth(i, edge));
         let third: DVec3 = self.over_edges(|_, edge| {
-            let of = if self.slips.planted(Slip::FirstEdgeInGradient) { &self.edges[1] } else { edge };
+            let of = if self.misprints.planted(Misprint::FirstEdgeInGradient) { &self.edges[1] } else { edge };
             self.k.dot(edge.e) * (edge.i1 * of.r + edge.j1 * of.e)
         });
-        let first = self.slips.choose(Slip::CrossProductReversed, 1.0, -1.0) * first;
-        let doubled = self.slips.choose(Slip::SecondSumNotDoubled, 2.0, 1.0);
+        let first = self.misprints.choose(Misprint::CrossProductReversed, 1.0, -1.0) * first;
+        let doubled = self.misprints.choose(Misprint::SecondSumNotDoubled, 2.0, 1.0);
         -(first + doubled * second - self.n1.dot(self.n2) * third + self.surface_gradient())
     }
 
     /// Term i of the second contour sum, `(n1.w_i) int B r / r^4 dt`.
-    fn inverse_fourth(&self, i: usize, edge: &Edge) -> DVec3 {
+    fn inverse_fourth(&self, i: usize, edge: &AppendixEdge) -> DVec3 {
         let integral = self.b[i] * (edge.i2 * edge.r + edge.j2 * edge.e) + self.delta(i) * (edge.j2 * edge.r + edge.k2 * edge.e);
-        if self.slips.planted(Slip::Equation11Integrand) {
+        if self.misprints.planted(Misprint::Equation11Integrand) {
             return self.n1.dot(integral) * edge.w;
         }
         self.n1.dot(edge.w) * integral
@@ -186,8 +189,8 @@ impl<'a> Sums<'a> {
     /// The two lines of the gradient that come from the surface integrals.
     fn surface_gradient(&self) -> DVec3 {
         let height = self.n2.dot(self.edges[0].r);
-        let along: DVec3 = self.over_edges(|_, edge| self.slips.choose(Slip::I2ForI1, edge.i1, edge.i2) * edge.e);
-        let doubled = self.slips.choose(Slip::X2NotDoubled, 2.0, 1.0);
+        let along: DVec3 = self.over_edges(|_, edge| self.misprints.choose(Misprint::I2ForI1, edge.i1, edge.i2) * edge.e);
+        let doubled = self.misprints.choose(Misprint::X2NotDoubled, 2.0, 1.0);
         self.c * ((self.x1 - doubled * height * height * self.x2) * self.n2 - height * self.n2.cross(along))
     }
 }

@@ -7,6 +7,7 @@
 mod beam;
 mod half_space;
 mod hull;
+mod overlap;
 mod shape;
 #[cfg(test)]
 mod tests;

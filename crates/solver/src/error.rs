@@ -59,7 +59,7 @@ pub enum Error {
         count: usize,
     },
     /// The error asked for is not positive.
-    #[error("the error is {value}: it must be above 0 and at most 1, relative to the mean radiosity")]
+    #[error("the error is {value}: it must be above 0 and at most 1, relative to the mean radiosity that is reflected")]
     Tolerance {
         /// The value given.
         value: f64,
@@ -76,6 +76,32 @@ pub enum Error {
         /// The value given.
         value: f64,
     },
+    /// The scene is refused.
+    #[error(transparent)]
+    Scene(#[from] radgrad_scene::Error),
+    /// What a point sees of all faces is more than everything.
+    #[error(
+        "a point of {face} sees {sum} of its hemisphere covered, which is more than 1: faces overlap, so that light would count twice. \
+         It sees most of {}", faces.join(", ")
+    )]
+    Covered {
+        /// The face with its surface.
+        face: String,
+        /// The sum of the least that the form factors from there can be.
+        sum: f64,
+        /// The faces that it sees most of, with their surfaces.
+        faces: Vec<String>,
+    },
+    /// A number is beyond the range of a double.
+    #[error("the {quantity} in channel {channel} is {value}: it must be finite")]
+    NotFinite {
+        /// What it is.
+        quantity: String,
+        /// The channel.
+        channel: String,
+        /// Its value.
+        value: f64,
+    },
     /// Light does not lose energy on its way, so that no bound exists.
     #[error("channel {channel} has a reflectance of 1 on face {face}: the bound needs less than 1 everywhere")]
     Lossless {
@@ -83,34 +109,6 @@ pub enum Error {
         channel: String,
         /// Index of the face, from 0.
         face: usize,
-    },
-    /// A curved patch, or a point of one, is none.
-    #[error("{what}: {rule}")]
-    Patch {
-        /// What it was to be.
-        what: &'static str,
-        /// What was found and what is allowed.
-        rule: String,
-    },
-    /// A reflectance or an emission of a curved patch is out of range.
-    #[error("{quantity} of patch {patch} is {value} at {point}: it must be from 0 to {largest}, for a reflectance below 1")]
-    Value {
-        /// Index of the patch, from 0.
-        patch: usize,
-        /// `reflectance` or `emission`.
-        quantity: &'static str,
-        /// The value.
-        value: f64,
-        /// Where.
-        point: DVec3,
-        /// The largest value that was stated.
-        largest: f64,
-    },
-    /// A Bezier patch may be between others.
-    #[error("Bezier patch {patch} may hide a part of the scene: it must be concave to its lit side with all others on that side")]
-    Hides {
-        /// Index of the patch, from 0.
-        patch: usize,
     },
     /// A point is on no face.
     #[error("no face at {position} faces along {normal}: the point must be within {reach:e} of one")]

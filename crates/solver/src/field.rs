@@ -4,9 +4,13 @@
 //! restriction, those above its projection, pulled up from the children, and what that leaves out: the mean square of the
 //! leaves' radiosity, and a bound on the difference between the leaves' radiosity and the element's polynomial.
 
-use crate::cluster::Glow;
+use radgrad_scene::{largest, smallest};
+pub(crate) mod gathering;
+pub(crate) mod order;
+
+use crate::links::cluster::glow::Glow;
+use crate::links::transfer::{Kernel, Row};
 use crate::mesh::Mesh;
-use crate::transfer::{Kernel, Row};
 
 /// A piecewise polynomial radiosity.
 #[derive(Debug, Clone, Default)]
@@ -100,7 +104,7 @@ impl Field {
                     let difference: Vec<f64> = of_child.iter().zip(&restricted).map(|(c, r)| c - r).collect();
                     self.beyond[first + child][channel] + basis.magnitude(&difference)
                 };
-                self.beyond[index][channel] = (0..4).map(of_child).fold(0.0, f64::max);
+                self.beyond[index][channel] = (0..4).map(of_child).fold(0.0, largest);
                 self.coefficients[index][channel * len..(channel + 1) * len].copy_from_slice(&own);
                 self.rms[index][channel] = self.rms(index, channel, len);
             }
@@ -137,8 +141,8 @@ impl Field {
         let (mean, all) = (coefficients[0], self.mean_square[element][channel].sqrt() * (1.0 + 8.0 * f64::EPSILON));
         Glow {
             power: area * mean,
-            positive: 0.5 * area * (all + mean).max(0.0),
-            negative: 0.5 * area * (all - mean).max(0.0),
+            positive: 0.5 * area * largest(all + mean, 0.0),
+            negative: 0.5 * area * largest(all - mean, 0.0),
             largest: basis.magnitude(coefficients) + self.beyond[element][channel],
         }
     }
@@ -148,14 +152,14 @@ impl Field {
     ///
     /// With m its largest magnitude and s its root mean square the gather of it is at most `F m`; `(k_max - k_min) s/2`, since a
     /// constant may be taken from the kernel k; and s times what the best polynomial leaves of k, by `|D^j k|/j!` for j up to
-    /// `degree + 1` ([`crate::remainder`]).
+    /// `degree + 1` ([`crate::mesh::remainder`]).
     pub(crate) fn neglected(&self, mesh: &Mesh, source: usize, channel: usize, row: &Row) -> f64 {
-        let largest = self.beyond[source][channel];
-        if largest == 0.0 || row.factor() == 0.0 {
+        let (most, rms) = (self.beyond[source][channel], self.rms[source][channel]);
+        if most == 0.0 || rms == 0.0 || row.factor() == 0.0 {
             return 0.0;
         }
         let smoothly = self.smoothly_neglected(mesh, source, channel, &row.kernel);
-        (row.factor() * largest).min(smoothly).min(row.beyond() * self.rms[source][channel])
+        smallest(smallest(row.factor() * most, smoothly), row.beyond() * rms)
     }
 
     /// The same by the kernel alone.
@@ -168,7 +172,7 @@ impl Field {
         let mut least = 0.5 * (kernel.peak - kernel.least) * rms;
         if kernel.smooth {
             for order in 1..=basis.degree() + 1 {
-                least = least.min(kernel.derivative(order) * element.remainder(order) * rms);
+                least = smallest(least, kernel.derivative(order) * element.remainder(order) * rms);
             }
         }
         least
@@ -179,7 +183,7 @@ impl Field {
         let taken: f64 = self.of(element, channel, len).iter().map(|c| c * c).sum();
         let all = self.mean_square[element][channel];
         // The difference of two sums of squares, each rounded.
-        ((all - taken).max(0.0) + 16.0 * f64::EPSILON * all).sqrt()
+        (largest(all - taken, 0.0) + 16.0 * f64::EPSILON * all).sqrt()
     }
 
     /// Mean over all elements.

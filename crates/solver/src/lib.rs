@@ -18,7 +18,7 @@
 //! ```
 //!
 //! Faces may have textures: reflection multiplies the irradiance, which is projected by itself, with texels (modules `surfaces`,
-//! `texture`; R. Gershbein, P. Schroeder and P. Hanrahan 1993). Curved patches have a solver of their own, [`curved`].
+//! `texture`; R. Gershbein, P. Schroeder and P. Hanrahan 1993). Curved patches have a solver of their own, the crate `radgrad-curved`.
 //!
 //! # What is proven
 //! At a node and at a point: rules, closed forms and their bounds, what links neglect, the residual of the linear system.
@@ -30,47 +30,31 @@
 //! Radiosities are pi times the radiance of the scene's materials, in its unit. `examples/two_squares.rs` shows the error, its
 //! bound and their ratio as the mesh is refined.
 
-mod basis;
+#[allow(
+    clippy::disallowed_methods,
+    reason = "bounds are not made with extremes that keep NaN yet: a mean that is none is refused"
+)]
 mod bound;
-mod cell;
-mod cluster;
-mod contact;
-pub mod curved;
-mod direct;
-mod element;
 mod error;
 mod field;
-mod gather;
-mod gathering;
-mod hermite;
-mod ledger;
-mod link;
-mod linking;
-mod marking;
+mod links;
 mod mesh;
-mod order;
+mod picture;
 pub mod receiver;
-mod reconstruction;
-mod remainder;
-mod residual;
-mod rule;
-mod screen;
 mod solve;
-mod surfaces;
-mod texture;
-mod transfer;
-mod visible;
 
-pub use basis::{Basis, MAX_DEGREE, Shape};
-pub use element::Element;
+pub use bound::ledger::Ledger;
 pub use error::Error;
-pub use gather::Gathered;
-pub use hermite::HermitePatch;
-pub use ledger::Ledger;
-pub use linking::Linking;
-pub use marking::Marking;
+pub use field::order::Order;
+pub use links::linking::Linking;
 pub use mesh::Mesh;
-pub use order::Order;
-pub use reconstruction::Reconstruction;
-pub use rule::Node;
-pub use solve::{Options, Progress, Solution, solve, solve_from};
+pub use mesh::basis::{Basis, MAX_DEGREE};
+pub use mesh::element::Element;
+pub use mesh::rule::{Node, rectangular};
+pub use mesh::shape::Shape;
+pub use picture::hermite::HermitePatch;
+pub use picture::reconstruction::Reconstruction;
+pub use solve::gather::Gathered;
+pub use solve::options::{Marking, Options, Progress, RelativeTo};
+pub use solve::solution::Solution;
+pub use solve::{solve, solve_from};

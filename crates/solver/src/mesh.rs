@@ -1,14 +1,26 @@
 //! All elements of a scene, and what lies between them.
 
-use radgrad_core::{DVec3, Polygon};
-use radgrad_scene::{Beam, Occluders, Scene, triangulate};
+pub(crate) mod basis;
+pub(crate) mod clusters;
+mod contact;
+pub(crate) mod element;
+mod overlap;
+mod remainder;
+pub(crate) mod rule;
+pub(crate) mod screen;
+pub(crate) mod shape;
+pub(crate) mod surfaces;
+pub(crate) mod texture;
 
-use crate::Error;
-use crate::basis::{Basis, Shape};
-use crate::cluster::Clusters;
-use crate::contact;
-use crate::element::Element;
-use crate::screen::Screen;
+use radgrad_core::{DVec3, Polygon};
+use radgrad_scene::{Beam, Occluders, Scene, largest, smallest, triangulate};
+
+use crate::error::Error;
+use crate::mesh::basis::Basis;
+use crate::mesh::clusters::Clusters;
+use crate::mesh::element::{Element, around};
+use crate::mesh::screen::Screen;
+use crate::mesh::shape::Shape;
 
 /// The trees of elements over the faces of a scene.
 ///
@@ -229,10 +241,10 @@ impl Mesh {
             let foot = point - polygon.normal() * height;
             let outside = |e: &usize| {
                 let element = &self.elements[*e];
-                element.excess(element.reference(foot)).max(0.0) * 2.0 * element.radius()
+                largest(element.excess(element.reference(foot)), 0.0) * 2.0 * element.radius()
             };
-            let outside = self.roots_of_face[face].iter().map(outside).fold(f64::INFINITY, f64::min);
-            let off = height.abs().max(outside);
+            let outside = self.roots_of_face[face].iter().map(outside).fold(f64::INFINITY, smallest);
+            let off = largest(height.abs(), outside);
             (off <= reach && polygon.normal().dot(normal) > 0.99).then_some((off, face, foot))
         };
         let faces = self.polygons.iter().enumerate().filter(|(face, _)| self.exchanges[*face]);
@@ -303,11 +315,6 @@ impl Mesh {
             Sight::Past(found.polygons)
         }
     }
-}
-
-/// The lowest and the highest coordinates of a polygon's vertices.
-pub(crate) fn around(v: &[DVec3]) -> [DVec3; 2] {
-    v[1..].iter().fold([v[0]; 2], |[low, high], p| [low.min(*p), high.max(*p)])
 }
 
 /// A polygon, or triangles that make it up where it is not convex.

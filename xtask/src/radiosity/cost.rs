@@ -11,7 +11,7 @@ use std::time::Instant;
 
 use radgrad_core::{DVec3, Polygon};
 use radgrad_scene::Scene;
-use radgrad_solver::{Options, solve};
+use radgrad_solver::{Options, RelativeTo, solve};
 
 use super::graph::{Graph, Series};
 use super::squares::Quad;
@@ -75,7 +75,14 @@ pub(super) fn measure(most: usize) -> Result<Vec<Point>, Box<dyn Error>> {
             if !(LEAST..=most).contains(&scene.faces().len()) {
                 continue;
             }
-            let options = Options { error: ERROR, degree: Some(0), first_elements: 1, most_elements: 1, ..Options::default() };
+            let options = Options {
+                error: ERROR,
+                relative_to: RelativeTo::All,
+                degree: Some(0),
+                first_elements: 1,
+                most_elements: 1,
+                ..Options::default()
+            };
             let start = Instant::now();
             let solution = solve(&scene, &options, |_| true)?;
             let (seconds, progress) = (start.elapsed().as_secs_f64(), solution.progress());

@@ -3,7 +3,7 @@
 use radgrad_audit::contender::Contender;
 use radgrad_audit::family::Family;
 use radgrad_audit::mutants::MARGIN;
-use radgrad_core::paper::Slip;
+use radgrad_core::paper;
 
 use super::audit::{Audit, Figure, thousands};
 use super::errata::Misprint;
@@ -117,7 +117,7 @@ pub(super) fn mutants(audit: &Audit) -> Table {
     let caption = format!("Slips planted in the second implementation; each must be beyond the gate by a factor of {MARGIN:.0}");
     let mut table = Table::new(&caption, &["mutants.csv"], &titles);
     for row in &audit.mutants {
-        let description = Slip::ALL
+        let description = paper::Misprint::ALL
             .iter()
             .find(|slip| slip.name() == row.slip)
             .map_or("the corrected form, as it is", |slip| slip.description());

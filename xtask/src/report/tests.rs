@@ -11,7 +11,7 @@ use radgrad_audit::family::Family;
 use radgrad_audit::mutants::{self, mutants};
 use radgrad_audit::run::{Part, Run};
 use radgrad_audit::stability::Stability;
-use radgrad_core::paper::Slip;
+use radgrad_core::paper::Misprint;
 
 use super::Report;
 use super::pictures::Pictures;
@@ -239,5 +239,5 @@ fn the_numbers_of_the_verdict_are_in_the_records_of_the_run() {
         assert!(fields.contains(number), "{number} of \"{verdict}\" is in no file");
     }
     let caught = all.lines().filter(|line| line.contains(",caught")).count();
-    assert_eq!(numbers[slips..], [caught.to_string(), Slip::ALL.len().to_string()], "{verdict}");
+    assert_eq!(numbers[slips..], [caught.to_string(), Misprint::ALL.len().to_string()], "{verdict}");
 }

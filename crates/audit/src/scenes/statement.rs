@@ -170,9 +170,8 @@ fn factors(model: &Model, scene: &Scene) -> Result<Vec<Statement>, String> {
     let areas: Vec<f64> = model.parts.iter().map(area).collect::<Result<_, _>>().map_err(|error| error.to_string())?;
     let mut statements = Vec::new();
     let entry = |from: usize, to: usize| {
-        let row = matrix.row(from);
         // What is not there is exactly 0.
-        row.iter().find(|entry| entry.face == to).map_or([0.0, 0.0], |entry| [entry.factor, entry.error])
+        matrix.row(from).find(|entry| entry.face == to).map_or([0.0, 0.0], |entry| [entry.factor, entry.error])
     };
     let say = |of: Quantum, value: f64, bound: f64| Statement { of, value, bound, estimate: None };
     for from in 0..count {
@@ -180,15 +179,15 @@ fn factors(model: &Model, scene: &Scene) -> Result<Vec<Statement>, String> {
             let [value, bound] = entry(from, to);
             statements.push(say(Quantum::Factor(from, to), value, bound));
             if to > from {
-                let [back, back_bound] = entry(to, from);
+                let [back, _] = entry(to, from);
                 let [a, b] = [from, to].map(|face| areas[face]);
-                let bound = (a * bound + b * back_bound) * (1.0 + SUM) + SUM * (a * value).abs();
+                // One exchange a pair, divided by each area: reciprocal to the rounding.
+                let bound = SUM * (a * value).abs();
                 statements.push(say(Quantum::Reciprocity(from, to), a * value - b * back, bound));
             }
         }
-        let row = matrix.row(from);
-        let bound = row.iter().map(|entry| entry.error).sum::<f64>() * (1.0 + SUM) + SUM;
-        let sum: f64 = row.iter().map(|entry| entry.factor).sum();
+        let bound = matrix.row(from).map(|entry| entry.error).sum::<f64>() * (1.0 + SUM) + SUM;
+        let sum: f64 = matrix.row(from).map(|entry| entry.factor).sum();
         // In the open only what is above 1 is known to be wrong.
         let value = if model.closed || sum.is_nan() || sum > 1.0 { sum } else { 1.0 };
         statements.push(say(Quantum::RowSum(from), value, bound));

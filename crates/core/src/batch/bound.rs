@@ -1,4 +1,4 @@
-//! What rounding may have done to the sums of [`super::edge`], on lanes.
+//! What rounding may have done to the sums of [`crate::batch::edge`], on lanes.
 //!
 //! To first order in the unit roundoff u; 5 % on top pays for the rest, since no relative error above 4e-4 is let through
 //! ([`Lane::CONDITION`]). Inputs are the numbers given, offsets err by u of their length, n1 by 4.5u. Of an edge, with `k =
@@ -7,27 +7,29 @@
 //!   6.5u`, N as a direction by ew; the scalar products p.p', p.e, n1.r and n1.e by 5, 5, 8.5 and 8.5u of the lengths;
 //! - the angle by `sin g (ew + 3.5u)` and `5u sin g` from the point that it is of, and by an ulp or two, at most 2u g each;
 //! - `1/m^2` by `2 ew + 6u`, q by 15u, and so `g/m^3` by `3 ew + 17.5u` and what the angle does, `q (2/e^2 - p.p'/m^2)`, which is
-//!   `sin g cos(psi + psi')` over m^3, by `sin g (2 ew |cos g| + 43u)` over that: what both err by with m has opposite signs up to a
-//!   right angle, so that together they err by `g (3.7 ew + 75u)` over m^3, of at most 2g;
-//! - t by `30u |r| e^2` from two products that may cancel, and so, over m |e|, by `(30 rho + 1) u`; `q (n1.e) (p + p').e/e^2` by 60u
-//!   k g over m, of at most k g over m;
-//! - so a term of the value by `g (2 ew + 29u)/2`, one of the gradient, with ew from w again, by `g k (50 rho + 73) u`, and sums of n
-//!   terms with the last five products by `n + 5` more.
+//!   `sin g cos(psi + psi')` over m^3, by `sin g (2 ew |cos g| + 43u)` over that: what both err by with m has opposite signs up
+//!   to a right angle, so that together they err by `g (3.7 ew + 75u)` over m^3, of at most 2g;
+//! - t by `30u |r| e^2` from two products that may cancel, and so, over m |e|, by `(30 rho + 1) u`; `q (n1.e) (p + p').e/e^2` by
+//!   60u k g over m, of at most k g over m;
+//! - so a term of the value by `g (2 ew + 29u)/2`, one of the gradient, with ew from w again, by `g k (50 rho + 73) u`, and sums
+//!   of n terms with the last five products by `n + 5` more.
 //!
 //! # Where the horizon crosses
 //! A crossing point `p = r + f e` is in place for the fraction f computed but for 6u R, taken as 8u R; with `c = R/|p|`, the
 //! largest over crossing points, that adds 8cu to what an angle errs by and 44cu to what a term of the gradient does, relative to
-//! g. The horizon's own angle errs by `(32 c + 27) u`. The fraction itself errs by `25 u R/d`, d the difference of the two heights,
-//! 16 of it from a vertex that was taken to be on the horizon; so the point is off along the edge by an angle of at most `eta = 30
-//! u c |e|/d`. There `n1.omega = 0`: the value changes by what is between the true and the assumed horizon, at most `pi eta^2`, the
-//! gradient by `k eta^2`. An edge with both ends on the assumed horizon is left out of the sums but not of the bound: it is less
-//! than `16u rho` above the true one, which changes the gradient by `16 rho k g u` and the value by the square of that.
+//! g. The horizon's own angle errs by `(32 c + 27) u`. The fraction itself errs by `25 u R/d`, d the difference of the two
+//! heights, 16 of it from a vertex that was taken to be on the horizon; so the point is off along the edge by an angle of at most
+//! `eta = 30 u c |e|/d`. There `n1.omega = 0`: the value changes by what is between the true and the assumed horizon, at most
+//! `pi eta^2`, the gradient by `k eta^2`. An edge with both ends on the assumed horizon is left out of the sums but not of the
+//! bound: it is less than `16u rho` above the true one, which changes the gradient by `16 rho k g u` and the value by the square
+//! of that.
 
 use fearless_simd::Simd;
 
-use super::arc_tangent::ANGLE_ULP;
-use super::edge::Sums;
-use super::lanes::{Lane, Lanes, Mask, constant};
+use crate::batch::span::Crossing;
+use crate::batch::sums::ConstantSums;
+use crate::lanes::angle::ANGLE_ULP;
+use crate::lanes::lane::{Lane, Lanes, Mask, constant};
 
 /// Pays for terms of second order.
 pub(super) const SECOND_ORDER: f64 = 1.05;
@@ -41,16 +43,8 @@ const GRADIENT_UNITS: f64 = 76.0 + ANGLE_ULP;
 /// Those of the horizon's angle, at most pi.
 const CLOSING_UNITS: f64 = 0.5 * (15.0 + 2.0 * std::f64::consts::PI * ANGLE_ULP);
 
-/// How the horizon's crossing points are conditioned, on lanes where there are any; zero elsewhere.
-pub(super) struct Crossing<S: Simd, F: Lane> {
-    /// The largest `1/|p|^2`.
-    pub(super) nearest: Lanes<S, F>,
-    /// The largest `|e|^2/(d^2 |p|^2)`.
-    pub(super) slant: Lanes<S, F>,
-}
-
 /// Bounds on the sums `n1.Phi` and the gradient's.
-pub(super) struct Bound<S: Simd, F: Lane> {
+pub(super) struct LaneBound<S: Simd, F: Lane> {
     pub(super) value: Lanes<S, F>,
     /// That on the gradient's, squared.
     pub(super) gradient_square: Lanes<S, F>,
@@ -71,7 +65,7 @@ fn root_at_most<S: Simd, F: Lane>(simd: S, square: Lanes<S, F>, tight: bool) -> 
 #[inline(always)]
 pub(super) fn conditioned<S: Simd, F: Lane>(
     simd: S,
-    sums: &Sums<S, F>,
+    sums: &ConstantSums<S, F>,
     crossing: Option<&Crossing<S, F>>,
     farthest_square: Lanes<S, F>,
 ) -> Mask<S, F> {
@@ -88,10 +82,10 @@ pub(super) fn conditioned<S: Simd, F: Lane>(
 pub(super) fn bound<S: Simd, F: Lane, const GRADIENT: bool>(
     simd: S,
     (edges, tight): (f64, bool),
-    sums: &Sums<S, F>,
+    sums: &ConstantSums<S, F>,
     crossing: Option<&Crossing<S, F>>,
     farthest_square: Lanes<S, F>,
-) -> Bound<S, F> {
+) -> LaneBound<S, F> {
     // The sums are twice what they are for.
     let units = constant(simd, 2.0 * SECOND_ORDER * F::ROUNDOFF) * sums.angles;
     // k R.
@@ -113,5 +107,5 @@ pub(super) fn bound<S: Simd, F: Lane, const GRADIENT: bool>(
             gradient = gradient + units * c * constant(simd, 44.0) + (eta_square + eta_square);
         }
     }
-    Bound { value, gradient_square: sums.nearest * (gradient * gradient) }
+    LaneBound { value, gradient_square: sums.nearest * (gradient * gradient) }
 }

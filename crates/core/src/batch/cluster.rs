@@ -7,11 +7,14 @@
 //! Upper bound of what the emitters give, with P the sum of `|B| A`, d the distance of the box, `n1.r <= h1` and `-n2.r <= h2`:
 //! - `(rho/pi) P min(1, h1/d) min(1, h2/d) / d^2`, the integrand of HS95 Eq. 1 at its largest;
 //! - where all normals are within an angle delta of n1, the part of an emitter that is above the receiver's horizon is seen
-//!   between that and the emitter's plane through the receiver, a lune of dihedral angle delta in which `n1.omega <= sin delta`: at most
-//!   `(rho/pi) 2 delta sin delta |B|` for each emitter. So a floor gives nothing to a floor, however rounded;
+//!   between that and the emitter's plane through the receiver, a lune of dihedral angle delta in which `n1.omega <= sin delta`:
+//!   at most `(rho/pi) 2 delta sin delta |B|` for each emitter. So a floor gives nothing to a floor, however rounded;
 //! - `rho |B|` for each.
 
-use crate::{DVec3, Emitter, Polygon};
+use glam::DVec3;
+
+use crate::problem::emission::Emitter;
+use crate::problem::polygon::Polygon;
 
 /// Relative to |v| + a: above the rounding of any quantity here, a few tens of roundoffs.
 const SLACK: f64 = 1e-13;
@@ -91,10 +94,10 @@ impl Cluster {
                 let rounding = 8.0 * f64::EPSILON * (b - a).length() * (c - a).length();
                 power_sum += 0.5 * emission * (across.length() + rounding);
                 // A needle's normal has lost that.
-                let doubt = rounding / across.length();
-                spread = spread.max((unit - normal).length() + doubt);
-                let (offset, doubt) = (unit.dot(centre - a), 2.0 * doubt * radius);
-                offsets = [offsets[0].min(offset - doubt), offsets[1].max(offset + doubt)];
+                let uncertainty = rounding / across.length();
+                spread = spread.max((unit - normal).length() + uncertainty);
+                let (offset, uncertainty) = (unit.dot(centre - a), 2.0 * uncertainty * radius);
+                offsets = [offsets[0].min(offset - uncertainty), offsets[1].max(offset + uncertainty)];
             }
         }
         Self {

@@ -1,16 +1,17 @@
 //! A tree over emitters: which of them may be left out, or answered together, for a receiver and an error.
 //!
 //! Emitters with as many vertices are sorted so that those of a node are next to each other: first by the way they face, until a
-//! node's normals are within [`FACING`] of their mean, then by place. Each node has the bounds of [`super::cluster`], and those
-//! with enough emitters the far field of [`super::far_field`].
+//! node's normals are within [`FACING`] of their mean, then by place. Each node has the bounds of [`crate::batch::cluster`], and
+//! those with enough emitters the far field of [`crate::batch::far_field`].
 
 use fearless_simd::Level;
+use glam::DVec3;
 
-use super::cluster::{Cluster, fan};
-use super::far_field::{FarField, Nodes};
-use super::lamps::{Lamps, sorted};
-use super::many_emitters::common_power;
-use crate::{DVec3, Emitter};
+use crate::batch::cluster::{Cluster, fan};
+use crate::batch::far_field::{FarField, Nodes};
+use crate::batch::lamps::{Lamps, sorted};
+use crate::batch::many_emitters::common_power;
+use crate::problem::emission::Emitter;
 
 /// Emitters of a leaf at most: two vectors of double precision.
 const LEAF: usize = 16;
@@ -22,8 +23,8 @@ const WORTH: usize = 12;
 /// Distance of a normal from the mean of a node's, up to which the node may have a far field.
 const FACING: f64 = 0.5;
 
-/// Emitters in a tree, made once for any number of receivers. Constant and linear emitters go into the tree; polynomial and concave
-/// ones, and what double precision does not hold, are answered one by one for every receiver.
+/// Emitters in a tree, made once for any number of receivers. Constant and linear emitters go into the tree; polynomial and
+/// concave ones, and what double precision does not hold, are answered one by one for every receiver.
 ///
 /// Making it takes about as long as a hundred receivers take without it.
 #[derive(Debug, Clone)]

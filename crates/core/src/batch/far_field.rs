@@ -2,35 +2,36 @@
 //!
 //! Wholly seen, emitters give `B(x) = -(rho/pi) int F(y) . dmu(y)`, `F = (n1.r) r/r^4`, `dmu = B n2 dA` (HS95 Eq. 1). In the box
 //! of the cluster F is replaced by its polynomial interpolant in Chebyshev's points, `p + 1` along each axis: the integral
-//! becomes a sum of `F(y_m) . W_m` over the nodes, with the weights `W_m = int L_m dmu` of Lagrange's polynomials, found once for all
-//! receivers by a Gauss rule on each emitter.
+//! becomes a sum of `F(y_m) . W_m` over the nodes, with the weights `W_m = int L_m dmu` of Lagrange's polynomials, found once for
+//! all receivers by a Gauss rule on each emitter.
 //!
 //! # Bound
-//! Around a point at distance r, `1/|r + t|^4 = sum of C_k(-cos) |t|^k/|r|^(k+4)` with Gegenbauer's polynomials of index 2, at most
-//! `b_k = (k+1)(k+2)(k+3)/6`. With the factors `n1.(r + t)` and `r + t` the terms of order k of F are at most `[(h/D) (b_k +
+//! Around a point at distance r, `1/|r + t|^4 = sum of C_k(-cos) |t|^k/|r|^(k+4)` with Gegenbauer's polynomials of index 2, at
+//! most `b_k = (k+1)(k+2)(k+3)/6`. With the factors `n1.(r + t)` and `r + t` the terms of order k of F are at most `[(h/D) (b_k +
 //! b_(k-1)) + b_(k-1) + b_(k-2)] |t|^k/D^(k+2)`, D a lower bound of r and h an upper bound of |n1.r|: that bounds F's derivatives
 //! along a line, over k!.
 //! - Interpolation of degree p in Chebyshev's points over a half-width w errs by at most `2^-p w^(p+1)` times the derivative of
-//!   order p + 1 over (p + 1)!. The three axes add up, the second and third times the Lebesgue constants `1 + (2/pi) ln(p + 1)` of
-//!   those before (Rivlin, "The Chebyshev polynomials", 1974, chapter 1; the tests sample them).
-//! - A Gauss rule with n nodes each way integrates polynomials of degree 2n - 2 over a triangle exactly, with positive weights, so
-//!   it errs by at most twice what Taylor's polynomial leaves within the triangle's reach from its middle: the sum of all terms of
-//!   higher order. A linear emission takes one degree of it.
+//!   order p + 1 over (p + 1)!. The three axes add up, the second and third times the Lebesgue constants `1 + (2/pi) ln(p + 1)`
+//!   of those before (Rivlin, "The Chebyshev polynomials", 1974, chapter 1; the tests sample them).
+//! - A Gauss rule with n nodes each way integrates polynomials of degree 2n - 2 over a triangle exactly, with positive weights,
+//!   so it errs by at most twice what Taylor's polynomial leaves within the triangle's reach from its middle: the sum of all
+//!   terms of higher order. A linear emission takes one degree of it.
 //! - Weights and sums are off by a rounding for each operation, times the product of the Lebesgue constants, which bounds the sum
-//!   of `|L_m|`, and areas by some of the product of two sides, as do emissions; places by a few roundings of the coordinates, which
-//!   changes F by `6/D^3` of that.
+//!   of `|L_m|`, and areas by some of the product of two sides, as do emissions; places by a few roundings of the coordinates,
+//!   which changes F by `6/D^3` of that.
 
 use std::f64::consts::{FRAC_1_PI, PI};
 use std::ops::Range;
 
 use fearless_simd::{Level, Simd};
+use glam::DVec3;
 
-use super::cluster::{Cluster, Sight, UP};
-use super::lamps::Lamps;
-use super::lanes::{Lanes, MOST_LANES, constant, on_level, same};
-use crate::DVec3;
-use crate::number::ROUNDOFF;
-use crate::vec3::Vec3;
+use crate::batch::cluster::{Cluster, Sight, UP};
+use crate::batch::lamps::Lamps;
+use crate::lanes::instruction_set::on_instruction_set;
+use crate::lanes::lane::{Lanes, MOST_LANES, constant, same};
+use crate::scalar::number::ROUNDOFF;
+use crate::scalar::vec3::Vec3;
 
 /// One above the highest degree of interpolation along an axis.
 const DEGREES: usize = 14;
@@ -148,7 +149,7 @@ impl FarField {
         let rule = (2..=6).find(|n| left_by_rule(reach / usual, first(*n)) <= ENOUGH).unwrap_or(6);
         let gauss = gauss_rule(rule);
         let interpolation = Interpolation { cluster, points: &points, gauss: &gauss };
-        let weights = on_level!(level, simd => interpolation.weights(simd, lamps, range));
+        let weights = on_instruction_set!(level, simd => interpolation.weights(simd, lamps, range));
         let growth = degree.map(lebesgue);
         let axis = |k: usize| {
             let [steep, flat] = order(degree[k] + 1);
@@ -259,8 +260,8 @@ impl Interpolation<'_> {
         (0..count).map(|node| [0, 1, 2].map(|k| total(&sums[k], node))).collect()
     }
 
-    /// Adds the integrals of Lagrange's polynomials times the emission, `b + u (b_ab + v b_bc)`, over triangles `a + u (ab + v bc)`, over
-    /// twice their areas.
+    /// Adds the integrals of Lagrange's polynomials times the emission, `b + u (b_ab + v b_bc)`, over triangles
+    /// `a + u (ab + v bc)`, over twice their areas.
     #[inline(always)]
     fn integrate<S: Simd>(
         &self,
@@ -323,7 +324,10 @@ mod tests {
     use super::*;
     use crate::batch::lamps::sorted;
     use crate::batch::total::far_value;
-    use crate::{Emission, Emitter, Polygon, Receiver, evaluate};
+    use crate::evaluate;
+    use crate::problem::emission::{Emission, Emitter};
+    use crate::problem::polygon::Polygon;
+    use crate::problem::receiver::Receiver;
 
     #[test]
     fn lebesgue_constants_are_bounded() {

@@ -4,11 +4,12 @@ use std::ops::Range;
 
 use fearless_simd::{Level, Simd};
 
-use super::lanes::{Lanes, constant};
-use super::linear::many::{self, LinearGroup};
-use super::many_emitters::{Group, SeenFrom, Work, goes_on_lanes};
-use super::tile::{Goal, Settled};
-use crate::Emitter;
+use crate::batch::linear::many;
+use crate::batch::linear::many::LinearGroup;
+use crate::batch::many_emitters::{Group, SeenFrom, Work, goes_on_lanes};
+use crate::batch::tile::{Goal, Settled};
+use crate::lanes::lane::{Lanes, constant};
+use crate::problem::emission::Emitter;
 
 /// Some emitters of either kind.
 #[derive(Debug, Clone)]
@@ -17,7 +18,8 @@ pub(super) enum Lamps {
     Linear(LinearGroup),
 }
 
-/// Emitters of these indices that go on lanes of double precision, those of a kind with as many vertices together; and the others.
+/// Emitters of these indices that go on lanes of double precision, those of a kind with as many vertices together; and the
+/// others.
 pub(super) fn sorted(emitters: &[Emitter], indices: &[usize], power: f64) -> (Vec<Lamps>, Vec<usize>) {
     let (constant, others): (Vec<_>, Vec<_>) = indices.iter().partition(|i| goes_on_lanes::<f64>(&emitters[**i], power));
     let (linear, others): (Vec<_>, Vec<_>) = others.into_iter().partition(|i| many::goes_on_lanes(&emitters[*i], power));
@@ -83,8 +85,8 @@ impl Lamps {
         }
     }
 
-    /// The emission over triangle k of the fans from vertex 0 of a vector of emitters: `b + u (b_ab + v b_bc)` at `a + u (ab + v bc)`,
-    /// in units of the brightness.
+    /// The emission over triangle k of the fans from vertex 0 of a vector of emitters: `b + u (b_ab + v b_bc)` at
+    /// `a + u (ab + v bc)`, in units of the brightness.
     #[inline(always)]
     pub(super) fn glow<S: Simd>(&self, simd: S, k: usize, entry: usize) -> [Lanes<S, f64>; 3] {
         match self {

@@ -1,16 +1,18 @@
-//! The sums over the boundary of a linear emitter, on lanes of double precision: [`crate::linear`] in a form for lanes.
+//! The sums over the boundary of a linear emitter, on lanes of double precision: [`crate::forms::linear`] in a form for lanes.
 //!
 //! With the emission `beta + gB.(y - x)` over the plane, `nu = n1.n2` and `gamma = gB.n1`, all that value and gradient take are
 //! four scalar sums and a vector's:
 //! - `P = sum g n1.N`, `G = sum g gB.N`, the angles' moments;
 //! - `X1 = int dA/r^2`, by segments of the boundary in `linear::segment`;
 //! - `C = n1 . contour`, of which an edge adds `(n1.m) [kappa g (gB.m) + L (gB.e)]/e^2`, `m = e x n2`, `L = ln |p'|/|p|`;
-//! - the edges' part of the gradient, `w/m^2 {[cc T + cs V] b + [cs T + ss V] S g2}` in the symbols of [`super::edge`], `T` and `V`
-//!   n1 along the two axes times |e|, b the emission at the line's point nearest to the receiver, `S g2 = m (gB.e)/e^2`.
+//! - the edges' part of the gradient, `w/m^2 {[cc T + cs V] b + [cs T + ss V] S g2}` in the symbols of [`crate::batch::edge`],
+//!   `T` and `V` n1 along the two axes times |e|, b the emission at the line's point nearest to the receiver,
+//!   `S g2 = m (gB.e)/e^2`.
 //!
 //! Then `Q = (X1 gamma - C)/2 + nu G/2`, radiosity `(rho/pi) (h Q - beta P/2)` and gradient `(rho/pi) (n2 Q - gB P/2 - edges/2)`.
-//! The horizon's arc has `N = -n1` and its segment runs along `t = n1 x n2`: it adds `-g` to P, `-g gamma` to G, `-(nu gamma g + L
-//! gB.t)` to C and a segment to X1. Nothing is divided by `|t|`, which is 0 for a receiver parallel to the emitter.
+//! The horizon's arc has `N = -n1` and its segment runs along `t = n1 x n2`: it adds `-g` to P, `-g gamma` to G,
+//! `-(nu gamma g + L gB.t)` to C and a segment to X1. Nothing is divided by `|t|`, which is 0 for a receiver parallel to the
+//! emitter.
 //!
 //! Single precision would cancel too much: its receivers are answered here in double precision.
 
@@ -20,21 +22,23 @@ mod segment;
 
 use fearless_simd::{Level, Simd};
 
-use super::arc_tangent::angle;
-use super::edge::{Span, Terms};
-use super::lanes::{Lanes, Mask, constant, on_level, same};
-use super::one_emitter::{Emitting, Outlined, lanes, padded};
-use super::receivers::Receivers;
-use super::tile::{Goal, Settled};
-use super::visible::{BoundarySums, Outline, SeenExtent, Total};
 use crate::batch::answers::Slots;
-use crate::certify::Ball;
-use crate::number::ROUNDOFF;
-use crate::real::Real;
-use crate::vec3::Vec3;
-use crate::{Emission, Emitter};
-use bound::Scales;
-use segment::Segment;
+use crate::batch::emitting::{Emitting, Outlined, lanes, padded};
+use crate::batch::linear::bound::Scales;
+use crate::batch::linear::segment::Segment;
+use crate::batch::receivers::Receivers;
+use crate::batch::span::{EdgeTerms, Span};
+use crate::batch::tile::{Goal, Settled};
+use crate::batch::visible::{BoundarySums, BoundedTotal, Outline, SeenExtent};
+use crate::lanes::angle::angle;
+use crate::lanes::instruction_set::on_instruction_set;
+use crate::lanes::lane::{Lanes, Mask, constant, same};
+use crate::problem::emission::{Emission, Emitter};
+use crate::scalar::arithmetic::Arithmetic;
+use crate::scalar::ball::Ball;
+use crate::scalar::number::ROUNDOFF;
+use crate::scalar::real::Real;
+use crate::scalar::vec3::Vec3;
 
 /// Lanes of double precision, and vectors of them.
 type Wide<S> = Lanes<S, f64>;
@@ -62,8 +66,8 @@ pub(super) struct Glow {
 }
 
 impl Glow {
-    /// With lengths times a power of two. `None` for other emissions, and where the plane or the emission over it is not known to a
-    /// few roundings: the bound counts no more.
+    /// With lengths times a power of two. `None` for other emissions, and where the plane or the emission over it is not known to
+    /// a few roundings: the bound counts no more.
     pub(super) fn new(emitter: &Emitter, power: f64) -> Option<Self> {
         let (polygon, affine) = (emitter.polygon(), emitter.affine());
         let Emission::Linear(_) = emitter.emission() else { return None };
@@ -142,9 +146,9 @@ impl LinearLamp {
         padded(receivers, goal, slots, |receivers, slots| {
             let lamp = (&self.outline, self.glow.brightness, &self.glow);
             if goal.asked.gradient {
-                on_level!(level, simd => lanes::<_, f64, _, true>(simd, receivers, lamp, goal, slots))
+                on_instruction_set!(level, simd => lanes::<_, f64, _, true>(simd, receivers, lamp, goal, slots))
             } else {
-                on_level!(level, simd => lanes::<_, f64, _, false>(simd, receivers, lamp, goal, slots))
+                on_instruction_set!(level, simd => lanes::<_, f64, _, false>(simd, receivers, lamp, goal, slots))
             }
         })
     }
@@ -215,9 +219,16 @@ impl<S: Simd, G: Glowing<S>> BoundarySums<S, f64> for LinearSums<S, G> {
     const FACTOR: f64 = 1.0;
 
     #[inline(always)]
-    fn add_one<const GRADIENT: bool>(&mut self, simd: S, n1: Vector<S>, span: &Span<S, f64>, terms: &Terms<S, f64>, g: Wide<S>) {
+    fn add_one<const GRADIENT: bool>(
+        &mut self,
+        simd: S,
+        n1: Vector<S>,
+        span: &Span<S, f64>,
+        terms: &EdgeTerms<S, f64>,
+        g: Wide<S>,
+    ) {
         let Span { edge, r, start, end, part, w, square, moment, .. } = span;
-        let Terms { inline, ends, product, lit, reach, level, toward } = *terms;
+        let EdgeTerms { inline, ends, product, lit, reach, level, toward } = *terms;
         let half = constant(simd, 0.5);
         let inverse_square = product * ends;
         let inverse = *moment * inverse_square;
@@ -228,7 +239,7 @@ impl<S: Simd, G: Glowing<S>> BoundarySums<S, f64> for LinearSums<S, G> {
         let outward = edge.e.cross(self.n2);
         let [here, next] = self.glow.ends(simd, edge.index);
         let rise = next - here;
-        let log_ratio = (end.square / start.square).logarithm(simd) * half;
+        let log_ratio = (end.square / start.square).ln() * half;
         let flux = beside * turn * self.gradient.dot(outward) + log_ratio * rise;
         self.lit = self.lit + part.visible(simd, turn * lit);
         self.aimed = self.aimed + part.visible(simd, turn * self.gradient.dot(*w));
@@ -257,7 +268,7 @@ impl<S: Simd, G: Glowing<S>> BoundarySums<S, f64> for LinearSums<S, G> {
         let g = left.select(angle(simd, -n1.dot(exit.cross(entry)), exit.dot(entry)), zero);
         let t = n1.cross(self.n2);
         let ratio = left.select(entry.norm_squared() / exit.norm_squared(), one);
-        let log_ratio = ratio.logarithm(simd) * constant(simd, 0.5);
+        let log_ratio = ratio.ln() * constant(simd, 0.5);
         self.lit = self.lit - g;
         self.aimed = self.aimed - g * self.slope;
         self.contour = self.contour - (self.tilt * self.slope * g + log_ratio * self.gradient.dot(t));
@@ -268,7 +279,7 @@ impl<S: Simd, G: Glowing<S>> BoundarySums<S, f64> for LinearSums<S, G> {
     }
 
     #[inline(always)]
-    fn total<const GRADIENT: bool>(self, simd: S, extent: &SeenExtent<S, f64>) -> (Total<S, f64>, Mask<S, f64>) {
+    fn total<const GRADIENT: bool>(self, simd: S, extent: &SeenExtent<S, f64>) -> (BoundedTotal<S, f64>, Mask<S, f64>) {
         let half = constant(simd, 0.5);
         let lit = self.lit * half;
         let q = (self.x1 * self.slope - self.contour + self.tilt * self.aimed) * half;

@@ -1,22 +1,26 @@
-//! Emitters as a structure of arrays: outlines with as many edges each on lanes, seen from one receiver. With a brightness they are
-//! constant emitters; `linear::many` adds the emission of linear ones.
+//! Emitters as a structure of arrays: outlines with as many edges each on lanes, seen from one receiver. With a brightness they
+//! are constant emitters; `linear::many` adds the emission of linear ones.
 
 use std::ops::Range;
 
 use fearless_simd::{Level, Simd};
+use glam::DVec3;
 
-use super::answers::{Asked, Slots};
-use super::edge::Edge;
-use super::lanes::{Lane, Lanes, MOST_LANES, align_frame, constant, load, on_level, same};
-use super::one_emitter::{Emitting, Uniformly, brightness, height_share, power};
-use super::tile::{Goal, Scale, Settled, TILE, settle};
-use super::visible::{BoundarySums, Outline, find};
-use crate::evaluate::{Answer, Method};
-use crate::vec3::Vec3;
-use crate::{DVec3, Emitter, Polygon, Receiver};
+use crate::batch::answers::{Asked, Slots};
+use crate::batch::emitting::{Emitting, Uniformly, brightness, height_share, power};
+use crate::batch::span::LaneEdge;
+use crate::batch::tile::{Goal, Scale, Settled, TILE, settle};
+use crate::batch::visible::{BoundarySums, Outline, find};
+use crate::ladder::answer::{Answer, Method};
+use crate::lanes::instruction_set::on_instruction_set;
+use crate::lanes::lane::{Lane, Lanes, MOST_LANES, align_frame, constant, load, same};
+use crate::problem::emission::Emitter;
+use crate::problem::polygon::Polygon;
+use crate::problem::receiver::Receiver;
+use crate::scalar::vec3::Vec3;
 
-/// Outlines with as many vertices each and their brightness, in any order. Arrays go on for a vector's length after the last one, which is
-/// repeated there.
+/// Outlines with as many vertices each and their brightness, in any order. Arrays go on for a vector's length after the last one,
+/// which is repeated there.
 #[derive(Debug, Clone)]
 pub(super) struct Group<F> {
     /// Which emitters they are.
@@ -80,8 +84,8 @@ impl<F: Lane> Group<F> {
         }
     }
 
-    /// Triangle k of the fans from vertex 0 of a vector of emitters: `a + u (ab + v bc)`, and `2 A n2 B/pi`, which is 0 for emitters
-    /// from `end` on.
+    /// Triangle k of the fans from vertex 0 of a vector of emitters: `a + u (ab + v bc)`, and `2 A n2 B/pi`, which is 0 for
+    /// emitters from `end` on.
     #[inline(always)]
     pub(super) fn triangle<S: Simd>(&self, simd: S, k: usize, entry: usize, end: usize) -> [Vec3<Lanes<S, F>>; 4] {
         let block = Block { group: self, first: entry };
@@ -97,8 +101,9 @@ impl<F: Lane> Group<F> {
         self.vertices.len() - 2
     }
 
-    /// Of the triangles of the fans over a range: the largest distance of a vertex from its triangle's middle, and the sum of `|B|/pi`,
-    /// the brightness times an emission, times the product of two sides, which is what rounding of areas is relative to.
+    /// Of the triangles of the fans over a range: the largest distance of a vertex from its triangle's middle, and the sum of
+    /// `|B|/pi`, the brightness times an emission, times the product of two sides, which is what rounding of areas is relative
+    /// to.
     pub(super) fn extent(&self, range: Range<usize>, emission: impl Fn(usize) -> f64) -> (f64, f64) {
         let vertex = |k: usize, i: usize| DVec3::from(self.vertices[k].each_ref().map(|array| array[i].to_double()));
         let (mut reach, mut sides) = (0.0f64, 0.0);
@@ -125,9 +130,9 @@ impl<F: Lane> Group<F> {
         work.answered(range, goal, |start, slots| {
             let at = (self, start, Uniformly);
             if goal.asked.gradient {
-                on_level!(level, simd => lanes::<_, F, _, true>(simd, at, seen, goal, slots))
+                on_instruction_set!(level, simd => lanes::<_, F, _, true>(simd, at, seen, goal, slots))
             } else {
-                on_level!(level, simd => lanes::<_, F, _, false>(simd, at, seen, goal, slots))
+                on_instruction_set!(level, simd => lanes::<_, F, _, false>(simd, at, seen, goal, slots))
             }
         })
     }
@@ -233,10 +238,10 @@ impl<S: Simd, F: Lane> Outline<S, F> for Block<'_, F> {
         load(simd, [&x[self.first..], &y[self.first..], &z[self.first..]])
     }
     #[inline(always)]
-    fn edge(&self, simd: S, index: usize) -> Edge<S, F> {
+    fn edge(&self, simd: S, index: usize) -> LaneEdge<S, F> {
         let next = if index + 1 == self.group.vertices.len() { 0 } else { index + 1 };
         let e = self.vertex(simd, next) - self.vertex(simd, index);
-        Edge { index, e, square: e.norm_squared(), inverse: Lanes::load(simd, &self.group.inverse[index][self.first..]) }
+        LaneEdge { index, e, square: e.norm_squared(), inverse: Lanes::load(simd, &self.group.inverse[index][self.first..]) }
     }
     #[inline(always)]
     fn normal(&self, simd: S) -> Vec3<Lanes<S, F>> {

@@ -3,13 +3,17 @@
 use std::ops::AddAssign;
 
 use fearless_simd::Simd;
+use glam::DVec3;
 
-use super::answers::{Asked, Counts, Slots};
-use super::lanes::{Lane, Lanes, MOST_LANES, Mask, constant};
-use super::visible::Found;
-use crate::evaluate::{Answer, Method, evaluate_to, radiosity, radiosity_and_gradient};
-use crate::number::ROUNDOFF;
-use crate::{DVec3, Emitter, Error, Receiver};
+use crate::batch::answers::{Asked, Counts, Slots};
+use crate::batch::visible::Found;
+use crate::error::Error;
+use crate::evaluate::{evaluate_to, radiosity, radiosity_and_gradient};
+use crate::ladder::answer::{Answer, Method};
+use crate::lanes::lane::{Lane, Lanes, MOST_LANES, Mask, constant};
+use crate::problem::emission::Emitter;
+use crate::problem::receiver::Receiver;
+use crate::scalar::number::ROUNDOFF;
 
 /// Entries of a tile.
 pub(super) const TILE: usize = Entries::BITS as usize;
@@ -32,8 +36,8 @@ pub(super) struct Tolerance {
 /// For double precision where no tolerance is given. Beyond, the scalar path has more digits.
 const DOUBLE: Tolerance = Tolerance { value: 1e-6, absolute: 0.0, gradient: 1e-6 };
 
-/// For single precision where no tolerance is given. Errors are a thirtieth of the bound on the value at most, and an eightieth of
-/// that on the gradient (measured: `tests/batch.rs`).
+/// For single precision where no tolerance is given. Errors are a thirtieth of the bound on the value at most, and an eightieth
+/// of that on the gradient (measured: `tests/all/batch.rs`).
 const SINGLE: Tolerance = Tolerance { value: 3e-5, absolute: 0.0, gradient: 1e-4 };
 
 impl Goal {

@@ -1,23 +1,27 @@
 //! The radiosity of receivers due to all emitters of a tree together, within an absolute error.
 //!
 //! From the root down each node is left out (below the horizon, facing away, or weaker than what is allowed), answered by its far
-//! field where the bound of that is allowed, or opened; the emitters of a leaf are answered on lanes. What a single node may err by
-//! starts at a share of the tolerance and is cut until the sum of all bounds is within it: a walk costs little beside the answers.
+//! field where the bound of that is allowed, or opened; the emitters of a leaf are answered on lanes. What a single node may err
+//! by starts at a share of the tolerance and is cut until the sum of all bounds is within it: a walk costs little beside the
+//! answers.
 
 use std::ops::Range;
 
 use fearless_simd::{Level, Simd};
 
-use super::Receivers;
-use super::answers::Slots;
-use super::cluster::UP;
-use super::emitter_tree::{EmitterTree, Grove};
-use super::far_field::Nodes;
-use super::lanes::{Lanes, MOST_LANES, constant, load, on_level, same};
-use super::many_emitters::{SeenFrom, Work};
-use super::tile::{Goal, TILE};
-use crate::number::ROUNDOFF;
-use crate::{Error, Receiver, evaluate_to};
+use crate::batch::answers::Slots;
+use crate::batch::cluster::UP;
+use crate::batch::emitter_tree::{EmitterTree, Grove};
+use crate::batch::far_field::Nodes;
+use crate::batch::many_emitters::{SeenFrom, Work};
+use crate::batch::receivers::Receivers;
+use crate::batch::tile::{Goal, TILE};
+use crate::error::Error;
+use crate::evaluate::evaluate_to;
+use crate::lanes::instruction_set::on_instruction_set;
+use crate::lanes::lane::{Lanes, MOST_LANES, constant, load, same};
+use crate::problem::receiver::Receiver;
+use crate::scalar::number::ROUNDOFF;
 
 /// What became of the emitters, summed over receivers.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -127,7 +131,7 @@ impl Room {
 }
 
 /// Receivers and the emitters they see.
-pub(super) struct Total<'a> {
+pub(super) struct TreeWalk<'a> {
     pub(super) receivers: Receivers<'a, f64>,
     pub(super) tree: &'a EmitterTree<'a>,
     pub(super) tolerance: f64,
@@ -151,7 +155,7 @@ impl Sum {
     }
 }
 
-impl Total<'_> {
+impl TreeWalk<'_> {
     /// Answers the receivers from `start` on. Far fields come last, each for all receivers in turn: they are the most to read.
     pub(super) fn tile(&self, start: usize, slots: Slots<'_, f64>) -> Result<Tally, Error> {
         let (mut room, mut tally) = (Room::new(), Tally::default());
@@ -272,7 +276,7 @@ impl Total<'_> {
             let range = self.tree.far_fields[far].nodes.clone();
             sums[entry].blocks += range.len() / MOST_LANES;
             let sums = &mut sums[entry].sums;
-            on_level!(self.level, simd => far_sum(simd, &self.tree.nodes, range, (x, n1), sums));
+            on_instruction_set!(self.level, simd => far_sum(simd, &self.tree.nodes, range, (x, n1), sums));
         }
         sums
     }
@@ -294,8 +298,8 @@ impl Total<'_> {
     }
 }
 
-/// Far fields' sums of terms and of their magnitudes, node i in sum i modulo 16 whatever the width of vectors, and how many terms a
-/// sum has.
+/// Far fields' sums of terms and of their magnitudes, node i in sum i modulo 16 whatever the width of vectors, and how many terms
+/// a sum has.
 #[derive(Debug, Clone, Copy)]
 struct FarSum {
     sums: [[f64; MOST_LANES]; 2],
@@ -307,7 +311,7 @@ struct FarSum {
 pub(super) fn far_value(level: Level, nodes: &Nodes, range: Range<usize>, receiver: &Receiver) -> f64 {
     let mut sums = [[0.0; MOST_LANES]; 2];
     let seen = (receiver.position().to_array(), receiver.normal().to_array());
-    on_level!(level, simd => far_sum(simd, nodes, range, seen, &mut sums));
+    on_instruction_set!(level, simd => far_sum(simd, nodes, range, seen, &mut sums));
     -sums[0].iter().sum::<f64>()
 }
 

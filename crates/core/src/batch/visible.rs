@@ -1,18 +1,18 @@
 //! What receivers see of an emitter, on lanes: nothing, all of it, or what is above their horizon.
 //!
-//! The decisions of [`crate::plan`], taken where the precision of the lanes is sure of them: heights err by less than 8.5u of the
-//! distance R of the farthest vertex, and 16u R decide. Which side of the plane the receiver is on, and whether anything is above
-//! the horizon, must be sure; lanes where it is not are left to the scalar path, as are those where too many digits are lost. A
-//! single vertex within 16u R of the horizon is taken to be on it, and the bound covers that it is not: so a wall that stands on
-//! the receiver's floor is answered here. The side of a plane across an axis is exact.
+//! The decisions of [`crate::boundary::plan`], taken where the precision of the lanes is sure of them: heights err by less than
+//! 8.5u of the distance R of the farthest vertex, and 16u R decide. Which side of the plane the receiver is on, and whether
+//! anything is above the horizon, must be sure; lanes where it is not are left to the scalar path, as are those where too many
+//! digits are lost. A single vertex within 16u R of the horizon is taken to be on it, and the bound covers that it is not: so a
+//! wall that stands on the receiver's floor is answered here. The side of a plane across an axis is exact.
 
 use fearless_simd::Simd;
 
-use super::arc_tangent::angles;
-use super::bound::{Bound, Crossing};
-use super::edge::{Edge, Part, Seen, Span, Terms};
-use super::lanes::{Lane, Lanes, Mask, constant};
-use crate::vec3::Vec3;
+use crate::batch::bound::LaneBound;
+use crate::batch::span::{Crossing, EdgePart, EdgeTerms, LaneEdge, SeenPoint, Span};
+use crate::lanes::angle::angles;
+use crate::lanes::lane::{Lane, Lanes, Mask, constant};
+use crate::scalar::vec3::Vec3;
 
 /// Polygons with as many edges each, one a lane or the same on all lanes, in normalised lengths.
 pub(super) trait Outline<S: Simd, F: Lane> {
@@ -20,7 +20,7 @@ pub(super) trait Outline<S: Simd, F: Lane> {
     fn count(&self) -> usize;
     fn vertex(&self, simd: S, index: usize) -> Vec3<Lanes<S, F>>;
     /// Edge `index` starts at that vertex.
-    fn edge(&self, simd: S, index: usize) -> Edge<S, F>;
+    fn edge(&self, simd: S, index: usize) -> LaneEdge<S, F>;
     /// Unit normal `n2`.
     fn normal(&self, simd: S) -> Vec3<Lanes<S, F>>;
     /// What the receiver's height over the plane errs by at most, a share of the distance, squared; 0 where it is exact.
@@ -32,14 +32,14 @@ pub(super) trait BoundarySums<S: Simd, F: Lane> {
     /// What value and gradient are of their sums.
     const FACTOR: f64;
 
-    /// Adds the visible pieces of edges, one after the other; what takes long is done for all of them side by side, and what needs
-    /// no root while there are roots to wait for.
+    /// Adds the visible pieces of edges, one after the other; what takes long is done for all of them side by side, and what
+    /// needs no root while there are roots to wait for.
     #[inline(always)]
     fn add<const GRADIENT: bool, const N: usize>(&mut self, simd: S, n1: Vec3<Lanes<S, F>>, spans: &[Span<S, F>; N]) {
-        let mut terms = [Terms::none(simd); N];
+        let mut terms = [EdgeTerms::none(simd); N];
         let (mut across, mut inline) = ([constant(simd, 0.0); N], [constant(simd, 0.0); N]);
         for (k, span) in spans.iter().enumerate() {
-            terms[k] = Terms::new::<GRADIENT>(simd, n1, span);
+            terms[k] = EdgeTerms::new::<GRADIENT>(simd, n1, span);
             (across[k], inline[k]) = (span.part.of(span.moment), terms[k].inline);
         }
         let angles = angles(simd, across, inline);
@@ -54,7 +54,7 @@ pub(super) trait BoundarySums<S: Simd, F: Lane> {
         simd: S,
         n1: Vec3<Lanes<S, F>>,
         span: &Span<S, F>,
-        terms: &Terms<S, F>,
+        terms: &EdgeTerms<S, F>,
         g: Lanes<S, F>,
     );
 
@@ -62,14 +62,14 @@ pub(super) trait BoundarySums<S: Simd, F: Lane> {
     fn close(&mut self, simd: S, n1: Vec3<Lanes<S, F>>, left: Mask<S, F>, exit: Vec3<Lanes<S, F>>, entry: Vec3<Lanes<S, F>>);
 
     /// The sums' value and gradient, their bounds, tight where they are asked for, and where those hold.
-    fn total<const GRADIENT: bool>(self, simd: S, extent: &SeenExtent<S, F>) -> (Total<S, F>, Mask<S, F>);
+    fn total<const GRADIENT: bool>(self, simd: S, extent: &SeenExtent<S, F>) -> (BoundedTotal<S, F>, Mask<S, F>);
 }
 
 /// Where receivers are, and their unit normals.
 pub(super) type Placed<S, F> = (Vec3<Lanes<S, F>>, Vec3<Lanes<S, F>>);
 
 /// Value, gradient and their bounds.
-pub(super) type Total<S, F> = (Lanes<S, F>, Vec3<Lanes<S, F>>, Bound<S, F>);
+pub(super) type BoundedTotal<S, F> = (Lanes<S, F>, Vec3<Lanes<S, F>>, LaneBound<S, F>);
 
 /// What bounds depend on besides the sums.
 pub(super) struct SeenExtent<S: Simd, F: Lane> {
@@ -92,7 +92,7 @@ pub(super) struct Found<S: Simd, F: Lane> {
     /// `n1.Phi`.
     pub(super) value: Lanes<S, F>,
     pub(super) gradient: Vec3<Lanes<S, F>>,
-    pub(super) bound: Bound<S, F>,
+    pub(super) bound: LaneBound<S, F>,
 }
 
 /// What each lane sees from x along the unit normal n1, with bounds that are tight where they are asked for.
@@ -139,9 +139,9 @@ pub(super) fn find<S: Simd, F: Lane, O: Outline<S, F>, B: BoundarySums<S, F>, co
 }
 
 #[inline(always)]
-fn corner<S: Simd, F: Lane, O: Outline<S, F>>(simd: S, outline: &O, index: usize, (x, n1): Placed<S, F>) -> Corner<S, F> {
-    let seen = Seen::new(outline.vertex(simd, index) - x);
-    Corner { seen, height: n1.dot(seen.r) }
+fn corner<S: Simd, F: Lane, O: Outline<S, F>>(simd: S, outline: &O, index: usize, (x, n1): Placed<S, F>) -> SeenCorner<S, F> {
+    let seen = SeenPoint::new(outline.vertex(simd, index) - x);
+    SeenCorner { seen, height: n1.dot(seen.r) }
 }
 
 /// A whole edge between two corners.
@@ -150,26 +150,26 @@ fn edge<S: Simd, F: Lane, O: Outline<S, F>>(
     simd: S,
     outline: &O,
     index: usize,
-    from: Corner<S, F>,
-    to: Corner<S, F>,
+    from: SeenCorner<S, F>,
+    to: SeenCorner<S, F>,
 ) -> Span<S, F> {
     Span::whole(outline.edge(simd, index), (from.seen, from.height), to.seen)
 }
 
 /// A vertex seen from x, and its height over the horizon.
-struct Corner<S: Simd, F: Lane> {
-    seen: Seen<S, F>,
+struct SeenCorner<S: Simd, F: Lane> {
+    seen: SeenPoint<S, F>,
     height: Lanes<S, F>,
 }
 
-impl<S: Simd, F: Lane> Clone for Corner<S, F> {
+impl<S: Simd, F: Lane> Clone for SeenCorner<S, F> {
     #[inline(always)]
     fn clone(&self) -> Self {
         *self
     }
 }
 
-impl<S: Simd, F: Lane> Copy for Corner<S, F> {}
+impl<S: Simd, F: Lane> Copy for SeenCorner<S, F> {}
 
 /// Where vertices are.
 struct Extent<S: Simd, F: Lane> {
@@ -180,12 +180,12 @@ struct Extent<S: Simd, F: Lane> {
 
 impl<S: Simd, F: Lane> Extent<S, F> {
     #[inline(always)]
-    fn of(corner: Corner<S, F>) -> Self {
+    fn of(corner: SeenCorner<S, F>) -> Self {
         Self { lowest: corner.height, highest: corner.height, farthest_square: corner.seen.square }
     }
 
     #[inline(always)]
-    fn and(self, Corner { seen, height }: Corner<S, F>) -> Self {
+    fn and(self, SeenCorner { seen, height }: SeenCorner<S, F>) -> Self {
         Self {
             lowest: self.lowest.min(height),
             highest: self.highest.max(height),
@@ -200,7 +200,7 @@ fn decide<S: Simd, F: Lane, O: Outline<S, F>, B: BoundarySums<S, F>, const GRADI
     simd: S,
     outline: &O,
     (x, n1): Placed<S, F>,
-    (first, Extent { lowest, highest, farthest_square }): (Corner<S, F>, Extent<S, F>),
+    (first, Extent { lowest, highest, farthest_square }): (SeenCorner<S, F>, Extent<S, F>),
     (tight, mut sums): (bool, B),
     seen_whole: impl FnOnce(&mut B),
 ) -> Found<S, F> {
@@ -215,7 +215,7 @@ fn decide<S: Simd, F: Lane, O: Outline<S, F>, B: BoundarySums<S, F>, const GRADI
     let (above, below) = (sure.below(signed(lowest)), signed(highest).below(-sure));
     let nothing = in_range & (behind | below);
     let seen = in_range & in_front & sure.below(signed(highest));
-    let none = Bound { value: zero, gradient_square: zero };
+    let none = LaneBound { value: zero, gradient_square: zero };
     let mut found = Found {
         zero: nothing,
         good: seen & above,
@@ -251,7 +251,7 @@ fn after<S: Simd, F: Lane, O: Outline<S, F>>(outline: &O, index: usize) -> usize
 fn triangle<S: Simd, F: Lane, O: Outline<S, F>, B: BoundarySums<S, F>, const GRADIENT: bool>(
     simd: S,
     outline: &O,
-    [a, b, c]: [Corner<S, F>; 3],
+    [a, b, c]: [SeenCorner<S, F>; 3],
     n1: Vec3<Lanes<S, F>>,
     sums: &mut B,
 ) {
@@ -302,12 +302,12 @@ fn clipped<S: Simd, F: Lane, O: Outline<S, F>, B: BoundarySums<S, F>, const GRAD
     let origin = Vec3::new(zero, zero, zero);
     let (mut exit, mut entry) = (origin, origin);
     let mut crossing = Crossing { nearest: zero, slant: zero };
-    let mut from = Seen::new(outline.vertex(simd, 0) - x);
+    let mut from = SeenPoint::new(outline.vertex(simd, 0) - x);
     let mut before = level(simd, n1.dot(from.r), sure);
     let mut left = zero.below(zero);
     let mut twice = left;
     for index in 0..outline.count() {
-        let to = Seen::new(outline.vertex(simd, after(outline, index)) - x);
+        let to = SeenPoint::new(outline.vertex(simd, after(outline, index)) - x);
         let after = level(simd, n1.dot(to.r), sure);
         let edge = outline.edge(simd, index);
         let length_square = edge.square;
@@ -319,11 +319,11 @@ fn clipped<S: Simd, F: Lane, O: Outline<S, F>, B: BoundarySums<S, F>, const GRAD
         // From the end that is above.
         let inverse_drop = one / crosses.select((before - after).abs(), one);
         let fraction = crosses.select(starts.select(before, after) * inverse_drop, one);
-        let point = Seen::new(starts.select_vector(from.r, to.r) + edge.e * starts.select(fraction, -fraction));
+        let point = SeenPoint::new(starts.select_vector(from.r, to.r) + edge.e * starts.select(fraction, -fraction));
         // An edge on the horizon adds nothing but to the bound.
         let (any, flat) =
             (starts | ends, before.at_most(zero) & zero.at_most(before) & after.at_most(zero) & zero.at_most(after));
-        let part = Part::Clipped { fraction, any, bounds: any | flat };
+        let part = EdgePart::Clipped { fraction, any, bounds: any | flat };
         let ends = (point.or(comes, &from), point.or(leaves, &to));
         sums.add::<GRADIENT, 1>(simd, n1, &[Span::piece(edge, (from.r, n1.dot(from.r)), ends, part)]);
         (exit, entry) = (leaves.select_vector(point.r, exit), comes.select_vector(point.r, entry));

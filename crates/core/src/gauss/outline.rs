@@ -11,16 +11,18 @@
 
 use glam::DVec3;
 
-use super::Scene;
-use super::source::Lit;
-use crate::number::ROUNDOFF;
-use crate::plan::{Plan, height_over_horizon, offset};
-use crate::vec3::Vec3;
-use crate::{Polygon, Receiver};
+use crate::boundary::plan::{Plan, height_over_horizon};
+use crate::gauss::scene::Scene;
+use crate::gauss::source::Lit;
+use crate::problem::polygon::Polygon;
+use crate::problem::receiver::Receiver;
+use crate::scalar::number::ROUNDOFF;
+use crate::scalar::offset::offset;
+use crate::scalar::vec3::Vec3;
 
 /// A corner of the outline, in normalised lengths.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Corner {
+pub(super) struct OutlineCorner {
     /// Offset from the receiver.
     pub(super) seen: Vec3<f64>,
     /// Offset from a vertex above the horizon: differences of these lose nothing to the distance.
@@ -37,11 +39,11 @@ const GRAZING: f64 = 0.0625;
 
 impl Scene<'_> {
     /// The corners of the part above the horizon, counter-clockwise as the polygon's vertices are (Sutherland and Hodgman 1974).
-    pub(super) fn outline(&self, receiver: &Receiver, polygon: &Polygon, plan: &Plan) -> Vec<Corner> {
+    pub(super) fn outline(&self, receiver: &Receiver, polygon: &Polygon, plan: &Plan) -> Vec<OutlineCorner> {
         let count = polygon.vertices().len();
         let is_above = |vertex: &usize| precise_facing(receiver, polygon.vertices()[*vertex], plan.power) > 0.0;
         let base = (0..count).find(is_above).unwrap_or(0);
-        let corners: Vec<Corner> = (0..count).map(|vertex| self.corner(receiver, polygon, plan, vertex, base)).collect();
+        let corners: Vec<OutlineCorner> = (0..count).map(|vertex| self.corner(receiver, polygon, plan, vertex, base)).collect();
         let mut above = Vec::with_capacity(count + 1);
         for (i, start) in corners.iter().enumerate() {
             let j = (i + 1) % count;
@@ -57,13 +59,13 @@ impl Scene<'_> {
         above
     }
 
-    fn corner(&self, receiver: &Receiver, polygon: &Polygon, plan: &Plan, vertex: usize, base: usize) -> Corner {
+    fn corner(&self, receiver: &Receiver, polygon: &Polygon, plan: &Plan, vertex: usize, base: usize) -> OutlineCorner {
         let (x, place, first) = (receiver.position(), polygon.vertices()[vertex], polygon.vertices()[base]);
         let seen: Vec3<f64> = offset(place, x, plan.power);
         let facing = precise_facing(receiver, place, plan.power);
         let local = offset(place, first, plan.power);
         let lit = self.source.at_vertex(vertex, place);
-        Corner { seen, local, facing, facing_error: 8.0 * ROUNDOFF * facing.abs(), lit }
+        OutlineCorner { seen, local, facing, facing_error: 8.0 * ROUNDOFF * facing.abs(), lit }
     }
 
     /// `n1.r` of a vertex that is seen at an offset and a distance, and a bound on its error.
@@ -78,7 +80,7 @@ impl Scene<'_> {
     }
 }
 
-impl Corner {
+impl OutlineCorner {
     /// The point of the edge `e` from here to `end`, below the horizon, where that crosses it.
     fn towards(&self, end: &Self, e: Vec3<f64>) -> Self {
         let fraction = self.facing / (self.facing - end.facing);

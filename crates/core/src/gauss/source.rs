@@ -6,9 +6,11 @@
 
 use glam::DVec3;
 
-use crate::number::ROUNDOFF;
-use crate::polynomial::{Bivariate, InPlane};
-use crate::{Emission, Emitter, Polygon};
+use crate::problem::emission::{Emission, Emitter};
+use crate::problem::polygon::Polygon;
+use crate::problem::polynomial::bivariate::Bivariate;
+use crate::problem::polynomial::plane::InPlane;
+use crate::scalar::number::ROUNDOFF;
 
 /// An emission with the bounds that the rule needs of it, normalised.
 #[derive(Debug)]

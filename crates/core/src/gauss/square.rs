@@ -4,7 +4,7 @@
 //! its weight is a times the product of the two. For a and b as rounded each coordinate errs by 2u of itself, the weight by 5u
 //! with the roundings of the rule.
 
-use super::rules::{LANES, MOST, rule};
+use crate::gauss::rules::{LANES, MOST, rule};
 
 /// So many sets of lanes hold the products of the rules with 1, 2, ... nodes.
 const SETS: [usize; MOST] = {

@@ -27,17 +27,18 @@
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f64x8};
 
-use super::fan::Shape;
-use super::source::OnTriangle;
-use super::triangle::{Bound, Grid, Rule, Seen, Triangle};
-use super::{Integral, Scene, rules, square};
-use crate::level::{LEVEL, on_level};
-use crate::number::ROUNDOFF;
-use crate::vec3::Vec3;
+use crate::gauss::scene::{Integral, Scene};
+use crate::gauss::source::OnTriangle;
+use crate::gauss::triangle::{Grid, Rule, RuleBound, SeenTriangle, Triangle};
+use crate::gauss::{rules, square};
+use crate::lanes::instruction_set::{INSTRUCTION_SET, on_instruction_set};
+use crate::problem::fan::Shape;
+use crate::scalar::number::ROUNDOFF;
+use crate::scalar::vec3::Vec3;
 
 /// Sums over nodes of `1/r^4` times 1, `B`, `B n1.r`, `B n1.r r/r^2`, and of the second and third over `r^2`.
 #[derive(Debug, Clone, Copy)]
-struct Sums<T> {
+struct NodeSums<T> {
     positive: T,
     plain: T,
     projected: T,
@@ -71,7 +72,7 @@ fn between<S: Simd>([p, q]: [f64x8<S>; 2], b: f64x8<S>, rest: f64x8<S>) -> f64x8
     p * rest + q * b
 }
 
-impl<S: Simd> Sums<f64x8<S>> {
+impl<S: Simd> NodeSums<f64x8<S>> {
     #[inline(always)]
     fn zero(simd: S) -> Self {
         let zero = f64x8::splat(simd, 0.0);
@@ -98,11 +99,11 @@ impl<S: Simd> Sums<f64x8<S>> {
 
     /// The sums over the lanes.
     #[inline(always)]
-    fn total(self) -> Sums<f64> {
+    fn total(self) -> NodeSums<f64> {
         let Self { positive, plain, projected, pulled: Vec3 { x, y, z }, plain_over_square, projected_over_square } = self;
         let [positive, plain, projected, x, y, z, plain_over_square, projected_over_square] =
             totals([positive, plain, projected, x, y, z, plain_over_square, projected_over_square]);
-        Sums { positive, plain, projected, pulled: Vec3::new(x, y, z), plain_over_square, projected_over_square }
+        NodeSums { positive, plain, projected, pulled: Vec3::new(x, y, z), plain_over_square, projected_over_square }
     }
 
     /// The sums of a row, eight nodes at a time whatever the machine, so that digits do not depend on it. The emission is a
@@ -138,7 +139,7 @@ impl Scene<'_> {
     /// The integral over a triangle, without the factor rho/pi.
     pub(super) fn integral(&self, triangle: &Triangle<'_>) -> Integral {
         let Self { n1, n2, height, .. } = *self;
-        let total = on_level!(*LEVEL, simd => triangle.sums(simd));
+        let total = on_instruction_set!(*INSTRUCTION_SET, simd => triangle.sums(simd));
         let gradient = n2 * total.projected - n1 * (height * total.plain) + total.pulled * (4.0 * height);
         let error = triangle.error(self, &total);
         let Shape { twice_area, twice_area_error, .. } = *triangle.shape;
@@ -170,7 +171,7 @@ fn ends([apex, first, last]: [f64; 3], a: f64) -> [f64; 2] {
 
 impl Triangle<'_> {
     #[inline(always)]
-    fn sums<S: Simd>(&self, simd: S) -> Sums<f64> {
+    fn sums<S: Simd>(&self, simd: S) -> NodeSums<f64> {
         let splat = |value: f64| f64x8::splat(simd, value);
         match (&self.seen.emission, self.is_square()) {
             (OnTriangle::Affine(corners), true) => {
@@ -206,19 +207,19 @@ impl Triangle<'_> {
 
     /// The sums over the nodes of a square, with the emission as a function of their barycentric coordinates and of a.
     #[inline(always)]
-    fn in_one_row<S: Simd>(&self, simd: S, emission: impl Fn([f64x8<S>; 3], f64x8<S>) -> f64x8<S>) -> Sums<f64> {
+    fn in_one_row<S: Simd>(&self, simd: S, emission: impl Fn([f64x8<S>; 3], f64x8<S>) -> f64x8<S>) -> NodeSums<f64> {
         let splat = |value: f64| f64x8::splat(simd, value);
         let (apex, first, side) = (self.seen.apex.map(splat), self.shape.first.map(splat), self.shape.side.map(splat));
         let facing = self.seen.facing.map(splat);
-        let mut total = Sums::zero(simd);
+        let mut total = NodeSums::zero(simd);
         for sets in square::square(self.rule.grid[0].count).chunks(GROUP) {
-            let mut group = Sums::zero(simd);
+            let mut group = NodeSums::zero(simd);
             for nodes in sets {
                 let barycentric = nodes.barycentric.map(|row| f64x8::load_array(simd, row));
                 let (along, weight) = (f64x8::load_array(simd, nodes.along), f64x8::load_array(simd, nodes.weights));
                 let r = apex + first * along + side * barycentric[2];
                 let (emission, facing) = (emission(barycentric, along), interpolated(facing, barycentric));
-                group.add(&Sums::at(simd, r, weight, emission, facing));
+                group.add(&NodeSums::at(simd, r, weight, emission, facing));
             }
             total.add(&group);
         }
@@ -227,17 +228,17 @@ impl Triangle<'_> {
 
     /// The sums, with the emission as a function of a, then of b and 1 - b.
     #[inline(always)]
-    fn row_by_row<S: Simd, F: Fn(f64x8<S>, f64x8<S>) -> f64x8<S>>(&self, simd: S, emission: impl Fn(f64) -> F) -> Sums<f64> {
+    fn row_by_row<S: Simd, F: Fn(f64x8<S>, f64x8<S>) -> f64x8<S>>(&self, simd: S, emission: impl Fn(f64) -> F) -> NodeSums<f64> {
         let (apex, first, side, facing) = (self.seen.apex, self.shape.first, self.shape.side, self.seen.facing);
         let [rows, row] = self.rule.grid;
         let splat = |value: f64| f64x8::splat(simd, value);
         let width = [1.0 / rows.panels as f64, 1.0 / row.panels as f64];
         let rule = rules::rule(rows.count);
-        let mut total = Sums::zero(simd);
+        let mut total = NodeSums::zero(simd);
         for panel in 0..rows.panels {
             let (nodes, weights) = (&rule.nodes[..rows.count], &rule.weights[..rows.count]);
             for (nodes, weights) in nodes.chunks(GROUP).zip(weights.chunks(GROUP)) {
-                let mut group = Sums::zero(simd);
+                let mut group = NodeSums::zero(simd);
                 for (node, weight) in nodes.iter().zip(weights) {
                     let a = (panel as f64 + node) * width[0];
                     let (start, step) = (apex + first * a, side * a);
@@ -247,7 +248,7 @@ impl Triangle<'_> {
                         facing: ends(facing, a).map(splat),
                         weight: splat(weight * width[0] * width[1] * a),
                     };
-                    group.add(&Sums::of(simd, &along, row, &emission(a)));
+                    group.add(&NodeSums::of(simd, &along, row, &emission(a)));
                 }
                 total.add(&group);
             }
@@ -270,12 +271,12 @@ impl Triangle<'_> {
     }
 
     /// Bound on the rounding errors.
-    fn error(&self, scene: &Scene<'_>, sums: &Sums<f64>) -> Bound {
+    fn error(&self, scene: &Scene<'_>, sums: &NodeSums<f64>) -> RuleBound {
         const U: f64 = ROUNDOFF;
         let Scene { height, ref source, input_error, is_clipped, .. } = *scene;
         let Rule { nearest, farthest, leg, base, .. } = self.rule;
         let Shape { sides_error, twice_area, misplaced_area, .. } = *self.shape;
-        let Seen { distances, most_facing, facing_error, is_bright, .. } = *self.seen;
+        let SeenTriangle { distances, most_facing, facing_error, is_bright, .. } = *self.seen;
         let apex = if is_clipped { 2.0 } else { 1.0 };
         let node = if self.rule.grid.iter().all(|grid| grid.panels == 1) { 1.0 } else { 2.0 };
         let displaced = U * (apex * distances[0] + farthest + (1.0 + node) * leg + (2.0 + node) * base) + sides_error;
@@ -305,7 +306,7 @@ impl Triangle<'_> {
         // Over the fourth power of the nearest distance.
         let near = nearest * nearest;
         let misplaced = misplaced_area / (near * near) * source.largest;
-        Bound {
+        RuleBound {
             value: height * (area * (projected_error + (2.0 * U + input_error) * projected[0]) + misplaced * most_facing),
             gradient: area * (projected_error + height * (plain_error + 4.0 * pulled_error))
                 + area * U * (5.0 * projected[0] + height * (6.0 * plain[0] + 12.0 * pulled))

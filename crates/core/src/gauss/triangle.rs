@@ -5,7 +5,7 @@
 //! In one variable, the other held, y moves on a segment of half-length l. In the ellipse `E_R` around it (semi-axes A and tau,
 //! `A + tau = R`) `|r.r| >= q = d^2 - tau^2 l^2` with d a lower bound of the distance of the real segment stretched to A: its
 //! height over the plane, or the distance of the centroid less what the stretched triangle reaches. There `|r| <= rho + (R - 1)
-//! l`, `n1.r` grows by no more than that, B as [`source`](super::source) says, and the integrand is bounded by M. So are its
+//! l`, `n1.r` grows by no more than that, B as [`source`](crate::gauss::source) says, and the integrand is bounded by M. So are its
 //! Chebyshev coefficients, by `2 M R^-k`; n nodes are exact below degree 2n and, as the integral, for all odd k, and elsewhere
 //! neither is above 2 or `2/(k^2 - 1)`: on a unit interval they err by at most `(8/3) M R^(-2n) / (1 - R^-2)`, one such term for
 //! each variable. (The argument of Trefethen, "Is Gauss quadrature better than Clenshaw-Curtis?", 2008, Theorem 4.5, whose bound
@@ -19,21 +19,21 @@
 
 use std::ops::Add;
 
-use super::Scene;
-use super::fan::{FanTriangle, Shape};
-use super::outline::Corner;
-use super::source::OnTriangle;
-use super::{rules, square};
-use crate::Receiver;
-use crate::number::ROUNDOFF;
-use crate::plan::offset;
-use crate::vec3::Vec3;
+use crate::gauss::outline::OutlineCorner;
+use crate::gauss::scene::Scene;
+use crate::gauss::source::OnTriangle;
+use crate::gauss::{rules, square};
+use crate::problem::fan::{FanTriangle, Shape};
+use crate::problem::receiver::Receiver;
+use crate::scalar::number::ROUNDOFF;
+use crate::scalar::offset::offset;
+use crate::scalar::vec3::Vec3;
 
 /// A triangle of the fan, seen from the receiver, with the rule for it.
 #[derive(Debug)]
 pub(super) struct Triangle<'a> {
     pub(super) shape: &'a Shape,
-    pub(super) seen: &'a Seen,
+    pub(super) seen: &'a SeenTriangle,
     pub(super) rule: Rule,
 }
 
@@ -41,7 +41,7 @@ pub(super) struct Triangle<'a> {
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Rule {
     pub(super) grid: [Grid; 2],
-    pub(super) truncation: Bound,
+    pub(super) truncation: RuleBound,
     /// Bounds on the distance of its points from the receiver.
     pub(super) nearest: f64,
     pub(super) farthest: f64,
@@ -52,7 +52,7 @@ pub(super) struct Rule {
 
 /// The corners of a triangle as the receiver sees them, the apex P first.
 #[derive(Debug)]
-pub(super) struct Seen {
+pub(super) struct SeenTriangle {
     /// P, and the distances of all corners.
     pub(super) apex: Vec3<f64>,
     pub(super) distances: [f64; 3],
@@ -70,12 +70,12 @@ pub(super) struct Seen {
 
 /// Bounds on the errors of value and gradient.
 #[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Bound {
+pub(super) struct RuleBound {
     pub(super) value: f64,
     pub(super) gradient: f64,
 }
 
-impl Add for Bound {
+impl Add for RuleBound {
     type Output = Self;
     fn add(self, other: Self) -> Self {
         Self { value: self.value + other.value, gradient: self.gradient + other.gradient }
@@ -120,13 +120,13 @@ struct Reach {
     most_facing: f64,
     area: f64,
     /// What value and gradient are expected to be like, by size.
-    typical: Bound,
+    typical: RuleBound,
 }
 
 impl Scene<'_> {
     /// A triangle of a polygon that is seen whole, lengths of the fan being multiplied by `power`.
     #[inline(always)]
-    pub(super) fn plain_triangle(&self, receiver: &Receiver, fan: &FanTriangle, power: f64) -> (Shape, Seen) {
+    pub(super) fn plain_triangle(&self, receiver: &Receiver, fan: &FanTriangle, power: f64) -> (Shape, SeenTriangle) {
         let vertices = self.source.polygon().vertices();
         let [a, b, c] = fan.corners;
         let places = [vertices[a], vertices[b], vertices[c]];
@@ -137,7 +137,7 @@ impl Scene<'_> {
         let ((p, p_error), (q, q_error), (r, r_error)) = (facing(0), facing(1), facing(2));
         let centroid = (seen[0] + fan.middle * power).norm() * (1.0 - 32.0 * ROUNDOFF);
         let (emission, is_bright) = self.source.on_corners(fan.corners, places);
-        let seen = Seen {
+        let seen = SeenTriangle {
             apex: seen[0],
             distances,
             facing: [p, q, r],
@@ -152,7 +152,7 @@ impl Scene<'_> {
     }
 
     /// A triangle of a clipped outline with local offsets up to `spread`.
-    pub(super) fn clipped_triangle(&self, corners: [Corner; 3], spread: f64) -> (Shape, Seen) {
+    pub(super) fn clipped_triangle(&self, corners: [OutlineCorner; 3], spread: f64) -> (Shape, SeenTriangle) {
         let [a, b, c] = &corners;
         let sides = [b.local - a.local, c.local - a.local, c.local - b.local];
         // Two local offsets and their difference; a share of it is the displacement of crossings as seen from the receiver.
@@ -161,7 +161,7 @@ impl Scene<'_> {
         let middle = (a.seen + b.seen + c.seen) * (1.0 / 3.0);
         let centroid = middle.norm() * (1.0 - 32.0 * ROUNDOFF);
         let facing = [a.facing, b.facing, c.facing];
-        let seen = Seen {
+        let seen = SeenTriangle {
             apex: a.seen,
             distances: [a, b, c].map(|corner| corner.seen.norm()),
             facing,
@@ -177,7 +177,7 @@ impl Scene<'_> {
 
     /// The number of nodes that a triangle needs for full precision; `None` if that is more than there are rules for.
     #[inline]
-    pub(super) fn rule(&self, shape: &Shape, seen: &Seen) -> Option<Rule> {
+    pub(super) fn rule(&self, shape: &Shape, seen: &SeenTriangle) -> Option<Rule> {
         let [first, last, base] = shape.lengths;
         let leg = larger(first, last);
         // The area would lose digits to underflow.
@@ -193,7 +193,7 @@ impl Scene<'_> {
         let [p, q, r] = seen.facing;
         let facing = larger((p + q + r) * nearness * (1.0 / 3.0), 1e-9);
         let typical = 0.5 * area * self.source.largest * self.height * (nearness * nearness * nearness);
-        let typical = Bound { value: typical * facing, gradient: typical * nearness };
+        let typical = RuleBound { value: typical * facing, gradient: typical * nearness };
         let bounds = Reach { clear, farthest, most_facing: seen.most_facing, area, typical };
         // The Jacobian a is at most 1 + (A - 1)/2p in its own variable on p panels, and 1/2 on average in the other.
         let of_own = |overhang| 1.0 + overhang;
@@ -211,10 +211,10 @@ impl Scene<'_> {
     }
 
     /// The cheapest grid for one variable, and the bound on what it leaves.
-    fn grid(&self, reach: &Reach, half: f64, jacobian: impl Fn(f64) -> f64) -> Option<(Grid, Bound)> {
+    fn grid(&self, reach: &Reach, half: f64, jacobian: impl Fn(f64) -> f64) -> Option<(Grid, RuleBound)> {
         /// So few nodes are never half as many on half the length.
         const UNDIVIDED: usize = 6;
-        let mut best: Option<(Grid, Bound)> = None;
+        let mut best: Option<(Grid, RuleBound)> = None;
         for panels in [1, 2, 4, 8] {
             let share = 1.0 / panels as f64;
             let overhang = |stretch: f64| jacobian(0.5 * (stretch - 1.0) * share);
@@ -232,7 +232,7 @@ impl Scene<'_> {
     }
 
     /// Nodes that each panel of half-length `half` needs, and the bound on what all of them leave.
-    fn nodes(&self, reach: &Reach, half: f64, jacobian: impl Fn(f64) -> f64) -> Option<(usize, Bound)> {
+    fn nodes(&self, reach: &Reach, half: f64, jacobian: impl Fn(f64) -> f64) -> Option<(usize, RuleBound)> {
         /// Share of the way to the nearest singularity; above it M grows faster than the ellipse helps.
         const SHARE: f64 = 0.75;
         let Self { height, ref source, .. } = *self;
@@ -251,9 +251,10 @@ impl Scene<'_> {
         // What shrinks and what grows first: far away neither may meet the area alone, and underflow.
         let common = 8.0 / 3.0 * 1.01 * (shrink * jacobian(stretch) * emission) * reach.area / (q * q * (1.0 - shrink));
         let mut bound =
-            Bound { value: common * height * facing, gradient: common * (facing + height + 4.0 * height * facing * far / q) };
+            RuleBound { value: common * height * facing, gradient: common * (facing + height + 4.0 * height * facing * far / q) };
         // A quarter of a roundoff of what is expected is not worth another node.
-        let enough = Bound { value: 0.25 * ROUNDOFF * reach.typical.value, gradient: 0.25 * ROUNDOFF * reach.typical.gradient };
+        let enough =
+            RuleBound { value: 0.25 * ROUNDOFF * reach.typical.value, gradient: 0.25 * ROUNDOFF * reach.typical.gradient };
         for count in 1..=rules::MOST {
             if bound.value <= enough.value && bound.gradient <= enough.gradient {
                 return Some((count, bound));

@@ -1,25 +1,30 @@
 //! The value alone, to a tolerance that is relative or absolute.
 //!
-//! The ladder is that of [`super`] without the gradient. That is more than a saving: where the edge of a shadow is seen in line
-//! with another edge the gradient has two values, and no number of bits decides between them; the value is the same for both
-//! decisions, and [`crate::visibility::Doubt`] bounds by how much it is not. A bound that is below the absolute tolerance is
-//! accepted as it stands, so a sliver that nobody would miss is bounded and not decided.
+//! The ladder is that of [`crate::ladder::rungs`] without the gradient. That is more than a saving: where the edge of a shadow is
+//! seen in line with another edge the gradient has two values, and no number of bits decides between them; the value is the same
+//! for both decisions, and [`crate::boundary::visibility::uncertainty::Uncertainty`] bounds by how much it is not. A bound that
+//! is below the absolute tolerance is accepted as it stands, so a sliver that nobody would miss is bounded and not decided.
 
 #[cfg(feature = "arbitrary-precision")]
 use std::array::from_ref;
 
-use super::{Case, Climb, Found};
-use crate::Error;
+use crate::boundary::case::Case;
+use crate::error::Error;
 #[cfg(feature = "arbitrary-precision")]
-use crate::big::{Big, Enclosure, Magnitude, PRECISIONS, Refined, enough_for_doubles, refined, relative_error, to_doubles};
+use crate::forms::irradiance_and_gradient::IrradianceAndGradient;
+use crate::ladder::answer::{Method, Tolerance, Value};
 #[cfg(feature = "arbitrary-precision")]
-use crate::certify::Ball;
+use crate::ladder::digits::{Enclosed, to_doubles};
+use crate::ladder::rungs::{Climb, Found};
 #[cfg(feature = "arbitrary-precision")]
-use crate::digits::Enclosed;
-use crate::evaluate::{Method, Tolerance, Value};
-use crate::number::ROUNDOFF;
+use crate::scalar::ball::Ball;
 #[cfg(feature = "arbitrary-precision")]
-use crate::terms::Terms;
+use crate::scalar::big::Big;
+#[cfg(feature = "arbitrary-precision")]
+use crate::scalar::big::enclosure::{Enclosure, PRECISIONS, Refined, enough_for_doubles, refined, relative_error};
+#[cfg(feature = "arbitrary-precision")]
+use crate::scalar::big::magnitude::Magnitude;
+use crate::scalar::number::ROUNDOFF;
 
 impl Tolerance {
     /// The error that is allowed of a value.
@@ -68,7 +73,7 @@ impl Case<'_> {
             if found.radius <= absolute { Magnitude::from(0.0) } else { relative_error(from_ref(found)) }
         };
         let find = || {
-            let terms = Terms::<Ball<Big>>::sum::<true, false>(self)?;
+            let terms = IrradianceAndGradient::<Ball<Big>>::sum::<true, false>(self)?;
             Some(Enclosure::of(terms.radiosity(self.receiver)))
         };
         let Refined { found, .. } = refined(PRECISIONS, enough, share, || Enclosed::is_coincidence(self), find);

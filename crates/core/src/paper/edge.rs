@@ -11,12 +11,12 @@
 
 use glam::DVec3;
 
-use super::slip::{Slip, Slips};
-use crate::Error;
+use crate::error::Error;
+use crate::paper::misprint::{Misprint, Misprints};
 
 /// One edge as seen from the receiver, with its integrals.
 #[derive(Debug)]
-pub(super) struct Edge {
+pub(super) struct AppendixEdge {
     /// `r_i = E_i - x`.
     pub(super) r: DVec3,
     /// `e_i = E_{i+1} - E_i`.
@@ -31,9 +31,9 @@ pub(super) struct Edge {
     pub(super) k2: f64,
 }
 
-impl Edge {
+impl AppendixEdge {
     /// Edge `index`, from its start, its end and the vertex after it (which only a misprint needs), as seen from `x`.
-    pub(super) fn new(index: usize, [r, r_next, r_after]: [DVec3; 3], slips: Slips<'_>) -> Result<Self, Error> {
+    pub(super) fn new(index: usize, [r, r_next, r_after]: [DVec3; 3], misprints: Misprints<'_>) -> Result<Self, Error> {
         let (e, w) = (r_next - r, r.cross(r_next - r));
         let w_length = w.length();
         if w_length == 0.0 {
@@ -42,22 +42,22 @@ impl Edge {
         let (rr, ss, ee) = (r.length_squared(), r_next.length_squared(), e.length_squared());
         let (re, se) = (r.dot(e), r_next.dot(e));
         let angle = libm::atan2(w_length, r.dot(r_next));
-        let gamma = if slips.planted(Slip::SineForAngle) { libm::sin(angle) } else { angle };
+        let gamma = if misprints.planted(Misprint::SineForAngle) { libm::sin(angle) } else { angle };
 
         let i1 = gamma / w_length;
-        let half = slips.choose(Slip::I2NotHalved, 0.5, 1.0);
+        let half = misprints.choose(Misprint::I2NotHalved, 0.5, 1.0);
         let i2 = half / (w_length * w_length) * (se / ss - re / rr + ee * i1);
-        let ends = slips.choose(Slip::J2EndsExchanged, 1.0, -1.0) * (1.0 / rr - 1.0 / ss);
+        let ends = misprints.choose(Misprint::J2EndsExchanged, 1.0, -1.0) * (1.0 / rr - 1.0 / ss);
         let j2 = (ends - 2.0 * i2 * re) / (2.0 * ee);
-        let k2 = (i1 - rr * i2 - slips.choose(Slip::K2NotDoubled, 2.0, 1.0) * re * j2) / ee;
+        let k2 = (i1 - rr * i2 - misprints.choose(Misprint::K2NotDoubled, 2.0, 1.0) * re * j2) / ee;
 
         let printed = [ee, (r_after - r_next).length_squared()];
-        let [near, far] = slips.choose(Slip::J1Logarithm, [rr, ss], printed);
-        let sign = slips.choose(Slip::J1Sign, -1.0, 1.0);
+        let [near, far] = misprints.choose(Misprint::J1Logarithm, [rr, ss], printed);
+        let sign = misprints.choose(Misprint::J1Sign, -1.0, 1.0);
         let j1 = (0.5 * libm::log(far / near) + sign * re * i1) / ee;
-        let [near, far] = slips.choose(Slip::K1Logarithm, [rr, ss], printed);
-        let double = slips.choose(Slip::K1AngleNotDoubled, 2.0, 1.0);
-        let constant = slips.choose(Slip::K1Constant, 1.0, 0.0);
+        let [near, far] = misprints.choose(Misprint::K1Logarithm, [rr, ss], printed);
+        let double = misprints.choose(Misprint::K1AngleNotDoubled, 2.0, 1.0);
+        let constant = misprints.choose(Misprint::K1Constant, 1.0, 0.0);
         let k1 = (se * libm::log(far) - re * libm::log(near) + double * w_length * gamma) / (2.0 * ee) - constant;
         Ok(Self { r, e, w, i1, i2, j1, j2, k1, k2 })
     }

@@ -14,7 +14,7 @@
 
 use glam::DVec3;
 
-use super::edge::Edge;
+use crate::paper::edge::AppendixEdge;
 
 /// Nodes and weights of the 16-point Gauss-Legendre rule on [-1, 1], the positive half.
 const GAUSS: [(f64, f64); 8] = [
@@ -29,7 +29,7 @@ const GAUSS: [(f64, f64); 8] = [
 ];
 
 /// X1 and X2 of the polygon with these edges and normal `n2`.
-pub(super) fn x1_x2(edges: &[Edge], n2: DVec3) -> (f64, f64) {
+pub(super) fn x1_x2(edges: &[AppendixEdge], n2: DVec3) -> (f64, f64) {
     let h = n2.dot(edges[0].r);
     edges.iter().fold((0.0, 0.0), |(x1, x2), edge| {
         let c = n2.dot(edge.w);
@@ -65,12 +65,12 @@ fn contour_integrals(q: DVec3, e: DVec3, hh: f64) -> (f64, f64) {
 
 #[cfg(test)]
 mod tests {
-    use super::super::slip::Slips;
     use super::*;
+    use crate::paper::misprint::Misprints;
 
-    fn edges(vertices: &[DVec3]) -> Vec<Edge> {
+    fn edges(vertices: &[DVec3]) -> Vec<AppendixEdge> {
         let at = |i: usize| vertices[i % vertices.len()];
-        (0..vertices.len()).map(|i| Edge::new(i, [at(i), at(i + 1), at(i + 2)], Slips(&[])).unwrap()).collect()
+        (0..vertices.len()).map(|i| AppendixEdge::new(i, [at(i), at(i + 1), at(i + 2)], Misprints(&[])).unwrap()).collect()
     }
 
     #[test]

@@ -1,7 +1,8 @@
 //! What appendix A promises: the numbers of the paper's scene, and Eq. 1 with its gradient integrated directly elsewhere.
 
 use super::*;
-use crate::{Emission, Polygon};
+use crate::problem::emission::Emission;
+use crate::problem::polygon::Polygon;
 
 /// The emitter of the paper's figures A to D.
 fn triangle(emission: Emission) -> Emitter {
@@ -84,7 +85,7 @@ fn behind_the_emitter_and_in_its_plane_there_is_nothing() {
 }
 
 #[test]
-fn every_slip_changes_what_it_shows_in_and_nothing_else() {
+fn every_misprint_changes_what_it_shows_in_and_nothing_else() {
     let quad = [(0.0, 0.0), (0.2, 0.9), (1.0, 0.8), (1.1, -0.1)].map(|(x, y)| DVec3::new(x, y, 1.0));
     let quad = Emitter::new(Polygon::new(quad.to_vec()).unwrap(), Emission::gradient(2.0, DVec3::new(1.0, 0.5, 0.0))).unwrap();
     let constant = triangle(Emission::Constant(1.0));
@@ -98,14 +99,14 @@ fn every_slip_changes_what_it_shows_in_and_nothing_else() {
     for emitter in [&quad, &constant] {
         for receiver in &places {
             let right = radiosity_and_gradient(receiver, emitter, None).unwrap();
-            for &slip in Slip::ALL {
-                let wrong = radiosity_and_gradient(receiver, emitter, Some(slip)).unwrap();
+            for &misprint in Misprint::ALL {
+                let wrong = radiosity_and_gradient(receiver, emitter, Some(misprint)).unwrap();
                 let change = (wrong.0 - right.0).abs() + (wrong.1 - right.1).length();
-                let shows = slip.shows_in(receiver, emitter);
-                assert_eq!(shows, change > 1e-6, "{}: {change:e} at {receiver:?} under {emitter:?}", slip.name());
-                shown.extend(shows.then_some(slip));
+                let shows = misprint.shows_in(receiver, emitter);
+                assert_eq!(shows, change > 1e-6, "{}: {change:e} at {receiver:?} under {emitter:?}", misprint.name());
+                shown.extend(shows.then_some(misprint));
             }
         }
     }
-    assert!(Slip::ALL.iter().all(|slip| shown.contains(slip)), "only {shown:?}");
+    assert!(Misprint::ALL.iter().all(|misprint| shown.contains(misprint)), "only {shown:?}");
 }

@@ -67,6 +67,13 @@ impl FormFactors<'_> {
             progress();
             self.fill(cell, radiosities, tolerance)
         })?;
+        let placement = self.placement();
+        for cell in &mut cells {
+            cell.corners = cell.corners.map(|corner| placement.outward(corner));
+            cell.centre = placement.outward(cell.centre);
+            cell.gradient *= placement.power();
+            cell.gradient_error *= placement.power();
+        }
         Ok(cells)
     }
 

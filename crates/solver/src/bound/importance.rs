@@ -11,13 +11,14 @@
 
 use rayon::prelude::*;
 
-use super::rise::Risen;
-use super::{Residuals, Scene, Seen};
-use crate::cluster::Pair;
+use crate::bound::residual::{Residual, Residuals};
+use crate::bound::rise::Risen;
+use crate::bound::scene::Scene;
+use crate::bound::seen::SeenSources;
 use crate::field::Field;
-use crate::gathering::Equation;
-use crate::link::Link;
-use crate::residual::Residual;
+use crate::field::gathering::Equation;
+use crate::links::cluster::glow::Pair;
+use crate::links::link::Link;
 
 /// Sweeps after which there is no bound.
 const MOST_SWEEPS: usize = 2000;
@@ -40,7 +41,7 @@ pub(super) struct Importance {
 
 impl Importance {
     /// The largest importance on a receiver, of what is reflected by the sources chosen and by all in clusters.
-    pub(super) fn of(&self, index: usize, channel: usize, seen: &Seen, chosen: impl Fn(usize) -> bool) -> f64 {
+    pub(super) fn of(&self, index: usize, channel: usize, seen: &SeenSources, chosen: impl Fn(usize) -> bool) -> f64 {
         let (nodes, channels) = (seen.nodes, self.more[index].len());
         let mut sums = self.beyond[index][channel * nodes..(channel + 1) * nodes].to_vec();
         for place in (0..seen.sources.len()).filter(|&place| chosen(place)) {
@@ -53,7 +54,7 @@ impl Importance {
 }
 
 /// `None` if no bound is found.
-pub(super) fn of(scene: Scene<'_>, receives: &[bool], seen: &[Seen]) -> Option<Importance> {
+pub(super) fn of(scene: Scene<'_>, receives: &[bool], seen: &[SeenSources]) -> Option<Importance> {
     let Scene { mesh, surfaces, receivers, links, far, channels } = scene;
     let (field, own) = solved(scene)?;
     let at = |(index, &receiver): (usize, &usize)| gathers(scene, &field, &links[receiver], &seen[index]);
@@ -130,7 +131,7 @@ fn solved(scene: Scene<'_>) -> Option<(Field, Vec<Vec<f64>>)> {
 }
 
 /// What the nodes of a receiver gather of `b_h` at most from each source, in each channel.
-fn gathers(scene: Scene<'_>, field: &Field, links: &[Link], seen: &Seen) -> Vec<f64> {
+fn gathers(scene: Scene<'_>, field: &Field, links: &[Link], seen: &SeenSources) -> Vec<f64> {
     let Scene { mesh, channels, .. } = scene;
     let mut gathered = vec![0.0; seen.sources.len() * channels * seen.nodes];
     for (link, place) in links.iter().zip(&seen.places) {
@@ -147,7 +148,7 @@ fn gathers(scene: Scene<'_>, field: &Field, links: &[Link], seen: &Seen) -> Vec<
 }
 
 /// The defect of `b_h` on a receiver.
-fn defect(scene: Scene<'_>, field: &Field, receiver: usize, channel: usize, seen: &Seen, own: &[f64]) -> Residual {
+fn defect(scene: Scene<'_>, field: &Field, receiver: usize, channel: usize, seen: &SeenSources, own: &[f64]) -> Residual {
     let Scene { mesh, surfaces, links, far, .. } = scene;
     let (element, basis, rho) = (&mesh.elements()[receiver], mesh.basis(receiver), scene.reflectance(receiver, channel));
     let far = &far[receiver];
@@ -185,7 +186,7 @@ fn defect(scene: Scene<'_>, field: &Field, receiver: usize, channel: usize, seen
 impl Scene<'_> {
     /// What the nodes of a receiver gather at most of something known on receivers and above, times the reflectance; channel after
     /// channel.
-    fn gathered_of(&self, receiver: usize, of: &Residuals, on_clusters: &[Vec<Pair>], seen: &Seen) -> Vec<f64> {
+    fn gathered_of(&self, receiver: usize, of: &Residuals, on_clusters: &[Vec<Pair>], seen: &SeenSources) -> Vec<f64> {
         let mut sums = vec![0.0; self.channels * seen.nodes];
         for (place, &source) in seen.sources.iter().enumerate() {
             let degree = self.mesh.basis(source).degree();
@@ -205,7 +206,7 @@ impl Scene<'_> {
     }
 
     /// What the nodes of a receiver reflect of a unit of light everywhere.
-    fn reflected(&self, receiver: usize, on_clusters: &[Vec<Pair>], seen: &Seen) -> Vec<f64> {
+    fn reflected(&self, receiver: usize, on_clusters: &[Vec<Pair>], seen: &SeenSources) -> Vec<f64> {
         let largest: Vec<f64> = (0..self.mesh.elements().len())
             .flat_map(|element| (0..self.channels).map(move |channel| self.reflectance(element, channel)))
             .collect();

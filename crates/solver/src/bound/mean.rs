@@ -19,17 +19,18 @@
 //! What is neglected, rounding, and what is left of the linear system know no signs, and go with z.
 //!
 //! # Textures
-//! The detail t of textures stays as elements become smaller, but `G t` does not ([`crate::residual`]); so it counts in the first
-//! sum from all sources, clusters with its magnitude, and in the second nowhere.
+//! The detail t of textures stays as elements become smaller, but `G t` does not ([`crate::bound::residual`]); so it counts in the
+//! first sum from all sources, clusters with its magnitude, and in the second nowhere.
 
 use rayon::prelude::*;
 
-use super::importance::Importance;
-use super::{Residuals, Scene, Seen};
-use crate::cluster::Pair;
-use crate::ledger::Ledger;
-use crate::residual::{Found, Residual};
-use crate::texture::Pattern;
+use crate::bound::importance::Importance;
+use crate::bound::ledger::Ledger;
+use crate::bound::residual::{Found, Residual, Residuals};
+use crate::bound::scene::Scene;
+use crate::bound::seen::SeenSources;
+use crate::links::cluster::glow::Pair;
+use crate::mesh::texture::Pattern;
 
 /// Receivers below a source beyond which it is not asked whether all of them have a receiver in their sets.
 const MOST_BELOW: usize = 64;
@@ -58,7 +59,7 @@ struct Gathers {
     parts: Vec<f64>,
 }
 
-pub(super) fn of(scene: Scene<'_>, residuals: &[Residuals; 2], seen: &[Seen], importance: &Importance) -> Mean {
+pub(super) fn of(scene: Scene<'_>, residuals: &[Residuals; 2], seen: &[SeenSources], importance: &Importance) -> Mean {
     let Scene { mesh, surfaces, receivers, channels, .. } = scene;
     let area: f64 = receivers.iter().map(|&receiver| mesh.elements()[receiver].area()).sum();
     let whole = |index: usize| -> Vec<f64> {
@@ -155,7 +156,13 @@ impl Scene<'_> {
     }
 
     /// What a receiver gathers of the residual where that cancels, and from where it is less so.
-    fn gathers(&self, receiver: usize, [direct, reflected]: &[Residuals; 2], details: &[Vec<Pair>], seen: &Seen) -> Gathers {
+    fn gathers(
+        &self,
+        receiver: usize,
+        [direct, reflected]: &[Residuals; 2],
+        details: &[Vec<Pair>],
+        seen: &SeenSources,
+    ) -> Gathers {
         let (mesh, channels, nodes) = (self.mesh, self.channels, seen.nodes);
         let count = seen.sources.len();
         let mut signed = vec![0.0; count * channels * nodes];

@@ -7,13 +7,18 @@
 
 use rayon::prelude::*;
 
-use super::rise::{self, Risen};
-use super::{Bounds, Residuals, Scene, Seen};
-use crate::cluster::{Far, Pair, View};
-use crate::ledger::Ledger;
+use crate::bound::Bounds;
+use crate::bound::ledger::Ledger;
+use crate::bound::residual::{Found, Residuals};
+use crate::bound::rise::{self, Risen};
+use crate::bound::scene::Scene;
+use crate::bound::seen::SeenSources;
+use crate::links::cluster::far::Far;
+use crate::links::cluster::glow::Pair;
+use crate::links::cluster::view::View;
+use crate::links::station::Station;
+use crate::links::transfer::Row;
 use crate::mesh::Mesh;
-use crate::residual::Found;
-use crate::transfer::{Row, Station};
 
 /// Sweeps in which means over receivers come down.
 const MEAN_SWEEPS: usize = 8;
@@ -84,7 +89,7 @@ impl Points {
         rho: &[f64],
     ) -> Vec<Ledger> {
         let links = rows.iter().map(|(source, row)| (*source, std::slice::from_ref(row)));
-        let seen = Seen::of(scene.mesh, scene.surfaces, &[*station], &self.receives, links);
+        let seen = SeenSources::of(scene.mesh, scene.surfaces, &[*station], &self.receives, links);
         let of_channel = |(channel, rho): (usize, &f64)| {
             let rows = rows.iter().map(|(source, row)| (*source, row));
             let carried = match &self.risen {
@@ -110,7 +115,7 @@ impl Bounds {
         mesh: &Mesh,
         channel: usize,
         rows: impl Iterator<Item = (usize, &'a Row)>,
-        (seen, node): (&Seen, usize),
+        (seen, node): (&SeenSources, usize),
     ) -> Ledger {
         let [direct, reflected] = &self.residuals;
         let of = |residuals: &Residuals, source: usize, found: &Found| {
@@ -128,11 +133,11 @@ impl Bounds {
 impl Scene<'_> {
     /// Mean errors of receivers, `A_i e_i <= rho_i sum_j max F_ij A_j (|r|_j + e_j)`, from those that hold already and from the
     /// mean over all: `sum_j A_j e_j` is known.
-    fn spread(&self, receives: &[bool], seen: &[Seen], bounds: &Bounds, risen: &Risen, means: &mut [f64]) {
+    fn spread(&self, receives: &[bool], seen: &[SeenSources], bounds: &Bounds, risen: &Risen, means: &mut [f64]) {
         let (mesh, receivers, far, channels) = (self.mesh, self.receivers, self.far, self.channels);
         let area: f64 = receivers.iter().map(|&receiver| mesh.elements()[receiver].area()).sum();
         // Which receivers get how much at most of what leaves each.
-        let reached = |seen: &Seen| {
+        let reached = |seen: &SeenSources| {
             let mut to = Vec::new();
             for (place, &source) in seen.sources.iter().enumerate() {
                 let (factor, peak) = seen.most(place);

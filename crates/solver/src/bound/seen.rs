@@ -5,14 +5,15 @@
 
 use std::collections::HashMap;
 
+use crate::bound::residual::Found;
+use crate::links::station::Station;
+use crate::links::transfer::{Kernel, Row, Sampled};
 use crate::mesh::Mesh;
-use crate::residual::Found;
-use crate::surfaces::Surfaces;
-use crate::transfer::{Kernel, Row, Sampled, Station};
+use crate::mesh::surfaces::Surfaces;
 
 /// What is seen, for each source and node.
 #[derive(Debug)]
-pub(super) struct Seen {
+pub(super) struct SeenSources {
     pub(super) sources: Vec<usize>,
     /// For each link, the place of what it belongs to among the sources.
     pub(super) places: Vec<usize>,
@@ -27,7 +28,7 @@ pub(super) struct Seen {
     even: Vec<Vec<f64>>,
 }
 
-impl Seen {
+impl SeenSources {
     /// From links, with their rows for the stations.
     pub(super) fn of<'a>(
         mesh: &Mesh,

@@ -12,13 +12,13 @@
 use std::collections::BTreeSet;
 
 use radgrad_core::{DVec3, Polygon};
-use radgrad_scene::triangulate;
+use radgrad_scene::{largest, smallest, triangulate};
 
-use super::Refinement;
 use super::criteria::variation;
 use super::lighting::{Lighting, Sample};
 use super::maximum::brightest;
-use crate::Error;
+use crate::error::Error;
+use crate::receiver::refinement::Refinement;
 
 /// Fraction of the size by which a point may be outside of an element that it belongs to.
 const TOUCHES: f64 = 1e-9;
@@ -73,7 +73,7 @@ impl ConstantMesh {
     /// What an element is off at most, by the criterion; above what was allowed only if the number of elements ran out.
     #[must_use]
     pub fn worst(&self) -> f64 {
-        self.elements.iter().map(|e| e.off).fold(0.0, f64::max)
+        self.elements.iter().map(|e| e.off).fold(0.0, largest)
     }
 
     /// Radiosity at a point of the receiver; `None` beside it.
@@ -119,14 +119,14 @@ impl ConstantElement {
             self.side = usize::from(across > along);
         } else {
             let change = |&corner: &DVec3| gradient.dot(corner - self.sample.position).abs();
-            self.off = self.corners.iter().map(change).fold(0.0, f64::max);
+            self.off = self.corners.iter().map(change).fold(0.0, largest);
             let along = |i: usize| gradient.dot(self.corners[(i + 1) % 3] - self.corners[i]).abs();
             self.side = (0..3).max_by(|&i, &j| along(i).total_cmp(&along(j))).unwrap_or(0);
         }
     }
 
     fn size(&self) -> f64 {
-        self.corners.iter().map(|&c| (c - self.corners[0]).length()).fold(0.0, f64::max)
+        self.corners.iter().map(|&c| (c - self.corners[0]).length()).fold(0.0, largest)
     }
 
     /// Distance of a point from the nearest edge, inward.
@@ -136,7 +136,7 @@ impl ConstantElement {
             let (a, b) = (self.corners[i], self.corners[(i + 1) % count]);
             normal.cross((b - a).normalize_or_zero()).dot(point - a)
         };
-        (0..count).map(side).fold(f64::INFINITY, f64::min)
+        (0..count).map(side).fold(f64::INFINITY, smallest)
     }
 
     /// The outlines of both parts.

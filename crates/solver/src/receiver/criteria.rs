@@ -10,6 +10,7 @@
 //! first leaves out second derivatives, the second the fourth ones, which leave `L^4 B''''/384` at most.
 
 use radgrad_core::DVec3;
+use radgrad_scene::largest;
 
 /// What a function with this gradient changes by along each of two widths of an element, to first order.
 ///
@@ -50,7 +51,7 @@ pub struct Departure {
 pub fn departure(values: [f64; 2], slopes: [f64; 2]) -> Departure {
     let rise = values[1] - values[0];
     let (a, b) = (slopes[0] - rise, slopes[1] - rise);
-    let unit = a.abs().max(b.abs());
+    let unit = largest(a.abs(), b.abs());
     if unit == 0.0 {
         return Departure { largest: 0.0, at: 0.5 };
     }
@@ -86,7 +87,7 @@ mod tests {
                 for m in data {
                     for n in data {
                         let found = departure([p, q], [m, n]);
-                        let grid = (0..=2000).map(|i| built([p, q], [m, n], f64::from(i) / 2000.0).abs()).fold(0.0, f64::max);
+                        let grid = (0..=2000).map(|i| built([p, q], [m, n], f64::from(i) / 2000.0).abs()).fold(0.0, largest);
                         assert!((found.largest - grid).abs() <= 1e-5 * (1.0 + grid), "{p} {q} {m} {n}: {found:?} {grid}");
                         assert!((built([p, q], [m, n], found.at).abs() - found.largest).abs() < 1e-13);
                         if found.largest > 0.0 {

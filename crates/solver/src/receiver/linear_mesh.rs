@@ -13,13 +13,13 @@
 use std::collections::{BTreeSet, HashMap};
 
 use radgrad_core::{DVec3, Polygon};
-use radgrad_scene::triangulate;
+use radgrad_scene::{smallest, triangulate};
 
-use super::Refinement;
 use super::criteria::{Departure, departure};
 use super::lighting::{Lighting, Sample};
 use super::maximum::brightest;
-use crate::Error;
+use crate::error::Error;
+use crate::receiver::refinement::Refinement;
 
 /// What an edge may be off, as a part of what a triangle may.
 const EDGE_PART: f64 = 0.75;
@@ -82,7 +82,7 @@ impl LinearMesh {
             let part = |p: DVec3, q: DVec3| self.normal.dot((p - point).cross(q - point)) / whole;
             [part(b, c), part(c, a), part(a, b)]
         };
-        let least = |w: &[f64; 3]| w.iter().copied().fold(f64::INFINITY, f64::min);
+        let least = |w: &[f64; 3]| w.iter().copied().fold(f64::INFINITY, smallest);
         let containing = self.triangles.iter().map(|t| (t, weights(t)));
         let (triangle, weights) = containing.max_by(|a, b| least(&a.1).total_cmp(&least(&b.1)))?;
         (least(&weights) >= -1e-9).then(|| triangle.iter().zip(weights).map(|(&i, w)| self.samples[i].value * w).sum())
@@ -121,7 +121,7 @@ pub fn refine_linear(receiver: &Polygon, light: &Lighting<'_>, refinement: &Refi
 /// Vertices of an edge, the smaller index first.
 type Ends = [usize; 2];
 
-struct Edge {
+struct MeshEdge {
     departure: Departure,
     triangles: Vec<usize>,
 }
@@ -131,7 +131,7 @@ struct Building<'a> {
     light: Lighting<'a>,
     longest: f64,
     size: f64,
-    edges: HashMap<Ends, Edge>,
+    edges: HashMap<Ends, MeshEdge>,
     /// Edges by what they are off: bits of positive numbers are in their order.
     queue: BTreeSet<(u64, Ends)>,
     /// Edges of the outline.
@@ -180,7 +180,7 @@ impl<'a> Building<'a> {
                     departure([samples[p].value, samples[q].value], slopes)
                 };
                 queue.insert((departure.largest.to_bits(), [p, q]));
-                Edge { departure, triangles: Vec::with_capacity(2) }
+                MeshEdge { departure, triangles: Vec::with_capacity(2) }
             });
             edge.triangles.push(triangle);
         }

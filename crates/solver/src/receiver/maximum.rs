@@ -10,9 +10,9 @@
 //! the largest value is a limit at the contact, and what is returned is next to it.
 
 use radgrad_core::{DVec3, Emission, Emitter, Error as CoreError, Polygon, Receiver, evaluate_to, hessian_to};
-use radgrad_scene::triangulate;
+use radgrad_scene::{largest, smallest, triangulate};
 
-use crate::Error;
+use crate::error::Error;
 
 const MOST_STEPS: usize = 200;
 const MOST_HALVINGS: usize = 50;
@@ -214,9 +214,9 @@ impl<'a> Search<'a> {
     fn cut(&self, from: DVec3, step: DVec3) -> DVec3 {
         let part = |side: &Side| {
             let outward = step.dot(side.outward);
-            if outward > 1e-9 * step.length() { (self.room(side, from) / outward).max(0.0) } else { 1.0 }
+            if outward > 1e-9 * step.length() { largest(self.room(side, from) / outward, 0.0) } else { 1.0 }
         };
-        step * self.sides.iter().map(part).fold(1.0, f64::min)
+        step * self.sides.iter().map(part).fold(1.0, smallest)
     }
 
     /// The point of the receiver that is nearest to the foot of another point.
@@ -254,7 +254,7 @@ mod tests {
             let receiver = Receiver::new(DVec3::new(at(x, i), at(y, j), 0.0), DVec3::Z, 1.0).unwrap();
             radgrad_core::radiosity(&receiver, emitter).unwrap()
         };
-        (0..=n).flat_map(|i| (0..=n).map(move |j| (i, j))).map(|(i, j)| value(i, j)).fold(0.0, f64::max)
+        (0..=n).flat_map(|i| (0..=n).map(move |j| (i, j))).map(|(i, j)| value(i, j)).fold(0.0, largest)
     }
 
     #[test]

@@ -1,10 +1,10 @@
 //! Which elements a round divides: those that together make up a given part of what is left out (W. Dörfler 1996).
 
-use super::{Solution, ratio};
-use crate::Error;
-use crate::link::for_each;
-use crate::marking::{Marking, Samples};
-use crate::solve::Options;
+use crate::error::Error;
+use crate::solve::options::{Marking, Options};
+use crate::solve::samples::Samples;
+use crate::solve::solution::{Solution, for_each, ratio};
+use radgrad_scene::{largest, smallest};
 
 /// The part of the bound whose receivers are divided in a round.
 pub(super) const BULK: f64 = 0.7;
@@ -52,9 +52,9 @@ impl Solution {
     fn shares(&self) -> Vec<(f64, usize)> {
         let share = |receiver: usize, channel: usize| {
             let counts = self.counts(receiver, &self.bounds.residuals[1][receiver][channel]);
-            ratio(self.bounds.share(&self.mesh, receiver, channel, counts), self.mean[channel])
+            ratio(self.bounds.share(&self.mesh, receiver, channel, counts), self.reference()[channel])
         };
-        let worst = |receiver: usize| (0..self.channels.len()).map(|channel| share(receiver, channel)).fold(0.0, f64::max);
+        let worst = |receiver: usize| (0..self.channels.len()).map(|channel| share(receiver, channel)).fold(0.0, largest);
         self.receivers.iter().map(|&receiver| (worst(receiver), receiver)).collect()
     }
 
@@ -79,7 +79,7 @@ impl Solution {
         let marked: Vec<(f64, usize)> = (0..elements.len()).filter_map(of_element).collect();
         let chosen = bulk(marked, OFF_BULK);
         let whole = |&element: &usize| of_element(element).map_or(f64::INFINITY, |(off, _)| off);
-        let least = chosen.iter().map(whole).fold(f64::INFINITY, f64::min);
+        let least = chosen.iter().map(whole).fold(f64::INFINITY, smallest);
         let finer = |&element: &usize| lights(element).1.is_some_and(|light| off(element, light) >= REFLECTED_PART * least);
         let receivers = chosen.iter().copied().filter(finer).collect();
         Ok((chosen, receivers))

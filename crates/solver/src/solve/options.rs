@@ -2,15 +2,39 @@
 
 use std::time::Duration;
 
-use crate::linking::Linking;
-use crate::marking::Marking;
-use crate::order::Order;
+use radgrad_scene::Placement;
+
+use crate::field::order::Order;
+use crate::links::linking::Linking;
+
+/// What elements are divided by.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Marking {
+    /// What their residual adds to the bound on gathers: the quickest way to a bound.
+    #[default]
+    Residual,
+    /// What their polynomials are off by in the mean square, by samples and gradients of exact gathers: the fewest elements for a
+    /// given error of the polynomials.
+    Gradient,
+}
+
+/// What errors are relative to: a mean over all area.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum RelativeTo {
+    /// The mean of the radiosity that is reflected: what faces emit is given, and has no error.
+    #[default]
+    Reflected,
+    /// The mean radiosity, with what faces emit.
+    All,
+}
 
 /// What is asked for.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Options {
-    /// Bound on the mean error of gathers over all area, over the mean radiosity, at most, in every channel.
+    /// Bound on the mean error of gathers over all area, over what [`Self::relative_to`] says, at most, in every channel.
     pub error: f64,
+    /// What errors are relative to.
+    pub relative_to: RelativeTo,
     /// Degree of the basis, 0 to 4; 2 if none is given.
     pub degree: Option<usize>,
     /// All faces are divided alike until there are this many elements; then the first round begins.
@@ -34,6 +58,7 @@ impl Default for Options {
     fn default() -> Self {
         Self {
             error: 0.005,
+            relative_to: RelativeTo::Reflected,
             degree: None,
             first_elements: 32,
             most_elements: 20_000,
@@ -43,6 +68,19 @@ impl Default for Options {
             linking: Linking::Error,
             order: Order::GaussSeidel,
         }
+    }
+}
+
+impl Options {
+    /// The same where a scene was moved and scaled.
+    pub(crate) fn inward(&self, placement: &Placement) -> Self {
+        let linking = match self.linking {
+            Linking::Thresholds { form_factor, area } => {
+                Linking::Thresholds { form_factor, area: area * placement.power() * placement.power() }
+            }
+            Linking::Error => Linking::Error,
+        };
+        Self { linking, ..*self }
     }
 }
 
@@ -57,6 +95,6 @@ pub struct Progress {
     pub links: usize,
     /// Gathers of receivers so far.
     pub gathers: usize,
-    /// Bound on the mean error over the mean radiosity, the largest of the channels.
+    /// Bound on the mean error over what errors are relative to, the largest of the channels.
     pub bound: f64,
 }

@@ -1,15 +1,16 @@
 //! What a solution says of itself: its mesh, its polynomials and their bounds.
 
 use radgrad_core::DVec3;
+use radgrad_scene::{Placement, Warning};
 
-use super::Solution;
-use crate::gathering::irradiance;
-use crate::ledger::Ledger;
+use crate::bound::ledger::Ledger;
+use crate::field::gathering::irradiance;
 use crate::mesh::Mesh;
-use crate::solve::Progress;
+use crate::solve::options::Progress;
+use crate::solve::solution::Solution;
 
 impl Solution {
-    /// The mesh.
+    /// The mesh, in the coordinates of [`Self::placement`].
     #[must_use]
     pub const fn mesh(&self) -> &Mesh {
         &self.mesh
@@ -31,6 +32,31 @@ impl Solution {
     #[must_use]
     pub fn mean(&self) -> &[f64] {
         &self.mean
+    }
+
+    /// The part of the mean radiosity over all area that is reflected, in each channel.
+    #[must_use]
+    pub fn reflected(&self) -> &[f64] {
+        &self.reflected
+    }
+
+    /// What relative errors are relative to, in each channel.
+    #[must_use]
+    pub fn relative_to(&self) -> &[f64] {
+        self.reference()
+    }
+
+    /// What is probably not meant in the scene.
+    #[must_use]
+    pub fn warnings(&self) -> &[Warning] {
+        &self.warnings
+    }
+
+    /// How the scene was moved and scaled. The mesh, points and gradients on its elements have the coordinates and the unit of
+    /// length of that; an ordinary scene keeps its own.
+    #[must_use]
+    pub const fn placement(&self) -> &Placement {
+        &self.placement
     }
 
     /// Bound on the mean over all area of the magnitude of the error of gathers, in each channel.
@@ -105,7 +131,7 @@ impl Solution {
         (0..self.channels.len()).map(of).collect()
     }
 
-    /// Gradient of the polynomial on a leaf over the leaf's plane, in a channel.
+    /// Gradient of the polynomial on a leaf over the leaf's plane, in a channel; in the unit of length of [`Self::placement`].
     #[must_use]
     pub fn gradient_on(&self, leaf: usize, channel: usize, reference: [f64; 2]) -> DVec3 {
         let basis = self.mesh.basis(leaf);

@@ -1,9 +1,9 @@
 //! Solving the linear system of a round: receivers gather in some order until nothing changes by much.
 
-use super::Solution;
-use crate::gathering::Equation;
-use crate::order::Order;
-
+use crate::field::gathering::Equation;
+use crate::field::order::Order;
+use crate::solve::may_be_even;
+use crate::solve::solution::{Solution, means};
 const MOST_SWEEPS: usize = 1000;
 
 impl Solution {
@@ -31,9 +31,9 @@ impl Solution {
                 own.iter_mut().zip(&change).for_each(|(own, change)| *own += change);
                 self.field.add(&self.mesh, receiver, channel, &change);
             }
-            self.mean[channel] = even;
         }
         self.field.pull(&self.mesh);
+        (self.mean, self.reflected) = means(&self.field, &self.mesh, &self.emitted);
     }
 
     /// Lets receivers gather until the linear system is solved to changes or residuals of that, relative to the mean radiosity.
@@ -45,11 +45,14 @@ impl Solution {
         let (mesh, surfaces, receivers, links) = (&self.mesh, &self.surfaces, &self.receivers[..], &self.links[..]);
         let equation = Equation { mesh, surfaces, receivers, links, far: &self.far, source: &source };
         for _ in 0..MOST_SWEEPS {
-            let scale: Vec<f64> = self.mean.iter().map(|&mean| if mean > 0.0 { mean } else { 1.0 }).collect();
+            // Where light may be even no less is known of what is reflected than of all.
+            let of = if may_be_even(mesh, &self.lamps) { &self.mean } else { self.reference() };
+            let scale: Vec<f64> = of.iter().map(|&mean| if mean > 0.0 { mean } else { 1.0 }).collect();
             let solved = match order {
                 Order::GaussSeidel => {
                     self.progress.gathers += receivers.len();
-                    equation.sweep(&mut self.field, &mut self.own, &scale) <= until
+                    let change = equation.sweep(&mut self.field, &mut self.own, &scale);
+                    change <= until || change.is_nan()
                 }
                 Order::Southwell => {
                     let most = MOST_SWEEPS * receivers.len();
@@ -58,10 +61,7 @@ impl Solution {
                     gathers == 0
                 }
             };
-            let mean = |channel: usize| {
-                self.field.mean(mesh, channel) + mesh.mean(|root| self.lamp_on(mesh.elements()[root].face(), channel))
-            };
-            self.mean = (0..self.channels.len()).map(mean).collect();
+            (self.mean, self.reflected) = means(&self.field, mesh, &self.emitted);
             if solved {
                 break;
             }
@@ -72,10 +72,12 @@ impl Solution {
 
 #[cfg(test)]
 mod tests {
+    use crate::field::order::Order;
+    use crate::solve::options::Options;
+    use crate::solve::solution::Solution;
+    use crate::solve::solve;
     use radgrad_core::{DVec3, Polygon};
-    use radgrad_scene::{Degenerate, Scene};
-
-    use crate::{Options, Order, Solution, solve};
+    use radgrad_scene::{Degenerate, Scene, largest};
 
     /// A room of grey walls, of which a patch of the floor glows.
     fn room() -> Scene {
@@ -129,9 +131,9 @@ mod tests {
                 solved.push((solution.own.concat(), counts));
             }
             let [(sweeps, many), (southwell, few)] = &solved[..] else { panic!("two orders") };
-            let largest = sweeps.iter().fold(0.0, |most: f64, c| most.max(c.abs()));
+            let greatest = sweeps.iter().fold(0.0, |most: f64, c| largest(most, c.abs()));
             for (a, b) in sweeps.iter().zip(southwell) {
-                assert!((a - b).abs() <= 1e-12 * largest, "{name}: {a} in sweeps, {b} in Southwell's order");
+                assert!((a - b).abs() <= 1e-12 * greatest, "{name}: {a} in sweeps, {b} in Southwell's order");
             }
             assert!(few.iter().zip(many).all(|(few, many)| few < many), "{name}: {few:?} gathers against {many:?}");
         }

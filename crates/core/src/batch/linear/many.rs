@@ -4,13 +4,14 @@ use std::ops::Range;
 
 use fearless_simd::{Level, Simd};
 
-use super::{Glow, Glowing, LinearSums, Vector, Wide};
-use crate::Emitter;
-use crate::batch::lanes::{MOST_LANES, load, on_level};
+use crate::batch::emitting::Emitting;
+use crate::batch::linear::{Glow, Glowing, LinearSums, Vector, Wide};
 use crate::batch::many_emitters::{Group, SeenFrom, Work, fits, lanes};
-use crate::batch::one_emitter::Emitting;
 use crate::batch::tile::{Goal, Settled};
 use crate::batch::visible::Outline;
+use crate::lanes::instruction_set::on_instruction_set;
+use crate::lanes::lane::{MOST_LANES, load};
+use crate::problem::emission::Emitter;
 
 /// Linear emitters with as many vertices each.
 #[derive(Debug, Clone)]
@@ -70,9 +71,9 @@ impl LinearGroup {
         work.answered(range, goal, |start, slots| {
             let at = (outlines, start, glows);
             if goal.asked.gradient {
-                on_level!(level, simd => lanes::<_, f64, _, true>(simd, at, seen, goal, slots))
+                on_instruction_set!(level, simd => lanes::<_, f64, _, true>(simd, at, seen, goal, slots))
             } else {
-                on_level!(level, simd => lanes::<_, f64, _, false>(simd, at, seen, goal, slots))
+                on_instruction_set!(level, simd => lanes::<_, f64, _, false>(simd, at, seen, goal, slots))
             }
         })
     }

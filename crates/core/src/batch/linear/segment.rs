@@ -1,22 +1,23 @@
 //! A segment's part of `X1 = int dA/r^2`, on lanes.
 //!
 //! d is the signed in-plane distance of the receiver's foot from the segment's line, S that of the receiver, s the coordinate
-//! along; `phi = atan2(s, |d|)`, `psi = atan2(s, S)` and `lambda = asinh(|d|/h) = ln (S + |d|)/h`. From [`crate::linear`], before
-//! the logarithms are taken out, the segment adds `sgn(d) [f(s') - f(s)]`,
+//! along; `phi = atan2(s, |d|)`, `psi = atan2(s, S)` and `lambda = asinh(|d|/h) = ln (S + |d|)/h`. From [`crate::forms::linear`],
+//! before the logarithms are taken out, the segment adds `sgn(d) [f(s') - f(s)]`,
 //!
 //! `f = lambda psi - 1/4 [2 Cl2(2 phi) - Cl2(2 phi - 2 psi) - Cl2(2 phi + 2 psi)]`.
 //!
 //! All lengths along and beside come times the length |e| of any vector along the line, so that no root is taken of it.
 //!
 //! Clausen's function is `Cl2(t) = t [1 - ln t + t^2 P(t^2)]` on all of [0, pi], with P through Chebyshev's twelve points:
-//! 2^-53.1 off at most. Absolutely: near pi the bracket cancels. So it errs by `3.15 (1 + 4.6) u` there from the logarithm's 3u and
-//! the roundings of the bracket, and by less elsewhere: [`CLAUSEN`] in all.
+//! 2^-53.1 off at most. Absolutely: near pi the bracket cancels. So it errs by `3.15 (1 + 4.6) u` there from the logarithm's 3u
+//! and the roundings of the bracket, and by less elsewhere: [`CLAUSEN`] in all.
 
 use fearless_simd::Simd;
 
-use super::Wide;
-use crate::batch::arc_tangent::angles;
-use crate::batch::lanes::{constant, polynomials};
+use crate::batch::linear::Wide;
+use crate::lanes::angle::angles;
+use crate::lanes::lane::{constant, polynomials};
+use crate::scalar::arithmetic::Arithmetic;
 
 /// Largest absolute error of Clausen's function for its argument, in roundoffs.
 pub(super) const CLAUSEN: f64 = 25.0;
@@ -57,7 +58,7 @@ impl<S: Simd> Segment<S> {
         let [from, to] = [ends[0].abs(), ends[1].abs()];
         let [phi, phi_to, psi, psi_to] = angles(simd, [from, to, from, to], [beside, beside, self.moment, self.moment]);
         let reach = (self.moment + beside) / self.height;
-        let lambda = (reach * reach * self.inverse).logarithm(simd) * constant(simd, 0.5);
+        let lambda = (reach * reach * self.inverse).ln() * constant(simd, 0.5);
         let turn = constant(simd, std::f64::consts::TAU);
         let pi = constant(simd, std::f64::consts::PI);
         let sums = [two * (phi + psi), two * (phi_to + psi_to)];
@@ -94,7 +95,7 @@ fn clausens<S: Simd, const N: usize>(simd: S, t: [Wide<S>; N]) -> [Wide<S>; N] {
     let series = polynomials(simd, squares, &SERIES);
     let mut values = t;
     for k in 0..N {
-        let logarithm = t[k].max(constant(simd, f64::MIN_POSITIVE)).logarithm(simd);
+        let logarithm = t[k].max(constant(simd, f64::MIN_POSITIVE)).ln();
         values[k] = t[k] * ((constant(simd, 1.0) - logarithm) + squares[k] * series[k]);
     }
     values
@@ -106,10 +107,10 @@ mod tests {
     use rand::{RngExt, SeedableRng, rngs::ChaCha8Rng};
 
     use super::*;
-    use crate::batch::lanes::Lanes;
-    use crate::dilogarithm::clausen_rest;
-    use crate::double_double::DoubleDouble;
-    use crate::number::ROUNDOFF;
+    use crate::lanes::lane::Lanes;
+    use crate::scalar::dilogarithm::clausen_rest;
+    use crate::scalar::double_double::DoubleDouble;
+    use crate::scalar::number::ROUNDOFF;
 
     #[inline(always)]
     fn run<S: Simd>(simd: S, t: &[f64], out: &mut [f64]) {

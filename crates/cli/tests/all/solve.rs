@@ -1,0 +1,306 @@
+//! `radgrad solve` as a user sees it: a scene in, files and lines out, an exit status.
+
+use std::path::PathBuf;
+use std::process::{Command, Output};
+
+use serde_json::Value;
+
+/// Two unit squares at distance 1 that reflect half and radiate 1, the radiosity at a centre and at a corner.
+const SQUARES: &str = "mtllib squares.mtl\nusemtl white\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n\
+                       v 0 0 1\nv 0 1 1\nv 1 1 1\nv 1 0 1\nf 5 6 7 8\n";
+const WHITE: &str = "newmtl white\nKd 0.5 0.5 0.5\nKe 0.3183098861837907 0.3183098861837907 0.3183098861837907\n";
+const POINTS: &str = r#"{"position":[0.5,0.5,0],"normal":[0,0,1]}
+{"id":"corner","position":[0,0,0],"normal":[0,0,2]}
+
+{"position":[0.5,0.5,0.5],"normal":[0,0,1]}
+{"position":[0.5,0.5],"normal":[0,0,1]}
+"#;
+
+/// A folder of its own, removed at the end.
+struct Folder(PathBuf);
+
+impl Folder {
+    fn new(name: &str) -> Self {
+        let folder = std::env::temp_dir().join(format!("radgrad-solve-{name}-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).unwrap();
+        for (file, text) in [("squares.obj", SQUARES), ("squares.mtl", WHITE), ("points.jsonl", POINTS)] {
+            std::fs::write(folder.join(file), text).unwrap();
+        }
+        Self(folder)
+    }
+
+    fn solve(&self, arguments: &[&str]) -> Output {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_radgrad"));
+        command.current_dir(&self.0).args(["solve", "squares.obj"]).args(arguments).output().unwrap()
+    }
+
+    fn read(&self, file: &str) -> String {
+        std::fs::read_to_string(self.0.join(file)).unwrap()
+    }
+}
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_dir_all(&self.0);
+    }
+}
+
+fn lines(output: &Output) -> Vec<Value> {
+    std::str::from_utf8(&output.stdout).unwrap().lines().map(|line| serde_json::from_str(line).unwrap()).collect()
+}
+
+#[test]
+fn points_are_answered_in_their_order_inside_their_bounds() {
+    let folder = Folder::new("points");
+    let output = folder.solve(&["--points", "points.jsonl"]);
+    assert_eq!(output.status.code(), Some(1), "two lines are refused");
+    let lines = lines(&output);
+    assert_eq!(lines.len(), 4);
+    for (line, exact) in lines.iter().zip([1.133_303_564_992_420_8, 1.076_981_393_145_044_5]) {
+        for channel in 0..3 {
+            let [value, bound] = ["radiosity", "bound"].map(|name| line[name][channel].as_f64().unwrap());
+            assert!((value - exact).abs() <= bound.min(1e-6), "{line}");
+        }
+    }
+    assert_eq!(lines[1]["id"], "corner");
+    assert!(lines[2]["error"].as_str().unwrap().starts_with("no face at [0.5, 0.5, 0.5]"), "{}", lines[2]);
+    assert_eq!(lines[3]["line"], 5);
+}
+
+#[test]
+fn the_summary_is_one_object_whose_ledger_adds_up_to_its_bound() {
+    let folder = Folder::new("summary");
+    let output = folder.solve(&["--error", "0.1%", "--summary"]);
+    assert_eq!(output.status.code(), Some(0));
+    let lines = lines(&output);
+    assert_eq!(lines.len(), 1);
+    let number = |name: &str| lines[0][name].as_f64().unwrap();
+    assert!(number("seconds") > 0.0 && number("elements") >= 2.0 && number("links") >= 2.0);
+    assert!(number("bound") <= 0.001 && number("error") == 0.001);
+    let sum: f64 = lines[0]["ledger"].as_object().unwrap().values().map(|v| v.as_f64().unwrap()).sum();
+    assert!((sum - number("bound")).abs() <= 1e-12 * sum);
+}
+
+#[test]
+fn the_summary_says_what_is_reflected_and_what_is_probably_not_meant() {
+    let folder = Folder::new("warnings");
+    let number = |of: &Value, name: &str| of["channels"][0][name].as_f64().unwrap();
+    let summary = lines(&folder.solve(&["--summary"])).remove(0);
+    assert_eq!(summary["warnings"], Value::Array(Vec::new()));
+    assert!((number(&summary, "mean") - number(&summary, "reflected") - 1.0).abs() < 1e-12);
+    let relative = number(&summary, "bound") / number(&summary, "reflected");
+    assert!((relative - summary["bound"].as_f64().unwrap()).abs() <= 1e-12 * relative);
+    let all = lines(&folder.solve(&["--summary", "--relative-to", "all"])).remove(0);
+    let relative = number(&all, "bound") / number(&all, "mean");
+    assert!((relative - all["bound"].as_f64().unwrap()).abs() <= 1e-12 * relative);
+    // Both faces wound the other way, and then none that emits.
+    let squares = folder.read("squares.obj");
+    let turned = squares.replace("f 1 2 3 4", "f 4 3 2 1").replace("f 5 6 7 8", "f 8 7 6 5");
+    for (obj, mtl, said) in [(&turned, WHITE.to_owned(), "turned inside out"), (&squares, WHITE.replace("Ke", "# Ke"), "no lamp")]
+    {
+        std::fs::write(folder.0.join("squares.obj"), obj).unwrap();
+        std::fs::write(folder.0.join("squares.mtl"), mtl).unwrap();
+        let output = folder.solve(&["--summary"]);
+        let warnings = lines(&output)[0]["warnings"].clone();
+        assert!(warnings[0].as_str().unwrap().contains(said) && warnings.as_array().unwrap().len() == 1, "{warnings}");
+        assert!(String::from_utf8_lossy(&output.stderr).contains(said));
+    }
+}
+
+#[test]
+fn what_has_no_answer_is_refused_with_its_faces() {
+    let folder = Folder::new("refused");
+    let refused = |obj: &str, mtl: &str| {
+        std::fs::write(folder.0.join("squares.obj"), obj).unwrap();
+        std::fs::write(folder.0.join("squares.mtl"), mtl).unwrap();
+        let output = folder.solve(&["--summary"]);
+        assert_eq!((output.status.code(), output.stdout.len()), (Some(2), 0));
+        String::from_utf8(output.stderr).unwrap()
+    };
+    let rug = format!("{SQUARES}g rug\nv .2 .2 0\nv .4 .2 0\nv .3 .5 0\nf 9 10 11\n");
+    let said = refused(&rug.replace("f 1 2 3 4", "g floor\nf 1 2 3 4"), WHITE);
+    assert!(
+        said.contains("face 0 of `floor` (squares.obj:8) and face 2 of `rug` (squares.obj:18) overlap in one plane"),
+        "{said}"
+    );
+    let said = refused(SQUARES, &WHITE.replace("Ke 0.3183098861837907", "Ke 6e307"));
+    assert!(said.contains("the radiosity emitted by face 0 in channel r is inf"), "{said}");
+}
+
+#[test]
+fn files_of_a_scene_far_away_have_its_own_coordinates_and_unit() {
+    let folder = Folder::new("far");
+    let numbers = |vtu: &str, name: &str| -> Vec<f64> {
+        let (_, rest) = vtu.split_once(&format!("Name=\"{name}\"")).unwrap();
+        let (_, rest) = rest.split_once('>').unwrap();
+        rest.split_once('<').unwrap().0.split_whitespace().map(|number| number.parse().unwrap()).collect()
+    };
+    let found = |shift: f64, unit: f64| {
+        let moved = |line: &str| match line.strip_prefix("v ") {
+            Some(v) => {
+                let of = |c: &str| format!("{:?}", c.parse::<f64>().unwrap() * unit + shift);
+                format!("v {}\n", v.split(' ').map(of).collect::<Vec<_>>().join(" "))
+            }
+            None => format!("{line}\n"),
+        };
+        std::fs::write(folder.0.join("squares.obj"), SQUARES.lines().map(moved).collect::<String>()).unwrap();
+        let eye = 0.5 * unit + shift;
+        let camera = format!("{eye:?} {eye:?} {:?}, {eye:?} {eye:?} {shift:?}, 0 1 0, 60", 0.9 * unit + shift);
+        let files = ["--out", "out.vtu", "--view", "view.exr", "--size", "1x1", "--camera", &camera];
+        assert_eq!(folder.solve(&files).status.code(), Some(0));
+        let vtu = folder.read("out.vtu");
+        let exr = std::fs::read(folder.0.join("view.exr")).unwrap();
+        (numbers(&vtu, "position"), numbers(&vtu, "gradient r"), exr)
+    };
+    let (positions, gradients, picture) = found(0.0, 1.0);
+    let large = 2f64.powi(500);
+    let (of_large, slight, same) = found(0.0, large);
+    assert!(positions.iter().zip(&of_large).all(|(here, there)| *there == here * large));
+    assert!(gradients.iter().zip(&slight).all(|(here, there)| *there == here / large));
+    assert_eq!(picture, same);
+    let (far, gradients_there, _) = found(1024.0, 1.0);
+    assert!(positions.len() == far.len() && positions.iter().zip(&far).all(|(here, there)| *there == here + 1024.0));
+    assert!(gradients.iter().zip(&gradients_there).all(|(here, there)| (here - there).abs() < 1e-9));
+}
+
+#[test]
+fn files_are_whole_and_have_what_they_say() {
+    let folder = Folder::new("files");
+    assert_eq!(folder.solve(&["--out", "out.vtu"]).status.code(), Some(0));
+    let vtu = folder.read("out.vtu");
+    for name in ["radiosity r", "gradient g", "lower b", "upper b", "discretisation r"] {
+        assert!(vtu.contains(&format!("Name=\"{name}\"")), "{name}");
+    }
+    assert!(vtu.trim_end().ends_with("</VTKFile>") && !vtu.contains("NaN") && !vtu.contains("inf"));
+    assert_eq!(folder.solve(&["--out", "out.ply"]).status.code(), Some(0));
+    let ply = folder.read("out.ply");
+    let count = |what: &str| -> usize { ply.lines().find_map(|l| l.strip_prefix(what)).unwrap().parse().unwrap() };
+    let header = ply.lines().position(|l| l == "end_header").unwrap() + 1;
+    assert_eq!(ply.lines().count(), header + count("element vertex ") + count("element face "));
+    let wrong = folder.solve(&["--out", "out.xyz"]);
+    assert_eq!(wrong.status.code(), Some(2));
+    assert!(String::from_utf8(wrong.stderr).unwrap().contains("out.xyz: expected a name ending in .vtu or .ply"));
+}
+
+#[test]
+fn orders_and_divisions_keep_to_the_error_and_thresholds_say_what_they_reach() {
+    let folder = Folder::new("orders");
+    let bound = |output: &Output| lines(output)[0]["bound"].as_f64().unwrap();
+    for asked in [&[][..], &["--order", "southwell"], &["--divide", "gradient"]] {
+        let output = folder.solve(&[&["--summary", "--error", "0.2%"][..], asked].concat());
+        assert_eq!(output.status.code(), Some(0), "{asked:?}");
+        assert!(bound(&output) <= 0.002, "{asked:?}");
+    }
+    let by_thresholds = |factor: &str, area: &str| {
+        folder.solve(&["--degree", "0", "--error", "0.001%", "--summary", "--form-factor", factor, "--area", area])
+    };
+    let [rough, fine] = [by_thresholds("0.05", "0.1"), by_thresholds("0.01", "0.01")];
+    assert_eq!(rough.status.code(), Some(1), "so little error is not reached");
+    assert!(bound(&fine) < bound(&rough));
+    assert!(lines(&fine)[0]["links"].as_u64() > lines(&rough)[0]["links"].as_u64());
+    let messages = [
+        (by_thresholds("2", "1"), "2 is not above 0 and at most 1"),
+        (by_thresholds("0.1", "0"), "0 is not above 0 and finite"),
+        (folder.solve(&["--form-factor", "0.1"]), "--area"),
+        (folder.solve(&["--order", "random"]), "southwell"),
+    ];
+    for (output, message) in messages {
+        assert_eq!(output.status.code(), Some(2));
+        let said = String::from_utf8(output.stderr).unwrap();
+        assert!(said.contains(message), "{said}");
+    }
+}
+
+#[test]
+fn a_run_that_is_killed_leaves_whole_files_and_is_taken_up_again() {
+    let folder = Folder::new("killed");
+    // It would run for hours.
+    let endless = ["solve", "squares.obj", "--error", "1e-14", "--most-elements", "1000000", "--degree", "0"];
+    let mut child = Command::new(env!("CARGO_BIN_EXE_radgrad"))
+        .current_dir(&folder.0)
+        .args(endless)
+        .args(["--out", "out.vtu", "--resume", "run.json"])
+        .stderr(std::process::Stdio::null())
+        .spawn()
+        .unwrap();
+    let rounds = |text: &str| text.matches(',').count();
+    let start = std::time::Instant::now();
+    // Several rounds, so that files have been replaced.
+    while !std::fs::read_to_string(folder.0.join("run.json")).is_ok_and(|text| rounds(&text) > 20) {
+        assert!(start.elapsed().as_secs() < 120 && child.try_wait().unwrap().is_none());
+        std::thread::sleep(std::time::Duration::from_millis(5));
+    }
+    child.kill().unwrap();
+    child.wait().unwrap();
+    let vtu = folder.read("out.vtu");
+    assert!(vtu.starts_with("<?xml") && vtu.trim_end().ends_with("</VTKFile>"));
+    let state: Value = serde_json::from_str(&folder.read("run.json")).unwrap();
+    let divided = state["divisions"].as_array().unwrap().len();
+
+    let output = folder.solve(&["--degree", "0", "--most-elements", "1", "--resume", "run.json", "--summary"]);
+    let elements = lines(&output)[0]["elements"].as_u64().unwrap();
+    assert_eq!(elements, 2 + 3 * divided as u64, "as many as were there");
+    std::fs::write(folder.0.join("squares.mtl"), WHITE.replace("0.5", "0.4")).unwrap();
+    let other = folder.solve(&["--resume", "run.json"]);
+    assert_eq!(other.status.code(), Some(2));
+    assert!(String::from_utf8_lossy(&other.stderr).contains("run.json: it was written for another scene"));
+}
+
+#[test]
+fn a_view_has_the_radiosity_of_what_is_seen_and_its_bound() {
+    let folder = Folder::new("view");
+    let camera = ["--camera", "0.5 0.5 0.9, 0.5 0.5 0, 0 1 0, 60", "--size", "5x3"];
+    for shading in [&[][..], &["--gather"], &["--hermite"]] {
+        let view = [&["--degree", "1", "--view", "view.exr"][..], &camera, shading].concat();
+        assert_eq!(folder.solve(&view).status.code(), Some(0));
+        let exr = std::fs::read(folder.0.join("view.exr")).unwrap();
+        // Three rows of B, G, R and their bounds; the middle of B is the centre of the floor.
+        let row = 8 + 6 * 5 * 4;
+        let at = |row_index: usize, channel: usize, column: usize| {
+            let place = exr.len() - (3 - row_index) * row + 8 + 4 * (5 * channel + column);
+            f64::from(f32::from_le_bytes(exr[place..place + 4].try_into().unwrap()))
+        };
+        let (value, bound) = (at(1, 0, 2), at(1, 3, 2));
+        assert!((value - 1.133_303_565).abs() <= bound + 1e-7 && bound < 0.02, "{shading:?}: {value} {bound}");
+        assert!((at(1, 0, 1) - at(1, 0, 3)).abs() < 1e-3 && at(1, 0, 1) < value);
+    }
+    let view = [&["--view", "view.png"][..], &camera].concat();
+    let output = folder.solve(&view);
+    assert!(String::from_utf8_lossy(&output.stderr).contains("view.png: sRGB of B/(B + "));
+    assert!(std::fs::read(folder.0.join("view.png")).unwrap().starts_with(b"\x89PNG"));
+    let wrong = folder.solve(&[&["--view", "view.jpg"][..], &camera].concat());
+    assert_eq!(wrong.status.code(), Some(2));
+    assert!(String::from_utf8_lossy(&wrong.stderr).contains("view.jpg: expected a name ending in .exr or .png"));
+}
+
+#[test]
+fn a_limit_that_stops_the_work_is_said() {
+    let folder = Folder::new("limit");
+    let output = folder.solve(&["--error", "0.0000000001%", "--most-elements", "1", "--summary"]);
+    assert_eq!(output.status.code(), Some(1));
+    assert!(String::from_utf8_lossy(&output.stderr).contains("stopped at a bound of"));
+    assert!(lines(&output)[0]["bound"].as_f64().unwrap() > 1e-12);
+}
+
+#[test]
+fn a_texture_is_seen_by_points_and_unusable_ones_are_said() {
+    let folder = Folder::new("textures");
+    let mut image = Vec::new();
+    let mut encoder = png::Encoder::new(&mut image, 2, 1);
+    encoder.set_source_gamma(png::ScaledFloat::from_scaled(100_000));
+    encoder.write_header().unwrap().write_image_data(&[255, 51]).unwrap();
+    std::fs::write(folder.0.join("halves.png"), image).unwrap();
+    std::fs::write(folder.0.join("squares.mtl"), format!("{WHITE}map_Kd halves.png\nmap_Ke photo.jpg\n")).unwrap();
+    let uv = "vt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\n";
+    let text = SQUARES.replace("f 1 2 3 4", &format!("{uv}f 1/1 2/2 3/3 4/4")).replace("f 5 6 7 8", "f 5/1 6/4 7/3 8/2");
+    std::fs::write(folder.0.join("squares.obj"), text).unwrap();
+    let points = [0.25, 0.75].map(|x| format!("{{\"position\":[{x},0.5,0],\"normal\":[0,0,1]}}\n")).concat();
+    std::fs::write(folder.0.join("points.jsonl"), points).unwrap();
+    let output = folder.solve(&["--points", "points.jsonl", "--error", "0.5%"]);
+    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+    assert!(String::from_utf8_lossy(&output.stderr).contains("`photo.jpg` cannot be read"));
+    // What each half reflects is its reflectance times nearly the same irradiance.
+    let reflected: Vec<f64> = lines(&output).iter().map(|line| line["radiosity"][0].as_f64().unwrap() - 1.0).collect();
+    let ratio = reflected[0] / reflected[1];
+    assert!((4.0..6.0).contains(&ratio), "{ratio}");
+}

@@ -1,0 +1,9 @@
+//! The visible part of an emitter: the arcs that bound it, seen from the receiver.
+
+pub(crate) mod arc;
+pub(crate) mod case;
+pub(crate) mod edge_name;
+pub(crate) mod horizon;
+pub(crate) mod line;
+pub(crate) mod plan;
+pub(crate) mod visibility;

@@ -1,0 +1,186 @@
+//! What does this case need? Every decision that changes the shape of the answer is taken here, exactly.
+//!
+//! - The receiver must be in front of the emitter's plane, `h = n2.(x - E_0) > 0`: emission is one-sided.
+//! - Each vertex is above the receiver's horizon, `n1.r_i > 0`, or not; a vertex on it counts as not above, and contributes
+//!   nothing.
+//!
+//! A double-precision filter with its rounding bound decides nearly always; double-double, then exact arithmetic, decide the
+//! rest. The truth is the exact result for the doubles as given, so a sign found here is right without a tolerance.
+//!
+//! The plan also holds the power of two that brings the farthest vertex to a distance of about 1: all lengths are multiplied by
+//! it, so any scene from 2^-900 to 2^900 gives the same digits.
+
+use std::ops::Range;
+
+use glam::DVec3;
+
+use crate::problem::polygon::Polygon;
+use crate::problem::receiver::Receiver;
+use crate::scalar::double_double::{DoubleDouble, ROUNDOFF_OF_DOUBLE_DOUBLE};
+use crate::scalar::exact;
+use crate::scalar::number::{Number, ROUNDOFF};
+use crate::scalar::offset::{exact_offset, offset};
+use crate::scalar::power::normalising_power;
+use crate::scalar::real::{RadiusOf, Real};
+use crate::scalar::vec3::Vec3;
+
+/// Where the emitter is relative to the receiver's horizon.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Horizon {
+    /// All vertices are strictly above.
+    Above,
+    /// Some are above, some on it or below.
+    Crossing,
+}
+
+/// What a case with a non-zero answer needs.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Plan {
+    /// Multiplies all lengths.
+    pub(crate) power: f64,
+    pub(crate) horizon: Horizon,
+}
+
+impl Plan {
+    /// For what is wholly above the horizon.
+    #[inline]
+    pub(crate) const fn whole(power: f64) -> Self {
+        Self { power, horizon: Horizon::Above }
+    }
+
+    /// The plan, or `None` where the radiosity and its gradient are exactly zero.
+    #[inline]
+    pub(crate) fn new(receiver: &Receiver, polygon: &Polygon) -> Option<Self> {
+        let (x, n1, vertices) = (receiver.position(), receiver.direction(), polygon.vertices());
+        let (mut farthest, mut lowest) = (0.0, f64::INFINITY);
+        for vertex in vertices {
+            let r = *vertex - x;
+            let (reach, height) = (r.abs().max_element(), n1.dot(r));
+            farthest = if reach > farthest { reach } else { farthest };
+            lowest = if height < lowest { height } else { lowest };
+        }
+        let power = normalising_power(farthest);
+        let surely = least_sure_height(farthest);
+        let height = polygon.normal().dot(x - vertices[0]);
+        let in_front = height > surely && polygon.is_well_known();
+        if !in_front && side_of(x, polygon, power) != Side::Front {
+            return None;
+        }
+        if lowest > surely {
+            return Some(Self { power, horizon: Horizon::Above });
+        }
+        let above = vertices.iter().filter(|v| is_above(receiver, **v, power)).count();
+        let horizon = match above {
+            0 => return None,
+            _ if above == vertices.len() => Horizon::Above,
+            _ => Horizon::Crossing,
+        };
+        Some(Self { power, horizon })
+    }
+}
+
+/// What a height over a plane or the horizon is above or below for sure, of points at most that far.
+///
+/// Three products of rounded factors and two sums, of components below 2 and below `farthest`: within 24 u of it.
+#[inline]
+pub(crate) fn least_sure_height(farthest: f64) -> f64 {
+    if WITHOUT_UNDERFLOW.contains(&farthest) { 32.0 * ROUNDOFF * farthest } else { f64::INFINITY }
+}
+
+/// Where products of a distance with a component of a normal keep an absolute error below a roundoff of the distance.
+const WITHOUT_UNDERFLOW: Range<f64> = 1e-200..1e200;
+
+/// Where a point is relative to a polygon's plane.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Side {
+    /// On the side to which the normal points.
+    Front,
+    /// Exactly in the plane.
+    InPlane,
+    /// On the other side.
+    Back,
+}
+
+impl Side {
+    fn of(height: f64) -> Self {
+        if height > 0.0 {
+            Self::Front
+        } else if height < 0.0 {
+            Self::Back
+        } else {
+            Self::InPlane
+        }
+    }
+}
+
+/// The side of the polygon's plane that a point is on, exactly.
+pub(crate) fn side_of(point: DVec3, polygon: &Polygon, power: f64) -> Side {
+    let r = (polygon.vertices()[0] - point) * power;
+    let height = -polygon.normal().dot(r);
+    // Three products and two sums of rounded factors: 6 roundings of at most |n||r| <= sqrt(3) * sum of the magnitudes.
+    if polygon.is_well_known() && height.abs() > 16.0 * ROUNDOFF * r.length() {
+        return Side::of(height);
+    }
+    let (height, error) = precise_height(point, polygon, power);
+    if height.hi.abs() > error { Side::of(height.hi) } else { exact_side(point, polygon) }
+}
+
+/// Height of a point over the polygon's plane, normalised, and a bound on its error.
+fn precise_height(point: DVec3, polygon: &Polygon, power: f64) -> (DoubleDouble, f64) {
+    let r = exact_offset(polygon.vertices()[0], point, power);
+    let height = -polygon.precise_normal().dot(r);
+    let length = r.x.hi.abs() + r.y.hi.abs() + r.z.hi.abs();
+    (height, length * (polygon.normal_error() + 8.0 * ROUNDOFF_OF_DOUBLE_DOUBLE))
+}
+
+/// The same to the digits of the scalar.
+pub(crate) fn height_over_plane<T: Real>(point: DVec3, polygon: &Polygon, power: f64) -> T {
+    if T::Number::BEYOND_DOUBLE_DOUBLE {
+        return -polygon.unit_normal::<T>().dot(offset(polygon.vertices()[0], point, power));
+    }
+    let (height, error) = precise_height(point, polygon, power);
+    T::from_double_double(height, error)
+}
+
+/// The sign of a 4 x 4 determinant, by adaptive exact arithmetic.
+fn exact_side(point: DVec3, polygon: &Polygon) -> Side {
+    let corners = polygon.plane_vertices();
+    let largest = corners.iter().fold(point.abs().max_element(), |m, v| m.max(v.abs().max_element()));
+    let power = normalising_power(largest);
+    let [a, b, c, d] = [corners[0], corners[1], corners[2], point].map(|v| {
+        let v = v * power;
+        robust::Coord3D { x: v.x, y: v.y, z: v.z }
+    });
+    // Positive where the point is on the side from which a, b, c run clockwise.
+    Side::of(-robust::orient3d(a, b, c, d))
+}
+
+#[inline]
+fn is_above(receiver: &Receiver, vertex: DVec3, power: f64) -> bool {
+    let n = receiver.direction();
+    let r = (vertex - receiver.position()) * power;
+    let products = n * r;
+    let height = products.x + products.y + products.z;
+    let bound = 4.0 * ROUNDOFF * (products.x.abs() + products.y.abs() + products.z.abs());
+    if height.abs() > bound { height > 0.0 } else { exact_height_over_horizon(receiver, vertex, power).hi > 0.0 }
+}
+
+fn exact_height_over_horizon(receiver: &Receiver, vertex: DVec3, power: f64) -> DoubleDouble {
+    exact::dot(receiver.direction().to_array(), exact::difference(vertex.to_array(), receiver.position().to_array(), power))
+}
+
+/// Height of a vertex over the receiver's horizon, times the length of the normal as given: to a few roundoffs of the scalar, and
+/// with the right sign. Only ratios of it are used.
+pub(crate) fn height_over_horizon<T: Real>(receiver: &Receiver, vertex: DVec3, power: f64) -> T {
+    let r = exact_offset(vertex, receiver.position(), power);
+    let n = Vec3::from(receiver.direction());
+    let height = n.map(DoubleDouble::from).dot(r);
+    let magnitude = (n.x * r.x.hi).abs() + (n.y * r.y.hi).abs() + (n.z * r.z.hi).abs();
+    let error = 8.0 * ROUNDOFF_OF_DOUBLE_DOUBLE * magnitude;
+    if RadiusOf::<T>::from(error) < T::Number::roundoff() * height.hi.abs() {
+        T::from_double_double(height, error)
+    } else {
+        let height = T::Number::exact_height(receiver.direction(), vertex, receiver.position(), power);
+        T::approximate(height, T::Number::roundoff() * height.size() * 2.0)
+    }
+}

@@ -1,0 +1,121 @@
+//! The boundary of the part of an emitter that the receiver sees past occluders.
+//!
+//! Seen from x, a convex part of the emitter above the horizon is a convex cone, and so is the shadow of a convex occluder, cut
+//! off at the emitter's plane. Subtracting a shadow leaves the parts outside its side k and inside its sides before k. The
+//! seams between those parts lie on occluder lines and run once each way, so that they cancel in every sum over arcs.
+//! The largest occluders come first, and what surely hides nothing of what is left costs a look in double precision
+//! ([`separation`]).
+//!
+//! Edges on one line (in a mesh of occluders and at its T-junctions, or where an occluder stands on the emitter's edge) are
+//! decided exactly ([`crate::boundary::edge_name`]). Elsewhere a corner may be within rounding of a shadow's side; then the
+//! middle of its ball decides, and [`Uncertainty`] bounds what the other decision would have changed.
+
+mod boundary;
+mod part;
+mod separation;
+mod shadow;
+mod subtract;
+pub(crate) mod uncertainty;
+
+use std::cmp::Reverse;
+
+use crate::boundary::arc::Arc;
+use crate::boundary::plan::Plan;
+use crate::boundary::visibility::part::{Sides, VisiblePart};
+use crate::boundary::visibility::shadow::{Screen, Shadow};
+use crate::boundary::visibility::subtract::Subtraction;
+use crate::boundary::visibility::uncertainty::Uncertainty;
+use crate::problem::emission::Emitter;
+use crate::problem::polygon::Polygon;
+use crate::problem::receiver::Receiver;
+use crate::problem::triangulate::convex_parts;
+use crate::scalar::real::{RadiusOf, Real};
+
+/// A part of what is seen: the arcs around it, each with whether its line and the next one's surely meet in space where the arcs
+/// do, as they do at a vertex of the input.
+pub(crate) type Outline<T> = Vec<(Arc<T>, bool)>;
+
+/// What was found, and what the decisions left uncertain.
+type WithUncertainty<T, Found> = (Found, Uncertainty<RadiusOf<T>>);
+
+/// Calls `visit` with each arc of the visible boundary; returns what the decisions left uncertain, or `None` where surely
+/// nothing is visible.
+pub(crate) fn visit_boundary<T: Real>(
+    receiver: &Receiver,
+    emitter: &Emitter,
+    occluders: &[&Polygon],
+    plan: &Plan,
+    visit: impl FnMut(&Arc<T>),
+) -> Option<Uncertainty<RadiusOf<T>>> {
+    let Visible { parts, sides, uncertainty } = visible(receiver, emitter, occluders, plan)?;
+    boundary::visit_arcs(&parts, &sides, visit);
+    Some(uncertainty)
+}
+
+/// The parts of what is seen, and what the decisions left uncertain; `None` where surely nothing is visible.
+pub(crate) fn outlines<T: Real>(
+    receiver: &Receiver,
+    emitter: &Emitter,
+    occluders: &[&Polygon],
+    plan: &Plan,
+) -> Option<WithUncertainty<T, Vec<Outline<T>>>> {
+    let Visible { parts, sides, uncertainty } = visible(receiver, emitter, occluders, plan)?;
+    Some((parts.iter().map(|part| part.arcs(&sides).zip(part.meetings(&sides)).collect()).collect(), uncertainty))
+}
+
+/// The parts of what is seen, what bounds them, and what the decisions left uncertain.
+struct Visible<T: Real> {
+    parts: Vec<VisiblePart<T>>,
+    sides: Sides<T>,
+    uncertainty: Uncertainty<RadiusOf<T>>,
+}
+
+/// What is seen; `None` where surely nothing is.
+fn visible<T: Real>(receiver: &Receiver, emitter: &Emitter, occluders: &[&Polygon], plan: &Plan) -> Option<Visible<T>> {
+    let mut subtraction = Subtraction::<T>::new(receiver, emitter, plan);
+    let mut parts: Vec<VisiblePart<T>> = convex_parts(emitter.polygon())
+        .iter()
+        .filter_map(|indices| subtraction.part_above_horizon(receiver, emitter.polygon(), indices, plan))
+        .collect();
+    for screen in in_the_way(receiver, emitter.polygon(), occluders, plan, &parts) {
+        if parts.is_empty() {
+            break;
+        }
+        if parts.iter().all(|part| screen.cone.misses(&part.cone)) {
+            continue;
+        }
+        let shadow = Shadow::new(receiver, emitter.polygon(), &screen, plan, &mut subtraction.sides);
+        let mut lit = Vec::with_capacity(parts.len() + 2);
+        for part in parts {
+            if screen.cone.misses(&part.cone) || shadow.misses(&part, &subtraction.sides) {
+                lit.push(part);
+            } else {
+                subtraction.subtract(part, &shadow, &mut lit);
+            }
+        }
+        parts = lit;
+    }
+    let Subtraction { sides, uncertainty, .. } = subtraction;
+    (!parts.is_empty() || !uncertainty.is_none()).then_some(Visible { parts, sides, uncertainty })
+}
+
+/// The convex parts of the occluders that may hide some of the emitter, the largest as seen from the receiver first: the sooner
+/// what they hide is out of the way, the fewer parts are cut by others.
+fn in_the_way<'a, T>(
+    receiver: &Receiver,
+    emitter: &Polygon,
+    occluders: &[&'a Polygon],
+    plan: &Plan,
+    whole: &[VisiblePart<T>],
+) -> Vec<Screen<'a>> {
+    let mut screens = Vec::with_capacity(occluders.len());
+    for &occluder in occluders {
+        let screen = |indices: Vec<usize>| Screen::new(receiver, emitter, occluder, &indices, plan);
+        let may_hide = |screen: &Screen<'_>| !whole.iter().all(|part| screen.cone.misses(&part.cone));
+        let found = convex_parts(occluder).into_iter().filter_map(screen).filter(may_hide);
+        screens.extend(found);
+    }
+    // Doubles that are not negative are in the order of their bits.
+    screens.sort_by_cached_key(|screen: &Screen<'_>| Reverse(screen.cone.size().to_bits()));
+    screens
+}

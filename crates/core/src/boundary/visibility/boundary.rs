@@ -1,0 +1,84 @@
+//! The boundary of all parts together. The seams between them fall away by construction, not by rounding.
+//!
+//! At a corner the boundary of a part passes from one side to the next: an arc ends on the one, and one begins on the other. Two
+//! sides are seen to cross in one direction, so a corner from a to b and one from b to a are at one point and cancel on both.
+//! What is left on a side are the ends of the arcs in which it bounds what is seen: nothing, on a seam. An integral over an arc
+//! is a difference of its values at the ends, so that sorting them along the side only serves to have few and short arcs.
+
+use crate::boundary::arc::Arc;
+use crate::boundary::line::Sighted;
+use crate::boundary::visibility::part::{Facing, Sides, VisiblePart};
+use crate::scalar::real::Real;
+use crate::scalar::vec3::Vec3;
+
+/// Where a boundary passes from a side to another.
+struct Turn<T> {
+    from: usize,
+    to: usize,
+    point: Vec3<T>,
+}
+
+impl<T> Turn<T> {
+    /// The sides in ascending order, and whether it passes the other way.
+    fn order(&self) -> ([usize; 2], bool) {
+        if self.from <= self.to { ([self.from, self.to], false) } else { ([self.to, self.from], true) }
+    }
+}
+
+/// Where on a side an arc begins, counted 1, or ends, counted -1.
+struct End<T> {
+    side: usize,
+    count: i32,
+    point: Vec3<T>,
+    /// A function of its place that increases along the side.
+    place: f64,
+}
+
+/// Calls `visit` with each arc of the boundary.
+pub(super) fn visit_arcs<T: Real>(parts: &[VisiblePart<T>], sides: &Sides<T>, mut visit: impl FnMut(&Arc<T>)) {
+    if let [part] = parts {
+        return part.arcs(sides).for_each(|arc| visit(&arc));
+    }
+    let turn = |part: &VisiblePart<T>| -> Vec<Turn<T>> {
+        part.pairs().map(|(a, b)| Turn { from: a.side.side, to: b.side.side, point: b.point }).collect()
+    };
+    let mut turns: Vec<Turn<T>> = parts.iter().flat_map(turn).collect();
+    turns.sort_by_key(Turn::order);
+    let mut ends = Vec::new();
+    for alike in turns.chunk_by(|a, b| a.order().0 == b.order().0) {
+        // Those that pass the other way are last.
+        let one_way = alike.iter().filter(|turn| !turn.order().1).count();
+        let other_way = alike.len() - one_way;
+        let left = if one_way >= other_way { &alike[other_way..one_way] } else { &alike[2 * one_way..] };
+        for turn in left {
+            ends.push(End { side: turn.from, count: -1, point: turn.point, place: 0.0 });
+            ends.push(End { side: turn.to, count: 1, point: turn.point, place: 0.0 });
+        }
+    }
+    ends.sort_by_key(|end| end.side);
+    for on_side in ends.chunk_by_mut(|a, b| a.side == b.side) {
+        let facing = Facing::forward(on_side[0].side);
+        let normal = sides.normal(facing).map(T::value);
+        let first = on_side[0].point.map(T::value);
+        for end in &mut *on_side {
+            let point = end.point.map(T::value);
+            end.place = turned(normal.dot(first.cross(point)), first.dot(point));
+        }
+        on_side.sort_by(|a, b| a.place.total_cmp(&b.place));
+        let mut count = 0;
+        for pair in on_side.windows(2) {
+            count += pair[0].count;
+            let (from, to, facing) =
+                if count > 0 { (&pair[0], &pair[1], facing) } else { (&pair[1], &pair[0], facing.reversed()) };
+            for _ in 0..i32::abs(count) {
+                visit(&Arc::between(Sighted::at(from.point), Sighted::at(to.point), sides.generator(facing)));
+            }
+        }
+    }
+}
+
+/// A function that increases with the angle of the point (x, y), in (-pi, pi].
+fn turned(y: f64, x: f64) -> f64 {
+    let share = y / (y.abs() + x.abs());
+    if x < 0.0 { 2f64.copysign(y) - share } else { share }
+}

@@ -1,0 +1,130 @@
+//! Convex parts of the emitter as the receiver sees them, and the sides that bound them.
+
+use glam::DVec3;
+
+use crate::boundary::arc::{Arc, Generator};
+use crate::boundary::edge_name::EdgeName;
+use crate::boundary::line::Sighted;
+use crate::boundary::visibility::separation::{BoundingCone, UncertainVector};
+use crate::scalar::real::Real;
+use crate::scalar::vec3::Vec3;
+
+/// A plane through the receiver: what generates it, and its edge where it is one of the input.
+#[derive(Debug, Clone, Copy)]
+struct ConeSide<T> {
+    generator: Generator<T>,
+    name: Option<EdgeName>,
+    /// What doubles say of its normal.
+    normal: UncertainVector,
+}
+
+/// All that bounds a part, each once.
+#[derive(Debug)]
+pub(super) struct Sides<T>(Vec<ConeSide<T>>);
+
+/// One of the [`Sides`], by its number, as it is or run the other way: a cone is where `N . omega < 0` for the normals so turned.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Facing {
+    pub(super) side: usize,
+    reversed: bool,
+}
+
+impl Facing {
+    pub(super) const fn forward(side: usize) -> Self {
+        Self { side, reversed: false }
+    }
+
+    pub(super) const fn reversed(self) -> Self {
+        Self { reversed: !self.reversed, ..self }
+    }
+}
+
+impl<T: Real> Sides<T> {
+    pub(super) const fn new() -> Self {
+        Self(Vec::new())
+    }
+
+    pub(super) fn add(&mut self, generator: Generator<T>, name: Option<EdgeName>) -> Facing {
+        self.0.push(ConeSide { generator, name, normal: UncertainVector::of(generator.normal()) });
+        Facing::forward(self.0.len() - 1)
+    }
+
+    /// The side of an edge of the emitter: of a diagonal, that of the neighbour who has it already.
+    pub(super) fn add_emitter_edge(&mut self, generator: impl FnOnce() -> Generator<T>, name: EdgeName) -> Facing {
+        match self.0.iter().position(|side| side.name == Some(name)) {
+            Some(known) => Facing::forward(known).reversed(),
+            None => self.add(generator(), Some(name)),
+        }
+    }
+
+    pub(super) fn name(&self, facing: Facing) -> Option<EdgeName> {
+        self.0[facing.side].name
+    }
+
+    /// What generates a side, whichever way it is run.
+    pub(super) fn unturned(&self, facing: Facing) -> &Generator<T> {
+        &self.0[facing.side].generator
+    }
+
+    pub(super) fn generator(&self, facing: Facing) -> Generator<T> {
+        let generator = self.0[facing.side].generator;
+        if facing.reversed { generator.reversed() } else { generator }
+    }
+
+    pub(super) fn normal(&self, facing: Facing) -> Vec3<T> {
+        let normal = self.0[facing.side].generator.normal();
+        if facing.reversed { -normal } else { normal }
+    }
+
+    fn about(&self, facing: Facing) -> UncertainVector {
+        let normal = self.0[facing.side].normal;
+        if facing.reversed { normal.reversed() } else { normal }
+    }
+}
+
+/// A convex part of the emitter, by its corners in the emitter's plane: it is where `N . omega < 0` on all sides.
+#[derive(Debug, Clone)]
+pub(super) struct VisiblePart<T> {
+    pub(super) corners: Vec<PartCorner<T>>,
+    /// What doubles say of it.
+    pub(super) cone: BoundingCone,
+}
+
+/// A corner of a part.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct PartCorner<T> {
+    pub(super) point: Vec3<T>,
+    /// The vertex of the input that is seen there, where one is known to be.
+    pub(super) vertex: Option<DVec3>,
+    /// The side that starts there.
+    pub(super) side: Facing,
+}
+
+impl<T: Real> VisiblePart<T> {
+    pub(super) fn new(corners: Vec<PartCorner<T>>, sides: &Sides<T>) -> Self {
+        let about = |corner: &PartCorner<T>| [UncertainVector::of(corner.point), sides.about(corner.side)];
+        let cone = BoundingCone::new(corners.iter().map(about).collect());
+        Self { corners, cone }
+    }
+
+    pub(super) fn arcs(&self, sides: &Sides<T>) -> impl Iterator<Item = Arc<T>> {
+        let sighted = |corner: &PartCorner<T>| Sighted::at(corner.point);
+        self.pairs().map(move |(start, end)| Arc::between(sighted(start), sighted(end), sides.generator(start.side)))
+    }
+
+    /// Whether each side surely meets the next in space. Lines of the emitter's plane do wherever they seem to, and lines that
+    /// share a point nowhere else.
+    pub(super) fn meetings(&self, sides: &Sides<T>) -> impl Iterator<Item = bool> {
+        let both = self.pairs().map(|(corner, next)| [&sides.0[corner.side.side], &sides.0[next.side.side]]);
+        both.map(|[side, next]| match (&side.generator, &next.generator, side.name, next.name) {
+            (Generator::Emitter(_), Generator::Emitter(_), ..) => true,
+            (_, _, Some(a), Some(b)) => a.shared_end(b).is_some() || a.is_on_the_line_of(b),
+            _ => false,
+        })
+    }
+
+    /// Each corner with the one after it.
+    pub(super) fn pairs(&self) -> impl Iterator<Item = (&PartCorner<T>, &PartCorner<T>)> {
+        self.corners.iter().zip(self.corners.iter().cycle().skip(1))
+    }
+}

@@ -1,0 +1,116 @@
+//! What a convex occluder hides of the emitter's plane: a convex cone, cut off where the occluder sinks below that plane.
+
+use glam::DVec3;
+
+use crate::boundary::arc::Generator;
+use crate::boundary::edge_name::EdgeName;
+use crate::boundary::line::{Line, Sighted};
+use crate::boundary::plan::{Plan, Side, height_over_plane, side_of};
+use crate::boundary::visibility::part::{Facing, Sides, VisiblePart};
+use crate::boundary::visibility::separation::BoundingCone;
+use crate::problem::polygon::Polygon;
+use crate::problem::receiver::Receiver;
+use crate::scalar::real::Real;
+use crate::scalar::vec3::Vec3;
+
+/// A convex occluder that stands, at least with a corner, before the emitter's plane, and is not seen edge-on.
+pub(super) struct Screen<'a> {
+    occluder: &'a Polygon,
+    /// Clockwise as the receiver sees them.
+    vertices: Vec<DVec3>,
+    /// Where each is relative to the emitter's plane.
+    sides: Vec<Side>,
+    /// What doubles say of it.
+    pub(super) cone: BoundingCone,
+}
+
+/// The shadow of a convex occluder: where `N . omega < 0` for all its lines.
+pub(super) struct Shadow<T> {
+    pub(super) lines: Vec<Facing>,
+    corners: Vec<Vec3<T>>,
+}
+
+impl<'a> Screen<'a> {
+    /// The part `indices` of `occluder`, or `None` where it casts no shadow on the emitter.
+    pub(super) fn new(
+        receiver: &Receiver,
+        emitter: &Polygon,
+        occluder: &'a Polygon,
+        indices: &[usize],
+        plan: &Plan,
+    ) -> Option<Self> {
+        let x = receiver.position();
+        let mut vertices: Vec<DVec3> = indices.iter().map(|&i| occluder.vertices()[i]).collect();
+        match side_of(x, occluder, plan.power) {
+            Side::Front => {}
+            Side::Back => vertices.reverse(),
+            Side::InPlane => return None,
+        }
+        let sides: Vec<Side> = vertices.iter().map(|&v| side_of(v, emitter, plan.power)).collect();
+        sides.contains(&Side::Front).then(|| Self { occluder, cone: BoundingCone::of_polygon(x, &vertices), vertices, sides })
+    }
+}
+
+impl<T: Real> Shadow<T> {
+    /// The shadow of a screen.
+    pub(super) fn new(receiver: &Receiver, emitter: &Polygon, screen: &Screen<'_>, plan: &Plan, sides: &mut Sides<T>) -> Self {
+        let (x, power) = (receiver.position(), plan.power);
+        let Screen { occluder, vertices, sides: places, .. } = screen;
+        let heights: Vec<T> = vertices.iter().map(|&v| height_over_plane(v, emitter, power)).collect();
+        let seen: Vec<Sighted<T>> = vertices.iter().map(|&v| Sighted::from(v, x, power)).collect();
+        let mut shadow = Self { lines: Vec::new(), corners: Vec::new() };
+        let (mut sinks, mut rises) = (None, None);
+        for i in 0..vertices.len() {
+            let j = (i + 1) % vertices.len();
+            let (from, to) = (vertices[i], vertices[j]);
+            let start = seen[i].point;
+            let line = Line::through([from, to], [&seen[i], &seen[j]], x, power);
+            let touch = || start + line.e * (heights[i] / (heights[i] - heights[j]));
+            match (places[i], places[j]) {
+                (Side::Back, Side::Back | Side::InPlane) => {
+                    if places[j] == Side::InPlane {
+                        rises = Some(seen[j].point);
+                    }
+                    continue;
+                }
+                (Side::InPlane, Side::Back) => {
+                    sinks = Some(start);
+                    shadow.corners.push(start);
+                    continue;
+                }
+                (Side::Front, Side::Back) => {
+                    sinks = Some(touch());
+                    shadow.corners.extend([start, touch()]);
+                }
+                (Side::Back, Side::Front) => {
+                    rises = Some(touch());
+                    shadow.corners.push(touch());
+                }
+                (Side::Front | Side::InPlane, Side::Front | Side::InPlane) => shadow.corners.push(start),
+            }
+            shadow.lines.push(sides.add(Generator::Occluder(line), Some(EdgeName::new(from, to))));
+        }
+        if let (Some(sink), Some(rise)) = (sinks, rises) {
+            shadow.lines.push(sides.add(Generator::Occluder(waterline(sink, rise, emitter, occluder)), None));
+        }
+        shadow
+    }
+
+    /// Whether one side of the shadow or of the part is known to separate them.
+    pub(super) fn misses(&self, part: &VisiblePart<T>, sides: &Sides<T>) -> bool {
+        let beyond = |normal: Vec3<T>, point: Vec3<T>| {
+            let height = normal.dot(point);
+            height.value() > 0.0 && height.size() > height.error()
+        };
+        let is_clear_of = |side: Facing| part.corners.iter().all(|corner| beyond(sides.normal(side), corner.point));
+        let is_within = |side: Facing| self.corners.iter().all(|corner| beyond(sides.normal(side), *corner));
+        self.lines.iter().any(|&side| is_clear_of(side)) || part.corners.iter().any(|corner| is_within(corner.side))
+    }
+}
+
+/// The line in which the occluder meets the emitter's plane, from where it sinks below to where it rises.
+fn waterline<T: Real>(sink: Vec3<T>, rise: Vec3<T>, emitter: &Polygon, occluder: &Polygon) -> Line<T> {
+    let direction = emitter.unit_normal::<T>().cross(occluder.unit_normal());
+    let direction = if direction.dot(rise - sink).value() < 0.0 { -direction } else { direction };
+    Line::along(direction, sink)
+}

@@ -1,0 +1,165 @@
+//! A part of the emitter without what is in a shadow: cut along the shadow's sides, one after the other.
+
+use glam::DVec3;
+
+use crate::boundary::arc::Generator;
+use crate::boundary::edge_name::EdgeName;
+use crate::boundary::line::{Line, Sighted};
+use crate::boundary::plan::{Plan, height_over_horizon, height_over_plane};
+use crate::boundary::visibility::part::{Facing, PartCorner, Sides, VisiblePart};
+use crate::boundary::visibility::shadow::Shadow;
+use crate::boundary::visibility::uncertainty::{Uncertainty, is_doubtful, is_exactly_0};
+use crate::problem::emission::Emitter;
+use crate::problem::polygon::Polygon;
+use crate::problem::receiver::{Receiver, unit_normal};
+use crate::scalar::radius::Radius;
+use crate::scalar::real::{RadiusOf, Real};
+use crate::scalar::vec3::Vec3;
+
+/// What bounds the doubt, and the doubt so far.
+pub(super) struct Subtraction<T: Real> {
+    pub(super) sides: Sides<T>,
+    /// The emitter's plane: where `-n2 . p` is the height of the receiver over it.
+    plane: (Vec3<T>, T),
+    /// Height of the receiver over the emitter's plane, from below.
+    pub(super) height: RadiusOf<T>,
+    /// Bound on `|B|`.
+    pub(super) emission: f64,
+    /// Bound on `|grad B| (1 + 1/c)` over the emitter.
+    pub(super) steepness: RadiusOf<T>,
+    pub(super) uncertainty: Uncertainty<RadiusOf<T>>,
+}
+
+impl<T: Real> Subtraction<T> {
+    pub(super) fn new(receiver: &Receiver, emitter: &Emitter, plan: &Plan) -> Self {
+        let polygon = emitter.polygon();
+        let height: T = height_over_plane(receiver.position(), polygon, plan.power);
+        let plane = (-polygon.unit_normal(), height);
+        let defect = RadiusOf::<T>::from(polygon.planarity_defect() * plan.power);
+        let height = (height.size() * (1.0 - 2.0 * f64::EPSILON) - height.error() - defect).max(0.0.into());
+        // Points of the emitter are at most 2 sqrt(3) away, so 1/c <= 4/h.
+        let gradient = emitter.steepest_emission() * emitter.power() / plan.power * 1.01;
+        let steepness = (RadiusOf::<T>::from(4.0) / height + 1.0.into()) * gradient;
+        let emission = emitter.largest_emission() * emitter.power() * 1.01;
+        Self { sides: Sides::new(), plane, height, emission, steepness, uncertainty: Uncertainty::none() }
+    }
+
+    pub(super) fn part_above_horizon(
+        &mut self,
+        receiver: &Receiver,
+        polygon: &Polygon,
+        indices: &[usize],
+        plan: &Plan,
+    ) -> Option<VisiblePart<T>> {
+        let (x, power) = (receiver.position(), plan.power);
+        let vertices: Vec<DVec3> = indices.iter().map(|&i| polygon.vertices()[i]).collect();
+        let seen: Vec<Sighted<T>> = vertices.iter().map(|&v| Sighted::from(v, x, power)).collect();
+        let corners = (0..vertices.len()).map(|i| {
+            let j = (i + 1) % vertices.len();
+            let line = || Line::through([vertices[i], vertices[j]], [&seen[i], &seen[j]], x, power);
+            let name = EdgeName::new(vertices[i], vertices[j]);
+            let side = self.sides.add_emitter_edge(|| Generator::Emitter(line()), name);
+            PartCorner { point: seen[i].point, vertex: Some(vertices[i]), side }
+        });
+        let corners = corners.collect();
+        let part = VisiblePart::new(corners, &self.sides);
+        let heights: Vec<T> = vertices.iter().map(|&v| height_over_horizon(receiver, v, power)).collect();
+        let horizon = self.sides.add(Generator::Horizon(-unit_normal::<T>(receiver)), None);
+        self.keep(&part, &heights, horizon)
+    }
+
+    /// Adds the parts of `part` outside `shadow`.
+    pub(super) fn subtract(&mut self, part: VisiblePart<T>, shadow: &Shadow<T>, lit: &mut Vec<VisiblePart<T>>) {
+        let mut rest = part;
+        for &side in &shadow.lines {
+            lit.extend(self.cut(&rest, side.reversed()));
+            match self.cut(&rest, side) {
+                Some(inner) => rest = inner,
+                None => break,
+            }
+        }
+    }
+
+    /// The part where `N . omega < 0` for the normal of `side`, if any.
+    fn cut(&mut self, part: &VisiblePart<T>, side: Facing) -> Option<VisiblePart<T>> {
+        let (normal, name) = (self.sides.normal(side), self.sides.name(side));
+        let depth = |corner: &PartCorner<T>| {
+            let depth = -normal.dot(corner.point);
+            let is_on_it = || name.zip(corner.vertex).is_some_and(|(edge, vertex)| edge.is_in_line_with(vertex));
+            if is_doubtful(depth) && is_on_it() { T::exact(0.0) } else { depth }
+        };
+        let depths: Vec<T> = part.corners.iter().map(depth).collect();
+        let on_one_line = |i: usize| {
+            let (Some(own), Some(cutting)) = (self.sides.name(part.corners[i].side), name) else { return false };
+            let is_small = |depth: T| depth.size() <= depth.error();
+            let is_close = || is_small(depths[i]) && is_small(depths[(i + 1) % depths.len()]);
+            own == cutting || (is_close() && own.is_on_the_line_of(cutting))
+        };
+        if let Some(i) = (0..depths.len()).find(|&i| on_one_line(i)) {
+            let same_way = self.sides.normal(part.corners[i].side).dot(normal).value() > 0.0;
+            return same_way.then(|| part.clone());
+        }
+        self.keep(part, &depths, side)
+    }
+
+    /// The part of positive depth, closed along `cutting` (Sutherland and Hodgman 1974, on a cone).
+    fn keep(&mut self, part: &VisiblePart<T>, depths: &[T], cutting: Facing) -> Option<VisiblePart<T>> {
+        self.add_uncertainty(part, depths, cutting);
+        let count = part.corners.len();
+        let inside = |i: usize| depths[i].value() > 0.0;
+        // A part that a line only touches keeps its own edges, also one seen along that line: it lies elsewhere in space.
+        let is_line = !matches!(self.sides.unturned(cutting), Generator::Horizon(_));
+        if is_line && (0..count).any(inside) && depths.iter().all(|depth| depth.value() >= 0.0) {
+            return Some(part.clone());
+        }
+        let mut kept = Vec::with_capacity(count + 1);
+        for i in 0..count {
+            let j = (i + 1) % count;
+            let (start, end) = (part.corners[i], part.corners[j]);
+            let crossing = |side: Facing| {
+                if is_exactly_0(depths[i]) || (is_doubtful(depths[i]) && is_doubtful(depths[j])) {
+                    // Between two doubtful corners the cut may be anywhere, and the doubt covers any choice.
+                    PartCorner { side, ..start }
+                } else if is_exactly_0(depths[j]) {
+                    PartCorner { side, ..end }
+                } else {
+                    let from_ends = start.point + (end.point - start.point) * (depths[i] / (depths[i] - depths[j]));
+                    let point = self.crossing(start.side, cutting, from_ends);
+                    // Lines that share a point are seen to meet there.
+                    let vertex =
+                        self.sides.name(start.side).zip(self.sides.name(cutting)).and_then(|(own, other)| own.shared_end(other));
+                    PartCorner { point, vertex, side }
+                }
+            };
+            match (inside(i), inside(j)) {
+                (true, true) => kept.push(start),
+                (true, false) => kept.extend([start, crossing(cutting)]),
+                (false, true) => kept.push(crossing(start.side)),
+                (false, false) => {}
+            }
+        }
+        (!kept.is_empty()).then(|| VisiblePart::new(kept, &self.sides))
+    }
+
+    /// The point of the emitter's plane that is seen where two sides cross: between the ends of an edge, or, where others have
+    /// cut that edge before and their errors would be inherited, from what generates the two. Whichever is known better.
+    fn crossing(&self, own: Facing, cutting: Facing, from_ends: Vec3<T>) -> Vec3<T> {
+        let [own, cutting] = [own, cutting].map(|facing| self.sides.unturned(facing));
+        let direction = own.normal().cross(cutting.normal());
+        // An edge of the emitter is where it is, off the plane by rounding.
+        let (toward, distance) = match own {
+            Generator::Emitter(line) => {
+                let frame = line.frame();
+                (frame.toward, frame.distance)
+            }
+            _ => self.plane,
+        };
+        let along = toward.dot(direction);
+        if along.size() <= along.error() * 8.0 {
+            return from_ends;
+        }
+        let from_sides = direction * (distance / along);
+        let error = |point: Vec3<T>| point.x.error() + point.y.error() + point.z.error();
+        if error(from_sides) < error(from_ends) { from_sides } else { from_ends }
+    }
+}

@@ -1,0 +1,105 @@
+//! Bounds on the error due to decisions that no precision at hand could take for sure.
+
+use crate::boundary::arc::Generator;
+use crate::boundary::visibility::part::{Facing, VisiblePart};
+use crate::boundary::visibility::subtract::Subtraction;
+use crate::scalar::radius::Radius;
+use crate::scalar::real::{RadiusOf, Real};
+use crate::scalar::vec3::Vec3;
+
+/// Bounds on what undecided signs may change, in the sums without the factor rho/pi.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Uncertainty<R> {
+    pub(crate) irradiance: R,
+    pub(crate) gradient: R,
+}
+
+impl<R: Radius> Uncertainty<R> {
+    pub(crate) fn none() -> Self {
+        Self { irradiance: 0.0.into(), gradient: 0.0.into() }
+    }
+
+    /// Whether every decision was certain.
+    pub(crate) fn is_none(&self) -> bool {
+        self.irradiance == 0.0.into() && self.gradient == 0.0.into()
+    }
+}
+
+impl<T: Real> Subtraction<T> {
+    /// Bounds what the other decision would change for corners whose depth may have either sign.
+    ///
+    /// The region in question is within `depth/h` of the cutting plane, in a hemisphere. Its boundary runs along the edges at the
+    /// corner as far as the depth may vanish, and back along the cut.
+    pub(super) fn add_uncertainty(&mut self, part: &VisiblePart<T>, depths: &[T], cutting: Facing) {
+        let count = part.corners.len();
+        let possible = |i: usize| depths[i].size() + depths[i].error();
+        let half_turn = RadiusOf::<T>::from(std::f64::consts::PI);
+        for i in 0..count {
+            let j = (i + 1) % count;
+            let is_open = [i, j].map(|k| is_doubtful(depths[k]));
+            if is_open == [false; 2] {
+                continue;
+            }
+            let [own, cut] = [part.corners[i].side, cutting].map(|facing| self.sides.unturned(facing));
+            let start = part.corners[i].point;
+            let end = part.corners[j].point;
+            let length = || (end - start).norm_squared().size().sqrt() * 1.01 / self.height;
+            let (depth, weight) = match is_open {
+                [true, true] => {
+                    let depth = possible(i).max(possible(j));
+                    (depth, length().min(half_turn) * exchange(own, cut, depth / self.height))
+                }
+                [first, _] => {
+                    let (doubtful, other) = if first { (i, j) } else { (j, i) };
+                    let depth = possible(doubtful);
+                    let clear = depths[other].size() - depths[other].error() - depth;
+                    let fraction = if clear > depth { depth / clear } else { 1.0.into() };
+                    let length = (length() * fraction).min(half_turn);
+                    (depth, length * (nearness(own) + nearness(cut)))
+                }
+            };
+            let area = (depth / self.height).min(1.0.into()) * std::f64::consts::TAU;
+            self.uncertainty.irradiance = self.uncertainty.irradiance + area * self.emission;
+            self.uncertainty.gradient = self.uncertainty.gradient + self.steepness * area + weight * self.emission;
+        }
+    }
+}
+
+/// How much a unit of arc weighs more or less in the gradient when it lies on the other of two lines that are seen within the
+/// angle `near` of each other: an arc weighs `-(N/S) (toward.V)`, with `|V|` at most its length, and V itself moves by at most
+/// four times `near`. Lines in space that coincide (edges with a T-junction) weigh the same; an edge in the horizon is seen
+/// with `n1.omega` at most `near`.
+fn exchange<T: Real>(own: &Generator<T>, cut: &Generator<T>, near: RadiusOf<T>) -> RadiusOf<T> {
+    let moved = near * (nearness(own) + nearness(cut)) * 4.0;
+    let (Generator::Emitter(own) | Generator::Occluder(own), Generator::Emitter(cut) | Generator::Occluder(cut)) = (own, cut)
+    else {
+        return moved;
+    };
+    let bound = |v: Vec3<T>| {
+        let v = v.map(|c| c.size() + c.error());
+        (v.x * v.x + v.y * v.y + v.z * v.z).sqrt()
+    };
+    let (own, cut) = (own.frame(), cut.frame());
+    let facing = if own.normal.dot(cut.normal).value() < 0.0 { T::exact(-1.0) } else { T::exact(1.0) };
+    let [own_weight, cut_weight] = [&own, &cut].map(|frame| frame.normal * (T::exact(1.0) / frame.distance));
+    (bound(own_weight - cut_weight * facing) + bound(own.toward - cut.toward) * bound(cut_weight)) * 1.01 + moved
+}
+
+/// Whether the sign is not known. An exact zero is no doubt: a corner on the horizon.
+pub(super) fn is_doubtful<T: Real>(depth: T) -> bool {
+    depth.error() > 0.0.into() && depth.size() <= depth.error()
+}
+
+pub(super) fn is_exactly_0<T: Real>(depth: T) -> bool {
+    depth.size() == 0.0.into() && depth.error() == 0.0.into()
+}
+
+/// Bound on `1/S` of a generating line; the horizon has none.
+fn nearness<T: Real>(generator: &Generator<T>) -> RadiusOf<T> {
+    match generator {
+        Generator::Horizon(_) => 0.0.into(),
+        Generator::Emitter(line) | Generator::Occluder(line) => {
+            line.length.size() * 1.01 / (line.moment.size() - line.moment.error()).max(0.0.into())
+        }
+    }
+}

@@ -1,0 +1,10 @@
+//! The closed forms: sums over the arcs, and derived bounds on their errors.
+
+pub(crate) mod constant;
+pub(crate) mod constant_bound;
+pub(crate) mod edge_lanes;
+pub(crate) mod irradiance_and_gradient;
+pub(crate) mod linear;
+pub(crate) mod linear_bound;
+pub(crate) mod polynomial;
+pub(crate) mod segment;

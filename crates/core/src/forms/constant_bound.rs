@@ -1,0 +1,301 @@
+//! The sums over arcs for a constant emission in double precision, with a bound on their errors that is derived, not run.
+//!
+//! u = 2^-53, first order; 0.1 % on top pays for the rest, and a relative error of w or of a crossing point above 1e-6, a
+//! moment near underflow or an arc of the horizon that may have either sign, next to pi, bounds nothing. With `ew` the relative
+//! error of w ([`Line::relative_error`]) and `eta` that of a crossing point (0 for a vertex, whose components err by u):
+//!
+//! - Lengths: `|w|` errs by `ew + 2.5u`, 1/|w| by `ew + 3.5u`, 1/|r| by `4.5u + eta`. N errs by ew across and 3.5u along itself,
+//!   and u for its product.
+//! - A crossing point `q = r + t e` is off along the edge, since t errs by 4u of itself, and beside that by `u (|r| + 2 t|e| +
+//!   |q|)`. With `t|e| <= |q| + |r|` and normalised lengths, `|r| <= 12^(1/2)`: by `xi = u (4.1 + 13.9/|q|)` along the edge and
+//!   `eta = u (3 + 10.4/|q|)` otherwise, relative. What it is off along the edge counts for nothing in first order: the edge's
+//!   arc, whose fraction is that t, and the horizon's end at the same point. The light from between there and the true horizon,
+//!   xi wide and high at most, is below `xi^3/2`; and since `|n1.r| <= xi |q|` along that piece of the edge, the gradient has
+//!   `xi^2/2|q|` of it.
+//! - The angle is that of the point (inline, across), which err by `5u + eta` of `|r||r'|` and by `ew + 2.5u`, u more for the
+//!   fraction of a cut edge: `dg = min(g, 1) (ew + 8u + u + 2 eta) + 4ug`, the last from the arc tangent. That of an arc of the
+//!   horizon has its ends' eta, 3.5u of the cross product and 9u min(g, 1) of its product with n1 and of (inline): `dg = eta +
+//!   eta' + 3.5u + 9u min(g, 1) + 4ug`.
+//! - Of a term `g N` only `n1.(g N)` matters: with `c = |n1.N|` it errs by `c (dg + 3.5ug)` along N, by `g ew` across, and by
+//!   2ug in the products.
+//!
+//! The gradient's weight ([`Arc::weight`]) of an arc up to a quarter turn, `chi Q (c + c') + psi (q' - q)(c' - c)`, `q = 1/|r|`,
+//! `c = n1.r/|r|`, `Q = q + q'`, `T = 1/(1 + cos g)`, a number from 1/2 to 1, and `s = |c| + |c'|`:
+//! - the sine errs by `ds = g (ew + 14u + u + 2 eta)`, the cosine by at most `5u + 11u cos + 4 eta`, so 1 + cos by `9u + 4 eta`
+//!   relative; c errs by `5u + 5.5u |c| + 2 eta`, and `c + c'` or their difference by `dc = 10u + 6.5us + 4 eta`;
+//! - `chi = T (g + sin g)/4`: the first term errs by `Q (T/4) [s (dg + ds) + (g + sin g) (s (19u + 5 eta) + dc)]`;
+//! - `psi <= 0.091g`, `psi' <= 0.11`, psi errs by 3u of itself, `q' - q` by `(5.5u + eta) Q` and `|c' - c| <= |v - u| <= g`:
+//!   the second errs by `Q g [0.11 dg + 0.8ug + 0.091 (eta g + dc)]`;
+//! - the weight is at most `Q ((T/4) (g + sin g) s + 0.091g min(g, s))`; its sum and its product with N err by that times ew
+//!   across N and 5.5u along it.
+//!
+//! Past a quarter turn the weight is `(cc p1 + cs p2)/S` in the frame of the line:
+//! - 1/S errs by `ew + 8u`, `along` by 7u, `toward` by `en + 10u`, `en = ew + 5u`, and (p1, p2) by `en + 18u`;
+//! - cosine and sine of an end in the frame err by `en + 26u + eta` together, so the bisector by `db = 0.71 (2 en + 54u + 2
+//!   eta)`, 0.71 bounding one over the length of the longer of sum and difference of two unit vectors;
+//! - the column (cc, cs) of the symmetric matrix M errs by half of `dg + ds` and half of ds, by `2 g db`, and by 28ug of
+//!   rounding; the term by that and `g (2 en + 32u)` along N and by `g ew` across, over S.
+//!
+//! Each sum of n vectors adds `(n - 1) u` of the sum of sizes, and the products with emission, normal and reflectance 8u of the
+//! result.
+
+use std::ops::{Add, Mul};
+
+use crate::boundary::arc::Arc;
+use crate::boundary::horizon;
+#[cfg(doc)]
+use crate::boundary::line::Line;
+use crate::boundary::plan::{Horizon, Plan};
+use crate::forms::constant::{EdgeSum, SolidAngleVector};
+use crate::forms::edge_lanes;
+use crate::forms::edge_lanes::SureCase;
+use crate::forms::irradiance_and_gradient::IrradianceAndGradient;
+use crate::problem::polygon::Polygon;
+use crate::problem::receiver::{Receiver, unit_normal};
+use crate::scalar::arithmetic::Doubles;
+use crate::scalar::number::ROUNDOFF;
+use crate::scalar::vec3::Vec3;
+
+/// Bounds on the errors of the sums for a unit emission.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct BoundedSum {
+    /// Bound on the error of `n1.Phi`.
+    pub(crate) irradiance: f64,
+    /// Bound on the norm of the error of the gradient's sum.
+    pub(crate) gradient: f64,
+}
+
+/// Pays for terms of second order in the errors.
+const SECOND_ORDER: f64 = 1.001;
+
+/// What the fraction of a cut edge adds to the relative error of its cross product.
+const FRACTION: f64 = ROUNDOFF;
+
+/// Errors of w and of crossing points above which nothing is bounded, and moments below which.
+const MOST_DISPLACED: f64 = 1e-6;
+pub(super) const LEAST_MOMENT: f64 = 1e-100;
+
+/// What a crossing point is off by, relative: along its edge, and otherwise.
+#[derive(Debug, Clone, Copy)]
+struct Moved {
+    xi: f64,
+    eta: f64,
+}
+
+impl Moved {
+    /// Of a point at one over a distance.
+    #[inline(always)]
+    fn at(inverse: f64) -> Self {
+        Self { xi: ROUNDOFF * (4.1 + 13.9 * inverse), eta: ROUNDOFF * (3.0 + 10.4 * inverse) }
+    }
+}
+
+/// What an arc of the horizon adds to the errors of the angles, and to that of the gradient.
+#[inline]
+pub(super) fn of_horizon(arc: &Arc<f64>) -> (f64, f64) {
+    const U: f64 = ROUNDOFF;
+    let [(first, q), (last, p)] = [&arc.start, &arc.end].map(|end| (Moved::at(end.inverse), end.inverse));
+    let g = arc.angle.abs();
+    let dg = first.eta + last.eta + 3.5 * U + 9.0 * U * g.min(1.0) + 4.0 * U * g;
+    if first.xi.max(last.xi) > MOST_DISPLACED || g + dg * SECOND_ORDER >= std::f64::consts::PI {
+        return (f64::INFINITY, f64::INFINITY);
+    }
+    let light = first.xi * first.xi * first.xi + last.xi * last.xi * last.xi;
+    // The term's `|n1.N|` is 1.
+    (dg + 5.5 * U * g + light, 0.5 * (first.xi * first.xi * q + last.xi * last.xi * p))
+}
+
+impl BoundedSum {
+    /// The sums over the arcs of a polygon that nothing hides, and the bounds.
+    #[inline]
+    pub(crate) fn of(receiver: &Receiver, polygon: &Polygon, plan: &Plan) -> (IrradianceAndGradient<f64>, Self) {
+        edge_lanes::constant::bounded(receiver, polygon, plan).unwrap_or_else(|| Self::one_by_one(receiver, polygon, plan))
+    }
+
+    /// Of a polygon of which it is sure what is seen; the sums where its size is more than `narrow` of the distance of its
+    /// farthest vertex.
+    #[inline]
+    pub(crate) fn where_sure(receiver: &Receiver, polygon: &Polygon, narrow: f64) -> Option<SureCase<Self>> {
+        edge_lanes::constant::bounded_where_sure(receiver, polygon, narrow)
+    }
+
+    #[inline(never)]
+    pub(super) fn one_by_one(receiver: &Receiver, polygon: &Polygon, plan: &Plan) -> (IrradianceAndGradient<f64>, Self) {
+        let (mut angles, mut edges) = (SolidAngleVector::zero(), EdgeSum::new(unit_normal(receiver)));
+        let n1 = unit_normal(receiver);
+        let mut errors = ArcErrors::new(n1, plan.horizon == Horizon::Crossing);
+        horizon::visit_boundary(receiver, polygon, plan, |arc: &Arc<f64>| {
+            angles.add(arc);
+            edges.add(arc);
+            errors.add(arc);
+        });
+        let terms = IrradianceAndGradient { irradiance: angles.phi(), gradient: edges.sum() };
+        let bound = errors.bound(&terms);
+        (terms, bound)
+    }
+
+    /// From what the terms and their sums err by: the angles' twice what that does to the irradiance.
+    #[inline(always)]
+    pub(super) fn new(terms: &IrradianceAndGradient<f64>, angles: f64, edges: f64) -> Self {
+        let products = 8.0 * ROUNDOFF;
+        Self {
+            irradiance: SECOND_ORDER * (0.5 * angles + products * terms.irradiance.norm()),
+            gradient: SECOND_ORDER * (edges + products * terms.gradient.norm()),
+        }
+    }
+}
+
+/// Sums of the errors and sizes of the arcs' terms.
+#[derive(Debug, Clone, Copy)]
+struct ArcErrors {
+    n1: Vec3<f64>,
+    crossing: bool,
+    arcs: f64,
+    angles: f64,
+    angle_errors: f64,
+    edges: f64,
+    /// Of the gradient's terms along their normals, by components, and across them.
+    along: Vec3<f64>,
+    across: f64,
+}
+
+impl ArcErrors {
+    fn new(n1: Vec3<f64>, crossing: bool) -> Self {
+        Self { n1, crossing, arcs: 0.0, angles: 0.0, angle_errors: 0.0, edges: 0.0, along: Vec3::zero(), across: 0.0 }
+    }
+
+    #[inline]
+    fn add(&mut self, arc: &Arc<f64>) {
+        let g = arc.angle.abs();
+        self.arcs += 1.0;
+        self.angles += g;
+        let Some(line) = arc.line() else {
+            let (angle, slope) = of_horizon(arc);
+            self.angle_errors += angle;
+            self.across += slope;
+            return;
+        };
+        // That of a vertex is less.
+        let moved = self.crossing.then(|| Moved::at(arc.start.inverse.max(arc.end.inverse)).eta);
+        let of_angle = AngleError::new(g, g.min(1.0), line.relative_error(), moved);
+        let ew = of_angle.ew;
+        self.angle_errors += of_angle.of_term(self.n1.dot(line.normal).abs());
+        let (size, error) = if arc.is_within_a_quarter_turn() {
+            of_angle.of_weight(&Weighed::new(arc, [&arc.start, &arc.end].map(|end| self.n1.dot(end.point) * end.inverse)))
+        } else {
+            of_angle.of_wide_weight(line.nearness())
+        };
+        self.edges += size;
+        self.along = self.along + line.normal.map(f64::abs) * error;
+        self.across += size * ew;
+        if ew.max(moved.unwrap_or(0.0)) > MOST_DISPLACED || line.moment < LEAST_MOMENT {
+            (self.angle_errors, self.across) = (f64::INFINITY, f64::INFINITY);
+        }
+    }
+
+    fn bound(self, terms: &IrradianceAndGradient<f64>) -> BoundedSum {
+        let sums = (self.arcs - 1.0) * ROUNDOFF;
+        BoundedSum::new(terms, self.angle_errors + sums * self.angles, self.along.norm() + self.across + sums * self.edges)
+    }
+}
+
+/// What bounds are kept in: doubles, one arc at a time or several on lanes.
+pub(super) trait Figure:
+    Copy + Add<Output = Self> + Mul<Output = Self> + Add<f64, Output = Self> + Mul<f64, Output = Self>
+{
+}
+
+impl<T: Copy + Add<Output = T> + Mul<Output = T> + Add<f64, Output = T> + Mul<f64, Output = T>> Figure for T {}
+
+/// A sum with what an arc's ends are displaced by, relative to their distances, so many times; by nothing where no horizon cuts.
+#[inline(always)]
+fn with_displacement<T: Figure>(sum: T, eta: Option<T>, times: f64) -> T {
+    match eta {
+        Some(eta) => sum + eta * times,
+        None => sum,
+    }
+}
+
+/// The same with that times a factor.
+#[inline(always)]
+fn with_product<T: Figure>(sum: T, eta: Option<T>, times: f64, factor: T) -> T {
+    match eta {
+        Some(eta) => sum + factor * (eta * times),
+        None => sum,
+    }
+}
+
+/// An arc's angle, what it, its sine and w err by, and what its ends are displaced by.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct AngleError<T> {
+    g: T,
+    dg: T,
+    ds: T,
+    ew: T,
+    eta: Option<T>,
+}
+
+/// What the weight of an arc up to a quarter turn is made of: `Q`, `g + sin g`, `T`, `s` and `min(g, s)`, all as sizes.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Weighed<T> {
+    near: T,
+    sum: T,
+    turn: T,
+    cosines: T,
+    least: T,
+}
+
+impl<T: Doubles> Weighed<T> {
+    /// Given n1 along the directions of the ends.
+    #[inline(always)]
+    pub(super) fn new(arc: &Arc<T>, [c1, c2]: [T; 2]) -> Self {
+        let (sum, turn) = arc.angle_and_sine();
+        let cosines = c1.abs() + c2.abs();
+        Self { near: arc.start.inverse + arc.end.inverse, sum, turn, cosines, least: arc.angle.abs().min(cosines) }
+    }
+}
+
+impl<T: Figure> AngleError<T> {
+    /// Of the angle g, given `min(g, 1)`; eta of an edge that may be cut.
+    #[inline(always)]
+    pub(super) fn new(g: T, least: T, ew: T, eta: Option<T>) -> Self {
+        const U: f64 = ROUNDOFF;
+        let fraction = if eta.is_some() { FRACTION } else { 0.0 };
+        let dg = with_product(least * (ew + (8.0 * U + fraction)) + g * (4.0 * U), eta, 2.0, least);
+        let ds = with_product(g * (ew + (14.0 * U + fraction)), eta, 2.0, g);
+        Self { g, dg, ds, ew, eta }
+    }
+
+    /// What `n1.(g N)` errs by, given `|n1.N|`.
+    #[inline(always)]
+    pub(super) fn of_term(&self, facing: T) -> T {
+        const U: f64 = ROUNDOFF;
+        facing * (self.dg + self.g * (3.5 * U)) + self.g * (self.ew + 2.0 * U)
+    }
+
+    /// A bound on the size of the weight, and on what its product with N errs by along N.
+    #[inline(always)]
+    pub(super) fn of_weight(&self, weighed: &Weighed<T>) -> (T, T) {
+        const U: f64 = ROUNDOFF;
+        let Self { g, dg, ds, eta, .. } = *self;
+        let Weighed { near, sum, turn, cosines, least } = *weighed;
+        let quarter = turn * 0.25;
+        let dc = with_displacement(cosines * (6.5 * U) + 10.0 * U, eta, 4.0);
+        let of_cosines = with_product(cosines * (19.0 * U) + dc, eta, 5.0, cosines);
+        let first = quarter * (cosines * (dg + ds) + sum * of_cosines);
+        let second = g * with_product(dg * 0.11 + g * (0.8 * U) + dc * 0.091, eta, 0.091, g);
+        let size = near * (quarter * sum * cosines + g * least * 0.091);
+        (size, near * (first + second) + size * (5.5 * U))
+    }
+
+    /// The same past a quarter turn, from one over the distance of the line.
+    #[inline(always)]
+    pub(super) fn of_wide_weight(&self, nearness: T) -> (T, T) {
+        const U: f64 = ROUNDOFF;
+        let Self { g, dg, ds, ew, eta } = *self;
+        let en = ew + 5.0 * U;
+        let db = with_displacement(en * 2.0 + 54.0 * U, eta, 2.0) * 0.71;
+        let column = dg * 0.5 + ds + g * db * 2.0 + g * (28.0 * U);
+        (g * nearness, (column + g * (en * 2.0 + 32.0 * U)) * nearness)
+    }
+}

@@ -1,0 +1,85 @@
+//! The parts of four edges that are above the receiver's horizon, cut where [`crate::boundary::horizon`] cuts them.
+
+use fearless_simd::prelude::*;
+use fearless_simd::{Simd, f64x4, mask64x4};
+
+use crate::boundary::arc::{Arc, Generator};
+use crate::boundary::line::Sighted;
+use crate::forms::edge_lanes::EdgeLanes;
+use crate::lanes::vectors::{all, chosen, plus_first};
+use crate::problem::polygon::FourEdges;
+use crate::problem::receiver::{Receiver, unit_normal};
+use crate::scalar::arc_tangent::is_in_range;
+use crate::scalar::double_double::DoubleDouble;
+use crate::scalar::number::ROUNDOFF;
+use crate::scalar::vec3::Vec3;
+
+/// Heights over the horizon, times the length of the normal as given, above which double-double has all digits of a double: it
+/// errs by 64 units of terms that sum to less than 12 in normalised lengths.
+const LOWEST: f64 = 1024.0 * ROUNDOFF;
+
+/// What is above the horizon of the edges of a polygon that leaves it once.
+pub(crate) struct Cut<S: Simd> {
+    /// The edges, with the ends and the angles of their visible parts.
+    pub(crate) four: EdgeLanes<S>,
+    /// Which have one.
+    pub(crate) visible: mask64x4<S>,
+    /// The arc along the horizon, from where the boundary leaves the upper half-space to where it comes back.
+    pub(crate) closing: Arc<f64>,
+}
+
+impl<S: Simd> Cut<S> {
+    /// Of the first `count` edges, all that the polygon has; where double-double is sure of all digits of the heights of
+    /// vertices.
+    #[inline(always)]
+    pub(crate) fn new(simd: S, receiver: &Receiver, edges: &FourEdges, count: usize, power: f64) -> Option<Self> {
+        let mut four = EdgeLanes::new::<true>(simd, edges, all(simd, receiver.position()), f64x4::splat(simd, power), false)?;
+        let before = heights(simd, receiver, edges.starts(simd), power);
+        let after = heights(simd, receiver, edges.ends(simd), power);
+        if !before.abs().min(after.abs()).simd_ge(f64x4::splat(simd, LOWEST)).all_true() {
+            return None;
+        }
+        let (zero, one) = (f64x4::splat(simd, 0.0), f64x4::splat(simd, 1.0));
+        let (starts, ends) = (before.simd_gt(zero), after.simd_gt(zero));
+        let (exits, entries) = (starts & !ends, ends & !starts);
+        let of_polygon = (1 << count) - 1;
+        let (exit, entry) = (exits.to_bitmask() & of_polygon, entries.to_bitmask() & of_polygon);
+        if exit.count_ones() != 1 {
+            return None;
+        }
+        let change = before - after;
+        let fraction = exits.select(before / change, entries.select(after / -change, one));
+        let (Arc { start, end, .. }, along) = (&four.arc, four.line.e * fraction);
+        let start = Sighted::at(chosen(entries, end.point - along, start.point));
+        let end = Sighted::at(chosen(exits, four.arc.start.point + along, end.point));
+        four.arc = Arc::of_edge(start, end, fraction, four.line);
+        let plain = is_in_range(four.arc.across, four.arc.inline);
+        let horizon = Generator::Horizon(-unit_normal::<f64>(receiver));
+        let (exit, entry) = (Sighted::at(lane(end.point, exit)), Sighted::at(lane(start.point, entry)));
+        plain.all_true().then(|| Self { four, visible: starts | ends, closing: Arc::between(exit, entry, horizon) })
+    }
+
+    /// A sum with the terms of the first lanes where there is something to see.
+    #[inline(always)]
+    pub(crate) fn add(&self, simd: S, sum: Vec3<f64>, terms: Vec3<f64x4<S>>, count: usize) -> Vec3<f64> {
+        let zero = f64x4::splat(simd, 0.0);
+        plus_first(sum, chosen(self.visible, terms, Vec3::new(zero, zero, zero)), count)
+    }
+}
+
+/// The vector in the lane of a bit.
+#[inline(always)]
+fn lane<S: Simd>(v: Vec3<f64x4<S>>, bit: u64) -> Vec3<f64> {
+    let i = (bit.trailing_zeros() & 3) as usize;
+    let (x, y, z) = (v.x.as_array(), v.y.as_array(), v.z.as_array());
+    Vec3::new(x[i], y[i], z[i])
+}
+
+/// As [`crate::boundary::plan::height_over_horizon`] where double-double does.
+#[inline(always)]
+fn heights<S: Simd>(simd: S, receiver: &Receiver, points: Vec3<f64x4<S>>, power: f64) -> f64x4<S> {
+    let offset = |point, x| DoubleDouble::difference(point, x).scaled(power);
+    let (n, x) = (all(simd, receiver.direction()), all(simd, receiver.position()));
+    let n = n.map(|c| DoubleDouble { hi: c, lo: f64x4::splat(simd, 0.0) });
+    n.dot(Vec3::new(offset(points.x, x.x), offset(points.y, x.y), offset(points.z, x.z))).hi
+}

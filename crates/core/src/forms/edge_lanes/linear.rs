@@ -1,0 +1,224 @@
+//! The sums of a linear emitter that is seen whole, four edges at a time, one a lane of a vector: the digits of the sums of
+//! [`crate::forms::linear`], where double precision is sure of all decisions ([`crate::forms::edge_lanes`]).
+
+use fearless_simd::prelude::*;
+use fearless_simd::{Simd, f64x4, f64x8};
+
+use crate::boundary::arc::Arc;
+use crate::boundary::line::Frame;
+use crate::boundary::plan::Horizon;
+use crate::forms::edge_lanes::{EdgeLanes, SureCase, height_over_plane, plan, power_seen_whole};
+use crate::forms::irradiance_and_gradient::IrradianceAndGradient;
+use crate::forms::linear::{ContourTerm, LinearSum, SeenLinear};
+use crate::forms::linear_bound::{Errors, LinearBound};
+use crate::forms::segment::{X1End, x1_between};
+use crate::lanes::instruction_set::{INSTRUCTION_SET, on_instruction_set};
+use crate::lanes::vectors::{all, number_plus_first, plus_first};
+use crate::problem::emission::Emitter;
+use crate::problem::receiver::Receiver;
+use crate::scalar::arc_tangent::is_in_range;
+use crate::scalar::logarithm::of_normal;
+
+/// The sums and the power of two that normalised lengths, where double precision is sure of all decisions.
+#[inline]
+pub(crate) fn whole<const GRADIENT: bool>(receiver: &Receiver, emitter: &Emitter) -> Option<(f64, IrradianceAndGradient<f64>)> {
+    on_instruction_set!(*INSTRUCTION_SET, simd => {
+        let power = power_seen_whole(simd, receiver, emitter.polygon())?;
+        Some((power, sums::<_, GRADIENT, false>(simd, receiver, emitter, power)?.0))
+    })
+}
+
+/// The same of a polygon that is seen whole, with lengths normalised by `power`, and a bound on their errors; where all is sure
+/// and no edge is seen past a quarter turn.
+#[inline]
+pub(crate) fn bounded(receiver: &Receiver, emitter: &Emitter, power: f64) -> Option<(IrradianceAndGradient<f64>, LinearBound)> {
+    on_instruction_set!(*INSTRUCTION_SET, simd => {
+        let (terms, bound) = sums::<_, true, true>(simd, receiver, emitter, power)?;
+        Some((terms, bound?))
+    })
+}
+
+/// The same of a polygon of which it is sure what is seen; the sums where that is all of it and its size is more than `narrow`
+/// of the distance of its farthest vertex.
+#[inline]
+pub(crate) fn bounded_where_sure(receiver: &Receiver, emitter: &Emitter, narrow: f64) -> Option<SureCase<LinearBound>> {
+    on_instruction_set!(*INSTRUCTION_SET, simd => {
+        let plan = plan(simd, receiver, emitter.polygon())?;
+        if plan.horizon != Horizon::Above || emitter.polygon().size() * plan.power <= narrow {
+            return Some(SureCase { plan, sums: None });
+        }
+        let sums = match sums::<_, true, true>(simd, receiver, emitter, plan.power) {
+            Some((terms, Some(bound))) => Some((terms, bound)),
+            _ => None,
+        };
+        Some(SureCase { plan, sums })
+    })
+}
+
+#[inline(always)]
+fn sums<S: Simd, const GRADIENT: bool, const BOUND: bool>(
+    simd: S,
+    receiver: &Receiver,
+    emitter: &Emitter,
+    power: f64,
+) -> Option<(IrradianceAndGradient<f64>, Option<LinearBound>)> {
+    let polygon = emitter.polygon();
+    let mut sum = LinearSum::new(SeenLinear::from(receiver, emitter, power, height_over_plane(simd, receiver, polygon, power)));
+    let mut errors = if BOUND { Some(Errors::new(&sum, receiver, emitter, power)?) } else { None };
+    let x = all(simd, receiver.position());
+    let mut rest = polygon.vertices().len();
+    let fours = polygon.four_edges();
+    for four in fours {
+        let four = EdgeLanes::new::<false>(simd, four, x, f64x4::splat(simd, power), fours.len() == 1)?;
+        let count = rest.min(4);
+        let added = sum.add_four::<S, GRADIENT>(simd, &four, count)?;
+        if let Some(errors) = &mut errors {
+            errors.add_four(simd, &sum, (&four, &added), count)?;
+        }
+        rest -= count;
+    }
+    let terms = sum.total();
+    let bound = errors.map(
+        #[inline(always)]
+        |errors| errors.bound(&sum, &terms),
+    );
+    Some((terms, bound))
+}
+
+impl<S: Simd> SeenLinear<f64x4<S>> {
+    /// The same in all lanes.
+    #[inline(always)]
+    fn on_lanes(simd: S, SeenLinear { n1, n2, height, beta, gradient }: SeenLinear<f64>) -> Self {
+        Self {
+            n1: all(simd, n1.into()),
+            n2: all(simd, n2.into()),
+            height: f64x4::splat(simd, height),
+            beta: f64x4::splat(simd, beta),
+            gradient: all(simd, gradient.into()),
+        }
+    }
+}
+
+impl LinearSum<f64> {
+    /// As [`LinearSum::add`] for the first `count` lanes, where all is sure.
+    #[inline(always)]
+    fn add_four<S: Simd, const GRADIENT: bool>(&mut self, simd: S, four: &EdgeLanes<S>, count: usize) -> Option<Added<S>> {
+        let EdgeLanes { arc, line, .. } = four;
+        let (seen, frame) = (SeenLinear::on_lanes(simd, self.seen), line.frame());
+        let square = seen.height * seen.height;
+        let logarithms = four.at_ends(
+            #[inline(always)]
+            |end| of_normal(end.square / square) * f64x4::splat(simd, 0.5),
+        );
+        let contour = seen.contour(arc, &frame, logarithms);
+        let x1 = X1::new(simd, arc, &frame, contour.kappa, logarithms)?;
+        self.angles = plus_first(self.angles, frame.normal * arc.angle, count);
+        self.contour = plus_first(self.contour, contour.outward * contour.flux, count);
+        self.x1 = number_plus_first(self.x1, x1.term, count);
+        let cosines = four.at_ends(
+            #[inline(always)]
+            |end| seen.cosine(end),
+        );
+        let emissions = four.at_ends(
+            #[inline(always)]
+            |end| seen.emission(end),
+        );
+        if GRADIENT {
+            let mut weight = arc.within_a_quarter_turn(emissions, cosines);
+            let wide = arc.inline.simd_lt(f64x4::splat(simd, 0.0));
+            if wide.any_true() {
+                weight = wide.select(seen.toward(&frame, &arc.moments(&frame)) / frame.distance, weight);
+            }
+            self.edges = plus_first(self.edges, frame.normal * -weight, count);
+        }
+        Some(Added { logarithms, contour, x1, cosines, emissions })
+    }
+}
+
+/// What four arcs added, for the bound on its error.
+pub(crate) struct Added<S: Simd> {
+    /// `ln(r/h)` at the ends.
+    pub(crate) logarithms: [f64x4<S>; 2],
+    pub(crate) contour: ContourTerm<f64x4<S>>,
+    pub(crate) x1: X1<S>,
+    /// n1 along the directions of the ends, and the emission there over the distance.
+    pub(crate) cosines: [f64x4<S>; 2],
+    pub(crate) emissions: [f64x4<S>; 2],
+}
+
+/// What four segments add to X1, and what both their ends are made of, the starts before the ends.
+pub(crate) struct X1<S: Simd> {
+    pub(crate) term: f64x4<S>,
+    /// The magnitude of s.
+    pub(crate) s: f64x8<S>,
+    pub(crate) d: f64x8<S>,
+    pub(crate) distance: f64x8<S>,
+    pub(crate) ends: X1End<f64x8<S>>,
+    /// The logarithm of the quotient.
+    pub(crate) quotient: f64x4<S>,
+}
+
+#[inline(always)]
+pub(crate) fn both<S: Simd>(simd: S, [start, end]: [f64x4<S>; 2]) -> f64x8<S> {
+    simd.combine_f64x4(start, end)
+}
+
+impl<S: Simd> X1<S> {
+    /// As [`crate::forms::segment::x1_term`], with both ends of the four segments side by side; where all is sure.
+    #[inline(always)]
+    fn new(simd: S, arc: &Arc<f64x4<S>>, frame: &Frame<f64x4<S>>, kappa: f64x4<S>, logarithms: [f64x4<S>; 2]) -> Option<Self> {
+        let (signed, zero) = (frame.distance * kappa, f64x4::splat(simd, 0.0));
+        let distances = [signed.abs(), frame.distance, frame.distance + signed.abs()];
+        let distances = distances.map(|distance| both(simd, [distance, distance]));
+        let along = both(simd, [arc.start.point.dot(frame.along), arc.end.point.dot(frame.along)]);
+        let ([d, distance, _], s) = (distances, along.abs());
+        if !(is_in_range(s, d) & is_in_range(s, distance)).all_true() {
+            return None;
+        }
+        let ends = X1End::at(s, distances, both(simd, logarithms));
+        let [term, above, below] = ends.on_side_of(along).map(|both| simd.split_f64x8(both));
+        let (term, quotient) = x1_between([[term.0, above.0, below.0], [term.1, above.1, below.1]], signed);
+        let term = signed.simd_eq(zero).select(zero, term);
+        Some(Self { term, s, d, distance, ends, quotient })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use rand::{SeedableRng, rngs::ChaCha8Rng};
+
+    use super::*;
+    use crate::boundary::horizon;
+    use crate::boundary::plan::Plan;
+    use crate::forms::edge_lanes::random::{polygon_and_receiver, vector};
+    use crate::lanes::instruction_set::instruction_sets;
+    use crate::problem::emission::Emission;
+
+    #[test]
+    fn side_by_side_gives_the_digits_of_one_by_one_on_every_instruction_set() {
+        let mut random = ChaCha8Rng::seed_from_u64(9);
+        let mut found = 0;
+        for i in 0..3000 {
+            let count = 3 + i % 7;
+            let Some((polygon, receiver, size)) = polygon_and_receiver(&mut random, count, 5.0) else { continue };
+            let emitter = Emitter::new(polygon, Emission::gradient(1.0, vector(&mut random, 1.0 / size))).unwrap();
+            let mut first = None;
+            for level in instruction_sets() {
+                let found = on_instruction_set!(level, simd => power_seen_whole(simd, &receiver, emitter.polygon())
+                    .and_then(|power| Some((power, sums::<_, true, false>(simd, &receiver, &emitter, power)?.0))));
+                let digits = found.map(|(power, terms)| (power, terms.irradiance, terms.gradient));
+                assert_eq!(*first.get_or_insert(digits), digits, "{level:?}");
+            }
+            let Some((power, irradiance, gradient)) = first.flatten() else { continue };
+            found += 1;
+            let plan = Plan::new(&receiver, emitter.polygon()).unwrap();
+            let mut sum = LinearSum::<f64>::new(SeenLinear::new(&receiver, &emitter, power));
+            horizon::visit_boundary(&receiver, emitter.polygon(), &plan, |arc| sum.add::<true>(arc));
+            let one_by_one = sum.total();
+            assert_eq!((one_by_one.irradiance, one_by_one.gradient), (irradiance, gradient), "{receiver:?} {emitter:?}");
+            assert_eq!(whole::<false>(&receiver, &emitter).unwrap().1.irradiance, irradiance);
+        }
+        println!("{found} found");
+        assert!(found > 700, "{found}");
+    }
+}

@@ -1,0 +1,292 @@
+//! A bound on the errors of the sums of a linear emitter that is seen whole, derived, not run: four edges at a time, one a
+//! lane.
+//!
+//! u = 2^-53, first order; 0.2 % on top pays for the rest. What is next to underflow, past a quarter turn, straight below a
+//! vertex to 1e-10, or has a normal, a gradient or a height of few digits is not bounded here. As in
+//! `crate::forms::constant_bound`: w errs by `ew`, the angle g by `dg = min(g, 1) (ew + 8u) + 4ug`, its sine by `g (ew + 14u)`, N
+//! by ew across and 3.5u along itself, |r|^2 by 5u. What w errs by turns N or changes g: in a product of the vector `g N` with
+//! another one that is `g ew` in all, beside `min(g, 1) 8u + 7.5ug` of the product's own share of g. With G the length of gB,
+//! which errs by u like n1 and n2:
+//!
+//! - `along` errs by 4.5u of itself and 2u, S by `ew + 7u`, `kappa = n2.N` by `ew + 5u + 3.5u |kappa|`, and so `d = S |kappa| =
+//!   |n2.w|/|e|` by `dd = S (ew + 5u) + 11.5ud`; `s = r.along` by `4.5us + 6u|r|`.
+//! - The product of the vectors `nu = along x n2` and gB errs by 4.5u of itself and 9.5uG, that of nu and n1 by 4.5u and 6.5u,
+//!   that of `along` and gB by 4.5u and 6uG.
+//! - `l = ln(r/h)` errs by `3.5u + dh/h + 3ul`, and the difference of two of them, in which h is the same, by `6u + 3u (l1 +
+//!   l2)` and its rounding. The height errs by `dh`, its own rounding and what is not known of the plane.
+//! - `Phi.n1` and `gB.Phi` err by half the sums of `|n1.N| (min(g, 1) 8u + 7.5ug) + g (ew + 2u)` and of the same with gB, and
+//!   5u of |Phi|.
+//!
+//! An end of a segment adds `phi l + 2 J(phi) - J(phi - psi) - J(phi + psi)` to X1. Its derivatives are at most `l + min(phi
+//! psi, 1)` with respect to phi, `min(phi psi, 1/2)` to psi, and phi to l, past a right angle too (a test looks).
+//! - `dphi = (d ds + s dd)/rho^2 + 4u phi = [16u sd + 6u d|r| + sS (ew + 5u)]/rho^2 + 4u phi`;
+//! - `dpsi <= 6u + psi (ew + 15.5u)`, as `s S/r^2 <= psi`;
+//! - J errs by 6u of itself and is at most `0.0622 x^3`, its derivative at most `0.203 x^2`: with the differences of angles and
+//!   the sums, in which no partial sum is above `phi l + 0.13 phi^3`, `u [5 phi l + 2.4 phi^3 + 3.5 phi psi^2]`;
+//! - past a right angle another 9u, from pi and the larger sums, and `pi/2` times what `ln(2 s (S + d)/(rho r))` errs by. Of
+//!   its derivatives that to s is `d^2/(s rho^2) - s/r^2`, and `d^2 <= dS < s^2` there: `u (7.5 + 3|r|/S)`; those to S and d
+//!   are `s^2 - dS` over `(S + d) r^2` and `(S + d) rho^2`, at most `(s^2 - dS)/((S + d) rho^2) [S (2ew + 12u) + 11.5ud]`
+//!   together; and 5.5u of rounding;
+//! - the logarithm itself by 5.6u with what follows; where d may have either sign the two segments, `pi |d|/h` at most, are
+//!   apart by `16 dd/h` at most.
+//!
+//! The flux `kappa g gB.nu + (l2 - l1) gB.along` follows. The emission at a vertex errs by `db = dbeta + 5uG|r| + u|b|`, with
+//! `dbeta = 5uG|r_0| + u|beta|` and what is not known of the emission; `p = b/|r|` by `db/|r| + 5.5u|p|`. The weight of an
+//! edge, `T (g + sin g)/4 (p + p')(c + c') + psi (p' - p)(c' - c)`, errs as the constant's with `p` for `1/|r|`: with P and s
+//! the sums of sizes, `dc = 10u + 6.5us` and dp both errors of p,
+//! - `(T/4) [P s (dg + ds) + (g + sin g) (s dp + P (14us + dc))]` in the first term,
+//! - `g [0.11 P dg + 0.091 (g dp + 6ugP + P dc)]` in the second, and 5.5u and ew of the whole in the product with N.
+//!
+//! Each sum of n terms adds `(n - 1) u` of the sum of sizes. At the end `R = G|X1|/2 + sum|flux|/2 + |gB.Phi|` bounds all
+//! partial sums of q; `q.n1` errs by half of `|gB.n1| dX1` and of the contour's error, `|n1.n2|` of that of gB.Phi, and 9uR.
+//! The gradient's first two terms are at right angles.
+
+use fearless_simd::prelude::*;
+use fearless_simd::{Simd, f64x4, f64x8};
+
+use crate::boundary::arc::Arc;
+use crate::forms::edge_lanes::EdgeLanes;
+use crate::forms::edge_lanes::linear::{Added, both};
+use crate::forms::irradiance_and_gradient::IrradianceAndGradient;
+use crate::forms::linear::{ContourTerm, LinearSum};
+use crate::lanes::vectors::{all, plus_first};
+use crate::problem::emission::Emitter;
+use crate::problem::receiver::Receiver;
+use crate::scalar::double_double::ROUNDOFF_OF_DOUBLE_DOUBLE;
+use crate::scalar::number::ROUNDOFF;
+use crate::scalar::vec3::Vec3;
+
+/// Bounds on the errors of radiosity and gradient but for the factor `rho/pi`, the second one on the norm.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct LinearBound {
+    pub(crate) radiosity: f64,
+    pub(crate) gradient: f64,
+}
+
+/// Pays for terms of second order in the errors.
+const SECOND_ORDER: f64 = 1.002;
+
+/// Beside the rounding of what is known beyond doubles.
+const NEGLIGIBLE: f64 = ROUNDOFF / 2048.0;
+
+/// Errors in units of roundoff: of what is given, and sums over the edges.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Errors {
+    /// `|gB|`.
+    steepness: f64,
+    beta: f64,
+    height: f64,
+    additions: f64,
+    /// Twice those of `Phi.n1`, of `gB.Phi`, and X1.
+    first: Vec3<f64>,
+    /// Those of the contour term along n1, of the edges, and the sum of the sizes of fluxes.
+    second: Vec3<f64>,
+}
+
+impl Errors {
+    /// Where gradient and height have their digits.
+    #[inline(always)]
+    pub(crate) fn new(sum: &LinearSum<f64>, receiver: &Receiver, emitter: &Emitter, power: f64) -> Option<Self> {
+        let (polygon, emission, seen) = (emitter.polygon(), emitter.affine(), &sum.seen);
+        let to_first = (Vec3::from(polygon.vertices()[0]) - Vec3::from(receiver.position())) * power;
+        let steepness = seen.gradient.norm();
+        let defect = polygon.planarity_defect() * power;
+        let reach = to_first.x.abs() + to_first.y.abs() + to_first.z.abs();
+        let unknown = reach * (polygon.normal_error() + 8.0 * ROUNDOFF_OF_DOUBLE_DOUBLE) + defect;
+        let height = seen.height + unknown * (1.0 / ROUNDOFF);
+        let lost = (2.0 * steepness * defect + emission.residual) * (1.0 / ROUNDOFF);
+        let beta = 5.0 * steepness * to_first.norm() + seen.beta.abs() + lost;
+        let gradient = 2.0 * emission.gradient_error() / power;
+        let is_known = polygon.normal_error() <= NEGLIGIBLE && gradient <= NEGLIGIBLE * steepness && height <= 1e10 * seen.height;
+        let additions = (polygon.vertices().len() - 1) as f64;
+        let none = Vec3::new(0.0, 0.0, 0.0);
+        is_known.then_some(Self { steepness, beta, height, additions, first: none, second: none })
+    }
+
+    /// Of the first `count` lanes.
+    #[inline(always)]
+    pub(crate) fn add_four<S: Simd>(
+        &mut self,
+        simd: S,
+        sum: &LinearSum<f64>,
+        (four, added): (&EdgeLanes<S>, &Added<S>),
+        count: usize,
+    ) -> Option<()> {
+        let EdgeLanes { arc, line, .. } = four;
+        let plain = arc.across.simd_ge(f64x4::splat(simd, 1e-100)) & arc.inline.simd_ge(f64x4::splat(simd, 0.0));
+        if !plain.all_true() {
+            return None;
+        }
+        let (n1, gradient) = (all(simd, sum.seen.n1.into()), all(simd, sum.seen.gradient.into()));
+        let (g, ew) = (arc.angle, four.relative_error());
+        let least = g.min(f64x4::splat(simd, 1.0));
+        let turned = least * 8.0 + g * 4.0;
+        let (dg, ds) = (turned + least * ew, g * (ew + 14.0));
+        let (of_angle, across) = (turned + g * 3.5, g * (ew + (2.0 + self.additions)));
+        let angles = n1.dot(line.normal).abs() * of_angle + across;
+        let slopes = gradient.dot(line.normal).abs() * of_angle + across * self.steepness;
+        let x1 = self.x1(simd, sum.seen.height, ew, (arc, added))?;
+        self.first = plus_first(self.first, Vec3::new(angles, slopes, x1), count);
+        let flux = added.contour.flux.abs();
+        let (facing, of_flux) = (n1.dot(added.contour.outward).abs(), self.flux(ew, [g, turned], added));
+        let contour = facing * (of_flux + flux * 4.5) + flux * (self.additions + 8.5);
+        let edges = self.edges(ew, [g, dg, ds], (arc, added));
+        self.second = plus_first(self.second, Vec3::new(contour, edges, flux), count);
+        Some(())
+    }
+
+    #[inline(always)]
+    fn flux<S: Simd>(&self, ew: f64x4<S>, [g, of_g]: [f64x4<S>; 2], added: &Added<S>) -> f64x4<S> {
+        let ContourTerm { kappa, slope_outward, slope_along, flux, .. } = added.contour;
+        let (kappa, outward, along) = (kappa.abs(), slope_outward.abs(), slope_along.abs());
+        let [start, end] = added.logarithms;
+        let difference = (end - start).abs();
+        let of_difference = (start.abs() + end.abs()) * 3.0 + 6.0 + difference;
+        let turned = kappa * g;
+        let first = outward * (g * (ew + 5.0) + kappa * of_g + turned * 10.0) + turned * (9.5 * self.steepness);
+        first + along * (of_difference + difference * 5.5) + difference * (6.0 * self.steepness) + flux.abs()
+    }
+
+    #[inline(always)]
+    fn x1<S: Simd>(&self, simd: S, height: f64, ew: f64x4<S>, (arc, added): (&Arc<f64x4<S>>, &Added<S>)) -> Option<f64x4<S>> {
+        let (x1, inverse) = (&added.x1, both(simd, [arc.start.inverse, arc.end.inverse]));
+        let square = both(simd, [arc.start.square, arc.end.square]);
+        let (s, d, distance, r) = (x1.s, x1.d, x1.distance, square * inverse);
+        let (phi, psi, logarithm) = (x1.ends.phi, x1.ends.psi, both(simd, added.logarithms).abs());
+        let foot_square = d * d + s * s;
+        if !foot_square.simd_ge(square * 1e-20).all_true() {
+            return None;
+        }
+        let w = both(simd, [ew, ew]);
+        let of_phi = (s * (d * 16.0 + distance * (w + 5.0)) + d * r * 6.0) / foot_square + phi * 4.0;
+        let (half, one) = (f64x8::splat(simd, 0.5), f64x8::splat(simd, 1.0));
+        let (product, of_psi) = (phi * psi, psi * (w + 15.5) + 6.0);
+        let of_logarithm = logarithm * 8.0 + (3.5 + self.height / height);
+        let of_end = (logarithm + product.min(one)) * of_phi
+            + product.min(half) * of_psi
+            + phi * (of_logarithm + phi * phi * 2.4 + psi * psi * 3.5);
+        let far = (s * s - d * distance) / ((distance + d) * foot_square);
+        let past = r * 4.72 / distance + far * (distance * (w * 3.15 + 19.0) + d * 18.1) + 30.0;
+        let (start, end) = simd.split_f64x8(of_end + x1.ends.beyond.select(past, f64x8::splat(simd, 0.0)));
+        let (d, distance) = (simd.split_f64x8(d).0, simd.split_f64x8(distance).0);
+        let of_d = distance * (ew + 5.0) + d * 11.5;
+        let either = (of_d * (2.0 * ROUNDOFF)).simd_ge(d).select(of_d * (16.0 / height), f64x4::splat(simd, 0.0));
+        Some(start + end + x1.quotient.abs() * 4.4 + x1.term.abs() * self.additions + either)
+    }
+
+    #[inline(always)]
+    fn edges<S: Simd>(&self, ew: f64x4<S>, [g, dg, ds]: [f64x4<S>; 3], (arc, added): (&Arc<f64x4<S>>, &Added<S>)) -> f64x4<S> {
+        let ([c1, c2], [p1, p2]) = (added.cosines, added.emissions);
+        let (size, cosines) = (p1.abs() + p2.abs(), c1.abs() + c2.abs());
+        let of_emission = (arc.start.inverse + arc.end.inverse) * self.beta + size * 6.5 + 10.0 * self.steepness;
+        let of_cosines = cosines * 6.5 + 10.0;
+        let (sum, turn) = arc.angle_and_sine();
+        let turn = turn * 0.25;
+        let first = turn * (size * cosines * (dg + ds) + sum * (cosines * of_emission + size * (cosines * 14.0 + of_cosines)));
+        let second = g * (size * dg * 0.11 + (g * (of_emission + size * 6.0) + size * of_cosines) * 0.091);
+        let weight = size * (turn * sum * cosines + g * g.min(cosines) * 0.091);
+        first + second + weight * (ew + (5.5 + self.additions))
+    }
+
+    /// The bounds of the sums' total.
+    #[inline(always)]
+    pub(crate) fn bound(&self, sum: &LinearSum<f64>, terms: &IrradianceAndGradient<f64>) -> LinearBound {
+        let Self { steepness, .. } = *self;
+        let seen = &sum.seen;
+        let (phi, q) = sum.phi_and_q();
+        let (size, facing, slope, across) =
+            (phi.norm(), phi.dot(seen.n1).abs(), seen.gradient.dot(phi).abs(), q.dot(seen.n1).abs());
+        let of_phi = 0.5 * self.first.x + 5.0 * size;
+        let of_slope = 0.5 * self.first.y + 5.0 * steepness * size;
+        let partial = 0.5 * (steepness * sum.x1.abs() + self.second.z) + slope;
+        let of_x1 = seen.gradient.dot(seen.n1).abs() * self.first.z;
+        let of_q = 0.5 * (of_x1 + self.second.x) + seen.n1.dot(seen.n2).abs() * of_slope + 9.0 * partial;
+        let (beta, height) = (seen.beta.abs(), seen.height);
+        let radiosity = beta * of_phi + facing * self.beta + height * of_q + self.height * across;
+        let products = 4.0 * (beta * size + height * partial) + 3.0 * terms.irradiance.dot(seen.n1).abs();
+        let in_plane = steepness * of_phi;
+        let gradient = (in_plane * in_plane + of_q * of_q).sqrt() + self.second.y;
+        let sums = 5.0 * (steepness * facing + across) + 4.0 * terms.gradient.norm();
+        let units = SECOND_ORDER * ROUNDOFF;
+        LinearBound { radiosity: units * (radiosity + products), gradient: units * (gradient + sums) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::FRAC_PI_2;
+
+    use rand::{RngExt, SeedableRng, rngs::ChaCha8Rng};
+
+    use crate::boundary::case::Case;
+    use crate::boundary::plan::{Horizon, Plan};
+    use crate::forms::edge_lanes::linear::bounded;
+    use crate::forms::edge_lanes::random::{polygon_and_receiver, vector};
+    use crate::forms::irradiance_and_gradient::IrradianceAndGradient;
+    use crate::problem::emission::{Emission, Emitter};
+    use crate::scalar::ball::Ball;
+    use crate::scalar::double_double::DoubleDouble;
+    use crate::scalar::real::Real;
+    use crate::scalar::vec3::Vec3;
+
+    #[test]
+    fn bounds_hold_and_are_within_a_few_hundred_errors() {
+        let mut random = ChaCha8Rng::seed_from_u64(12);
+        let (mut shares, mut worst) = ([Vec::new(), Vec::new()], 0.0f64);
+        for i in 0..6000 {
+            let count = 3 + i % 7;
+            let spread = [0.7, 1.5, 5.0][i % 3];
+            let Some((polygon, receiver, size)) = polygon_and_receiver(&mut random, count, spread) else { continue };
+            let steep = if i % 2 == 0 { 1.0 / size } else { random.random_range(1e-3..30.0) / size };
+            let emitter = Emitter::new(polygon, Emission::gradient(1.0, vector(&mut random, steep))).unwrap();
+            let Some(plan) = Plan::new(&receiver, emitter.polygon()).filter(|plan| plan.horizon == Horizon::Above) else {
+                continue;
+            };
+            let Some((terms, bound)) = bounded(&receiver, &emitter, plan.power) else { continue };
+            let case = Case { receiver: &receiver, emitter: &emitter, occluders: &[], plan: &plan };
+            let truth = IrradianceAndGradient::<Ball<DoubleDouble>>::sum::<true, true>(&case).unwrap();
+            let n1 = Vec3::from(receiver.normal());
+            let precise = crate::problem::receiver::unit_normal::<Ball<DoubleDouble>>(&receiver).dot(truth.irradiance);
+            let radiosity = (Ball::exact(n1.dot(terms.irradiance)) - precise).middle().hi.abs();
+            let difference = |found: f64, truth: Ball<DoubleDouble>| (Ball::exact(found) - truth).middle().hi;
+            let Vec3 { x, y, z } = truth.gradient;
+            let gradient = terms.gradient;
+            let gradient = Vec3::new(difference(gradient.x, x), difference(gradient.y, y), difference(gradient.z, z)).length();
+            for (share, shares) in [radiosity / bound.radiosity, gradient / bound.gradient].into_iter().zip(&mut shares) {
+                shares.push(share);
+                worst = worst.max(share);
+            }
+        }
+        let found = shares[0].len();
+        let medians = shares.map(|mut shares| {
+            shares.sort_by(f64::total_cmp);
+            shares[shares.len() / 2]
+        });
+        println!("{found} found, medians {medians:?}, worst {worst}");
+        assert!(found > 1000 && worst < 1.0 && medians.iter().all(|&m| m > 1.0 / 400.0), "{found} {medians:?} {worst}");
+    }
+
+    /// `J'`.
+    fn slope(x: f64) -> f64 {
+        if x.abs() < 1e-3 { x * x / 6.0 } else { 0.5 * (1.0 - x * libm::cos(x) / libm::sin(x)) }
+    }
+
+    #[test]
+    fn derivatives_of_a_term_are_within_their_bounds() {
+        for i in 1..=400 {
+            let phi = f64::from(i) * (FRAC_PI_2 / 400.0);
+            for j in 0..=i {
+                let psi = f64::from(j) * (FRAC_PI_2 / 400.0);
+                let sum = phi + psi;
+                let (of_phi, of_psi) = if sum <= FRAC_PI_2 {
+                    (2.0 * slope(phi) - slope(phi - psi) - slope(sum), slope(phi - psi) - slope(sum))
+                } else {
+                    let rest = 2.0 * FRAC_PI_2 - sum;
+                    (2.0 * slope(phi) - slope(phi - psi) - slope(rest), slope(phi - psi) - slope(rest))
+                };
+                let (most_of_phi, most_of_psi) = ((phi * psi).min(1.0) + 1e-12, (phi * psi).min(0.5) + 1e-12);
+                assert!(of_phi.abs() <= most_of_phi && of_psi.abs() <= most_of_psi, "{phi} {psi} {of_phi} {of_psi}");
+            }
+        }
+    }
+}

@@ -1,0 +1,5 @@
+//! The closed form of a polynomial emission.
+
+pub(crate) mod moments;
+pub(crate) mod segment;
+pub(crate) mod sum;

@@ -1,0 +1,146 @@
+//! Radiosity and gradient of a polynomial emission, with horizon and occluders, in closed form.
+//!
+//! In the emitter's plane, p the position relative to the foot point of x, h the height of x, `g = grad B` and m the part of n1
+//! in the plane:
+//! - irradiance vector `E[B] = int B omega domega = h A<B p> - n2 h^2 A<B>`, since `domega = h dA / r^3` and `r = p - h n2`;
+//! - radiosity `(rho/pi) n1.E`; gradient `(rho/pi) { int [g + n2 (g.omega)/c] (n1.omega) domega + sum e x V / |w| }` with
+//!   `c = -n2.omega`, of which the integral is `n1.E[g_1] t_1 + n1.E[g_2] t_2 + n2 { m.A<(g.p) p> - (n1.n2) h A<g.p> }`, and
+//!   the sum runs over emitter and occluder arcs as in [`crate::forms::linear`]: `V = int_arc B (n1.omega) omega ds`.
+//!
+//! A<.> are the moments of [`crate::forms::polynomial::moments`], V needs the integrals of [`crate::forms::polynomial::segment`]
+//! with `omega = toward cos psi + along sin psi`. Digits are lost where those say; the polynomial continued to the foot point may
+//! also be larger than it is on the emitter, by `(D/s)` to the degree at a distance D in the plane. Median relative errors in
+//! double precision, random triangles and coefficients, D/s about 1 to 3, 10 and 100: degree 2, 2e-14, 3e-12, 2e-8; degree 4,
+//! 2e-13, 5e-10, 4e-4; degree 8, 1e-11, 1e-5, all. Over the emitter none are lost at contact; beside it, at the height h, the
+//! value loses s/h as a linear one does. Far away [`crate::gauss`] answers.
+
+use crate::boundary::arc::{Arc, Generator};
+use crate::boundary::plan::height_over_plane;
+use crate::forms::polynomial::moments::Contour;
+use crate::forms::polynomial::segment::{Segment, on_line};
+use crate::forms::segment::{logarithms, segment_frame, x1_term};
+use crate::problem::emission::Emitter;
+use crate::problem::polynomial::bivariate::{Bivariate, whole};
+use crate::problem::polynomial::plane::InPlane;
+use crate::problem::receiver::{Receiver, unit_normal};
+use crate::scalar::real::Real;
+use crate::scalar::vec3::Vec3;
+
+/// A polynomial emission seen from x, in normalised lengths.
+#[derive(Debug, Clone)]
+pub(crate) struct SeenPolynomial<T> {
+    n1: Vec3<T>,
+    n2: Vec3<T>,
+    axes: [Vec3<T>; 2],
+    height: T,
+    /// B around the foot point of x.
+    emission: Bivariate<T>,
+}
+
+impl<T: Real> SeenPolynomial<T> {
+    /// Vertices off the plane by the polygon's defect change height and emission by that much: both go into the bounds.
+    pub(crate) fn new(receiver: &Receiver, emitter: &Emitter, plane: &InPlane, power: f64) -> Self {
+        let (x, polygon) = (receiver.position(), emitter.polygon());
+        let (coordinates, coefficients) = plane.precise::<T>(polygon);
+        let mut emission = coordinates.around_foot(&coefficients, x, power, emitter.power());
+        let constant = emission.at_mut(0, 0);
+        *constant = constant.widened((2.0 * plane.change_over(polygon.planarity_defect()) * emitter.power()).into());
+        Self {
+            n1: unit_normal(receiver),
+            n2: polygon.unit_normal(),
+            axes: coordinates.axes(),
+            height: height_over_plane::<T>(x, polygon, power).widened((polygon.planarity_defect() * power).into()),
+            emission,
+        }
+    }
+
+    fn in_plane(&self, v: Vec3<T>) -> [T; 2] {
+        self.axes.map(|axis| axis.dot(v))
+    }
+}
+
+/// The sums over the arcs.
+#[derive(Debug, Clone)]
+pub(crate) struct PolynomialSum<T> {
+    seen: SeenPolynomial<T>,
+    contour: Contour<T>,
+    /// `sum e x V / |w|`.
+    edges: Vec3<T>,
+}
+
+impl<T: Real> PolynomialSum<T> {
+    pub(crate) fn new(seen: SeenPolynomial<T>) -> Self {
+        let contour = Contour::zero(seen.emission.degree());
+        Self { seen, contour, edges: Vec3::zero() }
+    }
+
+    /// Adds the arc's terms of the value, and those of the gradient where it is wanted.
+    pub(crate) fn add<const GRADIENT: bool>(&mut self, arc: &Arc<T>) {
+        let SeenPolynomial { n2, height, .. } = self.seen;
+        let frame = segment_frame(arc, n2, height);
+        let kappa = n2.dot(frame.normal);
+        let outward = self.seen.in_plane(frame.along.cross(n2));
+        let along = self.seen.in_plane(frame.along);
+        let signed = frame.distance * kappa;
+        let foot = outward.map(|c| c * signed);
+        let segment = Segment::new(arc, frame, self.seen.emission.degree());
+        let powers = on_line(segment.over_square().to_vec(), foot, along);
+        for (flux, nu) in self.contour.flux.iter_mut().zip(outward) {
+            flux.add_scaled(&powers, nu);
+        }
+        self.contour.x1 = self.contour.x1 + x1_term(arc, &frame, kappa, height, logarithms(arc, height));
+        self.contour.facing = self.contour.facing + arc.angle * kappa * T::exact(0.5);
+        if GRADIENT {
+            self.add_edge(arc, &segment, foot, along);
+        }
+    }
+
+    fn add_edge(&mut self, arc: &Arc<T>, segment: &Segment<T>, foot: [T; 2], along: [T; 2]) {
+        let generating = match &arc.generator {
+            Generator::Horizon(_) => return,
+            Generator::Emitter(_) => None,
+            Generator::Occluder(line) => Some(line.frame()),
+        };
+        let frame = segment.frame();
+        let (p1, p2) = (self.seen.n1.dot(frame.toward), self.seen.n1.dot(frame.along));
+        let fourth = segment.over_fourth(&arc.moments(frame));
+        // V.toward/S and V.along/S: B times cos^2, cos sin, sin^2.
+        let weighted = |first: usize| {
+            let powers = fourth.iter().map(|p| p[first] * p1 + p[first + 1] * p2).collect();
+            self.seen.emission.contract(&on_line(powers, foot, along), (0, 0), 0)
+        };
+        let seen = match generating {
+            None => weighted(0),
+            Some(line) => {
+                let (toward, along) = (line.toward.dot(frame.toward), line.toward.dot(frame.along));
+                (toward * weighted(0) + along * weighted(1)) * frame.distance / line.distance
+            }
+        };
+        self.edges = self.edges - frame.normal * seen;
+    }
+
+    /// Irradiance vector, without the factor rho/pi.
+    pub(crate) fn irradiance(&self) -> Vec3<T> {
+        let moments = self.contour.moments(self.seen.height);
+        let [along_u, along_v] = moments.in_plane(&self.seen.emission);
+        let [t_1, t_2] = self.seen.axes;
+        (t_1 * along_u + t_2 * along_v) * self.seen.height - self.seen.n2 * moments.facing(&self.seen.emission)
+    }
+
+    /// Gradient, without the factor rho/pi.
+    pub(crate) fn gradient(&self) -> Vec3<T> {
+        let SeenPolynomial { n1, n2, axes, height, emission } = &self.seen;
+        let moments = self.contour.moments(*height);
+        let (m, facing) = (self.seen.in_plane(*n1), n1.dot(*n2));
+        let in_plane = |f: &Bivariate<T>| {
+            let [along_u, along_v] = moments.in_plane(f);
+            m[0] * along_u + m[1] * along_v
+        };
+        let slopes = emission.gradient();
+        let [slope_1, slope_2] = slopes.map(|g| *height * in_plane(&g) - facing * moments.facing(&g));
+        // g.p = sum (i + j) b_ij u^i v^j.
+        let radial = emission.map(|i, j, b| b * whole(i + j));
+        let across = in_plane(&radial) - facing * *height * moments.without_constant(&radial);
+        axes[0] * slope_1 + axes[1] * slope_2 + *n2 * across + self.edges
+    }
+}

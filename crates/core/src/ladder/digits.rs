@@ -1,0 +1,196 @@
+//! As many digits as are asked for, each proven.
+//!
+//! The closed form is evaluated with balls of ever more bits, until the radius is small enough (Ziv's strategy). It starts with
+//! 80 bits beyond the digits asked, which pays for a cancellation of 1e20, and gives up at [`SPARE_BITS`] beyond, or before where
+//! more bits do not help: a screen may be seen exactly in line with the emitter's edge, or the vertices of a linear emission not
+//! be exactly in one plane.
+
+use std::array::from_ref;
+use std::iter;
+
+use crate::boundary::case::Case;
+use crate::boundary::plan::Plan;
+use crate::error::Error;
+use crate::forms::irradiance_and_gradient::IrradianceAndGradient;
+use crate::ladder::answer::{Answer, Method};
+use crate::ladder::caller_units::CallerUnits;
+use crate::ladder::sum::visit;
+use crate::problem::emission::Emitter;
+use crate::problem::polygon::Polygon;
+use crate::problem::receiver::Receiver;
+use crate::scalar::ball::Ball;
+use crate::scalar::big::Big;
+use crate::scalar::big::decimal::{to_decimal, upper_decimal};
+use crate::scalar::big::enclosure::{Enclosure, Refined, norm, refined, relative_error};
+use crate::scalar::big::magnitude::Magnitude;
+use crate::scalar::radius::Radius;
+use crate::scalar::vec3::Vec3;
+
+/// Radiosity and gradient in decimal digits, with proven absolute error bounds that include the rounding of the digits.
+///
+/// All are in scientific notation, `-1.25e-3`, and parse as any decimal number does.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct PreciseAnswer {
+    /// Radiosity `B(x)`, in the unit of the emission.
+    pub radiosity: String,
+    /// Gradient of `B` with respect to `x` at fixed normal, in that unit over the unit of length.
+    pub gradient: [String; 3],
+    /// Proven bound on the error of `radiosity`.
+    pub radiosity_error: String,
+    /// Proven bound on the Euclidean norm of the error of `gradient`.
+    pub gradient_error: String,
+    /// Bits of the numbers that gave the answer; 0 where it is exactly 0 and nothing was computed.
+    pub bits: usize,
+}
+
+/// Most digits that can be asked for.
+pub const MOST_DIGITS: u32 = 1000;
+
+/// Bits beyond the digits asked after which the evaluation gives up: doubles span 2100 binary places, and a height may cancel
+/// twice that.
+const SPARE_BITS: usize = 8192;
+
+/// Radiosity and gradient at `receiver` due to the part of `emitter` that it sees past `occluders`, with a relative error of at
+/// most `10^-digits` (of the norm, for the gradient).
+///
+/// The truth is the exact result for the doubles as given. A triangle takes about 0.2 ms for 20 or 50 digits and 0.25 ms for 100
+/// where its emission is constant, 0.6 to 1 ms where it is linear; the first call of a thread at a new precision finds the
+/// coefficients of the series, in 5 ms more.
+///
+/// ```
+/// use radgrad_core::{DVec3, Emission, Emitter, Polygon, Receiver, evaluate_digits};
+/// let at = |x, y, z| DVec3::new(x, y, z);
+/// let ceiling = Polygon::new(vec![at(0.0, 0.0, 1.0), at(0.0, 1.0, 1.0), at(1.0, 1.0, 1.0), at(1.0, 0.0, 1.0)])?;
+/// let lamp = Emitter::new(ceiling, Emission::Constant(1.0))?;
+/// let corner = Receiver::new(DVec3::ZERO, DVec3::Z, 1.0)?;
+/// let answer = evaluate_digits(&corner, &lamp, &[], 50)?;
+/// // atan(1/sqrt 2) / (pi sqrt 2)
+/// assert!(answer.radiosity.starts_with("1.3853160599489299678076970863447567973073739484901"));
+/// # Ok::<(), radgrad_core::Error>(())
+/// ```
+///
+/// # Errors
+/// If `digits` is 0 or above [`MOST_DIGITS`], or the bound does not come down to what is asked.
+pub fn evaluate_digits<'a>(
+    receiver: &Receiver,
+    emitter: &Emitter,
+    occluders: impl IntoIterator<Item = &'a Polygon>,
+    digits: u32,
+) -> Result<PreciseAnswer, Error> {
+    precise(receiver, emitter, &occluders.into_iter().collect::<Vec<_>>(), digits)
+}
+
+/// [`evaluate_digits`], compiled once: what is generic is compiled again in every crate that calls it.
+fn precise(receiver: &Receiver, emitter: &Emitter, occluders: &[&Polygon], digits: u32) -> Result<PreciseAnswer, Error> {
+    if !(1..=MOST_DIGITS).contains(&digits) {
+        return Err(Error::Digits { value: digits, most: MOST_DIGITS });
+    }
+    let Some(plan) = Plan::new(receiver, emitter.polygon()) else { return Ok(PreciseAnswer::zero(0)) };
+    let case = Case { receiver, emitter, occluders, plan: &plan };
+    if case.is_dark() {
+        return Ok(PreciseAnswer::zero(0));
+    }
+    let tolerance = Magnitude::power_of_ten(-i64::from(digits)) * 0.5;
+    // log2 10 < 3.322
+    let first = ((digits as usize * 3322).div_ceil(1000) + 80).next_multiple_of(64);
+    let precisions = iter::successors(Some(first), |bits| Some(2 * bits)).take_while(|bits| *bits <= first + SPARE_BITS);
+    let Refined { found, bits, is_enough } =
+        refined(precisions, tolerance, Enclosed::relative_error, || Enclosed::is_coincidence(&case), || Enclosed::find(&case));
+    match found {
+        None => Ok(PreciseAnswer::zero(bits)),
+        Some(enclosed) if is_enough => Ok(enclosed.in_unit(&case).to_decimals(digits, bits)),
+        Some(_) => Err(Error::Undecided { digits, bits }),
+    }
+}
+
+/// What the closed form gave, in normalised lengths and emission.
+#[derive(Debug, Clone)]
+pub(crate) struct Enclosed {
+    radiosity: Enclosure,
+    gradient: [Enclosure; 3],
+}
+
+impl Enclosed {
+    /// Evaluates with the bits of the computation; `None` where nothing is visible.
+    pub(crate) fn find(case: &Case<'_>) -> Option<Self> {
+        let terms = IrradianceAndGradient::<Ball<Big>>::sum::<true, true>(case)?;
+        let Vec3 { x, y, z } = terms.gradient(case.receiver);
+        Some(Self { radiosity: Enclosure::of(terms.radiosity(case.receiver)), gradient: [x, y, z].map(Enclosure::of) })
+    }
+
+    /// Whether with the bits of the computation it stays open what an occluder hides.
+    pub(crate) fn is_coincidence(case: &Case<'_>) -> bool {
+        visit::<Ball<Big>>(case, |_| {}).is_some_and(|uncertainty| !uncertainty.is_none())
+    }
+
+    /// The larger of the relative errors of value and gradient; infinite where a value may be 0.
+    pub(crate) fn relative_error(&self) -> Magnitude {
+        let radiosity = relative_error([&self.radiosity]);
+        radiosity.max(relative_error(&self.gradient))
+    }
+
+    /// From normalised lengths and emission to those of the caller, exactly.
+    fn in_unit(&self, case: &Case<'_>) -> Self {
+        let (radiosity, gradient) = (case.radiosity_unit().magnitude(), case.gradient_unit().magnitude());
+        Self { radiosity: self.radiosity.times(radiosity), gradient: self.gradient.each_ref().map(|c| c.times(gradient)) }
+    }
+
+    /// The doubles nearest to value and gradient in their units, each with a bound on its error, the rounding included.
+    pub(crate) fn to_answer(&self, case: &Case<'_>) -> Result<Answer, Error> {
+        let ([radiosity], radiosity_error) = to_doubles(from_ref(&self.radiosity), case.radiosity_unit())?;
+        let (gradient, gradient_error) = to_doubles(&self.gradient, case.gradient_unit())?;
+        let gradient = gradient.into();
+        Ok(Answer { radiosity, gradient, radiosity_error, gradient_error, method: Method::ArbitraryPrecision })
+    }
+
+    fn to_decimals(&self, digits: u32, bits: usize) -> PreciseAnswer {
+        // A unit of the last place is at most a tenth of the tolerance.
+        let place = |size: Magnitude| size.decimal_exponent() - i64::from(digits) - 1;
+        let last = place(self.radiosity.size());
+        let last_of_gradient = place(norm(self.gradient.each_ref().map(Enclosure::size)));
+        let rounded = |radius: Magnitude, last: i64| radius + Magnitude::power_of_ten(last);
+        PreciseAnswer {
+            radiosity: to_decimal(&self.radiosity.mid, last),
+            gradient: self.gradient.each_ref().map(|c| to_decimal(&c.mid, last_of_gradient)),
+            radiosity_error: upper_decimal(rounded(self.radiosity.radius, last)),
+            gradient_error: upper_decimal(norm(self.gradient.each_ref().map(|c| rounded(c.radius, last_of_gradient)))),
+            bits,
+        }
+    }
+}
+
+impl PreciseAnswer {
+    fn zero(bits: usize) -> Self {
+        let zero = || "0".to_owned();
+        Self { radiosity: zero(), gradient: [zero(), zero(), zero()], radiosity_error: zero(), gradient_error: zero(), bits }
+    }
+}
+
+/// Exponent of a normalised size below which what may be 0 is taken for 0: far below the roundings of any input, and far above
+/// what an exact coincidence leaves at 1024 bits.
+const NOTHING: i64 = -600;
+
+/// The doubles nearest to the components of a number, vector or matrix in the unit, and a bound on the norm of their error. What
+/// may be 0 is 0 where doubles have no digits for it, where nothing is known of it, or where a coincidence is all that is left.
+pub(crate) fn to_doubles<const N: usize>(normalised: &[Enclosure; N], unit: CallerUnits) -> Result<([f64; N], f64), Error> {
+    let scaled = normalised.each_ref().map(|c| c.times(unit.magnitude()));
+    let rounded = scaled.each_ref().map(Enclosure::to_double);
+    let values = rounded.map(|(value, _)| value);
+    if relative_error(normalised) < Magnitude::from(1.0) {
+        unit.check_finite(values)?;
+        unit.check_size(values)?;
+    } else {
+        let most = |of: &[Enclosure; N]| norm(of.each_ref().map(|c| c.size() + c.radius)) * (1.0 + 16.0 * f64::EPSILON);
+        let has_no_digits = values.iter().all(|v| v.abs() < f64::MIN_POSITIVE) || values.iter().any(|v| !v.is_finite());
+        if has_no_digits || most(normalised) < Magnitude::power_of_two(NOTHING) {
+            return Ok(([0.0; N], bounding(most(&scaled))));
+        }
+    }
+    Ok((values, bounding(norm(rounded.map(|(_, error)| error)) * (1.0 + 16.0 * f64::EPSILON))))
+}
+
+/// What is not a number bounds nothing.
+fn bounding(error: Magnitude) -> f64 {
+    let error = error.to_double();
+    if error.is_nan() { f64::INFINITY } else { error }
+}

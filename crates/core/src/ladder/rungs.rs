@@ -1,0 +1,332 @@
+//! The answer to a tolerance: the rungs of a ladder are tried from the cheapest to the dearest, as Ziv's strategy for elementary
+//! functions does.
+//!
+//! 0. The direct attempt: the closed form in double precision with its derived bound, on edge lanes, of a constant or linear
+//!    emitter near by, without occluders, where double precision is sure of what is seen. It answers most calls, and where it
+//!    does not its plan serves the rungs that follow.
+//! 1. A Gauss rule on the emitter with an a-priori bound ([`crate::gauss`]), where few nodes are enough: far away.
+//! 2. The closed form in double precision with its bound: derived for a constant emitter ([`crate::forms::constant_bound`]) and
+//!    for a linear one that is seen whole ([`crate::forms::linear_bound`]), running otherwise ([`crate::scalar::ball`]), where
+//!    the rule may cost more before it.
+//! 3. The Gauss rule with more nodes, where that is still cheaper than:
+//! 4. the closed form in double-double with a running bound;
+//! 5. the same with 256 to 8448 bits, rounded to doubles, where the crate is built with arbitrary precision.
+//!
+//! A rung whose bound is above the tolerance hands over to the next; where all are, the one with the smallest bound answers.
+//! [`DirectAttempt::new`] is rung 0, [`Case::climb`] takes rungs 1 to 4, and [`Case::answer`] the last one.
+
+use std::cell::Cell;
+
+use crate::boundary::case::Case;
+use crate::boundary::plan::{Horizon, Plan};
+use crate::error::Error;
+use crate::forms::constant_bound::BoundedSum;
+use crate::forms::edge_lanes::SureCase;
+use crate::forms::irradiance_and_gradient::IrradianceAndGradient;
+use crate::forms::{edge_lanes, linear_bound};
+use crate::gauss;
+use crate::ladder::answer::{Answer, Method};
+#[cfg(feature = "arbitrary-precision")]
+use crate::ladder::digits::Enclosed;
+use crate::problem::emission::{Emission, Emitter};
+use crate::problem::receiver::{Receiver, albedo};
+use crate::scalar::ball::Ball;
+#[cfg(feature = "arbitrary-precision")]
+use crate::scalar::big::enclosure::{PRECISIONS, Refined, enough_for_doubles, refined};
+#[cfg(feature = "arbitrary-precision")]
+use crate::scalar::big::magnitude::Magnitude;
+use crate::scalar::double_double::DoubleDouble;
+use crate::scalar::number::{Number, ROUNDOFF};
+use crate::scalar::real::Real;
+use crate::scalar::vec3::Vec3;
+
+/// What a Gauss rule may cost.
+struct Budget {
+    /// Size of the emitter over the distance of its farthest vertex, above which the cheap rule is not worth planning.
+    wide: f64,
+    /// Nodes that cost as much as the closed form with a derived bound, or with a running one where none is derived.
+    cheap: usize,
+    /// Nodes that cost as much as the closed form with a running bound.
+    running: usize,
+    /// Nodes that cost half as much as it does in double-double.
+    dear: usize,
+}
+
+/// [`Budget::wide`] where the closed form has a running bound.
+const WIDE_BESIDE_RUNNING: f64 = 2.0;
+
+impl Budget {
+    fn of(emission: &Emission) -> Self {
+        match emission {
+            Emission::Constant(_) => Self { wide: 0.4, cheap: 110, running: 110, dear: 2000 },
+            Emission::Linear(_) => Self { wide: 0.5, cheap: 260, running: 4000, dear: 16000 },
+            Emission::Polynomial(_) => Self { wide: WIDE_BESIDE_RUNNING, cheap: 1000, running: 1000, dear: 8000 },
+        }
+    }
+}
+
+/// What a rung found, in normalised lengths and emission.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Found {
+    pub(super) radiosity: f64,
+    pub(super) gradient: Vec3<f64>,
+    pub(super) radiosity_error: f64,
+    pub(super) gradient_error: f64,
+}
+
+impl Found {
+    const ZERO: Self = Self { radiosity: 0.0, gradient: Vec3::new(0.0, 0.0, 0.0), radiosity_error: 0.0, gradient_error: 0.0 };
+
+    /// Whether all is finite and both bounds are within `tolerance`, relative.
+    #[inline(always)]
+    fn meets(&self, tolerance: f64) -> bool {
+        self.radiosity_error <= tolerance * self.radiosity.abs() && self.gradient_error <= tolerance * self.gradient.length()
+    }
+
+    /// The larger of the two relative bounds; infinite where one of them bounds nothing.
+    fn relative_error(&self) -> f64 {
+        let shares = [self.radiosity_error / self.radiosity.abs(), self.gradient_error / self.gradient.length()];
+        if shares.iter().any(|share| share.is_nan()) { f64::INFINITY } else { shares[0].max(shares[1]) }
+    }
+}
+
+/// How far a climb got: to what was accepted, or to what the last rung found.
+pub(super) enum Climb<A> {
+    Met(A),
+    #[cfg_attr(feature = "arbitrary-precision", expect(dead_code, reason = "read where nothing dearer follows"))]
+    Last(Found),
+}
+
+/// What the direct attempt found.
+pub(crate) enum DirectAttempt {
+    /// The answer, the one that [`Case::answer`] gives.
+    Answer(Answer),
+    /// No answer, but the plan for the other rungs.
+    Plan(Plan),
+    /// Neither: it is not sure of what is seen.
+    Nothing,
+}
+
+impl DirectAttempt {
+    /// The closed form in double precision, of a constant or linear emitter near by where double precision is sure of what is
+    /// seen, with the plan made on the way.
+    #[inline]
+    pub(crate) fn new(receiver: &Receiver, emitter: &Emitter, tolerance: f64) -> Result<Self, Error> {
+        let narrow = Budget::of(emitter.emission()).wide;
+        match emitter.emission() {
+            Emission::Constant(_) => {
+                let sure = BoundedSum::where_sure(receiver, emitter.polygon(), narrow);
+                Self::from(sure, receiver, emitter, tolerance, |case, terms, bound| case.of_unit_emission(terms, *bound))
+            }
+            Emission::Linear(_) => {
+                let sure = edge_lanes::linear::bounded_where_sure(receiver, emitter, narrow);
+                Self::from(sure, receiver, emitter, tolerance, |case, terms, bound| case.of_linear(terms, *bound))
+            }
+            Emission::Polynomial(_) => Ok(Self::Nothing),
+        }
+    }
+
+    #[inline(always)]
+    fn from<B>(
+        sure: Option<SureCase<B>>,
+        receiver: &Receiver,
+        emitter: &Emitter,
+        tolerance: f64,
+        found: impl Fn(&Case<'_>, &IrradianceAndGradient<f64>, &B) -> Found,
+    ) -> Result<Self, Error> {
+        let Some(SureCase { plan, sums }) = sure else { return Ok(Self::Nothing) };
+        let Some((terms, bound)) = sums else { return Ok(Self::Plan(plan)) };
+        let case = Case { receiver, emitter, occluders: &[], plan: &plan };
+        let answer = case.accepted(&found(&case, &terms, &bound), Method::ClosedForm, tolerance)?;
+        Ok(answer.map_or(Self::Plan(plan), Self::Answer))
+    }
+}
+
+impl Case<'_> {
+    pub(crate) fn answer(&self, tolerance: f64) -> Result<Answer, Error> {
+        if self.is_dark() {
+            return Ok(Answer::ZERO);
+        }
+        let climb = self.climb::<_, true>(|found, method| {
+            // Where little but the rounding to doubles is left nothing dearer gives more.
+            let least = if method == Method::DoubleDouble { 1.01 * ROUNDOFF } else { 0.0 };
+            self.accepted(found, method, tolerance.max(least))
+        })?;
+        let by_rule = || self.by_quadrature(usize::MAX);
+        match climb {
+            Climb::Met(answer) => Ok(answer),
+            #[cfg(feature = "arbitrary-precision")]
+            Climb::Last(_) => self.rounded(tolerance, by_rule),
+            #[cfg(not(feature = "arbitrary-precision"))]
+            Climb::Last(found) => match by_rule() {
+                Some(other) if other.relative_error() < found.relative_error() => self.scaled(&other, Method::Quadrature),
+                _ => self.scaled(&found, Method::DoubleDouble),
+            },
+        }
+    }
+
+    /// From rung to rung up to the closed form in double-double, until something found is accepted.
+    #[inline(always)]
+    pub(super) fn climb<A, const GRADIENT: bool>(
+        &self,
+        accepted: impl Fn(&Found, Method) -> Result<Option<A>, Error>,
+    ) -> Result<Climb<A>, Error> {
+        let budget = Budget::of(self.emitter.emission());
+        let tried = Cell::new(false);
+        let by_rule = |most: usize| -> Result<Option<A>, Error> {
+            let Some(found) = self.by_quadrature(most) else { return Ok(None) };
+            tried.set(true);
+            accepted(&found, Method::Quadrature)
+        };
+        if self.is_within(budget.wide)
+            && let Some(answer) = by_rule(budget.cheap)?
+        {
+            return Ok(Climb::Met(answer));
+        }
+        let derived = self.bounded();
+        if derived.is_none()
+            && !tried.get()
+            && budget.running > budget.cheap
+            && self.is_within(WIDE_BESIDE_RUNNING)
+            && let Some(answer) = by_rule(budget.running)?
+        {
+            return Ok(Climb::Met(answer));
+        }
+        let found = derived.unwrap_or_else(|| self.certified::<f64, GRADIENT>());
+        if let Some(answer) = accepted(&found, Method::ClosedForm)? {
+            return Ok(Climb::Met(answer));
+        }
+        if !tried.get()
+            && let Some(answer) = by_rule(budget.dear)?
+        {
+            return Ok(Climb::Met(answer));
+        }
+        let found = self.certified::<DoubleDouble, GRADIENT>();
+        Ok(accepted(&found, Method::DoubleDouble)?.map_or(Climb::Last(found), Climb::Met))
+    }
+
+    /// The closed form with a running bound, with as many bits as it takes, rounded to doubles; or a Gauss rule of any cost,
+    /// where the input leaves the closed form a wider bound.
+    #[cfg(feature = "arbitrary-precision")]
+    #[cold]
+    #[inline(never)]
+    fn rounded(&self, tolerance: f64, by_rule: impl FnOnce() -> Option<Found>) -> Result<Answer, Error> {
+        let enough = enough_for_doubles(tolerance);
+        let Refined { found, is_enough, .. } =
+            refined(PRECISIONS, enough, Enclosed::relative_error, || Enclosed::is_coincidence(self), || Enclosed::find(self));
+        let Some(enclosed) = found else { return Ok(Answer::ZERO) };
+        if !is_enough
+            && let Some(found) = by_rule()
+            && Magnitude::from(found.relative_error()) < enclosed.relative_error()
+        {
+            return self.scaled(&found, Method::Quadrature);
+        }
+        enclosed.to_answer(self)
+    }
+
+    /// Whether the emitter is as small as that over the distance of its farthest vertex.
+    fn is_within(&self, wide: f64) -> bool {
+        self.emitter.polygon().size() * self.plan.power <= wide
+    }
+
+    /// What a Gauss rule of at most so many nodes gives.
+    fn by_quadrature(&self, most: usize) -> Option<Found> {
+        if !self.occluders.is_empty() {
+            return None;
+        }
+        let integral = gauss::integral(self.receiver, self.emitter, self.plan, most)?;
+        let albedo: f64 = albedo(self.receiver);
+        // Quotient and product.
+        let rounding = 4.0 * ROUNDOFF;
+        let size = integral.gradient.length();
+        Some(Found {
+            radiosity: integral.value * albedo,
+            gradient: integral.gradient * albedo,
+            radiosity_error: (integral.value_error + rounding * integral.value.abs()) * albedo,
+            gradient_error: (integral.gradient_error + rounding * size) * albedo,
+        })
+    }
+
+    /// The closed form in double precision with a bound derived for it, where there is one.
+    #[inline]
+    fn bounded(&self) -> Option<Found> {
+        if !self.occluders.is_empty() {
+            return None;
+        }
+        let Self { receiver, emitter, plan, .. } = *self;
+        match emitter.emission() {
+            Emission::Constant(_) => {
+                let (terms, bound) = BoundedSum::of(receiver, emitter.polygon(), plan);
+                Some(self.of_unit_emission(&terms, bound))
+            }
+            Emission::Linear(_) if plan.horizon == Horizon::Above => {
+                edge_lanes::linear::bounded(receiver, emitter, plan.power).map(|(terms, bound)| self.of_linear(&terms, bound))
+            }
+            Emission::Linear(_) | Emission::Polynomial(_) => None,
+        }
+    }
+
+    /// What the sums of a linear emission and their bounds say.
+    #[inline(always)]
+    fn of_linear(&self, terms: &IrradianceAndGradient<f64>, bound: linear_bound::LinearBound) -> Found {
+        let share = albedo::<f64>(self.receiver);
+        Found {
+            radiosity: terms.radiosity(self.receiver),
+            gradient: terms.gradient(self.receiver),
+            radiosity_error: share * bound.radiosity,
+            gradient_error: share * bound.gradient,
+        }
+    }
+
+    /// What the sums for a unit emission and their bounds say.
+    #[inline(always)]
+    fn of_unit_emission(&self, terms: &IrradianceAndGradient<f64>, bound: BoundedSum) -> Found {
+        let Self { receiver, emitter, .. } = *self;
+        let emission = emitter.affine().value;
+        let terms = IrradianceAndGradient { irradiance: terms.irradiance * emission, gradient: terms.gradient * emission };
+        let share = albedo::<f64>(receiver) * emission.abs();
+        Found {
+            radiosity: terms.radiosity(receiver),
+            gradient: terms.gradient(receiver),
+            radiosity_error: share * bound.irradiance,
+            gradient_error: share * bound.gradient,
+        }
+    }
+
+    /// The closed form with a running bound; without the gradient where that is not wanted.
+    fn certified<N: Number, const GRADIENT: bool>(&self) -> Found {
+        let Some(terms) = IrradianceAndGradient::<Ball<N>>::sum::<true, GRADIENT>(self) else { return Found::ZERO };
+        let (radiosity, gradient) = (terms.radiosity(self.receiver), terms.gradient(self.receiver));
+        let found = Found { radiosity: radiosity.value(), radiosity_error: radiosity.value_error(), ..Found::ZERO };
+        if !GRADIENT {
+            return found;
+        }
+        let radius = gradient.map(Real::value_error);
+        let gradient_error = radius.length() * (1.0 + 8.0 * f64::EPSILON);
+        Found { gradient: gradient.map(Real::value), gradient_error, ..found }
+    }
+
+    /// The answer to what meets the tolerance, unless bounds below the normal range are too coarse for it.
+    ///
+    /// Always inlined: moving the answer costs as much as finding it met.
+    #[inline(always)]
+    fn accepted(&self, found: &Found, method: Method, tolerance: f64) -> Result<Option<Answer>, Error> {
+        if !found.meets(tolerance) {
+            return Ok(None);
+        }
+        let answer = self.scaled(found, method)?;
+        let is_fine = answer.radiosity_error.min(answer.gradient_error) >= f64::MIN_POSITIVE || answer.meets(tolerance);
+        Ok(Some(answer).filter(|_| is_fine))
+    }
+
+    #[inline(always)]
+    fn scaled(&self, found: &Found, method: Method) -> Result<Answer, Error> {
+        if found.radiosity == 0.0 && found.radiosity_error == 0.0 && found.gradient_error == 0.0 {
+            return Ok(Answer::ZERO);
+        }
+        let Vec3 { x, y, z } = found.gradient;
+        let ([radiosity], radiosity_error) = self.radiosity_unit().components([found.radiosity], found.radiosity_error)?;
+        let (gradient, gradient_error) = self.gradient_unit().components([x, y, z], found.gradient_error)?;
+        Ok(Answer { radiosity, gradient: gradient.into(), radiosity_error, gradient_error, method })
+    }
+}

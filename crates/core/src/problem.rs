@@ -1,0 +1,9 @@
+//! The problem as stated: receiver, polygon and emission. What exists is valid.
+
+pub(crate) mod affine;
+pub(crate) mod emission;
+pub(crate) mod fan;
+pub(crate) mod polygon;
+pub(crate) mod polynomial;
+pub(crate) mod receiver;
+pub(crate) mod triangulate;

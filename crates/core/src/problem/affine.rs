@@ -1,0 +1,29 @@
+//! An affine function over the plane of a polygon.
+
+use crate::scalar::ball::Ball;
+use crate::scalar::double_double::DoubleDouble;
+use crate::scalar::real::Real;
+use crate::scalar::vec3::Vec3;
+
+/// The emission as `value + gradient . (y - vertex 0)`, with the gradient in the polygon's plane.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Affine {
+    pub(crate) value: f64,
+    pub(crate) gradient: Vec3<DoubleDouble>,
+    /// Bound on the error of each component of `gradient`.
+    pub(super) gradient_error: f64,
+    /// Largest difference between a vertex value as given and this function.
+    pub(crate) residual: f64,
+}
+
+impl Affine {
+    /// Bound on the error of each component of the gradient.
+    pub(crate) const fn gradient_error(&self) -> f64 {
+        self.gradient_error
+    }
+
+    pub(crate) fn new(value: f64, gradient: Vec3<Ball<DoubleDouble>>) -> Self {
+        let gradient_error = [gradient.x, gradient.y, gradient.z].map(Real::error).into_iter().fold(0.0, f64::max);
+        Self { value, gradient: gradient.map(Ball::middle), gradient_error, residual: 0.0 }
+    }
+}

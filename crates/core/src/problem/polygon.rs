@@ -1,0 +1,414 @@
+//! Polygons: one that exists is valid.
+//!
+//! A [`Polygon`] is simple, planar up to the rounding of its vertices, and counter-clockwise seen from its lit side (HS95 section
+//! 2; conventions of `ARCHITECTURE.md`). Every tolerance is relative to the polygon's own size or to the rounding of its
+//! coordinates, so that a change of unit or of origin changes no answer. Lengths are in the unit of the caller throughout.
+
+use std::ops::{Add, Mul, Sub};
+
+use fearless_simd::{Simd, SimdBase, f64x4};
+use glam::DVec3;
+
+use crate::error::Error;
+use crate::problem::fan::FanTriangle;
+use crate::scalar::double_double::{DoubleDouble, ROUNDOFF_OF_DOUBLE_DOUBLE};
+use crate::scalar::number::{Number, ROUNDOFF};
+use crate::scalar::offset::{exact_offset, offset, unit_vector};
+use crate::scalar::power::normalising_power;
+use crate::scalar::real::Real;
+use crate::scalar::vec3::Vec3;
+
+/// A simple planar polygon, convex or not, counter-clockwise seen from its lit side.
+///
+/// ```
+/// use radgrad_core::{DVec3, Polygon};
+/// let square = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)].map(|(x, y)| DVec3::new(x, y, 3.0));
+/// let polygon = Polygon::new(square.to_vec())?;
+/// assert_eq!(polygon.normal(), DVec3::Z);
+/// assert_eq!(polygon.area(), 1.0);
+/// # Ok::<(), radgrad_core::Error>(())
+/// ```
+#[derive(Debug, Clone, PartialEq)]
+pub struct Polygon {
+    vertices: Vec<DVec3>,
+    /// The same for four edges at a time.
+    four_edges: Vec<FourEdges>,
+    /// Triangles that add up to it.
+    fan: Vec<FanTriangle>,
+    /// Unit normal in double-double, so that heights over the plane keep their digits near contact.
+    precise_normal: Vec3<DoubleDouble>,
+    normal_error: f64,
+    normal: DVec3,
+    /// Three vertices, in order, that are not on one line.
+    corners: [usize; 3],
+    /// Area times the square of `power`, which brings the size to about 1: it cannot underflow.
+    normalised_area: f64,
+    power: f64,
+    size: f64,
+    planarity_defect: f64,
+}
+
+/// Vertices may be off the plane by this fraction of the polygon's size: enough for coordinates computed in double
+/// precision, far too little to flatten a warped face unseen.
+const PLANARITY: f64 = 4e-12;
+
+/// Rounding of one coordinate moves a vertex by at most half an ulp per axis; four of them cover a plane through rounded
+/// vertices.
+pub(crate) const COORDINATE_ROUNDING: f64 = 4.0 * f64::EPSILON;
+
+/// Twice the area over the squared size, below which the double-double normal itself has no digits left.
+const DEGENERATE: f64 = 1.0 / (1u128 << 80) as f64;
+
+impl Polygon {
+    /// A polygon through `vertices`, counter-clockwise seen from the lit side; the last vertex is joined to the first.
+    ///
+    /// # Errors
+    /// If there are fewer than three vertices, a coordinate is not finite, two consecutive vertices are the same point, all are
+    /// on one line, one is off the plane by more than `4e-12` of the size plus the rounding of the coordinates, or two edges
+    /// meet.
+    pub fn new(vertices: Vec<DVec3>) -> Result<Self, Error> {
+        let count = vertices.len();
+        if count < 3 {
+            return Err(Error::TooFewVertices { count });
+        }
+        if let Some(index) = vertices.iter().position(|v| !v.is_finite()) {
+            return Err(Error::VertexNotFinite { index, value: vertices[index] });
+        }
+        if let Some(first) = (0..count).find(|&i| vertices[i] == vertices[(i + 1) % count]) {
+            return Err(Error::RepeatedVertex { first, second: (first + 1) % count, value: vertices[first] });
+        }
+        let origin = vertices[0];
+        let (low, high) = vertices.iter().fold((origin, origin), |(low, high), v| (low.min(*v), high.max(*v)));
+        let size = (high - low).max_element();
+        let power = normalising_power(size);
+        let offsets: Vec<Vec3<DoubleDouble>> = vertices.iter().map(|&v| exact_offset(v, origin, power)).collect();
+        let (precise_normal, norm) = unit_vector(twice_area(&offsets));
+        if norm <= DEGENERATE {
+            return Err(without_area(&vertices, &offsets));
+        }
+        let turn = |i: usize| precise_normal.dot(offsets[i].cross(offsets[i + 1])).hi;
+        let widest = (1..count - 1).max_by(|&i, &j| turn(i).total_cmp(&turn(j))).unwrap_or(1);
+        let planarity_defect = if is_flat(&vertices, [0, widest, widest + 1]) {
+            0.0
+        } else {
+            planarity_defect(&offsets, precise_normal, low.abs().max(high.abs()).max_element() * power)
+                .map_err(|defect| defect.in_unit(power, size))?
+                / power
+        };
+        // A cross product of normalised edges errs by 4 units of double-double of their lengths' product, at most 3;
+        // normalising it adds 32 units.
+        let normal_error = count as f64 * 16.0 * ROUNDOFF_OF_DOUBLE_DOUBLE / norm + 32.0 * ROUNDOFF_OF_DOUBLE_DOUBLE;
+        let normal = precise_normal.map(DoubleDouble::to_f64);
+        let polygon = Self {
+            normal: normal.into(),
+            fan: FanTriangle::all(&vertices, normal, power, 0.5 * norm, normal_error),
+            normalised_area: 0.5 * norm,
+            power,
+            four_edges: FourEdges::of(&vertices),
+            vertices,
+            precise_normal,
+            normal_error,
+            corners: [0, widest, widest + 1],
+            size,
+            planarity_defect,
+        };
+        let crossing = if count > 3 { meeting_edges(&polygon.projected()) } else { None };
+        crossing.map_or(Ok(polygon), Err)
+    }
+
+    /// The vertices as given.
+    #[must_use]
+    pub fn vertices(&self) -> &[DVec3] {
+        &self.vertices
+    }
+
+    /// Unit normal `n2` to the lit side.
+    #[must_use]
+    pub const fn normal(&self) -> DVec3 {
+        self.normal
+    }
+
+    /// Area, in the unit of the vertices squared; 0 where that is below the range of a double.
+    #[must_use]
+    pub fn area(&self) -> f64 {
+        self.area_scaled(1.0)
+    }
+
+    /// Area after all lengths were multiplied by a power of two.
+    pub(crate) fn area_scaled(&self, power: f64) -> f64 {
+        let ratio = power / self.power;
+        self.normalised_area * ratio * ratio
+    }
+
+    /// Largest extent along a coordinate axis.
+    #[must_use]
+    pub const fn size(&self) -> f64 {
+        self.size
+    }
+
+    /// Largest distance of a vertex from the plane through vertex 0 with normal [`Self::normal`]: 0 where all are exactly in one
+    /// plane, as those of a triangle are, else what the rounding of the coordinates left.
+    #[must_use]
+    pub const fn planarity_defect(&self) -> f64 {
+        self.planarity_defect
+    }
+
+    /// Bound on the error of [`Self::precise_normal`], a relative one since that has length 1.
+    pub(crate) const fn normal_error(&self) -> f64 {
+        self.normal_error
+    }
+
+    /// Whether the normal errs by less than a roundoff.
+    #[inline]
+    pub(crate) fn is_well_known(&self) -> bool {
+        self.normal_error < ROUNDOFF
+    }
+
+    /// The vertices for four edges at a time; the last edges may come again.
+    pub(crate) fn four_edges(&self) -> &[FourEdges] {
+        &self.four_edges
+    }
+
+    /// Triangles that add up to the polygon, in lengths times the second.
+    pub(crate) fn fan(&self) -> (&[FanTriangle], f64) {
+        (&self.fan, self.power)
+    }
+
+    /// Indices of three vertices in order that are not on one line.
+    pub(crate) const fn plane_corners(&self) -> [usize; 3] {
+        self.corners
+    }
+
+    /// Three vertices in order that are not on one line: the plane, exactly.
+    pub(crate) fn plane_vertices(&self) -> [DVec3; 3] {
+        self.corners.map(|i| self.vertices[i])
+    }
+
+    pub(crate) const fn precise_normal(&self) -> Vec3<DoubleDouble> {
+        self.precise_normal
+    }
+
+    /// Unit normal `n2` to the digits of the scalar.
+    #[inline]
+    pub(crate) fn unit_normal<T: Real>(&self) -> Vec3<T> {
+        if T::Number::BEYOND_DOUBLE_DOUBLE {
+            let offsets: Vec<Vec3<T>> = self.vertices.iter().map(|&v| offset(v, self.vertices[0], self.power)).collect();
+            return twice_area(&offsets).unit();
+        }
+        self.precise_normal.map(|c| T::from_double_double(c, self.normal_error))
+    }
+
+    /// The vertices on the coordinate plane that shows the polygon largest, normalised, counter-clockwise.
+    pub(crate) fn projected(&self) -> Vec<robust::Coord<f64>> {
+        projected(&self.vertices, self.normal)
+    }
+}
+
+/// Coordinates x, y, z of the five vertices that four edges join, the first of them the edge that ends in vertex 0.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct FourEdges([[f64; 5]; 3]);
+
+impl FourEdges {
+    fn of(vertices: &[DVec3]) -> Vec<Self> {
+        let count = vertices.len();
+        let at = |axis: usize, i: usize| vertices[(i + count - 1) % count].to_array()[axis];
+        (0..count).step_by(4).map(|first| Self([0, 1, 2].map(|axis| [0, 1, 2, 3, 4].map(|i| at(axis, first + i))))).collect()
+    }
+
+    /// Where the edges start.
+    #[inline(always)]
+    pub(crate) fn starts<S: Simd>(&self, simd: S) -> Vec3<f64x4<S>> {
+        let [x, y, z] = &self.0;
+        Vec3::new(f64x4::from_slice(simd, &x[..4]), f64x4::from_slice(simd, &y[..4]), f64x4::from_slice(simd, &z[..4]))
+    }
+
+    /// Where they end.
+    #[inline(always)]
+    pub(crate) fn ends<S: Simd>(&self, simd: S) -> Vec3<f64x4<S>> {
+        let [x, y, z] = &self.0;
+        Vec3::new(f64x4::from_slice(simd, &x[1..]), f64x4::from_slice(simd, &y[1..]), f64x4::from_slice(simd, &z[1..]))
+    }
+}
+
+fn projected(vertices: &[DVec3], normal: DVec3) -> Vec<robust::Coord<f64>> {
+    let power = normalising_power(vertices.iter().map(|v| v.abs().max_element()).fold(0.0, f64::max));
+    let [x, y, z] = normal.abs().to_array();
+    let (along, across, up) = if z >= x && z >= y {
+        (DVec3::X, DVec3::Y, normal.z)
+    } else if y >= x {
+        (DVec3::Z, DVec3::X, normal.y)
+    } else {
+        (DVec3::Y, DVec3::Z, normal.x)
+    };
+    let (along, across) = if up > 0.0 { (along, across) } else { (across, along) };
+    vertices.iter().map(|v| robust::Coord { x: v.dot(along) * power, y: v.dot(across) * power }).collect()
+}
+
+/// Two edges that meet, by exact predicates.
+fn meeting_edges(points: &[robust::Coord<f64>]) -> Option<Error> {
+    let count = points.len();
+    for first in 0..count {
+        let (a, b) = (points[first], points[(first + 1) % count]);
+        for second in first + 1..count {
+            let (c, d) = (points[second], points[(second + 1) % count]);
+            let meet = if second == first + 1 {
+                folds_back(a, b, d)
+            } else if (second + 1) % count == first {
+                folds_back(c, d, b)
+            } else {
+                segments_meet([a, b], [c, d])
+            };
+            if meet {
+                return Some(Error::NotSimple { first, second });
+            }
+        }
+    }
+    None
+}
+
+/// Why a polygon's area vanishes: its lobes cancel, or all is on one line.
+fn without_area(vertices: &[DVec3], offsets: &[Vec3<DoubleDouble>]) -> Error {
+    let corners = offsets.iter().flat_map(|a| offsets.iter().map(|b| unit_vector(a.cross(*b))));
+    let widest = corners.max_by(|a, b| a.1.total_cmp(&b.1)).filter(|(_, norm)| *norm > DEGENERATE);
+    let crossing = widest.and_then(|(normal, _)| meeting_edges(&projected(vertices, normal.map(DoubleDouble::to_f64).into())));
+    crossing.unwrap_or(Error::ZeroArea { count: vertices.len() })
+}
+
+/// A planarity defect in normalised coordinates, on its way to an error message.
+struct Defect {
+    index: usize,
+    distance: f64,
+    allowed: f64,
+}
+
+impl Defect {
+    fn in_unit(self, power: f64, size: f64) -> Error {
+        Error::NotPlanar { index: self.index, distance: self.distance / power, allowed: self.allowed / power, size }
+    }
+}
+
+/// Largest distance from the plane through vertex 0; an error where the best-fitting parallel plane is still too far off.
+fn planarity_defect(offsets: &[Vec3<DoubleDouble>], normal: Vec3<DoubleDouble>, largest: f64) -> Result<f64, Defect> {
+    let heights: Vec<f64> = offsets.iter().map(|r| normal.dot(*r).to_f64()).collect();
+    let middle = heights.iter().sum::<f64>() / heights.len() as f64;
+    let allowed = PLANARITY + COORDINATE_ROUNDING * largest;
+    let off = |h: &f64| (h - middle).abs();
+    if let Some((index, h)) = heights.iter().enumerate().max_by(|a, b| off(a.1).total_cmp(&off(b.1)))
+        && off(h) > allowed
+    {
+        return Err(Defect { index, distance: off(h), allowed });
+    }
+    Ok(heights.iter().fold(0.0, |worst, h| worst.max(h.abs())))
+}
+
+/// Twice the area as a vector along the normal, from the offsets of the vertices from the first.
+fn twice_area<T>(offsets: &[Vec3<T>]) -> Vec3<T>
+where
+    T: Copy + Add<Output = T> + Sub<Output = T> + Mul<Output = T>,
+{
+    offsets[2..].windows(2).fold(offsets[1].cross(offsets[2]), |sum, pair| sum + pair[0].cross(pair[1]))
+}
+
+/// Whether all vertices are exactly in the plane through three of them.
+fn is_flat(vertices: &[DVec3], corners: [usize; 3]) -> bool {
+    let largest = vertices.iter().fold(0.0, |m: f64, v| m.max(v.abs().max_element()));
+    let power = normalising_power(largest);
+    let coordinates = |i: usize| {
+        let v = vertices[i] * power;
+        robust::Coord3D { x: v.x, y: v.y, z: v.z }
+    };
+    let [a, b, c] = corners.map(coordinates);
+    (0..vertices.len()).filter(|i| !corners.contains(i)).all(|i| robust::orient3d(a, b, c, coordinates(i)) == 0.0)
+}
+
+/// Whether edge `a b` and its successor `b d` run back over each other.
+fn folds_back(a: robust::Coord<f64>, b: robust::Coord<f64>, d: robust::Coord<f64>) -> bool {
+    robust::orient2d(a, b, d) == 0.0 && (b.x - a.x) * (d.x - b.x) + (b.y - a.y) * (d.y - b.y) < 0.0
+}
+
+/// Whether two closed segments have a point in common.
+fn segments_meet([a, b]: [robust::Coord<f64>; 2], [c, d]: [robust::Coord<f64>; 2]) -> bool {
+    let boxes_meet = a.x.min(b.x) <= c.x.max(d.x)
+        && c.x.min(d.x) <= a.x.max(b.x)
+        && a.y.min(b.y) <= c.y.max(d.y)
+        && c.y.min(d.y) <= a.y.max(b.y);
+    // With overlapping boxes, two collinear segments overlap too.
+    boxes_meet
+        && robust::orient2d(a, b, c) * robust::orient2d(a, b, d) <= 0.0
+        && robust::orient2d(c, d, a) * robust::orient2d(c, d, b) <= 0.0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::problem::receiver::Receiver;
+
+    fn polygon(points: &[[f64; 3]]) -> Result<Polygon, Error> {
+        Polygon::new(points.iter().map(|&p| p.into()).collect())
+    }
+
+    #[test]
+    fn wrong_polygons_are_named() {
+        assert!(matches!(polygon(&[[0.0; 3], [1.0, 0.0, 0.0]]), Err(Error::TooFewVertices { count: 2 })));
+        assert!(matches!(
+            polygon(&[[0.0; 3], [1.0, f64::NAN, 0.0], [0.0, 1.0, 0.0]]),
+            Err(Error::VertexNotFinite { index: 1, .. })
+        ));
+        assert!(matches!(
+            polygon(&[[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0; 3]]),
+            Err(Error::RepeatedVertex { first: 3, second: 0, .. })
+        ));
+        assert!(matches!(polygon(&[[0.0; 3], [1.0; 3], [3.0; 3]]), Err(Error::ZeroArea { count: 3 })));
+        let warped = [[0.0; 3], [549.0, 0.0, 0.0], [549.0, 559.0, 0.0032], [0.0, 559.0, 0.0]];
+        let message = polygon(&warped).unwrap_err().to_string();
+        assert!(message.contains("off the plane") && message.contains("5.59e2"), "{message}");
+        let bow_tie = [[0.0; 3], [1.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 2.0, 0.0]];
+        assert!(matches!(polygon(&bow_tie), Err(Error::NotSimple { first: 0, second: 2 })));
+        let even_bow_tie = [[0.0; 3], [1.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+        assert!(matches!(polygon(&even_bow_tie), Err(Error::NotSimple { first: 0, second: 2 })));
+        let spike = [[0.0; 3], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [1.0, 0.5, 0.0]];
+        assert!(matches!(polygon(&spike), Err(Error::NotSimple { .. })));
+    }
+
+    #[test]
+    fn tolerances_follow_unit_and_origin() {
+        let square = [[0.1, 0.2, 0.3], [1.1, 0.2, 0.4], [1.1, 1.2, 0.5], [0.1, 1.2, 0.4]];
+        for scale in [1.0, 1e-200, 1e150, 3.7e-9] {
+            for shift in [0.0, 1e6] {
+                let moved = square.map(|p| p.map(|c| (c + shift) * scale));
+                let p = polygon(&moved).unwrap();
+                assert!(p.planarity_defect() <= 1e-9 * p.size());
+            }
+        }
+        let needle = [[0.0; 3], [1.0, 0.0, 0.0], [0.5, 1e-12, 0.0]];
+        assert_eq!(polygon(&needle).unwrap().normal(), DVec3::Z);
+    }
+
+    #[test]
+    fn a_vertex_on_an_edge_line_is_allowed() {
+        let t_junction = [[0.0; 3], [0.5, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+        assert_eq!(polygon(&t_junction).unwrap().area(), 0.5);
+    }
+
+    #[test]
+    fn normalising_powers_are_exact() {
+        for (size, expected) in [(1.0, 1.0), (1.9, 1.0), (2.0, 0.5), (0.75, 2.0), (0.0, 1.0)] {
+            assert_eq!(normalising_power(size), expected);
+        }
+        for size in [f64::MIN_POSITIVE, 5e-324, f64::MAX, 1e300, 1e-300] {
+            let power = normalising_power(size);
+            assert!(power > 0.0 && power.is_finite() && size * power < 4.0);
+        }
+    }
+
+    #[test]
+    fn wrong_receivers_are_named() {
+        assert!(matches!(Receiver::new(DVec3::NAN, DVec3::Z, 1.0), Err(Error::PositionNotFinite { .. })));
+        assert!(matches!(Receiver::new(DVec3::ZERO, DVec3::ZERO, 1.0), Err(Error::Normal { .. })));
+        for reflectance in [-0.1, 1.1, f64::NAN] {
+            assert!(matches!(Receiver::new(DVec3::ZERO, DVec3::Z, reflectance), Err(Error::Reflectance { .. })));
+        }
+        let tiny = Receiver::new(DVec3::ZERO, DVec3::new(3e-310, 0.0, 4e-310), 1.0).unwrap();
+        assert!((tiny.normal() - DVec3::new(0.6, 0.0, 0.8)).length() < 1e-12);
+    }
+}

@@ -1,0 +1,152 @@
+//! Emission that is a polynomial of the position: `B(y) = sum b_ijk dx^i dy^j dz^k` with `(dx, dy, dz) = y - origin`.
+//!
+//! What a user states is [`Polynomial`], three variables and any origin. [`plane`] restricts it to the emitter's plane once per
+//! emitter. Its closed form is in `forms/polynomial`: `segment` integrates powers along the pieces of the visible boundary,
+//! `moments` brings every integral over the visible region down to those and one non-elementary number, and `sum` puts radiosity
+//! and gradient together.
+//!
+//! Units: coefficients in the unit of the emission over the unit of length to the power of the degree.
+
+pub(crate) mod bivariate;
+pub(crate) mod plane;
+
+use glam::DVec3;
+
+use crate::error::Error;
+
+/// One term, `coefficient * dx^powers[0] * dy^powers[1] * dz^powers[2]`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Monomial {
+    /// Factor, in the unit of the emission over the unit of length to the power of the degree.
+    pub coefficient: f64,
+    /// Exponents of the three coordinates.
+    pub powers: [u8; 3],
+}
+
+/// A polynomial in the position relative to an origin.
+///
+/// Only its values on the emitter's plane matter. An origin near the emitter keeps the digits of high powers; the answer's
+/// bounds say what is lost.
+///
+/// ```
+/// use radgrad_core::{DVec3, Emission, Emitter, Polygon, Polynomial, Receiver, evaluate};
+/// // A disc lamp's profile, brightest above the origin: 4 - 2 dx^2 - 2 dy^2.
+/// let profile = Polynomial::new(DVec3::Z, [(4.0, [0, 0, 0]), (-2.0, [2, 0, 0]), (-2.0, [0, 2, 0])])?;
+/// assert_eq!(profile.at(DVec3::new(1.0, 0.5, 1.0)), 1.5);
+/// let corners = [(-1.0, -1.0), (-1.0, 1.0), (1.0, 1.0), (1.0, -1.0)].map(|(x, y)| DVec3::new(x, y, 1.0));
+/// let lamp = Emitter::new(Polygon::new(corners.to_vec())?, Emission::Polynomial(profile))?;
+/// let answer = evaluate(&Receiver::new(DVec3::ZERO, DVec3::Z, 1.0)?, &lamp, &[])?;
+/// assert!(answer.radiosity_error <= 1e-12 * answer.radiosity);
+/// # Ok::<(), radgrad_core::Error>(())
+/// ```
+#[derive(Debug, Clone, PartialEq)]
+pub struct Polynomial {
+    origin: DVec3,
+    terms: Vec<Monomial>,
+}
+
+impl Polynomial {
+    /// Highest degree accepted. The closed form costs the third power of the degree an edge, and each degree loses digits (see
+    /// the bounds), so that beyond it a subdivided emitter serves better.
+    pub const MAX_DEGREE: u32 = 12;
+
+    /// The polynomial with the given terms, each a coefficient and the exponents of `dx`, `dy` and `dz`. Terms
+    /// with the same exponents add up; no terms make the zero polynomial.
+    ///
+    /// # Errors
+    /// If the origin or a coefficient is not finite, or a term's degree is above [`Self::MAX_DEGREE`].
+    pub fn new(origin: DVec3, terms: impl IntoIterator<Item = (f64, [u8; 3])>) -> Result<Self, Error> {
+        for (axis, value) in origin.to_array().into_iter().enumerate() {
+            if !value.is_finite() {
+                return Err(Error::EmissionNotFinite { place: format!("origin component {axis}"), value });
+            }
+        }
+        let terms: Vec<Monomial> = terms.into_iter().map(|(coefficient, powers)| Monomial { coefficient, powers }).collect();
+        for (index, term) in terms.iter().enumerate() {
+            if !term.coefficient.is_finite() {
+                return Err(Error::EmissionNotFinite { place: format!("coefficient of term {index}"), value: term.coefficient });
+            }
+            if term.degree() > Self::MAX_DEGREE {
+                return Err(Error::EmissionDegree { index, degree: term.degree(), allowed: Self::MAX_DEGREE });
+            }
+        }
+        Ok(Self { origin, terms })
+    }
+
+    /// The point that positions are relative to.
+    #[must_use]
+    pub const fn origin(&self) -> DVec3 {
+        self.origin
+    }
+
+    /// The terms as given.
+    #[must_use]
+    pub fn terms(&self) -> &[Monomial] {
+        &self.terms
+    }
+
+    /// Largest degree of a term; 0 without terms.
+    #[must_use]
+    pub fn degree(&self) -> u32 {
+        self.terms.iter().map(Monomial::degree).max().unwrap_or(0)
+    }
+
+    /// The value at a point.
+    #[must_use]
+    pub fn at(&self, point: DVec3) -> f64 {
+        let r = (point - self.origin).to_array();
+        self.terms.iter().map(|term| term.coefficient * product(r, term.powers)).sum()
+    }
+
+    /// The gradient at a point, all three components.
+    #[must_use]
+    pub fn gradient_at(&self, point: DVec3) -> DVec3 {
+        let r = (point - self.origin).to_array();
+        let slope = |axis: usize| -> f64 {
+            let lowered = self.terms.iter().filter(|term| term.powers[axis] > 0).map(|term| {
+                let mut powers = term.powers;
+                powers[axis] -= 1;
+                term.coefficient * f64::from(term.powers[axis]) * product(r, powers)
+            });
+            lowered.sum()
+        };
+        DVec3::new(slope(0), slope(1), slope(2))
+    }
+}
+
+impl Monomial {
+    /// Sum of the exponents.
+    #[must_use]
+    pub fn degree(&self) -> u32 {
+        self.powers.iter().map(|&p| u32::from(p)).sum()
+    }
+}
+
+/// Powers by multiplication, the same on every machine.
+fn product(r: [f64; 3], powers: [u8; 3]) -> f64 {
+    let factors = r.into_iter().zip(powers).flat_map(|(c, power)| (0..power).map(move |_| c));
+    factors.product()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn values_and_gradients_are_those_of_the_terms() {
+        let p = Polynomial::new(DVec3::new(1.0, 0.0, 0.0), [(3.0, [2, 1, 0]), (-1.0, [0, 0, 1]), (0.5, [0, 0, 0])]).unwrap();
+        assert_eq!(p.degree(), 3);
+        assert_eq!(p.at(DVec3::new(3.0, 2.0, 5.0)), 3.0 * 4.0 * 2.0 - 5.0 + 0.5);
+        assert_eq!(p.gradient_at(DVec3::new(3.0, 2.0, 5.0)), DVec3::new(24.0, 12.0, -1.0));
+    }
+
+    #[test]
+    fn wrong_polynomials_are_named() {
+        let error = Polynomial::new(DVec3::ZERO, [(1.0, [0, 0, 0]), (1.0, [5, 5, 3])]).unwrap_err();
+        assert_eq!(error.to_string(), "emission term 1 has degree 13: at most 12 is allowed");
+        let error = Polynomial::new(DVec3::ZERO, [(f64::NAN, [0, 0, 1])]).unwrap_err();
+        assert_eq!(error.to_string(), "emission coefficient of term 0 is NaN: it must be finite");
+        let error = Polynomial::new(DVec3::new(0.0, f64::INFINITY, 0.0), []).unwrap_err();
+        assert_eq!(error.to_string(), "emission origin component 1 is inf: it must be finite");
+    }
+}

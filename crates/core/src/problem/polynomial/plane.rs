@@ -1,0 +1,245 @@
+//! A polynomial of the position restricted to the plane of a polygon: what of it is seen.
+//!
+//! `y = m + u t_1 + v t_2`, m the middle of the polygon and `(t_1, t_2, n2)` orthonormal, turns `B(y)` into `sum b_ij u^i v^j`.
+//! Done once per emitter, in double-double with running bounds, lengths in a unit near the polygon's size: coefficients lose
+//! what cancels when the origin is far from the polygon, and say so. For scalars with more digits it is done anew.
+
+use glam::DVec3;
+
+use crate::error::Error;
+use crate::problem::affine::Affine;
+use crate::problem::polygon::Polygon;
+use crate::problem::polynomial::Polynomial;
+use crate::problem::polynomial::bivariate::{Bivariate, whole};
+use crate::scalar::ball::Ball;
+use crate::scalar::double_double::DoubleDouble;
+use crate::scalar::number::Number;
+use crate::scalar::offset::offset;
+use crate::scalar::power::normalising_power;
+use crate::scalar::real::Real;
+use crate::scalar::vec3::Vec3;
+
+type Precise = Ball<DoubleDouble>;
+
+/// Coordinates in the plane of a polygon: the offset from its vertex 0 along two axes, less that of its middle.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Coordinates<T> {
+    axes: [Vec3<T>; 2],
+    first: DVec3,
+    middle: [f64; 2],
+    /// Multiplies lengths.
+    power: f64,
+}
+
+/// A bivariate polynomial around the middle of a polygon.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct InPlane {
+    polynomial: Polynomial,
+    coordinates: Coordinates<Precise>,
+    coefficients: Bivariate<Precise>,
+    largest: f64,
+    /// For lengths multiplied by the power of the coordinates.
+    steepest: f64,
+    uncertainty: f64,
+}
+
+impl<T: Real> Coordinates<T> {
+    /// The middle is that of the extents along the axes.
+    fn new(polygon: &Polygon) -> Self {
+        let power = normalising_power(polygon.size());
+        let mut plane = Self { axes: axes(polygon), first: polygon.vertices()[0], middle: [0.0; 2], power };
+        plane.middle = [0, 1].map(|axis| {
+            let along = polygon.vertices().iter().map(|v| plane.at(*v)[axis].value());
+            let (low, high) = along.fold((0.0, 0.0), |(low, high): (f64, f64), u| (low.min(u), high.max(u)));
+            0.5 * (low + high)
+        });
+        plane
+    }
+
+    fn at(&self, point: DVec3) -> [T; 2] {
+        let r = offset::<T>(point, self.first, self.power);
+        [0, 1].map(|i| self.axes[i].dot(r) - T::exact(self.middle[i]))
+    }
+
+    /// The middle, as an offset from `origin`.
+    fn middle_from(&self, origin: DVec3) -> Vec3<T> {
+        let first = offset::<T>(self.first, origin, self.power);
+        first + self.axes[0] * T::exact(self.middle[0]) + self.axes[1] * T::exact(self.middle[1])
+    }
+
+    /// The unit vectors `t_1` and `t_2`.
+    pub(crate) const fn axes(&self) -> [Vec3<T>; 2] {
+        self.axes
+    }
+
+    /// The polynomial with these coefficients for lengths multiplied by `power`, emission by `emission_power`, and positions
+    /// relative to the foot point of `x`.
+    pub(crate) fn around_foot(&self, coefficients: &Bivariate<T>, x: DVec3, power: f64, emission_power: f64) -> Bivariate<T> {
+        let ratio = self.power / power;
+        let scaled = coefficients.map(|i, j, c| (0..i + j).fold(c.scaled(emission_power), |c, _| c.scaled(ratio)));
+        let first: Vec3<T> = offset(self.first, x, power);
+        let [u, v] = [0, 1].map(|i| first.dot(self.axes[i]) + T::exact(self.middle[i] / ratio));
+        scaled.shifted(u, v)
+    }
+}
+
+impl Coordinates<Precise> {
+    /// Bounds on |u| and |v| over the polygon.
+    fn reach(&self, polygon: &Polygon) -> [f64; 2] {
+        let along = |axis: usize| polygon.vertices().iter().map(|v| magnitude(self.at(*v)[axis])).fold(0.0, f64::max);
+        [along(0), along(1)]
+    }
+}
+
+impl InPlane {
+    pub(crate) fn new(polygon: &Polygon, polynomial: &Polynomial) -> Result<Self, Error> {
+        let coordinates = Coordinates::<Precise>::new(polygon);
+        let coefficients = restricted(polynomial, &coordinates);
+        let reach = coordinates.reach(polygon);
+        let largest = bound_over(&coefficients, reach);
+        let [along_u, along_v] = coefficients.gradient().map(|slope| bound_over(&slope, reach));
+        let steepest = Vec3::new(along_u, along_v, 0.0).length();
+        if !(largest.is_finite() && steepest.is_finite()) {
+            return Err(Error::Overflow { quantity: "emission over the polygon" });
+        }
+        let uncertainty = bound_over(&coefficients.map(|_, _, c| Precise::exact(c.error())), reach);
+        Ok(Self { polynomial: polynomial.clone(), coordinates, coefficients, largest, steepest, uncertainty })
+    }
+
+    /// Coordinates of a point of the plane in the unit of the polynomial, to a rounding.
+    pub(crate) fn at(&self, point: DVec3) -> [f64; 2] {
+        self.coordinates.at(point).map(Real::value)
+    }
+
+    /// The coefficients in that unit for emission multiplied by `emission_power`, to a rounding.
+    pub(crate) fn rounded(&self, emission_power: f64) -> Bivariate<f64> {
+        self.coefficients.map(|_, _, c| c.middle().to_f64() * emission_power)
+    }
+
+    pub(crate) const fn degree(&self) -> usize {
+        self.coefficients.degree()
+    }
+
+    /// Bound on what the errors of the coefficients change over the polygon, in the unit of the caller.
+    pub(crate) const fn uncertainty(&self) -> f64 {
+        self.uncertainty
+    }
+
+    /// Coordinates in the plane and the coefficients in them, to the digits of the scalar.
+    pub(crate) fn precise<T: Real>(&self, polygon: &Polygon) -> (Coordinates<T>, Bivariate<T>) {
+        if T::Number::BEYOND_DOUBLE_DOUBLE {
+            let coordinates = Coordinates::new(polygon);
+            let coefficients = restricted(&self.polynomial, &coordinates);
+            return (coordinates, coefficients);
+        }
+        let Coordinates { axes, first, middle, power } = self.coordinates;
+        let rounded = |c: Precise| T::from_double_double(c.middle(), c.error());
+        let coordinates = Coordinates { axes: axes.map(|axis| axis.map(rounded)), first, middle, power };
+        (coordinates, self.coefficients.map(|_, _, c| rounded(c)))
+    }
+
+    /// Bound on `|B|` over the polygon, in the unit of the caller.
+    pub(crate) const fn largest(&self) -> f64 {
+        self.largest
+    }
+
+    /// Bound on the length of `grad B` in the plane over the polygon, in the unit of the caller.
+    pub(crate) const fn steepest(&self) -> f64 {
+        self.steepest * self.coordinates.power
+    }
+
+    /// Bound on what the emission changes by over a distance, in the unit of the caller also where the gradient's is beyond a
+    /// double.
+    pub(crate) const fn change_over(&self, distance: f64) -> f64 {
+        self.steepest * (distance * self.coordinates.power)
+    }
+
+    /// The affine function with the value and the gradient at vertex 0.
+    pub(crate) fn tangent(&self) -> Affine {
+        let Coordinates { axes, middle, power, .. } = &self.coordinates;
+        let first = middle.map(|m| Precise::exact(-m));
+        let [along_u, along_v] = self.coefficients.gradient().map(|slope| slope.value(first));
+        let slope = axes[0] * along_u + axes[1] * along_v;
+        Affine::new(self.coefficients.value(first).value(), slope.map(|c| c.scaled(*power)))
+    }
+}
+
+/// The polynomial with each coordinate replaced by its affine function of u and v.
+fn restricted<T: Real>(polynomial: &Polynomial, coordinates: &Coordinates<T>) -> Bivariate<T> {
+    let Coordinates { axes: [t_1, t_2], power, .. } = coordinates;
+    let middle = coordinates.middle_from(polynomial.origin());
+    let affine = [(middle.x, [t_1.x, t_2.x]), (middle.y, [t_1.y, t_2.y]), (middle.z, [t_1.z, t_2.z])];
+    let mut sum = Bivariate::zero(polynomial.degree().max(1) as usize);
+    for term in polynomial.terms() {
+        let mut product = Bivariate::zero(0);
+        *product.at_mut(0, 0) = T::exact(term.coefficient);
+        for ((constant, along), count) in affine.into_iter().zip(term.powers) {
+            for _ in 0..count {
+                product = product.times_linear(constant, along).map(|_, _, c| c.scaled(1.0 / power));
+            }
+        }
+        sum.add_scaled(&product, T::exact(1.0));
+    }
+    sum
+}
+
+/// Unit vectors in the plane, `t_1 x t_2 = n2`: the first across the coordinate axis that is farthest from the normal.
+fn axes<T: Real>(polygon: &Polygon) -> [Vec3<T>; 2] {
+    let n2 = polygon.unit_normal::<T>();
+    let size = n2.map(|c| c.value().abs());
+    let axis = if size.x <= size.y && size.x <= size.z {
+        [1.0, 0.0, 0.0]
+    } else if size.y <= size.z {
+        [0.0, 1.0, 0.0]
+    } else {
+        [0.0, 0.0, 1.0]
+    };
+    let across = Vec3::from(DVec3::from_array(axis)).map(T::exact).cross(n2);
+    let first = across * (T::exact(1.0) / across.norm_squared().sqrt());
+    [first, n2.cross(first)]
+}
+
+/// `sum |b_ij| |u|^i |v|^j` and a little more.
+fn bound_over(polynomial: &Bivariate<Precise>, reach: [f64; 2]) -> f64 {
+    let sizes = polynomial.map(|_, _, c| Precise::exact(magnitude(c)));
+    let mut powers = Bivariate::zero(polynomial.degree());
+    let [u, v] = reach.map(Precise::exact);
+    powers = powers.map(|i, j, _: Precise| (0..i).map(|_| u).chain((0..j).map(|_| v)).fold(whole(1), |product, c| product * c));
+    magnitude(sizes.contract(&powers, (0, 0), 0))
+}
+
+/// Bound on the magnitude.
+fn magnitude(c: Precise) -> f64 {
+    (c.value().abs() + c.value_error()) * (1.0 + 4.0 * f64::EPSILON)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_restriction_takes_the_values_of_the_polynomial_in_the_plane() {
+        let triangle = [[0.3, -0.2, 1.1], [1.4, 0.1, 1.6], [0.2, 0.9, 0.7]].map(DVec3::from);
+        let polygon = Polygon::new(triangle.to_vec()).unwrap();
+        let terms = [(1.0, [0, 0, 0]), (0.7, [1, 0, 2]), (-2.0, [0, 3, 1]), (0.3, [2, 2, 1])];
+        let polynomial = Polynomial::new(DVec3::new(0.5, 0.5, 1.0), terms).unwrap();
+        let plane = InPlane::new(&polygon, &polynomial).unwrap();
+        let coefficients = plane.rounded(1.0);
+        for (a, b) in [(0.0, 0.0), (0.5, 0.25), (0.1, 0.8), (1.0, 0.0)] {
+            let y = triangle[0] + (triangle[1] - triangle[0]) * a + (triangle[2] - triangle[0]) * b;
+            let here = coefficients.value(plane.at(y));
+            assert!((here - polynomial.at(y)).abs() < 1e-15, "{here}");
+            assert!(polynomial.at(y).abs() <= plane.largest);
+            let in_plane = polynomial.gradient_at(y).reject_from_normalized(polygon.normal());
+            assert!(in_plane.length() <= plane.steepest());
+        }
+    }
+
+    #[test]
+    fn emission_too_large_for_a_double_is_refused() {
+        let polygon = Polygon::new([[0.0; 3], [1e200, 0.0, 0.0], [0.0, 1e200, 0.0]].map(DVec3::from).to_vec()).unwrap();
+        let polynomial = Polynomial::new(DVec3::ZERO, [(1.0, [2, 0, 0])]).unwrap();
+        let error = InPlane::new(&polygon, &polynomial).unwrap_err();
+        assert!(error.to_string().starts_with("the emission over the polygon overflows"), "{error}");
+    }
+}

@@ -1,0 +1,107 @@
+//! The receiver: a point of a surface with its normal and reflectance.
+
+use glam::DVec3;
+
+use crate::error::Error;
+use crate::scalar::double_double::{DoubleDouble, ROUNDOFF_OF_DOUBLE_DOUBLE};
+use crate::scalar::number::Number;
+use crate::scalar::offset::unit_vector;
+use crate::scalar::power::normalising_power;
+use crate::scalar::real::Real;
+use crate::scalar::vec3::Vec3;
+
+/// A point on a diffuse surface: position `x`, unit normal `n1`, reflectance `rho`.
+///
+/// ```
+/// use radgrad_core::{DVec3, Receiver};
+/// let receiver = Receiver::new(DVec3::ZERO, DVec3::new(0.0, 0.0, 2.0), 0.5)?;
+/// assert_eq!(receiver.normal(), DVec3::Z);
+/// # Ok::<(), radgrad_core::Error>(())
+/// ```
+#[derive(Debug, Clone, PartialEq)]
+pub struct Receiver {
+    position: DVec3,
+    /// The normal as given, times a power of two that brings its largest component to [1, 2).
+    direction: Vec3<f64>,
+    /// Unit normal in double-double.
+    precise_normal: Vec3<DoubleDouble>,
+    normal: DVec3,
+    reflectance: f64,
+    /// `rho/pi`.
+    albedo: DoubleDouble,
+}
+
+impl Receiver {
+    /// A receiver at `position` facing along `normal` (of any length), reflecting the fraction `reflectance` of what it receives.
+    ///
+    /// # Errors
+    /// If a coordinate is not finite, the normal is zero, or the reflectance is outside [0, 1].
+    pub fn new(position: DVec3, normal: DVec3, reflectance: f64) -> Result<Self, Error> {
+        if !position.is_finite() {
+            return Err(Error::PositionNotFinite { value: position });
+        }
+        if !normal.is_finite() || normal == DVec3::ZERO {
+            return Err(Error::Normal { value: normal });
+        }
+        if !(0.0..=1.0).contains(&reflectance) {
+            return Err(Error::Reflectance { value: reflectance });
+        }
+        let direction = Vec3::from(normal) * normalising_power(normal.abs().max_element());
+        let (precise_normal, _) = unit_vector(direction.map(DoubleDouble::from));
+        let albedo = DoubleDouble::from(reflectance).divided_by(DoubleDouble::pi());
+        let normal = precise_normal.map(DoubleDouble::to_f64).into();
+        Ok(Self { position, direction, precise_normal, normal, reflectance, albedo })
+    }
+
+    /// Position `x`.
+    #[must_use]
+    pub const fn position(&self) -> DVec3 {
+        self.position
+    }
+
+    /// Unit normal `n1`, each component correct to one ulp.
+    #[must_use]
+    pub const fn normal(&self) -> DVec3 {
+        self.normal
+    }
+
+    /// The normal as given but for its length: an exact multiple of the input, for decisions that must be exact.
+    #[must_use]
+    pub fn direction(&self) -> DVec3 {
+        self.direction.into()
+    }
+
+    pub(crate) const fn precise_normal(&self) -> Vec3<DoubleDouble> {
+        self.precise_normal
+    }
+
+    /// Reflectance `rho`, in [0, 1].
+    #[must_use]
+    pub const fn reflectance(&self) -> f64 {
+        self.reflectance
+    }
+
+    /// `rho/pi`, off by less than 32 units.
+    pub(crate) const fn albedo(&self) -> DoubleDouble {
+        self.albedo
+    }
+}
+
+/// The receiver's unit normal `n1`: a double-double with components off by less than 32 units, rounded.
+#[inline]
+pub(crate) fn unit_normal<T: Real>(receiver: &Receiver) -> Vec3<T> {
+    if T::Number::BEYOND_DOUBLE_DOUBLE {
+        return Vec3::from(receiver.direction()).map(T::exact).unit();
+    }
+    receiver.precise_normal().map(|c| T::from_double_double(c, 32.0 * ROUNDOFF_OF_DOUBLE_DOUBLE))
+}
+
+/// `rho / pi`.
+#[inline]
+pub(crate) fn albedo<T: Real>(receiver: &Receiver) -> T {
+    if T::Number::BEYOND_DOUBLE_DOUBLE {
+        return T::exact(receiver.reflectance()) / T::pi();
+    }
+    let albedo = receiver.albedo();
+    T::from_double_double(albedo, 32.0 * ROUNDOFF_OF_DOUBLE_DOUBLE * albedo.hi)
+}

@@ -1,0 +1,85 @@
+//! Convex parts of a simple polygon: itself where it is convex, else the triangles of ear clipping (Meisters 1975), with exact
+//! predicates.
+
+use robust::{Coord, orient2d};
+
+use crate::problem::polygon::Polygon;
+
+/// Vertex indices of each part, in the polygon's order.
+pub(crate) fn convex_parts(polygon: &Polygon) -> Vec<Vec<usize>> {
+    if polygon.vertices().len() == 3 {
+        return vec![vec![0, 1, 2]];
+    }
+    let points = polygon.projected();
+    let count = points.len();
+    let convex = (0..count).all(|i| turn(&points, i, (i + 1) % count, (i + 2) % count) >= 0.0);
+    let mut rest: Vec<usize> = (0..count).collect();
+    if convex {
+        return vec![rest];
+    }
+    let mut parts = Vec::with_capacity(count - 2);
+    while rest.len() > 3 {
+        // A simple polygon always has an ear; were rounding in the projection to hide it, the flattest corner is cut.
+        let ear = (0..rest.len()).find(|&k| is_ear(&points, &rest, k)).unwrap_or(0);
+        parts.push(corner(&rest, ear).to_vec());
+        rest.remove(ear);
+    }
+    parts.push(rest);
+    // A corner on a straight run has no area and no boundary of its own.
+    parts.retain(|part| turn(&points, part[0], part[1], part[2]) > 0.0);
+    parts
+}
+
+fn turn(points: &[Coord<f64>], a: usize, b: usize, c: usize) -> f64 {
+    orient2d(points[a], points[b], points[c])
+}
+
+/// Vertex `k` of the rest between its neighbours.
+fn corner(rest: &[usize], k: usize) -> [usize; 3] {
+    let count = rest.len();
+    [rest[(k + count - 1) % count], rest[k], rest[(k + 1) % count]]
+}
+
+/// Whether the corner can be cut off: it turns left, or runs straight, and no other vertex is in its triangle.
+fn is_ear(points: &[Coord<f64>], rest: &[usize], k: usize) -> bool {
+    let [a, b, c] = corner(rest, k);
+    let turning = turn(points, a, b, c);
+    turning > 0.0
+        && rest
+            .iter()
+            .filter(|&&p| p != a && p != b && p != c)
+            .all(|&p| turn(points, a, b, p) < 0.0 || turn(points, b, c, p) < 0.0 || turn(points, c, a, p) < 0.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::DVec3;
+
+    fn polygon(points: &[[f64; 2]]) -> Polygon {
+        Polygon::new(points.iter().map(|p| DVec3::new(p[0], p[1], p[0] - p[1])).collect()).unwrap()
+    }
+
+    #[test]
+    fn a_convex_polygon_stays_whole() {
+        assert_eq!(convex_parts(&polygon(&[[0.0, 0.0], [2.0, 0.0], [2.0, 1.0], [0.0, 1.0]])), vec![vec![0, 1, 2, 3]]);
+    }
+
+    #[test]
+    fn triangles_of_a_concave_polygon_have_its_area_in_either_orientation() {
+        let comb = [[0.0, 0.0], [7.0, 0.0], [7.0, 3.0], [6.0, 1.0], [4.0, 1.0], [4.0, 4.0], [3.0, 1.0], [1.0, 1.0], [0.0, 5.0]];
+        let reversed: Vec<[f64; 2]> = comb.iter().rev().copied().collect();
+        for points in [comb.to_vec(), reversed] {
+            let whole = polygon(&points);
+            let area: f64 = convex_parts(&whole)
+                .iter()
+                .map(|part| Polygon::new(part.iter().map(|&i| whole.vertices()[i]).collect()).unwrap())
+                .map(|triangle| {
+                    assert!(triangle.normal().dot(whole.normal()) > 0.99);
+                    triangle.area()
+                })
+                .sum();
+            assert!((area - whole.area()).abs() < 1e-12 * whole.area());
+        }
+    }
+}

@@ -1,0 +1,104 @@
+//! Balls that have left the computation: many digits and a bound, to be rounded to doubles or written out.
+
+use astro_float::BigFloat;
+
+use crate::scalar::ball::Ball;
+use crate::scalar::big::float::split_double;
+use crate::scalar::big::magnitude::Magnitude;
+use crate::scalar::big::{Big, with_bits};
+use crate::scalar::number::ROUNDOFF;
+use crate::scalar::radius::Radius;
+use crate::scalar::real::Real;
+
+/// A number within `radius` of `mid`.
+#[derive(Debug, Clone)]
+pub(crate) struct Enclosure {
+    pub(crate) mid: BigFloat,
+    pub(crate) radius: Magnitude,
+}
+
+impl Enclosure {
+    pub(crate) fn of(ball: Ball<Big>) -> Self {
+        Self { mid: ball.middle().to_float(), radius: ball.error() }
+    }
+
+    pub(crate) fn size(&self) -> Magnitude {
+        Magnitude::of(&self.mid)
+    }
+
+    /// Times a power of two, exactly.
+    pub(crate) fn times(&self, power_of_two: Magnitude) -> Self {
+        Self { mid: power_of_two.shift(&self.mid), radius: self.radius * power_of_two }
+    }
+
+    /// The nearest double and a bound on its error, the rounding included.
+    pub(crate) fn to_double(&self) -> (f64, Magnitude) {
+        let (value, rest) = split_double(&self.mid);
+        // Half an ulp rather than what the rounding was: whoever compares with a rounded truth must not find it broken.
+        let rounding = if rest == Magnitude::from(0.0) { rest } else { rest.max(Magnitude::from(ROUNDOFF * value.abs())) };
+        (value, (self.radius + rounding) * (1.0 + f64::EPSILON))
+    }
+}
+
+/// What came of a computation with ever more bits.
+pub(crate) struct Refined<R> {
+    /// `None` as soon as the computation says that there is nothing.
+    pub(crate) found: Option<R>,
+    /// Bits it was found with.
+    pub(crate) bits: usize,
+    /// Whether its error is small enough.
+    pub(crate) is_enough: bool,
+}
+
+/// Bits that decide what doubles of like size leave open: what they do not is an exact coincidence.
+const DECISIVE: usize = 1024;
+
+/// Tries the precisions until the error is small enough (Ziv's strategy), or until more bits no longer help: what is left is an
+/// uncertainty of the input, such as vertices that are not exactly in one plane, or `is_coincidence` says that a decision stays
+/// open.
+pub(crate) fn refined<R>(
+    precisions: impl IntoIterator<Item = usize>,
+    enough: Magnitude,
+    relative_error: impl Fn(&R) -> Magnitude,
+    is_coincidence: impl Fn() -> bool,
+    computation: impl Fn() -> Option<R>,
+) -> Refined<R> {
+    let mut refined = Refined { found: None, bits: 0, is_enough: false };
+    let mut before = Magnitude::from(f64::INFINITY);
+    for bits in precisions {
+        let Some(result) = with_bits(bits, &computation) else { return Refined { found: None, bits, is_enough: true } };
+        let error = relative_error(&result);
+        refined = Refined { found: Some(result), bits, is_enough: error <= enough };
+        if refined.is_enough || error * 2.0 > before || (bits >= DECISIVE && with_bits(bits, &is_coincidence)) {
+            break;
+        }
+        before = error;
+    }
+    refined
+}
+
+/// The relative error that rounding to doubles leaves nothing of, or a quarter of the tolerance where that is larger.
+pub(crate) fn enough_for_doubles(tolerance: f64) -> Magnitude {
+    Magnitude::from((0.25 * tolerance).max(ROUNDOFF / 64.0))
+}
+
+/// Bits to try for a result in doubles: their coordinates span 2100 binary places, and a height may cancel twice that.
+pub(crate) const PRECISIONS: [usize; 4] = [256, 1024, 4096, 8448];
+
+/// Bound on the error of a vector's norm over the norm; infinite where the vector may be 0, and 0 where it is.
+pub(crate) fn relative_error<'a>(components: impl IntoIterator<Item = &'a Enclosure> + Copy) -> Magnitude {
+    let radius = norm(components.into_iter().map(|c| c.radius));
+    let size = norm(components.into_iter().map(Enclosure::size));
+    if radius == Magnitude::from(0.0) {
+        radius
+    } else if radius < size {
+        radius / size
+    } else {
+        Magnitude::from(f64::INFINITY)
+    }
+}
+
+/// Euclidean norm.
+pub(crate) fn norm(components: impl IntoIterator<Item = Magnitude>) -> Magnitude {
+    components.into_iter().fold(Magnitude::from(0.0), |sum, c| sum + c * c).sqrt()
+}

@@ -1,0 +1,9 @@
+//! One program for all tests of what is public, so that it is compiled and linked once.
+
+mod batch;
+mod digits;
+mod emitter_tree;
+mod hessian;
+mod occluders;
+mod polynomials;
+mod value;

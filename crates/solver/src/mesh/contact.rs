@@ -1,0 +1,110 @@
+//! Faces cut where others stand on them.
+//!
+//! Under a box that stands on a floor it is dark, beside it is not: along the contact the radiosity jumps, and no polynomial
+//! across it comes near. So a face is cut along the edges of others that lie in its plane, and stand over it. Each cut goes on
+//! to the edge of the convex part that it is in, so that parts stay convex; parts that an edge does not enter stay whole.
+
+use radgrad_core::{DVec3, Polygon};
+use radgrad_scene::{largest, smallest};
+
+/// Fraction of the face's size within which points are in its plane or on an edge.
+const LEVEL: f64 = 1e-9;
+
+/// Parts of a face beyond which cutting costs more than it gains: it is then left whole.
+const MOST_PARTS: usize = 64;
+
+/// Convex parts of a face, given its own, between the edges that `others` put down on it; `None` if there is nothing to cut.
+pub(crate) fn cut<'a>(
+    face: &Polygon,
+    convex: &[Vec<DVec3>],
+    others: impl Iterator<Item = &'a Polygon>,
+) -> Option<Vec<Vec<DVec3>>> {
+    let (normal, size) = (face.normal(), face.size());
+    let level = LEVEL * size;
+    let height = |p: DVec3| normal.dot(p - face.vertices()[0]);
+    let mut parts = convex.to_vec();
+    for other in others {
+        let v = other.vertices();
+        if !v.iter().any(|&p| height(p) > level) {
+            continue;
+        }
+        for (i, &a) in v.iter().enumerate() {
+            let b = v[(i + 1) % v.len()];
+            if height(a).abs() <= level && height(b).abs() <= level && (b - a).length() > level {
+                parts = parts.into_iter().flat_map(|part| split(part, [a, b], normal, level)).collect();
+                if parts.len() > MOST_PARTS {
+                    return None;
+                }
+            }
+        }
+    }
+    (parts.len() > convex.len()).then_some(parts)
+}
+
+/// A convex part, or the two on either side of a segment that runs inside it.
+fn split(part: Vec<DVec3>, [a, b]: [DVec3; 2], normal: DVec3, level: f64) -> Vec<Vec<DVec3>> {
+    // What of the segment is inside, by less than a level on no side.
+    let (mut from, mut to) = (0.0_f64, 1.0_f64);
+    for (i, &p) in part.iter().enumerate() {
+        let edge = part[(i + 1) % part.len()] - p;
+        let inward = normal.cross(edge).normalize_or_zero();
+        let [start, end] = [a, b].map(|q| inward.dot(q - p) - level);
+        if start <= 0.0 && end <= 0.0 {
+            return vec![part];
+        }
+        let crossing = start / (start - end);
+        if start < 0.0 {
+            from = largest(from, crossing);
+        } else if end < 0.0 {
+            to = smallest(to, crossing);
+        }
+    }
+    if (to - from) * (b - a).length() <= level {
+        return vec![part];
+    }
+    let across = normal.cross(b - a).normalize_or_zero();
+    let side = |p: DVec3| {
+        let side = across.dot(p - a);
+        if side.abs() <= level { 0.0 } else { side }
+    };
+    let half = |sign: f64| {
+        let mut half = Vec::with_capacity(part.len() + 1);
+        for (i, &p) in part.iter().enumerate() {
+            let q = part[(i + 1) % part.len()];
+            let (here, there) = (sign * side(p), sign * side(q));
+            if here >= 0.0 {
+                half.push(p);
+            }
+            if here * there < 0.0 {
+                half.push(p + (q - p) * (here / (here - there)));
+            }
+        }
+        half
+    };
+    [half(1.0), half(-1.0)].into_iter().filter(|half| half.len() >= 3).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_floor_is_cut_around_what_stands_on_it_and_keeps_its_area() {
+        let square = |low: f64, high: f64, z: f64| {
+            [(low, low), (high, low), (high, high), (low, high)].map(|(x, y)| DVec3::new(x, y, z)).to_vec()
+        };
+        let floor = Polygon::new(square(0.0, 4.0, 0.0)).unwrap();
+        let (low, high) = (square(1.0, 2.0, 0.0), square(1.0, 2.0, 1.0));
+        let side = |i: usize| Polygon::new(vec![low[i], low[(i + 1) % 4], high[(i + 1) % 4], high[i]]).unwrap();
+        let sides: Vec<Polygon> = (0..4).map(side).collect();
+        let parts = cut(&floor, &[floor.vertices().to_vec()], sides.iter()).unwrap();
+        let areas: Vec<f64> = parts.iter().map(|part| Polygon::new(part.clone()).unwrap().area()).collect();
+        assert_eq!(parts.len(), 5);
+        assert!((areas.iter().sum::<f64>() - 16.0).abs() < 1e-12);
+        assert!(areas.iter().any(|area| (area - 1.0).abs() < 1e-12), "{areas:?}");
+        // What only hangs over the floor, or ends at its edge, cuts nothing.
+        let above = Polygon::new(high).unwrap();
+        let wall = Polygon::new([[0.0, 0.0, 0.0], [4.0, 0.0, 0.0], [4.0, 0.0, 4.0]].map(DVec3::from).to_vec()).unwrap();
+        assert_eq!(cut(&floor, &[floor.vertices().to_vec()], [above, wall].iter()), None);
+    }
+}
