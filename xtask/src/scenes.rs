@@ -29,7 +29,7 @@ const CASES: u64 = 800;
 const BESIDE: [u64; 2] = [160, 32];
 
 /// Scenes of each of its families that a fault is looked for in.
-const LOOKED_AT: u64 = 3;
+const LOOKED_AT: usize = 4;
 
 /// Failing scenes that are shrunk, and for how long each.
 const SHRUNK: usize = 3;

@@ -23,7 +23,7 @@ pub enum Fault {
     LampBothSides,
     /// A lamp is a tenth of its size aside.
     LampAside,
-    /// One face in the way is not seen to be.
+    /// Slats in the way are not seen to be.
     OccluderSkipped,
     /// A face is taken for its back.
     FaceTurned,
@@ -59,11 +59,11 @@ pub enum Fault {
     FactorsTransposed,
     /// Brackets of factors are a hundredth of what they are.
     BracketsNarrow,
-    /// Factors past one face are those of free sight.
+    /// Factors past slats are those of free sight.
     FactorsFree,
     /// One in a hundred factors is 0.
     FactorsDropped,
-    /// Fields see through one face.
+    /// Fields see through slats.
     FieldFree,
     /// Fields do not see the strongest lamp.
     FieldLampSkipped,
@@ -113,7 +113,7 @@ impl Fault {
             Self::LampTwice => "the strongest lamp counted twice",
             Self::LampBothSides => "a lamp that shines from both sides",
             Self::LampAside => "a lamp a tenth of its size aside",
-            Self::OccluderSkipped => "a face that hides nothing",
+            Self::OccluderSkipped => "slats that hide nothing",
             Self::FaceTurned => "a face taken for its back",
             Self::ReflectanceHalved => "the reflectance of a face halved",
             Self::NoReflection => "no second reflection",
@@ -131,12 +131,31 @@ impl Fault {
             Self::FactorsNotReciprocal => "reciprocity off by five bounds",
             Self::FactorsTransposed => "factors transposed",
             Self::BracketsNarrow => "brackets of factors times 0.01",
-            Self::FactorsFree => "factors through a face",
+            Self::FactorsFree => "factors through slats",
             Self::FactorsDropped => "one factor in a hundred dropped",
-            Self::FieldFree => "a field through a face",
+            Self::FieldFree => "a field through slats",
             Self::FieldLampSkipped => "a field without the strongest lamp",
             Self::FieldOff => "a field 1e-6 too large",
         }
+    }
+
+    /// Whether it changes what is said and not the scene.
+    const fn of_statements(self) -> bool {
+        matches!(
+            self,
+            Self::BoundTenth
+                | Self::BoundThousandth
+                | Self::BoundZero
+                | Self::ValueLarge
+                | Self::PointsSwapped
+                | Self::MeanOfPoint
+                | Self::NotANumber
+                | Self::FactorsNotReciprocal
+                | Self::FactorsTransposed
+                | Self::BracketsNarrow
+                | Self::FactorsDropped
+                | Self::FieldOff
+        )
     }
 
     /// What is asked to find it.
@@ -160,7 +179,8 @@ impl Fault {
             Self::TextureShifted => &[Family::Textured],
             Self::WeakLampSkipped => &[Family::Facing, Family::ManyLamps],
             Self::BoundTenth | Self::BoundThousandth | Self::LampAside => &[Family::Facing, Family::Clutter],
-            Self::FactorsFree | Self::FieldFree => &[Family::Grating, Family::Clutter],
+            Self::OccluderSkipped | Self::FactorsFree | Self::FieldFree => &[Family::Grating],
+            Self::ChannelsSwapped => &[Family::Clutter],
             Self::BracketsNarrow => &[Family::Clutter, Family::Grating, Family::Open],
             _ => &[Family::Clutter, Family::Facing],
         }
@@ -176,7 +196,7 @@ impl Fault {
         let weakest = lamps.iter().copied().min_by(|&a, &b| power(&given.parts[a]).total_cmp(&power(&given.parts[b])));
         // Of what reflects, the last is a box's where there is one.
         let reflects = |k: &usize| given.parts[*k].reflectance[0] > 0.0;
-        let last = (0..given.parts.len()).filter(reflects).next_back();
+        let last = (0..given.parts.len()).rfind(reflects);
         match self {
             Self::LampSkipped | Self::FieldLampSkipped => scale_emission(&mut given, strongest, 0.0),
             Self::WeakLampSkipped => scale_emission(&mut given, weakest, 0.0),
@@ -204,7 +224,7 @@ impl Fault {
                 }
             }
             Self::OccluderSkipped | Self::FactorsFree | Self::FieldFree => {
-                if let Some(occluder) = occluder(model) {
+                for occluder in occluders(model) {
                     given.parts[occluder].corners.iter_mut().for_each(|p| *p += FAR_AWAY);
                 }
             }
@@ -305,9 +325,10 @@ impl Fault {
 /// Where a face goes that is to hide nothing: it keeps its index.
 const FAR_AWAY: DVec3 = DVec3::new(100.0, 200.0, 400.0);
 
-/// The last face that is no lamp and no wall of a room.
-fn occluder(model: &Model) -> Option<usize> {
-    (6..model.parts.len()).rev().find(|&k| model.parts[k].emitted.iter().all(|emitted| *emitted == 0.0))
+/// Both sides of the slats in a room, which come after its six walls and before the two sides of its lamp; not those with points.
+fn occluders(model: &Model) -> Vec<usize> {
+    let asked = |part: &usize| model.probes.iter().any(|probe| probe.part == *part);
+    (6..model.parts.len().saturating_sub(2)).filter(|part| !asked(part)).collect()
 }
 
 fn scale_emission(model: &mut Model, lamp: Option<usize>, factor: f64) {
@@ -327,6 +348,9 @@ pub struct Found {
     pub by: Option<Name>,
 }
 
+/// Scenes of a family among which those are looked for that a fault changes.
+const SEARCHED: u64 = 40;
+
 /// A scene with what was said of it, all of which holds or is too rough to judge.
 struct Control {
     name: Name,
@@ -338,11 +362,15 @@ struct Control {
 /// Looks for each fault in so many scenes of each of its families until one shows it. A statement counts only where it holds
 /// without the fault. The truth is that of the scene without it.
 #[must_use]
-pub fn find(faults: &[Fault], seed: u64, most: u64, effort: &Effort) -> Vec<Found> {
+pub fn find(faults: &[Fault], seed: u64, most: usize, effort: &Effort) -> Vec<Found> {
     let mut wanted: Vec<(Name, Subject)> = Vec::new();
     for fault in faults {
-        let names = (0..most).flat_map(|index| fault.families().iter().map(move |&family| Name { family, seed, index }));
-        wanted.extend(names.map(|name| (name, fault.subject())));
+        for &family in fault.families() {
+            let names = (0..SEARCHED).map(|index| Name { family, seed, index });
+            // Faults of scenes need one that they change, those of statements any.
+            let changed = names.filter(|name| fault.of_statements() || fault.scene(&name.model()) != name.model());
+            wanted.extend(changed.take(most).map(|name| (name, fault.subject())));
+        }
     }
     wanted.sort_unstable();
     wanted.dedup();
@@ -363,6 +391,9 @@ fn look(fault: Fault, controls: &[Control]) -> Found {
         let of_family = controls.iter().filter(|of| of.name.family == *family && of.subject == fault.subject());
         for control in of_family {
             let given = fault.scene(&control.model);
+            if given == control.model && !fault.of_statements() {
+                continue;
+            }
             let said: Vec<Statement> = control.judged.iter().map(|one| one.statement).collect();
             let said = if given == control.model {
                 fault.statements(&said)
@@ -383,11 +414,13 @@ fn look(fault: Fault, controls: &[Control]) -> Found {
 /// Whether a statement that held does no longer.
 fn shows(fault: Fault, control: &Control, said: &[Statement]) -> bool {
     // A face that was put elsewhere shows that by itself.
-    let put =
-        occluder(&control.model).filter(|_| matches!(fault, Fault::OccluderSkipped | Fault::FactorsFree | Fault::FieldFree));
+    let moves = matches!(fault, Fault::OccluderSkipped | Fault::FactorsFree | Fault::FieldFree);
+    let put = if moves { occluders(&control.model) } else { Vec::new() };
     let elsewhere = |of: Quantum| match of {
-        Quantum::Factor(from, to) | Quantum::Reciprocity(from, to) => put == Some(from) || put == Some(to),
-        Quantum::RowSum(face) | Quantum::Cell(face, _) => put == Some(face),
+        Quantum::Factor(from, to) | Quantum::Reciprocity(from, to) => put.contains(&from) || put.contains(&to),
+        // What such a face showed it shows no longer.
+        Quantum::RowSum(_) => !put.is_empty(),
+        Quantum::Cell(face, _) => put.contains(&face),
         Quantum::Mean(_) | Quantum::Point(..) => false,
     };
     let broken = |statement: &Statement| {
