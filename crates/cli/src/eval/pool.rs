@@ -167,7 +167,10 @@ mod tests {
 
     fn pool(patience: u64) -> Pool<u64, String> {
         let answer = |number: usize, milliseconds: &u64| {
-            assert!(*milliseconds != 7, "as a fault does");
+            if *milliseconds == 7 {
+                // As a panic does, without a trace on the screen.
+                std::panic::resume_unwind(Box::new("fault"));
+            }
             thread::sleep(Duration::from_millis(*milliseconds));
             format!("{number}: {milliseconds}")
         };
@@ -176,13 +179,13 @@ mod tests {
 
     #[test]
     fn replies_come_in_order_and_a_slow_line_or_a_fault_costs_itself_only() {
-        let mut pool = pool(300);
+        let mut pool = pool(1000);
         let batch = pool.answer(1, vec![0, 60_000, 0, 7, 1, 60_000, 60_000, 0]);
         let replies: Vec<&String> = batch.replies().collect();
         assert_eq!(replies.len(), 8);
         for (index, reply) in replies.into_iter().enumerate() {
             assert!(reply.starts_with(&format!("{}: ", index + 1)), "{reply}");
-            assert_eq!(reply.contains("no answer within 0.3 s"), [1, 5, 6].contains(&index), "{reply}");
+            assert_eq!(reply.contains("no answer within 1 s"), [1, 5, 6].contains(&index), "{reply}");
             assert_eq!(reply.contains("the program failed"), index == 3, "{reply}");
         }
         let batch = pool.answer(9, vec![0; 1000]);
