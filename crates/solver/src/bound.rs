@@ -21,6 +21,7 @@
 mod importance;
 mod mean;
 mod point;
+pub(crate) mod proven;
 mod rise;
 mod seen;
 

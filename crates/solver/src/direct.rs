@@ -34,6 +34,8 @@ pub(crate) struct Lit {
     pub(crate) irradiance: Vec<f64>,
     /// Bound on its error, in the clear and past occluders.
     pub(crate) error: Vec<[f64; 2]>,
+    /// The form factor of each lamp's root.
+    pub(crate) factors: Vec<f64>,
 }
 
 /// Direct light on a leaf.
@@ -103,11 +105,13 @@ impl Lamps {
 
     fn at(&self, optics: &Optics<'_>, surfaces: &Surfaces, station: &Station, sights: &[Sight]) -> Result<Lit, Error> {
         let channels = surfaces.emitted[0].len();
-        let mut lit = Lit { irradiance: vec![0.0; channels], error: vec![[0.0; 2]; channels] };
+        let factors = Vec::with_capacity(self.roots.len());
+        let mut lit = Lit { irradiance: vec![0.0; channels], error: vec![[0.0; 2]; channels], factors };
         let optics = Optics { absolute: FINER * optics.absolute, ..*optics };
         for (&root, sight) in self.roots.iter().zip(sights) {
             let row = optics.receive(station, root, sight, 1)?;
             let emitted = &surfaces.emitted[optics.mesh.elements()[root].face()];
+            lit.factors.push(row.values[0]);
             for (channel, emitted) in emitted.iter().enumerate() {
                 lit.irradiance[channel] += emitted * row.values[0];
                 lit.error[channel][usize::from(matches!(sight, Sight::Past(_)))] += emitted * row.error;

@@ -20,6 +20,7 @@ use radgrad_scene::Scene;
 use rayon::prelude::*;
 
 use crate::Error;
+use crate::bound::proven::{Ground, Proven, Rest, Solved};
 use crate::bound::{self, Bounds, Points, Residuals};
 use crate::cell::Rules;
 use crate::cluster::Far;
@@ -83,6 +84,11 @@ pub struct Solution {
     /// Samples of direct light on leaves and reflected light on receivers, of those that were judged by the gradient.
     judged: Vec<[Option<Samples>; 2]>,
     pub(crate) bounds: Bounds,
+    /// What is needed to prove a bound, and the bound that is proven.
+    ground: Ground,
+    pub(crate) proven: Proven,
+    /// Of each leaf, what is proven to be left out of direct light at most.
+    proven_direct: Vec<Option<Vec<Rest>>>,
     pub(crate) channels: Vec<String>,
     pub(crate) extent: f64,
     /// Error that the evaluation of a function may have.
@@ -171,7 +177,7 @@ pub(crate) fn solve_on(
     let channels = scene.channels().to_vec();
     let surfaces = Surfaces::of(scene);
     let (low, high) = scene.bounds().unwrap_or((DVec3::ZERO, DVec3::ZERO));
-    let progress = Progress { round: 0, elements: 0, links: 0, gathers: 0, bound: f64::INFINITY };
+    let progress = Progress { round: 0, elements: 0, links: 0, gathers: 0, bound: f64::INFINITY, estimate: f64::INFINITY };
     let receivers: Vec<usize> = mesh.leaves().collect();
     let lamps = Lamps::of(&mesh, &surfaces);
     let precision = if may_be_even(&mesh, &lamps) { GLOWING_PART } else { EVALUATION_PART };
@@ -185,6 +191,9 @@ pub(crate) fn solve_on(
         receivers,
         judged: Vec::new(),
         bounds: Bounds::default(),
+        ground: Ground::of(&mesh),
+        proven: Proven::default(),
+        proven_direct: Vec::new(),
         extent: (high - low).max_element(),
         absolute: (options.error * precision).max(FINEST),
         mean: vec![0.0; channels.len()],
@@ -202,7 +211,7 @@ pub(crate) fn solve_on(
         let go_on = watch(&solution);
         let took = start.elapsed().saturating_sub(began);
         let once = options.linking != Linking::Error;
-        let enough = once || solution.progress.bound <= options.error || solution.mesh.elements().len() >= options.most_elements;
+        let enough = once || solution.reached(options) || solution.mesh.elements().len() >= options.most_elements;
         if enough || !go_on || options.time.is_some_and(|time| start.elapsed() + expected(took, before) > time) {
             return Ok(solution);
         }
@@ -217,7 +226,7 @@ impl Solution {
         // What a round cannot reach anyway is not paid for, if there may be another one.
         let is_last = self.mesh.elements().len() >= options.most_elements;
         let aim = match options.linking {
-            Linking::Error if !is_last => options.error.max(0.3 * self.progress.bound.min(1.0)),
+            Linking::Error if !is_last => options.error.max(0.3 * self.progress.estimate.min(1.0)),
             _ => options.error,
         };
         self.light(aim, options)?;
@@ -241,10 +250,52 @@ impl Solution {
         let bounds = Bounds::of(self.bounded(), [self.left_of_direct(), self.left_of_reflected()]);
         self.bounds = bounds.ok_or_else(|| self.lossless())?;
         let links = self.receivers.iter().map(|&receiver| self.links[receiver].len() + self.far[receiver].len()).sum();
+        let estimate = self.mean_estimate().iter().zip(&self.mean).map(|(w, mean)| ratio(w.total(), *mean)).fold(0.0, f64::max);
+        self.prove()?;
         let bound = self.mean_bound().iter().zip(&self.mean).map(|(w, mean)| ratio(w.total(), *mean)).fold(0.0, f64::max);
         let (round, gathers) = (self.progress.round + 1, self.progress.gathers);
-        self.progress = Progress { round, elements: self.mesh.leaves().count(), links, gathers, bound };
+        self.progress = Progress { round, elements: self.mesh.leaves().count(), links, gathers, bound, estimate };
         Ok(())
+    }
+
+    /// Whether what was asked for is reached.
+    pub(crate) fn reached(&self, options: &Options) -> bool {
+        match options.bound {
+            Some(bound) => self.progress.bound <= bound,
+            None => self.progress.estimate <= options.error,
+        }
+    }
+
+    /// Proves the bound.
+    fn prove(&mut self) -> Result<(), Error> {
+        self.prove_direct();
+        let leaves = self.mesh.leaves().filter(|_| !self.direct.is_empty());
+        let direct = leaves.filter_map(|leaf| self.proven_direct[leaf].clone()).collect();
+        let solved = Solved {
+            mesh: &self.mesh,
+            surfaces: &self.surfaces,
+            lamps: &self.lamps,
+            field: &self.field,
+            links: &self.links,
+            far: &self.far,
+            receivers: &self.receivers,
+            channels: self.channels.len(),
+            residuals: &self.bounds.residuals,
+        };
+        self.proven = Proven::of(solved, &self.ground, direct).ok_or_else(|| self.lossless())?;
+        Ok(())
+    }
+
+    /// Bounds what is left out of direct light on leaves of which it is not known.
+    fn prove_direct(&mut self) {
+        self.proven_direct.resize(self.mesh.elements().len(), None);
+        if self.direct.is_empty() {
+            return;
+        }
+        let new: Vec<usize> = self.mesh.leaves().filter(|&leaf| self.proven_direct[leaf].is_none()).collect();
+        let of = |&leaf: &usize| self.ground.left_of_direct(&self.mesh, &self.surfaces, &self.lamps, &self.direct[leaf], leaf);
+        let left: Vec<Vec<Rest>> = new.par_iter().map(of).collect();
+        new.into_iter().zip(left).for_each(|(leaf, left)| self.proven_direct[leaf] = Some(left));
     }
 
     /// What bounds are made of.

@@ -44,7 +44,7 @@ impl Solution {
 
     /// The part of the bound whose receivers have to be divided, if the bound is to come to a little below what is asked for.
     fn part(&self, error: f64) -> f64 {
-        let excess = 1.0 - AIMED_BELOW * error / self.progress.bound;
+        let excess = 1.0 - AIMED_BELOW * error / self.progress.estimate;
         (excess / (1.0 - LEFT_BY_CHILDREN)).clamp(0.0, BULK)
     }
 

@@ -9,8 +9,11 @@ use crate::order::Order;
 /// What is asked for.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Options {
-    /// Bound on the mean error of gathers over all area, over the mean radiosity, at most, in every channel.
+    /// Estimate of the mean error of gathers over all area, over the mean radiosity, at most, in every channel.
     pub error: f64,
+    /// Proven bound on the mean error of the polynomials over all area, over the mean radiosity, at most, in every channel: in the place
+    /// of the estimate.
+    pub bound: Option<f64>,
     /// Degree of the basis, 0 to 4; 2 if none is given.
     pub degree: Option<usize>,
     /// All faces are divided alike until there are this many elements; then the first round begins.
@@ -34,6 +37,7 @@ impl Default for Options {
     fn default() -> Self {
         Self {
             error: 0.005,
+            bound: None,
             degree: None,
             first_elements: 32,
             most_elements: 20_000,
@@ -57,6 +61,8 @@ pub struct Progress {
     pub links: usize,
     /// Gathers of receivers so far.
     pub gathers: usize,
-    /// Bound on the mean error over the mean radiosity, the largest of the channels.
+    /// Proven bound on the mean error over the mean radiosity, the largest of the channels.
     pub bound: f64,
+    /// Estimate of the same.
+    pub estimate: f64,
 }

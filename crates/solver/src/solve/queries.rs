@@ -33,16 +33,31 @@ impl Solution {
         &self.mean
     }
 
-    /// Bound on the mean over all area of the magnitude of the error of gathers, in each channel.
+    /// Proven bound on the mean over all area of the magnitude of the error of the polynomials, and so on the error of [`Self::mean`],
+    /// in each channel.
     #[must_use]
     pub fn mean_bound(&self) -> Vec<Ledger> {
+        self.proven.mean.clone()
+    }
+
+    /// Estimate of the mean over all area of the magnitude of the error of gathers, in each channel.
+    #[must_use]
+    pub fn mean_estimate(&self) -> Vec<Ledger> {
         self.bounds.mean.clone()
     }
 
-    /// Bound on the error of the polynomial on a leaf, at every point of it, in each channel; the detail of textures, which no
+    /// Proven bound on the error of the polynomial on a leaf, at every point of it, in each channel; the detail of textures, which no
     /// polynomial has, is in it.
     #[must_use]
     pub fn bound_on(&self, leaf: usize) -> Vec<Ledger> {
+        let receiver = self.receiver_of(leaf);
+        let of = |c: usize| self.proven.carried_on(receiver, c) + self.proven.left_on(leaf, receiver, c);
+        (0..self.channels.len()).map(of).collect()
+    }
+
+    /// Estimate of the same.
+    #[must_use]
+    pub fn estimate_on(&self, leaf: usize) -> Vec<Ledger> {
         let receiver = self.receiver_of(leaf);
         let [direct, reflected] = &self.bounds.residuals;
         let of = |c: usize| {
@@ -98,10 +113,7 @@ impl Solution {
     #[must_use]
     pub fn textured_bound_on(&self, leaf: usize) -> Vec<Ledger> {
         let receiver = self.receiver_of(leaf);
-        let [direct, reflected] = &self.bounds.residuals;
-        let of = |c: usize| {
-            self.points().on_receiver(&self.bounds, receiver, c) + direct[leaf][c].largest + reflected[receiver][c].largest
-        };
+        let of = |c: usize| self.proven.carried_on(receiver, c) + self.proven.left_on(leaf, receiver, c);
         (0..self.channels.len()).map(of).collect()
     }
 
