@@ -4,9 +4,12 @@
 //! restriction, those above its projection, pulled up from the children, and what that leaves out: the mean square of the
 //! leaves' radiosity, and a bound on the difference between the leaves' radiosity and the element's polynomial.
 
-use crate::cluster::Glow;
+pub(crate) mod gathering;
+pub(crate) mod order;
+
+use crate::links::cluster::glow::Glow;
+use crate::links::transfer::{Kernel, Row};
 use crate::mesh::Mesh;
-use crate::transfer::{Kernel, Row};
 
 /// A piecewise polynomial radiosity.
 #[derive(Debug, Clone, Default)]
@@ -148,7 +151,7 @@ impl Field {
     ///
     /// With m its largest magnitude and s its root mean square the gather of it is at most `F m`; `(k_max - k_min) s/2`, since a
     /// constant may be taken from the kernel k; and s times what the best polynomial leaves of k, by `|D^j k|/j!` for j up to
-    /// `degree + 1` ([`crate::remainder`]).
+    /// `degree + 1` ([`crate::mesh::remainder`]).
     pub(crate) fn neglected(&self, mesh: &Mesh, source: usize, channel: usize, row: &Row) -> f64 {
         let largest = self.beyond[source][channel];
         if largest == 0.0 || row.factor() == 0.0 {

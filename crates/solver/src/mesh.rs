@@ -1,14 +1,26 @@
 //! All elements of a scene, and what lies between them.
 
+pub(crate) mod basis;
+pub(crate) mod clusters;
+mod contact;
+pub(crate) mod element;
+mod overlap;
+mod remainder;
+pub(crate) mod rule;
+pub(crate) mod screen;
+pub(crate) mod shape;
+pub(crate) mod surfaces;
+pub(crate) mod texture;
+
 use radgrad_core::{DVec3, Polygon};
 use radgrad_scene::{Beam, Occluders, Scene, triangulate};
 
-use crate::Error;
-use crate::basis::{Basis, Shape};
-use crate::cluster::Clusters;
-use crate::contact;
-use crate::element::Element;
-use crate::screen::Screen;
+use crate::error::Error;
+use crate::mesh::basis::Basis;
+use crate::mesh::clusters::Clusters;
+use crate::mesh::element::{Element, around};
+use crate::mesh::screen::Screen;
+use crate::mesh::shape::Shape;
 
 /// The trees of elements over the faces of a scene.
 ///
@@ -308,11 +320,6 @@ impl Mesh {
             Sight::Past(found.polygons)
         }
     }
-}
-
-/// The lowest and the highest coordinates of a polygon's vertices.
-pub(crate) fn around(v: &[DVec3]) -> [DVec3; 2] {
-    v[1..].iter().fold([v[0]; 2], |[low, high], p| [low.min(*p), high.max(*p)])
 }
 
 /// A polygon, or triangles that make it up where it is not convex.

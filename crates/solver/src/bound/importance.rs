@@ -11,13 +11,14 @@
 
 use rayon::prelude::*;
 
-use super::rise::Risen;
-use super::{Residuals, Scene, Seen};
-use crate::cluster::Pair;
+use crate::bound::residual::{Residual, Residuals};
+use crate::bound::rise::Risen;
+use crate::bound::scene::Scene;
+use crate::bound::seen::Seen;
 use crate::field::Field;
-use crate::gathering::Equation;
-use crate::link::Link;
-use crate::residual::Residual;
+use crate::field::gathering::Equation;
+use crate::links::cluster::glow::Pair;
+use crate::links::link::Link;
 
 /// Sweeps after which there is no bound.
 const MOST_SWEEPS: usize = 2000;

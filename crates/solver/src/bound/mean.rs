@@ -19,17 +19,18 @@
 //! What is neglected, rounding, and what is left of the linear system know no signs, and go with z.
 //!
 //! # Textures
-//! The detail t of textures stays as elements become smaller, but `G t` does not ([`crate::residual`]); so it counts in the first
+//! The detail t of textures stays as elements become smaller, but `G t` does not ([`crate::bound::residual`]); so it counts in the first
 //! sum from all sources, clusters with its magnitude, and in the second nowhere.
 
 use rayon::prelude::*;
 
-use super::importance::Importance;
-use super::{Residuals, Scene, Seen};
-use crate::cluster::Pair;
-use crate::ledger::Ledger;
-use crate::residual::{Found, Residual};
-use crate::texture::Pattern;
+use crate::bound::importance::Importance;
+use crate::bound::ledger::Ledger;
+use crate::bound::residual::{Found, Residual, Residuals};
+use crate::bound::scene::Scene;
+use crate::bound::seen::Seen;
+use crate::links::cluster::glow::Pair;
+use crate::mesh::texture::Pattern;
 
 /// Receivers below a source beyond which it is not asked whether all of them have a receiver in their sets.
 const MOST_BELOW: usize = 64;

@@ -7,13 +7,18 @@
 
 use rayon::prelude::*;
 
-use super::rise::{self, Risen};
-use super::{Bounds, Residuals, Scene, Seen};
-use crate::cluster::{Far, Pair, View};
-use crate::ledger::Ledger;
+use crate::bound::Bounds;
+use crate::bound::ledger::Ledger;
+use crate::bound::residual::{Found, Residuals};
+use crate::bound::rise::{self, Risen};
+use crate::bound::scene::Scene;
+use crate::bound::seen::Seen;
+use crate::links::cluster::far::Far;
+use crate::links::cluster::glow::Pair;
+use crate::links::cluster::view::View;
+use crate::links::station::Station;
+use crate::links::transfer::Row;
 use crate::mesh::Mesh;
-use crate::residual::Found;
-use crate::transfer::{Row, Station};
 
 /// Sweeps in which means over receivers come down.
 const MEAN_SWEEPS: usize = 8;

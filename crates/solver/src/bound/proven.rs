@@ -9,15 +9,19 @@ mod terms;
 
 use rayon::prelude::*;
 
-use super::Residuals;
-use crate::cluster::{Clusters, Far, Pair, View};
-use crate::direct::{Direct, Lamps};
+use crate::bound::ledger::Ledger;
+use crate::bound::residual::Residuals;
 use crate::field::Field;
-use crate::ledger::Ledger;
-use crate::link::Link;
+use crate::links::cluster::far::Far;
+use crate::links::cluster::glow::Pair;
+use crate::links::cluster::view::View;
+use crate::links::direct::{Direct, Lamps};
+use crate::links::link::Link;
+use crate::links::transfer::{Kernel, Row};
+use crate::mesh::clusters::Clusters;
+use crate::mesh::shape::Shape;
+use crate::mesh::surfaces::Surfaces;
 use crate::mesh::{Mesh, Sight};
-use crate::surfaces::Surfaces;
-use crate::transfer::{Kernel, Row};
 use edges::Edges;
 use left::{Gathered, Light, Proof, fill};
 use nodes::Nodes;
@@ -47,7 +51,6 @@ fn least(a: f64, b: f64) -> f64 {
 pub(crate) struct Solved<'a> {
     pub(crate) mesh: &'a Mesh,
     pub(crate) surfaces: &'a Surfaces,
-    pub(crate) lamps: &'a Lamps,
     pub(crate) field: &'a Field,
     pub(crate) links: &'a [Vec<Link>],
     pub(crate) far: &'a [Far],
@@ -146,7 +149,7 @@ impl Solved<'_> {
         let gathered = Gathered { sources: links.iter().map(|link| (link.source, &link.sight)).collect(), value: &value };
         let proof = ground.proof(mesh, channels);
         let left = proof.left(receiver, &Light::Field(field), &gathered);
-        let nodes = ground.nodes[usize::from(element.shape() == crate::Shape::Triangle)].lebesgue;
+        let nodes = ground.nodes[usize::from(element.shape() == Shape::Triangle)].lebesgue;
         let places: Vec<[f64; 2]> = basis.nodes().iter().map(|node| node.at).collect();
         let target = Target::of(element, &places, proof.nodes_of(receiver));
         let of = |(channel, left): (usize, left::Left)| {

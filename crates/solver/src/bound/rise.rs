@@ -2,13 +2,14 @@
 //! more sweep does not exceed it.
 //!
 //! Of w a node gathers from a source at most F times its largest value and `k_max` times its mean, k the kernel times the area;
-//! of a cluster likewise ([`crate::cluster::Far::at_most`]).
+//! of a cluster likewise ([`crate::links::cluster::far::Far::at_most`]).
 //! The largest values are those at the nodes; only near-by sources need each other's, if means are known.
 
 use rayon::prelude::*;
 
-use super::{Scene, Seen};
-use crate::cluster::Pair;
+use crate::bound::scene::Scene;
+use crate::bound::seen::Seen;
+use crate::links::cluster::glow::Pair;
 
 /// Sweeps after which there is no bound: far more than any reflectance below 0.99 needs.
 const MOST_SWEEPS: usize = 2000;

@@ -5,10 +5,11 @@
 
 use std::collections::HashMap;
 
+use crate::bound::residual::Found;
+use crate::links::station::Station;
+use crate::links::transfer::{Kernel, Row, Sampled};
 use crate::mesh::Mesh;
-use crate::residual::Found;
-use crate::surfaces::Surfaces;
-use crate::transfer::{Kernel, Row, Sampled, Station};
+use crate::mesh::surfaces::Surfaces;
 
 /// What is seen, for each source and node.
 #[derive(Debug)]

@@ -13,8 +13,8 @@ use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 use std::sync::OnceLock;
 
-use crate::Error;
-use crate::rule::{self, Node};
+use crate::error::Error;
+use crate::mesh::rule::{self, Node};
 
 /// Cells a side at the start.
 const FIRST: u32 = 2;

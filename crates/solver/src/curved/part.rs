@@ -6,9 +6,11 @@
 use radgrad_core::DVec3;
 
 use super::patch::{Form, Patch, Spot};
-use crate::Error;
-use crate::basis::{Basis, Shape};
-use crate::element::Element;
+
+use crate::error::Error;
+use crate::mesh::basis::Basis;
+use crate::mesh::element::Element;
+use crate::mesh::shape::Shape;
 
 #[derive(Debug)]
 pub(super) struct Part {

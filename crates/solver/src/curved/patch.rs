@@ -8,7 +8,7 @@ use std::f64::consts::{PI, TAU};
 
 use radgrad_core::{DVec3, Polygon};
 
-use crate::Error;
+use crate::error::Error;
 
 /// On which side a closed surface gives and takes light.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -2,7 +2,8 @@
 
 use super::patch::Patch;
 use super::value::Value;
-use crate::Error;
+
+use crate::error::Error;
 
 /// Patches with their reflectance and the radiosity that they emit.
 #[derive(Debug, Clone, Default)]

@@ -12,8 +12,11 @@ use super::patch::{Form, Patch};
 use super::scene::CurvedScene;
 use super::sight::{self, Station};
 use super::transport::Transport;
-use crate::basis::{Basis, Shape};
-use crate::{Error, Node};
+
+use crate::error::Error;
+use crate::mesh::basis::Basis;
+use crate::mesh::rule::Node;
+use crate::mesh::shape::Shape;
 
 /// Sweeps until the linear system is solved.
 const MOST_SWEEPS: usize = 2000;

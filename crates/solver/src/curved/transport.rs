@@ -16,8 +16,10 @@ use super::part::{Ground, Part};
 use super::patch::{Form, Patch, Spot};
 use super::sight::{self, Station};
 use super::value::Value;
-use crate::Error;
-use crate::basis::{Basis, Shape};
+
+use crate::error::Error;
+use crate::mesh::basis::Basis;
+use crate::mesh::shape::Shape;
 
 /// What may hide a part: a ball around it and half of its smaller width.
 struct Shadow {

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use radgrad_core::DVec3;
 
-use crate::Error;
+use crate::error::Error;
 
 /// A quantity on a patch.
 #[derive(Clone)]

@@ -14,11 +14,12 @@ use std::collections::BTreeSet;
 use radgrad_core::{DVec3, Polygon};
 use radgrad_scene::triangulate;
 
-use super::Refinement;
 use super::criteria::variation;
 use super::lighting::{Lighting, Sample};
 use super::maximum::brightest;
-use crate::Error;
+
+use crate::error::Error;
+use crate::receiver::refinement::Refinement;
 
 /// Fraction of the size by which a point may be outside of an element that it belongs to.
 const TOUCHES: f64 = 1e-9;

@@ -2,7 +2,7 @@
 
 use radgrad_core::{DVec3, Emitter, Polygon, Receiver, evaluate_to};
 
-use crate::Error;
+use crate::error::Error;
 
 /// What shines on a receiver. Radiosities are in the unit of the emissions.
 ///

@@ -15,11 +15,12 @@ use std::collections::{BTreeSet, HashMap};
 use radgrad_core::{DVec3, Polygon};
 use radgrad_scene::triangulate;
 
-use super::Refinement;
 use super::criteria::{Departure, departure};
 use super::lighting::{Lighting, Sample};
 use super::maximum::brightest;
-use crate::Error;
+
+use crate::error::Error;
+use crate::receiver::refinement::Refinement;
 
 /// What an edge may be off, as a part of what a triangle may.
 const EDGE_PART: f64 = 0.75;

@@ -12,7 +12,7 @@
 use radgrad_core::{DVec3, Emission, Emitter, Error as CoreError, Polygon, Receiver, evaluate_to, hessian_to};
 use radgrad_scene::triangulate;
 
-use crate::Error;
+use crate::error::Error;
 
 const MOST_STEPS: usize = 200;
 const MOST_HALVINGS: usize = 50;

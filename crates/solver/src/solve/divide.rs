@@ -1,10 +1,9 @@
 //! Which elements a round divides: those that together make up a given part of what is left out (W. Dörfler 1996).
 
-use super::{Solution, ratio};
-use crate::Error;
-use crate::link::for_each;
-use crate::marking::{Marking, Samples};
-use crate::solve::Options;
+use crate::error::Error;
+use crate::solve::options::{Marking, Options};
+use crate::solve::samples::Samples;
+use crate::solve::solution::{Solution, for_each, ratio};
 
 /// The part of the bound whose receivers are divided in a round.
 pub(super) const BULK: f64 = 0.7;

@@ -2,9 +2,19 @@
 
 use std::time::Duration;
 
-use crate::linking::Linking;
-use crate::marking::Marking;
-use crate::order::Order;
+use crate::field::order::Order;
+use crate::links::linking::Linking;
+
+/// What elements are divided by.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Marking {
+    /// What their residual adds to the bound on gathers: the quickest way to a bound.
+    #[default]
+    Residual,
+    /// What their polynomials are off by in the mean square, by samples and gradients of exact gathers: the fewest elements for a
+    /// given error of the polynomials.
+    Gradient,
+}
 
 /// What is asked for.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -2,11 +2,11 @@
 
 use radgrad_core::DVec3;
 
-use super::Solution;
-use crate::gathering::irradiance;
-use crate::ledger::Ledger;
+use crate::bound::ledger::Ledger;
+use crate::field::gathering::irradiance;
 use crate::mesh::Mesh;
-use crate::solve::Progress;
+use crate::solve::options::Progress;
+use crate::solve::solution::Solution;
 
 impl Solution {
     /// The mesh.

@@ -1,8 +1,8 @@
 //! Solving the linear system of a round: receivers gather in some order until nothing changes by much.
 
-use super::Solution;
-use crate::gathering::Equation;
-use crate::order::Order;
+use crate::field::gathering::Equation;
+use crate::field::order::Order;
+use crate::solve::solution::Solution;
 
 const MOST_SWEEPS: usize = 1000;
 
@@ -72,10 +72,12 @@ impl Solution {
 
 #[cfg(test)]
 mod tests {
+    use crate::field::order::Order;
+    use crate::solve::options::Options;
+    use crate::solve::solution::Solution;
+    use crate::solve::solve;
     use radgrad_core::{DVec3, Polygon};
     use radgrad_scene::{Degenerate, Scene};
-
-    use crate::{Options, Order, Solution, solve};
 
     /// A room of grey walls, of which a patch of the floor glows.
     fn room() -> Scene {

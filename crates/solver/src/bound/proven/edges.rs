@@ -7,8 +7,9 @@ use std::collections::HashMap;
 
 use radgrad_core::{DVec3, Polygon};
 
-use crate::mesh::{Mesh, around};
-use crate::visible::LEVEL;
+use crate::mesh::Mesh;
+use crate::mesh::element::around;
+use crate::mesh::screen::LEVEL;
 
 /// A segment, each once.
 #[derive(Debug)]

@@ -8,10 +8,10 @@ use super::edges::{Edges, key};
 use super::nodes::Nodes;
 use super::terms::{Reach, Target};
 use super::{ROUNDED, largest, least};
-use crate::basis::Shape;
+use crate::mesh::shape::Shape;
 use crate::field::Field;
 use crate::mesh::{Mesh, Sight};
-use crate::visible::LEVEL;
+use crate::mesh::screen::LEVEL;
 
 /// Pieces of an outline, each of which may have something else behind it, by how long it is as seen from the element.
 const PIECE: f64 = 0.4;
@@ -515,7 +515,7 @@ pub(super) fn fill(mut pairs: Vec<(f64, f64)>) -> f64 {
 }
 
 /// Whether a segment may be between an element and a source.
-fn in_beam(target: &Target<'_>, source: &crate::element::Element, piece: [DVec3; 2]) -> bool {
+fn in_beam(target: &Target<'_>, source: &crate::mesh::element::Element, piece: [DVec3; 2]) -> bool {
     let (normal, corner) = (source.polygon().normal(), source.centre());
     let from = target.element.polygon().vertices();
     let height = |p: DVec3| normal.dot(p - corner);

@@ -1,6 +1,7 @@
 //! How far the places of an element are from its nodes, and how much a projection may enlarge what it is given.
 
-use crate::basis::{Basis, Shape};
+use crate::mesh::basis::Basis;
+use crate::mesh::shape::Shape;
 
 /// Cells along each side of the reference shape in which distances from nodes are bounded.
 const CELLS: u32 = 20;

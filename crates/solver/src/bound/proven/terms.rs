@@ -7,8 +7,8 @@ use radgrad_core::DVec3;
 
 use super::ROUNDED;
 use super::nodes::Nodes;
-use crate::element::Element;
-use crate::visible::LEVEL;
+use crate::mesh::element::Element;
+use crate::mesh::screen::LEVEL;
 
 /// An element that receives.
 #[derive(Debug)]

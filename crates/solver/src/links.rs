@@ -1,0 +1,11 @@
+//! What receivers gather from, and how roughly: the transfer from an element to a point, and links made of it.
+
+pub(crate) mod cell;
+pub(crate) mod cluster;
+pub(crate) mod direct;
+pub(crate) mod link;
+pub(crate) mod linking;
+pub(crate) mod refine;
+pub(crate) mod station;
+pub(crate) mod transfer;
+pub(crate) mod visible;

@@ -1,0 +1,341 @@
+//! Quadrature of the kernel over cells of an element: Gauss rules with an a-priori bound, on smaller cells where it is near.
+//!
+//! The integrand, continued to complex coordinates along one side of a cell at a time, is at most M inside a Bernstein ellipse
+//! of parameter R, so that n nodes leave `(32/15) M R^{-2(n-1)} / (1 - R^{-2})` of the mean a side (L. N. Trefethen 2008, Theorem
+//! 4.5). There `|r.r| >= d^2 - tau^2 b^2` with b half the side, tau the ellipse's smaller semi-axis and d the distance of the
+//! stretched cell; `n2.r` is the same all over it; and a polynomial of degree m grows by `R^m` at most. A cell for which no
+//! rule at hand does is divided into four.
+
+use radgrad_core::DVec3;
+
+use crate::links::station::Station;
+use crate::links::visible::Part;
+use crate::mesh::basis::{Basis, MAX_DEGREE};
+use crate::mesh::element::Element;
+use crate::mesh::rule::{self, Node};
+use crate::mesh::shape::{Shape, in_parent};
+
+const FEWEST: usize = 2;
+const MOST: usize = 10;
+
+/// What the error of a function may be over that of the first, the form factor: what elements send out varies less over them
+/// than it is.
+const ROUGHER: f64 = 20.0;
+
+/// How often a cell is divided before the closed forms have to answer: they cost as much as hundreds of nodes, which is what
+/// rules need near by for few digits, and less than they need for many.
+fn deepest(tolerance: f64) -> u32 {
+    if tolerance < 1e-10 { 4 } else { 8 }
+}
+
+/// Two nodes of a rule, or one and nothing, to be taken together.
+#[derive(Debug)]
+struct Pair {
+    a: [f64; 2],
+    b: [f64; 2],
+    weight: [f64; 2],
+}
+
+/// Product rules and their images on the triangle, by the number of nodes a side.
+#[derive(Debug)]
+pub(crate) struct Rules([Vec<Vec<Pair>>; 2]);
+
+impl Rules {
+    pub(crate) fn new() -> Self {
+        let pair = |nodes: &[Node]| {
+            let other = nodes.get(1).copied().unwrap_or(Node { weight: 0.0, ..nodes[0] });
+            let both = [nodes[0], other];
+            Pair { a: both.map(|node| node.at[0]), b: both.map(|node| node.at[1]), weight: both.map(|node| node.weight) }
+        };
+        let pairs = |rule: Vec<Node>| rule.chunks(2).map(pair).collect();
+        let of = |rule: fn(usize) -> Vec<Node>| (0..=MOST).map(|count| pairs(rule(count.max(1)))).collect();
+        Self([of(rule::product), of(rule::collapsed)])
+    }
+}
+
+/// A parallelogram or a triangle in an element: its first corner and two sides, in the element's coordinates.
+#[derive(Debug, Clone, Copy)]
+struct Cell {
+    origin: [f64; 2],
+    sides: [[f64; 2]; 2],
+    shape: Shape,
+}
+
+impl Cell {
+    fn at(&self, [a, b]: [f64; 2]) -> [f64; 2] {
+        let [u, v] = self.sides;
+        [self.origin[0] + a * u[0] + b * v[0], self.origin[1] + a * u[1] + b * v[1]]
+    }
+
+    /// Its four quarters, or two halves of a long parallelogram, whose sides have these squares.
+    fn divided(&self, along: f64, across: f64) -> [Option<Self>; 4] {
+        let [u, v] = self.sides;
+        if self.shape == Shape::Parallelogram && along.max(across) > 4.0 * along.min(across) {
+            let halved = |side: [f64; 2]| side.map(|c| 0.5 * c);
+            let sides = if along > across { [halved(u), v] } else { [u, halved(v)] };
+            let other = self.at(if along > across { [0.5, 0.0] } else { [0.0, 0.5] });
+            return [Some(Self { sides, ..*self }), Some(Self { sides, origin: other, ..*self }), None, None];
+        }
+        let child = |which: usize| {
+            let turned = if self.shape == Shape::Triangle && which == 3 { -0.5 } else { 0.5 };
+            let sides = self.sides.map(|side| side.map(|c| turned * c));
+            Some(Self { origin: self.at(in_parent(self.shape, which, [0.0, 0.0])), sides, shape: self.shape })
+        };
+        [0, 1, 2, 3].map(child)
+    }
+}
+
+/// Sums of the kernel times monomials over an element, from a point.
+#[derive(Debug)]
+pub(crate) struct Sums<'a> {
+    station: &'a Station,
+    element: &'a Element,
+    basis: &'a Basis,
+    rules: &'a Rules,
+    /// Height of the point over the element's plane.
+    height: f64,
+    largest: f64,
+    conditioning: f64,
+    /// Whether all cells are of the element's own shape.
+    whole: bool,
+    /// Moments of the kernel, one for each function.
+    pub(crate) moments: Vec<f64>,
+    /// Bound on the error of each function's value.
+    pub(crate) error: f64,
+    /// Mean square of the kernel times the area, where it is seen, at most.
+    pub(crate) square: f64,
+    /// Bounds on the error of a function by its degree along a side, over its largest value.
+    errors: [f64; 2 * MAX_DEGREE + 1],
+}
+
+/// A rule that does for a cell.
+#[derive(Debug, Clone, Copy)]
+struct Enough {
+    /// Nodes a side.
+    nodes: usize,
+    /// Bound on the error of the functions' values, and of the kernel's integral.
+    bound: f64,
+    unit: f64,
+    /// The ellipse's parameter, and the largest kernel times the area there.
+    ratio: f64,
+    most: f64,
+}
+
+impl<'a> Sums<'a> {
+    pub(crate) fn new(station: &'a Station, element: &'a Element, basis: &'a Basis, count: usize, rules: &'a Rules) -> Self {
+        let height = element.polygon().normal().dot(station.point - element.polygon().vertices()[0]);
+        let (largest, conditioning) = (basis.largest(), basis.conditioning());
+        Self {
+            station,
+            element,
+            basis,
+            rules,
+            height,
+            largest,
+            conditioning,
+            whole: true,
+            moments: vec![0.0; count],
+            error: 0.0,
+            square: 0.0,
+            errors: [0.0; 2 * MAX_DEGREE + 1],
+        }
+    }
+
+    /// Adds all of the element, to a tolerance. Returns whether it could.
+    pub(crate) fn add_whole(&mut self, tolerance: f64) -> bool {
+        let cell = Cell { origin: [0.0; 2], sides: [[1.0, 0.0], [0.0, 1.0]], shape: self.element.shape() };
+        self.height > 0.0 && self.add(&cell, tolerance, deepest(tolerance))
+    }
+
+    /// Adds a convex part.
+    pub(crate) fn add_part(&mut self, part: &Part, tolerance: f64) -> bool {
+        let c = part.corners();
+        let to = |i: usize| [c[i][0] - c[0][0], c[i][1] - c[0][1]];
+        let cells = (1..c.len() - 1).map(|i| Cell { origin: c[0], sides: [to(i), to(i + 1)], shape: Shape::Triangle });
+        let cells: Vec<Cell> = cells.collect();
+        let tolerance = tolerance / cells.len() as f64;
+        self.whole = false;
+        self.height > 0.0 && cells.iter().all(|cell| self.add(cell, tolerance, deepest(tolerance)))
+    }
+
+    fn add(&mut self, cell: &Cell, tolerance: f64, depth: u32) -> bool {
+        let [u, v] = self.element.axes();
+        let [along, across] = cell.sides.map(|[s, t]| u * s + v * t);
+        let first = self.element.point(cell.origin) - self.station.point;
+        let det = (cell.sides[0][0] * cell.sides[1][1] - cell.sides[0][1] * cell.sides[1][0]).abs();
+        let share = match (cell.shape, self.element.shape()) {
+            (Shape::Triangle, Shape::Parallelogram) => 0.5 * det,
+            _ => det,
+        };
+        let Some(rule) = self.nodes(cell.shape, first, [along, across], share, tolerance) else {
+            let parts = cell.divided(along.length_squared(), across.length_squared());
+            return depth > 0 && parts.iter().flatten().all(|part| self.add(part, 0.5 * tolerance, depth - 1));
+        };
+        self.error += rule.bound;
+        self.square += rule.unit * rule.most;
+        let mut grown = rule.unit;
+        for error in &mut self.errors {
+            *error += grown;
+            grown *= rule.ratio;
+        }
+        match if self.moments.len() == 1 { 0 } else { self.basis.degree() } {
+            0 => self.sum::<1>(cell, first, [along, across], share, rule.nodes),
+            1 => self.sum::<2>(cell, first, [along, across], share, rule.nodes),
+            2 => self.sum::<3>(cell, first, [along, across], share, rule.nodes),
+            3 => self.sum::<4>(cell, first, [along, across], share, rule.nodes),
+            _ => self.sum::<{ MAX_DEGREE + 1 }>(cell, first, [along, across], share, rule.nodes),
+        }
+        true
+    }
+
+    /// Adds the sums over a cell, of monomials with less than N powers a side.
+    fn sum<const N: usize>(&mut self, cell: &Cell, first: DVec3, [along, across]: [DVec3; 2], share: f64, nodes: usize) {
+        let area = self.element.area() / std::f64::consts::PI * self.height;
+        let normal = self.station.normal;
+        // `n1.r` and the cell's coordinates are linear in those of the rule, and `r.r` is quadratic.
+        let linear = |of: fn(DVec3, DVec3) -> f64, with: DVec3| [of(first, with), of(along, with), of(across, with)];
+        let above = linear(DVec3::dot, normal);
+        let [[s_along, t_along], [s_across, t_across]] = cell.sides;
+        let (mut sums, mut square) = ([[[0.0; 2]; N]; N], [0.0; 2]);
+        for pair in &self.rules.0[usize::from(cell.shape == Shape::Triangle)][nodes] {
+            let Pair { a, b, weight } = pair;
+            let mut of_row = [0.0; 2];
+            let (mut s, mut t) = ([0.0; 2], [0.0; 2]);
+            for k in 0..2 {
+                let component = |i: usize| first[i] + along[i] * a[k] + across[i] * b[k];
+                let [x, y, z] = [component(0), component(1), component(2)];
+                let inverse = 1.0 / (x * x + y * y + z * z);
+                let density = area * inverse * inverse * (above[0] + above[1] * a[k] + above[2] * b[k]);
+                of_row[k] = weight[k] * share * density;
+                square[k] += of_row[k] * density;
+                s[k] = cell.origin[0] + a[k] * s_along + b[k] * s_across;
+                t[k] = cell.origin[1] + a[k] * t_along + b[k] * t_across;
+            }
+            for row in &mut sums {
+                let mut product = of_row;
+                for sum in row {
+                    for k in 0..2 {
+                        sum[k] += product[k];
+                        product[k] *= s[k];
+                    }
+                }
+                for k in 0..2 {
+                    of_row[k] *= t[k];
+                }
+            }
+        }
+        let square = square[0] + square[1];
+        self.square += square;
+        for (moment, &[i, j]) in self.moments.iter_mut().zip(self.basis.powers()) {
+            *moment += sums[j][i][0] + sums[j][i][1];
+        }
+    }
+
+    /// Distance of the point from a cell.
+    fn distance(&self, shape: Shape, first: DVec3, [u, v]: [DVec3; 2]) -> f64 {
+        // Coordinates of the foot, by Gram's matrix.
+        let [uu, uv, vv] = [u.dot(u), u.dot(v), v.dot(v)];
+        let [fu, fv] = [-first.dot(u), -first.dot(v)];
+        let det = uu * vv - uv * uv;
+        let (a, b) = (fu * vv - fv * uv, fv * uu - fu * uv);
+        let inside = match shape {
+            Shape::Parallelogram => a >= 0.0 && b >= 0.0 && a <= det && b <= det,
+            Shape::Triangle => a >= 0.0 && b >= 0.0 && a + b <= det,
+        };
+        if inside {
+            return self.height * (1.0 - 1e-9);
+        }
+        let to_edge = |start: DVec3, edge: DVec3, squared: f64| {
+            let along = (-start.dot(edge) / squared).clamp(0.0, 1.0);
+            (start + edge * along).length_squared()
+        };
+        let mut least = to_edge(first, u, uu).min(to_edge(first, v, vv));
+        match shape {
+            Shape::Triangle => least = least.min(to_edge(first + u, v - u, (v - u).length_squared())),
+            Shape::Parallelogram => least = least.min(to_edge(first + v, u, uu)).min(to_edge(first + u, v, vv)),
+        }
+        least.sqrt() * (1.0 - 1e-9)
+    }
+
+    /// The rule that a cell needs, if there are any of so many nodes.
+    fn nodes(&self, shape: Shape, first: DVec3, [u, v]: [DVec3; 2], share: f64, tolerance: f64) -> Option<Enough> {
+        let (centre, halves, jacobian) = match shape {
+            Shape::Parallelogram => (first + 0.5 * (u + v), [0.5 * u.length(), 0.5 * v.length()], false),
+            Shape::Triangle => (first + (u + v) / 3.0, [0.5 * u.length().max((u - v).length()), 0.5 * v.length()], true),
+        };
+        let radius = match shape {
+            Shape::Parallelogram => 0.5 * (u + v).length().max((u - v).length()),
+            Shape::Triangle => [first, first + u, first + v].iter().map(|p| (*p - centre).length()).fold(0.0, f64::max),
+        };
+        let area = self.element.area() / std::f64::consts::PI;
+        let distance = centre.length();
+        let nearest = self.distance(shape, first, [u, v]);
+        if nearest <= 0.25 * radius {
+            return None;
+        }
+        const RATIOS: [f64; 9] = [1.5, 2.0, 2.7, 3.6, 5.0, 7.0, 10.0, 16.0, 30.0];
+        // Across a triangle both coordinates of a square vary.
+        let products = shape == Shape::Triangle && self.element.shape() == Shape::Parallelogram;
+        let degree = if products { 2 * self.basis.degree() } else { self.basis.degree() };
+        let mut best: Option<Enough> = None;
+        for ratio in RATIOS {
+            let (major, minor) = (0.5 * (ratio + 1.0 / ratio), 0.5 * (ratio - 1.0 / ratio));
+            let grown = if self.moments.len() == 1 { 1.0 } else { (self.largest * power(ratio, degree) / ROUGHER).max(1.0) };
+            let side = |half: f64| {
+                let near = nearest - (major - 1.0) * half;
+                let squared = near * near - minor * minor * half * half;
+                if near <= 0.0 || squared <= 0.0 {
+                    return f64::INFINITY;
+                }
+                let reach = distance + radius + major * half;
+                area * reach * self.height / (squared * squared)
+            };
+            let sides = halves.map(side);
+            // The first side with the Jacobian of the map to a triangle.
+            let sum = if jacobian { (1.0 + major) * sides[0] + 2.0 * sides[1] } else { sides[0] + sides[1] };
+            let falls = 1.0 / (ratio * ratio);
+            // A cell may be a line, of no share in the element.
+            let mut bound = 32.0 / 15.0 * grown * (share * sum) / (1.0 - falls);
+            if !bound.is_finite() {
+                break;
+            }
+            let limit = best.map_or(MOST, |b| b.nodes);
+            for n in 1..=limit {
+                let found = best.is_none_or(|b| n < b.nodes || bound < b.bound);
+                if n >= FEWEST && bound <= tolerance && found {
+                    best = Some(Enough { nodes: n, bound, unit: bound / grown, ratio, most: sides[0].max(sides[1]) });
+                    break;
+                }
+                bound *= falls;
+            }
+        }
+        let rounding = 64.0 * f64::EPSILON * share * area * self.conditioning / (nearest * nearest);
+        best.map(|best| Enough { bound: best.bound + rounding, unit: best.unit + rounding, ..best })
+    }
+
+    /// Bound on the error of each of the other functions' values.
+    pub(crate) fn other_errors(&self) -> f64 {
+        ROUGHER * self.error
+    }
+
+    /// Bound on the error of all functions' values together, the root of the sum of squares, with `doubt` for each over its
+    /// largest value.
+    pub(crate) fn off(&self, doubt: f64) -> f64 {
+        let products = self.element.shape() == Shape::Parallelogram;
+        let of = |(&[i, j], size): (&[usize; 2], &f64)| {
+            // Across a triangle both coordinates of a square vary.
+            let degree = if products && self.whole { i.max(j) } else { i + j };
+            size * (self.errors[degree] + doubt)
+        };
+        self.basis.powers().iter().zip(self.basis.sizes()).map(of).map(|e| e * e).sum::<f64>().sqrt()
+    }
+
+    /// Values of the functions.
+    pub(crate) fn values(&self) -> Vec<f64> {
+        self.basis.of_moments(&self.moments)
+    }
+}
+
+fn power(x: f64, n: usize) -> f64 {
+    std::iter::repeat_n(x, n).product()
+}

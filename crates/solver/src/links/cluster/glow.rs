@@ -1,0 +1,67 @@
+//! What clusters have of something that is given on elements: the light that they send out, or a largest value and an integral.
+
+use crate::mesh::clusters::{Clusters, Parts};
+use crate::mesh::element::Element;
+
+/// Light that a cluster sends out, in a channel.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(crate) struct Glow {
+    /// Integral of the radiosity over the area.
+    pub(crate) power: f64,
+    /// Bounds on the power of where it is positive, and on the magnitude of the other.
+    pub(crate) positive: f64,
+    pub(crate) negative: f64,
+    /// Bound on its magnitude.
+    pub(crate) largest: f64,
+}
+
+impl Glow {
+    pub(crate) const fn and(self, other: Self) -> Self {
+        Self {
+            power: self.power + other.power,
+            positive: self.positive + other.positive,
+            negative: self.negative + other.negative,
+            largest: self.largest.max(other.largest),
+        }
+    }
+}
+
+/// Of something that is nowhere negative on the elements of a cluster: its largest value, and its integral over the area.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(crate) struct Pair {
+    pub(crate) largest: f64,
+    pub(crate) whole: f64,
+}
+
+impl Pair {
+    pub(crate) const fn and(self, other: Self) -> Self {
+        Self { largest: self.largest.max(other.largest), whole: self.whole + other.whole }
+    }
+}
+
+impl Clusters {
+    /// The light that clusters send out.
+    pub(crate) fn glows(&self, of_element: impl Fn(usize) -> Glow) -> Vec<Glow> {
+        self.pull(of_element, Glow::and)
+    }
+
+    /// Of something on each element.
+    pub(crate) fn pairs(&self, elements: &[Element], of: impl Fn(usize) -> (f64, f64)) -> Vec<Pair> {
+        let of_element = |element: usize| {
+            let (largest, mean) = of(element);
+            Pair { largest, whole: elements[element].area() * mean }
+        };
+        self.pull(of_element, Pair::and)
+    }
+
+    /// For each element what is given for clusters, joined over all that it is in.
+    pub(crate) fn push<T: Copy>(&self, of_cluster: &[T], join: impl Fn(T, T) -> T, mut visit: impl FnMut(usize, T)) {
+        let mut pushed = of_cluster.to_vec();
+        for (index, cluster) in self.all().iter().enumerate() {
+            match cluster.parts {
+                Parts::Two(parts) => parts.into_iter().for_each(|part| pushed[part] = join(pushed[index], pushed[part])),
+                Parts::Element(element) => visit(element, pushed[index]),
+            }
+        }
+    }
+}

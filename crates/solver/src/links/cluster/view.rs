@@ -1,0 +1,108 @@
+//! What a point sees of a cluster at most, past faces that may hide some of it.
+//!
+//! Each side of the box that faces the point is a window: of what is behind it the point sees what shows through the part of the
+//! window that no screen is before ([`crate::links::visible`]), and the bound on a window's form factor is in proportion to the area.
+//! Screens are what links fill the view with, and what has hidden others ([`super::screens`]). Of a cluster that is mostly behind these little is left.
+
+use std::f64::consts::PI;
+
+use radgrad_core::DVec3;
+
+use crate::links::station::Station;
+use crate::links::visible::{Visible, Window};
+use crate::mesh::clusters::{Cluster, ROUNDED, highest, most_toward};
+use crate::mesh::element::{Element, around};
+use crate::mesh::screen::LEVEL;
+use crate::mesh::shape::Shape;
+
+/// Bounds on what a point sees of a cluster.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(crate) struct View {
+    /// On its form factor.
+    pub(crate) factor: f64,
+    /// On the kernel.
+    pub(crate) peak: f64,
+}
+
+impl View {
+    /// What is seen at most of a power and of a largest radiosity.
+    pub(crate) fn at_most(&self, power: f64, largest: f64) -> f64 {
+        if self.factor == 0.0 || largest == 0.0 {
+            return 0.0;
+        }
+        let by_peak = if self.peak.is_finite() { self.peak * power } else { f64::INFINITY };
+        by_peak.min(self.factor * largest)
+    }
+}
+
+impl Cluster {
+    /// What a point sees of it at most, past convex screens.
+    pub(crate) fn view(&self, station: &Station, screens: &[&[DVec3]]) -> View {
+        let (low, high) = (self.low - station.point, self.high - station.point);
+        let level = LEVEL * (low.abs().max(high.abs()).length() + station.point.abs().max_element());
+        let over = highest(station.normal, low, high) + level;
+        let toward = most_toward(self.normals, low, high) + level;
+        if over <= 0.0 || toward <= 0.0 {
+            return View::default();
+        }
+        // Of the nearest point of the box, which is on every side that faces x.
+        let nearest = low.max(DVec3::ZERO) + high.min(DVec3::ZERO);
+        let distance = nearest.length() - level;
+        if distance <= 0.0 {
+            return View { factor: 1.0, peak: f64::INFINITY };
+        }
+        let peak = (over / distance).min(1.0) * (toward / distance).min(1.0) / (PI * distance * distance) * ROUNDED;
+        let side = |axis: usize| {
+            let height = low[axis].max(-high[axis]);
+            if height <= 0.0 {
+                return 0.0;
+            }
+            let (mut from, mut to) = (low, high);
+            let plane = if low[axis] > 0.0 { low[axis] } else { high[axis] };
+            (from[axis], to[axis]) = (plane, plane);
+            let over = highest(station.normal, from, to) + level;
+            if over <= 0.0 {
+                return 0.0;
+            }
+            let (next, last) = ((axis + 1) % 3, (axis + 2) % 3);
+            let area = (high[next] - low[next] + level) * (high[last] - low[last] + level);
+            let cosine = (over / distance).min(1.0);
+            let seen = if screens.is_empty() { 1.0 } else { self.seen_through(axis, station, screens) };
+            seen * cosine * area * (height + level) / (PI * distance * distance * distance) * ROUNDED
+        };
+        let factor = (side(0) + side(1) + side(2)).min(peak * self.area()).min(1.0);
+        View { factor, peak }
+    }
+
+    /// What any place of an element sees of it at most.
+    pub(crate) fn view_over(&self, element: &Element) -> View {
+        let [from, to] = around(element.polygon().vertices());
+        let (low, high) = (self.low - to, self.high - from);
+        let level = LEVEL * (low.abs().max(high.abs()).length() + from.abs().max(to.abs()).max_element());
+        let centre = element.centre();
+        let over = highest(element.polygon().normal(), self.low - centre, self.high - centre) + level;
+        let toward = most_toward(self.normals, low, high) + level;
+        if over <= 0.0 || toward <= 0.0 {
+            return View::default();
+        }
+        let distance = (low.max(DVec3::ZERO) + high.min(DVec3::ZERO)).length() - level;
+        if distance <= 0.0 {
+            return View { factor: 1.0, peak: f64::INFINITY };
+        }
+        let peak = (over / distance).min(1.0) * (toward / distance).min(1.0) / (PI * distance * distance) * ROUNDED;
+        View { factor: (peak * self.area()).min(1.0), peak }
+    }
+
+    /// Bound on the part of a side's area through which a point sees past screens.
+    fn seen_through(&self, axis: usize, station: &Station, screens: &[&[DVec3]]) -> f64 {
+        let is_over = self.low[axis] > station.point[axis];
+        let (next, last) = ((axis + 1) % 3, (axis + 2) % 3);
+        let (mut origin, mut along, mut across, mut normal) = (self.low, DVec3::ZERO, DVec3::ZERO, DVec3::ZERO);
+        (origin[axis], normal[axis]) = if is_over { (self.low[axis], -1.0) } else { (self.high[axis], 1.0) };
+        (along[next], across[last]) = (self.high[next] - self.low[next], self.high[last] - self.low[last]);
+        let vertices = [origin, origin + along, origin + along + across, origin + across];
+        let window = Window { shape: Shape::Parallelogram, vertices: &vertices, axes: [along, across], normal };
+        let visible = Visible::of(station.point, station.normal, &window, screens.iter().copied());
+        visible.map_or(1.0, |visible| visible.share(Shape::Parallelogram))
+    }
+}

@@ -1,0 +1,123 @@
+//! Direct light kept apart: what lamps give is computed at points, and never approximated on the way to them.
+//!
+//! With the emission E of the lamps `B = E + rho G E + (what is reflected twice or more)`. The middle part has the edges of
+//! shadows, the last one has none that are sharp; but a sample of the middle part costs one closed form a lamp, and one of the
+//! last a gather over the whole scene. So each has elements of its own: leaves, where direct light is projected, and receivers
+//! above them, where the gathers are. Lamps are the faces that emit, if they are few and small: if all walls glow nothing is
+//! gained. Faces that emit by a texture are none: their light is gathered as reflected light is.
+
+use crate::error::Error;
+use crate::links::station::Station;
+use crate::links::transfer::Optics;
+use crate::mesh::surfaces::Surfaces;
+use crate::mesh::{Mesh, Sight};
+
+/// The part of all area that lamps may have.
+const SMALL: f64 = 0.1;
+
+/// Elements of the coarsest mesh that lamps may have.
+const FEW: usize = 32;
+
+/// Error of what a lamp gives, by that of other evaluations.
+const FINER: f64 = 1e-2;
+
+/// The lamps of a scene.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Lamps {
+    /// Elements of the coarsest mesh.
+    roots: Vec<usize>,
+}
+
+/// What lamps give at a point.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Lit {
+    /// Irradiance in each channel.
+    pub(crate) irradiance: Vec<f64>,
+    /// Bound on its error, in the clear and past occluders.
+    pub(crate) error: Vec<[f64; 2]>,
+    /// The form factor of each lamp's root.
+    pub(crate) factors: Vec<f64>,
+}
+
+/// Direct light on a leaf.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Direct {
+    /// At each node.
+    pub(crate) nodes: Vec<Lit>,
+    /// Sight of each lamp's root.
+    sights: Vec<Sight>,
+}
+
+impl Lamps {
+    pub(crate) fn of(mesh: &Mesh, surfaces: &Surfaces) -> Self {
+        let emits = |root: &usize| {
+            let face = mesh.elements()[*root].face();
+            !surfaces.glows_by_texture(face) && surfaces.emitted[face].iter().any(|e| *e > 0.0)
+        };
+        let area = |roots: &[usize]| roots.iter().map(|&root| mesh.elements()[root].area()).sum::<f64>();
+        let roots: Vec<usize> = mesh.roots().iter().copied().filter(emits).collect();
+        if roots.len() <= FEW && area(&roots) <= SMALL * area(mesh.roots()) { Self { roots } } else { Self::default() }
+    }
+
+    pub(crate) fn is_empty(&self) -> bool {
+        self.roots.is_empty()
+    }
+
+    /// What an element sees of each lamp, among what a larger one saw.
+    fn sights(&self, mesh: &Mesh, element: usize, above: Option<&Direct>) -> Vec<Sight> {
+        let sight = |(lamp, &root): (usize, &usize)| match above.map(|direct| &direct.sights[lamp]) {
+            Some(&Sight::Nothing(face)) => Sight::Nothing(face),
+            Some(Sight::Clear) => Sight::Clear,
+            Some(Sight::Past(known)) => mesh.sight(element, root, Some(known)),
+            None => mesh.sight(element, root, None),
+        };
+        self.roots.iter().enumerate().map(sight).collect()
+    }
+
+    /// Direct light on an element.
+    pub(crate) fn light(
+        &self,
+        optics: &Optics<'_>,
+        surfaces: &Surfaces,
+        element: usize,
+        above: Option<&Direct>,
+    ) -> Result<Direct, Error> {
+        let sights = self.sights(optics.mesh, element, above);
+        let stations = Station::at_nodes(optics.mesh, element);
+        let nodes = stations.iter().map(|station| self.at(optics, surfaces, station, &sights)).collect::<Result<_, _>>()?;
+        Ok(Direct { nodes, sights })
+    }
+
+    /// Each lamp's root with what a leaf sees of it.
+    pub(crate) fn seen<'a>(&'a self, leaf: &'a Direct) -> impl Iterator<Item = (usize, &'a Sight)> {
+        self.roots.iter().copied().zip(&leaf.sights)
+    }
+
+    /// Direct light at a point of a leaf.
+    pub(crate) fn light_at(
+        &self,
+        optics: &Optics<'_>,
+        surfaces: &Surfaces,
+        station: &Station,
+        leaf: &Direct,
+    ) -> Result<Lit, Error> {
+        self.at(optics, surfaces, station, &leaf.sights)
+    }
+
+    fn at(&self, optics: &Optics<'_>, surfaces: &Surfaces, station: &Station, sights: &[Sight]) -> Result<Lit, Error> {
+        let channels = surfaces.emitted[0].len();
+        let factors = Vec::with_capacity(self.roots.len());
+        let mut lit = Lit { irradiance: vec![0.0; channels], error: vec![[0.0; 2]; channels], factors };
+        let optics = Optics { absolute: FINER * optics.absolute, ..*optics };
+        for (&root, sight) in self.roots.iter().zip(sights) {
+            let row = optics.receive(station, root, sight, 1)?;
+            let emitted = &surfaces.emitted[optics.mesh.elements()[root].face()];
+            lit.factors.push(row.values[0]);
+            for (channel, emitted) in emitted.iter().enumerate() {
+                lit.irradiance[channel] += emitted * row.values[0];
+                lit.error[channel][usize::from(matches!(sight, Sight::Past(_)))] += emitted * row.error;
+            }
+        }
+        Ok(lit)
+    }
+}

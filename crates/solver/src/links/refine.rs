@@ -1,0 +1,199 @@
+//! Which links a receiver has: what it sees, linked as roughly as is allowed.
+//!
+//! Links are refined where what they neglect, times the reflectance, is too large: Hanrahan's brightness-weighted refinement, with
+//! a bound in the place of the brightness.
+//!
+//! Where faces are many a receiver begins with one cluster of all of them ([`crate::mesh::clusters`]), unless links go by thresholds. The
+//! one that may give most is opened, and its elements at last linked, until what all others may give, together with what links
+//! neglect, is what is allowed.
+
+use crate::error::Error;
+use crate::field::Field;
+use crate::links::cluster::cut::Cut;
+use crate::links::cluster::far::Far;
+use crate::links::link::{Link, rows};
+use crate::links::linking::Linking;
+use crate::links::station::Station;
+use crate::links::transfer::{Kernel, Optics, Row};
+use crate::mesh::Sight;
+use crate::mesh::basis::Basis;
+
+/// How rough the links of a receiver may be.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Need<'a> {
+    pub(crate) field: &'a Field,
+    /// What the error in each channel is multiplied by; the largest counts.
+    pub(crate) weight: &'a [f64],
+    /// The sum of the errors of all links.
+    pub(crate) allowed: f64,
+    pub(crate) linking: Linking,
+}
+
+/// The part of the allowed sum above which a link, one of a hundred, is surely refined.
+const SURELY: f64 = 0.05;
+
+/// The part of the allowed sum that clusters may take before they are opened rather than links refined.
+const FAR_PART: f64 = 0.7;
+
+impl Optics<'_> {
+    /// Links an element to the sources that it sees, each with the faces that may be between; or to the children of those that
+    /// would be refined anyway. With them come the faces each of which hides one of these.
+    pub(crate) fn links<'a>(
+        &self,
+        receiver: usize,
+        sources: impl Iterator<Item = (usize, Option<&'a [usize]>)>,
+        need: &Need<'_>,
+    ) -> Result<(Vec<Link>, Vec<usize>), Error> {
+        let stations = Station::at_nodes(self.mesh, receiver);
+        let (mut links, mut hiding) = (Vec::new(), Vec::new());
+        let mut open: Vec<(usize, Option<Vec<usize>>)> =
+            sources.map(|(source, known)| (source, known.map(<[_]>::to_vec))).collect();
+        while let Some((source, known)) = open.pop() {
+            let sight = match &known {
+                // Where nothing is between larger ones nothing is between these.
+                Some(faces) if faces.is_empty() && self.mesh.facing(receiver, source) => Sight::Clear,
+                Some(faces) if faces.is_empty() => Sight::Nothing(None),
+                _ => self.mesh.sight(receiver, source, known.as_deref()),
+            };
+            if let Sight::Nothing(by) = sight {
+                hiding.extend(by);
+                continue;
+            }
+            let is_too_rough = || match need.linking {
+                Linking::Error => self.is_too_rough(&stations, source, need),
+                thresholds => thresholds.parts(self.mesh, receiver, source),
+            };
+            if let Some(first) = self.mesh.elements()[source].children().filter(|_| is_too_rough()) {
+                open.extend((first..first + 4).map(|child| (child, Some(sight.faces().to_vec()))));
+                continue;
+            }
+            let count = self.mesh.basis(source).len();
+            let rows = stations.iter().map(|station| self.receive(station, source, &sight, count));
+            let rows = rows.collect::<Result<Vec<Row>, _>>()?;
+            let matrix = projected(self.mesh.basis(receiver), &rows, count);
+            links.push(Link { source, sight, rows, matrix });
+        }
+        Ok((links, hiding))
+    }
+
+    /// Whether a link would surely be refined, by the kernel at a few nodes as if all were seen.
+    fn is_too_rough(&self, stations: &[Station], source: usize, need: &Need<'_>) -> bool {
+        let element = &self.mesh.elements()[source];
+        let error = |station: &Station| {
+            let kernel = Kernel::of(station, element);
+            let of =
+                |(channel, weight): (usize, &f64)| weight * need.field.smoothly_neglected(self.mesh, source, channel, &kernel);
+            need.weight.iter().enumerate().map(of).fold(0.0, f64::max)
+        };
+        let few = [0, stations.len() / 2, stations.len() - 1];
+        few.iter().map(|&node| error(&stations[node])).fold(0.0, f64::max) > SURELY * need.allowed
+    }
+
+    /// The links of an element without any: to all roots, or to one cluster of them; or to the sources of its parent.
+    pub(crate) fn first_links(
+        &self,
+        receiver: usize,
+        of_parent: Option<(&[Link], &Far)>,
+        need: &Need<'_>,
+    ) -> Result<(Vec<Link>, Far), Error> {
+        let (tree, element) = (self.mesh.clusters(), &self.mesh.elements()[receiver]);
+        let root = tree.root().filter(|_| need.linking == Linking::Error);
+        let (links, mut clusters) = match of_parent {
+            Some((links, far)) => {
+                let sources = links.iter().map(|link| (link.source, Some(link.sight.faces())));
+                (self.links(receiver, sources, need)?.0, far.clusters().to_vec())
+            }
+            None if root.is_some() => (Vec::new(), root.into_iter().collect()),
+            None => (self.links(receiver, self.mesh.roots().iter().map(|&root| (root, None)), need)?.0, Vec::new()),
+        };
+        clusters.retain(|&cluster| tree.all()[cluster].faces(element));
+        let stations = if clusters.is_empty() { Vec::new() } else { Station::at_nodes(self.mesh, receiver) };
+        let views =
+            clusters.iter().flat_map(|&cluster| stations.iter().map(move |at| tree.all()[cluster].view(at, &[]))).collect();
+        let far = Far::new((tree, need.field), clusters, views, stations.len(), rows(&links));
+        Ok((links, far.projected(self.mesh.basis(receiver))))
+    }
+
+    /// Opens clusters and refines links of a receiver until the sum of what they neglect is what is allowed at every node, or
+    /// nothing is left to refine: each time what is worst where the sum is. Returns whether any was.
+    pub(crate) fn refine(
+        &self,
+        receiver: usize,
+        (links, far): (&mut Vec<Link>, &mut Far),
+        need: &Need<'_>,
+    ) -> Result<bool, Error> {
+        let &Need { field, weight, allowed, .. } = need;
+        let mut errors: Vec<Vec<f64>> = links.iter().map(|link| self.weighted_errors(link, field, weight)).collect();
+        let mut cut = Cut::new(self.mesh, field, weight, far, links);
+        let stations = if far.is_empty() { Vec::new() } else { Station::at_nodes(self.mesh, receiver) };
+        let mut sums = vec![0.0; self.mesh.basis(receiver).nodes().len()];
+        let (mut opened, mut refined) = (false, false);
+        loop {
+            let beyond = cut.neglected();
+            sums.fill(0.0);
+            errors.iter().chain([&beyond]).for_each(|of| sums.iter_mut().zip(of).for_each(|(sum, error)| *sum += error));
+            let node = (0..sums.len()).max_by(|&a, &b| sums[a].total_cmp(&sums[b]));
+            let Some(node) = node.filter(|&node| sums[node] > allowed) else { break };
+            let is_far = beyond.get(node).is_some_and(|&beyond| beyond > FAR_PART * allowed);
+            let (finer, hiding) = if is_far && let Some(element) = cut.open(receiver, &stations) {
+                opened = true;
+                self.links(receiver, element.into_iter().map(|element| (element, None)), need)?
+            } else {
+                let worst = (0..links.len()).max_by(|&a, &b| errors[a][node].total_cmp(&errors[b][node]));
+                let Some(worst) = worst.filter(|&w| errors[w][node] > 0.0) else { break };
+                let Some(first) = self.mesh.elements()[links[worst].source].children() else {
+                    errors[worst].fill(0.0);
+                    continue;
+                };
+                refined = true;
+                let link = links.swap_remove(worst);
+                errors.swap_remove(worst);
+                cut.cover(&link, -1.0);
+                self.links(receiver, (first..first + 4).map(|child| (child, Some(link.sight.faces()))), need)?
+            };
+            hiding.into_iter().for_each(|face| cut.hide(face));
+            for link in finer {
+                errors.push(self.weighted_errors(&link, field, weight));
+                cut.cover(&link, 1.0);
+                links.push(link);
+            }
+        }
+        if opened || (refined && !far.is_empty()) {
+            *far = cut.closed(receiver, rows(links)).projected(self.mesh.basis(receiver));
+        }
+        Ok(opened || refined)
+    }
+
+    /// Closes clusters of a receiver in the place of those in them, as long as no more is neglected than is allowed.
+    pub(crate) fn merge(&self, receiver: usize, links: &[Link], far: &Far, need: &Need<'_>) -> Far {
+        if far.is_empty() {
+            return Far::default();
+        }
+        let &Need { field, weight, allowed, .. } = need;
+        let errors: Vec<Vec<f64>> = links.iter().map(|link| self.weighted_errors(link, field, weight)).collect();
+        let mut cut = Cut::new(self.mesh, field, weight, far, links);
+        cut.merge(&Station::at_nodes(self.mesh, receiver), allowed, &errors);
+        cut.closed(receiver, rows(links)).projected(self.mesh.basis(receiver))
+    }
+
+    /// Bound on what a link neglects at each node, the largest of the channels after each is multiplied by its weight.
+    fn weighted_errors(&self, link: &Link, field: &Field, weight: &[f64]) -> Vec<f64> {
+        let of_row = |row: &Row| {
+            let neglected = |(channel, weight): (usize, &f64)| weight * field.neglected(self.mesh, link.source, channel, row);
+            weight.iter().enumerate().map(neglected).fold(0.0, f64::max)
+        };
+        link.rows.iter().map(of_row).collect()
+    }
+}
+
+/// The projection on a receiver's basis of what its nodes get of a source's functions.
+fn projected(basis: &Basis, rows: &[Row], count: usize) -> Vec<f64> {
+    let mut matrix = vec![0.0; basis.len() * count];
+    for (node, row) in rows.iter().enumerate().filter(|(_, row)| row.factor() > 0.0) {
+        let weight = basis.nodes()[node].weight;
+        for (own, value) in matrix.chunks_exact_mut(count).zip(basis.at_node(node)) {
+            own.iter_mut().zip(&row.values).for_each(|(m, v)| *m += weight * value * v);
+        }
+    }
+    matrix
+}

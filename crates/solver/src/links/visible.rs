@@ -1,0 +1,272 @@
+//! The part of an element that a point sees past occluders: convex polygons in the element's own coordinates, for quadrature.
+//!
+//! In the coordinates (s, t) of an element's plane a plane through the point x is a line. The horizon keeps the side where
+//! `n1.(y - x) > 0`. The shadow of a convex occluder is where `(a - x) x (b - x) . (y - x)` has the sign of its inside for all
+//! edges a b; the occluder is first cut off at the element's plane, so that what is left is crossed before the element is
+//! reached. A shadow is subtracted as the core does it: the parts outside its side k and inside its sides before k.
+//!
+//! All of it is in double precision. A line that is off by its rounding gives a strip of the element to the wrong side, at most
+//! `2 delta / |gradient|` wide with delta the error of its function over the element; [`Visible::doubt`] is the sum of those
+//! strips as a part of the area. What is level with the element or the horizon up to [`LEVEL`] hides nothing, as in the scene's
+//! beams: planes are those of surfaces.
+
+use radgrad_core::DVec3;
+
+use crate::mesh::element::Element;
+use crate::mesh::screen::LEVEL;
+use crate::mesh::shape::Shape;
+
+/// Corners that a part may have.
+const MOST_CORNERS: usize = 16;
+
+/// Parts beyond which the closed forms are cheaper.
+const MOST_PARTS: usize = 48;
+
+/// What is looked at: the affine image of a reference shape.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Window<'a> {
+    pub(crate) shape: Shape,
+    /// The images of the shape's corners; the first one is that of the origin.
+    pub(crate) vertices: &'a [DVec3],
+    /// The images of the directions of s and t.
+    pub(crate) axes: [DVec3; 2],
+    pub(crate) normal: DVec3,
+}
+
+impl<'a> Window<'a> {
+    /// An element, as what is looked at.
+    pub(crate) fn of(element: &'a Element) -> Self {
+        let polygon = element.polygon();
+        Self { shape: element.shape(), vertices: polygon.vertices(), axes: element.axes(), normal: polygon.normal() }
+    }
+}
+
+/// A convex polygon in reference coordinates.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Part {
+    corners: [[f64; 2]; MOST_CORNERS],
+    count: usize,
+}
+
+/// What is seen of an element.
+#[derive(Debug, Clone)]
+pub(crate) struct Visible {
+    /// Empty if nothing is, or if [`Self::whole`].
+    pub(crate) parts: Vec<Part>,
+    /// Whether nothing cuts the element.
+    pub(crate) whole: bool,
+    /// Bound on the part of the area that is taken for visible and is not, or the other way round.
+    pub(crate) doubt: f64,
+}
+
+/// `c0 + c1 s + c2 t`, and a bound on its error over the element.
+#[derive(Debug, Clone, Copy)]
+struct Line {
+    c: [f64; 3],
+    error: f64,
+}
+
+impl Line {
+    fn at(&self, [s, t]: [f64; 2]) -> f64 {
+        self.c[0] + self.c[1] * s + self.c[2] * t
+    }
+
+    /// The part of the element's area where its sign is not known.
+    fn doubt(&self) -> f64 {
+        // A chord of the unit square is at most sqrt(2) long; a triangle's area is half of that.
+        4.0 * std::f64::consts::SQRT_2 * self.error / self.c[1].hypot(self.c[2])
+    }
+
+    /// The doubt, if a part is on the negative side.
+    fn beside(&self, part: &Part) -> Option<f64> {
+        let highest = part.corners().iter().map(|&c| self.at(c)).fold(f64::NEG_INFINITY, f64::max);
+        (highest <= self.error).then(|| if highest > -self.error { self.doubt() } else { 0.0 })
+    }
+}
+
+impl Part {
+    fn of(shape: Shape) -> Self {
+        let mut part = Self { corners: [[0.0; 2]; MOST_CORNERS], count: 0 };
+        let corners: &[[f64; 2]] = match shape {
+            Shape::Parallelogram => &[[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]],
+            Shape::Triangle => &[[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]],
+        };
+        corners.iter().for_each(|&corner| part.push(corner));
+        part
+    }
+
+    fn push(&mut self, corner: [f64; 2]) {
+        // A polygon of more corners is caught by `is_full`.
+        if self.count < MOST_CORNERS {
+            self.corners[self.count] = corner;
+        }
+        self.count += 1;
+    }
+
+    const fn is_full(&self) -> bool {
+        self.count >= MOST_CORNERS
+    }
+
+    pub(crate) fn corners(&self) -> &[[f64; 2]] {
+        &self.corners[..self.count.min(MOST_CORNERS)]
+    }
+
+    fn area(&self) -> f64 {
+        let c = self.corners();
+        let cross = |i: usize| (c[i][0] - c[0][0]) * (c[i + 1][1] - c[0][1]) - (c[i][1] - c[0][1]) * (c[i + 1][0] - c[0][0]);
+        0.5 * (1..c.len().saturating_sub(1)).map(cross).sum::<f64>()
+    }
+
+    /// The part where the line is positive (`sign` 1) or negative (-1), if any.
+    fn kept(&self, line: &Line, sign: f64) -> Option<Self> {
+        let (c, n) = (self.corners(), self.count);
+        let mut values = [0.0; MOST_CORNERS];
+        values.iter_mut().zip(c).for_each(|(v, &corner)| *v = sign * line.at(corner));
+        let inside = values[..n].iter().filter(|&&v| v > 0.0).count();
+        if inside == 0 {
+            return None;
+        }
+        if values[..n].iter().all(|&v| v >= 0.0) {
+            return Some(*self);
+        }
+        let mut kept = Self { count: 0, ..*self };
+        for i in 0..n {
+            let j = (i + 1) % n;
+            if values[i] >= 0.0 {
+                kept.push(c[i]);
+            }
+            if (values[i] > 0.0 && values[j] < 0.0) || (values[i] < 0.0 && values[j] > 0.0) {
+                let at = values[i] / (values[i] - values[j]);
+                kept.push([c[i][0] + at * (c[j][0] - c[i][0]), c[i][1] + at * (c[j][1] - c[i][1])]);
+            }
+        }
+        (kept.count >= 3).then_some(kept)
+    }
+}
+
+impl Visible {
+    /// What a point on a surface of the given normal sees of a window past convex occluders; `None` where that is too intricate:
+    /// the closed forms have to answer.
+    pub(crate) fn of<'a>(
+        point: DVec3,
+        normal: DVec3,
+        window: &Window<'_>,
+        occluders: impl Iterator<Item = &'a [DVec3]>,
+    ) -> Option<Self> {
+        let &Window { shape, vertices, axes: [u, v], normal: up } = window;
+        let to_origin = vertices[0] - point;
+        let reach = to_origin.length() + u.length() + v.length();
+        let line = |normal: DVec3, error: f64| Line { c: [normal.dot(to_origin), normal.dot(u), normal.dot(v)], error };
+        let mut visible = Self { parts: Vec::new(), whole: true, doubt: 0.0 };
+        let mut parts = vec![Part::of(shape)];
+
+        if vertices.iter().any(|v| normal.dot(*v - point) < -LEVEL * reach) {
+            let horizon = line(normal, 8.0 * f64::EPSILON * reach);
+            visible.whole = false;
+            visible.doubt += horizon.doubt();
+            parts[0] = match parts[0].kept(&horizon, 1.0) {
+                Some(part) => part,
+                None => return Some(Self { parts: Vec::new(), ..visible }),
+            };
+        }
+        // Made once for all.
+        let (mut heights, mut cut, mut lines, mut besides) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+        for occluder in occluders {
+            let level = LEVEL * (reach + (occluder[0] - point).length());
+            let height = |p: DVec3| up.dot(p - vertices[0]);
+            heights.clear();
+            heights.extend(occluder.iter().map(|&p| height(p)));
+            if heights.iter().all(|&h: &f64| h <= level) || occluder.iter().all(|p| normal.dot(*p - point) <= level) {
+                continue;
+            }
+            cut.clear();
+            if heights.iter().all(|&h| h >= -level) {
+                cut.extend(occluder.iter().map(|p| *p - point));
+            } else {
+                for (i, &p) in occluder.iter().enumerate() {
+                    let j = (i + 1) % occluder.len();
+                    if heights[i] >= 0.0 {
+                        cut.push(p - point);
+                    }
+                    if heights[i] * heights[j] < 0.0 {
+                        cut.push(p + (occluder[j] - p) * (heights[i] / (heights[i] - heights[j])) - point);
+                    }
+                }
+            }
+            if cut.len() < 3 {
+                continue;
+            }
+            // Seen from behind its sides turn the other way; seen edge-on it hides nothing.
+            let count = cut.len();
+            let size = cut.iter().map(|p| p.length()).fold(0.0, f64::max);
+            let turning = (1..count - 1).map(|i| (cut[i] - cut[0]).cross(cut[i + 1] - cut[0])).sum::<DVec3>();
+            let side = turning.dot(cut[0]);
+            if side.abs() <= LEVEL * turning.length() * size {
+                continue;
+            }
+            let sign = side.signum();
+            lines.clear();
+            lines.extend((0..count).map(|i| {
+                let (a, b) = (cut[i], cut[(i + 1) % count]);
+                let normal = a.cross(b) * sign;
+                let error = 16.0 * f64::EPSILON * (a.length() * b.length() * reach);
+                line(normal, error)
+            }));
+            besides.clear();
+            besides.extend(parts.iter().map(|part| lines.iter().find_map(|line| line.beside(part))));
+            visible.doubt += besides.iter().flatten().sum::<f64>();
+            if besides.iter().all(Option::is_some) {
+                continue;
+            }
+            visible.whole = false;
+            let mut lit = Vec::with_capacity(parts.len() + 4);
+            for (part, beside) in parts.into_iter().zip(&besides) {
+                if beside.is_some() {
+                    lit.push(part);
+                    continue;
+                }
+                let mut rest = Some(part);
+                for line in &lines {
+                    let Some(inner) = rest else { break };
+                    if inner.corners().iter().any(|&c| line.at(c) <= line.error) {
+                        visible.doubt += line.doubt();
+                    }
+                    if let Some(outer) = inner.kept(line, -1.0) {
+                        if outer.is_full() {
+                            return None;
+                        }
+                        // What is thinner than the doubt is in it.
+                        if outer.area() > line.doubt() { lit.push(outer) } else { visible.doubt += 2.0 * outer.area() }
+                    }
+                    rest = inner.kept(line, 1.0);
+                    if rest.is_some_and(|rest| rest.is_full()) {
+                        return None;
+                    }
+                }
+            }
+            parts = lit;
+            if parts.len() > MOST_PARTS {
+                return None;
+            }
+            if parts.is_empty() {
+                break;
+            }
+        }
+        visible.parts = if visible.whole { Vec::new() } else { parts };
+        Some(visible)
+    }
+
+    /// Bound on the part of the area that is seen.
+    pub(crate) fn share(&self, shape: Shape) -> f64 {
+        if self.whole {
+            return 1.0;
+        }
+        let seen: f64 = self.parts.iter().map(Part::area).sum();
+        (seen / Part::of(shape).area() + self.doubt).min(1.0)
+    }
+
+    /// Whether nothing is seen.
+    pub(crate) const fn is_hidden(&self) -> bool {
+        !self.whole && self.parts.is_empty()
+    }
+}

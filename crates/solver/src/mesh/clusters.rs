@@ -1,0 +1,201 @@
+//! Clusters: a tree of boxes over the coarsest elements, and what a point gets of one at most (B. Smits, J. Arvo and D. Greenberg
+//! 1994; F. Sillion 1995).
+//!
+//! A point x with normal n1 gets `int B k dA` from the elements in a box, with `k = cos1 cos2 / pi r^2` where it sees them and 0
+//! where it does not. Let d be the distance of the box from x, and h the largest height of the box over the horizon, so that
+//! `cos1 <= h/d`. The normals of the elements are in a box of their own, and the largest `-n2.r` over both boxes bounds cos2. So
+//!
+//! - `k <= (h/d) cos2 / pi d^2`, the peak: from the light that leaves the cluster follows what x gets of it at most;
+//! - all that x sees of it is seen through the sides of the box that face x, at most three, each of which has a form factor of at
+//!   most `cos1 a A / pi d^3`, with a the height of x over the side, A its area and d its distance: from the largest radiosity
+//!   in it follows what x gets at most.
+//!
+//! Elements are put together whose normals are nearest to the same axis, and among these those that are near each other: what
+//! faces away from x is dismissed as one, and what glows overhead is not taken together with what stands below.
+
+use radgrad_core::DVec3;
+
+use crate::mesh::element::{Element, around};
+use crate::mesh::screen::LEVEL;
+
+/// Elements below which there are no clusters. A few hundred are linked to all others quickly enough, and what clusters neglect
+/// is known no better than was asked for: light in a closed room that glows evenly is even to all digits only by links.
+const FEWEST: usize = 1000;
+
+/// What bounds are raised by for the rounding of their products.
+pub(crate) const ROUNDED: f64 = 1.0 + 1e-12;
+
+/// The tree; empty over few elements.
+#[derive(Debug, Default)]
+pub(crate) struct Clusters {
+    /// A cluster comes before its parts, with nothing else between them.
+    all: Vec<Cluster>,
+    /// Whether no point can see two elements in one direction.
+    apart: bool,
+}
+
+/// Some elements, and boxes around them and around their normals.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Cluster {
+    pub(crate) low: DVec3,
+    pub(crate) high: DVec3,
+    pub(crate) normals: [DVec3; 2],
+    area: f64,
+    /// One after the last cluster in it.
+    end: usize,
+    pub(crate) parts: Parts,
+}
+
+/// What a cluster consists of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Parts {
+    /// One of the coarsest elements.
+    Element(usize),
+    /// Two clusters.
+    Two([usize; 2]),
+}
+
+impl Cluster {
+    fn of(index: usize, element: &Element) -> Self {
+        let (normal, [low, high]) = (element.polygon().normal(), around(element.polygon().vertices()));
+        Self { low, high, normals: [normal; 2], area: element.area(), end: 0, parts: Parts::Element(index) }
+    }
+
+    fn and(self, other: &Self) -> Self {
+        let normals = [self.normals[0].min(other.normals[0]), self.normals[1].max(other.normals[1])];
+        let (low, high) = (self.low.min(other.low), self.high.max(other.high));
+        Self { low, high, normals, area: self.area + other.area, ..self }
+    }
+
+    /// The axis that the first of its normals is nearest to, and its sense.
+    fn facing(&self) -> usize {
+        let size = self.normals[0].abs();
+        let axis = if size.x >= size.y.max(size.z) { 0 } else { usize::from(size.z > size.y) + 1 };
+        2 * axis + usize::from(self.normals[0][axis] < 0.0)
+    }
+
+    /// The element that it consists of, if it is only one.
+    const fn element(&self) -> Option<usize> {
+        if let Parts::Element(element) = self.parts { Some(element) } else { None }
+    }
+
+    /// Area of its elements.
+    pub(crate) const fn area(&self) -> f64 {
+        self.area
+    }
+
+    /// The corners of its box.
+    pub(crate) fn corners(&self) -> [DVec3; 8] {
+        let [x, y, z] = [0, 1, 2].map(|axis| [self.low[axis], self.high[axis]]);
+        std::array::from_fn(|i| DVec3::new(x[i & 1], y[i >> 1 & 1], z[i >> 2 & 1]))
+    }
+
+    /// Whether it has a point in front of an element, and the element one that may be in front of it.
+    pub(crate) fn faces(&self, element: &Element) -> bool {
+        let (centre, normal, radius) = (element.centre(), element.polygon().normal(), element.radius());
+        let (low, high) = (self.low - centre, self.high - centre);
+        let reach = low.abs().max(high.abs()).length() + radius;
+        // Toward all points of the element.
+        let toward = most_toward(self.normals, low - radius, high + radius);
+        highest(normal, low, high) > LEVEL * reach && toward > -LEVEL * reach
+    }
+}
+
+/// The largest height of a box over a plane through the origin.
+pub(crate) fn highest(normal: DVec3, low: DVec3, high: DVec3) -> f64 {
+    let most = (normal * low).max(normal * high);
+    most.x + most.y + most.z
+}
+
+/// The largest `-n.y` over a box of normals and a box of points.
+pub(crate) fn most_toward([from, to]: [DVec3; 2], low: DVec3, high: DVec3) -> f64 {
+    let least = (from * low).min(from * high).min(to * low).min(to * high);
+    -(least.x + least.y + least.z)
+}
+
+impl Clusters {
+    /// The tree over elements that are no part of another.
+    pub(crate) fn over(elements: &[Element]) -> Self {
+        if elements.len() < FEWEST { Self::default() } else { Self::always_over(elements) }
+    }
+
+    /// The same over few elements too.
+    pub(crate) fn always_over(elements: &[Element]) -> Self {
+        let mut singles: Vec<Cluster> = elements.iter().enumerate().map(|(index, element)| Cluster::of(index, element)).collect();
+        let mut clusters = Self { all: Vec::with_capacity(2 * singles.len()), ..Self::default() };
+        if !singles.is_empty() {
+            build(&mut clusters.all, &mut singles);
+        }
+        clusters.apart = !clusters.any_overlap(elements);
+        clusters
+    }
+
+    /// The cluster of all elements, if there are any.
+    pub(crate) fn root(&self) -> Option<usize> {
+        (!self.all.is_empty()).then_some(0)
+    }
+
+    pub(crate) fn all(&self) -> &[Cluster] {
+        &self.all
+    }
+
+    /// Whether a cluster is another or a part of it.
+    pub(crate) fn is_in(&self, cluster: usize, whole: usize) -> bool {
+        (whole..self.all[whole].end).contains(&cluster)
+    }
+
+    /// Whether no point can see two elements in one direction, so that form factors sum to at most 1.
+    pub(crate) const fn are_apart(&self) -> bool {
+        self.apart
+    }
+
+    /// For each cluster what comes of its elements.
+    pub(crate) fn pull<T: Copy>(&self, of_element: impl Fn(usize) -> T, join: impl Fn(T, T) -> T) -> Vec<T> {
+        let mut pulled: Vec<Option<T>> = vec![None; self.all.len()];
+        for (index, cluster) in self.all.iter().enumerate().rev() {
+            pulled[index] = match cluster.parts {
+                Parts::Element(element) => Some(of_element(element)),
+                Parts::Two([a, b]) => pulled[a].zip(pulled[b]).map(|(a, b)| join(a, b)),
+            };
+        }
+        pulled.into_iter().flatten().collect()
+    }
+}
+
+/// Adds the cluster of some and all below it; returns its index.
+fn build(all: &mut Vec<Cluster>, singles: &mut [Cluster]) -> usize {
+    let index = all.len();
+    let whole = singles[1..].iter().fold(singles[0], |whole, single| whole.and(single));
+    all.push(whole);
+    if singles.len() > 1 {
+        let middle = by_facing(singles).unwrap_or_else(|| by_place(singles));
+        let (left, right) = singles.split_at_mut(middle);
+        let left = build(all, left);
+        let right = build(all, right);
+        all[index].parts = Parts::Two([left, right]);
+    }
+    all[index].end = all.len();
+    index
+}
+
+/// Sorts by what they face; the start of the second half, if they do not all face the same.
+fn by_facing(singles: &mut [Cluster]) -> Option<usize> {
+    singles.sort_by_key(|single| (single.facing(), single.element()));
+    let (first, last) = (singles[0].facing(), singles[singles.len() - 1].facing());
+    (first != last).then(|| singles.partition_point(|single| 2 * single.facing() < first + last))
+}
+
+/// Halves them along the axis on which they are farthest apart.
+fn by_place(singles: &mut [Cluster]) -> usize {
+    let middle = singles.len() / 2;
+    let around = |[low, high]: [DVec3; 2], single: &Cluster| {
+        let centre = single.low + single.high;
+        [low.min(centre), high.max(centre)]
+    };
+    let [low, high] = singles.iter().fold([DVec3::INFINITY, DVec3::NEG_INFINITY], around);
+    let size = high - low;
+    let axis = if size.x >= size.y.max(size.z) { 0 } else { usize::from(size.z > size.y) + 1 };
+    let place = |single: &Cluster| single.low[axis] + single.high[axis];
+    singles.select_nth_unstable_by(middle, |a, b| place(a).total_cmp(&place(b)).then(a.element().cmp(&b.element())));
+    middle
+}

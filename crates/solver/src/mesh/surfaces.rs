@@ -1,0 +1,94 @@
+//! Reflectance and emission of faces: one value on a face, or textures.
+//!
+//! Transport needs three things: the projection of `rho H` on an element from that of the irradiance H, the largest and the mean
+//! reflectance, and at a point the values there. Of a face without textures the first is the projection of H times one number.
+
+use radgrad_core::DVec3;
+use radgrad_scene::{Face, Material, Quantity, Scene};
+use rayon::prelude::*;
+
+use crate::mesh::Mesh;
+use crate::mesh::texture::{self, Pattern};
+
+/// Reflectance and emitted radiosity in each channel.
+#[derive(Debug, Clone)]
+pub(crate) struct Surfaces {
+    /// Of each face; the largest where it has a texture.
+    pub(crate) reflectance: Vec<Vec<f64>>,
+    pub(crate) emitted: Vec<Vec<f64>>,
+    /// The scene, if any face has textures.
+    textured: Option<Scene>,
+    /// Of each element of a face with textures, in each channel.
+    patterns: Vec<Option<Vec<Pattern>>>,
+}
+
+impl Surfaces {
+    pub(crate) fn of(scene: &Scene) -> Self {
+        let of_face = |quantity: Quantity, unit: f64| -> Vec<Vec<f64>> {
+            let of_material = |material: &Material| {
+                let largest = |channel| material.texture(quantity).map_or(1.0, |texture| texture.largest(channel));
+                let factors = material.factors(quantity).iter().enumerate();
+                factors.map(|(channel, factor)| unit * factor * largest(channel)).collect::<Vec<f64>>()
+            };
+            let textured: Vec<Vec<f64>> = scene.materials().iter().map(of_material).collect();
+            let of = |face: &Face| match face.chart(quantity) {
+                Some(_) => textured[face.material()].clone(),
+                None => scene.materials()[face.material()].factors(quantity).iter().map(|factor| unit * factor).collect(),
+            };
+            scene.faces().iter().map(of).collect()
+        };
+        Self {
+            reflectance: of_face(Quantity::Reflectance, 1.0),
+            emitted: of_face(Quantity::Radiance, std::f64::consts::PI),
+            textured: scene.is_textured().then(|| scene.clone()),
+            patterns: Vec::new(),
+        }
+    }
+
+    /// Learns the textures of elements that the mesh has got since.
+    pub(crate) fn grow(&mut self, mesh: &Mesh) {
+        let Some(scene) = &self.textured else { return };
+        let new = self.patterns.len()..mesh.elements().len();
+        let of_element = |index: usize| texture::patterns(scene, &mesh.elements()[index], mesh.basis(index));
+        let patterns: Vec<_> = new.into_par_iter().map(of_element).collect();
+        self.patterns.extend(patterns);
+    }
+
+    /// Whether any face has a texture.
+    pub(crate) const fn is_textured(&self) -> bool {
+        self.textured.is_some()
+    }
+
+    /// Whether a face emits by a texture.
+    pub(crate) fn glows_by_texture(&self, face: usize) -> bool {
+        self.textured.as_ref().is_some_and(|scene| scene.faces()[face].chart(Quantity::Radiance).is_some())
+    }
+
+    /// The textures of an element in a channel, if it has any.
+    pub(crate) fn pattern(&self, element: usize, channel: usize) -> Option<&Pattern> {
+        self.patterns.get(element)?.as_ref().map(|patterns| &patterns[channel])
+    }
+
+    /// Projection of `rho H` on an element, from that of the irradiance H.
+    pub(crate) fn reflect(&self, mesh: &Mesh, element: usize, channel: usize, irradiance: &mut [f64]) {
+        match self.pattern(element, channel) {
+            Some(pattern) => irradiance.copy_from_slice(&pattern.reflected(irradiance)),
+            None => {
+                let rho = self.reflectance[mesh.elements()[element].face()][channel];
+                irradiance.iter_mut().for_each(|h| *h *= rho);
+            }
+        }
+    }
+
+    /// Reflectance and emission at a point of a face, in each channel.
+    pub(crate) fn at(&self, face: usize, point: DVec3) -> [Vec<f64>; 2] {
+        match &self.textured {
+            None => [self.reflectance[face].clone(), self.emitted[face].clone()],
+            Some(scene) => {
+                let radiance = scene.at(face, Quantity::Radiance, point);
+                let emitted = radiance.into_iter().map(|radiance| std::f64::consts::PI * radiance).collect();
+                [scene.at(face, Quantity::Reflectance, point), emitted]
+            }
+        }
+    }
+}

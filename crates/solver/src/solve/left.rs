@@ -1,0 +1,96 @@
+//! What the projections of direct and of reflected light leave out, on every element.
+
+use rayon::prelude::*;
+
+use crate::bound::residual::{Residual, Residuals};
+use crate::field::gathering::irradiance;
+use crate::mesh::Sight;
+use crate::solve::solution::Solution;
+
+impl Solution {
+    /// What of a residual becomes less as elements do: the detail of a texture stays, but gathers of it fall off with the power of
+    /// their size that the kernel's Taylor polynomial leaves.
+    pub(super) fn counts(&self, element: usize, residual: &Residual) -> f64 {
+        if residual.mean_detail() == 0.0 {
+            return residual.mean();
+        }
+        let size = (self.mesh.elements()[element].radius() / self.extent).min(1.0);
+        let fades: f64 = std::iter::repeat_n(size, self.mesh.basis(element).degree() + 1).product();
+        residual.mean() + residual.mean_detail() * fades
+    }
+
+    pub(super) fn left_on_leaf(&self, leaf: usize, channel: usize) -> Residual {
+        let (element, basis) = (&self.mesh.elements()[leaf], self.mesh.basis(leaf));
+        let rho = self.surfaces.reflectance[element.face()][channel];
+        let mut residual = Residual::of(element, basis, &self.direct_samples(leaf, channel));
+        if let Some(pattern) = self.surfaces.pattern(leaf, channel) {
+            let detail = pattern.detail(basis, &self.direct_irradiance(leaf, channel), false);
+            residual = residual.textured(element, pattern, rho, detail);
+        }
+        for lit in &self.direct[leaf].nodes {
+            let [clear, past] = lit.error[channel];
+            residual.largest.computation = residual.largest.computation.max(rho * clear);
+            residual.largest.visibility = residual.largest.visibility.max(rho * past);
+        }
+        residual
+    }
+
+    /// What the projection of direct light leaves out, everywhere.
+    pub(super) fn left_of_direct(&self) -> Residuals {
+        let channels = self.channels.len();
+        if self.direct.is_empty() {
+            return vec![vec![Residual::default(); channels]; self.mesh.elements().len()];
+        }
+        let leaves: Vec<usize> = self.mesh.leaves().collect();
+        let of = |&leaf: &usize| (0..channels).map(|channel| self.left_on_leaf(leaf, channel)).collect();
+        let at = leaves.par_iter().map(of).collect();
+        Residual::everywhere(&self.mesh, &leaves, at, channels)
+    }
+
+    /// What receivers leave out of the reflected light, everywhere.
+    pub(super) fn left_of_reflected(&self) -> Residuals {
+        let channels = self.channels.len();
+        let of = |&receiver: &usize| (0..channels).map(|channel| self.left_on_receiver(receiver, channel)).collect();
+        let at = self.receivers.par_iter().map(of).collect();
+        Residual::everywhere(&self.mesh, &self.receivers, at, channels)
+    }
+
+    fn left_on_receiver(&self, receiver: usize, channel: usize) -> Residual {
+        let (element, basis, links) = (&self.mesh.elements()[receiver], self.mesh.basis(receiver), &self.links[receiver]);
+        let (rho, emitted) = (self.surfaces.reflectance[element.face()][channel], self.surfaces.emitted[element.face()][channel]);
+        let emitted = if self.is_lamp(element.face()) { 0.0 } else { emitted };
+        let far = &self.far[receiver];
+        let at_nodes = irradiance(&self.mesh, &self.field, links, far, channel, basis.nodes().len());
+        let samples: Vec<f64> = at_nodes.iter().map(|h| rho * h).collect();
+        let mut residual = Residual::of(element, basis, &samples);
+
+        let held = &self.own[receiver][channel * basis.len()..(channel + 1) * basis.len()];
+        let mut left = match self.surfaces.pattern(receiver, channel) {
+            None => basis.project(&samples),
+            Some(pattern) => {
+                let projected = basis.project(&at_nodes);
+                residual = residual.textured(element, pattern, rho, pattern.detail(basis, &projected, true));
+                pattern.reflected(&projected)
+            }
+        };
+        left.iter_mut().zip(held).for_each(|(p, b)| *p -= b);
+        left.iter_mut().zip(self.emitted_on(receiver, channel)).for_each(|(p, e)| *p += e);
+        residual.largest.solver = basis.magnitude(&left);
+        for (node, sample) in samples.iter().enumerate() {
+            let mut neglected = far.neglected(&self.field, channel, node);
+            let (mut clear, mut past) = (0.0, 0.0);
+            for link in links {
+                let row = &link.rows[node];
+                neglected += self.field.neglected(&self.mesh, link.source, channel, row);
+                let size = row.error_of(self.field.of(link.source, channel, self.mesh.basis(link.source).len()));
+                if matches!(link.sight, Sight::Past(_)) { past += size } else { clear += size }
+            }
+            // The sums themselves round.
+            let summed = 2.0 * f64::EPSILON * (links.len() + 2) as f64 * (sample.abs() + emitted);
+            let largest = &mut residual.largest;
+            largest.computation = largest.computation.max(rho * (neglected + clear) + summed);
+            largest.visibility = largest.visibility.max(rho * past);
+        }
+        residual
+    }
+}

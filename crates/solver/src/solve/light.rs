@@ -1,0 +1,84 @@
+//! Direct light of a round: projected on new leaves, which are divided until little is left out.
+
+use crate::error::Error;
+use crate::links::linking::Linking;
+use crate::solve::divide::{BULK, bulk};
+use crate::solve::options::{Marking, Options};
+use crate::solve::solution::{Solution, for_each, ratio};
+
+/// The part of the error asked for that direct light may leave out in the mean.
+const DIRECT_PART: f64 = 0.25;
+
+impl Solution {
+    /// Projects direct light on new leaves, and divides leaves until what that leaves out is small.
+    pub(super) fn light(&mut self, aim: f64, options: &Options) -> Result<(), Error> {
+        let channels = self.channels.len();
+        loop {
+            let known = self.direct.len();
+            let new: Vec<usize> = (known..self.mesh.elements().len()).collect();
+            if !self.lamps.is_empty() {
+                let optics = self.optics();
+                let above = |element: usize| self.mesh.elements()[element].parent().and_then(|p| self.direct.get(p));
+                let of = |element: usize| self.lamps.light(&optics, &self.surfaces, element, above(element));
+                let direct = for_each(&new, of)?;
+                self.direct.extend(direct);
+            }
+            self.field.grow(&self.mesh);
+            self.surfaces.grow(&self.mesh);
+            for element in new {
+                if self.direct.is_empty() || !self.mesh.elements()[element].is_leaf() {
+                    continue;
+                }
+                for channel in 0..channels {
+                    let mut change = self.projected(element, channel);
+                    if let Some(parent) = self.mesh.elements()[element].parent().filter(|_| known > 0) {
+                        let basis = self.mesh.basis(element);
+                        let held = basis.restrict(self.mesh.child(element), &self.projected(parent, channel));
+                        change.iter_mut().zip(held).for_each(|(c, h)| *c -= h);
+                    }
+                    self.field.add(&self.mesh, element, channel, &change);
+                }
+            }
+            let apart = !options.uniform && options.marking == Marking::Residual && options.linking == Linking::Error;
+            if self.direct.is_empty() || !apart || self.mesh.elements().len() >= options.most_elements {
+                return Ok(());
+            }
+            // Relative to what light there is so far.
+            let mean: Vec<f64> = (0..channels).map(|channel| self.field.mean(&self.mesh, channel)).collect();
+            let leaves: Vec<usize> = self.mesh.leaves().collect();
+            let area: f64 = leaves.iter().map(|&leaf| self.mesh.elements()[leaf].area()).sum();
+            let indicator = |&leaf: &usize| {
+                let of = |channel: usize| ratio(self.counts(leaf, &self.left_on_leaf(leaf, channel)), mean[channel]);
+                (self.mesh.elements()[leaf].area() / area * (0..channels).map(of).fold(0.0, f64::max), leaf)
+            };
+            let marked: Vec<(f64, usize)> = leaves.iter().map(indicator).collect();
+            if marked.iter().map(|m| m.0).sum::<f64>() <= DIRECT_PART * aim {
+                return Ok(());
+            }
+            for leaf in bulk(marked, BULK) {
+                self.mesh.divide(leaf)?;
+            }
+        }
+    }
+
+    /// The projection of direct light on an element, as it is reflected.
+    fn projected(&self, element: usize, channel: usize) -> Vec<f64> {
+        let basis = self.mesh.basis(element);
+        match self.surfaces.pattern(element, channel) {
+            None => basis.project(&self.direct_samples(element, channel)),
+            Some(pattern) => pattern.reflected(&self.direct_irradiance(element, channel)),
+        }
+    }
+
+    /// The projection of the irradiance of lamps on an element.
+    pub(super) fn direct_irradiance(&self, element: usize, channel: usize) -> Vec<f64> {
+        let at_nodes: Vec<f64> = self.direct[element].nodes.iter().map(|lit| lit.irradiance[channel]).collect();
+        self.mesh.basis(element).project(&at_nodes)
+    }
+
+    /// Irradiance of lamps at the nodes times the face's reflectance, the largest where it has a texture.
+    pub(super) fn direct_samples(&self, element: usize, channel: usize) -> Vec<f64> {
+        let rho = self.surfaces.reflectance[self.mesh.elements()[element].face()][channel];
+        self.direct[element].nodes.iter().map(|lit| rho * lit.irradiance[channel]).collect()
+    }
+}

@@ -1,0 +1,127 @@
+//! The state of a solution: what a round works on, and what is left of it for those who ask.
+
+use rayon::prelude::*;
+
+use crate::bound::Bounds;
+use crate::bound::point::Points;
+use crate::bound::proven::{Ground, Proven, Rest};
+use crate::bound::scene::Scene;
+use crate::error::Error;
+use crate::field::Field;
+use crate::links::cell::Rules;
+use crate::links::cluster::far::Far;
+use crate::links::direct::{Direct, Lamps};
+use crate::links::link::Link;
+use crate::links::transfer::Optics;
+use crate::mesh::Mesh;
+use crate::mesh::surfaces::Surfaces;
+use crate::solve::options::Progress;
+use crate::solve::samples::Samples;
+
+/// A piecewise polynomial radiosity with a bound on its error.
+#[derive(Debug)]
+pub struct Solution {
+    pub(crate) mesh: Mesh,
+    pub(crate) surfaces: Surfaces,
+    pub(crate) rules: Rules,
+    pub(crate) lamps: Lamps,
+    /// Direct light on each leaf.
+    pub(crate) direct: Vec<Direct>,
+    /// All light that elements send out, but for what lamps emit.
+    pub(crate) field: Field,
+    /// What receivers themselves hold: light reflected twice or more, and what is emitted where no lamps are kept apart.
+    pub(super) own: Vec<Vec<f64>>,
+    /// Of receivers; empty for other elements.
+    pub(crate) links: Vec<Vec<Link>>,
+    /// Of receivers, the clusters that no link is for.
+    pub(crate) far: Vec<Far>,
+    pub(super) receivers: Vec<usize>,
+    /// Samples of direct light on leaves and reflected light on receivers, of those that were judged by the gradient.
+    pub(super) judged: Vec<[Option<Samples>; 2]>,
+    pub(crate) bounds: Bounds,
+    /// What is needed to prove a bound, and the bound that is proven.
+    pub(super) ground: Ground,
+    pub(crate) proven: Proven,
+    /// Of each leaf, what is proven to be left out of direct light at most.
+    pub(super) proven_direct: Vec<Option<Vec<Rest>>>,
+    pub(crate) channels: Vec<String>,
+    pub(crate) extent: f64,
+    /// Error that the evaluation of a function may have.
+    pub(crate) absolute: f64,
+    pub(super) progress: Progress,
+    /// Mean radiosity in each channel.
+    pub(super) mean: Vec<f64>,
+}
+
+impl Solution {
+    /// What bounds are made of.
+    pub(crate) fn bounded(&self) -> Scene<'_> {
+        let Self { mesh, surfaces, receivers, links, far, channels, .. } = self;
+        Scene { mesh, surfaces, receivers, links, far, channels: channels.len() }
+    }
+
+    /// Bounds at points, which cost as much as that on the mean, and only who asks for them pays.
+    pub(crate) fn points(&self) -> &Points {
+        self.bounds.points(self.bounded())
+    }
+
+    pub(crate) const fn optics(&self) -> Optics<'_> {
+        Optics { mesh: &self.mesh, rules: &self.rules, absolute: self.absolute }
+    }
+
+    pub(super) fn lossless(&self) -> Error {
+        let faces = self.surfaces.reflectance.iter().enumerate();
+        let all = faces.flat_map(|(face, rho)| rho.iter().enumerate().map(move |(channel, rho)| (face, channel, *rho)));
+        let (face, channel, _) = all.max_by(|a, b| a.2.total_cmp(&b.2)).unwrap_or((0, 0, 1.0));
+        Error::Lossless { channel: self.channels[channel].clone(), face }
+    }
+
+    /// Whether an element gathers reflected light, though it may see nothing.
+    pub(super) fn gathers(&self, element: usize) -> bool {
+        !self.own[element].is_empty()
+    }
+
+    /// The element above a leaf, or itself, that gathers reflected light.
+    pub(crate) fn receiver_of(&self, leaf: usize) -> usize {
+        let mut at = leaf;
+        while !self.gathers(at)
+            && let Some(parent) = self.mesh.elements()[at].parent()
+        {
+            at = parent;
+        }
+        at
+    }
+
+    /// Coefficients of what an element emits that is no lamp kept apart.
+    pub(crate) fn emitted_on(&self, element: usize, channel: usize) -> Vec<f64> {
+        let (len, face) = (self.mesh.basis(element).len(), self.mesh.elements()[element].face());
+        match self.surfaces.pattern(element, channel) {
+            Some(pattern) if self.surfaces.glows_by_texture(face) => pattern.emitted().to_vec(),
+            _ => {
+                let mut even = vec![0.0; len];
+                even[0] = if self.is_lamp(face) { 0.0 } else { self.surfaces.emitted[face][channel] };
+                even
+            }
+        }
+    }
+
+    /// Whether what a face emits is a lamp's, kept apart.
+    pub(super) fn is_lamp(&self, face: usize) -> bool {
+        !self.lamps.is_empty() && !self.surfaces.glows_by_texture(face)
+    }
+
+    /// What a face emits as a lamp kept apart.
+    pub(super) fn lamp_on(&self, face: usize, channel: usize) -> f64 {
+        if self.is_lamp(face) { self.surfaces.emitted[face][channel] } else { 0.0 }
+    }
+}
+
+/// A part over the whole; 0 of nothing, whatever the whole.
+pub(super) fn ratio(part: f64, whole: f64) -> f64 {
+    if part == 0.0 { 0.0 } else { part / whole }
+}
+
+/// Computes something for each element on all cores, in their order.
+pub(crate) fn for_each<T: Send>(elements: &[usize], f: impl Fn(usize) -> Result<T, Error> + Sync) -> Result<Vec<T>, Error> {
+    elements.par_iter().map(|&element| f(element)).collect()
+}

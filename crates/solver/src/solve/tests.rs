@@ -1,0 +1,4 @@
+//! Tests of links and clusters by whole solutions.
+
+mod clusters;
+mod links;

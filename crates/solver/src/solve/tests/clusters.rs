@@ -1,0 +1,244 @@
+//! What clusters are said to give at most is more than all of their elements give.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use radgrad_core::{DVec3, Polygon};
+use radgrad_scene::Scene;
+
+use crate::field::Field;
+use crate::field::gathering::irradiance;
+use crate::field::order::Order;
+use crate::links::cell::Rules;
+use crate::links::cluster::far::Far;
+use crate::links::cluster::screens::Screens;
+use crate::links::link::Link;
+use crate::links::linking::Linking;
+use crate::links::refine::Need;
+use crate::links::station::Station;
+use crate::links::transfer::{Optics, Row};
+use crate::mesh::Mesh;
+use crate::mesh::clusters::{Clusters, Parts};
+use crate::solve::options::Options;
+use crate::solve::{solve, solve_on};
+
+/// Blocks in a room, which all may hide each other: 5 faces each, and 7 of the room.
+fn city(side: usize) -> Mesh {
+    Mesh::new(&scene(side), 1).unwrap()
+}
+
+/// A part of the ceiling glows.
+fn scene(side: usize) -> Scene {
+    let mut scene = Scene::new(["grey"]).unwrap();
+    let (white, surface) = (scene.add_material("white", [0.5], [0.0]).unwrap(), scene.add_surface("all"));
+    let lamp = scene.add_material("lamp", [0.5], [10.0]).unwrap();
+    let mut add_of = |material: usize, quad: [[f64; 3]; 4]| {
+        let polygon = Polygon::new(quad.map(DVec3::from).to_vec()).unwrap();
+        scene.add_face(surface, material, polygon, None).unwrap();
+    };
+    let sides = |[a, c]: [f64; 2], [b, d]: [f64; 2], height: f64| {
+        let walls = [[[a, c], [b, c]], [[b, c], [b, d]], [[b, d], [a, d]], [[a, d], [a, c]]];
+        walls.map(|[[p, q], [r, s]]| [[p, q, 0.0], [r, s, 0.0], [r, s, height], [p, q, height]])
+    };
+    let extent = side as f64;
+    let roof = |[a, c]: [f64; 2], [b, d]: [f64; 2], height: f64| [[a, c, height], [b, c, height], [b, d, height], [a, d, height]];
+    let lit = 0.3 * extent;
+    for (material, [from, to]) in [(lamp, [0.0, lit]), (white, [lit, extent])] {
+        add_of(material, roof([from, 0.0], [to, extent], 3.0).map(|[x, y, z]| [from + to - x, y, z]));
+    }
+    let mut add = |quad: [[f64; 3]; 4]| add_of(white, quad);
+    add(roof([0.0; 2], [extent; 2], 0.0));
+    sides([0.0; 2], [extent; 2], 3.0).into_iter().for_each(|[p, q, r, s]| add([q, p, s, r]));
+    for index in 0..side * side {
+        let (i, j) = ((index / side) as f64, (index % side) as f64);
+        let height = 0.3 + (0.618_033_988_749_894_9 * index as f64).fract();
+        // Over the floor, so that this is not cut.
+        add(roof([i + 0.2, j + 0.3], [i + 0.7, j + 0.8], height));
+        sides([i + 0.2, j + 0.3], [i + 0.7, j + 0.8], height).into_iter().for_each(|wall| {
+            add(wall.map(|[x, y, z]| [x, y, z.max(0.01)]));
+        });
+    }
+    scene
+}
+
+/// Links to all roots.
+fn all_links(optics: &Optics<'_>, receiver: usize) -> Vec<Link> {
+    let field = Field::dark(optics.mesh, 1);
+    let need = Need { field: &field, weight: &[0.0], allowed: 1.0, linking: Linking::Error };
+    let sources = optics.mesh.roots().iter().map(|&root| (root, None));
+    optics.links(receiver, sources, &need).unwrap().0
+}
+
+#[test]
+fn a_cluster_gives_no_more_than_its_view_and_a_cluster_that_faces_away_gives_nothing() {
+    let (mesh, rules) = (city(3), Rules::new());
+    let tree = Clusters::always_over(mesh.elements());
+    let optics = Optics { mesh: &mesh, rules: &rules, absolute: 1e-9 };
+    let (mut seen, mut away, mut hidden, mut tight) = (0, 0, 0, 0.0_f64);
+    for receiver in (0..mesh.elements().len()).step_by(7) {
+        let links = all_links(&optics, receiver);
+        let mut screens = Screens::default();
+        for link in &links {
+            screens.fill(mesh.elements()[link.source].face(), link.rows[0].factor());
+        }
+        let screens = screens.polygons(&mesh);
+        for cluster in tree.all() {
+            let mut open = vec![*cluster];
+            let mut factors = vec![0.0; Station::at_nodes(&mesh, receiver).len()];
+            while let Some(at) = open.pop() {
+                match at.parts {
+                    Parts::Two(parts) => open.extend(parts.map(|part| tree.all()[part])),
+                    Parts::Element(element) => links.iter().filter(|link| link.source == element).for_each(|link| {
+                        factors.iter_mut().zip(&link.rows).for_each(|(sum, row)| *sum += row.values[0] - row.error);
+                    }),
+                }
+            }
+            for (station, factor) in Station::at_nodes(&mesh, receiver).iter().zip(factors) {
+                let view = cluster.view(station, &[]);
+                let past = cluster.view(station, &screens);
+                assert!(factor <= past.factor && past.factor <= view.factor, "{factor} {past:?} {view:?} {cluster:?}");
+                hidden += usize::from(past.factor < 0.5 * view.factor);
+                assert!(factor <= view.factor && factor <= view.peak * cluster.area(), "{factor} {view:?} {cluster:?}");
+                assert!(cluster.faces(&mesh.elements()[receiver]) || factor <= 0.0);
+                seen += usize::from(factor > 0.0);
+                away += usize::from(view.factor == 0.0);
+                tight = tight.max(factor / view.factor.max(1e-9));
+            }
+        }
+    }
+    assert!(seen > 1000 && away > 1000 && hidden > 500 && tight > 0.9, "{seen} {away} {hidden} {tight}");
+}
+
+/// Light that differs from face to face and over each, here and there negative.
+fn uneven(mesh: &Mesh) -> Field {
+    let mut field = Field::dark(mesh, 1);
+    for element in 0..mesh.elements().len() {
+        let value = (0.754_877_666_246_692_7 * element as f64).fract();
+        field.add(mesh, element, 0, &[value, 0.3 * value, -0.4 * value]);
+    }
+    field.pool(mesh);
+    field.pull(mesh);
+    field
+}
+
+#[test]
+fn what_closed_clusters_neglect_covers_what_they_give() {
+    let (mesh, rules) = (city(5).clustered(), Rules::new());
+    let optics = Optics { mesh: &mesh, rules: &rules, absolute: 1e-9 };
+    let field = uneven(&mesh);
+    let (mut near, mut all, mut merged, mut neglected) = (0, 0, 0, [0.0, 0.0]);
+    for allowed in [0.1, 0.4] {
+        for receiver in (0..mesh.elements().len()).step_by(5) {
+            let exact = all_links(&optics, receiver);
+            let need = Need { field: &field, weight: &[1.0], allowed, linking: Linking::Error };
+            let (mut links, mut far) = optics.first_links(receiver, None, &need).unwrap();
+            optics.refine(receiver, (&mut links, &mut far), &need).unwrap();
+            let before = far.len();
+            far = optics.merge(receiver, &links, &far, &need);
+            merged += before - far.len();
+            near += links.len();
+            all += exact.len();
+            let nodes = Station::at_nodes(&mesh, receiver).len();
+            let sums = |links: &[Link], far: &Far| irradiance(&mesh, &field, links, far, 0, nodes);
+            let [rough, exact_sums] = [sums(&links, &far), sums(&exact, &Far::default())];
+            for (node, station) in Station::at_nodes(&mesh, receiver).iter().enumerate() {
+                let bound = far.neglected(&field, 0, node);
+                let (off, rounding) = ((rough[node] - exact_sums[node]).abs(), 1e-6);
+                assert!(off <= bound + rounding && bound <= allowed * 1.001, "{receiver} {node}: {off} {bound}");
+                neglected = [neglected[0] + off, neglected[1] + bound];
+                // What a gather at the point itself makes of it.
+                let at_node: Vec<(usize, Row)> = links.iter().map(|link| (link.source, link.rows[node].clone())).collect();
+                let of_point = far.of_point((&mesh, &field), station, &at_node);
+                let linked: f64 = rough[node] - far.value(&field, 0, node);
+                let off = (linked + of_point.value(&field, 0, 0) - exact_sums[node]).abs();
+                assert!(off <= of_point.neglected(&field, 0, 0) + rounding, "{receiver} {node}: {off}");
+            }
+        }
+    }
+    assert!(2 * near < all && merged > 50 && neglected[1] < 20.0 * neglected[0], "{near} of {all}, {merged}, {neglected:?}");
+}
+
+#[test]
+fn clusters_that_were_merged_are_opened_again_and_nothing_is_linked_twice() {
+    let (mesh, rules) = (city(5).clustered(), Rules::new());
+    let optics = Optics { mesh: &mesh, rules: &rules, absolute: 1e-9 };
+    let field = uneven(&mesh);
+    let (mut before, mut after) = (0, 0);
+    for receiver in (0..mesh.elements().len()).step_by(5) {
+        let need = |allowed: f64| Need { field: &field, weight: &[1.0], allowed, linking: Linking::Error };
+        let (mut links, mut far) = optics.first_links(receiver, None, &need(0.4)).unwrap();
+        optics.refine(receiver, (&mut links, &mut far), &need(0.4)).unwrap();
+        far = optics.merge(receiver, &links, &far, &need(0.4));
+        before += links.len();
+        optics.refine(receiver, (&mut links, &mut far), &need(0.02)).unwrap();
+        after += links.len();
+        let sources: BTreeSet<usize> = links.iter().map(|link| link.source).collect();
+        assert_eq!(sources.len(), links.len(), "{receiver}");
+        let exact: BTreeMap<usize, f64> =
+            all_links(&optics, receiver).iter().map(|link| (link.source, link.rows[0].values[0])).collect();
+        for link in &links {
+            assert_eq!(exact[&link.source], link.rows[0].values[0]);
+        }
+        for node in 0..Station::at_nodes(&mesh, receiver).len() {
+            assert!(far.neglected(&field, 0, node) <= 0.02 * 1.001, "{receiver} {node}");
+        }
+    }
+    assert!(after > before + before / 4, "{before} {after}");
+}
+
+#[test]
+fn a_carpet_in_the_plane_of_the_floor_is_found() {
+    let square = |low: f64, high: f64, z: f64| {
+        let corners = [[low, low, z], [high, low, z], [high, high, z], [low, high, z]];
+        Polygon::new(corners.map(DVec3::from).to_vec()).unwrap()
+    };
+    let are_apart = |polygons: &[Polygon]| {
+        let mut scene = Scene::new(["grey"]).unwrap();
+        let (white, surface) = (scene.add_material("white", [0.5], [0.0]).unwrap(), scene.add_surface("all"));
+        for polygon in polygons {
+            scene.add_face(surface, white, polygon.clone(), None).unwrap();
+        }
+        Clusters::always_over(Mesh::new(&scene, 0).unwrap().elements()).are_apart()
+    };
+    assert!(!are_apart(&[square(0.0, 4.0, 0.0), square(1.0, 2.0, 0.0)]));
+    assert!(are_apart(&[square(0.0, 4.0, 0.0), square(1.0, 2.0, 0.1), square(4.0, 5.0, 0.0)]));
+    assert!(are_apart(&[square(0.0, 4.0, 0.0), square(4.0, 5.0, 0.0)]));
+}
+
+#[test]
+fn a_point_in_a_cluster_may_see_nothing_else() {
+    let mesh = city(3);
+    let tree = Clusters::always_over(mesh.elements());
+    let station = Station { point: DVec3::new(1.0, 1.0, 0.5), normal: DVec3::Z, face: 0 };
+    let view = tree.all()[0].view(&station, &[]);
+    assert!(view.factor == 1.0 && view.peak.is_infinite());
+}
+
+#[test]
+fn by_clusters_light_from_a_lamp_is_within_its_bounds_of_a_far_finer_solution() {
+    let scene = scene(3);
+    let degree = Some(1);
+    let fine = solve(&scene, &Options { error: 0.05, degree, ..Options::default() }, |_| true).unwrap();
+    let known = fine.progress().bound * fine.mean()[0];
+    for order in [Order::GaussSeidel, Order::Southwell] {
+        let options = Options { error: 0.3, degree, first_elements: 1, most_elements: 1, order, ..Options::default() };
+        let mesh = Mesh::new(&scene, 1).unwrap().clustered();
+        let rough = solve_on(&scene, &options, mesh, |_| true).unwrap();
+        assert!(rough.far.iter().any(|far| !far.is_empty()), "clusters are in force");
+        let bound = rough.progress().bound * rough.mean()[0];
+        let (mut off, mut area, mut at_points) = (0.0, 0.0, 0.0);
+        for leaf in rough.mesh().leaves() {
+            let element = &rough.mesh().elements()[leaf];
+            let [there, here] =
+                [fine.gather(element.centre(), element.polygon().normal()), rough.gather_on(leaf, element.centre())];
+            let [there, here] = [there.unwrap(), here.unwrap()];
+            let apart = (there.radiosity[0] - here.radiosity[0]).abs();
+            let [most, of_fine] = [&here, &there].map(|gathered| gathered.ledger[0].total());
+            assert!(apart <= most + of_fine, "{leaf}: {apart} {most} {of_fine}");
+            (off, area) = (off + element.area() * apart, area + element.area());
+            at_points += element.area() * most;
+        }
+        let [off, at_points] = [off, at_points].map(|sum| sum / area);
+        println!("{order:?}: {off:.1e} off, {bound:.1e} stated, {at_points:.1e} at points, {known:.1e} of the finer one");
+        assert!(off <= bound + known && off > known / 20.0, "{off} {bound} {known}");
+    }
+}

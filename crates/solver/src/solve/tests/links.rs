@@ -1,0 +1,55 @@
+//! What links are said to neglect is more than they do.
+
+use radgrad_scene::{Degenerate, Scene};
+
+use crate::links::station::Station;
+use crate::links::transfer::Row;
+use crate::solve::options::{Marking, Options};
+use crate::solve::solution::Solution;
+use crate::solve::solve;
+
+/// The leaves below an element.
+fn leaves(solution: &Solution, element: usize) -> Vec<usize> {
+    match solution.mesh.elements()[element].children() {
+        Some(first) => (first..first + 4).flat_map(|child| leaves(solution, child)).collect(),
+        None => vec![element],
+    }
+}
+
+#[test]
+fn what_a_link_neglects_is_within_its_bound() {
+    let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../../data/scenes/cornell.obj");
+    let scene = Scene::read(file, Degenerate::Refuse).unwrap();
+    let options =
+        Options { error: 0.05, first_elements: 1, most_elements: 150, marking: Marking::Gradient, ..Options::default() };
+    let solution = solve(&scene, &options, |_| true).unwrap();
+    let (mesh, field, optics) = (&solution.mesh, &solution.field, solution.optics());
+    let (mut count, mut worst) = (0, 0.0_f64);
+    for receiver in 0..mesh.elements().len() {
+        let stations = Station::at_nodes(mesh, receiver);
+        for link in solution.links[receiver].iter().filter(|link| field.neglected(mesh, link.source, 0, &link.rows[0]) > 0.0) {
+            let len = mesh.basis(link.source).len();
+            for (station, row) in stations.iter().zip(&link.rows) {
+                for channel in 0..solution.channels.len() {
+                    let sum = |row: &Row, element: usize| -> f64 {
+                        row.values.iter().zip(field.of(element, channel, len)).map(|(v, c)| v * c).sum()
+                    };
+                    let mut exact = 0.0;
+                    let mut errors = row.error_of(field.of(link.source, channel, len));
+                    for leaf in leaves(&solution, link.source) {
+                        let fine = optics.receive(station, leaf, &link.sight, len).unwrap();
+                        exact += sum(&fine, leaf);
+                        errors += fine.error_of(field.of(leaf, channel, len));
+                    }
+                    let off = (exact - sum(row, link.source)).abs();
+                    let bound = field.neglected(mesh, link.source, channel, row);
+                    count += 1;
+                    worst = worst.max((off - errors) / bound);
+                    assert!(off <= bound + errors, "{receiver} from {}: {off:e}, {bound:e} and {errors:e}", link.source);
+                }
+            }
+        }
+    }
+    println!("{count} rows, the worst {worst:.2} of its bound");
+    assert!(count > 1000 && worst > 0.1, "{count} {worst}");
+}
