@@ -16,13 +16,15 @@ struct Point {
     normal: [f64; 3],
 }
 
-/// One line of the output: radiosity and bound in each channel of the scene.
+/// One line of the output: radiosity, the bound on its error and an estimate of that in each channel of the scene.
 #[derive(Debug, Serialize)]
 struct Answer {
     #[serde(skip_serializing_if = "Option::is_none")]
     id: Option<serde_json::Value>,
     radiosity: Vec<f64>,
+    /// Proven.
     bound: Vec<f64>,
+    estimate: Vec<f64>,
 }
 
 /// What stands in the place of an answer.
@@ -59,8 +61,9 @@ fn answer(solution: &Solution, line: usize, text: &str) -> Result<Answer, Refusa
     let point: Point = serde_json::from_str(text).map_err(|e| Refusal { id: None, line, error: e.to_string() })?;
     match solution.gather(DVec3::from(point.position), DVec3::from(point.normal)) {
         Ok(gathered) => {
-            let bound = gathered.ledger.iter().map(radgrad_solver::Ledger::total).collect();
-            Ok(Answer { id: point.id, radiosity: gathered.radiosity, bound })
+            let [bound, estimate] =
+                [&gathered.ledger, &gathered.estimate].map(|of| of.iter().map(radgrad_solver::Ledger::total).collect());
+            Ok(Answer { id: point.id, radiosity: gathered.radiosity, bound, estimate })
         }
         Err(error) => Err(Refusal { id: point.id, line, error: error.to_string() }),
     }

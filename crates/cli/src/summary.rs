@@ -13,8 +13,10 @@ pub(crate) struct Summary {
     rounds: usize,
     elements: usize,
     links: usize,
-    /// Bound on the mean error over the mean radiosity, the largest of the channels.
+    /// Proven bound on the mean error over the mean radiosity, the largest of the channels.
     bound: f64,
+    /// Estimate of the same.
+    estimate: f64,
     /// What was asked for.
     error: f64,
     /// That bound by its sources; the sum is `bound`.
@@ -28,6 +30,7 @@ struct Channel {
     name: String,
     mean: f64,
     bound: f64,
+    estimate: f64,
     ledger: BTreeMap<&'static str, f64>,
 }
 
@@ -35,13 +38,15 @@ impl Summary {
     pub(crate) fn of(solution: &Solution, error: f64, seconds: f64) -> Self {
         let progress = solution.progress();
         let bounds = solution.mean_bound();
-        let channel = |((name, &mean), ledger): ((&String, &f64), &Ledger)| Channel {
+        let estimates = solution.mean_estimate();
+        let channel = |(((name, &mean), ledger), estimate): (((&String, &f64), &Ledger), &Ledger)| Channel {
             name: name.clone(),
             mean,
             bound: ledger.total(),
+            estimate: estimate.total(),
             ledger: entries(ledger, 1.0),
         };
-        let channels: Vec<Channel> = solution.channels().iter().zip(solution.mean()).zip(&bounds).map(channel).collect();
+        let channels: Vec<Channel> = solution.channels().iter().zip(solution.mean()).zip(&bounds).zip(&estimates).map(channel).collect();
         let lit = bounds.iter().zip(solution.mean()).filter(|(_, mean)| **mean > 0.0);
         let worst = lit.max_by(|a, b| (a.0.total() / a.1).total_cmp(&(b.0.total() / b.1)));
         let (ledger, mean) = worst.map_or((Ledger::default(), 1.0), |(ledger, mean)| (*ledger, *mean));
@@ -51,6 +56,7 @@ impl Summary {
             elements: progress.elements,
             links: progress.links,
             bound: progress.bound,
+            estimate: progress.estimate,
             error,
             ledger: entries(&ledger, mean),
             channels,

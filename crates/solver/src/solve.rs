@@ -159,6 +159,7 @@ pub(crate) fn solve_on(
         bounds: Bounds::default(),
         ground: Ground::of(&mesh),
         proven: Proven::default(),
+        unseen: Vec::new(),
         proven_direct: Vec::new(),
         extent: (high - low).max_element(),
         absolute: (options.error * precision).max(FINEST),

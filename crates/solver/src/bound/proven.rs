@@ -116,7 +116,7 @@ impl Ground {
         let seen: Vec<(usize, (usize, &Sight))> =
             seen.into_iter().filter(|(_, (_, sight))| !matches!(sight, Sight::Nothing(_))).collect();
         let value = |index: usize, node: usize, coefficients: &[f64]| coefficients[0] * direct.nodes[node].factors[seen[index].0];
-        let gathered = Gathered { sources: seen.iter().map(|(_, pair)| *pair).collect(), value: &value };
+        let gathered = Gathered { sources: seen.iter().map(|(_, pair)| *pair).collect(), value: &value, error: direct.error() };
         let proof = self.proof(mesh, channels);
         let left = proof.left(leaf, &Light::Even(&surfaces.emitted), &gathered);
         let lebesgue = proof.nodes_of(leaf).lebesgue;
@@ -133,6 +133,30 @@ impl Ground {
     }
 }
 
+/// Bounds on the light on an element, at most and in the mean, of sources that its nodes do not see at all and that others of its places
+/// may: these are sources, each with the largest magnitude of its radiosity.
+pub(crate) fn unseen<'a>(
+    ground: &Ground,
+    mesh: &Mesh,
+    element: usize,
+    sources: impl Iterator<Item = (usize, &'a [usize], f64)>,
+) -> [f64; 2] {
+    let basis = mesh.basis(element);
+    let places: Vec<[f64; 2]> = basis.nodes().iter().map(|node| node.at).collect();
+    let proof = ground.proof(mesh, 1);
+    let target = Target::of(&mesh.elements()[element], &places, proof.nodes_of(element));
+    let (mut bounds, mut mean) = (Vec::new(), 0.0);
+    for (source, faces, size) in sources {
+        if proof.is_cut(&target, element, source, faces) {
+            let (factor, of) = (target.reach(&mesh.elements()[source]).factor, &mesh.elements()[source]);
+            bounds.push((factor, size));
+            mean += size * least(factor, of.area() / mesh.elements()[element].area());
+        }
+    }
+    let most = fill(bounds);
+    [most, least(most, mean)]
+}
+
 impl Solved<'_> {
     fn reflectance(&self, element: usize, channel: usize) -> f64 {
         self.surfaces.reflectance[self.mesh.elements()[element].face()][channel]
@@ -146,7 +170,8 @@ impl Solved<'_> {
         let value = |index: usize, node: usize, coefficients: &[f64]| -> f64 {
             links[index].rows[node].values.iter().zip(coefficients).map(|(v, c)| v * c).sum()
         };
-        let gathered = Gathered { sources: links.iter().map(|link| (link.source, &link.sight)).collect(), value: &value };
+        let error = links.iter().flat_map(|link| &link.rows).map(|row| row.error).fold(0.0, largest);
+        let gathered = Gathered { sources: links.iter().map(|link| (link.source, &link.sight)).collect(), value: &value, error };
         let proof = ground.proof(mesh, channels);
         let left = proof.left(receiver, &Light::Field(field), &gathered);
         let nodes = ground.nodes[usize::from(element.shape() == Shape::Triangle)].lebesgue;

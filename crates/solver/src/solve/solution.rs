@@ -42,6 +42,8 @@ pub struct Solution {
     /// What is needed to prove a bound, and the bound that is proven.
     pub(super) ground: Ground,
     pub(crate) proven: Proven,
+    /// Of each leaf, bounds on the light of lamps that its nodes do not see, if there may be any.
+    pub(super) unseen: Vec<Option<Vec<[f64; 2]>>>,
     /// Of each leaf, what is proven to be left out of direct light at most.
     pub(super) proven_direct: Vec<Option<Vec<Rest>>>,
     pub(crate) channels: Vec<String>,

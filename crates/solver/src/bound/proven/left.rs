@@ -47,6 +47,8 @@ pub(super) struct Gathered<'a> {
     pub(super) sources: Vec<(usize, &'a Sight)>,
     /// What a node gets of a source with some coefficients.
     pub(super) value: &'a dyn Fn(usize, usize, &[f64]) -> f64,
+    /// Bound on the errors of form factors in that.
+    pub(super) error: f64,
 }
 
 /// A source, or an element above some, with the part of its polynomial that the element above it has not.
@@ -59,6 +61,17 @@ struct Part {
     /// For each channel.
     polynomials: Vec<Polynomial>,
     taken: Taken,
+}
+
+/// What an element sees of a source.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Kind {
+    /// Nothing.
+    Dark,
+    /// All, but for what is below the horizon or behind.
+    Clear,
+    /// Something may be before a part of it.
+    Cut,
 }
 
 /// Which bound a part counts by.
@@ -111,10 +124,9 @@ impl Proof<'_> {
         &self.nodes[usize::from(self.mesh.elements()[element].shape() == Shape::Triangle)]
     }
 
-    fn polynomial(&self, light: &Light<'_>, element: usize, channel: usize) -> Polynomial {
+    fn polynomial(&self, element: usize, coefficients: &[f64]) -> Polynomial {
         let (basis, geometry) = (self.mesh.basis(element), &self.mesh.elements()[element]);
-        let coefficients = light.beyond_parent(self.mesh, element, channel);
-        let bernstein = basis.bernstein(&coefficients);
+        let bernstein = basis.bernstein(coefficients);
         let off = |from: f64| bernstein.iter().fold(0.0, |most, b| largest(most, (b - from).abs()));
         let [s, t] = self.nodes_of(element).slopes(&bernstein);
         let gradient = s * geometry.gradient([1.0, 0.0]).length() + t * geometry.gradient([0.0, 1.0]).length();
@@ -128,13 +140,52 @@ impl Proof<'_> {
         }
     }
 
+    /// Whether an outline may be between an element and a source. Where none is, all of the source is seen from all of the element or
+    /// nothing of it: what is seen changes only across outlines.
+    pub(super) fn is_cut(&self, target: &Target<'_>, to: usize, source: usize, faces: &[usize]) -> bool {
+        let (mesh, from) = (self.mesh, self.mesh.elements()[to].polygon().vertices());
+        if self.edges.stands_on(mesh.elements()[to].face(), from) {
+            return true;
+        }
+        let of_source = mesh.elements()[source].face();
+        let crossing = self.edges.of_face(of_source).iter().filter(|&&line| self.edges.crosses(line));
+        let mut lines = faces.iter().flat_map(|&face| self.edges.of_face(face)).chain(crossing);
+        lines.any(|&line| {
+            let ends = self.edges.all[line].ends;
+            ends.iter().any(|&end| target.height(end) > 0.0)
+                && self.edges.is_outline(line, from)
+                && in_beam(target, &mesh.elements()[source], ends)
+        })
+    }
+
+    /// What each source is to an element.
+    fn kinds(&self, to: usize, target: &Target<'_>, gathered: &Gathered<'_>) -> Vec<Kind> {
+        let of = |(index, &(source, sight)): (usize, &(usize, &Sight))| match sight {
+            Sight::Clear => Kind::Clear,
+            Sight::Nothing(_) => Kind::Dark,
+            Sight::Past(faces) if !self.is_cut(target, to, source, faces) => {
+                let len = self.mesh.basis(source).len();
+                let mut unit = vec![0.0; len];
+                unit[0] = 1.0;
+                let nodes = self.mesh.basis(to).nodes().len();
+                let seen = (0..nodes).any(|node| (gathered.value)(index, node, &unit) > gathered.error);
+                let surely = !seen && target.least(&self.mesh.elements()[source]) > 2.0 * gathered.error;
+                // What holds for all of it holds for nothing.
+                if surely { Kind::Dark } else { Kind::Clear }
+            }
+            Sight::Past(_) => Kind::Cut,
+        };
+        gathered.sources.iter().enumerate().map(of).collect()
+    }
+
     /// What is left out on an element of the light that it gathers, in each channel.
     pub(super) fn left(&self, to: usize, light: &Light<'_>, gathered: &Gathered<'_>) -> Vec<Left> {
         let (mesh, channels) = (self.mesh, self.channels);
         let (element, basis) = (&mesh.elements()[to], mesh.basis(to));
         let places: Vec<[f64; 2]> = basis.nodes().iter().map(|node| node.at).collect();
         let target = Target::of(element, &places, self.nodes_of(to));
-        let mut parts = self.parts(&target, light, &gathered.sources);
+        let kinds = self.kinds(to, &target, gathered);
+        let mut parts = self.parts(&target, light, &gathered.sources, &kinds);
         let seams = self.choose(&target, &mut parts, basis.degree());
 
         // What the slow parts give to the nodes, and what is known of them at the sources.
@@ -166,7 +217,7 @@ impl Proof<'_> {
             }
             ranges.push(of_source);
         }
-        let jumps = self.jumps(to, &target, &gathered.sources, &ranges);
+        let jumps = self.jumps(to, &target, &gathered.sources, &kinds, &ranges);
         let crossed = self.edges.stands_on(element.face(), element.polygon().vertices());
 
         let of_channel = |channel: usize| {
@@ -220,23 +271,24 @@ impl Proof<'_> {
             }
             let by_rates = Left { largest: left.largest + most, mean: left.mean + mean };
             let simply = self.simply(to, &target, light, gathered, channel);
-            let both = match crossed {
-                true => simply,
-                false => Left { largest: least(by_rates.largest, simply.largest), mean: least(by_rates.mean, simply.mean) },
-            };
+            let lesser = |a: Left, b: Left| Left { largest: least(a.largest, b.largest), mean: least(a.mean, b.mean) };
+            let mut both = lesser(simply, self.by_sources(to, &target, light, gathered, &kinds, channel));
+            if !crossed {
+                both = lesser(both, by_rates);
+            }
             Left { largest: both.largest * ROUNDED, mean: least(both.mean, both.largest) * ROUNDED }
         };
         (0..channels).map(of_channel).collect()
     }
 
     /// The sources and the elements above them.
-    fn parts(&self, target: &Target<'_>, light: &Light<'_>, sources: &[(usize, &Sight)]) -> Vec<Part> {
+    fn parts(&self, target: &Target<'_>, light: &Light<'_>, sources: &[(usize, &Sight)], kinds: &[Kind]) -> Vec<Part> {
         let mesh = self.mesh;
         // Of each element whether all that is seen of it is in the clear.
         let mut clear: HashMap<usize, bool> = HashMap::new();
         let mut order: Vec<usize> = Vec::new();
-        for &(source, sight) in sources {
-            let is_clear = matches!(sight, Sight::Clear);
+        for (&(source, _), kind) in sources.iter().zip(kinds) {
+            let is_clear = *kind == Kind::Clear;
             for at in mesh.above(source) {
                 match clear.entry(at) {
                     std::collections::hash_map::Entry::Occupied(mut known) => {
@@ -278,7 +330,7 @@ impl Proof<'_> {
                 clear: clear[&element],
                 is_root: source.parent().is_none(),
                 reach: target.reach(source),
-                polynomials: (0..self.channels).map(|channel| self.polynomial(light, element, channel)).collect(),
+                polynomials: (0..self.channels).map(|channel| self.polynomial(element, &light.beyond_parent(mesh, element, channel))).collect(),
                 taken: Taken::Slow,
             }
         };
@@ -300,14 +352,17 @@ impl Proof<'_> {
 
     /// How much what a part gives changes by its own boundary, for a radiosity of 1: at most and in the mean.
     fn own(&self, target: &Target<'_>, part: &Part) -> [f64; 2] {
+        [target.most, target.mean].map(|by| self.own_by(target, part, by))
+    }
+
+    fn own_by(&self, target: &Target<'_>, part: &Part, by: [f64; 2]) -> f64 {
         let vertices = self.mesh.elements()[part.element].polygon().vertices();
         let disc = (target.element.centre(), target.element.radius());
-        let of = |i: usize| target.rates(disc, [vertices[i], vertices[(i + 1) % vertices.len()]]);
-        let rates: Vec<[f64; 2]> = (0..vertices.len()).map(of).collect();
-        [target.most, target.mean].map(|by| {
-            let swept = |[u, v]: &[f64; 2]| if u.is_finite() && v.is_finite() { least(u * by[0] + v * by[1], 1.0) } else { 1.0 };
-            rates.iter().map(swept).sum()
-        })
+        let swept = |i: usize| {
+            let [u, v] = target.rates(disc, [vertices[i], vertices[(i + 1) % vertices.len()]]);
+            if u.is_finite() && v.is_finite() { least(u * by[0] + v * by[1], 1.0) } else { 1.0 }
+        };
+        (0..vertices.len()).map(swept).sum()
     }
 
     /// Decides which bound each part counts by; returns the edges of the coarsest parts that count by how fast they change, with
@@ -321,11 +376,7 @@ impl Proof<'_> {
             let drift = if drift > 0.0 { drift * target.drift(source, &part.reach, target.mean) } else { 0.0 };
             let slow = sum(&|p| p.size, part) * self.own(target, part)[1] + drift;
             let most = 2.0 * sum(&|p| p.size, part) * part.reach.factor;
-            let in_front = target.element.polygon().vertices().iter().all(|v| {
-                let reach = (*v - source.centre()).length() + source.radius();
-                source.polygon().normal().dot(*v - source.centre()) >= -LEVEL * reach
-            });
-            let smooth = if part.clear && in_front { 2.0 * sum(&|p| self.smooth(target, part, p, degree), part) } else { f64::INFINITY };
+            let smooth = if part.clear && self.in_front(target, part.element) { 2.0 * sum(&|p| self.smooth(target, part, p, degree), part) } else { f64::INFINITY };
             parts[index].taken = if smooth <= slow && smooth <= most {
                 Taken::Smooth
             } else if slow <= most || part.is_root {
@@ -389,13 +440,7 @@ impl Proof<'_> {
                 of.push((place, forward));
             }
         }
-        let in_front = |place: usize| {
-            let source = &self.mesh.elements()[parts[place].element];
-            target.element.polygon().vertices().iter().all(|v| {
-                let reach = (*v - source.centre()).length() + source.radius();
-                source.polygon().normal().dot(*v - source.centre()) >= -LEVEL * reach
-            })
-        };
+        let in_front = |place: usize| self.in_front(target, parts[place].element);
         let of_edge = |(key, ends): &(_, [DVec3; 2])| {
             let sides: &[(usize, bool)] = &known[key];
             let alone = |channel: usize| sides.iter().map(|side| parts[side.0].polynomials[channel].size).sum::<f64>();
@@ -417,10 +462,11 @@ impl Proof<'_> {
         to: usize,
         target: &Target<'_>,
         sources: &[(usize, &Sight)],
+        kinds: &[Kind],
         ranges: &[Vec<[f64; 2]>],
     ) -> Vec<([DVec3; 2], Vec<f64>)> {
         let mesh = self.mesh;
-        let mut hidden: Vec<usize> = (0..sources.len()).filter(|&index| matches!(sources[index].1, Sight::Past(_))).collect();
+        let mut hidden: Vec<usize> = (0..sources.len()).filter(|&index| kinds[index] == Kind::Cut).collect();
         if hidden.is_empty() {
             return Vec::new();
         }
@@ -471,6 +517,78 @@ impl Proof<'_> {
         pieces
     }
 
+    /// What is left out, source by source: those that are seen as a whole by what is smooth in what they give, and all others by what
+    /// they give at most of the part of the hemisphere that is left.
+    fn by_sources(
+        &self,
+        to: usize,
+        target: &Target<'_>,
+        light: &Light<'_>,
+        gathered: &Gathered<'_>,
+        kinds: &[Kind],
+        channel: usize,
+    ) -> Left {
+        let (mesh, element, basis) = (self.mesh, target.element, self.mesh.basis(to));
+        let (mut left, mut covered, mut taken) = (Left::default(), 0.0, 0.0);
+        let (mut bounds, mut at_nodes) = (Vec::new(), vec![0.0; basis.nodes().len()]);
+        for (index, &(source, _)) in gathered.sources.iter().enumerate() {
+            let of = &mesh.elements()[source];
+            let coefficients = light.of(mesh, source, channel);
+            match kinds[index] {
+                Kind::Dark => {}
+                Kind::Clear => {
+                    let p = self.polynomial(source, &coefficients);
+                    let reach = target.reach(of);
+                    let part = Part { element: source, clear: true, is_root: false, reach, polynomials: Vec::new(), taken: Taken::Slow };
+                    let own = self.own(target, &part);
+                    let drift = |by: [f64; 2]| if p.gradient > 0.0 { p.gradient * target.drift(of, &part.reach, by) } else { 0.0 };
+                    let smooth = if self.in_front(target, source) { self.smooth(target, &part, &p, basis.degree()) } else { f64::INFINITY };
+                    let twice = 1.0 + target.nodes.lebesgue;
+                    let widely = p.size * part.reach.factor;
+                    let smooth = least(smooth, widely);
+                    // Of what changes by so much, no polynomial by least squares is off by more than twice that, in the mean.
+                    // From the centre to a corner.
+                    let changes = p.size * self.own_by(target, &part, [2.0 / 3.0; 2]) + drift([2.0 / 3.0; 2]);
+                    let slow = Left { largest: twice * changes, mean: 2.0 * changes };
+                    left.largest += least(twice * smooth, slow.largest);
+                    left.mean += least(2.0 * smooth, slow.mean);
+                    let mut unit = vec![0.0; coefficients.len()];
+                    unit[0] = 1.0;
+                    let least_seen = (0..basis.nodes().len()).map(|node| (gathered.value)(index, node, &unit)).fold(f64::INFINITY, least);
+                    let surely = least_seen - own[0] - gathered.error - 1e-6;
+                    covered += if surely > 0.0 { surely } else { 0.0 };
+                }
+                Kind::Cut => {
+                    let [low, high] = mesh.basis(source).range(&coefficients);
+                    let factor = target.reach(of).factor;
+                    bounds.push((factor, low, high));
+                    taken += largest(low.abs(), high.abs()) * least(factor, of.area() / element.area());
+                    at_nodes.iter_mut().enumerate().for_each(|(node, sum)| *sum += (gathered.value)(index, node, &coefficients));
+                }
+            }
+        }
+        if bounds.is_empty() {
+            return left;
+        }
+        let rest = if covered < 1.0 { 1.0 - covered + 1e-6 } else { 1e-6 };
+        let high = fill_rest(rest, bounds.iter().map(|&(factor, _, high)| (factor, high)).collect());
+        let low = -fill_rest(rest, bounds.iter().map(|&(factor, low, _)| (factor, -low)).collect());
+        let held = basis.project(&at_nodes);
+        let range = basis.range(&held);
+        let off = largest(high - range[0], range[1] - low);
+        let rms = held.iter().map(|c| c * c).sum::<f64>().sqrt();
+        Left { largest: left.largest + off, mean: left.mean + least(off, taken + rms) }
+    }
+
+    /// Whether an element is in front of a source.
+    fn in_front(&self, target: &Target<'_>, source: usize) -> bool {
+        let source = &self.mesh.elements()[source];
+        target.element.polygon().vertices().iter().all(|v| {
+            let reach = (*v - source.centre()).length() + source.radius();
+            source.polygon().normal().dot(*v - source.centre()) >= -LEVEL * reach
+        })
+    }
+
     /// What is left out at most whatever is hidden: light is between what sources give at most and at least.
     fn simply(&self, to: usize, target: &Target<'_>, light: &Light<'_>, gathered: &Gathered<'_>, channel: usize) -> Left {
         let (mesh, element, basis) = (self.mesh, target.element, self.mesh.basis(to));
@@ -497,9 +615,14 @@ impl Proof<'_> {
 }
 
 /// The most of `sum F_j u_j` for `0 <= F_j <= f_j` and `sum F_j <= 1`, from pairs of `f_j` and `u_j`.
-pub(super) fn fill(mut pairs: Vec<(f64, f64)>) -> f64 {
+pub(super) fn fill(pairs: Vec<(f64, f64)>) -> f64 {
+    fill_rest(1.0, pairs)
+}
+
+/// The same where the factors sum to at most `rest`.
+fn fill_rest(mut rest: f64, mut pairs: Vec<(f64, f64)>) -> f64 {
     pairs.sort_by(|a, b| b.1.total_cmp(&a.1));
-    let (mut rest, mut sum) = (1.0, 0.0);
+    let mut sum = 0.0;
     for (factor, value) in pairs {
         if !(value > 0.0) || rest <= 0.0 {
             if value.is_nan() {
