@@ -63,7 +63,7 @@ fn a_furnace_with_textures_glows_evenly() {
         let value = solution.value_on(leaf, 0, [0.3, 0.3]);
         assert!((value - 1.0).abs() < 1e-10, "{value}");
         // What is rounding in evaluations counts by the importance, which coarse elements know roughly.
-        assert!(solution.mean_bound()[0].total() < 1e-8, "{:?}", solution.mean_bound());
+        assert!(solution.mean_estimate()[0].total() < 1e-8, "{:?}", solution.mean_estimate());
     }
 }
 
@@ -200,5 +200,5 @@ fn texels_that_reflect_everything_or_nothing_leave_a_bound_in_every_channel() {
             assert!(bounds[1].is_finite() && off <= bounds[0] + bounds[1], "{point:?} {channel}: {off} {bounds:?}");
         }
     }
-    assert!(fine.progress().bound < rough.progress().bound);
+    assert!(fine.progress().estimate < rough.progress().estimate);
 }

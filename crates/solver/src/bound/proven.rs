@@ -1,6 +1,71 @@
-//! A bound on the error that no placement of light breaks.
+//! A bound on the error that no placement of light breaks: no sample decides what may be missed.
 //!
-//! (derivation: to be completed)
+//! | symbol | meaning |
+//! |---|---|
+//! | `B`, `B_h` | the radiosity, and the polynomials on elements |
+//! | `E`, `rho`, `G` | emission, reflectance, and gathering: `G B(x)` is the irradiance of x; the kernel is nowhere negative, `G 1 <= 1` |
+//! | `r` | what is left out, `E + rho G B_h - B_h` |
+//! | `e` | the error, `B - B_h` |
+//! | `i`, `j` | an element that receives, a source |
+//! | `c`, `R`, `n1` | centre, radius and normal of i |
+//! | `F_j(x)`, `f_j` | form factor from x to j past all that hides it, and its bound over all x of i |
+//! | `k_j` | bound on the kernel over i and j, times the area of j |
+//! | `H`, `P H` | irradiance on i, and its projection from the values at the nodes |
+//! | `s_j`, `m_j`, `V_j` | bounds on `|r|` on j, on its mean, and on `rho G |e|` on j |
+//!
+//! # From what is left out to the error
+//! `e = r + rho G e`, so that `|e| <= |r| + rho G |e|`. On i, `rho G |e|` is at most `V_i` if for all i
+//!
+//! ```text
+//! V_i >= rho_i (sum_j min(f_j s_j, k_j m_j) + max of sum_j F_j V_j  for  0 <= F_j <= f_j, sum_j F_j <= 1)
+//! ```
+//!
+//! The maximum is that of a fractional knapsack (D. Lischinski, B. Smits and D. Greenberg 1994): the largest V first. From any V for
+//! which the right side is at most `V + d`, `V + d/(1 - max rho)` fulfils it, so that sweeps may end at any time. At a point the
+//! `F_j` are known: `|B - B_g| <= rho (sum_j min(F_j s_j, k_j m_j) + sum_j F_j V_j)`, `B_g = E + rho G B_h`.
+//!
+//! In the mean over all area `mean |e| <= mean(w |r|)` with `w = 1 + G rho w`, as G is the same both ways; `w_i` is bounded by the
+//! same knapsack. The mean of `B_h` is off by no more than that.
+//!
+//! # What is left out
+//! `r = rho (H - P H)`, what links neglect, what rows are off, and what of the linear system is not solved. The bounds of the last
+//! three are those at nodes, with kernels over all of i ([`Kernel::between`]); rows count by the Lebesgue constant of P, in the mean
+//! by 1, as P does not raise the root mean square of samples. Of `H - P H` three bounds are known, and the least counts.
+//!
+//! **By size.** H is between the least and the largest `sum_j F_j B_j` of the knapsack. In the mean it is at most
+//! `sum_j max|B_j| min(f_j, A_j/A_i)`: no more than j sends.
+//!
+//! **By sources.** Nothing changes what x sees of y but an outline: an edge of a face that does not turn the same side to x as the other
+//! face at that edge does, or where faces cross. So if no outline is between i and j, by their hulls, all of j is seen from all of i or
+//! nothing ([`left`]), and what any node sees says which. What is seen as a whole differs from a polynomial of i's degree by what
+//! Taylor's leaves: with the even part of `B_j` a sum over the edges e of j, with z heights over i's plane and S the distance of e's line,
+//!
+//! ```text
+//! F_j(c + t u) = sum_k a_k t^k,   |a_k| <= (k + 1)(k + 2)/(6 pi) sum_e int_e z S / |y - c|^(3 + k) ds
+//! ```
+//!
+//! since `dF/dt = (1/pi) sum_e int_e z (e x (y - x)).u / |y - x|^4 ds`, z and the product do not change with t, and `|y - x|^-4` is the
+//! generating function of Gegenbauer's polynomials, `|C_m^2| <= (m + 1)(m + 2)(m + 3)/6`; with the rest of `B_j` the kernel's own series
+//! over the area. The horizon does not move, as i is plane. All other sources count by size, in the part of the hemisphere that is left.
+//!
+//! **By how fast light changes.** Along a straight way of `D` from a node to x, with `B_h` on the sources split into the polynomial of
+//! the coarsest elements and what each finer one has beyond it,
+//!
+//! ```text
+//! |H(x) - H(node)| <= sum over lines of J min(1, sup 1/pi int z |D.(e x (y - x))| / |y - x|^4 ds)
+//!                   + sum_j max|grad B_j| (f_j |D| + |n2.D| 1/pi int z / |y - x|^3 dA)
+//! ```
+//!
+//! The lines are the edges of the parts, and the outlines that may be between i and a source; J bounds the jump of the radiosity seen
+//! across them: between two faces that share an edge the difference of their radiosities, and else what may be seen behind. A line sweeps
+//! each direction at most once on the way, so that it changes H by no more than J. The last integral is at most
+//! `2 pi |n1.n2| + sin ln(1 + p^2/d^2)`, d the distance from the plane of j, p the farthest place of j, sin that of the angle between the
+//! planes; over the way `int ln(1 + p^2/d^2) dd <= D ln(1 + p^2/D^2) + 2 p atan(D/p)` from 0. At the nodes `H - P H` is known. Where
+//! something stands on i or crosses it inside, H jumps, and this bound does not count.
+//!
+//! # Rounding
+//! Sums and products of at most a few thousand terms are raised by 1e-9 ([`ROUNDED`]). Planes are those of surfaces: what is level with
+//! one up to 1e-12 of the lengths at hand, or stands on it up to 1e-9, is in it, as it is for links.
 
 mod edges;
 mod left;
@@ -312,6 +377,9 @@ impl Proven {
             receivers.iter().map(of).sum::<Ledger>() * ROUNDED
         };
         let mean: Vec<Ledger> = (0..channels).map(mean_of).collect();
+        if mean.iter().any(|of| !of.total().is_finite()) {
+            return None;
+        }
         let shares = mean.iter().map(|of| if of.total() > 0.0 { *of * (1.0 / of.total()) } else { *of }).collect();
         Some(Self { mean, direct, reflected, carried, weights, shares, left_on_clusters, carried_on_clusters })
     }

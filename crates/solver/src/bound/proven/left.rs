@@ -185,7 +185,7 @@ impl Proof<'_> {
         let places: Vec<[f64; 2]> = basis.nodes().iter().map(|node| node.at).collect();
         let target = Target::of(element, &places, self.nodes_of(to));
         let kinds = self.kinds(to, &target, gathered);
-        let mut parts = self.parts(&target, light, &gathered.sources, &kinds);
+        let (mut parts, hides_by_contact) = self.parts(&target, light, &gathered.sources, &kinds);
         let seams = self.choose(&target, &mut parts, basis.degree());
 
         // What the slow parts give to the nodes, and what is known of them at the sources.
@@ -218,7 +218,7 @@ impl Proof<'_> {
             ranges.push(of_source);
         }
         let jumps = self.jumps(to, &target, &gathered.sources, &kinds, &ranges);
-        let crossed = self.edges.stands_on(element.face(), element.polygon().vertices());
+        let crossed = hides_by_contact || self.edges.stands_on(element.face(), element.polygon().vertices());
 
         let of_channel = |channel: usize| {
             let mut left = Left::default();
@@ -281,9 +281,10 @@ impl Proof<'_> {
         (0..channels).map(of_channel).collect()
     }
 
-    /// The sources and the elements above them.
-    fn parts(&self, target: &Target<'_>, light: &Light<'_>, sources: &[(usize, &Sight)], kinds: &[Kind]) -> Vec<Part> {
+    /// The sources and the elements above them, and whether some are left out that something on their face hides.
+    fn parts(&self, target: &Target<'_>, light: &Light<'_>, sources: &[(usize, &Sight)], kinds: &[Kind]) -> (Vec<Part>, bool) {
         let mesh = self.mesh;
+        let mut by_contact = false;
         // Of each element whether all that is seen of it is in the clear.
         let mut clear: HashMap<usize, bool> = HashMap::new();
         let mut order: Vec<usize> = Vec::new();
@@ -317,6 +318,8 @@ impl Proof<'_> {
             }
             let Some(first) = mesh.elements()[at].children() else { continue };
             if (first..first + 4).any(|child| !clear.contains_key(&child) && !below(child)) {
+                // Where something stands on a face what is hidden may end with an element.
+                by_contact |= self.edges.has_feet(mesh.elements()[at].face());
                 for above in mesh.above(at) {
                     clear.insert(above, false);
                 }
@@ -334,7 +337,7 @@ impl Proof<'_> {
                 taken: Taken::Slow,
             }
         };
-        order.into_iter().map(of).collect()
+        (order.into_iter().map(of).collect(), by_contact)
     }
 
     /// What Taylor's polynomial leaves of what a part gives.
