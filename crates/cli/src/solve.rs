@@ -199,7 +199,14 @@ fn solved(request: &Request, scene: &Scene, start: Instant, out: Option<(&Path, 
     let mut failure = None;
     let solution = solve_from(scene, &options, &divisions, |solution| {
         let p = solution.progress();
-        bar.set_message(format!("round {}: {} elements, {} links, bound {:.3} %, estimate {:.3} %", p.round, p.elements, p.links, 100.0 * p.bound, 100.0 * p.estimate));
+        let (what, reached) = if p.bound.is_finite() { ("bound", p.bound) } else { ("estimate", p.estimate) };
+        bar.set_message(format!(
+            "round {}: {} elements, {} links, {what} {:.3} %",
+            p.round,
+            p.elements,
+            p.links,
+            100.0 * reached
+        ));
         if let Some((file, format)) = out {
             failure = write_whole(file, |output| format.write(solution, output)).err();
         }

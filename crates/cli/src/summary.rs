@@ -46,7 +46,8 @@ impl Summary {
             estimate: estimate.total(),
             ledger: entries(ledger, 1.0),
         };
-        let channels: Vec<Channel> = solution.channels().iter().zip(solution.mean()).zip(&bounds).zip(&estimates).map(channel).collect();
+        let channels: Vec<Channel> =
+            solution.channels().iter().zip(solution.mean()).zip(&bounds).zip(&estimates).map(channel).collect();
         let lit = bounds.iter().zip(solution.mean()).filter(|(_, mean)| **mean > 0.0);
         let worst = lit.max_by(|a, b| (a.0.total() / a.1).total_cmp(&(b.0.total() / b.1)));
         let (ledger, mean) = worst.map_or((Ledger::default(), 1.0), |(ledger, mean)| (*ledger, *mean));

@@ -24,13 +24,14 @@ mod sweep;
 #[cfg(test)]
 mod tests;
 
+use std::sync::OnceLock;
 use std::time::{Duration, Instant};
 
 use radgrad_core::DVec3;
 use radgrad_scene::Scene;
 
 use crate::bound::Bounds;
-use crate::bound::proven::{Ground, Proven};
+use crate::bound::proven::Ground;
 use crate::error::Error;
 use crate::field::Field;
 use crate::links::cell::Rules;
@@ -158,7 +159,7 @@ pub(crate) fn solve_on(
         judged: Vec::new(),
         bounds: Bounds::default(),
         ground: Ground::of(&mesh),
-        proven: Proven::default(),
+        proven: OnceLock::new(),
         unseen: Vec::new(),
         proven_direct: Vec::new(),
         extent: (high - low).max_element(),
@@ -180,6 +181,7 @@ pub(crate) fn solve_on(
         let once = options.linking != Linking::Error;
         let enough = once || solution.reached(options) || solution.mesh.elements().len() >= options.most_elements;
         if enough || !go_on || options.time.is_some_and(|time| start.elapsed() + expected(took, before) > time) {
+            solution.progress.bound = solution.prove()?;
             return Ok(solution);
         }
         before = took;
@@ -217,10 +219,9 @@ impl Solution {
         let bounds = Bounds::of(self.bounded(), [self.left_of_direct(), self.left_of_reflected()]);
         self.bounds = bounds.ok_or_else(|| self.lossless())?;
         let links = self.receivers.iter().map(|&receiver| self.links[receiver].len() + self.far[receiver].len()).sum();
-        self.prove()?;
-        let [bound, estimate] = [self.mean_bound(), self.mean_estimate()].map(|of| {
-            of.iter().zip(&self.mean).map(|(w, mean)| ratio(w.total(), *mean)).fold(0.0, f64::max)
-        });
+        self.proven = OnceLock::new();
+        let estimate = self.mean_estimate().iter().zip(&self.mean).map(|(w, mean)| ratio(w.total(), *mean)).fold(0.0, f64::max);
+        let bound = if options.bound.is_some() { self.prove()? } else { f64::INFINITY };
         let (round, gathers) = (self.progress.round + 1, self.progress.gathers);
         self.progress = Progress { round, elements: self.mesh.leaves().count(), links, gathers, bound, estimate };
         Ok(())

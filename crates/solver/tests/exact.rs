@@ -29,7 +29,10 @@ fn solved(faces: &[(Quad, f64, f64)], options: &Options) -> Solution {
 fn checked(solution: &Solution, point: [f64; 3], normal: [f64; 3], exact: f64) -> (f64, f64) {
     let gathered = solution.gather(point.into(), normal.into()).unwrap();
     let (value, bound, estimate) = (gathered.radiosity[0], gathered.ledger[0].total(), gathered.estimate[0].total());
-    assert!((value - exact).abs() <= bound.min(estimate), "{point:?}: {value} off {exact} by more than {bound:e} or {estimate:e}");
+    assert!(
+        (value - exact).abs() <= bound.min(estimate),
+        "{point:?}: {value} off {exact} by more than {bound:e} or {estimate:e}"
+    );
     (value, estimate / (value - exact).abs())
 }
 

@@ -103,12 +103,24 @@ const RISE: f64 = 1e-3;
 
 /// The larger of two; neither is lost if it is no number.
 fn largest(a: f64, b: f64) -> f64 {
-    if a.is_nan() || b.is_nan() { f64::NAN } else if a > b { a } else { b }
+    if a.is_nan() || b.is_nan() {
+        f64::NAN
+    } else if a > b {
+        a
+    } else {
+        b
+    }
 }
 
 /// The lesser of two; neither is lost if it is no number.
 fn least(a: f64, b: f64) -> f64 {
-    if a.is_nan() || b.is_nan() { f64::NAN } else if a < b { a } else { b }
+    if a.is_nan() || b.is_nan() {
+        f64::NAN
+    } else if a < b {
+        a
+    } else {
+        b
+    }
 }
 
 /// What is bounded.
@@ -190,7 +202,8 @@ impl Ground {
             let error = |kind: usize| direct.nodes.iter().map(|lit| lit.error[channel][kind]).fold(0.0, largest);
             let [clear, past] = [error(0), error(1)];
             let rest = |discretisation: f64, times: f64| {
-                Ledger { discretisation, computation: times * clear, visibility: times * past, ..Ledger::default() } * rho[channel]
+                Ledger { discretisation, computation: times * clear, visibility: times * past, ..Ledger::default() }
+                    * rho[channel]
             };
             Rest { largest: rest(left.largest, 2.0 * lebesgue), mean: rest(left.mean, 2.0) }
         };
@@ -315,15 +328,19 @@ impl Proven {
     /// The bounds; `None` where light may not be lost, so that there are none.
     pub(crate) fn of(solved: Solved<'_>, ground: &Ground, direct: Vec<Vec<Rest>>) -> Option<Self> {
         let Solved { mesh, receivers, channels, .. } = solved;
-        let rho_most: Vec<f64> = (0..channels)
-            .map(|channel| receivers.iter().map(|&r| solved.reflectance(r, channel)).fold(0.0, largest))
-            .collect();
+        let rho_most: Vec<f64> =
+            (0..channels).map(|channel| receivers.iter().map(|&r| solved.reflectance(r, channel)).fold(0.0, largest)).collect();
         if rho_most.iter().any(|rho| !(*rho < 1.0)) {
             return None;
         }
-        let reflected: Vec<Vec<Rest>> = receivers.par_iter().map(|&receiver| solved.left_of_reflected(ground, receiver)).collect();
+        let reflected: Vec<Vec<Rest>> =
+            receivers.par_iter().map(|&receiver| solved.left_of_reflected(ground, receiver)).collect();
         let leaves: Vec<usize> = mesh.leaves().collect();
-            let direct = if direct.is_empty() { vec![vec![Rest::default(); channels]; mesh.elements().len()] } else { everywhere(mesh, &leaves, direct, channels) };
+        let direct = if direct.is_empty() {
+            vec![vec![Rest::default(); channels]; mesh.elements().len()]
+        } else {
+            everywhere(mesh, &leaves, direct, channels)
+        };
         let reflected = everywhere(mesh, receivers, reflected, channels);
         let left = |element: usize, channel: usize| {
             let (a, b) = (&direct[element][channel], &reflected[element][channel]);
@@ -340,18 +357,21 @@ impl Proven {
         let mut carried = vec![vec![0.0; channels]; mesh.elements().len()];
         let mut weights = vec![vec![0.0; channels]; mesh.elements().len()];
         for channel in 0..channels {
-            let own: Vec<f64> = (receivers, &views).into_par_iter().map(|(&receiver, views)| {
-                let near = views.sources.iter().map(|&(source, factor, peak)| {
-                    let [most, mean] = left(source, channel);
-                    (gathered(factor, peak, most, mean), most)
-                });
-                let (sum, most) = near.fold((0.0, 0.0), |(sum, most), (g, s)| (sum + g, largest(most, s)));
-                let (sum, most) = views.clusters.iter().fold((sum, most), |(sum, most), (cluster, view)| {
-                    let pair = &left_on_clusters[channel][*cluster];
-                    (sum + view.at_most(pair.whole, pair.largest), largest(most, pair.largest))
-                });
-                least(sum, most) * solved.reflectance(receiver, channel)
-            }).collect();
+            let own: Vec<f64> = (receivers, &views)
+                .into_par_iter()
+                .map(|(&receiver, views)| {
+                    let near = views.sources.iter().map(|&(source, factor, peak)| {
+                        let [most, mean] = left(source, channel);
+                        (gathered(factor, peak, most, mean), most)
+                    });
+                    let (sum, most) = near.fold((0.0, 0.0), |(sum, most), (g, s)| (sum + g, largest(most, s)));
+                    let (sum, most) = views.clusters.iter().fold((sum, most), |(sum, most), (cluster, view)| {
+                        let pair = &left_on_clusters[channel][*cluster];
+                        (sum + view.at_most(pair.whole, pair.largest), largest(most, pair.largest))
+                    });
+                    least(sum, most) * solved.reflectance(receiver, channel)
+                })
+                .collect();
             let of_error = risen(&solved, &views, channel, &own, rho_most[channel]);
             let of_light: Vec<f64> = receivers.iter().map(|&receiver| solved.reflectance(receiver, channel)).collect();
             let of_light = risen(&solved, &views, channel, &of_light, rho_most[channel]);
@@ -532,7 +552,10 @@ fn everywhere(mesh: &Mesh, at: &[usize], of: Vec<Vec<Rest>>, channels: usize) ->
     for index in 0..all.len() {
         if let (None, Some(parent)) = (&all[index], mesh.elements()[index].parent()) {
             let below = all[parent].as_ref().map(|of| {
-                let part = |of: &Rest| Rest { mean: if 4.0 * of.mean.total() < of.largest.total() { of.mean * 4.0 } else { of.largest }, ..*of };
+                let part = |of: &Rest| Rest {
+                    mean: if 4.0 * of.mean.total() < of.largest.total() { of.mean * 4.0 } else { of.largest },
+                    ..*of
+                };
                 of.iter().map(part).collect()
             });
             all[index] = below;
@@ -540,4 +563,3 @@ fn everywhere(mesh: &Mesh, at: &[usize], of: Vec<Vec<Rest>>, channels: usize) ->
     }
     all.into_iter().map(|of| of.unwrap_or_else(|| vec![Rest::default(); channels])).collect()
 }
-

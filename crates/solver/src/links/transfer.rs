@@ -249,7 +249,8 @@ impl Kernel {
         let farthest = (to.centre() - from.centre()).length() + to.radius() + from.radius();
         let rounding = 1e-12 * farthest;
         let distance = (distance - rounding).max(0.0);
-        let (cos1, cos2) = if distance > 0.0 { ((highest / distance).min(1.0), (height / distance).min(1.0)) } else { (1.0, 1.0) };
+        let (cos1, cos2) =
+            if distance > 0.0 { ((highest / distance).min(1.0), (height / distance).min(1.0)) } else { (1.0, 1.0) };
         let unit = from.area() * cos2 / (std::f64::consts::PI * distance * distance) * (1.0 + 1e-12);
         let root = |square: f64| (square + 1e-12).clamp(0.0, 1.0).sqrt();
         let near = (nearest - rounding).max(0.0) / farthest;

@@ -53,9 +53,8 @@ impl Solution {
     /// What each receiver adds to the bound.
     fn shares(&self, options: &Options) -> Vec<(f64, usize)> {
         let share = |receiver: usize, channel: usize| {
-            if options.bound.is_some() {
-                let area = self.mesh.elements()[receiver].area();
-                return ratio(area * self.proven.share(receiver, channel), self.mean[channel]);
+            if let (Some(_), Some(proven)) = (options.bound, self.proven()) {
+                return ratio(self.mesh.elements()[receiver].area() * proven.share(receiver, channel), self.mean[channel]);
             }
             let counts = self.counts(receiver, &self.bounds.residuals[1][receiver][channel]);
             ratio(self.bounds.share(&self.mesh, receiver, channel, counts), self.mean[channel])

@@ -83,7 +83,10 @@ impl Solution {
         }
         let [rho, emitted] = self.surfaces.at(face, point);
         let estimated = self.points().at(self.bounded(), &self.bounds, &station, (&rows, &far), &rho);
-        let proven = self.proven.at(&rows, &far, &rho);
+        let proven = match self.proven() {
+            Some(proven) => proven.at(&rows, &far, &rho),
+            None => vec![Ledger::unknown(); channels],
+        };
         let rounding = |c: usize| 2.0 * f64::EPSILON * (links.len() + 2) as f64 * (rho[c] * sums[c].abs() + emitted[c]);
         let with = |beyond: &[Ledger]| -> Vec<Ledger> {
             let of = |c: usize| beyond[c] + ledger[c] * rho[c] + Ledger { computation: rounding(c), ..Ledger::default() };

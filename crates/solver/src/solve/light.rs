@@ -42,7 +42,8 @@ impl Solution {
             let apart = !options.uniform && options.marking == Marking::Residual && options.linking == Linking::Error;
             if !self.direct.is_empty() {
                 self.unseen.resize(self.mesh.elements().len(), None);
-                let new: Vec<usize> = (known..self.mesh.elements().len()).filter(|&e| self.mesh.elements()[e].is_leaf()).collect();
+                let new: Vec<usize> =
+                    (known..self.mesh.elements().len()).filter(|&e| self.mesh.elements()[e].is_leaf()).collect();
                 let unseen = for_each(&new, |leaf| Ok(self.unseen_on(leaf)))?;
                 new.into_iter().zip(unseen).for_each(|(leaf, unseen)| self.unseen[leaf] = unseen);
             }

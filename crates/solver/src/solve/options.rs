@@ -71,7 +71,8 @@ pub struct Progress {
     pub links: usize,
     /// Gathers of receivers so far.
     pub gathers: usize,
-    /// Proven bound on the mean error over the mean radiosity, the largest of the channels.
+    /// Proven bound on the mean error over the mean radiosity, the largest of the channels: after the last round, and after each if that is
+    /// what is asked for; else infinite.
     pub bound: f64,
     /// Estimate of the same.
     pub estimate: f64,

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use crate::bound::proven::{Proven, Rest, Solved};
 use crate::error::Error;
 use crate::solve::options::Options;
-use crate::solve::solution::Solution;
+use crate::solve::solution::{Solution, ratio};
 
 impl Solution {
     /// Whether what was asked for is reached.
@@ -16,23 +16,37 @@ impl Solution {
         }
     }
 
-    /// Proves the bound.
-    pub(super) fn prove(&mut self) -> Result<(), Error> {
+    /// The proven bound on the mean error over the mean radiosity, the largest of the channels.
+    pub(super) fn prove(&mut self) -> Result<f64, Error> {
         self.prove_direct();
-        let leaves = self.mesh.leaves().filter(|_| !self.direct.is_empty());
-        let direct = leaves.filter_map(|leaf| self.proven_direct[leaf].clone()).collect();
-        let solved = Solved {
-            mesh: &self.mesh,
-            surfaces: &self.surfaces,
-            field: &self.field,
-            links: &self.links,
-            far: &self.far,
-            receivers: &self.receivers,
-            channels: self.channels.len(),
-            residuals: &self.bounds.residuals,
+        if self.proven().is_none() {
+            return Err(self.lossless());
+        }
+        Ok(self.mean_bound().iter().zip(&self.mean).map(|(w, mean)| ratio(w.total(), *mean)).fold(0.0, f64::max))
+    }
+
+    /// What is proven, if anything is.
+    pub(crate) fn proven(&self) -> Option<&Proven> {
+        let prove = || {
+            let of_leaf = |leaf: usize| match self.proven_direct.get(leaf) {
+                Some(Some(known)) => known.clone(),
+                _ => self.ground.left_of_direct(&self.mesh, &self.surfaces, &self.lamps, &self.direct[leaf], leaf),
+            };
+            let leaves: Vec<usize> = self.mesh.leaves().filter(|_| !self.direct.is_empty()).collect();
+            let direct = leaves.into_par_iter().map(of_leaf).collect();
+            let solved = Solved {
+                mesh: &self.mesh,
+                surfaces: &self.surfaces,
+                field: &self.field,
+                links: &self.links,
+                far: &self.far,
+                receivers: &self.receivers,
+                channels: self.channels.len(),
+                residuals: &self.bounds.residuals,
+            };
+            Proven::of(solved, &self.ground, direct)
         };
-        self.proven = Proven::of(solved, &self.ground, direct).ok_or_else(|| self.lossless())?;
-        Ok(())
+        self.proven.get_or_init(prove).as_ref()
     }
 
     /// Bounds what is left out of direct light on leaves of which it is not known.

@@ -37,7 +37,10 @@ impl Solution {
     /// in each channel.
     #[must_use]
     pub fn mean_bound(&self) -> Vec<Ledger> {
-        self.proven.mean.clone()
+        match self.proven() {
+            Some(proven) => proven.mean.clone(),
+            None => vec![Ledger::unknown(); self.channels.len()],
+        }
     }
 
     /// Estimate of the mean over all area of the magnitude of the error of gathers, in each channel.
@@ -51,7 +54,10 @@ impl Solution {
     #[must_use]
     pub fn bound_on(&self, leaf: usize) -> Vec<Ledger> {
         let receiver = self.receiver_of(leaf);
-        let of = |c: usize| self.proven.carried_on(receiver, c) + self.proven.left_on(leaf, receiver, c);
+        let of = |c: usize| match self.proven() {
+            Some(proven) => proven.carried_on(receiver, c) + proven.left_on(leaf, receiver, c),
+            None => Ledger::unknown(),
+        };
         (0..self.channels.len()).map(of).collect()
     }
 
@@ -113,7 +119,10 @@ impl Solution {
     #[must_use]
     pub fn textured_bound_on(&self, leaf: usize) -> Vec<Ledger> {
         let receiver = self.receiver_of(leaf);
-        let of = |c: usize| self.proven.carried_on(receiver, c) + self.proven.left_on(leaf, receiver, c);
+        let of = |c: usize| match self.proven() {
+            Some(proven) => proven.carried_on(receiver, c) + proven.left_on(leaf, receiver, c),
+            None => Ledger::unknown(),
+        };
         (0..self.channels.len()).map(of).collect()
     }
 

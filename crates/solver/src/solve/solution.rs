@@ -1,5 +1,7 @@
 //! The state of a solution: what a round works on, and what is left of it for those who ask.
 
+use std::sync::OnceLock;
+
 use rayon::prelude::*;
 
 use crate::bound::Bounds;
@@ -41,7 +43,8 @@ pub struct Solution {
     pub(crate) bounds: Bounds,
     /// What is needed to prove a bound, and the bound that is proven.
     pub(super) ground: Ground,
-    pub(crate) proven: Proven,
+    /// Once it is asked for; `None` if there is no bound.
+    pub(super) proven: OnceLock<Option<Proven>>,
     /// Of each leaf, bounds on the light of lamps that its nodes do not see, if there may be any.
     pub(super) unseen: Vec<Option<Vec<[f64; 2]>>>,
     /// Of each leaf, what is proven to be left out of direct light at most.

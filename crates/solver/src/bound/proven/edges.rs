@@ -43,7 +43,8 @@ pub(super) fn key([a, b]: [DVec3; 2]) -> (Key, bool) {
 impl Edges {
     pub(super) fn of(mesh: &Mesh) -> Self {
         let polygons = mesh.polygons();
-        let mut edges = Self { of_face: vec![Vec::new(); polygons.len()], feet: vec![Vec::new(); polygons.len()], ..Self::default() };
+        let mut edges =
+            Self { of_face: vec![Vec::new(); polygons.len()], feet: vec![Vec::new(); polygons.len()], ..Self::default() };
         edges.planes = polygons.iter().map(|polygon| [polygon.vertices()[0], polygon.normal()]).collect();
         let mut known: HashMap<Key, usize> = HashMap::new();
         for (face, polygon) in polygons.iter().enumerate() {
@@ -164,7 +165,8 @@ fn foot([corner, normal]: [DVec3; 2], part: &[DVec3]) -> Option<([DVec3; 2], boo
     let heights: Vec<f64> = part.iter().map(|p| normal.dot(*p - corner)).collect();
     let reach = part.iter().map(|p| (*p - corner).length()).fold(0.0, f64::max);
     let level = 1e-9 * reach;
-    let (low, high) = heights.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high): (f64, f64), &h| (low.min(h), high.max(h)));
+    let (low, high) =
+        heights.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high): (f64, f64), &h| (low.min(h), high.max(h)));
     if high <= level || low > level {
         return None;
     }

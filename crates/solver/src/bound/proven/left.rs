@@ -8,14 +8,20 @@ use super::edges::{Edges, key};
 use super::nodes::Nodes;
 use super::terms::{Reach, Target};
 use super::{ROUNDED, largest, least};
-use crate::mesh::shape::Shape;
 use crate::field::Field;
-use crate::mesh::{Mesh, Sight};
 use crate::mesh::screen::LEVEL;
+use crate::mesh::shape::Shape;
+use crate::mesh::{Mesh, Sight};
 
 /// Pieces of an outline, each of which may have something else behind it, by how long it is as seen from the element.
 const PIECE: f64 = 0.4;
 const MOST_PIECES: f64 = 8.0;
+
+/// Faces before a source beyond which it is not asked whether an outline of theirs is between.
+const MOST_FACES: usize = 24;
+
+/// The same summed over all sources, beyond which it is not asked how fast light changes.
+const MOST_IN_ALL: usize = 1500;
 
 /// What is computed with.
 #[derive(Debug, Clone, Copy)]
@@ -144,7 +150,7 @@ impl Proof<'_> {
     /// nothing of it: what is seen changes only across outlines.
     pub(super) fn is_cut(&self, target: &Target<'_>, to: usize, source: usize, faces: &[usize]) -> bool {
         let (mesh, from) = (self.mesh, self.mesh.elements()[to].polygon().vertices());
-        if self.edges.stands_on(mesh.elements()[to].face(), from) {
+        if faces.len() > MOST_FACES || self.edges.stands_on(mesh.elements()[to].face(), from) {
             return true;
         }
         let of_source = mesh.elements()[source].face();
@@ -217,8 +223,10 @@ impl Proof<'_> {
             }
             ranges.push(of_source);
         }
-        let jumps = self.jumps(to, &target, &gathered.sources, &kinds, &ranges);
-        let crossed = hides_by_contact || self.edges.stands_on(element.face(), element.polygon().vertices());
+        let before: usize = gathered.sources.iter().map(|(_, sight)| sight.faces().len()).sum();
+        let jumps = if before > MOST_IN_ALL { Vec::new() } else { self.jumps(to, &target, &gathered.sources, &kinds, &ranges) };
+        let crossed =
+            before > MOST_IN_ALL || hides_by_contact || self.edges.stands_on(element.face(), element.polygon().vertices());
 
         let of_channel = |channel: usize| {
             let mut left = Left::default();
@@ -259,7 +267,8 @@ impl Proof<'_> {
                 let mut add = |segment: [DVec3; 2], jump: f64| {
                     if jump > 0.0 {
                         let [u, v] = target.rates(*disc, segment);
-                        let swept = |by: [f64; 2]| if u.is_finite() && v.is_finite() { least(u * by[0] + v * by[1], 1.0) } else { 1.0 };
+                        let swept =
+                            |by: [f64; 2]| if u.is_finite() && v.is_finite() { least(u * by[0] + v * by[1], 1.0) } else { 1.0 };
                         at_most += jump * swept(near.most);
                         in_mean += jump * swept(near.mean);
                     }
@@ -333,7 +342,9 @@ impl Proof<'_> {
                 clear: clear[&element],
                 is_root: source.parent().is_none(),
                 reach: target.reach(source),
-                polynomials: (0..self.channels).map(|channel| self.polynomial(element, &light.beyond_parent(mesh, element, channel))).collect(),
+                polynomials: (0..self.channels)
+                    .map(|channel| self.polynomial(element, &light.beyond_parent(mesh, element, channel)))
+                    .collect(),
                 taken: Taken::Slow,
             }
         };
@@ -379,7 +390,11 @@ impl Proof<'_> {
             let drift = if drift > 0.0 { drift * target.drift(source, &part.reach, target.mean) } else { 0.0 };
             let slow = sum(&|p| p.size, part) * self.own(target, part)[1] + drift;
             let most = 2.0 * sum(&|p| p.size, part) * part.reach.factor;
-            let smooth = if part.clear && self.in_front(target, part.element) { 2.0 * sum(&|p| self.smooth(target, part, p, degree), part) } else { f64::INFINITY };
+            let smooth = if part.clear && self.in_front(target, part.element) {
+                2.0 * sum(&|p| self.smooth(target, part, p, degree), part)
+            } else {
+                f64::INFINITY
+            };
             parts[index].taken = if smooth <= slow && smooth <= most {
                 Taken::Smooth
             } else if slow <= most || part.is_root {
@@ -478,8 +493,11 @@ impl Proof<'_> {
         hidden.sort_by(|&a, &b| bright[b].total_cmp(&bright[a]));
         let mut lines: HashMap<usize, Vec<usize>> = HashMap::new();
         for &index in &hidden {
-            let mut of_source: Vec<usize> = sources[index].1.faces().iter().flat_map(|&face| self.edges.of_face(face)).copied().collect();
-            of_source.extend(self.edges.of_face(mesh.elements()[sources[index].0].face()).iter().filter(|&&line| self.edges.crosses(line)));
+            let mut of_source: Vec<usize> =
+                sources[index].1.faces().iter().flat_map(|&face| self.edges.of_face(face)).copied().collect();
+            of_source.extend(
+                self.edges.of_face(mesh.elements()[sources[index].0].face()).iter().filter(|&&line| self.edges.crosses(line)),
+            );
             of_source.sort_unstable();
             of_source.dedup();
             for line in of_source {
@@ -542,10 +560,16 @@ impl Proof<'_> {
                 Kind::Clear => {
                     let p = self.polynomial(source, &coefficients);
                     let reach = target.reach(of);
-                    let part = Part { element: source, clear: true, is_root: false, reach, polynomials: Vec::new(), taken: Taken::Slow };
+                    let part =
+                        Part { element: source, clear: true, is_root: false, reach, polynomials: Vec::new(), taken: Taken::Slow };
                     let own = self.own(target, &part);
-                    let drift = |by: [f64; 2]| if p.gradient > 0.0 { p.gradient * target.drift(of, &part.reach, by) } else { 0.0 };
-                    let smooth = if self.in_front(target, source) { self.smooth(target, &part, &p, basis.degree()) } else { f64::INFINITY };
+                    let drift =
+                        |by: [f64; 2]| if p.gradient > 0.0 { p.gradient * target.drift(of, &part.reach, by) } else { 0.0 };
+                    let smooth = if self.in_front(target, source) {
+                        self.smooth(target, &part, &p, basis.degree())
+                    } else {
+                        f64::INFINITY
+                    };
                     let twice = 1.0 + target.nodes.lebesgue;
                     let widely = p.size * part.reach.factor;
                     let smooth = least(smooth, widely);
@@ -557,7 +581,8 @@ impl Proof<'_> {
                     left.mean += least(2.0 * smooth, slow.mean);
                     let mut unit = vec![0.0; coefficients.len()];
                     unit[0] = 1.0;
-                    let least_seen = (0..basis.nodes().len()).map(|node| (gathered.value)(index, node, &unit)).fold(f64::INFINITY, least);
+                    let least_seen =
+                        (0..basis.nodes().len()).map(|node| (gathered.value)(index, node, &unit)).fold(f64::INFINITY, least);
                     let surely = least_seen - own[0] - gathered.error - 1e-6;
                     covered += if surely > 0.0 { surely } else { 0.0 };
                 }

@@ -110,7 +110,13 @@ impl<'a> Target<'a> {
         let start = from.dot(along);
         let end = start + length;
         let square = (from - along * start).length_squared();
-        let away = if start > 0.0 { start } else if end < 0.0 { -end } else { 0.0 };
+        let away = if start > 0.0 {
+            start
+        } else if end < 0.0 {
+            -end
+        } else {
+            0.0
+        };
         let distance = (square + away * away).sqrt();
         if distance == 0.0 {
             return Some(Line { along, from, distance, across: 0.0, integral: f64::INFINITY });
@@ -138,7 +144,11 @@ impl<'a> Target<'a> {
         let of_edge = |(i, &a): (usize, &DVec3)| {
             let Some(line) = self.line(self.element.centre(), [a, polygon[(i + 1) % polygon.len()]]) else { return 0.0 };
             let ratio = self.element.radius() / line.distance;
-            if ratio < 0.9 { line.across * line.integral / PI * line.distance * tail(degree, ratio, |k| (k + 1.0) * (k + 2.0) / 6.0) } else { f64::INFINITY }
+            if ratio < 0.9 {
+                line.across * line.integral / PI * line.distance * tail(degree, ratio, |k| (k + 1.0) * (k + 2.0) / 6.0)
+            } else {
+                f64::INFINITY
+            }
         };
         polygon.iter().enumerate().map(of_edge).sum::<f64>() * ROUNDED
     }
@@ -192,7 +202,11 @@ impl<'a> Target<'a> {
         let vertices = source.polygon().vertices();
         let lowest = vertices.iter().map(|&v| self.height(v)).fold(f64::INFINITY, f64::min);
         let farthest = vertices.iter().map(|v| (*v - place).length_squared()).fold(0.0, f64::max);
-        if height <= 0.0 || lowest <= 0.0 { 0.0 } else { source.area() * height * lowest / (PI * farthest * farthest) * (1.0 - 1e-9) }
+        if height <= 0.0 || lowest <= 0.0 {
+            0.0
+        } else {
+            source.area() * height * lowest / (PI * farthest * farthest) * (1.0 - 1e-9)
+        }
     }
 
     /// Bounds over the element on what a source gives.
@@ -252,7 +266,9 @@ fn distance(a: &Element, b: &Element) -> f64 {
     let (v, w) = (a.polygon().vertices(), b.polygon().vertices());
     let gap = |direction: DVec3| {
         let range = |of: &[DVec3]| {
-            of.iter().map(|p| direction.dot(*p)).fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h): (f64, f64), x| (l.min(x), h.max(x)))
+            of.iter()
+                .map(|p| direction.dot(*p))
+                .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h): (f64, f64), x| (l.min(x), h.max(x)))
         };
         let ((a0, a1), (b0, b1)) = (range(v), range(w));
         (b0 - a1).max(a0 - b1)

@@ -100,7 +100,8 @@ fn on_no_leaf_is_more_of_direct_light_left_out_than_is_proven() {
     for case in 0..18 {
         let scene = room(&mut random, case % 3);
         let first_elements = [8, 60, 200][case / 3 % 3];
-        let options = Options { error: 1.0, first_elements, most_elements: first_elements, degree: Some(case % 4), ..Options::default() };
+        let options =
+            Options { error: 1.0, first_elements, most_elements: first_elements, degree: Some(case % 4), ..Options::default() };
         let solution = solve(&scene, &options, |_| false).unwrap();
         for leaf in solution.mesh.leaves() {
             let proven = &solution.proven_direct[leaf].as_ref().unwrap()[0];
