@@ -29,13 +29,15 @@ pub(crate) struct Point {
     _comment: IgnoredAny,
 }
 
-/// One line of the output: radiosity and bound in each channel of the scene.
+/// One line of the output: radiosity, the bound on its error and an estimate of that in each channel of the scene.
 #[derive(Debug, Serialize)]
 struct Answer<'a> {
     #[serde(skip_serializing_if = "Option::is_none")]
     id: Option<&'a Id>,
     radiosity: Vec<f64>,
+    /// Proven.
     bound: Vec<f64>,
+    estimate: Vec<f64>,
 }
 
 /// What stands in the place of an answer.
@@ -99,10 +101,13 @@ fn answer<'a>(solution: &Solution, (line, point): &'a (usize, Result<Point, Refu
     let refused = |error: String| Refusal { id: point.id.clone(), line: *line, error };
     let gathered = solution.gather(DVec3::from(point.position), DVec3::from(point.normal));
     let gathered = gathered.map_err(|error| refused(error.to_string()))?;
-    let bound: Vec<f64> = gathered.ledger.iter().map(radgrad_solver::Ledger::total).collect();
-    match gathered.radiosity.iter().chain(&bound).find(|number| !number.is_finite()) {
-        Some(&value) => Err(refused(Error::NotFinite { what: "a radiosity or its bound".to_owned(), value }.to_string())),
-        None => Ok(Answer { id: point.id.as_ref(), radiosity: gathered.radiosity, bound }),
+    let total = |of: &[radgrad_solver::Ledger]| of.iter().map(radgrad_solver::Ledger::total).collect::<Vec<f64>>();
+    let [bound, estimate] = [total(&gathered.ledger), total(&gathered.estimate)];
+    match gathered.radiosity.iter().chain(&bound).chain(&estimate).find(|number| !number.is_finite()) {
+        Some(&value) => {
+            Err(refused(Error::NotFinite { what: "a radiosity, its bound or the estimate".to_owned(), value }.to_string()))
+        }
+        None => Ok(Answer { id: point.id.as_ref(), radiosity: gathered.radiosity, bound, estimate }),
     }
 }
 

@@ -15,8 +15,10 @@ pub(crate) struct Summary {
     rounds: usize,
     elements: usize,
     links: usize,
-    /// Bound on the mean error over the mean radiosity that is reflected, the largest of the channels.
+    /// Proven bound on the mean error over the mean radiosity that is reflected, the largest of the channels.
     bound: f64,
+    /// Estimate of the same.
+    estimate: f64,
     /// What was asked for.
     error: f64,
     /// That bound by its sources; the sum is `bound`.
@@ -35,6 +37,7 @@ struct Channel {
     /// The part of it that is reflected.
     reflected: f64,
     bound: f64,
+    estimate: f64,
     ledger: BTreeMap<&'static str, f64>,
 }
 
@@ -42,15 +45,18 @@ impl Summary {
     pub(crate) fn of(solution: &Solution, error: f64, seconds: f64) -> Self {
         let progress = solution.progress();
         let bounds = solution.mean_bound();
+        let estimates = solution.mean_estimate();
         let means = solution.mean().iter().zip(solution.reflected());
-        let channel = |((name, (&mean, &reflected)), ledger): ((&String, (&f64, &f64)), &Ledger)| Channel {
-            name: name.clone(),
-            mean,
-            reflected,
-            bound: ledger.total(),
-            ledger: entries(ledger, 1.0),
-        };
-        let channels: Vec<Channel> = solution.channels().iter().zip(means).zip(&bounds).map(channel).collect();
+        let channel =
+            |(((name, (&mean, &reflected)), ledger), estimate): (((&String, (&f64, &f64)), &Ledger), &Ledger)| Channel {
+                name: name.clone(),
+                mean,
+                reflected,
+                bound: ledger.total(),
+                estimate: estimate.total(),
+                ledger: entries(ledger, 1.0),
+            };
+        let channels: Vec<Channel> = solution.channels().iter().zip(means).zip(&bounds).zip(&estimates).map(channel).collect();
         let lit = bounds.iter().zip(solution.relative_to()).filter(|(_, mean)| **mean > 0.0);
         let worst = lit.max_by(|a, b| (a.0.total() / a.1).total_cmp(&(b.0.total() / b.1)));
         let (ledger, mean) = worst.map_or((Ledger::default(), 1.0), |(ledger, mean)| (*ledger, *mean));
@@ -60,6 +66,7 @@ impl Summary {
             elements: progress.elements,
             links: progress.links,
             bound: progress.bound,
+            estimate: progress.estimate,
             error,
             ledger: entries(&ledger, mean),
             channels,

@@ -1,4 +1,5 @@
-//! Bounds on the error: its mean over all area, and its magnitude at every point.
+//! Bounds on the error: its mean over all area, and its magnitude at every point. Module [`proven`] has those that hold for any placement
+//! of light; the rest goes by samples, and is an estimate.
 //!
 //! `B = E + rho G B`, with a kernel that is nowhere negative and the same both ways. Let `B_h` be the piecewise polynomial
 //! radiosity, `B_g = E + rho G B_h` what one exact gather makes of it, and `r = B_g - B_h` the residual
@@ -22,6 +23,7 @@ mod importance;
 pub(crate) mod ledger;
 mod mean;
 pub(crate) mod point;
+pub(crate) mod proven;
 pub(crate) mod residual;
 mod rise;
 pub(crate) mod scene;

@@ -162,6 +162,11 @@ impl Field {
         smallest(smallest(row.factor() * most, smoothly), row.beyond() * rms)
     }
 
+    /// Bound on the magnitude of what an element's polynomial leaves out of the leaves' radiosity.
+    pub(crate) fn left_out(&self, element: usize, channel: usize) -> f64 {
+        self.beyond[element][channel]
+    }
+
     /// The same by the kernel alone.
     pub(crate) fn smoothly_neglected(&self, mesh: &Mesh, source: usize, channel: usize, kernel: &Kernel) -> f64 {
         let rms = self.rms[source][channel];

@@ -21,11 +21,11 @@
 //! `texture`; R. Gershbein, P. Schroeder and P. Hanrahan 1993). Curved patches have a solver of their own, the crate `radgrad-curved`.
 //!
 //! # What is proven
-//! At a node and at a point: rules, closed forms and their bounds, what links neglect, the residual of the linear system.
-//! Estimated: what the residual is between the nodes of an element and how little of it is along the basis
-//! ([`Ledger::discretisation`]), and that the importance, what is gathered of the residual, and the bound on an element are no more
-//! than at its nodes. So a bound holds if the light has no feature smaller than the elements
-//! that their samples do not see; solutions known exactly are inside theirs.
+//! Two figures go with every answer. The *bound* is proven (module `bound::proven`): it holds for any placement of light, as what may lie
+//! between the nodes of an element is bounded by geometry alone. Where much is hidden from much it is wide. The *estimate* is what samples
+//! say: that light has no feature smaller than the elements that their samples do not see, but for lamps that no node of an element sees
+//! and that may shine on it, which count in it in full. It is no bound, and enters none. [`Options::error`] is what the estimate has to
+//! reach, and [`Options::bound`] the bound.
 //!
 //! Radiosities are pi times the radiance of the scene's materials, in its unit. `examples/two_squares.rs` shows the error, its
 //! bound and their ratio as the mesh is refined.

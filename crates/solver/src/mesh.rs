@@ -158,6 +158,11 @@ impl Mesh {
         &self.bases[usize::from(self.elements[element].shape() == Shape::Triangle)]
     }
 
+    /// Those of parallelograms and of triangles.
+    pub(crate) const fn bases(&self) -> &[Basis; 2] {
+        &self.bases
+    }
+
     /// Polygons of the faces.
     #[must_use]
     pub fn polygons(&self) -> &[Polygon] {

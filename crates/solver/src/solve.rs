@@ -17,6 +17,7 @@ mod light;
 mod linked;
 mod marking;
 pub(crate) mod options;
+mod prove;
 mod queries;
 mod samples;
 pub(crate) mod solution;
@@ -24,12 +25,14 @@ mod sweep;
 #[cfg(test)]
 mod tests;
 
+use std::sync::OnceLock;
 use std::time::{Duration, Instant};
 
 use radgrad_core::DVec3;
 use radgrad_scene::{Prepared, Quantity, Scene, largest, smallest};
 
 use crate::bound::Bounds;
+use crate::bound::proven::Ground;
 use crate::error::Error;
 use crate::field::Field;
 use crate::links::cell::Rules;
@@ -145,7 +148,7 @@ pub(crate) fn solve_on(
     let channels = scene.channels().to_vec();
     let surfaces = Surfaces::of(scene);
     let (low, high) = scene.bounds().unwrap_or((DVec3::ZERO, DVec3::ZERO));
-    let progress = Progress { round: 0, elements: 0, links: 0, gathers: 0, bound: f64::INFINITY };
+    let progress = Progress { round: 0, elements: 0, links: 0, gathers: 0, bound: f64::INFINITY, estimate: f64::INFINITY };
     let receivers: Vec<usize> = mesh.leaves().collect();
     let lamps = Lamps::of(&mesh, &surfaces);
     let precision = if may_be_even(&mesh, &lamps) { GLOWING_PART } else { EVALUATION_PART };
@@ -160,6 +163,10 @@ pub(crate) fn solve_on(
         receivers,
         judged: Vec::new(),
         bounds: Bounds::default(),
+        ground: Ground::of(&mesh),
+        proven: OnceLock::new(),
+        unseen: Vec::new(),
+        proven_direct: Vec::new(),
         extent: (high - low).max_element(),
         absolute: largest(options.error * precision, FINEST),
         mean: vec![0.0; channels.len()],
@@ -183,8 +190,9 @@ pub(crate) fn solve_on(
         let go_on = watch(&solution);
         let took = start.elapsed().saturating_sub(began);
         let once = options.linking != Linking::Error;
-        let enough = once || solution.progress.bound <= options.error || solution.mesh.elements().len() >= options.most_elements;
+        let enough = once || solution.reached(options) || solution.mesh.elements().len() >= options.most_elements;
         if enough || !go_on || options.time.is_some_and(|time| start.elapsed() + expected(took, before) > time) {
+            solution.progress.bound = solution.prove()?;
             solution.finite()?;
             return Ok(solution);
         }
@@ -199,7 +207,7 @@ impl Solution {
         // What a round cannot reach anyway is not paid for, if there may be another one.
         let is_last = self.mesh.elements().len() >= options.most_elements;
         let aim = match options.linking {
-            Linking::Error if !is_last => largest(options.error, 0.3 * smallest(self.progress.bound, 1.0)),
+            Linking::Error if !is_last => largest(options.error, 0.3 * smallest(self.progress.estimate, 1.0)),
             _ => options.error,
         };
         self.light(aim, options)?;
@@ -223,9 +231,11 @@ impl Solution {
         let bounds = Bounds::of(self.bounded(), [self.left_of_direct(), self.left_of_reflected()]);
         self.bounds = bounds.ok_or_else(|| self.lossless())?;
         let links = self.receivers.iter().map(|&receiver| self.links[receiver].len() + self.far[receiver].len()).sum();
-        let bound = self.relative(&self.mean_bound());
+        self.proven = OnceLock::new();
+        let estimate = self.relative(&self.mean_estimate());
+        let bound = if options.bound.is_some() { self.prove()? } else { f64::INFINITY };
         let (round, gathers) = (self.progress.round + 1, self.progress.gathers);
-        self.progress = Progress { round, elements: self.mesh.leaves().count(), links, gathers, bound };
+        self.progress = Progress { round, elements: self.mesh.leaves().count(), links, gathers, bound, estimate };
         Ok(())
     }
 }

@@ -76,7 +76,7 @@ fn the_summary_is_one_object_whose_ledger_adds_up_to_its_bound() {
     assert_eq!(lines.len(), 1);
     let number = |name: &str| lines[0][name].as_f64().unwrap();
     assert!(number("seconds") > 0.0 && number("elements") >= 2.0 && number("links") >= 2.0);
-    assert!(number("bound") <= 0.001 && number("error") == 0.001);
+    assert!(number("estimate") <= 0.001 && number("error") == 0.001);
     let sum: f64 = lines[0]["ledger"].as_object().unwrap().values().map(|v| v.as_f64().unwrap()).sum();
     assert!((sum - number("bound")).abs() <= 1e-12 * sum);
 }
@@ -185,7 +185,7 @@ fn files_are_whole_and_have_what_they_say() {
 #[test]
 fn orders_and_divisions_keep_to_the_error_and_thresholds_say_what_they_reach() {
     let folder = Folder::new("orders");
-    let bound = |output: &Output| lines(output)[0]["bound"].as_f64().unwrap();
+    let bound = |output: &Output| lines(output)[0]["estimate"].as_f64().unwrap();
     for asked in [&[][..], &["--order", "southwell"], &["--divide", "gradient"]] {
         let output = folder.solve(&[&["--summary", "--error", "0.2%"][..], asked].concat());
         assert_eq!(output.status.code(), Some(0), "{asked:?}");
@@ -278,7 +278,7 @@ fn a_limit_that_stops_the_work_is_said() {
     let folder = Folder::new("limit");
     let output = folder.solve(&["--error", "0.0000000001%", "--most-elements", "1", "--summary"]);
     assert_eq!(output.status.code(), Some(1));
-    assert!(String::from_utf8_lossy(&output.stderr).contains("stopped at a bound of"));
+    assert!(String::from_utf8_lossy(&output.stderr).contains("stopped at an estimate of"));
     assert!(lines(&output)[0]["bound"].as_f64().unwrap() > 1e-12);
 }
 

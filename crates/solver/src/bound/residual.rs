@@ -94,6 +94,19 @@ impl Residual {
         self
     }
 
+    /// The same with light that no sample saw, of at most this and of this mean.
+    pub(crate) fn with_unseen(mut self, element: &Element, [largest, mean]: [f64; 2]) -> Self {
+        self.largest.discretisation += largest;
+        for power in 0..POWERS {
+            let more = mean * element.radius_to(power);
+            self.arms[power] += more;
+            self.biases[power] += more;
+        }
+        self.rms += (mean * largest).sqrt();
+        self.along += (mean * largest).sqrt();
+        self
+    }
+
     /// Mean magnitude of the detail of textures.
     pub(crate) const fn mean_detail(&self) -> f64 {
         self.detail_arms[0]

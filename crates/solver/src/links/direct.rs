@@ -35,6 +35,10 @@ pub(crate) struct Lit {
     pub(crate) irradiance: Vec<f64>,
     /// Bound on its error, in the clear and past occluders.
     pub(crate) error: Vec<[f64; 2]>,
+    /// The form factor of each lamp's root.
+    pub(crate) factors: Vec<f64>,
+    /// Bound on the errors of these.
+    pub(crate) off: f64,
 }
 
 /// Direct light on a leaf.
@@ -44,6 +48,23 @@ pub(crate) struct Direct {
     pub(crate) nodes: Vec<Lit>,
     /// Sight of each lamp's root.
     sights: Vec<Sight>,
+}
+
+impl Direct {
+    /// Bound on the errors of form factors at nodes.
+    pub(crate) fn error(&self) -> f64 {
+        self.nodes.iter().map(|lit| lit.off).fold(0.0, f64::max)
+    }
+
+    /// The lamps of which no node sees anything, though something of the leaf may, with the faces that may be between.
+    pub(crate) fn unseen<'a>(&'a self, lamps: &'a Lamps) -> impl Iterator<Item = (usize, &'a [usize])> {
+        let all = lamps.seen(self).enumerate();
+        let unseen = move |(lamp, (root, sight)): (usize, (usize, &'a Sight))| match sight {
+            Sight::Past(faces) if self.nodes.iter().all(|lit| lit.factors[lamp] <= lit.off) => Some((root, &faces[..])),
+            _ => None,
+        };
+        all.filter_map(unseen)
+    }
 }
 
 impl Lamps {
@@ -59,6 +80,12 @@ impl Lamps {
 
     pub(crate) fn is_empty(&self) -> bool {
         self.roots.is_empty()
+    }
+
+    /// What all lamps send out in a channel.
+    pub(crate) fn power(&self, mesh: &Mesh, surfaces: &Surfaces, channel: usize) -> f64 {
+        let of = |&root: &usize| mesh.elements()[root].area() * surfaces.emitted[mesh.elements()[root].face()][channel];
+        self.roots.iter().map(of).sum()
     }
 
     /// What an element sees of each lamp, among what a larger one saw.
@@ -104,11 +131,14 @@ impl Lamps {
 
     fn at(&self, optics: &Optics<'_>, surfaces: &Surfaces, station: &Station, sights: &[Sight]) -> Result<Lit, Error> {
         let channels = surfaces.emitted[0].len();
-        let mut lit = Lit { irradiance: vec![0.0; channels], error: vec![[0.0; 2]; channels] };
+        let factors = Vec::with_capacity(self.roots.len());
+        let mut lit = Lit { irradiance: vec![0.0; channels], error: vec![[0.0; 2]; channels], factors, off: 0.0 };
         let optics = Optics { absolute: FINER * optics.absolute, ..*optics };
         for (&root, sight) in self.roots.iter().zip(sights) {
             let row = optics.receive(station, root, sight, 1)?;
             let emitted = &surfaces.emitted[optics.mesh.elements()[root].face()];
+            lit.factors.push(row.values[0]);
+            lit.off = lit.off.max(row.error);
             for (channel, emitted) in emitted.iter().enumerate() {
                 lit.irradiance[channel] += emitted * row.values[0];
                 lit.error[channel][usize::from(matches!(sight, Sight::Past(_)))] += emitted * row.error;

@@ -201,6 +201,11 @@ impl Element {
         self.arms[power]
     }
 
+    /// The radius to a power.
+    pub(crate) fn radius_to(&self, power: usize) -> f64 {
+        std::iter::repeat_n(self.radius, power).product()
+    }
+
     /// Root mean square of what the projection on the basis leaves of a function, over a bound on `|D^m f|/m!` along all
     /// directions, for m up to the basis' degree and one.
     pub(crate) const fn remainder(&self, order: usize) -> f64 {

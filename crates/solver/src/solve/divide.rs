@@ -27,7 +27,7 @@ impl Solution {
     pub(super) fn divide(&mut self, options: &Options) -> Result<(), Error> {
         let (elements, receivers) = match (options.uniform, options.marking) {
             (true, _) => (Vec::new(), self.receivers.clone()),
-            (_, Marking::Residual) => (Vec::new(), bulk(self.shares(), self.part(options.error))),
+            (_, Marking::Residual) => (Vec::new(), bulk(self.shares(options), self.part(options))),
             (_, Marking::Gradient) => self.most_off()?,
         };
         for &element in elements.iter().chain(&receivers) {
@@ -43,14 +43,20 @@ impl Solution {
     }
 
     /// The part of the bound whose receivers have to be divided, if the bound is to come to a little below what is asked for.
-    fn part(&self, error: f64) -> f64 {
-        let excess = 1.0 - AIMED_BELOW * error / self.progress.bound;
+    fn part(&self, options: &Options) -> f64 {
+        let excess = match options.bound {
+            Some(bound) => 1.0 - AIMED_BELOW * bound / self.progress.bound,
+            None => 1.0 - AIMED_BELOW * options.error / self.progress.estimate,
+        };
         (excess / (1.0 - LEFT_BY_CHILDREN)).clamp(0.0, BULK)
     }
 
     /// What each receiver adds to the bound.
-    fn shares(&self) -> Vec<(f64, usize)> {
+    fn shares(&self, options: &Options) -> Vec<(f64, usize)> {
         let share = |receiver: usize, channel: usize| {
+            if let (Some(_), Some(proven)) = (options.bound, self.proven()) {
+                return ratio(self.mesh.elements()[receiver].area() * proven.share(receiver, channel), self.mean[channel]);
+            }
             let counts = self.counts(receiver, &self.bounds.residuals[1][receiver][channel]);
             ratio(self.bounds.share(&self.mesh, receiver, channel, counts), self.reference()[channel])
         };

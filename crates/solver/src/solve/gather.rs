@@ -23,8 +23,10 @@ pub struct Gathered {
     pub leaf: usize,
     /// Radiosity in each channel.
     pub radiosity: Vec<f64>,
-    /// Bound on the error of the radiosity, by its sources, in each channel.
+    /// Proven bound on the error of the radiosity, by its sources, in each channel.
     pub ledger: Vec<Ledger>,
+    /// Estimate of the same.
+    pub estimate: Vec<Ledger>,
 }
 
 impl Solution {
@@ -80,15 +82,22 @@ impl Solution {
             ledger[channel].computation += far.neglected(&self.field, channel, 0);
         }
         let [rho, emitted] = self.surfaces.at(face, point);
-        let beyond = self.points().at(self.bounded(), &self.bounds, &station, (&rows, &far), &rho);
+        let estimated = self.points().at(self.bounded(), &self.bounds, &station, (&rows, &far), &rho);
+        let proven = match self.proven() {
+            Some(proven) => proven.at(&rows, &far, &rho),
+            None => vec![Ledger::unknown(); channels],
+        };
         let rounding = |c: usize| 2.0 * f64::EPSILON * (links.len() + 2) as f64 * (rho[c] * sums[c].abs() + emitted[c]);
+        let with = |beyond: &[Ledger]| -> Vec<Ledger> {
+            let of = |c: usize| beyond[c] + ledger[c] * rho[c] + Ledger { computation: rounding(c), ..Ledger::default() };
+            (0..channels).map(of).collect()
+        };
         Ok(Gathered {
             face,
             leaf,
             radiosity: (0..channels).map(|c| emitted[c] + rho[c] * sums[c]).collect(),
-            ledger: (0..channels)
-                .map(|c| beyond[c] + ledger[c] * rho[c] + Ledger { computation: rounding(c), ..Ledger::default() })
-                .collect(),
+            ledger: with(&proven),
+            estimate: with(&estimated),
         })
     }
 }

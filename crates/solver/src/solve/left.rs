@@ -3,6 +3,7 @@
 use radgrad_scene::{largest, smallest};
 use rayon::prelude::*;
 
+use crate::bound::proven::unseen;
 use crate::bound::residual::{Residual, Residuals};
 use crate::field::gathering::irradiance;
 use crate::mesh::Sight;
@@ -28,12 +29,26 @@ impl Solution {
             let detail = pattern.detail(basis, &self.direct_irradiance(leaf, channel), false);
             residual = residual.textured(element, pattern, rho, detail);
         }
+        if let Some(unseen) = &self.unseen[leaf] {
+            residual = residual.with_unseen(element, unseen[channel].map(|light| rho * light));
+        }
         for lit in &self.direct[leaf].nodes {
             let [clear, past] = lit.error[channel];
             residual.largest.computation = largest(residual.largest.computation, rho * clear);
             residual.largest.visibility = largest(residual.largest.visibility, rho * past);
         }
         residual
+    }
+
+    /// For each channel, bounds on the light of lamps that no node of a leaf sees, at most and in the mean, if there may be any.
+    pub(super) fn unseen_on(&self, leaf: usize) -> Option<Vec<[f64; 2]>> {
+        let lamps: Vec<(usize, &[usize])> = self.direct[leaf].unseen(&self.lamps).collect();
+        let of = |channel: usize| {
+            let emitted = |root: usize| self.surfaces.emitted[self.mesh.elements()[root].face()][channel];
+            let sources = lamps.iter().map(|&(root, faces)| (root, faces, emitted(root)));
+            unseen(&self.ground, &self.mesh, leaf, sources)
+        };
+        (!lamps.is_empty()).then(|| (0..self.channels.len()).map(of).collect())
     }
 
     /// What the projection of direct light leaves out, everywhere.
@@ -77,6 +92,17 @@ impl Solution {
         left.iter_mut().zip(held).for_each(|(p, b)| *p -= b);
         left.iter_mut().zip(self.emitted_on(receiver, channel)).for_each(|(p, e)| *p += e);
         residual.largest.solver = basis.magnitude(&left);
+        if far.is_empty() && at_nodes.iter().all(|h| *h == 0.0) {
+            // Nothing was sampled, which says nothing of what is between the nodes.
+            let past = links.iter().filter(|link| matches!(link.sight, Sight::Past(_)));
+            let size = |source: usize| {
+                self.mesh.basis(source).magnitude(self.field.of(source, channel, self.mesh.basis(source).len()))
+                    + self.field.left_out(source, channel)
+            };
+            let sources = past.map(|link| (link.source, link.sight.faces(), size(link.source)));
+            let unseen = unseen(&self.ground, &self.mesh, receiver, sources);
+            residual = residual.with_unseen(element, unseen.map(|light| rho * light));
+        }
         for (node, sample) in samples.iter().enumerate() {
             let mut neglected = far.neglected(&self.field, channel, node);
             let (mut clear, mut past) = (0.0, 0.0);

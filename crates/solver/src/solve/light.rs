@@ -41,15 +41,35 @@ impl Solution {
                 }
             }
             let apart = !options.uniform && options.marking == Marking::Residual && options.linking == Linking::Error;
+            if !self.direct.is_empty() {
+                self.unseen.resize(self.mesh.elements().len(), None);
+                let new: Vec<usize> =
+                    (known..self.mesh.elements().len()).filter(|&e| self.mesh.elements()[e].is_leaf()).collect();
+                let unseen = for_each(&new, |leaf| Ok(self.unseen_on(leaf)))?;
+                new.into_iter().zip(unseen).for_each(|(leaf, unseen)| self.unseen[leaf] = unseen);
+            }
             if self.direct.is_empty() || !apart || self.mesh.elements().len() >= options.most_elements {
                 return Ok(());
             }
-            // Relative to what light there is so far.
-            let mean: Vec<f64> = (0..channels).map(|channel| self.field.mean(&self.mesh, channel)).collect();
             let leaves: Vec<usize> = self.mesh.leaves().collect();
             let area: f64 = leaves.iter().map(|&leaf| self.mesh.elements()[leaf].area()).sum();
+            // Relative to what light there is so far, or to all that lamps send if no sample has seen any.
+            let mean = |channel: usize| match self.field.mean(&self.mesh, channel) {
+                0.0 => self.lamps.power(&self.mesh, &self.surfaces, channel) / area,
+                mean => mean,
+            };
+            let mean: Vec<f64> = (0..channels).map(mean).collect();
+            if options.bound.is_some() {
+                self.prove_direct();
+            }
             let indicator = |&leaf: &usize| {
-                let of = |channel: usize| ratio(self.counts(leaf, &self.left_on_leaf(leaf, channel)), mean[channel]);
+                let of = |channel: usize| {
+                    let left = match &self.proven_direct.get(leaf) {
+                        Some(Some(proven)) if options.bound.is_some() => proven[channel].mean.total(),
+                        _ => self.counts(leaf, &self.left_on_leaf(leaf, channel)),
+                    };
+                    ratio(left, mean[channel])
+                };
                 (self.mesh.elements()[leaf].area() / area * (0..channels).map(of).fold(0.0, largest), leaf)
             };
             let marked: Vec<(f64, usize)> = leaves.iter().map(indicator).collect();

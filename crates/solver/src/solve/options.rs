@@ -31,8 +31,11 @@ pub enum RelativeTo {
 /// What is asked for.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Options {
-    /// Bound on the mean error of gathers over all area, over what [`Self::relative_to`] says, at most, in every channel.
+    /// Estimate of the mean error of gathers over all area, over what [`Self::relative_to`] says, at most, in every channel.
     pub error: f64,
+    /// Proven bound on the mean error of the polynomials over all area, over the same, at most, in every channel: in the place of the
+    /// estimate.
+    pub bound: Option<f64>,
     /// What errors are relative to.
     pub relative_to: RelativeTo,
     /// Degree of the basis, 0 to 4; 2 if none is given.
@@ -58,6 +61,7 @@ impl Default for Options {
     fn default() -> Self {
         Self {
             error: 0.005,
+            bound: None,
             relative_to: RelativeTo::Reflected,
             degree: None,
             first_elements: 32,
@@ -95,6 +99,9 @@ pub struct Progress {
     pub links: usize,
     /// Gathers of receivers so far.
     pub gathers: usize,
-    /// Bound on the mean error over what errors are relative to, the largest of the channels.
+    /// Proven bound on the mean error over what errors are relative to, the largest of the channels: after the last round, and after each
+    /// if that is what is asked for; else infinite.
     pub bound: f64,
+    /// Estimate of the same.
+    pub estimate: f64,
 }

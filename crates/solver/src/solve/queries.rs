@@ -59,16 +59,37 @@ impl Solution {
         &self.placement
     }
 
-    /// Bound on the mean over all area of the magnitude of the error of gathers, in each channel.
+    /// Proven bound on the mean over all area of the magnitude of the error of the polynomials, and so on the error of [`Self::mean`],
+    /// in each channel.
     #[must_use]
     pub fn mean_bound(&self) -> Vec<Ledger> {
+        match self.proven() {
+            Some(proven) => proven.mean.clone(),
+            None => vec![Ledger::unknown(); self.channels.len()],
+        }
+    }
+
+    /// Estimate of the mean over all area of the magnitude of the error of gathers, in each channel.
+    #[must_use]
+    pub fn mean_estimate(&self) -> Vec<Ledger> {
         self.bounds.mean.clone()
     }
 
-    /// Bound on the error of the polynomial on a leaf, at every point of it, in each channel; the detail of textures, which no
+    /// Proven bound on the error of the polynomial on a leaf, at every point of it, in each channel; the detail of textures, which no
     /// polynomial has, is in it.
     #[must_use]
     pub fn bound_on(&self, leaf: usize) -> Vec<Ledger> {
+        let receiver = self.receiver_of(leaf);
+        let of = |c: usize| match self.proven() {
+            Some(proven) => proven.carried_on(receiver, c) + proven.left_on(leaf, receiver, c),
+            None => Ledger::unknown(),
+        };
+        (0..self.channels.len()).map(of).collect()
+    }
+
+    /// Estimate of the same.
+    #[must_use]
+    pub fn estimate_on(&self, leaf: usize) -> Vec<Ledger> {
         let receiver = self.receiver_of(leaf);
         let [direct, reflected] = &self.bounds.residuals;
         let of = |c: usize| {
@@ -124,9 +145,9 @@ impl Solution {
     #[must_use]
     pub fn textured_bound_on(&self, leaf: usize) -> Vec<Ledger> {
         let receiver = self.receiver_of(leaf);
-        let [direct, reflected] = &self.bounds.residuals;
-        let of = |c: usize| {
-            self.points().on_receiver(&self.bounds, receiver, c) + direct[leaf][c].largest + reflected[receiver][c].largest
+        let of = |c: usize| match self.proven() {
+            Some(proven) => proven.carried_on(receiver, c) + proven.left_on(leaf, receiver, c),
+            None => Ledger::unknown(),
         };
         (0..self.channels.len()).map(of).collect()
     }

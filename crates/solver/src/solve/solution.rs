@@ -1,11 +1,14 @@
 //! The state of a solution: what a round works on, and what is left of it for those who ask.
 
+use std::sync::OnceLock;
+
 use radgrad_scene::{Placement, Warning, largest};
 use rayon::prelude::*;
 
 use crate::bound::Bounds;
 use crate::bound::ledger::Ledger;
 use crate::bound::point::Points;
+use crate::bound::proven::{Ground, Proven, Rest};
 use crate::bound::scene::Scene;
 use crate::error::Error;
 use crate::field::Field;
@@ -40,6 +43,14 @@ pub struct Solution {
     /// Samples of direct light on leaves and reflected light on receivers, of those that were judged by the gradient.
     pub(super) judged: Vec<[Option<Samples>; 2]>,
     pub(crate) bounds: Bounds,
+    /// What is needed to prove a bound, and the bound that is proven.
+    pub(super) ground: Ground,
+    /// Once it is asked for; `None` if there is no bound.
+    pub(super) proven: OnceLock<Option<Proven>>,
+    /// Of each leaf, bounds on the light of lamps that its nodes do not see, if there may be any.
+    pub(super) unseen: Vec<Option<Vec<[f64; 2]>>>,
+    /// Of each leaf, what is proven to be left out of direct light at most.
+    pub(super) proven_direct: Vec<Option<Vec<Rest>>>,
     pub(crate) channels: Vec<String>,
     pub(crate) extent: f64,
     /// Error that the evaluation of a function may have.

@@ -173,7 +173,7 @@ fn solutions_of_the_cornell_box_are_within_their_bounds_of_a_far_finer_one() {
         let options = Options { error, degree: Some(degree), ..Options::default() };
         let solution = solve(&cornell(), &options, |_| true).unwrap();
         let [off, bound] = compared(&solution);
-        let stated = solution.progress().bound;
+        let stated = solution.progress().estimate;
         println!("degree {degree}: {off:.1e} off, {stated:.1e} stated in the mean, {bound:.1e} at points");
         assert!(stated <= error && off <= stated && off > 1e-7, "{off:e} {stated:e}");
     }

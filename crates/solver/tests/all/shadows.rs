@@ -12,7 +12,7 @@ fn a_rough_and_a_finer_solution_of_the_cornell_box_agree_within_their_bounds() {
         solve(&scene, &options, |_| true).unwrap()
     };
     let (rough, finer) = (solved(0, 1), solved(1, 32));
-    assert!(finer.progress().bound < rough.progress().bound);
+    assert!(finer.progress().estimate < rough.progress().estimate);
     let (mut points, mut seen) = (0, 0);
     for face in scene.faces() {
         let vertices = face.polygon().vertices();

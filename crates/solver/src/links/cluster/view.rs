@@ -13,6 +13,7 @@ use radgrad_core::DVec3;
 use crate::links::station::Station;
 use crate::links::visible::{Visible, Window};
 use crate::mesh::clusters::{Cluster, ROUNDED, highest, most_toward};
+use crate::mesh::element::{Element, around};
 use crate::mesh::screen::LEVEL;
 use crate::mesh::shape::Shape;
 
@@ -73,6 +74,25 @@ impl Cluster {
         };
         let factor = smallest(smallest(side(0) + side(1) + side(2), peak * self.area()), 1.0);
         View { factor, peak }
+    }
+
+    /// What any place of an element sees of it at most.
+    pub(crate) fn view_over(&self, element: &Element) -> View {
+        let [from, to] = around(element.polygon().vertices());
+        let (low, high) = (self.low - to, self.high - from);
+        let level = LEVEL * (low.abs().max(high.abs()).length() + from.abs().max(to.abs()).max_element());
+        let centre = element.centre();
+        let over = highest(element.polygon().normal(), self.low - centre, self.high - centre) + level;
+        let toward = most_toward(self.normals, low, high) + level;
+        if over <= 0.0 || toward <= 0.0 {
+            return View::default();
+        }
+        let distance = (low.max(DVec3::ZERO) + high.min(DVec3::ZERO)).length() - level;
+        if distance <= 0.0 {
+            return View { factor: 1.0, peak: f64::INFINITY };
+        }
+        let peak = (over / distance).min(1.0) * (toward / distance).min(1.0) / (PI * distance * distance) * ROUNDED;
+        View { factor: (peak * self.area()).min(1.0), peak }
     }
 
     /// Bound on the part of a side's area through which a point sees past screens.

@@ -1,0 +1,111 @@
+//! How far the places of an element are from its nodes, and how much a projection may enlarge what it is given.
+
+use crate::mesh::basis::Basis;
+use crate::mesh::shape::Shape;
+
+/// Cells along each side of the reference shape in which distances from nodes are bounded.
+const CELLS: u32 = 20;
+
+/// What is nearest to a node, in reference coordinates: each place `x` of it is the node and `ds`, `dt`.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Near {
+    pub(super) node: usize,
+    /// Its part of the area.
+    pub(super) share: f64,
+    /// Bounds on the means of `|ds|` and `|dt|` over it, and on their largest values.
+    pub(super) mean: [f64; 2],
+    pub(super) most: [f64; 2],
+}
+
+/// What a basis' nodes say of places between them.
+#[derive(Debug, Clone)]
+pub(super) struct Nodes {
+    /// These parts make up the shape.
+    pub(super) near: Vec<Near>,
+    /// Bound on the largest magnitude of the projection of samples of at most 1.
+    pub(super) lebesgue: f64,
+    degree: usize,
+    shape: Shape,
+}
+
+impl Nodes {
+    pub(super) fn of(basis: &Basis) -> Self {
+        let nodes = basis.nodes();
+        let empty = |node| Near { node, share: 0.0, mean: [0.0; 2], most: [0.0; 2] };
+        let mut near: Vec<Near> = (0..nodes.len()).map(empty).collect();
+        let cells = cells(basis.shape());
+        let share = 1.0 / cells.len() as f64;
+        for corners in &cells {
+            let off = |node: usize, k: usize| corners.iter().map(move |c| (c[k] - nodes[node].at[k]).abs());
+            let most = |node: usize, k: usize| off(node, k).fold(0.0, f64::max);
+            let size = |node: usize| most(node, 0) + most(node, 1);
+            let nearest = (0..nodes.len()).min_by(|&a, &b| size(a).total_cmp(&size(b))).unwrap_or(0);
+            let at = &mut near[nearest];
+            at.share += share;
+            for k in 0..2 {
+                // The distance is a convex function: its mean is at most that over the corners.
+                at.mean[k] += share * off(nearest, k).sum::<f64>() / corners.len() as f64;
+                at.most[k] = at.most[k].max(most(nearest, k));
+            }
+        }
+        near.retain(|at| at.share > 0.0);
+        near.iter_mut().for_each(|at| at.mean = at.mean.map(|sum| sum / at.share));
+        let mut sums = vec![0.0; basis.bernstein(&vec![0.0; basis.len()]).len()];
+        for (node, of) in nodes.iter().enumerate().filter(|(_, node)| node.weight != 0.0) {
+            let polynomial: Vec<f64> = basis.at_node(node).iter().map(|value| value * of.weight).collect();
+            sums.iter_mut().zip(basis.bernstein(&polynomial)).for_each(|(sum, b)| *sum += b.abs());
+        }
+        let lebesgue = sums.into_iter().fold(1.0, f64::max) * super::ROUNDED;
+        Self { near, lebesgue, degree: basis.degree(), shape: basis.shape() }
+    }
+
+    /// Bounds on the magnitudes of the derivatives in `s` and `t` of what has these Bernstein coefficients.
+    pub(super) fn slopes(&self, bernstein: &[f64]) -> [f64; 2] {
+        let n = self.degree;
+        if n == 0 {
+            return [0.0; 2];
+        }
+        let place = |a: usize, b: usize| match self.shape {
+            Shape::Parallelogram => a * (n + 1) + b,
+            // Rows of n + 1, n, n - 1 and so on.
+            Shape::Triangle => a * (n + 1) - a * a.saturating_sub(1) / 2 + b,
+        };
+        let last = |a: usize| if self.shape == Shape::Triangle { n - a } else { n };
+        let mut most = [0.0_f64; 2];
+        for a in 0..=n {
+            for b in 0..=last(a) {
+                let here = bernstein[place(a, b)];
+                if a < n && b <= last(a + 1) {
+                    most[0] = most[0].max((bernstein[place(a + 1, b)] - here).abs());
+                }
+                if b < last(a) {
+                    most[1] = most[1].max((bernstein[place(a, b + 1)] - here).abs());
+                }
+            }
+        }
+        most.map(|difference| n as f64 * difference)
+    }
+}
+
+/// The reference shape in cells of one area, by their corners.
+fn cells(shape: Shape) -> Vec<Vec<[f64; 2]>> {
+    let at = |i: u32| f64::from(i) / f64::from(CELLS);
+    let mut cells = Vec::new();
+    for i in 0..CELLS {
+        for j in 0..CELLS {
+            let (s, t) = ([at(i), at(i + 1)], [at(j), at(j + 1)]);
+            match shape {
+                Shape::Parallelogram => cells.push(vec![[s[0], t[0]], [s[1], t[0]], [s[1], t[1]], [s[0], t[1]]]),
+                Shape::Triangle => {
+                    if i + j < CELLS {
+                        cells.push(vec![[s[0], t[0]], [s[1], t[0]], [s[0], t[1]]]);
+                    }
+                    if i + j + 1 < CELLS {
+                        cells.push(vec![[s[1], t[0]], [s[1], t[1]], [s[0], t[1]]]);
+                    }
+                }
+            }
+        }
+    }
+    cells
+}

@@ -1,0 +1,282 @@
+//! What an element receives from a part of a scene changes by at most so much between two of its places, and differs from a
+//! polynomial by at most so much: geometry alone.
+
+use std::f64::consts::PI;
+
+use radgrad_core::DVec3;
+
+use super::ROUNDED;
+use super::nodes::Nodes;
+use crate::mesh::element::Element;
+use crate::mesh::screen::LEVEL;
+
+/// An element that receives.
+#[derive(Debug)]
+pub(super) struct Target<'a> {
+    pub(super) element: &'a Element,
+    pub(super) nodes: &'a Nodes,
+    /// For each part around a node, the node's place, and the largest distance of its places from it.
+    pub(super) discs: Vec<(DVec3, f64)>,
+    /// Means over the element and largest values of `|ds|` and `|dt|`.
+    pub(super) mean: [f64; 2],
+    pub(super) most: [f64; 2],
+    /// Lengths of the axes.
+    lengths: [f64; 2],
+}
+
+/// Bounds over all places of an element on what a source gives.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Reach {
+    /// On the form factor.
+    pub(super) factor: f64,
+    /// On the kernel times the source's area.
+    pub(super) peak: f64,
+    /// Distance, largest height over the receiver's plane and over the source's.
+    pub(super) distance: f64,
+    over: f64,
+}
+
+impl<'a> Target<'a> {
+    pub(super) fn of(element: &'a Element, places: &[[f64; 2]], nodes: &'a Nodes) -> Self {
+        let lengths = element.axes().map(DVec3::length);
+        let disc = |near: &super::nodes::Near| {
+            let reach = near.most[0] * lengths[0] + near.most[1] * lengths[1];
+            (element.point(places[near.node]), reach * ROUNDED)
+        };
+        let over = |k: usize| nodes.near.iter().map(|near| near.share * near.mean[k]).sum::<f64>() * ROUNDED;
+        let most = |k: usize| nodes.near.iter().map(|near| near.most[k]).fold(0.0, f64::max);
+        Self {
+            element,
+            nodes,
+            discs: nodes.near.iter().map(disc).collect(),
+            mean: [over(0), over(1)],
+            most: [most(0), most(1)],
+            lengths,
+        }
+    }
+
+    fn normal(&self) -> DVec3 {
+        self.element.polygon().normal()
+    }
+
+    /// Height over the plane.
+    pub(super) fn height(&self, p: DVec3) -> f64 {
+        self.normal().dot(p - self.element.centre())
+    }
+
+    /// The part of a segment that is above the plane.
+    fn above(&self, [a, b]: [DVec3; 2]) -> Option<([DVec3; 2], [f64; 2])> {
+        let heights = [self.height(a), self.height(b)];
+        let level = LEVEL * ((a - self.element.centre()).length() + (b - self.element.centre()).length());
+        match (heights[0] > level, heights[1] > level) {
+            (false, false) => None,
+            (true, true) => Some(([a, b], heights)),
+            // To the level below, where it counts for nothing.
+            (true, false) => {
+                let end = b + (a - b) * (-heights[1].min(0.0) / (heights[0] - heights[1].min(0.0)));
+                Some(([a, end], [heights[0], heights[1].max(0.0)]))
+            }
+            (false, true) => {
+                let end = a + (b - a) * (-heights[0].min(0.0) / (heights[1] - heights[0].min(0.0)));
+                Some(([end, b], [heights[0].max(0.0), heights[1]]))
+            }
+        }
+    }
+
+    /// For each axis, what a boundary along a segment changes the form factor by at most, per unit of the coordinate, from places
+    /// in a disc; infinite where it comes near.
+    pub(super) fn rates(&self, (place, radius): (DVec3, f64), segment: [DVec3; 2]) -> [f64; 2] {
+        let Some(line) = self.line(place, segment) else { return [0.0; 2] };
+        if radius >= 0.9 * line.distance {
+            return [f64::INFINITY; 2];
+        }
+        let wider = 1.0 / (1.0 - radius / line.distance).powi(4);
+        self.element.axes().map(|axis| {
+            let across = axis.cross(line.along);
+            let toward = across.dot(line.from).abs() + radius * across.length();
+            toward * line.integral * wider / PI * ROUNDED
+        })
+    }
+
+    /// A segment's part above the plane, from a place.
+    fn line(&self, place: DVec3, segment: [DVec3; 2]) -> Option<Line> {
+        let ([a, b], heights) = self.above(segment)?;
+        let length = (b - a).length();
+        if length == 0.0 {
+            return None;
+        }
+        let along = (b - a) / length;
+        let from = a - place;
+        let start = from.dot(along);
+        let end = start + length;
+        let square = (from - along * start).length_squared();
+        let away = if start > 0.0 {
+            start
+        } else if end < 0.0 {
+            -end
+        } else {
+            0.0
+        };
+        let distance = (square + away * away).sqrt();
+        if distance == 0.0 {
+            return Some(Line { along, from, distance, across: 0.0, integral: f64::INFINITY });
+        }
+        let highest = heights[0].max(heights[1]);
+        let simple = highest * length / (distance * distance * distance * distance);
+        let across = square.sqrt();
+        let integral = if across > 0.01 * distance {
+            let slope = (heights[1] - heights[0]) / length;
+            let at_foot = heights[0] - slope * start;
+            let even = |t: f64| t / (2.0 * square * (square + t * t)) + (t / across).atan() / (2.0 * square * across);
+            let odd = |t: f64| -0.5 / (square + t * t);
+            let (even, odd) = (even(end) - even(start), odd(end) - odd(start));
+            // The terms may cancel.
+            let rounding = 1e-9 * (at_foot.abs() * even.abs() + slope.abs() * odd.abs());
+            (at_foot * even + slope * odd + rounding).min(simple)
+        } else {
+            simple
+        };
+        Some(Line { along, from, distance, across, integral })
+    }
+
+    /// What the form factor of a polygon that is wholly seen differs from a polynomial of a degree by at most.
+    pub(super) fn beyond_of_even(&self, polygon: &[DVec3], degree: usize) -> f64 {
+        let of_edge = |(i, &a): (usize, &DVec3)| {
+            let Some(line) = self.line(self.element.centre(), [a, polygon[(i + 1) % polygon.len()]]) else { return 0.0 };
+            let ratio = self.element.radius() / line.distance;
+            if ratio < 0.9 {
+                line.across * line.integral / PI * line.distance * tail(degree, ratio, |k| (k + 1.0) * (k + 2.0) / 6.0)
+            } else {
+                f64::INFINITY
+            }
+        };
+        polygon.iter().enumerate().map(of_edge).sum::<f64>() * ROUNDED
+    }
+
+    /// The same of what an element gives that is wholly seen, with a radiosity of at most 1.
+    pub(super) fn beyond_of_any(&self, source: &Element, degree: usize) -> f64 {
+        let (centre, normal) = (self.element.centre(), source.polygon().normal());
+        let height = normal.dot(centre - source.centre()).max(0.0);
+        let distance = source.distance(centre, height) * (1.0 - 1e-9);
+        let ratio = self.element.radius() / distance;
+        if !(ratio < 0.9) {
+            return f64::INFINITY;
+        }
+        let over = source.polygon().vertices().iter().map(|&v| self.height(v)).fold(0.0, f64::max);
+        let (cos1, cos2) = ((over / distance).min(1.0), (height / distance).min(1.0));
+        let tilt = self.tilt(normal);
+        let unit = source.area() * cos1 / (PI * distance * distance);
+        let c = |k: f64| (k + 1.0) * (k + 2.0) * (k + 3.0) / 6.0;
+        unit * tail(degree, ratio, |k| cos2 * c(k) + tilt * c(k - 1.0)) * ROUNDED
+    }
+
+    /// Bound on the sine of the angle to a plane of this normal.
+    fn tilt(&self, normal: DVec3) -> f64 {
+        let level = self.normal().dot(normal);
+        (1.0 - level * level + 1e-12).clamp(0.0, 1.0).sqrt()
+    }
+
+    /// What moves by `ds` and `dt`, each at most, changes by from a source whose radiosity has a gradient of at most 1: along the source,
+    /// its boundary left aside.
+    pub(super) fn drift(&self, source: &Element, reach: &Reach, [ds, dt]: [f64; 2]) -> f64 {
+        let normal = source.polygon().normal();
+        let whole = ds * self.lengths[0] + dt * self.lengths[1];
+        let [u, v] = self.element.axes();
+        let across = ds * normal.dot(u).abs() + dt * normal.dot(v).abs();
+        if across == 0.0 {
+            return whole * reach.factor * ROUNDED;
+        }
+        let centre = self.element.centre();
+        let far = source.polygon().vertices().iter().map(|v| (*v - centre).length()).fold(0.0, f64::max) + self.element.radius();
+        let near = across * (far * far / (across * across)).ln_1p() + 2.0 * far * (across / far).atan();
+        let level = self.normal().dot(normal).abs();
+        let touching = 2.0 * level * across + self.tilt(normal) * near / PI;
+        let apart = across * source.area() * reach.over / (PI * reach.distance.powi(3));
+        (whole * reach.factor + if apart < touching { apart } else { touching }) * ROUNDED
+    }
+
+    /// A bound from below on the form factor, at the first node, of what is wholly seen.
+    pub(super) fn least(&self, source: &Element) -> f64 {
+        let Some(&(place, _)) = self.discs.first() else { return 0.0 };
+        let height = source.polygon().normal().dot(place - source.centre());
+        let vertices = source.polygon().vertices();
+        let lowest = vertices.iter().map(|&v| self.height(v)).fold(f64::INFINITY, f64::min);
+        let farthest = vertices.iter().map(|v| (*v - place).length_squared()).fold(0.0, f64::max);
+        if height <= 0.0 || lowest <= 0.0 {
+            0.0
+        } else {
+            source.area() * height * lowest / (PI * farthest * farthest) * (1.0 - 1e-9)
+        }
+    }
+
+    /// Bounds over the element on what a source gives.
+    pub(super) fn reach(&self, source: &Element) -> Reach {
+        let element = self.element;
+        let (n1, n2) = (self.normal(), source.polygon().normal());
+        let (to, from) = (element.polygon().vertices(), source.polygon().vertices());
+        let over = from.iter().map(|&v| self.height(v)).fold(0.0, f64::max);
+        let height = to.iter().map(|&v| n2.dot(v - source.centre())).fold(0.0, f64::max);
+        let distance = distance(element, source) * (1.0 - 1e-9);
+        let lune = 0.5 * (1.0 - n1.dot(n2)) + 1e-12;
+        if over == 0.0 || height == 0.0 {
+            return Reach { factor: 0.0, peak: 0.0, distance, over };
+        }
+        if distance <= 0.0 {
+            return Reach { factor: lune.min(1.0), peak: f64::INFINITY, distance: 0.0, over };
+        }
+        let square = PI * distance * distance;
+        let peak = source.area() * (over / distance).min(1.0) * (height / distance).min(1.0) / square * ROUNDED;
+        Reach { factor: peak.min(lune).min(1.0), peak, distance, over }
+    }
+}
+
+/// A segment as it is seen from a place.
+struct Line {
+    along: DVec3,
+    /// From the place to where it begins.
+    from: DVec3,
+    /// From the segment, and from its line.
+    distance: f64,
+    across: f64,
+    /// Of the height over `|r|^4` along it.
+    integral: f64,
+}
+
+/// `sum over k > degree of c(k) q^k`, where `c(k + 1)/c(k)` falls with k.
+fn tail(degree: usize, ratio: f64, c: impl Fn(f64) -> f64) -> f64 {
+    let mut k = degree as f64 + 1.0;
+    let mut power = std::iter::repeat_n(ratio, degree + 1).product::<f64>();
+    let (mut sum, mut term) = (0.0, c(k) * power);
+    for _ in 0..200 {
+        sum += term;
+        k += 1.0;
+        power *= ratio;
+        let next = c(k) * power;
+        let falls = next / term;
+        if term == 0.0 || (falls < 1.0 && next / (1.0 - falls) <= 1e-3 * sum) {
+            return sum + if term == 0.0 { 0.0 } else { next / (1.0 - falls) };
+        }
+        term = next;
+    }
+    f64::INFINITY
+}
+
+/// A bound from below on the distance of two elements: the widest gap along a few directions.
+fn distance(a: &Element, b: &Element) -> f64 {
+    let (v, w) = (a.polygon().vertices(), b.polygon().vertices());
+    let gap = |direction: DVec3| {
+        let range = |of: &[DVec3]| {
+            of.iter()
+                .map(|p| direction.dot(*p))
+                .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h): (f64, f64), x| (l.min(x), h.max(x)))
+        };
+        let ((a0, a1), (b0, b1)) = (range(v), range(w));
+        (b0 - a1).max(a0 - b1)
+    };
+    let axes = [DVec3::X, DVec3::Y, DVec3::Z].map(|axis| gap(axis).max(0.0));
+    let boxes = DVec3::from(axes).length();
+    let between = (b.centre() - a.centre()).normalize_or_zero();
+    let others = [a.polygon().normal(), b.polygon().normal(), between].map(gap);
+    let size = v.iter().chain(w).map(|p| p.length()).fold(0.0, f64::max);
+    others.into_iter().fold(boxes, f64::max) - 1e-14 * size
+}

@@ -1,0 +1,136 @@
+use radgrad_core::{DVec3, Polygon};
+use radgrad_scene::Scene;
+
+use crate::links::station::Station;
+use crate::solve::options::Options;
+use crate::solve::solution::Solution;
+use crate::solve::solve;
+
+/// SplitMix64 (G. Steele, D. Lea and C. Flood 2014): numbers in [low, high).
+struct Random(u64);
+
+impl Random {
+    fn between(&mut self, low: f64, high: f64) -> f64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        low + (high - low) * ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
+    }
+}
+
+/// A room with a lamp that looks down, of any size and height, in a shade of four sides; and a screen with a slit, of triangles, or a
+/// tilted box that may go through a wall.
+fn room(random: &mut Random, kind: usize) -> Scene {
+    let mut scene = Scene::new(["grey"]).unwrap();
+    let (wall, surface) = (scene.add_material("wall", [0.6], [0.0]).unwrap(), scene.add_surface("all"));
+    let black = scene.add_material("black", [0.0], [0.0]).unwrap();
+    let mut add = |material: usize, corners: &[DVec3]| {
+        scene.add_face(surface, material, Polygon::new(corners.to_vec()).unwrap(), None).unwrap();
+    };
+    let cuboid = |low: DVec3, high: DVec3, turn: f64, inward: bool| {
+        let (sin, cos) = turn.sin_cos();
+        let middle = 0.5 * (low + high);
+        let at = |i: usize| {
+            let p = DVec3::new([low.x, high.x][i & 1], [low.y, high.y][i >> 1 & 1], [low.z, high.z][i >> 2 & 1]) - middle;
+            middle + DVec3::new(cos * p.x - sin * p.y, sin * p.x + cos * p.y, p.z)
+        };
+        let faces = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+        faces.map(|face| {
+            let corners = face.map(at);
+            if inward { [corners[3], corners[2], corners[1], corners[0]] } else { corners }
+        })
+    };
+    cuboid(DVec3::ZERO, DVec3::new(4.0, 4.0, 3.0), 0.0, true).iter().for_each(|face| add(wall, face));
+    let size = random.between(0.02, 0.4);
+    let (x, y, z) = (random.between(0.1, 3.4), random.between(0.1, 3.4), random.between(0.05, 2.5));
+    let deep = random.between(0.0, 0.9) * z;
+    let shade = cuboid(DVec3::new(x, y, z - deep), DVec3::new(x + size, y + size, z), 0.0, true);
+    shade[2..].iter().for_each(|side| add(black, side));
+    let (u, v) = (DVec3::X * size, DVec3::Y * size);
+    let corner = DVec3::new(x, y, z);
+    match kind {
+        0 => {}
+        1 => {
+            // Two triangles with a slit between.
+            let (h, gap) = (0.5 * (z - deep), random.between(0.001, 0.1));
+            let at = |a: f64, b: f64| DVec3::new(x + a, y + b, h);
+            add(wall, &[at(-1.0, -1.0), at(2.0, -1.0), at(-1.0, 2.0)]);
+            add(wall, &[at(2.0 + gap, 2.0), at(-1.0 + gap, 2.0), at(2.0 + gap, -1.0)]);
+        }
+        _ => {
+            let low = DVec3::new(random.between(0.0, 3.5), random.between(0.0, 3.5), random.between(-0.2, 1.0));
+            let size = DVec3::new(random.between(0.05, 1.0), random.between(0.05, 1.0), random.between(0.1, 1.5));
+            cuboid(low, low + size, random.between(0.0, 1.5), false).iter().for_each(|face| add(wall, face));
+        }
+    }
+    drop(add);
+    let lamp = scene.add_material("lamp", [0.0], [1.0 / (size * size)]).unwrap();
+    let face = Polygon::new(vec![corner, corner + v, corner + u + v, corner + u]).unwrap();
+    scene.add_face(surface, lamp, face, None).unwrap();
+    scene
+}
+
+/// The largest and the mean of what the projection of direct light leaves out on a leaf, of a grid.
+fn sampled(solution: &Solution, leaf: usize, count: u32) -> [f64; 2] {
+    let (element, basis) = (&solution.mesh.elements()[leaf], solution.mesh.basis(leaf));
+    let held = basis.project(&solution.direct_samples(leaf, 0));
+    let rho = solution.surfaces.reflectance[element.face()][0];
+    let at = |i: u32| (f64::from(i) + 0.5) / f64::from(count);
+    let (mut most, mut sum, mut places) = (0.0_f64, 0.0, 0.0);
+    for [s, t] in (0..count).flat_map(|i| (0..count).map(move |j| [at(i), at(j)])) {
+        if element.excess([s, t]) > 0.0 {
+            continue;
+        }
+        let station = Station::on(element, element.point([s, t]));
+        let lit = solution.lamps.light_at(&solution.optics(), &solution.surfaces, &station, &solution.direct[leaf]).unwrap();
+        let polynomial: f64 = basis.values([s, t]).iter().zip(&held).map(|(f, c)| f * c).sum();
+        let off = (rho * lit.irradiance[0] - polynomial).abs() - rho * (lit.error[0][0] + lit.error[0][1]);
+        most = most.max(off);
+        sum += off;
+        places += 1.0;
+    }
+    [most, sum / places]
+}
+
+#[test]
+fn on_no_leaf_is_more_of_direct_light_left_out_than_is_proven() {
+    let mut random = Random(5);
+    let (mut leaves, mut lit, mut nearest) = (0, 0, 0.0_f64);
+    for case in 0..18 {
+        let scene = room(&mut random, case % 3);
+        let first_elements = [8, 60, 200][case / 3 % 3];
+        let options =
+            Options { error: 1.0, first_elements, most_elements: first_elements, degree: Some(case % 4), ..Options::default() };
+        let solution = solve(&scene, &options, |_| false).unwrap();
+        for leaf in solution.mesh.leaves() {
+            let proven = &solution.proven_direct[leaf].as_ref().unwrap()[0];
+            let [most, mean] = sampled(&solution, leaf, 16);
+            leaves += 1;
+            lit += usize::from(most > 1e-9);
+            let (by_most, by_mean) = (proven.largest.total(), proven.mean.total());
+            assert!(most <= by_most, "case {case}, leaf {leaf}: {most:e} is left out, {by_most:e} is proven");
+            // The mean over a grid is not quite that over the leaf.
+            assert!(mean <= by_mean + 0.1 * most, "case {case}, leaf {leaf}: {mean:e} in the mean, {by_mean:e} is proven");
+            nearest = nearest.max(most / by_most);
+        }
+    }
+    println!("{leaves} leaves, {lit} of them lit unevenly, the nearest {nearest:.2} of its bound");
+    assert!(lit > 150 && nearest > 0.1, "{lit} of {leaves}, {nearest}");
+}
+
+#[test]
+fn lamps_that_no_node_sees_are_found_or_in_the_estimate() {
+    let mut random = Random(8);
+    for _ in 0..6 {
+        let scene = room(&mut random, 0);
+        let options = Options { error: 0.5, most_elements: 4000, ..Options::default() };
+        let solution = solve(&scene, &options, |_| true).unwrap();
+        let fine = solve(&scene, &Options { error: 0.05, ..options }, |_| true).unwrap();
+        let off = (solution.mean[0] - fine.mean[0]).abs();
+        let bounds = solution.mean_bound()[0].total() + fine.mean_bound()[0].total();
+        assert!(off <= bounds, "{} and {}, {bounds}", solution.mean[0], fine.mean[0]);
+        let estimates = solution.mean_estimate()[0].total() + fine.mean_estimate()[0].total();
+        assert!(off <= estimates && fine.mean[0] > 0.0, "{} and {}, {estimates}", solution.mean[0], fine.mean[0]);
+    }
+}
