@@ -5,6 +5,7 @@ use radgrad_core::{Emitter, Error, Receiver, paper};
 
 pub mod decimal;
 pub mod direct;
+#[cfg(doctest)]
 pub mod guide;
 pub mod many_digits;
 pub mod patchwork;

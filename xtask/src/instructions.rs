@@ -2,7 +2,7 @@
 //!
 //! Unlike times these are the same on a busy machine; what is slower shows at once, what is only less parallel does not. Callgrind
 //! (Nethercote and Seward 2007) hides AVX-512, so that AVX2 is what is counted. The kernels and their fixed inputs are in
-//! `src/bin/hot_kernels.rs`. Without valgrind, on another target, without AVX2 or with another compiler nothing is judged, and that
+//! `hot_kernels`. Without valgrind, on another target, without AVX2 or with another compiler nothing is judged, and that
 //! is said.
 
 mod limits;
@@ -70,9 +70,8 @@ fn skipped(why: &str) -> bool {
 
 /// Builds the program to be counted.
 fn built() -> Result<PathBuf, Box<dyn Error>> {
-    let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
-    let build = ["build", "--release", "--quiet", "--package", "xtask", "--bin", "hot_kernels"];
-    if !Command::new(cargo).args(build).current_dir(in_workspace("")).status()?.success() {
+    let build = ["build", "--release", "--package", "hot_kernels"];
+    if !Command::new(crate::cargo()).args(build).current_dir(in_workspace("")).status()?.success() {
         return Err("hot_kernels does not build".into());
     }
     // This program may itself be of another profile.

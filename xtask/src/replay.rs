@@ -22,12 +22,15 @@ use crate::in_workspace;
 /// Show core's answer to a case, the truth, the errors, the bounds and the condition
 #[derive(Debug, Args)]
 pub(crate) struct Arguments {
-    /// The name of a case, such as contact:1:17, or a file of data/regressions
+    /// The name of a case or of a scene, such as contact:1:17 or slit:1:3, or a file of data/regressions
     case: String,
 }
 
 /// Whether the case is within the gates.
 pub(crate) fn run(arguments: &Arguments) -> Result<bool, Box<dyn Error>> {
+    if let Ok(name) = arguments.case.parse() {
+        return crate::scenes::replay(name);
+    }
     let (name, case) = find(&arguments.case)?;
     println!("{}", serde_json::to_string(&case)?);
     match case.problem() {

@@ -16,6 +16,7 @@ use radgrad_audit::measure::{Kind, Quantity};
 use radgrad_audit::mutants::{self, mutants};
 use radgrad_audit::regression::Regression;
 use radgrad_audit::run::{Part, Run};
+use radgrad_audit::scenes;
 use radgrad_audit::shard::Shard;
 use radgrad_audit::stability::{Plane, Stability};
 use radgrad_audit::table::Table;
@@ -23,6 +24,7 @@ use radgrad_audit::table::Table;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
+use crate::scenes::AnyFamily;
 use crate::{bounds, in_workspace, summary};
 use record::Record;
 
@@ -37,13 +39,16 @@ pub(crate) struct Arguments {
     pub(crate) seed: u64,
     /// Only these families
     #[arg(long)]
-    family: Vec<Family>,
+    family: Vec<AnyFamily>,
     /// A twentieth of the cases; with --bounds 100,000
     #[arg(long)]
     pub(crate) quick: bool,
     /// Look for bounds below their errors instead, in millions of cases
     #[arg(long)]
     bounds: bool,
+    /// Whole scenes instead: bounds of `solve`, `factors` and `field` against truth; 800 scenes unless a number is given
+    #[arg(long, conflicts_with = "bounds")]
+    pub(crate) scenes: bool,
     /// Only part I of N, counted from 1, written to OUT as shard-I-of-N.json (bounds-I-of-N.json)
     #[arg(long, value_name = "I/N", value_parser = parse_part, conflicts_with = "merge")]
     shard: Option<Part>,
@@ -57,7 +62,25 @@ pub(crate) struct Arguments {
 
 impl Arguments {
     pub(crate) fn families(&self) -> Vec<Family> {
-        if self.family.is_empty() { Family::ALL.to_vec() } else { self.family.clone() }
+        let named = |family: &AnyFamily| if let AnyFamily::Case(family) = family { Some(*family) } else { None };
+        if self.family.is_empty() { Family::ALL.to_vec() } else { self.family.iter().filter_map(named).collect() }
+    }
+
+    /// The families of scenes asked for: all of them if none is named.
+    pub(crate) fn scene_families(&self) -> Vec<scenes::family::Family> {
+        let named = |family: &AnyFamily| if let AnyFamily::Scene(family) = family { Some(*family) } else { None };
+        let named: Vec<_> = self.family.iter().filter_map(named).collect();
+        if named.is_empty() { scenes::family::Family::ALL.to_vec() } else { named }
+    }
+
+    /// Refuses a family of scenes where cases are asked for, and the other way round.
+    fn check(&self) -> Result<(), String> {
+        let fits = |family: &AnyFamily| matches!(family, AnyFamily::Scene(_)) == self.scenes;
+        match self.family.iter().find(|family| !fits(family)) {
+            Some(AnyFamily::Scene(family)) => Err(format!("{family} is a family of scenes: add --scenes")),
+            Some(AnyFamily::Case(family)) => Err(format!("{family} is no family of scenes: leave out --scenes")),
+            None => Ok(()),
+        }
     }
 
     pub(crate) fn part(&self) -> Part {
@@ -93,7 +116,11 @@ fn parse_part(text: &str) -> Result<Part, String> {
 /// Whether nothing is beyond its gate.
 pub(crate) fn run(arguments: &Arguments) -> Result<bool, Box<dyn Error>> {
     let gates = Gates::from_toml(&fs::read_to_string(in_workspace("data/gates.toml"))?)?;
+    arguments.check()?;
     fs::create_dir_all(&arguments.out)?;
+    if arguments.scenes {
+        return crate::scenes::run(arguments, &gates);
+    }
     if arguments.bounds {
         return bounds::run(arguments, &gates);
     }
@@ -117,7 +144,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result<bool, Box<dyn Error>> {
     judge_mutants(run.seed, &gates, &arguments.out, &mut record)?;
     judge_oracles(&run, &gates, &mut record);
     compare(&run, arguments, &mut record)?;
-    Ok(ended(record.write(&arguments.out)? & bounds_hold))
+    // Families of cases alone are asked for without scenes.
+    let scenes_hold = !arguments.family.is_empty() || crate::scenes::beside(arguments, &gates)?;
+    Ok(ended(record.write(&arguments.out)? & bounds_hold & scenes_hold))
 }
 
 /// Says how it ended.

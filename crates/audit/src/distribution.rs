@@ -69,7 +69,7 @@ impl Distribution {
 
     /// A distribution from its parts, as read from a file.
     #[must_use]
-    pub const fn from_parts(bins: BTreeMap<Leading, Bin>, worst: Option<Extreme>) -> Self {
+    pub(crate) const fn from_parts(bins: BTreeMap<Leading, Bin>, worst: Option<Extreme>) -> Self {
         Self { bins, worst }
     }
 
@@ -102,7 +102,7 @@ impl Distribution {
     /// Counts between neighbours of 1, 2, 5, 10, ...: `(from, to, count)`, rising; zeros are from 0 to 0, what is infinite from
     /// `inf` to `inf`.
     #[must_use]
-    pub fn thirds(&self) -> Vec<(f64, f64, u64)> {
+    pub(crate) fn thirds(&self) -> Vec<(f64, f64, u64)> {
         let mut thirds: Vec<(f64, f64, u64)> = Vec::new();
         for (step, bin) in &self.bins {
             let (from, to) = step.third();
@@ -123,7 +123,7 @@ impl Distribution {
     /// The worst decade and the first case in it: the same on every machine, where the maximum's case may be another among near
     /// equals.
     #[must_use]
-    pub fn worst_decade(&self) -> Option<(Decade, Name)> {
+    pub(crate) fn worst_decade(&self) -> Option<(Decade, Name)> {
         let decade = self.bins.last_key_value()?.0.decade();
         let inside = self.bins.iter().rev().take_while(|(step, _)| step.decade() == decade);
         inside.map(|(_, bin)| bin.first).min().map(|first| (decade, first))

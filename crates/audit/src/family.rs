@@ -208,7 +208,7 @@ impl Family {
 
     /// Of how many cases of other families one is enough here, as each takes so much longer.
     #[must_use]
-    pub const fn dearness(self) -> u64 {
+    pub(crate) const fn dearness(self) -> u64 {
         match self {
             Self::TenScreens | Self::Boxes => 4,
             Self::Thicket => 8,

@@ -8,7 +8,7 @@
 //! gradient = 1e-14
 //! ```
 //!
-//! Tables under `bounds` are for [`crate::bounds::requirements`]. `appendix-a` is for the second implementation, value and
+//! The table `scenes` is for [`crate::scenes`]. Tables under `bounds` are for [`crate::bounds::requirements`]. `appendix-a` is for the second implementation, value and
 //! gradient, on the cases it is meant for.
 //!
 //! Beside them stand rules that need no number: what must be refused is refused and nothing else is, every valid case has an
@@ -22,6 +22,7 @@ use serde::Deserialize;
 use crate::bounds::requirements::Requirement;
 use crate::family::{Family, Name};
 use crate::measure::{Kind, Quantity};
+use crate::scenes;
 use crate::table::{FamilyTable, Table};
 
 /// The largest figure allowed per family and quantity.
@@ -29,6 +30,7 @@ use crate::table::{FamilyTable, Table};
 pub struct Gates {
     families: BTreeMap<Family, BTreeMap<Quantity, f64>>,
     bounds: BTreeMap<Family, Requirement>,
+    scenes: scenes::table::Requirement,
     appendix_a: f64,
 }
 
@@ -39,6 +41,8 @@ struct File {
     appendix_a: f64,
     #[serde(default)]
     bounds: BTreeMap<String, Requirement>,
+    #[serde(default)]
+    scenes: scenes::table::Requirement,
     #[serde(flatten)]
     families: BTreeMap<String, BTreeMap<Quantity, f64>>,
 }
@@ -131,7 +135,7 @@ impl Gates {
                 }
             }
         }
-        Ok(Self { families, bounds: by_family(file.bounds)?, appendix_a: file.appendix_a })
+        Ok(Self { families, bounds: by_family(file.bounds)?, scenes: file.scenes, appendix_a: file.appendix_a })
     }
 
     /// The gate of the second implementation.
@@ -150,6 +154,12 @@ impl Gates {
     #[must_use]
     pub fn bounds(&self, family: Family) -> Requirement {
         self.bounds.get(&family).copied().unwrap_or_default()
+    }
+
+    /// What must hold of whole scenes.
+    #[must_use]
+    pub const fn scenes(&self) -> scenes::table::Requirement {
+        self.scenes
     }
 
     /// Everything in the table that must not be.

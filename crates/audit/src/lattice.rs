@@ -10,14 +10,14 @@ use glam::DVec3;
 use crate::sampler::{Sampler, power_of_two};
 
 /// Integer coordinates on a lattice.
-pub type Site = [i64; 2];
+pub(crate) type Site = [i64; 2];
 
 /// Sites are refined by this factor where points between them are needed (a receiver in the plane).
-pub const FINE: i64 = 256;
+pub(crate) const FINE: i64 = 256;
 
 /// A plane spanned by two integer vectors.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Lattice {
+pub(crate) struct Lattice {
     origin: [i64; 3],
     a: [i64; 3],
     b: [i64; 3],
@@ -25,14 +25,14 @@ pub struct Lattice {
 }
 
 /// Largest coordinate of a site: 12 bits.
-pub const SITE: i64 = 1 << 11;
+pub(crate) const SITE: i64 = 1 << 11;
 
 /// Largest component of a basis vector: 15 bits, 28 with a site and its sum, 36 with [`FINE`].
 const BASIS: i64 = 1 << 14;
 
 impl Lattice {
     /// A plane of random direction through points of size about 1. The basis is not far from orthogonal.
-    pub fn random(sampler: &mut Sampler) -> Self {
+    pub(crate) fn random(sampler: &mut Sampler) -> Self {
         loop {
             let mut vector = || std::array::from_fn(|_| sampler.integer(-BASIS, BASIS));
             let (a, b) = (vector(), vector());
@@ -49,28 +49,22 @@ impl Lattice {
 
     /// The plane of the first two coordinates, at height 0: heights over it are exact.
     #[must_use]
-    pub const fn horizontal() -> Self {
+    pub(crate) const fn horizontal() -> Self {
         Self { origin: [0; 3], a: [1, 0, 0], b: [0, 1, 0], exponent: -11 }
     }
 
     /// The plane moved by `offset` lattice units of 2^-25 along the coordinates.
     #[must_use]
-    pub fn moved(mut self, offset: [i64; 3]) -> Self {
+    pub(crate) fn moved(mut self, offset: [i64; 3]) -> Self {
         for (component, step) in self.origin.iter_mut().zip(offset) {
             *component += step;
         }
         self
     }
 
-    /// The point at a site: exact.
-    #[must_use]
-    pub fn point(&self, site: Site) -> DVec3 {
-        self.fine_point(site.map(|c| c * FINE))
-    }
-
     /// The point at (i, j) / [`FINE`]: exact.
     #[must_use]
-    pub fn fine_point(&self, [i, j]: Site) -> DVec3 {
+    pub(crate) fn fine_point(&self, [i, j]: Site) -> DVec3 {
         let component = |axis: usize| self.origin[axis] * FINE + i * self.a[axis] + j * self.b[axis];
         real([component(0), component(1), component(2)]) * (power_of_two(self.exponent) / FINE as f64)
     }
@@ -82,13 +76,13 @@ fn real(v: [i64; 3]) -> DVec3 {
 
 /// Twice the signed area of the triangle a b c.
 #[must_use]
-pub const fn turn(a: Site, b: Site, c: Site) -> i64 {
+pub(crate) const fn turn(a: Site, b: Site, c: Site) -> i64 {
     (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
 }
 
 /// Sites of a strictly convex polygon with `count` vertices, counter-clockwise: points of a stretched circle by its rational
 /// parametrisation `((1 - t^2), 2 t) / (1 + t^2)`.
-pub fn convex_sites(sampler: &mut Sampler, count: usize) -> Vec<Site> {
+pub(crate) fn convex_sites(sampler: &mut Sampler, count: usize) -> Vec<Site> {
     loop {
         let (width, height) = (sampler.between(0.3, 1.0), sampler.between(0.3, 1.0));
         let mut sites: Vec<Site> = (0..count).map(|k| on_circle(sampler, k, count, width, height, 1.0)).collect();
@@ -101,7 +95,7 @@ pub fn convex_sites(sampler: &mut Sampler, count: usize) -> Vec<Site> {
 }
 
 /// Sites of a polygon that is star-shaped about (0, 0) and has a reflex vertex, counter-clockwise.
-pub fn star_sites(sampler: &mut Sampler, count: usize) -> Vec<Site> {
+pub(crate) fn star_sites(sampler: &mut Sampler, count: usize) -> Vec<Site> {
     loop {
         let sites: Vec<Site> = (0..count)
             .map(|k| {
@@ -156,7 +150,7 @@ fn large(sites: &[Site]) -> bool {
 
 /// Rectilinear shapes, the last not star-shaped: L, U and a spiral, on a grid whose lines are spread at random; and a triangle
 /// inside.
-pub fn rectilinear_sites(sampler: &mut Sampler) -> (Vec<Site>, [Site; 3]) {
+pub(crate) fn rectilinear_sites(sampler: &mut Sampler) -> (Vec<Site>, [Site; 3]) {
     const L: &[[usize; 2]] = &[[0, 0], [2, 0], [2, 1], [1, 1], [1, 2], [0, 2]];
     const U: &[[usize; 2]] = &[[0, 0], [3, 0], [3, 2], [2, 2], [2, 1], [1, 1], [1, 2], [0, 2]];
     const SPIRAL: &[[usize; 2]] =
@@ -196,7 +190,8 @@ pub(crate) mod tests {
                 [convex_sites(&mut sampler, count), star_sites(&mut sampler, count.max(4)), rectilinear_sites(&mut sampler).0]
             {
                 assert!(sites.iter().flatten().all(|c| c.abs() <= SITE), "{sites:?}");
-                let polygon = Polygon::new(sites.iter().map(|s| lattice.point(*s)).collect()).expect("a valid polygon");
+                let polygon = Polygon::new(sites.iter().map(|s| lattice.fine_point(s.map(|c| c * FINE))).collect())
+                    .expect("a valid polygon");
                 // The normal is rounded, so a height computed with it is not exactly 0, but far below an ulp.
                 assert!(polygon.planarity_defect() < 1e-24, "{}", polygon.planarity_defect());
             }

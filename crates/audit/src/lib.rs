@@ -1,6 +1,6 @@
 //! The audit: randomised case families, each case measured against truth, error tables, and the gates they must stay within.
 //!
-//! The way of the data: [`family`] draws a case from its name (by [`sampler`] and [`lattice`]); [`measure`] evaluates it by
+//! The way of the data: [`family`] draws a case from its name (by [`sampler`] and `lattice`); [`measure`] evaluates it by
 //! core and holds the answer against [`truth`] (the oracle's enclosure of what is [`seen`]), the case's [`condition`] and the
 //! bounds that the answer states; [`table`] is a [`tally`] of the figures by family, as [`distribution`]s over [`leading`]
 //! digits and [`decade`]s; [`run`] does so on all cores, [`shard`] over machines; [`gates`] say what must not be; what is,
@@ -9,7 +9,9 @@
 //! [`bounds`] asks of millions of cases what [`measure`] cannot be asked in time: whether any stated bound is below the error.
 //!
 //! [`comparison`] and [`stability`] hold other ways of computing the same against ours: [`contender`]s, the paper's form and
-//! [`single_precision`] among them, family by family and over planes of two parameters.
+//! `single_precision` among them, family by family and over planes of two parameters.
+//!
+//! [`scenes`] holds whole scenes to truth, every bound of `solve`, `factors` and `field`.
 //!
 //! Two checks of the checks: [`mutants`] plants slips that the measurement must see, [`agreement`] lets the oracles contradict
 //! each other.
@@ -23,17 +25,18 @@ pub mod decade;
 pub mod distribution;
 pub mod family;
 pub mod gates;
-pub mod lattice;
+mod lattice;
 pub mod leading;
 pub mod measure;
 pub mod mutants;
 pub mod regression;
 pub mod run;
 pub mod sampler;
+pub mod scenes;
 pub mod seen;
 pub mod shard;
 pub mod shrink;
-pub mod single_precision;
+mod single_precision;
 pub mod stability;
 pub mod table;
 pub mod tally;

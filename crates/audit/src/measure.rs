@@ -52,7 +52,7 @@ impl Quantity {
 
     /// The figure of the same error over the condition.
     #[must_use]
-    pub const fn over_condition(self) -> Self {
+    pub(crate) const fn over_condition(self) -> Self {
         match self {
             Self::Value | Self::ValueOverCondition | Self::ValueOverBound => Self::ValueOverCondition,
             Self::Gradient | Self::GradientOverCondition | Self::GradientOverBound => Self::GradientOverCondition,
@@ -153,7 +153,7 @@ pub fn measure(case: &Case) -> Outcome {
 
 /// Measures an answer, whoever gave it.
 #[must_use]
-pub fn measure_answer(problem: &Problem, answer: &Answer) -> Outcome {
+pub(crate) fn measure_answer(problem: &Problem, answer: &Answer) -> Outcome {
     if !answer.radiosity.is_finite() || !answer.gradient.is_finite() {
         return Outcome::NonFinite(format!("radiosity {}, gradient {}", answer.radiosity, answer.gradient));
     }

@@ -100,14 +100,14 @@ impl Sampler {
 
 /// 2^exponent; the exponent is of a normal number.
 #[must_use]
-pub const fn power_of_two(exponent: i64) -> f64 {
+pub(crate) const fn power_of_two(exponent: i64) -> f64 {
     assert!(exponent >= -1022 && exponent <= 1023, "the power of two must be a normal number");
     f64::from_bits((1023 + exponent).cast_unsigned() << 52)
 }
 
 /// The power of two that brings a positive normal number into [1, 2).
 #[must_use]
-pub fn normalising_power(x: f64) -> f64 {
+pub(crate) fn normalising_power(x: f64) -> f64 {
     let exponent = (x.to_bits() >> 52).cast_signed() - 1023;
     power_of_two(-exponent.clamp(-1021, 1021))
 }

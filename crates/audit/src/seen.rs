@@ -28,7 +28,7 @@ pub fn seen(problem: &Problem) -> Option<Cow<'_, Emitter>> {
 
 /// What is seen and what it is seen past: the emitter in free sight where [`seen`] knows one, else all as it stands.
 #[must_use]
-pub fn reduced(problem: &Problem) -> (Cow<'_, Emitter>, &[Polygon]) {
+pub(crate) fn reduced(problem: &Problem) -> (Cow<'_, Emitter>, &[Polygon]) {
     seen(problem).map_or((Cow::Borrowed(&problem.emitter), problem.occluders.as_slice()), |emitter| (emitter, &[]))
 }
 

@@ -15,7 +15,7 @@ type Single = [f32; 3];
 ///
 /// Not a number where single precision leaves its range: that is an answer too.
 #[must_use]
-pub fn radiosity(problem: &Problem) -> Option<f64> {
+pub(crate) fn radiosity(problem: &Problem) -> Option<f64> {
     let (receiver, polygon) = (&problem.receiver, problem.emitter.polygon());
     let Emission::Constant(emitted) = *problem.emitter.emission() else { return None };
     if !problem.occluders.is_empty() {

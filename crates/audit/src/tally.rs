@@ -24,7 +24,7 @@ impl<K, Q> Default for FamilyTally<K, Q> {
 impl<K: Ord + Copy, Q: Ord + Copy> FamilyTally<K, Q> {
     /// From its parts, as read from a file.
     #[must_use]
-    pub const fn from_parts(counts: BTreeMap<K, Bin>, figures: BTreeMap<Q, Distribution>) -> Self {
+    pub(crate) const fn from_parts(counts: BTreeMap<K, Bin>, figures: BTreeMap<Q, Distribution>) -> Self {
         Self { counts, figures }
     }
 
@@ -71,7 +71,7 @@ impl<K, Q> Default for Tally<K, Q> {
 impl<K: Ord + Copy, Q: Ord + Copy> Tally<K, Q> {
     /// From its parts, as read from a file.
     #[must_use]
-    pub const fn from_parts(families: BTreeMap<Family, FamilyTally<K, Q>>) -> Self {
+    pub(crate) const fn from_parts(families: BTreeMap<Family, FamilyTally<K, Q>>) -> Self {
         Self { families }
     }
 

@@ -83,7 +83,7 @@ impl Truth {
     /// Lower bounds on the two errors: what a stated bound must at least be. Beside an error of half an ulp, the digits of the
     /// truth count.
     #[must_use]
-    pub fn errors_at_least(&self, radiosity: f64, gradient: DVec3) -> (f64, f64) {
+    pub(crate) fn errors_at_least(&self, radiosity: f64, gradient: DVec3) -> (f64, f64) {
         let below = |interval: &Interval, value: f64| {
             let within = interval.error_of(value) * (1.0 - f64::EPSILON) - 2.0 * interval.radius();
             if within > 0.0 { within } else { 0.0 }

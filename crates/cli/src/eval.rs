@@ -2,15 +2,33 @@
 //!
 //! Lines are taken as many at a time as the input has ready, up to the size of one buffer, answered on all cores, and written
 //! before more are read: memory is bounded by the buffer and the longest line, and a program that sends one case and waits gets
-//! its answer.
+//! its answer. Each line has a time of its own, so that none holds up the rest for longer.
+
+mod pool;
 
 use std::io::{self, BufRead, BufReader, Read, Write};
+use std::time::Duration;
 
-use radgrad_scene::case::Line;
-use rayon::prelude::*;
+use radgrad_scene::Error;
+use radgrad_scene::case::{Id, Line, Refusal};
+
+use pool::Pool;
 
 /// Bytes read at a time: some 400 cases of a triangle, enough work for every core between two reads.
 const BUFFER: usize = 1 << 18;
+
+/// Bytes that a line may have: a longer one is refused, and passed over.
+const LONGEST_LINE: usize = 16 << 20;
+
+/// Bytes without an end of the line after which the input is taken for none.
+const ENDLESS: usize = 1 << 30;
+
+/// A line as it was read.
+enum Input {
+    Text(Vec<u8>),
+    /// The beginning of a line that is too long.
+    TooLong(Vec<u8>),
+}
 
 /// What became of the lines.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -38,24 +56,22 @@ struct Reply {
     refused: bool,
 }
 
-/// Answers every line of `input` on `output`. A reader that has seen enough and closes `output` ends the work, without an error.
-pub(crate) fn answer_all(input: impl Read, mut output: impl Write) -> Result<Tally, Failure> {
+/// Answers every line of `input` on `output`, each in `patience`. A reader that has seen enough and closes `output` ends the work,
+/// without an error.
+pub(crate) fn answer_all(input: impl Read, mut output: impl Write, patience: Duration) -> Result<Tally, Failure> {
     let mut reader = BufReader::with_capacity(BUFFER, input);
+    let mut pool: Pool<Input, Option<Reply>> = Pool::new(reply, refusal, patience);
     let (mut tally, mut first) = (Tally::default(), 1);
     loop {
         let lines = ready_lines(&mut reader).map_err(Failure::Read)?;
         if lines.is_empty() {
             return Ok(tally);
         }
-        let replies: Vec<Option<Reply>> = lines
-            .par_iter()
-            .enumerate()
-            .map(|(index, text)| reply(first + index, text))
-            .collect::<io::Result<_>>()
-            .map_err(Failure::Write)?;
-        first += lines.len();
+        let count = lines.len();
+        let batch = pool.answer(first, lines);
+        first += count;
         let mut text = Vec::new();
-        for reply in replies.iter().flatten() {
+        for reply in batch.replies().flatten() {
             tally.lines += 1;
             tally.refused += usize::from(reply.refused);
             text.extend_from_slice(&reply.text);
@@ -69,27 +85,63 @@ pub(crate) fn answer_all(input: impl Read, mut output: impl Write) -> Result<Tal
 }
 
 /// The next line, and those after it that stand complete in the buffer; none at the end of the input.
-fn ready_lines(reader: &mut BufReader<impl Read>) -> io::Result<Vec<Vec<u8>>> {
+fn ready_lines(reader: &mut BufReader<impl Read>) -> io::Result<Vec<Input>> {
     let mut lines = Vec::new();
     while lines.is_empty() || reader.buffer().contains(&b'\n') {
-        let mut line = Vec::new();
-        if reader.read_until(b'\n', &mut line)? == 0 {
-            break;
+        match next_line(reader)? {
+            Some(line) => lines.push(line),
+            None => break,
         }
-        lines.push(line);
     }
     Ok(lines)
 }
 
+/// The next line, of which no more is kept than a line may have.
+fn next_line(reader: &mut impl BufRead) -> io::Result<Option<Input>> {
+    let (mut line, mut length) = (Vec::new(), 0_usize);
+    loop {
+        let buffer = match reader.fill_buf() {
+            Err(error) if error.kind() == io::ErrorKind::Interrupted => continue,
+            buffer => buffer?,
+        };
+        let end = buffer.iter().position(|&byte| byte == b'\n');
+        let taken = end.map_or(buffer.len(), |end| end + 1);
+        line.extend_from_slice(&buffer[..taken.min(LONGEST_LINE.saturating_sub(line.len()))]);
+        length += taken;
+        reader.consume(taken);
+        if length > ENDLESS {
+            return Err(io::Error::new(io::ErrorKind::InvalidData, "a line does not end within 1 GiB"));
+        }
+        if end.is_some() || taken == 0 {
+            let is_whole = length <= LONGEST_LINE;
+            return Ok((length > 0).then_some(if is_whole { Input::Text(line) } else { Input::TooLong(line) }));
+        }
+    }
+}
+
 /// What is written for line `number`; nothing for a blank one.
-fn reply(number: usize, text: &[u8]) -> io::Result<Option<Reply>> {
-    let Some(line) = Line::read(number, text) else { return Ok(None) };
-    let (mut text, refused) = match line.and_then(Line::answer) {
-        Ok(answer) => (serde_json::to_vec(&answer)?, false),
-        Err(refusal) => (serde_json::to_vec(&refusal)?, true),
-    };
-    text.push(b'\n');
-    Ok(Some(Reply { text, refused }))
+fn reply(number: usize, line: &Input) -> Option<Reply> {
+    match line {
+        Input::TooLong(_) => refusal(number, line, Error::TooLong { bytes: LONGEST_LINE }),
+        Input::Text(text) => match Line::read(number, text)?.and_then(Line::answer) {
+            Ok(answer) => Some(Reply::new(&answer, false)),
+            Err(refusal) => Some(Reply::new(&refusal, true)),
+        },
+    }
+}
+
+fn refusal(number: usize, line: &Input, error: Error) -> Option<Reply> {
+    let (Input::Text(text) | Input::TooLong(text)) = line;
+    Some(Reply::new(&Refusal { id: Id::find(text), line: number, error }, true))
+}
+
+impl Reply {
+    /// Records have only keys that are text, and numbers that JSON has: they can be written.
+    fn new(record: &impl serde::Serialize, refused: bool) -> Self {
+        let mut text = serde_json::to_vec(record).unwrap_or_default();
+        text.push(b'\n');
+        Self { text, refused }
+    }
 }
 
 #[cfg(test)]
@@ -133,7 +185,8 @@ mod tests {
     fn a_line_is_answered_before_the_next_one_is_read() {
         let mut reader = BufReader::with_capacity(BUFFER, Trickle { left: b"first\nsecond\nlast" });
         for expected in [&b"first\n"[..], b"second\n", b"last"] {
-            assert_eq!(ready_lines(&mut reader).unwrap(), [expected]);
+            let lines = ready_lines(&mut reader).unwrap();
+            assert!(matches!(&lines[..], [Input::Text(line)] if line == expected));
         }
         assert!(ready_lines(&mut reader).unwrap().is_empty());
     }
@@ -156,11 +209,25 @@ mod tests {
     }
 
     #[test]
+    fn a_line_that_is_too_long_costs_itself_only() {
+        let long = [b"{\"id\":7,".as_slice(), &b" ".repeat(LONGEST_LINE), b"\nnonsense\n"].concat();
+        let mut output = Vec::new();
+        let tally = answer_all(long.as_slice(), &mut output, Duration::from_secs(60)).unwrap();
+        assert_eq!(tally, Tally { lines: 2, refused: 2 });
+        let lines: Vec<serde_json::Value> =
+            output.split(|&byte| byte == b'\n').filter(|l| !l.is_empty()).map(|l| serde_json::from_slice(l).unwrap()).collect();
+        assert_eq!((&lines[0]["id"], &lines[0]["error"]), (&7.into(), &"a line has at most 16 MiB, this one more".into()));
+        assert_eq!(lines[1]["line"], 2);
+        let endless = answer_all(io::repeat(b'x'), io::sink(), Duration::from_secs(60));
+        assert!(matches!(endless, Err(Failure::Read(_))));
+    }
+
+    #[test]
     fn a_closed_output_ends_the_work_and_another_failure_is_reported() {
         let line = [b"x".repeat(99).as_slice(), b"\n"].concat();
         let text = line.repeat(4 * BUFFER / line.len());
         for kind in [io::ErrorKind::BrokenPipe, io::ErrorKind::StorageFull] {
-            let result = answer_all(text.as_slice(), Closing { kind, written: Vec::new() });
+            let result = answer_all(text.as_slice(), Closing { kind, written: Vec::new() }, Duration::from_secs(60));
             match kind {
                 io::ErrorKind::BrokenPipe => assert!(result.unwrap().lines < 3 * BUFFER / line.len()),
                 _ => assert!(matches!(result, Err(Failure::Write(_)))),

@@ -5,6 +5,7 @@
 use std::io::{self, Write};
 
 use radgrad_core::DVec3;
+use radgrad_scene::largest;
 use radgrad_solver::{Ledger, Shape, Solution};
 
 /// A format of a solution.
@@ -134,8 +135,8 @@ fn ply(solution: &Solution, output: &mut dyn Write) -> io::Result<()> {
         for &at in cell.corners {
             let DVec3 { x, y, z } = solution.mesh().elements()[cell.leaf].point(at);
             let colour = [0, 1, 2].map(|c| {
-                let value = solution.value_on(cell.leaf, if channels < 3 { 0 } else { c }, at).max(0.0);
-                srgb(value / (value + middle).max(f64::MIN_POSITIVE))
+                let value = solution.value_on(cell.leaf, if channels < 3 { 0 } else { c }, at);
+                srgb(shade(value, middle))
             });
             writeln!(output, "{x} {y} {z} {} {} {}", colour[0], colour[1], colour[2])?;
         }
@@ -147,6 +148,12 @@ fn ply(solution: &Solution, output: &mut dyn Write) -> io::Result<()> {
         first += cell.corners.len();
     }
     Ok(())
+}
+
+/// `B/(B + m)`, 0 where B is not positive.
+pub(crate) fn shade(value: f64, middle: f64) -> f64 {
+    let value = largest(value, 0.0);
+    value / largest(value + middle, f64::MIN_POSITIVE)
 }
 
 /// The byte of sRGB for a linear value in [0, 1].

@@ -7,9 +7,10 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use radgrad_core::DEFAULT_TOLERANCE;
-use radgrad_scene::{FieldCell, FormFactors, Quantity, Scene};
+use radgrad_scene::{Error, FieldCell, FormFactors, Materials, Quantity, Scene};
 
-use crate::output::{Unwritten, extension, write_whole};
+use crate::lamps;
+use crate::output::{self, Unwritten, extension, write_whole};
 use crate::scene::{SceneFile, progress};
 
 /// What `radgrad field` is asked for.
@@ -41,7 +42,7 @@ pub(crate) struct Arguments {
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum Failure {
     #[error(transparent)]
-    Scene(#[from] radgrad_scene::Error),
+    Scene(#[from] Error),
     #[error(transparent)]
     Unwritten(#[from] Unwritten),
     #[error("`{}`: a field is written to a name ending in .csv, .vtu or .png", .0.display())]
@@ -64,7 +65,12 @@ enum Format {
 
 pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let format = format_of(&arguments.out)?;
-    let scene = arguments.scene.read()?;
+    output::check(&arguments.out)?;
+    let needed = if arguments.of.is_none() { Materials::Required } else { Materials::Optional };
+    let scene = arguments.scene.read(needed)?;
+    if arguments.of.is_none() {
+        lamps::report(&scene);
+    }
     let on = scene.surface_named(&arguments.on)?;
     let radiosities = radiosities(&scene, arguments)?;
     let factors = FormFactors::new(&scene)?;
@@ -72,13 +78,27 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     if matches!(format, Format::Png) && patches != 1 {
         return Err(Failure::Picture { file: arguments.out.clone(), patches });
     }
-    let bar = progress(arguments.grid * arguments.grid * patches);
+    let counts = [arguments.grid, arguments.grid, patches];
+    arguments.scene.afford("a grid of so many cells", &counts, 4 * size_of::<FieldCell>())?;
+    let bar = progress(counts.iter().product());
     let cells = factors.field(on, arguments.grid, &radiosities, arguments.tolerance, || bar.inc(1))?;
     bar.finish_and_clear();
+    finite(&cells)?;
     match format {
         Format::Csv => write_whole(&arguments.out, |out| write_csv(out, &cells))?,
         Format::Vtu => write_whole(&arguments.out, |out| vtu::write(out, &cells))?,
         Format::Png => write_whole(&arguments.out, |out| picture::write(out, &cells, arguments.grid))?,
+    }
+    Ok(())
+}
+
+/// Whether every value is a number, with a bound that is one.
+fn finite(cells: &[FieldCell]) -> Result<(), Error> {
+    for cell in cells {
+        let numbers = [cell.value, cell.value_error, cell.gradient_error];
+        if let Some(value) = numbers.into_iter().chain(cell.gradient.to_array()).find(|number| !number.is_finite()) {
+            return Err(Error::NotFinite { what: format!("the value or the gradient at {}, or a bound,", cell.centre), value });
+        }
     }
     Ok(())
 }

@@ -1,15 +1,16 @@
 //! The program `radgrad`.
 //!
-//! Exit status: 0 if all was answered, 1 if lines of `eval` were refused or `solve` stopped above the error asked for, 2 if the
-//! input cannot be read, the output cannot be written or the arguments are wrong.
+//! [`EXIT_STATUS`] says how it ends.
 
 mod eval;
 mod export;
 mod factors;
 mod field;
+mod lamps;
 mod output;
 mod points;
 mod resume;
+mod say;
 mod scene;
 mod solve;
 mod summary;
@@ -20,14 +21,21 @@ use std::fs::File;
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use std::time::Duration;
 
 use clap::{Parser, Subcommand};
 
 use eval::{Failure, Tally};
+use say::say;
+
+const EXIT_STATUS: &str = "Exit status:
+  0  all was answered
+  1  lines of `eval` or points of `solve` were refused, or `solve` stopped above the error asked for
+  2  the input cannot be read, an answer is no finite number, the output cannot be written, or the arguments are wrong";
 
 /// Radiosity and its gradient from polygonal emitters, with error bounds.
 #[derive(Debug, Parser)]
-#[command(version)]
+#[command(version, after_help = EXIT_STATUS)]
 struct Arguments {
     #[command(subcommand)]
     command: Command,
@@ -41,6 +49,9 @@ enum Command {
     Eval {
         /// File of cases, `-` for the standard input.
         file: PathBuf,
+        /// Seconds that one line may take: then it is refused, and the next ones are answered.
+        #[arg(long, default_value = "2", value_parser = solve::seconds)]
+        seconds: Duration,
     },
     /// Form factors between all faces of a scene, each with a proven bound; defects are reported, never normalised away.
     Factors(factors::Arguments),
@@ -53,9 +64,22 @@ enum Command {
 }
 
 fn main() -> ExitCode {
-    match Arguments::parse().command {
-        Command::Eval { file } => answer(&file),
-        Command::Factors(arguments) => status(factors::run(&arguments)),
+    let arguments = match Arguments::try_parse() {
+        Ok(arguments) => arguments,
+        Err(error) => {
+            let printed = error.print();
+            return ExitCode::from(if error.use_stderr() || printed.is_err() { 2 } else { 0 });
+        }
+    };
+    if let Err(error) = radgrad_scene::check_host() {
+        return refused(error);
+    }
+    match arguments.command {
+        Command::Eval { file, seconds } => answer(&file, seconds),
+        Command::Factors(arguments) => match factors::run(&arguments) {
+            Ok(met) => ExitCode::from(u8::from(!met)),
+            Err(failure) => refused(failure),
+        },
         Command::Field(arguments) => status(field::run(&arguments)),
         Command::Solve(request) => match solve::run(&request, io::stdout().lock()) {
             Ok(complete) => ExitCode::from(u8::from(!complete)),
@@ -69,26 +93,27 @@ fn status(result: Result<(), impl Display>) -> ExitCode {
 }
 
 fn refused(failure: impl Display) -> ExitCode {
-    eprintln!("radgrad: {failure}");
+    say(failure);
     ExitCode::from(2)
 }
 
-fn answer(file: &Path) -> ExitCode {
-    match eval(file) {
+fn answer(file: &Path, seconds: Duration) -> ExitCode {
+    match eval(file, seconds) {
         Ok(tally) => {
             if tally.refused > 0 {
-                eprintln!("radgrad: {} of {} cases refused: see their `error`", tally.refused, tally.lines);
+                say(format_args!("{} of {} cases refused: see their `error`", tally.refused, tally.lines));
             }
             ExitCode::from(u8::from(tally.refused > 0))
         }
         Err(failure) => {
-            eprintln!("radgrad: {}: {failure}", file.display());
+            say(format_args!("{}: {failure}", file.display()));
             ExitCode::from(2)
         }
     }
 }
-fn eval(file: &Path) -> Result<Tally, Failure> {
+
+fn eval(file: &Path, seconds: Duration) -> Result<Tally, Failure> {
     let input: Box<dyn Read> =
         if file == Path::new("-") { Box::new(io::stdin().lock()) } else { Box::new(File::open(file).map_err(Failure::Read)?) };
-    eval::answer_all(input, io::stdout().lock())
+    eval::answer_all(input, io::stdout().lock(), seconds)
 }

@@ -1,7 +1,16 @@
 //! Files that are whole or not there: written beside their place, and moved to it when nothing is missing.
+//!
+//! On Linux what is being written has no name in its folder until it is complete, so that a run that is killed leaves nothing
+//! behind; where the file system has no such files, it has a name of its own, `.NAME.` and random digits, that only a kill leaves
+//! there. Runs into one file do not meet: the last one to end is what is there. A file that is replaced hands on its permissions,
+//! a link stays a link, a device is written through, and pipes and folders are refused.
 
-use std::fs::{self, File};
-use std::io::{self, BufWriter, Write};
+#[cfg(target_os = "linux")]
+mod unnamed;
+
+use std::fs::{self, File, OpenOptions};
+use std::hash::{BuildHasher, Hasher, RandomState};
+use std::io::{self, BufWriter};
 use std::path::{Path, PathBuf};
 
 /// A file could not be written.
@@ -12,30 +21,168 @@ pub(crate) struct Unwritten {
     reason: String,
 }
 
+/// Where a file goes.
+enum Place {
+    /// The file itself, links followed, and its permissions if it is there.
+    File(PathBuf, Option<fs::Permissions>),
+    /// A device.
+    Device,
+}
+
+/// Whether a file can be written: its folder takes one, and what is in its place may be replaced.
+pub(crate) fn check(file: &Path) -> Result<(), Unwritten> {
+    let checked = match place_of(file) {
+        Ok(Place::File(file, _)) => Part::new(&file).map(Part::leave),
+        Ok(Place::Device) => open_device(file).map(drop),
+        Err(error) => Err(error),
+    };
+    checked.map_err(|error| Unwritten { file: file.to_owned(), reason: error.to_string() })
+}
+
 /// Writes a file by way of another one in the same folder. Whatever fails, the file is as it was before.
 pub(crate) fn write_whole<E: ToString>(
     file: &Path,
     content: impl FnOnce(&mut BufWriter<File>) -> Result<(), E>,
 ) -> Result<(), Unwritten> {
-    let refused = |reason: String| Unwritten { file: file.to_owned(), reason };
-    let name = file.file_name().ok_or_else(|| refused("it has no file name".to_owned()))?;
-    let mut beside = name.to_owned();
-    beside.push(format!(".{}.part", std::process::id()));
-    let part = file.with_file_name(beside);
-    let written = write_part(&part, content).and_then(|()| fs::rename(&part, file).map_err(|error| error.to_string()));
-    written.map_err(|reason| {
-        // Nothing half-written stays, if it was there at all.
-        let _ = fs::remove_file(&part);
-        refused(reason)
-    })
+    write(file, content).map_err(|reason| Unwritten { file: file.to_owned(), reason })
 }
 
-fn write_part<E: ToString>(part: &Path, content: impl FnOnce(&mut BufWriter<File>) -> Result<(), E>) -> Result<(), String> {
+fn write<E: ToString>(file: &Path, content: impl FnOnce(&mut BufWriter<File>) -> Result<(), E>) -> Result<(), String> {
     let io = |error: io::Error| error.to_string();
-    let mut out = BufWriter::new(File::create_new(part).map_err(io)?);
-    content(&mut out).map_err(|error| error.to_string())?;
-    out.flush().map_err(io)?;
-    out.get_ref().sync_all().map_err(io)
+    let fill = |out: File| -> Result<File, String> {
+        let mut out = BufWriter::new(out);
+        content(&mut out).map_err(|error| error.to_string())?;
+        out.into_inner().map_err(|error| io(error.into_error()))
+    };
+    let (file, permissions) = match place_of(file).map_err(io)? {
+        Place::File(file, permissions) => (file, permissions),
+        Place::Device => return fill(open_device(file).map_err(io)?).map(drop),
+    };
+    let part = Part::new(&file).map_err(io)?;
+    let written = part.file.try_clone().map_err(io).and_then(fill).and_then(|out| {
+        if let Some(permissions) = permissions {
+            out.set_permissions(permissions).map_err(io)?;
+        }
+        out.sync_all().map_err(io)
+    });
+    match written {
+        Ok(()) => part.publish(&file).map_err(io),
+        Err(reason) => {
+            part.leave();
+            Err(reason)
+        }
+    }
+}
+
+/// Follows links, also to where nothing is yet.
+fn place_of(file: &Path) -> io::Result<Place> {
+    const MOST_LINKS: usize = 40;
+    let refused = |rule: &str| Err(io::Error::new(io::ErrorKind::InvalidInput, rule));
+    let mut place = file.to_owned();
+    let mut links = 0;
+    while let Ok(target) = fs::read_link(&place) {
+        links += 1;
+        if links > MOST_LINKS {
+            return refused("its links lead nowhere");
+        }
+        place = place.parent().unwrap_or(Path::new("")).join(target);
+    }
+    let metadata = match fs::metadata(&place) {
+        Ok(metadata) => metadata,
+        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(Place::File(place, None)),
+        Err(error) => return Err(error),
+    };
+    if metadata.is_file() {
+        return match metadata.permissions().readonly() {
+            true => refused("it is there and write-protected"),
+            false => Ok(Place::File(place, Some(metadata.permissions()))),
+        };
+    }
+    if metadata.is_dir() {
+        return refused("it is a folder");
+    }
+    if is_device(&metadata) { Ok(Place::Device) } else { refused("it is a pipe or a disk: name a file") }
+}
+
+#[cfg(unix)]
+fn is_device(metadata: &fs::Metadata) -> bool {
+    std::os::unix::fs::FileTypeExt::is_char_device(&metadata.file_type())
+}
+
+#[cfg(not(unix))]
+fn is_device(_: &fs::Metadata) -> bool {
+    false
+}
+
+fn open_device(file: &Path) -> io::Result<File> {
+    OpenOptions::new().write(true).open(file)
+}
+
+/// A file that is not yet in its place.
+struct Part {
+    file: File,
+    /// Where it is meanwhile, if it has a name.
+    name: Option<PathBuf>,
+}
+
+impl Part {
+    /// In the folder of a file.
+    fn new(file: &Path) -> io::Result<Self> {
+        #[cfg(target_os = "linux")]
+        if let Ok(file) = unnamed::create(folder_of(file)) {
+            return Ok(Self { file, name: None });
+        }
+        let (file, name) = named(file, |name| File::create_new(name))?;
+        Ok(Self { file, name: Some(name) })
+    }
+
+    /// Moves it to its place.
+    fn publish(self, file: &Path) -> io::Result<()> {
+        let name = match self.name {
+            Some(name) => name,
+            #[cfg(target_os = "linux")]
+            None if unnamed::link(&self.file, file).is_ok() => return Ok(()),
+            // What is there is replaced in one step, which takes a name.
+            #[cfg(target_os = "linux")]
+            None => named(file, |name| unnamed::link(&self.file, name))?.1,
+            #[cfg(not(target_os = "linux"))]
+            None => return Err(io::Error::other("it has no name")),
+        };
+        fs::rename(&name, file).inspect_err(|_| remove(&name))
+    }
+
+    /// Leaves nothing of it.
+    fn leave(self) {
+        self.name.iter().for_each(|name| remove(name));
+    }
+}
+
+/// What else went wrong is said already.
+fn remove(part: &Path) {
+    let _ = fs::remove_file(part);
+}
+
+fn folder_of(file: &Path) -> &Path {
+    let folder = file.parent().unwrap_or(Path::new(""));
+    if folder == Path::new("") { Path::new(".") } else { folder }
+}
+
+/// What `make` makes under a random name beside a file, and that name.
+fn named<T>(file: &Path, make: impl Fn(&Path) -> io::Result<T>) -> io::Result<(T, PathBuf)> {
+    let Some(name) = file.file_name() else { return Err(io::Error::new(io::ErrorKind::InvalidInput, "it has no file name")) };
+    loop {
+        let mut random = RandomState::new().build_hasher();
+        random.write_u32(std::process::id());
+        let mut part = std::ffi::OsString::from(".");
+        // The name with the digits must not be too long for a file system that takes the name.
+        part.push(name.to_string_lossy().chars().take(50).collect::<String>());
+        part.push(format!(".{:016x}", random.finish()));
+        let part = folder_of(file).join(part);
+        match make(&part) {
+            Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {}
+            made => return made.map(|made| (made, part)),
+        }
+    }
 }
 
 /// The extension of a file's name, in lower case.
@@ -45,18 +192,107 @@ pub(crate) fn extension(file: &Path) -> String {
 
 #[cfg(test)]
 mod tests {
+    use std::io::Write;
+
     use super::*;
+
+    /// A folder of its own, removed at the end.
+    struct Folder(PathBuf);
+
+    impl Folder {
+        fn new(name: &str) -> Self {
+            let folder = std::env::temp_dir().join(format!("radgrad-output-{name}-{}", std::process::id()));
+            fs::create_dir_all(&folder).unwrap();
+            Self(folder)
+        }
+
+        fn entries(&self) -> usize {
+            fs::read_dir(&self.0).unwrap().count()
+        }
+    }
+
+    impl Drop for Folder {
+        fn drop(&mut self) {
+            let _ = fs::remove_dir_all(&self.0);
+        }
+    }
 
     #[test]
     fn what_fails_half_way_leaves_the_old_file_and_nothing_else() {
-        let folder = std::env::temp_dir().join(format!("radgrad-output-{}", std::process::id()));
-        fs::create_dir_all(&folder).unwrap();
-        let file = folder.join("matrix.csv");
+        let folder = Folder::new("half");
+        let file = folder.0.join("matrix.csv");
+        check(&file).unwrap();
+        assert_eq!(folder.entries(), 0, "a check leaves nothing");
         write_whole(&file, |out| out.write_all(b"old")).unwrap();
         let failed = write_whole(&file, |out| out.write_all(b"new").and_then(|()| Err(io::Error::other("enough"))));
         assert_eq!(failed.unwrap_err().to_string(), format!("`{}` cannot be written: enough", file.display()));
-        assert_eq!(fs::read(&file).unwrap(), b"old");
-        assert_eq!(fs::read_dir(&folder).unwrap().count(), 1);
-        fs::remove_dir_all(&folder).unwrap();
+        assert_eq!((fs::read(&file).unwrap(), folder.entries()), (b"old".to_vec(), 1));
+        write_whole(&file, |out| out.write_all(b"new")).unwrap();
+        assert_eq!((fs::read(&file).unwrap(), folder.entries()), (b"new".to_vec(), 1));
+        let nowhere = folder.0.join("none/matrix.csv");
+        assert!(check(&nowhere).is_err() && check(&folder.0).unwrap_err().to_string().ends_with("it is a folder"));
+    }
+
+    #[test]
+    fn a_named_part_is_moved_or_removed() {
+        let folder = Folder::new("named");
+        let file = folder.0.join("a.csv");
+        let part = || {
+            let (file, name) = named(&file, |name| File::create_new(name)).unwrap();
+            Part { file, name: Some(name) }
+        };
+        part().leave();
+        assert_eq!(folder.entries(), 0);
+        part().publish(&file).unwrap();
+        part().publish(&file).unwrap();
+        assert_eq!(folder.entries(), 1);
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn links_permissions_and_devices_stay_what_they_are() {
+        use std::os::unix::fs::{PermissionsExt, symlink};
+
+        let folder = Folder::new("links");
+        let [file, link, onward, device] = ["a.csv", "b.csv", "c.csv", "d.csv"].map(|name| folder.0.join(name));
+        symlink("a.csv", &link).unwrap();
+        symlink(&link, &onward).unwrap();
+        symlink("/dev/null", &device).unwrap();
+        write_whole(&onward, |out| out.write_all(b"through two links")).unwrap();
+        assert!(link.is_symlink() && onward.is_symlink() && !file.is_symlink());
+        fs::set_permissions(&file, fs::Permissions::from_mode(0o640)).unwrap();
+        write_whole(&link, |out| out.write_all(b"again")).unwrap();
+        assert_eq!(fs::metadata(&file).unwrap().permissions().mode() & 0o777, 0o640);
+        assert_eq!(fs::read(&file).unwrap(), b"again");
+        check(&device).unwrap();
+        write_whole(&device, |out| out.write_all(b"nothing")).unwrap();
+        assert!(device.is_symlink());
+        fs::set_permissions(&file, fs::Permissions::from_mode(0o440)).unwrap();
+        assert!(check(&link).unwrap_err().to_string().contains("write-protected"));
+        symlink("e.csv", folder.0.join("e.csv")).unwrap();
+        assert!(check(&folder.0.join("e.csv")).is_err());
+    }
+
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn a_full_device_is_reported() {
+        let error = write_whole(Path::new("/dev/full"), |out| out.write_all(b"x")).unwrap_err().to_string();
+        assert!(error.starts_with("`/dev/full` cannot be written: "), "{error}");
+    }
+
+    #[test]
+    fn runs_into_one_file_leave_one_of_them_whole() {
+        let folder = Folder::new("many");
+        let file = folder.0.join("a.csv");
+        let text = |run: usize| run.to_string().repeat(10_000);
+        std::thread::scope(|scope| {
+            for run in 0..8 {
+                let file = &file;
+                scope.spawn(move || (0..20).for_each(|_| write_whole(file, |out| out.write_all(text(run).as_bytes())).unwrap()));
+            }
+        });
+        let read = fs::read_to_string(&file).unwrap();
+        assert!((0..8).any(|run| read == text(run)));
+        assert_eq!(folder.entries(), 1);
     }
 }

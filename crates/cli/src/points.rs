@@ -1,67 +1,126 @@
 //! Points at which the radiosity is asked for, and the answers: JSON Lines in, JSON Lines out, in their order.
+//!
+//! Lines are decoded before the scene is solved; one that is wrong costs itself only.
 
-use std::io::{self, BufRead, Write};
+use std::io::{self, Read, Write};
+use std::path::Path;
 
 use radgrad_core::DVec3;
+use radgrad_scene::case::Id;
+use radgrad_scene::{Error, read_file};
 use radgrad_solver::Solution;
 use rayon::prelude::*;
+use serde::de::IgnoredAny;
 use serde::{Deserialize, Serialize};
 
-/// One line of the input; other fields are passed over.
+/// One line of the input.
 #[derive(Debug, Deserialize)]
-struct Point {
+#[serde(deny_unknown_fields, expecting = "a point: {\"position\": [x, y, z], \"normal\": [x, y, z]}")]
+pub(crate) struct Point {
     #[serde(default)]
-    id: Option<serde_json::Value>,
+    id: Option<Id>,
     position: [f64; 3],
     normal: [f64; 3],
+    #[serde(default, rename = "truth")]
+    _truth: IgnoredAny,
+    #[serde(default, rename = "family")]
+    _family: IgnoredAny,
+    #[serde(default, rename = "comment")]
+    _comment: IgnoredAny,
 }
 
 /// One line of the output: radiosity and bound in each channel of the scene.
 #[derive(Debug, Serialize)]
-struct Answer {
+struct Answer<'a> {
     #[serde(skip_serializing_if = "Option::is_none")]
-    id: Option<serde_json::Value>,
+    id: Option<&'a Id>,
     radiosity: Vec<f64>,
     bound: Vec<f64>,
 }
 
 /// What stands in the place of an answer.
-#[derive(Debug, Serialize)]
-struct Refusal {
+#[derive(Debug, Clone, Serialize)]
+pub(crate) struct Refusal {
     #[serde(skip_serializing_if = "Option::is_none")]
-    id: Option<serde_json::Value>,
+    id: Option<Id>,
     line: usize,
     error: String,
 }
 
-/// Answers every line that is not blank. Returns the number of those that were refused.
-pub(crate) fn answer_all(solution: &Solution, input: impl BufRead, mut output: impl Write) -> io::Result<usize> {
-    let lines: Vec<String> = input.lines().collect::<io::Result<_>>()?;
-    let numbered: Vec<(usize, &String)> =
-        lines.iter().enumerate().map(|(i, l)| (i + 1, l)).filter(|(_, l)| !l.trim().is_empty()).collect();
-    let answers: Vec<Result<Answer, Refusal>> = numbered.par_iter().map(|&(line, text)| answer(solution, line, text)).collect();
-    let mut refused = 0;
-    for answer in answers {
-        match answer {
-            Ok(answer) => serde_json::to_writer(&mut output, &answer)?,
-            Err(refusal) => {
-                refused += 1;
-                serde_json::to_writer(&mut output, &refusal)?;
-            }
+/// The lines of a file of points that are not blank.
+#[derive(Debug)]
+pub(crate) struct Points(Vec<(usize, Result<Point, Refusal>)>);
+
+impl Points {
+    /// Reads a file, or `-` for the standard input, of at most `limit` bytes.
+    pub(crate) fn read(file: &Path, limit: u64) -> io::Result<Self> {
+        if file != Path::new("-") {
+            return Ok(Self::parse(&read_file(file, limit)?));
         }
-        output.write_all(b"\n")?;
+        let mut text = Vec::new();
+        io::stdin().lock().take(limit.saturating_add(1)).read_to_end(&mut text)?;
+        if text.len() as u64 > limit {
+            return Err(io::Error::new(io::ErrorKind::FileTooLarge, format!("more than {limit} bytes: give more with --budget")));
+        }
+        Ok(Self::parse(&text))
     }
-    output.flush()?;
-    Ok(refused)
+
+    fn parse(text: &[u8]) -> Self {
+        let text = text.strip_prefix(b"\xef\xbb\xbf").unwrap_or(text);
+        let lines = text.split(|&byte| byte == b'\n').enumerate().map(|(index, text)| (index + 1, text));
+        let point = |(line, text): (usize, &[u8])| {
+            let refusal = |error| Refusal { id: Id::find(text), line, error: Error::from(error).to_string() };
+            (line, serde_json::from_slice(text).map_err(refusal))
+        };
+        Self(lines.filter(|(_, text)| !text.trim_ascii().is_empty()).map(point).collect())
+    }
+
+    /// Answers every line. Returns the number of those that were refused.
+    pub(crate) fn answer_all(&self, solution: &Solution, mut output: impl Write) -> io::Result<usize> {
+        let answers: Vec<Result<Answer<'_>, Refusal>> = self.0.par_iter().map(|line| answer(solution, line)).collect();
+        let mut refused = 0;
+        for answer in answers {
+            match answer {
+                Ok(answer) => serde_json::to_writer(&mut output, &answer)?,
+                Err(refusal) => {
+                    refused += 1;
+                    serde_json::to_writer(&mut output, &refusal)?;
+                }
+            }
+            output.write_all(b"\n")?;
+        }
+        output.flush()?;
+        Ok(refused)
+    }
 }
 
-fn answer(solution: &Solution, line: usize, text: &str) -> Result<Answer, Refusal> {
-    let point: Point = serde_json::from_str(text).map_err(|e| Refusal { id: None, line, error: e.to_string() })?;
-    match solution.gather(DVec3::from(point.position), DVec3::from(point.normal)) {
-        Ok(gathered) => {
-            let bound = gathered.ledger.iter().map(radgrad_solver::Ledger::total).collect();
-            Ok(Answer { id: point.id, radiosity: gathered.radiosity, bound })
-        }
-        Err(error) => Err(Refusal { id: point.id, line, error: error.to_string() }),
+fn answer<'a>(solution: &Solution, (line, point): &'a (usize, Result<Point, Refusal>)) -> Result<Answer<'a>, Refusal> {
+    let point = point.as_ref().map_err(Refusal::clone)?;
+    let refused = |error: String| Refusal { id: point.id.clone(), line: *line, error };
+    let gathered = solution.gather(DVec3::from(point.position), DVec3::from(point.normal));
+    let gathered = gathered.map_err(|error| refused(error.to_string()))?;
+    let bound: Vec<f64> = gathered.ledger.iter().map(radgrad_solver::Ledger::total).collect();
+    match gathered.radiosity.iter().chain(&bound).find(|number| !number.is_finite()) {
+        Some(&value) => Err(refused(Error::NotFinite { what: "a radiosity or its bound".to_owned(), value }.to_string())),
+        None => Ok(Answer { id: point.id.as_ref(), radiosity: gathered.radiosity, bound }),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_bad_line_costs_itself_only() {
+        let text = b"\xef\xbb\xbf{\"position\":[0,0,0],\"normal\":[0,0,1]}\r\n\xff\xfe\n \r\n{\"id\":\"b\",\"position\":[0,0,0],\"norml\":[0,0,1]}\n\
+            {\"position\":[0,0,1],\"normal\":[0,0,1],\"comment\":\"c\"}";
+        let Points(lines) = Points::parse(text);
+        assert_eq!(
+            lines.iter().map(|(line, point)| (*line, point.is_ok())).collect::<Vec<_>>(),
+            [(1, true), (2, false), (4, false), (5, true)]
+        );
+        let refusal = lines[2].1.as_ref().unwrap_err();
+        assert_eq!(refusal.id, Some(Id::from("b")));
+        assert!(refusal.error.contains("no field `norml`: did you mean `normal`?"), "{}", refusal.error);
     }
 }

@@ -7,7 +7,7 @@
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-use radgrad_scene::{Quantity, Scene, Texture};
+use radgrad_scene::{Quantity, Scene, Texture, read_file};
 use radgrad_solver::Solution;
 use serde::{Deserialize, Serialize};
 
@@ -31,23 +31,23 @@ pub(crate) enum Failure {
 }
 
 /// The divisions of a run before; none where there is no file yet.
-pub(crate) fn read(file: &Path, scene: &Scene) -> Result<Vec<usize>, Failure> {
-    let text = match std::fs::read_to_string(file) {
+pub(crate) fn read(file: &Path, scene: &str, limit: u64) -> Result<Vec<usize>, Failure> {
+    let text = match read_file(file, limit) {
         Ok(text) => text,
         Err(source) if source.kind() == io::ErrorKind::NotFound => return Ok(Vec::new()),
         Err(source) => return Err(Failure::Read { file: file.to_owned(), source }),
     };
     let checkpoint: Checkpoint =
-        serde_json::from_str(&text).map_err(|source| Failure::Content { file: file.to_owned(), source })?;
-    if checkpoint.scene != fingerprint(scene) {
+        serde_json::from_slice(&text).map_err(|source| Failure::Content { file: file.to_owned(), source })?;
+    if checkpoint.scene != scene {
         return Err(Failure::Scene { file: file.to_owned() });
     }
     Ok(checkpoint.divisions)
 }
 
 /// Writes what has been divided so far.
-pub(crate) fn write(file: &Path, scene: &Scene, solution: &Solution) -> Result<(), Unwritten> {
-    let checkpoint = Checkpoint { scene: fingerprint(scene), divisions: solution.divisions() };
+pub(crate) fn write(file: &Path, scene: &str, solution: &Solution) -> Result<(), Unwritten> {
+    let checkpoint = Checkpoint { scene: scene.to_owned(), divisions: solution.divisions() };
     write_whole(file, |out| {
         serde_json::to_writer(&mut *out, &checkpoint)?;
         out.write_all(b"\n")
@@ -55,7 +55,7 @@ pub(crate) fn write(file: &Path, scene: &Scene, solution: &Solution) -> Result<(
 }
 
 /// FNV-1a over the coordinates, the materials and which face has which, and the textures with where faces have them.
-fn fingerprint(scene: &Scene) -> String {
+pub(crate) fn fingerprint(scene: &Scene) -> String {
     let mut hash = Fnv::new();
     // Of each texture once: materials share them, and faces materials.
     let textures = scene.materials().iter().map(|material| Quantity::ALL.map(|q| material.texture(q).map(|texture| of(texture))));

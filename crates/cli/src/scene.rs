@@ -4,29 +4,65 @@ use std::io::IsTerminal;
 use std::path::PathBuf;
 
 use indicatif::{ProgressBar, ProgressStyle};
-use radgrad_scene::{Degenerate, Error, Scene};
+use radgrad_scene::{Degenerate, Error, Materials, Reading, Scene};
+
+use crate::say::say;
+
+/// Notes that are shown.
+const MOST_NOTES: usize = 20;
 
 /// Which scene to read, and how.
 #[derive(Debug, clap::Args)]
 pub(crate) struct SceneFile {
-    /// Scene: .obj with its .mtl, .gltf, .glb or .vs3.
+    /// Scene: .obj with its .mtl, .gltf, .glb, .vs3, .stl or .ply.
     #[arg(id = "scene", value_name = "SCENE")]
     pub(crate) path: PathBuf,
     /// Leave out faces that are no polygon with an area instead of refusing the file.
     #[arg(long)]
     drop_degenerate: bool,
+    /// Memory that reading may take, and so may points, grids and pictures: bytes, or a number with K, M or G.
+    #[arg(long, value_name = "BYTES", default_value = "256M", value_parser = bytes)]
+    pub(crate) budget: u64,
+    /// Read files that the scene names also where they lie outside its folder.
+    #[arg(long)]
+    allow_outside: bool,
 }
 
 impl SceneFile {
     /// Reads the scene, and says on the standard error what was changed in it.
-    pub(crate) fn read(&self) -> Result<Scene, Error> {
+    pub(crate) fn read(&self, materials: Materials) -> Result<Scene, Error> {
         let degenerate = if self.drop_degenerate { Degenerate::Drop } else { Degenerate::Refuse };
-        let scene = Scene::read(&self.path, degenerate)?;
-        for note in scene.notes() {
-            eprintln!("radgrad: {note}");
+        let reading = Reading { degenerate, budget: self.budget, allow_outside: self.allow_outside, materials };
+        let scene = Scene::read(&self.path, reading)?;
+        scene.notes().iter().take(MOST_NOTES).for_each(say);
+        if let Some(more @ 1..) = scene.notes().len().checked_sub(MOST_NOTES) {
+            say(format_args!("{}: and {more} notes more", self.path.display()));
         }
         Ok(scene)
     }
+
+    /// Refuses what takes more memory than the budget: so many entries of a certain size.
+    pub(crate) fn afford(&self, what: &str, counts: &[usize], size: usize) -> Result<(), Error> {
+        let all = counts.iter().try_fold(size, |product, &count| product.checked_mul(count));
+        match all {
+            Some(bytes) if bytes as u64 <= self.budget => Ok(()),
+            _ => Err(Error::Budget { what: what.to_owned(), budget: self.budget }),
+        }
+    }
+}
+
+/// `1000000`, `64K`, `256M`, `2G`, with `B` or `iB` after the letter or not.
+fn bytes(text: &str) -> Result<u64, String> {
+    let digits = text.trim_end_matches(|c: char| !c.is_ascii_digit());
+    let shift = match text[digits.len()..].trim().to_ascii_lowercase().as_str() {
+        "" | "b" => 0,
+        "k" | "kb" | "kib" => 10,
+        "m" | "mb" | "mib" => 20,
+        "g" | "gb" | "gib" => 30,
+        _ => return Err(format!("`{text}`: expected bytes, or a number with K, M or G")),
+    };
+    let number: u64 = digits.parse().map_err(|error| format!("`{text}`: {error}"))?;
+    number.checked_mul(1 << shift).ok_or_else(|| format!("`{text}` is more than any memory"))
 }
 
 /// A bar on the standard error, where someone looks at it.
@@ -37,4 +73,17 @@ pub(crate) fn progress(steps: usize) -> ProgressBar {
     let style =
         ProgressStyle::with_template("{wide_bar} {percent:>3} %  {eta} left").unwrap_or_else(|_| ProgressStyle::default_bar());
     ProgressBar::new(steps as u64).with_style(style)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bytes_have_units_of_1024() {
+        assert_eq!(["7", "64K", "256MiB", "2 GB"].map(bytes), [Ok(7), Ok(65_536), Ok(256 << 20), Ok(2 << 30)]);
+        for wrong in ["", "M", "-1", "1.5G", "9T", "99999999999G"] {
+            assert!(bytes(wrong).is_err(), "{wrong}");
+        }
+    }
 }

@@ -1,19 +1,20 @@
 //! `radgrad solve`: a scene to an error, with its progress, its files and its summary.
 
-use std::fs::File;
-use std::io::{self, BufReader, BufWriter, Write};
+use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use clap::{Args, ValueEnum};
 use indicatif::{ProgressBar, ProgressStyle};
-use radgrad_scene::Scene;
+use radgrad_scene::{Materials, Scene, largest};
 use radgrad_solver::{Linking, MAX_DEGREE, Marking, Options, Order, Solution, solve_from};
 
 use crate::export::Format;
-use crate::output::{Unwritten, write_whole};
-use crate::points;
+use crate::lamps;
+use crate::output::{self, Unwritten, write_whole};
+use crate::points::Points;
 use crate::resume;
+use crate::say::say;
 use crate::scene::SceneFile;
 use crate::summary::Summary;
 use crate::view::{self, View};
@@ -23,6 +24,9 @@ use crate::view::{self, View};
 pub(crate) struct Request {
     #[command(flatten)]
     scene: SceneFile,
+    /// Make no reflectance larger than this, in any channel: no bound exists where faces reflect all light, as white ones in glTF do.
+    #[arg(long, value_name = "SHARE", value_parser = reflectance)]
+    max_reflectance: Option<f64>,
     /// Bound on the mean error over the mean radiosity, at most: a percentage or a fraction.
     #[arg(long, default_value = "0.5%", value_parser = fraction)]
     error: f64,
@@ -57,13 +61,13 @@ pub(crate) struct Request {
     /// is divided for direct light alone is found again.
     #[arg(long, value_name = "FILE")]
     resume: Option<PathBuf>,
-    /// Answer for the points of a JSON Lines file (`position`, `normal`): radiosity and bound in each channel.
+    /// Answer for the points of a JSON Lines file (`position`, `normal`), `-` for the standard input: radiosity and bound in each channel.
     #[arg(long, value_name = "FILE")]
     points: Option<PathBuf>,
     /// Write the answers to --points here rather than to the standard output.
     #[arg(long, value_name = "FILE", requires = "points")]
     answers: Option<PathBuf>,
-    /// Print one JSON object: `seconds`, `elements`, `links`, `bound`, `ledger`.
+    /// Print one JSON object rather than a table, which is printed where nothing else is asked for: `seconds`, `elements`, `links`, `bound`, `ledger`.
     #[arg(long)]
     summary: bool,
     #[command(flatten)]
@@ -108,6 +112,22 @@ impl Request {
     }
 }
 
+impl Request {
+    /// Files that are read and written must not be one.
+    fn check_names(&self) -> Result<(), Failure> {
+        let written = [self.out.as_deref(), self.view.file(), self.answers.as_deref(), self.resume.as_deref()];
+        let read = [self.points.as_deref(), Some(self.scene.path.as_path())];
+        let place = |file: &Path| file.canonicalize().unwrap_or_else(|_| file.to_owned());
+        let all: Vec<&Path> = written.into_iter().chain(read).flatten().filter(|file| *file != Path::new("-")).collect();
+        for (index, first) in all.iter().enumerate() {
+            if let Some(second) = all[..index].iter().find(|second| place(second) == place(first) && first.is_file()) {
+                return Err(Failure::SameFile { first: second.to_path_buf(), second: first.to_path_buf() });
+            }
+        }
+        Ok(())
+    }
+}
+
 /// Why there is no result.
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum Failure {
@@ -119,6 +139,15 @@ pub(crate) enum Failure {
     Format { file: PathBuf },
     #[error("{}: cannot read: {source}", file.display())]
     Read { file: PathBuf, source: io::Error },
+    #[error(
+        "{place}material `{material}` reflects all light in channel `{channel}`: no bound exists, so give it less, or cap it \
+             with --max-reflectance 0.95"
+    )]
+    White { place: String, material: String, channel: String },
+    #[error("the scene is {size:e} across, no extent that a scene may have: from 1e-60 to 1e60, so change the unit of length")]
+    Extent { size: f64 },
+    #[error("{} and {} are one file", first.display(), second.display())]
+    SameFile { first: PathBuf, second: PathBuf },
     #[error(transparent)]
     Write(#[from] Unwritten),
     #[error(transparent)]
@@ -138,15 +167,24 @@ pub(crate) fn run(request: &Request, mut output: impl Write) -> Result<bool, Fai
         None => Err(Failure::Format { file: file.to_owned() }),
     });
     let out = out.transpose()?;
-    request.view.check()?;
-    let points = request.points.as_deref().map(|file| match File::open(file) {
-        Ok(points) => Ok(BufReader::new(points)),
-        Err(source) => Err(Failure::Read { file: file.to_owned(), source }),
-    });
+    request.view.check(&request.scene)?;
+    [&request.out, &request.answers, &request.resume].into_iter().flatten().try_for_each(|file| output::check(file))?;
+    request.check_names()?;
+    let points = request
+        .points
+        .as_deref()
+        .map(|file| Points::read(file, request.scene.budget).map_err(|source| Failure::Read { file: file.to_owned(), source }));
     let points = points.transpose()?;
-    let scene = request.scene.read()?;
+    let mut scene = request.scene.read(Materials::Required)?;
+    if let Some(most) = request.max_reflectance {
+        let read = scene.notes().len();
+        scene.cap_reflectance(most);
+        scene.notes().iter().skip(read).for_each(say);
+    }
+    check_place(&scene)?;
+    lamps::report(&scene);
 
-    let solution = solved(request, &scene, start, out)?;
+    let solution = solved(request, &scene, start, out).map_err(|failure| named(failure, &scene))?;
     let seconds = start.elapsed().as_secs_f64();
     request.view.write(&solution)?;
     let mut refused = 0;
@@ -154,28 +192,28 @@ pub(crate) fn run(request: &Request, mut output: impl Write) -> Result<bool, Fai
         refused = match &request.answers {
             Some(file) => {
                 let mut answers = Vec::new();
-                let refused = points::answer_all(&solution, points, &mut answers)?;
+                let refused = points.answer_all(&solution, &mut answers)?;
                 write_whole(file, |output| output.write_all(&answers))?;
                 refused
             }
-            None => points::answer_all(&solution, points, BufWriter::new(&mut output))?,
+            None => points.answer_all(&solution, BufWriter::new(&mut output))?,
         };
         if refused > 0 {
-            eprintln!("radgrad: {refused} points refused: see their `error`");
+            say(format_args!("{refused} points refused: see their `error`"));
         }
     }
+    let summary = Summary::of(&solution, request.error, seconds);
     if request.summary {
-        serde_json::to_writer(&mut output, &Summary::of(&solution, request.error, seconds)).map_err(io::Error::from)?;
+        serde_json::to_writer(&mut output, &summary).map_err(io::Error::from)?;
         output.write_all(b"\n")?;
+    } else if request.out.is_none() && request.points.is_none() && request.view.file().is_none() {
+        write!(output, "{summary}")?;
     }
     let progress = solution.progress();
     let reached = progress.bound <= request.error;
     if !reached {
-        eprintln!(
-            "radgrad: stopped at a bound of {:.3} %, above the {:.3} % asked for",
-            100.0 * progress.bound,
-            100.0 * request.error
-        );
+        let [reached, asked] = [progress.bound, request.error].map(|share| 100.0 * share);
+        say(format_args!("stopped at a bound of {reached:.3} %, above the {asked:.3} % asked for"));
     }
     Ok(reached && refused == 0)
 }
@@ -189,24 +227,74 @@ fn solved(request: &Request, scene: &Scene, start: Instant, out: Option<(&Path, 
         bar.set_style(style);
     }
     bar.enable_steady_tick(Duration::from_millis(100));
-    let divisions = match &request.resume {
-        Some(file) => resume::read(file, scene)?,
+    let resume = request.resume.as_deref().map(|file| (file, resume::fingerprint(scene)));
+    let divisions = match &resume {
+        Some((file, scene)) => resume::read(file, scene, request.scene.budget)?,
         None => Vec::new(),
     };
-    let mut failure = None;
+    let mut failure: Option<Failure> = None;
     let solution = solve_from(scene, &options, &divisions, |solution| {
         let p = solution.progress();
         bar.set_message(format!("round {}: {} elements, {} links, bound {:.3} %", p.round, p.elements, p.links, 100.0 * p.bound));
-        if let Some((file, format)) = out {
-            failure = write_whole(file, |output| format.write(solution, output)).err();
-        }
-        if let Some(file) = &request.resume {
-            failure = failure.take().or(resume::write(file, scene, solution).err());
-        }
+        let watched = || -> Result<(), Failure> {
+            finite(solution)?;
+            if let Some((file, format)) = out {
+                write_whole(file, |output| format.write(solution, output))?;
+            }
+            if let Some((file, scene)) = &resume {
+                resume::write(file, scene, solution)?;
+            }
+            Ok(())
+        };
+        failure = watched().err();
         failure.is_none()
     });
     bar.finish_and_clear();
-    failure.map_or(Ok(solution?), |failure| Err(failure.into()))
+    match failure {
+        Some(failure) => Err(failure),
+        None => Ok(solution?),
+    }
+}
+
+/// Refuses a scene so small or so large that products of its lengths leave the range of a double, and tells of one far from the
+/// origin, whose coordinates are rounded.
+fn check_place(scene: &Scene) -> Result<(), Failure> {
+    const FAR: f64 = 1e6;
+    let Some((low, high)) = scene.bounds() else { return Ok(()) };
+    let size = (high - low).max_element();
+    if !(1e-60..=1e60).contains(&size) {
+        return Err(Failure::Extent { size });
+    }
+    let distance = largest(low.abs().max_element(), high.abs().max_element());
+    if distance > FAR * size {
+        let times = distance / size;
+        say(format_args!(
+            "the scene is {times:.1e} times its size away from the origin, where coordinates are coarse: move it there"
+        ));
+    }
+    Ok(())
+}
+
+/// Whether every mean is a number, with a bound that is one.
+fn finite(solution: &Solution) -> Result<(), radgrad_scene::Error> {
+    for ((channel, &mean), ledger) in solution.channels().iter().zip(solution.mean()).zip(solution.mean_bound()) {
+        for (what, value) in [("radiosity", mean), ("bound", ledger.total())] {
+            if !value.is_finite() {
+                let what = format!("the mean {what} in channel `{channel}`");
+                return Err(radgrad_scene::Error::NotFinite { what, value });
+            }
+        }
+    }
+    Ok(())
+}
+
+/// What the solver says of a face by its index, by the face's place and its material.
+fn named(failure: Failure, scene: &Scene) -> Failure {
+    let Failure::Solve(radgrad_solver::Error::Lossless { channel, face }) = &failure else { return failure };
+    let Some(face) = scene.faces().get(*face) else { return failure };
+    let place = face.place().map_or_else(String::new, |place| format!("{place}: "));
+    let (material, channel) = (scene.materials()[face.material()].name().to_owned(), channel.clone());
+    Failure::White { place, material, channel }
 }
 
 /// `0.5%` or `0.005`.
@@ -221,12 +309,17 @@ fn factor(text: &str) -> Result<f64, String> {
     if value > 0.0 && value <= 1.0 { Ok(value) } else { Err(format!("{value} is not above 0 and at most 1")) }
 }
 
+fn reflectance(text: &str) -> Result<f64, String> {
+    let value = text.parse::<f64>().map_err(|error| error.to_string())?;
+    if (0.0..1.0).contains(&value) { Ok(value) } else { Err(format!("{value} is not from 0 to below 1")) }
+}
+
 fn area(text: &str) -> Result<f64, String> {
     let value = text.parse::<f64>().map_err(|error| error.to_string())?;
     if value > 0.0 && value.is_finite() { Ok(value) } else { Err(format!("{value} is not above 0 and finite")) }
 }
 
-fn seconds(text: &str) -> Result<Duration, String> {
+pub(crate) fn seconds(text: &str) -> Result<Duration, String> {
     let value = text.parse::<f64>().map_err(|error| error.to_string())?;
     Duration::try_from_secs_f64(value).map_err(|error| error.to_string())
 }

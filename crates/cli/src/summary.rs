@@ -1,7 +1,9 @@
 //! The result in one JSON object.
 
 use std::collections::BTreeMap;
+use std::fmt;
 
+use radgrad_scene::printable;
 use radgrad_solver::{Ledger, Solution};
 use serde::Serialize;
 
@@ -55,6 +57,22 @@ impl Summary {
             ledger: entries(&ledger, mean),
             channels,
         }
+    }
+}
+
+impl fmt::Display for Summary {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { seconds, rounds, elements, links, bound, error, .. } = self;
+        writeln!(f, "{elements} elements, {links} links, {rounds} rounds, {seconds:.3} s")?;
+        writeln!(f, "bound {:.3} % of the mean radiosity, {:.3} % asked for\n", 100.0 * bound, 100.0 * error)?;
+        let names = || self.channels.iter().map(|channel| printable(&channel.name));
+        let width = names().map(|name| name.chars().count()).max().unwrap_or(0).max("channel".len());
+        writeln!(f, "{:width$}  {:>14}  {:>14}", "channel", "mean", "bound")?;
+        for (name, channel) in names().zip(&self.channels) {
+            writeln!(f, "{name:width$}  {:>14.6e}  {:>14.6e}", channel.mean, channel.bound)?;
+        }
+        writeln!(f, "\n{:15}  {:>14}", "of the bound", "% of the mean")?;
+        self.ledger.iter().try_for_each(|(source, share)| writeln!(f, "{source:15}  {:>14.6}", 100.0 * share))
     }
 }
 

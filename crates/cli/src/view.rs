@@ -16,8 +16,10 @@ use radgrad_core::{DVec3, Polygon};
 use radgrad_solver::{Ledger, Reconstruction, Solution};
 use rayon::prelude::*;
 
-use crate::export::srgb;
-use crate::output::{Unwritten, extension, write_whole};
+use crate::export::{shade, srgb};
+use crate::output::{self, Unwritten, extension, write_whole};
+use crate::say::say;
+use crate::scene::SceneFile;
 use camera::Camera;
 
 /// A view that is asked for.
@@ -46,6 +48,8 @@ pub(crate) enum Failure {
     #[error("{}: expected a name ending in .exr or .png", file.display())]
     Format { file: PathBuf },
     #[error(transparent)]
+    Scene(#[from] radgrad_scene::Error),
+    #[error(transparent)]
     Solve(#[from] radgrad_solver::Error),
     #[error(transparent)]
     Write(#[from] Unwritten),
@@ -58,12 +62,19 @@ struct Pixel {
 }
 
 impl View {
-    /// Refuses a name of another format.
-    pub(crate) fn check(&self) -> Result<(), Failure> {
-        match &self.view {
-            Some(file) if !matches!(extension(file).as_str(), "exr" | "png") => Err(Failure::Format { file: file.clone() }),
-            _ => Ok(()),
+    /// Refuses a name of another format, a picture that is too large, and a file that cannot be written.
+    pub(crate) fn check(&self, scene: &SceneFile) -> Result<(), Failure> {
+        let Some(file) = &self.view else { return Ok(()) };
+        if !matches!(extension(file).as_str(), "exr" | "png") {
+            return Err(Failure::Format { file: file.clone() });
         }
+        // Values and bounds of three channels, and where they are.
+        scene.afford("a picture of so many pixels", &self.size, 2 * size_of::<Pixel>() + 6 * size_of::<f64>())?;
+        Ok(output::check(file)?)
+    }
+
+    pub(crate) fn file(&self) -> Option<&Path> {
+        self.view.as_deref()
     }
 
     /// Draws the view, if one is asked for.
@@ -76,6 +87,10 @@ impl View {
             self.pixel(solution, smooth.as_ref(), camera.eye, direction)
         };
         let pixels = (0..width * height).into_par_iter().map(pixel).collect::<Result<Vec<Pixel>, _>>()?;
+        let mut numbers = pixels.iter().flat_map(|pixel| pixel.radiosity.iter().chain(&pixel.bound));
+        if let Some(&value) = numbers.find(|number| !number.is_finite()) {
+            return Err(radgrad_scene::Error::NotFinite { what: "a pixel".to_owned(), value }.into());
+        }
         match extension(file).as_str() {
             "exr" => write_whole(file, |out| self.exr(solution, &pixels, out))?,
             _ => self.png(file, solution, &pixels)?,
@@ -124,10 +139,7 @@ impl View {
         let channels = solution.channels().len();
         let middle = 2.0 * solution.mean().iter().sum::<f64>() / channels as f64;
         let exposure = format!("sRGB of B/(B + {middle:e}), twice the mean radiosity");
-        let colour = |pixel: &Pixel, c: usize| {
-            let value = pixel.radiosity[if channels < 3 { 0 } else { c }].max(0.0);
-            srgb(value / (value + middle).max(f64::MIN_POSITIVE))
-        };
+        let colour = |pixel: &Pixel, c: usize| srgb(shade(pixel.radiosity[if channels < 3 { 0 } else { c }], middle));
         let data: Vec<u8> = pixels.iter().flat_map(|pixel| [0, 1, 2].map(|c| colour(pixel, c))).collect();
         write_whole(file, |out| {
             let side = |length: usize| u32::try_from(length).map_err(|_| io::Error::other("more pixels a side than a PNG has"));
@@ -140,7 +152,7 @@ impl View {
             writer.write_image_data(&data)?;
             writer.finish()
         })?;
-        eprintln!("radgrad: {}: {exposure}", file.display());
+        say(format_args!("{}: {exposure}", file.display()));
         Ok(())
     }
 }

@@ -49,7 +49,6 @@ mod lamps;
 mod linear;
 mod many_emitters;
 mod one_emitter;
-mod precision;
 mod receivers;
 mod span;
 mod sums;
@@ -64,7 +63,6 @@ use fearless_simd::Level;
 pub use answers::{Answers, Counts};
 pub use emitter_tree::EmitterTree;
 pub use emitters::Emitters;
-pub use precision::Precision;
 pub use receivers::Receivers;
 pub use total::Tally;
 
@@ -74,8 +72,71 @@ use crate::batch::tile::Goal;
 use crate::batch::total::TreeWalk;
 use crate::error::Error;
 use crate::lanes::instruction_set;
+use crate::lanes::lane::Lane;
 use crate::problem::emission::Emitter;
 use crate::problem::receiver::Receiver;
+
+/// Single or double precision: `f32` or `f64`.
+#[allow(private_bounds, reason = "what lanes need of a number is not for others to implement")]
+pub trait Precision: Lane + Compiled {}
+
+/// The kernels of one precision, compiled once: what is generic is compiled again in every crate that calls it.
+trait Compiled: Lane {
+    /// Many receivers against one emitter.
+    fn against(
+        engine: &Engine,
+        receivers: &Receivers<'_, Self>,
+        emitter: &Emitter,
+        goal: Goal,
+        answers: &mut Answers<Self>,
+    ) -> Result<(), Error>;
+
+    /// One receiver against many emitters.
+    fn seen_from(
+        engine: &Engine,
+        receiver: &Receiver,
+        emitters: &Emitters<'_, Self>,
+        goal: Goal,
+        answers: &mut Answers<Self>,
+    ) -> Result<(), Error>;
+}
+
+macro_rules! compiled {
+    ($precision:ty) => {
+        impl Precision for $precision {}
+
+        impl Compiled for $precision {
+            #[inline(never)]
+            fn against(
+                engine: &Engine,
+                receivers: &Receivers<'_, Self>,
+                emitter: &Emitter,
+                goal: Goal,
+                answers: &mut Answers<Self>,
+            ) -> Result<(), Error> {
+                let job = OneEmitter::new(*receivers, emitter, goal, engine.level);
+                let slots = answers.sized(receivers.count(), goal.asked);
+                answers.counts = tile::run(engine.threads, 0, slots, &|start, slots| job.tile(start, slots))?;
+                Ok(())
+            }
+
+            #[inline(never)]
+            fn seen_from(
+                engine: &Engine,
+                receiver: &Receiver,
+                emitters: &Emitters<'_, Self>,
+                goal: Goal,
+                answers: &mut Answers<Self>,
+            ) -> Result<(), Error> {
+                answers.counts = OneReceiver::new(receiver, emitters, goal, engine.level).all(engine.threads, answers)?;
+                Ok(())
+            }
+        }
+    };
+}
+
+compiled!(f32);
+compiled!(f64);
 
 /// How batches run: on which instruction set, on one thread or all.
 ///
@@ -130,7 +191,7 @@ impl Engine {
         emitter: &Emitter,
         answers: &mut Answers<F>,
     ) -> Result<(), Error> {
-        self.against(receivers, emitter, Goal::plain::<F>(false), answers)
+        F::against(self, receivers, emitter, Goal::plain::<F>(false), answers)
     }
 
     /// Radiosity and gradient at each receiver.
@@ -143,7 +204,7 @@ impl Engine {
         emitter: &Emitter,
         answers: &mut Answers<F>,
     ) -> Result<(), Error> {
-        self.against(receivers, emitter, Goal::plain::<F>(true), answers)
+        F::against(self, receivers, emitter, Goal::plain::<F>(true), answers)
     }
 
     /// Radiosity of each receiver with its bound, to a relative tolerance as of [`crate::evaluate::evaluate_to`].
@@ -157,7 +218,7 @@ impl Engine {
         tolerance: f64,
         answers: &mut Answers<F>,
     ) -> Result<(), Error> {
-        self.against(receivers, emitter, Goal::within(tolerance, false)?, answers)
+        F::against(self, receivers, emitter, Goal::within(tolerance, false)?, answers)
     }
 
     /// Radiosity and gradient at each receiver with their bounds, to a relative tolerance as of [`crate::evaluate::evaluate_to`].
@@ -172,7 +233,7 @@ impl Engine {
         tolerance: f64,
         answers: &mut Answers<F>,
     ) -> Result<(), Error> {
-        self.against(receivers, emitter, Goal::within(tolerance, true)?, answers)
+        F::against(self, receivers, emitter, Goal::within(tolerance, true)?, answers)
     }
 
     /// Radiosity and gradient due to each emitter, in the emitters' order.
@@ -185,7 +246,7 @@ impl Engine {
         emitters: &Emitters<'_, F>,
         answers: &mut Answers<F>,
     ) -> Result<(), Error> {
-        self.seen_from(receiver, emitters, Goal::plain::<F>(true), answers)
+        F::seen_from(self, receiver, emitters, Goal::plain::<F>(true), answers)
     }
 
     /// The same with bounds, to a relative tolerance for each emitter.
@@ -199,7 +260,7 @@ impl Engine {
         tolerance: f64,
         answers: &mut Answers<F>,
     ) -> Result<(), Error> {
-        self.seen_from(receiver, emitters, Goal::within(tolerance, true)?, answers)
+        F::seen_from(self, receiver, emitters, Goal::within(tolerance, true)?, answers)
     }
 
     /// Radiosity of each receiver due to all emitters of a tree together, within an absolute tolerance in the unit of the
@@ -242,29 +303,5 @@ impl Engine {
         answers.counts = Counts::default();
         let slots = answers.sized(receivers.count(), Goal::absolute(tolerance).asked);
         tile::run(self.threads, 0, slots, &|start, slots| job.tile(start, slots))
-    }
-
-    fn against<F: Precision>(
-        &self,
-        receivers: &Receivers<'_, F>,
-        emitter: &Emitter,
-        goal: Goal,
-        answers: &mut Answers<F>,
-    ) -> Result<(), Error> {
-        let job = OneEmitter::new(*receivers, emitter, goal, self.level);
-        let slots = answers.sized(receivers.count(), goal.asked);
-        answers.counts = tile::run(self.threads, 0, slots, &|start, slots| job.tile(start, slots))?;
-        Ok(())
-    }
-
-    fn seen_from<F: Precision>(
-        &self,
-        receiver: &Receiver,
-        emitters: &Emitters<'_, F>,
-        goal: Goal,
-        answers: &mut Answers<F>,
-    ) -> Result<(), Error> {
-        answers.counts = OneReceiver::new(receiver, emitters, goal, self.level).all(self.threads, answers)?;
-        Ok(())
     }
 }

@@ -61,10 +61,14 @@ pub fn evaluate_to<'a>(
     occluders: impl IntoIterator<Item = &'a Polygon>,
     tolerance: f64,
 ) -> Result<Answer, Error> {
+    answer(receiver, emitter, &occluders.into_iter().collect::<Vec<_>>(), tolerance)
+}
+
+/// [`evaluate_to`], compiled once: what is generic is compiled again in every crate that calls it.
+fn answer(receiver: &Receiver, emitter: &Emitter, occluders: &[&Polygon], tolerance: f64) -> Result<Answer, Error> {
     if !(0.0..=1.0).contains(&tolerance) {
         return Err(Error::Tolerance { value: tolerance });
     }
-    let occluders: Vec<&Polygon> = occluders.into_iter().collect();
     let direct = if occluders.is_empty() { DirectAttempt::new(receiver, emitter, tolerance)? } else { DirectAttempt::Nothing };
     let plan = match direct {
         DirectAttempt::Answer(answer) => return Ok(answer),
@@ -72,7 +76,7 @@ pub fn evaluate_to<'a>(
         DirectAttempt::Nothing => Plan::new(receiver, emitter.polygon()),
     };
     let Some(plan) = plan else { return Ok(Answer::ZERO) };
-    Case { receiver, emitter, occluders: &occluders, plan: &plan }.answer(tolerance)
+    Case { receiver, emitter, occluders, plan: &plan }.answer(tolerance)
 }
 
 /// Radiosity alone at `receiver` due to the part of `emitter` that it sees past `occluders`, with a bound.
@@ -101,6 +105,11 @@ pub fn evaluate_value<'a>(
     occluders: impl IntoIterator<Item = &'a Polygon>,
     tolerance: Tolerance,
 ) -> Result<Value, Error> {
+    value(receiver, emitter, &occluders.into_iter().collect::<Vec<_>>(), tolerance)
+}
+
+/// [`evaluate_value`], compiled once.
+fn value(receiver: &Receiver, emitter: &Emitter, occluders: &[&Polygon], tolerance: Tolerance) -> Result<Value, Error> {
     if !(0.0..=1.0).contains(&tolerance.relative) {
         return Err(Error::Tolerance { value: tolerance.relative });
     }
@@ -108,8 +117,7 @@ pub fn evaluate_value<'a>(
         return Err(Error::AbsoluteTolerance { value: tolerance.absolute });
     }
     let Some(plan) = Plan::new(receiver, emitter.polygon()) else { return Ok(Value::ZERO) };
-    let occluders: Vec<&Polygon> = occluders.into_iter().collect();
-    Case { receiver, emitter, occluders: &occluders, plan: &plan }.value(tolerance)
+    Case { receiver, emitter, occluders, plan: &plan }.value(tolerance)
 }
 
 /// Radiosity `B(x)` alone: the digits of the closed form in double precision, without bound and gradient. Where that breaks

@@ -126,6 +126,11 @@ pub fn hessian_to<'a>(
     occluders: impl IntoIterator<Item = &'a Polygon>,
     tolerance: f64,
 ) -> Result<Hessian, Error> {
+    bounded(receiver, emitter, &occluders.into_iter().collect::<Vec<_>>(), tolerance)
+}
+
+/// [`hessian_to`], compiled once: what is generic is compiled again in every crate that calls it.
+fn bounded(receiver: &Receiver, emitter: &Emitter, occluders: &[&Polygon], tolerance: f64) -> Result<Hessian, Error> {
     if !(0.0..=1.0).contains(&tolerance) {
         return Err(Error::Tolerance { value: tolerance });
     }
@@ -148,10 +153,10 @@ pub fn hessian_to<'a>(
 }
 
 /// Runs a computation that needs a constant emission, and that is not zero by plan.
-fn with_case<'a, R>(
+fn with_case<R>(
     receiver: &Receiver,
     emitter: &Emitter,
-    occluders: impl IntoIterator<Item = &'a Polygon>,
+    occluders: &[&Polygon],
     zero: R,
     computation: impl FnOnce(&Case<'_>) -> Result<R, Error>,
 ) -> Result<R, Error> {
@@ -164,8 +169,7 @@ fn with_case<'a, R>(
         return Err(Error::EmissionKind { quantity: "the Hessian", needed: "constant", given });
     }
     let Some(plan) = Plan::new(receiver, emitter.polygon()) else { return Ok(zero) };
-    let occluders: Vec<&Polygon> = occluders.into_iter().collect();
-    let case = Case { receiver, emitter, occluders: &occluders, plan: &plan };
+    let case = Case { receiver, emitter, occluders, plan: &plan };
     if case.is_dark() {
         return Ok(zero);
     }

@@ -1,6 +1,7 @@
 //! Numbers: double precision, double-double, arbitrary precision, balls with a running bound, and their functions.
 
 pub(crate) mod arc_tangent;
+pub(crate) mod arithmetic;
 pub(crate) mod ball;
 #[cfg(feature = "arbitrary-precision")]
 pub(crate) mod big;

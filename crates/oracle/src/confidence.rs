@@ -99,6 +99,27 @@ impl Moments {
     }
 }
 
+/// Limits for a probability of which `successes` of `trials` are seen: those p for which `trials KL(successes/trials, p) <=
+/// ln(2/delta)` with `KL(q, p) = q ln(q/p) + (1 - q) ln((1 - q)/(1 - p))` (H. Chernoff 1952), each side with half of `delta`.
+pub(crate) fn of_successes(successes: u32, trials: u32, confidence: f64) -> ConfidenceInterval {
+    let (count, seen) = (f64::from(trials), f64::from(successes) / f64::from(trials));
+    let most = libm::log(2.0 / (1.0 - confidence)) / count;
+    let part = |q: f64, p: f64| if q == 0.0 { 0.0 } else { q * libm::log(q / p) };
+    let beyond = |p: f64| part(seen, p) + part(1.0 - seen, 1.0 - p) > most;
+    // `beyond` at the outer end, not at the inner one: the outer end is returned.
+    let limit = |outer: f64| {
+        let (mut outer, mut inner) = (outer, seen);
+        for _ in 0..60 {
+            let middle = 0.5 * (outer + inner);
+            if beyond(middle) { outer = middle } else { inner = middle }
+        }
+        outer
+    };
+    let low = if successes == 0 { 0.0 } else { limit(0.0) };
+    let high = if successes == trials { 1.0 } else { limit(1.0) };
+    ConfidenceInterval { low, high }
+}
+
 /// Refuses a confidence that is not a probability.
 pub(crate) fn check_confidence(confidence: f64) -> Result<(), Error> {
     if confidence > 0.0 && confidence < 1.0 { Ok(()) } else { Err(Error::Confidence { value: confidence }) }
@@ -124,6 +145,16 @@ mod tests {
         (0..1000).for_each(|_| moments.add(0.0));
         let limits = moments.distribution_free(0.99, ConfidenceInterval { low: 0.0, high: 5.0 });
         assert!(limits.low == 0.0 && limits.high > 0.05 && limits.high < 0.1, "{limits:?}");
+    }
+
+    #[test]
+    fn limits_of_a_probability_hold_its_frequency_and_are_those_of_the_ends() {
+        let limits = of_successes(0, 1000, 0.99);
+        // (1 - p)^1000 = 0.005.
+        assert!(limits.low == 0.0 && (limits.high - (1.0 - 0.005_f64.powf(1e-3))).abs() < 1e-12, "{limits:?}");
+        let half = of_successes(500, 1000, 0.99);
+        assert!((half.low + half.high - 1.0).abs() < 1e-12 && half.width() < 0.11 && half.width() > 0.08, "{half:?}");
+        assert_eq!(of_successes(7, 7, 0.9).high, 1.0);
     }
 
     #[test]

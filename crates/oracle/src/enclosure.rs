@@ -28,7 +28,7 @@ mod pass;
 mod shadow;
 pub(crate) mod source;
 mod surface;
-mod triangulation;
+pub(crate) mod triangulation;
 mod view;
 
 use radgrad_core::{Emitter, Polygon, Receiver};

@@ -147,6 +147,41 @@ pub enum Error {
         /// Vertices not yet cut off.
         remaining: usize,
     },
+    /// Reflectance or emission of a face of a scene is out of range.
+    #[error(
+        "face {index} reflects {reflectance} and emits {emitted}: a reflectance is in [0, 1], an emission finite and not negative"
+    )]
+    Face {
+        /// Index of the face, from 0.
+        index: usize,
+        /// Its reflectance.
+        reflectance: f64,
+        /// Its emitted radiosity.
+        emitted: f64,
+    },
+    /// Two faces reflect everything, so that walks need not end.
+    #[error("the two largest reflectances are {reflectance} and as much: their product must be below 1")]
+    Lossless {
+        /// The largest reflectance.
+        reflectance: f64,
+    },
+    /// A point is of a face that does not exist.
+    #[error("there is no face {face}: they are numbered from 0, and there are {count}")]
+    NoFace {
+        /// The index given.
+        face: usize,
+        /// How many there are.
+        count: usize,
+    },
+    /// The light of a lamp with a pattern is not enclosed.
+    #[error("face {face} emits by a pattern: only constant emission is enclosed")]
+    Patterned {
+        /// Index of the face, from 0.
+        face: usize,
+    },
+    /// A receiver or an emitter that does not exist.
+    #[error("no such problem: {0}")]
+    Problem(radgrad_core::Error),
     /// A result or an integrand is not a finite number.
     #[error("{quantity} is {value}: not representable, or the source function gave it")]
     NotFinite {

@@ -11,6 +11,8 @@
 //! to the digits asked for, on pieces whose boundary is decided by exact signs, so that its answer is an enclosure, not an
 //! estimate. The other two may not contradict it.
 //!
+//! [`scene`] is the same for whole scenes, with all reflections: random walks with limits that hold whatever the distribution.
+//!
 //! Units: radiosity in the unit of the emission, the gradient in that unit over the unit of length.
 
 pub mod confidence;
@@ -20,6 +22,7 @@ mod enclosure;
 mod error;
 pub mod monte_carlo;
 mod region;
+pub mod scene;
 mod source_function;
 
 pub use emission_function::{EmissionBounds, EmissionFunction};

@@ -9,7 +9,7 @@
 //! With a randomised sequence a sample is the mean over one scrambling, so the intervals rest on the number of scramblings.
 
 mod arc;
-mod sampling;
+pub(crate) mod sampling;
 mod silhouette;
 mod sobol;
 mod visibility;

@@ -6,7 +6,8 @@
 //! ```
 //!
 //! (here on two lines to be read by people). `normal` may have any length; `reflectance` is 1, `occluders` none and the
-//! relative `tolerance` 1e-12 unless given; unknown fields are ignored. Lengths are in one unit of the caller's choice,
+//! relative `tolerance` 1e-12 unless given. `truth`, `family` and `comment` may stand beside them and are passed over; any other field
+//! is refused, since a misspelt one would go unseen. Lengths are in one unit of the caller's choice,
 //! emission in any unit. Doubles are read and written exactly: the text of a [`Case`] reads back as the same case, bit for bit.
 //!
 //! A [`Case`] is what stands in the line; [`Case::problem`] checks it and gives the types of `radgrad-core`; [`Line::answer`]
@@ -20,16 +21,18 @@ mod point;
 use std::io::{self, BufRead};
 
 use radgrad_core::{DVec3, Emission, Emitter, Polygon, Receiver};
+use serde::de::IgnoredAny;
 use serde::{Deserialize, Serialize};
 
 use crate::Error;
+use crate::words::without_mark;
 pub use answer::{AnswerRecord, Refusal};
 pub use emission::{EmissionRecord, PolynomialRecord, TermRecord};
 pub use id::Id;
 
 /// A case as written.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(expecting = "a case: {\"id\": .., \"receiver\": .., \"emitter\": ..}")]
+#[serde(from = "Fields")]
 pub struct Case {
     /// Name, given back with the answer.
     pub id: Id,
@@ -38,16 +41,39 @@ pub struct Case {
     /// The emitter.
     pub emitter: EmitterRecord,
     /// Vertices of each occluder: planar polygons, opaque from both sides, between receiver and emitter or not.
-    #[serde(default, deserialize_with = "point::lists")]
     pub occluders: Vec<Vec<[f64; 3]>>,
     /// Relative tolerance asked for, of value and gradient.
-    #[serde(default = "default_tolerance")]
     pub tolerance: f64,
+}
+
+/// All that may stand in a line.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields, expecting = "a case: {\"id\": .., \"receiver\": .., \"emitter\": ..}")]
+struct Fields {
+    id: Id,
+    receiver: ReceiverRecord,
+    emitter: EmitterRecord,
+    #[serde(default, deserialize_with = "point::lists")]
+    occluders: Vec<Vec<[f64; 3]>>,
+    #[serde(default = "default_tolerance")]
+    tolerance: f64,
+    #[serde(default, rename = "truth")]
+    _truth: IgnoredAny,
+    #[serde(default, rename = "family")]
+    _family: IgnoredAny,
+    #[serde(default, rename = "comment")]
+    _comment: IgnoredAny,
+}
+
+impl From<Fields> for Case {
+    fn from(Fields { id, receiver, emitter, occluders, tolerance, .. }: Fields) -> Self {
+        Self { id, receiver, emitter, occluders, tolerance }
+    }
 }
 
 /// A receiver as written.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(expecting = "a receiver: {\"position\": [x, y, z], \"normal\": [x, y, z]}")]
+#[serde(deny_unknown_fields, expecting = "a receiver: {\"position\": [x, y, z], \"normal\": [x, y, z]}")]
 pub struct ReceiverRecord {
     /// Position.
     #[serde(deserialize_with = "point::one")]
@@ -62,7 +88,7 @@ pub struct ReceiverRecord {
 
 /// An emitter as written.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(expecting = "an emitter: {\"vertices\": [[x, y, z], ...], \"emission\": ..}")]
+#[serde(deny_unknown_fields, expecting = "an emitter: {\"vertices\": [[x, y, z], ...], \"emission\": ..}")]
 pub struct EmitterRecord {
     /// Vertices, counter-clockwise seen from the lit side.
     #[serde(deserialize_with = "point::list")]
@@ -152,6 +178,7 @@ impl Line {
     /// # Errors
     /// A [`Refusal`] if it is no case. It carries the case's id where that can be read.
     pub fn read(number: usize, text: &[u8]) -> Option<Result<Self, Refusal>> {
+        let text = if number == 1 { without_mark(text) } else { text };
         if text.trim_ascii().is_empty() {
             return None;
         }
@@ -165,12 +192,30 @@ impl Line {
     /// A [`Refusal`] if a value is wrong, or the answer cannot be represented.
     pub fn answer(self) -> Result<AnswerRecord, Refusal> {
         let answer = self.case.problem().and_then(|Problem { receiver, emitter, occluders, tolerance }| {
-            radgrad_core::evaluate_to(&receiver, &emitter, &occluders, tolerance).map_err(Error::Evaluation)
+            let answer = radgrad_core::evaluate_to(&receiver, &emitter, &occluders, tolerance).map_err(Error::Evaluation)?;
+            finite(&answer).map(|()| answer)
         });
         match answer {
             Ok(answer) => Ok(AnswerRecord::new(self.case.id, &answer)),
             Err(error) => Err(Refusal { id: Some(self.case.id), line: self.number, error }),
         }
+    }
+}
+
+/// Whether all numbers of an answer are: JSON has no others.
+fn finite(answer: &radgrad_core::Answer) -> Result<(), Error> {
+    let gradient = answer.gradient.to_array();
+    let named = [
+        ("the radiosity", answer.radiosity),
+        ("the gradient along x", gradient[0]),
+        ("the gradient along y", gradient[1]),
+        ("the gradient along z", gradient[2]),
+        ("the bound on the radiosity", answer.radiosity_error),
+        ("the bound on the gradient", answer.gradient_error),
+    ];
+    match named.into_iter().find(|(_, value)| !value.is_finite()) {
+        None => Ok(()),
+        Some((what, value)) => Err(Error::NotFinite { what: what.to_owned(), value }),
     }
 }
 

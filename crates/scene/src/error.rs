@@ -3,6 +3,8 @@
 use std::path::PathBuf;
 
 use crate::Place;
+use crate::reading::Bytes;
+use crate::words::{printable, quoted};
 
 /// Every way in which a case, a scene or a file is refused. Messages say where: the column of the line, the part of the case, or
 /// the file and its line.
@@ -48,7 +50,7 @@ pub enum Error {
         fault: Box<Self>,
     },
     /// A file cannot be read.
-    #[error("`{}` cannot be read: {reason}", file.display())]
+    #[error("`{}` cannot be read: {reason}", printable(&file.to_string_lossy()))]
     Unreadable {
         /// The file.
         file: PathBuf,
@@ -56,10 +58,47 @@ pub enum Error {
         reason: String,
     },
     /// The name of a file does not say what is in it.
-    #[error("`{}` is no scene that is read here: expected a name ending in .obj, .gltf, .glb or .vs3", file.display())]
+    #[error("`{}` is no scene that is read here: expected a name ending in .obj, .gltf, .glb, .vs3, .stl or .ply", printable(&file.to_string_lossy()))]
     Format {
         /// The file.
         file: PathBuf,
+    },
+    /// Reading would take more memory than it may.
+    #[error("{what}: reading takes more than the {} that it may: give more with --budget", Bytes(*budget))]
+    Budget {
+        /// What would have taken it.
+        what: String,
+        /// Bytes that reading may take in all.
+        budget: u64,
+    },
+    /// The host computes otherwise than the bounds assume.
+    #[error("{rule} in this thread: no bound holds, so set the floating-point mode back to its default")]
+    Host {
+        /// What it does.
+        rule: &'static str,
+    },
+    /// A case took too long.
+    #[error("no answer within {seconds} s: ask for a wider tolerance, or allow more time")]
+    Time {
+        /// Seconds that it had.
+        seconds: f64,
+    },
+    /// A line has more bytes than lines may have.
+    #[error("a line has at most {}, this one more", Bytes(*bytes as u64))]
+    TooLong {
+        /// Bytes that a line may have.
+        bytes: usize,
+    },
+    /// The program failed in a way that it should not.
+    #[error("the program failed at this case: please report it")]
+    Fault,
+    /// An answer is no finite number.
+    #[error("{what} is {value}: it is beyond the range of a double")]
+    NotFinite {
+        /// What was to be computed.
+        what: String,
+        /// The value.
+        value: f64,
     },
     /// Something else stands there than what the format asks for.
     #[error("expected {expected}, found {found}")]
@@ -92,7 +131,7 @@ pub enum Error {
         rule: String,
     },
     /// A value of a material is out of range.
-    #[error("material `{material}`: {quantity} is {value} in channel `{channel}`: it must be {rule}")]
+    #[error("material `{}`: {quantity} is {value} in channel `{}`: it must be {rule}", printable(material), printable(channel))]
     Material {
         /// Name of the material.
         material: String,
@@ -106,7 +145,7 @@ pub enum Error {
         rule: &'static str,
     },
     /// A texture is refused, or what it does to a material.
-    #[error("texture `{texture}`: {rule}")]
+    #[error("texture `{}`: {rule}", printable(texture))]
     Texture {
         /// Name of the texture.
         texture: String,
@@ -190,7 +229,48 @@ impl From<serde_json::Error> for Error {
     fn from(error: serde_json::Error) -> Self {
         let text = error.to_string();
         let place = format!(" at line {} column {}", error.line(), error.column());
-        let rule = text.strip_suffix(&place).unwrap_or(&text).to_owned();
-        Self::Json { column: error.column(), rule }
+        let rule = text.strip_suffix(&place).unwrap_or(&text);
+        Self::Json { column: error.column(), rule: misspelt(rule).unwrap_or_else(|| printable(rule).into_owned()) }
+    }
+}
+
+/// What serde says of an unknown field, with the name that was probably meant.
+fn misspelt(rule: &str) -> Option<String> {
+    let (field, known) = rule.strip_prefix("unknown field `")?.rsplit_once("`, expected ")?;
+    let distance = |name: &&str| edits(field, name);
+    let known: Vec<&str> = known.split('`').skip(1).step_by(2).collect();
+    let nearest = known.iter().copied().filter(|name| edits(field, name) <= name.len().div_ceil(2)).min_by_key(distance);
+    let meant = nearest.map_or_else(|| ":".to_owned(), |name| format!(": did you mean `{name}`?"));
+    Some(format!("there is no field {}{meant} there are `{}`", quoted(Some(field)), known.join("`, `")))
+}
+
+/// The least number of letters to put in, take out or change between two words (Levenshtein), of the first 64.
+fn edits(from: &str, to: &str) -> usize {
+    let to: Vec<char> = to.chars().take(64).collect();
+    let mut row: Vec<usize> = (0..=to.len()).collect();
+    for (i, a) in from.chars().take(64).enumerate() {
+        let mut diagonal = std::mem::replace(&mut row[0], i + 1);
+        for (j, b) in to.iter().enumerate() {
+            let changed = diagonal + usize::from(a != *b);
+            diagonal = row[j + 1];
+            row[j + 1] = changed.min(diagonal + 1).min(row[j] + 1);
+        }
+    }
+    row[to.len()]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_misspelt_field_is_told_from_the_one_meant() {
+        for (from, to, distance) in [("", "abc", 3), ("kitten", "sitting", 3), ("ocluders", "occluders", 1), ("id", "id", 0)] {
+            assert_eq!((edits(from, to), edits(to, from)), (distance, distance));
+        }
+        let said = misspelt("unknown field `ocluders`, expected one of `id`, `occluders`, `truth`").unwrap();
+        assert_eq!(said, "there is no field `ocluders`: did you mean `occluders`? there are `id`, `occluders`, `truth`");
+        let said = misspelt("unknown field `zz\u{1b}`, expected `id` or `truth`").unwrap();
+        assert_eq!(said, "there is no field `zz\\u{1b}`: there are `id`, `truth`");
     }
 }

@@ -1,13 +1,14 @@
 //! Form factors: the fraction `F_ij` of what face i sees, weighted by the cosine, that is face j.
 //!
 //! - [`FormFactors::at_point`]: from a point, in closed form, with a proven bound.
-//! - [`FormFactors::between`]: from a face to another. Where nothing may stand between, it is what [`exchange`] finds, to a
-//!   rounding or so. Else it is integrated over the points of the face ([`cubature`]), and pairs of cells of the two, seen, hidden or
-//!   mixed, bracket it ([`bracket`]).
-//! - [`FormFactors::matrix`]: all of them, by one rule of points on each face for all that it sees ([`row`]). What a point of a closed
-//!   scene sees sums to 1 to the last digits, and so does each row, whatever the rule; the rule is refined where a factor is off what is
-//!   proven, and its own error is in each entry's bound, which is proven, from the exact exchange or from its bracket. Nothing is
-//!   normalised, clamped or made reciprocal: defects are reported as they are.
+//! - [`FormFactors::between`]: from a face to another.
+//! - [`FormFactors::matrix`]: all of them, or a block of rows.
+//!
+//! What two faces exchange, `E = A_i F_ij = A_j F_ji`, is one number a pair ([`pair`]): computed once, divided by each area last, so
+//! that factors are reciprocal to a rounding. In free sight it is exact ([`exchange`]). Else pairs of cells of the two that are seen,
+//! hidden or mixed bracket it ([`bracket`]), and the value is the exact exchange of those seen and an integral over the points of the
+//! mixed ones ([`cubature`]), in the bracket. Nothing is normalised: whether rows of a closed scene sum to 1 is evidence. Who needs
+//! rows that do can have them repaired within what is proven ([`FactorMatrix::repair`]).
 //!
 //! Factors have no unit. Faces see by their lit side; faces of surfaces that only hide others have no factors.
 
@@ -17,7 +18,7 @@ mod exchange;
 mod field;
 mod matrix;
 mod pair;
-mod row;
+mod repair;
 mod rule;
 mod screen;
 #[cfg(test)]
@@ -26,8 +27,9 @@ mod tests;
 use radgrad_core::{DVec3, Emission, Emitter, Method, Polygon, Receiver, Tolerance, Value, evaluate_value};
 
 pub use field::FieldCell;
-pub use matrix::{Entry, FactorMatrix, SurfaceMatrix};
+pub use matrix::{Entry, FactorMatrix, SurfaceFactor, SurfaceMatrix};
 pub use pair::Factor;
+pub use repair::Repaired;
 pub use rule::gauss_legendre;
 
 use self::screen::{Screen, Sight};
@@ -37,38 +39,31 @@ use crate::{Beam, Error, Occluders, Scene};
 /// How factors are found.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FactorSettings {
-    /// Absolute bound that is asked of a factor, while `most_cells` and `most_points_a_face` last: brackets past occluders are narrowed to
-    /// it, and the rule of a face is refined until its factors are off what is proven by no more than about that. Time grows as it
+    /// Absolute bound that is asked of a factor: brackets past occluders are narrowed to it, while `most_cells` last. Time grows as it
     /// falls.
     pub tolerance: f64,
+    /// Bound that is asked of a factor over itself; the larger of the two counts.
+    pub relative: f64,
     /// Pairs of cells that the bracket of one obstructed factor may take.
     pub most_cells: usize,
-    /// Points along each side of a cell of a face, from 1 to 16; below 3 no cell is divided.
-    pub points_per_side: usize,
-    /// Points that a face may have in all.
-    pub most_points_a_face: usize,
-    /// Absolute error that is allowed of what a point sees of a face.
-    pub point_tolerance: f64,
-    /// Error down to which [`FormFactors::between`] integrates an obstructed factor by two rules, by their difference, while
-    /// `most_points` last. Of no effect on [`FormFactors::matrix`].
+    /// Error down to which an obstructed factor is integrated by two rules, by their difference, while `most_points` last.
     pub estimate: f64,
     /// Points that this may take.
     pub most_points: usize,
 }
 
+impl FactorSettings {
+    /// The bound that is asked of a factor that is at least this.
+    #[must_use]
+    pub fn allowed(&self, lower: f64) -> f64 {
+        larger(self.tolerance, self.relative * lower)
+    }
+}
+
 impl Default for FactorSettings {
-    /// 0.01, from up to 4000 pairs of cells a factor and 900 points a face, nine a cell; 1e-12 at a point; an estimate of 1e-10
-    /// from up to 20,000 points.
+    /// An error of 1e-3, from up to 4000 pairs of cells a factor; an estimate of 3e-6 from up to 2000 points.
     fn default() -> Self {
-        Self {
-            tolerance: 0.01,
-            most_cells: 4000,
-            points_per_side: 3,
-            most_points_a_face: 900,
-            point_tolerance: 1e-12,
-            estimate: 1e-10,
-            most_points: 20_000,
-        }
+        Self { tolerance: 1e-3, relative: 0.0, most_cells: 4000, estimate: 3e-6, most_points: 2000 }
     }
 }
 
@@ -98,26 +93,37 @@ pub struct FormFactors<'a> {
     scene: &'a Scene,
     emitters: Vec<Emitter>,
     index: Occluders,
-    /// What hides, face by face, with coordinates multiplied by `power`.
+    /// The faces with coordinates up to 1, multiplied by a power of two: factors do not depend on the unit.
+    scaled: Vec<Polygon>,
+    /// What hides, face by face, in that unit.
     screens: Vec<Vec<Screen>>,
-    /// Vertices of the faces, multiplied as well.
-    outlines: Vec<Vec<DVec3>>,
-    power: f64,
+    /// Spheres around the faces, in that unit.
+    spheres: Vec<Sphere>,
+}
+
+/// A sphere around a face.
+#[derive(Debug, Clone, Copy)]
+struct Sphere {
+    centre: DVec3,
+    radius: f64,
 }
 
 impl<'a> FormFactors<'a> {
     /// Builds the index of what may hide what.
     ///
     /// # Errors
-    /// If a face cannot emit, which no face of a scene is known to do.
+    /// If a face is too small beside the scene to be a polygon in its unit.
     pub fn new(scene: &'a Scene) -> Result<Self, Error> {
         let emitter = |polygon: &Polygon| Emitter::new(polygon.clone(), Emission::Constant(1.0)).map_err(Error::Emitter);
         let emitters = scene.polygons().map(emitter).collect::<Result<_, _>>()?;
         let coordinates = scene.polygons().flat_map(Polygon::vertices).map(|v| v.abs().max_element());
-        let power = normalising_power(coordinates.fold(0.0, f64::max));
-        let screens = scene.polygons().map(|polygon| Screen::all_of(polygon, power)).collect();
-        let outlines = scene.polygons().map(|polygon| polygon.vertices().iter().map(|&v| v * power).collect()).collect();
-        Ok(Self { scene, emitters, index: Occluders::new(scene.polygons()), screens, outlines, power })
+        let power = normalising_power(coordinates.fold(0.0, larger));
+        let scale =
+            |polygon: &Polygon| Polygon::new(polygon.vertices().iter().map(|&v| v * power).collect()).map_err(Error::Face);
+        let scaled = scene.polygons().map(scale).collect::<Result<Vec<_>, _>>()?;
+        let screens = scaled.iter().map(Screen::all_of).collect();
+        let spheres = scaled.iter().map(Sphere::around).collect();
+        Ok(Self { scene, emitters, index: Occluders::new(scene.polygons()), scaled, screens, spheres })
     }
 
     /// The scene.
@@ -163,25 +169,59 @@ impl<'a> FormFactors<'a> {
         faces.iter().map(|&face| self.polygon(face)).collect()
     }
 
-    /// What a point of face `from` sees of face `to` past `candidates`. `at.hider` is where to look first for one that hides all, and
-    /// is set to the one that does.
-    fn at_node(&self, node: &Receiver, to: usize, candidates: &[usize], at: &mut Sighting) -> Result<Value, Error> {
-        let (point, outline) = (node.position() * self.power, &self.outlines[to]);
+    /// A face in the unit in which coordinates are up to 1.
+    fn scaled(&self, face: usize) -> &Polygon {
+        &self.scaled[face]
+    }
+
+    /// Whether one of two faces is so surely behind the other that it needs no closer look.
+    fn is_behind(&self, faces: [usize; 2]) -> bool {
+        // Planes are known to far better than this.
+        const MARGIN: f64 = 1e-6;
+        [[0, 1], [1, 0]].iter().any(|&[a, b]| {
+            let (polygon, sphere) = (self.scaled(faces[a]), self.spheres[faces[b]]);
+            let height = polygon.normal().dot(sphere.centre - polygon.vertices()[0]);
+            polygon.planarity_defect() < MARGIN && height < -sphere.radius - 2.0 * MARGIN
+        })
+    }
+
+    /// What a point sees of an emitter past `candidates`, in the unit in which coordinates are up to 1. `at.hider` is where to look
+    /// first for one that hides all, and is set to the one that does.
+    fn at_node(&self, node: &Receiver, emitter: &Emitter, candidates: &[usize], at: &mut Sighting) -> Result<Value, Error> {
+        let outline = emitter.polygon().vertices();
         let mut hiding = Vec::new();
         for &k in at.hider.iter().chain(candidates) {
-            let sights = self.screens[k].iter().map(|screen| screen.before(point, outline));
+            let sights = self.screens[k].iter().map(|screen| screen.before(node.position(), outline));
             // The least of it that any of its convex parts leaves.
             match sights.max() {
                 Some(Sight::Blocked) => {
                     at.hider = Some(k);
                     return Ok(Value { radiosity: 0.0, radiosity_error: 0.0, method: Method::Zero });
                 }
-                Some(Sight::Part) if at.hider != Some(k) || !hiding.contains(&k) => hiding.push(k),
+                Some(Sight::Part) if !hiding.contains(&k) => hiding.push(k),
                 _ => {}
             }
         }
-        evaluate(node, &self.emitters[to], self.polygons(&hiding), at.tolerance)
+        evaluate(node, emitter, hiding.iter().map(|&k| self.scaled(k)).collect(), at.tolerance)
     }
+}
+
+impl Sphere {
+    fn around(polygon: &Polygon) -> Self {
+        let centre = polygon.vertices().iter().sum::<DVec3>() / polygon.vertices().len() as f64;
+        let radius = polygon.vertices().iter().map(|&v| (v - centre).length()).fold(0.0, larger);
+        Self { centre, radius }
+    }
+}
+
+/// The larger of two; not a number if one is none.
+fn larger(a: f64, b: f64) -> f64 {
+    if a > b || a.is_nan() { a } else { b }
+}
+
+/// The smaller of two; not a number if one is none.
+fn smaller(a: f64, b: f64) -> f64 {
+    if a < b || a.is_nan() { a } else { b }
 }
 
 /// How the points of a face look at another.

@@ -20,6 +20,7 @@ mod maps;
 #[cfg(test)]
 mod tests;
 
+use std::borrow::Cow;
 use std::io;
 use std::path::Path;
 
@@ -28,17 +29,21 @@ use glam::{DMat4, DQuat, DVec3, DVec4};
 use self::accessor::Accessors;
 use self::document::{Document, Material, Node, Primitive};
 use self::maps::Maps;
+use crate::reading::{Budget, Folder};
 use crate::scene::{Intake, Outline};
-use crate::{Degenerate, Error, Position, Scene};
+use crate::words::quoted;
+use crate::{Error, Position, Reading, Scene};
 
 /// Reads a file, and the buffers beside it that it names.
 ///
 /// # Errors
 /// If a file cannot be read, or something in it is wrong: with file, member and what was expected.
-pub fn read(file: &Path, degenerate: Degenerate) -> Result<Scene, Error> {
-    let content = crate::open(file)?;
-    let folder = file.parent().map(Path::to_owned).unwrap_or_default();
-    parse(&content, file, degenerate, |buffer| std::fs::read(folder.join(buffer)))
+pub fn read(file: &Path, reading: impl Into<Reading>) -> Result<Scene, Error> {
+    let reading = reading.into();
+    let budget = Budget::new(reading.budget);
+    let content = crate::open(file, &budget)?;
+    let folder = Folder::of(file, &reading, &budget);
+    parse_within(&content, Intake::new(Scene::new(["r", "g", "b"])?, file, reading, &budget), |name| folder.read(name))
 }
 
 /// Reads the content of a file, JSON or binary. `file` is its name in messages; `buffer` gives the content of a file that a
@@ -49,12 +54,23 @@ pub fn read(file: &Path, degenerate: Degenerate) -> Result<Scene, Error> {
 pub fn parse(
     content: &[u8],
     file: &Path,
-    degenerate: Degenerate,
+    reading: impl Into<Reading>,
+    buffer: impl FnMut(&Path) -> io::Result<Vec<u8>>,
+) -> Result<Scene, Error> {
+    let reading = reading.into();
+    let budget = Budget::new(reading.budget);
+    parse_within(content, Intake::new(Scene::new(["r", "g", "b"])?, file, reading, &budget), buffer)
+}
+
+fn parse_within(
+    content: &[u8],
+    mut intake: Intake,
     mut buffer: impl FnMut(&Path) -> io::Result<Vec<u8>>,
 ) -> Result<Scene, Error> {
-    let mut intake = Intake::new(Scene::new(["r", "g", "b"])?, file, degenerate);
     let whole = intake.place(Position::File);
     let (json, binary) = buffer::chunks(content).map_err(|error| error.at(whole.clone()))?;
+    let memory = document::memory_of(json);
+    intake.budget().take("the document", memory).map_err(|error| error.at(whole.clone()))?;
     let document: Document = serde_json::from_slice(json).map_err(|error| {
         let place = if binary.is_some() { whole.clone() } else { intake.place(Position::Line(error.line())) };
         Error::from(error).at(place)
@@ -62,11 +78,10 @@ pub fn parse(
     let fault = |intake: &Intake, (member, error): Fault| error.at(intake.place(Position::Member(member)));
     document.check().map_err(|error| fault(&intake, error))?;
     note_unused(&document, &mut intake);
-    let buffers = buffer::contents(&document, binary, &mut buffer).map_err(|error| fault(&intake, error))?;
-    let accessors = Accessors { document: &document, buffers: &buffers };
+    let buffers = buffer::contents(&document, binary, intake.budget(), &mut buffer).map_err(|error| fault(&intake, error))?;
     let materials = materials(&document, &mut intake)?;
     let maps = maps::of_materials(&document, &buffers, &materials, &mut intake, buffer)?;
-    let mut reader = Reader { document: &document, accessors, materials, maps, intake };
+    let mut reader = Reader { document: &document, buffers: &buffers, materials, maps, intake };
     for (node, transformation) in document.placed_nodes().map_err(|error| fault(&reader.intake, error))? {
         reader.node(node, transformation)?;
     }
@@ -79,7 +94,7 @@ fn note_unused(document: &Document, intake: &mut Intake) {
         intake.ignore(place, what);
     };
     for extension in document.extensions_used.iter().filter(|name| !document::USED.contains(&name.as_str())) {
-        note("extensionsUsed", format!("extension `{extension}` is not used"));
+        note("extensionsUsed", format!("extension {} is not used", quoted(Some(extension))));
     }
     if document.nodes.iter().any(|node| node.skin.is_some()) {
         note("skins", "skins are not used: meshes keep the shape in which they are stored".to_owned());
@@ -104,7 +119,7 @@ fn materials(document: &Document, intake: &mut Intake) -> Result<Vec<usize>, Err
         let strength = material.extensions.emissive_strength.as_ref().map_or(1.0, |e| e.emissive_strength);
         let radiance = material.emissive_factor.map(|factor| factor * strength);
         let name = material.name.clone().unwrap_or_else(|| format!("material {index}"));
-        intake.scene().add_material(name, [red, green, blue], radiance).map_err(|error| error.at(place))
+        intake.add_material(&name, &[red, green, blue], &radiance).map_err(|error| error.at(place))
     };
     all.map(add).collect()
 }
@@ -114,7 +129,7 @@ type Fault = (String, Error);
 
 struct Reader<'a> {
     document: &'a Document,
-    accessors: Accessors<'a>,
+    buffers: &'a [Cow<'a, [u8]>],
     materials: Vec<usize>,
     /// Of each material of the file: where its textures lie.
     maps: Vec<Maps>,
@@ -132,6 +147,10 @@ struct Part {
 }
 
 impl Reader<'_> {
+    fn accessors(&self) -> Accessors<'_> {
+        Accessors { document: self.document, buffers: self.buffers, budget: self.intake.budget() }
+    }
+
     fn fault(&self, (member, error): Fault) -> Error {
         error.at(self.intake.place(Position::Member(member)))
     }
@@ -144,7 +163,8 @@ impl Reader<'_> {
             return Err(self.fault((format!("nodes[{index}].mesh"), error)));
         };
         let name = node.name.as_ref().or(mesh.name.as_ref());
-        let surface = self.intake.scene().add_surface(name.cloned().unwrap_or_else(|| format!("node {index}")));
+        let surface = self.intake.add_surface(&name.cloned().unwrap_or_else(|| format!("node {index}")), true);
+        let surface = surface.map_err(|error| self.fault((format!("nodes[{index}]"), error)))?;
         for (primitive_index, primitive) in mesh.primitives.iter().enumerate() {
             let member = format!("meshes[{mesh_index}].primitives[{primitive_index}]");
             match self.part(&member, primitive).map_err(|fault| self.fault(fault))? {
@@ -162,9 +182,9 @@ impl Reader<'_> {
     fn part(&mut self, member: &str, primitive: &Primitive) -> Result<Result<Part, &'static str>, Fault> {
         let fault = |error| (member.to_owned(), error);
         let Some(position) = primitive.attributes.position else { return Ok(Err("a primitive without positions")) };
-        let positions = self.accessors.positions(position)?;
+        let positions = self.accessors().positions(position)?;
         let indices = match primitive.indices {
-            Some(indices) => self.accessors.indices(indices, positions.len())?,
+            Some(indices) => self.accessors().indices(indices, positions.len())?,
             None => (0..positions.len()).collect(),
         };
         let Some(triangles) = triangles(primitive.mode, &indices).map_err(fault)? else {
@@ -182,7 +202,7 @@ impl Reader<'_> {
             let Some(map) = map else { continue };
             match primitive.attributes.others.get(&format!("TEXCOORD_{}", map.set)) {
                 Some(&accessor) => {
-                    let uv = self.accessors.coordinates(accessor)?;
+                    let uv = self.accessors().coordinates(accessor)?;
                     if uv.len() != positions.len() {
                         let found = format!("{} of {} positions", uv.len(), positions.len());
                         return Err(fault(Error::expected("texture coordinates of all positions", found)));
@@ -280,8 +300,13 @@ impl Document {
                     .ok_or_else(|| ("scene".to_owned(), document::no_such("scene", index, self.scenes.len())))
             }
             (None, None) => {
-                let is_child = |index: &usize| self.nodes.iter().any(|node| node.children.contains(index));
-                Ok((0..self.nodes.len()).filter(|index| !is_child(index)).collect())
+                let mut is_root = vec![true; self.nodes.len()];
+                for &child in self.nodes.iter().flat_map(|node| &node.children) {
+                    if let Some(is_root) = is_root.get_mut(child) {
+                        *is_root = false;
+                    }
+                }
+                Ok((0..self.nodes.len()).filter(|&index| is_root[index]).collect())
             }
         }
     }

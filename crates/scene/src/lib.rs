@@ -1,36 +1,45 @@
 //! What `radgrad` reads and writes, and what may hide what.
 //!
 //! - [`case`]: single cases as JSON Lines.
-//! - [`Scene`]: named surfaces with materials, read from OBJ and MTL ([`obj`]), glTF 2.0 ([`gltf`]) and `View3D` files
-//!   ([`view3d`], which also writes matrices of form factors).
+//! - [`Scene`]: named surfaces with materials, read from OBJ and MTL ([`obj`]), glTF 2.0 ([`gltf`]), `View3D` files
+//!   ([`view3d`], which also writes matrices of form factors), and meshes without materials from STL ([`stl`]) and PLY ([`ply`]).
 //! - [`Occluders`]: an index of a scene's polygons that finds those that may hide a part of an emitter from a receiver.
 //!
 //! Everything read here passes through the types of `radgrad-core`, so a [`case::Problem`] or a [`Face`] that exists is valid.
 
 pub mod case;
 mod error;
+mod extremes;
 mod factors;
 pub mod gltf;
+mod host;
 pub mod obj;
 mod occluders;
 mod place;
+pub mod ply;
 mod projection;
+mod reading;
 mod scene;
+pub mod stl;
 mod texture;
 pub mod view3d;
 mod words;
 
-use std::path::Path;
-
 pub use error::Error;
-pub use factors::{Entry, Factor, FactorMatrix, FactorSettings, FieldCell, FormFactors, SurfaceMatrix, gauss_legendre};
+pub use extremes::{largest, smallest};
+pub use factors::{
+    Entry, Factor, FactorMatrix, FactorSettings, FieldCell, FormFactors, Repaired, SurfaceFactor, SurfaceMatrix, gauss_legendre,
+};
+pub use host::check_host;
 pub use occluders::{Beam, Found, Occluders};
 pub use place::{Place, Position};
+pub use reading::{Materials, Reading, read_file};
 pub use scene::split::triangles as triangulate;
 pub use scene::{Degenerate, Face, Material, Note, Scene, Surface};
 pub use texture::{Chart, Piece, Quantity, Texture, Wrap};
+pub use words::printable;
 
-/// The content of a file.
-fn open(file: &Path) -> Result<Vec<u8>, Error> {
-    std::fs::read(file).map_err(|error| Error::Unreadable { file: file.to_owned(), reason: error.to_string() })
+/// The content of a scene's own file.
+fn open(file: &std::path::Path, budget: &reading::Budget) -> Result<Vec<u8>, Error> {
+    reading::read_regular(file, budget).map_err(|error| Error::Unreadable { file: file.to_owned(), reason: error.to_string() })
 }

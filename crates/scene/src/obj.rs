@@ -7,6 +7,9 @@
 //! surface is a group: its name is that of `g`, or `o`, or `o/g` where both are given; a name that comes again is the same
 //! surface.
 //!
+//! A library that cannot be read is noted; a material that is then not known is refused where it is used, or taken as black
+//! where materials are optional ([`crate::Materials`]).
+//!
 //! Statements that say nothing of flat, diffuse faces are skipped: `vn`, `vp`, `s`, `mg`, and what concerns display.
 //! Points and lines are skipped with a [`crate::Note`]. Free-form surfaces, and any statement that is unknown, are refused: they
 //! may be faces.
@@ -23,21 +26,24 @@ use std::path::{Path, PathBuf};
 use radgrad_core::DVec3;
 
 use self::map::Textures;
+use crate::reading::{Budget, Folder};
 use crate::scene::{Intake, Outline};
-use crate::words::{Words, decode, quoted, without_mark};
-use crate::{Degenerate, Error, Position, Scene};
+use crate::words::{Words, decode, printable, quoted, without_mark};
+use crate::{Error, Position, Reading, Scene};
 
 /// Reads a file and the material libraries that it names, which stand beside it.
 ///
 /// # Errors
 /// If a file cannot be read, or something in it is wrong: with file, line and what was expected.
-pub fn read(file: &Path, degenerate: Degenerate) -> Result<Scene, Error> {
-    let text = crate::open(file)?;
-    let folder = file.parent().map(Path::to_owned).unwrap_or_default();
-    parse(&text, file, degenerate, |library| std::fs::read(folder.join(library)))
+pub fn read(file: &Path, reading: impl Into<Reading>) -> Result<Scene, Error> {
+    let reading = reading.into();
+    let budget = Budget::new(reading.budget);
+    let text = crate::open(file, &budget)?;
+    let folder = Folder::of(file, &reading, &budget);
+    parse_within(&text, Intake::new(Scene::new(["r", "g", "b"])?, file, reading, &budget), |name| folder.read(name))
 }
 
-/// Reads the text of a file. `file` is its name in messages; `library` gives the content of a material library.
+/// Reads the text of a file. `file` is its name in messages; `library` gives the content of a material library or a texture.
 ///
 /// ```
 /// use std::path::Path;
@@ -54,16 +60,23 @@ pub fn read(file: &Path, degenerate: Degenerate) -> Result<Scene, Error> {
 pub fn parse(
     text: &[u8],
     file: &Path,
-    degenerate: Degenerate,
+    reading: impl Into<Reading>,
     library: impl FnMut(&Path) -> io::Result<Vec<u8>>,
 ) -> Result<Scene, Error> {
+    let reading = reading.into();
+    let budget = Budget::new(reading.budget);
+    parse_within(text, Intake::new(Scene::new(["r", "g", "b"])?, file, reading, &budget), library)
+}
+
+fn parse_within(text: &[u8], intake: Intake, library: impl FnMut(&Path) -> io::Result<Vec<u8>>) -> Result<Scene, Error> {
     let mut reader = Reader {
-        intake: Intake::new(Scene::new(["r", "g", "b"])?, file, degenerate),
+        intake,
         vertices: Vec::new(),
         coordinates: Vec::new(),
         materials: HashMap::new(),
         textures: Textures::default(),
         libraries: Vec::new(),
+        missing: None,
         object: String::new(),
         group: String::new(),
         material: None,
@@ -111,6 +124,8 @@ struct Reader<L> {
     materials: HashMap<String, usize>,
     textures: Textures,
     libraries: Vec<PathBuf>,
+    /// The first library that could not be read, and why.
+    missing: Option<String>,
     object: String,
     group: String,
     material: Option<usize>,
@@ -126,7 +141,7 @@ impl<L: FnMut(&Path) -> io::Result<Vec<u8>>> Reader<L> {
             "vt" => self.coordinate(words)?,
             "f" | "fo" => self.face(line, words)?,
             "o" | "g" => {
-                let name = words.rest().split_ascii_whitespace().collect::<Vec<_>>().join(" ");
+                let name = Intake::checked_name(words.rest())?.split_ascii_whitespace().collect::<Vec<_>>().join(" ");
                 if keyword == "o" {
                     self.object = name;
                     self.group.clear();
@@ -134,13 +149,8 @@ impl<L: FnMut(&Path) -> io::Result<Vec<u8>>> Reader<L> {
                     self.group = name;
                 }
             }
-            "usemtl" => {
-                let known = || format!("{} are known from {} libraries", self.materials.len(), self.libraries.len());
-                let material = self.materials.get(words.rest()).copied();
-                let missing = || Error::Missing { what: "material", which: quoted(Some(words.rest())), known: known() };
-                self.material = Some(material.ok_or_else(missing)?);
-            }
-            "mtllib" => self.read_libraries(words)?,
+            "usemtl" => self.material = Some(self.material_named(line, words.rest())?),
+            "mtllib" => self.read_libraries(line, words)?,
             "p" | "l" => self.ignore(line, format!("`{keyword}` is no surface: points and lines are left out")),
             "vn" | "vp" | "s" | "mg" | "bevel" | "c_interp" | "d_interp" | "lod" | "shadow_obj" | "trace_obj" | "maplib"
             | "usemap" => {}
@@ -171,6 +181,7 @@ impl<L: FnMut(&Path) -> io::Result<Vec<u8>>> Reader<L> {
             words.number(further)?;
         }
         words.end()?;
+        self.intake.budget().take_many("vertices", 1, 2 * size_of::<DVec3>())?;
         self.vertices.push(vertex);
         Ok(())
     }
@@ -183,6 +194,7 @@ impl<L: FnMut(&Path) -> io::Result<Vec<u8>>> Reader<L> {
             words.number("w")?;
         }
         words.end()?;
+        self.intake.budget().take_many("texture coordinates", 1, 2 * size_of::<[f64; 2]>())?;
         self.coordinates.push([u, v]);
         Ok(())
     }
@@ -190,6 +202,7 @@ impl<L: FnMut(&Path) -> io::Result<Vec<u8>>> Reader<L> {
     fn face(&mut self, line: usize, mut words: Words<'_>) -> Result<(), Error> {
         let (mut vertices, mut corners) = (Vec::with_capacity(4), Vec::with_capacity(4));
         while let Some(word) = words.next() {
+            self.intake.budget().take_many("corners of faces", 1, size_of::<DVec3>() + size_of::<&str>())?;
             vertices.push(self.corner(word)?);
             corners.push(word);
         }
@@ -197,9 +210,9 @@ impl<L: FnMut(&Path) -> io::Result<Vec<u8>>> Reader<L> {
         let Self { textures, intake, library, .. } = self;
         textures.load(material, intake, library)?;
         let surface = match (self.object.as_str(), self.group.as_str()) {
-            ("", "") => self.intake.surface("default"),
-            ("", name) | (name, "") => self.intake.surface(name),
-            (object, group) => self.intake.surface(&format!("{object}/{group}")),
+            ("", "") => self.intake.surface("default")?,
+            ("", name) | (name, "") => self.intake.surface(name)?,
+            (object, group) => self.intake.surface(&format!("{object}/{group}"))?,
         };
         let coordinates = self.coordinates_of(line, material, &corners)?;
         let place = self.intake.place(Position::Line(line));
@@ -253,14 +266,33 @@ impl<L: FnMut(&Path) -> io::Result<Vec<u8>>> Reader<L> {
         if let Some(material) = self.material {
             return Ok(material);
         }
-        let black = self.intake.scene().add_material("", [0.0; 3], [0.0; 3])?;
+        let black = self.intake.add_material("", &[0.0; 3], &[0.0; 3])?;
         self.ignore(line, "faces before the first `usemtl` have no material: taken as black".to_owned());
         self.material = Some(black);
         Ok(black)
     }
 
+    /// The material of a name. One that is not known is black where materials are optional.
+    fn material_named(&mut self, line: usize, name: &str) -> Result<usize, Error> {
+        if let Some(&material) = self.materials.get(name) {
+            return Ok(material);
+        }
+        let known = match &self.missing {
+            Some(missing) => missing.clone(),
+            None => format!("{} are known from {} libraries", self.materials.len(), self.libraries.len()),
+        };
+        let missing = Error::Missing { what: "material", which: quoted(Some(name)), known };
+        if self.intake.needs_materials() {
+            return Err(missing);
+        }
+        self.ignore(line, format!("{missing}: taken as black"));
+        let black = self.intake.add_material(name, &[0.0; 3], &[0.0; 3])?;
+        self.materials.insert(name.to_owned(), black);
+        Ok(black)
+    }
+
     /// One library whose name may have spaces, or else several.
-    fn read_libraries(&mut self, words: Words<'_>) -> Result<(), Error> {
+    fn read_libraries(&mut self, line: usize, words: Words<'_>) -> Result<(), Error> {
         let whole = words.rest();
         if whole.is_empty() {
             return Err(Error::expected("the name of a material library", quoted(None)));
@@ -269,18 +301,29 @@ impl<L: FnMut(&Path) -> io::Result<Vec<u8>>> Reader<L> {
             Err(error) if error.kind() == io::ErrorKind::NotFound && whole.contains(|c: char| c.is_ascii_whitespace()) => {
                 whole.split_ascii_whitespace().try_for_each(|name| {
                     let content = (self.library)(Path::new(name));
-                    self.take_library(name, content)
+                    self.take_library(line, name, content)
                 })
             }
-            content => self.take_library(whole, content),
+            content => self.take_library(line, whole, content),
         }
     }
 
-    fn take_library(&mut self, name: &str, content: io::Result<Vec<u8>>) -> Result<(), Error> {
+    fn take_library(&mut self, line: usize, name: &str, content: io::Result<Vec<u8>>) -> Result<(), Error> {
         if self.libraries.iter().any(|known| known == Path::new(name)) {
             return Ok(());
         }
-        let content = content.map_err(|error| Error::Unreadable { file: name.into(), reason: error.to_string() })?;
+        let content = match content {
+            Ok(content) => content,
+            Err(error) => {
+                let unreadable = Error::Unreadable { file: name.into(), reason: error.to_string() };
+                if error.kind() == io::ErrorKind::FileTooLarge {
+                    return Err(self.intake.budget().exceeded(&format!("`{}`", printable(name))));
+                }
+                self.ignore(line, unreadable.to_string());
+                self.missing.get_or_insert(unreadable.to_string());
+                return Ok(());
+            }
+        };
         mtl::parse(&content, Path::new(name), &mut self.intake, &mut self.materials, &mut self.textures)?;
         self.libraries.push(name.into());
         Ok(())

@@ -4,6 +4,8 @@ use std::fmt;
 use std::path::Path;
 use std::sync::Arc;
 
+use crate::words::printable;
+
 /// A position in a file: what an error or a note points at.
 ///
 /// ```
@@ -64,11 +66,12 @@ impl Place {
 
 impl fmt::Display for Place {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let file = self.file.display();
+        let file = self.file.to_string_lossy();
+        let file = printable(&file);
         match &self.position {
             Position::File => write!(f, "{file}"),
             Position::Line(line) => write!(f, "{file}:{line}"),
-            Position::Member(path) => write!(f, "{file}: {path}"),
+            Position::Member(path) => write!(f, "{file}: {}", printable(path)),
             Position::Triangle { mesh, primitive, triangle } => {
                 write!(f, "{file}: meshes[{mesh}].primitives[{primitive}], triangle {triangle}")
             }

@@ -3,6 +3,8 @@
 use radgrad_core::DVec3;
 use robust::Coord;
 
+use crate::largest;
+
 /// Which two coordinates to take, in which order, and the power of two that makes them about 1.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Projection {
@@ -13,7 +15,7 @@ pub(crate) struct Projection {
 impl Projection {
     /// The projection of an outline, in which it is counter-clockwise if it has an orientation.
     pub(crate) fn of(outline: &[DVec3]) -> Self {
-        let power = normalising_power(outline.iter().fold(0.0, |largest, v| v.abs().max_element().max(largest)));
+        let power = normalising_power(outline.iter().map(|v| v.abs().max_element()).fold(0.0, largest));
         let Some((&origin, others)) = outline.split_first() else { return Self { axes: [0, 1], power } };
         let offsets: Vec<DVec3> = others.iter().map(|&v| (v - origin) * power).collect();
         let normal = offsets.windows(2).fold(DVec3::ZERO, |sum, pair| sum + pair[0].cross(pair[1]));

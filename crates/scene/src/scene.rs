@@ -20,7 +20,8 @@ use std::sync::Arc;
 use radgrad_core::{DVec3, Polygon};
 
 use crate::texture::{Chart, Quantity, Texture};
-use crate::{Error, Place};
+use crate::words::printable;
+use crate::{Error, Place, Reading};
 pub use intake::Degenerate;
 pub(crate) use intake::{Intake, Outline};
 pub use material::Material;
@@ -145,8 +146,8 @@ impl Scene {
         Ok(Self { title: None, enclosure: None, channels, materials, surfaces, faces, notes })
     }
 
-    /// Reads a scene: `.obj` with its `.mtl` ([`crate::obj`]), `.gltf` or `.glb` ([`crate::gltf`]), `.vs3` of `View3D`
-    /// ([`crate::view3d`]).
+    /// Reads a scene, as a [`Reading`] says or a [`Degenerate`] alone: `.obj` with its `.mtl` ([`crate::obj`]), `.gltf` or `.glb`
+    /// ([`crate::gltf`]), `.vs3` of `View3D` ([`crate::view3d`]), `.stl` ([`crate::stl`]) and `.ply` ([`crate::ply`]).
     ///
     /// ```
     /// use radgrad_scene::{Degenerate, Scene};
@@ -164,13 +165,15 @@ impl Scene {
     /// # Errors
     /// If a file cannot be read or its format is unknown, with the file; if something in it is wrong, with file, line and what
     /// was expected. Nothing is half-loaded.
-    pub fn read(file: impl AsRef<Path>, degenerate: Degenerate) -> Result<Self, Error> {
-        let file = file.as_ref();
+    pub fn read(file: impl AsRef<Path>, reading: impl Into<Reading>) -> Result<Self, Error> {
+        let (file, reading) = (file.as_ref(), reading.into());
         let extension = file.extension().map(|e| e.to_string_lossy().to_ascii_lowercase());
         match extension.as_deref() {
-            Some("obj") => crate::obj::read(file, degenerate),
-            Some("gltf" | "glb") => crate::gltf::read(file, degenerate),
-            Some("vs3") => crate::view3d::read(file, degenerate),
+            Some("obj") => crate::obj::read(file, reading),
+            Some("gltf" | "glb") => crate::gltf::read(file, reading),
+            Some("vs3") => crate::view3d::read(file, reading),
+            Some("stl") => crate::stl::read(file, reading),
+            Some("ply") => crate::ply::read(file, reading),
             _ => Err(Error::Format { file: file.to_owned() }),
         }
     }
@@ -199,6 +202,27 @@ impl Scene {
         let (channels, count) = (&self.channels, self.materials.len());
         let material = self.materials.get_mut(material).ok_or_else(|| missing("material", material, count))?;
         material.set_texture(quantity, texture.into(), channels)
+    }
+
+    /// Makes no reflectance larger than `most`, with a [`Note`] for each material that had a larger one: of a scene whose faces
+    /// reflect all light, as plain white ones do in glTF, no bound exists. A material with a texture is darkened as a whole, so
+    /// that the texture's largest value is `most`.
+    ///
+    /// ```
+    /// use radgrad_scene::Scene;
+    /// let mut scene = Scene::new(["grey"])?;
+    /// let white = scene.add_material("white", [1.0], [0.0])?;
+    /// scene.cap_reflectance(0.95);
+    /// assert_eq!(scene.materials()[white].reflectance(), [0.95]);
+    /// assert_eq!(scene.notes()[0].to_string(), "material `white` reflects more than 0.95: capped, as was asked");
+    /// # Ok::<(), radgrad_scene::Error>(())
+    /// ```
+    pub fn cap_reflectance(&mut self, most: f64) {
+        for material in &mut self.materials {
+            if material.cap_reflectance(most) {
+                self.notes.push(Note::Capped { material: material.name().to_owned(), most });
+            }
+        }
     }
 
     /// Adds a surface without faces and returns its index.
@@ -301,7 +325,7 @@ impl Scene {
     pub fn mean_over(&self, face: usize, quantity: Quantity, channel: usize) -> f64 {
         let Some(face) = self.faces.get(face) else { return 0.0 };
         let material = &self.materials[face.material];
-        let factor = material.factors(quantity).get(channel).copied().unwrap_or(0.0);
+        let Some(&factor) = material.factors(quantity).get(channel) else { return 0.0 };
         let (Some(texture), Some(chart)) = (material.texture(quantity), face.chart(quantity)) else { return factor };
         let vertices = face.polygon.vertices();
         let (mut sum, mut area) = (0.0, 0.0);
@@ -379,12 +403,14 @@ impl Scene {
                 known: format!("surfaces {first} and {second} (from 0) have that name"),
             }),
             (None, _) => {
-                let names: Vec<String> = self.surfaces.iter().map(|s| format!("`{}`", s.name)).collect();
-                Err(Error::Missing {
-                    what: "surface",
-                    which: format!("`{name}`"),
-                    known: format!("there are {}", names.join(", ")),
-                })
+                const SHOWN: usize = 20;
+                let mut known: Vec<String> =
+                    self.surfaces.iter().take(SHOWN).map(|s| format!("`{}`", printable(&s.name))).collect();
+                if let Some(more @ 1..) = self.surfaces.len().checked_sub(SHOWN) {
+                    known.push(format!("and {more} more"));
+                }
+                let which = format!("`{}`", printable(name));
+                Err(Error::Missing { what: "surface", which, known: format!("there are {}", known.join(", ")) })
             }
         }
     }

@@ -12,11 +12,12 @@ mod cut;
 mod image;
 
 use std::fmt;
+use std::sync::Arc;
 
-use crate::Error;
+use crate::{Error, largest};
 pub use chart::Chart;
 pub use cut::Piece;
-pub(crate) use image::{decode, is_png};
+pub(crate) use image::{decode, format_of, is_png};
 
 /// What a texture varies.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -66,7 +67,7 @@ impl Wrap {
     }
 }
 
-/// Values on a grid of texels, some in each texel.
+/// Values on a grid of texels, some in each texel. Clones share them.
 ///
 /// ```
 /// use radgrad_scene::Texture;
@@ -83,7 +84,9 @@ pub struct Texture {
     rows: usize,
     channels: usize,
     wrap: [Wrap; 2],
-    texels: Vec<f64>,
+    texels: Arc<Vec<f64>>,
+    /// The largest value of each channel.
+    largest: Arc<Vec<f64>>,
 }
 
 impl fmt::Debug for Texture {
@@ -112,7 +115,12 @@ impl Texture {
             let [column, row] = [texel % columns, texel / columns];
             return refused(format!("texel ({column}, {row}) is {value}: it must be finite and not negative"));
         }
-        Ok(Self { columns, rows, channels, wrap: [Wrap::default(); 2], texels, name })
+        let mut most = vec![0.0; channels];
+        for texel in texels.chunks_exact(channels) {
+            most.iter_mut().zip(texel).for_each(|(most, value)| *most = largest(*most, *value));
+        }
+        let (texels, largest) = (Arc::new(texels), Arc::new(most));
+        Ok(Self { columns, rows, channels, wrap: [Wrap::default(); 2], texels, largest, name })
     }
 
     /// A texture whose texels a function of column and row gives.
@@ -139,7 +147,9 @@ impl Texture {
     #[must_use]
     pub fn turned_over(mut self) -> Self {
         let width = self.columns * self.channels;
-        self.texels = self.texels.chunks(width).rev().flatten().copied().collect();
+        let (upper, lower) = Arc::make_mut(&mut self.texels).split_at_mut(self.rows / 2 * width);
+        let (below, above) = (lower.chunks_exact_mut(width).rev(), upper.chunks_exact_mut(width));
+        above.zip(below).for_each(|(above, below)| above.swap_with_slice(below));
         self
     }
 
@@ -190,7 +200,7 @@ impl Texture {
     /// The largest value in a channel; 0 if there is no such channel.
     #[must_use]
     pub fn largest(&self, channel: usize) -> f64 {
-        self.values().filter(|value| value.2 == channel).fold(0.0, |most, (value, _, _)| most.max(value))
+        self.largest.get(channel).copied().unwrap_or(0.0)
     }
 
     /// All values with their texel `[column, row]` and channel.

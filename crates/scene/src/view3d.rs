@@ -29,17 +29,20 @@ use std::path::Path;
 
 use radgrad_core::{DVec3, Polygon};
 
+use crate::reading::Budget;
 use crate::scene::Intake;
 use crate::words::{Words, decode, quoted, without_mark};
-use crate::{Degenerate, Error, Place, Position, Scene};
+use crate::{Error, Place, Position, Reading, Scene};
 pub use matrix::{MatrixHeader, write_matrix};
 
 /// Reads a file.
 ///
 /// # Errors
 /// If the file cannot be read, or something in it is wrong: with file, line and what was expected.
-pub fn read(file: &Path, degenerate: Degenerate) -> Result<Scene, Error> {
-    parse(&crate::open(file)?, file, degenerate)
+pub fn read(file: &Path, reading: impl Into<Reading>) -> Result<Scene, Error> {
+    let reading = reading.into();
+    let budget = Budget::new(reading.budget);
+    parse_within(&crate::open(file, &budget)?, Intake::new(Scene::new(["grey"])?, file, reading, &budget))
 }
 
 /// Reads the text of a file. `file` is its name in messages.
@@ -61,9 +64,13 @@ pub fn read(file: &Path, degenerate: Degenerate) -> Result<Scene, Error> {
 ///
 /// # Errors
 /// As [`read`].
-pub fn parse(text: &[u8], file: &Path, degenerate: Degenerate) -> Result<Scene, Error> {
-    let mut reader =
-        Reader { intake: Intake::new(Scene::new(["grey"])?, file, degenerate), vertices: Vec::new(), elements: Vec::new() };
+pub fn parse(text: &[u8], file: &Path, reading: impl Into<Reading>) -> Result<Scene, Error> {
+    let reading = reading.into();
+    parse_within(text, Intake::new(Scene::new(["grey"])?, file, reading, &Budget::new(reading.budget)))
+}
+
+fn parse_within(text: &[u8], intake: Intake) -> Result<Scene, Error> {
+    let mut reader = Reader { intake, vertices: Vec::new(), elements: Vec::new() };
     let mut lines = without_mark(text).split(|&byte| byte == b'\n').enumerate().map(|(index, line)| (index + 1, line));
     while let Some((number, line)) = lines.next() {
         let place = reader.intake.place(Position::Line(number));
@@ -154,7 +161,7 @@ impl Reader {
                     _ => return Err(Error::expected("encl=0 or encl=1", quoted(value))),
                 },
                 "eps" | "epsu" | "epso" | "maxu" | "maxo" | "mino" | "row" | "col" | "emit" | "out" | "list" | "prjd" => {}
-                _ => self.intake.ignore(place.clone(), format!("unknown control word `{name}` is not used")),
+                _ => self.intake.ignore(place.clone(), format!("unknown control word {} is not used", quoted(Some(name)))),
             }
         }
         Ok(())
@@ -164,6 +171,7 @@ impl Reader {
         next_in_sequence("vertex", words.integer("number of the vertex")?, self.vertices.len())?;
         let vertex = DVec3::new(words.number("x")?, words.number("y")?, words.number("z")?);
         words.end()?;
+        self.intake.budget().take_many("vertices", 1, 2 * size_of::<DVec3>())?;
         self.vertices.push(vertex);
         Ok(())
     }
@@ -198,6 +206,8 @@ impl Reader {
         if let Some(shape) = shape {
             element.vertices = shape.vertices(lines, |line| self.intake.place(Position::Line(line)))?;
         }
+        let size = 2 * size_of::<Element>() + 4 * size_of::<DVec3>() + element.name.len();
+        self.intake.budget().take_many("surfaces", 1, size)?;
         self.elements.push(element);
         Ok(())
     }
@@ -253,23 +263,23 @@ impl Reader {
         }
         for (index, element) in self.elements.iter().enumerate() {
             let surface = match (element.kind, element.combined_with) {
-                (Kind::Radiating, 0) => self.intake.scene().add_surface(&element.name),
+                (Kind::Radiating, 0) => self.intake.add_surface(&element.name, true)?,
                 (Kind::Radiating, earlier) => surfaces[earlier - 1],
-                (Kind::Obstruction | Kind::Null, _) => self.intake.scene().add_obstruction(&element.name),
+                (Kind::Obstruction | Kind::Null, _) => self.intake.add_surface(&element.name, false)?,
             };
             surfaces.push(surface);
             let material = match materials.entry(element.emittance.to_bits()) {
                 Entry::Occupied(known) => *known.get(),
                 Entry::Vacant(new) => {
                     let name = format!("emittance {}", element.emittance);
-                    *new.insert(self.intake.scene().add_material(name, [1.0 - element.emittance], [0.0])?)
+                    *new.insert(self.intake.add_material(&name, &[1.0 - element.emittance], &[0.0])?)
                 }
             };
             if subsurfaces[index].is_empty() {
                 self.intake.add_face(surface, material, element.vertices.clone(), element.place.clone())?;
                 continue;
             }
-            for piece in remainder(index + 1, element, &subsurfaces[index])? {
+            for piece in remainder(index + 1, element, &subsurfaces[index], self.intake.budget())? {
                 self.intake.add_face(surface, material, piece, element.place.clone())?;
             }
         }
@@ -278,13 +288,14 @@ impl Reader {
 }
 
 /// What is left of a base without its subsurfaces. A null surface faces its base, the others face as it does.
-fn remainder(number: usize, base: &Element, subsurfaces: &[&Element]) -> Result<Vec<Vec<DVec3>>, Error> {
+fn remainder(number: usize, base: &Element, subsurfaces: &[&Element], budget: &Budget) -> Result<Vec<Vec<DVec3>>, Error> {
     let polygon =
         |element: &Element| Polygon::new(element.vertices.clone()).map_err(|e| Error::Face(e).at(element.place.clone()));
     let mut remainder = cut::Remainder::of(number, &polygon(base)?).map_err(|error| error.at(base.place.clone()))?;
     for subsurface in subsurfaces {
         let cut = remainder.without(&polygon(subsurface)?, subsurface.kind == Kind::Null);
         cut.map_err(|error| error.at(subsurface.place.clone()))?;
+        budget.take_many("parts of a base", remainder.count(), size_of::<Vec<DVec3>>())?;
     }
     Ok(remainder.pieces())
 }

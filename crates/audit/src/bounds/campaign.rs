@@ -76,7 +76,7 @@ pub fn run(cases: u64, families: &[Family], seed: u64, part: Part) -> Run {
 
 /// What is done with a case of the campaign.
 #[must_use]
-pub fn effort(name: Name) -> Effort {
+pub(crate) fn effort(name: Name) -> Effort {
     let turn = |every: u64, count: usize| usize::try_from(name.index / every).unwrap_or(0) % count;
     // The first case of each kind is among the first ten, so that a small run has some of all.
     let [oracle, digits, many, many_by_oracle] =

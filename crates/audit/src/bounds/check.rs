@@ -12,7 +12,7 @@ use crate::measure::ratio;
 use crate::truth::Truth;
 
 /// The tolerance that is tighter than the default.
-pub const TIGHT: f64 = 1e-15;
+pub(crate) const TIGHT: f64 = 1e-15;
 
 /// Digits of the reference from [`radgrad_core::evaluate_digits`]: six more than half an ulp has.
 const REFERENCE_DIGITS: u32 = 22;
@@ -63,7 +63,7 @@ pub fn check(case: &Case, effort: &Effort) -> Check {
 }
 
 /// The same for whatever answers: a test plants wrong answers and wrong bounds here.
-pub fn check_by(case: &Case, effort: &Effort, evaluate: impl Fn(&Problem, f64) -> Result<Answer, Error>) -> Check {
+pub(crate) fn check_by(case: &Case, effort: &Effort, evaluate: impl Fn(&Problem, f64) -> Result<Answer, Error>) -> Check {
     let mut check = Check { marks: vec![Mark::Case], ..Check::default() };
     match case.problem() {
         Err(error) => check.mark(Mark::Refused, error.to_string()),

@@ -9,7 +9,7 @@ use crate::seen::seen;
 use crate::truth::Truth;
 
 /// Digits that are checked, in turn.
-pub const MANY: [u32; 3] = [30, 50, 100];
+pub(crate) const MANY: [u32; 3] = [30, 50, 100];
 
 /// Digits that the oracle is asked for beyond those checked.
 const MORE: u32 = 4;

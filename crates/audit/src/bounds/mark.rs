@@ -26,7 +26,7 @@ impl Rung {
     pub const ALL: [Self; 5] = [Self::Zero, Self::Quadrature, Self::ClosedForm, Self::DoubleDouble, Self::ArbitraryPrecision];
 
     /// Those that work in double precision: together the first rung.
-    pub const FIRST: [Self; 2] = [Self::Quadrature, Self::ClosedForm];
+    pub(crate) const FIRST: [Self; 2] = [Self::Quadrature, Self::ClosedForm];
 
     /// The rung of a method.
     #[must_use]

@@ -38,7 +38,7 @@ impl Distance {
 
     /// Whether the radius is at most a hundredth of a bound.
     #[must_use]
-    pub fn is_sharp(&self, bound: f64) -> bool {
+    pub(crate) fn is_sharp(&self, bound: f64) -> bool {
         self.radius <= 0.01 * bound
     }
 }
@@ -56,7 +56,7 @@ impl Reference {
 
     /// Whether it is known to many more digits than a double has.
     #[must_use]
-    pub const fn has_many_digits(&self) -> bool {
+    pub(crate) const fn has_many_digits(&self) -> bool {
         !matches!(self, Self::Core(_))
     }
 

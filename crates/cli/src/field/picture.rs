@@ -8,7 +8,7 @@ mod glyphs;
 
 use std::io::Write;
 
-use radgrad_scene::FieldCell;
+use radgrad_scene::{FieldCell, largest, smallest};
 
 use canvas::{Canvas, INK, colour};
 
@@ -45,8 +45,8 @@ impl Panel {
     /// By decades, from the smallest that is not 0, or a millionth of the largest, to that.
     fn of_decades(title: &'static str, figures: &[f64]) -> Self {
         let known = || figures.iter().copied().filter(|figure| *figure > 0.0 && figure.is_finite());
-        let most = known().fold(0.0, f64::max);
-        let least = known().fold(most, f64::min).max(most * 10.0_f64.powi(-MOST_DECADES));
+        let most = known().fold(0.0, largest);
+        let least = largest(known().fold(most, smallest), most * 10.0_f64.powi(-MOST_DECADES));
         let span = (most / least).log10();
         let share = |figure: &f64| if *figure > least && span > 0.0 { (figure / least).log10() / span } else { 0.0 };
         Self { title, shares: figures.iter().map(share).collect(), ends: [least, most] }
@@ -94,7 +94,7 @@ fn draw_arrows(canvas: &mut Canvas, [left, top]: [usize; 2], cells: &[FieldCell]
     for row in (step / 2..grid).step_by(step) {
         for column in (step / 2..grid).step_by(step) {
             let [x, y] = along(&cells[row * grid + column]).map(|part| part / most);
-            let scale = longest / x.hypot(y).max(1.0);
+            let scale = longest / largest(x.hypot(y), 1.0);
             let middle = [left + column * cell + cell / 2, top + (grid - 1 - row) * cell + cell / 2].map(|place| place as f64);
             canvas.arrow(middle, [x * scale, -y * scale], INK);
         }

@@ -2,8 +2,8 @@
 
 use glam::DVec3;
 
-use crate::batch::precision::Precision;
 use crate::ladder::answer::{Answer, Method};
+use crate::lanes::lane::Lane;
 
 /// One entry of each array a receiver, or an emitter. Arrays that were not asked for are empty. Kept from one batch to the next
 /// it is not allocated again.
@@ -54,7 +54,8 @@ pub(super) struct Asked {
     pub(super) errors: bool,
 }
 
-impl<F: Precision> Answers<F> {
+#[allow(private_bounds, reason = "what lanes need of a number is not for others to implement")]
+impl<F: Lane> Answers<F> {
     /// Empty arrays, to be filled.
     #[must_use]
     pub fn new() -> Self {
@@ -94,7 +95,7 @@ pub(super) struct Slots<'a, F> {
     pub(super) gradient_error: &'a mut [F],
 }
 
-impl<F: Precision> Slots<'_, F> {
+impl<F: Lane> Slots<'_, F> {
     /// Takes the first entries of other answers to the same question.
     pub(super) fn copy_first(&mut self, answers: &Answers<F>) {
         let copy = |slot: &mut [F], array: &[F]| slot.copy_from_slice(&array[..slot.len()]);

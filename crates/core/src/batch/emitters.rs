@@ -5,11 +5,11 @@ use fearless_simd::Level;
 use crate::batch::answers::{Answers, Counts, Slots};
 use crate::batch::lamps::{Lamps, by_edges, sorted};
 use crate::batch::many_emitters::{Group, SeenFrom, Work, common_power, goes_on_lanes};
-use crate::batch::precision::Precision;
 use crate::batch::tile;
 use crate::batch::tile::{Entries, Goal, Settled, TILE, put};
 use crate::error::Error;
 use crate::ladder::answer::Method;
+use crate::lanes::lane::Lane;
 use crate::lanes::lane::MOST_LANES;
 use crate::problem::emission::Emitter;
 use crate::problem::receiver::Receiver;
@@ -52,7 +52,8 @@ struct Set<F> {
     double: Option<Lamps>,
 }
 
-impl<'a, F: Precision> Emitters<'a, F> {
+#[allow(private_bounds, reason = "what lanes need of a number is not for others to implement")]
+impl<'a, F: Lane> Emitters<'a, F> {
     /// Puts emitters on lanes.
     #[must_use]
     pub fn new(emitters: &'a [Emitter]) -> Self {
@@ -85,7 +86,7 @@ pub(super) struct OneReceiver<'a, F> {
     level: Level,
 }
 
-impl<'a, F: Precision> OneReceiver<'a, F> {
+impl<'a, F: Lane> OneReceiver<'a, F> {
     pub(super) fn new(receiver: &'a Receiver, emitters: &'a Emitters<'a, F>, goal: Goal, level: Level) -> Self {
         let (seen, double) = (SeenFrom::new(receiver, emitters.power), SeenFrom::new(receiver, emitters.power));
         Self { receiver, emitters, seen, double, goal, level }

@@ -3,7 +3,6 @@
 use fearless_simd::Simd;
 
 use crate::batch::answers::{Answers, Slots};
-use crate::batch::precision::Precision;
 use crate::batch::receivers::Receivers;
 use crate::batch::span::LaneEdge;
 use crate::batch::sums::ConstantSums;
@@ -144,7 +143,7 @@ impl<S: Simd, F: Lane> Emitting<S, F> for Uniformly {
 }
 
 /// Answers receivers; where they are fewer than fill a vector, with the last one again and again.
-pub(super) fn padded<F: Precision>(
+pub(super) fn padded<F: Lane>(
     receivers: &Receivers<'_, F>,
     goal: Goal,
     slots: &mut Slots<'_, F>,
@@ -170,7 +169,7 @@ pub(super) fn padded<F: Precision>(
 
 /// Receivers, a vector at a time, of an outline with its brightness and how it emits.
 #[inline(always)]
-pub(super) fn lanes<S: Simd, F: Precision, E: Emitting<S, F>, const GRADIENT: bool>(
+pub(super) fn lanes<S: Simd, F: Lane, E: Emitting<S, F>, const GRADIENT: bool>(
     simd: S,
     receivers: &Receivers<'_, F>,
     (outline, brightness, emitting): (&Outlined<F>, F, E),

@@ -34,6 +34,7 @@ use crate::lanes::angle::angle;
 use crate::lanes::instruction_set::on_instruction_set;
 use crate::lanes::lane::{Lanes, Mask, constant, same};
 use crate::problem::emission::{Emission, Emitter};
+use crate::scalar::arithmetic::Arithmetic;
 use crate::scalar::ball::Ball;
 use crate::scalar::number::ROUNDOFF;
 use crate::scalar::real::Real;
@@ -238,7 +239,7 @@ impl<S: Simd, G: Glowing<S>> BoundarySums<S, f64> for LinearSums<S, G> {
         let outward = edge.e.cross(self.n2);
         let [here, next] = self.glow.ends(simd, edge.index);
         let rise = next - here;
-        let log_ratio = (end.square / start.square).logarithm(simd) * half;
+        let log_ratio = (end.square / start.square).ln() * half;
         let flux = beside * turn * self.gradient.dot(outward) + log_ratio * rise;
         self.lit = self.lit + part.visible(simd, turn * lit);
         self.aimed = self.aimed + part.visible(simd, turn * self.gradient.dot(*w));
@@ -267,7 +268,7 @@ impl<S: Simd, G: Glowing<S>> BoundarySums<S, f64> for LinearSums<S, G> {
         let g = left.select(angle(simd, -n1.dot(exit.cross(entry)), exit.dot(entry)), zero);
         let t = n1.cross(self.n2);
         let ratio = left.select(entry.norm_squared() / exit.norm_squared(), one);
-        let log_ratio = ratio.logarithm(simd) * constant(simd, 0.5);
+        let log_ratio = ratio.ln() * constant(simd, 0.5);
         self.lit = self.lit - g;
         self.aimed = self.aimed - g * self.slope;
         self.contour = self.contour - (self.tilt * self.slope * g + log_ratio * self.gradient.dot(t));

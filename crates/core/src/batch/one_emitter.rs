@@ -5,7 +5,6 @@ use fearless_simd::Level;
 use crate::batch::answers::{Answers, Counts, Slots};
 use crate::batch::emitting::{Outlined, Uniformly, brightness, lanes, padded};
 use crate::batch::linear::LinearLamp;
-use crate::batch::precision::Precision;
 use crate::batch::receivers::Receivers;
 use crate::batch::tile::{Entries, Goal, Settled, TILE, each, put};
 use crate::error::Error;
@@ -62,7 +61,7 @@ pub(super) struct OneEmitter<'a, F> {
     level: Level,
 }
 
-impl<'a, F: Precision> OneEmitter<'a, F> {
+impl<'a, F: Lane> OneEmitter<'a, F> {
     pub(super) fn new(receivers: Receivers<'a, F>, emitter: &'a Emitter, goal: Goal, level: Level) -> Self {
         Self { receivers, emitter, lamp: Lamp::new(emitter), double: Double::new::<F>(emitter), goal, level }
     }
@@ -127,7 +126,7 @@ impl<'a, F: Precision> OneEmitter<'a, F> {
 }
 
 /// Receivers of a tile on lanes.
-fn on_lanes<F: Precision>(
+fn on_lanes<F: Lane>(
     level: Level,
     receivers: &Receivers<'_, F>,
     Lamp { outline, brightness }: &Lamp<F>,

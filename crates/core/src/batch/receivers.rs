@@ -4,8 +4,8 @@ use std::ops::Range;
 
 use glam::DVec3;
 
-use crate::batch::precision::Precision;
 use crate::error::Error;
+use crate::lanes::lane::Lane;
 use crate::problem::receiver::Receiver;
 
 /// Receiver points with their normals and reflectances, one entry of each slice a receiver.
@@ -25,7 +25,8 @@ pub struct Receivers<'a, F = f64> {
     pub(super) reflectance: &'a [F],
 }
 
-impl<'a, F: Precision> Receivers<'a, F> {
+#[allow(private_bounds, reason = "what lanes need of a number is not for others to implement")]
+impl<'a, F: Lane> Receivers<'a, F> {
     /// Receivers at `position` (x, y, z) facing along `normal` (of any length), with one reflectance for each or one for all.
     ///
     /// # Errors
@@ -77,6 +78,6 @@ impl<'a, F: Precision> Receivers<'a, F> {
 }
 
 /// Whether all numbers have a property.
-fn all<F: Precision>(slice: &[F], property: impl Fn(F) -> bool) -> bool {
+fn all<F: Lane>(slice: &[F], property: impl Fn(F) -> bool) -> bool {
     slice.iter().fold(true, |all, value| all & property(*value))
 }

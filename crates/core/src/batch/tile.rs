@@ -38,7 +38,7 @@ pub(super) struct Tolerance {
 const DOUBLE: Tolerance = Tolerance { value: 1e-6, absolute: 0.0, gradient: 1e-6 };
 
 /// For single precision where no tolerance is given. Errors are a thirtieth of the bound on the value at most, and an eightieth
-/// of that on the gradient (measured: `tests/batch.rs`).
+/// of that on the gradient (measured: `tests/all/batch.rs`).
 const SINGLE: Tolerance = Tolerance { value: 3e-5, absolute: 0.0, gradient: 1e-4 };
 
 impl Goal {

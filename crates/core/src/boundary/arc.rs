@@ -9,9 +9,9 @@ mod quartic;
 pub(crate) mod weight;
 
 use crate::boundary::line::{Frame, Line, Sighted};
-use crate::scalar::number::Number;
+use crate::scalar::arithmetic::Arithmetic;
 use crate::scalar::real::Real;
-use crate::scalar::series::sine::DOUBLE_SERIES;
+use crate::scalar::series::sine::half_angle_minus_sine;
 use crate::scalar::vec3::Vec3;
 
 /// What an arc lies on.
@@ -33,22 +33,24 @@ pub(crate) struct Arc<T> {
     /// Angle `g` from start to end, signed along the normal.
     pub(crate) angle: T,
     /// `|start| |end| sin g`.
-    across: T,
+    pub(crate) across: T,
     /// `|start| |end| cos g`.
-    inline: T,
+    pub(crate) inline: T,
     pub(crate) generator: Generator<T>,
 }
 
-impl<T: Real> Generator<T> {
+impl<T: Arithmetic> Generator<T> {
     /// Unit normal `N` of the plane through x.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn normal(&self) -> Vec3<T> {
         match self {
             Self::Horizon(normal) => *normal,
             Self::Emitter(line) | Self::Occluder(line) => line.normal,
         }
     }
+}
 
+impl<T: Real> Generator<T> {
     /// The same, run the other way.
     pub(crate) fn reversed(self) -> Self {
         match self {
@@ -70,20 +72,20 @@ impl<T> Arc<T> {
     }
 }
 
-impl<T: Real> Arc<T> {
+impl<T: Arithmetic> Arc<T> {
     /// The arc between two points of a plane through x.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn between(start: Sighted<T>, end: Sighted<T>, generator: Generator<T>) -> Self {
         Self::new(start, end, generator.normal().dot(start.point.cross(end.point)), generator)
     }
 
     /// The part `fraction` long of the emitter's edge on `line`.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn of_edge(start: Sighted<T>, end: Sighted<T>, fraction: T, line: Line<T>) -> Self {
         Self::new(start, end, fraction * line.moment, Generator::Emitter(line))
     }
 
-    #[inline]
+    #[inline(always)]
     fn new(start: Sighted<T>, end: Sighted<T>, across: T, generator: Generator<T>) -> Self {
         let inline = start.point.dot(end.point);
         Self { start, end, angle: across.atan2(inline), across, inline, generator }
@@ -94,19 +96,21 @@ impl<T: Real> Arc<T> {
     /// `M = (g + sin g)/2 b b^T + (g - sin g)/2 t t^T` with b, t along the sum and the difference of the end directions
     /// (theory: HS95 A.1 without its I1 term, which cancels over a closed boundary). The longer of sum and difference gives
     /// both axes.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn moments(&self, frame: &Frame<T>) -> Moments<T> {
         let Ends { sin, cos, toward: [c1, c2], along: [s1, s2] } = self.ends(frame);
-        let (wide, thin) = ((self.angle + sin) * T::exact(0.5), half_angle_minus_sine(self.angle, sin));
+        let (wide, thin) = ((self.angle + sin) * sin.like(0.5), half_angle_minus_sine(self.angle, sin));
         // The two axes are perpendicular: the one along (c, s) has the moment `on`, the other one `off`.
-        let (c, s, on, off, cross) =
-            if cos.value() >= 0.0 { (c1 + c2, s1 + s2, wide, thin, sin) } else { (c2 - c1, s2 - s1, thin, wide, -sin) };
-        let (cc, ss) = (c * c, s * s);
-        let scale = T::exact(1.0) / (T::exact(2.0) * (T::exact(1.0) + cos.abs()));
+        let obtuse = cos.like(0.0).exceeds(cos);
+        let turned = |number: T| T::choose(obtuse, -number, number);
+        let (c, s) = (c2 + turned(c1), s2 + turned(s1));
+        let (on, off, cross) = (T::choose(obtuse, thin, wide), T::choose(obtuse, wide, thin), turned(sin));
+        let (cc, ss, one) = (c * c, s * s, sin.like(1.0));
+        let scale = one / (sin.like(2.0) * (one + cos.abs()));
         Moments { cc: (on * cc + off * ss) * scale, cs: cross * c * s * scale, ss: (on * ss + off * cc) * scale }
     }
 
-    #[inline]
+    #[inline(always)]
     fn ends(&self, frame: &Frame<T>) -> Ends<T> {
         let ends = [&self.start, &self.end];
         Ends {
@@ -132,36 +136,6 @@ pub(crate) struct Moments<T> {
     pub(crate) cc: T,
     pub(crate) cs: T,
     pub(crate) ss: T,
-}
-
-/// `(g - sin g)/2`, by its Taylor series where the difference would cancel.
-#[inline]
-fn half_angle_minus_sine<T: Real>(angle: T, sin: T) -> T {
-    if angle.value().abs() > 1.0 {
-        return (angle - sin) * T::exact(0.5);
-    }
-    let square = angle * angle;
-    if T::Number::IS_DOUBLE {
-        return angle * square * double_series(square);
-    }
-    angle * square * sine_series(square) / T::exact(12.0)
-}
-
-/// The first term, off by a rounding, and the others by Estrin's scheme: the eight leave 2^-55 of the first.
-#[inline]
-fn double_series<T: Real>(z: T) -> T {
-    let [c0, c1, c2, c3, c4, c5, c6, c7] = DOUBLE_SERIES.map(T::exact);
-    let z2 = z * z;
-    let rest = ((c1 + c2 * z) + (c3 + c4 * z) * z2) + ((c5 + c6 * z) + c7 * z2) * (z2 * z2);
-    (c0 + z * rest).widened(T::Number::roundoff() * 0.1)
-}
-
-/// `6 (g - sin g)/g^3` as a function of `g^2 <= 1`.
-#[inline]
-fn sine_series<T: Real>(square: T) -> T {
-    let coefficients = T::Number::sine_coefficients().rev();
-    let sum = coefficients.fold(T::exact(0.0), |sum, c| sum * square + T::rounded(c));
-    sum.widened(T::Number::roundoff() * 0.25)
 }
 
 #[cfg(test)]

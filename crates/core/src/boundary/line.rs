@@ -3,6 +3,7 @@
 
 use glam::DVec3;
 
+use crate::scalar::arithmetic::Arithmetic;
 use crate::scalar::double_double::{DoubleDouble, ROUNDOFF_OF_DOUBLE_DOUBLE};
 use crate::scalar::number::{Number, ROUNDOFF};
 use crate::scalar::offset::{exact_offset, offset};
@@ -31,7 +32,7 @@ pub(crate) struct Line<T> {
     pub(crate) normal: Vec3<T>,
     inverse_moment: T,
     /// `|r|^2` of the point r that w was taken at: how far w may have cancelled.
-    reach: f64,
+    pub(crate) reach: T,
     /// Whether w was taken in double-double.
     is_precise: bool,
 }
@@ -46,13 +47,15 @@ pub(crate) struct Frame<T> {
     pub(crate) distance: T,
 }
 
-impl<T: Real> Sighted<T> {
-    #[inline]
+impl<T: Arithmetic> Sighted<T> {
+    #[inline(always)]
     pub(crate) fn at(point: Vec3<T>) -> Self {
         let square = point.norm_squared();
-        Self { point, square, inverse: T::exact(1.0) / square.sqrt() }
+        Self { point, square, inverse: square.like(1.0) / square.sqrt() }
     }
+}
 
+impl<T: Real> Sighted<T> {
     /// A point of the scene seen from `x`.
     #[inline]
     pub(crate) fn from(point: DVec3, x: DVec3, power: f64) -> Self {
@@ -67,8 +70,8 @@ impl<T: Real> Line<T> {
     #[inline(always)]
     pub(crate) fn through(edge: [DVec3; 2], ends: [&Sighted<T>; 2], x: DVec3, power: f64) -> Self {
         let e: Vec3<T> = offset(edge[1], edge[0], power);
-        let (w, square, reach) = (ends[0].point.cross(e), e.norm_squared(), ends[0].square.value());
-        if 16.0 * w.norm_squared().value() >= reach * square.value() {
+        let (w, square, reach) = (ends[0].point.cross(e), e.norm_squared(), ends[0].square);
+        if 16.0 * w.norm_squared().value() >= reach.value() * square.value() {
             return Self::new(e, square, w, reach);
         }
         Self::passing_near(edge, ends, e, x, power)
@@ -79,32 +82,20 @@ impl<T: Real> Line<T> {
     #[cold]
     fn passing_near([from, to]: [DVec3; 2], ends: [&Sighted<T>; 2], e: Vec3<T>, x: DVec3, power: f64) -> Self {
         let (vertex, near) = if ends[0].square.value() <= ends[1].square.value() { (from, ends[0]) } else { (to, ends[1]) };
-        let (w, square, reach) = (near.point.cross(e), e.norm_squared(), near.square.value());
-        if T::Number::BEYOND_DOUBLE_DOUBLE || 64.0 * w.norm_squared().value() >= reach * square.value() {
+        let (w, square, reach) = (near.point.cross(e), e.norm_squared(), near.square);
+        let squares = reach.value() * square.value();
+        if T::Number::BEYOND_DOUBLE_DOUBLE || 64.0 * w.norm_squared().value() >= squares {
             return Self::new(e, square, w, reach);
         }
         let exact = exact_offset(vertex, x, power).cross(exact_offset(to, from, power));
-        let error = 4.0 * ROUNDOFF_OF_DOUBLE_DOUBLE * (reach * square.value()).sqrt();
+        let error = 4.0 * ROUNDOFF_OF_DOUBLE_DOUBLE * squares.sqrt();
         let w = exact.map(|c: DoubleDouble| T::from_double_double(c, error));
         Self { is_precise: true, ..Self::new(e, square, w, reach) }
     }
 
     /// The line through `point` along `e`.
     pub(crate) fn along(e: Vec3<T>, point: Vec3<T>) -> Self {
-        Self::new(e, e.norm_squared(), point.cross(e), point.norm_squared().value())
-    }
-
-    #[inline]
-    fn new(e: Vec3<T>, square: T, w: Vec3<T>, reach: f64) -> Self {
-        let moment = w.norm_squared().sqrt();
-        let inverse_moment = T::exact(1.0) / moment;
-        Self { e, length: square.sqrt(), moment, normal: w * inverse_moment, inverse_moment, reach, is_precise: false }
-    }
-
-    /// One over the distance from x.
-    #[inline]
-    pub(crate) fn nearness(&self) -> T {
-        self.length * self.inverse_moment
+        Self::new(e, e.norm_squared(), point.cross(e), point.norm_squared())
     }
 
     /// Bound on the relative error of `w` where the scalar is a plain double.
@@ -115,7 +106,7 @@ impl<T: Real> Line<T> {
     /// its rounding and 4 units.
     #[inline]
     pub(crate) fn relative_error(&self) -> f64 {
-        let ratio = self.reach.sqrt() * self.nearness().value();
+        let ratio = self.reach.value().sqrt() * self.nearness().value();
         if self.is_precise { 2.0 * ROUNDOFF + 4.0 * ROUNDOFF_OF_DOUBLE_DOUBLE * ratio } else { (3.5 * ratio + 1.0) * ROUNDOFF }
     }
 
@@ -123,10 +114,26 @@ impl<T: Real> Line<T> {
     pub(crate) fn reversed(self) -> Self {
         Self { e: -self.e, normal: -self.normal, ..self }
     }
+}
 
-    #[inline]
+impl<T: Arithmetic> Line<T> {
+    /// From e, its square, w, and `|r|^2` of the point that this was taken at.
+    #[inline(always)]
+    pub(crate) fn new(e: Vec3<T>, square: T, w: Vec3<T>, reach: T) -> Self {
+        let moment = w.norm_squared().sqrt();
+        let inverse_moment = moment.like(1.0) / moment;
+        Self { e, length: square.sqrt(), moment, normal: w * inverse_moment, inverse_moment, reach, is_precise: false }
+    }
+
+    /// One over the distance from x.
+    #[inline(always)]
+    pub(crate) fn nearness(&self) -> T {
+        self.length * self.inverse_moment
+    }
+
+    #[inline(always)]
     pub(crate) fn frame(&self) -> Frame<T> {
-        let inverse = T::exact(1.0) / self.length;
+        let inverse = self.length.like(1.0) / self.length;
         let along = self.e * inverse;
         Frame { toward: along.cross(self.normal), along, normal: self.normal, distance: self.moment / self.length }
     }

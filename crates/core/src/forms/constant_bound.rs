@@ -54,6 +54,7 @@ use crate::forms::edge_lanes::SureCase;
 use crate::forms::irradiance_and_gradient::IrradianceAndGradient;
 use crate::problem::polygon::Polygon;
 use crate::problem::receiver::{Receiver, unit_normal};
+use crate::scalar::arithmetic::Doubles;
 use crate::scalar::number::ROUNDOFF;
 use crate::scalar::vec3::Vec3;
 
@@ -182,10 +183,7 @@ impl ArcErrors {
         let ew = of_angle.ew;
         self.angle_errors += of_angle.of_term(self.n1.dot(line.normal).abs());
         let (size, error) = if arc.is_within_a_quarter_turn() {
-            let (sum, turn) = arc.angle_and_sine();
-            let [c1, c2] = [&arc.start, &arc.end].map(|end| (self.n1.dot(end.point) * end.inverse).abs());
-            let near = arc.start.inverse + arc.end.inverse;
-            of_angle.of_weight(&Weighed { near, sum, turn, cosines: c1 + c2, least: g.min(c1 + c2) })
+            of_angle.of_weight(&Weighed::new(arc, [&arc.start, &arc.end].map(|end| self.n1.dot(end.point) * end.inverse)))
         } else {
             of_angle.of_wide_weight(line.nearness())
         };
@@ -260,11 +258,21 @@ pub(super) struct AngleError<T, D> {
 /// What the weight of an arc up to a quarter turn is made of: `Q`, `g + sin g`, `T`, `s` and `min(g, s)`, all as sizes.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Weighed<T> {
-    pub(super) near: T,
-    pub(super) sum: T,
-    pub(super) turn: T,
-    pub(super) cosines: T,
-    pub(super) least: T,
+    near: T,
+    sum: T,
+    turn: T,
+    cosines: T,
+    least: T,
+}
+
+impl<T: Doubles> Weighed<T> {
+    /// Given n1 along the directions of the ends.
+    #[inline(always)]
+    pub(super) fn new(arc: &Arc<T>, [c1, c2]: [T; 2]) -> Self {
+        let (sum, turn) = arc.angle_and_sine();
+        let cosines = c1.abs() + c2.abs();
+        Self { near: arc.start.inverse + arc.end.inverse, sum, turn, cosines, least: arc.angle.abs().min(cosines) }
+    }
 }
 
 impl<T: Figure, D: Displacement<T>> AngleError<T, D> {

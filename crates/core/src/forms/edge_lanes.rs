@@ -15,15 +15,15 @@ pub(crate) mod random;
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f64x4};
 
-use crate::boundary::arc::weight::PSI;
+use crate::boundary::arc::Arc;
+use crate::boundary::line::{Line, Sighted};
 use crate::boundary::plan::{Horizon, Plan, least_sure_height};
 use crate::forms::irradiance_and_gradient::IrradianceAndGradient;
-use crate::lanes::double_double::DoubleDoubles;
-use crate::lanes::functions::{nine_terms, plain_angle};
 use crate::lanes::instruction_set::{INSTRUCTION_SET, on_instruction_set};
 use crate::lanes::vectors::{all, chosen, row};
 use crate::problem::polygon::{FourEdges, Polygon};
 use crate::problem::receiver::Receiver;
+use crate::scalar::arc_tangent::is_in_range;
 use crate::scalar::double_double::{DoubleDouble, ROUNDOFF_OF_DOUBLE_DOUBLE};
 use crate::scalar::number::ROUNDOFF;
 use crate::scalar::power::normalising_power;
@@ -76,95 +76,67 @@ pub(crate) fn power_seen_whole<S: Simd>(simd: S, receiver: &Receiver, polygon: &
     plan(simd, receiver, polygon).filter(|plan| plan.horizon == Horizon::Above).map(|plan| plan.power)
 }
 
-/// Four arcs of edges: `Arc<f64>` on lanes.
+/// Four arcs of edges.
 pub(crate) struct EdgeLanes<S: Simd> {
-    pub(crate) start: Vec3<f64x4<S>>,
-    pub(crate) end: Vec3<f64x4<S>>,
-    pub(crate) e: Vec3<f64x4<S>>,
-    pub(crate) edge_square: f64x4<S>,
-    pub(crate) start_square: f64x4<S>,
-    /// `|r|^2` of the vertex that w was taken at, be that seen or not.
-    pub(crate) line_square: f64x4<S>,
-    pub(crate) normal: Vec3<f64x4<S>>,
-    /// `|w|`.
-    pub(crate) moment: f64x4<S>,
-    pub(crate) across: f64x4<S>,
-    pub(crate) inline: f64x4<S>,
-    pub(crate) angle: f64x4<S>,
+    pub(crate) arc: Arc<f64x4<S>>,
+    pub(crate) line: Line<f64x4<S>>,
+    edge_square: f64x4<S>,
+    /// Whether all edges of a polygon are here: each one ends where the next one starts.
+    closed: bool,
 }
 
 impl<S: Simd> EdgeLanes<S> {
-    /// As [`crate::boundary::line::Line::through`] and [`crate::boundary::arc::Arc::of_edge`]; unless `NEAR`, only where w need
-    /// not be taken at the nearer end.
+    /// As [`Line::through`] and [`Arc::of_edge`]; unless `NEAR`, only where w need not be taken at the nearer end.
     #[inline(always)]
-    pub(crate) fn new<const NEAR: bool>(simd: S, four: &FourEdges, x: Vec3<f64x4<S>>, power: f64x4<S>) -> Option<Self> {
+    pub(crate) fn new<const NEAR: bool>(
+        simd: S,
+        four: &FourEdges,
+        x: Vec3<f64x4<S>>,
+        power: f64x4<S>,
+        closed: bool,
+    ) -> Option<Self> {
         let (from, to) = (four.starts(simd), four.ends(simd));
-        let (start, end, e) = ((from - x) * power, (to - x) * power, (to - from) * power);
-        let (start_square, edge_square) = (start.norm_squared(), e.norm_squared());
-        let (mut w, mut line_square) = (start.cross(e), start_square);
+        let (start, end, e) = (Sighted::at((from - x) * power), (to - x) * power, (to - from) * power);
+        let end = if closed {
+            Sighted { point: end, square: next(start.square), inverse: next(start.inverse) }
+        } else {
+            Sighted::at(end)
+        };
+        let edge_square = e.norm_squared();
+        let (mut w, mut reach) = (start.point.cross(e), start.square);
         let mut square = w.norm_squared();
-        let mut passes = (f64x4::splat(simd, 16.0) * square).simd_ge(start_square * edge_square);
+        let mut passes = (f64x4::splat(simd, 16.0) * square).simd_ge(reach * edge_square);
         if NEAR && !passes.all_true() {
-            let end_square = end.norm_squared();
-            let at_end = !passes & end_square.simd_lt(start_square);
-            w = chosen(at_end, end, start).cross(e);
-            line_square = at_end.select(end_square, start_square);
+            let at_end = !passes & end.square.simd_lt(start.square);
+            w = chosen(at_end, end.point, start.point).cross(e);
+            reach = at_end.select(end.square, start.square);
             square = w.norm_squared();
-            passes |= (f64x4::splat(simd, 64.0) * square).simd_ge(line_square * edge_square);
+            passes |= (f64x4::splat(simd, 64.0) * square).simd_ge(reach * edge_square);
         }
-        let moment = square.sqrt();
-        let inline = start.dot(end);
-        let (angle, plain) = plain_angle::<S, _, true>(simd, moment, inline);
-        let normal = w * (f64x4::splat(simd, 1.0) / moment);
-        (passes & plain).all_true().then_some(Self {
-            start,
-            end,
-            e,
-            edge_square,
-            start_square,
-            line_square,
-            normal,
-            moment,
-            across: moment,
-            inline,
-            angle,
-        })
+        let line = Line::new(e, edge_square, w, reach);
+        let arc = Arc::of_edge(start, end, f64x4::splat(simd, 1.0), line);
+        (passes & is_in_range(arc.across, arc.inline)).all_true().then_some(Self { arc, line, edge_square, closed })
     }
-}
 
-/// What arcs up to a quarter turn weigh: `chi` and `psi` of [`crate::boundary::arc::Arc::weight`], and what they are made of.
-pub(crate) struct Weights<S: Simd> {
-    chi: f64x4<S>,
-    psi: f64x4<S>,
-    /// `g + sin g`.
-    pub(crate) sum: f64x4<S>,
-    pub(crate) one_and_cos: f64x4<S>,
-}
-
-impl<S: Simd> Weights<S> {
-    /// As [`crate::boundary::arc::Arc::within_a_quarter_turn`], from `1/|r|` at the ends.
+    /// A function of the two ends.
     #[inline(always)]
-    pub(crate) fn new(simd: S, four: &EdgeLanes<S>, [q1, q2]: [f64x4<S>; 2]) -> Self {
-        let product = q1 * q2;
-        let (sin, cos) = (four.across * product, four.inline * product);
-        let one_and_cos = f64x4::splat(simd, 1.0) + cos;
-        let sum = four.angle + sin;
-        let z = four.angle * four.angle;
-        let psi = four.angle * (f64x4::splat(simd, PSI[0]) + z * nine_terms(simd, &HIGHER, z));
-        Self { chi: sum / (one_and_cos * f64x4::splat(simd, 4.0)), psi, sum, one_and_cos }
+    pub(crate) fn at_ends(&self, of: impl Fn(&Sighted<f64x4<S>>) -> f64x4<S>) -> [f64x4<S>; 2] {
+        let start = of(&self.arc.start);
+        [start, if self.closed { next(start) } else { of(&self.arc.end) }]
     }
 
+    /// As [`Line::relative_error`], in units of roundoff: edges that lanes take pass at an eighth of the distance at least.
     #[inline(always)]
-    pub(crate) fn of(&self, [q1, q2]: [f64x4<S>; 2], [c1, c2]: [f64x4<S>; 2]) -> f64x4<S> {
-        self.chi * (q1 + q2) * (c1 + c2) + self.psi * (q2 - q1) * (c2 - c1)
+    pub(crate) fn relative_error(&self) -> f64x4<S> {
+        (self.line.reach * self.edge_square).sqrt() / self.line.moment * 3.5 + 1.0
     }
 }
 
-/// What follows the first term of [`PSI`].
-const HIGHER: [f64; 9] = {
-    let [_, c1, c2, c3, c4, c5, c6, c7, c8, c9] = PSI;
-    [c1, c2, c3, c4, c5, c6, c7, c8, c9]
-};
+/// What each lane's next one holds.
+#[inline(always)]
+fn next<S: Simd>(lanes: f64x4<S>) -> f64x4<S> {
+    lanes.rotate_elements_left::<1>()
+}
 
 /// The height of the receiver over the polygon's plane, in double-double rounded to a double as
 /// [`crate::boundary::plan::height_over_plane`] has it, with x, y and z side by side.
@@ -186,11 +158,11 @@ pub(crate) fn certain_height(receiver: &Receiver, polygon: &Polygon, power: f64)
 /// That height, and the sum of the coordinates of the polygon's first vertex by size, as the receiver sees it.
 #[inline(always)]
 fn height_and_reach<S: Simd>(simd: S, receiver: &Receiver, polygon: &Polygon, power: f64) -> (f64, f64) {
-    let (Vec3 { x, y, z }, power) = (polygon.precise_normal(), f64x4::splat(simd, power));
-    let n = DoubleDoubles { hi: row(simd, [x.hi, y.hi, z.hi]), lo: row(simd, [x.lo, y.lo, z.lo]) };
+    let Vec3 { x, y, z } = polygon.precise_normal();
+    let n = DoubleDouble { hi: row(simd, [x.hi, y.hi, z.hi]), lo: row(simd, [x.lo, y.lo, z.lo]) };
     let (vertex, x) = (row(simd, polygon.vertices()[0].to_array()), row(simd, receiver.position().to_array()));
-    let r = DoubleDoubles::difference(vertex, x, power);
-    let product = n.times(simd, r);
+    let r = DoubleDouble::difference(vertex, x).scaled(power);
+    let product = n * r;
     let term = |i: usize| DoubleDouble { hi: product.hi[i], lo: product.lo[i] };
     let reach = r.hi.abs();
     (-(term(0) + term(1) + term(2)).hi, reach[0] + reach[1] + reach[2])

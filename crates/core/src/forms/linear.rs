@@ -27,13 +27,14 @@
 //!
 //! Loses digits where Phi does, and by a further factor |beta|/|B| ~ D/s far away.
 
-use crate::boundary::arc::{Arc, Generator};
-use crate::boundary::line::Frame;
+use crate::boundary::arc::{Arc, Generator, Moments};
+use crate::boundary::line::{Frame, Sighted};
 use crate::boundary::plan::height_over_plane;
 use crate::forms::irradiance_and_gradient::IrradianceAndGradient;
 use crate::forms::segment::{logarithms, segment_frame, x1_term};
 use crate::problem::emission::Emitter;
 use crate::problem::receiver::{Receiver, unit_normal};
+use crate::scalar::arithmetic::Arithmetic;
 use crate::scalar::offset::offset;
 use crate::scalar::radius::Radius;
 use crate::scalar::real::Real;
@@ -77,6 +78,65 @@ impl<T: Real> SeenLinear<T> {
     }
 }
 
+/// What an arc adds to the contour term: `flux nu`.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct ContourTerm<T> {
+    pub(crate) kappa: T,
+    /// `nu`.
+    pub(crate) outward: Vec3<T>,
+    /// gB along nu and along the segment.
+    pub(crate) slope_outward: T,
+    pub(crate) slope_along: T,
+    pub(crate) flux: T,
+}
+
+/// n1 and gB along the first two axes of a frame, and the sum of the two mixed products.
+struct InFrame<T> {
+    p1: T,
+    p2: T,
+    g1: T,
+    g2: T,
+    mixed: T,
+}
+
+impl<T: Arithmetic> SeenLinear<T> {
+    /// Given `ln(r/h)` at the ends.
+    #[inline(always)]
+    pub(super) fn contour(&self, arc: &Arc<T>, frame: &Frame<T>, [start, end]: [T; 2]) -> ContourTerm<T> {
+        let kappa = self.n2.dot(frame.normal);
+        let outward = frame.along.cross(self.n2);
+        let (slope_outward, slope_along) = (self.gradient.dot(outward), self.gradient.dot(frame.along));
+        let flux = kappa * arc.angle * slope_outward + (end - start) * slope_along;
+        ContourTerm { kappa, outward, slope_outward, slope_along, flux }
+    }
+
+    /// The emission at a point over its distance.
+    #[inline(always)]
+    pub(super) fn emission(&self, point: &Sighted<T>) -> T {
+        (self.beta + self.gradient.dot(point.point)) * point.inverse
+    }
+
+    /// n1 along the direction of a point.
+    #[inline(always)]
+    pub(super) fn cosine(&self, point: &Sighted<T>) -> T {
+        self.n1.dot(point.point) * point.inverse
+    }
+
+    #[inline(always)]
+    fn in_frame(&self, frame: &Frame<T>) -> InFrame<T> {
+        let (p1, p2) = (self.n1.dot(frame.toward), self.n1.dot(frame.along));
+        let (g1, g2) = (self.gradient.dot(frame.toward), self.gradient.dot(frame.along));
+        InFrame { p1, p2, g1, g2, mixed: g1 * p2 + g2 * p1 }
+    }
+
+    /// `toward . V` in the frame of a segment with these moments.
+    #[inline(always)]
+    pub(super) fn toward(&self, frame: &Frame<T>, m: &Moments<T>) -> T {
+        let InFrame { p1, p2, g1, g2, mixed } = self.in_frame(frame);
+        self.beta * (m.cc * p1 + m.cs * p2) + frame.distance * (g1 * p1 * m.cc + mixed * m.cs + g2 * p2 * m.ss)
+    }
+}
+
 /// The sums over the arcs.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct LinearSum<T> {
@@ -106,42 +166,31 @@ impl<T: Real> LinearSum<T> {
     }
 
     fn add_irradiance(&mut self, arc: &Arc<T>, frame: &Frame<T>, logarithms: [T; 2]) {
-        let SeenLinear { n2, height, gradient, .. } = self.seen;
-        let kappa = n2.dot(frame.normal);
-        let outward = frame.along.cross(n2);
-        let flux = kappa * arc.angle * gradient.dot(outward) + (logarithms[1] - logarithms[0]) * gradient.dot(frame.along);
+        let ContourTerm { kappa, outward, flux, .. } = self.seen.contour(arc, frame, logarithms);
         self.angles = self.angles + frame.normal * arc.angle;
         self.contour = self.contour + outward * flux;
-        self.x1 = self.x1 + x1_term(arc, frame, kappa, height, logarithms);
+        self.x1 = self.x1 + x1_term(arc, frame, kappa, self.seen.height, logarithms);
     }
 
     /// `toward . V / S` on the generating line.
     fn weight(&self, arc: &Arc<T>, frame: &Frame<T>, logarithms: [T; 2]) -> T {
-        let SeenLinear { n1, beta, gradient, .. } = self.seen;
+        let seen = &self.seen;
         let generating = match &arc.generator {
             Generator::Horizon(_) => return T::exact(0.0),
             Generator::Emitter(_) if arc.is_within_a_quarter_turn() => {
                 let ends = [&arc.start, &arc.end];
-                let emission = ends.map(|end| (beta + gradient.dot(end.point)) * end.inverse);
-                return arc.within_a_quarter_turn(emission, ends.map(|end| n1.dot(end.point) * end.inverse));
+                return arc.within_a_quarter_turn(ends.map(|end| seen.emission(end)), ends.map(|end| seen.cosine(end)));
             }
-            Generator::Emitter(_) => None,
-            Generator::Occluder(line) => Some(line.frame()),
+            Generator::Emitter(_) => return seen.toward(frame, &arc.moments(frame)) / frame.distance,
+            Generator::Occluder(line) => line.frame(),
         };
         let m = arc.moments(frame);
-        let (p1, p2) = (n1.dot(frame.toward), n1.dot(frame.along));
-        let (g1, g2) = (gradient.dot(frame.toward), gradient.dot(frame.along));
-        let mixed = g1 * p2 + g2 * p1;
-        let toward = beta * (m.cc * p1 + m.cs * p2) + frame.distance * (g1 * p1 * m.cc + mixed * m.cs + g2 * p2 * m.ss);
-        match generating {
-            None => toward / frame.distance,
-            Some(line) => {
-                let tangent = (logarithms[1] - logarithms[0]) - m.cs;
-                let along = beta * (m.cs * p1 + m.ss * p2) + frame.distance * (g1 * p1 * m.cs + mixed * m.ss + g2 * p2 * tangent);
-                let seen = line.toward.dot(frame.toward) * toward + line.toward.dot(frame.along) * along;
-                seen / line.distance
-            }
-        }
+        let InFrame { p1, p2, g1, g2, mixed } = seen.in_frame(frame);
+        let tangent = (logarithms[1] - logarithms[0]) - m.cs;
+        let along = seen.beta * (m.cs * p1 + m.ss * p2) + frame.distance * (g1 * p1 * m.cs + mixed * m.ss + g2 * p2 * tangent);
+        let toward = seen.toward(frame, &m);
+        let weight = generating.toward.dot(frame.toward) * toward + generating.toward.dot(frame.along) * along;
+        weight / generating.distance
     }
 
     pub(crate) fn total(self) -> IrradianceAndGradient<T> {

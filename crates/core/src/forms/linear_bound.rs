@@ -44,10 +44,11 @@
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f64x4, f64x8};
 
+use crate::boundary::arc::Arc;
 use crate::forms::edge_lanes::EdgeLanes;
-use crate::forms::edge_lanes::linear::{Added, both, twice};
+use crate::forms::edge_lanes::linear::{Added, both};
 use crate::forms::irradiance_and_gradient::IrradianceAndGradient;
-use crate::forms::linear::LinearSum;
+use crate::forms::linear::{ContourTerm, LinearSum};
 use crate::lanes::vectors::{all, plus_first};
 use crate::problem::emission::Emitter;
 use crate::problem::receiver::Receiver;
@@ -108,55 +109,55 @@ impl Errors {
         &mut self,
         simd: S,
         sum: &LinearSum<f64>,
-        (arcs, added): (&EdgeLanes<S>, &Added<S>),
+        (four, added): (&EdgeLanes<S>, &Added<S>),
         count: usize,
     ) -> Option<()> {
-        let plain = arcs.across.simd_ge(f64x4::splat(simd, 1e-100)) & arcs.inline.simd_ge(f64x4::splat(simd, 0.0));
+        let EdgeLanes { arc, line, .. } = four;
+        let plain = arc.across.simd_ge(f64x4::splat(simd, 1e-100)) & arc.inline.simd_ge(f64x4::splat(simd, 0.0));
         if !plain.all_true() {
             return None;
         }
         let (n1, gradient) = (all(simd, sum.seen.n1.into()), all(simd, sum.seen.gradient.into()));
-        // As `Line::relative_error`: edges that lanes take pass at a quarter of the distance at least.
-        let ew = (arcs.start_square * arcs.edge_square).sqrt() / arcs.across * 3.5 + 1.0;
-        let g = arcs.angle;
+        let (g, ew) = (arc.angle, four.relative_error());
         let least = g.min(f64x4::splat(simd, 1.0));
         let turned = least * 8.0 + g * 4.0;
         let (dg, ds) = (turned + least * ew, g * (ew + 14.0));
         let (of_angle, across) = (turned + g * 3.5, g * (ew + (2.0 + self.additions)));
-        let angles = n1.dot(arcs.normal).abs() * of_angle + across;
-        let slopes = gradient.dot(arcs.normal).abs() * of_angle + across * self.steepness;
-        let x1 = self.x1(simd, sum.seen.height, ew, added)?;
+        let angles = n1.dot(line.normal).abs() * of_angle + across;
+        let slopes = gradient.dot(line.normal).abs() * of_angle + across * self.steepness;
+        let x1 = self.x1(simd, sum.seen.height, ew, (arc, added))?;
         self.first = plus_first(self.first, Vec3::new(angles, slopes, x1), count);
-        let flux = added.flux.abs();
-        let (facing, of_flux) = (n1.dot(added.outward).abs(), self.flux(ew, [g, turned], added));
+        let flux = added.contour.flux.abs();
+        let (facing, of_flux) = (n1.dot(added.contour.outward).abs(), self.flux(ew, [g, turned], added));
         let contour = facing * (of_flux + flux * 4.5) + flux * (self.additions + 8.5);
-        let edges = self.edges(simd, ew, [g, dg, ds], added);
+        let edges = self.edges(ew, [g, dg, ds], (arc, added));
         self.second = plus_first(self.second, Vec3::new(contour, edges, flux), count);
         Some(())
     }
 
     #[inline(always)]
     fn flux<S: Simd>(&self, ew: f64x4<S>, [g, of_g]: [f64x4<S>; 2], added: &Added<S>) -> f64x4<S> {
-        let (kappa, outward, along) = (added.kappa.abs(), added.slope_outward.abs(), added.slope_along.abs());
-        let [start, end] = added.ends.logarithm;
+        let ContourTerm { kappa, slope_outward, slope_along, flux, .. } = added.contour;
+        let (kappa, outward, along) = (kappa.abs(), slope_outward.abs(), slope_along.abs());
+        let [start, end] = added.logarithms;
         let difference = (end - start).abs();
         let of_difference = (start.abs() + end.abs()) * 3.0 + 6.0 + difference;
         let turned = kappa * g;
         let first = outward * (g * (ew + 5.0) + kappa * of_g + turned * 10.0) + turned * (9.5 * self.steepness);
-        first + along * (of_difference + difference * 5.5) + difference * (6.0 * self.steepness) + added.flux.abs()
+        first + along * (of_difference + difference * 5.5) + difference * (6.0 * self.steepness) + flux.abs()
     }
 
     #[inline(always)]
-    fn x1<S: Simd>(&self, simd: S, height: f64, ew: f64x4<S>, added: &Added<S>) -> Option<f64x4<S>> {
-        let (x1, inverse) = (&added.x1, both(simd, added.weighed.inverse));
-        let square = both(simd, added.ends.square);
-        let (s, d, distance, r) = (x1.s.abs(), x1.d, x1.distance, square * inverse);
-        let (phi, psi, logarithm) = (x1.phi, x1.psi, both(simd, added.ends.logarithm).abs());
+    fn x1<S: Simd>(&self, simd: S, height: f64, ew: f64x4<S>, (arc, added): (&Arc<f64x4<S>>, &Added<S>)) -> Option<f64x4<S>> {
+        let (x1, inverse) = (&added.x1, both(simd, [arc.start.inverse, arc.end.inverse]));
+        let square = both(simd, [arc.start.square, arc.end.square]);
+        let (s, d, distance, r) = (x1.s, x1.d, x1.distance, square * inverse);
+        let (phi, psi, logarithm) = (x1.ends.phi, x1.ends.psi, both(simd, added.logarithms).abs());
         let foot_square = d * d + s * s;
         if !foot_square.simd_ge(square * 1e-20).all_true() {
             return None;
         }
-        let w = twice(simd, ew);
+        let w = both(simd, [ew, ew]);
         let of_phi = (s * (d * 16.0 + distance * (w + 5.0)) + d * r * 6.0) / foot_square + phi * 4.0;
         let (half, one) = (f64x8::splat(simd, 0.5), f64x8::splat(simd, 1.0));
         let (product, of_psi) = (phi * psi, psi * (w + 15.5) + 6.0);
@@ -166,7 +167,7 @@ impl Errors {
             + phi * (of_logarithm + phi * phi * 2.4 + psi * psi * 3.5);
         let far = (s * s - d * distance) / ((distance + d) * foot_square);
         let past = r * 4.72 / distance + far * (distance * (w * 3.15 + 19.0) + d * 18.1) + 30.0;
-        let (start, end) = simd.split_f64x8(of_end + x1.beyond.select(past, f64x8::splat(simd, 0.0)));
+        let (start, end) = simd.split_f64x8(of_end + x1.ends.beyond.select(past, f64x8::splat(simd, 0.0)));
         let (d, distance) = (simd.split_f64x8(d).0, simd.split_f64x8(distance).0);
         let of_d = distance * (ew + 5.0) + d * 11.5;
         let either = (of_d * (2.0 * ROUNDOFF)).simd_ge(d).select(of_d * (16.0 / height), f64x4::splat(simd, 0.0));
@@ -174,13 +175,13 @@ impl Errors {
     }
 
     #[inline(always)]
-    fn edges<S: Simd>(&self, simd: S, ew: f64x4<S>, [g, dg, ds]: [f64x4<S>; 3], added: &Added<S>) -> f64x4<S> {
-        let weighed = &added.weighed;
-        let ([q1, q2], [c1, c2], [p1, p2]) = (weighed.inverse, weighed.cosine, weighed.emission);
+    fn edges<S: Simd>(&self, ew: f64x4<S>, [g, dg, ds]: [f64x4<S>; 3], (arc, added): (&Arc<f64x4<S>>, &Added<S>)) -> f64x4<S> {
+        let ([c1, c2], [p1, p2]) = (added.cosines, added.emissions);
         let (size, cosines) = (p1.abs() + p2.abs(), c1.abs() + c2.abs());
-        let of_emission = (q1 + q2) * self.beta + size * 6.5 + 10.0 * self.steepness;
+        let of_emission = (arc.start.inverse + arc.end.inverse) * self.beta + size * 6.5 + 10.0 * self.steepness;
         let of_cosines = cosines * 6.5 + 10.0;
-        let (sum, turn) = (weighed.weights.sum, f64x4::splat(simd, 0.25) / weighed.weights.one_and_cos);
+        let (sum, turn) = arc.angle_and_sine();
+        let turn = turn * 0.25;
         let first = turn * (size * cosines * (dg + ds) + sum * (cosines * of_emission + size * (cosines * 14.0 + of_cosines)));
         let second = g * (size * dg * 0.11 + (g * (of_emission + size * 6.0) + size * of_cosines) * 0.091);
         let weight = size * (turn * sum * cosines + g * g.min(cosines) * 0.091);

@@ -2,6 +2,7 @@
 
 use crate::boundary::arc::{Arc, Generator};
 use crate::boundary::line::{Frame, Sighted};
+use crate::scalar::arithmetic::Arithmetic;
 use crate::scalar::radius::Radius;
 use crate::scalar::real::{RadiusOf, Real};
 use crate::scalar::vec3::Vec3;
@@ -39,55 +40,71 @@ pub(crate) fn x1_term<T: Real>(arc: &Arc<T>, frame: &Frame<T>, kappa: T, height:
     let distances = [d, frame.distance, frame.distance + d];
     let at = |end: &Sighted<T>, logarithm: T| {
         let s = end.point.dot(frame.along);
-        X1End::new(s.abs(), distances, logarithm, height).on_side_of(s)
+        let found = without_direction(s.abs(), d, height).unwrap_or_else(|| X1End::at(s.abs(), distances, logarithm));
+        found.on_side_of(s)
     };
-    let (start, end) = (at(&arc.start, logarithms[0]), at(&arc.end, logarithms[1]));
-    let beyond = (end.above * start.below) / (end.below * start.above);
-    let term = (end.term - start.term) + beyond.ln() * (T::pi() * T::exact(0.25));
-    if signed.value() < 0.0 { -term } else { term }
+    x1_between([at(&arc.start, logarithms[0]), at(&arc.end, logarithms[1])], signed).0
 }
 
 fn lowest<T: Real>(height: T) -> RadiusOf<T> {
     (height.size() - height.error()).max(0.0.into())
 }
 
+/// Where d and s are both about 0 phi is not known, but the integral from 0 to it is at most `pi/4 (d^2 + s^2)/h^2`.
+fn without_direction<T: Real>(s: T, d: T, height: T) -> Option<X1End<T>> {
+    let (zero, one, moved) = (T::exact(0.0), T::exact(1.0), s.error() + d.error());
+    ((d * d + s * s).size() <= moved * moved * 16.0).then(|| {
+        let most = (s.size() + d.size() + moved) / lowest(height);
+        X1End { term: zero.widened(most * most), above: one, below: one, phi: zero, psi: zero, beyond: false }
+    })
+}
+
 /// What an end of a segment adds to X1: a term, and `pi/4` times the logarithm of a quotient.
-struct X1End<T> {
+pub(crate) struct X1End<T: Arithmetic> {
     term: T,
     above: T,
     below: T,
+    pub(crate) phi: T,
+    pub(crate) psi: T,
+    /// Whether `phi + psi` is past a right angle.
+    pub(crate) beyond: T::Mask,
 }
 
-impl<T: Real> X1End<T> {
+impl<T: Arithmetic> X1End<T> {
     /// At `s >= 0` along a segment at the in-plane distance d and the distance S, given them and their sum.
-    ///
-    /// Where d and s are both about 0 phi is not known, but the integral from 0 to it is at most `pi/4 (d^2 + s^2)/h^2`.
-    #[inline]
-    fn new(s: T, [d, distance, reach]: [T; 3], logarithm: T, height: T) -> Self {
-        let (one, foot_square) = (T::exact(1.0), d * d + s * s);
-        let moved = s.error() + d.error();
-        if foot_square.size() <= moved * moved * 16.0 {
-            let most = (s.size() + d.size() + moved) / lowest(height);
-            return Self { term: T::exact(0.0).widened(most * most), above: one, below: one };
-        }
-        let (phi, psi) = (s.atan2(d), s.atan2(distance));
-        let sum = phi + psi;
-        let plain = phi * logarithm + (phi.clausen_rest() * T::exact(2.0) - (phi - psi).clausen_rest());
-        let square = s * s;
-        if square.value() <= (d * distance).value() {
-            return Self { term: plain - sum.clausen_rest(), above: one, below: one };
-        }
-        let beyond = (T::pi() - sum).clausen_rest() - T::pi() * T::exact(0.5);
+    #[inline(always)]
+    pub(crate) fn at(s: T, [d, distance, reach]: [T; 3], logarithm: T) -> Self {
+        let (phi, psi) = (s.atan2_right(d), s.atan2_right(distance));
+        let (sum, square, pi) = (phi + psi, s * s, s.like_pi());
+        let beyond = square.exceeds(d * distance);
+        let plain = phi * logarithm + (phi.clausen_rest() * s.like(2.0) - (phi - psi).clausen_rest());
+        let last = T::choose_of(beyond, || pi - sum, || sum).clausen_rest();
+        let one = s.like(1.0);
+        let above = || square * (reach * reach) * s.like(4.0);
+        let below = || (d * d + square) * (distance * distance + square);
         Self {
-            term: plain + beyond,
-            above: square * (reach * reach) * T::exact(4.0),
-            below: foot_square * (distance * distance + square),
+            term: plain + T::choose_of(beyond, || last - pi * s.like(0.5), || -last),
+            above: T::choose_of(beyond, above, || one),
+            below: T::choose_of(beyond, below, || one),
+            phi,
+            psi,
+            beyond,
         }
     }
 
-    /// `self` is at the magnitude of s.
-    #[inline]
-    fn on_side_of(self, s: T) -> Self {
-        if s.value() < 0.0 { Self { term: -self.term, above: self.below, below: self.above } } else { self }
+    /// Term and quotient of the end at s, given those at its magnitude.
+    #[inline(always)]
+    pub(crate) fn on_side_of(&self, s: T) -> [T; 3] {
+        let Self { term, above, below, .. } = *self;
+        let back = s.like(0.0).exceeds(s);
+        [T::choose(back, -term, term), T::choose(back, below, above), T::choose(back, above, below)]
     }
+}
+
+/// X1 between two ends of a segment whose in-plane distance has the sign given, and the logarithm of the quotient.
+#[inline(always)]
+pub(crate) fn x1_between<T: Arithmetic>([start, end]: [[T; 3]; 2], signed: T) -> (T, T) {
+    let quotient = ((end[1] * start[2]) / (end[2] * start[1])).ln();
+    let term = (end[0] - start[0]) + quotient * (signed.like_pi() * signed.like(0.25));
+    (T::choose(signed.like(0.0).exceeds(signed), -term, term), quotient)
 }

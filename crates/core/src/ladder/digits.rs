@@ -78,12 +78,16 @@ pub fn evaluate_digits<'a>(
     occluders: impl IntoIterator<Item = &'a Polygon>,
     digits: u32,
 ) -> Result<PreciseAnswer, Error> {
+    precise(receiver, emitter, &occluders.into_iter().collect::<Vec<_>>(), digits)
+}
+
+/// [`evaluate_digits`], compiled once: what is generic is compiled again in every crate that calls it.
+fn precise(receiver: &Receiver, emitter: &Emitter, occluders: &[&Polygon], digits: u32) -> Result<PreciseAnswer, Error> {
     if !(1..=MOST_DIGITS).contains(&digits) {
         return Err(Error::Digits { value: digits, most: MOST_DIGITS });
     }
     let Some(plan) = Plan::new(receiver, emitter.polygon()) else { return Ok(PreciseAnswer::zero(0)) };
-    let occluders: Vec<&Polygon> = occluders.into_iter().collect();
-    let case = Case { receiver, emitter, occluders: &occluders, plan: &plan };
+    let case = Case { receiver, emitter, occluders, plan: &plan };
     if case.is_dark() {
         return Ok(PreciseAnswer::zero(0));
     }

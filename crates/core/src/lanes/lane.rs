@@ -39,10 +39,10 @@ pub(crate) trait Lane: SimdFloatElement + Send + Sync + 'static {
 }
 
 /// A vector of numbers.
-pub(crate) struct Lanes<S: Simd, F: Lane>(F::Native<S>);
+pub(crate) struct Lanes<S: Simd, F: Lane>(pub(super) F::Native<S>);
 
 /// What is true of each lane.
-pub(crate) struct Mask<S: Simd, F: Lane>(<F::Native<S> as SimdBase<S>>::Mask);
+pub(crate) struct Mask<S: Simd, F: Lane>(pub(super) <F::Native<S> as SimdBase<S>>::Mask);
 
 impl<S: Simd, F: Lane> Clone for Lanes<S, F> {
     #[inline(always)]
@@ -119,14 +119,6 @@ impl<S: Simd, F: Lane> Lanes<S, F> {
     #[inline(always)]
     pub(crate) fn at_most(self, other: Self) -> Mask<S, F> {
         Mask(self.0.simd_le(other.0))
-    }
-}
-
-impl<S: Simd> Lanes<S, f64> {
-    /// Natural logarithm of positive normal numbers, to 3u.
-    #[inline(always)]
-    pub(crate) fn logarithm(self, simd: S) -> Self {
-        Self(crate::lanes::functions::logarithm(simd, self.0))
     }
 }
 

@@ -13,8 +13,11 @@
 //! 2/9 where c is 1/2, a larger result elsewhere: (3.2 x 0.2222 / 0.2449 + 1) u = 3.91 u. What the table's second doubles leave
 //! is below 2^-107.
 
+use crate::scalar::arithmetic::Doubles;
+use crate::scalar::series::nine_terms;
+
 /// `(atan s - s)/s^3` in powers of `s^2`.
-pub(crate) const CUBIC: [f64; 9] = [
+const CUBIC: [f64; 9] = [
     -0.333_333_333_333_333_2,
     0.199_999_999_999_914_52,
     -0.142_857_142_838_134_72,
@@ -26,54 +29,57 @@ pub(crate) const CUBIC: [f64; 9] = [
     -0.040_000_180_093_643_01,
 ];
 
-/// What is added to, in two doubles, for c = 0, 1/2, 1: `atan c`, `pi - atan c`, `pi/2 - atan c`, `pi/2 + atan c`, where the
-/// point is nearer to the x axis, to the right and to the left, or nearer to the y axis, likewise.
+/// What is added to, for c = 0, 1/2, 1: `atan c`, `pi - atan c`, `pi/2 - atan c`, `pi/2 + atan c`, where the point is nearer to
+/// the x axis, to the right and to the left, or nearer to the y axis, likewise.
 #[allow(clippy::approx_constant, reason = "the first doubles of two")]
-pub(crate) const FROM: [[[f64; 2]; 3]; 4] = [
-    [[0.0, 0.0], [0.4636476090008061, 2.2698777452961687e-17], [0.7853981633974483, 3.061616997868383e-17]],
-    [
-        [3.141592653589793, 1.2246467991473532e-16],
-        [2.677945044588987, 1.5527705369303147e-16],
-        [2.356194490192345, 9.184850993605148e-17],
-    ],
-    [
-        [1.5707963267948966, 6.123233995736766e-17],
-        [1.1071487177940904, 9.40447137356638e-17],
-        [0.7853981633974483, 3.061616997868383e-17],
-    ],
-    [
-        [1.5707963267948966, 6.123233995736766e-17],
-        [2.0344439357957027, 2.841996617907152e-17],
-        [2.356194490192345, 9.184850993605148e-17],
-    ],
+const FROM: [[f64; 3]; 4] = [
+    [0.0, 0.4636476090008061, 0.7853981633974483],
+    [3.141592653589793, 2.677945044588987, 2.356194490192345],
+    [1.5707963267948966, 1.1071487177940904, 0.7853981633974483],
+    [1.5707963267948966, 2.0344439357957027, 2.356194490192345],
 ];
+
+/// What [`FROM`] leaves, as doubles.
+const REST: [[f64; 3]; 4] = [
+    [0.0, 2.2698777452961687e-17, 3.061616997868383e-17],
+    [1.2246467991473532e-16, 1.5527705369303147e-16, 9.184850993605148e-17],
+    [6.123233995736766e-17, 9.40447137356638e-17, 3.061616997868383e-17],
+    [6.123233995736766e-17, 2.841996617907152e-17, 9.184850993605148e-17],
+];
+
+/// Below, sums and products with c may leave the range.
+const LEAST: f64 = f64::MIN_POSITIVE / f64::EPSILON;
+
 /// Angle of the point (x, y), in [-pi, pi].
 #[inline]
 pub(crate) fn atan2(y: f64, x: f64) -> f64 {
     let (rise, run) = (y.abs(), x.abs());
-    let steep = rise > run;
-    let (small, large) = if steep { (run, rise) } else { (rise, run) };
-    // Outside, sums and products with c may leave the range.
-    if !(large > f64::MIN_POSITIVE / f64::EPSILON && large < f64::MAX / 4.0) {
+    let large = if rise > run { rise } else { run };
+    if !(large > LEAST && large < f64::MAX / 4.0) {
         return at_the_ends(y, x);
     }
-    let nearest = u8::from(small > 0.25 * large) + u8::from(small > 0.75 * large);
-    let c = 0.5 * f64::from(nearest);
-    let s = (small - c * large) / (large + c * small);
-    let left = x < 0.0;
-    let s = if steep == left { s } else { -s };
-    let [from, rest] = FROM[2 * usize::from(steep) + usize::from(left)][usize::from(nearest)];
-    let square = s * s;
-    let angle = from + (s + (s * square * cubic(square) + rest));
-    angle.copysign(y)
+    angle::<f64, true>(rise, x).copysign(y)
 }
 
-/// Estrin's scheme: shorter than Horner's by half.
-#[inline]
-fn cubic(z: f64) -> f64 {
-    let [c0, c1, c2, c3, c4, c5, c6, c7, c8] = CUBIC;
-    let (z2, z4) = (z * z, (z * z) * (z * z));
-    ((c0 + c1 * z) + (c2 + c3 * z) * z2) + (((c4 + c5 * z) + (c6 + c7 * z) * z2) + c8 * z4) * z4
+/// Where [`angle`] has its digits, of coordinates that are not near the upper end of the range.
+#[inline(always)]
+pub(crate) fn is_in_range<T: Doubles>(y: T, x: T) -> T::Mask {
+    y.max(x.abs()).exceeds(y.like(LEAST))
+}
+
+/// The same where y, and unless `LEFT` x, is not negative, and the larger one is not near the ends of the range.
+#[inline(always)]
+pub(crate) fn angle<T: Doubles, const LEFT: bool>(y: T, x: T) -> T {
+    let run = x.abs();
+    let (steep, left) = (y.exceeds(run), x.like(0.0).exceeds(x));
+    let (small, large) = (T::choose(steep, run, y), T::choose(steep, y, run));
+    let nearest = [small.exceeds(x.like(0.25) * large), small.exceeds(x.like(0.75) * large)];
+    let octant = (steep, LEFT.then_some(left));
+    let c = x.entry(&[[0.0, 0.5, 1.0]; 4], (steep, None), nearest);
+    let s = (small - c * large) / (large + c * small);
+    let s = T::choose(if LEFT { steep ^ left } else { steep }, -s, s);
+    let square = s * s;
+    x.entry(&FROM, octant, nearest) + (s + (s * square * nine_terms(&CUBIC, square) + x.entry(&REST, octant, nearest)))
 }
 
 /// Coordinates that are zero or very small, very large, infinite or no numbers.

@@ -9,6 +9,7 @@
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
+use crate::scalar::arithmetic::Arithmetic;
 use crate::scalar::dilogarithm::{clausen_rest, clausen_rest_change};
 use crate::scalar::number::{Number, ROUNDOFF};
 use crate::scalar::radius::Radius;
@@ -88,6 +89,53 @@ impl<N: Number> Real for Ball<N> {
         let rounds = mid.high() != 0.0 && mid.size() < N::tiny() / N::roundoff();
         let lost = if rounds { N::tiny() } else { 0.0.into() };
         Self { mid, radius: self.radius * power_of_two + lost }
+    }
+}
+
+impl<N: Number> Arithmetic for Ball<N> {
+    type Mask = bool;
+    const IS_DOUBLE: bool = N::IS_DOUBLE;
+
+    #[inline]
+    fn like(self, constant: f64) -> Self {
+        Self::exact(constant)
+    }
+
+    #[inline]
+    fn like_pi(self) -> Self {
+        Self::pi()
+    }
+
+    #[inline]
+    fn exceeds(self, other: Self) -> bool {
+        self.value() > other.value()
+    }
+
+    #[inline]
+    fn choose(mask: bool, set: Self, unset: Self) -> Self {
+        if mask { set } else { unset }
+    }
+
+    #[inline]
+    fn choose_of(mask: bool, set: impl FnOnce() -> Self, unset: impl FnOnce() -> Self) -> Self {
+        if mask { set() } else { unset() }
+    }
+
+    #[inline]
+    fn abs(self) -> Self {
+        if self.value() < 0.0 { -self } else { self }
+    }
+
+    #[inline]
+    fn sine_series(square: Self) -> Self {
+        let coefficients = N::sine_coefficients().rev();
+        let sum = coefficients.fold(Self::exact(0.0), |sum, c| sum * square + Self::rounded(c));
+        sum.known_to(0.25)
+    }
+
+    #[inline]
+    fn known_to(self, units: f64) -> Self {
+        self.widened(N::roundoff() * units)
     }
 
     /// `|sqrt(a) - sqrt(a')| = |a - a'| / (sqrt(a) + sqrt(a'))`; where the ball reaches 0, the root is within `[0, sqrt(mid +

@@ -9,48 +9,50 @@
 
 use std::ops::{Add, Div, Mul, Neg, Range, Sub};
 
+use crate::scalar::arithmetic::Doubles;
+
 pub(crate) mod functions;
 
-/// `hi + lo` with `|lo| <= ulp(hi)/2`.
+/// `hi + lo` with `|lo| <= ulp(hi)/2`; of lanes of doubles, several side by side.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub(crate) struct DoubleDouble {
-    pub(crate) hi: f64,
-    pub(crate) lo: f64,
+pub(crate) struct DoubleDouble<T = f64> {
+    pub(crate) hi: T,
+    pub(crate) lo: T,
 }
 
 /// Relative error of one operation: above every bound of the module documentation, u^2 = 2^-106.
 pub(crate) const ROUNDOFF_OF_DOUBLE_DOUBLE: f64 = 8.0 / (1u128 << 106) as f64;
 
 /// Exact sum `a + b = s + t` (Knuth 1969).
-#[inline]
-pub(crate) fn two_sum(a: f64, b: f64) -> (f64, f64) {
+#[inline(always)]
+pub(crate) fn two_sum<T: Doubles>(a: T, b: T) -> (T, T) {
     let s = a + b;
     let b_seen = s - a;
     (s, (a - (s - b_seen)) + (b - b_seen))
 }
 
 /// Exact sum for `|a| >= |b|` (Dekker 1971).
-#[inline]
-fn fast_two_sum(a: f64, b: f64) -> (f64, f64) {
+#[inline(always)]
+fn fast_two_sum<T: Doubles>(a: T, b: T) -> (T, T) {
     let s = a + b;
     (s, b - (s - a))
 }
 
 /// `2^27 + 1`.
-pub(crate) const SPLIT: f64 = 134_217_729.0;
+const SPLIT: f64 = 134_217_729.0;
 
 /// Splits a double into two halves of at most 26 bits (Veltkamp 1968).
-#[inline]
-fn split(a: f64) -> (f64, f64) {
-    let c = SPLIT * a;
+#[inline(always)]
+fn split<T: Doubles>(a: T) -> (T, T) {
+    let c = a.like(SPLIT) * a;
     let high = c - (c - a);
     (high, a - high)
 }
 
 /// Exact product `a b = p + e` (Dekker 1971). A fused multiply-add would be shorter, but without the instruction it is a
 /// call of 25 ns, and the default x86-64 target has none.
-#[inline]
-pub(crate) fn two_product(a: f64, b: f64) -> (f64, f64) {
+#[inline(always)]
+pub(crate) fn two_product<T: Doubles>(a: T, b: T) -> (T, T) {
     let p = a * b;
     let (a_high, a_low) = split(a);
     let (b_high, b_low) = split(b);
@@ -60,21 +62,24 @@ pub(crate) fn two_product(a: f64, b: f64) -> (f64, f64) {
 /// Numbers whose product with a roundoff of double-double is normal, and whose halves do not overflow.
 const SQUARES: Range<f64> = 1e-240..1e300;
 
-impl DoubleDouble {
-    pub(crate) const ZERO: Self = Self { hi: 0.0, lo: 0.0 };
-
+impl<T: Doubles> DoubleDouble<T> {
     /// The exact difference of two doubles.
-    #[inline]
-    pub(crate) fn difference(a: f64, b: f64) -> Self {
+    #[inline(always)]
+    pub(crate) fn difference(a: T, b: T) -> Self {
         let (hi, lo) = two_sum(a, -b);
         Self { hi, lo }
     }
 
     /// Multiplied by a power of two: exact.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn scaled(self, power_of_two: f64) -> Self {
-        Self { hi: self.hi * power_of_two, lo: self.lo * power_of_two }
+        let power = self.hi.like(power_of_two);
+        Self { hi: self.hi * power, lo: self.lo * power }
     }
+}
+
+impl DoubleDouble {
+    pub(crate) const ZERO: Self = Self { hi: 0.0, lo: 0.0 };
 
     /// The nearest double, up to half an ulp.
     #[inline]
@@ -118,9 +123,9 @@ impl From<f64> for DoubleDouble {
     }
 }
 
-impl Add for DoubleDouble {
+impl<T: Doubles> Add for DoubleDouble<T> {
     type Output = Self;
-    #[inline]
+    #[inline(always)]
     fn add(self, other: Self) -> Self {
         let (s_hi, s_lo) = two_sum(self.hi, other.hi);
         let (t_hi, t_lo) = two_sum(self.lo, other.lo);
@@ -130,17 +135,17 @@ impl Add for DoubleDouble {
     }
 }
 
-impl Neg for DoubleDouble {
+impl<T: Doubles> Neg for DoubleDouble<T> {
     type Output = Self;
-    #[inline]
+    #[inline(always)]
     fn neg(self) -> Self {
         Self { hi: -self.hi, lo: -self.lo }
     }
 }
 
-impl Sub for DoubleDouble {
+impl<T: Doubles> Sub for DoubleDouble<T> {
     type Output = Self;
-    #[inline]
+    #[inline(always)]
     fn sub(self, other: Self) -> Self {
         self + (-other)
     }
@@ -153,9 +158,9 @@ impl Div for DoubleDouble {
     }
 }
 
-impl Mul for DoubleDouble {
+impl<T: Doubles> Mul for DoubleDouble<T> {
     type Output = Self;
-    #[inline]
+    #[inline(always)]
     fn mul(self, other: Self) -> Self {
         let (p_hi, p_lo) = two_product(self.hi, other.hi);
         let cross = self.hi * other.lo + self.lo * other.hi;

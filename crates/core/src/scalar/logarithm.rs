@@ -10,8 +10,11 @@
 //! For k = 0 the subtraction from f rounds by half an ulp, and what is subtracted, at most 0.21 of f, errs by 4u relative: below
 //! 1.4 ulp. Else the two parts are at most a third apart from their sum, which rounds by half an ulp: below 1.5 ulp, 3u.
 
+use crate::scalar::arithmetic::Doubles;
+use crate::scalar::series::seven_terms;
+
 /// L in powers of `s^2`.
-pub(crate) const ARTANH: [f64; 7] = [
+const ARTANH: [f64; 7] = [
     0.333_333_333_333_336_7,
     0.199_999_999_997_081_87,
     0.142_857_143_710_075_38,
@@ -22,7 +25,7 @@ pub(crate) const ARTANH: [f64; 7] = [
 ];
 
 /// `ln 2` in two parts, the first with eleven zeros at its end.
-pub(crate) const LN_2_PARTS: [f64; 2] = [f64::from_bits(0x3fe6_2e42_fefa_3800), 5.497_923_018_708_371e-14];
+const LN_2_PARTS: [f64; 2] = [f64::from_bits(0x3fe6_2e42_fefa_3800), 5.497_923_018_708_371e-14];
 
 /// Natural logarithm.
 #[inline]
@@ -30,25 +33,20 @@ pub(crate) fn ln(x: f64) -> f64 {
     if !(f64::MIN_POSITIVE..f64::INFINITY).contains(&x) {
         return libm::log(x);
     }
-    let bits = x.to_bits();
-    // Below 2048.
-    let exponent = (bits >> 52) as i32 - 1023;
-    let mantissa = f64::from_bits((bits & ((1 << 52) - 1)) | (1023 << 52));
-    let high = mantissa > std::f64::consts::SQRT_2;
-    let (mantissa, exponent) = if high { (mantissa * 0.5, exponent + 1) } else { (mantissa, exponent) };
-    let (f, k) = (mantissa - 1.0, f64::from(exponent));
-    let s = f / (f + 2.0);
-    let z = s * s;
-    let series = z * polynomial(z);
-    k * LN_2_PARTS[0] + (f - (s * (f - (series + series)) - k * LN_2_PARTS[1]))
+    of_normal(x)
 }
 
-/// By Estrin's scheme.
-#[inline]
-fn polynomial(z: f64) -> f64 {
-    let [c0, c1, c2, c3, c4, c5, c6] = ARTANH;
-    let z2 = z * z;
-    ((c0 + c1 * z) + (c2 + c3 * z) * z2) + ((c4 + c5 * z) + c6 * z2) * (z2 * z2)
+/// The same of positive normal numbers.
+#[inline(always)]
+pub(crate) fn of_normal<T: Doubles>(x: T) -> T {
+    let (exponent, mantissa) = x.exponent_and_mantissa();
+    let high = mantissa.exceeds(x.like(std::f64::consts::SQRT_2));
+    let f = T::choose(high, mantissa * x.like(0.5), mantissa) - x.like(1.0);
+    let k = T::choose(high, exponent + x.like(1.0), exponent);
+    let s = f / (f + x.like(2.0));
+    let z = s * s;
+    let series = z * seven_terms(&ARTANH, z);
+    k * x.like(LN_2_PARTS[0]) + (f - (s * (f - (series + series)) - k * x.like(LN_2_PARTS[1])))
 }
 
 #[cfg(test)]

@@ -5,19 +5,17 @@
 //! walk the same path; where a wrong decision would change the answer, it is taken by an exact predicate instead
 //! ([`crate::boundary::plan`]).
 
-use std::ops::{Add, Div, Mul, Neg, Sub};
-
+use crate::scalar::arithmetic::Arithmetic;
 use crate::scalar::dilogarithm;
 use crate::scalar::double_double::DoubleDouble;
 use crate::scalar::number::Number;
+use crate::scalar::series::sine;
 
 /// What bounds on a scalar are kept in.
 pub(crate) type RadiusOf<T> = <<T as Real>::Number as Number>::Radius;
 
 /// A real number known well enough to compute with.
-pub(crate) trait Real:
-    Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self> + Neg<Output = Self>
-{
+pub(crate) trait Real: Arithmetic<Mask = bool> {
     /// The floating-point number it is kept in.
     type Number: Number;
 
@@ -41,18 +39,6 @@ pub(crate) trait Real:
 
     /// Times a power of two, exactly.
     fn scaled(self, power_of_two: f64) -> Self;
-
-    /// Square root of a number that is not negative.
-    fn sqrt(self) -> Self;
-
-    /// Natural logarithm of a positive number.
-    fn ln(self) -> Self;
-
-    /// Angle of the point `(x, self)`, in (-pi, pi].
-    fn atan2(self, x: Self) -> Self;
-
-    /// What Clausen's function has beside its logarithm, see [`dilogarithm`].
-    fn clausen_rest(self) -> Self;
 
     /// Exactly this double.
     #[inline]
@@ -84,12 +70,6 @@ pub(crate) trait Real:
     #[inline]
     fn pi() -> Self {
         Self::rounded(Self::Number::pi())
-    }
-
-    /// The magnitude.
-    #[inline]
-    fn abs(self) -> Self {
-        if self.value() < 0.0 { -self } else { self }
     }
 }
 
@@ -130,8 +110,43 @@ impl Real for f64 {
     fn scaled(self, power_of_two: f64) -> Self {
         self * power_of_two
     }
+}
 
-    #[inline]
+impl Arithmetic for f64 {
+    type Mask = bool;
+    const IS_DOUBLE: bool = true;
+
+    #[inline(always)]
+    fn like(self, constant: f64) -> Self {
+        constant
+    }
+
+    #[inline(always)]
+    fn like_pi(self) -> Self {
+        std::f64::consts::PI
+    }
+
+    #[inline(always)]
+    fn exceeds(self, other: Self) -> bool {
+        self > other
+    }
+
+    #[inline(always)]
+    fn choose(mask: bool, set: Self, unset: Self) -> Self {
+        if mask { set } else { unset }
+    }
+
+    #[inline(always)]
+    fn choose_of(mask: bool, set: impl FnOnce() -> Self, unset: impl FnOnce() -> Self) -> Self {
+        if mask { set() } else { unset() }
+    }
+
+    #[inline(always)]
+    fn abs(self) -> Self {
+        Self::abs(self)
+    }
+
+    #[inline(always)]
     fn sqrt(self) -> Self {
         Self::sqrt(self)
     }
@@ -152,7 +167,12 @@ impl Real for f64 {
     }
 
     #[inline]
-    fn abs(self) -> Self {
-        Self::abs(self)
+    fn sine_series(square: Self) -> Self {
+        sine::double_sum(square) * 12.0
+    }
+
+    #[inline(always)]
+    fn known_to(self, _: f64) -> Self {
+        self
     }
 }

@@ -71,7 +71,8 @@ impl<'a> Sampler<'a> {
 }
 
 /// Directions to the corners of a triangle.
-struct Corners {
+#[derive(Debug)]
+pub(crate) struct Corners {
     directions: [FrameVector; 3],
     distances: [f64; 3],
     /// `v0.(v1 x v2)`.
@@ -79,7 +80,7 @@ struct Corners {
 }
 
 impl Corners {
-    fn new(triangle: &Triangle, height: f64) -> Self {
+    pub(crate) fn new(triangle: &Triangle, height: f64) -> Self {
         let rays = triangle.corners.map(|corner| FrameVector::new(corner.p, corner.q, -height));
         let distances = rays.map(|ray| ray.norm());
         let directions = rays.map(|ray| ray.normalize());
@@ -91,13 +92,13 @@ impl Corners {
         self.directions[i].dot(&self.directions[j])
     }
 
-    fn solid_angle(&self) -> f64 {
+    pub(crate) fn solid_angle(&self) -> f64 {
         2.0 * libm::atan2(self.volume, 1.0 + self.cosine(0, 1) + self.cosine(1, 2) + self.cosine(2, 0))
     }
 
     /// Barycentric coordinates of the point that divides the triangle as `(u, v)`: the arc from corner 1 through it meets the
     /// side from corner 0 to corner 2 where the part on the side of corner 0 has the fraction `u` of the solid angle.
-    fn barycentric(&self, [u, v]: [f64; 2]) -> [f64; 3] {
+    pub(crate) fn barycentric(&self, [u, v]: [f64; 2]) -> [f64; 3] {
         let (sin, cos) = libm::sincos(0.5 * u * self.solid_angle());
         let [v0, v1, v2] = self.directions;
         let from_first = self.volume * cos - (self.cosine(0, 2) + self.cosine(1, 2)) * sin;

@@ -35,6 +35,7 @@ pub enum EmissionRecord {
 
 /// A sum of `coefficient * dx^i dy^j dz^k`, `(dx, dy, dz)` the position less the origin.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct PolynomialRecord {
     /// Where the coordinates start.
     #[serde(deserialize_with = "point::one")]
@@ -45,6 +46,7 @@ pub struct PolynomialRecord {
 
 /// One term of a polynomial.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct TermRecord {
     /// The factor.
     pub coefficient: f64,
@@ -71,6 +73,7 @@ impl TryFrom<&EmissionRecord> for Emission {
 /// Every field an emission may have; which of them stand together is decided in one place below.
 #[derive(Deserialize)]
 #[serde(
+    deny_unknown_fields,
     expecting = "an emission: {\"constant\": b}, {\"vertices\": [b0, ...]}, {\"value\": b0, \"gradient\": [x, y, z]} or {\"polynomial\": {...}}"
 )]
 struct Fields {

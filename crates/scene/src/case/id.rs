@@ -33,7 +33,8 @@ impl From<&str> for Id {
 
 impl Id {
     /// The `id` of the object that starts `line`, even where the line breaks off or is wrong after it.
-    pub(crate) fn find(line: &[u8]) -> Option<Self> {
+    #[must_use]
+    pub fn find(line: &[u8]) -> Option<Self> {
         let mut found = None;
         let seeker = Seeker { found: &mut found };
         // The error was reported when the line was read as a case; here only what precedes it counts.

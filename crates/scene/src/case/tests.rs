@@ -22,10 +22,26 @@ fn defaults_are_those_of_the_interface() {
 }
 
 #[test]
-fn unknown_fields_are_ignored_at_every_depth() {
-    let line = with(r#""receiver":{"#, r#""truth":{"radiosity":"0.1","gradient":[null]},"receiver":{"colour":[1,2],"#);
-    let line = line.replacen(r#"{"constant":2}"#, r#"{"constant":2,"unit":"W/m2"}"#, 1);
-    assert_eq!(problem(&line).unwrap(), problem(VALID).unwrap());
+fn unknown_fields_are_refused_at_every_depth_but_for_remarks() {
+    let remarks = r#""truth":{"radiosity":"0.1","gradient":[null]},"family":7,"comment":"x","receiver":{"#;
+    assert_eq!(problem(&with(r#""receiver":{"#, remarks)).unwrap(), problem(VALID).unwrap());
+    for (part, other, said) in [
+        (r#""receiver":{"#, r#""ocluders":[],"receiver":{"#, "no field `ocluders`: did you mean `occluders`?"),
+        (r#""receiver":{"#, r#""occluder":[],"receiver":{"#, "no field `occluder`: did you mean `occluders`?"),
+        (r#""receiver":{"#, r#""receiver":{"reflectanse":0.5,"#, "no field `reflectanse`: did you mean `reflectance`?"),
+        (r#""emission":{"#, r#""comment":1,"emission":{"#, "no field `comment`: there are `vertices`, `emission`"),
+        (r#"{"constant":2}"#, r#"{"constant":2,"unit":"W/m2"}"#, "no field `unit`"),
+    ] {
+        let error = problem(&with(part, other)).unwrap_err().to_string();
+        assert!(error.contains(said), "{error}");
+    }
+}
+
+#[test]
+fn a_mark_before_the_first_line_is_passed_over() {
+    let marked = ["\u{feff}", VALID, "\r\n"].concat();
+    assert!(Line::read(1, marked.as_bytes()).unwrap().is_ok());
+    assert!(Line::read(2, marked.as_bytes()).unwrap().is_err());
 }
 
 #[test]
@@ -91,7 +107,7 @@ fn wrong_json_names_the_column_and_the_rule() {
     refused(&with(r#"{"constant":2}"#, r#"{"constant":null}"#), "exactly one of");
     refused(&with(r#"{"constant":2}"#, r#"{"constant":2,"vertices":[1,2,4]}"#), "exactly one of");
     refused(&with(r#"{"constant":2}"#, r#"{"value":2}"#), "exactly one of");
-    refused(&with(r#"{"constant":2}"#, r#"{"polynomial":{"degree":2}}"#), "missing field `origin`");
+    refused(&with(r#"{"constant":2}"#, r#"{"polynomial":{"terms":[]}}"#), "missing field `origin`");
     let steep = r#"{"polynomial":{"origin":[0,0,0],"terms":[{"coefficient":1,"powers":[9,9,0]}]}}"#;
     let line = Line::read(3, with(r#"{"constant":2}"#, steep).as_bytes()).unwrap().unwrap();
     assert!(line.answer().unwrap_err().error.to_string().contains("degree 18"));

@@ -3,18 +3,20 @@
 //! Both faces are cut into convex cells, and a pair of cells is
 //! - seen, where no screen hides anything of one from the other ([`Screen::between`]): it exchanges all of it;
 //! - hidden, where one screen hides all;
-//! - mixed, else: it exchanges between nothing and all.
+//! - mixed, else: it exchanges between nothing and all; where one edge alone is between the two, what passes it is known better
+//!   ([`edge`]).
 //!
 //! So what the two exchange is at least what seen pairs do, and at most what the faces would with nothing in between less what hidden
 //! pairs would. The mixed pair that exchanges most, by a guess that enters no bound, is cut next ([`division`]): along the edge of a
 //! shadow where that decides much of it, else in half. Cuts leave the width of penumbras undecided, which halving narrows; of n pairs
-//! the width falls like 1/n where shadows' edges are parallel, like `n^(-1/2)` else.
+//! the width falls like 1/n.
 //!
 //! A corner made by a cut is off the edge that it is on by rounding, 4 eps of coordinates up to 1, and may be merged with another as near
 //! as that; so the parts are off the whole by that times the perimeter, an area that exchanges at most itself; [`Screen::leak`] adds what displaced edges let pass.
 
 mod cell;
 mod division;
+mod edge;
 
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
@@ -23,21 +25,20 @@ use radgrad_core::Polygon;
 
 use self::cell::{Cell, NEAR, Plane};
 use self::division::division;
+use self::edge::{Passing, passing};
 use super::exchange::{Exchange, exchange_parts};
 use super::rule::patches;
 use super::screen::{Screen, Sight, perimeter};
+use super::{larger, smaller};
 
-/// Truncation that is allowed of a cell's exchange, over that of the whole: it is for a bracket.
-const TRUNCATION: f64 = 1e-9;
-
-/// Two faces and what may hide one from the other, all in the same unit, with coordinates up to 1.
+/// Two faces and what may hide one from the other, with coordinates up to 1.
 pub(super) struct Between<'a> {
     pub(super) polygons: [&'a Polygon; 2],
-    /// Their coordinates are multiplied by this power of two.
-    pub(super) power: f64,
     pub(super) screens: Vec<&'a Screen>,
-    /// What they exchange with nothing in between, in the polygons' unit.
+    /// What they exchange with nothing in between.
     pub(super) free: Exchange,
+    /// Truncation that is allowed of what two cells exchange, over that.
+    pub(super) truncation: f64,
 }
 
 /// What two faces exchange at least and at most.
@@ -48,135 +49,183 @@ pub(super) struct Bracket {
 }
 
 impl Bracket {
-    /// What both allow.
-    pub(super) const fn and(self, other: Self) -> Self {
-        Self { least: self.least.max(other.least), most: self.most.min(other.most) }
-    }
-
     pub(super) const fn width(self) -> f64 {
         self.most - self.least
+    }
+
+    /// The nearest of what it allows: an estimate beyond an end is refuted.
+    pub(super) fn nearest(self, value: f64) -> f64 {
+        larger(smaller(value, self.most), self.least)
+    }
+
+    /// The distance of the farther end from the nearest value that it allows.
+    pub(super) fn error_of(self, value: f64) -> f64 {
+        let value = self.nearest(value);
+        larger(self.most - value, value - self.least)
     }
 }
 
 /// A pair that is neither seen nor hidden, as far as is known.
-struct Mixed {
-    cells: [Cell; 2],
+pub(super) struct Mixed {
+    pub(super) cells: [Cell; 2],
     /// Those of the screens that hide something.
-    screens: Vec<u32>,
+    pub(super) screens: Vec<u32>,
+    /// What of it is known all the same.
+    passing: Passing,
     guess: f64,
 }
 
-/// What has been found.
-#[derive(Default)]
-struct Found {
+/// A search for what two faces exchange, which can be stopped and taken up again.
+pub(super) struct Search<'a> {
+    between: Between<'a>,
+    planes: [Plane; 2],
     seen: Exchange,
     hidden: Exchange,
+    /// Sum of what is known of mixed pairs.
+    passing: Passing,
     open: BinaryHeap<Mixed>,
-    /// Whether a pair was given up.
-    is_incomplete: bool,
+    /// Pairs too small to be cut.
+    stuck: Vec<Mixed>,
     /// Bound on what cuts moved.
     moved: f64,
     /// Screens whose edges were displaced.
     displaced: Vec<u32>,
+    /// Pairs examined.
+    pairs: usize,
 }
 
-impl Between<'_> {
-    /// The bracket, narrowed to `width`, in the polygons' unit of area, if `most_pairs` do.
-    pub(super) fn bracket(&self, width: f64, most_pairs: usize) -> Bracket {
-        let square = self.power * self.power;
-        let free = Exchange { area: self.free.area * square, error: self.free.error * square };
-        let planes = self.polygons.map(|polygon| Plane {
+impl<'a> Search<'a> {
+    /// The faces as they are, if convex, else their convex parts.
+    pub(super) fn new(between: Between<'a>) -> Self {
+        let planes = between.polygons.map(|polygon| Plane {
             normal: polygon.normal(),
-            slope: perimeter(polygon.vertices()) / polygon.area() / self.power,
-            defect: polygon.planarity_defect() * self.power,
+            slope: perimeter(polygon.vertices()) / polygon.area(),
+            defect: polygon.planarity_defect(),
         });
-        let [from, to] = [0, 1].map(|k| self.cells(k, &planes));
-        let mut found = Found::default();
-        let all: Vec<u32> = (0..u32::try_from(self.screens.len()).unwrap_or(u32::MAX)).collect();
+        let [from, to] = [0, 1].map(|k| between.cells(k, &planes));
+        let all: Vec<u32> = (0..u32::try_from(between.screens.len()).unwrap_or(u32::MAX)).collect();
+        let (seen, hidden) = (Exchange::default(), Exchange::default());
+        let (open, stuck, displaced) = (BinaryHeap::new(), Vec::new(), Vec::new());
+        let passing = Passing::default();
+        let mut search = Self { between, planes, seen, hidden, passing, open, stuck, moved: 0.0, displaced, pairs: 0 };
         for a in &from {
             for b in &to {
-                self.examine([a.clone(), b.clone()], &planes, &all, &mut found);
+                search.examine([a.clone(), b.clone()], &all);
             }
         }
-        let mut pairs = from.len() * to.len();
-        while free.area - found.seen.area - found.hidden.area > width * square && pairs < most_pairs {
-            let Some(mixed) = found.open.pop() else { break };
-            let screens: Vec<&Screen> = mixed.screens.iter().map(|&k| self.screens[k as usize]).collect();
+        search
+    }
+
+    /// Cuts pairs until the bracket is narrow enough or there are `most_pairs`.
+    pub(super) fn narrow(&mut self, is_enough: impl Fn(Bracket) -> bool, most_pairs: usize) {
+        while self.pairs < most_pairs && !is_enough(self.bracket()) {
+            let Some(mixed) = self.open.pop() else { break };
+            self.passing.seen -= mixed.passing.seen;
+            self.passing.hidden -= mixed.passing.hidden;
+            let screens: Vec<&Screen> = mixed.screens.iter().map(|&k| self.between.screens[k as usize]).collect();
             let [a, b] = &mixed.cells;
-            let division = division([a, b], [&planes[0], &planes[1]], &screens);
+            let division = division([a, b], [&self.planes[0], &self.planes[1]], &screens);
             let k = division.cell;
-            let (whole, plane) = (&mixed.cells[k], &planes[k]);
+            let (whole, plane) = (&mixed.cells[k], &self.planes[k]);
             let cut = division.heights.as_ref().map(|heights| whole.cut(heights, plane));
             let is_cut = |parts: &[Option<Cell>; 2]| parts.iter().flatten().all(|part| part.area < whole.area);
             let parts = cut.filter(is_cut).unwrap_or_else(|| whole.halves(division.across, plane));
-            found.moved += 2.0 * NEAR * whole.perimeter();
+            self.moved += 2.0 * NEAR * whole.perimeter();
             if !is_cut(&parts) {
-                // Too small to be cut.
-                found.is_incomplete = true;
+                self.passing.seen += mixed.passing.seen;
+                self.passing.hidden += mixed.passing.hidden;
+                self.stuck.push(mixed);
                 continue;
             }
-            let parts = parts.into_iter().flatten();
-            for part in parts {
-                pairs += 1;
+            for part in parts.into_iter().flatten() {
                 let cells = if k == 0 { [part, b.clone()] } else { [a.clone(), part] };
-                self.examine(cells, &planes, &mixed.screens, &mut found);
+                self.examine(cells, &mixed.screens);
             }
         }
-        self.sum_up(&found, free, square)
     }
 
-    fn sum_up(&self, found: &Found, free: Exchange, square: f64) -> Bracket {
-        let leak: f64 = found.displaced.iter().map(|&k| self.screens[k as usize].leak(1.0)).sum();
-        let off = found.moved + leak;
-        let least = (found.seen.least() - off).max(0.0);
-        let whole = free.most().min(free.most() - found.hidden.least() + off);
+    /// What is known so far.
+    pub(super) fn bracket(&self) -> Bracket {
+        let leak: f64 = self.displaced.iter().map(|&k| self.between.screens[k as usize].leak(1.0)).sum();
+        let free = self.between.free;
+        // Each pair adds to the sums over mixed pairs once, and leaves them once.
+        let off = self.moved + leak + 4.0 * f64::EPSILON * self.pairs as f64 * free.most();
+        let least = larger(self.seen.least() + self.passing.seen - off, 0.0);
+        let whole = smaller(free.most(), free.most() - self.hidden.least() - self.passing.hidden + off);
         // Where nothing is open, what is seen is all.
-        let is_decided = found.open.is_empty() && !found.is_incomplete;
-        let most = if is_decided { whole.min(found.seen.most() + off) } else { whole };
-        Bracket { least: least / square, most: most.max(least) / square }
+        let is_decided = self.open.is_empty() && self.stuck.is_empty();
+        let most = if is_decided { smaller(whole, self.seen.most() + off) } else { whole };
+        Bracket { least, most: larger(most, least) }
+    }
+
+    /// What the pairs that are surely seen exchange.
+    pub(super) const fn seen(&self) -> f64 {
+        self.seen.area
+    }
+
+    /// The pairs that are neither seen nor hidden.
+    pub(super) fn undecided(&self) -> impl Iterator<Item = &Mixed> {
+        self.open.iter().chain(&self.stuck)
+    }
+
+    fn examine(&mut self, cells: [Cell; 2], screens: &[u32]) {
+        self.pairs += 1;
+        let outlines = [&cells[0].points[..], &cells[1].points[..]];
+        let mut hiding = Vec::new();
+        // Of two screens with a common edge it counts once: where it parts light from shadow they hide the same side of it.
+        let (mut edges, mut is_all) = (Vec::new(), true);
+        for &k in screens {
+            let verdict = self.between.screens[k as usize].between(outlines, 1.0);
+            if verdict.is_displaced && !self.displaced.contains(&k) {
+                self.displaced.push(k);
+            }
+            match verdict.sight {
+                Sight::Free => {}
+                Sight::Part => {
+                    hiding.push(k);
+                    is_all &= verdict.edge.is_some();
+                    edges.extend(verdict.edge.filter(|edge| !edges.contains(edge)));
+                }
+                Sight::Blocked => {
+                    add(&mut self.hidden, self.between.exchange(&cells, &self.planes));
+                    return;
+                }
+            }
+        }
+        if hiding.is_empty() {
+            add(&mut self.seen, self.between.exchange(&cells, &self.planes));
+            return;
+        }
+        let (mut known, mut guess) = (Passing::default(), guess(&cells, &self.planes));
+        let whole = || self.between.exchange(&cells, &self.planes);
+        let ([a, b], [first, second]) = (&cells, &self.planes);
+        if let Some((found, whole)) = passing([a, b], [first, second], &edges, is_all, whole) {
+            known = found;
+            guess = larger(whole.most() - known.seen - known.hidden, 0.0);
+        }
+        self.passing.seen += known.seen;
+        self.passing.hidden += known.hidden;
+        self.open.push(Mixed { cells, screens: hiding, passing: known, guess });
+    }
+}
+
+impl Between<'_> {
+    fn exchange(&self, [a, b]: &[Cell; 2], planes: &[Plane; 2]) -> Exchange {
+        exchange_parts([&a.part(&planes[0]), &b.part(&planes[1])], self.truncation)
     }
 
     /// The convex parts of a face in front of the other.
     fn cells(&self, k: usize, planes: &[Plane; 2]) -> Vec<Cell> {
-        let other = self.polygons[1 - k].vertices()[0] * self.power;
+        let other = self.polygons[1 - k].vertices()[0];
         let normal = planes[1 - k].normal;
         let cell = |points: &[radgrad_core::DVec3]| {
-            let whole = Cell::new(points.iter().map(|&p| p * self.power).collect(), &planes[k])?;
+            let whole = Cell::new(points.to_vec(), &planes[k])?;
             let heights: Vec<f64> = whole.points.iter().map(|&p| normal.dot(p - other)).collect();
             // What is level with the other's plane but for rounding need not be cut.
             let is_in_front = heights.iter().all(|&h| h >= -1e-12);
             if is_in_front { Some(whole) } else { whole.cut(&heights, &planes[k])[1].clone() }
         };
         patches(self.polygons[k].vertices()).iter().filter_map(|patch| cell(patch.outline())).collect()
-    }
-
-    fn examine(&self, cells: [Cell; 2], planes: &[Plane; 2], screens: &[u32], found: &mut Found) {
-        let outlines = [&cells[0].points[..], &cells[1].points[..]];
-        let mut hiding = Vec::new();
-        for &k in screens {
-            let verdict = self.screens[k as usize].between(outlines, 1.0);
-            if verdict.is_displaced && !found.displaced.contains(&k) {
-                found.displaced.push(k);
-            }
-            match verdict.sight {
-                Sight::Free => {}
-                Sight::Part => hiding.push(k),
-                Sight::Blocked => {
-                    add(&mut found.hidden, self.exchange(&cells, planes));
-                    return;
-                }
-            }
-        }
-        if hiding.is_empty() {
-            add(&mut found.seen, self.exchange(&cells, planes));
-            return;
-        }
-        let guess = guess(&cells, planes);
-        found.open.push(Mixed { cells, screens: hiding, guess });
-    }
-
-    fn exchange(&self, [a, b]: &[Cell; 2], planes: &[Plane; 2]) -> Exchange {
-        exchange_parts([&a.part(&planes[0]), &b.part(&planes[1])], TRUNCATION)
     }
 }
 

@@ -1,104 +1,187 @@
-//! An obstructed factor by integration of what the points of a face see: with an estimate of its error, not a bound.
+//! What undecided pairs of cells exchange, by integration of what the points of one see of the other: with an estimate of its error,
+//! not a bound.
 //!
-//! What a point sees of a polygon past others is analytic in its place but where an edge of one of them is seen through a corner
-//! of another (P. S. Heckbert 1992, A. J. Stewart and S. Ghali 1994: the events of an edge and a vertex; those of three edges are
-//! left to refinement). Such points are on the plane through the edge and the corner, so the face is cut along those planes, if
-//! they are few enough. On each cell a product Gauss rule of 12 by 12 points is compared with one of 8 by 8; the cell that differs
-//! most is cut into four, until the sum of differences is small enough or the points are spent.
+//! A product Gauss rule on the smaller cell of a pair is compared with one of fewer points, and the piece that differs most is
+//! halved across the direction in which what is seen bends most, until the sum of differences is small enough or the points are
+//! spent. Each point's share is known in closed form, occlusion included.
+//!
+//! [`Rule::PRECISE`] is for many digits. What a point sees of a polygon past others is analytic in its place but where an edge of one
+//! of them is seen through a corner of another (P. S. Heckbert 1992, A. J. Stewart and S. Ghali 1994: the events of an edge and a
+//! vertex; those of three edges are left to refinement). Such points are on the plane through the edge and the corner, so the cell
+//! is cut along those planes first, if they are few enough.
 
-use radgrad_core::{DVec3, Polygon, Receiver};
+use std::cmp::Ordering;
+use std::collections::BinaryHeap;
 
+use radgrad_core::{DVec3, Emission, Emitter, Polygon, Receiver};
+
+use super::bracket::Mixed;
 use super::rule::{Patch, nodes_of, patches};
-use super::{FactorSettings, FormFactors, Sighting};
+use super::{FormFactors, Sighting, larger};
 use crate::Error;
 
-/// Points a side of the two rules.
-const ROUGH: usize = 8;
-const FINE: usize = 12;
+/// Points a side of two product rules, and whether cells are cut along events first.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Rule {
+    rough: usize,
+    fine: usize,
+    by_events: bool,
+}
 
-/// Cells that a face is cut into at most before the rules are asked.
+impl Rule {
+    pub(super) const PLAIN: Self = Self { rough: 2, fine: 3, by_events: false };
+    pub(super) const PRECISE: Self = Self { rough: 8, fine: 12, by_events: true };
+
+    const fn points(self) -> usize {
+        self.rough * self.rough + self.fine * self.fine
+    }
+}
+
+/// How far an integration goes.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Goal {
+    /// Sum of differences that is small enough, an area.
+    pub(super) difference: f64,
+    pub(super) most_points: usize,
+    /// Absolute error that is allowed of what a point sees.
+    pub(super) at_point: f64,
+}
+
+/// A value and what it is off by all appearances, both areas.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(super) struct Estimate {
+    pub(super) area: f64,
+    pub(super) difference: f64,
+}
+
+/// Cells that a cell is cut into at most before the rules are asked.
 const MOST_CELLS: usize = 64;
 
-/// A part of the face, with what it contributes.
-struct Cell {
+/// Two cells, the points of one of which look at the other.
+struct Sight<'a> {
+    normal: DVec3,
+    emitter: Emitter,
+    /// What may hide a part.
+    candidates: &'a [usize],
+}
+
+/// A part of the cell whose points look.
+struct Piece {
+    /// Which of the sights it belongs to.
+    sight: usize,
     patch: Patch,
     fine: f64,
     difference: f64,
+    /// The direction to halve it in.
+    direction: usize,
 }
 
 impl FormFactors<'_> {
-    /// The factor from `from` to `to` past `candidates`, and the difference of the rules.
-    pub(super) fn integrate(
+    /// What pairs of cells of two faces exchange.
+    pub(super) fn integrate<'a>(
         &self,
-        from: usize,
-        to: usize,
-        candidates: &[usize],
-        settings: &FactorSettings,
-    ) -> Result<(f64, f64), Error> {
-        let (face, area) = (self.polygon(from), self.polygon(from).area());
-        let evaluate = |patch: Patch| -> Result<Cell, Error> {
-            let rule = |per_side: usize| -> Result<f64, Error> {
-                let (mut sum, mut at) = (0.0, Sighting { tolerance: settings.point_tolerance, hider: None });
-                for node in nodes_of(&patch, per_side) {
-                    let receiver = Receiver::new(node.point, face.normal(), 1.0).map_err(Error::Receiver)?;
-                    sum += node.share * self.at_node(&receiver, to, candidates, &mut at)?.radiosity;
-                }
-                Ok(sum / area)
+        faces: [usize; 2],
+        pairs: impl Iterator<Item = (&'a Mixed, &'a [usize])>,
+        rule: Rule,
+        goal: Goal,
+    ) -> Result<Estimate, Error> {
+        let (mut sights, mut pieces, mut points) = (Vec::new(), BinaryHeap::new(), 0);
+        let (mut sum, mut difference) = (0.0, 0.0);
+        for (mixed, candidates) in pairs {
+            // The smaller cell looks: what its points see differs less.
+            let from = usize::from(mixed.cells[1].area < mixed.cells[0].area);
+            let outlines = [from, 1 - from].map(|k| &mixed.cells[k].points);
+            let Ok(polygon) = Polygon::new(outlines[1].clone()) else {
+                // A cell of hardly any width.
+                difference += mixed.cells[1 - from].area.min(mixed.cells[from].area);
+                continue;
             };
-            let (rough, fine) = (rule(ROUGH)?, rule(FINE)?);
-            Ok(Cell { patch, fine, difference: (fine - rough).abs() })
-        };
-        let mut polygons = self.polygons(candidates);
-        polygons.push(self.polygon(to));
-        let mut cells = cut_by_events(face, &polygons).into_iter().map(&evaluate).collect::<Result<Vec<_>, _>>()?;
-        let per_cell = ROUGH * ROUGH + FINE * FINE;
-        let mut points = per_cell * cells.len();
-        // Cells are few: a heap would not show.
-        while cells.iter().map(|cell| cell.difference).sum::<f64>() > settings.estimate && points < settings.most_points {
-            let differences = cells.iter().map(|cell| cell.difference).enumerate();
-            let Some((worst, _)) = differences.max_by(|a, b| a.1.total_cmp(&b.1)) else { break };
-            let quarters = cells.swap_remove(worst).patch.quarters();
-            for patch in quarters {
-                cells.push(evaluate(patch)?);
+            let emitter = Emitter::new(polygon, Emission::Constant(1.0)).map_err(Error::Emitter)?;
+            let sight = Sight { normal: self.scaled(faces[from]).normal(), emitter, candidates };
+            let parts = if rule.by_events { self.cut_by_events(outlines[0], &sight) } else { patches(outlines[0]) };
+            for patch in parts {
+                pieces.push(self.piece(patch, (sights.len(), &sight), rule, goal.at_point)?);
+                points += rule.points();
             }
-            points += 4 * per_cell;
+            sights.push(sight);
         }
-        let sum = |of: fn(&Cell) -> f64| cells.iter().map(of).sum::<f64>();
-        // The points' own errors are certified.
-        Ok((sum(|cell| cell.fine), sum(|cell| cell.difference) + settings.point_tolerance))
+        let mut open: f64 = pieces.iter().map(|piece: &Piece| piece.difference).sum();
+        while open > goal.difference && points < goal.most_points {
+            let Some(worst) = pieces.pop() else { break };
+            open -= worst.difference;
+            for patch in worst.patch.halves(worst.direction) {
+                let piece = self.piece(patch, (worst.sight, &sights[worst.sight]), rule, goal.at_point)?;
+                open += piece.difference;
+                pieces.push(piece);
+            }
+            points += 2 * rule.points();
+        }
+        for piece in pieces.into_sorted_vec() {
+            sum += piece.fine;
+            difference += piece.difference;
+        }
+        Ok(Estimate { area: sum, difference })
     }
-}
 
-/// The face, cut along the planes through an edge of one polygon and a corner of another; whole, if that is too many cells.
-fn cut_by_events(face: &Polygon, polygons: &[&Polygon]) -> Vec<Patch> {
-    let outlines: Vec<Vec<DVec3>> = patches(face.vertices()).iter().map(|patch| patch.outline().to_vec()).collect();
-    let whole = outlines.len();
-    let mut cells = outlines;
-    for (k, polygon) in polygons.iter().enumerate() {
-        let vertices = polygon.vertices();
-        for i in 0..vertices.len() {
-            let (a, b) = (vertices[i], vertices[(i + 1) % vertices.len()]);
-            let others = polygons.iter().enumerate().filter(|(other, _)| *other != k);
-            for &corner in others.flat_map(|(_, other)| other.vertices()) {
-                let normal = (b - a).cross(corner - a);
-                // Where the corner is on the edge's line there is no plane.
-                if normal.length() <= 1e-12 * (b - a).length() * (corner - a).length() {
-                    continue;
+    fn piece(&self, patch: Patch, (place, sight): (usize, &Sight<'_>), rule: Rule, tolerance: f64) -> Result<Piece, Error> {
+        let mut at = Sighting { tolerance, hider: None };
+        let mut bent = [0.0; 2];
+        let mut by = |per_side: usize| -> Result<f64, Error> {
+            let mut seen = 0.0;
+            bent = [0.0; 2];
+            for node in nodes_of(&patch, per_side) {
+                let receiver = Receiver::new(node.point, sight.normal, 1.0).map_err(Error::Receiver)?;
+                let value = node.share * self.at_node(&receiver, &sight.emitter, sight.candidates, &mut at)?.radiosity;
+                seen += value;
+                for (bent, x) in bent.iter_mut().zip(node.place) {
+                    *bent += (1.5 * x * x - 0.5) * value;
                 }
-                cells = cells.iter().flat_map(|cell| cut(cell, a, normal.normalize())).collect();
-                if cells.len() > MOST_CELLS * whole {
-                    return patches(face.vertices());
+            }
+            Ok(seen)
+        };
+        let (rough, fine) = (by(rule.rough)?, by(rule.fine)?);
+        let sides = patch.sides();
+        let direction = match (bent[0].abs(), bent[1].abs()) {
+            (u, v) if v > u => 1,
+            (u, v) if u > v => 0,
+            _ => usize::from(sides[1] > sides[0]),
+        };
+        Ok(Piece { sight: place, patch, fine, difference: (fine - rough).abs(), direction })
+    }
+
+    /// The cell, cut along the planes through an edge of one polygon and a corner of another; whole, if that is too many cells.
+    fn cut_by_events(&self, outline: &[DVec3], sight: &Sight<'_>) -> Vec<Patch> {
+        let mut polygons: Vec<&Polygon> = sight.candidates.iter().map(|&face| self.scaled(face)).collect();
+        polygons.push(sight.emitter.polygon());
+        let outlines: Vec<Vec<DVec3>> = patches(outline).iter().map(|patch| patch.outline().to_vec()).collect();
+        let whole = outlines.len();
+        let mut cells = outlines;
+        for (k, polygon) in polygons.iter().enumerate() {
+            let vertices = polygon.vertices();
+            for i in 0..vertices.len() {
+                let (a, b) = (vertices[i], vertices[(i + 1) % vertices.len()]);
+                let others = polygons.iter().enumerate().filter(|(other, _)| *other != k);
+                for &corner in others.flat_map(|(_, other)| other.vertices()) {
+                    let normal = (b - a).cross(corner - a);
+                    // Where the corner is on the edge's line there is no plane.
+                    if normal.length() <= 1e-12 * (b - a).length() * (corner - a).length() {
+                        continue;
+                    }
+                    cells = cells.iter().flat_map(|cell| cut(cell, a, normal.normalize())).collect();
+                    if cells.len() > MOST_CELLS * whole {
+                        return patches(outline);
+                    }
                 }
             }
         }
+        cells.iter().flat_map(|cell| patches(cell)).collect()
     }
-    cells.iter().flat_map(|cell| patches(cell)).collect()
 }
 
 /// The one or two parts of a convex outline beside a plane.
 fn cut(outline: &[DVec3], origin: DVec3, normal: DVec3) -> Vec<Vec<DVec3>> {
     let heights: Vec<f64> = outline.iter().map(|&p| normal.dot(p - origin)).collect();
-    let size = outline.iter().map(|&p| (p - outline[0]).length()).fold(0.0, f64::max);
+    let size = outline.iter().map(|&p| (p - outline[0]).length()).fold(0.0, larger);
     // A cut this near a corner or an edge leaves a cell that no rule would miss.
     let near = 1e-9 * size;
     if heights.iter().all(|&h| h >= -near) || heights.iter().all(|&h| h <= near) {
@@ -119,4 +202,24 @@ fn cut(outline: &[DVec3], origin: DVec3, normal: DVec3) -> Vec<Vec<DVec3>> {
         points
     };
     vec![part(1.0), part(-1.0)].into_iter().filter(|points| points.len() >= 3).collect()
+}
+
+impl PartialEq for Piece {
+    fn eq(&self, other: &Self) -> bool {
+        self.cmp(other) == Ordering::Equal
+    }
+}
+
+impl Eq for Piece {}
+
+impl PartialOrd for Piece {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl Ord for Piece {
+    fn cmp(&self, other: &Self) -> Ordering {
+        self.difference.total_cmp(&other.difference)
+    }
 }

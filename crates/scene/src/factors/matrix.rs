@@ -1,37 +1,50 @@
-//! All factors of a scene, a row a face.
+//! All factors of a scene, sparse: pairs of faces that cannot see each other are not stored.
+
+use std::ops::Range;
 
 use rayon::prelude::*;
 
-use super::bracket::Bracket;
-use super::pair::Pair;
-use super::rule::MOST_NODES;
-use super::{FactorSettings, FormFactors};
+use super::pair::Known;
+use super::{FactorSettings, FormFactors, larger};
 use crate::{Error, Scene};
-
-/// Pairs of cells that every bracket may take; those that it leaves too wide may take more.
-const A_LOOK: usize = 32;
 
 /// A factor of a row.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Entry {
     /// The face that is seen.
     pub face: usize,
-    /// The factor.
+    /// The factor, in the bracket.
     pub factor: f64,
-    /// Proven bound on its error, that of the rule of points included.
+    /// What it is at least, proven.
+    pub lower: f64,
+    /// What it is at most, proven.
+    pub upper: f64,
+    /// The distance of the farther end of the bracket: a proven bound on the error.
     pub error: f64,
     /// Polygons that may hide a part of one face from the other.
     pub occluders: usize,
 }
 
-/// The factors between all faces that exchange light; those that are not there are exactly 0.
+/// Two faces and what they exchange, stored once.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Pair {
+    /// The lower one first.
+    pub(super) faces: [u32; 2],
+    pub(super) known: Known,
+}
+
+/// The factors between all faces that exchange light, or a block of their rows; those that are not there are exactly 0.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FactorMatrix {
     areas: Vec<f64>,
-    /// Faces that have a row.
+    /// The same in the unit of the pairs.
+    pub(super) scaled_areas: Vec<f64>,
+    /// Faces whose rows are here, ascending.
     faces: Vec<usize>,
-    /// One for each face of the scene, ascending in the face seen.
-    rows: Vec<Vec<Entry>>,
+    /// Ascending in the first face, then in the second.
+    pub(super) pairs: Vec<Pair>,
+    /// Pairs of each face of the scene, ascending in the other face; of faces without a row none.
+    rows: Vec<Vec<u32>>,
 }
 
 /// The same between surfaces, which may have several faces each.
@@ -42,169 +55,219 @@ pub struct SurfaceMatrix {
     /// Their areas.
     pub areas: Vec<f64>,
     /// The factors, row by row.
-    pub rows: Vec<Vec<f64>>,
+    pub rows: Vec<Vec<SurfaceFactor>>,
+}
+
+/// A factor between surfaces.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct SurfaceFactor {
+    /// The factor, in the bracket.
+    pub factor: f64,
+    /// What it is at least, proven.
+    pub lower: f64,
+    /// What it is at most, proven.
+    pub upper: f64,
 }
 
 impl FormFactors<'_> {
-    /// All factors, on all cores. `progress` is called once a row and once for what can be said of it without points: twice the
-    /// number of rows in all.
+    /// All factors, on all cores. `progress` is called once a row.
     ///
     /// # Errors
-    /// If `points_per_side` is not in 1 to 16, or a point's factor is out of range.
+    /// If a point's factor is out of range.
     pub fn matrix(&self, settings: &FactorSettings, progress: impl Fn() + Sync) -> Result<FactorMatrix, Error> {
-        if !(1..=MOST_NODES).contains(&settings.points_per_side) {
-            let found = settings.points_per_side.to_string();
-            return Err(Error::expected(format!("1 to {} points per side", MOST_NODES), found));
-        }
-        let scene = self.scene();
-        let areas: Vec<f64> = scene.polygons().map(radgrad_core::Polygon::area).collect();
-        let exchanges = |face: &usize| scene.surfaces()[scene.faces()[*face].surface()].exchanges();
-        let faces: Vec<usize> = (0..areas.len()).filter(exchanges).collect();
-        // Each pair once, with the lower face; a look at each first.
-        let first = FactorSettings { most_cells: settings.most_cells.min(A_LOOK), ..*settings };
-        let mut pairs: Vec<Vec<(usize, Pair)>> = faces
-            .par_iter()
-            .enumerate()
-            .map(|(place, &from)| {
-                let pair = |&to: &usize| Some((to, self.pair(from, to, &first, areas[from].min(areas[to]))?));
-                let found = faces[place + 1..].iter().filter_map(pair).collect();
-                progress();
-                found
-            })
-            .collect();
-        self.narrow(&faces, &mut pairs, &areas, settings);
-        let mut of_face: Vec<Vec<(usize, &Pair)>> = vec![Vec::new(); areas.len()];
-        for (&from, found) in faces.iter().zip(&pairs) {
-            for (to, pair) in found {
-                of_face[from].push((*to, pair));
-                of_face[*to].push((from, pair));
-            }
-        }
-        let rows = of_face
-            .par_iter_mut()
-            .enumerate()
-            .map(|(from, pairs)| {
-                pairs.sort_unstable_by_key(|(to, _)| *to);
-                let row = self.row(from, pairs, settings);
-                if faces.binary_search(&from).is_ok() {
-                    progress();
-                }
-                row
-            })
-            .collect::<Result<_, _>>()?;
-        Ok(FactorMatrix { areas, faces, rows })
+        self.rows(0..self.faces().len(), settings, progress)
     }
 
-    /// Narrows the brackets that are too wide, with more and more cells, and by what rows leave: no face sees more than all around.
-    fn narrow(&self, faces: &[usize], pairs: &mut [Vec<(usize, Pair)>], areas: &[f64], settings: &FactorSettings) {
-        let mut cells = A_LOOK;
-        loop {
-            let mut least = vec![0.0; areas.len()];
-            for (&from, found) in faces.iter().zip(&*pairs) {
-                for (to, pair) in found {
-                    let [low, _] = pair.bounds();
-                    least[from] += low;
-                    least[*to] += low;
+    /// The faces that have factors, ascending.
+    #[must_use]
+    pub fn faces(&self) -> Vec<usize> {
+        let scene = self.scene();
+        let exchanges = |face: &usize| scene.surfaces()[scene.faces()[*face].surface()].exchanges();
+        (0..scene.faces().len()).filter(exchanges).collect()
+    }
+
+    /// The rows of some of [`Self::faces`], a range of places in it: each is the same to the last digit whatever rows are asked for,
+    /// and a pair of faces in two blocks is computed in both. `progress` is called once a row.
+    ///
+    /// # Errors
+    /// If there are not so many rows, or a point's factor is out of range.
+    pub fn rows(
+        &self,
+        block: Range<usize>,
+        settings: &FactorSettings,
+        progress: impl Fn() + Sync,
+    ) -> Result<FactorMatrix, Error> {
+        let all = self.faces();
+        let faces = all.get(block.clone()).ok_or_else(|| {
+            Error::expected(format!("a range of the {} rows", all.len()), format!("{} to {}", block.start, block.end))
+        })?;
+        let of_row = |(place, &from): (usize, &usize)| -> Result<Vec<Pair>, Error> {
+            // Pairs within the block belong to the lower face.
+            let outside = all[..block.start].iter().chain(&all[block.end..]);
+            let others = faces[place + 1..].iter().chain(outside);
+            let mut found = Vec::new();
+            for &to in others {
+                let pair = [from.min(to), from.max(to)];
+                if let Some(known) = self.pair(pair, settings)? {
+                    found.push(Pair { faces: pair.map(|face| u32::try_from(face).unwrap_or(u32::MAX)), known });
                 }
             }
-            let is_wide =
-                |from: usize, to: usize, bracket: Bracket| bracket.width() > settings.tolerance * areas[from].min(areas[to]);
-            for (&from, found) in faces.iter().zip(&mut *pairs) {
-                for (to, pair) in found {
-                    if let Some(bracket) = &mut pair.bracket {
-                        // Sums of up to n terms lose n roundings of the area.
-                        let rest = |face: usize| {
-                            (areas[face] - least[face]) + bracket.least + areas.len() as f64 * f64::EPSILON * areas[face]
-                        };
-                        bracket.most = bracket.most.min(rest(from)).min(rest(*to)).max(bracket.least);
-                    }
-                }
-            }
-            if cells >= settings.most_cells {
-                break;
-            }
-            cells = (4 * cells).min(settings.most_cells);
-            faces.par_iter().zip(&mut *pairs).for_each(|(&from, found)| {
-                for (to, pair) in found {
-                    if let Some(bracket) = pair.bracket
-                        && is_wide(from, *to, bracket)
-                    {
-                        let width = settings.tolerance * areas[from].min(areas[*to]);
-                        let narrower = self.bracket([from, *to], pair, width, cells);
-                        pair.bracket = Some(bracket.and(narrower));
-                    }
-                }
-            });
-        }
+            progress();
+            Ok(found)
+        };
+        let found: Vec<Vec<Pair>> = faces.par_iter().enumerate().map(of_row).collect::<Result<_, _>>()?;
+        let mut pairs: Vec<Pair> = found.into_iter().flatten().collect();
+        pairs.par_sort_unstable_by_key(|pair| pair.faces);
+        let areas = self.scene().polygons().map(radgrad_core::Polygon::area).collect();
+        let scaled_areas = self.scaled.iter().map(radgrad_core::Polygon::area).collect();
+        Ok(FactorMatrix::new(areas, scaled_areas, faces.to_vec(), pairs))
     }
 }
 
 impl FactorMatrix {
+    fn new(areas: Vec<f64>, scaled_areas: Vec<f64>, faces: Vec<usize>, pairs: Vec<Pair>) -> Self {
+        let mut rows = vec![Vec::new(); areas.len()];
+        for (place, pair) in pairs.iter().enumerate() {
+            for face in pair.faces.map(|face| face as usize) {
+                if faces.binary_search(&face).is_ok() {
+                    rows[face].push(u32::try_from(place).unwrap_or(u32::MAX));
+                }
+            }
+        }
+        Self { areas, scaled_areas, faces, pairs, rows }
+    }
+
     /// Area of each face of the scene.
     #[must_use]
     pub fn areas(&self) -> &[f64] {
         &self.areas
     }
 
-    /// The faces that exchange light, ascending.
+    /// The faces whose rows are here, ascending.
     #[must_use]
     pub fn faces(&self) -> &[usize] {
         &self.faces
     }
 
     /// What a face sees, ascending; empty if it only hides others, or there is none of this index.
-    #[must_use]
-    pub fn row(&self, face: usize) -> &[Entry] {
-        self.rows.get(face).map_or(&[], Vec::as_slice)
+    pub fn row(&self, face: usize) -> impl Iterator<Item = Entry> {
+        let pairs = self.rows.get(face).map_or(&[][..], Vec::as_slice);
+        pairs.iter().map(move |&place| self.entry(face, &self.pairs[place as usize]))
+    }
+
+    fn entry(&self, from: usize, pair: &Pair) -> Entry {
+        let [a, b] = pair.faces.map(|face| face as usize);
+        let factor = pair.known.over(self.scaled_areas[from]);
+        Entry {
+            face: if a == from { b } else { a },
+            factor: factor.value,
+            lower: factor.lower,
+            upper: factor.upper,
+            error: factor.error,
+            occluders: factor.occluders,
+        }
     }
 
     /// The factor between two faces; 0 where one sees nothing of the other.
     #[must_use]
     pub fn factor(&self, from: usize, to: usize) -> f64 {
-        let row = self.row(from);
-        row.binary_search_by_key(&to, |entry| entry.face).map_or(0.0, |place| row[place].factor)
+        let Some(row) = self.rows.get(from) else { return 0.0 };
+        let other = |place: &u32| {
+            let [a, b] = self.pairs[*place as usize].faces.map(|face| face as usize);
+            if a == from { b } else { a }
+        };
+        let place = row.binary_search_by_key(&to, other);
+        place.map_or(0.0, |place| self.entry(from, &self.pairs[row[place] as usize]).factor)
     }
 
-    /// Largest `|1 - sum_j F_ij|`: what of a face's sight ends nowhere. Of a closed scene, the error that no rule of points has.
+    /// The sum of a row, and what the proven brackets of its factors leave between them: in a closed scene 1 is between the two.
+    #[must_use]
+    pub fn sum(&self, face: usize) -> SurfaceFactor {
+        self.row(face).fold(SurfaceFactor::default(), |sum, entry| SurfaceFactor {
+            factor: sum.factor + entry.factor,
+            lower: sum.lower + entry.lower,
+            upper: sum.upper + entry.upper,
+        })
+    }
+
+    /// Largest `|1 - sum_j F_ij|`: of a closed scene what is off, else what of a face's sight ends nowhere.
     #[must_use]
     pub fn worst_closure(&self) -> f64 {
-        let sum = |face: &usize| self.row(*face).iter().map(|entry| entry.factor).sum::<f64>();
-        self.faces.iter().map(|face| (1.0 - sum(face)).abs()).fold(0.0, f64::max)
+        self.faces.iter().map(|&face| (1.0 - self.sum(face).factor).abs()).fold(0.0, larger)
     }
 
-    /// Largest `|A_i F_ij - A_j F_ji|` over the smaller of the two areas: by how much the two ways differ, as a part of what the
-    /// smaller face sees. It is the error of the rules of points as they are; nothing has been made reciprocal.
+    /// Rows whose brackets do not allow a sum of 1: none in a closed scene. A row below is of a face that sees out of the scene; one
+    /// above, of one that sees two faces in one place.
+    pub fn unclosed(&self) -> impl Iterator<Item = usize> {
+        self.faces.iter().copied().filter(|&face| {
+            let sum = self.sum(face);
+            let slack = 1e-14 * (1.0 + self.row(face).count() as f64);
+            !(sum.lower <= 1.0 + slack && sum.upper >= 1.0 - slack)
+        })
+    }
+
+    /// Largest `|A_i F_ij - A_j F_ji|` over the smaller of the two areas: a few roundings.
     #[must_use]
     pub fn worst_reciprocity(&self) -> f64 {
-        let defect = |from: usize, entry: &Entry| {
-            (entry.factor - self.factor(entry.face, from) * self.areas[entry.face] / self.areas[from]).abs()
+        let defect = |pair: &Pair| {
+            let areas = pair.faces.map(|face| self.scaled_areas[face as usize]);
+            let [there, back] = areas.map(|area| pair.known.over(area).value * area);
+            (there - back).abs() / if areas[0] < areas[1] { areas[0] } else { areas[1] }
         };
-        self.entries().map(|(from, entry)| defect(from, entry)).fold(0.0, f64::max)
+        self.pairs.iter().map(defect).fold(0.0, larger)
     }
 
     /// Largest bound of a factor.
     #[must_use]
     pub fn worst_bound(&self) -> f64 {
-        self.entries().map(|(_, entry)| entry.error).fold(0.0, f64::max)
+        self.entries().map(|(_, entry)| entry.error).fold(0.0, larger)
     }
 
     /// All entries, each with the face that sees.
-    pub fn entries(&self) -> impl Iterator<Item = (usize, &Entry)> {
-        self.rows.iter().enumerate().flat_map(|(from, row)| row.iter().map(move |entry| (from, entry)))
+    pub fn entries(&self) -> impl Iterator<Item = (usize, Entry)> {
+        self.faces.iter().flat_map(|&from| self.row(from).map(move |entry| (from, entry)))
     }
 
-    /// The factors between surfaces: `A_S F_ST = sum A_i F_ij`. `scene` is the one that the matrix is of.
+    /// Those whose bound is not what was asked for.
+    pub fn unmet(&self, settings: &FactorSettings) -> impl Iterator<Item = (usize, Entry)> {
+        self.entries().filter(|(_, entry)| !(entry.error <= settings.allowed(entry.lower)))
+    }
+
+    /// The factors between surfaces: `A_S F_ST = sum A_i F_ij`, of those that have rows here. `scene` is the one that the matrix is of.
     #[must_use]
     pub fn by_surface(&self, scene: &Scene) -> SurfaceMatrix {
         let surfaces: Vec<usize> = (0..scene.surfaces().len()).filter(|&surface| scene.surfaces()[surface].exchanges()).collect();
         let mut place = vec![0; scene.surfaces().len()];
         surfaces.iter().enumerate().for_each(|(row, &surface)| place[surface] = row);
         let areas: Vec<f64> = surfaces.iter().map(|&surface| scene.area_of(surface)).collect();
-        let mut rows = vec![vec![0.0; surfaces.len()]; surfaces.len()];
         let surface_of = |face: usize| place[scene.faces()[face].surface()];
-        for (from, entry) in self.entries() {
-            let (row, column) = (surface_of(from), surface_of(entry.face));
-            rows[row][column] += self.areas[from] / areas[row] * entry.factor;
+        let mut scaled = vec![0.0; surfaces.len()];
+        scene.faces().iter().enumerate().filter(|(_, face)| scene.surfaces()[face.surface()].exchanges()).for_each(
+            |(face, _)| {
+                scaled[surface_of(face)] += self.scaled_areas[face];
+            },
+        );
+        // What surfaces exchange, each sum once: it is reciprocal as the pairs are.
+        let mut rows = vec![vec![SurfaceFactor::default(); surfaces.len()]; surfaces.len()];
+        for pair in &self.pairs {
+            let [a, b] = pair.faces.map(|face| surface_of(face as usize));
+            let both = if a == b { 2.0 } else { 1.0 };
+            let sum = &mut rows[a.min(b)][a.max(b)];
+            sum.factor += both * pair.known.value;
+            sum.lower += both * pair.known.least;
+            sum.upper += both * pair.known.most;
+        }
+        for a in 0..surfaces.len() {
+            for b in a..surfaces.len() {
+                let exchanged = rows[a][b];
+                let roundings = 1e-15 * self.pairs.len() as f64;
+                let over = |area: f64| SurfaceFactor {
+                    factor: exchanged.factor / area,
+                    lower: exchanged.lower / area * (1.0 - roundings),
+                    upper: exchanged.upper / area * (1.0 + roundings),
+                };
+                (rows[a][b], rows[b][a]) = (over(scaled[a]), over(scaled[b]));
+            }
         }
         SurfaceMatrix { surfaces, areas, rows }
     }

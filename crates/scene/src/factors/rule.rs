@@ -107,17 +107,10 @@ impl Patch {
         halves.map(|corners| Self { corners })
     }
 
-    /// Four patches that are this one together.
-    pub(super) fn quarters(&self) -> [Self; 4] {
+    /// About how long it is in its two directions.
+    pub(super) fn sides(&self) -> [f64; 2] {
         let [a, b, c, d] = self.corners;
-        let middle = |p: DVec3, q: DVec3| p + (q - p) * 0.5;
-        if self.is_triangle() {
-            let [ab, bc, ca] = [middle(a, b), middle(b, c), middle(c, a)];
-            return [[a, ab, ca], [ab, b, bc], [ca, bc, c], [bc, ca, ab]].map(|[a, b, c]| Self { corners: [a, b, c, c] });
-        }
-        let [ab, bc, cd, da] = [middle(a, b), middle(b, c), middle(c, d), middle(d, a)];
-        let centre = middle(ab, cd);
-        [[a, ab, centre, da], [ab, b, bc, centre], [centre, bc, c, cd], [da, centre, cd, d]].map(|corners| Self { corners })
+        [(b + c - a - d).length(), (c + d - a - b).length()]
     }
 }
 

@@ -65,30 +65,33 @@ enum Passing {
 }
 
 /// A sight, and whether an edge was displaced for it.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Verdict {
     pub(super) sight: Sight,
     pub(super) is_displaced: bool,
+    /// The only edge that some segments pass outside and some inside, if a part is left and all are inside the others; it runs
+    /// counter-clockwise seen from the first cell.
+    pub(super) edge: Option<[DVec3; 2]>,
 }
 
 impl Verdict {
     const fn exact(sight: Sight) -> Self {
-        Self { sight, is_displaced: false }
+        Self { sight, is_displaced: false, edge: None }
     }
 }
 
 impl Screen {
-    /// The convex screens that a polygon is made of, with coordinates multiplied by a power of two.
-    pub(super) fn all_of(polygon: &Polygon, power: f64) -> Vec<Self> {
+    /// The convex screens that a polygon is made of.
+    pub(super) fn all_of(polygon: &Polygon) -> Vec<Self> {
         let screen = |outline: &[DVec3]| {
-            let outline: Vec<DVec3> = outline.iter().map(|&v| v * power).collect();
+            let outline = outline.to_vec();
             let perimeter = perimeter(&outline);
             Self {
                 normal: polygon.normal(),
                 perimeter,
                 slope: perimeter / area(&outline, polygon.normal()),
                 largest: outline.iter().fold(0.0, |m: f64, v| m.max(v.abs().max_element())),
-                defect: polygon.planarity_defect() * power,
+                defect: polygon.planarity_defect(),
                 low: outline.iter().copied().fold(DVec3::INFINITY, DVec3::min),
                 high: outline.iter().copied().fold(DVec3::NEG_INFINITY, DVec3::max),
                 outline,
@@ -146,14 +149,14 @@ impl Screen {
         if is_level(sides_a) || is_level(sides_b) || is_beside {
             return Verdict::exact(Sight::Free);
         }
-        let (from, to) = if !sides_a.behind && !sides_b.front {
-            (a, b)
+        let (from, to, is_first_in_front) = if !sides_a.behind && !sides_b.front {
+            (a, b, true)
         } else if !sides_a.front && !sides_b.behind {
-            (b, a)
+            (b, a, false)
         } else {
             return Verdict::exact(if self.is_apart(cells) { Sight::Free } else { Sight::Part });
         };
-        let (mut is_hidden, mut hidden_displaced) = (true, false);
+        let (mut undecided, mut last, mut hidden_displaced) = (0, None, false);
         for edge in self.edges() {
             let (mut inside, mut outside, mut displaced) = (false, false, false);
             'pairs: for &x in &from {
@@ -168,13 +171,23 @@ impl Screen {
                 }
             }
             if !inside {
-                return Verdict { sight: Sight::Free, is_displaced: displaced };
+                return Verdict { sight: Sight::Free, is_displaced: displaced, edge: None };
             }
-            is_hidden &= !outside;
-            hidden_displaced |= displaced;
+            if outside {
+                undecided += 1;
+                last = Some(edge);
+            } else {
+                hidden_displaced |= displaced;
+            }
         }
-        let sight = if is_hidden { Sight::Blocked } else { Sight::Part };
-        Verdict { sight, is_displaced: is_hidden && hidden_displaced }
+        match (undecided, last) {
+            (0, _) => Verdict { sight: Sight::Blocked, is_displaced: hidden_displaced, edge: None },
+            (1, Some([a, b])) => {
+                let edge = if is_first_in_front { [a, b] } else { [b, a] };
+                Verdict { sight: Sight::Part, is_displaced: hidden_displaced, edge: Some(edge) }
+            }
+            _ => Verdict::exact(Sight::Part),
+        }
     }
 
     /// What it leaves of an outline seen from a point, exactly for the doubles as given but for what is level with its plane.

@@ -1,16 +1,20 @@
 //! Positions and indices out of buffers.
 
+use std::borrow::Cow;
+
 use radgrad_core::DVec3;
 
 use super::document::{self, Document};
 use super::{Fault, buffer};
 use crate::Error;
+use crate::reading::Budget;
 
 /// What accessors refer to.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Accessors<'a> {
     pub(super) document: &'a Document,
-    pub(super) buffers: &'a [Vec<u8>],
+    pub(super) buffers: &'a [Cow<'a, [u8]>],
+    pub(super) budget: &'a Budget,
 }
 
 /// Component types of glTF, by their number.
@@ -90,6 +94,8 @@ impl Accessors<'_> {
             let found = format!("{} elements of {size} bytes, {stride} apart, from {}", accessor.count, accessor.byte_offset);
             return refuse(Error::expected(format!("elements within the {} bytes of the buffer view", view.len()), found));
         }
+        // Each node with a mesh reads its vertices again.
+        self.budget.take_many("vertices of nodes", accessor.count, size_of::<DVec3>()).map_err(|error| (member(index), error))?;
         let start = accessor.byte_offset;
         Ok((0..accessor.count).map(move |i| &view[start + i * stride..][..size]))
     }

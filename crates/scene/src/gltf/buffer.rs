@@ -1,12 +1,14 @@
 //! Where the bytes of a glTF file are: in the file itself, after `base64,` in a URI, or in another file.
 
+use std::borrow::Cow;
 use std::io;
 use std::path::Path;
 
 use super::Fault;
 use super::document::{self, Document};
 use crate::Error;
-use crate::words::{quoted, without_mark};
+use crate::reading::Budget;
+use crate::words::{printable, quoted, without_mark};
 
 const GLB: &[u8] = b"glTF";
 const JSON: &[u8] = b"JSON";
@@ -50,17 +52,18 @@ fn word(bytes: &[u8]) -> Option<(usize, &[u8])> {
 }
 
 /// The content of every buffer; an error comes with its member.
-pub(super) fn contents(
+pub(super) fn contents<'a>(
     document: &Document,
-    binary: Option<&[u8]>,
+    binary: Option<&'a [u8]>,
+    budget: &Budget,
     mut read: impl FnMut(&Path) -> io::Result<Vec<u8>>,
-) -> Result<Vec<Vec<u8>>, Fault> {
+) -> Result<Vec<Cow<'a, [u8]>>, Fault> {
     let all = document.buffers.iter().enumerate().map(|(index, buffer)| {
         let member = || format!("buffers[{index}]");
         let content = match (&buffer.uri, binary) {
-            (None, Some(binary)) if index == 0 => Ok(binary.to_vec()),
+            (None, Some(binary)) if index == 0 => Ok(Cow::Borrowed(binary)),
             (None, _) => Err(Error::expected("a `uri`", "none")),
-            (Some(uri), _) => of_uri(uri, &mut read),
+            (Some(uri), _) => of_uri(uri, budget, &mut read).map(Cow::Owned),
         };
         let content = content.map_err(|error| (member(), error))?;
         if content.len() < buffer.byte_length {
@@ -73,13 +76,19 @@ pub(super) fn contents(
 }
 
 /// What a URI stands for: the data in it, or a file.
-pub(super) fn of_uri(uri: &str, read: &mut impl FnMut(&Path) -> io::Result<Vec<u8>>) -> Result<Vec<u8>, Error> {
+pub(super) fn of_uri(uri: &str, budget: &Budget, read: &mut impl FnMut(&Path) -> io::Result<Vec<u8>>) -> Result<Vec<u8>, Error> {
     match uri.strip_prefix("data:").map(|data| data.split_once(";base64,")) {
-        Some(Some((_, data))) => base64(data),
+        Some(Some((_, data))) => {
+            budget.take_many("data in URIs", data.len(), 1)?;
+            base64(data)
+        }
         Some(None) => Err(Error::expected("`;base64,` in a data URI", quoted(Some(uri)))),
         None => {
             let name = percent_decoded(uri);
-            read(Path::new(&name)).map_err(|e| Error::Unreadable { file: name.into(), reason: e.to_string() })
+            read(Path::new(&name)).map_err(|error| match error.kind() {
+                io::ErrorKind::FileTooLarge => budget.exceeded(&format!("`{}`", printable(&name))),
+                _ => Error::Unreadable { file: name.into(), reason: error.to_string() },
+            })
         }
     }
 }
@@ -130,7 +139,7 @@ fn percent_decoded(uri: &str) -> String {
 }
 
 /// The bytes of a buffer view; an error comes with its member.
-pub(super) fn view<'a>(document: &Document, buffers: &'a [Vec<u8>], index: usize) -> Result<&'a [u8], Fault> {
+pub(super) fn view<'a>(document: &Document, buffers: &'a [Cow<'_, [u8]>], index: usize) -> Result<&'a [u8], Fault> {
     let member = format!("bufferViews[{index}]");
     let Some(view) = document.buffer_views.get(index) else {
         return Err((member, document::no_such("buffer view", index, document.buffer_views.len())));

@@ -3,6 +3,7 @@
 use std::collections::HashMap;
 
 use serde::Deserialize;
+use serde::de::IgnoredAny;
 
 use super::Fault;
 use crate::Error;
@@ -90,7 +91,7 @@ pub(super) struct Primitive {
     #[serde(default = "triangles")]
     pub(super) mode: u64,
     #[serde(default)]
-    pub(super) targets: Vec<serde_json::Value>,
+    pub(super) targets: Vec<IgnoredAny>,
 }
 
 #[derive(Debug, Deserialize)]
@@ -200,7 +201,7 @@ pub(super) struct Accessor {
     #[serde(rename = "type")]
     pub(super) shape: String,
     pub(super) count: usize,
-    pub(super) sparse: Option<serde_json::Value>,
+    pub(super) sparse: Option<IgnoredAny>,
 }
 
 #[derive(Debug, Deserialize)]
@@ -218,6 +219,15 @@ pub(super) struct BufferView {
 pub(super) struct Buffer {
     pub(super) uri: Option<String>,
     pub(super) byte_length: usize,
+}
+
+/// Bytes that a document takes in memory, at most: of each object the largest struct, of each entry of a list a number, in lists
+/// that grow by doubling.
+pub(super) fn memory_of(json: &[u8]) -> u64 {
+    let count = |byte: u8| json.iter().filter(|&&b| b == byte).count();
+    let largest = size_of::<Node>().max(size_of::<Material>()).max(size_of::<Accessor>()).max(size_of::<Primitive>());
+    let of = |count: usize, size: usize| (count as u64).saturating_mul(2 * size as u64);
+    of(count(b'{'), largest).saturating_add(of(count(b','), size_of::<String>()))
 }
 
 const fn no_rotation() -> [f64; 4] {

@@ -1,5 +1,6 @@
 //! Textures of glTF materials: images out of files, URIs and buffers, and where they lie on faces.
 
+use std::borrow::Cow;
 use std::io;
 use std::path::Path;
 use std::sync::Arc;
@@ -37,7 +38,7 @@ type Loaded = Option<Arc<Texture>>;
 /// Gives the materials their textures and says where these lie.
 pub(super) fn of_materials(
     document: &Document,
-    buffers: &[Vec<u8>],
+    buffers: &[Cow<'_, [u8]>],
     materials: &[usize],
     intake: &mut Intake,
     mut read: impl FnMut(&Path) -> io::Result<Vec<u8>>,
@@ -66,7 +67,7 @@ pub(super) fn of_materials(
 
 fn load(
     document: &Document,
-    buffers: &[Vec<u8>],
+    buffers: &[Cow<'_, [u8]>],
     used: &TextureUse,
     images: &mut [Option<Loaded>],
     intake: &mut Intake,
@@ -118,7 +119,7 @@ fn wrap_of(number: Option<u64>) -> Result<Wrap, Error> {
 
 fn open(
     document: &Document,
-    buffers: &[Vec<u8>],
+    buffers: &[Cow<'_, [u8]>],
     index: usize,
     intake: &mut Intake,
     read: &mut impl FnMut(&Path) -> io::Result<Vec<u8>>,
@@ -126,22 +127,23 @@ fn open(
     let (image, member) = (&document.images[index], format!("images[{index}]"));
     let place = intake.place(Position::Member(member.clone()));
     let content = match (&image.uri, image.buffer_view) {
-        (Some(uri), _) => match buffer::of_uri(uri, read) {
-            Ok(content) => content,
+        (Some(uri), _) => match buffer::of_uri(uri, intake.budget(), read) {
+            Ok(content) => Cow::Owned(content),
             Err(error @ Error::Unreadable { .. }) => {
                 intake.ignore(place, format!("a texture is not used, {error}: factors hold all over the face"));
                 return Ok(None);
             }
             Err(error) => return Err((member, error)),
         },
-        (None, Some(view)) => buffer::view(document, buffers, view)?.to_vec(),
+        (None, Some(view)) => Cow::Borrowed(buffer::view(document, buffers, view)?),
         (None, None) => return Err((member, Error::expected("a `uri` or a `bufferView`", "none"))),
     };
     if !texture::is_png(&content) {
-        intake.ignore(place, "textures that are no PNG are not used: factors hold all over the face".to_owned());
+        let format = texture::format_of(&content);
+        intake.ignore(place, format!("a texture is {format} and would have to be a PNG: factors hold all over the face"));
         return Ok(None);
     }
-    let (texture, transparent) = texture::decode(&content, &member).map_err(|error| (member, error))?;
+    let (texture, transparent) = texture::decode(&content, &member, intake.budget()).map_err(|error| (member, error))?;
     if transparent {
         intake.ignore(place, "transparency is not used: every face is opaque".to_owned());
     }

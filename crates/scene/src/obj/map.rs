@@ -3,7 +3,7 @@
 //! `(u, v)` of a face becomes `s (u, v) + o` with the options `-s` and `-o`. A texture repeats, or with `-clamp on` continues with
 //! its last texels. v = 0 is the lowest row of the image.
 //!
-//! A texture whose file is missing or is no PNG is noted and not used; options that would change its values are noted.
+//! A texture whose file is missing or is no PNG is noted by its name and not used; options that would change its values are noted.
 
 use std::collections::HashMap;
 use std::io;
@@ -12,7 +12,7 @@ use std::sync::Arc;
 
 use crate::scene::Intake;
 use crate::texture::{self, Quantity, Texture, Wrap};
-use crate::words::{Words, quoted};
+use crate::words::{Words, printable, quoted};
 use crate::{Error, Place};
 
 /// A texture as a library names it.
@@ -126,6 +126,7 @@ impl Textures {
                 }
             };
             if let Some(texture) = texture {
+                // The texels stay shared.
                 let texture = if map.clamp { Arc::new(Texture::clone(&texture).wrapped([Wrap::Clamp; 2])) } else { texture };
                 intake.scene().set_texture(material, quantity, texture).map_err(|error| error.at(map.place))?;
                 mappings[quantity as usize] = Some(map.mapping);
@@ -147,13 +148,17 @@ fn open(
     let content = read(&map.file);
     let why = match content {
         Ok(content) if texture::is_png(&content) => {
-            let (texture, transparent) = texture::decode(&content, &name).map_err(|error| error.at(map.place.clone()))?;
+            let decoded = texture::decode(&content, &name, intake.budget());
+            let (texture, transparent) = decoded.map_err(|error| error.at(map.place.clone()))?;
             if transparent {
                 intake.ignore(map.place.clone(), "transparency is not used: every face is opaque".to_owned());
             }
             return Ok(Some(Arc::new(texture.turned_over())));
         }
-        Ok(_) => "is no PNG".to_owned(),
+        Ok(content) => format!("is {} and would have to be a PNG", texture::format_of(&content)),
+        Err(error) if error.kind() == io::ErrorKind::FileTooLarge => {
+            return Err(intake.budget().exceeded(&format!("`{}`", printable(&name))).at(map.place.clone()));
+        }
         Err(error) => format!("cannot be read: {error}"),
     };
     let instead = if quantity == Quantity::Radiance { "Ke" } else { "Kd" };

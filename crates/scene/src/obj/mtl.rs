@@ -1,8 +1,9 @@
 //! Material libraries of OBJ files: `Kd` is the diffuse reflectance, `Ke` the emitted radiance, each 0 where it is not given. A
 //! texture, `map_Kd` or `map_Ke`, multiplies them, and stands alone where they are not given.
 //!
-//! What else a material says does not concern a diffuse surface. Where it would change the diffuse part, as
-//! transparency does, that is noted; keywords that are unknown are noted too.
+//! What else a material says does not concern a diffuse surface, and is noted; so are keywords that are unknown.
+//!
+//! A file without `newmtl` in its first statement is no library, and no message quotes from it: a scene may name any file.
 
 use std::collections::HashMap;
 use std::path::Path;
@@ -39,7 +40,11 @@ pub(super) fn parse(
     let mut entry: Option<Entry> = None;
     for_each_statement(text, |line, statement| {
         let place = Place::new(file, Position::Line(line));
-        let result = decode(statement).and_then(|text| {
+        let text = match decode(statement) {
+            Err(_) if entry.is_none() => Err(no_library()),
+            text => text,
+        };
+        let result = text.and_then(|text| {
             let mut words = Words::new(text);
             let keyword = words.next().unwrap_or_default();
             if keyword == "newmtl" {
@@ -51,14 +56,16 @@ pub(super) fn parse(
                 let next = Entry { name, reflectance: none(), radiance: none(), maps: [None, None] };
                 return entry.replace(next).map_or(Ok(()), |entry| add(entry, intake, materials, textures));
             }
-            let Some(entry) = entry.as_mut() else {
-                return Err(Error::expected("`newmtl` before any property", quoted(Some(keyword))));
-            };
+            let Some(entry) = entry.as_mut() else { return Err(no_library()) };
             property(entry, keyword, words, intake, &place)
         });
         result.map_err(|error| if error.place().is_some() { error } else { error.at(place) })
     })?;
     entry.map_or(Ok(()), |entry| add(entry, intake, materials, textures))
+}
+
+fn no_library() -> Error {
+    Error::expected("a material library, `newmtl` first", "another file")
 }
 
 fn property(entry: &mut Entry, keyword: &str, mut words: Words<'_>, intake: &mut Intake, place: &Place) -> Result<(), Error> {
@@ -79,8 +86,10 @@ fn property(entry: &mut Entry, keyword: &str, mut words: Words<'_>, intake: &mut
         "map_d" => intake.ignore(place.clone(), "texture `map_d` is not used: every face is opaque".to_owned()),
         "Ka" | "Ks" | "Ns" | "Ni" | "Tf" | "illum" | "sharpness" | "map_Ka" | "map_Ks" | "map_Ns" | "map_bump" | "map_Bump"
         | "bump" | "disp" | "decal" | "refl" | "map_refl" | "map_aat" | "norm" | "Pr" | "Pm" | "Ps" | "Pc" | "Pcr" | "aniso"
-        | "anisor" | "map_Pr" | "map_Pm" | "map_Ps" => {}
-        _ => intake.ignore(place.clone(), format!("unknown property `{keyword}` is not used")),
+        | "anisor" | "map_Pr" | "map_Pm" | "map_Ps" => {
+            intake.ignore(place.clone(), format!("property `{keyword}` is not used: surfaces are opaque and diffuse"));
+        }
+        _ => intake.ignore(place.clone(), format!("unknown property {} is not used", quoted(Some(keyword)))),
     }
     Ok(())
 }
@@ -107,7 +116,7 @@ fn add(entry: Entry, intake: &mut Intake, materials: &mut HashMap<String, usize>
     let Entry { name, reflectance, radiance, maps } = &entry;
     let values = |colour: &Colour, map: &Option<Map>| colour.values.unwrap_or([if map.is_some() { 1.0 } else { 0.0 }; 3]);
     let [of_reflectance, of_radiance] = [values(reflectance, &maps[0]), values(radiance, &maps[1])];
-    let index = intake.scene().add_material(name, of_reflectance, of_radiance).map_err(|error| {
+    let index = intake.add_material(name, &of_reflectance, &of_radiance).map_err(|error| {
         let place =
             if matches!(error, Error::Material { quantity: "radiance", .. }) { &radiance.place } else { &reflectance.place };
         error.at(place.clone())

@@ -1,6 +1,7 @@
 //! OBJ and MTL as they are written in the world, and every kind of wrong line.
 
 use super::*;
+use crate::Degenerate;
 use crate::{Note, Quantity};
 
 /// Four vertices of a unit square in z = 0, counter-clockwise from above.
@@ -78,6 +79,8 @@ fn materials_have_reflectance_and_radiance_and_the_rest_is_noted_where_it_matter
     assert_eq!(
         notes,
         [
+            "my lamps.mtl:4: property `Ns` is not used: surfaces are opaque and diffuse",
+            "my lamps.mtl:5: property `illum` is not used: surfaces are opaque and diffuse",
             "my lamps.mtl:8: unknown property `fancy` is not used",
             "my lamps.mtl:11: transparency is not used: every face is opaque",
             "my lamps.mtl:7: texture `map_Kd` is not used, `wood.png` cannot be read: no such file: `Kd` holds all over the face",
@@ -89,14 +92,23 @@ fn materials_have_reflectance_and_radiance_and_the_rest_is_noted_where_it_matter
 #[test]
 fn several_libraries_may_stand_in_one_line() {
     let read = with_library(&format!("mtllib my lamps.mtl a.mtl\n{SQUARE}usemtl grey\nf 1 2 3"), "newmtl grey\n");
-    assert_eq!(read.unwrap_err().to_string(), "a.obj:1: `my` cannot be read: no such file");
+    let notes: Vec<String> = read.unwrap().notes().iter().map(ToString::to_string).collect();
+    assert_eq!(notes, ["my", "lamps.mtl"].map(|name| format!("a.obj:1: `{name}` cannot be read: no such file")));
     let both = format!("mtllib a.mtl a.mtl\n{SQUARE}usemtl grey\nf 1 2 3");
     assert!(with_library(&both, "newmtl grey\n").is_ok());
 }
 
 #[test]
 fn a_missing_library_or_material_is_named_with_its_line() {
-    assert_eq!(message("# x\nmtllib none.mtl\n"), "a.obj:2: `none.mtl` cannot be read: no such file");
+    let text = format!("# x\nmtllib none.mtl\n{SQUARE}usemtl grey\nf 1 2 3\n");
+    assert_eq!(message(&text), "a.obj:7: there is no material `grey`: `none.mtl` cannot be read: no such file");
+    // Where nobody needs it, it is black.
+    let optional = Reading { materials: crate::Materials::Optional, ..Reading::default() };
+    let missing = |_: &Path| Err(io::Error::new(io::ErrorKind::NotFound, "no such file"));
+    let read = parse(text.as_bytes(), Path::new("a.obj"), optional, missing).unwrap();
+    let notes: Vec<String> = read.notes().iter().map(ToString::to_string).collect();
+    assert_eq!(notes[0], "a.obj:2: `none.mtl` cannot be read: no such file");
+    assert!(notes[1].ends_with("no such file: taken as black") && read.materials()[0].name() == "grey", "{notes:?}");
     assert_eq!(message("mtllib a.mtl\nusemtl gray\n"), "a.obj:2: there is no material `gray`: 1 are known from 1 libraries");
     assert!(message("mtllib\n").starts_with("a.obj:1: expected the name of a material library"));
 }
@@ -110,14 +122,17 @@ fn a_wrong_material_is_named_with_the_line_of_its_library() {
     );
     assert_eq!(
         error("newmtl m\nKd 1 1 1\n\nKe 0 0 -1\nnewmtl n\n"),
-        "a.mtl:4: material `m`: radiance is -1 in channel `b`: it must be finite and not negative"
+        "a.mtl:4: material `m`: radiance is -1 in channel `b`: it must be finite and not negative, and so must be its product with pi"
     );
     assert_eq!(error("newmtl m\nKd 0.5 0.5\n"), "a.mtl:2: expected a number (blue), found the end of the line");
     assert_eq!(
         error("newmtl m\nKd spectral a.rfl\n"),
         "a.mtl:2: a colour given as `spectral` cannot be represented: give red, green and blue"
     );
-    assert_eq!(error("Kd 1 1 1\n"), "a.mtl:1: expected `newmtl` before any property, found `Kd`");
+    // No word of a file that is none is shown.
+    for foreign in ["Kd 1 1 1\n", "root:x:0:0\n", "secret", "\x1b[2J\n"] {
+        assert_eq!(error(foreign), "a.mtl:1: expected a material library, `newmtl` first, found another file");
+    }
     assert_eq!(error("newmtl\n"), "a.mtl:1: expected the name of a material, found the end of the line");
 }
 
@@ -289,7 +304,10 @@ fn a_texture_that_cannot_be_used_is_noted_and_a_broken_one_is_refused() {
         textured(&text, &format!("newmtl m\nKd 0.5 0.5 0.5\n{map}\n"))
     };
     let note = with("map_Kd photo.jpg").unwrap().notes()[0].to_string();
-    assert_eq!(note, "a.mtl:3: texture `map_Kd` is not used, `photo.jpg` is no PNG: `Kd` holds all over the face");
+    assert_eq!(
+        note,
+        "a.mtl:3: texture `map_Kd` is not used, `photo.jpg` is of no known format and would have to be a PNG: `Kd` holds all over the face"
+    );
     assert!(with("map_Kd broken.png").unwrap_err().to_string().starts_with("a.mtl:3: texture `broken.png`: no PNG: "));
     assert_eq!(
         with("map_Kd -s 2").unwrap_err().to_string(),

@@ -18,6 +18,7 @@ use radgrad_core::{DVec3, Polygon, Receiver};
 use super::half_space::{Frame, HalfSpace, Located, Plane, Side};
 use super::hull::convex_hull;
 use super::shape::{Bounds, Shape};
+use crate::largest;
 use crate::projection::normalising_power;
 
 /// The space between a receiver, a point or a polygon, and an emitter: where occluders may be.
@@ -69,7 +70,7 @@ impl Beam {
     fn new(from: &[DVec3], emitter: &Polygon, of_surfaces: bool, horizon: impl FnOnce(&Frame) -> HalfSpace) -> Option<Self> {
         let to = convex_hull(emitter);
         let corners: Vec<DVec3> = from.iter().chain(emitter.vertices()).copied().collect();
-        let farthest = corners.iter().fold(0.0, |farthest: f64, &p| (p - from[0]).abs().max_element().max(farthest));
+        let farthest = corners.iter().map(|&p| (p - from[0]).abs().max_element()).fold(0.0, largest);
         let frame = Frame { origin: from[0], power: normalising_power(farthest) };
         let plane = Plane::of(emitter);
         let front = if of_surfaces { plane.over(&frame) } else { plane.front(&frame) };

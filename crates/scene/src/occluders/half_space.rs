@@ -23,6 +23,7 @@
 use radgrad_core::{DVec3, Polygon, Receiver};
 use robust::{Coord3D, orient3d};
 
+use crate::largest;
 use crate::projection::normalising_power;
 
 /// The bound of the module's text, in units of the magnitudes.
@@ -102,7 +103,7 @@ impl HalfSpace {
         let (u, v) = ((a - o) * frame.power, (b - o) * frame.power);
         let (m, n) = (u.abs(), v.abs());
         let magnitude = DVec3::new(m.y * n.z + m.z * n.y, m.z * n.x + m.x * n.z, m.x * n.y + m.y * n.x);
-        let largest = [o, a, b].iter().fold(0.0, |largest: f64, p| largest.max(p.abs().max_element()));
+        let largest = [o, a, b].iter().map(|p| p.abs().max_element()).fold(0.0, largest);
         let scale = normalising_power(largest);
         let exact = Exact::Points([o, a, b].map(|p| coordinates(p, scale)), scale);
         Self::new(u.cross(v), magnitude, frame.locate(o), 0.0, exact)
@@ -129,7 +130,7 @@ impl HalfSpace {
     /// differs from that by no more than the bound at the farthest coordinate.
     pub(super) fn misses_box(&self, low: &Located, high: &Located) -> bool {
         let corner = DVec3::select(self.normal.cmpgt(DVec3::ZERO), high.q, low.q);
-        sum(self.normal * corner) - self.offset < -(self.error(low.reach.max(high.reach)) + self.slack)
+        sum(self.normal * corner) - self.offset < -(self.error(largest(low.reach, high.reach)) + self.slack)
     }
 
     /// Whether no point of the convex hull of `points` is inside, where points on the plane are not.
@@ -210,7 +211,7 @@ impl Plane {
             normal,
             corners: (polygon.planarity_defect() == 0.0).then(|| [vertices[0], vertices[widest], vertices[widest + 1]]),
             defect: polygon.planarity_defect() * (1.0 + 4.0 * f64::EPSILON),
-            largest: vertices.iter().fold(0.0, |largest: f64, v| largest.max(v.abs().max_element())),
+            largest: vertices.iter().map(|v| v.abs().max_element()).fold(0.0, largest),
             slope: perimeter / area * power,
         }
     }

@@ -4,6 +4,7 @@
 use std::ops::Range;
 
 use super::shape::{Bounds, Shape};
+use crate::{largest, smallest};
 
 /// Polygons in a leaf, at most.
 const LEAF: usize = 4;
@@ -71,7 +72,7 @@ fn split(order: &mut [usize], polygons: &[Shape], whole: &Bounds) -> usize {
     let mut best: Option<(f64, usize, usize)> = None;
     let range = |axis: usize| {
         let centres = order.iter().map(|&i| polygons[i].bounds.centre(axis));
-        centres.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), c| (low.min(c), high.max(c)))
+        centres.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), c| (smallest(low, c), largest(high, c)))
     };
     let ranges = [0, 1, 2].map(range);
     #[expect(

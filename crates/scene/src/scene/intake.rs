@@ -1,14 +1,19 @@
 //! What the readers have in common: faces that come as lists of vertices, surfaces and materials that come by name.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::path::Path;
+use std::rc::Rc;
 use std::sync::Arc;
 
 use radgrad_core::{DVec3, Polygon};
 
 use super::{Note, Scene, split};
+use crate::reading::Budget;
 use crate::texture::Chart;
-use crate::{Error, Place, Position};
+use crate::{Error, Face, Materials, Place, Position, Reading, Surface};
+
+/// Bytes that the name of a surface may have: every face of a group looks it up.
+const LONGEST_NAME: usize = 1024;
 
 /// What to do with faces that are no polygon: without area, with repeated vertices or with fewer than three, crossing themselves.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -47,15 +52,55 @@ impl Outline {
 pub(crate) struct Intake {
     scene: Scene,
     file: Arc<Path>,
-    degenerate: Degenerate,
+    reading: Reading,
+    budget: Rc<Budget>,
     surfaces: HashMap<String, usize>,
     /// What was ignored already: each kind is noted once.
-    ignored: Vec<String>,
+    ignored: HashSet<String>,
+    /// The first note that there was no room for.
+    overdrawn: Option<Error>,
 }
 
 impl Intake {
-    pub(crate) fn new(scene: Scene, file: &Path, degenerate: Degenerate) -> Self {
-        Self { scene, file: file.into(), degenerate, surfaces: HashMap::new(), ignored: Vec::new() }
+    pub(crate) fn new(scene: Scene, file: &Path, reading: Reading, budget: &Rc<Budget>) -> Self {
+        let (budget, surfaces, ignored) = (Rc::clone(budget), HashMap::new(), HashSet::new());
+        Self { scene, file: file.into(), reading, budget, surfaces, ignored, overdrawn: None }
+    }
+
+    pub(crate) fn budget(&self) -> &Budget {
+        &self.budget
+    }
+
+    /// Whether faces may do without the values of their material.
+    pub(crate) fn needs_materials(&self) -> bool {
+        self.reading.materials == Materials::Required
+    }
+
+    /// Adds a material and returns its index.
+    pub(crate) fn add_material(&mut self, name: &str, reflectance: &[f64], radiance: &[f64]) -> Result<usize, Error> {
+        self.budget.take_many("materials", 1, 2 * size_of::<super::Material>() + 2 * name.len())?;
+        self.scene.add_material(name, reflectance, radiance)
+    }
+
+    /// A name that is not too long for a surface.
+    pub(crate) fn checked_name(name: &str) -> Result<&str, Error> {
+        if name.len() <= LONGEST_NAME {
+            return Ok(name);
+        }
+        Err(Error::expected(format!("a name of at most {LONGEST_NAME} bytes"), format!("one of {} bytes", name.len())))
+    }
+
+    /// Adds a surface, or what only hides others, and returns its index.
+    pub(crate) fn add_surface(&mut self, name: &str, exchanges: bool) -> Result<usize, Error> {
+        let name = Self::checked_name(name)?;
+        self.budget.take_many("surfaces", 1, 2 * size_of::<Surface>() + 4 * name.len())?;
+        Ok(if exchanges { self.scene.add_surface(name) } else { self.scene.add_obstruction(name) })
+    }
+
+    fn note(&mut self, note: Note) -> Result<(), Error> {
+        self.budget.take_many("notes", 1, 2 * size_of::<Note>() + 2 * LONGEST_NAME / 8)?;
+        self.scene.notes.push(note);
+        Ok(())
     }
 
     pub(crate) fn place(&self, position: Position) -> Place {
@@ -75,20 +120,27 @@ impl Intake {
     }
 
     /// The surface of this name, made where there is none yet.
-    pub(crate) fn surface(&mut self, name: &str) -> usize {
+    pub(crate) fn surface(&mut self, name: &str) -> Result<usize, Error> {
         if let Some(&index) = self.surfaces.get(name) {
-            return index;
+            return Ok(index);
         }
-        let index = self.scene.add_surface(name);
+        let index = self.add_surface(name, true)?;
         self.surfaces.insert(name.to_owned(), index);
-        index
+        Ok(index)
     }
 
     /// Notes that something was not used, at the first place of each kind.
     pub(crate) fn ignore(&mut self, place: Place, what: String) {
-        if !self.ignored.contains(&what) {
-            self.ignored.push(what.clone());
-            self.scene.notes.push(Note::Ignored { place, what });
+        if self.overdrawn.is_some() || self.ignored.contains(&what) {
+            return;
+        }
+        let room = self.budget.take_many("notes", 1, 2 * size_of::<Note>() + 3 * what.len());
+        match room {
+            Ok(()) => {
+                self.ignored.insert(what.clone());
+                self.scene.notes.push(Note::Ignored { place, what });
+            }
+            Err(error) => self.overdrawn = Some(error.at(place)),
         }
     }
 
@@ -105,8 +157,10 @@ impl Intake {
         mut outline: Outline,
         place: Place,
     ) -> Result<(), Error> {
-        if self.degenerate == Degenerate::Drop {
-            self.leave_out_repeated(&mut outline, &place);
+        let count = outline.vertices.len();
+        self.take_face(count).map_err(|error| error.at(place.clone()))?;
+        if self.reading.degenerate == Degenerate::Drop {
+            self.leave_out_repeated(&mut outline, &place)?;
         }
         let polygon = match Polygon::new(outline.vertices.clone()) {
             Ok(polygon) => polygon,
@@ -114,8 +168,7 @@ impl Intake {
                 let Some(split) = split::triangles(&outline.vertices) else { return self.refuse(error, place, Error::Warped) };
                 let triangles = self.add_triangles(surface, material, &outline, &split, &place)?;
                 let surface = self.scene.surfaces[surface].name.clone();
-                self.scene.notes.push(Note::Split { place, surface, triangles, distance, size });
-                return Ok(());
+                return self.note(Note::Split { place, surface, triangles, distance, size });
             }
             Err(error) => return self.refuse(error, place, Error::Face),
         };
@@ -130,8 +183,7 @@ impl Intake {
                 };
                 let triangles = self.add_triangles(surface, material, &outline, &split, &place)?;
                 let surface = self.scene.surfaces[surface].name.clone();
-                self.scene.notes.push(Note::SplitForTexture { place, surface, triangles, off });
-                Ok(())
+                self.note(Note::SplitForTexture { place, surface, triangles, off })
             }
             Err(error) => Err(error.at(place)),
         }
@@ -147,6 +199,7 @@ impl Intake {
         place: &Place,
     ) -> Result<usize, Error> {
         for triangle in split {
+            self.take_face(3).map_err(|error| error.at(place.clone()))?;
             let part = outline.part(triangle);
             let polygon = Polygon::new(part.vertices.clone()).map_err(|error| Error::Face(error).at(place.clone()))?;
             let charts = part.charts(&polygon).map_err(|error| error.at(place.clone()))?;
@@ -157,28 +210,36 @@ impl Intake {
     }
 
     fn refuse(&mut self, error: radgrad_core::Error, place: Place, fault: fn(radgrad_core::Error) -> Error) -> Result<(), Error> {
-        match self.degenerate {
+        match self.reading.degenerate {
             Degenerate::Refuse => Err(fault(error).at(place)),
-            Degenerate::Drop => {
-                self.scene.notes.push(Note::Dropped { place, reason: error });
-                Ok(())
-            }
+            Degenerate::Drop => self.note(Note::Dropped { place, reason: error }),
         }
     }
 
-    fn leave_out_repeated(&mut self, outline: &mut Outline, place: &Place) {
+    /// Takes the memory of a face of so many vertices.
+    fn take_face(&self, vertices: usize) -> Result<(), Error> {
+        // A polygon keeps more of an edge than its vertex: about ten times as much.
+        let size = size_of::<Face>() + vertices.saturating_mul(10 * size_of::<DVec3>());
+        self.budget.take_many("faces", 1, size)
+    }
+
+    fn leave_out_repeated(&mut self, outline: &mut Outline, place: &Place) -> Result<(), Error> {
         let given = &outline.vertices;
         let count = given.len();
         let repeats = |&vertex: &usize| count > 1 && given[vertex] == given[(vertex + count - 1) % count];
         let (left_out, kept): (Vec<usize>, Vec<usize>) = (0..count).partition(repeats);
         for vertex in left_out {
-            self.scene.notes.push(Note::RepeatedVertex { place: place.clone(), vertex });
+            self.note(Note::RepeatedVertex { place: place.clone(), vertex })?;
         }
         *outline = outline.part(&kept);
+        Ok(())
     }
 
     /// The scene, if it has faces; surfaces that got none are left out.
     pub(crate) fn finish(self) -> Result<Scene, Error> {
+        if let Some(error) = self.overdrawn {
+            return Err(error);
+        }
         if self.scene.faces.is_empty() {
             let left_out = self.scene.notes.iter().filter(|note| matches!(note, Note::Dropped { .. })).count();
             let found = if left_out == 0 { "none".to_owned() } else { format!("only the {left_out} that were left out") };

@@ -1,5 +1,6 @@
 //! What a face is made of.
 
+use std::f64::consts::PI;
 use std::sync::Arc;
 
 use crate::Error;
@@ -34,10 +35,24 @@ impl Material {
         if let Some((channel, &value)) = reflectance.iter().enumerate().find(|(_, r)| !(0.0..=1.0).contains(*r)) {
             return refused("reflectance", channel, value, "between 0 and 1");
         }
-        if let Some((channel, &value)) = radiance.iter().enumerate().find(|(_, r)| !(0.0..f64::INFINITY).contains(*r)) {
-            return refused("radiance", channel, value, "finite and not negative");
+        if let Some((channel, &value)) = radiance.iter().enumerate().find(|(_, r)| !(0.0..f64::INFINITY).contains(&(PI * **r))) {
+            return refused("radiance", channel, value, "finite and not negative, and so must be its product with pi");
         }
         Ok(Self { name, reflectance, radiance, textures: [None, None] })
+    }
+
+    /// Makes no reflectance larger than `most` in any channel, and says whether one was. A texture is darkened as a whole.
+    pub(super) fn cap_reflectance(&mut self, most: f64) -> bool {
+        let texture = self.textures[Quantity::Reflectance as usize].as_deref();
+        let mut capped = false;
+        for (channel, factor) in self.reflectance.iter_mut().enumerate() {
+            let peak = texture.map_or(1.0, |texture| texture.largest(channel));
+            if *factor * peak > most {
+                *factor = most / peak;
+                capped = true;
+            }
+        }
+        capped
     }
 
     /// Gives the material a texture; values times that of each texel must be as those of any material.
@@ -47,9 +62,12 @@ impl Material {
         }
         let (factors, largest, rule) = match quantity {
             Quantity::Reflectance => (&self.reflectance, 1.0, "between 0 and 1"),
-            Quantity::Radiance => (&self.radiance, f64::MAX, "finite"),
+            Quantity::Radiance => (&self.radiance, f64::MAX / PI, "finite, and so must be its product with pi"),
         };
-        if let Some((value, [column, row], channel)) = texture.values().find(|&(value, _, c)| factors[c] * value > largest) {
+        // Which texel it is, is looked for only where there is one.
+        let exceeds = (0..channels.len()).any(|channel| factors[channel] * texture.largest(channel) > largest);
+        let exceeding = || texture.values().find(|&(value, _, c)| factors[c] * value > largest);
+        if let Some((value, [column, row], channel)) = exceeds.then(exceeding).flatten() {
             let (product, quantity, material) = (factors[channel] * value, quantity.name(), &self.name);
             let rule = format!(
                 "{quantity} of material `{material}` is {product} at texel ({column}, {row}) in channel `{}`: it must be {rule}",
@@ -97,7 +115,7 @@ impl Material {
     /// Emitted radiosity in a channel without the texture: pi times the radiance, the `B` of `radgrad_core::Emission`.
     #[must_use]
     pub fn emitted_radiosity(&self, channel: usize) -> Option<f64> {
-        self.radiance.get(channel).map(|radiance| std::f64::consts::PI * radiance)
+        self.radiance.get(channel).map(|radiance| PI * radiance)
     }
 
     /// Whether it emits in any channel.

@@ -3,6 +3,7 @@
 use std::fmt;
 
 use crate::Place;
+use crate::words::printable;
 
 /// Something changed or left out while reading, and where.
 #[derive(Debug, Clone, PartialEq)]
@@ -46,6 +47,13 @@ pub enum Note {
         /// Why it is no polygon.
         reason: radgrad_core::Error,
     },
+    /// A reflectance was made smaller, as [`crate::Scene::cap_reflectance`] asks.
+    Capped {
+        /// Name of the material.
+        material: String,
+        /// The largest reflectance that was left.
+        most: f64,
+    },
     /// A part of the file was not used.
     Ignored {
         /// Where it stands first.
@@ -56,34 +64,42 @@ pub enum Note {
 }
 
 impl Note {
-    /// Where it happened.
+    /// Where it happened, if it was while reading a file.
     #[must_use]
-    pub const fn place(&self) -> &Place {
+    pub const fn place(&self) -> Option<&Place> {
         match self {
+            Self::Capped { .. } => None,
             Self::Split { place, .. }
             | Self::SplitForTexture { place, .. }
             | Self::RepeatedVertex { place, .. }
             | Self::Dropped { place, .. }
-            | Self::Ignored { place, .. } => place,
+            | Self::Ignored { place, .. } => Some(place),
         }
     }
 }
 
 impl fmt::Display for Note {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}: ", self.place())?;
+        if let Some(place) = self.place() {
+            write!(f, "{place}: ")?;
+        }
         match self {
+            Self::Capped { material, most } => {
+                write!(f, "material `{}` reflects more than {most}: capped, as was asked", printable(material))
+            }
             Self::Split { surface, triangles, distance, size, .. } => write!(
                 f,
-                "a face of `{surface}` has a vertex {distance:.3e} off its plane (size {size:.3e}): split into {triangles} triangles"
+                "a face of `{}` has a vertex {distance:.3e} off its plane (size {size:.3e}): split into {triangles} triangles",
+                printable(surface)
             ),
             Self::SplitForTexture { surface, triangles, off, .. } => write!(
                 f,
-                "a face of `{surface}` has texture coordinates {off:.3e} off an affine function: split into {triangles} triangles"
+                "a face of `{}` has texture coordinates {off:.3e} off an affine function: split into {triangles} triangles",
+                printable(surface)
             ),
             Self::RepeatedVertex { vertex, .. } => write!(f, "vertex {vertex} of the face repeats its predecessor: left out"),
             Self::Dropped { reason, .. } => write!(f, "face left out: {reason}"),
-            Self::Ignored { what, .. } => write!(f, "{what}"),
+            Self::Ignored { what, .. } => f.write_str(&printable(what)),
         }
     }
 }

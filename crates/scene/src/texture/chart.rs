@@ -6,13 +6,16 @@
 use radgrad_core::{DVec3, Polygon};
 
 use super::Texture;
-use crate::Error;
+use crate::{Error, largest, smallest};
 
 /// How far a vertex' coordinates may be off the affine function, in units of the texture: six decimals of a file.
 const ROUNDED: f64 = 1e-6;
 
 /// Texels that a face may have, counted as often as they repeat: more are noise, and would take all memory.
 const MOST_TEXELS: f64 = 16_777_216.0;
+
+/// Columns and rows are counted from the texture's origin up to here: beyond, doubles do not tell points of one texel apart.
+const FARTHEST_TEXEL: f64 = 1e12;
 
 /// `u` and `v` at each point of a face.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -50,14 +53,14 @@ impl Chart {
         let chart = Self { origin, at_origin: coordinates[0], gradients: [gradient(0), gradient(1)] };
         let off = |(vertex, uv): (&DVec3, &[f64; 2])| {
             let here = chart.coordinates(*vertex);
-            (here[0] - uv[0]).abs().max((here[1] - uv[1]).abs())
+            largest((here[0] - uv[0]).abs(), (here[1] - uv[1]).abs())
         };
         let (worst, off) = vertices
             .iter()
             .zip(coordinates)
             .map(off)
             .enumerate()
-            .fold((0, 0.0), |most, next| if next.1 > most.1 { next } else { most });
+            .fold((0, 0.0), |most, next| if next.1 > most.1 || next.1.is_nan() { next } else { most });
         if off <= ROUNDED { Ok(chart) } else { Err(Error::Chart { vertex: worst, off, allowed: ROUNDED }) }
     }
 
@@ -69,12 +72,18 @@ impl Chart {
 
     /// Whether a texture has no more texels on the polygon than can be summed.
     pub(crate) fn check(&self, polygon: &Polygon, texture: &Texture) -> Result<(), Error> {
-        let span = |k: usize| {
-            let at = polygon.vertices().iter().map(|&v| self.coordinates(v)[k]);
-            let (low, high) = at.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), c| (l.min(c), h.max(c)));
-            (high - low) * texture.size()[k] as f64 + 1.0
+        let extent = |k: usize| {
+            let at = polygon.vertices().iter().map(|&v| self.coordinates(v)[k] * texture.size()[k] as f64);
+            at.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], c| [smallest(low, c), largest(high, c)])
         };
-        let texels = span(0) * span(1);
+        let extents = [extent(0), extent(1)];
+        let far = extents.as_flattened().iter().map(|end| end.abs()).fold(0.0, largest);
+        // What is NaN is not near either.
+        if far.is_nan() || far > FARTHEST_TEXEL {
+            let rule = format!("a face has it {far:.3e} texels from its origin: at most {FARTHEST_TEXEL:e} are told apart");
+            return Err(Error::Texture { texture: texture.name().to_owned(), rule });
+        }
+        let texels: f64 = extents.iter().map(|[low, high]| high - low + 1.0).product();
         if texels <= MOST_TEXELS {
             return Ok(());
         }

@@ -5,6 +5,7 @@
 //! rounding of their corners.
 
 use super::{Texture, floor};
+use crate::{largest, smallest};
 
 /// A convex part of a polygon on which a texture is constant.
 #[derive(Debug, Clone, PartialEq)]
@@ -34,21 +35,25 @@ impl Texture {
         let polygon: Vec<Corner> = corners.iter().map(corner).collect();
         let rows = extent(&polygon, 1);
         for row in rows[0]..=rows[1] {
-            let strip = between(&polygon, 1, [row, row + 1], rows);
+            let strip = between(&polygon, 1, [row, row.saturating_add(1)], rows);
             if strip.len() < 3 {
                 continue;
             }
             let columns = extent(&strip, 0);
             let mut first = columns[0];
-            while first <= columns[1] {
+            loop {
                 let values = self.texel([first, row]);
                 let mut last = first;
                 while last < columns[1] && self.texel([last + 1, row]) == values {
                     last += 1;
                 }
-                let piece = between(&strip, 0, [first, last + 1], columns);
+                let piece = between(&strip, 0, [first, last.saturating_add(1)], columns);
                 if piece.len() >= 3 {
                     take(Piece { corners: piece.iter().map(|corner| corner.at).collect(), values });
+                }
+                // The last column may be the last integer.
+                if last >= columns[1] {
+                    break;
                 }
                 first = last + 1;
             }
@@ -59,9 +64,9 @@ impl Texture {
 /// The first and last texel along an axis. A polygon that ends on the edge of a texel has no part of the next.
 fn extent(polygon: &[Corner], axis: usize) -> [i64; 2] {
     let at = polygon.iter().map(|corner| corner.texel[axis]);
-    let (low, high) = at.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), c| (low.min(c), high.max(c)));
+    let (low, high) = at.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), c| (smallest(low, c), largest(high, c)));
     let (first, last) = (floor(low), floor(high));
-    [first, if last > first && last as f64 == high { last - 1 } else { last }]
+    [first, if last > first && last as f64 == high { last - 1 } else { last.max(first) }]
 }
 
 /// The part from one edge of texels to another, where `all` says between which ones there is anything.
@@ -129,6 +134,16 @@ mod tests {
             });
             assert!((covered - area(&polygon)).abs() < 1e-14, "{which}: {covered}");
             assert!(pieces >= if which < 3 { 3 } else { 1 }, "{which}: {pieces}");
+        }
+    }
+
+    #[test]
+    fn texels_beyond_all_integers_end() {
+        let texture = Texture::new("t", [2, 2], 1, vec![0.25, 0.5, 0.75, 1.0]).unwrap();
+        for far in [1e300, -1e300, 9.3e18, f64::INFINITY, f64::NAN] {
+            let mut pieces = 0;
+            texture.cut(&[[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]], |_| [far, far], |_| pieces += 1);
+            assert!(pieces <= 1, "{far}");
         }
     }
 

@@ -10,27 +10,50 @@ use png::{BitDepth, ColorType, Decoder, Limits, Transformations};
 
 use super::Texture;
 use crate::Error;
-
-/// Texels a texture may have: 8192 by 8192.
-const MOST_TEXELS: u64 = 1 << 26;
+use crate::reading::Budget;
+use crate::words::printable;
 
 /// Whether a file starts as a PNG does.
 pub(crate) fn is_png(content: &[u8]) -> bool {
     content.starts_with(b"\x89PNG\r\n\x1a\n")
 }
 
-/// The texture of a file of this name, and whether it has transparent texels, which are taken as opaque.
-pub(crate) fn decode(content: &[u8], name: &str) -> Result<(Texture, bool), Error> {
+/// What a file that is no PNG starts as, for people.
+pub(crate) fn format_of(content: &[u8]) -> &'static str {
+    let starts: [(&[u8], &str); 8] = [
+        (b"\xff\xd8\xff", "a JPEG"),
+        (b"GIF8", "a GIF"),
+        (b"BM", "a BMP"),
+        (b"II*\0", "a TIFF"),
+        (b"MM\0*", "a TIFF"),
+        (b"\xabKTX", "a KTX"),
+        (b"#?RADIANCE", "a picture of Radiance"),
+        (b"\x76\x2f\x31\x01", "an EXR"),
+    ];
+    match starts.iter().find(|(start, _)| content.starts_with(start)) {
+        Some((_, name)) => name,
+        None if content.starts_with(b"RIFF") && content.get(8..12) == Some(b"WEBP") => "a WebP",
+        None => "of no known format",
+    }
+}
+
+/// The texture of a file of this name, and whether it has transparent texels, which are taken as opaque. Its memory is taken from
+/// the budget before it is used.
+pub(crate) fn decode(content: &[u8], name: &str, budget: &Budget) -> Result<(Texture, bool), Error> {
     let refused = |rule: String| Error::Texture { texture: name.to_owned(), rule };
     let failed = |error: png::DecodingError| refused(format!("no PNG: {error}"));
-    let mut decoder = Decoder::new_with_limits(Cursor::new(content), Limits { bytes: 1 << 30 });
+    let bytes = usize::try_from(budget.left()).unwrap_or(usize::MAX);
+    let mut decoder = Decoder::new_with_limits(Cursor::new(content), Limits { bytes });
     decoder.set_transformations(Transformations::EXPAND);
+    // Compressed texts and profiles may be large, and are of no use.
+    decoder.set_ignore_text_chunk(true);
+    decoder.set_ignore_iccp_chunk(true);
     let mut reader = decoder.read_info().map_err(failed)?;
     let info = reader.info();
     let (columns, rows) = (info.width, info.height);
-    if u64::from(columns) * u64::from(rows) > MOST_TEXELS {
-        return Err(refused(format!("it has {columns} x {rows} texels: at most {MOST_TEXELS} are read")));
-    }
+    // Three doubles a texel, and the samples of the file, of up to eight bytes a texel.
+    let memory = (u64::from(columns) * u64::from(rows)).saturating_mul(3 * 8 + 8);
+    budget.take(&format!("texture `{}` of {columns} x {rows} texels", printable(name)), memory)?;
     let gamma = info.gama_chunk.filter(|_| info.srgb.is_none()).map(|gamma| f64::from(gamma.into_value()));
     if let Some(gamma) = gamma.filter(|gamma| *gamma <= 0.0) {
         return Err(refused(format!("its gamma is {gamma}: it must be above 0")));
@@ -76,6 +99,10 @@ pub(crate) fn decode(content: &[u8], name: &str) -> Result<(Texture, bool), Erro
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    fn decode(content: &[u8], name: &str) -> Result<(Texture, bool), Error> {
+        super::decode(content, name, &Budget::new(1 << 20))
+    }
 
     fn png(colour: ColorType, depth: BitDepth, data: &[u8], gamma: Option<u32>) -> Vec<u8> {
         let mut file = Vec::new();

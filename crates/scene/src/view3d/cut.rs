@@ -7,8 +7,8 @@
 use radgrad_core::{DVec3, Polygon};
 use robust::{Coord, orient2d};
 
-use crate::Error;
 use crate::projection::Projection;
+use crate::{Error, largest};
 
 /// Vertices may be off the base's plane by this fraction of its size, as in `radgrad_core::Polygon`.
 const PLANARITY: f64 = 4e-12;
@@ -51,9 +51,9 @@ impl Remainder {
     /// against it if `reversed`.
     pub(super) fn without(&mut self, subsurface: &Polygon, reversed: bool) -> Result<(), Error> {
         let mut hole = subsurface.vertices().to_vec();
-        let off = hole.iter().map(|&v| self.normal.dot(v - self.origin).abs()).fold(0.0, f64::max);
-        let largest = hole.iter().fold(self.origin.abs().max_element(), |largest, v| largest.max(v.abs().max_element()));
-        let allowed = PLANARITY * self.size + 4.0 * f64::EPSILON * largest;
+        let off = hole.iter().map(|&v| self.normal.dot(v - self.origin).abs()).fold(0.0, largest);
+        let farthest = hole.iter().map(|v| v.abs().max_element()).fold(self.origin.abs().max_element(), largest);
+        let allowed = PLANARITY * self.size + 4.0 * f64::EPSILON * farthest;
         if off > allowed {
             return Err(self.fault(format!("a vertex is {off:e} off the plane of the base (allowed {allowed:e})")));
         }
@@ -69,13 +69,15 @@ impl Remainder {
         }
         let mut covered = 0.0;
         for piece in std::mem::take(&mut self.pieces) {
-            let mut rest = piece;
+            let (mut rest, mut outside) = (piece.clone(), Vec::new());
             for (i, &from) in hole.iter().enumerate() {
                 let to = hole[(i + 1) % hole.len()];
-                self.pieces.extend(Some(self.half(&rest, to, from)).filter(|outside| self.has_area(outside)));
+                outside.extend(Some(self.half(&rest, to, from)).filter(|outside| self.has_area(outside)));
                 rest = self.half(&rest, from, to);
             }
             covered += self.area(&rest);
+            // What the subsurface does not reach stays in one piece: else there were as many as its lines have crossings.
+            if self.has_area(&rest) { self.pieces.extend(outside) } else { self.pieces.push(piece) }
         }
         let missing = subsurface.area() - covered;
         if missing.abs() > AREA * self.area {
@@ -83,6 +85,11 @@ impl Remainder {
             return Err(self.fault(rule));
         }
         Ok(())
+    }
+
+    /// How many pieces there are.
+    pub(super) fn count(&self) -> usize {
+        self.pieces.len()
     }
 
     /// The pieces that are left.

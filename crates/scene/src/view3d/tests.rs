@@ -1,6 +1,7 @@
 //! `View3D` files of our own, and every kind of wrong line.
 
 use super::*;
+use crate::Degenerate;
 use crate::{Note, Surface};
 
 /// A unit cube seen from inside, as six surfaces.

@@ -17,6 +17,7 @@ use fearless_simd::Simd;
 use crate::batch::linear::Wide;
 use crate::lanes::angle::angles;
 use crate::lanes::lane::{constant, polynomials};
+use crate::scalar::arithmetic::Arithmetic;
 
 /// Largest absolute error of Clausen's function for its argument, in roundoffs.
 pub(super) const CLAUSEN: f64 = 25.0;
@@ -57,7 +58,7 @@ impl<S: Simd> Segment<S> {
         let [from, to] = [ends[0].abs(), ends[1].abs()];
         let [phi, phi_to, psi, psi_to] = angles(simd, [from, to, from, to], [beside, beside, self.moment, self.moment]);
         let reach = (self.moment + beside) / self.height;
-        let lambda = (reach * reach * self.inverse).logarithm(simd) * constant(simd, 0.5);
+        let lambda = (reach * reach * self.inverse).ln() * constant(simd, 0.5);
         let turn = constant(simd, std::f64::consts::TAU);
         let pi = constant(simd, std::f64::consts::PI);
         let sums = [two * (phi + psi), two * (phi_to + psi_to)];
@@ -94,7 +95,7 @@ fn clausens<S: Simd, const N: usize>(simd: S, t: [Wide<S>; N]) -> [Wide<S>; N] {
     let series = polynomials(simd, squares, &SERIES);
     let mut values = t;
     for k in 0..N {
-        let logarithm = t[k].max(constant(simd, f64::MIN_POSITIVE)).logarithm(simd);
+        let logarithm = t[k].max(constant(simd, f64::MIN_POSITIVE)).ln();
         values[k] = t[k] * ((constant(simd, 1.0) - logarithm) + squares[k] * series[k]);
     }
     values

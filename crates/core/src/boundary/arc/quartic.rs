@@ -1,8 +1,9 @@
 //! Fourth-order moments of an arc: what the second derivatives need beyond [`Moments`](crate::boundary::arc::Moments).
 
-use crate::boundary::arc::{Arc, Ends, half_angle_minus_sine};
+use crate::boundary::arc::{Arc, Ends};
 use crate::boundary::line::Frame;
 use crate::scalar::real::Real;
+use crate::scalar::series::sine::half_angle_minus_sine;
 
 /// Integrals over an arc of `cos^4`, `cos^3 sin` and `cos^2 sin^2` of the angle from the frame's `toward`.
 #[derive(Debug, Clone, Copy)]

@@ -1,9 +1,10 @@
 //! What an arc weighs in the gradient of a constant emitter's radiosity.
 
-use crate::boundary::arc::{Arc, Generator, sine_series};
+use crate::boundary::arc::{Arc, Generator};
 use crate::boundary::line::Line;
-use crate::scalar::number::Number;
+use crate::scalar::arithmetic::Arithmetic;
 use crate::scalar::real::Real;
+use crate::scalar::series::sine::psi;
 use crate::scalar::vec3::Vec3;
 
 impl<T: Real> Arc<T> {
@@ -16,7 +17,7 @@ impl<T: Real> Arc<T> {
     #[inline]
     pub(crate) fn weight(&self, line: &Line<T>, n1: Vec3<T>) -> T {
         if !self.is_within_a_quarter_turn() {
-            return self.weight_in_frame(line, n1);
+            return self.weight_past_a_quarter_turn(line, n1);
         }
         let ends = [&self.start, &self.end];
         let near = if let Generator::Emitter(_) = self.generator {
@@ -28,80 +29,45 @@ impl<T: Real> Arc<T> {
         self.within_a_quarter_turn(near, ends.map(|end| n1.dot(end.point) * end.inverse))
     }
 
-    /// `p.(M n1)` of an arc up to a quarter turn for a vector p of its plane, from what it and n1 are along the directions of the
-    /// ends.
-    #[inline]
-    pub(crate) fn within_a_quarter_turn(&self, [q1, q2]: [T; 2], [c1, c2]: [T; 2]) -> T {
-        let product = self.start.inverse * self.end.inverse;
-        let (sin, cos) = (self.across * product, self.inline * product);
-        let one_and_cos = T::exact(1.0) + cos;
-        let chi = (self.angle + sin) / (one_and_cos * T::exact(4.0));
-        chi * (q1 + q2) * (c1 + c2) + psi(self.angle, sin, cos, one_and_cos) * (q2 - q1) * (c2 - c1)
-    }
-
     /// Whether the angle is at most a right one.
     #[inline]
     pub(crate) fn is_within_a_quarter_turn(&self) -> bool {
         self.inline.value() >= 0.0
     }
 
+    #[cold]
+    fn weight_past_a_quarter_turn(&self, line: &Line<T>, n1: Vec3<T>) -> T {
+        self.weight_in_frame(line, n1)
+    }
+}
+
+impl<T: Arithmetic> Arc<T> {
+    /// `p.(M n1)` of an arc up to a quarter turn for a vector p of its plane, from what it and n1 are along the directions of the
+    /// ends.
+    #[inline(always)]
+    pub(crate) fn within_a_quarter_turn(&self, [q1, q2]: [T; 2], [c1, c2]: [T; 2]) -> T {
+        let product = self.start.inverse * self.end.inverse;
+        let (sin, cos) = (self.across * product, self.inline * product);
+        let one_and_cos = cos.like(1.0) + cos;
+        let chi = (self.angle + sin) / (one_and_cos * cos.like(4.0));
+        chi * (q1 + q2) * (c1 + c2) + psi(self.angle, sin, cos, one_and_cos) * (q2 - q1) * (c2 - c1)
+    }
+
     /// `|g + sin g|` and `1/(1 + cos g)`.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn angle_and_sine(&self) -> (T, T) {
         let product = self.start.inverse * self.end.inverse;
         let cos = self.inline * product;
-        ((self.angle + self.across * product).abs(), T::exact(1.0) / (T::exact(1.0) + cos))
+        ((self.angle + self.across * product).abs(), cos.like(1.0) / (cos.like(1.0) + cos))
     }
 
-    #[cold]
-    fn weight_in_frame(&self, line: &Line<T>, n1: Vec3<T>) -> T {
+    /// The weight on an edge of the emitter, of any angle.
+    #[inline(always)]
+    pub(crate) fn weight_in_frame(&self, line: &Line<T>, n1: Vec3<T>) -> T {
         let frame = line.frame();
         let m = self.moments(&frame);
         (m.cc * n1.dot(frame.toward) + m.cs * n1.dot(frame.along)) * line.nearness()
     }
-}
-
-/// `(g - sin g)/4(1 - cos g)`, up to a quarter turn.
-///
-/// On doubles by [`PSI`]; else for small g by the series p of `6 (g - sin g)/g^3`, `sin g = g (1 - g^2 p/6)` and
-/// `1 - cos g = sin^2 g/(1 + cos g)`.
-#[inline]
-fn psi<T: Real>(angle: T, sin: T, cos: T, one_and_cos: T) -> T {
-    if T::Number::IS_DOUBLE {
-        let z = angle * angle;
-        return angle * (T::exact(PSI[0]) + z * higher(z)).widened(T::Number::roundoff() * 0.06);
-    }
-    if angle.value().abs() > 1.0 {
-        return (angle - sin) / ((T::exact(1.0) - cos) * T::exact(4.0));
-    }
-    let square = angle * angle;
-    let series = sine_series(square);
-    let sine_over_angle = T::exact(1.0) - square * series / T::exact(6.0);
-    angle * series * one_and_cos / (sine_over_angle * sine_over_angle * T::exact(24.0))
-}
-
-/// Coefficients of `psi(g)/g` in powers of `g^2` up to `(pi/2)^2`, of least largest relative error by Remez's algorithm: 2^-54
-/// with rounded coefficients, most of it the rounding of 1/12.
-pub(crate) const PSI: [f64; 10] = [
-    0.083_333_333_333_333_33,
-    0.002_777_777_777_777_888_5,
-    9.920_634_920_487_068e-5,
-    3.306_878_314_529_27e-6,
-    1.043_837_648_752_227_8e-7,
-    3.170_544_222_560_070_5e-9,
-    9.365_030_454_239_462e-11,
-    2.727_115_302_175_878e-12,
-    7.214_105_562_980_108e-14,
-    3.093_407_690_573_923_5e-15,
-];
-
-/// The polynomial of [`PSI`] without its first term, over `z`, by Estrin's scheme.
-#[inline]
-fn higher<T: Real>(z: T) -> T {
-    let [_, c1, c2, c3, c4, c5, c6, c7, c8, c9] = PSI.map(T::exact);
-    let z2 = z * z;
-    let z4 = z2 * z2;
-    ((c1 + c2 * z) + (c3 + c4 * z) * z2) + (((c5 + c6 * z) + (c7 + c8 * z) * z2) + c9 * z4) * z4
 }
 
 #[cfg(test)]

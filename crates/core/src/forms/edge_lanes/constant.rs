@@ -8,7 +8,7 @@ use fearless_simd::{Simd, f64x4, mask64x4};
 use crate::boundary::plan::{Horizon, Plan};
 use crate::forms::constant_bound::Weighed;
 use crate::forms::edge_lanes::cut::Cut;
-use crate::forms::edge_lanes::{EdgeLanes, Weights, plan};
+use crate::forms::edge_lanes::{EdgeLanes, plan};
 use crate::forms::irradiance_and_gradient::IrradianceAndGradient;
 use crate::lanes::instruction_set::{INSTRUCTION_SET, on_instruction_set};
 use crate::lanes::vectors::{all, plus_first};
@@ -70,15 +70,15 @@ fn whole<S: Simd, const VALUE: bool, const GRADIENT: bool, const WIDE: bool>(
     let mut rest = polygon.vertices().len();
     let fours = polygon.four_edges();
     for four in fours {
-        let found = EdgeLanes::new::<WIDE>(simd, four, x, f64x4::splat(simd, power))?;
+        let four = EdgeLanes::new::<WIDE>(simd, four, x, f64x4::splat(simd, power), fours.len() == 1)?;
         let count = rest.min(4);
         rest -= count;
         if VALUE {
-            angles = plus_first(angles, found.normal * found.angle, count);
+            angles = plus_first(angles, four.line.normal * four.arc.angle, count);
         }
         if GRADIENT {
-            let weight = Weight::new::<WIDE>(&found, simd, n1, fours.len() == 1)?.weight;
-            edges = plus_first(edges, found.normal * -weight, count);
+            let weight = Weight::new::<WIDE>(simd, &four, n1)?.weight;
+            edges = plus_first(edges, four.line.normal * -weight, count);
         }
     }
     Some(IrradianceAndGradient { irradiance: angles * -0.5, gradient: edges })
@@ -97,11 +97,11 @@ fn cut<S: Simd, const VALUE: bool, const GRADIENT: bool>(
     let Cut { four, closing, .. } = &part;
     let (mut angles, mut slopes) = (Vec3::default(), Vec3::default());
     if VALUE {
-        angles = part.sum(simd, four.normal * four.angle, count);
+        angles = part.sum(simd, four.line.normal * four.arc.angle, count);
         angles = angles + closing.generator.normal() * closing.angle;
     }
     if GRADIENT {
-        slopes = part.sum(simd, four.normal * -Weight::new::<true>(four, simd, n1, false)?.weight, count);
+        slopes = part.sum(simd, four.line.normal * -Weight::new::<true>(simd, four, n1)?.weight, count);
     }
     Some(IrradianceAndGradient { irradiance: angles * -0.5, gradient: slopes })
 }
@@ -110,59 +110,29 @@ fn cut<S: Simd, const VALUE: bool, const GRADIENT: bool>(
 pub(crate) struct Weight<S: Simd> {
     pub(crate) weight: f64x4<S>,
     pub(super) weighed: Weighed<f64x4<S>>,
-    /// `1/|r|` at the ends.
-    pub(crate) inverses: [f64x4<S>; 2],
-    /// Where arcs are past a quarter turn, if any is, and one over the distance of the line.
-    pub(crate) wide: Option<(mask64x4<S>, f64x4<S>)>,
+    /// Where arcs are past a quarter turn, if any is.
+    pub(crate) wide: Option<mask64x4<S>>,
 }
 
 impl<S: Simd> Weight<S> {
-    /// Where all edges of a polygon are here, `closed`, each one ends where the next one starts. Unless `WIDE`, only of arcs up
-    /// to a quarter turn.
+    /// Unless `WIDE`, only of arcs up to a quarter turn.
     #[inline(always)]
-    pub(crate) fn new<const WIDE: bool>(four: &EdgeLanes<S>, simd: S, n1: Vec3<f64x4<S>>, closed: bool) -> Option<Self> {
-        let EdgeLanes { start, end, start_square, inline, angle, .. } = *four;
-        let wide = inline.simd_lt(f64x4::splat(simd, 0.0));
+    pub(crate) fn new<const WIDE: bool>(simd: S, four: &EdgeLanes<S>, n1: Vec3<f64x4<S>>) -> Option<Self> {
+        let EdgeLanes { arc, line, .. } = four;
+        let wide = arc.inline.simd_lt(f64x4::splat(simd, 0.0));
         if !WIDE && wide.any_true() {
             return None;
         }
-        let one = f64x4::splat(simd, 1.0);
-        let q1 = one / start_square.sqrt();
-        let c1 = n1.dot(start) * q1;
-        let (q2, c2) = if closed {
-            (q1.rotate_elements_left::<1>(), c1.rotate_elements_left::<1>())
-        } else {
-            let q2 = one / end.norm_squared().sqrt();
-            (q2, n1.dot(end) * q2)
-        };
-        let weights = Weights::new(simd, four, [q1, q2]);
-        let cosines = c1.abs() + c2.abs();
-        let (sum, turn) = (weights.sum, one / weights.one_and_cos);
-        let weighed = Weighed { near: q1 + q2, sum, turn, cosines, least: angle.min(cosines) };
-        let found = Self { weight: weights.of([q1, q2], [c1, c2]), weighed, inverses: [q1, q2], wide: None };
-        Some(if WIDE && wide.any_true() { found.past_a_quarter_turn(simd, four, n1, wide) } else { found })
-    }
-
-    /// In those lanes in the frame of the line, from its moments there.
-    #[inline(always)]
-    fn past_a_quarter_turn(mut self, simd: S, four: &EdgeLanes<S>, n1: Vec3<f64x4<S>>, wide: mask64x4<S>) -> Self {
-        let EdgeLanes { start, end, e, edge_square, normal, moment, across, inline, angle, .. } = *four;
-        let (one, half) = (f64x4::splat(simd, 1.0), f64x4::splat(simd, 0.5));
-        let length = edge_square.sqrt();
-        let along = e * (one / length);
-        let toward = along.cross(normal);
-        let nearness = length * (one / moment);
-        let [q1, q2] = self.inverses;
-        let (sin, cos) = (across * q1 * q2, inline * q1 * q2);
-        let (thin, thick) = ((angle - sin) * half, (angle + sin) * half);
-        let c = end.dot(toward) * q2 - start.dot(toward) * q1;
-        let s = end.dot(along) * q2 - start.dot(along) * q1;
-        let scale = one / ((one + cos.abs()) * 2.0);
-        let (cc, cs) = ((thin * (c * c) + thick * (s * s)) * scale, -sin * c * s * scale);
-        let weight = (cc * n1.dot(toward) + cs * n1.dot(along)) * nearness;
-        self.weight = wide.select(weight, self.weight);
-        self.wide = Some((wide, nearness));
-        self
+        let cosines = four.at_ends(
+            #[inline(always)]
+            |end| n1.dot(end.point) * end.inverse,
+        );
+        let mut weight = arc.within_a_quarter_turn([arc.start.inverse, arc.end.inverse], cosines);
+        let is_wide = WIDE && wide.any_true();
+        if is_wide {
+            weight = wide.select(arc.weight_in_frame(line, n1), weight);
+        }
+        Some(Self { weight, weighed: Weighed::new(arc, cosines), wide: is_wide.then_some(wide) })
     }
 }
 

@@ -75,23 +75,21 @@ impl<S: Simd> Bounded<S> {
         simd: S,
         four: &EdgeLanes<S>,
         n1: Vec3<f64x4<S>>,
-        (closed, additions): (bool, f64),
+        additions: f64,
         moved: (D, f64),
     ) -> Option<Self> {
-        if !four.moment.simd_ge(f64x4::splat(simd, LEAST_MOMENT)).all_true() {
+        if !four.line.moment.simd_ge(f64x4::splat(simd, LEAST_MOMENT)).all_true() {
             return None;
         }
-        let found = Weight::new::<WIDE>(four, simd, n1, closed)?;
-        // As `Line::relative_error`: edges that lanes take pass at an eighth of the distance at least.
-        let ratio = (four.line_square * four.edge_square).sqrt() / four.moment;
-        let (g, ew) = (four.angle, (ratio * 3.5 + 1.0) * ROUNDOFF);
+        let found = Weight::new::<WIDE>(simd, four, n1)?;
+        let (g, ew) = (four.arc.angle, four.relative_error() * ROUNDOFF);
         let of_angle = AngleError::new(g, g.min(f64x4::splat(simd, 1.0)), ew, moved);
         let (mut size, mut error) = of_angle.of_weight(&found.weighed);
-        if let Some((wide, nearness)) = found.wide {
-            let of_wide = of_angle.of_wide_weight(nearness);
+        if let Some(wide) = found.wide {
+            let of_wide = of_angle.of_wide_weight(four.line.nearness());
             (size, error) = (wide.select(of_wide.0, size), wide.select(of_wide.1, error));
         }
-        let normal = four.normal;
+        let normal = four.line.normal;
         let of_term = of_angle.of_term(n1.dot(normal).abs()) + g * additions;
         Some(Self {
             angle: normal * g,
@@ -116,8 +114,8 @@ fn whole<S: Simd, const WIDE: bool>(
     let mut rest = polygon.vertices().len();
     let additions = (rest - 1) as f64 * ROUNDOFF;
     for four in fours {
-        let four = EdgeLanes::new::<WIDE>(simd, four, x, f64x4::splat(simd, power))?;
-        let terms = Bounded::new::<_, WIDE>(simd, &four, n1, (fours.len() == 1, additions), (Still, 0.0))?;
+        let four = EdgeLanes::new::<WIDE>(simd, four, x, f64x4::splat(simd, power), fours.len() == 1)?;
+        let terms = Bounded::new::<_, WIDE>(simd, &four, n1, additions, (Still, 0.0))?;
         let count = rest.min(4);
         rest -= count;
         angles = plus_first(angles, terms.angle, count);
@@ -136,12 +134,12 @@ fn cut<S: Simd>(simd: S, receiver: &Receiver, polygon: &Polygon, power: f64) -> 
     let (n1, count) = (all(simd, receiver.normal()), polygon.vertices().len());
     let part = Cut::new(simd, receiver, edges, count, power)?;
     let Cut { four, closing, .. } = &part;
-    let nearest = four.start_square.min(four.end.norm_squared());
+    let nearest = four.arc.start.square.min(four.arc.end.square);
     // As `Moved`, at the nearer end.
     let eta = (f64x4::splat(simd, 10.4) / nearest.sqrt() + 3.0) * ROUNDOFF;
     // At most one arc more than edges.
     let additions = count as f64 * ROUNDOFF;
-    let terms = Bounded::new::<_, true>(simd, four, n1, (false, additions), (eta, FRACTION))?;
+    let terms = Bounded::new::<_, true>(simd, four, n1, additions, (eta, FRACTION))?;
     let (angles, edges) = (part.sum(simd, terms.angle, count), part.sum(simd, terms.edge, count));
     let (along, others) = (part.sum(simd, terms.along, count), part.sum(simd, terms.others, count));
     let angles = (angles + closing.generator.normal() * closing.angle) * -0.5;

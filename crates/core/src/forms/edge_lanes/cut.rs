@@ -2,16 +2,15 @@
 
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f64x4, mask64x4};
-use glam::DVec3;
 
 use crate::boundary::arc::{Arc, Generator};
 use crate::boundary::line::Sighted;
 use crate::forms::edge_lanes::EdgeLanes;
-use crate::lanes::double_double::DoubleDoubles;
-use crate::lanes::functions::plain_angle;
 use crate::lanes::vectors::{all, chosen, plus_first};
 use crate::problem::polygon::FourEdges;
 use crate::problem::receiver::{Receiver, unit_normal};
+use crate::scalar::arc_tangent::is_in_range;
+use crate::scalar::double_double::DoubleDouble;
 use crate::scalar::number::ROUNDOFF;
 use crate::scalar::vec3::Vec3;
 
@@ -34,10 +33,9 @@ impl<S: Simd> Cut<S> {
     /// vertices.
     #[inline(always)]
     pub(crate) fn new(simd: S, receiver: &Receiver, edges: &FourEdges, count: usize, power: f64) -> Option<Self> {
-        let lanes = f64x4::splat(simd, power);
-        let mut four = EdgeLanes::new::<true>(simd, edges, all(simd, receiver.position()), lanes)?;
-        let before = heights(simd, receiver, edges.starts(simd), lanes);
-        let after = heights(simd, receiver, edges.ends(simd), lanes);
+        let mut four = EdgeLanes::new::<true>(simd, edges, all(simd, receiver.position()), f64x4::splat(simd, power), false)?;
+        let before = heights(simd, receiver, edges.starts(simd), power);
+        let after = heights(simd, receiver, edges.ends(simd), power);
         if !before.abs().min(after.abs()).simd_ge(f64x4::splat(simd, LOWEST)).all_true() {
             return None;
         }
@@ -51,17 +49,13 @@ impl<S: Simd> Cut<S> {
         }
         let change = before - after;
         let fraction = exits.select(before / change, entries.select(after / -change, one));
-        let along = four.e * fraction;
-        let (from_start, from_end) = (four.start + along, four.end - along);
-        four.start = chosen(entries, from_end, four.start);
-        four.end = chosen(exits, from_start, four.end);
-        four.start_square = four.start.norm_squared();
-        four.across = fraction * four.moment;
-        four.inline = four.start.dot(four.end);
-        let (angle, plain) = plain_angle::<S, _, true>(simd, four.across, four.inline);
-        four.angle = angle;
+        let (Arc { start, end, .. }, along) = (&four.arc, four.line.e * fraction);
+        let start = Sighted::at(chosen(entries, end.point - along, start.point));
+        let end = Sighted::at(chosen(exits, four.arc.start.point + along, end.point));
+        four.arc = Arc::of_edge(start, end, fraction, four.line);
+        let plain = is_in_range(four.arc.across, four.arc.inline);
         let horizon = Generator::Horizon(-unit_normal::<f64>(receiver));
-        let (exit, entry) = (Sighted::at(lane(four.end, exit)), Sighted::at(lane(four.start, entry)));
+        let (exit, entry) = (Sighted::at(lane(end.point, exit)), Sighted::at(lane(start.point, entry)));
         plain.all_true().then(|| Self { four, visible: starts | ends, closing: Arc::between(exit, entry, horizon) })
     }
 
@@ -83,14 +77,9 @@ fn lane<S: Simd>(v: Vec3<f64x4<S>>, bit: u64) -> Vec3<f64> {
 
 /// As [`crate::boundary::plan::height_over_horizon`] where double-double does.
 #[inline(always)]
-fn heights<S: Simd>(simd: S, receiver: &Receiver, points: Vec3<f64x4<S>>, power: f64x4<S>) -> f64x4<S> {
-    let (n, x): (DVec3, DVec3) = (receiver.direction(), receiver.position());
-    let along_x = term(simd, n.x, points.x, x.x, power);
-    along_x.plus(term(simd, n.y, points.y, x.y, power)).plus(term(simd, n.z, points.z, x.z, power)).hi
-}
-
-#[inline(always)]
-fn term<S: Simd>(simd: S, n: f64, point: f64x4<S>, x: f64, power: f64x4<S>) -> DoubleDoubles<S> {
-    let r = DoubleDoubles::difference(point, f64x4::splat(simd, x), power);
-    DoubleDoubles { hi: f64x4::splat(simd, n), lo: f64x4::splat(simd, 0.0) }.times(simd, r)
+fn heights<S: Simd>(simd: S, receiver: &Receiver, points: Vec3<f64x4<S>>, power: f64) -> f64x4<S> {
+    let offset = |point, x| DoubleDouble::difference(point, x).scaled(power);
+    let (n, x) = (all(simd, receiver.direction()), all(simd, receiver.position()));
+    let n = n.map(|c| DoubleDouble { hi: c, lo: f64x4::splat(simd, 0.0) });
+    n.dot(Vec3::new(offset(points.x, x.x), offset(points.y, x.y), offset(points.z, x.z))).hi
 }

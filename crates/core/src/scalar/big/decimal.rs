@@ -2,7 +2,7 @@
 
 use astro_float::BigFloat;
 
-use crate::scalar::big::float::NEAREST;
+use crate::scalar::big::float::{NEAREST, mantissa_bits};
 use crate::scalar::big::magnitude::Magnitude;
 
 /// Ten to the 19th is the largest power of ten in a word.
@@ -78,10 +78,9 @@ fn words_of(integer: &BigFloat) -> Vec<u64> {
     // The mantissa is a fraction: its highest bits are the integer's.
     let shift = count * 64 - bits;
     let word = |place: usize| {
-        let at = |i: usize| mantissa.len().checked_sub(1 + i).map_or(0, |j| mantissa[j]);
         let from_top = count - 1 - place;
-        let above = if from_top == 0 || shift == 0 { 0 } else { at(from_top - 1) << (64 - shift) };
-        above | (at(from_top) >> shift)
+        let above = if from_top == 0 || shift == 0 { 0 } else { mantissa_bits(mantissa, from_top - 1) << (64 - shift) };
+        above | (mantissa_bits(mantissa, from_top) >> shift)
     };
     let mut words: Vec<u64> = (0..count).map(word).collect();
     while words.last() == Some(&0) {

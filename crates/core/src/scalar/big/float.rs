@@ -47,7 +47,7 @@ pub(crate) fn nearest_double(number: &BigFloat) -> f64 {
             f64::NAN
         };
     };
-    let leading = words.last().copied().unwrap_or(0);
+    let leading = mantissa_bits(words, 0);
     if leading == 0 {
         return 0.0;
     }
@@ -55,8 +55,34 @@ pub(crate) fn nearest_double(number: &BigFloat) -> f64 {
     if sign == Sign::Neg { -size } else { size }
 }
 
+/// 64 bits of a mantissa, whose highest are those of place 0: the library's words have 32 or 64 bits, by the target.
+pub(crate) fn mantissa_bits<W: Copy + Into<u64>>(words: &[W], place: usize) -> u64 {
+    let width = 8 * size_of::<W>();
+    let count = 64 / width;
+    (0..count).fold(0, |bits, part| {
+        let word = words.len().checked_sub(1 + place * count + part).map_or(0, |index| words[index].into());
+        bits | (word << (64 - width * (part + 1)))
+    })
+}
+
 /// The nearest double and a bound on the size of what it leaves, above it by two roundings.
 pub(crate) fn split_double(number: &BigFloat) -> (f64, Magnitude) {
     let double = nearest_double(number);
     (double, Magnitude::of(&exact_sum(number, &exact(-double))) * (1.0 + 2.0 * f64::EPSILON))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::mantissa_bits;
+
+    #[test]
+    fn bits_of_a_mantissa_are_the_same_in_words_of_either_size() {
+        let (long, short) =
+            ([0x1111_2222_3333_4444_u64, 0xaaaa_bbbb_cccc_dddd], [0x3333_4444_u32, 0x1111_2222, 0xcccc_dddd, 0xaaaa_bbbb]);
+        for (place, bits) in [(0, long[1]), (1, long[0]), (2, 0)] {
+            assert_eq!((mantissa_bits(&long, place), mantissa_bits(&short, place)), (bits, bits));
+        }
+        // An odd number of short words ends in the middle of a long one.
+        assert_eq!(mantissa_bits(&short[1..], 1), 0x1111_2222_0000_0000);
+    }
 }

@@ -5,7 +5,7 @@ use std::ops::{Add, Div, Mul, Sub};
 
 use astro_float::BigFloat;
 
-use crate::scalar::big::float::shifted;
+use crate::scalar::big::float::{mantissa_bits, shifted};
 use crate::scalar::radius::Radius;
 
 /// `mantissa 2^exponent`, the mantissa 0, infinite, not a number or of size in [1, 2).
@@ -31,7 +31,7 @@ impl Magnitude {
     /// Size of a number, from its leading 64 bits.
     pub(crate) fn of(number: &BigFloat) -> Self {
         match number.as_raw_parts() {
-            Some((words, _, _, exponent, _)) => Self::new(words.last().copied().unwrap_or(0) as f64, i64::from(exponent) - 64),
+            Some((words, _, _, exponent, _)) => Self::new(mantissa_bits(words, 0) as f64, i64::from(exponent) - 64),
             None => Self::from(if number.is_nan() { f64::NAN } else { f64::INFINITY }),
         }
     }

@@ -77,7 +77,7 @@ pub(super) fn rounded(number: BigFloat, bits: usize) -> BigFloat {
 }
 
 pub(super) fn integer(n: usize) -> BigFloat {
-    BigFloat::from_word(n as u64, 64)
+    BigFloat::from_u64(n as u64, 64)
 }
 
 /// `(-1)^k 6 / (2k + 3)!` while above an eighth of a roundoff.

@@ -1,7 +1,9 @@
 //! Coefficients of the series of [`crate::scalar::dilogarithm`] as double-doubles: computed with 120 digits, rounded; its tests
 //! hold the values that they give against others found without the series.
 
+use crate::scalar::arithmetic::Arithmetic;
 use crate::scalar::double_double::DoubleDouble;
+use crate::scalar::series::four_terms;
 
 /// `|B_2k| 2^(2k-1) / (2k+1)!`, k = 1..54.
 pub(crate) const SERIES: [DoubleDouble; 54] = [
@@ -71,7 +73,7 @@ pub(crate) const UNITS: f64 = 12.0;
 
 /// `J(x)/x^3` in powers of `x^2` up to `(pi/2)^2`, of least largest relative error by Remez's algorithm: 2^-56.3, with rounded
 /// coefficients 2^-54.0, most of it the rounding of 1/18.
-pub(crate) const DOUBLE_SERIES: [f64; 14] = [
+const DOUBLE_SERIES: [f64; 14] = [
     0.055_555_555_555_555_55,
     0.002_222_222_222_222_317_6,
     0.000_151_171_579_740_527_1,
@@ -89,12 +91,11 @@ pub(crate) const DOUBLE_SERIES: [f64; 14] = [
 ];
 
 /// The polynomial, its first term last and the others by Estrin's scheme.
-#[inline]
-pub(crate) fn double_sum(z: f64) -> f64 {
+#[inline(always)]
+pub(crate) fn double_sum<T: Arithmetic>(z: T) -> T {
     let c = &DOUBLE_SERIES;
     let z2 = z * z;
     let z4 = z2 * z2;
-    let pair = |k: usize| c[k] + c[k + 1] * z;
-    let four = |k: usize| pair(k) + pair(k + 2) * z2;
-    c[0] + z * ((four(1) + four(5) * z4) + (four(9) + c[13] * z4) * (z4 * z4))
+    let four = |k: usize| four_terms(&[c[k], c[k + 1], c[k + 2], c[k + 3]], z, z2);
+    z.like(c[0]) + z * ((four(1) + four(5) * z4) + (four(9) + z.like(c[13]) * z4) * (z4 * z4))
 }

@@ -1,6 +1,8 @@
-//! Coefficients of the series of `g - sin g`.
+//! The series of `g - sin g`, and what is made of it.
 
+use crate::scalar::arithmetic::Arithmetic;
 use crate::scalar::double_double::DoubleDouble;
+use crate::scalar::series::{nine_terms, seven_terms};
 
 /// `(-1)^k 6 / (2k + 3)!`: the series of `(g - sin g)/2` over `g^3/12`. For |g| <= 1 the ninth term is below 2^-55 of the
 /// first, the fifteenth below 2^-110.
@@ -22,7 +24,7 @@ pub(crate) const SINE_SERIES: [DoubleDouble; 14] = [
 ];
 
 /// [`SINE_SERIES`] over 12 on doubles.
-pub(crate) const DOUBLE_SERIES: [f64; 8] = {
+const DOUBLE_SERIES: [f64; 8] = {
     let (mut series, mut k) = ([0.0; 8], 0);
     while k < 8 {
         series[k] = SINE_SERIES[k].hi / 12.0;
@@ -30,3 +32,66 @@ pub(crate) const DOUBLE_SERIES: [f64; 8] = {
     }
     series
 };
+
+/// Coefficients of `psi(g)/g` in powers of `g^2` up to `(pi/2)^2`, of least largest relative error by Remez's algorithm: 2^-54
+/// with rounded coefficients, most of it the rounding of 1/12.
+const PSI: [f64; 10] = [
+    0.083_333_333_333_333_33,
+    0.002_777_777_777_777_888_5,
+    9.920_634_920_487_068e-5,
+    3.306_878_314_529_27e-6,
+    1.043_837_648_752_227_8e-7,
+    3.170_544_222_560_070_5e-9,
+    9.365_030_454_239_462e-11,
+    2.727_115_302_175_878e-12,
+    7.214_105_562_980_108e-14,
+    3.093_407_690_573_923_5e-15,
+];
+
+/// [`DOUBLE_SERIES`], the first term last, off by a rounding; the eight leave 2^-55 of it.
+#[inline(always)]
+pub(crate) fn double_sum<T: Arithmetic>(z: T) -> T {
+    let [first, others @ ..] = &DOUBLE_SERIES;
+    (z.like(*first) + z * seven_terms(others, z)).known_to(0.1)
+}
+
+/// `(g - sin g)/2`, by its Taylor series where the difference would cancel.
+#[inline(always)]
+pub(crate) fn half_angle_minus_sine<T: Arithmetic>(angle: T, sin: T) -> T {
+    T::choose_of(
+        angle.abs().exceeds(angle.like(1.0)),
+        #[inline(always)]
+        || (angle - sin) * angle.like(0.5),
+        #[inline(always)]
+        || {
+            let square = angle * angle;
+            if T::IS_DOUBLE {
+                angle * square * double_sum(square)
+            } else {
+                angle * square * T::sine_series(square) / angle.like(12.0)
+            }
+        },
+    )
+}
+
+/// `(g - sin g)/4(1 - cos g)`, up to a quarter turn.
+///
+/// On doubles by [`PSI`]; else for small g by the series p of `6 (g - sin g)/g^3`, `sin g = g (1 - g^2 p/6)` and
+/// `1 - cos g = sin^2 g/(1 + cos g)`.
+#[inline(always)]
+pub(crate) fn psi<T: Arithmetic>(angle: T, sin: T, cos: T, one_and_cos: T) -> T {
+    let square = angle * angle;
+    if T::IS_DOUBLE {
+        let [first, others @ ..] = &PSI;
+        return angle * (square.like(*first) + square * nine_terms(others, square)).known_to(0.06);
+    }
+    T::choose_of(
+        angle.abs().exceeds(angle.like(1.0)),
+        || (angle - sin) / ((angle.like(1.0) - cos) * angle.like(4.0)),
+        || {
+            let series = T::sine_series(square);
+            let sine_over_angle = angle.like(1.0) - square * series / angle.like(6.0);
+            angle * series * one_and_cos / (sine_over_angle * sine_over_angle * angle.like(24.0))
+        },
+    )
+}

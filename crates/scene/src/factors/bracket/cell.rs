@@ -20,9 +20,9 @@ pub(super) const NEAR: f64 = 4.0 * f64::EPSILON;
 
 /// A convex outline in a plane, counter-clockwise seen from its lit side.
 #[derive(Debug, Clone)]
-pub(super) struct Cell {
-    pub(super) points: Vec<DVec3>,
-    pub(super) area: f64,
+pub(in crate::factors) struct Cell {
+    pub(in crate::factors) points: Vec<DVec3>,
+    pub(in crate::factors) area: f64,
 }
 
 impl Cell {

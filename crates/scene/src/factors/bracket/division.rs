@@ -48,7 +48,7 @@ enum Wanted {
 const ASIDE: f64 = 1e-8;
 
 fn aside(heights: &[f64], wanted: Wanted) -> Vec<f64> {
-    let [low, high] = range(heights);
+    let [low, high] = range(heights.iter().copied());
     let shift = ASIDE * (high - low);
     let by = match wanted {
         Wanted::Below => shift,
@@ -66,11 +66,12 @@ pub(super) fn division(cells: [&Cell; 2], planes: [&Plane; 2], screens: &[&Scree
     }
     let mut variation = [[0.0; 2]; 2];
     let clear = if screens.len() == 1 { 1.0 } else { CLEAR_OF_ONE };
-    let mut offer = |cell: usize, heights: &[f64], wanted: Wanted, worth: f64| {
+    let mut offer = |cell: usize, heights: &dyn Fn() -> Vec<f64>, wanted: Wanted, worth: f64| {
         if worth > ENOUGH && best.as_ref().is_none_or(|best| worth > best.worth) {
-            best = Some(Candidate { cell, heights: aside(heights, wanted), worth });
+            best = Some(Candidate { cell, heights: aside(&heights(), wanted), worth });
         }
     };
+    let mut turns = Vec::new();
     for screen in screens {
         let sides = cells.map(|cell| screen.sides(&cell.points));
         let is_split = |side: Sides| side.front && side.behind;
@@ -79,19 +80,19 @@ pub(super) fn division(cells: [&Cell; 2], planes: [&Plane; 2], screens: &[&Scree
             for k in 0..2 {
                 if is_split(sides[k]) {
                     let heights: Vec<f64> = cells[k].points.iter().map(|&p| screen.height(p)).collect();
-                    let below = share_below(&heights);
+                    let below = share_below(heights.iter().copied());
                     let (wanted, worth) = match (sides[1 - k].front, sides[1 - k].behind) {
                         (true, false) => (Wanted::Above, 1.0 - below),
                         (false, true) => (Wanted::Below, below),
                         _ => (Wanted::Above, 0.5),
                     };
-                    offer(k, &heights, wanted, clear * worth);
+                    offer(k, &|| heights.clone(), wanted, clear * worth);
                 }
             }
             continue;
         }
         let sign = if sides[0].front || sides[1].behind { 1.0 } else { -1.0 };
-        examine(screen, cells, sign, clear, &axes, &mut offer, &mut variation);
+        examine(screen, cells, sign, clear, &axes, &mut turns, &mut offer, &mut variation);
     }
     if let Some(Candidate { cell, heights, .. }) = best {
         let longest = if cells[cell].extent(axes[cell][0]) >= cells[cell].extent(axes[cell][1]) { 0 } else { 1 };
@@ -121,39 +122,66 @@ fn spread(cells: [&Cell; 2], axes: &[[DVec3; 2]; 2]) -> Option<(usize, DVec3)> {
     })
 }
 
+/// A line of T: its values at the corners of one cell, seen from a corner of the other.
+#[derive(Debug, Clone, Copy, Default)]
+struct Line {
+    /// The corner that looks.
+    corner: usize,
+    /// Share of the cell that is outside the edge.
+    outside: f64,
+}
+
 /// The cuts along the edges of a screen that parts the two cells, and how their extents move its shadow.
+#[expect(clippy::too_many_arguments, reason = "what is looked at, and three things that are added to")]
 fn examine(
     screen: &Screen,
     cells: [&Cell; 2],
     sign: f64,
     clear: f64,
     axes: &[[DVec3; 2]; 2],
-    offer: &mut impl FnMut(usize, &[f64], Wanted, f64),
+    turns: &mut Vec<f64>,
+    offer: &mut impl FnMut(usize, &dyn Fn() -> Vec<f64>, Wanted, f64),
     variation: &mut [[f64; 2]; 2],
 ) {
     let [a, b] = cells.map(|cell| &cell.points);
     let centres = cells.map(Cell::centre);
-    // For each edge and cell: the corner of the other and the share inside, where that is most.
-    let mut core: Vec<[(f64, Vec<f64>); 2]> = Vec::with_capacity(4);
-    for [from, to] in screen.edges() {
-        // T, positive inside.
-        let turn = |x: DVec3, y: DVec3| sign * (y - x).dot((to - x).cross(from - x));
-        let rows: Vec<Vec<f64>> = a.iter().map(|&x| b.iter().map(|&y| turn(x, y)).collect()).collect();
-        let columns: Vec<Vec<f64>> = (0..b.len()).map(|i| rows.iter().map(|row| row[i]).collect()).collect();
-        let extreme = |lines: &[Vec<f64>]| {
-            let by_share = |line: &&Vec<f64>| share_below(line);
-            let least = lines.iter().min_by(|p, q| by_share(p).total_cmp(&by_share(q)));
-            let most = lines.iter().max_by(|p, q| by_share(p).total_cmp(&by_share(q)));
-            let of = |line: Option<&Vec<f64>>| line.map_or((0.0, Vec::new()), |line| (share_below(line), line.clone()));
-            [of(least), of(most)]
+    // T, positive inside.
+    let turn = |[from, to]: [DVec3; 2], x: DVec3, y: DVec3| sign * (y - x).dot((to - x).cross(from - x));
+    // Its values at the corners of cell k, seen from a corner of the other.
+    let line = |k: usize, edge: [DVec3; 2], corner: usize| -> Vec<f64> {
+        if k == 1 {
+            b.iter().map(|&y| turn(edge, a[corner], y)).collect()
+        } else {
+            a.iter().map(|&x| turn(edge, x, b[corner])).collect()
+        }
+    };
+    // For each cell, of all edges: the product of the shares inside, and the line with the most outside.
+    let mut hidden = [1.0; 2];
+    let mut widest: [Option<([DVec3; 2], Line)>; 2] = [None; 2];
+    for edge in screen.edges() {
+        let [from, to] = edge;
+        turns.clear();
+        turns.extend(a.iter().flat_map(|&x| b.iter().map(move |&y| (x, y))).map(|(x, y)| turn(edge, x, y)));
+        let (columns, turns) = (b.len(), &*turns);
+        let extremes = |count: usize, share: &dyn Fn(usize) -> f64| {
+            let mut found: Option<[Line; 2]> = None;
+            for line in (0..count).map(|corner| Line { corner, outside: share(corner) }) {
+                let [least, most] = found.unwrap_or([line; 2]);
+                let least = if line.outside < least.outside { line } else { least };
+                found = Some([least, if line.outside > most.outside { line } else { most }]);
+            }
+            found.unwrap_or_default()
         };
-        let [lit_b, inside_b] = extreme(&rows);
-        let [lit_a, inside_a] = extreme(&columns);
-        offer(1, &lit_b.1, Wanted::Below, clear * lit_b.0);
-        offer(0, &lit_a.1, Wanted::Below, clear * lit_a.0);
-        let largest = rows.iter().flatten().fold(0.0, |m: f64, t| m.max(t.abs()));
+        let row = |i: usize| share_below(turns[i * columns..(i + 1) * columns].iter().copied());
+        let column = |j: usize| share_below(turns.iter().skip(j).step_by(columns).copied());
+        let lines = [extremes(b.len(), &column), extremes(a.len(), &row)];
+        for k in [1, 0] {
+            let [lit, _] = lines[k];
+            offer(k, &|| line(k, edge, lit.corner), Wanted::Below, clear * lit.outside);
+        }
+        let largest = turns.iter().fold(0.0, |m: f64, t| m.max(t.abs()));
         // The share that is in the penumbra of this edge.
-        let penumbra = (inside_b.0 - lit_b.0).max(inside_a.0 - lit_a.0);
+        let penumbra = lines.iter().map(|[lit, inside]| inside.outside - lit.outside).fold(0.0, f64::max);
         if penumbra > 0.0 && largest > 0.0 {
             let gradients = [0, 1].map(|k| (from - centres[1 - k]).cross(to - centres[1 - k]) / largest);
             for k in 0..2 {
@@ -162,21 +190,23 @@ fn examine(
                 }
             }
         }
-        core.push([inside_a, inside_b]);
+        for k in 0..2 {
+            let [_, inside] = lines[k];
+            hidden[k] *= 1.0 - inside.outside;
+            if inside.outside > 0.0 && widest[k].is_none_or(|(_, widest)| inside.outside > widest.outside) {
+                widest[k] = Some((edge, inside));
+            }
+        }
     }
     for k in 0..2 {
-        let hidden: f64 = core.iter().map(|edge| 1.0 - edge[k].0).product();
-        let widest = core.iter().map(|edge| &edge[k]).max_by(|p, q| p.0.total_cmp(&q.0));
-        if let Some((share, heights)) = widest
-            && *share > 0.0
-        {
-            offer(k, heights, Wanted::Above, hidden);
+        if let Some((edge, inside)) = widest[k] {
+            offer(k, &|| line(k, edge, inside.corner), Wanted::Above, hidden[k]);
         }
     }
 }
 
 /// Share of the reach over which an affine function is negative.
-fn share_below(heights: &[f64]) -> f64 {
+fn share_below(heights: impl Iterator<Item = f64>) -> f64 {
     let [low, high] = range(heights);
     if low >= 0.0 {
         0.0
@@ -187,7 +217,6 @@ fn share_below(heights: &[f64]) -> f64 {
     }
 }
 
-fn range(heights: &[f64]) -> [f64; 2] {
-    let low = heights.iter().copied().fold(f64::INFINITY, f64::min);
-    [low, heights.iter().copied().fold(f64::NEG_INFINITY, f64::max)]
+fn range(heights: impl Iterator<Item = f64>) -> [f64; 2] {
+    heights.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], height| [low.min(height), high.max(height)])
 }

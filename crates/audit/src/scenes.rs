@@ -1,0 +1,26 @@
+//! Whole scenes held to truth: every number that `solve`, `factors` and `field` state with a bound, against walks, enclosures and
+//! exact solutions of the oracle that share no code with them.
+//!
+//! ```text
+//! family:seed:index -> Model          family, draw: faces with materials, points to ask at, what is known of it
+//!   -> Statement                      statement: what solver and form factors say of it, a value and its bound each
+//!   -> Known                          truth: limits at a confidence of all but 1e-7, or an enclosure, or the exact solution
+//!   -> Verdict                        judge: held, broken, or the truth is too rough to say
+//!   -> Row of a family and a subject  table: counts, medians, time; gates
+//!   shrink: the fewest faces that still break a bound; faults: what is planted to see that it is found
+//! ```
+//!
+//! A bound is **broken** only if `|stated - truth|` is above the bound and half the width of the truth's interval together. Where
+//! that half-width is above both the bound and [`judge::ROUGH`] of the mean reflected radiosity, the truth is **rough**, which is
+//! counted by itself: the gates demand a share of statements that was judged.
+
+pub mod draw;
+pub mod family;
+pub mod faults;
+pub mod judge;
+pub mod model;
+pub mod shrink;
+pub mod statement;
+pub mod table;
+pub mod truth;
+mod workers;

@@ -1,0 +1,399 @@
+//! Faults that are planted, to see that the audit finds them: the scene that the solver is given differs from the one that the
+//! oracle is given, or what it says is changed on the way. Nothing of this is in shipped code.
+
+use glam::DVec3;
+use radgrad_oracle::scene::Effort;
+
+use super::family::{Family, Name};
+use super::judge::{Ending, Judged, Verdict, judge};
+use super::model::{Expected, Model, Part};
+use super::statement::{Quantum, Said, Statement, Subject, ask};
+use super::workers::on_all_cores;
+
+/// A fault.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Fault {
+    /// The strongest lamp is not seen.
+    LampSkipped,
+    /// The weakest lamp is not seen.
+    WeakLampSkipped,
+    /// The light of the strongest lamp counts twice.
+    LampTwice,
+    /// A lamp shines from its back too.
+    LampBothSides,
+    /// A lamp is a tenth of its size aside.
+    LampAside,
+    /// One face in the way is not seen to be.
+    OccluderSkipped,
+    /// A face is taken for its back.
+    FaceTurned,
+    /// One face reflects half of what it does.
+    ReflectanceHalved,
+    /// Nothing is reflected twice.
+    NoReflection,
+    /// Every face reflects a tenth less.
+    Lossy,
+    /// The channels change places.
+    ChannelsSwapped,
+    /// A texture is turned by one texel.
+    TextureShifted,
+    /// Bounds are a tenth of what they are.
+    BoundTenth,
+    /// Bounds are a thousandth of what they are.
+    BoundThousandth,
+    /// Bounds are 0.
+    BoundZero,
+    /// Values are a fifth too large.
+    ValueLarge,
+    /// Points change places.
+    PointsSwapped,
+    /// The mean has the value of a point.
+    MeanOfPoint,
+    /// A value is not a number.
+    NotANumber,
+    /// Rooms are 4 % higher.
+    Stretched,
+    /// Pairs of factors are off each other by five times their bounds.
+    FactorsNotReciprocal,
+    /// Rows are those of the transposed matrix.
+    FactorsTransposed,
+    /// Brackets of factors are a hundredth of what they are.
+    BracketsNarrow,
+    /// Factors past one face are those of free sight.
+    FactorsFree,
+    /// One in a hundred factors is 0.
+    FactorsDropped,
+    /// Fields see through one face.
+    FieldFree,
+    /// Fields do not see the strongest lamp.
+    FieldLampSkipped,
+    /// Values of a field are 1e-6 too large.
+    FieldOff,
+}
+
+impl Fault {
+    /// All of them.
+    pub const ALL: [Self; 28] = [
+        Self::LampSkipped,
+        Self::WeakLampSkipped,
+        Self::LampTwice,
+        Self::LampBothSides,
+        Self::LampAside,
+        Self::OccluderSkipped,
+        Self::FaceTurned,
+        Self::ReflectanceHalved,
+        Self::NoReflection,
+        Self::Lossy,
+        Self::ChannelsSwapped,
+        Self::TextureShifted,
+        Self::BoundTenth,
+        Self::BoundThousandth,
+        Self::BoundZero,
+        Self::ValueLarge,
+        Self::PointsSwapped,
+        Self::MeanOfPoint,
+        Self::NotANumber,
+        Self::Stretched,
+        Self::FactorsNotReciprocal,
+        Self::FactorsTransposed,
+        Self::BracketsNarrow,
+        Self::FactorsFree,
+        Self::FactorsDropped,
+        Self::FieldFree,
+        Self::FieldLampSkipped,
+        Self::FieldOff,
+    ];
+
+    /// In words.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::LampSkipped => "the strongest lamp skipped",
+            Self::WeakLampSkipped => "the weakest lamp skipped",
+            Self::LampTwice => "the strongest lamp counted twice",
+            Self::LampBothSides => "a lamp that shines from both sides",
+            Self::LampAside => "a lamp a tenth of its size aside",
+            Self::OccluderSkipped => "a face that hides nothing",
+            Self::FaceTurned => "a face taken for its back",
+            Self::ReflectanceHalved => "the reflectance of a face halved",
+            Self::NoReflection => "no second reflection",
+            Self::Lossy => "a tenth of each reflection lost",
+            Self::ChannelsSwapped => "channels swapped",
+            Self::TextureShifted => "a texture shifted by a texel",
+            Self::BoundTenth => "bounds times 0.1",
+            Self::BoundThousandth => "bounds times 0.001",
+            Self::BoundZero => "bounds of 0",
+            Self::ValueLarge => "values a fifth too large",
+            Self::PointsSwapped => "points swapped",
+            Self::MeanOfPoint => "a point for the mean",
+            Self::NotANumber => "a value that is not a number",
+            Self::Stretched => "a room 4 % higher",
+            Self::FactorsNotReciprocal => "reciprocity off by five bounds",
+            Self::FactorsTransposed => "factors transposed",
+            Self::BracketsNarrow => "brackets of factors times 0.01",
+            Self::FactorsFree => "factors through a face",
+            Self::FactorsDropped => "one factor in a hundred dropped",
+            Self::FieldFree => "a field through a face",
+            Self::FieldLampSkipped => "a field without the strongest lamp",
+            Self::FieldOff => "a field 1e-6 too large",
+        }
+    }
+
+    /// What is asked to find it.
+    #[must_use]
+    pub const fn subject(self) -> Subject {
+        match self {
+            Self::FactorsNotReciprocal
+            | Self::FactorsTransposed
+            | Self::BracketsNarrow
+            | Self::FactorsFree
+            | Self::FactorsDropped => Subject::Factors,
+            Self::FieldFree | Self::FieldLampSkipped | Self::FieldOff => Subject::Field,
+            _ => Subject::Solve,
+        }
+    }
+
+    /// The families that it is looked for in.
+    #[must_use]
+    pub const fn families(self) -> &'static [Family] {
+        match self {
+            Self::TextureShifted => &[Family::Textured],
+            Self::WeakLampSkipped => &[Family::Facing, Family::ManyLamps],
+            Self::BoundTenth | Self::BoundThousandth | Self::LampAside => &[Family::Facing, Family::Clutter],
+            Self::FactorsFree | Self::FieldFree => &[Family::Grating, Family::Clutter],
+            Self::BracketsNarrow => &[Family::Clutter, Family::Grating, Family::Open],
+            _ => &[Family::Clutter, Family::Facing],
+        }
+    }
+
+    /// The scene that the solver is given.
+    #[must_use]
+    pub fn scene(self, model: &Model) -> Model {
+        let mut given = model.clone();
+        let power = |part: &Part| part.emitted[0];
+        let lamps: Vec<usize> = (0..given.parts.len()).filter(|&k| power(&given.parts[k]) > 0.0).collect();
+        let strongest = lamps.iter().copied().max_by(|&a, &b| power(&given.parts[a]).total_cmp(&power(&given.parts[b])));
+        let weakest = lamps.iter().copied().min_by(|&a, &b| power(&given.parts[a]).total_cmp(&power(&given.parts[b])));
+        // Of what reflects, the last is a box's where there is one.
+        let reflects = |k: &usize| given.parts[*k].reflectance[0] > 0.0;
+        let last = (0..given.parts.len()).filter(reflects).next_back();
+        match self {
+            Self::LampSkipped | Self::FieldLampSkipped => scale_emission(&mut given, strongest, 0.0),
+            Self::WeakLampSkipped => scale_emission(&mut given, weakest, 0.0),
+            Self::LampTwice => scale_emission(&mut given, strongest, 2.0),
+            Self::LampBothSides => {
+                if let Some(lamp) = strongest {
+                    let part = &given.parts[lamp];
+                    let corners: Vec<_> = part.corners.iter().rev().copied().collect();
+                    let emitted = part.emitted.clone();
+                    // In rooms a lamp has a back already: that one shines.
+                    match given.parts.iter_mut().find(|other| other.corners == corners) {
+                        Some(back) => back.emitted = emitted,
+                        None => given.parts.push(Part { corners, emitted, ..given.parts[lamp].clone() }),
+                    }
+                }
+            }
+            Self::LampAside => {
+                if let Some(lamp) = strongest {
+                    let corners = given.parts[lamp].corners.clone();
+                    let by = (corners[1] - corners[0]) * 0.1;
+                    let back: Vec<_> = corners.iter().rev().copied().collect();
+                    for part in given.parts.iter_mut().filter(|part| part.corners == corners || part.corners == back) {
+                        part.corners.iter_mut().for_each(|p| *p += by);
+                    }
+                }
+            }
+            Self::OccluderSkipped | Self::FactorsFree | Self::FieldFree => {
+                if let Some(occluder) = occluder(model) {
+                    given.parts[occluder].corners.iter_mut().for_each(|p| *p += FAR_AWAY);
+                }
+            }
+            Self::FaceTurned => {
+                if let Some(face) = last {
+                    given.parts[face].corners.reverse();
+                }
+            }
+            Self::ReflectanceHalved => {
+                if let Some(face) = last {
+                    given.parts[face].reflectance.iter_mut().for_each(|rho| *rho *= 0.5);
+                }
+            }
+            Self::NoReflection => {
+                let asked: Vec<usize> = given.probes.iter().map(|probe| probe.part).collect();
+                for (index, part) in given.parts.iter_mut().enumerate() {
+                    if !asked.contains(&index) {
+                        part.reflectance.iter_mut().for_each(|rho| *rho = 0.0);
+                    }
+                }
+            }
+            Self::Lossy => {
+                given.parts.iter_mut().flat_map(|part| &mut part.reflectance).for_each(|rho| *rho *= 0.9);
+            }
+            Self::ChannelsSwapped => {
+                for part in &mut given.parts {
+                    part.reflectance.reverse();
+                    part.emitted.reverse();
+                }
+            }
+            Self::TextureShifted => {
+                for grid in given.parts.iter_mut().filter_map(|part| part.grid.as_mut()) {
+                    grid.texels.rotate_left(1);
+                }
+            }
+            Self::Stretched => {
+                let corners = given.parts.iter_mut().flat_map(|part| &mut part.corners);
+                corners.chain(given.probes.iter_mut().map(|probe| &mut probe.position)).for_each(|p| p.z *= 1.04);
+            }
+            _ => {}
+        }
+        given
+    }
+
+    /// What is made of what was said.
+    #[must_use]
+    pub fn statements(self, said: &[Statement]) -> Vec<Statement> {
+        let mut all = said.to_vec();
+        let bounds = |all: &mut [Statement], factor: f64| all.iter_mut().for_each(|one| one.bound *= factor);
+        match self {
+            Self::BoundTenth => bounds(&mut all, 0.1),
+            Self::BoundThousandth => bounds(&mut all, 1e-3),
+            Self::BoundZero => bounds(&mut all, 0.0),
+            Self::BracketsNarrow => bounds(&mut all, 0.01),
+            Self::ValueLarge => all.iter_mut().for_each(|one| one.value *= 1.2),
+            Self::FieldOff => all.iter_mut().for_each(|one| one.value *= 1.0 + 1e-6),
+            Self::NotANumber => {
+                if let Some(one) = all.last_mut() {
+                    one.value = f64::NAN;
+                }
+            }
+            Self::PointsSwapped | Self::MeanOfPoint => {
+                let points: Vec<usize> = (0..all.len()).filter(|&i| matches!(all[i].of, Quantum::Point(..))).collect();
+                let [from, to] = match (self, points.first(), points.last()) {
+                    (Self::PointsSwapped, Some(&first), Some(&last)) => [first, last],
+                    (_, Some(&first), _) => [first, 0],
+                    _ => return all,
+                };
+                (all[to].value, all[from].value) = (all[from].value, all[to].value);
+            }
+            Self::FactorsNotReciprocal => {
+                for one in all.iter_mut().filter(|one| matches!(one.of, Quantum::Reciprocity(..))) {
+                    one.value += 5.0 * one.bound + 1e-6;
+                }
+            }
+            Self::FactorsTransposed => {
+                let before = all.clone();
+                for one in &mut all {
+                    if let Quantum::Factor(from, to) = one.of
+                        && let Some(other) = before.iter().find(|other| other.of == Quantum::Factor(to, from))
+                    {
+                        (one.value, one.bound) = (other.value, other.bound);
+                    }
+                }
+            }
+            Self::FactorsDropped => {
+                let of_factors = all.iter_mut().filter(|one| matches!(one.of, Quantum::Factor(..)) && one.value > 0.0);
+                for one in of_factors.step_by(100) {
+                    (one.value, one.bound) = (0.0, 0.0);
+                }
+            }
+            _ => {}
+        }
+        all
+    }
+}
+
+/// Where a face goes that is to hide nothing: it keeps its index.
+const FAR_AWAY: DVec3 = DVec3::new(100.0, 200.0, 400.0);
+
+/// The last face that is no lamp and no wall of a room.
+fn occluder(model: &Model) -> Option<usize> {
+    (6..model.parts.len()).rev().find(|&k| model.parts[k].emitted.iter().all(|emitted| *emitted == 0.0))
+}
+
+fn scale_emission(model: &mut Model, lamp: Option<usize>, factor: f64) {
+    if let Some(lamp) = lamp {
+        model.parts[lamp].emitted.iter_mut().for_each(|emitted| *emitted *= factor);
+    }
+}
+
+/// A fault and where it was found.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Found {
+    /// The fault.
+    pub fault: Fault,
+    /// Scenes that it was looked for in, whose unchanged answers hold.
+    pub scenes: usize,
+    /// The first scene that shows it.
+    pub by: Option<Name>,
+}
+
+/// A scene with what was said of it, all of which holds or is too rough to judge.
+struct Control {
+    name: Name,
+    subject: Subject,
+    model: Model,
+    judged: Vec<Judged>,
+}
+
+/// Looks for each fault in so many scenes of each of its families until one shows it. A statement counts only where it holds
+/// without the fault. The truth is that of the scene without it.
+#[must_use]
+pub fn find(faults: &[Fault], seed: u64, most: u64, effort: &Effort) -> Vec<Found> {
+    let mut wanted: Vec<(Name, Subject)> = Vec::new();
+    for fault in faults {
+        let names = (0..most).flat_map(|index| fault.families().iter().map(move |&family| Name { family, seed, index }));
+        wanted.extend(names.map(|name| (name, fault.subject())));
+    }
+    wanted.sort_unstable();
+    wanted.dedup();
+    let control = |&(name, subject): &(Name, Subject)| {
+        let model = name.model();
+        match judge(&model, subject, effort).ending {
+            Ending::Judged(judged) if model.expected == Expected::Answer => Some(Control { name, subject, model, judged }),
+            _ => None,
+        }
+    };
+    let controls: Vec<Control> = on_all_cores(&wanted, control).into_iter().flatten().collect();
+    on_all_cores(faults, |&fault| look(fault, &controls))
+}
+
+fn look(fault: Fault, controls: &[Control]) -> Found {
+    let mut scenes = 0;
+    for family in fault.families() {
+        let of_family = controls.iter().filter(|of| of.name.family == *family && of.subject == fault.subject());
+        for control in of_family {
+            let given = fault.scene(&control.model);
+            let said: Vec<Statement> = control.judged.iter().map(|one| one.statement).collect();
+            let said = if given == control.model {
+                fault.statements(&said)
+            } else if let (Said::Statements(said), _) = ask(&given, control.subject) {
+                said
+            } else {
+                continue;
+            };
+            scenes += 1;
+            if shows(fault, control, &said) {
+                return Found { fault, scenes, by: Some(control.name) };
+            }
+        }
+    }
+    Found { fault, scenes, by: None }
+}
+
+/// Whether a statement that held does no longer.
+fn shows(fault: Fault, control: &Control, said: &[Statement]) -> bool {
+    // A face that was put elsewhere shows that by itself.
+    let put =
+        occluder(&control.model).filter(|_| matches!(fault, Fault::OccluderSkipped | Fault::FactorsFree | Fault::FieldFree));
+    let elsewhere = |of: Quantum| match of {
+        Quantum::Factor(from, to) | Quantum::Reciprocity(from, to) => put == Some(from) || put == Some(to),
+        Quantum::RowSum(face) | Quantum::Cell(face, _) => put == Some(face),
+        Quantum::Mean(_) | Quantum::Point(..) => false,
+    };
+    let broken = |statement: &Statement| {
+        let held = |one: &&Judged| one.verdict == Verdict::Held && one.statement.of == statement.of && !elsewhere(statement.of);
+        let judged = control.judged.iter().find(held);
+        judged.is_some_and(|one| Judged::new(*statement, one.known, 1.0).verdict == Verdict::Broken)
+    };
+    said.iter().any(broken)
+}

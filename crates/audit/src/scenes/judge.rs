@@ -1,0 +1,188 @@
+//! A statement against its truth.
+
+use std::time::{Duration, Instant};
+
+use radgrad_oracle::scene::{Effort, Known};
+
+use super::model::{Change, Expected, Model};
+use super::statement::{PATIENCE, Quantum, Said, Statement, Subject, ask};
+use super::truth::Truth;
+
+/// Half-width of a truth, relative to the mean reflected radiosity and a hundredth of the mean emitted one (to 1 for form factors),
+/// above which it is too rough to judge a bound that is smaller still.
+pub const ROUGH: f64 = 0.03;
+
+/// What became of a statement.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Verdict {
+    /// The truth may be within the bound.
+    Held,
+    /// It is not, or the value or the bound is no number.
+    Broken,
+    /// The truth is too rough to say.
+    Rough,
+}
+
+/// A statement with its truth.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Judged {
+    /// What was said.
+    pub statement: Statement,
+    /// What is known.
+    pub known: Known,
+    /// What became of it.
+    pub verdict: Verdict,
+}
+
+/// What became of a scene.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Ending {
+    /// It was answered: every statement.
+    Judged(Vec<Judged>),
+    /// It was refused, and why.
+    Refused(String),
+    /// It was answered and must not be.
+    NotRefused,
+    /// A panic.
+    Panicked,
+    /// No answer in time.
+    Endless,
+    /// Scaled by a power of two it has other digits: the first statement, and its value without the scale.
+    OtherDigits(Statement, f64),
+    /// The oracle has no truth of it, and why.
+    NoTruth(String),
+}
+
+/// A scene that was asked for.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Outcome {
+    /// What became of it.
+    pub ending: Ending,
+    /// What the answer took.
+    pub answer: Duration,
+    /// What the truth took.
+    pub truth: Duration,
+}
+
+impl Judged {
+    /// Judges a statement; `scale` is what a half-width is compared with.
+    #[must_use]
+    pub fn new(statement: Statement, known: Known, scale: f64) -> Self {
+        let half = 0.5 * known.interval.width();
+        let off = (known.interval.low - statement.value).max(statement.value - known.interval.high);
+        // Anything that is not a number compares as broken.
+        let sound = statement.value.is_finite() && statement.bound >= 0.0;
+        let verdict = if !sound || (off > statement.bound) {
+            Verdict::Broken
+        } else if half > statement.bound && half > ROUGH * scale {
+            Verdict::Rough
+        } else {
+            Verdict::Held
+        };
+        Self { statement, known, verdict }
+    }
+
+    /// Bound over error, or over the least error that the truth can tell.
+    #[must_use]
+    pub fn bound_over_error(&self) -> f64 {
+        self.over_error(self.statement.bound)
+    }
+
+    /// Estimate over error, the same.
+    #[must_use]
+    pub fn estimate_over_error(&self) -> Option<f64> {
+        self.statement.estimate.map(|estimate| self.over_error(estimate))
+    }
+
+    fn over_error(&self, figure: f64) -> f64 {
+        let half = 0.5 * self.known.interval.width();
+        let error = (self.statement.value - self.known.value).abs();
+        // `max` would drop what is no number.
+        figure / if error > half { error } else { half }
+    }
+}
+
+/// Asks for a scene and judges what is said of it.
+#[must_use]
+pub fn judge(model: &Model, subject: Subject, effort: &Effort) -> Outcome {
+    let (said, answer) = ask(model, subject);
+    let start = Instant::now();
+    let ending = match said {
+        Said::Panicked => Ending::Panicked,
+        Said::Endless => Ending::Endless,
+        Said::Refused(why) => Ending::Refused(why),
+        Said::Statements(_) if model.expected == Expected::Refusal && subject == Subject::Solve => Ending::NotRefused,
+        Said::Statements(statements) => of_statements(model, subject, &statements, effort),
+    };
+    Outcome { ending, answer, truth: start.elapsed() }
+}
+
+fn of_statements(model: &Model, subject: Subject, statements: &[Statement], effort: &Effort) -> Ending {
+    if matches!(model.change, Change::Scale(_)) {
+        return of_scaled(model, subject, statements, effort);
+    }
+    judged(model, subject, statements, effort)
+}
+
+fn judged(model: &Model, subject: Subject, statements: &[Statement], effort: &Effort) -> Ending {
+    let truth = match Truth::of(model, subject, statements, effort) {
+        Ok(truth) => truth,
+        Err(error) => return Ending::NoTruth(error.to_string()),
+    };
+    let scale = |statement: &Statement| match statement.of {
+        Quantum::Mean(channel) | Quantum::Point(_, channel) => truth.scale[channel],
+        _ => 1.0,
+    };
+    let all = statements.iter().zip(&truth.known);
+    Ending::Judged(all.map(|(statement, known)| Judged::new(*statement, *known, scale(statement))).collect())
+}
+
+/// A power of two in every length changes no digit.
+fn of_scaled(model: &Model, subject: Subject, statements: &[Statement], effort: &Effort) -> Ending {
+    let unchanged = Model { change: Change::None, ..model.clone() };
+    if let (Said::Statements(before), _) = ask(&unchanged, subject) {
+        let same = |(now, before): &(&Statement, &Statement)| now.value.to_bits() == before.value.to_bits();
+        if let Some((now, before)) = statements.iter().zip(&before).find(|pair| !same(pair)) {
+            return Ending::OtherDigits(*now, before.value);
+        }
+    }
+    judged(model, subject, statements, effort)
+}
+
+impl Outcome {
+    /// Whether something is wrong that no gate allows.
+    #[must_use]
+    pub fn fails(&self, model: &Model) -> bool {
+        match &self.ending {
+            Ending::Judged(all) => all.iter().any(|one| one.verdict == Verdict::Broken),
+            Ending::Refused(_) => model.expected == Expected::Answer,
+            Ending::NotRefused | Ending::Panicked | Ending::Endless | Ending::OtherDigits(..) | Ending::NoTruth(_) => true,
+        }
+    }
+
+    /// What is wrong, in words; empty if nothing is.
+    #[must_use]
+    pub fn faults(&self, model: &Model) -> Vec<String> {
+        match &self.ending {
+            Ending::Judged(all) => {
+                let broken = all.iter().filter(|one| one.verdict == Verdict::Broken);
+                let line = |one: &Judged| {
+                    let Judged { statement: Statement { of, value, bound, .. }, known, .. } = one;
+                    let (middle, half) = (0.5 * (known.interval.low + known.interval.high), 0.5 * known.interval.width());
+                    format!("{}: {value:e} +- {bound:.2e}, truth {middle:e} +- {half:.2e}", of.name())
+                };
+                broken.map(line).collect()
+            }
+            Ending::Refused(why) if model.expected == Expected::Answer => vec![format!("refused: {why}")],
+            Ending::Refused(_) => Vec::new(),
+            Ending::NotRefused => vec!["answered, and must be refused".to_owned()],
+            Ending::Panicked => vec!["panicked".to_owned()],
+            Ending::Endless => vec![format!("no answer in {} s", PATIENCE.as_secs())],
+            Ending::OtherDigits(statement, before) => {
+                let Statement { of, value, .. } = statement;
+                vec![format!("{}: {value:e} where the scene without the power of two has {before:e}", of.name())]
+            }
+            Ending::NoTruth(why) => vec![format!("no truth: {why}")],
+        }
+    }
+}

@@ -1,0 +1,252 @@
+//! A scene as it is drawn: faces with materials, points, and what is known of it; and the same for solver and oracle.
+
+use std::f64::consts::PI;
+use std::fmt::Write;
+
+use glam::DVec3;
+use radgrad_core::Polygon;
+use radgrad_oracle::scene as oracle;
+use radgrad_oracle::scene::known::FacingRectangles;
+use radgrad_scene::{Quantity, Scene, Texture};
+
+/// Values on a grid over a parallelogram, whose corners have the coordinates (0, 0), (1, 0), (1, 1) and (0, 1).
+#[derive(Debug, Clone, PartialEq)]
+pub struct Grid {
+    /// Columns and rows.
+    pub size: [usize; 2],
+    /// What the face's own values are times, row by row, at most 1; the same in every channel.
+    pub texels: Vec<f64>,
+    /// What it varies.
+    pub quantity: Quantity,
+}
+
+/// A face.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Part {
+    /// Counter-clockwise seen from the side that gives and takes light.
+    pub corners: Vec<DVec3>,
+    /// Reflectance in each channel; the largest where a grid varies it.
+    pub reflectance: Vec<f64>,
+    /// Emitted radiosity in each channel; the largest where a grid varies it.
+    pub emitted: Vec<f64>,
+    /// A texture.
+    pub grid: Option<Grid>,
+}
+
+/// A point to ask at.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Probe {
+    /// Index of the face.
+    pub part: usize,
+    /// A point of it.
+    pub position: DVec3,
+}
+
+/// What is known of a scene otherwise than by walks.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Exact {
+    /// Nothing.
+    Nothing,
+    /// The radiosity is 1.
+    Furnace,
+    /// Two rectangles, moved by nothing.
+    Facing(FacingRectangles),
+}
+
+/// What must happen.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Expected {
+    /// An answer.
+    Answer,
+    /// No answer.
+    Refusal,
+    /// An answer that is right, or none.
+    Either,
+}
+
+/// How a scene is changed before it is asked for; the truth is that of the unchanged one.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Change {
+    /// Not at all.
+    None,
+    /// Lengths times a power of two: every digit of the answer stays.
+    Scale(f64),
+    /// Shifted, exactly.
+    Shift(DVec3),
+}
+
+/// A scene to be asked for.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Model {
+    /// Its faces.
+    pub parts: Vec<Part>,
+    /// Points.
+    pub probes: Vec<Probe>,
+    /// What is known of it.
+    pub exact: Exact,
+    /// What must happen.
+    pub expected: Expected,
+    /// Whether every ray from a face ends on the lit side of another.
+    pub closed: bool,
+    /// How it is changed for the solver.
+    pub change: Change,
+    /// Relative error that the solver is asked for.
+    pub error: f64,
+}
+
+impl Part {
+    /// Without a texture, the same in every channel.
+    #[must_use]
+    pub fn new(corners: Vec<DVec3>, reflectance: f64, emitted: f64) -> Self {
+        Self { corners, reflectance: vec![reflectance], emitted: vec![emitted], grid: None }
+    }
+}
+
+impl Model {
+    /// Number of channels.
+    #[must_use]
+    pub fn channels(&self) -> usize {
+        self.parts.first().map_or(1, |part| part.reflectance.len())
+    }
+
+    /// The scene as it is given to the solver: a surface a face.
+    ///
+    /// # Errors
+    /// If a face or a material is refused.
+    pub fn scene(&self) -> Result<Scene, radgrad_scene::Error> {
+        let mut scene = Scene::new((0..self.channels()).map(|channel| format!("c{channel}")))?;
+        for (index, part) in self.parts.iter().enumerate() {
+            let radiance: Vec<f64> = part.emitted.iter().map(|emitted| emitted / PI).collect();
+            let material = scene.add_material(format!("m{index}"), part.reflectance.clone(), radiance)?;
+            let surface = scene.add_surface(format!("f{index}"));
+            let corners = part.corners.iter().map(|&corner| self.change.of(corner)).collect();
+            let polygon = Polygon::new(corners).map_err(radgrad_scene::Error::Face)?;
+            match &part.grid {
+                None => scene.add_face(surface, material, polygon, None)?,
+                Some(grid) => {
+                    let channels = self.channels();
+                    let texel = |column: usize, row: usize| vec![grid.texels[row * grid.size[0] + column]; channels];
+                    scene.set_texture(material, grid.quantity, Texture::from_fn("grid", grid.size, channels, texel)?)?;
+                    scene.add_textured_face(surface, material, polygon, &UNIT, None)?
+                }
+            };
+        }
+        Ok(scene)
+    }
+
+    /// The probes as they are given to the solver: positions and normals.
+    ///
+    /// # Errors
+    /// If a face is no polygon.
+    pub fn asked(&self) -> Result<Vec<(DVec3, DVec3)>, radgrad_core::Error> {
+        let of = |probe: &Probe| {
+            let normal = Polygon::new(self.parts[probe.part].corners.clone())?.normal();
+            Ok((self.change.of(probe.position), normal))
+        };
+        self.probes.iter().map(of).collect()
+    }
+
+    /// A channel of the unchanged scene as the oracle takes it.
+    ///
+    /// # Errors
+    /// If a face is no polygon, or a value out of range.
+    pub fn oracle(&self, channel: usize) -> Result<oracle::Scene, super::truth::Error> {
+        let face = |part: &Part| {
+            let polygon = Polygon::new(part.corners.clone())?;
+            let [reflectance, emitted] = [part.reflectance[channel], part.emitted[channel]];
+            let pattern = part.grid.clone().map(|grid| {
+                let (origin, sides) = (part.corners[0], [part.corners[1] - part.corners[0], part.corners[3] - part.corners[0]]);
+                oracle::Pattern::new(move |at| {
+                    let factor = grid.at(along(at - origin, sides));
+                    match grid.quantity {
+                        Quantity::Reflectance => [reflectance * factor, emitted],
+                        Quantity::Radiance => [reflectance, emitted * factor],
+                    }
+                })
+            });
+            Ok(oracle::Face { polygon, reflectance, emitted, exchanges: true, pattern })
+        };
+        let faces: Result<Vec<_>, radgrad_core::Error> = self.parts.iter().map(face).collect();
+        Ok(oracle::Scene::new(faces?)?)
+    }
+
+    /// Whether any face has a texture of this quantity.
+    #[must_use]
+    pub fn has_grid(&self, quantity: Quantity) -> bool {
+        self.parts.iter().any(|part| part.grid.as_ref().is_some_and(|grid| grid.quantity == quantity))
+    }
+
+    /// As Wavefront OBJ and its MTL library, of the scene as it is given to the solver, without textures: `name` is that of the
+    /// library's file.
+    #[must_use]
+    pub fn to_obj(&self, name: &str) -> [String; 2] {
+        let (mut obj, mut mtl) = (format!("mtllib {name}\n"), String::new());
+        // Writing to a string does not fail.
+        for (index, part) in self.parts.iter().enumerate() {
+            let value = |values: &[f64], unit: f64| {
+                let of = |channel: usize| format!("{:?}", values[channel.min(values.len() - 1)] * unit);
+                [0, 1, 2].map(of).join(" ")
+            };
+            let (kd, ke) = (value(&part.reflectance, 1.0), value(&part.emitted, 1.0 / PI));
+            let _ = writeln!(mtl, "newmtl m{index}\nKd {kd}\nKe {ke}");
+            let _ = writeln!(obj, "g f{index}\nusemtl m{index}");
+            for corner in &part.corners {
+                let [x, y, z] = self.change.of(*corner).to_array();
+                let _ = writeln!(obj, "v {x:?} {y:?} {z:?}");
+            }
+            let places: Vec<String> = (1..=part.corners.len()).rev().map(|place| format!("-{place}")).collect();
+            let _ = writeln!(obj, "f {}", places.join(" "));
+        }
+        [obj, mtl]
+    }
+
+    /// The probes as JSON Lines, as `radgrad solve --points` reads them.
+    #[must_use]
+    pub fn to_points(&self) -> String {
+        let line = |(index, (at, normal)): (usize, (DVec3, DVec3))| {
+            format!("{{\"id\":\"{index}\",\"position\":{:?},\"normal\":{:?}}}\n", at.to_array(), normal.to_array())
+        };
+        self.asked().map_or_else(|_| String::new(), |asked| asked.into_iter().enumerate().map(line).collect())
+    }
+}
+
+/// Texture coordinates of the corners of a parallelogram.
+const UNIT: [[f64; 2]; 4] = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
+
+/// Coordinates of a vector along two others.
+fn along(at: DVec3, [a, b]: [DVec3; 2]) -> [f64; 2] {
+    let (aa, ab, bb) = (a.length_squared(), a.dot(b), b.length_squared());
+    let (pa, pb) = (at.dot(a), at.dot(b));
+    let determinant = aa * bb - ab * ab;
+    [(pa * bb - pb * ab) / determinant, (pb * aa - pa * ab) / determinant]
+}
+
+impl Grid {
+    fn at(&self, place: [f64; 2]) -> f64 {
+        let texel = |axis: usize| {
+            let count = self.size[axis];
+            (0..count).rev().find(|&k| place[axis] * count as f64 >= k as f64).unwrap_or(0)
+        };
+        self.texels[texel(1) * self.size[0] + texel(0)]
+    }
+}
+
+impl Change {
+    /// Where a point of the changed scene is in the unchanged one: exact, as the change is.
+    #[must_use]
+    pub fn undone(self, point: DVec3) -> DVec3 {
+        match self {
+            Self::None => point,
+            Self::Scale(factor) => point / factor,
+            Self::Shift(by) => point - by,
+        }
+    }
+
+    fn of(self, point: DVec3) -> DVec3 {
+        match self {
+            Self::None => point,
+            Self::Scale(factor) => point * factor,
+            Self::Shift(by) => point + by,
+        }
+    }
+}

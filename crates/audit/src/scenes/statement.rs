@@ -1,0 +1,223 @@
+//! What the solver, the form factors and the fields say of a scene: each a value with a bound.
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::mpsc;
+use std::thread;
+use std::time::{Duration, Instant};
+
+use radgrad_scene::{FactorSettings, FormFactors, Quantity, Scene};
+use radgrad_solver::{Options, solve};
+
+use super::model::{Model, Part};
+
+/// What is asked of a scene.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Subject {
+    /// Radiosity, its mean and at points.
+    Solve,
+    /// Form factors between faces, sums of rows and reciprocity.
+    Factors,
+    /// Direct light at points of a face.
+    Field,
+}
+
+impl Subject {
+    /// All of them, in the order of the tables.
+    pub const ALL: [Self; 3] = [Self::Solve, Self::Factors, Self::Field];
+
+    /// Name in tables.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Solve => "solve",
+            Self::Factors => "factors",
+            Self::Field => "field",
+        }
+    }
+}
+
+/// What a statement is about.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Quantum {
+    /// Mean radiosity in a channel.
+    Mean(usize),
+    /// Radiosity at a probe, in a channel.
+    Point(usize, usize),
+    /// Form factor from a face to another.
+    Factor(usize, usize),
+    /// `A_i F_ij - A_j F_ji`.
+    Reciprocity(usize, usize),
+    /// Sum of the factors of a face, in the open at least 1.
+    RowSum(usize),
+    /// Irradiance straight from all lamps at the middle of a cell of a face.
+    Cell(usize, [u64; 3]),
+}
+
+impl Quantum {
+    /// In words.
+    #[must_use]
+    pub fn name(self) -> String {
+        match self {
+            Self::Mean(channel) => format!("mean, channel {channel}"),
+            Self::Point(probe, channel) => format!("point {probe}, channel {channel}"),
+            Self::Factor(from, to) => format!("factor f{from} -> f{to}"),
+            Self::Reciprocity(from, to) => format!("reciprocity f{from}, f{to}"),
+            Self::RowSum(face) => format!("sum of row f{face}"),
+            Self::Cell(face, at) => {
+                let [x, y, z] = at.map(f64::from_bits);
+                format!("field on f{face} at ({x}, {y}, {z})")
+            }
+        }
+    }
+}
+
+/// A value with its bound.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Statement {
+    /// What it is about.
+    pub of: Quantum,
+    /// The value.
+    pub value: f64,
+    /// The bound on its error.
+    pub bound: f64,
+    /// The estimate of its error, where one is given.
+    pub estimate: Option<f64>,
+}
+
+/// An answer.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Said {
+    /// Statements.
+    Statements(Vec<Statement>),
+    /// None, and why.
+    Refused(String),
+    /// A panic, which is a fault whatever was asked.
+    Panicked,
+    /// No answer in [`PATIENCE`], which is a fault as well.
+    Endless,
+}
+
+/// How long an answer may take. The time that the solver is given is a hundredth of it.
+pub const PATIENCE: Duration = Duration::from_secs(60);
+
+/// Seconds after which the solver begins no other round.
+const SECONDS: f64 = 0.6;
+
+/// Elements above which it divides nothing: so that answers depend on the scene and not on the machine's mood.
+const MOST_ELEMENTS: usize = 1000;
+
+/// Cells along a side of the face that a field is asked on.
+const CELLS: usize = 2;
+
+/// What is said of a scene, and how long it took.
+#[must_use]
+pub fn ask(model: &Model, subject: Subject) -> (Said, Duration) {
+    let start = Instant::now();
+    let given = model.clone();
+    let answer = move || -> Result<Vec<Statement>, String> {
+        let scene = given.scene().map_err(|error| error.to_string())?;
+        match subject {
+            Subject::Solve => radiosities(&given, &scene),
+            Subject::Factors => factors(&given, &scene),
+            Subject::Field => field(&given, &scene),
+        }
+    };
+    let (sender, receiver) = mpsc::channel();
+    // A thread that does not end is left behind: nothing ends it but the end of the program.
+    thread::spawn(move || {
+        let said = match catch_unwind(AssertUnwindSafe(answer)) {
+            Ok(Ok(statements)) => Said::Statements(statements),
+            Ok(Err(why)) => Said::Refused(why),
+            Err(_) => Said::Panicked,
+        };
+        // Nobody may be waiting any more.
+        let _ = sender.send(said);
+    });
+    (receiver.recv_timeout(PATIENCE).unwrap_or(Said::Endless), start.elapsed())
+}
+
+fn radiosities(model: &Model, scene: &Scene) -> Result<Vec<Statement>, String> {
+    let options = Options {
+        error: model.error,
+        most_elements: MOST_ELEMENTS,
+        first_elements: 1,
+        time: Some(Duration::from_secs_f64(SECONDS)),
+        ..Options::default()
+    };
+    let solution = solve(scene, &options, |_| true).map_err(|error| error.to_string())?;
+    let means = solution.mean().iter().zip(solution.mean_bound()).enumerate();
+    let mut statements: Vec<Statement> = means
+        .map(|(channel, (&value, bound))| Statement { of: Quantum::Mean(channel), value, bound: bound.total(), estimate: None })
+        .collect();
+    for (probe, (at, normal)) in model.asked().map_err(|error| error.to_string())?.into_iter().enumerate() {
+        let gathered = solution.gather(at, normal).map_err(|error| error.to_string())?;
+        for (channel, (value, ledger)) in gathered.radiosity.into_iter().zip(gathered.ledger).enumerate() {
+            let of = Quantum::Point(probe, channel);
+            statements.push(Statement { of, value, bound: ledger.total(), estimate: None });
+        }
+    }
+    Ok(statements)
+}
+
+fn factors(model: &Model, scene: &Scene) -> Result<Vec<Statement>, String> {
+    let factors = FormFactors::new(scene).map_err(|error| error.to_string())?;
+    let settings = FactorSettings { tolerance: 0.05, most_cells: 300, ..FactorSettings::default() };
+    let matrix = factors.matrix(&settings, || ()).map_err(|error| error.to_string())?;
+    let count = matrix.faces().len();
+    // Of the unchanged scene, so that what is said of pairs has one unit.
+    let area = |part: &Part| radgrad_core::Polygon::new(part.corners.clone()).map(|polygon| polygon.area());
+    let areas: Vec<f64> = model.parts.iter().map(area).collect::<Result<_, _>>().map_err(|error| error.to_string())?;
+    let mut statements = Vec::new();
+    let entry = |from: usize, to: usize| {
+        let row = matrix.row(from);
+        // What is not there is exactly 0.
+        row.iter().find(|entry| entry.face == to).map_or([0.0, 0.0], |entry| [entry.factor, entry.error])
+    };
+    let say = |of: Quantum, value: f64, bound: f64| Statement { of, value, bound, estimate: None };
+    for from in 0..count {
+        for to in (0..count).filter(|&to| to != from) {
+            let [value, bound] = entry(from, to);
+            statements.push(say(Quantum::Factor(from, to), value, bound));
+            if to > from {
+                let [back, back_bound] = entry(to, from);
+                let [a, b] = [from, to].map(|face| areas[face]);
+                let bound = (a * bound + b * back_bound) * (1.0 + SUM) + SUM * (a * value).abs();
+                statements.push(say(Quantum::Reciprocity(from, to), a * value - b * back, bound));
+            }
+        }
+        let row = matrix.row(from);
+        let bound = row.iter().map(|entry| entry.error).sum::<f64>() * (1.0 + SUM) + SUM;
+        let sum: f64 = row.iter().map(|entry| entry.factor).sum();
+        // In the open only what is above 1 is known to be wrong.
+        let value = if model.closed || sum.is_nan() || sum > 1.0 { sum } else { 1.0 };
+        statements.push(say(Quantum::RowSum(from), value, bound));
+    }
+    Ok(statements)
+}
+
+/// Rounding of the sums made here, of fewer than a hundred terms of at most 1.
+const SUM: f64 = 200.0 * f64::EPSILON;
+
+fn field(model: &Model, scene: &Scene) -> Result<Vec<Statement>, String> {
+    if model.has_grid(Quantity::Radiance) {
+        return Ok(Vec::new());
+    }
+    let factors = FormFactors::new(scene).map_err(|error| error.to_string())?;
+    let lamp = |face: usize| {
+        let material = &scene.materials()[scene.faces()[face].material()];
+        material.emitted_radiosity(0).filter(|radiosity| *radiosity > 0.0).map(|radiosity| (face, radiosity))
+    };
+    let lamps: Vec<(usize, f64)> = (0..scene.faces().len()).filter_map(lamp).collect();
+    let mut faces: Vec<usize> = model.probes.iter().map(|probe| probe.part).collect();
+    faces.dedup();
+    let mut statements = Vec::new();
+    for face in faces {
+        let surface = scene.faces()[face].surface();
+        let cells = factors.field(surface, CELLS, &lamps, radgrad_core::DEFAULT_TOLERANCE, || ());
+        for cell in cells.map_err(|error| error.to_string())? {
+            let of = Quantum::Cell(face, model.change.undone(cell.centre).to_array().map(f64::to_bits));
+            statements.push(Statement { of, value: cell.value, bound: cell.value_error, estimate: None });
+        }
+    }
+    Ok(statements)
+}

@@ -1,0 +1,259 @@
+//! Scenes counted by family and subject, and the gates they must stay within.
+
+use std::collections::BTreeMap;
+use std::io::Write;
+use std::time::Duration;
+
+use serde::Deserialize;
+
+use radgrad_oracle::scene::Effort;
+
+use super::family::{Family, Name};
+use super::judge::{Ending, Judged, Outcome, Verdict, judge};
+use super::model::Expected;
+use super::statement::Subject;
+use super::workers::on_all_cores;
+
+/// What must hold of scenes.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct Requirement {
+    /// Bounds that may be broken; also answers that must not be, panics, other digits and missing truths.
+    pub broken: u64,
+    /// Least part of the statements of a family that was judged.
+    pub least_judged: f64,
+    /// Faults planted that may be missed.
+    pub missed_faults: u64,
+}
+
+impl Default for Requirement {
+    fn default() -> Self {
+        Self { broken: 0, least_judged: 0.5, missed_faults: 0 }
+    }
+}
+
+/// Scenes of a family that were asked one thing.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Row {
+    /// Scenes.
+    pub scenes: u64,
+    /// Statements that held.
+    pub held: u64,
+    /// Statements that did not.
+    pub broken: u64,
+    /// Statements whose truth is too rough.
+    pub rough: u64,
+    /// Scenes refused that may be.
+    pub refused: u64,
+    /// Scenes that failed otherwise: refused or answered where that must not be, panics, other digits, no truth.
+    pub failed: u64,
+    /// Bound over error of what was held.
+    pub over_error: Vec<f64>,
+    /// Estimate over error.
+    pub estimates: Vec<f64>,
+    /// Of the answers.
+    pub answer: Duration,
+    /// Of the truths.
+    pub truth: Duration,
+}
+
+/// A scene at which something is wrong.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Violation {
+    /// The scene.
+    pub name: Name,
+    /// What was asked.
+    pub subject: Subject,
+    /// Everything that is wrong with it.
+    pub faults: Vec<String>,
+}
+
+/// All scenes of a run.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Table {
+    /// By family and subject.
+    pub rows: BTreeMap<(Family, Subject), Row>,
+    /// In the order of their names.
+    pub violations: Vec<Violation>,
+    /// Every statement that was judged.
+    pub statements: Vec<(Name, Judged)>,
+}
+
+/// The subjects of scene `index`: factors and fields of every third scene.
+fn subjects(index: u64) -> &'static [Subject] {
+    if index.is_multiple_of(3) { &Subject::ALL } else { &Subject::ALL[..1] }
+}
+
+impl Table {
+    /// So many scenes, shared among the families, on all cores. `done` is called after each, from any thread.
+    pub fn of(families: &[Family], cases: u64, seed: u64, effort: &Effort, done: impl Fn(Name) + Sync) -> Self {
+        let each = cases.div_ceil(families.len().max(1) as u64);
+        let names: Vec<Name> =
+            (0..each).flat_map(|index| families.iter().map(move |&family| Name { family, seed, index })).collect();
+        let of = |&name: &Name| {
+            let model = name.model();
+            let outcomes: Vec<(Subject, Outcome)> =
+                subjects(name.index).iter().map(|&subject| (subject, judge(&model, subject, effort))).collect();
+            done(name);
+            (name, model, outcomes)
+        };
+        let outcomes = on_all_cores(&names, of);
+        let mut table = Self::default();
+        for (name, model, outcomes) in outcomes {
+            for (subject, outcome) in outcomes {
+                if outcome.fails(&model) {
+                    table.violations.push(Violation { name, subject, faults: outcome.faults(&model) });
+                }
+                table.add(name, subject, outcome, model.expected);
+            }
+        }
+        table.violations.sort_by_key(|violation| (violation.name, violation.subject));
+        table
+    }
+
+    fn add(&mut self, name: Name, subject: Subject, outcome: Outcome, expected: Expected) {
+        let row = self.rows.entry((name.family, subject)).or_default();
+        row.scenes += 1;
+        row.answer += outcome.answer;
+        row.truth += outcome.truth;
+        match outcome.ending {
+            Ending::Judged(all) => {
+                for one in all {
+                    match one.verdict {
+                        Verdict::Held => {
+                            row.held += 1;
+                            row.over_error.push(one.bound_over_error());
+                            row.estimates.extend(one.estimate_over_error());
+                        }
+                        Verdict::Broken => row.broken += 1,
+                        Verdict::Rough => row.rough += 1,
+                    }
+                    self.statements.push((name, one));
+                }
+            }
+            Ending::Refused(_) if expected != Expected::Answer => row.refused += 1,
+            _ => row.failed += 1,
+        }
+    }
+
+    /// Scenes.
+    #[must_use]
+    pub fn scenes(&self) -> u64 {
+        self.sum(|(subject, row)| if subject == Subject::Solve { row.scenes } else { 0 })
+    }
+
+    /// Bounds that were judged.
+    #[must_use]
+    pub fn judged(&self) -> u64 {
+        self.sum(|(_, row)| row.held + row.broken)
+    }
+
+    /// Bounds broken, and scenes that failed otherwise.
+    #[must_use]
+    pub fn wrong(&self) -> u64 {
+        self.sum(|(_, row)| row.broken + row.failed)
+    }
+
+    fn sum(&self, of: impl Fn((Subject, &Row)) -> u64) -> u64 {
+        self.rows.iter().map(|((_, subject), row)| of((*subject, row))).sum()
+    }
+
+    /// Families and subjects of which too small a part was judged.
+    #[must_use]
+    pub fn hardly_judged(&self, requirement: &Requirement) -> Vec<(Family, Subject, f64)> {
+        let part = |row: &Row| (row.held + row.broken) as f64 / (row.held + row.broken + row.rough) as f64;
+        let rows = self.rows.iter().filter(|(_, row)| row.held + row.broken + row.rough > 0);
+        let hardly = rows.filter(|(_, row)| part(row) < requirement.least_judged);
+        hardly.map(|((family, subject), row)| (*family, *subject, part(row))).collect()
+    }
+
+    /// The rows as CSV.
+    ///
+    /// # Errors
+    /// If it cannot be written.
+    pub fn write(&self, out: impl Write) -> Result<(), csv::Error> {
+        let mut table = csv::Writer::from_writer(out);
+        table.write_record(HEADER)?;
+        for ((family, subject), row) in &self.rows {
+            let counts = [row.scenes, row.held, row.broken, row.rough, row.refused, row.failed].map(|count| count.to_string());
+            let figures = [
+                figure(row.median_over_error()),
+                figure(row.median_estimate()),
+                format!("{:.3}", row.seconds_an_answer()),
+                format!("{:.3}", row.truth.as_secs_f64() / row.scenes as f64),
+            ];
+            table.write_record([family.name().to_owned(), subject.name().to_owned()].into_iter().chain(counts).chain(figures))?;
+        }
+        table.flush()?;
+        Ok(())
+    }
+
+    /// Every statement as CSV: value, bound and truth.
+    ///
+    /// # Errors
+    /// If it cannot be written.
+    pub fn write_statements(&self, out: impl Write) -> Result<(), csv::Error> {
+        let mut table = csv::Writer::from_writer(out);
+        table.write_record(["scene", "quantity", "value", "bound", "estimate", "truth", "low", "high", "verdict"])?;
+        for (name, Judged { statement, known, verdict }) in &self.statements {
+            let verdict = match verdict {
+                Verdict::Held => "held",
+                Verdict::Broken => "broken",
+                Verdict::Rough => "rough",
+            };
+            let estimate = statement.estimate.map_or_else(String::new, |estimate| format!("{estimate:e}"));
+            let truth = [known.value, known.interval.low, known.interval.high].map(|x| format!("{x:e}"));
+            let said = [format!("{:e}", statement.value), format!("{:e}", statement.bound), estimate];
+            let record = [name.to_string(), statement.of.name()].into_iter().chain(said).chain(truth);
+            table.write_record(record.chain([verdict.to_owned()]))?;
+        }
+        table.flush()?;
+        Ok(())
+    }
+}
+
+/// Columns of the table.
+pub const HEADER: [&str; 12] = [
+    "family",
+    "subject",
+    "scenes",
+    "held",
+    "broken",
+    "rough",
+    "refused",
+    "failed",
+    "median_bound_over_error",
+    "median_estimate_over_error",
+    "seconds_an_answer",
+    "seconds_a_truth",
+];
+
+fn figure(value: Option<f64>) -> String {
+    value.map_or_else(String::new, |value| format!("{value:.3e}"))
+}
+
+impl Row {
+    /// Median of bound over error among what was held, the truth's half-width being the least error that can be told.
+    #[must_use]
+    pub fn median_over_error(&self) -> Option<f64> {
+        median(&self.over_error)
+    }
+
+    /// Median of estimate over error.
+    #[must_use]
+    pub fn median_estimate(&self) -> Option<f64> {
+        median(&self.estimates)
+    }
+
+    /// Wall time of an answer, on a machine where other scenes are asked for beside it.
+    #[must_use]
+    pub fn seconds_an_answer(&self) -> f64 {
+        self.answer.as_secs_f64() / self.scenes as f64
+    }
+}
+
+fn median(values: &[f64]) -> Option<f64> {
+    let mut sorted: Vec<f64> = values.iter().copied().filter(|value| !value.is_nan()).collect();
+    sorted.sort_by(f64::total_cmp);
+    sorted.get(sorted.len() / 2).copied()
+}

@@ -1,0 +1,157 @@
+//! The truth of each statement: exact where the scene has a closed form, an enclosure of direct light, else limits from walks.
+
+use glam::DVec3;
+use radgrad_oracle::confidence::ConfidenceInterval;
+use radgrad_oracle::scene::{Effort, Known, Point, Scene};
+
+use super::model::{Exact, Model};
+use super::statement::{Quantum, Statement, Subject};
+
+/// Why there is no truth.
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    /// A face is no polygon.
+    #[error("a face is no polygon: {0}")]
+    Polygon(#[from] radgrad_core::Error),
+    /// The oracle refuses the scene or the question.
+    #[error("the oracle: {0}")]
+    Oracle(#[from] radgrad_oracle::Error),
+}
+
+/// What walks may cost, and with which confidence their limits hold: of twenty thousand statements none is taken for wrong by
+/// chance with a probability of 0.998 and more.
+pub const EFFORT: Effort = Effort { rays: 300_000, rays_a_point: 250_000, digits: 15, seed: 1, confidence: 1.0 - 1e-7 };
+
+/// Rays from a face for its form factors.
+const SIGHTS: u32 = 16_384;
+
+/// Relative rounding of what the solver is given: reflectances as they are, radiosities as pi times a radiance.
+const GIVEN: f64 = 1e-14;
+
+/// The truth of a scene, as far as it is asked for.
+#[derive(Debug)]
+pub struct Truth {
+    /// Mean of `B - E` in each channel, plus a hundredth of that of E for scenes that reflect next to nothing: what half-widths are
+    /// compared with. Empty where only geometry is asked.
+    pub scale: Vec<f64>,
+    /// Of each statement, in their order.
+    pub known: Vec<Known>,
+}
+
+impl Truth {
+    /// The truth of all statements on a subject.
+    ///
+    /// # Errors
+    /// If the oracle refuses the scene.
+    pub fn of(model: &Model, subject: Subject, statements: &[Statement], effort: &Effort) -> Result<Self, Error> {
+        match subject {
+            Subject::Solve => Self::of_radiosities(model, statements, effort),
+            Subject::Factors => Self::of_factors(model, statements, effort),
+            Subject::Field => Self::of_field(model, statements, effort),
+        }
+    }
+
+    fn of_radiosities(model: &Model, statements: &[Statement], effort: &Effort) -> Result<Self, Error> {
+        let points: Vec<Point> = model.probes.iter().map(|p| Point { face: p.part, position: p.position }).collect();
+        let (mut means, mut at_points) = (Vec::new(), Vec::new());
+        for channel in 0..model.channels() {
+            let (mean, points) = match &model.exact {
+                Exact::Furnace => {
+                    let largest = model.parts.iter().map(|part| part.reflectance[channel]).fold(0.0, f64::max);
+                    let one = around(1.0, GIVEN / (1.0 - largest));
+                    (Mean { emitted: 0.0, reflected: one }, vec![one; points.len()])
+                }
+                Exact::Facing(rectangles) => {
+                    let of = |probe: &Point| (probe.face, [probe.position.x, probe.position.y]);
+                    let (reflected, points) = rectangles.truth(&points.iter().map(of).collect::<Vec<_>>());
+                    let emitted = model.oracle(channel)?.truth(&[], &Effort { rays: 1, ..*effort })?.emitted;
+                    (Mean { emitted, reflected }, points)
+                }
+                Exact::Nothing => {
+                    let truth = model.oracle(channel)?.truth(&points, &for_faces(effort, model.parts.len()))?;
+                    (Mean { emitted: truth.emitted, reflected: truth.reflected }, truth.points)
+                }
+            };
+            means.push(mean);
+            at_points.push(points);
+        }
+        let scale = |mean: &Mean| mean.reflected.value + 0.01 * mean.emitted;
+        let known = |statement: &Statement| match statement.of {
+            Quantum::Mean(channel) => {
+                let Mean { emitted, reflected } = means[channel];
+                let plus = |x: f64| emitted + x;
+                let interval = ConfidenceInterval { low: plus(reflected.interval.low), high: plus(reflected.interval.high) };
+                rounded(Known { value: plus(reflected.value), interval })
+            }
+            Quantum::Point(probe, channel) => rounded(at_points[channel][probe]),
+            _ => unknown(),
+        };
+        Ok(Self { scale: means.iter().map(scale).collect(), known: statements.iter().map(known).collect() })
+    }
+
+    fn of_factors(model: &Model, statements: &[Statement], effort: &Effort) -> Result<Self, Error> {
+        let scene = model.oracle(0)?;
+        let sights = |face: usize| scene.sights(face, SIGHTS, effort.seed, effort.confidence);
+        let seen: Vec<Vec<Known>> = (0..model.parts.len()).map(sights).collect::<Result<_, _>>()?;
+        let known = |statement: &Statement| match statement.of {
+            Quantum::Factor(from, to) => seen[from][to],
+            Quantum::Reciprocity(..) => around(0.0, 0.0),
+            Quantum::RowSum(_) => around(1.0, 0.0),
+            _ => unknown(),
+        };
+        Ok(Self { scale: Vec::new(), known: statements.iter().map(known).collect() })
+    }
+
+    fn of_field(model: &Model, statements: &[Statement], effort: &Effort) -> Result<Self, Error> {
+        let scene = model.oracle(0)?;
+        let known = |statement: &Statement| match statement.of {
+            Quantum::Cell(face, at) => {
+                let point = Point { face, position: DVec3::from(at.map(f64::from_bits)) };
+                Ok(rounded(enclosed(&scene, &point, effort)?))
+            }
+            _ => Ok(unknown()),
+        };
+        Ok(Self { scale: Vec::new(), known: statements.iter().map(known).collect::<Result<_, Error>>()? })
+    }
+}
+
+/// More rays where there are few faces, which a ray costs less for.
+fn for_faces(effort: &Effort, faces: usize) -> Effort {
+    let times = (MANY_FACES / faces.max(1)).clamp(1, 4);
+    Effort { rays: effort.rays * times, rays_a_point: effort.rays_a_point * times, ..*effort }
+}
+
+/// Faces of a scene that costs what the effort says.
+const MANY_FACES: usize = 36;
+
+/// Direct light at a point; where it is not enclosed nothing is known.
+fn enclosed(scene: &Scene, point: &Point, effort: &Effort) -> Result<Known, Error> {
+    match scene.direct(point, effort.digits) {
+        Ok(interval) => Ok(Known { value: 0.5 * (interval.low + interval.high), interval }),
+        Err(
+            radgrad_oracle::Error::Budget { .. } | radgrad_oracle::Error::Rounding { .. } | radgrad_oracle::Error::Cell { .. },
+        ) => Ok(unknown()),
+        Err(error) => Err(error.into()),
+    }
+}
+
+#[derive(Clone, Copy)]
+struct Mean {
+    emitted: f64,
+    reflected: Known,
+}
+
+const fn around(value: f64, half: f64) -> Known {
+    Known { value, interval: ConfidenceInterval { low: value - half, high: value + half } }
+}
+
+const fn unknown() -> Known {
+    Known { value: 0.0, interval: ConfidenceInterval { low: f64::NEG_INFINITY, high: f64::INFINITY } }
+}
+
+/// Wider by what the rounding of what the solver is given may move.
+fn rounded(known: Known) -> Known {
+    let by = GIVEN * known.value.abs();
+    let interval = ConfidenceInterval { low: known.interval.low - by, high: known.interval.high + by };
+    Known { value: known.value, interval }
+}

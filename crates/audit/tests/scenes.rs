@@ -1,0 +1,79 @@
+//! The audit of whole scenes: what it is made of, and that it finds what is planted.
+
+use radgrad_audit::scenes::family::{Family, Name};
+use radgrad_audit::scenes::faults::{Fault, find};
+use radgrad_audit::scenes::judge::{Ending, Verdict, judge};
+use radgrad_audit::scenes::model::{Expected, Model};
+use radgrad_audit::scenes::statement::Subject;
+use radgrad_audit::scenes::table::{Requirement, Table};
+use radgrad_oracle::scene::Effort;
+
+/// Less than a run of `verify` has.
+const EFFORT: Effort = Effort { rays: 50_000, rays_a_point: 50_000, ..radgrad_audit::scenes::truth::EFFORT };
+
+#[test]
+fn every_family_draws_scenes_that_exist_and_the_same_ones_again() {
+    for family in Family::ALL {
+        for index in 0..20 {
+            let name = Name { family, seed: 5, index };
+            let model = name.model();
+            assert_eq!(model, name.to_string().parse::<Name>().unwrap().model());
+            let unchanged = Model { change: radgrad_audit::scenes::model::Change::None, ..model.clone() };
+            let scene = unchanged.scene().unwrap_or_else(|error| panic!("{name}: {error}"));
+            assert!((2..=60).contains(&scene.faces().len()), "{name}: {} faces", scene.faces().len());
+            assert!(model.probes.len() >= 3 && model.parts.iter().any(|part| part.emitted[0] > 0.0), "{name}");
+            for probe in &model.probes {
+                let polygon = scene.faces()[probe.part].polygon();
+                let off = polygon.normal().dot(probe.position - polygon.vertices()[0]).abs();
+                assert!(off < 1e-14, "{name}: a point is {off:e} off its face");
+                assert!(model.parts[probe.part].reflectance[0] > 0.0, "{name}");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_scene_is_the_same_from_its_file() {
+    let model = Family::Clutter.model(1, 1);
+    let [obj, mtl] = model.to_obj("m.mtl");
+    let degenerate = radgrad_scene::Degenerate::Refuse;
+    let file = std::path::Path::new("m.obj");
+    let read = radgrad_scene::obj::parse(obj.as_bytes(), file, degenerate, |_| Ok(mtl.clone().into())).unwrap();
+    let made = model.scene().unwrap();
+    assert!(read.polygons().eq(made.polygons()));
+    assert_eq!(read.emitted_power(0).to_bits(), made.emitted_power(0).to_bits());
+}
+
+#[test]
+fn a_furnace_and_facing_rectangles_hold() {
+    for family in [Family::Furnace, Family::Facing] {
+        for index in 0..3 {
+            let model = family.model(1, index);
+            let outcome = judge(&model, Subject::Solve, &EFFORT);
+            assert!(!outcome.fails(&model), "{family}:1:{index}: {:?}", outcome.faults(&model));
+            let Ending::Judged(all) = outcome.ending else { panic!("{family}:1:{index} has no answer") };
+            assert!(all.iter().all(|one| one.verdict == Verdict::Held));
+        }
+    }
+}
+
+#[test]
+fn what_was_not_judged_is_counted_and_gated() {
+    let none = Effort { rays: 1, rays_a_point: 1, digits: 0, ..EFFORT };
+    let table = Table::of(&[Family::Clutter], 1, 1, &none, |_| ());
+    let row = &table.rows[&(Family::Clutter, Subject::Solve)];
+    assert!(row.rough > 0 && row.broken == 0, "{row:?}");
+    assert!(!table.hardly_judged(&Requirement::default()).is_empty());
+}
+
+#[test]
+fn planted_faults_are_found() {
+    let found = find(&Fault::ALL, 1, 8, &EFFORT);
+    let missed: Vec<&str> = found.iter().filter(|found| found.by.is_none()).map(|found| found.fault.name()).collect();
+    assert!(missed.is_empty(), "of {} faults these are missed: {missed:?}", found.len());
+}
+
+#[test]
+fn what_overlaps_is_expected_to_be_refused() {
+    assert!((0..5).all(|index| Family::Overlap.model(1, index).expected == Expected::Refusal));
+}

@@ -1,0 +1,6 @@
+//! One program for all tests of what is public, so that it is compiled and linked once.
+
+mod eval;
+mod hostile;
+mod scenes;
+mod solve;

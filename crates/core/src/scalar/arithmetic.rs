@@ -1,0 +1,102 @@
+//! What a closed form is written on: a number, or several of them side by side on the lanes of a vector.
+//!
+//! A formula has one definition for all of them. Its operations and their order are the same on each, so on lanes each number
+//! gets the digits that it would get alone. Constants are spelled `x.like(constant)`, since a vector is made for an instruction
+//! set, and a decision is a [`Arithmetic::choose`] between two results.
+
+use std::ops::{Add, BitAnd, BitXor, Div, Mul, Neg, Sub};
+
+/// A number of any precision, or several.
+pub(crate) trait Arithmetic:
+    Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self> + Neg<Output = Self>
+{
+    /// What is true of the number, or of each one.
+    type Mask: Copy + BitAnd<Output = Self::Mask> + BitXor<Output = Self::Mask>;
+
+    /// Whether approximations to a rounding of a double serve.
+    const IS_DOUBLE: bool;
+
+    /// A constant, as many times as there are numbers here.
+    fn like(self, constant: f64) -> Self;
+
+    /// pi, likewise.
+    fn like_pi(self) -> Self;
+
+    /// Where this is larger, by what is known of the two.
+    fn exceeds(self, other: Self) -> Self::Mask;
+
+    /// One number where the mask is set, the other one where it is not.
+    fn choose(mask: Self::Mask, set: Self, unset: Self) -> Self;
+
+    /// The same of what takes long to find: a number alone has only its own one evaluated.
+    fn choose_of(mask: Self::Mask, set: impl FnOnce() -> Self, unset: impl FnOnce() -> Self) -> Self;
+
+    /// The magnitude.
+    fn abs(self) -> Self;
+
+    /// Square root of a number that is not negative.
+    fn sqrt(self) -> Self;
+
+    /// Natural logarithm of a positive number; on lanes, of a normal one.
+    fn ln(self) -> Self;
+
+    /// Angle of the point `(x, self)`, in (-pi, pi]; on lanes where self is not negative and
+    /// [`crate::scalar::arc_tangent::is_in_range`].
+    fn atan2(self, x: Self) -> Self;
+
+    /// The same where x is not negative either.
+    #[inline(always)]
+    fn atan2_right(self, x: Self) -> Self {
+        self.atan2(x)
+    }
+
+    /// What Clausen's function has beside its logarithm, see [`crate::scalar::dilogarithm`].
+    fn clausen_rest(self) -> Self;
+
+    /// `6 (g - sin g)/g^3` as a function of `g^2 <= 1`.
+    fn sine_series(square: Self) -> Self;
+
+    /// The same number known less well, by so many roundings of 1, where that is tracked.
+    fn known_to(self, units: f64) -> Self;
+}
+
+/// A double, or several.
+pub(crate) trait Doubles: Arithmetic {
+    /// The smaller one; neither must be NaN.
+    fn min(self, other: Self) -> Self;
+
+    /// The larger one; neither must be NaN.
+    fn max(self, other: Self) -> Self;
+
+    /// `(k, m)` of positive normal numbers `2^k m`, m from 1 to 2.
+    fn exponent_and_mantissa(self) -> (Self, Self);
+
+    /// A constant of a table: the row by the masks as digits of a binary number, one that is left out being 0; the column by how
+    /// many of its masks are set, the second one only where the first one is.
+    fn entry(self, table: &[[f64; 3]; 4], row: (Self::Mask, Option<Self::Mask>), column: [Self::Mask; 2]) -> Self;
+}
+
+impl Doubles for f64 {
+    #[inline(always)]
+    fn min(self, other: Self) -> Self {
+        if self < other { self } else { other }
+    }
+
+    #[inline(always)]
+    fn max(self, other: Self) -> Self {
+        if self > other { self } else { other }
+    }
+
+    #[inline(always)]
+    fn exponent_and_mantissa(self) -> (Self, Self) {
+        let bits = self.to_bits();
+        // Below 2048.
+        let exponent = (bits >> 52) as i32 - 1023;
+        (Self::from(exponent), Self::from_bits((bits & ((1 << 52) - 1)) | (1023 << 52)))
+    }
+
+    #[inline(always)]
+    fn entry(self, table: &[[f64; 3]; 4], (high, low): (bool, Option<bool>), [some, more]: [bool; 2]) -> Self {
+        table[2 * usize::from(high) + usize::from(low == Some(true))][usize::from(some) + usize::from(more)]
+    }
+}

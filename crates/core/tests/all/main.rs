@@ -1,0 +1,11 @@
+//! One program for all tests of what is public, so that it is compiled and linked once.
+
+mod batch;
+mod digits;
+mod emitter_tree;
+mod hessian;
+mod occluders;
+mod on_surface;
+mod polynomials;
+mod range;
+mod value;

@@ -1,0 +1,188 @@
+//! Rows of a closed scene that sum to 1, by the least change within what is proven.
+//!
+//! With v the exchanges as computed, `[l, u]` their brackets, `w = u - l` and A the areas, the x wanted minimises `sum (x - v)^2 / w`
+//! over pairs, `l <= x <= u`, such that `sum_j x_ij = A_i` in every row: one symmetric number a pair, so reciprocity stays, and what
+//! is known exactly stays where it is. The minimum is `x_ij = clip(v_ij + w_ij (m_i + m_j))` with one multiplier a row, the maximum
+//! of a concave function of them whose gradient is what the rows lack. Newton's method finds it: its matrix, `diag(sum_j w_ij) + w`
+//! over the pairs that are not at an end, is positive semidefinite, and conjugate gradients solve with it. A step that does not
+//! reduce what is lacking is halved.
+
+use super::FactorMatrix;
+use super::{larger, smaller};
+use crate::Error;
+
+/// How far a repair moved factors.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Repaired {
+    /// Largest change of a factor.
+    pub largest: f64,
+    /// Mean of the changes of all factors, as sizes.
+    pub mean: f64,
+    /// The face from which, and the one to which, the factor was changed most.
+    pub pair: [usize; 2],
+    /// Largest `|1 - sum|` of a row that is left.
+    pub closure: f64,
+}
+
+/// What a row may lack at the end, over its area: the roundings of its sum.
+const ENOUGH: f64 = 1e-14;
+
+/// Steps of Newton's method, and of conjugate gradients in each.
+const STEPS: usize = 200;
+const GRADIENTS: usize = 400;
+
+impl FactorMatrix {
+    /// Moves factors the least, inside their brackets and the two of a pair together, until every row sums to 1. Brackets stay as they
+    /// were; the error of an entry is the distance from its new value to their farther end.
+    ///
+    /// # Errors
+    /// If some row cannot sum to 1 within its brackets, with the row: the scene is not closed there, or faces overlap. If rows are
+    /// missing. Nothing is changed then.
+    pub fn repair(&mut self) -> Result<Repaired, Error> {
+        let has_row = |face: u32| self.faces().binary_search(&(face as usize)).is_ok();
+        if !self.pairs.iter().flat_map(|pair| pair.faces).all(has_row) {
+            return Err(Error::expected("all rows of a matrix that is to be repaired", "a block of them"));
+        }
+        let worst = self.unclosed().map(|face| (face, self.sum(face))).max_by(|a, b| {
+            let off = |sum: &super::SurfaceFactor| larger(sum.lower - 1.0, 1.0 - sum.upper);
+            off(&a.1).total_cmp(&off(&b.1))
+        });
+        if let Some((face, sum)) = worst {
+            let found = format!("a row of face {face} that sums to {} at least and {} at most", sum.lower, sum.upper);
+            return Err(Error::expected("a closed scene, whose rows can sum to 1", found));
+        }
+        let before: Vec<f64> = self.pairs.iter().map(|pair| pair.known.value).collect();
+        let moved = self.solve(&before)?;
+        let mut repaired = Repaired { largest: 0.0, mean: 0.0, pair: [0; 2], closure: 0.0 };
+        for ((pair, &from), &to) in self.pairs.iter_mut().zip(&before).zip(&moved) {
+            pair.known.value = to;
+            for k in 0..2 {
+                let [a, b] = [pair.faces[k], pair.faces[1 - k]].map(|face| face as usize);
+                let change = ((to - from) / self.scaled_areas[a]).abs();
+                repaired.mean += change;
+                if change > repaired.largest || change.is_nan() {
+                    (repaired.largest, repaired.pair) = (change, [a, b]);
+                }
+            }
+        }
+        repaired.mean /= (2 * before.len()).max(1) as f64;
+        repaired.closure = self.worst_closure();
+        Ok(repaired)
+    }
+
+    fn solve(&self, before: &[f64]) -> Result<Vec<f64>, Error> {
+        let count = self.scaled_areas.len();
+        let mut multipliers = vec![0.0; count];
+        let (mut moved, mut free) = self.moved(before, &multipliers);
+        let mut lacking = self.lacking(&moved);
+        let mut norm = self.worst(&lacking);
+        for _ in 0..STEPS {
+            if norm <= ENOUGH {
+                return Ok(moved);
+            }
+            let step = self.newton(&free, &lacking);
+            let mut share = 1.0;
+            loop {
+                let next: Vec<f64> = multipliers.iter().zip(&step).map(|(m, s)| m + share * s).collect();
+                let (candidate, candidate_free) = self.moved(before, &next);
+                let left = self.lacking(&candidate);
+                let squares = |of: &[f64]| of.iter().map(|x| x * x).sum::<f64>();
+                if squares(&left) < squares(&lacking) {
+                    (multipliers, moved, free, lacking) = (next, candidate, candidate_free, left);
+                    break;
+                }
+                share *= 0.5;
+                if share < 1e-9 {
+                    return self.stuck(&lacking, norm).map(|()| moved);
+                }
+            }
+            norm = self.worst(&lacking);
+        }
+        self.stuck(&lacking, norm).map(|()| moved)
+    }
+
+    /// What is left where no step helps is rounding, or brackets of several rows that cannot be met together.
+    fn stuck(&self, lacking: &[f64], norm: f64) -> Result<(), Error> {
+        if norm <= 1e3 * ENOUGH {
+            return Ok(());
+        }
+        let off = |face: usize| (lacking[face] / self.scaled_areas[face]).abs();
+        let face = self.faces().iter().copied().max_by(|&a, &b| off(a).total_cmp(&off(b))).unwrap_or(0);
+        let found = format!("rows that cannot all: {:e} is left in that of face {face}", off(face));
+        Err(Error::expected("rows that can sum to 1 together, within their brackets", found))
+    }
+
+    /// The exchanges that multipliers give, and the weights of those that are not at an end of their bracket.
+    fn moved(&self, before: &[f64], multipliers: &[f64]) -> (Vec<f64>, Vec<f64>) {
+        let of = |(pair, &value): (&super::matrix::Pair, &f64)| {
+            let [a, b] = pair.faces.map(|face| face as usize);
+            let (least, most) = (pair.known.least, pair.known.most);
+            let to = value + (most - least) * (multipliers[a] + multipliers[b]);
+            let clipped = larger(smaller(to, most), least);
+            (clipped, if clipped == to { most - least } else { 0.0 })
+        };
+        self.pairs.iter().zip(before).map(of).unzip()
+    }
+
+    /// What each row lacks of its area.
+    fn lacking(&self, exchanges: &[f64]) -> Vec<f64> {
+        let mut lacking = vec![0.0; self.scaled_areas.len()];
+        self.faces().iter().for_each(|&face| lacking[face] = self.scaled_areas[face]);
+        for (pair, exchange) in self.pairs.iter().zip(exchanges) {
+            pair.faces.iter().for_each(|&face| lacking[face as usize] -= exchange);
+        }
+        lacking
+    }
+
+    fn worst(&self, lacking: &[f64]) -> f64 {
+        self.faces().iter().map(|&face| (lacking[face] / self.scaled_areas[face]).abs()).fold(0.0, larger)
+    }
+
+    /// Conjugate gradients with the diagonal for a preconditioner.
+    fn newton(&self, weights: &[f64], lacking: &[f64]) -> Vec<f64> {
+        let count = lacking.len();
+        let mut diagonal = vec![0.0; count];
+        for (pair, weight) in self.pairs.iter().zip(weights) {
+            pair.faces.iter().for_each(|&face| diagonal[face as usize] += weight);
+        }
+        let times = |x: &[f64]| {
+            let mut product: Vec<f64> = diagonal.iter().zip(x).map(|(d, x)| d * x).collect();
+            for (pair, weight) in self.pairs.iter().zip(weights) {
+                let [a, b] = pair.faces.map(|face| face as usize);
+                product[a] += weight * x[b];
+                product[b] += weight * x[a];
+            }
+            product
+        };
+        let precondition =
+            |r: &[f64]| -> Vec<f64> { r.iter().zip(&diagonal).map(|(r, d)| if *d > 0.0 { r / d } else { 0.0 }).collect() };
+        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+        let (mut solution, mut rest) = (vec![0.0; count], lacking.to_vec());
+        let mut ahead = precondition(&rest);
+        let mut direction = ahead.clone();
+        let mut size = dot(&rest, &ahead);
+        let first = size;
+        for _ in 0..GRADIENTS {
+            if !(size > 1e-28 * first) {
+                break;
+            }
+            let product = times(&direction);
+            let curvature = dot(&direction, &product);
+            if !(curvature > 0.0) {
+                break;
+            }
+            let share = size / curvature;
+            for i in 0..count {
+                solution[i] += share * direction[i];
+                rest[i] -= share * product[i];
+            }
+            ahead = precondition(&rest);
+            let next = dot(&rest, &ahead);
+            for i in 0..count {
+                direction[i] = ahead[i] + next / size * direction[i];
+            }
+            size = next;
+        }
+        solution
+    }
+}

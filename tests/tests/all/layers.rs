@@ -1,0 +1,294 @@
+//! A crate is a tower: a module imports from its own floor and from those below, so that one reads it from the ground up.
+//!
+//! What counts as an import: `use` lines, and paths in code that start at `crate`, `super`, a child module or an imported module.
+//! Comments, the inline module `tests` and lines under `#[cfg(test)]` or `#[cfg(doc)]` do not count: they are not in what is built.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs;
+use std::path::Path;
+
+/// A crate with its floors, the lowest first.
+struct Tower {
+    sources: &'static str,
+    /// The modules of each floor, by the first name of their path. Those of one floor may import each other.
+    floors: &'static [&'static [&'static str]],
+    /// Imports that run upward, with the reason: from, to, why.
+    upward: &'static [(&'static str, &'static str, &'static str)],
+    /// How many of those there may be.
+    most_upward: usize,
+}
+
+/// To add a crate, add its entry here.
+const TOWERS: &[Tower] = &[
+    Tower {
+        sources: "../crates/core/src",
+        floors: &[
+            &["error"],
+            &["scalar"],
+            &["lanes"],
+            &["problem"],
+            &["boundary"],
+            &["forms"],
+            &["gauss"],
+            &["ladder"],
+            &["evaluate", "hessian"],
+            &["batch", "paper"],
+            &["lib"],
+        ],
+        upward: &[],
+        most_upward: 6,
+    },
+    Tower {
+        sources: "../crates/solver/src",
+        floors: &[&["error"], &["mesh"], &["links"], &["field"], &["bound"], &["solve"], &["picture"], &["receiver"], &["lib"]],
+        upward: &[
+            ("links/refine", "field", "a link is refined until what it neglects of the present field is allowed"),
+            ("links/cluster/far", "field", "what distant clusters may give depends on what they radiate"),
+            ("links/cluster/cut", "field", "the cluster that may give most by the present field is opened first"),
+        ],
+        most_upward: 10,
+    },
+];
+
+/// Most files of which each imports the others, directly or through others.
+const MOST_IN_A_CIRCLE: usize = 3;
+
+/// Sources by the path of their module, `scalar/big`.
+type Sources = BTreeMap<String, String>;
+
+/// Which files each file imports from.
+type Imports = BTreeMap<String, BTreeSet<String>>;
+
+#[test]
+fn imports_run_downward() {
+    for tower in TOWERS {
+        assert!(tower.upward.len() <= tower.most_upward, "{}: {} imports upward are listed", tower.sources, tower.upward.len());
+        let found = upward(&imports(&read(Path::new(tower.sources))), tower.floors);
+        let listed = |(from, to): &(String, String)| tower.upward.iter().any(|(f, t, _)| f == from && t == to);
+        let new: Vec<_> = found.iter().filter(|import| !listed(import)).collect();
+        assert!(new.is_empty(), "{}: these import from a floor above: {new:?}", tower.sources);
+        let is_gone = |(from, to): (&str, &str)| !found.iter().any(|(f, t)| f == from && t == to);
+        let gone: Vec<_> = tower.upward.iter().filter(|(from, to, _)| is_gone((from, to))).collect();
+        assert!(gone.is_empty(), "{}: these are listed and do not occur: {gone:?}", tower.sources);
+    }
+}
+
+#[test]
+fn no_circle_of_imports_is_large() {
+    for tower in TOWERS {
+        let circles = circles(&imports(&read(Path::new(tower.sources))));
+        let large: Vec<_> = circles.iter().filter(|circle| circle.len() > MOST_IN_A_CIRCLE).collect();
+        assert!(large.is_empty(), "{}: files that import each other: {large:?}", tower.sources);
+    }
+}
+
+#[test]
+fn every_way_to_import_is_seen() {
+    let sources = |files: &[(&str, &str)]| files.iter().map(|(name, text)| ((*name).to_owned(), (*text).to_owned())).collect();
+    let found = imports(&sources(&[
+        ("low", "mod part;\nuse crate::{high::{self as h, deep::Thing}, Name};\nfn f() { h::other::g(); part::g() }"),
+        (
+            "low/part",
+            "// crate::high\n#[cfg(doc)]\nuse crate::high;\nstruct S(super::T, \"crate::high\");\npub(in crate::high) fn f() {}",
+        ),
+        ("high", "#[cfg(test)]\nmod tests {\n    use crate::low;\n}"),
+        ("high/deep", ""),
+        ("high/other", ""),
+        ("lib", "mod low; mod high;"),
+    ]));
+    let of = |name: &str| found[name].iter().map(String::as_str).collect::<Vec<_>>();
+    assert_eq!(of("low"), ["high", "high/deep", "high/other", "lib", "low/part"]);
+    assert_eq!(of("low/part"), ["low"]);
+    assert!(found["high"].is_empty());
+    let up = upward(&found, &[&["low"], &["high"], &["lib"]]);
+    assert_eq!(up.len(), 4, "{up:?}");
+    assert!(up.contains(&("low".to_owned(), "high/deep".to_owned())));
+    let ring =
+        sources(&[("a", "use crate::b::B;"), ("b", "use crate::c::C;"), ("c", "use crate::a::A; use crate::d::D;"), ("d", "")]);
+    assert_eq!(circles(&imports(&ring)).iter().map(Vec::len).max(), Some(3));
+}
+
+fn read(root: &Path) -> Sources {
+    let mut sources = Sources::new();
+    let mut folders = vec![root.to_owned()];
+    while let Some(folder) = folders.pop() {
+        for entry in fs::read_dir(&folder).unwrap() {
+            let path = entry.unwrap().path();
+            if path.is_dir() {
+                folders.push(path);
+            } else if path.extension().is_some_and(|extension| extension == "rs") {
+                let name = path.strip_prefix(root).unwrap().with_extension("");
+                sources.insert(name.to_str().unwrap().replace('\\', "/"), fs::read_to_string(&path).unwrap());
+            }
+        }
+    }
+    assert!(sources.contains_key("lib"), "no crate at {}", root.display());
+    sources
+}
+
+/// The imports that run from a floor to one above. The root imports from all.
+fn upward(imports: &Imports, floors: &[&[&str]]) -> Vec<(String, String)> {
+    let floor = |file: &str| {
+        let room = file.split('/').next().unwrap_or(file);
+        let place = floors.iter().position(|floor| floor.contains(&room));
+        place.unwrap_or_else(|| panic!("{file} is on no floor: add {room} to the table"))
+    };
+    let all = imports.iter().flat_map(|(from, to)| to.iter().map(move |to| (from.clone(), to.clone())));
+    all.filter(|(from, to)| floor(to) > floor(from)).collect()
+}
+
+/// The sets of at least two files that reach each other.
+fn circles(imports: &Imports) -> Vec<Vec<String>> {
+    let reached = |from: &str| {
+        let (mut seen, mut open) = (BTreeSet::new(), vec![from.to_owned()]);
+        while let Some(file) = open.pop() {
+            let next = imports.get(&file).into_iter().flatten();
+            open.extend(next.filter(|to| seen.insert((*to).clone())).cloned());
+        }
+        seen
+    };
+    let reach: BTreeMap<&String, BTreeSet<String>> = imports.keys().map(|file| (file, reached(file))).collect();
+    let circle = |file: &String| -> Vec<String> {
+        reach[file].iter().filter(|other| reach.get(other).is_some_and(|back| back.contains(file))).cloned().collect()
+    };
+    let all: BTreeSet<Vec<String>> = imports.keys().map(circle).filter(|circle| circle.len() > 1).collect();
+    all.into_iter().collect()
+}
+
+fn imports(sources: &Sources) -> Imports {
+    sources.iter().map(|(file, text)| (file.clone(), imports_of(file, text, sources))).collect()
+}
+
+fn imports_of(file: &str, text: &str, sources: &Sources) -> BTreeSet<String> {
+    let module: Vec<String> = if file == "lib" { Vec::new() } else { file.split('/').map(str::to_owned).collect() };
+    let tokens = tokens(&built(text));
+    let (mut paths, mut scope) = (Vec::new(), BTreeMap::new());
+    let mut i = 0;
+    while i < tokens.len() {
+        match tokens[i].as_str() {
+            "mod" if tokens.get(i + 2).is_some_and(|t| t == ";") => {
+                scope.insert(tokens[i + 1].clone(), [module.clone(), vec![tokens[i + 1].clone()]].concat());
+                i += 3;
+            }
+            "use" => {
+                let mut used = Vec::new();
+                i = tree(&tokens, i + 1, &[], &mut used);
+                for (path, name) in used {
+                    if let Some(absolute) = absolute(&path, &module, &scope) {
+                        scope.insert(name, absolute);
+                    }
+                    paths.push(path);
+                }
+            }
+            // A visibility.
+            "in" if i > 0 && tokens[i - 1] == "(" => {
+                let mut path = Vec::new();
+                i = segments(&tokens, i + 1, &mut path);
+            }
+            _ => {
+                let mut path = Vec::new();
+                i = segments(&tokens, i, &mut path).max(i + 1);
+                if path.len() > 1 {
+                    paths.push(path);
+                }
+            }
+        }
+    }
+    let targets = paths.iter().filter_map(|path| absolute(path, &module, &scope)).map(|path| target(&path, sources));
+    targets.filter(|to| to != file && file != "lib").collect()
+}
+
+/// The file that a path leads to: the longest part of it that is one, or the root.
+fn target(path: &[String], sources: &Sources) -> String {
+    let files = (1..=path.len()).rev().map(|length| path[..length].join("/"));
+    files.into_iter().find(|file| sources.contains_key(file)).unwrap_or_else(|| "lib".to_owned())
+}
+
+/// A path from the root of the crate; `None` for one into another crate or a type.
+fn absolute(path: &[String], module: &[String], scope: &BTreeMap<String, Vec<String>>) -> Option<Vec<String>> {
+    let (first, rest) = path.split_first()?;
+    match first.as_str() {
+        "crate" => Some(rest.to_vec()),
+        "self" => Some([module, rest].concat()),
+        "super" => {
+            let ups = path.iter().take_while(|name| *name == "super").count();
+            Some([&module[..module.len().checked_sub(ups)?], &path[ups..]].concat())
+        }
+        name => scope.get(name).map(|from| [from.as_slice(), rest].concat()),
+    }
+}
+
+/// `a::b::c` from a token on; returns the place behind it.
+fn segments(tokens: &[String], mut i: usize, path: &mut Vec<String>) -> usize {
+    while tokens.get(i).is_some_and(|t| is_name(t)) {
+        path.push(tokens[i].clone());
+        if tokens.get(i + 1).is_none_or(|t| t != "::") || tokens.get(i + 2).is_none_or(|t| !is_name(t) && t != "{") {
+            return i + 1;
+        }
+        i += 2;
+    }
+    i
+}
+
+/// The paths of a `use`, each with the name it brings into scope; returns the place behind it.
+fn tree(tokens: &[String], i: usize, prefix: &[String], used: &mut Vec<(Vec<String>, String)>) -> usize {
+    let mut path = prefix.to_vec();
+    let mut i = segments(tokens, i, &mut path);
+    if tokens[i] == "{" {
+        i += 1;
+        while tokens[i] != "}" {
+            i = tree(tokens, i, &path, used);
+            i += usize::from(tokens[i] == ",");
+        }
+        return i + 1;
+    }
+    if path.last().is_some_and(|name| name == "self") && path.len() > 1 {
+        path.pop();
+    }
+    let mut name = path.last().cloned().unwrap_or_default();
+    while ![",", "}", ";"].contains(&tokens[i].as_str()) {
+        name.clone_from(&tokens[i]);
+        i += 1;
+    }
+    used.push((path, name));
+    i
+}
+
+fn is_name(token: &str) -> bool {
+    token.starts_with(|c: char| c.is_alphabetic() || c == '_') && !["use", "mod", "as"].contains(&token)
+}
+
+/// The source without comments, strings, the module `tests` and what is under `#[cfg(test)]` or `#[cfg(doc)]` in one line.
+fn built(text: &str) -> String {
+    let (mut kept, mut skip) = (String::new(), false);
+    let mut lines = text.lines();
+    while let Some(line) = lines.next() {
+        let is_left_out = ["#[cfg(test)]", "#[cfg(doc)]"].contains(&line.trim());
+        if skip && line.trim_start().starts_with("mod ") && line.trim_end().ends_with('{') {
+            let end = format!("{}}}", &line[..line.len() - line.trim_start().len()]);
+            lines.by_ref().take_while(|line| *line != end).for_each(drop);
+        } else if !skip && !is_left_out {
+            kept.push_str(line.split("//").next().unwrap_or(line));
+            kept.push('\n');
+        }
+        skip = is_left_out;
+    }
+    kept.split('"').step_by(2).collect::<Vec<_>>().join(" ")
+}
+
+/// Names, `::` and single characters.
+fn tokens(text: &str) -> Vec<String> {
+    let mut tokens: Vec<String> = Vec::new();
+    let mut joins = false;
+    for c in text.chars() {
+        let is_part = c.is_alphanumeric() || c == '_';
+        match tokens.last_mut() {
+            Some(last) if joins && is_part && is_name(last) => last.push(c),
+            Some(last) if joins && c == ':' && last == ":" => last.push(c),
+            _ if c.is_whitespace() => {}
+            _ => tokens.push(c.to_string()),
+        }
+        joins = !c.is_whitespace();
+    }
+    tokens
+}

@@ -1,0 +1,18 @@
+//! One program for all tests of what is public, so that it is compiled and linked once.
+
+mod contact;
+mod cornell;
+mod differences;
+mod digits;
+mod emission_functions;
+mod errata;
+mod hessian;
+mod hundred_digits;
+mod layers;
+mod listed;
+mod polynomial_emission;
+mod properties;
+mod reference_cases;
+mod reference_values;
+mod scale;
+mod traps;

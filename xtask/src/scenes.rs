@@ -1,0 +1,238 @@
+//! `cargo xtask verify --scenes` and the part of `verify` that holds whole scenes to truth; replay of one scene.
+
+use std::error::Error;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use comfy_table::Table as Printed;
+use indicatif::ProgressBar;
+use radgrad_audit::gates::Gates;
+use radgrad_audit::scenes::family::{Family, Name};
+use radgrad_audit::scenes::faults::{Fault, Found, find};
+use radgrad_audit::scenes::judge::{Ending, judge};
+use radgrad_audit::scenes::model::Model;
+use radgrad_audit::scenes::shrink::shrink;
+use radgrad_audit::scenes::statement::Subject;
+use radgrad_audit::scenes::table::{Row, Table, Violation};
+use radgrad_audit::scenes::truth::EFFORT;
+use radgrad_oracle::scene::Effort;
+
+use crate::summary::{right_aligned, with_header};
+use crate::verify::record::Record;
+use crate::verify::{Arguments, ended, style};
+
+/// Scenes of `verify --scenes` unless a number is given.
+const CASES: u64 = 800;
+
+/// Scenes beside the other cases of `verify`, and of the quick run.
+const BESIDE: [u64; 2] = [160, 32];
+
+/// Scenes of each of its families that a fault is looked for in.
+const LOOKED_AT: u64 = 3;
+
+/// Failing scenes that are shrunk, and for how long each.
+const SHRUNK: usize = 3;
+const PATIENCE: Duration = Duration::from_secs(20);
+
+/// `verify --scenes`: whether nothing is beyond its gate.
+pub(crate) fn run(arguments: &Arguments, gates: &Gates) -> Result<bool, Box<dyn Error>> {
+    let cases = arguments.cases.unwrap_or(if arguments.quick { BESIDE[1] } else { CASES });
+    Ok(ended(hold(cases, true, &EFFORT, arguments, gates)?))
+}
+
+/// The scenes beside the other cases of `verify`, with half the rays; faults are planted by `--scenes` and by a test.
+pub(crate) fn beside(arguments: &Arguments, gates: &Gates) -> Result<bool, Box<dyn Error>> {
+    let effort = Effort { rays: EFFORT.rays / 2, rays_a_point: EFFORT.rays_a_point / 2, ..EFFORT };
+    hold(BESIDE[usize::from(arguments.quick)], false, &effort, arguments, gates)
+}
+
+fn hold(cases: u64, plant: bool, effort: &Effort, arguments: &Arguments, gates: &Gates) -> Result<bool, Box<dyn Error>> {
+    let out = &arguments.out;
+    let start = Instant::now();
+    let families = arguments.scene_families();
+    let bar = ProgressBar::new(cases.div_ceil(families.len() as u64) * families.len() as u64);
+    bar.set_style(style());
+    let table = Table::of(&families, cases, arguments.seed, effort, |name| {
+        bar.set_message(name.family.name());
+        bar.inc(1);
+    });
+    bar.finish_and_clear();
+    table.write(fs::File::create(out.join("scenes.csv"))?)?;
+    table.write_statements(fs::File::create(out.join("scene-statements.csv"))?)?;
+    let (scenes, judged, wrong) = (table.scenes(), table.judged(), table.wrong());
+    println!("{scenes} scenes, seed {}: {judged} bounds judged, {wrong} broken or failed\n{}", arguments.seed, printed(&table));
+    let mut record = Record::new("scenes", arguments.seed, scenes);
+    record.note("bounds_judged", judged);
+    record.note("broken_or_failed", wrong);
+    record.note("seconds", format!("{:.0}", start.elapsed().as_secs_f64()));
+    let requirement = gates.scenes();
+    for (family, subject, part) in table.hardly_judged(&requirement) {
+        let (subject, least) = (subject.name(), 100.0 * requirement.least_judged);
+        record.violated(
+            format_args!("{family}: {subject}: {:.0} % of the statements were judged, the gate is {least:.0} %", 100.0 * part),
+            &format!("cargo xtask verify --scenes --family {family}"),
+        );
+    }
+    if wrong > requirement.broken {
+        for violation in &table.violations {
+            report(violation, &mut record);
+        }
+        shrink_some(&table.violations, out)?;
+    }
+    if plant {
+        plant_faults(arguments.seed, out, requirement.missed_faults, &mut record)?;
+    }
+    record.write(out)
+}
+
+fn report(violation: &Violation, record: &mut Record) {
+    let Violation { name, subject, faults } = violation;
+    let more = faults.len().saturating_sub(1);
+    let rest = if more == 0 { String::new() } else { format!(", and {more} more") };
+    let first = faults.first().map_or("", String::as_str);
+    record.violated(format_args!("{name}: {}: {first}{rest}", subject.name()), &format!("cargo xtask replay {name}"));
+}
+
+fn printed(table: &Table) -> Printed {
+    let mut printed = with_header(&[
+        "family",
+        "asked",
+        "scenes",
+        "held",
+        "broken",
+        "rough",
+        "refused",
+        "failed",
+        "bound / error\nmedian",
+        "estimate / error\nmedian",
+        "seconds\nan answer",
+    ]);
+    let figure = |value: Option<f64>| value.map_or_else(String::new, |value| format!("{value:.1e}"));
+    for ((family, subject), row) in &table.rows {
+        let Row { scenes, held, broken, rough, refused, failed, .. } = row;
+        let mut cells = vec![family.to_string(), subject.name().to_owned()];
+        cells.extend([scenes, held, broken, rough, refused, failed].map(u64::to_string));
+        cells.extend([figure(row.median_over_error()), figure(row.median_estimate()), format!("{:.2}", row.seconds_an_answer())]);
+        printed.add_row(cells);
+    }
+    right_aligned(printed)
+}
+
+/// The first failing scenes of different families with the fewest faces, written as OBJ.
+fn shrink_some(violations: &[Violation], out: &Path) -> Result<(), Box<dyn Error>> {
+    let mut of_families: Vec<&Violation> = Vec::new();
+    for violation in violations {
+        if of_families.iter().all(|other| other.name.family != violation.name.family) {
+            of_families.push(violation);
+        }
+    }
+    for Violation { name, subject, .. } in of_families.into_iter().take(SHRUNK) {
+        let model = name.model();
+        let start = Instant::now();
+        let fails = |smaller: &Model| {
+            let outcome = judge(smaller, *subject, &EFFORT);
+            // A scene that became none is not what was looked for.
+            let same = matches!(outcome.ending, Ending::Judged(_) | Ending::Panicked | Ending::OtherDigits(..));
+            start.elapsed() < PATIENCE && same && outcome.fails(smaller)
+        };
+        let small = shrink(&model, fails);
+        let files = write(&small, &name.to_string().replace(':', "-"), out)?;
+        println!("  {name} with {} of {} faces: {}", small.parts.len(), model.parts.len(), files.display());
+    }
+    Ok(())
+}
+
+/// Writes a scene as OBJ, MTL and points beside each other; the OBJ's path.
+fn write(model: &Model, name: &str, out: &Path) -> Result<PathBuf, Box<dyn Error>> {
+    let folder = out.join("scenes");
+    fs::create_dir_all(&folder)?;
+    let [obj, mtl] = model.to_obj(&format!("{name}.mtl"));
+    fs::write(folder.join(format!("{name}.mtl")), mtl)?;
+    fs::write(folder.join(format!("{name}.points.jsonl")), model.to_points())?;
+    let file = folder.join(format!("{name}.obj"));
+    fs::write(&file, obj)?;
+    Ok(file)
+}
+
+fn plant_faults(seed: u64, out: &Path, may_miss: u64, record: &mut Record) -> Result<(), Box<dyn Error>> {
+    let found = find(&Fault::ALL, seed, LOOKED_AT, &EFFORT);
+    let mut printed = with_header(&["fault planted in a scene", "asked", "scenes tried", "caught by"]);
+    let mut table = csv::Writer::from_path(out.join("scene-faults.csv"))?;
+    table.write_record(["fault", "subject", "scenes", "caught_by"])?;
+    for Found { fault, scenes, by } in &found {
+        let by = by.map_or_else(String::new, |name| name.to_string());
+        let cells = [fault.name().to_owned(), fault.subject().name().to_owned(), scenes.to_string(), by];
+        table.write_record(&cells)?;
+        printed.add_row(cells);
+    }
+    table.flush()?;
+    println!("{}", right_aligned(printed));
+    let missed: Vec<&Found> = found.iter().filter(|found| found.by.is_none()).collect();
+    record.note("faults_planted", found.len());
+    record.note("faults_missed", missed.len());
+    if missed.len() as u64 > may_miss {
+        for found in missed {
+            record.violated(
+                format_args!("scenes: {} is not caught in {} scenes", found.fault.name(), found.scenes),
+                "cargo xtask verify --scenes",
+            );
+        }
+    }
+    Ok(())
+}
+
+/// Everything that is said of one scene; writes it as OBJ. Whether nothing is wrong.
+pub(crate) fn replay(name: Name) -> Result<bool, Box<dyn Error>> {
+    let model = name.model();
+    let file = write(&model, &name.to_string().replace(':', "-"), Path::new("target/verify"))?;
+    println!("{name}: {} faces, {:?}, {:?}: {}", model.parts.len(), model.expected, model.change, file.display());
+    let mut right = true;
+    for subject in Subject::ALL {
+        let outcome = judge(&model, subject, &EFFORT);
+        let (answer, truth) = (outcome.answer.as_secs_f64(), outcome.truth.as_secs_f64());
+        println!("{}: {answer:.2} s, truth {truth:.2} s", subject.name());
+        match &outcome.ending {
+            Ending::Judged(all) => {
+                for one in all {
+                    let (statement, interval) = (one.statement, one.known.interval);
+                    println!(
+                        "  {:?} {:32} {:.9e} +- {:.2e}, truth {:.9e} in [{:.6e}, {:.6e}]",
+                        one.verdict,
+                        statement.of.name(),
+                        statement.value,
+                        statement.bound,
+                        one.known.value,
+                        interval.low,
+                        interval.high
+                    );
+                }
+            }
+            Ending::Refused(why) => println!("  refused: {why}"),
+            other => println!("  {other:?}"),
+        }
+        for fault in outcome.faults(&model) {
+            println!("VIOLATED {name}: {}: {fault}", subject.name());
+        }
+        right &= !outcome.fails(&model);
+    }
+    Ok(right)
+}
+
+/// A family of points or of scenes.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum AnyFamily {
+    /// Of cases of one emitter.
+    Case(radgrad_audit::family::Family),
+    /// Of scenes.
+    Scene(Family),
+}
+
+impl std::str::FromStr for AnyFamily {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let of_case = || text.parse().map(Self::Case).map_err(|error: radgrad_audit::family::UnknownFamily| error.to_string());
+        text.parse().map(Self::Scene).or_else(|no_scene| of_case().map_err(|no_case| format!("{no_case}; {no_scene}")))
+    }
+}
