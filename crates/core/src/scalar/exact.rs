@@ -100,8 +100,7 @@ impl WideSum {
             (sum.scaled(2f64.powi(32)) + halves[0]).scaled(2f64.powi(32)) + halves[1]
         };
         let leading = (0..3).fold(DoubleDouble::ZERO, leading);
-        // At most 104 limbs.
-        let exponent = 64 * (top as i32 - 2) + LAST_PLACE;
+        let exponent = (0..top).fold(LAST_PLACE - 2 * 64, |exponent, _| exponent + 64);
         let [hi, lo] = [leading.hi, leading.lo].map(|part| libm::scalbn(part, exponent));
         let found = if hi < f64::MIN_POSITIVE { DoubleDouble::from(f64::MIN_POSITIVE) } else { DoubleDouble { hi, lo } };
         if negative { -found } else { found }
