@@ -142,6 +142,17 @@ pub enum Error {
         /// Index of the edge, of the part of the polygon that is above the receiver's horizon.
         edge: usize,
     },
+    /// The receiver is on the surface of an emitter whose vertices are not exactly in one plane, where it may be in front or
+    /// behind.
+    #[error(
+        "the receiver is {height:e} over the emitter's plane, and vertices are up to {defect:e} off it: it may be in front or behind"
+    )]
+    OnSurface {
+        /// Height of the receiver over the emitter's plane, rounded.
+        height: f64,
+        /// The emitter's planarity defect.
+        defect: f64,
+    },
     /// The number of digits asked for is not one that is served.
     #[error("{value} digits were asked for: it must be between 1 and {most}")]
     Digits {

@@ -121,69 +121,64 @@ fn value(receiver: &Receiver, emitter: &Emitter, occluders: &[&Polygon], toleran
 }
 
 /// Radiosity `B(x)` alone: the digits of the closed form in double precision, without bound and gradient. Where that breaks
-/// down, on a line through the receiver to the last digit, the ladder of [`evaluate`] answers.
-///
-/// A polynomial emission loses digits far away, `(D/s)^degree` of them; [`evaluate`] does not.
+/// down, on a line through the receiver to the last digit, and where most of its digits cancel, the ladder of [`evaluate`] answers.
 ///
 /// # Errors
 /// If the result over- or underflows.
 pub fn radiosity(receiver: &Receiver, emitter: &Emitter) -> Result<f64, Error> {
     if let Some((plan, terms)) = on_lanes::<true, false>(receiver, emitter) {
         let radiosity = terms.radiosity(receiver);
-        if is_sound([radiosity]) {
+        if is_sound([radiosity], emitter) {
             return Case { receiver, emitter, occluders: &[], plan: &plan }.radiosity(radiosity);
         }
     }
     let Some(plan) = Plan::new(receiver, emitter.polygon()) else { return Ok(0.0) };
     let case = Case { receiver, emitter, occluders: &[], plan: &plan };
-    let Some(terms) = IrradianceAndGradient::<f64>::sum::<true, false>(&case) else { return Ok(0.0) };
+    let Some(terms) = plain::<true, false>(&case) else { return case.answer(FALLBACK).map(|answer| answer.radiosity) };
     let radiosity = terms.radiosity(receiver);
-    if is_sound([radiosity]) { case.radiosity(radiosity) } else { Ok(case.answer(1.0)?.radiosity) }
+    if is_sound([radiosity], emitter) { case.radiosity(radiosity) } else { case.answer(FALLBACK).map(|answer| answer.radiosity) }
 }
 
-/// Gradient of `B` with respect to `x` alone: the digits of the closed form in double precision, without bound and value.
-///
-/// A polynomial emission loses digits far away, `(D/s)^degree` of them; [`evaluate`] does not.
+/// Gradient of `B` with respect to `x` alone: the digits of the closed form in double precision, without bound and value; of
+/// [`evaluate`] where they cancel.
 ///
 /// # Errors
 /// If the result over- or underflows.
 pub fn gradient(receiver: &Receiver, emitter: &Emitter) -> Result<DVec3, Error> {
     if let Some((plan, terms)) = on_lanes::<false, true>(receiver, emitter) {
         let gradient = terms.gradient(receiver);
-        if is_sound(DVec3::from(gradient).to_array()) {
+        if is_sound(DVec3::from(gradient).to_array(), emitter) {
             return Case { receiver, emitter, occluders: &[], plan: &plan }.gradient(gradient);
         }
     }
     let Some(plan) = Plan::new(receiver, emitter.polygon()) else { return Ok(DVec3::ZERO) };
     let case = Case { receiver, emitter, occluders: &[], plan: &plan };
-    let Some(terms) = IrradianceAndGradient::<f64>::sum::<false, true>(&case) else { return Ok(DVec3::ZERO) };
+    let Some(terms) = plain::<false, true>(&case) else { return case.answer(FALLBACK).map(|answer| answer.gradient) };
     let gradient = terms.gradient(receiver);
-    if is_sound(DVec3::from(gradient).to_array()) { case.gradient(gradient) } else { Ok(case.answer(1.0)?.gradient) }
+    let is_sound = is_sound(DVec3::from(gradient).to_array(), emitter);
+    if is_sound { case.gradient(gradient) } else { case.answer(FALLBACK).map(|answer| answer.gradient) }
 }
 
-/// Radiosity and gradient together: the digits of the closed form in double precision, without bounds.
-///
-/// A polynomial emission loses digits far away, `(D/s)^degree` of them; [`evaluate`] does not.
+/// Radiosity and gradient together: the digits of the closed form in double precision, without bounds; of [`evaluate`] where they
+/// cancel.
 ///
 /// # Errors
 /// If a result over- or underflows.
 pub fn radiosity_and_gradient(receiver: &Receiver, emitter: &Emitter) -> Result<(f64, DVec3), Error> {
+    let is_sound = |radiosity, gradient| is_sound([radiosity], emitter) && is_sound(DVec3::from(gradient).to_array(), emitter);
     if let Some((plan, terms)) = on_lanes::<true, true>(receiver, emitter) {
         let (radiosity, gradient) = (terms.radiosity(receiver), terms.gradient(receiver));
-        if is_sound([radiosity]) && is_sound(DVec3::from(gradient).to_array()) {
+        if is_sound(radiosity, gradient) {
             let case = Case { receiver, emitter, occluders: &[], plan: &plan };
             return Ok((case.radiosity(radiosity)?, case.gradient(gradient)?));
         }
     }
     let Some(plan) = Plan::new(receiver, emitter.polygon()) else { return Ok((0.0, DVec3::ZERO)) };
     let case = Case { receiver, emitter, occluders: &[], plan: &plan };
-    let Some(terms) = IrradianceAndGradient::<f64>::sum::<true, true>(&case) else { return Ok((0.0, DVec3::ZERO)) };
+    let in_full = || case.answer(FALLBACK).map(|answer| (answer.radiosity, answer.gradient));
+    let Some(terms) = plain::<true, true>(&case) else { return in_full() };
     let (radiosity, gradient) = (terms.radiosity(receiver), terms.gradient(receiver));
-    if is_sound([radiosity]) && is_sound(DVec3::from(gradient).to_array()) {
-        Ok((case.radiosity(radiosity)?, case.gradient(gradient)?))
-    } else {
-        case.answer(1.0).map(|answer| (answer.radiosity, answer.gradient))
-    }
+    if is_sound(radiosity, gradient) { Ok((case.radiosity(radiosity)?, case.gradient(gradient)?)) } else { in_full() }
 }
 
 /// Irradiance vector `E = int B(y) omega domega` over the part of the emitter above the horizon, in the unit of the emission.
@@ -192,16 +187,28 @@ pub fn radiosity_and_gradient(receiver: &Receiver, emitter: &Emitter) -> Result<
 /// above its horizon, has `(rho/pi) m.E`. Its derivative with respect to the normal is `dB/dn1 = (rho/pi) E`, also where the
 /// horizon crosses the emitter, since the part that the horizon gains or loses is seen edge-on.
 ///
-/// A polynomial emission loses digits far away, `(D/s)^degree` of them; [`evaluate`] does not.
+/// It has the digits of the closed form in double precision; where most of them cancel it is taken with more of them, until a
+/// bound on its error is below 1e-9 of its length, or nothing tells it from 0.
 ///
 /// # Errors
-/// If the result over- or underflows.
+/// If the result over- or underflows, or the receiver is on the surface of an emitter that is not flat ([`Error::OnSurface`]).
 pub fn irradiance_vector(receiver: &Receiver, emitter: &Emitter) -> Result<DVec3, Error> {
     let Some(plan) = Plan::new(receiver, emitter.polygon()) else { return Ok(DVec3::ZERO) };
     let case = Case { receiver, emitter, occluders: &[], plan: &plan };
-    let Some(terms) = IrradianceAndGradient::<f64>::sum::<true, false>(&case) else { return Ok(DVec3::ZERO) };
-    let Vec3 { x, y, z } = terms.irradiance;
-    CallerUnits::of_derivative(0, "irradiance vector", &plan, emitter).plain([x, y, z]).map(DVec3::from)
+    if case.is_dark() {
+        return Ok(DVec3::ZERO);
+    }
+    plan.off_surface(receiver, emitter.polygon())?;
+    let components = |Vec3 { x, y, z }: Vec3<f64>| [x, y, z];
+    let unit = CallerUnits::of_derivative(0, "irradiance vector", &plan, emitter);
+    let found = plain::<true, false>(&case).map(|terms| components(terms.irradiance));
+    let found = found.filter(|vector| is_sound(*vector, emitter));
+    found.map_or_else(|| case.irradiance_vector(FALLBACK, unit), |vector| unit.plain(vector)).map(DVec3::from)
+}
+
+/// The closed form in double precision, off the surface of the emitter.
+fn plain<const VALUE: bool, const GRADIENT: bool>(case: &Case<'_>) -> Option<IrradianceAndGradient<f64>> {
+    if case.plan.on_surface { None } else { IrradianceAndGradient::<f64>::sum::<VALUE, GRADIENT>(case) }
 }
 
 /// The sums over an emitter on edge lanes, where double precision is sure of what is seen.
@@ -223,12 +230,20 @@ fn on_lanes<const VALUE: bool, const GRADIENT: bool>(
     }
 }
 
-/// Whether double precision served: it neither broke down nor came near the end of its range, where squares are lost.
+/// The relative error that is asked for where double precision does not serve.
+const FALLBACK: f64 = 1e-9;
+
+/// Whether double precision served: it neither broke down, nor did so much of its terms, which are about 1, cancel that less than
+/// six digits are sure.
 #[inline]
-fn is_sound<const N: usize>(normalised: [f64; N]) -> bool {
-    const NEAR_THE_END: f64 = f64::MIN_POSITIVE / f64::EPSILON;
-    (NEAR_THE_END..f64::INFINITY).contains(&normalised.iter().map(|c| c.abs()).sum())
+fn is_sound<const N: usize>(normalised: [f64; N], emitter: &Emitter) -> bool {
+    let least = if let Emission::Constant(_) = emitter.emission() { MOST_CANCELLED } else { MOST_CANCELLED_OF_OTHERS };
+    (least..f64::INFINITY).contains(&normalised.iter().map(|c| c.abs()).sum())
 }
+
+/// A constant emission's result errs by a few roundings of its terms, that of another, seen at D/s times its size, by D/s as many.
+const MOST_CANCELLED: f64 = 1.0 / (1 << 30) as f64;
+const MOST_CANCELLED_OF_OTHERS: f64 = 1.0 / (1 << 20) as f64;
 
 #[cfg(test)]
 mod tests {

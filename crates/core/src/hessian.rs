@@ -50,7 +50,7 @@ use crate::scalar::ball::Ball;
 #[cfg(feature = "arbitrary-precision")]
 use crate::scalar::big::Big;
 #[cfg(feature = "arbitrary-precision")]
-use crate::scalar::big::enclosure::{Enclosure, PRECISIONS, enough_for_doubles, refined, relative_error};
+use crate::scalar::big::enclosure::{Enclosure, PRECISIONS, enough_for_doubles, is_nothing, refined, relative_error};
 use crate::scalar::double_double::DoubleDouble;
 use crate::scalar::number::{Number, ROUNDOFF};
 use crate::scalar::real::Real;
@@ -90,7 +90,7 @@ impl Hessian {
 /// ```
 ///
 /// # Errors
-/// If the emission is not constant, or a result over- or underflows.
+/// If the receiver is on the surface of an emitter that is not flat ([`Error::OnSurface`]), the emission is not constant, or a result over- or underflows.
 pub fn hessian(receiver: &Receiver, emitter: &Emitter) -> Result<DMat3, Error> {
     with_case(receiver, emitter, &[], DMat3::ZERO, |case| {
         columns::<f64>(case).map_or(Ok(DMat3::ZERO), |columns| unit(case).plain(columns).map(|c| DMat3::from_cols_array(&c)))
@@ -119,7 +119,7 @@ pub fn hessian(receiver: &Receiver, emitter: &Emitter) -> Result<DMat3, Error> {
 /// ```
 ///
 /// # Errors
-/// If the emission is not constant, the tolerance is not in [0, 1], or a result over- or underflows.
+/// If the receiver is on the surface of an emitter that is not flat ([`Error::OnSurface`]), the emission is not constant, the tolerance is not in [0, 1], or a result over- or underflows.
 pub fn hessian_to<'a>(
     receiver: &Receiver,
     emitter: &Emitter,
@@ -170,7 +170,11 @@ fn with_case<R>(
     }
     let Some(plan) = Plan::new(receiver, emitter.polygon()) else { return Ok(zero) };
     let case = Case { receiver, emitter, occluders, plan: &plan };
-    if case.is_dark() { Ok(zero) } else { computation(&case) }
+    if case.is_dark() {
+        return Ok(zero);
+    }
+    plan.off_surface(receiver, emitter.polygon())?;
+    computation(&case)
 }
 
 fn unit(case: &Case<'_>) -> CallerUnits {
@@ -213,8 +217,8 @@ impl Found {
 #[cold]
 fn rounded(case: &Case<'_>, tolerance: f64) -> Result<Hessian, Error> {
     let columns = || columns::<Ball<Big>>(case).map(|columns| columns.map(Enclosure::of));
-    let is_coincidence = || Enclosed::is_coincidence(case);
-    let refined = refined(PRECISIONS, enough_for_doubles(tolerance), |columns| relative_error(columns), is_coincidence, columns);
+    let is_open = |columns: &[Enclosure; 9]| is_nothing(columns) || Enclosed::is_coincidence(case);
+    let refined = refined(PRECISIONS, enough_for_doubles(tolerance), |columns| relative_error(columns), is_open, columns);
     let Some(columns) = refined.found else { return Ok(Hessian::ZERO) };
     let (columns, error) = to_doubles(&columns, unit(case))?;
     Ok(Hessian { matrix: DMat3::from_cols_array(&columns), error, method: Method::ArbitraryPrecision })

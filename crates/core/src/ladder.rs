@@ -4,6 +4,8 @@ pub(crate) mod answer;
 pub(crate) mod caller_units;
 #[cfg(feature = "arbitrary-precision")]
 pub(crate) mod digits;
+pub(crate) mod irradiance;
+pub(crate) mod on_surface;
 pub(crate) mod rungs;
 pub(crate) mod sum;
 pub(crate) mod value;

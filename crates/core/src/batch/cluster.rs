@@ -90,9 +90,13 @@ impl Cluster {
             // Vertices may be off one plane by their rounding: what is given is that of the triangles.
             for [a, b, c] in fan(emitter.polygon(), power) {
                 let across = (b - a).cross(c - a);
-                let Some(unit) = across.try_normalize() else { continue };
                 let rounding = 8.0 * f64::EPSILON * (b - a).length() * (c - a).length();
                 power_sum += 0.5 * emission * (across.length() + rounding);
+                let Some(unit) = across.try_normalize() else {
+                    // A needle so thin that its normal is lost: it may face anywhere.
+                    (spread, offsets) = (2.0, [f64::NEG_INFINITY, f64::INFINITY]);
+                    continue;
+                };
                 // A needle's normal has lost that.
                 let uncertainty = rounding / across.length();
                 spread = spread.max((unit - normal).length() + uncertainty);

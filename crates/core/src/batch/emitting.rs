@@ -62,8 +62,8 @@ impl<F: Lane> Outlined<F> {
     }
 }
 
-/// What a height over the polygon's plane may err by, as a share of the distance, squared: 16 units of roundoff and what the
-/// normal errs by. Over a plane across an axis it is a difference of two coordinates, with the right sign.
+/// What a height over the polygon's plane may err by, as a share of the distance, squared: 16 units of roundoff, what the normal
+/// errs by, and what vertices are off the plane. Over a plane across an axis it is a difference of two coordinates, with the right sign.
 pub(super) fn height_share<F: Lane>(polygon: &Polygon, power: f64) -> F {
     let first = polygon.vertices()[0].to_array();
     let across = |axis: usize| polygon.vertices().iter().all(|v| v.to_array()[axis] == first[axis]);
@@ -71,7 +71,9 @@ pub(super) fn height_share<F: Lane>(polygon: &Polygon, power: f64) -> F {
     if power == 1.0 && along_axis && (0..3).any(across) {
         return F::default();
     }
-    let share = 16.0 * F::ROUNDOFF + 2.0 * polygon.normal_error() + 4.0 * ROUNDOFF;
+    // The farthest vertex is at half the size at least.
+    let slab = 2.0 * polygon.half_slab() / polygon.size();
+    let share = 16.0 * F::ROUNDOFF + 2.0 * polygon.normal_error() + 4.0 * ROUNDOFF + slab * (1.0 + 1e-6);
     F::nearest(share * share)
 }
 
@@ -191,8 +193,10 @@ pub(super) fn lanes<S: Simd, F: Lane, E: Emitting<S, F>, const GRADIENT: bool>(
             if reflectance.len() == 1 { Lanes::all(simd, reflectance[0]) } else { Lanes::load(simd, &reflectance[first..]) };
         let sums = emitting.sums(simd, 0, outline, position, n1);
         let mut found = find::<S, F, _, _, GRADIENT>(simd, outline, (position, n1), goal.asked.errors, sums);
-        // Squares that were not rounded to a subnormal number, nor infinite.
-        found.good = found.good & constant(simd, F::TINY / (F::ROUNDOFF * F::ROUNDOFF)).at_most(square);
+        // Squares that were not rounded to a subnormal number, nor infinite: else the normal has no digits, and the scalar path
+        // divides by a power of two first.
+        let has_digits = constant(simd, F::TINY / (F::ROUNDOFF * F::ROUNDOFF)).at_most(square);
+        (found.good, found.zero) = (found.good & has_digits, found.zero & has_digits);
         let scale = Scale::new(simd, brightness, rho, power);
         settle::<S, F, GRADIENT>(simd, &found, &scale, goal.tolerance, (slots, first), &mut settled);
     }

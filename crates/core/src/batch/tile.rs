@@ -8,8 +8,9 @@ use glam::DVec3;
 use crate::batch::answers::{Asked, Counts, Slots};
 use crate::batch::visible::Found;
 use crate::error::Error;
-use crate::evaluate::{evaluate_to, radiosity, radiosity_and_gradient};
-use crate::ladder::answer::{Answer, Method};
+use crate::evaluate::{evaluate_to, evaluate_value, radiosity, radiosity_and_gradient};
+use crate::ladder;
+use crate::ladder::answer::{Answer, Method, Value};
 use crate::lanes::lane::{Lane, Lanes, MOST_LANES, Mask, constant};
 use crate::problem::emission::Emitter;
 use crate::problem::receiver::Receiver;
@@ -72,6 +73,11 @@ impl Goal {
     /// What lanes did not settle, on the scalar path.
     #[cold]
     pub(super) fn single(&self, receiver: &Receiver, emitter: &Emitter) -> Result<Answer, Error> {
+        if self.asked.errors && !self.asked.gradient {
+            let tolerance = ladder::answer::Tolerance { relative: self.tolerance.value, absolute: self.tolerance.absolute };
+            let Value { radiosity, radiosity_error, method } = evaluate_value(receiver, emitter, &[], tolerance)?;
+            return Ok(Answer { radiosity, radiosity_error, method, ..Answer::ZERO });
+        }
         if self.asked.errors {
             return evaluate_to(receiver, emitter, &[], self.tolerance.value);
         }
@@ -245,6 +251,7 @@ pub(super) fn put<F: Lane>(slots: &mut Slots<'_, F>, entry: usize, answer: &Answ
         }
     }
     if let Some(slot) = slots.gradient_error.get_mut(entry) {
+        let exact = exact && answer.gradient_error == 0.0;
         *slot = if exact { F::default() } else { bound(answer.gradient_error, answer.gradient.length()) };
     }
     Ok(())

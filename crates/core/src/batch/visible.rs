@@ -210,8 +210,10 @@ fn decide<S: Simd, F: Lane, O: Outline<S, F>, B: BoundarySums<S, F>, const GRADI
     let signed = |height: Lanes<S, F>| height * height.abs();
     let sure = farthest_square * constant(simd, (16.0 * F::ROUNDOFF) * (16.0 * F::ROUNDOFF));
     let sure_side = farthest_square * outline.height_share(simd);
-    let depth = signed(outline.normal(simd).dot(first.seen.r));
-    let (behind, in_front) = (sure_side.at_most(depth), depth.below(-sure_side));
+    let behind_plane = outline.normal(simd).dot(first.seen.r);
+    let depth = signed(behind_plane);
+    // Where the square underflows the sign is still that of the depth itself.
+    let (behind, in_front) = (sure_side.at_most(depth) & zero.at_most(behind_plane), depth.below(-sure_side));
     let (above, below) = (sure.below(signed(lowest)), signed(highest).below(-sure));
     let nothing = in_range & (behind | below);
     let seen = in_range & in_front & sure.below(signed(highest));

@@ -33,6 +33,8 @@ pub(crate) struct Line<T> {
     inverse_moment: T,
     /// `|r|^2` of the point r that w was taken at: how far w may have cancelled.
     pub(crate) reach: T,
+    /// Whether w was taken in double-double.
+    is_precise: bool,
 }
 
 /// Orthonormal frame of the plane through x and a line: `toward` from x to the nearest point of the line, at `distance`;
@@ -87,7 +89,8 @@ impl<T: Real> Line<T> {
         }
         let exact = exact_offset(vertex, x, power).cross(exact_offset(to, from, power));
         let error = 4.0 * ROUNDOFF_OF_DOUBLE_DOUBLE * squares.sqrt();
-        Self::new(e, square, exact.map(|c: DoubleDouble| T::from_double_double(c, error)), reach)
+        let w = exact.map(|c: DoubleDouble| T::from_double_double(c, error));
+        Self { is_precise: true, ..Self::new(e, square, w, reach) }
     }
 
     /// The line through `point` along `e`.
@@ -104,7 +107,7 @@ impl<T: Real> Line<T> {
     #[inline]
     pub(crate) fn relative_error(&self) -> f64 {
         let ratio = self.reach.value().sqrt() * self.nearness().value();
-        if ratio <= 8.0 { (3.5 * ratio + 1.0) * ROUNDOFF } else { 2.0 * ROUNDOFF + 4.0 * ROUNDOFF_OF_DOUBLE_DOUBLE * ratio }
+        if self.is_precise { 2.0 * ROUNDOFF + 4.0 * ROUNDOFF_OF_DOUBLE_DOUBLE * ratio } else { (3.5 * ratio + 1.0) * ROUNDOFF }
     }
 
     /// The same line, run the other way.
@@ -119,7 +122,7 @@ impl<T: Arithmetic> Line<T> {
     pub(crate) fn new(e: Vec3<T>, square: T, w: Vec3<T>, reach: T) -> Self {
         let moment = w.norm_squared().sqrt();
         let inverse_moment = moment.like(1.0) / moment;
-        Self { e, length: square.sqrt(), moment, normal: w * inverse_moment, inverse_moment, reach }
+        Self { e, length: square.sqrt(), moment, normal: w * inverse_moment, inverse_moment, reach, is_precise: false }
     }
 
     /// One over the distance from x.
@@ -139,6 +142,22 @@ impl<T: Arithmetic> Line<T> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_error_of_a_line_is_that_of_the_branch_it_took() {
+        // Seen from the nearer end at an eighth of its distance, to a few roundings either way.
+        let (mut precise, mut rounded) = (0, 0);
+        for i in -40..40 {
+            let slope = (1.0f64 / 63.0).sqrt() * (1.0 + f64::from(i) * ROUNDOFF);
+            let ends = [DVec3::new(1.0, slope, 0.0), DVec3::new(2.0, slope, 0.0)];
+            let [from, to] = ends.map(|end| Sighted::<f64>::from(end, DVec3::ZERO, 1.0));
+            let line = Line::<f64>::through(ends, [&from, &to], DVec3::ZERO, 1.0);
+            let expected = if line.is_precise { 3.0 * ROUNDOFF } else { (3.5 * 7.99 + 1.0) * ROUNDOFF };
+            assert!(if line.is_precise { line.relative_error() < expected } else { line.relative_error() > expected });
+            *(if line.is_precise { &mut precise } else { &mut rounded }) += 1;
+        }
+        assert!(precise > 0 && rounded > 0, "{precise} {rounded}");
+    }
 
     #[test]
     fn a_line_almost_through_the_receiver_keeps_its_moment() {

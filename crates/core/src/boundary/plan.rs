@@ -1,6 +1,9 @@
 //! What does this case need? Every decision that changes the shape of the answer is taken here, exactly.
 //!
-//! - The receiver must be in front of the emitter's plane, `h = n2.(x - E_0) > 0`: emission is one-sided.
+//! - The receiver must be in front of the emitter's plane, `h = n2.(x - E_0) > 0`: emission is one-sided. Where vertices are not
+//!   exactly in one plane, as those of a rotated square are not, no plane is the emitter's: the receiver must be above all
+//!   vertices, gets nothing below all of them, and is on the surface in between ([`Plan::on_surface`]). So it does not matter
+//!   which vertex is named first.
 //! - Each vertex is above the receiver's horizon, `n1.r_i > 0`, or not; a vertex on it counts as not above, and contributes
 //!   nothing.
 //!
@@ -14,10 +17,12 @@ use std::ops::Range;
 
 use glam::DVec3;
 
+use crate::error::Error;
 use crate::problem::polygon::Polygon;
 use crate::problem::receiver::Receiver;
 use crate::scalar::double_double::{DoubleDouble, ROUNDOFF_OF_DOUBLE_DOUBLE};
 use crate::scalar::exact;
+use crate::scalar::exact::orientation;
 use crate::scalar::number::{Number, ROUNDOFF};
 use crate::scalar::offset::{exact_offset, offset};
 use crate::scalar::power::normalising_power;
@@ -39,13 +44,16 @@ pub(crate) struct Plan {
     /// Multiplies all lengths.
     pub(crate) power: f64,
     pub(crate) horizon: Horizon,
+    /// Whether the receiver is neither above nor below all vertices of a polygon that is not flat, or that cannot be told: it may
+    /// be in front or behind.
+    pub(crate) on_surface: bool,
 }
 
 impl Plan {
     /// For what is wholly above the horizon.
     #[inline]
     pub(crate) const fn whole(power: f64) -> Self {
-        Self { power, horizon: Horizon::Above }
+        Self { power, horizon: Horizon::Above, on_surface: false }
     }
 
     /// The plan, or `None` where the radiosity and its gradient are exactly zero.
@@ -62,12 +70,18 @@ impl Plan {
         let power = normalising_power(farthest);
         let surely = least_sure_height(farthest);
         let height = polygon.normal().dot(x - vertices[0]);
-        let in_front = height > surely && polygon.is_well_known();
-        if !in_front && side_of(x, polygon, power) != Side::Front {
-            return None;
-        }
+        let in_front = height > surely + polygon.half_slab() && polygon.is_well_known();
+        let on_surface = if in_front {
+            false
+        } else {
+            match side_of_vertices(x, polygon, power) {
+                Some(Side::Front) => false,
+                Some(Side::InPlane | Side::Back) => return None,
+                None => true,
+            }
+        };
         if lowest > surely {
-            return Some(Self { power, horizon: Horizon::Above });
+            return Some(Self { power, horizon: Horizon::Above, on_surface });
         }
         let above = vertices.iter().filter(|v| is_above(receiver, **v, power)).count();
         let horizon = match above {
@@ -75,7 +89,16 @@ impl Plan {
             _ if above == vertices.len() => Horizon::Above,
             _ => Horizon::Crossing,
         };
-        Some(Self { power, horizon })
+        Some(Self { power, horizon, on_surface })
+    }
+
+    /// Refuses a receiver on the surface, where an answer has two values.
+    pub(crate) fn off_surface(self, receiver: &Receiver, polygon: &Polygon) -> Result<Self, Error> {
+        if self.on_surface {
+            let height = polygon.normal().dot(receiver.position() - polygon.vertices()[0]);
+            return Err(Error::OnSurface { height, defect: polygon.planarity_defect() });
+        }
+        Ok(self)
     }
 }
 
@@ -115,22 +138,37 @@ impl Side {
 
 /// The side of the polygon's plane that a point is on, exactly.
 pub(crate) fn side_of(point: DVec3, polygon: &Polygon, power: f64) -> Side {
+    sure_side(point, polygon, power, 0.0).unwrap_or_else(|| exact_side(point, polygon))
+}
+
+/// Front above all vertices of the polygon, back below them; of vertices exactly in one plane its side, exactly. `None` in
+/// between.
+fn side_of_vertices(point: DVec3, polygon: &Polygon, power: f64) -> Option<Side> {
+    let sure = sure_side(point, polygon, power, polygon.half_slab() * power);
+    if polygon.half_slab() == 0.0 { sure.or_else(|| Some(exact_side(point, polygon))) } else { sure }
+}
+
+/// The side of a point that is surely farther from the polygon's plane than a normalised height.
+fn sure_side(point: DVec3, polygon: &Polygon, power: f64, least: f64) -> Option<Side> {
     let r = (polygon.vertices()[0] - point) * power;
     let height = -polygon.normal().dot(r);
-    // Three products and two sums of rounded factors: 6 roundings of at most |n||r| <= sqrt(3) * sum of the magnitudes.
-    if polygon.is_well_known() && height.abs() > 16.0 * ROUNDOFF * r.length() {
-        return Side::of(height);
+    let reach = r.x.abs() + r.y.abs() + r.z.abs();
+    // Three products and two sums of rounded factors: 6 roundings of at most the reach. Nearer than that products underflow.
+    if polygon.is_well_known() && reach >= WITHOUT_UNDERFLOW.start && height.abs() > 16.0 * ROUNDOFF * reach + least {
+        return Some(Side::of(height));
     }
     let (height, error) = precise_height(point, polygon, power);
-    if height.hi.abs() > error { Side::of(height.hi) } else { exact_side(point, polygon) }
+    // The least height errs by a rounding.
+    (height.hi.abs() > (error + least) * (1.0 + 4.0 * f64::EPSILON)).then(|| Side::of(height.hi))
 }
 
 /// Height of a point over the polygon's plane, normalised, and a bound on its error.
-fn precise_height(point: DVec3, polygon: &Polygon, power: f64) -> (DoubleDouble, f64) {
+pub(crate) fn precise_height(point: DVec3, polygon: &Polygon, power: f64) -> (DoubleDouble, f64) {
     let r = exact_offset(polygon.vertices()[0], point, power);
     let height = -polygon.precise_normal().dot(r);
     let length = r.x.hi.abs() + r.y.hi.abs() + r.z.hi.abs();
-    (height, length * (polygon.normal_error() + 8.0 * ROUNDOFF_OF_DOUBLE_DOUBLE))
+    // What is below the normal range loses that.
+    (height, length * (polygon.normal_error() + 8.0 * ROUNDOFF_OF_DOUBLE_DOUBLE) + f64::MIN_POSITIVE)
 }
 
 /// The same to the digits of the scalar.
@@ -144,15 +182,8 @@ pub(crate) fn height_over_plane<T: Real>(point: DVec3, polygon: &Polygon, power:
 
 /// The sign of a 4 x 4 determinant, by adaptive exact arithmetic.
 fn exact_side(point: DVec3, polygon: &Polygon) -> Side {
-    let corners = polygon.plane_vertices();
-    let largest = corners.iter().fold(point.abs().max_element(), |m, v| m.max(v.abs().max_element()));
-    let power = normalising_power(largest);
-    let [a, b, c, d] = [corners[0], corners[1], corners[2], point].map(|v| {
-        let v = v * power;
-        robust::Coord3D { x: v.x, y: v.y, z: v.z }
-    });
-    // Positive where the point is on the side from which a, b, c run clockwise.
-    Side::of(-robust::orient3d(a, b, c, d))
+    let [a, b, c] = polygon.plane_vertices();
+    Side::of(-orientation([a, b, c, point]))
 }
 
 #[inline]
@@ -161,12 +192,14 @@ fn is_above(receiver: &Receiver, vertex: DVec3, power: f64) -> bool {
     let r = (vertex - receiver.position()) * power;
     let products = n * r;
     let height = products.x + products.y + products.z;
-    let bound = 4.0 * ROUNDOFF * (products.x.abs() + products.y.abs() + products.z.abs());
+    // Of a product two roundings, of the sums two; the fifth pays for second order. Below the normal range three products of
+    // factors up to 2 lose less than the smallest normal number.
+    let bound = 5.0 * ROUNDOFF * (products.x.abs() + products.y.abs() + products.z.abs()) + f64::MIN_POSITIVE;
     if height.abs() > bound { height > 0.0 } else { exact_height_over_horizon(receiver, vertex, power).hi > 0.0 }
 }
 
 fn exact_height_over_horizon(receiver: &Receiver, vertex: DVec3, power: f64) -> DoubleDouble {
-    exact::dot(receiver.direction().to_array(), exact::difference(vertex.to_array(), receiver.position().to_array(), power))
+    exact::height(receiver.direction(), vertex, receiver.position(), power)
 }
 
 /// Height of a vertex over the receiver's horizon, times the length of the normal as given: to a few roundoffs of the scalar, and
@@ -177,10 +210,13 @@ pub(crate) fn height_over_horizon<T: Real>(receiver: &Receiver, vertex: DVec3, p
     let height = n.map(DoubleDouble::from).dot(r);
     let magnitude = (n.x * r.x.hi).abs() + (n.y * r.y.hi).abs() + (n.z * r.z.hi).abs();
     let error = 8.0 * ROUNDOFF_OF_DOUBLE_DOUBLE * magnitude;
-    if RadiusOf::<T>::from(error) < T::Number::roundoff() * height.hi.abs() {
+    // Far above what products below the normal range lose.
+    if magnitude > WITHOUT_UNDERFLOW.start && RadiusOf::<T>::from(error) < T::Number::roundoff() * height.hi.abs() {
         T::from_double_double(height, error)
     } else {
         let height = T::Number::exact_height(receiver.direction(), vertex, receiver.position(), power);
-        T::approximate(height, T::Number::roundoff() * height.size() * 2.0)
+        let tiny = T::Number::tiny();
+        let lost = if height.size() <= tiny && height.high() != 0.0 { tiny } else { 0.0.into() };
+        T::approximate(height, T::Number::roundoff() * height.size() * 2.0 + lost)
     }
 }

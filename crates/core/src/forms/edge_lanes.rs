@@ -54,7 +54,7 @@ pub(crate) fn plan<S: Simd>(simd: S, receiver: &Receiver, polygon: &Polygon) -> 
     let farthest = larger(larger(a, b), larger(c, d));
     let height = polygon.normal().dot(position - polygon.vertices()[0]);
     let surely = least_sure_height(farthest);
-    if !(height > surely && polygon.is_well_known()) {
+    if !(height > surely + polygon.half_slab() && polygon.is_well_known()) {
         return None;
     }
     let power = normalising_power(farthest);
@@ -65,7 +65,7 @@ pub(crate) fn plan<S: Simd>(simd: S, receiver: &Receiver, polygon: &Polygon) -> 
     let is_cut = fours.len() == 1
         && lowest.abs().simd_gt(f64x4::splat(simd, surely)).all_true()
         && larger(larger(p, q), larger(r, s)) > 0.0;
-    is_cut.then_some(Plan { power, horizon: Horizon::Crossing })
+    is_cut.then_some(Plan { power, horizon: Horizon::Crossing, on_surface: false })
 }
 
 /// The power of two that normalises lengths, where the receiver is surely in front of the plane and all vertices are surely above

@@ -62,6 +62,10 @@ pub enum Method {
     /// Nothing to compute: the receiver is behind the emitter or in its plane, the emitter is below the horizon, or occluders
     /// hide all of it. Exactly 0.
     Zero,
+    /// The receiver is on the surface of an emitter whose vertices are not exactly in one plane: the bound encloses what it would
+    /// get in front and behind. That of the gradient is infinite where just in front the gradient has no bound: next to an edge,
+    /// and over an emission that is not constant.
+    OnSurface,
     /// A Gauss rule on the part of the emitter above the horizon, with an a-priori bound: far away, and wherever it is cheap.
     Quadrature,
     /// The closed form in double precision with a running error bound.
@@ -74,11 +78,12 @@ pub enum Method {
 }
 
 impl Method {
-    /// Name in files: `zero`, `quadrature`, `closed-form`, `double-double`, `arbitrary-precision`.
+    /// Name in files: `zero`, `on-surface`, `quadrature`, `closed-form`, `double-double`, `arbitrary-precision`.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
             Self::Zero => "zero",
+            Self::OnSurface => "on-surface",
             Self::Quadrature => "quadrature",
             Self::ClosedForm => "closed-form",
             Self::DoubleDouble => "double-double",

@@ -15,13 +15,13 @@ use crate::forms::irradiance_and_gradient::IrradianceAndGradient;
 use crate::ladder::answer::{Answer, Method};
 use crate::ladder::caller_units::CallerUnits;
 use crate::ladder::sum::visit;
-use crate::problem::emission::Emitter;
+use crate::problem::emission::{Emission, Emitter};
 use crate::problem::polygon::Polygon;
 use crate::problem::receiver::Receiver;
 use crate::scalar::ball::Ball;
 use crate::scalar::big::Big;
 use crate::scalar::big::decimal::{to_decimal, upper_decimal};
-use crate::scalar::big::enclosure::{Enclosure, Refined, norm, refined, relative_error};
+use crate::scalar::big::enclosure::{Enclosure, Refined, is_nothing, norm, refined, relative_error};
 use crate::scalar::big::magnitude::Magnitude;
 use crate::scalar::radius::Radius;
 use crate::scalar::vec3::Vec3;
@@ -70,7 +70,8 @@ const SPARE_BITS: usize = 8192;
 /// ```
 ///
 /// # Errors
-/// If `digits` is 0 or above [`MOST_DIGITS`], or the bound does not come down to what is asked.
+/// If `digits` is 0 or above [`MOST_DIGITS`], the bound does not come down to what is asked, or the receiver is on the surface of
+/// an emitter that is not flat ([`Error::OnSurface`]).
 pub fn evaluate_digits<'a>(
     receiver: &Receiver,
     emitter: &Emitter,
@@ -90,12 +91,13 @@ fn precise(receiver: &Receiver, emitter: &Emitter, occluders: &[&Polygon], digit
     if case.is_dark() {
         return Ok(PreciseAnswer::zero(0));
     }
+    plan.off_surface(receiver, emitter.polygon())?;
     let tolerance = Magnitude::power_of_ten(-i64::from(digits)) * 0.5;
     // log2 10 < 3.322
     let first = ((digits as usize * 3322).div_ceil(1000) + 80).next_multiple_of(64);
     let precisions = iter::successors(Some(first), |bits| Some(2 * bits)).take_while(|bits| *bits <= first + SPARE_BITS);
     let Refined { found, bits, is_enough } =
-        refined(precisions, tolerance, Enclosed::relative_error, || Enclosed::is_coincidence(&case), || Enclosed::find(&case));
+        refined(precisions, tolerance, Enclosed::relative_error, |_| Enclosed::is_coincidence(&case), || Enclosed::find(&case));
     match found {
         None => Ok(PreciseAnswer::zero(bits)),
         Some(enclosed) if is_enough => Ok(enclosed.in_unit(&case).to_decimals(digits, bits)),
@@ -118,9 +120,18 @@ impl Enclosed {
         Some(Self { radiosity: Enclosure::of(terms.radiosity(case.receiver)), gradient: [x, y, z].map(Enclosure::of) })
     }
 
-    /// Whether with the bits of the computation it stays open what an occluder hides.
+    /// Whether with the bits of the computation it stays open what an occluder hides, or in which plane an emission varies.
     pub(crate) fn is_coincidence(case: &Case<'_>) -> bool {
-        visit::<Ball<Big>>(case, |_| {}).is_some_and(|uncertainty| !uncertainty.is_none())
+        let emitter = case.emitter;
+        (emitter.polygon().half_slab() > 0.0 && !matches!(emitter.emission(), Emission::Constant(_)))
+            || visit::<Ball<Big>>(case, |_| {}).is_some_and(|uncertainty| !uncertainty.is_none())
+    }
+
+    /// Whether more bits than a coincidence takes serve nothing: what is hidden stays open, or each of value and gradient is known
+    /// well enough or not to be told from 0.
+    pub(crate) fn stays_open(&self, case: &Case<'_>, enough: Magnitude) -> bool {
+        let is_settled = |quantity: &[Enclosure]| relative_error(quantity) <= enough || is_nothing(quantity);
+        (is_settled(from_ref(&self.radiosity)) && is_settled(&self.gradient)) || Self::is_coincidence(case)
     }
 
     /// The larger of the relative errors of value and gradient; infinite where a value may be 0.
@@ -166,10 +177,6 @@ impl PreciseAnswer {
     }
 }
 
-/// Exponent of a normalised size below which what may be 0 is taken for 0: far below the roundings of any input, and far above
-/// what an exact coincidence leaves at 1024 bits.
-const NOTHING: i64 = -600;
-
 /// The doubles nearest to the components of a number, vector or matrix in the unit, and a bound on the norm of their error. What
 /// may be 0 is 0 where doubles have no digits for it, where nothing is known of it, or where a coincidence is all that is left.
 pub(crate) fn to_doubles<const N: usize>(normalised: &[Enclosure; N], unit: CallerUnits) -> Result<([f64; N], f64), Error> {
@@ -182,7 +189,7 @@ pub(crate) fn to_doubles<const N: usize>(normalised: &[Enclosure; N], unit: Call
     } else {
         let most = |of: &[Enclosure; N]| norm(of.each_ref().map(|c| c.size() + c.radius)) * (1.0 + 16.0 * f64::EPSILON);
         let has_no_digits = values.iter().all(|v| v.abs() < f64::MIN_POSITIVE) || values.iter().any(|v| !v.is_finite());
-        if has_no_digits || most(normalised) < Magnitude::power_of_two(NOTHING) {
+        if has_no_digits || is_nothing(normalised) {
             return Ok(([0.0; N], bounding(most(&scaled))));
         }
     }

@@ -12,7 +12,7 @@
 //! 4. the closed form in double-double with a running bound;
 //! 5. the same with 256 to 8448 bits, rounded to doubles, where the crate is built with arbitrary precision.
 //!
-//! A rung whose bound is above the tolerance hands over to the next; where all are, the one with the smallest bound answers.
+//! On the surface of an emitter that is not flat no rung answers, but [`crate::ladder::on_surface`]. A rung whose bound is above the tolerance hands over to the next; where all are, the one with the smallest bound answers.
 //! [`DirectAttempt::new`] is rung 0, [`Case::climb`] takes rungs 1 to 4, and [`Case::answer`] the last one.
 
 use std::cell::Cell;
@@ -147,6 +147,9 @@ impl Case<'_> {
         if self.is_dark() {
             return Ok(Answer::ZERO);
         }
+        if self.plan.on_surface {
+            return self.scaled(&self.on_surface(), Method::OnSurface);
+        }
         let climb = self.climb::<_, true>(|found, method| {
             // Where little but the rounding to doubles is left nothing dearer gives more.
             let least = if method == Method::DoubleDouble { 1.01 * ROUNDOFF } else { 0.0 };
@@ -156,11 +159,13 @@ impl Case<'_> {
         match climb {
             Climb::Met(answer) => Ok(answer),
             #[cfg(feature = "arbitrary-precision")]
-            Climb::Last(_) => self.rounded(tolerance, by_rule),
+            Climb::Last(_) => self.narrowed(self.rounded(tolerance, by_rule)?),
             #[cfg(not(feature = "arbitrary-precision"))]
             Climb::Last(found) => match by_rule() {
-                Some(other) if other.relative_error() < found.relative_error() => self.scaled(&other, Method::Quadrature),
-                _ => self.scaled(&found, Method::DoubleDouble),
+                Some(other) if other.relative_error() < found.relative_error() => {
+                    self.narrowed(self.scaled(&other, Method::Quadrature)?)
+                }
+                _ => self.narrowed(self.scaled(&found, Method::DoubleDouble)?),
             },
         }
     }
@@ -212,8 +217,13 @@ impl Case<'_> {
     #[inline(never)]
     fn rounded(&self, tolerance: f64, by_rule: impl FnOnce() -> Option<Found>) -> Result<Answer, Error> {
         let enough = enough_for_doubles(tolerance);
-        let Refined { found, is_enough, .. } =
-            refined(PRECISIONS, enough, Enclosed::relative_error, || Enclosed::is_coincidence(self), || Enclosed::find(self));
+        let Refined { found, is_enough, .. } = refined(
+            PRECISIONS,
+            enough,
+            Enclosed::relative_error,
+            |found| found.stays_open(self, enough),
+            || Enclosed::find(self),
+        );
         let Some(enclosed) = found else { return Ok(Answer::ZERO) };
         if !is_enough
             && let Some(found) = by_rule()
@@ -320,7 +330,7 @@ impl Case<'_> {
     }
 
     #[inline(always)]
-    fn scaled(&self, found: &Found, method: Method) -> Result<Answer, Error> {
+    pub(super) fn scaled(&self, found: &Found, method: Method) -> Result<Answer, Error> {
         if found.radiosity == 0.0 && found.radiosity_error == 0.0 && found.gradient_error == 0.0 {
             return Ok(Answer::ZERO);
         }

@@ -21,7 +21,7 @@ use crate::scalar::ball::Ball;
 #[cfg(feature = "arbitrary-precision")]
 use crate::scalar::big::Big;
 #[cfg(feature = "arbitrary-precision")]
-use crate::scalar::big::enclosure::{Enclosure, PRECISIONS, Refined, enough_for_doubles, refined, relative_error};
+use crate::scalar::big::enclosure::{Enclosure, PRECISIONS, Refined, enough_for_doubles, is_nothing, refined, relative_error};
 #[cfg(feature = "arbitrary-precision")]
 use crate::scalar::big::magnitude::Magnitude;
 use crate::scalar::number::ROUNDOFF;
@@ -37,6 +37,9 @@ impl Case<'_> {
     pub(crate) fn value(&self, tolerance: Tolerance) -> Result<Value, Error> {
         if self.is_dark() {
             return Ok(Value::ZERO);
+        }
+        if self.plan.on_surface {
+            return self.value_of(&self.on_surface(), Method::OnSurface);
         }
         // The same in normalised emission.
         let normalised = Tolerance { absolute: tolerance.absolute * self.emitter.power(), ..tolerance };
@@ -56,9 +59,9 @@ impl Case<'_> {
         match climb {
             Climb::Met(value) => Ok(value),
             #[cfg(feature = "arbitrary-precision")]
-            Climb::Last(_) => self.rounded_value(normalised),
+            Climb::Last(_) => self.narrowed_value(self.rounded_value(normalised)?),
             #[cfg(not(feature = "arbitrary-precision"))]
-            Climb::Last(found) => self.value_of(&found, Method::DoubleDouble),
+            Climb::Last(found) => self.narrowed_value(self.value_of(&found, Method::DoubleDouble)?),
         }
     }
 
@@ -76,13 +79,14 @@ impl Case<'_> {
             let terms = IrradianceAndGradient::<Ball<Big>>::sum::<true, false>(self)?;
             Some(Enclosure::of(terms.radiosity(self.receiver)))
         };
-        let Refined { found, .. } = refined(PRECISIONS, enough, share, || Enclosed::is_coincidence(self), find);
+        let stays_open = |found: &Enclosure| is_nothing(from_ref(found)) || Enclosed::is_coincidence(self);
+        let Refined { found, .. } = refined(PRECISIONS, enough, share, stays_open, find);
         let Some(found) = found else { return Ok(Value::ZERO) };
         let ([radiosity], radiosity_error) = to_doubles(from_ref(&found), self.radiosity_unit())?;
         Ok(Value { radiosity, radiosity_error, method: Method::ArbitraryPrecision })
     }
 
-    fn value_of(&self, found: &Found, method: Method) -> Result<Value, Error> {
+    pub(super) fn value_of(&self, found: &Found, method: Method) -> Result<Value, Error> {
         if found.radiosity == 0.0 && found.radiosity_error == 0.0 {
             return Ok(Value::ZERO);
         }

@@ -16,6 +16,11 @@ pub(crate) struct Affine {
     pub(crate) residual: f64,
 }
 
+/// The larger of two bounds; what is not a number bounds nothing.
+pub(super) fn larger(a: f64, b: f64) -> f64 {
+    if a.is_nan() || b.is_nan() { f64::INFINITY } else { a.max(b) }
+}
+
 impl Affine {
     /// Bound on the error of each component of the gradient.
     pub(crate) const fn gradient_error(&self) -> f64 {
@@ -23,7 +28,7 @@ impl Affine {
     }
 
     pub(crate) fn new(value: f64, gradient: Vec3<Ball<DoubleDouble>>) -> Self {
-        let gradient_error = [gradient.x, gradient.y, gradient.z].map(Real::error).into_iter().fold(0.0, f64::max);
+        let gradient_error = [gradient.x, gradient.y, gradient.z].map(Real::error).into_iter().fold(0.0, larger);
         Self { value, gradient: gradient.map(Ball::middle), gradient_error, residual: 0.0 }
     }
 }

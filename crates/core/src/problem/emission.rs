@@ -7,12 +7,13 @@
 use glam::DVec3;
 
 use crate::error::Error;
-use crate::problem::affine::Affine;
+use crate::problem::affine::{Affine, larger};
 use crate::problem::polygon::{COORDINATE_ROUNDING, Polygon};
 use crate::problem::polynomial::Polynomial;
 use crate::problem::polynomial::plane::InPlane;
 use crate::scalar::ball::Ball;
 use crate::scalar::double_double::DoubleDouble;
+use crate::scalar::exact::orientation;
 use crate::scalar::number::Number;
 use crate::scalar::offset::offset;
 use crate::scalar::power::normalising_power;
@@ -116,6 +117,7 @@ impl Emitter {
             Emission::Linear(Linear::Gradient { .. }) => values_at_vertices(&polygon, affine),
             Emission::Constant(_) | Emission::Polynomial(_) => (Vec::new(), 0.0),
         };
+        is_representable(affine, &vertex_values, vertex_error)?;
         let steepest = affine.gradient.map(|c| c.hi.abs());
         let variation = steepest.x.max(steepest.y).max(steepest.z) * polygon.size();
         let largest = polynomial.as_ref().map_or(affine.value.abs().max(variation), InPlane::largest);
@@ -238,6 +240,20 @@ impl Emitter {
     }
 }
 
+/// Refuses an emission that is finite where it is given, but whose slope or continuation to the vertices is not.
+fn is_representable(affine: Affine, vertex_values: &[f64], vertex_error: f64) -> Result<(), Error> {
+    let gradient = affine.gradient.map(DoubleDouble::to_f64);
+    for (axis, component) in [gradient.x, gradient.y, gradient.z].into_iter().enumerate() {
+        finite(component, || format!("gradient component {axis} over the polygon"))?;
+    }
+    finite(affine.gradient_error(), || "gradient's error".to_owned())?;
+    finite(affine.residual, || "difference from an affine function".to_owned())?;
+    for (index, value) in vertex_values.iter().enumerate() {
+        finite(*value, || format!("at vertex {index}"))?;
+    }
+    finite(vertex_error, || "error at the vertices".to_owned())
+}
+
 fn finite(value: f64, place: impl FnOnce() -> String) -> Result<(), Error> {
     if value.is_finite() { Ok(()) } else { Err(Error::EmissionNotFinite { place: place(), value }) }
 }
@@ -259,7 +275,13 @@ fn gradient_through_vertices<T: Real>(polygon: &Polygon, values: &[f64]) -> Vec3
     let count = vertices.len();
     let power = normalising_power(polygon.size());
     let from_first = |i: usize| offset::<T>(vertices[i % count], vertices[0], power);
-    let above_first = |i: usize| T::difference(values[i % count], values[0], 1.0);
+    // Above that size the products of double-double overflow.
+    let largest = values.iter().fold(0.0, |m: f64, b| m.max(b.abs()));
+    let down = if largest > 2f64.powi(900) { 2f64.powi(-200) } else { 1.0 };
+    let exact = |i: usize| T::exact(values[i]).scaled(down);
+    let above_first = |i: usize| {
+        if down < 1.0 { exact(i % count) - exact(0) } else { T::difference(values[i % count], values[0], 1.0) }
+    };
     let (mut weighted, mut twice_area) = (Vec3::<T>::zero(), Vec3::<T>::zero());
     for i in 0..count {
         let (here, next) = (from_first(i), from_first(i + 1));
@@ -268,7 +290,7 @@ fn gradient_through_vertices<T: Real>(polygon: &Polygon, values: &[f64]) -> Vec3
     }
     let normal = polygon.unit_normal::<T>();
     let area = normal.dot(twice_area);
-    weighted.cross(normal).map(|c| (c / area).scaled(power))
+    weighted.cross(normal).map(|c| (c / area).scaled(power)).map(|c| if down < 1.0 { c.scaled(1.0 / down) } else { c })
 }
 
 /// The affine function at the vertices, rounded, and a bound on the error.
@@ -277,7 +299,7 @@ fn values_at_vertices(polygon: &Polygon, affine: Affine) -> (Vec<f64>, f64) {
     let power = normalising_power(polygon.size());
     let slope = affine.gradient.map(|c| Ball::<DoubleDouble>::from_double_double(c, affine.gradient_error).scaled(1.0 / power));
     let value = |v: &DVec3| Ball::exact(affine.value) + slope.dot(offset(*v, vertices[0], power));
-    let error = vertices.iter().map(|v| value(v).value_error()).fold(0.0, f64::max);
+    let error = vertices.iter().map(|v| value(v).value_error()).fold(0.0, larger);
     (vertices.iter().map(|v| value(v).value()).collect(), error)
 }
 
@@ -299,11 +321,12 @@ fn through_vertices(polygon: &Polygon, values: &[f64]) -> Result<Affine, Error> 
     let coordinate = vertices.iter().fold(0.0, |m: f64, v| m.max(v.abs().max_element()));
     let gradient = DVec3::from(affine.gradient.map(DoubleDouble::to_f64));
     let allowed = AFFINITY * largest + COORDINATE_ROUNDING * coordinate * Vec3::from(gradient).length();
-    let expected = |i: usize| values[0] + gradient.dot(vertices[i] - vertices[0]);
-    let difference = |i: &usize| (values[*i] - expected(*i)).abs();
+    // Halves of halves, that do not overflow.
+    let expected = |i: usize| 0.25 * values[0] + gradient.dot((vertices[i] - vertices[0]) * 0.25);
+    let difference = |i: &usize| (0.25 * values[*i] - expected(*i)).abs() * 4.0;
     let index = (0..count).max_by(|i, j| difference(i).total_cmp(&difference(j))).unwrap_or(0);
     if difference(&index) > allowed {
-        return Err(Error::EmissionNotAffine { index, value: values[index], expected: expected(index), allowed });
+        return Err(Error::EmissionNotAffine { index, value: values[index], expected: 4.0 * expected(index), allowed });
     }
     Ok(Affine { residual: difference(&index), ..affine })
 }
@@ -313,10 +336,10 @@ fn through_vertices(polygon: &Polygon, values: &[f64]) -> Result<Affine, Error> 
 fn is_affine(polygon: &Polygon, values: &[f64]) -> bool {
     let points = polygon.projected();
     let power = normalising_power(values.iter().fold(0.0, |m: f64, b| m.max(b.abs())));
-    let lifted = |i: usize| robust::Coord3D { x: points[i].x, y: points[i].y, z: values[i] * power };
+    let lifted = |i: usize| DVec3::new(points[i].x, points[i].y, values[i] * power);
     let corners = polygon.plane_corners();
     let [a, b, c] = corners.map(lifted);
-    (0..values.len()).filter(|i| !corners.contains(i)).all(|i| robust::orient3d(a, b, c, lifted(i)) == 0.0)
+    (0..values.len()).filter(|i| !corners.contains(i)).all(|i| orientation([a, b, c, lifted(i)]) == 0.0)
 }
 
 #[cfg(test)]

@@ -12,6 +12,7 @@ use glam::DVec3;
 use crate::error::Error;
 use crate::problem::fan::FanTriangle;
 use crate::scalar::double_double::{DoubleDouble, ROUNDOFF_OF_DOUBLE_DOUBLE};
+use crate::scalar::exact::orientation;
 use crate::scalar::number::{Number, ROUNDOFF};
 use crate::scalar::offset::{exact_offset, offset, unit_vector};
 use crate::scalar::power::normalising_power;
@@ -46,6 +47,7 @@ pub struct Polygon {
     power: f64,
     size: f64,
     planarity_defect: f64,
+    half_slab: f64,
 }
 
 /// Vertices may be off the plane by this fraction of the polygon's size: enough for coordinates computed in double
@@ -110,6 +112,12 @@ impl Polygon {
             normal_error,
             corners: [0, widest, widest + 1],
             size,
+            // Heights err by the normal's error and 8 units over at most three sizes.
+            half_slab: if planarity_defect == 0.0 {
+                0.0
+            } else {
+                (planarity_defect + 4.0 * size * (normal_error + 8.0 * ROUNDOFF_OF_DOUBLE_DOUBLE)) * (1.0 + 4.0 * f64::EPSILON)
+            },
             planarity_defect,
         };
         let crossing = if count > 3 { meeting_edges(&polygon.projected()) } else { None };
@@ -151,6 +159,12 @@ impl Polygon {
     #[must_use]
     pub const fn planarity_defect(&self) -> f64 {
         self.planarity_defect
+    }
+
+    /// A height over the plane that no vertex is above, and whose negative none is below: 0 where all are exactly in one plane.
+    #[inline]
+    pub(crate) const fn half_slab(&self) -> f64 {
+        self.half_slab
     }
 
     /// Bound on the error of [`Self::precise_normal`], a relative one since that has length 1.
@@ -311,14 +325,8 @@ where
 
 /// Whether all vertices are exactly in the plane through three of them.
 fn is_flat(vertices: &[DVec3], corners: [usize; 3]) -> bool {
-    let largest = vertices.iter().fold(0.0, |m: f64, v| m.max(v.abs().max_element()));
-    let power = normalising_power(largest);
-    let coordinates = |i: usize| {
-        let v = vertices[i] * power;
-        robust::Coord3D { x: v.x, y: v.y, z: v.z }
-    };
-    let [a, b, c] = corners.map(coordinates);
-    (0..vertices.len()).filter(|i| !corners.contains(i)).all(|i| robust::orient3d(a, b, c, coordinates(i)) == 0.0)
+    let [a, b, c] = corners.map(|i| vertices[i]);
+    (0..vertices.len()).filter(|i| !corners.contains(i)).all(|i| orientation([a, b, c, vertices[i]]) == 0.0)
 }
 
 /// Whether edge `a b` and its successor `b d` run back over each other.

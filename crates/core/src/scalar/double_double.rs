@@ -7,7 +7,7 @@
 //! u = 2^-53: sum 3u^2/(1-4u) (their Algorithm 6), product 5u^2 (Algorithm 11 without FMA: 7u^2, see there).
 //! All of it holds while nothing over- or underflows; callers normalise by a power of two first.
 
-use std::ops::{Add, Div, Mul, Neg, Sub};
+use std::ops::{Add, Div, Mul, Neg, Range, Sub};
 
 use crate::scalar::arithmetic::Doubles;
 
@@ -59,6 +59,9 @@ pub(crate) fn two_product<T: Doubles>(a: T, b: T) -> (T, T) {
     (p, ((a_high * b_high - p) + a_high * b_low + a_low * b_high) + a_low * b_low)
 }
 
+/// Numbers whose product with a roundoff of double-double is normal, and whose halves do not overflow.
+const SQUARES: Range<f64> = 1e-240..1e300;
+
 impl<T: Doubles> DoubleDouble<T> {
     /// The exact difference of two doubles.
     #[inline(always)]
@@ -84,10 +87,15 @@ impl DoubleDouble {
         self.hi + self.lo
     }
 
-    /// Square root by one Newton step from the double one; relative error below 4u^2 (Karp and Markstein 1997).
+    /// Square root by one Newton step from the double one; relative error below 4u^2 (Karp and Markstein 1997). Where the square
+    /// of the root would underflow or overflow it is that of a multiple by a power of four.
     pub(crate) fn sqrt(self) -> Self {
         if self.hi <= 0.0 {
             return Self::ZERO;
+        }
+        if !SQUARES.contains(&self.hi) {
+            let (power, root) = if self.hi < SQUARES.start { (600, -300) } else { (-600, 300) };
+            return self.scaled(libm::scalbn(1.0, power)).sqrt().scaled(libm::scalbn(1.0, root));
         }
         let root = self.hi.sqrt();
         let (square, error) = two_product(root, root);

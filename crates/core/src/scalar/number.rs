@@ -51,7 +51,8 @@ pub(crate) trait Number:
     fn from_double_double(value: DoubleDouble) -> Self;
     fn pi() -> Self;
     fn difference(a: f64, b: f64) -> Self;
-    /// `n . (point - x)` times a power of two: with the right sign, and an error of two units of roundoff.
+    /// `n . (point - x)` times a power of two: with the right sign, and an error of two units of roundoff; below the normal range
+    /// of doubles, of [`Self::tiny`].
     fn exact_height(n: DVec3, point: DVec3, x: DVec3, power: f64) -> Self;
     /// Times a power of two: exact.
     fn scaled(self, power_of_two: f64) -> Self;
@@ -111,7 +112,7 @@ impl Number for f64 {
         a - b
     }
     fn exact_height(n: DVec3, point: DVec3, x: DVec3, power: f64) -> Self {
-        exact::dot(n.to_array(), exact::difference(point.to_array(), x.to_array(), power)).hi
+        exact::height(n, point, x, power).hi
     }
     #[inline]
     fn scaled(self, power_of_two: f64) -> Self {
@@ -176,7 +177,7 @@ impl Number for DoubleDouble {
         Self::difference(a, b)
     }
     fn exact_height(n: DVec3, point: DVec3, x: DVec3, power: f64) -> Self {
-        exact::dot(n.to_array(), exact::difference(point.to_array(), x.to_array(), power))
+        exact::height(n, point, x, power)
     }
     fn scaled(self, power_of_two: f64) -> Self {
         Self::scaled(self, power_of_two)

@@ -5,5 +5,7 @@ mod digits;
 mod emitter_tree;
 mod hessian;
 mod occluders;
+mod on_surface;
 mod polynomials;
+mod range;
 mod value;

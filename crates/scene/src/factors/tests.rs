@@ -193,10 +193,17 @@ fn a_room(seed: u64) -> crate::Scene {
 
 #[test]
 fn brackets_hold_what_random_points_see_and_each_other() {
-    let (mut pairs, mut narrow) = (0, 0);
+    let (mut pairs, mut narrow, mut overlapping) = (0, 0, 0);
     for seed in 0..24 {
         let scene = a_room(seed);
-        let factors = FormFactors::new(&scene).unwrap();
+        // Blocks may stand in each other, with sides in one plane.
+        let factors = match FormFactors::new(&scene) {
+            Err(Error::Overlap { .. }) => {
+                overlapping += 1;
+                continue;
+            }
+            factors => factors.unwrap(),
+        };
         let mut uniform = draws(1000 + seed);
         let count = scene.faces().len();
         for _ in 0..30 {
@@ -244,7 +251,7 @@ fn brackets_hold_what_random_points_see_and_each_other() {
             narrow += usize::from(before[1] > 0.0 && before[1] - before[0] < 0.02 * least_area);
         }
     }
-    assert!(pairs > 200 && 2 * narrow > pairs, "{pairs} {narrow}");
+    assert!(pairs > 200 && 2 * narrow > pairs && overlapping < 8, "{pairs} {narrow} {overlapping}");
 }
 
 #[test]

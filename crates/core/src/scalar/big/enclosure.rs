@@ -53,14 +53,25 @@ pub(crate) struct Refined<R> {
 /// Bits that decide what doubles of like size leave open: what they do not is an exact coincidence.
 const DECISIVE: usize = 1024;
 
+/// Exponent of a normalised size below which what may be 0 is taken for 0: far below the roundings of any input, and far above
+/// what an exact coincidence leaves at [`DECISIVE`] bits.
+const NOTHING: i64 = -600;
+
+/// Whether a number, vector or matrix may be 0, and is that small for sure: as what cancels by symmetry is, which no number of
+/// bits tells from 0.
+pub(crate) fn is_nothing<'a>(components: impl IntoIterator<Item = &'a Enclosure> + Copy) -> bool {
+    let most = norm(components.into_iter().map(|c| c.size() + c.radius));
+    relative_error(components) >= Magnitude::from(1.0) && most < Magnitude::power_of_two(NOTHING)
+}
+
 /// Tries the precisions until the error is small enough (Ziv's strategy), or until more bits no longer help: what is left is an
-/// uncertainty of the input, such as vertices that are not exactly in one plane, or `is_coincidence` says that a decision stays
-/// open.
+/// uncertainty of the input, such as vertices that are not exactly in one plane, or from [`DECISIVE`] bits on `stays_open` says
+/// so of what was found: a decision stays open, or what may be 0 is too small to matter.
 pub(crate) fn refined<R>(
     precisions: impl IntoIterator<Item = usize>,
     enough: Magnitude,
     relative_error: impl Fn(&R) -> Magnitude,
-    is_coincidence: impl Fn() -> bool,
+    stays_open: impl Fn(&R) -> bool,
     computation: impl Fn() -> Option<R>,
 ) -> Refined<R> {
     let mut refined = Refined { found: None, bits: 0, is_enough: false };
@@ -68,8 +79,10 @@ pub(crate) fn refined<R>(
     for bits in precisions {
         let Some(result) = with_bits(bits, &computation) else { return Refined { found: None, bits, is_enough: true } };
         let error = relative_error(&result);
-        refined = Refined { found: Some(result), bits, is_enough: error <= enough };
-        if refined.is_enough || error * 2.0 > before || (bits >= DECISIVE && with_bits(bits, &is_coincidence)) {
+        let is_enough = error <= enough;
+        let is_last = is_enough || error * 2.0 > before || (bits >= DECISIVE && with_bits(bits, || stays_open(&result)));
+        refined = Refined { found: Some(result), bits, is_enough };
+        if is_last {
             break;
         }
         before = error;

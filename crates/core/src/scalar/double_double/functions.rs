@@ -142,6 +142,17 @@ mod tests {
         })
     }
 
+    #[test]
+    fn square_roots_keep_their_digits_at_the_ends_of_the_range() {
+        let root = DoubleDouble::from(1.3).sqrt();
+        assert!(root.lo != 0.0);
+        for half in [-511, -505, -500, -450, -400, 0, 400, 498, 505, 511] {
+            let power = 2f64.powi(half);
+            let found = DoubleDouble::from(1.3 * power * power).sqrt();
+            assert_eq!(found, root.scaled(power), "2^{}", 2 * half);
+        }
+    }
+
     proptest! {
         #[test]
         fn logarithm_and_arc_tangent_keep_their_error_bound(x in wide(), y in wide(), near in -1e-3..1e-3f64, quarter in 0..4u32) {

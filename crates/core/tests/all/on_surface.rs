@@ -1,0 +1,181 @@
+//! Receivers on polygons whose vertices are rounded, so that they are not exactly in one plane: answers to one polygon must not
+//! depend on which of its vertices is named first by more than their bounds, whichever way they are asked for.
+
+use radgrad_core::batch::{Answers, EmitterTree, Engine, Receivers};
+use radgrad_core::{
+    Answer, DMat3, DVec3, Emission, Emitter, Error, Method, Polygon, Receiver, Tolerance, evaluate_digits, evaluate_to,
+    evaluate_value, hessian,
+};
+use rand::rngs::ChaCha8Rng;
+use rand::{RngExt, SeedableRng};
+
+fn vector(random: &mut ChaCha8Rng) -> DVec3 {
+    DVec3::new(random.random_range(-1.0..1.0), random.random_range(-1.0..1.0), random.random_range(-1.0..1.0))
+}
+
+/// A polygon of `count` vertices around its middle, rotated and rounded: a 2 x 2 square for four. And a few points: inside, on an
+/// edge, at a vertex, and in its plane outside, all rounded.
+fn rotated(random: &mut ChaCha8Rng, count: usize) -> (Vec<DVec3>, [DVec3; 4], DVec3) {
+    let turn = {
+        let axis = vector(random).normalize();
+        DMat3::from_axis_angle(axis, random.random_range(0.0..6.0))
+    };
+    let corner = |i: usize| {
+        let angle = std::f64::consts::TAU * (i as f64 + 0.5) / count as f64;
+        DVec3::new(angle.cos(), angle.sin(), 0.0) * std::f64::consts::SQRT_2
+    };
+    let middle = vector(random);
+    let vertices: Vec<DVec3> = (0..count).map(|i| turn * corner(i) + middle).collect();
+    let (r, phi) = (random.random_range(0.0..0.6), random.random_range(0.0..6.0f64));
+    let inside = turn * (DVec3::new(phi.cos(), phi.sin(), 0.0) * r) + middle;
+    let i = random.random_range(0..count);
+    let on_edge = vertices[i].lerp(vertices[(i + 1) % count], random.random_range(0.1..0.9));
+    let outside = turn * (DVec3::new(phi.cos(), phi.sin(), 0.0) * random.random_range(1.6..20.0)) + middle;
+    (vertices.clone(), [inside, on_edge, vertices[i], outside], turn * DVec3::Z)
+}
+
+fn emission(kind: usize, vertices: &[DVec3], first: usize, slope: DVec3) -> Emission {
+    let value = |v: DVec3| 2.0 + slope.dot(v - vertices[0]);
+    match kind {
+        0 => Emission::Constant(1.0),
+        _ => Emission::gradient(value(vertices[first]), slope),
+    }
+}
+
+fn starting_at(vertices: &[DVec3], first: usize) -> Polygon {
+    let mut turned = vertices.to_vec();
+    turned.rotate_left(first);
+    Polygon::new(turned).unwrap()
+}
+
+fn meet(a: &Answer, b: &Answer) -> bool {
+    (a.radiosity - b.radiosity).abs() <= a.radiosity_error + b.radiosity_error
+        && (a.gradient - b.gradient).length() <= a.gradient_error + b.gradient_error
+}
+
+/// Answers from all ways of asking, for one way of naming the vertices. Those of a value alone have a gradient of 0 with an
+/// infinite bound.
+fn ways(receiver: &Receiver, emitter: &Emitter) -> Vec<Answer> {
+    let mut all = vec![evaluate_to(receiver, emitter, &[], 1e-12).unwrap()];
+    let of_value = |radiosity, radiosity_error| Answer {
+        radiosity,
+        radiosity_error,
+        gradient: DVec3::ZERO,
+        gradient_error: f64::INFINITY,
+        method: Method::ClosedForm,
+    };
+    let value = evaluate_value(receiver, emitter, &[], Tolerance { relative: 1e-12, absolute: 0.0 }).unwrap();
+    all.push(of_value(value.radiosity, value.radiosity_error));
+    let [x, y, z] = receiver.position().to_array().map(|c| [c]);
+    let [nx, ny, nz] = receiver.direction().to_array().map(|c| [c]);
+    let reflectance = [receiver.reflectance()];
+    let receivers = Receivers::new([&x, &y, &z], [&nx, &ny, &nz], &reflectance).unwrap();
+    let mut answers = Answers::new();
+    Engine::new().evaluate_to(&receivers, emitter, 1e-9, &mut answers).unwrap();
+    all.push(Answer {
+        gradient: DVec3::from([0, 1, 2].map(|axis: usize| answers.gradient[axis][0])),
+        gradient_error: answers.gradient_error[0],
+        ..of_value(answers.radiosity[0], answers.radiosity_error[0])
+    });
+    let emitters = [emitter.clone()];
+    Engine::new().total(&receivers, &EmitterTree::new(&emitters), 1e-9, &mut answers).unwrap();
+    all.push(of_value(answers.radiosity[0], answers.radiosity_error[0]));
+    all
+}
+
+fn check(random: &mut ChaCha8Rng, count: usize, off: f64, kind: usize) -> usize {
+    let (vertices, points, normal) = rotated(random, count);
+    let slope = vector(random).cross(normal) * if kind == 2 { 3.0 } else { 0.3 };
+    let mut on_surface = 0;
+    for point in points {
+        let position = point + normal * off;
+        let directions = [-normal, vector(random), normal];
+        for direction in directions {
+            let receiver = Receiver::new(position, direction, 1.0).unwrap();
+            let mut found = Vec::new();
+            for first in 0..count {
+                let emitter = Emitter::new(starting_at(&vertices, first), emission(kind, &vertices, first, slope)).unwrap();
+                found.extend(ways(&receiver, &emitter));
+            }
+            on_surface += found.iter().filter(|answer| answer.method == Method::OnSurface).count();
+            for answer in &found {
+                assert!(answer.radiosity.is_finite() && answer.radiosity_error.is_finite(), "{answer:?}");
+                for other in &found {
+                    assert!(meet(answer, other), "{answer:?}\n{other:?}\n{position:?} {direction:?} {vertices:?}");
+                }
+            }
+        }
+    }
+    on_surface
+}
+
+fn run(seed: u64, cases: usize, offs: &[f64]) {
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    let mut on_surface = 0;
+    for case in 0..cases {
+        let count = if case % 2 == 0 { 4 } else { 5 + case / 2 % 8 };
+        let off = offs[case % offs.len()] * if random.random_bool(0.5) { 1.0 } else { -1.0 };
+        on_surface += check(&mut random, count, off, case % 3);
+    }
+    println!("{on_surface} on the surface");
+    assert!(on_surface > cases / 4);
+}
+
+#[test]
+fn it_does_not_matter_which_vertex_is_named_first() {
+    let cases = std::env::var("RADGRAD_ON_SURFACE_CASES").map_or(48, |cases| cases.parse().unwrap());
+    run(1, cases, &[0.0]);
+    run(2, cases, &[2e-16, 1e-15, 1e-14, 1e-13, 1e-12]);
+}
+
+/// A rotated square, the point of its inside where it may be in front or behind, and the normal.
+fn square_and_point() -> (Vec<DVec3>, DVec3, DVec3) {
+    let mut random = ChaCha8Rng::seed_from_u64(3);
+    loop {
+        let (vertices, points, normal) = rotated(&mut random, 4);
+        let receiver = Receiver::new(points[0], -normal, 1.0).unwrap();
+        let emitter = Emitter::new(starting_at(&vertices, 0), Emission::Constant(1.0)).unwrap();
+        if evaluate_to(&receiver, &emitter, &[], 1e-12).unwrap().method == Method::OnSurface {
+            return (vertices, points[0], normal);
+        }
+    }
+}
+
+#[test]
+fn on_the_surface_the_bound_encloses_both_sides() {
+    let (vertices, point, normal) = square_and_point();
+    let emitter = Emitter::new(starting_at(&vertices, 0), Emission::Constant(3.0)).unwrap();
+    let facing = Receiver::new(point, -normal, 0.5).unwrap();
+    let answer = evaluate_to(&facing, &emitter, &[], 1e-12).unwrap();
+    assert!((answer.radiosity - 0.75).abs() < 1e-9 && (answer.radiosity_error - 0.75).abs() < 1e-9, "{answer:?}");
+    assert!(answer.gradient_error.is_finite() && answer.gradient_error > 0.1, "{answer:?}");
+    // A floor gives nothing to a floor.
+    let along = Receiver::new(point, normal, 0.5).unwrap();
+    assert!(evaluate_to(&along, &emitter, &[], 1e-12).unwrap().radiosity_error < 1e-28);
+    // Neither does what is seen edge-on from far outside, but for what the vertices are off the plane.
+    let beside = Receiver::new(vertices[0] + (vertices[0] - vertices[2]) * 3.0, -normal, 0.5).unwrap();
+    let answer = evaluate_to(&beside, &emitter, &[], 1e-12).unwrap();
+    assert!(answer.radiosity.abs() + answer.radiosity_error < 1e-14 && answer.gradient_error < 1e-12, "{answer:?}");
+}
+
+#[test]
+fn what_has_no_bound_is_refused_on_the_surface() {
+    let (vertices, point, normal) = square_and_point();
+    let emitter = Emitter::new(starting_at(&vertices, 0), Emission::Constant(3.0)).unwrap();
+    let facing = Receiver::new(point, -normal, 0.5).unwrap();
+    for error in [evaluate_digits(&facing, &emitter, &[], 10).unwrap_err(), hessian(&facing, &emitter).unwrap_err()] {
+        assert!(matches!(error, Error::OnSurface { .. }), "{error}");
+        assert!(error.to_string().contains("over the emitter's plane"), "{error}");
+    }
+}
+
+#[test]
+fn of_a_flat_polygon_the_side_is_exact() {
+    let square = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)].map(|(x, y)| DVec3::new(x, y, 0.0));
+    let emitter = Emitter::new(Polygon::new(square.to_vec()).unwrap(), Emission::Constant(1.0)).unwrap();
+    for (height, expected) in [(1e-300, 1.0), (0.0, 0.0), (-1e-300, 0.0)] {
+        let receiver = Receiver::new(DVec3::new(0.3, 0.4, height), DVec3::NEG_Z, 1.0).unwrap();
+        let answer = evaluate_to(&receiver, &emitter, &[], 1e-12).unwrap();
+        assert!((answer.radiosity - expected).abs() <= answer.radiosity_error && answer.radiosity_error < 1e-12, "{answer:?}");
+    }
+}
