@@ -56,7 +56,10 @@ impl<S: Simd> Cut<S> {
         let plain = is_in_range(four.arc.across, four.arc.inline);
         let horizon = Generator::Horizon(-unit_normal::<f64>(receiver));
         let (exit, entry) = (Sighted::at(lane(end.point, exit)), Sighted::at(lane(start.point, entry)));
-        plain.all_true().then(|| Self { four, visible: starts | ends, closing: Arc::between(exit, entry, horizon) })
+        if !plain.all_true() {
+            return None;
+        }
+        Some(Self { four, visible: starts | ends, closing: Arc::between(exit, entry, horizon) })
     }
 
     /// A sum with the terms of the first lanes where there is something to see.
