@@ -102,9 +102,8 @@ impl<T: Arithmetic> Arc<T> {
         let (wide, thin) = ((self.angle + sin) * sin.like(0.5), half_angle_minus_sine(self.angle, sin));
         // The two axes are perpendicular: the one along (c, s) has the moment `on`, the other one `off`.
         let obtuse = cos.like(0.0).exceeds(cos);
-        let turned = |number: T| T::choose(obtuse, -number, number);
-        let (c, s) = (c2 + turned(c1), s2 + turned(s1));
-        let (on, off, cross) = (T::choose(obtuse, thin, wide), T::choose(obtuse, wide, thin), turned(sin));
+        let (c, s) = (c2 + T::choose(obtuse, -c1, c1), s2 + T::choose(obtuse, -s1, s1));
+        let (on, off, cross) = (T::choose(obtuse, thin, wide), T::choose(obtuse, wide, thin), T::choose(obtuse, -sin, sin));
         let (cc, ss, one) = (c * c, s * s, sin.like(1.0));
         let scale = one / (sin.like(2.0) * (one + cos.abs()));
         Moments { cc: (on * cc + off * ss) * scale, cs: cross * c * s * scale, ss: (on * ss + off * cc) * scale }
@@ -112,12 +111,12 @@ impl<T: Arithmetic> Arc<T> {
 
     #[inline(always)]
     fn ends(&self, frame: &Frame<T>) -> Ends<T> {
-        let ends = [&self.start, &self.end];
+        let (start, end) = (&self.start, &self.end);
         Ends {
-            sin: self.across * ends[0].inverse * ends[1].inverse,
-            cos: self.inline * ends[0].inverse * ends[1].inverse,
-            toward: ends.map(|end| end.point.dot(frame.toward) * end.inverse),
-            along: ends.map(|end| end.point.dot(frame.along) * end.inverse),
+            sin: self.across * start.inverse * end.inverse,
+            cos: self.inline * start.inverse * end.inverse,
+            toward: [start.point.dot(frame.toward) * start.inverse, end.point.dot(frame.toward) * end.inverse],
+            along: [start.point.dot(frame.along) * start.inverse, end.point.dot(frame.along) * end.inverse],
         }
     }
 }

@@ -114,7 +114,10 @@ impl<S: Simd> EdgeLanes<S> {
         }
         let line = Line::new(e, edge_square, w, reach);
         let arc = Arc::of_edge(start, end, f64x4::splat(simd, 1.0), line);
-        (passes & is_in_range(arc.across, arc.inline)).all_true().then_some(Self { arc, line, edge_square, closed })
+        if !(passes & is_in_range(arc.across, arc.inline)).all_true() {
+            return None;
+        }
+        Some(Self { arc, line, edge_square, closed })
     }
 
     /// A function of the two ends.

@@ -78,14 +78,24 @@ impl<T: Arithmetic> X1End<T> {
         let (sum, square, pi) = (phi + psi, s * s, s.like_pi());
         let beyond = square.exceeds(d * distance);
         let plain = phi * logarithm + (phi.clausen_rest() * s.like(2.0) - (phi - psi).clausen_rest());
-        let last = T::choose_of(beyond, || pi - sum, || sum).clausen_rest();
+        let last = T::choose(beyond, pi - sum, sum).clausen_rest();
         let one = s.like(1.0);
-        let above = || square * (reach * reach) * s.like(4.0);
-        let below = || (d * d + square) * (distance * distance + square);
         Self {
-            term: plain + T::choose_of(beyond, || last - pi * s.like(0.5), || -last),
-            above: T::choose_of(beyond, above, || one),
-            below: T::choose_of(beyond, below, || one),
+            term: plain + T::choose(beyond, last - pi * s.like(0.5), -last),
+            above: T::choose_of(
+                beyond,
+                #[inline(always)]
+                || square * (reach * reach) * s.like(4.0),
+                #[inline(always)]
+                || one,
+            ),
+            below: T::choose_of(
+                beyond,
+                #[inline(always)]
+                || (d * d + square) * (distance * distance + square),
+                #[inline(always)]
+                || one,
+            ),
             phi,
             psi,
             beyond,

@@ -16,6 +16,15 @@ fn exponent_and_mantissa<S: Simd, V: SimdFloat<S, Element = f64>>(simd: S, x: V)
     (exponent, V::from_bits((bits & ((1 << 52) - 1)) | (1023 << 52)))
 }
 
+/// The constants of a row in as many lanes as `like` has.
+#[inline(always)]
+fn in_row<T: Arithmetic>(like: T, [a, b, c]: &[f64; 3], [some, more]: [T::Mask; 2]) -> T {
+    T::choose(more, like.like(*c), T::choose(some, like.like(*b), like.like(*a)))
+}
+
+/// What vector code calls is always inlined, closures too: what is compiled apart has none of the vector's instructions. So no
+/// `map` of arrays.
+///
 /// Of a vector, or of what wraps one in its field 0.
 macro_rules! arithmetic_on_lanes {
     ($type:ty, $mask:ty, $wrap:path, $wrap_mask:path $(, $field:tt)?) => {
@@ -99,13 +108,12 @@ macro_rules! arithmetic_on_lanes {
                 (high, low): (Self::Mask, Option<Self::Mask>),
                 [some, more]: [Self::Mask; 2],
             ) -> Self {
-                let in_row = |[a, b, c]: [f64; 3]| {
-                    Self::choose(more, self.like(c), Self::choose(some, self.like(b), self.like(a)))
-                };
-                let [first, second] = match low {
-                    None => [in_row(table[0]), in_row(table[2])],
-                    Some(low) => [0, 2].map(|k| Self::choose(low, in_row(table[k + 1]), in_row(table[k]))),
-                };
+                let of_row = [some, more];
+                let (mut first, mut second) = (in_row(self, &table[0], of_row), in_row(self, &table[2], of_row));
+                if let Some(low) = low {
+                    first = Self::choose(low, in_row(self, &table[1], of_row), first);
+                    second = Self::choose(low, in_row(self, &table[3], of_row), second);
+                }
                 Self::choose(high, second, first)
             }
         }

@@ -74,7 +74,7 @@ pub(crate) fn angle<T: Doubles, const LEFT: bool>(y: T, x: T) -> T {
     let (steep, left) = (y.exceeds(run), x.like(0.0).exceeds(x));
     let (small, large) = (T::choose(steep, run, y), T::choose(steep, y, run));
     let nearest = [small.exceeds(x.like(0.25) * large), small.exceeds(x.like(0.75) * large)];
-    let octant = (steep, LEFT.then_some(left));
+    let octant = (steep, if LEFT { Some(left) } else { None });
     let c = x.entry(&[[0.0, 0.5, 1.0]; 4], (steep, None), nearest);
     let s = (small - c * large) / (large + c * small);
     let s = T::choose(if LEFT { steep ^ left } else { steep }, -s, s);

@@ -239,7 +239,7 @@ impl<S: Simd> Weight<S> {
         if is_wide {
             weight = wide.select(arc.weight_in_frame(line, n1), weight);
         }
-        Some(Self { weight, weighed: Weighed::new(arc, cosines), wide: is_wide.then_some(wide) })
+        Some(Self { weight, weighed: Weighed::new(arc, cosines), wide: if is_wide { Some(wide) } else { None } })
     }
 }
 

@@ -56,7 +56,10 @@ impl<S: Simd> Cut<S> {
         let plain = is_in_range(four.arc.across, four.arc.inline);
         let horizon = Generator::Horizon(-unit_normal::<f64>(receiver));
         let (exit, entry) = (Sighted::at(lane(end.point, exit)), Sighted::at(lane(start.point, entry)));
-        plain.all_true().then(|| Self { four, visible: starts | ends, closing: Arc::between(exit, entry, horizon) })
+        if !plain.all_true() {
+            return None;
+        }
+        Some(Self { four, visible: starts | ends, closing: Arc::between(exit, entry, horizon) })
     }
 
     /// A sum with the terms of the first lanes where there is something to see.
@@ -78,8 +81,15 @@ fn lane<S: Simd>(v: Vec3<f64x4<S>>, bit: u64) -> Vec3<f64> {
 /// As [`crate::boundary::plan::height_over_horizon`] where double-double does.
 #[inline(always)]
 fn heights<S: Simd>(simd: S, receiver: &Receiver, points: Vec3<f64x4<S>>, power: f64) -> f64x4<S> {
-    let offset = |point, x| DoubleDouble::difference(point, x).scaled(power);
     let (n, x) = (all(simd, receiver.direction()), all(simd, receiver.position()));
-    let n = n.map(|c| DoubleDouble { hi: c, lo: f64x4::splat(simd, 0.0) });
-    n.dot(Vec3::new(offset(points.x, x.x), offset(points.y, x.y), offset(points.z, x.z))).hi
+    let n = n.map(
+        #[inline(always)]
+        |c| DoubleDouble { hi: c, lo: f64x4::splat(simd, 0.0) },
+    );
+    let offset = Vec3::new(
+        DoubleDouble::difference(points.x, x.x).scaled(power),
+        DoubleDouble::difference(points.y, x.y).scaled(power),
+        DoubleDouble::difference(points.z, x.z).scaled(power),
+    );
+    n.dot(offset).hi
 }

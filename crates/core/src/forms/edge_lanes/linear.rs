@@ -78,10 +78,10 @@ fn sums<S: Simd, const GRADIENT: bool, const BOUND: bool>(
         rest -= count;
     }
     let terms = sum.total();
-    let bound = errors.map(
-        #[inline(always)]
-        |errors| errors.bound(&sum, &terms),
-    );
+    let mut bound = None;
+    if let Some(errors) = &errors {
+        bound = Some(errors.bound(&sum, &terms));
+    }
     Some((terms, bound))
 }
 
@@ -168,15 +168,15 @@ impl<S: Simd> X1<S> {
     #[inline(always)]
     fn new(simd: S, arc: &Arc<f64x4<S>>, frame: &Frame<f64x4<S>>, kappa: f64x4<S>, logarithms: [f64x4<S>; 2]) -> Option<Self> {
         let (signed, zero) = (frame.distance * kappa, f64x4::splat(simd, 0.0));
-        let distances = [signed.abs(), frame.distance, frame.distance + signed.abs()];
-        let distances = distances.map(|distance| both(simd, [distance, distance]));
+        let (d, distance) = (both(simd, [signed.abs(); 2]), both(simd, [frame.distance; 2]));
         let along = both(simd, [arc.start.point.dot(frame.along), arc.end.point.dot(frame.along)]);
-        let ([d, distance, _], s) = (distances, along.abs());
+        let s = along.abs();
         if !(is_in_range(s, d) & is_in_range(s, distance)).all_true() {
             return None;
         }
-        let ends = X1End::at(s, distances, both(simd, logarithms));
-        let [term, above, below] = ends.on_side_of(along).map(|both| simd.split_f64x8(both));
+        let ends = X1End::at(s, [d, distance, distance + d], both(simd, logarithms));
+        let [term, above, below] = ends.on_side_of(along);
+        let (term, above, below) = (simd.split_f64x8(term), simd.split_f64x8(above), simd.split_f64x8(below));
         let (term, quotient) = x1_between([[term.0, above.0, below.0], [term.1, above.1, below.1]], signed);
         let term = signed.simd_eq(zero).select(zero, term);
         Some(Self { term, s, d, distance, ends, quotient })

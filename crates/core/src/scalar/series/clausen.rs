@@ -96,6 +96,7 @@ pub(crate) fn double_sum<T: Arithmetic>(z: T) -> T {
     let c = &DOUBLE_SERIES;
     let z2 = z * z;
     let z4 = z2 * z2;
-    let four = |k: usize| four_terms(&[c[k], c[k + 1], c[k + 2], c[k + 3]], z, z2);
-    z.like(c[0]) + z * ((four(1) + four(5) * z4) + (four(9) + z.like(c[13]) * z4) * (z4 * z4))
+    let low = four_terms(&[c[1], c[2], c[3], c[4]], z, z2) + four_terms(&[c[5], c[6], c[7], c[8]], z, z2) * z4;
+    let high = four_terms(&[c[9], c[10], c[11], c[12]], z, z2) + z.like(c[13]) * z4;
+    z.like(c[0]) + z * (low + high * (z4 * z4))
 }
