@@ -2,6 +2,7 @@ use radgrad_core::{DMat3, DVec3, Emission, Emitter, Polygon, Receiver, radiosity
 
 use super::exchange::{Exchange, exchange};
 use super::{FactorSettings, FormFactors};
+use crate::Error;
 
 fn polygon(points: &[[f64; 3]]) -> Polygon {
     Polygon::new(points.iter().map(|&p| p.into()).collect()).unwrap()
