@@ -61,7 +61,7 @@ fn a_furnace_and_facing_rectangles_hold() {
 fn what_was_not_judged_is_counted_and_gated() {
     let none = Effort { rays: 1, rays_a_point: 1, digits: 0, ..EFFORT };
     let table = Table::of(&[Family::Clutter], 1, 1, &none, |_| ());
-    let row = &table.rows[&(Family::Clutter, Subject::Solve)];
+    let row = &table.rows[&(Family::Clutter, Subject::Factors)];
     assert!(row.rough > 0 && row.broken == 0, "{row:?}");
     assert!(!table.hardly_judged(&Requirement::default()).is_empty());
 }

@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 
 use clap::{Args, ValueEnum};
 use indicatif::{ProgressBar, ProgressStyle};
-use radgrad_scene::{Materials, Scene, largest};
+use radgrad_scene::{Materials, Scene};
 use radgrad_solver::{Linking, MAX_DEGREE, Marking, Options, Order, RelativeTo, Solution, solve_from};
 
 use crate::export::Format;
@@ -175,8 +175,6 @@ pub(crate) enum Failure {
              with --max-reflectance 0.95"
     )]
     White { place: String, material: String, channel: String },
-    #[error("the scene is {size:e} across, no extent that a scene may have: from 1e-60 to 1e60, so change the unit of length")]
-    Extent { size: f64 },
     #[error("{} and {} are one file", first.display(), second.display())]
     SameFile { first: PathBuf, second: PathBuf },
     #[error(transparent)]
@@ -212,7 +210,6 @@ pub(crate) fn run(request: &Request, mut output: impl Write) -> Result<bool, Fai
         scene.cap_reflectance(most);
         scene.notes().iter().skip(read).for_each(say);
     }
-    check_place(&scene)?;
     lamps::report(&scene);
 
     let solution = solved(request, &scene, start, out).map_err(|failure| named(failure, &scene))?;
@@ -300,28 +297,10 @@ fn solved(request: &Request, scene: &Scene, start: Instant, out: Option<(&Path, 
 }
 
 /// Refuses a scene so small or so large that products of its lengths leave the range of a double, and tells of one far from the
-/// origin, whose coordinates are rounded.
-fn check_place(scene: &Scene) -> Result<(), Failure> {
-    const FAR: f64 = 1e6;
-    let Some((low, high)) = scene.bounds() else { return Ok(()) };
-    let size = (high - low).max_element();
-    if !(1e-60..=1e60).contains(&size) {
-        return Err(Failure::Extent { size });
-    }
-    let distance = largest(low.abs().max_element(), high.abs().max_element());
-    if distance > FAR * size {
-        let times = distance / size;
-        say(format_args!(
-            "the scene is {times:.1e} times its size away from the origin, where coordinates are coarse: move it there"
-        ));
-    }
-    Ok(())
-}
-
-/// Whether every mean is a number, with a bound that is one.
+/// Whether every mean is a number, with an estimate of its error that is one: bounds are proven last.
 fn finite(solution: &Solution) -> Result<(), radgrad_scene::Error> {
-    for ((channel, &mean), ledger) in solution.channels().iter().zip(solution.mean()).zip(solution.mean_bound()) {
-        for (what, value) in [("radiosity", mean), ("bound", ledger.total())] {
+    for ((channel, &mean), ledger) in solution.channels().iter().zip(solution.mean()).zip(solution.mean_estimate()) {
+        for (what, value) in [("radiosity", mean), ("estimated error", ledger.total())] {
             if !value.is_finite() {
                 let what = format!("the mean {what} in channel `{channel}`");
                 return Err(radgrad_scene::Error::NotFinite { what, value });

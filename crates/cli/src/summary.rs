@@ -46,17 +46,15 @@ impl Summary {
         let progress = solution.progress();
         let bounds = solution.mean_bound();
         let estimates = solution.mean_estimate();
-        let means = solution.mean().iter().zip(solution.reflected());
-        let channel =
-            |(((name, (&mean, &reflected)), ledger), estimate): (((&String, (&f64, &f64)), &Ledger), &Ledger)| Channel {
-                name: name.clone(),
-                mean,
-                reflected,
-                bound: ledger.total(),
-                estimate: estimate.total(),
-                ledger: entries(ledger, 1.0),
-            };
-        let channels: Vec<Channel> = solution.channels().iter().zip(means).zip(&bounds).zip(&estimates).map(channel).collect();
+        let channel = |(index, name): (usize, &String)| Channel {
+            name: name.clone(),
+            mean: solution.mean()[index],
+            reflected: solution.reflected()[index],
+            bound: bounds[index].total(),
+            estimate: estimates[index].total(),
+            ledger: entries(&bounds[index], 1.0),
+        };
+        let channels: Vec<Channel> = solution.channels().iter().enumerate().map(channel).collect();
         let lit = bounds.iter().zip(solution.relative_to()).filter(|(_, mean)| **mean > 0.0);
         let worst = lit.max_by(|a, b| (a.0.total() / a.1).total_cmp(&(b.0.total() / b.1)));
         let (ledger, mean) = worst.map_or((Ledger::default(), 1.0), |(ledger, mean)| (*ledger, *mean));

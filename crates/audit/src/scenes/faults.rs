@@ -37,8 +37,8 @@ pub enum Fault {
     ChannelsSwapped,
     /// A texture is turned by one texel.
     TextureShifted,
-    /// Bounds are a tenth of what they are.
-    BoundTenth,
+    /// Estimates are a hundredth of what they are.
+    EstimateHundredth,
     /// Bounds are a thousandth of what they are.
     BoundThousandth,
     /// Bounds are 0.
@@ -57,7 +57,7 @@ pub enum Fault {
     FactorsNotReciprocal,
     /// Rows are those of the transposed matrix.
     FactorsTransposed,
-    /// Brackets of factors are a hundredth of what they are.
+    /// Brackets of factors are 1e-4 of what they are.
     BracketsNarrow,
     /// Factors past slats are those of free sight.
     FactorsFree,
@@ -86,7 +86,7 @@ impl Fault {
         Self::Lossy,
         Self::ChannelsSwapped,
         Self::TextureShifted,
-        Self::BoundTenth,
+        Self::EstimateHundredth,
         Self::BoundThousandth,
         Self::BoundZero,
         Self::ValueLarge,
@@ -120,7 +120,7 @@ impl Fault {
             Self::Lossy => "a tenth of each reflection lost",
             Self::ChannelsSwapped => "channels swapped",
             Self::TextureShifted => "a texture shifted by a texel",
-            Self::BoundTenth => "bounds times 0.1",
+            Self::EstimateHundredth => "estimates times 0.01",
             Self::BoundThousandth => "bounds times 0.001",
             Self::BoundZero => "bounds of 0",
             Self::ValueLarge => "values a fifth too large",
@@ -130,7 +130,7 @@ impl Fault {
             Self::Stretched => "a room 4 % higher",
             Self::FactorsNotReciprocal => "reciprocity off by five bounds",
             Self::FactorsTransposed => "factors transposed",
-            Self::BracketsNarrow => "brackets of factors times 0.01",
+            Self::BracketsNarrow => "brackets of factors times 1e-4",
             Self::FactorsFree => "factors through slats",
             Self::FactorsDropped => "one factor in a hundred dropped",
             Self::FieldFree => "a field through slats",
@@ -143,7 +143,7 @@ impl Fault {
     const fn of_statements(self) -> bool {
         matches!(
             self,
-            Self::BoundTenth
+            Self::EstimateHundredth
                 | Self::BoundThousandth
                 | Self::BoundZero
                 | Self::ValueLarge
@@ -178,7 +178,7 @@ impl Fault {
         match self {
             Self::TextureShifted => &[Family::Textured],
             Self::WeakLampSkipped => &[Family::Facing, Family::ManyLamps],
-            Self::BoundTenth | Self::BoundThousandth | Self::LampAside => &[Family::Facing, Family::Clutter],
+            Self::EstimateHundredth | Self::BoundThousandth | Self::LampAside => &[Family::Facing, Family::Clutter],
             Self::OccluderSkipped | Self::FactorsFree | Self::FieldFree => &[Family::Grating],
             Self::ChannelsSwapped => &[Family::Clutter],
             Self::BracketsNarrow => &[Family::Clutter, Family::Grating, Family::Open],
@@ -275,10 +275,12 @@ impl Fault {
         let mut all = said.to_vec();
         let bounds = |all: &mut [Statement], factor: f64| all.iter_mut().for_each(|one| one.bound *= factor);
         match self {
-            Self::BoundTenth => bounds(&mut all, 0.1),
+            Self::EstimateHundredth => {
+                all.iter_mut().for_each(|one| one.estimate = one.estimate.map(|estimate| 0.01 * estimate));
+            }
             Self::BoundThousandth => bounds(&mut all, 1e-3),
             Self::BoundZero => bounds(&mut all, 0.0),
-            Self::BracketsNarrow => bounds(&mut all, 0.01),
+            Self::BracketsNarrow => bounds(&mut all, 1e-4),
             Self::ValueLarge => all.iter_mut().for_each(|one| one.value *= 1.2),
             Self::FieldOff => all.iter_mut().for_each(|one| one.value *= 1.0 + 1e-6),
             Self::NotANumber => {
@@ -423,10 +425,14 @@ fn shows(fault: Fault, control: &Control, said: &[Statement]) -> bool {
         Quantum::Cell(face, _) => put.contains(&face),
         Quantum::Mean(_) | Quantum::Point(..) => false,
     };
+    // A bound is much wider than the error in most scenes, so that a fault may be within it; an estimate is not.
     let broken = |statement: &Statement| {
         let held = |one: &&Judged| one.verdict == Verdict::Held && one.statement.of == statement.of && !elsewhere(statement.of);
         let judged = control.judged.iter().find(held);
-        judged.is_some_and(|one| Judged::new(*statement, one.known, 1.0).verdict == Verdict::Broken)
+        judged.is_some_and(|one| {
+            let planted = Judged::new(*statement, one.known, 1.0);
+            planted.verdict == Verdict::Broken || (planted.is_off_the_estimate() && !one.is_off_the_estimate())
+        })
     };
     said.iter().any(broken)
 }

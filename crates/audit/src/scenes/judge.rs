@@ -64,6 +64,9 @@ pub struct Outcome {
     pub truth: Duration,
 }
 
+/// How many times its estimate an error may be before it is one that the estimate does not know of.
+pub const ESTIMATES: f64 = 3.0;
+
 impl Judged {
     /// Judges a statement; `scale` is what a half-width is compared with.
     #[must_use]
@@ -92,6 +95,15 @@ impl Judged {
     #[must_use]
     pub fn estimate_over_error(&self) -> Option<f64> {
         self.statement.estimate.map(|estimate| self.over_error(estimate))
+    }
+
+    /// Whether the value is off the truth by more than [`ESTIMATES`] times the estimate.
+    #[must_use]
+    pub fn is_off_the_estimate(&self) -> bool {
+        let value = self.statement.value;
+        let off =
+            if value < self.known.interval.low { self.known.interval.low - value } else { value - self.known.interval.high };
+        self.statement.estimate.is_some_and(|estimate| off > ESTIMATES * estimate)
     }
 
     fn over_error(&self, figure: f64) -> f64 {

@@ -6,7 +6,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use radgrad_scene::{FactorSettings, FormFactors, Quantity, Scene};
-use radgrad_solver::{Options, solve};
+use radgrad_solver::{Ledger, Options, solve};
 
 use super::model::{Expected, Model, Part};
 
@@ -146,15 +146,21 @@ fn radiosities(model: &Model, scene: &Scene) -> Result<Vec<Statement>, String> {
         ..Options::default()
     };
     let solution = solve(scene, &options, |_| true).map_err(|error| error.to_string())?;
-    let means = solution.mean().iter().zip(solution.mean_bound()).enumerate();
-    let mut statements: Vec<Statement> = means
-        .map(|(channel, (&value, bound))| Statement { of: Quantum::Mean(channel), value, bound: bound.total(), estimate: None })
-        .collect();
+    let say = |of: Quantum, value: f64, bound: &Ledger, estimate: &Ledger| Statement {
+        of,
+        value,
+        bound: bound.total(),
+        estimate: Some(estimate.total()),
+    };
+    let errors = solution.mean_bound().into_iter().zip(solution.mean_estimate());
+    let means = solution.mean().iter().zip(errors).enumerate();
+    let mut statements: Vec<Statement> =
+        means.map(|(channel, (&value, (bound, estimate)))| say(Quantum::Mean(channel), value, &bound, &estimate)).collect();
     for (probe, (at, normal)) in model.asked().map_err(|error| error.to_string())?.into_iter().enumerate() {
         let gathered = solution.gather(at, normal).map_err(|error| error.to_string())?;
-        for (channel, (value, ledger)) in gathered.radiosity.into_iter().zip(gathered.ledger).enumerate() {
-            let of = Quantum::Point(probe, channel);
-            statements.push(Statement { of, value, bound: ledger.total(), estimate: None });
+        let errors = gathered.ledger.iter().zip(&gathered.estimate);
+        for (channel, (value, (bound, estimate))) in gathered.radiosity.into_iter().zip(errors).enumerate() {
+            statements.push(say(Quantum::Point(probe, channel), value, bound, estimate));
         }
     }
     Ok(statements)

@@ -124,7 +124,7 @@ fn what_has_no_answer_is_refused_with_its_faces() {
         "{said}"
     );
     let said = refused(SQUARES, &WHITE.replace("Ke 0.3183098861837907", "Ke 6e307"));
-    assert!(said.contains("the radiosity emitted by face 0 in channel r is inf"), "{said}");
+    assert!(said.contains("squares.mtl:3: material `white`: radiance is 6000") && said.contains("its product with pi"), "{said}");
 }
 
 #[test]
@@ -261,7 +261,7 @@ fn a_view_has_the_radiosity_of_what_is_seen_and_its_bound() {
             f64::from(f32::from_le_bytes(exr[place..place + 4].try_into().unwrap()))
         };
         let (value, bound) = (at(1, 0, 2), at(1, 3, 2));
-        assert!((value - 1.133_303_565).abs() <= bound + 1e-7 && bound < 0.02, "{shading:?}: {value} {bound}");
+        assert!((value - 1.133_303_565).abs() <= bound + 1e-7 && bound < 0.06, "{shading:?}: {value} {bound}");
         assert!((at(1, 0, 1) - at(1, 0, 3)).abs() < 1e-3 && at(1, 0, 1) < value);
     }
     let view = [&["--view", "view.png"][..], &camera].concat();

@@ -53,6 +53,7 @@ const TOKENS: [&[u8]; 20] = [
 /// One change: what, where (a share of the length) and with which byte, token or length.
 type Change = (u8, f64, u8, f64);
 
+#[allow(clippy::cast_possible_truncation, reason = "a share of a length is one")]
 fn changed(seed: &[u8], changes: &[Change]) -> Vec<u8> {
     let mut file = seed.to_vec();
     for &(kind, at, byte, other) in changes {

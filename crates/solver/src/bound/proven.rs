@@ -72,6 +72,7 @@ mod left;
 mod nodes;
 mod terms;
 
+use radgrad_scene::{largest, smallest as least};
 use rayon::prelude::*;
 
 use crate::bound::ledger::Ledger;
@@ -100,28 +101,6 @@ const MOST_SWEEPS: usize = 400;
 
 /// Rise, as a part, below which sweeps end.
 const RISE: f64 = 1e-3;
-
-/// The larger of two; neither is lost if it is no number.
-fn largest(a: f64, b: f64) -> f64 {
-    if a.is_nan() || b.is_nan() {
-        f64::NAN
-    } else if a > b {
-        a
-    } else {
-        b
-    }
-}
-
-/// The lesser of two; neither is lost if it is no number.
-fn least(a: f64, b: f64) -> f64 {
-    if a.is_nan() || b.is_nan() {
-        f64::NAN
-    } else if a < b {
-        a
-    } else {
-        b
-    }
-}
 
 /// What is bounded.
 #[derive(Debug, Clone, Copy)]
@@ -330,7 +309,7 @@ impl Proven {
         let Solved { mesh, receivers, channels, .. } = solved;
         let rho_most: Vec<f64> =
             (0..channels).map(|channel| receivers.iter().map(|&r| solved.reflectance(r, channel)).fold(0.0, largest)).collect();
-        if rho_most.iter().any(|rho| !(*rho < 1.0)) {
+        if rho_most.iter().any(|rho| *rho >= 1.0 || rho.is_nan()) {
             return None;
         }
         let reflected: Vec<Vec<Rest>> =
@@ -502,7 +481,7 @@ fn risen(solved: &Solved<'_>, views: &[Views], channel: usize, own: &[f64], rho_
         let next: Vec<f64> = next.collect();
         rise = next.iter().zip(&values).map(|(next, value)| next - value).fold(0.0, largest);
         let most = next.iter().copied().fold(0.0, largest);
-        if !(rise > RISE * (1.0 - rho_most) * most) {
+        if rise <= RISE * (1.0 - rho_most) * most {
             break;
         }
         values = next;

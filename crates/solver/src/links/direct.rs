@@ -6,6 +6,8 @@
 //! above them, where the gathers are. Lamps are the faces that emit, if they are few and small: if all walls glow nothing is
 //! gained. Faces that emit by a texture are none: their light is gathered as reflected light is.
 
+use radgrad_scene::largest;
+
 use crate::error::Error;
 use crate::links::station::Station;
 use crate::links::transfer::Optics;
@@ -53,7 +55,7 @@ pub(crate) struct Direct {
 impl Direct {
     /// Bound on the errors of form factors at nodes.
     pub(crate) fn error(&self) -> f64 {
-        self.nodes.iter().map(|lit| lit.off).fold(0.0, f64::max)
+        self.nodes.iter().map(|lit| lit.off).fold(0.0, largest)
     }
 
     /// The lamps of which no node sees anything, though something of the leaf may, with the faces that may be between.
@@ -138,7 +140,7 @@ impl Lamps {
             let row = optics.receive(station, root, sight, 1)?;
             let emitted = &surfaces.emitted[optics.mesh.elements()[root].face()];
             lit.factors.push(row.values[0]);
-            lit.off = lit.off.max(row.error);
+            lit.off = largest(lit.off, row.error);
             for (channel, emitted) in emitted.iter().enumerate() {
                 lit.irradiance[channel] += emitted * row.values[0];
                 lit.error[channel][usize::from(matches!(sight, Sight::Past(_)))] += emitted * row.error;

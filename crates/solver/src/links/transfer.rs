@@ -244,17 +244,17 @@ impl Kernel {
         let (n1, n2) = (to.polygon().normal(), from.polygon().normal());
         let range = |of: &Element, over: &Element, normal: DVec3| {
             let heights = of.polygon().vertices().iter().map(|v| normal.dot(*v - over.centre()));
-            heights.fold((f64::INFINITY, 0.0), |(l, h): (f64, f64), a| (l.min(a), h.max(a)))
+            heights.fold((f64::INFINITY, 0.0), |(l, h): (f64, f64), a| (smallest(l, a), largest(h, a)))
         };
         let ((lowest, highest), (nearest, height)) = (range(from, to, n1), range(to, from, n2));
         let farthest = (to.centre() - from.centre()).length() + to.radius() + from.radius();
         let rounding = 1e-12 * farthest;
-        let distance = (distance - rounding).max(0.0);
+        let distance = largest(distance - rounding, 0.0);
         let (cos1, cos2) =
-            if distance > 0.0 { ((highest / distance).min(1.0), (height / distance).min(1.0)) } else { (1.0, 1.0) };
+            if distance > 0.0 { (smallest(highest / distance, 1.0), smallest(height / distance, 1.0)) } else { (1.0, 1.0) };
         let unit = from.area() * cos2 / (std::f64::consts::PI * distance * distance) * (1.0 + 1e-12);
         let root = |square: f64| (square + 1e-12).clamp(0.0, 1.0).sqrt();
-        let near = (nearest - rounding).max(0.0) / farthest;
+        let near = largest(nearest - rounding, 0.0) / farthest;
         let smooth = clear && distance > 0.0 && lowest >= -rounding && nearest >= -rounding;
         let (sine, level) = (root(1.0 - near * near), n1.dot(n2));
         Self { peak: unit * cos1, least: 0.0, smooth, unit, distance, cos1, sine, tilt: root(1.0 - level * level) }

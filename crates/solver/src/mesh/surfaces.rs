@@ -54,6 +54,11 @@ impl Surfaces {
                 return Err(Error::NotFinite { quantity, channel: channels[channel].clone(), value });
             }
         }
+        for (face, reflectance) in self.reflectance.iter().enumerate() {
+            if let Some(channel) = reflectance.iter().position(|rho| *rho >= 1.0) {
+                return Err(Error::Lossless { channel: channels[channel].clone(), face });
+            }
+        }
         Ok(())
     }
 

@@ -383,8 +383,7 @@ impl Proof<'_> {
     /// the jump across each in each channel.
     fn choose(&self, target: &Target<'_>, parts: &mut [Part], degree: usize) -> Vec<([DVec3; 2], Vec<f64>)> {
         let sum = |of: &dyn Fn(&Polynomial) -> f64, part: &Part| part.polynomials.iter().map(of).sum::<f64>();
-        for index in 0..parts.len() {
-            let part = &parts[index];
+        for part in &mut *parts {
             let source = &self.mesh.elements()[part.element];
             let drift = sum(&|p| p.gradient, part);
             let drift = if drift > 0.0 { drift * target.drift(source, &part.reach, target.mean) } else { 0.0 };
@@ -395,7 +394,7 @@ impl Proof<'_> {
             } else {
                 f64::INFINITY
             };
-            parts[index].taken = if smooth <= slow && smooth <= most {
+            part.taken = if smooth <= slow && smooth <= most {
                 Taken::Smooth
             } else if slow <= most || part.is_root {
                 Taken::Slow
@@ -652,7 +651,7 @@ fn fill_rest(mut rest: f64, mut pairs: Vec<(f64, f64)>) -> f64 {
     pairs.sort_by(|a, b| b.1.total_cmp(&a.1));
     let mut sum = 0.0;
     for (factor, value) in pairs {
-        if !(value > 0.0) || rest <= 0.0 {
+        if value <= 0.0 || value.is_nan() || rest <= 0.0 {
             if value.is_nan() {
                 return f64::NAN;
             }

@@ -159,7 +159,7 @@ impl<'a> Target<'a> {
         let height = normal.dot(centre - source.centre()).max(0.0);
         let distance = source.distance(centre, height) * (1.0 - 1e-9);
         let ratio = self.element.radius() / distance;
-        if !(ratio < 0.9) {
+        if ratio >= 0.9 || ratio.is_nan() {
             return f64::INFINITY;
         }
         let over = source.polygon().vertices().iter().map(|&v| self.height(v)).fold(0.0, f64::max);

@@ -91,8 +91,8 @@ impl Cluster {
         if distance <= 0.0 {
             return View { factor: 1.0, peak: f64::INFINITY };
         }
-        let peak = (over / distance).min(1.0) * (toward / distance).min(1.0) / (PI * distance * distance) * ROUNDED;
-        View { factor: (peak * self.area()).min(1.0), peak }
+        let peak = smallest(over / distance, 1.0) * smallest(toward / distance, 1.0) / (PI * distance * distance) * ROUNDED;
+        View { factor: smallest(peak * self.area(), 1.0), peak }
     }
 
     /// Bound on the part of a side's area through which a point sees past screens.

@@ -218,7 +218,7 @@ fn by_clusters_light_from_a_lamp_is_within_its_bounds_of_a_far_finer_solution() 
     let scene = scene(3);
     let degree = Some(1);
     let fine = solve(&scene, &Options { error: 0.05, degree, ..Options::default() }, |_| true).unwrap();
-    let known = fine.mean_bound()[0].total();
+    let known = fine.mean_estimate()[0].total();
     for order in [Order::GaussSeidel, Order::Southwell] {
         let options = Options { error: 0.3, degree, first_elements: 1, most_elements: 1, order, ..Options::default() };
         let mesh = Mesh::new(&scene, 1).unwrap().clustered();

@@ -1,12 +1,12 @@
 use radgrad_core::{DVec3, Polygon};
-use radgrad_scene::Scene;
+use radgrad_scene::{Scene, largest};
 
 use crate::links::station::Station;
 use crate::solve::options::Options;
 use crate::solve::solution::Solution;
 use crate::solve::solve;
 
-/// SplitMix64 (G. Steele, D. Lea and C. Flood 2014): numbers in [low, high).
+/// `SplitMix64` (G. Steele, D. Lea and C. Flood 2014): numbers in [low, high).
 struct Random(u64);
 
 impl Random {
@@ -64,7 +64,6 @@ fn room(random: &mut Random, kind: usize) -> Scene {
             cuboid(low, low + size, random.between(0.0, 1.5), false).iter().for_each(|face| add(wall, face));
         }
     }
-    drop(add);
     let lamp = scene.add_material("lamp", [0.0], [1.0 / (size * size)]).unwrap();
     let face = Polygon::new(vec![corner, corner + v, corner + u + v, corner + u]).unwrap();
     scene.add_face(surface, lamp, face, None).unwrap();
@@ -86,7 +85,7 @@ fn sampled(solution: &Solution, leaf: usize, count: u32) -> [f64; 2] {
         let lit = solution.lamps.light_at(&solution.optics(), &solution.surfaces, &station, &solution.direct[leaf]).unwrap();
         let polynomial: f64 = basis.values([s, t]).iter().zip(&held).map(|(f, c)| f * c).sum();
         let off = (rho * lit.irradiance[0] - polynomial).abs() - rho * (lit.error[0][0] + lit.error[0][1]);
-        most = most.max(off);
+        most = largest(most, off);
         sum += off;
         places += 1.0;
     }
@@ -112,7 +111,7 @@ fn on_no_leaf_is_more_of_direct_light_left_out_than_is_proven() {
             assert!(most <= by_most, "case {case}, leaf {leaf}: {most:e} is left out, {by_most:e} is proven");
             // The mean over a grid is not quite that over the leaf.
             assert!(mean <= by_mean + 0.1 * most, "case {case}, leaf {leaf}: {mean:e} in the mean, {by_mean:e} is proven");
-            nearest = nearest.max(most / by_most);
+            nearest = largest(nearest, most / by_most);
         }
     }
     println!("{leaves} leaves, {lit} of them lit unevenly, the nearest {nearest:.2} of its bound");
