@@ -55,9 +55,9 @@ impl Summary {
             ledger: entries(&bounds[index], 1.0),
         };
         let channels: Vec<Channel> = solution.channels().iter().enumerate().map(channel).collect();
-        let lit = bounds.iter().zip(solution.relative_to()).filter(|(_, mean)| **mean > 0.0);
+        let lit = bounds.iter().zip(solution.relative_to()).filter(|(_, mean)| *mean > 0.0);
         let worst = lit.max_by(|a, b| (a.0.total() / a.1).total_cmp(&(b.0.total() / b.1)));
-        let (ledger, mean) = worst.map_or((Ledger::default(), 1.0), |(ledger, mean)| (*ledger, *mean));
+        let (ledger, mean) = worst.map_or((Ledger::default(), 1.0), |(ledger, mean)| (*ledger, mean));
         Self {
             seconds,
             rounds: progress.round,

@@ -94,8 +94,10 @@ impl Residual {
         self
     }
 
-    /// The same with light that no sample saw, of at most this and of this mean.
-    pub(crate) fn with_unseen(mut self, element: &Element, [largest, mean]: [f64; 2]) -> Self {
+    /// The same with light that none of `samples` samples saw, of at most this and of at most this mean. The share of the element that is
+    /// lit is taken to be what the rule of succession (P. S. Laplace 1774) expects of it: one over two more than the samples.
+    pub(crate) fn with_unseen(mut self, element: &Element, samples: usize, [largest, mean]: [f64; 2]) -> Self {
+        let mean = mean / (samples + 2) as f64;
         self.largest.discretisation += largest;
         for power in 0..POWERS {
             let more = mean * element.radius_to(power);

@@ -18,24 +18,23 @@ impl Solution {
         if let Some(error) = self.receivers.par_iter().find_map_first(|&receiver| self.covered(scene, receiver)) {
             return Err(error);
         }
-        let is_number = |(_, values): &(&str, Vec<f64>)| values.iter().all(|value| !value.is_nan());
-        if self.figures().iter().all(is_number) { Ok(()) } else { self.finite() }
+        let estimates = self.mean_estimate().iter().map(Ledger::total).collect();
+        self.refuse([("mean radiosity", self.mean.clone()), ("estimate of the error", estimates)])
     }
 
-    /// Refuses answers that are not finite.
+    /// Refuses a bound that is not finite.
     pub(super) fn finite(&self) -> Result<(), Error> {
-        for (quantity, values) in self.figures() {
+        self.refuse([("bound on the error", self.mean_bound().iter().map(Ledger::total).collect())])
+    }
+
+    fn refuse<const N: usize>(&self, figures: [(&str, Vec<f64>); N]) -> Result<(), Error> {
+        for (quantity, values) in figures {
             if let Some(channel) = values.iter().position(|value| !value.is_finite()) {
                 let (channel, value) = (self.channels[channel].clone(), values[channel]);
                 return Err(Error::NotFinite { quantity: quantity.to_owned(), channel, value });
             }
         }
         Ok(())
-    }
-
-    fn figures(&self) -> [(&'static str, Vec<f64>); 2] {
-        let bounds = self.mean_bound().iter().map(Ledger::total).collect();
-        [("mean radiosity", self.mean.clone()), ("bound on the error", bounds)]
     }
 
     fn covered(&self, scene: &Scene, receiver: usize) -> Option<Error> {

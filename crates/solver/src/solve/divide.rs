@@ -53,12 +53,13 @@ impl Solution {
 
     /// What each receiver adds to the bound.
     fn shares(&self, options: &Options) -> Vec<(f64, usize)> {
+        let reference = self.reference();
         let share = |receiver: usize, channel: usize| {
             if let (Some(_), Some(proven)) = (options.bound, self.proven()) {
-                return ratio(self.mesh.elements()[receiver].area() * proven.share(receiver, channel), self.mean[channel]);
+                return ratio(self.mesh.elements()[receiver].area() * proven.share(receiver, channel), reference[channel]);
             }
             let counts = self.counts(receiver, &self.bounds.residuals[1][receiver][channel]);
-            ratio(self.bounds.share(&self.mesh, receiver, channel, counts), self.reference()[channel])
+            ratio(self.bounds.share(&self.mesh, receiver, channel, counts), reference[channel])
         };
         let worst = |receiver: usize| (0..self.channels.len()).map(|channel| share(receiver, channel)).fold(0.0, largest);
         self.receivers.iter().map(|&receiver| (worst(receiver), receiver)).collect()

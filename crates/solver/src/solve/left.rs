@@ -30,7 +30,7 @@ impl Solution {
             residual = residual.textured(element, pattern, rho, detail);
         }
         if let Some(unseen) = &self.unseen[leaf] {
-            residual = residual.with_unseen(element, unseen[channel].map(|light| rho * light));
+            residual = residual.with_unseen(element, basis.nodes().len(), unseen[channel].map(|light| rho * light));
         }
         for lit in &self.direct[leaf].nodes {
             let [clear, past] = lit.error[channel];
@@ -101,7 +101,7 @@ impl Solution {
             };
             let sources = past.map(|link| (link.source, link.sight.faces(), size(link.source)));
             let unseen = unseen(&self.ground, &self.mesh, receiver, sources);
-            residual = residual.with_unseen(element, unseen.map(|light| rho * light));
+            residual = residual.with_unseen(element, basis.nodes().len(), unseen.map(|light| rho * light));
         }
         for (node, sample) in samples.iter().enumerate() {
             let mut neglected = far.neglected(&self.field, channel, node);

@@ -50,7 +50,7 @@ impl Solution {
     /// What an error of the irradiance counts for, relative to what errors are.
     fn weight(&self, receiver: usize) -> Vec<f64> {
         let rho = &self.surfaces.reflectance[self.mesh.elements()[receiver].face()];
-        rho.iter().zip(self.reference()).map(|(rho, mean)| if *mean > 0.0 { rho / mean } else { 0.0 }).collect()
+        rho.iter().zip(self.reference()).map(|(rho, mean)| if mean > 0.0 { rho / mean } else { 0.0 }).collect()
     }
 
     /// Puts clusters of receivers together again where they need not be told apart.

@@ -2,18 +2,23 @@
 
 use rayon::prelude::*;
 
+use crate::bound::ledger::Ledger;
 use crate::bound::proven::{Proven, Rest, Solved};
 use crate::error::Error;
-use crate::solve::options::Options;
+use crate::solve::options::{Options, RelativeTo};
 use crate::solve::solution::Solution;
 
 impl Solution {
     /// Whether what was asked for is reached.
     pub(super) fn reached(&self, options: &Options) -> bool {
-        match options.bound {
-            Some(bound) => self.progress.bound <= bound,
-            None => self.progress.estimate <= options.error,
-        }
+        // Where light may be reflected and none was found, nothing is known relative to it.
+        let is_found = |(reflected, estimate): (&f64, &Ledger)| *reflected > 0.0 || estimate.total() == 0.0;
+        let found = options.relative_to == RelativeTo::All || self.reflected.iter().zip(&self.mean_estimate()).all(is_found);
+        found
+            && match options.bound {
+                Some(bound) => self.progress.bound <= bound,
+                None => self.progress.estimate <= options.error,
+            }
     }
 
     /// The proven bound on the mean error over what errors are relative to, the largest of the channels.

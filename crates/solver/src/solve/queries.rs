@@ -42,7 +42,7 @@ impl Solution {
 
     /// What relative errors are relative to, in each channel.
     #[must_use]
-    pub fn relative_to(&self) -> &[f64] {
+    pub fn relative_to(&self) -> Vec<f64> {
         self.reference()
     }
 

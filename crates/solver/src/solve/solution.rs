@@ -90,17 +90,18 @@ impl Solution {
         Error::Lossless { channel: self.channels[channel].clone(), face }
     }
 
-    /// What errors are relative to, in each channel.
-    pub(super) fn reference(&self) -> &[f64] {
-        match self.relative_to {
-            RelativeTo::Reflected => &self.reflected,
-            RelativeTo::All => &self.mean,
-        }
+    /// What errors are relative to, in each channel: the mean of all radiosity where no light that is reflected was found yet.
+    pub(super) fn reference(&self) -> Vec<f64> {
+        let of = |(reflected, mean): (&f64, &f64)| match self.relative_to {
+            RelativeTo::Reflected if *reflected > 0.0 => *reflected,
+            _ => *mean,
+        };
+        self.reflected.iter().zip(&self.mean).map(of).collect()
     }
 
     /// Errors in each channel over what they are relative to, the largest.
     pub(super) fn relative(&self, errors: &[Ledger]) -> f64 {
-        errors.iter().zip(self.reference()).map(|(error, reference)| ratio(error.total(), *reference)).fold(0.0, largest)
+        errors.iter().zip(self.reference()).map(|(error, reference)| ratio(error.total(), reference)).fold(0.0, largest)
     }
 
     /// Whether an element gathers reflected light, though it may see nothing.

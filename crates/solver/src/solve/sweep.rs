@@ -46,7 +46,7 @@ impl Solution {
         let equation = Equation { mesh, surfaces, receivers, links, far: &self.far, source: &source };
         for _ in 0..MOST_SWEEPS {
             // Where light may be even no less is known of what is reflected than of all.
-            let of = if may_be_even(mesh, &self.lamps) { &self.mean } else { self.reference() };
+            let of = if may_be_even(mesh, &self.lamps) { self.mean.clone() } else { self.reference() };
             let scale: Vec<f64> = of.iter().map(|&mean| if mean > 0.0 { mean } else { 1.0 }).collect();
             let solved = match order {
                 Order::GaussSeidel => {
