@@ -212,7 +212,7 @@ fn plain<const VALUE: bool, const GRADIENT: bool>(case: &Case<'_>) -> Option<Irr
 }
 
 /// The sums over an emitter on edge lanes, where double precision is sure of what is seen.
-#[inline]
+#[inline(always)]
 fn on_lanes<const VALUE: bool, const GRADIENT: bool>(
     receiver: &Receiver,
     emitter: &Emitter,

@@ -45,6 +45,7 @@ use crate::boundary::arc::Arc;
 use crate::boundary::horizon;
 #[cfg(doc)]
 use crate::boundary::line::Line;
+use crate::boundary::line::Sighted;
 use crate::boundary::plan::{Horizon, Plan};
 use crate::forms::constant::{EdgeSum, SolidAngleVector};
 use crate::forms::edge_lanes;
@@ -94,7 +95,8 @@ impl Moved {
 #[inline]
 pub(super) fn of_horizon(arc: &Arc<f64>) -> (f64, f64) {
     const U: f64 = ROUNDOFF;
-    let [(first, q), (last, p)] = [&arc.start, &arc.end].map(|end| (Moved::at(end.inverse), end.inverse));
+    let (q, p) = (arc.start.inverse, arc.end.inverse);
+    let (first, last) = (Moved::at(q), Moved::at(p));
     let g = arc.angle.abs();
     let dg = first.eta + last.eta + 3.5 * U + 9.0 * U * g.min(1.0) + 4.0 * U * g;
     if first.xi.max(last.xi) > MOST_DISPLACED || g + dg * SECOND_ORDER >= std::f64::consts::PI {
@@ -181,7 +183,8 @@ impl ArcErrors {
         let ew = of_angle.ew;
         self.angle_errors += of_angle.of_term(self.n1.dot(line.normal).abs());
         let (size, error) = if arc.is_within_a_quarter_turn() {
-            of_angle.of_weight(&Weighed::new(arc, [&arc.start, &arc.end].map(|end| self.n1.dot(end.point) * end.inverse)))
+            let cosine = |end: &Sighted<f64>| self.n1.dot(end.point) * end.inverse;
+            of_angle.of_weight(&Weighed::new(arc, [cosine(&arc.start), cosine(&arc.end)]))
         } else {
             of_angle.of_wide_weight(line.nearness())
         };

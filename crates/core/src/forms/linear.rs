@@ -178,8 +178,9 @@ impl<T: Real> LinearSum<T> {
         let generating = match &arc.generator {
             Generator::Horizon(_) => return T::exact(0.0),
             Generator::Emitter(_) if arc.is_within_a_quarter_turn() => {
-                let ends = [&arc.start, &arc.end];
-                return arc.within_a_quarter_turn(ends.map(|end| seen.emission(end)), ends.map(|end| seen.cosine(end)));
+                let (start, end) = (&arc.start, &arc.end);
+                let emission = [seen.emission(start), seen.emission(end)];
+                return arc.within_a_quarter_turn(emission, [seen.cosine(start), seen.cosine(end)]);
             }
             Generator::Emitter(_) => return seen.toward(frame, &arc.moments(frame)) / frame.distance,
             Generator::Occluder(line) => line.frame(),

@@ -24,7 +24,8 @@ pub(crate) fn segment_frame<T: Real>(arc: &Arc<T>, n2: Vec3<T>, height: T) -> Fr
 #[inline]
 pub(crate) fn logarithms<T: Real>(arc: &Arc<T>, height: T) -> [T; 2] {
     let square = height * height;
-    [&arc.start, &arc.end].map(|end| (end.square / square).ln() * T::exact(0.5))
+    let of = |end: &Sighted<T>| (end.square / square).ln() * T::exact(0.5);
+    [of(&arc.start), of(&arc.end)]
 }
 
 /// The segment's part of X1, given the [`logarithms`] of its ends.
@@ -38,12 +39,20 @@ pub(crate) fn x1_term<T: Real>(arc: &Arc<T>, frame: &Frame<T>, kappa: T, height:
     }
     let d = signed.abs();
     let distances = [d, frame.distance, frame.distance + d];
-    let at = |end: &Sighted<T>, logarithm: T| {
-        let s = end.point.dot(frame.along);
-        let found = without_direction(s.abs(), d, height).unwrap_or_else(|| X1End::at(s.abs(), distances, logarithm));
-        found.on_side_of(s)
-    };
-    x1_between([at(&arc.start, logarithms[0]), at(&arc.end, logarithms[1])], signed).0
+    let ends = [
+        x1_end(arc.start.point.dot(frame.along), distances, height, logarithms[0]),
+        x1_end(arc.end.point.dot(frame.along), distances, height, logarithms[1]),
+    ];
+    x1_between(ends, signed).0
+}
+
+/// Term and quotient of an end. Always inlined: the two have much in common.
+#[inline(always)]
+fn x1_end<T: Real>(s: T, distances: [T; 3], height: T, logarithm: T) -> [T; 3] {
+    match without_direction(s.abs(), distances[0], height) {
+        Some(end) => end.on_side_of(s),
+        None => X1End::at(s.abs(), distances, logarithm).on_side_of(s),
+    }
 }
 
 fn lowest<T: Real>(height: T) -> RadiusOf<T> {

@@ -16,10 +16,27 @@ fn exponent_and_mantissa<S: Simd, V: SimdFloat<S, Element = f64>>(simd: S, x: V)
     (exponent, V::from_bits((bits & ((1 << 52) - 1)) | (1023 << 52)))
 }
 
-/// The constants of a row in as many lanes as `like` has.
+/// The constants of a row, the `i`-th of each entry, in as many lanes as `like` has.
 #[inline(always)]
-fn in_row<T: Arithmetic>(like: T, [a, b, c]: &[f64; 3], [some, more]: [T::Mask; 2]) -> T {
-    T::choose(more, like.like(*c), T::choose(some, like.like(*b), like.like(*a)))
+fn in_row<T: Arithmetic>(like: T, [a, b, c]: &[[f64; 3]; 3], i: usize, [some, more]: [T::Mask; 2]) -> T {
+    T::choose(more, like.like(c[i]), T::choose(some, like.like(b[i]), like.like(a[i])))
+}
+
+/// The `i`-th constants of entries, as [`Doubles::entry`].
+#[inline(always)]
+fn in_table<T: Arithmetic>(
+    like: T,
+    table: &[[[f64; 3]; 3]; 4],
+    i: usize,
+    (high, low): (T::Mask, Option<T::Mask>),
+    column: [T::Mask; 2],
+) -> T {
+    let (mut first, mut second) = (in_row(like, &table[0], i, column), in_row(like, &table[2], i, column));
+    if let Some(low) = low {
+        first = T::choose(low, in_row(like, &table[1], i, column), first);
+        second = T::choose(low, in_row(like, &table[3], i, column), second);
+    }
+    T::choose(high, second, first)
 }
 
 /// What vector code calls is always inlined, closures too: what is compiled apart has none of the vector's instructions. So no
@@ -104,17 +121,11 @@ macro_rules! arithmetic_on_lanes {
             #[inline(always)]
             fn entry(
                 self,
-                table: &[[f64; 3]; 4],
-                (high, low): (Self::Mask, Option<Self::Mask>),
-                [some, more]: [Self::Mask; 2],
-            ) -> Self {
-                let of_row = [some, more];
-                let (mut first, mut second) = (in_row(self, &table[0], of_row), in_row(self, &table[2], of_row));
-                if let Some(low) = low {
-                    first = Self::choose(low, in_row(self, &table[1], of_row), first);
-                    second = Self::choose(low, in_row(self, &table[3], of_row), second);
-                }
-                Self::choose(high, second, first)
+                table: &[[[f64; 3]; 3]; 4],
+                row: (Self::Mask, Option<Self::Mask>),
+                column: [Self::Mask; 2],
+            ) -> [Self; 3] {
+                [in_table(self, table, 0, row, column), in_table(self, table, 1, row, column), in_table(self, table, 2, row, column)]
             }
         }
     };

@@ -29,22 +29,26 @@ const CUBIC: [f64; 9] = [
     -0.040_000_180_093_643_01,
 ];
 
-/// What is added to, for c = 0, 1/2, 1: `atan c`, `pi - atan c`, `pi/2 - atan c`, `pi/2 + atan c`, where the point is nearer to
-/// the x axis, to the right and to the left, or nearer to the y axis, likewise.
+/// Of c = 0, 1/2, 1: c; what is added to, `atan c`, `pi - atan c`, `pi/2 - atan c`, `pi/2 + atan c`, where the point is nearer to
+/// the x axis, to the right and to the left, or nearer to the y axis, likewise; and what that double leaves.
 #[allow(clippy::approx_constant, reason = "the first doubles of two")]
-const FROM: [[f64; 3]; 4] = [
-    [0.0, 0.4636476090008061, 0.7853981633974483],
-    [3.141592653589793, 2.677945044588987, 2.356194490192345],
-    [1.5707963267948966, 1.1071487177940904, 0.7853981633974483],
-    [1.5707963267948966, 2.0344439357957027, 2.356194490192345],
-];
-
-/// What [`FROM`] leaves, as doubles.
-const REST: [[f64; 3]; 4] = [
-    [0.0, 2.2698777452961687e-17, 3.061616997868383e-17],
-    [1.2246467991473532e-16, 1.5527705369303147e-16, 9.184850993605148e-17],
-    [6.123233995736766e-17, 9.40447137356638e-17, 3.061616997868383e-17],
-    [6.123233995736766e-17, 2.841996617907152e-17, 9.184850993605148e-17],
+const FROM: [[[f64; 3]; 3]; 4] = [
+    [[0.0, 0.0, 0.0], [0.5, 0.4636476090008061, 2.2698777452961687e-17], [1.0, 0.7853981633974483, 3.061616997868383e-17]],
+    [
+        [0.0, 3.141592653589793, 1.2246467991473532e-16],
+        [0.5, 2.677945044588987, 1.5527705369303147e-16],
+        [1.0, 2.356194490192345, 9.184850993605148e-17],
+    ],
+    [
+        [0.0, 1.5707963267948966, 6.123233995736766e-17],
+        [0.5, 1.1071487177940904, 9.40447137356638e-17],
+        [1.0, 0.7853981633974483, 3.061616997868383e-17],
+    ],
+    [
+        [0.0, 1.5707963267948966, 6.123233995736766e-17],
+        [0.5, 2.0344439357957027, 2.841996617907152e-17],
+        [1.0, 2.356194490192345, 9.184850993605148e-17],
+    ],
 ];
 
 /// Below, sums and products with c may leave the range.
@@ -75,11 +79,11 @@ pub(crate) fn angle<T: Doubles, const LEFT: bool>(y: T, x: T) -> T {
     let (small, large) = (T::choose(steep, run, y), T::choose(steep, y, run));
     let nearest = [small.exceeds(x.like(0.25) * large), small.exceeds(x.like(0.75) * large)];
     let octant = (steep, if LEFT { Some(left) } else { None });
-    let c = x.entry(&[[0.0, 0.5, 1.0]; 4], (steep, None), nearest);
+    let [c, from, rest] = x.entry(&FROM, octant, nearest);
     let s = (small - c * large) / (large + c * small);
     let s = T::choose(if LEFT { steep ^ left } else { steep }, -s, s);
     let square = s * s;
-    x.entry(&FROM, octant, nearest) + (s + (s * square * nine_terms(&CUBIC, square) + x.entry(&REST, octant, nearest)))
+    from + (s + (s * square * nine_terms(&CUBIC, square) + rest))
 }
 
 /// Coordinates that are zero or very small, very large, infinite or no numbers.

@@ -71,9 +71,9 @@ pub(crate) trait Doubles: Arithmetic {
     /// `(k, m)` of positive normal numbers `2^k m`, m from 1 to 2.
     fn exponent_and_mantissa(self) -> (Self, Self);
 
-    /// A constant of a table: the row by the masks as digits of a binary number, one that is left out being 0; the column by how
-    /// many of its masks are set, the second one only where the first one is.
-    fn entry(self, table: &[[f64; 3]; 4], row: (Self::Mask, Option<Self::Mask>), column: [Self::Mask; 2]) -> Self;
+    /// Three constants of a table: the row by the masks as digits of a binary number, one that is left out being 0; the column by
+    /// how many of its masks are set, the second one only where the first one is.
+    fn entry(self, table: &[[[f64; 3]; 3]; 4], row: (Self::Mask, Option<Self::Mask>), column: [Self::Mask; 2]) -> [Self; 3];
 }
 
 impl Doubles for f64 {
@@ -96,7 +96,7 @@ impl Doubles for f64 {
     }
 
     #[inline(always)]
-    fn entry(self, table: &[[f64; 3]; 4], (high, low): (bool, Option<bool>), [some, more]: [bool; 2]) -> Self {
+    fn entry(self, table: &[[[f64; 3]; 3]; 4], (high, low): (bool, Option<bool>), [some, more]: [bool; 2]) -> [Self; 3] {
         table[2 * usize::from(high) + usize::from(low == Some(true))][usize::from(some) + usize::from(more)]
     }
 }

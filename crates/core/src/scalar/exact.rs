@@ -116,7 +116,8 @@ fn limbs(product: u128) -> [u64; 2] {
 /// `(point - origin)`, exact while it does not underflow, times a power of two.
 #[inline]
 pub(crate) fn difference(point: [f64; 3], origin: [f64; 3], power: f64) -> [DoubleDouble; 3] {
-    [0, 1, 2].map(|axis| DoubleDouble::difference(point[axis], origin[axis]).scaled(power))
+    let along = |axis: usize| DoubleDouble::difference(point[axis], origin[axis]).scaled(power);
+    [along(0), along(1), along(2)]
 }
 
 /// Whether products of two numbers of that size, and the errors of those, are normal.
@@ -130,9 +131,10 @@ fn is_ordinary(number: f64) -> bool {
 pub(crate) fn height(n: DVec3, point: DVec3, origin: DVec3, power: f64) -> DoubleDouble {
     let (n, point, origin) = (n.to_array(), point.to_array(), origin.to_array());
     let are_ordinary = |r: [DoubleDouble; 3]| r.iter().all(|c| is_ordinary(c.hi) && is_ordinary(c.lo));
-    let r = difference(point, origin, power);
-    if n.iter().all(|c| is_ordinary(*c)) && are_ordinary(r) && are_ordinary(difference(point, origin, 1.0)) {
-        return dot(n, r);
+    let r = difference(point, origin, 1.0);
+    let scaled = [r[0].scaled(power), r[1].scaled(power), r[2].scaled(power)];
+    if n.iter().all(|c| is_ordinary(*c)) && are_ordinary(r) && are_ordinary(scaled) {
+        return dot(n, scaled);
     }
     let mut sum = WideSum::ZERO;
     for i in 0..3 {

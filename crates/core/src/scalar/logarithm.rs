@@ -28,7 +28,7 @@ const ARTANH: [f64; 7] = [
 const LN_2_PARTS: [f64; 2] = [f64::from_bits(0x3fe6_2e42_fefa_3800), 5.497_923_018_708_371e-14];
 
 /// Natural logarithm.
-#[inline]
+#[inline(always)]
 pub(crate) fn ln(x: f64) -> f64 {
     if !(f64::MIN_POSITIVE..f64::INFINITY).contains(&x) {
         return libm::log(x);

@@ -122,7 +122,7 @@ impl Number for f64 {
     fn sqrt(self) -> Self {
         Self::sqrt(self)
     }
-    #[inline]
+    #[inline(always)]
     fn ln(self) -> Self {
         logarithm::ln(self)
     }

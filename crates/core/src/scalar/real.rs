@@ -151,7 +151,7 @@ impl Arithmetic for f64 {
         Self::sqrt(self)
     }
 
-    #[inline]
+    #[inline(always)]
     fn ln(self) -> Self {
         Number::ln(self)
     }

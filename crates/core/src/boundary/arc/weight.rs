@@ -1,7 +1,7 @@
 //! What an arc weighs in the gradient of a constant emitter's radiosity.
 
 use crate::boundary::arc::{Arc, Generator};
-use crate::boundary::line::Line;
+use crate::boundary::line::{Line, Sighted};
 use crate::scalar::arithmetic::Arithmetic;
 use crate::scalar::real::Real;
 use crate::scalar::series::sine::psi;
@@ -19,14 +19,16 @@ impl<T: Real> Arc<T> {
         if !self.is_within_a_quarter_turn() {
             return self.weight_past_a_quarter_turn(line, n1);
         }
-        let ends = [&self.start, &self.end];
+        let (start, end) = (&self.start, &self.end);
         let near = if let Generator::Emitter(_) = self.generator {
-            ends.map(|end| end.inverse)
+            [start.inverse, end.inverse]
         } else {
             let toward = line.frame().toward * line.nearness();
-            ends.map(|end| end.point.dot(toward) * end.inverse)
+            let near = |end: &Sighted<T>| end.point.dot(toward) * end.inverse;
+            [near(start), near(end)]
         };
-        self.within_a_quarter_turn(near, ends.map(|end| n1.dot(end.point) * end.inverse))
+        let cosine = |end: &Sighted<T>| n1.dot(end.point) * end.inverse;
+        self.within_a_quarter_turn(near, [cosine(start), cosine(end)])
     }
 
     /// Whether the angle is at most a right one.
@@ -73,7 +75,6 @@ impl<T: Arithmetic> Arc<T> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::boundary::line::Sighted;
     use crate::scalar::ball::Ball;
     use crate::scalar::double_double::DoubleDouble;
     use crate::scalar::number::ROUNDOFF;

@@ -28,18 +28,21 @@ pub(crate) fn sure<const VALUE: bool, const GRADIENT: bool>(
 ) -> Option<(Plan, IrradianceAndGradient<f64>)> {
     on_instruction_set!(*INSTRUCTION_SET, simd => {
         let plan = plan(simd, receiver, polygon)?;
-        let (terms, _) = sums::<_, VALUE, GRADIENT, false>(simd, receiver, polygon, &plan)?;
-        Some((plan, terms))
+        sums::<_, VALUE, GRADIENT, false, _>(
+            simd,
+            receiver,
+            polygon,
+            &plan,
+            #[inline(always)]
+            |(terms, _)| Some((plan, terms)),
+        )
     })
 }
 
 /// The sums and their bounds, where double precision is sure of all decisions.
 #[inline]
 pub(crate) fn bounded(receiver: &Receiver, polygon: &Polygon, plan: &Plan) -> Option<(IrradianceAndGradient<f64>, BoundedSum)> {
-    on_instruction_set!(*INSTRUCTION_SET, simd => {
-        let (terms, bound) = sums::<_, true, true, true>(simd, receiver, polygon, plan)?;
-        Some((terms, bound?))
-    })
+    on_instruction_set!(*INSTRUCTION_SET, simd => sums::<_, true, true, true, _>(simd, receiver, polygon, plan, with_bound))
 }
 
 /// As [`BoundedSum::where_sure`].
@@ -50,27 +53,31 @@ pub(crate) fn bounded_where_sure(receiver: &Receiver, polygon: &Polygon, narrow:
         if polygon.size() * plan.power <= narrow {
             return Some(SureCase { plan, sums: None });
         }
-        let sums = match sums::<_, true, true, true>(simd, receiver, polygon, &plan) {
-            Some((terms, Some(bound))) => Some((terms, bound)),
-            _ => None,
-        };
-        Some(SureCase { plan, sums })
+        Some(SureCase { plan, sums: sums::<_, true, true, true, _>(simd, receiver, polygon, &plan, with_bound) })
     })
 }
 
 #[inline(always)]
-fn sums<S: Simd, const VALUE: bool, const GRADIENT: bool, const BOUND: bool>(
+fn with_bound((terms, bound): Found) -> Option<(IrradianceAndGradient<f64>, BoundedSum)> {
+    Some((terms, bound?))
+}
+
+/// What `answer` makes of what is found. Each branch calls it: a call returns its result in memory, and where the branches meet
+/// before, what is ordinary is copied to memory too.
+#[inline(always)]
+fn sums<S: Simd, const VALUE: bool, const GRADIENT: bool, const BOUND: bool, A>(
     simd: S,
     receiver: &Receiver,
     polygon: &Polygon,
     plan: &Plan,
-) -> Option<Found> {
+    answer: impl Fn(Found) -> Option<A>,
+) -> Option<A> {
     if plan.horizon == Horizon::Above
-        && let found @ Some(_) = whole::<_, VALUE, GRADIENT, BOUND, false>(simd, receiver, polygon, plan.power)
+        && let Some(found) = whole::<_, VALUE, GRADIENT, BOUND, false>(simd, receiver, polygon, plan.power)
     {
-        return found;
+        return answer(found);
     }
-    cut_or_wide::<_, VALUE, GRADIENT, BOUND>(simd, receiver, polygon, plan)
+    answer(cut_or_wide::<_, VALUE, GRADIENT, BOUND>(simd, receiver, polygon, plan)?)
 }
 
 /// Apart, so that its registers do not cost what is ordinary.
@@ -267,7 +274,7 @@ mod tests {
             let mut first = None;
             for level in instruction_sets() {
                 let found = on_instruction_set!(level, simd => plan(simd, &receiver, &polygon)
-                    .and_then(|plan| Some((plan, sums::<_, true, true, false>(simd, &receiver, &polygon, &plan)?.0))));
+                    .and_then(|plan| Some((plan, sums::<_, true, true, false, _>(simd, &receiver, &polygon, &plan, Some)?.0))));
                 let digits = found.map(|(plan, terms)| (plan.power, plan.horizon, terms.irradiance, terms.gradient));
                 assert_eq!(*first.get_or_insert(digits), digits, "{level:?}");
             }
