@@ -2,11 +2,12 @@
 
 use radgrad_audit::scenes::family::{Family, Name};
 use radgrad_audit::scenes::faults::{Fault, find};
-use radgrad_audit::scenes::judge::{Ending, Verdict, judge};
+use radgrad_audit::scenes::judge::{Ending, Judged, Verdict, judge};
 use radgrad_audit::scenes::model::{Expected, Model};
-use radgrad_audit::scenes::statement::Subject;
+use radgrad_audit::scenes::statement::{Quantum, Statement, Subject};
 use radgrad_audit::scenes::table::{Requirement, Table};
-use radgrad_oracle::scene::Effort;
+use radgrad_oracle::confidence::ConfidenceInterval;
+use radgrad_oracle::scene::{Effort, Known};
 
 /// Less than a run of `verify` has.
 const EFFORT: Effort = Effort { rays: 50_000, rays_a_point: 50_000, ..radgrad_audit::scenes::truth::EFFORT };
@@ -59,10 +60,16 @@ fn a_furnace_and_facing_rectangles_hold() {
 
 #[test]
 fn what_was_not_judged_is_counted_and_gated() {
-    let none = Effort { rays: 1, rays_a_point: 1, digits: 0, ..EFFORT };
-    let table = Table::of(&[Family::Clutter], 1, 1, &none, |_| ());
-    let row = &table.rows[&(Family::Clutter, Subject::Factors)];
-    assert!(row.rough > 0 && row.broken == 0, "{row:?}");
+    // A truth that is wider than the bound and than a thirtieth of what it is about judges nothing.
+    let statement = Statement { of: Quantum::Mean(0), value: 1.0, bound: 0.1, estimate: None };
+    let within = |low: f64, high: f64| Known { value: 0.5 * (low + high), interval: ConfidenceInterval { low, high } };
+    let verdicts =
+        [(0.0, 3.0), (0.95, 1.2), (1.2, 1.3)].map(|(low, high)| Judged::new(statement, within(low, high), 1.0).verdict);
+    assert_eq!(verdicts, [Verdict::Rough, Verdict::Rough, Verdict::Broken]);
+    let mut table = Table::of(&[Family::Facing], 1, 1, &EFFORT, |_| ());
+    assert!(table.hardly_judged(&Requirement::default()).is_empty());
+    let row = table.rows.get_mut(&(Family::Facing, Subject::Solve)).unwrap();
+    (row.held, row.rough) = (row.rough, row.held);
     assert!(!table.hardly_judged(&Requirement::default()).is_empty());
 }
 

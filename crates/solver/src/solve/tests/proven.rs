@@ -111,7 +111,9 @@ fn on_no_leaf_is_more_of_direct_light_left_out_than_is_proven() {
             assert!(most <= by_most, "case {case}, leaf {leaf}: {most:e} is left out, {by_most:e} is proven");
             // The mean over a grid is not quite that over the leaf.
             assert!(mean <= by_mean + 0.1 * most, "case {case}, leaf {leaf}: {mean:e} in the mean, {by_mean:e} is proven");
-            nearest = largest(nearest, most / by_most);
+            if by_most > 0.0 {
+                nearest = largest(nearest, most / by_most);
+            }
         }
     }
     println!("{leaves} leaves, {lit} of them lit unevenly, the nearest {nearest:.2} of its bound");
