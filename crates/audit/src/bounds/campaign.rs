@@ -15,7 +15,7 @@ pub const DIGITS_EVERY: u64 = 17;
 /// One of so many is held against the oracle.
 pub const ORACLE_EVERY: u64 = 151;
 
-/// In one of so many, [`MANY`] digits are held against twice as many.
+/// In one of so many, 30, 50 or 100 digits are held against twice as many.
 pub const MANY_EVERY: u64 = 1009;
 
 /// In one of so many, also against the oracle.
