@@ -217,7 +217,7 @@ impl Found {
 #[cold]
 fn rounded(case: &Case<'_>, tolerance: f64) -> Result<Hessian, Error> {
     let columns = || columns::<Ball<Big>>(case).map(|columns| columns.map(Enclosure::of));
-    let is_open = |columns: &[Enclosure; 9]| is_nothing(columns) || Enclosed::is_coincidence(case);
+    let is_open = |columns: &[Enclosure; 9]| (case.is_of_one_scale() && is_nothing(columns)) || Enclosed::is_coincidence(case);
     let refined = refined(PRECISIONS, enough_for_doubles(tolerance), |columns| relative_error(columns), is_open, columns);
     let Some(columns) = refined.found else { return Ok(Hessian::ZERO) };
     let (columns, error) = to_doubles(&columns, unit(case))?;

@@ -19,4 +19,16 @@ impl Case<'_> {
     pub(crate) fn is_dark(&self) -> bool {
         self.emitter.is_dark() || self.receiver.reflectance() == 0.0
     }
+
+    /// Whether no length and no component of a normal is far smaller than the largest, unless it is 0: what is left of products of a few
+    /// of them is then far above what cancellation leaves of nothing. In contact at a height of 1e-300 it is not.
+    #[cfg(feature = "arbitrary-precision")]
+    pub(crate) fn is_of_one_scale(&self) -> bool {
+        const LEAST: f64 = 1.0 / (1u128 << 100) as f64;
+        let x = self.receiver.position();
+        let occluders = self.occluders.iter().flat_map(|occluder| occluder.vertices());
+        let offsets = self.emitter.polygon().vertices().iter().chain(occluders).map(|&vertex| (vertex - x) * self.plan.power);
+        let normals = [self.receiver.direction(), self.emitter.polygon().normal()];
+        offsets.chain(normals).all(|v| v.to_array().into_iter().all(|c| c == 0.0 || c.abs() >= LEAST))
+    }
 }

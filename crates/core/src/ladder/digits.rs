@@ -130,7 +130,8 @@ impl Enclosed {
     /// Whether more bits than a coincidence takes serve nothing: what is hidden stays open, or each of value and gradient is known
     /// well enough or not to be told from 0.
     pub(crate) fn stays_open(&self, case: &Case<'_>, enough: Magnitude) -> bool {
-        let is_settled = |quantity: &[Enclosure]| relative_error(quantity) <= enough || is_nothing(quantity);
+        let one_scale = case.is_of_one_scale();
+        let is_settled = |quantity: &[Enclosure]| relative_error(quantity) <= enough || (one_scale && is_nothing(quantity));
         (is_settled(from_ref(&self.radiosity)) && is_settled(&self.gradient)) || Self::is_coincidence(case)
     }
 

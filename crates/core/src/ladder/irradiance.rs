@@ -32,7 +32,7 @@ impl Case<'_> {
                 let Vec3 { x, y, z } = terms.irradiance;
                 Some([x, y, z].map(Enclosure::of))
             };
-            let stays_open = |vector: &[Enclosure; 3]| is_nothing(vector);
+            let stays_open = |vector: &[Enclosure; 3]| self.is_of_one_scale() && is_nothing(vector);
             let refined = refined(PRECISIONS, enough_for_doubles(tolerance), |vector| relative_error(vector), stays_open, find);
             refined.found.map_or(Ok([0.0; 3]), |vector| to_doubles(&vector, unit).map(|(vector, _)| vector))
         }

@@ -79,7 +79,8 @@ impl Case<'_> {
             let terms = IrradianceAndGradient::<Ball<Big>>::sum::<true, false>(self)?;
             Some(Enclosure::of(terms.radiosity(self.receiver)))
         };
-        let stays_open = |found: &Enclosure| is_nothing(from_ref(found)) || Enclosed::is_coincidence(self);
+        let stays_open =
+            |found: &Enclosure| (self.is_of_one_scale() && is_nothing(from_ref(found))) || Enclosed::is_coincidence(self);
         let Refined { found, .. } = refined(PRECISIONS, enough, share, stays_open, find);
         let Some(found) = found else { return Ok(Value::ZERO) };
         let ([radiosity], radiosity_error) = to_doubles(from_ref(&found), self.radiosity_unit())?;

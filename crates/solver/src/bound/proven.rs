@@ -90,11 +90,8 @@ use crate::mesh::surfaces::Surfaces;
 use crate::mesh::{Mesh, Sight};
 use edges::Edges;
 use left::{Gathered, Light, Proof, fill};
-use nodes::Nodes;
+use nodes::{Nodes, ROUNDED};
 use terms::Target;
-
-/// What bounds are raised by for the rounding of the sums and products that they are.
-const ROUNDED: f64 = 1.0 + 1e-9;
 
 /// Sweeps in which bounds on what is gathered rise.
 const MOST_SWEEPS: usize = 400;

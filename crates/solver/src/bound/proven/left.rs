@@ -3,11 +3,11 @@
 use std::collections::HashMap;
 
 use radgrad_core::DVec3;
+use radgrad_scene::{largest, smallest as least};
 
 use super::edges::{Edges, key};
-use super::nodes::Nodes;
+use super::nodes::{Nodes, ROUNDED};
 use super::terms::{Reach, Target};
-use super::{ROUNDED, largest, least};
 use crate::field::Field;
 use crate::mesh::screen::LEVEL;
 use crate::mesh::shape::Shape;

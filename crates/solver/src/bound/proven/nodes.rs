@@ -1,7 +1,12 @@
 //! How far the places of an element are from its nodes, and how much a projection may enlarge what it is given.
 
+use radgrad_scene::largest;
+
 use crate::mesh::basis::Basis;
 use crate::mesh::shape::Shape;
+
+/// What bounds are raised by for the rounding of the sums and products that they are.
+pub(super) const ROUNDED: f64 = 1.0 + 1e-9;
 
 /// Cells along each side of the reference shape in which distances from nodes are bounded.
 const CELLS: u32 = 20;
@@ -55,7 +60,7 @@ impl Nodes {
             let polynomial: Vec<f64> = basis.at_node(node).iter().map(|value| value * of.weight).collect();
             sums.iter_mut().zip(basis.bernstein(&polynomial)).for_each(|(sum, b)| *sum += b.abs());
         }
-        let lebesgue = sums.into_iter().fold(1.0, f64::max) * super::ROUNDED;
+        let lebesgue = sums.into_iter().fold(1.0, largest) * ROUNDED;
         Self { near, lebesgue, degree: basis.degree(), shape: basis.shape() }
     }
 

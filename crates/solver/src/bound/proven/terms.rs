@@ -5,8 +5,7 @@ use std::f64::consts::PI;
 
 use radgrad_core::DVec3;
 
-use super::ROUNDED;
-use super::nodes::Nodes;
+use super::nodes::{Nodes, ROUNDED};
 use crate::mesh::element::Element;
 use crate::mesh::screen::LEVEL;
 
