@@ -165,20 +165,27 @@ pub fn gradient(receiver: &Receiver, emitter: &Emitter) -> Result<DVec3, Error> 
 /// # Errors
 /// If a result over- or underflows.
 pub fn radiosity_and_gradient(receiver: &Receiver, emitter: &Emitter) -> Result<(f64, DVec3), Error> {
-    let is_sound = |radiosity, gradient| is_sound([radiosity], emitter) && is_sound(DVec3::from(gradient).to_array(), emitter);
+    let are_sound = |radiosity, gradient| [is_sound([radiosity], emitter), is_sound(DVec3::from(gradient).to_array(), emitter)];
     if let Some((plan, terms)) = on_lanes::<true, true>(receiver, emitter) {
         let (radiosity, gradient) = (terms.radiosity(receiver), terms.gradient(receiver));
-        if is_sound(radiosity, gradient) {
+        if are_sound(radiosity, gradient) == [true; 2] {
             let case = Case { receiver, emitter, occluders: &[], plan: &plan };
             return Ok((case.radiosity(radiosity)?, case.gradient(gradient)?));
         }
     }
     let Some(plan) = Plan::new(receiver, emitter.polygon()) else { return Ok((0.0, DVec3::ZERO)) };
     let case = Case { receiver, emitter, occluders: &[], plan: &plan };
-    let in_full = || case.answer(FALLBACK).map(|answer| (answer.radiosity, answer.gradient));
-    let Some(terms) = plain::<true, true>(&case) else { return in_full() };
+    let Some(terms) = plain::<true, true>(&case) else {
+        return case.answer(FALLBACK).map(|answer| (answer.radiosity, answer.gradient));
+    };
     let (radiosity, gradient) = (terms.radiosity(receiver), terms.gradient(receiver));
-    if is_sound(radiosity, gradient) { Ok((case.radiosity(radiosity)?, case.gradient(gradient)?)) } else { in_full() }
+    // Each by itself, so that it has the digits that it has alone.
+    let [value_is, gradient_is] = are_sound(radiosity, gradient);
+    let in_full = if value_is && gradient_is { None } else { Some(case.answer(FALLBACK)?) };
+    Ok((
+        in_full.filter(|_| !value_is).map_or_else(|| case.radiosity(radiosity), |answer| Ok(answer.radiosity))?,
+        in_full.filter(|_| !gradient_is).map_or_else(|| case.gradient(gradient), |answer| Ok(answer.gradient))?,
+    ))
 }
 
 /// Irradiance vector `E = int B(y) omega domega` over the part of the emitter above the horizon, in the unit of the emission.

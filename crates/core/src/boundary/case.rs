@@ -27,8 +27,14 @@ impl Case<'_> {
         const LEAST: f64 = 1.0 / (1u128 << 100) as f64;
         let x = self.receiver.position();
         let occluders = self.occluders.iter().flat_map(|occluder| occluder.vertices());
-        let offsets = self.emitter.polygon().vertices().iter().chain(occluders).map(|&vertex| (vertex - x) * self.plan.power);
+        let polygons = self.occluders.iter().copied().chain([self.emitter.polygon()]);
+        let edges = polygons.flat_map(|polygon| {
+            let v = polygon.vertices();
+            (0..v.len()).map(move |i| v[(i + 1) % v.len()] - v[i])
+        });
+        let offsets = self.emitter.polygon().vertices().iter().chain(occluders).map(|&vertex| vertex - x);
+        let lengths = offsets.chain(edges).map(|length| length * self.plan.power);
         let normals = [self.receiver.direction(), self.emitter.polygon().normal()];
-        offsets.chain(normals).all(|v| v.to_array().into_iter().all(|c| c == 0.0 || c.abs() >= LEAST))
+        lengths.chain(normals).all(|v| v.to_array().into_iter().all(|c| c == 0.0 || c.abs() >= LEAST))
     }
 }
