@@ -277,7 +277,6 @@ fn solved(request: &Request, scene: &Scene, start: Instant, out: Option<(&Path, 
             100.0 * reached
         ));
         let watched = || -> Result<(), Failure> {
-            finite(solution)?;
             if let Some((file, format)) = out {
                 write_whole(file, |output| format.write(solution, output))?;
             }
@@ -297,19 +296,6 @@ fn solved(request: &Request, scene: &Scene, start: Instant, out: Option<(&Path, 
 }
 
 /// Refuses a scene so small or so large that products of its lengths leave the range of a double, and tells of one far from the
-/// Whether every mean is a number, with an estimate of its error that is one: bounds are proven last.
-fn finite(solution: &Solution) -> Result<(), radgrad_scene::Error> {
-    for ((channel, &mean), ledger) in solution.channels().iter().zip(solution.mean()).zip(solution.mean_estimate()) {
-        for (what, value) in [("radiosity", mean), ("estimated error", ledger.total())] {
-            if !value.is_finite() {
-                let what = format!("the mean {what} in channel `{channel}`");
-                return Err(radgrad_scene::Error::NotFinite { what, value });
-            }
-        }
-    }
-    Ok(())
-}
-
 /// What the solver says of a face by its index, by the face's place and its material.
 fn named(failure: Failure, scene: &Scene) -> Failure {
     let Failure::Solve(radgrad_solver::Error::Lossless { channel, face }) = &failure else { return failure };
