@@ -45,13 +45,17 @@ struct Arguments {
 enum Command {
     /// Answer the cases of a JSON Lines file, one object a line, in the same order.
     ///
-    /// A line that is wrong gives {"id": .., "error": ".."}, costs no other line, and the exit status is 1 at the end.
+    /// A line that is wrong gives {"id": .., "error": ".."}, costs no other line, and the exit status is 1 at the end. In a line,
+    /// "digits": 50 asks for decimal digits, and "emission": {"expression": "1 + x*exp(-y)"} is answered with an estimate.
     Eval {
         /// File of cases, `-` for the standard input.
         file: PathBuf,
         /// Seconds that one line may take: then it is refused, and the next ones are answered.
         #[arg(long, default_value = "2", value_parser = solve::seconds)]
         seconds: Duration,
+        /// Second derivatives too, in every line, as `"hessian": true` asks for them in one.
+        #[arg(long)]
+        hessian: bool,
     },
     /// Form factors between all faces of a scene, each with a proven bound; defects are reported, never normalised away.
     Factors(factors::Arguments),
@@ -75,7 +79,7 @@ fn main() -> ExitCode {
         return refused(error);
     }
     match arguments.command {
-        Command::Eval { file, seconds } => answer(&file, seconds),
+        Command::Eval { file, seconds, hessian } => answer(&file, seconds, hessian),
         Command::Factors(arguments) => match factors::run(&arguments) {
             Ok(met) => ExitCode::from(u8::from(!met)),
             Err(failure) => refused(failure),
@@ -97,8 +101,8 @@ fn refused(failure: impl Display) -> ExitCode {
     ExitCode::from(2)
 }
 
-fn answer(file: &Path, seconds: Duration) -> ExitCode {
-    match eval(file, seconds) {
+fn answer(file: &Path, seconds: Duration, hessian: bool) -> ExitCode {
+    match eval(file, seconds, hessian) {
         Ok(tally) => {
             if tally.refused > 0 {
                 say(format_args!("{} of {} cases refused: see their `error`", tally.refused, tally.lines));
@@ -112,8 +116,8 @@ fn answer(file: &Path, seconds: Duration) -> ExitCode {
     }
 }
 
-fn eval(file: &Path, seconds: Duration) -> Result<Tally, Failure> {
+fn eval(file: &Path, seconds: Duration, hessian: bool) -> Result<Tally, Failure> {
     let input: Box<dyn Read> =
         if file == Path::new("-") { Box::new(io::stdin().lock()) } else { Box::new(File::open(file).map_err(Failure::Read)?) };
-    eval::answer_all(input, io::stdout().lock(), seconds)
+    eval::answer_all(input, io::stdout().lock(), seconds, hessian)
 }
