@@ -160,7 +160,8 @@ impl Enclosed {
         let place = |size: Magnitude| size.decimal_exponent() - i64::from(digits) - 1;
         let last = place(self.radiosity.size());
         let last_of_gradient = place(norm(self.gradient.each_ref().map(Enclosure::size)));
-        let rounded = |radius: Magnitude, last: i64| radius + Magnitude::power_of_ten(last);
+        let rounded =
+            |radius: Magnitude, last: i64| mutant!("digits.last-place", radius + Magnitude::power_of_ten(last), |_| radius);
         PreciseAnswer {
             radiosity: to_decimal(&self.radiosity.mid, last),
             gradient: self.gradient.each_ref().map(|c| to_decimal(&c.mid, last_of_gradient)),

@@ -13,7 +13,7 @@ mod clip;
 mod edges;
 mod far;
 
-use radgrad_core::{DVec3, Polygon};
+use radgrad_core::{DVec3, Polygon, mutant};
 
 use crate::projection::normalising_power;
 
@@ -76,7 +76,9 @@ pub(super) fn exchange_parts(parts: [&Part<'_>; 2], truncation: f64) -> Exchange
     let (outlines, moved) = ([&front_a.points[..], &front_b.points[..]], front_a.moved.max(front_b.moved));
     let found = far::exchange(outlines, [a.normal, b.normal], 40.0 * truncation).unwrap_or_else(|| contour(outlines, truncation));
     let seen = far::most_seen(outlines, parts.map(|part| part.area * power * power));
-    let displaced = moved * (perimeter(outlines[0]) * seen[1] + perimeter(outlines[1]) * seen[0]);
+    let displaced =
+        mutant!("factors.displaced", moved * (perimeter(outlines[0]) * seen[1] + perimeter(outlines[1]) * seen[0]), |error| 0.1
+            * error);
     // Rounding of the bound itself, and of the scale, which is a power of two.
     Exchange { area: found.area / power / power, error: (found.error + displaced) * (1.0 + 1e-12) / power / power }
 }
@@ -92,7 +94,10 @@ fn contour([a, b]: [&[DVec3]; 2], truncation: f64) -> Exchange {
         }
     }
     let unit = std::f64::consts::TAU;
-    Exchange { area: sum / unit, error: (error + 4.0 * ROUNDOFF * sum.abs()) / unit }
+    Exchange {
+        area: sum / unit,
+        error: mutant!("factors.contour-error", (error + 4.0 * ROUNDOFF * sum.abs()) / unit, |error| 0.01 * error),
+    }
 }
 
 fn perimeter(outline: &[DVec3]) -> f64 {

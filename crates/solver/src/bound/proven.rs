@@ -72,6 +72,8 @@ mod left;
 mod nodes;
 mod terms;
 
+use radgrad_core::mutant;
+
 use radgrad_scene::{largest, smallest as least};
 use rayon::prelude::*;
 
@@ -296,7 +298,7 @@ impl Solved<'_> {
             };
             fill(far.clusters().iter().map(of).collect())
         };
-        largest(bounds(true) - low, high + bounds(false)) * ROUNDED
+        mutant!("solver.left-of-far", largest(bounds(true) - low, high + bounds(false)) * ROUNDED, |left| 0.01 * left)
     }
 }
 
@@ -392,7 +394,13 @@ impl Proven {
 
     /// Bound on the error of gathers at every place of a receiver.
     pub(crate) fn carried_on(&self, receiver: usize, channel: usize) -> Ledger {
-        self.shares[channel].map(|share| if share > 0.0 { share * self.carried[receiver][channel] } else { 0.0 })
+        self.shares[channel].map(|share| {
+            if share > 0.0 {
+                mutant!("solver.carried", share * self.carried[receiver][channel], |carried| 0.01 * carried)
+            } else {
+                0.0
+            }
+        })
     }
 
     /// Bound on what the error of the polynomials gives to a point, from what each of its links and clusters gives; `rho` is the
@@ -414,7 +422,7 @@ impl Proven {
                 most = largest(most, left.largest);
                 seen.push((view.factor, self.carried_on_clusters[channel][cluster].largest));
             }
-            let total = (least(near, most) + fill(seen)) * rho * ROUNDED;
+            let total = (mutant!("solver.at-point", least(near, most) + fill(seen), |total| 0.01 * total)) * rho * ROUNDED;
             self.shares[channel].map(|share| if share > 0.0 { share * total } else { 0.0 })
         };
         rho.iter().enumerate().map(of_channel).collect()
@@ -424,7 +432,7 @@ impl Proven {
 /// What is gathered at most of something by its largest value and its mean.
 fn gathered(factor: f64, peak: f64, most: f64, mean: f64) -> f64 {
     let by_mean = if peak.is_finite() { peak * mean } else { f64::INFINITY };
-    least(factor * most, by_mean)
+    mutant!("solver.gathered", least(factor * most, by_mean), |most| 0.01 * most)
 }
 
 /// What any place of a receiver sees at most of sources and of clusters.

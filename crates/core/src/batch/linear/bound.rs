@@ -112,7 +112,8 @@ impl<S: Simd> Scales<S> {
         let by_edge = condition * number(2.0) + crossing * number(78.0) + number(EDGE_UNITS);
         let off = condition * number(42.0) + number(7.0);
         let second = edges * (off * off) * (condition * depth) * number(0.5 * SECOND_ORDER * ROUNDOFF);
-        let units = angles * by_angle + edges * by_edge + second;
+        let units =
+            mutant!("batch.linear-value", angles * by_angle + edges * by_edge + second, |units: Wide<S>| units * number(0.01));
         // W, where it is not in units of roundoff.
         let size = unit * number(1.0 / (SECOND_ORDER * ROUNDOFF));
         let value = unit * units + size * shift * number(3.2);
@@ -120,7 +121,11 @@ impl<S: Simd> Scales<S> {
         if GRADIENT {
             let beside = angles * (condition * number(132.0) + crossing * number(90.0) + number(275.0) + edges * number(3.0));
             let moved = shift * (nearest + inverse_height * number(6.3));
-            let gradient = unit * (nearest * beside + inverse_height * units) + size * moved;
+            let gradient = mutant!(
+                "batch.linear-gradient",
+                unit * (nearest * beside + inverse_height * units) + size * moved,
+                |bound: Wide<S>| bound * number(0.01)
+            );
             gradient_square = gradient * gradient;
         }
         LaneBound { value, gradient_square }
