@@ -2,6 +2,7 @@
 //!
 //! [`EXIT_STATUS`] says how it ends.
 
+mod audit;
 mod eval;
 mod export;
 mod factors;
@@ -30,7 +31,8 @@ use say::say;
 
 const EXIT_STATUS: &str = "Exit status:
   0  all was answered
-  1  lines of `eval` or points of `solve` were refused, or `solve` stopped above the error asked for
+  1  lines of `eval` or points of `solve` were refused, `solve` stopped above the error asked for,
+     or `audit` found a violated gate
   2  the input cannot be read, an answer is no finite number, the output cannot be written, or the arguments are wrong";
 
 /// Radiosity and its gradient from polygonal emitters, with error bounds.
@@ -57,6 +59,8 @@ enum Command {
         #[arg(long)]
         hessian: bool,
     },
+    /// Hold any program's answers to exact values: draws the audit's families of cases, and fails beyond the gates.
+    Audit(audit::Arguments),
     /// Form factors between all faces of a scene, each with a proven bound; defects are reported, never normalised away.
     Factors(factors::Arguments),
     /// Irradiance of a surface straight from the lamps, with gradient and bounds, on a grid.
@@ -80,6 +84,10 @@ fn main() -> ExitCode {
     }
     match arguments.command {
         Command::Eval { file, seconds, hessian } => answer(&file, seconds, hessian),
+        Command::Audit(arguments) => match audit::run(&arguments) {
+            Ok(held) => ExitCode::from(u8::from(!held)),
+            Err(failure) => refused(failure),
+        },
         Command::Factors(arguments) => match factors::run(&arguments) {
             Ok(met) => ExitCode::from(u8::from(!met)),
             Err(failure) => refused(failure),
