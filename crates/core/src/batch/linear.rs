@@ -225,12 +225,7 @@ impl<S: Simd, G: Glowing<S>> LinearSums<S, G> {
 /// A segment's part of X1 between two places along it, from the distance of its line from x, that of x's foot beside it, and
 /// `ln(r/h)` there.
 #[inline(always)]
-fn x1<S: Simd>(
-    simd: S,
-    [from, to]: [Wide<S>; 2],
-    [distance, beside]: [Wide<S>; 2],
-    [here, there]: [Wide<S>; 2],
-) -> Wide<S> {
+fn x1<S: Simd>(simd: S, [from, to]: [Wide<S>; 2], [distance, beside]: [Wide<S>; 2], [here, there]: [Wide<S>; 2]) -> Wide<S> {
     // A foot at the end of a segment has no direction: any will do.
     let d = beside.abs().max(constant(simd, f64::MIN_POSITIVE));
     let distances = [d, distance, distance + d];
