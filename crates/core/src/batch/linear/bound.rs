@@ -1,41 +1,56 @@
-//! What rounding may have done to the sums of [`super`], on lanes.
+//! Bounds on the rounding errors of the sums of [`super`], on lanes.
 //!
-//! To first order in the unit roundoff u, as `batch::bound`, whose symbols these are: `k = 1/S` of the nearest edge's line, R the
-//! distance of the farthest vertex, `c = k R`, Theta the sum of the angles, n the number of edges. W is the largest emission at a
-//! vertex and |gB| R: it bounds beta, the emission at any line's point nearest to the receiver, and `|gB| S`. The plane, the
-//! gradient and the emission at vertices are known to a few roundings ([`crate::batch::linear::Glow::new`]), so heights err by
-//! 20u R. In units of W u:
-//! - `beta P` errs as the constant emitter's value, `Theta (5.7c + 17 + n/2)`, and by 4 Theta from beta; so does `h nu G`;
-//! - of C times h, with `|L| <= g c` and `kappa g` known to `2 ew + 40u`, `ew = 5.66c u`: `8.3n + Theta (29.4c + 40)`, from the
-//!   difference of two logarithms l known to `6u + 3u (l + l')` ([`crate::forms::linear_bound`]), of which `h l <= R/e`, and
-//!   `(n + 3) Theta (1 + c)` from the sum;
-//! - X1 from its inputs, at each end of a segment, where it is a function of phi, psi and `l = ln(r/h)` whose derivatives are at most
-//!   `l + min(phi psi, 1)`, `min(phi psi, 1/2)` and phi (`linear_bound`). With `ds <= 5u R`, `dd <= 16u R`, `dh <= 20u R`, S to
-//!   `(5.7c + 7) u` and r^2 to 5u of themselves:
+//! To first order in the unit roundoff u, as `batch::bound`.
+//!
+//! # Symbols
+//! | symbol | meaning | error |
+//! |---|---|---|
+//! | S, k | distance of the nearest edge's line, and `1/S` | `(5.7c + 7) u` relative |
+//! | R, c | distance of the farthest vertex, and `k R` | |
+//! | Theta, n | sum of the angles g, and number of edges | |
+//! | gB, beta | gradient of the emission, and the emission at the point of a line nearest to the receiver | |
+//! | W | the largest emission at a vertex, and the length of gB times R: bounds beta, and gB times S | |
+//! | h | height over the plane, the plane being known to a few roundings ([`crate::batch::linear::Glow::new`]) | `dh <= 20u R` |
+//! | d, s | place of a segment's end across and along its line, as in `linear_bound` | `dd <= 16u R`, `ds <= 5u R` |
+//! | r, rho | distance of that end, and `(d^2 + s^2)^(1/2)` | r^2 by 5u relative |
+//! | l, phi, psi | `ln(r/h)`, `atan2(s, d)`, `atan2(s, S)` | |
+//! | ew | `5.66c u`, the relative error of an edge's moment | |
+//!
+//! # Terms, in units of W u
+//! - `beta P` errs as the constant emitter's value, `Theta (5.7c + 17 + n/2)`, and by 4 Theta from beta; so does `h nu G`.
+//! - C times h, with `|L| <= g c` and `kappa g` known to `2 ew + 40u`, errs by `8.3n + Theta (29.4c + 40)`, from the difference of
+//!   two l known to `6u + 3u (l + l')`, of which `h l <= R/e`, and by `(n + 3) Theta (1 + c)` from the sum.
+//! - X1 errs by its inputs, at each end of a segment. Its derivatives are at most `l + min(phi psi, 1)` with respect to phi,
+//!   `min(phi psi, 1/2)` to psi, and phi to l (`linear_bound`).
 //!   - phi moves by `(d ds + s dd)/rho^2`: of the first derivative, `l/rho <= 0.402/h` gives `0.402 (ds + dd)/h`, and
-//!     `phi psi <= (pi/2) s/h` gives `(pi/2) (ds/2 + dd)/h`: 37.6 R/h in all;
-//!   - psi moves by `ds/h` and by `sin(2 psi)/2` of what S errs by: `2.5 R/h` and `(1.5c + 2)`;
+//!     `phi psi <= (pi/2) s/h` gives `(pi/2) (ds/2 + dd)/h`: 37.6 R/h in all.
+//!   - psi moves by `ds/h`, and by `sin(2 psi)/2` times the relative error of S: `2.5 R/h` and `(1.5c + 2)`.
 //!   - l errs by `dh/h + 3.5u + 3ul`: `31.5 R/h + 5.5 + 4.8 l`.
-//!
-//!   That is 143 R/h, 3c, 15 and 9.6 l for both. Where d has the other sign than it should, the two segments are apart by
-//!   `pi dd/h` at most, and the part of dd above, which is more, does not count;
-//! - X1 from its evaluation, at each end: phi and psi to 4u of themselves, `6.3 (l + 1) + 3.2`; J and the sums `7.9 l + 22.9`
-//!   (`linear_bound`, for right angles); past a right angle 17.6 from pi and the quotient, and its logarithm to 5.6u of itself,
-//!   `8.8 l + 6.2`, as `|ln 2 sin(phi + psi)| <= l + ln 2`. With the difference of the two ends `50 l + 115` for both; and
-//!   `Theta (n + 5)` from the sum, as `h |X1| <= R g` for a segment.
-//!
-//! With `h l <= R/e` and `h c <= R`, `X1 h/R` is off by `143 + 3 + 22` a segment and 130 h/R, half of which counts. All is
-//! `Theta (31c + 111 + 3n + n c/2) + n (92 + 65 h/R)` for the value with its last products, the same over h for `n2 Q`, and
-//! for the edges, two terms of the constant emitter's kind, `k Theta (132c + 275 + 3n)` with `gB P`.
+//!   - That is 143 R/h, 3c, 15 and 9.6 l for both ends. Where d has the wrong sign, the two segments are apart by `pi dd/h` at
+//!     most, and the part of dd above, which is more, does not count.
+//! - X1 errs by its evaluation, at each end:
+//!   - phi and psi to 4u of themselves give `6.3 (l + 1) + 3.2`;
+//!   - J and the sums give `7.9 l + 22.9` (`linear_bound`, for right angles);
+//!   - past a right angle pi and the quotient give 17.6, and its logarithm to 5.6u of itself `8.8 l + 6.2`, as
+//!     `|ln 2 sin(phi + psi)| <= l + ln 2`.
+//!   - With the difference of the two ends that is `50 l + 115` for both, and `Theta (n + 5)` from the sum, as `h |X1| <= R g` for
+//!     a segment.
+//! - With `h l <= R/e` and `h c <= R`, `X1 h/R` is off by `143 + 3 + 22` a segment and 130 h/R, half of which counts.
+//! - The value in all, with its last products: `Theta (31c + 111 + 3n + n c/2) + n (92 + 65 h/R)`.
+//! - The gradient: that over h for `n2 Q`, and `k Theta (132c + 275 + 3n)` for the edges, two terms of the constant emitter's kind,
+//!   with `gB P`.
 //!
 //! # Where the horizon crosses
-//! c counts the crossing points and `1/|t|` too, n two edges more and Theta a half turn. A crossing point 8u R off and an angle
-//! 8c u off, `(32c + 27) u` for the horizon's, add `40c Theta + 78c n` to the value's units, and to the gradient's that over h
-//! and `k Theta 90c`. In X1 the two ends of edges that are crossing points have `ds <= 13u R` and l another 8u R/h off: 26 R/h each
-//! beyond the above. The horizon's segment has `S = h/|t|`, `d = h nu/|t|`, s to `12u R/|t|`, d to `23u R/|t|`, S to 20u R/h of
-//! itself and `6u/|t|`, l to 28u R/h: `(95 + 19/|t|) R/h` an end. Half of both is 140c, of which 61c is in `78c n` already, and n is 5
-//! at least: `95c n` instead. That the points are off along their edges by the angle eta changes the value by `pi eta^2` and the
-//! gradient by `eta^2 (k + 2 pi/h)`.
+//! c counts the crossing points and `1/|t|` too, n two edges more and Theta a half turn.
+//! - A crossing point 8u R off and an angle 8c u off, `(32c + 27) u` for the horizon's, add `40c Theta + 78c n` to the value's
+//!   units, and to the gradient's that over h and `k Theta 90c`.
+//! - In X1 the two ends of edges that are crossing points have `ds <= 13u R` and l another 8u R/h off: 26 R/h each beyond the
+//!   above.
+//! - The horizon's segment has `S = h/|t|`, `d = h nu/|t|`, s to `12u R/|t|`, d to `23u R/|t|`, S to 20u R/h of itself and
+//!   `6u/|t|`, l to 28u R/h: `(95 + 19/|t|) R/h` an end.
+//! - Half of both is 140c, of which 61c is in `78c n` already, and n is 5 at least: `95c n` instead.
+//! - That the points are off along their edges by the angle eta changes the value by `pi eta^2` and the gradient by
+//!   `eta^2 (k + 2 pi/h)`.
 
 use fearless_simd::Simd;
 
@@ -45,12 +60,12 @@ use crate::batch::visible::SeenExtent;
 use crate::lanes::lane::{Lane, Mask, constant};
 use crate::scalar::number::ROUNDOFF;
 
-/// Units of the value for each edge that no angle multiplies: half of C's 8.3 and of X1's, and the last products; and what of them
-/// falls with the height.
+/// Units of the value for each edge that no angle multiplies: half of C's 8.3 and of X1's 143, 3 and 22, and the last products; and
+/// those, half of X1's 130, that fall with the height.
 const EDGE_UNITS: f64 = 0.5 * (8.3 + 143.0 + 3.0 + 22.0) + 3.0;
 const EDGE_UNITS_OF_HEIGHT: f64 = 65.0;
 
-/// What bounds are made of.
+/// The quantities that the bounds are made of.
 pub(super) struct Scales<S: Simd> {
     /// `W u`.
     unit: Wide<S>,
@@ -101,7 +116,7 @@ impl<S: Simd> Scales<S> {
         }
     }
 
-    /// Whether what is of higher order is small, and the sums are numbers.
+    /// Whether terms of higher order are small, and the sums are numbers.
     #[inline(always)]
     pub(super) fn conditioned(&self, simd: S, value: Wide<S>) -> Mask<S, f64> {
         let limit = constant(simd, <f64 as Lane>::CONDITION);
