@@ -56,10 +56,10 @@ pub(super) struct LinearLamp {
 pub(super) struct Glow {
     at_vertices: Vec<f64>,
     gradient: [f64; 3],
-    /// The largest of them, and what bounds the gradient's length and, times 4u, its error.
+    /// The largest of them; a bound on the gradient's length which, times 4u, bounds its error.
     largest: f64,
     steepness: f64,
-    /// The largest with what the slope adds over the emitter: the emission anywhere on it is known to 20u of that.
+    /// The largest emission plus the slope's change over the emitter: the emission anywhere on it is known to 20u of that.
     scale: f64,
     /// One over pi and the power that normalised the emission.
     brightness: f64,
@@ -163,7 +163,7 @@ impl<'a, S: Simd> Emitting<S, f64> for &'a Glow {
     }
 }
 
-/// The sums, and what of the receiver and the emission they need.
+/// The sums, with the receiver and the emission as they enter.
 pub(super) struct LinearSums<S: Simd, G> {
     glow: G,
     n2: Vector<S>,
