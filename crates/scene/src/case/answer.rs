@@ -1,4 +1,4 @@
-//! What is written for a line: its answer, or why it has none.
+//! The output for a line: its answer, or the reason why it has none.
 
 use serde::ser::{Serialize, SerializeStruct, Serializer};
 
@@ -18,7 +18,7 @@ pub struct AnswerRecord {
     pub radiosity_error: f64,
     /// Proven bound on the Euclidean norm of the error of `gradient`.
     pub gradient_error: f64,
-    /// What answered.
+    /// The method that answered.
     pub method: &'static str,
 }
 
@@ -45,7 +45,7 @@ pub struct Refusal {
     pub id: Option<Id>,
     /// Number of the line, from 1, blank lines counted.
     pub line: usize,
-    /// What is wrong with it.
+    /// The reason.
     pub error: Error,
 }
 
