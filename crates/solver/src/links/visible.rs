@@ -2,12 +2,12 @@
 //!
 //! In the coordinates (s, t) of an element's plane a plane through the point x is a line. The horizon keeps the side where
 //! `n1.(y - x) > 0`. The shadow of a convex occluder is where `(a - x) x (b - x) . (y - x)` has the sign of its inside for all
-//! edges a b; the occluder is first cut off at the element's plane, so that what is left is crossed before the element is
-//! reached. A shadow is subtracted as the core does it: the parts outside its side k and inside its sides before k.
+//! edges a b; the occluder is first cut off at the element's plane, so that rays cross the rest of it before they reach the
+//! element. A shadow is subtracted as the core does it: the parts outside its side k and inside its sides before k.
 //!
 //! All of it is in double precision. A line that is off by its rounding gives a strip of the element to the wrong side, at most
 //! `2 delta / |gradient|` wide with delta the error of its function over the element; [`Visible::doubt`] is the sum of those
-//! strips as a part of the area. What is level with the element or the horizon up to [`LEVEL`] hides nothing, as in the scene's
+//! strips as a part of the area. An occluder level with the element or the horizon up to [`LEVEL`] hides nothing, as in the scene's
 //! beams: planes are those of surfaces.
 
 use radgrad_core::DVec3;
@@ -23,7 +23,7 @@ const MOST_CORNERS: usize = 16;
 /// Parts beyond which the closed forms are cheaper.
 const MOST_PARTS: usize = 48;
 
-/// What is looked at: the affine image of a reference shape.
+/// The region that is looked at: the affine image of a reference shape.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Window<'a> {
     pub(crate) shape: Shape,
@@ -35,7 +35,7 @@ pub(crate) struct Window<'a> {
 }
 
 impl<'a> Window<'a> {
-    /// An element, as what is looked at.
+    /// An element, as the region that is looked at.
     pub(crate) fn of(element: &'a Element) -> Self {
         let polygon = element.polygon();
         Self { shape: element.shape(), vertices: polygon.vertices(), axes: element.axes(), normal: polygon.normal() }
@@ -49,7 +49,7 @@ pub(crate) struct VisiblePart {
     count: usize,
 }
 
-/// What is seen of an element.
+/// The visible part of an element.
 #[derive(Debug, Clone)]
 pub(crate) struct Visible {
     /// Empty if nothing is, or if [`Self::whole`].
@@ -218,8 +218,8 @@ impl<'a> Viewpoint<'a> {
 }
 
 impl Visible {
-    /// What a point on a surface of the given normal sees of a window past convex occluders; `None` where that is too intricate:
-    /// the closed forms have to answer.
+    /// The part of a window that a point on a surface of the given normal sees past convex occluders; `None` where that is too
+    /// intricate: the closed forms have to answer.
     pub(crate) fn of<'a>(
         point: DVec3,
         normal: DVec3,
@@ -254,7 +254,7 @@ impl Visible {
         Some(visible)
     }
 
-    /// Takes away what is inside of all lines; `None` if what is left is too intricate.
+    /// Takes away the region inside all lines; `None` if the rest is too intricate.
     fn subtract(&mut self, lines: &[Line]) -> Option<()> {
         let mut besides = [None; MOST_PARTS];
         let besides = &mut besides[..self.parts.len()];
@@ -278,7 +278,7 @@ impl Visible {
         (self.parts.len() <= MOST_PARTS).then_some(())
     }
 
-    /// Adds what of a part is outside of any of the lines, beginning with the first.
+    /// Adds the parts outside each of the lines, beginning with the first.
     fn subtract_from(&mut self, part: VisiblePart, lines: &[Line]) -> Option<()> {
         let mut rest = Some(part);
         for line in lines {
@@ -290,7 +290,7 @@ impl Visible {
                 if outer.is_full() {
                     return None;
                 }
-                // What is thinner than the doubt is in it.
+                // A part thinner than the doubt is in it.
                 if outer.area() > line.doubt() { self.parts.push(outer) } else { self.doubt += 2.0 * outer.area() }
             }
             rest = inner.kept(line, 1.0);
