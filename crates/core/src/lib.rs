@@ -7,9 +7,9 @@
 //!
 //! - [`evaluate`] and [`evaluate_to`] answer to a relative tolerance, each number with a bound on its error;
 //! - [`evaluate_value`] answers with the value alone, to a relative or an absolute tolerance;
-//! - [`radiosity`], [`gradient`] and [`radiosity_and_gradient`] give the plain closed form in double precision: what is asked for
-//!   is what is paid for;
-//! - [`evaluate_digits`] gives as many digits as are asked for;
+//! - [`radiosity`], [`gradient`] and [`radiosity_and_gradient`] give the plain closed form in double precision, without bounds, at
+//!   the least cost;
+//! - [`evaluate_digits`] gives any number of digits;
 //! - [`irradiance_vector`] serves many normals at one point, and is the derivative with respect to the normal; [`hessian`] and
 //!   [`hessian_to`] give second derivatives with respect to position;
 //! - [`paper`] is the paper's appendix, a second implementation to compare with.

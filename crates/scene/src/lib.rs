@@ -1,4 +1,4 @@
-//! What `radgrad` reads and writes, and what may hide what.
+//! The files that `radgrad` reads and writes, and the search for occluders.
 //!
 //! - [`case`]: single cases as JSON Lines.
 //! - [`Scene`]: named surfaces with materials, read from OBJ and MTL ([`obj`]), glTF 2.0 ([`gltf`]), `View3D` files

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use crate::words::printable;
 
-/// A position in a file: what an error or a note points at.
+/// A position in a file that an error or a note points at.
 ///
 /// ```
 /// use radgrad_scene::{Place, Position};

@@ -23,8 +23,8 @@ const WORTH: usize = 12;
 /// Distance of a normal from the mean of a node's, up to which the node may have a far field.
 const FACING: f64 = 0.5;
 
-/// Emitters in a tree, made once for any number of receivers. Constant and linear emitters go into the tree; polynomial and
-/// concave ones, and what double precision does not hold, are answered one by one for every receiver.
+/// Emitters in a tree, made once for any number of receivers. Constant and linear emitters go into the tree; polynomial and concave
+/// ones, and those beyond the range of double precision, are answered one by one for every receiver.
 ///
 /// Making it takes about as long as a hundred receivers take without it.
 #[derive(Debug, Clone)]

@@ -1,4 +1,4 @@
-//! A cluster of emitters seen from afar: its emission as weights at a few nodes, and what that leaves out.
+//! A cluster of emitters seen from afar: its emission as weights at a few nodes, with a bound on the remainder.
 //!
 //! Wholly seen, emitters give `B(x) = -(rho/pi) int F(y) . dmu(y)`, `F = (n1.r) r/r^4`, `dmu = B n2 dA` (HS95 Eq. 1). In the box
 //! of the cluster F is replaced by its polynomial interpolant in Chebyshev's points, `p + 1` along each axis: the integral
@@ -14,7 +14,7 @@
 //!   order p + 1 over (p + 1)!. The three axes add up, the second and third times the Lebesgue constants `1 + (2/pi) ln(p + 1)`
 //!   of those before (Rivlin, "The Chebyshev polynomials", 1974, chapter 1; the tests sample them).
 //! - A Gauss rule with n nodes each way integrates polynomials of degree 2n - 2 over a triangle exactly, with positive weights,
-//!   so it errs by at most twice what Taylor's polynomial leaves within the triangle's reach from its middle: the sum of all
+//!   so it errs by at most twice the remainder of Taylor's polynomial within the triangle's reach from its middle: the sum of all
 //!   terms of higher order. A linear emission takes one degree of it.
 //! - Weights and sums are off by a rounding for each operation, times the product of the Lebesgue constants, which bounds the sum
 //!   of `|L_m|`, and areas by some of the product of two sides, as do emissions; places by a few roundings of the coordinates,
@@ -51,7 +51,7 @@ fn order(k: usize) -> [f64; 2] {
     [gegenbauer(k) + gegenbauer(k - 1), gegenbauer(k - 1) + gegenbauer(k - 2)]
 }
 
-/// What interpolation of a degree over a half-width leaves at a distance, for `h = D`, relative to `1/D^2`.
+/// Remainder of interpolation of a degree over a half-width at a distance, for `h = D`, relative to `1/D^2`.
 fn left_by(degree: usize, half: f64, distance: f64) -> f64 {
     let ratio = half / distance;
     let [steep, flat] = order(degree + 1);
@@ -109,7 +109,7 @@ pub(super) struct FarField {
     /// How many there are, without those that fill up.
     pub(super) count: usize,
     axes: [Axis; 3],
-    /// What the rule leaves: reach of the triangles, and the order of the first term that it does not integrate.
+    /// For the rule's remainder: reach of the triangles, and the order of the first term that it does not integrate.
     reach: f64,
     first: usize,
     /// Relative rounding error, and that of a displacement times the distance.
@@ -117,7 +117,7 @@ pub(super) struct FarField {
     displaced: f64,
 }
 
-/// What interpolation along an axis leaves: `(steep h/D + flat) / D^order`, relative to `1/D^2`.
+/// Remainder of interpolation along an axis: `(steep h/D + flat) / D^order`, relative to `1/D^2`.
 #[derive(Debug, Clone, Copy)]
 struct Axis {
     steep: f64,
@@ -183,7 +183,7 @@ impl FarField {
     }
 }
 
-/// What a rule leaves that is exact below an order, on triangles of a reach over the distance, relative to `1/D^2`.
+/// Remainder of a rule that is exact below an order, on triangles of a reach over the distance, relative to `1/D^2`.
 ///
 /// From order 3 on a term is at most 5q/2 times the one before: all are at most the first over `1 - 5q/2`.
 #[inline]
@@ -217,7 +217,7 @@ fn gauss_rule(count: usize) -> Vec<(f64, f64)> {
     (0..count).map(node).collect()
 }
 
-/// What weights are found with.
+/// The cluster, the nodes and the rule from which weights are found.
 struct Interpolation<'a> {
     cluster: &'a Cluster,
     points: &'a [Points; 3],

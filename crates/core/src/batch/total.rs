@@ -1,9 +1,8 @@
 //! The radiosity of receivers due to all emitters of a tree together, within an absolute error.
 //!
-//! From the root down each node is left out (below the horizon, facing away, or weaker than what is allowed), answered by its far
-//! field where the bound of that is allowed, or opened; the emitters of a leaf are answered on lanes. What a single node may err
-//! by starts at a share of the tolerance and is cut until the sum of all bounds is within it: a walk costs little beside the
-//! answers.
+//! From the root down each node is left out (below the horizon, facing away, or weaker than allowed), answered by its far field
+//! where the bound on its error is allowed, or opened; the emitters of a leaf are answered on lanes. The error allowed to a single
+//! node answers.
 
 use std::ops::Range;
 
@@ -23,14 +22,14 @@ use crate::lanes::lane::{Lanes, MOST_LANES, constant, load, same};
 use crate::problem::receiver::Receiver;
 use crate::scalar::number::ROUNDOFF;
 
-/// What became of the emitters, summed over receivers.
+/// How the emitters were answered, summed over receivers.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Tally {
     /// Emitters left out because all of their node is below the receiver's horizon.
     pub below: u64,
     /// Emitters left out because all of their node face away.
     pub behind: u64,
-    /// Emitters left out because their node gives less than what is allowed; the bound counts them.
+    /// Emitters left out because their node gives less than is allowed; the bound counts them.
     pub weak: u64,
     /// Emitters answered by the far field of their node.
     pub together: u64,
@@ -63,7 +62,7 @@ const SHARE: f64 = 1.0 / 32.0;
 /// Relative tolerance for emitters that lanes leave to the scalar path.
 const SINGLE_TOLERANCE: f64 = 1e-10;
 
-/// A node that is left out or answered by its far field, and what that may err by.
+/// A node that is left out or answered by its far field, with the bound on the error.
 #[derive(Debug, Clone, Copy)]
 struct Decided {
     place: usize,
@@ -71,7 +70,7 @@ struct Decided {
     bound: f64,
 }
 
-/// Room for what one receiver needs, used again for the next. A node is named by its grove and its place there.
+/// Buffers for one receiver, used again for the next. A node is named by its grove and its place there.
 struct Room {
     work: Work<f64>,
     open: Vec<(usize, usize)>,
@@ -100,7 +99,7 @@ impl Room {
         self.weak.iter().chain(&self.far).map(|decided| decided.bound).sum()
     }
 
-    /// Opens again what is decided with a bound above a share.
+    /// Opens the decided nodes again whose bound is above a share.
     fn open_above(&mut self, share: f64) {
         let open = &mut self.open;
         for list in [&mut self.weak, &mut self.far] {
@@ -109,7 +108,7 @@ impl Room {
         }
     }
 
-    /// Counts what is decided for a receiver, notes its far fields, and joins what is next to each other.
+    /// Counts a receiver's decided nodes, notes its far fields, and joins neighbouring ones.
     fn count(&mut self, tree: &EmitterTree<'_>, entry: usize, tally: &mut Tally) {
         let node = |decided: &Decided| &tree.groups[decided.place].nodes[decided.index];
         tally.weak += self.weak.iter().map(|decided| node(decided).count as u64).sum::<u64>();
@@ -177,7 +176,8 @@ impl TreeWalk<'_> {
         Ok(tally)
     }
 
-    /// What is left out, and the sum of what is answered one by one; notes the far fields. Without rho.
+    /// The bound on the neglected light, and the sum over the emitters that are answered one by one; notes the far fields. Without
+    /// rho.
     fn decide(&self, receiver: &Receiver, entry: usize, room: &mut Room, tally: &mut Tally) -> Result<Sum, Error> {
         let rho = receiver.reflectance();
         if rho == 0.0 {
@@ -227,7 +227,7 @@ impl TreeWalk<'_> {
         }
     }
 
-    /// The sum of what is answered one by one.
+    /// The sum over the emitters that are answered one by one.
     fn near(&self, receiver: &Receiver, allowed: f64, room: &mut Room) -> Result<Sum, Error> {
         let one = Receiver::new(receiver.position(), receiver.direction(), 1.0)?;
         let mut sum = Sum::default();

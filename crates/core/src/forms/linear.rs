@@ -78,7 +78,7 @@ impl<T: Real> SeenLinear<T> {
     }
 }
 
-/// What an arc adds to the contour term: `flux nu`.
+/// The contribution of an arc to the contour term: `flux nu`.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct ContourTerm<T> {
     pub(crate) kappa: T,

@@ -30,7 +30,7 @@ use crate::scalar::radius::Radius;
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Big(usize);
 
-/// The numbers of a computation, and what is kept from one to the next.
+/// The numbers of a computation, and the constants kept from one to the next.
 struct Arena {
     /// A multiple of 64.
     bits: usize,

@@ -1,4 +1,4 @@
-//! Answers to many digits, against what is known otherwise and against each other.
+//! Answers to many digits, against values known otherwise and against each other.
 #![cfg(feature = "arbitrary-precision")]
 
 use astro_float::{BigFloat, Consts, Radix, RoundingMode};

@@ -1,4 +1,4 @@
-//! Second derivatives against differences of the gradient, and what must hold of them.
+//! Second derivatives against differences of the gradient, and against identities that must hold.
 
 use radgrad_core::{
     DMat3, DVec3, Emission, Emitter, Error, Hessian, Method, Polygon, Polynomial, Receiver, evaluate_to, hessian, hessian_to,

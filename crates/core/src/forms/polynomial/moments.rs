@@ -21,7 +21,7 @@
 use crate::problem::polynomial::bivariate::{Bivariate, exponents, whole};
 use crate::scalar::real::Real;
 
-/// What the boundary contributes.
+/// The integrals along the boundary.
 #[derive(Debug, Clone)]
 pub(super) struct Contour<T> {
     /// `K<u^i v^j e>` for e along u and along v.

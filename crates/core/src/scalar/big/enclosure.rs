@@ -34,13 +34,13 @@ impl Enclosure {
     /// The nearest double and a bound on its error, the rounding included.
     pub(crate) fn to_double(&self) -> (f64, Magnitude) {
         let (value, rest) = split_double(&self.mid);
-        // Half an ulp rather than what the rounding was: whoever compares with a rounded truth must not find it broken.
+        // Half an ulp rather than the actual rounding: whoever compares with a rounded truth must not find the bound broken.
         let rounding = if rest == Magnitude::from(0.0) { rest } else { rest.max(Magnitude::from(ROUNDOFF * value.abs())) };
         (value, (self.radius + rounding) * (1.0 + f64::EPSILON))
     }
 }
 
-/// What came of a computation with ever more bits.
+/// The outcome of a computation with ever more bits.
 pub(crate) struct Refined<R> {
     /// `None` as soon as the computation says that there is nothing.
     pub(crate) found: Option<R>,
@@ -50,23 +50,23 @@ pub(crate) struct Refined<R> {
     pub(crate) is_enough: bool,
 }
 
-/// Bits that decide what doubles of like size leave open: what they do not is an exact coincidence.
+/// Bits that decide cases that doubles of like size leave open; a case still open then is an exact coincidence.
 const DECISIVE: usize = 1024;
 
-/// Exponent of a normalised size below which what may be 0 is taken for 0: far below the roundings of any input, and far above
-/// what an exact coincidence leaves at [`DECISIVE`] bits.
+/// Exponent of a normalised size below which a number that may be 0 is taken for 0: far below the roundings of any input, and far
+/// above the remainder of an exact coincidence at [`DECISIVE`] bits.
 const NOTHING: i64 = -600;
 
-/// Whether a number, vector or matrix may be 0, and is that small for sure: as what cancels by symmetry is, which no number of
+/// Whether a number, vector or matrix may be 0, and is that small for sure: as a sum that cancels by symmetry, which no number of
 /// bits tells from 0.
 pub(crate) fn is_nothing<'a>(components: impl IntoIterator<Item = &'a Enclosure> + Copy) -> bool {
     let most = norm(components.into_iter().map(|c| c.size() + c.radius));
     relative_error(components) >= Magnitude::from(1.0) && most < Magnitude::power_of_two(NOTHING)
 }
 
-/// Tries the precisions until the error is small enough (Ziv's strategy), or until more bits no longer help: what is left is an
-/// uncertainty of the input, such as vertices that are not exactly in one plane, or from [`DECISIVE`] bits on `stays_open` says
-/// so of what was found: a decision stays open, or what may be 0 is too small to matter.
+/// Tries the precisions until the error is small enough (Ziv's strategy), or until more bits no longer help. The remaining error is
+/// then an uncertainty of the input, such as vertices that are not exactly in one plane, or from [`DECISIVE`] bits on `stays_open`
+/// says so of the result: a decision stays open, or a number that may be 0 is too small to matter.
 pub(crate) fn refined<R>(
     precisions: impl IntoIterator<Item = usize>,
     enough: Magnitude,
