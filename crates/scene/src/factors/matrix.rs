@@ -118,9 +118,14 @@ impl FormFactors<'_> {
         let found: Vec<Vec<Pair>> = faces.par_iter().enumerate().map(of_row).collect::<Result<_, _>>()?;
         let mut pairs: Vec<Pair> = found.into_iter().flatten().collect();
         pairs.par_sort_unstable_by_key(|pair| pair.faces);
+        self.of_pairs(faces.to_vec(), pairs)
+    }
+
+    /// The matrix of these rows and pairs, which are sorted.
+    pub(super) fn of_pairs(&self, faces: Vec<usize>, pairs: Vec<Pair>) -> Result<FactorMatrix, Error> {
         let areas = (0..self.emitters.len()).map(|face| self.polygon(face).area()).collect();
         let scaled_areas = self.scaled.iter().map(radgrad_core::Polygon::area).collect();
-        let matrix = FactorMatrix::new(areas, scaled_areas, faces.to_vec(), pairs);
+        let matrix = FactorMatrix::new(areas, scaled_areas, faces, pairs);
         match matrix.covered() {
             Some((face, sum)) => Err(Error::Covered { face: self.scene().name_of(face), sum }),
             None => Ok(matrix),
