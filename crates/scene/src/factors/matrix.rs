@@ -97,6 +97,32 @@ impl FormFactors<'_> {
         (0..scene.faces().len()).filter(exchanges).collect()
     }
 
+    /// The pairs of a face with those faces that it may see and that are taken.
+    pub(super) fn pairs_of(
+        &self,
+        from: usize,
+        is_taken: impl Fn(usize) -> bool,
+        settings: &FactorSettings,
+    ) -> Result<Vec<Pair>, Error> {
+        let (mut found, mut failed, hiders) = (Vec::new(), None, Hiders::default());
+        let is_hidden = |corners: &[DVec3; 8]| {
+            let corners = corners.map(|corner| corner * self.power);
+            super::rule::patches(self.scaled(from).vertices()).iter().all(|part| hiders.hide_box(part.outline(), &corners))
+        };
+        self.index.facing(from, is_hidden, |to| {
+            if failed.is_some() || !is_taken(to) {
+                return;
+            }
+            let pair = [from.min(to), from.max(to)];
+            match self.pair(pair, settings, &hiders) {
+                Ok(Some(known)) => found.push(Pair { faces: pair.map(|face| u32::try_from(face).unwrap_or(u32::MAX)), known }),
+                Ok(None) => {}
+                Err(error) => failed = Some(error),
+            }
+        });
+        failed.map_or_else(|| Ok(found), Err)
+    }
+
     /// The rows of some of [`Self::faces`], a range of places in it: each is the same to the last digit whatever rows are asked for,
     /// and a pair of faces in two blocks is computed in both. `progress` is called once a row.
     ///
@@ -116,27 +142,11 @@ impl FormFactors<'_> {
         all.iter().for_each(|&face| role[face] = Role::Outside);
         faces.iter().for_each(|&face| role[face] = Role::HasRow);
         let of_row = |&from: &usize| -> Result<Vec<Pair>, Error> {
-            let (mut found, mut failed, hiders) = (Vec::new(), None, Hiders::default());
-            let is_hidden = |corners: &[DVec3; 8]| {
-                let corners = corners.map(|corner| corner * self.power);
-                super::rule::patches(self.scaled(from).vertices()).iter().all(|part| hiders.hide_box(part.outline(), &corners))
-            };
-            self.index.facing(from, is_hidden, |to| {
-                // Pairs within the block belong to the lower face.
-                if failed.is_some() || role[to] == Role::Hides || (role[to] == Role::HasRow && to < from) {
-                    return;
-                }
-                let pair = [from.min(to), from.max(to)];
-                match self.pair(pair, settings, &hiders) {
-                    Ok(Some(known)) => {
-                        found.push(Pair { faces: pair.map(|face| u32::try_from(face).unwrap_or(u32::MAX)), known })
-                    }
-                    Ok(None) => {}
-                    Err(error) => failed = Some(error),
-                }
-            });
+            // Pairs within the block belong to the lower face.
+            let is_of_row = |to: usize| role[to] != Role::Hides && (role[to] != Role::HasRow || to > from);
+            let found = self.pairs_of(from, is_of_row, settings)?;
             progress();
-            failed.map_or_else(|| Ok(found), Err)
+            Ok(found)
         };
         let found: Vec<Vec<Pair>> = faces.par_iter().map(of_row).collect::<Result<_, _>>()?;
         let mut pairs: Vec<Pair> = found.into_iter().flatten().collect();
