@@ -17,6 +17,7 @@ use radgrad_solver::{Ledger, Reconstruction, Solution};
 use rayon::prelude::*;
 
 use crate::export::{shade, srgb};
+use crate::file::Picture;
 use crate::output::{self, Unwritten, extension, write_whole};
 use crate::say::say;
 use crate::scene::SceneFile;
@@ -47,6 +48,8 @@ pub(crate) struct View {
 pub(crate) enum Failure {
     #[error("{}: expected a name ending in .exr or .png", file.display())]
     Format { file: PathBuf },
+    #[error("no camera: give eye, target, up and field of view")]
+    Camera,
     #[error(transparent)]
     Scene(#[from] radgrad_scene::Error),
     #[error(transparent)]
@@ -79,7 +82,12 @@ impl View {
 
     /// Draws the view, if one is asked for.
     pub(crate) fn write(&self, solution: &Solution) -> Result<(), Failure> {
-        let (Some(file), Some(camera)) = (&self.view, &self.camera) else { return Ok(()) };
+        if self.view.is_some() { self.picture(solution).map(|_| ()) } else { Ok(()) }
+    }
+
+    /// Draws the view, and writes it where a file is named.
+    pub(crate) fn picture(&self, solution: &Solution) -> Result<Picture, Failure> {
+        let camera = self.camera.as_ref().ok_or(Failure::Camera)?;
         let smooth = if self.hermite { Some(solution.reconstruct()?) } else { None };
         let [width, height] = self.size;
         let pixel = |index: usize| {
@@ -91,11 +99,15 @@ impl View {
         if let Some(&value) = numbers.find(|number| !number.is_finite()) {
             return Err(radgrad_scene::Error::NotFinite { what: "a pixel".to_owned(), value }.into());
         }
-        match extension(file).as_str() {
-            "exr" => write_whole(file, |out| self.exr(solution, &pixels, out))?,
-            _ => self.png(file, solution, &pixels)?,
+        if let Some(file) = &self.view {
+            match extension(file).as_str() {
+                "exr" => write_whole(file, |out| self.exr(solution, &pixels, out))?,
+                "png" => self.png(file, solution, &pixels)?,
+                _ => return Err(Failure::Format { file: file.clone() }),
+            }
         }
-        Ok(())
+        let all = |of: fn(&Pixel) -> &Vec<f64>| pixels.iter().flat_map(|pixel| of(pixel).iter().copied()).collect();
+        Ok(Picture { size: self.size, radiosity: all(|pixel| &pixel.radiosity), bound: all(|pixel| &pixel.bound) })
     }
 
     /// The pixel of a ray from a point of the solution's own coordinates.

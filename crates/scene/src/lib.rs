@@ -29,14 +29,14 @@ mod words;
 pub use error::Error;
 pub use extremes::{largest, smallest};
 pub use factors::{
-    Entry, Factor, FactorMatrix, FactorSettings, FieldCell, FormFactors, Repaired, SurfaceFactor, SurfaceMatrix, gauss_legendre,
+    Entry, Factor, FactorBlock, FactorMatrix, FactorSettings, FieldCell, FormFactors, Repaired, SurfaceFactor, SurfaceMatrix, gauss_legendre,
 };
 pub use host::check_host;
 pub use occluders::{Beam, Found, Occluders};
 pub use place::{Place, Position};
 pub use reading::{Materials, Reading, read_file};
 pub use scene::split::triangles as triangulate;
-pub use scene::{Degenerate, Face, Material, Note, Placement, Prepared, Scene, Surface};
+pub use scene::{Degenerate, Face, GivenFace, Material, Note, Placement, Prepared, Scene, Surface};
 pub use texture::{Chart, Piece, Quantity, Texture, Wrap};
 pub use warning::Warning;
 pub use words::printable;

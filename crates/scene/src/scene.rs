@@ -7,6 +7,8 @@
 //! Everything in a scene is valid: polygons are those of `radgrad-core`, reflectances are in [0, 1], radiances are finite and
 //! not negative, and every index in it exists.
 
+mod arrays;
+mod bytes;
 mod intake;
 mod material;
 mod note;
@@ -22,6 +24,7 @@ use radgrad_core::{DVec3, Polygon};
 use crate::texture::{Chart, Quantity, Texture};
 use crate::words::printable;
 use crate::{Error, Place, Reading};
+pub use arrays::GivenFace;
 pub use intake::Degenerate;
 pub(crate) use intake::{Intake, Outline};
 pub use material::Material;

@@ -14,6 +14,8 @@ mod image;
 use std::fmt;
 use std::sync::Arc;
 
+use serde::{Deserialize, Serialize};
+
 use crate::{Error, largest};
 pub use chart::Chart;
 pub use cut::Piece;
@@ -41,7 +43,7 @@ impl Quantity {
 }
 
 /// How a texture continues outside the unit square, in one direction.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub enum Wrap {
     /// As if copies of it lay side by side.
     #[default]

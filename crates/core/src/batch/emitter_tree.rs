@@ -4,6 +4,8 @@
 //! node's normals are within [`FACING`] of their mean, then by place. Each node has the bounds of [`crate::batch::cluster`], and
 //! those with enough emitters the far field of [`crate::batch::far_field`].
 
+use std::borrow::Cow;
+
 use fearless_simd::Level;
 use glam::DVec3;
 
@@ -29,7 +31,7 @@ const FACING: f64 = 0.5;
 /// Making it takes about as long as a hundred receivers take without it.
 #[derive(Debug, Clone)]
 pub struct EmitterTree<'a> {
-    pub(super) emitters: &'a [Emitter],
+    pub(super) emitters: Cow<'a, [Emitter]>,
     pub(super) groups: Vec<Grove>,
     pub(super) far_fields: Vec<FarField>,
     /// Their nodes.
@@ -62,30 +64,44 @@ impl<'a> EmitterTree<'a> {
     /// Sorts emitters into a tree.
     #[must_use]
     pub fn new(emitters: &'a [Emitter]) -> Self {
+        Self::over(Cow::Borrowed(emitters))
+    }
+
+    fn over(all: Cow<'a, [Emitter]>) -> Self {
+        let emitters = &*all;
         let power = common_power::<f64>(emitters);
         let (convex, concave): (Vec<_>, Vec<_>) = (0..emitters.len()).partition(|i| fans_out(&emitters[*i]));
         let (kinds, mut others) = sorted(emitters, &convex, power);
         others.extend(concave);
-        let mut tree = Self { emitters, groups: Vec::new(), far_fields: Vec::new(), nodes: Nodes::default(), others, power };
+        let mut groups: Vec<Grove> = Vec::new();
+        let (mut far_fields, mut far_nodes) = (Vec::new(), Nodes::default());
         for lamps in kinds {
             let (mut nodes, mut order) = (Vec::new(), lamps.index().to_vec());
             Builder { emitters, power, nodes: &mut nodes }.add(0, &mut order);
             let lamps = lamps.reordered(emitters, order, power);
             for node in &mut nodes {
-                if let Some(far) = far_field(node, &lamps, &mut tree.nodes) {
-                    node.far = Some(tree.far_fields.len());
-                    tree.far_fields.push(far);
+                if let Some(far) = far_field(node, &lamps, &mut far_nodes) {
+                    node.far = Some(far_fields.len());
+                    far_fields.push(far);
                 }
             }
-            tree.groups.push(Grove { lamps, nodes });
+            groups.push(Grove { lamps, nodes });
         }
-        tree
+        Self { emitters: all, groups, far_fields, nodes: far_nodes, others, power }
     }
 
     /// Number of emitters.
     #[must_use]
-    pub const fn count(&self) -> usize {
+    pub fn count(&self) -> usize {
         self.emitters.len()
+    }
+}
+
+impl EmitterTree<'static> {
+    /// The same with emitters of its own.
+    #[must_use]
+    pub fn owning(emitters: Vec<Emitter>) -> Self {
+        Self::over(Cow::Owned(emitters))
     }
 }
 

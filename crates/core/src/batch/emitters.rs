@@ -123,6 +123,8 @@ impl<'a, F: Lane> OneReceiver<'a, F> {
             settled = group.answer(self.level, seen, start..start + length, self.goal, &mut work);
             work.copy_to(&mut slots);
         }
+        slots.on_lanes();
+        slots.see_nothing(tile::each(settled.zero));
         let mut counts = settled.counts();
         let mut open = settled.open(length);
         if let (Some(lamps), Some(seen)) = (&set.double, &self.double) {
@@ -157,6 +159,7 @@ impl<'a, F: Lane> OneReceiver<'a, F> {
             for entry in tile::each(settled.zero | settled.good) {
                 put(slots, first + entry, &work.answer(entry, self.goal.asked))?;
             }
+            slots.see_nothing(tile::each(settled.zero).map(|entry| first + entry));
             still_open |= (wanted & !(settled.zero | settled.good)) << first;
         }
         Ok(still_open)

@@ -2,7 +2,8 @@
 
 use fearless_simd::Simd;
 
-use crate::batch::answers::{Answers, Slots};
+use crate::batch::answers::Slots;
+use crate::batch::many_emitters::Work;
 use crate::batch::receivers::Receivers;
 use crate::batch::span::LaneEdge;
 use crate::batch::sums::ConstantSums;
@@ -162,9 +163,9 @@ pub(super) fn padded<F: Lane>(
         normal: normal.each_ref().map(<[F; MOST_LANES]>::as_slice),
         reflectance: &reflectance,
     };
-    let mut answers = Answers::new();
-    let settled = answer(&more, &mut answers.sized(MOST_LANES, goal.asked));
-    slots.copy_first(&answers);
+    let mut work = Work::new();
+    let settled = answer(&more, &mut work.slots(MOST_LANES, goal.asked));
+    work.copy_to(slots);
     settled.first(count)
 }
 

@@ -208,7 +208,8 @@ impl<F: Lane> Work<F> {
         answer(range.start, &mut self.slots(count.next_multiple_of(F::WIDEST), goal.asked)).first(count)
     }
 
-    fn slots(&mut self, count: usize, asked: Asked) -> Slots<'_, F> {
+    /// The first slots.
+    pub(super) fn slots(&mut self, count: usize, asked: Asked) -> Slots<'_, F> {
         let [gradient, errors, gradient_errors] =
             [asked.gradient, asked.errors, asked.gradient && asked.errors].map(|wanted| if wanted { count } else { 0 });
         Slots {
@@ -216,6 +217,7 @@ impl<F: Lane> Work<F> {
             gradient: self.gradient.each_mut().map(|array| &mut array[..gradient]),
             radiosity_error: &mut self.radiosity_error[..errors],
             gradient_error: &mut self.gradient_error[..gradient_errors],
+            method: &mut [],
         }
     }
 }

@@ -44,13 +44,13 @@ const SINGLE: Tolerance = Tolerance { value: 3e-5, absolute: 0.0, gradient: 1e-4
 impl Goal {
     /// Without bounds.
     pub(super) const fn plain<F: Lane>(gradient: bool) -> Self {
-        Self { asked: Asked { gradient, errors: false }, tolerance: if F::IS_SINGLE { SINGLE } else { DOUBLE } }
+        Self { asked: Asked { gradient, errors: false, methods: false }, tolerance: if F::IS_SINGLE { SINGLE } else { DOUBLE } }
     }
 
     /// Of the value alone, with its bound, to an absolute tolerance.
     pub(super) const fn absolute(tolerance: f64) -> Self {
         let tolerance = Tolerance { value: 0.0, absolute: tolerance, gradient: 0.0 };
-        Self { asked: Asked { gradient: false, errors: true }, tolerance }
+        Self { asked: Asked { gradient: false, errors: true, methods: false }, tolerance }
     }
 
     /// The same in double precision, for entries that single precision did not settle.
@@ -62,7 +62,7 @@ impl Goal {
     pub(super) fn within(tolerance: f64, gradient: bool) -> Result<Self, Error> {
         if (0.0..=1.0).contains(&tolerance) {
             Ok(Self {
-                asked: Asked { gradient, errors: true },
+                asked: Asked { gradient, errors: true, methods: true },
                 tolerance: Tolerance { value: tolerance, absolute: 0.0, gradient: tolerance },
             })
         } else {
@@ -242,6 +242,9 @@ pub(super) fn put<F: Lane>(slots: &mut Slots<'_, F>, entry: usize, answer: &Answ
         F::nearest((error + rounding) * (1.0 + 4.0 * F::ROUNDOFF))
     };
     slots.radiosity[entry] = rounded(answer.radiosity, "radiosity")?;
+    if let Some(slot) = slots.method.get_mut(entry) {
+        *slot = answer.method;
+    }
     let exact = answer.radiosity_error == 0.0 && answer.radiosity == 0.0;
     if let Some(slot) = slots.radiosity_error.get_mut(entry) {
         *slot = if exact { F::default() } else { bound(answer.radiosity_error, answer.radiosity.abs()) };

@@ -37,8 +37,9 @@ pub(super) struct Between<'a> {
     pub(super) screens: Vec<&'a Screen>,
     /// What they exchange with nothing in between.
     pub(super) free: Exchange,
-    /// Truncation that is allowed of what two cells exchange, over that.
-    pub(super) truncation: f64,
+    /// Relative error that is allowed of what two cells exchange: of those of which the value is made, and of others later, which
+    /// only the bracket needs.
+    pub(super) accuracy: f64,
 }
 
 /// What two faces exchange at least and at most.
@@ -114,6 +115,16 @@ impl<'a> Search<'a> {
             }
         }
         search
+    }
+
+    /// From here on pairs serve the bracket alone.
+    pub(super) const fn only_bracket(&mut self, accuracy: f64) {
+        self.between.accuracy = accuracy;
+    }
+
+    /// What may be between the faces.
+    pub(super) fn screens(&self) -> &[&'a Screen] {
+        &self.between.screens
     }
 
     /// Cuts pairs until the bracket is narrow enough or there are `most_pairs`.
@@ -211,7 +222,7 @@ impl<'a> Search<'a> {
 
 impl Between<'_> {
     fn exchange(&self, [a, b]: &[Cell; 2], planes: &[Plane; 2]) -> Exchange {
-        exchange_parts([&a.part(&planes[0]), &b.part(&planes[1])], self.truncation)
+        exchange_parts([&a.part(&planes[0]), &b.part(&planes[1])], self.accuracy)
     }
 
     /// The convex parts of a face in front of the other.

@@ -2,9 +2,10 @@
 
 use std::ops::Range;
 
+use radgrad_core::DVec3;
 use rayon::prelude::*;
 
-use super::pair::Known;
+use super::pair::{Hiders, Known};
 use super::{FactorSettings, FormFactors, larger};
 use crate::{Error, Scene};
 
@@ -69,6 +70,16 @@ pub struct SurfaceFactor {
     pub upper: f64,
 }
 
+/// What a face does in a block of rows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Role {
+    /// It hides others, and has no factors.
+    Hides,
+    /// It has factors, in another block.
+    Outside,
+    HasRow,
+}
+
 impl FormFactors<'_> {
     /// All factors, on all cores. `progress` is called once a row.
     ///
@@ -101,26 +112,43 @@ impl FormFactors<'_> {
         let faces = all.get(block.clone()).ok_or_else(|| {
             Error::expected(format!("a range of the {} rows", all.len()), format!("{} to {}", block.start, block.end))
         })?;
-        let of_row = |(place, &from): (usize, &usize)| -> Result<Vec<Pair>, Error> {
-            // Pairs within the block belong to the lower face.
-            let outside = all[..block.start].iter().chain(&all[block.end..]);
-            let others = faces[place + 1..].iter().chain(outside);
-            let mut found = Vec::new();
-            for &to in others {
-                let pair = [from.min(to), from.max(to)];
-                if let Some(known) = self.pair(pair, settings)? {
-                    found.push(Pair { faces: pair.map(|face| u32::try_from(face).unwrap_or(u32::MAX)), known });
+        let mut role = vec![Role::Hides; self.emitters.len()];
+        all.iter().for_each(|&face| role[face] = Role::Outside);
+        faces.iter().for_each(|&face| role[face] = Role::HasRow);
+        let of_row = |&from: &usize| -> Result<Vec<Pair>, Error> {
+            let (mut found, mut failed, hiders) = (Vec::new(), None, Hiders::default());
+            let is_hidden = |corners: &[DVec3; 8]| {
+                let corners = corners.map(|corner| corner * self.power);
+                super::rule::patches(self.scaled(from).vertices()).iter().all(|part| hiders.hide_box(part.outline(), &corners))
+            };
+            self.index.facing(from, is_hidden, |to| {
+                // Pairs within the block belong to the lower face.
+                if failed.is_some() || role[to] == Role::Hides || (role[to] == Role::HasRow && to < from) {
+                    return;
                 }
-            }
+                let pair = [from.min(to), from.max(to)];
+                match self.pair(pair, settings, &hiders) {
+                    Ok(Some(known)) => {
+                        found.push(Pair { faces: pair.map(|face| u32::try_from(face).unwrap_or(u32::MAX)), known })
+                    }
+                    Ok(None) => {}
+                    Err(error) => failed = Some(error),
+                }
+            });
             progress();
-            Ok(found)
+            failed.map_or_else(|| Ok(found), Err)
         };
-        let found: Vec<Vec<Pair>> = faces.par_iter().enumerate().map(of_row).collect::<Result<_, _>>()?;
+        let found: Vec<Vec<Pair>> = faces.par_iter().map(of_row).collect::<Result<_, _>>()?;
         let mut pairs: Vec<Pair> = found.into_iter().flatten().collect();
         pairs.par_sort_unstable_by_key(|pair| pair.faces);
+        self.of_pairs(faces.to_vec(), pairs)
+    }
+
+    /// The matrix of these rows and pairs, which are sorted.
+    pub(super) fn of_pairs(&self, faces: Vec<usize>, pairs: Vec<Pair>) -> Result<FactorMatrix, Error> {
         let areas = (0..self.emitters.len()).map(|face| self.polygon(face).area()).collect();
         let scaled_areas = self.scaled.iter().map(radgrad_core::Polygon::area).collect();
-        let matrix = FactorMatrix::new(areas, scaled_areas, faces.to_vec(), pairs);
+        let matrix = FactorMatrix::new(areas, scaled_areas, faces, pairs);
         match matrix.covered() {
             Some((face, sum)) => Err(Error::Covered { face: self.scene().name_of(face), sum }),
             None => Ok(matrix),

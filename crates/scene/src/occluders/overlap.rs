@@ -67,6 +67,23 @@ impl Occluders {
         })
     }
 
+    /// Visits the polygons that may see a polygon, as surfaces: all that have a point in front of it, but for those in boxes of which
+    /// `is_hidden` says so, given their corners.
+    pub(crate) fn facing(&self, index: usize, is_hidden: impl Fn(&[DVec3; 8]) -> bool, mut visit: impl FnMut(usize)) {
+        let shape = &self.polygons[index];
+        let front = shape.front(true);
+        let enters = |bounds: &Bounds| {
+            let [low, high] = [bounds.low, bounds.high].map(|corner| shape.frame.locate(corner));
+            !front.excludes_box(&low, &high) && !is_hidden(&bounds.corners())
+        };
+        self.visit(enters, |other| {
+            if other != index {
+                visit(other);
+            }
+            false
+        });
+    }
+
     /// Whether a polygon is nowhere in front of another, as surfaces.
     fn is_behind(&self, index: usize, of: usize) -> bool {
         let of = &self.polygons[of];

@@ -49,6 +49,14 @@ impl Bounds {
         Self { low: self.low.min(other.low), high: self.high.max(other.high) }
     }
 
+    pub(super) fn corners(&self) -> [DVec3; 8] {
+        let at = |high: usize, low: f64, top: f64| if high == 0 { low } else { top };
+        std::array::from_fn(|k| {
+            let (low, high) = (self.low, self.high);
+            DVec3::new(at(k & 1, low.x, high.x), at(k & 2, low.y, high.y), at(k & 4, low.z, high.z))
+        })
+    }
+
     /// The common part, if the two meet.
     pub(super) fn common(&self, other: &Self) -> Option<Self> {
         let common = Self { low: self.low.max(other.low), high: self.high.min(other.high) };

@@ -64,6 +64,18 @@ impl Chart {
         if off <= ROUNDED { Ok(chart) } else { Err(Error::Chart { vertex: worst, off, allowed: ROUNDED }) }
     }
 
+    /// The numbers that make it: origin, `u` and `v` there, and their gradients.
+    pub(crate) fn numbers(self) -> [[f64; 3]; 4] {
+        let [u, v] = self.at_origin;
+        let [along, across] = self.gradients.map(|gradient| gradient.to_array());
+        [self.origin.to_array(), [u, v, 0.0], along, across]
+    }
+
+    /// The chart that these numbers make.
+    pub(crate) fn from_numbers([origin, [u, v, _], along, across]: [[f64; 3]; 4]) -> Self {
+        Self { origin: origin.into(), at_origin: [u, v], gradients: [along.into(), across.into()] }
+    }
+
     /// `u` and `v` at a point.
     #[must_use]
     pub fn coordinates(&self, point: DVec3) -> [f64; 2] {
