@@ -169,7 +169,7 @@ mod tests {
     fn what_costs_too_much_is_left_at_fewer_bits_or_not_begun() {
         let Outcome::Found(refined) = cancelling(EFFORT, 1e-3) else { panic!() };
         assert!(refined.is_enough && refined.bits == 1024);
-        let Outcome::Found(refined) = cancelling(4_000_000, 1e-3) else { panic!() };
+        let Outcome::Found(refined) = cancelling(6_000_000, 1e-3) else { panic!() };
         assert!(!refined.is_enough && refined.bits == 256, "{}", refined.bits);
         assert!(matches!(cancelling(1_000_000, 1e-3), Outcome::TooDear));
         // Nothing is left over for what comes after.
