@@ -12,6 +12,7 @@
 //!
 //! Factors have no unit. Faces see by their lit side; faces of surfaces that only hide others have no factors.
 
+mod block;
 mod bracket;
 mod cubature;
 mod exchange;
@@ -27,6 +28,7 @@ mod tests;
 
 use radgrad_core::{DVec3, Emission, Emitter, Method, Polygon, Receiver, Tolerance, Value, evaluate_value};
 
+pub use block::FactorBlock;
 pub use field::FieldCell;
 pub use matrix::{ComputedRow, Entry, FactorMatrix, SurfaceFactor, SurfaceMatrix};
 pub use pair::Factor;

@@ -116,7 +116,7 @@ struct Numbers<'a> {
 }
 
 impl Header {
-    /// The header and what stands after it.
+    /// The header and the content after it.
     fn read<'a>(content: &'a [u8], intake: &Intake) -> Result<(Self, &'a [u8]), Error> {
         let (mut rest, mut format, mut elements) = (content, None, Vec::new());
         for line in 1.. {

@@ -14,7 +14,7 @@ use crate::scene::Intake;
 use crate::words::{Words, decode, quoted, without_mark};
 use crate::{Error, Position, Reading, Scene};
 
-/// Length of what stands before the triangles of a binary file, and of a triangle.
+/// Length of the header of a binary file, the number of triangles included, and of a triangle.
 const HEADER: usize = 84;
 const TRIANGLE: usize = 50;
 

@@ -152,7 +152,7 @@ fn on_the_surface_the_bound_encloses_both_sides() {
     // A floor gives nothing to a floor.
     let along = Receiver::new(point, normal, 0.5).unwrap();
     assert!(evaluate_to(&along, &emitter, &[], 1e-12).unwrap().radiosity_error < 1e-28);
-    // Neither does what is seen edge-on from far outside, but for what the vertices are off the plane.
+    // Neither does an emitter seen edge-on from far outside, up to the distance of its vertices from the plane.
     let beside = Receiver::new(vertices[0] + (vertices[0] - vertices[2]) * 3.0, -normal, 0.5).unwrap();
     let answer = evaluate_to(&beside, &emitter, &[], 1e-12).unwrap();
     assert!(answer.radiosity.abs() + answer.radiosity_error < 1e-14 && answer.gradient_error < 1e-12, "{answer:?}");

@@ -119,6 +119,32 @@ impl FormFactors<'_> {
         (0..scene.faces().len()).filter(exchanges).collect()
     }
 
+    /// The pairs of a face with those faces that it may see and that are taken.
+    pub(super) fn pairs_of(
+        &self,
+        from: usize,
+        is_taken: impl Fn(usize) -> bool,
+        settings: &FactorSettings,
+    ) -> Result<Vec<Pair>, Error> {
+        let (mut found, mut failed, hiders) = (Vec::new(), None, Hiders::default());
+        let is_hidden = |corners: &[DVec3; 8]| {
+            let corners = corners.map(|corner| corner * self.power);
+            super::rule::patches(self.scaled(from).vertices()).iter().all(|part| hiders.hide_box(part.outline(), &corners))
+        };
+        self.index.facing(from, is_hidden, |to| {
+            if failed.is_some() || !is_taken(to) {
+                return;
+            }
+            let pair = [from.min(to), from.max(to)];
+            match self.pair(pair, settings, &hiders) {
+                Ok(Some(known)) => found.push(Pair { faces: pair.map(index), known }),
+                Ok(None) => {}
+                Err(error) => failed = Some(error),
+            }
+        });
+        failed.map_or_else(|| Ok(found), Err)
+    }
+
     /// The rows of some of [`Self::faces`], a range of places in it: each is the same to the last digit whatever rows are asked for,
     /// and a pair of faces in two blocks is computed in both. `progress` is called once a row.
     ///
@@ -183,26 +209,12 @@ impl FormFactors<'_> {
             is_computed[*face as usize] = true;
         }
         let of_row = |&from: &usize| -> Result<ComputedRow, Error> {
-            let (mut found, mut failed, hiders) = (Vec::new(), None, Hiders::default());
-            let is_hidden = |corners: &[DVec3; 8]| {
-                let corners = corners.map(|corner| corner * self.power);
-                super::rule::patches(self.scaled(from).vertices()).iter().all(|part| hiders.hide_box(part.outline(), &corners))
-            };
-            self.index.facing(from, is_hidden, |to| {
-                // Pairs within the block belong to the lower face.
-                if failed.is_some() || role[to] == Role::Hides || (role[to] == Role::HasRow && to < from) {
-                    return;
-                }
-                match self.pair([from.min(to), from.max(to)], settings, &hiders) {
-                    Ok(Some(known)) => found.push((index(to), known)),
-                    Ok(None) => {}
-                    Err(error) => failed = Some(error),
-                }
-            });
-            if let Some(error) = failed {
-                return Err(error);
-            }
-            let row = ComputedRow { face: index(from), pairs: found };
+            // Pairs within the block belong to the lower face.
+            let is_of_row = |to: usize| role[to] != Role::Hides && (role[to] != Role::HasRow || to > from);
+            let found = self.pairs_of(from, is_of_row, settings)?;
+            let face = index(from);
+            let other = |pair: &Pair| if pair.faces[0] == face { pair.faces[1] } else { pair.faces[0] };
+            let row = ComputedRow { face, pairs: found.iter().map(|pair| (other(pair), pair.known)).collect() };
             keep(&row);
             Ok(row)
         };
@@ -213,9 +225,14 @@ impl FormFactors<'_> {
         };
         let mut pairs: Vec<Pair> = computed.into_iter().chain(found).flat_map(of_row).collect();
         pairs.par_sort_unstable_by_key(|pair| pair.faces);
+        self.of_pairs(faces.to_vec(), pairs)
+    }
+
+    /// The matrix of these rows and pairs, which are sorted.
+    pub(super) fn of_pairs(&self, faces: Vec<usize>, pairs: Vec<Pair>) -> Result<FactorMatrix, Error> {
         let areas = (0..self.emitters.len()).map(|face| self.polygon(face).area()).collect();
         let scaled_areas = self.scaled.iter().map(radgrad_core::Polygon::area).collect();
-        let matrix = FactorMatrix::new(areas, scaled_areas, faces.to_vec(), pairs);
+        let matrix = FactorMatrix::new(areas, scaled_areas, faces, pairs);
         match matrix.covered() {
             Some((face, sum)) => Err(Error::Covered { face: self.scene().name_of(face), sum }),
             None => Ok(matrix),

@@ -1,8 +1,8 @@
-//! Faces that lie in one plane, face the same way and overlap: what is seen of them counts twice.
+//! Faces that lie in one plane, face the same way and overlap: the visible part of the overlap counts twice.
 //!
-//! A [`Beam`](super::Beam) takes what is level with a surface, up to the rounding of its coordinates, to be in its plane and so to hide
-//! nothing. If two faces are level with each other, neither hides the other, and light from where both are is counted for each.
-//! So the test here is that of the beam, with the area that the two have in common. Back to back they are seen from one side
+//! A [`Beam`](super::Beam) takes a face level with a surface, up to the rounding of its coordinates, to be in its plane and so to
+//! hide nothing. If two faces are level with each other, neither hides the other, and light from where both are is counted for
+//! each. So the test here is that of the beam, with the area that the two have in common. Back to back they are seen from one side
 //! each, and a face in front of another by more than the rounding hides it: both are as they should be.
 //!
 //! Edges that coincide leave slivers of an overlap. With coordinates off by `d = 4 eps C`, C the largest of them, two edges of

@@ -1,4 +1,4 @@
-//! What the search needs to know of a polygon.
+//! A polygon with the quantities that the search needs.
 
 use radgrad_core::{DVec3, Polygon};
 
