@@ -7,6 +7,7 @@ mod factors;
 mod field;
 pub mod file;
 mod lamps;
+mod manual;
 mod output;
 mod points;
 mod resume;
@@ -23,7 +24,8 @@ use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, Parser, Subcommand};
+use clap_complete::Shell;
 
 use eval::{Failure, Tally};
 use say::say;
@@ -45,13 +47,17 @@ struct Arguments {
 enum Command {
     /// Answer the cases of a JSON Lines file, one object a line, in the same order.
     ///
-    /// A line that is wrong gives {"id": .., "error": ".."}, costs no other line, and the exit status is 1 at the end.
+    /// A line that is wrong gives {"id": .., "error": ".."}, costs no other line, and the exit status is 1 at the end. In a line,
+    /// "digits": 50 asks for decimal digits, and "emission": {"expression": "1 + x*exp(-y)"} is answered with an estimate.
     Eval {
         /// File of cases, `-` for the standard input.
         file: PathBuf,
         /// Seconds that one line may take: then it is refused, and the next ones are answered.
         #[arg(long, default_value = "2", value_parser = solve::seconds)]
         seconds: Duration,
+        /// Second derivatives too, in every line, as `"hessian": true` asks for them in one.
+        #[arg(long)]
+        hessian: bool,
     },
     /// Form factors between all faces of a scene, each with a proven bound; defects are reported, never normalised away.
     Factors(factors::Arguments),
@@ -61,6 +67,19 @@ enum Command {
     ///
     /// Progress goes to the standard error; answers to --points, one line each, and then the summary to the standard output.
     Solve(Box<solve::Request>),
+    /// Print what completes this program's arguments in a shell.
+    ///
+    /// As in `radgrad completions bash > ~/.local/share/bash-completion/completions/radgrad`.
+    Completions {
+        /// Which shell.
+        shell: Shell,
+    },
+    /// Print the manual page of this program and its commands, or write one page for each to a folder.
+    Man {
+        /// The folder.
+        #[arg(long, value_name = "FOLDER")]
+        out: Option<PathBuf>,
+    },
 }
 
 /// Runs the program with its arguments, the first of which is its name, and returns its exit status.
@@ -77,9 +96,11 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> u8 {
         return refused(error);
     }
     match arguments.command {
-        Command::Eval { file, seconds } => answer(&file, seconds),
+        Command::Eval { file, seconds, hessian } => answer(&file, seconds, hessian),
         Command::Factors(arguments) => factors::run(&arguments).map_or_else(refused, |met| u8::from(!met)),
         Command::Field(arguments) => field::run(&arguments).map_or_else(refused, |()| 0),
+        Command::Completions { shell } => manual::completions(Arguments::command(), shell).map_or_else(refused, |()| 0),
+        Command::Man { out } => manual::write(Arguments::command(), out.as_deref()).map_or_else(refused, |()| 0),
         Command::Solve(request) => solve::run(&request, io::stdout().lock()).map_or_else(refused, |complete| u8::from(!complete)),
     }
 }
@@ -89,8 +110,8 @@ fn refused(failure: impl Display) -> u8 {
     2
 }
 
-fn answer(file: &Path, seconds: Duration) -> u8 {
-    match eval(file, seconds) {
+fn answer(file: &Path, seconds: Duration, hessian: bool) -> u8 {
+    match eval(file, seconds, hessian) {
         Ok(tally) => {
             if tally.refused > 0 {
                 say(format_args!("{} of {} cases refused: see their `error`", tally.refused, tally.lines));
@@ -104,8 +125,8 @@ fn answer(file: &Path, seconds: Duration) -> u8 {
     }
 }
 
-fn eval(file: &Path, seconds: Duration) -> Result<Tally, Failure> {
+fn eval(file: &Path, seconds: Duration, hessian: bool) -> Result<Tally, Failure> {
     let input: Box<dyn Read> =
         if file == Path::new("-") { Box::new(io::stdin().lock()) } else { Box::new(File::open(file).map_err(Failure::Read)?) };
-    eval::answer_all(input, io::stdout().lock(), seconds)
+    eval::answer_all(input, io::stdout().lock(), seconds, hessian)
 }

@@ -36,6 +36,48 @@ pub enum Error {
     /// The tolerance is not a number in [0, 1].
     #[error(transparent)]
     Tolerance(radgrad_core::Error),
+    /// The tolerance is finer than doubles are.
+    #[error(
+        "tolerance is {tolerance:e}: doubles are rounded by 1.1e-16 of themselves, so ask for decimal digits, \"digits\": {digits}"
+    )]
+    TooFine {
+        /// The tolerance as given.
+        tolerance: f64,
+        /// Digits that meet it.
+        digits: u32,
+    },
+    /// Digits do not meet the tolerance that stands beside them.
+    #[error("{digits} digits do not meet the tolerance of {tolerance:e}: leave one of them out")]
+    TooFewDigits {
+        /// Digits asked for.
+        digits: u32,
+        /// The tolerance as given.
+        tolerance: f64,
+    },
+    /// What is asked for does not go together.
+    #[error("{first} and {second} do not go together: ask for one of them")]
+    Together {
+        /// `digits`, `an expression`.
+        first: &'static str,
+        /// `hessian`, `digits`.
+        second: &'static str,
+    },
+    /// An expression cannot be read.
+    #[error("emission: column {column} of the expression: {rule}")]
+    Expression {
+        /// Column of the expression, in bytes from 1.
+        column: usize,
+        /// What is wrong there.
+        rule: String,
+    },
+    /// An expression has no value somewhere on the emitter.
+    #[error("emission is {value} at {point}: it must be finite all over the emitter")]
+    ExpressionNotFinite {
+        /// Where.
+        point: radgrad_core::DVec3,
+        /// What it gives there.
+        value: f64,
+    },
     /// The case is valid, but its answer cannot be represented.
     #[error(transparent)]
     Evaluation(radgrad_core::Error),

@@ -3,6 +3,7 @@
 pub(crate) mod cell;
 pub(crate) mod cluster;
 pub(crate) mod direct;
+pub(crate) mod gatherer;
 pub(crate) mod link;
 pub(crate) mod linking;
 pub(crate) mod refine;

@@ -12,7 +12,7 @@ pub(crate) mod shape;
 pub(crate) mod surfaces;
 pub(crate) mod texture;
 
-use radgrad_core::{DVec3, Polygon};
+use radgrad_core::{DVec3, Polygon, Receiver};
 use radgrad_scene::{Beam, Occluders, Scene, largest, smallest, triangulate};
 
 use crate::error::Error;
@@ -242,19 +242,30 @@ impl Mesh {
     pub(crate) fn face_at(&self, point: DVec3, normal: DVec3, reach: f64) -> Option<(usize, DVec3)> {
         let normal = normal.try_normalize()?;
         let on = |&(face, polygon): &(usize, &Polygon)| {
-            let height = polygon.normal().dot(point - polygon.vertices()[0]);
-            let foot = point - polygon.normal() * height;
-            let outside = |e: &usize| {
-                let element = &self.elements[*e];
-                largest(element.excess(element.reference(foot)), 0.0) * 2.0 * element.radius()
-            };
-            let outside = self.roots_of_face[face].iter().map(outside).fold(f64::INFINITY, smallest);
-            let off = largest(height.abs(), outside);
+            let (off, foot) = self.off_face(face, point);
             (off <= reach && polygon.normal().dot(normal) > 0.99).then_some((off, face, foot))
         };
         let faces = self.polygons.iter().enumerate().filter(|(face, _)| self.exchanges[*face]);
         let nearest = faces.filter_map(|f| on(&f)).min_by(|a, b| a.0.total_cmp(&b.0))?;
         Some((nearest.1, nearest.2))
+    }
+
+    /// Whether a point is within `reach` of a face, whichever way that faces.
+    pub(crate) fn is_near_a_face(&self, point: DVec3, reach: f64) -> bool {
+        (0..self.polygons.len()).any(|face| self.off_face(face, point).0 <= reach)
+    }
+
+    /// How far a point is off a face at most, infinitely where the face exchanges no light, and the point of its plane.
+    fn off_face(&self, face: usize, point: DVec3) -> (f64, DVec3) {
+        let polygon = &self.polygons[face];
+        let height = polygon.normal().dot(point - polygon.vertices()[0]);
+        let foot = point - polygon.normal() * height;
+        let outside = |e: &usize| {
+            let element = &self.elements[*e];
+            largest(element.excess(element.reference(foot)), 0.0) * 2.0 * element.radius()
+        };
+        let outside = self.roots_of_face[face].iter().map(outside).fold(f64::INFINITY, smallest);
+        (largest(height.abs(), outside), foot)
     }
 
     /// Whether each of two elements has a point in front of the other, by more than the rounding of coordinates.
@@ -300,6 +311,13 @@ impl Mesh {
         }
         let Some(beam) = Beam::from_point_of(&self.polygons[face], point, from.polygon()) else { return Sight::Nothing(None) };
         self.found(&beam, known, [face, from.face()], [&[point], from.polygon().vertices()])
+    }
+
+    /// What a receiver that is on no face sees of an element, among `known`: exactly for the coordinates as they are.
+    pub(crate) fn sight_in_space(&self, receiver: &Receiver, source: usize, known: Option<&[usize]>) -> Sight {
+        let from = &self.elements[source];
+        let Some(beam) = Beam::from_receiver(receiver, from.polygon()) else { return Sight::Nothing(None) };
+        self.found(&beam, known, [from.face(); 2], [&[receiver.position()], from.polygon().vertices()])
     }
 
     /// Whether a face alone hides some points, and all between them, from others.

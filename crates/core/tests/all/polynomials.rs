@@ -232,3 +232,23 @@ fn where_no_method_meets_the_tolerance_the_smallest_bound_answers() {
     let expected = (4.0 / 13.0 - 4.0 * 0.0769) / (PI * 1e18);
     assert!((answer.radiosity - expected).abs() < 1e-10 * expected.abs(), "{answer:?} {expected}");
 }
+
+#[test]
+fn high_degrees_have_certificates_too() {
+    for degree in [20_u8, 40, 60] {
+        let terms = [(1.0, [degree, 0, 0]), (-2.0, [degree / 2, degree / 2, 0]), (0.5, [0, 0, degree - 3]), (1.0, [1, 2, 1])];
+        let polynomial = Polynomial::new(DVec3::new(-0.2, 0.1, 0.3), terms).unwrap();
+        let emitter = Emitter::new(facing_down(&TRIANGLE), Emission::Polynomial(polynomial)).unwrap();
+        for (position, normal) in
+            [(DVec3::new(0.2, -0.1, 0.0), DVec3::new(0.1, 0.2, 1.0)), (DVec3::new(0.4, 0.1, 0.6), DVec3::new(1.0, -0.3, 0.2))]
+        {
+            let receiver = Receiver::new(position, normal, 0.7).unwrap();
+            let answer = evaluate(&receiver, &emitter, &[]).unwrap();
+            let (value, gradient) = by_quadrature(&receiver, &emitter);
+            let case = format!("degree {degree}, normal {normal}, {answer:?}, {value} {gradient}");
+            assert!((answer.radiosity - value).abs() <= 1e-12 * value.abs() + answer.radiosity_error, "{case}");
+            assert!((answer.gradient - gradient).length() <= 1e-11 * gradient.length() + answer.gradient_error, "{case}");
+            assert!(answer.meets(1e-12), "{case}");
+        }
+    }
+}

@@ -53,6 +53,11 @@ pub(crate) struct Direct {
 }
 
 impl Direct {
+    /// Sight of each lamp's root.
+    pub(crate) fn sights(&self) -> &[Sight] {
+        &self.sights
+    }
+
     /// Bound on the errors of form factors at nodes.
     pub(crate) fn error(&self) -> f64 {
         self.nodes.iter().map(|lit| lit.off).fold(0.0, largest)
@@ -120,18 +125,13 @@ impl Lamps {
         self.roots.iter().copied().zip(&leaf.sights)
     }
 
-    /// Direct light at a point of a leaf.
-    pub(crate) fn light_at(
-        &self,
-        optics: &Optics<'_>,
-        surfaces: &Surfaces,
-        station: &Station,
-        leaf: &Direct,
-    ) -> Result<Lit, Error> {
-        self.at(optics, surfaces, station, &leaf.sights)
+    /// What a point sees of each lamp's root.
+    pub(crate) fn sights_from(&self, mesh: &Mesh, station: &Station) -> Result<Vec<Sight>, Error> {
+        self.roots.iter().map(|&root| station.sight(mesh, root, None)).collect()
     }
 
-    fn at(&self, optics: &Optics<'_>, surfaces: &Surfaces, station: &Station, sights: &[Sight]) -> Result<Lit, Error> {
+    /// Direct light at a point that sees this of each lamp's root.
+    pub(crate) fn at(&self, optics: &Optics<'_>, surfaces: &Surfaces, station: &Station, sights: &[Sight]) -> Result<Lit, Error> {
         let channels = surfaces.emitted[0].len();
         let factors = Vec::with_capacity(self.roots.len());
         let mut lit = Lit { irradiance: vec![0.0; channels], error: vec![[0.0; 2]; channels], factors, off: 0.0 };

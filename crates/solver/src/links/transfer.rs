@@ -11,7 +11,7 @@
 //! least distance and `c_m` the largest `|C_m^2|` for the cosines that there are: as e is in the element's plane `|x|` is at most
 //! the sine of the angle at which r leaves it, and `|n1.e|` that of the angle between the planes.
 
-use radgrad_core::{DVec3, Polygon, Receiver, Tolerance, evaluate_value};
+use radgrad_core::{DVec3, Polygon, Tolerance, evaluate_value};
 use radgrad_scene::{largest, smallest};
 
 use crate::error::Error;
@@ -181,18 +181,18 @@ impl Optics<'_> {
     /// The same by closed forms, past some faces at most.
     fn by_closed_forms(&self, station: &Station, source: usize, faces: &[usize], count: usize) -> Result<Row, Error> {
         let (element, basis) = (&self.mesh.elements()[source], self.mesh.basis(source));
-        let occluders: Vec<&Polygon> = match self.mesh.sight_of_point(station.face, station.point, source, Some(faces)) {
+        let occluders: Vec<&Polygon> = match station.sight(self.mesh, source, Some(faces))? {
             Sight::Nothing(_) => return Ok(Row { values: vec![0.0; count], ..Row::default() }),
             Sight::Clear => Vec::new(),
             Sight::Past(faces) => faces.iter().map(|&face| &self.mesh.polygons()[face]).collect(),
         };
-        let refused = |source| Error::Evaluation { face: station.face, source };
-        let receiver = Receiver::new(station.point, station.normal, 1.0).map_err(refused)?;
+        let receiver = station.receiver()?;
         let tolerance = Tolerance { relative: 0.0, absolute: self.absolute };
         let mut row = Row::default();
         for function in 0..count {
             let emitter = element.emitter(function, basis)?;
-            let value = evaluate_value(&receiver, emitter, occluders.iter().copied(), tolerance).map_err(refused)?;
+            let value = evaluate_value(&receiver, emitter, occluders.iter().copied(), tolerance)
+                .map_err(|source| station.refused(source))?;
             row.values.push(value.radiosity);
             let error = if function == 0 { &mut row.error } else { &mut row.other_errors };
             *error = largest(*error, value.radiosity_error);
@@ -291,7 +291,7 @@ mod tests {
                 let receiver = [point - u - v, point + u - v, point + v].map(|p| p.to_array()).to_vec();
                 let mesh = mesh(&[lamp.clone(), concave.map(|[x, y]| [x, y, 0.6]).to_vec(), receiver]);
                 let optics = Optics { mesh: &mesh, rules, absolute: 1e-7 };
-                let station = Station { point, normal, face: 2 };
+                let station = Station { point, normal, face: Some(2) };
                 let count = mesh.basis(0).len();
                 for (sight, faces) in [(Sight::Clear, &[][..]), (Sight::Past(vec![1]), &[1])] {
                     let fast = optics.receive(&station, 0, &sight, count).unwrap();
@@ -341,7 +341,7 @@ mod tests {
             let (element, basis) = (&mesh.elements()[0], mesh.basis(0));
             for (x, z) in [(0.5, 0.0), (0.2, 0.4), (-2.0, -3.0)] {
                 let (point, normal) = (DVec3::new(x, 0.4, z), DVec3::Z);
-                let station = Station { point, normal, face: 7 };
+                let station = Station { point, normal, face: Some(7) };
                 for sight in [Sight::Clear, Sight::Past(vec![1])] {
                     let row = optics.receive(&station, 0, &sight, basis.len()).unwrap();
                     let kernel = |y: DVec3| {
@@ -377,7 +377,7 @@ mod tests {
         let element = &mesh.elements()[0];
         for point in [DVec3::new(0.1, 0.3, 2.0), DVec3::new(-0.5, 0.1, 1.2)] {
             let normal = DVec3::new(0.6, 0.1, -0.5).normalize();
-            let kernel = Kernel::of(&Station { point, normal, face: 7 }, element);
+            let kernel = Kernel::of(&Station { point, normal, face: Some(7) }, element);
             let up = element.polygon().normal();
             let at = |y: DVec3| {
                 let r = y - point;

@@ -9,8 +9,8 @@ use glam::DVec3;
 use crate::error::Error;
 use crate::problem::affine::Affine;
 use crate::problem::polygon::Polygon;
-use crate::problem::polynomial::Polynomial;
 use crate::problem::polynomial::bivariate::{Bivariate, whole};
+use crate::problem::polynomial::{Monomial, Polynomial};
 use crate::scalar::ball::Ball;
 use crate::scalar::double_double::DoubleDouble;
 use crate::scalar::number::Number;
@@ -169,18 +169,34 @@ fn restricted<T: Real>(polynomial: &Polynomial, coordinates: &Coordinates<T>) ->
     let Coordinates { axes: [t_1, t_2], power, .. } = coordinates;
     let middle = coordinates.middle_from(polynomial.origin());
     let affine = [(middle.x, [t_1.x, t_2.x]), (middle.y, [t_1.y, t_2.y]), (middle.z, [t_1.z, t_2.z])];
+    let terms: Vec<&Monomial> = polynomial.terms().iter().collect();
     let mut sum = Bivariate::zero(polynomial.degree().max(1) as usize);
-    for term in polynomial.terms() {
-        let mut product = Bivariate::zero(0);
-        *product.at_mut(0, 0) = T::exact(term.coefficient);
-        for ((constant, along), count) in affine.into_iter().zip(term.powers) {
-            for _ in 0..count {
-                product = product.times_linear(constant, along).map(|_, _, c| c.scaled(1.0 / power));
-            }
-        }
-        sum.add_scaled(&product, T::exact(1.0));
-    }
+    sum.add(&nested(&terms, &affine, 1.0 / power));
     sum
+}
+
+/// A sum of terms as a polynomial in the plane, by Horner's rule in each coordinate in turn: as many products as there are
+/// combinations of exponents, and not for each of them as many as its degree.
+fn nested<T: Real>(terms: &[&Monomial], affine: &[(T, [T; 2])], unit: f64) -> Bivariate<T> {
+    let Some(((constant, along), rest)) = affine.split_last() else {
+        let mut sum = Bivariate::zero(0);
+        *sum.at_mut(0, 0) = terms.iter().fold(T::exact(0.0), |sum, term| sum + T::exact(term.coefficient));
+        return sum;
+    };
+    let axis = rest.len();
+    let mut sum: Option<Bivariate<T>> = None;
+    let most = terms.iter().map(|term| term.powers[axis]).max().unwrap_or(0);
+    for power in (0..=most).rev() {
+        let of_power: Vec<&Monomial> = terms.iter().copied().filter(|term| term.powers[axis] == power).collect();
+        let raised = sum.map(|sum| sum.times_linear(*constant, *along).map(|_, _, c| c.scaled(unit)));
+        let added = (!of_power.is_empty()).then(|| nested(&of_power, rest, unit));
+        sum = match (raised, added) {
+            (Some(raised), Some(added)) if raised.degree() >= added.degree() => Some(raised.plus(&added)),
+            (Some(raised), Some(added)) => Some(added.plus(&raised)),
+            (raised, added) => raised.or(added),
+        };
+    }
+    sum.unwrap_or_else(|| Bivariate::zero(0))
 }
 
 /// Unit vectors in the plane, `t_1 x t_2 = n2`: the first across the coordinate axis that is farthest from the normal.

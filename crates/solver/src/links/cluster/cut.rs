@@ -9,6 +9,7 @@ use crate::links::cluster::far::{Far, cover, even, fill, left};
 use crate::links::cluster::glow::Glow;
 use crate::links::cluster::screens::Screens;
 use crate::links::cluster::view::View;
+use crate::links::gatherer::Gatherer;
 use crate::links::link::Link;
 use crate::links::station::Station;
 use crate::links::transfer::Row;
@@ -114,8 +115,8 @@ impl<'a> Cut<'a> {
     }
 
     /// Whether nothing of a cluster is seen past one of the faces that fill most of the view.
-    fn is_hidden(&mut self, receiver: usize, cluster: usize) -> bool {
-        let (from, to) = (self.mesh.elements()[receiver].polygon().vertices(), self.tree().all()[cluster].corners());
+    fn is_hidden(&mut self, gatherer: Gatherer<'_>, cluster: usize) -> bool {
+        let (from, to) = (gatherer.corners(self.mesh), self.tree().all()[cluster].corners());
         let between = self.screens.between(self.mesh, [from, &to]);
         between.into_iter().for_each(|face| self.screens.hide(face));
         between.is_some()
@@ -171,26 +172,26 @@ impl<'a> Cut<'a> {
 
     /// Opens the clusters that may give most, a few at once, until one is an element, which is to be linked then. `None` if none
     /// gives anything. One that is hidden is left out.
-    pub(crate) fn open(&mut self, receiver: usize, stations: &[Station]) -> Option<Option<usize>> {
+    pub(crate) fn open(&mut self, gatherer: Gatherer<'_>, stations: &[Station]) -> Option<Option<usize>> {
         let few = self.closed.len() / AT_ONCE;
-        let mut opened = self.open_one(receiver, stations)?;
+        let mut opened = self.open_one(gatherer, stations)?;
         for _ in 0..few {
             if opened.is_some() {
                 break;
             }
-            opened = self.open_one(receiver, stations).flatten();
+            opened = self.open_one(gatherer, stations).flatten();
         }
         Some(opened)
     }
 
-    fn open_one(&mut self, receiver: usize, stations: &[Station]) -> Option<Option<usize>> {
+    fn open_one(&mut self, gatherer: Gatherer<'_>, stations: &[Station]) -> Option<Option<usize>> {
         let largest = |a: &usize, b: &usize| {
             let [a, b] = [a, b].map(|&index| &self.closed[index]);
             a.most.total_cmp(&b.most).then(b.cluster.cmp(&a.cluster))
         };
         let largest = (0..self.closed.len()).max_by(largest).filter(|&index| self.closed[index].most > 0.0)?;
         let opened = self.closed.remove(largest);
-        if self.is_hidden(receiver, opened.cluster) {
+        if self.is_hidden(gatherer, opened.cluster) {
             return Some(None);
         }
         if !opened.asked
@@ -202,8 +203,8 @@ impl<'a> Cut<'a> {
         match self.tree().all()[opened.cluster].parts {
             Parts::Element(element) => Some(Some(element).filter(|element| !self.linked.contains(element))),
             Parts::Two(parts) => {
-                let (tree, element) = (self.tree(), &self.mesh.elements()[receiver]);
-                for part in parts.into_iter().filter(|&part| tree.all()[part].faces(element)) {
+                let (tree, mesh) = (self.tree(), self.mesh);
+                for part in parts.into_iter().filter(|&part| gatherer.may_see(mesh, &tree.all()[part])) {
                     self.close(part, stations.iter().map(|station| tree.all()[part].view(station, &[])).collect());
                 }
                 Some(None)
@@ -250,10 +251,10 @@ impl<'a> Cut<'a> {
     }
 
     /// What is to be kept: those that are not hidden.
-    pub(crate) fn closed<'b>(mut self, receiver: usize, rows: impl Iterator<Item = &'b [Row]>) -> Far {
+    pub(crate) fn closed<'b>(mut self, gatherer: Gatherer<'_>, rows: impl Iterator<Item = &'b [Row]>) -> Far {
         let tree = self.tree();
         let closed = std::mem::take(&mut self.closed);
-        self.closed = closed.into_iter().filter(|closed| !self.is_hidden(receiver, closed.cluster)).collect();
+        self.closed = closed.into_iter().filter(|closed| !self.is_hidden(gatherer, closed.cluster)).collect();
         let clusters = self.closed.iter().map(|closed| closed.cluster).collect();
         let views = self.closed.into_iter().flat_map(|closed| closed.views).collect();
         Far::new((tree, self.field), clusters, views, self.nodes, rows)
