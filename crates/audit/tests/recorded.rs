@@ -82,8 +82,10 @@ fn the_recorded_worst_cases_have_the_errors_that_the_table_says() {
 fn no_recorded_case_breaks_its_bound_and_no_bound_is_smaller_than_recorded() {
     let witnesses = witness::all(&data("worst")).expect("data/worst");
     assert!(witnesses.len() > 100);
-    let wrong: Vec<String> =
-        witnesses.iter().flat_map(|witness| witness.wrong().into_iter().map(|wrong| format!("{}: {}", witness.case.id, wrong.what))).collect();
+    let wrong: Vec<String> = witnesses
+        .iter()
+        .flat_map(|witness| witness.wrong().into_iter().map(|wrong| format!("{}: {}", witness.case.id, wrong.what)))
+        .collect();
     assert_eq!(wrong, Vec::<String>::new());
 }
 
