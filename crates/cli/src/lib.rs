@@ -7,6 +7,7 @@ mod factors;
 mod field;
 pub mod file;
 mod lamps;
+mod manual;
 mod output;
 mod points;
 mod resume;
@@ -16,14 +17,15 @@ mod solve;
 mod summary;
 mod view;
 
-use std::fmt::Display;
 use std::ffi::OsString;
+use std::fmt::Display;
 use std::fs::File;
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, Parser, Subcommand};
+use clap_complete::Shell;
 
 use eval::{Failure, Tally};
 use say::say;
@@ -65,6 +67,19 @@ enum Command {
     ///
     /// Progress goes to the standard error; answers to --points, one line each, and then the summary to the standard output.
     Solve(Box<solve::Request>),
+    /// Print what completes this program's arguments in a shell.
+    ///
+    /// As in `radgrad completions bash > ~/.local/share/bash-completion/completions/radgrad`.
+    Completions {
+        /// Which shell.
+        shell: Shell,
+    },
+    /// Print the manual page of this program and its commands, or write one page for each to a folder.
+    Man {
+        /// The folder.
+        #[arg(long, value_name = "FOLDER")]
+        out: Option<PathBuf>,
+    },
 }
 
 /// Runs the program with its arguments, the first of which is its name, and returns its exit status.
@@ -84,6 +99,8 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> u8 {
         Command::Eval { file, seconds, hessian } => answer(&file, seconds, hessian),
         Command::Factors(arguments) => factors::run(&arguments).map_or_else(refused, |met| u8::from(!met)),
         Command::Field(arguments) => field::run(&arguments).map_or_else(refused, |()| 0),
+        Command::Completions { shell } => manual::completions(Arguments::command(), shell).map_or_else(refused, |()| 0),
+        Command::Man { out } => manual::write(Arguments::command(), out.as_deref()).map_or_else(refused, |()| 0),
         Command::Solve(request) => solve::run(&request, io::stdout().lock()).map_or_else(refused, |complete| u8::from(!complete)),
     }
 }

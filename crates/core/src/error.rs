@@ -170,7 +170,7 @@ pub enum Error {
     },
     /// The error bound stays above the tolerance.
     #[error(
-        "{digits} digits are out of reach with {bits} bits: the exact value may be zero, or undefined because vertices are off one plane"
+        "{digits} digits are out of reach with {bits} bits: the exact value may be zero, undefined because vertices are off one plane, or take too long"
     )]
     Undecided {
         /// Digits asked for.

@@ -30,7 +30,7 @@ use radgrad_core::{DVec3, Emission, Emitter, Method, Polygon, Receiver, Toleranc
 
 pub use block::FactorBlock;
 pub use field::FieldCell;
-pub use matrix::{Entry, FactorMatrix, SurfaceFactor, SurfaceMatrix};
+pub use matrix::{ComputedRow, Entry, FactorMatrix, SurfaceFactor, SurfaceMatrix};
 pub use pair::Factor;
 pub use repair::Repaired;
 pub use rule::gauss_legendre;
@@ -64,9 +64,9 @@ impl FactorSettings {
 }
 
 impl Default for FactorSettings {
-    /// An error of 1e-3, from up to 20,000 pairs of cells a factor; an estimate of 3e-6 from up to 2000 points.
+    /// An error of 1e-3, from up to 40,000 pairs of cells a factor; an estimate of 3e-6 from up to 2000 points.
     fn default() -> Self {
-        Self { tolerance: 1e-3, relative: 0.0, most_cells: 20_000, estimate: 3e-6, most_points: 2000 }
+        Self { tolerance: 1e-3, relative: 0.0, most_cells: 40_000, estimate: 3e-6, most_points: 2000 }
     }
 }
 

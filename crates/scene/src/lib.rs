@@ -29,7 +29,8 @@ mod words;
 pub use error::Error;
 pub use extremes::{largest, smallest};
 pub use factors::{
-    Entry, Factor, FactorBlock, FactorMatrix, FactorSettings, FieldCell, FormFactors, Repaired, SurfaceFactor, SurfaceMatrix, gauss_legendre,
+    ComputedRow, Entry, Factor, FactorBlock, FactorMatrix, FactorSettings, FieldCell, FormFactors, Repaired, SurfaceFactor,
+    SurfaceMatrix, gauss_legendre,
 };
 pub use host::check_host;
 pub use occluders::{Beam, Found, Occluders};

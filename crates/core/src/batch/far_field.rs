@@ -22,6 +22,7 @@
 
 use std::f64::consts::{FRAC_1_PI, PI};
 use std::ops::Range;
+use std::sync::OnceLock;
 
 use fearless_simd::{Level, Simd};
 use glam::DVec3;
@@ -95,19 +96,20 @@ fn lebesgue(degree: usize) -> f64 {
     1.0 + 2.0 / PI * libm::log((degree + 1) as f64) + 1e-9
 }
 
-/// Nodes and weights of all clusters, one after the other, each filled up to whole vectors with weights of 0.
+/// Nodes and weights of a cluster, filled up to whole vectors with weights of 0.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Nodes {
     pub(super) place: [Vec<f64>; 3],
     pub(super) weight: [Vec<f64>; 3],
 }
 
-/// The far field of a cluster.
+/// The far field of a cluster. What it leaves out is known before its weights are, and these are found when they are needed.
 #[derive(Debug, Clone)]
 pub(super) struct FarField {
-    pub(super) nodes: Range<usize>,
-    /// How many there are, without those that fill up.
-    pub(super) count: usize,
+    nodes: OnceLock<Nodes>,
+    degree: [usize; 3],
+    /// Nodes of the rule each way.
+    rule: usize,
     axes: [Axis; 3],
     /// For the rule's remainder: reach of the triangles, and the order of the first term that it does not integrate.
     reach: f64,
@@ -133,23 +135,13 @@ impl FarField {
     }
 
     /// The far field of a cluster, lamps in a range, each covered once by a fan from its vertex 0.
-    pub(super) fn new(
-        cluster: &Cluster,
-        degree: [usize; 3],
-        (lamps, range): (&Lamps, Range<usize>),
-        level: Level,
-        nodes: &mut Nodes,
-    ) -> Self {
+    pub(super) fn new(cluster: &Cluster, degree: [usize; 3], lamps: &Lamps, range: Range<usize>) -> Self {
         let emitters = range.len();
-        let points = degree.map(Points::new);
         let usual = USUAL * cluster.radius;
-        let (reach, sides) = lamps.extent(range.clone());
+        let (reach, sides) = lamps.extent(range);
         // The rule's degree, less that of the emission.
         let first = |n: usize| 2 * n - lamps.order();
         let rule = (2..=6).find(|n| left_by_rule(reach / usual, first(*n)) <= ENOUGH).unwrap_or(6);
-        let gauss = gauss_rule(rule);
-        let interpolation = Interpolation { cluster, points: &points, gauss: &gauss };
-        let weights = on_instruction_set!(level, simd => interpolation.weights(simd, lamps, range));
         let growth = degree.map(lebesgue);
         let axis = |k: usize| {
             let [steep, flat] = order(degree[k] + 1);
@@ -157,16 +149,31 @@ impl FarField {
             let factor = growth[..k].iter().product::<f64>() * power * UP;
             Axis { steep: steep * factor, flat: flat * factor, order: i32::try_from(degree[k] + 1).unwrap_or(i32::MAX) }
         };
-        let (all, count) = (growth.iter().product::<f64>(), degree.iter().map(|degree| degree + 1).product::<usize>());
+        let (all, count) = (growth.iter().product::<f64>(), count(degree));
         Self {
-            nodes: interpolation.push(&weights, nodes),
-            count,
+            nodes: OnceLock::new(),
+            degree,
+            rule,
             axes: [axis(0), axis(1), axis(2)],
             reach,
             first: first(rule),
             rounding: ((emitters + count + 520) as f64 + 16.0 * PI * sides / cluster.power) * ROUNDOFF * all,
             displaced: 256.0 * ROUNDOFF * (cluster.centre.length() + cluster.radius) * all,
         }
+    }
+
+    /// How many nodes there are, without those that fill up.
+    pub(super) fn count(&self) -> usize {
+        count(self.degree)
+    }
+
+    /// Nodes and weights, of the cluster and the lamps that it was made of.
+    pub(super) fn nodes(&self, cluster: &Cluster, lamps: &Lamps, range: Range<usize>, level: Level) -> &Nodes {
+        self.nodes.get_or_init(|| {
+            let (points, gauss) = (self.degree.map(Points::new), gauss_rule(self.rule));
+            let interpolation = Interpolation { cluster, points: &points, gauss: &gauss };
+            interpolation.nodes(&on_instruction_set!(level, simd => interpolation.weights(simd, lamps, range)))
+        })
     }
 
     /// Bound on the error at a receiver that sees all of the cluster, without the factor rho.
@@ -181,6 +188,11 @@ impl FarField {
         let rest = left_by_rule(self.reach * near, self.first) + self.rounding + self.displaced * near;
         cluster.power * (axes + rest) * (near * near) * (FRAC_1_PI * UP)
     }
+}
+
+/// Nodes of an interpolation.
+fn count(degree: [usize; 3]) -> usize {
+    degree.iter().map(|degree| degree + 1).product()
 }
 
 /// Remainder of a rule that is exact below an order, on triangles of a reach over the distance, relative to `1/D^2`.
@@ -297,10 +309,10 @@ impl Interpolation<'_> {
         }
     }
 
-    /// Appends the nodes.
-    fn push(&self, weights: &[[f64; 3]], nodes: &mut Nodes) -> Range<usize> {
+    /// The nodes with their weights.
+    fn nodes(&self, weights: &[[f64; 3]]) -> Nodes {
         let Cluster { centre, axes, half, .. } = self.cluster;
-        let start = nodes.place[0].len();
+        let mut nodes = Nodes::default();
         let [first, second, third] = self.points;
         let mut push = |place: DVec3, weight: [f64; 3]| {
             nodes.place.iter_mut().zip(place.to_array()).for_each(|(array, along)| array.push(along));
@@ -313,7 +325,7 @@ impl Interpolation<'_> {
         }
         let filled = weights.len().next_multiple_of(MOST_LANES);
         (weights.len()..filled).for_each(|_| push(*centre, [0.0; 3]));
-        start..start + filled
+        nodes
     }
 }
 
@@ -394,8 +406,8 @@ mod tests {
             let (mut kinds, _) = sorted(&lamps, &index, 1.0);
             let group = kinds.remove(0);
             for degree in [FarField::degree(&cluster), [3, 2, 1]] {
-                let mut nodes = Nodes::default();
-                let field = FarField::new(&cluster, degree, (&group, 0..lamps.len()), Level::new(), &mut nodes);
+                let field = FarField::new(&cluster, degree, &group, 0..lamps.len());
+                let nodes = field.nodes(&cluster, &group, 0..lamps.len(), Level::new());
                 for i in 0..300 {
                     let direction = DVec3::from([(); 3].map(|()| random.random_range(-1.0..1.0))) - DVec3::Z;
                     let x = cluster.centre + direction.normalize() * cluster.radius * libm::exp(0.02 * f64::from(i));
@@ -410,7 +422,7 @@ mod tests {
                     let (sum, size) =
                         exact.iter().fold((0.0, 0.0), |(sum, size), a| (sum + a.radiosity, size + a.radiosity.abs()));
                     assert!(size <= sight.most, "{size:e} above the most there can be, {:e}", sight.most);
-                    let error = (far_value(Level::new(), &nodes, field.nodes.clone(), &receiver) - sum).abs();
+                    let error = (far_value(Level::new(), nodes, &receiver) - sum).abs();
                     assert!(
                         error <= bound + 1e-11 * size,
                         "bent {bent}, linear {linear}, degree {degree:?}, {i}: {error:e} > {bound:e}"

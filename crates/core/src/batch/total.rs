@@ -98,8 +98,8 @@ struct Room {
     far: Vec<Decided>,
     /// Grove, first emitter and number of those answered one by one.
     near: Vec<(usize, usize, usize)>,
-    /// Far fields and the receivers of the tile that they answer.
-    pairs: Vec<(usize, usize)>,
+    /// Nodes answered by their far fields, and the receivers of the tile that they answer.
+    pairs: Vec<((usize, usize), usize)>,
 }
 
 impl Room {
@@ -133,11 +133,11 @@ impl Room {
         let node = |decided: &Decided| &tree.groups[decided.place].nodes[decided.index];
         tally.weak += self.weak.iter().map(|decided| node(decided).count as u64).sum::<u64>();
         for decided in &self.far {
-            let Some(far) = node(decided).far else { continue };
+            let Some(far) = node(decided).far_field(&tree.groups[decided.place].lamps) else { continue };
             tally.together += node(decided).count as u64;
             tally.far_fields += 1;
-            tally.far_nodes += tree.far_fields[far].count as u64;
-            self.pairs.push((far, entry));
+            tally.far_nodes += far.count() as u64;
+            self.pairs.push(((decided.place, decided.index), entry));
         }
         tally.alone += self.near.iter().map(|(_, _, count)| *count as u64).sum::<u64>();
         self.near.sort_unstable();
@@ -224,7 +224,8 @@ impl TreeWalk<'_> {
     fn walk(&self, receiver: &Receiver, share: f64, room: &mut Room, tally: &mut Tally) {
         let (x, n1) = (receiver.position() * self.tree.power, receiver.normal());
         while let Some((place, index)) = room.open.pop() {
-            let node = &self.tree.groups[place].nodes[index];
+            let grove = &self.tree.groups[place];
+            let node = &grove.nodes[index];
             let sight = node.cluster.sight(x, n1);
             tally.looked_at += 1;
             if sight.below {
@@ -233,13 +234,14 @@ impl TreeWalk<'_> {
                 tally.behind += node.count as u64;
             } else if sight.most <= share {
                 room.weak.push(Decided { place, index, bound: sight.most });
-            } else if let Some(far) = node.far.filter(|_| sight.whole)
-                && let bound = self.tree.far_fields[far].error(&node.cluster, &sight)
+            } else if sight.whole
+                && let Some(far) = node.far_field(&grove.lamps)
+                && let bound = far.error(&node.cluster, &sight)
                 && bound <= share
             {
                 room.far.push(Decided { place, index, bound });
             } else if let Some(second) = node.second {
-                room.open.push((place, second));
+                room.open.push((place, index + second));
                 room.open.push((place, index + 1));
             } else {
                 room.near.push((place, node.first, node.count));
@@ -287,16 +289,19 @@ impl TreeWalk<'_> {
     }
 
     /// The far fields' sums for each receiver.
-    fn far(&self, seen: &[(Receiver, Sum)], pairs: &mut [(usize, usize)]) -> Vec<FarSum> {
+    fn far(&self, seen: &[(Receiver, Sum)], pairs: &mut [((usize, usize), usize)]) -> Vec<FarSum> {
         pairs.sort_unstable();
         let mut sums = vec![FarSum { sums: [[0.0; MOST_LANES]; 2], blocks: 0 }; seen.len()];
-        for &mut (far, entry) in pairs {
+        for &mut ((place, index), entry) in pairs {
+            let Grove { lamps, nodes } = &self.tree.groups[place];
+            let node = &nodes[index];
+            let Some(far) = node.far_field(lamps) else { continue };
+            let far = far.nodes(&node.cluster, lamps, node.first..node.first + node.count, self.level);
             let receiver = &seen[entry].0;
             let (x, n1) = ((receiver.position() * self.tree.power).to_array(), receiver.normal().to_array());
-            let range = self.tree.far_fields[far].nodes.clone();
-            sums[entry].blocks += range.len() / MOST_LANES;
+            sums[entry].blocks += far.place[0].len() / MOST_LANES;
             let sums = &mut sums[entry].sums;
-            on_instruction_set!(self.level, simd => far_sum(simd, &self.tree.nodes, range, (x, n1), sums));
+            on_instruction_set!(self.level, simd => far_sum(simd, far, (x, n1), sums));
         }
         sums
     }
@@ -328,28 +333,22 @@ struct FarSum {
 
 /// The radiosity that a far field gives a receiver of reflectance 1.
 #[cfg(test)]
-pub(super) fn far_value(level: Level, nodes: &Nodes, range: Range<usize>, receiver: &Receiver) -> f64 {
+pub(super) fn far_value(level: Level, nodes: &Nodes, receiver: &Receiver) -> f64 {
     let mut sums = [[0.0; MOST_LANES]; 2];
     let seen = (receiver.position().to_array(), receiver.normal().to_array());
-    on_instruction_set!(level, simd => far_sum(simd, nodes, range, seen, &mut sums));
+    on_instruction_set!(level, simd => far_sum(simd, nodes, seen, &mut sums));
     -sums[0].iter().sum::<f64>()
 }
 
 /// Adds `(n1.r) (W.r)/r^4` of nodes, and its magnitude.
 #[inline(always)]
-fn far_sum<S: Simd>(
-    simd: S,
-    nodes: &Nodes,
-    range: Range<usize>,
-    (x, n1): ([f64; 3], [f64; 3]),
-    sums: &mut [[f64; MOST_LANES]; 2],
-) {
+fn far_sum<S: Simd>(simd: S, nodes: &Nodes, (x, n1): ([f64; 3], [f64; 3]), sums: &mut [[f64; MOST_LANES]; 2]) {
     let (x, n1) = (same::<S, f64>(simd, x), same(simd, n1));
     let one = constant(simd, 1.0);
     let [px, py, pz] = &nodes.place;
     let [wx, wy, wz] = &nodes.weight;
     let [values, sizes] = sums;
-    for block in range.step_by(MOST_LANES) {
+    for block in (0..px.len()).step_by(MOST_LANES) {
         for lane in (0..MOST_LANES).step_by(Lanes::<S, f64>::COUNT) {
             let i = block + lane;
             let r = load(simd, [&px[i..], &py[i..], &pz[i..]]) - x;

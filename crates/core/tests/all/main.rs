@@ -4,6 +4,7 @@ mod batch;
 mod digits;
 mod emitter_tree;
 mod hessian;
+mod irradiance;
 mod occluders;
 mod on_surface;
 mod polynomials;

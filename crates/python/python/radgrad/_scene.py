@@ -471,15 +471,21 @@ def _places(names: "list[str]", order: "list[str]") -> "NDArray[np.int64]":
 
 @dataclass(frozen=True)
 class Gathered:
-    """Radiosity at points, with a proven bound and an estimate. `S` is the shape of the points."""
+    """Radiosity and irradiance at points, each with a proven bound and an estimate. `S` is the shape of the points."""
 
-    #: `S + (channels,)`: radiosity, in the unit of the emission.
+    #: `S + (channels,)`: radiosity, in the unit of the emission; in free space that of a white surface, which is the irradiance.
     radiosity: Floats
     #: `S + (channels,)`: proven bounds on its errors; infinite where there is none.
     bound: Floats
     #: `S + (channels,)`: estimates of its errors.
     estimate: Floats
-    #: `S`: faces that the points are on.
+    #: `S + (channels,)`: irradiance, what arrives, in the same unit.
+    irradiance: Floats
+    #: `S + (channels,)`: proven bounds on its errors.
+    irradiance_bound: Floats
+    #: `S + (channels,)`: estimates of its errors.
+    irradiance_estimate: Floats
+    #: `S`: faces that the points are on; -1 in free space.
     face: "NDArray[np.int64]"
 
 
@@ -524,28 +530,29 @@ class Solution:
         its mean, with bound and estimate. Radiosities in the unit of the emission, `bound` and `estimate` over the mean."""
         return json.loads(self._core.summary())
 
-    def gather(self, points: ArrayLike, normals: ArrayLike) -> Gathered:
-        """Radiosity at points on faces, each by one exact gather.
+    def gather(self, points: ArrayLike, normals: ArrayLike, on: Optional[str] = None) -> Gathered:
+        """Radiosity and irradiance at points anywhere, each by one exact gather.
 
         Parameters
         ----------
         points, normals : (..., 3)
-            They broadcast to a shape `S`. A point is on the face that is there and faces along the normal.
+            They broadcast to a shape `S`. A point within a millionth of the scene's extent of a face is on it, and the face faces along
+            the normal; others are sensors in free space, that see what is before the normal and hide nothing.
+        on : "face" or "free", optional
+            Where all points are taken to be, instead.
 
         Returns
         -------
         Gathered
-            `radiosity`, `bound` and `estimate`, each S + (channels,).
+            `radiosity`, `bound` and `estimate`, and the same of the `irradiance`, each S + (channels,).
 
         Raises
         ------
         ValueError
-            If a point is on no face.
+            If a point is near a face, and none there faces along the normal; or not finite.
         """
         shape, rows, directions = _pairs(points, normals)
-        radiosity, bound, estimate, face = self._core.gather(rows, directions, list(shape))
-        tail = (*shape, len(self._scene.channels))
-        return Gathered(radiosity.reshape(tail), bound.reshape(tail), estimate.reshape(tail), face.reshape(shape)[()])
+        return _gathered(self._core.gather(rows, directions, _on_face(on), list(shape)), shape, len(self._scene.channels))
 
     def to_vtu(self, file: PathLike) -> None:
         """Write the solution for ParaView: radiosity, gradient and bounds at vertices, where the error comes from on cells."""
@@ -602,6 +609,17 @@ class Solution:
         (width, height), radiosity, bound = self._core.picture(options)
         shape = (height, width, len(self._scene.channels))
         return Picture(radiosity.reshape(shape), bound.reshape(shape))
+
+
+def _on_face(on: Optional[str]) -> Optional[bool]:
+    if on not in (None, "face", "free"):
+        raise ValueError(f'on is {on!r}: it must be "face", "free" or None')
+    return None if on is None else on == "face"
+
+
+def _gathered(columns: Any, shape: "tuple[int, ...]", channels: int) -> Gathered:
+    *numbers, face = columns
+    return Gathered(*[column.reshape((*shape, channels)) for column in numbers], face.reshape(shape)[()])
 
 
 def _pairs(points: Any, normals: Any) -> "tuple[tuple[int, ...], Floats, Floats]":

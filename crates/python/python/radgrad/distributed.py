@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike
 
 from . import _radgrad
 from ._audit import AuditReport, _checked
-from ._scene import Factors, Gathered, Scene, Solution, _from_bytes, _pairs, _settings, _solved_again
+from ._scene import Factors, Gathered, Scene, Solution, _from_bytes, _gathered, _on_face, _pairs, _settings, _solved_again
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -132,16 +132,28 @@ def factors(
     return Factors(scene, scene._core.join(settings, blocks))
 
 
-def _gathered(
-    digests: "tuple[str, str]", sent: "tuple[bytes, list[str]]", again: "dict[str, Any]", points: Any, normals: Any, shape: "list[int]"
+def _job(
+    digests: "tuple[str, str]",
+    sent: "tuple[bytes, list[str]]",
+    again: "dict[str, Any]",
+    points: Any,
+    normals: Any,
+    on_face: Optional[bool],
 ) -> "tuple[Any, ...]":
     """A job of `gather`."""
     scene = _scene(digests[0], sent)
     solution: Solution = _keep("/".join(digests), lambda: _solved_again(scene, again, digests[1]))
-    return solution._core.gather(points, normals, shape)
+    return solution._core.gather(points, normals, on_face, [len(points)])
 
 
-def gather(solution: Solution, points: ArrayLike, normals: ArrayLike, client: "Client", jobs: Optional[int] = None) -> Gathered:
+def gather(
+    solution: Solution,
+    points: ArrayLike,
+    normals: ArrayLike,
+    client: "Client",
+    on: Optional[str] = None,
+    jobs: Optional[int] = None,
+) -> Gathered:
     """`Solution.gather` on a cluster, by blocks of points: the same bytes.
 
     A worker is sent the scene, and solves it once: a solution is a function of the scene and of what was asked, to the last digit, and
@@ -151,7 +163,7 @@ def gather(solution: Solution, points: ArrayLike, normals: ArrayLike, client: "C
     ----------
     solution : Solution
         What was solved.
-    points, normals : (..., 3)
+    points, normals, on
         As of `Solution.gather`.
     client : dask.distributed.Client
         The cluster.
@@ -169,13 +181,13 @@ def gather(solution: Solution, points: ArrayLike, normals: ArrayLike, client: "C
     digest, sent = _sent(client, solution.scene)
     digests, again = (digest, solution.digest), solution._again()
     futures = [
-        client.submit(_gathered, digests, sent, again, rows[first:end], directions[first:end], [end - first], pure=False)
+        client.submit(_job, digests, sent, again, rows[first:end], directions[first:end], _on_face(on), pure=False)
         for first, end in zip(cuts[:-1], cuts[1:])
     ]
     parts = _results(client, futures)
-    tail = (*shape, len(solution.scene.channels))
-    radiosity, bound, estimate, face = [np.concatenate([np.zeros(0), *column]) for column in zip(*parts)] if parts else [np.zeros(0)] * 4
-    return Gathered(radiosity.reshape(tail), bound.reshape(tail), estimate.reshape(tail), face.astype(np.int64).reshape(shape)[()])
+    if not parts:
+        return solution.gather(points, normals, on)
+    return _gathered([np.concatenate(column) for column in zip(*parts)], shape, len(solution.scene.channels))
 
 
 def verify(

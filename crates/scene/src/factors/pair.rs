@@ -8,6 +8,7 @@
 use std::cell::RefCell;
 
 use radgrad_core::DVec3;
+use serde::{Deserialize, Serialize};
 
 use super::bracket::{Between, Bracket, Search};
 use super::cubature::{Goal, Hiding, Rule};
@@ -35,7 +36,7 @@ pub struct Factor {
 }
 
 /// What two faces exchange, an area in the unit in which coordinates are up to 1.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(super) struct Known {
     pub(super) value: f64,
     pub(super) least: f64,

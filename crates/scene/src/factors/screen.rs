@@ -68,18 +68,18 @@ enum Passing {
 }
 
 /// A sight, and whether an edge was displaced for it.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub(super) struct Verdict {
     pub(super) sight: Sight,
     pub(super) is_displaced: bool,
-    /// The only edge that some segments pass outside and some inside, if a part is left and all are inside the others; it runs
-    /// counter-clockwise seen from the first cell.
-    pub(super) edge: Option<[DVec3; 2]>,
+    /// The edges that some segments pass outside and some inside, if a part is left and all are inside the others; they run
+    /// counter-clockwise seen from the first cell. Not known where a cell is on both sides of the screen.
+    pub(super) edges: Option<Vec<[DVec3; 2]>>,
 }
 
 impl Verdict {
     const fn exact(sight: Sight) -> Self {
-        Self { sight, is_displaced: false, edge: None }
+        Self { sight, is_displaced: false, edges: None }
     }
 }
 
@@ -167,7 +167,7 @@ impl Screen {
         } else {
             return Verdict::exact(if self.is_apart(cells) { Sight::Free } else { Sight::Part });
         };
-        let (mut undecided, mut last, mut hidden_displaced) = (0, None, false);
+        let (mut undecided, mut hidden_displaced) = (Vec::new(), false);
         for edge in self.edges() {
             let (mut inside, mut outside, mut displaced) = (false, false, false);
             'pairs: for (&x, &over) in from.0.iter().zip(from.1) {
@@ -182,23 +182,17 @@ impl Screen {
                 }
             }
             if !inside {
-                return Verdict { sight: Sight::Free, is_displaced: displaced, edge: None };
+                return Verdict { sight: Sight::Free, is_displaced: displaced, edges: None };
             }
             if outside {
-                undecided += 1;
-                last = Some(edge);
+                let [a, b] = edge;
+                undecided.push(if is_first_in_front { [a, b] } else { [b, a] });
             } else {
                 hidden_displaced |= displaced;
             }
         }
-        match (undecided, last) {
-            (0, _) => Verdict { sight: Sight::Blocked, is_displaced: hidden_displaced, edge: None },
-            (1, Some([a, b])) => {
-                let edge = if is_first_in_front { [a, b] } else { [b, a] };
-                Verdict { sight: Sight::Part, is_displaced: hidden_displaced, edge: Some(edge) }
-            }
-            _ => Verdict::exact(Sight::Part),
-        }
+        let (sight, edges) = if undecided.is_empty() { (Sight::Blocked, None) } else { (Sight::Part, Some(undecided)) };
+        Verdict { sight, is_displaced: hidden_displaced, edges }
     }
 
     /// Whether it surely hides all of two convex outlines from each other, with no edge displaced.

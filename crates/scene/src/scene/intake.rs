@@ -67,6 +67,13 @@ impl Intake {
         Self { scene, file: file.into(), reading, budget, surfaces, ignored, overdrawn: None }
     }
 
+    /// Of the file of a mesh without materials: black, and its index.
+    pub(crate) fn of_mesh(file: &Path, reading: Reading) -> Result<(Self, usize), Error> {
+        let mut scene = Scene::new(["grey"])?;
+        let material = scene.add_material("", [0.0], [0.0])?;
+        Ok((Self::new(scene, file, reading, &Budget::new(reading.budget)), material))
+    }
+
     pub(crate) fn budget(&self) -> &Budget {
         &self.budget
     }

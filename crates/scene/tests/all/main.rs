@@ -5,3 +5,4 @@ mod factors;
 mod files;
 mod hostile;
 mod prepared;
+mod two_polygons;

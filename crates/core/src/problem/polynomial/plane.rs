@@ -200,7 +200,7 @@ fn nested<T: Real>(terms: &[&Monomial], affine: &[(T, [T; 2])], unit: f64) -> Bi
 }
 
 /// Unit vectors in the plane, `t_1 x t_2 = n2`: the first across the coordinate axis that is farthest from the normal.
-fn axes<T: Real>(polygon: &Polygon) -> [Vec3<T>; 2] {
+pub(crate) fn axes<T: Real>(polygon: &Polygon) -> [Vec3<T>; 2] {
     let n2 = polygon.unit_normal::<T>();
     let size = n2.map(|c| c.value().abs());
     let axis = if size.x <= size.y && size.x <= size.z {
