@@ -17,8 +17,8 @@ mod solve;
 mod summary;
 mod view;
 
-use std::fmt::Display;
 use std::ffi::OsString;
+use std::fmt::Display;
 use std::fs::File;
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};

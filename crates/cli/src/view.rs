@@ -1,9 +1,9 @@
-//! `radgrad solve --view`: what a camera sees of a solution, one ray through the centre of each pixel.
+//! `radgrad solve --view`: a solution seen by a camera, one ray through the centre of each pixel.
 //!
 //! A ray ends at the nearest face that it meets; there stands the radiosity in the scene's unit, and its bound. The back of a face
-//! and what is beside all faces are 0. An `.exr` has these numbers as they are, a channel each, and the bounds in the layer
-//! `bound`; a `.png` has colours, `B/(B + 2 m)` with the mean radiosity m over all channels, in the transfer curve of sRGB, and
-//! says so in its text chunk `exposure`. Every face is asked for every ray.
+//! and pixels beside all faces are 0. An `.exr` has these numbers as they are, a channel each, and the bounds in the layer `bound`;
+//! a `.png` has colours, `B/(B + 2 m)` with the mean radiosity m over all channels, in the transfer curve of sRGB, and says so in
+//! its text chunk `exposure`. Every face is asked for every ray.
 
 mod camera;
 mod exr;
@@ -110,7 +110,7 @@ impl View {
         Ok(Picture { size: self.size, radiosity: all(|pixel| &pixel.radiosity), bound: all(|pixel| &pixel.bound) })
     }
 
-    /// What is seen from a point of the solution's own coordinates.
+    /// The pixel of a ray from a point of the solution's own coordinates.
     fn pixel(
         &self,
         solution: &Solution,
@@ -131,7 +131,7 @@ impl View {
         let at = solution.mesh().elements()[leaf].reference(point);
         let polynomial = |channel| solution.value_on(leaf, channel, at);
         let value = |channel| smooth.map_or_else(|| polynomial(channel), |smooth| smooth.value_on(leaf, channel, at));
-        // What the patch leaves the polynomial by counts beside the polynomial's bound.
+        // The patch's difference from the polynomial counts beside the polynomial's bound.
         let bounds = solution.bound_on(leaf);
         let bound = |channel: usize| bounds[channel].total() + (value(channel) - polynomial(channel)).abs();
         Ok(Pixel { radiosity: (0..channels).map(value).collect(), bound: (0..channels).map(bound).collect() })

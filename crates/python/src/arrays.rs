@@ -68,14 +68,18 @@ impl<'a, F: Number> Points<'a, F> {
         normals: &'a PyReadonlyArrayDyn<'_, F>,
         reflectances: &'a PyReadonlyArrayDyn<'_, F>,
     ) -> PyResult<Self> {
-        let points = Self { positions: rows(slice(positions)?), normals: rows(slice(normals)?), reflectances: slice(reflectances)? };
+        let points =
+            Self { positions: rows(slice(positions)?), normals: rows(slice(normals)?), reflectances: slice(reflectances)? };
         points.check().map(|()| points)
     }
 
     /// Refuses arrays of lengths that do not go together.
     pub(crate) fn check(&self) -> PyResult<()> {
         let expected = self.positions.len();
-        match [("normals", self.normals.len()), ("reflectances", self.reflectances.len())].iter().find(|(_, n)| *n != 1 && *n != expected) {
+        match [("normals", self.normals.len()), ("reflectances", self.reflectances.len())]
+            .iter()
+            .find(|(_, n)| *n != 1 && *n != expected)
+        {
             Some((what, count)) => Err(refused(format!("{count} {what} for {expected} points: give one, or one for each"))),
             None => Ok(()),
         }

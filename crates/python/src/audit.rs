@@ -128,7 +128,9 @@ impl AuditTable {
             "figures" => self.table.write_figures(&mut text),
             "histogram" => self.table.write_histogram(&mut text),
             "outcomes" => self.table.write_outcomes(&mut text),
-            other => return Err(refused(format!("there is no table {other:?}: there are errors, figures, histogram and outcomes"))),
+            other => {
+                return Err(refused(format!("there is no table {other:?}: there are errors, figures, histogram and outcomes")));
+            }
         }
         .map_err(refused)?;
         String::from_utf8(text).map_err(refused)

@@ -48,7 +48,11 @@ impl<E: std::error::Error> From<E> for Ended {
 /// Does work without Python's lock. After Ctrl-C `stop` is set, and the work should end soon; then the signal's exception is raised.
 ///
 /// Work that is short is done in this thread.
-pub(crate) fn detached<T: Send>(py: Python<'_>, is_short: bool, work: impl FnOnce(&Stop) -> Result<T, Ended> + Send) -> PyResult<T> {
+pub(crate) fn detached<T: Send>(
+    py: Python<'_>,
+    is_short: bool,
+    work: impl FnOnce(&Stop) -> Result<T, Ended> + Send,
+) -> PyResult<T> {
     let stop = Stop::default();
     let work = |stop: &Stop| {
         // Another library of the process may have set another rounding: threads inherit it.

@@ -175,7 +175,8 @@ impl<F: Number> Chunk<F> {
         if points.normals.len() > 1 {
             turned(&points.normals[start..start + count], &mut self.normal);
         }
-        let reflectances = if points.reflectances.len() == 1 { points.reflectances } else { &points.reflectances[start..start + count] };
+        let reflectances =
+            if points.reflectances.len() == 1 { points.reflectances } else { &points.reflectances[start..start + count] };
         let [position, normal] = [&self.position, &self.normal].map(|of| of.each_ref().map(|column| &column[..count]));
         let receivers = Receivers::new(position, normal, reflectances)?;
         if let [emitter] = emitters {

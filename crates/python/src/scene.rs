@@ -38,7 +38,14 @@ const fn degenerate(drop: bool) -> Degenerate {
 impl SceneCore {
     /// Reads a file.
     #[staticmethod]
-    fn read(py: Python<'_>, file: PathBuf, drop_degenerate: bool, allow_outside: bool, budget: u64, need_materials: bool) -> PyResult<Self> {
+    fn read(
+        py: Python<'_>,
+        file: PathBuf,
+        drop_degenerate: bool,
+        allow_outside: bool,
+        budget: u64,
+        need_materials: bool,
+    ) -> PyResult<Self> {
         let materials = if need_materials { Materials::Required } else { Materials::Optional };
         let reading = Reading { degenerate: degenerate(drop_degenerate), budget, allow_outside, materials };
         py.detach(|| Scene::read(file, reading)).map(Self::of).map_err(refused)
@@ -64,11 +71,18 @@ impl SceneCore {
         let mut faces = Vec::with_capacity(names.len());
         for (index, (&count, surface)) in slice(&counts)?.iter().zip(names).enumerate() {
             let taken = usize::try_from(count).ok().and_then(|count| rest.split_at_checked(count));
-            let Some((outline, after)) = taken else { return Err(refused(format!("faces[{index}] has {count} corners: there are fewer"))) };
+            let Some((outline, after)) = taken else {
+                return Err(refused(format!("faces[{index}] has {count} corners: there are fewer")));
+            };
             rest = after;
             let vertex = |corner: &i64| {
                 let found = usize::try_from(*corner).ok().and_then(|corner| vertices.get(corner));
-                let wrong = || refused(format!("faces[{index}] has vertex {corner}: they are numbered from 0, and there are {}", vertices.len()));
+                let wrong = || {
+                    refused(format!(
+                        "faces[{index}] has vertex {corner}: they are numbered from 0, and there are {}",
+                        vertices.len()
+                    ))
+                };
                 found.map(|vertex| DVec3::from(*vertex)).ok_or_else(wrong)
             };
             let of = |values: &[f64]| values[width * index..width * (index + 1)].to_vec();
@@ -154,7 +168,12 @@ impl SceneCore {
         let (quantity, factor) = if emitted { (Quantity::Radiance, std::f64::consts::PI) } else { (Quantity::Reflectance, 1.0) };
         let channels = self.scene.channels().len();
         let faces = 0..self.scene.faces().len();
-        PyArray1::from_iter(py, faces.flat_map(|face| (0..channels).map(move |c| (face, c))).map(|(face, c)| factor * self.scene.mean_over(face, quantity, c)))
+        PyArray1::from_iter(
+            py,
+            faces
+                .flat_map(|face| (0..channels).map(move |c| (face, c)))
+                .map(|(face, c)| factor * self.scene.mean_over(face, quantity, c)),
+        )
     }
 
     /// All factors, or those of pairs whose lower face has its row in a block.

@@ -58,12 +58,14 @@ impl Tree {
                     return Err(Ended::Stopped);
                 }
                 let end = count.min(start + CHUNK);
-                let reflectances = if points.reflectances.len() == 1 { points.reflectances } else { &points.reflectances[start..end] };
+                let reflectances =
+                    if points.reflectances.len() == 1 { points.reflectances } else { &points.reflectances[start..end] };
                 let refused = |error: Error| match error {
                     Error::InBatch { index, error } => Ended::Refused(format!("{}{error}", shape.place(start + index))),
                     error => Ended::Refused(error.to_string()),
                 };
-                let [position, normal] = [&position, &normal].map(|of| of.each_ref().map(|column: &Vec<f64>| &column[start..end]));
+                let [position, normal] =
+                    [&position, &normal].map(|of| of.each_ref().map(|column: &Vec<f64>| &column[start..end]));
                 let receivers = Receivers::new(position, normal, reflectances);
                 let receivers = receivers.map_err(refused)?;
                 tally += Engine::new().threads().total(&receivers, &self.0, tolerance, &mut answers).map_err(refused)?;

@@ -11,8 +11,8 @@
 //! is refused, since a misspelt one would go unseen. Lengths are in one unit of the caller's choice,
 //! emission in any unit. Doubles are read and written exactly: the text of a [`Case`] reads back as the same case, bit for bit.
 //!
-//! A [`Case`] is what stands in the line; [`Case::problem`] checks it and gives the types of `radgrad-core`; [`Line::answer`]
-//! is the whole way from a line to what is written for it.
+//! A [`Case`] holds the fields of the line; [`Case::problem`] checks it and gives the types of `radgrad-core`; [`Line::answer`]
+//! goes the whole way from a line to its answer or refusal.
 
 mod answer;
 mod emission;

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::words::printable;
 
-/// A position in a file: what an error or a note points at.
+/// A position in a file that an error or a note points at.
 ///
 /// ```
 /// use radgrad_scene::{Place, Position};

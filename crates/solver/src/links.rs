@@ -1,4 +1,4 @@
-//! What receivers gather from, and how roughly: the transfer from an element to a point, and links made of it.
+//! Links: the transfer from an element to a point, and the elements and clusters from which a receiver gathers.
 
 pub(crate) mod cell;
 pub(crate) mod cluster;

@@ -1,4 +1,4 @@
-//! All elements of a scene, and what lies between them.
+//! All elements of a scene, and the faces that lie between them.
 
 pub(crate) mod basis;
 pub(crate) mod clusters;
@@ -42,7 +42,7 @@ pub struct Mesh {
     exchanges: Vec<bool>,
     /// Convex parts of each polygon.
     convex: Vec<Vec<Vec<DVec3>>>,
-    /// The same as what hides others.
+    /// The same as occluders.
     screens: Vec<Vec<Screen>>,
     index: Occluders,
     bases: [Basis; 2],
@@ -53,7 +53,7 @@ pub struct Mesh {
     roots_of_face: Vec<Vec<usize>>,
 }
 
-/// What a point sees of a source.
+/// A point's or an element's sight of a source.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) enum Sight {
     /// Nothing: one of them is behind the other, or this face hides all of it.
@@ -185,7 +185,7 @@ impl Mesh {
         self.elements[element].parent().and_then(|parent| self.elements[parent].children()).map_or(0, |first| element - first)
     }
 
-    /// Mean over all area of what has this mean on each root.
+    /// Mean over all area of a quantity with this mean on each root.
     pub(crate) fn mean(&self, of_root: impl Fn(usize) -> f64) -> f64 {
         let sum = |(area, sum): (f64, f64), &root: &usize| {
             let own = self.elements[root].area();
@@ -292,7 +292,7 @@ impl Mesh {
         self.roots.iter().filter(|&&root| self.elements[root].face() != face).any(at)
     }
 
-    /// What an element sees of another, all of it among `known` where those were found for larger ones.
+    /// An element's sight of another, among `known` where the faces in between were found for larger ones.
     pub(crate) fn sight(&self, receiver: usize, source: usize, known: Option<&[usize]>) -> Sight {
         let [to, from] = [receiver, source].map(|e| &self.elements[e]);
         if to.face() == from.face() {
@@ -303,7 +303,7 @@ impl Mesh {
         self.found(&beam, known, [to.face(), from.face()], ends)
     }
 
-    /// What a point of a face sees of an element, among `known`.
+    /// A point's sight of an element, with the face that it is on, among `known`.
     pub(crate) fn sight_of_point(&self, face: usize, point: DVec3, source: usize, known: Option<&[usize]>) -> Sight {
         let from = &self.elements[source];
         if face == from.face() {

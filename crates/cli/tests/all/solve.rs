@@ -339,7 +339,7 @@ fn a_texture_is_seen_by_points_and_unusable_ones_are_said() {
     let output = folder.solve(&["--points", "points.jsonl", "--error", "0.5%"]);
     assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
     assert!(String::from_utf8_lossy(&output.stderr).contains("`photo.jpg` cannot be read"));
-    // What each half reflects is its reflectance times nearly the same irradiance.
+    // Each half reflects its reflectance times nearly the same irradiance.
     let reflected: Vec<f64> = lines(&output).iter().map(|line| line["radiosity"][0].as_f64().unwrap() - 1.0).collect();
     let ratio = reflected[0] / reflected[1];
     assert!((4.0..6.0).contains(&ratio), "{ratio}");

@@ -1,4 +1,4 @@
-//! What a batch gives, as a structure of arrays.
+//! The results of a batch, as a structure of arrays.
 
 use glam::DVec3;
 
@@ -17,20 +17,20 @@ pub struct Answers<F = f64> {
     pub radiosity_error: Vec<F>,
     /// Proven bounds on the Euclidean norms of the errors of `gradient`.
     pub gradient_error: Vec<F>,
-    /// What answered each entry, where bounds were asked for: [`Method::ClosedForm`] of lanes.
+    /// The method of each entry, where bounds were asked for: [`Method::ClosedForm`] of lanes.
     pub method: Vec<Method>,
-    /// How many of what answered.
+    /// How the entries were answered.
     pub counts: Counts,
 }
 
-/// How many entries were answered by what.
+/// How many entries were answered in each way.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Counts {
     /// Nothing to compute: behind the emitter or in its plane, or all of it below the horizon. Exactly 0.
     pub zero: usize,
     /// The closed form on lanes, of the whole emitter.
     pub whole: usize,
-    /// The closed form on lanes, of what the horizon leaves.
+    /// The closed form on lanes, of the part above the horizon.
     pub clipped: usize,
     /// Lanes of single precision that cancel, done again in double precision; they are among `whole` and `clipped` too where
     /// that sufficed.
@@ -65,7 +65,7 @@ impl<F: Lane> Answers<F> {
         Self::default()
     }
 
-    /// One entry; what was not asked for is 0.
+    /// One entry; a quantity that was not asked for is 0.
     pub(super) fn answer(&self, index: usize) -> Answer {
         let at = |array: &[F]| array.get(index).map_or(0.0, |value| value.to_double());
         let of_lanes = if at(&self.radiosity) == 0.0 { Method::Zero } else { Method::ClosedForm };
@@ -79,7 +79,7 @@ impl<F: Lane> Answers<F> {
         }
     }
 
-    /// Arrays of `count` entries, and what to write them to.
+    /// Arrays of `count` entries, as slots to write to.
     pub(super) fn sized(&mut self, count: usize, asked: Asked) -> Slots<'_, F> {
         let size = |array: &mut Vec<F>, wanted: bool| array.resize(if wanted { count } else { 0 }, F::default());
         size(&mut self.radiosity, true);

@@ -48,7 +48,7 @@ struct Set<F> {
     index: Vec<usize>,
     /// Constant ones in the precision asked for.
     group: Option<Group<F>>,
-    /// In double precision, for what that does not settle, and linear ones.
+    /// In double precision, for linear emitters and for entries that single precision does not settle.
     double: Option<Lamps>,
 }
 

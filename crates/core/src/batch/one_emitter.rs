@@ -31,7 +31,7 @@ impl<F: Lane> Lamp<F> {
 /// An emitter on lanes of double precision.
 #[derive(Debug, Clone)]
 enum Double {
-    /// For what single precision does not settle.
+    /// For entries that single precision does not settle.
     Constant(Lamp<f64>),
     /// In either precision.
     Linear(LinearLamp),
@@ -56,7 +56,7 @@ pub(super) struct OneEmitter<'a, F> {
     receivers: Receivers<'a, F>,
     emitter: &'a Emitter,
     lamp: Option<Lamp<F>>,
-    /// For what the lanes of that do not settle.
+    /// For entries that its lanes do not settle.
     double: Option<Double>,
     goal: Goal,
     level: Level,

@@ -1,9 +1,9 @@
 //! Emission that is a polynomial of the position: `B(y) = sum b_ijk dx^i dy^j dz^k` with `(dx, dy, dz) = y - origin`.
 //!
-//! What a user states is [`Polynomial`], three variables and any origin. [`plane`] restricts it to the emitter's plane once per
-//! emitter. Its closed form is in `forms/polynomial`: `segment` integrates powers along the pieces of the visible boundary,
-//! `moments` brings every integral over the visible region down to those and one non-elementary number, and `sum` puts radiosity
-//! and gradient together.
+//! The user's [`Polynomial`] has three variables and any origin. [`plane`] restricts it to the emitter's plane once per emitter.
+//! Its closed form is in `forms/polynomial`: `segment` integrates powers along the pieces of the visible boundary, `moments` brings
+//! every integral over the visible region down to those and one non-elementary number, and `sum` puts radiosity and gradient
+//! together.
 //!
 //! Units: coefficients in the unit of the emission over the unit of length to the power of the degree.
 
@@ -25,8 +25,8 @@ pub struct Monomial {
 
 /// A polynomial in the position relative to an origin.
 ///
-/// Only its values on the emitter's plane matter. An origin near the emitter keeps the digits of high powers; the answer's
-/// bounds say what is lost.
+/// Only its values on the emitter's plane matter. An origin near the emitter keeps the digits of high powers; the answer's bounds
+/// include the loss.
 ///
 /// ```
 /// use radgrad_core::{DVec3, Emission, Emitter, Polygon, Polynomial, Receiver, evaluate};

@@ -1,7 +1,7 @@
 //! Batches against the scalar path: within both bounds, in every regime, on every instruction set, at every length.
 
 use radgrad_core::batch::{Answers, Emitters, Engine, Precision, Receivers};
-use radgrad_core::{Method, Answer, DVec3, Emission, Emitter, Error, Polygon, Receiver, evaluate, radiosity_and_gradient};
+use radgrad_core::{Answer, DVec3, Emission, Emitter, Error, Method, Polygon, Receiver, evaluate, radiosity_and_gradient};
 use rand::{RngExt, SeedableRng, rngs::ChaCha8Rng};
 
 /// Receivers as a structure of arrays of their own.

@@ -31,8 +31,8 @@ fn rule() -> Vec<(f64, f64)> {
     signed.flat_map(|(t, w)| (0..24).map(move |i| ((f64::from(i) + 0.5 * (1.0 + t)) / 24.0, w / 24.0))).collect()
 }
 
-/// Radiosity and gradient by quadrature over the part of the polygon above the horizon. That part's edge on the horizon moves
-/// with x, but what it gains or loses is seen with `n1.r = 0`.
+/// Radiosity and gradient by quadrature over the part of the polygon above the horizon. That part's edge on the horizon moves with
+/// x, but the strip it gains or loses is seen with `n1.r = 0`.
 fn by_quadrature(receiver: &Receiver, emitter: &Emitter) -> (f64, DVec3) {
     let (x, n1, n2) = (receiver.position(), receiver.normal(), emitter.polygon().normal());
     let vertices = emitter.polygon().vertices();
@@ -118,7 +118,7 @@ fn low_degrees_agree_with_constant_and_linear_emission_to_rounding() {
     }
 }
 
-/// From the origin a screen whose edge is at x = 0.25, z = 1 hides what is beyond x = 0.5 at z = 2.
+/// From the origin a screen whose edge is at x = 0.25, z = 1 hides the part beyond x = 0.5 at z = 2.
 #[test]
 fn a_screen_leaves_the_radiosity_of_what_it_does_not_hide() {
     let ceiling =

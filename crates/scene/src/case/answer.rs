@@ -1,4 +1,4 @@
-//! What is written for a line: its answer, or why it has none.
+//! The output for a line: its answer, or the reason why it has none.
 
 use serde::ser::{Serialize, SerializeStruct, Serializer};
 
@@ -36,7 +36,7 @@ pub struct AnswerRecord {
     /// Proven bound on the Frobenius norm of the error of `hessian`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub hessian_error: Option<f64>,
-    /// What answered.
+    /// The method that answered.
     pub method: &'static str,
 }
 
@@ -98,7 +98,7 @@ pub struct DigitsRecord {
     pub digits: u32,
     /// Bits of the numbers that gave the answer.
     pub bits: usize,
-    /// What answered.
+    /// The method that answered.
     pub method: &'static str,
 }
 
@@ -160,7 +160,7 @@ pub struct Refusal {
     pub id: Option<Id>,
     /// Number of the line, from 1, blank lines counted.
     pub line: usize,
-    /// What is wrong with it.
+    /// The reason.
     pub error: Error,
 }
 

@@ -42,18 +42,16 @@ impl FormFactors<'_> {
             let found = format!("{} to {}", rows.start, rows.end);
             return Err(Error::expected(format!("a range of the {} rows", all.len()), found));
         }
-        let of_row = |place: usize| -> Result<Vec<Pair>, Error> {
-            let mut found = Vec::new();
-            for &to in &all[place + 1..] {
-                if let Some(known) = self.pair([all[place], to], settings)? {
-                    found.push(Pair { faces: [all[place], to].map(|face| u32::try_from(face).unwrap_or(u32::MAX)), known });
-                }
-            }
+        let of_row = |place: usize| {
+            let from = all[place];
+            let found = self.pairs_of(from, |to| to > from && all.binary_search(&to).is_ok(), settings)?;
             progress();
-            Ok(found)
+            Ok::<_, Error>(found)
         };
         let found = rows.clone().into_par_iter().map(of_row).collect::<Result<Vec<_>, _>>()?;
-        Ok(FactorBlock { rows, pairs: found.into_iter().flatten().collect() })
+        let mut pairs: Vec<Pair> = found.into_iter().flatten().collect();
+        pairs.sort_unstable_by_key(|pair| pair.faces);
+        Ok(FactorBlock { rows, pairs })
     }
 
     /// The matrix of blocks that have every row once, in any order: to the last digit that of [`Self::matrix`].
@@ -66,7 +64,10 @@ impl FormFactors<'_> {
         let mut next = 0;
         for FactorBlock { rows, .. } in &blocks {
             if rows.start != next {
-                return Err(Error::expected(format!("a block from row {next} on"), format!("one of rows {} to {}", rows.start, rows.end)));
+                return Err(Error::expected(
+                    format!("a block from row {next} on"),
+                    format!("one of rows {} to {}", rows.start, rows.end),
+                ));
             }
             next = rows.end;
         }
@@ -75,7 +76,9 @@ impl FormFactors<'_> {
         }
         let pairs: Vec<Pair> = blocks.into_iter().flat_map(|block| block.pairs).collect();
         let is_row = |face: u32| faces.binary_search(&(face as usize)).is_ok();
-        if let Some(pair) = pairs.iter().find(|pair| pair.faces[0] >= pair.faces[1] || !pair.faces.iter().all(|face| is_row(*face))) {
+        if let Some(pair) =
+            pairs.iter().find(|pair| pair.faces[0] >= pair.faces[1] || !pair.faces.iter().all(|face| is_row(*face)))
+        {
             return Err(Error::expected("pairs of faces of the scene, the lower one first", format!("{:?}", pair.faces)));
         }
         self.of_pairs(faces, pairs)

@@ -143,7 +143,11 @@ impl Scene {
             }
         }
         for (name, exchanges) in record.surfaces {
-            if exchanges { scene.add_surface(name) } else { scene.add_obstruction(name) };
+            if exchanges {
+                scene.add_surface(name)
+            } else {
+                scene.add_obstruction(name)
+            };
         }
         let files: Vec<Arc<std::path::Path>> = record.files.into_iter().map(Into::into).collect();
         for face in record.faces {
@@ -182,7 +186,9 @@ mod tests {
         assert_eq!((sent.materials(), sent.channels()), (scene.materials(), scene.channels()));
         assert_eq!(sent.to_bytes().unwrap(), bytes);
         let text = String::from_utf8(bytes).unwrap();
-        for (good, bad) in [("\"material\":0", "\"material\":3"), ("\"surface\":0", "\"surface\":9"), ("[[0,", "[[7,"), ("0.25", "1.25")] {
+        for (good, bad) in
+            [("\"material\":0", "\"material\":3"), ("\"surface\":0", "\"surface\":9"), ("[[0,", "[[7,"), ("0.25", "1.25")]
+        {
             assert!(text.contains(good), "{good} is not in {text}");
             assert!(Scene::from_bytes(text.replacen(good, bad, 1).as_bytes()).is_err() || good == "[[0,", "{bad}");
         }

@@ -96,7 +96,7 @@ impl Chart {
         };
         let extents = [extent(0), extent(1)];
         let far = extents.as_flattened().iter().map(|end| end.abs()).fold(0.0, largest);
-        // What is NaN is not near either.
+        // NaN is not near either.
         if far.is_nan() || far > FARTHEST_TEXEL {
             let rule = format!("a face has it {far:.3e} texels from its origin: at most {FARTHEST_TEXEL:e} are told apart");
             return Err(Error::Texture { texture: texture.name().to_owned(), rule });

@@ -1,11 +1,11 @@
-//! Which links a receiver has: what it sees, linked as roughly as is allowed.
+//! The links of a receiver: all elements that it sees, linked as roughly as is allowed.
 //!
-//! Links are refined where what they neglect, times the reflectance, is too large: Hanrahan's brightness-weighted refinement, with
-//! a bound in the place of the brightness.
+//! Links are refined where the light they neglect, times the reflectance, is too large: Hanrahan's brightness-weighted refinement,
+//! with a bound in the place of the brightness.
 //!
 //! Where faces are many a receiver begins with one cluster of all of them ([`crate::mesh::clusters`]), unless links go by
-//! thresholds. The one that may give most is opened, and its elements at last linked, until what all others may give, together
-//! with what links neglect, is what is allowed.
+//! thresholds. The one that may give most is opened, and its elements at last linked, until the light of all closed ones and the
+//! light that links neglect are together within the allowed error.
 
 use crate::error::Error;
 use crate::field::Field;
@@ -24,7 +24,7 @@ use radgrad_scene::largest;
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Need<'a> {
     pub(crate) field: &'a Field,
-    /// What the error in each channel is multiplied by; the largest counts.
+    /// Weight of the error in each channel; the largest product counts.
     pub(crate) weight: &'a [f64],
     /// The sum of the errors of all links.
     pub(crate) allowed: f64,
@@ -116,8 +116,8 @@ impl Optics<'_> {
         Ok((links, self.projected(gatherer, far)))
     }
 
-    /// Opens clusters and refines links of a receiver until the sum of what they neglect is what is allowed at every node, or
-    /// nothing is left to refine: each time what is worst where the sum is. Returns whether any was.
+    /// Opens clusters and refines links of a receiver until the sum of the light they neglect is within the allowed error at every
+    /// node, or nothing is left to refine: each time the worst one at the node with the largest sum. Returns whether any was.
     pub(crate) fn refine(
         &self,
         gatherer: Gatherer<'_>,
@@ -186,7 +186,7 @@ impl Optics<'_> {
         cut.closed(Gatherer::Element(receiver), rows(links)).projected(self.mesh.basis(receiver))
     }
 
-    /// Bound on what a link neglects at each node, the largest of the channels after each is multiplied by its weight.
+    /// Bound on the light that a link neglects at each node, the largest of the channels after each is multiplied by its weight.
     fn weighted_errors(&self, link: &Link, field: &Field, weight: &[f64]) -> Vec<f64> {
         let of_row = |row: &Row| {
             let neglected = |(channel, weight): (usize, &f64)| weight * field.neglected(self.mesh, link.source, channel, row);
@@ -196,7 +196,7 @@ impl Optics<'_> {
     }
 }
 
-/// The projection on a receiver's basis of what its nodes get of a source's functions.
+/// The projection on a receiver's basis of the light of a source's functions at its nodes.
 fn projected(basis: &Basis, rows: &[Row], count: usize) -> Vec<f64> {
     let mut matrix = vec![0.0; basis.len() * count];
     for (node, row) in rows.iter().enumerate().filter(|(_, row)| row.factor() > 0.0) {

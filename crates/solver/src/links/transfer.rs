@@ -1,5 +1,5 @@
-//! What a point receives from an element: `G phi(x) = (1/pi) int phi(y) (n1.r)(-n2.r)/|r|^4 dA` over what it sees of it, for
-//! each function of the element's basis.
+//! The light that a point receives from an element: `G phi(x) = (1/pi) int phi(y) (n1.r)(-n2.r)/|r|^4 dA` over what it sees of it,
+//! for each function of the element's basis.
 //!
 //! Gauss rules with an a-priori bound answer for all functions at once ([`crate::links::cell`]), on the parts that are seen where
 //! something is in between ([`crate::links::visible`]). Where they do not do, as on an edge of the element, the closed forms of
@@ -35,7 +35,7 @@ fn gegenbauer(s: f64) -> [f64; MAX_DEGREE + 2] {
     ]
 }
 
-/// What the functions of an element give to a point.
+/// The light of an element's functions at a point.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Row {
     /// For each function.
@@ -45,7 +45,7 @@ pub(crate) struct Row {
     /// Bound on the error of each of the other values.
     pub(crate) other_errors: f64,
     pub(crate) kernel: Kernel,
-    /// What is seen of the kernel; `None` where the closed forms answered.
+    /// The visible part of the kernel; `None` where the closed forms answered.
     pub(crate) sampled: Option<Sampled>,
 }
 
@@ -59,7 +59,7 @@ pub(crate) struct Sampled {
 }
 
 impl Sampled {
-    /// Bound on the root mean square of what the projection with these coefficients leaves out: by Pythagoras.
+    /// Bound on the root mean square of the kernel less the projection with these coefficients: by Pythagoras.
     pub(crate) fn beyond(&self, values: &[f64]) -> f64 {
         let squares = values.iter().map(|v| v * v).sum::<f64>();
         let taken = largest(squares.sqrt() - self.off, 0.0);
@@ -72,7 +72,7 @@ impl Sampled {
 /// Bounds on the kernel over an element, times its area.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Kernel {
-    /// Largest value in the clear: what the element gives at most for a mean of 1.
+    /// Largest value in the clear: the most light of the element for a mean of 1.
     pub(crate) peak: f64,
     /// Least value, 0 where something is in between.
     pub(crate) least: f64,
@@ -115,7 +115,7 @@ impl Row {
         self.values.first().map_or(0.0, |f| largest(*f, 0.0) + self.error)
     }
 
-    /// Bound on the root mean square of what polynomials on the source leave of the kernel, times the area.
+    /// Bound on the root mean square of the kernel less its best polynomial on the source, times the area.
     pub(crate) fn beyond(&self) -> f64 {
         self.sampled.map_or(f64::INFINITY, |sampled| sampled.beyond(&self.values))
     }
@@ -127,7 +127,7 @@ impl Row {
     }
 }
 
-/// What computes transfers.
+/// The parts that compute transfers.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Optics<'a> {
     pub(crate) mesh: &'a Mesh,
@@ -137,7 +137,7 @@ pub(crate) struct Optics<'a> {
 }
 
 impl Optics<'_> {
-    /// What a point receives from the first `count` functions of a source.
+    /// The light that a point receives from the first `count` functions of a source.
     pub(crate) fn receive(&self, station: &Station, source: usize, sight: &Sight, count: usize) -> Result<Row, Error> {
         let (element, basis) = (&self.mesh.elements()[source], self.mesh.basis(source));
         let count = count.min(basis.len());

@@ -1,8 +1,9 @@
-//! A polynomial of the position restricted to the plane of a polygon: what of it is seen.
+//! A polynomial of the position restricted to the plane of a polygon, the only part of it that matters.
 //!
 //! `y = m + u t_1 + v t_2`, m the middle of the polygon and `(t_1, t_2, n2)` orthonormal, turns `B(y)` into `sum b_ij u^i v^j`.
-//! Done once per emitter, in double-double with running bounds, lengths in a unit near the polygon's size: coefficients lose
-//! what cancels when the origin is far from the polygon, and say so. For scalars with more digits it is done anew.
+//! Done once per emitter, in double-double with running bounds, lengths in a unit near the polygon's size: coefficients lose digits
+//! to cancellation when the origin is far from the polygon, and their bounds include the loss. For scalars with more digits it is
+//! done anew.
 
 use glam::DVec3;
 
@@ -120,7 +121,7 @@ impl InPlane {
         self.coefficients.degree()
     }
 
-    /// Bound on what the errors of the coefficients change over the polygon, in the unit of the caller.
+    /// Bound on the effect of the coefficients' errors over the polygon, in the unit of the caller.
     pub(crate) const fn uncertainty(&self) -> f64 {
         self.uncertainty
     }
@@ -148,8 +149,7 @@ impl InPlane {
         self.steepest * self.coordinates.power
     }
 
-    /// Bound on what the emission changes by over a distance, in the unit of the caller also where the gradient's is beyond a
-    /// double.
+    /// Bound on the change of the emission over a distance, in the unit of the caller also where the gradient's is beyond a double.
     pub(crate) const fn change_over(&self, distance: f64) -> f64 {
         self.steepest * (distance * self.coordinates.power)
     }
@@ -200,7 +200,7 @@ fn nested<T: Real>(terms: &[&Monomial], affine: &[(T, [T; 2])], unit: f64) -> Bi
 }
 
 /// Unit vectors in the plane, `t_1 x t_2 = n2`: the first across the coordinate axis that is farthest from the normal.
-fn axes<T: Real>(polygon: &Polygon) -> [Vec3<T>; 2] {
+pub(crate) fn axes<T: Real>(polygon: &Polygon) -> [Vec3<T>; 2] {
     let n2 = polygon.unit_normal::<T>();
     let size = n2.map(|c| c.value().abs());
     let axis = if size.x <= size.y && size.x <= size.z {

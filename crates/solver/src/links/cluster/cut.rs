@@ -1,5 +1,5 @@
-//! The cut through the tree of clusters where a receiver leaves it: which cluster is opened next, and what those that stay closed
-//! neglect together.
+//! The cut through the tree of clusters where a receiver leaves it: which cluster is opened next, and the light that the closed
+//! ones neglect together.
 
 use radgrad_scene::largest;
 use std::collections::BTreeSet;
@@ -16,10 +16,10 @@ use crate::links::transfer::Row;
 use crate::mesh::Mesh;
 use crate::mesh::clusters::{Clusters, Parts};
 
-/// Of so many clusters one is opened before what they neglect is summed again.
+/// Of so many clusters one is opened before the neglected light is summed again.
 const AT_ONCE: usize = 8;
 
-/// The part of what a cluster may give at most from which on, if it shows past the screens, it is opened all the same.
+/// A cluster is opened all the same if, past the screens, at least this part of its largest possible light shows.
 const SHOWN: f64 = 0.5;
 
 /// A cluster that is not opened.
@@ -31,9 +31,9 @@ struct Closed {
     glows: Vec<Glow>,
     /// The largest radiosity, summed over channels.
     brightness: f64,
-    /// What it may give at most to any node, weighted.
+    /// The most light that it may give to any node, weighted.
     most: f64,
-    /// Whether it was asked what the screens hide of it.
+    /// Whether the screens' effect on it is included.
     asked: bool,
 }
 
@@ -59,7 +59,7 @@ fn with<'a>(others: &[&'a Closed], place: usize, one: &'a Closed) -> Vec<&'a Clo
 }
 
 impl<'a> Cut<'a> {
-    /// That of a receiver's clusters, with what its links give at the nodes.
+    /// That of a receiver's clusters, with the rows of its links.
     pub(crate) fn new(mesh: &'a Mesh, field: &'a Field, weight: &'a [f64], far: &Far, links: &[Link]) -> Self {
         let nodes = far.nodes();
         let (covered, linked) = (vec![0.0; nodes], BTreeSet::new());
@@ -92,7 +92,7 @@ impl<'a> Cut<'a> {
         Closed { cluster, views, glows, brightness: self.field.brightness(cluster), most, asked: false }
     }
 
-    /// What is given at most, weighted, in the channel where it is most.
+    /// The most light, weighted, in the channel where it is most.
     fn most(&self, glows: &[Glow], view: &View) -> f64 {
         let of = |(glow, weight): (&Glow, &f64)| weight * view.at_most(glow.positive, glow.largest);
         glows.iter().zip(self.weight).map(of).fold(0.0, largest)
@@ -136,8 +136,8 @@ impl<'a> Cut<'a> {
         (shown.most <= SHOWN * of.most).then_some(Closed { asked: true, ..shown })
     }
 
-    /// What all closed clusters neglect at most at each node, the largest of the channels after each is multiplied by its weight:
-    /// [`Far::neglected`]. Nothing if none is closed.
+    /// The most light that all closed clusters neglect at each node, the largest of the channels after each is multiplied by its
+    /// weight: [`Far::neglected`]. Nothing if none is closed.
     pub(crate) fn neglected(&self) -> Vec<f64> {
         let closed: Vec<&Closed> = self.closed.iter().collect();
         let orders = self.orders(&closed);
@@ -156,7 +156,7 @@ impl<'a> Cut<'a> {
         (0..self.weight.len()).map(of_channel).collect()
     }
 
-    /// What a node neglects if these are closed, the brightest first and in these orders for each channel.
+    /// The light that a node neglects if these are closed, the brightest first and in these orders for each channel.
     fn neglected_at(&self, node: usize, closed: &[&Closed], orders: &[Vec<usize>]) -> f64 {
         let (rest, tree) = (left(self.covered[node]), self.tree());
         let areas = closed.iter().map(|closed| (&closed.views[node], tree.all()[closed.cluster].area()));
@@ -214,8 +214,8 @@ impl<'a> Cut<'a> {
 
     /// Closes clusters in the place of those in them, as long as no more than `allowed` is neglected at any node.
     ///
-    /// A cluster is opened for the sake of what may be in it. Once what does fill the view is linked, the links leave so little of
-    /// the hemisphere that the others need not be told apart.
+    /// A cluster is opened for the elements that may be in it. Once those that fill the view are linked, the links leave so little
+    /// of the hemisphere that the others need not be told apart.
     pub(crate) fn merge(&mut self, stations: &[Station], allowed: f64, errors: &[Vec<f64>]) {
         let allowed: Vec<f64> = (0..self.nodes).map(|node| allowed - errors.iter().map(|of| of[node]).sum::<f64>()).collect();
         let slack: Vec<f64> = self.neglected().iter().zip(&allowed).map(|(neglected, allowed)| allowed - neglected).collect();
@@ -241,7 +241,7 @@ impl<'a> Cut<'a> {
                 self.closed.insert(place, self.seen(whole, merged.views));
             } else if let Parts::Two(parts) = tree.all()[whole].parts {
                 open.extend(parts);
-                // The darker one first: it takes less of what is allowed.
+                // The darker one first: it takes less of the allowed error.
                 if self.field.brightness(parts[0]) < self.field.brightness(parts[1]) {
                     let last = open.len() - 1;
                     open.swap(last, last - 1);
@@ -250,7 +250,7 @@ impl<'a> Cut<'a> {
         }
     }
 
-    /// What is to be kept: those that are not hidden.
+    /// The clusters to keep: those that are not hidden.
     pub(crate) fn closed<'b>(mut self, gatherer: Gatherer<'_>, rows: impl Iterator<Item = &'b [Row]>) -> Far {
         let tree = self.tree();
         let closed = std::mem::take(&mut self.closed);
