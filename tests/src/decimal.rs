@@ -6,7 +6,7 @@
 
 use std::str::FromStr;
 
-/// A decimal number, as a double and what the double leaves.
+/// A decimal number, as the nearest double and the rest.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Decimal {
     /// The double nearest to the number.

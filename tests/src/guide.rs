@@ -1,13 +1,17 @@
-//! The guide of `docs/guide`, whose programs run as tests of this documentation.
+//! README and the guide of `docs/guide`, whose programs run as tests of this documentation.
 
-#[doc = include_str!("../../docs/guide/evaluate.md")]
-pub mod evaluate {}
+macro_rules! chapters {
+    ($($name:ident $file:literal),* $(,)?) => { $(#[doc = include_str!($file)] pub mod $name {})* };
+}
 
-#[doc = include_str!("../../docs/guide/trust.md")]
-pub mod trust {}
-
-#[doc = include_str!("../../docs/guide/speed.md")]
-pub mod speed {}
-
-#[doc = include_str!("../../docs/guide/scenes.md")]
-pub mod scenes {}
+chapters! {
+    readme "../../README.md",
+    evaluate "../../docs/guide/evaluate.md",
+    trust "../../docs/guide/trust.md",
+    gradients "../../docs/guide/gradients.md",
+    scenes "../../docs/guide/scenes.md",
+    heat "../../docs/guide/heat.md",
+    solve "../../docs/guide/solve.md",
+    ground_truth "../../docs/guide/ground-truth.md",
+    speed "../../docs/guide/speed.md",
+}

@@ -1,4 +1,4 @@
-//! What the tests across crates share; the tests themselves are in `tests/`.
+//! Parts shared by the tests across crates; the tests themselves are in `tests/`.
 
 use glam::DVec3;
 use radgrad_core::{Emitter, Error, Receiver, paper};
@@ -16,7 +16,7 @@ pub mod second_derivatives;
 /// A way to compute radiosity and its gradient.
 pub type Form = fn(&Receiver, &Emitter) -> Result<(f64, DVec3), Error>;
 
-/// Both implementations: what holds for one must hold for the other.
+/// Both implementations: a law that holds for one must hold for the other.
 pub const FORMS: [(&str, Form); 2] = [("arc form", radgrad_core::radiosity_and_gradient), ("appendix A", appendix_a)];
 
 /// Appendix A of the paper, corrected.

@@ -2,7 +2,7 @@
 
 use astro_float::{BigFloat, Consts, Radix, RoundingMode, Sign};
 
-/// Bits of what is read: 450 digits.
+/// Bits of the numbers read: 450 digits.
 const BITS: usize = 1536;
 const NEAREST: RoundingMode = RoundingMode::ToEven;
 

@@ -32,7 +32,7 @@ pub struct Patchwork {
     pub is_continuous: bool,
 }
 
-/// What a patchwork can be.
+/// The kinds of patchworks.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
     /// One polynomial of degree up to 8.

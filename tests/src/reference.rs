@@ -82,7 +82,7 @@ struct Factor {
 /// The triangle of the paper's figures A to D at four points, of constant and of linear emission.
 ///
 /// # Panics
-/// If the file is missing or not what it should be, as all here.
+/// If the file is missing or has another shape, as all here.
 #[must_use]
 pub fn paper_scene() -> Vec<Case> {
     let cases: Vec<SceneCase> = read("paper_scene.json");
@@ -106,7 +106,7 @@ pub fn paper_scene() -> Vec<Case> {
 /// beside it, and one on the axis of a square.
 ///
 /// # Panics
-/// If the file is missing or not what it should be.
+/// If the file is missing or has another shape.
 #[must_use]
 pub fn point_factors() -> Vec<PointFactor> {
     let factors: Vec<Factor> = read("form_factors.json");

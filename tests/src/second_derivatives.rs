@@ -16,7 +16,7 @@ pub struct Seen {
     pub normal: DVec3,
     /// The emitter.
     pub emitter: Emitter,
-    /// What may hide it.
+    /// The polygons that may hide it.
     pub occluders: Vec<Polygon>,
 }
 

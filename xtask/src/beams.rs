@@ -1,8 +1,8 @@
-//! `cargo xtask beams`: what one form factor costs in a scene of a hundred to ten thousand triangles, by counts.
+//! `cargo xtask beams`: the cost of one form factor in a scene of a hundred to ten thousand triangles, by counts.
 //!
 //! Two squares see each other through a cube of small triangles at random. Either the cube stays and there are more and smaller
 //! ones, so that more are in the beam between the two; or the cube grows around the same beam. The search compares boxes and
-//! polygons with the beam, and the closed form is evaluated past what it finds.
+//! polygons with the beam, and the closed form is evaluated past those it finds.
 
 use std::error::Error;
 use std::fs;
@@ -13,7 +13,7 @@ use radgrad_scene::{Beam, Occluders};
 
 use crate::plot::{Anchor, FAINT, INK, Picture, Point, Rgb, Stroke, Type};
 
-/// Count what a form factor costs in scenes of a hundred to ten thousand triangles: a table and a diagram
+/// Count the cost of a form factor in scenes of a hundred to ten thousand triangles: a table and a diagram
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
     /// Folder to write to
@@ -37,7 +37,7 @@ struct Row {
     polygons: usize,
 }
 
-/// What is counted in a scene.
+/// A quantity counted in a scene.
 type Count = fn(&Row) -> usize;
 
 /// Triangles along an edge of the cube, in the mean.

@@ -45,7 +45,7 @@ pub(crate) struct Arguments {
 const SCALE: f32 = 1.5;
 const FRONT_SCALE: f32 = 1.2;
 
-/// What the front page shows side by side.
+/// The regimes that the front page shows side by side.
 const FRONT: [Regime; 2] = [Regime::Easy, Regime::Near2];
 
 /// Measures and writes, and says where; with ratios, whether they are within their gates.

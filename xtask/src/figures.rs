@@ -48,7 +48,7 @@ pub(crate) enum Error {
     Encode {
         /// Name of the figure's file.
         figure: String,
-        /// What the encoder says.
+        /// The encoder's message.
         reason: String,
     },
     /// A file cannot be written.

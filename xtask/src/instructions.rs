@@ -1,9 +1,8 @@
 //! `cargo xtask instructions`: how many instructions an answer of each hot kernel takes, by callgrind, against committed limits.
 //!
-//! Unlike times these are the same on a busy machine; what is slower shows at once, what is only less parallel does not. Callgrind
-//! (Nethercote and Seward 2007) hides AVX-512, so that AVX2 is what is counted. The kernels and their fixed inputs are in
-//! `hot_kernels`. Without valgrind, on another target, without AVX2 or with another compiler nothing is judged, and that
-//! is said.
+//! Unlike times these are the same on a busy machine; slower code shows at once, code that is only less parallel does not.
+//! Callgrind (Nethercote and Seward 2007) hides AVX-512, so that AVX2 is counted. The kernels and their fixed inputs are in
+//! `hot_kernels`. Without valgrind, on another target, without AVX2 or with another compiler nothing is judged, and that is said.
 
 mod limits;
 
@@ -18,7 +17,7 @@ use limits::Limits;
 /// Count the instructions of the hot kernels under valgrind; fail beyond data/instructions.toml
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
-    /// Write what is found, and 3 %, as the new limits instead
+    /// Write the counts found, and 3 %, as the new limits instead
     #[arg(long)]
     record: bool,
     /// Folder for callgrind's files

@@ -36,7 +36,7 @@ enum Task {
 }
 
 impl Task {
-    /// Whether what it says depends on how fast this program is.
+    /// Whether its output depends on the speed of this program.
     const fn takes_times(&self) -> bool {
         matches!(self, Self::Bench(_) | Self::Radiosity(_))
     }
@@ -45,7 +45,7 @@ impl Task {
 fn main() -> ExitCode {
     let task = Task::parse();
     let passed: Result<bool, Box<dyn Error>> = match task {
-        // The profile shared with the tests checks what a release does not.
+        // The profile shared with the tests has checks that a release has not.
         task if cfg!(debug_assertions) && task.takes_times() => in_release(),
         Task::Verify(arguments) => verify::run(&arguments),
         Task::Replay(arguments) => replay::run(&arguments),

@@ -14,7 +14,7 @@ pub(crate) type Rgb = (u8, u8, u8);
 
 /// Black that is kind to the eye.
 pub(crate) const INK: Rgb = (38, 38, 46);
-/// For what explains.
+/// For explanations.
 pub(crate) const FAINT: Rgb = (112, 112, 122);
 
 /// A scale of colours from dark to light, equal steps of which look equal.
@@ -179,7 +179,7 @@ impl Picture {
         SvgBackend::new().render_scene(&self.scene)
     }
 
-    /// The same with what it is and shows for those who do not see it, neither with characters that XML knows otherwise.
+    /// The same with a title and a description for those who do not see it, neither with characters that XML knows otherwise.
     pub(crate) fn svg_of(&self, title: &str, description: &str) -> String {
         let text = self.svg();
         let Some((start, inside)) = text.split_once('>') else { return text };
@@ -189,12 +189,12 @@ impl Picture {
     /// The picture as the bytes of a PNG file, `scale` pixels to a unit.
     ///
     /// # Errors
-    /// What the encoder says.
+    /// The encoder's message.
     pub(crate) fn png(&self, scale: f32) -> Result<Vec<u8>, String> {
         PngBackend::new().with_scale(scale).render_scene(&self.scene)
     }
 
-    /// The picture as an SVG element for a page, with a class, and with what it is and shows for those who do not see it.
+    /// The picture as an SVG element for a page, with a class, and with a title and a description for those who do not see it.
     pub(crate) fn svg_element(&self, class: &str, title: &str, description: &str) -> String {
         let text = SvgBackend::new().render_scene(&self.scene);
         let inside = text.split_once('>').map_or("", |(_, inside)| inside);

@@ -1,4 +1,4 @@
-//! `cargo xtask radiosity`: what radiosity costs and how near it comes, as CSV and SVG under `target/radiosity`.
+//! `cargo xtask radiosity`: the cost and the accuracy of radiosity solutions, as CSV and SVG under `target/radiosity`.
 //!
 //! - `transfer`: error of one transfer between two unit squares by degree, parallel at three gaps and perpendicular (Zatz 1993);
 //! - `convergence`: error of a solution by the number of elements, for each degree, divided uniformly and where it pays;

@@ -1,4 +1,4 @@
-//! `cargo xtask report`: one page, `target/report/index.html`, from what a finished audit left in its folder.
+//! `cargo xtask report`: one page, `target/report/index.html`, from the files of a finished audit.
 //!
 //! The page needs no network and nothing beside it to be read; the files that its numbers are from are laid beside it all the
 //! same. Nothing in it is from a clock: the same audit gives the same bytes.
@@ -78,7 +78,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
 /// A file made here: its name and its bytes.
 type Beside = (&'static str, Vec<u8>);
 
-/// The page and what is laid beside it.
+/// The page and the files laid beside it.
 struct Report {
     html: String,
     /// Files made here.

@@ -132,7 +132,7 @@ fn shrink_some(violations: &[Violation], out: &Path) -> Result<(), Box<dyn Error
         let start = Instant::now();
         let fails = |smaller: &Model| {
             let outcome = judge(smaller, *subject, &EFFORT);
-            // A scene that became none is not what was looked for.
+            // A scene that became none does not show the fault that is sought.
             let same = matches!(outcome.ending, Ending::Judged(_) | Ending::Panicked | Ending::OtherDigits(..));
             start.elapsed() < PATIENCE && same && outcome.fails(smaller)
         };

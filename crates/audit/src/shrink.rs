@@ -73,7 +73,10 @@ fn shifted(case: &Case) -> impl Iterator<Item = Case> + '_ {
         let mut moved = case.clone();
         let anchor = match &mut moved.emitter.emission {
             EmissionRecord::Polynomial { polynomial } => Some(&mut polynomial.origin),
-            EmissionRecord::Constant { .. } | EmissionRecord::Vertices { .. } | EmissionRecord::Gradient { .. } => None,
+            EmissionRecord::Constant { .. }
+            | EmissionRecord::Vertices { .. }
+            | EmissionRecord::Gradient { .. }
+            | EmissionRecord::Expression { .. } => None,
         };
         let occluders = moved.occluders.iter_mut().flatten();
         for point in
@@ -128,6 +131,7 @@ fn numbers(case: &mut Case) -> Vec<&mut f64> {
             all.extend(&mut polynomial.origin);
             all.extend(polynomial.terms.iter_mut().map(|term| &mut term.coefficient));
         }
+        EmissionRecord::Expression { .. } => {}
     }
     all
 }

@@ -56,11 +56,12 @@ struct Reply {
     refused: bool,
 }
 
-/// Answers every line of `input` on `output`, each in `patience`. A reader that has seen enough and closes `output` ends the work,
+/// Answers every line of `input` on `output`, each in `patience`, with second derivatives if that is asked for. A reader that has seen enough and closes `output` ends the work,
 /// without an error.
-pub(crate) fn answer_all(input: impl Read, mut output: impl Write, patience: Duration) -> Result<Tally, Failure> {
+pub(crate) fn answer_all(input: impl Read, mut output: impl Write, patience: Duration, hessian: bool) -> Result<Tally, Failure> {
     let mut reader = BufReader::with_capacity(BUFFER, input);
-    let mut pool: Pool<Input, Option<Reply>> = Pool::new(reply, refusal, patience);
+    let answer = if hessian { reply::<true> } else { reply::<false> };
+    let mut pool: Pool<Input, Option<Reply>> = Pool::new(answer, refusal, patience);
     let (mut tally, mut first) = (Tally::default(), 1);
     loop {
         let lines = ready_lines(&mut reader).map_err(Failure::Read)?;
@@ -120,14 +121,20 @@ fn next_line(reader: &mut impl BufRead) -> io::Result<Option<Input>> {
 }
 
 /// What is written for line `number`; nothing for a blank one.
-fn reply(number: usize, line: &Input) -> Option<Reply> {
+fn reply<const HESSIAN: bool>(number: usize, line: &Input) -> Option<Reply> {
     match line {
         Input::TooLong(_) => refusal(number, line, Error::TooLong { bytes: LONGEST_LINE }),
-        Input::Text(text) => match Line::read(number, text)?.and_then(Line::answer) {
+        Input::Text(text) => match Line::read(number, text)?.and_then(|line| wanting::<HESSIAN>(line).answer()) {
             Ok(answer) => Some(Reply::new(&answer, false)),
             Err(refusal) => Some(Reply::new(&refusal, true)),
         },
     }
+}
+
+/// The line, as if it asked for second derivatives itself.
+fn wanting<const HESSIAN: bool>(mut line: Line) -> Line {
+    line.wanted.hessian |= HESSIAN;
+    line
 }
 
 fn refusal(number: usize, line: &Input, error: Error) -> Option<Reply> {
@@ -212,13 +219,13 @@ mod tests {
     fn a_line_that_is_too_long_costs_itself_only() {
         let long = [b"{\"id\":7,".as_slice(), &b" ".repeat(LONGEST_LINE), b"\nnonsense\n"].concat();
         let mut output = Vec::new();
-        let tally = answer_all(long.as_slice(), &mut output, Duration::from_secs(60)).unwrap();
+        let tally = answer_all(long.as_slice(), &mut output, Duration::from_secs(60), false).unwrap();
         assert_eq!(tally, Tally { lines: 2, refused: 2 });
         let lines: Vec<serde_json::Value> =
             output.split(|&byte| byte == b'\n').filter(|l| !l.is_empty()).map(|l| serde_json::from_slice(l).unwrap()).collect();
         assert_eq!((&lines[0]["id"], &lines[0]["error"]), (&7.into(), &"a line has at most 16 MiB, this one more".into()));
         assert_eq!(lines[1]["line"], 2);
-        let endless = answer_all(io::repeat(b'x'), io::sink(), Duration::from_secs(60));
+        let endless = answer_all(io::repeat(b'x'), io::sink(), Duration::from_secs(60), false);
         assert!(matches!(endless, Err(Failure::Read(_))));
     }
 
@@ -227,7 +234,7 @@ mod tests {
         let line = [b"x".repeat(99).as_slice(), b"\n"].concat();
         let text = line.repeat(4 * BUFFER / line.len());
         for kind in [io::ErrorKind::BrokenPipe, io::ErrorKind::StorageFull] {
-            let result = answer_all(text.as_slice(), Closing { kind, written: Vec::new() }, Duration::from_secs(60));
+            let result = answer_all(text.as_slice(), Closing { kind, written: Vec::new() }, Duration::from_secs(60), false);
             match kind {
                 io::ErrorKind::BrokenPipe => assert!(result.unwrap().lines < 3 * BUFFER / line.len()),
                 _ => assert!(matches!(result, Err(Failure::Write(_)))),

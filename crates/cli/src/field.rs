@@ -1,4 +1,4 @@
-//! `radgrad field`: what arrives at a surface straight from the lamps, or from another surface, with gradient and bound.
+//! `radgrad field`: the irradiance of a surface by the lamps alone, or by another surface, with gradient and bound.
 
 mod picture;
 mod vtu;
@@ -13,7 +13,7 @@ use crate::lamps;
 use crate::output::{self, Unwritten, extension, write_whole};
 use crate::scene::{SceneFile, progress};
 
-/// What `radgrad field` is asked for.
+/// The options of `radgrad field`.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
     #[command(flatten)]

@@ -1,8 +1,9 @@
 //! Files that are whole or not there: written beside their place, and moved to it when nothing is missing.
 //!
-//! On Linux what is being written has no name in its folder until it is complete, so that a run that is killed leaves nothing
-//! behind; where the file system has no such files, it has a name of its own, `.NAME.` and random digits, that only a kill leaves
-//! there. Runs into one file do not meet: the last one to end is what is there. A file that is replaced hands on its permissions,
+//! On Linux a file that is being written has no name in its folder until it is complete, so that a run that is killed leaves
+//! nothing behind; where the file system has no such files, it has a name of its own, `.NAME.` and random digits, that only a kill
+//! leaves
+//! there. Runs into one file do not meet: the file of the last one to end stays. A file that is replaced hands on its permissions,
 //! a link stays a link, a device is written through, and pipes and folders are refused.
 
 #[cfg(target_os = "linux")]
@@ -29,7 +30,7 @@ enum Place {
     Device,
 }
 
-/// Whether a file can be written: its folder takes one, and what is in its place may be replaced.
+/// Whether a file can be written: its folder takes one, and the file in its place may be replaced.
 pub(crate) fn check(file: &Path) -> Result<(), Unwritten> {
     let checked = match place_of(file) {
         Ok(Place::File(file, _)) => Part::new(&file).map(Part::leave),
@@ -142,7 +143,7 @@ impl Part {
             Some(name) => name,
             #[cfg(target_os = "linux")]
             None if unnamed::link(&self.file, file).is_ok() => return Ok(()),
-            // What is there is replaced in one step, which takes a name.
+            // A file in that place is replaced in one step, which takes a name.
             #[cfg(target_os = "linux")]
             None => named(file, |name| unnamed::link(&self.file, name))?.1,
             #[cfg(not(target_os = "linux"))]
@@ -157,7 +158,7 @@ impl Part {
     }
 }
 
-/// What else went wrong is said already.
+/// A failure to remove it is passed over: the first error is reported already.
 fn remove(part: &Path) {
     let _ = fs::remove_file(part);
 }
@@ -167,7 +168,7 @@ fn folder_of(file: &Path) -> &Path {
     if folder == Path::new("") { Path::new(".") } else { folder }
 }
 
-/// What `make` makes under a random name beside a file, and that name.
+/// The result of `make` under a random name beside a file, and that name.
 fn named<T>(file: &Path, make: impl Fn(&Path) -> io::Result<T>) -> io::Result<(T, PathBuf)> {
     let Some(name) = file.file_name() else { return Err(io::Error::new(io::ErrorKind::InvalidInput, "it has no file name")) };
     loop {

@@ -8,19 +8,24 @@ use std::path::Path;
 use radgrad_core::DVec3;
 use radgrad_scene::case::Id;
 use radgrad_scene::{Error, read_file};
-use radgrad_solver::Solution;
+use radgrad_solver::{Gathered, Ledger, Solution};
 use rayon::prelude::*;
 use serde::de::IgnoredAny;
 use serde::{Deserialize, Serialize};
 
 /// One line of the input.
 #[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields, expecting = "a point: {\"position\": [x, y, z], \"normal\": [x, y, z]}")]
+#[serde(
+    deny_unknown_fields,
+    expecting = "a point: {\"position\": [x, y, z], \"normal\": [x, y, z]}, and \"on\": \"face\" or \"free\""
+)]
 pub(crate) struct Point {
     #[serde(default)]
     id: Option<Id>,
     position: [f64; 3],
     normal: [f64; 3],
+    #[serde(default)]
+    on: Option<On>,
     #[serde(default, rename = "truth")]
     _truth: IgnoredAny,
     #[serde(default, rename = "family")]
@@ -29,11 +34,30 @@ pub(crate) struct Point {
     _comment: IgnoredAny,
 }
 
-/// One line of the output: radiosity, the bound on its error and an estimate of that in each channel of the scene.
+/// What a point is taken to be on: a face if one is there, unless it is said.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize)]
+#[serde(rename_all = "lowercase")]
+enum On {
+    Face,
+    Free,
+}
+
+/// One line of the output, each number in each channel of the scene. What is in free space has no radiosity.
 #[derive(Debug, Serialize)]
 struct Answer<'a> {
     #[serde(skip_serializing_if = "Option::is_none")]
     id: Option<&'a Id>,
+    on: On,
+    #[serde(flatten)]
+    reflected: Option<Reflected>,
+    irradiance: Vec<f64>,
+    irradiance_bound: Vec<f64>,
+    irradiance_estimate: Vec<f64>,
+}
+
+/// The radiosity of a point of a face, the bound on its error and an estimate of that.
+#[derive(Debug, Serialize)]
+struct Reflected {
     radiosity: Vec<f64>,
     /// Proven.
     bound: Vec<f64>,
@@ -99,15 +123,33 @@ impl Points {
 fn answer<'a>(solution: &Solution, (line, point): &'a (usize, Result<Point, Refusal>)) -> Result<Answer<'a>, Refusal> {
     let point = point.as_ref().map_err(Refusal::clone)?;
     let refused = |error: String| Refusal { id: point.id.clone(), line: *line, error };
-    let gathered = solution.gather(DVec3::from(point.position), DVec3::from(point.normal));
-    let gathered = gathered.map_err(|error| refused(error.to_string()))?;
-    let total = |of: &[radgrad_solver::Ledger]| of.iter().map(radgrad_solver::Ledger::total).collect::<Vec<f64>>();
-    let [bound, estimate] = [total(&gathered.ledger), total(&gathered.estimate)];
-    match gathered.radiosity.iter().chain(&bound).chain(&estimate).find(|number| !number.is_finite()) {
-        Some(&value) => {
+    let (position, normal) = (DVec3::from(point.position), DVec3::from(point.normal));
+    let total = |of: &[Ledger]| of.iter().map(Ledger::total).collect::<Vec<f64>>();
+    let on = point.on.unwrap_or_else(|| if solution.is_on_a_face(position) { On::Face } else { On::Free });
+    let (reflected, received) = match on {
+        On::Free => (None, solution.irradiance_at(position, normal).map_err(|error| refused(error.to_string()))?),
+        On::Face => {
+            let gathered = solution.gather(position, normal).map_err(|error| refused(error.to_string()))?;
+            let Gathered { radiosity, ledger, estimate, irradiance, .. } = gathered;
+            (Some(Reflected { radiosity, bound: total(&ledger), estimate: total(&estimate) }), irradiance)
+        }
+    };
+    let [irradiance_bound, irradiance_estimate] = [total(&received.ledger), total(&received.estimate)];
+    let answer =
+        Answer { id: point.id.as_ref(), on, reflected, irradiance: received.irradiance, irradiance_bound, irradiance_estimate };
+    let not_finite = answer.numbers().find(|number| !number.is_finite()).copied();
+    match not_finite {
+        Some(value) => {
             Err(refused(Error::NotFinite { what: "a radiosity, its bound or the estimate".to_owned(), value }.to_string()))
         }
-        None => Ok(Answer { id: point.id.as_ref(), radiosity: gathered.radiosity, bound, estimate }),
+        None => Ok(answer),
+    }
+}
+
+impl Answer<'_> {
+    fn numbers(&self) -> impl Iterator<Item = &f64> {
+        let of_face = self.reflected.iter().flat_map(|of| of.radiosity.iter().chain(&of.bound).chain(&of.estimate));
+        of_face.chain(&self.irradiance).chain(&self.irradiance_bound).chain(&self.irradiance_estimate)
     }
 }
 

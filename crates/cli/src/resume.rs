@@ -1,8 +1,8 @@
 //! A run that can be taken up again: which elements were divided, written after every round.
 //!
 //! The file is one JSON object, `{"scene": "..", "divisions": [..]}`. The scene's fingerprint is over all that the solution depends
-//! on, so that a file is not taken for another scene's. What follows from the mesh, links and radiosities, is computed anew, in
-//! one round instead of all those before.
+//! on, so that a file is not taken for another scene's. Links and radiosities follow from the mesh and are computed anew, in one
+//! round instead of all those before.
 
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -45,7 +45,7 @@ pub(crate) fn read(file: &Path, scene: &str, limit: u64) -> Result<Vec<usize>, F
     Ok(checkpoint.divisions)
 }
 
-/// Writes what has been divided so far.
+/// Writes the divisions so far.
 pub(crate) fn write(file: &Path, scene: &str, solution: &Solution) -> Result<(), Unwritten> {
     let checkpoint = Checkpoint { scene: scene.to_owned(), divisions: solution.divisions() };
     write_whole(file, |out| {

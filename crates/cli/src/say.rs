@@ -1,4 +1,4 @@
-//! What the program tells on the standard error: a closed or full one is no reason to stop.
+//! Messages of the program on the standard error: a closed or full one is no reason to stop.
 
 use std::fmt::Display;
 use std::io::Write;

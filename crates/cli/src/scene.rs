@@ -29,7 +29,7 @@ pub(crate) struct SceneFile {
 }
 
 impl SceneFile {
-    /// Reads the scene, and says on the standard error what was changed in it.
+    /// Reads the scene, and prints the reader's changes on the standard error.
     pub(crate) fn read(&self, materials: Materials) -> Result<Scene, Error> {
         let degenerate = if self.drop_degenerate { Degenerate::Drop } else { Degenerate::Refuse };
         let reading = Reading { degenerate, budget: self.budget, allow_outside: self.allow_outside, materials };
@@ -41,7 +41,7 @@ impl SceneFile {
         Ok(scene)
     }
 
-    /// Refuses what takes more memory than the budget: so many entries of a certain size.
+    /// Refuses more memory than the budget: so many entries of a certain size.
     pub(crate) fn afford(&self, what: &str, counts: &[usize], size: usize) -> Result<(), Error> {
         let all = counts.iter().try_fold(size, |product, &count| product.checked_mul(count));
         match all {

@@ -67,7 +67,9 @@ pub(crate) struct Request {
     /// is divided for direct light alone is found again.
     #[arg(long, value_name = "FILE")]
     resume: Option<PathBuf>,
-    /// Answer for the points of a JSON Lines file (`position`, `normal`), `-` for the standard input: radiosity and bound in each channel.
+    /// Answer for the points of a JSON Lines file (`position`, `normal`), `-` for the standard input: on a face `radiosity`, `bound` and
+    /// `estimate`, and anywhere `irradiance`, `irradiance_bound` and `irradiance_estimate`, each in each channel. A point that is near no
+    /// face is a sensor in free space, and so is one with `"on": "free"`.
     #[arg(long, value_name = "FILE")]
     points: Option<PathBuf>,
     /// Write the answers to --points here rather than to the standard output.

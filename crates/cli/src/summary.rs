@@ -7,7 +7,7 @@ use radgrad_scene::printable;
 use radgrad_solver::{Ledger, Solution};
 use serde::Serialize;
 
-/// What `--summary` prints.
+/// The output of `--summary`.
 #[derive(Debug, Serialize)]
 pub(crate) struct Summary {
     /// From the start of reading to the end of solving.
@@ -19,20 +19,20 @@ pub(crate) struct Summary {
     bound: f64,
     /// Estimate of the same.
     estimate: f64,
-    /// What was asked for.
+    /// The error asked for.
     error: f64,
     /// That bound by its sources; the sum is `bound`.
     ledger: BTreeMap<&'static str, f64>,
     /// In the unit of the scene.
     channels: Vec<Channel>,
-    /// What is probably not meant in the scene.
+    /// Properties of the scene that are probably not meant.
     warnings: Vec<String>,
 }
 
 #[derive(Debug, Serialize)]
 struct Channel {
     name: String,
-    /// Over all area, with what faces emit.
+    /// Over all area, with the emission of faces.
     mean: f64,
     /// The part of it that is reflected.
     reflected: f64,

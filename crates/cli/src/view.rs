@@ -1,9 +1,9 @@
-//! `radgrad solve --view`: what a camera sees of a solution, one ray through the centre of each pixel.
+//! `radgrad solve --view`: a solution seen by a camera, one ray through the centre of each pixel.
 //!
 //! A ray ends at the nearest face that it meets; there stands the radiosity in the scene's unit, and its bound. The back of a face
-//! and what is beside all faces are 0. An `.exr` has these numbers as they are, a channel each, and the bounds in the layer
-//! `bound`; a `.png` has colours, `B/(B + 2 m)` with the mean radiosity m over all channels, in the transfer curve of sRGB, and
-//! says so in its text chunk `exposure`. Every face is asked for every ray.
+//! and pixels beside all faces are 0. An `.exr` has these numbers as they are, a channel each, and the bounds in the layer `bound`;
+//! a `.png` has colours, `B/(B + 2 m)` with the mean radiosity m over all channels, in the transfer curve of sRGB, and says so in
+//! its text chunk `exposure`. Every face is asked for every ray.
 
 mod camera;
 mod exr;
@@ -17,6 +17,7 @@ use radgrad_solver::{Ledger, Reconstruction, Solution};
 use rayon::prelude::*;
 
 use crate::export::{shade, srgb};
+use crate::file::Picture;
 use crate::output::{self, Unwritten, extension, write_whole};
 use crate::say::say;
 use crate::scene::SceneFile;
@@ -47,6 +48,8 @@ pub(crate) struct View {
 pub(crate) enum Failure {
     #[error("{}: expected a name ending in .exr or .png", file.display())]
     Format { file: PathBuf },
+    #[error("no camera: give eye, target, up and field of view")]
+    Camera,
     #[error(transparent)]
     Scene(#[from] radgrad_scene::Error),
     #[error(transparent)]
@@ -79,7 +82,12 @@ impl View {
 
     /// Draws the view, if one is asked for.
     pub(crate) fn write(&self, solution: &Solution) -> Result<(), Failure> {
-        let (Some(file), Some(camera)) = (&self.view, &self.camera) else { return Ok(()) };
+        if self.view.is_some() { self.picture(solution).map(|_| ()) } else { Ok(()) }
+    }
+
+    /// Draws the view, and writes it where a file is named.
+    pub(crate) fn picture(&self, solution: &Solution) -> Result<Picture, Failure> {
+        let camera = self.camera.as_ref().ok_or(Failure::Camera)?;
         let smooth = if self.hermite { Some(solution.reconstruct()?) } else { None };
         let [width, height] = self.size;
         let pixel = |index: usize| {
@@ -91,14 +99,18 @@ impl View {
         if let Some(&value) = numbers.find(|number| !number.is_finite()) {
             return Err(radgrad_scene::Error::NotFinite { what: "a pixel".to_owned(), value }.into());
         }
-        match extension(file).as_str() {
-            "exr" => write_whole(file, |out| self.exr(solution, &pixels, out))?,
-            _ => self.png(file, solution, &pixels)?,
+        if let Some(file) = &self.view {
+            match extension(file).as_str() {
+                "exr" => write_whole(file, |out| self.exr(solution, &pixels, out))?,
+                "png" => self.png(file, solution, &pixels)?,
+                _ => return Err(Failure::Format { file: file.clone() }),
+            }
         }
-        Ok(())
+        let all = |of: fn(&Pixel) -> &Vec<f64>| pixels.iter().flat_map(|pixel| of(pixel).iter().copied()).collect();
+        Ok(Picture { size: self.size, radiosity: all(|pixel| &pixel.radiosity), bound: all(|pixel| &pixel.bound) })
     }
 
-    /// What is seen from a point of the solution's own coordinates.
+    /// The pixel of a ray from a point of the solution's own coordinates.
     fn pixel(
         &self,
         solution: &Solution,
@@ -119,7 +131,7 @@ impl View {
         let at = solution.mesh().elements()[leaf].reference(point);
         let polynomial = |channel| solution.value_on(leaf, channel, at);
         let value = |channel| smooth.map_or_else(|| polynomial(channel), |smooth| smooth.value_on(leaf, channel, at));
-        // What the patch leaves the polynomial by counts beside the polynomial's bound.
+        // The patch's difference from the polynomial counts beside the polynomial's bound.
         let bounds = solution.bound_on(leaf);
         let bound = |channel: usize| bounds[channel].total() + (value(channel) - polynomial(channel)).abs();
         Ok(Pixel { radiosity: (0..channels).map(value).collect(), bound: (0..channels).map(bound).collect() })

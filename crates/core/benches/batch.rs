@@ -1,4 +1,4 @@
-//! What a batch costs for each receiver or emitter: by instruction set, precision, what is asked for, and regime. `scalar` is the
+//! Cost of a batch for each receiver or emitter: by instruction set, precision, quantities asked for, and regime. `scalar` is the
 //! scalar path on the same receivers.
 
 use divan::{Bencher, black_box, counter::ItemsCount};

@@ -3,15 +3,15 @@
 //! The closed form of a constant emitter (HS95 Eqs. 10, 11 and A.1, in the form of `batch::edge`) or of a linear one
 //! (`batch::linear`), with the receiver's horizon, several answers at a time: as many as a vector of the instruction set
 //! holds, found at run time. Each lane carries the bound derived in `batch::bound`; a lane whose bound is above the tolerance,
-//! or that cannot tell on which side of a plane it is, is answered again by the scalar path, so that what comes out is as
-//! certain as there. Polynomial emitters take the scalar path altogether.
+//! or that cannot tell on which side of a plane it is, is answered again by the scalar path, so that a batch's answers are as
+//! certain as those. Polynomial emitters take the scalar path altogether.
 //!
 //! - [`Engine`] says how: which instruction set, one thread or all. All instruction sets give the same digits (no fused
 //!   multiply-add), and an answer does not depend on its neighbours.
-//! - [`Receivers`] and [`Emitters`] are structures of arrays; [`Answers`] takes what comes out and [`Counts`] how it came.
-//! - [`EmitterTree`] answers what receivers get from very many emitters together, within an absolute error: nodes of the tree
-//!   that are below the horizon, face away or are too weak are left out, far ones are answered as one, and the bound counts it
-//!   all; [`Tally`] says what became of how many.
+//! - [`Receivers`] and [`Emitters`] are structures of arrays; [`Answers`] holds the results, [`Counts`] by which way they came.
+//! - [`EmitterTree`] sums the light of very many emitters at each receiver, within an absolute error: nodes of the tree that are
+//!   below the horizon, face away or are too weak are left out, far ones are answered as one, and the bound includes all of that;
+//!   [`Tally`] counts each kind.
 //! - In single precision twice as many lanes fit; those that cancel are done again in double precision, and those of a linear
 //!   emitter are done in it from the start.
 //!
@@ -80,7 +80,7 @@ use crate::problem::receiver::Receiver;
 #[allow(private_bounds, reason = "what lanes need of a number is not for others to implement")]
 pub trait Precision: Lane + Compiled {}
 
-/// The kernels of one precision, compiled once: what is generic is compiled again in every crate that calls it.
+/// The kernels of one precision, compiled once here: generic functions are compiled again in every crate that calls them.
 trait Compiled: Lane {
     /// Many receivers against one emitter.
     fn against(
@@ -141,8 +141,8 @@ compiled!(f64);
 /// How batches run: on which instruction set, on one thread or all.
 ///
 /// The methods without a tolerance leave out the arrays of bounds. A lane is then taken where its bound is below 1e-6 of the
-/// value and of the gradient's norm (in single precision below 3e-5 and 1e-4: errors are found to be below 1e-6 and 1.2e-6); what
-/// is not has the digits of [`crate::radiosity_and_gradient`].
+/// value and of the gradient's norm (in single precision below 3e-5 and 1e-4: errors are found to be below 1e-6 and 1.2e-6); any
+/// other entry has the digits of [`crate::radiosity_and_gradient`].
 #[derive(Debug, Clone, Copy)]
 pub struct Engine {
     level: Level,
@@ -266,8 +266,8 @@ impl Engine {
     /// Radiosity of each receiver due to all emitters of a tree together, within an absolute tolerance in the unit of the
     /// emission.
     ///
-    /// What is left out or answered by a far field is in the bounds, and so is all rounding. A tolerance below what double
-    /// precision can do is not an error: the bounds say what it came to.
+    /// The bounds include the neglected nodes, the errors of far fields, and all rounding. A tolerance below the rounding of double
+    /// precision is not an error: the bounds are then above it.
     ///
     /// ```
     /// use radgrad_core::batch::{Answers, EmitterTree, Engine, Receivers};

@@ -1,4 +1,4 @@
-//! What can be wrong with an input, or cannot be represented in the result.
+//! The errors: inputs that are refused, and results that a double cannot hold.
 
 use glam::DVec3;
 
@@ -117,11 +117,11 @@ pub enum Error {
     /// A form that serves some emissions only was asked for another.
     #[error("{quantity} has a closed form for {needed} emission only, this one is {given}")]
     EmissionKind {
-        /// What was asked for.
+        /// The quantity asked for.
         quantity: &'static str,
-        /// What it needs: `constant`, `constant or linear`.
+        /// The emission that it needs: `constant`, `constant or linear`.
         needed: &'static str,
-        /// What was given: `linear`, `polynomial`.
+        /// The emission given: `linear`, `polynomial`.
         given: &'static str,
     },
     /// A tolerance is not a number in [0, 1].
@@ -161,9 +161,9 @@ pub enum Error {
         /// The most that are served.
         most: u32,
     },
-    /// The error bound stays above what was asked for.
+    /// The error bound stays above the tolerance.
     #[error(
-        "{digits} digits are out of reach with {bits} bits: the exact value may be zero, or undefined because vertices are off one plane"
+        "{digits} digits are out of reach with {bits} bits: the exact value may be zero, undefined because vertices are off one plane, or take too long"
     )]
     Undecided {
         /// Digits asked for.
@@ -184,7 +184,7 @@ pub enum Error {
     InBatch {
         /// Index of the entry.
         index: usize,
-        /// What is wrong with it.
+        /// The error of that entry.
         error: Box<Self>,
     },
     /// The result is too large for a double.

@@ -12,11 +12,12 @@ use crate::error::Error;
 use crate::forms::edge_lanes;
 use crate::forms::irradiance_and_gradient::IrradianceAndGradient;
 use crate::ladder::answer::{Answer, Tolerance, Value};
-use crate::ladder::caller_units::CallerUnits;
+use crate::ladder::irradiance::IrradianceVector;
 use crate::ladder::rungs::DirectAttempt;
 use crate::problem::emission::{Emission, Emitter};
 use crate::problem::polygon::Polygon;
 use crate::problem::receiver::Receiver;
+use crate::scalar::number::ROUNDOFF;
 use crate::scalar::vec3::Vec3;
 
 /// The relative error that [`evaluate`] asks for.
@@ -194,23 +195,76 @@ pub fn radiosity_and_gradient(receiver: &Receiver, emitter: &Emitter) -> Result<
 /// above its horizon, has `(rho/pi) m.E`. Its derivative with respect to the normal is `dB/dn1 = (rho/pi) E`, also where the
 /// horizon crosses the emitter, since the part that the horizon gains or loses is seen edge-on.
 ///
-/// It has the digits of the closed form in double precision; where most of them cancel it is taken with more of them, until a
-/// bound on its error is below 1e-9 of its length, or nothing tells it from 0.
+/// It has the digits of the closed form in double precision; where most of them cancel, those of [`irradiance_vector_to`] a
+/// tolerance of 1e-9.
 ///
 /// # Errors
 /// If the result over- or underflows, or the receiver is on the surface of an emitter that is not flat ([`Error::OnSurface`]).
 pub fn irradiance_vector(receiver: &Receiver, emitter: &Emitter) -> Result<DVec3, Error> {
-    let Some(plan) = Plan::new(receiver, emitter.polygon()) else { return Ok(DVec3::ZERO) };
-    let case = Case { receiver, emitter, occluders: &[], plan: &plan };
-    if case.is_dark() {
-        return Ok(DVec3::ZERO);
+    with_irradiance(receiver, emitter, &[], DVec3::ZERO, |case| {
+        let components = |Vec3 { x, y, z }: Vec3<f64>| [x, y, z];
+        let found = plain::<true, false>(case).map(|terms| components(terms.irradiance));
+        match found.filter(|vector| is_sound(*vector, emitter)) {
+            Some(vector) => case.irradiance_unit().plain(vector).map(DVec3::from),
+            None => case.irradiance_vector(FALLBACK).map(|answer| answer.vector),
+        }
+    })
+}
+
+/// The [`irradiance_vector`] of the part of `emitter` that is seen past `occluders`, with a bound.
+///
+/// The closed form in double precision, in double-double or with as many bits as it takes: the first whose bound is at most
+/// `tolerance` times the vector's length answers. Where none is, the last does, and its bound says so: below a tolerance of
+/// 2^-53 it is that of the rounding to doubles.
+///
+/// ```
+/// use radgrad_core::{DVec3, Emission, Emitter, Polygon, Receiver, evaluate, irradiance_vector_to};
+/// let at = |x, y, z| DVec3::new(x, y, z);
+/// let lamp = Polygon::new(vec![at(-1.0, -1.0, 2.0), at(-1.0, 1.0, 2.0), at(1.0, 1.0, 2.0), at(1.0, -1.0, 2.0)])?;
+/// let lamp = Emitter::new(lamp, Emission::Constant(1.0))?;
+/// let screen = [Polygon::new(vec![at(0.2, -1.0, 1.0), at(0.2, 1.0, 1.0), at(2.0, 0.0, 1.0)])?];
+/// let floor = Receiver::new(DVec3::ZERO, DVec3::Z, 1.0)?;
+/// let irradiance = irradiance_vector_to(&floor, &lamp, &screen, 1e-12)?;
+/// assert!(irradiance.meets(1e-12));
+/// // Any receiver at this point that sees the same part: its radiosity is (rho/pi) m.E.
+/// let tilted = Receiver::new(DVec3::ZERO, DVec3::new(0.1, 0.2, 1.0), 0.5)?;
+/// let radiosity = 0.5 / std::f64::consts::PI * tilted.normal().dot(irradiance.vector);
+/// assert!((radiosity - evaluate(&tilted, &lamp, &screen)?.radiosity).abs() < 1e-12 * radiosity);
+/// # Ok::<(), radgrad_core::Error>(())
+/// ```
+///
+/// # Errors
+/// If the receiver is on the surface of an emitter that is not flat ([`Error::OnSurface`]), the tolerance is not in [0, 1], or a
+/// result over- or underflows.
+pub fn irradiance_vector_to<'a>(
+    receiver: &Receiver,
+    emitter: &Emitter,
+    occluders: impl IntoIterator<Item = &'a Polygon>,
+    tolerance: f64,
+) -> Result<IrradianceVector, Error> {
+    if !(0.0..=1.0).contains(&tolerance) {
+        return Err(Error::Tolerance { value: tolerance });
+    }
+    // Below this little but the rounding to doubles is left, so that nothing dearer gives more.
+    let tolerance = tolerance.max(1.01 * ROUNDOFF);
+    let occluders: Vec<&Polygon> = occluders.into_iter().collect();
+    with_irradiance(receiver, emitter, &occluders, IrradianceVector::ZERO, |case| case.irradiance_vector(tolerance))
+}
+
+/// Runs a computation that is not zero by plan; the reflectance has no part in it.
+fn with_irradiance<R>(
+    receiver: &Receiver,
+    emitter: &Emitter,
+    occluders: &[&Polygon],
+    zero: R,
+    computation: impl FnOnce(&Case<'_>) -> Result<R, Error>,
+) -> Result<R, Error> {
+    let Some(plan) = Plan::new(receiver, emitter.polygon()) else { return Ok(zero) };
+    if emitter.is_dark() {
+        return Ok(zero);
     }
     plan.off_surface(receiver, emitter.polygon())?;
-    let components = |Vec3 { x, y, z }: Vec3<f64>| [x, y, z];
-    let unit = CallerUnits::of_derivative(0, "irradiance vector", &plan, emitter);
-    let found = plain::<true, false>(&case).map(|terms| components(terms.irradiance));
-    let found = found.filter(|vector| is_sound(*vector, emitter));
-    found.map_or_else(|| case.irradiance_vector(FALLBACK, unit), |vector| unit.plain(vector)).map(DVec3::from)
+    computation(&Case { receiver, emitter, occluders, plan: &plan })
 }
 
 /// The closed form in double precision, off the surface of the emitter.

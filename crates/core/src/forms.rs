@@ -7,4 +7,5 @@ pub(crate) mod irradiance_and_gradient;
 pub(crate) mod linear;
 pub(crate) mod linear_bound;
 pub(crate) mod polynomial;
+pub(crate) mod second_derivatives;
 pub(crate) mod segment;

@@ -1,7 +1,7 @@
-//! Second derivatives of the radiosity with respect to x, for constant emission, clipped by the receiver's horizon and past
-//! occluders.
+//! Second derivatives of the radiosity with respect to x, clipped by the receiver's horizon and past occluders.
 //!
-//! The gradient is `(rho B/pi) sum int (n1.r) (dy x r) / r^4` over the parts of the emitter's edges above the horizon
+//! What follows is for constant emission; [`crate::forms::second_derivatives`] has what an emission that varies adds. The gradient
+//! is `(rho B/pi) sum int (n1.r) (dy x r) / r^4` over the parts of the emitter's edges above the horizon
 //! ([`crate::forms::constant`]). Its derivative with respect to x at fixed y is minus that with respect to r. The end points of
 //! the parts move with x where the horizon cuts an edge, but the integrand is zero there, `n1.r = 0`: the horizon adds nothing
 //! beyond shortening the edges. In the frame of a line at distance S, `r = S (toward + along tan psi)`, `dy x r = -S N ds`, the
@@ -39,6 +39,9 @@ use crate::boundary::line::Line;
 use crate::boundary::plan::Plan;
 use crate::boundary::{horizon, visibility};
 use crate::error::Error;
+use crate::forms::linear::SeenLinear;
+use crate::forms::polynomial::sum::SeenPolynomial;
+use crate::forms::second_derivatives::{SecondDerivatives, Symmetric, symmetric_product};
 use crate::ladder::answer::Method;
 use crate::ladder::caller_units::CallerUnits;
 #[cfg(feature = "arbitrary-precision")]
@@ -50,7 +53,7 @@ use crate::scalar::ball::Ball;
 #[cfg(feature = "arbitrary-precision")]
 use crate::scalar::big::Big;
 #[cfg(feature = "arbitrary-precision")]
-use crate::scalar::big::enclosure::{Enclosure, PRECISIONS, enough_for_doubles, is_nothing, refined, relative_error};
+use crate::scalar::big::enclosure::{Enclosure, Outcome, PRECISIONS, enough_for_doubles, is_nothing, refined, relative_error};
 use crate::scalar::double_double::DoubleDouble;
 use crate::scalar::number::{Number, ROUNDOFF};
 use crate::scalar::real::Real;
@@ -90,7 +93,7 @@ impl Hessian {
 /// ```
 ///
 /// # Errors
-/// If the receiver is on the surface of an emitter that is not flat ([`Error::OnSurface`]), the emission is not constant, or a result over- or underflows.
+/// If the receiver is on the surface of an emitter that is not flat ([`Error::OnSurface`]), or a result over- or underflows.
 pub fn hessian(receiver: &Receiver, emitter: &Emitter) -> Result<DMat3, Error> {
     with_case(receiver, emitter, &[], DMat3::ZERO, |case| {
         columns::<f64>(case).map_or(Ok(DMat3::ZERO), |columns| unit(case).plain(columns).map(|c| DMat3::from_cols_array(&c)))
@@ -119,7 +122,7 @@ pub fn hessian(receiver: &Receiver, emitter: &Emitter) -> Result<DMat3, Error> {
 /// ```
 ///
 /// # Errors
-/// If the receiver is on the surface of an emitter that is not flat ([`Error::OnSurface`]), the emission is not constant, the tolerance is not in [0, 1], or a result over- or underflows.
+/// If the receiver is on the surface of an emitter that is not flat ([`Error::OnSurface`]), the tolerance is not in [0, 1], or a result over- or underflows.
 pub fn hessian_to<'a>(
     receiver: &Receiver,
     emitter: &Emitter,
@@ -146,13 +149,13 @@ fn bounded(receiver: &Receiver, emitter: &Emitter, occluders: &[&Polygon], toler
             return Ok(answer);
         }
         #[cfg(feature = "arbitrary-precision")]
-        return rounded(case, tolerance);
+        return rounded(case, tolerance, &fine);
         #[cfg(not(feature = "arbitrary-precision"))]
         fine.answer(case)
     })
 }
 
-/// Runs a computation that needs a constant emission, and that is not zero by plan.
+/// Runs a computation that is not zero by plan.
 fn with_case<R>(
     receiver: &Receiver,
     emitter: &Emitter,
@@ -160,14 +163,6 @@ fn with_case<R>(
     zero: R,
     computation: impl FnOnce(&Case<'_>) -> Result<R, Error>,
 ) -> Result<R, Error> {
-    let given = match emitter.emission() {
-        Emission::Constant(_) => None,
-        Emission::Linear(_) => Some("linear"),
-        Emission::Polynomial(_) => Some("polynomial"),
-    };
-    if let Some(given) = given {
-        return Err(Error::EmissionKind { quantity: "the Hessian", needed: "constant", given });
-    }
     let Some(plan) = Plan::new(receiver, emitter.polygon()) else { return Ok(zero) };
     let case = Case { receiver, emitter, occluders, plan: &plan };
     if case.is_dark() {
@@ -212,14 +207,17 @@ impl Found {
     }
 }
 
-/// The closed form with as many bits as it takes, rounded to doubles.
+/// The closed form with as many bits as it takes, rounded to doubles, or what was found before where that would take too long.
 #[cfg(feature = "arbitrary-precision")]
 #[cold]
-fn rounded(case: &Case<'_>, tolerance: f64) -> Result<Hessian, Error> {
+fn rounded(case: &Case<'_>, tolerance: f64, before: &Found) -> Result<Hessian, Error> {
     let columns = || columns::<Ball<Big>>(case).map(|columns| columns.map(Enclosure::of));
     let is_open = |columns: &[Enclosure; 9]| (case.is_of_one_scale() && is_nothing(columns)) || Enclosed::is_coincidence(case);
-    let refined = refined(PRECISIONS, enough_for_doubles(tolerance), |columns| relative_error(columns), is_open, columns);
-    let Some(columns) = refined.found else { return Ok(Hessian::ZERO) };
+    let columns = match refined(PRECISIONS, enough_for_doubles(tolerance), |columns| relative_error(columns), is_open, columns) {
+        Outcome::Nothing { .. } => return Ok(Hessian::ZERO),
+        Outcome::Found(refined) => refined.found,
+        Outcome::TooDear => return before.answer(case),
+    };
     let (columns, error) = to_doubles(&columns, unit(case))?;
     Ok(Hessian { matrix: DMat3::from_cols_array(&columns), error, method: Method::ArbitraryPrecision })
 }
@@ -231,35 +229,65 @@ fn frobenius_norm(columns: [f64; 9]) -> f64 {
 
 /// The columns of the matrix, in normalised lengths and emission; `None` where nothing is visible.
 fn columns<T: Real>(case: &Case<'_>) -> Option<[T; 9]> {
-    let Case { receiver, emitter, occluders, plan } = *case;
+    let Case { receiver, emitter, plan, .. } = *case;
     let n1 = unit_normal(receiver);
-    let mut sum = [Vec3::zero(); 2];
-    let mut add = |[on, off]: [Vec3<T>; 2]| sum = [sum[0] + on, sum[1] + off];
-    let is_certain = if occluders.is_empty() {
-        horizon::visit_boundary(receiver, emitter.polygon(), plan, |arc: &Arc<T>| add(edge_term(n1, arc)));
-        true
-    } else {
-        let (outlines, uncertainty) = visibility::outlines(receiver, emitter, occluders, plan)?;
-        for outline in outlines {
-            let next = outline.iter().cycle().skip(1);
-            for ((arc, meets), (next, _)) in outline.iter().zip(next) {
-                add(edge_term(n1, arc));
-                if !meets {
-                    add(corner_term(n1, arc, next));
-                }
-            }
-        }
-        uncertainty.is_none()
+    let constant = |value: f64| {
+        let mut sum = [Vec3::zero(); 2];
+        let mut add = |[on, off]: Symmetric<T>| sum = [sum[0] + on, sum[1] + off];
+        let is_certain = visit(case, |part| match part {
+            Part::Arc(arc) => add(edge_term(n1, arc)),
+            Part::Corner(ending, beginning) => add(corner_term(n1, ending, beginning)),
+        })?;
+        let factor = albedo::<T>(receiver) * T::exact(value);
+        Some((is_certain, sum.map(|v| v * factor)))
     };
-    let factor = albedo::<T>(receiver) * T::exact(emitter.affine().value);
-    let [on, off] = sum.map(|v| v * factor);
+    let varying = |seen: SeenPolynomial<T>| {
+        let mut sum = SecondDerivatives::new(seen);
+        let is_certain = visit(case, |part| match part {
+            Part::Arc(arc) => sum.add(arc),
+            Part::Corner(ending, beginning) => sum.add_corner(ending.end.point, corner_term(n1, ending, beginning)),
+        })?;
+        Some((is_certain, sum.total().map(|v| v * albedo::<T>(receiver))))
+    };
+    let (is_certain, [on, off]) = match (emitter.emission(), emitter.polynomial()) {
+        (Emission::Constant(_), _) => constant(emitter.affine().value)?,
+        (_, Some(plane)) => varying(SeenPolynomial::new(receiver, emitter, plane, plan.power))?,
+        (_, None) => varying(SeenPolynomial::linear(SeenLinear::new(receiver, emitter, plan.power), emitter.polygon()))?,
+    };
     let columns = [on.x, off.z, off.y, off.z, on.y, off.x, off.y, off.x, on.z];
     // A corner more or less bounds nothing.
     Some(if is_certain { columns } else { columns.map(|c| c.widened(f64::INFINITY.into())) })
 }
 
+/// What contributes to the sums.
+enum Part<'a, T> {
+    Arc(&'a Arc<T>),
+    /// Where two lines only seem to meet: the arc that ends there and the one that begins.
+    Corner(&'a Arc<T>, &'a Arc<T>),
+}
+
+/// Calls the parts of the visible boundary; returns whether they are certain, or `None` where nothing is visible.
+fn visit<T: Real>(case: &Case<'_>, mut visit: impl FnMut(Part<'_, T>)) -> Option<bool> {
+    let Case { receiver, emitter, occluders, plan } = *case;
+    if occluders.is_empty() {
+        horizon::visit_boundary(receiver, emitter.polygon(), plan, |arc: &Arc<T>| visit(Part::Arc(arc)));
+        return Some(true);
+    }
+    let (outlines, uncertainty) = visibility::outlines(receiver, emitter, occluders, plan)?;
+    for outline in &outlines {
+        let next = outline.iter().cycle().skip(1);
+        for ((arc, meets), (next, _)) in outline.iter().zip(next) {
+            visit(Part::Arc(arc));
+            if !meets {
+                visit(Part::Corner(arc, next));
+            }
+        }
+    }
+    Some(uncertainty.is_none())
+}
+
 /// `(N w^T + w N^T) / 2 S^2`.
-fn edge_term<T: Real>(n1: Vec3<T>, arc: &Arc<T>) -> [Vec3<T>; 2] {
+fn edge_term<T: Real>(n1: Vec3<T>, arc: &Arc<T>) -> Symmetric<T> {
     let Some(line) = arc.line() else { return [Vec3::zero(); 2] };
     let frame = line.frame();
     let (m, q) = (arc.moments(&frame), arc.quartic_moments(&frame));
@@ -272,17 +300,11 @@ fn edge_term<T: Real>(n1: Vec3<T>, arc: &Arc<T>) -> [Vec3<T>; 2] {
 }
 
 /// `(n1.d) (1/r - 1/r')^2 (N N'^T + N' N^T) / 2 d.(N x N')`, where one arc ends and the next begins. On the horizon `n1.d` is 0.
-fn corner_term<T: Real>(n1: Vec3<T>, ending: &Arc<T>, beginning: &Arc<T>) -> [Vec3<T>; 2] {
+fn corner_term<T: Real>(n1: Vec3<T>, ending: &Arc<T>, beginning: &Arc<T>) -> Symmetric<T> {
     let (Some(line), Some(next)) = (ending.line(), beginning.line()) else { return [Vec3::zero(); 2] };
     let direction = ending.end.point * ending.end.inverse;
     let nearness = |line: &Line<T>| direction.dot(line.frame().toward) * line.nearness();
     let apart = nearness(line) - nearness(next);
     let turn = direction.dot(line.normal.cross(next.normal));
     symmetric_product(line.normal, next.normal * (n1.dot(direction) * apart * apart / (turn + turn)))
-}
-
-/// `a b^T + b a^T`: the entries xx, yy, zz and the entries yz, zx, xy.
-fn symmetric_product<T: Real>(a: Vec3<T>, b: Vec3<T>) -> [Vec3<T>; 2] {
-    let on = Vec3::new(a.x * b.x, a.y * b.y, a.z * b.z) * T::exact(2.0);
-    [on, Vec3::new(a.y * b.z + a.z * b.y, a.z * b.x + a.x * b.z, a.x * b.y + a.y * b.x)]
 }

@@ -7,10 +7,11 @@
 //!
 //! - [`evaluate`] and [`evaluate_to`] answer to a relative tolerance, each number with a bound on its error;
 //! - [`evaluate_value`] answers with the value alone, to a relative or an absolute tolerance;
-//! - [`radiosity`], [`gradient`] and [`radiosity_and_gradient`] give the plain closed form in double precision: what is asked for
-//!   is what is paid for;
-//! - [`evaluate_digits`] gives as many digits as are asked for;
-//! - [`irradiance_vector`] serves many normals at one point, and is the derivative with respect to the normal; [`hessian`] and
+//! - [`radiosity`], [`gradient`] and [`radiosity_and_gradient`] give the plain closed form in double precision, without bounds, at
+//!   the least cost;
+//! - [`evaluate_digits`] gives any number of digits;
+//! - [`irradiance_vector`] and [`irradiance_vector_to`] serve many normals at one point, and are the derivative with respect to the
+//!   normal; [`hessian`] and
 //!   [`hessian_to`] give second derivatives with respect to position;
 //! - [`paper`] is the paper's appendix, a second implementation to compare with.
 //!
@@ -41,13 +42,15 @@ mod scalar;
 
 pub use error::Error;
 pub use evaluate::{
-    DEFAULT_TOLERANCE, evaluate, evaluate_to, evaluate_value, gradient, irradiance_vector, radiosity, radiosity_and_gradient,
+    DEFAULT_TOLERANCE, evaluate, evaluate_to, evaluate_value, gradient, irradiance_vector, irradiance_vector_to, radiosity,
+    radiosity_and_gradient,
 };
 pub use glam::{DMat3, DVec3};
 pub use hessian::{Hessian, hessian, hessian_to};
 pub use ladder::answer::{Answer, Method, Tolerance, Value};
 #[cfg(feature = "arbitrary-precision")]
 pub use ladder::digits::{MOST_DIGITS, PreciseAnswer, evaluate_digits};
+pub use ladder::irradiance::IrradianceVector;
 pub use problem::emission::{Emission, Emitter, Linear};
 pub use problem::polygon::Polygon;
 pub use problem::polynomial::{Monomial, Polynomial};

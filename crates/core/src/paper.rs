@@ -1,9 +1,9 @@
 //! Appendix A of Holzschuch and Sillion 1995 (HS95): radiosity and gradient of a constant or linear emitter, unoccluded.
 //!
-//! Corrected, this is a second implementation of what [`crate::radiosity_and_gradient`] computes, by other sums in another
-//! order and with X1 and X2 by quadrature, so that the two may be compared. With a [`Misprint`] planted it is what the audit must
-//! catch; [`as_printed`] is the appendix to the letter. Symbols are the paper's: `r_i = E_i - x`, `e_i = E_{i+1} - E_i`,
-//! `w_i = r_i x e_i`, `k = grad B(y) x n2`, and I1 I2 J1 J2 K1 K2 X1 X2. With `c = n2.(n1 x k)`:
+//! Corrected, this is a second implementation of [`crate::radiosity_and_gradient`], with other sums in another order and with X1
+//! and X2 by quadrature, so that the two may be compared. With a [`Misprint`] planted it is a fault that the audit must catch;
+//! [`as_printed`] is the appendix to the letter. Symbols are the paper's: `r_i = E_i - x`, `e_i = E_{i+1} - E_i`, `w_i = r_i x
+//! e_i`, `k = grad B(y) x n2`, and I1 I2 J1 J2 K1 K2 X1 X2. With `c = n2.(n1 x k)`:
 //!
 //! ```text
 //!  2pi/rho B      = - n1.sum (B_i I1 + dB_i J1) w_i - (n1.n2) sum (k.e_i) K1 + c (n2.r_0) X1
@@ -111,7 +111,7 @@ fn printed_k(emitter: &Emitter) -> DVec3 {
     (b_2 - b_0) / twice_area * e_0 + (b_1 - b_0) / twice_area * e_2
 }
 
-/// What the sums of the appendix run over, lengths in the normalised unit.
+/// The edges and constants of the appendix's sums, lengths in the normalised unit.
 struct AppendixSums<'a> {
     n1: DVec3,
     n2: DVec3,

@@ -1,4 +1,4 @@
-//! The problem as stated: receiver, polygon and emission. What exists is valid.
+//! The problem as stated: receiver, polygon and emission. A value of these types is always valid.
 
 pub(crate) mod affine;
 pub(crate) mod emission;

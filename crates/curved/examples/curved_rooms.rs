@@ -53,7 +53,7 @@ fn nested() -> Result<Room, radgrad_curved::Error> {
     let mut scene = CurvedScene::new();
     scene.add(Patch::whole_sphere(DVec3::ZERO, 2.0, Side::Inside)?, 0.5, 0.0)?;
     scene.add(Patch::whole_sphere(DVec3::ZERO, 1.0, Side::Outside)?, 0.5, 1.0)?;
-    // A quarter of what the outer sphere sees is the inner one, whose radiosity is 1 + B/2.
+    // A quarter of the outer sphere's view is the inner one, whose radiosity is 1 + B/2.
     let exact = 0.5 * 0.25 / (1.0 - 0.5 * 0.75 - 0.5 * 0.25 * 0.5);
     let options = CurvedOptions { degree: 0, most_parts: 2, most_cells: 2000, ..CurvedOptions::default() };
     Ok(Room { name: "sphere in a sphere", scene, options, at: [0.4, 0.25], exact })

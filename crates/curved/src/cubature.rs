@@ -3,11 +3,11 @@
 //! A cell's integral is that of the product Gauss rule with 5 x 5 nodes; its error is taken to be the sum of the differences from
 //! those with 4 x 5 and 5 x 4, which are the errors of the smaller rules and so, where functions are smooth, far above its own.
 //! In a cell of which a part is cut off, as by a shadow or a horizon, these say nothing: its error is its area times the largest
-//! values that are there, cut off or not. Whether one is cut is asked at all nodes and at its corners; of horizons it is known by
-//! how much a point is above, so that a cell whose nodes are all on one side, but by less than a tenth of what they differ by, is
-//! taken for a cut one. The cell with the largest error is halved, across the direction of the larger difference, until the sum
-//! over all cells meets the tolerance, or there are too many: the sum is what is stated, in either case. It is an estimate. It
-//! fails where a function has a feature that no node of the first cells sees; of shadows the caller says where they may be.
+//! values that are there, cut off or not. Whether one is cut is asked at all nodes and at its corners. A horizon is known by how
+//! far points are above it: a cell whose nodes are all on one side, but by less than a tenth of their differences, is taken for a
+//! cut one. The cell with the largest error is halved, across the direction of the larger difference, until the sum over all cells
+//! meets the tolerance, or there are too many: in either case that sum is the stated error. It is an estimate. It fails where a
+//! function has a feature that no node of the first cells sees; of shadows the caller says where they may be.
 
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
@@ -19,8 +19,8 @@ use radgrad_solver::{Node, rectangular};
 /// Cells a side at the start.
 const FIRST: u32 = 2;
 
-/// How near to a horizon a cell is taken for cut, as a part of what its nodes differ by: between nodes a curved one may be nearer by
-/// the square of their distance, at most 0.27 of the cell, over eight, times four for the parabola through the cell.
+/// How near to a horizon a cell is taken for cut, as a part of the differences of its nodes: between nodes a curved one may be
+/// nearer by the square of their distance, at most 0.27 of the cell, over eight, times four for the parabola through the cell.
 const NEAR: f64 = 0.1;
 
 /// Integrals and the estimates of their errors.
@@ -63,8 +63,8 @@ impl Ord for Cell {
 }
 
 /// Integrates `count` functions over where a point is above. `f` gives the values, and by how much the point is above: 0 or less
-/// where it is cut off, with the values that would be there. `doubt` is whether a cell of this corner and size may be cut by what no
-/// node of it sees.
+/// where it is cut off, with the values that would be there. `doubt` is whether a cell of this corner and size may be cut by
+/// something that no node of it sees.
 pub(crate) fn integrate(
     count: usize,
     tolerance: f64,

@@ -1,4 +1,4 @@
-//! What can be wrong with a curved scene or a request.
+//! The errors of curved scenes and of requests.
 
 use radgrad_core::DVec3;
 
@@ -9,9 +9,9 @@ pub enum Error {
     /// A patch, or a point of one, is none.
     #[error("{what}: {rule}")]
     Patch {
-        /// What it was to be.
+        /// The kind of patch, or `point`.
         what: &'static str,
-        /// What was found and what is allowed.
+        /// The value found and the values allowed.
         rule: String,
     },
     /// A reflectance or an emission of a patch is out of range.
@@ -45,7 +45,7 @@ pub enum Error {
     Evaluation {
         /// Index of the patch that receives, from 0.
         patch: usize,
-        /// What is wrong with it.
+        /// The error of its polygon.
         source: radgrad_core::Error,
     },
     /// A polygon cannot be cut into elements; its face is the patch of that index.

@@ -1,4 +1,4 @@
-//! Parts of patches: what carries a polynomial.
+//! Parts of patches, each with one polynomial.
 //!
 //! A part of a curved patch is a rectangle of parameters, with polynomials of its own coordinates in [0, 1]. A part of a polygon
 //! is an [`Element`], whose polynomials are those of the position.

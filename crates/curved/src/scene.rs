@@ -1,4 +1,4 @@
-//! Patches with what they are made of.
+//! Patches with their reflectance and emission.
 
 use crate::error::Error;
 use crate::patch::Patch;

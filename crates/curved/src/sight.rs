@@ -1,4 +1,4 @@
-//! What patches may hide: which ones can hide anything at all, and whether one is between two points.
+//! Occlusion by patches: which ones can hide anything at all, and whether one is between two points.
 //!
 //! A patch that is a part of the boundary of a convex body which holds the whole scene, lit from within, hides nothing. For
 //! polygons, spheres and cylinders that is decided from the extent of the others, on the safe side; for bilinear and Bezier
@@ -15,7 +15,7 @@ use crate::patch::{Cylinder, Form, Patch, Sphere, Spot};
 /// Tangent planes a side at which a bilinear or Bezier patch is looked at.
 const GRID: usize = 33;
 
-/// What is behind a plane by less than this part of the scene's size is on it.
+/// A point behind a plane by less than this part of the scene's size is on it.
 const ON: f64 = 1e-9;
 
 /// Rounding of a point's coordinates, relative to their size.
@@ -222,7 +222,7 @@ mod tests {
                 let point = |j: u32| [0, 1, 2].map(|k| 3.0 * noise(i, 7 * j + k + 1) - 1.5);
                 let (from, to) = (station(7, point(0), [0.0; 2]), station(8, point(1), [0.0; 2]));
                 let distance = near(patch, from.spot.point, to.spot.point);
-                // Points of the grid are within 0.02 of each other; what passes an edge as near as that decides nothing.
+                // Points of the grid are within 0.02 of each other; a line that passes an edge as near as that decides nothing.
                 if hides(0, patch, &from, &to) {
                     assert!(distance < 0.02, "{which} {i}: {distance}");
                     hidden += 1;

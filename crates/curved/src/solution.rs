@@ -24,7 +24,7 @@ const SOLVED: f64 = 1e-14;
 /// The part of the error asked for that a kernel's integral may have, per unit of the source's radiosity.
 const INTEGRAL_PART: f64 = 1e-3;
 
-/// What is asked for.
+/// The accuracy asked for, and the limits of the work.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CurvedOptions {
     /// Bound on the error of gathers over the largest radiosity, at most.
@@ -143,7 +143,7 @@ fn extent(patches: &[&Patch]) -> f64 {
 }
 
 impl CurvedSolution {
-    /// Runs `f` with what transport needs.
+    /// Runs `f` with the scene as transport takes it.
     fn with_transport<T>(&self, f: impl FnOnce(&Transport<'_>) -> T) -> T {
         let patches: Vec<&Patch> = self.scene.patches.iter().collect();
         f(&Transport {
@@ -234,7 +234,7 @@ impl CurvedSolution {
             let samples: Vec<f64> = at_nodes.iter().map(|h| h[0]).collect();
             let left: Vec<f64> = basis.project(&samples).iter().zip(&self.irradiance[part]).map(|(p, h)| p - h).collect();
             let integrals = at_nodes.iter().fold(0.0, |most: f64, h| most.max(h[1]));
-            // Cubature errs at the nodes, and so does what is made of their samples.
+            // Cubature errs at the nodes, and so does the polynomial through their samples.
             basis.magnitude_beyond(&samples) + basis.magnitude(&left) + 2.0 * integrals
         };
         self.residual = (0..self.parts.len()).map(of_part).collect();

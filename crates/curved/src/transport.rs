@@ -1,4 +1,4 @@
-//! What a point receives from a part: `G(E)` and `G(rho phi_k)` for each function of its basis.
+//! Light that a point receives from a part: `G(E)` and `G(rho phi_k)` for each function of its basis.
 //!
 //! From a flat part of one reflectance and emission that nothing can hide, the closed forms of `radgrad-core` with their bounds.
 //! From any other, cubature over its coordinates of
@@ -19,7 +19,7 @@ use crate::patch::{Form, Patch, Spot};
 use crate::sight::{self, Station};
 use crate::value::Value;
 
-/// What may hide a part: a ball around it and half of its smaller width.
+/// A patch that may hide a part: a ball around it and half of its smaller width.
 struct Shadow {
     centre: DVec3,
     radius: f64,
@@ -52,7 +52,7 @@ impl Shadow {
     }
 }
 
-/// What transport needs of a scene.
+/// The quantities of a scene that transport needs.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Transport<'a> {
     pub(crate) patches: &'a [&'a Patch],
@@ -116,8 +116,8 @@ impl Transport<'_> {
         })
     }
 
-    /// Whether a patch that may hide something may do so between two others: a flat one and one lit from outside are not in the
-    /// way of what they see.
+    /// Whether a patch that may hide something may do so between two others: a flat one and one lit from outside do not hide
+    /// patches from themselves.
     fn blocks(&self, blocker: usize, ends: [usize; 2]) -> bool {
         let own = match &self.patches[blocker].0 {
             Form::Polygon(_) => true,

@@ -102,7 +102,7 @@ fn between_concentric_spheres_light_is_even_past_the_inner_one() {
     }
     let options = CurvedOptions { degree: 0, error: 0.02, most_parts: 2, most_cells: 500 };
     let solution = solve(scene, &options).unwrap();
-    // The inner one sees the outer one only; of what the outer one sees, the part (small/large)^2 is the inner one.
+    // The inner one sees the outer one only; the part (small/large)^2 of the outer one's view is the inner one.
     let part = (small / large).powi(2);
     let outer = (emitted[1] + rho[1] * part * emitted[0]) / (1.0 - rho[1] * (1.0 - part) - rho[1] * part * rho[0]);
     let inner = emitted[0] + rho[0] * outer;
@@ -128,7 +128,7 @@ fn a_long_vault_over_a_strip_has_the_factors_of_infinite_ones() {
         let to_strip = 0.5 * ((0.5 * angle).cos() + (0.5 * angle).sin());
         let found = solution.gather(1, [u, 0.5]).unwrap();
         let error = (found.irradiance - (1.0 - to_strip + 0.3 * to_strip)).abs();
-        // What leaves by the ends is less than 1/400^2.
+        // The light that leaves by the ends is less than 1/400^2.
         assert!(error <= found.irradiance_bound + 1e-5 && error < 2e-5, "{u}: {found:?} {to_strip}");
     }
 }
@@ -288,7 +288,7 @@ fn behind_a_ball_errors_are_within_what_is_stated_at_any_effort() {
             for at in [[0.0, 0.5], [0.3, 0.2], [0.52, 0.61], [0.8, 0.9]] {
                 let (azimuth, polar) = (TAU * at[0], PI * at[1]);
                 let x = 2.0 * DVec3::new(polar.sin() * azimuth.cos(), polar.sin() * azimuth.sin(), polar.cos());
-                // What the ball takes away, all of it being above the horizon.
+                // The light that the ball takes away, all of it being above the horizon.
                 let (away, up) = ((centre - x).length(), -x.dot(centre - x) / 2.0);
                 let exact = 1.0 - radius * radius * up / away.powi(3);
                 if up <= radius {

@@ -1,10 +1,9 @@
 //! Eq. 1 (HS95) and its gradient by adaptive cubature: radiosity in the unit of the emission, its gradient in that unit over
 //! length.
 //!
-//! The integrand is that of `integrand`, the method and what its estimates of error mean that of `adaptive`. The radiosity
-//! keeps its digits everywhere. The gradient's integral cancels near contact and loses `log10(size / height)` digits; the
-//! estimates count them, and a tolerance beyond them ends in [`Status::RoundoffLimited`]. Nothing is converged unless both
-//! estimates say so.
+//! The integrand is in `integrand`; the method, and the meaning of its estimates of error, is in `adaptive`. The radiosity keeps
+//! its digits everywhere. The gradient's integral cancels near contact and loses `log10(size / height)` digits; the estimates count
+//! them, and a tolerance beyond them ends in [`Status::RoundoffLimited`]. Nothing is converged unless both estimates say so.
 
 mod adaptive;
 mod contour;
@@ -33,7 +32,7 @@ pub enum Status {
     Converged,
     /// The evaluations allowed were spent first.
     BudgetExhausted,
-    /// What is left of the error is rounding of the integrand: doubles cannot do better on this integral.
+    /// The remaining error is rounding of the integrand: doubles cannot do better on this integral.
     RoundoffLimited,
     /// Two forms of the same integral differ by more than both errors: the gradient stated is not that of the emission, or the
     /// emission jumps or has smaller features than stated. Only [`integrate_function`] compares them.

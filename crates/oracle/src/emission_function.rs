@@ -10,8 +10,8 @@ use crate::confidence::ConfidenceInterval;
 
 /// Any function of the point `y` of an emitter.
 ///
-/// What is known of it only by values at points can hide anything between them. [`Self::detail`] is what excludes that: the
-/// integrators look at the function at least that closely before they believe an estimate of error.
+/// A function known only by values at points can hide anything between them. [`Self::detail`] excludes that: the integrators look
+/// at the function at least that closely before they believe an estimate of error.
 ///
 /// ```
 /// use radgrad_core::DVec3;

@@ -55,11 +55,11 @@ pub struct Enclosure {
     pub gradient: [Interval; 3],
     /// Evaluations of the integrands, over all passes.
     pub evaluations: u64,
-    /// What computed it.
+    /// The arithmetic that was used.
     pub arithmetic: Arithmetic,
 }
 
-/// What is asked for.
+/// The digits and the arithmetic asked for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Request {
     /// Radiosity relative to itself, gradient relative to its norm: 15 to 200.
@@ -105,13 +105,13 @@ pub fn enclose_source(receiver: &Receiver, source: &Source<'_>, request: &Reques
     enclose_source_past(receiver, source, &[], request)
 }
 
-/// Encloses radiosity and gradient at `receiver` due to what it sees of `emitter` past opaque polygons.
+/// Encloses radiosity and gradient at `receiver` due to the part of `emitter` that it sees past opaque polygons.
 ///
 /// A point of the emitter is hidden if an occluder meets the open segment between it and the receiver, from either side; an
-/// occluder in the plane of one of the two hides nothing, and one that cuts the emitter only what its near part covers. Like
-/// the emitter, an occluder that is not exactly planar is the surface of the triangles that ear clipping gives. Which parts are
-/// seen is decided exactly. Where two edges of different depth are seen in one plane the gradient jumps; the one enclosed is
-/// then of either side.
+/// occluder in the plane of one of the two hides nothing, and one that cuts the emitter hides only the region that its near part
+/// covers. Like the emitter, an occluder that is not exactly planar is the surface of the triangles that ear clipping gives. Which
+/// parts are seen is decided exactly. Where two edges of different depth are seen in one plane the gradient jumps; the one enclosed
+/// is then of either side.
 ///
 /// ```
 /// use radgrad_core::{DVec3, Emission, Emitter, Polygon, Receiver};

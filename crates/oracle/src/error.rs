@@ -1,4 +1,4 @@
-//! What the oracle refuses, and what can keep an integral from being enclosed.
+//! The oracle's errors: inputs that it refuses, and integrals that it cannot enclose.
 
 use std::fmt;
 
@@ -8,7 +8,7 @@ use glam::DVec3;
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
-    /// The number of digits is outside what an arithmetic offers.
+    /// The number of digits is outside the range of an arithmetic.
     #[error("{digits} digits asked of {arithmetic} arithmetic, which offers {least} to {most}")]
     Digits {
         /// The digits asked for.
@@ -29,7 +29,7 @@ pub enum Error {
         allowed: u64,
         /// The digits asked for.
         digits: u32,
-        /// What the passes so far enclosed.
+        /// The enclosure by the passes so far.
         reached: Reached,
     },
     /// The rounding error is above the tolerance in the arithmetic asked for.
@@ -39,7 +39,7 @@ pub enum Error {
         bits: usize,
         /// The digits asked for.
         digits: u32,
-        /// What was enclosed.
+        /// The enclosure reached.
         reached: Reached,
     },
     /// A cell cannot be bounded: the receiver is on the boundary of the emitter within rounding, or the numbers leave the range
@@ -72,7 +72,7 @@ pub enum Error {
     /// The result is outside the range of a double.
     #[error("{quantity} is outside the range of a double")]
     Range {
-        /// What overflows.
+        /// The quantity that overflows.
         quantity: &'static str,
     },
     /// A decimal number cannot be read.
@@ -93,7 +93,7 @@ pub enum Error {
         /// As given.
         value: f64,
     },
-    /// An emission function was given without what is needed of it.
+    /// An emission function lacks a part that the method needs.
     #[error("the emission function has no {missing}, which {asker} needs")]
     EmissionPart {
         /// `gradient` or `bounds`.
@@ -130,7 +130,7 @@ pub enum Error {
     Touching {
         /// Position of the receiver.
         position: DVec3,
-        /// What it touches.
+        /// The line or point that it touches.
         what: &'static str,
     },
     /// The receiver is in front of the emitter's plane, by less than doubled precision resolves.

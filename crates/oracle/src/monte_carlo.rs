@@ -54,7 +54,7 @@ pub enum Sequence {
     },
 }
 
-/// What an estimate rests on.
+/// The basis of an estimate.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Status {
     /// Nothing of the emitter is in view, occluders aside: exactly zero.
@@ -74,7 +74,7 @@ pub struct Limits {
     pub student: ConfidenceInterval,
     /// Interval at the stated confidence whatever the distribution.
     pub distribution_free: ConfidenceInterval,
-    /// What it rests on.
+    /// The basis of the limits.
     pub status: Status,
 }
 

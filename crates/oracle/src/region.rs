@@ -5,7 +5,7 @@
 //! `h` the height of `x` over the plane. Each vertex also carries `s = n1.(y - x)` and, for an affine emission, `b = B(y)`:
 //! both are affine in `(p, q)`, so interpolating them between corners keeps relative accuracy where a dot product would cancel
 //! (`s = 0` exactly on the horizon). Lengths are scaled by a power of two, `unit`, that brings the farthest vertex to [1, 2).
-//! Everything up to the final rounding of `p, q, s, b, h` is done in [`Pair`]s: what is rounded is relative to `x`, not to the
+//! Everything up to the final rounding of `p, q, s, b, h` is done in [`Pair`]s: numbers are rounded relative to `x`, not to the
 //! origin. Which side of the plane `x` is on is decided exactly (`side`): in the plane nothing is seen.
 //!
 //! Each triangle is cut at its point nearest to the receiver, the only place where the integrand peaks, and at the nearest

@@ -16,8 +16,8 @@
 //! A plane face does not see itself, so of two bounces in a row one is at most `r_2`: `r_1 + r_1 r_2 + r_1^2 r_2 + ... = S`.
 //!
 //! # Three kinds of walks
-//! What they estimate is `B - E - rho D` at a point, and the mean of `B - E` over all area. Each is a mean of independent
-//! contributions from an interval that is known before the first is drawn; that interval is what the limits rest on.
+//! They estimate `B - E - rho D` at a point, and the mean of `B - E` over all area. Each is a mean of independent contributions
+//! from an interval that is known before the first is drawn; the limits rest on that interval.
 //! - [`Kind::Particles`]: from a lamp (power-proportional, then uniform over its area, then by the cosine) from face to face; at
 //!   each hit y with the weight `w = rho rho ... rho(y)` a contribution `Phi w / A` to the mean, and `Phi w rho_x k(x, y) V` to a
 //!   point. At most `Phi S / A` and `Phi rho_x max_j(rho_j k_j) T` with `k_j` the largest kernel between x and face j, from their
@@ -140,7 +140,7 @@ pub enum Kind {
     Plain,
 }
 
-/// What walks may cost.
+/// The number of rays and walks.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Effort {
     /// Rays for the mean.
@@ -162,16 +162,16 @@ impl Default for Effort {
     }
 }
 
-/// A number and what is known of it.
+/// A number and its confidence interval.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Known {
-    /// Mean of the samples, plus what is known without.
+    /// Mean of the samples, plus the parts known exactly.
     pub value: f64,
     /// Interval at the stated confidence, whatever the distribution.
     pub interval: ConfidenceInterval,
 }
 
-/// What walks say of a scene.
+/// The answers of walks on a scene.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Truth {
     /// Mean of `B - E` over all area that exchanges light.
@@ -286,7 +286,7 @@ impl Scene {
         self.faces.iter().enumerate().map(of).sum()
     }
 
-    /// What a face sees: the form factor to each face, by so many rays from it.
+    /// Form factors from a face: that to each face, by so many rays from it.
     ///
     /// # Errors
     /// If the confidence is not between 0 and 1, there is no such face, or no ray is allowed.

@@ -8,7 +8,7 @@ use crate::Error;
 use crate::confidence::ConfidenceInterval;
 use crate::emission_function::{EmissionBounds, EmissionFunction};
 
-/// What a polygon emits.
+/// The emission of a polygon.
 #[derive(Debug, Clone, Copy)]
 pub enum SourceFunction<'a> {
     /// The affine emission of an emitter, interpolated between its vertices.

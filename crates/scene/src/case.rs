@@ -6,15 +6,18 @@
 //! ```
 //!
 //! (here on two lines to be read by people). `normal` may have any length; `reflectance` is 1, `occluders` none and the
-//! relative `tolerance` 1e-12 unless given. `truth`, `family` and `comment` may stand beside them and are passed over; any other field
+//! relative `tolerance` 1e-12 unless given. `"digits": 50` asks for decimal digits, `"hessian": true` for second derivatives too:
+//! they are no part of the [`Case`] but of the [`Line`]. `truth`, `family` and `comment` may stand beside them and are passed over; any other field
 //! is refused, since a misspelt one would go unseen. Lengths are in one unit of the caller's choice,
 //! emission in any unit. Doubles are read and written exactly: the text of a [`Case`] reads back as the same case, bit for bit.
 //!
-//! A [`Case`] is what stands in the line; [`Case::problem`] checks it and gives the types of `radgrad-core`; [`Line::answer`]
-//! is the whole way from a line to what is written for it.
+//! A [`Case`] holds the fields of the line; [`Case::problem`] checks it and gives the types of `radgrad-core`; [`Line::answer`]
+//! goes the whole way from a line to its answer or refusal.
 
 mod answer;
 mod emission;
+mod estimate;
+mod expression;
 mod id;
 mod point;
 
@@ -26,7 +29,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::Error;
 use crate::words::without_mark;
-pub use answer::{AnswerRecord, Refusal};
+pub use answer::{AnswerRecord, DigitsRecord, EstimateRecord, Refusal, Reply};
 pub use emission::{EmissionRecord, PolynomialRecord, TermRecord};
 pub use id::Id;
 
@@ -57,6 +60,9 @@ struct Fields {
     occluders: Vec<Vec<[f64; 3]>>,
     #[serde(default = "default_tolerance")]
     tolerance: f64,
+    digits: Option<u32>,
+    #[serde(default)]
+    hessian: bool,
     #[serde(default, rename = "truth")]
     _truth: IgnoredAny,
     #[serde(default, rename = "family")]
@@ -141,26 +147,47 @@ impl Case {
     /// # Errors
     /// If the receiver, the emitter, an occluder or the tolerance is refused by `radgrad-core`; the message names which.
     pub fn problem(&self) -> Result<Problem, Error> {
+        let Parts { receiver, polygon, occluders } = self.parts()?;
+        let emission = Emission::try_from(&self.emitter.emission);
+        let emitter = emission.and_then(|emission| Emitter::new(polygon, emission)).map_err(Error::Emitter)?;
+        Ok(Problem { receiver, emitter, occluders, tolerance: self.tolerance })
+    }
+
+    /// All but the emission.
+    fn parts(&self) -> Result<Parts, Error> {
         let ReceiverRecord { position, normal, reflectance } = &self.receiver;
         let receiver = Receiver::new(DVec3::from_array(*position), DVec3::from_array(*normal), *reflectance);
-        let emitter = polygon(&self.emitter.vertices)
-            .and_then(|polygon| Emitter::new(polygon, Emission::try_from(&self.emitter.emission)?));
         let occluders = self.occluders.iter().enumerate();
         let occluders = occluders.map(|(index, v)| polygon(v).map_err(|source| Error::Occluder { index, source }));
         if !(0.0..=1.0).contains(&self.tolerance) {
             return Err(Error::Tolerance(radgrad_core::Error::Tolerance { value: self.tolerance }));
         }
-        Ok(Problem {
+        Ok(Parts {
             receiver: receiver.map_err(Error::Receiver)?,
-            emitter: emitter.map_err(Error::Emitter)?,
+            polygon: polygon(&self.emitter.vertices).map_err(Error::Emitter)?,
             occluders: occluders.collect::<Result<_, _>>()?,
-            tolerance: self.tolerance,
         })
     }
 }
 
+/// A case but for its emission, checked.
+struct Parts {
+    receiver: Receiver,
+    polygon: Polygon,
+    occluders: Vec<Polygon>,
+}
+
 fn polygon(vertices: &[[f64; 3]]) -> Result<Polygon, radgrad_core::Error> {
     Polygon::new(vertices.iter().map(|&v| DVec3::from_array(v)).collect())
+}
+
+/// What a line asks for beside radiosity and gradient in doubles.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Wanted {
+    /// That many decimal digits in place of doubles.
+    pub digits: Option<u32>,
+    /// Second derivatives too.
+    pub hessian: bool,
 }
 
 /// A line that was read: its number, from 1, and its case.
@@ -170,7 +197,12 @@ pub struct Line {
     pub number: usize,
     /// The case as written.
     pub case: Case,
+    /// What is asked for beside.
+    pub wanted: Wanted,
 }
+
+/// The rounding of doubles, which no tolerance below it is met by, but one of 0: it asks for the nearest doubles.
+const ROUNDING: f64 = f64::EPSILON / 2.0;
 
 impl Line {
     /// Reads line `number`; `None` if it is blank.
@@ -182,41 +214,62 @@ impl Line {
         if text.trim_ascii().is_empty() {
             return None;
         }
-        let case = Case::from_json(text).map_err(|error| Refusal { id: Id::find(text), line: number, error });
-        Some(case.map(|case| Self { number, case }))
+        let fields = serde_json::from_slice::<Fields>(text);
+        let line = fields.map(|fields| {
+            let wanted = Wanted { digits: fields.digits, hessian: fields.hessian };
+            Self { number, case: fields.into(), wanted }
+        });
+        Some(line.map_err(|error| Refusal { id: Id::find(text), line: number, error: error.into() }))
     }
 
     /// Checks and evaluates the case.
     ///
     /// # Errors
     /// A [`Refusal`] if a value is wrong, or the answer cannot be represented.
-    pub fn answer(self) -> Result<AnswerRecord, Refusal> {
-        let answer = self.case.problem().and_then(|Problem { receiver, emitter, occluders, tolerance }| {
-            let answer = radgrad_core::evaluate_to(&receiver, &emitter, &occluders, tolerance).map_err(Error::Evaluation)?;
-            finite(&answer).map(|()| answer)
-        });
-        match answer {
-            Ok(answer) => Ok(AnswerRecord::new(self.case.id, &answer)),
-            Err(error) => Err(Refusal { id: Some(self.case.id), line: self.number, error }),
-        }
+    pub fn answer(self) -> Result<Reply, Refusal> {
+        let Self { number, case, wanted } = self;
+        reply(&case, wanted).map_err(|error| Refusal { id: Some(case.id), line: number, error })
     }
 }
 
-/// Whether all numbers of an answer are: JSON has no others.
-fn finite(answer: &radgrad_core::Answer) -> Result<(), Error> {
-    let gradient = answer.gradient.to_array();
-    let named = [
-        ("the radiosity", answer.radiosity),
-        ("the gradient along x", gradient[0]),
-        ("the gradient along y", gradient[1]),
-        ("the gradient along z", gradient[2]),
-        ("the bound on the radiosity", answer.radiosity_error),
-        ("the bound on the gradient", answer.gradient_error),
-    ];
-    match named.into_iter().find(|(_, value)| !value.is_finite()) {
-        None => Ok(()),
-        Some((what, value)) => Err(Error::NotFinite { what: what.to_owned(), value }),
+fn reply(case: &Case, wanted: Wanted) -> Result<Reply, Error> {
+    let is_finer = 0.0 < case.tolerance && case.tolerance < ROUNDING;
+    match wanted.digits {
+        None if is_finer => return Err(Error::TooFine { tolerance: case.tolerance, digits: digits_of(case.tolerance) }),
+        Some(digits) if is_finer && digits < digits_of(case.tolerance) => {
+            return Err(Error::TooFewDigits { digits, tolerance: case.tolerance });
+        }
+        Some(_) if wanted.hessian => return Err(Error::Together { first: "digits", second: "hessian" }),
+        _ => {}
     }
+    if let EmissionRecord::Expression { expression } = &case.emitter.emission {
+        if wanted.digits.is_some() || wanted.hessian {
+            let second = if wanted.hessian { "hessian" } else { "digits" };
+            return Err(Error::Together { first: "an expression", second });
+        }
+        let expression = expression::Expression::parse(expression)?;
+        let Parts { receiver, polygon, occluders } = case.parts()?;
+        let found = estimate::estimate(&receiver, &polygon, &occluders, &expression, case.tolerance)?;
+        return EstimateRecord::new(case.id.clone(), &found).map(Reply::Estimate);
+    }
+    let Problem { receiver, emitter, occluders, tolerance } = case.problem()?;
+    if let Some(digits) = wanted.digits {
+        let answer = radgrad_core::evaluate_digits(&receiver, &emitter, &occluders, digits).map_err(Error::Evaluation)?;
+        return Ok(Reply::Digits(DigitsRecord::new(case.id.clone(), answer, digits)));
+    }
+    let answer = radgrad_core::evaluate_to(&receiver, &emitter, &occluders, tolerance).map_err(Error::Evaluation)?;
+    let mut record = AnswerRecord::new(case.id.clone(), &answer);
+    if wanted.hessian {
+        let hessian = radgrad_core::hessian_to(&receiver, &emitter, &occluders, tolerance).map_err(Error::Evaluation)?;
+        record = record.with_hessian(&hessian);
+    }
+    record.check_finite()?;
+    Ok(Reply::Doubles(record))
+}
+
+/// Digits that meet a tolerance.
+fn digits_of(tolerance: f64) -> u32 {
+    (0..=radgrad_core::MOST_DIGITS).find(|&digits| libm::pow(10.0, -f64::from(digits)) <= tolerance).unwrap_or(0)
 }
 
 /// The cases of `reader` in order, one line in memory at a time. Blank lines are skipped; a bad line is a [`Refusal`] and the

@@ -1,4 +1,4 @@
-//! What can be wrong with a case or with a scene.
+//! The errors of cases and scenes.
 
 use std::path::PathBuf;
 
@@ -16,7 +16,7 @@ pub enum Error {
     Json {
         /// Column of the line, in bytes from 1, where reading stopped.
         column: usize,
-        /// What was found and what was expected.
+        /// The value found and the value expected.
         rule: String,
     },
     /// The receiver is refused.
@@ -30,22 +30,64 @@ pub enum Error {
     Occluder {
         /// Its index in `occluders`, from 0.
         index: usize,
-        /// What is wrong with its polygon.
+        /// The error of its polygon.
         source: radgrad_core::Error,
     },
     /// The tolerance is not a number in [0, 1].
     #[error(transparent)]
     Tolerance(radgrad_core::Error),
+    /// The tolerance is finer than doubles are.
+    #[error(
+        "tolerance is {tolerance:e}: doubles are rounded by 1.1e-16 of themselves, so ask for decimal digits, \"digits\": {digits}"
+    )]
+    TooFine {
+        /// The tolerance as given.
+        tolerance: f64,
+        /// Digits that meet it.
+        digits: u32,
+    },
+    /// Digits do not meet the tolerance that stands beside them.
+    #[error("{digits} digits do not meet the tolerance of {tolerance:e}: leave one of them out")]
+    TooFewDigits {
+        /// Digits asked for.
+        digits: u32,
+        /// The tolerance as given.
+        tolerance: f64,
+    },
+    /// What is asked for does not go together.
+    #[error("{first} and {second} do not go together: ask for one of them")]
+    Together {
+        /// `digits`, `an expression`.
+        first: &'static str,
+        /// `hessian`, `digits`.
+        second: &'static str,
+    },
+    /// An expression cannot be read.
+    #[error("emission: column {column} of the expression: {rule}")]
+    Expression {
+        /// Column of the expression, in bytes from 1.
+        column: usize,
+        /// What is wrong there.
+        rule: String,
+    },
+    /// An expression has no value somewhere on the emitter.
+    #[error("emission is {value} at {point}: it must be finite all over the emitter")]
+    ExpressionNotFinite {
+        /// Where.
+        point: radgrad_core::DVec3,
+        /// What it gives there.
+        value: f64,
+    },
     /// The case is valid, but its answer cannot be represented.
     #[error(transparent)]
     Evaluation(radgrad_core::Error),
 
-    /// What is wrong with a file, and where.
+    /// An error in a file, with its place.
     #[error("{place}: {fault}")]
     At {
         /// The place.
         place: Place,
-        /// What is wrong there.
+        /// The error there.
         #[source]
         fault: Box<Self>,
     },
@@ -54,10 +96,10 @@ pub enum Error {
     Unreadable {
         /// The file.
         file: PathBuf,
-        /// What the system says.
+        /// The system's message.
         reason: String,
     },
-    /// The name of a file does not say what is in it.
+    /// The name of a file does not tell its format.
     #[error("`{}` is no scene that is read here: expected a name ending in .obj, .gltf, .glb, .vs3, .stl or .ply", printable(&file.to_string_lossy()))]
     Format {
         /// The file.
@@ -66,7 +108,7 @@ pub enum Error {
     /// Reading would take more memory than it may.
     #[error("{what}: reading takes more than the {} that it may: give more with --budget", Bytes(*budget))]
     Budget {
-        /// What would have taken it.
+        /// The things that would have taken it.
         what: String,
         /// Bytes that reading may take in all.
         budget: u64,
@@ -74,7 +116,7 @@ pub enum Error {
     /// The host computes otherwise than the bounds assume.
     #[error("{rule} in this thread: no bound holds, so set the floating-point mode back to its default")]
     Host {
-        /// What it does.
+        /// Its fault.
         rule: &'static str,
     },
     /// A case took too long.
@@ -95,25 +137,25 @@ pub enum Error {
     /// An answer is no finite number.
     #[error("{what} is {value}: it is beyond the range of a double")]
     NotFinite {
-        /// What was to be computed.
+        /// The quantity to be computed.
         what: String,
         /// The value.
         value: f64,
     },
-    /// Something else stands there than what the format asks for.
+    /// The file does not follow its format.
     #[error("expected {expected}, found {found}")]
     Expected {
-        /// What the format asks for.
+        /// The text or value that the format asks for.
         expected: String,
-        /// What stands there.
+        /// The text or value in the file.
         found: String,
     },
-    /// What stands there is right, but is not read here.
+    /// The file is right, but this part of it is not read here.
     #[error("{what} cannot be represented: {instead}")]
     Unsupported {
-        /// What it is.
+        /// The part.
         what: String,
-        /// What to do instead.
+        /// A way to do without it.
         instead: &'static str,
     },
     /// A face is no polygon.
@@ -127,7 +169,7 @@ pub enum Error {
     Subsurface {
         /// Number of the base surface.
         base: usize,
-        /// What was found and what is asked for.
+        /// The value found and the values allowed.
         rule: String,
     },
     /// A value of a material is out of range.
@@ -141,15 +183,15 @@ pub enum Error {
         channel: String,
         /// The value as given.
         value: f64,
-        /// What is allowed.
+        /// The values allowed.
         rule: &'static str,
     },
-    /// A texture is refused, or what it does to a material.
+    /// A texture, or its effect on a material, is refused.
     #[error("texture `{}`: {rule}", printable(texture))]
     Texture {
         /// Name of the texture.
         texture: String,
-        /// What was found and what is allowed.
+        /// The value found and the values allowed.
         rule: String,
     },
     /// The texture coordinates of a face are no affine function of the position.
@@ -179,7 +221,7 @@ pub enum Error {
         /// The part of the smaller one that both have.
         share: f64,
     },
-    /// What a face sees of all others is more than everything.
+    /// The sum of a face's form factors to all others is more than 1.
     #[error("{face} sees {sum} of its hemisphere covered, which is more than 1: faces before it overlap, and would count twice")]
     Covered {
         /// The face with its surface.
@@ -199,7 +241,7 @@ pub enum Error {
         vertex: usize,
         /// The vertex.
         value: radgrad_core::DVec3,
-        /// What lengths are multiplied by.
+        /// The power of two that multiplies lengths.
         power: f64,
     },
     /// A face is no polygon without the rounding that its large coordinates have.
@@ -207,13 +249,13 @@ pub enum Error {
     Placed {
         /// The face with its surface.
         face: String,
-        /// What is wrong with it.
+        /// The error of its polygon.
         source: radgrad_core::Error,
     },
     /// A list has another length than it must have.
     #[error("{found} {what} were given: expected {expected}")]
     Count {
-        /// What is listed.
+        /// The name of the entries.
         what: &'static str,
         /// Entries given.
         found: usize,
@@ -225,21 +267,21 @@ pub enum Error {
     Missing {
         /// `surface`, `material`, ...
         what: &'static str,
-        /// What was asked for.
+        /// The name asked for.
         which: String,
-        /// What there is.
+        /// The names that there are.
         known: String,
     },
     /// Writing failed.
     #[error("cannot be written: {reason}")]
     Unwritable {
-        /// What the system says.
+        /// The system's message.
         reason: String,
     },
 }
 
 impl Error {
-    /// Something else was found than what was expected.
+    /// A value other than the expected one was found.
     pub(crate) fn expected(expected: impl Into<String>, found: impl Into<String>) -> Self {
         Self::Expected { expected: expected.into(), found: found.into() }
     }
@@ -259,7 +301,7 @@ impl Error {
         }
     }
 
-    /// What is wrong, without the place.
+    /// The error itself, without the place.
     #[must_use]
     pub fn fault(&self) -> &Self {
         match self {
@@ -279,7 +321,7 @@ impl From<serde_json::Error> for Error {
     }
 }
 
-/// What serde says of an unknown field, with the name that was probably meant.
+/// A better message than serde's for an unknown field, with the name that was probably meant.
 fn misspelt(rule: &str) -> Option<String> {
     let (field, known) = rule.strip_prefix("unknown field `")?.rsplit_once("`, expected ")?;
     let distance = |name: &&str| edits(field, name);

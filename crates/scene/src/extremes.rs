@@ -1,4 +1,5 @@
-//! Extremes that keep NaN. `f64::max` and `f64::min` pass over it, so that a bound made with them says 0 of what is unknown.
+//! Extremes that keep NaN. `f64::max` and `f64::min` pass over it, so that a bound made with them would be 0 where a value is
+//! unknown.
 
 /// The larger of two numbers; NaN if either is.
 ///

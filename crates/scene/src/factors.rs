@@ -12,10 +12,12 @@
 //!
 //! Factors have no unit. Faces see by their lit side; faces of surfaces that only hide others have no factors.
 
+mod block;
 mod bracket;
 mod cubature;
 mod exchange;
 mod field;
+mod glance;
 mod matrix;
 mod pair;
 mod repair;
@@ -26,8 +28,9 @@ mod tests;
 
 use radgrad_core::{DVec3, Emission, Emitter, Method, Polygon, Receiver, Tolerance, Value, evaluate_value};
 
+pub use block::FactorBlock;
 pub use field::FieldCell;
-pub use matrix::{Entry, FactorMatrix, SurfaceFactor, SurfaceMatrix};
+pub use matrix::{ComputedRow, Entry, FactorMatrix, SurfaceFactor, SurfaceMatrix};
 pub use pair::Factor;
 pub use repair::Repaired;
 pub use rule::gauss_legendre;
@@ -61,9 +64,9 @@ impl FactorSettings {
 }
 
 impl Default for FactorSettings {
-    /// An error of 1e-3, from up to 20,000 pairs of cells a factor; an estimate of 3e-6 from up to 2000 points.
+    /// An error of 1e-3, from up to 40,000 pairs of cells a factor; an estimate of 3e-6 from up to 2000 points.
     fn default() -> Self {
-        Self { tolerance: 1e-3, relative: 0.0, most_cells: 20_000, estimate: 3e-6, most_points: 2000 }
+        Self { tolerance: 1e-3, relative: 0.0, most_cells: 40_000, estimate: 3e-6, most_points: 2000 }
     }
 }
 
@@ -96,7 +99,8 @@ pub struct FormFactors<'a> {
     warnings: Vec<Warning>,
     emitters: Vec<Emitter>,
     index: Occluders,
-    /// The faces with coordinates up to 1, multiplied by a power of two: factors do not depend on the unit.
+    /// The faces with coordinates up to 1, multiplied by this power of two: factors do not depend on the unit.
+    power: f64,
     scaled: Vec<Polygon>,
     /// What hides, face by face, in that unit.
     screens: Vec<Vec<Screen>>,
@@ -127,7 +131,7 @@ impl<'a> FormFactors<'a> {
         let scaled = ready.polygons().map(scale).collect::<Result<Vec<_>, _>>()?;
         let screens = scaled.iter().map(Screen::all_of).collect();
         let spheres = scaled.iter().map(Sphere::around).collect();
-        Ok(Self { scene, placement, warnings, emitters, index, scaled, screens, spheres })
+        Ok(Self { scene, placement, warnings, emitters, index, power, scaled, screens, spheres })
     }
 
     /// The scene.

@@ -6,12 +6,12 @@
 //! merged into larger polygons.
 //!
 //! The reflectance is `baseColorFactor`, whatever the metalness; the radiance is `emissiveFactor` times the strength of
-//! `KHR_materials_emissive_strength`. Their textures are read from PNG, without a filter; what a sampler says of repeating holds,
-//! and so does `KHR_texture_transform`. A surface is a node with a mesh: its name is the node's, else the mesh's, else `node 7`.
+//! `KHR_materials_emissive_strength`. Their textures are read from PNG, without a filter; a sampler's rule of repeating holds, and
+//! so does `KHR_texture_transform`. A surface is a node with a mesh: its name is the node's, else the mesh's, else `node 7`.
 //!
-//! Noted, and not used: textures of other formats, transparency, skins, morph targets, points and lines, optional extensions. Refused: extensions
-//! that the file says are required, sparse accessors, and what is not as the format says; errors name the member, as in
-//! `accessors[3].bufferView`.
+//! Noted, and not used: textures of other formats, transparency, skins, morph targets, points and lines, optional extensions.
+//! Refused: extensions that the file says are required, sparse accessors, and files that break the format; errors name the member,
+//! as in `accessors[3].bufferView`.
 
 mod accessor;
 mod buffer;
@@ -37,7 +37,7 @@ use crate::{Error, Position, Reading, Scene};
 /// Reads a file, and the buffers beside it that it names.
 ///
 /// # Errors
-/// If a file cannot be read, or something in it is wrong: with file, member and what was expected.
+/// If a file cannot be read, or breaks the format: with file, member and the expected value.
 pub fn read(file: &Path, reading: impl Into<Reading>) -> Result<Scene, Error> {
     let reading = reading.into();
     let budget = Budget::new(reading.budget);
@@ -124,7 +124,7 @@ fn materials(document: &Document, intake: &mut Intake) -> Result<Vec<usize>, Err
     all.map(add).collect()
 }
 
-/// What is wrong, with the member in which it is.
+/// An error, with the member in which it is.
 type Fault = (String, Error);
 
 struct Reader<'a> {

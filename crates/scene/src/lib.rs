@@ -1,4 +1,4 @@
-//! What `radgrad` reads and writes, and what may hide what.
+//! The files that `radgrad` reads and writes, and the search for occluders.
 //!
 //! - [`case`]: single cases as JSON Lines.
 //! - [`Scene`]: named surfaces with materials, read from OBJ and MTL ([`obj`]), glTF 2.0 ([`gltf`]), `View3D` files
@@ -29,14 +29,15 @@ mod words;
 pub use error::Error;
 pub use extremes::{largest, smallest};
 pub use factors::{
-    Entry, Factor, FactorMatrix, FactorSettings, FieldCell, FormFactors, Repaired, SurfaceFactor, SurfaceMatrix, gauss_legendre,
+    ComputedRow, Entry, Factor, FactorBlock, FactorMatrix, FactorSettings, FieldCell, FormFactors, Repaired, SurfaceFactor,
+    SurfaceMatrix, gauss_legendre,
 };
 pub use host::check_host;
 pub use occluders::{Beam, Found, Occluders};
 pub use place::{Place, Position};
 pub use reading::{Materials, Reading, read_file};
 pub use scene::split::triangles as triangulate;
-pub use scene::{Degenerate, Face, Material, Note, Placement, Prepared, Scene, Surface};
+pub use scene::{Degenerate, Face, GivenFace, Material, Note, Placement, Prepared, Scene, Surface};
 pub use texture::{Chart, Piece, Quantity, Texture, Wrap};
 pub use warning::Warning;
 pub use words::printable;

@@ -10,9 +10,8 @@
 //! A library that cannot be read is noted; a material that is then not known is refused where it is used, or taken as black
 //! where materials are optional ([`crate::Materials`]).
 //!
-//! Statements that say nothing of flat, diffuse faces are skipped: `vn`, `vp`, `s`, `mg`, and what concerns display.
-//! Points and lines are skipped with a [`crate::Note`]. Free-form surfaces, and any statement that is unknown, are refused: they
-//! may be faces.
+//! Statements that say nothing of flat, diffuse faces are skipped: `vn`, `vp`, `s`, `mg`, and statements about display. Points and
+//! lines are skipped with a [`crate::Note`]. Free-form surfaces, and any statement that is unknown, are refused: they may be faces.
 
 mod map;
 mod mtl;
@@ -34,7 +33,7 @@ use crate::{Error, Position, Reading, Scene};
 /// Reads a file and the material libraries that it names, which stand beside it.
 ///
 /// # Errors
-/// If a file cannot be read, or something in it is wrong: with file, line and what was expected.
+/// If a file cannot be read, or breaks the format: with file, line and the expected value.
 pub fn read(file: &Path, reading: impl Into<Reading>) -> Result<Scene, Error> {
     let reading = reading.into();
     let budget = Budget::new(reading.budget);
@@ -84,7 +83,7 @@ fn parse_within(text: &[u8], intake: Intake, library: impl FnMut(&Path) -> io::R
     };
     for_each_statement(text, |line, statement| {
         let result = decode(statement).and_then(|statement| reader.statement(line, statement));
-        // What is wrong in a library has its place already.
+        // An error in a library has its place already.
         result.map_err(|error| if error.place().is_some() { error } else { error.at(reader.intake.place(Position::Line(line))) })
     })?;
     reader.intake.finish()

@@ -1,8 +1,8 @@
 //! The polygons of a scene that may hide a part of an emitter from a receiver: a tree of boxes, searched by a [`Beam`].
 //!
-//! What is not found is proven to hide nothing: every test in [`beam`] covers its rounding, and boxes are exact, lowest and
-//! highest coordinates without arithmetic. What is found may still hide nothing. A search visits the boxes that meet the beam and
-//! their siblings, so that it costs what is in the beam, and little for what is elsewhere; [`Found`] counts both.
+//! A polygon that is not found is proven to hide nothing: every test in [`beam`] covers its rounding, and boxes are exact, lowest
+//! and highest coordinates without arithmetic. One that is found may still hide nothing. A search visits the boxes that meet the
+//! beam and their siblings: it costs little beyond the boxes in the beam. [`Found`] counts both.
 
 mod beam;
 mod half_space;
@@ -47,7 +47,7 @@ pub struct Occluders {
     polygons: Vec<Shape>,
 }
 
-/// What a search found, and what it cost.
+/// The polygons that a search found, and the boxes and polygons it tested.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Found {
     /// Indices of the polygons that may hide something, ascending.
@@ -59,7 +59,7 @@ pub struct Found {
 }
 
 impl Occluders {
-    /// An index of polygons, numbered from 0 in their order. It keeps what it needs of them.
+    /// An index of polygons, numbered from 0 in their order. It copies the coordinates that it needs.
     pub fn new<'a>(polygons: impl IntoIterator<Item = &'a Polygon>) -> Self {
         let polygons: Vec<Shape> = polygons.into_iter().map(Shape::of).collect();
         Self { tree: Tree::over(&polygons), polygons }
@@ -99,8 +99,8 @@ impl Occluders {
         found
     }
 
-    /// The same among `candidates`, those found in a wider beam: for one point of a receiver what was found for all of it. Indices
-    /// of no polygon are passed over.
+    /// The same among `candidates`, those found in a wider beam, such as that of a whole receiver when the beam is of one of its
+    /// points. Indices of no polygon are passed over.
     #[must_use]
     pub fn among(&self, beam: &Beam, candidates: &[usize], leave_out: &[usize]) -> Found {
         let mut found = Found::default();

@@ -4,9 +4,11 @@ use std::fmt;
 use std::path::Path;
 use std::sync::Arc;
 
+use serde::{Deserialize, Serialize};
+
 use crate::words::printable;
 
-/// A position in a file: what an error or a note points at.
+/// A position in a file that an error or a note points at.
 ///
 /// ```
 /// use radgrad_scene::{Place, Position};
@@ -19,7 +21,7 @@ pub struct Place {
 }
 
 /// Where in the file.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub enum Position {
     /// The file as a whole.

@@ -5,11 +5,9 @@
 //! The material is black.
 
 use std::path::Path;
-use std::rc::Rc;
 
 use radgrad_core::DVec3;
 
-use crate::reading::Budget;
 use crate::scene::Intake;
 use crate::words::{Words, decode, quoted};
 use crate::{Error, Position, Reading, Scene};
@@ -19,9 +17,9 @@ use crate::{Error, Position, Reading, Scene};
 /// # Errors
 /// If it cannot be read, or something in it is wrong: with the line of the header, or the element counted from 0.
 pub fn read(file: &Path, reading: impl Into<Reading>) -> Result<Scene, Error> {
-    let reading = reading.into();
-    let budget = Budget::new(reading.budget);
-    parse_within(&crate::open(file, &budget)?, file, reading, &budget)
+    let (intake, material) = Intake::of_mesh(file, reading.into())?;
+    let content = crate::open(file, intake.budget())?;
+    parse_within(&content, intake, material)
 }
 
 /// Reads the content of a file, whose name is `file` in messages.
@@ -38,14 +36,11 @@ pub fn read(file: &Path, reading: impl Into<Reading>) -> Result<Scene, Error> {
 /// # Errors
 /// As [`read`].
 pub fn parse(content: &[u8], file: &Path, reading: impl Into<Reading>) -> Result<Scene, Error> {
-    let reading = reading.into();
-    parse_within(content, file, reading, &Budget::new(reading.budget))
+    let (intake, material) = Intake::of_mesh(file, reading.into())?;
+    parse_within(content, intake, material)
 }
 
-fn parse_within(content: &[u8], file: &Path, reading: Reading, budget: &Rc<Budget>) -> Result<Scene, Error> {
-    let mut scene = Scene::new(["grey"])?;
-    let material = scene.add_material("", [0.0], [0.0])?;
-    let mut intake = Intake::new(scene, file, reading, budget);
+fn parse_within(content: &[u8], mut intake: Intake, material: usize) -> Result<Scene, Error> {
     let (header, data) = Header::read(content, &intake)?;
     let mut numbers = Numbers { rest: data, format: header.format };
     let mut vertices: Vec<DVec3> = Vec::new();
@@ -121,7 +116,7 @@ struct Numbers<'a> {
 }
 
 impl Header {
-    /// The header and what stands after it.
+    /// The header and the content after it.
     fn read<'a>(content: &'a [u8], intake: &Intake) -> Result<(Self, &'a [u8]), Error> {
         let (mut rest, mut format, mut elements) = (content, None, Vec::new());
         for line in 1.. {

@@ -1,4 +1,5 @@
-//! How a scene is read: what to do with faces that are none, which files may be opened, and how much memory it may take.
+//! Options of reading a scene: whether faces that are no polygons are dropped, which files may be opened, and how much memory it
+//! may take.
 
 use std::cell::Cell;
 use std::fmt;
@@ -9,7 +10,7 @@ use std::rc::Rc;
 
 use crate::{Degenerate, Error};
 
-/// What a reader does and what it may use. A [`Degenerate`] alone stands for the default of all else.
+/// Options of a reader. A [`Degenerate`] alone stands for the default of all else.
 ///
 /// ```
 /// use radgrad_scene::{Degenerate, Reading, Scene};
@@ -20,10 +21,9 @@ use crate::{Degenerate, Error};
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Reading {
-    /// What to do with faces that are no polygon.
+    /// Whether faces that are no polygon are refused or dropped.
     pub degenerate: Degenerate,
-    /// Bytes that reading may take in all: what is read of files, faces, texels. A file of a few kilobytes may stand for
-    /// gigabytes of these.
+    /// Bytes that reading may take in all, for files, faces and texels. A file of a few kilobytes may stand for gigabytes of these.
     pub budget: u64,
     /// Whether files that a scene names may lie outside the folder of the scene.
     pub allow_outside: bool,
@@ -44,6 +44,9 @@ pub enum Materials {
 impl Reading {
     /// The bytes of [`Self::budget`] unless others are asked for: 256 MiB, some 200,000 triangles or eight million texels.
     pub const BUDGET: u64 = 256 << 20;
+
+    /// For what is in memory already.
+    pub(crate) const UNLIMITED: u64 = u64::MAX;
 }
 
 impl Default for Reading {
@@ -58,7 +61,7 @@ impl From<Degenerate> for Reading {
     }
 }
 
-/// How many bytes were taken, of how many. What is given back is not counted: the budget bounds the work too.
+/// The bytes of the budget, and those that are left. Memory given back still counts as taken: the budget bounds the work too.
 #[derive(Debug)]
 pub(crate) struct Budget {
     all: u64,
@@ -81,7 +84,7 @@ impl Budget {
         }
     }
 
-    /// What is said of something that there is no room for.
+    /// The error for something that there is no room for.
     pub(crate) fn exceeded(&self, what: &str) -> Error {
         Error::Budget { what: what.to_owned(), budget: self.all }
     }

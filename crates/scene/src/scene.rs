@@ -1,13 +1,14 @@
 //! A scene: named surfaces of one-sided polygons, each of a material.
 //!
 //! A [`Face`] is one polygon, lit and seen on the side from which it is counter-clockwise; it is opaque from both. A [`Surface`]
-//! is what users name: one or more faces. A [`Material`] has a diffuse reflectance and an emitted radiance in each channel of
-//! the scene; channels are names (`r`, `g`, `b`; `grey`; wavelengths), and mean nothing here. Lengths are in one unit of the
-//! file's choice.
+//! has a name and one or more faces. A [`Material`] has a diffuse reflectance and an emitted radiance in each channel of the scene;
+//! channels are names (`r`, `g`, `b`; `grey`; wavelengths), and mean nothing here. Lengths are in one unit of the file's choice.
 //!
 //! Everything in a scene is valid: polygons are those of `radgrad-core`, reflectances are in [0, 1], radiances are finite and
 //! not negative, and every index in it exists.
 
+mod arrays;
+mod bytes;
 mod intake;
 mod material;
 mod note;
@@ -23,6 +24,7 @@ use radgrad_core::{DVec3, Polygon};
 use crate::texture::{Chart, Quantity, Texture};
 use crate::words::printable;
 use crate::{Error, Place, Reading};
+pub use arrays::GivenFace;
 pub use intake::Degenerate;
 pub(crate) use intake::{Intake, Outline};
 pub use material::Material;
@@ -165,8 +167,8 @@ impl Scene {
     /// ```
     ///
     /// # Errors
-    /// If a file cannot be read or its format is unknown, with the file; if something in it is wrong, with file, line and what
-    /// was expected. Nothing is half-loaded.
+    /// If a file cannot be read or its format is unknown, with the file; if it breaks its format, with file, line and the expected
+    /// value. Nothing is half-loaded.
     pub fn read(file: impl AsRef<Path>, reading: impl Into<Reading>) -> Result<Self, Error> {
         let (file, reading) = (file.as_ref(), reading.into());
         let extension = file.extension().map(|e| e.to_string_lossy().to_ascii_lowercase());
@@ -385,7 +387,7 @@ impl Scene {
         self.faces.iter().map(Face::polygon)
     }
 
-    /// What the reader changed or left out, in the order of the file.
+    /// The reader's changes and omissions, in the order of the file.
     #[must_use]
     pub fn notes(&self) -> &[Note] {
         &self.notes

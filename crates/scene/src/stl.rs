@@ -7,16 +7,14 @@
 //! material is black: STL has none.
 
 use std::path::Path;
-use std::rc::Rc;
 
 use radgrad_core::DVec3;
 
-use crate::reading::Budget;
 use crate::scene::Intake;
 use crate::words::{Words, decode, quoted, without_mark};
 use crate::{Error, Position, Reading, Scene};
 
-/// Length of what stands before the triangles of a binary file, and of a triangle.
+/// Length of the header of a binary file, the number of triangles included, and of a triangle.
 const HEADER: usize = 84;
 const TRIANGLE: usize = 50;
 
@@ -25,9 +23,9 @@ const TRIANGLE: usize = 50;
 /// # Errors
 /// If it cannot be read, or something in it is wrong: with the line, or the triangle counted from 0.
 pub fn read(file: &Path, reading: impl Into<Reading>) -> Result<Scene, Error> {
-    let reading = reading.into();
-    let budget = Budget::new(reading.budget);
-    parse_within(&crate::open(file, &budget)?, file, reading, &budget)
+    let (intake, material) = Intake::of_mesh(file, reading.into())?;
+    let content = crate::open(file, intake.budget())?;
+    parse_within(&content, intake, material)
 }
 
 /// Reads the content of a file, whose name is `file` in messages.
@@ -43,14 +41,11 @@ pub fn read(file: &Path, reading: impl Into<Reading>) -> Result<Scene, Error> {
 /// # Errors
 /// As [`read`].
 pub fn parse(content: &[u8], file: &Path, reading: impl Into<Reading>) -> Result<Scene, Error> {
-    let reading = reading.into();
-    parse_within(content, file, reading, &Budget::new(reading.budget))
+    let (intake, material) = Intake::of_mesh(file, reading.into())?;
+    parse_within(content, intake, material)
 }
 
-fn parse_within(content: &[u8], file: &Path, reading: Reading, budget: &Rc<Budget>) -> Result<Scene, Error> {
-    let mut scene = Scene::new(["grey"])?;
-    let material = scene.add_material("", [0.0], [0.0])?;
-    let mut intake = Intake::new(scene, file, reading, budget);
+fn parse_within(content: &[u8], mut intake: Intake, material: usize) -> Result<Scene, Error> {
     match triangles(content) {
         Some(triangles) => binary(triangles, material, &mut intake)?,
         None => text(content, material, &mut intake)?,

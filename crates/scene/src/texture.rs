@@ -2,7 +2,7 @@
 //!
 //! A [`Texture`] is constant on each texel: the value at `(u, v)` is that of the texel `(floor(u columns), floor(v rows))`, the
 //! texel (0, 0) being the one next to u = v = 0. No filter is applied, so that the texture is known exactly, its integrals over
-//! polygons too. Outside the unit square it continues as [`Wrap`] says. What it holds has no unit: a material's reflectance or
+//! polygons too. Outside the unit square it continues as [`Wrap`] says. Its values have no unit: a material's reflectance or
 //! radiance is its own value times that of its texture.
 //!
 //! A [`Chart`] gives `(u, v)` as an affine function of the position on a face.
@@ -14,12 +14,14 @@ mod image;
 use std::fmt;
 use std::sync::Arc;
 
+use serde::{Deserialize, Serialize};
+
 use crate::{Error, largest};
 pub use chart::Chart;
 pub use cut::Piece;
 pub(crate) use image::{decode, format_of, is_png};
 
-/// What a texture varies.
+/// The quantity of a material that a texture varies.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Quantity {
     /// The reflectance.
@@ -41,7 +43,7 @@ impl Quantity {
 }
 
 /// How a texture continues outside the unit square, in one direction.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub enum Wrap {
     /// As if copies of it lay side by side.
     #[default]

@@ -1,18 +1,18 @@
 //! Input files of `View3D` (G. N. Walton, NIST), `.vs3`, and its matrices of view factors as text.
 //!
-//! The first letter of a line says what it is, in either case: `T` title, `C` control, `F` kind of geometry, `V` vertex, `S`
-//! surface, `O` obstruction, `N` null surface; `E` or `*` ends the data, and must be there; `!` and `/` start a comment before
-//! any word. Surfaces have numbers, in sequence from 1. Of the control line only `encl` is used ([`Scene::enclosure`]): the rest
-//! steers the integration of that program. Geometry is `F 3`, surfaces through numbered vertices, or `F 3a`, shapes in planes
-//! given by a corner, azimuth and tilt; which of the two a surface is shows in its line.
+//! The first letter of a line tells its kind, in either case: `T` title, `C` control, `F` kind of geometry, `V` vertex, `S`
+//! surface, `O` obstruction, `N` null surface; `E` or `*` ends the data, and must be there; `!` and `/` start a comment before any
+//! word. Surfaces have numbers, in sequence from 1. Of the control line only `encl` is used ([`Scene::enclosure`]): the rest steers
+//! the integration of that program. Geometry is `F 3`, surfaces through numbered vertices, or `F 3a`, shapes in planes given by a
+//! corner, azimuth and tilt; which of the two a surface is shows in its line.
 //!
 //! - A surface is lit on the side from which its vertices are counter-clockwise. Its one channel is `grey`, its reflectance is 1
 //!   less the emittance, its radiance 0: these files say nothing of temperatures. A triangle has 0 for its fourth
 //!   vertex.
 //! - `cmb` makes a surface part of an earlier one: both are faces of one [`crate::Surface`].
 //! - `base` makes it a subsurface, such as a window: the base is cut around it, so that no area counts twice.
-//! - A null surface only cuts its base, and hides what is behind it. A masking surface, `M`, is refused: light between it and
-//!   what it covers crosses no gap.
+//! - A null surface only cuts its base, and hides the surfaces behind it. A masking surface, `M`, is refused: light between it and
+//!   the surface it covers crosses no gap.
 //! - An obstruction hides and has no row in a matrix.
 //!
 //! The format is described in the user manual of `View3D` 3.3.
@@ -38,7 +38,7 @@ pub use matrix::{MatrixHeader, write_matrix};
 /// Reads a file.
 ///
 /// # Errors
-/// If the file cannot be read, or something in it is wrong: with file, line and what was expected.
+/// If the file cannot be read, or breaks the format: with file, line and the expected value.
 pub fn read(file: &Path, reading: impl Into<Reading>) -> Result<Scene, Error> {
     let reading = reading.into();
     let budget = Budget::new(reading.budget);
@@ -95,7 +95,7 @@ fn data_of(line: &[u8]) -> &[u8] {
     line[..comment.unwrap_or(line.len())].trim_ascii()
 }
 
-/// What a surface is for.
+/// The role of a surface.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Kind {
     Radiating,
@@ -287,7 +287,7 @@ impl Reader {
     }
 }
 
-/// What is left of a base without its subsurfaces. A null surface faces its base, the others face as it does.
+/// The rest of a base without its subsurfaces. A null surface faces its base, the others face as it does.
 fn remainder(number: usize, base: &Element, subsurfaces: &[&Element], budget: &Budget) -> Result<Vec<Vec<DVec3>>, Error> {
     let polygon =
         |element: &Element| Polygon::new(element.vertices.clone()).map_err(|e| Error::Face(e).at(element.place.clone()));

@@ -1,4 +1,4 @@
-//! What is probably not meant, though nothing in it is wrong.
+//! Warnings of valid scenes that are probably not meant so.
 
 use std::fmt;
 

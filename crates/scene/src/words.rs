@@ -1,4 +1,4 @@
-//! Statements of text files, word by word, with errors that say what was expected and what stands there.
+//! Statements of text files, word by word, with errors that give the expected and the found word.
 
 use std::borrow::Cow;
 

@@ -1,8 +1,8 @@
 //! The radiosity of a mesh: coefficients in the basis of every element, in every channel.
 //!
 //! A light is given on an antichain of elements, so that every leaf is one of them or below one. The elements below hold its
-//! restriction, those above its projection, pulled up from the children, and what that leaves out: the mean square of the
-//! leaves' radiosity, and a bound on the difference between the leaves' radiosity and the element's polynomial.
+//! restriction. Those above hold its projection, pulled up from the children, with the remainder: the mean square of the leaves'
+//! radiosity, and a bound on the difference between the leaves' radiosity and the element's polynomial.
 
 use radgrad_scene::{largest, smallest};
 pub(crate) mod gathering;
@@ -20,10 +20,10 @@ pub(crate) struct Field {
     coefficients: Vec<Vec<f64>>,
     /// For each element and channel.
     mean_square: Vec<Vec<f64>>,
-    /// For each element and channel, a bound on what its polynomial leaves out, and the root mean square of that.
+    /// For each element and channel, a bound on its polynomial's remainder, and the root mean square of that.
     beyond: Vec<Vec<f64>>,
     rms: Vec<Vec<f64>>,
-    /// For each channel, what each cluster sends out.
+    /// For each channel, the light that each cluster sends out.
     glows: Vec<Vec<Glow>>,
 }
 
@@ -83,7 +83,7 @@ impl Field {
         }
     }
 
-    /// Pulls the leaves' radiosity up, and what is lost on the way.
+    /// Pulls the leaves' radiosity up, and the remainder of each projection.
     pub(crate) fn pull(&mut self, mesh: &Mesh) {
         for index in (0..mesh.elements().len()).rev() {
             let (basis, children) = (mesh.basis(index), mesh.elements()[index].children());
@@ -114,7 +114,7 @@ impl Field {
         }
     }
 
-    /// What a cluster sends out.
+    /// The light that a cluster sends out.
     pub(crate) fn glow(&self, cluster: usize, channel: usize) -> &Glow {
         &self.glows[channel][cluster]
     }
@@ -134,7 +134,7 @@ impl Field {
         }
     }
 
-    /// What an element sends out: the integral of `|B|` is at most the area times the root mean square.
+    /// The light that an element sends out: the integral of `|B|` is at most the area times the root mean square.
     fn glow_of(&self, mesh: &Mesh, element: usize, channel: usize) -> Glow {
         let (basis, area) = (mesh.basis(element), mesh.elements()[element].area());
         let coefficients = self.of(element, channel, basis.len());
@@ -147,11 +147,11 @@ impl Field {
         }
     }
 
-    /// Bound on what a link to `source` neglects, at the node of `row`: the part of the leaves' radiosity beyond the source's
-    /// polynomial, to which all polynomials of the basis are orthogonal.
+    /// Bound on the light that a link to `source` neglects, at the node of `row`: the part of the leaves' radiosity beyond the
+    /// source's polynomial, to which all polynomials of the basis are orthogonal.
     ///
     /// With m its largest magnitude and s its root mean square the gather of it is at most `F m`; `(k_max - k_min) s/2`, since a
-    /// constant may be taken from the kernel k; and s times what the best polynomial leaves of k, by `|D^j k|/j!` for j up to
+    /// constant may be taken from the kernel k; and s times the remainder of the best polynomial for k, by `|D^j k|/j!` for j up to
     /// `degree + 1` ([`crate::mesh::remainder`]).
     pub(crate) fn neglected(&self, mesh: &Mesh, source: usize, channel: usize, row: &Row) -> f64 {
         let (most, rms) = (self.beyond[source][channel], self.rms[source][channel]);
@@ -167,7 +167,7 @@ impl Field {
         self.mean_square[element][channel]
     }
 
-    /// Bound on the magnitude of what an element's polynomial leaves out of the leaves' radiosity.
+    /// Bound on the magnitude of the leaves' radiosity less the element's polynomial.
     pub(crate) fn left_out(&self, element: usize, channel: usize) -> f64 {
         self.beyond[element][channel]
     }
@@ -188,7 +188,7 @@ impl Field {
         least
     }
 
-    /// Root mean square over an element of what its polynomial leaves out.
+    /// Root mean square over an element of the leaves' radiosity less the polynomial.
     fn rms(&self, element: usize, channel: usize, len: usize) -> f64 {
         let taken: f64 = self.of(element, channel, len).iter().map(|c| c * c).sum();
         let all = self.mean_square[element][channel];

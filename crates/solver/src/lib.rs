@@ -54,7 +54,7 @@ pub use mesh::rule::{Node, rectangular};
 pub use mesh::shape::Shape;
 pub use picture::hermite::HermitePatch;
 pub use picture::reconstruction::Reconstruction;
-pub use solve::gather::Gathered;
+pub use solve::gather::{Gathered, Irradiance};
 pub use solve::options::{Marking, Options, Progress, RelativeTo};
 pub use solve::solution::Solution;
 pub use solve::{solve, solve_from};

@@ -1,8 +1,9 @@
-//! What receivers gather from, and how roughly: the transfer from an element to a point, and links made of it.
+//! Links: the transfer from an element to a point, and the elements and clusters from which a receiver gathers.
 
 pub(crate) mod cell;
 pub(crate) mod cluster;
 pub(crate) mod direct;
+pub(crate) mod gatherer;
 pub(crate) mod link;
 pub(crate) mod linking;
 pub(crate) mod refine;

@@ -1,4 +1,4 @@
-//! All elements of a scene, and what lies between them.
+//! All elements of a scene, and the faces that lie between them.
 
 pub(crate) mod basis;
 pub(crate) mod clusters;
@@ -12,7 +12,7 @@ pub(crate) mod shape;
 pub(crate) mod surfaces;
 pub(crate) mod texture;
 
-use radgrad_core::{DVec3, Polygon};
+use radgrad_core::{DVec3, Polygon, Receiver};
 use radgrad_scene::{Beam, Occluders, Scene, largest, smallest, triangulate};
 
 use crate::error::Error;
@@ -42,7 +42,7 @@ pub struct Mesh {
     exchanges: Vec<bool>,
     /// Convex parts of each polygon.
     convex: Vec<Vec<Vec<DVec3>>>,
-    /// The same as what hides others.
+    /// The same as occluders.
     screens: Vec<Vec<Screen>>,
     index: Occluders,
     bases: [Basis; 2],
@@ -53,7 +53,7 @@ pub struct Mesh {
     roots_of_face: Vec<Vec<usize>>,
 }
 
-/// What a point sees of a source.
+/// A point's or an element's sight of a source.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) enum Sight {
     /// Nothing: one of them is behind the other, or this face hides all of it.
@@ -185,7 +185,7 @@ impl Mesh {
         self.elements[element].parent().and_then(|parent| self.elements[parent].children()).map_or(0, |first| element - first)
     }
 
-    /// Mean over all area of what has this mean on each root.
+    /// Mean over all area of a quantity with this mean on each root.
     pub(crate) fn mean(&self, of_root: impl Fn(usize) -> f64) -> f64 {
         let sum = |(area, sum): (f64, f64), &root: &usize| {
             let own = self.elements[root].area();
@@ -247,19 +247,30 @@ impl Mesh {
     pub(crate) fn face_at(&self, point: DVec3, normal: DVec3, reach: f64) -> Option<(usize, DVec3)> {
         let normal = normal.try_normalize()?;
         let on = |&(face, polygon): &(usize, &Polygon)| {
-            let height = polygon.normal().dot(point - polygon.vertices()[0]);
-            let foot = point - polygon.normal() * height;
-            let outside = |e: &usize| {
-                let element = &self.elements[*e];
-                largest(element.excess(element.reference(foot)), 0.0) * 2.0 * element.radius()
-            };
-            let outside = self.roots_of_face[face].iter().map(outside).fold(f64::INFINITY, smallest);
-            let off = largest(height.abs(), outside);
+            let (off, foot) = self.off_face(face, point);
             (off <= reach && polygon.normal().dot(normal) > 0.99).then_some((off, face, foot))
         };
         let faces = self.polygons.iter().enumerate().filter(|(face, _)| self.exchanges[*face]);
         let nearest = faces.filter_map(|f| on(&f)).min_by(|a, b| a.0.total_cmp(&b.0))?;
         Some((nearest.1, nearest.2))
+    }
+
+    /// Whether a point is within `reach` of a face, whichever way that faces.
+    pub(crate) fn is_near_a_face(&self, point: DVec3, reach: f64) -> bool {
+        (0..self.polygons.len()).any(|face| self.off_face(face, point).0 <= reach)
+    }
+
+    /// How far a point is off a face at most, infinitely where the face exchanges no light, and the point of its plane.
+    fn off_face(&self, face: usize, point: DVec3) -> (f64, DVec3) {
+        let polygon = &self.polygons[face];
+        let height = polygon.normal().dot(point - polygon.vertices()[0]);
+        let foot = point - polygon.normal() * height;
+        let outside = |e: &usize| {
+            let element = &self.elements[*e];
+            largest(element.excess(element.reference(foot)), 0.0) * 2.0 * element.radius()
+        };
+        let outside = self.roots_of_face[face].iter().map(outside).fold(f64::INFINITY, smallest);
+        (largest(height.abs(), outside), foot)
     }
 
     /// Whether each of two elements has a point in front of the other, by more than the rounding of coordinates.
@@ -286,7 +297,7 @@ impl Mesh {
         self.roots.iter().filter(|&&root| self.elements[root].face() != face).any(at)
     }
 
-    /// What an element sees of another, all of it among `known` where those were found for larger ones.
+    /// An element's sight of another, among `known` where the faces in between were found for larger ones.
     pub(crate) fn sight(&self, receiver: usize, source: usize, known: Option<&[usize]>) -> Sight {
         let [to, from] = [receiver, source].map(|e| &self.elements[e]);
         if to.face() == from.face() {
@@ -297,7 +308,7 @@ impl Mesh {
         self.found(&beam, known, [to.face(), from.face()], ends)
     }
 
-    /// What a point of a face sees of an element, among `known`.
+    /// A point's sight of an element, with the face that it is on, among `known`.
     pub(crate) fn sight_of_point(&self, face: usize, point: DVec3, source: usize, known: Option<&[usize]>) -> Sight {
         let from = &self.elements[source];
         if face == from.face() {
@@ -305,6 +316,13 @@ impl Mesh {
         }
         let Some(beam) = Beam::from_point_of(&self.polygons[face], point, from.polygon()) else { return Sight::Nothing(None) };
         self.found(&beam, known, [face, from.face()], [&[point], from.polygon().vertices()])
+    }
+
+    /// What a receiver that is on no face sees of an element, among `known`: exactly for the coordinates as they are.
+    pub(crate) fn sight_in_space(&self, receiver: &Receiver, source: usize, known: Option<&[usize]>) -> Sight {
+        let from = &self.elements[source];
+        let Some(beam) = Beam::from_receiver(receiver, from.polygon()) else { return Sight::Nothing(None) };
+        self.found(&beam, known, [from.face(); 2], [&[receiver.position()], from.polygon().vertices()])
     }
 
     /// Whether a face alone hides some points, and all between them, from others.

@@ -169,6 +169,7 @@ pub(crate) fn solve_on(
         proven_direct: Vec::new(),
         extent: (high - low).max_element(),
         absolute: largest(options.error * precision, FINEST),
+        allowed: LINK_PART * options.error,
         mean: vec![0.0; channels.len()],
         reflected: vec![0.0; channels.len()],
         emitted: emitted(scene, &mesh, &lamps, &surfaces),
@@ -210,22 +211,23 @@ impl Solution {
             Linking::Error if !is_last => largest(options.error, 0.3 * smallest(self.progress.estimate, 1.0)),
             _ => options.error,
         };
+        self.allowed = LINK_PART * aim;
         self.light(aim, options)?;
-        self.link(LINK_PART * aim, options.linking)?;
+        self.link(self.allowed, options.linking)?;
         if self.progress.round == 0 && self.mesh.clusters().root().is_some() {
             self.fill_evenly();
         } else {
             self.sweep(options.order, 1e-2 * aim);
         }
         for _ in 0..8 {
-            let changed = options.linking == Linking::Error && self.refine(LINK_PART * aim)?;
+            let changed = options.linking == Linking::Error && self.refine(self.allowed)?;
             self.sweep(options.order, 1e-2 * aim);
             if !changed {
                 break;
             }
         }
         if options.linking == Linking::Error {
-            self.merge(LINK_PART * aim);
+            self.merge(self.allowed);
         }
         self.sweep(options.order, if may_be_even(&self.mesh, &self.lamps) { SOLVED } else { ROUGHLY_SOLVED * aim });
         let bounds = Bounds::of(self.bounded(), [self.left_of_direct(), self.left_of_reflected()]);

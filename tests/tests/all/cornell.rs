@@ -1,5 +1,5 @@
-//! The Cornell box: what its points receive of the light past walls and blocks, against the oracle, which shares no formula and no
-//! way of finding what is seen.
+//! The Cornell box: the radiosity at its points by the light past walls and blocks, against the oracle, which shares no formula
+//! with it and finds the visible part in another way.
 //!
 //! The coordinates are those that Cornell University's Program of Computer Graphics measured, in millimetres.
 
@@ -31,7 +31,7 @@ impl Room {
         enclose_past(receiver, &self.lamp, &all, 18).unwrap()
     }
 
-    /// Past what the index finds, and those.
+    /// With the occluders that the index finds, and those.
     fn answer(&self, receiver: &Receiver, more: &[Polygon]) -> Answer {
         let index = FormFactors::new(&self.scene).unwrap();
         let beam = Beam::from_receiver(receiver, self.lamp.polygon()).unwrap();

@@ -21,7 +21,7 @@ fn size(text: &str) -> f64 {
     text.parse::<f64>().unwrap().abs()
 }
 
-/// Half a unit of the thirtieth digit, against a leading digit of 1, and what 31 digits leave.
+/// Half a unit of the thirtieth digit, against a leading digit of 1, and the error of 31 digits.
 const LAST_DIGIT: f64 = 5.2e-30;
 
 #[test]

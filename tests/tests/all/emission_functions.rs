@@ -13,7 +13,7 @@ const HEIGHTS: [(i64, i64); 2] = [(-3, 3), (-40, -3)];
 const TOLERANCES: [f64; 3] = [1e-2, 1e-5, 1e-9];
 const BUDGET: usize = 400_000;
 
-/// What became of many cases.
+/// Counts of cases by their outcome.
 #[derive(Debug, Default, PartialEq, Eq)]
 struct Tally {
     converged: usize,
@@ -209,7 +209,7 @@ fn in_contact_a_spot_fills_the_view_with_what_it_emits_there() {
         let foot = DVec3::new(0.6, 0.45, 0.0);
         let receiver = Receiver::new(foot.with_z(height), DVec3::NEG_Z, 1.0).unwrap();
         let found = integrate_function(&receiver, &square(), &function, 1e-8, 4_000_000).unwrap();
-        // What is missing is what the spot changes by over distances of the height, with its logarithm.
+        // The difference is the change of the spot over distances of the height, with its logarithm.
         let off = (found.radiosity - spot(foot)).abs();
         assert!(found.status == Status::Converged && found.radiosity_error <= 1e-8, "{height:e}: {found:?}");
         assert!(off <= 40.0 * height * -libm::log(height) + 1e-8, "{height:e}: off by {off:e}, {found:?}");

@@ -9,7 +9,7 @@ use radgrad_core::{Emission, Emitter, Polygon, Receiver};
 use radgrad_tests::reference::paper_scene;
 use radgrad_tests::{RelativeError, direct};
 
-/// What the corrected form is held to, and a misprint must miss by far.
+/// Errors allowed to the corrected form, which a misprint must exceed by far.
 const ALLOWED: f64 = 1e-13;
 /// The smallest effect of a misprint that is no rounding.
 const NOTICED: f64 = 1e-4;

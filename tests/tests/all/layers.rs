@@ -1,7 +1,7 @@
 //! A crate is a tower: a module imports from its own floor and from those below, so that one reads it from the ground up.
 //!
-//! What counts as an import: `use` lines, and paths in code that start at `crate`, `super`, a child module or an imported module.
-//! Comments, the inline module `tests` and lines under `#[cfg(test)]` or `#[cfg(doc)]` do not count: they are not in what is built.
+//! An import is a `use` line, or a path in code that starts at `crate`, `super`, a child module or an imported module. Comments,
+//! the inline module `tests` and lines under `#[cfg(test)]` or `#[cfg(doc)]` do not count: they are not built.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -258,7 +258,7 @@ fn is_name(token: &str) -> bool {
     token.starts_with(|c: char| c.is_alphabetic() || c == '_') && !["use", "mod", "as"].contains(&token)
 }
 
-/// The source without comments, strings, the module `tests` and what is under `#[cfg(test)]` or `#[cfg(doc)]` in one line.
+/// The source in one line, without comments, strings, the module `tests` and lines under `#[cfg(test)]` or `#[cfg(doc)]`.
 fn built(text: &str) -> String {
     let (mut kept, mut skip) = (String::new(), false);
     let mut lines = text.lines();

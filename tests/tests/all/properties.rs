@@ -1,4 +1,4 @@
-//! What radiosity and its gradient must do whatever their values are: linearity, invariance, covariance, additivity,
+//! Properties of radiosity and its gradient whatever their values are: linearity, invariance, covariance, additivity,
 //! one-sidedness, and a gradient that is the derivative of the value. Both implementations are run.
 //!
 //! Tolerances come from the problem: displaced points change the answer by the displacement times [`Problem::condition`] at

@@ -5,7 +5,7 @@
 use std::collections::BTreeMap;
 
 use radgrad_core::DEFAULT_TOLERANCE;
-use radgrad_scene::case::{AnswerRecord, Line};
+use radgrad_scene::case::{AnswerRecord, Line, Reply};
 use radgrad_tests::decimal::Decimal;
 use radgrad_tests::reference::{PublicTruth, public_cases};
 
@@ -52,7 +52,8 @@ fn measured() -> Vec<Measured> {
 
 fn measure(number: usize, text: &str, truth: PublicTruth) -> Measured {
     let line = Line::read(number, text.as_bytes()).expect("no line is blank");
-    let answer = line.and_then(Line::answer).unwrap_or_else(|refusal| panic!("line {number}: {}", refusal.error));
+    let reply = line.and_then(Line::answer).unwrap_or_else(|refusal| panic!("line {number}: {}", refusal.error));
+    let Reply::Doubles(answer) = reply else { panic!("line {number}: {reply:?}") };
     let radiosity: Decimal = truth.radiosity.parse().unwrap();
     let gradient: [Decimal; 3] = truth.gradient.map(|component| component.parse().unwrap());
     Measured {

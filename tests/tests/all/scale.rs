@@ -1,5 +1,5 @@
-//! A unit of length or of emission that is another power of two changes no digit; what then leaves the range of a double is an
-//! error that says so.
+//! A unit of length or of emission that is another power of two changes no digit; an answer that then leaves the range of a double
+//! is an error that says so.
 
 use glam::DVec3;
 use radgrad_audit::family::Family;

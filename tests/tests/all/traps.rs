@@ -1,6 +1,6 @@
 //! Places where programs of this kind have given NaN, a wrong sign or a silent wrong value.
 //!
-//! Zero is exact, with a zero bound; limits are met; what is wrong in an input is refused with its value, place and rule.
+//! Zero is exact, with a zero bound; limits are met; an invalid input is refused with its value, place and rule.
 
 use glam::DVec3;
 use radgrad_core::{Answer, Emission, Emitter, Error, Method, Polygon, Receiver, evaluate};
@@ -100,8 +100,7 @@ fn edges_seen_at_nearly_pi_leave_the_limit() {
                 let receiver = receiver(position + height * DVec3::Z, -DVec3::Z);
                 let answer = evaluate(&receiver, &emitter, &[]).unwrap();
                 let limit = share * emitter.emission_at(position);
-                // What is missing is the part of the hemisphere beyond the emitter, and what linear emission differs by near x:
-                // O(h).
+                // The difference is the part of the hemisphere beyond the emitter, and the change of linear emission near x: O(h).
                 let error = (answer.radiosity - limit).abs();
                 assert!(error < 100.0 * height + 4e-15, "{answer:?} for {limit} at height {height:e}");
                 // At 1e-100 no bound is proven and it may be infinite; the value is right all the same.

@@ -1,4 +1,4 @@
-//! Fixed work for `cargo xtask instructions`, which runs this under callgrind and counts what [`measured`] does.
+//! Fixed work for `cargo xtask instructions`, which runs this under callgrind and counts the instructions of [`measured`].
 //!
 //! A line on standard output for each kernel, in the order in which they are measured: its name and how many answers it gives.
 
@@ -40,7 +40,7 @@ fn main() {
     }
 }
 
-/// What callgrind counts, from each call to its return: not a jump, which would not be seen as one.
+/// The function that callgrind counts, from each call to its return: not a jump, which would not be seen as one.
 #[inline(never)]
 fn measured(work: &mut dyn FnMut()) {
     work();
@@ -49,7 +49,7 @@ fn measured(work: &mut dyn FnMut()) {
 
 fn each(name: &str, receivers: &[Receiver], lamp: &Emitter, answer: impl Fn(&Receiver, &Emitter) -> f64) {
     let mut work = || _ = black_box(receivers.iter().map(|receiver| answer(black_box(receiver), lamp)).sum::<f64>());
-    // What is found once for all, such as the instruction set, is not measured.
+    // Work done once for all, such as finding the instruction set, is not measured.
     work();
     println!("{name} {}", receivers.len());
     measured(&mut work);

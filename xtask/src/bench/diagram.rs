@@ -1,5 +1,5 @@
 //! Work-precision diagrams: error over time, both logarithmic, a panel for each emission, a line for each method from coarse to
-//! fine. What has more digits than a double stands in a strip below, by its setting.
+//! fine. A method with more digits than a double stands in a strip below, by its setting.
 
 use super::marker;
 use super::method::Method;
@@ -24,7 +24,7 @@ const ERRORS: [i32; 2] = [-17, 1];
 
 /// A panel: some points under a title.
 struct Panel<'a> {
-    /// What its cases are.
+    /// The kind of its cases.
     title: String,
     /// The points.
     points: Vec<&'a Measured>,
@@ -39,12 +39,12 @@ pub(crate) fn of_regime(regime: Regime, points: &[Measured]) -> Picture {
     draw(regime.title(), &panels)
 }
 
-/// That as an SVG file, which says what it shows to those who do not see it.
+/// That as an SVG file, with a description for those who do not see it.
 pub(crate) fn svg_of_regime(regime: Regime, points: &[Measured]) -> String {
     of_regime(regime, points).svg_of(regime.title(), &description(points))
 }
 
-/// What is drawn, in words.
+/// A description of the diagram, in words.
 fn description(points: &[Measured]) -> String {
     let best = |kind: Kind, method: Method| {
         let of = points.iter().filter(|point| point.kind == kind && point.method == method);

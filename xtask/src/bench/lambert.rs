@@ -1,6 +1,6 @@
 //! The bare Lambert sum of a constant triangle, `B = -(rho B2 / 2 pi) sum gamma_i n1.(r_i x r_{i+1}) / |r_i x r_{i+1}|` (HS95 Eq.
-//! 8) with `gamma_i` by std's `atan2`: no bound, no care near an edge or far away. In doubles it is what core's closed form is
-//! timed against; in dual numbers (crate `num-dual`) it gives the gradient by forward differentiation.
+//! 8) with `gamma_i` by std's `atan2`: no bound, no care near an edge or far away. In doubles it is the baseline for the time of
+//! core's closed form; in dual numbers (crate `num-dual`) it gives the gradient by forward differentiation.
 
 use nalgebra::{SVector, Vector3};
 use num_dual::gradient;

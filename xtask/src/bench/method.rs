@@ -10,7 +10,7 @@ use radgrad_oracle::monte_carlo::{self, Sampling, Sequence};
 use super::regime::Case;
 use super::{area_rule, contour_rule, lambert, lanes, legendre};
 
-/// What a method gives for a case.
+/// A method's output for a case.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Output {
     /// Radiosity.
@@ -19,9 +19,9 @@ pub(crate) struct Output {
     pub(crate) gradient: DVec3,
     /// Evaluations of the integrand, or of the closed form.
     pub(crate) evaluations: usize,
-    /// Whether the method says that it reached what was asked.
+    /// Whether the method claims to have reached the tolerance.
     pub(crate) converged: bool,
-    /// Proven relative errors of value and gradient, of what has more digits than doubles can show.
+    /// Proven relative errors of value and gradient, of a method with more digits than doubles can show.
     pub(crate) proven: Option<[f64; 2]>,
 }
 

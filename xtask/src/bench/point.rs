@@ -23,7 +23,7 @@ pub(crate) struct Point {
     pub(crate) time: Spread,
     /// Evaluations an answer, on average.
     pub(crate) evaluations: f64,
-    /// Cases in which the method says itself that it did not reach what was asked.
+    /// Cases in which the method itself reports that it did not reach the tolerance.
     pub(crate) given_up: usize,
 }
 

@@ -1,4 +1,4 @@
-//! `cargo xtask bench --ratios`: what is said of speed, as ratios of times in one run. Samples of the two sides alternate, and a
+//! `cargo xtask bench --ratios`: the claims on speed, as ratios of times in one run. Samples of the two sides alternate, and a
 //! ratio is the median over pairs of neighbours, so that a busy machine gives the same figures as an idle one.
 //!
 //! Scalar work is the public interface on 64 triangles of different shape, seen whole from different places.

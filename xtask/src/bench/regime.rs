@@ -44,7 +44,7 @@ impl Regime {
         }
     }
 
-    /// What it is, in a few words.
+    /// The regime in a few words.
     pub(crate) const fn label(self) -> &'static str {
         match self {
             Self::Easy => "seen whole, 1.5 away",
@@ -56,7 +56,7 @@ impl Regime {
         }
     }
 
-    /// What it is, in a line.
+    /// The regime in a line.
     pub(crate) const fn title(self) -> &'static str {
         match self {
             Self::Easy => "Easy: a triangle seen whole, one and a half sizes away",

@@ -1,4 +1,4 @@
-//! What outputs are held against: the oracle's enclosures, which share no formula with core; and the errors of outputs.
+//! The truth for outputs: the oracle's enclosures, which share no formula with core; and the errors of outputs.
 
 use std::error::Error;
 
@@ -56,7 +56,7 @@ pub(crate) struct Quantity {
 }
 
 impl Quantity {
-    /// What is not a number is infinitely wrong.
+    /// NaN is infinitely wrong.
     fn of(mut errors: Vec<f64>) -> Self {
         errors.iter_mut().filter(|error| error.is_nan()).for_each(|error| *error = f64::INFINITY);
         errors.sort_by(f64::total_cmp);

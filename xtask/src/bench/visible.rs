@@ -1,5 +1,5 @@
-//! What the benchmark's own methods see: a triangle from the receiver, cut by its horizon by the walk of Sutherland and Hodgman
-//! (1974). Generic, so that dual numbers pass through it.
+//! The visible part for the benchmark's own methods: a triangle from the receiver, cut by its horizon by the walk of Sutherland and
+//! Hodgman (1974). Generic, so that dual numbers pass through it.
 
 use nalgebra::Vector3;
 use num_dual::DualNum;

@@ -13,11 +13,11 @@ pub(crate) const SIDE: u32 = 350;
 const BAR_GAP: f64 = 16.0;
 const BAR_WIDTH: f64 = 16.0;
 
-/// What a panel shows.
+/// The contents of a panel.
 pub(crate) struct Panel<'a> {
-    /// Its letter and what the field is.
+    /// Its letter and the name of the field.
     pub(crate) title: &'a str,
-    /// Of what, in a smaller line.
+    /// The scene, in a smaller line.
     pub(crate) subtitle: &'a str,
     /// Name and unit of the values, at the colour bar.
     pub(crate) quantity: &'a str,

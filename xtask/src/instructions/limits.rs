@@ -22,7 +22,7 @@ pub(super) struct Limits {
     limits: BTreeMap<String, u32>,
 }
 
-/// What a limit leaves above what was found, in hundredths.
+/// Room of a limit above the count found, in hundredths.
 const ROOM: f64 = 3.0;
 
 impl Limits {
@@ -57,7 +57,7 @@ impl Limits {
         self.limits.get(kernel).copied()
     }
 
-    /// What is beyond its limit, has none, or is missing.
+    /// Kernels beyond their limit, without one, or missing.
     pub(super) fn violations(&self, counts: &[Count]) -> Vec<String> {
         let mut violations: Vec<String> = counts
             .iter()

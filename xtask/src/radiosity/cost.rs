@@ -1,5 +1,6 @@
-//! What a solution costs by the number of polygons, in two kinds of scenes that grow by more of the same: what any place sees well
-//! stays the same. What is far away or hidden is taken together, and links are nearly in proportion to the polygons.
+//! The cost of a solution by the number of polygons, in two kinds of scenes that grow by more of the same: the surroundings that
+//! any place sees well stay the same. Far or hidden elements are taken together, and links are nearly in proportion to the
+//! polygons.
 //!
 //! - a city: high blocks on tiles of the ground, under a sky of tiles that glow, open to the sides;
 //! - a house: rooms on one floor, with doors between them, a box in each, and ceilings that glow.
@@ -16,7 +17,7 @@ use radgrad_solver::{Options, RelativeTo, solve};
 use super::graph::{Graph, Series};
 use super::squares::Quad;
 
-/// What grows.
+/// The kind of a growing scene.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Kind {
     City,
@@ -61,7 +62,7 @@ const SIDES: [usize; 8] = [3, 4, 6, 8, 11, 18, 25, 40];
 /// Blocks along a side of a tile of the city's sky.
 const SKY: usize = 3;
 
-/// Elements from which on the solver links to clusters too: before, links grow with the square of what is seen.
+/// Elements from which on the solver links to clusters too: before, links grow with the square of the visible elements.
 const CLUSTERED: usize = 1000;
 
 /// Polygons of the smallest scene.

@@ -1,5 +1,5 @@
-//! Error of the polynomials in the Cornell box by the number of elements: all divided alike, what adds most to the bound, and what is
-//! off most by the gradient (N. Holzschuch and F. X. Sillion 1995, 3.2).
+//! Error of the polynomials in the Cornell box by the number of elements: all divided alike, those that add most to the bound, and
+//! those with the largest error by the gradient (N. Holzschuch and F. X. Sillion 1995, 3.2).
 //!
 //! The error is the root mean square over places that cover all faces evenly, relative to the mean radiosity of each channel. Exact
 //! is the gather of a finer solution of degree 2.

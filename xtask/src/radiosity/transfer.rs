@@ -36,7 +36,7 @@ const CASES: [(&str, Quad); 4] = [
     ("perpendicular, common edge", WALL),
 ];
 
-/// What H. Zatz (1993) has at gap 1, by order.
+/// The figures of H. Zatz (1993) at gap 1, by order.
 const PUBLISHED: [f64; 5] = [0.1, 0.1, 0.0075, 0.0075, 0.0004];
 
 pub(super) fn measure() -> Result<Vec<Point>, Box<dyn Error>> {

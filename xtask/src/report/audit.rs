@@ -1,4 +1,4 @@
-//! What a finished audit left in its folder, read back: nothing of it is computed again.
+//! The files of a finished audit, read back: nothing of it is computed again.
 
 use std::collections::BTreeMap;
 use std::error::Error;
@@ -14,7 +14,7 @@ pub(super) struct Audit {
     pub(super) run: Fields,
     /// `bounds-run.csv`: of the same run, or of a larger campaign after it.
     pub(super) bounds_run: Fields,
-    /// What is violated, and the command that shows it.
+    /// The violations, each with the command that shows it.
     pub(super) violations: Vec<Violated>,
     /// `figures.csv`.
     pub(super) figures: Vec<Figure>,
@@ -105,7 +105,7 @@ pub(super) struct Outcomes {
     pub(super) undetermined: u64,
 }
 
-/// What the bounds campaign counted of a family.
+/// The counts of the bounds campaign for a family.
 #[derive(Debug, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub(super) struct Bounds {

@@ -18,7 +18,7 @@ pub(super) struct Diagram {
     title: String,
     /// Alternative text.
     description: String,
-    /// What to see in it, in short; nothing without a table.
+    /// Its result, in short; nothing without a table.
     gist: String,
     file: String,
     /// The table beside it, where there is one.
@@ -69,7 +69,7 @@ struct Row {
     time: f64,
 }
 
-/// What a diagram shows, in short: how many methods, and the quickest to 12 digits of each emission.
+/// The result of a diagram, in short: how many methods, and the quickest to 12 digits of each emission.
 fn told(table: &Path) -> Result<String, Box<dyn Error>> {
     let rows: Vec<Row> = csv::Reader::from_path(table)?.deserialize().collect::<Result<_, _>>()?;
     let mut methods: Vec<&str> = rows.iter().map(|row| row.method.as_str()).collect();

@@ -37,7 +37,7 @@ pub(super) fn finest(squares: &Scene) -> Result<Solution, Box<dyn Error>> {
     Ok(solve(squares, &Options { error: ASKED[3], degree: Some(2), first_elements: 1, ..Options::default() }, |_| true)?)
 }
 
-/// A solution of the squares beside what is known.
+/// A solution of the squares beside the known values.
 pub(super) struct Trial {
     degree: usize,
     asked: f64,
@@ -53,7 +53,7 @@ pub(super) fn trials(squares: &Scene) -> Result<Vec<Trial>, Box<dyn Error>> {
         let options =
             Options { error: asked, degree: Some(degree), first_elements: 1, most_elements: MOST_ELEMENTS, ..Options::default() };
         let solution = solve(squares, &options, |_| true)?;
-        // What already met a coarser demand is the same solution.
+        // A solution that already met a coarser demand is the same one.
         if trials.last().is_some_and(|last: &Trial| last.degree == degree && last.elements == solution.progress().elements) {
             continue;
         }

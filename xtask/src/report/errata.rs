@@ -1,4 +1,4 @@
-//! The paper's misprints as `ERRATA.md` has them, which a test holds to what is measured.
+//! The paper's misprints as `ERRATA.md` has them, which a test holds to the measured effects.
 
 use std::error::Error;
 

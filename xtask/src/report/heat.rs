@@ -14,7 +14,7 @@ const RIGHT: f64 = 210.0;
 const TOP: f64 = 24.0;
 const BOTTOM: f64 = 156.0;
 
-/// Upper ends of the classes of error, and what they are called.
+/// Upper ends of the classes of error, and their names.
 const CLASSES: [(f64, &str); 9] = [
     (1e-14, "below 1e-14"),
     (1e-12, "1e-12"),

@@ -81,7 +81,7 @@ pub(super) fn worst<'a>(audit: &'a Audit, family: &str) -> Option<&'a Figure> {
     of_family.max_by(|a, b| value(&a.worst).total_cmp(&value(&b.worst)))
 }
 
-/// A number of a file; what is none is not a number.
+/// A number of a file; text that is none gives NaN.
 pub(super) fn value(text: &str) -> f64 {
     text.parse().unwrap_or(f64::NAN)
 }

@@ -9,7 +9,7 @@ use super::plates::Plate;
 use super::rungs::swatch;
 use super::svg::{Anchor, Svg};
 
-/// What the scenes are called, in the order of their colours.
+/// The names of the scenes, in the order of their colours.
 const SCENES: [&str; 2] = ["two squares, degree 2", "room, degree 1"];
 
 /// The mean of the bound over the mean radiosity, by its sources, a bar each.

@@ -19,7 +19,7 @@ const LEFT: f64 = 46.0;
 const TOP: f64 = 40.0;
 const SIDE: f64 = 300.0;
 
-/// What a map shows.
+/// The contents of a map.
 pub(super) struct Map<'a> {
     /// Over the map.
     pub(super) heading: &'a str,

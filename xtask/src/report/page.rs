@@ -1,4 +1,4 @@
-//! What stands on the page, section by section, and the template that sets it.
+//! The contents of the page, section by section, and the template that sets it.
 
 use std::error::Error;
 use std::path::PathBuf;
@@ -32,7 +32,7 @@ use super::{ledger, shadow, sight};
 pub(super) struct Page<'a> {
     passed: bool,
     verdict: String,
-    /// Name and value of what the run was.
+    /// Names and values that describe the run.
     facts: Vec<(&'static str, String)>,
     violations: Vec<(&'a str, &'a str)>,
     histograms: [String; 2],

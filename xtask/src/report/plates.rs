@@ -10,7 +10,7 @@ use crate::figures::field::Field;
 use crate::figures::{LINEAR, TRIANGLE, WINDOW, geometry_picture};
 use crate::plot::Colours;
 
-/// What figure E shows, for those who do not see it.
+/// A description of figure E, for those who do not see it.
 const SCENE: &str =
     "A triangle 1 m over a plane, with lines of equal radiosity, a receiver point and the vector to a point of the emitter.";
 

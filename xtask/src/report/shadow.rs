@@ -2,7 +2,7 @@
 //! the gradient jumps; and a cut across the shadow.
 //!
 //! Emitter, occluder and floor are parallel, at heights `H`, `G` and 0: a point `v` of the emitter casts the occluder's point `o`
-//! to `t o + (1 - t) v`, `t = H/(H - G)`. For convex polygons the umbra is what the shadows of all emitter vertices have in common,
+//! to `t o + (1 - t) v`, `t = H/(H - G)`. For convex polygons the umbra is the intersection of the shadows of all emitter vertices,
 //! the penumbra the hull of all such points, and the lines are seen where an edge of one passes a vertex of the other.
 
 use std::error::Error;
@@ -140,7 +140,7 @@ pub(super) fn legend() -> String {
         .concat()
 }
 
-/// `x` and what [`at`] gives there.
+/// `x` and the values of [`at`] there.
 type CutPoint = (f64, [f64; 6]);
 
 fn cut_places() -> impl Iterator<Item = f64> {

@@ -12,7 +12,7 @@ const WIDTH: f64 = 560.0;
 const ROW: f64 = 33.0;
 const TOP: f64 = 34.0;
 
-/// What a contender is called on the page.
+/// The name of a contender on the page.
 pub(super) const fn title(contender: Contender) -> &'static str {
     match contender {
         Contender::AsPrinted => "as printed in 1995",

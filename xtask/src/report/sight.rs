@@ -1,8 +1,9 @@
-//! What a receiver sees of an emitter past an occluder, above its horizon: the arcs around it, each by the line that generates it.
+//! A receiver's view of an emitter past an occluder, above its horizon: the arcs around the visible part, each by the line that
+//! generates it.
 //!
-//! Drawn as W. Nusselt (1928) has it: directions on the unit hemisphere over the receiver, seen along its normal. The area of what is
-//! seen, over that of the disc, is the form factor; the rim is the horizon. The arcs are found here on their own, and their sum
-//! `-(rho B2/2 pi) sum g (n1.N)` (HS95, appendix A.1) is held against the answer of the library.
+//! Drawn as W. Nusselt (1928) has it: directions on the unit hemisphere over the receiver, seen along its normal. The visible area,
+//! over that of the disc, is the form factor; the rim is the horizon. The arcs are found here on their own, and their sum `-(rho
+//! B2/2 pi) sum g (n1.N)` (HS95, appendix A.1) is held against the answer of the library.
 
 use std::error::Error;
 use std::f64::consts::PI;
@@ -21,7 +22,7 @@ const SCREEN: [DVec3; 3] = [DVec3::new(0.05, -0.3, 0.5), DVec3::new(0.6, 0.0, 0.
 /// The receiver's normal; it is in the origin.
 const NORMAL: DVec3 = DVec3::new(0.8, 0.25, 0.55);
 
-/// What generates an arc.
+/// The line that generates an arc.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Line {
     Emitter(usize),
@@ -47,7 +48,7 @@ impl Line {
     }
 }
 
-/// A piece of the boundary of what is seen, between two unit directions.
+/// A piece of the boundary of the visible part, between two unit directions.
 #[derive(Debug, Clone, Copy)]
 struct Arc {
     line: Line,
@@ -114,7 +115,7 @@ fn arcs(normal: DVec3) -> Vec<Arc> {
         add(Line::Emitter(index), edge, without(whole, edge, &in_screen), Some(edge));
     }
     for (index, edge) in edges(&SCREEN).enumerate() {
-        // What is seen is on the other side: the arc runs such that the occluder is where N.omega > 0.
+        // The visible part is on the other side: the arc runs such that the occluder is where N.omega > 0.
         let [a, b] = edge;
         let edge = if a.cross(b).dot(screen_middle) > 0.0 { edge } else { [b, a] };
         let planes: Vec<DVec3> = in_lamp.iter().copied().chain([normal]).collect();
@@ -149,13 +150,13 @@ fn without(stretch: Option<[f64; 2]>, line: [DVec3; 2], cone: &[DVec3]) -> Vec<[
     }
 }
 
-/// What is shown of it.
+/// The parts of it that are shown.
 #[derive(Clone)]
 pub(super) struct Sight {
     /// The hemisphere, and the scene.
     pub(super) pictures: [String; 2],
     pub(super) arcs: Table,
-    /// What the arcs sum to, beside the certified answer.
+    /// The sum of the arcs, beside the certified answer.
     pub(super) told: String,
     /// `sight.csv`.
     pub(super) csv: Vec<u8>,
@@ -194,7 +195,7 @@ fn told(arcs: &[Arc], normal: DVec3, answer: &Answer) -> String {
     )
 }
 
-/// The disc: lamp, occluder and the arcs of what is seen.
+/// The disc: lamp, occluder and the arcs of the visible part.
 fn hemisphere(arcs: &[Arc], normal: DVec3, form_factor: f64) -> String {
     const SIZE: (f64, f64) = (420.0, 400.0);
     const CENTRE: (f64, f64) = (208.0, 206.0);

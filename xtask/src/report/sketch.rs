@@ -1,7 +1,7 @@
 //! A small picture of a case: the emitter from its lit side, aslant, and the receiver with its normal.
 //!
 //! Seen along parallel lines, the emitter's plane level and its lit side up; a receiver that is far away is drawn nearer, on
-//! the same line, which is then dashed. What is too thin to be seen is seen as a line.
+//! the same line, which is then dashed. A shape too thin to be seen is drawn as a line.
 
 use std::fmt::Write;
 

@@ -8,7 +8,7 @@ use super::room::Cells;
 use super::table::Table;
 use super::{effectivity, ledger, room};
 
-/// What is shown of them.
+/// The parts of them that are shown.
 #[derive(Clone)]
 pub(super) struct Solved {
     pub(super) plates: Vec<Plate>,

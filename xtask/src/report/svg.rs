@@ -92,7 +92,7 @@ impl Svg {
         let _ = self.body.write_fmt(element);
     }
 
-    /// The element, with what it is and what it shows for those who do not see it.
+    /// The element, with a title and a description for those who do not see it.
     pub(super) fn finish(self, class: &str, title: &str, description: &str) -> String {
         let ((width, height), title, description) = (self.size, escaped(title), escaped(description));
         let (width, height) = (number(width), number(height));

@@ -5,7 +5,7 @@ use serde::Serialize;
 /// A table.
 #[derive(Debug, Clone, Serialize)]
 pub(super) struct Table {
-    /// What is in it.
+    /// A line on its contents.
     caption: String,
     /// The files beside the page that its numbers are from.
     files: Vec<&'static str>,
@@ -21,7 +21,7 @@ struct Column {
     is_prose: bool,
 }
 
-/// A cell: a text, and what it is sorted by where that is another.
+/// A cell: a text, and its key for sorting where that is another.
 #[derive(Debug, Clone, Serialize)]
 pub(super) struct Cell {
     text: String,
@@ -56,7 +56,7 @@ impl Cell {
         Self { is_code: true, ..Self::from(text) }
     }
 
-    /// What it is sorted by.
+    /// The same with a key for sorting.
     pub(super) fn by(self, key: f64) -> Self {
         Self { key: Some(format!("{key:e}")), ..self }
     }

@@ -1,4 +1,4 @@
-//! The page of a small audit, made here: it stands by itself, says what happened, and is the same every time.
+//! The page of a small audit, made here: it stands by itself, tells the outcome, and is the same every time.
 
 use std::error::Error;
 use std::fs;
@@ -40,7 +40,7 @@ impl Drop for Folder {
     }
 }
 
-/// What `cargo xtask verify` leaves, of few cases.
+/// The files of `cargo xtask verify`, of few cases.
 fn audit(folder: &Folder, violation: Option<&str>) -> Result<(), Box<dyn Error>> {
     let create = |name: &str| fs::File::create(folder.join(name));
     let table = Run::of_each(3, &FAMILIES, 1).table(|_| ());
@@ -127,7 +127,7 @@ fn diagrams_of_a_benchmark_are_taken_in_and_their_absence_is_said() {
     assert!(copied.contains(&bench.join("far.csv")));
 }
 
-/// What follows each occurrence of `start`, up to `end`.
+/// The text after each occurrence of `start`, up to `end`.
 fn pieces<'a>(html: &'a str, start: &str, end: &str) -> Vec<&'a str> {
     html.split(start).skip(1).map(|rest| rest.split(end).next().unwrap()).collect()
 }

@@ -39,7 +39,10 @@ impl Scene {
         self.vertices.reverse();
         match &mut self.emission {
             EmissionRecord::Vertices { vertices } => vertices.reverse(),
-            EmissionRecord::Constant { .. } | EmissionRecord::Gradient { .. } | EmissionRecord::Polynomial { .. } => (),
+            EmissionRecord::Constant { .. }
+            | EmissionRecord::Gradient { .. }
+            | EmissionRecord::Polynomial { .. }
+            | EmissionRecord::Expression { .. } => (),
         }
         self
     }

@@ -1,7 +1,7 @@
 //! Threads that answer lines, each line in a time of its own.
 //!
 //! A thread that takes too long for a line cannot be ended. It is given up: its line is refused, another thread takes its place,
-//! and what it finds is dropped. The thread goes on until it finds it, beside the others.
+//! and what it finds is dropped. The thread goes on beside the others until it finds it, or has cost what an answer may cost.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicUsize, Ordering};

@@ -1,6 +1,6 @@
 //! The field as a picture of three panels, each with a scale of colours below it: the value from 0, the length of the gradient
-//! from 0 to what all but a fiftieth is below, with arrows along its part in the face, and the decades of the value's proven
-//! bound. The first row of cells is at the bottom, the face's first side runs to the right. The numbers at the ends of the
+//! from 0 to the size that a fiftieth of the cells exceed, with arrows along its part in the face, and the decades of the value's
+//! proven bound. The first row of cells is at the bottom, the face's first side runs to the right. The numbers at the ends of the
 //! scales are in text chunks as well, to all digits.
 
 mod canvas;
@@ -33,7 +33,7 @@ struct Panel {
 }
 
 impl Panel {
-    /// From 0 to the largest but for a share of all: what is beyond looks like it.
+    /// From 0 to the largest value but for a share of all; larger ones look like it.
     fn from_zero(title: &'static str, figures: Vec<f64>, beyond: f64) -> Self {
         let mut known: Vec<f64> = figures.iter().copied().filter(|figure| figure.is_finite()).collect();
         known.sort_by(f64::total_cmp);

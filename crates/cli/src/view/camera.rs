@@ -2,7 +2,7 @@
 
 use radgrad_core::DVec3;
 
-/// Where it stands and what it looks at.
+/// Its place and direction.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Camera {
     pub(super) eye: DVec3,

@@ -185,3 +185,41 @@ fn a_result_beyond_the_range_of_a_double_is_an_error_of_its_line() {
     assert!(error(1).contains("the radiosity underflows") && error(2).contains("the gradient overflows"), "{answers:?}");
     assert!(answers[3]["radiosity"].as_f64().unwrap() > 0.1, "{answers:?}");
 }
+
+/// Runs `radgrad eval` with arguments on `input`.
+fn eval_with(arguments: &[&str], input: &str) -> Output {
+    let mut child = radgrad(&[&["eval", "-"], arguments].concat()).spawn().unwrap();
+    child.stdin.take().unwrap().write_all(input.as_bytes()).unwrap();
+    child.wait_with_output().unwrap()
+}
+
+#[test]
+fn a_line_asks_for_digits_for_second_derivatives_or_for_an_estimate() {
+    let with = |id: &str, more: &str| CORNER.replacen("\"id\":\"corner\"", &format!("\"id\":\"{id}\",{more}"), 1);
+    let expression = CORNER.replace("{\"constant\":1}", "{\"expression\":\"1 + x*exp(-y)\"}");
+    let input = [
+        with("digits", "\"digits\":40"),
+        with("hessian", "\"hessian\":true"),
+        with("fine", "\"tolerance\":1e-100"),
+        expression.replace("corner", "expression"),
+    ];
+    let output = eval_with(&[], &input.join("\n"));
+    assert_eq!(output.status.code(), Some(1), "{}", String::from_utf8_lossy(&output.stderr));
+    let [digits, hessian, fine, expression] = objects(&output).try_into().unwrap();
+    // atan(1/sqrt 2) / (pi sqrt 2)
+    assert!(digits["radiosity"].as_str().unwrap().starts_with("1.385316059948929967807697086344756797307"), "{digits}");
+    assert!(digits["radiosity_error"].as_str().unwrap().parse::<f64>().unwrap() < 1e-40);
+    let rows: Vec<Vec<f64>> = hessian["hessian"].as_array().unwrap().iter().map(numbers).collect();
+    assert!((0..3).all(|i| (0..3).all(|j| rows[i][j] == rows[j][i])) && hessian["hessian_error"].as_f64().unwrap() < 1e-12);
+    assert!(fine["error"].as_str().unwrap().contains("\"digits\": 100"), "{fine}");
+    assert_eq!((&expression["method"], &expression["converged"]), (&"estimate".into(), &true.into()), "{expression}");
+    assert!(expression["radiosity_error"].is_null() && expression["radiosity"].as_f64().unwrap() > CORNER_FACTOR);
+}
+
+#[test]
+fn second_derivatives_are_asked_for_in_every_line_by_an_argument() {
+    let input = [corner("1", 1.0), corner("2", 2.0)].join("\n");
+    let answers = objects(&eval_with(&["--hessian"], &input));
+    let trace = |i: usize| (0..3).map(|k| answers[i]["hessian"][k][k].as_f64().unwrap()).sum::<f64>();
+    assert!(trace(0) != 0.0 && trace(1) == 2.0 * trace(0), "{answers:?}");
+}

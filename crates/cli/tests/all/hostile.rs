@@ -26,7 +26,7 @@ impl Drop for Folder {
 
 /// Runs the program in a folder to its end, which must come, and must not take more than 512 MiB.
 fn radgrad(folder: &Path, arguments: &[&str]) -> Output {
-    // What takes 5 s on a machine at rest may take longer on one that runs other tests.
+    // A run of 5 s on a machine at rest may take longer on one that runs other tests.
     const LONGEST: Duration = Duration::from_secs(30);
     const MOST_KILOBYTES: u64 = 512 << 10;
     let mut command = Command::new(env!("CARGO_BIN_EXE_radgrad"));

@@ -53,7 +53,7 @@ fn lines(output: &Output) -> Vec<Value> {
 fn points_are_answered_in_their_order_inside_their_bounds() {
     let folder = Folder::new("points");
     let output = folder.solve(&["--points", "points.jsonl"]);
-    assert_eq!(output.status.code(), Some(1), "two lines are refused");
+    assert_eq!(output.status.code(), Some(1), "one line is refused");
     let lines = lines(&output);
     assert_eq!(lines.len(), 4);
     for (line, exact) in lines.iter().zip([1.133_303_564_992_420_8, 1.076_981_393_145_044_5]) {
@@ -62,9 +62,49 @@ fn points_are_answered_in_their_order_inside_their_bounds() {
             assert!((value - exact).abs() <= bound.min(1e-6), "{line}");
         }
     }
-    assert_eq!(lines[1]["id"], "corner");
-    assert!(lines[2]["error"].as_str().unwrap().starts_with("no face at [0.5, 0.5, 0.5]"), "{}", lines[2]);
+    assert_eq!((&lines[1]["id"], &lines[1]["on"], &lines[2]["on"]), (&"corner".into(), &"face".into(), &"free".into()));
     assert_eq!(lines[3]["line"], 5);
+}
+
+#[test]
+fn sensors_are_answered_in_their_channels_on_faces_and_in_space() {
+    let folder = Folder::new("sensors");
+    // Red is not reflected at all; a square from half its side below its middle has a known form factor.
+    let mtl = "newmtl white\nKd 0 0.5 0.25\nKe 0.3183098861837907 0.6366197723675814 0.9549296585513721\n";
+    std::fs::write(folder.0.join("squares.mtl"), mtl).unwrap();
+    let points = r#"{"position":[0.5,0.5,0.5],"normal":[0,0,2]}
+{"position":[0.5,0.5,0],"normal":[0,0,1]}
+{"position":[0.5,0.5,0],"normal":[0,0,1],"on":"free"}
+{"position":[0.5,0.5,0],"normal":[0,0,-1]}
+{"position":[0.5,0.5,0.5],"normal":[0,0,1],"on":"face"}
+{"position":[0.5,0.5,0.5],"normal":[0,0,1],"on":"ceiling"}
+"#;
+    std::fs::write(folder.0.join("points.jsonl"), points).unwrap();
+    let output = folder.solve(&["--points", "points.jsonl"]);
+    assert_eq!(output.status.code(), Some(1), "three lines are refused");
+    let lines = lines(&output);
+    let of = |line: usize, name: &str, channel: usize| lines[line][name][channel].as_f64().unwrap();
+    let form_factor = 4.0 / std::f64::consts::PI * 0.5_f64.sqrt() * 0.5_f64.sqrt().atan();
+    assert!((of(0, "irradiance", 0) - form_factor).abs() <= of(0, "irradiance_bound", 0) && of(0, "irradiance_bound", 0) < 1e-9);
+    assert!(lines[0]["on"] == "free" && lines[0].get("radiosity").is_none());
+    for line in [1, 2] {
+        let [emitted, reflectance] = [[1.0, 2.0, 3.0], [0.0, 0.5, 0.25]];
+        for channel in 0..3 {
+            let received = of(line, "irradiance", channel);
+            let radiosity = emitted[channel] + reflectance[channel] * received;
+            assert!(
+                (of(1, "radiosity", channel) - radiosity).abs()
+                    <= of(1, "bound", channel) + of(line, "irradiance_bound", channel)
+            );
+            let [bound, estimate] = ["irradiance_bound", "irradiance_estimate"].map(|name| of(line, name, channel));
+            assert!(received > 0.2 && bound > 0.0 && bound < 0.03 * received && estimate <= bound, "{line}: {}", lines[line]);
+        }
+        assert!((0..2).all(|channel| of(line, "irradiance", channel + 1) > 1.2 * of(line, "irradiance", channel)));
+    }
+    let errors = [(3, "no face at [0.5, 0.5, 0] faces along [0, 0, -1]"), (4, "no face at [0.5, 0.5, 0.5]"), (5, "`ceiling`")];
+    for (line, error) in errors {
+        assert!(lines[line]["error"].as_str().unwrap().contains(error), "{}", lines[line]);
+    }
 }
 
 #[test]
@@ -299,7 +339,7 @@ fn a_texture_is_seen_by_points_and_unusable_ones_are_said() {
     let output = folder.solve(&["--points", "points.jsonl", "--error", "0.5%"]);
     assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
     assert!(String::from_utf8_lossy(&output.stderr).contains("`photo.jpg` cannot be read"));
-    // What each half reflects is its reflectance times nearly the same irradiance.
+    // Each half reflects its reflectance times nearly the same irradiance.
     let reflected: Vec<f64> = lines(&output).iter().map(|line| line["radiosity"][0].as_f64().unwrap() - 1.0).collect();
     let ratio = reflected[0] / reflected[1];
     assert!((4.0..6.0).contains(&ratio), "{ratio}");

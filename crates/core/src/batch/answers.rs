@@ -1,4 +1,4 @@
-//! What a batch gives, as a structure of arrays.
+//! The results of a batch, as a structure of arrays.
 
 use glam::DVec3;
 
@@ -17,18 +17,20 @@ pub struct Answers<F = f64> {
     pub radiosity_error: Vec<F>,
     /// Proven bounds on the Euclidean norms of the errors of `gradient`.
     pub gradient_error: Vec<F>,
-    /// What answered.
+    /// The method of each entry, where bounds were asked for: [`Method::ClosedForm`] of lanes.
+    pub method: Vec<Method>,
+    /// How the entries were answered.
     pub counts: Counts,
 }
 
-/// How many entries were answered by what.
+/// How many entries were answered in each way.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Counts {
     /// Nothing to compute: behind the emitter or in its plane, or all of it below the horizon. Exactly 0.
     pub zero: usize,
     /// The closed form on lanes, of the whole emitter.
     pub whole: usize,
-    /// The closed form on lanes, of what the horizon leaves.
+    /// The closed form on lanes, of the part above the horizon.
     pub clipped: usize,
     /// Lanes of single precision that cancel, done again in double precision; they are among `whole` and `clipped` too where
     /// that sufficed.
@@ -52,6 +54,7 @@ impl std::ops::AddAssign for Counts {
 pub(super) struct Asked {
     pub(super) gradient: bool,
     pub(super) errors: bool,
+    pub(super) methods: bool,
 }
 
 #[allow(private_bounds, reason = "what lanes need of a number is not for others to implement")]
@@ -62,10 +65,11 @@ impl<F: Lane> Answers<F> {
         Self::default()
     }
 
-    /// One entry; what was not asked for is 0.
+    /// One entry; a quantity that was not asked for is 0.
     pub(super) fn answer(&self, index: usize) -> Answer {
         let at = |array: &[F]| array.get(index).map_or(0.0, |value| value.to_double());
-        let method = if at(&self.radiosity) == 0.0 { Method::Zero } else { Method::ClosedForm };
+        let of_lanes = if at(&self.radiosity) == 0.0 { Method::Zero } else { Method::ClosedForm };
+        let method = self.method.get(index).copied().unwrap_or(of_lanes);
         Answer {
             radiosity: at(&self.radiosity),
             gradient: DVec3::from(self.gradient.each_ref().map(|array| at(array))),
@@ -75,15 +79,16 @@ impl<F: Lane> Answers<F> {
         }
     }
 
-    /// Arrays of `count` entries, and what to write them to.
+    /// Arrays of `count` entries, as slots to write to.
     pub(super) fn sized(&mut self, count: usize, asked: Asked) -> Slots<'_, F> {
         let size = |array: &mut Vec<F>, wanted: bool| array.resize(if wanted { count } else { 0 }, F::default());
         size(&mut self.radiosity, true);
         self.gradient.iter_mut().for_each(|array| size(array, asked.gradient));
         size(&mut self.radiosity_error, asked.errors);
         size(&mut self.gradient_error, asked.errors && asked.gradient);
-        let Self { radiosity, gradient, radiosity_error, gradient_error, .. } = self;
-        Slots { radiosity, gradient: gradient.each_mut().map(Vec::as_mut_slice), radiosity_error, gradient_error }
+        self.method.resize(if asked.methods { count } else { 0 }, Method::ClosedForm);
+        let Self { radiosity, gradient, radiosity_error, gradient_error, method, .. } = self;
+        Slots { radiosity, gradient: gradient.each_mut().map(Vec::as_mut_slice), radiosity_error, gradient_error, method }
     }
 }
 
@@ -93,37 +98,41 @@ pub(super) struct Slots<'a, F> {
     pub(super) gradient: [&'a mut [F]; 3],
     pub(super) radiosity_error: &'a mut [F],
     pub(super) gradient_error: &'a mut [F],
-}
-
-impl<F: Lane> Slots<'_, F> {
-    /// Takes the first entries of other answers to the same question.
-    pub(super) fn copy_first(&mut self, answers: &Answers<F>) {
-        let copy = |slot: &mut [F], array: &[F]| slot.copy_from_slice(&array[..slot.len()]);
-        copy(self.radiosity, &answers.radiosity);
-        self.gradient.iter_mut().zip(&answers.gradient).for_each(|(slot, array)| copy(slot, array));
-        copy(self.radiosity_error, &answers.radiosity_error);
-        copy(self.gradient_error, &answers.gradient_error);
-    }
+    pub(super) method: &'a mut [Method],
 }
 
 impl<F> Slots<'_, F> {
+    /// Notes what lanes are about to answer.
+    pub(super) fn on_lanes(&mut self) {
+        self.method.fill(Method::ClosedForm);
+    }
+
+    /// Notes entries that see nothing.
+    pub(super) fn see_nothing(&mut self, entries: impl Iterator<Item = usize>) {
+        if !self.method.is_empty() {
+            entries.for_each(|entry| self.method[entry] = Method::Zero);
+        }
+    }
+
     /// The first `middle` entries, and the others.
     pub(super) fn split_at(self, middle: usize) -> (Self, Self) {
         fn halves<F>(slice: &mut [F], middle: usize) -> (&mut [F], &mut [F]) {
             slice.split_at_mut(middle.min(slice.len()))
         }
-        let Self { radiosity, gradient: [x, y, z], radiosity_error, gradient_error } = self;
+        let Self { radiosity, gradient: [x, y, z], radiosity_error, gradient_error, method } = self;
         let (radiosity, radiosity_rest) = halves(radiosity, middle);
         let ((x, x_rest), (y, y_rest), (z, z_rest)) = (halves(x, middle), halves(y, middle), halves(z, middle));
         let (radiosity_error, radiosity_error_rest) = halves(radiosity_error, middle);
         let (gradient_error, gradient_error_rest) = halves(gradient_error, middle);
+        let (method, method_rest) = halves(method, middle);
         (
-            Self { radiosity, gradient: [x, y, z], radiosity_error, gradient_error },
+            Self { radiosity, gradient: [x, y, z], radiosity_error, gradient_error, method },
             Self {
                 radiosity: radiosity_rest,
                 gradient: [x_rest, y_rest, z_rest],
                 radiosity_error: radiosity_error_rest,
                 gradient_error: gradient_error_rest,
+                method: method_rest,
             },
         )
     }

@@ -4,7 +4,8 @@
 //! the normals, and the heights of the box's centre over the emitters' planes. Quantities are computed with a few roundings of
 //! |v| + a, v the offset of the centre from the receiver and a the box's radius; [`SLACK`] pays for them.
 //!
-//! Upper bound of what the emitters give, with P the sum of `|B| A`, d the distance of the box, `n1.r <= h1` and `-n2.r <= h2`:
+//! Upper bound on the radiosity due to the emitters, with P the sum of `|B| A`, d the distance of the box, `n1.r <= h1` and `-n2.r
+//! <= h2`:
 //! - `(rho/pi) P min(1, h1/d) min(1, h2/d) / d^2`, the integrand of HS95 Eq. 1 at its largest;
 //! - where all normals are within an angle delta of n1, the part of an emitter that is above the receiver's horizon is seen
 //!   between that and the emitter's plane through the receiver, a lune of dihedral angle delta in which `n1.omega <= sin delta`:
@@ -22,7 +23,7 @@ const SLACK: f64 = 1e-13;
 /// One above 1 by more than the rounding of a bound.
 pub(super) const UP: f64 = 1.0 + 1e-12;
 
-/// What is known of a cluster.
+/// Bounds on the places, normals and power of a cluster's emitters.
 #[derive(Debug, Clone)]
 pub(super) struct Cluster {
     /// Centre and axes of the box around all vertices, and its half-widths along them.
@@ -87,7 +88,7 @@ impl Cluster {
         for emitter in all() {
             let emission = emitter.largest_emission();
             brightness += emission;
-            // Vertices may be off one plane by their rounding: what is given is that of the triangles.
+            // Rounded vertices may be off one plane: the emitter is then the fan of triangles.
             for [a, b, c] in fan(emitter.polygon(), power) {
                 let across = (b - a).cross(c - a);
                 let rounding = 8.0 * f64::EPSILON * (b - a).length() * (c - a).length();
@@ -117,7 +118,7 @@ impl Cluster {
         }
     }
 
-    /// What a receiver at `x` with unit normal n1 sees of it.
+    /// Bounds on the distances and directions of the cluster from a receiver at `x` with unit normal n1.
     #[inline]
     pub(super) fn sight(&self, x: DVec3, n1: DVec3) -> Sight {
         let v = self.centre - x;

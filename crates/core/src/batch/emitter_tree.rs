@@ -2,13 +2,16 @@
 //!
 //! Emitters with as many vertices are sorted so that those of a node are next to each other: first by the way they face, until a
 //! node's normals are within [`FACING`] of their mean, then by place. Each node has the bounds of [`crate::batch::cluster`], and
-//! those with enough emitters the far field of [`crate::batch::far_field`].
+//! those with enough emitters the far field of [`crate::batch::far_field`], which is found when the first receiver asks for it: few
+//! nodes are ever asked.
 
-use fearless_simd::Level;
+use std::borrow::Cow;
+use std::sync::OnceLock;
+
 use glam::DVec3;
 
 use crate::batch::cluster::{Cluster, fan};
-use crate::batch::far_field::{FarField, Nodes};
+use crate::batch::far_field::FarField;
 use crate::batch::lamps::{Lamps, sorted};
 use crate::batch::many_emitters::common_power;
 use crate::problem::emission::Emitter;
@@ -23,17 +26,18 @@ const WORTH: usize = 12;
 /// Distance of a normal from the mean of a node's, up to which the node may have a far field.
 const FACING: f64 = 0.5;
 
-/// Emitters in a tree, made once for any number of receivers. Constant and linear emitters go into the tree; polynomial and
-/// concave ones, and what double precision does not hold, are answered one by one for every receiver.
+/// Emitters of a node from which on its children are built on two threads.
+#[cfg(feature = "threads")]
+const TO_SHARE: usize = 4096;
+
+/// Emitters in a tree, made once for any number of receivers. Constant and linear emitters go into the tree; polynomial and concave
+/// ones, and those beyond the range of double precision, are answered one by one for every receiver.
 ///
-/// Making it takes about as long as a hundred receivers take without it.
+/// Making it takes about as long as ten receivers take without it; the first receivers find what the others use.
 #[derive(Debug, Clone)]
 pub struct EmitterTree<'a> {
-    pub(super) emitters: &'a [Emitter],
+    pub(super) emitters: Cow<'a, [Emitter]>,
     pub(super) groups: Vec<Grove>,
-    pub(super) far_fields: Vec<FarField>,
-    /// Their nodes.
-    pub(super) nodes: Nodes,
     /// Emitters that are in no group.
     pub(super) others: Vec<usize>,
     pub(super) power: f64,
@@ -52,40 +56,62 @@ pub(super) struct Node {
     pub(super) first: usize,
     pub(super) count: usize,
     pub(super) cluster: Cluster,
-    /// Its far field, where it has one.
-    pub(super) far: Option<usize>,
-    /// The second child; the first is the next node. None for a leaf.
+    /// Its far field, where it was asked for and is worth it.
+    far: OnceLock<Option<Box<FarField>>>,
+    /// How many nodes on the second child is; the first is the next node. None for a leaf.
     pub(super) second: Option<usize>,
+}
+
+impl Node {
+    /// The far field, where it is worth it.
+    pub(super) fn far_field(&self, lamps: &Lamps) -> Option<&FarField> {
+        let find = || {
+            let Self { first, count, cluster, .. } = self;
+            if *count < FEWEST || cluster.spread > FACING {
+                return None;
+            }
+            let degree = FarField::degree(cluster);
+            let worth = degree.iter().map(|degree| degree + 1).product::<usize>() <= WORTH * count;
+            worth.then(|| Box::new(FarField::new(cluster, degree, lamps, *first..first + count)))
+        };
+        self.far.get_or_init(find).as_deref()
+    }
 }
 
 impl<'a> EmitterTree<'a> {
     /// Sorts emitters into a tree.
     #[must_use]
     pub fn new(emitters: &'a [Emitter]) -> Self {
+        Self::over(Cow::Borrowed(emitters))
+    }
+
+    fn over(all: Cow<'a, [Emitter]>) -> Self {
+        let emitters = &*all;
         let power = common_power::<f64>(emitters);
         let (convex, concave): (Vec<_>, Vec<_>) = (0..emitters.len()).partition(|i| fans_out(&emitters[*i]));
         let (kinds, mut others) = sorted(emitters, &convex, power);
         others.extend(concave);
-        let mut tree = Self { emitters, groups: Vec::new(), far_fields: Vec::new(), nodes: Nodes::default(), others, power };
-        for lamps in kinds {
-            let (mut nodes, mut order) = (Vec::new(), lamps.index().to_vec());
-            Builder { emitters, power, nodes: &mut nodes }.add(0, &mut order);
-            let lamps = lamps.reordered(emitters, order, power);
-            for node in &mut nodes {
-                if let Some(far) = far_field(node, &lamps, &mut tree.nodes) {
-                    node.far = Some(tree.far_fields.len());
-                    tree.far_fields.push(far);
-                }
-            }
-            tree.groups.push(Grove { lamps, nodes });
-        }
-        tree
+        let grove = |lamps: Lamps| {
+            let mut order = lamps.index().to_vec();
+            let nodes = Builder { emitters, power }.nodes(0, &mut order);
+            Grove { lamps: lamps.reordered(emitters, order, power), nodes }
+        };
+        let groups = kinds.into_iter().map(grove).collect();
+        Self { emitters: all, groups, others, power }
     }
 
     /// Number of emitters.
     #[must_use]
-    pub const fn count(&self) -> usize {
+    pub fn count(&self) -> usize {
         self.emitters.len()
+    }
+}
+
+impl EmitterTree<'static> {
+    /// The same with emitters of its own.
+    #[must_use]
+    pub fn owning(emitters: Vec<Emitter>) -> Self {
+        Self::over(Cow::Owned(emitters))
     }
 }
 
@@ -95,38 +121,52 @@ fn fans_out(emitter: &Emitter) -> bool {
     fan(emitter.polygon(), 1.0).all(|[a, b, c]| normal.dot((b - a).cross(c - a)) >= 0.0)
 }
 
-/// The far field of a node where it is worth it.
-fn far_field(node: &Node, lamps: &Lamps, nodes: &mut Nodes) -> Option<FarField> {
-    let Node { first, count, cluster, .. } = node;
-    if *count < FEWEST || cluster.spread > FACING {
-        return None;
-    }
-    let degree = FarField::degree(cluster);
-    let worth = degree.iter().map(|degree| degree + 1).product::<usize>() <= WORTH * count;
-    worth.then(|| FarField::new(cluster, degree, (lamps, *first..first + count), Level::new(), nodes))
-}
-
-struct Builder<'a, 'b> {
+struct Builder<'a> {
     emitters: &'a [Emitter],
     power: f64,
-    nodes: &'b mut Vec<Node>,
 }
 
-impl Builder<'_, '_> {
-    /// Sorts the emitters of a node, the first of which comes at `first`, and appends it with its children.
-    fn add(&mut self, first: usize, order: &mut [usize]) {
-        let cluster = Cluster::new(self.emitters, order, self.power);
-        let place = self.nodes.len();
-        let facing = cluster.spread <= FACING;
-        self.nodes.push(Node { first, count: order.len(), cluster, far: None, second: None });
+impl Builder<'_> {
+    /// A node with those below it: sorts its emitters, the first of which comes at `first`.
+    fn nodes(&self, first: usize, order: &mut [usize]) -> Vec<Node> {
+        #[cfg(feature = "threads")]
+        if order.len() >= TO_SHARE {
+            let (mut node, middle) = self.node(first, order);
+            let (left, right) = order.split_at_mut(middle);
+            let (mut left, mut right) = rayon::join(|| self.nodes(first, left), || self.nodes(first + middle, right));
+            node.second = Some(1 + left.len());
+            let mut nodes = Vec::with_capacity(1 + left.len() + right.len());
+            nodes.push(node);
+            nodes.append(&mut left);
+            nodes.append(&mut right);
+            return nodes;
+        }
+        let mut nodes = Vec::with_capacity(4 * order.len() / LEAF + 1);
+        self.add(first, order, &mut nodes);
+        nodes
+    }
+
+    /// Appends a node with those below it.
+    fn add(&self, first: usize, order: &mut [usize], nodes: &mut Vec<Node>) {
+        let place = nodes.len();
+        let (node, middle) = self.node(first, order);
+        nodes.push(node);
         if order.len() <= LEAF {
             return;
         }
-        let middle = self.split(facing, order);
         let (left, right) = order.split_at_mut(middle);
-        self.add(first, left);
-        self.nodes[place].second = Some(self.nodes.len());
-        self.add(first + middle, right);
+        self.add(first, left, nodes);
+        nodes[place].second = Some(nodes.len() - place);
+        self.add(first + middle, right, nodes);
+    }
+
+    /// A node alone, and where its emitters are cut; a leaf is not.
+    fn node(&self, first: usize, order: &mut [usize]) -> (Node, usize) {
+        let cluster = Cluster::new(self.emitters, order, self.power);
+        let facing = cluster.spread <= FACING;
+        let node = Node { first, count: order.len(), cluster, far: OnceLock::new(), second: None };
+        let middle = if order.len() <= LEAF { 0 } else { self.split(facing, order) };
+        (node, middle)
     }
 
     /// Orders the emitters along where their middles, or their normals, are spread most, and says where to cut.

@@ -48,7 +48,7 @@ struct Set<F> {
     index: Vec<usize>,
     /// Constant ones in the precision asked for.
     group: Option<Group<F>>,
-    /// In double precision, for what that does not settle, and linear ones.
+    /// In double precision, for linear emitters and for entries that single precision does not settle.
     double: Option<Lamps>,
 }
 
@@ -123,6 +123,8 @@ impl<'a, F: Lane> OneReceiver<'a, F> {
             settled = group.answer(self.level, seen, start..start + length, self.goal, &mut work);
             work.copy_to(&mut slots);
         }
+        slots.on_lanes();
+        slots.see_nothing(tile::each(settled.zero));
         let mut counts = settled.counts();
         let mut open = settled.open(length);
         if let (Some(lamps), Some(seen)) = (&set.double, &self.double) {
@@ -157,6 +159,7 @@ impl<'a, F: Lane> OneReceiver<'a, F> {
             for entry in tile::each(settled.zero | settled.good) {
                 put(slots, first + entry, &work.answer(entry, self.goal.asked))?;
             }
+            slots.see_nothing(tile::each(settled.zero).map(|entry| first + entry));
             still_open |= (wanted & !(settled.zero | settled.good)) << first;
         }
         Ok(still_open)

@@ -2,7 +2,8 @@
 
 use fearless_simd::Simd;
 
-use crate::batch::answers::{Answers, Slots};
+use crate::batch::answers::Slots;
+use crate::batch::many_emitters::Work;
 use crate::batch::receivers::Receivers;
 use crate::batch::span::LaneEdge;
 use crate::batch::sums::ConstantSums;
@@ -62,8 +63,9 @@ impl<F: Lane> Outlined<F> {
     }
 }
 
-/// What a height over the polygon's plane may err by, as a share of the distance, squared: 16 units of roundoff, what the normal
-/// errs by, and what vertices are off the plane. Over a plane across an axis it is a difference of two coordinates, with the right sign.
+/// Bound on the error of a height over the polygon's plane, as a share of the distance, squared: 16 units of roundoff, the error of
+/// the normal, and the vertices' distances from the plane. Over a plane across an axis it is a difference of two coordinates, with
+/// the right sign.
 pub(super) fn height_share<F: Lane>(polygon: &Polygon, power: f64) -> F {
     let first = polygon.vertices()[0].to_array();
     let across = |axis: usize| polygon.vertices().iter().all(|v| v.to_array()[axis] == first[axis]);
@@ -116,7 +118,7 @@ pub(super) fn brightness<F: Lane>(emitter: &Emitter) -> Option<F> {
 
 /// How outlines emit.
 pub(super) trait Emitting<S: Simd, F: Lane> {
-    /// What their boundary is summed by.
+    /// The sums over the boundary.
     type Sums: BoundarySums<S, F>;
 
     /// No terms yet, for receivers at `x` with unit normals n1 and the emitters from `first` on: one on all lanes, or one a lane.
@@ -161,9 +163,9 @@ pub(super) fn padded<F: Lane>(
         normal: normal.each_ref().map(<[F; MOST_LANES]>::as_slice),
         reflectance: &reflectance,
     };
-    let mut answers = Answers::new();
-    let settled = answer(&more, &mut answers.sized(MOST_LANES, goal.asked));
-    slots.copy_first(&answers);
+    let mut work = Work::new();
+    let settled = answer(&more, &mut work.slots(MOST_LANES, goal.asked));
+    work.copy_to(slots);
     settled.first(count)
 }
 

@@ -1,4 +1,4 @@
-//! A cluster of emitters seen from afar: its emission as weights at a few nodes, and what that leaves out.
+//! A cluster of emitters seen from afar: its emission as weights at a few nodes, with a bound on the remainder.
 //!
 //! Wholly seen, emitters give `B(x) = -(rho/pi) int F(y) . dmu(y)`, `F = (n1.r) r/r^4`, `dmu = B n2 dA` (HS95 Eq. 1). In the box
 //! of the cluster F is replaced by its polynomial interpolant in Chebyshev's points, `p + 1` along each axis: the integral
@@ -14,7 +14,7 @@
 //!   order p + 1 over (p + 1)!. The three axes add up, the second and third times the Lebesgue constants `1 + (2/pi) ln(p + 1)`
 //!   of those before (Rivlin, "The Chebyshev polynomials", 1974, chapter 1; the tests sample them).
 //! - A Gauss rule with n nodes each way integrates polynomials of degree 2n - 2 over a triangle exactly, with positive weights,
-//!   so it errs by at most twice what Taylor's polynomial leaves within the triangle's reach from its middle: the sum of all
+//!   so it errs by at most twice the remainder of Taylor's polynomial within the triangle's reach from its middle: the sum of all
 //!   terms of higher order. A linear emission takes one degree of it.
 //! - Weights and sums are off by a rounding for each operation, times the product of the Lebesgue constants, which bounds the sum
 //!   of `|L_m|`, and areas by some of the product of two sides, as do emissions; places by a few roundings of the coordinates,
@@ -22,6 +22,7 @@
 
 use std::f64::consts::{FRAC_1_PI, PI};
 use std::ops::Range;
+use std::sync::OnceLock;
 
 use fearless_simd::{Level, Simd};
 use glam::DVec3;
@@ -51,7 +52,7 @@ fn order(k: usize) -> [f64; 2] {
     [gegenbauer(k) + gegenbauer(k - 1), gegenbauer(k - 1) + gegenbauer(k - 2)]
 }
 
-/// What interpolation of a degree over a half-width leaves at a distance, for `h = D`, relative to `1/D^2`.
+/// Remainder of interpolation of a degree over a half-width at a distance, for `h = D`, relative to `1/D^2`.
 fn left_by(degree: usize, half: f64, distance: f64) -> f64 {
     let ratio = half / distance;
     let [steep, flat] = order(degree + 1);
@@ -95,21 +96,22 @@ fn lebesgue(degree: usize) -> f64 {
     1.0 + 2.0 / PI * libm::log((degree + 1) as f64) + 1e-9
 }
 
-/// Nodes and weights of all clusters, one after the other, each filled up to whole vectors with weights of 0.
+/// Nodes and weights of a cluster, filled up to whole vectors with weights of 0.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Nodes {
     pub(super) place: [Vec<f64>; 3],
     pub(super) weight: [Vec<f64>; 3],
 }
 
-/// The far field of a cluster.
+/// The far field of a cluster. What it leaves out is known before its weights are, and these are found when they are needed.
 #[derive(Debug, Clone)]
 pub(super) struct FarField {
-    pub(super) nodes: Range<usize>,
-    /// How many there are, without those that fill up.
-    pub(super) count: usize,
+    nodes: OnceLock<Nodes>,
+    degree: [usize; 3],
+    /// Nodes of the rule each way.
+    rule: usize,
     axes: [Axis; 3],
-    /// What the rule leaves: reach of the triangles, and the order of the first term that it does not integrate.
+    /// For the rule's remainder: reach of the triangles, and the order of the first term that it does not integrate.
     reach: f64,
     first: usize,
     /// Relative rounding error, and that of a displacement times the distance.
@@ -117,7 +119,7 @@ pub(super) struct FarField {
     displaced: f64,
 }
 
-/// What interpolation along an axis leaves: `(steep h/D + flat) / D^order`, relative to `1/D^2`.
+/// Remainder of interpolation along an axis: `(steep h/D + flat) / D^order`, relative to `1/D^2`.
 #[derive(Debug, Clone, Copy)]
 struct Axis {
     steep: f64,
@@ -133,23 +135,13 @@ impl FarField {
     }
 
     /// The far field of a cluster, lamps in a range, each covered once by a fan from its vertex 0.
-    pub(super) fn new(
-        cluster: &Cluster,
-        degree: [usize; 3],
-        (lamps, range): (&Lamps, Range<usize>),
-        level: Level,
-        nodes: &mut Nodes,
-    ) -> Self {
+    pub(super) fn new(cluster: &Cluster, degree: [usize; 3], lamps: &Lamps, range: Range<usize>) -> Self {
         let emitters = range.len();
-        let points = degree.map(Points::new);
         let usual = USUAL * cluster.radius;
-        let (reach, sides) = lamps.extent(range.clone());
+        let (reach, sides) = lamps.extent(range);
         // The rule's degree, less that of the emission.
         let first = |n: usize| 2 * n - lamps.order();
         let rule = (2..=6).find(|n| left_by_rule(reach / usual, first(*n)) <= ENOUGH).unwrap_or(6);
-        let gauss = gauss_rule(rule);
-        let interpolation = Interpolation { cluster, points: &points, gauss: &gauss };
-        let weights = on_instruction_set!(level, simd => interpolation.weights(simd, lamps, range));
         let growth = degree.map(lebesgue);
         let axis = |k: usize| {
             let [steep, flat] = order(degree[k] + 1);
@@ -157,16 +149,31 @@ impl FarField {
             let factor = growth[..k].iter().product::<f64>() * power * UP;
             Axis { steep: steep * factor, flat: flat * factor, order: i32::try_from(degree[k] + 1).unwrap_or(i32::MAX) }
         };
-        let (all, count) = (growth.iter().product::<f64>(), degree.iter().map(|degree| degree + 1).product::<usize>());
+        let (all, count) = (growth.iter().product::<f64>(), count(degree));
         Self {
-            nodes: interpolation.push(&weights, nodes),
-            count,
+            nodes: OnceLock::new(),
+            degree,
+            rule,
             axes: [axis(0), axis(1), axis(2)],
             reach,
             first: first(rule),
             rounding: ((emitters + count + 520) as f64 + 16.0 * PI * sides / cluster.power) * ROUNDOFF * all,
             displaced: 256.0 * ROUNDOFF * (cluster.centre.length() + cluster.radius) * all,
         }
+    }
+
+    /// How many nodes there are, without those that fill up.
+    pub(super) fn count(&self) -> usize {
+        count(self.degree)
+    }
+
+    /// Nodes and weights, of the cluster and the lamps that it was made of.
+    pub(super) fn nodes(&self, cluster: &Cluster, lamps: &Lamps, range: Range<usize>, level: Level) -> &Nodes {
+        self.nodes.get_or_init(|| {
+            let (points, gauss) = (self.degree.map(Points::new), gauss_rule(self.rule));
+            let interpolation = Interpolation { cluster, points: &points, gauss: &gauss };
+            interpolation.nodes(&on_instruction_set!(level, simd => interpolation.weights(simd, lamps, range)))
+        })
     }
 
     /// Bound on the error at a receiver that sees all of the cluster, without the factor rho.
@@ -183,7 +190,12 @@ impl FarField {
     }
 }
 
-/// What a rule leaves that is exact below an order, on triangles of a reach over the distance, relative to `1/D^2`.
+/// Nodes of an interpolation.
+fn count(degree: [usize; 3]) -> usize {
+    degree.iter().map(|degree| degree + 1).product()
+}
+
+/// Remainder of a rule that is exact below an order, on triangles of a reach over the distance, relative to `1/D^2`.
 ///
 /// From order 3 on a term is at most 5q/2 times the one before: all are at most the first over `1 - 5q/2`.
 #[inline]
@@ -217,7 +229,7 @@ fn gauss_rule(count: usize) -> Vec<(f64, f64)> {
     (0..count).map(node).collect()
 }
 
-/// What weights are found with.
+/// The cluster, the nodes and the rule from which weights are found.
 struct Interpolation<'a> {
     cluster: &'a Cluster,
     points: &'a [Points; 3],
@@ -297,10 +309,10 @@ impl Interpolation<'_> {
         }
     }
 
-    /// Appends the nodes.
-    fn push(&self, weights: &[[f64; 3]], nodes: &mut Nodes) -> Range<usize> {
+    /// The nodes with their weights.
+    fn nodes(&self, weights: &[[f64; 3]]) -> Nodes {
         let Cluster { centre, axes, half, .. } = self.cluster;
-        let start = nodes.place[0].len();
+        let mut nodes = Nodes::default();
         let [first, second, third] = self.points;
         let mut push = |place: DVec3, weight: [f64; 3]| {
             nodes.place.iter_mut().zip(place.to_array()).for_each(|(array, along)| array.push(along));
@@ -313,7 +325,7 @@ impl Interpolation<'_> {
         }
         let filled = weights.len().next_multiple_of(MOST_LANES);
         (weights.len()..filled).for_each(|_| push(*centre, [0.0; 3]));
-        start..start + filled
+        nodes
     }
 }
 
@@ -394,8 +406,8 @@ mod tests {
             let (mut kinds, _) = sorted(&lamps, &index, 1.0);
             let group = kinds.remove(0);
             for degree in [FarField::degree(&cluster), [3, 2, 1]] {
-                let mut nodes = Nodes::default();
-                let field = FarField::new(&cluster, degree, (&group, 0..lamps.len()), Level::new(), &mut nodes);
+                let field = FarField::new(&cluster, degree, &group, 0..lamps.len());
+                let nodes = field.nodes(&cluster, &group, 0..lamps.len(), Level::new());
                 for i in 0..300 {
                     let direction = DVec3::from([(); 3].map(|()| random.random_range(-1.0..1.0))) - DVec3::Z;
                     let x = cluster.centre + direction.normalize() * cluster.radius * libm::exp(0.02 * f64::from(i));
@@ -410,7 +422,7 @@ mod tests {
                     let (sum, size) =
                         exact.iter().fold((0.0, 0.0), |(sum, size), a| (sum + a.radiosity, size + a.radiosity.abs()));
                     assert!(size <= sight.most, "{size:e} above the most there can be, {:e}", sight.most);
-                    let error = (far_value(Level::new(), &nodes, field.nodes.clone(), &receiver) - sum).abs();
+                    let error = (far_value(Level::new(), nodes, &receiver) - sum).abs();
                     assert!(
                         error <= bound + 1e-11 * size,
                         "bent {bent}, linear {linear}, degree {degree:?}, {i}: {error:e} > {bound:e}"

@@ -62,7 +62,7 @@ impl Lamps {
         &self.outlines().index
     }
 
-    /// What is seen of the emitters in a range at most a tile long.
+    /// The answers for a range of emitters, at most a tile long.
     pub(super) fn answer(
         &self,
         level: Level,

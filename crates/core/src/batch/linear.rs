@@ -3,7 +3,8 @@
 //! With the emission `beta + gB.(y - x)` over the plane, `nu = n1.n2` and `gamma = gB.n1`, all that value and gradient take are
 //! four scalar sums and a vector's:
 //! - `P = sum g n1.N`, `G = sum g gB.N`, the angles' moments;
-//! - `X1 = int dA/r^2`, by segments of the boundary in `linear::segment`;
+//! - `X1 = int dA/r^2`, by segments of the boundary as in [`crate::forms::segment`], whose lengths along, beside and from x all come
+//!   times |e|, so that no root is taken of it;
 //! - `C = n1 . contour`, of which an edge adds `(n1.m) [kappa g (gB.m) + L (gB.e)]/e^2`, `m = e x n2`, `L = ln |p'|/|p|`;
 //! - the edges' part of the gradient, `w/m^2 {[cc T + cs V] b + [cs T + ss V] S g2}` in the symbols of [`crate::batch::edge`],
 //!   `T` and `V` n1 along the two axes times |e|, b the emission at the line's point nearest to the receiver,
@@ -18,18 +19,17 @@
 
 mod bound;
 pub(super) mod many;
-mod segment;
 
 use fearless_simd::{Level, Simd};
 
 use crate::batch::answers::Slots;
 use crate::batch::emitting::{Emitting, Outlined, lanes, padded};
 use crate::batch::linear::bound::Scales;
-use crate::batch::linear::segment::Segment;
 use crate::batch::receivers::Receivers;
 use crate::batch::span::{EdgeTerms, Span};
 use crate::batch::tile::{Goal, Settled};
 use crate::batch::visible::{BoundarySums, BoundedTotal, Outline, SeenExtent};
+use crate::forms::segment::{X1End, x1_between};
 use crate::lanes::angle::angle;
 use crate::lanes::instruction_set::on_instruction_set;
 use crate::lanes::lane::{Lanes, Mask, constant, same};
@@ -56,10 +56,10 @@ pub(super) struct LinearLamp {
 pub(super) struct Glow {
     at_vertices: Vec<f64>,
     gradient: [f64; 3],
-    /// The largest of them, and what bounds the gradient's length and, times 4u, its error.
+    /// The largest of them; a bound on the gradient's length which, times 4u, bounds its error.
     largest: f64,
     steepness: f64,
-    /// The largest with what the slope adds over the emitter: the emission anywhere on it is known to 20u of that.
+    /// The largest emission plus the slope's change over the emitter: the emission anywhere on it is known to 20u of that.
     scale: f64,
     /// One over pi and the power that normalised the emission.
     brightness: f64,
@@ -163,7 +163,7 @@ impl<'a, S: Simd> Emitting<S, f64> for &'a Glow {
     }
 }
 
-/// The sums, and what of the receiver and the emission they need.
+/// The sums, with the receiver and the emission as they enter.
 pub(super) struct LinearSums<S: Simd, G> {
     glow: G,
     n2: Vector<S>,
@@ -213,6 +213,25 @@ impl<S: Simd, G: Glowing<S>> LinearSums<S, G> {
             slant: zero,
         }
     }
+
+    /// `ln(r/h)` of two points.
+    #[inline(always)]
+    fn logarithms(&self, simd: S, [from, to]: [Wide<S>; 2]) -> [Wide<S>; 2] {
+        let (half, square) = (constant(simd, 0.5), self.height * self.height);
+        [(from / square).ln() * half, (to / square).ln() * half]
+    }
+}
+
+/// A segment's part of X1 between two places along it, from the distance of its line from x, that of x's foot beside it, and
+/// `ln(r/h)` there.
+#[inline(always)]
+fn x1<S: Simd>(simd: S, [from, to]: [Wide<S>; 2], [distance, beside]: [Wide<S>; 2], [here, there]: [Wide<S>; 2]) -> Wide<S> {
+    // A foot at the end of a segment has no direction: any will do.
+    let d = beside.abs().max(constant(simd, f64::MIN_POSITIVE));
+    let distances = [d, distance, distance + d];
+    let start = X1End::at(from.abs(), distances, here).on_side_of(from);
+    let end = X1End::at(to.abs(), distances, there).on_side_of(to);
+    x1_between([start, end], beside).0
 }
 
 impl<S: Simd, G: Glowing<S>> BoundarySums<S, f64> for LinearSums<S, G> {
@@ -229,22 +248,20 @@ impl<S: Simd, G: Glowing<S>> BoundarySums<S, f64> for LinearSums<S, G> {
     ) {
         let Span { edge, r, start, end, part, w, square, moment, .. } = span;
         let EdgeTerms { inline, ends, product, lit, reach, level, toward } = *terms;
-        let half = constant(simd, 0.5);
         let inverse_square = product * ends;
         let inverse = *moment * inverse_square;
         let turn = g * inverse;
         let beside = self.n2.dot(*w);
-        let (from, to) = (start.r.dot(edge.e), end.r.dot(edge.e));
-        let segment = Segment { moment: *moment, beside, height: self.height, inverse: edge.inverse };
+        let places = [start.r.dot(edge.e), end.r.dot(edge.e)];
+        let logarithms = self.logarithms(simd, [start.square, end.square]);
         let outward = edge.e.cross(self.n2);
         let [here, next] = self.glow.ends(simd, edge.index);
         let rise = next - here;
-        let log_ratio = (end.square / start.square).ln() * half;
-        let flux = beside * turn * self.gradient.dot(outward) + log_ratio * rise;
+        let flux = beside * turn * self.gradient.dot(outward) + (logarithms[1] - logarithms[0]) * rise;
         self.lit = self.lit + part.visible(simd, turn * lit);
         self.aimed = self.aimed + part.visible(simd, turn * self.gradient.dot(*w));
         self.contour = self.contour + part.visible(simd, n1.dot(outward) * edge.inverse * flux);
-        self.x1 = self.x1 + part.visible(simd, segment.x1(simd, [from, to]));
+        self.x1 = self.x1 + part.visible(simd, x1(simd, places, [*moment, beside], logarithms));
         if GRADIENT {
             let sine = part.of(*moment) * (product * *square);
             let nearest = *square * edge.inverse;
@@ -267,15 +284,15 @@ impl<S: Simd, G: Glowing<S>> BoundarySums<S, f64> for LinearSums<S, G> {
         let (zero, one) = (constant(simd, 0.0), constant(simd, 1.0));
         let g = left.select(angle(simd, -n1.dot(exit.cross(entry)), exit.dot(entry)), zero);
         let t = n1.cross(self.n2);
-        let ratio = left.select(entry.norm_squared() / exit.norm_squared(), one);
-        let log_ratio = ratio.ln() * constant(simd, 0.5);
+        let square = self.height * self.height;
+        let logarithms =
+            self.logarithms(simd, [left.select(exit.norm_squared(), square), left.select(entry.norm_squared(), square)]);
         self.lit = self.lit - g;
         self.aimed = self.aimed - g * self.slope;
-        self.contour = self.contour - (self.tilt * self.slope * g + log_ratio * self.gradient.dot(t));
-        let inverse = one / left.select(t.norm_squared(), one);
-        let segment = Segment { moment: self.height, beside: -(self.height * self.tilt), height: self.height, inverse };
-        self.x1 = self.x1 + left.select(segment.x1(simd, [exit.dot(t), entry.dot(t)]), zero);
-        self.slant = left.select(inverse, zero);
+        self.contour = self.contour - (self.tilt * self.slope * g + (logarithms[1] - logarithms[0]) * self.gradient.dot(t));
+        let distances = [self.height, -(self.height * self.tilt)];
+        self.x1 = self.x1 + left.select(x1(simd, [exit.dot(t), entry.dot(t)], distances, logarithms), zero);
+        self.slant = left.select(one / left.select(t.norm_squared(), one), zero);
     }
 
     #[inline(always)]

@@ -31,7 +31,7 @@ pub(super) struct Group<F> {
     inverse: Vec<Vec<F>>,
     normal: [Vec<F>; 3],
     height_share: Vec<F>,
-    /// `B/pi` of constant emitters; what others' emission is in units of, over pi.
+    /// `B/pi` of constant emitters; of others, the unit of the emission over pi.
     brightness: Vec<F>,
 }
 
@@ -102,8 +102,7 @@ impl<F: Lane> Group<F> {
     }
 
     /// Of the triangles of the fans over a range: the largest distance of a vertex from its triangle's middle, and the sum of
-    /// `|B|/pi`, the brightness times an emission, times the product of two sides, which is what rounding of areas is relative
-    /// to.
+    /// `|B|/pi`, the brightness times an emission, times the product of two sides. Rounding of areas is relative to that product.
     pub(super) fn extent(&self, range: Range<usize>, emission: impl Fn(usize) -> f64) -> (f64, f64) {
         let vertex = |k: usize, i: usize| DVec3::from(self.vertices[k].each_ref().map(|array| array[i].to_double()));
         let (mut reach, mut sides) = (0.0f64, 0.0);
@@ -118,7 +117,7 @@ impl<F: Lane> Group<F> {
         (reach * (1.0 + 1e-12), sides)
     }
 
-    /// What is seen of the emitters in a range at most a tile long.
+    /// The answers for a range of emitters, at most a tile long.
     pub(super) fn answer(
         &self,
         level: Level,
@@ -198,7 +197,7 @@ impl<F: Lane> Work<F> {
         }
     }
 
-    /// What answers a range of entries at most a tile long writes, in whole vectors.
+    /// Runs `answer`, which writes a range of entries at most a tile long in whole vectors.
     pub(super) fn answered(
         &mut self,
         range: Range<usize>,
@@ -209,7 +208,8 @@ impl<F: Lane> Work<F> {
         answer(range.start, &mut self.slots(count.next_multiple_of(F::WIDEST), goal.asked)).first(count)
     }
 
-    fn slots(&mut self, count: usize, asked: Asked) -> Slots<'_, F> {
+    /// The first slots.
+    pub(super) fn slots(&mut self, count: usize, asked: Asked) -> Slots<'_, F> {
         let [gradient, errors, gradient_errors] =
             [asked.gradient, asked.errors, asked.gradient && asked.errors].map(|wanted| if wanted { count } else { 0 });
         Slots {
@@ -217,6 +217,7 @@ impl<F: Lane> Work<F> {
             gradient: self.gradient.each_mut().map(|array| &mut array[..gradient]),
             radiosity_error: &mut self.radiosity_error[..errors],
             gradient_error: &mut self.gradient_error[..gradient_errors],
+            method: &mut [],
         }
     }
 }

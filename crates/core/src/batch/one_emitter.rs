@@ -2,9 +2,10 @@
 
 use fearless_simd::Level;
 
-use crate::batch::answers::{Answers, Counts, Slots};
+use crate::batch::answers::{Counts, Slots};
 use crate::batch::emitting::{Outlined, Uniformly, brightness, lanes, padded};
 use crate::batch::linear::LinearLamp;
+use crate::batch::many_emitters::Work;
 use crate::batch::receivers::Receivers;
 use crate::batch::tile::{Entries, Goal, Settled, TILE, each, put};
 use crate::error::Error;
@@ -30,7 +31,7 @@ impl<F: Lane> Lamp<F> {
 /// An emitter on lanes of double precision.
 #[derive(Debug, Clone)]
 enum Double {
-    /// For what single precision does not settle.
+    /// For entries that single precision does not settle.
     Constant(Lamp<f64>),
     /// In either precision.
     Linear(LinearLamp),
@@ -55,7 +56,7 @@ pub(super) struct OneEmitter<'a, F> {
     receivers: Receivers<'a, F>,
     emitter: &'a Emitter,
     lamp: Option<Lamp<F>>,
-    /// For what the lanes of that do not settle.
+    /// For entries that its lanes do not settle.
     double: Option<Double>,
     goal: Goal,
     level: Level,
@@ -72,6 +73,8 @@ impl<'a, F: Lane> OneEmitter<'a, F> {
         let receivers = self.receivers.part(start..start + length);
         let on_lanes = |lamp| on_lanes(self.level, &receivers, lamp, self.goal, &mut slots);
         let settled = self.lamp.as_ref().map_or_else(Settled::default, on_lanes);
+        slots.on_lanes();
+        slots.see_nothing(each(settled.zero));
         let mut counts = settled.counts();
         let mut open = settled.open(length);
         if let Some(lamp) = &self.double
@@ -106,11 +109,8 @@ impl<'a, F: Lane> OneEmitter<'a, F> {
         }
         let [x, y, z, nx, ny, nz, reflectance] = values.each_ref().map(|values| &values[..count]);
         let receivers = Receivers { position: [x, y, z], normal: [nx, ny, nz], reflectance };
-        let mut answers = Answers::new();
-        let settled = {
-            let mut slots = answers.sized(count, self.goal.asked);
-            lamp.on_lanes(self.level, &receivers, self.goal.doubled(), &mut slots)
-        };
+        let mut work = Work::new();
+        let settled = lamp.on_lanes(self.level, &receivers, self.goal.doubled(), &mut work.slots(count, self.goal.asked));
         *counts += Counts { doubled: if F::IS_SINGLE { count } else { 0 }, ..settled.counts() };
         let mut left = 0;
         let still_open = settled.open(count);
@@ -118,7 +118,10 @@ impl<'a, F: Lane> OneEmitter<'a, F> {
             if still_open >> place & 1 == 1 {
                 left |= 1 << entry;
             } else {
-                put(slots, entry, &answers.answer(place))?;
+                put(slots, entry, &work.answer(place, self.goal.asked))?;
+            }
+            if settled.zero >> place & 1 == 1 {
+                slots.see_nothing([entry].into_iter());
             }
         }
         Ok(left)

@@ -38,7 +38,7 @@ impl<'a, F: Lane> Receivers<'a, F> {
             return Err(Error::Lengths { expected: count, given });
         }
         let receivers = Self { position, normal, reflectance };
-        // All at once first: without a branch for each it costs a tenth of what follows.
+        // All at once first: without a branch for each it costs a tenth of the loop that follows.
         let finite =
             position.iter().chain(&normal).fold(true, |finite, slice| finite & all(slice, |v| v.to_double().is_finite()));
         let [x, y, z] = normal;

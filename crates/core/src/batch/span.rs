@@ -1,4 +1,4 @@
-//! An edge and its visible piece, with what its terms are made of; the symbols are those of [`super::edge`].
+//! An edge and its visible piece, with the quantities in its terms; the symbols are those of [`super::edge`].
 
 use fearless_simd::Simd;
 
@@ -45,7 +45,7 @@ pub(super) struct LaneEdge<S: Simd, F: Lane> {
     pub(super) inverse: Lanes<S, F>,
 }
 
-/// An edge, its visible piece from `start` to `end`, and what costs a square root.
+/// An edge, its visible piece from `start` to `end`, and the quantities that cost a square root.
 pub(super) struct Span<S: Simd, F: Lane> {
     pub(super) edge: LaneEdge<S, F>,
     /// Offset of where the edge starts, and its height over the horizon.
@@ -118,7 +118,7 @@ impl<S: Simd, F: Lane> EdgePart<S, F> {
     }
 }
 
-/// What the terms of an edge's visible piece need besides its angle.
+/// The quantities that the terms of an edge's visible piece need besides its angle.
 pub(super) struct EdgeTerms<S: Simd, F: Lane> {
     /// `p.p'` and `p^2 p'^2`.
     pub(super) inline: Lanes<S, F>,

@@ -1,4 +1,4 @@
-//! A stretch of a batch: what lanes find is settled, what they do not settle is done again.
+//! A stretch of a batch: lanes settle most entries, and the scalar path answers the rest.
 
 use std::ops::AddAssign;
 
@@ -19,7 +19,7 @@ use crate::scalar::number::ROUNDOFF;
 /// Entries of a tile.
 pub(super) const TILE: usize = Entries::BITS as usize;
 
-/// What is asked of a batch, and to what relative tolerances.
+/// The quantities asked of a batch, and their relative tolerances.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Goal {
     pub(super) asked: Asked,
@@ -44,16 +44,16 @@ const SINGLE: Tolerance = Tolerance { value: 3e-5, absolute: 0.0, gradient: 1e-4
 impl Goal {
     /// Without bounds.
     pub(super) const fn plain<F: Lane>(gradient: bool) -> Self {
-        Self { asked: Asked { gradient, errors: false }, tolerance: if F::IS_SINGLE { SINGLE } else { DOUBLE } }
+        Self { asked: Asked { gradient, errors: false, methods: false }, tolerance: if F::IS_SINGLE { SINGLE } else { DOUBLE } }
     }
 
     /// Of the value alone, with its bound, to an absolute tolerance.
     pub(super) const fn absolute(tolerance: f64) -> Self {
         let tolerance = Tolerance { value: 0.0, absolute: tolerance, gradient: 0.0 };
-        Self { asked: Asked { gradient: false, errors: true }, tolerance }
+        Self { asked: Asked { gradient: false, errors: true, methods: false }, tolerance }
     }
 
-    /// The same in double precision, for what single precision did not settle.
+    /// The same in double precision, for entries that single precision did not settle.
     pub(super) fn doubled(self) -> Self {
         if self.asked.errors { self } else { Self::plain::<f64>(self.asked.gradient) }
     }
@@ -62,7 +62,7 @@ impl Goal {
     pub(super) fn within(tolerance: f64, gradient: bool) -> Result<Self, Error> {
         if (0.0..=1.0).contains(&tolerance) {
             Ok(Self {
-                asked: Asked { gradient, errors: true },
+                asked: Asked { gradient, errors: true, methods: true },
                 tolerance: Tolerance { value: tolerance, absolute: 0.0, gradient: tolerance },
             })
         } else {
@@ -70,7 +70,7 @@ impl Goal {
         }
     }
 
-    /// What lanes did not settle, on the scalar path.
+    /// An entry that lanes did not settle, on the scalar path.
     #[cold]
     pub(super) fn single(&self, receiver: &Receiver, emitter: &Emitter) -> Result<Answer, Error> {
         if self.asked.errors && !self.asked.gradient {
@@ -93,7 +93,7 @@ impl Goal {
 /// Entries of a tile, as bits.
 pub(super) type Entries = u128;
 
-/// What lanes made of a tile.
+/// The entries of a tile that lanes settled.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Settled {
     /// Entries that see nothing.
@@ -109,7 +109,7 @@ impl Settled {
         !(self.zero | self.good) & (Entries::MAX >> (TILE - length))
     }
 
-    /// What holds of the first entries.
+    /// The same of the first `count` entries only.
     pub(super) fn first(self, count: usize) -> Self {
         let first = Entries::MAX >> (TILE - count);
         Self { zero: self.zero & first, good: self.good & first, clipped: self.clipped }
@@ -136,7 +136,8 @@ pub(super) fn windows(length: usize, lanes: usize) -> impl Iterator<Item = usize
     (0..length).step_by(lanes).map(move |first| first.min(length - lanes))
 }
 
-/// Answers all entries, tile by tile, on all threads where `threads` is set; counts what answered. The first error stops it.
+/// Answers all entries, tile by tile, on all threads where `threads` is set; counts the ways they were answered. The first error
+/// stops it.
 pub(super) fn run<F: Lane, C: Default + AddAssign + Send>(
     threads: bool,
     start: usize,
@@ -156,7 +157,7 @@ pub(super) fn run<F: Lane, C: Default + AddAssign + Send>(
     Ok(counts)
 }
 
-/// Factors of what is found, each lane's own.
+/// Factors of the sums that were found, each lane's own.
 pub(super) struct Scale<S: Simd, F: Lane> {
     /// `rho B/pi`.
     value: Lanes<S, F>,
@@ -175,7 +176,7 @@ impl<S: Simd, F: Lane> Scale<S, F> {
     }
 }
 
-/// Writes what was found to the entries from `first` on, and notes what is settled.
+/// Writes the sums that were found to the entries from `first` on, and notes which entries are settled.
 #[inline(always)]
 pub(super) fn settle<S: Simd, F: Lane, const GRADIENT: bool>(
     simd: S,
@@ -235,12 +236,15 @@ pub(super) fn put<F: Lane>(slots: &mut Slots<'_, F>, entry: usize, answer: &Answ
         let rounded = F::nearest(value);
         if rounded.to_double().is_finite() { Ok(rounded) } else { Err(Error::Overflow { quantity }) }
     };
-    // A bound is rounded up, and holds what rounding the value adds.
+    // A bound is rounded up, and includes the rounding of the value.
     let bound = |error: f64, size: f64| {
         let rounding = if F::ROUNDOFF > ROUNDOFF { F::ROUNDOFF * size + F::TINY } else { 0.0 };
         F::nearest((error + rounding) * (1.0 + 4.0 * F::ROUNDOFF))
     };
     slots.radiosity[entry] = rounded(answer.radiosity, "radiosity")?;
+    if let Some(slot) = slots.method.get_mut(entry) {
+        *slot = answer.method;
+    }
     let exact = answer.radiosity_error == 0.0 && answer.radiosity == 0.0;
     if let Some(slot) = slots.radiosity_error.get_mut(entry) {
         *slot = if exact { F::default() } else { bound(answer.radiosity_error, answer.radiosity.abs()) };

@@ -1,9 +1,8 @@
 //! The radiosity of receivers due to all emitters of a tree together, within an absolute error.
 //!
-//! From the root down each node is left out (below the horizon, facing away, or weaker than what is allowed), answered by its far
-//! field where the bound of that is allowed, or opened; the emitters of a leaf are answered on lanes. What a single node may err
-//! by starts at a share of the tolerance and is cut until the sum of all bounds is within it: a walk costs little beside the
-//! answers.
+//! From the root down each node is left out (below the horizon, facing away, or weaker than allowed), answered by its far field
+//! where the bound on its error is allowed, or opened; the emitters of a leaf are answered on lanes. The error allowed to a single
+//! node answers.
 
 use std::ops::Range;
 
@@ -23,14 +22,14 @@ use crate::lanes::lane::{Lanes, MOST_LANES, constant, load, same};
 use crate::problem::receiver::Receiver;
 use crate::scalar::number::ROUNDOFF;
 
-/// What became of the emitters, summed over receivers.
+/// How the emitters were answered, summed over receivers.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Tally {
     /// Emitters left out because all of their node is below the receiver's horizon.
     pub below: u64,
     /// Emitters left out because all of their node face away.
     pub behind: u64,
-    /// Emitters left out because their node gives less than what is allowed; the bound counts them.
+    /// Emitters left out because their node gives less than is allowed; the bound counts them.
     pub weak: u64,
     /// Emitters answered by the far field of their node.
     pub together: u64,
@@ -63,7 +62,7 @@ const SHARE: f64 = 1.0 / 32.0;
 /// Relative tolerance for emitters that lanes leave to the scalar path.
 const SINGLE_TOLERANCE: f64 = 1e-10;
 
-/// A node that is left out or answered by its far field, and what that may err by.
+/// A node that is left out or answered by its far field, with the bound on the error.
 #[derive(Debug, Clone, Copy)]
 struct Decided {
     place: usize,
@@ -71,7 +70,7 @@ struct Decided {
     bound: f64,
 }
 
-/// Room for what one receiver needs, used again for the next. A node is named by its grove and its place there.
+/// Buffers for one receiver, used again for the next. A node is named by its grove and its place there.
 struct Room {
     work: Work<f64>,
     open: Vec<(usize, usize)>,
@@ -79,8 +78,8 @@ struct Room {
     far: Vec<Decided>,
     /// Grove, first emitter and number of those answered one by one.
     near: Vec<(usize, usize, usize)>,
-    /// Far fields and the receivers of the tile that they answer.
-    pairs: Vec<(usize, usize)>,
+    /// Nodes answered by their far fields, and the receivers of the tile that they answer.
+    pairs: Vec<((usize, usize), usize)>,
 }
 
 impl Room {
@@ -100,7 +99,7 @@ impl Room {
         self.weak.iter().chain(&self.far).map(|decided| decided.bound).sum()
     }
 
-    /// Opens again what is decided with a bound above a share.
+    /// Opens the decided nodes again whose bound is above a share.
     fn open_above(&mut self, share: f64) {
         let open = &mut self.open;
         for list in [&mut self.weak, &mut self.far] {
@@ -109,16 +108,16 @@ impl Room {
         }
     }
 
-    /// Counts what is decided for a receiver, notes its far fields, and joins what is next to each other.
+    /// Counts a receiver's decided nodes, notes its far fields, and joins neighbouring ones.
     fn count(&mut self, tree: &EmitterTree<'_>, entry: usize, tally: &mut Tally) {
         let node = |decided: &Decided| &tree.groups[decided.place].nodes[decided.index];
         tally.weak += self.weak.iter().map(|decided| node(decided).count as u64).sum::<u64>();
         for decided in &self.far {
-            let Some(far) = node(decided).far else { continue };
+            let Some(far) = node(decided).far_field(&tree.groups[decided.place].lamps) else { continue };
             tally.together += node(decided).count as u64;
             tally.far_fields += 1;
-            tally.far_nodes += tree.far_fields[far].count as u64;
-            self.pairs.push((far, entry));
+            tally.far_nodes += far.count() as u64;
+            self.pairs.push(((decided.place, decided.index), entry));
         }
         tally.alone += self.near.iter().map(|(_, _, count)| *count as u64).sum::<u64>();
         self.near.sort_unstable();
@@ -177,7 +176,8 @@ impl TreeWalk<'_> {
         Ok(tally)
     }
 
-    /// What is left out, and the sum of what is answered one by one; notes the far fields. Without rho.
+    /// The bound on the neglected light, and the sum over the emitters that are answered one by one; notes the far fields. Without
+    /// rho.
     fn decide(&self, receiver: &Receiver, entry: usize, room: &mut Room, tally: &mut Tally) -> Result<Sum, Error> {
         let rho = receiver.reflectance();
         if rho == 0.0 {
@@ -204,7 +204,8 @@ impl TreeWalk<'_> {
     fn walk(&self, receiver: &Receiver, share: f64, room: &mut Room, tally: &mut Tally) {
         let (x, n1) = (receiver.position() * self.tree.power, receiver.normal());
         while let Some((place, index)) = room.open.pop() {
-            let node = &self.tree.groups[place].nodes[index];
+            let grove = &self.tree.groups[place];
+            let node = &grove.nodes[index];
             let sight = node.cluster.sight(x, n1);
             tally.looked_at += 1;
             if sight.below {
@@ -213,13 +214,14 @@ impl TreeWalk<'_> {
                 tally.behind += node.count as u64;
             } else if sight.most <= share {
                 room.weak.push(Decided { place, index, bound: sight.most });
-            } else if let Some(far) = node.far.filter(|_| sight.whole)
-                && let bound = self.tree.far_fields[far].error(&node.cluster, &sight)
+            } else if sight.whole
+                && let Some(far) = node.far_field(&grove.lamps)
+                && let bound = far.error(&node.cluster, &sight)
                 && bound <= share
             {
                 room.far.push(Decided { place, index, bound });
             } else if let Some(second) = node.second {
-                room.open.push((place, second));
+                room.open.push((place, index + second));
                 room.open.push((place, index + 1));
             } else {
                 room.near.push((place, node.first, node.count));
@@ -227,7 +229,7 @@ impl TreeWalk<'_> {
         }
     }
 
-    /// The sum of what is answered one by one.
+    /// The sum over the emitters that are answered one by one.
     fn near(&self, receiver: &Receiver, allowed: f64, room: &mut Room) -> Result<Sum, Error> {
         let one = Receiver::new(receiver.position(), receiver.direction(), 1.0)?;
         let mut sum = Sum::default();
@@ -267,16 +269,19 @@ impl TreeWalk<'_> {
     }
 
     /// The far fields' sums for each receiver.
-    fn far(&self, seen: &[(Receiver, Sum)], pairs: &mut [(usize, usize)]) -> Vec<FarSum> {
+    fn far(&self, seen: &[(Receiver, Sum)], pairs: &mut [((usize, usize), usize)]) -> Vec<FarSum> {
         pairs.sort_unstable();
         let mut sums = vec![FarSum { sums: [[0.0; MOST_LANES]; 2], blocks: 0 }; seen.len()];
-        for &mut (far, entry) in pairs {
+        for &mut ((place, index), entry) in pairs {
+            let Grove { lamps, nodes } = &self.tree.groups[place];
+            let node = &nodes[index];
+            let Some(far) = node.far_field(lamps) else { continue };
+            let far = far.nodes(&node.cluster, lamps, node.first..node.first + node.count, self.level);
             let receiver = &seen[entry].0;
             let (x, n1) = ((receiver.position() * self.tree.power).to_array(), receiver.normal().to_array());
-            let range = self.tree.far_fields[far].nodes.clone();
-            sums[entry].blocks += range.len() / MOST_LANES;
+            sums[entry].blocks += far.place[0].len() / MOST_LANES;
             let sums = &mut sums[entry].sums;
-            on_instruction_set!(self.level, simd => far_sum(simd, &self.tree.nodes, range, (x, n1), sums));
+            on_instruction_set!(self.level, simd => far_sum(simd, far, (x, n1), sums));
         }
         sums
     }
@@ -308,28 +313,22 @@ struct FarSum {
 
 /// The radiosity that a far field gives a receiver of reflectance 1.
 #[cfg(test)]
-pub(super) fn far_value(level: Level, nodes: &Nodes, range: Range<usize>, receiver: &Receiver) -> f64 {
+pub(super) fn far_value(level: Level, nodes: &Nodes, receiver: &Receiver) -> f64 {
     let mut sums = [[0.0; MOST_LANES]; 2];
     let seen = (receiver.position().to_array(), receiver.normal().to_array());
-    on_instruction_set!(level, simd => far_sum(simd, nodes, range, seen, &mut sums));
+    on_instruction_set!(level, simd => far_sum(simd, nodes, seen, &mut sums));
     -sums[0].iter().sum::<f64>()
 }
 
 /// Adds `(n1.r) (W.r)/r^4` of nodes, and its magnitude.
 #[inline(always)]
-fn far_sum<S: Simd>(
-    simd: S,
-    nodes: &Nodes,
-    range: Range<usize>,
-    (x, n1): ([f64; 3], [f64; 3]),
-    sums: &mut [[f64; MOST_LANES]; 2],
-) {
+fn far_sum<S: Simd>(simd: S, nodes: &Nodes, (x, n1): ([f64; 3], [f64; 3]), sums: &mut [[f64; MOST_LANES]; 2]) {
     let (x, n1) = (same::<S, f64>(simd, x), same(simd, n1));
     let one = constant(simd, 1.0);
     let [px, py, pz] = &nodes.place;
     let [wx, wy, wz] = &nodes.weight;
     let [values, sizes] = sums;
-    for block in range.step_by(MOST_LANES) {
+    for block in (0..px.len()).step_by(MOST_LANES) {
         for lane in (0..MOST_LANES).step_by(Lanes::<S, f64>::COUNT) {
             let i = block + lane;
             let r = load(simd, [&px[i..], &py[i..], &pz[i..]]) - x;

@@ -1,4 +1,4 @@
-//! What receivers see of an emitter, on lanes: nothing, all of it, or what is above their horizon.
+//! The part of an emitter that each receiver sees, on lanes: none of it, all of it, or the part above the receiver's horizon.
 //!
 //! The decisions of [`crate::boundary::plan`], taken where the precision of the lanes is sure of them: heights err by less than
 //! 8.5u of the distance R of the farthest vertex, and 16u R decide. Which side of the plane the receiver is on, and whether
@@ -23,17 +23,17 @@ pub(super) trait Outline<S: Simd, F: Lane> {
     fn edge(&self, simd: S, index: usize) -> LaneEdge<S, F>;
     /// Unit normal `n2`.
     fn normal(&self, simd: S) -> Vec3<Lanes<S, F>>;
-    /// What the receiver's height over the plane errs by at most, a share of the distance, squared; 0 where it is exact.
+    /// Bound on the error of the receiver's height over the plane, a share of the distance, squared; 0 where it is exact.
     fn height_share(&self, simd: S) -> Lanes<S, F>;
 }
 
-/// What is summed over the boundary of the part that is seen.
+/// The sums over the boundary of the visible part.
 pub(super) trait BoundarySums<S: Simd, F: Lane> {
-    /// What value and gradient are of their sums.
+    /// Value and gradient are their sums times this.
     const FACTOR: f64;
 
-    /// Adds the visible pieces of edges, one after the other; what takes long is done for all of them side by side, and what
-    /// needs no root while there are roots to wait for.
+    /// Adds the visible pieces of edges, one after the other; the slow operations are done for all of them side by side, and those
+    /// that need no root while others wait for one.
     #[inline(always)]
     fn add<const GRADIENT: bool, const N: usize>(&mut self, simd: S, n1: Vec3<Lanes<S, F>>, spans: &[Span<S, F>; N]) {
         let mut terms = [EdgeTerms::none(simd); N];
@@ -71,7 +71,7 @@ pub(super) type Placed<S, F> = (Vec3<Lanes<S, F>>, Vec3<Lanes<S, F>>);
 /// Value, gradient and their bounds.
 pub(super) type BoundedTotal<S, F> = (Lanes<S, F>, Vec3<Lanes<S, F>>, LaneBound<S, F>);
 
-/// What bounds depend on besides the sums.
+/// The inputs of the bounds besides the sums.
 pub(super) struct SeenExtent<S: Simd, F: Lane> {
     pub(super) edges: f64,
     pub(super) tight: bool,
@@ -95,7 +95,7 @@ pub(super) struct Found<S: Simd, F: Lane> {
     pub(super) bound: LaneBound<S, F>,
 }
 
-/// What each lane sees from x along the unit normal n1, with bounds that are tight where they are asked for.
+/// The visible part that each lane sees from x along the unit normal n1, with bounds that are tight where asked for.
 #[inline(always)]
 pub(super) fn find<S: Simd, F: Lane, O: Outline<S, F>, B: BoundarySums<S, F>, const GRADIENT: bool>(
     simd: S,
@@ -206,7 +206,7 @@ fn decide<S: Simd, F: Lane, O: Outline<S, F>, B: BoundarySums<S, F>, const GRADI
 ) -> Found<S, F> {
     let zero = constant(simd, 0.0);
     let in_range = farthest_square.at_most(constant(simd, F::FARTHEST * F::FARTHEST));
-    // Squares with their signs, against those of what is sure.
+    // Squares of the heights with their signs, against the squares of the least heights whose sign is sure.
     let signed = |height: Lanes<S, F>| height * height.abs();
     let sure = farthest_square * constant(simd, (16.0 * F::ROUNDOFF) * (16.0 * F::ROUNDOFF));
     let sure_side = farthest_square * outline.height_share(simd);
@@ -338,7 +338,7 @@ fn clipped<S: Simd, F: Lane, O: Outline<S, F>, B: BoundarySums<S, F>, const GRAD
     (crossing, !twice)
 }
 
-/// A height over the horizon, 0 where its square is not above what is sure.
+/// Height over the horizon; 0 where its sign is not sure.
 #[inline(always)]
 fn level<S: Simd, F: Lane>(simd: S, height: Lanes<S, F>, sure: Lanes<S, F>) -> Lanes<S, F> {
     sure.below(height * height).select(height, constant(simd, 0.0))

@@ -14,7 +14,7 @@ use crate::scalar::real::Real;
 use crate::scalar::series::sine::half_angle_minus_sine;
 use crate::scalar::vec3::Vec3;
 
-/// What an arc lies on.
+/// The plane through the receiver in which an arc lies.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Generator<T> {
     /// The receiver's horizon, with the normal `N = -n1`.

@@ -5,7 +5,7 @@ use crate::problem::emission::Emitter;
 use crate::problem::polygon::Polygon;
 use crate::problem::receiver::Receiver;
 
-/// What a rung of the ladder evaluates.
+/// A receiver, an emitter and its occluders, as a rung of the ladder evaluates them.
 #[derive(Clone, Copy)]
 pub(crate) struct Case<'a> {
     pub(crate) receiver: &'a Receiver,
@@ -20,8 +20,8 @@ impl Case<'_> {
         self.emitter.is_dark() || self.receiver.reflectance() == 0.0
     }
 
-    /// Whether no length and no component of a normal is far smaller than the largest, unless it is 0: what is left of products of a few
-    /// of them is then far above what cancellation leaves of nothing. In contact at a height of 1e-300 it is not.
+    /// Whether no length and no component of a normal is far smaller than the largest, unless it is 0: products of a few of them,
+    /// where not 0, are then far above the rounding left where they cancel. In contact at a height of 1e-300 it is not.
     #[cfg(feature = "arbitrary-precision")]
     pub(crate) fn is_of_one_scale(&self) -> bool {
         const LEAST: f64 = 1.0 / (1u128 << 100) as f64;

@@ -1,4 +1,5 @@
-//! What does this case need? Every decision that changes the shape of the answer is taken here, exactly.
+//! The decisions that change the shape of the answer, each taken exactly: is the receiver in front, which vertices are above the
+//! horizon?
 //!
 //! - The receiver must be in front of the emitter's plane, `h = n2.(x - E_0) > 0`: emission is one-sided. Where vertices are not
 //!   exactly in one plane, as those of a rotated square are not, no plane is the emitter's: the receiver must be above all
@@ -38,7 +39,7 @@ pub(crate) enum Horizon {
     Crossing,
 }
 
-/// What a case with a non-zero answer needs.
+/// The decisions on a case with a non-zero answer.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Plan {
     /// Multiplies all lengths.
@@ -50,7 +51,7 @@ pub(crate) struct Plan {
 }
 
 impl Plan {
-    /// For what is wholly above the horizon.
+    /// For an emitter wholly above the horizon.
     #[inline]
     pub(crate) const fn whole(power: f64) -> Self {
         Self { power, horizon: Horizon::Above, on_surface: false }
@@ -102,7 +103,7 @@ impl Plan {
     }
 }
 
-/// What a height over a plane or the horizon is above or below for sure, of points at most that far.
+/// The height over a plane or the horizon above which its sign is sure, for points at most that far.
 ///
 /// Three products of rounded factors and two sums, of components below 2 and below `farthest`: within 24 u of it.
 #[inline]
@@ -167,7 +168,7 @@ pub(crate) fn precise_height(point: DVec3, polygon: &Polygon, power: f64) -> (Do
     let r = exact_offset(polygon.vertices()[0], point, power);
     let height = -polygon.precise_normal().dot(r);
     let length = r.x.hi.abs() + r.y.hi.abs() + r.z.hi.abs();
-    // What is below the normal range loses that.
+    // Underflow loses up to the smallest normal number.
     (height, length * (polygon.normal_error() + 8.0 * ROUNDOFF_OF_DOUBLE_DOUBLE) + f64::MIN_POSITIVE)
 }
 
@@ -210,7 +211,7 @@ pub(crate) fn height_over_horizon<T: Real>(receiver: &Receiver, vertex: DVec3, p
     let height = n.map(DoubleDouble::from).dot(r);
     let magnitude = (n.x * r.x.hi).abs() + (n.y * r.y.hi).abs() + (n.z * r.z.hi).abs();
     let error = 8.0 * ROUNDOFF_OF_DOUBLE_DOUBLE * magnitude;
-    // Far above what products below the normal range lose.
+    // Far above the losses of products below the normal range.
     if magnitude > WITHOUT_UNDERFLOW.start && RadiusOf::<T>::from(error) < T::Number::roundoff() * height.hi.abs() {
         T::from_double_double(height, error)
     } else {

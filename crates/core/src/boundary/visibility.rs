@@ -3,12 +3,12 @@
 //! Seen from x, a convex part of the emitter above the horizon is a convex cone, and so is the shadow of a convex occluder, cut
 //! off at the emitter's plane. Subtracting a shadow leaves the parts outside its side k and inside its sides before k. The
 //! seams between those parts lie on occluder lines and run once each way, so that they cancel in every sum over arcs.
-//! The largest occluders come first, and what surely hides nothing of what is left costs a look in double precision
-//! ([`separation`]).
+//! The largest occluders come first, and an occluder that surely hides nothing of the parts that are left costs a look in double
+//! precision ([`separation`]).
 //!
 //! Edges on one line (in a mesh of occluders and at its T-junctions, or where an occluder stands on the emitter's edge) are
 //! decided exactly ([`crate::boundary::edge_name`]). Elsewhere a corner may be within rounding of a shadow's side; then the
-//! middle of its ball decides, and [`Uncertainty`] bounds what the other decision would have changed.
+//! middle of its ball decides, and [`Uncertainty`] bounds the change that the other decision would have made.
 
 mod boundary;
 mod part;
@@ -31,14 +31,14 @@ use crate::problem::receiver::Receiver;
 use crate::problem::triangulate::convex_parts;
 use crate::scalar::real::{RadiusOf, Real};
 
-/// A part of what is seen: the arcs around it, each with whether its line and the next one's surely meet in space where the arcs
-/// do, as they do at a vertex of the input.
+/// One visible part: the arcs around it, each with whether its line and the next one's surely meet in space where the arcs do, as
+/// they do at a vertex of the input.
 pub(crate) type Outline<T> = Vec<(Arc<T>, bool)>;
 
-/// What was found, and what the decisions left uncertain.
+/// A result, with the uncertainty that the decisions left.
 type WithUncertainty<T, Found> = (Found, Uncertainty<RadiusOf<T>>);
 
-/// Calls `visit` with each arc of the visible boundary; returns what the decisions left uncertain, or `None` where surely
+/// Calls `visit` with each arc of the visible boundary; returns the uncertainty that the decisions left, or `None` where surely
 /// nothing is visible.
 pub(crate) fn visit_boundary<T: Real>(
     receiver: &Receiver,
@@ -52,7 +52,7 @@ pub(crate) fn visit_boundary<T: Real>(
     Some(uncertainty)
 }
 
-/// The parts of what is seen, and what the decisions left uncertain; `None` where surely nothing is visible.
+/// The visible parts, and the uncertainty that the decisions left; `None` where surely nothing is visible.
 pub(crate) fn outlines<T: Real>(
     receiver: &Receiver,
     emitter: &Emitter,
@@ -63,14 +63,14 @@ pub(crate) fn outlines<T: Real>(
     Some((parts.iter().map(|part| part.arcs(&sides).zip(part.meetings(&sides)).collect()).collect(), uncertainty))
 }
 
-/// The parts of what is seen, what bounds them, and what the decisions left uncertain.
+/// The visible parts, the sides that bound them, and the uncertainty that the decisions left.
 struct Visible<T: Real> {
     parts: Vec<VisiblePart<T>>,
     sides: Sides<T>,
     uncertainty: Uncertainty<RadiusOf<T>>,
 }
 
-/// What is seen; `None` where surely nothing is.
+/// The visible parts; `None` where surely nothing is visible.
 fn visible<T: Real>(receiver: &Receiver, emitter: &Emitter, occluders: &[&Polygon], plan: &Plan) -> Option<Visible<T>> {
     let mut subtraction = Subtraction::<T>::new(receiver, emitter, plan);
     let mut parts: Vec<VisiblePart<T>> = convex_parts(emitter.polygon())
@@ -100,7 +100,7 @@ fn visible<T: Real>(receiver: &Receiver, emitter: &Emitter, occluders: &[&Polygo
 }
 
 /// The convex parts of the occluders that may hide some of the emitter, the largest as seen from the receiver first: the sooner
-/// what they hide is out of the way, the fewer parts are cut by others.
+/// they are subtracted, the fewer parts the others cut.
 fn in_the_way<'a, T>(
     receiver: &Receiver,
     emitter: &Polygon,

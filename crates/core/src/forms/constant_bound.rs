@@ -1,42 +1,56 @@
 //! The sums over arcs for a constant emission in double precision, with a bound on their errors that is derived, not run.
 //!
-//! u = 2^-53, first order; 0.1 % on top pays for the rest, and a relative error of w or of a crossing point above 1e-6, a
-//! moment near underflow or an arc of the horizon that may have either sign, next to pi, bounds nothing. With `ew` the relative
-//! error of w ([`Line::relative_error`]) and `eta` that of a crossing point (0 for a vertex, whose components err by u):
+//! To first order in the unit roundoff u = 2^-53; [`SECOND_ORDER`] pays for the rest. There is no bound where w or a crossing point
+//! errs by more than 1e-6 relative, next to underflow of a moment, or where an arc of the horizon next to pi may have either sign.
 //!
-//! - Lengths: `|w|` errs by `ew + 2.5u`, 1/|w| by `ew + 3.5u`, 1/|r| by `4.5u + eta`. N errs by ew across and 3.5u along itself,
-//!   and u for its product.
-//! - A crossing point `q = r + t e` is off along the edge, since t errs by 4u of itself, and beside that by `u (|r| + 2 t|e| +
-//!   |q|)`. With `t|e| <= |q| + |r|` and normalised lengths, `|r| <= 12^(1/2)`: by `xi = u (4.1 + 13.9/|q|)` along the edge and
-//!   `eta = u (3 + 10.4/|q|)` otherwise, relative. What it is off along the edge counts for nothing in first order: the edge's
-//!   arc, whose fraction is that t, and the horizon's end at the same point. The light from between there and the true horizon,
-//!   xi wide and high at most, is below `xi^3/2`; and since `|n1.r| <= xi |q|` along that piece of the edge, the gradient has
-//!   `xi^2/2|q|` of it.
-//! - The angle is that of the point (inline, across), which err by `5u + eta` of `|r||r'|` and by `ew + 2.5u`, u more for the
-//!   fraction of a cut edge: `dg = min(g, 1) (ew + 8u + u + 2 eta) + 4ug`, the last from the arc tangent. That of an arc of the
-//!   horizon has its ends' eta, 3.5u of the cross product and 9u min(g, 1) of its product with n1 and of (inline): `dg = eta +
-//!   eta' + 3.5u + 9u min(g, 1) + 4ug`.
-//! - Of a term `g N` only `n1.(g N)` matters: with `c = |n1.N|` it errs by `c (dg + 3.5ug)` along N, by `g ew` across, and by
+//! # Symbols
+//! | symbol | meaning | error |
+//! |---|---|---|
+//! | r, e | offset of an arc's end from the receiver, and its edge | u of each component of r |
+//! | w, N | moment `r x e` and its direction | `ew` relative ([`Line::relative_error`]) |
+//! | p, t | the point `r + t e` where the horizon crosses an edge | t by 4u relative |
+//! | xi, eta | errors of p relative to its distance: along the edge, and otherwise; eta is 0 for a vertex | |
+//! | g | angle of an arc, that of the point (inline, across) | `dg` |
+//! | q, q' | one over the distances of the ends, and `Q = q + q'` | `4.5u + eta` relative |
+//! | c, c' | `n1.r/r` of the ends, and s the sum of their sizes | `5u`, 5.5u of its size, and `2 eta` |
+//! | T | `1/(1 + cos g)`, from 1/2 to 1 | |
+//! | chi, psi | `T (g + sin g)/4` and `(g - sin g)/4(1 - cos g)` | |
+//!
+//! # Points and angles
+//! - `|w|` errs by `ew + 2.5u`, 1/|w| by `ew + 3.5u`, relative. N errs by ew across and 3.5u along itself, and u for its product.
+//! - p errs by `4u t|e|` along the edge, and beside that by `u (|r| + 2 t|e| + |p|)`. As `t|e| <= |p| + |r|` and
+//!   `|r| <= 12^(1/2)` in normalised lengths, `xi = u (4.1 + 13.9/|p|)` and `eta = u (3 + 10.4/|p|)`.
+//! - xi counts for nothing in first order: the edge's arc and the horizon's end at the same point. The light between p and the true
+//!   horizon, from a region at most xi wide and high, is below `xi^3/2`. As `|n1.r| <= xi |p|` along that piece of the edge, the
+//!   gradient changes by `xi^2/2|p|`.
+//! - (inline, across) err by `5u + eta` of `|r||r'|` and by `ew + 2.5u`, u more for the fraction of a cut edge:
+//!   `dg = min(g, 1) (ew + 8u + u + 2 eta) + 4ug`, the last from the arc tangent.
+//! - An arc of the horizon has eta of its ends, 3.5u of the cross product, and 9u min(g, 1) of its product with n1 and of inline:
+//!   `dg = eta + eta' + 3.5u + 9u min(g, 1) + 4ug`.
+//! - Of a term `g N` only `n1.(g N)` matters: with `f = |n1.N|` it errs by `f (dg + 3.5ug)` along N, by `g ew` across, and by
 //!   2ug in the products.
 //!
-//! The gradient's weight ([`Arc::weight`]) of an arc up to a quarter turn, `chi Q (c + c') + psi (q' - q)(c' - c)`, `q = 1/|r|`,
-//! `c = n1.r/|r|`, `Q = q + q'`, `T = 1/(1 + cos g)`, a number from 1/2 to 1, and `s = |c| + |c'|`:
-//! - the sine errs by `ds = g (ew + 14u + u + 2 eta)`, the cosine by at most `5u + 11u cos + 4 eta`, so 1 + cos by `9u + 4 eta`
-//!   relative; c errs by `5u + 5.5u |c| + 2 eta`, and `c + c'` or their difference by `dc = 10u + 6.5us + 4 eta`;
-//! - `chi = T (g + sin g)/4`: the first term errs by `Q (T/4) [s (dg + ds) + (g + sin g) (s (19u + 5 eta) + dc)]`;
-//! - `psi <= 0.091g`, `psi' <= 0.11`, psi errs by 3u of itself, `q' - q` by `(5.5u + eta) Q` and `|c' - c| <= |v - u| <= g`:
-//!   the second errs by `Q g [0.11 dg + 0.8ug + 0.091 (eta g + dc)]`;
-//! - the weight is at most `Q ((T/4) (g + sin g) s + 0.091g min(g, s))`; its sum and its product with N err by that times ew
-//!   across N and 5.5u along it.
+//! # Weights up to a quarter turn
+//! The gradient's weight ([`Arc::weight`]) is `chi Q (c + c') + psi (q' - q)(c' - c)`.
+//! - The sine errs by `ds = g (ew + 14u + u + 2 eta)`, the cosine by at most `5u + 11u cos + 4 eta`: 1 + cos by `9u + 4 eta`
+//!   relative.
+//! - `c + c'` and their difference err by `dc = 10u + 6.5us + 4 eta`.
+//! - The first term errs by `Q (T/4) [s (dg + ds) + (g + sin g) (s (19u + 5 eta) + dc)]`.
+//! - `psi <= 0.091g`, `psi' <= 0.11`, and psi errs by 3u relative; `q' - q` errs by `(5.5u + eta) Q`, and `|c' - c| <= |v - u| <=
+//!   g` for the directions u and v of the ends. So the second term errs by `Q g [0.11 dg + 0.8ug + 0.091 (eta g + dc)]`.
+//! - The weight is at most `Q ((T/4) (g + sin g) s + 0.091g min(g, s))`. Its sum and its product with N err by that times ew across
+//!   N and 5.5u along it.
 //!
-//! Past a quarter turn the weight is `(cc p1 + cs p2)/S` in the frame of the line:
-//! - 1/S errs by `ew + 8u`, `along` by 7u, `toward` by `en + 10u`, `en = ew + 5u`, and (p1, p2) by `en + 18u`;
-//! - cosine and sine of an end in the frame err by `en + 26u + eta` together, so the bisector by `db = 0.71 (2 en + 54u + 2
-//!   eta)`, 0.71 bounding one over the length of the longer of sum and difference of two unit vectors;
-//! - the column (cc, cs) of the symmetric matrix M errs by half of `dg + ds` and half of ds, by `2 g db`, and by 28ug of
-//!   rounding; the term by that and `g (2 en + 32u)` along N and by `g ew` across, over S.
+//! # Weights past a quarter turn
+//! The weight is `(cc p1 + cs p2)/S` in the frame of the line at distance S, (p1, p2) being n1 there.
+//! - 1/S errs by `ew + 8u`, `along` by 7u, `toward` by `en + 10u`, `en = ew + 5u`, and (p1, p2) by `en + 18u`.
+//! - Cosine and sine of an end in the frame err by `en + 26u + eta` together, so the bisector by `db = 0.71 (2 en + 54u + 2 eta)`:
+//!   the longer of sum and difference of two unit vectors has at least the length `1/0.71`.
+//! - The column (cc, cs) of the symmetric matrix M errs by half of `dg + ds` and half of ds, by `2 g db`, and by 28ug of rounding.
+//! - The term errs by that and `g (2 en + 32u)` along N, and by `g ew` across, over S.
 //!
-//! Each sum of n vectors adds `(n - 1) u` of the sum of sizes, and the products with emission, normal and reflectance 8u of the
+//! # Totals
+//! Each sum of n vectors adds `(n - 1) u` of the sum of sizes. The products with emission, normal and reflectance add 8u of the
 //! result.
 
 use std::ops::{Add, Mul};
@@ -69,14 +83,14 @@ pub(crate) struct BoundedSum {
 /// Pays for terms of second order in the errors.
 const SECOND_ORDER: f64 = 1.001;
 
-/// What the fraction of a cut edge adds to the relative error of its cross product.
+/// The relative error that the fraction of a cut edge adds to its cross product.
 const FRACTION: f64 = ROUNDOFF;
 
 /// Errors of w and of crossing points above which nothing is bounded, and moments below which.
 const MOST_DISPLACED: f64 = 1e-6;
 pub(super) const LEAST_MOMENT: f64 = 1e-100;
 
-/// What a crossing point is off by, relative: along its edge, and otherwise.
+/// Relative displacement of a crossing point: along its edge, and otherwise.
 #[derive(Debug, Clone, Copy)]
 struct Moved {
     xi: f64,
@@ -91,7 +105,7 @@ impl Moved {
     }
 }
 
-/// What an arc of the horizon adds to the errors of the angles, and to that of the gradient.
+/// An arc of the horizon's part in the errors of the angles and of the gradient.
 #[inline]
 pub(super) fn of_horizon(arc: &Arc<f64>) -> (f64, f64) {
     const U: f64 = ROUNDOFF;
@@ -114,8 +128,8 @@ impl BoundedSum {
         edge_lanes::constant::bounded(receiver, polygon, plan).unwrap_or_else(|| Self::one_by_one(receiver, polygon, plan))
     }
 
-    /// Of a polygon of which it is sure what is seen; the sums where its size is more than `narrow` of the distance of its
-    /// farthest vertex.
+    /// Of a polygon whose visible part is sure; the sums where its size is more than `narrow` of the distance of its farthest
+    /// vertex.
     #[inline]
     pub(crate) fn where_sure(receiver: &Receiver, polygon: &Polygon, narrow: f64) -> Option<SureCase<Self>> {
         edge_lanes::constant::bounded_where_sure(receiver, polygon, narrow)
@@ -136,7 +150,7 @@ impl BoundedSum {
         (terms, bound)
     }
 
-    /// From what the terms and their sums err by: the angles' twice what that does to the irradiance.
+    /// From the errors of the terms and their sums: those of the angles are twice those of the irradiance.
     #[inline(always)]
     pub(super) fn new(terms: &IrradianceAndGradient<f64>, angles: f64, edges: f64) -> Self {
         let products = 8.0 * ROUNDOFF;
@@ -202,7 +216,7 @@ impl ArcErrors {
     }
 }
 
-/// What bounds are kept in: doubles, one arc at a time or several on lanes.
+/// The numbers that hold bounds: doubles, one arc at a time or several on lanes.
 pub(super) trait Figure:
     Copy + Add<Output = Self> + Mul<Output = Self> + Add<f64, Output = Self> + Mul<f64, Output = Self>
 {
@@ -210,7 +224,7 @@ pub(super) trait Figure:
 
 impl<T: Copy + Add<Output = T> + Mul<Output = T> + Add<f64, Output = T> + Mul<f64, Output = T>> Figure for T {}
 
-/// A sum with what an arc's ends are displaced by, relative to their distances, so many times; by nothing where no horizon cuts.
+/// A sum with the relative displacement of an arc's ends, so many times; with nothing where no horizon cuts.
 #[inline(always)]
 fn with_displacement<T: Figure>(sum: T, eta: Option<T>, times: f64) -> T {
     match eta {
@@ -228,7 +242,7 @@ fn with_product<T: Figure>(sum: T, eta: Option<T>, times: f64, factor: T) -> T {
     }
 }
 
-/// An arc's angle, what it, its sine and w err by, and what its ends are displaced by.
+/// An arc's angle, the errors of the angle, its sine and w, and the displacement of the arc's ends.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct AngleError<T> {
     g: T,
@@ -238,7 +252,7 @@ pub(super) struct AngleError<T> {
     eta: Option<T>,
 }
 
-/// What the weight of an arc up to a quarter turn is made of: `Q`, `g + sin g`, `T`, `s` and `min(g, s)`, all as sizes.
+/// The factors of the weight of an arc up to a quarter turn: `Q`, `g + sin g`, `T`, `s` and `min(g, s)`, all as sizes.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Weighed<T> {
     near: T,
@@ -269,14 +283,14 @@ impl<T: Figure> AngleError<T> {
         Self { g, dg, ds, ew, eta }
     }
 
-    /// What `n1.(g N)` errs by, given `|n1.N|`.
+    /// Error of `n1.(g N)`, given `|n1.N|`.
     #[inline(always)]
     pub(super) fn of_term(&self, facing: T) -> T {
         const U: f64 = ROUNDOFF;
         facing * (self.dg + self.g * (3.5 * U)) + self.g * (self.ew + 2.0 * U)
     }
 
-    /// A bound on the size of the weight, and on what its product with N errs by along N.
+    /// A bound on the size of the weight, and the error of its product with N along N.
     #[inline(always)]
     pub(super) fn of_weight(&self, weighed: &Weighed<T>) -> (T, T) {
         const U: f64 = ROUNDOFF;

@@ -28,7 +28,7 @@ use crate::scalar::number::ROUNDOFF;
 use crate::scalar::power::normalising_power;
 use crate::scalar::vec3::Vec3;
 
-/// An emitter of which double precision is sure what is seen, with bounds B.
+/// An emitter whose visible part is sure in double precision, with bounds B.
 pub(crate) struct SureCase<B> {
     pub(crate) plan: Plan,
     /// The sums and their bounds, where they were asked for and no edge needs more care.
@@ -134,7 +134,7 @@ impl<S: Simd> EdgeLanes<S> {
     }
 }
 
-/// What each lane's next one holds.
+/// Each lane gets the number of the next one.
 #[inline(always)]
 fn next<S: Simd>(lanes: f64x4<S>) -> f64x4<S> {
     lanes.rotate_elements_left::<1>()

@@ -43,13 +43,13 @@ use crate::scalar::vec3::Vec3;
 /// An affine emission seen from x, in normalised lengths.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct SeenLinear<T> {
-    pub(super) n1: Vec3<T>,
-    pub(super) n2: Vec3<T>,
+    pub(in crate::forms) n1: Vec3<T>,
+    pub(in crate::forms) n2: Vec3<T>,
     /// Height of x over the plane.
-    pub(super) height: T,
+    pub(in crate::forms) height: T,
     /// The affine function continued to x.
-    pub(super) beta: T,
-    pub(super) gradient: Vec3<T>,
+    pub(in crate::forms) beta: T,
+    pub(in crate::forms) gradient: Vec3<T>,
 }
 
 impl<T: Real> SeenLinear<T> {
@@ -78,7 +78,7 @@ impl<T: Real> SeenLinear<T> {
     }
 }
 
-/// What an arc adds to the contour term: `flux nu`.
+/// The contribution of an arc to the contour term: `flux nu`.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct ContourTerm<T> {
     pub(crate) kappa: T,

@@ -1,45 +1,76 @@
-//! A bound on the errors of the sums of a linear emitter that is seen whole, derived, not run: four edges at a time, one a
-//! lane.
+//! Bounds on the errors of the sums of a linear emitter that is seen whole, derived, not run: four edges at a time, one a lane.
 //!
-//! u = 2^-53, first order; 0.2 % on top pays for the rest. What is next to underflow, past a quarter turn, straight below a
-//! vertex to 1e-10, or has a normal, a gradient or a height of few digits is not bounded here. As in
-//! `crate::forms::constant_bound`: w errs by `ew`, the angle g by `dg = min(g, 1) (ew + 8u) + 4ug`, its sine by `g (ew + 14u)`, N
-//! by ew across and 3.5u along itself, |r|^2 by 5u. What w errs by turns N or changes g: in a product of the vector `g N` with
-//! another one that is `g ew` in all, beside `min(g, 1) 8u + 7.5ug` of the product's own share of g. With G the length of gB,
-//! which errs by u like n1 and n2:
+//! To first order in the unit roundoff u = 2^-53; [`SECOND_ORDER`] pays for the rest. There is no bound next to underflow, past a
+//! quarter turn, straight below a vertex to 1e-10, or where a normal, a gradient or a height has few digits.
 //!
-//! - `along` errs by 4.5u of itself and 2u, S by `ew + 7u`, `kappa = n2.N` by `ew + 5u + 3.5u |kappa|`, and so `d = S |kappa| =
-//!   |n2.w|/|e|` by `dd = S (ew + 5u) + 11.5ud`; `s = r.along` by `4.5us + 6u|r|`.
-//! - The product of the vectors `nu = along x n2` and gB errs by 4.5u of itself and 9.5uG, that of nu and n1 by 4.5u and 6.5u,
-//!   that of `along` and gB by 4.5u and 6uG.
-//! - `l = ln(r/h)` errs by `3.5u + dh/h + 3ul`, and the difference of two of them, in which h is the same, by `6u + 3u (l1 +
-//!   l2)` and its rounding. The height errs by `dh`, its own rounding and what is not known of the plane.
-//! - `Phi.n1` and `gB.Phi` err by half the sums of `|n1.N| (min(g, 1) 8u + 7.5ug) + g (ew + 2u)` and of the same with gB, and
-//!   5u of |Phi|.
+//! # Symbols
+//! Errors are relative where they say so.
 //!
-//! An end of a segment adds `phi l + 2 J(phi) - J(phi - psi) - J(phi + psi)` to X1. Its derivatives are at most `l + min(phi
-//! psi, 1)` with respect to phi, `min(phi psi, 1/2)` to psi, and phi to l, past a right angle too (a test looks).
-//! - `dphi = (d ds + s dd)/rho^2 + 4u phi = [16u sd + 6u d|r| + sS (ew + 5u)]/rho^2 + 4u phi`;
-//! - `dpsi <= 6u + psi (ew + 15.5u)`, as `s S/r^2 <= psi`;
-//! - J errs by 6u of itself and is at most `0.0622 x^3`, its derivative at most `0.203 x^2`: with the differences of angles and
-//!   the sums, in which no partial sum is above `phi l + 0.13 phi^3`, `u [5 phi l + 2.4 phi^3 + 3.5 phi psi^2]`;
-//! - past a right angle another 9u, from pi and the larger sums, and `pi/2` times what `ln(2 s (S + d)/(rho r))` errs by. Of
-//!   its derivatives that to s is `d^2/(s rho^2) - s/r^2`, and `d^2 <= dS < s^2` there: `u (7.5 + 3|r|/S)`; those to S and d
-//!   are `s^2 - dS` over `(S + d) r^2` and `(S + d) rho^2`, at most `(s^2 - dS)/((S + d) rho^2) [S (2ew + 12u) + 11.5ud]`
-//!   together; and 5.5u of rounding;
-//! - the logarithm itself by 5.6u with what follows; where d may have either sign the two segments, `pi |d|/h` at most, are
-//!   apart by `16 dd/h` at most.
+//! | symbol | meaning | error |
+//! |---|---|---|
+//! | w, N | moment of an edge, and its direction | `ew` relative; N by ew across and 3.5u along itself |
+//! | g | angle of an edge | `dg = min(g, 1) (ew + 8u) + 4ug`; that of its sine `dsin = g (ew + 14u)` |
+//! | r | offset of a vertex | r^2 by 5u relative |
+//! | gB, G | gradient of the emission, and its length | u relative, as n1 and n2 |
+//! | beta, b | the emission, continued to the receiver and at a vertex | `dbeta`, `db` |
+//! | h | height of the receiver over the plane | `dh`: its rounding, and the uncertainty of the plane |
+//! | along | direction of an edge | 4.5u of itself, and 2u |
+//! | nu | `along x n2`, normal to the edge in the plane | |
+//! | S | distance of the edge's line | `ew + 7u` relative |
+//! | kappa | `n2.N` | `ew + 5u`, and 3.5u of its size |
+//! | d | distance of the line in the plane, S times the size of kappa, or of `n2.w/e` | `dd = S (ew + 5u) + 11.5ud` |
+//! | s | place of a vertex along the edge, `r.along` | `ds = 4.5us`, and 6u of the length of r |
+//! | rho | `(d^2 + s^2)^(1/2)` | |
+//! | phi, psi | `atan2(s, d)`, `atan2(s, S)` | `dphi`, `dpsi` |
+//! | l | `ln(r/h)` | `dl = 3.5u + dh/h + 3ul` |
+//! | J | the function of [`crate::scalar::dilogarithm`] | 6u relative |
 //!
-//! The flux `kappa g gB.nu + (l2 - l1) gB.along` follows. The emission at a vertex errs by `db = dbeta + 5uG|r| + u|b|`, with
-//! `dbeta = 5uG|r_0| + u|beta|` and what is not known of the emission; `p = b/|r|` by `db/|r| + 5.5u|p|`. The weight of an
-//! edge, `T (g + sin g)/4 (p + p')(c + c') + psi (p' - p)(c' - c)`, errs as the constant's with `p` for `1/|r|`: with P and s
-//! the sums of sizes, `dc = 10u + 6.5us` and dp both errors of p,
-//! - `(T/4) [P s (dg + ds) + (g + sin g) (s dp + P (14us + dc))]` in the first term,
-//! - `g [0.11 P dg + 0.091 (g dp + 6ugP + P dc)]` in the second, and 5.5u and ew of the whole in the product with N.
+//! # Products
+//! - `g N` with another vector: an error of w turns N or changes g, by `g ew` in all; beside that the product errs by
+//!   `min(g, 1) 8u + 7.5ug` of its share of g.
+//! - `nu.gB` errs by 4.5u of itself and 9.5uG, `nu.n1` by 4.5u and 6.5u, `along.gB` by 4.5u and 6uG.
+//! - `l2 - l1` has the same h in both: it errs by `6u + 3u (l1 + l2)` and its rounding.
+//! - `Phi.n1` errs by half the sum of `|n1.N| (min(g, 1) 8u + 7.5ug) + g (ew + 2u)`, and by 5u of |Phi|.
+//! - `gB.Phi` errs by the same with gB for n1.
 //!
-//! Each sum of n terms adds `(n - 1) u` of the sum of sizes. At the end `R = G|X1|/2 + sum|flux|/2 + |gB.Phi|` bounds all
-//! partial sums of q; `q.n1` errs by half of `|gB.n1| dX1` and of the contour's error, `|n1.n2|` of that of gB.Phi, and 9uR.
-//! The gradient's first two terms are at right angles.
+//! # X1
+//! An end of a segment adds `phi l + 2 J(phi) - J(phi - psi) - J(phi + psi)`. Its derivatives are at most `l + min(phi psi, 1)`
+//! with respect to phi, `min(phi psi, 1/2)` to psi, and phi to l, past a right angle too (a test looks).
+//! - `dphi = (d ds + s dd)/rho^2 + 4u phi = [16u sd + 6u d|r| + sS (ew + 5u)]/rho^2 + 4u phi`.
+//! - `dpsi <= 6u + psi (ew + 15.5u)`, as `s S/r^2 <= psi`.
+//! - `J(x) <= 0.0622 x^3` and `J'(x) <= 0.203 x^2`, and no partial sum is above `phi l + 0.13 phi^3`: J, the differences of angles
+//!   and the sums err by `u [5 phi l + 2.4 phi^3 + 3.5 phi psi^2]`.
+//! - The logarithm of the quotient of both ends errs by 5.6u of itself, its factor `pi/4` included ([`OF_QUOTIENT`]).
+//! - Where `d <= 2 dd` its sign may be wrong. The segments on the two sides, `pi |d|/h` at most each, are then apart by
+//!   `pi (2 + 3) dd/h` at most ([`OF_EITHER_SIDE`]).
+//!
+//! Past a right angle, `s^2 > dS`, the end errs further by 9u, from pi and the larger sums, and by `pi/2` times the error of
+//! `ln(2 s (S + d)/(rho r))`, which is the sum of
+//! - `u (7.5 + 3|r|/S)` from s: the derivative is `d^2/(s rho^2) - s/r^2`, and `d^2 <= dS < s^2` there;
+//! - `(s^2 - dS)/((S + d) rho^2) [S (2ew + 12u) + 11.5ud]` from S and d: the derivatives are `s^2 - dS` over `(S + d) r^2` and over
+//!   `(S + d) rho^2`;
+//! - 5.5u of rounding.
+//!
+//! The constants `PAST_...` are `pi/2` times these, rounded up.
+//!
+//! # Contour and edges
+//! - The flux is `kappa g gB.nu + (l2 - l1) gB.along`, with the errors above.
+//! - `dbeta = 5uG|r_0| + u|beta|`, and the uncertainty of the emission that was given.
+//! - `db = dbeta + 5uG|r| + u|b|`, and `p = b/|r|` errs by `db/|r| + 5.5u|p|`.
+//! - The weight of an edge, `T (g + sin g)/4 (p + p')(c + c') + psi (p' - p)(c' - c)`, errs as the constant emitter's
+//!   (`crate::forms::constant_bound`) with `p` for `1/|r|`. With P and s the sums of sizes, `dc = 10u + 6.5us`, and dp the errors
+//!   of both p, it errs
+//!   - by `(T/4) [P s (dg + dsin) + (g + sin g) (s dp + P (14us + dc))]` in the first term,
+//!   - by `g [0.11 P dg + 0.091 (g dp + 6ugP + P dc)]` in the second,
+//!   - by 5.5u and ew of the whole in the product with N.
+//!
+//! # Totals
+//! - Each sum of n terms adds `(n - 1) u` of the sum of sizes.
+//! - `R = G|X1|/2 + sum|flux|/2 + |gB.Phi|` bounds all partial sums of q.
+//! - `q.n1` errs by half of `|gB.n1| dX1` and of the contour's error, by `|n1.n2|` times the error of gB.Phi, and by 9uR.
+//! - The gradient's first two terms are at right angles, so their errors add up as squares.
+
+use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
 
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f64x4, f64x8};
@@ -66,10 +97,36 @@ pub(crate) struct LinearBound {
 /// Pays for terms of second order in the errors.
 const SECOND_ORDER: f64 = 1.002;
 
-/// Beside the rounding of what is known beyond doubles.
+/// Relative errors that are small beside the rounding of doubles.
 const NEGLIGIBLE: f64 = ROUNDOFF / 2048.0;
 
-/// Errors in units of roundoff: of what is given, and sums over the edges.
+/// `pi/4` times the 5.6 of the quotient's logarithm, rounded up.
+const OF_QUOTIENT: f64 = 4.4;
+
+/// `pi (2 + 3)`, rounded up: a line may be 2 dd on the one side, and 3 dd on the other.
+const OF_EITHER_SIDE: f64 = 16.0;
+
+/// Past a right angle, `pi/2` times the factors in the error of the logarithm, rounded up: the 3 of `|r|/S`, the 2 of ew, the 12 of
+/// S and the 11.5 of d.
+const PAST_BY_RAY: f64 = 4.72;
+const PAST_BY_MOMENT: f64 = 3.15;
+const PAST_BY_DISTANCE: f64 = 19.0;
+const PAST_BY_PLANE_DISTANCE: f64 = 18.1;
+
+/// The rest: 9, and `pi/2` times 7.5 and 5.5, rounded up.
+const PAST: f64 = 30.0;
+
+const _: () = assert!(
+    OF_QUOTIENT >= 5.6 * FRAC_PI_4
+        && OF_EITHER_SIDE >= 5.0 * PI
+        && PAST_BY_RAY >= 3.0 * FRAC_PI_2
+        && PAST_BY_MOMENT >= 2.0 * FRAC_PI_2
+        && PAST_BY_DISTANCE >= 12.0 * FRAC_PI_2
+        && PAST_BY_PLANE_DISTANCE >= 11.5 * FRAC_PI_2
+        && PAST >= 9.0 + (7.5 + 5.5) * FRAC_PI_2
+);
+
+/// Errors in units of roundoff: those of the input, and sums over the edges.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Errors {
     /// `|gB|`.
@@ -166,12 +223,14 @@ impl Errors {
             + product.min(half) * of_psi
             + phi * (of_logarithm + phi * phi * 2.4 + psi * psi * 3.5);
         let far = (s * s - d * distance) / ((distance + d) * foot_square);
-        let past = r * 4.72 / distance + far * (distance * (w * 3.15 + 19.0) + d * 18.1) + 30.0;
+        let past = r * PAST_BY_RAY / distance
+            + far * (distance * (w * PAST_BY_MOMENT + PAST_BY_DISTANCE) + d * PAST_BY_PLANE_DISTANCE)
+            + PAST;
         let (start, end) = simd.split_f64x8(of_end + x1.ends.beyond.select(past, f64x8::splat(simd, 0.0)));
         let (d, distance) = (simd.split_f64x8(d).0, simd.split_f64x8(distance).0);
         let of_d = distance * (ew + 5.0) + d * 11.5;
-        let either = (of_d * (2.0 * ROUNDOFF)).simd_ge(d).select(of_d * (16.0 / height), f64x4::splat(simd, 0.0));
-        Some(start + end + x1.quotient.abs() * 4.4 + x1.term.abs() * self.additions + either)
+        let either = (of_d * (2.0 * ROUNDOFF)).simd_ge(d).select(of_d * (OF_EITHER_SIDE / height), f64x4::splat(simd, 0.0));
+        Some(start + end + x1.quotient.abs() * OF_QUOTIENT + x1.term.abs() * self.additions + either)
     }
 
     #[inline(always)]

@@ -1,4 +1,4 @@
-//! What a segment of the boundary adds to `X1 = int dA/r^2`; [`crate::forms::linear`] has the derivation.
+//! The contribution of a segment of the boundary to `X1 = int dA/r^2`; [`crate::forms::linear`] has the derivation.
 
 use crate::boundary::arc::{Arc, Generator};
 use crate::boundary::line::{Frame, Sighted};
@@ -68,7 +68,7 @@ fn without_direction<T: Real>(s: T, d: T, height: T) -> Option<X1End<T>> {
     })
 }
 
-/// What an end of a segment adds to X1: a term, and `pi/4` times the logarithm of a quotient.
+/// The contribution of a segment's end to X1: a term, and `pi/4` times the logarithm of a quotient.
 pub(crate) struct X1End<T: Arithmetic> {
     term: T,
     above: T,

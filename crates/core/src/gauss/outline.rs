@@ -1,4 +1,4 @@
-//! The corners of what the rule integrates over where the horizon crosses the emitter: those of the part above.
+//! The corners of the part of the emitter above the horizon, over which the rule integrates where the horizon crosses the emitter.
 //!
 //! A crossing is where the heights of an edge's ends over the horizon, both to full relative accuracy, say so: the fraction t
 //! of the way e from the end above errs by 8u, u = 2^-53. Offsets are kept from a vertex above, too, so that a small part of a

@@ -1,4 +1,4 @@
-//! What all triangles of a case share, and the sum of their integrals.
+//! The quantities that all triangles of a case share, and the sum of their integrals.
 
 use crate::boundary::plan::{Horizon, Plan};
 use crate::forms::edge_lanes::certain_height;
@@ -17,7 +17,7 @@ pub(crate) struct Integral {
     pub(crate) gradient_error: f64,
 }
 
-/// What all triangles of a case share.
+/// The quantities that all triangles of a case share.
 #[derive(Debug)]
 pub(super) struct Scene<'a> {
     pub(super) n1: Vec3<f64>,

@@ -19,12 +19,12 @@ pub(super) struct Source<'a> {
     kind: Kind<'a>,
     /// Bound on `|B|` over the emitter and the triangles of its fan.
     pub(super) largest: f64,
-    /// Relative to that: rounding of the values at nodes, and what is left of it where it is relative to the values; and what
-    /// each roundoff that a node errs by adds.
+    /// Relative to that: rounding of the values at nodes; the part of it that is not relative to the values themselves; and the
+    /// error for each roundoff of a node.
     pub(super) rounding: f64,
     pub(super) crossing: f64,
     pub(super) per_node: f64,
-    /// Relative to that: what the input leaves open, vertices off the plane or values off the affine function.
+    /// Relative to that: the uncertainty of the input, vertices off the plane or values off the affine function.
     pub(super) input_error: f64,
 }
 
@@ -96,8 +96,8 @@ impl<'a> Source<'a> {
         let kind = if let Emission::Constant(_) = emitter.emission() { Kind::Constant } else { Kind::Linear };
         let largest = emitter.largest_emission() * emitter.power() * (1.0 + 8.0 * ROUNDOFF);
         let is_linear = matches!(kind, Kind::Linear);
-        // Values at a crossing of the horizon err by 21 roundings, what is between corners by 6 of itself where no value is
-        // negative, else of the largest; an affine function changes by the largest, or twice that, where a node moves by 1.
+        // Values at a crossing of the horizon err by 21 roundings, those between corners by 6 relative where no value is negative,
+        // else of the largest; an affine function changes by the largest, or twice that, where a node moves by 1.
         let at_crossings = if is_linear && is_clipped { 21.0 * ROUNDOFF } else { 0.0 };
         let crossing = at_crossings + emitter.vertex_error() / largest;
         let rounding = crossing + 6.0 * ROUNDOFF;

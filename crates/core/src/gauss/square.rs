@@ -29,7 +29,7 @@ const fn first_set(count: usize) -> usize {
     first
 }
 
-/// Nodes side by side; what fills the lanes up has weight 0.
+/// Nodes side by side; nodes of weight 0 fill the lanes up.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Nodes {
     /// `1 - a`, `a (1 - b)` and `a b`.

@@ -1,28 +1,39 @@
-//! The rule's sums over its nodes, and their rounding errors.
+//! The rule's sums over its nodes, and bounds on their rounding errors.
 //!
-//! # Bound
-//! In normalised lengths, with u = 2^-53, rho the farthest and d the nearest point, P the apex, L the longer of the sides e1
-//! and e1 + e there and l = |e| the one opposite, sigma the error of e1 and e, H the height over the horizon, and nodes that
-//! err by k u, k = 1 or, of several panels, 2:
+//! # Symbols
+//! Lengths are normalised.
 //!
-//! - The position of a node errs by `delta + u r`, `delta = u (|P| + rho + (1 + k) L + (2 + k) l) + sigma`: by the apex (u |P|
-//!   more beside a crossing of the horizon) and the start of its row, by the products of the sides with the nodes and by these,
-//!   and by its own rounding.
-//! - So `1/r^4` errs by `4 delta/r + 4u + 8u` of itself, and with its weight by 8u more. Sums over r follow from those over 1 and
-//!   `r^2` by Cauchy's inequality.
-//! - What is interpolated between corners errs by the error there, by 2ku of the largest for the nodes, and by 6u of itself as
-//!   long as no corner is negative.
-//! - `r/r^2` is an inversion, which changes lengths by `1/r^2`: it errs by that times delta, and by 7u of itself.
+//! | symbol | meaning |
+//! |---|---|
+//! | u | unit roundoff, 2^-53 |
+//! | r | offset of a node from the receiver |
+//! | d, rho | distances of the nearest and the farthest point |
+//! | P | the apex of the triangle |
+//! | e1, e | a side at P and the side opposite it; sigma is the error of both |
+//! | L, l | length of the longer side at P, `e1` or `e1 + e`, and of e |
+//! | H | height of a node over the horizon, `n1.r` |
+//! | h | height of the receiver over the emitter's plane |
+//! | k | error of a node's coordinates in units of u: 1, or 2 of several panels |
+//!
+//! # Errors of a node
+//! - Its position errs by `delta + u r`, `delta = u (|P| + rho + (1 + k) L + (2 + k) l) + sigma`: from the apex (u |P| more beside
+//!   a crossing of the horizon) and the start of its row, from the products of the sides with the nodes, from the rounding of the
+//!   nodes, and from its own rounding.
+//! - `1/r^4` errs by `4 delta/r + 4u + 8u` relative, and with its weight by 8u more.
+//! - A value interpolated between corners errs by its error there, by 2ku of the largest for the nodes, and by 6u of itself where
+//!   no corner is negative.
+//! - `r/r^2` is an inversion, which changes lengths by `1/r^2`: it errs by delta times that, and by 7u relative.
+//! - An error of `1/r^4` or of the emission scales `n2 H - n1 h + 4 h H r/r^2` as a whole. That is `n2 H - n1 h` reflected at r, at
+//!   most `H + h` long: the third term does not count for it.
+//! - An error of H scales `n2 + 4 h r/r^2`, which is `(1 + 8 h^2/r^2)^(1/2) <= 1 + 2h/r` long.
+//!
+//! # Errors of the sums
 //! - A sum errs by u of the sum of sizes for each addition that a term goes through.
-//!
-//! What `1/r^4` and the emission err by scales a node's `n2 H - n1 h + 4 h H r/r^2` as a whole, and that is `n2 H - n1 h`
-//! reflected at r, at most `H + h` long: the third term does not count for it. What H errs by scales `n2 + 4 h r/r^2`, `(1 + 8
-//! h^2/r^2)^(1/2) <= 1 + 2h/r` long. Where the emission is somewhere negative the sums of sizes are bounded by its largest
-//! value.
-//!
-//! The last operations add 2u to the value, and to the gradient 5u, 6u and 3u of its three terms. Corners that are misplaced in
-//! the plane by up to 22u of the spread change the domain by that along the perimeter, where the integrand is at most what the
-//! nearest point allows.
+//! - Sums over r follow from those over 1 and `r^2` by Cauchy's inequality.
+//! - Where the emission is somewhere negative the sums of sizes are bounded by its largest value.
+//! - The last operations add 2u to the value, and to the gradient 5u, 6u and 3u of its three terms.
+//! - Corners misplaced in the plane, by up to 22u of the spread, change the domain by that along the perimeter; the integrand there
+//!   is at most its bound at the nearest point.
 
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f64x8};
@@ -58,7 +69,7 @@ fn totals<S: Simd>([p, q, r, s, t, u, v, w]: [f64x8<S>; rules::LANES]) -> [f64; 
     *pairs(pairs(pairs(p, q), pairs(r, s)), pairs(pairs(t, u), pairs(v, w))).as_array()
 }
 
-/// A row of nodes, from where a is 0 to where b is 1: points, and what is interpolated between the two ends.
+/// A row of nodes, from where a is 0 to where b is 1: points, and the values interpolated between the two ends.
 struct Row<S: Simd> {
     start: Vec3<f64x8<S>>,
     step: Vec3<f64x8<S>>,
@@ -86,7 +97,7 @@ impl<S: Simd> NodeSums<f64x8<S>> {
         }
     }
 
-    /// What eight nodes add.
+    /// The contributions of eight nodes.
     #[inline(always)]
     fn at(simd: S, r: Vec3<f64x8<S>>, weight: f64x8<S>, emission: f64x8<S>, facing: f64x8<S>) -> Self {
         let inverse = f64x8::splat(simd, 1.0) / (r.x * r.x + r.y * r.y + r.z * r.z);
@@ -143,7 +154,7 @@ impl Scene<'_> {
         let gradient = n2 * total.projected - n1 * (height * total.plain) + total.pulled * (4.0 * height);
         let error = triangle.error(self, &total);
         let Shape { twice_area, twice_area_error, .. } = *triangle.shape;
-        // What the area errs by scales all.
+        // A relative error of the area is one of the whole.
         let (value, gradient) = (height * total.projected, gradient);
         let size = gradient.norm();
         Integral {
@@ -155,14 +166,14 @@ impl Scene<'_> {
     }
 }
 
-/// What is affine and has these values at the corners, at barycentric coordinates; it errs by 3u beside what they err by where
-/// none is negative.
+/// The affine function with these values at the corners, at barycentric coordinates; where no value is negative it errs by 3u
+/// beside the errors of the values.
 #[inline(always)]
 fn interpolated<S: Simd>([apex, first, last]: [f64x8<S>; 3], [p, q, r]: [f64x8<S>; 3]) -> f64x8<S> {
     apex * p + first * q + last * r
 }
 
-/// What is affine and has these values at the corners, at both ends of a row; it errs by 4u where none is negative.
+/// The affine function with these values at the corners, at both ends of a row; it errs by 4u where none is negative.
 #[inline(always)]
 fn ends([apex, first, last]: [f64; 3], a: f64) -> [f64; 2] {
     let from_apex = (1.0 - a) * apex;
@@ -256,7 +267,7 @@ impl Triangle<'_> {
         total.total()
     }
 
-    /// Additions that a term goes through: what is added to nothing is exact.
+    /// Additions that a term goes through: an addition to 0 is exact.
     fn additions(&self) -> usize {
         let [rows, row] = self.rule.grid;
         let over_lanes = rules::LANES.ilog2() as usize;
@@ -282,7 +293,7 @@ impl Triangle<'_> {
         let displaced = U * (apex * distances[0] + farthest + (1.0 + node) * leg + (2.0 + node) * base) + sides_error;
         let sum = self.additions() as f64 * U;
         let steep = (most_facing / nearest).min(1.0);
-        // Sums of sizes, these over r and over r^2, and what the emission errs by.
+        // Sums of sizes, the same over r and over r^2, and the error of the emission.
         let bright = sums.positive * source.largest * (1.0 + 1e-9);
         let (plain, projected, emission) = if is_bright {
             let over_distance = |sum: f64, over_square: f64| (sum * over_square).sqrt() * (1.0 + 1e-9);
@@ -296,7 +307,7 @@ impl Triangle<'_> {
         let emission = bright * emission;
         let pulled = plain[0].min(projected[1]);
         let inverted = if is_bright { sums.projected_over_square } else { pulled / nearest };
-        // What the three sums of a node have in common, and what the second and third have besides.
+        // The errors that the three sums of a node have in common; the second and third have more.
         let common = |[size, over_distance]: [f64; 2]| 4.0 * displaced * over_distance + size * (27.0 * U + sum);
         let facing = facing_error + 2.0 * node * U * most_facing;
         let plain_error = common(plain) + emission;

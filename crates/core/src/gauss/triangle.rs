@@ -1,21 +1,34 @@
-//! A triangle of the fan, `y = P + a (e1 + b e)`, a and b in [0, 1], e the side opposite P: how many nodes it needs for full
-//! precision, and what they leave.
+//! A triangle of the fan, `y = P + a (e1 + b e)`, a and b in [0, 1], e the side opposite P: the number of nodes for full precision,
+//! and a bound on the truncation.
+//!
+//! # Symbols
+//! | symbol | meaning |
+//! |---|---|
+//! | l | half the length of the segment on which y moves in one variable, the other held |
+//! | `E_R` | ellipse around the segment, with semi-axes A and tau, `A + tau = R`, in units of l |
+//! | d | lower bound on the distance of the real segment stretched to A: see below |
+//! | q | `d^2 - tau^2 l^2`, a lower bound on the size of `r.r` in `E_R` |
+//! | rho | distance of the farthest point of the triangle |
+//! | M | bound on the integrand in `E_R` |
+//! | n | nodes in the variable |
 //!
 //! # Truncation
-//! In one variable, the other held, y moves on a segment of half-length l. In the ellipse `E_R` around it (semi-axes A and tau,
-//! `A + tau = R`) `|r.r| >= q = d^2 - tau^2 l^2` with d a lower bound of the distance of the real segment stretched to A: its
-//! height over the plane, or the distance of the centroid less what the stretched triangle reaches. There `|r| <= rho + (R - 1)
-//! l`, `n1.r` grows by no more than that, B as [`source`](crate::gauss::source) says, and the integrand is bounded by M. So are its
-//! Chebyshev coefficients, by `2 M R^-k`; n nodes are exact below degree 2n and, as the integral, for all odd k, and elsewhere
-//! neither is above 2 or `2/(k^2 - 1)`: on a unit interval they err by at most `(8/3) M R^(-2n) / (1 - R^-2)`, one such term for
-//! each variable. (The argument of Trefethen, "Is Gauss quadrature better than Clenshaw-Curtis?", 2008, Theorem 4.5, whose bound
-//! gives one power of `R^2` away.)
+//! - d is the height over the plane, or the distance of the centroid less the reach of the stretched triangle.
+//! - In `E_R` `|r| <= rho + (R - 1) l`, `n1.r` grows by no more than that, and B as [`source`](crate::gauss::source) says: this
+//!   gives M.
+//! - The Chebyshev coefficients of the integrand are at most `2 M R^-k`.
+//! - n nodes are exact below degree 2n and, as the integral, for all odd k. Elsewhere neither is above 2 or `2/(k^2 - 1)`.
+//! - So on a unit interval they err by at most `(8/3) M R^(-2n) / (1 - R^-2)`, one such term for each variable. (The argument of
+//!   Trefethen, "Is Gauss quadrature better than Clenshaw-Curtis?", 2008, Theorem 4.5, whose bound gives one power of `R^2` away.)
 //!
-//! Where few nodes do in the variable with the longer segment, the other has as many and is not planned. Around its shorter
-//! segment take the ellipse that reaches as far beyond the ends. It is no wider, so q and M but for the emission's growth are no
-//! worse, R' is larger than R, and the Jacobian at most 1/2 on average. A constant emission does not grow; an affine one by A' <=
-//! R', and `R' R'^(-2n) <= R R^(-2n) <= 2A R^(-2n)`; one of degree d <= 2n by `R'^d`, and `R'^(d - 2n) <= R^(d - 2n)`. So twice
-//! the bound of the longer segment holds for the shorter one.
+//! # Equal numbers of nodes
+//! Where few nodes do in the variable with the longer segment, the other has as many and is not planned. Twice the bound of the
+//! longer segment then holds for the shorter one:
+//! - Around the shorter segment take the ellipse that reaches as far beyond the ends, with A' and R' for A and R. It is no wider,
+//!   so q and M but for the emission's growth are no worse, R' is larger than R, and the Jacobian at most 1/2 on average.
+//! - A constant emission does not grow.
+//! - An affine one grows by `A' <= R'`, and `R' R'^(-2n) <= R R^(-2n) <= 2A R^(-2n)`.
+//! - One of degree `m <= 2n` grows by `R'^m`, and `R'^(m - 2n) <= R^(m - 2n)`.
 
 use std::ops::Add;
 
@@ -37,7 +50,7 @@ pub(super) struct Triangle<'a> {
     pub(super) rule: Rule,
 }
 
-/// How many nodes where, and what they leave.
+/// The grid of nodes, a bound on its truncation, and the triangle's extent.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Rule {
     pub(super) grid: [Grid; 2],
@@ -112,14 +125,14 @@ fn squared(grid: [Grid; 2]) -> [Grid; 2] {
 /// So many nodes both variables have without a plan for the one that may need fewer.
 const FEW: usize = 8;
 
-/// What bounds the integrand on a triangle.
+/// The quantities that bound the integrand on a triangle.
 struct Reach {
     /// Lower bound of the distance of the centroid less that of the corners from it.
     clear: f64,
     farthest: f64,
     most_facing: f64,
     area: f64,
-    /// What value and gradient are expected to be like, by size.
+    /// Expected sizes of value and gradient.
     typical: RuleBound,
 }
 
@@ -210,7 +223,7 @@ impl Scene<'_> {
         Some(Rule { grid, truncation, nearest, farthest, leg, base })
     }
 
-    /// The cheapest grid for one variable, and the bound on what it leaves.
+    /// The cheapest grid for one variable, and the bound on its truncation.
     fn grid(&self, reach: &Reach, half: f64, jacobian: impl Fn(f64) -> f64) -> Option<(Grid, RuleBound)> {
         /// So few nodes are never half as many on half the length.
         const UNDIVIDED: usize = 6;
@@ -231,7 +244,7 @@ impl Scene<'_> {
         best
     }
 
-    /// Nodes that each panel of half-length `half` needs, and the bound on what all of them leave.
+    /// Nodes that each panel of half-length `half` needs, and the bound on the truncation of all panels.
     fn nodes(&self, reach: &Reach, half: f64, jacobian: impl Fn(f64) -> f64) -> Option<(usize, RuleBound)> {
         /// Share of the way to the nearest singularity; above it M grows faster than the ellipse helps.
         const SHARE: f64 = 0.75;
@@ -248,11 +261,11 @@ impl Scene<'_> {
         let (far, facing) = (reach.farthest + grown, reach.most_facing + grown);
         let emission = source.largest * source.growth(stretch, ratio);
         let shrink = 1.0 / (ratio * ratio);
-        // What shrinks and what grows first: far away neither may meet the area alone, and underflow.
+        // Small and large factors first: far away one of them alone times the area might underflow.
         let common = 8.0 / 3.0 * 1.01 * (shrink * jacobian(stretch) * emission) * reach.area / (q * q * (1.0 - shrink));
         let mut bound =
             RuleBound { value: common * height * facing, gradient: common * (facing + height + 4.0 * height * facing * far / q) };
-        // A quarter of a roundoff of what is expected is not worth another node.
+        // A quarter of a roundoff of the expected size is not worth another node.
         let enough =
             RuleBound { value: 0.25 * ROUNDOFF * reach.typical.value, gradient: 0.25 * ROUNDOFF * reach.typical.gradient };
         for count in 1..=rules::MOST {

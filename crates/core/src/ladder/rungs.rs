@@ -10,7 +10,8 @@
 //!    the rule may cost more before it.
 //! 3. The Gauss rule with more nodes, where that is still cheaper than:
 //! 4. the closed form in double-double with a running bound;
-//! 5. the same with 256 to 8448 bits, rounded to doubles, where the crate is built with arbitrary precision.
+//! 5. the same with 256 to 8448 bits, rounded to doubles, where the crate is built with arbitrary precision, and as long as that
+//!    takes no more than some seconds.
 //!
 //! On the surface of an emitter that is not flat no rung answers, but [`crate::ladder::on_surface`]. A rung whose bound is above the tolerance hands over to the next; where all are, the one with the smallest bound answers.
 //! [`DirectAttempt::new`] is rung 0, [`Case::climb`] takes rungs 1 to 4, and [`Case::answer`] the last one.
@@ -32,7 +33,7 @@ use crate::problem::emission::{Emission, Emitter};
 use crate::problem::receiver::{Receiver, albedo};
 use crate::scalar::ball::Ball;
 #[cfg(feature = "arbitrary-precision")]
-use crate::scalar::big::enclosure::{PRECISIONS, Refined, enough_for_doubles, refined};
+use crate::scalar::big::enclosure::{Outcome, PRECISIONS, Refined, enough_for_doubles, refined};
 #[cfg(feature = "arbitrary-precision")]
 use crate::scalar::big::magnitude::Magnitude;
 use crate::scalar::double_double::DoubleDouble;
@@ -65,6 +66,9 @@ impl Budget {
     }
 }
 
+/// Nodes that a Gauss rule may have where nothing else meets the tolerance: a second or so.
+const MOST_NODES: usize = 1 << 26;
+
 /// What a rung found, in normalised lengths and emission.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Found {
@@ -93,7 +97,6 @@ impl Found {
 /// How far a climb got: to what was accepted, or to what the last rung found.
 pub(super) enum Climb<A> {
     Met(A),
-    #[cfg_attr(feature = "arbitrary-precision", expect(dead_code, reason = "read where nothing dearer follows"))]
     Last(Found),
 }
 
@@ -155,11 +158,11 @@ impl Case<'_> {
             let least = if method == Method::DoubleDouble { 1.01 * ROUNDOFF } else { 0.0 };
             self.accepted(found, method, tolerance.max(least))
         })?;
-        let by_rule = || self.by_quadrature(usize::MAX);
+        let by_rule = || self.by_quadrature(MOST_NODES);
         match climb {
             Climb::Met(answer) => Ok(answer),
             #[cfg(feature = "arbitrary-precision")]
-            Climb::Last(_) => self.narrowed(self.rounded(tolerance, by_rule)?),
+            Climb::Last(found) => self.narrowed(self.rounded(tolerance, &found, by_rule)?),
             #[cfg(not(feature = "arbitrary-precision"))]
             Climb::Last(found) => match by_rule() {
                 Some(other) if other.relative_error() < found.relative_error() => {
@@ -211,27 +214,26 @@ impl Case<'_> {
     }
 
     /// The closed form with a running bound, with as many bits as it takes, rounded to doubles; or a Gauss rule of any cost,
-    /// where the input leaves the closed form a wider bound.
+    /// where the input leaves the closed form a wider bound; or what was found before, where more bits would take too long.
     #[cfg(feature = "arbitrary-precision")]
     #[cold]
     #[inline(never)]
-    fn rounded(&self, tolerance: f64, by_rule: impl FnOnce() -> Option<Found>) -> Result<Answer, Error> {
+    fn rounded(&self, tolerance: f64, before: &Found, by_rule: impl FnOnce() -> Option<Found>) -> Result<Answer, Error> {
         let enough = enough_for_doubles(tolerance);
-        let Refined { found, is_enough, .. } = refined(
-            PRECISIONS,
-            enough,
-            Enclosed::relative_error,
-            |found| found.stays_open(self, enough),
-            || Enclosed::find(self),
-        );
-        let Some(enclosed) = found else { return Ok(Answer::ZERO) };
-        if !is_enough
-            && let Some(found) = by_rule()
-            && Magnitude::from(found.relative_error()) < enclosed.relative_error()
-        {
-            return self.scaled(&found, Method::Quadrature);
+        let stays_open = |found: &Enclosed| found.stays_open(self, enough);
+        let refined = refined(PRECISIONS, enough, Enclosed::relative_error, stays_open, || Enclosed::find(self));
+        let enclosed = match refined {
+            Outcome::Nothing { .. } => return Ok(Answer::ZERO),
+            Outcome::Found(Refined { found, is_enough: true, .. }) => return found.to_answer(self),
+            Outcome::Found(Refined { found, .. }) => Some(found),
+            Outcome::TooDear => None,
+        };
+        let closest = enclosed.as_ref().map_or_else(|| Magnitude::from(before.relative_error()), Enclosed::relative_error);
+        match (by_rule(), enclosed) {
+            (Some(found), _) if Magnitude::from(found.relative_error()) < closest => self.scaled(&found, Method::Quadrature),
+            (_, Some(enclosed)) => enclosed.to_answer(self),
+            (_, None) => self.scaled(before, Method::DoubleDouble),
         }
-        enclosed.to_answer(self)
     }
 
     /// Whether the emitter is as small as that over the distance of its farthest vertex.

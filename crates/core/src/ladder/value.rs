@@ -21,7 +21,7 @@ use crate::scalar::ball::Ball;
 #[cfg(feature = "arbitrary-precision")]
 use crate::scalar::big::Big;
 #[cfg(feature = "arbitrary-precision")]
-use crate::scalar::big::enclosure::{Enclosure, PRECISIONS, Refined, enough_for_doubles, is_nothing, refined, relative_error};
+use crate::scalar::big::enclosure::{Enclosure, Outcome, PRECISIONS, enough_for_doubles, is_nothing, refined, relative_error};
 #[cfg(feature = "arbitrary-precision")]
 use crate::scalar::big::magnitude::Magnitude;
 use crate::scalar::number::ROUNDOFF;
@@ -59,17 +59,17 @@ impl Case<'_> {
         match climb {
             Climb::Met(value) => Ok(value),
             #[cfg(feature = "arbitrary-precision")]
-            Climb::Last(_) => self.narrowed_value(self.rounded_value(normalised)?),
+            Climb::Last(found) => self.narrowed_value(self.rounded_value(normalised, &found)?),
             #[cfg(not(feature = "arbitrary-precision"))]
             Climb::Last(found) => self.narrowed_value(self.value_of(&found, Method::DoubleDouble)?),
         }
     }
 
-    /// The value with as many bits as it takes, rounded to a double.
+    /// The value with as many bits as it takes, rounded to a double, or what was found before where that would take too long.
     #[cfg(feature = "arbitrary-precision")]
     #[cold]
     #[inline(never)]
-    fn rounded_value(&self, normalised: Tolerance) -> Result<Value, Error> {
+    fn rounded_value(&self, normalised: Tolerance, before: &Found) -> Result<Value, Error> {
         let enough = enough_for_doubles(normalised.relative);
         let absolute = Magnitude::from(0.25 * normalised.absolute);
         let share = |found: &Enclosure| {
@@ -81,8 +81,11 @@ impl Case<'_> {
         };
         let stays_open =
             |found: &Enclosure| (self.is_of_one_scale() && is_nothing(from_ref(found))) || Enclosed::is_coincidence(self);
-        let Refined { found, .. } = refined(PRECISIONS, enough, share, stays_open, find);
-        let Some(found) = found else { return Ok(Value::ZERO) };
+        let found = match refined(PRECISIONS, enough, share, stays_open, find) {
+            Outcome::Nothing { .. } => return Ok(Value::ZERO),
+            Outcome::Found(refined) => refined.found,
+            Outcome::TooDear => return self.value_of(before, Method::DoubleDouble),
+        };
         let ([radiosity], radiosity_error) = to_doubles(from_ref(&found), self.radiosity_unit())?;
         Ok(Value { radiosity, radiosity_error, method: Method::ArbitraryPrecision })
     }

@@ -12,8 +12,8 @@
 //! # Error
 //! Below `arctan 1/3` the quotient errs by half an ulp, so does the sum `z + z^3 P`, and the rest is below a tenth. Else z errs
 //! by 2u relative (denominator, quotient), at most `0.64 u` with the angle's derivative, the polynomial's sum by `u/4`, the two
-//! sums with what the octant adds by half an ulp of something half as large and half an ulp: below 1.75 ulp in all.
-//! [`ANGLE_ULP`] is what the bounds assume; the tests measure 1.36 on 10^6 points, and 1.5 on all quotients of single precision.
+//! sums with the octant's constant by half an ulp of a number half as large and by half an ulp: below 1.75 ulp in all.
+//! The bounds assume [`ANGLE_ULP`]; the tests measure 1.36 on 10^6 points, and 1.5 on all quotients of single precision.
 
 use fearless_simd::Simd;
 
@@ -22,7 +22,7 @@ use crate::lanes::lane::{Lane, Lanes, constant, polynomials};
 /// Largest error of an angle in units in the last place, assumed by the bounds.
 pub(crate) const ANGLE_ULP: f64 = 2.0;
 
-/// What depends on the precision.
+/// The constants of one precision.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct ArcTangent<F: 'static> {
     polynomial: &'static [F],

@@ -39,10 +39,10 @@ fn in_table<T: Arithmetic>(
     T::choose(high, second, first)
 }
 
-/// What vector code calls is always inlined, closures too: what is compiled apart has none of the vector's instructions. So no
-/// `map` of arrays.
+/// Functions and closures that vector code calls are always inlined: a function compiled apart has none of the vector's
+/// instructions. So no `map` of arrays.
 ///
-/// Of a vector, or of what wraps one in its field 0.
+/// For a vector, or for a type that wraps one in its field 0.
 macro_rules! arithmetic_on_lanes {
     ($type:ty, $mask:ty, $wrap:path, $wrap_mask:path $(, $field:tt)?) => {
         impl<S: Simd> Arithmetic for $type {

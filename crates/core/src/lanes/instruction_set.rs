@@ -8,7 +8,8 @@ use fearless_simd::Level;
 /// The best instruction set of this machine.
 pub(crate) static INSTRUCTION_SET: LazyLock<Level> = LazyLock::new(Level::new);
 
-/// Runs a call with the vectors of an instruction set: AVX-512, AVX2 or what the target always has. It is compiled for each.
+/// Runs a call with the vectors of an instruction set: AVX-512, AVX2 or the one that every machine of the target has. It is
+/// compiled for each.
 macro_rules! on_instruction_set {
     ($level:expr, $simd:ident => $call:expr) => {{
         #[cfg(target_arch = "x86_64")]

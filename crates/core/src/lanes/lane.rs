@@ -14,7 +14,7 @@ use crate::scalar::vec3::Vec3;
 /// Lanes of the widest vector there is, 512 bits of single precision.
 pub(crate) const MOST_LANES: usize = 16;
 
-/// Single or double precision, with what depends on it.
+/// Single or double precision, with the types and constants of each.
 pub(crate) trait Lane: SimdFloatElement + Send + Sync + 'static {
     const IS_SINGLE: bool;
     /// Lanes of the widest vector of this precision.
@@ -41,7 +41,7 @@ pub(crate) trait Lane: SimdFloatElement + Send + Sync + 'static {
 /// A vector of numbers.
 pub(crate) struct Lanes<S: Simd, F: Lane>(pub(super) F::Native<S>);
 
-/// What is true of each lane.
+/// A truth value for each lane.
 pub(crate) struct Mask<S: Simd, F: Lane>(pub(super) <F::Native<S> as SimdBase<S>>::Mask);
 
 impl<S: Simd, F: Lane> Clone for Lanes<S, F> {

@@ -1,5 +1,5 @@
-//! What can be wrong in appendix A: the paper's own misprints, and errors that a programmer makes. A check of radiosity or its
-//! gradient that lets one of them pass is too weak.
+//! The errors of appendix A: the paper's own misprints, and errors that a programmer makes. A check of radiosity or its gradient
+//! that lets one of them pass is too weak.
 
 use glam::DVec3;
 
@@ -142,7 +142,7 @@ impl Misprint {
         }
     }
 
-    /// What is wrong, in one line.
+    /// The error, in one line.
     #[must_use]
     pub const fn description(self) -> &'static str {
         match self {

@@ -1,7 +1,7 @@
 //! The surface integrals that the paper leaves to Gaussian quadrature: `X1 = int dA/r^2` and `X2 = int dA/r^4` over the emitter.
 //!
 //! With h the height of `x` over the emitter plane and q its in-plane part of r, the radial integral from the foot of `x` is
-//! elementary, and what is left runs along the contour (`c_i = n2.w_i`, twice the signed area of foot and edge):
+//! elementary, and the rest is an integral along the contour (`c_i = n2.w_i`, twice the signed area of foot and edge):
 //!
 //! ```text
 //! X1 = sum c_i/2 int_0^1 ln(1 + q^2/h^2) / q^2 dt        X2 = sum c_i/(2 h^2) int_0^1 dt/r^2
@@ -9,8 +9,8 @@
 //!
 //! Both integrands are analytic but where r^2 = 0, at `t* +- i S/|e|`, S the distance of the edge's line. An edge is halved
 //! until each panel is as long as its middle is far from `x` at most: the nearest singularity is then 2 half-lengths from the
-//! middle, in units of which 16 Gauss nodes leave `(2 + sqrt 3)^-32 = 5e-19`. What remains is rounding: 1e-15 where the foot is
-//! in or near the emitter; far outside the signed triangles cancel, by the ratio of distance to size.
+//! middle, in units of which 16 Gauss nodes leave `(2 + sqrt 3)^-32 = 5e-19`. The remaining error is rounding: 1e-15 where the foot
+//! is in or near the emitter; far outside the signed triangles cancel, by the ratio of distance to size.
 
 use glam::DVec3;
 

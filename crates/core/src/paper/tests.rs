@@ -1,4 +1,4 @@
-//! What appendix A promises: the numbers of the paper's scene, and Eq. 1 with its gradient integrated directly elsewhere.
+//! Tests of appendix A: the numbers of the paper's scene, and Eq. 1 with its gradient integrated directly elsewhere.
 
 use super::*;
 use crate::problem::emission::Emission;

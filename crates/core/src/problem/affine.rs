@@ -16,7 +16,7 @@ pub(crate) struct Affine {
     pub(crate) residual: f64,
 }
 
-/// The larger of two bounds; what is not a number bounds nothing.
+/// The larger of two bounds; NaN bounds nothing.
 pub(super) fn larger(a: f64, b: f64) -> f64 {
     if a.is_nan() || b.is_nan() { f64::INFINITY } else { a.max(b) }
 }

@@ -1,4 +1,4 @@
-//! What an emitter sends out: its radiosity `B(y)`, constant or linear over the polygon (HS95 sections A.1 and A.2), or a
+//! The emission of an emitter: its radiosity `B(y)`, constant or linear over the polygon (HS95 sections A.1 and A.2), or a
 //! polynomial.
 //!
 //! Units: radiosity in W/m2 (or any other unit, kept), gradient in that unit over the unit of length. The condition of a linear

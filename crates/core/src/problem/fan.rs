@@ -1,4 +1,4 @@
-//! A polygon as a fan of signed triangles around a vertex: what does not depend on the receiver, computed once.
+//! A polygon as a fan of signed triangles around a vertex: the quantities that do not depend on the receiver, computed once.
 
 use glam::DVec3;
 

@@ -155,7 +155,7 @@ impl Polygon {
     }
 
     /// Largest distance of a vertex from the plane through vertex 0 with normal [`Self::normal`]: 0 where all are exactly in one
-    /// plane, as those of a triangle are, else what the rounding of the coordinates left.
+    /// plane, as those of a triangle are, else the effect of the coordinates' rounding.
     #[must_use]
     pub const fn planarity_defect(&self) -> f64 {
         self.planarity_defect

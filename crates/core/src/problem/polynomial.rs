@@ -1,9 +1,9 @@
 //! Emission that is a polynomial of the position: `B(y) = sum b_ijk dx^i dy^j dz^k` with `(dx, dy, dz) = y - origin`.
 //!
-//! What a user states is [`Polynomial`], three variables and any origin. [`plane`] restricts it to the emitter's plane once per
-//! emitter. Its closed form is in `forms/polynomial`: `segment` integrates powers along the pieces of the visible boundary,
-//! `moments` brings every integral over the visible region down to those and one non-elementary number, and `sum` puts radiosity
-//! and gradient together.
+//! The user's [`Polynomial`] has three variables and any origin. [`plane`] restricts it to the emitter's plane once per emitter.
+//! Its closed form is in `forms/polynomial`: `segment` integrates powers along the pieces of the visible boundary, `moments` brings
+//! every integral over the visible region down to those and one non-elementary number, and `sum` puts radiosity and gradient
+//! together.
 //!
 //! Units: coefficients in the unit of the emission over the unit of length to the power of the degree.
 
@@ -25,8 +25,8 @@ pub struct Monomial {
 
 /// A polynomial in the position relative to an origin.
 ///
-/// Only its values on the emitter's plane matter. An origin near the emitter keeps the digits of high powers; the answer's
-/// bounds say what is lost.
+/// Only its values on the emitter's plane matter. An origin near the emitter keeps the digits of high powers; the answer's bounds
+/// include the loss.
 ///
 /// ```
 /// use radgrad_core::{DVec3, Emission, Emitter, Polygon, Polynomial, Receiver, evaluate};
@@ -46,9 +46,9 @@ pub struct Polynomial {
 }
 
 impl Polynomial {
-    /// Highest degree accepted. The closed form costs the third power of the degree an edge, and each degree loses digits (see
-    /// the bounds), so that beyond it a subdivided emitter serves better.
-    pub const MAX_DEGREE: u32 = 12;
+    /// Highest degree accepted, that of an exponent of 8 bits. The closed form costs the third power of the degree an edge, and
+    /// each degree loses digits, which the bounds say: from 20 up most answers take double-double or more bits.
+    pub const MAX_DEGREE: u32 = 255;
 
     /// The polynomial with the given terms, each a coefficient and the exponents of `dx`, `dy` and `dz`. Terms
     /// with the same exponents add up; no terms make the zero polynomial.
@@ -142,8 +142,8 @@ mod tests {
 
     #[test]
     fn wrong_polynomials_are_named() {
-        let error = Polynomial::new(DVec3::ZERO, [(1.0, [0, 0, 0]), (1.0, [5, 5, 3])]).unwrap_err();
-        assert_eq!(error.to_string(), "emission term 1 has degree 13: at most 12 is allowed");
+        let error = Polynomial::new(DVec3::ZERO, [(1.0, [0, 0, 0]), (1.0, [100, 100, 56])]).unwrap_err();
+        assert_eq!(error.to_string(), "emission term 1 has degree 256: at most 255 is allowed");
         let error = Polynomial::new(DVec3::ZERO, [(f64::NAN, [0, 0, 1])]).unwrap_err();
         assert_eq!(error.to_string(), "emission coefficient of term 0 is NaN: it must be finite");
         let error = Polynomial::new(DVec3::new(0.0, f64::INFINITY, 0.0), []).unwrap_err();

@@ -32,7 +32,8 @@ pub struct Receiver {
 }
 
 impl Receiver {
-    /// A receiver at `position` facing along `normal` (of any length), reflecting the fraction `reflectance` of what it receives.
+    /// A receiver at `position` facing along `normal` (of any length), reflecting the fraction `reflectance` of the light it
+    /// receives.
     ///
     /// # Errors
     /// If a coordinate is not finite, the normal is zero, or the reflectance is outside [0, 1].

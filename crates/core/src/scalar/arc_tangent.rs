@@ -10,8 +10,8 @@
 //! being within a factor of two; sum and quotient make s err by 2u, its quotient alone by u where c is 0. The cubic part, at
 //! most |s|/48, errs by less than 0.2 u |s|. Where c is 0 in the first octant: (1 + 0.2 + 1) u. Elsewhere at most (2 + 0.2 + 1)
 //! u |s| from s, the cubic part and their sum, and u from the last one; the result is at least atan(1/4) = 0.2449 and |s| at most
-//! 2/9 where c is 1/2, a larger result elsewhere: (3.2 x 0.2222 / 0.2449 + 1) u = 3.91 u. What the table's second doubles leave
-//! is below 2^-107.
+//! 2/9 where c is 1/2, a larger result elsewhere: (3.2 x 0.2222 / 0.2449 + 1) u = 3.91 u. The remainder beyond the table's second
+//! doubles is below 2^-107.
 
 use crate::scalar::arithmetic::Doubles;
 use crate::scalar::series::nine_terms;
@@ -29,8 +29,8 @@ const CUBIC: [f64; 9] = [
     -0.040_000_180_093_643_01,
 ];
 
-/// Of c = 0, 1/2, 1: c; what is added to, `atan c`, `pi - atan c`, `pi/2 - atan c`, `pi/2 + atan c`, where the point is nearer to
-/// the x axis, to the right and to the left, or nearer to the y axis, likewise; and what that double leaves.
+/// Of c = 0, 1/2, 1: c; the leading double of the angle added to, `atan c`, `pi - atan c`, `pi/2 - atan c`, `pi/2 + atan c`, where
+/// the point is nearer to the x axis, to the right and to the left, or nearer to the y axis, likewise; and the rest of that angle.
 #[allow(clippy::approx_constant, reason = "the first doubles of two")]
 const FROM: [[[f64; 3]; 3]; 4] = [
     [[0.0, 0.0, 0.0], [0.5, 0.4636476090008061, 2.2698777452961687e-17], [1.0, 0.7853981633974483, 3.061616997868383e-17]],

@@ -1,4 +1,4 @@
-//! What a closed form is written on: a number, or several of them side by side on the lanes of a vector.
+//! The numbers that a closed form is written on: one number, or several side by side on the lanes of a vector.
 //!
 //! A formula has one definition for all of them. Its operations and their order are the same on each, so on lanes each number
 //! gets the digits that it would get alone. Constants are spelled `x.like(constant)`, since a vector is made for an instruction
@@ -10,7 +10,7 @@ use std::ops::{Add, BitAnd, BitXor, Div, Mul, Neg, Sub};
 pub(crate) trait Arithmetic:
     Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self> + Neg<Output = Self>
 {
-    /// What is true of the number, or of each one.
+    /// A truth value for the number, or for each one.
     type Mask: Copy + BitAnd<Output = Self::Mask> + BitXor<Output = Self::Mask>;
 
     /// Whether approximations to a rounding of a double serve.
@@ -22,13 +22,13 @@ pub(crate) trait Arithmetic:
     /// pi, likewise.
     fn like_pi(self) -> Self;
 
-    /// Where this is larger, by what is known of the two.
+    /// Where this is larger, by the leading doubles.
     fn exceeds(self, other: Self) -> Self::Mask;
 
     /// One number where the mask is set, the other one where it is not.
     fn choose(mask: Self::Mask, set: Self, unset: Self) -> Self;
 
-    /// The same of what takes long to find: a number alone has only its own one evaluated.
+    /// The same for values that take long to find: a number alone evaluates only its own one.
     fn choose_of(mask: Self::Mask, set: impl FnOnce() -> Self, unset: impl FnOnce() -> Self) -> Self;
 
     /// The magnitude.
@@ -50,7 +50,7 @@ pub(crate) trait Arithmetic:
         self.atan2(x)
     }
 
-    /// What Clausen's function has beside its logarithm, see [`crate::scalar::dilogarithm`].
+    /// Clausen's function without its logarithm, see [`crate::scalar::dilogarithm`].
     fn clausen_rest(self) -> Self;
 
     /// `6 (g - sin g)/g^3` as a function of `g^2 <= 1`.

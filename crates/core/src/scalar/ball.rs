@@ -2,10 +2,10 @@
 //!
 //! A [`Ball`] `(mid, radius)` stands for every real within `radius` of `mid`, a double, a double-double or a number of any
 //! precision. Each operation returns a ball that contains the exact result for all operands in the balls given. Its own rounding
-//! is at most `eps |result|` with the eps that [`Number`] states for the operation; what the operands' radii do is written at
-//! each operation. Radii are sums and products of at most eight non-negative numbers, each rounding loses a relative 2^-53 at
-//! most, and the factor [`UP`] pays for all of them, as it does for taking the leading double of `mid` for its size. Results
-//! below the normal range lose more than a relative eps: [`Number::tiny`] pays for that.
+//! is at most `eps |result|` with the eps that [`Number`] states for the operation; the effect of the operands' radii is written at
+//! each operation. Radii are sums and products of at most eight non-negative numbers, each rounding loses a relative 2^-53 at most,
+//! and the factor [`UP`] pays for all of them, as it does for taking the leading double of `mid` for its size. Results below the
+//! normal range lose more than a relative eps: [`Number::tiny`] pays for that.
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
@@ -40,7 +40,7 @@ impl<N: Number> Ball<N> {
         Self::new(mid, propagated + N::roundoff() * mid.size() * units)
     }
 
-    /// What is known of the number, without the bound.
+    /// The number without the bound.
     pub(crate) const fn middle(self) -> N {
         self.mid
     }
@@ -71,7 +71,7 @@ impl<N: Number> Real for Ball<N> {
 
     #[inline]
     fn value_error(self) -> f64 {
-        // Half an ulp rather than what the rounding was: whoever compares with a rounded truth must not find it broken.
+        // Half an ulp rather than the actual rounding: whoever compares with a rounded truth must not find the bound broken.
         let low = self.mid.low().abs();
         let rounding = if low == 0.0 { 0.0 } else { low.max(ROUNDOFF * self.value().abs()) };
         (self.radius.to_double() + rounding) * UP

@@ -30,11 +30,14 @@ use crate::scalar::radius::Radius;
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Big(usize);
 
-/// The numbers of a computation, and what is kept from one to the next.
+/// The numbers of a computation, and the constants kept from one to the next.
 struct Arena {
     /// A multiple of 64.
     bits: usize,
     numbers: Vec<BigFloat>,
+    /// What the computation has cost, and what it may.
+    spent: u64,
+    limit: u64,
     constants: Consts,
     coefficients: Vec<Coefficients>,
 }
@@ -43,6 +46,8 @@ thread_local! {
     static ARENA: RefCell<Arena> = RefCell::new(Arena {
         bits: 64,
         numbers: Vec::new(),
+        spent: 0,
+        limit: u64::MAX,
         // Fails only where there is no memory for a dozen numbers.
         constants: Consts::new().expect("memory for the constants"),
         coefficients: Vec::new(),
@@ -59,13 +64,58 @@ impl Drop for Clear {
 }
 
 /// Runs a computation with at least so many bits. Its result must not hold a [`Big`].
+#[cfg(test)]
 pub(crate) fn with_bits<R>(bits: usize, computation: impl FnOnce() -> R) -> R {
-    ARENA.with_borrow_mut(|arena| arena.bits = bits.next_multiple_of(64));
-    let _clear = Clear;
-    computation()
+    within(bits, u64::MAX, computation).0.expect("no limit")
 }
 
+/// The same within an effort: `None` where it would have taken more. From there on the computation goes on without computing
+/// anything, so that it ends soon, and what it found is dropped.
+pub(crate) fn within<R>(bits: usize, limit: u64, computation: impl FnOnce() -> R) -> (Option<R>, Spent) {
+    ARENA.with_borrow_mut(|arena| {
+        arena.bits = bits.next_multiple_of(64);
+        (arena.spent, arena.limit) = (0, limit);
+    });
+    let _clear = Clear;
+    let result = computation();
+    let (bits, effort) = ARENA.with_borrow(|arena| (arena.bits, arena.spent));
+    ((effort <= limit).then_some(result), Spent { bits, effort })
+}
+
+/// What a computation has cost.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Spent {
+    bits: usize,
+    effort: u64,
+}
+
+impl Spent {
+    pub(crate) const fn effort(self) -> u64 {
+        self.effort
+    }
+
+    /// What as many operations cost with other bits.
+    pub(crate) const fn with_bits(self, bits: usize) -> u64 {
+        (self.effort / price(self.bits)).saturating_mul(price(bits.next_multiple_of(64)))
+    }
+}
+
+/// What an operation costs: a product of all words with all others, and a place in the arena.
+const fn price(bits: usize) -> u64 {
+    let words = (bits / 64) as u64;
+    256 + words * words
+}
+
+/// As many operations as a logarithm, an arc tangent or Clausen's function takes.
+const OF_A_FUNCTION: u64 = 64;
+
 impl Arena {
+    /// Pays for some operations; false where there is nothing left to pay with, and a number to stand for any other.
+    fn pays(&mut self, operations: u64) -> bool {
+        self.spent = self.spent.saturating_add(operations * price(self.bits));
+        self.spent <= self.limit || self.numbers.is_empty()
+    }
+
     fn keep(&mut self, number: BigFloat) -> Big {
         self.numbers.push(number);
         Big(self.numbers.len() - 1)
@@ -85,7 +135,15 @@ impl Arena {
 impl Big {
     /// Keeps a number found without others.
     fn new(number: impl FnOnce(&mut Arena) -> BigFloat) -> Self {
+        Self::paid(1, number)
+    }
+
+    /// Keeps the value of a function that takes some operations.
+    fn paid(operations: u64, number: impl FnOnce(&mut Arena) -> BigFloat) -> Self {
         ARENA.with_borrow_mut(|arena| {
+            if !arena.pays(operations) {
+                return Self(0);
+            }
             let number = number(arena);
             arena.keep(number)
         })
@@ -198,14 +256,14 @@ impl Number for Big {
         self.map(|a, bits| a.sqrt(bits, NEAREST))
     }
     fn ln(self) -> Self {
-        Self::new(|arena| {
+        Self::paid(OF_A_FUNCTION, |arena| {
             let bits = arena.bits;
             let (coefficients, numbers, constants) = arena.with_coefficients();
             functions::ln(&numbers[self.0], bits, &mut coefficients.steps, constants)
         })
     }
     fn atan2(self, x: Self) -> Self {
-        Self::new(|arena| {
+        Self::paid(OF_A_FUNCTION, |arena| {
             let bits = arena.bits;
             let (coefficients, numbers, constants) = arena.with_coefficients();
             functions::atan2(&numbers[self.0], &numbers[x.0], bits, &mut coefficients.steps, constants)
@@ -216,7 +274,7 @@ impl Number for Big {
         (0..terms).map(|k| Self::new(|arena| arena.with_coefficients().0.sine(k).clone()))
     }
     fn clausen_sum(square: Self) -> Self {
-        Self::new(|arena| {
+        Self::paid(OF_A_FUNCTION, |arena| {
             let (coefficients, numbers, _) = arena.with_coefficients();
             coefficients.clausen_sum(&numbers[square.0])
         })

@@ -1,5 +1,5 @@
-//! `J(x) = 1/2 int_0^x (1 - s cot s) ds`, the one special function that a linear emitter needs: what Clausen's function has
-//! beside its logarithm, `Cl2(2x) = 2x - 4 J(x) - 2x ln(2 sin x)`, where `Cl2(t) = -int_0^t ln|2 sin(s/2)| ds = Im Li2(e^{it})`.
+//! `J(x) = 1/2 int_0^x (1 - s cot s) ds`, the one special function that a linear emitter needs: Clausen's function without its
+//! logarithm, `Cl2(2x) = 2x - 4 J(x) - 2x ln(2 sin x)`, where `Cl2(t) = -int_0^t ln|2 sin(s/2)| ds = Im Li2(e^{it})`.
 //!
 //! [`crate::forms::linear`] brings the dilogarithms of `X1 = int dA/r^2` down to three values of J per end of a segment (its
 //! module documentation has the derivation). J is odd and grows; with Bernoulli numbers

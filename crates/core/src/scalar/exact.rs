@@ -82,7 +82,7 @@ impl WideSum {
         !self.is_negative() && self.0.iter().any(|limb| *limb != 0)
     }
 
-    /// The sum to two units of double-double, with its sign: what is below the normal range is the smallest normal number.
+    /// The sum to two units of double-double, with its sign: a size below the normal range becomes the smallest normal number.
     fn to_double_double(&self) -> DoubleDouble {
         let negative = self.is_negative();
         let mut size = self.0;

@@ -3,12 +3,12 @@
 //! A positive normal number is `2^k m` with m between the root of 1/2 and that of 2: `ln = k ln 2 + ln m`. With `f = m - 1`,
 //! exact, and `s = f/(2 + f)`, `ln m = 2 artanh s = 2s + 2 s^3 L(s^2) = f - s (f - 2 s^2 L)`. L has the least largest relative
 //! error on `[0, 0.0295]` by Remez's algorithm (weight `s^3/artanh s`): 2^-59.3 with rounded coefficients. `ln 2` is kept in two
-//! parts, the first short enough for its product with k to be exact. One division; the only branch is for what is not a normal
-//! number.
+//! parts, the first short enough for its product with k to be exact. One division; the only branch is for arguments that are not
+//! normal numbers.
 //!
 //! # Bound
-//! For k = 0 the subtraction from f rounds by half an ulp, and what is subtracted, at most 0.21 of f, errs by 4u relative: below
-//! 1.4 ulp. Else the two parts are at most a third apart from their sum, which rounds by half an ulp: below 1.5 ulp, 3u.
+//! For k = 0 the subtraction from f rounds by half an ulp, and the subtrahend, at most 0.21 of f, errs by 4u relative: below 1.4
+//! ulp. Else the two parts are at most a third apart from their sum, which rounds by half an ulp: below 1.5 ulp, 3u.
 
 use crate::scalar::arithmetic::Doubles;
 use crate::scalar::series::seven_terms;

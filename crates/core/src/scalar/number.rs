@@ -1,5 +1,5 @@
-//! What the middle of a [`crate::scalar::ball::Ball`] can be: a double, a double-double, or a number of as many digits as are
-//! asked for (`crate::scalar::big`), each with the relative errors of its operations.
+//! The numbers that the middle of a [`crate::scalar::ball::Ball`] can be: a double, a double-double, or one of as many digits as
+//! are asked for (`crate::scalar::big`), each with the relative errors of its operations.
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
@@ -21,7 +21,7 @@ pub(crate) const ROUNDOFF: f64 = f64::EPSILON / 2.0;
 pub(crate) trait Number:
     Copy + std::fmt::Debug + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self> + Neg<Output = Self>
 {
-    /// What bounds on it are kept in.
+    /// The type of its error bounds.
     type Radius: Radius;
     /// Whether it has more digits than the normals and gradients that are kept in double-double, so that they must be found anew.
     const BEYOND_DOUBLE_DOUBLE: bool;
@@ -44,7 +44,7 @@ pub(crate) trait Number:
     fn size(self) -> Self::Radius;
     /// The leading double.
     fn high(self) -> f64;
-    /// What the leading double leaves.
+    /// The rest beyond the leading double.
     fn low(self) -> f64;
     fn from_double(value: f64) -> Self;
     /// Error `ROUNDOFF`.

@@ -1,5 +1,4 @@
-//! What the error bound of a [`crate::scalar::ball::Ball`] is kept in: doubles, or numbers of a double's digits and a wider
-//! range.
+//! The type of the error bound of a [`crate::scalar::ball::Ball`]: doubles, or numbers of a double's digits and a wider range.
 //!
 //! Each operation may err by a relative 2^-53; the callers pay for it.
 

@@ -11,7 +11,7 @@ use crate::scalar::double_double::DoubleDouble;
 use crate::scalar::number::Number;
 use crate::scalar::series::sine;
 
-/// What bounds on a scalar are kept in.
+/// The type of a scalar's error bounds.
 pub(crate) type RadiusOf<T> = <<T as Real>::Number as Number>::Radius;
 
 /// A real number known well enough to compute with.
@@ -22,10 +22,10 @@ pub(crate) trait Real: Arithmetic<Mask = bool> {
     /// A number that differs from `value` by at most `error`.
     fn approximate(value: Self::Number, error: RadiusOf<Self>) -> Self;
 
-    /// The leading double of what is known.
+    /// The leading double.
     fn value(self) -> f64;
 
-    /// Magnitude of what is known, off by at most a relative 2^-52.
+    /// Magnitude, off by at most a relative 2^-52; without the error bound.
     fn size(self) -> RadiusOf<Self>;
 
     /// Bound on the difference from the real number meant; 0 where it is not tracked.

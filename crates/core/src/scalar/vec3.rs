@@ -65,13 +65,14 @@ where
 }
 
 impl Vec3<f64> {
-    /// Euclidean length of what is not far from 1. Always inlined: calls out of a vector unit's code cost more than it does.
+    /// Euclidean length of a vector not far from 1 in size. Always inlined: calls out of a vector unit's code cost more than it
+    /// does.
     #[inline(always)]
     pub(crate) fn norm(self) -> f64 {
         self.norm_squared().sqrt()
     }
 
-    /// Euclidean length, to a few roundings; squares of what is far from 1 do not leave the range of a double.
+    /// Euclidean length, to a few roundings; lengths whose squares leave the range of a double are answered too.
     #[inline(always)]
     pub(crate) fn length(self) -> f64 {
         let power = normalising_power(self.x.abs().max(self.y.abs()).max(self.z.abs()));

@@ -1,7 +1,7 @@
 //! Batches against the scalar path: within both bounds, in every regime, on every instruction set, at every length.
 
 use radgrad_core::batch::{Answers, Emitters, Engine, Precision, Receivers};
-use radgrad_core::{Answer, DVec3, Emission, Emitter, Error, Polygon, Receiver, evaluate, radiosity_and_gradient};
+use radgrad_core::{Answer, DVec3, Emission, Emitter, Error, Method, Polygon, Receiver, evaluate, radiosity_and_gradient};
 use rand::{RngExt, SeedableRng, rngs::ChaCha8Rng};
 
 /// Receivers as a structure of arrays of their own.
@@ -171,6 +171,12 @@ fn batches_agree_with_the_scalar_path_within_both_bounds() {
         for tolerance in [1e-3, 1e-8, 1e-12] {
             Engine::new().evaluate_to(&wide.receivers(), &lamp, tolerance, &mut double).unwrap();
             Engine::new().evaluate_to(&narrow.receivers(), &lamp, tolerance, &mut float).unwrap();
+            for (method, counts) in [(&double.method, double.counts), (&float.method, float.counts)] {
+                let zeros = method.iter().filter(|method| **method == Method::Zero).count();
+                let on_lanes = method.iter().filter(|method| **method == Method::ClosedForm).count();
+                assert_eq!((zeros, method.len()), (counts.zero, points.len()), "emitter {kind}");
+                assert!(on_lanes + counts.doubled >= counts.whole + counts.clipped, "emitter {kind}: {counts:?}, {on_lanes}");
+            }
             for (i, truth) in truth.iter().enumerate() {
                 let place = || format!("emitter {kind}, receiver {i}: {:?} to {tolerance:e}", points[i]);
                 agrees(&double, i, truth, &place);

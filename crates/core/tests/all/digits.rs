@@ -1,9 +1,10 @@
-//! Answers to many digits, against what is known otherwise and against each other.
+//! Answers to many digits, against values known otherwise and against each other.
 #![cfg(feature = "arbitrary-precision")]
 
 use astro_float::{BigFloat, Consts, Radix, RoundingMode};
 use radgrad_core::{
-    DVec3, Emission, Emitter, Error, MOST_DIGITS, Method, Polygon, PreciseAnswer, Receiver, evaluate_digits, evaluate_to,
+    DVec3, Emission, Emitter, Error, MOST_DIGITS, Method, Polygon, PreciseAnswer, Receiver, evaluate, evaluate_digits,
+    evaluate_to,
 };
 
 const BITS: usize = 2048;
@@ -272,4 +273,41 @@ fn a_number_of_digits_that_is_not_served_is_refused() {
     }
     let all = evaluate_digits(&receiver(UP), &lamp(Emission::Constant(1.0)), &[], MOST_DIGITS).unwrap();
     assert!(all.radiosity.len() > 1000 && all.bits >= 3322);
+}
+
+/// Emission that is odd over a square above a receiver in the middle: nothing is left of the value, all of the gradient.
+#[test]
+fn what_cancels_by_symmetry_is_zero_within_next_to_nothing_and_soon() {
+    let corners = [[-1.0, -1.0, 1.0], [-1.0, 1.0, 1.0], [1.0, 1.0, 1.0], [1.0, -1.0, 1.0]].map(DVec3::from);
+    let square = Polygon::new(corners.to_vec()).unwrap();
+    let odd = Emitter::new(square, Emission::gradient(-1.0, DVec3::X)).unwrap();
+    let receiver = Receiver::new(DVec3::new(0.0, 0.2, 0.0), DVec3::Z, 1.0).unwrap();
+    let start = std::time::Instant::now();
+    let answer = evaluate(&receiver, &odd, &[]).unwrap();
+    assert!(answer.radiosity == 0.0 && answer.radiosity_error < 1e-100 && answer.gradient.x > 0.1, "{answer:?}");
+    for digits in [10, 50, 200] {
+        let answer = evaluate_digits(&receiver, &odd, &[], digits).unwrap();
+        assert_eq!(answer.radiosity, "0");
+        assert!(answer.radiosity_error.parse::<f64>().unwrap() < 1e-100 && answer.bits <= 2048, "{answer:?}");
+        assert!(answer.gradient[0].len() > digits as usize && answer.gradient_error.parse::<f64>().unwrap() > 0.0, "{answer:?}");
+    }
+    // It took 25 s.
+    assert!(start.elapsed().as_secs_f64() < 4.0, "{:?}", start.elapsed());
+}
+
+/// Six hundred vertices of a lamp in contact at 1e-300: more bits than would be found in a few seconds.
+#[test]
+fn what_costs_much_ends_within_seconds() {
+    let count = 600;
+    let vertex = |i: i32| {
+        let turn = std::f64::consts::TAU * f64::from(i) / f64::from(count);
+        DVec3::new(libm::cos(turn), -libm::sin(turn), 0.0)
+    };
+    let disc = Polygon::new((0..count).map(vertex).collect()).unwrap();
+    let lamp = Emitter::new(disc, Emission::gradient(1e-280, DVec3::new(1.0, 0.5, 0.0))).unwrap();
+    let receiver = Receiver::new(DVec3::new(0.0, 0.0, -1e-300), DVec3::new(1.0, 1e-290, 1e-300), 1.0).unwrap();
+    let start = std::time::Instant::now();
+    let answer = evaluate_to(&receiver, &lamp, &[], 1e-15).unwrap();
+    let elapsed = start.elapsed().as_secs_f64();
+    assert!(elapsed < 20.0 && answer.radiosity_error.is_finite(), "{elapsed} s: {answer:?}");
 }

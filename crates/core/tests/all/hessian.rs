@@ -1,4 +1,4 @@
-//! Second derivatives against differences of the gradient, and what must hold of them.
+//! Second derivatives against differences of the gradient, and against identities that must hold.
 
 use radgrad_core::{
     DMat3, DVec3, Emission, Emitter, Error, Hessian, Method, Polygon, Polynomial, Receiver, evaluate_to, hessian, hessian_to,
@@ -124,19 +124,105 @@ fn bounds_hold_between_the_precisions() {
     }
 }
 
+/// Emissions that vary: linear both ways, and polynomials of degree 1, 2 and 5.
+fn varying(polygon: &Polygon) -> Vec<Emitter> {
+    let polynomial = |terms: &[(f64, [u8; 3])]| {
+        Emission::Polynomial(Polynomial::new(DVec3::new(0.1, -0.2, 1.0), terms.iter().copied()).unwrap())
+    };
+    let emissions = [
+        Emission::gradient(1.0, DVec3::new(0.7, -0.4, 0.2)),
+        polynomial(&[(1.0, [0, 0, 0]), (0.7, [1, 0, 0]), (-0.4, [0, 1, 0])]),
+        polynomial(&[(2.0, [0, 0, 0]), (0.7, [2, 0, 0]), (-0.4, [1, 1, 0]), (0.3, [0, 0, 1])]),
+        polynomial(&[(2.0, [0, 0, 0]), (0.5, [3, 2, 0]), (-1.0, [1, 0, 2]), (0.3, [0, 1, 0])]),
+    ];
+    emissions.into_iter().map(|emission| Emitter::new(polygon.clone(), emission).unwrap()).collect()
+}
+
+/// [`by_differences`] past occluders.
+fn by_differences_past(x: DVec3, normal: DVec3, emitter: &Emitter, occluders: &[Polygon], step: f64) -> DMat3 {
+    let gradient = |x: DVec3| evaluate_to(&at(x, normal), emitter, occluders, 1e-15).unwrap().gradient;
+    let along = |axis: DVec3| {
+        let central = |step: f64| (gradient(x + axis * step) - gradient(x - axis * step)) / (2.0 * step);
+        let [one, two, four] = [step, 2.0 * step, 4.0 * step].map(central);
+        let (fine, coarse) = ((4.0 * one - two) / 3.0, (4.0 * two - four) / 3.0);
+        (16.0 * fine - coarse) / 15.0
+    };
+    DMat3::from_cols(along(DVec3::X), along(DVec3::Y), along(DVec3::Z))
+}
+
 #[test]
-fn what_sees_nothing_has_none_and_other_emission_is_refused() {
+fn an_emission_that_varies_has_them_too_clipped_or_not() {
+    for polygon in [triangle().polygon(), concave().polygon()] {
+        for emitter in varying(polygon) {
+            for normal in [DVec3::new(0.1, 0.2, 1.0), DVec3::new(1.0, -0.3, 0.2), DVec3::new(-0.2, 1.0, 0.0)] {
+                for position in [DVec3::new(0.2, -0.1, 0.0), DVec3::new(-0.05, 0.15, 0.9), DVec3::new(1.7, 0.4, 0.3)] {
+                    let answer = hessian_to(&at(position, normal), &emitter, &[], 1e-12).unwrap();
+                    let difference = by_differences(position, normal, &emitter, 2e-3 * (1.0 - position.z));
+                    let off = norm(answer.matrix - difference);
+                    assert!(off <= 1e-7 * norm(difference), "{position} {normal}: {answer:?} {difference}, off by {off:e}");
+                    assert!(answer.meets(1e-12), "{answer:?}");
+                    let plain = hessian(&at(position, normal), &emitter).unwrap();
+                    assert!(norm(plain - answer.matrix) <= 1e-9 * norm(plain), "{plain} {answer:?}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn an_emission_that_varies_has_them_past_occluders() {
+    let polygon = |points: [[f64; 3]; 3]| Polygon::new(points.map(DVec3::from).to_vec()).unwrap();
+    let screens = [
+        polygon([[0.1, -1.0, 0.5], [0.1, 1.2, 0.45], [2.0, 0.0, 0.5]]),
+        polygon([[-1.0, 0.2, 0.7], [0.4, 0.25, 0.6], [0.0, 1.5, 0.7]]),
+    ];
+    for emitter in varying(concave().polygon()) {
+        for (normal, occluders) in [(DVec3::new(0.1, 0.2, 1.0), &screens[..1]), (DVec3::new(1.0, -0.3, 0.2), &screens[..])] {
+            let position = DVec3::new(0.02, -0.1, 0.0);
+            let answer = hessian_to(&at(position, normal), &emitter, occluders, 1e-12).unwrap();
+            let difference = by_differences_past(position, normal, &emitter, occluders, 1e-3);
+            let off = norm(answer.matrix - difference);
+            assert!(off <= 1e-6 * norm(difference), "{normal}: {answer:?} {difference}, off by {off:e}");
+            assert!(answer.meets(1e-12), "{answer:?}");
+        }
+    }
+}
+
+/// Each rung's bound against what 8448 bits give, in contact, far away and in the middle.
+#[test]
+fn bounds_of_an_emission_that_varies_hold_between_the_precisions() {
+    for emitter in varying(triangle().polygon()) {
+        for normal in [DVec3::new(0.1, 0.2, 1.0), DVec3::new(1.0, -0.3, 0.2)] {
+            for height in [1e-5, 0.02, 1.0, 30.0] {
+                let receiver = at(DVec3::new(-0.2, -0.05, 1.15 - height), normal);
+                let Ok(exact) = hessian_to(&receiver, &emitter, &[], 0.0) else { panic!() };
+                for tolerance in [1.0, 1e-3, 1e-9] {
+                    let rough = hessian_to(&receiver, &emitter, &[], tolerance).unwrap();
+                    let difference = norm(rough.matrix - exact.matrix);
+                    assert!(difference <= rough.error + exact.error, "{difference:e} {rough:?} {exact:?}");
+                }
+                assert!(exact.meets(1.2e-16), "{exact:?}");
+            }
+        }
+    }
+}
+
+/// A constant emission as a polynomial has the digits of neither way lost.
+#[test]
+fn a_constant_as_a_polynomial_has_the_same() {
+    let polynomial = Polynomial::new(DVec3::ZERO, [(2.5, [0, 0, 0]), (0.0, [2, 1, 0])]).unwrap();
+    let emitter = Emitter::new(concave().polygon().clone(), Emission::Polynomial(polynomial)).unwrap();
+    let receiver = at(DVec3::new(0.2, -0.1, 0.0), DVec3::new(1.0, -0.3, 0.2));
+    let [one, other] = [&emitter, &concave()].map(|emitter| hessian_to(&receiver, emitter, &[], 1e-13).unwrap());
+    assert!(norm(one.matrix - other.matrix) <= one.error + other.error);
+}
+
+#[test]
+fn what_sees_nothing_has_none() {
     let away = at(DVec3::new(0.2, -0.1, 0.0), DVec3::NEG_Z);
-    let dark = hessian_to(&away, &triangle(), &[], 1e-12).unwrap();
-    assert_eq!((dark.matrix, dark.error, dark.method), (DMat3::ZERO, 0.0, Method::Zero));
-    let polygon = triangle().polygon().clone();
-    let linear = Emitter::new(polygon.clone(), Emission::gradient(1.0, DVec3::X)).unwrap();
-    let message = hessian(&away, &linear).unwrap_err().to_string();
-    assert_eq!(message, "the Hessian has a closed form for constant emission only, this one is linear");
-    let none = Emission::Polynomial(Polynomial::new(DVec3::ZERO, []).unwrap());
-    assert!(matches!(
-        hessian(&away, &Emitter::new(polygon, none).unwrap()),
-        Err(Error::EmissionKind { given: "polynomial", .. })
-    ));
+    for emitter in varying(triangle().polygon()).into_iter().chain([triangle()]) {
+        let dark = hessian_to(&away, &emitter, &[], 1e-12).unwrap();
+        assert_eq!((dark.matrix, dark.error, dark.method), (DMat3::ZERO, 0.0, Method::Zero));
+    }
     assert!(matches!(hessian_to(&away, &triangle(), &[], f64::NAN), Err(Error::Tolerance { .. })));
 }

@@ -1,9 +1,10 @@
-//! One program for all tests of what is public, so that it is compiled and linked once.
+//! One program for all tests of the public interface, so that it is compiled and linked once.
 
 mod batch;
 mod digits;
 mod emitter_tree;
 mod hessian;
+mod irradiance;
 mod occluders;
 mod on_surface;
 mod polynomials;

@@ -1,4 +1,4 @@
-//! Occluders against what can be said without them.
+//! Occluders, against the same light found without them.
 
 use radgrad_core::{Answer, DVec3, Emission, Emitter, Method, Polygon, Receiver, evaluate};
 

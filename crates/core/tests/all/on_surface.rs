@@ -34,12 +34,11 @@ fn rotated(random: &mut ChaCha8Rng, count: usize) -> (Vec<DVec3>, [DVec3; 4], DV
     (vertices.clone(), [inside, on_edge, vertices[i], outside], turn * DVec3::Z)
 }
 
+/// The same emission whichever vertex is named first: a value at the first vertex and a slope would be rounded anew for each.
 fn emission(kind: usize, vertices: &[DVec3], first: usize, slope: DVec3) -> Emission {
-    let value = |v: DVec3| 2.0 + slope.dot(v - vertices[0]);
-    match kind {
-        0 => Emission::Constant(1.0),
-        _ => Emission::gradient(value(vertices[first]), slope),
-    }
+    let mut values: Vec<f64> = vertices.iter().map(|v| 2.0 + slope.dot(*v - vertices[0])).collect();
+    values.rotate_left(first);
+    if kind == 0 { Emission::Constant(1.0) } else { Emission::at_vertices(values) }
 }
 
 fn starting_at(vertices: &[DVec3], first: usize) -> Polygon {
@@ -152,7 +151,7 @@ fn on_the_surface_the_bound_encloses_both_sides() {
     // A floor gives nothing to a floor.
     let along = Receiver::new(point, normal, 0.5).unwrap();
     assert!(evaluate_to(&along, &emitter, &[], 1e-12).unwrap().radiosity_error < 1e-28);
-    // Neither does what is seen edge-on from far outside, but for what the vertices are off the plane.
+    // Neither does an emitter seen edge-on from far outside, up to the distance of its vertices from the plane.
     let beside = Receiver::new(vertices[0] + (vertices[0] - vertices[2]) * 3.0, -normal, 0.5).unwrap();
     let answer = evaluate_to(&beside, &emitter, &[], 1e-12).unwrap();
     assert!(answer.radiosity.abs() + answer.radiosity_error < 1e-14 && answer.gradient_error < 1e-12, "{answer:?}");

@@ -31,8 +31,8 @@ fn rule() -> Vec<(f64, f64)> {
     signed.flat_map(|(t, w)| (0..24).map(move |i| ((f64::from(i) + 0.5 * (1.0 + t)) / 24.0, w / 24.0))).collect()
 }
 
-/// Radiosity and gradient by quadrature over the part of the polygon above the horizon. That part's edge on the horizon moves
-/// with x, but what it gains or loses is seen with `n1.r = 0`.
+/// Radiosity and gradient by quadrature over the part of the polygon above the horizon. That part's edge on the horizon moves with
+/// x, but the strip it gains or loses is seen with `n1.r = 0`.
 fn by_quadrature(receiver: &Receiver, emitter: &Emitter) -> (f64, DVec3) {
     let (x, n1, n2) = (receiver.position(), receiver.normal(), emitter.polygon().normal());
     let vertices = emitter.polygon().vertices();
@@ -118,7 +118,7 @@ fn low_degrees_agree_with_constant_and_linear_emission_to_rounding() {
     }
 }
 
-/// From the origin a screen whose edge is at x = 0.25, z = 1 hides what is beyond x = 0.5 at z = 2.
+/// From the origin a screen whose edge is at x = 0.25, z = 1 hides the part beyond x = 0.5 at z = 2.
 #[test]
 fn a_screen_leaves_the_radiosity_of_what_it_does_not_hide() {
     let ceiling =
@@ -231,4 +231,24 @@ fn where_no_method_meets_the_tolerance_the_smallest_bound_answers() {
     // int x^12 dA = 4/13.
     let expected = (4.0 / 13.0 - 4.0 * 0.0769) / (PI * 1e18);
     assert!((answer.radiosity - expected).abs() < 1e-10 * expected.abs(), "{answer:?} {expected}");
+}
+
+#[test]
+fn high_degrees_have_certificates_too() {
+    for degree in [20_u8, 40, 60] {
+        let terms = [(1.0, [degree, 0, 0]), (-2.0, [degree / 2, degree / 2, 0]), (0.5, [0, 0, degree - 3]), (1.0, [1, 2, 1])];
+        let polynomial = Polynomial::new(DVec3::new(-0.2, 0.1, 0.3), terms).unwrap();
+        let emitter = Emitter::new(facing_down(&TRIANGLE), Emission::Polynomial(polynomial)).unwrap();
+        for (position, normal) in
+            [(DVec3::new(0.2, -0.1, 0.0), DVec3::new(0.1, 0.2, 1.0)), (DVec3::new(0.4, 0.1, 0.6), DVec3::new(1.0, -0.3, 0.2))]
+        {
+            let receiver = Receiver::new(position, normal, 0.7).unwrap();
+            let answer = evaluate(&receiver, &emitter, &[]).unwrap();
+            let (value, gradient) = by_quadrature(&receiver, &emitter);
+            let case = format!("degree {degree}, normal {normal}, {answer:?}, {value} {gradient}");
+            assert!((answer.radiosity - value).abs() <= 1e-12 * value.abs() + answer.radiosity_error, "{case}");
+            assert!((answer.gradient - gradient).length() <= 1e-11 * gradient.length() + answer.gradient_error, "{case}");
+            assert!(answer.meets(1e-12), "{case}");
+        }
+    }
 }

@@ -1,5 +1,5 @@
-//! Cases at the ends of a double's range, where products underflow or overflow: what is answered is answered right, and what
-//! cannot be is refused.
+//! Cases at the ends of a double's range, where products underflow or overflow: each answer is right, and a case that cannot be
+//! answered is refused.
 
 use radgrad_core::batch::{Answers, EmitterTree, Engine, Precision, Receivers};
 use radgrad_core::{
@@ -130,7 +130,7 @@ fn slivers_keep_the_digits_of_their_irradiance_vector() {
 
 #[test]
 fn values_that_cancel_fall_back_to_what_has_digits() {
-    // What is emitted changes its sign across the emitter, seen from where the two parts cancel.
+    // The emission changes its sign across the emitter, seen from where the two parts cancel.
     let corners = [[-1.0, -1.0, 1.0], [-1.0, 1.0, 1.0], [1.0, 1.0, 1.0], [1.0, -1.0, 1.0]];
     for shift in [0.0, 1e-6, 1e-12, 1e-15, 1e-30] {
         let values = vec![-1e16 + shift, -1e16, 1e16, 1e16 - shift];

@@ -1,4 +1,4 @@
-//! Two other forms of the same integrals, partly along the contour of what is seen: HS95 Eqs. 6 and 9, and the visible boundary
+//! Two other forms of the same integrals, partly along the contour of the visible part: HS95 Eqs. 6 and 9, and the visible boundary
 //! form.
 //!
 //! With `k = n1 x (grad B x n2)`, counter-clockwise contour, and the printed Eq. 9 corrected (sign of its left side; second

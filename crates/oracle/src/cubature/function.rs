@@ -1,9 +1,9 @@
 //! Any emission `B(y)`, by two forms of the same integrals that check each other.
 //!
 //! [`Form::Surface`] asks for values of B only; its gradient loses digits near contact. [`Form::Boundary`] takes B's gradient at
-//! the user's word, misses what B does where it jumps, and keeps its digits near contact. What both say is believed, and taken
-//! from the one with the smaller error; where they differ by more than their errors the status says so and the surface form
-//! answers, as it does where its own error is too large to tell.
+//! the user's word, misses jumps of B, and keeps its digits near contact. Where both agree the answer is that of the one with the
+//! smaller error; where they differ by more than their errors the status says so and the surface form answers, as it does where its
+//! own error is too large to tell.
 
 use radgrad_core::{Polygon, Receiver};
 
@@ -17,9 +17,9 @@ const TELLING: f64 = 1e-2;
 /// Radiosity and gradient of `polygon` with the emission `emission` at `receiver`, to the relative `tolerance`, each with
 /// respect to its own size (norm), within `budget` evaluations of the emission.
 ///
-/// The tolerance is met where the status is [`Status::Converged`]; otherwise the errors say what was reached. They are
-/// estimates, as cautious as [`EmissionFunction::detail`] is true. Without a gradient of the emission the surface form answers
-/// alone. Occluders are for [`crate::monte_carlo::integrate_source`].
+/// The tolerance is met where the status is [`Status::Converged`]; otherwise the errors are above it. They are estimates, as
+/// cautious as [`EmissionFunction::detail`] is true. Without a gradient of the emission the surface form answers alone. Occluders
+/// are for [`crate::monte_carlo::integrate_source`].
 ///
 /// ```
 /// use radgrad_core::{DVec3, Polygon, Receiver};

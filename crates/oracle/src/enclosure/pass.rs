@@ -1,6 +1,6 @@
 //! One pass of an enclosure: cells for given tolerances, the integrals over them, and the radii that result.
 //!
-//! A pass knows nothing of digits; it encloses to absolute tolerances and says what rounding added.
+//! A pass knows nothing of digits; it encloses to absolute tolerances and reports the part of rounding in the radii.
 
 use crate::Error;
 use crate::enclosure::arithmetic::Real;

@@ -1,4 +1,4 @@
-//! What an occluder hides of a triangle of the emitter: a convex cone from the receiver.
+//! The part of an emitter's triangle that an occluder hides: a convex cone from the receiver.
 //!
 //! A direction w is hidden by a convex polygon in the plane `M.y = K > 0` from a triangle in the plane `N.y = -H < 0` if it is
 //! inside the planes through the receiver and its sides, and if it meets the polygon first: `K / M.w < -H / N.w`, that is

@@ -1,4 +1,4 @@
-//! Emissions an enclosure can integrate: what a polygon emits, as a polynomial in the position.
+//! Emissions an enclosure can integrate: the radiosity of a polygon, as a polynomial in the position.
 //!
 //! A constant, an affine function (HS95 A.1, A.2), or any polynomial in x, y, z; only its restriction to the polygon matters.
 //! Along a line `y = q + s c` it is a polynomial in `s`, and that is how it enters the integrals: `B(q + s c) = sum s^k b_k(c)`
@@ -85,7 +85,7 @@ fn monomial(y: DVec3, powers: [u32; 3]) -> f64 {
     power(0) * power(1) * power(2)
 }
 
-/// A polygon and what it emits.
+/// A polygon and its emission.
 #[derive(Debug, Clone, Copy)]
 pub enum Source<'a> {
     /// With the emission of core, any.

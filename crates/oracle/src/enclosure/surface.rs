@@ -1,10 +1,10 @@
 //! The part of the emitter the receiver sees, cut into pieces an integrand of section-8 type is smooth on.
 //!
 //! Everything is relative to the receiver and scaled by a power of two, both exactly. Each triangle is clipped at the horizon
-//! by the exact signs of `n1.r` at its vertices; what is left is a convex polygon with three or four corners. Its point nearest
-//! to the receiver, the apex, is chosen in double precision and from then on exact; the polygon is the signed sum of [`Fan`]s
-//! `q + s (a + t b)`, 0 <= s, t <= 1, each from the apex to a stretch of boundary that starts nearest to the apex and leads
-//! away from it. Where the apex or such a start lies matters for the cost, never for the truth.
+//! by the exact signs of `n1.r` at its vertices; the rest is a convex polygon with three or four corners. Its point nearest to the
+//! receiver, the apex, is chosen in double precision and from then on exact; the polygon is the signed sum of [`Fan`]s `q + s (a +
+//! t b)`, 0 <= s, t <= 1, each from the apex to a stretch of boundary that starts nearest to the apex and leads away from it. Where
+//! the apex or such a start lies matters for the cost, never for the truth.
 
 use glam::DVec3;
 use radgrad_core::{Polygon, Receiver};

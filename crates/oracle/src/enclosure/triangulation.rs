@@ -1,8 +1,8 @@
 //! Triangles of a simple polygon by ear clipping with exact predicates.
 //!
-//! A polygon with more than three vertices is planar only up to the rounding of its vertices; what is integrated is the surface
-//! of these triangles, each in its own exact plane. Decisions are made on the projection along the largest component of the
-//! normal, with the predicate of Shewchuk (Discrete Comput. Geom. 18, 1997), so they are those of exact arithmetic.
+//! A polygon with more than three vertices is planar only up to the rounding of its vertices; the integral is over these triangles,
+//! each in its own exact plane. Decisions are made on the projection along the largest component of the normal, with the predicate
+//! of Shewchuk (Discrete Comput. Geom. 18, 1997), so they are those of exact arithmetic.
 
 use radgrad_core::Polygon;
 use robust::{Coord, orient2d};

@@ -1,4 +1,4 @@
-//! What of the emitter is seen: convex pieces of its triangles, and the lines that bound them all.
+//! The visible part of the emitter: convex pieces of its triangles, and the lines that bound them all.
 //!
 //! In free sight a piece is a triangle's part above the horizon. Past occluders it is cut further ([`crate::enclosure::cone`],
 //! [`crate::enclosure::shadow`]); cuts between two seen pieces are no boundary and are found by counting along each plane which
@@ -6,8 +6,8 @@
 //!
 //! A boundary moves with the receiver. On a line of the emitter's plane - an edge, or where an occluder meets that plane - the
 //! gradient of HS95 Eq. 1 has the integral of `B (n1.r) (dr x r)/|r|^4`, which is that of `B (n1.w)(e x w)/|r|^2 dt` along the
-//! edge e. On the edge of an occluder, seen in the same directions w at `l r`, the second form divides by `l` what the first has
-//! on the shadow: with `m.y = k` along the edge's line, `1/l = m.r / k` is affine, and the emission there is `B (m.r)/k`.
+//! edge e. On the edge of an occluder, seen in the same directions w at `l r`, the second form is the first one on the shadow, over
+//! `l`: with `m.y = k` along the edge's line, `1/l = m.r / k` is affine, and the emission there is `B (m.r)/k`.
 
 use std::rc::Rc;
 

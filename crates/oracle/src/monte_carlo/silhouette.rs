@@ -1,15 +1,15 @@
 //! The edges along which the seen part of an emitter ends, for the gradient past occluders.
 //!
-//! The part of the gradient that comes from the motion of what is seen is an integral along the generating edges, of the
-//! emitter and of the occluders (their real edges, not their shadows), each taken with what is seen on its left: `(rho/pi) sum
-//! int B(y) (n1.omega) (e x omega) / |r|^2 dt`, `r` the point of the edge at `t`, `omega = r/|r|`, `y` the emitter's point
+//! The part of the gradient that comes from the motion of the visible region is an integral along the generating edges, of the
+//! emitter and of the occluders (their real edges, not their shadows), each taken with the visible region on its left: `(rho/pi)
+//! sum int B(y) (n1.omega) (e x omega) / |r|^2 dt`, `r` the point of the edge at `t`, `omega = r/|r|`, `y` the emitter's point
 //! behind.
 //!
 //! The emitter's own edges are those of its region: which side of one is the emitter, and `n1.r` and `B` along it, are known
-//! there, however close the receiver is to the plane, however narrow or far the emitter; only what is in front of them is left
-//! to ask. An edge of an occluder counts where it is seen against the emitter on either side, nothing hides what is just left of it, and its
-//! own polygon what is just right of it. Polygons that share an edge as seen from `x` (the faces of a box) would both count it:
-//! the first in the list does.
+//! there, however close the receiver is to the plane, however narrow or far the emitter; only occluders in front of them are to be
+//! looked for. An edge of an occluder counts where it is seen against the emitter on either side, nothing hides the emitter just
+//! left of it, and its own polygon hides it just right of it. Polygons that share an edge as seen from `x` (the faces of a box)
+//! would both count it: the first in the list does.
 
 use glam::DVec3;
 

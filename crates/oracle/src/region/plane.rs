@@ -1,7 +1,7 @@
-//! Points, edges and triangles of the emitter's plane in doubles, in the coordinates of `region`: what the rules work on.
+//! Points, edges and triangles of the emitter's plane in doubles, in the coordinates of `region`, for the rules.
 //!
-//! Halving keeps what the corners carry: `p, q, s, b` of a middle are means, areas and moments are halved exactly, so
-//! a small piece next to a corner is as accurate, relatively, as the corner.
+//! Halving keeps the corners' numbers exact: `p, q, s, b` of a middle are means, areas and moments are halved exactly, so a small
+//! piece next to a corner is as accurate, relatively, as the corner.
 
 /// A point of the emitter's plane.
 #[derive(Debug, Clone, Copy, PartialEq)]

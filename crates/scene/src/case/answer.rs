@@ -1,9 +1,21 @@
-//! What is written for a line: its answer, or why it has none.
+//! The output for a line: its answer, or the reason why it has none.
 
 use serde::ser::{Serialize, SerializeStruct, Serializer};
 
 use super::Id;
 use crate::Error;
+
+/// What is written for a case that has an answer.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+#[serde(untagged)]
+pub enum Reply {
+    /// In doubles, with proven bounds.
+    Doubles(AnswerRecord),
+    /// In decimal digits, with proven bounds.
+    Digits(DigitsRecord),
+    /// Of an emission without a closed form, with an estimate of the error.
+    Estimate(EstimateRecord),
+}
 
 /// Radiosity and gradient of one case with their proven bounds.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
@@ -18,7 +30,13 @@ pub struct AnswerRecord {
     pub radiosity_error: f64,
     /// Proven bound on the Euclidean norm of the error of `gradient`.
     pub gradient_error: f64,
-    /// What answered.
+    /// Second derivatives, if they were asked for: rows of a symmetric matrix.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub hessian: Option<[[f64; 3]; 3]>,
+    /// Proven bound on the Frobenius norm of the error of `hessian`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub hessian_error: Option<f64>,
+    /// The method that answered.
     pub method: &'static str,
 }
 
@@ -32,8 +50,105 @@ impl AnswerRecord {
             gradient: answer.gradient.to_array(),
             radiosity_error: answer.radiosity_error,
             gradient_error: answer.gradient_error,
+            hessian: None,
+            hessian_error: None,
             method: answer.method.name(),
         }
+    }
+
+    pub(super) fn with_hessian(self, hessian: &radgrad_core::Hessian) -> Self {
+        Self { hessian: Some(hessian.matrix.to_cols_array_2d()), hessian_error: Some(hessian.error), ..self }
+    }
+
+    /// Whether all numbers are: JSON has no others.
+    pub(super) fn check_finite(&self) -> Result<(), Error> {
+        let [x, y, z] = self.gradient;
+        let named = [
+            ("the radiosity", self.radiosity),
+            ("the gradient along x", x),
+            ("the gradient along y", y),
+            ("the gradient along z", z),
+            ("the bound on the radiosity", self.radiosity_error),
+            ("the bound on the gradient", self.gradient_error),
+        ];
+        let second = self.hessian.into_iter().flatten().flatten().map(|c| ("the Hessian", c));
+        let bound = self.hessian_error.map(|error| ("the bound on the Hessian", error));
+        named.into_iter().chain(second).chain(bound).try_for_each(|(what, value)| finite(what, value))
+    }
+}
+
+fn finite(what: &str, value: f64) -> Result<(), Error> {
+    if value.is_finite() { Ok(()) } else { Err(Error::NotFinite { what: what.to_owned(), value }) }
+}
+
+/// Radiosity and gradient in decimal digits with their proven bounds, all of them strings.
+#[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
+pub struct DigitsRecord {
+    /// Name of the case.
+    pub id: Id,
+    /// Radiosity, in the unit of the emission.
+    pub radiosity: String,
+    /// Gradient, in that unit over the unit of length.
+    pub gradient: [String; 3],
+    /// Proven bound on the error of `radiosity`.
+    pub radiosity_error: String,
+    /// Proven bound on the Euclidean norm of the error of `gradient`.
+    pub gradient_error: String,
+    /// Digits that were asked for.
+    pub digits: u32,
+    /// Bits of the numbers that gave the answer.
+    pub bits: usize,
+    /// The method that answered.
+    pub method: &'static str,
+}
+
+impl DigitsRecord {
+    /// The record of `answer` to the case `id`.
+    #[must_use]
+    pub fn new(id: Id, answer: radgrad_core::PreciseAnswer, digits: u32) -> Self {
+        let radgrad_core::PreciseAnswer { radiosity, gradient, radiosity_error, gradient_error, bits } = answer;
+        let method = if bits == 0 { radgrad_core::Method::Zero } else { radgrad_core::Method::ArbitraryPrecision };
+        Self { id, radiosity, gradient, radiosity_error, gradient_error, digits, bits, method: method.name() }
+    }
+}
+
+/// Radiosity and gradient of an emission without a closed form. What stands beside them is an estimate of their error, no bound.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub struct EstimateRecord {
+    /// Name of the case.
+    pub id: Id,
+    /// Radiosity, in the unit of the emission.
+    pub radiosity: f64,
+    /// Gradient, in that unit over the unit of length.
+    pub gradient: [f64; 3],
+    /// By how much `radiosity` is estimated to be off.
+    pub radiosity_estimate: f64,
+    /// By how much `gradient` is estimated to be off, in its Euclidean norm.
+    pub gradient_estimate: f64,
+    /// Whether both are within the tolerance.
+    pub converged: bool,
+    /// `estimate`.
+    pub method: &'static str,
+}
+
+impl EstimateRecord {
+    pub(super) fn new(id: Id, found: &super::estimate::Estimate) -> Result<Self, Error> {
+        let gradient = found.gradient.to_array();
+        let [x, y, z] = gradient;
+        for (what, value) in [("the radiosity", found.radiosity), ("the gradient", x), ("the gradient", y), ("the gradient", z)] {
+            finite(what, value)?;
+        }
+        finite("the estimate of the radiosity's error", found.radiosity_estimate)?;
+        finite("the estimate of the gradient's error", found.gradient_estimate)?;
+        Ok(Self {
+            id,
+            radiosity: found.radiosity,
+            gradient,
+            radiosity_estimate: found.radiosity_estimate,
+            gradient_estimate: found.gradient_estimate,
+            converged: found.converged,
+            method: "estimate",
+        })
     }
 }
 
@@ -45,7 +160,7 @@ pub struct Refusal {
     pub id: Option<Id>,
     /// Number of the line, from 1, blank lines counted.
     pub line: usize,
-    /// What is wrong with it.
+    /// The reason.
     pub error: Error,
 }
 

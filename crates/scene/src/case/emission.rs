@@ -1,11 +1,12 @@
-//! The emission of a case as written: one of four shapes, none by default.
+//! The emission of a case as written: one of five shapes, none by default.
 
 use radgrad_core::{DVec3, Emission, Error, Polynomial};
 use serde::{Deserialize, Serialize};
 
 use super::point::{self, Point};
 
-/// `{"constant": b}`, `{"vertices": [b0, b1, ...]}`, `{"value": b0, "gradient": [x, y, z]}` or `{"polynomial": {...}}`.
+/// `{"constant": b}`, `{"vertices": [b0, b1, ...]}`, `{"value": b0, "gradient": [x, y, z]}` `{"polynomial": {...}}`
+/// or `{"expression": "1 + x*exp(-y)"}`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(untagged, try_from = "Fields")]
 pub enum EmissionRecord {
@@ -30,6 +31,11 @@ pub enum EmissionRecord {
     Polynomial {
         /// `{"origin": [x, y, z], "terms": [{"coefficient": c, "powers": [i, j, k]}, ...]}`.
         polynomial: PolynomialRecord,
+    },
+    /// Any function of the position, which has no closed form.
+    Expression {
+        /// An expression of `x`, `y` and `z`.
+        expression: String,
     },
 }
 
@@ -66,6 +72,10 @@ impl TryFrom<&EmissionRecord> for Emission {
                 let terms = terms.iter().map(|term| (term.coefficient, term.powers));
                 Self::Polynomial(Polynomial::new(DVec3::from_array(*origin), terms)?)
             }
+            EmissionRecord::Expression { .. } => {
+                let given = "an expression";
+                return Err(Error::EmissionKind { quantity: "the radiosity", needed: "constant, linear or polynomial", given });
+            }
         })
     }
 }
@@ -74,7 +84,7 @@ impl TryFrom<&EmissionRecord> for Emission {
 #[derive(Deserialize)]
 #[serde(
     deny_unknown_fields,
-    expecting = "an emission: {\"constant\": b}, {\"vertices\": [b0, ...]}, {\"value\": b0, \"gradient\": [x, y, z]} or {\"polynomial\": {...}}"
+    expecting = "an emission: {\"constant\": b}, {\"vertices\": [b0, ...]}, {\"value\": b0, \"gradient\": [x, y, z]}, {\"polynomial\": {...}} or {\"expression\": \"...\"}"
 )]
 struct Fields {
     constant: Option<f64>,
@@ -82,19 +92,23 @@ struct Fields {
     value: Option<f64>,
     gradient: Option<Point>,
     polynomial: Option<PolynomialRecord>,
+    expression: Option<String>,
 }
 
 impl TryFrom<Fields> for EmissionRecord {
     type Error = &'static str;
 
     fn try_from(fields: Fields) -> Result<Self, Self::Error> {
-        let Fields { constant, vertices, value, gradient, polynomial } = fields;
-        match (constant, vertices, value, gradient, polynomial) {
-            (Some(constant), None, None, None, None) => Ok(Self::Constant { constant }),
-            (None, Some(vertices), None, None, None) => Ok(Self::Vertices { vertices }),
-            (None, None, Some(value), Some(Point(gradient)), None) => Ok(Self::Gradient { value, gradient }),
-            (None, None, None, None, Some(polynomial)) => Ok(Self::Polynomial { polynomial }),
-            _ => Err("`emission` must have exactly one of `constant`, `vertices`, `value` with `gradient`, or `polynomial`"),
+        let Fields { constant, vertices, value, gradient, polynomial, expression } = fields;
+        match (constant, vertices, value, gradient, polynomial, expression) {
+            (Some(constant), None, None, None, None, None) => Ok(Self::Constant { constant }),
+            (None, Some(vertices), None, None, None, None) => Ok(Self::Vertices { vertices }),
+            (None, None, Some(value), Some(Point(gradient)), None, None) => Ok(Self::Gradient { value, gradient }),
+            (None, None, None, None, Some(polynomial), None) => Ok(Self::Polynomial { polynomial }),
+            (None, None, None, None, None, Some(expression)) => Ok(Self::Expression { expression }),
+            _ => Err(
+                "`emission` must have exactly one of `constant`, `vertices`, `value` with `gradient`, `polynomial`, or `expression`",
+            ),
         }
     }
 }

@@ -2,7 +2,7 @@
 //!
 //! Both faces are cut into convex cells, and a pair of cells is
 //! - seen, where no screen hides anything of one from the other ([`Screen::between`]): it exchanges all of it;
-//! - hidden, where one screen hides all;
+//! - hidden, where one screen hides all, or several with common edges do ([`fusion`]);
 //! - mixed, else: it exchanges between nothing and all; where one edge alone is between the two, what passes it is known better
 //!   ([`edge`]).
 //!
@@ -17,6 +17,7 @@
 mod cell;
 mod division;
 mod edge;
+mod fusion;
 
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
@@ -26,6 +27,7 @@ use radgrad_core::Polygon;
 use self::cell::{Cell, NEAR, Plane};
 use self::division::division;
 use self::edge::{Passing, passing};
+use self::fusion::{Partial, fuse};
 use super::exchange::{Exchange, exchange_parts};
 use super::rule::patches;
 use super::screen::{Screen, Sight, perimeter};
@@ -37,8 +39,9 @@ pub(super) struct Between<'a> {
     pub(super) screens: Vec<&'a Screen>,
     /// What they exchange with nothing in between.
     pub(super) free: Exchange,
-    /// Truncation that is allowed of what two cells exchange, over that.
-    pub(super) truncation: f64,
+    /// Relative error that is allowed of what two cells exchange: of those of which the value is made, and of others later, which
+    /// only the bracket needs.
+    pub(super) accuracy: f64,
 }
 
 /// What two faces exchange at least and at most.
@@ -116,6 +119,16 @@ impl<'a> Search<'a> {
         search
     }
 
+    /// From here on pairs serve the bracket alone.
+    pub(super) const fn only_bracket(&mut self, accuracy: f64) {
+        self.between.accuracy = accuracy;
+    }
+
+    /// What may be between the faces.
+    pub(super) fn screens(&self) -> &[&'a Screen] {
+        &self.between.screens
+    }
+
     /// Cuts pairs until the bracket is narrow enough or there are `most_pairs`.
     pub(super) fn narrow(&mut self, is_enough: impl Fn(Bracket) -> bool, most_pairs: usize) {
         while self.pairs < most_pairs && !is_enough(self.bracket()) {
@@ -154,6 +167,11 @@ impl<'a> Search<'a> {
         let whole = smaller(free.most(), free.most() - self.hidden.least() - self.passing.hidden + off);
         // Where nothing is open, what is seen is all.
         let is_decided = self.open.is_empty() && self.stuck.is_empty();
+        // Nothing was seen, cut or displaced.
+        let is_all_hidden = is_decided && self.seen == Exchange::default() && self.moved == 0.0 && leak == 0.0;
+        if is_all_hidden {
+            return Bracket { least: 0.0, most: 0.0 };
+        }
         let most = if is_decided { smaller(whole, self.seen.most() + off) } else { whole };
         Bracket { least, most: larger(most, least) }
     }
@@ -171,35 +189,38 @@ impl<'a> Search<'a> {
     fn examine(&mut self, cells: [Cell; 2], screens: &[u32]) {
         self.pairs += 1;
         let outlines = [&cells[0].points[..], &cells[1].points[..]];
-        let mut hiding = Vec::new();
-        // Of two screens with a common edge it counts once: where it parts light from shadow they hide the same side of it.
-        let (mut edges, mut is_all) = (Vec::new(), true);
+        let (mut partials, mut hiding) = (Vec::new(), Vec::new());
         for &k in screens {
             let verdict = self.between.screens[k as usize].between(outlines, 1.0);
             if verdict.is_displaced && !self.displaced.contains(&k) {
                 self.displaced.push(k);
             }
-            match verdict.sight {
-                Sight::Free => {}
-                Sight::Part => {
-                    hiding.push(k);
-                    is_all &= verdict.edge.is_some();
-                    edges.extend(verdict.edge.filter(|edge| !edges.contains(edge)));
-                }
-                Sight::Blocked => {
+            match (verdict.sight, verdict.edges) {
+                (Sight::Free, _) => {}
+                (Sight::Part, Some(edges)) => partials.push(Partial { screen: k, edges }),
+                (Sight::Part, None) => hiding.push(k),
+                (Sight::Blocked, _) => {
                     add(&mut self.hidden, self.between.exchange(&cells, &self.planes));
                     return;
                 }
             }
         }
+        let fused = fuse(&partials, [cells[0].centre(), cells[1].centre()]);
+        if fused.is_all_hidden {
+            add(&mut self.hidden, self.between.exchange(&cells, &self.planes));
+            return;
+        }
+        let is_all = fused.is_all && hiding.is_empty();
+        hiding.extend(fused.hiding);
         if hiding.is_empty() {
             add(&mut self.seen, self.between.exchange(&cells, &self.planes));
             return;
         }
+        hiding.sort_unstable();
         let (mut known, mut guess) = (Passing::default(), guess(&cells, &self.planes));
         let whole = || self.between.exchange(&cells, &self.planes);
         let ([a, b], [first, second]) = (&cells, &self.planes);
-        if let Some((found, whole)) = passing([a, b], [first, second], &edges, is_all, whole) {
+        if let Some((found, whole)) = passing([a, b], [first, second], &fused.edges, is_all, whole) {
             known = found;
             guess = larger(whole.most() - known.seen - known.hidden, 0.0);
         }
@@ -211,7 +232,7 @@ impl<'a> Search<'a> {
 
 impl Between<'_> {
     fn exchange(&self, [a, b]: &[Cell; 2], planes: &[Plane; 2]) -> Exchange {
-        exchange_parts([&a.part(&planes[0]), &b.part(&planes[1])], self.truncation)
+        exchange_parts([&a.part(&planes[0]), &b.part(&planes[1])], self.accuracy)
     }
 
     /// The convex parts of a face in front of the other.

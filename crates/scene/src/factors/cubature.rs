@@ -3,7 +3,8 @@
 //!
 //! A product Gauss rule on the smaller cell of a pair is compared with one of fewer points, and the piece that differs most is
 //! halved across the direction in which what is seen bends most, until the sum of differences is small enough or the points are
-//! spent. Each point's share is known in closed form, occlusion included.
+//! spent. Each point's share is known in closed form, occlusion included: plainly in double precision ([`super::glance`]) or, by
+//! [`Rule::PRECISE`], by the evaluations of core.
 //!
 //! [`Rule::PRECISE`] is for many digits. What a point sees of a polygon past others is analytic in its place but where an edge of one
 //! of them is seen through a corner of another (P. S. Heckbert 1992, A. J. Stewart and S. Ghali 1994: the events of an edge and a
@@ -16,7 +17,9 @@ use std::collections::BinaryHeap;
 use radgrad_core::{DVec3, Emission, Emitter, Polygon, Receiver};
 
 use super::bracket::Mixed;
+use super::glance::Glance;
 use super::rule::{Patch, nodes_of, patches};
+use super::screen::Screen;
 use super::{FormFactors, Sighting, larger};
 use crate::Error;
 
@@ -60,9 +63,28 @@ const MOST_CELLS: usize = 64;
 /// Two cells, the points of one of which look at the other.
 struct Sight<'a> {
     normal: DVec3,
-    emitter: Emitter,
+    /// The cell that is looked at.
+    cell: &'a [DVec3],
+    facing: DVec3,
     /// What may hide a part.
-    candidates: &'a [usize],
+    screens: Vec<&'a Screen>,
+    /// For the evaluations of core.
+    exact: Option<Exact>,
+}
+
+/// What a point is evaluated with exactly.
+struct Exact {
+    emitter: Emitter,
+    /// The faces that may hide a part.
+    candidates: Vec<usize>,
+}
+
+/// What is between two faces: the faces, and what they are made of.
+#[derive(Clone, Copy)]
+pub(super) struct Hiding<'a> {
+    pub(super) screens: &'a [&'a Screen],
+    /// The face of each.
+    pub(super) owners: &'a [usize],
 }
 
 /// A part of the cell whose points look.
@@ -81,26 +103,35 @@ impl FormFactors<'_> {
     pub(super) fn integrate<'a>(
         &self,
         faces: [usize; 2],
-        pairs: impl Iterator<Item = (&'a Mixed, &'a [usize])>,
+        pairs: impl Iterator<Item = &'a Mixed>,
+        hiding: Hiding<'a>,
         rule: Rule,
         goal: Goal,
     ) -> Result<Estimate, Error> {
         let (mut sights, mut pieces, mut points) = (Vec::new(), BinaryHeap::new(), 0);
         let (mut sum, mut difference) = (0.0, 0.0);
-        for (mixed, candidates) in pairs {
+        let mut glance = Glance::default();
+        for mixed in pairs {
             // The smaller cell looks: what its points see differs less.
             let from = usize::from(mixed.cells[1].area < mixed.cells[0].area);
-            let outlines = [from, 1 - from].map(|k| &mixed.cells[k].points);
-            let Ok(polygon) = Polygon::new(outlines[1].clone()) else {
-                // A cell of hardly any width.
-                difference += mixed.cells[1 - from].area.min(mixed.cells[from].area);
-                continue;
-            };
-            let emitter = Emitter::new(polygon, Emission::Constant(1.0)).map_err(Error::Emitter)?;
-            let sight = Sight { normal: self.scaled(faces[from]).normal(), emitter, candidates };
-            let parts = if rule.by_events { self.cut_by_events(outlines[0], &sight) } else { patches(outlines[0]) };
+            let [own, cell] = [from, 1 - from].map(|k| &mixed.cells[k].points[..]);
+            let [normal, facing] = [from, 1 - from].map(|k| self.scaled(faces[k]).normal());
+            let screens = mixed.screens.iter().map(|&k| hiding.screens[k as usize]).collect();
+            let mut sight = Sight { normal, cell, facing, screens, exact: None };
+            if rule.by_events {
+                let Ok(polygon) = Polygon::new(cell.to_vec()) else {
+                    // A cell of hardly any width.
+                    difference += mixed.cells[1 - from].area.min(mixed.cells[from].area);
+                    continue;
+                };
+                let emitter = Emitter::new(polygon, Emission::Constant(1.0)).map_err(Error::Emitter)?;
+                let mut candidates: Vec<usize> = mixed.screens.iter().map(|&k| hiding.owners[k as usize]).collect();
+                candidates.dedup();
+                sight.exact = Some(Exact { emitter, candidates });
+            }
+            let parts = sight.exact.as_ref().map_or_else(|| patches(own), |exact| self.cut_by_events(own, exact));
             for patch in parts {
-                pieces.push(self.piece(patch, (sights.len(), &sight), rule, goal.at_point)?);
+                pieces.push(self.piece(patch, (sights.len(), &sight), rule, goal.at_point, &mut glance)?);
                 points += rule.points();
             }
             sights.push(sight);
@@ -110,7 +141,8 @@ impl FormFactors<'_> {
             let Some(worst) = pieces.pop() else { break };
             open -= worst.difference;
             for patch in worst.patch.halves(worst.direction) {
-                let piece = self.piece(patch, (worst.sight, &sights[worst.sight]), rule, goal.at_point)?;
+                let sight = (worst.sight, &sights[worst.sight]);
+                let piece = self.piece(patch, sight, rule, goal.at_point, &mut glance)?;
                 open += piece.difference;
                 pieces.push(piece);
             }
@@ -123,15 +155,31 @@ impl FormFactors<'_> {
         Ok(Estimate { area: sum, difference })
     }
 
-    fn piece(&self, patch: Patch, (place, sight): (usize, &Sight<'_>), rule: Rule, tolerance: f64) -> Result<Piece, Error> {
+    fn piece(
+        &self,
+        patch: Patch,
+        (place, sight): (usize, &Sight<'_>),
+        rule: Rule,
+        tolerance: f64,
+        glance: &mut Glance,
+    ) -> Result<Piece, Error> {
         let mut at = Sighting { tolerance, hider: None };
         let mut bent = [0.0; 2];
         let mut by = |per_side: usize| -> Result<f64, Error> {
             let mut seen = 0.0;
             bent = [0.0; 2];
             for node in nodes_of(&patch, per_side) {
-                let receiver = Receiver::new(node.point, sight.normal, 1.0).map_err(Error::Receiver)?;
-                let value = node.share * self.at_node(&receiver, &sight.emitter, sight.candidates, &mut at)?.radiosity;
+                let factor = match &sight.exact {
+                    Some(Exact { emitter, candidates }) => {
+                        let receiver = Receiver::new(node.point, sight.normal, 1.0).map_err(Error::Receiver)?;
+                        self.at_node(&receiver, emitter, candidates, &mut at)?.radiosity
+                    }
+                    None => {
+                        let from = (node.point, sight.normal);
+                        glance.factor(from, (sight.cell, sight.facing), sight.screens.iter().copied())
+                    }
+                };
+                let value = node.share * factor;
                 seen += value;
                 for (bent, x) in bent.iter_mut().zip(node.place) {
                     *bent += (1.5 * x * x - 0.5) * value;
@@ -150,9 +198,9 @@ impl FormFactors<'_> {
     }
 
     /// The cell, cut along the planes through an edge of one polygon and a corner of another; whole, if that is too many cells.
-    fn cut_by_events(&self, outline: &[DVec3], sight: &Sight<'_>) -> Vec<Patch> {
-        let mut polygons: Vec<&Polygon> = sight.candidates.iter().map(|&face| self.scaled(face)).collect();
-        polygons.push(sight.emitter.polygon());
+    fn cut_by_events(&self, outline: &[DVec3], exact: &Exact) -> Vec<Patch> {
+        let mut polygons: Vec<&Polygon> = exact.candidates.iter().map(|&face| self.scaled(face)).collect();
+        polygons.push(exact.emitter.polygon());
         let outlines: Vec<Vec<DVec3>> = patches(outline).iter().map(|patch| patch.outline().to_vec()).collect();
         let whole = outlines.len();
         let mut cells = outlines;

@@ -37,8 +37,11 @@ impl Exchange {
 /// Unit roundoff.
 const ROUNDOFF: f64 = f64::EPSILON / 2.0;
 
-/// Truncation that is allowed of a result, over itself.
-const TRUNCATION: f64 = 1e-15;
+/// Relative truncation that is allowed where all digits are wanted.
+const ALL_DIGITS: f64 = 4e-14;
+
+/// The part of it that the sum over edges may take: what it is compared with is a guess, which may be high.
+const CONTOUR: f64 = 1.0 / 40.0;
 
 /// A flat outline, a polygon or a part of one.
 #[derive(Debug, Clone, Copy)]
@@ -62,10 +65,10 @@ pub(super) fn exchange(from: &Polygon, to: &Polygon) -> Exchange {
         defect: polygon.planarity_defect(),
         area: polygon.area(),
     });
-    exchange_parts([&from, &to], TRUNCATION)
+    exchange_parts([&from, &to], ALL_DIGITS)
 }
 
-/// The same of parts of polygons, with about that much truncation allowed, relative.
+/// The same of parts of polygons, with about that much truncation allowed, over the result.
 pub(super) fn exchange_parts(parts: [&Part<'_>; 2], truncation: f64) -> Exchange {
     let origin = parts[0].points[0];
     let points = parts[0].points.iter().chain(parts[1].points);
@@ -74,16 +77,31 @@ pub(super) fn exchange_parts(parts: [&Part<'_>; 2], truncation: f64) -> Exchange
     let [a, b] = parts.map(|part| clip::Outline::new(part, origin, power));
     let (Some(front_a), Some(front_b)) = (a.in_front_of(&b), b.in_front_of(&a)) else { return Exchange::default() };
     let (outlines, moved) = ([&front_a.points[..], &front_b.points[..]], front_a.moved.max(front_b.moved));
-    let found = far::exchange(outlines, [a.normal, b.normal], 40.0 * truncation).unwrap_or_else(|| contour(outlines, truncation));
-    let seen = far::most_seen(outlines, parts.map(|part| part.area * power * power));
+    let normals = [a.normal, b.normal];
+    let areas = parts.map(|part| part.area * power * power);
+    let by_contour = || contour(outlines, CONTOUR * truncation * rough(outlines, normals, areas));
+    let found = far::exchange(outlines, normals, truncation).unwrap_or_else(by_contour);
+    let seen = far::most_seen(outlines, areas);
     let displaced = moved * (perimeter(outlines[0]) * seen[1] + perimeter(outlines[1]) * seen[0]);
     // Rounding of the bound itself, and of the scale, which is a power of two.
     Exchange { area: found.area / power / power, error: (found.error + displaced) * (1.0 + 1e-12) / power / power }
 }
 
+/// About what two outlines exchange: the kernel between their centres, with the disc's correction for what is near.
+fn rough(outlines: [&[DVec3]; 2], normals: [DVec3; 2], areas: [f64; 2]) -> f64 {
+    let [a, b] = outlines.map(|points| points.iter().sum::<DVec3>() / points.len() as f64);
+    let r = b - a;
+    let square = r.length_squared();
+    let [large, small] = if areas[0] > areas[1] { areas } else { [areas[1], areas[0]] };
+    let cosines = (normals[0].dot(r) * -normals[1].dot(r) / square).max(0.01 * large / (square + large));
+    small * large * cosines / (std::f64::consts::PI * square + large)
+}
+
+/// The sum over edges, with an area of `truncation` allowed: the mean logarithm of each pair gets its share, as the sum cancels.
 fn contour([a, b]: [&[DVec3]; 2], truncation: f64) -> Exchange {
     let edge = |outline: &[DVec3], i: usize| [outline[i], outline[(i + 1) % outline.len()]];
     let (mut sum, mut error) = (0.0, 0.0);
+    let truncation = truncation * std::f64::consts::TAU / (perimeter(a) * perimeter(b));
     for i in 0..a.len() {
         for j in 0..b.len() {
             let pair = edges::mean_logarithm(edge(a, i), edge(b, j), truncation);

@@ -2,9 +2,11 @@
 
 use std::ops::Range;
 
+use radgrad_core::DVec3;
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 
-use super::pair::Known;
+use super::pair::{Hiders, Known};
 use super::{FactorSettings, FormFactors, larger};
 use crate::{Error, Scene};
 
@@ -69,6 +71,37 @@ pub struct SurfaceFactor {
     pub upper: f64,
 }
 
+/// What a face exchanges with others, each pair in the row of one of the two: what an interrupted run keeps for the next one
+/// ([`FormFactors::rows_from`]).
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ComputedRow {
+    face: u32,
+    pairs: Vec<(u32, Known)>,
+}
+
+impl ComputedRow {
+    /// The face.
+    #[must_use]
+    pub const fn face(&self) -> usize {
+        self.face as usize
+    }
+}
+
+/// A face's index where it is stored; there are fewer than 2^32.
+fn index(face: usize) -> u32 {
+    u32::try_from(face).unwrap_or(u32::MAX)
+}
+
+/// What a face does in a block of rows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Role {
+    /// It hides others, and has no factors.
+    Hides,
+    /// It has factors, in another block.
+    Outside,
+    HasRow,
+}
+
 impl FormFactors<'_> {
     /// All factors, on all cores. `progress` is called once a row.
     ///
@@ -86,6 +119,32 @@ impl FormFactors<'_> {
         (0..scene.faces().len()).filter(exchanges).collect()
     }
 
+    /// The pairs of a face with those faces that it may see and that are taken.
+    pub(super) fn pairs_of(
+        &self,
+        from: usize,
+        is_taken: impl Fn(usize) -> bool,
+        settings: &FactorSettings,
+    ) -> Result<Vec<Pair>, Error> {
+        let (mut found, mut failed, hiders) = (Vec::new(), None, Hiders::default());
+        let is_hidden = |corners: &[DVec3; 8]| {
+            let corners = corners.map(|corner| corner * self.power);
+            super::rule::patches(self.scaled(from).vertices()).iter().all(|part| hiders.hide_box(part.outline(), &corners))
+        };
+        self.index.facing(from, is_hidden, |to| {
+            if failed.is_some() || !is_taken(to) {
+                return;
+            }
+            let pair = [from.min(to), from.max(to)];
+            match self.pair(pair, settings, &hiders) {
+                Ok(Some(known)) => found.push(Pair { faces: pair.map(index), known }),
+                Ok(None) => {}
+                Err(error) => failed = Some(error),
+            }
+        });
+        failed.map_or_else(|| Ok(found), Err)
+    }
+
     /// The rows of some of [`Self::faces`], a range of places in it: each is the same to the last digit whatever rows are asked for,
     /// and a pair of faces in two blocks is computed in both. `progress` is called once a row.
     ///
@@ -97,30 +156,83 @@ impl FormFactors<'_> {
         settings: &FactorSettings,
         progress: impl Fn() + Sync,
     ) -> Result<FactorMatrix, Error> {
+        self.rows_from(block, settings, Vec::new(), |_| progress())
+    }
+
+    /// The same, of which a run before has `computed` some, with the same scene, block and settings: every digit is that of a run at
+    /// once. `keep` is called with each row that is new, in any order: what a later run can start from.
+    ///
+    /// ```
+    /// # use radgrad_core::{DVec3, Polygon};
+    /// # use radgrad_scene::{FactorSettings, FormFactors, Scene};
+    /// # let mut scene = Scene::new(["grey"])?;
+    /// # let white = scene.add_material("white", [0.8], [0.0])?;
+    /// # for (z, up) in [(0.0, true), (1.0, false)] {
+    /// #     let mut corners = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)].map(|(x, y)| DVec3::new(x, y, z));
+    /// #     if !up { corners.reverse() }
+    /// #     let surface = scene.add_surface(format!("{z}"));
+    /// #     scene.add_face(surface, white, Polygon::new(corners.to_vec()).unwrap(), None)?;
+    /// # }
+    /// let factors = FormFactors::new(&scene)?;
+    /// let (settings, kept) = (FactorSettings::default(), std::sync::Mutex::new(Vec::new()));
+    /// let all = factors.rows_from(0..2, &settings, Vec::new(), |row| kept.lock().unwrap().push(row.clone()))?;
+    /// let mut before = kept.into_inner().unwrap();
+    /// before.truncate(1); // an interrupted run
+    /// assert_eq!(factors.rows_from(0..2, &settings, before, |_| ())?, all);
+    /// # Ok::<(), radgrad_scene::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// As [`Self::rows`], or if what was computed is not of these rows.
+    pub fn rows_from(
+        &self,
+        block: Range<usize>,
+        settings: &FactorSettings,
+        computed: Vec<ComputedRow>,
+        keep: impl Fn(&ComputedRow) + Sync,
+    ) -> Result<FactorMatrix, Error> {
         let all = self.faces();
         let faces = all.get(block.clone()).ok_or_else(|| {
             Error::expected(format!("a range of the {} rows", all.len()), format!("{} to {}", block.start, block.end))
         })?;
-        let of_row = |(place, &from): (usize, &usize)| -> Result<Vec<Pair>, Error> {
-            // Pairs within the block belong to the lower face.
-            let outside = all[..block.start].iter().chain(&all[block.end..]);
-            let others = faces[place + 1..].iter().chain(outside);
-            let mut found = Vec::new();
-            for &to in others {
-                let pair = [from.min(to), from.max(to)];
-                if let Some(known) = self.pair(pair, settings)? {
-                    found.push(Pair { faces: pair.map(|face| u32::try_from(face).unwrap_or(u32::MAX)), known });
-                }
+        let mut role = vec![Role::Hides; self.emitters.len()];
+        all.iter().for_each(|&face| role[face] = Role::Outside);
+        faces.iter().for_each(|&face| role[face] = Role::HasRow);
+        let mut is_computed = vec![false; self.emitters.len()];
+        for ComputedRow { face, pairs } in &computed {
+            let of = |face: u32| role.get(face as usize).copied();
+            let are_known = pairs.iter().all(|(other, _)| matches!(of(*other), Some(Role::HasRow | Role::Outside)));
+            if of(*face) != Some(Role::HasRow) || !are_known || is_computed[*face as usize] {
+                let found = format!("a row of face {face}, twice or with others than they are");
+                return Err(Error::expected("computed rows of this block, each once", found));
             }
-            progress();
-            Ok(found)
+            is_computed[*face as usize] = true;
+        }
+        let of_row = |&from: &usize| -> Result<ComputedRow, Error> {
+            // Pairs within the block belong to the lower face.
+            let is_of_row = |to: usize| role[to] != Role::Hides && (role[to] != Role::HasRow || to > from);
+            let found = self.pairs_of(from, is_of_row, settings)?;
+            let face = index(from);
+            let other = |pair: &Pair| if pair.faces[0] == face { pair.faces[1] } else { pair.faces[0] };
+            let row = ComputedRow { face, pairs: found.iter().map(|pair| (other(pair), pair.known)).collect() };
+            keep(&row);
+            Ok(row)
         };
-        let found: Vec<Vec<Pair>> = faces.par_iter().enumerate().map(of_row).collect::<Result<_, _>>()?;
-        let mut pairs: Vec<Pair> = found.into_iter().flatten().collect();
+        let rest: Vec<usize> = faces.iter().copied().filter(|&face| !is_computed[face]).collect();
+        let found: Vec<ComputedRow> = rest.par_iter().map(of_row).collect::<Result<_, _>>()?;
+        let of_row = |ComputedRow { face, pairs }: ComputedRow| {
+            pairs.into_iter().map(move |(other, known)| Pair { faces: [face.min(other), face.max(other)], known })
+        };
+        let mut pairs: Vec<Pair> = computed.into_iter().chain(found).flat_map(of_row).collect();
         pairs.par_sort_unstable_by_key(|pair| pair.faces);
+        self.of_pairs(faces.to_vec(), pairs)
+    }
+
+    /// The matrix of these rows and pairs, which are sorted.
+    pub(super) fn of_pairs(&self, faces: Vec<usize>, pairs: Vec<Pair>) -> Result<FactorMatrix, Error> {
         let areas = (0..self.emitters.len()).map(|face| self.polygon(face).area()).collect();
         let scaled_areas = self.scaled.iter().map(radgrad_core::Polygon::area).collect();
-        let matrix = FactorMatrix::new(areas, scaled_areas, faces.to_vec(), pairs);
+        let matrix = FactorMatrix::new(areas, scaled_areas, faces, pairs);
         match matrix.covered() {
             Some((face, sum)) => Err(Error::Covered { face: self.scene().name_of(face), sum }),
             None => Ok(matrix),

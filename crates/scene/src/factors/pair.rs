@@ -5,10 +5,16 @@
 //! with the lower face first, and from nothing but the two faces and what is between, so that each is the same to the last digit
 //! whatever else is computed.
 
+use std::cell::RefCell;
+
+use radgrad_core::DVec3;
+use serde::{Deserialize, Serialize};
+
 use super::bracket::{Between, Bracket, Search};
-use super::cubature::{Goal, Rule};
+use super::cubature::{Goal, Hiding, Rule};
 use super::exchange::{Exchange, exchange};
-use super::screen::Sight;
+use super::glance::Glance;
+use super::screen::Screen;
 use super::{FactorSettings, FormFactors, larger, smaller};
 use crate::{Beam, Error};
 
@@ -30,13 +36,56 @@ pub struct Factor {
 }
 
 /// What two faces exchange, an area in the unit in which coordinates are up to 1.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(super) struct Known {
     pub(super) value: f64,
     pub(super) least: f64,
     pub(super) most: f64,
     pub(super) estimate: f64,
     pub(super) occluders: u32,
+}
+
+/// Parts of what is asked for that exchanges of cells may be off by, and the most of it.
+const OF_VALUE: f64 = 0.3;
+const OF_BRACKET: f64 = 0.02;
+const MOST_OF_BRACKET: f64 = 3e-3;
+
+/// The screens that hid all of something from a face, the last one first: they probably hide its neighbours as well.
+#[derive(Debug, Default)]
+pub(super) struct Hiders<'a> {
+    last: RefCell<Vec<&'a Screen>>,
+}
+
+/// Screens that are remembered.
+const HIDERS: usize = 4;
+
+impl<'a> Hiders<'a> {
+    /// Whether one of them hides all of two outlines from each other.
+    pub(super) fn hide(&self, outlines: [&[DVec3]; 2]) -> bool {
+        self.last.borrow().iter().any(|screen| screen.hides(outlines))
+    }
+
+    /// Whether one of them hides all that is in a box from an outline.
+    pub(super) fn hide_box(&self, outline: &[DVec3], corners: &[DVec3; 8]) -> bool {
+        self.last.borrow().iter().any(|screen| screen.hides_box(outline, corners))
+    }
+
+    fn remember(&self, screen: &'a Screen) -> bool {
+        let mut last = self.last.borrow_mut();
+        last.retain(|&other| !std::ptr::eq(other, screen));
+        last.insert(0, screen);
+        last.truncate(HIDERS);
+        true
+    }
+}
+
+/// Two faces that may see each other.
+struct Sighted<'a> {
+    /// The faces that may be between, and their convex parts.
+    candidates: Vec<usize>,
+    screens: Vec<&'a Screen>,
+    /// What the two exchange if nothing is.
+    free: Exchange,
 }
 
 /// Pairs of cells, and the width over what is allowed, with which an integration starts.
@@ -78,48 +127,58 @@ impl FormFactors<'_> {
     pub fn between(&self, from: usize, to: usize, settings: &FactorSettings) -> Result<Factor, Error> {
         self.emitter(from)?;
         self.emitter(to)?;
-        let known = if from == to { None } else { self.pair([from.min(to), from.max(to)], settings)? };
+        let known = if from == to { None } else { self.pair([from.min(to), from.max(to)], settings, &Hiders::default())? };
         let nothing = Factor { value: 0.0, lower: 0.0, upper: 0.0, error: 0.0, estimate: 0.0, occluders: 0 };
         Ok(known.map_or(nothing, |known| known.over(self.scaled(from).area())))
     }
 
     /// What two faces exchange, the lower one first; `None` where neither has a point in front of the other, or all is proven hidden.
-    pub(super) fn pair(&self, faces: [usize; 2], settings: &FactorSettings) -> Result<Option<Known>, Error> {
-        let Some((mut search, candidates, free)) = self.search(faces, settings.estimate) else { return Ok(None) };
-        let Some(mut search) = search.take() else {
-            let known = Known {
-                value: free.area,
-                least: larger(free.least(), 0.0),
-                most: free.most(),
-                estimate: free.error,
-                occluders: 0,
-            };
-            return known.checked().map(Some);
-        };
-        let area = smaller(self.scaled(faces[0]).area(), self.scaled(faces[1]).area());
-        let goal =
-            Goal { difference: settings.estimate * area, most_points: settings.most_points, at_point: 0.01 * settings.estimate };
-        let owners: Vec<usize> = candidates.iter().flat_map(|&k| self.screens[k].iter().map(move |_| k)).collect();
-        let integrate = |search: &Search<'_>, rule: Rule| {
-            let hiding: Vec<Vec<usize>> = search
-                .undecided()
-                .map(|mixed| {
-                    let mut faces: Vec<usize> = mixed.screens.iter().map(|&k| owners[k as usize]).collect();
-                    faces.dedup();
-                    faces
-                })
-                .collect();
-            let pairs = search.undecided().zip(hiding.iter().map(Vec::as_slice));
-            self.integrate(faces, pairs, rule, goal)
-        };
+    pub(super) fn pair<'b>(
+        &'b self,
+        faces: [usize; 2],
+        settings: &FactorSettings,
+        hiders: &Hiders<'b>,
+    ) -> Result<Option<Known>, Error> {
+        let polygons = faces.map(|face| self.scaled(face));
+        let area = smaller(polygons[0].area(), polygons[1].area());
+        let Some(Sighted { candidates, screens, free }) = self.sighted(faces, hiders) else { return Ok(None) };
+        let (least, most) = (larger(free.least(), 0.0), free.most());
+        let occluders = u32::try_from(candidates.len()).unwrap_or(u32::MAX);
+        if screens.is_empty() {
+            return Known { value: free.area, least, most, estimate: free.error, occluders }.checked().map(Some);
+        }
         let allowed = |bracket: Bracket| larger(settings.tolerance * area, settings.relative * bracket.least);
+        let difference = settings.estimate * area;
+        if most <= smaller(difference, allowed(Bracket { least: 0.0, most })) {
+            // All of it is less than what is asked for.
+            let value = free.area * self.share_seen(faces, &screens);
+            let bracket = Bracket { least: 0.0, most };
+            let nearest = bracket.nearest(value);
+            return Known { value: nearest, least: 0.0, most, estimate: bracket.error_of(nearest), occluders }
+                .checked()
+                .map(Some);
+        }
+        // A small part of the estimate's error, and of what is allowed of the bracket: of what is at most the free exchange.
+        let of_value = (OF_VALUE * settings.estimate * area / free.area).clamp(4e-14, 1e-4);
+        let of_bracket = larger(OF_BRACKET * larger(settings.tolerance * area / free.area, settings.relative), of_value);
+        let mut search = Search::new(Between { polygons, screens, free, accuracy: of_value });
+        let goal = Goal { difference, most_points: settings.most_points, at_point: 0.01 * settings.estimate };
+        let owners: Vec<usize> = candidates.iter().flat_map(|&k| self.screens[k].iter().map(move |_| k)).collect();
         // Many digits want few and large cells: those from which the search starts. Few digits want those that are undecided for good.
         let is_precise = settings.estimate < MANY_DIGITS;
         if !is_precise {
             search.narrow(|bracket| bracket.width() <= ROUGHLY * allowed(bracket), settings.most_cells.min(A_LOOK));
         }
-        let found = integrate(&search, if is_precise { Rule::PRECISE } else { Rule::PLAIN })?;
-        let value = search.seen() + found.area;
+        let bracket = search.bracket();
+        let (value, off) = if bracket.width() <= 2.0 * difference {
+            (bracket.least + 0.5 * bracket.width(), 0.5 * bracket.width())
+        } else {
+            let rule = if is_precise { Rule::PRECISE } else { Rule::PLAIN };
+            let hiding = Hiding { screens: search.screens(), owners: &owners };
+            let found = self.integrate(faces, search.undecided(), hiding, rule, goal)?;
+            (search.seen() + found.area, found.difference)
+        };
+        search.only_bracket(smaller(of_bracket, MOST_OF_BRACKET));
         search.narrow(|bracket| bracket.error_of(value) <= allowed(bracket), settings.most_cells);
         let bracket = search.bracket();
         // What is proven hidden has no factor.
@@ -127,44 +186,48 @@ impl FormFactors<'_> {
             return Ok(None);
         }
         let nearest = bracket.nearest(value);
-        let known = Known {
-            value: nearest,
-            least: bracket.least,
-            most: bracket.most,
-            estimate: larger(found.difference, (nearest - value).abs()),
-            occluders: u32::try_from(candidates.len()).unwrap_or(u32::MAX),
-        };
-        known.checked().map(Some)
+        let estimate = larger(off, (nearest - value).abs());
+        Known { value: nearest, least: bracket.least, most: bracket.most, estimate, occluders }.checked().map(Some)
     }
 
-    /// Where the search for what two faces exchange starts, what may be in between, and what they exchange if nothing is; no search
-    /// where nothing may be in between.
-    fn search(&self, faces: [usize; 2], estimate: f64) -> Option<(Option<Search<'_>>, Vec<usize>, Exchange)> {
+    /// What may be between two faces, and what they exchange if nothing is; `None` where they see nothing of each other.
+    fn sighted<'b>(&'b self, faces: [usize; 2], hiders: &Hiders<'b>) -> Option<Sighted<'b>> {
         let polygons = faces.map(|face| self.scaled(face));
         if self.is_behind(faces) {
             return None;
         }
-        let beam = Beam::from_polygon(self.polygon(faces[0]), self.polygon(faces[1]))?;
-        let candidates = self.index.in_beam(&beam, &faces).polygons;
-        let screens: Vec<_> = candidates.iter().flat_map(|&k| &self.screens[k]).collect();
-        if polygons.iter().all(|polygon| super::rule::patches(polygon.vertices()).len() == 1) {
-            let outlines = polygons.map(radgrad_core::Polygon::vertices);
-            let hides = |screen: &&super::Screen| {
-                let verdict = screen.between(outlines, 1.0);
-                verdict.sight == Sight::Blocked && !verdict.is_displaced
-            };
-            if screens.iter().any(hides) {
-                return None;
-            }
-        }
-        let free = exchange(polygons[0], polygons[1]);
-        if free == Exchange::default() {
+        let parts = polygons.map(|polygon| super::rule::patches(polygon.vertices()));
+        let is_hidden = |hides: &dyn Fn([&[DVec3]; 2]) -> bool| {
+            let pairs = || parts[0].iter().flat_map(|from| parts[1].iter().map(move |to| [from.outline(), to.outline()]));
+            pairs().next().is_some() && pairs().all(hides)
+        };
+        if is_hidden(&|outlines| hiders.hide(outlines)) {
             return None;
         }
-        // A small part of the estimate's error, of what at most is the free exchange.
-        let area = smaller(polygons[0].area(), polygons[1].area());
-        let truncation = (0.02 * estimate * area / free.area).clamp(1e-15, 3e-6);
-        let search = (!screens.is_empty()).then(|| Search::new(Between { polygons, screens, free, truncation }));
-        Some((search, candidates, free))
+        let beam = Beam::from_polygon(self.polygon(faces[0]), self.polygon(faces[1]))?;
+        let candidates = self.index.in_beam(&beam, &faces).polygons;
+        let screens: Vec<&Screen> = candidates.iter().flat_map(|&k| &self.screens[k]).collect();
+        if is_hidden(&|outlines| screens.iter().any(|screen| screen.hides(outlines) && hiders.remember(screen))) {
+            return None;
+        }
+        let free = exchange(polygons[0], polygons[1]);
+        (free != Exchange::default()).then_some(Sighted { candidates, screens, free })
+    }
+
+    /// The share of one face that the middle of the other sees, of the smaller one's middle: a look, no more.
+    fn share_seen(&self, faces: [usize; 2], screens: &[&Screen]) -> f64 {
+        let from = usize::from(self.scaled(faces[1]).area() < self.scaled(faces[0]).area());
+        let [own, other] = [from, 1 - from].map(|k| self.scaled(faces[k]));
+        let points = super::rule::patches(own.vertices());
+        let Some(patch) = points.first() else { return 0.0 };
+        let point = patch.outline().iter().sum::<DVec3>() / patch.outline().len() as f64;
+        let mut glance = Glance::default();
+        let mut share = |screens: &[&Screen]| -> f64 {
+            let cells = super::rule::patches(other.vertices());
+            let at = (point, own.normal());
+            cells.iter().map(|cell| glance.factor(at, (cell.outline(), other.normal()), screens.iter().copied())).sum()
+        };
+        let (all, seen) = (share(&[]), share(screens));
+        if all > 0.0 { seen / all } else { 0.0 }
     }
 }

@@ -20,6 +20,8 @@ pub struct Repaired {
     pub mean: f64,
     /// The face from which, and the one to which, the factor was changed most.
     pub pair: [usize; 2],
+    /// Largest `|1 - sum|` of a row that there was.
+    pub closure_before: f64,
     /// Largest `|1 - sum|` of a row that is left.
     pub closure: f64,
 }
@@ -51,9 +53,10 @@ impl FactorMatrix {
             let found = format!("a row of face {face} that sums to {} at least and {} at most", sum.lower, sum.upper);
             return Err(Error::expected("a closed scene, whose rows can sum to 1", found));
         }
+        let closure_before = self.worst_closure();
         let before: Vec<f64> = self.pairs.iter().map(|pair| pair.known.value).collect();
         let moved = self.solve(&before)?;
-        let mut repaired = Repaired { largest: 0.0, mean: 0.0, pair: [0; 2], closure: 0.0 };
+        let mut repaired = Repaired { largest: 0.0, mean: 0.0, pair: [0; 2], closure_before, closure: 0.0 };
         for ((pair, &from), &to) in self.pairs.iter_mut().zip(&before).zip(&moved) {
             pair.known.value = to;
             for k in 0..2 {

@@ -22,6 +22,9 @@ use robust::{Coord3D, orient3d};
 use super::rule::patches;
 use crate::projection::normalising_power;
 
+/// Corners up to which a cell is looked at.
+const MOST_CORNERS: usize = 16;
+
 /// A triangle or a convex quadrilateral that hides what is behind it.
 #[derive(Debug, Clone)]
 pub(super) struct Screen {
@@ -65,18 +68,18 @@ enum Passing {
 }
 
 /// A sight, and whether an edge was displaced for it.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub(super) struct Verdict {
     pub(super) sight: Sight,
     pub(super) is_displaced: bool,
-    /// The only edge that some segments pass outside and some inside, if a part is left and all are inside the others; it runs
-    /// counter-clockwise seen from the first cell.
-    pub(super) edge: Option<[DVec3; 2]>,
+    /// The edges that some segments pass outside and some inside, if a part is left and all are inside the others; they run
+    /// counter-clockwise seen from the first cell. Not known where a cell is on both sides of the screen.
+    pub(super) edges: Option<Vec<[DVec3; 2]>>,
 }
 
 impl Verdict {
     const fn exact(sight: Sight) -> Self {
-        Self { sight, is_displaced: false, edge: None }
+        Self { sight, is_displaced: false, edges: None }
     }
 }
 
@@ -115,16 +118,20 @@ impl Screen {
         if height.abs() <= level { 0.0 } else { height }
     }
 
-    /// Points with their heights, and on which sides they are.
-    fn rise(&self, points: &[DVec3]) -> (Vec<(DVec3, f64)>, Sides) {
-        let risen: Vec<(DVec3, f64)> = points.iter().map(|&point| (point, self.height(point))).collect();
-        let sides = Sides { front: risen.iter().any(|(_, h)| *h > 0.0), behind: risen.iter().any(|(_, h)| *h < 0.0) };
-        (risen, sides)
+    /// The heights of some points, and on which sides they are.
+    fn rise(&self, points: &[DVec3]) -> ([f64; MOST_CORNERS], Sides) {
+        let mut heights = [0.0; MOST_CORNERS];
+        heights.iter_mut().zip(points).for_each(|(height, &point)| *height = self.height(point));
+        let any = |is: fn(&f64) -> bool| heights[..points.len()].iter().any(is);
+        (heights, Sides { front: any(|h| *h > 0.0), behind: any(|h| *h < 0.0) })
     }
 
     /// On which sides of its plane some points are.
     pub(super) fn sides(&self, points: &[DVec3]) -> Sides {
-        self.rise(points).1
+        points.iter().fold(Sides { front: false, behind: false }, |sides, &point| {
+            let height = self.height(point);
+            Sides { front: sides.front || height > 0.0, behind: sides.behind || height < 0.0 }
+        })
     }
 
     /// By how much edges may be displaced.
@@ -143,7 +150,11 @@ impl Screen {
     }
 
     fn leaves(&self, cells: [&[DVec3]; 2], slack: f64) -> Verdict {
-        let [(a, sides_a), (b, sides_b)] = cells.map(|cell| self.rise(cell));
+        if cells.iter().any(|cell| cell.len() > MOST_CORNERS) {
+            return Verdict::exact(Sight::Part);
+        }
+        let [(heights_a, sides_a), (heights_b, sides_b)] = cells.map(|cell| self.rise(cell));
+        let [a, b] = [(cells[0], &heights_a), (cells[1], &heights_b)];
         let is_level = |sides: Sides| !sides.front && !sides.behind;
         let is_beside = (!sides_a.behind && !sides_b.behind) || (!sides_a.front && !sides_b.front);
         if is_level(sides_a) || is_level(sides_b) || is_beside {
@@ -156,12 +167,12 @@ impl Screen {
         } else {
             return Verdict::exact(if self.is_apart(cells) { Sight::Free } else { Sight::Part });
         };
-        let (mut undecided, mut last, mut hidden_displaced) = (0, None, false);
+        let (mut undecided, mut hidden_displaced) = (Vec::new(), false);
         for edge in self.edges() {
             let (mut inside, mut outside, mut displaced) = (false, false, false);
-            'pairs: for &x in &from {
-                for &y in &to {
-                    let (passing, moved) = passing(edge, x, y, slack);
+            'pairs: for (&x, &over) in from.0.iter().zip(from.1) {
+                for (&y, &under) in to.0.iter().zip(to.1) {
+                    let (passing, moved) = passing(edge, (x, over), (y, under), slack);
                     displaced |= moved;
                     inside |= passing == Passing::Inside;
                     outside |= passing == Passing::Outside;
@@ -171,23 +182,29 @@ impl Screen {
                 }
             }
             if !inside {
-                return Verdict { sight: Sight::Free, is_displaced: displaced, edge: None };
+                return Verdict { sight: Sight::Free, is_displaced: displaced, edges: None };
             }
             if outside {
-                undecided += 1;
-                last = Some(edge);
+                let [a, b] = edge;
+                undecided.push(if is_first_in_front { [a, b] } else { [b, a] });
             } else {
                 hidden_displaced |= displaced;
             }
         }
-        match (undecided, last) {
-            (0, _) => Verdict { sight: Sight::Blocked, is_displaced: hidden_displaced, edge: None },
-            (1, Some([a, b])) => {
-                let edge = if is_first_in_front { [a, b] } else { [b, a] };
-                Verdict { sight: Sight::Part, is_displaced: hidden_displaced, edge: Some(edge) }
-            }
-            _ => Verdict::exact(Sight::Part),
-        }
+        let (sight, edges) = if undecided.is_empty() { (Sight::Blocked, None) } else { (Sight::Part, Some(undecided)) };
+        Verdict { sight, is_displaced: hidden_displaced, edges }
+    }
+
+    /// Whether it surely hides all of two convex outlines from each other, with no edge displaced.
+    pub(super) fn hides(&self, outlines: [&[DVec3]; 2]) -> bool {
+        let verdict = self.between(outlines, 1.0);
+        verdict.sight == Sight::Blocked && !verdict.is_displaced
+    }
+
+    /// Whether it surely hides all that is in a box from a convex outline. A box that touches its plane may have a face there that
+    /// stands back to back with it, and is seen.
+    pub(super) fn hides_box(&self, outline: &[DVec3], corners: &[DVec3; 8]) -> bool {
+        corners.iter().all(|&corner| self.height(corner) != 0.0) && self.hides([outline, corners])
     }
 
     /// What it leaves of an outline seen from a point, exactly for the doubles as given but for what is level with its plane.

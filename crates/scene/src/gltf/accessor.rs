@@ -9,7 +9,7 @@ use super::{Fault, buffer};
 use crate::Error;
 use crate::reading::Budget;
 
-/// What accessors refer to.
+/// The document, buffers and budget that accessors refer to.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Accessors<'a> {
     pub(super) document: &'a Document,

@@ -45,7 +45,7 @@ pub(super) fn chunks(content: &[u8]) -> Result<(&[u8], Option<&[u8]>), Error> {
     }
 }
 
-/// An integer of four bytes, the lowest first, and what follows it.
+/// An integer of four bytes, the lowest first, and the bytes that follow it.
 fn word(bytes: &[u8]) -> Option<(usize, &[u8])> {
     let (word, rest) = bytes.split_first_chunk::<4>()?;
     Some((usize::try_from(u32::from_le_bytes(*word)).ok()?, rest))
@@ -75,7 +75,7 @@ pub(super) fn contents<'a>(
     all.collect()
 }
 
-/// What a URI stands for: the data in it, or a file.
+/// The data of a URI: inside it, or in the file it names.
 pub(super) fn of_uri(uri: &str, budget: &Budget, read: &mut impl FnMut(&Path) -> io::Result<Vec<u8>>) -> Result<Vec<u8>, Error> {
     match uri.strip_prefix("data:").map(|data| data.split_once(";base64,")) {
         Some(Some((_, data))) => {

@@ -24,7 +24,7 @@ pub(super) struct Map {
     mapping: Mapping,
 }
 
-/// What is done to texture coordinates.
+/// A change of texture coordinates.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Mapping {
     scale: [f64; 2],
@@ -47,7 +47,7 @@ impl Map {
                 "-s" => mapping.scale = pair(&mut words, 1.0)?,
                 "-o" => mapping.offset = pair(&mut words, 0.0)?,
                 "-clamp" => clamp = words.next() == Some("on"),
-                // These filter what is drawn.
+                // These only filter the image.
                 "-blendu" | "-blendv" | "-boost" | "-texres" | "-bm" | "-type" => drop(words.next()),
                 "-mm" | "-t" | "-cc" | "-imfchan" => {
                     match option {
@@ -89,7 +89,7 @@ fn pair(words: &mut Words<'_>, absent: f64) -> Result<[f64; 2], Error> {
 pub(super) struct Textures {
     /// Of each material that has any.
     maps: HashMap<usize, [Option<Map>; 2]>,
-    /// What was read, by the name of its file.
+    /// The textures read, by the name of their file.
     read: HashMap<PathBuf, Option<Arc<Texture>>>,
     mappings: HashMap<usize, [Option<Mapping>; 2]>,
 }
@@ -101,7 +101,7 @@ impl Textures {
         }
     }
 
-    /// What is done to the coordinates of a material's faces for each texture that it has.
+    /// The change of coordinates on a material's faces, for each texture that it has.
     pub(super) fn mappings(&self, material: usize) -> [Option<Mapping>; 2] {
         self.mappings.get(&material).copied().unwrap_or_default()
     }
@@ -137,7 +137,7 @@ impl Textures {
     }
 }
 
-/// Reads a texture; what is no PNG is noted.
+/// Reads a texture; a file that is no PNG is noted.
 fn open(
     map: &Map,
     quantity: Quantity,

@@ -1,7 +1,7 @@
 //! Material libraries of OBJ files: `Kd` is the diffuse reflectance, `Ke` the emitted radiance, each 0 where it is not given. A
 //! texture, `map_Kd` or `map_Ke`, multiplies them, and stands alone where they are not given.
 //!
-//! What else a material says does not concern a diffuse surface, and is noted; so are keywords that are unknown.
+//! Other statements of a material do not concern a diffuse surface, and are noted; so are keywords that are unknown.
 //!
 //! A file without `newmtl` in its first statement is no library, and no message quotes from it: a scene may name any file.
 

@@ -1,13 +1,14 @@
 //! All the segments from a receiver to an emitter, as an intersection of half-spaces.
 //!
-//! What hides a point y of the emitter from a point x of the receiver meets the open segment from x to y. Those segments are in
-//! the convex hull of receiver and emitter, in front of the emitter and above the receiver's horizon. So a polygon hides nothing
+//! An occluder between a point x of the receiver and a point y of the emitter meets the open segment from x to y. Those segments
+//! are in the convex hull of receiver and emitter, in front of the emitter and above the receiver's horizon. So a polygon hides
+//! nothing
 //!
 //! - if it is nowhere in front of the emitter's plane, or nowhere above the receiver's horizon;
 //! - if receiver and emitter are on one side of its own plane;
-//! - if it is outside a plane that bounds the hull. What touches such a plane elsewhere than at a corner of the two is found all
-//!   the same: seen from x its edge lies on the emitter's, the gradient has two values there, and the choice between them is not
-//!   made here.
+//! - if it is outside a plane that bounds the hull. A polygon that touches such a plane elsewhere than at a corner of the two is
+//!   found all the same: seen from x its edge lies on the emitter's, the gradient has two values there, and the choice between them
+//!   is not made here.
 //!
 //! The bounding planes of the hull are those through an edge of one and a corner of the other that have both on one side. For
 //! each edge that corner is sought; signs are exact, and a plane that would cut off a part is not taken, as may be all those of
@@ -44,7 +45,7 @@ impl Beam {
     /// The beam from a receiver to an emitter; `None` where the receiver is not in front of the emitter's plane or the emitter is
     /// nowhere above the receiver's horizon: then the radiosity is 0, with or without occluders.
     ///
-    /// What it does not find hides nothing, exactly for the doubles as given.
+    /// A polygon that it does not find hides nothing, exactly for the doubles as given.
     #[must_use]
     pub fn from_receiver(receiver: &Receiver, emitter: &Polygon) -> Option<Self> {
         Self::new(&[receiver.position()], emitter, false, |frame| HalfSpace::above(receiver, frame))
@@ -52,9 +53,9 @@ impl Beam {
 
     /// The beam from a point of a polygon, whose side is that of the polygon; `None` as in [`Self::from_receiver`].
     ///
-    /// Here planes are those of surfaces: the point is taken to be on the polygon, and what is level with the polygon or with the
-    /// emitter, up to the rounding of coordinates, to be in its plane and so to hide nothing. The rest of a slanted wall would
-    /// else stand out by an ulp here and there. A gap narrower than that rounding is none.
+    /// Here planes are those of surfaces: the point is taken to be on the polygon, and a surface level with the polygon or with the
+    /// emitter, up to the rounding of coordinates, is taken to be in its plane and so to hide nothing. The rest of a slanted wall
+    /// would else stand out by an ulp here and there. A gap narrower than that rounding is none.
     #[must_use]
     pub fn from_point_of(polygon: &Polygon, point: DVec3, emitter: &Polygon) -> Option<Self> {
         Self::new(&[point], emitter, true, |frame| Plane::of(polygon).over(frame))

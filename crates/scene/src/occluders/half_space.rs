@@ -8,8 +8,8 @@
 //! components. Computing that bound loses less than `10 u` of it: 10 u covers all. Where this decides nothing, an exact predicate
 //! does (J. R. Shewchuk 1997, crate `robust`).
 //!
-//! A polygon of more than three vertices that are in one plane only up to rounding has no plane through three of them that says
-//! all; there the plane is that of its normal, and what is outside must be so by more than its vertices are off.
+//! A polygon of more than three vertices that are in one plane only up to rounding has no plane through three of them that decides
+//! for all; there the plane is that of its normal, and a point outside must be so by more than the vertices' distances from it.
 //!
 //! The plane of a surface is known only as well as the rounded coordinates determine it. With vertices off by at most
 //! `d = 4 eps C`, C their largest coordinate (four roundings each, as `radgrad_core::Polygon` allows), the area vector of a
@@ -32,7 +32,7 @@ const ROUNDING: f64 = 5.0 * f64::EPSILON;
 /// 2^-900: covers underflow in products of normalised lengths.
 const TINY: f64 = f64::from_bits((1023 - 900) << 52);
 
-/// Coordinates in which what is near has size 1.
+/// Coordinates in which near points have size 1.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Frame {
     pub(super) origin: DVec3,
@@ -70,7 +70,7 @@ pub(super) struct HalfSpace {
     exact: Exact,
 }
 
-/// How to decide what rounding leaves open.
+/// The way to decide cases that rounding leaves open.
 #[derive(Debug, Clone)]
 enum Exact {
     /// By three points, times a power of two.
@@ -79,7 +79,7 @@ enum Exact {
     Products,
     /// Not.
     Never,
-    /// Not: what is level with the plane is on it.
+    /// They are not decided: a point level with the plane is on it.
     Level { largest: f64, slope: f64 },
 }
 
@@ -126,8 +126,8 @@ impl HalfSpace {
 
     /// Whether no point of a box is inside, given by two corners located in the half-space's frame.
     ///
-    /// `N.q` with the computed N is largest at the corner that the signs of N say; what the true N gives anywhere in the box
-    /// differs from that by no more than the bound at the farthest coordinate.
+    /// `N.q` with the computed N is largest at the corner that the signs of N choose; the value with the true N anywhere in the box
+    /// exceeds it by no more than the bound at the farthest coordinate.
     pub(super) fn misses_box(&self, low: &Located, high: &Located) -> bool {
         let corner = DVec3::select(self.normal.cmpgt(DVec3::ZERO), high.q, low.q);
         sum(self.normal * corner) - self.offset < -(self.error(largest(low.reach, high.reach)) + self.slack)
@@ -231,7 +231,7 @@ impl Plane {
         }
     }
 
-    /// The space in front of the surface, where what is level with it up to the rounding of coordinates is on its plane.
+    /// The space in front of the surface; a point level with it up to the rounding of coordinates is on its plane.
     pub(super) fn over(&self, frame: &Frame) -> HalfSpace {
         self.along_normal(frame, Exact::Level { largest: self.largest * frame.power, slope: self.slope / frame.power })
     }

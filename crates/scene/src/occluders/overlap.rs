@@ -1,8 +1,8 @@
-//! Faces that lie in one plane, face the same way and overlap: what is seen of them counts twice.
+//! Faces that lie in one plane, face the same way and overlap: the visible part of the overlap counts twice.
 //!
-//! A [`Beam`](super::Beam) takes what is level with a surface, up to the rounding of its coordinates, to be in its plane and so to hide
-//! nothing. If two faces are level with each other, neither hides the other, and light from where both are is counted for each.
-//! So the test here is that of the beam, with the area that the two have in common. Back to back they are seen from one side
+//! A [`Beam`](super::Beam) takes a face level with a surface, up to the rounding of its coordinates, to be in its plane and so to
+//! hide nothing. If two faces are level with each other, neither hides the other, and light from where both are is counted for
+//! each. So the test here is that of the beam, with the area that the two have in common. Back to back they are seen from one side
 //! each, and a face in front of another by more than the rounding hides it: both are as they should be.
 //!
 //! Edges that coincide leave slivers of an overlap. With coordinates off by `d = 4 eps C`, C the largest of them, two edges of
@@ -65,6 +65,23 @@ impl Occluders {
         self.visit(before, |other| {
             other != index && counts(other) && !self.is_behind(other, index) && !self.is_behind(index, other)
         })
+    }
+
+    /// Visits the polygons that may see a polygon, as surfaces: all that have a point in front of it, but for those in boxes of which
+    /// `is_hidden` says so, given their corners.
+    pub(crate) fn facing(&self, index: usize, is_hidden: impl Fn(&[DVec3; 8]) -> bool, mut visit: impl FnMut(usize)) {
+        let shape = &self.polygons[index];
+        let front = shape.front(true);
+        let enters = |bounds: &Bounds| {
+            let [low, high] = [bounds.low, bounds.high].map(|corner| shape.frame.locate(corner));
+            !front.excludes_box(&low, &high) && !is_hidden(&bounds.corners())
+        };
+        self.visit(enters, |other| {
+            if other != index {
+                visit(other);
+            }
+            false
+        });
     }
 
     /// Whether a polygon is nowhere in front of another, as surfaces.

@@ -1,4 +1,4 @@
-//! What the search needs to know of a polygon.
+//! A polygon with the quantities that the search needs.
 
 use radgrad_core::{DVec3, Polygon};
 
@@ -47,6 +47,14 @@ impl Bounds {
 
     pub(super) fn and(self, other: &Self) -> Self {
         Self { low: self.low.min(other.low), high: self.high.max(other.high) }
+    }
+
+    pub(super) fn corners(&self) -> [DVec3; 8] {
+        let at = |high: usize, low: f64, top: f64| if high == 0 { low } else { top };
+        std::array::from_fn(|k| {
+            let (low, high) = (self.low, self.high);
+            DVec3::new(at(k & 1, low.x, high.x), at(k & 2, low.y, high.y), at(k & 4, low.z, high.z))
+        })
     }
 
     /// The common part, if the two meet.

@@ -1,4 +1,4 @@
-//! What is not found hides nothing, and what is searched is what is near.
+//! A polygon that is not found hides nothing, and only the polygons near the beam are searched.
 
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
@@ -26,8 +26,8 @@ fn emitter(polygon: &Polygon) -> Emitter {
     Emitter::new(polygon.clone(), Emission::Constant(1.0)).unwrap()
 }
 
-/// Whether two answers agree within their bounds. Where edges coincide the gradient has one value on either side, and which of
-/// them is given may depend on what is found: there `values_only` are compared.
+/// Whether two answers agree within their bounds. Where edges coincide the gradient has one value on either side, and the polygons
+/// found may decide between them: there `values_only` are compared.
 fn same(all: &Answer, found: &Answer, values_only: bool) -> bool {
     (all.radiosity - found.radiosity).abs() <= all.radiosity_error + found.radiosity_error
         && (values_only || (all.gradient - found.gradient).length() <= all.gradient_error + found.gradient_error)

@@ -1,4 +1,4 @@
-//! What the readers have in common: faces that come as lists of vertices, surfaces and materials that come by name.
+//! The parts common to all readers: faces that come as lists of vertices, surfaces and materials that come by name.
 
 use std::collections::{HashMap, HashSet};
 use std::path::Path;
@@ -15,7 +15,7 @@ use crate::{Error, Face, Materials, Place, Position, Reading, Surface};
 /// Bytes that the name of a surface may have: every face of a group looks it up.
 const LONGEST_NAME: usize = 1024;
 
-/// What to do with faces that are no polygon: without area, with repeated vertices or with fewer than three, crossing themselves.
+/// The treatment of faces that are no polygon: without area, with repeated vertices or with fewer than three, crossing themselves.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Degenerate {
     /// Refuse the file, naming the face.
@@ -55,7 +55,7 @@ pub(crate) struct Intake {
     reading: Reading,
     budget: Rc<Budget>,
     surfaces: HashMap<String, usize>,
-    /// What was ignored already: each kind is noted once.
+    /// The kinds of statements ignored so far: each is noted once.
     ignored: HashSet<String>,
     /// The first note that there was no room for.
     overdrawn: Option<Error>,
@@ -65,6 +65,13 @@ impl Intake {
     pub(crate) fn new(scene: Scene, file: &Path, reading: Reading, budget: &Rc<Budget>) -> Self {
         let (budget, surfaces, ignored) = (Rc::clone(budget), HashMap::new(), HashSet::new());
         Self { scene, file: file.into(), reading, budget, surfaces, ignored, overdrawn: None }
+    }
+
+    /// Of the file of a mesh without materials: black, and its index.
+    pub(crate) fn of_mesh(file: &Path, reading: Reading) -> Result<(Self, usize), Error> {
+        let mut scene = Scene::new(["grey"])?;
+        let material = scene.add_material("", [0.0], [0.0])?;
+        Ok((Self::new(scene, file, reading, &Budget::new(reading.budget)), material))
     }
 
     pub(crate) fn budget(&self) -> &Budget {
@@ -90,7 +97,7 @@ impl Intake {
         Err(Error::expected(format!("a name of at most {LONGEST_NAME} bytes"), format!("one of {} bytes", name.len())))
     }
 
-    /// Adds a surface, or what only hides others, and returns its index.
+    /// Adds a surface, or an obstruction that only hides others, and returns its index.
     pub(crate) fn add_surface(&mut self, name: &str, exchanges: bool) -> Result<usize, Error> {
         let name = Self::checked_name(name)?;
         self.budget.take_many("surfaces", 1, 2 * size_of::<Surface>() + 4 * name.len())?;

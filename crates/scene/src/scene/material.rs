@@ -1,4 +1,4 @@
-//! What a face is made of.
+//! Materials of faces: diffuse reflectance and emitted radiance.
 
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -9,8 +9,8 @@ use crate::texture::{Quantity, Texture};
 /// A diffuse material: reflectance and emitted radiance, one value in each channel of its scene, and a texture for each that
 /// varies over its faces. Values are then times those of the texture.
 ///
-/// Radiance is what files give (`Ke` of MTL, the emissive factor of glTF): power a unit of area and solid angle. A diffuse
-/// emitter of radiance L has the radiosity pi L.
+/// Radiance is the quantity in the files (`Ke` of MTL, the emissive factor of glTF): power a unit of area and solid angle. A
+/// diffuse emitter of radiance L has the radiosity pi L.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Material {
     name: String,
@@ -100,13 +100,13 @@ impl Material {
         &self.name
     }
 
-    /// Reflectance in each channel, in [0, 1]; where there is a texture, what its values are multiplied by.
+    /// Reflectance in each channel, in [0, 1]; where there is a texture, the factor of its values.
     #[must_use]
     pub fn reflectance(&self) -> &[f64] {
         &self.reflectance
     }
 
-    /// Emitted radiance in each channel, in the unit of the file; where there is a texture, what its values are multiplied by.
+    /// Emitted radiance in each channel, in the unit of the file; where there is a texture, the factor of its values.
     #[must_use]
     pub fn radiance(&self) -> &[f64] {
         &self.radiance

@@ -1,4 +1,4 @@
-//! What a reader did that the file does not say: nothing is changed or left out silently.
+//! Notes on a reader's changes and omissions: nothing is changed or left out silently.
 
 use std::fmt;
 
@@ -58,7 +58,7 @@ pub enum Note {
     Ignored {
         /// Where it stands first.
         place: Place,
-        /// What it is and what was done instead.
+        /// The thing, and the reader's replacement for it.
         what: String,
     },
 }

@@ -1,8 +1,9 @@
-//! A scene before anything is computed from it: moved and scaled where that matters, exactly, and held to what its model asks for.
+//! A scene before anything is computed from it: moved and scaled where that matters, exactly, and checked against the rules of its
+//! model.
 //!
 //! Answers do not depend on the origin or on the unit of length. Rounding does: a point of a unit square near 1e9 is known to 1e-7,
 //! and the square of a length near 1e200 to nothing. So a scene far from the origin is moved, and one of an extraordinary unit is
-//! scaled. Every coordinate stays exactly what it was:
+//! scaled. No coordinate is rounded by it:
 //!
 //! - With e the largest extent along an axis, an axis is moved by the middle c of its coordinates if `|c| >= 2 e`. Then all of them
 //!   are between c/2 and 2c, and each difference is exact (P. Sterbenz 1974). Else no coordinate is above 2.5 e, and little is lost
@@ -51,7 +52,7 @@ impl Placement {
         point / self.power + self.centre
     }
 
-    /// What lengths were multiplied by, a power of two.
+    /// The power of two that multiplied lengths.
     #[must_use]
     pub const fn power(&self) -> f64 {
         self.power
@@ -91,7 +92,7 @@ pub struct Prepared {
     pub placement: Placement,
     /// The index of its polygons.
     pub index: Occluders,
-    /// What is probably not meant.
+    /// Properties of the scene that are probably not meant.
     pub warnings: Vec<Warning>,
 }
 

@@ -13,7 +13,8 @@ use crate::projection::Projection;
 pub fn triangles(vertices: &[DVec3]) -> Option<Vec<[usize; 3]>> {
     let projection = Projection::of(vertices);
     let points: Vec<Coord<f64>> = vertices.iter().map(|&v| projection.point(v)).collect();
-    // This refuses what crosses or touches itself. The projection keeps orientation, so that the outline is counter-clockwise.
+    // This refuses an outline that crosses or touches itself. The projection keeps orientation, so that the outline is
+    // counter-clockwise.
     Polygon::new(points.iter().map(|p| DVec3::new(p.x, p.y, 0.0)).collect()).ok()?;
     let count = points.len();
     let turn = |a: usize, b: usize, c: usize| orient2d(points[a], points[b], points[c]);

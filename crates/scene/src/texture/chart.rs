@@ -64,6 +64,18 @@ impl Chart {
         if off <= ROUNDED { Ok(chart) } else { Err(Error::Chart { vertex: worst, off, allowed: ROUNDED }) }
     }
 
+    /// The numbers that make it: origin, `u` and `v` there, and their gradients.
+    pub(crate) fn numbers(self) -> [[f64; 3]; 4] {
+        let [u, v] = self.at_origin;
+        let [along, across] = self.gradients.map(|gradient| gradient.to_array());
+        [self.origin.to_array(), [u, v, 0.0], along, across]
+    }
+
+    /// The chart that these numbers make.
+    pub(crate) fn from_numbers([origin, [u, v, _], along, across]: [[f64; 3]; 4]) -> Self {
+        Self { origin: origin.into(), at_origin: [u, v], gradients: [along.into(), across.into()] }
+    }
+
     /// `u` and `v` at a point.
     #[must_use]
     pub fn coordinates(&self, point: DVec3) -> [f64; 2] {
@@ -84,7 +96,7 @@ impl Chart {
         };
         let extents = [extent(0), extent(1)];
         let far = extents.as_flattened().iter().map(|end| end.abs()).fold(0.0, largest);
-        // What is NaN is not near either.
+        // NaN is not near either.
         if far.is_nan() || far > FARTHEST_TEXEL {
             let rule = format!("a face has it {far:.3e} texels from its origin: at most {FARTHEST_TEXEL:e} are told apart");
             return Err(Error::Texture { texture: texture.name().to_owned(), rule });

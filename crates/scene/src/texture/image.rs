@@ -18,7 +18,7 @@ pub(crate) fn is_png(content: &[u8]) -> bool {
     content.starts_with(b"\x89PNG\r\n\x1a\n")
 }
 
-/// What a file that is no PNG starts as, for people.
+/// The format of a file that is no PNG by its first bytes, for people.
 pub(crate) fn format_of(content: &[u8]) -> &'static str {
     let starts: [(&[u8], &str); 8] = [
         (b"\xff\xd8\xff", "a JPEG"),
@@ -140,7 +140,7 @@ mod tests {
     fn a_file_cut_off_anywhere_is_refused() {
         let whole = png(ColorType::Rgb, BitDepth::Eight, &[1, 2, 3, 4, 5, 6], None);
         assert!(is_png(&whole));
-        // What follows the last byte of the image is not needed.
+        // The chunks after the last byte of the image are not needed.
         for length in 0..whole.len() - 20 {
             let error = decode(&whole[..length], "t.png").unwrap_err().to_string();
             assert!(error.starts_with("texture `t.png`: no PNG: "), "{length}: {error}");

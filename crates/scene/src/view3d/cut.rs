@@ -1,8 +1,8 @@
 //! A base surface around its subsurfaces: convex polygons without the convex polygons that lie in them.
 //!
-//! One piece of the base is cut along the lines of the subsurface's edges, one after the other: what is outside edge k and inside
-//! the edges before it is a piece of its own, and what is inside all of them is the subsurface's. Sides are exact signs; a cut
-//! through an edge is a new vertex, rounded, well within what a planar polygon allows.
+//! One piece of the base is cut along the lines of the subsurface's edges, one after the other: the part outside edge k and inside
+//! the edges before it is a piece of its own, and the part inside all of them is the subsurface's. Sides are exact signs; a cut
+//! through an edge is a new vertex, rounded, well within the limit on planarity of a polygon.
 
 use radgrad_core::{DVec3, Polygon};
 use robust::{Coord, orient2d};
@@ -16,7 +16,7 @@ const PLANARITY: f64 = 4e-12;
 /// A part of the base's area that rounding may add or lose: coordinates of a few decimals off by their last, on a slanted wall.
 const AREA: f64 = 1e-9;
 
-/// What is left of a base.
+/// The rest of a base.
 #[derive(Debug)]
 pub(super) struct Remainder {
     number: usize,
@@ -76,7 +76,7 @@ impl Remainder {
                 rest = self.half(&rest, from, to);
             }
             covered += self.area(&rest);
-            // What the subsurface does not reach stays in one piece: else there were as many as its lines have crossings.
+            // A piece that the subsurface does not reach stays whole: else there were as many pieces as its lines have crossings.
             if self.has_area(&rest) { self.pieces.extend(outside) } else { self.pieces.push(piece) }
         }
         let missing = subsurface.area() - covered;

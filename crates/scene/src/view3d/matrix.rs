@@ -9,7 +9,7 @@ use std::io::{self, Write};
 
 use crate::Error;
 
-/// What the first line says besides the number of surfaces.
+/// The first line of a matrix without the number of surfaces.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct MatrixHeader {
     /// Whether the surfaces enclose a room.

@@ -26,7 +26,7 @@ fn names(scene: &Scene) -> Vec<&str> {
     scene.surfaces().iter().map(|surface| surface.name()).collect()
 }
 
-/// What is wrong when `lines` follow those of the cube.
+/// The error message when `lines` follow those of the cube.
 fn message(lines: &str) -> String {
     scene(&format!("{CUBE}{lines}")).unwrap_err().to_string()
 }

@@ -1,9 +1,9 @@
-//! What a point sees of a closed scene adds up to all of it: files, index and closed forms together.
+//! The form factors from a point of a closed scene add up to 1: files, index and closed forms together.
 
 use radgrad_core::{DVec3, Emission, Emitter, Polygon, Receiver, evaluate};
 use radgrad_scene::{Beam, Degenerate, Found, Occluders, Scene};
 
-/// The sum of the form factors from a point of a face to all others, its bound, and what the searches found.
+/// The sum of the form factors from a point of a face to all others, its bound, and the results of the searches.
 fn closure(scene: &Scene, index: &Occluders, face: usize, point: DVec3) -> (f64, f64, Vec<Found>) {
     let own = scene.faces()[face].polygon();
     let receiver = Receiver::new(point, own.normal(), 1.0).unwrap();

@@ -64,7 +64,7 @@ fn what_a_screen_leaves_is_known_to_twelve_digits_and_inside_its_bound() {
 
 #[test]
 fn shadow_edges_that_cross_the_receiver_cost_no_digits() {
-    // By translation, what two halves of a screen leave of a factor: each alone hides its own part, both hide both.
+    // By translation, the factor left by two halves of a screen: each alone hides its own part, both hide both.
     let lit = |screens: &[[[f64; 3]; 4]]| {
         let mut faces: Vec<&[[f64; 3]]> = Vec::new();
         let ends = [level(UNIT, UNIT, 0.0, true), level(UNIT, UNIT, 1.0, false)];

@@ -28,8 +28,8 @@ fn the_cornell_box_has_its_left_wall_split_and_reported() {
     assert_eq!(scene.emitted_power(0), 17.0 * std::f64::consts::PI * 130.0 * 105.0);
 }
 
-/// `RADGRAD_SCENES=folder cargo test -p radgrad-scene --test all files -- --nocapture` reads every scene in a folder and prints what
-/// came of it: a scene with its notes, or an error with its place. None may fail in another way.
+/// `RADGRAD_SCENES=folder cargo test -p radgrad-scene --test all files -- --nocapture` reads every scene in a folder and prints the
+/// result of each: a scene with its notes, or an error with its place. None may fail in another way.
 #[test]
 fn scenes_at_hand_are_read_or_refused_with_a_place() {
     let Some(folder) = std::env::var_os("RADGRAD_SCENES") else { return };

@@ -1,4 +1,4 @@
-//! Readers under fire: files that were changed at random, and what holds of whatever comes of them.
+//! Readers under fire: files that were changed at random, and rules that hold for each result.
 //!
 //! The seed is fixed, so that every run tries the same files; `RADGRAD_MUTANTS` sets how many of each kind.
 
@@ -26,7 +26,7 @@ const GLTF: &str = r#"{"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0
 const LINE: &str = r#"{"id":"a","receiver":{"position":[0,0,0],"normal":[0,0,1],"reflectance":0.5},"emitter":{"vertices":[[0,0,1],
     [0,1,1],[1,1,1],[1,0,1]],"emission":{"vertices":[1,2,3,2]}},"occluders":[[[0,0,0.5],[0.1,0,0.5],[0,0.1,0.5]]],"tolerance":1e-9}"#;
 
-/// What strangers put into files.
+/// Text that strangers put into files.
 const TOKENS: [&[u8]; 20] = [
     b"1e308",
     b"-1e308",
@@ -50,7 +50,7 @@ const TOKENS: [&[u8]; 20] = [
     b",",
 ];
 
-/// One change: what, where (a share of the length) and with which byte, token or length.
+/// One change: its kind, its place (a share of the length) and the byte, token or length for it.
 type Change = (u8, f64, u8, f64);
 
 #[allow(clippy::cast_possible_truncation, reason = "a share of a length is one")]
@@ -90,7 +90,7 @@ fn under_fire(seed: &[u8], check: impl Fn(&[u8])) {
     tried.unwrap();
 }
 
-/// What holds of a scene, or of why there is none.
+/// Checks a scene, or the error in its place.
 fn judge(read: impl Fn(Reading) -> Result<Scene, Error>) {
     let reading = |degenerate| Reading { degenerate, budget: 1 << 22, materials: Materials::Optional, ..Reading::default() };
     let refused = read(reading(Degenerate::Refuse));

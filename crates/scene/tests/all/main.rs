@@ -1,7 +1,8 @@
-//! One program for all tests of what is public, so that it is compiled and linked once.
+//! One program for all tests of the public interface, so that it is compiled and linked once.
 
 mod closure;
 mod factors;
 mod files;
 mod hostile;
 mod prepared;
+mod two_polygons;

@@ -2,7 +2,7 @@
 //!
 //! At the nodes of a receiver the irradiance `G b` is a sum over its links; its projection on the basis, times the reflectance,
 //! is the reflected radiosity; with a texture it is the projection of the product ([`crate::mesh::texture`]). Receivers are taken
-//! in order, a few at a time, and use what the ones before have got in the same sweep: each hands its change on to the elements
+//! in order, a few at a time, and use the radiosities of those before in the same sweep: each hands its change on to the elements
 //! above and below, which links see. Clusters are gathered from as they were before the sweep. G is a contraction with the
 //! reflectance, and the sweeps converge like powers of it. The radiosity is such a b, and so is the bound on its error.
 
@@ -15,7 +15,7 @@ use crate::links::link::Link;
 use crate::mesh::Mesh;
 use crate::mesh::surfaces::Surfaces;
 
-/// Irradiance at each node of a receiver, without what links and clusters neglect.
+/// Irradiance at each node of a receiver, without the light that links and clusters neglect.
 pub(crate) fn irradiance(mesh: &Mesh, field: &Field, links: &[Link], far: &Far, channel: usize, nodes: usize) -> Vec<f64> {
     let mut at_nodes: Vec<f64> = (0..nodes).map(|node| far.value(field, channel, node)).collect();
     for link in links {
@@ -35,7 +35,7 @@ pub(crate) struct Equation<'a> {
     pub(crate) receivers: &'a [usize],
     pub(crate) links: &'a [Vec<Link>],
     pub(crate) far: &'a [Far],
-    /// For each element that receives, channel after channel, the coefficients of what is added to the reflected light.
+    /// For each element that receives, channel after channel, the coefficients of the source s in the reflected light.
     pub(crate) source: &'a [Vec<f64>],
 }
 
@@ -66,8 +66,8 @@ impl Equation<'_> {
         greatest
     }
 
-    /// What a receiver's own part is less than what it gathers now, and from clusters with their powers when these were last
-    /// summed, channel after channel.
+    /// The irradiance that a receiver gathers now, by links and from clusters with their powers when these were last summed, less
+    /// its own part, channel after channel.
     pub(crate) fn change(&self, receiver: usize, field: &Field, own: &[f64], channels: usize) -> Vec<f64> {
         let len = self.mesh.basis(receiver).len();
         let mut change = vec![0.0; len * channels];

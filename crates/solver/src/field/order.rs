@@ -1,20 +1,20 @@
 //! The order in which receivers gather.
 //!
-//! In sweeps every receiver gathers in its turn, with what those before it have got (Gauss-Seidel). In Southwell's order the one
-//! gathers whose residual `s + P rho G b - b`, times its area, is the largest, and its change is shot back along the links to all
-//! that gather from it, so that every residual stays known (R. V. Southwell 1946; S. Gortler, M. F. Cohen and P. Slusallek 1994).
-//! Both end at the solution of the one linear system. One gather changes one receiver: Southwell's order needs fewer of them where
-//! little of the scene is bright, but each costs as many links again for the shooting, and the residuals cost a sweep.
+//! In sweeps every receiver gathers in its turn, with the radiosities of those before it (Gauss-Seidel). In Southwell's order the
+//! one gathers whose residual `s + P rho G b - b`, times its area, is the largest, and its change is shot back along the links to
+//! all that gather from it, so that every residual stays known (R. V. Southwell 1946; S. Gortler, M. F. Cohen and P. Slusallek
+//! 1994). Both end at the solution of the one linear system. One gather changes one receiver: Southwell's order needs fewer of them
+//! where little of the scene is bright, but each costs as many links again for the shooting, and the residuals cost a sweep.
 //!
 //! Shooting adds rounding errors, and goes along links alone, not to those that see a cluster of which the receiver is a part
-//! ([`crate::links::cluster`]). So residuals are computed anew, with the powers of clusters, until none is too large: what clusters
-//! give is a small part, and each time what is left of its change is by that part less.
+//! ([`crate::links::cluster`]). So residuals are computed anew, with the powers of clusters, until none is too large: the light of
+//! clusters is a small part, and each time the remaining error shrinks by that factor.
 
 use crate::field::Field;
 use crate::field::gathering::{Equation, multiply};
 use radgrad_scene::largest;
 
-/// The order in which receivers gather. The solution is the same to what is left unsolved, and the number of gathers is in
+/// The order in which receivers gather. The solution is the same up to the unsolved residual, and the number of gathers is in
 /// [`crate::solve::options::Progress`].
 ///
 /// ```
@@ -121,7 +121,7 @@ impl Equation<'_> {
         changes
     }
 
-    /// Adds what the change of a source gives along a link to the residual of the receiver that gathers by it.
+    /// Adds the light of a source's change along a link to the residual of the receiver that gathers by it.
     fn shoot(&self, (gatherer, index): (usize, usize), change: &[f64], residual: &mut [f64]) {
         let link = &self.links[gatherer][index];
         let (own, len) = (self.mesh.basis(gatherer).len(), self.mesh.basis(link.source).len());

@@ -19,12 +19,11 @@ use crate::mesh::shape::{Shape, in_parent};
 const FEWEST: usize = 2;
 const MOST: usize = 10;
 
-/// What the error of a function may be over that of the first, the form factor: what elements send out varies less over them
-/// than it is.
+/// Largest error of a function over that of the first, the form factor: the radiosity of elements varies less over them than it is.
 const ROUGHER: f64 = 20.0;
 
-/// How often a cell is divided before the closed forms have to answer: they cost as much as hundreds of nodes, which is what
-/// rules need near by for few digits, and less than they need for many.
+/// How often a cell is divided before the closed forms have to answer. They cost as much as hundreds of nodes: rules need about as
+/// many near by for few digits, and more for many.
 fn deepest(tolerance: f64) -> u32 {
     if tolerance < 1e-10 { 4 } else { 8 }
 }

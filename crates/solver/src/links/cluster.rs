@@ -1,4 +1,4 @@
-//! What a receiver sees of clusters, and which of them it opens.
+//! Views of clusters from a receiver, and the choice of those that it opens.
 
 pub(crate) mod cut;
 pub(crate) mod far;

@@ -1,10 +1,10 @@
-//! Direct light kept apart: what lamps give is computed at points, and never approximated on the way to them.
+//! Direct light kept apart: the light of lamps is computed at points, and never approximated on the way to them.
 //!
-//! With the emission E of the lamps `B = E + rho G E + (what is reflected twice or more)`. The middle part has the edges of
-//! shadows, the last one has none that are sharp; but a sample of the middle part costs one closed form a lamp, and one of the
-//! last a gather over the whole scene. So each has elements of its own: leaves, where direct light is projected, and receivers
-//! above them, where the gathers are. Lamps are the faces that emit, if they are few and small: if all walls glow nothing is
-//! gained. Faces that emit by a texture are none: their light is gathered as reflected light is.
+//! With the emission E of the lamps `B = E + rho G E + (light reflected twice or more)`. The middle part has the edges of shadows,
+//! the last one has none that are sharp; but a sample of the middle part costs one closed form a lamp, and one of the last a gather
+//! over the whole scene. So each has elements of its own: leaves, where direct light is projected, and receivers above them, where
+//! the gathers are. Lamps are the faces that emit, if they are few and small: if all walls glow nothing is gained. Faces that emit
+//! by a texture are none: their light is gathered as reflected light is.
 
 use radgrad_scene::largest;
 
@@ -20,7 +20,7 @@ const SMALL: f64 = 0.1;
 /// Elements of the coarsest mesh that lamps may have.
 const FEW: usize = 32;
 
-/// Error of what a lamp gives, by that of other evaluations.
+/// Error of a lamp's light, by that of other evaluations.
 const FINER: f64 = 1e-2;
 
 /// The lamps of a scene.
@@ -30,7 +30,7 @@ pub(crate) struct Lamps {
     roots: Vec<usize>,
 }
 
-/// What lamps give at a point.
+/// The light of lamps at a point.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Lit {
     /// Irradiance in each channel.
@@ -53,6 +53,11 @@ pub(crate) struct Direct {
 }
 
 impl Direct {
+    /// Sight of each lamp's root.
+    pub(crate) fn sights(&self) -> &[Sight] {
+        &self.sights
+    }
+
     /// Bound on the errors of form factors at nodes.
     pub(crate) fn error(&self) -> f64 {
         self.nodes.iter().map(|lit| lit.off).fold(0.0, largest)
@@ -84,13 +89,13 @@ impl Lamps {
         self.roots.is_empty()
     }
 
-    /// What all lamps send out in a channel.
+    /// The power of all lamps in a channel.
     pub(crate) fn power(&self, mesh: &Mesh, surfaces: &Surfaces, channel: usize) -> f64 {
         let of = |&root: &usize| mesh.elements()[root].area() * surfaces.emitted[mesh.elements()[root].face()][channel];
         self.roots.iter().map(of).sum()
     }
 
-    /// What an element sees of each lamp, among what a larger one saw.
+    /// An element's sight of each lamp; `above` is that of a larger one around it.
     fn sights(&self, mesh: &Mesh, element: usize, above: Option<&Direct>) -> Vec<Sight> {
         let sight = |(lamp, &root): (usize, &usize)| match above.map(|direct| &direct.sights[lamp]) {
             Some(&Sight::Nothing(face)) => Sight::Nothing(face),
@@ -115,23 +120,18 @@ impl Lamps {
         Ok(Direct { nodes, sights })
     }
 
-    /// Each lamp's root with what a leaf sees of it.
+    /// Each lamp's root with a leaf's sight of it.
     pub(crate) fn seen<'a>(&'a self, leaf: &'a Direct) -> impl Iterator<Item = (usize, &'a Sight)> {
         self.roots.iter().copied().zip(&leaf.sights)
     }
 
-    /// Direct light at a point of a leaf.
-    pub(crate) fn light_at(
-        &self,
-        optics: &Optics<'_>,
-        surfaces: &Surfaces,
-        station: &Station,
-        leaf: &Direct,
-    ) -> Result<Lit, Error> {
-        self.at(optics, surfaces, station, &leaf.sights)
+    /// What a point sees of each lamp's root.
+    pub(crate) fn sights_from(&self, mesh: &Mesh, station: &Station) -> Result<Vec<Sight>, Error> {
+        self.roots.iter().map(|&root| station.sight(mesh, root, None)).collect()
     }
 
-    fn at(&self, optics: &Optics<'_>, surfaces: &Surfaces, station: &Station, sights: &[Sight]) -> Result<Lit, Error> {
+    /// Direct light at a point that sees this of each lamp's root.
+    pub(crate) fn at(&self, optics: &Optics<'_>, surfaces: &Surfaces, station: &Station, sights: &[Sight]) -> Result<Lit, Error> {
         let channels = surfaces.emitted[0].len();
         let factors = Vec::with_capacity(self.roots.len());
         let mut lit = Lit { irradiance: vec![0.0; channels], error: vec![[0.0; 2]; channels], factors, off: 0.0 };

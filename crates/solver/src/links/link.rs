@@ -1,8 +1,9 @@
-//! Links: what an element gathers from, and how roughly (P. Hanrahan, D. Salzman and L. Aupperle 1991).
+//! Links: the elements that an element gathers from, and how roughly (P. Hanrahan, D. Salzman and L. Aupperle 1991).
 //!
 //! A receiver gathers from every element that it sees through one link, either to the element or to each of its children. A link
-//! takes the polynomial that its source holds, and keeps what its functions give at the receiver's nodes. What it neglects is
-//! known: the radiosity of the leaves below the source less that polynomial, [`Field::neglected`](crate::field::Field::neglected).
+//! takes the polynomial that its source holds, and keeps the irradiance of its functions at the receiver's nodes. The light that it
+//! neglects is known: the radiosity of the leaves below the source less that polynomial,
+//! [`Field::neglected`](crate::field::Field::neglected).
 
 use crate::links::transfer::Row;
 use crate::mesh::Sight;
@@ -14,7 +15,7 @@ pub(crate) struct Link {
     pub(crate) sight: Sight,
     /// For each node of the receiver.
     pub(crate) rows: Vec<Row>,
-    /// The projection of the rows: for each of the receiver's functions, what it gets of each of the source's.
+    /// The projection of the rows: for each of the receiver's functions, the light of each of the source's.
     pub(crate) matrix: Vec<f64>,
 }
 

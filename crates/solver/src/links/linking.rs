@@ -1,10 +1,10 @@
-//! How finely elements are linked: by what a link neglects, or by form factors and areas.
+//! How finely elements are linked: by the light that a link neglects, or by form factors and areas.
 //!
 //! With thresholds two elements are linked if the form factor from neither to the other reaches the one threshold; or else the
 //! larger of them, seen from the other, is divided, unless its area is below the other threshold (P. Hanrahan, D. Salzman and L.
 //! Aupperle 1991, `Refine`). Their estimate of a form factor is that to a disc of the element's area, from centre to centre,
 //! `A cos1 cos2 / (pi d^2 + A)`, hidden or not. Where nothing is bright such links are finer than they need be, and where much is
-//! they are too rough: what they neglect is bounded and in the ledger all the same.
+//! they are too rough: the light they neglect is bounded and in the ledger all the same.
 
 use crate::error::Error;
 use crate::mesh::Mesh;
@@ -30,7 +30,7 @@ pub enum Linking {
     /// As finely as the error asked for needs, round after round.
     #[default]
     Error,
-    /// By thresholds, in one round: the mesh and the links follow from them alone, and the bound says what was reached.
+    /// By thresholds, in one round: the mesh and the links follow from them alone, and so does the bound.
     Thresholds {
         /// Form factors from which on an element is divided, above 0 and at most 1.
         form_factor: f64,

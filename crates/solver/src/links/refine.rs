@@ -1,16 +1,17 @@
-//! Which links a receiver has: what it sees, linked as roughly as is allowed.
+//! The links of a receiver: all elements that it sees, linked as roughly as is allowed.
 //!
-//! Links are refined where what they neglect, times the reflectance, is too large: Hanrahan's brightness-weighted refinement, with
-//! a bound in the place of the brightness.
+//! Links are refined where the light they neglect, times the reflectance, is too large: Hanrahan's brightness-weighted refinement,
+//! with a bound in the place of the brightness.
 //!
 //! Where faces are many a receiver begins with one cluster of all of them ([`crate::mesh::clusters`]), unless links go by
-//! thresholds. The one that may give most is opened, and its elements at last linked, until what all others may give, together
-//! with what links neglect, is what is allowed.
+//! thresholds. The one that may give most is opened, and its elements at last linked, until the light of all closed ones and the
+//! light that links neglect are together within the allowed error.
 
 use crate::error::Error;
 use crate::field::Field;
 use crate::links::cluster::cut::Cut;
 use crate::links::cluster::far::Far;
+use crate::links::gatherer::Gatherer;
 use crate::links::link::{Link, rows};
 use crate::links::linking::Linking;
 use crate::links::station::Station;
@@ -23,7 +24,7 @@ use radgrad_scene::largest;
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Need<'a> {
     pub(crate) field: &'a Field,
-    /// What the error in each channel is multiplied by; the largest counts.
+    /// Weight of the error in each channel; the largest product counts.
     pub(crate) weight: &'a [f64],
     /// The sum of the errors of all links.
     pub(crate) allowed: f64,
@@ -37,32 +38,29 @@ const SURELY: f64 = 0.05;
 const FAR_PART: f64 = 0.7;
 
 impl Optics<'_> {
-    /// Links an element to the sources that it sees, each with the faces that may be between; or to the children of those that
+    /// Links what gathers to the sources that it sees, each with the faces that may be between; or to the children of those that
     /// would be refined anyway. With them come the faces each of which hides one of these.
     pub(crate) fn links<'a>(
         &self,
-        receiver: usize,
+        gatherer: Gatherer<'_>,
         sources: impl Iterator<Item = (usize, Option<&'a [usize]>)>,
         need: &Need<'_>,
     ) -> Result<(Vec<Link>, Vec<usize>), Error> {
-        let stations = Station::at_nodes(self.mesh, receiver);
+        let stations = gatherer.stations(self.mesh);
         let (mut links, mut hiding) = (Vec::new(), Vec::new());
         let mut open: Vec<(usize, Option<Vec<usize>>)> =
             sources.map(|(source, known)| (source, known.map(<[_]>::to_vec))).collect();
         while let Some((source, known)) = open.pop() {
-            let sight = match &known {
-                // Where nothing is between larger ones nothing is between these.
-                Some(faces) if faces.is_empty() && self.mesh.facing(receiver, source) => Sight::Clear,
-                Some(faces) if faces.is_empty() => Sight::Nothing(None),
-                _ => self.mesh.sight(receiver, source, known.as_deref()),
-            };
+            let sight = gatherer.sight(self.mesh, source, known.as_deref())?;
             if let Sight::Nothing(by) = sight {
                 hiding.extend(by);
                 continue;
             }
-            let is_too_rough = || match need.linking {
-                Linking::Error => self.is_too_rough(&stations, source, need),
-                thresholds => thresholds.parts(self.mesh, receiver, source),
+            let is_too_rough = || match (need.linking, gatherer) {
+                (thresholds @ Linking::Thresholds { .. }, Gatherer::Element(receiver)) => {
+                    thresholds.parts(self.mesh, receiver, source)
+                }
+                _ => self.is_too_rough(&stations, source, need),
             };
             if let Some(first) = self.mesh.elements()[source].children().filter(|_| is_too_rough()) {
                 open.extend((first..first + 4).map(|child| (child, Some(sight.faces().to_vec()))));
@@ -71,7 +69,10 @@ impl Optics<'_> {
             let count = self.mesh.basis(source).len();
             let rows = stations.iter().map(|station| self.receive(station, source, &sight, count));
             let rows = rows.collect::<Result<Vec<Row>, _>>()?;
-            let matrix = projected(self.mesh.basis(receiver), &rows, count);
+            let matrix = match gatherer {
+                Gatherer::Element(receiver) => projected(self.mesh.basis(receiver), &rows, count),
+                Gatherer::Point(_) => Vec::new(),
+            };
             links.push(Link { source, sight, rows, matrix });
         }
         Ok((links, hiding))
@@ -90,44 +91,44 @@ impl Optics<'_> {
         few.iter().map(|&node| error(&stations[node])).fold(0.0, largest) > SURELY * need.allowed
     }
 
-    /// The links of an element without any: to all roots, or to one cluster of them; or to the sources of its parent.
+    /// The links of what has none: to all roots, or to one cluster of them; or to the sources of its parent.
     pub(crate) fn first_links(
         &self,
-        receiver: usize,
+        gatherer: Gatherer<'_>,
         of_parent: Option<(&[Link], &Far)>,
         need: &Need<'_>,
     ) -> Result<(Vec<Link>, Far), Error> {
-        let (tree, element) = (self.mesh.clusters(), &self.mesh.elements()[receiver]);
+        let tree = self.mesh.clusters();
         let root = tree.root().filter(|_| need.linking == Linking::Error);
         let (links, mut clusters) = match of_parent {
             Some((links, far)) => {
                 let sources = links.iter().map(|link| (link.source, Some(link.sight.faces())));
-                (self.links(receiver, sources, need)?.0, far.clusters().to_vec())
+                (self.links(gatherer, sources, need)?.0, far.clusters().to_vec())
             }
             None if root.is_some() => (Vec::new(), root.into_iter().collect()),
-            None => (self.links(receiver, self.mesh.roots().iter().map(|&root| (root, None)), need)?.0, Vec::new()),
+            None => (self.links(gatherer, self.mesh.roots().iter().map(|&root| (root, None)), need)?.0, Vec::new()),
         };
-        clusters.retain(|&cluster| tree.all()[cluster].faces(element));
-        let stations = if clusters.is_empty() { Vec::new() } else { Station::at_nodes(self.mesh, receiver) };
+        clusters.retain(|&cluster| gatherer.may_see(self.mesh, &tree.all()[cluster]));
+        let stations = if clusters.is_empty() { Vec::new() } else { gatherer.stations(self.mesh) };
         let views =
             clusters.iter().flat_map(|&cluster| stations.iter().map(move |at| tree.all()[cluster].view(at, &[]))).collect();
         let far = Far::new((tree, need.field), clusters, views, stations.len(), rows(&links));
-        Ok((links, far.projected(self.mesh.basis(receiver))))
+        Ok((links, self.projected(gatherer, far)))
     }
 
-    /// Opens clusters and refines links of a receiver until the sum of what they neglect is what is allowed at every node, or
-    /// nothing is left to refine: each time what is worst where the sum is. Returns whether any was.
+    /// Opens clusters and refines links of a receiver until the sum of the light they neglect is within the allowed error at every
+    /// node, or nothing is left to refine: each time the worst one at the node with the largest sum. Returns whether any was.
     pub(crate) fn refine(
         &self,
-        receiver: usize,
+        gatherer: Gatherer<'_>,
         (links, far): (&mut Vec<Link>, &mut Far),
         need: &Need<'_>,
     ) -> Result<bool, Error> {
         let &Need { field, weight, allowed, .. } = need;
         let mut errors: Vec<Vec<f64>> = links.iter().map(|link| self.weighted_errors(link, field, weight)).collect();
         let mut cut = Cut::new(self.mesh, field, weight, far, links);
-        let stations = if far.is_empty() { Vec::new() } else { Station::at_nodes(self.mesh, receiver) };
-        let mut sums = vec![0.0; self.mesh.basis(receiver).nodes().len()];
+        let stations = if far.is_empty() { Vec::new() } else { gatherer.stations(self.mesh) };
+        let mut sums = vec![0.0; gatherer.len(self.mesh)];
         let (mut opened, mut refined) = (false, false);
         loop {
             let beyond = cut.neglected();
@@ -136,9 +137,9 @@ impl Optics<'_> {
             let node = (0..sums.len()).max_by(|&a, &b| sums[a].total_cmp(&sums[b]));
             let Some(node) = node.filter(|&node| sums[node] > allowed) else { break };
             let is_far = beyond.get(node).is_some_and(|&beyond| beyond > FAR_PART * allowed);
-            let (finer, hiding) = if is_far && let Some(element) = cut.open(receiver, &stations) {
+            let (finer, hiding) = if is_far && let Some(element) = cut.open(gatherer, &stations) {
                 opened = true;
-                self.links(receiver, element.into_iter().map(|element| (element, None)), need)?
+                self.links(gatherer, element.into_iter().map(|element| (element, None)), need)?
             } else {
                 let worst = (0..links.len()).max_by(|&a, &b| errors[a][node].total_cmp(&errors[b][node]));
                 let Some(worst) = worst.filter(|&w| errors[w][node] > 0.0) else { break };
@@ -150,7 +151,7 @@ impl Optics<'_> {
                 let link = links.swap_remove(worst);
                 errors.swap_remove(worst);
                 cut.cover(&link, -1.0);
-                self.links(receiver, (first..first + 4).map(|child| (child, Some(link.sight.faces()))), need)?
+                self.links(gatherer, (first..first + 4).map(|child| (child, Some(link.sight.faces()))), need)?
             };
             hiding.into_iter().for_each(|face| cut.hide(face));
             for link in finer {
@@ -160,9 +161,17 @@ impl Optics<'_> {
             }
         }
         if opened || (refined && !far.is_empty()) {
-            *far = cut.closed(receiver, rows(links)).projected(self.mesh.basis(receiver));
+            *far = self.projected(gatherer, cut.closed(gatherer, rows(links)));
         }
         Ok(opened || refined)
+    }
+
+    /// With what functions of an element's basis get of clusters.
+    fn projected(&self, gatherer: Gatherer<'_>, far: Far) -> Far {
+        match gatherer {
+            Gatherer::Element(receiver) => far.projected(self.mesh.basis(receiver)),
+            Gatherer::Point(_) => far,
+        }
     }
 
     /// Closes clusters of a receiver in the place of those in them, as long as no more is neglected than is allowed.
@@ -174,10 +183,10 @@ impl Optics<'_> {
         let errors: Vec<Vec<f64>> = links.iter().map(|link| self.weighted_errors(link, field, weight)).collect();
         let mut cut = Cut::new(self.mesh, field, weight, far, links);
         cut.merge(&Station::at_nodes(self.mesh, receiver), allowed, &errors);
-        cut.closed(receiver, rows(links)).projected(self.mesh.basis(receiver))
+        cut.closed(Gatherer::Element(receiver), rows(links)).projected(self.mesh.basis(receiver))
     }
 
-    /// Bound on what a link neglects at each node, the largest of the channels after each is multiplied by its weight.
+    /// Bound on the light that a link neglects at each node, the largest of the channels after each is multiplied by its weight.
     fn weighted_errors(&self, link: &Link, field: &Field, weight: &[f64]) -> Vec<f64> {
         let of_row = |row: &Row| {
             let neglected = |(channel, weight): (usize, &f64)| weight * field.neglected(self.mesh, link.source, channel, row);
@@ -187,7 +196,7 @@ impl Optics<'_> {
     }
 }
 
-/// The projection on a receiver's basis of what its nodes get of a source's functions.
+/// The projection on a receiver's basis of the light of a source's functions at its nodes.
 fn projected(basis: &Basis, rows: &[Row], count: usize) -> Vec<f64> {
     let mut matrix = vec![0.0; basis.len() * count];
     for (node, row) in rows.iter().enumerate().filter(|(_, row)| row.factor() > 0.0) {

@@ -1,5 +1,5 @@
-//! What a point receives from an element: `G phi(x) = (1/pi) int phi(y) (n1.r)(-n2.r)/|r|^4 dA` over what it sees of it, for
-//! each function of the element's basis.
+//! The light that a point receives from an element: `G phi(x) = (1/pi) int phi(y) (n1.r)(-n2.r)/|r|^4 dA` over what it sees of it,
+//! for each function of the element's basis.
 //!
 //! Gauss rules with an a-priori bound answer for all functions at once ([`crate::links::cell`]), on the parts that are seen where
 //! something is in between ([`crate::links::visible`]). Where they do not do, as on an edge of the element, the closed forms of
@@ -11,7 +11,7 @@
 //! least distance and `c_m` the largest `|C_m^2|` for the cosines that there are: as e is in the element's plane `|x|` is at most
 //! the sine of the angle at which r leaves it, and `|n1.e|` that of the angle between the planes.
 
-use radgrad_core::{DVec3, Polygon, Receiver, Tolerance, evaluate_value};
+use radgrad_core::{DVec3, Polygon, Tolerance, evaluate_value};
 use radgrad_scene::{largest, smallest};
 
 use crate::error::Error;
@@ -35,7 +35,7 @@ fn gegenbauer(s: f64) -> [f64; MAX_DEGREE + 2] {
     ]
 }
 
-/// What the functions of an element give to a point.
+/// The light of an element's functions at a point.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Row {
     /// For each function.
@@ -45,7 +45,7 @@ pub(crate) struct Row {
     /// Bound on the error of each of the other values.
     pub(crate) other_errors: f64,
     pub(crate) kernel: Kernel,
-    /// What is seen of the kernel; `None` where the closed forms answered.
+    /// The visible part of the kernel; `None` where the closed forms answered.
     pub(crate) sampled: Option<Sampled>,
 }
 
@@ -59,7 +59,7 @@ pub(crate) struct Sampled {
 }
 
 impl Sampled {
-    /// Bound on the root mean square of what the projection with these coefficients leaves out: by Pythagoras.
+    /// Bound on the root mean square of the kernel less the projection with these coefficients: by Pythagoras.
     pub(crate) fn beyond(&self, values: &[f64]) -> f64 {
         let squares = values.iter().map(|v| v * v).sum::<f64>();
         let taken = largest(squares.sqrt() - self.off, 0.0);
@@ -72,7 +72,7 @@ impl Sampled {
 /// Bounds on the kernel over an element, times its area.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Kernel {
-    /// Largest value in the clear: what the element gives at most for a mean of 1.
+    /// Largest value in the clear: the most light of the element for a mean of 1.
     pub(crate) peak: f64,
     /// Least value, 0 where something is in between.
     pub(crate) least: f64,
@@ -115,7 +115,7 @@ impl Row {
         self.values.first().map_or(0.0, |f| largest(*f, 0.0) + self.error)
     }
 
-    /// Bound on the root mean square of what polynomials on the source leave of the kernel, times the area.
+    /// Bound on the root mean square of the kernel less its best polynomial on the source, times the area.
     pub(crate) fn beyond(&self) -> f64 {
         self.sampled.map_or(f64::INFINITY, |sampled| sampled.beyond(&self.values))
     }
@@ -127,7 +127,7 @@ impl Row {
     }
 }
 
-/// What computes transfers.
+/// The parts that compute transfers.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Optics<'a> {
     pub(crate) mesh: &'a Mesh,
@@ -137,7 +137,7 @@ pub(crate) struct Optics<'a> {
 }
 
 impl Optics<'_> {
-    /// What a point receives from the first `count` functions of a source.
+    /// The light that a point receives from the first `count` functions of a source.
     pub(crate) fn receive(&self, station: &Station, source: usize, sight: &Sight, count: usize) -> Result<Row, Error> {
         let (element, basis) = (&self.mesh.elements()[source], self.mesh.basis(source));
         let count = count.min(basis.len());
@@ -181,18 +181,18 @@ impl Optics<'_> {
     /// The same by closed forms, past some faces at most.
     fn by_closed_forms(&self, station: &Station, source: usize, faces: &[usize], count: usize) -> Result<Row, Error> {
         let (element, basis) = (&self.mesh.elements()[source], self.mesh.basis(source));
-        let occluders: Vec<&Polygon> = match self.mesh.sight_of_point(station.face, station.point, source, Some(faces)) {
+        let occluders: Vec<&Polygon> = match station.sight(self.mesh, source, Some(faces))? {
             Sight::Nothing(_) => return Ok(Row { values: vec![0.0; count], ..Row::default() }),
             Sight::Clear => Vec::new(),
             Sight::Past(faces) => faces.iter().map(|&face| &self.mesh.polygons()[face]).collect(),
         };
-        let refused = |source| Error::Evaluation { face: station.face, source };
-        let receiver = Receiver::new(station.point, station.normal, 1.0).map_err(refused)?;
+        let receiver = station.receiver()?;
         let tolerance = Tolerance { relative: 0.0, absolute: self.absolute };
         let mut row = Row::default();
         for function in 0..count {
             let emitter = element.emitter(function, basis)?;
-            let value = evaluate_value(&receiver, emitter, occluders.iter().copied(), tolerance).map_err(refused)?;
+            let value = evaluate_value(&receiver, emitter, occluders.iter().copied(), tolerance)
+                .map_err(|source| station.refused(source))?;
             row.values.push(value.radiosity);
             let error = if function == 0 { &mut row.error } else { &mut row.other_errors };
             *error = largest(*error, value.radiosity_error);
@@ -291,7 +291,7 @@ mod tests {
                 let receiver = [point - u - v, point + u - v, point + v].map(|p| p.to_array()).to_vec();
                 let mesh = mesh(&[lamp.clone(), concave.map(|[x, y]| [x, y, 0.6]).to_vec(), receiver]);
                 let optics = Optics { mesh: &mesh, rules, absolute: 1e-7 };
-                let station = Station { point, normal, face: 2 };
+                let station = Station { point, normal, face: Some(2) };
                 let count = mesh.basis(0).len();
                 for (sight, faces) in [(Sight::Clear, &[][..]), (Sight::Past(vec![1]), &[1])] {
                     let fast = optics.receive(&station, 0, &sight, count).unwrap();
@@ -341,7 +341,7 @@ mod tests {
             let (element, basis) = (&mesh.elements()[0], mesh.basis(0));
             for (x, z) in [(0.5, 0.0), (0.2, 0.4), (-2.0, -3.0)] {
                 let (point, normal) = (DVec3::new(x, 0.4, z), DVec3::Z);
-                let station = Station { point, normal, face: 7 };
+                let station = Station { point, normal, face: Some(7) };
                 for sight in [Sight::Clear, Sight::Past(vec![1])] {
                     let row = optics.receive(&station, 0, &sight, basis.len()).unwrap();
                     let kernel = |y: DVec3| {
@@ -377,7 +377,7 @@ mod tests {
         let element = &mesh.elements()[0];
         for point in [DVec3::new(0.1, 0.3, 2.0), DVec3::new(-0.5, 0.1, 1.2)] {
             let normal = DVec3::new(0.6, 0.1, -0.5).normalize();
-            let kernel = Kernel::of(&Station { point, normal, face: 7 }, element);
+            let kernel = Kernel::of(&Station { point, normal, face: Some(7) }, element);
             let up = element.polygon().normal();
             let at = |y: DVec3| {
                 let r = y - point;

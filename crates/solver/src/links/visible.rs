@@ -2,12 +2,12 @@
 //!
 //! In the coordinates (s, t) of an element's plane a plane through the point x is a line. The horizon keeps the side where
 //! `n1.(y - x) > 0`. The shadow of a convex occluder is where `(a - x) x (b - x) . (y - x)` has the sign of its inside for all
-//! edges a b; the occluder is first cut off at the element's plane, so that what is left is crossed before the element is
-//! reached. A shadow is subtracted as the core does it: the parts outside its side k and inside its sides before k.
+//! edges a b; the occluder is first cut off at the element's plane, so that rays cross the rest of it before they reach the
+//! element. A shadow is subtracted as the core does it: the parts outside its side k and inside its sides before k.
 //!
 //! All of it is in double precision. A line that is off by its rounding gives a strip of the element to the wrong side, at most
 //! `2 delta / |gradient|` wide with delta the error of its function over the element; [`Visible::doubt`] is the sum of those
-//! strips as a part of the area. What is level with the element or the horizon up to [`LEVEL`] hides nothing, as in the scene's
+//! strips as a part of the area. An occluder level with the element or the horizon up to [`LEVEL`] hides nothing, as in the scene's
 //! beams: planes are those of surfaces.
 
 use radgrad_core::DVec3;
@@ -23,7 +23,7 @@ const MOST_CORNERS: usize = 16;
 /// Parts beyond which the closed forms are cheaper.
 const MOST_PARTS: usize = 48;
 
-/// What is looked at: the affine image of a reference shape.
+/// The region that is looked at: the affine image of a reference shape.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Window<'a> {
     pub(crate) shape: Shape,
@@ -35,7 +35,7 @@ pub(crate) struct Window<'a> {
 }
 
 impl<'a> Window<'a> {
-    /// An element, as what is looked at.
+    /// An element, as the region that is looked at.
     pub(crate) fn of(element: &'a Element) -> Self {
         let polygon = element.polygon();
         Self { shape: element.shape(), vertices: polygon.vertices(), axes: element.axes(), normal: polygon.normal() }
@@ -49,7 +49,7 @@ pub(crate) struct VisiblePart {
     count: usize,
 }
 
-/// What is seen of an element.
+/// The visible part of an element.
 #[derive(Debug, Clone)]
 pub(crate) struct Visible {
     /// Empty if nothing is, or if [`Self::whole`].
@@ -145,116 +145,160 @@ impl VisiblePart {
     }
 }
 
+/// A point that looks at a window.
+struct Viewpoint<'a> {
+    point: DVec3,
+    normal: DVec3,
+    window: &'a Window<'a>,
+    to_origin: DVec3,
+    /// At least the distance of any place of the window.
+    reach: f64,
+}
+
+impl<'a> Viewpoint<'a> {
+    fn new(point: DVec3, normal: DVec3, window: &'a Window<'a>) -> Self {
+        let (to_origin, [u, v]) = (window.vertices[0] - point, window.axes);
+        Self { point, normal, window, to_origin, reach: to_origin.length() + u.length() + v.length() }
+    }
+
+    /// Where the plane through the point with this normal meets that of the window.
+    fn line(&self, normal: DVec3, error: f64) -> Line {
+        let [u, v] = self.window.axes;
+        Line { c: [normal.dot(self.to_origin), normal.dot(u), normal.dot(v)], error }
+    }
+
+    /// The horizon, where any of the window is below it.
+    fn horizon(&self) -> Option<Line> {
+        let is_below = |v: &DVec3| self.normal.dot(*v - self.point) < -LEVEL * self.reach;
+        self.window.vertices.iter().any(is_below).then(|| self.line(self.normal, 8.0 * f64::EPSILON * self.reach))
+    }
+
+    /// The part of an occluder before the window's plane, from the point; less than three corners if it hides nothing.
+    fn before(&self, occluder: &[DVec3], heights: &mut Vec<f64>, cut: &mut Vec<DVec3>) {
+        let level = LEVEL * (self.reach + (occluder[0] - self.point).length());
+        heights.clear();
+        heights.extend(occluder.iter().map(|&p| self.window.normal.dot(p - self.window.vertices[0])));
+        cut.clear();
+        let is_low = |p: &DVec3| self.normal.dot(*p - self.point) <= level;
+        if heights.iter().all(|&h| h <= level) || occluder.iter().all(is_low) {
+            return;
+        }
+        if heights.iter().all(|&h| h >= -level) {
+            cut.extend(occluder.iter().map(|p| *p - self.point));
+            return;
+        }
+        for (i, &p) in occluder.iter().enumerate() {
+            let j = (i + 1) % occluder.len();
+            if heights[i] >= 0.0 {
+                cut.push(p - self.point);
+            }
+            if heights[i] * heights[j] < 0.0 {
+                cut.push(p + (occluder[j] - p) * (heights[i] / (heights[i] - heights[j])) - self.point);
+            }
+        }
+    }
+
+    /// The sides of a shadow, positive inside; none if the occluder is seen edge-on and hides nothing.
+    fn sides(&self, cut: &[DVec3], lines: &mut Vec<Line>) {
+        lines.clear();
+        let count = cut.len();
+        let size = cut.iter().map(|p| p.length()).fold(0.0, largest);
+        let turning = (1..count - 1).map(|i| (cut[i] - cut[0]).cross(cut[i + 1] - cut[0])).sum::<DVec3>();
+        let side = turning.dot(cut[0]);
+        if side.abs() <= LEVEL * turning.length() * size {
+            return;
+        }
+        // Seen from behind they turn the other way.
+        let sign = side.signum();
+        lines.extend((0..count).map(|i| {
+            let (a, b) = (cut[i], cut[(i + 1) % count]);
+            self.line(a.cross(b) * sign, 16.0 * f64::EPSILON * (a.length() * b.length() * self.reach))
+        }));
+    }
+}
+
 impl Visible {
-    /// What a point on a surface of the given normal sees of a window past convex occluders; `None` where that is too intricate:
-    /// the closed forms have to answer.
+    /// The part of a window that a point on a surface of the given normal sees past convex occluders; `None` where that is too
+    /// intricate: the closed forms have to answer.
     pub(crate) fn of<'a>(
         point: DVec3,
         normal: DVec3,
         window: &Window<'_>,
         occluders: impl Iterator<Item = &'a [DVec3]>,
     ) -> Option<Self> {
-        let &Window { shape, vertices, axes: [u, v], normal: up } = window;
-        let to_origin = vertices[0] - point;
-        let reach = to_origin.length() + u.length() + v.length();
-        let line = |normal: DVec3, error: f64| Line { c: [normal.dot(to_origin), normal.dot(u), normal.dot(v)], error };
-        let mut visible = Self { parts: Vec::new(), whole: true, doubt: 0.0 };
-        let mut parts = vec![VisiblePart::of(shape)];
-
-        if vertices.iter().any(|v| normal.dot(*v - point) < -LEVEL * reach) {
-            let horizon = line(normal, 8.0 * f64::EPSILON * reach);
+        let viewpoint = Viewpoint::new(point, normal, window);
+        let mut visible = Self { parts: vec![VisiblePart::of(window.shape)], whole: true, doubt: 0.0 };
+        if let Some(horizon) = viewpoint.horizon() {
             visible.whole = false;
             visible.doubt += horizon.doubt();
-            parts[0] = match parts[0].kept(&horizon, 1.0) {
-                Some(part) => part,
-                None => return Some(Self { parts: Vec::new(), ..visible }),
-            };
+            visible.parts = visible.parts[0].kept(&horizon, 1.0).into_iter().collect();
         }
         // Made once for all.
-        let (mut heights, mut cut, mut lines, mut besides) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+        let (mut heights, mut cut, mut lines) = (Vec::new(), Vec::new(), Vec::new());
         for occluder in occluders {
-            let level = LEVEL * (reach + (occluder[0] - point).length());
-            let height = |p: DVec3| up.dot(p - vertices[0]);
-            heights.clear();
-            heights.extend(occluder.iter().map(|&p| height(p)));
-            if heights.iter().all(|&h: &f64| h <= level) || occluder.iter().all(|p| normal.dot(*p - point) <= level) {
-                continue;
+            if visible.parts.is_empty() {
+                break;
             }
-            cut.clear();
-            if heights.iter().all(|&h| h >= -level) {
-                cut.extend(occluder.iter().map(|p| *p - point));
-            } else {
-                for (i, &p) in occluder.iter().enumerate() {
-                    let j = (i + 1) % occluder.len();
-                    if heights[i] >= 0.0 {
-                        cut.push(p - point);
-                    }
-                    if heights[i] * heights[j] < 0.0 {
-                        cut.push(p + (occluder[j] - p) * (heights[i] / (heights[i] - heights[j])) - point);
-                    }
-                }
-            }
+            viewpoint.before(occluder, &mut heights, &mut cut);
             if cut.len() < 3 {
                 continue;
             }
-            // Seen from behind its sides turn the other way; seen edge-on it hides nothing.
-            let count = cut.len();
-            let size = cut.iter().map(|p| p.length()).fold(0.0, largest);
-            let turning = (1..count - 1).map(|i| (cut[i] - cut[0]).cross(cut[i + 1] - cut[0])).sum::<DVec3>();
-            let side = turning.dot(cut[0]);
-            if side.abs() <= LEVEL * turning.length() * size {
-                continue;
-            }
-            let sign = side.signum();
-            lines.clear();
-            lines.extend((0..count).map(|i| {
-                let (a, b) = (cut[i], cut[(i + 1) % count]);
-                let normal = a.cross(b) * sign;
-                let error = 16.0 * f64::EPSILON * (a.length() * b.length() * reach);
-                line(normal, error)
-            }));
-            besides.clear();
-            besides.extend(parts.iter().map(|part| lines.iter().find_map(|line| line.beside(part))));
-            visible.doubt += besides.iter().flatten().sum::<f64>();
-            if besides.iter().all(Option::is_some) {
-                continue;
-            }
-            visible.whole = false;
-            let mut lit = Vec::with_capacity(parts.len() + 4);
-            for (part, beside) in parts.into_iter().zip(&besides) {
-                if beside.is_some() {
-                    lit.push(part);
-                    continue;
-                }
-                let mut rest = Some(part);
-                for line in &lines {
-                    let Some(inner) = rest else { break };
-                    if inner.corners().iter().any(|&c| line.at(c) <= line.error) {
-                        visible.doubt += line.doubt();
-                    }
-                    if let Some(outer) = inner.kept(line, -1.0) {
-                        if outer.is_full() {
-                            return None;
-                        }
-                        // What is thinner than the doubt is in it.
-                        if outer.area() > line.doubt() { lit.push(outer) } else { visible.doubt += 2.0 * outer.area() }
-                    }
-                    rest = inner.kept(line, 1.0);
-                    if rest.is_some_and(|rest| rest.is_full()) {
-                        return None;
-                    }
-                }
-            }
-            parts = lit;
-            if parts.len() > MOST_PARTS {
-                return None;
-            }
-            if parts.is_empty() {
-                break;
+            viewpoint.sides(&cut, &mut lines);
+            if !lines.is_empty() {
+                visible.subtract(&lines)?;
             }
         }
-        visible.parts = if visible.whole { Vec::new() } else { parts };
+        if visible.whole {
+            visible.parts.clear();
+        }
         Some(visible)
+    }
+
+    /// Takes away the region inside all lines; `None` if the rest is too intricate.
+    fn subtract(&mut self, lines: &[Line]) -> Option<()> {
+        let mut besides = [None; MOST_PARTS];
+        let besides = &mut besides[..self.parts.len()];
+        for (beside, part) in besides.iter_mut().zip(&self.parts) {
+            *beside = lines.iter().find_map(|line| line.beside(part));
+        }
+        self.doubt += besides.iter().flatten().sum::<f64>();
+        if besides.iter().all(Option::is_some) {
+            return Some(());
+        }
+        self.whole = false;
+        let parts = std::mem::take(&mut self.parts);
+        self.parts.reserve(parts.len() + 4);
+        for (part, beside) in parts.into_iter().zip(besides) {
+            if beside.is_some() {
+                self.parts.push(part);
+            } else {
+                self.subtract_from(part, lines)?;
+            }
+        }
+        (self.parts.len() <= MOST_PARTS).then_some(())
+    }
+
+    /// Adds the parts outside each of the lines, beginning with the first.
+    fn subtract_from(&mut self, part: VisiblePart, lines: &[Line]) -> Option<()> {
+        let mut rest = Some(part);
+        for line in lines {
+            let Some(inner) = rest else { break };
+            if inner.corners().iter().any(|&c| line.at(c) <= line.error) {
+                self.doubt += line.doubt();
+            }
+            if let Some(outer) = inner.kept(line, -1.0) {
+                if outer.is_full() {
+                    return None;
+                }
+                // A part thinner than the doubt is in it.
+                if outer.area() > line.doubt() { self.parts.push(outer) } else { self.doubt += 2.0 * outer.area() }
+            }
+            rest = inner.kept(line, 1.0);
+            if rest.is_some_and(|rest| rest.is_full()) {
+                return None;
+            }
+        }
+        Some(())
     }
 
     /// Bound on the part of the area that is seen.

@@ -24,7 +24,7 @@ pub(crate) const POWERS: usize = MAX_DEGREE + 2;
 /// A polynomial of the reference coordinates: a coefficient for each of the basis' monomials `s^i t^j`.
 type Monomials = Vec<f64>;
 
-/// What samples have beyond a basis.
+/// The parts of samples beyond a basis.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(crate) struct Excess {
     pub(crate) last: f64,
@@ -35,8 +35,8 @@ pub(crate) struct Excess {
 }
 
 impl Excess {
-    /// Estimate of its magnitude over the element: what is beyond the next degree counts twice, since the samples are not where
-    /// it is largest.
+    /// Estimate of its magnitude over the element: the part beyond the next degree counts twice, since the samples are not where it
+    /// is largest.
     pub(crate) fn magnitude(&self) -> f64 {
         self.largest + 2.0 * self.beyond
     }
@@ -73,7 +73,7 @@ pub struct Basis {
     conditioning: f64,
     /// Bound on the magnitude of each function.
     sizes: Vec<f64>,
-    /// The basis of the next degree, at the nodes and in Bernstein polynomials: what the projection leaves out.
+    /// The basis of the next degree, at the nodes and in Bernstein polynomials: for the remainder of the projection.
     above: Option<Box<Self>>,
 }
 
@@ -203,7 +203,7 @@ impl Basis {
         self.conditioning
     }
 
-    /// Coefficients of the projection of a function given at the nodes: exact for what the basis spans.
+    /// Coefficients of the projection of a function given at the nodes: exact for functions of the basis.
     #[must_use]
     pub fn project(&self, samples: &[f64]) -> Vec<f64> {
         let mut coefficients = vec![0.0; self.len()];
@@ -221,7 +221,7 @@ impl Basis {
         &self.at_nodes[node]
     }
 
-    /// Coefficients on a child of what has these coefficients on the parent; absent ones are 0.
+    /// Coefficients on a child of the function that has these coefficients on the parent; absent ones are 0.
     #[must_use]
     pub fn restrict(&self, child: usize, parent: &[f64]) -> Vec<f64> {
         self.to_child[child].iter().map(|row| dot(row, parent)).collect()
@@ -242,7 +242,7 @@ impl Basis {
         self.shape
     }
 
-    /// Bernstein coefficients of what has these coefficients.
+    /// Bernstein coefficients of the function that has these coefficients.
     pub(crate) fn bernstein(&self, coefficients: &[f64]) -> Vec<f64> {
         self.bernstein.iter().map(|row| dot(row, coefficients)).collect()
     }
@@ -261,8 +261,8 @@ impl Basis {
         largest(high, -low)
     }
 
-    /// Estimate of the largest magnitude over the element of what samples at all [`Self::nodes`] have beyond this basis, in their
-    /// unit: a bound on their part of the next degree, and twice what the nodes have beyond that.
+    /// Estimate of the largest magnitude over the element of the remainder of samples at all [`Self::nodes`], in their unit: a
+    /// bound on their part of the next degree, and twice the largest remainder beyond that at the nodes.
     ///
     /// ```
     /// use radgrad_solver::{Basis, Shape};
@@ -277,9 +277,9 @@ impl Basis {
         self.excess(samples).magnitude()
     }
 
-    /// What samples at the nodes have beyond this basis: the size of their part of this degree and of the next one, in the root
-    /// mean square, a bound on the magnitude of the latter over the element, and what is beyond it at the nodes, at most and in
-    /// the root mean square.
+    /// The parts of samples at the nodes beyond this basis: the size of their part of this degree and of the next one, in the root
+    /// mean square, a bound on the magnitude of the latter over the element, and the remainder beyond it at the nodes, at most and
+    /// in the root mean square.
     pub(crate) fn excess(&self, samples: &[f64]) -> Excess {
         let Some(above) = &self.above else { return Excess::default() };
         let mut coefficients = above.project(samples);

@@ -1,17 +1,17 @@
-//! Clusters: a tree of boxes over the coarsest elements, and what a point gets of one at most (B. Smits, J. Arvo and D. Greenberg
-//! 1994; F. Sillion 1995).
+//! Clusters: a tree of boxes over the coarsest elements, with bounds on a point's light from one (B. Smits, J. Arvo and D.
+//! Greenberg 1994; F. Sillion 1995).
 //!
 //! A point x with normal n1 gets `int B k dA` from the elements in a box, with `k = cos1 cos2 / pi r^2` where it sees them and 0
 //! where it does not. Let d be the distance of the box from x, and h the largest height of the box over the horizon, so that
 //! `cos1 <= h/d`. The normals of the elements are in a box of their own, and the largest `-n2.r` over both boxes bounds cos2. So
 //!
-//! - `k <= (h/d) cos2 / pi d^2`, the peak: from the light that leaves the cluster follows what x gets of it at most;
+//! - `k <= (h/d) cos2 / pi d^2`, the peak: with the power of the cluster it bounds the light at x;
 //! - all that x sees of it is seen through the sides of the box that face x, at most three, each of which has a form factor of at
-//!   most `cos1 a A / pi d^3`, with a the height of x over the side, A its area and d its distance: from the largest radiosity
-//!   in it follows what x gets at most.
+//!   most `cos1 a A / pi d^3`, with a the height of x over the side, A its area and d its distance: with the largest radiosity in
+//!   it these bound the light at x.
 //!
-//! Elements are put together whose normals are nearest to the same axis, and among these those that are near each other: what
-//! faces away from x is dismissed as one, and what glows overhead is not taken together with what stands below.
+//! Elements are put together whose normals are nearest to the same axis, and among these those that are near each other: elements
+//! that face away from x are dismissed as one, and those that glow overhead are not taken together with those below.
 
 use radgrad_core::DVec3;
 use radgrad_scene::largest;
@@ -19,11 +19,11 @@ use radgrad_scene::largest;
 use crate::mesh::element::{Element, around};
 use crate::mesh::screen::LEVEL;
 
-/// Elements below which there are no clusters. A few hundred are linked to all others quickly enough, and what clusters neglect
-/// is known no better than was asked for: light in a closed room that glows evenly is even to all digits only by links.
+/// Elements below which there are no clusters. A few hundred are linked to all others quickly enough, and the light that clusters
+/// neglect is known no better than was asked for: light in a closed room that glows evenly is even to all digits only by links.
 const FEWEST: usize = 1000;
 
-/// What bounds are raised by for the rounding of their products.
+/// Factor of bounds, for the rounding of their products.
 pub(crate) const ROUNDED: f64 = 1.0 + 1e-12;
 
 /// The tree; empty over few elements.
@@ -47,7 +47,7 @@ pub(crate) struct Cluster {
     pub(crate) parts: Parts,
 }
 
-/// What a cluster consists of.
+/// The parts of a cluster.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Parts {
     /// One of the coarsest elements.
@@ -150,7 +150,7 @@ impl Clusters {
         self.apart
     }
 
-    /// For each cluster what comes of its elements.
+    /// For each cluster the value joined from its elements.
     pub(crate) fn pull<T: Copy>(&self, of_element: impl Fn(usize) -> T, join: impl Fn(T, T) -> T) -> Vec<T> {
         let mut pulled: Vec<Option<T>> = vec![None; self.all.len()];
         for (index, cluster) in self.all.iter().enumerate().rev() {
@@ -179,7 +179,7 @@ fn build(all: &mut Vec<Cluster>, singles: &mut [Cluster]) -> usize {
     index
 }
 
-/// Sorts by what they face; the start of the second half, if they do not all face the same.
+/// Sorts by the way they face; the start of the second half, if they do not all face the same.
 fn by_facing(singles: &mut [Cluster]) -> Option<usize> {
     singles.sort_by_key(|single| (single.facing(), single.element()));
     let (first, last) = (singles[0].facing(), singles[singles.len() - 1].facing());

@@ -43,7 +43,7 @@ pub(crate) fn cut<'a>(
 
 /// A convex part, or the two on either side of a segment that runs inside it.
 fn split(part: Vec<DVec3>, [a, b]: [DVec3; 2], normal: DVec3, level: f64) -> Vec<Vec<DVec3>> {
-    // What of the segment is inside, by less than a level on no side.
+    // The part of the segment that is inside, by less than a level on no side.
     let (mut from, mut to) = (0.0_f64, 1.0_f64);
     for (i, &p) in part.iter().enumerate() {
         let edge = part[(i + 1) % part.len()] - p;
@@ -102,7 +102,7 @@ mod tests {
         assert_eq!(parts.len(), 5);
         assert!((areas.iter().sum::<f64>() - 16.0).abs() < 1e-12);
         assert!(areas.iter().any(|area| (area - 1.0).abs() < 1e-12), "{areas:?}");
-        // What only hangs over the floor, or ends at its edge, cuts nothing.
+        // A polygon that only hangs over the floor, or ends at its edge, cuts nothing.
         let above = Polygon::new(high).unwrap();
         let wall = Polygon::new([[0.0, 0.0, 0.0], [4.0, 0.0, 0.0], [4.0, 0.0, 4.0]].map(DVec3::from).to_vec()).unwrap();
         assert_eq!(cut(&floor, &[floor.vertices().to_vec()], [above, wall].iter()), None);

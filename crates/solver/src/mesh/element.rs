@@ -32,14 +32,14 @@ pub struct Element {
     radius: f64,
     /// Root mean square of the distance from the centre to powers from 0 on.
     arms: [f64; POWERS],
-    /// What polynomials leave of a function, by a bound on its derivatives ([`crate::mesh::remainder`]).
+    /// Remainders of polynomial approximation, by a bound on a function's derivatives ([`crate::mesh::remainder`]).
     remainders: [f64; POWERS],
     face: usize,
     parent: Option<usize>,
     /// The first of the four children; they follow each other.
     pub(crate) children: Option<usize>,
     level: u32,
-    /// What radiates as each function of the basis does.
+    /// Emitters with the functions of the basis as their emission.
     emitters: Vec<OnceLock<Emitter>>,
 }
 
@@ -206,8 +206,8 @@ impl Element {
         std::iter::repeat_n(self.radius, power).product()
     }
 
-    /// Root mean square of what the projection on the basis leaves of a function, over a bound on `|D^m f|/m!` along all
-    /// directions, for m up to the basis' degree and one.
+    /// Root mean square of a function less its projection on the basis, over a bound on `|D^m f|/m!` along all directions, for m up
+    /// to the basis' degree and one.
     pub(crate) const fn remainder(&self, order: usize) -> f64 {
         self.remainders[order]
     }
@@ -251,13 +251,13 @@ impl Element {
         (0..v.len()).map(to_edge).fold(f64::INFINITY, smallest)
     }
 
-    /// Gradient over the plane of what has these derivatives in `s` and `t`.
+    /// Gradient over the plane of a function with these derivatives in `s` and `t`.
     #[must_use]
     pub fn gradient(&self, [along, across]: [f64; 2]) -> DVec3 {
         self.dual[0] * along + self.dual[1] * across
     }
 
-    /// What radiates as function number `function` of the element's basis does, which is one of [`Basis::len`].
+    /// An emitter with function number `function` of the element's basis as its emission, which is one of [`Basis::len`].
     ///
     /// # Errors
     /// If the function's coefficients in space cannot be represented.
@@ -272,7 +272,7 @@ impl Element {
         Ok(self.emitters[function].get_or_init(|| emitter))
     }
 
-    /// What radiates as the sum of the functions with these coefficients; absent ones are 0.
+    /// An emitter with the sum of the functions with these coefficients as its emission; absent ones are 0.
     pub(crate) fn emitter_of(&self, coefficients: &[f64], basis: &Basis) -> Result<Emitter, Error> {
         let of = |(function, c): (usize, &f64)| basis.monomials(function).map(|(m, at)| (m * c, at)).collect::<Vec<_>>();
         let terms: Vec<(f64, [usize; 2])> = coefficients.iter().enumerate().flat_map(of).collect();

@@ -6,7 +6,7 @@ use radgrad_core::DVec3;
 use crate::mesh::clusters::{Clusters, Parts};
 use crate::mesh::element::{Element, around};
 
-/// Fraction of the size within which planes are the same, or outlines only touch: wider than what visibility takes for level.
+/// Fraction of the size within which planes are the same, or outlines only touch: wider than the tolerance of visibility.
 const SAME: f64 = 1e-9;
 
 impl Clusters {

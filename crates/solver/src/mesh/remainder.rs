@@ -1,4 +1,5 @@
-//! What the best polynomial leaves of a smooth function on an element, in the root mean square, by a bound on its derivatives.
+//! The remainder of the best polynomial for a smooth function on an element, in the root mean square, by a bound on its
+//! derivatives.
 //!
 //! On a simplex with barycentric coordinates `x_i` let `d_ij` be the derivative along the edge from corner i to corner j.
 //! Polynomials of degree n that are orthogonal to all of lower degree, with the weight `W = prod x_i^a_i`, are eigenfunctions of
@@ -13,7 +14,7 @@
 //! where `x_e = x_i x_j`. A mixed derivative along m vectors is at most m! times their lengths times the largest `|D^m f|/m!` along
 //! any direction (S. Banach 1938, a symmetric form on a Euclidean space), so that the sum is at most the square of that times
 //! `m!^2 mean(w^m)` with `w = sum x_i x_j |e_ij|^2`. On a parallelogram the projection is a product of those along its two sides,
-//! and the squares of what each leaves add up: twice the same with D = 1, where `mean(x^m (1 - x)^m) = m!^2/(2m + 1)!`.
+//! and the squares of the remainders add up: twice the same with D = 1, where `mean(x^m (1 - x)^m) = m!^2/(2m + 1)!`.
 
 use radgrad_core::DVec3;
 
@@ -61,7 +62,7 @@ mod tests {
     use super::*;
     use crate::mesh::basis::Basis;
 
-    /// Root mean square of what the projection leaves of `(g.y)^m` with a unit vector g, whose `|D^m f|/m!` is at most 1.
+    /// Root mean square of `(g.y)^m` less its projection, with a unit vector g; its `|D^m f|/m!` is at most 1.
     fn left(shape: Shape, axes: [DVec3; 2], degree: usize, direction: DVec3, order: usize) -> f64 {
         let basis = Basis::new(shape, degree);
         let nodes = if shape == Shape::Triangle { rule::collapsed(8) } else { rule::product(8) };

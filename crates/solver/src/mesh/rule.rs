@@ -18,8 +18,8 @@ pub struct Node {
 }
 
 /// The rule that projects on a basis of the given degree: exact for products of two of its functions with one of the next
-/// degree, so that what the projection leaves out is seen; and three nodes without weight, where the polynomials after that do
-/// not vanish as they do at Gauss nodes.
+/// degree, so that the projection's remainder is seen; and three nodes without weight, where the polynomials after that do not
+/// vanish as they do at Gauss nodes.
 pub(crate) fn for_degree(shape: Shape, degree: usize) -> Vec<Node> {
     let (rule, others) = match shape {
         Shape::Parallelogram => (product(degree + 2), [[0.03, 0.29], [0.71, 0.97], [0.52, 0.47]]),
@@ -49,7 +49,7 @@ pub fn rectangular(along: usize, across: usize) -> Vec<Node> {
     across.iter().flat_map(pair).collect()
 }
 
-/// The product rule carried to the triangle by `(s, t) -> (s, (1 - s) t)`: what a far field needs, any order.
+/// The product rule carried to the triangle by `(s, t) -> (s, (1 - s) t)`: of any order, as a far field needs.
 pub(crate) fn collapsed(count: usize) -> Vec<Node> {
     product(count)
         .into_iter()

@@ -5,11 +5,11 @@
 //! the leaf is cut along their edges ([`radgrad_scene::Texture::cut`]) and these are sums of integrals
 //! of polynomials, exact but for rounding.
 //!
-//! What the projection leaves out, `t = E + rho H_h - B_h`, is the texture's detail. For one pair `(rho, E)` it is a polynomial,
+//! The remainder of the projection, `t = E + rho H_h - B_h`, is the texture's detail. For one pair `(rho, E)` it is a polynomial,
 //! between the least and the largest of its Bernstein coefficients `E + rho H_j - B_j`; these are affine in the pair, so that their
 //! extremes over the leaf are at corners of the convex hull of all pairs. The mean square of t comes from `<E^2>`, `<rho E phi_k>`
-//! and `<rho^2 phi_i phi_k>`; where t is nearly 0 it loses digits as differences of squares do, and the former bound is less.
-//! Here E is emission with a texture alone.
+//! and `<rho^2 phi_i phi_k>`; where t is nearly 0 it loses digits as differences of squares do, and the former bound is less. Here
+//! E is emission with a texture alone.
 
 use radgrad_scene::{Face, Material, Quantity, Scene, largest, smallest};
 
@@ -18,11 +18,11 @@ use crate::mesh::element::Element;
 use crate::mesh::rule::{self, Node};
 use crate::mesh::shape::Shape;
 
-/// Pieces of no more than this part of a leaf are what rounding leaves along edges that coincide, of texels of two textures or of
-/// a texel and the leaf: which texel is there is not determined.
+/// Pieces of no more than this part of a leaf are left by rounding along edges that coincide, of texels of two textures or of a
+/// texel and the leaf: which texel is there is not determined.
 const SLIVER: f64 = 1e-13;
 
-/// What the textures of one channel do to polynomials on a leaf.
+/// The effect of one channel's textures on polynomials on a leaf.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Pattern {
     /// `<E, phi_i>`.
@@ -64,7 +64,7 @@ impl Pattern {
         &self.reflected[..self.emitted.len()]
     }
 
-    /// Bounds on what the projection of `E + rho H` leaves out, or of `rho H` alone.
+    /// Bounds on the remainder of the projection of `E + rho H`, or of `rho H` alone.
     pub(crate) fn detail(&self, basis: &Basis, irradiance: &[f64], with_emission: bool) -> Detail {
         let emits = if with_emission { 1.0 } else { 0.0 };
         let mut radiosity = self.reflected(irradiance);
@@ -84,7 +84,7 @@ impl Pattern {
         self.reflected.first().copied().unwrap_or(0.0)
     }
 
-    /// Root mean squares of the reflectance, of its difference from its mean, and of what its projection leaves out.
+    /// Root mean squares of the reflectance, of its difference from its mean, and of its difference from its projection.
     pub(crate) fn spread_of_reflectance(&self) -> [f64; 3] {
         let all = self.squared.first().copied().unwrap_or(0.0);
         let without = |count: usize| {
@@ -167,7 +167,7 @@ pub(crate) fn patterns(scene: &Scene, element: &Element, basis: &Basis) -> Optio
     Some(patterns)
 }
 
-/// What takes a part of an element and the texel on it.
+/// A visitor of the parts of an element, each with the texel on it.
 type Take<'f, 'a> = dyn FnMut(&[[f64; 2]], Option<&'a [f64]>) + 'f;
 
 /// Cuts a part of an element by one of its textures; without one the part is whole.
@@ -200,7 +200,7 @@ struct Rules {
     products: Vec<f64>,
 }
 
-/// A symmetric matrix from what is on its diagonal and right of it, row by row.
+/// A symmetric matrix from the entries on its diagonal and right of it, row by row.
 fn square(upper: &[f64], len: usize) -> Vec<f64> {
     let at = |i: usize, k: usize| upper[i * len - i * (i + 1) / 2 + k];
     (0..len * len).map(|index| at((index / len).min(index % len), (index / len).max(index % len))).collect()

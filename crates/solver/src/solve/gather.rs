@@ -1,20 +1,42 @@
-//! The radiosity of a point by one exact gather: `E + rho G B_h`, and its bound `rho |G r| + rho G w` with what links neglect.
+//! The radiosity of a point by one exact gather: `E + rho G B_h`, and its bound `rho |G r| + rho G w` with what links neglect; and the
+//! irradiance `G B_h` of a point anywhere.
 //!
 //! The gather runs over the links of the leaf that the point is on, with closed forms at the point itself. Its error is the
 //! reflectance times what reaches the point of the error of `B_h`, an average, and so is smaller than that of `B_h`.
+//!
+//! A point that is on no face is linked by itself, as finely as receivers are ([`crate::links::refine`]).
 
-use radgrad_core::DVec3;
+use radgrad_core::{DVec3, Receiver};
 
 use crate::bound::ledger::Ledger;
 use crate::error::Error;
+use crate::links::cluster::far::Far;
+use crate::links::direct::Lit;
+use crate::links::gatherer::Gatherer;
+use crate::links::link::Link;
+use crate::links::linking::Linking;
+use crate::links::refine::Need;
 use crate::links::station::Station;
+use crate::links::transfer::Row;
 use crate::mesh::Sight;
 use crate::solve::solution::Solution;
 
 /// Points may be off their face by this fraction of the scene's extent.
 const REACH: f64 = 1e-6;
 
-/// Radiosity and bound at a point.
+/// Irradiance and bound at a point, in each channel: what it receives of all that it sees above its horizon. Irradiance has the unit of
+/// radiosity, pi times that of the scene's radiances; a white surface there would have it for its radiosity.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Irradiance {
+    /// Irradiance.
+    pub irradiance: Vec<f64>,
+    /// Proven bound on its error, by its sources.
+    pub ledger: Vec<Ledger>,
+    /// Estimate of the same.
+    pub estimate: Vec<Ledger>,
+}
+
+/// Radiosity and bound at a point of a face.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Gathered {
     /// Face that the point is on.
@@ -27,6 +49,15 @@ pub struct Gathered {
     pub ledger: Vec<Ledger>,
     /// Estimate of the same.
     pub estimate: Vec<Ledger>,
+    /// Irradiance in each channel, of which the face reflects its part.
+    pub irradiance: Irradiance,
+}
+
+/// What a point gathers from a source.
+struct Gather {
+    source: usize,
+    row: Row,
+    is_past: bool,
 }
 
 impl Solution {
@@ -42,6 +73,70 @@ impl Solution {
         self.gather_on(leaf, foot)
     }
 
+    /// Whether a point is within a millionth of the scene's extent of a face, whichever way that faces.
+    #[must_use]
+    pub fn is_on_a_face(&self, point: DVec3) -> bool {
+        self.mesh.is_near_a_face(self.placement.inward(point), REACH * self.extent)
+    }
+
+    /// Irradiance at a point anywhere, of what is above the plane through it that `normal`, of any length, is upright on: the reading
+    /// of a sensor that is there and hides nothing. Faces are where their vertices say exactly, and what lies in that plane gives
+    /// nothing; ask [`Self::gather`] for points on faces, which takes them for points of the face's plane.
+    ///
+    /// ```
+    /// use radgrad_core::{DVec3, Polygon};
+    /// use radgrad_scene::Scene;
+    /// use radgrad_solver::{Options, solve};
+    /// // A ceiling of 4 m x 4 m glows with a radiance of 1 at a height of 2.85 m, over a floor that reflects nothing.
+    /// let mut scene = Scene::new(["grey"])?;
+    /// let (black, glowing) = (scene.add_material("black", [0.0], [0.0])?, scene.add_material("glowing", [0.0], [1.0])?);
+    /// let room = scene.add_surface("room");
+    /// let corners = [(-2.0, -2.0), (2.0, -2.0), (2.0, 2.0), (-2.0, 2.0)];
+    /// let level = |z: f64| corners.map(|(x, y)| DVec3::new(x, y, z)).to_vec();
+    /// scene.add_face(room, black, Polygon::new(level(0.0))?, None)?;
+    /// scene.add_face(room, glowing, Polygon::new(level(2.85).into_iter().rev().collect())?, None)?;
+    /// let solution = solve(&scene, &Options::default(), |_| true)?;
+    /// // On the work plane, 0.85 m above the floor: pi times the form factor of a square from below its middle at half its side.
+    /// let sensor = solution.irradiance_at(DVec3::new(0.0, 0.0, 0.85), DVec3::Z)?;
+    /// let exact = 4.0 * 0.5_f64.sqrt() * 0.5_f64.sqrt().atan();
+    /// assert!((sensor.irradiance[0] - exact).abs() <= sensor.ledger[0].total() && sensor.ledger[0].total() < 1e-6);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    /// If the position is not finite, the normal is no direction, or an irradiance cannot be represented.
+    pub fn irradiance_at(&self, position: DVec3, normal: DVec3) -> Result<Irradiance, Error> {
+        let refused = |source| Error::Sample { position, source };
+        let receiver = Receiver::new(self.placement.inward(position), normal, 1.0).map_err(refused)?;
+        let of_position = |error| match error {
+            Error::Sample { source, .. } => refused(source),
+            other => other,
+        };
+        self.irradiance_in_space(&Station::in_space(&receiver)).map_err(of_position)
+    }
+
+    fn irradiance_in_space(&self, station: &Station) -> Result<Irradiance, Error> {
+        let optics = self.optics();
+        let lit = match self.lamps.is_empty() {
+            true => None,
+            false => {
+                let sights = self.lamps.sights_from(&self.mesh, station)?;
+                Some(self.lamps.at(&optics, &self.surfaces, station, &sights)?)
+            }
+        };
+        let over = |reference: &f64| if *reference > 0.0 { 1.0 / reference } else { 0.0 };
+        let weight: Vec<f64> = self.reference().iter().map(over).collect();
+        let need = Need { field: &self.field, weight: &weight, allowed: self.allowed, linking: Linking::Error };
+        let gatherer = Gatherer::Point(station);
+        let (mut links, mut far) = optics.first_links(gatherer, None, &need)?;
+        optics.refine(gatherer, (&mut links, &mut far), &need)?;
+        let gathers = links.into_iter().flat_map(|link| {
+            let (source, is_past) = (link.source, matches!(link.sight, Sight::Past(_)));
+            link.rows.into_iter().map(move |row| Gather { source, row, is_past })
+        });
+        Ok(self.gathered(station, lit, gathers.collect(), &far))
+    }
+
     /// Radiosity at a point of a leaf, in the coordinates of [`Self::placement`].
     ///
     /// # Errors
@@ -50,54 +145,71 @@ impl Solution {
         let element = &self.mesh.elements()[leaf];
         let (face, channels) = (element.face(), self.channels.len());
         let station = Station::on(element, point);
+        let lit = self.direct.get(leaf).map(|direct| self.lamps.at(&self.optics(), &self.surfaces, &station, direct.sights()));
+        let receiver = self.receiver_of(leaf);
+        let gather = |link: &Link| {
+            let count = self.mesh.basis(link.source).len();
+            let row = self.optics().receive(&station, link.source, &link.sight, count)?;
+            Ok(Gather { source: link.source, row, is_past: matches!(link.sight, Sight::Past(_)) })
+        };
+        let gathers = self.links[receiver].iter().map(gather).collect::<Result<Vec<Gather>, Error>>()?;
+        let irradiance = self.gathered(&station, lit.transpose()?, gathers, &self.far[receiver]);
+        let [rho, emitted] = self.surfaces.at(face, point);
+        let reflected = |of: &[Ledger]| of.iter().zip(&rho).map(|(ledger, rho)| *ledger * *rho).collect::<Vec<Ledger>>();
+        let with_rounding = |mut of: Vec<Ledger>| {
+            let sum = |c: usize| rho[c] * irradiance.irradiance[c].abs() + emitted[c];
+            of.iter_mut().enumerate().for_each(|(c, ledger)| ledger.computation += 4.0 * f64::EPSILON * sum(c));
+            of
+        };
+        Ok(Gathered {
+            face,
+            leaf,
+            radiosity: (0..channels).map(|c| emitted[c] + rho[c] * irradiance.irradiance[c]).collect(),
+            ledger: with_rounding(reflected(&irradiance.ledger)),
+            estimate: with_rounding(reflected(&irradiance.estimate)),
+            irradiance,
+        })
+    }
+
+    /// The sum of what a point gathers, and what of the error of that is known.
+    fn gathered(&self, station: &Station, lit: Option<Lit>, gathers: Vec<Gather>, far: &Far) -> Irradiance {
+        let channels = self.channels.len();
         let (mut sums, mut ledger) = (vec![0.0; channels], vec![Ledger::default(); channels]);
-        if let Some(direct) = self.direct.get(leaf) {
-            let lit = self.lamps.light_at(&self.optics(), &self.surfaces, &station, direct)?;
+        if let Some(lit) = lit {
             for (channel, [clear, past]) in lit.error.into_iter().enumerate() {
                 sums[channel] += lit.irradiance[channel];
                 ledger[channel] += Ledger { computation: clear, visibility: past, ..Ledger::default() };
             }
         }
-        let links = &self.links[self.receiver_of(leaf)];
-        let mut rows = Vec::with_capacity(links.len());
-        for link in links {
-            let count = self.mesh.basis(link.source).len();
-            let row = self.optics().receive(&station, link.source, &link.sight, count)?;
+        let mut rows = Vec::with_capacity(gathers.len());
+        for Gather { source, row, is_past } in gathers {
+            let count = self.mesh.basis(source).len();
             for channel in 0..channels {
-                let coefficients = self.field.of(link.source, channel, count);
+                let coefficients = self.field.of(source, channel, count);
                 sums[channel] += coefficients.iter().zip(&row.values).map(|(c, v)| c * v).sum::<f64>();
                 let size = row.error_of(coefficients);
-                ledger[channel].computation += self.field.neglected(&self.mesh, link.source, channel, &row);
-                if matches!(link.sight, Sight::Past(_)) {
-                    ledger[channel].visibility += size;
-                } else {
-                    ledger[channel].computation += size;
-                }
+                ledger[channel].computation += self.field.neglected(&self.mesh, source, channel, &row);
+                if is_past { ledger[channel].visibility += size } else { ledger[channel].computation += size }
             }
-            rows.push((link.source, row));
+            rows.push((source, row));
         }
-        let far = self.far[self.receiver_of(leaf)].of_point((&self.mesh, &self.field), &station, &rows);
+        let far = far.of_point((&self.mesh, &self.field), station, &rows);
         for channel in 0..channels {
             sums[channel] += far.value(&self.field, channel, 0);
             ledger[channel].computation += far.neglected(&self.field, channel, 0);
         }
-        let [rho, emitted] = self.surfaces.at(face, point);
-        let estimated = self.points().at(self.bounded(), &self.bounds, &station, (&rows, &far), &rho);
+        let whole = vec![1.0; channels];
+        let estimated = self.points().at(self.bounded(), &self.bounds, station, (&rows, &far), &whole);
         let proven = match self.proven() {
-            Some(proven) => proven.at(&rows, &far, &rho),
+            Some(proven) => proven.at(&rows, &far, &whole),
             None => vec![Ledger::unknown(); channels],
         };
-        let rounding = |c: usize| 2.0 * f64::EPSILON * (links.len() + 2) as f64 * (rho[c] * sums[c].abs() + emitted[c]);
         let with = |beyond: &[Ledger]| -> Vec<Ledger> {
-            let of = |c: usize| beyond[c] + ledger[c] * rho[c] + Ledger { computation: rounding(c), ..Ledger::default() };
+            let rounding = |c: usize| 2.0 * f64::EPSILON * (rows.len() + 2) as f64 * sums[c].abs();
+            let of = |c: usize| beyond[c] + ledger[c] + Ledger { computation: rounding(c), ..Ledger::default() };
             (0..channels).map(of).collect()
         };
-        Ok(Gathered {
-            face,
-            leaf,
-            radiosity: (0..channels).map(|c| emitted[c] + rho[c] * sums[c]).collect(),
-            ledger: with(&proven),
-            estimate: with(&estimated),
-        })
+        let (ledger, estimate) = (with(&proven), with(&estimated));
+        Irradiance { irradiance: sums, ledger, estimate }
     }
 }

@@ -4,6 +4,7 @@ use rayon::prelude::*;
 
 use crate::error::Error;
 use crate::links::cluster::far::Far;
+use crate::links::gatherer::Gatherer;
 use crate::links::link::Link;
 use crate::links::linking::Linking;
 use crate::links::refine::Need;
@@ -23,7 +24,7 @@ impl Solution {
         };
         let of = |receiver: usize| {
             let need = Need { field: &self.field, weight: &self.weight(receiver), allowed, linking };
-            optics.first_links(receiver, of_parent(receiver), &need)
+            optics.first_links(Gatherer::Element(receiver), of_parent(receiver), &need)
         };
         let links = for_each(&new, of)?;
         for (&receiver, (links, far)) in new.iter().zip(links) {
@@ -75,7 +76,7 @@ impl Solution {
             .zip(taken)
             .map(|(&receiver, (mut links, mut far))| {
                 let need = Need { field: &self.field, weight: &self.weight(receiver), allowed, linking };
-                let changed = optics.refine(receiver, (&mut links, &mut far), &need)?;
+                let changed = optics.refine(Gatherer::Element(receiver), (&mut links, &mut far), &need)?;
                 Ok((links, far, changed))
             })
             .collect::<Result<_, Error>>()?;

@@ -84,10 +84,8 @@ impl Solution {
 
     /// Irradiance of lamps at a point of a leaf.
     fn direct_at(&self, leaf: usize, point: DVec3) -> Result<Vec<f64>, Error> {
-        Ok(self
-            .lamps
-            .light_at(&self.optics(), &self.surfaces, &Station::on(&self.mesh.elements()[leaf], point), &self.direct[leaf])?
-            .irradiance)
+        let station = Station::on(&self.mesh.elements()[leaf], point);
+        Ok(self.lamps.at(&self.optics(), &self.surfaces, &station, self.direct[leaf].sights())?.irradiance)
     }
 
     /// Irradiance of all else at a point of a receiver; like its gradient without what is seen through clusters.

@@ -55,6 +55,8 @@ pub struct Solution {
     pub(crate) extent: f64,
     /// Error that the evaluation of a function may have.
     pub(crate) absolute: f64,
+    /// What the links of a receiver may neglect together, relative to what errors are.
+    pub(super) allowed: f64,
     pub(super) progress: Progress,
     /// Mean radiosity in each channel.
     pub(super) mean: Vec<f64>,

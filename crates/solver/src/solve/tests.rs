@@ -3,3 +3,4 @@
 mod clusters;
 mod links;
 mod proven;
+mod space;

@@ -23,7 +23,7 @@ fn places(mesh: &Mesh) -> Vec<(usize, [f64; 2], f64)> {
     places
 }
 
-/// Root mean square over the area of what the polynomials are off, relative to the mean radiosity, in each channel.
+/// Root mean square over the area of the polynomials' error, relative to the mean radiosity, in each channel.
 fn true_error(solution: &Solution, places: &[(usize, [f64; 2], f64)], exact: &[Vec<f64>]) -> Vec<f64> {
     let mesh = solution.mesh();
     let leaf_at = |root: usize, at: [f64; 2]| {

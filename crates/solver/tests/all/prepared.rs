@@ -1,4 +1,4 @@
-//! Where a scene lies and in which unit changes no answer; what counts light twice or has no finite answer is refused.
+//! Where a scene lies and in which unit changes no answer; a scene that counts light twice or has no finite answer is refused.
 
 use radgrad_core::{DVec3, Polygon};
 use radgrad_scene::Scene;
@@ -94,7 +94,7 @@ fn errors_are_relative_to_what_is_reflected() {
         assert!((estimated - solution.progress().estimate).abs() <= 1e-12 * estimated && estimated <= 1e-3);
     }
     assert_eq!([reflected.relative_to(), all.relative_to()], [reflected.reflected(), all.mean()]);
-    // Nothing reflects: what faces emit is known.
+    // Nothing reflects: the radiosity is the known emission.
     let mut dark = Scene::new(["grey"]).unwrap();
     let black = dark.add_material("black", [0.0], [1.0]).unwrap();
     let surface = dark.add_surface("all");

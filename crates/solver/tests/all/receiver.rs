@@ -1,5 +1,5 @@
-//! Refinement of one receiver by the gradient: what the criteria promise, the cases that fool them (HS95 Fig. 3), and what a
-//! sample at the maximum changes.
+//! Refinement of one receiver by the gradient: the promises of the criteria, the cases that fool them (HS95 Fig. 3), and the effect
+//! of a sample at the maximum.
 
 use radgrad_core::{DVec3, Emission, Emitter, Polygon, Receiver, evaluate_to};
 use radgrad_scene::largest;

@@ -62,7 +62,7 @@ fn a_furnace_with_textures_glows_evenly() {
         let leaf = solution.mesh().leaves().last().unwrap();
         let value = solution.value_on(leaf, 0, [0.3, 0.3]);
         assert!((value - 1.0).abs() < 1e-10, "{value}");
-        // What is rounding in evaluations counts by the importance, which coarse elements know roughly.
+        // Rounding in evaluations counts by the importance, which coarse elements know roughly.
         assert!(solution.mean_estimate()[0].total() < 1e-8, "{:?}", solution.mean_estimate());
     }
 }

@@ -2,8 +2,8 @@
 //! perpendicular with a common edge.
 //!
 //! Errors are the mean magnitude over the mean radiosity. His figures at gap 1 are about 10 % for orders 0 and 1, 0.75 % for 2 and
-//! 3, 0.04 % for 4. At the other gaps what he plots is a Galerkin solution in the same bases; no such solution can be nearer in
-//! the root mean square than the projection of the exact transfer, so that ours is held against that one.
+//! 3, 0.04 % for 4. At the other gaps he plots a Galerkin solution in the same bases; no such solution can be nearer in the root
+//! mean square than the projection of the exact transfer, so that ours is held against that one.
 
 use std::f64::consts::FRAC_1_PI;
 

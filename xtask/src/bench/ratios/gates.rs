@@ -1,4 +1,4 @@
-//! What each ratio is held against: `data/speed.toml`.
+//! The gates on each ratio: `data/speed.toml`.
 //!
 //! ```toml
 //! [value_over_lambert]
@@ -20,7 +20,7 @@ use crate::summary;
 #[derive(Debug, Clone, Deserialize)]
 pub(crate) struct Gates(BTreeMap<String, Gate>);
 
-/// What a ratio must be, what it was where that was written, and what is aimed at.
+/// The limit of a ratio, its value when that was written, and the value aimed at.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 struct Gate {

@@ -12,7 +12,7 @@ use crate::bench::lambert::bare_radiosity_and_gradient;
 use crate::bench::lanes::{Columns, single};
 use crate::bench::regime::{Case, Kind};
 
-/// Receivers of a batch: many times what a vector holds, and what is in a cache.
+/// Receivers of a batch: many times a vector's lanes, and few enough for a cache.
 pub(super) const BATCH: usize = 1024;
 /// And enough for two threads to share.
 const SHARED: usize = 262_144;
@@ -103,7 +103,7 @@ const COMPARED: usize = 8;
 /// Absolute tolerance over the mean total.
 const TOLERANCE: f64 = 1e-6;
 
-/// What a point of a far field costs beside a closed form. With it the ratio is that of the times too, 22 where it is 21.
+/// The cost of a point of a far field over that of a closed form. With it the ratio is that of the times too, 22 where it is 21.
 const FAR_NODE: f64 = 0.1;
 
 /// How many fewer evaluations of the closed form, or their worth, the tree over emitters takes than all pairs: receivers in a lit

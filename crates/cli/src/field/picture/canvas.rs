@@ -88,7 +88,7 @@ impl Canvas {
     }
 }
 
-/// Nine steps of the scale viridis (S. van der Walt and N. Smith), from dark blue to yellow; what is between is mixed.
+/// Nine steps of the scale viridis (S. van der Walt and N. Smith), from dark blue to yellow; colours between them are mixed.
 const VIRIDIS: [Rgb; 9] = [
     [68, 1, 84],
     [71, 44, 122],
@@ -101,7 +101,7 @@ const VIRIDIS: [Rgb; 9] = [
     [253, 231, 37],
 ];
 
-/// What is no number is grey.
+/// A share that is not finite is grey.
 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a share of the scale, and casts saturate")]
 pub(super) fn colour(share: f64) -> Rgb {
     if !share.is_finite() {

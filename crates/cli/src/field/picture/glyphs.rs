@@ -3,7 +3,7 @@
 pub(super) const WIDTH: usize = 5;
 pub(super) const HEIGHT: usize = 7;
 
-/// Rows from the top; empty for what is not drawn.
+/// Rows from the top; empty for a letter that is not drawn.
 pub(super) const fn glyph(letter: char) -> [u8; HEIGHT] {
     match letter {
         '0' => [0b01110, 0b10001, 0b10011, 0b10101, 0b11001, 0b10001, 0b01110],

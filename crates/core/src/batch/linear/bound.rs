@@ -1,46 +1,71 @@
-//! What rounding may have done to the sums of [`super`], on lanes.
+//! Bounds on the rounding errors of the sums of [`super`], on lanes.
 //!
-//! To first order in the unit roundoff u, as `batch::bound`, whose symbols these are: `k = 1/S` of the nearest edge's line, R the
-//! distance of the farthest vertex, `c = k R`, Theta the sum of the angles, n the number of edges. W is the largest emission at a
-//! vertex and |gB| R: it bounds beta, the emission at any line's point nearest to the receiver, and `|gB| S`. The plane, the
-//! gradient and the emission at vertices are known to a few roundings ([`crate::batch::linear::Glow::new`]), so heights err by
-//! 20u R. In units of W u:
-//! - `beta P` errs as the constant emitter's value, `Theta (5.7c + 17 + n/2)`, and by 4 Theta from beta; so does `h nu G`;
-//! - of C times h, with `|L| <= g c` and `kappa g` known to `2 ew + 40u`, `ew = 5.66c u`: `6n + Theta (29.4c + 40)`, from the
-//!   logarithm of a ratio known to 11u, and `(n + 3) Theta (1 + c)` from the sum;
-//! - X1 from its inputs: with `ds <= 5u R`, `dd <= 16u R` and `dh <= 20u R` at each end of a segment, and `|df/ds| <= 0.41/h`,
-//!   `|df/dd| <= 1.58/h` (the strip and the ends' turn have opposite signs), `|df/dh| <= 1.58/h`: 118 R/h a segment;
-//! - X1 from its evaluation, which is of the first order in phi, lambda and Clausen's function only:
-//!   `df/dpsi = lambda - lambda = 0`, `df/dphi = ln r/h` with 2 ulp of phi, `4.7 R/h` at both ends since `h ln R/h <= R/e`;
-//!   `2 CLAUSEN + 10 + 3.2c` from the Clausen functions and their arguments; `Theta (42c + 23 + n)` from lambda, known to
-//!   `(42c + 3) u + 3u lambda`, from which `h lambda <= R`, and from the sum, since `h |f' - f| <= R g`;
-//! - psi errs by `(42c + 7) u` relatively as its line's S is not quite `sqrt(h^2 + d^2)`: to second order, with
-//!   `d^2 f/dpsi^2 = (|d|/s) r^2/h^2` and `psi <= s/S`, f by half its square times `c R^2/h^2`, and nothing is believed where
-//!   `c (R/h)^2 > 2^36`.
+//! To first order in the unit roundoff u, as `batch::bound`.
 //!
-//! That is `Theta (52c + 120 + 3n + n c/2) + n (100 + 2c)` for the value with its last products, the same over h for `n2 Q`, and
-//! for the edges, two terms of the constant emitter's kind, `k Theta (132c + 275 + 3n)` with `gB P`.
+//! # Symbols
+//! | symbol | meaning | error |
+//! |---|---|---|
+//! | S, k | distance of the nearest edge's line, and `1/S` | `(5.7c + 7) u` relative |
+//! | R, c | distance of the farthest vertex, and `k R` | |
+//! | Theta, n | sum of the angles g, and number of edges | |
+//! | gB, beta | gradient of the emission, and the emission at the point of a line nearest to the receiver | |
+//! | W | the largest emission at a vertex, and the length of gB times R: bounds beta, and gB times S | |
+//! | h | height over the plane, the plane being known to a few roundings ([`crate::batch::linear::Glow::new`]) | `dh <= 20u R` |
+//! | d, s | place of a segment's end across and along its line, as in `linear_bound` | `dd <= 16u R`, `ds <= 5u R` |
+//! | r, rho | distance of that end, and `(d^2 + s^2)^(1/2)` | r^2 by 5u relative |
+//! | l, phi, psi | `ln(r/h)`, `atan2(s, d)`, `atan2(s, S)` | |
+//! | ew | `5.66c u`, the relative error of an edge's moment | |
+//!
+//! # Terms, in units of W u
+//! - `beta P` errs as the constant emitter's value, `Theta (5.7c + 17 + n/2)`, and by 4 Theta from beta; so does `h nu G`.
+//! - C times h, with `|L| <= g c` and `kappa g` known to `2 ew + 40u`, errs by `8.3n + Theta (29.4c + 40)`, from the difference of
+//!   two l known to `6u + 3u (l + l')`, of which `h l <= R/e`, and by `(n + 3) Theta (1 + c)` from the sum.
+//! - X1 errs by its inputs, at each end of a segment. Its derivatives are at most `l + min(phi psi, 1)` with respect to phi,
+//!   `min(phi psi, 1/2)` to psi, and phi to l (`linear_bound`).
+//!   - phi moves by `(d ds + s dd)/rho^2`: of the first derivative, `l/rho <= 0.402/h` gives `0.402 (ds + dd)/h`, and
+//!     `phi psi <= (pi/2) s/h` gives `(pi/2) (ds/2 + dd)/h`: 37.6 R/h in all.
+//!   - psi moves by `ds/h`, and by `sin(2 psi)/2` times the relative error of S: `2.5 R/h` and `(1.5c + 2)`.
+//!   - l errs by `dh/h + 3.5u + 3ul`: `31.5 R/h + 5.5 + 4.8 l`.
+//!   - That is 143 R/h, 3c, 15 and 9.6 l for both ends. Where d has the wrong sign, the two segments are apart by `pi dd/h` at
+//!     most, and the part of dd above, which is more, does not count.
+//! - X1 errs by its evaluation, at each end:
+//!   - phi and psi to 4u of themselves give `6.3 (l + 1) + 3.2`;
+//!   - J and the sums give `7.9 l + 22.9` (`linear_bound`, for right angles);
+//!   - past a right angle pi and the quotient give 17.6, and its logarithm to 5.6u of itself `8.8 l + 6.2`, as
+//!     `|ln 2 sin(phi + psi)| <= l + ln 2`.
+//!   - With the difference of the two ends that is `50 l + 115` for both, and `Theta (n + 5)` from the sum, as `h |X1| <= R g` for
+//!     a segment.
+//! - With `h l <= R/e` and `h c <= R`, `X1 h/R` is off by `143 + 3 + 22` a segment and 130 h/R, half of which counts.
+//! - The value in all, with its last products: `Theta (31c + 111 + 3n + n c/2) + n (92 + 65 h/R)`.
+//! - The gradient: that over h for `n2 Q`, and `k Theta (132c + 275 + 3n)` for the edges, two terms of the constant emitter's kind,
+//!   with `gB P`.
 //!
 //! # Where the horizon crosses
-//! c counts the crossing points and `1/|t|` too, n two edges more and Theta a half turn. A crossing point 8u R off and an angle
-//! 8c u off, `(32c + 27) u` for the horizon's, add `40c Theta + 78c n` to the value's units, and to the gradient's that over h
-//! and `k Theta 90c`; the horizon's segment has `d = h nu/|t|` and s to `12u R/|t|`, `122 (R/h)/|t|` in X1. That the points are
-//! off along their edges by the angle eta changes the value by `pi eta^2` and the gradient by `eta^2 (k + 2 pi/h)`.
+//! c counts the crossing points and `1/|t|` too, n two edges more and Theta a half turn.
+//! - A crossing point 8u R off and an angle 8c u off, `(32c + 27) u` for the horizon's, add `40c Theta + 78c n` to the value's
+//!   units, and to the gradient's that over h and `k Theta 90c`.
+//! - In X1 the two ends of edges that are crossing points have `ds <= 13u R` and l another 8u R/h off: 26 R/h each beyond the
+//!   above.
+//! - The horizon's segment has `S = h/|t|`, `d = h nu/|t|`, s to `12u R/|t|`, d to `23u R/|t|`, S to 20u R/h of itself and
+//!   `6u/|t|`, l to 28u R/h: `(95 + 19/|t|) R/h` an end.
+//! - Half of both is 140c, of which 61c is in `78c n` already, and n is 5 at least: `95c n` instead.
+//! - That the points are off along their edges by the angle eta changes the value by `pi eta^2` and the gradient by
+//!   `eta^2 (k + 2 pi/h)`.
 
 use fearless_simd::Simd;
 
 use crate::batch::bound::{LaneBound, SECOND_ORDER};
-use crate::batch::linear::segment::CLAUSEN;
 use crate::batch::linear::{Glowing, LinearSums, Wide};
 use crate::batch::visible::SeenExtent;
 use crate::lanes::lane::{Lane, Mask, constant};
 use crate::scalar::number::ROUNDOFF;
 
-/// Units of the value for each edge that no angle multiplies: half of C's 6 and X1's from inputs, phi, Clausen's function and
-/// rounding.
-const EDGE_UNITS: f64 = 0.5 * (6.0 + 118.0 + 9.4 + 2.0 * CLAUSEN + 10.0) + 3.0;
+/// Units of the value for each edge that no angle multiplies: half of C's 8.3 and of X1's 143, 3 and 22, and the last products; and
+/// those, half of X1's 130, that fall with the height.
+const EDGE_UNITS: f64 = 0.5 * (8.3 + 143.0 + 3.0 + 22.0) + 3.0;
+const EDGE_UNITS_OF_HEIGHT: f64 = 65.0;
 
-/// What bounds are made of.
+/// The quantities that the bounds are made of.
 pub(super) struct Scales<S: Simd> {
     /// `W u`.
     unit: Wide<S>,
@@ -91,15 +116,13 @@ impl<S: Simd> Scales<S> {
         }
     }
 
-    /// Whether what is of higher order is small, and the sums are numbers.
+    /// Whether terms of higher order are small, and the sums are numbers.
     #[inline(always)]
     pub(super) fn conditioned(&self, simd: S, value: Wide<S>) -> Mask<S, f64> {
-        let steep = constant(simd, (1u64 << 36) as f64);
         let limit = constant(simd, <f64 as Lane>::CONDITION);
         value.abs().at_most(constant(simd, f64::MAX))
             & self.condition.at_most(limit)
             & self.depth.at_most(limit)
-            & (self.condition * self.depth * self.depth).at_most(steep)
             & self.shift.at_most(constant(simd, 1e-6))
     }
 
@@ -108,11 +131,9 @@ impl<S: Simd> Scales<S> {
         let number = |value: f64| constant::<S, f64>(simd, value);
         let Self { unit, edges, angles, condition, crossing, nearest, inverse_height, depth, shift } = *self;
         let many = edges * (number(3.0) + condition * number(0.5));
-        let by_angle = condition * number(52.0) + crossing * number(40.0) + number(120.0) + many;
-        let by_edge = condition * number(2.0) + crossing * number(78.0) + number(EDGE_UNITS);
-        let off = condition * number(42.0) + number(7.0);
-        let second = edges * (off * off) * (condition * depth) * number(0.5 * SECOND_ORDER * ROUNDOFF);
-        let units = angles * by_angle + edges * by_edge + second;
+        let by_angle = condition * number(31.0) + crossing * number(40.0) + number(111.0) + many;
+        let by_edge = crossing * number(95.0) + number(EDGE_UNITS) + number(EDGE_UNITS_OF_HEIGHT) / depth;
+        let units = angles * by_angle + edges * by_edge;
         // W, where it is not in units of roundoff.
         let size = unit * number(1.0 / (SECOND_ORDER * ROUNDOFF));
         let value = unit * units + size * shift * number(3.2);

@@ -58,7 +58,7 @@ impl LinearGroup {
         }
     }
 
-    /// What is seen of the emitters in a range at most a tile long.
+    /// The answers for a range of emitters, at most a tile long.
     pub(in crate::batch) fn answer(
         &self,
         level: Level,
@@ -83,7 +83,7 @@ impl LinearGroup {
         &self.glows.at_vertices[vertex]
     }
 
-    /// What errors of an emitter's emission are relative to.
+    /// The size that errors of an emitter's emission are relative to.
     pub(in crate::batch) fn scale(&self, entry: usize) -> f64 {
         self.glows.scale[entry]
     }

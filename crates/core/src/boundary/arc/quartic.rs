@@ -1,4 +1,4 @@
-//! Fourth-order moments of an arc: what the second derivatives need beyond [`Moments`](crate::boundary::arc::Moments).
+//! Fourth-order moments of an arc: with [`Moments`](crate::boundary::arc::Moments), all that the second derivatives need.
 
 use crate::boundary::arc::{Arc, Ends};
 use crate::boundary::line::Frame;

@@ -1,4 +1,4 @@
-//! What an arc weighs in the gradient of a constant emitter's radiosity.
+//! The weight of an arc in the gradient of a constant emitter's radiosity.
 
 use crate::boundary::arc::{Arc, Generator};
 use crate::boundary::line::{Line, Sighted};
@@ -44,8 +44,8 @@ impl<T: Real> Arc<T> {
 }
 
 impl<T: Arithmetic> Arc<T> {
-    /// `p.(M n1)` of an arc up to a quarter turn for a vector p of its plane, from what it and n1 are along the directions of the
-    /// ends.
+    /// `p.(M n1)` of an arc up to a quarter turn for a vector p of its plane, from the components of p and of n1 along the
+    /// directions of the ends.
     #[inline(always)]
     pub(crate) fn within_a_quarter_turn(&self, [q1, q2]: [T; 2], [c1, c2]: [T; 2]) -> T {
         let product = self.start.inverse * self.end.inverse;

@@ -2,8 +2,8 @@
 //!
 //! At a corner the boundary of a part passes from one side to the next: an arc ends on the one, and one begins on the other. Two
 //! sides are seen to cross in one direction, so a corner from a to b and one from b to a are at one point and cancel on both.
-//! What is left on a side are the ends of the arcs in which it bounds what is seen: nothing, on a seam. An integral over an arc
-//! is a difference of its values at the ends, so that sorting them along the side only serves to have few and short arcs.
+//! Left on a side are the ends of the arcs in which it bounds the visible region: none, on a seam. An integral over an arc is a
+//! difference of its values at the ends, so that sorting them along the side only serves to have few and short arcs.
 
 use crate::boundary::arc::Arc;
 use crate::boundary::line::Sighted;

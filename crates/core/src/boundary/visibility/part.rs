@@ -9,12 +9,12 @@ use crate::boundary::visibility::separation::{BoundingCone, UncertainVector};
 use crate::scalar::real::Real;
 use crate::scalar::vec3::Vec3;
 
-/// A plane through the receiver: what generates it, and its edge where it is one of the input.
+/// A plane through the receiver: its generator, and its edge where it is one of the input.
 #[derive(Debug, Clone, Copy)]
 struct ConeSide<T> {
     generator: Generator<T>,
     name: Option<EdgeName>,
-    /// What doubles say of its normal.
+    /// Its normal in doubles, with a bound on the error.
     normal: UncertainVector,
 }
 
@@ -61,7 +61,7 @@ impl<T: Real> Sides<T> {
         self.0[facing.side].name
     }
 
-    /// What generates a side, whichever way it is run.
+    /// The generator of a side, whichever way it is run.
     pub(super) fn unturned(&self, facing: Facing) -> &Generator<T> {
         &self.0[facing.side].generator
     }
@@ -86,7 +86,7 @@ impl<T: Real> Sides<T> {
 #[derive(Debug, Clone)]
 pub(super) struct VisiblePart<T> {
     pub(super) corners: Vec<PartCorner<T>>,
-    /// What doubles say of it.
+    /// A circular cone and rays around it, in doubles.
     pub(super) cone: BoundingCone,
 }
 

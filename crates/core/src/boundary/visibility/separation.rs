@@ -1,9 +1,9 @@
 //! Whether two convex cones are separated, seen at once in double precision: surely no direction is in both.
 //!
-//! Most occluders hide nothing of what is left of an emitter, in whatever precision the rest is found. A cone is known here by
-//! the rays through its corners, each brought to a length of 1 to 4 by a power of two, by the normals of its sides, and by a
-//! circular cone around it. Every number carries a bound on its error, with u = 2^-53: a difference of two doubles errs by u of
-//! itself, a cross product of two rays by 6u of the product of their lengths and what their own errors make of it, a scalar
+//! Most occluders hide nothing of the part of an emitter that is left, in whatever precision the rest is found. A cone is known
+//! here by the rays through its corners, each brought to a length of 1 to 4 by a power of two, by the normals of its sides, and by
+//! a circular cone around it. Every number carries a bound on its error, with u = 2^-53: a difference of two doubles errs by u of
+//! itself, a cross product of two rays by 6u of the product of their lengths and by the effect of their own errors, a scalar
 //! product by 3u.
 
 use glam::DVec3;
@@ -38,7 +38,7 @@ impl UncertainVector {
         Self::ray(at, 2.0 * ROUNDOFF * at.abs().max_element())
     }
 
-    /// What is known of a direction.
+    /// A direction in doubles, its own error included.
     pub(super) fn of<T: Real>(direction: Vec3<T>) -> Self {
         let error = direction.map(T::value_error);
         Self::ray(direction.map(T::value).into(), error.x + error.y + error.z)
@@ -98,7 +98,7 @@ impl BoundingCone {
         self.corners.iter().any(|[_, side]| other.corners.iter().all(|[ray, _]| ray.is_beyond(side)))
     }
 
-    /// About the solid angle, for what is flat and small.
+    /// Approximate solid angle of a small cone.
     pub(super) fn size(&self) -> f64 {
         let unit = |[ray, _]: &[UncertainVector; 2]| ray.at / ray.length;
         let next = self.corners.iter().cycle().skip(1);

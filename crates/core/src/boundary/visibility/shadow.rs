@@ -1,4 +1,4 @@
-//! What a convex occluder hides of the emitter's plane: a convex cone, cut off where the occluder sinks below that plane.
+//! The shadow of a convex occluder on the emitter's plane: a convex cone, cut off where the occluder sinks below that plane.
 
 use glam::DVec3;
 
@@ -20,7 +20,7 @@ pub(super) struct Screen<'a> {
     vertices: Vec<DVec3>,
     /// Where each is relative to the emitter's plane.
     sides: Vec<Side>,
-    /// What doubles say of it.
+    /// A circular cone and rays around it, in doubles.
     pub(super) cone: BoundingCone,
 }
 

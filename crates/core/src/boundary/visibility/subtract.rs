@@ -1,4 +1,4 @@
-//! A part of the emitter without what is in a shadow: cut along the shadow's sides, one after the other.
+//! Subtracts a shadow from a part of the emitter: cut along the shadow's sides, one after the other.
 
 use glam::DVec3;
 
@@ -16,7 +16,7 @@ use crate::scalar::radius::Radius;
 use crate::scalar::real::{RadiusOf, Real};
 use crate::scalar::vec3::Vec3;
 
-/// What bounds the doubt, and the doubt so far.
+/// The sides and heights that bound the uncertainty, and the uncertainty so far.
 pub(super) struct Subtraction<T: Real> {
     pub(super) sides: Sides<T>,
     /// The emitter's plane: where `-n2 . p` is the height of the receiver over it.
@@ -141,8 +141,8 @@ impl<T: Real> Subtraction<T> {
         (!kept.is_empty()).then(|| VisiblePart::new(kept, &self.sides))
     }
 
-    /// The point of the emitter's plane that is seen where two sides cross: between the ends of an edge, or, where others have
-    /// cut that edge before and their errors would be inherited, from what generates the two. Whichever is known better.
+    /// The point of the emitter's plane that is seen where two sides cross: between the ends of an edge, or, where others have cut
+    /// that edge before and their errors would be inherited, from the generators of the two. Whichever is known better.
     fn crossing(&self, own: Facing, cutting: Facing, from_ends: Vec3<T>) -> Vec3<T> {
         let [own, cutting] = [own, cutting].map(|facing| self.sides.unturned(facing));
         let direction = own.normal().cross(cutting.normal());

@@ -7,7 +7,7 @@ use crate::scalar::radius::Radius;
 use crate::scalar::real::{RadiusOf, Real};
 use crate::scalar::vec3::Vec3;
 
-/// Bounds on what undecided signs may change, in the sums without the factor rho/pi.
+/// Bounds on the changes from undecided signs, in the sums without the factor rho/pi.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Uncertainty<R> {
     pub(crate) irradiance: R,
@@ -26,7 +26,7 @@ impl<R: Radius> Uncertainty<R> {
 }
 
 impl<T: Real> Subtraction<T> {
-    /// Bounds what the other decision would change for corners whose depth may have either sign.
+    /// Bounds the change that the other decision would make, for corners whose depth may have either sign.
     ///
     /// The region in question is within `depth/h` of the cutting plane, in a hemisphere. Its boundary runs along the edges at the
     /// corner as far as the depth may vanish, and back along the cut.

@@ -62,8 +62,8 @@ fn with_bound((terms, bound): Found) -> Option<(IrradianceAndGradient<f64>, Boun
     Some((terms, bound?))
 }
 
-/// What `answer` makes of what is found. Each branch calls it: a call returns its result in memory, and where the branches meet
-/// before, what is ordinary is copied to memory too.
+/// Calls `answer` on the sums, in each branch by itself: a call returns its result in memory, and where the branches met before it
+/// the common case would be copied to memory too.
 #[inline(always)]
 fn sums<S: Simd, const VALUE: bool, const GRADIENT: bool, const BOUND: bool, A>(
     simd: S,
@@ -80,7 +80,7 @@ fn sums<S: Simd, const VALUE: bool, const GRADIENT: bool, const BOUND: bool, A>(
     answer(cut_or_wide::<_, VALUE, GRADIENT, BOUND>(simd, receiver, polygon, plan)?)
 }
 
-/// Apart, so that its registers do not cost what is ordinary.
+/// A function of its own, so that its registers do not slow the common case.
 #[inline(never)]
 fn cut_or_wide<S: Simd, const VALUE: bool, const GRADIENT: bool, const BOUND: bool>(
     simd: S,
@@ -163,8 +163,8 @@ fn cut<S: Simd, const VALUE: bool, const GRADIENT: bool, const BOUND: bool>(
     Some(sums.total::<BOUND>())
 }
 
-/// Sums over arcs: of their terms; of what they err by along their normals, by components; and of what the angles, the weights
-/// across and the horizon's end points add to that.
+/// Sums over arcs: of their terms; of their errors along their normals, by components; and of the errors of angles, of weights
+/// across the normals, and of the horizon's end points.
 #[derive(Debug, Clone, Copy, Default)]
 struct LaneSums {
     angles: Vec3<f64>,
@@ -174,8 +174,7 @@ struct LaneSums {
 }
 
 impl LaneSums {
-    /// With `plus` to add what lanes hold to a sum. What so many roundings of sums add is in the errors, and what cut ends are
-    /// moved by.
+    /// `plus` adds lanes to a sum. The errors include so many roundings of sums, and the displacement of cut ends.
     #[inline(always)]
     fn add<S: Simd, const VALUE: bool, const GRADIENT: bool, const BOUND: bool, const WIDE: bool>(
         &mut self,
@@ -220,7 +219,7 @@ impl LaneSums {
     }
 }
 
-/// What arcs weigh, as [`crate::boundary::arc::Arc::weight`] has it, with what bounds on it follow from.
+/// The weights of arcs as in [`crate::boundary::arc::Arc::weight`], with the quantities that bound their errors.
 pub(crate) struct Weight<S: Simd> {
     pub(crate) weight: f64x4<S>,
     pub(super) weighed: Weighed<f64x4<S>>,
@@ -317,7 +316,7 @@ mod tests {
             assert_eq!(of_bound(&same_bound), of_bound(&bound));
             let (one_by_one, expected) = BoundedSum::one_by_one(&receiver, &polygon, &plan);
             assert_eq!((terms.irradiance, terms.gradient), (one_by_one.irradiance, one_by_one.gradient));
-            // What is cut counts as if the horizon had left all edges.
+            // The bound of a cut polygon counts additions as if the horizon had left all edges.
             let room = if plan.horizon == Horizon::Above { 1e-13 } else { 0.1 };
             for (bound, expected) in [(bound.irradiance, expected.irradiance), (bound.gradient, expected.gradient)] {
                 let more = bound / expected - 1.0;

@@ -18,7 +18,7 @@ use crate::scalar::vec3::Vec3;
 /// errs by 64 units of terms that sum to less than 12 in normalised lengths.
 const LOWEST: f64 = 1024.0 * ROUNDOFF;
 
-/// What is above the horizon of the edges of a polygon that leaves it once.
+/// The parts of a polygon's edges above the horizon, where its boundary leaves the upper half-space once.
 pub(crate) struct Cut<S: Simd> {
     /// The edges, with the ends and the angles of their visible parts.
     pub(crate) four: EdgeLanes<S>,

@@ -38,8 +38,8 @@ pub(crate) fn bounded(receiver: &Receiver, emitter: &Emitter, power: f64) -> Opt
     })
 }
 
-/// The same of a polygon of which it is sure what is seen; the sums where that is all of it and its size is more than `narrow`
-/// of the distance of its farthest vertex.
+/// The same of a polygon whose visible part is sure; the sums where that is all of it and its size is more than `narrow` of the
+/// distance of its farthest vertex.
 #[inline]
 pub(crate) fn bounded_where_sure(receiver: &Receiver, emitter: &Emitter, narrow: f64) -> Option<SureCase<LinearBound>> {
     on_instruction_set!(*INSTRUCTION_SET, simd => {
@@ -135,7 +135,7 @@ impl LinearSum<f64> {
     }
 }
 
-/// What four arcs added, for the bound on its error.
+/// The contributions of four arcs, for the bound on their error.
 pub(crate) struct Added<S: Simd> {
     /// `ln(r/h)` at the ends.
     pub(crate) logarithms: [f64x4<S>; 2],
@@ -146,7 +146,7 @@ pub(crate) struct Added<S: Simd> {
     pub(crate) emissions: [f64x4<S>; 2],
 }
 
-/// What four segments add to X1, and what both their ends are made of, the starts before the ends.
+/// The contributions of four segments to X1, and the quantities of both their ends, the starts before the ends.
 pub(crate) struct X1<S: Simd> {
     pub(crate) term: f64x4<S>,
     /// The magnitude of s.

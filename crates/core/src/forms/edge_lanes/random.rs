@@ -1,4 +1,4 @@
-//! Random emitters and receivers for tests of what goes side by side.
+//! Random emitters and receivers for the tests of four edges at a time.
 
 use glam::DVec3;
 use rand::RngExt;

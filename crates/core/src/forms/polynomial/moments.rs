@@ -21,31 +21,31 @@
 use crate::problem::polynomial::bivariate::{Bivariate, exponents, whole};
 use crate::scalar::real::Real;
 
-/// What the boundary contributes.
+/// The integrals along the boundary.
 #[derive(Debug, Clone)]
-pub(super) struct Contour<T> {
+pub(in crate::forms) struct Contour<T> {
     /// `K<u^i v^j e>` for e along u and along v.
-    pub(super) flux: [Bivariate<T>; 2],
-    pub(super) x1: T,
+    pub(in crate::forms) flux: [Bivariate<T>; 2],
+    pub(in crate::forms) x1: T,
     /// `h^2 X2`.
-    pub(super) facing: T,
+    pub(in crate::forms) facing: T,
 }
 
 /// `A<u^i v^j>` up to one degree more than the contour's. `A<1> = X2` may be out of range near contact: it is kept as `h^2 X2`.
 #[derive(Debug, Clone)]
-pub(super) struct Moments<T> {
+pub(in crate::forms) struct Moments<T> {
     over_fourth: Bivariate<T>,
     facing: T,
     height: T,
 }
 
 impl<T: Real> Contour<T> {
-    pub(super) fn zero(degree: usize) -> Self {
+    pub(in crate::forms) fn zero(degree: usize) -> Self {
         let zero = T::exact(0.0);
         Self { flux: [Bivariate::zero(degree), Bivariate::zero(degree)], x1: zero, facing: zero }
     }
 
-    pub(super) fn moments(&self, height: T) -> Moments<T> {
+    pub(in crate::forms) fn moments(&self, height: T) -> Moments<T> {
         let degree = self.flux[0].degree() + 1;
         let twice_square = height * height * T::exact(2.0);
         let mut a = Bivariate::zero(degree);
@@ -79,17 +79,17 @@ fn laplacian<T: Real>(c: &Bivariate<T>, i: usize, j: usize) -> T {
 
 impl<T: Real> Moments<T> {
     /// `A<f p>`, along u and v.
-    pub(super) fn in_plane(&self, f: &Bivariate<T>) -> [T; 2] {
+    pub(in crate::forms) fn in_plane(&self, f: &Bivariate<T>) -> [T; 2] {
         [f.contract(&self.over_fourth, (1, 0), 0), f.contract(&self.over_fourth, (0, 1), 0)]
     }
 
     /// `h^2 A<f>`.
-    pub(super) fn facing(&self, f: &Bivariate<T>) -> T {
+    pub(in crate::forms) fn facing(&self, f: &Bivariate<T>) -> T {
         f.at(0, 0) * self.facing + self.height * self.height * self.without_constant(f)
     }
 
     /// `A<f - f(0)>`.
-    pub(super) fn without_constant(&self, f: &Bivariate<T>) -> T {
+    pub(in crate::forms) fn without_constant(&self, f: &Bivariate<T>) -> T {
         f.contract(&self.over_fourth, (0, 0), 1)
     }
 }

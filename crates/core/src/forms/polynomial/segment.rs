@@ -17,7 +17,7 @@ use crate::scalar::real::Real;
 
 /// A piece of the visible boundary with its integrals `L_k`.
 #[derive(Debug, Clone)]
-pub(super) struct Segment<T> {
+pub(in crate::forms) struct Segment<T> {
     frame: Frame<T>,
     /// `L_k`.
     over_square: Vec<T>,
@@ -25,7 +25,7 @@ pub(super) struct Segment<T> {
 
 impl<T: Real> Segment<T> {
     /// With `L_k` up to `k = degree`, which is at least 1.
-    pub(super) fn new(arc: &Arc<T>, frame: Frame<T>, degree: usize) -> Self {
+    pub(in crate::forms) fn new(arc: &Arc<T>, frame: Frame<T>, degree: usize) -> Self {
         let distance = frame.distance;
         let [start, end] = [&arc.start, &arc.end].map(|seen| seen.point.dot(frame.along));
         let length = (arc.end.point - arc.start.point).dot(frame.along);
@@ -43,18 +43,18 @@ impl<T: Real> Segment<T> {
         Self { frame, over_square }
     }
 
-    pub(super) const fn frame(&self) -> &Frame<T> {
+    pub(in crate::forms) const fn frame(&self) -> &Frame<T> {
         &self.frame
     }
 
     /// `L_k`.
-    pub(super) fn over_square(&self) -> &[T] {
+    pub(in crate::forms) fn over_square(&self) -> &[T] {
         &self.over_square
     }
 
     /// `[P_k, P_(k+1)/S, P_(k+2)/S^2]` for k up to the degree: the integrals of `s^k` with `cos^2`, `cos sin` and `sin^2` of
     /// psi, over S.
-    pub(super) fn over_fourth(&self, m: &Moments<T>) -> Vec<[T; 3]> {
+    pub(in crate::forms) fn over_fourth(&self, m: &Moments<T>) -> Vec<[T; 3]> {
         let distance = self.frame.distance;
         let l = &self.over_square;
         let mut p = vec![m.cc / distance, m.cs];
@@ -72,7 +72,7 @@ impl<T: Real> Segment<T> {
 
 /// From the integrals of `s^k w(s)` along a line, `k <= degree`, those of `u^i v^j w(s)`, `i + j <= degree`:
 /// `(u, v) = foot + s along`.
-pub(super) fn on_line<T: Real>(mut powers: Vec<T>, foot: [T; 2], along: [T; 2]) -> Bivariate<T> {
+pub(in crate::forms) fn on_line<T: Real>(mut powers: Vec<T>, foot: [T; 2], along: [T; 2]) -> Bivariate<T> {
     let degree = powers.len() - 1;
     let mut table = Bivariate::zero(degree);
     for j in 0..=degree {

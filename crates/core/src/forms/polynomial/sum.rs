@@ -16,12 +16,14 @@
 
 use crate::boundary::arc::{Arc, Generator};
 use crate::boundary::plan::height_over_plane;
-use crate::forms::polynomial::moments::Contour;
+use crate::forms::linear::SeenLinear;
+use crate::forms::polynomial::moments::{Contour, Moments};
 use crate::forms::polynomial::segment::{Segment, on_line};
 use crate::forms::segment::{logarithms, segment_frame, x1_term};
 use crate::problem::emission::Emitter;
+use crate::problem::polygon::Polygon;
 use crate::problem::polynomial::bivariate::{Bivariate, whole};
-use crate::problem::polynomial::plane::InPlane;
+use crate::problem::polynomial::plane::{self, InPlane};
 use crate::problem::receiver::{Receiver, unit_normal};
 use crate::scalar::real::Real;
 use crate::scalar::vec3::Vec3;
@@ -29,12 +31,12 @@ use crate::scalar::vec3::Vec3;
 /// A polynomial emission seen from x, in normalised lengths.
 #[derive(Debug, Clone)]
 pub(crate) struct SeenPolynomial<T> {
-    n1: Vec3<T>,
-    n2: Vec3<T>,
-    axes: [Vec3<T>; 2],
-    height: T,
+    pub(in crate::forms) n1: Vec3<T>,
+    pub(in crate::forms) n2: Vec3<T>,
+    pub(in crate::forms) axes: [Vec3<T>; 2],
+    pub(in crate::forms) height: T,
     /// B around the foot point of x.
-    emission: Bivariate<T>,
+    pub(in crate::forms) emission: Bivariate<T>,
 }
 
 impl<T: Real> SeenPolynomial<T> {
@@ -54,7 +56,18 @@ impl<T: Real> SeenPolynomial<T> {
         }
     }
 
-    fn in_plane(&self, v: Vec3<T>) -> [T; 2] {
+    /// A linear emission as a polynomial of degree 1: continued to x and to its foot point it is the same, its gradient being in
+    /// the plane.
+    pub(crate) fn linear(seen: SeenLinear<T>, polygon: &Polygon) -> Self {
+        let SeenLinear { n1, n2, height, beta, gradient } = seen;
+        let axes = plane::axes(polygon);
+        let mut emission = Bivariate::zero(1);
+        (*emission.at_mut(0, 0), *emission.at_mut(1, 0), *emission.at_mut(0, 1)) =
+            (beta, gradient.dot(axes[0]), gradient.dot(axes[1]));
+        Self { n1, n2, axes, height, emission }
+    }
+
+    pub(in crate::forms) fn in_plane(&self, v: Vec3<T>) -> [T; 2] {
         self.axes.map(|axis| axis.dot(v))
     }
 }
@@ -119,9 +132,14 @@ impl<T: Real> PolynomialSum<T> {
         self.edges = self.edges - frame.normal * seen;
     }
 
+    /// The moments of what is seen.
+    pub(in crate::forms) fn moments(&self) -> Moments<T> {
+        self.contour.moments(self.seen.height)
+    }
+
     /// Irradiance vector, without the factor rho/pi.
     pub(crate) fn irradiance(&self) -> Vec3<T> {
-        let moments = self.contour.moments(self.seen.height);
+        let moments = self.moments();
         let [along_u, along_v] = moments.in_plane(&self.seen.emission);
         let [t_1, t_2] = self.seen.axes;
         (t_1 * along_u + t_2 * along_v) * self.seen.height - self.seen.n2 * moments.facing(&self.seen.emission)
@@ -130,7 +148,7 @@ impl<T: Real> PolynomialSum<T> {
     /// Gradient, without the factor rho/pi.
     pub(crate) fn gradient(&self) -> Vec3<T> {
         let SeenPolynomial { n1, n2, axes, height, emission } = &self.seen;
-        let moments = self.contour.moments(*height);
+        let moments = self.moments();
         let (m, facing) = (self.seen.in_plane(*n1), n1.dot(*n2));
         let in_plane = |f: &Bivariate<T>| {
             let [along_u, along_v] = moments.in_plane(f);

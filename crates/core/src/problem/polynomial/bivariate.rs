@@ -51,6 +51,19 @@ impl<T: Real> Bivariate<T> {
         }
     }
 
+    /// Adds another table of at most this degree.
+    pub(crate) fn add(&mut self, other: &Self) {
+        for (sum, &c) in self.entries.iter_mut().zip(&other.entries) {
+            *sum = *sum + c;
+        }
+    }
+
+    /// The sum with another table of at most this degree.
+    pub(crate) fn plus(mut self, other: &Self) -> Self {
+        self.add(other);
+        self
+    }
+
     /// The polynomial times `constant + u along[0] + v along[1]`, one degree higher.
     pub(crate) fn times_linear(&self, constant: T, along: [T; 2]) -> Self {
         let mut product = Self::zero(self.degree + 1);

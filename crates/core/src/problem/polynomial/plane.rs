@@ -1,16 +1,17 @@
-//! A polynomial of the position restricted to the plane of a polygon: what of it is seen.
+//! A polynomial of the position restricted to the plane of a polygon, the only part of it that matters.
 //!
 //! `y = m + u t_1 + v t_2`, m the middle of the polygon and `(t_1, t_2, n2)` orthonormal, turns `B(y)` into `sum b_ij u^i v^j`.
-//! Done once per emitter, in double-double with running bounds, lengths in a unit near the polygon's size: coefficients lose
-//! what cancels when the origin is far from the polygon, and say so. For scalars with more digits it is done anew.
+//! Done once per emitter, in double-double with running bounds, lengths in a unit near the polygon's size: coefficients lose digits
+//! to cancellation when the origin is far from the polygon, and their bounds include the loss. For scalars with more digits it is
+//! done anew.
 
 use glam::DVec3;
 
 use crate::error::Error;
 use crate::problem::affine::Affine;
 use crate::problem::polygon::Polygon;
-use crate::problem::polynomial::Polynomial;
 use crate::problem::polynomial::bivariate::{Bivariate, whole};
+use crate::problem::polynomial::{Monomial, Polynomial};
 use crate::scalar::ball::Ball;
 use crate::scalar::double_double::DoubleDouble;
 use crate::scalar::number::Number;
@@ -120,7 +121,7 @@ impl InPlane {
         self.coefficients.degree()
     }
 
-    /// Bound on what the errors of the coefficients change over the polygon, in the unit of the caller.
+    /// Bound on the effect of the coefficients' errors over the polygon, in the unit of the caller.
     pub(crate) const fn uncertainty(&self) -> f64 {
         self.uncertainty
     }
@@ -148,8 +149,7 @@ impl InPlane {
         self.steepest * self.coordinates.power
     }
 
-    /// Bound on what the emission changes by over a distance, in the unit of the caller also where the gradient's is beyond a
-    /// double.
+    /// Bound on the change of the emission over a distance, in the unit of the caller also where the gradient's is beyond a double.
     pub(crate) const fn change_over(&self, distance: f64) -> f64 {
         self.steepest * (distance * self.coordinates.power)
     }
@@ -169,22 +169,38 @@ fn restricted<T: Real>(polynomial: &Polynomial, coordinates: &Coordinates<T>) ->
     let Coordinates { axes: [t_1, t_2], power, .. } = coordinates;
     let middle = coordinates.middle_from(polynomial.origin());
     let affine = [(middle.x, [t_1.x, t_2.x]), (middle.y, [t_1.y, t_2.y]), (middle.z, [t_1.z, t_2.z])];
+    let terms: Vec<&Monomial> = polynomial.terms().iter().collect();
     let mut sum = Bivariate::zero(polynomial.degree().max(1) as usize);
-    for term in polynomial.terms() {
-        let mut product = Bivariate::zero(0);
-        *product.at_mut(0, 0) = T::exact(term.coefficient);
-        for ((constant, along), count) in affine.into_iter().zip(term.powers) {
-            for _ in 0..count {
-                product = product.times_linear(constant, along).map(|_, _, c| c.scaled(1.0 / power));
-            }
-        }
-        sum.add_scaled(&product, T::exact(1.0));
-    }
+    sum.add(&nested(&terms, &affine, 1.0 / power));
     sum
 }
 
+/// A sum of terms as a polynomial in the plane, by Horner's rule in each coordinate in turn: as many products as there are
+/// combinations of exponents, and not for each of them as many as its degree.
+fn nested<T: Real>(terms: &[&Monomial], affine: &[(T, [T; 2])], unit: f64) -> Bivariate<T> {
+    let Some(((constant, along), rest)) = affine.split_last() else {
+        let mut sum = Bivariate::zero(0);
+        *sum.at_mut(0, 0) = terms.iter().fold(T::exact(0.0), |sum, term| sum + T::exact(term.coefficient));
+        return sum;
+    };
+    let axis = rest.len();
+    let mut sum: Option<Bivariate<T>> = None;
+    let most = terms.iter().map(|term| term.powers[axis]).max().unwrap_or(0);
+    for power in (0..=most).rev() {
+        let of_power: Vec<&Monomial> = terms.iter().copied().filter(|term| term.powers[axis] == power).collect();
+        let raised = sum.map(|sum| sum.times_linear(*constant, *along).map(|_, _, c| c.scaled(unit)));
+        let added = (!of_power.is_empty()).then(|| nested(&of_power, rest, unit));
+        sum = match (raised, added) {
+            (Some(raised), Some(added)) if raised.degree() >= added.degree() => Some(raised.plus(&added)),
+            (Some(raised), Some(added)) => Some(added.plus(&raised)),
+            (raised, added) => raised.or(added),
+        };
+    }
+    sum.unwrap_or_else(|| Bivariate::zero(0))
+}
+
 /// Unit vectors in the plane, `t_1 x t_2 = n2`: the first across the coordinate axis that is farthest from the normal.
-fn axes<T: Real>(polygon: &Polygon) -> [Vec3<T>; 2] {
+pub(crate) fn axes<T: Real>(polygon: &Polygon) -> [Vec3<T>; 2] {
     let n2 = polygon.unit_normal::<T>();
     let size = n2.map(|c| c.value().abs());
     let axis = if size.x <= size.y && size.x <= size.z {

@@ -10,7 +10,7 @@ use crate::scalar::big::float::{NEAREST, nearest_double, shifted};
 use crate::scalar::big::magnitude::Magnitude;
 use crate::scalar::big::series::{GUARD, first_integer_above, integer, rounded};
 
-/// Error of logarithm and arc tangent in units of roundoff: one rounding and what is left of the guard bits. The arc tangent is
+/// Error of logarithm and arc tangent in units of roundoff: one rounding and the error beyond the guard bits. The arc tangent is
 /// rounded once more where it is taken from pi/2 and from pi.
 pub(super) const LIBRARY_UNITS: f64 = 2.0;
 
@@ -33,7 +33,7 @@ fn nearest_step(number: &BigFloat) -> usize {
 }
 
 impl Steps {
-    /// What `find` gives at the step, kept.
+    /// The result of `find` at the step, kept.
     fn at(kept: &mut Vec<Option<BigFloat>>, step: usize, find: impl FnOnce(&BigFloat) -> BigFloat) -> &BigFloat {
         if kept.len() <= step {
             kept.resize(step + 1, None);

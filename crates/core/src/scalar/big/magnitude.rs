@@ -58,8 +58,8 @@ impl Magnitude {
         shifted(number, i32::try_from(self.exponent).unwrap_or(i32::MAX))
     }
 
-    /// The mantissa moved to another exponent that is not smaller; what goes below the range of doubles is lost, far below a
-    /// roundoff of a mantissa that is there.
+    /// The mantissa moved to another exponent that is not smaller; bits below the range of doubles are lost, far below a roundoff
+    /// of a mantissa that is there.
     fn aligned(self, exponent: i64) -> f64 {
         if !self.mantissa.is_finite() {
             return self.mantissa;

@@ -1,4 +1,4 @@
-//! The series of `g - sin g`, and what is made of it.
+//! The series of `g - sin g`, and the functions made of it.
 
 use crate::scalar::arithmetic::Arithmetic;
 use crate::scalar::double_double::DoubleDouble;

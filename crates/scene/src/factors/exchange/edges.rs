@@ -16,10 +16,14 @@ use std::f64::consts::PI;
 use radgrad_core::DVec3;
 
 use super::ROUNDOFF;
+use crate::factors::larger;
 use crate::factors::rule::gauss_legendre;
 
 /// Nodes to try.
 const NODES: [usize; 5] = [4, 6, 8, 12, 16];
+
+/// Truncation below which no rule is asked, over the length of the second edge.
+const LEAST: f64 = 1e-15;
 
 /// Halvings of an edge.
 const HALVINGS: i32 = 50;
@@ -30,7 +34,7 @@ const CELLS: usize = 1000;
 /// Two edges are parallel if moving an end by this makes them so: rounded coordinates, of size 1, tell no better.
 const ASIDE: f64 = 64.0 * ROUNDOFF;
 
-/// The integral times `a.b`, and a bound on its error. `truncation` is allowed of one cell of a rule, over the edges' lengths.
+/// The integral times `a.b`, and a bound on its error. `truncation` is allowed of the mean logarithm.
 pub(super) fn mean_logarithm(a: [DVec3; 2], b: [DVec3; 2], truncation: f64) -> (f64, f64) {
     let (along_a, along_b) = (a[1] - a[0], b[1] - b[0]);
     let lengths = [along_a.length(), along_b.length()];
@@ -88,16 +92,17 @@ fn skew(p: DVec3, along: DVec3, b: [DVec3; 2], [length, most, truncation]: [f64;
     let (mut sum, mut error) = (0.0, 0.0);
     let mut cells = vec![(0.0, 1.0, HALVINGS)];
     let mut count = 0;
+    let (all_digits, enough) = (LEAST / length.min(1.0), larger(truncation, LEAST));
     while let Some((from, to, halvings)) = cells.pop() {
         count += 1;
         let half = 0.5 * (to - from);
         let middle = 0.5 * (from + to);
         let ends = [p + along * from, p + along * to];
         let distance = segments_apart(ends, b) * (1.0 - 1e-9) - 8.0 * ROUNDOFF;
-        let Some((nodes, truncation)) = rule_for(distance, half * own, truncation / length.min(1.0)) else {
+        let Some((nodes, truncation)) = rule_for(distance, half * own, larger(truncation, all_digits)) else {
             // A mean of |ln r|, doubled for what rounding does to so short a cell.
             let left = 2.0 * (to - from) * most;
-            if halvings == 0 || count > CELLS || left <= truncation {
+            if halvings == 0 || count > CELLS || left <= enough {
                 error += left;
             } else {
                 cells.extend([(from, middle, halvings - 1), (middle, to, halvings - 1)]);

@@ -19,7 +19,7 @@ const FAR: f64 = 4.0;
 /// Nodes in each variable, at most.
 const MOST: usize = 8;
 
-/// What two outlines exchange, each in front of the other, with a truncation of `allowed` of it; `None` where they are not far apart, or too oblique.
+/// What two outlines exchange, each in front of the other, with a truncation of `allowed` over it; `None` where they are not far apart, or too oblique.
 pub(super) fn exchange(outlines: [&[DVec3]; 2], normals: [DVec3; 2], allowed: f64) -> Option<Exchange> {
     let spheres = outlines.map(Sphere::around);
     let distance = spheres[0].apart(&spheres[1]);

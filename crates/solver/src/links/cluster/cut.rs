@@ -1,5 +1,5 @@
-//! The cut through the tree of clusters where a receiver leaves it: which cluster is opened next, and what those that stay closed
-//! neglect together.
+//! The cut through the tree of clusters where a receiver leaves it: which cluster is opened next, and the light that the closed
+//! ones neglect together.
 
 use radgrad_scene::largest;
 use std::collections::BTreeSet;
@@ -9,16 +9,17 @@ use crate::links::cluster::far::{Far, cover, even, fill, left};
 use crate::links::cluster::glow::Glow;
 use crate::links::cluster::screens::Screens;
 use crate::links::cluster::view::View;
+use crate::links::gatherer::Gatherer;
 use crate::links::link::Link;
 use crate::links::station::Station;
 use crate::links::transfer::Row;
 use crate::mesh::Mesh;
 use crate::mesh::clusters::{Clusters, Parts};
 
-/// Of so many clusters one is opened before what they neglect is summed again.
+/// Of so many clusters one is opened before the neglected light is summed again.
 const AT_ONCE: usize = 8;
 
-/// The part of what a cluster may give at most from which on, if it shows past the screens, it is opened all the same.
+/// A cluster is opened all the same if, past the screens, at least this part of its largest possible light shows.
 const SHOWN: f64 = 0.5;
 
 /// A cluster that is not opened.
@@ -30,9 +31,9 @@ struct Closed {
     glows: Vec<Glow>,
     /// The largest radiosity, summed over channels.
     brightness: f64,
-    /// What it may give at most to any node, weighted.
+    /// The most light that it may give to any node, weighted.
     most: f64,
-    /// Whether it was asked what the screens hide of it.
+    /// Whether the screens' effect on it is included.
     asked: bool,
 }
 
@@ -58,7 +59,7 @@ fn with<'a>(others: &[&'a Closed], place: usize, one: &'a Closed) -> Vec<&'a Clo
 }
 
 impl<'a> Cut<'a> {
-    /// That of a receiver's clusters, with what its links give at the nodes.
+    /// That of a receiver's clusters, with the rows of its links.
     pub(crate) fn new(mesh: &'a Mesh, field: &'a Field, weight: &'a [f64], far: &Far, links: &[Link]) -> Self {
         let nodes = far.nodes();
         let (covered, linked) = (vec![0.0; nodes], BTreeSet::new());
@@ -91,7 +92,7 @@ impl<'a> Cut<'a> {
         Closed { cluster, views, glows, brightness: self.field.brightness(cluster), most, asked: false }
     }
 
-    /// What is given at most, weighted, in the channel where it is most.
+    /// The most light, weighted, in the channel where it is most.
     fn most(&self, glows: &[Glow], view: &View) -> f64 {
         let of = |(glow, weight): (&Glow, &f64)| weight * view.at_most(glow.positive, glow.largest);
         glows.iter().zip(self.weight).map(of).fold(0.0, largest)
@@ -114,8 +115,8 @@ impl<'a> Cut<'a> {
     }
 
     /// Whether nothing of a cluster is seen past one of the faces that fill most of the view.
-    fn is_hidden(&mut self, receiver: usize, cluster: usize) -> bool {
-        let (from, to) = (self.mesh.elements()[receiver].polygon().vertices(), self.tree().all()[cluster].corners());
+    fn is_hidden(&mut self, gatherer: Gatherer<'_>, cluster: usize) -> bool {
+        let (from, to) = (gatherer.corners(self.mesh), self.tree().all()[cluster].corners());
         let between = self.screens.between(self.mesh, [from, &to]);
         between.into_iter().for_each(|face| self.screens.hide(face));
         between.is_some()
@@ -135,8 +136,8 @@ impl<'a> Cut<'a> {
         (shown.most <= SHOWN * of.most).then_some(Closed { asked: true, ..shown })
     }
 
-    /// What all closed clusters neglect at most at each node, the largest of the channels after each is multiplied by its weight:
-    /// [`Far::neglected`]. Nothing if none is closed.
+    /// The most light that all closed clusters neglect at each node, the largest of the channels after each is multiplied by its
+    /// weight: [`Far::neglected`]. Nothing if none is closed.
     pub(crate) fn neglected(&self) -> Vec<f64> {
         let closed: Vec<&Closed> = self.closed.iter().collect();
         let orders = self.orders(&closed);
@@ -155,7 +156,7 @@ impl<'a> Cut<'a> {
         (0..self.weight.len()).map(of_channel).collect()
     }
 
-    /// What a node neglects if these are closed, the brightest first and in these orders for each channel.
+    /// The light that a node neglects if these are closed, the brightest first and in these orders for each channel.
     fn neglected_at(&self, node: usize, closed: &[&Closed], orders: &[Vec<usize>]) -> f64 {
         let (rest, tree) = (left(self.covered[node]), self.tree());
         let areas = closed.iter().map(|closed| (&closed.views[node], tree.all()[closed.cluster].area()));
@@ -171,26 +172,26 @@ impl<'a> Cut<'a> {
 
     /// Opens the clusters that may give most, a few at once, until one is an element, which is to be linked then. `None` if none
     /// gives anything. One that is hidden is left out.
-    pub(crate) fn open(&mut self, receiver: usize, stations: &[Station]) -> Option<Option<usize>> {
+    pub(crate) fn open(&mut self, gatherer: Gatherer<'_>, stations: &[Station]) -> Option<Option<usize>> {
         let few = self.closed.len() / AT_ONCE;
-        let mut opened = self.open_one(receiver, stations)?;
+        let mut opened = self.open_one(gatherer, stations)?;
         for _ in 0..few {
             if opened.is_some() {
                 break;
             }
-            opened = self.open_one(receiver, stations).flatten();
+            opened = self.open_one(gatherer, stations).flatten();
         }
         Some(opened)
     }
 
-    fn open_one(&mut self, receiver: usize, stations: &[Station]) -> Option<Option<usize>> {
+    fn open_one(&mut self, gatherer: Gatherer<'_>, stations: &[Station]) -> Option<Option<usize>> {
         let largest = |a: &usize, b: &usize| {
             let [a, b] = [a, b].map(|&index| &self.closed[index]);
             a.most.total_cmp(&b.most).then(b.cluster.cmp(&a.cluster))
         };
         let largest = (0..self.closed.len()).max_by(largest).filter(|&index| self.closed[index].most > 0.0)?;
         let opened = self.closed.remove(largest);
-        if self.is_hidden(receiver, opened.cluster) {
+        if self.is_hidden(gatherer, opened.cluster) {
             return Some(None);
         }
         if !opened.asked
@@ -202,8 +203,8 @@ impl<'a> Cut<'a> {
         match self.tree().all()[opened.cluster].parts {
             Parts::Element(element) => Some(Some(element).filter(|element| !self.linked.contains(element))),
             Parts::Two(parts) => {
-                let (tree, element) = (self.tree(), &self.mesh.elements()[receiver]);
-                for part in parts.into_iter().filter(|&part| tree.all()[part].faces(element)) {
+                let (tree, mesh) = (self.tree(), self.mesh);
+                for part in parts.into_iter().filter(|&part| gatherer.may_see(mesh, &tree.all()[part])) {
                     self.close(part, stations.iter().map(|station| tree.all()[part].view(station, &[])).collect());
                 }
                 Some(None)
@@ -213,8 +214,8 @@ impl<'a> Cut<'a> {
 
     /// Closes clusters in the place of those in them, as long as no more than `allowed` is neglected at any node.
     ///
-    /// A cluster is opened for the sake of what may be in it. Once what does fill the view is linked, the links leave so little of
-    /// the hemisphere that the others need not be told apart.
+    /// A cluster is opened for the elements that may be in it. Once those that fill the view are linked, the links leave so little
+    /// of the hemisphere that the others need not be told apart.
     pub(crate) fn merge(&mut self, stations: &[Station], allowed: f64, errors: &[Vec<f64>]) {
         let allowed: Vec<f64> = (0..self.nodes).map(|node| allowed - errors.iter().map(|of| of[node]).sum::<f64>()).collect();
         let slack: Vec<f64> = self.neglected().iter().zip(&allowed).map(|(neglected, allowed)| allowed - neglected).collect();
@@ -240,7 +241,7 @@ impl<'a> Cut<'a> {
                 self.closed.insert(place, self.seen(whole, merged.views));
             } else if let Parts::Two(parts) = tree.all()[whole].parts {
                 open.extend(parts);
-                // The darker one first: it takes less of what is allowed.
+                // The darker one first: it takes less of the allowed error.
                 if self.field.brightness(parts[0]) < self.field.brightness(parts[1]) {
                     let last = open.len() - 1;
                     open.swap(last, last - 1);
@@ -249,11 +250,11 @@ impl<'a> Cut<'a> {
         }
     }
 
-    /// What is to be kept: those that are not hidden.
-    pub(crate) fn closed<'b>(mut self, receiver: usize, rows: impl Iterator<Item = &'b [Row]>) -> Far {
+    /// The clusters to keep: those that are not hidden.
+    pub(crate) fn closed<'b>(mut self, gatherer: Gatherer<'_>, rows: impl Iterator<Item = &'b [Row]>) -> Far {
         let tree = self.tree();
         let closed = std::mem::take(&mut self.closed);
-        self.closed = closed.into_iter().filter(|closed| !self.is_hidden(receiver, closed.cluster)).collect();
+        self.closed = closed.into_iter().filter(|closed| !self.is_hidden(gatherer, closed.cluster)).collect();
         let clusters = self.closed.iter().map(|closed| closed.cluster).collect();
         let views = self.closed.into_iter().flat_map(|closed| closed.views).collect();
         Far::new((tree, self.field), clusters, views, self.nodes, rows)

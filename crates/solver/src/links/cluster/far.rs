@@ -1,18 +1,18 @@
-//! What a receiver gathers from clusters that its links leave out.
+//! The light that a receiver gathers from clusters that have no links.
 //!
-//! What reaches a node from a cluster is between `-min(k P-, F M)` and `min(k P+, F M)`: k and F bound kernel and form factor
-//! ([`View`]), M is the largest radiosity in the cluster, `P+` and `P-` are the powers of where it is positive and negative. With
-//! P the power, `P+ - P- = P`, and `P+ + P-` is at most the area times the root mean square.
+//! A cluster's light at a node is between `-min(k P-, F M)` and `min(k P+, F M)`: k and F bound kernel and form factor ([`View`]),
+//! M is the largest radiosity in the cluster, `P+` and `P-` are the powers of where it is positive and negative. With P the power,
+//! `P+ - P- = P`, and `P+ + P-` is at most the area times the root mean square.
 //!
 //! All clusters together get no more of the hemisphere than the links leave: of `rest`, 1 less the sum of the links' form
-//! factors. The most that they may give then is found by filling it with the brightest first. That is what occlusion is known
-//! by: where the links fill the view, what clusters lie behind it counts for nothing.
+//! factors. The most that they may give then is found by filling it with the brightest first. This accounts for occlusion: where
+//! the links fill the view, clusters behind count for nothing.
 //!
 //! For the light that reaches the node half of that is taken for an even radiosity: `w P` with `w = min(k, F/A)/2`, less where the
-//! hemisphere is full; linear in the radiosity, and with form factors that sum to no more than 1. The farther end of the interval
-//! is what is neglected.
+//! hemisphere is full; linear in the radiosity, and with form factors that sum to no more than 1. The distance to the farther end
+//! of the interval is the neglected light.
 //!
-//! Clusters are in none of each other, but what a link is for may be in one as well: then the bounds count it twice.
+//! No cluster is in another, but a link's source may be in one as well: then the bounds count it twice.
 
 use crate::field::Field;
 use crate::links::cluster::glow::{Glow, Pair};
@@ -25,7 +25,7 @@ use crate::mesh::basis::Basis;
 use crate::mesh::clusters::Clusters;
 use radgrad_scene::{largest, smallest};
 
-/// What is added to the part of the hemisphere that links leave, for the rounding of surfaces.
+/// Added to the part of the hemisphere that links leave, for the rounding of surfaces.
 pub(crate) const MARGIN: f64 = 1e-9;
 
 /// A receiver's clusters.
@@ -34,11 +34,11 @@ pub(crate) struct Far {
     clusters: Vec<usize>,
     /// Of each cluster from each node.
     views: Vec<View>,
-    /// Of each cluster at each node: what the node gets of its power.
+    /// Of each cluster at each node: the factor of its power in the node's irradiance.
     weights: Vec<f64>,
     /// For each node, the part of the hemisphere that links leave.
     rest: Vec<f64>,
-    /// For each cluster, what each function of the receiver's basis gets of its power.
+    /// For each cluster, the factor of its power for each function of the receiver's basis.
     matrix: Vec<f64>,
 }
 
@@ -82,7 +82,7 @@ impl Far {
         Self::new((tree, field), self.clusters.clone(), views, 1, rows.iter().map(|(_, row)| std::slice::from_ref(row)))
     }
 
-    /// Learns what functions of a receiver's basis get.
+    /// Finds those factors for the functions of a receiver's basis.
     pub(crate) fn projected(mut self, basis: &Basis) -> Self {
         let nodes = self.rest.len();
         for index in 0..self.clusters.len() {
@@ -113,7 +113,7 @@ impl Far {
         &self.clusters
     }
 
-    /// What a node sees of a cluster.
+    /// A node's view of a cluster.
     pub(crate) fn view(&self, index: usize, node: usize) -> &View {
         &self.views[index * self.rest.len() + node]
     }
@@ -125,7 +125,7 @@ impl Far {
         self.clusters.iter().enumerate().map(of).sum()
     }
 
-    /// Bound on what that neglects.
+    /// Bound on the light that is neglected in that.
     pub(crate) fn neglected(&self, field: &Field, channel: usize, node: usize) -> f64 {
         if self.clusters.is_empty() {
             return 0.0;
@@ -140,7 +140,7 @@ impl Far {
         largest(high - value, value + low) + rounding
     }
 
-    /// Adds to what a receiver's functions get.
+    /// Adds the clusters' light to the sums for a receiver's functions.
     pub(crate) fn gather(&self, field: &Field, channel: usize, sums: &mut [f64]) {
         for (&cluster, row) in self.clusters.iter().zip(self.matrix.chunks_exact(sums.len())) {
             let power = field.glow(cluster, channel).power;
@@ -148,7 +148,7 @@ impl Far {
         }
     }
 
-    /// What a node gets at most of something that is nowhere negative, given for each cluster.
+    /// The most that a node gets of a quantity that is nowhere negative, given for each cluster.
     pub(crate) fn at_most(&self, node: usize, of: &[Pair]) -> f64 {
         let (mut sum, mut brightest) = (0.0, 0.0_f64);
         for (index, &cluster) in self.clusters.iter().enumerate() {
@@ -161,7 +161,7 @@ impl Far {
         if brightest == 0.0 { 0.0 } else { smallest(sum, self.rest[node] * brightest) }
     }
 
-    /// Adds that to what each node has.
+    /// Adds that to the sums of each node.
     pub(crate) fn add_at_most(&self, of: &[Pair], sums: &mut [f64]) {
         if !self.clusters.is_empty() {
             sums.iter_mut().enumerate().for_each(|(node, sum)| *sum += self.at_most(node, of));
@@ -187,7 +187,7 @@ pub(crate) fn left(covered: f64) -> f64 {
     largest(1.0 - covered, 0.0) + MARGIN
 }
 
-/// Half of what clusters of these areas give at most of an even radiosity, over their power, if they get no more of the
+/// Half of the most light of clusters of these areas with an even radiosity, over their power, if they get no more of the
 /// hemisphere than `rest`, the first ones first.
 pub(crate) fn even<'a>(mut rest: f64, seen: impl Iterator<Item = (&'a View, f64)>) -> impl Iterator<Item = f64> {
     seen.map(move |(view, area)| {
@@ -198,7 +198,7 @@ pub(crate) fn even<'a>(mut rest: f64, seen: impl Iterator<Item = (&'a View, f64)
     })
 }
 
-/// What clusters may give at most, and take by where they are negative, the brightest first, if they get no more of the
+/// The most light that clusters may add, and subtract where they are negative, the brightest first, if they get no more of the
 /// hemisphere than `rest`.
 pub(crate) fn fill<'a>(rest: f64, brightest_first: impl Iterator<Item = (&'a View, &'a Glow)>) -> [f64; 2] {
     let (mut sums, mut rests) = ([0.0; 2], [rest; 2]);

@@ -1,4 +1,4 @@
-//! What clusters have of something that is given on elements: the light that they send out, or a largest value and an integral.
+//! Sums over clusters of quantities given on elements: the light that they send out, or a largest value and an integral.
 
 use crate::mesh::clusters::{Clusters, Parts};
 use crate::mesh::element::Element;
@@ -55,7 +55,7 @@ impl Clusters {
         self.pull(of_element, Pair::and)
     }
 
-    /// For each element what is given for clusters, joined over all that it is in.
+    /// For each element the values given for clusters, joined over all clusters that it is in.
     pub(crate) fn push<T: Copy>(&self, of_cluster: &[T], join: impl Fn(T, T) -> T, mut visit: impl FnMut(usize, T)) {
         let mut pushed = of_cluster.to_vec();
         for (index, cluster) in self.all().iter().enumerate() {

@@ -6,7 +6,7 @@ use radgrad_scene::largest;
 
 use crate::mesh::Mesh;
 
-/// How many of either are asked what they hide.
+/// Most faces of either kind.
 const MOST: usize = 16;
 
 /// The faces.

@@ -1,9 +1,9 @@
-//! What a point sees of a cluster at most, past faces that may hide some of it.
+//! Bounds on a point's view of a cluster, past faces that may hide some of it.
 //!
-//! Each side of the box that faces the point is a window: of what is behind it the point sees what shows through the part of the
+//! Each side of the box that faces the point is a window: of the cluster behind it the point sees the part through the area of the
 //! window that no screen is before ([`crate::links::visible`]), and the bound on a window's form factor is in proportion to the
-//! area. Screens are what links fill the view with, and what has hidden others ([`super::screens`]). Of a cluster that is mostly
-//! behind these little is left.
+//! area. Screens are the faces that fill the view by links, and those that have hidden others ([`super::screens`]). Of a cluster
+//! that is mostly behind these little is left.
 
 use radgrad_scene::{largest, smallest};
 use std::f64::consts::PI;
@@ -17,7 +17,7 @@ use crate::mesh::element::{Element, around};
 use crate::mesh::screen::LEVEL;
 use crate::mesh::shape::Shape;
 
-/// Bounds on what a point sees of a cluster.
+/// Bounds on a point's view of a cluster.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(crate) struct View {
     /// On its form factor.
@@ -27,7 +27,7 @@ pub(crate) struct View {
 }
 
 impl View {
-    /// What is seen at most of a power and of a largest radiosity.
+    /// The most light from a power and a largest radiosity.
     pub(crate) fn at_most(&self, power: f64, largest: f64) -> f64 {
         if self.factor == 0.0 || largest == 0.0 {
             return 0.0;
@@ -38,7 +38,7 @@ impl View {
 }
 
 impl Cluster {
-    /// What a point sees of it at most, past convex screens.
+    /// A point's view of it, past convex screens.
     pub(crate) fn view(&self, station: &Station, screens: &[&[DVec3]]) -> View {
         let (low, high) = (self.low - station.point, self.high - station.point);
         let level = LEVEL * (low.abs().max(high.abs()).length() + station.point.abs().max_element());
@@ -76,7 +76,7 @@ impl Cluster {
         View { factor, peak }
     }
 
-    /// What any place of an element sees of it at most.
+    /// A bound on the view from any place of an element.
     pub(crate) fn view_over(&self, element: &Element) -> View {
         let [from, to] = around(element.polygon().vertices());
         let (low, high) = (self.low - to, self.high - from);

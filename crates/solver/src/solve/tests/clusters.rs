@@ -11,6 +11,7 @@ use crate::field::order::Order;
 use crate::links::cell::Rules;
 use crate::links::cluster::far::Far;
 use crate::links::cluster::screens::Screens;
+use crate::links::gatherer::Gatherer;
 use crate::links::link::Link;
 use crate::links::linking::Linking;
 use crate::links::refine::Need;
@@ -65,7 +66,7 @@ fn all_links(optics: &Optics<'_>, receiver: usize) -> Vec<Link> {
     let field = Field::dark(optics.mesh, 1);
     let need = Need { field: &field, weight: &[0.0], allowed: 1.0, linking: Linking::Error };
     let sources = optics.mesh.roots().iter().map(|&root| (root, None));
-    optics.links(receiver, sources, &need).unwrap().0
+    optics.links(Gatherer::Element(receiver), sources, &need).unwrap().0
 }
 
 #[test]
@@ -130,8 +131,8 @@ fn what_closed_clusters_neglect_covers_what_they_give() {
         for receiver in (0..mesh.elements().len()).step_by(5) {
             let exact = all_links(&optics, receiver);
             let need = Need { field: &field, weight: &[1.0], allowed, linking: Linking::Error };
-            let (mut links, mut far) = optics.first_links(receiver, None, &need).unwrap();
-            optics.refine(receiver, (&mut links, &mut far), &need).unwrap();
+            let (mut links, mut far) = optics.first_links(Gatherer::Element(receiver), None, &need).unwrap();
+            optics.refine(Gatherer::Element(receiver), (&mut links, &mut far), &need).unwrap();
             let before = far.len();
             far = optics.merge(receiver, &links, &far, &need);
             merged += before - far.len();
@@ -165,11 +166,11 @@ fn clusters_that_were_merged_are_opened_again_and_nothing_is_linked_twice() {
     let (mut before, mut after) = (0, 0);
     for receiver in (0..mesh.elements().len()).step_by(5) {
         let need = |allowed: f64| Need { field: &field, weight: &[1.0], allowed, linking: Linking::Error };
-        let (mut links, mut far) = optics.first_links(receiver, None, &need(0.4)).unwrap();
-        optics.refine(receiver, (&mut links, &mut far), &need(0.4)).unwrap();
+        let (mut links, mut far) = optics.first_links(Gatherer::Element(receiver), None, &need(0.4)).unwrap();
+        optics.refine(Gatherer::Element(receiver), (&mut links, &mut far), &need(0.4)).unwrap();
         far = optics.merge(receiver, &links, &far, &need(0.4));
         before += links.len();
-        optics.refine(receiver, (&mut links, &mut far), &need(0.02)).unwrap();
+        optics.refine(Gatherer::Element(receiver), (&mut links, &mut far), &need(0.02)).unwrap();
         after += links.len();
         let sources: BTreeSet<usize> = links.iter().map(|link| link.source).collect();
         assert_eq!(sources.len(), links.len(), "{receiver}");
@@ -208,7 +209,7 @@ fn a_carpet_in_the_plane_of_the_floor_is_found() {
 fn a_point_in_a_cluster_may_see_nothing_else() {
     let mesh = city(3);
     let tree = Clusters::always_over(mesh.elements());
-    let station = Station { point: DVec3::new(1.0, 1.0, 0.5), normal: DVec3::Z, face: 0 };
+    let station = Station { point: DVec3::new(1.0, 1.0, 0.5), normal: DVec3::Z, face: Some(0) };
     let view = tree.all()[0].view(&station, &[]);
     assert!(view.factor == 1.0 && view.peak.is_infinite());
 }

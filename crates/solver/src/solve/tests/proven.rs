@@ -82,7 +82,7 @@ fn sampled(solution: &Solution, leaf: usize, count: u32) -> [f64; 2] {
             continue;
         }
         let station = Station::on(element, element.point([s, t]));
-        let lit = solution.lamps.light_at(&solution.optics(), &solution.surfaces, &station, &solution.direct[leaf]).unwrap();
+        let lit = solution.lamps.at(&solution.optics(), &solution.surfaces, &station, solution.direct[leaf].sights()).unwrap();
         let polynomial: f64 = basis.values([s, t]).iter().zip(&held).map(|(f, c)| f * c).sum();
         let off = (rho * lit.irradiance[0] - polynomial).abs() - rho * (lit.error[0][0] + lit.error[0][1]);
         most = largest(most, off);

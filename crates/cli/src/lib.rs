@@ -1,12 +1,13 @@
-//! The program `radgrad`.
-//!
-//! [`EXIT_STATUS`] says how it ends.
+//! The program `radgrad`, as a library: [`run`] is all of it, for whoever starts it (`src/bin`, the Python package), and [`file`] writes
+//! what it writes of a solution.
 
 mod eval;
 mod export;
 mod factors;
 mod field;
+pub mod file;
 mod lamps;
+mod manual;
 mod output;
 mod points;
 mod resume;
@@ -16,14 +17,15 @@ mod solve;
 mod summary;
 mod view;
 
+use std::ffi::OsString;
 use std::fmt::Display;
 use std::fs::File;
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
-use std::process::ExitCode;
 use std::time::Duration;
 
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, Parser, Subcommand};
+use clap_complete::Shell;
 
 use eval::{Failure, Tally};
 use say::say;
@@ -45,13 +47,17 @@ struct Arguments {
 enum Command {
     /// Answer the cases of a JSON Lines file, one object a line, in the same order.
     ///
-    /// A line that is wrong gives {"id": .., "error": ".."}, costs no other line, and the exit status is 1 at the end.
+    /// A line that is wrong gives {"id": .., "error": ".."}, costs no other line, and the exit status is 1 at the end. In a line,
+    /// "digits": 50 asks for decimal digits, and "emission": {"expression": "1 + x*exp(-y)"} is answered with an estimate.
     Eval {
         /// File of cases, `-` for the standard input.
         file: PathBuf,
         /// Seconds that one line may take: then it is refused, and the next ones are answered.
         #[arg(long, default_value = "2", value_parser = solve::seconds)]
         seconds: Duration,
+        /// Second derivatives too, in every line, as `"hessian": true` asks for them in one.
+        #[arg(long)]
+        hessian: bool,
     },
     /// Form factors between all faces of a scene, each with a proven bound; defects are reported, never normalised away.
     Factors(factors::Arguments),
@@ -61,59 +67,66 @@ enum Command {
     ///
     /// Progress goes to the standard error; answers to --points, one line each, and then the summary to the standard output.
     Solve(Box<solve::Request>),
+    /// Print what completes this program's arguments in a shell.
+    ///
+    /// As in `radgrad completions bash > ~/.local/share/bash-completion/completions/radgrad`.
+    Completions {
+        /// Which shell.
+        shell: Shell,
+    },
+    /// Print the manual page of this program and its commands, or write one page for each to a folder.
+    Man {
+        /// The folder.
+        #[arg(long, value_name = "FOLDER")]
+        out: Option<PathBuf>,
+    },
 }
 
-fn main() -> ExitCode {
-    let arguments = match Arguments::try_parse() {
+/// Runs the program with its arguments, the first of which is its name, and returns its exit status.
+#[must_use]
+pub fn run(arguments: impl IntoIterator<Item = OsString>) -> u8 {
+    let arguments = match Arguments::try_parse_from(arguments) {
         Ok(arguments) => arguments,
         Err(error) => {
             let printed = error.print();
-            return ExitCode::from(if error.use_stderr() || printed.is_err() { 2 } else { 0 });
+            return if error.use_stderr() || printed.is_err() { 2 } else { 0 };
         }
     };
     if let Err(error) = radgrad_scene::check_host() {
         return refused(error);
     }
     match arguments.command {
-        Command::Eval { file, seconds } => answer(&file, seconds),
-        Command::Factors(arguments) => match factors::run(&arguments) {
-            Ok(met) => ExitCode::from(u8::from(!met)),
-            Err(failure) => refused(failure),
-        },
-        Command::Field(arguments) => status(field::run(&arguments)),
-        Command::Solve(request) => match solve::run(&request, io::stdout().lock()) {
-            Ok(complete) => ExitCode::from(u8::from(!complete)),
-            Err(failure) => refused(failure),
-        },
+        Command::Eval { file, seconds, hessian } => answer(&file, seconds, hessian),
+        Command::Factors(arguments) => factors::run(&arguments).map_or_else(refused, |met| u8::from(!met)),
+        Command::Field(arguments) => field::run(&arguments).map_or_else(refused, |()| 0),
+        Command::Completions { shell } => manual::completions(Arguments::command(), shell).map_or_else(refused, |()| 0),
+        Command::Man { out } => manual::write(Arguments::command(), out.as_deref()).map_or_else(refused, |()| 0),
+        Command::Solve(request) => solve::run(&request, io::stdout().lock()).map_or_else(refused, |complete| u8::from(!complete)),
     }
 }
 
-fn status(result: Result<(), impl Display>) -> ExitCode {
-    result.map_or_else(refused, |()| ExitCode::SUCCESS)
-}
-
-fn refused(failure: impl Display) -> ExitCode {
+fn refused(failure: impl Display) -> u8 {
     say(failure);
-    ExitCode::from(2)
+    2
 }
 
-fn answer(file: &Path, seconds: Duration) -> ExitCode {
-    match eval(file, seconds) {
+fn answer(file: &Path, seconds: Duration, hessian: bool) -> u8 {
+    match eval(file, seconds, hessian) {
         Ok(tally) => {
             if tally.refused > 0 {
                 say(format_args!("{} of {} cases refused: see their `error`", tally.refused, tally.lines));
             }
-            ExitCode::from(u8::from(tally.refused > 0))
+            u8::from(tally.refused > 0)
         }
         Err(failure) => {
             say(format_args!("{}: {failure}", file.display()));
-            ExitCode::from(2)
+            2
         }
     }
 }
 
-fn eval(file: &Path, seconds: Duration) -> Result<Tally, Failure> {
+fn eval(file: &Path, seconds: Duration, hessian: bool) -> Result<Tally, Failure> {
     let input: Box<dyn Read> =
         if file == Path::new("-") { Box::new(io::stdin().lock()) } else { Box::new(File::open(file).map_err(Failure::Read)?) };
-    eval::answer_all(input, io::stdout().lock(), seconds)
+    eval::answer_all(input, io::stdout().lock(), seconds, hessian)
 }

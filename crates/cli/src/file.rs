@@ -1,0 +1,56 @@
+//! What the program writes of a solution, for those who have one.
+
+use std::path::Path;
+
+use clap::Parser;
+use radgrad_solver::Solution;
+
+use crate::export::Format;
+use crate::output::write_whole;
+use crate::summary::Summary;
+use crate::view::View;
+
+/// Writes a solution to a file whose name ends in `.vtu` or `.ply`.
+///
+/// # Errors
+/// If the name ends otherwise, or the file cannot be written: it is then as it was.
+pub fn solution(solution: &Solution, file: &Path) -> Result<(), String> {
+    let format = Format::of(file).ok_or_else(|| format!("`{}`: expected a name ending in .vtu or .ply", file.display()))?;
+    write_whole(file, |out| format.write(solution, out)).map_err(|error| error.to_string())
+}
+
+/// What `radgrad solve --summary` prints: one JSON object, of a run that was asked for an error and took some seconds.
+///
+/// # Errors
+/// If a number in it is none.
+pub fn summary(solution: &Solution, error: f64, seconds: f64) -> Result<String, String> {
+    serde_json::to_string(&Summary::of(solution, error, seconds)).map_err(|error| error.to_string())
+}
+
+/// What a camera sees.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Picture {
+    /// Width and height.
+    pub size: [usize; 2],
+    /// Radiosity in each channel of each pixel, row by row from the upper left.
+    pub radiosity: Vec<f64>,
+    /// A bound on its error.
+    pub bound: Vec<f64>,
+}
+
+/// The options of `radgrad solve` that are about a view.
+#[derive(Debug, Parser)]
+#[command(no_binary_name = true)]
+struct Options {
+    #[command(flatten)]
+    view: View,
+}
+
+/// Draws a view, with the options of `radgrad solve --view`, `--camera` first; writes it where a file is named.
+///
+/// # Errors
+/// If an option is wrong, or the file cannot be written.
+pub fn picture(solution: &Solution, options: &[String]) -> Result<Picture, String> {
+    let Options { view } = Options::try_parse_from(options).map_err(|error| error.render().to_string().trim().to_owned())?;
+    view.picture(solution).map_err(|error| error.to_string())
+}

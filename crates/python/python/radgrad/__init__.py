@@ -1,0 +1,77 @@
+"""Radiosity and its gradient from polygonal emitters, in closed form, with a proven bound on every number.
+
+- `evaluate`: what points get from emitters, with gradients and bounds; `digits`, `hessian`, `irradiance_vector`, `each`, `EmitterTree`.
+- `Scene`: surfaces with materials, from files or arrays; its form factors (`Scene.factors`) and its radiosity (`Scene.solve`).
+- `audit`: someone else's code held to truth; `verify`: ours.
+- `radgrad.distributed`: the same on a Dask cluster.
+
+Lengths are in one unit of the caller's choice, emission in any unit. Radiosity is in the unit of the emission, gradients in that over
+the unit of length. An emitter emits to the side from which its vertices are counter-clockwise. What is wrong with an input is a
+`ValueError` with the value, its place and the rule.
+
+>>> import radgrad as rg
+>>> lamp = rg.Emitter([[0, 0, 1], [0, 1, 1], [1, 1, 1], [1, 0, 1]], 1.0)
+>>> a = rg.evaluate([0, 0, 0], [0, 0, 1], lamp)
+>>> round(float(a.radiosity), 12), bool(a.radiosity_error <= 1e-12 * a.radiosity)
+(0.138531605995, True)
+"""
+
+from ._audit import AuditReport, Case, audit, audit_families, cases, verify
+from ._evaluate import (
+    METHODS,
+    Affine,
+    Answer,
+    Digits,
+    Emitter,
+    EmitterTree,
+    Hessian,
+    Polynomial,
+    Total,
+    digits,
+    each,
+    evaluate,
+    hessian,
+    irradiance_vector,
+)
+from ._radgrad import threads
+from ._scene import Factors, Gathered, Picture, Round, Scene, Solution
+
+__all__ = [
+    "METHODS",
+    "Affine",
+    "Answer",
+    "AuditReport",
+    "Case",
+    "Digits",
+    "Emitter",
+    "EmitterTree",
+    "Factors",
+    "Gathered",
+    "Hessian",
+    "Picture",
+    "Polynomial",
+    "Round",
+    "Scene",
+    "Solution",
+    "Total",
+    "audit",
+    "audit_families",
+    "cases",
+    "digits",
+    "distributed",
+    "each",
+    "evaluate",
+    "hessian",
+    "irradiance_vector",
+    "threads",
+    "verify",
+]
+
+
+def __getattr__(name: str) -> object:
+    # What needs Dask is imported when it is asked for.
+    if name == "distributed":
+        import importlib
+
+        return importlib.import_module(".distributed", __name__)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

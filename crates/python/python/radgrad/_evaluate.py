@@ -1,0 +1,442 @@
+"""Points and emitters: what users call, and the shapes of it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from decimal import Decimal, localcontext
+from typing import Any, Sequence, Tuple, Union
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from . import _radgrad
+from ._radgrad import Affine, Polynomial
+
+#: What may answer, the cheapest first; `Answer.method` names one of these for each point.
+METHODS: Tuple[str, ...] = ("zero", "quadrature", "closed-form", "double-double", "arbitrary-precision", "on-surface")
+
+Floats = NDArray[Any]
+
+
+def _numbers(value: Any, what: str, dtype: Any = np.float64) -> Floats:
+    """An array of numbers, or an error that names it."""
+    try:
+        array = np.asarray(value, dtype=dtype)
+    except (TypeError, ValueError) as error:
+        raise ValueError(f"{what}: expected numbers: {error}") from None
+    return array
+
+
+def _rows(value: Any, what: str, dtype: Any = np.float64) -> Floats:
+    """An array whose last axis has three entries."""
+    array = _numbers(value, what, dtype)
+    if array.ndim == 0 or array.shape[-1] != 3:
+        raise ValueError(f"{what} has shape {array.shape}: expected (..., 3)")
+    return array
+
+
+def _outline(vertices: Any, what: str) -> Floats:
+    """The vertices of a polygon."""
+    array = _rows(vertices, what)
+    if array.ndim != 2:
+        raise ValueError(f"{what} has shape {array.shape}: expected (vertices, 3)")
+    return np.ascontiguousarray(array)
+
+
+class Emitter(_radgrad.Emitter):
+    """A polygon that emits to the side from which its vertices are counter-clockwise.
+
+    Parameters
+    ----------
+    vertices : (n, 3)
+        A simple planar polygon, in the unit of length.
+    emission : float, (n,), Affine or Polynomial
+        Emitted radiosity: the same everywhere, a value at each vertex (for more than three they lie on one affine function), or a
+        function of the position.
+
+    Raises
+    ------
+    ValueError
+        If the vertices are no such polygon, or the emission is not finite, not affine or of another length.
+
+    Examples
+    --------
+    >>> import radgrad as rg
+    >>> lamp = rg.Emitter([[0, 0, 1], [0, 1, 1], [1, 1, 1], [1, 0, 1]], [1, 2, 3, 2])
+    >>> lamp.area, lamp.normal.tolist()
+    (1.0, [0.0, 0.0, -1.0])
+    """
+
+    def __new__(cls, vertices: ArrayLike, emission: Union[ArrayLike, Affine, Polynomial] = 1.0) -> "Emitter":
+        if not isinstance(emission, (Affine, Polynomial)):
+            values = _numbers(emission, "emission")
+            if values.ndim > 1:
+                raise ValueError(f"emission has shape {values.shape}: expected a number, or (vertices,)")
+            emission = float(values) if values.ndim == 0 else np.ascontiguousarray(values)
+        return super().__new__(cls, _outline(vertices, "vertices"), emission)
+
+    def emission_at(self, points: ArrayLike) -> Floats:
+        """Emission at points of the emitter's plane, of shape (..., 3): an array of shape (...)."""
+        rows = _rows(points, "points")
+        return super().emission_at(np.ascontiguousarray(rows)).reshape(rows.shape[:-1])
+
+    def __repr__(self) -> str:
+        return f"Emitter({self.vertices.tolist()}, {self.emission!r})"
+
+
+Emitters = Union[Emitter, Sequence[Emitter]]
+
+
+@dataclass(frozen=True)
+class Answer:
+    """Radiosity and gradient with proven bounds. `S` is the shape of the points."""
+
+    #: `S`: radiosity, in the unit of the emission.
+    radiosity: Floats
+    #: `S`: proven bounds on the errors of the radiosity.
+    radiosity_error: Floats
+    #: `S + (3,)`: derivatives with respect to the position at a fixed normal, in that unit over the unit of length.
+    gradient: Floats
+    #: `S`: proven bounds on the Euclidean norms of the errors of the gradient.
+    gradient_error: Floats
+    #: `S`: places in `METHODS` of what answered; of several emitters the dearest.
+    method_code: NDArray[np.uint8]
+
+    @property
+    def method(self) -> NDArray[np.str_]:
+        """`S`: names of what answered."""
+        return np.asarray(METHODS)[self.method_code]
+
+
+@dataclass(frozen=True)
+class Digits:
+    """Radiosity and gradient of a point in decimal digits, with proven bounds that include the rounding of the digits."""
+
+    #: Radiosity, in the unit of the emission.
+    radiosity: Decimal
+    #: Its derivatives with respect to x, y and z.
+    gradient: Tuple[Decimal, Decimal, Decimal]
+    #: Proven bound on the error of the radiosity.
+    error: Decimal
+    #: Proven bound on the Euclidean norm of the error of the gradient.
+    gradient_error: Decimal
+
+
+@dataclass(frozen=True)
+class Hessian:
+    """Second derivatives with a proven bound. `S` is the shape of the points."""
+
+    #: `S + (3, 3)`: in the unit of the emission over the unit of length squared.
+    matrix: Floats
+    #: `S`: proven bounds on the Frobenius norms of the errors.
+    error: Floats
+    #: `S`: places in `METHODS` of what answered.
+    method_code: NDArray[np.uint8]
+
+
+@dataclass(frozen=True)
+class Total:
+    """What points get from very many emitters. `S` is the shape of the points."""
+
+    #: `S`: radiosity, in the unit of the emission.
+    radiosity: Floats
+    #: `S`: proven bounds on its errors.
+    radiosity_error: Floats
+    #: What became of the emitters, summed over the points: `below` the horizon, `behind` themselves, too `weak` to count, answered
+    #: `together` as far fields, or `alone`.
+    counts: "dict[str, int]"
+
+
+def _listed(emitters: Any) -> "list[Any]":
+    """Emitters of a list, or the one."""
+    if isinstance(emitters, _radgrad.Emitter):
+        return [emitters]
+    listed = list(emitters)
+    for index, emitter in enumerate(listed):
+        if not isinstance(emitter, _radgrad.Emitter):
+            raise TypeError(f"emitters[{index}] is {type(emitter).__name__}: expected radgrad.Emitter")
+    return listed
+
+
+def _hiding(occluders: Any) -> "list[Floats]":
+    """Occluders as arrays of vertices. Emitters hide too."""
+    outlines = [o.vertices if isinstance(o, _radgrad.Emitter) else o for o in occluders]
+    return [_outline(outline, f"occluders[{index}]") for index, outline in enumerate(outlines)]
+
+
+def _broadcast(x: Any, normal: Any, reflectance: Any, single: bool) -> "tuple[tuple[int, ...], Floats, Floats, Floats]":
+    """The shape of the points, and rows of positions, normals and reflectances: of the latter as many, or one for all."""
+    given = np.asarray(x)
+    dtype = np.float32 if single and given.dtype == np.float32 else np.float64
+    positions, normals = _rows(x, "x", dtype), _rows(normal, "normal", dtype)
+    shares = _numbers(reflectance, "reflectance", dtype)
+    try:
+        shape = np.broadcast_shapes(positions.shape[:-1], normals.shape[:-1], shares.shape)
+    except ValueError:
+        shapes = f"x {positions.shape[:-1]}, normal {normals.shape[:-1]} and reflectance {shares.shape}"
+        raise ValueError(f"{shapes} cannot be broadcast together") from None
+    count = int(np.prod(shape, dtype=np.int64))
+
+    def spread(array: Floats, tail: "tuple[int, ...]") -> Floats:
+        one = array.size == (3 if tail else 1) and count != 0
+        whole = array.reshape((1, *tail)) if one else np.broadcast_to(array, shape + tail)
+        return np.ascontiguousarray(whole.reshape((-1, *tail)))
+
+    rows = np.ascontiguousarray(np.broadcast_to(positions, (*shape, 3)).reshape(-1, 3))
+    return shape, rows, spread(normals, (3,)), spread(shares, ())
+
+
+def _relative(rtol: Any, dtype: Any) -> float:
+    return float(rtol) if rtol is not None else (1e-5 if dtype == np.float32 else 1e-12)
+
+
+def evaluate(
+    x: ArrayLike,
+    normal: ArrayLike,
+    emitters: Emitters,
+    occluders: Sequence[Any] = (),
+    reflectance: ArrayLike = 1.0,
+    rtol: Union[float, None] = None,
+) -> Answer:
+    """Radiosity and its gradient at points due to emitters, with proven bounds.
+
+    `x`, `normal` and `reflectance` broadcast to one shape `S`; a list of emitters adds up. Arrays `x` of single precision are answered
+    in it, twice as fast.
+
+    Parameters
+    ----------
+    x : (..., 3)
+        Positions.
+    normal : (..., 3)
+        Normals of the receivers, of any length but 0.
+    emitters : Emitter or list of Emitter
+        What emits.
+    occluders : list of (n, 3)
+        Polygons in between, opaque from both sides.
+    reflectance : (...)
+        In [0, 1]. With 1 and an emission of 1 the radiosity is the form factor of the point.
+    rtol : float, optional
+        Relative error that is asked of each emitter's value and gradient (of its norm): 1e-12 unless given, 1e-5 in single precision.
+        Where nothing meets it, the bounds say what was reached.
+
+    Returns
+    -------
+    Answer
+        Arrays `radiosity` (S), `radiosity_error` (S), `gradient` (S + (3,)), `gradient_error` (S), `method` (S).
+
+    Raises
+    ------
+    ValueError
+        If shapes do not broadcast, a number is not finite, a normal is 0, a reflectance or the tolerance is not in [0, 1], or a result
+        leaves the range of a double.
+
+    Examples
+    --------
+    >>> import numpy as np, radgrad as rg
+    >>> lamp = rg.Emitter([[0, 0, 1], [0, 1, 1], [1, 1, 1], [1, 0, 1]], 1.0)
+    >>> x = np.column_stack([np.linspace(0, 1, 5), np.full(5, 0.5), np.zeros(5)])
+    >>> a = rg.evaluate(x, [0, 0, 1], lamp, reflectance=0.5)
+    >>> a.radiosity.round(6).tolist()
+    [0.084197, 0.109757, 0.11971, 0.109757, 0.084197]
+    >>> a.gradient.shape, bool(np.all(a.radiosity_error <= 1e-12 * a.radiosity))
+    ((5, 3), True)
+    """
+    listed, hiding = _listed(emitters), _hiding(occluders)
+    shape, positions, normals, shares = _broadcast(x, normal, reflectance, single=True)
+    tolerance = _relative(rtol, positions.dtype)
+    found = _radgrad.evaluate(positions, normals, shares, listed, hiding, tolerance, list(shape))
+    return _answer(found, shape)
+
+
+def _answer(found: Any, shape: "tuple[int, ...]") -> Answer:
+    radiosity, radiosity_error, gradient, gradient_error, method = found
+    return Answer(
+        radiosity.reshape(shape)[()],
+        radiosity_error.reshape(shape)[()],
+        gradient.reshape((*shape, 3)),
+        gradient_error.reshape(shape)[()],
+        method.reshape(shape)[()],
+    )
+
+
+def each(
+    x: ArrayLike, normal: ArrayLike, emitters: Sequence[Emitter], reflectance: ArrayLike = 1.0, rtol: float = 1e-12
+) -> Answer:
+    """Radiosity and gradient at points due to each emitter by itself.
+
+    Parameters are those of `evaluate`, without occluders.
+
+    Returns
+    -------
+    Answer
+        With one axis more, of the emitters: `radiosity` (S + (m,)), `gradient` (S + (m, 3)).
+
+    Examples
+    --------
+    >>> import radgrad as rg
+    >>> lamps = [rg.Emitter([[i, 0, 2], [i, 0.5, 2], [i + 0.5, 0, 2]]) for i in range(3)]
+    >>> rg.each([0, 0, 0], [0, 0, 1], lamps).radiosity.round(4).tolist()
+    [0.0096, 0.0059, 0.0023]
+    """
+    listed = _listed(emitters)
+    shape, positions, normals, shares = _broadcast(x, normal, reflectance, single=False)
+    found = _radgrad.each(positions, normals, shares, listed, float(rtol), list(shape))
+    return _answer(found, (*shape, len(listed)))
+
+
+def digits(
+    x: ArrayLike,
+    normal: ArrayLike,
+    emitters: Emitters,
+    occluders: Sequence[Any] = (),
+    reflectance: float = 1.0,
+    digits: int = 50,
+) -> Digits:
+    """Radiosity and gradient of one point to as many digits as are asked for: the exact result for the doubles as given.
+
+    Parameters
+    ----------
+    x, normal : (3,)
+        Position and normal of the receiver.
+    emitters, occluders, reflectance
+        As of `evaluate`.
+    digits : int
+        Significant digits of each emitter's value and gradient, 1 to 1000.
+
+    Returns
+    -------
+    Digits
+        `radiosity`, `gradient`, `error` and `gradient_error`, of type `decimal.Decimal`.
+
+    Raises
+    ------
+    ValueError
+        As `evaluate` does, and if the receiver is on the surface of an emitter that is not flat.
+
+    Examples
+    --------
+    >>> import radgrad as rg
+    >>> lamp = rg.Emitter([[0, 0, 1], [0, 1, 1], [1, 1, 1], [1, 0, 1]], 1.0)
+    >>> str(rg.digits([0, 0, 0], [0, 0, 1], lamp, digits=30).radiosity)[:32]
+    '0.138531605994892967807697086344'
+    """
+    listed, hiding = _listed(emitters), _hiding(occluders)
+    shape, position, normals, shares = _broadcast(x, normal, reflectance, single=False)
+    if shape != ():
+        raise ValueError(f"x, normal and reflectance have the shape {shape} together: digits takes one point")
+    if int(digits) != digits or not 1 <= digits <= 1000:
+        raise ValueError(f"digits is {digits}: it must be a whole number from 1 to 1000")
+    sums = [Decimal(0)] * 6
+    with localcontext() as context:
+        # Sums of doubles' decimals are exact in so many digits.
+        context.prec = 4000
+        for emitter in listed:
+            value, gradient, error, slope = _radgrad.digits(position, normals, shares, emitter, hiding, int(digits))
+            sums = [a + Decimal(b) for a, b in zip(sums, (value, *gradient, error, slope))]
+    return Digits(sums[0], (sums[1], sums[2], sums[3]), sums[4], sums[5])
+
+
+def hessian(
+    x: ArrayLike,
+    normal: ArrayLike,
+    emitters: Emitters,
+    occluders: Sequence[Any] = (),
+    reflectance: ArrayLike = 1.0,
+    rtol: float = 1e-12,
+) -> Hessian:
+    """Second derivatives of the radiosity with respect to the position, of emitters of constant emission.
+
+    Parameters are those of `evaluate`; `rtol` is over the Frobenius norm.
+
+    Returns
+    -------
+    Hessian
+        `matrix` (S + (3, 3)), `error` (S); the error is infinite where an edge is seen through a vertex, since there is no second
+        derivative there.
+
+    Raises
+    ------
+    ValueError
+        As `evaluate` does, and if an emission is not constant.
+
+    Examples
+    --------
+    >>> import numpy as np, radgrad as rg
+    >>> lamp = rg.Emitter([[0, 0, 1], [0, 1, 1], [1, 1, 1], [1, 0, 1]], 1.0)
+    >>> h = rg.hessian([0.5, 0.5, 0], [0, 0, 1], lamp).matrix
+    >>> bool(np.allclose(h, h.T)), bool(h[0, 0] < 0 < h[2, 2])
+    (True, True)
+    """
+    listed, hiding = _listed(emitters), _hiding(occluders)
+    shape, positions, normals, shares = _broadcast(x, normal, reflectance, single=False)
+    matrix, error, method = _radgrad.hessian(positions, normals, shares, listed, hiding, float(rtol), list(shape))
+    return Hessian(matrix.reshape((*shape, 3, 3)), error.reshape(shape)[()], method.reshape(shape)[()])
+
+
+def irradiance_vector(x: ArrayLike, normal: ArrayLike, emitters: Emitters) -> Floats:
+    """Irradiance vectors: integrals of emission times direction over what is above the horizon, in the unit of the emission.
+
+    The radiosity is `reflectance / pi` times its product with the normal, and its derivative with respect to the normal is
+    `reflectance / pi` times it.
+
+    Parameters
+    ----------
+    x, normal : (..., 3)
+        Positions and normals; they broadcast to a shape `S`.
+    emitters : Emitter or list of Emitter
+        What emits; a list adds up.
+
+    Returns
+    -------
+    array of shape S + (3,)
+
+    Examples
+    --------
+    >>> import numpy as np, radgrad as rg
+    >>> lamp = rg.Emitter([[0, 0, 1], [0, 1, 1], [1, 1, 1], [1, 0, 1]], 1.0)
+    >>> e = rg.irradiance_vector([0, 0, 0], [0, 0, 1], lamp)
+    >>> bool(abs(e[2] / np.pi - rg.evaluate([0, 0, 0], [0, 0, 1], lamp).radiosity) < 1e-15)
+    True
+    """
+    listed = _listed(emitters)
+    shape, positions, normals, _ = _broadcast(x, normal, 1.0, single=False)
+    return _radgrad.irradiance_vector(positions, normals, listed, list(shape)).reshape((*shape, 3))
+
+
+class EmitterTree:
+    """Very many emitters, to be answered together within an absolute error.
+
+    Parameters
+    ----------
+    emitters : list of Emitter
+        Making the tree takes about as long as a hundred points take without it.
+
+    Examples
+    --------
+    >>> import radgrad as rg
+    >>> c = [[0, 0, 1], [0, 0.02, 1], [0.02, 0.02, 1], [0.02, 0, 1]]
+    >>> ceiling = [rg.Emitter([[x + 0.02 * i, y + 0.02 * j, z] for x, y, z in c]) for i in range(50) for j in range(50)]
+    >>> t = rg.EmitterTree(ceiling).total([0, 0, 0], [0, 0, 1], atol=1e-5)
+    >>> bool(abs(t.radiosity - 0.138531605994893) <= t.radiosity_error <= 1e-5)
+    True
+    """
+
+    def __init__(self, emitters: Sequence[Emitter]) -> None:
+        self._emitters = _listed(emitters)
+        self._tree = _radgrad.Tree(self._emitters)
+
+    def __len__(self) -> int:
+        return len(self._tree)
+
+    def __reduce__(self) -> Any:
+        return EmitterTree, (self._emitters,)
+
+    def total(self, x: ArrayLike, normal: ArrayLike, atol: float, reflectance: ArrayLike = 1.0) -> Total:
+        """What points get from all emitters together.
+
+        `x` (..., 3), `normal` (..., 3) and `reflectance` (...) broadcast to a shape `S`. `atol`, in the unit of the emission, is the
+        error that is asked for: a `ValueError` if it is not a positive number. The bounds say what was reached.
+        """
+        shape, positions, normals, shares = _broadcast(x, normal, reflectance, single=False)
+        radiosity, error, counts = self._tree.total(positions, normals, shares, float(atol), list(shape))
+        return Total(radiosity.reshape(shape)[()], error.reshape(shape)[()], counts)

@@ -1,0 +1,216 @@
+"""The same on a cluster, by Dask: form factors, gathers and the audit.
+
+Work is a list of independent jobs. A scene is sent once to each worker that has a job of it, by its digest. What comes back is put
+together exactly: disjoint rows, disjoint pairs, counts, and maxima with a witness. So the result has the same bytes as on one machine,
+however the work was cut, whoever did it, and whatever died meanwhile: Dask does the jobs of a dead worker again.
+
+>>> from dask.distributed import Client
+>>> client = Client()  # doctest: +SKIP
+>>> F = radgrad.distributed.factors(scene, client)  # doctest: +SKIP
+"""
+
+from __future__ import annotations
+
+import threading
+from typing import TYPE_CHECKING, Any, Callable, Optional, Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from . import _radgrad
+from ._audit import AuditReport, _checked
+from ._scene import Factors, Gathered, Scene, Solution, _from_bytes, _gathered, _on_face, _pairs, _settings, _solved_again
+
+if TYPE_CHECKING:
+    from distributed import Client
+
+#: Jobs for each thread of the cluster: so many that none waits long for the last one.
+JOBS_A_THREAD = 8
+
+#: Points of a job of `gather` at most: each takes a millisecond or so.
+MOST_POINTS = 4096
+
+#: What this process was sent, by its digest; and who may make it.
+_kept: "dict[str, Any]" = {}
+_lock = threading.Lock()
+
+
+def _keep(digest: str, make: "Callable[[], Any]") -> Any:
+    """What was made of a digest, made once in this process."""
+    with _lock:
+        if digest not in _kept:
+            _own_threads()
+            _kept[digest] = make()
+        return _kept[digest]
+
+
+def _own_threads() -> None:
+    """As many threads as the worker has, unless a computation has begun."""
+    try:
+        from distributed import get_worker
+
+        _radgrad.threads(get_worker().state.nthreads)
+    except (ImportError, ValueError):
+        pass
+
+
+def _threads(client: "Client") -> int:
+    count = sum(client.nthreads().values())
+    if count == 0:
+        raise ValueError("the cluster has no worker yet: wait with client.wait_for_workers(1)")
+    return count
+
+
+def _sent(client: "Client", scene: Scene) -> "tuple[str, Any]":
+    """The digest of a scene, and its bytes as a future that workers take from the scheduler's hand or from each other."""
+    content, notes = scene._core.to_bytes(), scene.notes
+    digest = scene.digest
+    return digest, client.scatter((content, notes), hash=True)
+
+
+def _scene(digest: str, sent: "tuple[bytes, list[str]]") -> Scene:
+    return _keep(digest, lambda: _from_bytes(*sent))
+
+
+def _block(digest: str, sent: "tuple[bytes, list[str]]", settings: "dict[str, Any]", first: int, end: int) -> bytes:
+    """A job of `factors`."""
+    return _scene(digest, sent)._core.factor_block(settings, first, end).__reduce__()[1][0]
+
+
+def _blocks(rows: int, jobs: int) -> "list[tuple[int, int]]":
+    """Ranges of rows with about as many pairs each: row i has the pairs with later rows."""
+    pairs = np.concatenate([[0], np.cumsum(np.arange(rows - 1, -1, -1))])
+    wanted = np.linspace(0, pairs[-1], min(jobs, max(rows, 1)) + 1)
+    cuts = np.searchsorted(pairs, wanted)
+    cuts[0], cuts[-1] = 0, rows
+    cuts = np.unique(cuts)
+    return list(zip(cuts[:-1].tolist(), cuts[1:].tolist()))
+
+
+def _results(client: "Client", futures: "list[Any]") -> "list[Any]":
+    """Results in the order of the jobs. What is not needed any more is cancelled."""
+    try:
+        return client.gather(futures)
+    except BaseException:
+        client.cancel(futures)
+        raise
+
+
+def factors(
+    scene: Scene,
+    client: "Client",
+    tolerance: Optional[float] = None,
+    relative: Optional[float] = None,
+    most_cells: Optional[int] = None,
+    estimate: Optional[float] = None,
+    most_points: Optional[int] = None,
+    jobs: Optional[int] = None,
+) -> Factors:
+    """`Scene.factors` on a cluster, by blocks of rows: the same bytes.
+
+    Parameters
+    ----------
+    scene : Scene
+        Sent once to each worker.
+    client : dask.distributed.Client
+        The cluster.
+    tolerance, relative, most_cells, estimate, most_points
+        As of `Scene.factors`.
+    jobs : int, optional
+        Into how many blocks the rows are cut: eight for each thread unless given.
+
+    Raises
+    ------
+    ValueError
+        As `Scene.factors` does, and if the cluster has no worker.
+    """
+    settings = _settings(tolerance, relative, most_cells, estimate, most_points)
+    cut = _blocks(scene._core.rows, jobs or JOBS_A_THREAD * _threads(client))
+    digest, sent = _sent(client, scene)
+    futures = [client.submit(_block, digest, sent, settings, first, end, pure=False) for first, end in cut]
+    blocks = [_radgrad.FactorBlock.from_bytes(block) for block in _results(client, futures)]
+    return Factors(scene, scene._core.join(settings, blocks))
+
+
+def _job(
+    digests: "tuple[str, str]",
+    sent: "tuple[bytes, list[str]]",
+    again: "dict[str, Any]",
+    points: Any,
+    normals: Any,
+    on_face: Optional[bool],
+) -> "tuple[Any, ...]":
+    """A job of `gather`."""
+    scene = _scene(digests[0], sent)
+    solution: Solution = _keep("/".join(digests), lambda: _solved_again(scene, again, digests[1]))
+    return solution._core.gather(points, normals, on_face, [len(points)])
+
+
+def gather(
+    solution: Solution,
+    points: ArrayLike,
+    normals: ArrayLike,
+    client: "Client",
+    on: Optional[str] = None,
+    jobs: Optional[int] = None,
+) -> Gathered:
+    """`Solution.gather` on a cluster, by blocks of points: the same bytes.
+
+    A worker is sent the scene, and solves it once: a solution is a function of the scene and of what was asked, to the last digit, and
+    much larger than the scene. Each compares its solution with the digest of the one that is asked for.
+
+    Parameters
+    ----------
+    solution : Solution
+        What was solved.
+    points, normals, on
+        As of `Solution.gather`.
+    client : dask.distributed.Client
+        The cluster.
+    jobs : int, optional
+        Into how many blocks the points are cut: eight for each thread, and of at most 4096 points each, unless given.
+
+    Raises
+    ------
+    ValueError
+        As `Solution.gather` does, and if the cluster has no worker.
+    """
+    shape, rows, directions = _pairs(points, normals)
+    jobs = jobs or max(JOBS_A_THREAD * _threads(client), -(-len(rows) // MOST_POINTS))
+    cuts = np.unique(np.linspace(0, len(rows), min(jobs, max(len(rows), 1)) + 1).astype(int)).tolist()
+    digest, sent = _sent(client, solution.scene)
+    digests, again = (digest, solution.digest), solution._again()
+    futures = [
+        client.submit(_job, digests, sent, again, rows[first:end], directions[first:end], _on_face(on), pure=False)
+        for first, end in zip(cuts[:-1], cuts[1:])
+    ]
+    parts = _results(client, futures)
+    if not parts:
+        return solution.gather(points, normals, on)
+    return _gathered([np.concatenate(column) for column in zip(*parts)], shape, len(solution.scene.channels))
+
+
+def verify(
+    client: "Client", cases: int = 41_800, seed: int = 1, families: Sequence[str] = (), jobs: Optional[int] = None
+) -> AuditReport:
+    """`radgrad.verify` on a cluster, by shards: the same tables.
+
+    Parameters
+    ----------
+    client : dask.distributed.Client
+        The cluster.
+    cases, seed, families
+        As of `radgrad.verify`.
+    jobs : int, optional
+        Into how many shards: eight for each thread unless given.
+    """
+    _checked(cases, seed)
+    of = min(jobs or JOBS_A_THREAD * _threads(client), max(1, cases // 40))
+    futures = [client.submit(_shard, cases, seed, list(families), index, of, pure=False) for index in range(of)]
+    return AuditReport(_radgrad.merge_shards(_results(client, futures)))
+
+
+def _shard(cases: int, seed: int, families: "list[str]", index: int, of: int) -> str:
+    """A job of `verify`."""
+    _keep("threads", lambda: True)
+    return _radgrad.audit_shard(cases, seed, families, index, of)

@@ -1,0 +1,59 @@
+//! The extension module of the Python package `radgrad`: arrays in, arrays out, without Python's lock while it computes.
+//!
+//! What users see is the layer in `python/radgrad`, which brings shapes together, names what is wrong with them, and has the
+//! documentation. Here arrays are contiguous and of the shapes that it promises; what is wrong with their values is found here, and
+//! is a `ValueError` with the value, its place and the rule.
+
+mod arrays;
+mod audit;
+mod detached;
+mod emitter;
+mod evaluate;
+mod factors;
+mod scene;
+mod solution;
+mod tree;
+
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+
+/// A wrong input, in the words of the crate that refuses it.
+fn refused(error: impl std::fmt::Display) -> PyErr {
+    PyValueError::new_err(error.to_string())
+}
+
+/// The program `radgrad`: its arguments, the first of which is its name. Returns its exit status.
+#[pyfunction]
+fn program(py: Python<'_>, arguments: Vec<std::ffi::OsString>) -> u8 {
+    py.detach(|| radgrad_cli::run(arguments))
+}
+
+/// Sets how many threads computations use, unless one has begun. Returns how many they do use.
+#[pyfunction]
+fn threads(py: Python<'_>, count: usize) -> usize {
+    py.detach(|| {
+        // Refused once a pool is there, which then is what counts.
+        let _ = rayon::ThreadPoolBuilder::new().num_threads(count).build_global();
+        rayon::current_num_threads()
+    })
+}
+
+#[pymodule]
+mod _radgrad {
+    #[pymodule_export]
+    use super::audit::{AuditTable, audit_case, audit_families, audit_shard, merge_shards};
+    #[pymodule_export]
+    use super::emitter::{Affine, Emitter, Polynomial};
+    #[pymodule_export]
+    use super::evaluate::{digits, each, evaluate, hessian, irradiance_vector};
+    #[pymodule_export]
+    use super::factors::{FactorBlock, FactorMatrix};
+    #[pymodule_export]
+    use super::scene::SceneCore;
+    #[pymodule_export]
+    use super::solution::SolutionCore;
+    #[pymodule_export]
+    use super::tree::Tree;
+    #[pymodule_export]
+    use super::{program, threads};
+}

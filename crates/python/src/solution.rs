@@ -1,0 +1,243 @@
+//! Solutions of scenes, and what is asked of them.
+
+use std::path::PathBuf;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{RecvTimeoutError, channel};
+use std::sync::{Arc, Mutex};
+use std::time::{Duration, Instant};
+
+use numpy::{PyArray1, PyReadonlyArrayDyn};
+use pyo3::prelude::*;
+use pyo3::types::PyTuple;
+use radgrad_core::DVec3;
+use radgrad_scene::Scene;
+use radgrad_solver::{Irradiance, Ledger, MAX_DEGREE, Marking, Options, Progress, RelativeTo, Solution, solve};
+use rayon::prelude::*;
+
+use crate::arrays::{Shape, vectors};
+use crate::detached::{Ended, detached, failed};
+use crate::refused;
+use crate::scene::SceneCore;
+
+/// A solution.
+#[pyclass(frozen, module = "radgrad._radgrad")]
+#[derive(Debug)]
+pub(crate) struct SolutionCore {
+    solution: Arc<Solution>,
+    error: f64,
+    seconds: f64,
+}
+
+/// What is asked for: what is not said is as in Rust.
+#[derive(Debug, Clone, FromPyObject)]
+#[pyo3(from_item_all)]
+pub(crate) struct Request {
+    error: f64,
+    bound: Option<f64>,
+    relative_to: String,
+    degree: Option<usize>,
+    seconds: Option<f64>,
+    most_elements: Option<usize>,
+    divide: String,
+    /// Rounds after which it ends, whatever was reached.
+    rounds: Option<usize>,
+}
+
+impl Request {
+    fn options(&self) -> PyResult<Options> {
+        let (rest, seconds) = (Options::default(), self.seconds.map(Duration::try_from_secs_f64).transpose());
+        if let Some(degree) = self.degree.filter(|degree| *degree > MAX_DEGREE) {
+            return Err(refused(format!("degree is {degree}: it must be at most {MAX_DEGREE}")));
+        }
+        let marking = match self.divide.as_str() {
+            "bound" => Marking::Residual,
+            "gradient" => Marking::Gradient,
+            other => return Err(refused(format!("divide is {other:?}: it must be \"bound\" or \"gradient\""))),
+        };
+        let relative_to = match self.relative_to.as_str() {
+            "reflected" => RelativeTo::Reflected,
+            "all" => RelativeTo::All,
+            other => return Err(refused(format!("relative_to is {other:?}: it must be \"reflected\" or \"all\""))),
+        };
+        Ok(Options {
+            error: self.error,
+            bound: self.bound,
+            relative_to,
+            degree: self.degree,
+            time: seconds.map_err(|error| refused(format!("seconds: {error}")))?,
+            most_elements: self.most_elements.unwrap_or(rest.most_elements),
+            marking,
+            ..rest
+        })
+    }
+}
+
+/// What is seen of a run.
+enum Seen {
+    Round(Progress),
+    End(Box<Result<Solution, String>>),
+}
+
+#[pymethods]
+impl SolutionCore {
+    /// Solves a scene. `watch` is called after each round with its number, elements, links, bound and estimate. The first Ctrl-C lets the
+    /// round end and gives what was reached; the second one is raised.
+    #[new]
+    fn new(py: Python<'_>, scene: PyRef<'_, SceneCore>, request: Request, watch: Option<Py<PyAny>>) -> PyResult<Self> {
+        let (options, scene, start) = (request.options()?, Arc::clone(&scene.scene), Instant::now());
+        let stop = Arc::new(AtomicBool::new(false));
+        let (sender, receiver) = channel();
+        let run = {
+            let (stop, rounds) = (Arc::clone(&stop), request.rounds.unwrap_or(usize::MAX));
+            move || {
+                let solved = run(&scene, &options, |progress| {
+                    // Nobody listens to a run that was given up.
+                    let heard = sender.send(Seen::Round(*progress)).is_ok();
+                    heard && progress.round < rounds && !stop.load(Ordering::Relaxed)
+                });
+                let _ = sender.send(Seen::End(Box::new(solved)));
+            }
+        };
+        std::thread::spawn(run);
+        let receiver = Mutex::new(receiver);
+        loop {
+            let seen = py.detach(|| match receiver.lock() {
+                Ok(receiver) => receiver.recv_timeout(Duration::from_millis(50)),
+                Err(_) => Err(RecvTimeoutError::Disconnected),
+            });
+            match seen {
+                Ok(Seen::End(solution)) => {
+                    let solution = Arc::new((*solution).map_err(refused)?);
+                    return Ok(Self { solution, error: request.error, seconds: start.elapsed().as_secs_f64() });
+                }
+                Ok(Seen::Round(progress)) => {
+                    let Some(watch) = &watch else { continue };
+                    let Progress { round, elements, links, bound, estimate, .. } = progress;
+                    if let Err(error) = watch.call1(py, (round, elements, links, bound, estimate)) {
+                        stop.store(true, Ordering::Relaxed);
+                        return Err(error);
+                    }
+                }
+                Err(RecvTimeoutError::Disconnected) => return Err(failed()),
+                Err(RecvTimeoutError::Timeout) => {
+                    if let Err(signal) = py.check_signals()
+                        && stop.swap(true, Ordering::Relaxed)
+                    {
+                        return Err(signal);
+                    }
+                }
+            }
+        }
+    }
+
+    /// At points, row by row: radiosity, bound and estimate, the same of the irradiance, and the faces that they are on: -1 in free space,
+    /// where the radiosity is that of a white surface, the irradiance. `on_face` says where points are taken to be; else those near a
+    /// face are on one.
+    fn gather<'py>(
+        &self,
+        py: Python<'py>,
+        points: PyReadonlyArrayDyn<'py, f64>,
+        normals: PyReadonlyArrayDyn<'py, f64>,
+        on_face: Option<bool>,
+        shape: Vec<usize>,
+    ) -> PyResult<Bound<'py, PyTuple>> {
+        let (points, normals, shape) = (vectors(&points)?, vectors(&normals)?, Shape(shape));
+        let solution = &*self.solution;
+        let found = detached(py, false, |stop| {
+            let one = |(index, point): (usize, &DVec3)| {
+                if stop.is_set() {
+                    return Err(Ended::Stopped);
+                }
+                let normal = normals[if normals.len() == 1 { 0 } else { index }];
+                let refused = |reason: String| Ended::Refused(format!("{}{reason}", shape.place(index)));
+                let found = if on_face.unwrap_or_else(|| solution.is_on_a_face(*point)) {
+                    solution.gather(*point, normal).map(|found| Found {
+                        face: i64::try_from(found.face).unwrap_or(i64::MAX),
+                        radiosity: [found.radiosity, totals(&found.ledger), totals(&found.estimate)],
+                        irradiance: of_irradiance(found.irradiance),
+                    })
+                } else {
+                    solution.irradiance_at(*point, normal).map(|found| {
+                        let irradiance = of_irradiance(found);
+                        Found { face: -1, radiosity: irradiance.clone(), irradiance }
+                    })
+                };
+                let found = found.map_err(|error| refused(error.to_string()))?;
+                // A bound may be infinite: there is none then.
+                match found.radiosity[0].iter().chain(&found.irradiance[0]).find(|value| !value.is_finite()) {
+                    Some(value) => Err(refused(format!("the radiosity is {value}: it is beyond the range of a double"))),
+                    None => Ok(found),
+                }
+            };
+            points.par_iter().enumerate().map(one).collect::<Result<Vec<_>, _>>()
+        })?;
+        let [radiosity, bound, estimate] =
+            [0, 1, 2].map(|k| PyArray1::from_iter(py, found.iter().flat_map(|of| of.radiosity[k].iter().copied())));
+        let irradiance = [0, 1, 2].map(|k| PyArray1::from_iter(py, found.iter().flat_map(|of| of.irradiance[k].iter().copied())));
+        let [irradiance, irradiance_bound, irradiance_estimate] = irradiance;
+        let face = PyArray1::from_iter(py, found.iter().map(|of| of.face));
+        (radiosity, bound, estimate, irradiance, irradiance_bound, irradiance_estimate, face).into_pyobject(py)
+    }
+
+    /// What `radgrad solve --summary` prints.
+    fn summary(&self, py: Python<'_>) -> PyResult<String> {
+        let Self { solution, error, seconds } = self;
+        py.detach(|| radgrad_cli::file::summary(solution, *error, *seconds)).map_err(refused)
+    }
+
+    /// Writes a solution to a `.vtu` or `.ply`.
+    fn write(&self, py: Python<'_>, file: PathBuf) -> PyResult<()> {
+        py.detach(|| radgrad_cli::file::solution(&self.solution, &file)).map_err(pyo3::exceptions::PyOSError::new_err)
+    }
+
+    /// What a camera sees, with the options of `radgrad solve --view` after it: radiosity and bound of each pixel, row by row. Written to
+    /// the file that the options name.
+    fn picture<'py>(&self, py: Python<'py>, options: Vec<String>) -> PyResult<Bound<'py, PyTuple>> {
+        let solution = &*self.solution;
+        let picture = detached(py, false, |_| radgrad_cli::file::picture(solution, &options).map_err(Ended::Refused))?;
+        (picture.size, PyArray1::from_vec(py, picture.radiosity), PyArray1::from_vec(py, picture.bound)).into_pyobject(py)
+    }
+
+    /// Rounds that were taken.
+    #[getter]
+    fn rounds(&self) -> usize {
+        self.solution.progress().round
+    }
+
+    /// The bits of the solution on every leaf, by which two runs are compared.
+    fn values<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        let (solution, channels) = (&*self.solution, self.solution.channels().len());
+        let at = |leaf: usize| (0..channels).map(move |channel| solution.value_on(leaf, channel, [0.25, 0.5]));
+        PyArray1::from_iter(py, solution.mesh().leaves().flat_map(at))
+    }
+}
+
+/// What is found at a point: radiosity and irradiance, each with bound and estimate, in each channel.
+struct Found {
+    face: i64,
+    radiosity: [Vec<f64>; 3],
+    irradiance: [Vec<f64>; 3],
+}
+
+fn totals(ledgers: &[Ledger]) -> Vec<f64> {
+    ledgers.iter().map(Ledger::total).collect()
+}
+
+fn of_irradiance(found: Irradiance) -> [Vec<f64>; 3] {
+    let [bound, estimate] = [totals(&found.ledger), totals(&found.estimate)];
+    [found.irradiance, bound, estimate]
+}
+
+fn run(scene: &Scene, options: &Options, mut watch: impl FnMut(&Progress) -> bool) -> Result<Solution, String> {
+    radgrad_scene::check_host().map_err(|error| error.to_string())?;
+    solve(scene, options, |solution| watch(solution.progress())).map_err(|error| match error {
+        radgrad_solver::Error::Lossless { channel, face } => {
+            let material = scene.faces().get(face).map_or("", |face| scene.materials()[face.material()].name());
+            format!(
+                "material `{material}` reflects all light in channel `{channel}`: no bound exists, so give it less, or cap it with \
+                 scene.capped(0.95)"
+            )
+        }
+        error => error.to_string(),
+    })
+}

@@ -1,0 +1,56 @@
+"""Ctrl-C is heard, and Python's lock is free meanwhile."""
+
+import os
+import signal
+import sys
+import threading
+import time
+
+import numpy as np
+import pytest
+
+import radgrad as rg
+
+pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="signals are another matter on Windows")
+
+
+def interrupted(after, work):
+    """Runs work, with Ctrl-C after so many seconds; returns how long it took, what came out and how far another thread counted."""
+    counted, done = [0], threading.Event()
+
+    def count():
+        while not done.is_set():
+            counted[0] += 1
+            time.sleep(0.001)
+
+    other = threading.Thread(target=count)
+    other.start()
+    timer = threading.Timer(after, lambda: os.kill(os.getpid(), signal.SIGINT))
+    start = time.monotonic()
+    timer.start()
+    try:
+        result = work()
+    except KeyboardInterrupt as caught:
+        result = caught
+    took = time.monotonic() - start
+    timer.cancel()
+    done.set()
+    other.join()
+    return took, result, counted[0]
+
+
+def test_a_long_batch_ends_at_ctrl_c():
+    lamp = rg.Emitter([[0, 0, 1], [0, 1, 1], [1, 1, 1], [1, 0, 1]], [1, 2, 3, 2])
+    screens = [[[0.1 * i, 0, 0.5], [0.1 * i + 0.05, 0, 0.5], [0.1 * i + 0.05, 1, 0.5]] for i in range(10)]
+    x = np.random.default_rng(1).random((2_000_000, 3)) * [1, 1, 0.1]
+    took, result, counted = interrupted(0.5, lambda: rg.evaluate(x, [0, 0, 1], lamp, screens))
+    assert isinstance(result, KeyboardInterrupt), "it ended before"
+    assert took < 10 and counted > 20
+
+
+def test_a_solve_gives_its_last_round_at_ctrl_c(data):
+    scene = rg.Scene.read(data / "scenes/two_blocks.obj")
+    rounds = []
+    took, result, counted = interrupted(1.0, lambda: scene.solve(error=1e-6, progress=rounds.append))
+    assert isinstance(result, rg.Solution) and counted > 20
+    assert result.summary["rounds"] == len(rounds) >= 1 and result.summary["estimate"] > 1e-6

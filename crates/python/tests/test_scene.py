@@ -1,0 +1,142 @@
+"""Scenes, factors and solutions."""
+
+import pickle
+
+import numpy as np
+import pytest
+
+import radgrad as rg
+
+
+def test_files_and_their_notes(data):
+    scene = rg.Scene.read(data / "scenes/cornell.obj")
+    assert len(scene.notes) == 1 and "split" in scene.notes[0] and "cornell.obj:" in scene.notes[0]
+    assert scene.channels == ["r", "g", "b"] and "light" in scene.names
+    assert scene.check() == []
+    assert scene.emission.shape == (len(scene), 3) and scene.emission.max() > 0
+    copy = pickle.loads(pickle.dumps(scene))
+    assert copy.digest == scene.digest and copy.notes == scene.notes and copy.names == scene.names
+    for a, b in zip(copy.outlines, scene.outlines):
+        assert np.array_equal(a, b)
+    with pytest.raises(ValueError, match="cannot be read"):
+        rg.Scene.read(data / "scenes/none.obj")
+    with pytest.raises(ValueError, match="give more with|KiB|bytes"):
+        rg.Scene.read(data / "scenes/cornell.obj", budget=1000)
+
+
+def test_arrays_and_what_is_wrong_with_them(room):
+    assert room.names == ["floor", "ceiling", "front", "back", "left", "right"] and np.allclose(room.areas, 1)
+    assert np.allclose(room.emission[:, 0], [0, 1, 0, 0, 0, 0], rtol=1e-15) and room.check() == []
+    v = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0.0]])
+    turned = rg.Scene(v, [[0, 1, 2, 3]], emission=1.0)
+    assert any("light nothing" in warning or "inside out" in warning for warning in turned.check())
+    warped = rg.Scene(v + [[0, 0, 0], [0, 0, 0.2], [0, 0, 0], [0, 0, 0]], [[0, 1, 2, 3]])
+    assert len(warped) == 2 and "split into 2 triangles" in warped.notes[0] and "faces[0]" in warped.notes[0]
+    colours = rg.Scene(v, [[0, 1, 2], [0, 2, 3]], reflectance=[[0.1, 0.2, 0.3], [0.3, 0.2, 0.1]])
+    assert colours.channels == ["r", "g", "b"] and np.allclose(colours.reflectance[1], [0.3, 0.2, 0.1])
+    for call, words in [
+        (lambda: rg.Scene(v, [[0, 1, 9]]), ["faces[0]", "vertex 9", "there are 4"]),
+        (lambda: rg.Scene(v, [[0, 1, -1]]), ["faces[0]", "vertex -1"]),
+        (lambda: rg.Scene(v, [[0, 1, 2], [0, 1]]), ["faces[1]", "at least 3 vertices"]),
+        (lambda: rg.Scene(v, [[0.0, 1.0, 2.0]]), ["faces[0]", "indices"]),
+        (lambda: rg.Scene(v, []), ["at least one face"]),
+        (lambda: rg.Scene(v, [[0, 1, 2]], reflectance=1.5), ["reflectance is 1.5", "between 0 and 1"]),
+        (lambda: rg.Scene(v, [[0, 1, 2]], emission=-1), ["not negative"]),
+        (lambda: rg.Scene(v, [[0, 1, 2]], reflectance=[0.1, 0.2]), ["reflectance has shape (2,)", "(1,)"]),
+        (lambda: rg.Scene(v, [[0, 1, 2]], names=["a", "b"]), ["2 names for 1 faces"]),
+        (lambda: rg.Scene(object()), ["object has no vertices and faces"]),
+    ]:
+        with pytest.raises(ValueError) as refusal:
+            call()
+        assert all(word in str(refusal.value) for word in words), str(refusal.value)
+    assert len(rg.Scene(v, [[0, 1, 2], [0, 1, 1]], drop_degenerate=True)) == 1
+
+
+def test_factors_close_and_are_reciprocal(room):
+    F = room.factors()
+    assert F.closure < 1e-12 and F.reciprocity < 1e-15 and F.unmet == 0 and F.unclosed == []
+    assert F.indptr.shape == (7,) and F.data.shape == F.indices.shape == (30,)
+    # Opposite unit squares.
+    opposite = F.data[F.indptr[0] : F.indptr[1]][F.indices[F.indptr[0] : F.indptr[1]] == 1]
+    assert abs(opposite[0] - 0.199824895698387) < 1e-14
+    repaired = F.repaired()
+    assert repaired.closure < 1e-14 and repaired.moved[0] < 1e-12
+    names, dense = F.by_surface()
+    assert names == room.names and np.allclose(dense.sum(1), 1)
+    with pytest.raises(ValueError, match="tolerance is -1"):
+        room.factors(tolerance=-1)
+    with pytest.raises(ValueError, match="closed scene"):
+        rg.Scene([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [0, 1, 1], [1, 0, 1]], [[0, 1, 2], [3, 4, 5]]).factors().repaired()
+
+
+def test_factors_as_sparse_matrices(room):
+    scipy = pytest.importorskip("scipy.sparse", reason="scipy is not installed")
+    F = room.factors()
+    assert isinstance(F.values, scipy.csr_array) and F.values.shape == (6, 6)
+    assert (F.lower.data <= F.values.data).all() and (F.values.data <= F.upper.data).all()
+    assert np.allclose(F.values.sum(axis=1), 1)
+
+
+def test_blocks_of_factors_join_to_the_same_bytes(data):
+    scene = rg.Scene.read(data / "scenes/two_blocks.obj", need_materials=False)
+    whole = scene.factors(tolerance=0.1)
+    from radgrad import _radgrad
+    from radgrad._scene import Factors, _settings
+
+    settings = _settings(0.1, None, None, None, None)
+    rows = scene._core.rows
+    blocks = [scene._core.factor_block(settings, first, min(first + 5, rows)) for first in range(0, rows, 5)]
+    blocks = [pickle.loads(pickle.dumps(block)) for block in reversed(blocks)]
+    assert Factors(scene, scene._core.join(settings, blocks)).tobytes() == whole.tobytes()
+    with pytest.raises(ValueError, match="rows"):
+        scene._core.join(settings, blocks[1:])
+    with pytest.raises(ValueError, match="expected a block of factors"):
+        _radgrad.FactorBlock.from_bytes(b"0")
+
+
+def test_a_solved_room(room, tmp_path):
+    rounds = []
+    s = room.solve(error=0.01, progress=rounds.append)
+    assert len(rounds) == s.summary["rounds"] and rounds[-1].estimate <= 0.01 and s.summary["estimate"] <= 0.01
+    # In the middle of the floor: more than from the ceiling alone, less than without loss.
+    b = s.gather([[0.5, 0.5, 0], [0.25, 0.5, 0]], [0, 0, 1])
+    assert b.radiosity.shape == b.bound.shape == b.estimate.shape == (2, 1) and b.face.tolist() == [0, 0]
+    assert np.all(b.radiosity > 0.5 * 0.19) and np.all(b.radiosity < 1)
+    with pytest.raises(ValueError, match=r"point 1: "):
+        s.gather([[0.5, 0.5, 0], [5, 5, 5]], [0, 0, 1], on="face")
+    with pytest.raises(ValueError, match=r"point 0: "):
+        s.gather([[0.5, 0.5, 0]], [0, 0, -1])
+    # On the floor half of what arrives is sent on; above it, a sensor sees more of the ceiling.
+    assert np.allclose(b.radiosity, 0.5 * b.irradiance, rtol=1e-12)
+    free = s.gather([[0.5, 0.5, 0.0], [0.5, 0.5, 0.3], [0.5, 0.5, 0.6]], [0, 0, 1])
+    assert free.face.tolist() == [0, -1, -1] and np.all(np.diff(free.irradiance[:, 0]) > 0)
+    assert np.array_equal(free.radiosity[1:], free.irradiance[1:]) and np.all(free.irradiance_estimate < 0.05)
+    picture = s.image(([0.5, 0.1, 0.5], [0.5, 1, 0.5], [0, 0, 1], 60), size=(24, 16), file=tmp_path / "room.exr")
+    assert picture.radiosity.shape == picture.bound.shape == (16, 24, 1) and picture.radiosity.max() > 0.1
+    assert (tmp_path / "room.exr").stat().st_size > 16 * 24 * 4
+    with pytest.raises(ValueError, match="eye and target"):
+        s.image(([0, 0, 0], [0, 0, 0], [0, 0, 1], 60))
+    with pytest.raises(ValueError, match="vtu"):
+        s.to_vtu(tmp_path / "room.txt")
+    with pytest.raises(OSError, match="cannot be written"):
+        s.to_vtu(tmp_path / "none/room.vtu")
+    copy = pickle.loads(pickle.dumps(s))
+    assert copy.digest == s.digest and np.array_equal(copy.gather([0.5, 0.5, 0], [0, 0, 1]).radiosity, s.gather([0.5, 0.5, 0], [0, 0, 1]).radiosity)
+
+
+def test_a_white_room_is_refused_with_what_helps(room):
+    white = rg.Scene(np.concatenate(room.outlines), np.arange(24).reshape(6, 4), reflectance=1.0, emission=[0, 1, 0, 0, 0, 0])
+    with pytest.raises(ValueError, match="capped"):
+        white.solve()
+    assert white.capped(0.9).solve(error=0.05).summary["elements"] > 0
+    for wrong in ({"error": 0}, {"divide": "x"}, {"relative_to": "x"}, {"degree": 9}, {"seconds": -1}):
+        with pytest.raises(ValueError):
+            room.solve(**wrong)
+
+
+def test_what_a_callback_raises_comes_out(room):
+    def raises(_):
+        raise LookupError("enough")
+
+    with pytest.raises(LookupError, match="enough"):
+        room.solve(error=0.01, progress=raises)

@@ -1,0 +1,132 @@
+//! The pairs whose lower face has its row in a block: what one machine of many computes, so that each pair is computed once.
+//!
+//! As bytes: numbers in little-endian order, the block's first row and the row after its last one, then 44 bytes a pair.
+
+use std::ops::Range;
+
+use rayon::prelude::*;
+
+use super::matrix::Pair;
+use super::pair::Known;
+use super::{FactorMatrix, FactorSettings, FormFactors};
+use crate::Error;
+
+/// Pairs of faces whose lower face has its row in a block of rows.
+///
+/// ```
+/// use radgrad_scene::{Degenerate, FactorBlock, FactorSettings, FormFactors, Scene};
+/// # let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../../data/scenes/two_blocks.obj");
+/// let scene = Scene::read(file, Degenerate::Refuse)?;
+/// let (factors, settings) = (FormFactors::new(&scene)?, FactorSettings { tolerance: 0.1, ..FactorSettings::default() });
+/// let rows = factors.faces().len();
+/// let lower = factors.block(0..rows / 3, &settings, || ())?;
+/// let upper = factors.block(rows / 3..rows, &settings, || ())?;
+/// let sent = FactorBlock::from_bytes(&upper.to_bytes())?;
+/// assert_eq!(factors.join(vec![sent, lower])?, factors.matrix(&settings, || ())?);
+/// # Ok::<(), radgrad_scene::Error>(())
+/// ```
+#[derive(Debug, Clone, PartialEq)]
+pub struct FactorBlock {
+    rows: Range<usize>,
+    pairs: Vec<Pair>,
+}
+
+impl FormFactors<'_> {
+    /// The pairs whose lower face is one of [`Self::faces`] by its place in a range. `progress` is called once a row.
+    ///
+    /// # Errors
+    /// If there are not so many rows, or a point's factor is out of range.
+    pub fn block(&self, rows: Range<usize>, settings: &FactorSettings, progress: impl Fn() + Sync) -> Result<FactorBlock, Error> {
+        let all = self.faces();
+        if all.get(rows.clone()).is_none() {
+            let found = format!("{} to {}", rows.start, rows.end);
+            return Err(Error::expected(format!("a range of the {} rows", all.len()), found));
+        }
+        let of_row = |place: usize| {
+            let from = all[place];
+            let found = self.pairs_of(from, |to| to > from && all.binary_search(&to).is_ok(), settings)?;
+            progress();
+            Ok::<_, Error>(found)
+        };
+        let found = rows.clone().into_par_iter().map(of_row).collect::<Result<Vec<_>, _>>()?;
+        let mut pairs: Vec<Pair> = found.into_iter().flatten().collect();
+        pairs.sort_unstable_by_key(|pair| pair.faces);
+        Ok(FactorBlock { rows, pairs })
+    }
+
+    /// The matrix of blocks that have every row once, in any order: to the last digit that of [`Self::matrix`].
+    ///
+    /// # Errors
+    /// If a row is missing or there twice, or a pair is of faces that are not there.
+    pub fn join(&self, mut blocks: Vec<FactorBlock>) -> Result<FactorMatrix, Error> {
+        let faces = self.faces();
+        blocks.sort_by_key(|block| (block.rows.start, block.rows.end));
+        let mut next = 0;
+        for FactorBlock { rows, .. } in &blocks {
+            if rows.start != next {
+                return Err(Error::expected(
+                    format!("a block from row {next} on"),
+                    format!("one of rows {} to {}", rows.start, rows.end),
+                ));
+            }
+            next = rows.end;
+        }
+        if next != faces.len() {
+            return Err(Error::expected(format!("blocks of all {} rows", faces.len()), format!("{next} rows")));
+        }
+        let pairs: Vec<Pair> = blocks.into_iter().flat_map(|block| block.pairs).collect();
+        let is_row = |face: u32| faces.binary_search(&(face as usize)).is_ok();
+        if let Some(pair) =
+            pairs.iter().find(|pair| pair.faces[0] >= pair.faces[1] || !pair.faces.iter().all(|face| is_row(*face)))
+        {
+            return Err(Error::expected("pairs of faces of the scene, the lower one first", format!("{:?}", pair.faces)));
+        }
+        self.of_pairs(faces, pairs)
+    }
+}
+
+/// Bytes of a pair, and of what comes before the pairs.
+const PAIR: usize = 44;
+const HEAD: usize = 16;
+
+impl FactorBlock {
+    /// As bytes, to be sent.
+    #[must_use]
+    pub fn to_bytes(&self) -> Vec<u8> {
+        let mut bytes = Vec::with_capacity(HEAD + PAIR * self.pairs.len());
+        for row in [self.rows.start, self.rows.end] {
+            bytes.extend((row as u64).to_le_bytes());
+        }
+        for Pair { faces, known } in &self.pairs {
+            faces.iter().for_each(|face| bytes.extend(face.to_le_bytes()));
+            let Known { value, least, most, estimate, occluders } = known;
+            [value, least, most, estimate].iter().for_each(|number| bytes.extend(number.to_le_bytes()));
+            bytes.extend(occluders.to_le_bytes());
+        }
+        bytes
+    }
+
+    /// From those bytes.
+    ///
+    /// # Errors
+    /// If they are not such bytes.
+    pub fn from_bytes(bytes: &[u8]) -> Result<Self, Error> {
+        let wrong = || Error::expected("a block of factors", format!("{} bytes that are none", bytes.len()));
+        let (head, rest) = bytes.split_at_checked(HEAD).filter(|(_, rest)| rest.len() % PAIR == 0).ok_or_else(wrong)?;
+        let row = |at: usize| head[at..].first_chunk().and_then(|&bytes| usize::try_from(u64::from_le_bytes(bytes)).ok());
+        let rows = row(0).ok_or_else(wrong)?..row(8).ok_or_else(wrong)?;
+        let whole = |pair: &[u8], at: usize| pair[at..].first_chunk().map_or(u32::MAX, |&bytes| u32::from_le_bytes(bytes));
+        let real = |pair: &[u8], at: usize| pair[at..].first_chunk().map_or(f64::NAN, |&bytes| f64::from_le_bytes(bytes));
+        let pair = |pair: &[u8]| Pair {
+            faces: [whole(pair, 0), whole(pair, 4)],
+            known: Known {
+                value: real(pair, 8),
+                least: real(pair, 16),
+                most: real(pair, 24),
+                estimate: real(pair, 32),
+                occluders: whole(pair, 40),
+            },
+        };
+        Ok(Self { rows, pairs: rest.chunks_exact(PAIR).map(pair).collect() })
+    }
+}

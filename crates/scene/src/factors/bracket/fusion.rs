@@ -1,0 +1,172 @@
+//! What screens with common edges hide together.
+//!
+//! Of screens that two cells are wholly on the two sides of, a segment meets a screen where it passes inside all of its edges. Let N be
+//! the number of screens of a group that it meets. As the segment moves, N changes only where it passes through an edge that is not
+//! decided between the two cells, and there by one for each screen of that edge: up for those that have it on one side, down for
+//! those on the other. So an edge that two screens have, running opposite ways seen from the first cell, leaves N as it is, and
+//! does not count: over all segments but a set of no measure, since segments through two edges at once are one.
+//!
+//! - If no edge of a group is left, N is the same for all segments, and one of them says whether the group hides all or nothing.
+//! - If one is left, it passes through all of the beam: an edge that ended in it would go on in another, as the boundary of a sum of
+//!   screens is closed. Then the group hides all if it does so on both sides of that edge, else what passes inside.
+//!
+//! Groups are screens connected by edges that do not count, so that what one leaves open does not spoil another.
+
+use radgrad_core::DVec3;
+
+/// A screen that hides a part, as far as it alone says, with its edges that are not decided; they run counter-clockwise seen from the
+/// first cell.
+#[derive(Debug, Clone)]
+pub(super) struct Partial {
+    /// Its number.
+    pub(super) screen: u32,
+    pub(super) edges: Vec<[DVec3; 2]>,
+}
+
+/// What groups of screens hide.
+#[derive(Debug, Default)]
+pub(super) struct Fused {
+    /// Whether one hides all.
+    pub(super) is_all_hidden: bool,
+    /// Screens of groups that hide something.
+    pub(super) hiding: Vec<u32>,
+    /// Edges inside of which something hides, each once.
+    pub(super) edges: Vec<[DVec3; 2]>,
+    /// Whether what is outside of all these edges is seen.
+    pub(super) is_all: bool,
+}
+
+/// Edges above which groups are not looked for: pairs of them are compared.
+const MOST_EDGES: usize = 160;
+
+/// What screens hide together; `segment` runs between the middles of the two cells.
+pub(super) fn fuse(partials: &[Partial], segment: [DVec3; 2]) -> Fused {
+    let mut fused = Fused { is_all: true, ..Fused::default() };
+    let edges: Vec<(usize, [DVec3; 2])> =
+        partials.iter().enumerate().flat_map(|(k, partial)| partial.edges.iter().map(move |&edge| (k, edge))).collect();
+    let mut group: Vec<usize> = (0..partials.len()).collect();
+    let mut is_left = vec![true; edges.len()];
+    if edges.len() <= MOST_EDGES {
+        for i in 0..edges.len() {
+            let (k, [a, b]) = edges[i];
+            if !is_left[i] {
+                continue;
+            }
+            let opposite = (i + 1..edges.len()).find(|&j| is_left[j] && edges[j].0 != k && edges[j].1 == [b, a]);
+            if let Some(j) = opposite {
+                (is_left[i], is_left[j]) = (false, false);
+                let [from, to] = [group[k], group[edges[j].0]];
+                group.iter_mut().filter(|name| **name == from).for_each(|name| *name = to);
+            }
+        }
+    }
+    for name in 0..partials.len() {
+        let members: Vec<usize> = (0..partials.len()).filter(|&k| group[k] == name).collect();
+        if members.is_empty() {
+            continue;
+        }
+        // What is left of the group's edges, each once, and how often.
+        let mut left: Vec<([DVec3; 2], i32)> = Vec::new();
+        for (_, edge) in edges.iter().zip(&is_left).filter(|((k, _), left)| **left && group[*k] == name).map(|(edge, _)| edge) {
+            match left.iter_mut().find(|(other, _)| other == edge) {
+                Some((_, times)) => *times += 1,
+                None => left.push((*edge, 1)),
+            }
+        }
+        let outside = match left[..] {
+            [] => met(partials, &members, segment),
+            [(edge, times)] => passes_inside(edge, segment)
+                .and_then(|is_inside| Some(met(partials, &members, segment)? - if is_inside { times } else { 0 })),
+            _ => None,
+        };
+        match (outside, &left[..]) {
+            (Some(1..), _) => return Fused { is_all_hidden: true, ..fused },
+            (Some(_), []) => continue,
+            (Some(_), [(edge, _)]) => add(&mut fused.edges, *edge),
+            _ => {
+                // Each screen for itself.
+                for &k in &members {
+                    match partials[k].edges[..] {
+                        [edge] => add(&mut fused.edges, edge),
+                        _ => fused.is_all = false,
+                    }
+                }
+            }
+        }
+        fused.hiding.extend(members.iter().map(|&k| partials[k].screen));
+    }
+    fused.hiding.sort_unstable();
+    fused
+}
+
+fn add(edges: &mut Vec<[DVec3; 2]>, edge: [DVec3; 2]) {
+    if !edges.contains(&edge) {
+        edges.push(edge);
+    }
+}
+
+/// How many of some screens a segment meets, if it passes all their edges clearly.
+fn met(partials: &[Partial], members: &[usize], segment: [DVec3; 2]) -> Option<i32> {
+    members.iter().try_fold(0, |count, &k| {
+        let mut is_met = true;
+        for &edge in &partials[k].edges {
+            is_met &= passes_inside(edge, segment)?;
+        }
+        Some(count + i32::from(is_met))
+    })
+}
+
+/// Whether a segment passes inside an edge, if that is clear of rounding: a term of T passes through ten roundings
+/// ([`crate::factors::screen`]).
+fn passes_inside([a, b]: [DVec3; 2], [x, y]: [DVec3; 2]) -> Option<bool> {
+    let (r, to_a, to_b) = (y - x, a - x, b - x);
+    let turn = r.dot(to_b.cross(to_a));
+    let error = 64.0 * f64::EPSILON * r.length() * to_a.length() * to_b.length() + f64::MIN_POSITIVE;
+    if turn.abs() > error { Some(turn > 0.0) } else { None }
+}
+
+#[cfg(test)]
+mod tests {
+    use radgrad_core::Polygon;
+
+    use super::*;
+    use crate::factors::screen::{Screen, Sight};
+
+    /// Two squares side by side at height 0.5, as one sees them from below, and what they leave of small cells above and below.
+    #[test]
+    fn neighbours_hide_all_behind_their_common_edge_and_one_edge_is_left_at_their_end() {
+        let square = |low: [f64; 2], z: f64, size: f64| {
+            [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)]
+                .map(|(x, y)| DVec3::new(low[0] + size * x, low[1] + size * y, z))
+                .to_vec()
+        };
+        // One of them faces up, the other down.
+        let mut other = square([1.0, 0.0], 0.5, 1.0);
+        other.reverse();
+        let screens: Vec<Screen> = [square([0.0, 0.0], 0.5, 1.0), other]
+            .into_iter()
+            .flat_map(|corners| Screen::all_of(&Polygon::new(corners).unwrap()))
+            .collect();
+        let fused = |low: [f64; 2]| {
+            let cells = [square(low, 0.0, 0.2), square(low, 1.0, 0.2)];
+            let mut partials = Vec::new();
+            for (k, screen) in (0..).zip(&screens) {
+                let verdict = screen.between([&cells[0], &cells[1]], 1.0);
+                if verdict.sight == Sight::Part {
+                    partials.push(Partial { screen: k, edges: verdict.edges.unwrap() });
+                }
+            }
+            let middle = |cell: &[DVec3]| cell.iter().sum::<DVec3>() / 4.0 + DVec3::new(0.01, 0.003, 0.0);
+            fuse(&partials, [middle(&cells[0]), middle(&cells[1])])
+        };
+        assert!(fused([0.9, 0.4]).is_all_hidden);
+        // At the end of the common edge: two edges go on in one line.
+        let end = fused([0.9, -0.1]);
+        assert!(!end.is_all_hidden && end.hiding == [0, 1] && !end.is_all);
+        // At the outer end of one.
+        let side = fused([1.9, 0.4]);
+        assert!(!side.is_all_hidden && side.is_all && side.edges.len() == 1 && side.hiding == [1]);
+        let [a, b] = side.edges[0];
+        assert!(a.x == 2.0 && b.x == 2.0);
+    }
+}

@@ -1,0 +1,211 @@
+//! What a point sees of a convex cell past convex screens, in double precision and without a bound.
+//!
+//! It serves the value of a factor, which an integration estimates and a proven bracket holds; where many digits are asked for, the
+//! evaluations of `radgrad_core` serve instead, with their bounds and thirty times their cost.
+//!
+//! With the point at the origin, a screen's shadow is where `(a x b).r` has the sign of its inside for every edge a b; the screen is
+//! first cut off at the cell's plane, so that what is left is crossed before the cell is reached. A shadow leaves the parts outside its
+//! side k and inside its sides before k. What is left is summed over edges by Lambert's formula: `F = -(1/2 pi) sum g n.N`, with g the
+//! angle at which an edge from u to v is seen and N the unit vector along `u x v`.
+
+use std::f64::consts::TAU;
+
+use radgrad_core::DVec3;
+
+use super::screen::Screen;
+
+/// What is as near a plane as this is in it: some roundings of coordinates up to 1.
+const LEVEL: f64 = 1e-14;
+
+/// Convex polygons, one after the other.
+#[derive(Debug, Default)]
+struct Pieces {
+    points: Vec<DVec3>,
+    ends: Vec<usize>,
+}
+
+impl Pieces {
+    fn clear(&mut self) {
+        self.points.clear();
+        self.ends.clear();
+    }
+
+    fn push(&mut self, points: &[DVec3]) {
+        if points.len() >= 3 {
+            self.points.extend_from_slice(points);
+            self.ends.push(self.points.len());
+        }
+    }
+
+    fn iter(&self) -> impl Iterator<Item = &[DVec3]> {
+        let start = |k: usize| if k == 0 { 0 } else { self.ends[k - 1] };
+        self.ends.iter().enumerate().map(move |(k, &end)| &self.points[start(k)..end])
+    }
+}
+
+/// Room for what is left of a cell, used again from point to point.
+#[derive(Debug, Default)]
+pub(super) struct Glance {
+    lit: Pieces,
+    next: Pieces,
+    outline: Vec<DVec3>,
+    sides: Vec<DVec3>,
+    values: Vec<f64>,
+    inner: Vec<DVec3>,
+    rest: Vec<DVec3>,
+    outer: Vec<DVec3>,
+}
+
+impl Glance {
+    /// The factor from a point of this normal to a cell with all its points above the horizon, whose plane has the normal `facing`.
+    pub(super) fn factor<'a>(
+        &mut self,
+        (point, normal): (DVec3, DVec3),
+        (cell, facing): (&[DVec3], DVec3),
+        screens: impl Iterator<Item = &'a Screen>,
+    ) -> f64 {
+        let Some(&corner) = cell.first() else { return 0.0 };
+        let to_plane = corner - point;
+        self.lit.clear();
+        self.inner.clear();
+        self.inner.extend(cell.iter().map(|&y| y - point));
+        self.lit.push(&self.inner);
+        for screen in screens {
+            let height = screen.height(point);
+            if height == 0.0 {
+                continue;
+            }
+            self.shadow(screen, point, to_plane, facing, if height > 0.0 { -1.0 } else { 1.0 });
+            if self.sides.is_empty() {
+                continue;
+            }
+            self.subtract();
+            if self.lit.ends.is_empty() {
+                return 0.0;
+            }
+        }
+        let sum: f64 = self.lit.iter().map(|piece| over_edges(normal, piece)).sum();
+        -sum / TAU
+    }
+
+    /// The sides of a screen's shadow, their normals pointing into it; none where it hides nothing.
+    fn shadow(&mut self, screen: &Screen, point: DVec3, to_plane: DVec3, facing: DVec3, sign: f64) {
+        self.outline.clear();
+        self.sides.clear();
+        let height = |s: DVec3| {
+            let height = facing.dot(s - to_plane);
+            if height.abs() <= LEVEL { 0.0 } else { height }
+        };
+        for [a, b] in screen.edges() {
+            let (a, b) = (a - point, b - point);
+            let (h, next) = (height(a), height(b));
+            if h >= 0.0 {
+                self.outline.push(a);
+            }
+            if h * next < 0.0 {
+                self.outline.push(a + (b - a) * (h / (h - next)));
+            }
+        }
+        let is_before = self.outline.iter().any(|&s| height(s) > 0.0);
+        let count = self.outline.len();
+        if count < 3 || !is_before {
+            return;
+        }
+        self.sides.extend((0..count).map(|k| self.outline[k].cross(self.outline[(k + 1) % count]) * sign));
+    }
+
+    /// Takes the shadow from what is lit.
+    fn subtract(&mut self) {
+        self.next.clear();
+        for piece in self.lit.iter() {
+            if self.sides.iter().any(|side| piece.iter().all(|r| side.dot(*r) <= 0.0)) {
+                self.next.push(piece);
+                continue;
+            }
+            self.inner.clear();
+            self.inner.extend_from_slice(piece);
+            for side in &self.sides {
+                self.values.clear();
+                self.values.extend(self.inner.iter().map(|r| side.dot(*r)));
+                if self.values.iter().all(|&v| v >= 0.0) {
+                    continue;
+                }
+                self.rest.clear();
+                self.outer.clear();
+                let count = self.inner.len();
+                for i in 0..count {
+                    let j = (i + 1) % count;
+                    let (here, v, w) = (self.inner[i], self.values[i], self.values[j]);
+                    if v >= 0.0 {
+                        self.rest.push(here);
+                    }
+                    if v <= 0.0 {
+                        self.outer.push(here);
+                    }
+                    if v * w < 0.0 {
+                        let cut = here + (self.inner[j] - here) * (v / (v - w));
+                        self.rest.push(cut);
+                        self.outer.push(cut);
+                    }
+                }
+                self.next.push(&self.outer);
+                std::mem::swap(&mut self.inner, &mut self.rest);
+                if self.inner.len() < 3 {
+                    break;
+                }
+            }
+        }
+        std::mem::swap(&mut self.lit, &mut self.next);
+    }
+}
+
+/// `sum g n.N` over the edges of an outline seen from the origin.
+fn over_edges(normal: DVec3, outline: &[DVec3]) -> f64 {
+    let count = outline.len();
+    let edge = |k: usize| {
+        let (u, v) = (outline[k], outline[(k + 1) % count]);
+        let across = u.cross(v);
+        let sine = across.length();
+        if sine == 0.0 { 0.0 } else { libm::atan2(sine, u.dot(v)) * (normal.dot(across) / sine) }
+    };
+    (0..count).map(edge).sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use radgrad_core::{Emission, Emitter, Polygon, Receiver};
+
+    use super::*;
+    use crate::factors::evaluate;
+
+    /// Held against the certified closed forms.
+    #[test]
+    fn a_glance_sees_what_the_closed_forms_see() {
+        let mut state = 5_u64;
+        let mut uniform = move || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
+        };
+        let (mut glance, mut partly) = (Glance::default(), 0);
+        for _ in 0..400 {
+            let square = [(-0.2, -0.2), (-0.2, 0.2), (0.2, 0.2), (0.2, -0.2)];
+            let emitter = Polygon::new(square.map(|(x, y)| DVec3::new(x, y, 0.5 + 0.3 * x)).to_vec()).unwrap();
+            let point = DVec3::new(uniform(), uniform(), -0.3);
+            let normal = DVec3::new(0.3 * uniform(), 0.3 * uniform(), 1.0).normalize();
+            let mut triangle = || {
+                let mut corner = || DVec3::new(uniform(), uniform(), 0.7 * uniform()) * 0.9;
+                Polygon::new(vec![corner(), corner(), corner()]).unwrap()
+            };
+            let occluders = [triangle(), triangle(), triangle()];
+            let screens: Vec<Screen> = occluders.iter().flat_map(Screen::all_of).collect();
+            let found = glance.factor((point, normal), (emitter.vertices(), emitter.normal()), screens.iter());
+            let receiver = Receiver::new(point, normal, 1.0).unwrap();
+            let lamp = Emitter::new(emitter, Emission::Constant(1.0)).unwrap();
+            let expected = evaluate(&receiver, &lamp, occluders.iter().collect(), 1e-12).unwrap().radiosity;
+            assert!((found - expected).abs() <= 1e-12, "{found} {expected}");
+            let free = evaluate(&receiver, &lamp, Vec::new(), 1e-12).unwrap().radiosity;
+            partly += usize::from(expected > 1e-6 && expected < free - 1e-6);
+        }
+        assert!(partly > 100, "{partly}");
+    }
+}
