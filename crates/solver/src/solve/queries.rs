@@ -81,7 +81,7 @@ impl Solution {
     pub fn bound_on(&self, leaf: usize) -> Vec<Ledger> {
         let receiver = self.receiver_of(leaf);
         let of = |c: usize| match self.proven() {
-            Some(proven) => proven.carried_on(receiver, c) + proven.left_on(leaf, receiver, c),
+            Some(proven) => proven.on(leaf, receiver, c),
             None => Ledger::unknown(),
         };
         (0..self.channels.len()).map(of).collect()
@@ -159,7 +159,7 @@ impl Solution {
     pub fn textured_bound_on(&self, leaf: usize) -> Vec<Ledger> {
         let receiver = self.receiver_of(leaf);
         let of = |c: usize| match self.proven() {
-            Some(proven) => proven.carried_on(receiver, c) + proven.left_on(leaf, receiver, c),
+            Some(proven) => proven.on(leaf, receiver, c),
             None => Ledger::unknown(),
         };
         (0..self.channels.len()).map(of).collect()
