@@ -193,7 +193,7 @@ pub(super) fn search(text: &str) -> Result<Table, Box<dyn Error>> {
     let mut table = Table::new(caption, &["search.csv"], &titles);
     for row in csv::Reader::from_reader(text.as_bytes()).deserialize() {
         let Searched { rung, emission, sight, quantity, tried, worst, ask, why_little } = row?;
-        let texts = [&rung, &emission, &sight, &quantity].map(|text| Cell::from(text));
+        let texts = [&rung, &emission, &sight, &quantity].map(Cell::from);
         let others = [Cell::from(tried), figure(&worst), Cell::code(&ask), Cell::from(&why_little)];
         table.push(texts.into_iter().chain(others));
     }

@@ -65,7 +65,7 @@ fn mapped<T: Real>([low, high]: [f64; 2], count: usize, jacobian: Jacobian, powe
                     mutant!("oracle.jacobian", w * &(&one - s), |falling: Ball<T>| &falling
                         + &(w * &(s * &Ball::from_f64(1e-14, bits))))
                 })
-                .collect()
+                .collect();
         }
     }
     let mut all = vec![weights];

@@ -35,6 +35,7 @@ fn power_of_two(exponent: i32) -> f64 {
 impl<const N: usize> Limbs<N> {
     const ZERO: Self = Self { negative: false, exponent: 0, limbs: [0; N] };
 
+    #[allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, reason = "eight limbs at most")]
     const BITS: i32 = 64 * N as i32;
 
     #[inline]
@@ -236,6 +237,7 @@ where
         Self::of_double(value)
     }
 
+    #[allow(clippy::useless_conversion, reason = "on some machines words have 32 bits")]
     fn from_exact(exact: &Exact, _bits: usize) -> (Self, f64) {
         let Some((words, _, sign, exponent, _)) = exact.inner().as_raw_parts() else { return (Self::ZERO, f64::INFINITY) };
         if exact.is_zero() {
@@ -362,8 +364,8 @@ mod tests {
     /// A number with all limbs filled.
     fn number<const N: usize>(value: f64, low: u64) -> Limbs<N> {
         let mut number = Limbs::of_double(value);
-        for (i, limb) in number.limbs.iter_mut().take(N - 1).enumerate() {
-            *limb = low.wrapping_mul(0x9e37_79b9_7f4a_7c15).rotate_left(7 * i as u32) ^ low;
+        for (i, limb) in (0..).zip(number.limbs.iter_mut().take(N - 1)) {
+            *limb = low.wrapping_mul(0x9e37_79b9_7f4a_7c15).rotate_left(7 * i) ^ low;
         }
         number
     }
@@ -374,7 +376,7 @@ mod tests {
     {
         let x = number::<N>(a, bits);
         // Close to -x in one case of two, so that sums cancel.
-        let y = if near % 2 == 0 {
+        let y = if near.is_multiple_of(2) {
             number::<N>(b, !bits)
         } else {
             Limbs {
