@@ -97,7 +97,7 @@ fn room() -> Scene {
     let faces = [[1, 3, 2, 0], [6, 7, 5, 4], [4, 5, 1, 0], [3, 7, 6, 2], [2, 6, 4, 0], [5, 7, 3, 1]];
     for (index, face) in faces.into_iter().enumerate() {
         let rho = [0.2 + 0.1 * index as f64, 0.7 - 0.1 * index as f64];
-        let wall = scene.add_material(&format!("wall {index}"), rho, [0.0; 2]).unwrap();
+        let wall = scene.add_material(format!("wall {index}"), rho, [0.0; 2]).unwrap();
         scene.add_face(surface, wall, Polygon::new(face.map(corner).to_vec()).unwrap(), None).unwrap();
     }
     let glowing = scene.add_material("glowing", [0.0; 2], [10.0, 4.0]).unwrap();
