@@ -1,4 +1,4 @@
-//! What the program writes of a solution, for those who have one.
+//! The program's files of a solution, for callers who have one.
 
 use std::path::Path;
 
@@ -19,7 +19,7 @@ pub fn solution(solution: &Solution, file: &Path) -> Result<(), String> {
     write_whole(file, |out| format.write(solution, out)).map_err(|error| error.to_string())
 }
 
-/// What `radgrad solve --summary` prints: one JSON object, of a run that was asked for an error and took some seconds.
+/// The output of `radgrad solve --summary`: one JSON object, with the error asked for and the seconds that the run took.
 ///
 /// # Errors
 /// If a number in it is none.
@@ -27,7 +27,7 @@ pub fn summary(solution: &Solution, error: f64, seconds: f64) -> Result<String, 
     serde_json::to_string(&Summary::of(solution, error, seconds)).map_err(|error| error.to_string())
 }
 
-/// What a camera sees.
+/// The view of a camera.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Picture {
     /// Width and height.

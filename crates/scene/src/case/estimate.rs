@@ -23,7 +23,7 @@ const COARSE: usize = 4;
 /// Triangles that are evaluated before it is said that the tolerance was not reached.
 const MOST_TRIANGLES: usize = 4000;
 
-/// The relative errors of values of the emission and of what is summed, above which it may be asked to come down.
+/// The relative errors of values of the emission and of the integrand, above which it may be asked to come down.
 const ROUNDING: f64 = 1e-15;
 
 /// Radiosity and gradient, and by how much each is estimated to be off.
@@ -37,7 +37,7 @@ pub(super) struct Estimate {
     pub(super) converged: bool,
 }
 
-/// What one triangle gives, with lengths multiplied by a power of two.
+/// The integrals over one triangle, with lengths multiplied by a power of two.
 #[derive(Debug, Clone, Copy)]
 struct Piece {
     corners: [DVec3; 3],
@@ -70,7 +70,7 @@ impl Ord for Ranked {
     }
 }
 
-/// What is integrated, lengths multiplied by a power of two.
+/// The problem to integrate, lengths multiplied by a power of two.
 struct Task<'a> {
     receiver: Receiver,
     occluders: Vec<Polygon>,
@@ -187,7 +187,7 @@ impl<'a> Task<'a> {
         Ok(Self { receiver: moved.map_err(Error::Receiver)?, occluders: screens, expression, axes, scale, tolerance })
     }
 
-    /// What a triangle gives; `None` if it is too small to be one.
+    /// The integrals over a triangle; `None` if it is too small to be one.
     fn piece(&self, corners: [DVec3; 3]) -> Result<Option<Piece>, Error> {
         let Ok(triangle) = Polygon::new(corners.to_vec()) else { return Ok(None) };
         let mut answers = Vec::with_capacity(2);
@@ -297,7 +297,7 @@ impl Bivariate {
         }
     }
 
-    /// Times `factor (form + constant)`; what is beyond the degree is not asked for.
+    /// Times `factor (form + constant)`, without the terms beyond the degree.
     fn times(&self, form: [f64; 2], constant: f64, factor: f64) -> Self {
         let mut product = Self(self.0.iter().map(|row| row.iter().map(|c| c * constant * factor).collect()).collect());
         for (i, row) in self.0.iter().enumerate() {
