@@ -27,6 +27,11 @@ def _numbers(value: Any, what: str, dtype: Any = np.float64) -> Floats:
     return array
 
 
+def _whole(array: Floats) -> Floats:
+    """The same as one stretch of memory at an address that numbers have; what comes out of a message or a file may be at any."""
+    return np.require(array, requirements=["C_CONTIGUOUS", "ALIGNED"])
+
+
 def _rows(value: Any, what: str, dtype: Any = np.float64) -> Floats:
     """An array whose last axis has three entries."""
     array = _numbers(value, what, dtype)
@@ -40,7 +45,7 @@ def _outline(vertices: Any, what: str) -> Floats:
     array = _rows(vertices, what)
     if array.ndim != 2:
         raise ValueError(f"{what} has shape {array.shape}: expected (vertices, 3)")
-    return np.ascontiguousarray(array)
+    return _whole(array)
 
 
 class Emitter(_radgrad.Emitter):
@@ -72,13 +77,13 @@ class Emitter(_radgrad.Emitter):
             values = _numbers(emission, "emission")
             if values.ndim > 1:
                 raise ValueError(f"emission has shape {values.shape}: expected a number, or (vertices,)")
-            emission = float(values) if values.ndim == 0 else np.ascontiguousarray(values)
+            emission = float(values) if values.ndim == 0 else _whole(values)
         return super().__new__(cls, _outline(vertices, "vertices"), emission)
 
     def emission_at(self, points: ArrayLike) -> Floats:
         """Emission at points of the emitter's plane, of shape (..., 3): an array of shape (...)."""
         rows = _rows(points, "points")
-        return super().emission_at(np.ascontiguousarray(rows)).reshape(rows.shape[:-1])
+        return super().emission_at(_whole(rows)).reshape(rows.shape[:-1])
 
     def __repr__(self) -> str:
         return f"Emitter({self.vertices.tolist()}, {self.emission!r})"
@@ -180,9 +185,9 @@ def _broadcast(x: Any, normal: Any, reflectance: Any, single: bool) -> "tuple[tu
     def spread(array: Floats, tail: "tuple[int, ...]") -> Floats:
         one = array.size == (3 if tail else 1) and count != 0
         whole = array.reshape((1, *tail)) if one else np.broadcast_to(array, shape + tail)
-        return np.ascontiguousarray(whole.reshape((-1, *tail)))
+        return _whole(whole.reshape((-1, *tail)))
 
-    rows = np.ascontiguousarray(np.broadcast_to(positions, (*shape, 3)).reshape(-1, 3))
+    rows = _whole(np.broadcast_to(positions, (*shape, 3)).reshape(-1, 3))
     return shape, rows, spread(normals, (3,)), spread(shares, ())
 
 

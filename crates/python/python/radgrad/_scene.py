@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _radgrad
-from ._evaluate import Floats, _numbers, _rows
+from ._evaluate import Floats, _numbers, _rows, _whole
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
@@ -98,7 +98,7 @@ class Scene:
             raise ValueError(f"{len(names)} names for {count} faces: give one for each")
         named = [str(name) for name in names] if names is not None else [f"face {index}" for index in range(count)]
         self._core = _radgrad.SceneCore.from_arrays(
-            np.ascontiguousarray(points),
+            _whole(points),
             np.array([len(outline) for outline in outlines], dtype=np.int64),
             np.concatenate([np.zeros(0, dtype=np.int64), *outlines]),
             _per_face(shares, "reflectance", count, len(channels)),
@@ -374,7 +374,7 @@ def _per_face(values: Floats, what: str, faces: int, channels: int) -> Floats:
         whole = np.broadcast_to(column, (faces, channels))
     except ValueError:
         raise ValueError(f"{what} has shape {values.shape}: expected ({faces},) or ({faces}, {channels})") from None
-    return np.ascontiguousarray(whole).reshape(-1)
+    return _whole(whole).reshape(-1)
 
 
 class Factors:
@@ -630,7 +630,7 @@ def _pairs(points: Any, normals: Any) -> "tuple[tuple[int, ...], Floats, Floats]
     except ValueError:
         shapes = f"points {positions.shape[:-1]} and normals {directions.shape[:-1]}"
         raise ValueError(f"{shapes} cannot be broadcast together") from None
-    rows = [np.ascontiguousarray(np.broadcast_to(array, (*shape, 3)).reshape(-1, 3)) for array in (positions, directions)]
+    rows = [_whole(np.broadcast_to(array, (*shape, 3)).reshape(-1, 3)) for array in (positions, directions)]
     return shape, rows[0], rows[1]
 
 
