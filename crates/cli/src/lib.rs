@@ -1,12 +1,14 @@
 //! The program `radgrad`, as a library: [`run`] is all of it, for whoever starts it (`src/bin`, the Python package), and [`file`] writes
 //! what it writes of a solution.
 
+mod audit;
 mod eval;
 mod export;
 mod factors;
 mod field;
 pub mod file;
 mod lamps;
+mod manual;
 mod output;
 mod points;
 mod resume;
@@ -23,14 +25,16 @@ use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, Parser, Subcommand};
+use clap_complete::Shell;
 
 use eval::{Failure, Tally};
 use say::say;
 
 const EXIT_STATUS: &str = "Exit status:
   0  all was answered
-  1  lines of `eval` or points of `solve` were refused, or `solve` stopped above the error asked for
+  1  lines of `eval` or points of `solve` were refused, `solve` stopped above the error asked for,
+     or `audit` found a violated gate
   2  the input cannot be read, an answer is no finite number, the output cannot be written, or the arguments are wrong";
 
 /// Radiosity and its gradient from polygonal emitters, with error bounds.
@@ -57,6 +61,8 @@ enum Command {
         #[arg(long)]
         hessian: bool,
     },
+    /// Hold any program's answers to exact values: draws the audit's families of cases, and fails beyond the gates.
+    Audit(audit::Arguments),
     /// Form factors between all faces of a scene, each with a proven bound; defects are reported, never normalised away.
     Factors(factors::Arguments),
     /// Irradiance of a surface straight from the lamps, with gradient and bounds, on a grid.
@@ -65,6 +71,19 @@ enum Command {
     ///
     /// Progress goes to the standard error; answers to --points, one line each, and then the summary to the standard output.
     Solve(Box<solve::Request>),
+    /// Print what completes this program's arguments in a shell.
+    ///
+    /// As in `radgrad completions bash > ~/.local/share/bash-completion/completions/radgrad`.
+    Completions {
+        /// Which shell.
+        shell: Shell,
+    },
+    /// Print the manual page of this program and its commands, or write one page for each to a folder.
+    Man {
+        /// The folder.
+        #[arg(long, value_name = "FOLDER")]
+        out: Option<PathBuf>,
+    },
 }
 
 /// Runs the program with its arguments, the first of which is its name, and returns its exit status.
@@ -82,8 +101,11 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> u8 {
     }
     match arguments.command {
         Command::Eval { file, seconds, hessian } => answer(&file, seconds, hessian),
+        Command::Audit(arguments) => audit::run(&arguments).map_or_else(refused, |held| u8::from(!held)),
         Command::Factors(arguments) => factors::run(&arguments).map_or_else(refused, |met| u8::from(!met)),
         Command::Field(arguments) => field::run(&arguments).map_or_else(refused, |()| 0),
+        Command::Completions { shell } => manual::completions(Arguments::command(), shell).map_or_else(refused, |()| 0),
+        Command::Man { out } => manual::write(Arguments::command(), out.as_deref()).map_or_else(refused, |()| 0),
         Command::Solve(request) => solve::run(&request, io::stdout().lock()).map_or_else(refused, |complete| u8::from(!complete)),
     }
 }

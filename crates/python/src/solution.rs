@@ -11,7 +11,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 use radgrad_core::DVec3;
 use radgrad_scene::Scene;
-use radgrad_solver::{Ledger, Marking, Options, Progress, RelativeTo, Solution, solve};
+use radgrad_solver::{Irradiance, Ledger, MAX_DEGREE, Marking, Options, Progress, RelativeTo, Solution, solve};
 use rayon::prelude::*;
 
 use crate::arrays::{Shape, vectors};
@@ -24,6 +24,7 @@ use crate::scene::SceneCore;
 #[derive(Debug)]
 pub(crate) struct SolutionCore {
     solution: Arc<Solution>,
+    scene: Arc<Scene>,
     error: f64,
     seconds: f64,
 }
@@ -46,6 +47,9 @@ pub(crate) struct Request {
 impl Request {
     fn options(&self) -> PyResult<Options> {
         let (rest, seconds) = (Options::default(), self.seconds.map(Duration::try_from_secs_f64).transpose());
+        if let Some(degree) = self.degree.filter(|degree| *degree > MAX_DEGREE) {
+            return Err(refused(format!("degree is {degree}: it must be at most {MAX_DEGREE}")));
+        }
         let marking = match self.divide.as_str() {
             "bound" => Marking::Residual,
             "gradient" => Marking::Gradient,
@@ -85,7 +89,7 @@ impl SolutionCore {
         let stop = Arc::new(AtomicBool::new(false));
         let (sender, receiver) = channel();
         let run = {
-            let (stop, rounds) = (Arc::clone(&stop), request.rounds.unwrap_or(usize::MAX));
+            let (stop, scene, rounds) = (Arc::clone(&stop), Arc::clone(&scene), request.rounds.unwrap_or(usize::MAX));
             move || {
                 let solved = run(&scene, &options, |progress| {
                     // Nobody listens to a run that was given up.
@@ -105,7 +109,7 @@ impl SolutionCore {
             match seen {
                 Ok(Seen::End(solution)) => {
                     let solution = Arc::new((*solution).map_err(refused)?);
-                    return Ok(Self { solution, error: request.error, seconds: start.elapsed().as_secs_f64() });
+                    return Ok(Self { solution, scene, error: request.error, seconds: start.elapsed().as_secs_f64() });
                 }
                 Ok(Seen::Round(progress)) => {
                     let Some(watch) = &watch else { continue };
@@ -127,12 +131,15 @@ impl SolutionCore {
         }
     }
 
-    /// Radiosity, bound and estimate at points, row by row, and the faces that they are on.
+    /// At points, row by row: radiosity, bound and estimate, the same of the irradiance, and the faces that they are on: -1 in free space,
+    /// where the radiosity is that of a white surface, the irradiance. `on_face` says where points are taken to be; else those near a
+    /// face are on one.
     fn gather<'py>(
         &self,
         py: Python<'py>,
         points: PyReadonlyArrayDyn<'py, f64>,
         normals: PyReadonlyArrayDyn<'py, f64>,
+        on_face: Option<bool>,
         shape: Vec<usize>,
     ) -> PyResult<Bound<'py, PyTuple>> {
         let (points, normals, shape) = (vectors(&points)?, vectors(&normals)?, Shape(shape));
@@ -144,33 +151,45 @@ impl SolutionCore {
                 }
                 let normal = normals[if normals.len() == 1 { 0 } else { index }];
                 let refused = |reason: String| Ended::Refused(format!("{}{reason}", shape.place(index)));
-                let found = solution.gather(*point, normal).map_err(|error| refused(error.to_string()))?;
-                match found.radiosity.iter().find(|value| !value.is_finite()) {
+                let found = if on_face.unwrap_or_else(|| solution.is_on_a_face(*point)) {
+                    solution.gather(*point, normal).map(|found| Found {
+                        face: i64::try_from(found.face).unwrap_or(i64::MAX),
+                        radiosity: [found.radiosity, totals(&found.ledger), totals(&found.estimate)],
+                        irradiance: of_irradiance(found.irradiance),
+                    })
+                } else {
+                    solution.irradiance_at(*point, normal).map(|found| {
+                        let irradiance = of_irradiance(found);
+                        Found { face: -1, radiosity: irradiance.clone(), irradiance }
+                    })
+                };
+                let found = found.map_err(|error| refused(error.to_string()))?;
+                // A bound may be infinite: there is none then.
+                match found.radiosity[0].iter().chain(&found.irradiance[0]).find(|value| !value.is_finite()) {
                     Some(value) => Err(refused(format!("the radiosity is {value}: it is beyond the range of a double"))),
                     None => Ok(found),
                 }
             };
             points.par_iter().enumerate().map(one).collect::<Result<Vec<_>, _>>()
         })?;
-        let totals = |ledgers: &[Ledger]| ledgers.iter().map(Ledger::total).collect::<Vec<f64>>();
-        (
-            PyArray1::from_iter(py, found.iter().flat_map(|of| of.radiosity.iter().copied())),
-            PyArray1::from_iter(py, found.iter().flat_map(|of| totals(&of.ledger))),
-            PyArray1::from_iter(py, found.iter().flat_map(|of| totals(&of.estimate))),
-            PyArray1::from_iter(py, found.iter().map(|of| i64::try_from(of.face).unwrap_or(i64::MAX))),
-        )
-            .into_pyobject(py)
+        let [radiosity, bound, estimate] =
+            [0, 1, 2].map(|k| PyArray1::from_iter(py, found.iter().flat_map(|of| of.radiosity[k].iter().copied())));
+        let irradiance = [0, 1, 2].map(|k| PyArray1::from_iter(py, found.iter().flat_map(|of| of.irradiance[k].iter().copied())));
+        let [irradiance, irradiance_bound, irradiance_estimate] = irradiance;
+        let face = PyArray1::from_iter(py, found.iter().map(|of| of.face));
+        (radiosity, bound, estimate, irradiance, irradiance_bound, irradiance_estimate, face).into_pyobject(py)
     }
 
     /// What `radgrad solve --summary` prints.
     fn summary(&self, py: Python<'_>) -> PyResult<String> {
-        let Self { solution, error, seconds } = self;
+        let Self { solution, error, seconds, .. } = self;
         py.detach(|| radgrad_cli::file::summary(solution, *error, *seconds)).map_err(refused)
     }
 
     /// Writes a solution to a `.vtu` or `.ply`.
     fn write(&self, py: Python<'_>, file: PathBuf) -> PyResult<()> {
-        py.detach(|| radgrad_cli::file::solution(&self.solution, &file)).map_err(pyo3::exceptions::PyOSError::new_err)
+        py.detach(|| radgrad_cli::file::solution(&self.solution, &self.scene, &file))
+            .map_err(pyo3::exceptions::PyOSError::new_err)
     }
 
     /// What a camera sees, with the options of `radgrad solve --view` after it: radiosity and bound of each pixel, row by row. Written to
@@ -193,6 +212,22 @@ impl SolutionCore {
         let at = |leaf: usize| (0..channels).map(move |channel| solution.value_on(leaf, channel, [0.25, 0.5]));
         PyArray1::from_iter(py, solution.mesh().leaves().flat_map(at))
     }
+}
+
+/// What is found at a point: radiosity and irradiance, each with bound and estimate, in each channel.
+struct Found {
+    face: i64,
+    radiosity: [Vec<f64>; 3],
+    irradiance: [Vec<f64>; 3],
+}
+
+fn totals(ledgers: &[Ledger]) -> Vec<f64> {
+    ledgers.iter().map(Ledger::total).collect()
+}
+
+fn of_irradiance(found: Irradiance) -> [Vec<f64>; 3] {
+    let [bound, estimate] = [totals(&found.ledger), totals(&found.estimate)];
+    [found.irradiance, bound, estimate]
 }
 
 fn run(scene: &Scene, options: &Options, mut watch: impl FnMut(&Progress) -> bool) -> Result<Solution, String> {

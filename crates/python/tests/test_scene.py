@@ -103,7 +103,14 @@ def test_a_solved_room(room, tmp_path):
     assert b.radiosity.shape == b.bound.shape == b.estimate.shape == (2, 1) and b.face.tolist() == [0, 0]
     assert np.all(b.radiosity > 0.5 * 0.19) and np.all(b.radiosity < 1)
     with pytest.raises(ValueError, match=r"point 1: "):
-        s.gather([[0.5, 0.5, 0], [5, 5, 5]], [0, 0, 1])
+        s.gather([[0.5, 0.5, 0], [5, 5, 5]], [0, 0, 1], on="face")
+    with pytest.raises(ValueError, match=r"point 0: "):
+        s.gather([[0.5, 0.5, 0]], [0, 0, -1])
+    # On the floor half of what arrives is sent on; above it, a sensor sees more of the ceiling.
+    assert np.allclose(b.radiosity, 0.5 * b.irradiance, rtol=1e-12)
+    free = s.gather([[0.5, 0.5, 0.0], [0.5, 0.5, 0.3], [0.5, 0.5, 0.6]], [0, 0, 1])
+    assert free.face.tolist() == [0, -1, -1] and np.all(np.diff(free.irradiance[:, 0]) > 0)
+    assert np.array_equal(free.radiosity[1:], free.irradiance[1:]) and np.all(free.irradiance_estimate < 0.05)
     picture = s.image(([0.5, 0.1, 0.5], [0.5, 1, 0.5], [0, 0, 1], 60), size=(24, 16), file=tmp_path / "room.exr")
     assert picture.radiosity.shape == picture.bound.shape == (16, 24, 1) and picture.radiosity.max() > 0.1
     assert (tmp_path / "room.exr").stat().st_size > 16 * 24 * 4

@@ -295,25 +295,19 @@ fn what_cancels_by_symmetry_is_zero_within_next_to_nothing_and_soon() {
     assert!(start.elapsed().as_secs_f64() < 4.0, "{:?}", start.elapsed());
 }
 
-/// More vertices and bits than a few seconds serve: the bound is wider, and it comes.
+/// Six hundred vertices of a lamp in contact at 1e-300: more bits than would be found in a few seconds.
 #[test]
-fn what_would_take_too_long_is_answered_with_a_wider_bound() {
+fn what_costs_much_ends_within_seconds() {
     let count = 600;
     let vertex = |i: i32| {
         let turn = std::f64::consts::TAU * f64::from(i) / f64::from(count);
         DVec3::new(libm::cos(turn), -libm::sin(turn), 0.0)
     };
     let disc = Polygon::new((0..count).map(vertex).collect()).unwrap();
-    let emission = Emission::gradient(1e-280, DVec3::new(1.0, 0.5, 0.0));
-    let lamp = Emitter::new(disc, emission).unwrap();
+    let lamp = Emitter::new(disc, Emission::gradient(1e-280, DVec3::new(1.0, 0.5, 0.0))).unwrap();
     let receiver = Receiver::new(DVec3::new(0.0, 0.0, -1e-300), DVec3::new(1.0, 1e-290, 1e-300), 1.0).unwrap();
     let start = std::time::Instant::now();
-    let answer = evaluate_to(&receiver, &lamp, &[], 1e-15);
+    let answer = evaluate_to(&receiver, &lamp, &[], 1e-15).unwrap();
     let elapsed = start.elapsed().as_secs_f64();
-    println!("{elapsed} s: {answer:?}");
-    assert!(elapsed < 20.0, "{elapsed} s: {answer:?}");
-    let start = std::time::Instant::now();
-    let digits = evaluate_digits(&receiver, &lamp, &[], 1000);
-    println!("{:?}: {digits:?}", start.elapsed());
-    assert!(start.elapsed().as_secs_f64() < 20.0);
+    assert!(elapsed < 20.0 && answer.radiosity_error.is_finite(), "{elapsed} s: {answer:?}");
 }

@@ -34,12 +34,11 @@ fn rotated(random: &mut ChaCha8Rng, count: usize) -> (Vec<DVec3>, [DVec3; 4], DV
     (vertices.clone(), [inside, on_edge, vertices[i], outside], turn * DVec3::Z)
 }
 
+/// The same emission whichever vertex is named first: a value at the first vertex and a slope would be rounded anew for each.
 fn emission(kind: usize, vertices: &[DVec3], first: usize, slope: DVec3) -> Emission {
-    let value = |v: DVec3| 2.0 + slope.dot(v - vertices[0]);
-    match kind {
-        0 => Emission::Constant(1.0),
-        _ => Emission::gradient(value(vertices[first]), slope),
-    }
+    let mut values: Vec<f64> = vertices.iter().map(|v| 2.0 + slope.dot(*v - vertices[0])).collect();
+    values.rotate_left(first);
+    if kind == 0 { Emission::Constant(1.0) } else { Emission::at_vertices(values) }
 }
 
 fn starting_at(vertices: &[DVec3], first: usize) -> Polygon {

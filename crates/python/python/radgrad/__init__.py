@@ -16,7 +16,7 @@ the unit of length. An emitter emits to the side from which its vertices are cou
 (0.138531605995, True)
 """
 
-from ._audit import AuditReport, Case, audit, verify
+from ._audit import AuditReport, Case, audit, audit_families, cases, verify
 from ._evaluate import (
     METHODS,
     Affine,
@@ -55,6 +55,8 @@ __all__ = [
     "Solution",
     "Total",
     "audit",
+    "audit_families",
+    "cases",
     "digits",
     "distributed",
     "each",

@@ -73,6 +73,11 @@ class AuditReport:
         return self.csv("figures")
 
 
+def audit_families() -> "list[str]":
+    """Names of the families of cases: each one way of being difficult."""
+    return _radgrad.audit_families()
+
+
 def verify(cases: int = 41_800, seed: int = 1, families: Sequence[str] = ()) -> AuditReport:
     """Measure our own answers in random cases, as `cargo xtask verify` does. Ctrl-C ends it.
 
@@ -107,7 +112,7 @@ def cases(count: int, seed: int = 1, families: Sequence[str] = (), occluders: bo
 
     With `occluders=False` only cases with nothing in between.
     """
-    for family in families or _radgrad.audit_families():
+    for family in families or audit_families():
         for index in range(count):
             found = _radgrad.audit_case(f"{family}:{seed}:{index}")
             if found is None:

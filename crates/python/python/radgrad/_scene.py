@@ -12,10 +12,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _radgrad
-from ._evaluate import Floats, _numbers, _rows
+from ._evaluate import Floats, _numbers, _rows, _whole
 
 if TYPE_CHECKING:
-    from scipy.sparse import csr_array
+    from scipy.sparse import csr_array  # type: ignore[import-untyped]
 
 PathLike = Union[str, "os.PathLike[str]"]
 
@@ -98,7 +98,7 @@ class Scene:
             raise ValueError(f"{len(names)} names for {count} faces: give one for each")
         named = [str(name) for name in names] if names is not None else [f"face {index}" for index in range(count)]
         self._core = _radgrad.SceneCore.from_arrays(
-            np.ascontiguousarray(points),
+            _whole(points),
             np.array([len(outline) for outline in outlines], dtype=np.int64),
             np.concatenate([np.zeros(0, dtype=np.int64), *outlines]),
             _per_face(shares, "reflectance", count, len(channels)),
@@ -374,7 +374,7 @@ def _per_face(values: Floats, what: str, faces: int, channels: int) -> Floats:
         whole = np.broadcast_to(column, (faces, channels))
     except ValueError:
         raise ValueError(f"{what} has shape {values.shape}: expected ({faces},) or ({faces}, {channels})") from None
-    return np.ascontiguousarray(whole).reshape(-1)
+    return _whole(whole).reshape(-1)
 
 
 class Factors:
@@ -471,15 +471,21 @@ def _places(names: "list[str]", order: "list[str]") -> "NDArray[np.int64]":
 
 @dataclass(frozen=True)
 class Gathered:
-    """Radiosity at points, with a proven bound and an estimate. `S` is the shape of the points."""
+    """Radiosity and irradiance at points, each with a proven bound and an estimate. `S` is the shape of the points."""
 
-    #: `S + (channels,)`: radiosity, in the unit of the emission.
+    #: `S + (channels,)`: radiosity, in the unit of the emission; in free space that of a white surface, which is the irradiance.
     radiosity: Floats
     #: `S + (channels,)`: proven bounds on its errors; infinite where there is none.
     bound: Floats
     #: `S + (channels,)`: estimates of its errors.
     estimate: Floats
-    #: `S`: faces that the points are on.
+    #: `S + (channels,)`: irradiance, what arrives, in the same unit.
+    irradiance: Floats
+    #: `S + (channels,)`: proven bounds on its errors.
+    irradiance_bound: Floats
+    #: `S + (channels,)`: estimates of its errors.
+    irradiance_estimate: Floats
+    #: `S`: faces that the points are on; -1 in free space.
     face: "NDArray[np.int64]"
 
 
@@ -524,28 +530,29 @@ class Solution:
         its mean, with bound and estimate. Radiosities in the unit of the emission, `bound` and `estimate` over the mean."""
         return json.loads(self._core.summary())
 
-    def gather(self, points: ArrayLike, normals: ArrayLike) -> Gathered:
-        """Radiosity at points on faces, each by one exact gather.
+    def gather(self, points: ArrayLike, normals: ArrayLike, on: Optional[str] = None) -> Gathered:
+        """Radiosity and irradiance at points anywhere, each by one exact gather.
 
         Parameters
         ----------
         points, normals : (..., 3)
-            They broadcast to a shape `S`. A point is on the face that is there and faces along the normal.
+            They broadcast to a shape `S`. A point within a millionth of the scene's extent of a face is on it, and the face faces along
+            the normal; others are sensors in free space, that see what is before the normal and hide nothing.
+        on : "face" or "free", optional
+            Where all points are taken to be, instead.
 
         Returns
         -------
         Gathered
-            `radiosity`, `bound` and `estimate`, each S + (channels,).
+            `radiosity`, `bound` and `estimate`, and the same of the `irradiance`, each S + (channels,).
 
         Raises
         ------
         ValueError
-            If a point is on no face.
+            If a point is near a face, and none there faces along the normal; or not finite.
         """
         shape, rows, directions = _pairs(points, normals)
-        radiosity, bound, estimate, face = self._core.gather(rows, directions, list(shape))
-        tail = (*shape, len(self._scene.channels))
-        return Gathered(radiosity.reshape(tail), bound.reshape(tail), estimate.reshape(tail), face.reshape(shape)[()])
+        return _gathered(self._core.gather(rows, directions, _on_face(on), list(shape)), shape, len(self._scene.channels))
 
     def to_vtu(self, file: PathLike) -> None:
         """Write the solution for ParaView: radiosity, gradient and bounds at vertices, where the error comes from on cells."""
@@ -604,6 +611,18 @@ class Solution:
         return Picture(radiosity.reshape(shape), bound.reshape(shape))
 
 
+def _on_face(on: Optional[str]) -> Optional[bool]:
+    if on not in (None, "face", "free"):
+        raise ValueError(f'on is {on!r}: it must be "face", "free" or None')
+    return None if on is None else on == "face"
+
+
+def _gathered(columns: Any, shape: "tuple[int, ...]", channels: int) -> Gathered:
+    *numbers, face = columns
+    found = [column.reshape((*shape, channels)) for column in numbers]
+    return Gathered(found[0], found[1], found[2], found[3], found[4], found[5], face.reshape(shape)[()])
+
+
 def _pairs(points: Any, normals: Any) -> "tuple[tuple[int, ...], Floats, Floats]":
     """The shape of points and normals together, and rows of each."""
     positions, directions = _rows(points, "points"), _rows(normals, "normals")
@@ -612,7 +631,7 @@ def _pairs(points: Any, normals: Any) -> "tuple[tuple[int, ...], Floats, Floats]
     except ValueError:
         shapes = f"points {positions.shape[:-1]} and normals {directions.shape[:-1]}"
         raise ValueError(f"{shapes} cannot be broadcast together") from None
-    rows = [np.ascontiguousarray(np.broadcast_to(array, (*shape, 3)).reshape(-1, 3)) for array in (positions, directions)]
+    rows = [_whole(np.broadcast_to(array, (*shape, 3)).reshape(-1, 3)) for array in (positions, directions)]
     return shape, rows[0], rows[1]
 
 

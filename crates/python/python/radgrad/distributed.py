@@ -19,7 +19,8 @@ from numpy.typing import ArrayLike
 
 from . import _radgrad
 from ._audit import AuditReport, _checked
-from ._scene import Factors, Gathered, Scene, Solution, _from_bytes, _pairs, _settings, _solved_again
+from ._evaluate import _whole
+from ._scene import Factors, Gathered, Scene, Solution, _from_bytes, _gathered, _on_face, _pairs, _settings, _solved_again
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -62,10 +63,13 @@ def _threads(client: "Client") -> int:
 
 
 def _sent(client: "Client", scene: Scene) -> "tuple[str, Any]":
-    """The digest of a scene, and its bytes as a future that workers take from the scheduler's hand or from each other."""
-    content, notes = scene._core.to_bytes(), scene.notes
+    """The digest of a scene, and its bytes as a task: made once, handed from worker to worker, and made again if its holder dies."""
     digest = scene.digest
-    return digest, client.scatter((content, notes), hash=True)
+    return digest, client.submit(_held, scene._core.to_bytes(), scene.notes, key=f"radgrad-scene-{digest}")
+
+
+def _held(content: bytes, notes: "list[str]") -> "tuple[bytes, list[str]]":
+    return content, notes
 
 
 def _scene(digest: str, sent: "tuple[bytes, list[str]]") -> Scene:
@@ -132,16 +136,28 @@ def factors(
     return Factors(scene, scene._core.join(settings, blocks))
 
 
-def _gathered(
-    digests: "tuple[str, str]", sent: "tuple[bytes, list[str]]", again: "dict[str, Any]", points: Any, normals: Any, shape: "list[int]"
+def _job(
+    digests: "tuple[str, str]",
+    sent: "tuple[bytes, list[str]]",
+    again: "dict[str, Any]",
+    points: Any,
+    normals: Any,
+    on_face: Optional[bool],
 ) -> "tuple[Any, ...]":
     """A job of `gather`."""
     scene = _scene(digests[0], sent)
     solution: Solution = _keep("/".join(digests), lambda: _solved_again(scene, again, digests[1]))
-    return solution._core.gather(points, normals, shape)
+    return solution._core.gather(_whole(points), _whole(normals), on_face, [len(points)])
 
 
-def gather(solution: Solution, points: ArrayLike, normals: ArrayLike, client: "Client", jobs: Optional[int] = None) -> Gathered:
+def gather(
+    solution: Solution,
+    points: ArrayLike,
+    normals: ArrayLike,
+    client: "Client",
+    on: Optional[str] = None,
+    jobs: Optional[int] = None,
+) -> Gathered:
     """`Solution.gather` on a cluster, by blocks of points: the same bytes.
 
     A worker is sent the scene, and solves it once: a solution is a function of the scene and of what was asked, to the last digit, and
@@ -151,7 +167,7 @@ def gather(solution: Solution, points: ArrayLike, normals: ArrayLike, client: "C
     ----------
     solution : Solution
         What was solved.
-    points, normals : (..., 3)
+    points, normals, on
         As of `Solution.gather`.
     client : dask.distributed.Client
         The cluster.
@@ -169,13 +185,13 @@ def gather(solution: Solution, points: ArrayLike, normals: ArrayLike, client: "C
     digest, sent = _sent(client, solution.scene)
     digests, again = (digest, solution.digest), solution._again()
     futures = [
-        client.submit(_gathered, digests, sent, again, rows[first:end], directions[first:end], [end - first], pure=False)
+        client.submit(_job, digests, sent, again, rows[first:end], directions[first:end], _on_face(on), pure=False)
         for first, end in zip(cuts[:-1], cuts[1:])
     ]
     parts = _results(client, futures)
-    tail = (*shape, len(solution.scene.channels))
-    radiosity, bound, estimate, face = [np.concatenate([np.zeros(0), *column]) for column in zip(*parts)] if parts else [np.zeros(0)] * 4
-    return Gathered(radiosity.reshape(tail), bound.reshape(tail), estimate.reshape(tail), face.astype(np.int64).reshape(shape)[()])
+    if not parts:
+        return solution.gather(points, normals, on)
+    return _gathered([np.concatenate(column) for column in zip(*parts)], shape, len(solution.scene.channels))
 
 
 def verify(
