@@ -15,7 +15,7 @@ from . import _radgrad
 from ._evaluate import Floats, _numbers, _rows, _whole
 
 if TYPE_CHECKING:
-    from scipy.sparse import csr_array
+    from scipy.sparse import csr_array  # type: ignore[import-untyped]
 
 PathLike = Union[str, "os.PathLike[str]"]
 
@@ -619,7 +619,8 @@ def _on_face(on: Optional[str]) -> Optional[bool]:
 
 def _gathered(columns: Any, shape: "tuple[int, ...]", channels: int) -> Gathered:
     *numbers, face = columns
-    return Gathered(*[column.reshape((*shape, channels)) for column in numbers], face.reshape(shape)[()])
+    found = [column.reshape((*shape, channels)) for column in numbers]
+    return Gathered(found[0], found[1], found[2], found[3], found[4], found[5], face.reshape(shape)[()])
 
 
 def _pairs(points: Any, normals: Any) -> "tuple[tuple[int, ...], Floats, Floats]":
