@@ -1,15 +1,19 @@
 //! What is recorded in `data/` and beside this file, against what is measured now.
 
+use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
 use radgrad_audit::bounds::campaign;
 use radgrad_audit::bounds::check::check;
 use radgrad_audit::bounds::mark::Mark;
-use radgrad_audit::family::Family;
+use radgrad_audit::decade::Decade;
+use radgrad_audit::family::{Family, Name};
 use radgrad_audit::gates::{Gates, Violation};
+use radgrad_audit::measure::{Outcome, Quantity, measure};
 use radgrad_audit::regression::Regression;
 use radgrad_audit::run::Run;
+use radgrad_audit::witness::{self, Place};
 
 fn data(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../data").join(name)
@@ -57,4 +61,50 @@ fn a_small_campaign_gives_the_recorded_bounds_on_every_machine() {
 fn a_small_run_is_within_the_gates() {
     let table = Run::of_each(6, &Family::ALL, 4).table(|_| ());
     assert_eq!(gates().violations(&table), []);
+}
+
+#[test]
+fn the_recorded_worst_cases_have_the_errors_that_the_table_says() {
+    let mut reader = csv::Reader::from_path(data("tables/errors.csv")).expect("data/tables/errors.csv");
+    let rows: Vec<[String; 7]> = reader.deserialize().map(|row| row.expect("seven columns")).collect();
+    assert!(rows.len() > 200);
+    let mut outcomes: BTreeMap<Name, Outcome> = BTreeMap::new();
+    for [family, quantity, _, _, _, worst, case] in rows {
+        let name: Name = case.parse().expect("the name of a case");
+        let outcome = outcomes.entry(name).or_insert_with(|| measure(&name.case()));
+        let quantity = Quantity::ALL.into_iter().find(|q| q.name() == quantity).expect("a quantity");
+        let figure = outcome.figure(quantity).unwrap_or_else(|| panic!("{name}: {outcome:?}"));
+        assert_eq!(Decade::of(figure).to_string(), worst, "{family}, {}, {name}", quantity.name());
+    }
+}
+
+#[test]
+fn no_recorded_case_breaks_its_bound_and_no_bound_is_smaller_than_recorded() {
+    let witnesses = witness::all(&data("worst")).expect("data/worst");
+    assert!(witnesses.len() > 100);
+    let wrong: Vec<String> = witnesses
+        .iter()
+        .flat_map(|witness| witness.wrong().into_iter().map(|wrong| format!("{}: {}", witness.case.id, wrong.what)))
+        .collect();
+    assert_eq!(wrong, Vec::<String>::new());
+}
+
+#[test]
+fn the_table_of_the_search_is_that_of_the_recorded_cases() {
+    let mut worst: BTreeMap<Place, f64> = BTreeMap::new();
+    for witness in witness::all(&data("worst")).expect("data/worst") {
+        let most = worst.entry(witness.place).or_default();
+        *most = most.max(witness.ratio);
+    }
+    let mut reader = csv::Reader::from_path(data("tables/search.csv")).expect("data/tables/search.csv");
+    let rows: Vec<[String; 8]> = reader.deserialize().map(|row| row.expect("eight columns")).collect();
+    assert!(rows.len() > 60);
+    for [by, emission, sight, quantity, _, ratio, _, why] in rows {
+        let name = format!("{by} {emission} {sight} {quantity}");
+        let found = worst.iter().find(|(place, _)| place.to_string() == name);
+        let found = *found.unwrap_or_else(|| panic!("{name} has no witness")).1;
+        let stated: f64 = ratio.parse().expect("a number");
+        assert!((found - stated).abs() < 6e-4 || found > stated, "{name}: {found} and {stated}");
+        assert!(stated >= 0.05 || why.len() > 20, "{name}: {stated} of the bound without a reason");
+    }
 }

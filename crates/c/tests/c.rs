@@ -1,38 +1,12 @@
-//! The library as C sees it: a program in C is compiled against the header and run, and calls are counted that must not allocate.
+//! The library as C sees it: a program in C is compiled against the header and run.
 
-#![allow(unsafe_code, reason = "an allocator that counts, and functions for C")]
+#![allow(unsafe_code, reason = "functions for C")]
 
-use std::alloc::{GlobalAlloc, Layout, System};
-use std::cell::Cell;
 use std::path::Path;
 use std::process::Command;
 use std::ptr::null_mut;
 
 use radgrad_c::*;
-
-/// Counts what the thread allocates.
-struct Counting;
-
-thread_local! {
-    static ALLOCATED: Cell<usize> = const { Cell::new(0) };
-}
-
-// SAFETY: it hands on to the system's allocator.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        ALLOCATED.set(ALLOCATED.get() + 1);
-        // SAFETY: as for the caller.
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        // SAFETY: as for the caller.
-        unsafe { System.dealloc(pointer, layout) }
-    }
-}
-
-#[global_allocator]
-static ALLOCATOR: Counting = Counting;
 
 const SQUARE: [f64; 12] = [0.0, 0.0, 1.0, 0.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 0.0, 1.0];
 const UP: [f64; 3] = [0.0, 0.0, 1.0];
@@ -42,90 +16,6 @@ fn constant() -> *mut Emitter {
     // SAFETY: four vertices, and room for an address.
     assert_eq!(unsafe { radgrad_emitter_constant(SQUARE.as_ptr(), 4, 1.0, &raw mut lamp) }, Status::RADGRAD_OK);
     lamp
-}
-
-fn linear() -> *mut Emitter {
-    let (mut lamp, values) = (null_mut(), [1.0, 2.0, 3.0, 2.0]);
-    // SAFETY: four vertices with their values, and room for an address.
-    assert_eq!(unsafe { radgrad_emitter_linear(SQUARE.as_ptr(), 4, values.as_ptr(), &raw mut lamp) }, Status::RADGRAD_OK);
-    lamp
-}
-
-/// Over, beside and near below, and cut by the horizon.
-fn points(count: usize) -> (Vec<f64>, Vec<f64>) {
-    let mut state = 1_u64;
-    let mut random = || {
-        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        f64::from(u32::try_from(state >> 33).unwrap()) / f64::from(1_u32 << 31)
-    };
-    let point = |i: usize| {
-        let depth = [0.5, 0.99, 0.8, 0.7, 0.9, 1.5][i % 6];
-        [3.0 * random() - 1.0, 3.0 * random() - 1.0, depth, random() - 0.5, random() - 0.5, random() + 0.01]
-    };
-    let all: Vec<[f64; 6]> = (0..count).map(point).collect();
-    (all.iter().flat_map(|p| [p[0], p[1], p[2]]).collect(), all.iter().flat_map(|p| [p[3], p[4], p[5]]).collect())
-}
-
-#[test]
-fn calls_near_an_emitter_do_not_allocate() {
-    let (position, normal) = points(6000);
-    let single = |numbers: &[f64]| numbers.iter().map(|c| format!("{c:e}").parse::<f32>().unwrap()).collect::<Vec<f32>>();
-    let (mut narrow, mut narrow_normal) = (single(&position), single(&normal));
-    let (mut position, mut normal) = (position, normal);
-    let (mut radiosity, mut error, mut values) = (vec![0.0; 6000], vec![0.0; 6000], vec![0.0_f32; 6000]);
-    let mut gradient = vec![0.0; 18_000];
-    for lamp in [constant(), linear()] {
-        let room = radgrad_room_new();
-        let rows = |data: &mut Vec<f64>| ArrayF64 { data: data.as_mut_ptr(), point_stride: 3, component_stride: 1 };
-        let numbers = |data: &mut Vec<f64>| ArrayF64 { data: data.as_mut_ptr(), point_stride: 1, component_stride: 0 };
-        let nothing = ArrayF64 { data: null_mut(), point_stride: 0, component_stride: 0 };
-        let given = PointsF64 { count: 6000, position: rows(&mut position), normal: rows(&mut normal), reflectance: nothing };
-        let wanted = AnswersF64 {
-            radiosity: numbers(&mut radiosity),
-            gradient: rows(&mut gradient),
-            radiosity_error: numbers(&mut error),
-            gradient_error: nothing,
-        };
-        let rows = |data: &mut Vec<f32>| ArrayF32 { data: data.as_mut_ptr(), point_stride: 3, component_stride: 1 };
-        let none = ArrayF32 { data: null_mut(), point_stride: 0, component_stride: 0 };
-        let narrow_given =
-            PointsF32 { count: 6000, position: rows(&mut narrow), normal: rows(&mut narrow_normal), reflectance: none };
-        let narrow_wanted = AnswersF32 {
-            radiosity: ArrayF32 { data: values.as_mut_ptr(), point_stride: 1, component_stride: 0 },
-            gradient: none,
-            radiosity_error: none,
-            gradient_error: none,
-        };
-        let mut one = Answer::default();
-        let before = ALLOCATED.get();
-        // SAFETY: all arrays have 6000 points, and room and lamp are from the library.
-        unsafe {
-            assert_eq!(radgrad_batch_f64(room, lamp, given, 1e-10, wanted, null_mut()), Status::RADGRAD_OK);
-            assert_eq!(radgrad_batch_f32(room, lamp, narrow_given, 1e-4, narrow_wanted, null_mut()), Status::RADGRAD_OK);
-        }
-        let in_batches = ALLOCATED.get() - before;
-        let (before, mut answered) = (ALLOCATED.get(), 0);
-        for i in (0..18_000).step_by(3) {
-            // SAFETY: there are three numbers each, and the lamp is from the library.
-            let status = unsafe {
-                radgrad_evaluate(lamp, position.as_ptr().add(i), normal.as_ptr().add(i), 1.0, 1e-10, &raw mut one)
-            };
-            assert_eq!(status, Status::RADGRAD_OK);
-            assert!((one.radiosity - radiosity[i / 3]).abs() <= one.radiosity_error + error[i / 3]);
-            answered += usize::from(one.radiosity > 0.0);
-        }
-        let one_by_one = ALLOCATED.get() - before;
-        println!("{in_batches} allocations in 12 chunks of two batches, {one_by_one} in {answered} calls");
-        // The outline of the emitter, or a few things of a linear one, for each chunk; corners where a Gauss rule is the cheapest.
-        assert!(in_batches <= 12 * 8 + answered / 10, "{in_batches}");
-        assert!(one_by_one <= answered / 10, "{one_by_one} of {answered}");
-        assert!(radiosity.iter().filter(|value| **value > 0.0).count() > 1500);
-        // SAFETY: they are not used any more.
-        unsafe {
-            radgrad_room_free(room);
-            radgrad_emitter_free(lamp);
-        }
-    }
 }
 
 #[test]

@@ -21,9 +21,29 @@ use crate::scalar::number::ROUNDOFF;
 use crate::scalar::vec3::Vec3;
 
 /// The relative error that [`evaluate`] asks for.
+///
+/// ```
+/// use radgrad_core::{DEFAULT_TOLERANCE, DVec3, Emission, Emitter, Polygon, Receiver, evaluate};
+/// let corners = [(0.0, 0.0), (0.0, 1.0), (1.0, 1.0), (1.0, 0.0)].map(|(x, y)| DVec3::new(x, y, 1.0));
+/// let lamp = Emitter::new(Polygon::new(corners.to_vec())?, Emission::Constant(1.0))?;
+/// let answer = evaluate(&Receiver::new(DVec3::new(0.3, 0.2, 0.9), DVec3::X, 1.0)?, &lamp, &[])?;
+/// assert!(answer.meets(DEFAULT_TOLERANCE));
+/// # Ok::<(), radgrad_core::Error>(())
+/// ```
 pub const DEFAULT_TOLERANCE: f64 = 1e-12;
 
 /// [`evaluate_to`] a relative tolerance of [`DEFAULT_TOLERANCE`].
+///
+/// ```
+/// use radgrad_core::{DVec3, Emission, Emitter, Polygon, Receiver, evaluate};
+/// let square = |x: f64, z: f64| [(0.0, 0.0), (0.0, 1.0), (1.0, 1.0), (1.0, 0.0)].map(|(a, y)| DVec3::new(x + a, y, z));
+/// let lamp = Emitter::new(Polygon::new(square(0.0, 1.0).to_vec())?, Emission::Constant(1.0))?;
+/// let middle = Receiver::new(DVec3::new(0.5, 0.5, 0.0), DVec3::Z, 1.0)?;
+/// let screen = Polygon::new(square(0.0, 0.5).to_vec())?; // as large, half as far: it hides all of the lamp
+/// assert!((evaluate(&middle, &lamp, &[])?.radiosity - 0.239_457).abs() < 1e-5);
+/// assert_eq!(evaluate(&middle, &lamp, [&screen])?.radiosity, 0.0);
+/// # Ok::<(), radgrad_core::Error>(())
+/// ```
 ///
 /// # Errors
 /// If a result over- or underflows.
@@ -124,6 +144,15 @@ fn value(receiver: &Receiver, emitter: &Emitter, occluders: &[&Polygon], toleran
 /// Radiosity `B(x)` alone: the digits of the closed form in double precision, without bound and gradient. Where that breaks
 /// down, on a line through the receiver to the last digit, and where most of its digits cancel, the ladder of [`evaluate`] answers.
 ///
+/// ```
+/// use radgrad_core::{DVec3, Emission, Emitter, Polygon, Receiver, radiosity};
+/// let corners = [(0.0, 0.0), (0.0, 1.0), (1.0, 1.0), (1.0, 0.0)].map(|(x, y)| DVec3::new(x, y, 1.0));
+/// let lamp = Emitter::new(Polygon::new(corners.to_vec())?, Emission::Constant(2.0))?;
+/// let corner = Receiver::new(DVec3::ZERO, DVec3::Z, 0.5)?;
+/// assert!((radiosity(&corner, &lamp)? - 0.138_531_605_994_893).abs() < 1e-15);
+/// # Ok::<(), radgrad_core::Error>(())
+/// ```
+///
 /// # Errors
 /// If the result over- or underflows.
 pub fn radiosity(receiver: &Receiver, emitter: &Emitter) -> Result<f64, Error> {
@@ -142,6 +171,16 @@ pub fn radiosity(receiver: &Receiver, emitter: &Emitter) -> Result<f64, Error> {
 
 /// Gradient of `B` with respect to `x` alone: the digits of the closed form in double precision, without bound and value; of
 /// [`evaluate`] where they cancel.
+///
+/// ```
+/// use radgrad_core::{DVec3, Emission, Emitter, Polygon, Receiver, gradient};
+/// let corners = [(0.0, 0.0), (0.0, 1.0), (1.0, 1.0), (1.0, 0.0)].map(|(x, y)| DVec3::new(x, y, 1.0));
+/// let lamp = Emitter::new(Polygon::new(corners.to_vec())?, Emission::Constant(1.0))?;
+/// let slope = gradient(&Receiver::new(DVec3::new(0.5, 0.5, 0.0), DVec3::Z, 1.0)?, &lamp)?;
+/// assert!(slope.truncate().length() < 1e-14, "under the middle it is brightest");
+/// assert!(slope.z > 0.3, "nearer the lamp it is brighter");
+/// # Ok::<(), radgrad_core::Error>(())
+/// ```
 ///
 /// # Errors
 /// If the result over- or underflows.
@@ -162,6 +201,16 @@ pub fn gradient(receiver: &Receiver, emitter: &Emitter) -> Result<DVec3, Error> 
 
 /// Radiosity and gradient together: the digits of the closed form in double precision, without bounds; of [`evaluate`] where they
 /// cancel.
+///
+/// ```
+/// use radgrad_core::{DVec3, Emission, Emitter, Polygon, Receiver, radiosity, radiosity_and_gradient};
+/// let corners = [(0.0, 0.0), (0.0, 1.0), (1.0, 1.0), (1.0, 0.0)].map(|(x, y)| DVec3::new(x, y, 1.0));
+/// let lamp = Emitter::new(Polygon::new(corners.to_vec())?, Emission::Constant(1.0))?;
+/// let at = |x| Receiver::new(DVec3::new(x, 0.2, 0.0), DVec3::Z, 1.0);
+/// let (value, slope) = radiosity_and_gradient(&at(0.1)?, &lamp)?;
+/// assert!((radiosity(&at(0.1001)?, &lamp)? - value - 0.0001 * slope.x).abs() < 1e-8);
+/// # Ok::<(), radgrad_core::Error>(())
+/// ```
 ///
 /// # Errors
 /// If a result over- or underflows.
@@ -197,6 +246,16 @@ pub fn radiosity_and_gradient(receiver: &Receiver, emitter: &Emitter) -> Result<
 ///
 /// It has the digits of the closed form in double precision; where most of them cancel, those of [`irradiance_vector_to`] a
 /// tolerance of 1e-9.
+///
+/// ```
+/// use radgrad_core::{DVec3, Emission, Emitter, Polygon, Receiver, irradiance_vector, radiosity};
+/// let corners = [(0.0, 0.0), (0.0, 1.0), (1.0, 1.0), (1.0, 0.0)].map(|(x, y)| DVec3::new(x, y, 1.0));
+/// let lamp = Emitter::new(Polygon::new(corners.to_vec())?, Emission::Constant(1.0))?;
+/// let vector = irradiance_vector(&Receiver::new(DVec3::ZERO, DVec3::Z, 1.0)?, &lamp)?;
+/// let tilted = Receiver::new(DVec3::ZERO, DVec3::new(0.0, 0.6, 0.8), 0.5)?; // the lamp stays above its horizon
+/// assert!((radiosity(&tilted, &lamp)? - 0.5 / std::f64::consts::PI * tilted.normal().dot(vector)).abs() < 1e-15);
+/// # Ok::<(), radgrad_core::Error>(())
+/// ```
 ///
 /// # Errors
 /// If the result over- or underflows, or the receiver is on the surface of an emitter that is not flat ([`Error::OnSurface`]).

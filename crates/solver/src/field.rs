@@ -162,6 +162,11 @@ impl Field {
         smallest(smallest(row.factor() * most, smoothly), row.beyond() * rms)
     }
 
+    /// Mean square of the leaves' radiosity over an element.
+    pub(crate) fn mean_square(&self, element: usize, channel: usize) -> f64 {
+        self.mean_square[element][channel]
+    }
+
     /// Bound on the magnitude of the leaves' radiosity less the element's polynomial.
     pub(crate) fn left_out(&self, element: usize, channel: usize) -> f64 {
         self.beyond[element][channel]

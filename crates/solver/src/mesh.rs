@@ -195,6 +195,11 @@ impl Mesh {
         sum / area
     }
 
+    /// Whether no face only hides others.
+    pub(crate) fn all_exchange(&self) -> bool {
+        self.exchanges.iter().all(|exchanges| *exchanges)
+    }
+
     /// Convex parts of a face's polygon.
     pub(crate) fn convex_parts(&self, face: usize) -> &[Vec<DVec3>] {
         &self.convex[face]

@@ -21,8 +21,12 @@
 //! ```
 //!
 //! The maximum is that of a fractional knapsack (D. Lischinski, B. Smits and D. Greenberg 1994): the largest V first. From any V for
-//! which the right side is at most `V + d`, `V + d/(1 - max rho)` fulfils it, so that sweeps may end at any time. At a point the
-//! `F_j` are known: `|B - B_g| <= rho (sum_j min(F_j s_j, k_j m_j) + sum_j F_j V_j)`, `B_g = E + rho G B_h`.
+//! which the right side is at most `V + d`, `V + d u` fulfils it if `u >= 1 + rho G u` ([`spent`]), so that sweeps may end at any time. At
+//! a point the `F_j` are known: `|B - B_g| <= rho (sum_j min(F_j s_j, k_j m_j) + sum_j F_j V_j)`, `B_g = E + rho G B_h`.
+//!
+//! Whatever was found, `B - E` is nowhere less than 0 nor more than a U with `U >= rho (D + G E + G U)`, D the light of lamps and E what
+//! other faces emit: so `|e|` is at most `max(U + E - min B_h, max B_h)`, which counts where it is less than `s_j + V_j`, and is gathered.
+//! In the mean over all area `B - E` is at most the mean of `w rho (D + G E)`, and `|e|` no more than that and the mean of `|B_h - E|`.
 //!
 //! In the mean over all area `mean |e| <= mean(w |r|)` with `w = 1 + G rho w`, as G is the same both ways; `w_i` is bounded by the
 //! same knapsack. The mean of `B_h` is off by no more than that.
@@ -36,8 +40,9 @@
 //! `sum_j max|B_j| min(f_j, A_j/A_i)`: no more than j sends.
 //!
 //! **By sources.** Nothing changes what x sees of y but an outline: an edge of a face that does not turn the same side to x as the other
-//! face at that edge does, or where faces cross. So if no outline is between i and j, by their hulls, all of j is seen from all of i or
-//! nothing ([`left`]), and what any node sees says which. What is seen as a whole differs from a polynomial of i's degree by what
+//! face at that edge does, or where faces cross. So if no outline of a solid, of faces that hang together, is between i and j, by their
+//! hulls, it hides all of j from all of i or nothing ([`left`]), and what any place of i sees says which. Where a solid stands on i that
+//! is asked of the parts of i beside it. What is seen as a whole differs from a polynomial of i's degree by what
 //! Taylor's leaves: with the even part of `B_j` a sum over the edges e of j, with z heights over i's plane and S the distance of e's line,
 //!
 //! ```text
@@ -46,7 +51,11 @@
 //!
 //! since `dF/dt = (1/pi) sum_e int_e z (e x (y - x)).u / |y - x|^4 ds`, z and the product do not change with t, and `|y - x|^-4` is the
 //! generating function of Gegenbauer's polynomials, `|C_m^2| <= (m + 1)(m + 2)(m + 3)/6`; with the rest of `B_j` the kernel's own series
-//! over the area. The horizon does not move, as i is plane. All other sources count by size, in the part of the hemisphere that is left.
+//! over the area. The horizon does not move, as i is plane. By more places of i than the nodes more is known of what is seen as a whole
+//! ([`finely`]). All other sources count by size, in the part of the hemisphere that is left.
+//!
+//! **Closed scenes.** If faces are met from the front in every direction ([`closed`]) form factors sum to 1, and what is even is gathered
+//! evenly: `H - P H` is that of the radiosity less any number, which is about the mean that i sees.
 //!
 //! **By how fast light changes.** Along a straight way of `D` from a node to x, with `B_h` on the sources split into the polynomial of
 //! the coarsest elements and what each finer one has beyond it,
@@ -67,10 +76,14 @@
 //! Sums and products of at most a few thousand terms are raised by 1e-9 ([`ROUNDED`]). Planes are those of surfaces: what is level with
 //! one up to 1e-12 of the lengths at hand, or stands on it up to 1e-9, is in it, as it is for links.
 
+mod closed;
 mod edges;
+mod finely;
 mod left;
 mod nodes;
 mod terms;
+
+use radgrad_core::mutant;
 
 use radgrad_scene::{largest, smallest as least};
 use rayon::prelude::*;
@@ -83,13 +96,12 @@ use crate::links::cluster::glow::Pair;
 use crate::links::cluster::view::View;
 use crate::links::direct::{Direct, Lamps};
 use crate::links::link::Link;
-use crate::links::transfer::{Kernel, Row};
-use crate::mesh::clusters::Clusters;
+use crate::links::transfer::{Kernel, Optics, Row};
 use crate::mesh::shape::Shape;
 use crate::mesh::surfaces::Surfaces;
 use crate::mesh::{Mesh, Sight};
 use edges::Edges;
-use left::{Gathered, Light, Proof, fill};
+use left::{Gathered, Kind, Light, Proof, fill};
 use nodes::{Nodes, ROUNDED};
 use terms::Target;
 
@@ -104,6 +116,8 @@ const RISE: f64 = 1e-3;
 pub(crate) struct Solved<'a> {
     pub(crate) mesh: &'a Mesh,
     pub(crate) surfaces: &'a Surfaces,
+    pub(crate) lamps: &'a Lamps,
+    pub(crate) optics: Optics<'a>,
     pub(crate) field: &'a Field,
     pub(crate) links: &'a [Vec<Link>],
     pub(crate) far: &'a [Far],
@@ -118,6 +132,8 @@ pub(crate) struct Solved<'a> {
 pub(crate) struct Rest {
     pub(crate) largest: Ledger,
     pub(crate) mean: Ledger,
+    /// Of light that comes from lamps, all that is reflected of it, at most and in the mean.
+    lit: [f64; 2],
 }
 
 /// What a proof needs of a mesh's faces and bases.
@@ -125,6 +141,8 @@ pub(crate) struct Rest {
 pub(crate) struct Ground {
     edges: Edges,
     nodes: [Nodes; 2],
+    /// Whether the form factors of every place sum to 1.
+    closed: bool,
 }
 
 /// The bounds.
@@ -141,39 +159,46 @@ pub(crate) struct Proven {
     /// For each receiver and channel, how much a mean error of 1 on it adds at most to that of all, over its part of the area.
     weights: Vec<Vec<f64>>,
     shares: Vec<Ledger>,
-    /// For each channel, all that is left out and what is carried, on clusters.
+    /// For each element and channel, how much the polynomials are off anywhere on it at most.
+    most_off: Vec<Vec<f64>>,
+    /// For each channel, all that is left out, what is carried, and what polynomials are off, on clusters.
     left_on_clusters: Vec<Vec<Pair>>,
     carried_on_clusters: Vec<Vec<Pair>>,
+    off_on_clusters: Vec<Vec<Pair>>,
 }
 
 impl Ground {
     pub(crate) fn of(mesh: &Mesh) -> Self {
-        Self { edges: Edges::of(mesh), nodes: [0, 1].map(|shape| Nodes::of(&mesh.bases()[shape])) }
+        let edges = Edges::of(mesh);
+        let closed = closed::is_closed(mesh, &edges);
+        Self { edges, nodes: [0, 1].map(|shape| Nodes::of(&mesh.bases()[shape])), closed }
     }
 
-    fn proof<'a>(&'a self, mesh: &'a Mesh, channels: usize) -> Proof<'a> {
-        Proof { mesh, edges: &self.edges, nodes: &self.nodes, channels }
+    fn proof<'a>(&'a self, optics: Optics<'a>, channels: usize) -> Proof<'a> {
+        Proof { mesh: optics.mesh, edges: &self.edges, nodes: &self.nodes, optics, channels }
     }
 
     /// What the projection of direct light leaves out on a leaf, in each channel.
     pub(crate) fn left_of_direct(
         &self,
-        mesh: &Mesh,
+        optics: Optics<'_>,
         surfaces: &Surfaces,
         lamps: &Lamps,
         direct: &Direct,
         leaf: usize,
     ) -> Vec<Rest> {
+        let mesh = optics.mesh;
         let channels = surfaces.emitted[0].len();
         let seen: Vec<(usize, (usize, &Sight))> = lamps.seen(direct).enumerate().collect();
         let seen: Vec<(usize, (usize, &Sight))> =
             seen.into_iter().filter(|(_, (_, sight))| !matches!(sight, Sight::Nothing(_))).collect();
         let value = |index: usize, node: usize, coefficients: &[f64]| coefficients[0] * direct.nodes[node].factors[seen[index].0];
-        let gathered = Gathered { sources: seen.iter().map(|(_, pair)| *pair).collect(), value: &value, error: direct.error() };
-        let proof = self.proof(mesh, channels);
-        let left = proof.left(leaf, &Light::Even(&surfaces.emitted), &gathered);
+        let gathered =
+            Gathered { sources: seen.iter().map(|(_, pair)| *pair).collect(), value: &value, error: direct.error(), all: false };
+        let proof = self.proof(optics, channels);
+        let (left, factors) = proof.left(leaf, &Light::Even(&surfaces.emitted), &gathered);
         let lebesgue = proof.nodes_of(leaf).lebesgue;
-        let rho = &surfaces.reflectance[mesh.elements()[leaf].face()];
+        let (rho, basis) = (&surfaces.reflectance[mesh.elements()[leaf].face()], mesh.basis(leaf));
         let of = |(channel, left): (usize, left::Left)| {
             let error = |kind: usize| direct.nodes.iter().map(|lit| lit.error[channel][kind]).fold(0.0, largest);
             let [clear, past] = [error(0), error(1)];
@@ -181,7 +206,16 @@ impl Ground {
                 Ledger { discretisation, computation: times * clear, visibility: times * past, ..Ledger::default() }
                     * rho[channel]
             };
-            Rest { largest: rest(left.largest, 2.0 * lebesgue), mean: rest(left.mean, 2.0) }
+            let (largest, mean) = (rest(left.largest, 2.0 * lebesgue), rest(left.mean, 2.0));
+            // No more than all lamps give, or than was found and what that leaves out.
+            let emitted = |source: usize| surfaces.emitted[mesh.elements()[source].face()][channel];
+            let all =
+                fill(gathered.sources.iter().zip(&factors).map(|((source, _), factor)| (*factor, emitted(*source))).collect());
+            let at_nodes: Vec<f64> = direct.nodes.iter().map(|lit| lit.irradiance[channel]).collect();
+            let held = basis.project(&at_nodes);
+            let found = [rho[channel] * basis.range(&held)[1] + largest.total(), rho[channel] * held[0] + mean.total()];
+            let lit = found.map(|found| least(rho[channel] * all, found) * ROUNDED);
+            Rest { largest, mean, lit }
         };
         left.into_iter().enumerate().map(of).collect()
     }
@@ -191,17 +225,17 @@ impl Ground {
 /// may: these are sources, each with the largest magnitude of its radiosity.
 pub(crate) fn unseen<'a>(
     ground: &Ground,
-    mesh: &Mesh,
+    optics: Optics<'a>,
     element: usize,
     sources: impl Iterator<Item = (usize, &'a [usize], f64)>,
 ) -> [f64; 2] {
-    let basis = mesh.basis(element);
-    let places: Vec<[f64; 2]> = basis.nodes().iter().map(|node| node.at).collect();
-    let proof = ground.proof(mesh, 1);
+    let mesh = optics.mesh;
+    let places: Vec<[f64; 2]> = mesh.basis(element).nodes().iter().map(|node| node.at).collect();
+    let proof = ground.proof(optics, 1);
     let target = Target::of(&mesh.elements()[element], &places, proof.nodes_of(element));
     let (mut bounds, mut mean) = (Vec::new(), 0.0);
     for (source, faces, size) in sources {
-        if proof.is_cut(&target, element, source, faces) {
+        if proof.kind(element, source, faces) == Kind::Cut {
             let (factor, of) = (target.reach(&mesh.elements()[source]).factor, &mesh.elements()[source]);
             bounds.push((factor, size));
             mean += size * least(factor, of.area() / mesh.elements()[element].area());
@@ -212,12 +246,35 @@ pub(crate) fn unseen<'a>(
 }
 
 impl Solved<'_> {
+    /// What a face emits at most that is no lamp kept apart.
+    fn given(&self, face: usize, channel: usize) -> f64 {
+        let is_lamp = !self.lamps.is_empty() && !self.surfaces.glows_by_texture(face);
+        if is_lamp { 0.0 } else { self.surfaces.emitted[face][channel] }
+    }
+
+    /// Bounds on the polynomial of an element.
+    fn range(&self, element: usize, channel: usize) -> [f64; 2] {
+        let basis = self.mesh.basis(element);
+        basis.range(self.field.of(element, channel, basis.len()))
+    }
+
+    /// A bound on the mean magnitude of what was found to be reflected on a receiver.
+    fn found(&self, receiver: usize, channel: usize) -> f64 {
+        let (basis, face) = (self.mesh.basis(receiver), self.mesh.elements()[receiver].face());
+        let held = self.field.of(receiver, channel, basis.len())[0];
+        let given = self.given(face, channel);
+        // By a texture less may be emitted anywhere than is given.
+        let (mean, more) = if self.surfaces.glows_by_texture(face) { (held, given) } else { (held - given, 0.0) };
+        let rest = self.field.mean_square(receiver, channel) - held * held;
+        (largest(rest, 0.0) + mean * mean).sqrt() * ROUNDED + 1e-6 * held.abs() + more
+    }
+
     fn reflectance(&self, element: usize, channel: usize) -> f64 {
         self.surfaces.reflectance[self.mesh.elements()[element].face()][channel]
     }
 
-    /// What the projection of reflected light leaves out on a receiver, in each channel.
-    fn left_of_reflected(&self, ground: &Ground, receiver: usize) -> Vec<Rest> {
+    /// What the projection of reflected light leaves out on a receiver, in each channel, and what it sees at most of its sources.
+    fn left_of_reflected(&self, ground: &Ground, receiver: usize) -> (Vec<Rest>, Views) {
         let Self { mesh, field, channels, .. } = *self;
         let (links, far) = (&self.links[receiver], &self.far[receiver]);
         let (element, basis) = (&mesh.elements()[receiver], mesh.basis(receiver));
@@ -225,9 +282,10 @@ impl Solved<'_> {
             links[index].rows[node].values.iter().zip(coefficients).map(|(v, c)| v * c).sum()
         };
         let error = links.iter().flat_map(|link| &link.rows).map(|row| row.error).fold(0.0, largest);
-        let gathered = Gathered { sources: links.iter().map(|link| (link.source, &link.sight)).collect(), value: &value, error };
-        let proof = ground.proof(mesh, channels);
-        let left = proof.left(receiver, &Light::Field(field), &gathered);
+        let sources = links.iter().map(|link| (link.source, &link.sight)).collect();
+        let gathered = Gathered { sources, value: &value, error, all: ground.closed && far.is_empty() };
+        let proof = ground.proof(self.optics, channels);
+        let (left, factors) = proof.left(receiver, &Light::Field(field, &[]), &gathered);
         let nodes = ground.nodes[usize::from(element.shape() == Shape::Triangle)].lebesgue;
         let places: Vec<[f64; 2]> = basis.nodes().iter().map(|node| node.at).collect();
         let target = Target::of(element, &places, proof.nodes_of(receiver));
@@ -277,9 +335,14 @@ impl Solved<'_> {
             Rest {
                 largest: rest(left.largest, known.largest_detail(), 2.0 * nodes),
                 mean: rest(left.mean, known.mean_detail(), 2.0),
+                ..Rest::default()
             }
         };
-        left.into_iter().enumerate().map(of).collect()
+        let left = left.into_iter().enumerate().map(of).collect();
+        let of_link = |(link, factor): (&Link, f64)| (link.source, factor, target.reach(&mesh.elements()[link.source]).peak);
+        let sources = links.iter().zip(factors).map(of_link).collect();
+        let of_cluster = |&cluster: &usize| (cluster, mesh.clusters().all()[cluster].view_over(element));
+        (left, Views { sources, clusters: far.clusters().iter().map(of_cluster).collect() })
     }
 
     /// What is left out of what clusters give.
@@ -296,7 +359,7 @@ impl Solved<'_> {
             };
             fill(far.clusters().iter().map(of).collect())
         };
-        largest(bounds(true) - low, high + bounds(false)) * ROUNDED
+        mutant!("solver.left-of-far", largest(bounds(true) - low, high + bounds(false)) * ROUNDED, |left| 0.01 * left)
     }
 }
 
@@ -304,13 +367,8 @@ impl Proven {
     /// The bounds; `None` where light may not be lost, so that there are none.
     pub(crate) fn of(solved: Solved<'_>, ground: &Ground, direct: Vec<Vec<Rest>>) -> Option<Self> {
         let Solved { mesh, receivers, channels, .. } = solved;
-        let rho_most: Vec<f64> =
-            (0..channels).map(|channel| receivers.iter().map(|&r| solved.reflectance(r, channel)).fold(0.0, largest)).collect();
-        if rho_most.iter().any(|rho| *rho >= 1.0 || rho.is_nan()) {
-            return None;
-        }
-        let reflected: Vec<Vec<Rest>> =
-            receivers.par_iter().map(|&receiver| solved.left_of_reflected(ground, receiver)).collect();
+        let (reflected, views): (Vec<Vec<Rest>>, Vec<Views>) =
+            receivers.par_iter().map(|&receiver| solved.left_of_reflected(ground, receiver)).unzip();
         let leaves: Vec<usize> = mesh.leaves().collect();
         let direct = if direct.is_empty() {
             vec![vec![Rest::default(); channels]; mesh.elements().len()]
@@ -322,7 +380,6 @@ impl Proven {
             let (a, b) = (&direct[element][channel], &reflected[element][channel]);
             [a.largest.total() + b.largest.total(), a.mean.total() + b.mean.total()]
         };
-        let views: Vec<Views> = receivers.par_iter().map(|&receiver| Views::of(&solved, ground, receiver)).collect();
         let of_clusters = |of: &(dyn Fn(usize, usize) -> (f64, f64) + Sync)| -> Vec<Vec<Pair>> {
             (0..channels).map(|channel| mesh.clusters().pairs(mesh.elements(), |element| of(element, channel))).collect()
         };
@@ -330,9 +387,23 @@ impl Proven {
             let [most, mean] = left(element, channel);
             (most, mean)
         });
+        let area: f64 = receivers.iter().map(|&receiver| mesh.elements()[receiver].area()).sum();
         let mut carried = vec![vec![0.0; channels]; mesh.elements().len()];
-        let mut weights = vec![vec![0.0; channels]; mesh.elements().len()];
+        let (mut weights, mut most_off) = (carried.clone(), carried.clone());
+        let mut mean: Vec<Ledger> = Vec::with_capacity(channels);
         for channel in 0..channels {
+            let rho = |receiver: usize| solved.reflectance(receiver, channel);
+            let reflected_of = |values: &[f64]| -> Vec<f64> {
+                let swept = sweep(&solved, &views, values);
+                receivers.iter().zip(swept).map(|(&receiver, gathered)| rho(receiver) * gathered).collect()
+            };
+            let spent = spent(&solved, &views, channel)?;
+            let risen = |own: &[f64]| risen(&solved, &views, channel, own, &spent);
+            let spread = |values: &[f64], into: &mut Vec<Vec<f64>>| {
+                for (&receiver, value) in receivers.iter().zip(values) {
+                    into[receiver][channel] = *value;
+                }
+            };
             let own: Vec<f64> = (receivers, &views)
                 .into_par_iter()
                 .map(|(&receiver, views)| {
@@ -345,39 +416,71 @@ impl Proven {
                         let pair = &left_on_clusters[channel][*cluster];
                         (sum + view.at_most(pair.whole, pair.largest), largest(most, pair.largest))
                     });
-                    least(sum, most) * solved.reflectance(receiver, channel)
+                    least(sum, most) * rho(receiver)
                 })
                 .collect();
-            let of_error = risen(&solved, &views, channel, &own, rho_most[channel]);
-            let of_light: Vec<f64> = receivers.iter().map(|&receiver| solved.reflectance(receiver, channel)).collect();
-            let of_light = risen(&solved, &views, channel, &of_light, rho_most[channel]);
-            let spread = |values: &[f64], into: &mut Vec<Vec<f64>>| {
-                for (&receiver, value) in receivers.iter().zip(values) {
-                    into[receiver][channel] = *value;
-                }
-            };
-            spread(&of_error, &mut carried);
+            let of_error = risen(&own);
+            let of_light: Vec<f64> = receivers.iter().map(|&receiver| rho(receiver)).collect();
+            let of_light = risen(&of_light);
             // What is reflected of the light, for each unit of what arrives.
-            let swept = sweep(&solved, &views, channel, &everywhere_most(mesh, receivers, &of_light));
-            spread(&swept.iter().map(|gathered| 1.0 + gathered).collect::<Vec<f64>>(), &mut weights);
-            let most = everywhere_most(mesh, receivers, &of_error);
-            carried.iter_mut().zip(most).for_each(|(at, most)| at[channel] = most);
+            let swept = sweep(&solved, &views, &everywhere_most(mesh, receivers, &of_light));
+            let of_unit: Vec<f64> = swept.iter().map(|gathered| 1.0 + gathered).collect();
+            spread(&of_unit, &mut weights);
+
+            // What there is at most, whatever was found.
+            let given: Vec<f64> = mesh.elements().iter().map(|element| solved.given(element.face(), channel)).collect();
+            let once = reflected_of(&given);
+            let own: Vec<f64> =
+                receivers.iter().zip(&once).map(|(&receiver, once)| direct[receiver][channel].lit[0] + once).collect();
+            let bright = everywhere_most(mesh, receivers, &risen(&own));
+            let ranges: Vec<[f64; 2]> = leaves.iter().map(|&leaf| solved.range(leaf, channel)).collect();
+            let [low, high] = [-1.0, 1.0].map(|sign| {
+                let of: Vec<f64> = ranges.iter().map(|[low, high]| if sign < 0.0 { -low } else { *high }).collect();
+                everywhere_most(mesh, &leaves, &of)
+            });
+            let errors = everywhere_most(mesh, receivers, &of_error);
+            let off: Vec<f64> = (0..mesh.elements().len())
+                .map(|element| {
+                    let known = left(element, channel)[0] + errors[element];
+                    least(known, largest(bright[element] + given[element] + low[element], high[element])) * ROUNDED
+                })
+                .collect();
+            let of_error: Vec<f64> = reflected_of(&off).into_iter().zip(of_error).map(|(a, b)| least(a, b)).collect();
+            carried.iter_mut().zip(everywhere_most(mesh, receivers, &of_error)).for_each(|(at, most)| at[channel] = most);
+            most_off.iter_mut().zip(off).for_each(|(at, off)| at[channel] = off);
+
+            let part = |receiver: usize| mesh.elements()[receiver].area() / area;
+            let of = |&receiver: &usize| {
+                (direct[receiver][channel].mean + reflected[receiver][channel].mean)
+                    * (part(receiver) * weights[receiver][channel])
+            };
+            let known = receivers.iter().map(of).sum::<Ledger>() * ROUNDED;
+            // Or all that is reflected, and all that was found of it.
+            let of = |((&receiver, once), weight): ((&usize, &f64), &f64)| {
+                part(receiver) * (weight * (direct[receiver][channel].lit[1] + once) + solved.found(receiver, channel))
+            };
+            let all = receivers.iter().zip(&once).zip(&of_unit).map(of).sum::<f64>() * ROUNDED;
+            let total = known.total();
+            mean.push(if all < total { known * (all / total * ROUNDED) } else { known });
         }
         let carried_on_clusters = of_clusters(&|element, channel| (carried[element][channel], carried[element][channel]));
-        let area: f64 = receivers.iter().map(|&receiver| mesh.elements()[receiver].area()).sum();
-        let mean_of = |channel: usize| {
-            let of = |&receiver: &usize| {
-                let part = mesh.elements()[receiver].area() / area * weights[receiver][channel];
-                (direct[receiver][channel].mean + reflected[receiver][channel].mean) * part
-            };
-            receivers.iter().map(of).sum::<Ledger>() * ROUNDED
-        };
-        let mean: Vec<Ledger> = (0..channels).map(mean_of).collect();
+        let off_on_clusters = of_clusters(&|element, channel| (most_off[element][channel], most_off[element][channel]));
         if mean.iter().any(|of| !of.total().is_finite()) {
             return None;
         }
         let shares = mean.iter().map(|of| if of.total() > 0.0 { *of * (1.0 / of.total()) } else { *of }).collect();
-        Some(Self { mean, direct, reflected, carried, weights, shares, left_on_clusters, carried_on_clusters })
+        Some(Self {
+            mean,
+            direct,
+            reflected,
+            carried,
+            weights,
+            most_off,
+            shares,
+            left_on_clusters,
+            carried_on_clusters,
+            off_on_clusters,
+        })
     }
 
     /// How much a receiver adds to the bound on the mean by what it leaves out itself, over its part of the area.
@@ -385,14 +488,19 @@ impl Proven {
         self.weights[receiver][channel] * self.reflected[receiver][channel].mean.total()
     }
 
-    /// What is left out on a leaf and on the receiver that it is or is below.
-    pub(crate) fn left_on(&self, leaf: usize, receiver: usize, channel: usize) -> Ledger {
-        self.direct[leaf][channel].largest + self.reflected[receiver][channel].largest
-    }
-
-    /// Bound on the error of gathers at every place of a receiver.
-    pub(crate) fn carried_on(&self, receiver: usize, channel: usize) -> Ledger {
-        self.shares[channel].map(|share| if share > 0.0 { share * self.carried[receiver][channel] } else { 0.0 })
+    /// Bound on the error of the polynomials at every place of a leaf, with the receiver that it is or is below.
+    pub(crate) fn on(&self, leaf: usize, receiver: usize, channel: usize) -> Ledger {
+        let left = self.direct[leaf][channel].largest + self.reflected[receiver][channel].largest;
+        let all = left
+            + self.shares[channel].map(|share| {
+                if share > 0.0 {
+                    mutant!("solver.carried", share * self.carried[receiver][channel], |carried| 0.01 * carried)
+                } else {
+                    0.0
+                }
+            });
+        let (total, most) = (all.total(), self.most_off[leaf][channel]);
+        if most < total { all * (most / total * ROUNDED) } else { all }
     }
 
     /// Bound on what the error of the polynomials gives to a point, from what each of its links and clusters gives; `rho` is the
@@ -400,21 +508,24 @@ impl Proven {
     pub(crate) fn at(&self, rows: &[(usize, Row)], far: &Far, rho: &[f64]) -> Vec<Ledger> {
         let of_channel = |(channel, rho): (usize, &f64)| {
             let (mut near, mut most) = (0.0, 0.0);
-            let mut seen = Vec::with_capacity(rows.len());
+            let (mut seen, mut off) = (Vec::with_capacity(rows.len()), Vec::with_capacity(rows.len()));
             for (source, row) in rows.iter().filter(|(_, row)| row.factor() > 0.0) {
                 let (a, b) = (&self.direct[*source][channel], &self.reflected[*source][channel]);
                 let (size, mean) = (a.largest.total() + b.largest.total(), a.mean.total() + b.mean.total());
                 near += gathered(row.factor(), row.kernel.peak, size, mean);
                 most = largest(most, size);
                 seen.push((row.factor(), self.carried[*source][channel]));
+                off.push((row.factor(), self.most_off[*source][channel]));
             }
             for (index, &cluster) in far.clusters().iter().enumerate() {
                 let (view, left) = (far.view(index, 0), &self.left_on_clusters[channel][cluster]);
                 near += view.at_most(left.whole, left.largest);
                 most = largest(most, left.largest);
                 seen.push((view.factor, self.carried_on_clusters[channel][cluster].largest));
+                off.push((view.factor, self.off_on_clusters[channel][cluster].largest));
             }
-            let total = (least(near, most) + fill(seen)) * rho * ROUNDED;
+            let at_point = mutant!("solver.at-point", least(least(near, most) + fill(seen), fill(off)), |total| 0.01 * total);
+            let total = at_point * rho * ROUNDED;
             self.shares[channel].map(|share| if share > 0.0 { share * total } else { 0.0 })
         };
         rho.iter().enumerate().map(of_channel).collect()
@@ -424,7 +535,7 @@ impl Proven {
 /// What is gathered at most of something by its largest value and its mean.
 fn gathered(factor: f64, peak: f64, most: f64, mean: f64) -> f64 {
     let by_mean = if peak.is_finite() { peak * mean } else { f64::INFINITY };
-    least(factor * most, by_mean)
+    mutant!("solver.gathered", least(factor * most, by_mean), |most| 0.01 * most)
 }
 
 /// What any place of a receiver sees at most of sources and of clusters.
@@ -435,27 +546,8 @@ struct Views {
     clusters: Vec<(usize, View)>,
 }
 
-impl Views {
-    fn of(solved: &Solved<'_>, ground: &Ground, receiver: usize) -> Self {
-        let (mesh, element, basis) = (solved.mesh, &solved.mesh.elements()[receiver], solved.mesh.basis(receiver));
-        let places: Vec<[f64; 2]> = basis.nodes().iter().map(|node| node.at).collect();
-        let proof = ground.proof(mesh, solved.channels);
-        let target = Target::of(element, &places, proof.nodes_of(receiver));
-        let of_link = |link: &Link| {
-            let reach = target.reach(&mesh.elements()[link.source]);
-            (link.source, reach.factor, reach.peak)
-        };
-        let tree: &Clusters = mesh.clusters();
-        let of_cluster = |&cluster: &usize| (cluster, tree.all()[cluster].view_over(element));
-        Self {
-            sources: solved.links[receiver].iter().map(of_link).collect(),
-            clusters: solved.far[receiver].clusters().iter().map(of_cluster).collect(),
-        }
-    }
-}
-
 /// One gather, without the reflectance, of what is at most this on each element.
-fn sweep(solved: &Solved<'_>, views: &[Views], _channel: usize, values: &[f64]) -> Vec<f64> {
+fn sweep(solved: &Solved<'_>, views: &[Views], values: &[f64]) -> Vec<f64> {
     let on_clusters = solved.mesh.clusters().pull(|element| values[element], largest);
     let of = |views: &Views| {
         let near = views.sources.iter().map(|&(source, factor, _)| (factor, values[source]));
@@ -465,26 +557,50 @@ fn sweep(solved: &Solved<'_>, views: &[Views], _channel: usize, values: &[f64]) 
     views.par_iter().map(of).collect()
 }
 
+/// On each receiver a `u` with `1 + rho G u <= u`: what light of 1 everywhere comes to at most with all that is reflected of it. `None` if
+/// none was found, as where light is not lost.
+///
+/// From any v with `1 + rho G v <= v + 1/2` it is `2 v`; and `1/(1 - max rho)` is one, as form factors sum to at most 1. The lesser of two is
+/// one again.
+fn spent(solved: &Solved<'_>, views: &[Views], channel: usize) -> Option<Vec<f64>> {
+    let rho_most = solved.receivers.iter().map(|&receiver| solved.reflectance(receiver, channel)).fold(0.0, largest);
+    let evenly = if rho_most < 1.0 { ROUNDED / (1.0 - rho_most) } else { f64::INFINITY };
+    let mut values = vec![1.0; solved.receivers.len()];
+    for _ in 0..MOST_SWEEPS {
+        let next = again(solved, views, channel, &vec![1.0; values.len()], &values);
+        let rise = next.iter().zip(&values).map(|(next, value)| next - value).fold(0.0, largest);
+        if rise <= 0.5 / ROUNDED {
+            return Some(values.into_iter().map(|value| least(2.0 * value * ROUNDED, evenly)).collect());
+        }
+        values = next;
+    }
+    evenly.is_finite().then(|| vec![evenly; values.len()])
+}
+
+/// `own + rho G` of values on receivers.
+fn again(solved: &Solved<'_>, views: &[Views], channel: usize, own: &[f64], values: &[f64]) -> Vec<f64> {
+    let swept = sweep(solved, views, &everywhere_most(solved.mesh, solved.receivers, values));
+    let of = |((&receiver, own), gathered): ((&usize, &f64), f64)| own + solved.reflectance(receiver, channel) * gathered;
+    solved.receivers.iter().zip(own).zip(swept).map(of).collect()
+}
+
 /// On each receiver what is nowhere less than `own + rho G` of itself.
 ///
-/// From any `v` with `own + rho G v <= v + d`: `v + d/(1 - rho)` with the largest rho is such a bound, as form factors sum to at most 1.
-fn risen(solved: &Solved<'_>, views: &[Views], channel: usize, own: &[f64], rho_most: f64) -> Vec<f64> {
+/// From any `v` with `own + rho G v <= v + d`: `v + d u` is such a bound with the `u` of [`spent`].
+fn risen(solved: &Solved<'_>, views: &[Views], channel: usize, own: &[f64], spent: &[f64]) -> Vec<f64> {
     let mut values: Vec<f64> = own.to_vec();
     let mut rise = f64::INFINITY;
+    let longest = spent.iter().copied().fold(1.0, largest);
     for _ in 0..MOST_SWEEPS {
-        let spread = everywhere_most(solved.mesh, solved.receivers, &values);
-        let swept = sweep(solved, views, channel, &spread);
-        let next = solved.receivers.iter().zip(own).zip(swept).map(|((&r, own), g)| own + solved.reflectance(r, channel) * g);
-        let next: Vec<f64> = next.collect();
+        let next = again(solved, views, channel, own, &values);
         rise = next.iter().zip(&values).map(|(next, value)| next - value).fold(0.0, largest);
         let most = next.iter().copied().fold(0.0, largest);
-        if rise <= RISE * (1.0 - rho_most) * most {
+        if rise * longest <= RISE * most {
             break;
         }
         values = next;
     }
-    let more = rise / (1.0 - rho_most) * ROUNDED;
-    values.into_iter().map(|value| (value + more) * ROUNDED).collect()
+    values.into_iter().zip(spent).map(|(value, spent)| (value + rise * spent * ROUNDED) * ROUNDED).collect()
 }
 
 /// On each element the largest value on the receivers that are it or below it, or the one that it is below.
@@ -518,6 +634,7 @@ fn everywhere(mesh: &Mesh, at: &[usize], of: Vec<Vec<Rest>>, channels: usize) ->
                     all.fold(Rest::default(), |sum, of| Rest {
                         largest: if of.largest.total() > sum.largest.total() { of.largest } else { sum.largest },
                         mean: sum.mean + of.mean * 0.25,
+                        lit: [largest(sum.lit[0], of.lit[0]), sum.lit[1] + 0.25 * of.lit[1]],
                     })
                 };
                 (0..channels).map(join).collect()
@@ -530,6 +647,7 @@ fn everywhere(mesh: &Mesh, at: &[usize], of: Vec<Vec<Rest>>, channels: usize) ->
             let below = all[parent].as_ref().map(|of| {
                 let part = |of: &Rest| Rest {
                     mean: if 4.0 * of.mean.total() < of.largest.total() { of.mean * 4.0 } else { of.largest },
+                    lit: [of.lit[0], least(4.0 * of.lit[1], of.lit[0])],
                     ..*of
                 };
                 of.iter().map(part).collect()

@@ -85,6 +85,11 @@ impl Lamps {
         if roots.len() <= FEW && area(&roots) <= SMALL * area(mesh.roots()) { Self { roots } } else { Self::default() }
     }
 
+    /// Elements of the coarsest mesh.
+    pub(crate) fn roots(&self) -> &[usize] {
+        &self.roots
+    }
+
     pub(crate) fn is_empty(&self) -> bool {
         self.roots.is_empty()
     }

@@ -46,7 +46,7 @@ impl Solution {
         let of = |channel: usize| {
             let emitted = |root: usize| self.surfaces.emitted[self.mesh.elements()[root].face()][channel];
             let sources = lamps.iter().map(|&(root, faces)| (root, faces, emitted(root)));
-            unseen(&self.ground, &self.mesh, leaf, sources)
+            unseen(&self.ground, self.optics(), leaf, sources)
         };
         (!lamps.is_empty()).then(|| (0..self.channels.len()).map(of).collect())
     }
@@ -100,7 +100,7 @@ impl Solution {
                     + self.field.left_out(source, channel)
             };
             let sources = past.map(|link| (link.source, link.sight.faces(), size(link.source)));
-            let unseen = unseen(&self.ground, &self.mesh, receiver, sources);
+            let unseen = unseen(&self.ground, self.optics(), receiver, sources);
             residual = residual.with_unseen(element, basis.nodes().len(), unseen.map(|light| rho * light));
         }
         for (node, sample) in samples.iter().enumerate() {

@@ -35,13 +35,15 @@ impl Solution {
         let prove = || {
             let of_leaf = |leaf: usize| match self.proven_direct.get(leaf) {
                 Some(Some(known)) => known.clone(),
-                _ => self.ground.left_of_direct(&self.mesh, &self.surfaces, &self.lamps, &self.direct[leaf], leaf),
+                _ => self.ground.left_of_direct(self.optics(), &self.surfaces, &self.lamps, &self.direct[leaf], leaf),
             };
             let leaves: Vec<usize> = self.mesh.leaves().filter(|_| !self.direct.is_empty()).collect();
             let direct = leaves.into_par_iter().map(of_leaf).collect();
             let solved = Solved {
                 mesh: &self.mesh,
                 surfaces: &self.surfaces,
+                lamps: &self.lamps,
+                optics: self.optics(),
                 field: &self.field,
                 links: &self.links,
                 far: &self.far,
@@ -61,7 +63,7 @@ impl Solution {
             return;
         }
         let new: Vec<usize> = self.mesh.leaves().filter(|&leaf| self.proven_direct[leaf].is_none()).collect();
-        let of = |&leaf: &usize| self.ground.left_of_direct(&self.mesh, &self.surfaces, &self.lamps, &self.direct[leaf], leaf);
+        let of = |&leaf: &usize| self.ground.left_of_direct(self.optics(), &self.surfaces, &self.lamps, &self.direct[leaf], leaf);
         let left: Vec<Vec<Rest>> = new.par_iter().map(of).collect();
         new.into_iter().zip(left).for_each(|(leaf, left)| self.proven_direct[leaf] = Some(left));
     }

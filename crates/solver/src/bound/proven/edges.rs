@@ -24,8 +24,10 @@ pub(super) struct Edge {
 pub(super) struct Edges {
     pub(super) all: Vec<Edge>,
     of_face: Vec<Vec<usize>>,
-    /// For each face the segments in which others stand on it or cross it.
-    feet: Vec<Vec<[DVec3; 2]>>,
+    /// For each face the others that stand on it or cross it, and the segments in which they do.
+    feet: Vec<Vec<(usize, [DVec3; 2])>>,
+    /// For each face the first one of those that it hangs together with by edges.
+    solids: Vec<usize>,
     planes: Vec<[DVec3; 2]>,
 }
 
@@ -62,7 +64,31 @@ impl Edges {
             }
         }
         edges.meet(mesh, polygons);
+        edges.join();
         edges
+    }
+
+    /// Finds which faces hang together.
+    fn join(&mut self) {
+        self.solids = (0..self.of_face.len()).collect();
+        let mut open: Vec<usize> = Vec::new();
+        let mut known = vec![false; self.solids.len()];
+        for first in 0..self.solids.len() {
+            if !known[first] {
+                known[first] = true;
+                open.push(first);
+            }
+            while let Some(face) = open.pop() {
+                self.solids[face] = first;
+                for &line in &self.of_face[face] {
+                    for &(other, _) in &self.all[line].faces {
+                        if !std::mem::replace(&mut known[other], true) {
+                            open.push(other);
+                        }
+                    }
+                }
+            }
+        }
     }
 
     /// Finds where faces stand on others or cross them.
@@ -83,7 +109,7 @@ impl Edges {
                 for (on, other) in [(a, b), (b, a)] {
                     for part in mesh.convex_parts(other) {
                         let Some((foot, crosses)) = foot(self.planes[on], part) else { continue };
-                        self.feet[on].push(foot);
+                        self.feet[on].push((other, foot));
                         if crosses {
                             self.of_face[on].push(self.all.len());
                             self.of_face[other].push(self.all.len());
@@ -110,11 +136,22 @@ impl Edges {
         self.all[line].faces.is_empty()
     }
 
-    /// Whether something else stands on or crosses a face inside a convex part of it.
-    pub(super) fn stands_on(&self, face: usize, part: &[DVec3]) -> bool {
+    /// Whether each edge bounds two faces that run along it in opposite ways, and no face crosses another.
+    pub(super) fn are_matched(&self) -> bool {
+        let is_matched = |edge: &Edge| matches!(edge.faces[..], [(_, along), (_, other)] if along != other);
+        self.all.iter().all(is_matched)
+    }
+
+    /// What a face hangs together with: a number that all of these have.
+    pub(super) fn solid(&self, face: usize) -> usize {
+        self.solids[face]
+    }
+
+    /// A face, of some if these are given, that stands on another or crosses it inside a convex part of that.
+    pub(super) fn standing(&self, face: usize, part: &[DVec3], among: Option<&[usize]>) -> Option<usize> {
         let normal = self.planes[face][1];
-        self.feet[face].iter().any(|foot| {
-            let size = part.iter().map(|p| (*p - part[0]).length()).fold(0.0, f64::max);
+        let size = part.iter().map(|p| (*p - part[0]).length()).fold(0.0, f64::max);
+        let is_inside = |foot: &[DVec3; 2]| {
             let (mut from, mut to) = (0.0_f64, 1.0_f64);
             let inside = part.iter().enumerate().all(|(i, &p)| {
                 let inward = normal.cross(part[(i + 1) % part.len()] - p).normalize_or_zero();
@@ -131,31 +168,43 @@ impl Edges {
                 true
             });
             inside && to > from
-        })
+        };
+        let mut feet = self.feet[face].iter().filter(|(of, _)| among.is_none_or(|among| among.contains(of)));
+        feet.find(|(_, foot)| is_inside(foot)).map(|(of, _)| *of)
     }
 
-    /// Whether an edge may be an outline for points of the hull of these.
-    pub(super) fn is_outline(&self, edge: usize, from: &[DVec3]) -> bool {
-        let [(a, along), (b, other)] = self.all[edge].faces[..] else { return true };
-        if along == other {
-            return true;
-        }
-        let side = |face: usize| {
-            let [corner, normal] = self.planes[face];
-            let reach = from.iter().map(|p| (*p - corner).length()).fold(0.0, f64::max);
-            let height = from.iter().map(|p| normal.dot(*p - corner));
-            let (low, high) = height.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), h| (low.min(h), high.max(h)));
-            let level = LEVEL * reach;
-            if low >= -level && high > level {
-                1
-            } else if high <= level && low < -level {
-                -1
-            } else {
-                0
+    /// The parts of a convex polygon for points of which an edge may be an outline: those in front of one of its two faces and behind the
+    /// other.
+    pub(super) fn outlined_from(&self, edge: usize, from: &[DVec3]) -> Vec<Vec<DVec3>> {
+        match self.all[edge].faces[..] {
+            [(a, along), (b, other)] if along != other => {
+                let between = |[front, back]: [usize; 2]| self.beside(back, -1.0, &self.beside(front, 1.0, from));
+                [[a, b], [b, a]].map(between).into_iter().filter(|part| !part.is_empty()).collect()
             }
-        };
-        let (a, b) = (side(a), side(b));
-        a == 0 || a != b
+            _ => vec![from.to_vec()],
+        }
+    }
+
+    /// The part of a convex polygon on one side of a face's plane: none of what touches the plane from the other side, and all of what is
+    /// in it.
+    pub(super) fn beside(&self, face: usize, sign: f64, from: &[DVec3]) -> Vec<DVec3> {
+        let [corner, normal] = self.planes[face];
+        let level = LEVEL * from.iter().map(|p| (*p - corner).length()).fold(0.0, f64::max);
+        let heights: Vec<f64> = from.iter().map(|p| sign * normal.dot(*p - corner)).collect();
+        if heights.iter().all(|h| *h <= level) {
+            return if heights.iter().all(|h| *h >= -level) { from.to_vec() } else { Vec::new() };
+        }
+        let mut kept = Vec::with_capacity(from.len() + 1);
+        for (i, &p) in from.iter().enumerate() {
+            let j = (i + 1) % from.len();
+            if heights[i] >= -level {
+                kept.push(p);
+            }
+            if heights[i].min(heights[j]) < -level && heights[i].max(heights[j]) > 0.0 {
+                kept.push(p + (from[j] - p) * (heights[i] / (heights[i] - heights[j])));
+            }
+        }
+        kept
     }
 }
 

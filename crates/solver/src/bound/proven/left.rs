@@ -6,9 +6,13 @@ use radgrad_core::DVec3;
 use radgrad_scene::{largest, smallest as least};
 
 use super::edges::{Edges, key};
+use super::finely::Finely;
 use super::nodes::{Nodes, ROUNDED};
 use super::terms::{Reach, Target};
 use crate::field::Field;
+use crate::links::transfer::Optics;
+use crate::links::visible::{Visible, Window};
+use crate::mesh::element::Element;
 use crate::mesh::screen::LEVEL;
 use crate::mesh::shape::Shape;
 use crate::mesh::{Mesh, Sight};
@@ -23,20 +27,24 @@ const MOST_FACES: usize = 24;
 /// The same summed over all sources, beyond which it is not asked how fast light changes.
 const MOST_IN_ALL: usize = 1500;
 
+/// Cuts of an element by what stands on it, beyond which it is not asked what is hidden from each part.
+const MOST_CUTS: usize = 3;
+
 /// What is computed with.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Proof<'a> {
     pub(super) mesh: &'a Mesh,
     pub(super) edges: &'a Edges,
     pub(super) nodes: &'a [Nodes; 2],
+    pub(super) optics: Optics<'a>,
     pub(super) channels: usize,
 }
 
 /// A piecewise polynomial radiosity.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Light<'a> {
-    /// On all elements.
-    Field(&'a Field),
+    /// On all elements, less a number for each channel where these are given.
+    Field(&'a Field, &'a [f64]),
     /// Even, by faces: that of lamps.
     Even(&'a [Vec<f64>]),
 }
@@ -55,6 +63,8 @@ pub(super) struct Gathered<'a> {
     pub(super) value: &'a dyn Fn(usize, usize, &[f64]) -> f64,
     /// Bound on the errors of form factors in that.
     pub(super) error: f64,
+    /// Whether these are all that is seen in any direction.
+    pub(super) all: bool,
 }
 
 /// A source, or an element above some, with the part of its polynomial that the element above it has not.
@@ -71,7 +81,7 @@ struct Part {
 
 /// What an element sees of a source.
 #[derive(Debug, Clone, Copy, PartialEq)]
-enum Kind {
+pub(super) enum Kind {
     /// Nothing.
     Dark,
     /// All, but for what is below the horizon or behind.
@@ -93,7 +103,7 @@ enum Taken {
 
 /// Bounds on a polynomial: on its mean's magnitude, its own, its difference from the mean, and its gradient.
 #[derive(Debug, Clone, Copy, Default)]
-struct Polynomial {
+pub(super) struct Polynomial {
     mean: f64,
     size: f64,
     rest: f64,
@@ -102,10 +112,14 @@ struct Polynomial {
 
 impl Light<'_> {
     /// Coefficients on an element.
-    fn of(&self, mesh: &Mesh, element: usize, channel: usize) -> Vec<f64> {
+    pub(super) fn of(&self, mesh: &Mesh, element: usize, channel: usize) -> Vec<f64> {
         let len = mesh.basis(element).len();
         match self {
-            Self::Field(field) => field.of(element, channel, len).to_vec(),
+            Self::Field(field, less) => {
+                let mut of = field.of(element, channel, len).to_vec();
+                of[0] -= less.get(channel).copied().unwrap_or(0.0);
+                of
+            }
             Self::Even(emitted) => {
                 let mut even = vec![0.0; len];
                 even[0] = emitted[mesh.elements()[element].face()][channel];
@@ -117,7 +131,7 @@ impl Light<'_> {
     /// What an element has beyond the polynomial of the one above it.
     fn beyond_parent(&self, mesh: &Mesh, element: usize, channel: usize) -> Vec<f64> {
         let mut of = self.of(mesh, element, channel);
-        if let (Self::Field(_), Some(parent)) = (self, mesh.elements()[element].parent()) {
+        if let (Self::Field(..), Some(parent)) = (self, mesh.elements()[element].parent()) {
             let above = mesh.basis(element).restrict(mesh.child(element), &self.of(mesh, parent, channel));
             of.iter_mut().zip(above).for_each(|(c, above)| *c -= above);
         }
@@ -130,7 +144,7 @@ impl Proof<'_> {
         &self.nodes[usize::from(self.mesh.elements()[element].shape() == Shape::Triangle)]
     }
 
-    fn polynomial(&self, element: usize, coefficients: &[f64]) -> Polynomial {
+    pub(super) fn polynomial(&self, element: usize, coefficients: &[f64]) -> Polynomial {
         let (basis, geometry) = (self.mesh.basis(element), &self.mesh.elements()[element]);
         let bernstein = basis.bernstein(coefficients);
         let off = |from: f64| bernstein.iter().fold(0.0, |most, b| largest(most, (b - from).abs()));
@@ -146,51 +160,86 @@ impl Proof<'_> {
         }
     }
 
-    /// Whether an outline may be between an element and a source. Where none is, all of the source is seen from all of the element or
-    /// nothing of it: what is seen changes only across outlines.
-    pub(super) fn is_cut(&self, target: &Target<'_>, to: usize, source: usize, faces: &[usize]) -> bool {
-        let (mesh, from) = (self.mesh, self.mesh.elements()[to].polygon().vertices());
-        if faces.len() > MOST_FACES || self.edges.stands_on(mesh.elements()[to].face(), from) {
-            return true;
+    /// What an element sees of a source past some faces, each solid of them by itself: where no outline of a solid is between, it hides
+    /// all of the source from all of the element or nothing of it, as what is seen changes only across outlines.
+    pub(super) fn kind(&self, to: usize, source: usize, faces: &[usize]) -> Kind {
+        if faces.len() > MOST_FACES {
+            return Kind::Cut;
         }
-        let of_source = mesh.elements()[source].face();
-        let crossing = self.edges.of_face(of_source).iter().filter(|&&line| self.edges.crosses(line));
+        let mut left: Vec<usize> = faces.to_vec();
+        let mut kind = Kind::Clear;
+        while let Some(&first) = left.first() {
+            let solid = self.edges.solid(first);
+            let (of_solid, others) = left.into_iter().partition(|&face| self.edges.solid(face) == solid);
+            left = others;
+            match self.hides(to, self.mesh.elements()[to].polygon().vertices(), source, &of_solid, MOST_CUTS) {
+                Some(true) => return Kind::Dark,
+                Some(false) => {}
+                None => kind = Kind::Cut,
+            }
+        }
+        kind
+    }
+
+    /// Whether some faces hide all of a source from all of a part of an element, or nothing of it: where one of them stands on that part,
+    /// from what is on either side of it; `None` if neither may be.
+    fn hides(&self, to: usize, from: &[DVec3], source: usize, faces: &Vec<usize>, cuts: usize) -> Option<bool> {
+        let (element, of_source) = (&self.mesh.elements()[to], &self.mesh.elements()[source]);
+        if let Some(face) = self.edges.standing(element.face(), from, Some(faces)) {
+            let rest = cuts.checked_sub(1)?;
+            let of_side = |sign: f64| self.hides(to, &self.edges.beside(face, sign, from), source, faces, rest);
+            return of_side(1.0).filter(|of| of_side(-1.0) == Some(*of));
+        }
+        let normal = element.polygon().normal();
+        let crossing = self.edges.of_face(of_source.face()).iter().filter(|&&line| self.edges.crosses(line));
         let mut lines = faces.iter().flat_map(|&face| self.edges.of_face(face)).chain(crossing);
-        lines.any(|&line| {
+        let is_cut = lines.any(|&line| {
             let ends = self.edges.all[line].ends;
-            ends.iter().any(|&end| target.height(end) > 0.0)
-                && self.edges.is_outline(line, from)
-                && in_beam(target, &mesh.elements()[source], ends)
-        })
+            ends.iter().any(|&end| normal.dot(end - element.centre()) > 0.0)
+                && self.edges.outlined_from(line, from).iter().any(|from| in_beam(from, of_source, ends))
+        });
+        if is_cut || from.is_empty() {
+            return None;
+        }
+        let middle = from.iter().sum::<DVec3>() / from.len() as f64;
+        let (window, shape) = (Window::of(of_source), of_source.shape());
+        let convex = faces.iter().flat_map(|&face| self.mesh.convex_parts(face)).map(|part| &part[..]);
+        let [free, past] =
+            [Visible::of(middle, normal, &window, std::iter::empty())?, Visible::of(middle, normal, &window, convex)?];
+        let [[least, _], [seen, most]] = [free, past].map(|of| [of.share(shape) - 2.0 * of.doubt, of.share(shape)]);
+        // Some of it is surely hidden, or surely seen.
+        if most < 0.5 * least { Some(true) } else { (seen > 0.0).then_some(false) }
     }
 
     /// What each source is to an element.
-    fn kinds(&self, to: usize, target: &Target<'_>, gathered: &Gathered<'_>) -> Vec<Kind> {
-        let of = |(index, &(source, sight)): (usize, &(usize, &Sight))| match sight {
+    fn kinds(&self, to: usize, gathered: &Gathered<'_>) -> Vec<Kind> {
+        let of = |&(source, sight): &(usize, &Sight)| match sight {
             Sight::Clear => Kind::Clear,
             Sight::Nothing(_) => Kind::Dark,
-            Sight::Past(faces) if !self.is_cut(target, to, source, faces) => {
-                let len = self.mesh.basis(source).len();
-                let mut unit = vec![0.0; len];
-                unit[0] = 1.0;
-                let nodes = self.mesh.basis(to).nodes().len();
-                let seen = (0..nodes).any(|node| (gathered.value)(index, node, &unit) > gathered.error);
-                let surely = !seen && target.least(&self.mesh.elements()[source]) > 2.0 * gathered.error;
-                // What holds for all of it holds for nothing.
-                if surely { Kind::Dark } else { Kind::Clear }
-            }
-            Sight::Past(_) => Kind::Cut,
+            Sight::Past(faces) => self.kind(to, source, faces),
         };
-        gathered.sources.iter().enumerate().map(of).collect()
+        gathered.sources.iter().map(of).collect()
     }
 
-    /// What is left out on an element of the light that it gathers, in each channel.
-    pub(super) fn left(&self, to: usize, light: &Light<'_>, gathered: &Gathered<'_>) -> Vec<Left> {
+    /// What is left out on an element of the light that it gathers, in each channel, and bounds on the form factors of all sources from
+    /// anywhere on it.
+    pub(super) fn left(&self, to: usize, light: &Light<'_>, gathered: &Gathered<'_>) -> (Vec<Left>, Vec<f64>) {
         let (mesh, channels) = (self.mesh, self.channels);
         let (element, basis) = (&mesh.elements()[to], mesh.basis(to));
         let places: Vec<[f64; 2]> = basis.nodes().iter().map(|node| node.at).collect();
         let target = Target::of(element, &places, self.nodes_of(to));
-        let kinds = self.kinds(to, &target, gathered);
+        let kinds = self.kinds(to, gathered);
+        let less: Vec<f64> = (0..channels).map(|channel| self.seen(to, light, gathered, channel)).collect();
+        let light = &match light {
+            // What is even is gathered evenly where form factors sum to 1.
+            Light::Field(field, _) if gathered.all => Light::Field(field, &less),
+            other => *other,
+        };
+        let alone = |index: usize| -> f64 {
+            let source = gathered.sources[index].0;
+            (0..channels).map(|channel| self.alone(&target, to, source, &light.of(mesh, source, channel)).mean).sum()
+        };
+        let finely = self.finely(to, &target, light, gathered, &kinds, &alone);
         let (mut parts, hides_by_contact) = self.parts(&target, light, &gathered.sources, &kinds);
         let seams = self.choose(&target, &mut parts, basis.degree());
 
@@ -225,8 +274,9 @@ impl Proof<'_> {
         }
         let before: usize = gathered.sources.iter().map(|(_, sight)| sight.faces().len()).sum();
         let jumps = if before > MOST_IN_ALL { Vec::new() } else { self.jumps(to, &target, &gathered.sources, &kinds, &ranges) };
-        let crossed =
-            before > MOST_IN_ALL || hides_by_contact || self.edges.stands_on(element.face(), element.polygon().vertices());
+        let crossed = before > MOST_IN_ALL
+            || hides_by_contact
+            || self.edges.standing(element.face(), element.polygon().vertices(), None).is_some();
 
         let of_channel = |channel: usize| {
             let mut left = Left::default();
@@ -234,7 +284,7 @@ impl Proof<'_> {
                 let p = &part.polynomials[channel];
                 match part.taken {
                     Taken::Smooth => {
-                        let beyond = self.smooth(&target, part, p, basis.degree());
+                        let beyond = self.smooth(&target, part.element, p, basis.degree());
                         left.largest += (1.0 + target.nodes.lebesgue) * beyond;
                         left.mean += 2.0 * beyond;
                     }
@@ -249,7 +299,7 @@ impl Proof<'_> {
                             left.mean += p.gradient * target.drift(source, &part.reach, target.mean);
                         }
                         if !part.is_root && p.size > 0.0 {
-                            let [most, mean] = self.own(&target, part);
+                            let [most, mean] = self.own(&target, part.element);
                             left.largest += p.size * most;
                             left.mean += p.size * mean;
                         }
@@ -281,13 +331,47 @@ impl Proof<'_> {
             let by_rates = Left { largest: left.largest + most, mean: left.mean + mean };
             let simply = self.simply(to, &target, light, gathered, channel);
             let lesser = |a: Left, b: Left| Left { largest: least(a.largest, b.largest), mean: least(a.mean, b.mean) };
-            let mut both = lesser(simply, self.by_sources(to, &target, light, gathered, &kinds, channel));
+            let mut both = lesser(simply, self.by_sources(to, &target, light, gathered, &kinds, &finely, channel));
             if !crossed {
                 both = lesser(both, by_rates);
             }
             Left { largest: both.largest * ROUNDED, mean: least(both.mean, both.largest) * ROUNDED }
         };
-        (0..channels).map(of_channel).collect()
+        let left = (0..channels).map(of_channel).collect();
+        (left, kinds.iter().enumerate().map(|(index, kind)| self.factor(&target, gathered, index, *kind)).collect())
+    }
+
+    /// About what an element sees in the mean.
+    fn seen(&self, to: usize, light: &Light<'_>, gathered: &Gathered<'_>, channel: usize) -> f64 {
+        let (mut sum, mut factors) = (0.0, 0.0);
+        for (index, &(source, _)) in gathered.sources.iter().enumerate() {
+            let mean = light.of(self.mesh, source, channel)[0];
+            let mut unit = vec![0.0; self.mesh.basis(source).len()];
+            unit[0] = 1.0;
+            let nodes = self.mesh.basis(to).nodes().len();
+            let factor: f64 = (0..nodes).map(|node| (gathered.value)(index, node, &unit)).sum();
+            (sum, factors) = (sum + factor * mean, factors + factor);
+        }
+        if factors > 0.0 { sum / factors } else { 0.0 }
+    }
+
+    /// A bound on the form factor of a source from anywhere on an element: no more than at the nearest node and what it changes by from
+    /// there.
+    fn factor(&self, target: &Target<'_>, gathered: &Gathered<'_>, index: usize, kind: Kind) -> f64 {
+        let source = gathered.sources[index].0;
+        let simply = target.reach(&self.mesh.elements()[source]).factor;
+        match kind {
+            Kind::Dark => 0.0,
+            Kind::Cut => simply,
+            Kind::Clear => {
+                let mut unit = vec![0.0; self.mesh.basis(source).len()];
+                unit[0] = 1.0;
+                let near = target.nodes.near.iter().zip(&target.discs);
+                let around = near
+                    .map(|(near, disc)| (gathered.value)(index, near.node, &unit) + self.swept(target, *disc, source, near.most));
+                least(simply, (around.fold(0.0, largest) + gathered.error) * ROUNDED)
+            }
+        }
     }
 
     /// The sources and the elements above them, and whether some are left out that something on their face hides.
@@ -352,8 +436,8 @@ impl Proof<'_> {
     }
 
     /// What Taylor's polynomial leaves of what a part gives.
-    fn smooth(&self, target: &Target<'_>, part: &Part, p: &Polynomial, degree: usize) -> f64 {
-        let source = &self.mesh.elements()[part.element];
+    pub(super) fn smooth(&self, target: &Target<'_>, source: usize, p: &Polynomial, degree: usize) -> f64 {
+        let source = &self.mesh.elements()[source];
         let mut sum = 0.0;
         if p.mean != 0.0 {
             sum += p.mean.abs() * target.beyond_of_even(source.polygon().vertices(), degree);
@@ -365,13 +449,17 @@ impl Proof<'_> {
     }
 
     /// How much what a part gives changes by its own boundary, for a radiosity of 1: at most and in the mean.
-    fn own(&self, target: &Target<'_>, part: &Part) -> [f64; 2] {
-        [target.most, target.mean].map(|by| self.own_by(target, part, by))
+    fn own(&self, target: &Target<'_>, source: usize) -> [f64; 2] {
+        [target.most, target.mean].map(|by| self.own_by(target, source, by))
     }
 
-    fn own_by(&self, target: &Target<'_>, part: &Part, by: [f64; 2]) -> f64 {
-        let vertices = self.mesh.elements()[part.element].polygon().vertices();
-        let disc = (target.element.centre(), target.element.radius());
+    fn own_by(&self, target: &Target<'_>, source: usize, by: [f64; 2]) -> f64 {
+        self.swept(target, (target.element.centre(), target.element.radius()), source, by)
+    }
+
+    /// How much the form factor of a source that is wholly seen changes by its edges between places of a disc that are so far apart.
+    fn swept(&self, target: &Target<'_>, disc: (DVec3, f64), source: usize, by: [f64; 2]) -> f64 {
+        let vertices = self.mesh.elements()[source].polygon().vertices();
         let swept = |i: usize| {
             let [u, v] = target.rates(disc, [vertices[i], vertices[(i + 1) % vertices.len()]]);
             if u.is_finite() && v.is_finite() { least(u * by[0] + v * by[1], 1.0) } else { 1.0 }
@@ -387,10 +475,10 @@ impl Proof<'_> {
             let source = &self.mesh.elements()[part.element];
             let drift = sum(&|p| p.gradient, part);
             let drift = if drift > 0.0 { drift * target.drift(source, &part.reach, target.mean) } else { 0.0 };
-            let slow = sum(&|p| p.size, part) * self.own(target, part)[1] + drift;
+            let slow = sum(&|p| p.size, part) * self.own(target, part.element)[1] + drift;
             let most = 2.0 * sum(&|p| p.size, part) * part.reach.factor;
             let smooth = if part.clear && self.in_front(target, part.element) {
-                2.0 * sum(&|p| self.smooth(target, part, p, degree), part)
+                2.0 * sum(&|p| self.smooth(target, part.element, p, degree), part)
             } else {
                 f64::INFINITY
             };
@@ -405,7 +493,7 @@ impl Proof<'_> {
         // The coarsest parts together may have no jumps between them.
         let cost = |parts: &[Part], seams: &[([DVec3; 2], Vec<f64>)]| {
             let of_part = |part: &Part| match part.taken {
-                Taken::Smooth => 2.0 * sum(&|p| self.smooth(target, part, p, degree), part),
+                Taken::Smooth => 2.0 * sum(&|p| self.smooth(target, part.element, p, degree), part),
                 Taken::Most => 2.0 * sum(&|p| p.size, part) * part.reach.factor,
                 Taken::Slow => {
                     let gradient = sum(&|p| p.gradient, part);
@@ -509,7 +597,8 @@ impl Proof<'_> {
         let mut pieces = Vec::new();
         for (line, behind) in lines {
             let [a, b] = self.edges.all[line].ends;
-            if target.height(a).max(target.height(b)) <= 0.0 || !self.edges.is_outline(line, from) {
+            let from = self.edges.outlined_from(line, from);
+            if target.height(a).max(target.height(b)) <= 0.0 || from.is_empty() {
                 continue;
             }
             let away = ((a + b) * 0.5 - target.element.centre()).length() - 0.5 * (b - a).length();
@@ -522,7 +611,8 @@ impl Proof<'_> {
                 let mut range = vec![[0.0_f64; 2]; self.channels];
                 for &index in &behind {
                     let wider = ranges[index].iter().zip(&range).any(|(of, known)| of[0] < known[0] || of[1] > known[1]);
-                    if wider && in_beam(target, &mesh.elements()[sources[index].0], piece) {
+                    let source = &mesh.elements()[sources[index].0];
+                    if wider && from.iter().any(|from| in_beam(from, source, piece)) {
                         for (known, of) in range.iter_mut().zip(&ranges[index]) {
                             *known = [least(known[0], of[0]), largest(known[1], of[1])];
                         }
@@ -537,6 +627,22 @@ impl Proof<'_> {
         pieces
     }
 
+    /// What is left out at most of a source that is wholly seen.
+    fn alone(&self, target: &Target<'_>, to: usize, source: usize, coefficients: &[f64]) -> Left {
+        let (of, p) = (&self.mesh.elements()[source], self.polynomial(source, coefficients));
+        let reach = target.reach(of);
+        let by = [2.0 / 3.0; 2];
+        let drift = if p.gradient > 0.0 { p.gradient * target.drift(of, &reach, by) } else { 0.0 };
+        let is_smooth = self.in_front(target, source);
+        let smooth = if is_smooth { self.smooth(target, source, &p, self.mesh.basis(to).degree()) } else { f64::INFINITY };
+        let smooth = least(smooth, p.size * reach.factor);
+        // Of what changes by so much, no polynomial by least squares is off by more than twice that, in the mean.
+        // From the centre to a corner.
+        let changes = p.size * self.own_by(target, source, by) + drift;
+        let twice = 1.0 + target.nodes.lebesgue;
+        Left { largest: twice * least(smooth, changes), mean: 2.0 * least(smooth, changes) }
+    }
+
     /// What is left out, source by source: those that are seen as a whole by what is smooth in what they give, and all others by what
     /// they give at most of the part of the hemisphere that is left.
     fn by_sources(
@@ -546,10 +652,11 @@ impl Proof<'_> {
         light: &Light<'_>,
         gathered: &Gathered<'_>,
         kinds: &[Kind],
+        finely: &Finely,
         channel: usize,
     ) -> Left {
         let (mesh, element, basis) = (self.mesh, target.element, self.mesh.basis(to));
-        let (mut left, mut covered, mut taken) = (Left::default(), 0.0, 0.0);
+        let (mut left, mut covered, mut taken) = (finely.left.get(channel).copied().unwrap_or_default(), 0.0, 0.0);
         let (mut bounds, mut at_nodes) = (Vec::new(), vec![0.0; basis.nodes().len()]);
         for (index, &(source, _)) in gathered.sources.iter().enumerate() {
             let of = &mesh.elements()[source];
@@ -557,27 +664,12 @@ impl Proof<'_> {
             match kinds[index] {
                 Kind::Dark => {}
                 Kind::Clear => {
-                    let p = self.polynomial(source, &coefficients);
-                    let reach = target.reach(of);
-                    let part =
-                        Part { element: source, clear: true, is_root: false, reach, polynomials: Vec::new(), taken: Taken::Slow };
-                    let own = self.own(target, &part);
-                    let drift =
-                        |by: [f64; 2]| if p.gradient > 0.0 { p.gradient * target.drift(of, &part.reach, by) } else { 0.0 };
-                    let smooth = if self.in_front(target, source) {
-                        self.smooth(target, &part, &p, basis.degree())
-                    } else {
-                        f64::INFINITY
-                    };
-                    let twice = 1.0 + target.nodes.lebesgue;
-                    let widely = p.size * part.reach.factor;
-                    let smooth = least(smooth, widely);
-                    // Of what changes by so much, no polynomial by least squares is off by more than twice that, in the mean.
-                    // From the centre to a corner.
-                    let changes = p.size * self.own_by(target, &part, [2.0 / 3.0; 2]) + drift([2.0 / 3.0; 2]);
-                    let slow = Left { largest: twice * changes, mean: 2.0 * changes };
-                    left.largest += least(twice * smooth, slow.largest);
-                    left.mean += least(2.0 * smooth, slow.mean);
+                    if !finely.takes[index] {
+                        let alone = self.alone(target, to, source, &coefficients);
+                        left.largest += alone.largest;
+                        left.mean += alone.mean;
+                    }
+                    let own = self.own(target, source);
                     let mut unit = vec![0.0; coefficients.len()];
                     unit[0] = 1.0;
                     let least_seen =
@@ -608,7 +700,7 @@ impl Proof<'_> {
     }
 
     /// Whether an element is in front of a source.
-    fn in_front(&self, target: &Target<'_>, source: usize) -> bool {
+    pub(super) fn in_front(&self, target: &Target<'_>, source: usize) -> bool {
         let source = &self.mesh.elements()[source];
         target.element.polygon().vertices().iter().all(|v| {
             let reach = (*v - source.centre()).length() + source.radius();
@@ -664,37 +756,42 @@ fn fill_rest(mut rest: f64, mut pairs: Vec<(f64, f64)>) -> f64 {
     sum
 }
 
-/// Whether a segment may be between an element and a source.
-fn in_beam(target: &Target<'_>, source: &crate::mesh::element::Element, piece: [DVec3; 2]) -> bool {
-    let (normal, corner) = (source.polygon().normal(), source.centre());
-    let from = target.element.polygon().vertices();
+/// Whether a segment may be between points `x` of a convex polygon and a source.
+///
+/// With heights over the source's plane, `h` of x and `g` of a point p of the segment, the line of sight meets that plane at
+/// `(h p - g x)/(h - g)`. On which side of a line `n.y = d` of the plane that is says the sign of `h (n.p - d) - g (n.x - d)`, linear in
+/// x and in p: if it is negative at all corners and ends, and no corner of the source is on that side of the line, nothing of the
+/// source is past the segment. The lines are the sides of the source, and those of the hull of the crossings: in a plane with the
+/// segment and a corner, or with a side and an end.
+fn in_beam(from: &[DVec3], source: &Element, piece: [DVec3; 2]) -> bool {
+    let (normal, corner, corners) = (source.polygon().normal(), source.centre(), source.polygon().vertices());
     let height = |p: DVec3| normal.dot(p - corner);
-    let of_piece = piece.map(height);
+    let (of_piece, of_from) = (piece.map(height), from.iter().map(|&x| height(x)));
+    let of_from: Vec<f64> = of_from.collect();
     let reach = source.radius() + from.iter().chain(&piece).map(|p| (*p - corner).length()).fold(0.0, f64::max);
     let level = 1e-9 * reach;
-    if of_piece.iter().all(|h| *h < -level) {
+    let highest = of_from.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    if of_piece.iter().all(|h| *h < -level) || of_piece.iter().all(|h| *h > highest + level) {
         return false;
     }
-    let highest = from.iter().map(|&x| height(x)).fold(f64::NEG_INFINITY, f64::max);
-    if of_piece.iter().all(|h| *h > highest + level) {
-        return false;
-    }
-    let mut crossings = [DVec3::ZERO; 8];
-    let mut count = 0;
-    for &x in from {
-        let over = height(x);
-        for (p, h) in piece.iter().zip(of_piece) {
-            if over - h <= level || count == crossings.len() {
-                return true;
-            }
-            crossings[count] = x + (*p - x) * (over / (over - h));
-            count += 1;
-        }
-    }
-    let v = source.polygon().vertices();
-    (0..v.len()).all(|i| {
-        let inward = normal.cross(v[(i + 1) % v.len()] - v[i]).normalize_or_zero();
-        let beside = |p: &DVec3| inward.dot(*p - v[i]) < -1e-9 * (reach + (*p - corner).length());
-        !crossings[..count].iter().all(beside)
-    })
+    let beyond = |n: DVec3| {
+        let d = corners.iter().map(|&v| n.dot(v - corner)).fold(f64::INFINITY, f64::min);
+        let across = |x: DVec3| n.dot(x - corner) - d;
+        let of_piece = [(across(piece[0]), of_piece[0]), (across(piece[1]), of_piece[1])];
+        from.iter().zip(&of_from).all(|(&x, h)| {
+            let of_x = across(x);
+            of_piece.iter().all(|(of_p, g)| h * of_p - g * of_x < -level * reach)
+        })
+    };
+    let separates = |n: DVec3| {
+        let n = n.normalize_or_zero();
+        n != DVec3::ZERO && (beyond(n) || beyond(-n))
+    };
+    let count = from.len();
+    let sides = (0..corners.len()).map(|i| normal.cross(corners[(i + 1) % corners.len()] - corners[i]));
+    let along = from.iter().map(|&x| (piece[0] - x).cross(piece[1] - x));
+    let across = (0..count).flat_map(|i| piece.map(|p| (from[i] - p).cross(from[(i + 1) % count] - p)));
+    // The line in which such a plane meets that of the source has the direction `normal x n`.
+    let others = along.chain(across).map(|n| n - normal * n.dot(normal));
+    !sides.chain(others).any(separates)
 }

@@ -194,20 +194,6 @@ impl<'a> Target<'a> {
         (whole * reach.factor + if apart < touching { apart } else { touching }) * ROUNDED
     }
 
-    /// A bound from below on the form factor, at the first node, of what is wholly seen.
-    pub(super) fn least(&self, source: &Element) -> f64 {
-        let Some(&(place, _)) = self.discs.first() else { return 0.0 };
-        let height = source.polygon().normal().dot(place - source.centre());
-        let vertices = source.polygon().vertices();
-        let lowest = vertices.iter().map(|&v| self.height(v)).fold(f64::INFINITY, f64::min);
-        let farthest = vertices.iter().map(|v| (*v - place).length_squared()).fold(0.0, f64::max);
-        if height <= 0.0 || lowest <= 0.0 {
-            0.0
-        } else {
-            source.area() * height * lowest / (PI * farthest * farthest) * (1.0 - 1e-9)
-        }
-    }
-
     /// Bounds over the element on what a source gives.
     pub(super) fn reach(&self, source: &Element) -> Reach {
         let element = self.element;
