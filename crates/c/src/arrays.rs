@@ -126,7 +126,12 @@ macro_rules! strides {
             ///
             /// # Safety
             /// The arrays must have `count` points.
-            pub(crate) unsafe fn read(&self, first: usize, [position, normal]: [&mut [Vec<$number>; 3]; 2], reflectance: &mut [$number]) {
+            pub(crate) unsafe fn read(
+                &self,
+                first: usize,
+                [position, normal]: [&mut [Vec<$number>; 3]; 2],
+                reflectance: &mut [$number],
+            ) {
                 for (entry, share) in reflectance.iter_mut().enumerate() {
                     let point = (first + entry).min(self.count - 1);
                     for axis in 0..3 {
