@@ -136,8 +136,9 @@ macro_rules! strides {
                     let point = (first + entry).min(self.count - 1);
                     for axis in 0..3 {
                         // SAFETY: `point` is below the count.
-                        (position[axis][entry], normal[axis][entry]) =
-                            unsafe { (self.position.read(point, axis), self.normal.read(point, axis)) };
+                        position[axis][entry] = unsafe { self.position.read(point, axis) };
+                        // SAFETY: the same.
+                        normal[axis][entry] = unsafe { self.normal.read(point, axis) };
                     }
                     // SAFETY: the same.
                     *share = if self.reflectance.data.is_null() { 1.0 } else { unsafe { self.reflectance.read(point, 0) } };
