@@ -4,16 +4,18 @@
 //! `cargo run -p radgrad-audit --example bite`
 //!
 //! With `search ROUNDS` it climbs from the recorded witnesses until a bound is broken, and writes the cases that break one; with
-//! `record ROUNDS` it climbs to the end, and writes the two worst cases of each place.
+//! `record ROUNDS` it climbs to the end, and writes the two worst cases of each place; with `ordinary CASES` it writes as many cases
+//! of some families, whose bounds are to be remembered though nothing comes near them.
 
 use std::error::Error;
 use std::path::Path;
 use std::process::ExitCode;
 
 use radgrad_audit::bite::{Setting, bite};
+use radgrad_audit::family::Family;
 use radgrad_audit::gates::Gates;
 use radgrad_audit::search::Search;
-use radgrad_audit::witness::{self, Witness};
+use radgrad_audit::witness::{self, Ask, Held, Witness};
 
 fn main() -> Result<ExitCode, Box<dyn Error>> {
     let data = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../data");
@@ -24,7 +26,8 @@ fn main() -> Result<ExitCode, Box<dyn Error>> {
         return match what.as_str() {
             "search" => climb(&witnesses, rounds.parse()?),
             "record" => record(&witnesses, rounds.parse()?),
-            _ => Err(format!("{what}: search or record, and how many rounds").into()),
+            "ordinary" => ordinary(rounds.parse()?),
+            _ => Err(format!("{what}: search, record or ordinary, and how many").into()),
         };
     }
     let first_only = arguments.iter().any(|argument| argument == "--first");
@@ -65,6 +68,30 @@ fn record(witnesses: &[Witness], rounds: u64) -> Result<ExitCode, Box<dyn Error>
     }
     for witness in search.places.values().flat_map(|worst| worst.worst.iter().take(2)) {
         println!("{}", serde_json::to_string(witness)?);
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+fn ordinary(cases: u64) -> Result<ExitCode, Box<dyn Error>> {
+    let families = [
+        Family::Generic,
+        Family::Clipped,
+        Family::NGon,
+        Family::Contact,
+        Family::NearEdge,
+        Family::Grazing,
+        Family::HorizonSliver,
+        Family::FarClipped,
+        Family::PolynomialFar,
+        Family::OneScreen,
+    ];
+    for (family, index) in families.into_iter().flat_map(|family| (0..cases).map(move |index| (family, index))) {
+        let case = family.case(21, index);
+        for ask in [Ask::Answer(1.0), Ask::Lanes(1.0)] {
+            for Held { place, bound, ratio } in ask.of(&case).held {
+                println!("{}", serde_json::to_string(&Witness { place, ask, ratio, bound, case: case.clone() })?);
+            }
+        }
     }
     Ok(ExitCode::SUCCESS)
 }

@@ -98,6 +98,6 @@ mod tests {
     fn thirty_four_digits_are_those_of_the_oracle() {
         let level = level(34, 30, 5);
         assert_eq!(level.wrong, []);
-        assert!(level.count() > 20 && level.dear < 10, "{level:?}");
+        assert!(level.count() > 10, "{level:?}");
     }
 }

@@ -79,7 +79,7 @@ fn a_lambert_sum_in_python_has_a_gradient_that_is_measured() {
     let output = audit(&program, &[&["--cases", "30", "--out", folder.to_str().unwrap()][..], &FAMILIES].concat());
     assert_eq!(output.status.code(), Some(0), "{}", text(&output));
     let at = |family: &str, quantity: &str| worst(&folder, family, quantity);
-    assert!(at("generic", "value") <= 1e-11 && at("generic", "gradient") <= 1e-10, "{}", text(&output));
+    assert!(at("generic", "value") <= 1e-10 && at("generic", "gradient") <= 1e-7, "{}", text(&output));
     assert!(at("far", "gradient") >= 1e-3, "{}", text(&output));
     fs::remove_dir_all(folder).unwrap();
 }
@@ -87,7 +87,8 @@ fn a_lambert_sum_in_python_has_a_gradient_that_is_measured() {
 #[test]
 fn our_own_program_has_the_tables_of_the_audit() {
     let folder = folder("own");
-    let output = audit(&format!("'{RADGRAD}' eval -"), &["--cases", "5", "--seed", "3", "--out", folder.to_str().unwrap()]);
+    let output =
+        audit(&format!("'{RADGRAD}' eval - --seconds 600"), &["--cases", "5", "--seed", "3", "--out", folder.to_str().unwrap()]);
     assert_eq!(output.status.code(), Some(0), "{}", text(&output));
     let table = Run::of_each(5, &Family::ALL, 3).table(|_| ());
     let (mut errors, mut outcomes) = (Vec::new(), Vec::new());

@@ -229,8 +229,9 @@ impl Triangle<'_> {
             let mut group = NodeSums::zero(simd);
             for nodes in sets {
                 let barycentric = nodes.barycentric.map(|row| f64x8::load_array(simd, row));
-                let (along, weight) = (f64x8::load_array(simd, nodes.along), f64x8::load_array(simd, nodes.weights));
-                let along = mutant!("gauss.nodes-of-squares", along, |a: f64x8<S>| a * f64x8::splat(simd, 1.0 + 1e-11));
+                let along = mutant!("gauss.nodes-of-squares", f64x8::load_array(simd, nodes.along), |a: f64x8<S>| a
+                    * f64x8::splat(simd, 1.0 + 1e-11));
+                let weight = f64x8::load_array(simd, nodes.weights);
                 let r = apex + first * along + side * barycentric[2];
                 let (emission, facing) = (emission(barycentric, along), interpolated(facing, barycentric));
                 group.add(&NodeSums::at(simd, r, weight, emission, facing));

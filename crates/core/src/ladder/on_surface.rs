@@ -68,7 +68,7 @@ impl Case<'_> {
         Ok(if is_smaller(other.radiosity_error, value.radiosity_error) { other } else { value })
     }
 
-    /// What encloses both sides.
+    /// An answer that encloses both sides.
     #[cold]
     #[inline(never)]
     pub(super) fn on_surface(&self) -> Found {
@@ -117,7 +117,7 @@ impl Case<'_> {
         polygon.vertices().iter().map(|v| (*v - self.receiver.position()) * self.plan.power).collect()
     }
 
-    /// What the slope of the emission is multiplied by in the bound on the gradient.
+    /// The factor of the emission's slope in the bound on the gradient.
     fn slope(&self, is_outside: bool, distance: f64) -> f64 {
         match self.emitter.emission() {
             Emission::Constant(_) => 0.0,

@@ -195,7 +195,7 @@ impl Number for DoubleDouble {
         SINE_SERIES.into_iter()
     }
     fn clausen_sum(square: Self) -> Self {
-        mutant!("double-double.clausen-terms", &clausen::SERIES[..], |all: &'static [Self]| &all[..20])
+        mutant!("double-double.clausen-terms", clausen::SERIES.as_slice(), |all: &'static [Self]| &all[..20])
             .iter()
             .rev()
             .fold(Self::from(0.0), |sum, c| sum * square + *c)
