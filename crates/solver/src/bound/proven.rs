@@ -536,7 +536,8 @@ impl Proven {
                 off += view.at_most(left.whole, left.largest);
                 most_off = largest(most_off, left.largest);
             }
-            let at_point = mutant!("solver.at-point", least(least(near, most) + fill(seen), least(off, most_off)), |total| 0.01 * total);
+            let at_point =
+                mutant!("solver.at-point", least(least(near, most) + fill(seen), least(off, most_off)), |total| 0.01 * total);
             let total = at_point * rho * ROUNDED;
             self.shares[channel].map(|share| if share > 0.0 { share * total } else { 0.0 })
         };
