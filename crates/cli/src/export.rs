@@ -5,7 +5,7 @@
 use std::io::{self, Write};
 
 use radgrad_core::DVec3;
-use radgrad_scene::{Scene, Surface, largest};
+use radgrad_scene::{Scene, largest};
 use radgrad_solver::{Ledger, Shape, Solution};
 
 /// A format of a solution.
@@ -65,10 +65,15 @@ fn vtu(solution: &Solution, scene: &Scene, output: &mut dyn Write) -> io::Result
     writeln!(output, r#"<?xml version="1.0"?>"#)?;
     writeln!(output, r#"<VTKFile type="UnstructuredGrid" version="0.1" byte_order="LittleEndian">"#)?;
     writeln!(output, "<UnstructuredGrid>\n<FieldData>")?;
-    let surface_names: Vec<&str> = scene.surfaces().iter().map(Surface::name).collect();
-    texts(output, "surface_names", &surface_names)?;
-    texts(output, "channels", &channels.iter().map(String::as_str).collect::<Vec<_>>())?;
-    texts(output, "unit", &[UNIT, "gradient: that over the scene's unit of length", "position: the scene's unit of length"])?;
+    for (index, surface) in scene.surfaces().iter().enumerate() {
+        field(output, &format!("surface {}", surface.name()), index)?;
+    }
+    for (index, name) in channels.iter().enumerate() {
+        field(output, &format!("channel {name}"), index)?;
+    }
+    for unit in [UNIT, "gradient: that over the unit of position", "position: the scene's unit of length"] {
+        field(output, &format!("unit of {unit}"), 1)?;
+    }
     writeln!(output, "</FieldData>\n<Piece NumberOfPoints=\"{count}\" NumberOfCells=\"{}\">", cells.len())?;
     let points = |f: &dyn Fn(&Cell, [f64; 2]) -> Vec<f64>| -> Vec<Vec<f64>> {
         cells.iter().flat_map(|cell| cell.corners.iter().map(move |&at| f(cell, at))).collect()
@@ -141,14 +146,10 @@ fn array(output: &mut dyn Write, name: &str, components: &[&str], tuples: &[Vec<
     writeln!(output, "</DataArray>")
 }
 
-/// Strings as VTK has them in text: the numbers of their bytes, a 0 after each.
-fn texts(output: &mut dyn Write, name: &str, texts: &[&str]) -> io::Result<()> {
-    writeln!(output, r#"<Array type="String" Name="{name}" NumberOfTuples="{}" format="ascii">"#, texts.len())?;
-    for text in texts {
-        let bytes = text.bytes().filter(|byte| *byte != 0).chain([0]);
-        writeln!(output, "{}", bytes.map(|byte| byte.to_string()).collect::<Vec<_>>().join(" "))?;
-    }
-    writeln!(output, "</Array>")
+/// A number for a name. Texts have arrays of their own kind, which not every reader of the format knows.
+fn field(output: &mut dyn Write, name: &str, number: usize) -> io::Result<()> {
+    let name = escaped(name);
+    writeln!(output, r#"<DataArray type="Int64" Name="{name}" NumberOfTuples="1" format="ascii">{number}</DataArray>"#)
 }
 
 fn whole(output: &mut dyn Write, kind: &str, name: &str, numbers: impl Iterator<Item = usize>) -> io::Result<()> {

@@ -1,7 +1,7 @@
 //! One receiver, one emitter, any occluders: the answer with its bounds.
 //!
 //! `B(x) = (rho/pi) int B(y) (n1.r)(-n2.r)/|r|^4 dA` (HS95 Eq. 1) over the part of the emitter that x sees above its horizon,
-//! and its gradient with respect to x at fixed n1. What is computed how is decided in [`crate::boundary::plan`] and
+//! and its gradient with respect to x at fixed n1. The case is decided in [`crate::boundary::plan`], the method in
 //! [`crate::ladder::rungs`].
 
 use glam::DVec3;
@@ -59,8 +59,8 @@ pub fn evaluate<'a>(
 ///
 /// The cheapest method whose bound is at most `tolerance` times the value (times the norm, for the gradient) answers; if none
 /// is, the last one does: the bounds say so. The last one gives the nearest doubles, so below a tolerance of 2^-53 its bound is
-/// that of their rounding, and [`crate::evaluate_digits`] gives what doubles cannot. Occluders are opaque from both sides;
-/// those behind the receiver or the emitter are left out by themselves.
+/// that of their rounding, and [`crate::evaluate_digits`] gives more digits than doubles have. Occluders are opaque from both
+/// sides; those behind the receiver or the emitter are left out by themselves.
 ///
 /// ```
 /// use radgrad_core::{DVec3, Emission, Emitter, Polygon, Receiver, evaluate_to};
@@ -85,7 +85,7 @@ pub fn evaluate_to<'a>(
     answer(receiver, emitter, &occluders.into_iter().collect::<Vec<_>>(), tolerance)
 }
 
-/// [`evaluate_to`], compiled once: what is generic is compiled again in every crate that calls it.
+/// [`evaluate_to`], compiled once: generic functions are compiled again in every crate that calls them.
 fn answer(receiver: &Receiver, emitter: &Emitter, occluders: &[&Polygon], tolerance: f64) -> Result<Answer, Error> {
     if !(0.0..=1.0).contains(&tolerance) {
         return Err(Error::Tolerance { value: tolerance });
@@ -103,7 +103,7 @@ fn answer(receiver: &Receiver, emitter: &Emitter, occluders: &[&Polygon], tolera
 /// Radiosity alone at `receiver` due to the part of `emitter` that it sees past `occluders`, with a bound.
 ///
 /// The cheapest method whose bound meets the tolerance answers; if none does, the last one: the bound says so. An absolute
-/// tolerance, in the unit of the emission, is for sums of many values: what is hidden but for a sliver is then bounded, and not
+/// tolerance, in the unit of the emission, is for sums of many values: an emitter hidden but for a sliver is then bounded, and not
 /// decided to the last digit. Where a shadow's edge is seen in line with another edge, this is also much cheaper than
 /// [`evaluate_to`], whose gradient has two values there.
 ///
@@ -331,7 +331,7 @@ fn plain<const VALUE: bool, const GRADIENT: bool>(case: &Case<'_>) -> Option<Irr
     if case.plan.on_surface { None } else { IrradianceAndGradient::<f64>::sum::<VALUE, GRADIENT>(case) }
 }
 
-/// The sums over an emitter on edge lanes, where double precision is sure of what is seen.
+/// The sums over an emitter on edge lanes, where double precision is sure of the visible part.
 #[inline(always)]
 fn on_lanes<const VALUE: bool, const GRADIENT: bool>(
     receiver: &Receiver,

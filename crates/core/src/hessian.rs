@@ -77,7 +77,7 @@ pub struct Hessian {
     pub matrix: DMat3,
     /// Proven bound on the Frobenius norm of the error.
     pub error: f64,
-    /// What answered.
+    /// The method that answered.
     pub method: Method,
 }
 
@@ -150,7 +150,7 @@ pub fn hessian_to<'a>(
     bounded(receiver, emitter, &occluders.into_iter().collect::<Vec<_>>(), tolerance)
 }
 
-/// [`hessian_to`], compiled once: what is generic is compiled again in every crate that calls it.
+/// [`hessian_to`], compiled once: generic functions are compiled again in every crate that calls them.
 fn bounded(receiver: &Receiver, emitter: &Emitter, occluders: &[&Polygon], tolerance: f64) -> Result<Hessian, Error> {
     if !(0.0..=1.0).contains(&tolerance) {
         return Err(Error::Tolerance { value: tolerance });
@@ -194,7 +194,7 @@ fn unit(case: &Case<'_>) -> CallerUnits {
     CallerUnits::of_derivative(2, "Hessian", case.plan, case.emitter)
 }
 
-/// What a rung found, in normalised lengths and emission.
+/// The result of a rung, in normalised lengths and emission.
 struct Found {
     columns: [f64; 9],
     error: f64,
@@ -277,7 +277,7 @@ fn columns<T: Real>(case: &Case<'_>) -> Option<[T; 9]> {
     Some(if is_certain { columns } else { columns.map(|c| c.widened(f64::INFINITY.into())) })
 }
 
-/// What contributes to the sums.
+/// The arcs and corners that contribute to the sums.
 enum Part<'a, T> {
     Arc(&'a Arc<T>),
     /// Where two lines only seem to meet: the arc that ends there and the one that begins.

@@ -255,18 +255,22 @@ fn a_vtu_has_each_channel_in_its_component_between_its_bounds() {
                 let known = corner["radiosity"][channel].as_f64().unwrap();
                 assert!((radiosity[k] - known).abs() < 0.01 && (lower[k]..=upper[k]).contains(&known), "{channel}: {known}");
                 let known: Vec<f64> = (0..3).map(|axis| corner["gradient"][channel][axis].as_f64().unwrap()).collect();
-                let off = (0..3).map(|axis| (slope[axis] - known[axis]).abs()).fold(0.0, f64::max);
-                assert!(inward > 0.0 && off < 0.05 * known[0], "{channel}: {slope:?} for {known:?}");
+                let is_near = (0..3).all(|axis| (slope[axis] - known[axis]).abs() < 0.05 * known[0]);
+                assert!(inward > 0.0 && is_near, "{channel}: {slope:?} for {known:?}");
                 corners += 1;
             }
         }
     }
     assert_eq!(corners, 2);
-    // Names are the numbers of their bytes.
-    let bytes = |text: &str| text.bytes().map(|byte| byte.to_string()).collect::<Vec<_>>().join(" ");
-    assert!(vtu.contains(&format!("\n{} 0\n", bytes("ceiling"))) && vtu.contains(&bytes("pi times the unit")));
-    let surface = numbers(&vtu, "surface");
-    assert!(surface.contains(&0.0) && surface.contains(&1.0));
+    for (name, number) in [("surface floor", 0.0), ("surface ceiling", 1.0), ("channel g", 1.0)] {
+        assert_eq!(numbers(&vtu, name), [number], "{name}");
+    }
+    assert!(vtu.contains("unit of radiosity: pi times the unit"));
+    let (surface, offsets) = (numbers(&vtu, "surface"), numbers(&vtu, "offsets"));
+    for (cell, surface) in surface.iter().enumerate() {
+        let height = position.chunks_exact(3).zip(1..).find(|(_, end)| f64::from(*end) == offsets[cell]).map(|(at, _)| at[2]);
+        assert_eq!(Some(*surface), height, "the floor is at 0 and the ceiling at 1");
+    }
 }
 
 #[test]

@@ -33,7 +33,7 @@ const TO_SHARE: usize = 4096;
 /// Emitters in a tree, made once for any number of receivers. Constant and linear emitters go into the tree; polynomial and concave
 /// ones, and those beyond the range of double precision, are answered one by one for every receiver.
 ///
-/// Making it takes about as long as ten receivers take without it; the first receivers find the far fields that the others use.
+/// A far field is found when a receiver first asks for it, so that the first receivers take longer than those that follow.
 ///
 /// ```
 /// use radgrad_core::batch::{Answers, EmitterTree, Engine, Receivers};

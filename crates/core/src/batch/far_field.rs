@@ -105,7 +105,7 @@ pub(super) struct Nodes {
     pub(super) weight: [Vec<f64>; 3],
 }
 
-/// The far field of a cluster. What it leaves out is known before its weights are, and these are found when they are needed.
+/// The far field of a cluster. The bound on its remainder is known before its weights, which are found when they are needed.
 #[derive(Debug, Clone)]
 pub(super) struct FarField {
     nodes: OnceLock<Nodes>,

@@ -1,4 +1,4 @@
-//! Answers with their bounds, and what is asked of them.
+//! Answers with their bounds, and the tolerances they are asked to.
 
 use glam::DVec3;
 
@@ -26,7 +26,7 @@ pub struct Answer {
     pub radiosity_error: f64,
     /// Proven bound on the Euclidean norm of the error of `gradient`.
     pub gradient_error: f64,
-    /// What answered.
+    /// The method that answered.
     pub method: Method,
 }
 
@@ -67,7 +67,7 @@ pub struct Value {
     pub radiosity: f64,
     /// Proven bound on the error of `radiosity`.
     pub radiosity_error: f64,
-    /// What answered.
+    /// The method that answered.
     pub method: Method,
 }
 
@@ -96,7 +96,7 @@ pub struct Tolerance {
     pub absolute: f64,
 }
 
-/// What gave an answer.
+/// The methods that give answers.
 ///
 /// ```
 /// use radgrad_core::{DVec3, Emission, Emitter, Method, Polygon, Receiver, evaluate};

@@ -103,7 +103,7 @@ pub fn evaluate_digits<'a>(
     precise(receiver, emitter, &occluders.into_iter().collect::<Vec<_>>(), digits)
 }
 
-/// [`evaluate_digits`], compiled once: what is generic is compiled again in every crate that calls it.
+/// [`evaluate_digits`], compiled once: generic functions are compiled again in every crate that calls them.
 fn precise(receiver: &Receiver, emitter: &Emitter, occluders: &[&Polygon], digits: u32) -> Result<PreciseAnswer, Error> {
     if !(1..=MOST_DIGITS).contains(&digits) {
         return Err(Error::Digits { value: digits, most: MOST_DIGITS });
@@ -129,7 +129,7 @@ fn precise(receiver: &Receiver, emitter: &Emitter, occluders: &[&Polygon], digit
     }
 }
 
-/// What the closed form gave, in normalised lengths and emission.
+/// The result of the closed form, in normalised lengths and emission.
 #[derive(Debug, Clone)]
 pub(crate) struct Enclosed {
     radiosity: Enclosure,
@@ -189,7 +189,7 @@ impl Enclosed {
         Ok(Answer { radiosity, gradient, radiosity_error, gradient_error, method: Method::ArbitraryPrecision })
     }
 
-    /// What is not to be told from 0 is 0, and its bound is what it may be at most.
+    /// A number not to be told from 0 is 0, with its largest possible size as the bound.
     fn to_decimals(&self, digits: u32, bits: usize, are_nothing: [bool; 2]) -> PreciseAnswer {
         // A unit of the last place is at most a tenth of the tolerance.
         let place = |size: Magnitude| size.decimal_exponent() - i64::from(digits) - 1;
@@ -240,7 +240,7 @@ pub(crate) fn to_doubles<const N: usize>(normalised: &[Enclosure; N], unit: Call
     Ok((values, bounding(norm(rounded.map(|(_, error)| error)) * (1.0 + 16.0 * f64::EPSILON))))
 }
 
-/// What is not a number bounds nothing.
+/// NaN bounds nothing.
 fn bounding(error: Magnitude) -> f64 {
     let error = error.to_double();
     if error.is_nan() { f64::INFINITY } else { error }

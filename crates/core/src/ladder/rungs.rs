@@ -2,7 +2,7 @@
 //! functions does.
 //!
 //! 0. The direct attempt: the closed form in double precision with its derived bound, on edge lanes, of a constant or linear
-//!    emitter near by, without occluders, where double precision is sure of what is seen. It answers most calls, and where it
+//!    emitter near by, without occluders, where double precision is sure of the visible part. It answers most calls, and where it
 //!    does not its plan serves the rungs that follow.
 //! 1. A Gauss rule on the emitter with an a-priori bound ([`crate::gauss`]), where few nodes are enough: far away.
 //! 2. The closed form in double precision with its bound: derived for a constant emitter ([`crate::forms::constant_bound`]) and
@@ -41,7 +41,7 @@ use crate::scalar::number::{Number, ROUNDOFF};
 use crate::scalar::real::Real;
 use crate::scalar::vec3::Vec3;
 
-/// What a Gauss rule may cost.
+/// The largest cost of a Gauss rule.
 struct Budget {
     /// Size of the emitter over the distance of its farthest vertex, above which the cheap rule is not worth planning.
     wide: f64,
@@ -69,7 +69,7 @@ impl Budget {
 /// Nodes that a Gauss rule may have where nothing else meets the tolerance: a second or so.
 const MOST_NODES: usize = 1 << 26;
 
-/// What a rung found, in normalised lengths and emission.
+/// The result of a rung, in normalised lengths and emission.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Found {
     pub(super) radiosity: f64,
@@ -95,19 +95,19 @@ impl Found {
     }
 }
 
-/// How far a climb got: to what was accepted, or to what the last rung found.
+/// The end of a climb: the accepted answer, or the result of the last rung.
 pub(super) enum Climb<A> {
     Met(A),
     Last(Found),
 }
 
-/// What the direct attempt found.
+/// The result of the direct attempt.
 pub(crate) enum DirectAttempt {
     /// The answer, the one that [`Case::answer`] gives.
     Answer(Answer),
     /// No answer, but the plan for the other rungs.
     Plan(Plan),
-    /// Neither: it is not sure of what is seen.
+    /// Neither: it is not sure of the visible part.
     Nothing,
 }
 
@@ -243,7 +243,7 @@ impl Case<'_> {
         self.emitter.polygon().size() * self.plan.power <= wide
     }
 
-    /// What a Gauss rule of at most so many nodes gives.
+    /// The answer of a Gauss rule of at most so many nodes.
     fn by_quadrature(&self, most: usize) -> Option<Found> {
         if !self.occluders.is_empty() {
             return None;
@@ -280,7 +280,7 @@ impl Case<'_> {
         }
     }
 
-    /// What the sums of a linear emission and their bounds say.
+    /// The answer by the sums of a linear emission and their bounds.
     #[inline(always)]
     fn of_linear(&self, terms: &IrradianceAndGradient<f64>, bound: linear_bound::LinearBound) -> Found {
         let share = albedo::<f64>(self.receiver);
@@ -292,7 +292,7 @@ impl Case<'_> {
         }
     }
 
-    /// What the sums for a unit emission and their bounds say.
+    /// The answer by the sums for a unit emission and their bounds.
     #[inline(always)]
     fn of_unit_emission(&self, terms: &IrradianceAndGradient<f64>, bound: BoundedSum) -> Found {
         let Self { receiver, emitter, .. } = *self;
@@ -321,7 +321,7 @@ impl Case<'_> {
         Found { gradient: gradient.map(Real::value), gradient_error, ..found }
     }
 
-    /// The answer to what meets the tolerance, unless bounds below the normal range are too coarse for it.
+    /// The answer by a result that meets the tolerance, unless bounds below the normal range are too coarse for it.
     ///
     /// Always inlined: moving the answer costs as much as finding it met.
     #[inline(always)]

@@ -55,7 +55,7 @@ pub struct Polynomial {
 
 impl Polynomial {
     /// Highest degree accepted, that of an exponent of 8 bits. The closed form costs the third power of the degree an edge, and
-    /// each degree loses digits, which the bounds say: from 20 up most answers take double-double or more bits.
+    /// each degree loses digits, which the bounds say: high ones take double-double or more bits.
     ///
     /// ```
     /// # use radgrad_core::{DVec3, Error, Polynomial};

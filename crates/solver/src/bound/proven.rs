@@ -159,8 +159,8 @@ pub(crate) struct Proven {
     /// For each receiver and channel, how much a mean error of 1 on it adds at most to that of all, over its part of the area.
     weights: Vec<Vec<f64>>,
     shares: Vec<Ledger>,
-    /// For each element and channel, how much the polynomials are off anywhere on it at most.
-    most_off: Vec<Vec<f64>>,
+    /// For each element and channel, how much the polynomials are off anywhere on it at most, and in the mean.
+    most_off: Vec<Vec<[f64; 2]>>,
     /// For each channel, all that is left out, what is carried, and what polynomials are off, on clusters.
     left_on_clusters: Vec<Vec<Pair>>,
     carried_on_clusters: Vec<Vec<Pair>>,
@@ -214,7 +214,14 @@ impl Ground {
             let at_nodes: Vec<f64> = direct.nodes.iter().map(|lit| lit.irradiance[channel]).collect();
             let held = basis.project(&at_nodes);
             let found = [rho[channel] * basis.range(&held)[1] + largest.total(), rho[channel] * held[0] + mean.total()];
-            let lit = found.map(|found| least(rho[channel] * all, found) * ROUNDED);
+            // In the mean no more than lamps send.
+            let area = mesh.elements()[leaf].area();
+            let sent = |(source, factor): (&(usize, &Sight), &f64)| {
+                emitted(source.0) * least(*factor, mesh.elements()[source.0].area() / area)
+            };
+            let sent = gathered.sources.iter().zip(&factors).map(sent).sum::<f64>();
+            let [most, in_mean] = found.map(|found| least(rho[channel] * all, found) * ROUNDED);
+            let lit = [most, least(in_mean, rho[channel] * sent * ROUNDED)];
             Rest { largest, mean, lit }
         };
         left.into_iter().enumerate().map(of).collect()
@@ -389,7 +396,7 @@ impl Proven {
         });
         let area: f64 = receivers.iter().map(|&receiver| mesh.elements()[receiver].area()).sum();
         let mut carried = vec![vec![0.0; channels]; mesh.elements().len()];
-        let (mut weights, mut most_off) = (carried.clone(), carried.clone());
+        let (mut weights, mut most_off) = (carried.clone(), vec![vec![[0.0; 2]; channels]; mesh.elements().len()]);
         let mut mean: Vec<Ledger> = Vec::with_capacity(channels);
         for channel in 0..channels {
             let rho = |receiver: usize| solved.reflectance(receiver, channel);
@@ -404,21 +411,12 @@ impl Proven {
                     into[receiver][channel] = *value;
                 }
             };
-            let own: Vec<f64> = (receivers, &views)
-                .into_par_iter()
-                .map(|(&receiver, views)| {
-                    let near = views.sources.iter().map(|&(source, factor, peak)| {
-                        let [most, mean] = left(source, channel);
-                        (gathered(factor, peak, most, mean), most)
-                    });
-                    let (sum, most) = near.fold((0.0, 0.0), |(sum, most), (g, s)| (sum + g, largest(most, s)));
-                    let (sum, most) = views.clusters.iter().fold((sum, most), |(sum, most), (cluster, view)| {
-                        let pair = &left_on_clusters[channel][*cluster];
-                        (sum + view.at_most(pair.whole, pair.largest), largest(most, pair.largest))
-                    });
-                    least(sum, most) * rho(receiver)
-                })
-                .collect();
+            // What is gathered and reflected of something by what it is at most and in the mean.
+            let gathered_of = |of: &(dyn Fn(usize) -> [f64; 2] + Sync), on_clusters: &[Pair]| -> Vec<f64> {
+                let at = |(&receiver, views): (&usize, &Views)| views.gathered(of, on_clusters) * rho(receiver) * ROUNDED;
+                (receivers, &views).into_par_iter().map(at).collect()
+            };
+            let own = gathered_of(&|element| left(element, channel), &left_on_clusters[channel]);
             let of_error = risen(&own);
             let of_light: Vec<f64> = receivers.iter().map(|&receiver| rho(receiver)).collect();
             let of_light = risen(&of_light);
@@ -427,25 +425,35 @@ impl Proven {
             let of_unit: Vec<f64> = swept.iter().map(|gathered| 1.0 + gathered).collect();
             spread(&of_unit, &mut weights);
 
-            // What there is at most, whatever was found.
+            // What there is at most, whatever was found: light that is reflected once, and more often.
             let given: Vec<f64> = mesh.elements().iter().map(|element| solved.given(element.face(), channel)).collect();
             let once = reflected_of(&given);
-            let own: Vec<f64> =
-                receivers.iter().zip(&once).map(|(&receiver, once)| direct[receiver][channel].lit[0] + once).collect();
-            let bright = everywhere_most(mesh, receivers, &risen(&own));
+            let once_on = everywhere_most(mesh, receivers, &once);
+            let first = |element: usize| direct[element][channel].lit.map(|lit| lit + once_on[element]);
+            let pairs = of_clusters(&|element, of| if of == channel { first(element).into() } else { (0.0, 0.0) });
+            let again = risen(&gathered_of(&first, &pairs[channel]));
+            let again_on = everywhere_most(mesh, receivers, &again);
             let ranges: Vec<[f64; 2]> = leaves.iter().map(|&leaf| solved.range(leaf, channel)).collect();
             let [low, high] = [-1.0, 1.0].map(|sign| {
                 let of: Vec<f64> = ranges.iter().map(|[low, high]| if sign < 0.0 { -low } else { *high }).collect();
                 everywhere_most(mesh, &leaves, &of)
             });
             let errors = everywhere_most(mesh, receivers, &of_error);
-            let off: Vec<f64> = (0..mesh.elements().len())
+            let off: Vec<[f64; 2]> = (0..mesh.elements().len())
                 .map(|element| {
-                    let known = left(element, channel)[0] + errors[element];
-                    least(known, largest(bright[element] + given[element] + low[element], high[element])) * ROUNDED
+                    let [bright, mean] = first(element).map(|first| first + again_on[element]);
+                    let known = left(element, channel).map(|left| left + errors[element]);
+                    let most = least(known[0], largest(bright + given[element] + low[element], high[element])) * ROUNDED;
+                    let all = mean + solved.found(element, channel);
+                    [most, least(most, least(known[1], all)) * ROUNDED]
                 })
                 .collect();
-            let of_error: Vec<f64> = reflected_of(&off).into_iter().zip(of_error).map(|(a, b)| least(a, b)).collect();
+            let pairs = of_clusters(&|element, of| if of == channel { off[element].into() } else { (0.0, 0.0) });
+            let of_error: Vec<f64> = gathered_of(&|element| off[element], &pairs[channel])
+                .into_iter()
+                .zip(of_error)
+                .map(|(a, b)| least(a, b))
+                .collect();
             carried.iter_mut().zip(everywhere_most(mesh, receivers, &of_error)).for_each(|(at, most)| at[channel] = most);
             most_off.iter_mut().zip(off).for_each(|(at, off)| at[channel] = off);
 
@@ -464,7 +472,7 @@ impl Proven {
             mean.push(if all < total { known * (all / total * ROUNDED) } else { known });
         }
         let carried_on_clusters = of_clusters(&|element, channel| (carried[element][channel], carried[element][channel]));
-        let off_on_clusters = of_clusters(&|element, channel| (most_off[element][channel], most_off[element][channel]));
+        let off_on_clusters = of_clusters(&|element, channel| most_off[element][channel].into());
         if mean.iter().any(|of| !of.total().is_finite()) {
             return None;
         }
@@ -499,7 +507,7 @@ impl Proven {
                     0.0
                 }
             });
-        let (total, most) = (all.total(), self.most_off[leaf][channel]);
+        let (total, [most, _]) = (all.total(), self.most_off[leaf][channel]);
         if most < total { all * (most / total * ROUNDED) } else { all }
     }
 
@@ -507,24 +515,29 @@ impl Proven {
     /// reflectance there.
     pub(crate) fn at(&self, rows: &[(usize, Row)], far: &Far, rho: &[f64]) -> Vec<Ledger> {
         let of_channel = |(channel, rho): (usize, &f64)| {
-            let (mut near, mut most) = (0.0, 0.0);
-            let (mut seen, mut off) = (Vec::with_capacity(rows.len()), Vec::with_capacity(rows.len()));
+            let (mut near, mut most, mut off, mut most_off) = (0.0, 0.0, 0.0, 0.0);
+            let mut seen = Vec::with_capacity(rows.len());
             for (source, row) in rows.iter().filter(|(_, row)| row.factor() > 0.0) {
                 let (a, b) = (&self.direct[*source][channel], &self.reflected[*source][channel]);
                 let (size, mean) = (a.largest.total() + b.largest.total(), a.mean.total() + b.mean.total());
                 near += gathered(row.factor(), row.kernel.peak, size, mean);
                 most = largest(most, size);
                 seen.push((row.factor(), self.carried[*source][channel]));
-                off.push((row.factor(), self.most_off[*source][channel]));
+                let [size, mean] = self.most_off[*source][channel];
+                off += gathered(row.factor(), row.kernel.peak, size, mean);
+                most_off = largest(most_off, size);
             }
             for (index, &cluster) in far.clusters().iter().enumerate() {
                 let (view, left) = (far.view(index, 0), &self.left_on_clusters[channel][cluster]);
                 near += view.at_most(left.whole, left.largest);
                 most = largest(most, left.largest);
                 seen.push((view.factor, self.carried_on_clusters[channel][cluster].largest));
-                off.push((view.factor, self.off_on_clusters[channel][cluster].largest));
+                let left = &self.off_on_clusters[channel][cluster];
+                off += view.at_most(left.whole, left.largest);
+                most_off = largest(most_off, left.largest);
             }
-            let at_point = mutant!("solver.at-point", least(least(near, most) + fill(seen), fill(off)), |total| 0.01 * total);
+            let at_point =
+                mutant!("solver.at-point", least(least(near, most) + fill(seen), least(off, most_off)), |total| 0.01 * total);
             let total = at_point * rho * ROUNDED;
             self.shares[channel].map(|share| if share > 0.0 { share * total } else { 0.0 })
         };
@@ -544,6 +557,22 @@ struct Views {
     /// Source, form factor, kernel times the area.
     sources: Vec<(usize, f64, f64)>,
     clusters: Vec<(usize, View)>,
+}
+
+impl Views {
+    /// What any place gathers at most of something by its largest value and its mean.
+    fn gathered(&self, of: impl Fn(usize) -> [f64; 2], on_clusters: &[Pair]) -> f64 {
+        let near = self.sources.iter().map(|&(source, factor, peak)| {
+            let [most, mean] = of(source);
+            (gathered(factor, peak, most, mean), most)
+        });
+        let far = self.clusters.iter().map(|(cluster, view)| {
+            let pair = &on_clusters[*cluster];
+            (view.at_most(pair.whole, pair.largest), pair.largest)
+        });
+        let (sum, most) = near.chain(far).fold((0.0, 0.0), |(sum, most), (g, s)| (sum + g, largest(most, s)));
+        least(sum, most)
+    }
 }
 
 /// One gather, without the reflectance, of what is at most this on each element.

@@ -130,7 +130,7 @@ impl Lamps {
         self.roots.iter().copied().zip(&leaf.sights)
     }
 
-    /// What a point sees of each lamp's root.
+    /// A point's sight of each lamp's root.
     pub(crate) fn sights_from(&self, mesh: &Mesh, station: &Station) -> Result<Vec<Sight>, Error> {
         self.roots.iter().map(|&root| station.sight(mesh, root, None)).collect()
     }

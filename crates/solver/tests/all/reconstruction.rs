@@ -86,7 +86,7 @@ fn patches_of_neighbours_meet_along_their_edges_past_hanging_vertices_too() {
                         Shape::Triangle => s + t < 1.0 + 1e-9,
                     };
                     if smallest(s, t) > -1e-9 && inside {
-                        // Where a patch would leave what is known the polynomial stays, and nothing is joined.
+                        // Where a patch would leave the known bounds the polynomial stays, and nothing is joined.
                         let is_joined = |channel: &usize| [leaf, other].iter().all(|&of| smooth.patch(of, *channel).is_some());
                         for channel in (0..3).filter(is_joined) {
                             compared += 1;

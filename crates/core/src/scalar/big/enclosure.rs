@@ -63,8 +63,8 @@ pub(crate) struct Refined<R> {
     pub(crate) is_enough: bool,
 }
 
-/// What an answer may cost: some seconds. What would take more is answered with the bound of fewer bits. It counts operations and not
-/// time, so that the answer is the same on every machine.
+/// The largest effort for an answer: some seconds. A case that would take more is answered with the bound of fewer bits. It counts
+/// operations and not time, so that the answer is the same on every machine.
 pub(crate) const EFFORT: u64 = 2_000_000_000;
 
 /// Bits that decide cases that doubles of like size leave open; a case still open then is an exact coincidence.
@@ -106,7 +106,7 @@ fn refined_within<R>(
     let mut before = Magnitude::from(f64::INFINITY);
     let (mut left, mut last) = (effort, None);
     for bits in precisions {
-        // What as many operations cost with more bits is known before they are done.
+        // The effort of as many operations with more bits is known before they are done.
         if last.is_some_and(|spent: Spent| spent.with_bits(bits) > left) {
             break;
         }

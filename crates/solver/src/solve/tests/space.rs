@@ -74,8 +74,9 @@ fn a_sensor_that_comes_to_a_face_reads_what_the_face_receives() {
         let above = solution.irradiance_at(point + normal * 1e-6, normal).unwrap();
         for channel in 0..3 {
             let [here, there] = [&on_face.irradiance, &above].map(|of| (of.irradiance[channel], of.estimate[channel].total()));
-            assert!((here.0 - there.0).abs() <= here.1 + there.1, "{point} {channel}: {here:?} and {there:?}");
-            assert!((here.0 - there.0).abs() <= 2e-3 * here.0, "{point} {channel}: {here:?} and {there:?}");
+            // Each has links of its own, which neglect at most a tenth of the error asked for.
+            let linked = 1e-3 * solution.reflected()[channel];
+            assert!((here.0 - there.0).abs() <= 2e-3 * here.0 + linked, "{point} {channel}: {here:?} and {there:?}");
             lit += usize::from(here.0 > 0.0);
         }
         assert!(solution.is_on_a_face(point) && !solution.is_on_a_face(point + normal));
