@@ -1,5 +1,6 @@
 //! `cargo xtask verify --bounds`: the campaign that looks for a bound below its error.
 
+mod search;
 mod summary;
 
 use std::error::Error;
@@ -11,13 +12,13 @@ use radgrad_audit::bounds::campaign;
 use radgrad_audit::bounds::mark::{Figure, Mark};
 use radgrad_audit::bounds::requirements::{Breach, breaches};
 use radgrad_audit::bounds::table::Table;
+use radgrad_audit::distribution::Extreme;
 use radgrad_audit::family::Family;
 use radgrad_audit::gates::Gates;
 use radgrad_audit::regression::Regression;
 use radgrad_audit::run::{Part, Run};
 use radgrad_audit::shard;
 
-use crate::in_workspace;
 use crate::verify::record::Record;
 use crate::verify::{self, Arguments};
 
@@ -59,11 +60,13 @@ pub(crate) fn run(arguments: &Arguments, gates: &Gates) -> Result<bool, Box<dyn 
         println!("written to {}; the gates are held against the whole", path.display());
         return Ok(true);
     }
-    Ok(verify::ended(judged(&run, &table, gates, out)?))
+    let held = judged(&run, &table, gates, out)?;
+    let climbed = search::run(arguments, out)?;
+    Ok(verify::ended(held.passed & climbed))
 }
 
 /// What of a campaign of so many cases is of the families asked for, within another command.
-pub(crate) fn small(cases: u64, arguments: &Arguments, gates: &Gates) -> Result<bool, Box<dyn Error>> {
+pub(crate) fn small(cases: u64, arguments: &Arguments, gates: &Gates) -> Result<Held, Box<dyn Error>> {
     let Shard { run, table } =
         campaigned(campaign::run(cases, &Family::ALL, arguments.seed, Part::WHOLE).only(&arguments.families()));
     judged(&run, &table, gates, &arguments.out)
@@ -78,7 +81,7 @@ fn campaigned(run: Run) -> Shard {
 }
 
 /// Prints and writes the tables; holds them against what is required.
-fn judged(run: &Run, table: &Table, gates: &Gates, out: &Path) -> Result<bool, Box<dyn Error>> {
+fn judged(run: &Run, table: &Table, gates: &Gates, out: &Path) -> Result<Held, Box<dyn Error>> {
     println!("{}", summary::of(table, run));
     table.write_bounds(fs::File::create(out.join("bounds.csv"))?)?;
     table.write_times(fs::File::create(out.join("bounds-times.csv"))?)?;
@@ -88,17 +91,34 @@ fn judged(run: &Run, table: &Table, gates: &Gates, out: &Path) -> Result<bool, B
         record.note(&mark.to_string(), table.total(mark));
     }
     for breach in &breaches(table, gates) {
-        report(breach, &mut record)?;
+        report(breach, out, &mut record)?;
     }
-    record.write(out)
+    if table.total(Mark::Answer) == 0 {
+        record.violated("bounds: there is no answer to hold against truth", "cargo xtask verify --bounds");
+    } else if table.total(Mark::Nonzero) > 2000 && table.total(Mark::AgainstOracle) == 0 {
+        record.violated("bounds: no answer was held against the oracle", "cargo xtask verify --bounds");
+    }
+    let worst = |figure| table.families().values().filter_map(move |family| family.figures().get(&figure)?.worst());
+    let worst = [Figure::ValueOverBound, Figure::GradientOverBound].into_iter().flat_map(worst);
+    let worst = worst.max_by(|a, b| a.value.total_cmp(&b.value));
+    Ok(Held { passed: record.write(out)?, answers: table.total(Mark::Answer), worst })
+}
+
+/// How bounds fared.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Held {
+    pub(crate) passed: bool,
+    pub(crate) answers: u64,
+    /// The largest error over its bound.
+    pub(crate) worst: Option<Extreme>,
 }
 
 /// Records a breach with the command that replays it; keeps a case that is to blame alone, shrunk.
-fn report(breach: &Breach, record: &mut Record) -> Result<(), Box<dyn Error>> {
+fn report(breach: &Breach, out: &Path, record: &mut Record) -> Result<(), Box<dyn Error>> {
     record.violated(breach, &format!("cargo xtask replay {}", breach.case));
     if let Some(regression) = Regression::of_breach(breach) {
-        let path = regression.write(&in_workspace("data/regressions"))?;
-        println!("  shrunk: cargo xtask replay data/regressions/{}", path.file_name().unwrap_or_default().display());
+        let path = regression.write(&out.join("regressions"))?;
+        println!("  shrunk: cargo xtask replay {}", path.display());
     }
     Ok(())
 }

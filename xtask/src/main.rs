@@ -5,6 +5,7 @@ mod bench;
 mod bounds;
 mod figures;
 mod instructions;
+mod mutants;
 mod plot;
 mod radiosity;
 mod replay;
@@ -26,6 +27,7 @@ use clap::Parser;
 #[command(name = "cargo xtask")]
 enum Task {
     Verify(verify::Arguments),
+    Mutants(mutants::Arguments),
     Replay(replay::Arguments),
     Report(report::Arguments),
     Figures(figures::Arguments),
@@ -43,11 +45,15 @@ impl Task {
 }
 
 fn main() -> ExitCode {
+    if let Some(status) = mutants::as_compiler() {
+        return status;
+    }
     let task = Task::parse();
     let passed: Result<bool, Box<dyn Error>> = match task {
         // The profile shared with the tests has checks that a release has not.
         task if cfg!(debug_assertions) && task.takes_times() => in_release(),
         Task::Verify(arguments) => verify::run(&arguments),
+        Task::Mutants(arguments) => mutants::run(&arguments),
         Task::Replay(arguments) => replay::run(&arguments),
         Task::Bench(arguments) => bench::run(&arguments),
         Task::Instructions(arguments) => instructions::run(&arguments),

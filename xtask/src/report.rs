@@ -99,9 +99,10 @@ impl Report {
         data.append(&mut pictures.data);
         let mut copied = audit.files.clone();
         copied.extend(["bounds-times.csv", "errors.csv"].map(|name| from.join(name)).into_iter().filter(|path| path.exists()));
-        copied.push(in_workspace("data/gates.toml"));
+        copied.extend(["data/gates.toml", "data/tables/search.csv"].map(in_workspace));
+        let search = tables::search(&read("data/tables/search.csv")?)?;
         copied.extend(of_bench);
-        let html = Page::new(&audit, &gates, &misprints, &worst, diagrams, pictures).render(&data, &copied)?;
+        let html = Page::new(&audit, &gates, &misprints, &worst, diagrams, pictures, search).render(&data, &copied)?;
         if html.len() > MOST_BYTES {
             return Err(format!("the page has {} bytes, {MOST_BYTES} are allowed", html.len()).into());
         }

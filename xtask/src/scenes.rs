@@ -5,7 +5,6 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use comfy_table::Table as Printed;
 use indicatif::ProgressBar;
 use radgrad_audit::gates::Gates;
 use radgrad_audit::scenes::family::{Family, Name};
@@ -18,7 +17,7 @@ use radgrad_audit::scenes::table::{Row, Table, Violation};
 use radgrad_audit::scenes::truth::EFFORT;
 use radgrad_oracle::scene::Effort;
 
-use crate::summary::{right_aligned, with_header};
+use crate::summary::{fitted, right_aligned, with_header};
 use crate::verify::record::Record;
 use crate::verify::{Arguments, ended, style};
 
@@ -38,16 +37,17 @@ const PATIENCE: Duration = Duration::from_secs(20);
 /// `verify --scenes`: whether nothing is beyond its gate.
 pub(crate) fn run(arguments: &Arguments, gates: &Gates) -> Result<bool, Box<dyn Error>> {
     let cases = arguments.cases.unwrap_or(if arguments.quick { BESIDE[1] } else { CASES });
-    Ok(ended(hold(cases, true, &EFFORT, arguments, gates)?))
+    let held = hold(cases, true, &EFFORT, arguments, gates)?;
+    Ok(ended(held.passed))
 }
 
 /// The scenes beside the other cases of `verify`, with half the rays; faults are planted by `--scenes` and by a test.
-pub(crate) fn beside(arguments: &Arguments, gates: &Gates) -> Result<bool, Box<dyn Error>> {
+pub(crate) fn beside(arguments: &Arguments, gates: &Gates) -> Result<Held, Box<dyn Error>> {
     let effort = Effort { rays: EFFORT.rays / 2, rays_a_point: EFFORT.rays_a_point / 2, ..EFFORT };
     hold(BESIDE[usize::from(arguments.quick)], false, &effort, arguments, gates)
 }
 
-fn hold(cases: u64, plant: bool, effort: &Effort, arguments: &Arguments, gates: &Gates) -> Result<bool, Box<dyn Error>> {
+fn hold(cases: u64, plant: bool, effort: &Effort, arguments: &Arguments, gates: &Gates) -> Result<Held, Box<dyn Error>> {
     let out = &arguments.out;
     let start = Instant::now();
     let families = arguments.scene_families();
@@ -83,7 +83,19 @@ fn hold(cases: u64, plant: bool, effort: &Effort, arguments: &Arguments, gates: 
     if plant {
         plant_faults(arguments.seed, out, requirement.missed_faults, &mut record)?;
     }
-    record.write(out)
+    if judged == 0 {
+        record.violated("scenes: no bound was judged", "cargo xtask verify --scenes");
+    }
+    Ok(Held { passed: record.write(out)?, scenes, judged })
+}
+
+/// How scenes fared.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Held {
+    pub(crate) passed: bool,
+    pub(crate) scenes: u64,
+    /// Bounds held against truth.
+    pub(crate) judged: u64,
 }
 
 fn report(violation: &Violation, record: &mut Record) {
@@ -94,7 +106,7 @@ fn report(violation: &Violation, record: &mut Record) {
     record.violated(format_args!("{name}: {}: {first}{rest}", subject.name()), &format!("cargo xtask replay {name}"));
 }
 
-fn printed(table: &Table) -> Printed {
+fn printed(table: &Table) -> String {
     let mut printed = with_header(&[
         "family",
         "asked",
@@ -116,7 +128,7 @@ fn printed(table: &Table) -> Printed {
         cells.extend([figure(row.median_over_error()), figure(row.median_estimate()), format!("{:.2}", row.seconds_an_answer())]);
         printed.add_row(cells);
     }
-    right_aligned(printed)
+    fitted(right_aligned(printed))
 }
 
 /// The first failing scenes of different families with the fewest faces, written as OBJ.
@@ -167,7 +179,7 @@ fn plant_faults(seed: u64, out: &Path, may_miss: u64, record: &mut Record) -> Re
         printed.add_row(cells);
     }
     table.flush()?;
-    println!("{}", right_aligned(printed));
+    println!("{}", fitted(right_aligned(printed)));
     let missed: Vec<&Found> = found.iter().filter(|found| found.by.is_none()).collect();
     record.note("faults_planted", found.len());
     record.note("faults_missed", missed.len());

@@ -1,7 +1,7 @@
 //! What a run found, as tables for people.
 
 use comfy_table::presets::UTF8_FULL_CONDENSED;
-use comfy_table::{CellAlignment, Table as Printed};
+use comfy_table::{CellAlignment, ColumnConstraint, Table as Printed};
 use radgrad_audit::family::Family;
 use radgrad_audit::gates::Gates;
 use radgrad_audit::leading::Leading;
@@ -9,28 +9,28 @@ use radgrad_audit::measure::{Kind, Quantity};
 use radgrad_audit::mutants::Mutant;
 use radgrad_audit::table::{FamilyTable, Table};
 
-/// A row a family: outcomes, then median, 99 % and worst of the errors with the worst case of the gradient, then the worst over
-/// the condition and over the stated bound. An exclamation mark stands at what is beyond its gate.
-pub(crate) fn families(table: &Table, gates: &Gates) -> Printed {
+/// A row a family: the worst errors, alone and over the stated bound, then their medians and 99 %, the worst over the condition,
+/// and outcomes. An exclamation mark stands at what is beyond its gate.
+pub(crate) fn families(table: &Table, gates: &Gates) -> String {
     let mut printed = with_header(&[
         "family",
         "cases",
-        "not measured",
-        "value\nmedian",
-        "\n99 %",
-        "\nworst",
-        "gradient\nmedian",
-        "\n99 %",
-        "\nworst",
-        "worst / condition\nvalue",
+        "worst error\nvalue",
         "\ngradient",
         "worst / bound\nvalue",
         "\ngradient",
+        "median\nvalue",
+        "\ngradient",
+        "99 %\nvalue",
+        "\ngradient",
+        "worst / condition\nvalue",
+        "\ngradient",
+        "not measured",
     ]);
     for (family, figures) in table.families() {
         printed.add_row(family_row(*family, figures, gates));
     }
-    right_aligned(printed)
+    fitted(right_aligned(printed))
 }
 
 fn family_row(family: Family, table: &FamilyTable, gates: &Gates) -> Vec<String> {
@@ -49,21 +49,19 @@ fn family_row(family: Family, table: &FamilyTable, gates: &Gates) -> Vec<String>
         let beyond = gates.gate(family, quantity).is_none_or(|gate| worst.value > gate);
         format!("{}{:.1e}", if beyond { "! " } else { "" }, worst.value)
     };
-    let mut row = vec![family.to_string(), table.cases().to_string(), not_measured.join("\n")];
-    for quantity in [Quantity::Value, Quantity::Gradient] {
-        row.extend([percentile(quantity, 50), percentile(quantity, 99), worst(quantity)]);
-    }
-    row.extend([
-        worst(Quantity::ValueOverCondition),
-        worst(Quantity::GradientOverCondition),
-        worst(Quantity::ValueOverBound),
-        worst(Quantity::GradientOverBound),
-    ]);
+    let quantities = [Quantity::Value, Quantity::Gradient];
+    let mut row = vec![family.to_string(), table.cases().to_string()];
+    row.extend(quantities.map(worst));
+    row.extend([Quantity::ValueOverBound, Quantity::GradientOverBound].map(worst));
+    row.extend(quantities.map(|quantity| percentile(quantity, 50)));
+    row.extend(quantities.map(|quantity| percentile(quantity, 99)));
+    row.extend([Quantity::ValueOverCondition, Quantity::GradientOverCondition].map(worst));
+    row.push(not_measured.join("\n"));
     row
 }
 
 /// A row a slip: in how many cases it breaks the gate, and its worst errors.
-pub(crate) fn mutants(rows: &[Mutant], gate: f64) -> Printed {
+pub(crate) fn mutants(rows: &[Mutant], gate: f64) -> String {
     let mut printed = with_header(&["slip", "cases", "beyond the gate", "value worst", "gradient worst", "verdict"]);
     for row in rows {
         printed.add_row([
@@ -75,7 +73,7 @@ pub(crate) fn mutants(rows: &[Mutant], gate: f64) -> Printed {
             row.verdict(gate).to_owned(),
         ]);
     }
-    right_aligned(printed)
+    fitted(right_aligned(printed))
 }
 
 pub(crate) fn with_header(titles: &[&str]) -> Printed {
@@ -84,10 +82,58 @@ pub(crate) fn with_header(titles: &[&str]) -> Printed {
     printed
 }
 
+/// Columns of a terminal that does not say how many it has.
+const COLUMNS: usize = 100;
+
+/// How many columns the terminal has, or `COLUMNS` says.
+fn columns() -> usize {
+    let said = std::env::var("COLUMNS").ok().and_then(|columns| columns.parse().ok());
+    let seen = || console::Term::stdout().size_checked().map(|(_, columns)| usize::from(columns));
+    said.or_else(seen).filter(|columns| *columns >= 40).unwrap_or(COLUMNS)
+}
+
+/// A table without the last columns that the terminal has no place for; the files have them all.
+pub(crate) fn fitted(table: Printed) -> String {
+    fitted_to(table, columns())
+}
+
+fn fitted_to(mut table: Printed, columns: usize) -> String {
+    let count = table.column_count();
+    let mut left_out = 0;
+    loop {
+        let text = table.to_string();
+        let widest = text.lines().map(|line| line.chars().count()).max().unwrap_or(0);
+        if widest <= columns || left_out + 2 >= count {
+            let rest = if left_out == 0 { String::new() } else { format!("\n({left_out} more columns in the files)") };
+            return text + &rest;
+        }
+        left_out += 1;
+        if let Some(column) = table.column_mut(count - left_out) {
+            column.set_constraint(ColumnConstraint::Hidden);
+        }
+    }
+}
+
 /// All columns but the first.
 pub(crate) fn right_aligned(mut printed: Printed) -> Printed {
     for column in printed.column_iter_mut().skip(1) {
         column.set_cell_alignment(CellAlignment::Right);
     }
     printed
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_table_is_no_wider_than_the_terminal_and_says_what_is_left_out() {
+        let mut table = with_header(&["family", "cases", "worst", "median"]);
+        table.add_row(["generic", "1100", "1.2e-14", "1.1e-16"]);
+        let whole = fitted_to(table.clone(), 100);
+        assert!(whole.contains("1.1e-16") && !whole.contains("more columns"));
+        let cut = fitted_to(table, 32);
+        assert!(cut.contains("1.2e-14") && !cut.contains("1.1e-16") && cut.ends_with("(1 more columns in the files)"), "{cut}");
+        assert!(cut.lines().all(|line| line.chars().count() <= 32));
+    }
 }

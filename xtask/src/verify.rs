@@ -1,25 +1,31 @@
 //! `cargo xtask verify`: measures random cases of every family against truth and holds the figures against the gates.
 
+mod paragraph;
 pub(crate) mod record;
 
 use std::error::Error;
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::time::Instant;
 
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 use radgrad_audit::agreement::{Agreement, agreement};
+use radgrad_audit::bite::{Setting, bite};
 use radgrad_audit::comparison::Comparison;
 use radgrad_audit::family::Family;
+use radgrad_audit::forms::{FORMS as FORMS_NAMED, forms};
 use radgrad_audit::gates::Gates;
 use radgrad_audit::measure::{Kind, Quantity};
 use radgrad_audit::mutants::{self, mutants};
+use radgrad_audit::precision;
 use radgrad_audit::regression::Regression;
 use radgrad_audit::run::{Part, Run};
 use radgrad_audit::scenes;
 use radgrad_audit::shard::Shard;
 use radgrad_audit::stability::{Plane, Stability};
 use radgrad_audit::table::Table;
+use radgrad_audit::witness;
 
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -75,6 +81,9 @@ impl Arguments {
 
     /// Refuses a family of scenes where cases are asked for, and the other way round.
     fn check(&self) -> Result<(), String> {
+        if self.cases == Some(0) {
+            return Err("--cases 0: a run without cases shows nothing; ask for 1 or more".to_owned());
+        }
         let fits = |family: &AnyFamily| matches!(family, AnyFamily::Scene(_)) == self.scenes;
         match self.family.iter().find(|family| !fits(family)) {
             Some(AnyFamily::Scene(family)) => Err(format!("{family} is a family of scenes: add --scenes")),
@@ -93,6 +102,9 @@ const CASES: u64 = 41_800;
 
 /// Cases of the bounds campaign beside them, and of the quick run.
 const BOUNDS: [u64; 2] = [100_000, 20_000];
+
+/// Cases of each family and emission that the paper's equations are compared on, in the whole run and in the quick one.
+const FORMS: [u64; 2] = [12, 3];
 
 type Measured = Shard<Kind, Quantity>;
 
@@ -115,8 +127,8 @@ fn parse_part(text: &str) -> Result<Part, String> {
 
 /// Whether nothing is beyond its gate.
 pub(crate) fn run(arguments: &Arguments) -> Result<bool, Box<dyn Error>> {
-    let gates = Gates::from_toml(&fs::read_to_string(in_workspace("data/gates.toml"))?)?;
     arguments.check()?;
+    let gates = Gates::from_toml(&fs::read_to_string(in_workspace("data/gates.toml"))?)?;
     fs::create_dir_all(&arguments.out)?;
     if arguments.scenes {
         return crate::scenes::run(arguments, &gates);
@@ -124,6 +136,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<bool, Box<dyn Error>> {
     if arguments.bounds {
         return bounds::run(arguments, &gates);
     }
+    let start = Instant::now();
     let Shard { run, table } = if arguments.merge.is_empty() { measured(arguments) } else { merged(&arguments.merge)? };
     println!("{} cases, seed {}\n{}", table.cases(), run.seed, summary::families(&table, &gates));
     if run.part != Part::WHOLE {
@@ -136,17 +149,91 @@ pub(crate) fn run(arguments: &Arguments) -> Result<bool, Box<dyn Error>> {
     let mut record = Record::new("verify", run.seed, table.cases());
     record.note("families", run.cases.len());
     for violation in gates.violations(&table) {
-        let shrunk = Regression::shrunk(&violation).write(&in_workspace("data/regressions"))?;
+        let shrunk = Regression::shrunk(&violation).write(&arguments.out.join("regressions"))?;
         record.violated(&violation, &format!("cargo xtask replay {}", violation.case));
-        println!("  shrunk: cargo xtask replay data/regressions/{}", shrunk.file_name().unwrap_or_default().display());
+        println!("  shrunk: cargo xtask replay {}", shrunk.display());
     }
-    let bounds_hold = bounds::small(BOUNDS[usize::from(arguments.quick)], arguments, &gates)?;
-    judge_mutants(run.seed, &gates, &arguments.out, &mut record)?;
-    judge_oracles(&run, &gates, &mut record);
+    for (family, _) in run.cases.iter().filter(|(family, _)| table.families().get(family).is_none_or(|t| t.cases() == 0)) {
+        record.violated(format_args!("{family}: no case was measured"), &format!("cargo xtask verify --family {family}"));
+    }
+    let bounds = bounds::small(BOUNDS[usize::from(arguments.quick)], arguments, &gates)?;
+    let witnesses = judge_small(&gates, &mut record)?;
+    let slips = judge_mutants(run.seed, &gates, &arguments.out, &mut record)?;
+    let agreement = judge_oracles(&run, &gates, &mut record);
     compare(&run, arguments, &mut record)?;
+    let digits = judge_digits(&run, arguments, &mut record)?;
     // Families of cases alone are asked for without scenes.
-    let scenes_hold = !arguments.family.is_empty() || crate::scenes::beside(arguments, &gates)?;
-    Ok(ended(record.write(&arguments.out)? & bounds_hold & scenes_hold))
+    let scenes = if arguments.family.is_empty() { Some(crate::scenes::beside(arguments, &gates)?) } else { None };
+    let passed = record.write(&arguments.out)? & bounds.passed & scenes.is_none_or(|scenes| scenes.passed);
+    let found = paragraph::Found {
+        table: &table,
+        bounds,
+        witnesses,
+        slips,
+        agreement,
+        digits,
+        scenes,
+        seconds: start.elapsed().as_secs_f64(),
+    };
+    println!("{}", found.said(&run, &arguments.out));
+    Ok(ended(passed))
+}
+
+/// Many digits against the oracle, and the paper's equations against each other; how many cases of how many digits.
+fn judge_digits(run: &Run, arguments: &Arguments, record: &mut Record) -> Result<Vec<(u32, u64)>, Box<dyn Error>> {
+    let mut held = Vec::new();
+    let mut table = csv::Writer::from_path(arguments.out.join("digits.csv"))?;
+    table.write_record(["digits", "family", "cases"])?;
+    for (digits, cases) in precision::LEVELS {
+        let level = precision::level(digits, cases[usize::from(arguments.quick)], run.seed);
+        for (family, count) in &level.held {
+            table.write_record([&digits.to_string(), family.name(), &count.to_string()])?;
+        }
+        println!(
+            "{digits} digits: {} cases of {} families against the oracle, {} take it too long, {} wrong",
+            level.count(),
+            level.held.len(),
+            level.dear,
+            level.wrong.len()
+        );
+        record.note(&format!("digits_{digits}"), level.count());
+        for (name, why) in &level.wrong {
+            record.violated(format_args!("{digits} digits: {name}: {why}"), &format!("cargo xtask replay {name}"));
+        }
+        if level.count() == 0 {
+            record.violated(format_args!("{digits} digits: no case was held against the oracle"), "cargo xtask verify");
+        }
+        held.push((digits, level.count()));
+    }
+    table.flush()?;
+    let (rows, contradictions) = forms(run.seed, FORMS[usize::from(arguments.quick)]);
+    for row in &rows {
+        let converged: Vec<String> =
+            FORMS_NAMED.iter().zip(row.converged).map(|((_, form), count)| format!("{form} {count}")).collect();
+        println!(
+            "{} emission: of {} cases converged by {}; {} against the enclosure; at most {:.1e} apart",
+            row.kind.name(),
+            row.cases,
+            converged.join(", "),
+            row.enclosed,
+            row.worst
+        );
+        record.note(&format!("forms_{}", row.kind.name()), row.cases);
+    }
+    for contradiction in &contradictions {
+        record.violated(contradiction, &format!("cargo xtask replay {}", contradiction.case));
+    }
+    Ok(held)
+}
+
+/// The small setting of the audit, with the recorded witnesses; how many of these there are.
+fn judge_small(gates: &Gates, record: &mut Record) -> Result<usize, Box<dyn Error>> {
+    let witnesses = witness::all(&in_workspace("data/worst"))?;
+    for wrong in bite(&Setting { gates, witnesses: &witnesses, first_only: false }) {
+        record.violated(format_args!("{}: {}", wrong.check, wrong.what), "cargo run -p radgrad-audit --example bite");
+    }
+    record.note("witnesses", witnesses.len());
+    Ok(witnesses.len())
 }
 
 /// Says how it ended.
@@ -197,29 +284,39 @@ fn write_tables(table: &Table, out: &Path) -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-fn judge_mutants(seed: u64, gates: &Gates, out: &Path, record: &mut Record) -> Result<(), Box<dyn Error>> {
-    let rows = mutants(seed, SUBSAMPLE, gates.appendix_a());
+fn judge_mutants(seed: u64, gates: &Gates, out: &Path, record: &mut Record) -> Result<usize, Box<dyn Error>> {
+    let (rows, lost) = mutants(seed, SUBSAMPLE, gates.appendix_a());
     println!("slips planted in the second implementation\n{}", summary::mutants(&rows, gates.appendix_a()));
     mutants::write(&rows, gates.appendix_a(), fs::File::create(out.join("mutants.csv"))?)?;
     for row in rows.iter().filter(|row| !row.passes(gates.appendix_a())) {
         record.violated(format_args!("mutants: {} is not caught, or the control is", row.name()), "cargo xtask verify");
     }
-    Ok(())
+    for (name, why) in lost {
+        record.violated(format_args!("mutants: {name} is no witness: {why}"), &format!("cargo xtask replay {name}"));
+    }
+    Ok(rows.iter().filter(|row| row.slip.is_some() && row.passes(gates.appendix_a())).count())
 }
 
-fn judge_oracles(run: &Run, gates: &Gates, record: &mut Record) {
-    let Agreement { enclosed, cubature, monte_carlo, paper, contradictions } = agreement(run, SUBSAMPLE, gates.appendix_a());
+fn judge_oracles(run: &Run, gates: &Gates, record: &mut Record) -> Agreement {
+    let agreement = agreement(run, SUBSAMPLE, gates.appendix_a());
+    let Agreement { enclosed, cubature, monte_carlo, paper, contradictions } = &agreement;
     println!(
         "{enclosed} cases enclosed; cubature converged in {cubature}, Monte Carlo sampled {monte_carlo}, appendix A answered {paper}: {} disagree",
         contradictions.len()
     );
-    let counts = [("enclosed", enclosed), ("cubature", cubature), ("monte_carlo", monte_carlo), ("appendix_a", paper)];
+    let counts = [("enclosed", *enclosed), ("cubature", *cubature), ("monte_carlo", *monte_carlo), ("appendix_a", *paper)];
     for (name, count) in counts.into_iter().chain([("disagree", contradictions.len())]) {
         record.note(name, count);
     }
-    for contradiction in &contradictions {
+    // A run of some families need not have those that are asked in every way.
+    let all_families = run.cases.len() == Family::ALL.len();
+    for (name, _) in counts.into_iter().filter(|(_, count)| all_families && *count == 0) {
+        record.violated(format_args!("agreement: {name} answered in no case"), "cargo xtask verify");
+    }
+    for contradiction in contradictions {
         record.violated(contradiction, &format!("cargo xtask replay {}", contradiction.case));
     }
+    agreement
 }
 
 /// Other ways of computing it beside ours: family by family, and over planes of two parameters.
@@ -249,6 +346,22 @@ fn compare(run: &Run, arguments: &Arguments, record: &mut Record) -> Result<(), 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_run_without_cases_is_refused_with_a_sentence() {
+        for more in [&[][..], &["--bounds"], &["--scenes"], &["--quick"]] {
+            let given = ["verify", "--cases", "0"].iter().chain(more);
+            let arguments = <Parsed as clap::Parser>::try_parse_from(given).unwrap().arguments;
+            let error = run(&arguments).unwrap_err().to_string();
+            assert_eq!(error, "--cases 0: a run without cases shows nothing; ask for 1 or more");
+        }
+    }
+
+    #[derive(clap::Parser)]
+    struct Parsed {
+        #[command(flatten)]
+        arguments: Arguments,
+    }
 
     #[test]
     fn parts_count_from_1_and_end_at_n() {

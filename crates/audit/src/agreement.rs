@@ -89,8 +89,21 @@ pub fn agreement(run: &Run, count: u64, paper_gate: f64) -> Agreement {
 
 fn compare(case: Name, paper_gate: f64) -> Agreement {
     let mut agreement = Agreement::default();
-    let Ok(problem) = case.case().problem() else { return agreement };
-    let Ok(truth) = Truth::of_problem(&problem) else { return agreement };
+    let problem = match case.case().problem() {
+        Ok(problem) => problem,
+        Err(_) if case.family.is_refused() => return agreement,
+        Err(error) => {
+            agreement.contradictions.push(Contradiction { case, way: "the input", what: error.to_string() });
+            return agreement;
+        }
+    };
+    let truth = match Truth::of_problem(&problem) {
+        Ok(truth) => truth,
+        Err(error) => {
+            agreement.contradictions.push(Contradiction { case, way: "no enclosure", what: error.to_string() });
+            return agreement;
+        }
+    };
     agreement.enclosed = 1;
     let mut contradict = |way, what| agreement.contradictions.push(Contradiction { case, way, what });
     match seen(&problem).map_or(Ok(None), |seen| by_cubature(&problem.receiver, &seen)) {

@@ -8,7 +8,7 @@
 //!   half an ulp it tells little: those are counted as *blunt*;
 //! - core's [`evaluate_digits`](radgrad_core::evaluate_digits) to 22 digits, in one case of 17: sharp for every bound of a
 //!   double, and it judges the answer to a tolerance of 0 too;
-//! - the oracle's enclosure, in one case of 151: it shares no formula with core, so it tells whether the formulas are right.
+//! - the oracle's enclosure, in one case of 19: it shares no formula with core, so it tells whether the formulas are right.
 //!
 //! All three come with a radius, and a bound is *broken* only if the error is above it for every truth within that radius:
 //! `|answer - truth| > bound + radius`. A check is *sharp* if the radius is at most a hundredth of the bound.

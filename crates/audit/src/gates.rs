@@ -17,6 +17,7 @@
 use std::collections::BTreeMap;
 use std::fmt;
 
+use radgrad_core::mutant;
 use serde::Deserialize;
 
 use crate::bounds::requirements::Requirement;
@@ -176,7 +177,8 @@ impl Gates {
             let worst = distribution.worst()?;
             let gate = self.gate(family, quantity)?;
             let fault = Fault::Beyond { quantity, figure: worst.value, gate };
-            (worst.value > gate).then_some(Violation { case: worst.case, fault })
+            (mutant!("gates.beyond", worst.value > gate, |_| worst.value > 1e3 * gate))
+                .then_some(Violation { case: worst.case, fault })
         });
         ended.chain(beyond).collect()
     }

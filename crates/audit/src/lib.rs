@@ -8,15 +8,22 @@
 //!
 //! [`bounds`] asks of millions of cases what [`measure`] cannot be asked in time: whether any stated bound is below the error.
 //!
+//! [`search`] climbs towards the largest error over bound, and [`witness`] keeps what it finds. [`bite`] is all that in seconds, on
+//! shipped code as it is or with a fault planted in it.
+//!
 //! [`comparison`] and [`stability`] hold other ways of computing the same against ours: [`contender`]s, the paper's form and
 //! `single_precision` among them, family by family and over planes of two parameters.
 //!
 //! [`scenes`] holds whole scenes to truth, every bound of `solve`, `factors` and `field`.
 //!
+//! [`precision`] asks core and the oracle for up to 100 digits; [`forms`] holds the paper's equations against each other; [`foreign`]
+//! holds any program's answers to the same truth.
+//!
 //! Two checks of the checks: [`mutants`] plants slips that the measurement must see, [`agreement`] lets the oracles contradict
 //! each other.
 
 pub mod agreement;
+pub mod bite;
 pub mod bounds;
 pub mod comparison;
 pub mod condition;
@@ -24,15 +31,19 @@ pub mod contender;
 pub mod decade;
 pub mod distribution;
 pub mod family;
+pub mod foreign;
+pub mod forms;
 pub mod gates;
 mod lattice;
 pub mod leading;
 pub mod measure;
 pub mod mutants;
+pub mod precision;
 pub mod regression;
 pub mod run;
 pub mod sampler;
 pub mod scenes;
+pub mod search;
 pub mod seen;
 pub mod shard;
 pub mod shrink;
@@ -41,3 +52,4 @@ pub mod stability;
 pub mod table;
 pub mod tally;
 pub mod truth;
+pub mod witness;

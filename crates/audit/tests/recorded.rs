@@ -1,5 +1,6 @@
 //! What is recorded in `data/` and beside this file, against what is measured now.
 
+use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -10,6 +11,7 @@ use radgrad_audit::family::Family;
 use radgrad_audit::gates::{Gates, Violation};
 use radgrad_audit::regression::Regression;
 use radgrad_audit::run::Run;
+use radgrad_audit::witness::{self, Place};
 
 fn data(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../data").join(name)
@@ -57,4 +59,35 @@ fn a_small_campaign_gives_the_recorded_bounds_on_every_machine() {
 fn a_small_run_is_within_the_gates() {
     let table = Run::of_each(6, &Family::ALL, 4).table(|_| ());
     assert_eq!(gates().violations(&table), []);
+}
+
+#[test]
+fn no_recorded_case_breaks_its_bound_and_no_bound_is_smaller_than_recorded() {
+    let witnesses = witness::all(&data("worst")).expect("data/worst");
+    assert!(witnesses.len() > 100);
+    let wrong: Vec<String> = witnesses
+        .iter()
+        .flat_map(|witness| witness.wrong().into_iter().map(|wrong| format!("{}: {}", witness.case.id, wrong.what)))
+        .collect();
+    assert_eq!(wrong, Vec::<String>::new());
+}
+
+#[test]
+fn the_table_of_the_search_is_that_of_the_recorded_cases() {
+    let mut worst: BTreeMap<Place, f64> = BTreeMap::new();
+    for witness in witness::all(&data("worst")).expect("data/worst") {
+        let most = worst.entry(witness.place).or_default();
+        *most = most.max(witness.ratio);
+    }
+    let mut reader = csv::Reader::from_path(data("tables/search.csv")).expect("data/tables/search.csv");
+    let rows: Vec<[String; 8]> = reader.deserialize().map(|row| row.expect("eight columns")).collect();
+    assert!(rows.len() > 60);
+    for [by, emission, sight, quantity, _, ratio, _, why] in rows {
+        let name = format!("{by} {emission} {sight} {quantity}");
+        let found = worst.iter().find(|(place, _)| place.to_string() == name);
+        let found = *found.unwrap_or_else(|| panic!("{name} has no witness")).1;
+        let stated: f64 = ratio.parse().expect("a number");
+        assert!((found - stated).abs() < 6e-4 || found > stated, "{name}: {found} and {stated}");
+        assert!(stated >= 0.05 || why.len() > 20, "{name}: {stated} of the bound without a reason");
+    }
 }

@@ -5,13 +5,13 @@
 use std::io::{self, Write};
 
 use radgrad_core::DVec3;
-use radgrad_scene::largest;
+use radgrad_scene::{Scene, largest};
 use radgrad_solver::{Ledger, Shape, Solution};
 
 /// A format of a solution.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Format {
-    /// XML of VTK: radiosity, gradient, lower and upper bound at vertices; the ledger on cells.
+    /// XML of VTK: radiosity, gradient, bounds and estimates at vertices; surfaces and the ledger on cells.
     Vtu,
     /// Polygons with sRGB colours.
     Ply,
@@ -27,9 +27,9 @@ impl Format {
         }
     }
 
-    pub(crate) fn write(self, solution: &Solution, output: &mut dyn Write) -> io::Result<()> {
+    pub(crate) fn write(self, solution: &Solution, scene: &Scene, output: &mut dyn Write) -> io::Result<()> {
         match self {
-            Self::Vtu => vtu(solution, output),
+            Self::Vtu => vtu(solution, scene, output),
             Self::Ply => ply(solution, output),
         }
     }
@@ -52,12 +52,29 @@ fn cells(solution: &Solution) -> Vec<Cell> {
     mesh.leaves().map(|leaf| Cell { leaf, corners: corners(mesh.elements()[leaf].shape()) }).collect()
 }
 
-fn vtu(solution: &Solution, output: &mut dyn Write) -> io::Result<()> {
+/// The unit of what is written, for those who read the file alone.
+pub(crate) const UNIT: &str = "radiosity: pi times the unit of the scene's radiance";
+
+/// Arrays have a component for each channel, named for it, and gradients three. Bounds are there once they are proven; since no
+/// radiosity is negative the lower one is not either.
+fn vtu(solution: &Solution, scene: &Scene, output: &mut dyn Write) -> io::Result<()> {
     let cells = cells(solution);
     let count: usize = cells.iter().map(|cell| cell.corners.len()).sum();
+    let channels = solution.channels();
+    let each = 0..channels.len();
     writeln!(output, r#"<?xml version="1.0"?>"#)?;
     writeln!(output, r#"<VTKFile type="UnstructuredGrid" version="0.1" byte_order="LittleEndian">"#)?;
-    writeln!(output, r#"<UnstructuredGrid><Piece NumberOfPoints="{count}" NumberOfCells="{}">"#, cells.len())?;
+    writeln!(output, "<UnstructuredGrid>\n<FieldData>")?;
+    for (index, surface) in scene.surfaces().iter().enumerate() {
+        field(output, &format!("surface {}", surface.name()), index)?;
+    }
+    for (index, name) in channels.iter().enumerate() {
+        field(output, &format!("channel {name}"), index)?;
+    }
+    for unit in [UNIT, "gradient: that over the unit of position", "position: the scene's unit of length"] {
+        field(output, &format!("unit of {unit}"), 1)?;
+    }
+    writeln!(output, "</FieldData>\n<Piece NumberOfPoints=\"{count}\" NumberOfCells=\"{}\">", cells.len())?;
     let points = |f: &dyn Fn(&Cell, [f64; 2]) -> Vec<f64>| -> Vec<Vec<f64>> {
         cells.iter().flat_map(|cell| cell.corners.iter().map(move |&at| f(cell, at))).collect()
     };
@@ -65,7 +82,7 @@ fn vtu(solution: &Solution, output: &mut dyn Write) -> io::Result<()> {
     let placement = solution.placement();
     let positions = points(&|cell, at| placement.outward(elements[cell.leaf].point(at)).to_array().to_vec());
     writeln!(output, "<Points>")?;
-    array(output, "position", &positions)?;
+    array(output, "position", &["x", "y", "z"], &positions)?;
     writeln!(output, "</Points>\n<Cells>")?;
     let sizes: Vec<usize> = cells.iter().map(|cell| cell.corners.len()).collect();
     let ends = sizes.iter().scan(0, |end, size| {
@@ -76,39 +93,63 @@ fn vtu(solution: &Solution, output: &mut dyn Write) -> io::Result<()> {
     whole(output, "Int64", "offsets", ends)?;
     whole(output, "UInt8", "types", sizes.iter().map(|&size| if size == 4 { 9 } else { 5 }))?;
     writeln!(output, "</Cells>\n<PointData>")?;
-    let bounds: Vec<Vec<Ledger>> = cells.iter().map(|cell| solution.bound_on(cell.leaf)).collect();
-    for (channel, name) in solution.channels().iter().enumerate() {
-        let name = escaped(name);
-        array(output, &format!("radiosity {name}"), &points(&|cell, at| vec![solution.value_on(cell.leaf, channel, at)]))?;
-        let gradient = points(&|cell, at| (solution.gradient_on(cell.leaf, channel, at) * placement.power()).to_array().to_vec());
-        array(output, &format!("gradient {name}"), &gradient)?;
-        for (side, sign) in [("lower", -1.0), ("upper", 1.0)] {
-            let values = cells.iter().zip(&bounds).flat_map(|(cell, bound)| {
-                let bound = sign * bound[channel].total();
-                cell.corners.iter().map(move |&at| vec![solution.value_on(cell.leaf, channel, at) + bound])
-            });
-            array(output, &format!("{side} {name}"), &values.collect::<Vec<_>>())?;
-        }
+    let names: Vec<&str> = channels.iter().map(String::as_str).collect();
+    let value = |cell: &Cell, channel: usize, at: [f64; 2]| solution.value_on(cell.leaf, channel, at);
+    array(output, "radiosity", &names, &points(&|cell, at| each.clone().map(|c| value(cell, c, at)).collect()))?;
+    let gradient = |cell: &Cell, at: [f64; 2]| {
+        let of_channel = |c: usize| (solution.gradient_on(cell.leaf, c, at) * placement.power()).to_array();
+        each.clone().flat_map(of_channel).collect()
+    };
+    let along: Vec<String> = names.iter().flat_map(|name| ["x", "y", "z"].map(|axis| format!("{name} {axis}"))).collect();
+    array(output, "gradient", &along.iter().map(String::as_str).collect::<Vec<_>>(), &points(&gradient))?;
+    let slack = |cell: &Cell, at: [f64; 2]| {
+        each.clone().map(|c| solution.gradient_estimate_on(cell.leaf, c, at) * placement.power()).collect()
+    };
+    array(output, "gradient_estimate", &names, &points(&slack))?;
+    let bounds: Vec<Vec<Ledger>> = match solution.is_proven() {
+        true => cells.iter().map(|cell| solution.bound_on(cell.leaf)).collect(),
+        false => Vec::new(),
+    };
+    if solution.is_proven() {
+        let estimates: Vec<Vec<Ledger>> = cells.iter().map(|cell| solution.estimate_on(cell.leaf)).collect();
+        let spread = |of: &dyn Fn(usize, usize, f64) -> f64| -> Vec<Vec<f64>> {
+            let of_cell = |(index, cell): (usize, &Cell)| {
+                let of_point = |&at: &[f64; 2]| each.clone().map(|c| of(index, c, value(cell, c, at))).collect::<Vec<f64>>();
+                cell.corners.iter().map(of_point).collect::<Vec<_>>()
+            };
+            cells.iter().enumerate().flat_map(of_cell).collect()
+        };
+        let lower = spread(&|cell, c, value| largest(value - bounds[cell][c].total(), 0.0));
+        array(output, "lower", &names, &lower)?;
+        array(output, "upper", &names, &spread(&|cell, c, value| value + bounds[cell][c].total()))?;
+        array(output, "estimate", &names, &spread(&|cell, c, _| estimates[cell][c].total()))?;
     }
     writeln!(output, "</PointData>\n<CellData>")?;
     whole(output, "Int64", "face", cells.iter().map(|cell| elements[cell.leaf].face()))?;
-    for (channel, name) in solution.channels().iter().enumerate() {
-        for (entry, source) in Ledger::NAMES.iter().enumerate() {
-            let values: Vec<Vec<f64>> = bounds.iter().map(|bound| vec![bound[channel].entries()[entry]]).collect();
-            array(output, &format!("{source} {}", escaped(name)), &values)?;
-        }
+    whole(output, "Int64", "surface", cells.iter().map(|cell| scene.faces()[elements[cell.leaf].face()].surface()))?;
+    for (entry, source) in Ledger::NAMES.iter().enumerate().filter(|_| !bounds.is_empty()) {
+        let of_cell = |bound: &Vec<Ledger>| each.clone().map(|c| bound[c].entries()[entry]).collect();
+        array(output, source, &names, &bounds.iter().map(of_cell).collect::<Vec<Vec<f64>>>())?;
     }
     writeln!(output, "</CellData>\n</Piece></UnstructuredGrid></VTKFile>")
 }
 
-/// An array of tuples of one length.
-fn array(output: &mut dyn Write, name: &str, tuples: &[Vec<f64>]) -> io::Result<()> {
-    let components = tuples.first().map_or(1, Vec::len);
-    writeln!(output, r#"<DataArray type="Float64" Name="{name}" NumberOfComponents="{components}" format="ascii">"#)?;
+/// An array of tuples with a name for each component.
+fn array(output: &mut dyn Write, name: &str, components: &[&str], tuples: &[Vec<f64>]) -> io::Result<()> {
+    let named = |(k, name): (usize, &&str)| format!(r#" ComponentName{k}="{}""#, escaped(name));
+    let names: String = components.iter().enumerate().map(named).collect();
+    let count = components.len();
+    writeln!(output, r#"<DataArray type="Float64" Name="{name}" NumberOfComponents="{count}"{names} format="ascii">"#)?;
     for tuple in tuples {
         writeln!(output, "{}", tuple.iter().map(|c| format!("{c:e}")).collect::<Vec<_>>().join(" "))?;
     }
     writeln!(output, "</DataArray>")
+}
+
+/// A number for a name. Texts have arrays of their own kind, which not every reader of the format knows.
+fn field(output: &mut dyn Write, name: &str, number: usize) -> io::Result<()> {
+    let name = escaped(name);
+    writeln!(output, r#"<DataArray type="Int64" Name="{name}" NumberOfTuples="1" format="ascii">{number}</DataArray>"#)
 }
 
 fn whole(output: &mut dyn Write, kind: &str, name: &str, numbers: impl Iterator<Item = usize>) -> io::Result<()> {

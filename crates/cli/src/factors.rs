@@ -1,19 +1,25 @@
 //! `radgrad factors`: the form factors of a scene.
 
 mod formats;
+mod kept;
+mod said;
 
+use std::fmt::Display;
 use std::io::{self, Write};
 use std::ops::Range;
 use std::path::PathBuf;
 use std::time::Instant;
 
-use radgrad_scene::{Entry, Error, Factor, FactorMatrix, FactorSettings, FormFactors, Materials, Repaired, Scene, largest};
-use serde_json::json;
+use radgrad_scene::{Entry, Error, Factor, FactorMatrix, FactorSettings, FormFactors, Materials, Scene};
+use serde::Serialize;
 
 use crate::output::{self, Unwritten};
+use crate::resume::fingerprint;
 use crate::say::say;
 use crate::scene::{SceneFile, progress};
 use formats::Format;
+use kept::Kept;
+use said::{OneFactor, Summary};
 
 /// What `radgrad factors` is asked for.
 #[derive(Debug, clap::Args)]
@@ -47,8 +53,12 @@ pub(crate) struct Arguments {
     /// Block i of n blocks of rows, into a .csv: written one after the other the blocks are the whole file, byte for byte.
     #[arg(long, value_name = "I/N", value_parser = block)]
     rows: Option<[usize; 2]>,
+    /// Keep each row here as soon as it is computed, and go on where a run before that wrote this file was interrupted: for the
+    /// same scene, block and settings, to the same bytes in the end.
+    #[arg(long, value_name = "FILE")]
+    resume: Option<PathBuf>,
     /// One factor as well as it can be known: from this surface ...
-    #[arg(long, value_name = "SURFACE", requires = "to", conflicts_with_all = ["out", "repair", "rows", "estimate"])]
+    #[arg(long, value_name = "SURFACE", requires = "to", conflicts_with_all = ["out", "repair", "rows", "resume", "estimate"])]
     from: Option<String>,
     /// ... to this one.
     #[arg(long, value_name = "SURFACE", requires = "from")]
@@ -72,6 +82,8 @@ pub(crate) enum Failure {
     Scene(#[from] Error),
     #[error(transparent)]
     Unwritten(#[from] Unwritten),
+    #[error(transparent)]
+    Kept(#[from] kept::Failure),
     #[error("`{}`: factors are written to a name ending in .csv, .mtx, .txt, .out or .idf", .0.display())]
     Format(PathBuf),
     #[error("`{}`: a block of rows is written to a name ending in .csv", .0.display())]
@@ -124,8 +136,22 @@ pub(crate) fn run(arguments: &Arguments) -> Result<bool, Failure> {
     // A repair moves values away from the middle of their brackets, which are narrower for that.
     let share = if arguments.repair { 0.9 } else { 1.0 };
     let narrower = FactorSettings { tolerance: share * settings.tolerance, relative: share * settings.relative, ..settings };
-    let mut matrix = factors.rows(block, &narrower, || bar.inc(1))?;
+    let (kept, computed) = match &arguments.resume {
+        Some(file) => {
+            let asked = format!("rows {block:?} of {rows}, {narrower:?}");
+            let (kept, computed) = Kept::open(file, &fingerprint(&scene), asked)?;
+            (Some(kept), computed)
+        }
+        None => (None, Vec::new()),
+    };
+    bar.inc(computed.len() as u64);
+    let found = factors.rows_from(block, &narrower, computed, |row| {
+        kept.iter().for_each(|kept| kept.keep(row));
+        bar.inc(1);
+    });
     bar.finish_and_clear();
+    let mut matrix = found?;
+    kept.map_or(Ok(()), Kept::close)?;
     finite(&matrix)?;
     let repaired = if arguments.repair { Some(matrix.repair()?) } else { None };
     let seconds = started.elapsed().as_secs_f64();
@@ -134,14 +160,21 @@ pub(crate) fn run(arguments: &Arguments) -> Result<bool, Failure> {
         formats::write(file, format, &scene, &arguments.scene.path, &matrix, first)?;
     }
     let unmet: Vec<(usize, Entry)> = matrix.unmet(&settings).collect();
-    let text = if arguments.summary {
-        summary(&factors, &matrix, &settings, repaired, unmet.len(), seconds)
-    } else {
-        report(&scene, &matrix, &settings, repaired, unmet.len(), seconds)
-    };
-    writeln!(io::stdout().lock(), "{text}").map_err(Failure::Summary)?;
+    print(&Summary::of(&factors, &matrix, &settings, repaired, seconds), arguments.summary)?;
+    let is_met = unmet.is_empty();
     list(&scene, unmet);
-    Ok(matrix.unmet(&settings).next().is_none())
+    Ok(is_met)
+}
+
+/// Prints what is said: as one JSON object, or as text.
+fn print<T: Serialize + Display>(said: &T, as_json: bool) -> Result<(), Failure> {
+    let mut out = io::stdout().lock();
+    let printed = if as_json {
+        serde_json::to_string(said).map_err(io::Error::from).and_then(|text| writeln!(out, "{text}"))
+    } else {
+        writeln!(out, "{said}")
+    };
+    printed.map_err(Failure::Summary)
 }
 
 /// Whether every factor is a number, with a bound that is one.
@@ -202,27 +235,9 @@ fn one(
     let found = sum(factors, [from, to], &precise)?;
     let seconds = started.elapsed().as_secs_f64();
     let is_met = found.error <= settings.allowed(found.lower) && found.estimate <= digits * found.value;
-    let Factor { value, lower, upper, error, estimate, occluders } = found;
-    let text = if arguments.summary {
-        json!({
-            "from": names[0], "to": names[1], "factor": value, "lower": lower, "upper": upper, "error": error,
-            "estimate": estimate, "occluders": occluders, "seconds": seconds,
-        })
-        .to_string()
-    } else {
-        let places = usize::from(arguments.digits).max(2) - 1;
-        format!(
-            "from {} to {}: {value:.places$e}\n\
-             off by about        {estimate:.1e}   ({})\n\
-             proven bracket      [{lower}, {upper}]",
-            names[0],
-            names[1],
-            if occluders == 0 { "proven, in free sight" } else { "estimated: the difference of two rules" },
-        )
-    };
-    writeln!(io::stdout().lock(), "{text}").map_err(Failure::Summary)?;
+    print(&OneFactor::of(found, names.map(String::as_str), arguments.digits, seconds), arguments.summary)?;
     if !is_met {
-        say(format_args!("not met: {} digits and a bound of {}", arguments.digits, settings.allowed(lower)));
+        say(format_args!("not met: {} digits and a bound of {}", arguments.digits, settings.allowed(found.lower)));
     }
     Ok(is_met)
 }
@@ -244,71 +259,4 @@ fn sum(factors: &FormFactors<'_>, [from, to]: [usize; 2], settings: &FactorSetti
         }
     }
     Ok(sum)
-}
-
-fn summary(
-    factors: &FormFactors<'_>,
-    matrix: &FactorMatrix,
-    settings: &FactorSettings,
-    repaired: Option<Repaired>,
-    unmet: usize,
-    seconds: f64,
-) -> String {
-    let mut object = json!({
-        "faces": matrix.faces().len(),
-        "surfaces": factors.scene().surfaces().len(),
-        "factors": matrix.entries().count(),
-        "seconds": seconds,
-        "tolerance": settings.tolerance,
-        "relative": settings.relative,
-        "unmet": unmet,
-        "worst_closure": matrix.worst_closure(),
-        "rows_that_cannot_close": matrix.unclosed().count(),
-        "worst_reciprocity": matrix.worst_reciprocity(),
-        "worst_bound": matrix.worst_bound(),
-        "worst_bound_in_free_sight": free_sight(matrix),
-        "warnings": factors.warnings().map(ToString::to_string).collect::<Vec<String>>(),
-    });
-    if let Some(repaired) = repaired {
-        object["repaired"] = json!({ "largest": repaired.largest, "mean": repaired.mean, "closure": repaired.closure });
-    }
-    object.to_string()
-}
-
-fn report(
-    scene: &Scene,
-    matrix: &FactorMatrix,
-    settings: &FactorSettings,
-    repaired: Option<Repaired>,
-    unmet: usize,
-    seconds: f64,
-) -> String {
-    let count = matrix.entries().count();
-    let obstructed = matrix.entries().filter(|(_, entry)| entry.occluders > 0).count();
-    let asked = if settings.relative > 0.0 {
-        format!("{} or {} of the factor", settings.tolerance, settings.relative)
-    } else {
-        settings.tolerance.to_string()
-    };
-    let mut text = format!(
-        "{} faces of {} surfaces, {count} factors, {obstructed} of them past occluders, in {seconds:.3} s\n\
-         worst closure       {:.1e}   (largest |1 - sum of a row|); {} rows cannot be closed within their bounds\n\
-         worst reciprocity   {:.1e}   (largest |A_i F_ij - A_j F_ji| over the smaller of the two areas)\n\
-         worst bound         {:.1e}   (in free sight {:.1e}); {unmet} of {count} are over {asked}",
-        matrix.faces().len(),
-        scene.surfaces().len(),
-        matrix.worst_closure(),
-        matrix.unclosed().count(),
-        matrix.worst_reciprocity(),
-        matrix.worst_bound(),
-        free_sight(matrix),
-    );
-    if let Some(Repaired { largest, mean, pair: [from, to], .. }) = repaired {
-        text += &format!("\nrepaired            {largest:.1e}   (largest change, from {from} to {to}; {mean:.1e} in the mean)");
-    }
-    text
-}
-
-fn free_sight(matrix: &FactorMatrix) -> f64 {
-    matrix.entries().filter(|(_, entry)| entry.occluders == 0).map(|(_, entry)| entry.error).fold(0.0, largest)
 }

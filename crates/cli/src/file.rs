@@ -1,8 +1,9 @@
-//! What the program writes of a solution, for those who have one.
+//! The program's output files, for callers that have a solution.
 
 use std::path::Path;
 
 use clap::Parser;
+use radgrad_scene::Scene;
 use radgrad_solver::Solution;
 
 use crate::export::Format;
@@ -10,16 +11,16 @@ use crate::output::write_whole;
 use crate::summary::Summary;
 use crate::view::View;
 
-/// Writes a solution to a file whose name ends in `.vtu` or `.ply`.
+/// Writes a solution of a scene to a file whose name ends in `.vtu` or `.ply`.
 ///
 /// # Errors
 /// If the name ends otherwise, or the file cannot be written: it is then as it was.
-pub fn solution(solution: &Solution, file: &Path) -> Result<(), String> {
+pub fn solution(solution: &Solution, scene: &Scene, file: &Path) -> Result<(), String> {
     let format = Format::of(file).ok_or_else(|| format!("`{}`: expected a name ending in .vtu or .ply", file.display()))?;
-    write_whole(file, |out| format.write(solution, out)).map_err(|error| error.to_string())
+    write_whole(file, |out| format.write(solution, scene, out)).map_err(|error| error.to_string())
 }
 
-/// What `radgrad solve --summary` prints: one JSON object, of a run that was asked for an error and took some seconds.
+/// The output of `radgrad solve --summary`: one JSON object, of a run that was asked for an error and took some seconds.
 ///
 /// # Errors
 /// If a number in it is none.
@@ -27,7 +28,7 @@ pub fn summary(solution: &Solution, error: f64, seconds: f64) -> Result<String, 
     serde_json::to_string(&Summary::of(solution, error, seconds)).map_err(|error| error.to_string())
 }
 
-/// What a camera sees.
+/// The image of a camera.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Picture {
     /// Width and height.

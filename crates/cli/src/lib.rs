@@ -1,6 +1,7 @@
 //! The program `radgrad`, as a library: [`run`] is all of it, for whoever starts it (`src/bin`, the Python package), and [`file`] writes
 //! what it writes of a solution.
 
+mod audit;
 mod eval;
 mod export;
 mod factors;
@@ -32,7 +33,8 @@ use say::say;
 
 const EXIT_STATUS: &str = "Exit status:
   0  all was answered
-  1  lines of `eval` or points of `solve` were refused, or `solve` stopped above the error asked for
+  1  lines of `eval` or points of `solve` were refused, `solve` stopped above the error asked for,
+     or `audit` found a violated gate
   2  the input cannot be read, an answer is no finite number, the output cannot be written, or the arguments are wrong";
 
 /// Radiosity and its gradient from polygonal emitters, with error bounds.
@@ -59,6 +61,8 @@ enum Command {
         #[arg(long)]
         hessian: bool,
     },
+    /// Hold any program's answers to exact values: draws the audit's families of cases, and fails beyond the gates.
+    Audit(audit::Arguments),
     /// Form factors between all faces of a scene, each with a proven bound; defects are reported, never normalised away.
     Factors(factors::Arguments),
     /// Irradiance of a surface straight from the lamps, with gradient and bounds, on a grid.
@@ -97,6 +101,7 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> u8 {
     }
     match arguments.command {
         Command::Eval { file, seconds, hessian } => answer(&file, seconds, hessian),
+        Command::Audit(arguments) => audit::run(&arguments).map_or_else(refused, |held| u8::from(!held)),
         Command::Factors(arguments) => factors::run(&arguments).map_or_else(refused, |met| u8::from(!met)),
         Command::Field(arguments) => field::run(&arguments).map_or_else(refused, |()| 0),
         Command::Completions { shell } => manual::completions(Arguments::command(), shell).map_or_else(refused, |()| 0),

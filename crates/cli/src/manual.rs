@@ -1,4 +1,4 @@
-//! What shells and `man` are told of the program, from its arguments.
+//! Completions for shells and pages for `man`, from the program's arguments.
 
 use std::io::{self, Write};
 use std::path::Path;

@@ -8,7 +8,7 @@ use std::path::Path;
 use radgrad_core::DVec3;
 use radgrad_scene::case::Id;
 use radgrad_scene::{Error, read_file};
-use radgrad_solver::{Gathered, Ledger, Solution};
+use radgrad_solver::{Gathered, Gradient, Ledger, Solution};
 use rayon::prelude::*;
 use serde::de::IgnoredAny;
 use serde::{Deserialize, Serialize};
@@ -53,6 +53,8 @@ struct Answer<'a> {
     irradiance: Vec<f64>,
     irradiance_bound: Vec<f64>,
     irradiance_estimate: Vec<f64>,
+    irradiance_gradient: Vec<[f64; 3]>,
+    irradiance_gradient_estimate: Vec<f64>,
 }
 
 /// The radiosity of a point of a face, the bound on its error and an estimate of that.
@@ -62,6 +64,9 @@ struct Reflected {
     /// Proven.
     bound: Vec<f64>,
     estimate: Vec<f64>,
+    /// Within the face.
+    gradient: Vec<[f64; 3]>,
+    gradient_estimate: Vec<f64>,
 }
 
 /// What stands in the place of an answer.
@@ -126,30 +131,43 @@ fn answer<'a>(solution: &Solution, (line, point): &'a (usize, Result<Point, Refu
     let (position, normal) = (DVec3::from(point.position), DVec3::from(point.normal));
     let total = |of: &[Ledger]| of.iter().map(Ledger::total).collect::<Vec<f64>>();
     let on = point.on.unwrap_or_else(|| if solution.is_on_a_face(position) { On::Face } else { On::Free });
-    let (reflected, received) = match on {
-        On::Free => (None, solution.irradiance_at(position, normal).map_err(|error| refused(error.to_string()))?),
-        On::Face => {
-            let gathered = solution.gather(position, normal).map_err(|error| refused(error.to_string()))?;
-            let Gathered { radiosity, ledger, estimate, irradiance, .. } = gathered;
-            (Some(Reflected { radiosity, bound: total(&ledger), estimate: total(&estimate) }), irradiance)
-        }
+    let vectors = |of: &Gradient| of.gradient.iter().map(DVec3::to_array).collect::<Vec<[f64; 3]>>();
+    let in_space = || Ok((None, solution.irradiance_at(position, normal)?, solution.irradiance_gradient_at(position, normal)?));
+    let on_face = || {
+        let Gathered { radiosity, ledger, estimate, irradiance, .. } = solution.gather(position, normal)?;
+        let slope = solution.gradient(position, normal)?;
+        let (gradient, gradient_estimate) = (vectors(&slope.radiosity), slope.radiosity.estimate);
+        let reflected = Reflected { radiosity, bound: total(&ledger), estimate: total(&estimate), gradient, gradient_estimate };
+        Ok((Some(reflected), irradiance, slope.irradiance))
     };
+    let found: Result<_, radgrad_solver::Error> = if on == On::Free { in_space() } else { on_face() };
+    let (reflected, received, slope) = found.map_err(|error| refused(error.to_string()))?;
     let [irradiance_bound, irradiance_estimate] = [total(&received.ledger), total(&received.estimate)];
-    let answer =
-        Answer { id: point.id.as_ref(), on, reflected, irradiance: received.irradiance, irradiance_bound, irradiance_estimate };
+    let answer = Answer {
+        id: point.id.as_ref(),
+        on,
+        reflected,
+        irradiance: received.irradiance,
+        irradiance_bound,
+        irradiance_estimate,
+        irradiance_gradient: vectors(&slope),
+        irradiance_gradient_estimate: slope.estimate,
+    };
     let not_finite = answer.numbers().find(|number| !number.is_finite()).copied();
     match not_finite {
-        Some(value) => {
-            Err(refused(Error::NotFinite { what: "a radiosity, its bound or the estimate".to_owned(), value }.to_string()))
-        }
+        Some(value) => Err(refused(Error::NotFinite { what: "a number of the answer".to_owned(), value }.to_string())),
         None => Ok(answer),
     }
 }
 
 impl Answer<'_> {
     fn numbers(&self) -> impl Iterator<Item = &f64> {
-        let of_face = self.reflected.iter().flat_map(|of| of.radiosity.iter().chain(&of.bound).chain(&of.estimate));
-        of_face.chain(&self.irradiance).chain(&self.irradiance_bound).chain(&self.irradiance_estimate)
+        let of_face = self.reflected.iter().flat_map(|of| {
+            let values = of.radiosity.iter().chain(&of.bound).chain(&of.estimate);
+            values.chain(of.gradient.as_flattened()).chain(&of.gradient_estimate)
+        });
+        let values = of_face.chain(&self.irradiance).chain(&self.irradiance_bound).chain(&self.irradiance_estimate);
+        values.chain(self.irradiance_gradient.as_flattened()).chain(&self.irradiance_gradient_estimate)
     }
 }
 

@@ -59,8 +59,8 @@ pub(crate) struct Request {
     /// With --form-factor: the area, in the square of the scene's unit of length, below which no element is divided.
     #[arg(long, value_name = "AREA", value_parser = area, requires = "form_factor")]
     area: Option<f64>,
-    /// Write the solution: .vtu (radiosity, gradient, bounds, ledger) or .ply (colours). After every round too, so
-    /// that a run that is interrupted leaves the last complete one.
+    /// Write the solution: .vtu (radiosity, gradient, estimates, bounds, ledger) or .ply (colours). After every round too, so
+    /// that a run that is interrupted leaves the last complete one, without the bounds, which are proven in the end.
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
     /// Take up the run that wrote this file, if it is there, and keep it up to date after every round: which elements gather; what
@@ -68,8 +68,8 @@ pub(crate) struct Request {
     #[arg(long, value_name = "FILE")]
     resume: Option<PathBuf>,
     /// Answer for the points of a JSON Lines file (`position`, `normal`), `-` for the standard input: on a face `radiosity`, `bound` and
-    /// `estimate`, and anywhere `irradiance`, `irradiance_bound` and `irradiance_estimate`, each in each channel. A point that is near no
-    /// face is a sensor in free space, and so is one with `"on": "free"`.
+    /// `estimate`, `gradient` within the face and `gradient_estimate`, and anywhere the same of the irradiance, as `irradiance_bound`; each
+    /// in each channel. A point that is near no face is a sensor in free space, and so is one with `"on": "free"`.
     #[arg(long, value_name = "FILE")]
     points: Option<PathBuf>,
     /// Write the answers to --points here rather than to the standard output.
@@ -280,7 +280,7 @@ fn solved(request: &Request, scene: &Scene, start: Instant, out: Option<(&Path, 
         ));
         let watched = || -> Result<(), Failure> {
             if let Some((file, format)) = out {
-                write_whole(file, |output| format.write(solution, output))?;
+                write_whole(file, |output| format.write(solution, scene, output))?;
             }
             if let Some((file, scene)) = &resume {
                 resume::write(file, scene, solution)?;
@@ -291,10 +291,15 @@ fn solved(request: &Request, scene: &Scene, start: Instant, out: Option<(&Path, 
         failure.is_none()
     });
     bar.finish_and_clear();
-    match failure {
-        Some(failure) => Err(failure),
-        None => Ok(solution?),
+    if let Some(failure) = failure {
+        return Err(failure);
     }
+    let solution = solution?;
+    // With the bounds, which are proven in the end.
+    if let Some((file, format)) = out {
+        write_whole(file, |output| format.write(&solution, scene, output))?;
+    }
+    Ok(solution)
 }
 
 /// Refuses a scene so small or so large that products of its lengths leave the range of a double, and tells of one far from the

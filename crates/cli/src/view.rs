@@ -1,8 +1,9 @@
-//! `radgrad solve --view`: a solution seen by a camera, one ray through the centre of each pixel.
+//! `radgrad solve --view`: what a camera sees of a solution, one ray through the centre of each pixel, or the mean of more.
 //!
 //! A ray ends at the nearest face that it meets; there stands the radiosity in the scene's unit, and its bound. The back of a face
-//! and pixels beside all faces are 0. An `.exr` has these numbers as they are, a channel each, and the bounds in the layer `bound`;
-//! a `.png` has colours, `B/(B + 2 m)` with the mean radiosity m over all channels, in the transfer curve of sRGB, and says so in
+//! and pixels beside all faces are 0. An `.exr` has these numbers as they are, a channel each, and the bounds in the layer
+//! `bound`; its attributes say quantity and unit. A `.png` has colours in the transfer curve of sRGB, by a tone curve of
+//! `L = 2^exposure B/2m` with the mean radiosity m over all channels: `L/(1 + L)` (E. Reinhard et al. 2002) or L up to 1. It says so in
 //! its text chunk `exposure`. Every face is asked for every ray.
 
 mod camera;
@@ -11,16 +12,18 @@ mod exr;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-use clap::Args;
+use clap::{Args, ValueEnum};
+use indicatif::ProgressBar;
 use radgrad_core::{DVec3, Polygon};
+use radgrad_scene::{largest, smallest};
 use radgrad_solver::{Ledger, Reconstruction, Solution};
 use rayon::prelude::*;
 
-use crate::export::{shade, srgb};
+use crate::export::{UNIT, shade, srgb};
 use crate::file::Picture;
 use crate::output::{self, Unwritten, extension, write_whole};
 use crate::say::say;
-use crate::scene::SceneFile;
+use crate::scene::{SceneFile, progress};
 use camera::Camera;
 
 /// A view that is asked for.
@@ -35,12 +38,31 @@ pub(crate) struct View {
     /// Pixels of the view: width x height.
     #[arg(long, value_name = "WxH", default_value = "512x512", value_parser = size)]
     size: [usize; 2],
-    /// One exact gather for every pixel rather than the polynomials.
+    /// Rays a pixel, spread evenly over it: the mean of what they meet.
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=4096))]
+    samples: u16,
+    /// Stops by which a .png is brighter, each twice as bright; negative for darker.
+    #[arg(long, value_name = "STOPS", default_value_t = 0.0, value_parser = stops, allow_hyphen_values = true)]
+    exposure: f64,
+    /// Tone curve of a .png.
+    #[arg(long, value_enum, default_value_t)]
+    tone: Tone,
+    /// One exact gather for every ray rather than the polynomials.
     #[arg(long, conflicts_with = "hermite")]
     gather: bool,
     /// Continuous cubic patches through exact values and gradients rather than the polynomials.
     #[arg(long)]
     hermite: bool,
+}
+
+/// How radiosities become shades.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
+enum Tone {
+    /// L/(1 + L), which leaves nothing out.
+    #[default]
+    Reinhard,
+    /// L, cut at 1.
+    Linear,
 }
 
 /// Why there is no view.
@@ -90,11 +112,22 @@ impl View {
         let camera = self.camera.as_ref().ok_or(Failure::Camera)?;
         let smooth = if self.hermite { Some(solution.reconstruct()?) } else { None };
         let [width, height] = self.size;
+        let (eye, samples) = (solution.placement().inward(camera.eye), usize::from(self.samples));
+        let bar = if self.gather { progress(width * height) } else { ProgressBar::hidden() };
         let pixel = |index: usize| {
-            let direction = camera.direction([index % width, index / width], self.size);
-            self.pixel(solution, smooth.as_ref(), solution.placement().inward(camera.eye), direction)
+            let met = |sample: usize| {
+                let direction = camera.direction([index % width, index / width], offset(sample), self.size);
+                self.pixel(solution, smooth.as_ref(), eye, direction)
+            };
+            let mut sum = met(0)?;
+            for sample in 1..samples {
+                sum.add(&met(sample)?);
+            }
+            bar.inc(1);
+            Ok(sum.over(samples))
         };
-        let pixels = (0..width * height).into_par_iter().map(pixel).collect::<Result<Vec<Pixel>, _>>()?;
+        let pixels = (0..width * height).into_par_iter().map(pixel).collect::<Result<Vec<Pixel>, radgrad_solver::Error>>()?;
+        bar.finish_and_clear();
         let mut numbers = pixels.iter().flat_map(|pixel| pixel.radiosity.iter().chain(&pixel.bound));
         if let Some(&value) = numbers.find(|number| !number.is_finite()) {
             return Err(radgrad_scene::Error::NotFinite { what: "a pixel".to_owned(), value }.into());
@@ -145,15 +178,34 @@ impl View {
             channels.push((format!("bound.{name}"), plane(&|pixel| pixel.bound[index])));
             channels.push((name, plane(&|pixel| pixel.radiosity[index])));
         }
-        exr::write(out, self.size, channels)
+        let how = match (self.gather, self.hermite) {
+            (true, _) => "exact gathers",
+            (_, true) => "cubic patches",
+            _ => "polynomials on elements",
+        };
+        let said = [("quantity", "radiosity"), ("unit", UNIT), ("shading", how), ("bound", "proven, in the layer bound")];
+        exr::write(out, self.size, channels, &said)
     }
 
     fn png(&self, file: &Path, solution: &Solution, pixels: &[Pixel]) -> Result<(), Unwritten> {
         let channels = solution.channels().len();
         let middle = 2.0 * solution.mean().iter().sum::<f64>() / channels as f64;
-        let exposure = format!("sRGB of B/(B + {middle:e}), twice the mean radiosity");
-        let colour = |pixel: &Pixel, c: usize| srgb(shade(pixel.radiosity[if channels < 3 { 0 } else { c }], middle));
+        let middle = middle / self.exposure.exp2();
+        let shown = |pixel: &Pixel, c: usize| pixel.radiosity[if channels < 3 { 0 } else { c }];
+        let colour = |pixel: &Pixel, c: usize| match self.tone {
+            Tone::Reinhard => srgb(shade(shown(pixel, c), middle)),
+            Tone::Linear => srgb(smallest(largest(shown(pixel, c), 0.0) / middle, 1.0)),
+        };
         let data: Vec<u8> = pixels.iter().flat_map(|pixel| [0, 1, 2].map(|c| colour(pixel, c))).collect();
+        let stops = self.exposure;
+        let exposure = match self.tone {
+            Tone::Reinhard => format!("tone curve reinhard, exposure {stops}: sRGB of B/(B + {middle:e})"),
+            Tone::Linear => {
+                let is_cut = |pixel: &&Pixel| (0..3).any(|c| shown(pixel, c) > middle);
+                let cut = 100.0 * pixels.iter().filter(is_cut).count() as f64 / pixels.len() as f64;
+                format!("tone curve linear, exposure {stops}: sRGB of B/{middle:e}, cut at 1 in {cut:.2} % of the pixels")
+            }
+        };
         write_whole(file, |out| {
             let side = |length: usize| u32::try_from(length).map_err(|_| io::Error::other("more pixels a side than a PNG has"));
             let mut encoder = png::Encoder::new(out, side(self.size[0])?, side(self.size[1])?);
@@ -168,6 +220,24 @@ impl View {
         say(format_args!("{}: {exposure}", file.display()));
         Ok(())
     }
+}
+
+impl Pixel {
+    fn add(&mut self, other: &Self) {
+        let add = |sums: &mut [f64], more: &[f64]| sums.iter_mut().zip(more).for_each(|(sum, more)| *sum += more);
+        add(&mut self.radiosity, &other.radiosity);
+        add(&mut self.bound, &other.bound);
+    }
+
+    fn over(mut self, samples: usize) -> Self {
+        self.radiosity.iter_mut().chain(&mut self.bound).for_each(|sum| *sum /= samples as f64);
+        self
+    }
+}
+
+/// Where a ray goes through a pixel, from its upper left corner: the centre first, then evenly (M. Roberts 2018, in two dimensions).
+fn offset(sample: usize) -> [f64; 2] {
+    [0.754_877_666_246_692_8, 0.569_840_290_998_053_3].map(|by| (0.5 + sample as f64 * by).fract())
 }
 
 /// The name of a channel in a picture: programs that show colours know R, G and B.
@@ -205,6 +275,11 @@ fn contains(vertices: &[DVec3], normal: DVec3, point: DVec3) -> bool {
         (ay > y) != (by > y) && x < ax + (y - ay) / (by - ay) * (bx - ax)
     };
     (0..vertices.len()).filter(crossed).count() % 2 == 1
+}
+
+fn stops(text: &str) -> Result<f64, String> {
+    let value = text.parse::<f64>().map_err(|error| error.to_string())?;
+    if value.abs() <= 64.0 { Ok(value) } else { Err(format!("{value} is not from -64 to 64")) }
 }
 
 /// `640x480`.

@@ -77,6 +77,22 @@ use crate::problem::emission::Emitter;
 use crate::problem::receiver::Receiver;
 
 /// Single or double precision: `f32` or `f64`.
+///
+/// ```
+/// use radgrad_core::batch::{Answers, Engine, Precision, Receivers};
+/// use radgrad_core::{DVec3, Emission, Emitter, Error, Polygon};
+/// fn at_origin<F: Precision + From<f32>>(lamp: &Emitter) -> Result<F, Error> {
+///     let (zero, one) = ([F::from(0.0)], [F::from(1.0)]);
+///     let mut answers = Answers::new();
+///     Engine::new().radiosity(&Receivers::new([&zero; 3], [&zero, &zero, &one], &one)?, lamp, &mut answers)?;
+///     Ok(answers.radiosity[0])
+/// }
+/// let corners = [(0.0, 0.0), (0.0, 1.0), (1.0, 1.0), (1.0, 0.0)].map(|(x, y)| DVec3::new(x, y, 1.0));
+/// let lamp = Emitter::new(Polygon::new(corners.to_vec())?, Emission::Constant(1.0))?;
+/// assert!((at_origin::<f32>(&lamp)? - 0.138_531_6).abs() < 1e-6);
+/// assert!((at_origin::<f64>(&lamp)? - 0.138_531_605_994_893).abs() < 1e-6 * 0.138);
+/// # Ok::<(), radgrad_core::Error>(())
+/// ```
 #[allow(private_bounds, reason = "what lanes need of a number is not for others to implement")]
 pub trait Precision: Lane + Compiled {}
 
@@ -143,6 +159,22 @@ compiled!(f64);
 /// The methods without a tolerance leave out the arrays of bounds. A lane is then taken where its bound is below 1e-6 of the
 /// value and of the gradient's norm (in single precision below 3e-5 and 1e-4: errors are found to be below 1e-6 and 1.2e-6); any
 /// other entry has the digits of [`crate::radiosity_and_gradient`].
+///
+/// ```
+/// use radgrad_core::batch::{Answers, Engine, Receivers};
+/// // A square lamp of side 1 over two receivers: a length under its corner, and under its middle.
+/// # use radgrad_core::{DVec3, Emission, Emitter, Polygon};
+/// # let corners = [(0.0, 0.0), (0.0, 1.0), (1.0, 1.0), (1.0, 0.0)].map(|(x, y)| DVec3::new(x, y, 1.0));
+/// # let lamp = Emitter::new(Polygon::new(corners.to_vec())?, Emission::Constant(1.0))?;
+/// # let (x, zero, one) = ([0.0, 0.5], [0.0_f64; 2], [1.0; 2]);
+/// # let floor = Receivers::new([&x, &x, &zero], [&zero, &zero, &one], &[1.0])?; // under a corner and under the middle
+///
+/// let mut answers = Answers::new();
+/// Engine::new().threads().radiosity(&floor, &lamp, &mut answers)?;
+/// assert!((answers.radiosity[0] - 0.138_531_605_994_893).abs() < 1e-6 * 0.138);
+/// assert!(answers.gradient[0].is_empty()); // it was not asked for
+/// # Ok::<(), radgrad_core::Error>(())
+/// ```
 #[derive(Debug, Clone, Copy)]
 pub struct Engine {
     level: Level,
@@ -164,24 +196,68 @@ impl fmt::Display for Engine {
 
 impl Engine {
     /// The best instruction set of this machine, on one thread.
+    ///
+    /// ```
+    /// # use radgrad_core::batch::Engine;
+    /// assert_eq!(Engine::new().to_string(), Engine::all()[0].to_string());
+    /// ```
     #[must_use]
     pub fn new() -> Self {
         Self { level: Level::new(), threads: false }
     }
 
     /// One engine for each instruction set of this machine, best first.
+    ///
+    /// ```
+    /// use radgrad_core::batch::{Answers, Engine, Receivers};
+    /// // A square lamp of side 1 over two receivers: a length under its corner, and under its middle.
+    /// # use radgrad_core::{DVec3, Emission, Emitter, Polygon};
+    /// # let corners = [(0.0, 0.0), (0.0, 1.0), (1.0, 1.0), (1.0, 0.0)].map(|(x, y)| DVec3::new(x, y, 1.0));
+    /// # let lamp = Emitter::new(Polygon::new(corners.to_vec())?, Emission::Constant(1.0))?;
+    /// # let (x, zero, one) = ([0.0, 0.5], [0.0_f64; 2], [1.0; 2]);
+    /// # let floor = Receivers::new([&x, &x, &zero], [&zero, &zero, &one], &[1.0])?; // under a corner and under the middle
+    ///
+    /// for engine in Engine::all() {
+    ///     let (mut best, mut other) = (Answers::new(), Answers::new());
+    ///     Engine::new().radiosity(&floor, &lamp, &mut best)?;
+    ///     engine.radiosity(&floor, &lamp, &mut other)?;
+    ///     assert_eq!(best, other, "{engine} gives other digits");
+    /// }
+    /// # Ok::<(), radgrad_core::Error>(())
+    /// ```
     #[must_use]
     pub fn all() -> Vec<Self> {
         instruction_set::instruction_sets().into_iter().map(|level| Self { level, threads: false }).collect()
     }
 
     /// The same on all threads of rayon's pool, where the crate is built with the feature `threads`.
+    ///
+    /// ```
+    /// # use radgrad_core::batch::Engine;
+    /// let engine = Engine::new().threads();
+    /// assert_eq!(engine.to_string(), format!("{} on all threads", Engine::new()));
+    /// ```
     #[must_use]
     pub const fn threads(self) -> Self {
         Self { threads: true, ..self }
     }
 
     /// Radiosity of each receiver alone.
+    ///
+    /// ```
+    /// use radgrad_core::batch::{Answers, Engine, Receivers};
+    /// // A square lamp of side 1 over two receivers: a length under its corner, and under its middle.
+    /// # use radgrad_core::{DVec3, Emission, Emitter, Polygon};
+    /// # let corners = [(0.0, 0.0), (0.0, 1.0), (1.0, 1.0), (1.0, 0.0)].map(|(x, y)| DVec3::new(x, y, 1.0));
+    /// # let lamp = Emitter::new(Polygon::new(corners.to_vec())?, Emission::Constant(1.0))?;
+    /// # let (x, zero, one) = ([0.0, 0.5], [0.0_f64; 2], [1.0; 2]);
+    /// # let floor = Receivers::new([&x, &x, &zero], [&zero, &zero, &one], &[1.0])?; // under a corner and under the middle
+    ///
+    /// let mut answers = Answers::new();
+    /// Engine::new().radiosity(&floor, &lamp, &mut answers)?;
+    /// assert!(answers.radiosity[1] > 1.5 * answers.radiosity[0]);
+    /// # Ok::<(), radgrad_core::Error>(())
+    /// ```
     ///
     /// # Errors
     /// If a result overflows: [`Error::InBatch`] with the receiver's index.
@@ -196,6 +272,22 @@ impl Engine {
 
     /// Radiosity and gradient at each receiver.
     ///
+    /// ```
+    /// use radgrad_core::batch::{Answers, Engine, Receivers};
+    /// // A square lamp of side 1 over two receivers: a length under its corner, and under its middle.
+    /// # use radgrad_core::{DVec3, Emission, Emitter, Polygon};
+    /// # let corners = [(0.0, 0.0), (0.0, 1.0), (1.0, 1.0), (1.0, 0.0)].map(|(x, y)| DVec3::new(x, y, 1.0));
+    /// # let lamp = Emitter::new(Polygon::new(corners.to_vec())?, Emission::Constant(1.0))?;
+    /// # let (x, zero, one) = ([0.0, 0.5], [0.0_f64; 2], [1.0; 2]);
+    /// # let floor = Receivers::new([&x, &x, &zero], [&zero, &zero, &one], &[1.0])?; // under a corner and under the middle
+    ///
+    /// let mut answers = Answers::new();
+    /// Engine::new().radiosity_and_gradient(&floor, &lamp, &mut answers)?;
+    /// let [x, y, _] = &answers.gradient;
+    /// assert!(x[0] > 0.1 && (x[0] - y[0]).abs() < 1e-6, "from the corner towards the middle it gets brighter");
+    /// # Ok::<(), radgrad_core::Error>(())
+    /// ```
+    ///
     /// # Errors
     /// If a result overflows: [`Error::InBatch`] with the receiver's index.
     pub fn radiosity_and_gradient<F: Precision>(
@@ -208,6 +300,22 @@ impl Engine {
     }
 
     /// Radiosity of each receiver with its bound, to a relative tolerance as of [`crate::evaluate::evaluate_to`].
+    ///
+    /// ```
+    /// use radgrad_core::batch::{Answers, Engine, Receivers};
+    /// // A square lamp of side 1 over two receivers: a length under its corner, and under its middle.
+    /// # use radgrad_core::{DVec3, Emission, Emitter, Polygon};
+    /// # let corners = [(0.0, 0.0), (0.0, 1.0), (1.0, 1.0), (1.0, 0.0)].map(|(x, y)| DVec3::new(x, y, 1.0));
+    /// # let lamp = Emitter::new(Polygon::new(corners.to_vec())?, Emission::Constant(1.0))?;
+    /// # let (x, zero, one) = ([0.0, 0.5], [0.0_f64; 2], [1.0; 2]);
+    /// # let floor = Receivers::new([&x, &x, &zero], [&zero, &zero, &one], &[1.0])?; // under a corner and under the middle
+    ///
+    /// let mut answers = Answers::new();
+    /// Engine::new().radiosity_to(&floor, &lamp, 1e-12, &mut answers)?;
+    /// assert!((answers.radiosity[0] - 0.138_531_605_994_892_996_78).abs() <= answers.radiosity_error[0] + 1e-17);
+    /// assert!(answers.radiosity_error[0] <= 1e-12 * answers.radiosity[0]);
+    /// # Ok::<(), radgrad_core::Error>(())
+    /// ```
     ///
     /// # Errors
     /// If a result overflows, or the tolerance is not in [0, 1].
@@ -224,6 +332,22 @@ impl Engine {
     /// Radiosity and gradient at each receiver with their bounds, to a relative tolerance as of [`crate::evaluate::evaluate_to`].
     /// In single precision the bounds count the rounding of the results, so that nothing meets a tolerance below 1e-7.
     ///
+    /// ```
+    /// use radgrad_core::batch::{Answers, Engine, Receivers};
+    /// // A square lamp of side 1 over two receivers: a length under its corner, and under its middle.
+    /// # use radgrad_core::{DVec3, Emission, Emitter, Polygon};
+    /// # let corners = [(0.0, 0.0), (0.0, 1.0), (1.0, 1.0), (1.0, 0.0)].map(|(x, y)| DVec3::new(x, y, 1.0));
+    /// # let lamp = Emitter::new(Polygon::new(corners.to_vec())?, Emission::Constant(1.0))?;
+    /// # let (x, zero, one) = ([0.0, 0.5], [0.0_f64; 2], [1.0; 2]);
+    /// # let floor = Receivers::new([&x, &x, &zero], [&zero, &zero, &one], &[1.0])?; // under a corner and under the middle
+    ///
+    /// let mut answers = Answers::new();
+    /// Engine::new().evaluate_to(&floor, &lamp, 1e-10, &mut answers)?;
+    /// let slope = DVec3::from(answers.gradient.each_ref().map(|component| component[0]));
+    /// assert!(answers.gradient_error[0] <= 1e-10 * slope.length());
+    /// # Ok::<(), radgrad_core::Error>(())
+    /// ```
+    ///
     /// # Errors
     /// If a result overflows, or the tolerance is not in [0, 1].
     pub fn evaluate_to<F: Precision>(
@@ -238,6 +362,23 @@ impl Engine {
 
     /// Radiosity and gradient due to each emitter, in the emitters' order.
     ///
+    /// ```
+    /// use radgrad_core::batch::{Answers, Emitters, Engine};
+    /// // A square lamp of side 1, a length over the floor, with a corner at x.
+    /// # use radgrad_core::{DVec3, Emission, Emitter, Polygon, Receiver};
+    /// # let lamp = |x: f64| {
+    /// #     let corners = [(0.0, 0.0), (0.0, 1.0), (1.0, 1.0), (1.0, 0.0)].map(|(u, y)| DVec3::new(x + u, y, 1.0));
+    /// #     Emitter::new(Polygon::new(corners.to_vec())?, Emission::Constant(1.0))
+    /// # };
+    ///
+    /// let lamps = [lamp(0.0)?, lamp(5.0)?];
+    /// let mut answers = Answers::new();
+    /// Engine::new().each(&Receiver::new(DVec3::ZERO, DVec3::Z, 1.0)?, &Emitters::<f64>::new(&lamps), &mut answers)?;
+    /// assert!((answers.radiosity[0] - 0.138_531_605_994_893).abs() < 1e-6 * 0.138);
+    /// assert!(answers.radiosity[1] < 0.01);
+    /// # Ok::<(), radgrad_core::Error>(())
+    /// ```
+    ///
     /// # Errors
     /// If a result overflows: [`Error::InBatch`] with the emitter's index.
     pub fn each<F: Precision>(
@@ -250,6 +391,22 @@ impl Engine {
     }
 
     /// The same with bounds, to a relative tolerance for each emitter.
+    ///
+    /// ```
+    /// use radgrad_core::batch::{Answers, Emitters, Engine};
+    /// // A square lamp of side 1, a length over the floor, with a corner at x.
+    /// # use radgrad_core::{DVec3, Emission, Emitter, Polygon, Receiver};
+    /// # let lamp = |x: f64| {
+    /// #     let corners = [(0.0, 0.0), (0.0, 1.0), (1.0, 1.0), (1.0, 0.0)].map(|(u, y)| DVec3::new(x + u, y, 1.0));
+    /// #     Emitter::new(Polygon::new(corners.to_vec())?, Emission::Constant(1.0))
+    /// # };
+    ///
+    /// let lamps = [lamp(0.0)?, lamp(5.0)?];
+    /// let mut answers = Answers::new();
+    /// Engine::new().each_to(&Receiver::new(DVec3::ZERO, DVec3::Z, 1.0)?, &Emitters::<f64>::new(&lamps), 1e-10, &mut answers)?;
+    /// assert!(answers.radiosity_error.iter().zip(&answers.radiosity).all(|(error, value)| *error <= 1e-10 * value));
+    /// # Ok::<(), radgrad_core::Error>(())
+    /// ```
     ///
     /// # Errors
     /// If a result overflows, or the tolerance is not in [0, 1].

@@ -3,6 +3,13 @@
 use glam::DVec3;
 
 /// Every way in which this crate refuses an input. Messages give the value, its place and the rule it breaks.
+///
+/// ```
+/// use radgrad_core::{DVec3, Error, Polygon};
+/// let error = Polygon::new(vec![DVec3::ZERO, DVec3::X, DVec3::NAN]).unwrap_err();
+/// assert!(matches!(error, Error::VertexNotFinite { index: 2, .. }));
+/// assert_eq!(error.to_string(), "vertex 2 is [NaN, NaN, NaN]: coordinates must be finite");
+/// ```
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {

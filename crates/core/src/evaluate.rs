@@ -1,7 +1,7 @@
 //! One receiver, one emitter, any occluders: the answer with its bounds.
 //!
 //! `B(x) = (rho/pi) int B(y) (n1.r)(-n2.r)/|r|^4 dA` (HS95 Eq. 1) over the part of the emitter that x sees above its horizon,
-//! and its gradient with respect to x at fixed n1. What is computed how is decided in [`crate::boundary::plan`] and
+//! and its gradient with respect to x at fixed n1. The case is decided in [`crate::boundary::plan`], the method in
 //! [`crate::ladder::rungs`].
 
 use glam::DVec3;
@@ -21,9 +21,29 @@ use crate::scalar::number::ROUNDOFF;
 use crate::scalar::vec3::Vec3;
 
 /// The relative error that [`evaluate`] asks for.
+///
+/// ```
+/// use radgrad_core::{DEFAULT_TOLERANCE, DVec3, Emission, Emitter, Polygon, Receiver, evaluate};
+/// let corners = [(0.0, 0.0), (0.0, 1.0), (1.0, 1.0), (1.0, 0.0)].map(|(x, y)| DVec3::new(x, y, 1.0));
+/// let lamp = Emitter::new(Polygon::new(corners.to_vec())?, Emission::Constant(1.0))?;
+/// let answer = evaluate(&Receiver::new(DVec3::new(0.3, 0.2, 0.9), DVec3::X, 1.0)?, &lamp, &[])?;
+/// assert!(answer.meets(DEFAULT_TOLERANCE));
+/// # Ok::<(), radgrad_core::Error>(())
+/// ```
 pub const DEFAULT_TOLERANCE: f64 = 1e-12;
 
 /// [`evaluate_to`] a relative tolerance of [`DEFAULT_TOLERANCE`].
+///
+/// ```
+/// use radgrad_core::{DVec3, Emission, Emitter, Polygon, Receiver, evaluate};
+/// let square = |x: f64, z: f64| [(0.0, 0.0), (0.0, 1.0), (1.0, 1.0), (1.0, 0.0)].map(|(a, y)| DVec3::new(x + a, y, z));
+/// let lamp = Emitter::new(Polygon::new(square(0.0, 1.0).to_vec())?, Emission::Constant(1.0))?;
+/// let middle = Receiver::new(DVec3::new(0.5, 0.5, 0.0), DVec3::Z, 1.0)?;
+/// let screen = Polygon::new(square(0.0, 0.5).to_vec())?; // as large, half as far: it hides all of the lamp
+/// assert!((evaluate(&middle, &lamp, &[])?.radiosity - 0.239_457).abs() < 1e-5);
+/// assert_eq!(evaluate(&middle, &lamp, [&screen])?.radiosity, 0.0);
+/// # Ok::<(), radgrad_core::Error>(())
+/// ```
 ///
 /// # Errors
 /// If a result over- or underflows.
@@ -39,8 +59,8 @@ pub fn evaluate<'a>(
 ///
 /// The cheapest method whose bound is at most `tolerance` times the value (times the norm, for the gradient) answers; if none
 /// is, the last one does: the bounds say so. The last one gives the nearest doubles, so below a tolerance of 2^-53 its bound is
-/// that of their rounding, and [`crate::evaluate_digits`] gives what doubles cannot. Occluders are opaque from both sides;
-/// those behind the receiver or the emitter are left out by themselves.
+/// that of their rounding, and [`crate::evaluate_digits`] gives more digits than doubles have. Occluders are opaque from both
+/// sides; those behind the receiver or the emitter are left out by themselves.
 ///
 /// ```
 /// use radgrad_core::{DVec3, Emission, Emitter, Polygon, Receiver, evaluate_to};
@@ -65,7 +85,7 @@ pub fn evaluate_to<'a>(
     answer(receiver, emitter, &occluders.into_iter().collect::<Vec<_>>(), tolerance)
 }
 
-/// [`evaluate_to`], compiled once: what is generic is compiled again in every crate that calls it.
+/// [`evaluate_to`], compiled once: generic functions are compiled again in every crate that calls them.
 fn answer(receiver: &Receiver, emitter: &Emitter, occluders: &[&Polygon], tolerance: f64) -> Result<Answer, Error> {
     if !(0.0..=1.0).contains(&tolerance) {
         return Err(Error::Tolerance { value: tolerance });
@@ -83,7 +103,7 @@ fn answer(receiver: &Receiver, emitter: &Emitter, occluders: &[&Polygon], tolera
 /// Radiosity alone at `receiver` due to the part of `emitter` that it sees past `occluders`, with a bound.
 ///
 /// The cheapest method whose bound meets the tolerance answers; if none does, the last one: the bound says so. An absolute
-/// tolerance, in the unit of the emission, is for sums of many values: what is hidden but for a sliver is then bounded, and not
+/// tolerance, in the unit of the emission, is for sums of many values: an emitter hidden but for a sliver is then bounded, and not
 /// decided to the last digit. Where a shadow's edge is seen in line with another edge, this is also much cheaper than
 /// [`evaluate_to`], whose gradient has two values there.
 ///
@@ -124,6 +144,15 @@ fn value(receiver: &Receiver, emitter: &Emitter, occluders: &[&Polygon], toleran
 /// Radiosity `B(x)` alone: the digits of the closed form in double precision, without bound and gradient. Where that breaks
 /// down, on a line through the receiver to the last digit, and where most of its digits cancel, the ladder of [`evaluate`] answers.
 ///
+/// ```
+/// use radgrad_core::{DVec3, Emission, Emitter, Polygon, Receiver, radiosity};
+/// let corners = [(0.0, 0.0), (0.0, 1.0), (1.0, 1.0), (1.0, 0.0)].map(|(x, y)| DVec3::new(x, y, 1.0));
+/// let lamp = Emitter::new(Polygon::new(corners.to_vec())?, Emission::Constant(2.0))?;
+/// let corner = Receiver::new(DVec3::ZERO, DVec3::Z, 0.5)?;
+/// assert!((radiosity(&corner, &lamp)? - 0.138_531_605_994_893).abs() < 1e-15);
+/// # Ok::<(), radgrad_core::Error>(())
+/// ```
+///
 /// # Errors
 /// If the result over- or underflows.
 pub fn radiosity(receiver: &Receiver, emitter: &Emitter) -> Result<f64, Error> {
@@ -142,6 +171,16 @@ pub fn radiosity(receiver: &Receiver, emitter: &Emitter) -> Result<f64, Error> {
 
 /// Gradient of `B` with respect to `x` alone: the digits of the closed form in double precision, without bound and value; of
 /// [`evaluate`] where they cancel.
+///
+/// ```
+/// use radgrad_core::{DVec3, Emission, Emitter, Polygon, Receiver, gradient};
+/// let corners = [(0.0, 0.0), (0.0, 1.0), (1.0, 1.0), (1.0, 0.0)].map(|(x, y)| DVec3::new(x, y, 1.0));
+/// let lamp = Emitter::new(Polygon::new(corners.to_vec())?, Emission::Constant(1.0))?;
+/// let slope = gradient(&Receiver::new(DVec3::new(0.5, 0.5, 0.0), DVec3::Z, 1.0)?, &lamp)?;
+/// assert!(slope.truncate().length() < 1e-14, "under the middle it is brightest");
+/// assert!(slope.z > 0.3, "nearer the lamp it is brighter");
+/// # Ok::<(), radgrad_core::Error>(())
+/// ```
 ///
 /// # Errors
 /// If the result over- or underflows.
@@ -162,6 +201,16 @@ pub fn gradient(receiver: &Receiver, emitter: &Emitter) -> Result<DVec3, Error> 
 
 /// Radiosity and gradient together: the digits of the closed form in double precision, without bounds; of [`evaluate`] where they
 /// cancel.
+///
+/// ```
+/// use radgrad_core::{DVec3, Emission, Emitter, Polygon, Receiver, radiosity, radiosity_and_gradient};
+/// let corners = [(0.0, 0.0), (0.0, 1.0), (1.0, 1.0), (1.0, 0.0)].map(|(x, y)| DVec3::new(x, y, 1.0));
+/// let lamp = Emitter::new(Polygon::new(corners.to_vec())?, Emission::Constant(1.0))?;
+/// let at = |x| Receiver::new(DVec3::new(x, 0.2, 0.0), DVec3::Z, 1.0);
+/// let (value, slope) = radiosity_and_gradient(&at(0.1)?, &lamp)?;
+/// assert!((radiosity(&at(0.1001)?, &lamp)? - value - 0.0001 * slope.x).abs() < 1e-8);
+/// # Ok::<(), radgrad_core::Error>(())
+/// ```
 ///
 /// # Errors
 /// If a result over- or underflows.
@@ -197,6 +246,16 @@ pub fn radiosity_and_gradient(receiver: &Receiver, emitter: &Emitter) -> Result<
 ///
 /// It has the digits of the closed form in double precision; where most of them cancel, those of [`irradiance_vector_to`] a
 /// tolerance of 1e-9.
+///
+/// ```
+/// use radgrad_core::{DVec3, Emission, Emitter, Polygon, Receiver, irradiance_vector, radiosity};
+/// let corners = [(0.0, 0.0), (0.0, 1.0), (1.0, 1.0), (1.0, 0.0)].map(|(x, y)| DVec3::new(x, y, 1.0));
+/// let lamp = Emitter::new(Polygon::new(corners.to_vec())?, Emission::Constant(1.0))?;
+/// let vector = irradiance_vector(&Receiver::new(DVec3::ZERO, DVec3::Z, 1.0)?, &lamp)?;
+/// let tilted = Receiver::new(DVec3::ZERO, DVec3::new(0.0, 0.6, 0.8), 0.5)?; // the lamp stays above its horizon
+/// assert!((radiosity(&tilted, &lamp)? - 0.5 / std::f64::consts::PI * tilted.normal().dot(vector)).abs() < 1e-15);
+/// # Ok::<(), radgrad_core::Error>(())
+/// ```
 ///
 /// # Errors
 /// If the result over- or underflows, or the receiver is on the surface of an emitter that is not flat ([`Error::OnSurface`]).
@@ -272,7 +331,7 @@ fn plain<const VALUE: bool, const GRADIENT: bool>(case: &Case<'_>) -> Option<Irr
     if case.plan.on_surface { None } else { IrradianceAndGradient::<f64>::sum::<VALUE, GRADIENT>(case) }
 }
 
-/// The sums over an emitter on edge lanes, where double precision is sure of what is seen.
+/// The sums over an emitter on edge lanes, where double precision is sure of the visible part.
 #[inline(always)]
 fn on_lanes<const VALUE: bool, const GRADIENT: bool>(
     receiver: &Receiver,

@@ -60,13 +60,24 @@ use crate::scalar::real::Real;
 use crate::scalar::vec3::Vec3;
 
 /// Second derivatives of the radiosity with a proven absolute error bound.
+///
+/// ```
+/// use radgrad_core::{DVec3, Emission, Emitter, Polygon, Receiver, hessian_to};
+/// let corners = [(0.0, 0.0), (0.0, 1.0), (1.0, 1.0), (1.0, 0.0)].map(|(x, y)| DVec3::new(x, y, 1.0));
+/// let lamp = Emitter::new(Polygon::new(corners.to_vec())?, Emission::Constant(1.0))?;
+/// let middle = Receiver::new(DVec3::new(0.5, 0.5, 0.0), DVec3::Z, 1.0)?;
+/// let curvature = hessian_to(&middle, &lamp, &[], 1e-10)?;
+/// assert!((curvature.matrix.x_axis.x - curvature.matrix.y_axis.y).abs() <= 2.0 * curvature.error); // by symmetry
+/// assert!(curvature.matrix.x_axis.x < 0.0, "under the middle it is brightest");
+/// # Ok::<(), radgrad_core::Error>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Hessian {
     /// `d^2 B / dx_i dx_j` at fixed normal, in the unit of the emission over the unit of length squared.
     pub matrix: DMat3,
     /// Proven bound on the Frobenius norm of the error.
     pub error: f64,
-    /// What answered.
+    /// The method that answered.
     pub method: Method,
 }
 
@@ -74,6 +85,12 @@ impl Hessian {
     const ZERO: Self = Self { matrix: DMat3::ZERO, error: 0.0, method: Method::Zero };
 
     /// Whether the bound is within `tolerance` times the Frobenius norm of the matrix.
+    ///
+    /// ```
+    /// use radgrad_core::{DMat3, Hessian, Method};
+    /// let hessian = Hessian { matrix: DMat3::IDENTITY, error: 1e-12, method: Method::ClosedForm }; // of the norm sqrt 3
+    /// assert!(hessian.meets(6e-13) && !hessian.meets(5e-13));
+    /// ```
     #[must_use]
     pub fn meets(&self, tolerance: f64) -> bool {
         self.error <= tolerance * frobenius_norm(self.matrix.to_cols_array())
@@ -122,7 +139,8 @@ pub fn hessian(receiver: &Receiver, emitter: &Emitter) -> Result<DMat3, Error> {
 /// ```
 ///
 /// # Errors
-/// If the receiver is on the surface of an emitter that is not flat ([`Error::OnSurface`]), the tolerance is not in [0, 1], or a result over- or underflows.
+/// If the receiver is on the surface of an emitter that is not flat ([`Error::OnSurface`]), the tolerance is not in [0, 1], or a
+/// result over- or underflows.
 pub fn hessian_to<'a>(
     receiver: &Receiver,
     emitter: &Emitter,
@@ -132,7 +150,7 @@ pub fn hessian_to<'a>(
     bounded(receiver, emitter, &occluders.into_iter().collect::<Vec<_>>(), tolerance)
 }
 
-/// [`hessian_to`], compiled once: what is generic is compiled again in every crate that calls it.
+/// [`hessian_to`], compiled once: generic functions are compiled again in every crate that calls them.
 fn bounded(receiver: &Receiver, emitter: &Emitter, occluders: &[&Polygon], tolerance: f64) -> Result<Hessian, Error> {
     if !(0.0..=1.0).contains(&tolerance) {
         return Err(Error::Tolerance { value: tolerance });
@@ -176,7 +194,7 @@ fn unit(case: &Case<'_>) -> CallerUnits {
     CallerUnits::of_derivative(2, "Hessian", case.plan, case.emitter)
 }
 
-/// What a rung found, in normalised lengths and emission.
+/// The result of a rung, in normalised lengths and emission.
 struct Found {
     columns: [f64; 9],
     error: f64,
@@ -259,7 +277,7 @@ fn columns<T: Real>(case: &Case<'_>) -> Option<[T; 9]> {
     Some(if is_certain { columns } else { columns.map(|c| c.widened(f64::INFINITY.into())) })
 }
 
-/// What contributes to the sums.
+/// The arcs and corners that contribute to the sums.
 enum Part<'a, T> {
     Arc(&'a Arc<T>),
     /// Where two lines only seem to meet: the arc that ends there and the one that begins.

@@ -27,6 +27,14 @@
 //! # Ok::<(), radgrad_core::Error>(())
 //! ```
 
+#[cfg(not(radgrad_mutants))]
+#[macro_use]
+mod mutant;
+#[cfg(radgrad_mutants)]
+#[doc(hidden)]
+#[macro_use]
+pub mod mutant;
+
 pub mod batch;
 mod boundary;
 mod error;

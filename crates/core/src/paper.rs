@@ -61,6 +61,16 @@ pub fn radiosity_and_gradient(receiver: &Receiver, emitter: &Emitter, misprint: 
 /// Radiosity and gradient by appendix A with all its misprints at once. Those of Eqs. 9 and 11 are not among them: the
 /// appendix's sums do not repeat them.
 ///
+/// ```
+/// use radgrad_core::{DVec3, Emission, Emitter, Polygon, Receiver, paper, radiosity};
+/// let triangle = Polygon::new(vec![DVec3::Z, DVec3::new(0.5, 0.8, 1.0), DVec3::new(1.0, 0.0, 1.0)])?;
+/// let emitter = Emitter::new(triangle, Emission::at_vertices(vec![1.0, 2.0, 4.0]))?;
+/// let receiver = Receiver::new(DVec3::new(0.5, 0.3, 0.0), DVec3::new(0.2, 0.0, 1.0), 1.0)?;
+/// let (printed, exact) = (paper::as_printed(&receiver, &emitter)?.0, radiosity(&receiver, &emitter)?);
+/// assert!((printed - exact).abs() > 0.01 * exact, "the misprints of J1 and K1 show");
+/// # Ok::<(), radgrad_core::Error>(())
+/// ```
+///
 /// # Errors
 /// As [`radiosity_and_gradient`].
 pub fn as_printed(receiver: &Receiver, emitter: &Emitter) -> Result<(f64, DVec3), Error> {

@@ -21,6 +21,7 @@ mod exact;
 mod integral;
 pub(crate) mod interval;
 mod legendre;
+mod limbs;
 #[cfg(feature = "mpfr")]
 mod mpfr;
 mod outline;
@@ -40,6 +41,7 @@ use crate::enclosure::ball::{Ball, up};
 use crate::enclosure::double_double::DoubleDouble;
 use crate::enclosure::exact::scaled;
 use crate::enclosure::interval::{Interval, power_of_ten};
+use crate::enclosure::limbs::Limbs;
 use crate::enclosure::pass::{Pass, Prepared};
 use crate::enclosure::source::Source;
 use crate::enclosure::surface::Frame;
@@ -153,14 +155,17 @@ pub fn enclose_source_past(
     let problem = Problem::new(receiver, source, occluders, request);
     match request.arithmetic {
         Some(Arithmetic::DoubleDouble) => problem.solve::<DoubleDouble>(DOUBLE_DOUBLE_BITS, Arithmetic::DoubleDouble),
-        Some(Arithmetic::Astro) => problem.solve_in_bits::<Astro>(Arithmetic::Astro),
+        Some(Arithmetic::Astro) => problem.solve_in_bits(|bits| problem.solve::<Astro>(bits, Arithmetic::Astro)),
+        Some(Arithmetic::Limbs) => problem.solve_in_limbs(),
         #[cfg(feature = "mpfr")]
-        Some(Arithmetic::Mpfr) => problem.solve_in_bits::<crate::enclosure::mpfr::Mpfr>(Arithmetic::Mpfr),
+        Some(Arithmetic::Mpfr) => {
+            problem.solve_in_bits(|bits| problem.solve::<crate::enclosure::mpfr::Mpfr>(bits, Arithmetic::Mpfr))
+        }
         None if digits <= 24 => match problem.solve::<DoubleDouble>(DOUBLE_DOUBLE_BITS, Arithmetic::DoubleDouble) {
-            Err(Error::Rounding { .. }) => problem.solve_in_bits::<Astro>(Arithmetic::Astro),
+            Err(Error::Rounding { .. }) => problem.solve_in_limbs(),
             result => result,
         },
-        None => problem.solve_in_bits::<Astro>(Arithmetic::Astro),
+        None => problem.solve_in_limbs(),
     }
 }
 
@@ -185,15 +190,28 @@ impl<'a> Problem<'a> {
     }
 
     /// With as many bits as the digits need, more where cancellation asks for them.
-    fn solve_in_bits<T: Real>(&self, arithmetic: Arithmetic) -> Result<Enclosure, Error> {
+    fn solve_in_bits(&self, solve: impl Fn(usize) -> Result<Enclosure, Error>) -> Result<Enclosure, Error> {
         let digits = self.request.digits as usize;
         let mut bits = (digits * 10 / 3 + 30).div_ceil(64) * 64;
         loop {
-            match self.solve::<T>(bits, arithmetic) {
+            match solve(bits) {
                 Err(Error::Rounding { .. }) if bits <= 8 * digits + 512 => bits += 64,
                 result => return result,
             }
         }
+    }
+
+    /// The same on limbs that need no memory of their own while there are no more than eight, which is soonest.
+    fn solve_in_limbs(&self) -> Result<Enclosure, Error> {
+        self.solve_in_bits(|bits| match bits {
+            ..=192 => self.solve::<Limbs<3>>(192, Arithmetic::Limbs),
+            256 => self.solve::<Limbs<4>>(bits, Arithmetic::Limbs),
+            320 => self.solve::<Limbs<5>>(bits, Arithmetic::Limbs),
+            384 => self.solve::<Limbs<6>>(bits, Arithmetic::Limbs),
+            448 => self.solve::<Limbs<7>>(bits, Arithmetic::Limbs),
+            512 => self.solve::<Limbs<8>>(bits, Arithmetic::Limbs),
+            _ => self.solve::<Astro>(bits, Arithmetic::Astro),
+        })
     }
 
     fn solve<T: Real>(&self, bits: usize, arithmetic: Arithmetic) -> Result<Enclosure, Error> {

@@ -109,6 +109,12 @@ pub enum Error {
         /// Evaluations of the first pass.
         needed: usize,
     },
+    /// The error asked of form factors is not one that rays can have.
+    #[error("the error of form factors is {value}: it must be above 0 and below 1, and take no more rays than 2^32")]
+    FactorError {
+        /// The error.
+        value: f64,
+    },
     /// A confidence level must be between 0 and 1.
     #[error("confidence is {value}: it must be above 0 and below 1")]
     Confidence {

@@ -40,6 +40,7 @@
 mod caster;
 mod direct;
 mod distance;
+mod form_factors;
 pub mod known;
 mod sampling;
 mod walk;
@@ -50,13 +51,12 @@ use std::sync::Arc;
 
 use glam::DVec3;
 use radgrad_core::Polygon;
-use rand::SeedableRng;
-use rand::rngs::ChaCha8Rng;
 
 use crate::Error;
-use crate::confidence::{ConfidenceInterval, check_confidence, of_successes};
+use crate::confidence::ConfidenceInterval;
 use caster::Caster;
 use distance::{Corners3, between_triangles, to_point};
+pub use form_factors::rays_for;
 use sampling::LampTriangle;
 
 /// Weight below which a walk goes on with a probability.
@@ -284,42 +284,6 @@ impl Scene {
             of.emitted * (self.areas[lamp] / (PI * distance * distance)).min(2.0)
         };
         self.faces.iter().enumerate().map(of).sum()
-    }
-
-    /// Form factors from a face: that to each face, by so many rays from it.
-    ///
-    /// # Errors
-    /// If the confidence is not between 0 and 1, there is no such face, or no ray is allowed.
-    pub fn sights(&self, face: usize, rays: u32, seed: u64, confidence: f64) -> Result<Vec<Known>, Error> {
-        check_confidence(confidence)?;
-        let count = self.faces.len();
-        let triangles = self.triangles.get(face).ok_or(Error::NoFace { face, count })?;
-        if rays == 0 {
-            return Err(Error::TooFewSamples { what: "rays", value: 0, least: 1 });
-        }
-        let mut generator = ChaCha8Rng::seed_from_u64(seed);
-        generator.set_stream(face as u64);
-        let (normal, area) = (self.faces[face].polygon.normal(), self.areas[face]);
-        let mut hits = vec![0_u32; count];
-        for _ in 0..rays {
-            let mut place = sampling::uniform(&mut generator) * area;
-            let mut chosen = &triangles[0];
-            for triangle in triangles {
-                chosen = triangle;
-                place -= sampling::area(triangle);
-                if place < 0.0 {
-                    break;
-                }
-            }
-            let origin = sampling::on_triangle(chosen, &mut generator);
-            let direction = sampling::by_cosine(normal, &mut generator);
-            if let Some(hit) = self.caster.first(face, origin, direction).filter(|hit| hit.front) {
-                hits[hit.face] += 1;
-            }
-        }
-        let known =
-            |hits: u32| Known { value: f64::from(hits) / f64::from(rays), interval: of_successes(hits, rays, confidence) };
-        Ok(hits.into_iter().map(known).collect())
     }
 
     /// `max_j rho_j k_j` for a point: of the kernel `(n_x.u)(-n_y.u) / (pi d^2)`, the product of cosines is at most `(1 -

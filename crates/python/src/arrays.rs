@@ -21,10 +21,10 @@ pub(crate) trait Number: Precision + Element + Copy + Into<f64> {
 }
 
 impl Number for f64 {
-    const ROUNDOFF: f64 = Self::EPSILON / 2.0;
-    const TINY: f64 = Self::MIN_POSITIVE;
+    const ROUNDOFF: Self = Self::EPSILON / 2.0;
+    const TINY: Self = Self::MIN_POSITIVE;
 
-    fn nearest(value: f64) -> Self {
+    fn nearest(value: Self) -> Self {
         value
     }
 }

@@ -9,6 +9,12 @@ use radgrad_core::{DVec3, Emission, Linear, Polygon};
 use crate::arrays::{slice, vectors};
 use crate::refused;
 
+/// What a pickle is made of: what is called, and with what.
+type Reduced<'py, T> = (Bound<'py, PyAny>, T);
+
+/// Coefficients and exponents as Python has them.
+type GivenTerms = Vec<(f64, (u8, u8, u8))>;
+
 /// Emission that is an affine function of the position: `value` at vertex 0, and a gradient.
 #[pyclass(frozen, eq, module = "radgrad")]
 #[derive(Debug, Clone, PartialEq)]
@@ -35,7 +41,7 @@ impl Affine {
         format!("Affine({:?}, {:?})", self.value, self.gradient)
     }
 
-    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, (f64, [f64; 3]))> {
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<Reduced<'py, (f64, [f64; 3])>> {
         Ok((slf.getattr("__class__")?, (slf.get().value, slf.get().gradient)))
     }
 }
@@ -61,7 +67,7 @@ impl Polynomial {
 
     /// Each a coefficient and the exponents of x, y and z.
     #[getter]
-    fn terms(&self) -> Vec<(f64, (u8, u8, u8))> {
+    fn terms(&self) -> GivenTerms {
         self.0.terms().iter().map(|term| (term.coefficient, term.powers.into())).collect()
     }
 
@@ -70,7 +76,7 @@ impl Polynomial {
         format!("Polynomial({:?}, [{}])", self.0.origin().to_array(), terms.join(", "))
     }
 
-    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, ([f64; 3], Vec<(f64, (u8, u8, u8))>))> {
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<Reduced<'py, ([f64; 3], GivenTerms)>> {
         Ok((slf.getattr("__class__")?, (slf.get().0.origin().to_array(), slf.get().terms())))
     }
 }

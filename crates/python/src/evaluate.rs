@@ -285,7 +285,7 @@ pub(crate) enum Numbers<'py> {
 
 /// Radiosity and gradient of many receivers due to all emitters: five arrays, the gradient row by row, the last one codes of methods.
 #[pyfunction]
-#[pyo3(signature = (positions, normals, reflectances, emitters, occluders, tolerance, shape))]
+#[expect(clippy::too_many_arguments, reason = "called by one place of the Python layer")]
 pub(crate) fn evaluate<'py>(
     py: Python<'py>,
     positions: Numbers<'py>,
@@ -382,6 +382,7 @@ pub(crate) fn digits(
 
 /// Second derivatives: the matrices row by row, bounds on the Frobenius norms of their errors, codes of methods.
 #[pyfunction]
+#[expect(clippy::too_many_arguments, reason = "called by one place of the Python layer")]
 pub(crate) fn hessian<'py>(
     py: Python<'py>,
     positions: PyReadonlyArrayDyn<'py, f64>,

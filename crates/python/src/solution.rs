@@ -24,6 +24,7 @@ use crate::scene::SceneCore;
 #[derive(Debug)]
 pub(crate) struct SolutionCore {
     solution: Arc<Solution>,
+    scene: Arc<Scene>,
     error: f64,
     seconds: f64,
 }
@@ -88,7 +89,7 @@ impl SolutionCore {
         let stop = Arc::new(AtomicBool::new(false));
         let (sender, receiver) = channel();
         let run = {
-            let (stop, rounds) = (Arc::clone(&stop), request.rounds.unwrap_or(usize::MAX));
+            let (stop, scene, rounds) = (Arc::clone(&stop), Arc::clone(&scene), request.rounds.unwrap_or(usize::MAX));
             move || {
                 let solved = run(&scene, &options, |progress| {
                     // Nobody listens to a run that was given up.
@@ -108,7 +109,7 @@ impl SolutionCore {
             match seen {
                 Ok(Seen::End(solution)) => {
                     let solution = Arc::new((*solution).map_err(refused)?);
-                    return Ok(Self { solution, error: request.error, seconds: start.elapsed().as_secs_f64() });
+                    return Ok(Self { solution, scene, error: request.error, seconds: start.elapsed().as_secs_f64() });
                 }
                 Ok(Seen::Round(progress)) => {
                     let Some(watch) = &watch else { continue };
@@ -181,13 +182,14 @@ impl SolutionCore {
 
     /// What `radgrad solve --summary` prints.
     fn summary(&self, py: Python<'_>) -> PyResult<String> {
-        let Self { solution, error, seconds } = self;
+        let Self { solution, error, seconds, .. } = self;
         py.detach(|| radgrad_cli::file::summary(solution, *error, *seconds)).map_err(refused)
     }
 
     /// Writes a solution to a `.vtu` or `.ply`.
     fn write(&self, py: Python<'_>, file: PathBuf) -> PyResult<()> {
-        py.detach(|| radgrad_cli::file::solution(&self.solution, &file)).map_err(pyo3::exceptions::PyOSError::new_err)
+        py.detach(|| radgrad_cli::file::solution(&self.solution, &self.scene, &file))
+            .map_err(pyo3::exceptions::PyOSError::new_err)
     }
 
     /// What a camera sees, with the options of `radgrad solve --view` after it: radiosity and bound of each pixel, row by row. Written to

@@ -30,12 +30,15 @@ def killed_half_way(client, work):
     """Runs work while a worker is killed once it has a part of it done; returns its result, and whether the worker died."""
     doomed = list(client.run(os.getpid).values())[0]
     before = time.monotonic()
-    killed = []
+    killed, ended = [], threading.Event()
 
     def kill():
         # Done jobs stay in the scheduler's memory.
-        while time.monotonic() - before < 60:
-            done = client.run_on_scheduler(lambda dask_scheduler: sum(t.state == "memory" for t in dask_scheduler.tasks.values()))
+        while not ended.is_set() and time.monotonic() - before < 120:
+            try:
+                done = client.run_on_scheduler(lambda dask_scheduler: sum(t.state == "memory" for t in dask_scheduler.tasks.values()))
+            except OSError:  # the test has failed otherwise, and the cluster is gone
+                return
             if done > 2:
                 os.kill(doomed, signal.SIGKILL)
                 killed.append(doomed)
@@ -44,8 +47,11 @@ def killed_half_way(client, work):
 
     watcher = threading.Thread(target=kill)
     watcher.start()
-    result = work()
-    watcher.join()
+    try:
+        result = work()
+    finally:
+        ended.set()
+        watcher.join()
     return result, bool(killed)
 
 

@@ -181,7 +181,7 @@ fn polygon(vertices: &[[f64; 3]]) -> Result<Polygon, radgrad_core::Error> {
     Polygon::new(vertices.iter().map(|&v| DVec3::from_array(v)).collect())
 }
 
-/// What a line asks for beside radiosity and gradient in doubles.
+/// The answers that a line asks for beside radiosity and gradient in doubles.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Wanted {
     /// That many decimal digits in place of doubles.
@@ -197,7 +197,7 @@ pub struct Line {
     pub number: usize,
     /// The case as written.
     pub case: Case,
-    /// What is asked for beside.
+    /// The other answers asked for.
     pub wanted: Wanted,
 }
 

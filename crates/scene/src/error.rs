@@ -54,7 +54,7 @@ pub enum Error {
         /// The tolerance as given.
         tolerance: f64,
     },
-    /// What is asked for does not go together.
+    /// Two answers that were asked for do not go together.
     #[error("{first} and {second} do not go together: ask for one of them")]
     Together {
         /// `digits`, `an expression`.
@@ -67,7 +67,7 @@ pub enum Error {
     Expression {
         /// Column of the expression, in bytes from 1.
         column: usize,
-        /// What is wrong there.
+        /// The rule that it breaks there.
         rule: String,
     },
     /// An expression has no value somewhere on the emitter.
@@ -75,7 +75,7 @@ pub enum Error {
     ExpressionNotFinite {
         /// Where.
         point: radgrad_core::DVec3,
-        /// What it gives there.
+        /// Its value there.
         value: f64,
     },
     /// The case is valid, but its answer cannot be represented.

@@ -45,7 +45,7 @@ impl Reading {
     /// The bytes of [`Self::budget`] unless others are asked for: 256 MiB, some 200,000 triangles or eight million texels.
     pub const BUDGET: u64 = 256 << 20;
 
-    /// For what is in memory already.
+    /// For data in memory already.
     pub(crate) const UNLIMITED: u64 = u64::MAX;
 }
 

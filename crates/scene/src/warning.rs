@@ -1,4 +1,4 @@
-//! Warnings of valid scenes that are probably not meant so.
+//! Warnings: properties of a valid scene that are probably not meant.
 
 use std::fmt;
 

@@ -121,3 +121,13 @@ pub enum Error {
         reach: f64,
     },
 }
+
+impl Error {
+    /// The same with a sample's place in the coordinates of the scene.
+    pub(crate) fn at(self, position: DVec3) -> Self {
+        match self {
+            Self::Sample { source, .. } => Self::Sample { position, source },
+            other => other,
+        }
+    }
+}

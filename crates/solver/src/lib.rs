@@ -55,6 +55,7 @@ pub use mesh::shape::Shape;
 pub use picture::hermite::HermitePatch;
 pub use picture::reconstruction::Reconstruction;
 pub use solve::gather::{Gathered, Irradiance};
+pub use solve::gradient::{Gradient, SurfaceGradient};
 pub use solve::options::{Marking, Options, Progress, RelativeTo};
 pub use solve::solution::Solution;
 pub use solve::{solve, solve_from};

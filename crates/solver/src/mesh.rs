@@ -318,7 +318,7 @@ impl Mesh {
         self.found(&beam, known, [face, from.face()], [&[point], from.polygon().vertices()])
     }
 
-    /// What a receiver that is on no face sees of an element, among `known`: exactly for the coordinates as they are.
+    /// The sight of an element from a receiver that is on no face, among `known`: exactly for the coordinates as they are.
     pub(crate) fn sight_in_space(&self, receiver: &Receiver, source: usize, known: Option<&[usize]>) -> Sight {
         let from = &self.elements[source];
         let Some(beam) = Beam::from_receiver(receiver, from.polygon()) else { return Sight::Nothing(None) };

@@ -9,9 +9,10 @@
 //! ([`crate::links::linking`]).
 
 mod check;
+pub(crate) mod detail;
 mod divide;
 pub(crate) mod gather;
-mod gradient;
+pub(crate) mod gradient;
 mod left;
 mod light;
 mod linked;
@@ -165,6 +166,7 @@ pub(crate) fn solve_on(
         bounds: Bounds::default(),
         ground: Ground::of(&mesh),
         proven: OnceLock::new(),
+        details: OnceLock::new(),
         unseen: Vec::new(),
         proven_direct: Vec::new(),
         extent: (high - low).max_element(),
@@ -233,7 +235,7 @@ impl Solution {
         let bounds = Bounds::of(self.bounded(), [self.left_of_direct(), self.left_of_reflected()]);
         self.bounds = bounds.ok_or_else(|| self.lossless())?;
         let links = self.receivers.iter().map(|&receiver| self.links[receiver].len() + self.far[receiver].len()).sum();
-        self.proven = OnceLock::new();
+        (self.proven, self.details) = (OnceLock::new(), OnceLock::new());
         let estimate = self.relative(&self.mean_estimate());
         let bound = if options.bound.is_some() { self.prove()? } else { f64::INFINITY };
         let (round, gathers) = (self.progress.round + 1, self.progress.gathers);

@@ -23,7 +23,7 @@ const TOWERS: &[Tower] = &[
     Tower {
         sources: "../crates/core/src",
         floors: &[
-            &["error"],
+            &["error", "mutant"],
             &["scalar"],
             &["lanes"],
             &["problem"],

@@ -12,6 +12,7 @@ mod layers;
 mod listed;
 mod polynomial_emission;
 mod properties;
+mod readme;
 mod reference_cases;
 mod reference_values;
 mod scale;

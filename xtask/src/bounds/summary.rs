@@ -1,12 +1,11 @@
 //! The bounds table, for people.
 
-use comfy_table::Table as Printed;
 use radgrad_audit::bounds::campaign::{DIGITS_EVERY, MANY_BY_ORACLE_EVERY, MANY_EVERY, ORACLE_EVERY};
 use radgrad_audit::bounds::mark::{Figure, Mark, Rung};
 use radgrad_audit::bounds::table::{FamilyTable, Table};
 use radgrad_audit::run::Run;
 
-use crate::summary::{right_aligned, with_header};
+use crate::summary::{fitted, right_aligned, with_header};
 
 /// What was checked against what, then tightness, then who answered.
 pub(crate) fn of(table: &Table, run: &Run) -> String {
@@ -45,7 +44,7 @@ fn checked(table: &Table, run: &Run) -> String {
 }
 
 /// A row a family: counts, largest and median of error over bound (the median also as bound over error), tolerances met.
-fn tightness(table: &Table) -> Printed {
+fn tightness(table: &Table) -> String {
     let mut printed = with_header(&[
         "family",
         "cases",
@@ -81,7 +80,7 @@ fn tightness(table: &Table) -> Printed {
             kept(table, Mark::Blunt, Mark::Answer),
         ]);
     }
-    right_aligned(printed)
+    fitted(right_aligned(printed))
 }
 
 /// The share of `all` that does not have a mark, in per cent cut (never rounded up to 100).
@@ -95,7 +94,7 @@ fn kept(table: &FamilyTable, mark: Mark, all: Mark) -> String {
 }
 
 /// A row a family: shares of the answers to 1e-12 by rung, and median times by rung.
-fn rungs(table: &Table) -> Printed {
+fn rungs(table: &Table) -> String {
     let mut printed = with_header(&[
         "family",
         "1e-12 by, %\nquadrature",
@@ -117,5 +116,5 @@ fn rungs(table: &Table) -> Printed {
         let shares = Rung::ALL.into_iter().skip(1).map(share);
         printed.add_row([family.to_string()].into_iter().chain(shares).chain(Rung::ALL.map(time)));
     }
-    right_aligned(printed)
+    fitted(right_aligned(printed))
 }

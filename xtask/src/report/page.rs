@@ -48,6 +48,7 @@ pub(super) struct Page<'a> {
     rungs: String,
     rungs_legend: String,
     bounds: Table,
+    search: Table,
     maps: Vec<Group>,
     maps_legend: String,
     maps_told: String,
@@ -74,6 +75,7 @@ impl<'a> Page<'a> {
         worst: &'a [Worst],
         diagrams: Vec<Diagram>,
         pictures: Pictures,
+        search: Table,
     ) -> Self {
         let Pictures { plates, shadow, sight, solved, .. } = pictures;
         let passed = [&audit.run, &audit.bounds_run].iter().all(|run| run.get("passed") == "true");
@@ -101,6 +103,7 @@ impl<'a> Page<'a> {
             rungs: rungs::plot(audit),
             rungs_legend: rungs::legend(),
             bounds: tables::bounds(audit),
+            search,
             maps: heat::groups(audit),
             maps_legend: heat::legend(),
             maps_told: format!(

@@ -1,9 +1,12 @@
 //! The tables of the page, each from one file of the audit.
 
+use std::error::Error;
+
 use radgrad_audit::contender::Contender;
 use radgrad_audit::family::Family;
 use radgrad_audit::mutants::MARGIN;
 use radgrad_core::paper;
+use serde::Deserialize;
 
 use super::audit::{Audit, Figure, thousands};
 use super::errata::Misprint;
@@ -167,4 +170,32 @@ pub(super) fn bounds(audit: &Audit) -> Table {
         table.push(cells);
     }
     table
+}
+
+/// A row of `data/tables/search.csv`.
+#[derive(Debug, Deserialize)]
+pub(super) struct Searched {
+    rung: String,
+    emission: String,
+    sight: String,
+    quantity: String,
+    tried: u64,
+    worst: String,
+    ask: String,
+    why_little: String,
+}
+
+/// The largest error over bound that a search came to, by what a bound is of.
+pub(super) fn search(text: &str) -> Result<Table, Box<dyn Error>> {
+    let titles = ["rung", "emission", "sight", "quantity", "#tried", "#worst error / bound", "asked as", "~why it is small"];
+    let caption = "The largest error over its bound that a search came to, which changes the worst cases found a little and keeps what \
+                   is worse; cargo xtask verify --bounds goes on from there";
+    let mut table = Table::new(caption, &["search.csv"], &titles);
+    for row in csv::Reader::from_reader(text.as_bytes()).deserialize() {
+        let Searched { rung, emission, sight, quantity, tried, worst, ask, why_little } = row?;
+        let texts = [&rung, &emission, &sight, &quantity].map(|text| Cell::from(text));
+        let others = [Cell::from(tried), figure(&worst), Cell::code(&ask), Cell::from(&why_little)];
+        table.push(texts.into_iter().chain(others));
+    }
+    Ok(table)
 }

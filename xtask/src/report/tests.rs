@@ -50,7 +50,7 @@ fn audit(folder: &Folder, violation: Option<&str>) -> Result<(), Box<dyn Error>>
     let bounds = campaign::table(&campaign::run(200, &FAMILIES, 1, Part::WHOLE), || ());
     bounds.write_bounds(create("bounds.csv")?)?;
     bounds.write_figures(create("bounds-figures.csv")?)?;
-    mutants::write(&mutants(1, 3, 1e-9), 1e-9, create("mutants.csv")?)?;
+    mutants::write(&mutants(1, 3, 1e-9).0, 1e-9, create("mutants.csv")?)?;
     Comparison::compute(1, &FAMILIES, 3).write(create("comparison.csv")?)?;
     Stability::compute([3, 2], || ()).write(create("stability.csv")?)?;
     let mut record = Record::new("bounds", 1, 200);

@@ -13,7 +13,7 @@ const LOOSE: [f64; 4] = [1.0, 1e-3, 1e-6, 1e-9];
 pub const DIGITS_EVERY: u64 = 17;
 
 /// One of so many is held against the oracle.
-pub const ORACLE_EVERY: u64 = 151;
+pub const ORACLE_EVERY: u64 = 19;
 
 /// In one of so many, 30, 50 or 100 digits are held against twice as many.
 pub const MANY_EVERY: u64 = 1009;

@@ -134,7 +134,9 @@ fn view3d(
     write_matrix(out, header, &by_surface.areas, rows, &emittances)
 }
 
-/// `ZoneProperty:UserViewFactors:BySurfaceName`: the zone has the name of the scene's file; pairs that are not there are 0.
+/// `ZoneProperty:UserViewFactors:BySurfaceName`: the zone, which has the name of the scene's file, then for each pair the surface that
+/// sees, the one that is seen, and the factor. All pairs are there, also those of 0: older versions refuse an object that has fewer than
+/// the square of the zone's surfaces.
 fn energy_plus(mut out: impl Write, scene: &Scene, file: &Path, by_surface: &SurfaceMatrix) -> Result<(), io::Error> {
     // Commas and semicolons end a field, `!` begins a comment.
     let field = |text: &str| text.replace([',', ';', '!', '\n', '\r'], "_");
@@ -143,7 +145,7 @@ fn energy_plus(mut out: impl Write, scene: &Scene, file: &Path, by_surface: &Sur
     writeln!(out, "ZoneProperty:UserViewFactors:BySurfaceName,")?;
     write!(out, "  {}", field(&zone))?;
     for (i, row) in by_surface.rows.iter().enumerate() {
-        for (j, found) in row.iter().enumerate().filter(|(_, found)| found.factor != 0.0) {
+        for (j, found) in row.iter().enumerate() {
             write!(out, ",\n  {}, {}, {:?}", name(i), name(j), found.factor)?;
         }
     }

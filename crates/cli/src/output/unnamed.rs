@@ -1,4 +1,4 @@
-//! Files without a name, which nothing is left of when the program ends (`O_TMPFILE` of Linux), until they are linked to a place.
+//! Files without a name (`O_TMPFILE` of Linux): they vanish when the program ends, unless they are linked to a place.
 
 use std::fs::File;
 use std::io;

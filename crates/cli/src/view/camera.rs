@@ -32,11 +32,11 @@ impl Camera {
         Ok(Self { eye, forward, right: right * half, up: right.cross(forward) * half })
     }
 
-    /// The direction through the centre of a pixel, counted from the upper left one.
-    pub(super) fn direction(&self, [column, row]: [usize; 2], [width, height]: [usize; 2]) -> DVec3 {
+    /// The direction through a place of a pixel, counted from the upper left one; the place from its upper left corner.
+    pub(super) fn direction(&self, [column, row]: [usize; 2], [x, y]: [f64; 2], [width, height]: [usize; 2]) -> DVec3 {
         let half = 0.5 * height as f64;
-        let across = (column as f64 + 0.5 - 0.5 * width as f64) / half;
-        let upward = (half - row as f64 - 0.5) / half;
+        let across = (column as f64 + x - 0.5 * width as f64) / half;
+        let upward = (half - row as f64 - y) / half;
         self.forward + self.right * across + self.up * upward
     }
 }
@@ -48,8 +48,8 @@ mod tests {
     #[test]
     fn the_middle_is_the_target_and_the_edge_half_the_field_of_view() {
         let camera = Camera::parse("0 0 0, 0 0 -2, 0 1 0, 90").unwrap();
-        assert!((camera.direction([1, 1], [3, 3]) - DVec3::new(0.0, 0.0, -1.0)).length() < 1e-15);
-        let corner = camera.direction([0, 0], [3, 3]);
+        assert!((camera.direction([1, 1], [0.5; 2], [3, 3]) - DVec3::new(0.0, 0.0, -1.0)).length() < 1e-15);
+        let corner = camera.direction([0, 0], [0.5; 2], [3, 3]);
         assert!((corner - DVec3::new(-2.0 / 3.0, 2.0 / 3.0, -1.0)).length() < 1e-15, "{corner}");
     }
 

@@ -8,8 +8,13 @@ const VERSION: u32 = 2;
 const LONG_NAMES: u32 = 0x400;
 const FLOAT: i32 = 2;
 
-/// Writes channels, each a name and its values row by row from the upper left.
-pub(super) fn write(out: &mut dyn Write, size: [usize; 2], mut channels: Vec<(String, Vec<f64>)>) -> io::Result<()> {
+/// Writes channels, each a name and its values row by row from the upper left, and attributes that are texts.
+pub(super) fn write(
+    out: &mut dyn Write,
+    size: [usize; 2],
+    mut channels: Vec<(String, Vec<f64>)>,
+    said: &[(&str, &str)],
+) -> io::Result<()> {
     let too_large = |_| io::Error::other("more pixels than an EXR file has");
     let [width, height] = size;
     let [right, bottom] = [i32::try_from(width).map_err(too_large)? - 1, i32::try_from(height).map_err(too_large)? - 1];
@@ -38,6 +43,9 @@ pub(super) fn write(out: &mut dyn Write, size: [usize; 2], mut channels: Vec<(St
     attribute(&mut header, "pixelAspectRatio", "float", &1.0_f32.to_le_bytes())?;
     attribute(&mut header, "screenWindowCenter", "v2f", &[0; 8])?;
     attribute(&mut header, "screenWindowWidth", "float", &1.0_f32.to_le_bytes())?;
+    for (name, text) in said {
+        attribute(&mut header, name, "string", text.as_bytes())?;
+    }
     header.push(0);
     out.write_all(&header)?;
 
@@ -79,7 +87,9 @@ mod tests {
     fn a_file_has_its_channels_in_order_and_its_rows_where_the_table_says() {
         let mut file = Vec::new();
         let channels = vec![("R".to_owned(), vec![1.0, 2.0, 3.0, 4.0]), ("B".to_owned(), vec![5.0, 6.0, 7.0, 8.0])];
-        write(&mut file, [2, 2], channels).unwrap();
+        write(&mut file, [2, 2], channels, &[("unit", "W/m2")]).unwrap();
+        let said = b"unit\0string\0\x04\0\0\0W/m2";
+        assert!(file.windows(said.len()).any(|part| part == said));
         assert_eq!(file[..8], [0x76, 0x2f, 0x31, 0x01, 2, 0, 0, 0]);
         let row = 8 + 2 * 2 * 4;
         let table = file.len() - 2 * row - 16;

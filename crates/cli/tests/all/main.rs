@@ -1,5 +1,6 @@
 //! One program for all tests of the public interface, so that it is compiled and linked once.
 
+mod audit;
 mod eval;
 mod hostile;
 mod scenes;

@@ -51,6 +51,10 @@ fn the_factors_are_written_in_every_format_and_they_agree() {
         assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
         let report = text(&output.stdout);
         assert!(report.starts_with("21 faces of 16 surfaces, ") && report.contains("\nrepaired  "), "{report}");
+        assert!(
+            report.contains("\nclosure  ") && report.contains(" before, ") && report.trim_end().ends_with(" after"),
+            "{report}"
+        );
     }
     let [csv, view3d, matrix_market, energy_plus] = files.map(|file| fs::read_to_string(file).unwrap());
     let numbers = |text: &str| -> Vec<Vec<f64>> {
@@ -75,6 +79,9 @@ fn the_factors_are_written_in_every_format_and_they_agree() {
     assert_eq!(coordinates[0], [21.0, 21.0, csv.lines().count() as f64 - 1.0]);
     assert!(coordinates.contains(&vec![1.0, 3.0, factor]));
     assert!(energy_plus.contains(&format!(",\n  room_top, room_north, {factor:?}")), "{energy_plus}");
+    // A line for the object, one for the zone, and one for each pair, also with itself.
+    assert_eq!(energy_plus.lines().count(), 2 + 16 * 16);
+    assert!(energy_plus.contains(",\n  room_top, room_top, 0.0,"), "{energy_plus}");
 }
 
 #[test]
@@ -87,6 +94,32 @@ fn blocks_of_rows_join_to_the_whole_byte_for_byte() {
     };
     let parts = ["1/3", "2/3", "3/3"].map(|block| write(&format!("part{}.csv", &block[..1]), &["--rows", block]));
     assert_eq!(parts.concat(), write("all.csv", &[]));
+}
+
+#[test]
+fn an_interrupted_run_goes_on_to_the_same_bytes() {
+    let (kept, out) = (place("kept.jsonl"), place("resumed.csv"));
+    let _ = fs::remove_file(&kept);
+    let run = |tolerance: &str| {
+        radgrad(&["factors", ROOM, "--tolerance", tolerance, "--out", out.to_str().unwrap(), "--resume", kept.to_str().unwrap()])
+    };
+    assert_eq!(run("0.05").status.code(), Some(0));
+    let (whole, rows) = (fs::read(&out).unwrap(), fs::read_to_string(&kept).unwrap());
+    assert_eq!(rows.lines().count(), 1 + 21);
+    // A kill in the midst of the twelfth line.
+    let end = rows.match_indices('\n').nth(11).unwrap().0 - 10;
+    fs::write(&kept, &rows[..end]).unwrap();
+    let again = run("0.05");
+    assert_eq!(again.status.code(), Some(0), "{}", text(&again.stderr));
+    assert_eq!(fs::read(&out).unwrap(), whole);
+    let completed = fs::read_to_string(&kept).unwrap();
+    assert!(completed.starts_with(&rows[..end - 100]) && completed.lines().count() == 1 + 21);
+    // What was asked for with other settings is not taken for it.
+    let other = run("0.04");
+    assert_eq!(other.status.code(), Some(2));
+    assert!(text(&other.stderr).contains("other settings"), "{}", text(&other.stderr));
+    fs::write(&kept, "{}\n").unwrap();
+    assert!(text(&run("0.05").stderr).contains("line 1 is none of --resume"));
 }
 
 #[test]

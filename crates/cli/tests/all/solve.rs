@@ -45,6 +45,16 @@ impl Drop for Folder {
     }
 }
 
+/// The numbers of an array of a VTU file.
+fn numbers(vtu: &str, name: &str) -> Vec<f64> {
+    let (_, rest) = vtu.split_once(&format!("Name=\"{name}\"")).unwrap();
+    let (_, rest) = rest.split_once('>').unwrap();
+    rest.split_once('<').unwrap().0.split_whitespace().map(|number| number.parse().unwrap()).collect()
+}
+
+/// Channels that no two can be taken for each other: red is not reflected at all, green twice as much as blue.
+const COLOURED: &str = "newmtl white\nKd 0 0.5 0.25\nKe 0.3183098861837907 0.6366197723675814 0.9549296585513721\n";
+
 fn lines(output: &Output) -> Vec<Value> {
     std::str::from_utf8(&output.stdout).unwrap().lines().map(|line| serde_json::from_str(line).unwrap()).collect()
 }
@@ -69,9 +79,8 @@ fn points_are_answered_in_their_order_inside_their_bounds() {
 #[test]
 fn sensors_are_answered_in_their_channels_on_faces_and_in_space() {
     let folder = Folder::new("sensors");
-    // Red is not reflected at all; a square from half its side below its middle has a known form factor.
-    let mtl = "newmtl white\nKd 0 0.5 0.25\nKe 0.3183098861837907 0.6366197723675814 0.9549296585513721\n";
-    std::fs::write(folder.0.join("squares.mtl"), mtl).unwrap();
+    // A square from half its side below its middle has a known form factor.
+    std::fs::write(folder.0.join("squares.mtl"), COLOURED).unwrap();
     let points = r#"{"position":[0.5,0.5,0.5],"normal":[0,0,2]}
 {"position":[0.5,0.5,0],"normal":[0,0,1]}
 {"position":[0.5,0.5,0],"normal":[0,0,1],"on":"free"}
@@ -170,11 +179,6 @@ fn what_has_no_answer_is_refused_with_its_faces() {
 #[test]
 fn files_of_a_scene_far_away_have_its_own_coordinates_and_unit() {
     let folder = Folder::new("far");
-    let numbers = |vtu: &str, name: &str| -> Vec<f64> {
-        let (_, rest) = vtu.split_once(&format!("Name=\"{name}\"")).unwrap();
-        let (_, rest) = rest.split_once('>').unwrap();
-        rest.split_once('<').unwrap().0.split_whitespace().map(|number| number.parse().unwrap()).collect()
-    };
     let found = |shift: f64, unit: f64| {
         let moved = |line: &str| match line.strip_prefix("v ") {
             Some(v) => {
@@ -190,7 +194,7 @@ fn files_of_a_scene_far_away_have_its_own_coordinates_and_unit() {
         assert_eq!(folder.solve(&files).status.code(), Some(0));
         let vtu = folder.read("out.vtu");
         let exr = std::fs::read(folder.0.join("view.exr")).unwrap();
-        (numbers(&vtu, "position"), numbers(&vtu, "gradient r"), exr)
+        (numbers(&vtu, "position"), numbers(&vtu, "gradient"), exr)
     };
     let (positions, gradients, picture) = found(0.0, 1.0);
     let large = 2f64.powi(500);
@@ -208,9 +212,6 @@ fn files_are_whole_and_have_what_they_say() {
     let folder = Folder::new("files");
     assert_eq!(folder.solve(&["--out", "out.vtu"]).status.code(), Some(0));
     let vtu = folder.read("out.vtu");
-    for name in ["radiosity r", "gradient g", "lower b", "upper b", "discretisation r"] {
-        assert!(vtu.contains(&format!("Name=\"{name}\"")), "{name}");
-    }
     assert!(vtu.trim_end().ends_with("</VTKFile>") && !vtu.contains("NaN") && !vtu.contains("inf"));
     assert_eq!(folder.solve(&["--out", "out.ply"]).status.code(), Some(0));
     let ply = folder.read("out.ply");
@@ -220,6 +221,56 @@ fn files_are_whole_and_have_what_they_say() {
     let wrong = folder.solve(&["--out", "out.xyz"]);
     assert_eq!(wrong.status.code(), Some(2));
     assert!(String::from_utf8(wrong.stderr).unwrap().contains("out.xyz: expected a name ending in .vtu or .ply"));
+}
+
+#[test]
+fn a_vtu_has_each_channel_in_its_component_between_its_bounds() {
+    let folder = Folder::new("vtu");
+    std::fs::write(folder.0.join("squares.mtl"), COLOURED).unwrap();
+    let obj = SQUARES.replace("f 1 2 3 4", "g floor\nf 1 2 3 4").replace("f 5 6 7 8", "g ceiling\nf 5 6 7 8");
+    std::fs::write(folder.0.join("squares.obj"), obj).unwrap();
+    let points = "{\"position\":[0,0,0],\"normal\":[0,0,1]}\n";
+    std::fs::write(folder.0.join("points.jsonl"), points).unwrap();
+    let output = folder.solve(&["--out", "out.vtu", "--points", "points.jsonl"]);
+    assert_eq!(output.status.code(), Some(0));
+    let (vtu, corner) = (folder.read("out.vtu"), &lines(&output)[0]);
+    for (name, components) in [("radiosity", 3), ("lower", 3), ("upper", 3), ("estimate", 3), ("gradient", 9), ("solver", 3)] {
+        assert!(vtu.contains(&format!("Name=\"{name}\" NumberOfComponents=\"{components}\" ComponentName0=\"r")), "{name}");
+    }
+    let [position, radiosity, lower, upper, estimate, gradient] =
+        ["position", "radiosity", "lower", "upper", "estimate", "gradient"].map(|name| numbers(&vtu, name));
+    assert!(radiosity.len() == position.len() && gradient.len() == 3 * radiosity.len() && position.len() >= 24);
+    let mut corners = 0;
+    for point in 0..position.len() / 3 {
+        let at: [f64; 3] = std::array::from_fn(|k| position[3 * point + k]);
+        for channel in 0..3 {
+            let k = 3 * point + channel;
+            assert!(0.0 <= lower[k] && lower[k] <= radiosity[k] && radiosity[k] <= upper[k] && estimate[k] >= 0.0);
+            let slope = &gradient[3 * k..3 * k + 3];
+            assert_eq!(slope[2], 0.0, "faces are level");
+            let inward = slope[0] * (0.5 - at[0]) + slope[1] * (0.5 - at[1]);
+            if channel == 0 {
+                assert!((radiosity[k] - 1.0).abs() < 1e-12 && inward.abs() < 1e-10 && upper[k] - lower[k] < 1e-6);
+            } else if at == [0.0; 3] {
+                let known = corner["radiosity"][channel].as_f64().unwrap();
+                assert!((radiosity[k] - known).abs() < 0.01 && (lower[k]..=upper[k]).contains(&known), "{channel}: {known}");
+                let known: Vec<f64> = (0..3).map(|axis| corner["gradient"][channel][axis].as_f64().unwrap()).collect();
+                let is_near = (0..3).all(|axis| (slope[axis] - known[axis]).abs() < 0.05 * known[0]);
+                assert!(inward > 0.0 && is_near, "{channel}: {slope:?} for {known:?}");
+                corners += 1;
+            }
+        }
+    }
+    assert_eq!(corners, 2);
+    for (name, number) in [("surface floor", 0.0), ("surface ceiling", 1.0), ("channel g", 1.0)] {
+        assert_eq!(numbers(&vtu, name), [number], "{name}");
+    }
+    assert!(vtu.contains("unit of radiosity: pi times the unit"));
+    let (surface, offsets) = (numbers(&vtu, "surface"), numbers(&vtu, "offsets"));
+    for (cell, surface) in surface.iter().enumerate() {
+        let height = position.chunks_exact(3).zip(1..).find(|(_, end)| f64::from(*end) == offsets[cell]).map(|(at, _)| at[2]);
+        assert_eq!(Some(*surface), height, "the floor is at 0 and the ceiling at 1");
+    }
 }
 
 #[test]
@@ -305,12 +356,47 @@ fn a_view_has_the_radiosity_of_what_is_seen_and_its_bound() {
         assert!((at(1, 0, 1) - at(1, 0, 3)).abs() < 1e-3 && at(1, 0, 1) < value);
     }
     let view = [&["--view", "view.png"][..], &camera].concat();
-    let output = folder.solve(&view);
-    assert!(String::from_utf8_lossy(&output.stderr).contains("view.png: sRGB of B/(B + "));
-    assert!(std::fs::read(folder.0.join("view.png")).unwrap().starts_with(b"\x89PNG"));
+    let shades = |more: &[&str], said: &str| {
+        let output = folder.solve(&[&view[..], more].concat());
+        assert!(String::from_utf8_lossy(&output.stderr).contains(said), "{}", String::from_utf8_lossy(&output.stderr));
+        let file = std::fs::File::open(folder.0.join("view.png")).unwrap();
+        let mut reader = png::Decoder::new(std::io::BufReader::new(file)).read_info().unwrap();
+        let mut bytes = vec![0; reader.output_buffer_size().unwrap()];
+        reader.next_frame(&mut bytes).unwrap();
+        bytes
+    };
+    let plain = shades(&[], "view.png: tone curve reinhard, exposure 0: sRGB of B/(B + ");
+    let bright = shades(&["--exposure", "2"], "exposure 2");
+    let linear = shades(&["--tone", "linear", "--exposure", "3"], "cut at 1 in 60.00 % of the pixels");
+    // Pixels beside the floor are black.
+    assert!(plain.len() == 45 && plain.iter().zip(&bright).all(|(plain, bright)| plain < bright || (*plain, *bright) == (0, 0)));
+    assert!(linear[21..24] == [255; 3] && plain[21..24].iter().all(|byte| (1..255).contains(byte)));
     let wrong = folder.solve(&[&["--view", "view.jpg"][..], &camera].concat());
     assert_eq!(wrong.status.code(), Some(2));
     assert!(String::from_utf8_lossy(&wrong.stderr).contains("view.jpg: expected a name ending in .exr or .png"));
+}
+
+#[test]
+fn a_picture_has_each_channel_and_bound_in_its_place_and_says_what_it_is() {
+    let folder = Folder::new("channels");
+    std::fs::write(folder.0.join("squares.mtl"), COLOURED).unwrap();
+    let view = ["--view", "view.exr", "--camera", "0.5 0.5 0.9, 0.5 0.5 0, 0 1 0, 10", "--size", "1x1"];
+    let seen = |more: &[&str]| -> Vec<f64> {
+        assert_eq!(folder.solve(&[&view[..], more].concat()).status.code(), Some(0));
+        let exr = std::fs::read(folder.0.join("view.exr")).unwrap();
+        for said in ["quantity\0string\0\x09\0\0\0radiosity", "unit\0string\0", "B\0", "bound.R\0"] {
+            assert!(exr.windows(said.len()).any(|part| part == said.as_bytes()), "{said}");
+        }
+        exr[exr.len() - 24..].chunks_exact(4).map(|bytes| f64::from(f32::from_le_bytes(bytes.try_into().unwrap()))).collect()
+    };
+    // Blue, green, red and their bounds.
+    for shading in [&[][..], &["--gather"], &["--hermite"], &["--samples", "16"]] {
+        let found = seen(shading);
+        for (value, known) in found.iter().zip([3.189_230_123, 2.266_605_395, 1.0]) {
+            assert!((value - known).abs() < 2e-3, "{shading:?}: {found:?}");
+        }
+        assert!(found[5] < 1e-6 && found[3] > 1e-4 && found[4] > 1.3 * found[3], "{shading:?}: {found:?}");
+    }
 }
 
 #[test]

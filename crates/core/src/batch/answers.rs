@@ -7,6 +7,22 @@ use crate::lanes::lane::Lane;
 
 /// One entry of each array a receiver, or an emitter. Arrays that were not asked for are empty. Kept from one batch to the next
 /// it is not allocated again.
+///
+/// ```
+/// use radgrad_core::batch::{Answers, Engine, Receivers};
+/// // A square lamp of side 1 over two receivers: a length under its corner, and under its middle.
+/// # use radgrad_core::{DVec3, Emission, Emitter, Polygon};
+/// # let corners = [(0.0, 0.0), (0.0, 1.0), (1.0, 1.0), (1.0, 0.0)].map(|(x, y)| DVec3::new(x, y, 1.0));
+/// # let lamp = Emitter::new(Polygon::new(corners.to_vec())?, Emission::Constant(1.0))?;
+/// # let (x, zero, one) = ([0.0, 0.5], [0.0_f64; 2], [1.0; 2]);
+/// # let floor = Receivers::new([&x, &x, &zero], [&zero, &zero, &one], &[1.0])?; // under a corner and under the middle
+///
+/// let mut answers = Answers::new();
+/// Engine::new().radiosity_to(&floor, &lamp, 1e-9, &mut answers)?;
+/// assert_eq!((answers.radiosity.len(), answers.radiosity_error.len()), (2, 2));
+/// assert!(answers.gradient[0].is_empty()); // not asked for
+/// # Ok::<(), radgrad_core::Error>(())
+/// ```
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Answers<F = f64> {
     /// Radiosity `B(x)`, in the unit of the emission.
@@ -24,6 +40,22 @@ pub struct Answers<F = f64> {
 }
 
 /// How many entries were answered in each way.
+///
+/// ```
+/// use radgrad_core::batch::{Answers, Counts, Engine, Receivers};
+/// // A square lamp of side 1 over two receivers: a length under its corner, and under its middle.
+/// # use radgrad_core::{DVec3, Emission, Emitter, Polygon};
+/// # let corners = [(0.0, 0.0), (0.0, 1.0), (1.0, 1.0), (1.0, 0.0)].map(|(x, y)| DVec3::new(x, y, 1.0));
+/// # let lamp = Emitter::new(Polygon::new(corners.to_vec())?, Emission::Constant(1.0))?;
+/// # let (x, zero, one) = ([0.0, 0.5], [0.0_f64; 2], [1.0; 2]);
+/// # let floor = Receivers::new([&x, &x, &zero], [&zero, &zero, &one], &[1.0])?; // under a corner and under the middle
+///
+/// let away = Receivers::new([&x, &x, &zero], [&zero, &zero, &[1.0, -1.0]], &[1.0])?; // one up, one down
+/// let mut answers = Answers::new();
+/// Engine::new().radiosity(&away, &lamp, &mut answers)?;
+/// assert_eq!(answers.counts, Counts { whole: 1, zero: 1, ..Counts::default() });
+/// # Ok::<(), radgrad_core::Error>(())
+/// ```
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Counts {
     /// Nothing to compute: behind the emitter or in its plane, or all of it below the horizon. Exactly 0.
@@ -60,6 +92,11 @@ pub(super) struct Asked {
 #[allow(private_bounds, reason = "what lanes need of a number is not for others to implement")]
 impl<F: Lane> Answers<F> {
     /// Empty arrays, to be filled.
+    ///
+    /// ```
+    /// # use radgrad_core::batch::Answers;
+    /// assert!(Answers::<f32>::new().radiosity.is_empty());
+    /// ```
     #[must_use]
     pub fn new() -> Self {
         Self::default()

@@ -33,7 +33,27 @@ const TO_SHARE: usize = 4096;
 /// Emitters in a tree, made once for any number of receivers. Constant and linear emitters go into the tree; polynomial and concave
 /// ones, and those beyond the range of double precision, are answered one by one for every receiver.
 ///
-/// Making it takes about as long as ten receivers take without it; the first receivers find what the others use.
+/// A far field is found when a receiver first asks for it, so that the first receivers take longer than those that follow.
+///
+/// ```
+/// use radgrad_core::batch::{Answers, EmitterTree, Engine, Receivers};
+/// // A square lamp of side 1, a length over the floor, as 50 x 50 emitters.
+/// # use radgrad_core::{DVec3, Emission, Emitter, Polygon};
+/// # let cell = |i: u32| {
+/// #     let (x, y) = (f64::from(i % 50) * 0.02, f64::from(i / 50) * 0.02);
+/// #     let corners = [(0.0, 0.0), (0.0, 0.02), (0.02, 0.02), (0.02, 0.0)].map(|(u, v)| DVec3::new(x + u, y + v, 1.0));
+/// #     Emitter::new(Polygon::new(corners.to_vec())?, Emission::Constant(1.0))
+/// # };
+/// # let ceiling = (0..2500).map(cell).collect::<Result<Vec<_>, _>>()?;
+///
+/// let tree = EmitterTree::new(&ceiling);
+/// let corner = Receivers::new([&[0.0]; 3], [&[0.0], &[0.0], &[1.0]], &[1.0])?;
+/// let mut answers = Answers::new();
+/// Engine::new().total(&corner, &tree, 1e-4, &mut answers)?;
+/// assert!((answers.radiosity[0] - 0.138_531_605_994_893).abs() <= answers.radiosity_error[0]);
+/// assert!(answers.radiosity_error[0] <= 1e-4);
+/// # Ok::<(), radgrad_core::Error>(())
+/// ```
 #[derive(Debug, Clone)]
 pub struct EmitterTree<'a> {
     pub(super) emitters: Cow<'a, [Emitter]>,
@@ -101,6 +121,13 @@ impl<'a> EmitterTree<'a> {
     }
 
     /// Number of emitters.
+    ///
+    /// ```
+    /// # use radgrad_core::{DVec3, Emission, Emitter, Polygon, batch::EmitterTree};
+    /// let lamp = Emitter::new(Polygon::new(vec![DVec3::X, DVec3::Y, DVec3::Z])?, Emission::Constant(1.0))?;
+    /// assert_eq!(EmitterTree::new(&[lamp.clone(), lamp]).count(), 2);
+    /// # Ok::<(), radgrad_core::Error>(())
+    /// ```
     #[must_use]
     pub fn count(&self) -> usize {
         self.emitters.len()

@@ -70,6 +70,13 @@ impl<'a, F: Lane> Emitters<'a, F> {
     }
 
     /// Number of emitters.
+    ///
+    /// ```
+    /// # use radgrad_core::{DVec3, Emission, Emitter, Polygon, batch::Emitters};
+    /// let lamp = Emitter::new(Polygon::new(vec![DVec3::X, DVec3::Y, DVec3::Z])?, Emission::Constant(1.0))?;
+    /// assert_eq!(Emitters::<f32>::new(&[lamp.clone(), lamp]).count(), 2);
+    /// # Ok::<(), radgrad_core::Error>(())
+    /// ```
     #[must_use]
     pub const fn count(&self) -> usize {
         self.emitters.len()

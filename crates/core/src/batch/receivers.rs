@@ -29,6 +29,16 @@ pub struct Receivers<'a, F = f64> {
 impl<'a, F: Lane> Receivers<'a, F> {
     /// Receivers at `position` (x, y, z) facing along `normal` (of any length), with one reflectance for each or one for all.
     ///
+    /// ```
+    /// use radgrad_core::{Error, batch::Receivers};
+    /// let (zero, one) = ([0.0; 3], [1.0; 3]);
+    /// assert!(Receivers::new([&zero; 3], [&zero, &zero, &one], &one).is_ok());
+    /// let short = Receivers::new([&zero[..2], &zero, &zero], [&zero, &zero, &one], &one).unwrap_err();
+    /// assert_eq!(short, Error::Lengths { expected: 2, given: 3 });
+    /// let flat = Receivers::new([&zero; 3], [&zero; 3], &one).unwrap_err();
+    /// assert!(matches!(flat, Error::InBatch { index: 0, .. })); // a normal of length 0
+    /// ```
+    ///
     /// # Errors
     /// If the slices differ in length, or a receiver is one that [`Receiver::new`] refuses.
     pub fn new(position: [&'a [F]; 3], normal: [&'a [F]; 3], reflectance: &'a [F]) -> Result<Self, Error> {
@@ -57,6 +67,12 @@ impl<'a, F: Lane> Receivers<'a, F> {
     }
 
     /// Number of receivers.
+    ///
+    /// ```
+    /// # use radgrad_core::batch::Receivers;
+    /// assert_eq!(Receivers::new([&[0.0; 4]; 3], [&[1.0; 4]; 3], &[0.5])?.count(), 4);
+    /// # Ok::<(), radgrad_core::Error>(())
+    /// ```
     #[must_use]
     pub const fn count(&self) -> usize {
         self.position[0].len()

@@ -23,6 +23,26 @@ use crate::problem::receiver::Receiver;
 use crate::scalar::number::ROUNDOFF;
 
 /// How the emitters were answered, summed over receivers.
+///
+/// ```
+/// use radgrad_core::batch::{Answers, EmitterTree, Engine, Receivers};
+/// // A square lamp of side 1, a length over the floor, as 50 x 50 emitters.
+/// # use radgrad_core::{DVec3, Emission, Emitter, Polygon};
+/// # let cell = |i: u32| {
+/// #     let (x, y) = (f64::from(i % 50) * 0.02, f64::from(i / 50) * 0.02);
+/// #     let corners = [(0.0, 0.0), (0.0, 0.02), (0.02, 0.02), (0.02, 0.0)].map(|(u, v)| DVec3::new(x + u, y + v, 1.0));
+/// #     Emitter::new(Polygon::new(corners.to_vec())?, Emission::Constant(1.0))
+/// # };
+/// # let ceiling = (0..2500).map(cell).collect::<Result<Vec<_>, _>>()?;
+///
+/// let (zero, half) = ([0.0; 2], [0.5; 2]);
+/// let two = Receivers::new([&half, &half, &[0.0, 2.0]], [&zero, &zero, &[1.0, -1.0]], &[1.0])?; // under it, and over it
+/// let mut answers = Answers::new();
+/// let tally = Engine::new().total(&two, &EmitterTree::new(&ceiling), 1e-4, &mut answers)?;
+/// assert_eq!(tally.below + tally.behind + tally.weak + tally.together + tally.alone, 2 * 2500);
+/// assert_eq!(tally.behind, 2500); // they shine down, so the one above sees their backs
+/// # Ok::<(), radgrad_core::Error>(())
+/// ```
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Tally {
     /// Emitters left out because all of their node is below the receiver's horizon.
@@ -188,7 +208,7 @@ impl TreeWalk<'_> {
         room.start(self.tree);
         loop {
             self.walk(receiver, share, room, tally);
-            let left_out = room.left_out() * UP;
+            let left_out = mutant!("tree.left-out", room.left_out() * UP, |left_out| 0.0 * left_out);
             if left_out <= 0.75 * allowed || share <= allowed * 1e-9 {
                 room.count(self.tree, entry, tally);
                 let mut sum = self.near(receiver, allowed, room)?;
@@ -212,7 +232,7 @@ impl TreeWalk<'_> {
                 tally.below += node.count as u64;
             } else if sight.behind {
                 tally.behind += node.count as u64;
-            } else if sight.most <= share {
+            } else if mutant!("tree.weak", sight.most, |most| 1e-3 * most) <= share {
                 room.weak.push(Decided { place, index, bound: sight.most });
             } else if sight.whole
                 && let Some(far) = node.far_field(&grove.lamps)

@@ -208,7 +208,8 @@ fn decide<S: Simd, F: Lane, O: Outline<S, F>, B: BoundarySums<S, F>, const GRADI
     let in_range = farthest_square.at_most(constant(simd, F::FARTHEST * F::FARTHEST));
     // Squares of the heights with their signs, against the squares of the least heights whose sign is sure.
     let signed = |height: Lanes<S, F>| height * height.abs();
-    let sure = farthest_square * constant(simd, (16.0 * F::ROUNDOFF) * (16.0 * F::ROUNDOFF));
+    let sure =
+        farthest_square * constant(simd, mutant!("batch.sure", (16.0 * F::ROUNDOFF) * (16.0 * F::ROUNDOFF), |sure| 1e-8 * sure));
     let sure_side = farthest_square * outline.height_share(simd);
     let behind_plane = outline.normal(simd).dot(first.seen.r);
     let depth = signed(behind_plane);

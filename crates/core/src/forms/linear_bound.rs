@@ -150,9 +150,9 @@ impl Errors {
         let defect = polygon.planarity_defect() * power;
         let reach = to_first.x.abs() + to_first.y.abs() + to_first.z.abs();
         let unknown = reach * (polygon.normal_error() + 8.0 * ROUNDOFF_OF_DOUBLE_DOUBLE) + defect;
-        let height = seen.height + unknown * (1.0 / ROUNDOFF);
+        let height = mutant!("linear-bound.height", seen.height + unknown * (1.0 / ROUNDOFF), |error| 0.1 * error);
         let lost = (2.0 * steepness * defect + emission.residual) * (1.0 / ROUNDOFF);
-        let beta = 5.0 * steepness * to_first.norm() + seen.beta.abs() + lost;
+        let beta = mutant!("linear-bound.beta", 5.0 * steepness * to_first.norm() + seen.beta.abs() + lost, |error| 0.1 * error);
         let gradient = 2.0 * emission.gradient_error() / power;
         let is_known = polygon.normal_error() <= NEGLIGIBLE && gradient <= NEGLIGIBLE * steepness && height <= 1e10 * seen.height;
         let additions = (polygon.vertices().len() - 1) as f64;
@@ -186,7 +186,9 @@ impl Errors {
         self.first = plus_first(self.first, Vec3::new(angles, slopes, x1), count);
         let flux = added.contour.flux.abs();
         let (facing, of_flux) = (n1.dot(added.contour.outward).abs(), self.flux(ew, [g, turned], added));
-        let contour = facing * (of_flux + flux * 4.5) + flux * (self.additions + 8.5);
+        let contour =
+            mutant!("linear-bound.contour", facing * (of_flux + flux * 4.5) + flux * (self.additions + 8.5), |contour| contour
+                * 0.1);
         let edges = self.edges(ew, [g, dg, ds], (arc, added));
         self.second = plus_first(self.second, Vec3::new(contour, edges, flux), count);
         Some(())
@@ -215,21 +217,32 @@ impl Errors {
             return None;
         }
         let w = both(simd, [ew, ew]);
-        let of_phi = (s * (d * 16.0 + distance * (w + 5.0)) + d * r * 6.0) / foot_square + phi * 4.0;
+        let of_phi = mutant!(
+            "linear-bound.phi",
+            (s * (d * 16.0 + distance * (w + 5.0)) + d * r * 6.0) / foot_square + phi * 4.0,
+            |error| error * 0.1
+        );
         let (half, one) = (f64x8::splat(simd, 0.5), f64x8::splat(simd, 1.0));
-        let (product, of_psi) = (phi * psi, psi * (w + 15.5) + 6.0);
-        let of_logarithm = logarithm * 8.0 + (3.5 + self.height / height);
+        let (product, of_psi) = (phi * psi, mutant!("linear-bound.psi", psi * (w + 15.5) + 6.0, |error| error * 0.1));
+        let of_logarithm = mutant!("linear-bound.logarithm", logarithm * 8.0 + (3.5 + self.height / height), |error| error * 0.1);
         let of_end = (logarithm + product.min(one)) * of_phi
             + product.min(half) * of_psi
             + phi * (of_logarithm + phi * phi * 2.4 + psi * psi * 3.5);
         let far = (s * s - d * distance) / ((distance + d) * foot_square);
-        let past = r * PAST_BY_RAY / distance
-            + far * (distance * (w * PAST_BY_MOMENT + PAST_BY_DISTANCE) + d * PAST_BY_PLANE_DISTANCE)
-            + PAST;
+        let past = mutant!(
+            "linear-bound.past-a-right-angle",
+            r * PAST_BY_RAY / distance
+                + far * (distance * (w * PAST_BY_MOMENT + PAST_BY_DISTANCE) + d * PAST_BY_PLANE_DISTANCE)
+                + PAST,
+            |error| error * 0.1
+        );
         let (start, end) = simd.split_f64x8(of_end + x1.ends.beyond.select(past, f64x8::splat(simd, 0.0)));
         let (d, distance) = (simd.split_f64x8(d).0, simd.split_f64x8(distance).0);
         let of_d = distance * (ew + 5.0) + d * 11.5;
-        let either = (of_d * (2.0 * ROUNDOFF)).simd_ge(d).select(of_d * (OF_EITHER_SIDE / height), f64x4::splat(simd, 0.0));
+        let either = (of_d * (2.0 * ROUNDOFF)).simd_ge(d).select(
+            mutant!("linear-bound.either-sign", of_d * (OF_EITHER_SIDE / height), |error| error * 0.1),
+            f64x4::splat(simd, 0.0),
+        );
         Some(start + end + x1.quotient.abs() * OF_QUOTIENT + x1.term.abs() * self.additions + either)
     }
 
@@ -241,8 +254,16 @@ impl Errors {
         let of_cosines = cosines * 6.5 + 10.0;
         let (sum, turn) = arc.angle_and_sine();
         let turn = turn * 0.25;
-        let first = turn * (size * cosines * (dg + ds) + sum * (cosines * of_emission + size * (cosines * 14.0 + of_cosines)));
-        let second = g * (size * dg * 0.11 + (g * (of_emission + size * 6.0) + size * of_cosines) * 0.091);
+        let first = mutant!(
+            "linear-bound.chi",
+            turn * (size * cosines * (dg + ds) + sum * (cosines * of_emission + size * (cosines * 14.0 + of_cosines))),
+            |first| first * 0.1
+        );
+        let second = mutant!(
+            "linear-bound.edge-psi",
+            g * (size * dg * 0.11 + (g * (of_emission + size * 6.0) + size * of_cosines) * 0.091),
+            |second| second * 0.1
+        );
         let weight = size * (turn * sum * cosines + g * g.min(cosines) * 0.091);
         first + second + weight * (ew + (5.5 + self.additions))
     }
@@ -259,15 +280,22 @@ impl Errors {
         let of_slope = 0.5 * self.first.y + 5.0 * steepness * size;
         let partial = 0.5 * (steepness * sum.x1.abs() + self.second.z) + slope;
         let of_x1 = seen.gradient.dot(seen.n1).abs() * self.first.z;
-        let of_q = 0.5 * (of_x1 + self.second.x) + seen.n1.dot(seen.n2).abs() * of_slope + 9.0 * partial;
+        let of_q = mutant!(
+            "linear-bound.q",
+            0.5 * (of_x1 + self.second.x) + seen.n1.dot(seen.n2).abs() * of_slope + 9.0 * partial,
+            |error| 0.1 * error
+        );
         let (beta, height) = (seen.beta.abs(), seen.height);
         let radiosity = beta * of_phi + facing * self.beta + height * of_q + self.height * across;
         let products = 4.0 * (beta * size + height * partial) + 3.0 * terms.irradiance.dot(seen.n1).abs();
-        let in_plane = steepness * of_phi;
+        let in_plane = mutant!("linear-bound.in-plane", steepness * of_phi, |error| 0.1 * error);
         let gradient = (in_plane * in_plane + of_q * of_q).sqrt() + self.second.y;
         let sums = 5.0 * (steepness * facing + across) + 4.0 * terms.gradient.norm();
         let units = SECOND_ORDER * ROUNDOFF;
-        LinearBound { radiosity: units * (radiosity + products), gradient: units * (gradient + sums) }
+        LinearBound {
+            radiosity: mutant!("linear-bound.radiosity", units * (radiosity + products), |bound| 0.1 * bound),
+            gradient: mutant!("linear-bound.gradient", units * (gradient + sums), |bound| 0.1 * bound),
+        }
     }
 }
 

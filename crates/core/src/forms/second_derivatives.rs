@@ -119,7 +119,7 @@ impl<T: Real> SecondDerivatives<T> {
         self.add_matrix(symmetric_product(frame.normal, sum * half));
     }
 
-    /// Adds what is known of a corner of the outline where two lines only seem to meet, for a unit emission.
+    /// Adds the term of a corner of the outline where two lines only seem to meet, given that of a unit emission.
     pub(crate) fn add_corner(&mut self, point: Vec3<T>, of_unit_emission: Symmetric<T>) {
         let emission = self.seen.emission.value(self.seen.in_plane(point));
         self.add_matrix(of_unit_emission.map(|v| v * emission));

@@ -170,7 +170,7 @@ impl Scene<'_> {
         let sides = [b.local - a.local, c.local - a.local, c.local - b.local];
         // Two local offsets and their difference; a share of it is the displacement of crossings as seen from the receiver.
         let mut shape = Shape::new(sides, sides.map(Vec3::norm), self.n2, 60.0 * ROUNDOFF * spread);
-        shape.misplaced_area = 70.0 * ROUNDOFF * spread * largest(shape.lengths);
+        shape.misplaced_area = mutant!("gauss.misplaced", 70.0 * ROUNDOFF * spread * largest(shape.lengths), |area| 0.01 * area);
         let middle = (a.seen + b.seen + c.seen) * (1.0 / 3.0);
         let centroid = middle.norm() * (1.0 - 32.0 * ROUNDOFF);
         let facing = [a.facing, b.facing, c.facing];
@@ -211,7 +211,7 @@ impl Scene<'_> {
         // The Jacobian a is at most 1 + (A - 1)/2p in its own variable on p panels, and 1/2 on average in the other.
         let of_own = |overhang| 1.0 + overhang;
         let (grid, truncation) = match self.nodes(&bounds, 0.5 * larger(leg, base), |stretch| of_own(0.5 * (stretch - 1.0))) {
-            Some((count, bound)) if count <= FEW && self.source.degree() <= 2 * count => {
+            Some((count, bound)) if count <= FEW && mutant!("gauss.degree", self.source.degree() <= 2 * count, |_| true) => {
                 ([Grid { panels: 1, count }; 2], bound + bound + bound)
             }
             _ => {
@@ -252,7 +252,11 @@ impl Scene<'_> {
         let tau = SHARE * larger(height, 0.5 * reach.clear) / half;
         let stretch = (tau * tau + 1.0).sqrt();
         let ratio = stretch + tau;
-        let distance = larger(height, reach.clear - (stretch - 1.0) * half) * (1.0 - 8.0 * ROUNDOFF);
+        let distance = mutant!(
+            "gauss.distance",
+            larger(height, reach.clear - (stretch - 1.0) * half) * (1.0 - 8.0 * ROUNDOFF),
+            |distance| 2.0 * distance
+        );
         let q = distance * distance - tau * tau * half * half;
         if q <= 0.0 || q.is_nan() {
             return None;
@@ -260,14 +264,20 @@ impl Scene<'_> {
         let grown = (ratio - 1.0) * half;
         let (far, facing) = (reach.farthest + grown, reach.most_facing + grown);
         let emission = source.largest * source.growth(stretch, ratio);
-        let shrink = 1.0 / (ratio * ratio);
+        let shrink = mutant!("gauss.ellipse", 1.0 / (ratio * ratio), |shrink: f64| shrink * shrink);
         // Small and large factors first: far away one of them alone times the area might underflow.
-        let common = 8.0 / 3.0 * 1.01 * (shrink * jacobian(stretch) * emission) * reach.area / (q * q * (1.0 - shrink));
+        let common = mutant!(
+            "gauss.truncation",
+            8.0 / 3.0 * 1.01 * (shrink * jacobian(stretch) * emission) * reach.area / (q * q * (1.0 - shrink)),
+            |bound| 1e-4 * bound
+        );
         let mut bound =
             RuleBound { value: common * height * facing, gradient: common * (facing + height + 4.0 * height * facing * far / q) };
         // A quarter of a roundoff of the expected size is not worth another node.
-        let enough =
-            RuleBound { value: 0.25 * ROUNDOFF * reach.typical.value, gradient: 0.25 * ROUNDOFF * reach.typical.gradient };
+        let enough = RuleBound {
+            value: mutant!("gauss.enough", 0.25 * ROUNDOFF * reach.typical.value, |_| 1e-9 * reach.typical.value),
+            gradient: 0.25 * ROUNDOFF * reach.typical.gradient,
+        };
         for count in 1..=rules::MOST {
             if bound.value <= enough.value && bound.gradient <= enough.gradient {
                 return Some((count, bound));

@@ -52,11 +52,11 @@ impl CallerUnits {
         let is_rounded = |normalised: f64, scaled: f64| normalised != 0.0 && scaled.abs() < f64::MIN_POSITIVE;
         let any_rounded =
             is_rounded(error, bound) || normalised.iter().zip(&components).any(|(c, scaled)| is_rounded(*c, *scaled));
-        let bound = if any_rounded { (bound + 2.0 * SMALLEST).next_up() } else { bound };
+        let bound = if any_rounded { mutant!("units.below-normal", (bound + 2.0 * SMALLEST).next_up(), |_| 0.0) } else { bound };
         Ok((components, if bound.is_nan() { f64::INFINITY } else { bound }))
     }
 
-    /// The components without a bound: what is not 0 is taken to be known.
+    /// The components without a bound: one that is not 0 is taken to be known.
     #[inline]
     pub(crate) fn plain<const N: usize>(self, normalised: [f64; N]) -> Result<[f64; N], Error> {
         let factor = self.factor();
@@ -87,13 +87,13 @@ impl CallerUnits {
         }
     }
 
-    /// Refuses what is not finite.
+    /// Refuses a component that is not finite.
     pub(crate) fn check_finite<const N: usize>(self, components: [f64; N]) -> Result<(), Error> {
         let is_finite = components.iter().all(|c| c.is_finite());
         if is_finite { Ok(()) } else { Err(Error::Overflow { quantity: self.quantity }) }
     }
 
-    /// Refuses what is below the normal range, of what is known not to be 0.
+    /// Refuses a result below the normal range that is known not to be 0.
     pub(crate) fn check_size<const N: usize>(self, components: [f64; N]) -> Result<(), Error> {
         let is_normal = largest(&components) >= f64::MIN_POSITIVE;
         if is_normal { Ok(()) } else { Err(Error::Underflow { quantity: self.quantity }) }

@@ -30,6 +30,17 @@ use crate::scalar::vec3::Vec3;
 /// Radiosity and gradient in decimal digits, with proven absolute error bounds that include the rounding of the digits.
 ///
 /// All are in scientific notation, `-1.25e-3`, and parse as any decimal number does.
+///
+/// ```
+/// use radgrad_core::{DVec3, Emission, Emitter, Polygon, Receiver, evaluate_digits};
+/// let corners = [(0.0, 0.0), (0.0, 1.0), (1.0, 1.0), (1.0, 0.0)].map(|(x, y)| DVec3::new(x, y, 1.0));
+/// let lamp = Emitter::new(Polygon::new(corners.to_vec())?, Emission::Constant(1.0))?;
+/// let answer = evaluate_digits(&Receiver::new(DVec3::ZERO, DVec3::Z, 1.0)?, &lamp, &[], 30)?;
+/// assert!(answer.radiosity.starts_with("1.3853160599489299678076970863"));
+/// assert!(answer.radiosity_error.parse::<f64>().unwrap() <= 1.386e-31);
+/// assert!(answer.bits > 100);
+/// # Ok::<(), radgrad_core::Error>(())
+/// ```
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct PreciseAnswer {
     /// Radiosity `B(x)`, in the unit of the emission.
@@ -45,6 +56,15 @@ pub struct PreciseAnswer {
 }
 
 /// Most digits that can be asked for.
+///
+/// ```
+/// use radgrad_core::{DVec3, Emission, Emitter, Error, MOST_DIGITS, Polygon, Receiver, evaluate_digits};
+/// let triangle = Polygon::new(vec![DVec3::Z, DVec3::new(0.0, 1.0, 1.0), DVec3::new(1.0, 0.0, 1.0)])?;
+/// let lamp = Emitter::new(triangle, Emission::Constant(1.0))?;
+/// let error = evaluate_digits(&Receiver::new(DVec3::ZERO, DVec3::Z, 1.0)?, &lamp, &[], MOST_DIGITS + 1).unwrap_err();
+/// assert_eq!(error, Error::Digits { value: 1001, most: 1000 });
+/// # Ok::<(), radgrad_core::Error>(())
+/// ```
 pub const MOST_DIGITS: u32 = 1000;
 
 /// Bits beyond the digits asked after which the evaluation gives up: doubles span 2100 binary places, and a height may cancel
@@ -83,7 +103,7 @@ pub fn evaluate_digits<'a>(
     precise(receiver, emitter, &occluders.into_iter().collect::<Vec<_>>(), digits)
 }
 
-/// [`evaluate_digits`], compiled once: what is generic is compiled again in every crate that calls it.
+/// [`evaluate_digits`], compiled once: generic functions are compiled again in every crate that calls them.
 fn precise(receiver: &Receiver, emitter: &Emitter, occluders: &[&Polygon], digits: u32) -> Result<PreciseAnswer, Error> {
     if !(1..=MOST_DIGITS).contains(&digits) {
         return Err(Error::Digits { value: digits, most: MOST_DIGITS });
@@ -109,7 +129,7 @@ fn precise(receiver: &Receiver, emitter: &Emitter, occluders: &[&Polygon], digit
     }
 }
 
-/// What the closed form gave, in normalised lengths and emission.
+/// The result of the closed form, in normalised lengths and emission.
 #[derive(Debug, Clone)]
 pub(crate) struct Enclosed {
     radiosity: Enclosure,
@@ -169,11 +189,12 @@ impl Enclosed {
         Ok(Answer { radiosity, gradient, radiosity_error, gradient_error, method: Method::ArbitraryPrecision })
     }
 
-    /// What is not to be told from 0 is 0, and its bound is what it may be at most.
+    /// A number not to be told from 0 is 0, with its largest possible size as the bound.
     fn to_decimals(&self, digits: u32, bits: usize, are_nothing: [bool; 2]) -> PreciseAnswer {
         // A unit of the last place is at most a tenth of the tolerance.
         let place = |size: Magnitude| size.decimal_exponent() - i64::from(digits) - 1;
-        let rounded = |radius: Magnitude, last: i64| radius + Magnitude::power_of_ten(last);
+        let rounded =
+            |radius: Magnitude, last: i64| mutant!("digits.last-place", radius + Magnitude::power_of_ten(last), |_| radius);
         let most = |components: &[Enclosure]| upper_decimal(norm(components.iter().map(|c| c.size() + c.radius)));
         let zero = || "0".to_owned();
         let (radiosity, radiosity_error) = if are_nothing[0] {
@@ -219,7 +240,7 @@ pub(crate) fn to_doubles<const N: usize>(normalised: &[Enclosure; N], unit: Call
     Ok((values, bounding(norm(rounded.map(|(_, error)| error)) * (1.0 + 16.0 * f64::EPSILON))))
 }
 
-/// What is not a number bounds nothing.
+/// NaN bounds nothing.
 fn bounding(error: Magnitude) -> f64 {
     let error = error.to_double();
     if error.is_nan() { f64::INFINITY } else { error }

@@ -22,11 +22,11 @@ use crate::scalar::vec3::Vec3;
 /// The irradiance vector with a proven absolute error bound.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct IrradianceVector {
-    /// `int B(y) omega domega` over what is seen above the horizon, in the unit of the emission.
+    /// `int B(y) omega domega` over the visible part above the horizon, in the unit of the emission.
     pub vector: DVec3,
     /// Proven bound on the Euclidean norm of its error.
     pub error: f64,
-    /// What answered.
+    /// The method that answered.
     pub method: Method,
 }
 
@@ -40,7 +40,7 @@ impl IrradianceVector {
     }
 }
 
-/// What a rung found, in normalised lengths and emission.
+/// The result of a rung, in normalised lengths and emission.
 struct Found {
     vector: Vec3<f64>,
     error: f64,

@@ -9,6 +9,11 @@
 //!   above 0; and a floor gives nothing to a floor.
 //! - Seen from outside its outline, at a distance of d from it, the emitter is within an angle of `H/d` below its plane, H the
 //!   largest height of the receiver over a vertex. There `n1.omega <= t`, so rho `2 t H/d` is a bound too.
+//! - Within that angle the order of two edges in one direction from the receiver is not known: an outline that is not flat may be
+//!   seen to cross itself, and then counts light with the wrong sign, or more than once. A line through the receiver meets at most
+//!   two edges of a convex outline, one of them from inside, where nothing can cross; of any outline of n edges it meets n at most,
+//!   and no place counts more than n/2 times. So up to `n/2` times `2 t H/d`, or `t^2/4`, of the largest magnitude of the emission
+//!   may be missing on either side.
 //! - The gradient is `(rho/pi)` times the contour integral of `B (n1.omega)/r^2 ds`, over edges of the emitter and of occluders,
 //!   and what the slope G of the emission adds. Over an edge of length L at a distance of d the integral of `1/r^2` is at most
 //!   `min(L/d, pi)/d`. The slope adds `G int n1.omega domega` and `int (n1.omega) G dA/r^2`, at most `2 pi t G (1 + ln(R/d))` from
@@ -28,6 +33,7 @@ use crate::ladder::answer::{Answer, Method, Value};
 use crate::ladder::rungs::Found;
 use crate::problem::emission::Emission;
 use crate::problem::polygon::Polygon;
+use crate::problem::triangulate::convex_parts;
 use crate::scalar::number::ROUNDOFF;
 use crate::scalar::vec3::Vec3;
 
@@ -68,7 +74,7 @@ impl Case<'_> {
         Ok(if is_smaller(other.radiosity_error, value.radiosity_error) { other } else { value })
     }
 
-    /// What encloses both sides.
+    /// An answer that encloses both sides.
     #[cold]
     #[inline(never)]
     pub(super) fn on_surface(&self) -> Found {
@@ -82,22 +88,36 @@ impl Case<'_> {
         let outline = self.seen(polygon);
         let distance = clear(&outline) - height;
         let is_outside = distance > 0.0 && !is_around(&outline, polygon.normal());
-        let strip = if is_outside { 2.0 * slant * height / distance } else { f64::INFINITY };
-        let share = receiver.reflectance() * (0.25 * turned * turned).min(strip).min(1.0) * UP;
+        let strip = if is_outside {
+            mutant!("surface.strip", 2.0 * slant * height / distance, |strip| 0.01 * strip)
+        } else {
+            f64::INFINITY
+        };
+        let share =
+            mutant!("surface.share", receiver.reflectance() * (0.25 * turned * turned).min(strip).min(1.0) * UP, |share| 0.1
+                * share);
         let [low, high] = self.range();
+        let most = low.abs().max(high);
+        let is_convex = convex_parts(polygon).len() == 1;
+        let is_crossed = is_outside || distance <= 0.0 || !is_convex;
+        let layers = if is_convex { 1.0 } else { (polygon.vertices().len() / 2) as f64 };
+        let slack = if distance > 0.0 { 2.0 * slant * height / distance } else { f64::INFINITY };
+        let crossed =
+            if is_crossed { receiver.reflectance() * layers * (0.25 * turned * turned).min(slack) * UP * most } else { 0.0 };
         let off_edges = occluders.iter().map(|occluder| clear(&self.seen(occluder))).fold(distance, f64::min);
         let gradient_error = if off_edges > 0.0 {
             let all = occluders.iter().map(|occluder| self.seen(occluder)).chain([outline]);
             let edges: f64 = all.map(|outline| near_edges(&outline, height)).sum();
             let slope = emitter.steepest_emission() * emitter.power() / plan.power * self.slope(is_outside, distance);
-            receiver.reflectance() * FRAC_1_PI * slant * (low.abs().max(high) * edges + slope) * UP
+            mutant!("surface.gradient", receiver.reflectance() * FRAC_1_PI * slant * (most * edges + slope) * UP, |error| 1e-3
+                * error)
         } else {
             f64::INFINITY
         };
         Found {
             radiosity: 0.5 * share * (low + high),
             gradient: Vec3::new(0.0, 0.0, 0.0),
-            radiosity_error: 0.5 * share * (high - low) * UP,
+            radiosity_error: (0.5 * share * (high - low) + crossed) * UP,
             gradient_error,
         }
     }
@@ -107,7 +127,7 @@ impl Case<'_> {
         polygon.vertices().iter().map(|v| (*v - self.receiver.position()) * self.plan.power).collect()
     }
 
-    /// What the slope of the emission is multiplied by in the bound on the gradient.
+    /// The factor of the emission's slope in the bound on the gradient.
     fn slope(&self, is_outside: bool, distance: f64) -> f64 {
         match self.emitter.emission() {
             Emission::Constant(_) => 0.0,

@@ -2,7 +2,7 @@
 //! functions does.
 //!
 //! 0. The direct attempt: the closed form in double precision with its derived bound, on edge lanes, of a constant or linear
-//!    emitter near by, without occluders, where double precision is sure of what is seen. It answers most calls, and where it
+//!    emitter near by, without occluders, where double precision is sure of the visible part. It answers most calls, and where it
 //!    does not its plan serves the rungs that follow.
 //! 1. A Gauss rule on the emitter with an a-priori bound ([`crate::gauss`]), where few nodes are enough: far away.
 //! 2. The closed form in double precision with its bound: derived for a constant emitter ([`crate::forms::constant_bound`]) and
@@ -41,7 +41,7 @@ use crate::scalar::number::{Number, ROUNDOFF};
 use crate::scalar::real::Real;
 use crate::scalar::vec3::Vec3;
 
-/// What a Gauss rule may cost.
+/// The largest cost of a Gauss rule.
 struct Budget {
     /// Size of the emitter over the distance of its farthest vertex, above which the cheap rule is not worth planning.
     wide: f64,
@@ -69,7 +69,7 @@ impl Budget {
 /// Nodes that a Gauss rule may have where nothing else meets the tolerance: a second or so.
 const MOST_NODES: usize = 1 << 26;
 
-/// What a rung found, in normalised lengths and emission.
+/// The result of a rung, in normalised lengths and emission.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Found {
     pub(super) radiosity: f64,
@@ -84,7 +84,8 @@ impl Found {
     /// Whether all is finite and both bounds are within `tolerance`, relative.
     #[inline(always)]
     fn meets(&self, tolerance: f64) -> bool {
-        self.radiosity_error <= tolerance * self.radiosity.abs() && self.gradient_error <= tolerance * self.gradient.length()
+        self.radiosity_error <= mutant!("ladder.meets", tolerance, |tolerance| 10.0 * tolerance) * self.radiosity.abs()
+            && self.gradient_error <= tolerance * self.gradient.length()
     }
 
     /// The larger of the two relative bounds; infinite where one of them bounds nothing.
@@ -94,19 +95,19 @@ impl Found {
     }
 }
 
-/// How far a climb got: to what was accepted, or to what the last rung found.
+/// The end of a climb: the accepted answer, or the result of the last rung.
 pub(super) enum Climb<A> {
     Met(A),
     Last(Found),
 }
 
-/// What the direct attempt found.
+/// The result of the direct attempt.
 pub(crate) enum DirectAttempt {
     /// The answer, the one that [`Case::answer`] gives.
     Answer(Answer),
     /// No answer, but the plan for the other rungs.
     Plan(Plan),
-    /// Neither: it is not sure of what is seen.
+    /// Neither: it is not sure of the visible part.
     Nothing,
 }
 
@@ -155,7 +156,8 @@ impl Case<'_> {
         }
         let climb = self.climb::<_, true>(|found, method| {
             // Where little but the rounding to doubles is left nothing dearer gives more.
-            let least = if method == Method::DoubleDouble { 1.01 * ROUNDOFF } else { 0.0 };
+            let least =
+                if method == Method::DoubleDouble { mutant!("ladder.half-an-ulp", 1.01 * ROUNDOFF, |_| 1e-9) } else { 0.0 };
             self.accepted(found, method, tolerance.max(least))
         })?;
         let by_rule = || self.by_quadrature(MOST_NODES);
@@ -186,7 +188,7 @@ impl Case<'_> {
             tried.set(true);
             accepted(&found, Method::Quadrature)
         };
-        if self.is_within(budget.wide)
+        if self.is_within(mutant!("ladder.wide", budget.wide, |_| 1e300))
             && let Some(answer) = by_rule(budget.cheap)?
         {
             return Ok(Climb::Met(answer));
@@ -241,7 +243,7 @@ impl Case<'_> {
         self.emitter.polygon().size() * self.plan.power <= wide
     }
 
-    /// What a Gauss rule of at most so many nodes gives.
+    /// The answer of a Gauss rule of at most so many nodes.
     fn by_quadrature(&self, most: usize) -> Option<Found> {
         if !self.occluders.is_empty() {
             return None;
@@ -271,14 +273,14 @@ impl Case<'_> {
                 let (terms, bound) = BoundedSum::of(receiver, emitter.polygon(), plan);
                 Some(self.of_unit_emission(&terms, bound))
             }
-            Emission::Linear(_) if plan.horizon == Horizon::Above => {
+            Emission::Linear(_) if mutant!("ladder.linear-seen-whole", plan.horizon == Horizon::Above, |_| true) => {
                 edge_lanes::linear::bounded(receiver, emitter, plan.power).map(|(terms, bound)| self.of_linear(&terms, bound))
             }
             Emission::Linear(_) | Emission::Polynomial(_) => None,
         }
     }
 
-    /// What the sums of a linear emission and their bounds say.
+    /// The answer by the sums of a linear emission and their bounds.
     #[inline(always)]
     fn of_linear(&self, terms: &IrradianceAndGradient<f64>, bound: linear_bound::LinearBound) -> Found {
         let share = albedo::<f64>(self.receiver);
@@ -290,13 +292,13 @@ impl Case<'_> {
         }
     }
 
-    /// What the sums for a unit emission and their bounds say.
+    /// The answer by the sums for a unit emission and their bounds.
     #[inline(always)]
     fn of_unit_emission(&self, terms: &IrradianceAndGradient<f64>, bound: BoundedSum) -> Found {
         let Self { receiver, emitter, .. } = *self;
         let emission = emitter.affine().value;
         let terms = IrradianceAndGradient { irradiance: terms.irradiance * emission, gradient: terms.gradient * emission };
-        let share = albedo::<f64>(receiver) * emission.abs();
+        let share = mutant!("ladder.unit-emission", albedo::<f64>(receiver) * emission.abs(), |share| 0.1 * share);
         Found {
             radiosity: terms.radiosity(receiver),
             gradient: terms.gradient(receiver),
@@ -314,11 +316,12 @@ impl Case<'_> {
             return found;
         }
         let radius = gradient.map(Real::value_error);
-        let gradient_error = radius.length() * (1.0 + 8.0 * f64::EPSILON);
+        let gradient_error =
+            mutant!("ladder.certified-gradient", radius.length() * (1.0 + 8.0 * f64::EPSILON), |error| 0.1 * error);
         Found { gradient: gradient.map(Real::value), gradient_error, ..found }
     }
 
-    /// The answer to what meets the tolerance, unless bounds below the normal range are too coarse for it.
+    /// The answer by a result that meets the tolerance, unless bounds below the normal range are too coarse for it.
     ///
     /// Always inlined: moving the answer costs as much as finding it met.
     #[inline(always)]

@@ -16,7 +16,7 @@ use crate::scalar::real::{RadiusOf, Real};
 use crate::scalar::vec3::Vec3;
 
 impl<T: Real> IrradianceAndGradient<T> {
-    /// Sums what is asked for; `None` where nothing is visible.
+    /// Sums value, gradient or both, as asked for; `None` where nothing is visible.
     #[inline]
     pub(crate) fn sum<const VALUE: bool, const GRADIENT: bool>(case: &Case<'_>) -> Option<Self> {
         let Case { receiver, emitter, plan, .. } = *case;
@@ -55,7 +55,8 @@ impl<T: Real> IrradianceAndGradient<T> {
     }
 }
 
-/// Calls the arcs of the visible boundary; returns what undecided visibility may change, or `None` where nothing is visible.
+/// Calls the arcs of the visible boundary; returns a bound on the effect of undecided visibility, or `None` where nothing is
+/// visible.
 #[inline]
 pub(crate) fn visit<T: Real>(case: &Case<'_>, visit: impl FnMut(&Arc<T>)) -> Option<Uncertainty<RadiusOf<T>>> {
     let Case { receiver, emitter, occluders, plan } = *case;

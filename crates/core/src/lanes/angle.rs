@@ -89,7 +89,8 @@ pub(crate) fn angles<S: Simd, F: Lane, const N: usize>(simd: S, y: [Lanes<S, F>;
     let series = polynomials(simd, squares, polynomial);
     let mut angles = z;
     for k in 0..N {
-        let small = z[k] + z[k] * (squares[k] * series[k]);
+        let small = mutant!("batch.angle", z[k] + z[k] * (squares[k] * series[k]), |small: Lanes<S, F>| small
+            * constant(simd, 1.0 + 1e-6));
         // The angle is `octant + side (shift + small)`.
         let (steep, leftward) = (x[k].abs().below(y[k]), x[k].below(zero));
         let octant = steep.select(Lanes::all(simd, half_pi[0]), leftward.select(Lanes::all(simd, half_pi[0] + half_pi[0]), zero));

@@ -7,6 +7,17 @@ use crate::problem::emission::Emitter;
 use crate::problem::receiver::Receiver;
 
 /// One departure from the corrected appendix A.
+///
+/// ```
+/// use radgrad_core::{DVec3, Emission, Emitter, Polygon, Receiver, paper, paper::Misprint};
+/// let triangle = Polygon::new(vec![DVec3::Z, DVec3::new(0.5, 0.8, 1.0), DVec3::new(1.0, 0.0, 1.0)])?;
+/// let emitter = Emitter::new(triangle, Emission::Constant(1.0))?;
+/// let receiver = Receiver::new(DVec3::new(0.5, 0.3, 0.0), DVec3::Z, 1.0)?;
+/// let value = |misprint| paper::radiosity_and_gradient(&receiver, &emitter, misprint).map(|(value, _)| value);
+/// let ratio = value(Some(Misprint::ValueDoubled))? / value(None)?;
+/// assert!((ratio - 2.0).abs() < 1e-14);
+/// # Ok::<(), radgrad_core::Error>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum Misprint {
@@ -112,6 +123,11 @@ impl Misprint {
     ];
 
     /// Short name for tables: `j1-sign`.
+    ///
+    /// ```
+    /// # use radgrad_core::paper::Misprint;
+    /// assert_eq!(Misprint::I2NotHalved.name(), "i2-not-halved");
+    /// ```
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -143,6 +159,11 @@ impl Misprint {
     }
 
     /// The error, in one line.
+    ///
+    /// ```
+    /// # use radgrad_core::paper::Misprint;
+    /// assert_eq!(Misprint::I2NotHalved.description(), "factor 1/2 missing in I2");
+    /// ```
     #[must_use]
     pub const fn description(self) -> &'static str {
         match self {

@@ -21,6 +21,17 @@ use crate::scalar::real::Real;
 use crate::scalar::vec3::Vec3;
 
 /// The radiosity of an emitter over its polygon, as the user states it.
+///
+/// ```
+/// use radgrad_core::{DVec3, Emission, Emitter, Polygon, Polynomial};
+/// let lamp = |emission| Emitter::new(Polygon::new(vec![DVec3::ZERO, DVec3::X, DVec3::Y]).unwrap(), emission);
+/// let square = Polynomial::new(DVec3::ZERO, [(1.0, [2, 0, 0])])?;
+/// let at = DVec3::new(0.5, 0.0, 0.0);
+/// assert_eq!(lamp(Emission::Constant(2.0))?.emission_at(at), 2.0);
+/// assert_eq!(lamp(Emission::gradient(2.0, DVec3::X))?.emission_at(at), 2.5);
+/// assert_eq!(lamp(Emission::Polynomial(square))?.emission_at(at), 0.25);
+/// # Ok::<(), radgrad_core::Error>(())
+/// ```
 #[derive(Debug, Clone, PartialEq)]
 pub enum Emission {
     /// The same value everywhere.
@@ -32,6 +43,15 @@ pub enum Emission {
 }
 
 /// Two ways to state an affine emission.
+///
+/// ```
+/// # use radgrad_core::{DVec3, Emission, Emitter, Linear, Polygon};
+/// let lamp = |linear| Emitter::new(Polygon::new(vec![DVec3::ZERO, DVec3::X, DVec3::Y]).unwrap(), Emission::Linear(linear));
+/// let (values, gradient) = (vec![1.0, 3.0, 2.0], DVec3::new(2.0, 1.0, 0.0));
+/// assert_eq!(lamp(Linear::AtVertices(values))?.emission_gradient(), gradient);
+/// assert_eq!(lamp(Linear::Gradient { value: 1.0, gradient })?.emission_at(DVec3::Y), 2.0);
+/// # Ok::<(), radgrad_core::Error>(())
+/// ```
 #[derive(Debug, Clone, PartialEq)]
 pub enum Linear {
     /// One value per vertex; for more than three they must lie on one affine function.
@@ -47,12 +67,29 @@ pub enum Linear {
 
 impl Emission {
     /// Linear emission from one value per vertex.
+    ///
+    /// ```
+    /// use radgrad_core::{DVec3, Emission, Emitter, Polygon};
+    /// let triangle = Polygon::new(vec![DVec3::ZERO, DVec3::X, DVec3::Y])?;
+    /// let lamp = Emitter::new(triangle, Emission::at_vertices(vec![1.0, 3.0, 2.0]))?;
+    /// assert_eq!(lamp.emission_at(DVec3::new(0.5, 0.5, 0.0)), 2.5);
+    /// # Ok::<(), radgrad_core::Error>(())
+    /// ```
     #[must_use]
     pub const fn at_vertices(values: Vec<f64>) -> Self {
         Self::Linear(Linear::AtVertices(values))
     }
 
     /// Linear emission from the value at vertex 0 and the gradient.
+    ///
+    /// ```
+    /// use radgrad_core::{DVec3, Emission, Emitter, Polygon};
+    /// let triangle = Polygon::new(vec![DVec3::ZERO, DVec3::X, DVec3::Y])?;
+    /// let lamp = Emitter::new(triangle, Emission::gradient(1.0, DVec3::new(2.0, 0.0, 7.0)))?;
+    /// assert_eq!(lamp.emission_at(DVec3::X), 3.0);
+    /// assert_eq!(lamp.emission_gradient(), DVec3::X * 2.0); // along the normal it has no effect
+    /// # Ok::<(), radgrad_core::Error>(())
+    /// ```
     #[must_use]
     pub const fn gradient(value: f64, gradient: DVec3) -> Self {
         Self::Linear(Linear::Gradient { value, gradient })
@@ -90,6 +127,17 @@ const AFFINITY: f64 = 4e-12;
 impl Emitter {
     /// An emitter with the given polygon and emission.
     ///
+    /// ```
+    /// use radgrad_core::{DVec3, Emission, Emitter, Error, Polygon};
+    /// let square = Polygon::new(vec![DVec3::ZERO, DVec3::X, DVec3::new(1.0, 1.0, 0.0), DVec3::Y])?;
+    /// assert!(Emitter::new(square.clone(), Emission::at_vertices(vec![1.0, 2.0, 3.0, 2.0])).is_ok());
+    /// let error = Emitter::new(square.clone(), Emission::at_vertices(vec![1.0, 2.0, 3.0])).unwrap_err();
+    /// assert_eq!(error, Error::EmissionCount { values: 3, vertices: 4 });
+    /// let saddle = Emission::at_vertices(vec![1.0, 2.0, 1.0, 2.0]);
+    /// assert!(matches!(Emitter::new(square, saddle), Err(Error::EmissionNotAffine { .. })));
+    /// # Ok::<(), radgrad_core::Error>(())
+    /// ```
+    ///
     /// # Errors
     /// If a value is not finite, the number of vertex values is not the number of vertices, or they do not lie on one affine
     /// function.
@@ -126,12 +174,26 @@ impl Emitter {
     }
 
     /// The polygon.
+    ///
+    /// ```
+    /// # use radgrad_core::{DVec3, Emission, Emitter, Polygon};
+    /// let triangle = Polygon::new(vec![DVec3::ZERO, DVec3::X, DVec3::Y])?;
+    /// assert_eq!(*Emitter::new(triangle.clone(), Emission::Constant(1.0))?.polygon(), triangle);
+    /// # Ok::<(), radgrad_core::Error>(())
+    /// ```
     #[must_use]
     pub const fn polygon(&self) -> &Polygon {
         &self.polygon
     }
 
     /// The emission as stated.
+    ///
+    /// ```
+    /// # use radgrad_core::{DVec3, Emission, Emitter, Polygon};
+    /// let triangle = Polygon::new(vec![DVec3::ZERO, DVec3::X, DVec3::Y])?;
+    /// assert_eq!(*Emitter::new(triangle, Emission::Constant(1.5))?.emission(), Emission::Constant(1.5));
+    /// # Ok::<(), radgrad_core::Error>(())
+    /// ```
     #[must_use]
     pub const fn emission(&self) -> &Emission {
         &self.emission
@@ -139,12 +201,28 @@ impl Emitter {
 
     /// Gradient of the emission over the polygon's plane, at vertex 0; zero for a constant emission, and the same everywhere
     /// for a linear one.
+    ///
+    /// ```
+    /// # use radgrad_core::{DVec3, Emission, Emitter, Polygon};
+    /// let triangle = Polygon::new(vec![DVec3::ZERO, DVec3::X * 2.0, DVec3::Y])?;
+    /// let lamp = Emitter::new(triangle, Emission::at_vertices(vec![1.0, 3.0, 4.0]))?;
+    /// assert_eq!(lamp.emission_gradient(), DVec3::new(1.0, 3.0, 0.0));
+    /// # Ok::<(), radgrad_core::Error>(())
+    /// ```
     #[must_use]
     pub fn emission_gradient(&self) -> DVec3 {
         self.affine.gradient.map(DoubleDouble::to_f64).into()
     }
 
     /// Gradient of the emission over the polygon's plane at a point of it.
+    ///
+    /// ```
+    /// # use radgrad_core::{DVec3, Emission, Emitter, Polygon, Polynomial};
+    /// let square = Polynomial::new(DVec3::ZERO, [(1.0, [2, 0, 0]), (5.0, [0, 0, 1])])?; // x^2 + 5 z
+    /// let lamp = Emitter::new(Polygon::new(vec![DVec3::ZERO, DVec3::X, DVec3::Y])?, Emission::Polynomial(square))?;
+    /// assert_eq!(lamp.emission_gradient_at(DVec3::new(0.5, 0.25, 0.0)), DVec3::X);
+    /// # Ok::<(), radgrad_core::Error>(())
+    /// ```
     #[must_use]
     pub fn emission_gradient_at(&self, point: DVec3) -> DVec3 {
         match &self.emission {
@@ -154,6 +232,14 @@ impl Emitter {
     }
 
     /// Emission `B(y)` at a point of the polygon's plane.
+    ///
+    /// ```
+    /// # use radgrad_core::{DVec3, Emission, Emitter, Polygon};
+    /// let triangle = Polygon::new(vec![DVec3::ZERO, DVec3::X * 2.0, DVec3::Y])?;
+    /// let lamp = Emitter::new(triangle, Emission::at_vertices(vec![1.0, 3.0, 4.0]))?;
+    /// assert_eq!(lamp.emission_at(DVec3::new(1.0, 0.5, 0.0)), 3.5);
+    /// # Ok::<(), radgrad_core::Error>(())
+    /// ```
     #[must_use]
     pub fn emission_at(&self, point: DVec3) -> f64 {
         match &self.emission {
@@ -166,6 +252,14 @@ impl Emitter {
 
     /// Largest magnitude of the emission over the polygon: for a constant or linear emission that at a vertex, for a polynomial
     /// an upper bound.
+    ///
+    /// ```
+    /// # use radgrad_core::{DVec3, Emission, Emitter, Polygon};
+    /// let triangle = Polygon::new(vec![DVec3::ZERO, DVec3::X, DVec3::Y])?;
+    /// let lamp = Emitter::new(triangle, Emission::at_vertices(vec![1.0, -3.0, 2.0]))?;
+    /// assert_eq!(lamp.largest_emission(), 3.0);
+    /// # Ok::<(), radgrad_core::Error>(())
+    /// ```
     #[must_use]
     pub fn largest_emission(&self) -> f64 {
         if let Some(plane) = &self.polynomial {
@@ -202,6 +296,14 @@ impl Emitter {
     }
 
     /// Largest length of the emission's gradient over the polygon: for a polynomial an upper bound.
+    ///
+    /// ```
+    /// # use radgrad_core::{DVec3, Emission, Emitter, Polygon};
+    /// let triangle = Polygon::new(vec![DVec3::ZERO, DVec3::X, DVec3::Y])?;
+    /// let lamp = Emitter::new(triangle, Emission::at_vertices(vec![1.0, 4.0, 5.0]))?;
+    /// assert_eq!(lamp.steepest_emission(), 5.0); // of the gradient (3, 4, 0)
+    /// # Ok::<(), radgrad_core::Error>(())
+    /// ```
     #[must_use]
     pub fn steepest_emission(&self) -> f64 {
         self.polynomial.as_ref().map_or_else(|| Vec3::from(self.emission_gradient()).length(), InPlane::steepest)

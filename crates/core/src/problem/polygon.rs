@@ -1,4 +1,4 @@
-//! Polygons: one that exists is valid.
+//! Simple planar polygons; a [`Polygon`] is always valid.
 //!
 //! A [`Polygon`] is simple, planar up to the rounding of its vertices, and counter-clockwise seen from its lit side (HS95 section
 //! 2; conventions of `ARCHITECTURE.md`). Every tolerance is relative to the polygon's own size or to the rounding of its
@@ -64,6 +64,18 @@ const DEGENERATE: f64 = 1.0 / (1u128 << 80) as f64;
 impl Polygon {
     /// A polygon through `vertices`, counter-clockwise seen from the lit side; the last vertex is joined to the first.
     ///
+    /// ```
+    /// use radgrad_core::{DVec3, Error, Polygon};
+    /// let at = |x: f64, y: f64, z: f64| DVec3::new(x, y, z);
+    /// let arrow = [at(0.0, 0.0, 0.0), at(2.0, -1.0, 0.0), at(1.0, 0.0, 0.0), at(2.0, 1.0, 0.0)];
+    /// assert_eq!(Polygon::new(arrow.to_vec())?.area(), 1.0); // concave is fine
+    /// let crossed = [at(0.0, 0.0, 0.0), at(1.0, 1.0, 0.0), at(1.0, 0.0, 0.0), at(0.0, 1.0, 0.0)];
+    /// assert!(Polygon::new(crossed.to_vec()).is_err());
+    /// let warped = [at(0.0, 0.0, 0.0), at(1.0, 0.0, 0.0), at(1.0, 1.0, 0.1), at(0.0, 1.0, 0.0)];
+    /// assert!(matches!(Polygon::new(warped.to_vec()), Err(Error::NotPlanar { .. })));
+    /// # Ok::<(), radgrad_core::Error>(())
+    /// ```
+    ///
     /// # Errors
     /// If there are fewer than three vertices, a coordinate is not finite, two consecutive vertices are the same point, all are
     /// on one line, one is off the plane by more than `4e-12` of the size plus the rounding of the coordinates, or two edges
@@ -125,18 +137,40 @@ impl Polygon {
     }
 
     /// The vertices as given.
+    ///
+    /// ```
+    /// # use radgrad_core::{DVec3, Polygon};
+    /// let corners = vec![DVec3::X, DVec3::Y, DVec3::Z];
+    /// assert_eq!(Polygon::new(corners.clone())?.vertices(), corners);
+    /// # Ok::<(), radgrad_core::Error>(())
+    /// ```
     #[must_use]
     pub fn vertices(&self) -> &[DVec3] {
         &self.vertices
     }
 
     /// Unit normal `n2` to the lit side.
+    ///
+    /// ```
+    /// # use radgrad_core::{DVec3, Polygon};
+    /// let [a, b, c] = [DVec3::ZERO, DVec3::X, DVec3::Y];
+    /// assert_eq!(Polygon::new(vec![a, b, c])?.normal(), DVec3::Z);
+    /// assert_eq!(Polygon::new(vec![c, b, a])?.normal(), DVec3::NEG_Z);
+    /// # Ok::<(), radgrad_core::Error>(())
+    /// ```
     #[must_use]
     pub const fn normal(&self) -> DVec3 {
         self.normal
     }
 
     /// Area, in the unit of the vertices squared; 0 where that is below the range of a double.
+    ///
+    /// ```
+    /// # use radgrad_core::{DVec3, Polygon};
+    /// let triangle = Polygon::new(vec![DVec3::ZERO, DVec3::X * 3.0, DVec3::Y * 4.0])?;
+    /// assert_eq!(triangle.area(), 6.0);
+    /// # Ok::<(), radgrad_core::Error>(())
+    /// ```
     #[must_use]
     pub fn area(&self) -> f64 {
         self.area_scaled(1.0)
@@ -149,6 +183,13 @@ impl Polygon {
     }
 
     /// Largest extent along a coordinate axis.
+    ///
+    /// ```
+    /// # use radgrad_core::{DVec3, Polygon};
+    /// let triangle = Polygon::new(vec![DVec3::ZERO, DVec3::X * 3.0, DVec3::Y * 4.0])?;
+    /// assert_eq!(triangle.size(), 4.0);
+    /// # Ok::<(), radgrad_core::Error>(())
+    /// ```
     #[must_use]
     pub const fn size(&self) -> f64 {
         self.size
@@ -156,6 +197,15 @@ impl Polygon {
 
     /// Largest distance of a vertex from the plane through vertex 0 with normal [`Self::normal`]: 0 where all are exactly in one
     /// plane, as those of a triangle are, else the effect of the coordinates' rounding.
+    ///
+    /// ```
+    /// # use radgrad_core::{DVec3, Polygon};
+    /// let square = |z: f64| Polygon::new(vec![DVec3::ZERO, DVec3::X, DVec3::new(1.0, 1.0, z), DVec3::Y]);
+    /// assert_eq!(square(0.0)?.planarity_defect(), 0.0);
+    /// let defect = square(1e-13)?.planarity_defect();
+    /// assert!(defect > 0.0 && defect <= 1e-13);
+    /// # Ok::<(), radgrad_core::Error>(())
+    /// ```
     #[must_use]
     pub const fn planarity_defect(&self) -> f64 {
         self.planarity_defect

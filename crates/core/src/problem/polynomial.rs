@@ -15,6 +15,14 @@ use glam::DVec3;
 use crate::error::Error;
 
 /// One term, `coefficient * dx^powers[0] * dy^powers[1] * dz^powers[2]`.
+///
+/// ```
+/// use radgrad_core::{DVec3, Monomial, Polynomial};
+/// let product = Polynomial::new(DVec3::ZERO, [(3.0, [1, 1, 0])])?; // 3 x y
+/// assert_eq!(product.terms(), [Monomial { coefficient: 3.0, powers: [1, 1, 0] }]);
+/// assert_eq!(product.at(DVec3::new(2.0, 5.0, 7.0)), 30.0);
+/// # Ok::<(), radgrad_core::Error>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Monomial {
     /// Factor, in the unit of the emission over the unit of length to the power of the degree.
@@ -47,11 +55,26 @@ pub struct Polynomial {
 
 impl Polynomial {
     /// Highest degree accepted, that of an exponent of 8 bits. The closed form costs the third power of the degree an edge, and
-    /// each degree loses digits, which the bounds say: from 20 up most answers take double-double or more bits.
+    /// each degree loses digits, which the bounds say: high ones take double-double or more bits.
+    ///
+    /// ```
+    /// # use radgrad_core::{DVec3, Error, Polynomial};
+    /// assert!(Polynomial::new(DVec3::ZERO, [(1.0, [255, 0, 0])]).is_ok());
+    /// let error = Polynomial::new(DVec3::ZERO, [(1.0, [255, 1, 0])]).unwrap_err();
+    /// assert_eq!(error, Error::EmissionDegree { index: 0, degree: 256, allowed: Polynomial::MAX_DEGREE });
+    /// ```
     pub const MAX_DEGREE: u32 = 255;
 
     /// The polynomial with the given terms, each a coefficient and the exponents of `dx`, `dy` and `dz`. Terms
     /// with the same exponents add up; no terms make the zero polynomial.
+    ///
+    /// ```
+    /// use radgrad_core::{DVec3, Polynomial};
+    /// let parabola = Polynomial::new(DVec3::X, [(4.0, [0, 0, 0]), (-2.0, [2, 0, 0])])?; // 4 - 2 (x - 1)^2
+    /// assert_eq!((parabola.at(DVec3::X), parabola.at(DVec3::ZERO)), (4.0, 2.0));
+    /// assert!(Polynomial::new(DVec3::ZERO, [(f64::NAN, [0, 0, 0])]).is_err());
+    /// # Ok::<(), radgrad_core::Error>(())
+    /// ```
     ///
     /// # Errors
     /// If the origin or a coefficient is not finite, or a term's degree is above [`Self::MAX_DEGREE`].
@@ -74,24 +97,51 @@ impl Polynomial {
     }
 
     /// The point that positions are relative to.
+    ///
+    /// ```
+    /// # use radgrad_core::{DVec3, Polynomial};
+    /// assert_eq!(Polynomial::new(DVec3::Z, [])?.origin(), DVec3::Z);
+    /// # Ok::<(), radgrad_core::Error>(())
+    /// ```
     #[must_use]
     pub const fn origin(&self) -> DVec3 {
         self.origin
     }
 
     /// The terms as given.
+    ///
+    /// ```
+    /// # use radgrad_core::{DVec3, Polynomial};
+    /// let twice = Polynomial::new(DVec3::ZERO, [(1.0, [0, 0, 1]), (2.0, [0, 0, 1])])?;
+    /// assert_eq!(twice.terms().len(), 2); // kept apart, though they add up
+    /// assert_eq!(twice.at(DVec3::Z), 3.0);
+    /// # Ok::<(), radgrad_core::Error>(())
+    /// ```
     #[must_use]
     pub fn terms(&self) -> &[Monomial] {
         &self.terms
     }
 
     /// Largest degree of a term; 0 without terms.
+    ///
+    /// ```
+    /// # use radgrad_core::{DVec3, Polynomial};
+    /// assert_eq!(Polynomial::new(DVec3::ZERO, [(1.0, [3, 0, 0]), (1.0, [2, 2, 1])])?.degree(), 5);
+    /// # Ok::<(), radgrad_core::Error>(())
+    /// ```
     #[must_use]
     pub fn degree(&self) -> u32 {
         self.terms.iter().map(Monomial::degree).max().unwrap_or(0)
     }
 
     /// The value at a point.
+    ///
+    /// ```
+    /// # use radgrad_core::{DVec3, Polynomial};
+    /// let profile = Polynomial::new(DVec3::Z, [(1.0, [0, 0, 0]), (0.5, [1, 0, 2])])?; // 1 + x (z - 1)^2 / 2
+    /// assert_eq!(profile.at(DVec3::new(2.0, 0.0, 4.0)), 10.0);
+    /// # Ok::<(), radgrad_core::Error>(())
+    /// ```
     #[must_use]
     pub fn at(&self, point: DVec3) -> f64 {
         let r = (point - self.origin).to_array();
@@ -99,6 +149,13 @@ impl Polynomial {
     }
 
     /// The gradient at a point, all three components.
+    ///
+    /// ```
+    /// # use radgrad_core::{DVec3, Polynomial};
+    /// let product = Polynomial::new(DVec3::ZERO, [(3.0, [2, 1, 0])])?; // 3 x^2 y
+    /// assert_eq!(product.gradient_at(DVec3::new(1.0, 2.0, 0.0)), DVec3::new(12.0, 3.0, 0.0));
+    /// # Ok::<(), radgrad_core::Error>(())
+    /// ```
     #[must_use]
     pub fn gradient_at(&self, point: DVec3) -> DVec3 {
         let r = (point - self.origin).to_array();
@@ -116,6 +173,11 @@ impl Polynomial {
 
 impl Monomial {
     /// Sum of the exponents.
+    ///
+    /// ```
+    /// # use radgrad_core::Monomial;
+    /// assert_eq!(Monomial { coefficient: 2.0, powers: [1, 0, 2] }.degree(), 3);
+    /// ```
     #[must_use]
     pub fn degree(&self) -> u32 {
         self.powers.iter().map(|&p| u32::from(p)).sum()

@@ -35,6 +35,13 @@ impl Receiver {
     /// A receiver at `position` facing along `normal` (of any length), reflecting the fraction `reflectance` of the light it
     /// receives.
     ///
+    /// ```
+    /// use radgrad_core::{DVec3, Error, Receiver};
+    /// assert!(Receiver::new(DVec3::ZERO, DVec3::Z, 0.8).is_ok());
+    /// assert_eq!(Receiver::new(DVec3::ZERO, DVec3::ZERO, 0.8), Err(Error::Normal { value: DVec3::ZERO }));
+    /// assert_eq!(Receiver::new(DVec3::ZERO, DVec3::Z, 1.2), Err(Error::Reflectance { value: 1.2 }));
+    /// ```
+    ///
     /// # Errors
     /// If a coordinate is not finite, the normal is zero, or the reflectance is outside [0, 1].
     pub fn new(position: DVec3, normal: DVec3, reflectance: f64) -> Result<Self, Error> {
@@ -55,18 +62,39 @@ impl Receiver {
     }
 
     /// Position `x`.
+    ///
+    /// ```
+    /// # use radgrad_core::{DVec3, Receiver};
+    /// let receiver = Receiver::new(DVec3::new(0.1, 0.2, 0.3), DVec3::Z, 1.0)?;
+    /// assert_eq!(receiver.position(), DVec3::new(0.1, 0.2, 0.3));
+    /// # Ok::<(), radgrad_core::Error>(())
+    /// ```
     #[must_use]
     pub const fn position(&self) -> DVec3 {
         self.position
     }
 
     /// Unit normal `n1`, each component correct to one ulp.
+    ///
+    /// ```
+    /// # use radgrad_core::{DVec3, Receiver};
+    /// let receiver = Receiver::new(DVec3::ZERO, DVec3::new(3.0, 0.0, 4.0), 1.0)?;
+    /// assert!((receiver.normal() - DVec3::new(0.6, 0.0, 0.8)).length() < 1e-15);
+    /// # Ok::<(), radgrad_core::Error>(())
+    /// ```
     #[must_use]
     pub const fn normal(&self) -> DVec3 {
         self.normal
     }
 
     /// The normal as given but for its length: an exact multiple of the input, for decisions that must be exact.
+    ///
+    /// ```
+    /// # use radgrad_core::{DVec3, Receiver};
+    /// let receiver = Receiver::new(DVec3::ZERO, DVec3::new(3.0, 0.0, 4.0), 1.0)?;
+    /// assert_eq!(receiver.direction(), DVec3::new(0.75, 0.0, 1.0));
+    /// # Ok::<(), radgrad_core::Error>(())
+    /// ```
     #[must_use]
     pub fn direction(&self) -> DVec3 {
         self.direction.into()
@@ -77,6 +105,12 @@ impl Receiver {
     }
 
     /// Reflectance `rho`, in [0, 1].
+    ///
+    /// ```
+    /// # use radgrad_core::{DVec3, Receiver};
+    /// assert_eq!(Receiver::new(DVec3::ZERO, DVec3::Z, 0.25)?.reflectance(), 0.25);
+    /// # Ok::<(), radgrad_core::Error>(())
+    /// ```
     #[must_use]
     pub const fn reflectance(&self) -> f64 {
         self.reflectance

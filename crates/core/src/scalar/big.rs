@@ -35,7 +35,7 @@ struct Arena {
     /// A multiple of 64.
     bits: usize,
     numbers: Vec<BigFloat>,
-    /// What the computation has cost, and what it may.
+    /// The effort that the computation has cost, and the limit on it.
     spent: u64,
     limit: u64,
     constants: Consts,
@@ -82,7 +82,7 @@ pub(crate) fn within<R>(bits: usize, limit: u64, computation: impl FnOnce() -> R
     ((effort <= limit).then_some(result), Spent { bits, effort })
 }
 
-/// What a computation has cost.
+/// The cost of a computation.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Spent {
     bits: usize,
@@ -94,13 +94,13 @@ impl Spent {
         self.effort
     }
 
-    /// What as many operations cost with other bits.
+    /// The effort of as many operations with other bits.
     pub(crate) const fn with_bits(self, bits: usize) -> u64 {
         (self.effort / price(self.bits)).saturating_mul(price(bits.next_multiple_of(64)))
     }
 }
 
-/// What an operation costs: a product of all words with all others, and a place in the arena.
+/// The cost of an operation: a product of all words with all others, and a place in the arena.
 const fn price(bits: usize) -> u64 {
     let words = (bits / 64) as u64;
     256 + words * words
@@ -237,7 +237,7 @@ impl Number for Big {
         Self::new(|arena| exact(value.hi).add(&exact(value.lo), arena.bits, NEAREST))
     }
     fn pi() -> Self {
-        Self::new(|arena| arena.constants.pi(arena.bits, NEAREST))
+        Self::new(|arena| mutant!("big.pi", arena.constants.pi(arena.bits, NEAREST), |_| exact(std::f64::consts::PI)))
     }
     fn difference(a: f64, b: f64) -> Self {
         Self::new(|_| exact_sum(&exact(a), &exact(-b)))

@@ -28,7 +28,7 @@ pub(crate) const ROUNDOFF_OF_DOUBLE_DOUBLE: f64 = 8.0 / (1u128 << 106) as f64;
 pub(crate) fn two_sum<T: Doubles>(a: T, b: T) -> (T, T) {
     let s = a + b;
     let b_seen = s - a;
-    (s, (a - (s - b_seen)) + (b - b_seen))
+    mutant!("double-double.sum-error", (s, (a - (s - b_seen)) + (b - b_seen)), |(sum, error): (T, T)| (sum, -error))
 }
 
 /// Exact sum for `|a| >= |b|` (Dekker 1971).
@@ -56,7 +56,11 @@ pub(crate) fn two_product<T: Doubles>(a: T, b: T) -> (T, T) {
     let p = a * b;
     let (a_high, a_low) = split(a);
     let (b_high, b_low) = split(b);
-    (p, ((a_high * b_high - p) + a_high * b_low + a_low * b_high) + a_low * b_low)
+    mutant!(
+        "double-double.product-error",
+        (p, ((a_high * b_high - p) + a_high * b_low + a_low * b_high) + a_low * b_low),
+        |(product, error): (T, T)| (product, error + error)
+    )
 }
 
 /// Numbers whose product with a roundoff of double-double is normal, and whose halves do not overflow.
@@ -100,7 +104,7 @@ impl DoubleDouble {
         let root = self.hi.sqrt();
         let (square, error) = two_product(root, root);
         let residual = (self - Self { hi: square, lo: error }).to_f64();
-        let (hi, lo) = fast_two_sum(root, residual / (2.0 * root));
+        let (hi, lo) = fast_two_sum(root, mutant!("double-double.root", residual / (2.0 * root), |step: f64| 0.5 * step));
         Self { hi, lo }
     }
 
@@ -112,7 +116,7 @@ impl DoubleDouble {
         let rest = remainder - divisor * Self::from(second);
         let third = rest.hi / divisor.hi;
         let (hi, lo) = fast_two_sum(first, second);
-        Self { hi, lo } + Self::from(third)
+        Self { hi, lo } + mutant!("double-double.third-quotient", Self::from(third), |_| Self::from(0.0))
     }
 }
 
@@ -129,7 +133,7 @@ impl<T: Doubles> Add for DoubleDouble<T> {
     fn add(self, other: Self) -> Self {
         let (s_hi, s_lo) = two_sum(self.hi, other.hi);
         let (t_hi, t_lo) = two_sum(self.lo, other.lo);
-        let (v_hi, v_lo) = fast_two_sum(s_hi, s_lo + t_hi);
+        let (v_hi, v_lo) = fast_two_sum(s_hi, mutant!("double-double.low-sum", s_lo + t_hi, |_| s_lo));
         let (hi, lo) = fast_two_sum(v_hi, t_lo + v_lo);
         Self { hi, lo }
     }
@@ -163,7 +167,7 @@ impl<T: Doubles> Mul for DoubleDouble<T> {
     #[inline(always)]
     fn mul(self, other: Self) -> Self {
         let (p_hi, p_lo) = two_product(self.hi, other.hi);
-        let cross = self.hi * other.lo + self.lo * other.hi;
+        let cross = mutant!("double-double.cross", self.hi * other.lo + self.lo * other.hi, |_| self.hi * other.lo);
         let (hi, lo) = fast_two_sum(p_hi, p_lo + cross);
         Self { hi, lo }
     }

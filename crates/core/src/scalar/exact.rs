@@ -139,7 +139,7 @@ pub(crate) fn height(n: DVec3, point: DVec3, origin: DVec3, power: f64) -> Doubl
     let mut sum = WideSum::ZERO;
     for i in 0..3 {
         sum.add([n[i], point[i], power], false);
-        sum.add([n[i], origin[i], power], true);
+        sum.add([n[i], origin[i], power], mutant!("exact.subtracted", true, |_| false));
     }
     sum.to_double_double()
 }
@@ -150,7 +150,7 @@ fn dot(n: [f64; 3], r: [DoubleDouble; 3]) -> DoubleDouble {
     for (factor, component) in n.into_iter().zip(r) {
         for part in [component.lo, component.hi] {
             let (product, error) = two_product(factor, part);
-            sum.add(error);
+            sum.add(mutant!("exact.product-error", error, |_| 0.0));
             sum.add(product);
         }
     }

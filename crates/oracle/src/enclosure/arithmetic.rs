@@ -14,6 +14,8 @@ use crate::enclosure::legendre::Rules;
 pub enum Arithmetic {
     /// Pairs of doubles, about 31 digits inside: 15 to 24 digits of the result.
     DoubleDouble,
+    /// 192 to 512 bits kept on the stack, then as [`Self::Astro`].
+    Limbs,
     /// Any number of bits, in Rust: `astro-float`, round to nearest.
     Astro,
     /// Any number of bits, MPFR through `rug`: the same bits as [`Self::Astro`], sooner.

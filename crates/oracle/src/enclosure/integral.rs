@@ -6,6 +6,8 @@
 
 use std::sync::Arc;
 
+use radgrad_core::mutant;
+
 use crate::enclosure::arithmetic::Real;
 use crate::enclosure::ball::{Ball, BallVector, along, dot};
 use crate::enclosure::cell::Cell;
@@ -55,7 +57,16 @@ fn mapped<T: Real>([low, high]: [f64; 2], count: usize, jacobian: Jacobian, powe
     match jacobian {
         Jacobian::One => {}
         Jacobian::Rising => weights = times(&weights),
-        Jacobian::Falling => weights = weights.iter().zip(&nodes).map(|(w, s)| w * &(&one - s)).collect(),
+        Jacobian::Falling => {
+            weights = weights
+                .iter()
+                .zip(&nodes)
+                .map(|(w, s)| {
+                    mutant!("oracle.jacobian", w * &(&one - s), |falling: Ball<T>| &falling
+                        + &(w * &(s * &Ball::from_f64(1e-14, bits))))
+                })
+                .collect()
+        }
     }
     let mut all = vec![weights];
     for k in 1..powers {

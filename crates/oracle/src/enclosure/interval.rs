@@ -83,6 +83,14 @@ impl Interval {
         (&reach - &distance).sign() >= 0
     }
 
+    /// The distance of the midpoints over the sum of the radii: above 1 they have no point in common, and 0 where both are the same
+    /// number.
+    #[must_use]
+    pub fn share_apart(&self, other: &Self) -> f64 {
+        let distance = (&self.middle - &other.middle).magnitude();
+        if distance == 0.0 { 0.0 } else { distance / (self.radius + other.radius) }
+    }
+
     /// All differences of a number of this and one of the other interval.
     #[must_use]
     pub fn less(&self, other: &Self) -> Self {

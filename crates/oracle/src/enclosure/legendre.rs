@@ -9,6 +9,8 @@
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, PoisonError};
 
+use radgrad_core::mutant;
+
 use crate::enclosure::arithmetic::Real;
 use crate::enclosure::astro::Astro;
 use crate::enclosure::ball::Ball;
@@ -80,7 +82,7 @@ fn node(count: usize, index: usize, bits: usize) -> (Ball<Astro>, Ball<Astro>) {
     let mut x = Astro::from_f64(start(count, index), bits);
     let mut correct = 40;
     while correct < bits {
-        x = newton(count, &x, bits);
+        x = mutant!("oracle.node", newton(count, &x, bits), |_| x);
         correct *= 2;
     }
     let error = recurrence_error(count, bits);
@@ -147,14 +149,17 @@ fn legendre(count: usize, x: &Astro, bits: usize) -> (Astro, Astro) {
 /// most `(2 (2k+1) + k + (3k+1) + (k+1)) 1.02 e <= 10 n e` (two roundings of the first product, one of the second, of the
 /// difference and of the quotient times k+1), and the module's argument gives n times that.
 fn recurrence_error(count: usize, bits: usize) -> f64 {
-    scaled((10 * count * count + 10) as f64, -i32::try_from(bits).unwrap_or(i32::MAX))
+    scaled(
+        mutant!("oracle.recurrence", (10 * count * count + 10) as f64, |units| 1e-6 * units),
+        -i32::try_from(bits).unwrap_or(i32::MAX),
+    )
 }
 
 /// `2 (1 - x^2) / (n P_{n-1})^2`.
 fn weight(count: usize, x: &Ball<Astro>, previous: &Ball<Astro>, bits: usize) -> Ball<Astro> {
     let one = Ball::from_f64(1.0, bits);
     let root = &Ball::from_f64(count as f64, bits) * previous;
-    let above = &Ball::from_f64(2.0, bits) * &(&one - &(x * x));
+    let above = &mutant!("oracle.weight", Ball::from_f64(2.0, bits), |_| Ball::from_f64(2.0 + 1e-15, bits)) * &(&one - &(x * x));
     above.divided_by(&(&root * &root))
 }
 

@@ -5,6 +5,7 @@ from typing import Any, Callable, Optional, Sequence, Tuple, final
 
 import numpy as np
 from numpy.typing import NDArray
+from typing_extensions import Self
 
 _Doubles = NDArray[np.float64]
 _Reals = NDArray[Any]
@@ -61,7 +62,7 @@ class Polynomial:
     def __reduce__(self) -> Tuple[Any, ...]: ...
 
 class Emitter:
-    def __new__(cls, vertices: _Doubles, emission: Any) -> Emitter: ...
+    def __new__(cls, vertices: _Doubles, emission: Any) -> Self: ...
     @property
     def vertices(self) -> _Doubles: ...
     @property

@@ -12,10 +12,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _radgrad
-from ._evaluate import Floats, _numbers, _rows
+from ._evaluate import Floats, _numbers, _rows, _whole
 
 if TYPE_CHECKING:
-    from scipy.sparse import csr_array
+    from scipy.sparse import csr_array  # type: ignore[import-untyped]
 
 PathLike = Union[str, "os.PathLike[str]"]
 
@@ -98,7 +98,7 @@ class Scene:
             raise ValueError(f"{len(names)} names for {count} faces: give one for each")
         named = [str(name) for name in names] if names is not None else [f"face {index}" for index in range(count)]
         self._core = _radgrad.SceneCore.from_arrays(
-            np.ascontiguousarray(points),
+            _whole(points),
             np.array([len(outline) for outline in outlines], dtype=np.int64),
             np.concatenate([np.zeros(0, dtype=np.int64), *outlines]),
             _per_face(shares, "reflectance", count, len(channels)),
@@ -374,7 +374,7 @@ def _per_face(values: Floats, what: str, faces: int, channels: int) -> Floats:
         whole = np.broadcast_to(column, (faces, channels))
     except ValueError:
         raise ValueError(f"{what} has shape {values.shape}: expected ({faces},) or ({faces}, {channels})") from None
-    return np.ascontiguousarray(whole).reshape(-1)
+    return _whole(whole).reshape(-1)
 
 
 class Factors:
@@ -571,6 +571,9 @@ class Solution:
         camera: Sequence[Any],
         size: "Tuple[int, int]" = (512, 512),
         file: Optional[PathLike] = None,
+        samples: int = 4,
+        exposure: float = 0.0,
+        tone: str = "reinhard",
         gather: bool = False,
         hermite: bool = False,
     ) -> Picture:
@@ -584,8 +587,14 @@ class Solution:
             In pixels.
         file : str or path, optional
             Write it too: ``.exr`` (radiosity and bound) or ``.png`` (tone-mapped).
+        samples : int
+            Rays a pixel, of which the mean is taken.
+        exposure : float
+            Stops by which a ``.png`` is brighter, each twice as bright.
+        tone : "reinhard" or "linear"
+            Tone curve of a ``.png``.
         gather : bool
-            One exact gather a pixel instead of the polynomials.
+            One exact gather a ray instead of the polynomials.
         hermite : bool
             Continuous cubic patches instead of the polynomials.
 
@@ -603,6 +612,7 @@ class Solution:
         if numbers.size != 10:
             raise ValueError(f"camera has {numbers.size} numbers: expected ten, eye, target, up and field of view")
         options = [f"--camera={' '.join(map(repr, numbers.tolist()))}", f"--size={int(size[0])}x{int(size[1])}"]
+        options += [f"--samples={int(samples)}", f"--exposure={float(exposure)!r}", f"--tone={tone}"]
         options += ["--gather"] * bool(gather) + ["--hermite"] * bool(hermite)
         if file is not None:
             options.append(f"--view={os.fspath(file)}")
@@ -619,7 +629,8 @@ def _on_face(on: Optional[str]) -> Optional[bool]:
 
 def _gathered(columns: Any, shape: "tuple[int, ...]", channels: int) -> Gathered:
     *numbers, face = columns
-    return Gathered(*[column.reshape((*shape, channels)) for column in numbers], face.reshape(shape)[()])
+    found = [column.reshape((*shape, channels)) for column in numbers]
+    return Gathered(found[0], found[1], found[2], found[3], found[4], found[5], face.reshape(shape)[()])
 
 
 def _pairs(points: Any, normals: Any) -> "tuple[tuple[int, ...], Floats, Floats]":
@@ -630,7 +641,7 @@ def _pairs(points: Any, normals: Any) -> "tuple[tuple[int, ...], Floats, Floats]
     except ValueError:
         shapes = f"points {positions.shape[:-1]} and normals {directions.shape[:-1]}"
         raise ValueError(f"{shapes} cannot be broadcast together") from None
-    rows = [np.ascontiguousarray(np.broadcast_to(array, (*shape, 3)).reshape(-1, 3)) for array in (positions, directions)]
+    rows = [_whole(np.broadcast_to(array, (*shape, 3)).reshape(-1, 3)) for array in (positions, directions)]
     return shape, rows[0], rows[1]
 
 

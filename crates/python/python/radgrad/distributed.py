@@ -19,6 +19,7 @@ from numpy.typing import ArrayLike
 
 from . import _radgrad
 from ._audit import AuditReport, _checked
+from ._evaluate import _whole
 from ._scene import Factors, Gathered, Scene, Solution, _from_bytes, _gathered, _on_face, _pairs, _settings, _solved_again
 
 if TYPE_CHECKING:
@@ -62,10 +63,13 @@ def _threads(client: "Client") -> int:
 
 
 def _sent(client: "Client", scene: Scene) -> "tuple[str, Any]":
-    """The digest of a scene, and its bytes as a future that workers take from the scheduler's hand or from each other."""
-    content, notes = scene._core.to_bytes(), scene.notes
+    """The digest of a scene, and its bytes as a task: made once, handed from worker to worker, and made again if its holder dies."""
     digest = scene.digest
-    return digest, client.scatter((content, notes), hash=True)
+    return digest, client.submit(_held, scene._core.to_bytes(), scene.notes, key=f"radgrad-scene-{digest}")
+
+
+def _held(content: bytes, notes: "list[str]") -> "tuple[bytes, list[str]]":
+    return content, notes
 
 
 def _scene(digest: str, sent: "tuple[bytes, list[str]]") -> Scene:
@@ -143,7 +147,7 @@ def _job(
     """A job of `gather`."""
     scene = _scene(digests[0], sent)
     solution: Solution = _keep("/".join(digests), lambda: _solved_again(scene, again, digests[1]))
-    return solution._core.gather(points, normals, on_face, [len(points)])
+    return solution._core.gather(_whole(points), _whole(normals), on_face, [len(points)])
 
 
 def gather(

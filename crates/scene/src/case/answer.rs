@@ -5,7 +5,7 @@ use serde::ser::{Serialize, SerializeStruct, Serializer};
 use super::Id;
 use crate::Error;
 
-/// What is written for a case that has an answer.
+/// The output for a case that has an answer.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 #[serde(untagged)]
 pub enum Reply {
@@ -112,7 +112,7 @@ impl DigitsRecord {
     }
 }
 
-/// Radiosity and gradient of an emission without a closed form. What stands beside them is an estimate of their error, no bound.
+/// Radiosity and gradient of an emission without a closed form. The errors beside them are estimates, not bounds.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct EstimateRecord {
     /// Name of the case.

@@ -23,7 +23,7 @@ const COARSE: usize = 4;
 /// Triangles that are evaluated before it is said that the tolerance was not reached.
 const MOST_TRIANGLES: usize = 4000;
 
-/// The relative errors of values of the emission and of what is summed, above which it may be asked to come down.
+/// The relative errors of values of the emission and of the integrand, above which it may be asked to come down.
 const ROUNDING: f64 = 1e-15;
 
 /// Radiosity and gradient, and by how much each is estimated to be off.
@@ -37,7 +37,7 @@ pub(super) struct Estimate {
     pub(super) converged: bool,
 }
 
-/// What one triangle gives, with lengths multiplied by a power of two.
+/// The integrals over one triangle, with lengths multiplied by a power of two.
 #[derive(Debug, Clone, Copy)]
 struct Piece {
     corners: [DVec3; 3],
@@ -70,7 +70,7 @@ impl Ord for Ranked {
     }
 }
 
-/// What is integrated, lengths multiplied by a power of two.
+/// The problem to integrate, lengths multiplied by a power of two.
 struct Task<'a> {
     receiver: Receiver,
     occluders: Vec<Polygon>,
@@ -187,7 +187,7 @@ impl<'a> Task<'a> {
         Ok(Self { receiver: moved.map_err(Error::Receiver)?, occluders: screens, expression, axes, scale, tolerance })
     }
 
-    /// What a triangle gives; `None` if it is too small to be one.
+    /// The integrals over a triangle; `None` if it is too small to be one.
     fn piece(&self, corners: [DVec3; 3]) -> Result<Option<Piece>, Error> {
         let Ok(triangle) = Polygon::new(corners.to_vec()) else { return Ok(None) };
         let mut answers = Vec::with_capacity(2);
@@ -210,25 +210,24 @@ impl<'a> Task<'a> {
     /// The polynomial through the values on the lattice; `None` if the triangle is too thin for one.
     fn polynomial(&self, [a, b, c]: [DVec3; 3], degree: usize) -> Result<Option<Polynomial>, Error> {
         let n = degree as f64;
-        let mut table = vec![vec![0.0; degree + 1]; degree + 1];
+        // By rows of i, of which each is one shorter than the one before.
+        let mut table: Vec<Vec<f64>> = Vec::with_capacity(degree + 1);
         for i in 0..=degree {
-            for j in 0..=degree - i {
-                let point = a + (b - a) * (i as f64 / n) + (c - a) * (j as f64 / n);
-                table[i][j] = self.expression.at(point / self.scale)?;
-            }
+            let place = |j: usize| a + (b - a) * (i as f64 / n) + (c - a) * (j as f64 / n);
+            let row: Result<_, Error> = (0..=degree - i).map(|j| self.expression.at(place(j) / self.scale)).collect();
+            table.push(row?);
         }
         // Differences along the first index, then along the second.
         for order in 1..=degree {
             for i in (order..=degree).rev() {
-                for j in 0..=degree - i {
-                    table[i][j] -= table[i - 1][j];
-                }
+                let (before, row) = table.split_at_mut(i);
+                row[0].iter_mut().zip(&before[i - 1]).for_each(|(value, before)| *value -= before);
             }
         }
-        for order in 1..=degree {
-            for i in 0..=degree - order {
-                for j in (order..=degree - i).rev() {
-                    table[i][j] -= table[i][j - 1];
+        for row in &mut table {
+            for order in 1..row.len() {
+                for j in (order..row.len()).rev() {
+                    row[j] -= row[j - 1];
                 }
             }
         }
@@ -244,7 +243,7 @@ impl<'a> Task<'a> {
         along_first.0[0][0] = 1.0;
         for (i, row) in table.iter().enumerate() {
             let mut product = along_first.clone();
-            for (j, difference) in row.iter().take(degree + 1 - i).enumerate() {
+            for (j, difference) in row.iter().enumerate() {
                 sum.add(&product, *difference);
                 product = product.times(forms[1], -(j as f64), 1.0 / (j + 1) as f64);
             }
@@ -297,7 +296,7 @@ impl Bivariate {
         }
     }
 
-    /// Times `factor (form + constant)`; what is beyond the degree is not asked for.
+    /// Times `factor (form + constant)`, without the terms beyond the degree.
     fn times(&self, form: [f64; 2], constant: f64, factor: f64) -> Self {
         let mut product = Self(self.0.iter().map(|row| row.iter().map(|c| c * constant * factor).collect()).collect());
         for (i, row) in self.0.iter().enumerate() {

@@ -13,8 +13,11 @@ const DEEPEST: usize = 100;
 /// Bytes that an expression may have, so that a long sum does not nest too deep either.
 const LONGEST: usize = 1000;
 
+type OfOne = fn(f64) -> f64;
+type OfTwo = fn(f64, f64) -> f64;
+
 /// Functions of one number.
-const FUNCTIONS: [(&str, fn(f64) -> f64); 16] = [
+const FUNCTIONS: [(&str, OfOne); 16] = [
     ("abs", f64::abs),
     ("acos", libm::acos),
     ("asin", libm::asin),
@@ -34,7 +37,7 @@ const FUNCTIONS: [(&str, fn(f64) -> f64); 16] = [
 ];
 
 /// Functions of two.
-const OF_TWO: [(&str, fn(f64, f64) -> f64); 4] =
+const OF_TWO: [(&str, OfTwo); 4] =
     [("atan2", libm::atan2), ("max", crate::largest), ("min", crate::smallest), ("pow", libm::pow)];
 
 /// An expression of the position.
@@ -45,8 +48,8 @@ pub(super) struct Expression(Node);
 enum Node {
     Number(f64),
     Coordinate(usize),
-    Of(fn(f64) -> f64, Box<Self>),
-    OfTwo(fn(f64, f64) -> f64, Box<[Self; 2]>),
+    Of(OfOne, Box<Self>),
+    OfTwo(OfTwo, Box<[Self; 2]>),
 }
 
 impl Node {
@@ -59,7 +62,7 @@ impl Node {
         }
     }
 
-    fn of_two(function: fn(f64, f64) -> f64, first: Self, second: Self) -> Self {
+    fn of_two(function: OfTwo, first: Self, second: Self) -> Self {
         Self::OfTwo(function, Box::new([first, second]))
     }
 }
@@ -178,7 +181,7 @@ impl Parser<'_> {
 
     /// The longest run of digits, with a point and an exponent.
     fn number(&mut self) -> Result<Node, Error> {
-        let rest = self.text[self.at..].as_bytes();
+        let rest = &self.text.as_bytes()[self.at..];
         let mut end = 0;
         let digits = |mut end: usize| {
             while rest.get(end).is_some_and(u8::is_ascii_digit) {

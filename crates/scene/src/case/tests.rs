@@ -10,7 +10,7 @@ fn with(part: &str, replacement: &str) -> String {
     VALID.replacen(part, replacement, 1)
 }
 
-/// What is written for a line that has an answer in doubles.
+/// The answer to a line, in doubles.
 fn doubles(line: &str) -> AnswerRecord {
     match Line::read(1, line.as_bytes()).unwrap().unwrap().answer() {
         Ok(Reply::Doubles(answer)) => answer,

@@ -22,7 +22,7 @@ mod fusion;
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 
-use radgrad_core::Polygon;
+use radgrad_core::{Polygon, mutant};
 
 use self::cell::{Cell, NEAR, Plane};
 use self::division::division;
@@ -224,8 +224,8 @@ impl<'a> Search<'a> {
             known = found;
             guess = larger(whole.most() - known.seen - known.hidden, 0.0);
         }
-        self.passing.seen += known.seen;
-        self.passing.hidden += known.hidden;
+        self.passing.seen += mutant!("factors.passing-seen", known.seen, |seen| 1.5 * seen);
+        self.passing.hidden += mutant!("factors.passing-hidden", known.hidden, |hidden| 1.5 * hidden);
         self.open.push(Mixed { cells, screens: hiding, passing: known, guess });
     }
 }

@@ -13,7 +13,7 @@ mod clip;
 mod edges;
 mod far;
 
-use radgrad_core::{DVec3, Polygon};
+use radgrad_core::{DVec3, Polygon, mutant};
 
 use crate::projection::normalising_power;
 
@@ -82,7 +82,9 @@ pub(super) fn exchange_parts(parts: [&Part<'_>; 2], truncation: f64) -> Exchange
     let by_contour = || contour(outlines, CONTOUR * truncation * rough(outlines, normals, areas));
     let found = far::exchange(outlines, normals, truncation).unwrap_or_else(by_contour);
     let seen = far::most_seen(outlines, areas);
-    let displaced = moved * (perimeter(outlines[0]) * seen[1] + perimeter(outlines[1]) * seen[0]);
+    let displaced =
+        mutant!("factors.displaced", moved * (perimeter(outlines[0]) * seen[1] + perimeter(outlines[1]) * seen[0]), |error| 0.1
+            * error);
     // Rounding of the bound itself, and of the scale, which is a power of two.
     Exchange { area: found.area / power / power, error: (found.error + displaced) * (1.0 + 1e-12) / power / power }
 }
@@ -110,7 +112,10 @@ fn contour([a, b]: [&[DVec3]; 2], truncation: f64) -> Exchange {
         }
     }
     let unit = std::f64::consts::TAU;
-    Exchange { area: sum / unit, error: (error + 4.0 * ROUNDOFF * sum.abs()) / unit }
+    Exchange {
+        area: sum / unit,
+        error: mutant!("factors.contour-error", (error + 4.0 * ROUNDOFF * sum.abs()) / unit, |error| 0.01 * error),
+    }
 }
 
 fn perimeter(outline: &[DVec3]) -> f64 {

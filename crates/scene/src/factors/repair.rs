@@ -90,7 +90,8 @@ impl FactorMatrix {
                 let (candidate, candidate_free) = self.moved(before, &next);
                 let left = self.lacking(&candidate);
                 let squares = |of: &[f64]| of.iter().map(|x| x * x).sum::<f64>();
-                if squares(&left) < squares(&lacking) {
+                // Where large rows lack their rounding, small ones may still lack more of themselves.
+                if squares(&left) < squares(&lacking) || self.worst(&left) < norm {
                     (multipliers, moved, free, lacking) = (next, candidate, candidate_free, left);
                     break;
                 }

@@ -1,6 +1,6 @@
 //! A scene from arrays in memory: each face a list of vertices, the name of its surface, and what it reflects and emits.
 //!
-//! It passes through what files pass through: faces that are not planar are split, with a note; what is no polygon is refused, or
+//! The same rules hold as for files: faces that are not planar are split, with a note; a face that is no polygon is refused, or
 //! dropped, with the index of the face.
 
 use std::collections::HashMap;
@@ -12,7 +12,7 @@ use super::{Intake, Scene};
 use crate::reading::Budget;
 use crate::{Degenerate, Error, Position, Reading};
 
-/// What is said in the place of a file's name.
+/// Stands in the place of a file's name.
 const FILE: &str = "arrays";
 
 /// A face in memory.
@@ -56,7 +56,7 @@ impl Scene {
         faces: impl IntoIterator<Item = GivenFace>,
         degenerate: Degenerate,
     ) -> Result<Self, Error> {
-        // What is in memory already needs no other budget.
+        // Data in memory already need no other budget.
         let mut intake = Intake::new(Self::new(channels)?, Path::new(FILE), degenerate.into(), &Budget::new(Reading::UNLIMITED));
         let mut materials: HashMap<Vec<u64>, usize> = HashMap::new();
         for (index, face) in faces.into_iter().enumerate() {

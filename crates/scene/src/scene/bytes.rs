@@ -1,7 +1,8 @@
 //! A scene as bytes, to be sent to another machine: the same faces, materials and textures back, bit for bit, without the notes of
 //! its reader.
 //!
-//! JSON. What comes back passes through the constructors of [`Scene`], so bytes that were tampered with are refused as a file is.
+//! JSON. The scene read back passes through the constructors of [`Scene`], so bytes that were tampered with are refused as a file
+//! is.
 
 use std::path::PathBuf;
 use std::sync::Arc;

@@ -83,6 +83,8 @@ mod left;
 mod nodes;
 mod terms;
 
+use radgrad_core::mutant;
+
 use radgrad_scene::{largest, smallest as least};
 use rayon::prelude::*;
 
@@ -364,7 +366,7 @@ impl Solved<'_> {
             };
             fill(far.clusters().iter().map(of).collect())
         };
-        largest(bounds(true) - low, high + bounds(false)) * ROUNDED
+        mutant!("solver.left-of-far", largest(bounds(true) - low, high + bounds(false)) * ROUNDED, |left| 0.01 * left)
     }
 }
 
@@ -497,8 +499,14 @@ impl Proven {
     /// Bound on the error of the polynomials at every place of a leaf, with the receiver that it is or is below.
     pub(crate) fn on(&self, leaf: usize, receiver: usize, channel: usize) -> Ledger {
         let left = self.direct[leaf][channel].largest + self.reflected[receiver][channel].largest;
-        let all =
-            left + self.shares[channel].map(|share| if share > 0.0 { share * self.carried[receiver][channel] } else { 0.0 });
+        let all = left
+            + self.shares[channel].map(|share| {
+                if share > 0.0 {
+                    mutant!("solver.carried", share * self.carried[receiver][channel], |carried| 0.01 * carried)
+                } else {
+                    0.0
+                }
+            });
         let (total, [most, _]) = (all.total(), self.most_off[leaf][channel]);
         if most < total { all * (most / total * ROUNDED) } else { all }
     }
@@ -528,7 +536,9 @@ impl Proven {
                 off += view.at_most(left.whole, left.largest);
                 most_off = largest(most_off, left.largest);
             }
-            let total = least(least(near, most) + fill(seen), least(off, most_off)) * rho * ROUNDED;
+            let at_point =
+                mutant!("solver.at-point", least(least(near, most) + fill(seen), least(off, most_off)), |total| 0.01 * total);
+            let total = at_point * rho * ROUNDED;
             self.shares[channel].map(|share| if share > 0.0 { share * total } else { 0.0 })
         };
         rho.iter().enumerate().map(of_channel).collect()
@@ -538,7 +548,7 @@ impl Proven {
 /// What is gathered at most of something by its largest value and its mean.
 fn gathered(factor: f64, peak: f64, most: f64, mean: f64) -> f64 {
     let by_mean = if peak.is_finite() { peak * mean } else { f64::INFINITY };
-    least(factor * most, by_mean)
+    mutant!("solver.gathered", least(factor * most, by_mean), |most| 0.01 * most)
 }
 
 /// What any place of a receiver sees at most of sources and of clusters.

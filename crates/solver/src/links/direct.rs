@@ -85,6 +85,11 @@ impl Lamps {
         if roots.len() <= FEW && area(&roots) <= SMALL * area(mesh.roots()) { Self { roots } } else { Self::default() }
     }
 
+    /// Elements of the coarsest mesh.
+    pub(crate) fn roots(&self) -> &[usize] {
+        &self.roots
+    }
+
     pub(crate) fn is_empty(&self) -> bool {
         self.roots.is_empty()
     }
@@ -125,7 +130,7 @@ impl Lamps {
         self.roots.iter().copied().zip(&leaf.sights)
     }
 
-    /// What a point sees of each lamp's root.
+    /// A point's sight of each lamp's root.
     pub(crate) fn sights_from(&self, mesh: &Mesh, station: &Station) -> Result<Vec<Sight>, Error> {
         self.roots.iter().map(|&root| station.sight(mesh, root, None)).collect()
     }

@@ -1,4 +1,4 @@
-//! What gathers: an element at its nodes, or a point that may be on no face.
+//! Gatherers of light: an element at its nodes, or a point that may be on no face.
 
 use radgrad_core::DVec3;
 
@@ -7,7 +7,7 @@ use crate::links::station::Station;
 use crate::mesh::clusters::Cluster;
 use crate::mesh::{Mesh, Sight};
 
-/// What gathers.
+/// A gatherer of light.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Gatherer<'a> {
     /// An element.
@@ -41,7 +41,7 @@ impl<'a> Gatherer<'a> {
         }
     }
 
-    /// What it sees of a source, all of it among `known` where those were found for a larger one.
+    /// Its sight of a source, all of it among `known` where the faces in between were found for a larger one.
     pub(crate) fn sight(self, mesh: &Mesh, source: usize, known: Option<&[usize]>) -> Result<Sight, Error> {
         Ok(match (self, known) {
             // Where nothing is between larger ones nothing is between these.

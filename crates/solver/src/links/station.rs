@@ -31,7 +31,7 @@ impl Station {
         Receiver::new(self.point, self.normal, 1.0).map_err(|source| self.refused(source))
     }
 
-    /// What it sees of an element, among `known`.
+    /// Its sight of an element, among `known`.
     pub(crate) fn sight(&self, mesh: &Mesh, source: usize, known: Option<&[usize]>) -> Result<Sight, Error> {
         Ok(match self.face {
             Some(face) => mesh.sight_of_point(face, self.point, source, known),
@@ -39,7 +39,7 @@ impl Station {
         })
     }
 
-    /// What it receives cannot be represented.
+    /// The error if the light it receives cannot be represented.
     pub(crate) const fn refused(&self, source: radgrad_core::Error) -> Error {
         match self.face {
             Some(face) => Error::Evaluation { face, source },

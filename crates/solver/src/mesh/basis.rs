@@ -298,6 +298,19 @@ impl Basis {
         Excess { last, next, largest: above.magnitude(&coefficients), beyond, spread }
     }
 
+    /// The basis of the next degree; it has none itself.
+    pub(crate) fn above(&self) -> Option<&Self> {
+        self.above.as_deref()
+    }
+
+    /// The part of the next degree of samples at the nodes, in the basis of that degree.
+    pub(crate) fn next(&self, samples: &[f64]) -> Vec<f64> {
+        let mut coefficients = self.above().map_or_else(Vec::new, |above| above.project(samples));
+        let own = self.len().min(coefficients.len());
+        coefficients[..own].fill(0.0);
+        coefficients
+    }
+
     /// A bound on the magnitude of each function.
     pub(crate) fn sizes(&self) -> &[f64] {
         &self.sizes

@@ -6,6 +6,12 @@
 //! edge's cubic: so the patches on its other side are restrictions of that cubic, and meet it without a gap (M. Bastos et al. 1993
 //! cut the larger patch instead).
 //!
+//! A cubic may leave the range of what it goes through, most where a gradient grows without limit, and a vertex in a shadow that only
+//! just reaches the leaf may stand for too much of it. So each patch is held to what is known of the light on its leaf: the polynomial and
+//! its detail ([`crate::solve::detail`]). Its Bernstein coefficients must be in the range of the values at its corners and of these, by
+//! no more than the detail beyond it, and not below 0; and at the nodes it must be no farther from them than the polynomial is, in the root mean square. Else the polynomial
+//! stays, and where that may be negative it is drawn toward its mean (X. Zhang and C.-W. Shu 2010): there neighbours do not meet.
+//!
 //! What the patches err by against an exact gather is `O(h^4)` where the radiosity is smooth, and first order across a shadow's
 //! edge. Where two faces meet the gradient has a logarithmic pole, and radiosity a limit that is not its value, what lies in an
 //! emitter's plane receiving nothing: there a vertex is sampled at a 32nd of the way to the leaf's centre, and carried back along
@@ -15,9 +21,11 @@
 use std::collections::HashMap;
 
 use radgrad_core::DVec3;
+use radgrad_scene::{largest, smallest};
 use rayon::prelude::*;
 
 use crate::error::Error;
+use crate::mesh::basis::Basis;
 use crate::mesh::shape::Shape;
 use crate::picture::hermite::HermitePatch;
 use crate::solve::solution::Solution;
@@ -35,7 +43,15 @@ const CELLS: f64 = (1_u64 << 32) as f64;
 #[derive(Debug, Clone)]
 pub struct Reconstruction {
     /// For each element, if it is a leaf, channel after channel.
-    patches: Vec<Vec<HermitePatch>>,
+    pieces: Vec<Vec<Piece>>,
+    bases: [Basis; 2],
+}
+
+/// What is on a leaf.
+#[derive(Debug, Clone)]
+enum Piece {
+    Patch(HermitePatch),
+    Polynomial { shape: Shape, coefficients: Vec<f64> },
 }
 
 /// What is known of a vertex, in each channel.
@@ -71,9 +87,7 @@ impl Solution {
     /// If a radiosity or a gradient cannot be represented.
     pub fn reconstruct(&self) -> Result<Reconstruction, Error> {
         let mut vertices = Vertices::of(self);
-        let sampled = vertices.all.par_iter().map(|v| self.sampled(v)).collect::<Result<Vec<Vertex>, Error>>()?;
-        vertices.all = sampled;
-        vertices.join(self);
+        vertices.all = vertices.all.par_iter().map(|v| self.sampled(v)).collect::<Result<Vec<Vertex>, Error>>()?;
         let mesh = self.mesh();
         let middles: Vec<Option<Vec<f64>>> = (0..mesh.elements().len())
             .into_par_iter()
@@ -82,33 +96,84 @@ impl Solution {
                 if !element.is_leaf() || element.shape() != Shape::Triangle {
                     return Ok(None);
                 }
-                self.gather_on(leaf, element.centre()).map(|gathered| Some(gathered.radiosity))
+                self.radiosity_on(leaf, element.centre()).map(Some)
             })
             .collect::<Result<_, Error>>()?;
-        let patch = |leaf: usize, channel: usize| {
-            let [u, v] = mesh.elements()[leaf].axes();
-            let corners: Vec<&Vertex> = vertices.of_leaf[leaf].iter().map(|&v| &vertices.all[v]).collect();
-            let value = |k: usize| corners[k].values[channel];
-            let slopes = |k: usize| [u, v].map(|axis| corners[k].gradients[channel].dot(axis));
-            match &middles[leaf] {
-                Some(middle) => HermitePatch::on_triangle([0, 1, 2].map(value), [0, 1, 2].map(slopes), middle[channel]),
-                None => HermitePatch::on_parallelogram([0, 1, 2, 3].map(value), [0, 1, 2, 3].map(slopes)),
-            }
-        };
+        vertices.join(self);
         let of_leaf = |leaf: usize| {
             let channels = if mesh.elements()[leaf].is_leaf() { self.channels().len() } else { 0 };
-            (0..channels).map(|channel| patch(leaf, channel)).collect()
+            let piece = |channel: usize| {
+                let middle = middles[leaf].as_ref().map(|middle| middle[channel]);
+                let patch = self.patch(&vertices, leaf, channel, middle);
+                let corners = vertices.of_leaf[leaf].iter().map(|&vertex| vertices.all[vertex].values[channel]);
+                if self.is_close(&patch, corners.chain(middle), leaf, channel) {
+                    Piece::Patch(patch)
+                } else {
+                    Piece::Polynomial { shape: mesh.elements()[leaf].shape(), coefficients: self.not_negative(leaf, channel) }
+                }
+            };
+            (0..channels).map(piece).collect()
         };
-        Ok(Reconstruction { patches: (0..mesh.elements().len()).map(of_leaf).collect() })
+        let pieces = (0..mesh.elements().len()).into_par_iter().map(of_leaf).collect();
+        Ok(Reconstruction { pieces, bases: mesh.bases().clone() })
+    }
+
+    /// The cubic patch of a leaf.
+    fn patch(&self, vertices: &Vertices, leaf: usize, channel: usize, middle: Option<f64>) -> HermitePatch {
+        let [u, v] = self.mesh().elements()[leaf].axes();
+        let corners: Vec<&Vertex> = vertices.of_leaf[leaf].iter().map(|&v| &vertices.all[v]).collect();
+        let value = |k: usize| corners[k].values[channel];
+        let slopes = |k: usize| [u, v].map(|axis| corners[k].gradients[channel].dot(axis));
+        match middle {
+            Some(middle) => HermitePatch::on_triangle([0, 1, 2].map(value), [0, 1, 2].map(slopes), middle),
+            None => HermitePatch::on_parallelogram([0, 1, 2, 3].map(value), [0, 1, 2, 3].map(slopes)),
+        }
+    }
+
+    /// Whether a patch is as near to the light that is known on its leaf as the polynomial, and in its range.
+    fn is_close(&self, patch: &HermitePatch, through: impl Iterator<Item = f64>, leaf: usize, channel: usize) -> bool {
+        let (basis, detail) = (self.mesh().basis(leaf), &self.details()[leaf][channel]);
+        let Some(above) = basis.above() else { return false };
+        let mut known = detail.coefficients.clone();
+        known.iter_mut().zip(self.coefficients_on(leaf, channel)).for_each(|(sum, c)| *sum += c);
+        let [low, high] = above.range(&known);
+        // Light differs from both together by no more than from the polynomial alone, and by what samples have beyond them.
+        let slack = above.magnitude(&detail.coefficients) + detail.beyond;
+        let known_range = [largest(low - slack, 0.0), high + slack];
+        let [low, high] = through.fold(known_range, |[low, high], value| [smallest(low, value), largest(high, value)]);
+        let [from, to] = patch.range();
+        let square = |coefficients: &[f64], of: &dyn Fn([f64; 2]) -> f64| -> f64 {
+            let at = |place: [f64; 2]| above.values(place).iter().zip(coefficients).map(|(v, c)| v * c).sum::<f64>() - of(place);
+            basis.nodes().iter().map(|node| node.weight * at(node.at).powi(2)).sum()
+        };
+        // Light itself differs from the detail by what is beyond it, and a patch may be that light.
+        let by_polynomial = square(&detail.coefficients, &|_| 0.0) + 2.0 * detail.beyond * detail.beyond;
+        low <= from && to <= high && square(&known, &|place| patch.value(place)) <= by_polynomial
+    }
+
+    /// Coefficients of the polynomial on a leaf, drawn toward its mean as far as it may be negative.
+    fn not_negative(&self, leaf: usize, channel: usize) -> Vec<f64> {
+        let mut coefficients = self.coefficients_on(leaf, channel);
+        let [low, _] = self.mesh().basis(leaf).range(&coefficients);
+        if low < 0.0 {
+            let mean = largest(coefficients[0], 0.0);
+            let part = mean / (mean - low);
+            coefficients.iter_mut().for_each(|c| *c *= part);
+            coefficients[0] = mean;
+        }
+        coefficients
     }
 
     fn sampled(&self, vertex: &Vertex) -> Result<Vertex, Error> {
         let (element, reach) = (&self.mesh().elements()[vertex.leaf], TOUCHES * self.extent);
         let touches = self.mesh().touches(vertex.position, element.face(), reach);
         let inward = if touches { (element.centre() - vertex.position) * INWARD } else { DVec3::ZERO };
-        let gathered = self.gather_on(vertex.leaf, vertex.position + inward)?;
+        let values = self.radiosity_on(vertex.leaf, vertex.position + inward)?;
         let gradients = self.gradient_at(vertex.leaf, vertex.position + inward)?;
-        let back = gathered.radiosity.iter().zip(&gradients).map(|(value, gradient)| value - gradient.dot(inward));
+        // Where light falls to nothing within that way it cannot be carried on.
+        let carried =
+            |(value, gradient): (&f64, &DVec3)| Some(value - gradient.dot(inward)).filter(|back| *back >= 0.0).unwrap_or(*value);
+        let back = values.iter().zip(&gradients).map(carried);
         Ok(Vertex { values: back.collect(), gradients, ..vertex.clone() })
     }
 }
@@ -117,13 +182,23 @@ impl Reconstruction {
     /// Radiosity on a leaf in a channel; 0 on what is no leaf.
     #[must_use]
     pub fn value_on(&self, leaf: usize, channel: usize, reference: [f64; 2]) -> f64 {
-        self.patch(leaf, channel).map_or(0.0, |patch| patch.value(reference))
+        match self.pieces.get(leaf).and_then(|of| of.get(channel)) {
+            Some(Piece::Patch(patch)) => patch.value(reference),
+            Some(Piece::Polynomial { shape, coefficients }) => {
+                let values = self.bases[usize::from(*shape == Shape::Triangle)].values(reference);
+                coefficients.iter().zip(values).map(|(c, v)| c * v).sum()
+            }
+            None => 0.0,
+        }
     }
 
-    /// The patch on a leaf in a channel.
+    /// The patch on a leaf in a channel; none where the leaf keeps its polynomial.
     #[must_use]
     pub fn patch(&self, leaf: usize, channel: usize) -> Option<&HermitePatch> {
-        self.patches.get(leaf)?.get(channel)
+        match self.pieces.get(leaf)?.get(channel)? {
+            Piece::Patch(patch) => Some(patch),
+            Piece::Polynomial { .. } => None,
+        }
     }
 }
 
@@ -131,6 +206,7 @@ impl Reconstruction {
 struct Vertices {
     all: Vec<Vertex>,
     of_leaf: Vec<Vec<usize>>,
+    /// By the coarsest element that they are on: faces are cut where others stand on them, and there the light jumps.
     cells: HashMap<(usize, [i64; 2]), usize>,
     frames: Vec<Frame>,
 }
@@ -162,10 +238,11 @@ impl Vertices {
             Self { all: Vec::new(), of_leaf: vec![Vec::new(); mesh.elements().len()], cells: HashMap::new(), frames };
         for leaf in mesh.leaves() {
             let element = &mesh.elements()[leaf];
+            let root = mesh.root_of(leaf);
             for &position in element.polygon().vertices() {
-                let vertex = vertices.at(element.face(), position).unwrap_or_else(|| {
+                let vertex = vertices.at(root, element.face(), position).unwrap_or_else(|| {
                     let cell = vertices.frames[element.face()].cell(position);
-                    vertices.cells.insert((element.face(), cell), vertices.all.len());
+                    vertices.cells.insert((root, cell), vertices.all.len());
                     vertices.all.push(Vertex { position, leaf, values: Vec::new(), gradients: Vec::new() });
                     vertices.all.len() - 1
                 });
@@ -176,31 +253,31 @@ impl Vertices {
     }
 
     /// The vertex at a place, in its cell or in one beside it.
-    fn at(&self, face: usize, position: DVec3) -> Option<usize> {
+    fn at(&self, root: usize, face: usize, position: DVec3) -> Option<usize> {
         let [i, j] = self.frames[face].cell(position);
         let near = (-1..=1).flat_map(|a| (-1..=1).map(move |b| [i + a, j + b]));
-        near.into_iter().find_map(|cell| self.cells.get(&(face, cell)).copied())
+        near.into_iter().find_map(|cell| self.cells.get(&(root, cell)).copied())
     }
 
     /// Gives vertices on a leaf's edge what the edge's cubic has there, those of the longest edges first: their ends are done then.
     fn join(&mut self, solution: &Solution) {
         let mesh = solution.mesh();
-        let mut edges: Vec<(f64, usize, [usize; 2])> = Vec::new();
+        let mut edges: Vec<(f64, [usize; 2], [usize; 2])> = Vec::new();
         for leaf in mesh.leaves() {
             let corners = &self.of_leaf[leaf];
             for k in 0..corners.len() {
                 let ends = [corners[k], corners[(k + 1) % corners.len()]];
                 let [a, b] = ends.map(|v| self.all[v].position);
-                edges.push(((b - a).length(), mesh.elements()[leaf].face(), ends));
+                edges.push(((b - a).length(), [mesh.root_of(leaf), mesh.elements()[leaf].face()], ends));
             }
         }
         edges.sort_by(|a, b| b.0.total_cmp(&a.0));
-        for (_, face, [from, to]) in edges {
+        for (_, [root, face], [from, to]) in edges {
             let (low, high) = (self.all[from].clone(), self.all[to].clone());
             let mut open = vec![[0.0, 1.0]];
             while let Some([s, t]) = open.pop() {
                 let middle: f64 = 0.5 * (s + t);
-                let Some(found) = self.at(face, low.position + (high.position - low.position) * middle) else { continue };
+                let Some(found) = self.at(root, face, low.position + (high.position - low.position) * middle) else { continue };
                 self.all[found].take(middle, &low, &high);
                 // A vertex on a part of the edge is an end of a half of it.
                 open.extend([[s, middle], [middle, t]]);

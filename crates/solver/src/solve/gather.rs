@@ -60,17 +60,38 @@ struct Gather {
     is_past: bool,
 }
 
+/// All that a point gathers but for clusters.
+struct Gathers {
+    lit: Option<Lit>,
+    all: Vec<Gather>,
+}
+
+/// The irradiance of a point in each channel, what evaluations and links leave of it, and what it is made of.
+struct Sum {
+    sums: Vec<f64>,
+    ledger: Vec<Ledger>,
+    rows: Vec<(usize, Row)>,
+    far: Far,
+}
+
 impl Solution {
     /// Radiosity at a point on the face that is there and faces along `normal`.
     ///
     /// # Errors
     /// If there is no such face within a millionth of the scene's extent.
     pub fn gather(&self, point: DVec3, normal: DVec3) -> Result<Gathered, Error> {
+        let (leaf, foot) = self.leaf_of(point, normal)?;
+        self.gather_on(leaf, foot)
+    }
+
+    /// The leaf of the face that is at a point and faces along `normal`, and the point of its plane in the coordinates of
+    /// [`Self::placement`].
+    pub(super) fn leaf_of(&self, point: DVec3, normal: DVec3) -> Result<(usize, DVec3), Error> {
         let reach = REACH * self.extent;
         let none = Error::NoFace { position: point, normal, reach: reach / self.placement.power() };
         let (face, foot) = self.mesh.face_at(self.placement.inward(point), normal, reach).ok_or(none.clone())?;
         let leaf = self.mesh.leaf_at(face, foot).ok_or(none)?;
-        self.gather_on(leaf, foot)
+        Ok((leaf, foot))
     }
 
     /// Whether a point is within a millionth of the scene's extent of a face, whichever way that faces.
@@ -106,13 +127,14 @@ impl Solution {
     /// # Errors
     /// If the position is not finite, the normal is no direction, or an irradiance cannot be represented.
     pub fn irradiance_at(&self, position: DVec3, normal: DVec3) -> Result<Irradiance, Error> {
-        let refused = |source| Error::Sample { position, source };
-        let receiver = Receiver::new(self.placement.inward(position), normal, 1.0).map_err(refused)?;
-        let of_position = |error| match error {
-            Error::Sample { source, .. } => refused(source),
-            other => other,
-        };
-        self.irradiance_in_space(&Station::in_space(&receiver)).map_err(of_position)
+        let station = self.station_in_space(position, normal)?;
+        self.irradiance_in_space(&station).map_err(|error| error.at(position))
+    }
+
+    /// A point anywhere, in the coordinates of [`Self::placement`].
+    pub(super) fn station_in_space(&self, position: DVec3, normal: DVec3) -> Result<Station, Error> {
+        let receiver = Receiver::new(self.placement.inward(position), normal, 1.0);
+        Ok(Station::in_space(&receiver.map_err(|source| Error::Sample { position, source })?))
     }
 
     fn irradiance_in_space(&self, station: &Station) -> Result<Irradiance, Error> {
@@ -124,8 +146,7 @@ impl Solution {
                 Some(self.lamps.at(&optics, &self.surfaces, station, &sights)?)
             }
         };
-        let over = |reference: &f64| if *reference > 0.0 { 1.0 / reference } else { 0.0 };
-        let weight: Vec<f64> = self.reference().iter().map(over).collect();
+        let weight = self.weight_of(&vec![1.0; self.channels.len()]);
         let need = Need { field: &self.field, weight: &weight, allowed: self.allowed, linking: Linking::Error };
         let gatherer = Gatherer::Point(station);
         let (mut links, mut far) = optics.first_links(gatherer, None, &need)?;
@@ -134,7 +155,7 @@ impl Solution {
             let (source, is_past) = (link.source, matches!(link.sight, Sight::Past(_)));
             link.rows.into_iter().map(move |row| Gather { source, row, is_past })
         });
-        Ok(self.gathered(station, lit, gathers.collect(), &far))
+        Ok(self.bounded_sum(station, &self.sum(station, Gathers { lit, all: gathers.collect() }, &far)))
     }
 
     /// Radiosity at a point of a leaf, in the coordinates of [`Self::placement`].
@@ -144,16 +165,8 @@ impl Solution {
     pub fn gather_on(&self, leaf: usize, point: DVec3) -> Result<Gathered, Error> {
         let element = &self.mesh.elements()[leaf];
         let (face, channels) = (element.face(), self.channels.len());
-        let station = Station::on(element, point);
-        let lit = self.direct.get(leaf).map(|direct| self.lamps.at(&self.optics(), &self.surfaces, &station, direct.sights()));
-        let receiver = self.receiver_of(leaf);
-        let gather = |link: &Link| {
-            let count = self.mesh.basis(link.source).len();
-            let row = self.optics().receive(&station, link.source, &link.sight, count)?;
-            Ok(Gather { source: link.source, row, is_past: matches!(link.sight, Sight::Past(_)) })
-        };
-        let gathers = self.links[receiver].iter().map(gather).collect::<Result<Vec<Gather>, Error>>()?;
-        let irradiance = self.gathered(&station, lit.transpose()?, gathers, &self.far[receiver]);
+        let (station, gathers) = self.gathers_on(leaf, point)?;
+        let irradiance = self.bounded_sum(&station, &self.sum(&station, gathers, &self.far[self.receiver_of(leaf)]));
         let [rho, emitted] = self.surfaces.at(face, point);
         let reflected = |of: &[Ledger]| of.iter().zip(&rho).map(|(ledger, rho)| *ledger * *rho).collect::<Vec<Ledger>>();
         let with_rounding = |mut of: Vec<Ledger>| {
@@ -171,8 +184,29 @@ impl Solution {
         })
     }
 
-    /// The sum of what a point gathers, and what of the error of that is known.
-    fn gathered(&self, station: &Station, lit: Option<Lit>, gathers: Vec<Gather>, far: &Far) -> Irradiance {
+    /// Radiosity at a point of a leaf, without what is known of its error.
+    pub(crate) fn radiosity_on(&self, leaf: usize, point: DVec3) -> Result<Vec<f64>, Error> {
+        let (station, gathers) = self.gathers_on(leaf, point)?;
+        let sums = self.sum(&station, gathers, &self.far[self.receiver_of(leaf)]).sums;
+        let [rho, emitted] = self.surfaces.at(self.mesh.elements()[leaf].face(), point);
+        Ok(sums.iter().zip(&rho).zip(emitted).map(|((sum, rho), emitted)| emitted + rho * sum).collect())
+    }
+
+    /// What a point of a leaf gathers, over the links that there are.
+    fn gathers_on(&self, leaf: usize, point: DVec3) -> Result<(Station, Gathers), Error> {
+        let station = Station::on(&self.mesh.elements()[leaf], point);
+        let lit = self.direct.get(leaf).map(|direct| self.lamps.at(&self.optics(), &self.surfaces, &station, direct.sights()));
+        let gather = |link: &Link| {
+            let count = self.mesh.basis(link.source).len();
+            let row = self.optics().receive(&station, link.source, &link.sight, count)?;
+            Ok(Gather { source: link.source, row, is_past: matches!(link.sight, Sight::Past(_)) })
+        };
+        let all = self.links[self.receiver_of(leaf)].iter().map(gather).collect::<Result<Vec<Gather>, Error>>()?;
+        Ok((station, Gathers { lit: lit.transpose()?, all }))
+    }
+
+    /// The sum of what a point gathers, and what evaluations and links leave of it.
+    fn sum(&self, station: &Station, Gathers { lit, all }: Gathers, far: &Far) -> Sum {
         let channels = self.channels.len();
         let (mut sums, mut ledger) = (vec![0.0; channels], vec![Ledger::default(); channels]);
         if let Some(lit) = lit {
@@ -181,8 +215,8 @@ impl Solution {
                 ledger[channel] += Ledger { computation: clear, visibility: past, ..Ledger::default() };
             }
         }
-        let mut rows = Vec::with_capacity(gathers.len());
-        for Gather { source, row, is_past } in gathers {
+        let mut rows = Vec::with_capacity(all.len());
+        for Gather { source, row, is_past } in all {
             let count = self.mesh.basis(source).len();
             for channel in 0..channels {
                 let coefficients = self.field.of(source, channel, count);
@@ -198,10 +232,16 @@ impl Solution {
             sums[channel] += far.value(&self.field, channel, 0);
             ledger[channel].computation += far.neglected(&self.field, channel, 0);
         }
+        Sum { sums, ledger, rows, far }
+    }
+
+    /// The sum with what is known of its error.
+    fn bounded_sum(&self, station: &Station, Sum { sums, ledger, rows, far }: &Sum) -> Irradiance {
+        let channels = self.channels.len();
         let whole = vec![1.0; channels];
-        let estimated = self.points().at(self.bounded(), &self.bounds, station, (&rows, &far), &whole);
+        let estimated = self.points().at(self.bounded(), &self.bounds, station, (rows, far), &whole);
         let proven = match self.proven() {
-            Some(proven) => proven.at(&rows, &far, &whole),
+            Some(proven) => proven.at(rows, far, &whole),
             None => vec![Ledger::unknown(); channels],
         };
         let with = |beyond: &[Ledger]| -> Vec<Ledger> {
@@ -209,7 +249,6 @@ impl Solution {
             let of = |c: usize| beyond[c] + ledger[c] + Ledger { computation: rounding(c), ..Ledger::default() };
             (0..channels).map(of).collect()
         };
-        let (ledger, estimate) = (with(&proven), with(&estimated));
-        Irradiance { irradiance: sums, ledger, estimate }
+        Irradiance { irradiance: sums.clone(), ledger: with(&proven), estimate: with(&estimated) }
     }
 }

@@ -1,31 +1,236 @@
-//! The gradient of one exact gather within the plane of an element, without bound.
+//! The gradient of one exact gather: within the plane of an element, or of the irradiance in space with the normal kept. It has no bound.
+//!
+//! For pictures it is taken over the links that there are. Who asks for it at a point gets it by links of the point's own, as if the
+//! error asked for were a tenth, which open clusters too; and with an estimate of its error. By far the most of that is what the
+//! polynomials on sources leave out, `grad G r`, of which [`crate::solve::detail`] knows the next degree with its sign: that part is
+//! gathered, and its size is the estimate, together with what is known by its size alone: what samples have beyond the next degree,
+//! which adds up as if without order, and what links and clusters neglect. These count by `4/d` of what they give at most, d the distance:
+//! `|grad k|` is at most that times the kernel k where neither cosine is small.
 
-use radgrad_core::{DVec3, Receiver, evaluate_to, gradient};
+use radgrad_core::{DVec3, evaluate_to, gradient};
 
 use crate::error::Error;
+use crate::links::cluster::far::Far;
+use crate::links::gatherer::Gatherer;
+use crate::links::link::Link;
+use crate::links::linking::Linking;
+use crate::links::refine::Need;
+use crate::links::station::Station;
 use crate::mesh::Sight;
 use crate::mesh::basis::Basis;
 use crate::mesh::element::Element;
 use crate::mesh::rule::{self, Node};
 use crate::mesh::shape::Shape;
 use crate::solve::solution::Solution;
+use radgrad_scene::{largest, smallest};
 
 /// Nodes a side of the rule for gradients from afar, and the distance from the source in its radii from which it serves: there it
 /// leaves about 1e-8 of the gradient.
 const FAR_NODES: usize = 6;
 const FAR: f64 = 4.0;
 
+/// The part of what links may neglect that those for a gradient at a point may.
+const FINER: f64 = 0.1;
+
+/// Bound on the length of the kernel's gradient over the kernel, times the distance, where both cosines are near 1.
+const STEEPNESS: f64 = 4.0;
+
+/// A gradient in each channel, with respect to the position, the normal kept: in the unit of radiosity over the scene's unit of length.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Gradient {
+    /// The gradient.
+    pub gradient: Vec<DVec3>,
+    /// Estimate of the length of its error; no bound is proven.
+    pub estimate: Vec<f64>,
+}
+
+/// What a gradient is made of, and what is known of its error, in each channel.
+pub(super) struct Parts {
+    pub(super) gradient: Vec<DVec3>,
+    /// That of the detail.
+    pub(super) detail: Vec<DVec3>,
+    /// What is beyond that, squared.
+    pub(super) beyond: Vec<f64>,
+    pub(super) neglected: Vec<f64>,
+}
+
+impl Parts {
+    fn joined(self) -> Gradient {
+        let size = |c: usize| self.detail[c].length().hypot(self.beyond[c].sqrt()) + self.neglected[c];
+        let estimate = (0..self.gradient.len()).map(size).collect();
+        Gradient { gradient: self.gradient, estimate }
+    }
+}
+
+impl Gradient {
+    fn times(mut self, factor: f64) -> Self {
+        self.gradient.iter_mut().for_each(|of| *of *= factor);
+        self.estimate.iter_mut().for_each(|of| *of *= factor);
+        self
+    }
+
+    fn reflected(&self, rho: &[f64]) -> Self {
+        let gradient = self.gradient.iter().zip(rho).map(|(of, rho)| *of * *rho).collect();
+        Self { gradient, estimate: self.estimate.iter().zip(rho).map(|(of, rho)| of * rho).collect() }
+    }
+}
+
+/// Gradients at a point of a face.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SurfaceGradient {
+    /// Of the radiosity.
+    pub radiosity: Gradient,
+    /// Of the irradiance.
+    pub irradiance: Gradient,
+}
+
 impl Solution {
+    /// Gradients of radiosity and irradiance at a point on the face that is there and faces along `normal`, within the face's plane.
+    /// Textures do not change within a texel: the gradient of the radiosity is that of the irradiance times the reflectance there.
+    ///
+    /// # Errors
+    /// As for [`Self::gather`].
+    pub fn gradient(&self, point: DVec3, normal: DVec3) -> Result<SurfaceGradient, Error> {
+        let (leaf, foot) = self.leaf_of(point, normal)?;
+        let irradiance = self.gradient_in_plane(leaf, foot)?.times(self.placement.power());
+        let [rho, _] = self.surfaces.at(self.mesh.elements()[leaf].face(), foot);
+        Ok(SurfaceGradient { radiosity: irradiance.reflected(&rho), irradiance })
+    }
+
+    /// Gradient of the irradiance at a point anywhere, as [`Self::irradiance_at`] has it, in all directions.
+    ///
+    /// ```
+    /// use radgrad_core::{DVec3, Polygon};
+    /// use radgrad_scene::Scene;
+    /// use radgrad_solver::{Options, solve};
+    /// // A disc's worth of light: under the middle of a glowing square the irradiance changes upward alone.
+    /// let mut scene = Scene::new(["grey"])?;
+    /// let (glowing, lamp) = (scene.add_material("glowing", [0.0], [1.0])?, scene.add_surface("lamp"));
+    /// let corners = [(-1.0, -1.0), (-1.0, 1.0), (1.0, 1.0), (1.0, -1.0)].map(|(x, y)| DVec3::new(x, y, 1.0));
+    /// scene.add_face(lamp, glowing, Polygon::new(corners.to_vec())?, None)?;
+    /// let solution = solve(&scene, &Options::default(), |_| true)?;
+    /// let found = solution.irradiance_gradient_at(DVec3::ZERO, DVec3::Z)?.gradient[0];
+    /// let at = |z: f64| solution.irradiance_at(DVec3::new(0.0, 0.0, z), DVec3::Z).map(|of| of.irradiance[0]);
+    /// let difference = (at(1e-4)? - at(-1e-4)?) / 2e-4;
+    /// assert!(found.x.abs() < 1e-9 && found.y.abs() < 1e-9 && (found.z - difference).abs() < 1e-6);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    /// As for [`Self::irradiance_at`].
+    pub fn irradiance_gradient_at(&self, position: DVec3, normal: DVec3) -> Result<Gradient, Error> {
+        let station = self.station_in_space(position, normal)?;
+        let parts = self.gradient_of_station(&station, None).map_err(|error| error.at(position))?;
+        Ok(parts.joined().times(self.placement.power()))
+    }
+
+    /// Gradient of the irradiance within the plane of a leaf, by links of the point's own.
+    fn gradient_in_plane(&self, leaf: usize, point: DVec3) -> Result<Gradient, Error> {
+        let element = &self.mesh.elements()[leaf];
+        let mut parts = self.gradient_of_station(&Station::on(element, point), Some(leaf))?;
+        let normal = element.polygon().normal();
+        let within = |of: &mut DVec3| *of = of.reject_from_normalized(normal);
+        parts.gradient.iter_mut().chain(&mut parts.detail).for_each(within);
+        Ok(parts.joined())
+    }
+
+    /// Gradient of the irradiance of a point, which may be one of a leaf.
+    pub(super) fn gradient_of_station(&self, station: &Station, leaf: Option<usize>) -> Result<Parts, Error> {
+        let (optics, channels) = (self.optics(), self.channels.len());
+        let weight = self.weight_of(&vec![1.0; channels]);
+        let need = Need { field: &self.field, weight: &weight, allowed: FINER * self.allowed, linking: Linking::Error };
+        let gatherer = Gatherer::Point(station);
+        let receiver = leaf.map(|leaf| self.receiver_of(leaf));
+        let known = receiver.map(|receiver| (&self.links[receiver][..], &self.far[receiver]));
+        let (mut links, mut far) = optics.first_links(gatherer, known, &need)?;
+        optics.refine(gatherer, (&mut links, &mut far), &need)?;
+        let lamps = match leaf.and_then(|leaf| self.direct.get(leaf)) {
+            Some(direct) => direct.sights().to_vec(),
+            None => self.lamps.sights_from(&self.mesh, station)?,
+        };
+        let mut parts = Parts {
+            gradient: vec![DVec3::ZERO; channels],
+            detail: vec![DVec3::ZERO; channels],
+            beyond: vec![0.0; channels],
+            neglected: vec![0.0; channels],
+        };
+        for (root, sight) in self.lamps.roots().iter().zip(&lamps) {
+            let emitted = &self.surfaces.emitted[self.mesh.elements()[*root].face()];
+            let coefficients: Vec<&[f64]> = emitted.chunks_exact(1).collect();
+            let of_lamp = self.gradients_from((*root, self.mesh.basis(*root)), sight, station, &coefficients)?;
+            parts.gradient.iter_mut().zip(of_lamp).for_each(|(sum, of)| *sum += of);
+        }
+        links.iter().try_for_each(|link| self.add_gradient_of(station, link, &mut parts))?;
+        let near = self.nearest_of(station, &far);
+        for (channel, sum) in parts.neglected.iter_mut().enumerate() {
+            let neglected = far.neglected(&self.field, channel, 0);
+            *sum += if neglected > 0.0 { STEEPNESS * neglected / near } else { 0.0 };
+        }
+        Ok(parts)
+    }
+
+    /// Adds what a link gives: its gradient and what it neglects, the gradient of the detail, the square of what is beyond that.
+    fn add_gradient_of(&self, station: &Station, link: &Link, parts: &mut Parts) -> Result<(), Error> {
+        let (basis, element) = (self.mesh.basis(link.source), &self.mesh.elements()[link.source]);
+        let coefficients: Vec<&[f64]> =
+            (0..parts.gradient.len()).map(|channel| self.field.of(link.source, channel, basis.len())).collect();
+        let gradients = self.gradients_from((link.source, basis), &link.sight, station, &coefficients)?;
+        parts.gradient.iter_mut().zip(gradients).for_each(|(sum, of)| *sum += of);
+        let row = &link.rows[0];
+        let steep = STEEPNESS / (element.centre() - station.point).length();
+        for (channel, sum) in parts.neglected.iter_mut().enumerate() {
+            *sum += steep * self.field.neglected(&self.mesh, link.source, channel, row);
+        }
+        let details = &self.details()[link.source];
+        if let (false, Some(above)) = (details.is_empty(), basis.above()) {
+            let coefficients: Vec<&[f64]> = details.iter().map(|of| &of.coefficients[..]).collect();
+            let gradients = self.gradients_from((link.source, above), &link.sight, station, &coefficients)?;
+            parts.detail.iter_mut().zip(gradients).for_each(|(sum, of)| *sum += of);
+            // What is orthogonal to polynomials counts by what these leave of the kernel, or as far as samples let it be along them.
+            let near = smallest(element.radius() / (element.centre() - station.point).length(), 1.0);
+            let falls: f64 = std::iter::repeat_n(near, above.degree() + 1).product();
+            let part = largest(falls, 1.0 / (above.degree() + 1) as f64);
+            for (beyond, of) in parts.beyond.iter_mut().zip(details) {
+                let size = steep * row.factor() * (part * of.beyond).hypot(of.neglected);
+                *beyond += size * size;
+            }
+        }
+        Ok(())
+    }
+
+    /// Distance from a point to the nearest cluster's box that is more than nothing.
+    fn nearest_of(&self, station: &Station, far: &Far) -> f64 {
+        let distance = |&cluster: &usize| {
+            let cluster = &self.mesh.clusters().all()[cluster];
+            let (low, high) = (cluster.low - station.point, cluster.high - station.point);
+            (low.max(DVec3::ZERO) + high.min(DVec3::ZERO)).length()
+        };
+        far.clusters().iter().map(distance).fold(f64::INFINITY, smallest)
+    }
+
     /// Gradient of one exact gather within the leaf's plane, in each channel: the closed forms' at nearby and half hidden sources,
-    /// without bound. Point and gradient have the coordinates of [`Self::placement`]. Of what is seen through clusters none is known. A texture has none within a texel: its gradient is that of the irradiance times the reflectance there.
+    /// without bound. Point and gradient have the coordinates of [`Self::placement`]. Of what is seen through clusters it is that of the receiver's polynomial. A texture has none within a texel: its gradient is that of the irradiance times the reflectance there.
     ///
     /// # Errors
     /// If it cannot be represented.
     pub fn gradient_at(&self, leaf: usize, point: DVec3) -> Result<Vec<DVec3>, Error> {
         let mut sums = self.reflected_gradient_at(self.receiver_of(leaf), point)?;
         sums.iter_mut().zip(self.direct_gradient_at(leaf, point)?).for_each(|(sum, direct)| *sum += direct);
+        let receiver = self.receiver_of(leaf);
+        sums.iter_mut().enumerate().for_each(|(channel, sum)| *sum += self.gradient_of_clusters(receiver, channel, point));
         let [rho, _] = self.surfaces.at(self.mesh().elements()[leaf].face(), point);
         Ok(sums.iter().zip(&rho).map(|(sum, rho)| *sum * *rho).collect())
+    }
+
+    /// Of what is seen through clusters the gradient of its projection on a receiver.
+    fn gradient_of_clusters(&self, receiver: usize, channel: usize, point: DVec3) -> DVec3 {
+        let (far, basis, element) = (&self.far[receiver], self.mesh.basis(receiver), &self.mesh.elements()[receiver]);
+        if far.is_empty() {
+            return DVec3::ZERO;
+        }
+        let at_nodes: Vec<f64> = (0..basis.nodes().len()).map(|node| far.value(&self.field, channel, node)).collect();
+        let (coefficients, slopes) = (basis.project(&at_nodes), basis.slopes(element.reference(point)));
+        element.gradient([0, 1].map(|k| coefficients.iter().zip(&slopes).map(|(c, s)| c * s[k]).sum()))
     }
 
     /// The part of the irradiance of lamps, at a point of a leaf.
@@ -53,14 +258,10 @@ impl Solution {
         sources: impl Iterator<Item = (usize, &'a Sight, Vec<&'a [f64]>)>,
     ) -> Result<Vec<DVec3>, Error> {
         let element = &self.mesh().elements()[element];
-        let normal = element.polygon().normal();
+        let (station, normal) = (Station::on(element, point), element.polygon().normal());
         let mut sums = vec![DVec3::ZERO; self.channels().len()];
         for (source, sight, coefficients) in sources {
-            let sight = match sight {
-                Sight::Past(known) => self.mesh().sight_of_point(element.face(), point, source, Some(known)),
-                other => other.clone(),
-            };
-            let gradients = self.gradients_from(source, &sight, point, normal, element.face(), &coefficients)?;
+            let gradients = self.gradients_from((source, self.mesh.basis(source)), sight, &station, &coefficients)?;
             sums.iter_mut().zip(gradients).for_each(|(sum, gradient)| *sum += gradient.reject_from_normalized(normal));
         }
         Ok(sums)
@@ -70,30 +271,32 @@ impl Solution {
     /// alone is zero where it is symmetric, and no number of digits tells zero from nearly so.
     fn gradients_from(
         &self,
-        source_index: usize,
+        (source_index, basis): (usize, &Basis),
         sight: &Sight,
-        point: DVec3,
-        normal: DVec3,
-        face: usize,
+        station: &Station,
         coefficients: &[&[f64]],
     ) -> Result<Vec<DVec3>, Error> {
-        let mesh = self.mesh();
-        let (source, basis) = (&mesh.elements()[source_index], mesh.basis(source_index));
-        let refused = |source| Error::Evaluation { face, source };
+        let (mesh, point, normal) = (self.mesh(), station.point, station.normal);
+        let source = &mesh.elements()[source_index];
+        let sight = match sight {
+            Sight::Past(known) => station.sight(mesh, source_index, Some(known))?,
+            other => other.clone(),
+        };
+        let refused = |source| station.refused(source);
         if matches!(sight, Sight::Nothing(_)) {
             return Ok(vec![DVec3::ZERO; coefficients.len()]);
         }
         let whole = |v: &DVec3| normal.dot(*v - point) > 1e-9 * (*v - point).length();
         let (of_source, distance) = (source.polygon(), (point - source.centre()).length() - source.radius());
         let in_front = of_source.normal().dot(point - of_source.vertices()[0]) > 0.0;
-        if *sight == Sight::Clear && in_front && distance >= FAR * source.radius() && of_source.vertices().iter().all(whole) {
+        if sight == Sight::Clear && in_front && distance >= FAR * source.radius() && of_source.vertices().iter().all(whole) {
             let count = coefficients.first().map_or(0, |c| c.len());
             let of_functions = from_afar(point, normal, source, basis, count);
             let sum = |c: &&[f64]| c.iter().zip(&of_functions).map(|(c, g)| *g * *c).sum();
             return Ok(coefficients.iter().map(sum).collect());
         }
-        let receiver = Receiver::new(point, normal, 1.0).map_err(refused)?;
-        let occluders: Vec<_> = match sight {
+        let receiver = station.receiver()?;
+        let occluders: Vec<_> = match &sight {
             Sight::Past(faces) => faces.iter().map(|&f| mesh.polygons()[f].clone()).collect(),
             _ => Vec::new(),
         };

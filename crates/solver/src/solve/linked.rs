@@ -50,7 +50,11 @@ impl Solution {
 
     /// What an error of the irradiance counts for, relative to what errors are.
     fn weight(&self, receiver: usize) -> Vec<f64> {
-        let rho = &self.surfaces.reflectance[self.mesh.elements()[receiver].face()];
+        self.weight_of(&self.surfaces.reflectance[self.mesh.elements()[receiver].face()])
+    }
+
+    /// The same where this much of the irradiance counts.
+    pub(super) fn weight_of(&self, rho: &[f64]) -> Vec<f64> {
         rho.iter().zip(self.reference()).map(|(rho, mean)| if mean > 0.0 { rho / mean } else { 0.0 }).collect()
     }
 

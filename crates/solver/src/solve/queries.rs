@@ -107,6 +107,19 @@ impl Solution {
         sent + self.lamp_on(face, channel)
     }
 
+    /// Coefficients of the polynomial on a leaf, with what it emits as a lamp, in a channel.
+    pub(crate) fn coefficients_on(&self, leaf: usize, channel: usize) -> Vec<f64> {
+        let mut coefficients = self.field.of(leaf, channel, self.mesh.basis(leaf).len()).to_vec();
+        coefficients[0] += self.lamp_on(self.mesh.elements()[leaf].face(), channel);
+        coefficients
+    }
+
+    /// Whether the proven bounds are there already: the last step of solving makes them, and who asks before it waits for them.
+    #[must_use]
+    pub fn is_proven(&self) -> bool {
+        self.proven.get().is_some()
+    }
+
     /// Irradiance on a leaf as a polynomial, in a channel: its coefficients in the leaf's basis.
     #[must_use]
     pub fn irradiance_on(&self, leaf: usize, channel: usize) -> Vec<f64> {
@@ -160,5 +173,16 @@ impl Solution {
         let slopes = basis.slopes(reference);
         let along = |k: usize| coefficients.iter().zip(&slopes).map(|(c, s)| c * s[k]).sum::<f64>();
         self.mesh.elements()[leaf].gradient([along(0), along(1)])
+    }
+
+    /// Estimate of the length of the error of [`Self::gradient_on`]: the gradient of what samples at the nodes have of the next degree, and
+    /// what they have beyond that over the leaf's radius.
+    #[must_use]
+    pub fn gradient_estimate_on(&self, leaf: usize, channel: usize, reference: [f64; 2]) -> f64 {
+        let (element, detail) = (&self.mesh.elements()[leaf], &self.details()[leaf][channel]);
+        let Some(above) = self.mesh.basis(leaf).above() else { return f64::INFINITY };
+        let slopes = above.slopes(reference);
+        let along = |k: usize| detail.coefficients.iter().zip(&slopes).map(|(c, s)| c * s[k]).sum::<f64>();
+        element.gradient([along(0), along(1)]).length() + detail.beyond * (above.degree() as f64) / element.radius()
     }
 }

@@ -19,6 +19,7 @@ use crate::links::link::Link;
 use crate::links::transfer::Optics;
 use crate::mesh::Mesh;
 use crate::mesh::surfaces::Surfaces;
+use crate::solve::detail::Detail;
 use crate::solve::options::{Progress, RelativeTo};
 use crate::solve::samples::Samples;
 
@@ -47,6 +48,8 @@ pub struct Solution {
     pub(super) ground: Ground,
     /// Once it is asked for; `None` if there is no bound.
     pub(super) proven: OnceLock<Option<Proven>>,
+    /// What is known beyond the polynomials, once it is asked for.
+    pub(super) details: OnceLock<Vec<Vec<Detail>>>,
     /// Of each leaf, bounds on the light of lamps that its nodes do not see, if there may be any.
     pub(super) unseen: Vec<Option<Vec<[f64; 2]>>>,
     /// Of each leaf, what is proven to be left out of direct light at most.

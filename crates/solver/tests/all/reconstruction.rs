@@ -86,13 +86,15 @@ fn patches_of_neighbours_meet_along_their_edges_past_hanging_vertices_too() {
                         Shape::Triangle => s + t < 1.0 + 1e-9,
                     };
                     if smallest(s, t) > -1e-9 && inside {
-                        for channel in 0..3 {
+                        // Where a patch would leave the known bounds the polynomial stays, and nothing is joined.
+                        let is_joined = |channel: &usize| [leaf, other].iter().all(|&of| smooth.patch(of, *channel).is_some());
+                        for channel in (0..3).filter(is_joined) {
+                            compared += 1;
+                            hanging += usize::from(element.level() != neighbour.level());
                             let (here, there) = (smooth.value_on(leaf, channel, at), smooth.value_on(other, channel, [s, t]));
                             let gap = (here - there).abs();
                             assert!(gap <= 1e-7 * solution.mean()[channel], "{leaf} and {other} at {point}: {here} and {there}");
                         }
-                        compared += 1;
-                        hanging += usize::from(element.level() != neighbour.level());
                     }
                 }
             }

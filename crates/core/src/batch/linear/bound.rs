@@ -133,7 +133,7 @@ impl<S: Simd> Scales<S> {
         let many = edges * (number(3.0) + condition * number(0.5));
         let by_angle = condition * number(31.0) + crossing * number(40.0) + number(111.0) + many;
         let by_edge = crossing * number(95.0) + number(EDGE_UNITS) + number(EDGE_UNITS_OF_HEIGHT) / depth;
-        let units = angles * by_angle + edges * by_edge;
+        let units = mutant!("batch.linear-value", angles * by_angle + edges * by_edge, |units: Wide<S>| units * number(0.01));
         // W, where it is not in units of roundoff.
         let size = unit * number(1.0 / (SECOND_ORDER * ROUNDOFF));
         let value = unit * units + size * shift * number(3.2);
@@ -141,7 +141,11 @@ impl<S: Simd> Scales<S> {
         if GRADIENT {
             let beside = angles * (condition * number(132.0) + crossing * number(90.0) + number(275.0) + edges * number(3.0));
             let moved = shift * (nearest + inverse_height * number(6.3));
-            let gradient = unit * (nearest * beside + inverse_height * units) + size * moved;
+            let gradient = mutant!(
+                "batch.linear-gradient",
+                unit * (nearest * beside + inverse_height * units) + size * moved,
+                |bound: Wide<S>| bound * number(0.01)
+            );
             gradient_square = gradient * gradient;
         }
         LaneBound { value, gradient_square }

@@ -48,7 +48,7 @@ pub(super) fn visit_arcs<T: Real>(parts: &[VisiblePart<T>], sides: &Sides<T>, mu
     for alike in turns.chunk_by(|a, b| a.order().0 == b.order().0) {
         // Those that pass the other way are last.
         let one_way = alike.iter().filter(|turn| !turn.order().1).count();
-        let other_way = alike.len() - one_way;
+        let other_way = mutant!("visibility.turns", alike.len() - one_way, |_| 0);
         let left = if one_way >= other_way { &alike[other_way..one_way] } else { &alike[2 * one_way..] };
         for turn in left {
             ends.push(End { side: turn.from, count: -1, point: turn.point, place: 0.0 });

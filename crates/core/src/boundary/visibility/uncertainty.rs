@@ -59,8 +59,10 @@ impl<T: Real> Subtraction<T> {
                 }
             };
             let area = (depth / self.height).min(1.0.into()) * std::f64::consts::TAU;
-            self.uncertainty.irradiance = self.uncertainty.irradiance + area * self.emission;
-            self.uncertainty.gradient = self.uncertainty.gradient + self.steepness * area + weight * self.emission;
+            self.uncertainty.irradiance =
+                self.uncertainty.irradiance + mutant!("visibility.irradiance", area * self.emission, |doubt| doubt * 1e-3);
+            self.uncertainty.gradient = self.uncertainty.gradient
+                + mutant!("visibility.gradient", self.steepness * area + weight * self.emission, |doubt| doubt * 1e-3);
         }
     }
 }
@@ -87,7 +89,7 @@ fn exchange<T: Real>(own: &Generator<T>, cut: &Generator<T>, near: RadiusOf<T>) 
 
 /// Whether the sign is not known. An exact zero is no doubt: a corner on the horizon.
 pub(super) fn is_doubtful<T: Real>(depth: T) -> bool {
-    depth.error() > 0.0.into() && depth.size() <= depth.error()
+    mutant!("visibility.doubtful", depth.error() > 0.0.into() && depth.size() <= depth.error(), |_| false)
 }
 
 pub(super) fn is_exactly_0<T: Real>(depth: T) -> bool {

@@ -132,7 +132,7 @@ impl<T: Real> PolynomialSum<T> {
         self.edges = self.edges - frame.normal * seen;
     }
 
-    /// The moments of what is seen.
+    /// The moments of the visible region.
     pub(in crate::forms) fn moments(&self) -> Moments<T> {
         self.contour.moments(self.seen.height)
     }

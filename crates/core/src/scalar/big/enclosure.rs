@@ -35,7 +35,11 @@ impl Enclosure {
     pub(crate) fn to_double(&self) -> (f64, Magnitude) {
         let (value, rest) = split_double(&self.mid);
         // Half an ulp rather than the actual rounding: whoever compares with a rounded truth must not find the bound broken.
-        let rounding = if rest == Magnitude::from(0.0) { rest } else { rest.max(Magnitude::from(ROUNDOFF * value.abs())) };
+        let rounding = if rest == Magnitude::from(0.0) {
+            rest
+        } else {
+            mutant!("big.rounding-to-double", rest.max(Magnitude::from(ROUNDOFF * value.abs())), |rounding| rounding * 0.1)
+        };
         (value, (self.radius + rounding) * (1.0 + f64::EPSILON))
     }
 }
@@ -59,8 +63,8 @@ pub(crate) struct Refined<R> {
     pub(crate) is_enough: bool,
 }
 
-/// What an answer may cost: some seconds. What would take more is answered with the bound of fewer bits. It counts operations and not
-/// time, so that the answer is the same on every machine.
+/// The largest effort for an answer: some seconds. A case that would take more is answered with the bound of fewer bits. It counts
+/// operations and not time, so that the answer is the same on every machine.
 pub(crate) const EFFORT: u64 = 2_000_000_000;
 
 /// Bits that decide cases that doubles of like size leave open; a case still open then is an exact coincidence.
@@ -102,7 +106,7 @@ fn refined_within<R>(
     let mut before = Magnitude::from(f64::INFINITY);
     let (mut left, mut last) = (effort, None);
     for bits in precisions {
-        // What as many operations cost with more bits is known before they are done.
+        // The effort of as many operations with more bits is known before they are done.
         if last.is_some_and(|spent: Spent| spent.with_bits(bits) > left) {
             break;
         }
@@ -126,7 +130,7 @@ fn refined_within<R>(
 
 /// The relative error that rounding to doubles leaves nothing of, or a quarter of the tolerance where that is larger.
 pub(crate) fn enough_for_doubles(tolerance: f64) -> Magnitude {
-    Magnitude::from((0.25 * tolerance).max(ROUNDOFF / 64.0))
+    Magnitude::from(mutant!("big.enough", (0.25 * tolerance).max(ROUNDOFF / 64.0), |_| 1e-9))
 }
 
 /// Bits to try for a result in doubles: their coordinates span 2100 binary places, and a height may cancel twice that.

@@ -52,7 +52,7 @@ const PSI: [f64; 10] = [
 #[inline(always)]
 pub(crate) fn double_sum<T: Arithmetic>(z: T) -> T {
     let [first, others @ ..] = &DOUBLE_SERIES;
-    (z.like(*first) + z * seven_terms(others, z)).known_to(0.1)
+    (z.like(*first) + z * mutant!("series.sine", seven_terms(others, z), |sum: T| sum * z.like(1.0 + 1e-11))).known_to(0.1)
 }
 
 /// `(g - sin g)/2`, by its Taylor series where the difference would cancel.
@@ -83,7 +83,10 @@ pub(crate) fn psi<T: Arithmetic>(angle: T, sin: T, cos: T, one_and_cos: T) -> T 
     let square = angle * angle;
     if T::IS_DOUBLE {
         let [first, others @ ..] = &PSI;
-        return angle * (square.like(*first) + square * nine_terms(others, square)).known_to(0.06);
+        return angle
+            * (square.like(*first)
+                + square * mutant!("series.psi", nine_terms(others, square), |sum: T| sum * square.like(1.0 + 1e-11)))
+            .known_to(0.06);
     }
     T::choose_of(
         angle.abs().exceeds(angle.like(1.0)),

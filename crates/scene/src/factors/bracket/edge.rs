@@ -11,7 +11,7 @@
 //! within `2 e v (1 - v) W`. The share v errs by the size of the cells, and e is in proportion to it: undecided is what two cells
 //! exchange times their size over their distance, where to count all of it would be of first order.
 
-use radgrad_core::DVec3;
+use radgrad_core::{DVec3, mutant};
 
 use super::cell::{Cell, Plane};
 use crate::factors::exchange::Exchange;
@@ -59,7 +59,11 @@ pub(super) fn passing(
         } else {
             0.5
         };
-        let off = (most - least) * v * (1.0 - v) * cells[0].area * cells[1].area * (1.0 + ROUNDING) + ROUNDING * whole.most();
+        let off = mutant!(
+            "factors.edge-off",
+            (most - least) * v * (1.0 - v) * cells[0].area * cells[1].area * (1.0 + ROUNDING) + ROUNDING * whole.most(),
+            |off| 0.1 * off
+        );
         // Hidden is what any of them hides, seen what none does.
         found.hidden = larger(found.hidden, (1.0 - above) * whole.least() - off);
         found.seen -= (1.0 - below) * whole.most() + off;
@@ -96,7 +100,7 @@ fn kernel([a, b]: [&Cell; 2], planes: [&Plane; 2]) -> Option<[f64; 2]> {
 
 /// Bounds on the share of all pairs whose segment passes outside the edge.
 fn share_outside([a, b]: [&Cell; 2], [from, to]: [DVec3; 2]) -> [f64; 2] {
-    let turn = |x: DVec3, y: DVec3| (y - x).dot((to - x).cross(from - x));
+    let turn = |x: DVec3, y: DVec3| (y - x).dot(mutant!("factors.edge-sign", (to - x).cross(from - x), |normal: DVec3| -normal));
     let (c, d) = (a.centre(), b.centre());
     let middle = turn(c, d);
     let first: Vec<f64> = a.points.iter().map(|&x| turn(x, d)).collect();
@@ -108,7 +112,7 @@ fn share_outside([a, b]: [&Cell; 2], [from, to]: [DVec3; 2]) -> [f64; 2] {
             size = larger(size, (y - x).length() * (to - x).length() * (from - x).length());
         }
     }
-    let rest = rest + 64.0 * f64::EPSILON * size;
+    let rest = mutant!("factors.edge-rest", rest + 64.0 * f64::EPSILON * size, |rest| 0.1 * rest);
     let (first, second) = (Shares::new(a, &first), Shares::new(b, &second));
     let [low, high] = second.range;
     let (mut below, mut above) = (0.0, 0.0);

@@ -19,7 +19,7 @@ use crate::mesh::clusters::{Clusters, Parts};
 /// Of so many clusters one is opened before the neglected light is summed again.
 const AT_ONCE: usize = 8;
 
-/// A cluster is opened all the same if, past the screens, at least this part of its largest possible light shows.
+/// A cluster is opened all the same if, past the screens, more than this part of its largest possible light shows.
 const SHOWN: f64 = 0.5;
 
 /// A cluster that is not opened.
@@ -33,7 +33,7 @@ struct Closed {
     brightness: f64,
     /// The most light that it may give to any node, weighted.
     most: f64,
-    /// Whether the screens' effect on it is included.
+    /// Whether its views already include the screens.
     asked: bool,
 }
 

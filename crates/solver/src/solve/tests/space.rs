@@ -66,16 +66,17 @@ fn in_a_room_that_glows_evenly_a_sensor_reads_the_same_wherever_and_however_it_i
 fn a_sensor_that_comes_to_a_face_reads_what_the_face_receives() {
     let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../../data/scenes/cornell.obj");
     let solution = solve(&Scene::read(file, Degenerate::Refuse).unwrap(), &Options::default(), |_| true).unwrap();
-    let leaves: Vec<usize> = solution.mesh().leaves().collect();
     let mut lit = 0;
-    for &leaf in leaves.iter().step_by(leaves.len() / 20) {
-        let (point, normal) = (solution.mesh().elements()[leaf].centre(), solution.mesh().elements()[leaf].polygon().normal());
+    for &root in solution.mesh().roots() {
+        let element = &solution.mesh().elements()[root];
+        let (point, normal) = (element.point([0.31, 0.37]), element.polygon().normal());
         let on_face = solution.gather(point, normal).unwrap();
         let above = solution.irradiance_at(point + normal * 1e-6, normal).unwrap();
         for channel in 0..3 {
             let [here, there] = [&on_face.irradiance, &above].map(|of| (of.irradiance[channel], of.estimate[channel].total()));
-            assert!((here.0 - there.0).abs() <= here.1 + there.1, "{point} {channel}: {here:?} and {there:?}");
-            assert!((here.0 - there.0).abs() <= 2e-3 * here.0, "{point} {channel}: {here:?} and {there:?}");
+            // Each has links of its own, which neglect at most a tenth of the error asked for.
+            let linked = 1e-3 * solution.reflected()[channel];
+            assert!((here.0 - there.0).abs() <= 2e-3 * here.0 + linked, "{point} {channel}: {here:?} and {there:?}");
             lit += usize::from(here.0 > 0.0);
         }
         assert!(solution.is_on_a_face(point) && !solution.is_on_a_face(point + normal));

@@ -1,0 +1,382 @@
+//! The small setting of the audit, which takes seconds: does anything that is shipped, or the audit itself, say what is wrong?
+//!
+//! Beside cases of every family it asks what large runs seldom meet: the recorded witnesses of every bound, enclosures of two
+//! arithmetics against each other and against core's digits, lanes and trees, small scenes; and of the audit itself whether
+//! shards make the whole, and whether a wrong answer, a wrong bound and a figure beyond its gate are seen.
+//!
+//! `cargo xtask verify` has it in every run, and `cargo xtask mutants` runs it on shipped code with a fault planted.
+
+use glam::DVec3;
+use radgrad_core::batch::{Answers, EmitterTree, Engine, Receivers};
+use radgrad_core::{Emission, Emitter, Polygon, evaluate_to};
+use radgrad_oracle::scene::Effort;
+use radgrad_oracle::{Arithmetic, Request, Source, enclose_source_past};
+use rayon::prelude::*;
+
+use crate::agreement::agreement;
+use crate::bounds::check::{Effort as Checks, check_by};
+use crate::bounds::digits;
+use crate::bounds::mark::Mark;
+use crate::bounds::requirements::breaches;
+use crate::bounds::{campaign, table as bounds_table};
+use crate::family::{Family, Name};
+use crate::forms::forms;
+use crate::gates::Gates;
+use crate::measure::{Kind, Outcome, Quantity};
+use crate::run::{Part, Run};
+use crate::sampler::Sampler;
+use crate::scenes;
+use crate::search::awkward;
+use crate::seen::reduced;
+use crate::shard::Shard;
+use crate::table::Table;
+use crate::truth::Truth;
+use crate::witness::{Ask, Witness};
+
+/// Something wrong.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Wrong {
+    /// Which check says so.
+    pub check: &'static str,
+    /// Whether only what was recorded tells, truth does not.
+    pub by_record: bool,
+    /// What, for people.
+    pub what: String,
+}
+
+/// What is asked.
+#[derive(Debug, Clone, Copy)]
+pub struct Setting<'a> {
+    /// The gates that errors are held against.
+    pub gates: &'a Gates,
+    /// The recorded witnesses.
+    pub witnesses: &'a [Witness],
+    /// Whether the first check that finds something is the last one.
+    pub first_only: bool,
+}
+
+/// A check by its name.
+type Check = (&'static str, fn(&Setting<'_>) -> Vec<String>);
+
+/// The checks, the quickest first.
+const CHECKS: [Check; 9] = [
+    ("merge", merge),
+    ("canaries", canaries),
+    ("trees", trees),
+    ("lanes", lanes),
+    ("enclosures", enclosures),
+    ("awkward", awkward_cases),
+    ("bounds", bounds),
+    ("errors", errors),
+    ("scenes", whole_scenes),
+];
+
+/// Everything that is found wrong.
+#[must_use]
+pub fn bite(setting: &Setting<'_>) -> Vec<Wrong> {
+    let mut found = witnesses(setting);
+    for (check, run) in CHECKS {
+        if setting.first_only && found.iter().any(|wrong| !wrong.by_record) {
+            break;
+        }
+        found.extend(run(setting).into_iter().map(|what| Wrong { check, by_record: false, what }));
+    }
+    found
+}
+
+/// Recorded witnesses, asked again. That there is none is wrong too.
+fn witnesses(setting: &Setting<'_>) -> Vec<Wrong> {
+    if setting.witnesses.is_empty() {
+        return vec![Wrong { check: "witnesses", by_record: false, what: "there is no recorded witness".to_owned() }];
+    }
+    let wrong = |witness: &Witness| {
+        let wrong = witness.wrong().into_iter();
+        wrong.map(|wrong| Wrong { check: "witnesses", by_record: wrong.by_record, what: wrong.what }).collect::<Vec<_>>()
+    };
+    setting.witnesses.par_iter().flat_map_iter(wrong).collect()
+}
+
+/// Shards, written and read back, make the whole; two alike or a missing one do not.
+fn merge(_: &Setting<'_>) -> Vec<String> {
+    let whole = Run { seed: 1, cases: vec![(Family::Far, 11), (Family::Generic, 4), (Family::NGon, 9)], part: Part::WHOLE };
+    let outcome = |name: Name| match name.index {
+        4 => Outcome::Refused("why".to_owned()),
+        index => Outcome::Measured([0.0, 1e-17 * (index * 7 % 5) as f64, index as f64, 0.1 * (10 - index % 10) as f64, 0.2, 0.3]),
+    };
+    let table = |run: &Run| run.names().map(|name| Table::of(name, &outcome(name))).collect::<Table>();
+    let shard = |index: u64| {
+        let run = Run { part: Part { index, of: 3 }, ..whole.clone() };
+        Shard { table: table(&run), run }
+    };
+    let mut found = Vec::new();
+    let back: Result<Vec<_>, _> = [2, 0, 1].map(|index| Shard::from_json(&shard(index).to_json()?)).into_iter().collect();
+    match back.and_then(|shards: Vec<Shard<Kind, Quantity>>| Shard::merge(&shards)) {
+        Ok(merged) if merged == (Shard { table: table(&whole), run: whole.clone() }) => {}
+        Ok(_) => found.push("three shards do not make the table of the whole".to_owned()),
+        Err(error) => found.push(format!("three shards do not merge: {error}")),
+    }
+    // Counted without merging.
+    let counts = |table: &Table| -> Vec<u64> {
+        let of = |family: &Family| table.families().get(family).map_or(0, |t| t.count(Kind::Measured) + t.count(Kind::Refused));
+        [Family::Far, Family::Generic, Family::NGon].iter().map(of).collect()
+    };
+    if counts(&table(&whole)) != [11, 4, 9] {
+        found.push(format!("a table of 11, 4 and 9 cases counts {:?}", counts(&table(&whole))));
+    }
+    let counted = table(&whole);
+    let worst = counted.families()[&Family::Far].figures().get(&Quantity::ValueOverCondition).and_then(|figures| figures.worst());
+    if worst.is_none_or(|worst| worst.value != 10.0) {
+        found.push(format!("the worst of 0 to 10 is {worst:?}"));
+    }
+    let late_first =
+        [5, 2].map(|index| Table::of(Name { family: Family::Far, seed: 1, index }, &Outcome::Refused(String::new())));
+    let first =
+        late_first.into_iter().collect::<Table>().families()[&Family::Far].counts().get(&Kind::Refused).map(|b| b.first.index);
+    if first != Some(2) {
+        found.push(format!("the first of cases 5 and 2 is {first:?}"));
+    }
+    if Shard::merge(&[shard(0), shard(1), shard(1), shard(2)]).is_ok() {
+        found.push("a shard that is there twice is merged".to_owned());
+    }
+    found
+}
+
+/// Wrong answers, wrong bounds and figures beyond their gates are seen.
+fn canaries(setting: &Setting<'_>) -> Vec<String> {
+    let mut found = Vec::new();
+    let case = Family::Generic.case(1, 0);
+    let ask = |factor: f64| {
+        move |problem: &radgrad_scene::case::Problem, tolerance: f64| {
+            let mut answer = evaluate_to(&problem.receiver, &problem.emitter, &problem.occluders, tolerance)?;
+            if tolerance > 0.0 {
+                answer.radiosity += factor * answer.radiosity_error;
+                answer.gradient.x += factor * answer.gradient_error;
+            }
+            Ok(answer)
+        }
+    };
+    let effort = Checks { digits: true, ..Checks::LEAST };
+    if !check_by(&case, &effort, ask(2.5)).has(Mark::Broken) {
+        found.push("an answer that is off by 2.5 bounds is not seen".to_owned());
+    }
+    if check_by(&case, &effort, ask(0.0)).has(Mark::Broken) {
+        found.push("an answer that is right is called broken".to_owned());
+    }
+    for quantity in Quantity::ALL {
+        let gate = setting.gates.gate(Family::Generic, quantity).unwrap_or(0.0);
+        let of = |factor: f64| {
+            let mut figures = [0.0; 6];
+            figures[quantity as usize] = factor * gate;
+            let name = Name { family: Family::Generic, seed: 1, index: 0 };
+            setting.gates.violations(&Table::of(name, &Outcome::Measured(figures))).len()
+        };
+        if [of(1.0), of(1.01)] != [0, 1] {
+            found.push(format!("{} at its gate and 1 % above: {} and {} violations", quantity.name(), of(1.0), of(1.01)));
+        }
+    }
+    if let Ok(problem) = case.problem()
+        && let Ok(answer) = evaluate_to(&problem.receiver, &problem.emitter, &problem.occluders, 1e-12)
+    {
+        let size = answer.gradient.length();
+        let wrong = radgrad_core::Answer { gradient: answer.gradient + DVec3::new(1e-6 * size, 0.0, 0.0), ..answer };
+        let figure = crate::measure::measure_answer(&problem, &wrong).figure(Quantity::Gradient).unwrap_or(0.0);
+        if !(0.999e-6..1.001e-6).contains(&figure) {
+            found.push(format!("a gradient that is off by 1e-6 is measured to be off by {figure:e}"));
+        }
+    }
+    found
+}
+
+/// Lanes of double and single precision, with the bounds that they state themselves.
+fn lanes(_: &Setting<'_>) -> Vec<String> {
+    let families = [Family::Generic, Family::Clipped, Family::Far, Family::HorizonSliver, Family::NGon, Family::NearEdge];
+    let names: Vec<Name> =
+        families.iter().flat_map(|&family| (0..16).map(move |index| Name { family, seed: 9, index })).collect();
+    let ask = |name: &Name| {
+        let case = name.case();
+        [Ask::Lanes(1.0), Ask::SingleLanes(1.0)].into_iter().flat_map(|ask| complaints(name, ask, &case)).collect::<Vec<_>>()
+    };
+    names.par_iter().flat_map_iter(ask).collect()
+}
+
+fn complaints(name: &impl std::fmt::Display, ask: Ask, case: &radgrad_scene::case::Case) -> Vec<String> {
+    let asked = ask.of(case);
+    let broken = asked.held.iter().filter(|held| held.ratio > 1.0);
+    let broken = broken.map(|held| format!("{name}, {ask}, {}: broken by a factor of {:.3}", held.place, held.ratio));
+    broken.chain(asked.faults.iter().map(|fault| format!("{name}, {fault}"))).collect()
+}
+
+/// Cases on the brink of every decision.
+fn awkward_cases(_: &Setting<'_>) -> Vec<String> {
+    let ask = |index: u64| {
+        let case = awkward(&mut Sampler::new(4, "awkward", index));
+        let asks = [Ask::Answer(1.0), Ask::Answer(1e-12), Ask::Lanes(1.0)].into_iter();
+        asks.flat_map(|ask| complaints(&format_args!("awkward:4:{index}"), ask, &case)).collect::<Vec<_>>()
+    };
+    (0..200u64).into_par_iter().flat_map_iter(ask).collect()
+}
+
+/// A bent sheet of lamps by a tree, against its lamps one by one.
+fn trees(_: &Setting<'_>) -> Vec<String> {
+    const SIDE: usize = 16;
+    let place = |i: usize, j: usize| {
+        let (u, v) = (i as f64 / SIDE as f64 - 0.5, j as f64 / SIDE as f64 - 0.5);
+        DVec3::new(u, v * 0.7, 0.3 * u - 0.3 * (u * u + v * v) + 4.0)
+    };
+    let cells = (0..SIDE * SIDE).map(|cell| (cell / SIDE, cell % SIDE));
+    let lamps = cells.flat_map(|(i, j)| {
+        let [a, b, c, d] = [place(i, j), place(i, j + 1), place(i + 1, j + 1), place(i + 1, j)];
+        [[a, b, c], [a, c, d]].map(|corners| Emitter::new(Polygon::new(corners.to_vec())?, Emission::Constant(1.0 + i as f64)))
+    });
+    let Ok(lamps) = lamps.collect::<Result<Vec<_>, _>>() else { return vec!["a lamp of the sheet is refused".to_owned()] };
+    let tree = EmitterTree::new(&lamps);
+    let sampler = &mut Sampler::new(3, "trees", 0);
+    let mut found = Vec::new();
+    for i in 0..40 {
+        let x = sampler.cube() * DVec3::new(1.0, 1.0, 0.5) + DVec3::new(0.0, 0.0, 3.2 - 0.35 * f64::from(i));
+        let n1 = DVec3::Z + sampler.cube() * 0.3;
+        let tolerance = sampler.spread(-40, -3);
+        let (x1, n) = (x.to_array().map(|c| [c]), n1.to_array().map(|c| [c]));
+        let mut answers = Answers::new();
+        let receivers = Receivers::new([&x1[0], &x1[1], &x1[2]], [&n[0], &n[1], &n[2]], &[1.0]);
+        let total = receivers.and_then(|receivers| Engine::new().total(&receivers, &tree, tolerance, &mut answers));
+        let exact: Result<Vec<_>, _> = radgrad_core::Receiver::new(x, n1, 1.0)
+            .and_then(|receiver| lamps.iter().map(|lamp| evaluate_to(&receiver, lamp, &[], 1e-14)).collect());
+        match (total, exact) {
+            (Ok(_), Ok(exact)) => {
+                let (sum, error) = exact.iter().fold((0.0, 0.0), |(s, e), a| (s + a.radiosity, e + a.radiosity_error));
+                let room = error + 1e-13 * sum;
+                let off = (answers.radiosity[0] - sum).abs();
+                if off > answers.radiosity_error[0] + room {
+                    found.push(format!(
+                        "receiver {i} to {tolerance:e}: off by {off:e}, the bound is {:e}",
+                        answers.radiosity_error[0]
+                    ));
+                }
+            }
+            (Err(error), _) | (_, Err(error)) => found.push(format!("receiver {i}: {error}")),
+        }
+    }
+    found
+}
+
+/// Enclosures in two arithmetics and core's digits have points in common, and so have answers of cubature and sampling.
+fn enclosures(setting: &Setting<'_>) -> Vec<String> {
+    let families = [
+        Family::Generic,
+        Family::Clipped,
+        Family::Contact,
+        Family::NGon,
+        Family::OneScreen,
+        Family::SteepExtension,
+        Family::PolynomialClipped,
+        Family::Far,
+    ];
+    let names: Vec<Name> = families.iter().flat_map(|&family| (0..3).map(move |index| Name { family, seed: 2, index })).collect();
+    let compare = |name: &Name| {
+        let Ok(problem) = name.case().problem() else { return vec![format!("{name}: refused")] };
+        let (emitter, occluders) = reduced(&problem);
+        let source = Source::Emitter(&emitter);
+        let enclosed = |digits, arithmetic| {
+            let request = Request { digits, arithmetic: Some(arithmetic), budget: 50_000_000 };
+            let enclosure = enclose_source_past(&problem.receiver, &source, occluders, &request).ok()?;
+            Some(Truth { radiosity: enclosure.radiosity, gradient: enclosure.gradient })
+        };
+        let precise = match digits::enclosure(&problem, 60) {
+            Ok(precise) => precise,
+            Err(why) => return vec![format!("{name}: 60 digits: {why}")],
+        };
+        let mut ways = Vec::new();
+        for digits in [15, 20, 23] {
+            ways.push((format!("the oracle's {digits} digits in double-double"), enclosed(digits, Arithmetic::DoubleDouble)));
+        }
+        // Every arithmetic but the dearest family's.
+        if name.index < 2 {
+            ways.push(("the oracle's 20 digits in more bits".to_owned(), enclosed(20, Arithmetic::Astro)));
+        }
+        for digits in [20, 36] {
+            ways.push((format!("the oracle's {digits} digits on limbs"), enclosed(digits, Arithmetic::Limbs)));
+        }
+        for digits in [25, 40, 100] {
+            ways.push((format!("core's {digits} digits"), digits::enclosure(&problem, digits).ok()));
+        }
+        let differ = |(way, truth): &(String, Option<Truth>)| {
+            let apart = !truth.as_ref()?.overlaps(&precise);
+            apart.then(|| format!("{name}: {way} and core's 60 digits have nothing in common"))
+        };
+        let mut found: Vec<String> = ways.iter().filter_map(differ).collect();
+        if ways.iter().take(2).all(|(_, truth)| truth.is_none()) && !matches!(name.family, Family::Contact) {
+            found.push(format!("{name}: the oracle has no enclosure in double-double"));
+        }
+        found
+    };
+    let mut found: Vec<String> = names.par_iter().flat_map_iter(compare).collect();
+    found.extend(forms(3, 1).1.iter().map(ToString::to_string));
+    let run = Run::of_each(2, &[Family::Generic, Family::Clipped, Family::OneScreen, Family::BackFacing], 6);
+    let agreed = agreement(&run, 2, setting.gates.appendix_a());
+    found.extend(agreed.contradictions.iter().map(ToString::to_string));
+    if agreed.cubature == 0 || agreed.enclosed == 0 {
+        found.push(format!("no case is enclosed, or none converged by cubature: {agreed:?}"));
+    }
+    found
+}
+
+/// A small bounds campaign.
+fn bounds(setting: &Setting<'_>) -> Vec<String> {
+    let families: Vec<Family> = cheap().collect();
+    let table: bounds_table::Table = campaign::table(&Run::of_each(12, &families, 7), || ());
+    let faults = breaches(&table, setting.gates).into_iter().filter(|breach| breach.mark.is_some());
+    faults.map(|breach| breach.to_string()).collect()
+}
+
+/// A few cases of every family against the gates.
+fn errors(setting: &Setting<'_>) -> Vec<String> {
+    let families: Vec<Family> = cheap().collect();
+    let table = Run::of_each(2, &families, 8).table(|_| ());
+    setting.gates.violations(&table).iter().map(ToString::to_string).collect()
+}
+
+fn cheap() -> impl Iterator<Item = Family> {
+    Family::ALL.into_iter().filter(|family| family.dearness() == 1)
+}
+
+/// Rays for the truth of a scene.
+const RAYS: usize = 20_000;
+
+/// A few scenes, every bound of `solve`, `factors` and `field`.
+fn whole_scenes(_: &Setting<'_>) -> Vec<String> {
+    use scenes::family::Family as Scenes;
+    let effort = Effort { rays: RAYS, rays_a_point: RAYS, ..scenes::truth::EFFORT };
+    let families = [Scenes::Facing, Scenes::Furnace, Scenes::Downlight, Scenes::Slit];
+    let table = scenes::table::Table::of(&families, 4, 11, &effort, |_| ());
+    let of = |violation: &scenes::table::Violation| {
+        let first = violation.faults.first().map_or("", String::as_str);
+        format!("{}: {}: {first}", violation.name, violation.subject.name())
+    };
+    let mut found: Vec<String> = table.violations.iter().map(of).collect();
+    if table.judged() == 0 {
+        found.push("no bound of a scene was judged".to_owned());
+    }
+    found
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_run_without_a_witness_says_so() {
+        let gates = Gates::from_toml(include_str!("../../../data/gates.toml")).unwrap();
+        let found = witnesses(&Setting { gates: &gates, witnesses: &[], first_only: true });
+        assert_eq!(found.len(), 1);
+    }
+
+    #[test]
+    fn nothing_is_wrong_with_shards_canaries_and_trees() {
+        let gates = Gates::from_toml(include_str!("../../../data/gates.toml")).unwrap();
+        let setting = Setting { gates: &gates, witnesses: &[], first_only: true };
+        for check in [merge, canaries, trees] {
+            assert_eq!(check(&setting), Vec::<String>::new());
+        }
+    }
+}

@@ -1,0 +1,110 @@
+//! Rows that a run keeps as it goes, so that the next one goes on where it was interrupted.
+//!
+//! The first line of the file is a JSON object that says of what it is: the scene's fingerprint and what was asked of its factors. Each
+//! further line is a computed row. A line that has no end, as a kill leaves it, is taken off and computed again.
+
+use std::fs::{File, OpenOptions};
+use std::io::{self, BufRead, BufReader, Seek, SeekFrom, Write};
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
+
+use radgrad_scene::ComputedRow;
+use serde::{Deserialize, Serialize};
+
+/// Of what the rows are.
+#[derive(Debug, PartialEq, Serialize, Deserialize)]
+struct Head {
+    factors_of: String,
+    asked: String,
+    version: String,
+}
+
+/// Why rows cannot be kept.
+#[derive(Debug, thiserror::Error)]
+pub(crate) enum Failure {
+    #[error("{}: {source}", file.display())]
+    Unusable { file: PathBuf, source: io::Error },
+    #[error("{}: line {line} is none of --resume: {source}", file.display())]
+    Content { file: PathBuf, line: usize, source: serde_json::Error },
+    #[error("{}: it was written for another scene or other settings, or by another version", file.display())]
+    Other { file: PathBuf },
+}
+
+/// A file that rows are added to.
+pub(super) struct Kept {
+    file: PathBuf,
+    out: Mutex<Out>,
+}
+
+struct Out {
+    file: File,
+    /// The first thing that went wrong.
+    failed: Option<io::Error>,
+}
+
+impl Kept {
+    /// Opens the file of a run for this scene and these settings, and reads what it has.
+    pub(super) fn open(file: &Path, scene: &str, asked: String) -> Result<(Self, Vec<ComputedRow>), Failure> {
+        let unusable = |source: io::Error| Failure::Unusable { file: file.to_owned(), source };
+        let head = Head { factors_of: scene.to_owned(), asked, version: env!("CARGO_PKG_VERSION").to_owned() };
+        let opened = OpenOptions::new().read(true).write(true).create(true).truncate(false).open(file).map_err(unusable)?;
+        if !opened.metadata().map_err(unusable)?.is_file() {
+            return Err(unusable(io::Error::new(io::ErrorKind::InvalidInput, "it is no file that can be taken up")));
+        }
+        let (rows, end) = read(file, &opened, &head)?;
+        opened.set_len(end).map_err(unusable)?;
+        let mut out = opened;
+        out.seek(SeekFrom::End(0)).map_err(unusable)?;
+        if end == 0 {
+            out.write_all(&line(&head)).map_err(unusable)?;
+        }
+        Ok((Self { file: file.to_owned(), out: Mutex::new(Out { file: out, failed: None }) }, rows))
+    }
+
+    /// Adds a row.
+    pub(super) fn keep(&self, row: &ComputedRow) {
+        let line = line(row);
+        let mut out = self.out.lock().unwrap_or_else(PoisonError::into_inner);
+        if out.failed.is_none() {
+            out.failed = out.file.write_all(&line).err();
+        }
+    }
+
+    /// Whether all rows were kept.
+    pub(super) fn close(self) -> Result<(), Failure> {
+        let out = self.out.into_inner().unwrap_or_else(PoisonError::into_inner);
+        out.failed.map_or(Ok(()), |source| Err(Failure::Unusable { file: self.file, source }))
+    }
+}
+
+/// A line of JSON.
+fn line(of: &impl Serialize) -> Vec<u8> {
+    // Numbers, texts and lists of them are always JSON.
+    let mut line = serde_json::to_vec(of).unwrap_or_default();
+    line.push(b'\n');
+    line
+}
+
+/// The rows of a file, and where its last whole line ends.
+fn read(file: &Path, opened: &File, expected: &Head) -> Result<(Vec<ComputedRow>, u64), Failure> {
+    let mut lines = BufReader::new(opened);
+    let (mut rows, mut end, mut text) = (Vec::new(), 0, Vec::new());
+    for number in 1.. {
+        text.clear();
+        let count = lines.read_until(b'\n', &mut text).map_err(|source| Failure::Unusable { file: file.to_owned(), source })?;
+        if text.last() != Some(&b'\n') {
+            break;
+        }
+        let wrong = |source| Failure::Content { file: file.to_owned(), line: number, source };
+        if number == 1 {
+            let head: Head = serde_json::from_slice(&text).map_err(wrong)?;
+            if head != *expected {
+                return Err(Failure::Other { file: file.to_owned() });
+            }
+        } else {
+            rows.push(serde_json::from_slice(&text).map_err(wrong)?);
+        }
+        end += count as u64;
+    }
+    Ok((rows, end))
+}

@@ -1,0 +1,109 @@
+//! `radgrad audit` on the programs of the examples, with a slip planted in one, and on our own `eval`.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+use radgrad_audit::family::Family;
+use radgrad_audit::run::Run;
+
+const RADGRAD: &str = env!("CARGO_BIN_EXE_radgrad");
+
+fn example(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("examples").join(name)
+}
+
+fn folder(name: &str) -> PathBuf {
+    let folder = std::env::temp_dir().join(format!("radgrad-audit-{name}-{}", std::process::id()));
+    fs::create_dir_all(&folder).unwrap();
+    folder
+}
+
+fn audit(program: &str, more: &[&str]) -> Output {
+    Command::new(RADGRAD).args(["audit", "--program", program]).args(more).output().unwrap()
+}
+
+fn text(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stdout).into_owned()
+}
+
+/// Figure of a family in `errors.csv`: the worst decade of a quantity, as a number.
+fn worst(folder: &Path, family: &str, quantity: &str) -> f64 {
+    let text = fs::read_to_string(folder.join("errors.csv")).unwrap();
+    let row = text.lines().find(|line| line.starts_with(&format!("{family},{quantity},"))).unwrap_or_else(|| panic!("{text}"));
+    row.split(',').nth(5).unwrap().trim_start_matches('<').parse().unwrap()
+}
+
+/// Compiles a source with `cc`, which the project needs anyway.
+fn compiled(source: &str, folder: &Path) -> PathBuf {
+    let (file, program) = (folder.join("lambert.c"), folder.join("lambert"));
+    fs::write(&file, source).unwrap();
+    let status = Command::new("cc").args(["-O2", "-o"]).arg(&program).arg(&file).arg("-lm").status().expect("a C compiler");
+    assert!(status.success());
+    program
+}
+
+const FAMILIES: [&str; 6] = ["--family", "generic", "--family", "far", "--family", "near-edge"];
+
+#[test]
+fn a_lambert_sum_in_c_loses_its_digits_far_away_and_a_slip_of_sign_in_it_is_caught() {
+    let folder = folder("c");
+    let source = fs::read_to_string(example("lambert.c")).unwrap();
+    let gates = folder.join("gates.toml");
+    fs::write(&gates, "[generic]\nvalue = 1e-9\n").unwrap();
+    let more = |out: &'static str| [&["--cases", "60", "--gates", gates.to_str().unwrap(), "--out", out][..], &FAMILIES].concat();
+    let out: &'static str = folder.join("right").to_str().unwrap().to_owned().leak();
+    let right = compiled(&source, &folder);
+    let output = audit(right.to_str().unwrap(), &more(out));
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output));
+    let at = |family: &str| worst(Path::new(out), family, "value");
+    assert!(at("generic") <= 1e-9 && at("far") >= 1e-2 && at("near-edge") >= 1e-11, "{}", text(&output));
+    // Counter-clockwise seen from the wrong side.
+    let slipped = source.replace("return -sum;", "return sum;");
+    assert_ne!(slipped, source);
+    let out: &'static str = folder.join("slipped").to_str().unwrap().to_owned().leak();
+    let output = audit(compiled(&slipped, &folder).to_str().unwrap(), &more(out));
+    assert_eq!(output.status.code(), Some(1), "{}", text(&output));
+    assert!(text(&output).contains("VIOLATED generic: value is 2.00e0, the gate is 1e-9"), "{}", text(&output));
+    fs::remove_dir_all(folder).unwrap();
+}
+
+#[test]
+fn a_lambert_sum_in_python_has_a_gradient_that_is_measured() {
+    if Command::new("python3").arg("--version").output().is_err() {
+        eprintln!("SKIPPED: python3 is not installed");
+        return;
+    }
+    let folder = folder("python");
+    let program = format!("python3 '{}'", example("lambert.py").display());
+    let output = audit(&program, &[&["--cases", "30", "--out", folder.to_str().unwrap()][..], &FAMILIES].concat());
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output));
+    let at = |family: &str, quantity: &str| worst(&folder, family, quantity);
+    assert!(at("generic", "value") <= 1e-10 && at("generic", "gradient") <= 1e-7, "{}", text(&output));
+    assert!(at("far", "gradient") >= 1e-3, "{}", text(&output));
+    fs::remove_dir_all(folder).unwrap();
+}
+
+#[test]
+fn our_own_program_has_the_tables_of_the_audit() {
+    let folder = folder("own");
+    let output =
+        audit(&format!("'{RADGRAD}' eval - --seconds 600"), &["--cases", "5", "--seed", "3", "--out", folder.to_str().unwrap()]);
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output));
+    let table = Run::of_each(5, &Family::ALL, 3).table(|_| ());
+    let (mut errors, mut outcomes) = (Vec::new(), Vec::new());
+    table.write_errors(&mut errors).unwrap();
+    table.write_outcomes(&mut outcomes).unwrap();
+    assert_eq!(fs::read_to_string(folder.join("errors.csv")).unwrap(), String::from_utf8(errors).unwrap());
+    assert_eq!(fs::read_to_string(folder.join("outcomes.csv")).unwrap(), String::from_utf8(outcomes).unwrap());
+    fs::remove_dir_all(folder).unwrap();
+}
+
+#[test]
+fn a_program_that_does_not_answer_is_refused_and_says_so() {
+    let output = audit("head -n 3", &["--cases", "4", "--family", "generic"]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(String::from_utf8_lossy(&output.stderr).contains("it answered 3 of 4 cases"), "{output:?}");
+    let echoed = audit("cat", &["--cases", "2", "--family", "generic"]);
+    assert!(text(&echoed).contains("no radiosity"), "{}", text(&echoed));
+}

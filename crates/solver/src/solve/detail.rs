@@ -1,0 +1,93 @@
+//! What is known of the radiosity beyond the polynomials on elements: the next degree, with its sign.
+//!
+//! A residual `r = B_g - B_h` is sampled at the nodes of every projection, where direct light and links were computed anyway. The nodes
+//! see the polynomials of the next degree exactly ([`crate::mesh::rule`]); these, of direct light on leaves and of reflected light on the
+//! receivers above, are the detail. What the samples have beyond that too is kept as a root mean square without a sign. Both are samples:
+//! of light with features between the nodes nothing is known.
+
+use radgrad_scene::largest;
+use rayon::prelude::*;
+
+use crate::field::gathering::irradiance;
+use crate::links::link::Link;
+use crate::solve::solution::Solution;
+
+/// Of a leaf in a channel.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Detail {
+    /// Coefficients in the basis of the next degree; those of the leaf's own basis are 0.
+    pub(crate) coefficients: Vec<f64>,
+    /// Root mean square of what samples have beyond that.
+    pub(crate) beyond: f64,
+    /// What links and clusters neglect of it, as if the links' signs were at random.
+    pub(crate) neglected: f64,
+}
+
+impl Detail {
+    fn with(mut self, other: &Self) -> Self {
+        self.coefficients.iter_mut().zip(&other.coefficients).for_each(|(sum, c)| *sum += c);
+        self.beyond = self.beyond.hypot(other.beyond);
+        self.neglected += other.neglected;
+        self
+    }
+}
+
+impl Solution {
+    /// Details of leaves, by channel; none on other elements.
+    pub(crate) fn details(&self) -> &[Vec<Detail>] {
+        self.details.get_or_init(|| {
+            let of_receiver = |&receiver: &usize| (receiver, self.of_reflected(receiver));
+            let receivers: Vec<(usize, Vec<Detail>)> = self.receivers.par_iter().map(of_receiver).collect();
+            let mut reflected = vec![Vec::new(); self.mesh.elements().len()];
+            receivers.into_iter().for_each(|(receiver, details)| reflected[receiver] = details);
+            for element in 0..reflected.len() {
+                let Some(above) = self.mesh.basis(element).above() else { continue };
+                if let Some(parent) = self.mesh.elements()[element].parent().filter(|_| reflected[element].is_empty()) {
+                    let child = self.mesh.child(element);
+                    let restricted = |of: &Detail| Detail { coefficients: above.restrict(child, &of.coefficients), ..*of };
+                    reflected[element] = reflected[parent].iter().map(restricted).collect();
+                }
+            }
+            let of_leaf = |leaf: usize| match self.mesh.elements()[leaf].is_leaf() {
+                true => {
+                    let both = |(channel, reflected): (usize, &Detail)| self.of_direct(leaf, channel).with(reflected);
+                    reflected[leaf].iter().enumerate().map(both).collect()
+                }
+                false => Vec::new(),
+            };
+            (0..reflected.len()).into_par_iter().map(of_leaf).collect()
+        })
+    }
+
+    fn of_direct(&self, leaf: usize, channel: usize) -> Detail {
+        if self.direct.is_empty() {
+            let len = self.mesh.basis(leaf).above().map_or(0, crate::mesh::basis::Basis::len);
+            return Detail { coefficients: vec![0.0; len], ..Detail::default() };
+        }
+        self.detail_of(leaf, &self.direct_samples(leaf, channel))
+    }
+
+    fn of_reflected(&self, receiver: usize) -> Vec<Detail> {
+        let nodes = self.mesh.basis(receiver).nodes().len();
+        let rho = &self.surfaces.reflectance[self.mesh.elements()[receiver].face()];
+        let of_channel = |(channel, rho): (usize, &f64)| {
+            let received = irradiance(&self.mesh, &self.field, &self.links[receiver], &self.far[receiver], channel, nodes);
+            let neglected = (0..nodes).map(|node| rho * self.neglected_at(receiver, channel, node)).fold(0.0, largest);
+            let samples: Vec<f64> = received.iter().map(|h| rho * h).collect();
+            Detail { neglected, ..self.detail_of(receiver, &samples) }
+        };
+        rho.iter().enumerate().map(of_channel).collect()
+    }
+
+    fn detail_of(&self, element: usize, samples: &[f64]) -> Detail {
+        let basis = self.mesh.basis(element);
+        Detail { coefficients: basis.next(samples), beyond: basis.excess(samples).spread, neglected: 0.0 }
+    }
+
+    /// What a node's links and clusters neglect.
+    fn neglected_at(&self, receiver: usize, channel: usize, node: usize) -> f64 {
+        let of_link = |link: &Link| self.field.neglected(&self.mesh, link.source, channel, &link.rows[node]);
+        let of_links = self.links[receiver].iter().map(of_link).map(|size| size * size).sum::<f64>().sqrt();
+        of_links + self.far[receiver].neglected(&self.field, channel, node)
+    }
+}

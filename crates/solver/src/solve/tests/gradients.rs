@@ -1,0 +1,139 @@
+//! Gradients of a solved scene, held to central differences of a finer solution.
+
+use radgrad_core::{DVec3, Polygon};
+use radgrad_scene::{Degenerate, Scene};
+
+use crate::mesh::shape::Shape;
+use crate::solve::options::Options;
+use crate::solve::solution::Solution;
+use crate::solve::solve;
+
+/// Of a gradient its error over its length, and its estimate over its error.
+struct Found {
+    relative: f64,
+    effectivity: f64,
+    place: DVec3,
+}
+
+/// The gradients of the radiosity at so many places that see light, evenly over the faces, in each channel.
+fn compared(solution: &Solution, fine: &Solution, places: usize, step: f64) -> Vec<Found> {
+    let elements = solution.mesh().elements();
+    let roots = solution.mesh().roots();
+    let whole: f64 = roots.iter().map(|&root| elements[root].area()).sum();
+    // A sequence of low discrepancy (M. Roberts 2018, in three dimensions).
+    let part = |k: usize, by: f64| (k as f64 * by).fract();
+    let mut found = Vec::new();
+    for k in 1..=places {
+        let mut left = part(k, 0.819_172_513_396_164_5) * whole;
+        let under = |&&root: &&usize| {
+            left -= elements[root].area();
+            left <= 0.0
+        };
+        let element = &elements[*roots.iter().find(under).unwrap()];
+        let [s, t] = [part(k, 0.671_043_606_703_789_3), part(k, 0.549_700_477_901_970_3)];
+        let outside = element.shape() == Shape::Triangle && s + t > 1.0;
+        let place = element.point(if outside { [1.0 - s, 1.0 - t] } else { [s, t] });
+        let normal = element.polygon().normal();
+        let gradient = solution.gradient(place, normal).unwrap().radiosity;
+        let leaf = fine.mesh().leaf_at(element.face(), place).unwrap();
+        let at = |offset: DVec3| fine.gather_on(leaf, place + offset).unwrap().radiosity;
+        let along = normal.any_orthonormal_vector();
+        let axes = [along, normal.cross(along)];
+        let sides = axes.map(|axis| [at(axis * step), at(axis * -step)]);
+        for channel in 0..solution.channels().len() {
+            let slope = |[up, down]: &[Vec<f64>; 2]| (up[channel] - down[channel]) / (2.0 * step);
+            let exact = axes[0] * slope(&sides[0]) + axes[1] * slope(&sides[1]);
+            let error = (gradient.gradient[channel] - exact).length();
+            if exact.length() > 0.0 {
+                let effectivity = gradient.estimate[channel] / error;
+                found.push(Found { relative: error / exact.length(), effectivity, place });
+            }
+        }
+    }
+    found
+}
+
+/// Holds errors to a part of the gradients' lengths, and estimates to errors.
+fn held(found: &[Found], most: f64) {
+    let mut ratios: Vec<f64> = found.iter().map(|of| of.effectivity).collect();
+    ratios.sort_by(f64::total_cmp);
+    let at = |tenths: usize| ratios[tenths * (ratios.len() - 1) / 10];
+    let covered = |times: f64| ratios.iter().filter(|of| times * **of >= 1.0).count() as f64 / ratios.len() as f64;
+    let worst = found.iter().max_by(|a, b| a.relative.total_cmp(&b.relative)).unwrap();
+    println!(
+        "{} gradients, worst {:.2e} of its length at {}; estimate over error {:.2} {:.2} {:.2}; covered once {:.3}, twice {:.3}, 4 times {:.3}",
+        found.len(),
+        worst.relative,
+        worst.place,
+        at(1),
+        at(5),
+        at(9),
+        covered(1.0),
+        covered(2.0),
+        covered(4.0)
+    );
+    assert!(worst.relative <= most, "{:e} at {}", worst.relative, worst.place);
+    assert!((0.5..=5.0).contains(&at(5)), "median of estimate over error: {}", at(5));
+    assert!(covered(4.0) >= 0.85, "{} of the errors are within 4 estimates", covered(4.0));
+}
+
+#[test]
+#[ignore = "takes minutes: two solutions of the Cornell box, one of them fine"]
+fn gradients_of_the_cornell_box_at_200_points_are_those_of_a_fine_solution() {
+    let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../../data/scenes/cornell.obj");
+    let scene = Scene::read(file, Degenerate::Refuse).unwrap();
+    let solution = solve(&scene, &Options::default(), |_| true).unwrap();
+    let fine = solve(&scene, &Options { error: 3e-4, most_elements: 100_000, ..Options::default() }, |_| true).unwrap();
+    held(&compared(&solution, &fine, 200, 0.02), 0.01);
+}
+
+/// A room of 4 x 3 x 2.5 m of coloured walls with a lamp of 0.5 m x 0.5 m under its ceiling.
+fn room() -> Scene {
+    let mut scene = Scene::new(["warm", "cold"]).unwrap();
+    let (surface, lamp) = (scene.add_surface("room"), scene.add_surface("lamp"));
+    let corner = |i: usize| {
+        DVec3::from([4.0, 3.0, 2.5].map(f64::from)) * DVec3::from([0, 1, 2].map(|k| f64::from(u8::from(i >> k & 1 == 1))))
+    };
+    let faces = [[1, 3, 2, 0], [6, 7, 5, 4], [4, 5, 1, 0], [3, 7, 6, 2], [2, 6, 4, 0], [5, 7, 3, 1]];
+    for (index, face) in faces.into_iter().enumerate() {
+        let rho = [0.2 + 0.1 * index as f64, 0.7 - 0.1 * index as f64];
+        let wall = scene.add_material(format!("wall {index}"), rho, [0.0; 2]).unwrap();
+        scene.add_face(surface, wall, Polygon::new(face.map(corner).to_vec()).unwrap(), None).unwrap();
+    }
+    let glowing = scene.add_material("glowing", [0.0; 2], [10.0, 4.0]).unwrap();
+    let corners = [(1.0, 1.0), (1.0, 1.5), (1.5, 1.5), (1.5, 1.0)].map(|(x, y)| DVec3::new(x, y, 2.2));
+    scene.add_face(lamp, glowing, Polygon::new(corners.to_vec()).unwrap(), None).unwrap();
+    scene
+}
+
+#[test]
+fn gradients_of_a_room_are_those_of_a_finer_solution() {
+    let scene = room();
+    let solution = solve(&scene, &Options::default(), |_| true).unwrap();
+    let fine = solve(&scene, &Options { error: 1e-3, ..Options::default() }, |_| true).unwrap();
+    // At a place 18 mm from an edge of this rough mesh it is 4.4 %.
+    held(&compared(&solution, &fine, 20, 1e-4), 0.05);
+}
+
+#[test]
+fn the_gradient_of_a_polynomial_has_an_estimate_of_its_size() {
+    let scene = room();
+    let solution = solve(&scene, &Options { error: 0.02, ..Options::default() }, |_| true).unwrap();
+    let mut ratios = Vec::new();
+    let leaves: Vec<usize> = solution.mesh().leaves().collect();
+    for &leaf in leaves.iter().step_by(leaves.len() / 30) {
+        let element = &solution.mesh().elements()[leaf];
+        let at = [0.31, 0.27];
+        let exact = solution.gradient(element.point(at), element.polygon().normal()).unwrap().radiosity;
+        for channel in 0..2 {
+            let error = (solution.gradient_on(leaf, channel, at) - exact.gradient[channel]).length();
+            if error > 0.0 {
+                ratios.push(solution.gradient_estimate_on(leaf, channel, at) / error);
+            }
+        }
+    }
+    ratios.sort_by(f64::total_cmp);
+    println!("estimate over error: {ratios:.2?}");
+    let median = ratios[ratios.len() / 2];
+    assert!((0.5..5.0).contains(&median), "{median}");
+}
