@@ -331,7 +331,7 @@ impl Proof<'_> {
             let by_rates = Left { largest: left.largest + most, mean: left.mean + mean };
             let simply = self.simply(to, &target, light, gathered, channel);
             let lesser = |a: Left, b: Left| Left { largest: least(a.largest, b.largest), mean: least(a.mean, b.mean) };
-            let mut both = lesser(simply, self.by_sources(to, &target, light, gathered, &kinds, &finely, channel));
+            let mut both = lesser(simply, self.by_sources(to, &target, light, gathered, (&kinds, &finely), channel));
             if !crossed {
                 both = lesser(both, by_rates);
             }
@@ -651,8 +651,7 @@ impl Proof<'_> {
         target: &Target<'_>,
         light: &Light<'_>,
         gathered: &Gathered<'_>,
-        kinds: &[Kind],
-        finely: &Finely,
+        (kinds, finely): (&[Kind], &Finely),
         channel: usize,
     ) -> Left {
         let (mesh, element, basis) = (self.mesh, target.element, self.mesh.basis(to));

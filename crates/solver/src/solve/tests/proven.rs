@@ -135,3 +135,33 @@ fn lamps_that_no_node_sees_are_found_or_in_the_estimate() {
         assert!(off <= estimates && fine.mean[0] > 0.0, "{} and {}, {estimates}", solution.mean[0], fine.mean[0]);
     }
 }
+
+#[test]
+fn where_all_is_seen_the_bound_is_near_the_error_and_in_even_light_it_is_that_of_rounding() {
+    let with = |faces: &[[[f64; 3]; 4]], reflectance: f64, emitted: f64| {
+        let mut scene = Scene::new(["grey"]).unwrap();
+        let emitted = emitted * std::f64::consts::FRAC_1_PI;
+        let (wall, surface) = (scene.add_material("wall", [reflectance], [emitted]).unwrap(), scene.add_surface("all"));
+        for corners in faces {
+            let polygon = Polygon::new(corners.map(DVec3::from).to_vec()).unwrap();
+            scene.add_face(surface, wall, polygon, None).unwrap();
+        }
+        solve(&scene, &Options::default(), |_| true).unwrap()
+    };
+    // A room seen from inside, in it a box on its corner seen from outside: 1 everywhere.
+    let sides = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+    let corner = |i: usize| DVec3::new((i & 1) as f64, (i >> 1 & 1) as f64, (i >> 2 & 1) as f64);
+    let room = sides.map(|side| [3, 2, 1, 0].map(|i| (corner(side[i]) * 4.0).to_array()));
+    let (u, v, w) = (DVec3::new(0.6, 0.0, 0.8), DVec3::Y, DVec3::new(-0.8, 0.0, 0.6));
+    let turned = |p: DVec3| (DVec3::new(2.0, 1.5, 1.0) + u * p.x + v * p.y + w * p.z).to_array();
+    let solid = sides.map(|side| side.map(|i| turned(corner(i))));
+    let even = with(&[room, solid].concat(), 0.7, 0.3);
+    let bound = even.mean_bound()[0].total();
+    assert!((even.mean()[0] - 1.0).abs() <= bound && bound < 1e-8, "{} with {bound:e}", even.mean()[0]);
+
+    let floor = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]];
+    let ceiling = [[0.0, 0.0, 1.0], [0.0, 1.0, 1.0], [1.0, 1.0, 1.0], [1.0, 0.0, 1.0]];
+    let squares = with(&[floor, ceiling], 0.5, 1.0);
+    let bound = squares.mean_bound()[0].total() / squares.reflected()[0];
+    assert!(bound < 2e-3, "{bound:e}");
+}
