@@ -280,6 +280,14 @@ impl Solved<'_> {
         self.surfaces.reflectance[self.mesh.elements()[element].face()][channel]
     }
 
+    /// The remainder of direct light on a leaf, with the detail of the leaf's texture: this is known, and no polynomial has it.
+    fn with_detail(&self, leaf: usize, channel: usize, mut rest: Rest) -> Rest {
+        let known = &self.residuals[0][leaf][channel];
+        rest.largest.discretisation += known.largest_detail();
+        rest.mean.discretisation += known.mean_detail();
+        rest
+    }
+
     /// What the projection of reflected light leaves out on a receiver, in each channel, and what it sees at most of its sources.
     fn left_of_reflected(&self, ground: &Ground, receiver: usize) -> (Vec<Rest>, Views) {
         let Self { mesh, field, channels, .. } = *self;
@@ -380,7 +388,10 @@ impl Proven {
         let direct = if direct.is_empty() {
             vec![vec![Rest::default(); channels]; mesh.elements().len()]
         } else {
-            everywhere(mesh, &leaves, direct, channels)
+            let with_details = |(&leaf, rests): (&usize, Vec<Rest>)| -> Vec<Rest> {
+                rests.into_iter().enumerate().map(|(channel, rest)| solved.with_detail(leaf, channel, rest)).collect()
+            };
+            everywhere(mesh, &leaves, leaves.iter().zip(direct).map(with_details).collect(), channels)
         };
         let reflected = everywhere(mesh, receivers, reflected, channels);
         let left = |element: usize, channel: usize| {

@@ -65,7 +65,7 @@ pub(crate) struct Refined<R> {
 
 /// The largest effort for an answer: some seconds. A case that would take more is answered with the bound of fewer bits. It counts
 /// operations and not time, so that the answer is the same on every machine.
-pub(crate) const EFFORT: u64 = 2_000_000_000;
+pub(crate) const EFFORT: u64 = 16_000_000_000;
 
 /// Bits that decide cases that doubles of like size leave open; a case still open then is an exact coincidence.
 const DECISIVE: usize = 1024;
