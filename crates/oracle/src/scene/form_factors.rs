@@ -4,7 +4,8 @@
 //! `F_ij`. So the part of n rays that does is off by more than `e` with a probability of at most `2 exp(-2 n e^2)`, whatever the
 //! scene (W. Hoeffding 1963): `n = ln(2 / (1 - c)) / (2 e^2)` rays give each factor the error e with the confidence c. That the
 //! number follows from error and confidence alone is the point of M. Pellegrini, "Monte Carlo approximation of form factors with
-//! error bounded a priori" (SoCG 1995). For m factors at once, each to have it, c is to be `1 - (1 - c') / m`.
+//! error bounded a priori" (Symposium on Computational Geometry, 1995). For m factors at once, each to have it, c is to be
+//! `1 - (1 - c') / m`.
 //!
 //! The interval that comes back is H. Chernoff's, which is inside of that one always, and far narrower for small factors.
 

@@ -1,7 +1,7 @@
 //! Scenes whose radiosity is known otherwise than by walks.
 //!
-//! - *A furnace*: in a closed scene where every face emits `1 - rho`, `B = 1` everywhere, whatever stands in it, since then `1 = (1
-//!   - rho) + rho G 1` wherever no ray ends on a back. [`furnace_emission`] is the emission of a face.
+//! - *A furnace*: in a closed scene where every face emits `1 - rho`, `B = 1` everywhere, whatever stands in it, since then
+//!   `1 = (1 - rho) + rho G 1` wherever no ray ends on a back. [`furnace_emission`] is the emission of a face.
 //! - *Two rectangles that face each other* ([`FacingRectangles`]): nothing hides, and the kernel `gap^2 / (pi r^4)` is analytic, so
 //!   that Nystrom's method with Gauss rules on panels no wider than the gap converges geometrically (K. Atkinson, The Numerical
 //!   Solution of Integral Equations of the Second Kind, 1997, chapter 4). The answer is that of [`FINE`] nodes a panel and side,
