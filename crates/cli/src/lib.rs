@@ -1,4 +1,4 @@
-//! The program `radgrad`, as a library: [`run`] is all of it, for whoever starts it (`src/bin`, the Python package), and [`file`] writes
+//! The program `radgrad`, as a library: [`run`] is all of it, for whoever starts it (`src/bin`, the Python package), and [`mod@file`] writes
 //! what it writes of a solution.
 
 mod audit;
