@@ -181,7 +181,6 @@ def test_trees_answer_many_emitters():
         (lambda lamp: rg.evaluate([0, 0, 0], UP, lamp, [[[0, 0, 0], [1, 1, 1]]]), ["occluder 0", "at least 3 vertices"]),
         (lambda lamp: rg.digits([[0, 0, 0]], UP, lamp), ["shape (1,)", "one point"]),
         (lambda lamp: rg.digits([0, 0, 0], UP, lamp, digits=0), ["digits is 0"]),
-        (lambda lamp: rg.hessian([0, 0, 0], UP, rg.Emitter(SQUARE, [1, 2, 3, 2])), ["constant", "linear"]),
         (lambda lamp: rg.EmitterTree([lamp]).total([0, 0, 0], UP, atol=0), ["tolerance"]),
     ],
 )

@@ -15,7 +15,7 @@ from . import _radgrad
 from ._evaluate import Floats, _numbers, _rows, _whole
 
 if TYPE_CHECKING:
-    from scipy.sparse import csr_array  # type: ignore[import-untyped]
+    from scipy.sparse import csr_array as _csr_array  # type: ignore[import-untyped]
 
 PathLike = Union[str, "os.PathLike[str]"]
 
@@ -387,7 +387,7 @@ class Factors:
         self._scene, self._core, self._moved = scene, core, moved
         self.indptr, self.indices, self.data, self._lower, self._upper, self.occluders = core.csr()
 
-    def _matrix(self, data: Any) -> "csr_array":
+    def _matrix(self, data: Any) -> "_csr_array":
         try:
             from scipy.sparse import csr_array
         except ImportError:
@@ -395,17 +395,17 @@ class Factors:
         return csr_array((data, self.indices, self.indptr), shape=(len(self._scene), len(self._scene)))
 
     @property
-    def values(self) -> "csr_array":
+    def values(self) -> "_csr_array":
         """The factors, in their brackets."""
         return self._matrix(self.data)
 
     @property
-    def lower(self) -> "csr_array":
+    def lower(self) -> "_csr_array":
         """What they are at least, proven."""
         return self._matrix(self._lower)
 
     @property
-    def upper(self) -> "csr_array":
+    def upper(self) -> "_csr_array":
         """What they are at most, proven."""
         return self._matrix(self._upper)
 
