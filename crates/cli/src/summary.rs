@@ -75,14 +75,15 @@ impl Summary {
 
 impl fmt::Display for Summary {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { seconds, rounds, elements, links, bound, error, .. } = self;
+        let Self { seconds, rounds, elements, links, bound, estimate, error, .. } = self;
         writeln!(f, "{elements} elements, {links} links, {rounds} rounds, {seconds:.3} s")?;
-        writeln!(f, "bound {:.3} % of the mean radiosity, {:.3} % asked for\n", 100.0 * bound, 100.0 * error)?;
+        let [estimate, bound, error] = [estimate, bound, error].map(|share| 100.0 * share);
+        writeln!(f, "error of the mean: estimated {estimate:.3} %, proven at most {bound:.3} %; {error:.3} % asked for\n")?;
         let names = || self.channels.iter().map(|channel| printable(&channel.name));
         let width = names().map(|name| name.chars().count()).max().unwrap_or(0).max("channel".len());
-        writeln!(f, "{:width$}  {:>14}  {:>14}", "channel", "mean", "bound")?;
+        writeln!(f, "{:width$}  {:>14}  {:>14}  {:>14}", "channel", "mean", "estimate", "bound")?;
         for (name, channel) in names().zip(&self.channels) {
-            writeln!(f, "{name:width$}  {:>14.6e}  {:>14.6e}", channel.mean, channel.bound)?;
+            writeln!(f, "{name:width$}  {:>14.6e}  {:>14.6e}  {:>14.6e}", channel.mean, channel.estimate, channel.bound)?;
         }
         writeln!(f, "\n{:15}  {:>14}", "of the bound", "% of the mean")?;
         self.ledger.iter().try_for_each(|(source, share)| writeln!(f, "{source:15}  {:>14.6}", 100.0 * share))
