@@ -6,7 +6,7 @@
 
 use glam::DVec3;
 
-use crate::boundary::case::Case;
+use crate::boundary::case::{Case, with_case};
 use crate::boundary::plan::Plan;
 use crate::error::Error;
 use crate::forms::edge_lanes;
@@ -260,7 +260,7 @@ pub fn radiosity_and_gradient(receiver: &Receiver, emitter: &Emitter) -> Result<
 /// # Errors
 /// If the result over- or underflows, or the receiver is on the surface of an emitter that is not flat ([`Error::OnSurface`]).
 pub fn irradiance_vector(receiver: &Receiver, emitter: &Emitter) -> Result<DVec3, Error> {
-    with_irradiance(receiver, emitter, &[], DVec3::ZERO, |case| {
+    with_case(receiver, emitter, &[], DVec3::ZERO, |case| {
         let components = |Vec3 { x, y, z }: Vec3<f64>| [x, y, z];
         let found = plain::<true, false>(case).map(|terms| components(terms.irradiance));
         match found.filter(|vector| is_sound(*vector, emitter)) {
@@ -307,23 +307,7 @@ pub fn irradiance_vector_to<'a>(
     // Below this little but the rounding to doubles is left, so that nothing dearer gives more.
     let tolerance = tolerance.max(1.01 * ROUNDOFF);
     let occluders: Vec<&Polygon> = occluders.into_iter().collect();
-    with_irradiance(receiver, emitter, &occluders, IrradianceVector::ZERO, |case| case.irradiance_vector(tolerance))
-}
-
-/// Runs a computation that is not zero by plan; the reflectance has no part in it.
-fn with_irradiance<R>(
-    receiver: &Receiver,
-    emitter: &Emitter,
-    occluders: &[&Polygon],
-    zero: R,
-    computation: impl FnOnce(&Case<'_>) -> Result<R, Error>,
-) -> Result<R, Error> {
-    let Some(plan) = Plan::new(receiver, emitter.polygon()) else { return Ok(zero) };
-    if emitter.is_dark() {
-        return Ok(zero);
-    }
-    plan.off_surface(receiver, emitter.polygon())?;
-    computation(&Case { receiver, emitter, occluders, plan: &plan })
+    with_case(receiver, emitter, &occluders, IrradianceVector::ZERO, |case| case.irradiance_vector(tolerance))
 }
 
 /// The closed form in double precision, off the surface of the emitter.

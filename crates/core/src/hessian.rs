@@ -34,9 +34,8 @@
 use glam::DMat3;
 
 use crate::boundary::arc::Arc;
-use crate::boundary::case::Case;
+use crate::boundary::case::{Case, with_case};
 use crate::boundary::line::Line;
-use crate::boundary::plan::Plan;
 use crate::boundary::{horizon, visibility};
 use crate::error::Error;
 use crate::forms::linear::SeenLinear;
@@ -112,6 +111,9 @@ impl Hessian {
 /// # Errors
 /// If the receiver is on the surface of an emitter that is not flat ([`Error::OnSurface`]), or a result over- or underflows.
 pub fn hessian(receiver: &Receiver, emitter: &Emitter) -> Result<DMat3, Error> {
+    if receiver.reflectance() == 0.0 {
+        return Ok(DMat3::ZERO);
+    }
     with_case(receiver, emitter, &[], DMat3::ZERO, |case| {
         columns::<f64>(case).map_or(Ok(DMat3::ZERO), |columns| unit(case).plain(columns).map(|c| DMat3::from_cols_array(&c)))
     })
@@ -157,6 +159,9 @@ fn bounded(receiver: &Receiver, emitter: &Emitter, occluders: &[&Polygon], toler
     }
     // Below this little but the rounding to doubles is left, so that nothing dearer gives more.
     let tolerance = tolerance.max(1.01 * ROUNDOFF);
+    if receiver.reflectance() == 0.0 {
+        return Ok(Hessian::ZERO);
+    }
     with_case(receiver, emitter, occluders, Hessian::ZERO, |case| {
         let Some(rough) = Found::certified::<f64>(case, Method::ClosedForm) else { return Ok(Hessian::ZERO) };
         if let Some(answer) = rough.answer_within(tolerance, case)? {
@@ -171,23 +176,6 @@ fn bounded(receiver: &Receiver, emitter: &Emitter, occluders: &[&Polygon], toler
         #[cfg(not(feature = "arbitrary-precision"))]
         fine.answer(case)
     })
-}
-
-/// Runs a computation that is not zero by plan.
-fn with_case<R>(
-    receiver: &Receiver,
-    emitter: &Emitter,
-    occluders: &[&Polygon],
-    zero: R,
-    computation: impl FnOnce(&Case<'_>) -> Result<R, Error>,
-) -> Result<R, Error> {
-    let Some(plan) = Plan::new(receiver, emitter.polygon()) else { return Ok(zero) };
-    let case = Case { receiver, emitter, occluders, plan: &plan };
-    if case.is_dark() {
-        return Ok(zero);
-    }
-    plan.off_surface(receiver, emitter.polygon())?;
-    computation(&case)
 }
 
 fn unit(case: &Case<'_>) -> CallerUnits {

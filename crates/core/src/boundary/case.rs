@@ -1,6 +1,7 @@
 //! One receiver, one emitter, the occluders between them, and the plan for them.
 
 use crate::boundary::plan::Plan;
+use crate::error::Error;
 use crate::problem::emission::Emitter;
 use crate::problem::polygon::Polygon;
 use crate::problem::receiver::Receiver;
@@ -37,4 +38,20 @@ impl Case<'_> {
         let normals = [self.receiver.direction(), self.emitter.polygon().normal()];
         lengths.chain(normals).all(|v| v.to_array().into_iter().all(|c| c == 0.0 || c.abs() >= LEAST))
     }
+}
+
+/// Runs a computation that is not zero by plan; the reflectance has no part in it.
+pub(crate) fn with_case<R>(
+    receiver: &Receiver,
+    emitter: &Emitter,
+    occluders: &[&Polygon],
+    zero: R,
+    computation: impl FnOnce(&Case<'_>) -> Result<R, Error>,
+) -> Result<R, Error> {
+    let Some(plan) = Plan::new(receiver, emitter.polygon()) else { return Ok(zero) };
+    if emitter.is_dark() {
+        return Ok(zero);
+    }
+    plan.off_surface(receiver, emitter.polygon())?;
+    computation(&Case { receiver, emitter, occluders, plan: &plan })
 }

@@ -29,7 +29,18 @@ fn norm(m: DMat3) -> f64 {
 
 /// Central differences of the gradient of orders 2, 4, 6 by Richardson's extrapolation.
 fn by_differences(x: DVec3, normal: DVec3, emitter: &Emitter, step: f64) -> DMat3 {
-    let gradient = |x: DVec3| evaluate_to(&at(x, normal), emitter, &[], 1e-16).unwrap().gradient;
+    by_differences_past(x, normal, (emitter, &[]), step, 1e-16)
+}
+
+/// The same past occluders, of gradients to a tolerance.
+fn by_differences_past(
+    x: DVec3,
+    normal: DVec3,
+    (emitter, occluders): (&Emitter, &[Polygon]),
+    step: f64,
+    tolerance: f64,
+) -> DMat3 {
+    let gradient = |x: DVec3| evaluate_to(&at(x, normal), emitter, occluders, tolerance).unwrap().gradient;
     let along = |axis: DVec3| {
         let central = |step: f64| (gradient(x + axis * step) - gradient(x - axis * step)) / (2.0 * step);
         let [one, two, four] = [step, 2.0 * step, 4.0 * step].map(central);
@@ -138,18 +149,6 @@ fn varying(polygon: &Polygon) -> Vec<Emitter> {
     emissions.into_iter().map(|emission| Emitter::new(polygon.clone(), emission).unwrap()).collect()
 }
 
-/// [`by_differences`] past occluders.
-fn by_differences_past(x: DVec3, normal: DVec3, emitter: &Emitter, occluders: &[Polygon], step: f64) -> DMat3 {
-    let gradient = |x: DVec3| evaluate_to(&at(x, normal), emitter, occluders, 1e-15).unwrap().gradient;
-    let along = |axis: DVec3| {
-        let central = |step: f64| (gradient(x + axis * step) - gradient(x - axis * step)) / (2.0 * step);
-        let [one, two, four] = [step, 2.0 * step, 4.0 * step].map(central);
-        let (fine, coarse) = ((4.0 * one - two) / 3.0, (4.0 * two - four) / 3.0);
-        (16.0 * fine - coarse) / 15.0
-    };
-    DMat3::from_cols(along(DVec3::X), along(DVec3::Y), along(DVec3::Z))
-}
-
 #[test]
 fn an_emission_that_varies_has_them_too_clipped_or_not() {
     for polygon in [triangle().polygon(), concave().polygon()] {
@@ -180,7 +179,7 @@ fn an_emission_that_varies_has_them_past_occluders() {
         for (normal, occluders) in [(DVec3::new(0.1, 0.2, 1.0), &screens[..1]), (DVec3::new(1.0, -0.3, 0.2), &screens[..])] {
             let position = DVec3::new(0.02, -0.1, 0.0);
             let answer = hessian_to(&at(position, normal), &emitter, occluders, 1e-12).unwrap();
-            let difference = by_differences_past(position, normal, &emitter, occluders, 1e-3);
+            let difference = by_differences_past(position, normal, (&emitter, occluders), 1e-3, 1e-15);
             let off = norm(answer.matrix - difference);
             assert!(off <= 1e-6 * norm(difference), "{normal}: {answer:?} {difference}, off by {off:e}");
             assert!(answer.meets(1e-12), "{answer:?}");

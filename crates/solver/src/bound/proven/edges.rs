@@ -6,6 +6,7 @@
 use std::collections::HashMap;
 
 use radgrad_core::{DVec3, Polygon};
+use radgrad_scene::largest;
 
 use crate::mesh::Mesh;
 use crate::mesh::element::around;
@@ -150,7 +151,7 @@ impl Edges {
     /// A face, of some if these are given, that stands on another or crosses it inside a convex part of that.
     pub(super) fn standing(&self, face: usize, part: &[DVec3], among: Option<&[usize]>) -> Option<usize> {
         let normal = self.planes[face][1];
-        let size = part.iter().map(|p| (*p - part[0]).length()).fold(0.0, f64::max);
+        let size = part.iter().map(|p| (*p - part[0]).length()).fold(0.0, largest);
         let is_inside = |foot: &[DVec3; 2]| {
             let (mut from, mut to) = (0.0_f64, 1.0_f64);
             let inside = part.iter().enumerate().all(|(i, &p)| {
@@ -189,7 +190,7 @@ impl Edges {
     /// in it.
     pub(super) fn beside(&self, face: usize, sign: f64, from: &[DVec3]) -> Vec<DVec3> {
         let [corner, normal] = self.planes[face];
-        let level = LEVEL * from.iter().map(|p| (*p - corner).length()).fold(0.0, f64::max);
+        let level = LEVEL * from.iter().map(|p| (*p - corner).length()).fold(0.0, largest);
         let heights: Vec<f64> = from.iter().map(|p| sign * normal.dot(*p - corner)).collect();
         if heights.iter().all(|h| *h <= level) {
             return if heights.iter().all(|h| *h >= -level) { from.to_vec() } else { Vec::new() };
@@ -212,7 +213,7 @@ impl Edges {
 /// or meets the plane in no more than a point.
 fn foot([corner, normal]: [DVec3; 2], part: &[DVec3]) -> Option<([DVec3; 2], bool)> {
     let heights: Vec<f64> = part.iter().map(|p| normal.dot(*p - corner)).collect();
-    let reach = part.iter().map(|p| (*p - corner).length()).fold(0.0, f64::max);
+    let reach = part.iter().map(|p| (*p - corner).length()).fold(0.0, largest);
     let level = 1e-9 * reach;
     let (low, high) =
         heights.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high): (f64, f64), &h| (low.min(h), high.max(h)));

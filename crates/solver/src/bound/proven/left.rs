@@ -767,14 +767,14 @@ fn in_beam(from: &[DVec3], source: &Element, piece: [DVec3; 2]) -> bool {
     let height = |p: DVec3| normal.dot(p - corner);
     let (of_piece, of_from) = (piece.map(height), from.iter().map(|&x| height(x)));
     let of_from: Vec<f64> = of_from.collect();
-    let reach = source.radius() + from.iter().chain(&piece).map(|p| (*p - corner).length()).fold(0.0, f64::max);
+    let reach = source.radius() + from.iter().chain(&piece).map(|p| (*p - corner).length()).fold(0.0, largest);
     let level = 1e-9 * reach;
-    let highest = of_from.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let highest = of_from.iter().copied().fold(f64::NEG_INFINITY, largest);
     if of_piece.iter().all(|h| *h < -level) || of_piece.iter().all(|h| *h > highest + level) {
         return false;
     }
     let beyond = |n: DVec3| {
-        let d = corners.iter().map(|&v| n.dot(v - corner)).fold(f64::INFINITY, f64::min);
+        let d = corners.iter().map(|&v| n.dot(v - corner)).fold(f64::INFINITY, least);
         let across = |x: DVec3| n.dot(x - corner) - d;
         let of_piece = [(across(piece[0]), of_piece[0]), (across(piece[1]), of_piece[1])];
         from.iter().zip(&of_from).all(|(&x, h)| {

@@ -42,7 +42,7 @@ impl Nodes {
         let share = 1.0 / cells.len() as f64;
         for corners in &cells {
             let off = |node: usize, k: usize| corners.iter().map(move |c| (c[k] - nodes[node].at[k]).abs());
-            let most = |node: usize, k: usize| off(node, k).fold(0.0, f64::max);
+            let most = |node: usize, k: usize| off(node, k).fold(0.0, largest);
             let size = |node: usize| most(node, 0) + most(node, 1);
             let nearest = (0..nodes.len()).min_by(|&a, &b| size(a).total_cmp(&size(b))).unwrap_or(0);
             let at = &mut near[nearest];

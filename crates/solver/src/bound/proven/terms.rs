@@ -4,6 +4,7 @@
 use std::f64::consts::PI;
 
 use radgrad_core::DVec3;
+use radgrad_scene::largest;
 
 use super::nodes::{Nodes, ROUNDED};
 use crate::mesh::element::Element;
@@ -43,7 +44,7 @@ impl<'a> Target<'a> {
             (element.point(places[near.node]), reach * ROUNDED)
         };
         let over = |k: usize| nodes.near.iter().map(|near| near.share * near.mean[k]).sum::<f64>() * ROUNDED;
-        let most = |k: usize| nodes.near.iter().map(|near| near.most[k]).fold(0.0, f64::max);
+        let most = |k: usize| nodes.near.iter().map(|near| near.most[k]).fold(0.0, largest);
         Self {
             element,
             nodes,
@@ -161,7 +162,7 @@ impl<'a> Target<'a> {
         if ratio >= 0.9 || ratio.is_nan() {
             return f64::INFINITY;
         }
-        let over = source.polygon().vertices().iter().map(|&v| self.height(v)).fold(0.0, f64::max);
+        let over = source.polygon().vertices().iter().map(|&v| self.height(v)).fold(0.0, largest);
         let (cos1, cos2) = ((over / distance).min(1.0), (height / distance).min(1.0));
         let tilt = self.tilt(normal);
         let unit = source.area() * cos1 / (PI * distance * distance);
@@ -186,7 +187,7 @@ impl<'a> Target<'a> {
             return whole * reach.factor * ROUNDED;
         }
         let centre = self.element.centre();
-        let far = source.polygon().vertices().iter().map(|v| (*v - centre).length()).fold(0.0, f64::max) + self.element.radius();
+        let far = source.polygon().vertices().iter().map(|v| (*v - centre).length()).fold(0.0, largest) + self.element.radius();
         let near = across * (far * far / (across * across)).ln_1p() + 2.0 * far * (across / far).atan();
         let level = self.normal().dot(normal).abs();
         let touching = 2.0 * level * across + self.tilt(normal) * near / PI;
@@ -199,8 +200,8 @@ impl<'a> Target<'a> {
         let element = self.element;
         let (n1, n2) = (self.normal(), source.polygon().normal());
         let (to, from) = (element.polygon().vertices(), source.polygon().vertices());
-        let over = from.iter().map(|&v| self.height(v)).fold(0.0, f64::max);
-        let height = to.iter().map(|&v| n2.dot(v - source.centre())).fold(0.0, f64::max);
+        let over = from.iter().map(|&v| self.height(v)).fold(0.0, largest);
+        let height = to.iter().map(|&v| n2.dot(v - source.centre())).fold(0.0, largest);
         let distance = distance(element, source) * (1.0 - 1e-9);
         let lune = 0.5 * (1.0 - n1.dot(n2)) + 1e-12;
         if over == 0.0 || height == 0.0 {
@@ -262,6 +263,6 @@ fn distance(a: &Element, b: &Element) -> f64 {
     let boxes = DVec3::from(axes).length();
     let between = (b.centre() - a.centre()).normalize_or_zero();
     let others = [a.polygon().normal(), b.polygon().normal(), between].map(gap);
-    let size = v.iter().chain(w).map(|p| p.length()).fold(0.0, f64::max);
-    others.into_iter().fold(boxes, f64::max) - 1e-14 * size
+    let size = v.iter().chain(w).map(|p| p.length()).fold(0.0, largest);
+    others.into_iter().fold(boxes, largest) - 1e-14 * size
 }
