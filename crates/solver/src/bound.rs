@@ -13,7 +13,7 @@
 //! ```
 //!
 //! Of what is seen through clusters ([`crate::links::cluster`]) only the largest value and the mean are known, and no sign; a node
-//! gathers [`crate::links::cluster::far::Far::at_most`] of it, besides what it gathers by links.
+//! gathers [`crate::links::cluster::far::Far::gathered`] of it, besides what it gathers by links.
 //!
 //! Where a bound has to hold at every point of an element, the difference between the largest value at the nodes and the least is
 //! added; that, and what is between the nodes of z and of gathers of the residual, are estimates of the same kind as the

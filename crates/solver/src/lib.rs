@@ -58,4 +58,4 @@ pub use solve::gather::{Gathered, Irradiance};
 pub use solve::gradient::{Gradient, SurfaceGradient};
 pub use solve::options::{Marking, Options, Progress, RelativeTo};
 pub use solve::solution::Solution;
-pub use solve::{solve, solve_from};
+pub use solve::{solve, solve_for, solve_from};

@@ -7,6 +7,8 @@
 //! which adds up as if without order, and what links and clusters neglect. These count by `4/d` of what they give at most, d the distance:
 //! `|grad k|` is at most that times the kernel k where neither cosine is small.
 
+use std::sync::OnceLock;
+
 use radgrad_core::{DVec3, evaluate_to, gradient};
 
 use crate::error::Error;
@@ -21,6 +23,7 @@ use crate::mesh::basis::Basis;
 use crate::mesh::element::Element;
 use crate::mesh::rule::{self, Node};
 use crate::mesh::shape::Shape;
+use crate::solve::clock::Clock;
 use crate::solve::solution::Solution;
 use radgrad_scene::{largest, smallest};
 
@@ -138,7 +141,13 @@ impl Solution {
     pub(super) fn gradient_of_station(&self, station: &Station, leaf: Option<usize>) -> Result<Parts, Error> {
         let (optics, channels) = (self.optics(), self.channels.len());
         let weight = self.weight_of(&vec![1.0; channels]);
-        let need = Need { field: &self.field, weight: &weight, allowed: FINER * self.allowed, linking: Linking::Error };
+        let need = Need {
+            field: &self.field,
+            weight: &weight,
+            allowed: FINER * self.allowed,
+            linking: Linking::Error,
+            clock: Clock::started(),
+        };
         let gatherer = Gatherer::Point(station);
         let receiver = leaf.map(|leaf| self.receiver_of(leaf));
         let known = receiver.map(|receiver| (&self.links[receiver][..], &self.far[receiver]));
@@ -163,7 +172,7 @@ impl Solution {
         links.iter().try_for_each(|link| self.add_gradient_of(station, link, &mut parts))?;
         let near = self.nearest_of(station, &far);
         for (channel, sum) in parts.neglected.iter_mut().enumerate() {
-            let neglected = far.neglected(&self.field, channel, 0);
+            let neglected = far.likely(&self.field, channel, 0);
             *sum += if neglected > 0.0 { STEEPNESS * neglected / near } else { 0.0 };
         }
         Ok(parts)
@@ -317,10 +326,13 @@ impl Solution {
 
 /// The gradient of the kernel `k = h (n1.r) / pi r^4`, `(n2 (n1.r) - h n1) / r^4 + 4 h (n1.r) r / r^6` over pi, by a product rule.
 fn from_afar(point: DVec3, normal: DVec3, source: &Element, basis: &Basis, count: usize) -> Vec<DVec3> {
-    let nodes: Vec<Node> = match source.shape() {
-        Shape::Parallelogram => rule::product(FAR_NODES),
-        Shape::Triangle => rule::collapsed(FAR_NODES),
+    static RULES: OnceLock<[Vec<Node>; 2]> = OnceLock::new();
+    let [on_squares, on_triangles] = RULES.get_or_init(|| [rule::product(FAR_NODES), rule::collapsed(FAR_NODES)]);
+    let nodes = match source.shape() {
+        Shape::Parallelogram => on_squares,
+        Shape::Triangle => on_triangles,
     };
+    let mut values = vec![0.0; basis.len()];
     let height = source.polygon().normal().dot(point - source.polygon().vertices()[0]);
     let scale = source.area() / std::f64::consts::PI;
     let mut gradients = vec![DVec3::ZERO; count];
@@ -330,8 +342,9 @@ fn from_afar(point: DVec3, normal: DVec3, source: &Element, basis: &Basis, count
         let cosine = normal.dot(r);
         let slope = source.polygon().normal() * cosine - normal * height + r * (4.0 * height * cosine * inverse);
         let slope = slope * (node.weight * scale * inverse * inverse);
-        for (sum, value) in gradients.iter_mut().zip(basis.values(node.at)) {
-            *sum += slope * value;
+        basis.fill(node.at, &mut values);
+        for (sum, value) in gradients.iter_mut().zip(&values) {
+            *sum += slope * *value;
         }
     }
     gradients

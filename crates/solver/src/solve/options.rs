@@ -38,15 +38,17 @@ pub struct Options {
     pub bound: Option<f64>,
     /// What errors are relative to.
     pub relative_to: RelativeTo,
-    /// Degree of the basis, 0 to 4; 2 if none is given.
+    /// Degree of the basis, 0 to 4. If none is given 2, and 1 from a thousand faces on.
     pub degree: Option<usize>,
     /// All faces are divided alike until there are this many elements; then the first round begins.
     pub first_elements: usize,
-    /// Elements, divided ones too, beyond which nothing is divided any more: the bound then says what was reached.
+    /// Elements, divided ones too, beyond which nothing is divided any more: the bound then says what was reached. Where faces are cut
+    /// into a thousand or more, these do not count.
     pub most_elements: usize,
     /// Divide everything rather than what pays.
     pub uniform: bool,
-    /// Time in which to be done: no round is begun that, by the time of those before, would end later. The first one always is.
+    /// Time in which to be done: no round is begun that, by the time of those before, would end later, light is divided and links are
+    /// refined no more when it is over, in the first round early, and no bound is proven that takes longer. What must be done once is.
     pub time: Option<Duration>,
     /// What pays: what adds most to the bound, or the polynomials that are off most.
     pub marking: Marking,

@@ -19,9 +19,11 @@ use crate::links::link::Link;
 use crate::links::transfer::Optics;
 use crate::mesh::Mesh;
 use crate::mesh::surfaces::Surfaces;
+use crate::solve::clock::Clock;
 use crate::solve::detail::Detail;
 use crate::solve::options::{Progress, RelativeTo};
 use crate::solve::samples::Samples;
+use crate::solve::serve::Served;
 
 /// A piecewise polynomial radiosity with a bound on its error.
 #[derive(Debug)]
@@ -41,6 +43,7 @@ pub struct Solution {
     /// Of receivers, the clusters that no link is for.
     pub(crate) far: Vec<Far>,
     pub(super) receivers: Vec<usize>,
+    pub(super) served: Served,
     /// Samples of direct light on leaves and reflected light on receivers, of those that were judged by the gradient.
     pub(super) judged: Vec<[Option<Samples>; 2]>,
     pub(crate) bounds: Bounds,
@@ -58,6 +61,9 @@ pub struct Solution {
     pub(crate) extent: f64,
     /// Error that the evaluation of a function may have.
     pub(crate) absolute: f64,
+    /// Cells a side of a source that is seen past many faces; 0 for closed forms.
+    pub(super) cells: usize,
+    pub(super) clock: Clock,
     /// What the links of a receiver may neglect together, relative to what errors are.
     pub(super) allowed: f64,
     pub(super) progress: Progress,
@@ -85,7 +91,7 @@ impl Solution {
     }
 
     pub(crate) const fn optics(&self) -> Optics<'_> {
-        Optics { mesh: &self.mesh, rules: &self.rules, absolute: self.absolute }
+        Optics { mesh: &self.mesh, rules: &self.rules, absolute: self.absolute, cells: self.cells }
     }
 
     pub(super) fn lossless(&self) -> Error {
