@@ -35,6 +35,7 @@
     reason = "bounds are not made with extremes that keep NaN yet: a mean that is none is refused"
 )]
 mod bound;
+mod clock;
 mod error;
 mod field;
 mod links;

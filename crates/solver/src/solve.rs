@@ -9,7 +9,6 @@
 //! ([`crate::links::linking`]).
 
 mod check;
-pub(crate) mod clock;
 pub(crate) mod detail;
 mod divide;
 pub(crate) mod gather;
@@ -36,6 +35,7 @@ use radgrad_scene::{Prepared, Quantity, Scene, largest, smallest};
 
 use crate::bound::Bounds;
 use crate::bound::proven::Ground;
+use crate::clock::Clock;
 use crate::error::Error;
 use crate::field::Field;
 use crate::links::cell::Rules;
@@ -45,7 +45,6 @@ use crate::links::rays::cells_for;
 use crate::mesh::Mesh;
 use crate::mesh::clusters::FEWEST as MANY;
 use crate::mesh::surfaces::Surfaces;
-use crate::solve::clock::Clock;
 use crate::solve::options::{Options, Progress};
 use crate::solve::serve::Served;
 use crate::solve::solution::Solution;
@@ -72,7 +71,7 @@ const SOLVED: f64 = 1e-13;
 const ROUGHLY_SOLVED: f64 = 1e-4;
 
 /// How much longer than the round before one is expected to take at most.
-const MOST_GROWTH: f64 = 3.0;
+const MOST_GROWTH: f64 = 2.0;
 
 /// Solves a scene. `watch` sees the solution after each round, and says whether to go on: what was reached is returned.
 ///

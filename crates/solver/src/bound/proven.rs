@@ -93,6 +93,7 @@ use rayon::prelude::*;
 
 use crate::bound::ledger::Ledger;
 use crate::bound::residual::Residuals;
+use crate::clock::Clock;
 use crate::field::Field;
 use crate::links::cluster::far::Far;
 use crate::links::cluster::glow::Pair;
@@ -103,7 +104,6 @@ use crate::links::transfer::{Kernel, Optics, Row};
 use crate::mesh::shape::Shape;
 use crate::mesh::surfaces::Surfaces;
 use crate::mesh::{Mesh, Sight};
-use crate::solve::clock::Clock;
 use edges::Edges;
 use left::{Gathered, Kind, Light, Proof, fill};
 use nodes::{Nodes, ROUNDED};

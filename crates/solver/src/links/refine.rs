@@ -7,6 +7,7 @@
 //! thresholds. The one that is off most, by an estimate, is opened, and its elements at last linked, until what all closed ones are off
 //! by and the light that links neglect are together within the allowed error.
 
+use crate::clock::Clock;
 use crate::error::Error;
 use crate::field::Field;
 use crate::links::cluster::cut::Cut;
@@ -18,7 +19,6 @@ use crate::links::station::Station;
 use crate::links::transfer::{Kernel, Optics, Row};
 use crate::mesh::Sight;
 use crate::mesh::basis::Basis;
-use crate::solve::clock::Clock;
 use radgrad_scene::largest;
 
 /// How rough the links of a receiver may be.

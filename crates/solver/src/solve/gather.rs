@@ -9,6 +9,7 @@
 use radgrad_core::{DVec3, Receiver};
 
 use crate::bound::ledger::Ledger;
+use crate::clock::Clock;
 use crate::error::Error;
 use crate::links::cluster::far::Far;
 use crate::links::direct::Lit;
@@ -19,7 +20,6 @@ use crate::links::refine::Need;
 use crate::links::station::Station;
 use crate::links::transfer::Row;
 use crate::mesh::Sight;
-use crate::solve::clock::Clock;
 use crate::solve::solution::Solution;
 
 /// Points may be off their face by this fraction of the scene's extent.

@@ -11,6 +11,7 @@ use std::sync::OnceLock;
 
 use radgrad_core::{DVec3, evaluate_to, gradient};
 
+use crate::clock::Clock;
 use crate::error::Error;
 use crate::links::cluster::far::Far;
 use crate::links::gatherer::Gatherer;
@@ -18,19 +19,22 @@ use crate::links::link::Link;
 use crate::links::linking::Linking;
 use crate::links::refine::Need;
 use crate::links::station::Station;
+use crate::links::visible::{Visible, Window};
 use crate::mesh::Sight;
 use crate::mesh::basis::Basis;
 use crate::mesh::element::Element;
 use crate::mesh::rule::{self, Node};
 use crate::mesh::shape::Shape;
-use crate::solve::clock::Clock;
 use crate::solve::solution::Solution;
 use radgrad_scene::{largest, smallest};
 
 /// Nodes a side of the rule for gradients from afar, and the distance from the source in its radii from which it serves: there it
 /// leaves about 1e-8 of the gradient.
-const FAR_NODES: usize = 6;
-const FAR: f64 = 4.0;
+const FAR_NODES: usize = 8;
+const FAR: f64 = 2.0;
+
+/// The part of a source's area that is a sliver.
+const SLIVER: f64 = 1e-7;
 
 /// The part of what links may neglect that those for a gradient at a point may.
 const FINER: f64 = 0.1;
@@ -307,6 +311,9 @@ impl Solution {
             let sum = |c: &&[f64]| c.iter().zip(&of_functions).map(|(c, g)| *g * *c).sum();
             return Ok(coefficients.iter().map(sum).collect());
         }
+        if matches!(sight, Sight::Past(_)) && self.is_sliver(station, source, sight.faces()) {
+            return Ok(vec![DVec3::ZERO; coefficients.len()]);
+        }
         let receiver = station.receiver()?;
         let occluders: Vec<_> = match &sight {
             Sight::Past(faces) => faces.iter().map(|&f| mesh.polygons()[f].clone()).collect(),
@@ -324,6 +331,16 @@ impl Solution {
             evaluate_to(&receiver, &emitter, &occluders, 1.0).map(|answer| answer.gradient).map_err(refused)
         };
         coefficients.iter().map(of_channel).collect()
+    }
+}
+
+impl Solution {
+    /// Whether nothing is seen of a source past some faces but what may be rounding. Its light is about to appear or to be gone: of the two
+    /// gradients there that of the dark is taken. To decide between them would take hundreds of digits.
+    fn is_sliver(&self, station: &Station, source: &Element, faces: &[usize]) -> bool {
+        let parts = faces.iter().flat_map(|&face| self.mesh().convex_parts(face)).map(|part| &part[..]);
+        let visible = Visible::of(station.point, station.normal, &Window::of(source), parts);
+        visible.is_some_and(|visible| visible.share(source.shape()) <= SLIVER + 2.0 * visible.doubt)
     }
 }
 

@@ -1,8 +1,8 @@
 //! Direct light of a round: projected on new leaves, which are divided until little is left out.
 
+use crate::clock::Clock;
 use crate::error::Error;
 use crate::links::linking::Linking;
-use crate::solve::clock::Clock;
 use crate::solve::divide::{BULK, bulk};
 use crate::solve::options::{Marking, Options};
 use crate::solve::solution::{Solution, for_each, ratio};

@@ -2,13 +2,13 @@
 
 use rayon::prelude::*;
 
+use crate::clock::Clock;
 use crate::error::Error;
 use crate::links::cluster::far::Far;
 use crate::links::gatherer::Gatherer;
 use crate::links::link::Link;
 use crate::links::linking::Linking;
 use crate::links::refine::Need;
-use crate::solve::clock::Clock;
 use crate::solve::solution::{Solution, for_each};
 
 impl Solution {

@@ -5,6 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use radgrad_core::{DVec3, Polygon};
 use radgrad_scene::{Prepared, Scene, largest};
 
+use crate::clock::Clock;
 use crate::field::Field;
 use crate::field::gathering::irradiance;
 use crate::field::order::Order;
@@ -18,7 +19,6 @@ use crate::links::station::Station;
 use crate::links::transfer::{Optics, Row};
 use crate::mesh::Mesh;
 use crate::mesh::clusters::{Clusters, Parts};
-use crate::solve::clock::Clock;
 use crate::solve::options::Options;
 use crate::solve::serve::Served;
 use crate::solve::{solve, solve_on};
