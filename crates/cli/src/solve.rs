@@ -45,7 +45,7 @@ pub(crate) struct Request {
     #[arg(long, value_parser = degree)]
     degree: Option<usize>,
     /// Seconds in which to be done: what is refined ends then, early in the first round, no round is begun that would probably end later,
-    /// and no bound is proven that would: the estimate says what was reached.
+    /// and from a thousand faces on no bound is proven that would: the estimate says what was reached.
     #[arg(long, default_value = "60", value_parser = seconds)]
     seconds: Duration,
     /// Elements, divided ones too, beyond which none is divided any more; where faces are a thousand or more, beside these.

@@ -1,6 +1,7 @@
 //! What clusters are said to give at most is more than all of their elements give.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::time::Duration;
 
 use radgrad_core::{DVec3, Polygon};
 use radgrad_scene::{Prepared, Scene, largest};
@@ -239,4 +240,17 @@ fn by_clusters_light_from_a_lamp_is_within_its_bounds_of_a_far_finer_solution() 
         println!("{order:?}: {off:.1e} off, {bound:.1e} stated, {at_points:.1e} at points, {known:.1e} of the finer one");
         assert!(off <= bound + known && off > known / 20.0, "{off} {bound} {known}");
     }
+}
+
+#[test]
+fn without_time_there_is_an_answer_with_an_estimate_and_no_bound() {
+    let scene = scene(3);
+    let options = Options { error: 0.05, degree: Some(1), time: Some(Duration::ZERO), ..Options::default() };
+    let mesh = Mesh::new(&scene, 1).unwrap().clustered();
+    let rough = solve_on(&Prepared::of(&scene).unwrap(), &options, (mesh, Served::default()), |_| true).unwrap();
+    assert!(rough.progress().round == 1 && rough.mean()[0] > 0.0 && rough.progress().estimate.is_finite());
+    assert!(rough.progress().bound.is_infinite() && !rough.is_proven());
+    let element = &rough.mesh().elements()[0];
+    let gathered = rough.gather(element.centre(), element.polygon().normal()).unwrap();
+    assert!(gathered.estimate[0].total().is_finite() && gathered.ledger[0].total().is_infinite());
 }
