@@ -118,9 +118,10 @@ impl Row {
         self.values.first().map_or(0.0, |f| largest(*f, 0.0) + self.error)
     }
 
-    /// Estimate of the most that the form factor may be.
+    /// Estimate of the most that the form factor may be: rays are off either way, so that all together see no more than there is.
     pub(crate) fn likely_factor(&self) -> f64 {
-        self.values.first().map_or(0.0, |f| largest(*f, 0.0) + self.likely.unwrap_or(self.error))
+        let off = if self.likely.is_some() { 0.0 } else { self.error };
+        self.values.first().map_or(0.0, |f| largest(*f, 0.0) + off)
     }
 
     /// Estimate of the error of the sum of the functions with these coefficients.

@@ -34,6 +34,8 @@ pub(crate) struct Far {
     seen: Vec<Seen>,
     /// For each node, the part of the hemisphere that links leave.
     rest: Vec<f64>,
+    /// The same by estimates.
+    likely_rest: Vec<f64>,
     /// For each cluster, the factor of its power for each function of the receiver's basis.
     matrix: Vec<f64>,
 }
@@ -50,11 +52,15 @@ impl Far {
         if clusters.is_empty() {
             return Self::default();
         }
-        let mut covered = vec![0.0; nodes];
+        let (mut covered, mut likely) = (vec![0.0; nodes], vec![0.0; nodes]);
         if tree.are_apart() {
-            rows.for_each(|rows| cover(&mut covered, rows, 1.0));
+            for rows in rows {
+                cover(&mut covered, rows, 1.0);
+                likely.iter_mut().zip(rows).for_each(|(sum, row)| *sum += row.likely_factor());
+            }
         }
-        Self { clusters, seen, rest: covered.into_iter().map(left).collect(), matrix: Vec::new() }
+        let [rest, likely_rest] = [covered, likely].map(|of| of.into_iter().map(left).collect());
+        Self { clusters, seen, rest, likely_rest, matrix: Vec::new() }
     }
 
     /// From one point.
@@ -150,7 +156,7 @@ impl Far {
                 brightest = largest(brightest, of[cluster].largest);
             }
         }
-        if brightest == 0.0 { 0.0 } else { smallest(sum, self.rest[node] * brightest) }
+        if brightest == 0.0 { 0.0 } else { smallest(sum, self.likely_rest[node] * brightest) }
     }
 
     /// Adds that to the sums of each node.
