@@ -18,8 +18,9 @@
 //!
 //! # Points and angles
 //! - `|w|` errs by `ew + 2.5u`, 1/|w| by `ew + 3.5u`, relative. N errs by ew across and 3.5u along itself, and u for its product.
-//! - p errs by `4u t|e|` along the edge, and beside that by `u (|r| + 2 t|e| + |p|)`. As `t|e| <= |p| + |r|` and
-//!   `|r| <= 12^(1/2)` in normalised lengths, `xi = u (4.1 + 13.9/|p|)` and `eta = u (3 + 10.4/|p|)`.
+//! - p errs by `4u t|e|` along the edge, and beside that by `u (|r| + 2 t|e| + |p|)`. As `t|e| <= |p| + |r|`, these are at most
+//!   `4u (|p| + |r|)` and `u (3|p| + 3|r|)`. With `|r| <= 12^(1/2) = 3.4642` in normalised lengths, over |p|:
+//!   `xi = u (4.1 + 13.9/|p|)` and `eta = u (3 + 10.4/|p|)`.
 //! - xi counts for nothing in first order: the edge's arc and the horizon's end at the same point. The light between p and the true
 //!   horizon, from a region at most xi wide and high, is below `xi^3/2`. As `|n1.r| <= xi |p|` along that piece of the edge, the
 //!   gradient changes by `xi^2/2|p|`.
@@ -31,15 +32,22 @@
 //!   2ug in the products.
 //!
 //! # Weights up to a quarter turn
-//! The gradient's weight ([`Arc::weight`]) is `chi Q (c + c') + psi (q' - q)(c' - c)`.
-//! - The sine errs by `ds = g (ew + 14u + u + 2 eta)`, the cosine by at most `5u + 11u cos + 4 eta`: 1 + cos by `9u + 4 eta`
-//!   relative.
-//! - `c + c'` and their difference err by `dc = 10u + 6.5us + 4 eta`.
-//! - The first term errs by `Q (T/4) [s (dg + ds) + (g + sin g) (s (19u + 5 eta) + dc)]`.
-//! - `psi <= 0.091g`, `psi' <= 0.11`, and psi errs by 3u relative; `q' - q` errs by `(5.5u + eta) Q`, and `|c' - c| <= |v - u| <=
-//!   g` for the directions u and v of the ends. So the second term errs by `Q g [0.11 dg + 0.8ug + 0.091 (eta g + dc)]`.
-//! - The weight is at most `Q ((T/4) (g + sin g) s + 0.091g min(g, s))`. Its sum and its product with N err by that times ew across
-//!   N and 5.5u along it.
+//! The gradient's weight ([`Arc::weight`]) is `chi Q (c + c') + psi (q' - q)(c' - c)`, `chi = T (g + sin g)/4`.
+//! - The sine errs by `ds = g (ew + 14u + u + 2 eta)`: |w| by `ew + 2.5u`, the two q by 4.5u each, two products by 2u; and u for
+//!   a cut edge's fraction.
+//! - The cosine errs by at most `5u + 11u cos + 4 eta`: inline by `5u + 2 eta`, the two q by `9u + 2 eta`, two products by 2u.
+//! - So `1 + cos` errs by `9u + 4 eta` relative: `(5 + 11 cos)/(1 + cos)` is at most 8, and its rounding 1.
+//! - `c + c'` and their difference err by `dc = 10u + 6.5us + 4 eta`: twice the table's, and the rounding of the sum.
+//! - The first term errs by `Q (T/4) [s (dg + ds) + (g + sin g) (s (19u + 5 eta) + dc)]`. The 19u are 9 of `1 + cos`, 4.5 of Q, 5
+//!   of two sums, a quotient and two products, and 0.5 to spare.
+//! - `psi <= 0.091g` and `psi' <= 0.11`: `psi/g` and psi' rise up to a right angle, where they are 0.0909 and 0.1074.
+//! - psi errs by 3u relative, `q' - q` by `(5.5u + eta) Q`, two products by 2u; and `|c' - c|` is at most s, and g, since it is
+//!   at most `|v - u|` for the directions u and v of the ends. So the second term errs by
+//!   `Q g [0.11 dg + 0.091 (eta g + dc)] + 10.5u psi Q min(g, s)`.
+//! - Of the last, `0.8u g^2 Q` is counted there. The rest is less than the 0.5 to spare: `10.5 psi/g - 0.8 <= (T/8)(1 + sin g/g)`
+//!   (a test looks).
+//! - The weight is at most `Q ((T/4) (g + sin g) s + 0.091g min(g, s))`. Its sum and its product with N err by that times ew
+//!   across N and 5.5u along it: 3.5u of N, and the rounding of the sum and of the product.
 //!
 //! # Weights past a quarter turn
 //! The weight is `(cc p1 + cs p2)/S` in the frame of the line at distance S, (p1, p2) being n1 there.
@@ -338,5 +346,26 @@ impl<T: Figure> AngleError<T> {
         let db = mutant!("constant-bound.bisector", with_displacement(en * 2.0 + 54.0 * U, eta, 2.0) * 0.71, |db| db * 0.1);
         let column = dg * 0.5 + ds + g * db * 2.0 + g * (28.0 * U);
         (g * nearness, mutant!("constant-bound.wide", (column + g * (en * 2.0 + 32.0 * U)) * nearness, |error| error * 0.1))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::FRAC_PI_2;
+
+    /// `psi/g <= 0.091`, `psi' <= 0.11`, `(5 + 11 cos)/(1 + cos) <= 8`, and the roundings that the half unit to spare pays for.
+    #[test]
+    fn the_constants_of_a_weight_up_to_a_quarter_turn_hold() {
+        let psi = |g: f64| (g - g.sin()) / (4.0 * (1.0 - g.cos()));
+        let mut spare = f64::INFINITY;
+        for k in 1..=1000 {
+            let g = 0.01 + (FRAC_PI_2 - 0.01) * f64::from(k) / 1000.0;
+            let turn = 1.0 / (1.0 + g.cos());
+            assert!(psi(g) <= 0.091 * g, "{g}");
+            assert!((psi(g) - psi(g - 1e-6)) / 1e-6 <= 0.11, "{g}");
+            assert!((5.0 + 11.0 * g.cos()) * turn <= 8.0, "{g}");
+            spare = spare.min(turn / 8.0 * (1.0 + g.sin() / g) - (10.5 * psi(g) / g - 0.8));
+        }
+        assert!(spare > 0.04, "{spare}");
     }
 }
