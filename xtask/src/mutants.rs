@@ -98,7 +98,7 @@ impl Listed {
     }
 }
 
-/// What came of a fault.
+/// The outcome of a fault.
 #[derive(Debug, Serialize)]
 struct Row {
     id: String,
@@ -108,7 +108,7 @@ struct Row {
     seconds: f64,
 }
 
-/// What `--summary` prints.
+/// The object that `--summary` prints.
 #[derive(Debug, Serialize)]
 struct Summary<'a> {
     planted: usize,

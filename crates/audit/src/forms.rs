@@ -61,7 +61,7 @@ impl Kind {
 pub const FORMS: [(Form, &str); 3] =
     [(Form::Surface, "Eq. 1"), (Form::Contour, "Eqs. 6 and 9"), (Form::Boundary, "visible boundary")];
 
-/// What came of an emission.
+/// The agreement of the forms for a kind of emission.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Row {
     /// Which.
@@ -85,7 +85,7 @@ pub struct Contradiction {
     pub case: Name,
     /// The emission.
     pub kind: Kind,
-    /// What differs by how much.
+    /// Which forms differ, and by how much.
     pub what: String,
 }
 

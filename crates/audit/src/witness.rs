@@ -35,7 +35,7 @@ pub enum Ask {
     Digits(u32),
 }
 
-/// What gave an answer.
+/// The part of the code that answered.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum By {
@@ -124,10 +124,10 @@ pub enum Quantity {
     Gradient,
 }
 
-/// What a bound is of: each has a worst case of its own.
+/// A kind of bound: each has a worst case of its own.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub struct Place {
-    /// What gave the answer.
+    /// The part that answered.
     pub by: By,
     /// Of which emission.
     pub emission: Kind,
@@ -195,7 +195,7 @@ pub struct Witness {
     pub case: Case,
 }
 
-/// What an answer states, held to truth.
+/// A stated bound, held to truth.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Held {
     /// Where the bound belongs, and how large it is.
@@ -209,7 +209,7 @@ pub struct Held {
 /// Digits that answers in doubles are held against.
 pub(crate) const DIGITS: u32 = 22;
 
-/// What came of asking.
+/// The outcome of asking.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Asked {
     /// A statement each on value and gradient; none if the quantity is 0 or cannot be asked for in this way.

@@ -35,14 +35,14 @@ impl Effort {
     pub const LEAST: Self = Self { loose: Vec::new(), digits: false, oracle: false, many: Vec::new() };
 }
 
-/// What came of a case.
+/// The outcome of a case.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Check {
-    /// What it is counted by.
+    /// Its marks, which the tables count.
     pub marks: Vec<Mark>,
     /// Its figures.
     pub figures: Vec<(Figure, f64)>,
-    /// What there is to say, for people.
+    /// Remarks for people.
     pub remarks: Vec<String>,
 }
 

@@ -1,4 +1,4 @@
-//! What a family is, in plain words, for tables that people read.
+//! Families in plain words, for tables that people read.
 
 use super::Family;
 

@@ -1,4 +1,4 @@
-//! What the solver, the form factors and the fields say of a scene: each a value with a bound.
+//! Statements of the solver, the form factors and the fields about a scene: each a value with a bound.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::mpsc;
@@ -36,7 +36,7 @@ impl Subject {
     }
 }
 
-/// What a statement is about.
+/// The quantity of a statement.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Quantum {
     /// Mean radiosity in a channel.
@@ -74,7 +74,7 @@ impl Quantum {
 /// A value with its bound.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Statement {
-    /// What it is about.
+    /// Its quantity.
     pub of: Quantum,
     /// The value.
     pub value: f64,

@@ -19,7 +19,7 @@ use crate::error::Reached;
 /// share.
 const SHARE: f64 = 1.0 / 256.0;
 
-/// What multiplies the integrals: `rho / (pi |n1|)`.
+/// The factor of the integrals: `rho / (pi |n1|)`.
 type Prefactor<T> = Ball<T>;
 
 /// The geometry and the emission in one arithmetic.
