@@ -49,6 +49,18 @@ use crate::enclosure::view::View;
 use crate::error::Reached;
 
 /// Radiosity and gradient, enclosed.
+///
+/// ```
+/// # use radgrad_core::{DVec3, Emission, Emitter, Polygon, Receiver};
+/// # let triangle = Polygon::new(vec![DVec3::Z, DVec3::new(0.0, 1.0, 1.0), DVec3::new(1.0, 0.0, 1.0)])?;
+/// # let lamp = Emitter::new(triangle, Emission::Constant(1.0))?;
+/// # let floor = Receiver::new(DVec3::ZERO, DVec3::Z, 1.0)?;
+/// let truth = radgrad_oracle::enclose(&floor, &lamp, 30)?;
+/// let found = radgrad_core::evaluate(&floor, &lamp, &[])?;
+/// assert!(truth.radiosity.error_of(found.radiosity) <= found.radiosity_error);
+/// assert!(truth.gradient[2].radius() < 1e-29 * found.gradient.length());
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct Enclosure {
     /// `B(x)`.
@@ -62,6 +74,18 @@ pub struct Enclosure {
 }
 
 /// The digits and the arithmetic asked for.
+///
+/// ```
+/// use radgrad_oracle::{Request, Source, enclose_source};
+/// # use radgrad_core::{DVec3, Emission, Emitter, Polygon, Receiver};
+/// # let triangle = Polygon::new(vec![DVec3::Z, DVec3::new(0.0, 1.0, 1.0), DVec3::new(1.0, 0.0, 1.0)])?;
+/// # let lamp = Emitter::new(triangle, Emission::Constant(1.0))?;
+/// # let floor = Receiver::new(DVec3::ZERO, DVec3::Z, 1.0)?;
+/// let request = Request { budget: 1_000_000, ..Request::digits(20) };
+/// let truth = enclose_source(&floor, &Source::Emitter(&lamp), &request)?;
+/// assert!(truth.evaluations <= request.budget);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Request {
     /// Radiosity relative to itself, gradient relative to its norm: 15 to 200.
