@@ -211,10 +211,11 @@ mod tests {
             for (case, wrong) in cases.iter().zip(&wrong) {
                 assert_ne!(case.script, wrong.script, "{}", lemma.name);
                 assert!(names.insert(format!("{} {}", lemma.name, case.name)), "{} {}", lemma.name, case.name);
-                let (definitions, rest) = case.script.split_once("\n{ ").expect("one statement");
+                let script = case.script.lines().filter(|line| !line.starts_with('#')).collect::<Vec<_>>().join("\n");
+                let (definitions, rest) = script.split_once("\n{ ").expect("one statement");
                 let premise = rest.split_once("->\n").map_or("", |(premise, _)| premise);
                 let defined: BTreeSet<&str> = definitions.lines().filter_map(|line| line.split(" = ").next()).collect();
-                for word in case.script.split(|c: char| !c.is_alphanumeric()) {
+                for word in script.split(|c: char| !c.is_alphanumeric()) {
                     let is_number = word.len() > 1 && "ceq".contains(&word[..1]) && word[1..].chars().all(|c| c.is_ascii_digit());
                     let said = || premise.split(|c: char| !c.is_alphanumeric()).any(|other| other == word);
                     assert!(!is_number || defined.contains(word) || said(), "{} {}: {word}", lemma.name, case.name);

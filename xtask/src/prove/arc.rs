@@ -17,173 +17,106 @@ use crate::prove::tape::{Recorded, Tape};
 
 /// In the order of the derivation.
 pub(crate) const LEMMAS: &[Lemma] = &[
-    Lemma {
-        name: "w: products",
-        says: "a component of r x e before its last rounding, in u of the sum of the sizes of its products",
-        stated: units::PRODUCTS_OF_MOMENT,
-        cases: products_of_moment,
-        has_coefficient: false,
-    },
-    Lemma {
-        name: "w",
-        says: "r x e before its last rounding, in u of |r||e|; of sizes, the vector of those sums is at most (4/3)^(1/2) |r||e| long",
-        stated: MOMENT_UNITS[0],
-        cases: moment,
-        has_coefficient: false,
-    },
-    Lemma {
-        name: "|w|",
-        says: "in u, relative, beside ew",
-        stated: units::MOMENT,
-        cases: length_of_moment,
-        has_coefficient: false,
-    },
-    Lemma {
-        name: "1/|w|",
-        says: "in u, relative, beside ew",
-        stated: units::INVERSE_MOMENT,
-        cases: inverse_moment,
-        has_coefficient: false,
-    },
-    Lemma {
-        name: "N",
-        says: "a component, in u, relative, beside what 1/|w| is off by: for its product",
-        stated: 1.0,
-        cases: normal,
-        has_coefficient: false,
-    },
-    Lemma {
-        name: "1/S",
-        says: "one over the distance of the line, in u, relative, beside ew",
-        stated: units::NEARNESS,
-        cases: nearness,
-        has_coefficient: false,
-    },
-    Lemma {
-        name: "q",
-        says: "in u, relative, beside eta",
-        stated: units::INVERSE_DISTANCE,
-        cases: inverse_distance,
-        has_coefficient: false,
-    },
-    Lemma {
-        name: "inline",
-        says: "r.s, in u of the sum of the sizes of its products, which is at most |r||s|; beside 2 eta",
-        stated: units::INLINE,
-        cases: inline,
-        has_coefficient: false,
-    },
-    Lemma {
-        name: "across",
-        says: "|r x s| of a cut edge, in u, relative, beside ew and the rounding of |w|: for the product with its fraction",
-        stated: units::FRACTION,
-        cases: across,
-        has_coefficient: false,
-    },
-    Lemma {
-        name: "angle",
-        says: "sine of the angle between (inline, across) and the exact point, in u of sin g, beside ew, 2 eta and the fraction",
-        stated: units::ANGLE,
-        cases: angle,
-        has_coefficient: false,
-    },
-    Lemma {
-        name: "g N",
-        says: "a component, in u, relative, beside dg, ew and 1/|w|: for the products",
-        stated: units::PRODUCTS,
-        cases: term,
-        has_coefficient: false,
-    },
-    Lemma {
-        name: "c",
-        says: "in u of its size, beside 5u of 1 from its product with n1, and 2 eta",
-        stated: units::COSINE,
-        cases: cosine,
-        has_coefficient: false,
-    },
-    Lemma {
-        name: "sin g",
-        says: "in u, relative, beside ew, 2 eta and the fraction",
-        stated: units::SINE,
-        cases: sine,
-        has_coefficient: false,
-    },
-    Lemma {
-        name: "1 + cos g",
-        says: "up to a quarter turn, in u, relative, beside 4 eta",
-        stated: units::ONE_AND_COSINE,
-        cases: one_and_cosine,
-        has_coefficient: false,
-    },
-    Lemma {
-        name: "c + c'",
-        says: "in u of 1, beside what goes with their sizes, and 4 eta; c' - c likewise",
-        stated: units::COSINES[0],
-        cases: sum_of_cosines,
-        has_coefficient: false,
-    },
-    Lemma {
-        name: "c + c', by size",
-        says: "in u of the sum of their sizes, beside 10u and 4 eta",
-        stated: units::COSINES[1],
-        cases: sizes_of_cosines,
-        has_coefficient: false,
-    },
-    Lemma {
-        name: "weight: chi",
-        says: "its first term for given g + sin g and c + c', in u, relative, beside 5 eta",
-        stated: units::CHI_TERM,
-        cases: chi_term,
-        has_coefficient: false,
-    },
-    Lemma {
-        name: "weight: psi",
-        says: "its second term for given g and c' - c, in u of Q g^2, beside 0.091 eta",
-        stated: units::PSI_TERM,
-        cases: psi_term,
-        has_coefficient: false,
-    },
-    Lemma {
-        name: "weight",
-        says: "its sum and product with N, in u, relative, beside ew",
-        stated: units::WEIGHT,
-        cases: weight_and_normal,
-        has_coefficient: false,
-    },
-    Lemma {
-        name: "linear weight: chi",
-        says: "a linear emitter's first term for given p, g + sin g and c + c', in u, relative",
-        stated: forms::LINEAR_CHI_TERM,
-        cases: linear_chi_term,
-        has_coefficient: false,
-    },
-    Lemma {
-        name: "linear weight: psi",
-        says: "a linear emitter's second term for given p, g and c' - c, in u, relative",
-        stated: forms::LINEAR_PSI_TERM,
-        cases: linear_psi_term,
-        has_coefficient: false,
-    },
+    Lemma::new(
+        "w: products",
+        units::PRODUCTS_OF_MOMENT,
+        products_of_moment,
+        "a component of r x e before its last rounding, in u of the sum of the sizes of its products",
+    ),
+    Lemma::new(
+        "w",
+        MOMENT_UNITS[0],
+        moment,
+        "r x e before its last rounding, in u of |r||e|; of sizes, the vector of those sums is at most (4/3)^(1/2) |r||e| long",
+    ),
+    Lemma::new("|w|", units::MOMENT, length_of_moment, "in u, relative, beside ew"),
+    Lemma::new("1/|w|", units::INVERSE_MOMENT, inverse_moment, "in u, relative, beside ew"),
+    Lemma::new("N", 1.0, normal, "a component, in u, relative, beside what 1/|w| is off by: for its product"),
+    Lemma::new("1/S", units::NEARNESS, nearness, "one over the distance of the line, in u, relative, beside ew"),
+    Lemma::new("q", units::INVERSE_DISTANCE, inverse_distance, "in u, relative, beside eta"),
+    Lemma::new(
+        "inline",
+        units::INLINE,
+        inline,
+        "r.s, in u of the sum of the sizes of its products, which is at most |r||s|; beside 2 eta",
+    ),
+    Lemma::new(
+        "across",
+        units::FRACTION,
+        across,
+        "|r x s| of a cut edge, in u, relative, beside ew and the rounding of |w|: for the product with its fraction",
+    ),
+    Lemma::new(
+        "angle",
+        units::ANGLE,
+        angle,
+        "sine of the angle between (inline, across) and the exact point, in u of sin g, beside ew, 2 eta and the fraction",
+    ),
+    Lemma::new("g N", units::PRODUCTS, term, "a component, in u, relative, beside dg, ew and 1/|w|: for the products"),
+    Lemma::new("c", units::COSINE, cosine, "in u of its size, beside 5u of 1 from its product with n1, and 2 eta"),
+    Lemma::new("sin g", units::SINE, sine, "in u, relative, beside ew, 2 eta and the fraction"),
+    Lemma::new("1 + cos g", units::ONE_AND_COSINE, one_and_cosine, "up to a quarter turn, in u, relative, beside 4 eta"),
+    Lemma::new(
+        "c + c'",
+        units::COSINES[0],
+        sum_of_cosines,
+        "in u of 1, beside what goes with their sizes, and 4 eta; c' - c likewise",
+    ),
+    Lemma::new("c + c', by size", units::COSINES[1], sizes_of_cosines, "in u of the sum of their sizes, beside 10u and 4 eta"),
+    Lemma::new(
+        "weight: chi",
+        units::CHI_TERM,
+        chi_term,
+        "its first term for given g + sin g and c + c', in u, relative, beside 5 eta",
+    ),
+    Lemma::new(
+        "weight: psi",
+        units::PSI_TERM,
+        psi_term,
+        "its second term for given g and c' - c, in u of Q g^2, beside 0.091 eta",
+    ),
+    Lemma::new("weight", units::WEIGHT, weight_and_normal, "its sum and product with N, in u, relative, beside ew"),
+    Lemma::new(
+        "linear weight: chi",
+        forms::LINEAR_CHI_TERM,
+        linear_chi_term,
+        "a linear emitter's first term for given p, g + sin g and c + c', in u, relative",
+    ),
+    Lemma::new(
+        "linear weight: psi",
+        forms::LINEAR_PSI_TERM,
+        linear_psi_term,
+        "a linear emitter's second term for given p, g and c' - c, in u, relative",
+    ),
 ];
 
 /// Vectors of no meaning: the paths do not depend on them.
 const R: [f64; 3] = [0.5, 0.25, 0.75];
 const S: [f64; 3] = [0.25, 0.75, 0.5];
 
-fn one(script: String) -> Vec<Case> {
-    vec![Case { name: String::new(), script }]
+fn one(script: &Script<'_>) -> Vec<Case> {
+    vec![Case { name: String::new(), script: script.write() }]
 }
 
-/// Relative error of a component before its last rounding, as a name of the script.
+/// On the relative error of a number in the program of sizes, given what is known of others.
+fn of_sizes<'t>(tape: &'t Tape, number: Recorded<'t>, most: f64, known: &[(&[Recorded<'t>], Known)]) -> Script<'t> {
+    let mut script = Script::of_sizes(tape);
+    for (numbers, known) in known {
+        script.know_all(numbers.iter().copied(), *known);
+    }
+    script.relative_error(number, most);
+    script
+}
+
+/// The error of a component before its last rounding, of the sizes of its products, as a name of the script.
 fn component_of_moment<'t>(tape: &'t Tape) -> Script<'t> {
     let [r, e] = [tape.inputs(R), tape.inputs(S)];
     let [x, ..] = forms::cross(r, e);
     let mut script = Script::of_sizes(tape);
     script.know_all(r.into_iter().chain(e), Known::Relative(U));
     script.use_all(x);
-    let [a, b] = x.operands();
-    let exact = script.exact(x);
-    script.define("error", &format!("(({} + {}) - {exact}) / {exact}", computed(a), computed(b)));
+    let ([a, b], exact) = (x.operands().map(computed), script.exact(x));
+    script.define("error", &format!("(({a} + {b}) - {exact}) / {exact}"));
     script
 }
 
@@ -191,7 +124,7 @@ fn products_of_moment(stated: &Stated) -> Vec<Case> {
     let tape = Tape::default();
     let mut script = component_of_moment(&tape);
     script.within("error", stated.units_and(0.0));
-    one(script.write())
+    one(&script)
 }
 
 fn moment(stated: &Stated) -> Vec<Case> {
@@ -199,75 +132,61 @@ fn moment(stated: &Stated) -> Vec<Case> {
     let mut script = component_of_moment(&tape);
     script.define("error_of_vector", "error * sqrt(4 / 3)");
     script.within("error_of_vector", stated.units_and(0.0));
-    one(script.write())
+    one(&script)
 }
 
 fn length_of_moment(stated: &Stated) -> Vec<Case> {
     let tape = Tape::default();
-    let [e, w] = [tape.inputs(R), tape.inputs(S)];
-    let (length, ..) = forms::line(e, w);
-    let mut script = Script::of_sizes(&tape);
-    script.relative_error(length, stated.units_and(0.0));
+    let (length, ..) = forms::line(tape.inputs(R), tape.inputs(S));
+    let mut script = of_sizes(&tape, length, stated.units_and(0.0), &[]);
     script.range(length.operand(), [1.0; 2]);
-    one(script.write())
+    one(&script)
 }
 
 fn inverse_moment(stated: &Stated) -> Vec<Case> {
     let tape = Tape::default();
-    let [e, w] = [tape.inputs(R), tape.inputs(S)];
-    let (length, [x, ..], _) = forms::line(e, w);
+    let (length, [x, ..], _) = forms::line(tape.inputs(R), tape.inputs(S));
     let [_, inverse] = x.operands();
-    let mut script = Script::of_sizes(&tape);
-    script.know(length, Known::Relative(units::MOMENT * U));
-    script.relative_error(inverse, stated.units_and(0.0));
+    let known = [(&[length][..], Known::Relative(units::MOMENT * U))];
+    let mut script = of_sizes(&tape, inverse, stated.units_and(0.0), &known);
     script.range(length, [1.0; 2]);
-    one(script.write())
+    one(&script)
 }
 
 fn normal(stated: &Stated) -> Vec<Case> {
     let tape = Tape::default();
-    let [e, w] = [tape.inputs(R), tape.inputs(S)];
-    let (_, [x, ..], _) = forms::line(e, w);
+    let (_, [x, ..], _) = forms::line(tape.inputs(R), tape.inputs(S));
     let [_, inverse] = x.operands();
-    let mut script = Script::of_sizes(&tape);
-    script.know(inverse, Known::Exact);
-    script.relative_error(x, stated.units_and(0.0));
-    one(script.write())
+    one(&of_sizes(&tape, x, stated.units_and(0.0), &[(&[inverse], Known::Exact)]))
 }
 
 fn nearness(stated: &Stated) -> Vec<Case> {
     let tape = Tape::default();
-    let [e, w] = [tape.inputs(R), tape.inputs(S)];
-    let (_, _, nearness) = forms::line(e, w);
+    let e = tape.inputs(R);
+    let (_, _, nearness) = forms::line(e, tape.inputs(S));
     let [length, inverse] = nearness.operands();
-    let mut script = Script::of_sizes(&tape);
-    script.know_all(e, Known::Relative(U));
-    script.know(inverse, Known::Relative(units::INVERSE_MOMENT * U));
-    script.relative_error(nearness, stated.units_and(0.0));
+    let known = [(&e[..], Known::Relative(U)), (&[inverse], Known::Relative(units::INVERSE_MOMENT * U))];
+    let mut script = of_sizes(&tape, nearness, stated.units_and(0.0), &known);
     script.range(length.operand(), [1.0; 2]);
-    one(script.write())
+    one(&script)
 }
 
 fn inverse_distance(stated: &Stated) -> Vec<Case> {
     let tape = Tape::default();
-    let [r, n] = [tape.inputs(R), tape.inputs(S)];
-    let [q, _] = forms::sighted(r, n);
-    let mut script = Script::of_sizes(&tape);
-    script.know_all(r, Known::Relative(U));
-    script.relative_error(q, stated.units_and(0.0));
+    let r = tape.inputs(R);
+    let [q, _] = forms::sighted(r, tape.inputs(S));
     let [_, distance] = q.operands();
+    let mut script = of_sizes(&tape, q, stated.units_and(0.0), &[(&r, Known::Relative(U))]);
     script.range(distance.operand(), [1.0; 2]);
-    one(script.write())
+    one(&script)
 }
 
 fn inline(stated: &Stated) -> Vec<Case> {
     let tape = Tape::default();
     let vectors @ [r, s, ..] = [R, S, R, S].map(|vector| tape.inputs(vector));
     let [inline, _] = forms::inline_and_across(vectors, tape.input(1.0));
-    let mut script = Script::of_sizes(&tape);
-    script.know_all(r.into_iter().chain(s), Known::Relative(U));
-    script.relative_error(inline, stated.units_and(0.0));
-    one(script.write())
+    let known = [(&r[..], Known::Relative(U)), (&s[..], Known::Relative(U))];
+    one(&of_sizes(&tape, inline, stated.units_and(0.0), &known))
 }
 
 fn across(stated: &Stated) -> Vec<Case> {
@@ -275,10 +194,7 @@ fn across(stated: &Stated) -> Vec<Case> {
     let vectors = [R, S, R, S].map(|vector| tape.inputs(vector));
     let [_, across] = forms::inline_and_across(vectors, tape.input(0.5));
     let [_, moment] = across.operands();
-    let mut script = Script::of_sizes(&tape);
-    script.know(moment, Known::Exact);
-    script.relative_error(across, stated.units_and(0.0));
-    one(script.write())
+    one(&of_sizes(&tape, across, stated.units_and(0.0), &[(&[moment], Known::Exact)]))
 }
 
 /// `(x, y)` is `(cos g, sin g)` where `|r||s| = 1`.
@@ -297,7 +213,7 @@ fn angle(stated: &Stated) -> Vec<Case> {
         script.define("turned", &format!("(({cy} * {ex}) - ({cx} * {ey})) / {ey}"));
         script.hint(&format!("turned -> {ex} * (({cy} - {ey}) / {ey}) - ({cx} - {ex}) {{ {ey} <> 0 }}"));
         script.within("turned", stated.units_and(displaced.ew + 2.0 * displaced.eta));
-        displaced.case("", script.write())
+        displaced.case("", &script)
     };
     Displaced::corners().map(case).collect()
 }
@@ -305,26 +221,18 @@ fn angle(stated: &Stated) -> Vec<Case> {
 /// `n1.(g N)` where the angle and `1/|w|` are given.
 fn term(stated: &Stated) -> Vec<Case> {
     let tape = Tape::default();
-    let [e, w] = [tape.inputs(R), tape.inputs(S)];
-    let (_, [x, ..], _) = forms::line(e, w);
+    let (_, [x, ..], _) = forms::line(tape.inputs(R), tape.inputs(S));
     let [_, inverse] = x.operands();
     let product = x * tape.input(0.5);
-    let mut script = Script::of_sizes(&tape);
-    script.know(inverse, Known::Exact);
-    script.relative_error(product, stated.units_and(0.0));
-    one(script.write())
+    one(&of_sizes(&tape, product, stated.units_and(0.0), &[(&[inverse], Known::Exact)]))
 }
 
 fn cosine(stated: &Stated) -> Vec<Case> {
     let tape = Tape::default();
-    let [r, n] = [tape.inputs(R), tape.inputs(S)];
-    let [_, c] = forms::sighted(r, n);
+    let [_, c] = forms::sighted(tape.inputs(R), tape.inputs(S));
     let [product, inverse] = c.operands();
-    let mut script = Script::new(&tape, Rounding::Relative);
-    script.know(product, Known::Exact);
-    script.know(inverse, Known::Relative(units::INVERSE_DISTANCE * U));
-    script.relative_error(c, stated.units_and(0.0));
-    one(script.write())
+    let known = [(&[product][..], Known::Exact), (&[inverse], Known::Relative(units::INVERSE_DISTANCE * U))];
+    one(&of_sizes(&tape, c, stated.units_and(0.0), &known))
 }
 
 /// The weight of an arc up to a quarter turn, taken apart: `chi (q + q')(c + c') + psi (q' - q)(c' - c)`.
@@ -369,7 +277,7 @@ fn sine(stated: &Stated) -> Vec<Case> {
         script.know(across, Known::Relative(units::MOMENT * U + displaced.ew));
         script.know_all(inverse, Known::Relative(units::INVERSE_DISTANCE * U + displaced.eta));
         script.relative_error(sine, stated.units_and(displaced.ew + 2.0 * displaced.eta));
-        displaced.case("", script.write())
+        displaced.case("", &script)
     };
     Displaced::corners().map(case).collect()
 }
@@ -387,8 +295,8 @@ fn one_and_cosine(stated: &Stated) -> Vec<Case> {
         script.define("error", &format!("({c} - {e}) / {e}"));
         script.within("error", stated.units_and(4.0 * displaced.eta));
         script.range(inline, [cosine; 2]);
-        inverse.map(|inverse| script.range(inverse, [1.0; 2]));
-        displaced.case(&format!(", cos g = {cosine}"), script.write())
+        inverse.into_iter().for_each(|inverse| script.range(inverse, [1.0; 2]));
+        displaced.case(&format!(", cos g = {cosine}"), &script)
     };
     Displaced::of_points().flat_map(|displaced| [0.0, 1.0].map(|cosine| case(displaced, cosine))).collect()
 }
@@ -417,55 +325,44 @@ fn cosines_at(displaced: Displaced, sizes: [f64; 2], most: f64) -> Case {
     script.use_all(sum);
     let error = format!("{} - {}", computed(sum), script.exact(sum));
     script.within(&error, most);
-    displaced.case(&format!(", |c| = {}, |c'| = {}", sizes[0], sizes[1]), script.write())
+    displaced.case(&format!(", |c| = {}, |c'| = {}", sizes[0], sizes[1]), &script)
 }
 
 fn chi_term(stated: &Stated) -> Vec<Case> {
-    let q = |displaced: Displaced| Known::Relative(units::INVERSE_DISTANCE * U + displaced.eta);
-    let case = |displaced: Displaced| displaced.case("", chi(displaced, q(displaced), stated.units_and(5.0 * displaced.eta)));
+    let case = |displaced: Displaced| {
+        let of_q = Known::Relative(units::INVERSE_DISTANCE * U + displaced.eta);
+        displaced.case("", &chi(&Tape::default(), displaced, of_q, stated.units_and(5.0 * displaced.eta)))
+    };
     Displaced::of_points().map(case).collect()
 }
 
 fn linear_chi_term(stated: &Stated) -> Vec<Case> {
-    one(chi(Displaced::NOT, Known::Exact, stated.units_and(0.0)))
+    one(&chi(&Tape::default(), Displaced::NOT, Known::Exact, stated.units_and(0.0)))
 }
 
-fn chi(displaced: Displaced, of_q: Known, most: f64) -> String {
-    let tape = Tape::default();
-    let Weight { angle, sine, one_and_cosine, q, cosines: [sum, _], terms: [term, _], .. } = Weight::on(&tape);
-    let mut script = Script::of_sizes(&tape);
-    script.know_all([angle, sine, sum], Known::Exact);
-    script.know(one_and_cosine, Known::Relative(units::ONE_AND_COSINE * U + 4.0 * displaced.eta));
-    script.know_all(q, of_q);
-    script.relative_error(term, most);
-    script.write()
+fn chi(tape: &Tape, displaced: Displaced, of_q: Known, most: f64) -> Script<'_> {
+    let Weight { angle, sine, one_and_cosine, q, cosines: [sum, _], terms: [term, _], .. } = Weight::on(tape);
+    let of_cosine = Known::Relative(units::ONE_AND_COSINE * U + 4.0 * displaced.eta);
+    of_sizes(tape, term, most, &[(&[angle, sine, sum], Known::Exact), (&[one_and_cosine], of_cosine), (&q, of_q)])
 }
 
-/// `psi |c' - c|` is at most `g^2/12`.
 fn psi_term(stated: &Stated) -> Vec<Case> {
     let case = |displaced: Displaced| {
         let of_q = Known::Relative(units::INVERSE_DISTANCE * U + displaced.eta);
-        displaced.case("", psi("1 / 12", of_q, stated.units_and(units::LARGEST_PSI * displaced.eta)))
+        // `psi |c' - c|` is at most `g^2/12`.
+        let most = 12.0 * stated.units_and(units::LARGEST_PSI * displaced.eta);
+        displaced.case("", &psi(&Tape::default(), of_q, most))
     };
     Displaced::of_points().map(case).collect()
 }
 
 fn linear_psi_term(stated: &Stated) -> Vec<Case> {
-    one(psi("1", Known::Exact, stated.units_and(0.0)))
+    one(&psi(&Tape::default(), Known::Exact, stated.units_and(0.0)))
 }
 
-fn psi(share: &str, of_q: Known, most: f64) -> String {
-    let tape = Tape::default();
-    let Weight { psi, q, cosines: [_, difference], terms: [_, term], .. } = Weight::on(&tape);
-    let mut script = Script::of_sizes(&tape);
-    script.know(difference, Known::Exact);
-    script.know(psi, Known::Relative(units::PSI * U));
-    script.know_all(q, of_q);
-    script.use_all(term);
-    let (c, e) = (computed(term), script.exact(term));
-    script.define("error", &format!("(({c} - {e}) / {e}) * ({share})"));
-    script.within("error", most);
-    script.write()
+fn psi(tape: &Tape, of_q: Known, most: f64) -> Script<'_> {
+    let Weight { psi, q, cosines: [_, difference], terms: [_, term], .. } = Weight::on(tape);
+    of_sizes(tape, term, most, &[(&[difference], Known::Exact), (&[psi], Known::Relative(units::PSI * U)), (&q, of_q)])
 }
 
 fn weight_and_normal(stated: &Stated) -> Vec<Case> {
@@ -473,10 +370,6 @@ fn weight_and_normal(stated: &Stated) -> Vec<Case> {
     let Weight { weight, terms, .. } = Weight::on(&tape);
     let (_, [x, ..], _) = forms::line(tape.inputs(R), tape.inputs(S));
     let [_, inverse] = x.operands();
-    let product = x * weight;
-    let mut script = Script::of_sizes(&tape);
-    script.know(inverse, Known::Relative(units::INVERSE_MOMENT * U));
-    script.know_all(terms, Known::Exact);
-    script.relative_error(product, stated.units_and(0.0));
-    one(script.write())
+    let known = [(&terms[..], Known::Exact), (&[inverse], Known::Relative(units::INVERSE_MOMENT * U))];
+    one(&of_sizes(&tape, x * weight, stated.units_and(0.0), &known))
 }

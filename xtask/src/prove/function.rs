@@ -15,49 +15,37 @@ use crate::prove::script::{Known, Rounding, Script, computed, exactly};
 use crate::prove::tape::{Recorded, Step, Tape};
 
 pub(crate) const LEMMAS: &[Lemma] = &[
-    Lemma {
-        name: "arc tangent",
-        says: "in u, relative; each octant and each of the three reductions",
-        stated: forms::ARC_TANGENT_UNITS,
-        cases: arc_tangent,
-        has_coefficient: true,
-    },
-    Lemma {
-        name: "logarithm",
-        says: "in u, relative; the exponent 0 with either half of the mantissas, positive, negative",
-        stated: forms::LOGARITHM_UNITS,
-        cases: logarithm,
-        has_coefficient: true,
-    },
-    Lemma {
-        name: "sine series",
-        says: "its coefficients and what it leaves out, in u of 1",
-        stated: SINE_REST[0],
-        cases: sine_series,
-        has_coefficient: true,
-    },
-    Lemma { name: "psi", says: "in u, relative, up to a quarter turn", stated: units::PSI, cases: psi, has_coefficient: true },
-    Lemma {
-        name: "psi/g",
-        says: "its largest value up to a quarter turn",
-        stated: units::LARGEST_PSI,
-        cases: largest_psi,
-        has_coefficient: false,
-    },
-    Lemma {
-        name: "J",
-        says: "the linear emitter's special function over x^3, and two products with x, in u, relative, up to pi/2",
-        stated: forms::CLAUSEN_UNITS,
-        cases: clausen,
-        has_coefficient: true,
-    },
+    Lemma::new(
+        "arc tangent",
+        forms::ARC_TANGENT_UNITS,
+        arc_tangent,
+        "in u, relative; each octant and each of the three reductions",
+    )
+    .with_coefficient(),
+    Lemma::new(
+        "logarithm",
+        forms::LOGARITHM_UNITS,
+        logarithm,
+        "in u, relative; the exponent 0 with either half of the mantissas, positive, negative",
+    )
+    .with_coefficient(),
+    Lemma::new("sine series", SINE_REST[0], sine_series, "its coefficients and what it leaves out, in u of 1").with_coefficient(),
+    Lemma::new("psi", units::PSI, psi, "in u, relative, up to a quarter turn").with_coefficient(),
+    Lemma::new("psi/g", units::LARGEST_PSI, largest_psi, "its largest value up to a quarter turn"),
+    Lemma::new(
+        "J",
+        forms::CLAUSEN_UNITS,
+        clausen,
+        "the linear emitter's special function over x^3, and two products with x, in u, relative, up to pi/2",
+    )
+    .with_coefficient(),
 ];
 
 /// A little more than a quarter turn.
 const QUARTER: f64 = 1.570_796_326_794_897;
 
-/// Doubles that may be as small as is asked for, barring underflow.
-const SMALL: f64 = 1e-30;
+/// Below, powers of a double may underflow: the quotients that a function is a series of are 0 or at least this.
+const SMALL: f64 = 1e-90;
 
 /// The constants of a program from one step on.
 fn constants(tape: &Tape, from: usize) -> Vec<usize> {
@@ -106,8 +94,11 @@ fn arc_tangent_on(stated: &Stated, (steep, left): (bool, bool), (c, ratios): (f6
     script.hint(&format!("{en} -> {large} * (ratio - {c}) {{ {large} <> 0 }}"));
     script.hint(&format!("{ed} -> {large} * (1 + {c} * ratio) {{ {large} <> 0 }}"));
     if is_table_exact {
-        let [sum, cubic] = [s_and_rest, s_and_rest.operands()[1].operands()[0]].map(|number| script.exact(number));
-        let factors = cubic_factor(&script, cubic_of(s_and_rest));
+        // `s + (s s^2) p(s^2)`: the shares of a sum that has no table's angle.
+        let [cubic, _] = s_and_rest.operands()[1].operands();
+        let [cube, polynomial] = cubic.operands();
+        let [sum, cubic, square, polynomial] = [s_and_rest, cubic, cube.operands()[1], polynomial].map(|part| script.exact(part));
+        let factors = format!("({square} * {polynomial})");
         script.hint(&format!("{sum} -> {es} * (1 + {factors}) {{ {es} <> 0 }}"));
         script.hint(&format!("{es} / {sum} -> 1 / (1 + {factors}) {{ {es} <> 0, {sum} <> 0 }}"));
         script.hint(&format!("rest / {sum} -> tau * ({es} / {sum}) {{ {sum} <> 0 }}"));
@@ -117,17 +108,6 @@ fn arc_tangent_on(stated: &Stated, (steep, left): (bool, bool), (c, ratios): (f6
     }
     let name = |is, yes: &'static str, no: &'static str| if is { yes } else { no };
     Case { name: format!("{}, {}, c = {c}", name(steep, "steep", "flat"), name(left, "left", "right")), script: script.write() }
-}
-
-/// The cubic part of `s + (cubic + rest)`.
-fn cubic_of(s_and_rest: Recorded<'_>) -> Recorded<'_> {
-    s_and_rest.operands()[1].operands()[0]
-}
-
-/// `s^2 p(s^2)` of a cubic part `(s s^2) p(s^2)`.
-fn cubic_factor<'t>(script: &Script<'t>, cubic: Recorded<'t>) -> String {
-    let [cube, polynomial] = cubic.operands();
-    format!("({} * {})", script.exact(cube.operands()[1]), script.exact(polynomial))
 }
 
 fn logarithm(stated: &Stated) -> Vec<Case> {

@@ -2,6 +2,8 @@
 
 use radgrad_core::closed_forms::units::{MOST_DISPLACED, SECOND_ORDER};
 
+use crate::prove::script::Script;
+
 /// Unit roundoff.
 pub(crate) const U: f64 = f64::EPSILON / 2.0;
 
@@ -17,6 +19,16 @@ pub(crate) struct Lemma {
     pub(crate) cases: fn(&Stated) -> Vec<Case>,
     /// Whether the code has a coefficient to alter.
     pub(crate) has_coefficient: bool,
+}
+
+impl Lemma {
+    pub(crate) const fn new(name: &'static str, stated: f64, cases: fn(&Stated) -> Vec<Case>, says: &'static str) -> Self {
+        Self { name, says, stated, cases, has_coefficient: false }
+    }
+
+    pub(crate) const fn with_coefficient(self) -> Self {
+        Self { has_coefficient: true, ..self }
+    }
 }
 
 /// A script with its name.
@@ -78,8 +90,8 @@ impl Displaced {
         Self::corners().filter(|corner| corner.ew == 0.0)
     }
 
-    pub(crate) fn case(&self, also: &str, script: String) -> Case {
+    pub(crate) fn case(&self, also: &str, script: &Script<'_>) -> Case {
         let size = |displaced: f64, name| if displaced > 0.0 { format!("largest {name}") } else { format!("no {name}") };
-        Case { name: format!("{}, {}{also}", size(self.ew, "ew"), size(self.eta, "eta")), script }
+        Case { name: format!("{}, {}{also}", size(self.ew, "ew"), size(self.eta, "eta")), script: script.write() }
     }
 }

@@ -34,8 +34,6 @@ pub(crate) enum Known {
     Relative(f64),
     /// It is off by at most this.
     Absolute(f64),
-    /// How it was computed is kept, and its error is not counted.
-    AsComputed,
 }
 
 /// A script in the making.
@@ -111,7 +109,7 @@ impl<'t> Script<'t> {
     fn name(&self, place: usize, kind: char) -> String {
         let exact = match self.known.get(&place) {
             Some(Known::Relative(_) | Known::Absolute(_)) => false,
-            Some(Known::Exact | Known::Integer | Known::Zero | Known::AsComputed) => true,
+            Some(Known::Exact | Known::Integer | Known::Zero) => true,
             None => match self.tape.step(place) {
                 Step::Constant(_) => self.altered.is_none_or(|(altered, _)| altered != place),
                 Step::Input | Step::Function(..) | Step::Angle(..) => true,
@@ -185,21 +183,26 @@ impl<'t> Script<'t> {
     /// Whether how a number was computed is left out.
     fn is_free(&self, place: usize) -> bool {
         match self.known.get(&place) {
-            Some(Known::AsComputed) => false,
             Some(_) => true,
             None => matches!(self.tape.step(place), Step::Input | Step::Function(..) | Step::Angle(..)),
         }
     }
 
     /// The whole script.
-    pub(crate) fn write(self) -> String {
+    pub(crate) fn write(&self) -> String {
         let (mut text, mut hints, mut hypotheses) = (String::new(), String::new(), Vec::new());
         for &place in &self.used {
             self.write_step(place, &mut text, &mut hints, &mut hypotheses);
         }
-        hypotheses.extend(self.hypotheses);
+        hypotheses.extend(self.hypotheses.iter().cloned());
         let premise = if hypotheses.is_empty() { String::new() } else { format!("{}\n->\n  ", hypotheses.join("\n/\\ ")) };
-        format!("{text}{}\n{{ {premise}{} }}\n\n{hints}{}", self.definitions, self.goals.join("\n/\\ "), self.hints)
+        let decided = self.tape.decisions().into_iter().filter(|(a, b, _)| self.used.contains(a) || self.used.contains(b));
+        let path: String = decided
+            .map(|(a, b, exceeds)| {
+                format!("# {} {} {}\n", self.name(a, 'c'), if exceeds { ">" } else { "<=" }, self.name(b, 'c'))
+            })
+            .collect();
+        format!("{path}{text}{}\n{{ {premise}{} }}\n\n{hints}{}", self.definitions, self.goals.join("\n/\\ "), self.hints)
     }
 
     fn write_step(&self, place: usize, text: &mut String, hints: &mut String, hypotheses: &mut Vec<String>) {

@@ -71,7 +71,7 @@ impl Tape {
         self.steps.borrow().len()
     }
 
-    #[cfg(test)]
+    /// The path that was taken.
     pub(crate) fn decisions(&self) -> Vec<(usize, usize, bool)> {
         self.decisions.borrow().clone()
     }
