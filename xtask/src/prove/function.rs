@@ -42,7 +42,7 @@ pub(crate) const LEMMAS: &[Lemma] = &[
 ];
 
 /// A little more than a quarter turn.
-const QUARTER: f64 = 1.570_796_326_794_897;
+const QUARTER: f64 = std::f64::consts::FRAC_PI_2 * (1.0 + 8.0 * U);
 
 /// Below, powers of a double may underflow: the quotients that a function is a series of are 0 or at least this.
 const SMALL: f64 = 1e-90;

@@ -4,7 +4,7 @@ use crate::summary::with_header;
 
 const ON_PAPER: &[[&str; 2]] = &[
     [
-        "errors of the polynomials of arc tangent, logarithm and psi",
+        "errors of the polynomials of arc tangent, logarithm, psi and J",
         "of functions that gappa does not know; by Remez's algorithm, with 120 digits; hypotheses",
     ],
     ["underflow", "relative roundings have none; the code bounds nothing below its least moment"],
