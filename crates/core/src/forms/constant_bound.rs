@@ -33,21 +33,14 @@
 //!
 //! # Weights up to a quarter turn
 //! The gradient's weight ([`Arc::weight`]) is `chi Q (c + c') + psi (q' - q)(c' - c)`, `chi = T (g + sin g)/4`.
-//! - The sine errs by `ds = g (ew + 14u + u + 2 eta)`: |w| by `ew + 2.5u`, the two q by 4.5u each, two products by 2u; and u for
-//!   a cut edge's fraction.
-//! - The cosine errs by at most `5u + 11u cos + 4 eta`: inline by `5u + 2 eta`, the two q by `9u + 2 eta`, two products by 2u.
-//! - So `1 + cos` errs by `9u + 4 eta` relative: `(5 + 11 cos)/(1 + cos)` is at most 8, and its rounding 1.
-//! - `c + c'` and their difference err by `dc = 10u + 6.5us + 4 eta`: twice the table's, and the rounding of the sum.
-//! - The first term errs by `Q (T/4) [s (dg + ds) + (g + sin g) (s (19u + 5 eta) + dc)]`. The 19u are 9 of `1 + cos`, 4.5 of Q, 5
-//!   of two sums, a quotient and two products, and 0.5 to spare.
-//! - `psi <= 0.091g` and `psi' <= 0.11`: `psi/g` and psi' rise up to a right angle, where they are 0.0909 and 0.1074.
-//! - psi errs by 3u relative, `q' - q` by `(5.5u + eta) Q`, two products by 2u; and `|c' - c|` is at most s, and g, since it is
-//!   at most `|v - u|` for the directions u and v of the ends. So the second term errs by
-//!   `Q g [0.11 dg + 0.091 (eta g + dc)] + 10.5u psi Q min(g, s)`.
-//! - Of the last, `0.8u g^2 Q` is counted there. The rest is less than the 0.5 to spare: `10.5 psi/g - 0.8 <= (T/8)(1 + sin g/g)`
-//!   (a test looks).
-//! - The weight is at most `Q ((T/4) (g + sin g) s + 0.091g min(g, s))`. Its sum and its product with N err by that times ew
-//!   across N and 5.5u along it: 3.5u of N, and the rounding of the sum and of the product.
+//! - The sine errs by `ds = g (ew + 14u + u + 2 eta)`, the cosine by at most `5u + 11u cos + 4 eta`: 1 + cos by `9u + 4 eta`
+//!   relative.
+//! - `c + c'` and their difference err by `dc = 10u + 6.5us + 4 eta`.
+//! - The first term errs by `Q (T/4) [s (dg + ds) + (g + sin g) (s (19u + 5 eta) + dc)]`.
+//! - `psi <= 0.091g`, `psi' <= 0.11`, and psi errs by 3u relative; `q' - q` errs by `(5.5u + eta) Q`, and `|c' - c| <= |v - u| <=
+//!   g` for the directions u and v of the ends; `psi |c' - c| <= g^2/12`, as `2 psi sin(g/2)/g^2` decreases. So the second term errs by `Q g [0.11 dg + 0.9ug + 0.091 (eta g + dc)]`.
+//! - The weight is at most `Q ((T/4) (g + sin g) s + 0.091g min(g, s))`. Its sum and its product with N err by that times ew across
+//!   N and 6.5u along it.
 //!
 //! # Weights past a quarter turn
 //! The weight is `(cc p1 + cs p2)/S` in the frame of the line at distance S, (p1, p2) being n1 there.
@@ -61,15 +54,17 @@
 //! Each sum of n vectors adds `(n - 1) u` of the sum of sizes. The products with emission, normal and reflectance add 8u of the
 //! result.
 
+pub mod units;
+
 use std::ops::{Add, Mul};
 
 use crate::boundary::arc::Arc;
 use crate::boundary::horizon;
 #[cfg(doc)]
 use crate::boundary::line::Line;
-use crate::boundary::line::Sighted;
 use crate::boundary::plan::{Horizon, Plan};
 use crate::forms::constant::{EdgeSum, SolidAngleVector};
+use crate::forms::constant_bound::units::{LARGEST_PSI, MOST_DISPLACED, PSI_TERM, SECOND_ORDER, SLOPE_OF_PSI};
 use crate::forms::edge_lanes;
 use crate::forms::edge_lanes::SureCase;
 use crate::forms::irradiance_and_gradient::IrradianceAndGradient;
@@ -88,14 +83,7 @@ pub(crate) struct BoundedSum {
     pub(crate) gradient: f64,
 }
 
-/// Pays for terms of second order in the errors.
-const SECOND_ORDER: f64 = 1.001;
-
-/// The relative error that the fraction of a cut edge adds to its cross product.
-const FRACTION: f64 = ROUNDOFF;
-
-/// Errors of w and of crossing points above which nothing is bounded, and moments below which.
-const MOST_DISPLACED: f64 = 1e-6;
+/// Moments below which nothing is bounded.
 pub(super) const LEAST_MOMENT: f64 = 1e-100;
 
 /// Relative displacement of a crossing point: along its edge, and otherwise.
@@ -220,8 +208,7 @@ impl ArcErrors {
         let ew = of_angle.ew;
         self.angle_errors += of_angle.of_term(self.n1.dot(line.normal).abs());
         let (size, error) = if arc.is_within_a_quarter_turn() {
-            let cosine = |end: &Sighted<f64>| self.n1.dot(end.point) * end.inverse;
-            of_angle.of_weight(&Weighed::new(arc, [cosine(&arc.start), cosine(&arc.end)]))
+            of_angle.of_weight(&Weighed::new(arc, [arc.start.cosine(self.n1), arc.end.cosine(self.n1)]))
         } else {
             of_angle.of_wide_weight(line.nearness())
         };
@@ -300,13 +287,14 @@ impl<T: Figure> AngleError<T> {
     #[inline(always)]
     pub(super) fn new(g: T, least: T, ew: T, eta: Option<T>) -> Self {
         const U: f64 = ROUNDOFF;
-        let fraction = if eta.is_some() { FRACTION } else { 0.0 };
+        let fraction = if eta.is_some() { units::FRACTION * U } else { 0.0 };
         let dg = mutant!(
             "constant-bound.angle",
-            with_product(least * (ew + (8.0 * U + fraction)) + g * (4.0 * U), eta, 2.0, least),
+            with_product(least * (ew + (units::ANGLE * U + fraction)) + g * (units::ARC_TANGENT * U), eta, 2.0, least),
             |dg| dg * 0.1
         );
-        let ds = mutant!("constant-bound.sine", with_product(g * (ew + (14.0 * U + fraction)), eta, 2.0, g), |ds| ds * 0.1);
+        let ds =
+            mutant!("constant-bound.sine", with_product(g * (ew + (units::SINE * U + fraction)), eta, 2.0, g), |ds| ds * 0.1);
         Self { g, dg, ds, ew, eta }
     }
 
@@ -314,8 +302,11 @@ impl<T: Figure> AngleError<T> {
     #[inline(always)]
     pub(super) fn of_term(&self, facing: T) -> T {
         const U: f64 = ROUNDOFF;
-        mutant!("constant-bound.term", facing * (self.dg + self.g * (3.5 * U)) + self.g * (self.ew + 2.0 * U), |error| error
-            * 0.1)
+        mutant!(
+            "constant-bound.term",
+            facing * (self.dg + self.g * (units::INVERSE_MOMENT * U)) + self.g * (self.ew + units::PRODUCTS * U),
+            |error| error * 0.1
+        )
     }
 
     /// A bound on the size of the weight, and the error of its product with N along N.
@@ -325,16 +316,20 @@ impl<T: Figure> AngleError<T> {
         let Self { g, dg, ds, eta, .. } = *self;
         let Weighed { near, sum, turn, cosines, least } = *weighed;
         let quarter = turn * 0.25;
-        let dc = mutant!("constant-bound.cosines", with_displacement(cosines * (6.5 * U) + 10.0 * U, eta, 4.0), |dc| dc * 0.1);
-        let of_cosines = with_product(cosines * (19.0 * U) + dc, eta, 5.0, cosines);
+        let dc = mutant!(
+            "constant-bound.cosines",
+            with_displacement(cosines * (units::COSINES[1] * U) + units::COSINES[0] * U, eta, 4.0),
+            |dc| dc * 0.1
+        );
+        let of_cosines = with_product(cosines * (units::CHI_TERM * U) + dc, eta, 5.0, cosines);
         let first = mutant!("constant-bound.chi", quarter * (cosines * (dg + ds) + sum * of_cosines), |first| first * 0.1);
         let second = mutant!(
             "constant-bound.psi",
-            g * with_product(dg * 0.11 + g * (0.8 * U) + dc * 0.091, eta, 0.091, g),
+            g * with_product(dg * SLOPE_OF_PSI + g * (PSI_TERM * U) + dc * LARGEST_PSI, eta, LARGEST_PSI, g),
             |second| second * 0.1
         );
-        let size = near * (quarter * sum * cosines + g * least * 0.091);
-        (size, near * (first + second) + mutant!("constant-bound.weight-size", size * (5.5 * U), |error| error * 0.1))
+        let size = near * (quarter * sum * cosines + g * least * LARGEST_PSI);
+        (size, near * (first + second) + mutant!("constant-bound.weight-size", size * (units::WEIGHT * U), |error| error * 0.1))
     }
 
     /// The same past a quarter turn, from one over the distance of the line.
@@ -353,19 +348,15 @@ impl<T: Figure> AngleError<T> {
 mod tests {
     use std::f64::consts::FRAC_PI_2;
 
-    /// `psi/g <= 0.091`, `psi' <= 0.11`, `(5 + 11 cos)/(1 + cos) <= 8`, and the roundings that the half unit to spare pays for.
+    use super::{LARGEST_PSI, SLOPE_OF_PSI};
+
     #[test]
-    fn the_constants_of_a_weight_up_to_a_quarter_turn_hold() {
+    fn psi_is_within_its_constants_up_to_a_quarter_turn() {
         let psi = |g: f64| (g - g.sin()) / (4.0 * (1.0 - g.cos()));
-        let mut spare = f64::INFINITY;
         for k in 1..=1000 {
             let g = 0.01 + (FRAC_PI_2 - 0.01) * f64::from(k) / 1000.0;
-            let turn = 1.0 / (1.0 + g.cos());
-            assert!(psi(g) <= 0.091 * g, "{g}");
-            assert!((psi(g) - psi(g - 1e-6)) / 1e-6 <= 0.11, "{g}");
-            assert!((5.0 + 11.0 * g.cos()) * turn <= 8.0, "{g}");
-            spare = spare.min(turn / 8.0 * (1.0 + g.sin() / g) - (10.5 * psi(g) / g - 0.8));
+            assert!(psi(g) <= LARGEST_PSI * g, "{g}");
+            assert!((psi(g) - psi(g - 1e-6)) / 1e-6 <= SLOPE_OF_PSI, "{g}");
         }
-        assert!(spare > 0.04, "{spare}");
     }
 }

@@ -63,7 +63,7 @@
 //!   of both p, it errs
 //!   - by `(T/4) [P s (dg + dsin) + (g + sin g) (s dp + P (14us + dc))]` in the first term,
 //!   - by `g [0.11 P dg + 0.091 (g dp + 6ugP + P dc)]` in the second,
-//!   - by 5.5u and ew of the whole in the product with N.
+//!   - by 6.5u and ew of the whole in the product with N.
 //!
 //! # Totals
 //! - Each sum of n terms adds `(n - 1) u` of the sum of sizes.
@@ -77,6 +77,7 @@ use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f64x4, f64x8};
 
 use crate::boundary::arc::Arc;
+use crate::forms::constant_bound::units::WEIGHT;
 use crate::forms::edge_lanes::EdgeLanes;
 use crate::forms::edge_lanes::linear::{Added, both};
 use crate::forms::irradiance_and_gradient::IrradianceAndGradient;
@@ -97,6 +98,12 @@ pub(crate) struct LinearBound {
 
 /// Pays for terms of second order in the errors.
 const SECOND_ORDER: f64 = 1.002;
+
+/// Of the terms of an edge's weight, relative, in units of roundoff: of the first one for given p, `g + sin g` and `c + c'`, of the
+/// second one for given p, g and `c' - c`.
+pub const CHI_TERM: f64 = 14.0;
+/// See [`CHI_TERM`].
+pub const PSI_TERM: f64 = 6.0;
 
 /// Relative errors that are small beside the rounding of doubles.
 const NEGLIGIBLE: f64 = ROUNDOFF / 2048.0;
@@ -257,16 +264,16 @@ impl Errors {
         let turn = turn * 0.25;
         let first = mutant!(
             "linear-bound.chi",
-            turn * (size * cosines * (dg + ds) + sum * (cosines * of_emission + size * (cosines * 14.0 + of_cosines))),
+            turn * (size * cosines * (dg + ds) + sum * (cosines * of_emission + size * (cosines * CHI_TERM + of_cosines))),
             |first| first * 0.1
         );
         let second = mutant!(
             "linear-bound.edge-psi",
-            g * (size * dg * 0.11 + (g * (of_emission + size * 6.0) + size * of_cosines) * 0.091),
+            g * (size * dg * 0.11 + (g * (of_emission + size * PSI_TERM) + size * of_cosines) * 0.091),
             |second| second * 0.1
         );
         let weight = size * (turn * sum * cosines + g * g.min(cosines) * 0.091);
-        first + second + weight * (ew + (5.5 + self.additions))
+        first + second + weight * (ew + (WEIGHT + self.additions))
     }
 
     /// The bounds of the sums' total.
