@@ -11,7 +11,7 @@ pub(super) const ROUNDED: f64 = 1.0 + 1e-9;
 /// Cells along each side of the reference shape in which distances from nodes are bounded.
 const CELLS: u32 = 20;
 
-/// What is nearest to a node, in reference coordinates: each place `x` of it is the node and `ds`, `dt`.
+/// The places nearest to a node, in reference coordinates: each is the node plus `ds`, `dt`.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Near {
     pub(super) node: usize,
