@@ -42,7 +42,7 @@ use crate::enclosure::double_double::DoubleDouble;
 use crate::enclosure::exact::scaled;
 use crate::enclosure::interval::{Interval, power_of_ten};
 use crate::enclosure::limbs::Limbs;
-use crate::enclosure::pass::{Pass, Prepared};
+use crate::enclosure::pass::{Pass, Prepared, Tolerances};
 use crate::enclosure::source::Source;
 use crate::enclosure::surface::Frame;
 use crate::enclosure::view::View;
@@ -71,6 +71,8 @@ pub struct Enclosure {
     pub evaluations: u64,
     /// The arithmetic that was used.
     pub arithmetic: Arithmetic,
+    /// What rounding takes of the radii: of the radiosity's, and of the largest of the gradient's.
+    pub rounding: [f64; 2],
 }
 
 /// The digits and the arithmetic asked for.
@@ -241,7 +243,8 @@ impl<'a> Problem<'a> {
     fn solve<T: Real>(&self, bits: usize, arithmetic: Arithmetic) -> Result<Enclosure, Error> {
         let Some(exponent) = self.exponent else {
             let zero = Interval::zero;
-            return Ok(Enclosure { radiosity: zero(), gradient: [zero(), zero(), zero()], evaluations: 0, arithmetic });
+            let gradient = [zero(), zero(), zero()];
+            return Ok(Enclosure { radiosity: zero(), gradient, evaluations: 0, arithmetic, rounding: [0.0; 2] });
         };
         let prepared = Prepared::<T>::new(self.source, &self.frame, &self.view, self.reflectance, exponent, bits);
         let mut evaluations = 0;
@@ -291,6 +294,8 @@ impl<'a> Problem<'a> {
         let component =
             |axis: usize| interval(&pass.gradient[axis], pass.truncation.gradient, exponent + self.frame.scale, "the gradient");
         let gradient = [component(0)?, component(1)?, component(2)?];
-        Ok(Enclosure { radiosity, gradient, evaluations, arithmetic })
+        let Tolerances { value, gradient: slope } = pass.rounding();
+        let rounding = [up(scaled(value, exponent)), up(scaled(slope, exponent + self.frame.scale))];
+        Ok(Enclosure { radiosity, gradient, evaluations, arithmetic, rounding })
     }
 }

@@ -260,7 +260,8 @@ impl<T: Real> Prepared<T> {
 }
 
 impl<T: Real> Pass<T> {
-    fn rounding(&self) -> Tolerances {
+    /// The part of the radii that rounding takes.
+    pub(crate) fn rounding(&self) -> Tolerances {
         Tolerances { value: self.value.radius, gradient: self.gradient.iter().map(|g| g.radius).fold(0.0, f64::max) }
     }
 
