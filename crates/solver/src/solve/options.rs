@@ -45,15 +45,18 @@ pub struct Options {
     pub bound: Option<f64>,
     /// The reference of errors.
     pub relative_to: RelativeTo,
-    /// Degree of the basis, 0 to 4; 2 if none is given.
+    /// Degree of the basis, 0 to 4. If none is given 2, and 1 from a thousand faces on.
     pub degree: Option<usize>,
     /// All faces are divided alike until there are this many elements; then the first round begins.
     pub first_elements: usize,
-    /// Elements, divided ones too, beyond which nothing is divided any more: the bound then says what was reached.
+    /// Elements, divided ones too, beyond which nothing is divided any more: the bound then says what was reached. Where faces are cut
+    /// into a thousand or more, these do not count.
     pub most_elements: usize,
     /// Divide everything rather than what pays.
     pub uniform: bool,
-    /// Time in which to be done: no round is begun that, by the time of those before, would end later. The first one always is.
+    /// Time in which to be done: no round is begun that, by the time of those before, would end later, light is divided and links are
+    /// refined no more when it is over, in the first round early, and, from a thousand faces
+    /// on, no bound is proven that takes longer. What must be done once is.
     pub time: Option<Duration>,
     /// Divide the elements that add most to the bound, or those whose polynomials are off most.
     pub marking: Marking,

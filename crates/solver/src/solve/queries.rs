@@ -114,10 +114,10 @@ impl Solution {
         coefficients
     }
 
-    /// Whether the proven bounds are there already: the last step of solving makes them, and who asks before it waits for them.
+    /// Whether the proven bounds are there: the last step of solving makes them, if there is time, and who asks before it waits for them.
     #[must_use]
     pub fn is_proven(&self) -> bool {
-        self.proven.get().is_some()
+        matches!(self.proven.get(), Some(Some(_)))
     }
 
     /// Irradiance on a leaf as a polynomial, in a channel: its coefficients in the leaf's basis.

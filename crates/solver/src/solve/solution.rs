@@ -10,6 +10,7 @@ use crate::bound::ledger::Ledger;
 use crate::bound::point::Points;
 use crate::bound::proven::{Ground, Proven, Rest};
 use crate::bound::scene::Scene;
+use crate::clock::Clock;
 use crate::error::Error;
 use crate::field::Field;
 use crate::links::cell::Rules;
@@ -22,6 +23,7 @@ use crate::mesh::surfaces::Surfaces;
 use crate::solve::detail::Detail;
 use crate::solve::options::{Progress, RelativeTo};
 use crate::solve::samples::Samples;
+use crate::solve::serve::Served;
 
 /// A piecewise polynomial radiosity with a bound on its error.
 ///
@@ -55,6 +57,7 @@ pub struct Solution {
     /// Of receivers, the clusters that no link is for.
     pub(crate) far: Vec<Far>,
     pub(super) receivers: Vec<usize>,
+    pub(super) served: Served,
     /// Samples of direct light on leaves and reflected light on receivers, of those that were judged by the gradient.
     pub(super) judged: Vec<[Option<Samples>; 2]>,
     pub(crate) bounds: Bounds,
@@ -72,6 +75,9 @@ pub struct Solution {
     pub(crate) extent: f64,
     /// Error that the evaluation of a function may have.
     pub(crate) absolute: f64,
+    /// Cells a side of a source that is seen past many faces; 0 for closed forms.
+    pub(super) cells: usize,
+    pub(super) clock: Clock,
     /// The most that the links of a receiver may neglect together, relative to the same mean as errors.
     pub(super) allowed: f64,
     pub(super) progress: Progress,
@@ -99,7 +105,7 @@ impl Solution {
     }
 
     pub(crate) const fn optics(&self) -> Optics<'_> {
-        Optics { mesh: &self.mesh, rules: &self.rules, absolute: self.absolute }
+        Optics { mesh: &self.mesh, rules: &self.rules, absolute: self.absolute, cells: self.cells }
     }
 
     pub(super) fn lossless(&self) -> Error {
