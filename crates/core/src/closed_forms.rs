@@ -44,7 +44,7 @@ pub fn psi<T: Arithmetic>(g: T) -> T {
     sine::psi(g, g, g, g)
 }
 
-/// `J(x)/x^3` of `z = x^2` ([`crate::scalar::dilogarithm`]).
+/// `J(x)/x^3` of `z = x^2`, the linear emitter's special function.
 pub fn clausen_series<T: Arithmetic>(z: T) -> T {
     clausen::double_sum(z)
 }

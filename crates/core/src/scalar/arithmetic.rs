@@ -41,7 +41,7 @@ pub trait Arithmetic:
     fn ln(self) -> Self;
 
     /// Angle of the point `(x, self)`, in (-pi, pi]; on lanes where self is not negative and
-    /// [`crate::scalar::arc_tangent::is_in_range`].
+    /// `arc_tangent::is_in_range`.
     fn atan2(self, x: Self) -> Self;
 
     /// The same where x is not negative either.
@@ -50,7 +50,7 @@ pub trait Arithmetic:
         self.atan2(x)
     }
 
-    /// Clausen's function without its logarithm, see [`crate::scalar::dilogarithm`].
+    /// Clausen's function without its logarithm, see the module `dilogarithm`.
     fn clausen_rest(self) -> Self;
 
     /// `6 (g - sin g)/g^3` as a function of `g^2 <= 1`.

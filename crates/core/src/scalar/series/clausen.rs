@@ -63,7 +63,7 @@ pub(crate) const SERIES: [DoubleDouble; 54] = [
     DoubleDouble { hi: 1.8637482603865976e-56, lo: -8.612522832313225e-73 },
 ];
 
-/// Relative error of [`crate::scalar::dilogarithm::clausen_rest`] on doubles, in units of roundoff: the square of x and two
+/// Relative error of `dilogarithm::clausen_rest` on doubles, in units of roundoff: the square of x and two
 /// products cost 3, the last sum 1, the first coefficient and the polynomial's own error 1/2, and the other terms, at most 11 %
 /// of the sum, less than 1.
 pub const DOUBLE_UNITS: f64 = 6.0;
