@@ -39,15 +39,13 @@ use glam::DVec3;
 use crate::boundary::arc::Generator;
 use crate::boundary::edge_name::EdgeName;
 use crate::boundary::plan::{Plan, Side, side_of, sure_side};
-use crate::boundary::visibility::part::{Sides, VisiblePart};
-use crate::boundary::visibility::subtract::Subtraction;
-use crate::boundary::visibility::uncertainty::nearness;
+use crate::boundary::visibility::part::{Sides, VisiblePart, nearness};
 use crate::problem::polygon::Polygon;
 use crate::problem::receiver::Receiver;
 use crate::scalar::exact::orientation;
 use crate::scalar::number::ROUNDOFF;
 use crate::scalar::radius::Radius;
-use crate::scalar::real::{RadiusOf, Real};
+use crate::scalar::real::Real;
 use crate::scalar::vec3::Vec3;
 
 /// An occluder of which it is open what it hides.
@@ -191,6 +189,17 @@ impl Doubt {
         (nearest - 0.5 * perimeter).max(0.0)
     }
 
+    /// Bounds for a unit of emission on the irradiance through D, and on its gradient with D's boundary moving; `None` where D is
+    /// empty.
+    pub(super) fn bounds<T: Real>(&self, part: &VisiblePart<T>, sides: &Sides<T>, height: f64) -> Option<[f64; 2]> {
+        let Region { area, perimeter, distance, turning } = self.region(part, sides, height)?;
+        let seen = (area / (distance * distance)).min(std::f64::consts::TAU);
+        let share = self.slack / height;
+        let own = if share < MOST_SHARE && !self.is_edge_on { 2.0 * share / distance } else { 1.0 / self.nearest() };
+        let moving = 6.0 * area / (distance * distance * distance) + (perimeter * own + turning) / distance;
+        Some([seen, moving].map(|bound| bound * 1.01))
+    }
+
     /// D.
     fn region<T: Real>(&self, part: &VisiblePart<T>, sides: &Sides<T>, height: f64) -> Option<Region> {
         let own = part.corners.iter().map(|corner| {
@@ -282,24 +291,4 @@ fn least_altitude(polygon: &Polygon) -> f64 {
         is_triangle.then(|| (b - a).cross(c - a).length() / (b - a).length())
     });
     (altitudes.fold(f64::INFINITY, f64::min) - 64.0 * f64::EPSILON * polygon.size()).max(0.0)
-}
-
-impl<T: Real> Subtraction<T> {
-    /// Bounds the change that other surfaces through the vertices would make.
-    pub(super) fn add_doubt<'a>(&mut self, doubt: &Doubt, parts: impl Iterator<Item = &'a VisiblePart<T>>)
-    where
-        T: 'a,
-    {
-        let height = self.height.to_double() * (1.0 - 8.0 * f64::EPSILON);
-        for region in parts.filter_map(|part| doubt.region(part, &self.sides, height)) {
-            let Region { area, perimeter, distance, turning } = region;
-            let seen = (area / (distance * distance)).min(std::f64::consts::TAU);
-            let share = doubt.slack / height;
-            let own = if share < MOST_SHARE && !doubt.is_edge_on { 2.0 * share / distance } else { 1.0 / doubt.nearest() };
-            let moving = 6.0 * area / (distance * distance * distance) + (perimeter * own + turning) / distance;
-            let [seen, moving] = [seen, moving].map(|value| RadiusOf::<T>::from(value * 1.01));
-            self.uncertainty.irradiance = self.uncertainty.irradiance + seen * self.emission;
-            self.uncertainty.gradient = self.uncertainty.gradient + self.steepness * seen + moving * self.emission;
-        }
-    }
 }
