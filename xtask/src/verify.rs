@@ -19,7 +19,6 @@ use radgrad_audit::gates::Gates;
 use radgrad_audit::measure::{Kind, Quantity};
 use radgrad_audit::mutants::{self, mutants};
 use radgrad_audit::precision;
-use radgrad_audit::record;
 use radgrad_audit::regression::Regression;
 use radgrad_audit::run::{Part, Run};
 use radgrad_audit::scenes;
@@ -230,7 +229,7 @@ fn judge_digits(run: &Run, arguments: &Arguments, record: &mut Record) -> Result
 /// The small setting of the audit, with the recorded witnesses; how many of these there are.
 fn judge_small(gates: &Gates, record: &mut Record) -> Result<usize, Box<dyn Error>> {
     let witnesses = witness::all(&in_workspace("data/worst"))?;
-    let records = record::all(&in_workspace("data/record"))?;
+    let records = radgrad_audit::record::all(&in_workspace("data/record"))?;
     for wrong in bite(&Setting { gates, witnesses: &witnesses, records: &records, first: None, made: Made::All }) {
         record.violated(format_args!("{}: {}", wrong.check, wrong.what), "cargo run -p radgrad-audit --example bite");
     }

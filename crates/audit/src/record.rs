@@ -404,3 +404,44 @@ impl TryFrom<String> for Of {
         text.parse()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::family::Family;
+
+    #[test]
+    fn what_is_asked_reads_back_from_its_name() {
+        let scene = Of::Scene(scenes::statement::Subject::Factors, "facing:1:0".parse().unwrap());
+        let asked = [Of::Hessian(1e-10), Of::Irradiance(1.0), Of::Oracle(Arithmetic::Limbs, 36), Of::Tree(3), scene];
+        for of in asked.into_iter().chain([Of::Answer(Ask::Value(1.0))]) {
+            assert_eq!(of.to_string().parse(), Ok(of));
+        }
+        assert!("oracle mpfr 20".parse::<Of>().is_err() && "hessian 2".parse::<Of>().is_err());
+    }
+
+    #[test]
+    fn a_bound_that_shrank_a_value_that_moved_and_one_that_is_another_are_told_apart() {
+        let record = Record::new(Of::Answer(Ask::Answer(1.0)), Some(Family::Generic.case(1, 3))).unwrap();
+        assert_eq!(record.wrong(), []);
+        let wrong = |change: fn(&mut Statement)| {
+            let mut changed = record.clone();
+            change(&mut changed.said[0]);
+            changed.wrong().iter().map(|wrong| wrong.by_record).collect::<Vec<_>>()
+        };
+        assert_eq!(wrong(|said| said.bound *= 1.0 + 1e-5), [true]);
+        assert_eq!(wrong(|said| said.value[0] += 0.5 * said.bound), [true]);
+        assert_eq!(wrong(|said| said.value[0] += 3.0 * said.bound), [false]);
+        assert_eq!(wrong(|said| said.value[0] = f64::NAN), [false]);
+    }
+
+    #[test]
+    fn second_derivatives_the_irradiance_vector_and_enclosures_agree_with_more_digits() {
+        let case = Family::Generic.case(2, 0);
+        for of in [Of::Hessian(1.0), Of::Irradiance(1.0), Of::Oracle(Arithmetic::DoubleDouble, 20)] {
+            let said = of.asked(Some(&case)).unwrap();
+            assert!(said.wrong.is_empty() && !said.statements.is_empty(), "{of}: {said:?}");
+        }
+        assert!(Of::Tree(0).asked(Some(&case)).is_err() && Of::Hessian(1.0).asked(None).is_err());
+    }
+}
