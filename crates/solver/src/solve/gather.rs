@@ -82,12 +82,12 @@ struct Gathers {
 }
 
 /// The irradiance of a point in each channel, what evaluations and links leave of it, and what it is made of.
-struct Sum {
-    sums: Vec<f64>,
+pub(super) struct Sum {
+    pub(super) sums: Vec<f64>,
     /// Bound and estimate.
     ledgers: [Vec<Ledger>; 2],
-    rows: Vec<(usize, Row)>,
-    far: Far,
+    pub(super) rows: Vec<(usize, Row)>,
+    pub(super) far: Far,
 }
 
 impl Solution {
@@ -157,20 +157,14 @@ impl Solution {
         Ok(self.bounded_sum(station, &self.sum_in_space(station)?))
     }
 
-    /// What a point that is on no face gathers, by rows and clusters, and the sum.
-    pub(super) fn gathered_in_space(&self, station: &Station) -> Result<(Vec<(usize, Row)>, Far, Vec<f64>), Error> {
-        let Sum { rows, far, sums, .. } = self.sum_in_space(station)?;
-        Ok((rows, far, sums))
-    }
-
-    /// The same of a point of a leaf.
-    pub(super) fn gathered_on(&self, leaf: usize, point: DVec3) -> Result<(Vec<(usize, Row)>, Far, Vec<f64>), Error> {
+    /// What a point of a leaf gathers.
+    pub(super) fn sum_on(&self, leaf: usize, point: DVec3) -> Result<Sum, Error> {
         let (station, gathers) = self.gathers_on(leaf, point)?;
-        let Sum { rows, far, sums, .. } = self.sum(&station, gathers, &self.far[self.receiver_of(leaf)]);
-        Ok((rows, far, sums))
+        Ok(self.sum(&station, gathers, &self.far[self.receiver_of(leaf)]))
     }
 
-    fn sum_in_space(&self, station: &Station) -> Result<Sum, Error> {
+    /// What a point that is on no face gathers.
+    pub(super) fn sum_in_space(&self, station: &Station) -> Result<Sum, Error> {
         let optics = self.optics();
         let lit = match self.lamps.is_empty() {
             true => None,

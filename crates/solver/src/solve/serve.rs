@@ -15,6 +15,7 @@ use crate::field::Field;
 use crate::field::gathering::Equation;
 use crate::links::cluster::far::Far;
 use crate::links::transfer::Row;
+use crate::solve::gather::Sum;
 use crate::solve::solution::{Solution, ratio};
 
 /// Sweeps at most, and changes, relative to the mean, below which the importance is solved.
@@ -139,12 +140,12 @@ impl Solution {
     fn seen_from(&self, [position, normal]: [DVec3; 2]) -> Result<Option<Seen>, Error> {
         let Ok((leaf, foot)) = self.leaf_of(position, normal) else {
             let Ok(station) = self.station_in_space(position, normal) else { return Ok(None) };
-            let (rows, far, received) = self.gathered_in_space(&station)?;
-            return Ok(Some(Seen { rows, far, rho: vec![1.0; self.channels.len()], reflected: received }));
+            let Sum { rows, far, sums, .. } = self.sum_in_space(&station)?;
+            return Ok(Some(Seen { rows, far, rho: vec![1.0; self.channels.len()], reflected: sums }));
         };
-        let (rows, far, received) = self.gathered_on(leaf, foot)?;
+        let Sum { rows, far, sums, .. } = self.sum_on(leaf, foot)?;
         let [rho, _] = self.surfaces.at(self.mesh.elements()[leaf].face(), foot);
-        let reflected = received.iter().zip(&rho).map(|(received, rho)| received * rho).collect();
+        let reflected = sums.iter().zip(&rho).map(|(received, rho)| received * rho).collect();
         Ok(Some(Seen { rows, far, rho, reflected }))
     }
 
