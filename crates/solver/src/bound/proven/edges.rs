@@ -127,11 +127,6 @@ impl Edges {
         &self.of_face[face]
     }
 
-    /// Whether something stands on a face or crosses it.
-    pub(super) fn has_feet(&self, face: usize) -> bool {
-        !self.feet[face].is_empty()
-    }
-
     /// Whether faces cross in a line.
     pub(super) fn crosses(&self, line: usize) -> bool {
         self.all[line].faces.is_empty()

@@ -153,6 +153,11 @@ impl<'a> Target<'a> {
         polygon.iter().enumerate().map(of_edge).sum::<f64>() * ROUNDED
     }
 
+    /// Whether an element is so near that Taylor's polynomials do not converge.
+    pub(super) fn is_near(&self, source: &Element) -> bool {
+        self.beyond_of_any(source, 0).is_infinite() || self.beyond_of_even(source.polygon().vertices(), 0).is_infinite()
+    }
+
     /// The same of what an element gives that is wholly seen, with a radiosity of at most 1.
     pub(super) fn beyond_of_any(&self, source: &Element, degree: usize) -> f64 {
         let (centre, normal) = (self.element.centre(), source.polygon().normal());
