@@ -80,7 +80,7 @@ fn campaigned(run: Run) -> Shard {
     Shard { run, table }
 }
 
-/// Prints and writes the tables; holds them against what is required.
+/// Prints and writes the tables, and holds them against the requirements.
 fn judged(run: &Run, table: &Table, gates: &Gates, out: &Path) -> Result<Held, Box<dyn Error>> {
     println!("{}", summary::of(table, run));
     table.write_bounds(fs::File::create(out.join("bounds.csv"))?)?;

@@ -31,7 +31,7 @@ pub(crate) struct Arguments {
     /// Print one object of JSON instead of a table
     #[arg(long)]
     summary: bool,
-    /// Of what is not caught, climb this many rounds for a case that breaks a bound; found ones go to OUT/witnesses.jsonl
+    /// For faults that are not caught, climb this many rounds towards a case that breaks a bound; it goes to OUT/witnesses.jsonl
     #[arg(long, value_name = "ROUNDS")]
     search: Option<u64>,
     /// Where tables go
@@ -53,7 +53,7 @@ struct Listed {
     caught: BTreeSet<String>,
     /// Nothing tells but that a bound is smaller than it was.
     by_record: BTreeSet<String>,
-    /// Nothing tells, since the bound is wider than the fault: with what is known of it.
+    /// Nothing tells, since the bound is wider than the fault: with the reason.
     unnoticed: BTreeMap<String, String>,
     /// Nothing is wrong: with the reason.
     harmless: BTreeMap<String, String>,

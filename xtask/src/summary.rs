@@ -10,7 +10,7 @@ use radgrad_audit::mutants::Mutant;
 use radgrad_audit::table::{FamilyTable, Table};
 
 /// A row a family: the worst errors, alone and over the stated bound, then their medians and 99 %, the worst over the condition,
-/// and outcomes. An exclamation mark stands at what is beyond its gate.
+/// and outcomes. An exclamation mark stands at a figure beyond its gate.
 pub(crate) fn families(table: &Table, gates: &Gates) -> String {
     let mut printed = with_header(&[
         "family",

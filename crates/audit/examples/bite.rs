@@ -1,5 +1,5 @@
-//! The small setting of the audit as a program, which `cargo xtask mutants` builds with faults to plant: what is found wrong, a
-//! line of JSON each, and exit status 1 if anything is.
+//! The small setting of the audit as a program. `cargo xtask mutants` builds it with faults to plant. It prints a line of JSON
+//! for each finding, and its exit status is 1 if there is one.
 //!
 //! `cargo run -p radgrad-audit --example bite`
 //!

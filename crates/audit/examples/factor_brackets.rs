@@ -1,9 +1,9 @@
 //! Holds the proven brackets of form factors against rays of the oracle, over the audit's scene families, until so many pairs of
 //! faces were tried: `cargo run --release -p radgrad-audit --example factor_brackets -- 50000`.
 //!
-//! Each factor of the oracle has an error of 0.01 by the number of rays, with a confidence of all but 1e-9; its interval is narrower
-//! still where a factor is small. A bracket is outside if the two have nothing in common. What is not stored is exactly 0, and
-//! counts as tried if a ray found something of it.
+//! The number of rays brings the error of each of the oracle's factors to 0.01, with a confidence of all but 1e-9; the interval
+//! is narrower still where a factor is small. A bracket is outside if it has no point in common with that interval. The matrix
+//! does not store a factor that is exactly 0: such a pair counts as tried if a ray went from one face to the other.
 //!
 //! For the 300 that it tries unless told:
 //!
@@ -18,7 +18,7 @@ use radgrad_scene::{FactorSettings, FormFactors};
 const ERROR: f64 = 0.01;
 const CONFIDENCE: f64 = 1.0 - 1e-9;
 
-/// What is asked of the brackets.
+/// Tolerances and effort of the brackets.
 const SETTINGS: FactorSettings =
     FactorSettings { tolerance: 0.01, relative: 0.0, most_cells: 3000, estimate: 1e-4, most_points: 2000 };
 

@@ -1,6 +1,6 @@
 //! Do the oracles agree? Three ways to the same numbers that share no integrand: the enclosure, adaptive cubature, Monte
-//! Carlo; and core's second implementation beside them where it is meant to be good. The cubature takes
-//! no occluders; it gets what is [`seen`](crate::seen) past them where that is a polygon.
+//! Carlo; and core's second implementation beside them where it is meant to be good. The cubature takes no occluders: with them
+//! it gets the visible part of the emitter ([`seen`](crate::seen)), if that is a polygon.
 //!
 //! The enclosure decides; the others may not contradict it. A contradiction is an error of its own, whichever of the two is
 //! wrong: it is reported, never averaged away.
@@ -150,7 +150,8 @@ fn by_cubature(receiver: &Receiver, emitter: &Emitter) -> Result<Option<(f64, DV
 /// Which interval of Monte Carlo the truth is outside of, if any.
 fn by_monte_carlo(problem: &Problem, truth: &Truth, case: Name) -> Result<Option<String>, Error> {
     let sequence = Sequence::Independent { samples: SAMPLES, seed: case.index };
-    // What is seen just beside an edge is decided by a ray 1e-8 aside there, and slivers of this family are narrower.
+    // The gradient needs the side of an edge on which the emitter is visible; a ray 1e-8 beside the edge decides that, and
+    // slivers of this family are narrower.
     let quantities = if case.family == Family::SilhouetteScreen { 1 } else { 4 };
     let Problem { receiver, emitter, occluders, .. } = problem;
     let estimate = monte_carlo::integrate(receiver, emitter, occluders, Sampling::SolidAngle, sequence, CONFIDENCE)?;

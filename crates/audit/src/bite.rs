@@ -1,4 +1,4 @@
-//! The small setting of the audit, which takes seconds: does anything that is shipped, or the audit itself, say what is wrong?
+//! The small setting of the audit, which takes seconds: does shipped code, or the audit itself, give a wrong answer?
 //!
 //! Beside cases of every family it asks what large runs seldom meet: the recorded witnesses of every bound, enclosures of two
 //! arithmetics against each other and against core's digits, lanes and trees, small scenes; and of the audit itself whether
@@ -38,13 +38,13 @@ use crate::witness::{Ask, Witness};
 pub struct Wrong {
     /// Which check says so.
     pub check: &'static str,
-    /// Whether only what was recorded tells, truth does not.
+    /// Whether the answer differs from the record alone, and truth does not refute it.
     pub by_record: bool,
     /// What, for people.
     pub what: String,
 }
 
-/// What is asked.
+/// The gates and records that the checks use.
 #[derive(Debug, Clone, Copy)]
 pub struct Setting<'a> {
     /// The gates that errors are held against.

@@ -45,7 +45,7 @@ impl Condition {
         Self::past(receiver, emitter, &[])
     }
 
-    /// The same past occluders; where what is seen is a polygon, of that.
+    /// The condition with occluders. If the visible part of the emitter is a polygon, it takes the emitter's place.
     ///
     /// # Errors
     /// As [`Self::of`].

@@ -1,4 +1,4 @@
-//! What is compared with what: five ways to the radiosity of a polygon, four of them also to its gradient.
+//! The contenders of the comparison: five ways to the radiosity of a polygon, four of them also to its gradient.
 
 use radgrad_core::paper;
 use radgrad_core::{Answer, DVec3, Emission, evaluate, radiosity_and_gradient};

@@ -105,7 +105,7 @@ impl Distribution {
         &self.bins
     }
 
-    /// Counts between neighbours of 1, 2, 5, 10, ...: `(from, to, count)`, rising; zeros are from 0 to 0, what is infinite from
+    /// Counts between neighbours of 1, 2, 5, 10, ...: `(from, to, count)`, rising. Zeros count from 0 to 0, infinite values from
     /// `inf` to `inf`.
     #[must_use]
     pub(crate) fn thirds(&self) -> Vec<(f64, f64, u64)> {

@@ -185,7 +185,7 @@ pub struct Violation {
     pub family: Family,
     /// The case that does it, if it is one.
     pub case: Option<Name>,
-    /// What is wrong.
+    /// The fault, for people.
     pub what: String,
 }
 

@@ -28,7 +28,7 @@ const BUDGET: usize = 300_000;
 /// Two forms that converged may be so many tolerances apart.
 const APART: f64 = 20.0;
 
-/// What is emitted.
+/// Kind of emission.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Kind {
     /// The same everywhere.
@@ -257,7 +257,7 @@ impl Compared {
 
     fn note(&mut self, apart: f64, what: impl FnOnce() -> String) {
         self.worst = self.worst.max(apart);
-        // What is not a number is apart too.
+        // A NaN agrees with nothing.
         if apart.is_nan() || apart > APART * TOLERANCE {
             self.wrong.push(what());
         }

@@ -82,11 +82,11 @@ pub enum Error {
 pub struct Violation {
     /// The first or worst case that does it.
     pub case: Name,
-    /// What is wrong.
+    /// How the case fails.
     pub fault: Fault,
 }
 
-/// What is wrong with a case.
+/// A figure or an outcome that the gates refuse.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Fault {
     /// A figure beyond its gate.

@@ -1,10 +1,10 @@
 //! The audit: randomised case families, each case measured against truth, error tables, and the gates they must stay within.
 //!
 //! The way of the data: [`family`] draws a case from its name (by [`sampler`] and `lattice`); [`measure`] evaluates it by
-//! core and holds the answer against [`truth`] (the oracle's enclosure of what is [`seen`]), the case's [`condition`] and the
-//! bounds that the answer states; [`table`] is a [`tally`] of the figures by family, as [`distribution`]s over [`leading`]
-//! digits and [`decade`]s; [`run`] does so on all cores, [`shard`] over machines; [`gates`] say what must not be; what is,
-//! [`shrink`] makes small and [`regression`] keeps.
+//! core and holds the answer against [`truth`] (the oracle's enclosure, of the visible part of the emitter where [`seen`] knows
+//! it), the case's [`condition`] and the bounds that the answer states; [`table`] is a [`tally`] of the figures by family, as
+//! [`distribution`]s over [`leading`] digits and [`decade`]s; [`run`] does so on all cores, [`shard`] over machines; [`gates`]
+//! limit the figures; [`shrink`] makes a case that breaks one smaller, and [`regression`] keeps it.
 //!
 //! [`bounds`] asks of millions of cases what [`measure`] cannot be asked in time: whether any stated bound is below the error.
 //!

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use crate::condition::Condition;
 use crate::truth::Truth;
 
-/// What is measured of an answer. Every figure is at least 0; 0 is perfect.
+/// A figure of an answer, at least 0; 0 is perfect.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Quantity {

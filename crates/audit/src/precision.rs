@@ -1,7 +1,7 @@
 //! Many digits: core's `evaluate_digits` against the oracle's enclosure to as many and more, in arithmetic of 192 bits and above.
 //!
-//! Doubles, double-doubles and what is proven about them have no part in either. The two share no formula; each comes with a proven
-//! radius, and they must have a point in common.
+//! Neither uses doubles, double-doubles or the bounds proven for them, and the two share no formula. Each comes with a proven
+//! radius, and the two intervals must have a point in common.
 
 use std::collections::BTreeMap;
 

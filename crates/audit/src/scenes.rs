@@ -2,12 +2,12 @@
 //! exact solutions of the oracle that share no code with them.
 //!
 //! ```text
-//! family:seed:index -> Model          family, draw: faces with materials, points to ask at, what is known of it
-//!   -> Statement                      statement: what solver and form factors say of it, a value and its bound each
+//! family:seed:index -> Model          family, draw: faces with materials, points to ask at, an exact solution if there is one
+//!   -> Statement                      statement: a value of the solver or of the form factors, with its bound
 //!   -> Known                          truth: limits at a confidence of all but 1e-7, or an enclosure, or the exact solution
 //!   -> Verdict                        judge: held, broken, or the truth is too rough to say
 //!   -> Row of a family and a subject  table: counts, medians, time; gates
-//!   shrink: the fewest faces that still break a bound; faults: what is planted to see that it is found
+//!   shrink: the fewest faces that still break a bound; faults: planted errors, each of which the audit must find
 //! ```
 //!
 //! A bound is **broken** only if `|stated - truth|` is above the bound and half the width of the truth's interval together. Where

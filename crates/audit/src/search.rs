@@ -1,9 +1,9 @@
-//! A search for the largest error over bound, of each rung, emission, sight and quantity: [`Search::climb`] changes the worst cases
-//! found so far a little, keeps what is worse, and repeats.
+//! A search for the largest error over bound, of each rung, emission, sight and quantity: [`Search::climb`] changes the worst
+//! cases found so far a little, keeps a change that is worse, and repeats.
 //!
 //! Drawn at random, most cases are far from their bounds, since a bound adds up what seldom comes together. The neighbours of a
-//! bad case are bad more often than others; so a search finds what no number of independent cases does. What it proposes depends
-//! on the seed and on what was found in the rounds before alone, not on threads.
+//! bad case are bad more often than others; so a search finds cases that no affordable number of independent draws does. Its
+//! proposals depend on the seed and the findings of earlier rounds alone, not on threads.
 
 use std::collections::BTreeMap;
 
@@ -41,7 +41,7 @@ const ASKS: [Ask; 16] = [
     Ask::SingleLanes(1e-3),
 ];
 
-/// What is known of a place.
+/// The worst cases of a place.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Worst {
     /// Bounds seen there.
@@ -73,7 +73,7 @@ impl Search {
         search
     }
 
-    /// One more round. Which cases it tries follows from the seed, the round and what is known.
+    /// One more round. The seed, the round and the worst cases so far determine the cases it tries.
     pub fn climb(&mut self, seed: u64, round: u64) {
         let sampler = &mut Sampler::new(seed, "search", round);
         let candidates: Vec<(Ask, Case)> = (0..ROUND).map(|_| self.candidate(sampler)).collect();

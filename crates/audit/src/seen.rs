@@ -1,9 +1,9 @@
-//! What of an emitter is seen past an occluder, where that is a polygon again.
+//! The visible part of an emitter behind an occluder, where it is a polygon again.
 //!
 //! One kind of occluded case can be put to oracles of free sight: a triangle that stands on the diagonal between the neighbours
-//! of a vertex and hides that vertex. What is seen is the emitter without it; and the seam lies in the emitter's plane, so it
-//! stays where it is when the receiver moves: the gradient is that of the rest too. The cubature has no other truth past
-//! occluders, and the enclosure past them is held against it.
+//! of a vertex and hides that vertex. The visible part is the emitter without that vertex. The seam lies in the emitter's plane,
+//! so it stays where it is when the receiver moves, and the gradient too is that of the visible part. The cubature has no other
+//! way to a truth with occluders, and the enclosure with occluders is held against it.
 //!
 //! Decided by exact predicates on the vertices as given (Shewchuk, "Adaptive precision floating-point arithmetic and fast robust
 //! geometric predicates", 1997).
@@ -26,7 +26,7 @@ pub fn seen(problem: &Problem) -> Option<Cow<'_, Emitter>> {
     }
 }
 
-/// What is seen and what it is seen past: the emitter in free sight where [`seen`] knows one, else all as it stands.
+/// The visible part of the emitter and no occluders where [`seen`] knows that part, else emitter and occluders as they stand.
 #[must_use]
 pub(crate) fn reduced(problem: &Problem) -> (Cow<'_, Emitter>, &[Polygon]) {
     seen(problem).map_or((Cow::Borrowed(&problem.emitter), problem.occluders.as_slice()), |emitter| (emitter, &[]))

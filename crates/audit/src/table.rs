@@ -8,7 +8,7 @@ use crate::leading::Leading;
 use crate::measure::{Kind, Outcome, Quantity};
 use crate::tally::{FamilyTally, Tally};
 
-/// What is known of one family.
+/// Counts and distributions of one family.
 pub type FamilyTable = FamilyTally<Kind, Quantity>;
 
 /// The table of a run, of a shard, or of one case.

@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 use crate::distribution::{Bin, Distribution};
 use crate::family::{Family, Name};
 
-/// What is known of one family.
+/// Counts of outcomes and distributions of figures of one family.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FamilyTally<K, Q> {
     counts: BTreeMap<K, Bin>,

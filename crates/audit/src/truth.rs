@@ -43,7 +43,7 @@ impl Truth {
         Self::past(receiver, emitter, &[])
     }
 
-    /// The same past occluders; where what is seen is a polygon, of that.
+    /// Encloses a case with occluders. If the visible part of the emitter is a polygon, it takes the emitter's place.
     ///
     /// # Errors
     /// As [`Self::of`].

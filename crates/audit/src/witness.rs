@@ -102,15 +102,15 @@ pub enum Kind {
     Polynomial,
 }
 
-/// What is seen of the emitter.
+/// The visible part of the emitter.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Sight {
     /// All of it.
     Whole,
-    /// What the horizon leaves.
+    /// Cut by the horizon.
     Cut,
-    /// What occluders leave.
+    /// Partly hidden by occluders.
     Screened,
 }
 
@@ -212,9 +212,9 @@ pub(crate) const DIGITS: u32 = 22;
 /// What came of asking.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Asked {
-    /// A statement each on value and gradient; none of what is 0 or was not to be had in this way.
+    /// A statement each on value and gradient; none if the quantity is 0 or cannot be asked for in this way.
     pub held: Vec<Held>,
-    /// What must not be, whatever the bounds: no answer, one that is no number, a tolerance that is not met.
+    /// Faults whatever the bounds: no answer, a NaN, a tolerance that is not met.
     pub faults: Vec<String>,
 }
 

@@ -1,4 +1,4 @@
-//! What is recorded in `data/` and beside this file, against what is measured now.
+//! The records in `data/` and beside this file, held against a run of today.
 
 use std::collections::BTreeMap;
 use std::fs;

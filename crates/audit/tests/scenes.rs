@@ -1,4 +1,4 @@
-//! The audit of whole scenes: what it is made of, and that it finds what is planted.
+//! The audit of whole scenes: its parts, and that it finds every planted fault.
 
 use radgrad_audit::scenes::family::{Family, Name};
 use radgrad_audit::scenes::faults::{Fault, find};

@@ -67,7 +67,7 @@ typedef struct radgrad_points_f64 {
   struct radgrad_array_f64 reflectance;
 } radgrad_points_f64;
 
-// Where answers go: what is NULL is not written.
+// Where answers go. Arrays that are NULL are not written.
 typedef struct radgrad_answers_f64 {
   // Radiosity.
   struct radgrad_array_f64 radiosity;
@@ -101,7 +101,7 @@ typedef struct radgrad_points_f32 {
   struct radgrad_array_f32 reflectance;
 } radgrad_points_f32;
 
-// Where answers go: what is NULL is not written.
+// Where answers go. Arrays that are NULL are not written.
 typedef struct radgrad_answers_f32 {
   // Radiosity.
   struct radgrad_array_f32 radiosity;

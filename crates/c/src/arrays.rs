@@ -33,7 +33,7 @@ pub struct PointsF64 {
     pub reflectance: ArrayF64,
 }
 
-/// Where answers go: what is NULL is not written.
+/// Where answers go. Arrays that are NULL are not written.
 #[repr(C)]
 #[derive(Debug, Clone, Copy)]
 pub struct AnswersF64 {
@@ -73,7 +73,7 @@ pub struct PointsF32 {
     pub reflectance: ArrayF32,
 }
 
-/// Where answers go: what is NULL is not written.
+/// Where answers go. Arrays that are NULL are not written.
 #[repr(C)]
 #[derive(Debug, Clone, Copy)]
 pub struct AnswersF32 {

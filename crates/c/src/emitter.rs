@@ -59,7 +59,7 @@ pub unsafe extern "C" fn radgrad_emitter_constant(
     emission: f64,
     emitter: *mut *mut Emitter,
 ) -> Status {
-    // SAFETY: what is asked for is what the caller promises.
+    // SAFETY: the caller promises `3 count` numbers and room for an address, which `make` needs.
     unsafe { make((vertices, count), emitter, || Emission::Constant(emission)) }
 }
 
@@ -80,7 +80,7 @@ pub unsafe extern "C" fn radgrad_emitter_linear(
     }
     // SAFETY: the caller says that there is a number for each vertex.
     let values = || Emission::at_vertices(unsafe { std::slice::from_raw_parts(emission, count) }.to_vec());
-    // SAFETY: what is asked for is what the caller promises.
+    // SAFETY: the caller promises `3 count` numbers and room for an address, which `make` needs.
     unsafe { make((vertices, count), emitter, values) }
 }
 
@@ -101,7 +101,7 @@ pub unsafe extern "C" fn radgrad_emitter_affine(
     }
     // SAFETY: the caller says that there are three numbers.
     let gradient = unsafe { [*gradient, *gradient.add(1), *gradient.add(2)] };
-    // SAFETY: what is asked for is what the caller promises.
+    // SAFETY: the caller promises `3 count` numbers and room for an address, which `make` needs.
     unsafe { make((vertices, count), emitter, || Emission::gradient(value, DVec3::from(gradient))) }
 }
 

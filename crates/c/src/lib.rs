@@ -2,8 +2,8 @@
 //!
 //! `radgrad_evaluate`, `radgrad_batch_f64` and `radgrad_batch_f32` neither lock nor unwind, on arrays with any strides. They do not
 //! allocate where a closed form answers, but for the outline of the emitter, once a thousand points of a batch, and the corners that a
-//! Gauss rule integrates between, for a receiver so far away that one answers. What is made beforehand (an emitter, the room that batches
-//! work in) is freed by its own function. An emitter may be used by many threads at a time, a room by one.
+//! Gauss rule integrates between, for a receiver so far away that one answers. An emitter, and the room that batches work in, are
+//! made beforehand, and each is freed by its own function. An emitter may be used by many threads at a time, a room by one.
 //!
 //! Lengths are in one unit of the caller's choice, emission in any unit; radiosity is in the unit of the emission, the gradient in that
 //! over the unit of length. Emitters are one-sided: their vertices are counter-clockwise seen from the side that they light. Bounds are

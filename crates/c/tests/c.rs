@@ -23,7 +23,7 @@ fn what_is_refused_has_its_status_and_its_words() {
     let (mut lamp, mut answer, lit) = (null_mut(), Answer::default(), constant());
     let bad = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0];
     let mut text = [1; 200];
-    // SAFETY: numbers are as many as is said, and what is NULL is what is tried.
+    // SAFETY: each array has as many numbers as its count says; the functions must refuse NULL, which some calls pass.
     unsafe {
         assert_eq!(radgrad_emitter_constant(bad.as_ptr(), 2, 1.0, &raw mut lamp), Status::RADGRAD_EMITTER);
         let length = radgrad_message(text.as_mut_ptr(), text.len());

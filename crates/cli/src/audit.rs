@@ -16,7 +16,7 @@ use rayon::prelude::*;
 
 use crate::say::say;
 
-/// What is asked for.
+/// Options of `audit`.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
     /// The program, as the shell takes it: it reads a case a line and writes an answer a line, as `radgrad eval -` does.

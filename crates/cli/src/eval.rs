@@ -50,7 +50,7 @@ pub(crate) enum Failure {
     Write(#[source] io::Error),
 }
 
-/// What is written for one line.
+/// The reply to one line.
 struct Reply {
     text: Vec<u8>,
     refused: bool,
@@ -120,7 +120,7 @@ fn next_line(reader: &mut impl BufRead) -> io::Result<Option<Input>> {
     }
 }
 
-/// What is written for line `number`; nothing for a blank one.
+/// The reply to line `number`; none to a blank one.
 fn reply<const HESSIAN: bool>(number: usize, line: &Input) -> Option<Reply> {
     match line {
         Input::TooLong(_) => refusal(number, line, Error::TooLong { bytes: LONGEST_LINE }),

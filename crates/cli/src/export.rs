@@ -52,7 +52,7 @@ fn cells(solution: &Solution) -> Vec<Cell> {
     mesh.leaves().map(|leaf| Cell { leaf, corners: corners(mesh.elements()[leaf].shape()) }).collect()
 }
 
-/// The unit of what is written, for those who read the file alone.
+/// The unit of the numbers in the file, for those who read the file alone.
 pub(crate) const UNIT: &str = "radiosity: pi times the unit of the scene's radiance";
 
 /// Arrays have a component for each channel, named for it, and gradients three. Bounds are there once they are proven; since no

@@ -26,7 +26,7 @@ use said::{OneFactor, Summary};
 pub(crate) struct Arguments {
     #[command(flatten)]
     scene: SceneFile,
-    /// Print one JSON object: faces, seconds, closure, reciprocity, the worst bound and what is not met.
+    /// Print one JSON object: faces, seconds, closure, reciprocity, the worst bound and the number of factors not met.
     #[arg(long)]
     summary: bool,
     /// Write the factors: .csv has a line a factor between faces, with its bracket; .mtx is Matrix Market, by face; .txt or .out
@@ -100,7 +100,7 @@ const POINTS_OF_ONE: usize = 1_000_000;
 /// Factors that are listed one by one.
 const LISTED: usize = 20;
 
-/// Writes what is asked for; whether all bounds are met.
+/// Computes and writes the factors; whether all bounds are met.
 pub(crate) fn run(arguments: &Arguments) -> Result<bool, Failure> {
     let started = Instant::now();
     // What cannot be written is refused before anything is computed.
@@ -166,7 +166,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<bool, Failure> {
     Ok(is_met)
 }
 
-/// Prints what is said: as one JSON object, or as text.
+/// Prints a summary as one JSON object, or as text.
 fn print<T: Serialize + Display>(said: &T, as_json: bool) -> Result<(), Failure> {
     let mut out = io::stdout().lock();
     let printed = if as_json {

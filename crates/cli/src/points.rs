@@ -42,7 +42,7 @@ enum On {
     Free,
 }
 
-/// One line of the output, each number in each channel of the scene. What is in free space has no radiosity.
+/// One line of the output, each number in each channel of the scene. A point in free space has no radiosity.
 #[derive(Debug, Serialize)]
 struct Answer<'a> {
     #[serde(skip_serializing_if = "Option::is_none")]

@@ -45,8 +45,8 @@ pub(crate) struct Request {
     /// Elements, divided ones too, beyond which none is divided any more.
     #[arg(long, default_value_t = 20_000)]
     most_elements: usize,
-    /// What is divided: what adds most to the bound on gathers, or the polynomials that are off most by values and gradients, for
-    /// the fewest elements in files.
+    /// Divide the elements that add most to the bound on gathers, or those whose polynomials are off most by values and
+    /// gradients, for the fewest elements in files.
     #[arg(long, value_enum, default_value_t)]
     divide: Divide,
     /// The order in which elements gather: in turn, or always the one with the largest residual.

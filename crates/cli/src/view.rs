@@ -38,7 +38,7 @@ pub(crate) struct View {
     /// Pixels of the view: width x height.
     #[arg(long, value_name = "WxH", default_value = "512x512", value_parser = size)]
     size: [usize; 2],
-    /// Rays a pixel, spread evenly over it: the mean of what they meet.
+    /// Rays a pixel, spread evenly over it; the pixel is the mean of the radiosities that they meet.
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=4096))]
     samples: u16,
     /// Stops by which a .png is brighter, each twice as bright; negative for darker.

@@ -102,7 +102,7 @@ impl Region {
         Ok(region)
     }
 
-    /// Takes in what is above the horizon of a polygon whose lit side the receiver is on.
+    /// Takes in the part above the horizon of a polygon whose lit side faces the receiver.
     fn see(&mut self, outline: &[PreciseVertex]) -> Result<(), Error> {
         for ear in ear_clipping::triangulate(outline)? {
             let seen = above_horizon(&ear);

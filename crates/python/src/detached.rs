@@ -93,7 +93,7 @@ pub(crate) fn detached<T: Send>(
     })
 }
 
-/// What is raised where the program fails as it should not.
+/// The exception for a fault of the program itself, which no input should cause.
 pub(crate) fn failed() -> PyErr {
     PyRuntimeError::new_err("the computation failed: please report it")
 }

@@ -1,4 +1,4 @@
-//! Emitters and what they emit.
+//! Emitters and their emission.
 
 use numpy::{PyArray1, PyArray2, PyReadonlyArrayDyn};
 use pyo3::exceptions::PyTypeError;
@@ -9,7 +9,7 @@ use radgrad_core::{DVec3, Emission, Linear, Polygon};
 use crate::arrays::{slice, vectors};
 use crate::refused;
 
-/// What a pickle is made of: what is called, and with what.
+/// A pickle: the constructor that Python calls to restore the object, and its arguments.
 type Reduced<'py, T> = (Bound<'py, PyAny>, T);
 
 /// Coefficients and exponents as Python has them.

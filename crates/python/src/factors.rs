@@ -24,7 +24,7 @@ type Rows<'py> = Bound<'py, PyTuple>;
 
 #[pymethods]
 impl FactorMatrix {
-    /// Offsets of the rows (one for each face of the scene and one more), columns, factors, what they are at least and at most, and the
+    /// Offsets of the rows (one for each face of the scene and one more), columns, factors, their lower and upper bounds, and the
     /// number of polygons in between.
     fn csr<'py>(&self, py: Python<'py>) -> PyResult<Rows<'py>> {
         let (mut offsets, mut columns, mut occluders) = (vec![0_i64], Vec::new(), Vec::new());

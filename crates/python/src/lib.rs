@@ -1,8 +1,8 @@
 //! The extension module of the Python package `radgrad`: arrays in, arrays out, without Python's lock while it computes.
 //!
-//! What users see is the layer in `python/radgrad`, which brings shapes together, names what is wrong with them, and has the
-//! documentation. Here arrays are contiguous and of the shapes that it promises; what is wrong with their values is found here, and
-//! is a `ValueError` with the value, its place and the rule.
+//! Users see the layer in `python/radgrad`: it broadcasts shapes, refuses those that do not fit, and has the documentation. This
+//! module gets contiguous arrays of the shapes that the layer promises. It checks their values, and raises a `ValueError` with
+//! the value, its place and the rule.
 
 mod arrays;
 mod audit;

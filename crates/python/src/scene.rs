@@ -128,7 +128,7 @@ impl SceneCore {
         Ok(Self { scene: Arc::new(scene), notes })
     }
 
-    /// What is probably not meant.
+    /// Warnings about properties that a modeller probably did not mean, such as a scene without lamps.
     fn check(&self, py: Python<'_>) -> PyResult<Vec<String>> {
         let scene = &*self.scene;
         detached(py, false, |_| Ok(radgrad_scene::Prepared::of(scene)?.warnings.iter().map(ToString::to_string).collect()))
@@ -220,7 +220,7 @@ fn in_blocks<T>(
     (0..rows).step_by(length).map(part).collect()
 }
 
-/// How factors are found: what is not said is as in Rust.
+/// Settings of the factors; `None` takes Rust's default.
 #[derive(Debug, Clone, Copy, FromPyObject)]
 #[pyo3(from_item_all)]
 pub(crate) struct Settings {

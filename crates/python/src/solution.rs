@@ -1,4 +1,4 @@
-//! Solutions of scenes, and what is asked of them.
+//! Solutions of scenes, and queries to them.
 
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -29,7 +29,7 @@ pub(crate) struct SolutionCore {
     seconds: f64,
 }
 
-/// What is asked for: what is not said is as in Rust.
+/// Options of a solve; `None` takes Rust's default.
 #[derive(Debug, Clone, FromPyObject)]
 #[pyo3(from_item_all)]
 pub(crate) struct Request {
@@ -73,7 +73,7 @@ impl Request {
     }
 }
 
-/// What is seen of a run.
+/// A message from the thread that solves.
 enum Seen {
     Round(Progress),
     End(Box<Result<Solution, String>>),
@@ -214,7 +214,7 @@ impl SolutionCore {
     }
 }
 
-/// What is found at a point: radiosity and irradiance, each with bound and estimate, in each channel.
+/// Radiosity and irradiance at a point, each with bound and estimate, in each channel.
 struct Found {
     face: i64,
     radiosity: [Vec<f64>; 3],

@@ -4,11 +4,12 @@
 //! - [`FormFactors::between`]: from a face to another.
 //! - [`FormFactors::matrix`]: all of them, or a block of rows.
 //!
-//! What two faces exchange, `E = A_i F_ij = A_j F_ji`, is one number a pair ([`pair`]): computed once, divided by each area last, so
-//! that factors are reciprocal to a rounding. In free sight it is exact ([`exchange`]). Else pairs of cells of the two that are seen,
-//! hidden or mixed bracket it ([`bracket`]), and the value is the exact exchange of those seen and an integral over the points of the
-//! mixed ones ([`cubature`]), in the bracket. Nothing is normalised: whether rows of a closed scene sum to 1 is evidence. Who needs
-//! rows that do can have them repaired within what is proven ([`FactorMatrix::repair`]).
+//! The exchange of two faces, `E = A_i F_ij = A_j F_ji`, is one number a pair ([`pair`]): computed once, divided by each area
+//! last, so that factors are reciprocal to a rounding. In free sight it has a closed form ([`exchange`]). Otherwise both faces
+//! are divided into cells, and pairs of cells that see each other wholly, not at all or in part bracket the exchange
+//! ([`bracket`]); the value is the closed form of the first and an integral over the points of the last ([`cubature`]), and lies
+//! in the bracket. Nothing is normalised: whether rows of a closed scene sum to 1 is evidence. [`FactorMatrix::repair`] moves
+//! factors within their brackets until they do, for programs that need it.
 //!
 //! Factors have no unit. Faces see by their lit side; faces of surfaces that only hide others have no factors.
 
@@ -140,7 +141,8 @@ impl<'a> FormFactors<'a> {
         self.scene
     }
 
-    /// What is probably not meant in it; whether it has lamps is of no concern to factors.
+    /// Warnings about properties that a modeller probably did not mean. Factors need no lamps, so a scene without any is not
+    /// warned of.
     pub fn warnings(&self) -> impl Iterator<Item = &Warning> {
         self.warnings.iter().filter(|warning| **warning != Warning::Dark)
     }
@@ -157,8 +159,8 @@ impl<'a> FormFactors<'a> {
         &self.index
     }
 
-    /// Factor from a point to a face, times the receiver's reflectance. `on` is the face that the receiver is a point of, if any: it
-    /// hides nothing, nor does what is level with it up to rounding.
+    /// Factor from a point to a face, times the receiver's reflectance. `on` is the face that the receiver is a point of, if any:
+    /// neither it nor a face level with it up to rounding hides anything.
     ///
     /// # Errors
     /// If there is no such face, the tolerance is not finite or negative, or the factor underflows.

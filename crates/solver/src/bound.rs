@@ -6,17 +6,17 @@
 //! ([`crate::bound::residual`]). The error of the gather obeys `e = B - B_g = rho G r + rho G e`.
 //!
 //! ```text
-//! links -> SeenSources  seen: what a receiver's nodes see of receivers and of what is above them
+//! links -> SeenSources  seen: what a receiver's nodes see of receivers and of the elements above them
 //!   -> importance       importance: z, how much of a unit of light is reflected anywhere; rise: bounds on what it leaves
 //!   -> mean             mean: |e| over all area, from z and from what cancels in G r
 //!   -> at points        point: largest values near by and means far away, when they are asked for
 //! ```
 //!
-//! Of what is seen through clusters ([`crate::links::cluster`]) only the largest value and the mean are known, and no sign; a node
-//! gathers [`crate::links::cluster::far::Far::at_most`] of it, besides what it gathers by links.
+//! Light through clusters ([`crate::links::cluster`]) has a largest value and a mean, but no sign; a node gathers
+//! [`crate::links::cluster::far::Far::at_most`] of it, besides its gathers by links.
 //!
-//! Where a bound has to hold at every point of an element, the difference between the largest value at the nodes and the least is
-//! added; that, and what is between the nodes of z and of gathers of the residual, are estimates of the same kind as the
+//! Where a figure has to hold at every point of an element, the difference between the largest value at the nodes and the least
+//! is added. That, and the values of z and of gathers of the residual between nodes, are estimates of the same kind as the
 //! residual's.
 
 mod importance;

@@ -17,7 +17,7 @@ pub enum Error {
     Element {
         /// Index of the face in the scene, from 0.
         face: usize,
-        /// What is wrong with it.
+        /// The rule that it breaks.
         source: radgrad_core::Error,
     },
     /// A radiosity cannot be represented.
@@ -25,7 +25,7 @@ pub enum Error {
     Evaluation {
         /// Index of the face that receives, from 0.
         face: usize,
-        /// What is wrong with it.
+        /// The rule that it breaks.
         source: radgrad_core::Error,
     },
     /// A sample cannot be computed.
@@ -33,7 +33,7 @@ pub enum Error {
     Sample {
         /// The point.
         position: DVec3,
-        /// What is wrong with it.
+        /// The rule that it breaks.
         source: radgrad_core::Error,
     },
     /// A refinement asks for no error that elements can have.

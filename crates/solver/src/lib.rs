@@ -10,17 +10,17 @@
 //! Scene -> Mesh        mesh, element, contact: trees of parallelograms and triangles; basis, rule: polynomials and nodes
 //!   -> direct light    direct: what lamps give, at the nodes of leaves; leaves are divided until little is left out
 //!   -> links           link, linking: what a receiver gathers from, and what that neglects; transfer, visible, cell: rules,
-//!                      closed forms; cluster: boxes of many faces, where there are many, for what is far away or hidden
+//!                      closed forms; cluster: boxes of many faces, where there are many, for far or hidden light
 //!   -> Field           field, gathering, order: the linear system, in sweeps or in Southwell's order; sums pulled up the trees
 //!   -> Bounds          residual, bound: mean(z |r|) with the importance z, and a bound at every point; ledger: its sources
-//!   -> divide, again   solve, marking: what makes up most of the bound, or what is off most by samples and gradients
+//!   -> divide, again   solve, marking: elements that make up most of the bound, or are off most by samples and gradients
 //! Solution -> gather   gather: E + rho G B_h at a point, with its bound
 //! ```
 //!
 //! Faces may have textures: reflection multiplies the irradiance, which is projected by itself, with texels (modules `surfaces`,
 //! `texture`; R. Gershbein, P. Schroeder and P. Hanrahan 1993). Curved patches have a solver of their own, the crate `radgrad-curved`.
 //!
-//! # What is proven
+//! # Bound and estimate
 //! Two figures go with every answer. The *bound* is proven (module `bound::proven`): it holds for any placement of light, as what may lie
 //! between the nodes of an element is bounded by geometry alone. Where much is hidden from much it is wide. The *estimate* is what samples
 //! say: that light has no feature smaller than the elements that their samples do not see, but for lamps that no node of an element sees

@@ -5,7 +5,7 @@
 //! sweeps until the linear system is solved, refines links, and bounds the error. If the bound on its mean over all area is not
 //! within the error asked for, relative to the mean radiosity that is reflected, the receivers that add most to the bound are
 //! divided: those that together make up a given part of it (W. Dörfler 1996). Asked to go by the gradient it divides instead, leaves and receivers
-//! alike, what is off most in the mean square ([`crate::solve::marking`]); by thresholds, nothing after the first round
+//! alike, those that are off most in the mean square ([`crate::solve::marking`]); by thresholds, nothing after the first round
 //! ([`crate::links::linking`]).
 
 mod check;

@@ -32,8 +32,31 @@ pub(super) struct Audit {
     pub(super) comparison: Vec<Fared>,
     /// `stability.csv`.
     pub(super) stability: Vec<Point>,
+    /// `scenes-run.csv` and `scenes.csv`, unless the run was of families of cases alone.
+    pub(super) scenes: Option<Scenes>,
     /// The files that were read.
     pub(super) files: Vec<PathBuf>,
+}
+
+/// The audit of whole scenes.
+#[derive(Debug)]
+pub(super) struct Scenes {
+    pub(super) run: Fields,
+    pub(super) rows: Vec<SceneRow>,
+}
+
+/// How the bounds of a command fared on the scenes of a family.
+#[derive(Debug, Deserialize)]
+pub(super) struct SceneRow {
+    pub(super) family: String,
+    pub(super) subject: String,
+    pub(super) scenes: u64,
+    pub(super) held: u64,
+    pub(super) broken: u64,
+    pub(super) rough: u64,
+    pub(super) refused: u64,
+    pub(super) median_bound_over_error: String,
+    pub(super) median_estimate_over_error: String,
 }
 
 /// A record of fields.
@@ -171,6 +194,12 @@ impl Audit {
         };
         let mut violations: Vec<Violated> = rows(&of("verify-violations.csv"))?;
         violations.extend(rows::<Violated>(&of("bounds-violations.csv"))?);
+        let scenes = if folder.join("scenes-run.csv").exists() {
+            violations.extend(rows::<Violated>(&of("scenes-violations.csv"))?);
+            Some(Scenes { run: fields(&of("scenes-run.csv"))?, rows: rows(&of("scenes.csv"))? })
+        } else {
+            None
+        };
         Ok(Self {
             run: fields(&of("verify-run.csv"))?,
             bounds_run: fields(&of("bounds-run.csv"))?,
@@ -183,6 +212,7 @@ impl Audit {
             mutants: rows(&of("mutants.csv"))?,
             comparison: rows(&of("comparison.csv"))?,
             stability: rows(&of("stability.csv"))?,
+            scenes,
             files,
         })
     }

@@ -13,7 +13,7 @@ use radgrad_core::paper;
 use serde::Serialize;
 
 use super::Beside;
-use super::audit::{Audit, thousands};
+use super::audit::{Audit, Fields, Figure, thousands};
 use super::bench::Diagram;
 use super::errata::Misprint;
 use super::heat::{self, Group};
@@ -23,7 +23,7 @@ use super::plates::Plate;
 use super::rungs;
 use super::side_by_side;
 use super::table::Table;
-use super::tables;
+use super::tables::{self, Searched};
 use super::worst::Worst;
 use super::{ledger, shadow, sight};
 
@@ -35,6 +35,9 @@ pub(super) struct Page<'a> {
     /// Names and values that describe the run.
     facts: Vec<(&'static str, String)>,
     violations: Vec<(&'a str, &'a str)>,
+    closest: Table,
+    scenes_told: Option<String>,
+    scenes: Table,
     histograms: [String; 2],
     families: Table,
     worst: &'a [Worst],
@@ -75,10 +78,11 @@ impl<'a> Page<'a> {
         worst: &'a [Worst],
         diagrams: Vec<Diagram>,
         pictures: Pictures,
-        search: Table,
+        searched: &[Searched],
     ) -> Self {
         let Pictures { plates, shadow, sight, solved, .. } = pictures;
-        let passed = [&audit.run, &audit.bounds_run].iter().all(|run| run.get("passed") == "true");
+        let runs = [Some(&audit.run), Some(&audit.bounds_run), audit.scenes.as_ref().map(|scenes| &scenes.run)];
+        let passed = runs.iter().flatten().all(|run| run.get("passed") == "true");
         let slips = audit.mutants.iter().filter(|row| is_slip(&row.slip));
         let caught = slips.clone().filter(|row| row.verdict == "caught").count();
         let mutants_caught = format!("{caught} of {}", slips.count());
@@ -87,6 +91,9 @@ impl<'a> Page<'a> {
             verdict: verdict(audit, passed, &mutants_caught),
             facts: facts(audit),
             violations: audit.violations.iter().map(|v| (v.violation.as_str(), v.command.as_str())).collect(),
+            closest: tables::closest(searched),
+            scenes_told: audit.scenes.as_ref().map(|scenes| scenes_told(&scenes.run)),
+            scenes: tables::scenes(audit),
             histograms: [(Quantity::Value, "radiosity"), (Quantity::Gradient, "gradient")]
                 .map(|(quantity, what)| histogram::plot(audit, gates, quantity, what)),
             families: tables::families(audit),
@@ -103,7 +110,7 @@ impl<'a> Page<'a> {
             rungs: rungs::plot(audit),
             rungs_legend: rungs::legend(),
             bounds: tables::bounds(audit),
-            search,
+            search: tables::search(searched),
             maps: heat::groups(audit),
             maps_legend: heat::legend(),
             maps_told: format!(
@@ -148,14 +155,15 @@ fn is_slip(name: &str) -> bool {
 
 fn verdict(audit: &Audit, passed: bool, caught: &str) -> String {
     let (run, bounds) = (&audit.run, &audit.bounds_run);
-    let worst = |quantity: &str| {
-        let figures = audit.figures.iter().filter(|figure| figure.quantity == quantity);
+    let worst_of = |figures: &[Figure], quantities: &[&str]| {
+        let figures = figures.iter().filter(|figure| quantities.contains(&figure.quantity.as_str()));
         let worst = figures.max_by(|a, b| value(&a.worst).total_cmp(&value(&b.worst)));
         worst.map_or_else(|| "none".to_owned(), |worst| format!("{} ({})", worst.worst, worst.worst_case))
     };
+    let worst = |quantity: &str| worst_of(&audit.figures, &[quantity]);
     format!(
         "{}: {} cases in {} families; worst relative error {} of the radiosity, {} of the gradient; {} bounds broken in {} \
-         answers; {caught} planted slips caught.",
+         answers, the largest error over its bound {};{} {caught} planted slips caught.",
         if passed { "Passed" } else { "FAILED" },
         run.count("cases"),
         run.get("families"),
@@ -163,6 +171,24 @@ fn verdict(audit: &Audit, passed: bool, caught: &str) -> String {
         worst("gradient"),
         bounds.count("broken"),
         bounds.count("answers"),
+        worst_of(&audit.bounds_figures, &["value-over-bound", "gradient-over-bound"]),
+        audit.scenes.as_ref().map_or_else(String::new, |scenes| format!(
+            " {} bounds of {} whole scenes judged, {} broken;",
+            scenes.run.count("bounds_judged"),
+            scenes.run.count("cases"),
+            scenes.run.count("broken_or_failed")
+        )),
+    )
+}
+
+/// The outcome of the audit of whole scenes.
+fn scenes_told(run: &Fields) -> String {
+    format!(
+        "{} scenes gave {} bounds that were judged; {} were broken, or their scene failed. A bound counts as broken if the error is above it \
+         by more than the truth's own uncertainty.",
+        run.count("cases"),
+        run.count("bounds_judged"),
+        run.count("broken_or_failed")
     )
 }
 

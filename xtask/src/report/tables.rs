@@ -172,6 +172,31 @@ pub(super) fn bounds(audit: &Audit) -> Table {
     table
 }
 
+/// The bounds of whole scenes, by family and command; empty where none were audited.
+pub(super) fn scenes(audit: &Audit) -> Table {
+    let titles = [
+        "family",
+        "command",
+        "#scenes",
+        "#bounds held",
+        "#broken",
+        "#truth too rough",
+        "#refused",
+        "#median bound / error",
+        "#median estimate / error",
+    ];
+    let caption = "Bounds of whole scenes against random walks, enclosures and exact solutions; where the truth is less sharp than the \
+                   answer, its own width stands for the error, and a median below 1 says no more than that";
+    let mut table = Table::new(caption, &["scenes.csv"], &titles);
+    for row in audit.scenes.iter().flat_map(|scenes| &scenes.rows) {
+        let counts = [row.scenes, row.held, row.broken, row.rough, row.refused].map(Cell::from);
+        let medians = [&row.median_bound_over_error, &row.median_estimate_over_error];
+        let medians = medians.map(|text| if text.is_empty() { Cell::from("–") } else { figure(text) });
+        table.push([Cell::from(&row.family), Cell::code(&row.subject)].into_iter().chain(counts).chain(medians));
+    }
+    table
+}
+
 /// A row of `data/tables/search.csv`.
 #[derive(Debug, Deserialize)]
 pub(super) struct Searched {
@@ -185,17 +210,40 @@ pub(super) struct Searched {
     why_little: String,
 }
 
-/// The largest error over bound that a search came to, by what a bound is of.
-pub(super) fn search(text: &str) -> Result<Table, Box<dyn Error>> {
+/// The rows of the search.
+pub(super) fn searched(text: &str) -> Result<Vec<Searched>, Box<dyn Error>> {
+    Ok(csv::Reader::from_reader(text.as_bytes()).deserialize().collect::<Result<_, _>>()?)
+}
+
+/// The largest error over bound that a search came to, by rung and quantity.
+pub(super) fn closest(searched: &[Searched]) -> Table {
+    let titles = ["rung", "#radiosity", "#gradient"];
+    let caption = "The largest error over its bound that a search found, by the rung of the ladder that answered; 1 would be a bound \
+                   that is exactly used up, more a broken one";
+    let mut table = Table::new(caption, &["search.csv"], &titles);
+    let mut rungs: Vec<&str> = searched.iter().map(|row| row.rung.as_str()).collect();
+    rungs.dedup();
+    for rung in rungs {
+        let worst = |quantity: &str| {
+            let of = searched.iter().filter(|row| row.rung == rung && row.quantity == quantity);
+            let worst = of.max_by(|a, b| value(&a.worst).total_cmp(&value(&b.worst)));
+            worst.map_or_else(|| Cell::from("–"), |row| figure(&row.worst))
+        };
+        table.push([Cell::code(rung), worst("value"), worst("gradient")]);
+    }
+    table
+}
+
+/// The same by all that a bound is of.
+pub(super) fn search(searched: &[Searched]) -> Table {
     let titles = ["rung", "emission", "sight", "quantity", "#tried", "#worst error / bound", "asked as", "~why it is small"];
     let caption = "The largest error over its bound that a search came to, which changes the worst cases found a little and keeps what \
                    is worse; cargo xtask verify --bounds goes on from there";
     let mut table = Table::new(caption, &["search.csv"], &titles);
-    for row in csv::Reader::from_reader(text.as_bytes()).deserialize() {
-        let Searched { rung, emission, sight, quantity, tried, worst, ask, why_little } = row?;
-        let texts = [&rung, &emission, &sight, &quantity].map(Cell::from);
-        let others = [Cell::from(tried), figure(&worst), Cell::code(&ask), Cell::from(&why_little)];
+    for Searched { rung, emission, sight, quantity, tried, worst, ask, why_little } in searched {
+        let texts = [rung, emission, sight, quantity].map(Cell::from);
+        let others = [Cell::from(*tried), figure(worst), Cell::code(ask), Cell::from(why_little)];
         table.push(texts.into_iter().chain(others));
     }
-    Ok(table)
+    table
 }

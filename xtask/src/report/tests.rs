@@ -57,6 +57,13 @@ fn audit(folder: &Folder, violation: Option<&str>) -> Result<(), Box<dyn Error>>
     record.note("broken", 0);
     record.note("answers", 1800);
     record.write(&folder.0)?;
+    let mut record = Record::new("scenes", 1, 10);
+    record.note("bounds_judged", 56);
+    record.note("broken_or_failed", 0);
+    record.write(&folder.0)?;
+    let scenes = "family,subject,scenes,held,broken,rough,refused,failed,median_bound_over_error,median_estimate_over_error,seconds_an_answer,\
+                  seconds_a_truth\nclutter,solve,10,56,0,0,0,0,2.049e2,7.310e0,0.499,0.275\n";
+    fs::write(folder.join("scenes.csv"), scenes)?;
     let mut record = Record::new("verify", 1, table.cases());
     record.note("families", FAMILIES.len());
     if let Some(what) = violation {
@@ -113,6 +120,21 @@ fn a_violation_stands_at_the_top_with_its_command() {
     let top = &html[..html.find("id=\"accuracy\"").unwrap()];
     assert!(top.contains("FAILED: 9 cases") && top.contains("class=\"verdict failed\""), "{top}");
     assert!(top.contains("value is 1 &amp; the gate is &lt; 1: <code>cargo xtask replay generic:1:0</code>"), "{top}");
+}
+
+#[test]
+fn a_broken_bound_of_a_scene_fails_the_page_and_a_run_without_scenes_is_said() {
+    let folder = Folder::new("scenes");
+    audit(&folder, None).unwrap();
+    let mut record = Record::new("scenes", 1, 10);
+    record.violated("downlight:1:6: field", "cargo xtask replay downlight:1:6");
+    record.write(&folder.0).unwrap();
+    let html = Report::of(&folder.0, nothing(), drawn()).unwrap().html;
+    let top = &html[..html.find("id=\"accuracy\"").unwrap()];
+    assert!(top.contains("FAILED: 9 cases") && top.contains("cargo xtask replay downlight:1:6"), "{top}");
+    fs::remove_file(folder.join("scenes-run.csv")).unwrap();
+    let html = Report::of(&folder.0, nothing(), drawn()).unwrap().html;
+    assert!(html.contains("Passed: 9 cases") && html.contains("No scenes were audited"));
 }
 
 #[test]

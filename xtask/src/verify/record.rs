@@ -10,7 +10,7 @@ use std::time::{SystemTime, UNIX_EPOCH};
 pub(crate) struct Record {
     name: &'static str,
     fields: Vec<[String; 2]>,
-    /// What is wrong, and the command that shows it.
+    /// Each violation, and the command that shows it.
     violations: Vec<[String; 2]>,
 }
 

@@ -1,4 +1,4 @@
-//! Which cases the campaign is made of, and what is done with each.
+//! The cases of the campaign, and the checks made of each.
 
 use crate::bounds::check::{Effort, check};
 use crate::bounds::digits::MANY;
@@ -74,7 +74,7 @@ pub fn run(cases: u64, families: &[Family], seed: u64, part: Part) -> Run {
     Run { seed, cases: families.iter().map(|&family| of(family)).collect(), part }
 }
 
-/// What is done with a case of the campaign.
+/// The checks of a case beyond the usual ones, by its index: the dear ones fall on few cases.
 #[must_use]
 pub(crate) fn effort(name: Name) -> Effort {
     let turn = |every: u64, count: usize| usize::try_from(name.index / every).unwrap_or(0) % count;

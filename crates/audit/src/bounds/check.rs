@@ -17,7 +17,7 @@ pub(crate) const TIGHT: f64 = 1e-15;
 /// Digits of the reference from [`radgrad_core::evaluate_digits`]: six more than half an ulp has.
 const REFERENCE_DIGITS: u32 = 22;
 
-/// What is to be done with a case, beside answers to 1e-12 and 1e-15 against core's own to a tolerance of 0.
+/// Checks of a case beyond the usual one, which holds answers to 1e-12 and 1e-15 against core's own to a tolerance of 0.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Effort {
     /// More tolerances to answer to.

@@ -1,4 +1,4 @@
-//! What is counted of a case, and what is distributed.
+//! Marks, which the audit counts over the cases of a family, and figures, which it collects into distributions.
 
 use std::fmt;
 use std::str::FromStr;
@@ -171,7 +171,7 @@ impl fmt::Display for Mark {
     }
 }
 
-/// What is distributed over the cases of a family. Value and gradient (Euclidean norm) apart.
+/// A figure of a case, with a distribution over each family. Value and gradient (Euclidean norm) have figures of their own.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(into = "String", try_from = "String")]
 pub enum Figure {

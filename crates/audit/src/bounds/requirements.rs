@@ -1,6 +1,5 @@
-//! What the bounds table must show. Some of it needs no number: no bound is broken, every valid case has an answer that is
-//! finite and meets its tolerance, what is dark is exactly 0, what must be refused is refused. The rest stands in
-//! `data/gates.toml`:
+//! Requirements on the bounds table. Some need no number: no bound is broken, every valid case has an answer that is finite and
+//! meets its tolerance, a receiver that gets no light is exactly 0, an invalid case is refused. `data/gates.toml` has the others:
 //!
 //! ```toml
 //! [bounds.generic]
@@ -47,7 +46,7 @@ pub struct Breach {
     pub case: Name,
     /// What the case itself is marked with, if it is to blame alone.
     pub mark: Option<Mark>,
-    /// What is wrong.
+    /// The requirement that does not hold, with the figure found.
     pub what: String,
 }
 
@@ -85,7 +84,7 @@ fn marked(family: Family, table: &FamilyTable) -> Vec<Breach> {
     forbidden.into_iter().filter_map(breach).collect()
 }
 
-/// Figures of the whole family beyond what is required.
+/// Figures of a whole family that miss their requirement.
 fn beyond(table: &FamilyTable, required: &Requirement) -> Vec<Breach> {
     let mut found = Vec::new();
     if let Some(least) = required.first_rung

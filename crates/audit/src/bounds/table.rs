@@ -10,7 +10,7 @@ use crate::family::Name;
 use crate::table::write_figures;
 use crate::tally::{FamilyTally, Tally};
 
-/// What is known of one family.
+/// Counts and distributions of one family.
 pub type FamilyTable = FamilyTally<Mark, Figure>;
 
 /// The table of a campaign, of a shard, or of one case.
@@ -73,7 +73,8 @@ impl Table {
         self.families().values().map(|table| table.count(mark)).sum()
     }
 
-    /// Writes what is the same on every machine: counts, and decades of the ratios of error to bound.
+    /// Writes counts, and decades of the ratios of error to bound: they are the same on every machine, so a record can be
+    /// compared byte by byte.
     ///
     /// # Errors
     /// If `writer` fails.
@@ -109,7 +110,7 @@ impl Table {
         write_figures(self, |figure| figure.to_string(), writer)
     }
 
-    /// Writes `family,rung,answers,median_ns,p99_ns`: what is not the same on any machine.
+    /// Writes `family,rung,answers,median_ns,p99_ns`, apart from the other tables because every machine has other times.
     ///
     /// # Errors
     /// If `writer` fails.

@@ -105,7 +105,8 @@ impl Room {
             piece(0.0, low[1], low[0], high[1]),
             piece(high[0], low[1], y, high[1]),
         ];
-        // `origin + u + v` of neighbours may differ by a rounding: what is drawn is what both solver and oracle get.
+        // `origin + u + v` of neighbours may differ by a rounding. Solver and oracle get the same corners, so that they are asked
+        // for the same scene.
         for corners in pieces {
             self.add(corners, wall.reflectance[0], 0.0);
         }

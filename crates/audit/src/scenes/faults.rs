@@ -37,9 +37,9 @@ pub enum Fault {
     ChannelsSwapped,
     /// A texture is turned by one texel.
     TextureShifted,
-    /// Estimates are a hundredth of what they are.
+    /// Estimates are divided by 100.
     EstimateHundredth,
-    /// Bounds are a thousandth of what they are.
+    /// Bounds are divided by 1000.
     BoundThousandth,
     /// Bounds are 0.
     BoundZero,
@@ -57,7 +57,7 @@ pub enum Fault {
     FactorsNotReciprocal,
     /// Rows are those of the transposed matrix.
     FactorsTransposed,
-    /// Brackets of factors are 1e-4 of what they are.
+    /// Brackets of factors are narrowed to 1e-4 of their width.
     BracketsNarrow,
     /// Factors past slats are those of free sight.
     FactorsFree,
@@ -139,7 +139,7 @@ impl Fault {
         }
     }
 
-    /// Whether it changes what is said and not the scene.
+    /// Whether it changes the answers and not the scene.
     const fn of_statements(self) -> bool {
         matches!(
             self,
@@ -158,7 +158,7 @@ impl Fault {
         )
     }
 
-    /// What is asked to find it.
+    /// The subject that must find it.
     #[must_use]
     pub const fn subject(self) -> Subject {
         match self {
@@ -269,7 +269,7 @@ impl Fault {
         given
     }
 
-    /// What is made of what was said.
+    /// The statements with the fault in them.
     #[must_use]
     pub fn statements(self, said: &[Statement]) -> Vec<Statement> {
         let mut all = said.to_vec();

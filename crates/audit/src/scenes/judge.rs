@@ -26,11 +26,11 @@ pub enum Verdict {
 /// A statement with its truth.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Judged {
-    /// What was said.
+    /// The statement.
     pub statement: Statement,
-    /// What is known.
+    /// Its truth.
     pub known: Known,
-    /// What became of it.
+    /// Whether the bound holds.
     pub verdict: Verdict,
 }
 
@@ -56,7 +56,7 @@ pub enum Ending {
 /// A scene that was asked for.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Outcome {
-    /// What became of it.
+    /// How the question ended.
     pub ending: Ending,
     /// What the answer took.
     pub answer: Duration,
@@ -109,12 +109,12 @@ impl Judged {
     fn over_error(&self, figure: f64) -> f64 {
         let half = 0.5 * self.known.interval.width();
         let error = (self.statement.value - self.known.value).abs();
-        // `max` would drop what is no number.
+        // `f64::max` would drop a NaN.
         figure / if error > half { error } else { half }
     }
 }
 
-/// Asks for a scene and judges what is said of it.
+/// Asks for a scene and judges every statement.
 #[must_use]
 pub fn judge(model: &Model, subject: Subject, effort: &Effort) -> Outcome {
     let (said, answer) = ask(model, subject);
@@ -172,7 +172,7 @@ impl Outcome {
         }
     }
 
-    /// What is wrong, in words; empty if nothing is.
+    /// The faults in words; empty if there are none.
     #[must_use]
     pub fn faults(&self, model: &Model) -> Vec<String> {
         match &self.ending {

@@ -1,4 +1,5 @@
-//! A scene as it is drawn: faces with materials, points, and what is known of it; and the same for solver and oracle.
+//! A scene as it is drawn: faces with materials, points, and an exact solution if it has one; and its forms for solver and
+//! oracle.
 
 use std::f64::consts::PI;
 use std::fmt::Write;
@@ -42,7 +43,7 @@ pub struct Probe {
     pub position: DVec3,
 }
 
-/// What is known of a scene otherwise than by walks.
+/// The exact solution of a scene, which needs no walks.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Exact {
     /// Nothing.
@@ -82,7 +83,7 @@ pub struct Model {
     pub parts: Vec<Part>,
     /// Points.
     pub probes: Vec<Probe>,
-    /// What is known of it.
+    /// Its exact solution.
     pub exact: Exact,
     /// What must happen.
     pub expected: Expected,

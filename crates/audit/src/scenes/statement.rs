@@ -10,7 +10,7 @@ use radgrad_solver::{Ledger, Options, solve};
 
 use super::model::{Expected, Model, Part};
 
-/// What is asked of a scene.
+/// A way to ask about a scene.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Subject {
     /// Radiosity, its mean and at points.
@@ -109,7 +109,7 @@ const MOST_ELEMENTS: usize = 1000;
 /// Cells along a side of the face that a field is asked on.
 const CELLS: usize = 2;
 
-/// What is said of a scene, and how long it took.
+/// The statements about a scene, and how long they took.
 #[must_use]
 pub fn ask(model: &Model, subject: Subject) -> (Said, Duration) {
     let start = Instant::now();
@@ -171,12 +171,12 @@ fn factors(model: &Model, scene: &Scene) -> Result<Vec<Statement>, String> {
     let settings = FactorSettings { tolerance: 0.05, most_cells: 300, ..FactorSettings::default() };
     let matrix = factors.matrix(&settings, || ()).map_err(|error| error.to_string())?;
     let count = matrix.faces().len();
-    // Of the unchanged scene, so that what is said of pairs has one unit.
+    // Areas of the unchanged scene, so that reciprocity of every change is stated in the same unit.
     let area = |part: &Part| radgrad_core::Polygon::new(part.corners.clone()).map(|polygon| polygon.area());
     let areas: Vec<f64> = model.parts.iter().map(area).collect::<Result<_, _>>().map_err(|error| error.to_string())?;
     let mut statements = Vec::new();
     let entry = |from: usize, to: usize| {
-        // What is not there is exactly 0.
+        // The matrix does not store exact zeros.
         matrix.row(from).find(|entry| entry.face == to).map_or([0.0, 0.0], |entry| [entry.factor, entry.error])
     };
     let say = |of: Quantum, value: f64, bound: f64| Statement { of, value, bound, estimate: None };
@@ -194,7 +194,7 @@ fn factors(model: &Model, scene: &Scene) -> Result<Vec<Statement>, String> {
         }
         let bound = matrix.row(from).map(|entry| entry.error).sum::<f64>() * (1.0 + SUM) + SUM;
         let sum: f64 = matrix.row(from).map(|entry| entry.factor).sum();
-        // In the open only what is above 1 is known to be wrong.
+        // The factors of a face in an open scene sum to anything up to 1; only a sum above 1 is wrong.
         let value = if model.closed || sum.is_nan() || sum > 1.0 { sum } else { 1.0 };
         statements.push(say(Quantum::RowSum(from), value, bound));
     }

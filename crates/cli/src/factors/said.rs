@@ -1,11 +1,11 @@
-//! What is said of factors: as one JSON object, or as text.
+//! Summaries of factors, as one JSON object or as text.
 
 use std::fmt;
 
 use radgrad_scene::{Factor, FactorMatrix, FactorSettings, FormFactors, Repaired, largest};
 use serde::Serialize;
 
-/// What is said of a matrix.
+/// The summary of a matrix.
 #[derive(Debug, Serialize)]
 pub(super) struct Summary {
     faces: usize,
@@ -107,7 +107,7 @@ impl fmt::Display for Summary {
     }
 }
 
-/// What is said of one factor between surfaces.
+/// The summary of one factor between surfaces.
 #[derive(Debug, Serialize)]
 pub(super) struct OneFactor<'a> {
     from: &'a str,

@@ -92,8 +92,8 @@ const SPARE_BITS: usize = 8192;
 /// ```
 ///
 /// # Errors
-/// If `digits` is 0 or above [`MOST_DIGITS`], the bound does not come down to what is asked within some seconds, or the receiver is on the surface of
-/// an emitter that is not flat ([`Error::OnSurface`]).
+/// If `digits` is 0 or above [`MOST_DIGITS`], the bound does not reach these digits within some seconds, or the receiver is on
+/// the surface of an emitter that is not flat ([`Error::OnSurface`]).
 pub fn evaluate_digits<'a>(
     receiver: &Receiver,
     emitter: &Emitter,
@@ -151,8 +151,8 @@ impl Enclosed {
             || visit::<Ball<Big>>(case, |_| {}).is_some_and(|uncertainty| !uncertainty.is_none())
     }
 
-    /// Whether more bits than a coincidence takes serve nothing: what is hidden stays open, or each of value and gradient is known
-    /// well enough or not to be told from 0.
+    /// Whether more bits than a coincidence takes serve nothing: the visible part stays undecided, or each of value and gradient
+    /// is known well enough or not to be told from 0.
     pub(crate) fn stays_open(&self, case: &Case<'_>, enough: Magnitude) -> bool {
         self.is_settled(case, enough) || Self::is_coincidence(case)
     }

@@ -112,8 +112,8 @@ pub(crate) enum DirectAttempt {
 }
 
 impl DirectAttempt {
-    /// The closed form in double precision, of a constant or linear emitter near by where double precision is sure of what is
-    /// seen, with the plan made on the way.
+    /// The closed form in double precision, for a near emitter of constant or linear emission whose visible part double precision
+    /// decides, with the plan made on the way.
     #[inline]
     pub(crate) fn new(receiver: &Receiver, emitter: &Emitter, tolerance: f64) -> Result<Self, Error> {
         let narrow = Budget::of(emitter.emission()).wide;

@@ -110,7 +110,7 @@ pub(crate) fn integrate(
         halves
     };
     let mut cells: Vec<Cell> = pieces.into_iter().map(measure).collect();
-    // What is rough on one piece may be so on the next, in a corner that no point is in.
+    // The jump or kink of a rough piece may run on into a corner of the next one that no point is in: halve all of them once.
     if cells.iter().any(|cell| cell.inherited != [0.0; 2]) {
         let needed = 3 * evaluations;
         if needed > goal.budget {

@@ -72,7 +72,7 @@ impl Real for DoubleDouble {
         Self { hi: value, lo: 0.0 }
     }
 
-    /// The leading 53 bits, the next 53, and what is left over as the error.
+    /// The leading 53 bits and the next 53; the rest is the error.
     fn from_exact(exact: &Exact, _bits: usize) -> (Self, f64) {
         let first = exact.leading();
         let rest = exact - &Exact::from(first);

@@ -2,7 +2,7 @@
 //!
 //! A number is `+-M 2^(exponent - 64 N)` with an integer M of 64 N bits whose first one is set, or 0. Operations cut what is below
 //! the last place, after a guard limb where they subtract; so sums and products err by less than two units in the last place of
-//! the result, and quotients by what is proven afterwards from the residual.
+//! the result. The residual of a quotient, computed afterwards, bounds its error.
 
 use astro_float::{BigFloat, Sign, WORD_BIT_SIZE, Word};
 
@@ -180,7 +180,7 @@ impl<const N: usize> Limbs<N> {
         if value == 0.0 {
             return Self::ZERO;
         }
-        // Of a number that is not finite nothing is known: what is made of it has no bound.
+        // Callers pass finite doubles: constants, reflectances, places along an edge.
         let (mantissa, exponent) = libm::frexp(value);
         let mut limbs = [0; N];
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a whole number of 53 bits")]

@@ -108,7 +108,7 @@ pub(crate) enum Place {
     End,
 }
 
-/// A stretch of an edge above the horizon, or of another line that bounds what is seen.
+/// A stretch of an edge above the horizon, or of another line that bounds the visible part.
 #[derive(Debug)]
 pub(crate) struct Stretch {
     pub(crate) ends: [Point; 2],

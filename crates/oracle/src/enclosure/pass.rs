@@ -282,8 +282,8 @@ impl<T: Real> Pass<T> {
         }
     }
 
-    /// Tolerances for the digits asked where the magnitude is known, and five orders less where it is not; none if rounding is
-    /// what is in the way.
+    /// Tolerances for the digits asked where the magnitude is known, and five orders less where it is not; none if rounding alone
+    /// exceeds them, since smaller cells would not help.
     pub(crate) fn next_tolerances(&self, last: Tolerances, goal: f64, reached: Reached) -> Option<Tolerances> {
         let rounding = self.rounding();
         let known = |middle: f64, radius: f64| middle.abs() > 4.0 * radius;

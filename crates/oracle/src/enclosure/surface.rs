@@ -42,7 +42,7 @@ pub(crate) struct Frame {
     pub(crate) normal: ExactVector,
     /// Square of its length.
     pub(crate) normal_squared: Exact,
-    /// What is seen.
+    /// Triangles that reach above the horizon and turn their lit side to the receiver.
     pub(crate) triangles: Vec<Triangle>,
 }
 

@@ -26,7 +26,7 @@ pub(crate) struct Piece {
     pub(crate) outline: Vec<Stretch>,
 }
 
-/// A stretch that has what is seen on one side only, its left.
+/// A stretch of the boundary of the visible part, which lies on its left.
 #[derive(Debug)]
 pub(crate) struct Border {
     pub(crate) triangle: usize,

@@ -31,7 +31,7 @@ const LEAST_BESIDE: f64 = 1e-11;
 /// its plane does not hide it, and one that stands on it does unless it leans by less than that.
 const AGAINST: f64 = 0.01;
 
-/// An edge with what is seen on its left.
+/// An edge with the visible part on its left.
 #[derive(Debug)]
 struct GeneratingEdge {
     arc: Arc,
@@ -42,7 +42,7 @@ struct GeneratingEdge {
     of: Owner,
 }
 
-/// What an edge is one of.
+/// The polygon of an edge.
 #[derive(Debug)]
 enum Owner {
     Emitter(Edge),
@@ -119,7 +119,7 @@ impl<'a> Silhouette<'a> {
         let behind = ray * lengthening;
         let at = self.region.vertex(u.dot(behind), v.dot(behind))?;
         let [left, right] = [ray, -ray].map(|through| edge.beside(self.region, behind, through));
-        // Along the emitter's own border it is that which bounds what is seen.
+        // Where the emitter's own border passes by, that border bounds the visible part, and the occluder's edge does not.
         let is_border = [left, right].iter().any(|beside| self.region.vertex(u.dot(*beside), v.dot(*beside)).is_none());
         let hidden = !is_border
             && self.occluders.polygons[index].blocks(right)

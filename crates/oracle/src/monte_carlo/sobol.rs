@@ -5,7 +5,7 @@
 //! and comparable: their spread is an error estimate, which a plain low-discrepancy sequence does not have. The flips are bits
 //! of a hash of (key, dimension, leading digits), hence the same on every machine.
 
-/// Digits that are scrambled one by one; what is below is uniform by itself.
+/// Digits that are scrambled one by one; the lower ones are drawn uniformly.
 const DIGITS: u32 = 32;
 
 /// Digits whose flips, one for each of `2^GROUP - 1` prefixes, are taken from one hash.
@@ -39,7 +39,7 @@ impl ScrambledSobol {
     }
 }
 
-/// Flips each digit by a bit that depends on the digits above it, then fills what is below at random.
+/// Flips each digit by a bit that depends on the digits above it, then draws the lower ones at random.
 fn scramble(digits: u32, key: u64) -> f64 {
     let mut scrambled = 0_u64;
     for group in 0..DIGITS / GROUP {

@@ -20,7 +20,7 @@ const FEWEST: usize = 200;
 /// Rounding of a contribution, a few operations a bounce, relative to the largest there may be.
 const ROUNDING: f64 = 1e-13;
 
-/// What is asked: the mean over all area, or a point.
+/// The quantity to estimate: the mean over all area, or the radiosity at a point.
 #[derive(Debug, Clone, Copy)]
 enum Question<'a> {
     Mean,
@@ -350,7 +350,7 @@ impl Scene {
         Ok(Known { value: moments.mean(), interval })
     }
 
-    /// Mean of what is emitted: exact but for rounding without patterns, and a mean of many points with them.
+    /// Mean emission: exact but for rounding without patterns, and a mean of many points with them.
     fn mean_emitted(&self, seed: u64) -> f64 {
         let mut generator = ChaCha8Rng::seed_from_u64(seed);
         generator.set_stream(u64::MAX);

@@ -1,4 +1,4 @@
-//! One program for all tests of what is public, so that it is compiled and linked once.
+//! One program for all tests of the public interface, so that it is compiled and linked once.
 
 mod enclosure;
 mod forms_agree;

@@ -1,4 +1,4 @@
-//! Scenes: what walks say against what is known, and each kind of walk against the others.
+//! Scenes: walks against exact solutions, and each kind of walk against the others.
 
 use radgrad_core::{DVec3, Polygon};
 use radgrad_oracle::scene::known::{FacingRectangles, furnace_emission};

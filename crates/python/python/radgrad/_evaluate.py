@@ -349,7 +349,7 @@ def hessian(
     reflectance: ArrayLike = 1.0,
     rtol: float = 1e-12,
 ) -> Hessian:
-    """Second derivatives of the radiosity with respect to the position, of emitters of constant emission.
+    """Second derivatives of the radiosity with respect to the position.
 
     Parameters are those of `evaluate`; `rtol` is over the Frobenius norm.
 
@@ -362,7 +362,7 @@ def hessian(
     Raises
     ------
     ValueError
-        As `evaluate` does, and if an emission is not constant.
+        As `evaluate` does.
 
     Examples
     --------

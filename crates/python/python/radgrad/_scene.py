@@ -274,7 +274,7 @@ class Scene:
         most_elements : int, optional
             Beyond which none is divided any more.
         divide : "bound" or "gradient"
-            What is divided: what adds most to the bound on gathers, or polynomials that are off most.
+            Divide the elements that add most to the bound on gathers, or those whose polynomials are off most.
         progress : bool or callable
             Print a line after each round, or call with a `Round`.
 

@@ -37,14 +37,14 @@ use super::{larger, smaller};
 pub(super) struct Between<'a> {
     pub(super) polygons: [&'a Polygon; 2],
     pub(super) screens: Vec<&'a Screen>,
-    /// What they exchange with nothing in between.
+    /// Their exchange with nothing in between.
     pub(super) free: Exchange,
-    /// Relative error that is allowed of what two cells exchange: of those of which the value is made, and of others later, which
-    /// only the bracket needs.
+    /// Allowed relative error of the exchange of two cells: small for cells that the value sums, larger for those that only
+    /// narrow the bracket.
     pub(super) accuracy: f64,
 }
 
-/// What two faces exchange at least and at most.
+/// Lower and upper bound on the exchange of two faces.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Bracket {
     pub(super) least: f64,
@@ -84,7 +84,7 @@ pub(super) struct Search<'a> {
     planes: [Plane; 2],
     seen: Exchange,
     hidden: Exchange,
-    /// Sum of what is known of mixed pairs.
+    /// Sum of the parts of mixed pairs that are proven seen and proven hidden.
     passing: Passing,
     open: BinaryHeap<Mixed>,
     /// Pairs too small to be cut.
@@ -157,7 +157,7 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// What is known so far.
+    /// The bracket that the pairs examined so far prove.
     pub(super) fn bracket(&self) -> Bracket {
         let leak: f64 = self.displaced.iter().map(|&k| self.between.screens[k as usize].leak(1.0)).sum();
         let free = self.between.free;
@@ -165,7 +165,7 @@ impl<'a> Search<'a> {
         let off = self.moved + leak + 4.0 * f64::EPSILON * self.pairs as f64 * free.most();
         let least = larger(self.seen.least() + self.passing.seen - off, 0.0);
         let whole = smaller(free.most(), free.most() - self.hidden.least() - self.passing.hidden + off);
-        // Where nothing is open, what is seen is all.
+        // Where no pair is open, the pairs that are seen make the whole exchange.
         let is_decided = self.open.is_empty() && self.stuck.is_empty();
         // Nothing was seen, cut or displaced.
         let is_all_hidden = is_decided && self.seen == Exchange::default() && self.moved == 0.0 && leak == 0.0;
@@ -242,7 +242,7 @@ impl Between<'_> {
         let cell = |points: &[radgrad_core::DVec3]| {
             let whole = Cell::new(points.to_vec(), &planes[k])?;
             let heights: Vec<f64> = whole.points.iter().map(|&p| normal.dot(p - other)).collect();
-            // What is level with the other's plane but for rounding need not be cut.
+            // A corner level with the other's plane up to rounding needs no cut.
             let is_in_front = heights.iter().all(|&h| h >= -1e-12);
             if is_in_front { Some(whole) } else { whole.cut(&heights, &planes[k])[1].clone() }
         };
@@ -255,7 +255,7 @@ fn add(sum: &mut Exchange, part: Exchange) {
     sum.error += part.error + f64::EPSILON * sum.area.abs();
 }
 
-/// About what two cells exchange: the kernel between their centres, with the disc's correction for what is near.
+/// Rough exchange of two cells: the kernel between their centres, with a disc's correction for near ones. It only ranks pairs.
 fn guess([a, b]: &[Cell; 2], planes: &[Plane; 2]) -> f64 {
     let r = b.centre() - a.centre();
     let square = r.length_squared();

@@ -2,8 +2,9 @@
 //! not a bound.
 //!
 //! A product Gauss rule on the smaller cell of a pair is compared with one of fewer points, and the piece that differs most is
-//! halved across the direction in which what is seen bends most, until the sum of differences is small enough or the points are
-//! spent. Each point's share is known in closed form, occlusion included: plainly in double precision ([`super::glance`]) or, by
+//! halved across the direction in which the visible share bends most, until the sum of differences is small enough or the points
+//! are spent. Each point's share has a closed form, occlusion included: without bounds in double precision ([`super::glance`])
+//! or, by
 //! [`Rule::PRECISE`], by the evaluations of core.
 //!
 //! [`Rule::PRECISE`] is for many digits. What a point sees of a polygon past others is analytic in its place but where an edge of one
@@ -79,7 +80,7 @@ struct Exact {
     candidates: Vec<usize>,
 }
 
-/// What is between two faces: the faces, and what they are made of.
+/// The faces between two faces, and the convex screens that they are made of.
 #[derive(Clone, Copy)]
 pub(super) struct Hiding<'a> {
     pub(super) screens: &'a [&'a Screen],

@@ -2,12 +2,12 @@
 //!
 //! `A_i F_ij = (1/2 pi) sum_ab (a.b) int_0^1 int_0^1 ln|x(s) - y(t)| ds dt` over the edges a of one and b of the other, each
 //! counter-clockwise seen from its own lit side (Stokes' theorem twice: E. M. Sparrow 1963). It holds where all points of each are
-//! in front of the other's plane, so both are cut there first; what is cut off exchanges nothing.
+//! in front of the other's plane, so both are cut there first; the parts behind exchange nothing.
 //!
 //! The bound has three parts. The sum's own: rounding and the Gauss rule ([`edges`]). The rounding of the coordinates and of the
 //! cuts: a point sees of a polygon of area A at distance D at most `min(1, A/pi D^2)`, so corners that move by at most d change the
-//! result by at most d times the perimeter times that. And what is level with the other's plane up to the rounding of coordinates counts as in it, as in
-//! [`crate::Beam::from_polygon`]. Far away the sum cancels, and [`far`] integrates the kernel itself.
+//! result by at most d times the perimeter times that. And corners level with the other's plane up to the rounding of coordinates
+//! count as in it, as in [`crate::Beam::from_polygon`]. Far away the sum cancels, and [`far`] integrates the kernel itself.
 
 mod clip;
 mod edges;
@@ -89,7 +89,7 @@ pub(super) fn exchange_parts(parts: [&Part<'_>; 2], truncation: f64) -> Exchange
     Exchange { area: found.area / power / power, error: (found.error + displaced) * (1.0 + 1e-12) / power / power }
 }
 
-/// About what two outlines exchange: the kernel between their centres, with the disc's correction for what is near.
+/// Rough exchange of two outlines: the kernel between their centres, with a disc's correction for near ones.
 fn rough(outlines: [&[DVec3]; 2], normals: [DVec3; 2], areas: [f64; 2]) -> f64 {
     let [a, b] = outlines.map(|points| points.iter().sum::<DVec3>() / points.len() as f64);
     let r = b - a;

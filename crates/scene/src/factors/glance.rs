@@ -4,9 +4,9 @@
 //! evaluations of `radgrad_core` serve instead, with their bounds and thirty times their cost.
 //!
 //! With the point at the origin, a screen's shadow is where `(a x b).r` has the sign of its inside for every edge a b; the screen is
-//! first cut off at the cell's plane, so that what is left is crossed before the cell is reached. A shadow leaves the parts outside its
-//! side k and inside its sides before k. What is left is summed over edges by Lambert's formula: `F = -(1/2 pi) sum g n.N`, with g the
-//! angle at which an edge from u to v is seen and N the unit vector along `u x v`.
+//! first cut off at the cell's plane, so that a ray crosses the rest of it before it reaches the cell. A shadow leaves the parts
+//! outside its side k and inside its sides before k. Lambert's formula sums the lit parts over their edges: `F = -(1/2 pi) sum g
+//! n.N`, with g the angle at which an edge from u to v is seen and N the unit vector along `u x v`.
 
 use std::f64::consts::TAU;
 
@@ -14,7 +14,7 @@ use radgrad_core::DVec3;
 
 use super::screen::Screen;
 
-/// What is as near a plane as this is in it: some roundings of coordinates up to 1.
+/// A point this near a plane is in it: some roundings of coordinates up to 1.
 const LEVEL: f64 = 1e-14;
 
 /// Convex polygons, one after the other.
@@ -43,7 +43,7 @@ impl Pieces {
     }
 }
 
-/// Room for what is left of a cell, used again from point to point.
+/// Room for the lit parts of a cell, used again from point to point.
 #[derive(Debug, Default)]
 pub(super) struct Glance {
     lit: Pieces,
@@ -114,7 +114,7 @@ impl Glance {
         self.sides.extend((0..count).map(|k| self.outline[k].cross(self.outline[(k + 1) % count]) * sign));
     }
 
-    /// Takes the shadow from what is lit.
+    /// Subtracts the shadow from the lit parts.
     fn subtract(&mut self) {
         self.next.clear();
         for piece in self.lit.iter() {

@@ -27,7 +27,7 @@ pub struct Entry {
     pub occluders: usize,
 }
 
-/// Two faces and what they exchange, stored once.
+/// Two faces and their exchange, stored once.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Pair {
     /// The lower one first.
@@ -313,7 +313,8 @@ impl FactorMatrix {
         })
     }
 
-    /// Largest `|1 - sum_j F_ij|`: of a closed scene what is off, else what of a face's sight ends nowhere.
+    /// Largest `|1 - sum_j F_ij|`: in a closed scene the error of a row; in an open one also the share of a face's view that
+    /// leaves it.
     #[must_use]
     pub fn worst_closure(&self) -> f64 {
         self.faces.iter().map(|&face| (1.0 - self.sum(face).factor).abs()).fold(0.0, larger)

@@ -45,7 +45,7 @@ pub(super) struct Known {
     pub(super) occluders: u32,
 }
 
-/// Parts of what is asked for that exchanges of cells may be off by, and the most of it.
+/// Shares of the estimate and of the bracket's tolerance that errors of cell exchanges may use, and the most for the bracket.
 const OF_VALUE: f64 = 0.3;
 const OF_BRACKET: f64 = 0.02;
 const MOST_OF_BRACKET: f64 = 3e-3;
@@ -84,11 +84,11 @@ struct Sighted<'a> {
     /// The faces that may be between, and their convex parts.
     candidates: Vec<usize>,
     screens: Vec<&'a Screen>,
-    /// What the two exchange if nothing is.
+    /// Their exchange if nothing is.
     free: Exchange,
 }
 
-/// Pairs of cells, and the width over what is allowed, with which an integration starts.
+/// Pairs of cells, and width of the bracket over its tolerance, at which the integration starts.
 const A_LOOK: usize = 32;
 const ROUGHLY: f64 = 4.0;
 
@@ -150,7 +150,7 @@ impl FormFactors<'_> {
         let allowed = |bracket: Bracket| larger(settings.tolerance * area, settings.relative * bracket.least);
         let difference = settings.estimate * area;
         if most <= smaller(difference, allowed(Bracket { least: 0.0, most })) {
-            // All of it is less than what is asked for.
+            // The whole exchange is within the tolerance.
             let value = free.area * self.share_seen(faces, &screens);
             let bracket = Bracket { least: 0.0, most };
             let nearest = bracket.nearest(value);
@@ -158,7 +158,8 @@ impl FormFactors<'_> {
                 .checked()
                 .map(Some);
         }
-        // A small part of the estimate's error, and of what is allowed of the bracket: of what is at most the free exchange.
+        // Errors of cell exchanges may use a small share of the tolerances, relative to the free exchange, which is at least as
+        // large.
         let of_value = (OF_VALUE * settings.estimate * area / free.area).clamp(4e-14, 1e-4);
         let of_bracket = larger(OF_BRACKET * larger(settings.tolerance * area / free.area, settings.relative), of_value);
         let mut search = Search::new(Between { polygons, screens, free, accuracy: of_value });
@@ -181,7 +182,7 @@ impl FormFactors<'_> {
         search.only_bracket(smaller(of_bracket, MOST_OF_BRACKET));
         search.narrow(|bracket| bracket.error_of(value) <= allowed(bracket), settings.most_cells);
         let bracket = search.bracket();
-        // What is proven hidden has no factor.
+        // A pair that is proven hidden has no factor.
         if bracket.most == 0.0 {
             return Ok(None);
         }
@@ -190,7 +191,8 @@ impl FormFactors<'_> {
         Known { value: nearest, least: bracket.least, most: bracket.most, estimate, occluders }.checked().map(Some)
     }
 
-    /// What may be between two faces, and what they exchange if nothing is; `None` where they see nothing of each other.
+    /// The faces that may be between two faces, and the exchange of the two without them; `None` where they see nothing of each
+    /// other.
     fn sighted<'b>(&'b self, faces: [usize; 2], hiders: &Hiders<'b>) -> Option<Sighted<'b>> {
         let polygons = faces.map(|face| self.scaled(face));
         if self.is_behind(faces) {

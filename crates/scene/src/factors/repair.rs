@@ -1,11 +1,11 @@
-//! Rows of a closed scene that sum to 1, by the least change within what is proven.
+//! Rows of a closed scene that sum to 1, by the least change within the proven brackets.
 //!
 //! With v the exchanges as computed, `[l, u]` their brackets, `w = u - l` and A the areas, the x wanted minimises `sum (x - v)^2 / w`
-//! over pairs, `l <= x <= u`, such that `sum_j x_ij = A_i` in every row: one symmetric number a pair, so reciprocity stays, and what
-//! is known exactly stays where it is. The minimum is `x_ij = clip(v_ij + w_ij (m_i + m_j))` with one multiplier a row, the maximum
-//! of a concave function of them whose gradient is what the rows lack. Newton's method finds it: its matrix, `diag(sum_j w_ij) + w`
-//! over the pairs that are not at an end, is positive semidefinite, and conjugate gradients solve with it. A step that does not
-//! reduce what is lacking is halved.
+//! over pairs, `l <= x <= u`, such that `sum_j x_ij = A_i` in every row: one symmetric number a pair, so reciprocity stays, and
+//! an exchange that is known exactly stays. The minimum is `x_ij = clip(v_ij + w_ij (m_i + m_j))` with one multiplier a row, the
+//! maximum of a concave function of them whose gradient is the rows' defect `A_i - sum_j x_ij`. Newton's method finds it: its
+//! matrix, `diag(sum_j w_ij) + w` over the pairs that are not at an end, is positive semidefinite, and conjugate gradients solve
+//! with it. A step that does not reduce the defect is halved.
 
 use super::FactorMatrix;
 use super::{larger, smaller};
@@ -105,7 +105,7 @@ impl FactorMatrix {
         self.stuck(&lacking, norm).map(|()| moved)
     }
 
-    /// What is left where no step helps is rounding, or brackets of several rows that cannot be met together.
+    /// Where no step helps, the rest of the defect is rounding, or the brackets of several rows do not allow their sums together.
     fn stuck(&self, lacking: &[f64], norm: f64) -> Result<(), Error> {
         if norm <= 1e3 * ENOUGH {
             return Ok(());

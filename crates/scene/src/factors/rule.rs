@@ -11,7 +11,7 @@ use crate::scene::triangles;
 pub(super) const MOST_NODES: usize = 16;
 
 /// Nodes, ascending, and weights of the Gauss-Legendre rule on [-1, 1]: exact for polynomials of degree `2 nodes - 1`. From 1 to 16
-/// nodes; what is beyond is taken for the nearer of these.
+/// nodes; a number outside of that gives the nearer of the two.
 ///
 /// ```
 /// let square: f64 = radgrad_scene::gauss_legendre(2).iter().map(|(x, weight)| weight * x * x).sum();

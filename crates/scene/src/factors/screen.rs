@@ -12,9 +12,9 @@
 //!
 //! Signs within rounding are exact ones (J. R. Shewchuk 1997, crate `robust`), but for those that displacing the edge by [`Screen::slack`],
 //! a few roundings of the coordinates, would change: a cell's corner computed to lie on an edge lies there only so well. Those count as
-//! zero, and what passes between the edge and its displaced self is at most the area of that strip, [`Screen::leak`]: two cells
-//! exchange through an aperture no more than its area. What is level with the screen's plane up to the rounding of coordinates is in it, as in
-//! [`crate::Beam::from_polygon`].
+//! zero. The exchange that passes between the edge and the displaced edge is at most the area of that strip, [`Screen::leak`],
+//! since two cells exchange through an aperture no more than its area. A point level with the screen's plane up to the rounding
+//! of coordinates is in it, as in [`crate::Beam::from_polygon`].
 
 use radgrad_core::{DVec3, Polygon};
 use robust::{Coord3D, orient3d};
@@ -25,7 +25,7 @@ use crate::projection::normalising_power;
 /// Corners up to which a cell is looked at.
 const MOST_CORNERS: usize = 16;
 
-/// A triangle or a convex quadrilateral that hides what is behind it.
+/// A triangle or a convex quadrilateral that hides the faces behind it.
 #[derive(Debug, Clone)]
 pub(super) struct Screen {
     outline: Vec<DVec3>,
@@ -109,7 +109,7 @@ impl Screen {
         (0..count).map(move |k| [self.outline[k], self.outline[(k + 1) % count]])
     }
 
-    /// Height over the plane, 0 for what is level with it.
+    /// Height over the plane, 0 for a point level with it up to rounding.
     pub(super) fn height(&self, point: DVec3) -> f64 {
         let r = point - self.outline[0];
         let height = self.normal.dot(r);
@@ -207,7 +207,8 @@ impl Screen {
         corners.iter().all(|&corner| self.height(corner) != 0.0) && self.hides([outline, corners])
     }
 
-    /// What it leaves of an outline seen from a point, exactly for the doubles as given but for what is level with its plane.
+    /// The part of an outline that it leaves visible from a point: exact for the doubles as given, but for points level with its
+    /// plane.
     pub(super) fn before(&self, point: DVec3, outline: &[DVec3]) -> Sight {
         self.leaves([&[point], outline], 0.0).sight
     }

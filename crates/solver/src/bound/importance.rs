@@ -29,18 +29,18 @@ const SOLVED: f64 = 1e-3;
 /// Of each receiver, in their order.
 #[derive(Debug)]
 pub(super) struct Importance {
-    /// For each source that it sees, channel and node, what is gathered of `b_h` at most.
+    /// For each source that it sees, channel and node, the most that is gathered of `b_h`.
     pub(super) gathered: Vec<Vec<f64>>,
-    /// For each channel and node, the same of what is seen through clusters.
+    /// For each channel and node, the same of light through clusters.
     beyond: Vec<Vec<f64>>,
-    /// For each channel, what z may be more than that.
+    /// For each channel, the most by which z exceeds that.
     more: Vec<Vec<f64>>,
-    /// For each channel, what z is at most in any case.
+    /// For each channel, the most that z is in any case.
     most: Vec<Vec<f64>>,
 }
 
 impl Importance {
-    /// The largest importance on a receiver, of what is reflected by the sources chosen and by all in clusters.
+    /// The largest importance on a receiver, of light that the chosen sources and all in clusters reflect.
     pub(super) fn of(&self, index: usize, channel: usize, seen: &SeenSources, chosen: impl Fn(usize) -> bool) -> f64 {
         let (nodes, channels) = (seen.nodes, self.more[index].len());
         let mut sums = self.beyond[index][channel * nodes..(channel + 1) * nodes].to_vec();

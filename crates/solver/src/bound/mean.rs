@@ -10,13 +10,13 @@
 //! ```
 //!
 //! each mean over the receiver, with its part of all area. Both know i and j by links, whose sources may be above receivers. `S_i`
-//! is a set of sources that i sees. On j a source counts not in the second sum if all receivers below it have j, or what is above
-//! j, in their sets; so if any has not, some pairs count twice. Largest values are those at the nodes.
+//! is a set of sources that i sees. On j a source is left out of the second sum if all receivers below it have j, or an element
+//! above j, in their sets; so if any has not, some pairs count twice. Largest values are those at the nodes.
 //!
-//! What is seen through clusters is in no set. So all of it counts in the importance that is left for the second sum, and a
-//! receiver with clusters has nothing in its set that it does not link to: where a link from j leads to it, it counts.
+//! Light through clusters is in no set. So all of it counts in the importance that is left for the second sum, and a receiver
+//! with clusters has nothing in its set that it does not link to: where a link from j leads to it, it counts.
 //!
-//! What is neglected, rounding, and what is left of the linear system know no signs, and go with z.
+//! Neglected links, rounding and the unsolved rest of the linear system have no known sign, and go with z.
 //!
 //! # Textures
 //! The detail t of textures stays as elements become smaller, but `G t` does not ([`crate::bound::residual`]); so it counts in the
@@ -104,7 +104,7 @@ pub(super) fn of(scene: Scene<'_>, residuals: &[Residuals; 2], seen: &[SeenSourc
             let oscillates = left.discretisation * rest[index][channel] * part + cancels;
             signed += Ledger { discretisation: oscillates, ..left * (z * part) };
             gathers[index].credit(&seen[index].sources, (channel, channels), sends * element.area(), &mut credit);
-            // What is evaluated at a point has an error of its own.
+            // An evaluation at a point has an error of its own.
             for residuals in residuals {
                 let largest = residuals[receiver][channel].largest;
                 at_point += Ledger { discretisation: 0.0, solver: 0.0, ..largest } * part;

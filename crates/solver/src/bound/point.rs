@@ -34,7 +34,7 @@ pub(crate) struct Points {
     /// For each element, channel after channel, the mean over it, and the largest value at its nodes; `None` if there is no bound.
     means: Vec<f64>,
     risen: Option<Risen>,
-    /// For each channel, what is left out on each cluster, and the error of gathers there.
+    /// For each channel, the residual on each cluster, and the error of gathers there.
     left_on_clusters: Vec<Vec<Pair>>,
     error_of_clusters: Vec<Vec<Pair>>,
     channels: usize,

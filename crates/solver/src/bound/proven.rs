@@ -4,7 +4,7 @@
 //! |---|---|
 //! | `B`, `B_h` | the radiosity, and the polynomials on elements |
 //! | `E`, `rho`, `G` | emission, reflectance, and gathering: `G B(x)` is the irradiance of x; the kernel is nowhere negative, `G 1 <= 1` |
-//! | `r` | what is left out, `E + rho G B_h - B_h` |
+//! | `r` | the residual, `E + rho G B_h - B_h` |
 //! | `e` | the error, `B - B_h` |
 //! | `i`, `j` | an element that receives, a source |
 //! | `c`, `R`, `n1` | centre, radius and normal of i |
@@ -13,7 +13,7 @@
 //! | `H`, `P H` | irradiance on i, and its projection from the values at the nodes |
 //! | `s_j`, `m_j`, `V_j` | bounds on `|r|` on j, on its mean, and on `rho G |e|` on j |
 //!
-//! # From what is left out to the error
+//! # From the residual to the error
 //! `e = r + rho G e`, so that `|e| <= |r| + rho G |e|`. On i, `rho G |e|` is at most `V_i` if for all i
 //!
 //! ```text
@@ -31,19 +31,21 @@
 //! In the mean over all area `mean |e| <= mean(w |r|)` with `w = 1 + G rho w`, as G is the same both ways; `w_i` is bounded by the
 //! same knapsack. The mean of `B_h` is off by no more than that.
 //!
-//! # What is left out
-//! `r = rho (H - P H)`, what links neglect, what rows are off, and what of the linear system is not solved. The bounds of the last
-//! three are those at nodes, with kernels over all of i ([`Kernel::between`]); rows count by the Lebesgue constant of P, in the mean
-//! by 1, as P does not raise the root mean square of samples. Of `H - P H` three bounds are known, and the least counts.
+//! # The residual
+//! r has four parts: the projection's error `rho (H - P H)`, neglected links, errors of rows, and the unsolved rest of the linear
+//! system. The bounds of the last three are those at nodes, with kernels over all of i ([`Kernel::between`]); rows count by the
+//! Lebesgue constant of P, in the mean by 1, as P does not raise the root mean square of samples. For `H - P H` there are three
+//! bounds, and the least counts.
 //!
 //! **By size.** H is between the least and the largest `sum_j F_j B_j` of the knapsack. In the mean it is at most
 //! `sum_j max|B_j| min(f_j, A_j/A_i)`: no more than j sends.
 //!
-//! **By sources.** Nothing changes what x sees of y but an outline: an edge of a face that does not turn the same side to x as the other
-//! face at that edge does, or where faces cross. So if no outline of a solid, of faces that hang together, is between i and j, by their
-//! hulls, it hides all of j from all of i or nothing ([`left`]), and what any place of i sees says which. Where a solid stands on i that
-//! is asked of the parts of i beside it. What is seen as a whole differs from a polynomial of i's degree by what
-//! Taylor's leaves: with the even part of `B_j` a sum over the edges e of j, with z heights over i's plane and S the distance of e's line,
+//! **By sources.** Only an outline changes whether x sees y: an edge of a face that does not turn the same side to x as the other
+//! face at that edge does, or a line where faces cross. So if no outline of a solid, of faces that hang together, is between i
+//! and j, by their hulls, the solid hides all of j from all of i or nothing ([`left`]), and the sight of any one place of i says
+//! which. Where a solid stands on i, each part of i beside it is asked by itself. The irradiance of a source that is wholly seen
+//! differs from a polynomial of i's degree by at most the rest of its Taylor series. For the even part of `B_j` that is a sum
+//! over the edges e of j, with z heights over i's plane and S the distance of e's line,
 //!
 //! ```text
 //! F_j(c + t u) = sum_k a_k t^k,   |a_k| <= (k + 1)(k + 2)/(6 pi) sum_e int_e z S / |y - c|^(3 + k) ds
@@ -51,11 +53,12 @@
 //!
 //! since `dF/dt = (1/pi) sum_e int_e z (e x (y - x)).u / |y - x|^4 ds`, z and the product do not change with t, and `|y - x|^-4` is the
 //! generating function of Gegenbauer's polynomials, `|C_m^2| <= (m + 1)(m + 2)(m + 3)/6`; with the rest of `B_j` the kernel's own series
-//! over the area. The horizon does not move, as i is plane. By more places of i than the nodes more is known of what is seen as a whole
-//! ([`finely`]). All other sources count by size, in the part of the hemisphere that is left.
+//! over the area. The horizon does not move, as i is plane. More places of i than its nodes narrow the bound of wholly seen
+//! sources ([`finely`]). All other sources count by size, in the part of the hemisphere that is left.
 //!
-//! **Closed scenes.** If faces are met from the front in every direction ([`closed`]) form factors sum to 1, and what is even is gathered
-//! evenly: `H - P H` is that of the radiosity less any number, which is about the mean that i sees.
+//! **Closed scenes.** If faces are met from the front in every direction ([`closed`]) form factors sum to 1, and a constant
+//! radiosity gives every place of i the same: so any number may be taken from the radiosity in `H - P H`; it is about the mean
+//! that i sees.
 //!
 //! **Cell by cell.** An element is cut into cells ([`cells`]). Sources that a cell sees as a whole count by a polynomial on it; all others by
 //! how fast their light changes. Along a straight way of `D` from the cell's centre to x,
@@ -78,8 +81,8 @@
 //! little that neither the sums of form factors nor what is solved by them tell it from nothing: no `w` would be known that is finite.
 //!
 //! # Rounding
-//! Sums and products of at most a few thousand terms are raised by 1e-9 ([`ROUNDED`]). Planes are those of surfaces: what is level with
-//! one up to 1e-12 of the lengths at hand, or stands on it up to 1e-9, is in it, as it is for links.
+//! Sums and products of at most a few thousand terms are raised by 1e-9 ([`ROUNDED`]). Planes are those of surfaces: a point
+//! level with one up to 1e-12 of the lengths at hand, or an edge that stands on it up to 1e-9, is in it, as it is for links.
 
 mod cells;
 mod closed;
@@ -112,7 +115,7 @@ use left::{Effort, Gathered, Kind, Light, Proof, fill};
 use nodes::{Nodes, ROUNDED};
 use terms::Target;
 
-/// Sweeps in which bounds on what is gathered rise.
+/// Sweeps in which bounds on gathers rise.
 const MOST_SWEEPS: usize = 400;
 
 /// Rise, as a part, below which sweeps end.
@@ -122,7 +125,7 @@ const RISE: f64 = 1e-3;
 /// bounds.
 const COARSER: f64 = 20.0;
 
-/// What is bounded.
+/// The solution to bound.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Solved<'a> {
     pub(crate) mesh: &'a Mesh,
@@ -163,18 +166,18 @@ pub(crate) struct Ground {
 pub(crate) struct Proven {
     /// For each channel, on the mean magnitude of the error of the polynomials, and so on the error of the mean.
     pub(crate) mean: Vec<Ledger>,
-    /// For each element and channel: what is left out of direct and of reflected light; of elements above those over which it is known
-    /// too.
+    /// For each element and channel: the residual of direct and of reflected light, also of elements above those that have
+    /// samples.
     direct: Vec<Vec<Rest>>,
     reflected: Vec<Vec<Rest>>,
-    /// For each element and channel, what is gathered and reflected of the error at most, anywhere on it.
+    /// For each element and channel, the most of the error that is gathered and reflected anywhere on it.
     carried: Vec<Vec<f64>>,
     /// For each receiver and channel, how much a mean error of 1 on it adds at most to that of all, over its part of the area.
     weights: Vec<Vec<f64>>,
     shares: Vec<Ledger>,
     /// For each element and channel, how much the polynomials are off anywhere on it at most, and in the mean.
     most_off: Vec<Vec<[f64; 2]>>,
-    /// For each channel, all that is left out, what is carried, and what polynomials are off, on clusters.
+    /// For each channel, on clusters: residuals, gathered errors, and errors of the polynomials.
     left_on_clusters: Vec<Vec<Pair>>,
     carried_on_clusters: Vec<Vec<Pair>>,
     off_on_clusters: Vec<Vec<Pair>>,
@@ -389,7 +392,8 @@ impl Solved<'_> {
         (left, Views { sources, clusters: far.clusters().iter().map(of_cluster).collect() })
     }
 
-    /// What is left out of what clusters give.
+    /// The residual of the light from clusters: the knapsack bounds H from both sides, and its distance from the range of P H
+    /// counts.
     fn left_of_far(&self, receiver: usize, channel: usize) -> f64 {
         let (far, basis, tree) = (&self.far[receiver], self.mesh.basis(receiver), self.mesh.clusters());
         let at_nodes: Vec<f64> = (0..basis.nodes().len()).map(|node| far.value(self.field, channel, node)).collect();
@@ -451,7 +455,7 @@ impl Proven {
                     into[receiver][channel] = *value;
                 }
             };
-            // What is gathered and reflected of something by what it is at most and in the mean.
+            // The reflected gather of a function, from its largest value and its mean on each element.
             let gathered_of = |of: &(dyn Fn(usize) -> [f64; 2] + Sync), on_clusters: &[Pair]| -> Vec<f64> {
                 let at = |(&receiver, views): (&usize, &Views)| views.gathered(of, on_clusters) * rho(receiver) * ROUNDED;
                 (receivers, &views).into_par_iter().map(at).collect()
@@ -460,12 +464,12 @@ impl Proven {
             let of_error = risen(&own);
             let of_light: Vec<f64> = receivers.iter().map(|&receiver| rho(receiver)).collect();
             let of_light = risen(&of_light);
-            // What is reflected of the light, for each unit of what arrives.
+            // The weights `w = 1 + G rho w`: `of_light` bounds `rho w`.
             let swept = sweep(&solved, &views, &everywhere_most(mesh, receivers, &of_light));
             let of_unit: Vec<f64> = swept.iter().map(|gathered| 1.0 + gathered).collect();
             spread(&of_unit, &mut weights);
 
-            // What there is at most, whatever was found: light that is reflected once, and more often.
+            // The most light that there can be, whatever was computed: reflected once, and more often.
             let given: Vec<f64> = mesh.elements().iter().map(|element| solved.given(element.face(), channel)).collect();
             let once = reflected_of(&given);
             let once_on = everywhere_most(mesh, receivers, &once);
@@ -585,7 +589,7 @@ impl Proven {
     }
 }
 
-/// What is gathered at most of something by its largest value and its mean.
+/// Bound on the gather of a function from one source, by its largest value and its mean there.
 fn gathered(factor: f64, peak: f64, most: f64, mean: f64) -> f64 {
     let by_mean = if peak.is_finite() { peak * mean } else { f64::INFINITY };
     mutant!("solver.gathered", least(factor * most, by_mean), |most| 0.01 * most)
@@ -615,7 +619,7 @@ impl Views {
     }
 }
 
-/// One gather, without the reflectance, of what is at most this on each element.
+/// One gather, without the reflectance, of a function with these largest values on the elements.
 fn sweep(solved: &Solved<'_>, views: &[Views], values: &[f64]) -> Vec<f64> {
     let on_clusters = solved.mesh.clusters().pull(|element| values[element], largest);
     let of = |views: &Views| {
@@ -653,7 +657,7 @@ fn again(solved: &Solved<'_>, views: &[Views], channel: usize, own: &[f64], valu
     solved.receivers.iter().zip(own).zip(swept).map(of).collect()
 }
 
-/// On each receiver what is nowhere less than `own + rho G` of itself.
+/// On each receiver a `w` that is nowhere less than `own + rho G w`.
 ///
 /// From any `v` with `own + rho G v <= v + d`: `v + d u` is such a bound with the `u` of [`spent`].
 fn risen(solved: &Solved<'_>, views: &[Views], channel: usize, own: &[f64], spent: &[f64]) -> Vec<f64> {
@@ -690,7 +694,7 @@ fn everywhere_most(mesh: &Mesh, receivers: &[usize], values: &[f64]) -> Vec<f64>
     all.into_iter().map(|value| value.unwrap_or(f64::NAN)).collect()
 }
 
-/// What is left out on each element, from where it is known: over those above, and at most on those below.
+/// The residual on every element, from those that have one: joined over elements above them, and as a bound on those below.
 fn everywhere(mesh: &Mesh, at: &[usize], of: Vec<Vec<Rest>>, channels: usize) -> Vec<Vec<Rest>> {
     let mut all: Vec<Option<Vec<Rest>>> = vec![None; mesh.elements().len()];
     at.iter().zip(of).for_each(|(&element, of)| all[element] = Some(of));

@@ -14,10 +14,10 @@
 //! # What a point gathers of it
 //! From a source, at a point with form factor F, with k the kernel times the area: `|G r|` is at most `F max|r|`; `k_max mean|r|`;
 //! `(k_max - k_min)/2 mean|r| + (k_max + k_min)/2 |mean r|`, since a constant may be taken from the kernel; and
-//! what is left of k beside its Taylor polynomial of a degree below m at each leaf's centre. Of that r finds what polynomials of
-//! the basis leave, at most `|D^m k|/m!` times a number of the element ([`crate::mesh::remainder`]); and where r is not orthogonal
-//! to them, as far as it is not, the polynomials: `|D^l k|/l! d^l` for l up to m, d the distance from the centre. The least
-//! counts: an oscillating residual counts for little.
+//! the rest of k after its Taylor polynomial of a degree below m at each leaf's centre. Against that rest r counts with the part
+//! that polynomials of the basis leave, at most `|D^m k|/m!` times a number of the element ([`crate::mesh::remainder`]); and as
+//! far as r is not orthogonal to the basis, the polynomials count too: `|D^l k|/l! d^l` for l up to m, d the distance from the
+//! centre. The least counts: an oscillating residual counts for little.
 //!
 //! # Textures
 //! With a texture r is `rho x + t`: x what the projection of the irradiance leaves out, and the detail `t = E + rho H_h - B_h`,
@@ -32,7 +32,7 @@ use crate::mesh::basis::{Basis, POWERS};
 use crate::mesh::element::Element;
 use crate::mesh::texture::{Detail, Pattern};
 
-/// Bounds on what is left out over an element; of one that is divided, over those below it.
+/// Bounds on the residual over an element; of one that is divided, over those below it.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(crate) struct Residual {
     /// Largest magnitude.
@@ -208,7 +208,7 @@ impl Found {
         Self { factor, peak: kernel.peak, least: kernel.least, beyond, derivatives }
     }
 
-    /// The least of the bounds on what is gathered.
+    /// The least of the bounds on the gather.
     fn least(&self, degree: usize, largest: f64, arms: &[f64; POWERS], biases: &[f64; POWERS]) -> f64 {
         if largest == 0.0 || self.factor == 0.0 {
             return 0.0;

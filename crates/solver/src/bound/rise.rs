@@ -14,7 +14,7 @@ use crate::links::cluster::glow::Pair;
 /// Sweeps after which there is no bound: far more than any reflectance below 0.99 needs.
 const MOST_SWEEPS: usize = 2000;
 
-/// What is added, as a part, so that sweeps that still rise by a little end below.
+/// Relative margin added to the sweeps, so that a rest that would still rise a little stays below the sum.
 const MARGIN: f64 = 0.03;
 
 /// How much they may still rise, as a part.

@@ -1,4 +1,4 @@
-//! What bounds are made of: the mesh, what its receivers see, and what is known on it.
+//! The parts that bounds need: the mesh, its links, and the sources that its receivers see.
 
 use rayon::prelude::*;
 

@@ -1,7 +1,7 @@
 //! What the nodes of a receiver, or a point, see of receivers and of the elements above them.
 //!
-//! Links to elements below a receiver are taken together, as what is left out of reflected light cancels over receivers, not
-//! over their parts. Numbers of the nodes lie beside each other: what is gathered is summed for all of them at a time.
+//! Links to elements below a receiver are taken together, as the residual of reflected light cancels over receivers, not over
+//! their parts. Numbers of the nodes lie beside each other: gathers are summed for all nodes at a time.
 
 use std::collections::HashMap;
 
@@ -11,7 +11,7 @@ use crate::links::transfer::{Kernel, Row, Sampled};
 use crate::mesh::Mesh;
 use crate::mesh::surfaces::Surfaces;
 
-/// What is seen, for each source and node.
+/// Form factors and kernels for each source and node.
 #[derive(Debug)]
 pub(super) struct SeenSources {
     pub(super) sources: Vec<usize>,
@@ -167,7 +167,7 @@ impl Together {
         Self { sampled: Some(Sampled::default()), values: vec![0.0; len] }
     }
 
-    /// Adds a part. What is not seen of the receiver is 0 and has no row.
+    /// Adds a part. A part that the receiver does not see is 0 and has no row.
     fn add(&mut self, mesh: &Mesh, receiver: usize, part: usize, row: &Row) {
         if row.factor() == 0.0 {
             return;

@@ -7,7 +7,7 @@
 //! by `O(h^4)` for elements of size h.
 //!
 //! Along an edge the patch is the cubic through the values and the slopes along it at its ends, and nothing else: neighbours that
-//! share an edge and what is sampled at its ends meet without a gap.
+//! share an edge and the samples at its ends meet without a gap.
 //!
 //! Values have any unit, slopes that unit per reference coordinate. Held as Bernstein coefficients, whose range is a bound.
 
@@ -34,7 +34,7 @@ pub struct HermitePatch {
 }
 
 impl HermitePatch {
-    /// The patch on the unit square, from what is at (0,0), (1,0), (1,1) and (0,1): values, and derivatives along s and t.
+    /// The patch on the unit square, from values and derivatives along s and t at (0,0), (1,0), (1,1) and (0,1).
     #[must_use]
     pub fn on_parallelogram(values: [f64; 4], slopes: [[f64; 2]; 4]) -> Self {
         // By corner (i, j).
@@ -55,8 +55,8 @@ impl HermitePatch {
         Self { shape: Shape::Parallelogram, control }
     }
 
-    /// The patch on the triangle (0,0), (1,0), (0,1), from what is there, values and derivatives along s and t, and the value at the
-    /// centroid.
+    /// The patch on the triangle (0,0), (1,0), (0,1), from values and derivatives along s and t at these corners, and the value
+    /// at the centroid.
     #[must_use]
     pub fn on_triangle(values: [f64; 3], slopes: [[f64; 2]; 3], middle: f64) -> Self {
         const CORNERS: [[f64; 2]; 3] = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]];

@@ -6,9 +6,10 @@
 //! edge's cubic: so the patches on its other side are restrictions of that cubic, and meet it without a gap (M. Bastos et al. 1993
 //! cut the larger patch instead).
 //!
-//! A cubic may leave the range of what it goes through, most where a gradient grows without limit, and a vertex in a shadow that only
-//! just reaches the leaf may stand for too much of it. So each patch is held to what is known of the light on its leaf: the polynomial and
-//! its detail ([`crate::solve::detail`]). Its Bernstein coefficients must be in the range of the values at its corners and of these, by
+//! A cubic may leave the range of the values that it goes through, most where a gradient grows without limit, and a vertex in a
+//! shadow that only just reaches the leaf may stand for too much of it. So each patch is held to the light on its leaf: the
+//! polynomial and its detail ([`crate::solve::detail`]). Its Bernstein coefficients must be in the range of the values at its
+//! corners and of these, by
 //! no more than the detail beyond it, and not below 0; and at the nodes it must be no farther from them than the polynomial is, in the root mean square. Else the polynomial
 //! stays, and where that may be negative it is drawn toward its mean (X. Zhang and C.-W. Shu 2010): there neighbours do not meet.
 //!
@@ -47,14 +48,14 @@ pub struct Reconstruction {
     bases: [Basis; 2],
 }
 
-/// What is on a leaf.
+/// The function that is drawn on a leaf.
 #[derive(Debug, Clone)]
 enum Piece {
     Patch(HermitePatch),
     Polynomial { shape: Shape, coefficients: Vec<f64> },
 }
 
-/// What is known of a vertex, in each channel.
+/// A vertex with its samples in each channel.
 #[derive(Debug, Clone)]
 struct Vertex {
     position: DVec3,
@@ -146,7 +147,7 @@ impl Solution {
             let at = |place: [f64; 2]| above.values(place).iter().zip(coefficients).map(|(v, c)| v * c).sum::<f64>() - of(place);
             basis.nodes().iter().map(|node| node.weight * at(node.at).powi(2)).sum()
         };
-        // Light itself differs from the detail by what is beyond it, and a patch may be that light.
+        // Light itself differs from the detail by the degrees above it, and a patch may be that light.
         let by_polynomial = square(&detail.coefficients, &|_| 0.0) + 2.0 * detail.beyond * detail.beyond;
         low <= from && to <= high && square(&known, &|place| patch.value(place)) <= by_polynomial
     }
@@ -179,7 +180,7 @@ impl Solution {
 }
 
 impl Reconstruction {
-    /// Radiosity on a leaf in a channel; 0 on what is no leaf.
+    /// Radiosity on a leaf in a channel; 0 if the element is no leaf.
     #[must_use]
     pub fn value_on(&self, leaf: usize, channel: usize, reference: [f64; 2]) -> f64 {
         match self.pieces.get(leaf).and_then(|of| of.get(channel)) {

@@ -158,7 +158,7 @@ impl ConstantElement {
     }
 }
 
-/// Divides a receiver into elements on which the radiosity is constant to what is allowed.
+/// Divides a receiver into elements on which the radiosity is constant to the allowed error.
 ///
 /// # Errors
 /// If the error or the length allowed is not positive, the receiver's outline touches itself, or a sample cannot be computed.
@@ -187,8 +187,8 @@ pub fn refine_constant(receiver: &Polygon, light: &Lighting<'_>, refinement: &Re
     });
     let element = |corners| ConstantElement::new(corners, light, normal, &most, refinement.longest);
     let mut mesh = ConstantMesh { elements: outlines.map(element).collect::<Result<_, Error>>()?, normal };
-    // The worst first, so that what is left where the number of elements ends is the best that it allows. Bits of positive
-    // numbers are in their order.
+    // The worst first, so that the mesh is the best for its number of elements where that number ends. Bits of positive numbers
+    // are in their order.
     let entry = |mesh: &ConstantMesh, index: usize| (mesh.elements[index].off.to_bits(), index);
     let mut queue: BTreeSet<(u64, usize)> = (0..mesh.elements.len()).map(|index| entry(&mesh, index)).collect();
     while mesh.elements.len() < refinement.most_elements {

@@ -6,8 +6,8 @@
 //!   leaves the straight line by `t(1-t)[(1-t) a - t b]`, `a = L B0' - (B1 - B0)`, `b = L B1' - (B1 - B0)`, at the fraction t of
 //!   the edge ([`departure`]). Neither curve is built. Where that is largest is the best next sample.
 //!
-//! Units: those of the radiosity. Both are exact to rounding in what they compute, and estimates of what they stand for: the
-//! first leaves out second derivatives, the second the fourth ones, which leave `L^4 B''''/384` at most.
+//! Units: those of the radiosity. Both compute their formula to rounding, and estimate the error of an element: the first leaves
+//! out second derivatives, the second the fourth ones, which leave `L^4 B''''/384` at most.
 
 use radgrad_core::DVec3;
 use radgrad_scene::largest;

@@ -6,7 +6,7 @@
 //! corners far away, again and again. A sample that would come into the circle over an edge of the outline cuts that edge instead
 //! (J. Ruppert 1995): else they would crowd along it. Of a quadratic function, three edges that are each off by e leave at most 4/3 e inside the
 //! triangle (it is off by `|y - p|^2` less that at the corners, in the metric of its second derivatives); so edges get three
-//! quarters of what is allowed.
+//! quarters of the allowed error.
 //!
 //! With the maximum first, the brightest place of each emitter is a vertex before any edge is looked at.
 
@@ -89,7 +89,7 @@ impl LinearMesh {
     }
 }
 
-/// Divides a receiver into triangles on which the radiosity is linear to what is allowed.
+/// Divides a receiver into triangles on which the radiosity is linear to the allowed error.
 ///
 /// # Errors
 /// If the error or the length allowed is not positive, the receiver's outline touches itself, or a sample cannot be computed.
@@ -132,7 +132,7 @@ struct Building<'a> {
     longest: f64,
     size: f64,
     edges: HashMap<Ends, MeshEdge>,
-    /// Edges by what they are off: bits of positive numbers are in their order.
+    /// Edges by their error: bits of positive numbers are in their order.
     queue: BTreeSet<(u64, Ends)>,
     /// Edges of the outline.
     outline: BTreeSet<Ends>,

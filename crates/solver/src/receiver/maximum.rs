@@ -3,11 +3,11 @@
 //! On a plane, a single convex emitter of constant radiosity has one maximum and no other (G. Drettakis and E. Fiume 1993; HS95
 //! 3.2). Newton's method finds where the tangential gradient is zero, with the second derivatives of `radgrad-core`; where these
 //! are not those of a maximum beyond their bound, it climbs along the gradient. A step that leaves the receiver ends at its edge,
-//! and goes on along it. Steps are halved until the radiosity rises (L. Armijo 1966), so that what is found is a maximum, local
+//! and goes on along it. Steps are halved until the radiosity rises (L. Armijo 1966), so that the search ends at a maximum, local
 //! if the emitter is concave or its emission not constant.
 //!
 //! The place is good to about 1e-9 of the receiver's size where the maximum is a smooth one. Where emitter and receiver touch,
-//! the largest value is a limit at the contact, and what is returned is next to it.
+//! the largest value is a limit at the contact, and the place returned is next to it.
 
 use radgrad_core::{DVec3, Emission, Emitter, Error as CoreError, Polygon, Receiver, evaluate_to, hessian_to};
 use radgrad_scene::{largest, smallest, triangulate};

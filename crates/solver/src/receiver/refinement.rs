@@ -13,7 +13,8 @@ use crate::error::Error;
 pub struct Refinement {
     /// What an element may be off, by the criterion, in the unit of the radiosity.
     pub error: f64,
-    /// Sides of elements longer than this are divided whatever a criterion says: what is smaller may be missed, as a shadow.
+    /// Sides of elements longer than this are divided whatever a criterion says: samples may miss a smaller feature, such as a
+    /// shadow.
     pub longest: f64,
     /// Elements beyond which none is divided any more.
     pub most_elements: usize,

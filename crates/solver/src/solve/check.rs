@@ -12,8 +12,8 @@ use crate::solve::solution::Solution;
 const NAMED: usize = 3;
 
 impl Solution {
-    /// Refuses faces that overlap, by form factors that sum to more than 1 whatever their errors are, and what is no number. Of what
-    /// is seen through clusters nothing is added.
+    /// Refuses faces that overlap, by form factors that sum to more than 1 whatever their errors are, and numbers that are not
+    /// finite. The sum leaves out clusters, so it may miss an overlap but never claims one.
     pub(super) fn check(&self, scene: &Scene) -> Result<(), Error> {
         if let Some(error) = self.receivers.par_iter().find_map_first(|&receiver| self.covered(scene, receiver)) {
             return Err(error);

@@ -1,4 +1,4 @@
-//! What is known of the radiosity beyond the polynomials on elements: the next degree, with its sign.
+//! The part of the radiosity beyond the polynomials on elements: the next degree, with its sign.
 //!
 //! A residual `r = B_g - B_h` is sampled at the nodes of every projection, where direct light and links were computed anyway. The nodes
 //! see the polynomials of the next degree exactly ([`crate::mesh::rule`]); these, of direct light on leaves and of reflected light on the

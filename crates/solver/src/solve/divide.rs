@@ -1,4 +1,4 @@
-//! Which elements a round divides: those that together make up a given part of what is left out (W. Dörfler 1996).
+//! Which elements a round divides: those that together make up a given part of the residual (W. Dörfler 1996).
 
 use crate::error::Error;
 use crate::solve::options::{Marking, Options};
@@ -9,7 +9,8 @@ use radgrad_scene::{largest, smallest};
 /// The part of the bound whose receivers are divided in a round.
 pub(super) const BULK: f64 = 0.7;
 
-/// The part of what is off most that is divided in a round: less, since elements count there, not rounds.
+/// The same part where elements are divided by samples and gradients: less, since there the number of elements counts, not of
+/// rounds.
 const OFF_BULK: f64 = 0.6;
 
 /// Part of their share that receivers are expected to keep when they are divided.
@@ -42,7 +43,7 @@ impl Solution {
         Ok(())
     }
 
-    /// The part of the bound whose receivers have to be divided, if the bound is to come to a little below what is asked for.
+    /// The part of the bound whose receivers have to be divided so that the bound comes to a little below the one asked for.
     fn part(&self, options: &Options) -> f64 {
         let excess = match options.bound {
             Some(bound) => 1.0 - AIMED_BELOW * bound / self.progress.bound,
@@ -68,8 +69,8 @@ impl Solution {
         self.receivers.iter().map(|&receiver| (worst(receiver), receiver)).collect()
     }
 
-    /// What is off most by samples and gradients, leaves and receivers above them, and the receivers among these that gather more
-    /// finely from now on: where reflected light by itself is no small part of that.
+    /// Leaves, and receivers above them, that are off most by samples and gradients; and the receivers among these that gather
+    /// more finely from now on: those where reflected light by itself is no small part of the error.
     fn most_off(&mut self) -> Result<(Vec<usize>, Vec<usize>), Error> {
         self.judge()?;
         let elements = self.mesh.elements();

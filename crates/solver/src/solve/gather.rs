@@ -100,8 +100,8 @@ impl Solution {
         self.mesh.is_near_a_face(self.placement.inward(point), REACH * self.extent)
     }
 
-    /// Irradiance at a point anywhere, of what is above the plane through it that `normal`, of any length, is upright on: the reading
-    /// of a sensor that is there and hides nothing. Faces are where their vertices say exactly, and what lies in that plane gives
+    /// Irradiance at a point anywhere, from the half space that `normal`, of any length, points into: the reading of a sensor
+    /// that is there and hides nothing. Faces are exactly where their vertices say, and a face in the sensor's plane gives
     /// nothing; ask [`Self::gather`] for points on faces, which takes them for points of the face's plane.
     ///
     /// ```
@@ -184,7 +184,7 @@ impl Solution {
         })
     }
 
-    /// Radiosity at a point of a leaf, without what is known of its error.
+    /// Radiosity at a point of a leaf, without bound or estimate.
     pub(crate) fn radiosity_on(&self, leaf: usize, point: DVec3) -> Result<Vec<f64>, Error> {
         let (station, gathers) = self.gathers_on(leaf, point)?;
         let sums = self.sum(&station, gathers, &self.far[self.receiver_of(leaf)]).sums;
@@ -235,7 +235,7 @@ impl Solution {
         Sum { sums, ledger, rows, far }
     }
 
-    /// The sum with what is known of its error.
+    /// The sum with its bound and its estimate.
     fn bounded_sum(&self, station: &Station, Sum { sums, ledger, rows, far }: &Sum) -> Irradiance {
         let channels = self.channels.len();
         let whole = vec![1.0; channels];

@@ -1,11 +1,11 @@
 //! The gradient of one exact gather: within the plane of an element, or of the irradiance in space with the normal kept. It has no bound.
 //!
-//! For pictures it is taken over the links that there are. Who asks for it at a point gets it by links of the point's own, as if the
-//! error asked for were a tenth, which open clusters too; and with an estimate of its error. By far the most of that is what the
-//! polynomials on sources leave out, `grad G r`, of which [`crate::solve::detail`] knows the next degree with its sign: that part is
-//! gathered, and its size is the estimate, together with what is known by its size alone: what samples have beyond the next degree,
-//! which adds up as if without order, and what links and clusters neglect. These count by `4/d` of what they give at most, d the distance:
-//! `|grad k|` is at most that times the kernel k where neither cosine is small.
+//! For pictures it is taken over the links that there are. A point that is asked for gets links of its own, as if the error asked
+//! for were a tenth, which open clusters too; and an estimate of the error. By far the most of the error is that of the
+//! polynomials on sources, `grad G r`. [`crate::solve::detail`] knows the next degree of r with its sign: that part is gathered,
+//! and its size is one part of the estimate. The others have a size and no sign: the samples beyond the next degree, whose
+//! squares add up, and the light that links and clusters neglect. These count by `4/d` of the most that they give, d the
+//! distance: `|grad k|` is at most that times the kernel k where neither cosine is small.
 
 use radgrad_core::{DVec3, evaluate_to, gradient};
 
@@ -44,12 +44,12 @@ pub struct Gradient {
     pub estimate: Vec<f64>,
 }
 
-/// What a gradient is made of, and what is known of its error, in each channel.
+/// A gradient and the parts of its estimate, in each channel.
 pub(super) struct Parts {
     pub(super) gradient: Vec<DVec3>,
     /// That of the detail.
     pub(super) detail: Vec<DVec3>,
-    /// What is beyond that, squared.
+    /// The square of the gradient's error from degrees beyond the detail.
     pub(super) beyond: Vec<f64>,
     pub(super) neglected: Vec<f64>,
 }
@@ -169,7 +169,7 @@ impl Solution {
         Ok(parts)
     }
 
-    /// Adds what a link gives: its gradient and what it neglects, the gradient of the detail, the square of what is beyond that.
+    /// Adds the parts of a link.
     fn add_gradient_of(&self, station: &Station, link: &Link, parts: &mut Parts) -> Result<(), Error> {
         let (basis, element) = (self.mesh.basis(link.source), &self.mesh.elements()[link.source]);
         let coefficients: Vec<&[f64]> =
@@ -186,7 +186,8 @@ impl Solution {
             let coefficients: Vec<&[f64]> = details.iter().map(|of| &of.coefficients[..]).collect();
             let gradients = self.gradients_from((link.source, above), &link.sight, station, &coefficients)?;
             parts.detail.iter_mut().zip(gradients).for_each(|(sum, of)| *sum += of);
-            // What is orthogonal to polynomials counts by what these leave of the kernel, or as far as samples let it be along them.
+            // A residual orthogonal to the polynomials counts by the kernel's part beyond them, or by its own part along them as
+            // far as the samples allow one.
             let near = smallest(element.radius() / (element.centre() - station.point).length(), 1.0);
             let falls: f64 = std::iter::repeat_n(near, above.degree() + 1).product();
             let part = largest(falls, 1.0 / (above.degree() + 1) as f64);
@@ -209,7 +210,9 @@ impl Solution {
     }
 
     /// Gradient of one exact gather within the leaf's plane, in each channel: the closed forms' at nearby and half hidden sources,
-    /// without bound. Point and gradient have the coordinates of [`Self::placement`]. Of what is seen through clusters it is that of the receiver's polynomial. A texture has none within a texel: its gradient is that of the irradiance times the reflectance there.
+    /// without bound. Point and gradient have the coordinates of [`Self::placement`]. For light through clusters it is the
+    /// gradient of the receiver's polynomial. Within a texel the reflectance is constant, so a texture's gradient is that of the
+    /// irradiance times the reflectance there.
     ///
     /// # Errors
     /// If it cannot be represented.
@@ -222,7 +225,7 @@ impl Solution {
         Ok(sums.iter().zip(&rho).map(|(sum, rho)| *sum * *rho).collect())
     }
 
-    /// Of what is seen through clusters the gradient of its projection on a receiver.
+    /// The gradient of the light through clusters, projected on a receiver.
     fn gradient_of_clusters(&self, receiver: usize, channel: usize, point: DVec3) -> DVec3 {
         let (far, basis, element) = (&self.far[receiver], self.mesh.basis(receiver), &self.mesh.elements()[receiver]);
         if far.is_empty() {

@@ -93,7 +93,7 @@ impl Solution {
         left.iter_mut().zip(self.emitted_on(receiver, channel)).for_each(|(p, e)| *p += e);
         residual.largest.solver = basis.magnitude(&left);
         if far.is_empty() && at_nodes.iter().all(|h| *h == 0.0) {
-            // Nothing was sampled, which says nothing of what is between the nodes.
+            // All samples are 0, and say nothing of light between the nodes.
             let past = links.iter().filter(|link| matches!(link.sight, Sight::Past(_)));
             let size = |source: usize| {
                 self.mesh.basis(source).magnitude(self.field.of(source, channel, self.mesh.basis(source).len()))

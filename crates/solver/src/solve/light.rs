@@ -74,7 +74,7 @@ impl Solution {
             };
             let marked: Vec<(f64, usize)> = leaves.iter().map(indicator).collect();
             let left: f64 = marked.iter().map(|m| m.0).sum();
-            // What is no number is refused after the round.
+            // A NaN is refused after the round.
             if left <= DIRECT_PART * aim || left.is_nan() {
                 return Ok(());
             }

@@ -13,7 +13,7 @@
 //! triangles. From degree 3 on a cubic says nothing, and the nodes decide. Corners are moved inward, those of a square to its
 //! four Gauss nodes: at an edge between two faces gradients are infinite, and there a cubic through the corners says nothing.
 //!
-//! Direct and reflected light are judged together where an element has both, since what they leave out adds up with its sign.
+//! Direct and reflected light are judged together where an element has both, since their residuals add up with their signs.
 //! Samples are taken once: after the first round light changes by little. The detail of textures does not count: no division
 //! above the size of texels takes it away, and [`Solution::textured_on`] has it.
 
@@ -88,7 +88,7 @@ impl Solution {
         Ok(self.lamps.at(&self.optics(), &self.surfaces, &station, self.direct[leaf].sights())?.irradiance)
     }
 
-    /// Irradiance of all else at a point of a receiver; like its gradient without what is seen through clusters.
+    /// Irradiance of all other light at a point of a receiver; like its gradient without light through clusters.
     fn reflected_at(&self, receiver: usize, point: DVec3) -> Result<Vec<f64>, Error> {
         let (optics, station) = (self.optics(), Station::on(&self.mesh.elements()[receiver], point));
         let mut sums = vec![0.0; self.channels().len()];
@@ -103,8 +103,8 @@ impl Solution {
     }
 }
 
-/// Mean square over an edge of what polynomials of a degree leave out of the cubic through values and slopes at its two Gauss
-/// nodes, slopes being the gradients times what is between them.
+/// Mean square over an edge of the part of a cubic above a degree. The cubic goes through values and slopes at the edge's two
+/// Gauss nodes, a slope being the gradient times the way from one to the other.
 ///
 /// With `a`, `b` as in [`crate::receiver::departure`] and `c = (a + b)/20` the cubic's Legendre coefficients between the nodes are
 /// `c1 = rise/2 - c`, `c2 = (b - a)/12` and `c3 = c`. On the edge, `sqrt(3)` times as long, the squares of those are

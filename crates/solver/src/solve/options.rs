@@ -1,4 +1,4 @@
-//! What is asked of a solution, and how far it has come.
+//! The options of a solution, and how far it has come.
 
 use std::time::Duration;
 
@@ -28,7 +28,7 @@ pub enum RelativeTo {
     All,
 }
 
-/// What is asked for.
+/// Accuracy, effort and ways of a solution.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Options {
     /// Estimate of the mean error of gathers over all area, over what [`Self::relative_to`] says, at most, in every channel.
@@ -99,8 +99,8 @@ pub struct Progress {
     pub links: usize,
     /// Gathers of receivers so far.
     pub gathers: usize,
-    /// Proven bound on the mean error over what errors are relative to, the largest of the channels: after the last round, and after each
-    /// if that is what is asked for; else infinite.
+    /// Proven bound on the mean error, relative as [`Options::relative_to`] says, the largest of the channels: known after the
+    /// last round, and after every round if [`Options::bound`] asks for it; infinite until then.
     pub bound: f64,
     /// Estimate of the same.
     pub estimate: f64,

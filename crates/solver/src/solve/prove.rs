@@ -30,7 +30,7 @@ impl Solution {
         Ok(self.relative(&self.mean_bound()))
     }
 
-    /// What is proven, if anything is.
+    /// The proven bounds, if there are any.
     pub(crate) fn proven(&self) -> Option<&Proven> {
         let prove = || {
             let of_leaf = |leaf: usize| match self.proven_direct.get(leaf) {
@@ -56,7 +56,7 @@ impl Solution {
         self.proven.get_or_init(prove).as_ref()
     }
 
-    /// Bounds what is left out of direct light on leaves of which it is not known.
+    /// Bounds the residual of direct light on leaves that have no such bound.
     pub(super) fn prove_direct(&mut self) {
         self.proven_direct.resize(self.mesh.elements().len(), None);
         if self.direct.is_empty() {

@@ -46,7 +46,7 @@ impl Solution {
         self.reference()
     }
 
-    /// What is probably not meant in the scene.
+    /// Warnings about properties of the scene that a modeller probably did not mean.
     #[must_use]
     pub fn warnings(&self) -> &[Warning] {
         &self.warnings
@@ -175,8 +175,8 @@ impl Solution {
         self.mesh.elements()[leaf].gradient([along(0), along(1)])
     }
 
-    /// Estimate of the length of the error of [`Self::gradient_on`]: the gradient of what samples at the nodes have of the next degree, and
-    /// what they have beyond that over the leaf's radius.
+    /// Estimate of the length of the error of [`Self::gradient_on`]: the gradient of the next degree, which the samples at the
+    /// nodes have, and their part beyond it over the leaf's radius.
     #[must_use]
     pub fn gradient_estimate_on(&self, leaf: usize, channel: usize, reference: [f64; 2]) -> f64 {
         let (element, detail) = (&self.mesh.elements()[leaf], &self.details()[leaf][channel]);

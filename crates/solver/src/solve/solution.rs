@@ -1,4 +1,4 @@
-//! The state of a solution: what a round works on, and what is left of it for those who ask.
+//! The state of a solution: the data that a round works on, and that queries read.
 
 use std::sync::OnceLock;
 
@@ -34,7 +34,7 @@ pub struct Solution {
     pub(crate) direct: Vec<Direct>,
     /// All light that elements send out, but for what lamps emit.
     pub(crate) field: Field,
-    /// What receivers themselves hold: light reflected twice or more, and what is emitted where no lamps are kept apart.
+    /// Coefficients of the receivers themselves: light reflected twice or more, and emission where no lamps are kept apart.
     pub(super) own: Vec<Vec<f64>>,
     /// Of receivers; empty for other elements.
     pub(crate) links: Vec<Vec<Link>>,
@@ -44,21 +44,21 @@ pub struct Solution {
     /// Samples of direct light on leaves and reflected light on receivers, of those that were judged by the gradient.
     pub(super) judged: Vec<[Option<Samples>; 2]>,
     pub(crate) bounds: Bounds,
-    /// What is needed to prove a bound, and the bound that is proven.
+    /// Geometry for the proof of the bound.
     pub(super) ground: Ground,
-    /// Once it is asked for; `None` if there is no bound.
+    /// The proven bounds, made when they are first asked for; `None` if there is no bound.
     pub(super) proven: OnceLock<Option<Proven>>,
-    /// What is known beyond the polynomials, once it is asked for.
+    /// The detail beyond the polynomials, made when it is first asked for.
     pub(super) details: OnceLock<Vec<Vec<Detail>>>,
     /// Of each leaf, bounds on the light of lamps that its nodes do not see, if there may be any.
     pub(super) unseen: Vec<Option<Vec<[f64; 2]>>>,
-    /// Of each leaf, what is proven to be left out of direct light at most.
+    /// Of each leaf, the proven bound on the residual of direct light.
     pub(super) proven_direct: Vec<Option<Vec<Rest>>>,
     pub(crate) channels: Vec<String>,
     pub(crate) extent: f64,
     /// Error that the evaluation of a function may have.
     pub(crate) absolute: f64,
-    /// What the links of a receiver may neglect together, relative to what errors are.
+    /// The most that the links of a receiver may neglect together, relative to the same mean as errors.
     pub(super) allowed: f64,
     pub(super) progress: Progress,
     /// Mean radiosity in each channel.
@@ -104,7 +104,7 @@ impl Solution {
         self.reflected.iter().zip(&self.mean).map(of).collect()
     }
 
-    /// Errors in each channel over what they are relative to, the largest.
+    /// Errors in each channel over the mean that they are relative to, the largest.
     pub(super) fn relative(&self, errors: &[Ledger]) -> f64 {
         errors.iter().zip(self.reference()).map(|(error, reference)| ratio(error.total(), reference)).fold(0.0, largest)
     }

@@ -45,7 +45,8 @@ impl Solution {
         let (mesh, surfaces, receivers, links) = (&self.mesh, &self.surfaces, &self.receivers[..], &self.links[..]);
         let equation = Equation { mesh, surfaces, receivers, links, far: &self.far, source: &source };
         for _ in 0..MOST_SWEEPS {
-            // Where light may be even no less is known of what is reflected than of all.
+            // Where light may be even, as in a furnace, reflected light is known no better than all light: changes are held to
+            // that.
             let of = if may_be_even(mesh, &self.lamps) { self.mean.clone() } else { self.reference() };
             let scale: Vec<f64> = of.iter().map(|&mean| if mean > 0.0 { mean } else { 1.0 }).collect();
             let solved = match order {

@@ -76,7 +76,7 @@ pub(super) fn division(cells: [&Cell; 2], planes: [&Plane; 2], screens: &[&Scree
         let sides = cells.map(|cell| screen.sides(&cell.points));
         let is_split = |side: Sides| side.front && side.behind;
         if sides.iter().any(|&side| is_split(side)) {
-            // What is on the other's side of the screen's plane is clear of it.
+            // The part of a cell on the other's side of the screen's plane is clear of the screen: cut there.
             for k in 0..2 {
                 if is_split(sides[k]) {
                     let heights: Vec<f64> = cells[k].points.iter().map(|&p| screen.height(p)).collect();

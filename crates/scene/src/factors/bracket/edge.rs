@@ -1,4 +1,4 @@
-//! What passes edges of screens, between two cells whose every segment is inside the other edges of these screens.
+//! The exchange that passes edges of screens, between two cells whose every segment is inside the other edges of these screens.
 //!
 //! A segment from x to y passes outside the edge where T(x, y) < 0 ([`crate::factors::screen`]), and T is affine in x and in y. With
 //! c and d points of the two cells, `T(x, y) = T(x, d) + T(c, y) - T(c, d) + m(x, y)`, where m is largest at corners, since it is affine
@@ -6,10 +6,10 @@
 //! T(c, d)` below -t and below t; a sum of two functions, of which it is known for either cell over what share it is below a value. In
 //! slices of the second cell of equal T, the first one's share is between those at the two ends.
 //!
-//! With the kernel k between `k0 - e` and `k0 + e` on all pairs, E what they exchange with nothing in between, and W the product of
-//! the areas, what passes is `int k [T < 0] = v E + int (k - k0) ([T < 0] - v)`, and `int |[T < 0] - v| = 2 v (1 - v) W`: so it is `v E` to
-//! within `2 e v (1 - v) W`. The share v errs by the size of the cells, and e is in proportion to it: undecided is what two cells
-//! exchange times their size over their distance, where to count all of it would be of first order.
+//! Let the kernel k be between `k0 - e` and `k0 + e` on all pairs, E their exchange with nothing in between, and W the product of
+//! the areas. The part that passes is `int k [T < 0] = v E + int (k - k0) ([T < 0] - v)`, and `int |[T < 0] - v| = 2 v (1 - v)
+//! W`: so it is `v E` to within `2 e v (1 - v) W`. Both the uncertainty of v and e are in proportion to the size of the cells
+//! over their distance. So the undecided part is E times that ratio; without this rule it would be all of E.
 
 use radgrad_core::{DVec3, mutant};
 
@@ -26,16 +26,16 @@ const ROUNDING: f64 = 1e-12;
 /// A kernel that varies by more than this over its least value says too little.
 const USEFUL: f64 = 3.0;
 
-/// What two cells exchange past an edge for sure, and what is hidden for sure.
+/// Lower bounds on the exchange of two cells that passes an edge, and on the part that the screen hides.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct Passing {
     pub(super) seen: f64,
     pub(super) hidden: f64,
 }
 
-/// What passes all of some edges, which run counter-clockwise around their screens seen from the first cell. `is_all` says whether
-/// nothing else hides anything. `whole` is what the cells exchange with nothing in between, and asked for if the cells are not too near
-/// each other to say anything; it comes back.
+/// Bounds on the exchange that passes all of some edges, which run counter-clockwise around their screens seen from the first
+/// cell. `is_all` says that nothing else hides anything. `whole` computes the cells' exchange with nothing in between; it is
+/// called, and its result returned, unless the cells are so near each other that the bounds would be empty.
 pub(super) fn passing(
     cells: [&Cell; 2],
     planes: [&Plane; 2],

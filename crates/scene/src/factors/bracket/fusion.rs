@@ -32,7 +32,7 @@ pub(super) struct Fused {
     pub(super) hiding: Vec<u32>,
     /// Edges inside of which something hides, each once.
     pub(super) edges: Vec<[DVec3; 2]>,
-    /// Whether what is outside of all these edges is seen.
+    /// Whether every segment outside of all these edges is free.
     pub(super) is_all: bool,
 }
 
@@ -65,7 +65,7 @@ pub(super) fn fuse(partials: &[Partial], segment: [DVec3; 2]) -> Fused {
         if members.is_empty() {
             continue;
         }
-        // What is left of the group's edges, each once, and how often.
+        // The group's edges without those that two members share, each once, and how often.
         let mut left: Vec<([DVec3; 2], i32)> = Vec::new();
         for (_, edge) in edges.iter().zip(&is_left).filter(|((k, _), left)| **left && group[*k] == name).map(|(edge, _)| edge) {
             match left.iter_mut().find(|(other, _)| other == edge) {
@@ -132,7 +132,8 @@ mod tests {
     use super::*;
     use crate::factors::screen::{Screen, Sight};
 
-    /// Two squares side by side at height 0.5, as one sees them from below, and what they leave of small cells above and below.
+    /// Two squares side by side at height 0.5, as one sees them from below, and the sight that they leave between small cells
+    /// above and below.
     #[test]
     fn neighbours_hide_all_behind_their_common_edge_and_one_edge_is_left_at_their_end() {
         let square = |low: [f64; 2], z: f64, size: f64| {

@@ -34,8 +34,8 @@ impl Outline {
         Self { normal: part.normal, rounding, level, slope: 0.5 * part.slope / power, points }
     }
 
-    /// The part in front of the other's plane, which is a surface's: what is level with it up to rounding is in it. `None` where
-    /// nothing is in front.
+    /// The part in front of the other's plane. Corners level with the plane up to rounding are taken to lie in it, since the
+    /// other is a surface whose coordinates are rounded. `None` where nothing is in front.
     pub(super) fn in_front_of(&self, other: &Self) -> Option<Front> {
         let origin = other.points[0];
         let height = |p: &DVec3| {

@@ -1,7 +1,7 @@
 //! Lines of a scene across which what a point sees may jump: the edges of faces, and where faces cross.
 //!
-//! Of two faces that share an edge and turn the same side to a point nothing is seen between them, so that what is seen behind
-//! them does not begin there. Other edges are outlines.
+//! Two faces that share an edge and turn the same side to a point leave no gap there, so that the point's sight of faces behind
+//! does not change across that edge. Other edges are outlines.
 
 use std::collections::HashMap;
 
@@ -181,8 +181,8 @@ impl Edges {
         }
     }
 
-    /// The part of a convex polygon on one side of a face's plane: none of what touches the plane from the other side, and all of what is
-    /// in it.
+    /// The part of a convex polygon on one side of a face's plane: all of it if it lies in the plane, nothing if it touches the
+    /// plane from the other side.
     pub(super) fn beside(&self, face: usize, sign: f64, from: &[DVec3]) -> Vec<DVec3> {
         let [corner, normal] = self.planes[face];
         let level = LEVEL * from.iter().map(|p| (*p - corner).length()).fold(0.0, largest);

@@ -6,7 +6,7 @@
 //! | `P S`, `r` | its projection from the element's nodes, and `S - P S` |
 //! | `Q` | interpolation by Legendre polynomials of degree n in s and in t at `(n + 1)^2` Gauss nodes |
 //! | `q` | what Taylor's polynomial of degree n leaves of S: module [`super`], by sources |
-//! | `d` | bound on the errors of what is evaluated at the nodes of Q |
+//! | `d` | bound on the errors of the evaluations at the nodes of Q |
 //!
 //! `Q p = p` for polynomials p of degree n, and so for P S. Taylor's polynomial p of S has `S - Q S = (S - p) - Q (S - p)`; and
 //! `r = Q r + (S - Q S)`.
@@ -29,10 +29,10 @@ use crate::mesh::shape::Shape;
 /// Degrees that are tried.
 const DEGREES: [usize; 4] = [3, 5, 7, 11];
 
-/// Part of what is left out at the nodes that Taylor's polynomials may leave, beyond which a higher degree is asked.
+/// Share of the residual at the nodes up to which the rest of Taylor's series may go; above it a higher degree is tried.
 const PART: f64 = 0.2;
 
-/// What counts together: whether each source does, and what is left out of these in each channel.
+/// Sources that count together: which do, and their residual in each channel.
 #[derive(Debug, Default)]
 pub(super) struct Finely {
     pub(super) takes: Vec<bool>,
@@ -40,8 +40,8 @@ pub(super) struct Finely {
 }
 
 impl Proof<'_> {
-    /// What is left out of the sources that count for less so than each by itself: `alone` says what they do in all channels, in the
-    /// mean.
+    /// The residual of the sources that count for less together than each by itself; `alone` is the mean residual of a source by
+    /// itself, summed over the channels.
     pub(super) fn finely(
         &self,
         to: usize,

@@ -28,10 +28,10 @@ const MOST_FACES: usize = 24;
 /// The same summed over all sources, beyond which it is not asked how fast light changes.
 const MOST_IN_ALL: usize = 1500;
 
-/// Cuts of an element by what stands on it, beyond which it is not asked what is hidden from each part.
+/// Cuts of an element by faces that stand on it, beyond which its parts are not asked one by one.
 const MOST_CUTS: usize = 3;
 
-/// What is computed with.
+/// The scene and its geometry, as the proof uses them.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Proof<'a> {
     pub(super) mesh: &'a Mesh,
@@ -61,7 +61,7 @@ pub(super) enum Light<'a> {
     Even(&'a [Vec<f64>]),
 }
 
-/// What is left out.
+/// The residual of a projection: its largest magnitude and its mean.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Left {
     pub(super) largest: f64,
@@ -84,7 +84,7 @@ pub(super) struct Gathered<'a> {
 pub(super) enum Kind {
     /// Nothing.
     Dark,
-    /// All, but for what is below the horizon or behind.
+    /// All, but for a part below the horizon or behind the source's plane.
     Clear,
     /// Something may be before a part of it.
     Cut,
@@ -189,8 +189,8 @@ impl Proof<'_> {
         }
     }
 
-    /// What an element sees of a source past some faces, each solid of them by itself: where no outline of a solid is between, it hides
-    /// all of the source from all of the element or nothing of it, as what is seen changes only across outlines.
+    /// How an element sees a source past some faces, each solid of them by itself: a solid without an outline between the two
+    /// hides all of the source from all of the element or nothing, as sight changes only across outlines.
     pub(super) fn kind(&self, to: usize, source: usize, faces: &[usize]) -> Kind {
         self.kind_from(to, self.mesh.elements()[to].polygon().vertices(), source, faces)
     }
@@ -215,8 +215,8 @@ impl Proof<'_> {
         kind
     }
 
-    /// Whether some faces hide all of a source from all of a part of an element, or nothing of it: where one of them stands on that part,
-    /// from what is on either side of it; `None` if neither may be.
+    /// Whether some faces hide all of a source from all of a part of an element (`true`), or nothing of it; `None` if neither is
+    /// sure. Where one of them stands on that part, the pieces on its two sides are asked, and must agree.
     fn hides(&self, to: usize, from: &[DVec3], source: usize, faces: &Vec<usize>, cuts: usize) -> Option<bool> {
         let (element, of_source) = (&self.mesh.elements()[to], &self.mesh.elements()[source]);
         if let Some(face) = self.edges.standing(element.face(), from, Some(faces)) {
@@ -255,7 +255,7 @@ impl Proof<'_> {
         gathered.sources.iter().map(of).collect()
     }
 
-    /// What is left out on an element of the light that it gathers, in each channel, and bounds on the form factors of all sources from
+    /// The residual of the light that an element gathers, in each channel, and bounds on the form factors of all sources from
     /// anywhere on it.
     pub(super) fn left(&self, to: usize, light: &Light<'_>, gathered: &Gathered<'_>) -> (Vec<Left>, Vec<f64>) {
         let (mesh, channels) = (self.mesh, self.channels);
@@ -265,7 +265,7 @@ impl Proof<'_> {
         let kinds = self.kinds(to, gathered);
         let less: Vec<f64> = (0..channels).map(|channel| self.seen(to, light, gathered, channel)).collect();
         let light = &match light {
-            // What is even is gathered evenly where form factors sum to 1.
+            // Where form factors sum to 1 a constant may be subtracted: every place gathers the same of it.
             Light::Field(field, _) if gathered.all => Light::Field(field, &less),
             other => *other,
         };
@@ -349,11 +349,7 @@ impl Proof<'_> {
         sum
     }
 
-    /// How much what a part gives changes by its own boundary, for a radiosity of 1: at most and in the mean.
-    fn own(&self, target: &Target<'_>, source: usize) -> [f64; 2] {
-        [target.most, target.mean].map(|by| self.own_by(target, source, by))
-    }
-
+    /// How much the form factor of a source changes by its own edges between places that are so far apart.
     pub(super) fn own_by(&self, target: &Target<'_>, source: usize, by: [f64; 2]) -> f64 {
         self.swept(target, (target.element.centre(), target.element.radius()), source, by)
     }
@@ -423,7 +419,7 @@ impl Proof<'_> {
         pieces
     }
 
-    /// What is left out at most of a source that is wholly seen.
+    /// Bound on the residual of a source that is wholly seen.
     fn alone(&self, target: &Target<'_>, to: usize, source: usize, coefficients: &[f64]) -> Left {
         let (of, p) = (&self.mesh.elements()[source], self.polynomial(source, coefficients));
         let reach = target.reach(of);
@@ -439,8 +435,8 @@ impl Proof<'_> {
         Left { largest: twice * least(smooth, changes), mean: 2.0 * least(smooth, changes) }
     }
 
-    /// What is left out, source by source: those that are seen as a whole by what is smooth in what they give, and all others by what
-    /// they give at most of the part of the hemisphere that is left.
+    /// The residual, source by source: wholly seen sources count by the rest of their Taylor series, all others by the most that
+    /// they can give from the part of the hemisphere that is left.
     fn by_sources(
         &self,
         to: usize,
@@ -464,12 +460,13 @@ impl Proof<'_> {
                         left.largest += alone.largest;
                         left.mean += alone.mean;
                     }
-                    let own = self.own(target, source);
+                    let farthest = |k: usize| target.nodes.near.iter().map(|near| near.most[k]).fold(0.0, largest);
+                    let own = self.own_by(target, source, [farthest(0), farthest(1)]);
                     let mut unit = vec![0.0; coefficients.len()];
                     unit[0] = 1.0;
                     let least_seen =
                         (0..basis.nodes().len()).map(|node| (gathered.value)(index, node, &unit)).fold(f64::INFINITY, least);
-                    let surely = least_seen - own[0] - gathered.error - 1e-6;
+                    let surely = least_seen - own - gathered.error - 1e-6;
                     covered += if surely > 0.0 { surely } else { 0.0 };
                 }
                 Kind::Cut => {
@@ -503,7 +500,7 @@ impl Proof<'_> {
         })
     }
 
-    /// What is left out at most whatever is hidden: light is between what sources give at most and at least.
+    /// Bound on the residual whatever is hidden: the light is between the most and the least that the sources can give.
     fn simply(&self, to: usize, target: &Target<'_>, light: &Light<'_>, gathered: &Gathered<'_>, channel: usize) -> Left {
         let (mesh, element, basis) = (self.mesh, target.element, self.mesh.basis(to));
         let mut bounds: Vec<(f64, f64, f64)> = Vec::with_capacity(gathered.sources.len());

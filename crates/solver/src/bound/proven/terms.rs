@@ -17,9 +17,6 @@ pub(super) struct Target<'a> {
     pub(super) nodes: &'a Nodes,
     /// For each part around a node, the node's place, and the largest distance of its places from it.
     pub(super) discs: Vec<(DVec3, f64)>,
-    /// Means over the element and largest values of `|ds|` and `|dt|`.
-    pub(super) mean: [f64; 2],
-    pub(super) most: [f64; 2],
     /// Lengths of the axes.
     lengths: [f64; 2],
 }
@@ -43,16 +40,7 @@ impl<'a> Target<'a> {
             let reach = near.most[0] * lengths[0] + near.most[1] * lengths[1];
             (element.point(places[near.node]), reach * ROUNDED)
         };
-        let over = |k: usize| nodes.near.iter().map(|near| near.share * near.mean[k]).sum::<f64>() * ROUNDED;
-        let most = |k: usize| nodes.near.iter().map(|near| near.most[k]).fold(0.0, largest);
-        Self {
-            element,
-            nodes,
-            discs: nodes.near.iter().map(disc).collect(),
-            mean: [over(0), over(1)],
-            most: [most(0), most(1)],
-            lengths,
-        }
+        Self { element, nodes, discs: nodes.near.iter().map(disc).collect(), lengths }
     }
 
     fn normal(&self) -> DVec3 {
