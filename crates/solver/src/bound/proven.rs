@@ -121,9 +121,11 @@ const MOST_SWEEPS: usize = 400;
 /// Rise, as a part, below which sweeps end.
 const RISE: f64 = 1e-3;
 
-/// What may be left out on a cell without being cut further, over the error that is asked for: the bound is so much larger than what it
-/// bounds.
-const COARSER: f64 = 20.0;
+/// What may be left out on a cell that is not cut further, over the estimate that is asked for: the bound is so much wider.
+const OVER_ESTIMATE: f64 = 20.0;
+
+/// The same over the bound that is asked for: light is reflected again.
+const OVER_BOUND: f64 = 0.3;
 
 /// The solution to bound.
 #[derive(Debug, Clone, Copy)]
@@ -169,7 +171,7 @@ pub(crate) struct Proven {
     /// For each element and channel: the residual of direct and of reflected light, also of elements above those that have
     /// samples.
     direct: Vec<Vec<Rest>>,
-    reflected: Vec<Vec<Rest>>,
+    pub(crate) reflected: Vec<Vec<Rest>>,
     /// For each element and channel, the most of the error that is gathered and reflected anywhere on it.
     carried: Vec<Vec<f64>>,
     /// For each receiver and channel, how much a mean error of 1 on it adds at most to that of all, over its part of the area.
@@ -191,11 +193,10 @@ impl Ground {
         Self { edges, nodes: [0, 1].map(|shape| Nodes::of(&mesh.bases()[shape])), closed, bases, effort: Effort::default() }
     }
 
-    /// Says what error in each channel is asked for, and whether it is the bound that is to be less.
+    /// Says what error in each channel is asked for, of the bound or of the estimate.
     pub(crate) fn aim_at(&mut self, errors: &[f64], is_bound: bool) {
-        let aim = errors.iter().map(|error| COARSER * error).collect();
-        let of_field = if is_bound { DEEPEST } else { 0 };
-        self.effort = Effort { aim, deepest: of_field };
+        let (part, deepest) = if is_bound { (OVER_BOUND, DEEPEST) } else { (OVER_ESTIMATE, 0) };
+        self.effort = Effort { aim: errors.iter().map(|error| part * error).collect(), deepest };
     }
 
     fn proof<'a>(&'a self, optics: Optics<'a>, channels: usize) -> Proof<'a> {

@@ -390,11 +390,11 @@ impl Proof<'_> {
         for (line, behind) in lines {
             let [a, b] = self.edges.all[line].ends;
             let from = self.edges.outlined_from(line, from);
-            if target.height(a).max(target.height(b)) <= 0.0 || from.is_empty() {
+            if largest(target.height(a), target.height(b)) <= 0.0 || from.is_empty() {
                 continue;
             }
             let away = ((a + b) * 0.5 - target.element.centre()).length() - 0.5 * (b - a).length();
-            let count = ((b - a).length() / (PIECE * away.max(target.element.radius()))).ceil().clamp(1.0, MOST_PIECES);
+            let count = ((b - a).length() / (PIECE * largest(away, target.element.radius()))).ceil().clamp(1.0, MOST_PIECES);
             let at = |part: f64| a + (b - a) * (part / count);
             let mut start = 0.0;
             while start < count {
