@@ -87,10 +87,16 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let cells = factors.field(on, arguments.grid, &radiosities, arguments.tolerance, || bar.inc(1))?;
     bar.finish_and_clear();
     finite(&cells)?;
+    let quantity = match &arguments.of {
+        Some(name) => format!("factor to {name}"),
+        None => "irradiance by lamps alone".to_owned(),
+    };
+    let units = if arguments.of.is_some() { ["1", "1/unit of length"] } else { ["pi x radiance", "that/unit of length"] };
+    let shown = picture::Shown { quantity: &quantity, surface: &arguments.on, units };
     match format {
         Format::Csv => write_whole(&arguments.out, |out| write_csv(out, &cells))?,
         Format::Vtu => write_whole(&arguments.out, |out| vtu::write(out, &cells))?,
-        Format::Png => write_whole(&arguments.out, |out| picture::write(out, &cells, arguments.grid))?,
+        Format::Png => write_whole(&arguments.out, |out| picture::write(out, &cells, arguments.grid, shown))?,
     }
     Ok(())
 }

@@ -34,7 +34,7 @@ pub(crate) struct Point {
     _comment: IgnoredAny,
 }
 
-/// What a point is taken to be on: a face if one is there, unless it is said.
+/// Where a point is: on a face if one is there, unless the line says otherwise.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "lowercase")]
 enum On {
@@ -61,7 +61,7 @@ struct Answer<'a> {
 #[derive(Debug, Serialize)]
 struct Reflected {
     radiosity: Vec<f64>,
-    /// Proven.
+    /// Proven; no numbers if there was no time for that.
     bound: Vec<f64>,
     estimate: Vec<f64>,
     /// Within the face.
@@ -69,7 +69,7 @@ struct Reflected {
     gradient_estimate: Vec<f64>,
 }
 
-/// What stands in the place of an answer.
+/// The reply to a point that has no answer.
 #[derive(Debug, Clone, Serialize)]
 pub(crate) struct Refusal {
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -104,6 +104,12 @@ impl Points {
             (line, serde_json::from_slice(text).map_err(refusal))
         };
         Self(lines.filter(|(_, text)| !text.trim_ascii().is_empty()).map(point).collect())
+    }
+
+    /// Positions and normals, of lines that are points.
+    pub(crate) fn places(&self) -> impl Iterator<Item = (DVec3, DVec3)> {
+        let known = self.0.iter().filter_map(|(_, point)| point.as_ref().ok());
+        known.map(|point| (DVec3::from(point.position), DVec3::from(point.normal)))
     }
 
     /// Answers every line. Returns the number of those that were refused.
@@ -153,20 +159,22 @@ fn answer<'a>(solution: &Solution, (line, point): &'a (usize, Result<Point, Refu
         irradiance_gradient: vectors(&slope),
         irradiance_gradient_estimate: slope.estimate,
     };
-    let not_finite = answer.numbers().find(|number| !number.is_finite()).copied();
+    let not_finite = answer.numbers(solution.is_proven()).find(|number| !number.is_finite()).copied();
     match not_finite {
         Some(value) => Err(refused(Error::NotFinite { what: "a number of the answer".to_owned(), value }.to_string())),
         None => Ok(answer),
     }
 }
 
-impl Answer<'_> {
-    fn numbers(&self) -> impl Iterator<Item = &f64> {
-        let of_face = self.reflected.iter().flat_map(|of| {
-            let values = of.radiosity.iter().chain(&of.bound).chain(&of.estimate);
+impl<'a> Answer<'a> {
+    /// Its numbers, those of bounds only if these are known.
+    fn numbers(&'a self, is_proven: bool) -> impl Iterator<Item = &'a f64> {
+        let known = move |bound: &'a Vec<f64>| bound.iter().filter(move |_| is_proven);
+        let of_face = self.reflected.iter().flat_map(move |of| {
+            let values = of.radiosity.iter().chain(known(&of.bound)).chain(&of.estimate);
             values.chain(of.gradient.as_flattened()).chain(&of.gradient_estimate)
         });
-        let values = of_face.chain(&self.irradiance).chain(&self.irradiance_bound).chain(&self.irradiance_estimate);
+        let values = of_face.chain(&self.irradiance).chain(known(&self.irradiance_bound)).chain(&self.irradiance_estimate);
         values.chain(self.irradiance_gradient.as_flattened()).chain(&self.irradiance_gradient_estimate)
     }
 }

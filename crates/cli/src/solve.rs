@@ -6,8 +6,9 @@ use std::time::{Duration, Instant};
 
 use clap::{Args, ValueEnum};
 use indicatif::{ProgressBar, ProgressStyle};
+use radgrad_core::DVec3;
 use radgrad_scene::{Materials, Scene};
-use radgrad_solver::{Linking, MAX_DEGREE, Marking, Options, Order, RelativeTo, Solution, solve_from};
+use radgrad_solver::{Linking, MAX_DEGREE, Marking, Options, Order, RelativeTo, Solution, solve_for};
 
 use crate::export::Format;
 use crate::lamps;
@@ -19,7 +20,7 @@ use crate::scene::SceneFile;
 use crate::summary::Summary;
 use crate::view::{self, View};
 
-/// What to solve, and what to write.
+/// The scene to solve, and the files to write.
 #[derive(Debug, Args)]
 pub(crate) struct Request {
     #[command(flatten)]
@@ -33,16 +34,21 @@ pub(crate) struct Request {
     /// Go by the proven bound on the mean error instead: over the same, at most this, a percentage or a fraction.
     #[arg(long, value_name = "BOUND", value_parser = fraction, conflicts_with = "error")]
     bound: Option<f64>,
-    /// What that is relative to: the mean radiosity without what faces emit themselves, or with it.
+    /// The reference of that: the mean radiosity without the faces' own emission, or with it.
     #[arg(long, value_enum, default_value_t)]
     relative_to: Reference,
-    /// Degree of the polynomials on elements, 0 to 4 [default: 2]
+    /// What refinement serves, and what the error is of: the mean over all area; or the points of --points and what --camera sees of the
+    /// scene, in the mean over them.
+    #[arg(long = "for", value_enum, default_value_t)]
+    serve: Serve,
+    /// Degree of the polynomials on elements, 0 to 4 [default: 2, and 1 from a thousand faces on]
     #[arg(long, value_parser = degree)]
     degree: Option<usize>,
-    /// Seconds in which to be done: no round is begun that would probably end later, and the bound says what was reached.
+    /// Seconds in which to be done: what is refined ends then, early in the first round, no round is begun that would probably end later,
+    /// and from a thousand faces on no bound is proven that would: the estimate says what was reached.
     #[arg(long, default_value = "60", value_parser = seconds)]
     seconds: Duration,
-    /// Elements, divided ones too, beyond which none is divided any more.
+    /// Elements, divided ones too, beyond which none is divided any more; where faces are a thousand or more, beside these.
     #[arg(long, default_value_t = 20_000)]
     most_elements: usize,
     /// Divide the elements that add most to the bound on gathers, or those whose polynomials are off most by values and
@@ -90,6 +96,14 @@ enum Divide {
     Gradient,
 }
 
+/// What is served.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, ValueEnum)]
+enum Serve {
+    #[default]
+    Mean,
+    Points,
+}
+
 /// [`RelativeTo`] on the command line.
 #[derive(Debug, Clone, Copy, Default, ValueEnum)]
 enum Reference {
@@ -107,7 +121,7 @@ enum Gathering {
 }
 
 impl Request {
-    /// What the solver is asked for, in this time.
+    /// Options of the solver, with this time.
     fn options(&self, time: Duration) -> Options {
         let marking = match self.divide {
             Divide::Bound => Marking::Residual,
@@ -177,6 +191,8 @@ pub(crate) enum Failure {
              with --max-reflectance 0.95"
     )]
     White { place: String, material: String, channel: String },
+    #[error("--for points has no points: give --points or --camera")]
+    Nothing,
     #[error("{} and {} are one file", first.display(), second.display())]
     SameFile { first: PathBuf, second: PathBuf },
     #[error(transparent)]
@@ -214,7 +230,15 @@ pub(crate) fn run(request: &Request, mut output: impl Write) -> Result<bool, Fai
     }
     lamps::report(&scene);
 
-    let solution = solved(request, &scene, start, out).map_err(|failure| named(failure, &scene))?;
+    let mut served = Vec::new();
+    if request.serve == Serve::Points {
+        served.extend(points.iter().flat_map(Points::places));
+        served.extend(request.view.places(&scene));
+        if served.is_empty() {
+            return Err(Failure::Nothing);
+        }
+    }
+    let solution = solved(request, &scene, &served, start, out).map_err(|failure| named(failure, &scene))?;
     let seconds = start.elapsed().as_secs_f64();
     solution.warnings().iter().for_each(say);
     request.view.write(&solution)?;
@@ -254,7 +278,13 @@ pub(crate) fn run(request: &Request, mut output: impl Write) -> Result<bool, Fai
 }
 
 /// The solution, with its progress on the standard error and a file of it after every round.
-fn solved(request: &Request, scene: &Scene, start: Instant, out: Option<(&Path, Format)>) -> Result<Solution, Failure> {
+fn solved(
+    request: &Request,
+    scene: &Scene,
+    served: &[(DVec3, DVec3)],
+    start: Instant,
+    out: Option<(&Path, Format)>,
+) -> Result<Solution, Failure> {
     // Reading has taken its part.
     let options = request.options(request.seconds.saturating_sub(start.elapsed()));
     let bar = ProgressBar::new_spinner();
@@ -268,7 +298,7 @@ fn solved(request: &Request, scene: &Scene, start: Instant, out: Option<(&Path, 
         None => Vec::new(),
     };
     let mut failure: Option<Failure> = None;
-    let solution = solve_from(scene, &options, &divisions, |solution| {
+    let solution = solve_for(scene, &options, &divisions, served, |solution| {
         let p = solution.progress();
         let (what, reached) = if p.bound.is_finite() { ("bound", p.bound) } else { ("estimate", p.estimate) };
         bar.set_message(format!(

@@ -78,7 +78,8 @@ impl fmt::Display for Summary {
         let Self { seconds, rounds, elements, links, bound, estimate, error, .. } = self;
         writeln!(f, "{elements} elements, {links} links, {rounds} rounds, {seconds:.3} s")?;
         let [estimate, bound, error] = [estimate, bound, error].map(|share| 100.0 * share);
-        writeln!(f, "error of the mean: estimated {estimate:.3} %, proven at most {bound:.3} %; {error:.3} % asked for\n")?;
+        let proven = if bound.is_finite() { format!("proven at most {bound:.3} %") } else { "nothing proven in time".to_owned() };
+        writeln!(f, "error of the mean: estimated {estimate:.3} %, {proven}; {error:.3} % asked for\n")?;
         let names = || self.channels.iter().map(|channel| printable(&channel.name));
         let width = names().map(|name| name.chars().count()).max().unwrap_or(0).max("channel".len());
         writeln!(f, "{:width$}  {:>14}  {:>14}  {:>14}", "channel", "mean", "estimate", "bound")?;

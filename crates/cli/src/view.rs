@@ -15,7 +15,7 @@ use std::path::{Path, PathBuf};
 use clap::{Args, ValueEnum};
 use indicatif::ProgressBar;
 use radgrad_core::{DVec3, Polygon};
-use radgrad_scene::{largest, smallest};
+use radgrad_scene::{Scene, largest, smallest};
 use radgrad_solver::{Ledger, Reconstruction, Solution};
 use rayon::prelude::*;
 
@@ -25,6 +25,9 @@ use crate::output::{self, Unwritten, extension, write_whole};
 use crate::say::say;
 use crate::scene::{SceneFile, progress};
 use camera::Camera;
+
+/// Squares of pixels along a side that refinement serves one of each of.
+const SERVED: usize = 16;
 
 /// A view that is asked for.
 #[derive(Debug, Args)]
@@ -98,6 +101,19 @@ impl View {
         Ok(output::check(file)?)
     }
 
+    /// What the camera sees of a scene, through a pixel of every square of them, with the normals there: for the sake of these.
+    pub(crate) fn places(&self, scene: &Scene) -> Vec<(DVec3, DVec3)> {
+        let Some(camera) = &self.camera else { return Vec::new() };
+        let polygons: Vec<Polygon> = scene.polygons().cloned().collect();
+        let squares = (0..SERVED * SERVED).map(|index| [index % SERVED, index / SERVED]);
+        let met = |square: [usize; 2]| {
+            let pixel = [0, 1].map(|k| square[k] * self.size[k] / SERVED + self.size[k] / (2 * SERVED));
+            let (face, point) = nearest(&polygons, camera.eye, camera.direction(pixel, offset(0), self.size))?;
+            Some((point, polygons[face].normal()))
+        };
+        squares.filter_map(met).collect()
+    }
+
     pub(crate) fn file(&self) -> Option<&Path> {
         self.view.as_deref()
     }
@@ -128,8 +144,10 @@ impl View {
         };
         let pixels = (0..width * height).into_par_iter().map(pixel).collect::<Result<Vec<Pixel>, radgrad_solver::Error>>()?;
         bar.finish_and_clear();
-        let mut numbers = pixels.iter().flat_map(|pixel| pixel.radiosity.iter().chain(&pixel.bound));
-        if let Some(&value) = numbers.find(|number| !number.is_finite()) {
+        // Where no bound was proven in time there is none.
+        let known = |pixel: &'_ Pixel| if solution.is_proven() { pixel.bound.clone() } else { Vec::new() };
+        let mut numbers = pixels.iter().flat_map(|pixel| pixel.radiosity.iter().copied().chain(known(pixel)));
+        if let Some(value) = numbers.find(|number| !number.is_finite()) {
             return Err(radgrad_scene::Error::NotFinite { what: "a pixel".to_owned(), value }.into());
         }
         if let Some(file) = &self.view {

@@ -8,6 +8,7 @@ mod beam;
 mod half_space;
 mod hull;
 mod overlap;
+mod segment;
 mod shape;
 #[cfg(test)]
 mod tests;

@@ -13,7 +13,7 @@
 //! ```
 //!
 //! Light through clusters ([`crate::links::cluster`]) has a largest value and a mean, but no sign; a node gathers
-//! [`crate::links::cluster::far::Far::at_most`] of it, besides its gathers by links.
+//! [`crate::links::cluster::far::Far::gathered`] of it, besides its gathers by links.
 //!
 //! Where a figure has to hold at every point of an element, the difference between the largest value at the nodes and the least
 //! is added. That, and the values of z and of gathers of the residual between nodes, are estimates of the same kind as the

@@ -119,11 +119,6 @@ impl Field {
         &self.glows[channel][cluster]
     }
 
-    /// The largest radiosity in a cluster, summed over channels.
-    pub(crate) fn brightness(&self, cluster: usize) -> f64 {
-        self.glows.iter().map(|of| of[cluster].largest).sum()
-    }
-
     /// Sums the powers of clusters anew.
     pub(crate) fn pool(&mut self, mesh: &Mesh) {
         for channel in 0..self.channels {
@@ -144,7 +139,9 @@ impl Field {
             positive: 0.5 * area * largest(all + mean, 0.0),
             negative: 0.5 * area * largest(all - mean, 0.0),
             largest: basis.magnitude(coefficients) + self.beyond[element][channel],
+            ..Glow::default()
         }
+        .over(area, area * self.mean_square[element][channel])
     }
 
     /// Bound on the light that a link to `source` neglects, at the node of `row`: the part of the leaves' radiosity beyond the

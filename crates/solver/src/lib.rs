@@ -35,6 +35,7 @@
     reason = "bounds are not made with extremes that keep NaN yet: a mean that is none is refused"
 )]
 mod bound;
+mod clock;
 mod error;
 mod field;
 mod links;
@@ -58,4 +59,4 @@ pub use solve::gather::{Gathered, Irradiance};
 pub use solve::gradient::{Gradient, SurfaceGradient};
 pub use solve::options::{Marking, Options, Progress, RelativeTo};
 pub use solve::solution::Solution;
-pub use solve::{solve, solve_from};
+pub use solve::{solve, solve_for, solve_from};

@@ -6,6 +6,7 @@ pub(crate) mod direct;
 pub(crate) mod gatherer;
 pub(crate) mod link;
 pub(crate) mod linking;
+pub(crate) mod rays;
 pub(crate) mod refine;
 pub(crate) mod station;
 pub(crate) mod transfer;

@@ -333,6 +333,11 @@ impl Mesh {
         self.found(&beam, known, [from.face(); 2], [&[receiver.position()], from.polygon().vertices()])
     }
 
+    /// Whether a face but for those left out is between two points.
+    pub(crate) fn is_between(&self, ends: [DVec3; 2], leave_out: [usize; 2]) -> bool {
+        self.index.is_between(ends, &leave_out)
+    }
+
     /// Whether a face alone hides some points, and all between them, from others.
     pub(crate) fn hides(&self, face: usize, [from, to]: [&[DVec3]; 2]) -> bool {
         self.screens[face].iter().any(|screen| screen.hides(from, to))

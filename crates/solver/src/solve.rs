@@ -21,31 +21,37 @@ pub(crate) mod options;
 mod prove;
 mod queries;
 mod samples;
+mod serve;
 pub(crate) mod solution;
 mod sweep;
 #[cfg(test)]
 mod tests;
 
 use std::sync::OnceLock;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use radgrad_core::DVec3;
 use radgrad_scene::{Prepared, Quantity, Scene, largest, smallest};
 
 use crate::bound::Bounds;
 use crate::bound::proven::Ground;
+use crate::clock::Clock;
 use crate::error::Error;
 use crate::field::Field;
 use crate::links::cell::Rules;
 use crate::links::direct::Lamps;
 use crate::links::linking::Linking;
+use crate::links::rays::cells_for;
 use crate::mesh::Mesh;
+use crate::mesh::clusters::FEWEST as MANY;
 use crate::mesh::surfaces::Surfaces;
 use crate::solve::options::{Options, Progress};
+use crate::solve::serve::Served;
 use crate::solve::solution::Solution;
 
-/// Degree of the basis if none is given.
+/// Degree of the basis if none is given: in general, and where there are clusters, of faces that are small already.
 const DEGREE: usize = 2;
+const DEGREE_OF_MANY: usize = 1;
 
 /// The part of the error asked for that links may neglect.
 const LINK_PART: f64 = 0.1;
@@ -65,7 +71,7 @@ const SOLVED: f64 = 1e-13;
 const ROUGHLY_SOLVED: f64 = 1e-4;
 
 /// How much longer than the round before one is expected to take at most.
-const MOST_GROWTH: f64 = 3.0;
+const MOST_GROWTH: f64 = 2.0;
 
 /// Solves a scene. `watch` sees the solution after each round, and says whether to go on: what was reached is returned.
 ///
@@ -117,12 +123,47 @@ pub fn solve_from(
     divisions: &[usize],
     watch: impl FnMut(&Solution) -> bool,
 ) -> Result<Solution, Error> {
+    solve_for(scene, options, divisions, &[], watch)
+}
+
+/// [`solve_from`] for the sake of some points, each with the direction that it faces: refinement serves gathers there, and the estimate that
+/// has to reach [`Options::error`] is that of their mean error over the mean of what is reflected there. A point that is on no face is a
+/// sensor in free space. Without points the mean over all area is served. The bound is the same as else.
+///
+/// ```
+/// # use radgrad_core::DVec3;
+/// # use radgrad_scene::{Degenerate, Scene};
+/// use radgrad_solver::{Options, solve, solve_for};
+/// # let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../../data/scenes/two_blocks.obj");
+/// let scene = Scene::read(file, Degenerate::Refuse)?;
+/// let options = Options { error: 0.2, degree: Some(1), ..Options::default() };
+/// let all = solve(&scene, &options, |_| true)?;
+/// let leaf = all.mesh().leaves().next().unwrap();
+/// let element = &all.mesh().elements()[leaf];
+/// let point = (element.centre(), element.polygon().normal());
+/// let served = solve_for(&scene, &options, &[], &[point], |_| true)?;
+/// let [of_all, of_served] = [&all, &served].map(|of| of.gather(point.0, point.1));
+/// let (of_all, of_served) = (of_all?, of_served?);
+/// assert!((of_all.radiosity[0] - of_served.radiosity[0]).abs() <= of_all.estimate[0].total() + of_served.estimate[0].total());
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
+/// # Errors
+/// As for [`solve_from`].
+pub fn solve_for(
+    scene: &Scene,
+    options: &Options,
+    divisions: &[usize],
+    points: &[(DVec3, DVec3)],
+    watch: impl FnMut(&Solution) -> bool,
+) -> Result<Solution, Error> {
     if !(options.error > 0.0 && options.error <= 1.0) {
         return Err(Error::Tolerance { value: options.error });
     }
     options.linking.check()?;
     let ready = Prepared::of(scene)?;
-    let mut mesh = Mesh::new(&ready.scene, options.degree.unwrap_or(DEGREE))?;
+    let many = ready.scene.faces().len() >= MANY;
+    let mut mesh = Mesh::new(&ready.scene, options.degree.unwrap_or(if many { DEGREE_OF_MANY } else { DEGREE }))?;
     for (index, &element) in divisions.iter().enumerate() {
         let count = mesh.elements().len();
         if element >= count {
@@ -130,17 +171,19 @@ pub fn solve_from(
         }
         mesh.divide(element)?;
     }
-    solve_on(&ready, &options.inward(&ready.placement), mesh, watch)
+    let served = Served::of(points.iter().map(|&(position, normal)| [position, normal]).collect());
+    solve_on(&ready, &options.inward(&ready.placement), (mesh, served), watch)
 }
 
 /// The same on a mesh of a scene that is ready, with options in its unit.
 pub(crate) fn solve_on(
     ready: &Prepared,
     options: &Options,
-    mut mesh: Mesh,
+    (mut mesh, served): (Mesh, Served),
     mut watch: impl FnMut(&Solution) -> bool,
 ) -> Result<Solution, Error> {
     let scene = &ready.scene;
+    let clock = Clock::started();
     options.linking.divide(&mut mesh, options.most_elements)?;
     while !mesh.roots().is_empty() && mesh.leaves().count() < options.first_elements {
         let leaves: Vec<usize> = mesh.leaves().collect();
@@ -162,6 +205,7 @@ pub(crate) fn solve_on(
         links: Vec::new(),
         far: Vec::new(),
         receivers,
+        served,
         judged: Vec::new(),
         bounds: Bounds::default(),
         ground: Ground::of(&mesh),
@@ -171,6 +215,9 @@ pub(crate) fn solve_on(
         proven_direct: Vec::new(),
         extent: (high - low).max_element(),
         absolute: largest(options.error * precision, FINEST),
+        cells: cells_for(options.error),
+        // Where faces are few the proof is worth its time.
+        clock: if mesh.clusters().root().is_some() { clock.for_proof(options.time) } else { clock },
         allowed: LINK_PART * options.error,
         mean: vec![0.0; channels.len()],
         reflected: vec![0.0; channels.len()],
@@ -184,17 +231,17 @@ pub(crate) fn solve_on(
         channels,
         progress,
     };
-    let start = Instant::now();
-    let mut before = Duration::ZERO;
+    let (mut before, mut expected) = (Duration::ZERO, Duration::ZERO);
     loop {
-        let began = start.elapsed();
-        solution.round(options)?;
+        let began = clock.elapsed();
+        let refined = solution.round(options, expected)?;
         solution.check(scene)?;
         let go_on = watch(&solution);
-        let took = start.elapsed().saturating_sub(began);
+        let took = clock.elapsed().saturating_sub(began + refined);
+        expected = expected_after(took, before);
         let once = options.linking != Linking::Error;
-        let enough = once || solution.reached(options) || solution.mesh.elements().len() >= options.most_elements;
-        if enough || !go_on || options.time.is_some_and(|time| start.elapsed() + expected(took, before) > time) {
+        let enough = once || solution.reached(options) || solution.is_full(options);
+        if enough || !go_on || !clock.has_time_for(options.time, expected) {
             solution.progress.bound = solution.prove()?;
             solution.finite()?;
             return Ok(solution);
@@ -205,45 +252,55 @@ pub(crate) fn solve_on(
 }
 
 impl Solution {
-    /// One round: direct light, links, sweeps, finer links, bounds.
-    fn round(&mut self, options: &Options) -> Result<(), Error> {
+    /// Whether there are as many elements as there may be.
+    pub(super) fn is_full(&self, options: &Options) -> bool {
+        let given = if self.mesh.clusters().root().is_some() { self.mesh.undivided() } else { 0 };
+        self.mesh.elements().len() >= options.most_elements.saturating_add(given)
+    }
+
+    /// One round: direct light, links, sweeps, finer links, bounds. Beside what ends with the time it is expected to take so long.
+    /// Returns how long that was refined, leaves and links.
+    fn round(&mut self, options: &Options, expected: Duration) -> Result<Duration, Error> {
         // What a round cannot reach anyway is not paid for, if there may be another one.
-        let is_last = self.mesh.elements().len() >= options.most_elements;
+        let is_last = self.is_full(options);
+        let [light, links] = self.clock.for_round(self.progress.round == 0, options.time, expected);
         let aim = match options.linking {
             Linking::Error if !is_last => largest(options.error, 0.3 * smallest(self.progress.estimate, 1.0)),
             _ => options.error,
         };
         self.allowed = LINK_PART * aim;
-        self.light(aim, options)?;
-        self.link(self.allowed, options.linking)?;
+        let began = self.clock.elapsed();
+        self.light(aim, options, light)?;
+        let mut refined = self.clock.elapsed().saturating_sub(began);
+        self.link(self.allowed, options.linking, links)?;
         if self.progress.round == 0 && self.mesh.clusters().root().is_some() {
             self.fill_evenly();
         } else {
             self.sweep(options.order, 1e-2 * aim);
         }
         for _ in 0..8 {
-            let changed = options.linking == Linking::Error && self.refine(self.allowed)?;
+            let began = self.clock.elapsed();
+            let changed = options.linking == Linking::Error && self.refine(self.allowed, links)?;
+            refined += self.clock.elapsed().saturating_sub(began);
             self.sweep(options.order, 1e-2 * aim);
             if !changed {
                 break;
             }
-        }
-        if options.linking == Linking::Error {
-            self.merge(self.allowed);
         }
         self.sweep(options.order, if may_be_even(&self.mesh, &self.lamps) { SOLVED } else { ROUGHLY_SOLVED * aim });
         let bounds = Bounds::of(self.bounded(), [self.left_of_direct(), self.left_of_reflected()]);
         self.bounds = bounds.ok_or_else(|| self.lossless())?;
         let links = self.receivers.iter().map(|&receiver| self.links[receiver].len() + self.far[receiver].len()).sum();
         (self.proven, self.details) = (OnceLock::new(), OnceLock::new());
-        let estimate = self.relative(&self.mean_estimate());
+        self.find_importance()?;
+        let estimate = self.estimate_at_points().unwrap_or_else(|| self.relative(&self.mean_estimate()));
         let part = options.bound.unwrap_or(options.error);
         let errors: Vec<f64> = self.reference().into_iter().map(|reference| part * reference).collect();
         self.ground.aim_at(&errors, options.bound.is_some());
         let bound = if options.bound.is_some() { self.prove()? } else { f64::INFINITY };
         let (round, gathers) = (self.progress.round + 1, self.progress.gathers);
         self.progress = Progress { round, elements: self.mesh.leaves().count(), links, gathers, bound, estimate };
-        Ok(())
+        Ok(refined)
     }
 }
 
@@ -264,8 +321,8 @@ fn may_be_even(mesh: &Mesh, lamps: &Lamps) -> bool {
     lamps.is_empty() && mesh.clusters().root().is_none()
 }
 
-/// The time of a round after one that took so long, and one before that.
-fn expected(last: Duration, before: Duration) -> Duration {
+/// The time of a round, beside refining leaves and links, after one that took so long, and one before that.
+fn expected_after(last: Duration, before: Duration) -> Duration {
     let growth = if before.is_zero() { MOST_GROWTH } else { (last.as_secs_f64() / before.as_secs_f64()).clamp(1.0, MOST_GROWTH) };
     last.mul_f64(growth)
 }

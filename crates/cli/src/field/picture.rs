@@ -1,7 +1,8 @@
 //! The field as a picture of three panels, each with a scale of colours below it: the value from 0, the length of the gradient
 //! from 0 to the size that a fiftieth of the cells exceed, with arrows along its part in the face, and the decades of the value's
-//! proven bound. The first row of cells is at the bottom, the face's first side runs to the right. The numbers at the ends of the
-//! scales are in text chunks as well, to all digits.
+//! proven bound. The first row of cells is at the bottom, the face's first side runs to the right. Above stands what is shown, on which
+//! surface and in which unit, along the sides how long they are; a scale that is cut says so, with the largest or least value there is.
+//! The numbers at the ends of the scales are in text chunks as well, to all digits.
 
 mod canvas;
 mod glyphs;
@@ -18,66 +19,108 @@ const MOST_DECADES: i32 = 6;
 /// Pixels along a panel, at least.
 const PANEL: usize = 320;
 const MARGIN: usize = 16;
-const TITLE: usize = 28;
+const TITLE: usize = 52;
+/// Left of a panel: the length of its side.
+const LENGTHS: usize = 80;
 /// Height of a scale of colours and of the numbers below it.
 const SCALE: usize = 12;
-const NUMBERS: usize = 34;
+const NUMBERS: usize = 60;
 /// Arrows along a panel.
 const ARROWS: usize = 16;
 
 /// A quantity over the grid, and the ends of its scale.
 struct Panel {
     title: &'static str,
+    unit: &'static str,
     shares: Vec<f64>,
     ends: [f64; 2],
+    /// What is beyond an end.
+    beyond: [Option<f64>; 2],
+}
+
+/// What the picture is of.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Shown<'a> {
+    /// Irradiance, or the factor to a surface.
+    pub(super) quantity: &'a str,
+    pub(super) surface: &'a str,
+    /// Units of the value and of its gradient.
+    pub(super) units: [&'static str; 2],
 }
 
 impl Panel {
     /// From 0 to the largest value but for a share of all; larger ones look like it.
-    fn from_zero(title: &'static str, figures: Vec<f64>, beyond: f64) -> Self {
+    fn from_zero(title: &'static str, unit: &'static str, figures: Vec<f64>, beyond: f64) -> Self {
         let mut known: Vec<f64> = figures.iter().copied().filter(|figure| figure.is_finite()).collect();
         known.sort_by(f64::total_cmp);
         let most = known.iter().rev().nth(count_of(known.len(), beyond)).copied().unwrap_or(0.0);
         let share = |figure: f64| if most > 0.0 { figure / most } else { 0.0 };
-        Self { title, shares: figures.into_iter().map(share).collect(), ends: [0.0, most] }
+        let past = known.last().copied().filter(|last| *last > most);
+        Self { title, unit, shares: figures.into_iter().map(share).collect(), ends: [0.0, most], beyond: [None, past] }
     }
 
     /// By decades, from the smallest that is not 0, or a millionth of the largest, to that.
-    fn of_decades(title: &'static str, figures: &[f64]) -> Self {
+    fn of_decades(title: &'static str, unit: &'static str, figures: &[f64]) -> Self {
         let known = || figures.iter().copied().filter(|figure| *figure > 0.0 && figure.is_finite());
         let most = known().fold(0.0, largest);
         let least = largest(known().fold(most, smallest), most * 10.0_f64.powi(-MOST_DECADES));
         let span = (most / least).log10();
         let share = |figure: &f64| if *figure > least && span > 0.0 { (figure / least).log10() / span } else { 0.0 };
-        Self { title, shares: figures.iter().map(share).collect(), ends: [least, most] }
+        let smallest_one = figures.iter().copied().filter(|figure| figure.is_finite()).fold(most, smallest);
+        let below = Some(smallest_one).filter(|figure| *figure < least);
+        Self { title, unit, shares: figures.iter().map(share).collect(), ends: [least, most], beyond: [below, None] }
     }
 }
 
-pub(super) fn write(out: impl Write, cells: &[FieldCell], grid: usize) -> Result<(), png::EncodingError> {
-    let value = Panel::from_zero("value", cells.iter().map(|cell| cell.value).collect(), 0.0);
-    let gradient = Panel::from_zero("gradient", cells.iter().map(|cell| cell.gradient.length()).collect(), 0.02);
-    let bound = Panel::of_decades("bound", &cells.iter().map(|cell| cell.value_error).collect::<Vec<_>>());
+pub(super) fn write(out: impl Write, cells: &[FieldCell], grid: usize, shown: Shown<'_>) -> Result<(), png::EncodingError> {
+    let [unit, steepness] = shown.units;
+    let value = Panel::from_zero("value", unit, cells.iter().map(|cell| cell.value).collect(), 0.0);
+    let gradient = Panel::from_zero("gradient", steepness, cells.iter().map(|cell| cell.gradient.length()).collect(), 0.02);
+    let bound = Panel::of_decades("bound", unit, &cells.iter().map(|cell| cell.value_error).collect::<Vec<_>>());
     let cell = PANEL.div_ceil(grid);
     let side = cell * grid;
     let panels = [&value, &gradient, &bound];
-    let mut canvas = Canvas::new(MARGIN + panels.len() * (side + MARGIN), TITLE + side + MARGIN / 2 + SCALE + NUMBERS);
+    let step = LENGTHS + side + MARGIN;
+    let head = format!("{} on {}", shown.quantity, shown.surface);
+    let width = (panels.len() * step).max(2 * MARGIN + Canvas::width_of(&head));
+    let mut canvas = Canvas::new(width, TITLE + side + MARGIN / 2 + 2 * NUMBERS + SCALE);
+    canvas.text([MARGIN, 8], &head);
+    let lengths = [1, 3].map(|corner| cells.first().map_or(0.0, |first| (first.corners[corner] - first.corners[0]).length()));
+    let [across, up] = lengths.map(|length| number(length * grid as f64));
     for (place, panel) in panels.iter().enumerate() {
-        let left = MARGIN + place * (side + MARGIN);
-        canvas.text([left, 8], panel.title);
+        let left = LENGTHS + place * step;
+        canvas.text([left, TITLE - 22], &format!("{}: {}", panel.title, panel.unit));
         for (k, share) in panel.shares.iter().enumerate() {
             canvas.fill([left + k % grid * cell, TITLE + (grid - 1 - k / grid) * cell], [cell, cell], colour(*share));
         }
-        let top = TITLE + side + MARGIN / 2;
+        // The axes, from the face's first corner.
+        let below = TITLE + side + 6;
+        canvas.text([left, below], "0");
+        canvas.text([left + side - Canvas::width_of(&across), below], &across);
+        canvas.text([left - Canvas::width_of("0") - 2, TITLE + side - 16], "0");
+        canvas.text([(left - 2).saturating_sub(Canvas::width_of(&up)), TITLE], &up);
+        let top = TITLE + side + NUMBERS / 2 + MARGIN / 2;
         for x in 0..side {
             canvas.fill([left + x, top], [1, SCALE], colour(x as f64 / side as f64));
         }
         let [least, most] = panel.ends.map(number);
+        let least = if panel.beyond[0].is_some() { format!("<={least}") } else { least };
+        let most = if panel.beyond[1].is_some() { format!(">={most}") } else { most };
         canvas.text([left, top + SCALE + 6], &least);
         canvas.text([left + side - Canvas::width_of(&most), top + SCALE + 6], &most);
+        let said = match panel.beyond {
+            [Some(least), _] => format!("cut: least is {}", number(least)),
+            [_, Some(most)] => format!("cut: largest is {}", number(most)),
+            _ => String::new(),
+        };
+        canvas.text([left, top + SCALE + 28], &said);
     }
-    draw_arrows(&mut canvas, [2 * MARGIN + side, TITLE], cells, [grid, cell], gradient.ends[1]);
-    let chunks = panels.map(|panel| (panel.title.to_owned(), format!("{:?} to {:?}", panel.ends[0], panel.ends[1])));
-    canvas.encode(out, chunks)
+    draw_arrows(&mut canvas, [LENGTHS + step, TITLE], cells, [grid, cell], gradient.ends[1]);
+    let chunk = |panel: &Panel| {
+        let cut = panel.beyond.iter().flatten().map(|figure| format!(", cut: {figure:?}")).collect::<String>();
+        (panel.title.to_owned(), format!("{:?} to {:?}{cut}", panel.ends[0], panel.ends[1]))
+    };
+    canvas.encode(out, panels.map(chunk))
 }
 
 /// Arrows along the part of the gradient in the face: as long as they are apart where it is `most`, and no longer.

@@ -430,3 +430,26 @@ fn a_texture_is_seen_by_points_and_unusable_ones_are_said() {
     let ratio = reflected[0] / reflected[1];
     assert!((4.0..6.0).contains(&ratio), "{ratio}");
 }
+
+#[test]
+fn refinement_serves_points_where_it_is_asked_to_and_needs_some() {
+    let folder = Folder::new("for");
+    let none = folder.solve(&["--for", "points"]);
+    assert_eq!(none.status.code(), Some(2));
+    assert!(String::from_utf8_lossy(&none.stderr).contains("--for points has no points"));
+    let served = folder.solve(&["--for", "points", "--points", "points.jsonl", "--error", "1%"]);
+    let answers = lines(&served);
+    let value = answers[0]["radiosity"][0].as_f64().unwrap();
+    assert!((value - 1.133_303_564_992_420_8).abs() < 0.01 * 0.2, "{value}");
+    let seen = folder.solve(&["--for", "points", "--camera", "0.5 0.5 0.9 0.5 0.5 0 0 1 0 60", "--error", "1%", "--summary"]);
+    assert_eq!(seen.status.code(), Some(0), "{}", String::from_utf8_lossy(&seen.stderr));
+    assert!(lines(&seen)[0]["estimate"].as_f64().unwrap() <= 0.01);
+}
+
+#[test]
+fn without_time_there_is_an_answer_and_its_bound() {
+    let folder = Folder::new("hurry");
+    let answers = lines(&folder.solve(&["--seconds", "0", "--points", "points.jsonl"]));
+    let [value, bound] = ["radiosity", "bound"].map(|name| answers[0][name][0].as_f64().unwrap());
+    assert!((value - 1.133_303_564_992_420_8).abs() <= bound, "{}", answers[0]);
+}

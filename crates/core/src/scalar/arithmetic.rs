@@ -7,7 +7,7 @@
 use std::ops::{Add, BitAnd, BitXor, Div, Mul, Neg, Sub};
 
 /// A number of any precision, or several.
-pub(crate) trait Arithmetic:
+pub trait Arithmetic:
     Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self> + Neg<Output = Self>
 {
     /// A truth value for the number, or for each one.
@@ -61,7 +61,7 @@ pub(crate) trait Arithmetic:
 }
 
 /// A double, or several.
-pub(crate) trait Doubles: Arithmetic {
+pub trait Doubles: Arithmetic {
     /// The smaller one; neither must be NaN.
     fn min(self, other: Self) -> Self;
 

@@ -95,7 +95,7 @@ impl Occluders {
     }
 
     /// Visits the polygons in the boxes that `enters`, until `visit` returns true; whether it did.
-    fn visit(&self, enters: impl Fn(&Bounds) -> bool, mut visit: impl FnMut(usize) -> bool) -> bool {
+    pub(super) fn visit(&self, enters: impl Fn(&Bounds) -> bool, mut visit: impl FnMut(usize) -> bool) -> bool {
         let mut open = Vec::with_capacity(64);
         open.extend(self.tree.root());
         while let Some(index) = open.pop() {

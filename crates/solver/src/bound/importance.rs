@@ -60,9 +60,8 @@ pub(super) fn of(scene: Scene<'_>, receives: &[bool], seen: &[SeenSources]) -> O
     let at = |(index, &receiver): (usize, &usize)| gathers(scene, &field, &links[receiver], &seen[index]);
     let gathered: Vec<Vec<f64>> = receivers.par_iter().enumerate().map(at).collect();
     let of_far = |(index, &receiver): (usize, &usize)| -> Vec<f64> {
-        let at = |channel: usize, node: usize| {
-            far[receiver].value(&field, channel, node) + far[receiver].neglected(&field, channel, node)
-        };
+        // What samples are off by is as often too much as too little.
+        let at = |channel: usize, node: usize| far[receiver].value(&field, channel, node);
         (0..channels).flat_map(|channel| (0..seen[index].nodes).map(move |node| (channel, node))).map(|(c, n)| at(c, n)).collect()
     };
     let beyond: Vec<Vec<f64>> = receivers.par_iter().enumerate().map(of_far).collect();
@@ -140,7 +139,7 @@ fn gathers(scene: Scene<'_>, field: &Field, links: &[Link], seen: &SeenSources) 
             let (coefficients, start) = (field.of(link.source, channel, len), (place * channels + channel) * seen.nodes);
             for (sum, row) in gathered[start..start + seen.nodes].iter_mut().zip(&link.rows) {
                 let value: f64 = row.values.iter().zip(coefficients).map(|(v, c)| v * c).sum();
-                *sum += value + field.neglected(mesh, link.source, channel, row) + row.error_of(coefficients);
+                *sum += value + field.neglected(mesh, link.source, channel, row) + row.likely_error_of(coefficients);
             }
         }
     }
@@ -153,12 +152,12 @@ fn defect(scene: Scene<'_>, field: &Field, receiver: usize, channel: usize, seen
     let (element, basis, rho) = (&mesh.elements()[receiver], mesh.basis(receiver), scene.reflectance(receiver, channel));
     let far = &far[receiver];
     let mut at_nodes: Vec<f64> = (0..seen.nodes).map(|node| far.value(field, channel, node)).collect();
-    let mut beside: Vec<f64> = (0..seen.nodes).map(|node| far.neglected(field, channel, node)).collect();
+    let mut beside = vec![0.0; seen.nodes];
     for link in &links[receiver] {
         let coefficients = field.of(link.source, channel, mesh.basis(link.source).len());
         for ((sum, beside), row) in at_nodes.iter_mut().zip(&mut beside).zip(&link.rows) {
             *sum += row.values.iter().zip(coefficients).map(|(v, c)| v * c).sum::<f64>();
-            *beside += field.neglected(mesh, link.source, channel, row) + row.error_of(coefficients);
+            *beside += field.neglected(mesh, link.source, channel, row) + row.likely_error_of(coefficients);
         }
     }
     let samples: Vec<f64> = at_nodes.iter().map(|h| rho * h).collect();
@@ -199,7 +198,7 @@ impl Scene<'_> {
         }
         for (channel, sums) in sums.chunks_exact_mut(seen.nodes).enumerate() {
             let rho = self.reflectance(receiver, channel);
-            self.far[receiver].add_at_most(&on_clusters[channel], sums);
+            self.far[receiver].add_gathered(&on_clusters[channel], sums);
             sums.iter_mut().for_each(|sum| *sum *= rho);
         }
         sums
@@ -214,7 +213,7 @@ impl Scene<'_> {
         let of = |channel: usize| {
             let rho = self.reflectance(receiver, channel);
             let mut sums = seen.gathered((channel, self.channels), &largest, &unknown);
-            self.far[receiver].add_at_most(&on_clusters[channel], &mut sums);
+            self.far[receiver].add_gathered(&on_clusters[channel], &mut sums);
             sums.into_iter().map(move |sum| rho * sum)
         };
         (0..self.channels).flat_map(of).collect()

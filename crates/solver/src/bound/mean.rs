@@ -178,8 +178,8 @@ impl Scene<'_> {
             if direct[link.source].iter().all(|of| of.whole().discretisation == 0.0) {
                 continue;
             }
-            for (node, row) in link.rows.iter().enumerate().filter(|(_, row)| row.factor() > 0.0) {
-                add(place, link.source, node, &Found::by(row.factor(), &row.kernel, row.beyond()), direct);
+            for (node, row) in link.rows.iter().enumerate().filter(|(_, row)| row.likely_factor() > 0.0) {
+                add(place, link.source, node, &Found::by(row.likely_factor(), &row.kernel, row.beyond()), direct);
             }
         }
         for (place, &source) in seen.sources.iter().enumerate() {
@@ -190,7 +190,7 @@ impl Scene<'_> {
             }
         }
         for (sums, of) in detail.chunks_exact_mut(nodes).zip(details) {
-            self.far[receiver].add_at_most(of, sums);
+            self.far[receiver].add_gathered(of, sums);
         }
         let weights: Vec<f64> = mesh.basis(receiver).nodes().iter().map(|node| node.weight).collect();
         let mean = |values: &[f64]| values.iter().zip(&weights).map(|(v, w)| v * w).sum::<f64>();

@@ -52,7 +52,7 @@ impl Points {
             let of_node = |channel: usize, node: usize| {
                 let rows = links[receiver].iter().map(|link| (link.source, &link.rows[node]));
                 let near = bounds.gathered(mesh, channel, rows, (&seen[index], node)).total();
-                (near + far[receiver].at_most(node, &left_on_clusters[channel])) * scene.reflectance(receiver, channel)
+                (near + far[receiver].gathered(node, &left_on_clusters[channel])) * scene.reflectance(receiver, channel)
             };
             let nodes = seen[index].nodes;
             (0..channels).flat_map(|channel| (0..nodes).map(move |node| (channel, node))).map(|(c, n)| of_node(c, n)).collect()
@@ -95,12 +95,12 @@ impl Points {
             let carried = match &self.risen {
                 Some(risen) => {
                     let near = seen.gathered((channel, self.channels), &risen.largest, &self.means)[0];
-                    near + far.at_most(0, &self.error_of_clusters[channel])
+                    near + far.gathered(0, &self.error_of_clusters[channel])
                 }
                 None => f64::INFINITY,
             };
             let carried = bounds.shares[channel].map(|share| if share > 0.0 { share * carried } else { 0.0 });
-            let discretisation = far.at_most(0, &self.left_on_clusters[channel]);
+            let discretisation = far.gathered(0, &self.left_on_clusters[channel]);
             let of_clusters = Ledger { discretisation, ..Ledger::default() };
             (bounds.gathered(scene.mesh, channel, rows, (&seen, 0)) + of_clusters + carried) * *rho
         };
@@ -121,7 +121,7 @@ impl Bounds {
         let of = |residuals: &Residuals, source: usize, found: &Found| {
             residuals[source][channel].gathered(mesh.basis(source).degree(), found)
         };
-        let found = |row: &Row| Found::by(row.factor(), &row.kernel, row.beyond());
+        let found = |row: &Row| Found::by(row.likely_factor(), &row.kernel, row.beyond());
         let of_direct = rows.map(|(source, row)| of(direct, source, &found(row))).sum::<Ledger>();
         let of_source = |(place, &source): (usize, &usize)| {
             seen.found(place, node).map_or_else(Ledger::default, |found| of(reflected, source, &found))

@@ -99,6 +99,7 @@ use rayon::prelude::*;
 
 use crate::bound::ledger::Ledger;
 use crate::bound::residual::Residuals;
+use crate::clock::Clock;
 use crate::field::Field;
 use crate::links::cluster::far::Far;
 use crate::links::cluster::glow::Pair;
@@ -141,6 +142,8 @@ pub(crate) struct Solved<'a> {
     pub(crate) channels: usize,
     /// What was estimated: what of it is proven is taken from it.
     pub(crate) residuals: &'a [Residuals; 2],
+    /// When to give up.
+    pub(crate) clock: Clock,
 }
 
 /// What light leaves out on an element: at most and in the mean.
@@ -413,11 +416,12 @@ impl Solved<'_> {
 }
 
 impl Proven {
-    /// The bounds; `None` where light may not be lost, so that there are none.
+    /// The bounds; `None` where light may not be lost, so that there are none, and where there was no time.
     pub(crate) fn of(solved: Solved<'_>, ground: &Ground, direct: Vec<Vec<Rest>>) -> Option<Self> {
         let Solved { mesh, receivers, channels, .. } = solved;
-        let (reflected, views): (Vec<Vec<Rest>>, Vec<Views>) =
-            receivers.par_iter().map(|&receiver| solved.left_of_reflected(ground, receiver)).unzip();
+        let of_receiver = |&receiver: &usize| (!solved.clock.is_over()).then(|| solved.left_of_reflected(ground, receiver));
+        let reflected: Option<Vec<(Vec<Rest>, Views)>> = receivers.par_iter().map(of_receiver).collect();
+        let (reflected, views): (Vec<Vec<Rest>>, Vec<Views>) = reflected?.into_iter().unzip();
         let leaves: Vec<usize> = mesh.leaves().collect();
         let direct = if direct.is_empty() {
             vec![vec![Rest::default(); channels]; mesh.elements().len()]

@@ -2,7 +2,7 @@
 //! more sweep does not exceed it.
 //!
 //! Of w a node gathers from a source at most F times its largest value and `k_max` times its mean, k the kernel times the area;
-//! of a cluster likewise ([`crate::links::cluster::far::Far::at_most`]).
+//! of a cluster likewise ([`crate::links::cluster::far::Far::gathered`]).
 //! The largest values are those at the nodes; only near-by sources need each other's, if means are known.
 
 use rayon::prelude::*;
@@ -39,7 +39,7 @@ impl Risen {
         let at_nodes = |largest: &[f64], on_clusters: &[Vec<Pair>], index: usize, channel: usize| -> Vec<f64> {
             let (rho, nodes) = (scene.reflectance(receivers[index], channel), seen[index].nodes);
             let mut at_nodes = seen[index].gathered((channel, channels), largest, means);
-            far[receivers[index]].add_at_most(&on_clusters[channel], &mut at_nodes);
+            far[receivers[index]].add_gathered(&on_clusters[channel], &mut at_nodes);
             let own = &own[index][channel * nodes..(channel + 1) * nodes];
             at_nodes.iter_mut().zip(own).for_each(|(sum, own)| *sum = own + rho * *sum);
             at_nodes

@@ -50,7 +50,7 @@ impl SeenSources {
             let Some(receiver) = receiver else {
                 seen.places.push(next);
                 seen.sources.push(source);
-                seen.factors.extend(rows.iter().map(Row::factor));
+                seen.factors.extend(rows.iter().map(Row::likely_factor));
                 seen.kernels.extend(rows.iter().map(|row| row.kernel));
                 seen.beyond.extend(rows.iter().map(Row::beyond));
                 together.push(None);
@@ -70,7 +70,7 @@ impl SeenSources {
             }
             let range = place * nodes..(place + 1) * nodes;
             for ((factor, kernel), row) in seen.factors[range.clone()].iter_mut().zip(&mut seen.kernels[range]).zip(rows) {
-                *factor += row.factor();
+                *factor += row.likely_factor();
                 if !row.kernel.smooth {
                     (kernel.smooth, kernel.least) = (false, 0.0);
                 }
@@ -169,7 +169,7 @@ impl Together {
 
     /// Adds a part. A part that the receiver does not see is 0 and has no row.
     fn add(&mut self, mesh: &Mesh, receiver: usize, part: usize, row: &Row) {
-        if row.factor() == 0.0 {
+        if row.likely_factor() == 0.0 {
             return;
         }
         let (Some(all), Some(of_part)) = (&mut self.sampled, &row.sampled) else {

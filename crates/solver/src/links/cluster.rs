@@ -3,5 +3,5 @@
 pub(crate) mod cut;
 pub(crate) mod far;
 pub(crate) mod glow;
-pub(crate) mod screens;
+pub(crate) mod sampled;
 pub(crate) mod view;

@@ -37,10 +37,16 @@ pub(crate) struct Lit {
     pub(crate) irradiance: Vec<f64>,
     /// Bound on its error, in the clear and past occluders.
     pub(crate) error: Vec<[f64; 2]>,
+    /// Estimate of the same.
+    pub(crate) likely: Vec<[f64; 2]>,
+    /// Of that, what is by rays.
+    pub(crate) noise: Vec<f64>,
     /// The form factor of each lamp's root.
     pub(crate) factors: Vec<f64>,
     /// Bound on the errors of these.
     pub(crate) off: f64,
+    /// Form factors up to which nothing was seen.
+    in_doubt: f64,
 }
 
 /// Direct light on a leaf.
@@ -67,7 +73,7 @@ impl Direct {
     pub(crate) fn unseen<'a>(&'a self, lamps: &'a Lamps) -> impl Iterator<Item = (usize, &'a [usize])> {
         let all = lamps.seen(self).enumerate();
         let unseen = move |(lamp, (root, sight)): (usize, (usize, &'a Sight))| match sight {
-            Sight::Past(faces) if self.nodes.iter().all(|lit| lit.factors[lamp] <= lit.off) => Some((root, &faces[..])),
+            Sight::Past(faces) if self.nodes.iter().all(|lit| lit.factors[lamp] <= lit.in_doubt) => Some((root, &faces[..])),
             _ => None,
         };
         all.filter_map(unseen)
@@ -139,16 +145,23 @@ impl Lamps {
     pub(crate) fn at(&self, optics: &Optics<'_>, surfaces: &Surfaces, station: &Station, sights: &[Sight]) -> Result<Lit, Error> {
         let channels = surfaces.emitted[0].len();
         let factors = Vec::with_capacity(self.roots.len());
-        let mut lit = Lit { irradiance: vec![0.0; channels], error: vec![[0.0; 2]; channels], factors, off: 0.0 };
+        let none = vec![[0.0; 2]; channels];
+        let dark = vec![0.0; channels];
+        let (irradiance, noise, error, likely) = (dark.clone(), dark, none.clone(), none);
+        let mut lit = Lit { irradiance, error, likely, noise, factors, off: 0.0, in_doubt: 0.0 };
         let optics = Optics { absolute: FINER * optics.absolute, ..*optics };
         for (&root, sight) in self.roots.iter().zip(sights) {
             let row = optics.receive(station, root, sight, 1)?;
             let emitted = &surfaces.emitted[optics.mesh.elements()[root].face()];
             lit.factors.push(row.values[0]);
             lit.off = largest(lit.off, row.error);
+            lit.in_doubt = largest(lit.in_doubt, if row.likely.is_some() { 0.0 } else { row.error });
             for (channel, emitted) in emitted.iter().enumerate() {
                 lit.irradiance[channel] += emitted * row.values[0];
-                lit.error[channel][usize::from(matches!(sight, Sight::Past(_)))] += emitted * row.error;
+                let kind = usize::from(matches!(sight, Sight::Past(_)));
+                lit.error[channel][kind] += emitted * row.error;
+                lit.likely[channel][kind] += emitted * row.likely.unwrap_or(row.error);
+                lit.noise[channel] += emitted * row.likely.unwrap_or(0.0);
             }
         }
         Ok(lit)

@@ -1,7 +1,5 @@
 //! Gatherers of light: an element at its nodes, or a point that may be on no face.
 
-use radgrad_core::DVec3;
-
 use crate::error::Error;
 use crate::links::station::Station;
 use crate::mesh::clusters::Cluster;
@@ -33,14 +31,6 @@ impl<'a> Gatherer<'a> {
         }
     }
 
-    /// Points around all of it.
-    pub(crate) fn corners(self, mesh: &'a Mesh) -> &'a [DVec3] {
-        match self {
-            Self::Element(element) => mesh.elements()[element].polygon().vertices(),
-            Self::Point(station) => std::slice::from_ref(&station.point),
-        }
-    }
-
     /// Its sight of a source, all of it among `known` where the faces in between were found for a larger one.
     pub(crate) fn sight(self, mesh: &Mesh, source: usize, known: Option<&[usize]>) -> Result<Sight, Error> {
         Ok(match (self, known) {
@@ -56,7 +46,7 @@ impl<'a> Gatherer<'a> {
     pub(crate) fn may_see(self, mesh: &Mesh, cluster: &Cluster) -> bool {
         match self {
             Self::Element(element) => cluster.faces(&mesh.elements()[element]),
-            Self::Point(station) => cluster.view(station, &[]).factor > 0.0,
+            Self::Point(station) => cluster.view(station).factor > 0.0,
         }
     }
 }

@@ -4,9 +4,10 @@
 //! with a bound in the place of the brightness.
 //!
 //! Where faces are many a receiver begins with one cluster of all of them ([`crate::mesh::clusters`]), unless links go by
-//! thresholds. The one that may give most is opened, and its elements at last linked, until the light of all closed ones and the
-//! light that links neglect are together within the allowed error.
+//! thresholds. The one that is off most, by an estimate, is opened, and its elements at last linked, until what all closed ones are off
+//! by and the light that links neglect are together within the allowed error.
 
+use crate::clock::Clock;
 use crate::error::Error;
 use crate::field::Field;
 use crate::links::cluster::cut::Cut;
@@ -29,6 +30,7 @@ pub(crate) struct Need<'a> {
     /// The sum of the errors of all links.
     pub(crate) allowed: f64,
     pub(crate) linking: Linking,
+    pub(crate) clock: Clock,
 }
 
 /// The part of the allowed sum above which a link, one of a hundred, is surely refined.
@@ -37,23 +39,25 @@ const SURELY: f64 = 0.05;
 /// The part of the allowed sum that clusters may take before they are opened rather than links refined.
 const FAR_PART: f64 = 0.7;
 
+/// How much more clusters may be off by than links may neglect: too much as often as too little, so that gathers of it average it out.
+const WITHOUT_ORDER: f64 = 3.0;
+
 impl Optics<'_> {
     /// Links what gathers to the sources that it sees, each with the faces that may be between; or to the children of those that
-    /// would be refined anyway. With them come the faces each of which hides one of these.
+    /// would be refined anyway.
     pub(crate) fn links<'a>(
         &self,
         gatherer: Gatherer<'_>,
         sources: impl Iterator<Item = (usize, Option<&'a [usize]>)>,
         need: &Need<'_>,
-    ) -> Result<(Vec<Link>, Vec<usize>), Error> {
+    ) -> Result<Vec<Link>, Error> {
         let stations = gatherer.stations(self.mesh);
-        let (mut links, mut hiding) = (Vec::new(), Vec::new());
+        let mut links = Vec::new();
         let mut open: Vec<(usize, Option<Vec<usize>>)> =
             sources.map(|(source, known)| (source, known.map(<[_]>::to_vec))).collect();
         while let Some((source, known)) = open.pop() {
             let sight = gatherer.sight(self.mesh, source, known.as_deref())?;
-            if let Sight::Nothing(by) = sight {
-                hiding.extend(by);
+            if matches!(sight, Sight::Nothing(_)) {
                 continue;
             }
             let is_too_rough = || match (need.linking, gatherer) {
@@ -75,7 +79,7 @@ impl Optics<'_> {
             };
             links.push(Link { source, sight, rows, matrix });
         }
-        Ok((links, hiding))
+        Ok(links)
     }
 
     /// Whether a link would surely be refined, by the kernel at a few nodes as if all were seen.
@@ -103,21 +107,20 @@ impl Optics<'_> {
         let (links, mut clusters) = match of_parent {
             Some((links, far)) => {
                 let sources = links.iter().map(|link| (link.source, Some(link.sight.faces())));
-                (self.links(gatherer, sources, need)?.0, far.clusters().to_vec())
+                (self.links(gatherer, sources, need)?, far.clusters().to_vec())
             }
             None if root.is_some() => (Vec::new(), root.into_iter().collect()),
-            None => (self.links(gatherer, self.mesh.roots().iter().map(|&root| (root, None)), need)?.0, Vec::new()),
+            None => (self.links(gatherer, self.mesh.roots().iter().map(|&root| (root, None)), need)?, Vec::new()),
         };
         clusters.retain(|&cluster| gatherer.may_see(self.mesh, &tree.all()[cluster]));
         let stations = if clusters.is_empty() { Vec::new() } else { gatherer.stations(self.mesh) };
-        let views =
-            clusters.iter().flat_map(|&cluster| stations.iter().map(move |at| tree.all()[cluster].view(at, &[]))).collect();
-        let far = Far::new((tree, need.field), clusters, views, stations.len(), rows(&links));
+        let seen = clusters.iter().flat_map(|&cluster| stations.iter().map(move |at| self.look(at, cluster))).collect();
+        let far = Far::new(tree, clusters, seen, stations.len(), rows(&links));
         Ok((links, self.projected(gatherer, far)))
     }
 
-    /// Opens clusters and refines links of a receiver until the sum of the light they neglect is within the allowed error at every
-    /// node, or nothing is left to refine: each time the worst one at the node with the largest sum. Returns whether any was.
+    /// Opens clusters and refines links of a receiver until what they neglect is within the allowed error at every node, nothing is left
+    /// to refine, or there is no time: each time the worst one at the node with the largest sum. Returns whether any was.
     pub(crate) fn refine(
         &self,
         gatherer: Gatherer<'_>,
@@ -126,18 +129,18 @@ impl Optics<'_> {
     ) -> Result<bool, Error> {
         let &Need { field, weight, allowed, .. } = need;
         let mut errors: Vec<Vec<f64>> = links.iter().map(|link| self.weighted_errors(link, field, weight)).collect();
-        let mut cut = Cut::new(self.mesh, field, weight, far, links);
+        let mut cut = Cut::new(self, field, weight, far);
         let stations = if far.is_empty() { Vec::new() } else { gatherer.stations(self.mesh) };
         let mut sums = vec![0.0; gatherer.len(self.mesh)];
         let (mut opened, mut refined) = (false, false);
-        loop {
-            let beyond = cut.neglected();
+        while !need.clock.is_over() {
+            let beyond: Vec<f64> = cut.likely().into_iter().map(|off| off / WITHOUT_ORDER).collect();
             sums.fill(0.0);
             errors.iter().chain([&beyond]).for_each(|of| sums.iter_mut().zip(of).for_each(|(sum, error)| *sum += error));
             let node = (0..sums.len()).max_by(|&a, &b| sums[a].total_cmp(&sums[b]));
             let Some(node) = node.filter(|&node| sums[node] > allowed) else { break };
             let is_far = beyond.get(node).is_some_and(|&beyond| beyond > FAR_PART * allowed);
-            let (finer, hiding) = if is_far && let Some(element) = cut.open(gatherer, &stations) {
+            let finer = if is_far && let Some(element) = cut.open(gatherer, &stations) {
                 opened = true;
                 self.links(gatherer, element.into_iter().map(|element| (element, None)), need)?
             } else {
@@ -150,18 +153,15 @@ impl Optics<'_> {
                 refined = true;
                 let link = links.swap_remove(worst);
                 errors.swap_remove(worst);
-                cut.cover(&link, -1.0);
                 self.links(gatherer, (first..first + 4).map(|child| (child, Some(link.sight.faces()))), need)?
             };
-            hiding.into_iter().for_each(|face| cut.hide(face));
             for link in finer {
                 errors.push(self.weighted_errors(&link, field, weight));
-                cut.cover(&link, 1.0);
                 links.push(link);
             }
         }
         if opened || (refined && !far.is_empty()) {
-            *far = self.projected(gatherer, cut.closed(gatherer, rows(links)));
+            *far = self.projected(gatherer, cut.closed(rows(links)));
         }
         Ok(opened || refined)
     }
@@ -172,18 +172,6 @@ impl Optics<'_> {
             Gatherer::Element(receiver) => far.projected(self.mesh.basis(receiver)),
             Gatherer::Point(_) => far,
         }
-    }
-
-    /// Closes clusters of a receiver in the place of those in them, as long as no more is neglected than is allowed.
-    pub(crate) fn merge(&self, receiver: usize, links: &[Link], far: &Far, need: &Need<'_>) -> Far {
-        if far.is_empty() {
-            return Far::default();
-        }
-        let &Need { field, weight, allowed, .. } = need;
-        let errors: Vec<Vec<f64>> = links.iter().map(|link| self.weighted_errors(link, field, weight)).collect();
-        let mut cut = Cut::new(self.mesh, field, weight, far, links);
-        cut.merge(&Station::at_nodes(self.mesh, receiver), allowed, &errors);
-        cut.closed(Gatherer::Element(receiver), rows(links)).projected(self.mesh.basis(receiver))
     }
 
     /// Bound on the light that a link neglects at each node, the largest of the channels after each is multiplied by its weight.

@@ -16,6 +16,7 @@ use radgrad_scene::{largest, smallest};
 
 use crate::error::Error;
 use crate::links::cell::{KernelSums, Rules};
+use crate::links::rays::MANY;
 use crate::links::station::Station;
 use crate::links::visible::{Visible, Window};
 use crate::mesh::basis::MAX_DEGREE;
@@ -44,6 +45,8 @@ pub(crate) struct Row {
     pub(crate) error: f64,
     /// Bound on the error of each of the other values.
     pub(crate) other_errors: f64,
+    /// Estimate of the error of the form factor, by rays; `None` where the bounds are near enough to it.
+    pub(crate) likely: Option<f64>,
     pub(crate) kernel: Kernel,
     /// The visible part of the kernel; `None` where the closed forms answered.
     pub(crate) sampled: Option<Sampled>,
@@ -115,6 +118,19 @@ impl Row {
         self.values.first().map_or(0.0, |f| largest(*f, 0.0) + self.error)
     }
 
+    /// Estimate of the most that the form factor may be.
+    pub(crate) fn likely_factor(&self) -> f64 {
+        self.values.first().map_or(0.0, |f| largest(*f, 0.0) + self.likely.unwrap_or(self.error))
+    }
+
+    /// Estimate of the error of the sum of the functions with these coefficients.
+    pub(crate) fn likely_error_of(&self, coefficients: &[f64]) -> f64 {
+        match self.likely {
+            Some(likely) => likely * coefficients.iter().map(|c| c * c).sum::<f64>().sqrt(),
+            None => self.error_of(coefficients),
+        }
+    }
+
     /// Bound on the root mean square of the kernel less its best polynomial on the source, times the area.
     pub(crate) fn beyond(&self) -> f64 {
         self.sampled.map_or(f64::INFINITY, |sampled| sampled.beyond(&self.values))
@@ -134,6 +150,8 @@ pub(crate) struct Optics<'a> {
     pub(crate) rules: &'a Rules,
     /// Error that the evaluation of a function may have.
     pub(crate) absolute: f64,
+    /// Cells a side of a source that is seen past many faces; 0 for none, and closed forms.
+    pub(crate) cells: usize,
 }
 
 impl Optics<'_> {
@@ -146,6 +164,9 @@ impl Optics<'_> {
             Sight::Clear => &[],
             Sight::Past(faces) => faces,
         };
+        if self.cells > 0 && faces.len() >= MANY {
+            return self.by_rays(station, source, count);
+        }
         let convex = faces.iter().flat_map(|&face| self.mesh.convex_parts(face)).map(|part| &part[..]);
         let visible = Visible::of(station.point, station.normal, &Window::of(element), convex);
         let mut kernel = Kernel::of(station, element);
@@ -170,7 +191,8 @@ impl Optics<'_> {
                 let lost = if lost > 0.0 { [lost * most, lost] } else { [0.0; 2] };
                 let sampled = Sampled { square: sums.square + lost[0], off: sums.off(lost[1]) };
                 let sampled = (count == basis.len()).then_some(sampled);
-                return Ok(Row { values: sums.values(), error, other_errors: sums.other_errors() + doubt, kernel, sampled });
+                let other_errors = sums.other_errors() + doubt;
+                return Ok(Row { values: sums.values(), error, other_errors, likely: None, kernel, sampled });
             }
         } else {
             (kernel.smooth, kernel.least) = (false, 0.0);
@@ -290,7 +312,7 @@ mod tests {
                 let (u, v) = (normal.any_orthonormal_vector() * 0.01, normal.cross(normal.any_orthonormal_vector()) * 0.01);
                 let receiver = [point - u - v, point + u - v, point + v].map(|p| p.to_array()).to_vec();
                 let mesh = mesh(&[lamp.clone(), concave.map(|[x, y]| [x, y, 0.6]).to_vec(), receiver]);
-                let optics = Optics { mesh: &mesh, rules, absolute: 1e-7 };
+                let optics = Optics { mesh: &mesh, rules, absolute: 1e-7, cells: 0 };
                 let station = Station { point, normal, face: Some(2) };
                 let count = mesh.basis(0).len();
                 for (sight, faces) in [(Sight::Clear, &[][..]), (Sight::Past(vec![1]), &[1])] {
@@ -337,7 +359,7 @@ mod tests {
         let screen = vec![[0.3, -1.0, 0.5], [0.3, 2.0, 0.5], [2.0, 2.0, 0.5], [2.0, -1.0, 0.5]];
         for triangle in [false, true] {
             let mesh = mesh(&[if triangle { lamp[..3].to_vec() } else { lamp.clone() }, screen.clone()]);
-            let optics = Optics { mesh: &mesh, rules: &Rules::new(), absolute: 1e-8 };
+            let optics = Optics { mesh: &mesh, rules: &Rules::new(), absolute: 1e-8, cells: 0 };
             let (element, basis) = (&mesh.elements()[0], mesh.basis(0));
             for (x, z) in [(0.5, 0.0), (0.2, 0.4), (-2.0, -3.0)] {
                 let (point, normal) = (DVec3::new(x, 0.4, z), DVec3::Z);

@@ -18,19 +18,33 @@ use radgrad_scene::largest;
 
 use crate::mesh::element::{Element, around};
 use crate::mesh::screen::LEVEL;
+use crate::mesh::shape::Shape;
 
 /// Elements below which there are no clusters. A few hundred are linked to all others quickly enough, and the light that clusters
 /// neglect is known no better than was asked for: light in a closed room that glows evenly is even to all digits only by links.
-const FEWEST: usize = 1000;
+pub(crate) const FEWEST: usize = 1000;
 
 /// Factor of bounds, for the rounding of their products.
 pub(crate) const ROUNDED: f64 = 1.0 + 1e-12;
+
+/// Points of a cluster by which what a point gets of it is estimated.
+pub(crate) const SAMPLES: usize = 4;
+
+/// A point of a cluster.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Sample {
+    pub(crate) point: DVec3,
+    pub(crate) normal: DVec3,
+    pub(crate) face: usize,
+}
 
 /// The tree; empty over few elements.
 #[derive(Debug, Default)]
 pub(crate) struct Clusters {
     /// A cluster comes before its parts, with nothing else between them.
     all: Vec<Cluster>,
+    /// Of each cluster, chosen by area.
+    samples: Vec<[Sample; SAMPLES]>,
     /// Whether no point can see two elements in one direction.
     apart: bool,
 }
@@ -42,8 +56,6 @@ pub(crate) struct Cluster {
     pub(crate) high: DVec3,
     pub(crate) normals: [DVec3; 2],
     area: f64,
-    /// One after the last cluster in it.
-    end: usize,
     pub(crate) parts: Parts,
 }
 
@@ -59,7 +71,7 @@ pub(crate) enum Parts {
 impl Cluster {
     fn of(index: usize, element: &Element) -> Self {
         let (normal, [low, high]) = (element.polygon().normal(), around(element.polygon().vertices()));
-        Self { low, high, normals: [normal; 2], area: element.area(), end: 0, parts: Parts::Element(index) }
+        Self { low, high, normals: [normal; 2], area: element.area(), parts: Parts::Element(index) }
     }
 
     fn and(self, other: &Self) -> Self {
@@ -85,12 +97,6 @@ impl Cluster {
         self.area
     }
 
-    /// The corners of its box.
-    pub(crate) fn corners(&self) -> [DVec3; 8] {
-        let [x, y, z] = [0, 1, 2].map(|axis| [self.low[axis], self.high[axis]]);
-        std::array::from_fn(|i| DVec3::new(x[i & 1], y[i >> 1 & 1], z[i >> 2 & 1]))
-    }
-
     /// Whether it has a point in front of an element, and the element one that may be in front of it.
     pub(crate) fn faces(&self, element: &Element) -> bool {
         let (centre, normal, radius) = (element.centre(), element.polygon().normal(), element.radius());
@@ -100,6 +106,18 @@ impl Cluster {
         let toward = most_toward(self.normals, low - radius, high + radius);
         highest(normal, low, high) > LEVEL * reach && toward > -LEVEL * reach
     }
+}
+
+/// The centres of an element's quarters.
+fn quarters(element: &Element) -> [Sample; SAMPLES] {
+    let at: [[f64; 2]; SAMPLES] = match element.shape() {
+        Shape::Parallelogram => [[0.25, 0.25], [0.75, 0.25], [0.25, 0.75], [0.75, 0.75]],
+        Shape::Triangle => {
+            let [near, far] = [1.0 / 6.0, 2.0 / 3.0];
+            [[1.0 / 3.0; 2], [near, near], [far, near], [near, far]]
+        }
+    };
+    at.map(|at| Sample { point: element.point(at), normal: element.polygon().normal(), face: element.face() })
 }
 
 /// The largest height of a box over a plane through the origin.
@@ -126,6 +144,7 @@ impl Clusters {
         let mut clusters = Self { all: Vec::with_capacity(2 * singles.len()), ..Self::default() };
         if !singles.is_empty() {
             build(&mut clusters.all, &mut singles);
+            clusters.choose_samples(elements);
         }
         clusters.apart = !clusters.any_overlap(elements);
         clusters
@@ -140,9 +159,29 @@ impl Clusters {
         &self.all
     }
 
-    /// Whether a cluster is another or a part of it.
-    pub(crate) fn is_in(&self, cluster: usize, whole: usize) -> bool {
-        (whole..self.all[whole].end).contains(&cluster)
+    /// Points of a cluster.
+    pub(crate) fn samples(&self, cluster: usize) -> &[Sample; SAMPLES] {
+        &self.samples[cluster]
+    }
+
+    /// Of an element the centres of its quarters, of two clusters as many of each as its area is of both, in turns that differ from
+    /// cluster to cluster.
+    fn choose_samples(&mut self, elements: &[Element]) {
+        let mut samples: Vec<Option<[Sample; SAMPLES]>> = vec![None; self.all.len()];
+        for (index, cluster) in self.all.iter().enumerate().rev() {
+            samples[index] = match cluster.parts {
+                Parts::Element(element) => Some(quarters(&elements[element])),
+                Parts::Two([a, b]) => samples[a].zip(samples[b]).map(|(of_a, of_b)| {
+                    let share = self.all[a].area / cluster.area;
+                    let start = (0.618_033_988_749_894_9 * index as f64).fract();
+                    std::array::from_fn(|k| {
+                        let place = (start + k as f64 / SAMPLES as f64).fract();
+                        if place < share { of_a[k] } else { of_b[k] }
+                    })
+                }),
+            };
+        }
+        self.samples = samples.into_iter().flatten().collect();
     }
 
     /// Whether no point can see two elements in one direction, so that form factors sum to at most 1.
@@ -175,7 +214,6 @@ fn build(all: &mut Vec<Cluster>, singles: &mut [Cluster]) -> usize {
         let right = build(all, right);
         all[index].parts = Parts::Two([left, right]);
     }
-    all[index].end = all.len();
     index
 }
 

@@ -88,6 +88,6 @@ impl Solution {
     fn neglected_at(&self, receiver: usize, channel: usize, node: usize) -> f64 {
         let of_link = |link: &Link| self.field.neglected(&self.mesh, link.source, channel, &link.rows[node]);
         let of_links = self.links[receiver].iter().map(of_link).map(|size| size * size).sum::<f64>().sqrt();
-        of_links + self.far[receiver].neglected(&self.field, channel, node)
+        of_links + self.far[receiver].likely(&self.field, channel, node)
     }
 }

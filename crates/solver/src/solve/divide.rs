@@ -63,6 +63,9 @@ impl Solution {
                 return ratio(self.mesh.elements()[receiver].area() * proven.share(receiver, channel), reference[channel]);
             }
             let counts = self.counts(receiver, &self.bounds.residuals[1][receiver][channel]);
+            if self.served.is_known() {
+                return self.counts_for_points(receiver, channel, counts);
+            }
             ratio(self.bounds.share(&self.mesh, receiver, channel, counts), reference[channel])
         };
         let worst = |receiver: usize| (0..self.channels.len()).map(|channel| share(receiver, channel)).fold(0.0, largest);

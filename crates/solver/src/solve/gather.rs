@@ -9,6 +9,7 @@
 use radgrad_core::{DVec3, Receiver};
 
 use crate::bound::ledger::Ledger;
+use crate::clock::Clock;
 use crate::error::Error;
 use crate::links::cluster::far::Far;
 use crate::links::direct::Lit;
@@ -26,6 +27,20 @@ const REACH: f64 = 1e-6;
 
 /// Irradiance and bound at a point, in each channel: what it receives of all that it sees above its horizon. Irradiance has the unit of
 /// radiosity, pi times that of the scene's radiances; a white surface there would have it for its radiosity.
+///
+/// ```
+/// use radgrad_core::DVec3;
+/// use radgrad_solver::{Options, solve};
+/// # use radgrad_scene::{Degenerate, Scene};
+/// # let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../../data/scenes/two_blocks.obj");
+/// # let scene = Scene::read(file, Degenerate::Refuse)?;
+/// let options = Options { error: 0.5, degree: Some(1), first_elements: 1, ..Options::default() };
+/// let solution = solve(&scene, &options, |_| true)?;
+/// let (low, high) = scene.bounds().ok_or("no faces")?;
+/// let sensor = solution.irradiance_at(0.5 * (low + high), DVec3::Y)?;
+/// assert!(sensor.irradiance[0] >= 0.0 && sensor.ledger[0].total() >= 0.0);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct Irradiance {
     /// Irradiance.
@@ -69,7 +84,8 @@ struct Gathers {
 /// The irradiance of a point in each channel, what evaluations and links leave of it, and what it is made of.
 struct Sum {
     sums: Vec<f64>,
-    ledger: Vec<Ledger>,
+    /// Bound and estimate.
+    ledgers: [Vec<Ledger>; 2],
     rows: Vec<(usize, Row)>,
     far: Far,
 }
@@ -138,6 +154,23 @@ impl Solution {
     }
 
     fn irradiance_in_space(&self, station: &Station) -> Result<Irradiance, Error> {
+        Ok(self.bounded_sum(station, &self.sum_in_space(station)?))
+    }
+
+    /// What a point that is on no face gathers, by rows and clusters, and the sum.
+    pub(super) fn gathered_in_space(&self, station: &Station) -> Result<(Vec<(usize, Row)>, Far, Vec<f64>), Error> {
+        let Sum { rows, far, sums, .. } = self.sum_in_space(station)?;
+        Ok((rows, far, sums))
+    }
+
+    /// The same of a point of a leaf.
+    pub(super) fn gathered_on(&self, leaf: usize, point: DVec3) -> Result<(Vec<(usize, Row)>, Far, Vec<f64>), Error> {
+        let (station, gathers) = self.gathers_on(leaf, point)?;
+        let Sum { rows, far, sums, .. } = self.sum(&station, gathers, &self.far[self.receiver_of(leaf)]);
+        Ok((rows, far, sums))
+    }
+
+    fn sum_in_space(&self, station: &Station) -> Result<Sum, Error> {
         let optics = self.optics();
         let lit = match self.lamps.is_empty() {
             true => None,
@@ -147,7 +180,8 @@ impl Solution {
             }
         };
         let weight = self.weight_of(&vec![1.0; self.channels.len()]);
-        let need = Need { field: &self.field, weight: &weight, allowed: self.allowed, linking: Linking::Error };
+        let need =
+            Need { field: &self.field, weight: &weight, allowed: self.allowed, linking: Linking::Error, clock: Clock::started() };
         let gatherer = Gatherer::Point(station);
         let (mut links, mut far) = optics.first_links(gatherer, None, &need)?;
         optics.refine(gatherer, (&mut links, &mut far), &need)?;
@@ -155,7 +189,7 @@ impl Solution {
             let (source, is_past) = (link.source, matches!(link.sight, Sight::Past(_)));
             link.rows.into_iter().map(move |row| Gather { source, row, is_past })
         });
-        Ok(self.bounded_sum(station, &self.sum(station, Gathers { lit, all: gathers.collect() }, &far)))
+        Ok(self.sum(station, Gathers { lit, all: gathers.collect() }, &far))
     }
 
     /// Radiosity at a point of a leaf, in the coordinates of [`Self::placement`].
@@ -208,11 +242,16 @@ impl Solution {
     /// The sum of what a point gathers, and what evaluations and links leave of it.
     fn sum(&self, station: &Station, Gathers { lit, all }: Gathers, far: &Far) -> Sum {
         let channels = self.channels.len();
-        let (mut sums, mut ledger) = (vec![0.0; channels], vec![Ledger::default(); channels]);
+        let (mut sums, mut ledgers) =
+            (vec![0.0; channels], [vec![Ledger::default(); channels], vec![Ledger::default(); channels]]);
         if let Some(lit) = lit {
-            for (channel, [clear, past]) in lit.error.into_iter().enumerate() {
-                sums[channel] += lit.irradiance[channel];
-                ledger[channel] += Ledger { computation: clear, visibility: past, ..Ledger::default() };
+            for (sum, light) in sums.iter_mut().zip(&lit.irradiance) {
+                *sum += light;
+            }
+            for (ledger, errors) in ledgers.iter_mut().zip([&lit.error, &lit.likely]) {
+                for (sum, &[clear, past]) in ledger.iter_mut().zip(errors) {
+                    *sum += Ledger { computation: clear, visibility: past, ..Ledger::default() };
+                }
             }
         }
         let mut rows = Vec::with_capacity(all.len());
@@ -221,22 +260,26 @@ impl Solution {
             for channel in 0..channels {
                 let coefficients = self.field.of(source, channel, count);
                 sums[channel] += coefficients.iter().zip(&row.values).map(|(c, v)| c * v).sum::<f64>();
-                let size = row.error_of(coefficients);
-                ledger[channel].computation += self.field.neglected(&self.mesh, source, channel, &row);
-                if is_past { ledger[channel].visibility += size } else { ledger[channel].computation += size }
+                let neglected = self.field.neglected(&self.mesh, source, channel, &row);
+                for (ledger, size) in ledgers.iter_mut().zip([row.error_of(coefficients), row.likely_error_of(coefficients)]) {
+                    let sum = &mut ledger[channel];
+                    sum.computation += neglected;
+                    if is_past { sum.visibility += size } else { sum.computation += size }
+                }
             }
             rows.push((source, row));
         }
-        let far = far.of_point((&self.mesh, &self.field), station, &rows);
+        let far = far.of_point(&self.optics(), station, &rows);
         for channel in 0..channels {
             sums[channel] += far.value(&self.field, channel, 0);
-            ledger[channel].computation += far.neglected(&self.field, channel, 0);
+            ledgers[0][channel].computation += far.neglected(&self.field, channel, 0);
+            ledgers[1][channel].computation += far.likely(&self.field, channel, 0);
         }
-        Sum { sums, ledger, rows, far }
+        Sum { sums, ledgers, rows, far }
     }
 
     /// The sum with its bound and its estimate.
-    fn bounded_sum(&self, station: &Station, Sum { sums, ledger, rows, far }: &Sum) -> Irradiance {
+    fn bounded_sum(&self, station: &Station, Sum { sums, ledgers, rows, far }: &Sum) -> Irradiance {
         let channels = self.channels.len();
         let whole = vec![1.0; channels];
         let estimated = self.points().at(self.bounded(), &self.bounds, station, (rows, far), &whole);
@@ -244,11 +287,11 @@ impl Solution {
             Some(proven) => proven.at(rows, far, &whole),
             None => vec![Ledger::unknown(); channels],
         };
-        let with = |beyond: &[Ledger]| -> Vec<Ledger> {
+        let with = |beyond: &[Ledger], ledger: &[Ledger]| -> Vec<Ledger> {
             let rounding = |c: usize| 2.0 * f64::EPSILON * (rows.len() + 2) as f64 * sums[c].abs();
             let of = |c: usize| beyond[c] + ledger[c] + Ledger { computation: rounding(c), ..Ledger::default() };
             (0..channels).map(of).collect()
         };
-        Irradiance { irradiance: sums.clone(), ledger: with(&proven), estimate: with(&estimated) }
+        Irradiance { irradiance: sums.clone(), ledger: with(&proven, &ledgers[0]), estimate: with(&estimated, &ledgers[1]) }
     }
 }

@@ -7,8 +7,11 @@
 //! squares add up, and the light that links and clusters neglect. These count by `4/d` of the most that they give, d the
 //! distance: `|grad k|` is at most that times the kernel k where neither cosine is small.
 
+use std::sync::OnceLock;
+
 use radgrad_core::{DVec3, evaluate_to, gradient};
 
+use crate::clock::Clock;
 use crate::error::Error;
 use crate::links::cluster::far::Far;
 use crate::links::gatherer::Gatherer;
@@ -16,6 +19,7 @@ use crate::links::link::Link;
 use crate::links::linking::Linking;
 use crate::links::refine::Need;
 use crate::links::station::Station;
+use crate::links::visible::{Visible, Window};
 use crate::mesh::Sight;
 use crate::mesh::basis::Basis;
 use crate::mesh::element::Element;
@@ -26,8 +30,11 @@ use radgrad_scene::{largest, smallest};
 
 /// Nodes a side of the rule for gradients from afar, and the distance from the source in its radii from which it serves: there it
 /// leaves about 1e-8 of the gradient.
-const FAR_NODES: usize = 6;
-const FAR: f64 = 4.0;
+const FAR_NODES: usize = 8;
+const FAR: f64 = 2.0;
+
+/// The part of a source's area that is a sliver.
+const SLIVER: f64 = 1e-7;
 
 /// The part of what links may neglect that those for a gradient at a point may.
 const FINER: f64 = 0.1;
@@ -36,6 +43,20 @@ const FINER: f64 = 0.1;
 const STEEPNESS: f64 = 4.0;
 
 /// A gradient in each channel, with respect to the position, the normal kept: in the unit of radiosity over the scene's unit of length.
+///
+/// ```
+/// use radgrad_core::DVec3;
+/// use radgrad_solver::{Options, solve};
+/// # use radgrad_scene::{Degenerate, Scene};
+/// # let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../../data/scenes/two_blocks.obj");
+/// # let scene = Scene::read(file, Degenerate::Refuse)?;
+/// let options = Options { error: 0.5, degree: Some(1), first_elements: 1, ..Options::default() };
+/// let solution = solve(&scene, &options, |_| true)?;
+/// let (low, high) = scene.bounds().ok_or("no faces")?;
+/// let slope = solution.irradiance_gradient_at(0.5 * (low + high), DVec3::Y)?;
+/// assert!(slope.gradient[0].is_finite() && slope.estimate[0] >= 0.0);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct Gradient {
     /// The gradient.
@@ -138,7 +159,13 @@ impl Solution {
     pub(super) fn gradient_of_station(&self, station: &Station, leaf: Option<usize>) -> Result<Parts, Error> {
         let (optics, channels) = (self.optics(), self.channels.len());
         let weight = self.weight_of(&vec![1.0; channels]);
-        let need = Need { field: &self.field, weight: &weight, allowed: FINER * self.allowed, linking: Linking::Error };
+        let need = Need {
+            field: &self.field,
+            weight: &weight,
+            allowed: FINER * self.allowed,
+            linking: Linking::Error,
+            clock: Clock::started(),
+        };
         let gatherer = Gatherer::Point(station);
         let receiver = leaf.map(|leaf| self.receiver_of(leaf));
         let known = receiver.map(|receiver| (&self.links[receiver][..], &self.far[receiver]));
@@ -163,7 +190,7 @@ impl Solution {
         links.iter().try_for_each(|link| self.add_gradient_of(station, link, &mut parts))?;
         let near = self.nearest_of(station, &far);
         for (channel, sum) in parts.neglected.iter_mut().enumerate() {
-            let neglected = far.neglected(&self.field, channel, 0);
+            let neglected = far.likely(&self.field, channel, 0);
             *sum += if neglected > 0.0 { STEEPNESS * neglected / near } else { 0.0 };
         }
         Ok(parts)
@@ -298,6 +325,9 @@ impl Solution {
             let sum = |c: &&[f64]| c.iter().zip(&of_functions).map(|(c, g)| *g * *c).sum();
             return Ok(coefficients.iter().map(sum).collect());
         }
+        if matches!(sight, Sight::Past(_)) && self.is_sliver(station, source, sight.faces()) {
+            return Ok(vec![DVec3::ZERO; coefficients.len()]);
+        }
         let receiver = station.receiver()?;
         let occluders: Vec<_> = match &sight {
             Sight::Past(faces) => faces.iter().map(|&f| mesh.polygons()[f].clone()).collect(),
@@ -318,12 +348,25 @@ impl Solution {
     }
 }
 
+impl Solution {
+    /// Whether nothing is seen of a source past some faces but what may be rounding. Its light is about to appear or to be gone: of the two
+    /// gradients there that of the dark is taken. To decide between them would take hundreds of digits.
+    fn is_sliver(&self, station: &Station, source: &Element, faces: &[usize]) -> bool {
+        let parts = faces.iter().flat_map(|&face| self.mesh().convex_parts(face)).map(|part| &part[..]);
+        let visible = Visible::of(station.point, station.normal, &Window::of(source), parts);
+        visible.is_some_and(|visible| visible.share(source.shape()) <= SLIVER + 2.0 * visible.doubt)
+    }
+}
+
 /// The gradient of the kernel `k = h (n1.r) / pi r^4`, `(n2 (n1.r) - h n1) / r^4 + 4 h (n1.r) r / r^6` over pi, by a product rule.
 fn from_afar(point: DVec3, normal: DVec3, source: &Element, basis: &Basis, count: usize) -> Vec<DVec3> {
-    let nodes: Vec<Node> = match source.shape() {
-        Shape::Parallelogram => rule::product(FAR_NODES),
-        Shape::Triangle => rule::collapsed(FAR_NODES),
+    static RULES: OnceLock<[Vec<Node>; 2]> = OnceLock::new();
+    let [on_squares, on_triangles] = RULES.get_or_init(|| [rule::product(FAR_NODES), rule::collapsed(FAR_NODES)]);
+    let nodes = match source.shape() {
+        Shape::Parallelogram => on_squares,
+        Shape::Triangle => on_triangles,
     };
+    let mut values = vec![0.0; basis.len()];
     let height = source.polygon().normal().dot(point - source.polygon().vertices()[0]);
     let scale = source.area() / std::f64::consts::PI;
     let mut gradients = vec![DVec3::ZERO; count];
@@ -333,8 +376,9 @@ fn from_afar(point: DVec3, normal: DVec3, source: &Element, basis: &Basis, count
         let cosine = normal.dot(r);
         let slope = source.polygon().normal() * cosine - normal * height + r * (4.0 * height * cosine * inverse);
         let slope = slope * (node.weight * scale * inverse * inverse);
-        for (sum, value) in gradients.iter_mut().zip(basis.values(node.at)) {
-            *sum += slope * value;
+        basis.fill(node.at, &mut values);
+        for (sum, value) in gradients.iter_mut().zip(&values) {
+            *sum += slope * *value;
         }
     }
     gradients

@@ -33,7 +33,7 @@ impl Solution {
             residual = residual.with_unseen(element, basis.nodes().len(), unseen[channel].map(|light| rho * light));
         }
         for lit in &self.direct[leaf].nodes {
-            let [clear, past] = lit.error[channel];
+            let [clear, past] = lit.likely[channel];
             residual.largest.computation = largest(residual.largest.computation, rho * clear);
             residual.largest.visibility = largest(residual.largest.visibility, rho * past);
         }
@@ -104,12 +104,12 @@ impl Solution {
             residual = residual.with_unseen(element, basis.nodes().len(), unseen.map(|light| rho * light));
         }
         for (node, sample) in samples.iter().enumerate() {
-            let mut neglected = far.neglected(&self.field, channel, node);
+            let mut neglected = far.likely(&self.field, channel, node);
             let (mut clear, mut past) = (0.0, 0.0);
             for link in links {
                 let row = &link.rows[node];
                 neglected += self.field.neglected(&self.mesh, link.source, channel, row);
-                let size = row.error_of(self.field.of(link.source, channel, self.mesh.basis(link.source).len()));
+                let size = row.likely_error_of(self.field.of(link.source, channel, self.mesh.basis(link.source).len()));
                 if matches!(link.sight, Sight::Past(_)) { past += size } else { clear += size }
             }
             // The sums themselves round.

@@ -1,5 +1,6 @@
 //! Direct light of a round: projected on new leaves, which are divided until little is left out.
 
+use crate::clock::Clock;
 use crate::error::Error;
 use crate::links::linking::Linking;
 use crate::solve::divide::{BULK, bulk};
@@ -11,8 +12,8 @@ use radgrad_scene::largest;
 const DIRECT_PART: f64 = 0.25;
 
 impl Solution {
-    /// Projects direct light on new leaves, and divides leaves until what that leaves out is small.
-    pub(super) fn light(&mut self, aim: f64, options: &Options) -> Result<(), Error> {
+    /// Projects direct light on new leaves, and divides leaves until what that leaves out is small, or there is no time.
+    pub(super) fn light(&mut self, aim: f64, options: &Options, clock: Clock) -> Result<(), Error> {
         let channels = self.channels.len();
         loop {
             let known = self.direct.len();
@@ -48,7 +49,7 @@ impl Solution {
                 let unseen = for_each(&new, |leaf| Ok(self.unseen_on(leaf)))?;
                 new.into_iter().zip(unseen).for_each(|(leaf, unseen)| self.unseen[leaf] = unseen);
             }
-            if self.direct.is_empty() || !apart || self.mesh.elements().len() >= options.most_elements {
+            if self.direct.is_empty() || !apart || self.is_full(options) || clock.is_over() {
                 return Ok(());
             }
             let leaves: Vec<usize> = self.mesh.leaves().collect();
@@ -66,11 +67,14 @@ impl Solution {
                 let of = |channel: usize| {
                     let left = match &self.proven_direct.get(leaf) {
                         Some(Some(proven)) if options.bound.is_some() => proven[channel].mean.total(),
-                        _ => self.counts(leaf, &self.left_on_leaf(leaf, channel)),
+                        _ => largest(self.counts(leaf, &self.left_on_leaf(leaf, channel)) - self.noise_on(leaf, channel), 0.0),
                     };
-                    ratio(left, mean[channel])
+                    match self.served.is_known() {
+                        true => self.counts_for_points(leaf, channel, left),
+                        false => self.mesh.elements()[leaf].area() / area * ratio(left, mean[channel]),
+                    }
                 };
-                (self.mesh.elements()[leaf].area() / area * (0..channels).map(of).fold(0.0, largest), leaf)
+                ((0..channels).map(of).fold(0.0, largest), leaf)
             };
             let marked: Vec<(f64, usize)> = leaves.iter().map(indicator).collect();
             let left: f64 = marked.iter().map(|m| m.0).sum();
@@ -82,6 +86,12 @@ impl Solution {
                 self.mesh.divide(leaf)?;
             }
         }
+    }
+
+    /// What rays are off by at the nodes of a leaf: smaller leaves would have it as well.
+    fn noise_on(&self, leaf: usize, channel: usize) -> f64 {
+        let rho = self.surfaces.reflectance[self.mesh.elements()[leaf].face()][channel];
+        rho * self.direct[leaf].nodes.iter().map(|lit| lit.noise[channel]).fold(0.0, largest)
     }
 
     /// The projection of direct light on an element, as it is reflected.

@@ -1,7 +1,8 @@
-//! Links of a round: of new receivers, refined where they neglect too much, and merged where they need not be told apart.
+//! Links of a round: of new receivers, and refined where they neglect too much.
 
 use rayon::prelude::*;
 
+use crate::clock::Clock;
 use crate::error::Error;
 use crate::links::cluster::far::Far;
 use crate::links::gatherer::Gatherer;
@@ -12,7 +13,7 @@ use crate::solve::solution::{Solution, for_each};
 
 impl Solution {
     /// Links receivers that have none, to what their parent's links had for sources; these go.
-    pub(super) fn link(&mut self, allowed: f64, linking: Linking) -> Result<(), Error> {
+    pub(super) fn link(&mut self, allowed: f64, linking: Linking, clock: Clock) -> Result<(), Error> {
         self.links.resize(self.mesh.elements().len(), Vec::new());
         self.far.resize(self.mesh.elements().len(), Far::default());
         self.own.resize(self.mesh.elements().len(), Vec::new());
@@ -23,7 +24,7 @@ impl Solution {
             Some((&self.links[parent][..], &self.far[parent]))
         };
         let of = |receiver: usize| {
-            let need = Need { field: &self.field, weight: &self.weight(receiver), allowed, linking };
+            let need = Need { field: &self.field, weight: &self.weight(receiver), allowed, linking, clock };
             optics.first_links(Gatherer::Element(receiver), of_parent(receiver), &need)
         };
         let links = for_each(&new, of)?;
@@ -50,7 +51,9 @@ impl Solution {
 
     /// What an error of the irradiance counts for, relative to what errors are.
     fn weight(&self, receiver: usize) -> Vec<f64> {
-        self.weight_of(&self.surfaces.reflectance[self.mesh.elements()[receiver].face()])
+        let mut weight = self.weight_of(&self.surfaces.reflectance[self.mesh.elements()[receiver].face()]);
+        weight.iter_mut().enumerate().for_each(|(channel, weight)| *weight *= self.carefully(receiver, channel));
+        weight
     }
 
     /// The same where this much of the irradiance counts.
@@ -58,18 +61,8 @@ impl Solution {
         rho.iter().zip(self.reference()).map(|(rho, mean)| if mean > 0.0 { rho / mean } else { 0.0 }).collect()
     }
 
-    /// Puts clusters of receivers together again where they need not be told apart.
-    pub(super) fn merge(&mut self, allowed: f64) {
-        let (optics, linking) = (self.optics(), Linking::Error);
-        let merged = |&receiver: &usize| {
-            let need = Need { field: &self.field, weight: &self.weight(receiver), allowed, linking };
-            optics.merge(receiver, &self.links[receiver], &self.far[receiver], &need)
-        };
-        let merged: Vec<Far> = self.receivers.par_iter().map(merged).collect();
-        self.receivers.iter().zip(merged).for_each(|(&receiver, far)| self.far[receiver] = far);
-    }
-
-    pub(super) fn refine(&mut self, allowed: f64) -> Result<bool, Error> {
+    /// Refines links of all receivers, until there is no time. Returns whether any was.
+    pub(super) fn refine(&mut self, allowed: f64, clock: Clock) -> Result<bool, Error> {
         let (links, far) = (&mut self.links, &mut self.far);
         let take = |&receiver: &usize| (std::mem::take(&mut links[receiver]), std::mem::take(&mut far[receiver]));
         let taken: Vec<(Vec<Link>, Far)> = self.receivers.iter().map(take).collect();
@@ -79,7 +72,7 @@ impl Solution {
             .par_iter()
             .zip(taken)
             .map(|(&receiver, (mut links, mut far))| {
-                let need = Need { field: &self.field, weight: &self.weight(receiver), allowed, linking };
+                let need = Need { field: &self.field, weight: &self.weight(receiver), allowed, linking, clock };
                 let changed = optics.refine(Gatherer::Element(receiver), (&mut links, &mut far), &need)?;
                 Ok((links, far, changed))
             })

@@ -25,7 +25,8 @@ impl Solution {
     pub(super) fn prove(&mut self) -> Result<f64, Error> {
         self.prove_direct();
         if self.proven().is_none() {
-            return Err(self.lossless());
+            // What takes too long is not proven, and says so.
+            return if self.clock.is_over() { Ok(f64::INFINITY) } else { Err(self.lossless()) };
         }
         Ok(self.relative(&self.mean_bound()))
     }
@@ -33,6 +34,9 @@ impl Solution {
     /// The proven bounds, if there are any.
     pub(crate) fn proven(&self) -> Option<&Proven> {
         let prove = || {
+            if self.clock.is_over() {
+                return None;
+            }
             let of_leaf = |leaf: usize| match self.proven_direct.get(leaf) {
                 Some(Some(known)) => known.clone(),
                 _ => self.ground.left_of_direct(self.optics(), &self.surfaces, &self.lamps, &self.direct[leaf], leaf),
@@ -50,6 +54,7 @@ impl Solution {
                 receivers: &self.receivers,
                 channels: self.channels.len(),
                 residuals: &self.bounds.residuals,
+                clock: self.clock,
             };
             Proven::of(solved, &self.ground, direct)
         };
@@ -64,7 +69,9 @@ impl Solution {
         }
         let new: Vec<usize> = self.mesh.leaves().filter(|&leaf| self.proven_direct[leaf].is_none()).collect();
         let of = |&leaf: &usize| self.ground.left_of_direct(self.optics(), &self.surfaces, &self.lamps, &self.direct[leaf], leaf);
-        let left: Vec<Vec<Rest>> = new.par_iter().map(of).collect();
+        let clock = self.clock;
+        let left: Option<Vec<Vec<Rest>>> = new.par_iter().map(|leaf| (!clock.is_over()).then(|| of(leaf))).collect();
+        let Some(left) = left else { return };
         new.into_iter().zip(left).for_each(|(leaf, left)| self.proven_direct[leaf] = Some(left));
     }
 }

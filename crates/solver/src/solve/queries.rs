@@ -1,4 +1,4 @@
-//! What a solution says of itself: its mesh, its polynomials and their bounds.
+//! Queries to a solution: its mesh, its polynomials and their bounds.
 
 use radgrad_core::DVec3;
 use radgrad_scene::{Placement, Warning};
@@ -40,7 +40,7 @@ impl Solution {
         &self.reflected
     }
 
-    /// What relative errors are relative to, in each channel.
+    /// The reference of relative errors, in each channel.
     #[must_use]
     pub fn relative_to(&self) -> Vec<f64> {
         self.reference()
@@ -114,10 +114,10 @@ impl Solution {
         coefficients
     }
 
-    /// Whether the proven bounds are there already: the last step of solving makes them, and who asks before it waits for them.
+    /// Whether the proven bounds are there: the last step of solving makes them, if there is time, and who asks before it waits for them.
     #[must_use]
     pub fn is_proven(&self) -> bool {
-        self.proven.get().is_some()
+        matches!(self.proven.get(), Some(Some(_)))
     }
 
     /// Irradiance on a leaf as a polynomial, in a channel: its coefficients in the leaf's basis.

@@ -10,6 +10,7 @@ use crate::bound::ledger::Ledger;
 use crate::bound::point::Points;
 use crate::bound::proven::{Ground, Proven, Rest};
 use crate::bound::scene::Scene;
+use crate::clock::Clock;
 use crate::error::Error;
 use crate::field::Field;
 use crate::links::cell::Rules;
@@ -22,8 +23,23 @@ use crate::mesh::surfaces::Surfaces;
 use crate::solve::detail::Detail;
 use crate::solve::options::{Progress, RelativeTo};
 use crate::solve::samples::Samples;
+use crate::solve::serve::Served;
 
 /// A piecewise polynomial radiosity with a bound on its error.
+///
+/// ```
+/// use radgrad_solver::{Options, solve};
+/// # use radgrad_scene::{Degenerate, Scene};
+/// # let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../../data/scenes/two_blocks.obj");
+/// # let scene = Scene::read(file, Degenerate::Refuse)?;
+/// let options = Options { error: 0.5, degree: Some(1), first_elements: 1, ..Options::default() };
+/// let solution = solve(&scene, &options, |_| true)?;
+/// for ((mean, bound), estimate) in solution.mean().iter().zip(solution.mean_bound()).zip(solution.mean_estimate()) {
+///     println!("{mean:.3}, estimated to {:.3}, proven to {:.3}", estimate.total(), bound.total());
+/// }
+/// assert!(solution.mean()[0] > 0.0 && solution.is_proven());
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Debug)]
 pub struct Solution {
     pub(crate) mesh: Mesh,
@@ -41,6 +57,7 @@ pub struct Solution {
     /// Of receivers, the clusters that no link is for.
     pub(crate) far: Vec<Far>,
     pub(super) receivers: Vec<usize>,
+    pub(super) served: Served,
     /// Samples of direct light on leaves and reflected light on receivers, of those that were judged by the gradient.
     pub(super) judged: Vec<[Option<Samples>; 2]>,
     pub(crate) bounds: Bounds,
@@ -58,6 +75,9 @@ pub struct Solution {
     pub(crate) extent: f64,
     /// Error that the evaluation of a function may have.
     pub(crate) absolute: f64,
+    /// Cells a side of a source that is seen past many faces; 0 for closed forms.
+    pub(super) cells: usize,
+    pub(super) clock: Clock,
     /// The most that the links of a receiver may neglect together, relative to the same mean as errors.
     pub(super) allowed: f64,
     pub(super) progress: Progress,
@@ -85,7 +105,7 @@ impl Solution {
     }
 
     pub(crate) const fn optics(&self) -> Optics<'_> {
-        Optics { mesh: &self.mesh, rules: &self.rules, absolute: self.absolute }
+        Optics { mesh: &self.mesh, rules: &self.rules, absolute: self.absolute, cells: self.cells }
     }
 
     pub(super) fn lossless(&self) -> Error {

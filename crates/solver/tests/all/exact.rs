@@ -2,9 +2,9 @@
 
 use std::f64::consts::PI;
 
-use radgrad_core::Polygon;
+use radgrad_core::{DVec3, Polygon};
 use radgrad_scene::{Scene, smallest};
-use radgrad_solver::{Options, Solution, solve};
+use radgrad_solver::{Options, Solution, solve, solve_for};
 
 type Quad = [[f64; 3]; 4];
 
@@ -120,6 +120,41 @@ fn at_the_apex_of_a_groove_the_radiosity_is_that_of_a_wedge() {
         let exact = 1.0 / (1.0 - 0.5 * rho * (1.0 + phi.cos()));
         // The walls end at 1000; a millimetre from the apex that is less than a millionth of the light.
         checked(&solution, [1e-3, 0.0, 0.0], [0.0, 0.0, 1.0], exact);
+    }
+}
+
+#[test]
+fn at_the_apex_of_a_groove_that_is_served_a_millionth_is_reached() {
+    let (phi, far, half, rho) = (1.0_f64, 1e3, 1e3, 0.5);
+    let away = [far * phi.cos(), far * phi.sin()];
+    let flat = [[0.0, -half, 0.0], [far, -half, 0.0], [far, half, 0.0], [0.0, half, 0.0]];
+    let slanted = [[0.0, -half, 0.0], [0.0, half, 0.0], [away[0], half, away[1]], [away[0], -half, away[1]]];
+    let scene = scene(&[(flat, rho, 1.0), (slanted, rho, 1.0)]);
+    let exact = 1.0 / (1.0 - 0.5 * rho * (1.0 + phi.cos()));
+    let apex = (DVec3::new(1e-4, 0.0, 0.0), DVec3::Z);
+    let options = Options { error: 1e-6, most_elements: 4000, ..Options::default() };
+    let solution = solve_for(&scene, &options, &[], &[apex], |_| true).unwrap();
+    let value = solution.gather(apex.0, apex.1).unwrap().radiosity[0];
+    println!("{} elements, estimate {:e}, off {:e}", solution.progress().elements, solution.progress().estimate, value - exact);
+    assert!((value - exact).abs() < 1e-6, "{value} for {exact}");
+}
+
+#[test]
+fn polynomials_converge_with_the_order_of_their_degree() {
+    let faces = [(FLOOR, 0.5, 1.0), (CEILING, 0.5, 1.0)];
+    for degree in 0..=3 {
+        // The centre is a corner of four elements, where polynomials are off most.
+        let off = |first_elements: usize| {
+            let options = Options { error: 1e-7, degree: Some(degree), first_elements, most_elements: 1, ..Options::default() };
+            let solution = solved(&faces, &options);
+            let leaf = solution.gather(DVec3::new(0.499_999, 0.499_999, 0.0), DVec3::Z).unwrap().leaf;
+            let at = solution.mesh().elements()[leaf].reference(DVec3::new(0.5, 0.5, 0.0));
+            (solution.value_on(leaf, 0, at) - 1.133_303_564_992_420_8).abs()
+        };
+        let order = (off(8) / off(32)).log2();
+        println!("degree {degree}: order {order:.2}");
+        let expected = f64::from(u32::try_from(degree).unwrap()) + 1.0;
+        assert!(order > expected - 0.35, "degree {degree}: order {order}");
     }
 }
 

@@ -97,7 +97,7 @@ pub(super) fn is_exactly_0<T: Real>(depth: T) -> bool {
 }
 
 /// Bound on `1/S` of a generating line; the horizon has none.
-fn nearness<T: Real>(generator: &Generator<T>) -> RadiusOf<T> {
+pub(super) fn nearness<T: Real>(generator: &Generator<T>) -> RadiusOf<T> {
     match generator {
         Generator::Horizon(_) => 0.0.into(),
         Generator::Emitter(line) | Generator::Occluder(line) => {

@@ -8,19 +8,17 @@
 //! factors. The most that they may give then is found by filling it with the brightest first. This accounts for occlusion: where
 //! the links fill the view, clusters behind count for nothing.
 //!
-//! For the light that reaches the node half of that is taken for an even radiosity: `w P` with `w = min(k, F/A)/2`, less where the
-//! hemisphere is full; linear in the radiosity, and with form factors that sum to no more than 1. The distance to the farther end
-//! of the interval is the neglected light.
+//! The light that reaches the node is estimated by a few points of the cluster ([`super::sampled`]): `w P`, linear in the radiosity. The
+//! distance to the farther end of the interval is a bound on the neglected light, the deviation of the samples an estimate.
 //!
-//! No cluster is in another, but a link's source may be in one as well: then the bounds count it twice.
+//! No cluster is in another, and no element that is linked in any.
 
 use crate::field::Field;
 use crate::links::cluster::glow::{Glow, Pair};
-use crate::links::cluster::screens::Screens;
+use crate::links::cluster::sampled::Seen;
 use crate::links::cluster::view::View;
 use crate::links::station::Station;
-use crate::links::transfer::Row;
-use crate::mesh::Mesh;
+use crate::links::transfer::{Optics, Row};
 use crate::mesh::basis::Basis;
 use crate::mesh::clusters::Clusters;
 use radgrad_scene::{largest, smallest};
@@ -33,9 +31,7 @@ pub(crate) const MARGIN: f64 = 1e-9;
 pub(crate) struct Far {
     clusters: Vec<usize>,
     /// Of each cluster from each node.
-    views: Vec<View>,
-    /// Of each cluster at each node: the factor of its power in the node's irradiance.
-    weights: Vec<f64>,
+    seen: Vec<Seen>,
     /// For each node, the part of the hemisphere that links leave.
     rest: Vec<f64>,
     /// For each cluster, the factor of its power for each function of the receiver's basis.
@@ -43,11 +39,11 @@ pub(crate) struct Far {
 }
 
 impl Far {
-    /// Clusters of the light that a field has, with their views from each node, where links give these rows at the nodes.
+    /// Clusters as each node sees them, where links give these rows at the nodes.
     pub(crate) fn new<'a>(
-        (tree, field): (&Clusters, &Field),
+        tree: &Clusters,
         clusters: Vec<usize>,
-        views: Vec<View>,
+        seen: Vec<Seen>,
         nodes: usize,
         rows: impl Iterator<Item = &'a [Row]>,
     ) -> Self {
@@ -58,28 +54,14 @@ impl Far {
         if tree.are_apart() {
             rows.for_each(|rows| cover(&mut covered, rows, 1.0));
         }
-        let rest: Vec<f64> = covered.into_iter().map(left).collect();
-        let brightness: Vec<f64> = clusters.iter().map(|&cluster| field.brightness(cluster)).collect();
-        let mut order: Vec<usize> = (0..clusters.len()).collect();
-        order.sort_by(|&a, &b| brightness[b].total_cmp(&brightness[a]));
-        let mut weights = vec![0.0; views.len()];
-        for (node, &rest) in rest.iter().enumerate() {
-            let seen = order.iter().map(|&index| (&views[index * nodes + node], tree.all()[clusters[index]].area()));
-            for (&index, weight) in order.iter().zip(even(rest, seen)) {
-                weights[index * nodes + node] = weight;
-            }
-        }
-        Self { clusters, views, weights, rest, matrix: Vec::new() }
+        Self { clusters, seen, rest: covered.into_iter().map(left).collect(), matrix: Vec::new() }
     }
 
     /// From one point.
-    pub(crate) fn of_point(&self, (mesh, field): (&Mesh, &Field), station: &Station, rows: &[(usize, Row)]) -> Self {
-        let tree = mesh.clusters();
-        let mut screens = Screens::default();
-        rows.iter().for_each(|(source, row)| screens.fill(mesh.elements()[*source].face(), row.factor()));
-        let screens = screens.polygons(mesh);
-        let views = self.clusters.iter().map(|&cluster| tree.all()[cluster].view(station, &screens)).collect();
-        Self::new((tree, field), self.clusters.clone(), views, 1, rows.iter().map(|(_, row)| std::slice::from_ref(row)))
+    pub(crate) fn of_point(&self, optics: &Optics<'_>, station: &Station, rows: &[(usize, Row)]) -> Self {
+        let seen = self.clusters.iter().map(|&cluster| optics.look(station, cluster)).collect();
+        let rows = rows.iter().map(|(_, row)| std::slice::from_ref(row));
+        Self::new(optics.mesh.clusters(), self.clusters.clone(), seen, 1, rows)
     }
 
     /// Finds those factors for the functions of a receiver's basis.
@@ -88,7 +70,7 @@ impl Far {
         for index in 0..self.clusters.len() {
             let mut of_functions = vec![0.0; basis.len()];
             for node in 0..nodes {
-                let weight = basis.nodes()[node].weight * self.weights[index * nodes + node];
+                let weight = basis.nodes()[node].weight * self.seen(index, node).weight;
                 of_functions.iter_mut().zip(basis.at_node(node)).for_each(|(sum, value)| *sum += weight * value);
             }
             self.matrix.extend(of_functions);
@@ -113,15 +95,19 @@ impl Far {
         &self.clusters
     }
 
+    /// What a node sees of a cluster.
+    pub(crate) fn seen(&self, index: usize, node: usize) -> &Seen {
+        &self.seen[index * self.rest.len() + node]
+    }
+
     /// A node's view of a cluster.
     pub(crate) fn view(&self, index: usize, node: usize) -> &View {
-        &self.views[index * self.rest.len() + node]
+        &self.seen(index, node).view
     }
 
     /// Irradiance of a node.
     pub(crate) fn value(&self, field: &Field, channel: usize, node: usize) -> f64 {
-        let weight = |index: usize| self.weights[index * self.rest.len() + node];
-        let of = |(index, &cluster): (usize, &usize)| weight(index) * field.glow(cluster, channel).power;
+        let of = |(index, &cluster): (usize, &usize)| self.seen(index, node).weight * field.glow(cluster, channel).power;
         self.clusters.iter().enumerate().map(of).sum()
     }
 
@@ -140,6 +126,12 @@ impl Far {
         largest(high - value, value + low) + rounding
     }
 
+    /// Deviation of the irradiance of a node.
+    pub(crate) fn likely(&self, field: &Field, channel: usize, node: usize) -> f64 {
+        let of = |(index, &cluster): (usize, &usize)| self.seen(index, node).deviation(field.glow(cluster, channel));
+        self.clusters.iter().enumerate().map(of).map(|off| off * off).sum::<f64>().sqrt()
+    }
+
     /// Adds the clusters' light to the sums for a receiver's functions.
     pub(crate) fn gather(&self, field: &Field, channel: usize, sums: &mut [f64]) {
         for (&cluster, row) in self.clusters.iter().zip(self.matrix.chunks_exact(sums.len())) {
@@ -148,13 +140,13 @@ impl Far {
         }
     }
 
-    /// The most that a node gets of a quantity that is nowhere negative, given for each cluster.
-    pub(crate) fn at_most(&self, node: usize, of: &[Pair]) -> f64 {
+    /// What a node is estimated to get of a quantity that is nowhere negative, given for each cluster.
+    pub(crate) fn gathered(&self, node: usize, of: &[Pair]) -> f64 {
         let (mut sum, mut brightest) = (0.0, 0.0_f64);
         for (index, &cluster) in self.clusters.iter().enumerate() {
-            let view = self.view(index, node);
-            if view.factor > 0.0 {
-                sum += view.at_most(of[cluster].whole, of[cluster].largest);
+            let seen = self.seen(index, node);
+            if seen.view.factor > 0.0 {
+                sum += seen.gathers(of[cluster].whole, of[cluster].largest);
                 brightest = largest(brightest, of[cluster].largest);
             }
         }
@@ -162,9 +154,9 @@ impl Far {
     }
 
     /// Adds that to the sums of each node.
-    pub(crate) fn add_at_most(&self, of: &[Pair], sums: &mut [f64]) {
+    pub(crate) fn add_gathered(&self, of: &[Pair], sums: &mut [f64]) {
         if !self.clusters.is_empty() {
-            sums.iter_mut().enumerate().for_each(|(node, sum)| *sum += self.at_most(node, of));
+            sums.iter_mut().enumerate().for_each(|(node, sum)| *sum += self.gathered(node, of));
         }
     }
 
@@ -172,7 +164,7 @@ impl Far {
     pub(crate) fn widest(&self, index: usize) -> View {
         let nodes = self.rest.len();
         let join = |a: View, b: &View| View { factor: largest(a.factor, b.factor), peak: largest(a.peak, b.peak) };
-        self.views[index * nodes..(index + 1) * nodes].iter().fold(View::default(), join)
+        self.seen[index * nodes..(index + 1) * nodes].iter().map(|seen| &seen.view).fold(View::default(), join)
     }
 }
 
@@ -185,17 +177,6 @@ pub(crate) fn cover(covered: &mut [f64], rows: &[Row], sign: f64) {
 /// The part of the hemisphere that is left.
 pub(crate) fn left(covered: f64) -> f64 {
     largest(1.0 - covered, 0.0) + MARGIN
-}
-
-/// Half of the most light of clusters of these areas with an even radiosity, over their power, if they get no more of the
-/// hemisphere than `rest`, the first ones first.
-pub(crate) fn even<'a>(mut rest: f64, seen: impl Iterator<Item = (&'a View, f64)>) -> impl Iterator<Item = f64> {
-    seen.map(move |(view, area)| {
-        let by_peak = if view.peak.is_finite() { view.peak * area } else { f64::INFINITY };
-        let part = smallest(smallest(by_peak, view.factor), rest);
-        rest -= part;
-        0.5 * part / area
-    })
 }
 
 /// The most light that clusters may add, and subtract where they are negative, the brightest first, if they get no more of the

@@ -14,16 +14,29 @@ pub(crate) struct Glow {
     pub(crate) negative: f64,
     /// Bound on its magnitude.
     pub(crate) largest: f64,
+    /// Area, and integral of the square.
+    pub(crate) area: f64,
+    pub(crate) square: f64,
+    /// Deviation from the mean, times the area.
+    pub(crate) unevenness: f64,
 }
 
 impl Glow {
-    pub(crate) const fn and(self, other: Self) -> Self {
+    /// With the area, and the integral of the square, of what is as even as that.
+    pub(crate) fn over(self, area: f64, square: f64) -> Self {
+        let left = area * square - self.power * self.power;
+        Self { area, square, unevenness: if left > 0.0 { left.sqrt() } else { 0.0 }, ..self }
+    }
+
+    pub(crate) fn and(self, other: Self) -> Self {
         Self {
             power: self.power + other.power,
             positive: self.positive + other.positive,
             negative: self.negative + other.negative,
             largest: largest(self.largest, other.largest),
+            ..Self::default()
         }
+        .over(self.area + other.area, self.square + other.square)
     }
 }
 

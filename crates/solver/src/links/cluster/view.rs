@@ -1,9 +1,4 @@
-//! Bounds on a point's view of a cluster, past faces that may hide some of it.
-//!
-//! Each side of the box that faces the point is a window: of the cluster behind it the point sees the part through the area of the
-//! window that no screen is before ([`crate::links::visible`]), and the bound on a window's form factor is in proportion to the
-//! area. Screens are the faces that fill the view by links, and those that have hidden others ([`super::screens`]). Of a cluster
-//! that is mostly behind these little is left.
+//! Bounds on a point's view of a cluster: through the sides of its box that face the point.
 
 use radgrad_scene::{largest, smallest};
 use std::f64::consts::PI;
@@ -11,11 +6,9 @@ use std::f64::consts::PI;
 use radgrad_core::DVec3;
 
 use crate::links::station::Station;
-use crate::links::visible::{Visible, Window};
 use crate::mesh::clusters::{Cluster, ROUNDED, highest, most_toward};
 use crate::mesh::element::{Element, around};
 use crate::mesh::screen::LEVEL;
-use crate::mesh::shape::Shape;
 
 /// Bounds on a point's view of a cluster.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -38,8 +31,8 @@ impl View {
 }
 
 impl Cluster {
-    /// A point's view of it, past convex screens.
-    pub(crate) fn view(&self, station: &Station, screens: &[&[DVec3]]) -> View {
+    /// A point's view of it.
+    pub(crate) fn view(&self, station: &Station) -> View {
         let (low, high) = (self.low - station.point, self.high - station.point);
         let level = LEVEL * (low.abs().max(high.abs()).length() + station.point.abs().max_element());
         let over = highest(station.normal, low, high) + level;
@@ -69,8 +62,7 @@ impl Cluster {
             let (next, last) = ((axis + 1) % 3, (axis + 2) % 3);
             let area = (high[next] - low[next] + level) * (high[last] - low[last] + level);
             let cosine = smallest(over / distance, 1.0);
-            let seen = if screens.is_empty() { 1.0 } else { self.seen_through(axis, station, screens) };
-            seen * cosine * area * (height + level) / (PI * distance * distance * distance) * ROUNDED
+            cosine * area * (height + level) / (PI * distance * distance * distance) * ROUNDED
         };
         let factor = smallest(smallest(side(0) + side(1) + side(2), peak * self.area()), 1.0);
         View { factor, peak }
@@ -93,18 +85,5 @@ impl Cluster {
         }
         let peak = smallest(over / distance, 1.0) * smallest(toward / distance, 1.0) / (PI * distance * distance) * ROUNDED;
         View { factor: smallest(peak * self.area(), 1.0), peak }
-    }
-
-    /// Bound on the part of a side's area through which a point sees past screens.
-    fn seen_through(&self, axis: usize, station: &Station, screens: &[&[DVec3]]) -> f64 {
-        let is_over = self.low[axis] > station.point[axis];
-        let (next, last) = ((axis + 1) % 3, (axis + 2) % 3);
-        let (mut origin, mut along, mut across, mut normal) = (self.low, DVec3::ZERO, DVec3::ZERO, DVec3::ZERO);
-        (origin[axis], normal[axis]) = if is_over { (self.low[axis], -1.0) } else { (self.high[axis], 1.0) };
-        (along[next], across[last]) = (self.high[next] - self.low[next], self.high[last] - self.low[last]);
-        let vertices = [origin, origin + along, origin + along + across, origin + across];
-        let window = Window { shape: Shape::Parallelogram, vertices: &vertices, axes: [along, across], normal };
-        let visible = Visible::of(station.point, station.normal, &window, screens.iter().copied());
-        visible.map_or(1.0, |visible| visible.share(Shape::Parallelogram))
     }
 }

@@ -1,16 +1,17 @@
 //! What clusters are said to give at most is more than all of their elements give.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::time::Duration;
 
 use radgrad_core::{DVec3, Polygon};
 use radgrad_scene::{Prepared, Scene, largest};
 
+use crate::clock::Clock;
 use crate::field::Field;
 use crate::field::gathering::irradiance;
 use crate::field::order::Order;
 use crate::links::cell::Rules;
 use crate::links::cluster::far::Far;
-use crate::links::cluster::screens::Screens;
 use crate::links::gatherer::Gatherer;
 use crate::links::link::Link;
 use crate::links::linking::Linking;
@@ -20,6 +21,7 @@ use crate::links::transfer::{Optics, Row};
 use crate::mesh::Mesh;
 use crate::mesh::clusters::{Clusters, Parts};
 use crate::solve::options::Options;
+use crate::solve::serve::Served;
 use crate::solve::{solve, solve_on};
 
 /// Blocks in a room, which all may hide each other: 5 faces each, and 7 of the room.
@@ -64,24 +66,19 @@ fn scene(side: usize) -> Scene {
 /// Links to all roots.
 fn all_links(optics: &Optics<'_>, receiver: usize) -> Vec<Link> {
     let field = Field::dark(optics.mesh, 1);
-    let need = Need { field: &field, weight: &[0.0], allowed: 1.0, linking: Linking::Error };
+    let need = Need { field: &field, weight: &[0.0], allowed: 1.0, linking: Linking::Error, clock: Clock::started() };
     let sources = optics.mesh.roots().iter().map(|&root| (root, None));
-    optics.links(Gatherer::Element(receiver), sources, &need).unwrap().0
+    optics.links(Gatherer::Element(receiver), sources, &need).unwrap()
 }
 
 #[test]
 fn a_cluster_gives_no_more_than_its_view_and_a_cluster_that_faces_away_gives_nothing() {
     let (mesh, rules) = (city(3), Rules::new());
     let tree = Clusters::always_over(mesh.elements());
-    let optics = Optics { mesh: &mesh, rules: &rules, absolute: 1e-9 };
-    let (mut seen, mut away, mut hidden, mut tight) = (0, 0, 0, 0.0_f64);
+    let optics = Optics { mesh: &mesh, rules: &rules, absolute: 1e-9, cells: 0 };
+    let (mut seen, mut away, mut tight) = (0, 0, 0.0_f64);
     for receiver in (0..mesh.elements().len()).step_by(7) {
         let links = all_links(&optics, receiver);
-        let mut screens = Screens::default();
-        for link in &links {
-            screens.fill(mesh.elements()[link.source].face(), link.rows[0].factor());
-        }
-        let screens = screens.polygons(&mesh);
         for cluster in tree.all() {
             let mut open = vec![*cluster];
             let mut factors = vec![0.0; Station::at_nodes(&mesh, receiver).len()];
@@ -94,10 +91,7 @@ fn a_cluster_gives_no_more_than_its_view_and_a_cluster_that_faces_away_gives_not
                 }
             }
             for (station, factor) in Station::at_nodes(&mesh, receiver).iter().zip(factors) {
-                let view = cluster.view(station, &[]);
-                let past = cluster.view(station, &screens);
-                assert!(factor <= past.factor && past.factor <= view.factor, "{factor} {past:?} {view:?} {cluster:?}");
-                hidden += usize::from(past.factor < 0.5 * view.factor);
+                let view = cluster.view(station);
                 assert!(factor <= view.factor && factor <= view.peak * cluster.area(), "{factor} {view:?} {cluster:?}");
                 assert!(cluster.faces(&mesh.elements()[receiver]) || factor <= 0.0);
                 seen += usize::from(factor > 0.0);
@@ -106,7 +100,7 @@ fn a_cluster_gives_no_more_than_its_view_and_a_cluster_that_faces_away_gives_not
             }
         }
     }
-    assert!(seen > 1000 && away > 1000 && hidden > 500 && tight > 0.9, "{seen} {away} {hidden} {tight}");
+    assert!(seen > 1000 && away > 1000 && tight > 0.9, "{seen} {away} {tight}");
 }
 
 /// Light that differs from face to face and over each, here and there negative.
@@ -122,20 +116,17 @@ fn uneven(mesh: &Mesh) -> Field {
 }
 
 #[test]
-fn what_closed_clusters_neglect_covers_what_they_give() {
+fn closed_clusters_are_within_their_bounds_and_mostly_within_twice_their_estimates() {
     let (mesh, rules) = (city(5).clustered(), Rules::new());
-    let optics = Optics { mesh: &mesh, rules: &rules, absolute: 1e-9 };
+    let optics = Optics { mesh: &mesh, rules: &rules, absolute: 1e-9, cells: 0 };
     let field = uneven(&mesh);
-    let (mut near, mut all, mut merged, mut neglected) = (0, 0, 0, [0.0, 0.0]);
-    for allowed in [0.1, 0.4] {
+    let (mut near, mut all, mut within, mut nodes_seen, mut squares) = (0, 0, 0, 0, [0.0, 0.0]);
+    for allowed in [0.02, 0.1] {
         for receiver in (0..mesh.elements().len()).step_by(5) {
             let exact = all_links(&optics, receiver);
-            let need = Need { field: &field, weight: &[1.0], allowed, linking: Linking::Error };
+            let need = Need { field: &field, weight: &[1.0], allowed, linking: Linking::Error, clock: Clock::started() };
             let (mut links, mut far) = optics.first_links(Gatherer::Element(receiver), None, &need).unwrap();
             optics.refine(Gatherer::Element(receiver), (&mut links, &mut far), &need).unwrap();
-            let before = far.len();
-            far = optics.merge(receiver, &links, &far, &need);
-            merged += before - far.len();
             near += links.len();
             all += exact.len();
             let nodes = Station::at_nodes(&mesh, receiver).len();
@@ -144,31 +135,38 @@ fn what_closed_clusters_neglect_covers_what_they_give() {
             for (node, station) in Station::at_nodes(&mesh, receiver).iter().enumerate() {
                 let bound = far.neglected(&field, 0, node);
                 let (off, rounding) = ((rough[node] - exact_sums[node]).abs(), 1e-6);
-                assert!(off <= bound + rounding && bound <= allowed * 1.001, "{receiver} {node}: {off} {bound}");
-                neglected = [neglected[0] + off, neglected[1] + bound];
+                assert!(off <= bound + rounding, "{receiver} {node}: {off} {bound}");
+                if !far.is_empty() {
+                    let likely = far.likely(&field, 0, node);
+                    assert!(likely <= 3.0 * allowed * 1.001, "{receiver} {node}: {likely}");
+                    (nodes_seen, within) = (nodes_seen + 1, within + usize::from(off <= 2.0 * likely + rounding));
+                    squares = [squares[0] + off * off, squares[1] + likely * likely];
+                }
                 // What a gather at the point itself makes of it.
                 let at_node: Vec<(usize, Row)> = links.iter().map(|link| (link.source, link.rows[node].clone())).collect();
-                let of_point = far.of_point((&mesh, &field), station, &at_node);
+                let of_point = far.of_point(&optics, station, &at_node);
                 let linked: f64 = rough[node] - far.value(&field, 0, node);
                 let off = (linked + of_point.value(&field, 0, 0) - exact_sums[node]).abs();
                 assert!(off <= of_point.neglected(&field, 0, 0) + rounding, "{receiver} {node}: {off}");
             }
         }
     }
-    assert!(2 * near < all && merged > 50 && neglected[1] < 20.0 * neglected[0], "{near} of {all}, {merged}, {neglected:?}");
+    let [off, likely] = squares.map(f64::sqrt);
+    assert!(nodes_seen > 100 && 20 * within >= 19 * nodes_seen, "{within} of {nodes_seen}, {off} by {likely}");
+    assert!(2 * near < all && likely < 8.0 * off && off < likely, "{near} of {all}, {off} by {likely}");
 }
 
 #[test]
-fn clusters_that_were_merged_are_opened_again_and_nothing_is_linked_twice() {
+fn clusters_are_opened_further_and_nothing_is_linked_twice() {
     let (mesh, rules) = (city(5).clustered(), Rules::new());
-    let optics = Optics { mesh: &mesh, rules: &rules, absolute: 1e-9 };
+    let optics = Optics { mesh: &mesh, rules: &rules, absolute: 1e-9, cells: 0 };
     let field = uneven(&mesh);
     let (mut before, mut after) = (0, 0);
     for receiver in (0..mesh.elements().len()).step_by(5) {
-        let need = |allowed: f64| Need { field: &field, weight: &[1.0], allowed, linking: Linking::Error };
+        let need =
+            |allowed: f64| Need { field: &field, weight: &[1.0], allowed, linking: Linking::Error, clock: Clock::started() };
         let (mut links, mut far) = optics.first_links(Gatherer::Element(receiver), None, &need(0.4)).unwrap();
         optics.refine(Gatherer::Element(receiver), (&mut links, &mut far), &need(0.4)).unwrap();
-        far = optics.merge(receiver, &links, &far, &need(0.4));
         before += links.len();
         optics.refine(Gatherer::Element(receiver), (&mut links, &mut far), &need(0.02)).unwrap();
         after += links.len();
@@ -180,7 +178,7 @@ fn clusters_that_were_merged_are_opened_again_and_nothing_is_linked_twice() {
             assert_eq!(exact[&link.source], link.rows[0].values[0]);
         }
         for node in 0..Station::at_nodes(&mesh, receiver).len() {
-            assert!(far.neglected(&field, 0, node) <= 0.02 * 1.001, "{receiver} {node}");
+            assert!(far.is_empty() || far.likely(&field, 0, node) <= 3.0 * 0.02 * 1.001, "{receiver} {node}");
         }
     }
     assert!(after > before + before / 4, "{before} {after}");
@@ -210,7 +208,7 @@ fn a_point_in_a_cluster_may_see_nothing_else() {
     let mesh = city(3);
     let tree = Clusters::always_over(mesh.elements());
     let station = Station { point: DVec3::new(1.0, 1.0, 0.5), normal: DVec3::Z, face: Some(0) };
-    let view = tree.all()[0].view(&station, &[]);
+    let view = tree.all()[0].view(&station);
     assert!(view.factor == 1.0 && view.peak.is_infinite());
 }
 
@@ -221,9 +219,9 @@ fn by_clusters_light_from_a_lamp_is_within_its_bounds_of_a_far_finer_solution() 
     let fine = solve(&scene, &Options { error: 0.05, degree, ..Options::default() }, |_| true).unwrap();
     let known = fine.mean_estimate()[0].total();
     for order in [Order::GaussSeidel, Order::Southwell] {
-        let options = Options { error: 0.3, degree, first_elements: 1, most_elements: 1, order, ..Options::default() };
+        let options = Options { error: 0.3, degree, first_elements: 1, most_elements: 0, order, ..Options::default() };
         let mesh = Mesh::new(&scene, 1).unwrap().clustered();
-        let rough = solve_on(&Prepared::of(&scene).unwrap(), &options, mesh, |_| true).unwrap();
+        let rough = solve_on(&Prepared::of(&scene).unwrap(), &options, (mesh, Served::default()), |_| true).unwrap();
         assert!(rough.far.iter().any(|far| !far.is_empty()), "clusters are in force");
         let bound = rough.mean_bound()[0].total();
         let (mut off, mut area, mut at_points) = (0.0, 0.0, 0.0);
@@ -242,4 +240,17 @@ fn by_clusters_light_from_a_lamp_is_within_its_bounds_of_a_far_finer_solution() 
         println!("{order:?}: {off:.1e} off, {bound:.1e} stated, {at_points:.1e} at points, {known:.1e} of the finer one");
         assert!(off <= bound + known && off > known / 20.0, "{off} {bound} {known}");
     }
+}
+
+#[test]
+fn without_time_there_is_an_answer_with_an_estimate_and_no_bound() {
+    let scene = scene(3);
+    let options = Options { error: 0.05, degree: Some(1), time: Some(Duration::ZERO), ..Options::default() };
+    let mesh = Mesh::new(&scene, 1).unwrap().clustered();
+    let rough = solve_on(&Prepared::of(&scene).unwrap(), &options, (mesh, Served::default()), |_| true).unwrap();
+    assert!(rough.progress().round == 1 && rough.mean()[0] > 0.0 && rough.progress().estimate.is_finite());
+    assert!(rough.progress().bound.is_infinite() && !rough.is_proven());
+    let element = &rough.mesh().elements()[0];
+    let gathered = rough.gather(element.centre(), element.polygon().normal()).unwrap();
+    assert!(gathered.estimate[0].total().is_finite() && gathered.ledger[0].total().is_infinite());
 }

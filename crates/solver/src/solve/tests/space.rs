@@ -7,6 +7,7 @@ use crate::error::Error;
 use crate::mesh::Mesh;
 use crate::solve::gather::Irradiance;
 use crate::solve::options::Options;
+use crate::solve::serve::Served;
 use crate::solve::solution::Solution;
 use crate::solve::{solve, solve_on};
 
@@ -34,7 +35,7 @@ fn even_room() -> Scene {
 fn clustered(scene: &Scene, options: &Options) -> Solution {
     let ready = Prepared::of(scene).unwrap();
     let mesh = Mesh::new(&ready.scene, 2).unwrap().clustered();
-    solve_on(&ready, &options.inward(&ready.placement), mesh, |_| true).unwrap()
+    solve_on(&ready, &options.inward(&ready.placement), (mesh, Served::default()), |_| true).unwrap()
 }
 
 fn held(received: &Irradiance, exact: [f64; 2]) {

@@ -1,0 +1,198 @@
+//! What a solution serves if it is not the mean: points, such as those that are asked for or those that a camera sees.
+//!
+//! With `w(y)` the mean over the points p of `rho_p k(p, y)`, k the kernel, the error of gathers at the points is in the mean
+//! `int w (r + rho G r + ...)`, and since G is the same both ways `int I r` with the importance `I = w + G rho I` (B. Smits, J. Arvo and D.
+//! Salesin 1992). So `b = rho I` obeys the radiosity equation with `rho w` for the light that is emitted, over the links that there are; one
+//! solution serves all points together. A receiver is divided where `I |r|` is large, and linked roughly where I is small. The estimate is
+//! the sum of `I |r|` without signs, over the mean of what is reflected at the points.
+
+use radgrad_core::DVec3;
+use radgrad_scene::{largest, smallest};
+use rayon::prelude::*;
+
+use crate::error::Error;
+use crate::field::Field;
+use crate::field::gathering::Equation;
+use crate::links::cluster::far::Far;
+use crate::links::transfer::Row;
+use crate::solve::solution::{Solution, ratio};
+
+/// Sweeps at most, and changes, relative to the mean, below which the importance is solved.
+const MOST_SWEEPS: usize = 200;
+const SOLVED: f64 = 1e-3;
+
+/// Points that are served, and what counts for them.
+#[derive(Debug, Default)]
+pub(crate) struct Served {
+    /// Position and normal, in the coordinates of the scene; none to serve the mean.
+    points: Vec<[DVec3; 2]>,
+    /// Of each receiver of the last round, in each channel: the importance.
+    importance: Vec<Vec<f64>>,
+    /// The mean of it over all area, and of what is reflected at the points.
+    mean: Vec<f64>,
+    reflected: Vec<f64>,
+}
+
+/// What a point sees.
+struct Seen {
+    rows: Vec<(usize, Row)>,
+    far: Far,
+    rho: Vec<f64>,
+    reflected: Vec<f64>,
+}
+
+impl Served {
+    pub(crate) fn of(points: Vec<[DVec3; 2]>) -> Self {
+        Self { points, ..Self::default() }
+    }
+
+    /// Whether it is known what counts for points.
+    pub(super) fn is_known(&self) -> bool {
+        !self.importance.is_empty()
+    }
+}
+
+impl Solution {
+    /// Finds what counts for the points served.
+    pub(super) fn find_importance(&mut self) -> Result<(), Error> {
+        if self.served.points.is_empty() {
+            return Ok(());
+        }
+        let seen = self.served.points.par_iter().filter_map(|&point| self.seen_from(point).transpose());
+        let seen: Vec<Seen> = seen.collect::<Result<_, Error>>()?;
+        let (channels, mesh, count) = (self.channels.len(), &self.mesh, seen.len() as f64);
+        let mut field = Field::dark(mesh, channels);
+        let mut of_clusters = vec![vec![0.0; mesh.clusters().all().len()]; channels];
+        let constant = |element: usize, value: f64| {
+            let mut coefficients = vec![0.0; mesh.basis(element).len()];
+            coefficients[0] = value;
+            coefficients
+        };
+        let mut reflected = vec![0.0; channels];
+        for Seen { rows, far, rho, reflected: of_point } in &seen {
+            for channel in 0..channels {
+                reflected[channel] += of_point[channel] / count;
+                for (source, row) in rows {
+                    let density = rho[channel] * row.likely_factor() / (count * mesh.elements()[*source].area());
+                    if density > 0.0 {
+                        field.add(mesh, *source, channel, &constant(*source, density));
+                    }
+                }
+                for (index, &cluster) in far.clusters().iter().enumerate() {
+                    of_clusters[channel][cluster] += rho[channel] * far.seen(index, 0).weight / count;
+                }
+            }
+        }
+        for (channel, of) in of_clusters.iter().enumerate() {
+            let mut found = Vec::new();
+            mesh.clusters().push(of, |a, b| a + b, |element, density| found.push((element, density)));
+            for (element, density) in found.into_iter().filter(|(_, density)| *density > 0.0) {
+                field.add(mesh, element, channel, &constant(element, density));
+            }
+        }
+        let mut source = vec![Vec::new(); mesh.elements().len()];
+        let rho_of = |receiver: usize| &self.surfaces.reflectance[mesh.elements()[receiver].face()];
+        for &receiver in &self.receivers {
+            let sent = |(channel, rho): (usize, &f64)| {
+                let direct = field.of(receiver, channel, mesh.basis(receiver).len())[0];
+                constant(receiver, rho * direct)
+            };
+            source[receiver] = rho_of(receiver).iter().enumerate().flat_map(sent).collect();
+        }
+        let area: f64 = self.receivers.iter().map(|&receiver| mesh.elements()[receiver].area()).sum();
+        let mean_of = |of: &dyn Fn(usize, usize) -> f64, channel: usize| {
+            self.receivers.iter().map(|&receiver| mesh.elements()[receiver].area() * of(receiver, channel)).sum::<f64>() / area
+        };
+        let first = |receiver: usize, channel: usize| source[receiver][channel * mesh.basis(receiver).len()];
+        let scale = |channel: usize| Some(mean_of(&first, channel)).filter(|mean| *mean > 0.0).unwrap_or(1.0);
+        let scale: Vec<f64> = (0..channels).map(scale).collect();
+        let mut own: Vec<Vec<f64>> = source.iter().map(|of| vec![0.0; of.len()]).collect();
+        let mut sent = Field::dark(mesh, channels);
+        let equation = Equation {
+            mesh,
+            surfaces: &self.surfaces,
+            receivers: &self.receivers,
+            links: &self.links,
+            far: &self.far,
+            source: &source,
+        };
+        for _ in 0..MOST_SWEEPS {
+            if equation.sweep(&mut sent, &mut own, &scale) <= SOLVED {
+                break;
+            }
+        }
+        // Black receivers leave nothing out.
+        let of = |receiver: usize, channel: usize| match rho_of(receiver)[channel] {
+            0.0 => 0.0,
+            rho => largest(own[receiver][channel * mesh.basis(receiver).len()], 0.0) / rho,
+        };
+        let mut importance = vec![Vec::new(); mesh.elements().len()];
+        for &receiver in &self.receivers {
+            importance[receiver] = (0..channels).map(|channel| of(receiver, channel)).collect();
+        }
+        let mean = (0..channels).map(|channel| mean_of(&of, channel)).collect();
+        (self.served.importance, self.served.mean, self.served.reflected) = (importance, mean, reflected);
+        Ok(())
+    }
+
+    /// What a point sees; nothing of one that is asked for where it cannot be.
+    fn seen_from(&self, [position, normal]: [DVec3; 2]) -> Result<Option<Seen>, Error> {
+        let Ok((leaf, foot)) = self.leaf_of(position, normal) else {
+            let Ok(station) = self.station_in_space(position, normal) else { return Ok(None) };
+            let (rows, far, received) = self.gathered_in_space(&station)?;
+            return Ok(Some(Seen { rows, far, rho: vec![1.0; self.channels.len()], reflected: received }));
+        };
+        let (rows, far, received) = self.gathered_on(leaf, foot)?;
+        let [rho, _] = self.surfaces.at(self.mesh.elements()[leaf].face(), foot);
+        let reflected = received.iter().zip(&rho).map(|(received, rho)| received * rho).collect();
+        Ok(Some(Seen { rows, far, rho, reflected }))
+    }
+
+    /// The importance of an element, as that of the receiver of the last round that it is or is below.
+    fn importance_of(&self, element: usize, channel: usize) -> f64 {
+        let known = |at: usize| self.served.importance.get(at).filter(|of| !of.is_empty());
+        self.mesh.above(element).find_map(known).map_or(0.0, |of| of[channel])
+    }
+
+    /// What a mean of the residual on an element, over what errors are relative to, adds to the error aimed at.
+    pub(super) fn counts_for_points(&self, element: usize, channel: usize, left: f64) -> f64 {
+        let weight = self.mesh.elements()[element].area() * self.importance_of(element, channel);
+        ratio(weight * left, self.served.reflected[channel])
+    }
+
+    /// How much less than elsewhere it counts what the links of a receiver neglect, where no point is near that gathers by them.
+    pub(super) fn carefully(&self, receiver: usize, channel: usize) -> f64 {
+        if !self.served.is_known() || self.has_point(receiver) {
+            return 1.0;
+        }
+        match self.served.mean[channel] {
+            mean if mean > 0.0 => smallest(self.importance_of(receiver, channel) / mean, 1.0),
+            _ => 1.0,
+        }
+    }
+
+    fn has_point(&self, receiver: usize) -> bool {
+        let element = &self.mesh.elements()[receiver];
+        let reach = 1e-6 * self.extent;
+        self.served.points.iter().any(|[point, _]| {
+            let point = self.placement.inward(*point);
+            let height = element.polygon().normal().dot(point - element.centre());
+            height.abs() <= reach && element.excess(element.reference(point)) * 2.0 * element.radius() <= reach
+        })
+    }
+
+    /// Estimate of the mean error of gathers at the points served, over the mean of what they reflect; `None` if the mean is served.
+    pub(super) fn estimate_at_points(&self) -> Option<f64> {
+        if !self.served.is_known() {
+            return None;
+        }
+        let of_channel = |channel: usize| {
+            let of = |&receiver: &usize| {
+                let left: f64 = self.bounds.residuals.iter().map(|of| of[receiver][channel].mean_ledger().total()).sum();
+                self.counts_for_points(receiver, channel, left)
+            };
+            self.receivers.iter().map(of).sum::<f64>()
+        };
+        Some((0..self.channels.len()).map(of_channel).fold(0.0, largest))
+    }
+}
