@@ -7,6 +7,7 @@ mod figures;
 mod instructions;
 mod mutants;
 mod plot;
+mod prove;
 mod radiosity;
 mod replay;
 mod report;
@@ -28,6 +29,7 @@ use clap::Parser;
 enum Task {
     Verify(verify::Arguments),
     Mutants(mutants::Arguments),
+    Prove(prove::Arguments),
     Replay(replay::Arguments),
     Report(report::Arguments),
     Figures(figures::Arguments),
@@ -54,6 +56,7 @@ fn main() -> ExitCode {
         task if cfg!(debug_assertions) && task.takes_times() => in_release(),
         Task::Verify(arguments) => verify::run(&arguments),
         Task::Mutants(arguments) => mutants::run(&arguments),
+        Task::Prove(arguments) => prove::run(&arguments),
         Task::Replay(arguments) => replay::run(&arguments),
         Task::Bench(arguments) => bench::run(&arguments),
         Task::Instructions(arguments) => instructions::run(&arguments),

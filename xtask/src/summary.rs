@@ -1,4 +1,4 @@
-//! What a run found, as tables for people.
+//! The findings of a run, as tables for people.
 
 use comfy_table::presets::UTF8_FULL_CONDENSED;
 use comfy_table::{CellAlignment, ColumnConstraint, Table as Printed};

@@ -11,7 +11,7 @@ use std::time::Instant;
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 use radgrad_audit::agreement::{Agreement, agreement};
-use radgrad_audit::bite::{Setting, bite};
+use radgrad_audit::bite::{Made, Setting, bite};
 use radgrad_audit::comparison::Comparison;
 use radgrad_audit::family::Family;
 use radgrad_audit::forms::{FORMS as FORMS_NAMED, forms};
@@ -229,10 +229,12 @@ fn judge_digits(run: &Run, arguments: &Arguments, record: &mut Record) -> Result
 /// The small setting of the audit, with the recorded witnesses; how many of these there are.
 fn judge_small(gates: &Gates, record: &mut Record) -> Result<usize, Box<dyn Error>> {
     let witnesses = witness::all(&in_workspace("data/worst"))?;
-    for wrong in bite(&Setting { gates, witnesses: &witnesses, first_only: false }) {
+    let records = radgrad_audit::record::all(&in_workspace("data/record"))?;
+    for wrong in bite(&Setting { gates, witnesses: &witnesses, records: &records, first: None, made: Made::All }) {
         record.violated(format_args!("{}: {}", wrong.check, wrong.what), "cargo run -p radgrad-audit --example bite");
     }
     record.note("witnesses", witnesses.len());
+    record.note("records", records.len());
     Ok(witnesses.len())
 }
 

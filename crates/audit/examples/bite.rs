@@ -3,35 +3,74 @@
 //!
 //! `cargo run -p radgrad-audit --example bite`
 //!
+//! `--check NAME` makes that check first; with `--until-wrong` none after one in which truth finds something, with `--alone` no other.
+//!
 //! With `search ROUNDS` it climbs from the recorded witnesses until a bound is broken, and writes the cases that break one; with
-//! `record ROUNDS` it climbs to the end, and writes the two worst cases of each place; with `ordinary CASES` it writes as many cases
-//! of some families, whose bounds are to be remembered though nothing comes near them.
+//! `worst ROUNDS` it climbs to the end, and writes the two worst cases of each place; with `ordinary CASES` it writes as many cases
+//! of some families, whose bounds are to be remembered though nothing comes near them; with `record FILE` it asks again what the file
+//! holds and writes what is said of it today. In the build with faults `hunt FAULT ROUNDS` writes records that tell of one.
 
 use std::error::Error;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use radgrad_audit::bite::{Setting, bite};
+use radgrad_audit::bite::{Made, Setting, bite};
 use radgrad_audit::family::Family;
 use radgrad_audit::gates::Gates;
+use radgrad_audit::record::{self, Of, Record};
 use radgrad_audit::search::Search;
 use radgrad_audit::witness::{self, Ask, Held, Witness};
+use rayon::prelude::*;
 
-fn main() -> Result<ExitCode, Box<dyn Error>> {
-    let data = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../data");
-    let gates = Gates::from_toml(&std::fs::read_to_string(data.join("gates.toml"))?)?;
-    let witnesses = witness::all(&data.join("worst"))?;
+type Ended = Result<ExitCode, Box<dyn Error>>;
+
+fn main() -> Ended {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
-    if let [what, rounds] = &arguments[..] {
-        return match what.as_str() {
-            "search" => climb(&witnesses, rounds.parse()?),
-            "record" => record(&witnesses, rounds.parse()?),
-            "ordinary" => ordinary(rounds.parse()?),
-            _ => Err(format!("{what}: search, record or ordinary, and how many").into()),
-        };
+    let words: Vec<&str> = arguments.iter().map(String::as_str).collect();
+    let witnesses = || witness::all(&data("worst"));
+    match words[..] {
+        ["search", rounds] => {
+            plant(&planted());
+            climb(&witnesses()?, rounds.parse()?)
+        }
+        ["worst", rounds] => worst(&witnesses()?, rounds.parse()?),
+        ["ordinary", cases] => ordinary(cases.parse()?),
+        ["record", file] => again(Path::new(file)),
+        ["hunt", fault, rounds] => hunted(fault, rounds.parse()?),
+        _ => judge(&words),
     }
-    let first_only = arguments.iter().any(|argument| argument == "--first");
-    let found = bite(&Setting { gates: &gates, witnesses: &witnesses, first_only });
+}
+
+fn data(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../data").join(name)
+}
+
+/// The fault that the environment names.
+fn planted() -> String {
+    std::env::var("RADGRAD_MUTANT").unwrap_or_default()
+}
+
+#[cfg(radgrad_mutants)]
+fn plant(id: &str) {
+    radgrad_core::mutant::plant(id);
+}
+
+#[cfg(not(radgrad_mutants))]
+fn plant(_: &str) {}
+
+fn judge(words: &[&str]) -> Ended {
+    let gates = Gates::from_toml(&std::fs::read_to_string(data("gates.toml"))?)?;
+    let (witnesses, records) = (witness::all(&data("worst"))?, record::all(&data("record"))?);
+    let first = words.iter().position(|word| *word == "--check").and_then(|place| words.get(place + 1)).copied();
+    let made = if words.contains(&"--alone") {
+        Made::First
+    } else if words.contains(&"--until-wrong") {
+        Made::UntilWrong
+    } else {
+        Made::All
+    };
+    plant(&planted());
+    let found = bite(&Setting { gates: &gates, witnesses: &witnesses, records: &records, first, made });
     for wrong in &found {
         println!("{}", serde_json::json!({ "check": wrong.check, "by_record": wrong.by_record, "what": wrong.what }));
     }
@@ -39,7 +78,7 @@ fn main() -> Result<ExitCode, Box<dyn Error>> {
 }
 
 /// Whether nothing was broken in so many rounds.
-fn climb(witnesses: &[Witness], rounds: u64) -> Result<ExitCode, Box<dyn Error>> {
+fn climb(witnesses: &[Witness], rounds: u64) -> Ended {
     let mut search = Search::from_witnesses(witnesses);
     for round in 0..rounds {
         search.climb(77, round);
@@ -61,7 +100,7 @@ fn climb(witnesses: &[Witness], rounds: u64) -> Result<ExitCode, Box<dyn Error>>
     Ok(ExitCode::SUCCESS)
 }
 
-fn record(witnesses: &[Witness], rounds: u64) -> Result<ExitCode, Box<dyn Error>> {
+fn worst(witnesses: &[Witness], rounds: u64) -> Ended {
     let mut search = Search::from_witnesses(witnesses);
     for round in 0..rounds {
         search.climb(1, round);
@@ -72,7 +111,7 @@ fn record(witnesses: &[Witness], rounds: u64) -> Result<ExitCode, Box<dyn Error>
     Ok(ExitCode::SUCCESS)
 }
 
-fn ordinary(cases: u64) -> Result<ExitCode, Box<dyn Error>> {
+fn ordinary(cases: u64) -> Ended {
     let families = [
         Family::Generic,
         Family::Clipped,
@@ -94,4 +133,51 @@ fn ordinary(cases: u64) -> Result<ExitCode, Box<dyn Error>> {
         }
     }
     Ok(ExitCode::SUCCESS)
+}
+
+/// The records of a file, made anew; or of what its lines name: `tree 3`, `factors facing:1:0`, `oracle limbs 20 @ generic:1:0`.
+fn again(file: &Path) -> Ended {
+    let text = std::fs::read_to_string(file)?;
+    let read = |line: &str| -> Result<(Of, Option<radgrad_scene::case::Case>), String> {
+        if let Ok(record) = serde_json::from_str::<Record>(line) {
+            return Ok((record.of, record.case));
+        }
+        let (of, name) = line.split_once(" @ ").map_or((line, None), |(of, name)| (of, Some(name)));
+        let name = name.map(str::parse::<radgrad_audit::family::Name>).transpose().map_err(|error| error.to_string())?;
+        Ok((of.parse().map_err(|error| format!("{line}: {error}"))?, name.map(|name| name.case())))
+    };
+    let asked = text.lines().filter(|line| !line.is_empty()).map(read).collect::<Result<Vec<_>, _>>()?;
+    let made: Vec<_> = asked.par_iter().map(|(of, case)| (of, Record::new(*of, case.clone()))).collect();
+    let mut ended = ExitCode::SUCCESS;
+    for (of, record) in made {
+        match record {
+            Ok(record) => println!("{}", serde_json::to_string(&record)?),
+            Err(why) => {
+                eprintln!("{of}: {why}");
+                ended = ExitCode::FAILURE;
+            }
+        }
+    }
+    Ok(ended)
+}
+
+#[cfg(not(radgrad_mutants))]
+fn hunted(fault: &str, _: u64) -> Ended {
+    Err(format!("{fault}: this build has no faults in it: `cargo xtask mutants` makes one that has").into())
+}
+
+/// The two that tell best.
+#[cfg(radgrad_mutants)]
+fn hunted(fault: &str, rounds: u64) -> Ended {
+    let start: Vec<_> = witness::all(&data("worst"))?.into_iter().map(|w| (Of::Answer(w.ask), w.case)).collect();
+    let found = radgrad_audit::hunt::hunt(fault, rounds, &start);
+    for (gain, of, case) in found.iter().take(2) {
+        eprintln!("{fault}: {of}: {gain:e}");
+        let mut record = Record::new(*of, Some(case.clone()))?;
+        if let Some(case) = &mut record.case {
+            case.id = radgrad_scene::case::Id::Text(fault.to_owned());
+        }
+        println!("{}", serde_json::to_string(&record)?);
+    }
+    Ok(ExitCode::from(u8::from(found.is_empty())))
 }

@@ -54,7 +54,7 @@ impl fmt::Display for Contradiction {
     }
 }
 
-/// What was compared, and what did not agree.
+/// Counts of comparisons, and the contradictions.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Agreement {
     /// Cases enclosed.

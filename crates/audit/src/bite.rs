@@ -7,8 +7,7 @@
 //! `cargo xtask verify` has it in every run, and `cargo xtask mutants` runs it on shipped code with a fault planted.
 
 use glam::DVec3;
-use radgrad_core::batch::{Answers, EmitterTree, Engine, Receivers};
-use radgrad_core::{Emission, Emitter, Polygon, evaluate_to};
+use radgrad_core::evaluate_to;
 use radgrad_oracle::scene::Effort;
 use radgrad_oracle::{Arithmetic, Request, Source, enclose_source_past};
 use rayon::prelude::*;
@@ -23,15 +22,16 @@ use crate::family::{Family, Name};
 use crate::forms::forms;
 use crate::gates::Gates;
 use crate::measure::{Kind, Outcome, Quantity};
+use crate::record::{Asked, Of, Record};
 use crate::run::{Part, Run};
 use crate::sampler::Sampler;
 use crate::scenes;
-use crate::search::awkward;
+use crate::search::{awkward, brink};
 use crate::seen::reduced;
 use crate::shard::Shard;
 use crate::table::Table;
 use crate::truth::Truth;
-use crate::witness::{Ask, Witness};
+use crate::witness::{self, Ask, Witness};
 
 /// Something wrong.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -51,49 +51,90 @@ pub struct Setting<'a> {
     pub gates: &'a Gates,
     /// The recorded witnesses.
     pub witnesses: &'a [Witness],
-    /// Whether the first check that finds something is the last one.
-    pub first_only: bool,
+    /// What was said of cases and scenes.
+    pub records: &'a [Record],
+    /// The check that goes first.
+    pub first: Option<&'a str>,
+    /// Which of them are made.
+    pub made: Made,
+}
+
+/// Which checks are made.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Made {
+    /// All.
+    All,
+    /// No more after one in which truth finds something.
+    UntilWrong,
+    /// The first one alone.
+    First,
 }
 
 /// A check by its name.
-type Check = (&'static str, fn(&Setting<'_>) -> Vec<String>);
+type Check = (&'static str, fn(&Setting<'_>) -> Vec<Wrong>);
+
+/// What truth finds wrong in a check.
+macro_rules! by_truth {
+    ($name:literal, $check:ident) => {
+        ($name, |setting| $check(setting).into_iter().map(|what| Wrong { check: $name, by_record: false, what }).collect())
+    };
+}
 
 /// The checks, the quickest first.
-const CHECKS: [Check; 9] = [
-    ("merge", merge),
-    ("canaries", canaries),
-    ("trees", trees),
-    ("lanes", lanes),
-    ("enclosures", enclosures),
-    ("awkward", awkward_cases),
-    ("bounds", bounds),
-    ("errors", errors),
-    ("scenes", whole_scenes),
+const CHECKS: [Check; 14] = [
+    by_truth!("merge", merge),
+    by_truth!("canaries", canaries),
+    ("witnesses", witnesses),
+    by_truth!("brinks", brinks),
+    by_truth!("trees", trees),
+    by_truth!("lanes", lanes),
+    by_truth!("enclosures", enclosures),
+    by_truth!("awkward", awkward_cases),
+    ("records", |setting| records("records", Asked::Core, setting)),
+    ("oracle-records", |setting| records("oracle-records", Asked::Oracle, setting)),
+    ("scene-records", |setting| records("scene-records", Asked::Scenes, setting)),
+    by_truth!("bounds", bounds),
+    by_truth!("errors", errors),
+    by_truth!("scenes", whole_scenes),
 ];
 
 /// Everything that is found wrong.
 #[must_use]
 pub fn bite(setting: &Setting<'_>) -> Vec<Wrong> {
-    let mut found = witnesses(setting);
-    for (check, run) in CHECKS {
-        if setting.first_only && found.iter().any(|wrong| !wrong.by_record) {
+    let is_first = |(name, _): &&Check| Some(*name) == setting.first;
+    let checks = CHECKS.iter().filter(is_first).chain(CHECKS.iter().filter(|check| !is_first(check)));
+    let mut found = Vec::new();
+    for (index, (_, run)) in checks.enumerate() {
+        let is_enough = match setting.made {
+            Made::All => false,
+            Made::UntilWrong => found.iter().any(|wrong: &Wrong| !wrong.by_record),
+            Made::First => index > 0,
+        };
+        if is_enough {
             break;
         }
-        found.extend(run(setting).into_iter().map(|what| Wrong { check, by_record: false, what }));
+        found.extend(run(setting));
     }
     found
 }
 
 /// Recorded witnesses, asked again. That there is none is wrong too.
 fn witnesses(setting: &Setting<'_>) -> Vec<Wrong> {
-    if setting.witnesses.is_empty() {
-        return vec![Wrong { check: "witnesses", by_record: false, what: "there is no recorded witness".to_owned() }];
+    again("witnesses", &setting.witnesses.iter().collect::<Vec<_>>(), Witness::wrong)
+}
+
+/// The same of what was said by whom.
+fn records(check: &'static str, asked: Asked, setting: &Setting<'_>) -> Vec<Wrong> {
+    let of = |record: &&Record| record.of.asks() == asked;
+    again(check, &setting.records.iter().filter(of).collect::<Vec<_>>(), Record::wrong)
+}
+
+fn again<T: Sync>(check: &'static str, recorded: &[&T], wrong: impl Fn(&T) -> Vec<witness::Wrong> + Send + Sync) -> Vec<Wrong> {
+    if recorded.is_empty() {
+        return vec![Wrong { check, by_record: false, what: format!("there are no recorded {check}") }];
     }
-    let wrong = |witness: &Witness| {
-        let wrong = witness.wrong().into_iter();
-        wrong.map(|wrong| Wrong { check: "witnesses", by_record: wrong.by_record, what: wrong.what }).collect::<Vec<_>>()
-    };
-    setting.witnesses.par_iter().flat_map_iter(wrong).collect()
+    let found = recorded.par_iter().flat_map_iter(|recorded| wrong(recorded));
+    found.map(|witness::Wrong { by_record, what }| Wrong { check, by_record, what }).collect()
 }
 
 /// Shards, written and read back, make the whole; two alike or a missing one do not.
@@ -162,6 +203,15 @@ fn canaries(setting: &Setting<'_>) -> Vec<String> {
     if check_by(&case, &effort, ask(0.0)).has(Mark::Broken) {
         found.push("an answer that is right is called broken".to_owned());
     }
+    if let Ok(problem) = case.problem()
+        && let Ok(truth) = Truth::of_problem(&problem)
+    {
+        let size = truth.radiosity_magnitude();
+        let (least, _) = truth.errors_at_least(truth.radiosity.to_f64() + 1e-6 * size, DVec3::ZERO);
+        if !(0.999e-6..1.001e-6).contains(&(least / size)) {
+            found.push(format!("a radiosity that is off by 1e-6 is held to be off by {:e} at least", least / size));
+        }
+    }
     for quantity in Quantity::ALL {
         let gate = setting.gates.gate(Family::Generic, quantity).unwrap_or(0.0);
         let of = |factor: f64| {
@@ -216,48 +266,55 @@ fn awkward_cases(_: &Setting<'_>) -> Vec<String> {
     (0..200u64).into_par_iter().flat_map_iter(ask).collect()
 }
 
+/// Receivers and emitters in each other's planes to a few roundings and less, against the oracle, which decides with integers.
+fn brinks(_: &Setting<'_>) -> Vec<String> {
+    let ask = |index: u64| {
+        let case = brink(&mut Sampler::new(5, "brinks", index));
+        let name = format!("brinks:5:{index}");
+        let mut found: Vec<String> =
+            [Ask::Answer(1.0), Ask::Answer(1e-12), Ask::Value(1.0), Ask::Lanes(1.0), Ask::SingleLanes(1.0)]
+                .into_iter()
+                .flat_map(|ask| complaints(&name, ask, &case))
+                .collect();
+        found.extend(off_the_oracle(&name, &case));
+        found
+    };
+    (0..500u64).into_par_iter().flat_map_iter(ask).collect()
+}
+
+/// Answers in doubles that the oracle contradicts. Core's digits decide by the same predicates as its doubles; the oracle does not.
+fn off_the_oracle(name: &str, case: &radgrad_scene::case::Case) -> Vec<String> {
+    let Ok(problem) = case.problem() else { return vec![format!("{name}: refused")] };
+    // A surface that is not flat is another one by each vertex that it is named by first; answers must agree whatever the truth is.
+    if problem.emitter.polygon().planarity_defect() > 0.0 {
+        let contradicted = |ask: Ask| {
+            let apart = witness::apart_from_other_names(ask, &problem);
+            (apart > 1.0).then(|| format!("{name}, {ask}: {apart:.3} bounds from what it is by another vertex named first"))
+        };
+        return [Ask::Answer(1.0), Ask::Answer(1e-12)].into_iter().filter_map(contradicted).collect();
+    }
+    let request = Request { digits: 15, arithmetic: Some(Arithmetic::DoubleDouble), budget: 20_000 };
+    let Ok(enclosure) = enclose_source_past(&problem.receiver, &Source::Emitter(&problem.emitter), &[], &request) else {
+        return Vec::new();
+    };
+    let truth = Truth { radiosity: enclosure.radiosity, gradient: enclosure.gradient };
+    let contradicts = |ask: Ask| {
+        let Ok(Some((_, answer))) = ask.answer(&problem) else { return None };
+        let (value, gradient) = truth.errors_at_least(answer.radiosity, answer.gradient);
+        let is_off = value > answer.radiosity_error || gradient > answer.gradient_error;
+        is_off.then(|| format!("{name}, {ask}: {answer:?}, the oracle has {:e}", truth.radiosity.to_f64()))
+    };
+    [Ask::Answer(1.0), Ask::Answer(1e-12), Ask::Lanes(1.0)].into_iter().filter_map(contradicts).collect()
+}
+
 /// A bent sheet of lamps by a tree, against its lamps one by one.
 fn trees(_: &Setting<'_>) -> Vec<String> {
-    const SIDE: usize = 16;
-    let place = |i: usize, j: usize| {
-        let (u, v) = (i as f64 / SIDE as f64 - 0.5, j as f64 / SIDE as f64 - 0.5);
-        DVec3::new(u, v * 0.7, 0.3 * u - 0.3 * (u * u + v * v) + 4.0)
+    let ask = |index: u64| {
+        let said = Of::Tree(index).asked(None);
+        let found = said.map_or_else(|error| vec![error], |said| said.wrong);
+        found.into_iter().map(move |wrong| format!("receiver {index}: {wrong}")).collect::<Vec<_>>()
     };
-    let cells = (0..SIDE * SIDE).map(|cell| (cell / SIDE, cell % SIDE));
-    let lamps = cells.flat_map(|(i, j)| {
-        let [a, b, c, d] = [place(i, j), place(i, j + 1), place(i + 1, j + 1), place(i + 1, j)];
-        [[a, b, c], [a, c, d]].map(|corners| Emitter::new(Polygon::new(corners.to_vec())?, Emission::Constant(1.0 + i as f64)))
-    });
-    let Ok(lamps) = lamps.collect::<Result<Vec<_>, _>>() else { return vec!["a lamp of the sheet is refused".to_owned()] };
-    let tree = EmitterTree::new(&lamps);
-    let sampler = &mut Sampler::new(3, "trees", 0);
-    let mut found = Vec::new();
-    for i in 0..40 {
-        let x = sampler.cube() * DVec3::new(1.0, 1.0, 0.5) + DVec3::new(0.0, 0.0, 3.2 - 0.35 * f64::from(i));
-        let n1 = DVec3::Z + sampler.cube() * 0.3;
-        let tolerance = sampler.spread(-40, -3);
-        let (x1, n) = (x.to_array().map(|c| [c]), n1.to_array().map(|c| [c]));
-        let mut answers = Answers::new();
-        let receivers = Receivers::new([&x1[0], &x1[1], &x1[2]], [&n[0], &n[1], &n[2]], &[1.0]);
-        let total = receivers.and_then(|receivers| Engine::new().total(&receivers, &tree, tolerance, &mut answers));
-        let exact: Result<Vec<_>, _> = radgrad_core::Receiver::new(x, n1, 1.0)
-            .and_then(|receiver| lamps.iter().map(|lamp| evaluate_to(&receiver, lamp, &[], 1e-14)).collect());
-        match (total, exact) {
-            (Ok(_), Ok(exact)) => {
-                let (sum, error) = exact.iter().fold((0.0, 0.0), |(s, e), a| (s + a.radiosity, e + a.radiosity_error));
-                let room = error + 1e-13 * sum;
-                let off = (answers.radiosity[0] - sum).abs();
-                if off > answers.radiosity_error[0] + room {
-                    found.push(format!(
-                        "receiver {i} to {tolerance:e}: off by {off:e}, the bound is {:e}",
-                        answers.radiosity_error[0]
-                    ));
-                }
-            }
-            (Err(error), _) | (_, Err(error)) => found.push(format!("receiver {i}: {error}")),
-        }
-    }
-    found
+    (0..40u64).into_par_iter().flat_map_iter(ask).collect()
 }
 
 /// Enclosures in two arithmetics and core's digits have points in common, and so have answers of cubature and sampling.
@@ -367,14 +424,14 @@ mod tests {
     #[test]
     fn a_run_without_a_witness_says_so() {
         let gates = Gates::from_toml(include_str!("../../../data/gates.toml")).unwrap();
-        let found = witnesses(&Setting { gates: &gates, witnesses: &[], first_only: true });
-        assert_eq!(found.len(), 1);
+        let setting = Setting { gates: &gates, witnesses: &[], records: &[], first: None, made: Made::All };
+        assert_eq!([witnesses(&setting), records("records", Asked::Core, &setting)].map(|found| found.len()), [1, 1]);
     }
 
     #[test]
     fn nothing_is_wrong_with_shards_canaries_and_trees() {
         let gates = Gates::from_toml(include_str!("../../../data/gates.toml")).unwrap();
-        let setting = Setting { gates: &gates, witnesses: &[], first_only: true };
+        let setting = Setting { gates: &gates, witnesses: &[], records: &[], first: None, made: Made::All };
         for check in [merge, canaries, trees] {
             assert_eq!(check(&setting), Vec::<String>::new());
         }

@@ -12,7 +12,7 @@ use crate::family::{Family, Name};
 use crate::stability::DIGITS;
 use crate::table::two_digits;
 
-/// What a contender did with one quantity of a family.
+/// A contender's errors of one quantity in a family.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Fared {
     /// Its relative errors, infinite where it had no answer.
@@ -30,7 +30,7 @@ impl Fared {
     }
 }
 
-/// What all did: value and gradient by family and contender.
+/// The errors of all: value and gradient by family and contender.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Comparison(BTreeMap<(Family, Contender), [Fared; 2]>);
 

@@ -49,14 +49,14 @@ pub struct Given {
     pub error: Option<String>,
 }
 
-/// What came of a case.
+/// The outcome of a case.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Held {
     /// How it ended.
     pub kind: Kind,
     /// The figures that can be had.
     pub figures: Vec<(Quantity, f64)>,
-    /// What there is to say, for people.
+    /// Remarks for people.
     pub remark: String,
 }
 

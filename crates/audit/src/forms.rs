@@ -30,7 +30,7 @@ const APART: f64 = 20.0;
 
 /// Kind of emission.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Kind {
+pub enum EmissionLaw {
     /// The same everywhere.
     Constant,
     /// Affine.
@@ -41,7 +41,7 @@ pub enum Kind {
     Arbitrary,
 }
 
-impl Kind {
+impl EmissionLaw {
     /// All, in the order of the table.
     pub const ALL: [Self; 4] = [Self::Constant, Self::Linear, Self::Polynomial, Self::Arbitrary];
 
@@ -61,11 +61,11 @@ impl Kind {
 pub const FORMS: [(Form, &str); 3] =
     [(Form::Surface, "Eq. 1"), (Form::Contour, "Eqs. 6 and 9"), (Form::Boundary, "visible boundary")];
 
-/// What came of an emission.
+/// The agreement of the forms for a kind of emission.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Row {
     /// Which.
-    pub kind: Kind,
+    pub kind: EmissionLaw,
     /// Cases.
     pub cases: usize,
     /// Of these, converged, by form.
@@ -84,8 +84,8 @@ pub struct Contradiction {
     /// The case, whose receiver and polygon are taken.
     pub case: Name,
     /// The emission.
-    pub kind: Kind,
-    /// What differs by how much.
+    pub kind: EmissionLaw,
+    /// Which forms differ, and by how much.
     pub what: String,
 }
 
@@ -101,7 +101,7 @@ pub fn forms(seed: u64, count: u64) -> (Vec<Row>, Vec<Contradiction>) {
     let names: Vec<Name> =
         FAMILIES.iter().flat_map(|&family| (0..count).map(move |index| Name { family, seed, index })).collect();
     let (mut rows, mut contradictions) = (Vec::new(), Vec::new());
-    for kind in Kind::ALL {
+    for kind in EmissionLaw::ALL {
         let mut row = Row { kind, cases: names.len(), converged: [0; 3], enclosed: 0, worst: 0.0, case: None };
         let compared: Vec<Compared> = names.par_iter().map(|&name| compare(name, kind)).collect();
         for (name, compared) in names.iter().zip(compared) {
@@ -109,7 +109,7 @@ pub fn forms(seed: u64, count: u64) -> (Vec<Row>, Vec<Contradiction>) {
                 *sum += usize::from(converged);
             }
             row.enclosed += usize::from(compared.enclosed);
-            if row.case.is_none() || compared.worst > row.worst {
+            if row.case.is_none() || is_worse(compared.worst, row.worst) {
                 (row.worst, row.case) = (compared.worst, Some(*name));
             }
             contradictions.extend(compared.wrong.into_iter().map(|what| Contradiction { case: *name, kind, what }));
@@ -133,7 +133,7 @@ struct Compared {
     wrong: Vec<String>,
 }
 
-fn compare(name: Name, kind: Kind) -> Compared {
+fn compare(name: Name, kind: EmissionLaw) -> Compared {
     let mut compared = Compared::default();
     let problem = match name.case().problem() {
         Ok(problem) => problem,
@@ -147,9 +147,9 @@ fn compare(name: Name, kind: Kind) -> Compared {
     let size = polygon.vertices().iter().map(|v| (*v - origin).length()).fold(0.0, f64::max);
     let slope = DVec3::new(0.5, -0.25, 0.375) / size;
     let emission = match kind {
-        Kind::Constant => Ok(Emission::Constant(1.5)),
-        Kind::Linear => Ok(Emission::gradient(1.5, slope)),
-        Kind::Polynomial => {
+        EmissionLaw::Constant => Ok(Emission::Constant(1.5)),
+        EmissionLaw::Linear => Ok(Emission::gradient(1.5, slope)),
+        EmissionLaw::Polynomial => {
             let terms = [
                 (1.5, [0, 0, 0]),
                 (0.5 / size, [1, 0, 0]),
@@ -158,7 +158,7 @@ fn compare(name: Name, kind: Kind) -> Compared {
             ];
             Polynomial::new(origin, terms).map(Emission::Polynomial)
         }
-        Kind::Arbitrary => {
+        EmissionLaw::Arbitrary => {
             return compared.with(name, receiver, polygon, None, (&|y| wave(origin, size, y), &|y| wave_slope(origin, size, y)));
         }
     };
@@ -189,6 +189,16 @@ fn compare(name: Name, kind: Kind) -> Compared {
         }))
     };
     compared.with(name, receiver, polygon, Some(&emitter), (&value, &gradient))
+}
+
+/// Whether the first is worse than the second; what is no number is worst.
+fn is_worse(first: f64, second: f64) -> bool {
+    first > second || (first.is_nan() && !second.is_nan())
+}
+
+/// The worse of two.
+fn worse(a: f64, b: f64) -> f64 {
+    if is_worse(b, a) { b } else { a }
 }
 
 fn power(r: DVec3, powers: [u8; 3]) -> f64 {
@@ -235,8 +245,8 @@ impl Compared {
             FORMS.iter().zip(estimates).filter_map(|((_, called), e)| Some((*called, e?))).collect();
         if let Some(((_, first), others)) = found.split_first() {
             for (called, other) in others {
-                let apart = (other.radiosity - first.radiosity).abs() / first.radiosity.abs();
-                let apart = apart.max((other.gradient - first.gradient).length() / first.gradient.length());
+                let value = (other.radiosity - first.radiosity).abs() / first.radiosity.abs();
+                let apart = worse(value, (other.gradient - first.gradient).length() / first.gradient.length());
                 self.note(apart, || format!("{called} and {} are {apart:.1e} apart", found[0].0));
             }
         }
@@ -246,7 +256,7 @@ impl Compared {
                 self.enclosed = true;
                 for (called, estimate) in &found {
                     let value = ratio(truth.radiosity_error(estimate.radiosity), truth.radiosity_magnitude());
-                    let off = value.max(ratio(truth.gradient_error(estimate.gradient), truth.gradient_magnitude()));
+                    let off = worse(value, ratio(truth.gradient_error(estimate.gradient), truth.gradient_magnitude()));
                     self.note(off, || format!("{called} is off the enclosure by {off:.1e}"));
                 }
             }
@@ -256,7 +266,7 @@ impl Compared {
     }
 
     fn note(&mut self, apart: f64, what: impl FnOnce() -> String) {
-        self.worst = self.worst.max(apart);
+        self.worst = worse(self.worst, apart);
         // A NaN agrees with nothing.
         if apart.is_nan() || apart > APART * TOLERANCE {
             self.wrong.push(what());
@@ -283,5 +293,8 @@ mod tests {
         compared.note(f64::NAN, || "not a number".to_owned());
         compared.note(1e-9, || "close".to_owned());
         assert_eq!(compared.wrong, ["apart", "not a number"]);
+        assert!(
+            compared.worst.is_nan() && worse(f64::NAN, 1.0).is_nan() && worse(1.0, f64::NAN).is_nan() && worse(1.0, 2.0) == 2.0
+        );
     }
 }

@@ -151,13 +151,13 @@ impl Gates {
         self.families.get(&family)?.get(&quantity).copied()
     }
 
-    /// What the bounds table of a family must show.
+    /// Requirements on the bounds table of a family.
     #[must_use]
     pub fn bounds(&self, family: Family) -> Requirement {
         self.bounds.get(&family).copied().unwrap_or_default()
     }
 
-    /// What must hold of whole scenes.
+    /// Requirements on whole scenes.
     #[must_use]
     pub const fn scenes(&self) -> scenes::table::Requirement {
         self.scenes

@@ -8,8 +8,8 @@
 //!
 //! [`bounds`] asks of millions of cases what [`measure`] cannot be asked in time: whether any stated bound is below the error.
 //!
-//! [`search`] climbs towards the largest error over bound, and [`witness`] keeps what it finds. [`bite`] is all that in seconds, on
-//! shipped code as it is or with a fault planted in it.
+//! [`search`] climbs towards the largest error over bound, and [`witness`] keeps what it finds; [`record`] keeps what is said with any
+//! other bound. [`bite`] is all that in seconds, on shipped code as it is or with a fault planted in it.
 //!
 //! [`comparison`] and [`stability`] hold other ways of computing the same against ours: [`contender`]s, the paper's form and
 //! `single_precision` among them, family by family and over planes of two parameters.
@@ -34,11 +34,14 @@ pub mod family;
 pub mod foreign;
 pub mod forms;
 pub mod gates;
+#[cfg(radgrad_mutants)]
+pub mod hunt;
 mod lattice;
 pub mod leading;
 pub mod measure;
 pub mod mutants;
 pub mod precision;
+pub mod record;
 pub mod regression;
 pub mod run;
 pub mod sampler;

@@ -60,7 +60,7 @@ impl Quantity {
     }
 }
 
-/// What became of a case.
+/// The outcome of a case.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Outcome {
     /// An answer with its figures, in the order of [`Quantity::ALL`].

@@ -22,7 +22,7 @@ const MORE: u32 = 3;
 /// Evaluations that the oracle may spend on a case.
 const BUDGET: u64 = 400_000;
 
-/// What came of the cases with so many digits.
+/// The outcome of the cases with so many digits.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Level {
     /// Held against the oracle, by family.

@@ -173,7 +173,7 @@ const FAMILIES: [Family; 27] = [
 ];
 
 /// A case of a family, or one that is awkward to decide.
-fn drawn(sampler: &mut Sampler) -> Case {
+pub(crate) fn drawn(sampler: &mut Sampler) -> Case {
     if sampler.one_in(4) {
         return awkward(sampler);
     }
@@ -222,8 +222,70 @@ pub(crate) fn awkward(sampler: &mut Sampler) -> Case {
     }
 }
 
+/// An emitter edge on to the receiver, to a few roundings and less: the receiver in the emitter's plane, the emitter in the receiver's
+/// horizon, or both. Two of three are triangles; the others quadrilaterals that are as far from flat as is allowed.
+pub(crate) fn brink(sampler: &mut Sampler) -> Case {
+    if sampler.one_in(5) {
+        return in_a_lattice(sampler);
+    }
+    let (is_warped, is_aligned) = (sampler.one_in(3), sampler.one_in(3));
+    let (centre, normal) = if is_aligned {
+        (DVec3::new(sampler.between(-1.0, 1.0), sampler.between(-1.0, 1.0), 0.0), DVec3::Z)
+    } else {
+        (sampler.cube(), sampler.direction())
+    };
+    let along = if is_aligned { DVec3::X } else { sampler.perpendicular(normal) };
+    let across = normal.cross(along);
+    // Without rounding of other coordinates heights may be of any size.
+    let powers = match (is_warped, is_aligned) {
+        (true, _) => [-48, -39],
+        (false, true) => [-150, -51],
+        (false, false) => [-60, -51],
+    };
+    let off = |sampler: &mut Sampler| {
+        if sampler.one_in(3) { DVec3::ZERO } else { normal * (sampler.sign() * sampler.spread(powers[0], powers[1])) }
+    };
+    let corners: &[[f64; 2]] =
+        if is_warped { &[[1.0, 1.0], [-1.0, 1.0], [-1.0, -1.0], [1.0, -1.0]] } else { &[[1.0, 0.0], [0.0, 1.0], [-1.0, -0.5]] };
+    let vertices: Vec<DVec3> = corners.iter().map(|[u, v]| centre + along * *u + across * *v + off(sampler)).collect();
+    let reach = if sampler.one_in(2) { 0.9 } else { 3.0 };
+    let beside = along * sampler.between(-reach, reach) + across * sampler.between(-reach, reach);
+    let position = centre + beside + off(sampler);
+    let facing = match sampler.below(3) {
+        0 => normal * (sampler.sign() * sampler.between(0.5, 2.0)),
+        1 => sampler.direction(),
+        _ => sampler.cube() * 0.5 - normal,
+    };
+    let facing = if facing.length() > 0.01 { facing } else { -normal };
+    constant("brink", [position, facing], &vertices, sampler.between(0.5, 2.0))
+}
+
+/// A receiver exactly in the plane of a triangle that no axis is normal to: whole numbers.
+fn in_a_lattice(sampler: &mut Sampler) -> Case {
+    let whole = |sampler: &mut Sampler, most: i64| sampler.integer(-most, most) as f64;
+    let point = |sampler: &mut Sampler| DVec3::from_array([0; 3].map(|_| whole(sampler, 40)));
+    let (origin, along) = (point(sampler), point(sampler) + DVec3::X * 100.0);
+    let across = point(sampler) + DVec3::Y * 100.0;
+    let position = origin + along * whole(sampler, 3) + across * whole(sampler, 3) + (along + across) * 5.0;
+    constant("brink", [position, point(sampler) + DVec3::Z * 0.5], &[origin, origin + along, origin + across], 1.0)
+}
+
+/// A case of constant emission, from the receiver's position and direction.
+pub(crate) fn constant(id: &str, [position, facing]: [DVec3; 2], vertices: &[DVec3], constant: f64) -> Case {
+    Case {
+        id: Id::Text(id.to_owned()),
+        receiver: ReceiverRecord { position: position.to_array(), normal: facing.to_array(), reflectance: 1.0 },
+        emitter: EmitterRecord {
+            vertices: vertices.iter().map(DVec3::to_array).collect(),
+            emission: EmissionRecord::Constant { constant },
+        },
+        occluders: Vec::new(),
+        tolerance: 1e-12,
+    }
+}
+
 /// Changes a case a little, or not so little.
-fn change(case: &mut Case, sampler: &mut Sampler) {
+pub(crate) fn change(case: &mut Case, sampler: &mut Sampler) {
     let largest = numbers_of_points(case).into_iter().fold(0.0, |m: f64, x| m.max(x.abs()));
     match sampler.below(8) {
         // The receiver along a line through it and a point of the emitter.
@@ -242,29 +304,7 @@ fn change(case: &mut Case, sampler: &mut Sampler) {
             case.receiver.normal = (n + sampler.direction() * (n.length() * scale)).to_array();
         }
         // The emission.
-        2 => {
-            let scale = sampler.spread(-30, 4);
-            let shift = sampler.between(-1.0, 1.0);
-            match &mut case.emitter.emission {
-                EmissionRecord::Constant { constant } => *constant *= 1.0 + 0.5 * shift,
-                EmissionRecord::Vertices { vertices } => {
-                    let place = sampler.below(u32::try_from(vertices.len()).unwrap_or(1)) as usize;
-                    vertices[place] += scale * shift;
-                }
-                EmissionRecord::Gradient { value, gradient } => {
-                    *value += scale * shift;
-                    let factor = 1.0 + scale * sampler.between(-1.0, 1.0);
-                    *gradient = gradient.map(|c| c * factor);
-                }
-                EmissionRecord::Polynomial { polynomial } => {
-                    let count = u32::try_from(polynomial.terms.len()).unwrap_or(1);
-                    if count > 0 {
-                        polynomial.terms[sampler.below(count) as usize].coefficient *= 1.0 + scale * shift;
-                    }
-                }
-                EmissionRecord::Expression { .. } => {}
-            }
-        }
+        2 => change_emission(&mut case.emitter.emission, sampler),
         // A vertex of a triangle, in any direction.
         3 | 4 if case.emitter.vertices.len() == 3 => {
             let place = sampler.below(3) as usize;
@@ -291,6 +331,30 @@ fn change(case: &mut Case, sampler: &mut Sampler) {
                 }
             }
         }
+    }
+}
+
+fn change_emission(emission: &mut EmissionRecord, sampler: &mut Sampler) {
+    let scale = sampler.spread(-30, 4);
+    let shift = sampler.between(-1.0, 1.0);
+    match emission {
+        EmissionRecord::Constant { constant } => *constant *= 1.0 + 0.5 * shift,
+        EmissionRecord::Vertices { vertices } => {
+            let place = sampler.below(u32::try_from(vertices.len()).unwrap_or(1)) as usize;
+            vertices[place] += scale * shift;
+        }
+        EmissionRecord::Gradient { value, gradient } => {
+            *value += scale * shift;
+            let factor = 1.0 + scale * sampler.between(-1.0, 1.0);
+            *gradient = gradient.map(|c| c * factor);
+        }
+        EmissionRecord::Polynomial { polynomial } => {
+            let count = u32::try_from(polynomial.terms.len()).unwrap_or(1);
+            if count > 0 {
+                polynomial.terms[sampler.below(count) as usize].coefficient *= 1.0 + scale * shift;
+            }
+        }
+        EmissionRecord::Expression { .. } => {}
     }
 }
 

@@ -53,7 +53,7 @@ pub struct Map {
     pub points: Vec<Point>,
 }
 
-/// What must not be, and where.
+/// A fault, and where it is.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Complaint {
     /// What.
@@ -85,7 +85,7 @@ pub struct Stability {
     pub agreed: u64,
     /// Truths that were to be checked where the oracle has no enclosure.
     pub without_oracle: u64,
-    /// What must not be.
+    /// The fault.
     pub complaints: Vec<Complaint>,
 }
 

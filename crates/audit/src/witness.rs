@@ -35,7 +35,7 @@ pub enum Ask {
     Digits(u32),
 }
 
-/// What gave an answer.
+/// The part of the code that answered.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum By {
@@ -93,7 +93,7 @@ impl By {
 /// The kind of an emission.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Kind {
+pub enum EmissionKind {
     /// Constant.
     Constant,
     /// Affine.
@@ -124,13 +124,13 @@ pub enum Quantity {
     Gradient,
 }
 
-/// What a bound is of: each has a worst case of its own.
+/// A kind of bound: each has a worst case of its own.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub struct Place {
-    /// What gave the answer.
+    /// The part that answered.
     pub by: By,
     /// Of which emission.
-    pub emission: Kind,
+    pub emission: EmissionKind,
     /// Of which part of the emitter.
     pub sight: Sight,
     /// Of which quantity.
@@ -144,7 +144,7 @@ impl fmt::Display for Place {
     }
 }
 
-impl Kind {
+impl EmissionKind {
     /// Name in tables.
     #[must_use]
     pub const fn name(self) -> &'static str {
@@ -195,7 +195,7 @@ pub struct Witness {
     pub case: Case,
 }
 
-/// What an answer states, held to truth.
+/// A stated bound, held to truth.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Held {
     /// Where the bound belongs, and how large it is.
@@ -209,7 +209,7 @@ pub struct Held {
 /// Digits that answers in doubles are held against.
 pub(crate) const DIGITS: u32 = 22;
 
-/// What came of asking.
+/// The outcome of asking.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Asked {
     /// A statement each on value and gradient; none if the quantity is 0 or cannot be asked for in this way.
@@ -244,7 +244,7 @@ impl Ask {
     }
 
     /// The answer, and what gave it; none where another way answers.
-    fn answer(self, problem: &Problem) -> Result<Option<(Option<By>, Answer)>, radgrad_core::Error> {
+    pub(crate) fn answer(self, problem: &Problem) -> Result<Option<(Option<By>, Answer)>, radgrad_core::Error> {
         let Problem { receiver, emitter, occluders, .. } = problem;
         match self {
             Self::Answer(tolerance) => {
@@ -302,7 +302,7 @@ impl Ask {
 
 /// Rounds the receiver to single precision; whether it still is one.
 #[allow(clippy::cast_possible_truncation, reason = "rounding is what it is for")]
-fn round_to_single(problem: &mut Problem) -> bool {
+pub(crate) fn round_to_single(problem: &mut Problem) -> bool {
     let round = |v: DVec3| DVec3::from_array(v.to_array().map(|c| f64::from(c as f32)));
     let receiver = Receiver::new(
         round(problem.receiver.position()),
@@ -348,9 +348,9 @@ impl Asked {
 
     fn add(&mut self, problem: &Problem, by: By, quantity: Quantity, bound: f64, error: f64) {
         let emission = match problem.emitter.emission() {
-            Emission::Constant(_) => Kind::Constant,
-            Emission::Linear(_) => Kind::Linear,
-            Emission::Polynomial(_) => Kind::Polynomial,
+            Emission::Constant(_) => EmissionKind::Constant,
+            Emission::Linear(_) => EmissionKind::Linear,
+            Emission::Polynomial(_) => EmissionKind::Polynomial,
         };
         let place = Place { by, emission, sight: Sight::of(problem), quantity };
         self.held.push(Held { place, bound, ratio: ratio(error, bound) });
@@ -396,6 +396,14 @@ impl Asked {
     }
 }
 
+/// How many bounds an answer on the surface is at most from what it is by another vertex named first; 0 of no answer.
+pub(crate) fn apart_from_other_names(ask: Ask, problem: &Problem) -> f64 {
+    let Ok(Some((_, answer))) = ask.answer(problem) else { return 0.0 };
+    let mut asked = Asked::default();
+    asked.hold_other_names(ask, problem, &answer);
+    asked.held.iter().map(|held| held.ratio).fold(0.0, |worst, ratio| if ratio <= worst { worst } else { ratio })
+}
+
 /// Why witnesses cannot be read.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
@@ -424,6 +432,11 @@ pub enum Error {
 /// # Errors
 /// If the folder or a file cannot be read, or a line is no witness.
 pub fn all(folder: &Path) -> Result<Vec<Witness>, Error> {
+    lines(folder)
+}
+
+/// What the lines of the files `*.jsonl` in a folder hold, by file name.
+pub(crate) fn lines<T: serde::de::DeserializeOwned>(folder: &Path) -> Result<Vec<T>, Error> {
     let failed = |path: &Path| {
         let path = path.to_path_buf();
         move |source| Error::File { path, source }
@@ -432,16 +445,15 @@ pub fn all(folder: &Path) -> Result<Vec<Witness>, Error> {
     let mut paths = entries.map(|entry| Ok(entry?.path())).collect::<io::Result<Vec<_>>>().map_err(failed(folder))?;
     paths.retain(|path| path.extension().is_some_and(|extension| extension == "jsonl"));
     paths.sort();
-    let mut witnesses = Vec::new();
+    let mut found = Vec::new();
     for path in paths {
         let text = fs::read_to_string(&path).map_err(failed(&path))?;
         for (line, text) in text.lines().enumerate().filter(|(_, text)| !text.is_empty()) {
-            let witness =
-                serde_json::from_str(text).map_err(|source| Error::Line { path: path.clone(), line: line + 1, source })?;
-            witnesses.push(witness);
+            let read = serde_json::from_str(text);
+            found.push(read.map_err(|source| Error::Line { path: path.clone(), line: line + 1, source })?);
         }
     }
-    Ok(witnesses)
+    Ok(found)
 }
 
 impl Witness {

@@ -9,7 +9,7 @@
 #include <stdint.h>
 #include <stdlib.h>
 
-// What came of a call.
+// The status of a call.
 typedef enum radgrad_status {
   // All is answered.
   RADGRAD_OK = 0,
@@ -30,7 +30,7 @@ typedef enum radgrad_status {
 // A polygon that emits.
 typedef struct radgrad_emitter radgrad_emitter;
 
-// What batches work in. Made once for each thread.
+// The memory that batches work in. Made once for each thread.
 typedef struct radgrad_room radgrad_room;
 
 // Radiosity and gradient with proven bounds.

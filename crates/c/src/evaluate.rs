@@ -101,7 +101,7 @@ impl<F: Precision + Copy> Columns<F> {
     }
 }
 
-/// What batches work in. Made once for each thread.
+/// The memory that batches work in. Made once for each thread.
 #[derive(Debug)]
 pub struct Room {
     engine: Engine,

@@ -20,7 +20,7 @@ pub use emitter::{
 };
 pub use evaluate::{Answer, Room, radgrad_batch_f32, radgrad_batch_f64, radgrad_evaluate, radgrad_room_free, radgrad_room_new};
 
-/// What came of a call.
+/// The status of a call.
 #[repr(C)]
 #[allow(non_camel_case_types, clippy::upper_case_acronyms, reason = "C has one name space")]
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

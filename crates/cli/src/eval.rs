@@ -30,7 +30,7 @@ enum Input {
     TooLong(Vec<u8>),
 }
 
-/// What became of the lines.
+/// Counts of lines answered and refused.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(crate) struct Tally {
     /// Lines that are not blank.

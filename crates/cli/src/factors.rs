@@ -21,7 +21,7 @@ use formats::Format;
 use kept::Kept;
 use said::{OneFactor, Summary};
 
-/// What `radgrad factors` is asked for.
+/// Options of `radgrad factors`.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
     #[command(flatten)]

@@ -34,7 +34,7 @@ pub(crate) struct Point {
     _comment: IgnoredAny,
 }
 
-/// What a point is taken to be on: a face if one is there, unless it is said.
+/// Where a point is: on a face if one is there, unless the line says otherwise.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "lowercase")]
 enum On {
@@ -69,7 +69,7 @@ struct Reflected {
     gradient_estimate: Vec<f64>,
 }
 
-/// What stands in the place of an answer.
+/// The reply to a point that has no answer.
 #[derive(Debug, Clone, Serialize)]
 pub(crate) struct Refusal {
     #[serde(skip_serializing_if = "Option::is_none")]

@@ -20,7 +20,7 @@ use crate::scene::SceneFile;
 use crate::summary::Summary;
 use crate::view::{self, View};
 
-/// What to solve, and what to write.
+/// The scene to solve, and the files to write.
 #[derive(Debug, Args)]
 pub(crate) struct Request {
     #[command(flatten)]
@@ -34,7 +34,7 @@ pub(crate) struct Request {
     /// Go by the proven bound on the mean error instead: over the same, at most this, a percentage or a fraction.
     #[arg(long, value_name = "BOUND", value_parser = fraction, conflicts_with = "error")]
     bound: Option<f64>,
-    /// What that is relative to: the mean radiosity without what faces emit themselves, or with it.
+    /// The reference of that: the mean radiosity without the faces' own emission, or with it.
     #[arg(long, value_enum, default_value_t)]
     relative_to: Reference,
     /// What refinement serves, and what the error is of: the mean over all area; or the points of --points and what --camera sees of the
@@ -121,7 +121,7 @@ enum Gathering {
 }
 
 impl Request {
-    /// What the solver is asked for, in this time.
+    /// Options of the solver, with this time.
     fn options(&self, time: Duration) -> Options {
         let marking = match self.divide {
             Divide::Bound => Marking::Residual,

@@ -37,6 +37,8 @@ pub mod mutant;
 
 pub mod batch;
 mod boundary;
+#[doc(hidden)]
+pub mod closed_forms;
 mod error;
 mod evaluate;
 mod forms;

@@ -1,8 +1,8 @@
 //! Faults that `cargo xtask mutants` plants in the shipped code, one at a time, to see which of them the audit catches.
 //!
 //! `mutant!("place.what", value, fault)` is `value`, and nothing else, in every build but that command's own: what the compiler
-//! gets is the expression alone. A build with `--cfg radgrad_mutants` gives `fault(value)` where the environment variable
-//! `RADGRAD_MUTANT` names the place. Cargo sets no such flag, and no feature does.
+//! gets is the expression alone. A build with `--cfg radgrad_mutants` gives `fault(value)` where `plant` has named the place. Cargo
+//! sets no such flag, and no feature does.
 //!
 //! `data/mutants.toml` lists all of them with what each shows.
 
@@ -42,9 +42,16 @@ pub const fn key(id: &str) -> u64 {
 #[cfg(radgrad_mutants)]
 #[inline(always)]
 pub fn planted<T>(key: u64, value: T, fault: impl FnOnce(T) -> T) -> T {
-    if key == *PLANTED { fault(value) } else { value }
+    if key == PLANTED.load(std::sync::atomic::Ordering::Relaxed) { fault(value) } else { value }
 }
 
-/// The key of the fault that the environment names.
+/// The key of the fault that is planted; 0, which no name has, for none.
 #[cfg(radgrad_mutants)]
-static PLANTED: std::sync::LazyLock<u64> = std::sync::LazyLock::new(|| std::env::var("RADGRAD_MUTANT").map_or(0, |id| key(&id)));
+static PLANTED: std::sync::atomic::AtomicU64 = std::sync::atomic::AtomicU64::new(0);
+
+/// Plants the fault of this name from now on, on all threads; none of the empty name. Tables that were made before keep what they
+/// were made with.
+#[cfg(radgrad_mutants)]
+pub fn plant(id: &str) {
+    PLANTED.store(if id.is_empty() { 0 } else { key(id) }, std::sync::atomic::Ordering::Relaxed);
+}

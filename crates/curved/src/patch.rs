@@ -20,6 +20,15 @@ pub enum Side {
 }
 
 /// A surface over parameters.
+///
+/// ```
+/// use radgrad_core::DVec3;
+/// use radgrad_curved::{Patch, Side};
+/// let tube = Patch::cylinder(DVec3::ZERO, 2.0 * DVec3::Z, 0.1, DVec3::X, [0.0, std::f64::consts::TAU], Side::Outside)?;
+/// let dome = Patch::sphere(DVec3::ZERO, 5.0, [0.0, std::f64::consts::FRAC_PI_2], [0.0, std::f64::consts::TAU], Side::Inside)?;
+/// # let _ = (tube, dome);
+/// # Ok::<(), radgrad_curved::Error>(())
+/// ```
 #[derive(Debug, Clone)]
 pub struct Patch(pub(crate) Form);
 

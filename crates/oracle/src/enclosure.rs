@@ -42,13 +42,25 @@ use crate::enclosure::double_double::DoubleDouble;
 use crate::enclosure::exact::scaled;
 use crate::enclosure::interval::{Interval, power_of_ten};
 use crate::enclosure::limbs::Limbs;
-use crate::enclosure::pass::{Pass, Prepared};
+use crate::enclosure::pass::{Pass, Prepared, Tolerances};
 use crate::enclosure::source::Source;
 use crate::enclosure::surface::Frame;
 use crate::enclosure::view::View;
 use crate::error::Reached;
 
 /// Radiosity and gradient, enclosed.
+///
+/// ```
+/// # use radgrad_core::{DVec3, Emission, Emitter, Polygon, Receiver};
+/// # let triangle = Polygon::new(vec![DVec3::Z, DVec3::new(0.0, 1.0, 1.0), DVec3::new(1.0, 0.0, 1.0)])?;
+/// # let lamp = Emitter::new(triangle, Emission::Constant(1.0))?;
+/// # let floor = Receiver::new(DVec3::ZERO, DVec3::Z, 1.0)?;
+/// let truth = radgrad_oracle::enclose(&floor, &lamp, 30)?;
+/// let found = radgrad_core::evaluate(&floor, &lamp, &[])?;
+/// assert!(truth.radiosity.error_of(found.radiosity) <= found.radiosity_error);
+/// assert!(truth.gradient[2].radius() < 1e-29 * found.gradient.length());
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct Enclosure {
     /// `B(x)`.
@@ -59,9 +71,23 @@ pub struct Enclosure {
     pub evaluations: u64,
     /// The arithmetic that was used.
     pub arithmetic: Arithmetic,
+    /// What rounding takes of the radii: of the radiosity's, and of the largest of the gradient's.
+    pub rounding: [f64; 2],
 }
 
 /// The digits and the arithmetic asked for.
+///
+/// ```
+/// use radgrad_oracle::{Request, Source, enclose_source};
+/// # use radgrad_core::{DVec3, Emission, Emitter, Polygon, Receiver};
+/// # let triangle = Polygon::new(vec![DVec3::Z, DVec3::new(0.0, 1.0, 1.0), DVec3::new(1.0, 0.0, 1.0)])?;
+/// # let lamp = Emitter::new(triangle, Emission::Constant(1.0))?;
+/// # let floor = Receiver::new(DVec3::ZERO, DVec3::Z, 1.0)?;
+/// let request = Request { budget: 1_000_000, ..Request::digits(20) };
+/// let truth = enclose_source(&floor, &Source::Emitter(&lamp), &request)?;
+/// assert!(truth.evaluations <= request.budget);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Request {
     /// Radiosity relative to itself, gradient relative to its norm: 15 to 200.
@@ -217,7 +243,8 @@ impl<'a> Problem<'a> {
     fn solve<T: Real>(&self, bits: usize, arithmetic: Arithmetic) -> Result<Enclosure, Error> {
         let Some(exponent) = self.exponent else {
             let zero = Interval::zero;
-            return Ok(Enclosure { radiosity: zero(), gradient: [zero(), zero(), zero()], evaluations: 0, arithmetic });
+            let gradient = [zero(), zero(), zero()];
+            return Ok(Enclosure { radiosity: zero(), gradient, evaluations: 0, arithmetic, rounding: [0.0; 2] });
         };
         let prepared = Prepared::<T>::new(self.source, &self.frame, &self.view, self.reflectance, exponent, bits);
         let mut evaluations = 0;
@@ -267,6 +294,8 @@ impl<'a> Problem<'a> {
         let component =
             |axis: usize| interval(&pass.gradient[axis], pass.truncation.gradient, exponent + self.frame.scale, "the gradient");
         let gradient = [component(0)?, component(1)?, component(2)?];
-        Ok(Enclosure { radiosity, gradient, evaluations, arithmetic })
+        let Tolerances { value, gradient: slope } = pass.rounding();
+        let rounding = [up(scaled(value, exponent)), up(scaled(slope, exponent + self.frame.scale))];
+        Ok(Enclosure { radiosity, gradient, evaluations, arithmetic, rounding })
     }
 }

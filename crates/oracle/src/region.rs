@@ -38,7 +38,7 @@ pub(crate) struct PreciseVertex {
 /// A vector in the frame `(u, v, n2)` of a region, of another type than one in space so that none is taken for the other.
 pub(crate) type FrameVector = Vector3<f64>;
 
-/// What a receiver sees of a polygon.
+/// The part of a polygon that a receiver sees.
 #[derive(Debug)]
 pub(crate) struct Region {
     /// Disjoint triangles; none if nothing is seen.

@@ -30,7 +30,7 @@ impl Stop {
     }
 }
 
-/// What ends work before its end.
+/// Why work ended early.
 #[derive(Debug)]
 pub(crate) enum Ended {
     /// A wrong input.

@@ -236,7 +236,7 @@ fn at(shape: &Shape, start: usize) -> impl Fn(Error) -> Ended {
     }
 }
 
-/// What receivers get from all emitters together.
+/// The light of all emitters together at receivers.
 fn summed<F: Number>(
     points: Points<'_, F>,
     emitters: &[&radgrad_core::Emitter],

@@ -98,7 +98,7 @@ impl FactorBlock {
         Ok((slf.getattr("__class__")?.getattr("from_bytes")?, (bytes,)))
     }
 
-    /// What it was pickled as.
+    /// A block from the bytes of its pickle.
     #[staticmethod]
     fn from_bytes(bytes: &[u8]) -> PyResult<Self> {
         radgrad_scene::FactorBlock::from_bytes(bytes).map(Self).map_err(refused)

@@ -109,7 +109,7 @@ impl SceneCore {
         Ok(PyBytes::new(py, &bytes))
     }
 
-    /// What the reader changed or left out.
+    /// Notes on changes and omissions of the reader.
     #[getter]
     fn notes(&self) -> Vec<String> {
         self.notes.clone()

@@ -180,7 +180,7 @@ impl SolutionCore {
         (radiosity, bound, estimate, irradiance, irradiance_bound, irradiance_estimate, face).into_pyobject(py)
     }
 
-    /// What `radgrad solve --summary` prints.
+    /// The object that `radgrad solve --summary` prints.
     fn summary(&self, py: Python<'_>) -> PyResult<String> {
         let Self { solution, error, seconds, .. } = self;
         py.detach(|| radgrad_cli::file::summary(solution, *error, *seconds)).map_err(refused)

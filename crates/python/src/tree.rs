@@ -34,7 +34,7 @@ impl Tree {
         self.0.count()
     }
 
-    /// What receivers get from all of them, to an absolute error.
+    /// The light of all of them at receivers, to an absolute error.
     fn total<'py>(
         &self,
         py: Python<'py>,

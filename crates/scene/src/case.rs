@@ -34,6 +34,15 @@ pub use emission::{EmissionRecord, PolynomialRecord, TermRecord};
 pub use id::Id;
 
 /// A case as written.
+///
+/// ```
+/// use radgrad_scene::case::Case;
+/// let line = br#"{"id":"a","receiver":{"position":[0,0,0],"normal":[0,0,1]},
+///     "emitter":{"vertices":[[0,0,1],[0,1,1],[1,0,1]],"emission":{"vertices":[1,2,4]}}}"#;
+/// let problem = Case::from_json(line)?.problem()?;
+/// assert!(radgrad_core::evaluate(&problem.receiver, &problem.emitter, &problem.occluders).is_ok());
+/// # Ok::<(), radgrad_scene::Error>(())
+/// ```
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(from = "Fields")]
 pub struct Case {

@@ -41,6 +41,12 @@ use crate::projection::normalising_power;
 use crate::{Beam, Error, Occluders, Placement, Prepared, Scene, Warning, largest as larger, smallest as smaller};
 
 /// How factors are found.
+///
+/// ```
+/// use radgrad_scene::FactorSettings;
+/// let settings = FactorSettings { tolerance: 1e-3, relative: 0.01, ..FactorSettings::default() };
+/// assert_eq!([settings.allowed(0.02), settings.allowed(0.5)], [1e-3, 5e-3]); // the larger of the two counts
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FactorSettings {
     /// Absolute bound that is asked of a factor: brackets past occluders are narrowed to it, while `most_cells` last. Time grows as it

@@ -1,4 +1,4 @@
-//! What can be wrong with a scene or a request.
+//! Errors of a scene or of a request.
 
 use radgrad_core::DVec3;
 

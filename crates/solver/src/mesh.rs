@@ -308,6 +308,14 @@ impl Mesh {
         self.found(&beam, known, [to.face(), from.face()], ends)
     }
 
+    /// A part of an element's sight of another, among `known`.
+    pub(crate) fn sight_of_part(&self, to: &Element, source: usize, known: &[usize]) -> Sight {
+        let from = &self.elements[source];
+        let Some(beam) = Beam::from_polygon(to.polygon(), from.polygon()) else { return Sight::Nothing(None) };
+        let ends = [to, from].map(|element| element.polygon().vertices());
+        self.found(&beam, Some(known), [to.face(), from.face()], ends)
+    }
+
     /// A point's sight of an element, with the face that it is on, among `known`.
     pub(crate) fn sight_of_point(&self, face: usize, point: DVec3, source: usize, known: Option<&[usize]>) -> Sight {
         let from = &self.elements[source];

@@ -294,6 +294,9 @@ impl Solution {
         (self.proven, self.details) = (OnceLock::new(), OnceLock::new());
         self.find_importance()?;
         let estimate = self.estimate_at_points().unwrap_or_else(|| self.relative(&self.mean_estimate()));
+        let part = options.bound.unwrap_or(options.error);
+        let errors: Vec<f64> = self.reference().into_iter().map(|reference| part * reference).collect();
+        self.ground.aim_at(&errors, options.bound.is_some());
         let bound = if options.bound.is_some() { self.prove()? } else { f64::INFINITY };
         let (round, gathers) = (self.progress.round + 1, self.progress.gathers);
         self.progress = Progress { round, elements: self.mesh.leaves().count(), links, gathers, bound, estimate };

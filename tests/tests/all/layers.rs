@@ -32,7 +32,7 @@ const TOWERS: &[Tower] = &[
             &["gauss"],
             &["ladder"],
             &["evaluate", "hessian"],
-            &["batch", "paper"],
+            &["batch", "paper", "closed_forms"],
             &["lib"],
         ],
         upward: &[],

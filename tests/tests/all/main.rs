@@ -1,5 +1,6 @@
 //! One program for all tests of the public interface, so that it is compiled and linked once.
 
+mod architecture;
 mod contact;
 mod cornell;
 mod differences;

@@ -16,7 +16,7 @@ pub(crate) fn radiosity(case: &Case) -> f64 {
     factor(case) * sum(&corners, receiver.normal())
 }
 
-/// Radiosity and gradient of a constant triangle without regard to the horizon, one edge after the other: the sums of HS95 Eq. 8
+/// Radiosity and gradient of a constant triangle without regard to the horizon, one edge after the other: the sums of HS95 Eqs. 10, 11
 /// and A.1, `grad B = -(rho B2/pi) sum w (n1.r I2 + n1.e J2)`, `w = r x e`, and nothing else.
 pub(crate) fn bare_radiosity_and_gradient(case: &Case) -> (f64, DVec3) {
     let (x, n1, vertices) = (case.receiver.position(), case.receiver.normal(), case.emitter.polygon().vertices());

@@ -1,4 +1,4 @@
-//! What a run of `verify` found, in a paragraph that a person can quote.
+//! The findings of a run of `verify`, in a paragraph that a person can quote.
 
 use std::path::Path;
 
@@ -10,7 +10,7 @@ use radgrad_audit::table::Table;
 
 use crate::{bounds, scenes};
 
-/// What was found.
+/// The findings.
 pub(super) struct Found<'a> {
     pub(super) table: &'a Table,
     pub(super) bounds: bounds::Held,

@@ -6,7 +6,7 @@ use std::str::FromStr;
 use radgrad_core::Method;
 use serde::{Deserialize, Serialize};
 
-/// What answered: [`Method`], in the order of the ladder.
+/// The rung that answered: [`Method`], in the order of the ladder.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Rung {
     /// Nothing to compute.
@@ -53,7 +53,7 @@ impl Rung {
     }
 }
 
-/// What a case is counted by. Most cases have several.
+/// A mark of a case, which the tables count. Most cases have several.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(into = "String", try_from = "String")]
 pub enum Mark {

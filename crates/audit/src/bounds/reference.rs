@@ -1,4 +1,4 @@
-//! What an answer is held against: a truth with a radius.
+//! The reference of an answer: a truth with a radius.
 
 use glam::DVec3;
 use radgrad_core::Answer;

@@ -25,7 +25,7 @@ use crate::bounds::table::{FamilyTable, Table};
 use crate::family::{Family, Name};
 use crate::gates::Gates;
 
-/// What a family must show beyond the rules without a number.
+/// Requirements on a family beyond the rules without a number.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Deserialize)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub struct Requirement {
@@ -39,12 +39,12 @@ pub struct Requirement {
     pub worst_error: Option<f64>,
 }
 
-/// What must not be.
+/// A requirement that does not hold.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Breach {
     /// The first or worst case that does it.
     pub case: Name,
-    /// What the case itself is marked with, if it is to blame alone.
+    /// The mark of the case, if it alone is to blame.
     pub mark: Option<Mark>,
     /// The requirement that does not hold, with the figure found.
     pub what: String,

@@ -1,4 +1,4 @@
-//! What a family is, in plain words, for tables that people read.
+//! Families in plain words, for tables that people read.
 
 use super::Family;
 
@@ -39,11 +39,20 @@ impl Family {
             Self::TenScreens => "ten polygons between receiver and emitter, overlapping",
             Self::SilhouetteScreen => "a screen whose edge passes by the emitter's border",
             Self::EdgeScreen => "a screen that shares an edge with the emitter",
+            Self::DippingScreen => "a screen with a corner in the emitter's plane, or 2^-52 to 2^-30 off it",
             Self::NearScreen => "a screen almost touching the receiver",
             Self::IdleScreens => "screens that hide nothing: behind the receiver, behind the emitter or in its plane",
             Self::Boxes => "a room with a box in it",
             Self::Thicket => "two dozen triangles at random",
             Self::ThousandTriangles => "a thousand triangles at random",
+            Self::OnSurface => "a point of the emitter as far as rounding allows, inside or on an edge",
+            Self::ShortNormal => "the receiver's normal is 2^-1040 to 2^-100 long",
+            Self::Subnormal => "at a size of 2^-1040 to 2^-1010, where coordinates are subnormal",
+            Self::MixedExponents => "coordinates of 1 beside 1e-300, emission of 1e-270 beside 1e270",
+            Self::CancellingValues => "emission of both signs that cancels but for 1e-15 to 0.1 of it",
+            Self::NearCoincidentVertices => "two vertices 1e-14 to 1e-6 of an edge from each other",
+            Self::HundredVertices => "a star with a hundred vertices",
+            Self::OccludersInPlane => "occluders in the emitter's plane, in the horizon and seen edge-on",
             Self::EqualVertices => "repeated vertices or no area: to be refused",
         }
     }

@@ -1,4 +1,4 @@
-//! What a family draws, before it has a name.
+//! The scene that a family draws, before it has a name.
 
 use glam::DVec3;
 use radgrad_scene::case::{Case, EmissionRecord, EmitterRecord, Id, ReceiverRecord};

@@ -12,7 +12,7 @@ use super::truth::Truth;
 /// above which it is too rough to judge a bound that is smaller still.
 pub const ROUGH: f64 = 0.03;
 
-/// What became of a statement.
+/// The verdict on a statement.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Verdict {
     /// The truth may be within the bound.
@@ -34,7 +34,7 @@ pub struct Judged {
     pub verdict: Verdict,
 }
 
-/// What became of a scene.
+/// How the question to a scene ended.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Ending {
     /// It was answered: every statement.
@@ -58,9 +58,9 @@ pub enum Ending {
 pub struct Outcome {
     /// How the question ended.
     pub ending: Ending,
-    /// What the answer took.
+    /// Time of the answer.
     pub answer: Duration,
-    /// What the truth took.
+    /// Time of the truth.
     pub truth: Duration,
 }
 

@@ -17,7 +17,7 @@ pub struct Grid {
     pub size: [usize; 2],
     /// What the face's own values are times, row by row, at most 1; the same in every channel.
     pub texels: Vec<f64>,
-    /// What it varies.
+    /// The quantity that it varies.
     pub quantity: Quantity,
 }
 
@@ -54,7 +54,7 @@ pub enum Exact {
     Facing(FacingRectangles),
 }
 
-/// What must happen.
+/// The outcome that is right.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Expected {
     /// An answer.
@@ -85,7 +85,7 @@ pub struct Model {
     pub probes: Vec<Probe>,
     /// Its exact solution.
     pub exact: Exact,
-    /// What must happen.
+    /// The outcome that is right.
     pub expected: Expected,
     /// Whether every ray from a face ends on the lit side of another.
     pub closed: bool,

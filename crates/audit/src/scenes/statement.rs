@@ -1,4 +1,4 @@
-//! What the solver, the form factors and the fields say of a scene: each a value with a bound.
+//! Statements of the solver, the form factors and the fields about a scene: each a value with a bound.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::mpsc;
@@ -6,7 +6,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use radgrad_scene::{FactorSettings, FormFactors, Quantity, Scene};
-use radgrad_solver::{Ledger, Options, solve};
+use radgrad_solver::{Ledger, Options, Solution, solve};
 
 use super::model::{Expected, Model, Part};
 
@@ -36,7 +36,7 @@ impl Subject {
     }
 }
 
-/// What a statement is about.
+/// The quantity of a statement.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Quantum {
     /// Mean radiosity in a channel.
@@ -74,7 +74,7 @@ impl Quantum {
 /// A value with its bound.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Statement {
-    /// What it is about.
+    /// Its quantity.
     pub of: Quantum,
     /// The value.
     pub value: f64,
@@ -117,7 +117,10 @@ pub fn ask(model: &Model, subject: Subject) -> (Said, Duration) {
     let answer = move || -> Result<Vec<Statement>, String> {
         let scene = given.scene().map_err(|error| error.to_string())?;
         match subject {
-            Subject::Solve => radiosities(&given, &scene),
+            Subject::Solve => {
+                let solution = solve(&scene, &timed(&given), |_| true).map_err(|error| error.to_string())?;
+                radiosities(&given, &solution)
+            }
             Subject::Factors => factors(&given, &scene),
             Subject::Field => field(&given, &scene),
         }
@@ -136,16 +139,46 @@ pub fn ask(model: &Model, subject: Subject) -> (Said, Duration) {
     (receiver.recv_timeout(PATIENCE).unwrap_or(Said::Endless), start.elapsed())
 }
 
-fn radiosities(model: &Model, scene: &Scene) -> Result<Vec<Statement>, String> {
-    let options = Options {
+/// Elements above which nothing is divided where answers are recorded.
+const FEW_ELEMENTS: usize = 200;
+
+/// Leaves whose polynomials are recorded.
+const LEAVES: usize = 20;
+
+/// Values with their bounds, whatever the time that they take: the same on every machine.
+///
+/// # Errors
+/// If there is no answer: why.
+pub(crate) fn recorded(model: &Model, subject: Subject) -> Result<Vec<(f64, f64)>, String> {
+    let scene = model.scene().map_err(|error| error.to_string())?;
+    let statements = match subject {
+        Subject::Solve => {
+            let options = Options { error: 0.2, most_elements: FEW_ELEMENTS, first_elements: 1, ..Options::default() };
+            let solution = solve(&scene, &options, |_| true).map_err(|error| error.to_string())?;
+            let leaves = solution.mesh().leaves().take(LEAVES);
+            let on = |leaf| (solution.value_on(leaf, 0, [0.25, 0.25]), solution.bound_on(leaf)[0].total());
+            let polynomials: Vec<(f64, f64)> = leaves.map(on).collect();
+            let others = radiosities(model, &solution)?;
+            return Ok(others.iter().map(|s| (s.value, s.bound)).chain(polynomials).collect());
+        }
+        Subject::Factors => factors(model, &scene)?,
+        Subject::Field => field(model, &scene)?,
+    };
+    Ok(statements.iter().map(|s| (s.value, s.bound)).collect())
+}
+
+fn timed(model: &Model) -> Options {
+    Options {
         error: model.error,
         most_elements: MOST_ELEMENTS,
         first_elements: 1,
         // Digits that are compared must not depend on the time.
         time: (model.expected != Expected::Either).then(|| Duration::from_secs_f64(SECONDS)),
         ..Options::default()
-    };
-    let solution = solve(scene, &options, |_| true).map_err(|error| error.to_string())?;
+    }
+}
+
+fn radiosities(model: &Model, solution: &Solution) -> Result<Vec<Statement>, String> {
     let say = |of: Quantum, value: f64, bound: &Ledger, estimate: &Ledger| Statement {
         of,
         value,

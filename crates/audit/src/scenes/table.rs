@@ -14,7 +14,7 @@ use super::model::Expected;
 use super::statement::Subject;
 use super::workers::on_all_cores;
 
-/// What must hold of scenes.
+/// Requirements on scenes.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub struct Requirement {
@@ -62,7 +62,7 @@ pub struct Row {
 pub struct Violation {
     /// The scene.
     pub name: Name,
-    /// What was asked.
+    /// The subject.
     pub subject: Subject,
     /// Everything that is wrong with it.
     pub faults: Vec<String>,

@@ -53,7 +53,7 @@ impl Emitted {
 /// One parameter.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Axis {
-    /// What it is, with its unit.
+    /// The quantity, with its unit.
     pub title: &'static str,
     /// The base of which the ends are exponents: 10 or 2.
     pub base: f64,

@@ -18,10 +18,10 @@ const TICK: Duration = Duration::from_millis(20);
 /// Threads that were given up and still run, at most: when there are as many, lines may take longer.
 const MOST_GIVEN_UP: usize = 32;
 
-/// What answers a line, given its number.
+/// The function that answers a line, given its number.
 pub(super) type Answer<L, R> = fn(usize, &L) -> R;
 
-/// What stands for the answer to a line that has none.
+/// The function that makes the reply to a line without an answer.
 pub(super) type Refuse<L, R> = fn(usize, &L, Error) -> R;
 
 /// Lines, and their replies as they come.
@@ -42,7 +42,7 @@ impl<L, R> Batch<L, R> {
     }
 }
 
-/// What a thread is at: the index of a line, and since when.
+/// The work of a thread: the index of a line, and since when.
 type Occupied = Arc<Mutex<Option<(usize, Instant)>>>;
 
 struct Worker<L, R> {

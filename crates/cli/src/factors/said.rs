@@ -26,7 +26,7 @@ pub(super) struct Summary {
     repaired: Option<Repair>,
 }
 
-/// What a repair did.
+/// The effect of a repair.
 #[derive(Debug, Serialize)]
 struct Repair {
     largest: f64,

@@ -27,7 +27,10 @@
 //!   of a sum of at most 2g.
 //! - t errs by `30u |r| e^2` from two products that may cancel, and so, over m |e|, by `(30 rho + 1) u`.
 //! - `q (n1.e) (p + p').e/e^2` errs by 60u k g over m, of at most k g over m.
-//! - So a term of the value errs by `g (2 ew + 29u)/2`, one of the gradient, with ew from w again, by `g k (50 rho + 73) u`.
+//! - So a term of the value errs by `g (2 ew + 29u)/2`.
+//! - One of the gradient errs, over g k, by half of `3.7 ew + 75u`, of `2 (30 rho + 1) u` and of 60u, since the sums are twice
+//!   the gradient; by ew from w again, and by 2u for the sum and the product with w. With `ew = 5.66 rho u` that is
+//!   `(46.2 rho + 70.5) u`, taken as `g k (50 rho + 73) u`.
 //! - Sums of n terms with the last five products add `n + 5`.
 //!
 //! # Where the horizon crosses

@@ -10,6 +10,9 @@ use crate::scalar::offset::{exact_offset, offset};
 use crate::scalar::real::Real;
 use crate::scalar::vec3::Vec3;
 
+/// Errors of w in units of roundoff: of `|r||e|`, and of itself.
+pub const MOMENT_UNITS: [f64; 2] = [3.5, 1.0];
+
 /// A point, as seen from the receiver.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Sighted<T> {
@@ -52,6 +55,14 @@ impl<T: Arithmetic> Sighted<T> {
     pub(crate) fn at(point: Vec3<T>) -> Self {
         let square = point.norm_squared();
         Self { point, square, inverse: square.like(1.0) / square.sqrt() }
+    }
+}
+
+impl<T: Arithmetic> Sighted<T> {
+    /// `n.r/r` of its offset r.
+    #[inline(always)]
+    pub(crate) fn cosine(&self, n: Vec3<T>) -> T {
+        n.dot(self.point) * self.inverse
     }
 }
 
@@ -115,7 +126,7 @@ impl<T: Real> Line<T> {
         if self.is_precise {
             mutant!("line.relative-error-precise", 2.0 * ROUNDOFF + 4.0 * ROUNDOFF_OF_DOUBLE_DOUBLE * ratio, |error| 0.1 * error)
         } else {
-            mutant!("line.relative-error", (3.5 * ratio + 1.0) * ROUNDOFF, |error| 0.1 * error)
+            mutant!("line.relative-error", (MOMENT_UNITS[0] * ratio + MOMENT_UNITS[1]) * ROUNDOFF, |error| 0.1 * error)
         }
     }
 

@@ -155,7 +155,7 @@ fn side_of_vertices(point: DVec3, polygon: &Polygon, power: f64) -> Option<Side>
 }
 
 /// The side of a point that is surely farther from the polygon's plane than a normalised height.
-fn sure_side(point: DVec3, polygon: &Polygon, power: f64, least: f64) -> Option<Side> {
+pub(crate) fn sure_side(point: DVec3, polygon: &Polygon, power: f64, least: f64) -> Option<Side> {
     let r = (polygon.vertices()[0] - point) * power;
     let height = -polygon.normal().dot(r);
     let reach = r.x.abs() + r.y.abs() + r.z.abs();

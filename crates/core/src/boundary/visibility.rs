@@ -8,9 +8,11 @@
 //!
 //! Edges on one line (in a mesh of occluders and at its T-junctions, or where an occluder stands on the emitter's edge) are
 //! decided exactly ([`crate::boundary::edge_name`]). Elsewhere a corner may be within rounding of a shadow's side; then the
-//! middle of its ball decides, and [`Uncertainty`] bounds the change that the other decision would have made.
+//! middle of its ball decides, and [`Uncertainty`] bounds the change that the other decision would have made; [`not_flat`] bounds
+//! that of other surfaces through vertices that are not in one plane.
 
 mod boundary;
+mod not_flat;
 mod part;
 mod separation;
 mod shadow;
@@ -81,7 +83,13 @@ fn visible<T: Real>(receiver: &Receiver, emitter: &Emitter, occluders: &[&Polygo
         if parts.is_empty() {
             break;
         }
-        if parts.iter().all(|part| screen.cone.misses(&part.cone)) {
+        if parts.iter().all(|part| screen.misses(&part.cone)) {
+            continue;
+        }
+        if let Some(doubt) = &screen.doubt {
+            subtraction.add_doubt(doubt, parts.iter().filter(|part| !screen.misses(&part.cone)));
+        }
+        if !screen.casts_shadow() {
             continue;
         }
         let shadow = Shadow::new(receiver, emitter.polygon(), &screen, plan, &mut subtraction.sides);
@@ -111,7 +119,7 @@ fn in_the_way<'a, T>(
     let mut screens = Vec::with_capacity(occluders.len());
     for &occluder in occluders {
         let screen = |indices: Vec<usize>| Screen::new(receiver, emitter, occluder, &indices, plan);
-        let may_hide = |screen: &Screen<'_>| !whole.iter().all(|part| screen.cone.misses(&part.cone));
+        let may_hide = |screen: &Screen<'_>| !whole.iter().all(|part| screen.misses(&part.cone));
         let found = convex_parts(occluder).into_iter().filter_map(screen).filter(may_hide);
         screens.extend(found);
     }

@@ -18,8 +18,9 @@
 //!
 //! # Points and angles
 //! - `|w|` errs by `ew + 2.5u`, 1/|w| by `ew + 3.5u`, relative. N errs by ew across and 3.5u along itself, and u for its product.
-//! - p errs by `4u t|e|` along the edge, and beside that by `u (|r| + 2 t|e| + |p|)`. As `t|e| <= |p| + |r|` and
-//!   `|r| <= 12^(1/2)` in normalised lengths, `xi = u (4.1 + 13.9/|p|)` and `eta = u (3 + 10.4/|p|)`.
+//! - p errs by `4u t|e|` along the edge, and beside that by `u (|r| + 2 t|e| + |p|)`. As `t|e| <= |p| + |r|`, these are at most
+//!   `4u (|p| + |r|)` and `u (3|p| + 3|r|)`. With `|r| <= 12^(1/2) = 3.4642` in normalised lengths, over |p|:
+//!   `xi = u (4.1 + 13.9/|p|)` and `eta = u (3 + 10.4/|p|)`.
 //! - xi counts for nothing in first order: the edge's arc and the horizon's end at the same point. The light between p and the true
 //!   horizon, from a region at most xi wide and high, is below `xi^3/2`. As `|n1.r| <= xi |p|` along that piece of the edge, the
 //!   gradient changes by `xi^2/2|p|`.
@@ -31,15 +32,15 @@
 //!   2ug in the products.
 //!
 //! # Weights up to a quarter turn
-//! The gradient's weight ([`Arc::weight`]) is `chi Q (c + c') + psi (q' - q)(c' - c)`.
+//! The gradient's weight ([`Arc::weight`]) is `chi Q (c + c') + psi (q' - q)(c' - c)`, `chi = T (g + sin g)/4`.
 //! - The sine errs by `ds = g (ew + 14u + u + 2 eta)`, the cosine by at most `5u + 11u cos + 4 eta`: 1 + cos by `9u + 4 eta`
 //!   relative.
 //! - `c + c'` and their difference err by `dc = 10u + 6.5us + 4 eta`.
 //! - The first term errs by `Q (T/4) [s (dg + ds) + (g + sin g) (s (19u + 5 eta) + dc)]`.
 //! - `psi <= 0.091g`, `psi' <= 0.11`, and psi errs by 3u relative; `q' - q` errs by `(5.5u + eta) Q`, and `|c' - c| <= |v - u| <=
-//!   g` for the directions u and v of the ends. So the second term errs by `Q g [0.11 dg + 0.8ug + 0.091 (eta g + dc)]`.
+//!   g` for the directions u and v of the ends; `psi |c' - c| <= g^2/12`, as `2 psi sin(g/2)/g^2` decreases. So the second term errs by `Q g [0.11 dg + 0.9ug + 0.091 (eta g + dc)]`.
 //! - The weight is at most `Q ((T/4) (g + sin g) s + 0.091g min(g, s))`. Its sum and its product with N err by that times ew across
-//!   N and 5.5u along it.
+//!   N and 6.5u along it.
 //!
 //! # Weights past a quarter turn
 //! The weight is `(cc p1 + cs p2)/S` in the frame of the line at distance S, (p1, p2) being n1 there.
@@ -53,15 +54,17 @@
 //! Each sum of n vectors adds `(n - 1) u` of the sum of sizes. The products with emission, normal and reflectance add 8u of the
 //! result.
 
+pub mod units;
+
 use std::ops::{Add, Mul};
 
 use crate::boundary::arc::Arc;
 use crate::boundary::horizon;
 #[cfg(doc)]
 use crate::boundary::line::Line;
-use crate::boundary::line::Sighted;
 use crate::boundary::plan::{Horizon, Plan};
 use crate::forms::constant::{EdgeSum, SolidAngleVector};
+use crate::forms::constant_bound::units::{LARGEST_PSI, MOST_DISPLACED, PSI_TERM, SECOND_ORDER, SLOPE_OF_PSI};
 use crate::forms::edge_lanes;
 use crate::forms::edge_lanes::SureCase;
 use crate::forms::irradiance_and_gradient::IrradianceAndGradient;
@@ -80,14 +83,7 @@ pub(crate) struct BoundedSum {
     pub(crate) gradient: f64,
 }
 
-/// Pays for terms of second order in the errors.
-const SECOND_ORDER: f64 = 1.001;
-
-/// The relative error that the fraction of a cut edge adds to its cross product.
-const FRACTION: f64 = ROUNDOFF;
-
-/// Errors of w and of crossing points above which nothing is bounded, and moments below which.
-const MOST_DISPLACED: f64 = 1e-6;
+/// Moments below which nothing is bounded.
 pub(super) const LEAST_MOMENT: f64 = 1e-100;
 
 /// Relative displacement of a crossing point: along its edge, and otherwise.
@@ -212,8 +208,7 @@ impl ArcErrors {
         let ew = of_angle.ew;
         self.angle_errors += of_angle.of_term(self.n1.dot(line.normal).abs());
         let (size, error) = if arc.is_within_a_quarter_turn() {
-            let cosine = |end: &Sighted<f64>| self.n1.dot(end.point) * end.inverse;
-            of_angle.of_weight(&Weighed::new(arc, [cosine(&arc.start), cosine(&arc.end)]))
+            of_angle.of_weight(&Weighed::new(arc, [arc.start.cosine(self.n1), arc.end.cosine(self.n1)]))
         } else {
             of_angle.of_wide_weight(line.nearness())
         };
@@ -292,13 +287,14 @@ impl<T: Figure> AngleError<T> {
     #[inline(always)]
     pub(super) fn new(g: T, least: T, ew: T, eta: Option<T>) -> Self {
         const U: f64 = ROUNDOFF;
-        let fraction = if eta.is_some() { FRACTION } else { 0.0 };
+        let fraction = if eta.is_some() { units::FRACTION * U } else { 0.0 };
         let dg = mutant!(
             "constant-bound.angle",
-            with_product(least * (ew + (8.0 * U + fraction)) + g * (4.0 * U), eta, 2.0, least),
+            with_product(least * (ew + (units::ANGLE * U + fraction)) + g * (units::ARC_TANGENT * U), eta, 2.0, least),
             |dg| dg * 0.1
         );
-        let ds = mutant!("constant-bound.sine", with_product(g * (ew + (14.0 * U + fraction)), eta, 2.0, g), |ds| ds * 0.1);
+        let ds =
+            mutant!("constant-bound.sine", with_product(g * (ew + (units::SINE * U + fraction)), eta, 2.0, g), |ds| ds * 0.1);
         Self { g, dg, ds, ew, eta }
     }
 
@@ -306,8 +302,11 @@ impl<T: Figure> AngleError<T> {
     #[inline(always)]
     pub(super) fn of_term(&self, facing: T) -> T {
         const U: f64 = ROUNDOFF;
-        mutant!("constant-bound.term", facing * (self.dg + self.g * (3.5 * U)) + self.g * (self.ew + 2.0 * U), |error| error
-            * 0.1)
+        mutant!(
+            "constant-bound.term",
+            facing * (self.dg + self.g * (units::INVERSE_MOMENT * U)) + self.g * (self.ew + units::PRODUCTS * U),
+            |error| error * 0.1
+        )
     }
 
     /// A bound on the size of the weight, and the error of its product with N along N.
@@ -317,16 +316,20 @@ impl<T: Figure> AngleError<T> {
         let Self { g, dg, ds, eta, .. } = *self;
         let Weighed { near, sum, turn, cosines, least } = *weighed;
         let quarter = turn * 0.25;
-        let dc = mutant!("constant-bound.cosines", with_displacement(cosines * (6.5 * U) + 10.0 * U, eta, 4.0), |dc| dc * 0.1);
-        let of_cosines = with_product(cosines * (19.0 * U) + dc, eta, 5.0, cosines);
+        let dc = mutant!(
+            "constant-bound.cosines",
+            with_displacement(cosines * (units::COSINES[1] * U) + units::COSINES[0] * U, eta, 4.0),
+            |dc| dc * 0.1
+        );
+        let of_cosines = with_product(cosines * (units::CHI_TERM * U) + dc, eta, 5.0, cosines);
         let first = mutant!("constant-bound.chi", quarter * (cosines * (dg + ds) + sum * of_cosines), |first| first * 0.1);
         let second = mutant!(
             "constant-bound.psi",
-            g * with_product(dg * 0.11 + g * (0.8 * U) + dc * 0.091, eta, 0.091, g),
+            g * with_product(dg * SLOPE_OF_PSI + g * (PSI_TERM * U) + dc * LARGEST_PSI, eta, LARGEST_PSI, g),
             |second| second * 0.1
         );
-        let size = near * (quarter * sum * cosines + g * least * 0.091);
-        (size, near * (first + second) + mutant!("constant-bound.weight-size", size * (5.5 * U), |error| error * 0.1))
+        let size = near * (quarter * sum * cosines + g * least * LARGEST_PSI);
+        (size, near * (first + second) + mutant!("constant-bound.weight-size", size * (units::WEIGHT * U), |error| error * 0.1))
     }
 
     /// The same past a quarter turn, from one over the distance of the line.
@@ -338,5 +341,22 @@ impl<T: Figure> AngleError<T> {
         let db = mutant!("constant-bound.bisector", with_displacement(en * 2.0 + 54.0 * U, eta, 2.0) * 0.71, |db| db * 0.1);
         let column = dg * 0.5 + ds + g * db * 2.0 + g * (28.0 * U);
         (g * nearness, mutant!("constant-bound.wide", (column + g * (en * 2.0 + 32.0 * U)) * nearness, |error| error * 0.1))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::FRAC_PI_2;
+
+    use super::{LARGEST_PSI, SLOPE_OF_PSI};
+
+    #[test]
+    fn psi_is_within_its_constants_up_to_a_quarter_turn() {
+        let psi = |g: f64| (g - g.sin()) / (4.0 * (1.0 - g.cos()));
+        for k in 1..=1000 {
+            let g = 0.01 + (FRAC_PI_2 - 0.01) * f64::from(k) / 1000.0;
+            assert!(psi(g) <= LARGEST_PSI * g, "{g}");
+            assert!((psi(g) - psi(g - 1e-6)) / 1e-6 <= SLOPE_OF_PSI, "{g}");
+        }
     }
 }

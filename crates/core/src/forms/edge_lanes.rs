@@ -15,7 +15,7 @@ use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f64x4};
 
 use crate::boundary::arc::Arc;
-use crate::boundary::line::{Line, Sighted};
+use crate::boundary::line::{Line, MOMENT_UNITS, Sighted};
 use crate::boundary::plan::{Horizon, Plan, least_sure_height};
 use crate::forms::irradiance_and_gradient::IrradianceAndGradient;
 use crate::lanes::instruction_set::{INSTRUCTION_SET, on_instruction_set};
@@ -130,7 +130,7 @@ impl<S: Simd> EdgeLanes<S> {
     /// As [`Line::relative_error`], in units of roundoff: edges that lanes take pass at an eighth of the distance at least.
     #[inline(always)]
     pub(crate) fn relative_error(&self) -> f64x4<S> {
-        (self.line.reach * self.edge_square).sqrt() / self.line.moment * 3.5 + 1.0
+        (self.line.reach * self.edge_square).sqrt() / self.line.moment * MOMENT_UNITS[0] + MOMENT_UNITS[1]
     }
 }
 

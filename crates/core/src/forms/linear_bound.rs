@@ -38,8 +38,9 @@
 //! with respect to phi, `min(phi psi, 1/2)` to psi, and phi to l, past a right angle too (a test looks).
 //! - `dphi = (d ds + s dd)/rho^2 + 4u phi = [16u sd + 6u d|r| + sS (ew + 5u)]/rho^2 + 4u phi`.
 //! - `dpsi <= 6u + psi (ew + 15.5u)`, as `s S/r^2 <= psi`.
-//! - `J(x) <= 0.0622 x^3` and `J'(x) <= 0.203 x^2`, and no partial sum is above `phi l + 0.13 phi^3`: J, the differences of angles
-//!   and the sums err by `u [5 phi l + 2.4 phi^3 + 3.5 phi psi^2]`.
+//! - `J(x) <= 0.0622 x^3` and `J'(x) = (1 - x cot x)/2 <= 0.203 x^2`: both ratios rise up to a right angle, where they are 0.06219
+//!   and 0.20265. So no partial sum is above `phi l + 0.13 phi^3`.
+//! - J, the differences of angles and the sums err by `u [5 phi l + 2.4 phi^3 + 3.5 phi psi^2]`.
 //! - The logarithm of the quotient of both ends errs by 5.6u of itself, its factor `pi/4` included ([`OF_QUOTIENT`]).
 //! - Where `d <= 2 dd` its sign may be wrong. The segments on the two sides, `pi |d|/h` at most each, are then apart by
 //!   `pi (2 + 3) dd/h` at most ([`OF_EITHER_SIDE`]).
@@ -62,7 +63,7 @@
 //!   of both p, it errs
 //!   - by `(T/4) [P s (dg + dsin) + (g + sin g) (s dp + P (14us + dc))]` in the first term,
 //!   - by `g [0.11 P dg + 0.091 (g dp + 6ugP + P dc)]` in the second,
-//!   - by 5.5u and ew of the whole in the product with N.
+//!   - by 6.5u and ew of the whole in the product with N.
 //!
 //! # Totals
 //! - Each sum of n terms adds `(n - 1) u` of the sum of sizes.
@@ -76,6 +77,7 @@ use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f64x4, f64x8};
 
 use crate::boundary::arc::Arc;
+use crate::forms::constant_bound::units::WEIGHT;
 use crate::forms::edge_lanes::EdgeLanes;
 use crate::forms::edge_lanes::linear::{Added, both};
 use crate::forms::irradiance_and_gradient::IrradianceAndGradient;
@@ -96,6 +98,12 @@ pub(crate) struct LinearBound {
 
 /// Pays for terms of second order in the errors.
 const SECOND_ORDER: f64 = 1.002;
+
+/// Of the terms of an edge's weight, relative, in units of roundoff: of the first one for given p, `g + sin g` and `c + c'`, of the
+/// second one for given p, g and `c' - c`.
+pub const CHI_TERM: f64 = 14.0;
+/// See [`CHI_TERM`].
+pub const PSI_TERM: f64 = 6.0;
 
 /// Relative errors that are small beside the rounding of doubles.
 const NEGLIGIBLE: f64 = ROUNDOFF / 2048.0;
@@ -256,16 +264,16 @@ impl Errors {
         let turn = turn * 0.25;
         let first = mutant!(
             "linear-bound.chi",
-            turn * (size * cosines * (dg + ds) + sum * (cosines * of_emission + size * (cosines * 14.0 + of_cosines))),
+            turn * (size * cosines * (dg + ds) + sum * (cosines * of_emission + size * (cosines * CHI_TERM + of_cosines))),
             |first| first * 0.1
         );
         let second = mutant!(
             "linear-bound.edge-psi",
-            g * (size * dg * 0.11 + (g * (of_emission + size * 6.0) + size * of_cosines) * 0.091),
+            g * (size * dg * 0.11 + (g * (of_emission + size * PSI_TERM) + size * of_cosines) * 0.091),
             |second| second * 0.1
         );
         let weight = size * (turn * sum * cosines + g * g.min(cosines) * 0.091);
-        first + second + weight * (ew + (5.5 + self.additions))
+        first + second + weight * (ew + (WEIGHT + self.additions))
     }
 
     /// The bounds of the sums' total.

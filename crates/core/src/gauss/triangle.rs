@@ -5,7 +5,7 @@
 //! | symbol | meaning |
 //! |---|---|
 //! | l | half the length of the segment on which y moves in one variable, the other held |
-//! | `E_R` | ellipse around the segment, with semi-axes A and tau, `A + tau = R`, in units of l |
+//! | `E_R` | Bernstein's ellipse around the segment, with semi-axes `A = (R + 1/R)/2` and `tau = (R - 1/R)/2` in units of l |
 //! | d | lower bound on the distance of the real segment stretched to A: see below |
 //! | q | `d^2 - tau^2 l^2`, a lower bound on the size of `r.r` in `E_R` |
 //! | rho | distance of the farthest point of the triangle |
@@ -17,9 +17,12 @@
 //! - In `E_R` `|r| <= rho + (R - 1) l`, `n1.r` grows by no more than that, and B as [`source`](crate::gauss::source) says: this
 //!   gives M.
 //! - The Chebyshev coefficients of the integrand are at most `2 M R^-k`.
-//! - n nodes are exact below degree 2n and, as the integral, for all odd k. Elsewhere neither is above 2 or `2/(k^2 - 1)`.
-//! - So on a unit interval they err by at most `(8/3) M R^(-2n) / (1 - R^-2)`, one such term for each variable. (The argument of
-//!   Trefethen, "Is Gauss quadrature better than Clenshaw-Curtis?", 2008, Theorem 4.5, whose bound gives one power of `R^2` away.)
+//! - n nodes are exact below degree 2n, and for all odd k, where rule and integral are both 0.
+//! - For an even k from 2n on, the rule on [-1, 1] gives at most 2 of the Chebyshev polynomial, its weights' sum, and the
+//!   integral `2/(k^2 - 1) <= 2/3`: together they err by at most `8/3` of the coefficient.
+//! - The sum over even k from 2n on is `(8/3) 2 M R^(-2n) / (1 - R^-2)`, and half of it on a unit interval:
+//!   `(8/3) M R^(-2n) / (1 - R^-2)`, one such term for each variable. (The argument of Trefethen, "Is Gauss quadrature better
+//!   than Clenshaw-Curtis?", 2008, Theorem 4.5, whose bound gives one power of `R^2` away.)
 //!
 //! # Equal numbers of nodes
 //! Where few nodes do in the variable with the longer segment, the other has as many and is not planned. Twice the bound of the

@@ -20,6 +20,15 @@ use crate::scalar::real::Real;
 use crate::scalar::vec3::Vec3;
 
 /// The irradiance vector with a proven absolute error bound.
+///
+/// ```
+/// use radgrad_core::{DVec3, Emission, Emitter, Polygon, Receiver, irradiance_vector_to};
+/// let triangle = Polygon::new(vec![DVec3::Z, DVec3::new(0.0, 1.0, 1.0), DVec3::new(1.0, 0.0, 1.0)])?;
+/// let lamp = Emitter::new(triangle, Emission::Constant(1.0))?;
+/// let found = irradiance_vector_to(&Receiver::new(DVec3::ZERO, DVec3::Z, 1.0)?, &lamp, &[], 1e-12)?;
+/// assert!(found.vector.z > 0.0 && found.error <= 1e-12 * found.vector.length());
+/// # Ok::<(), radgrad_core::Error>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct IrradianceVector {
     /// `int B(y) omega domega` over the visible part above the horizon, in the unit of the emission.

@@ -7,7 +7,7 @@
 use std::ops::{Add, BitAnd, BitXor, Div, Mul, Neg, Sub};
 
 /// A number of any precision, or several.
-pub(crate) trait Arithmetic:
+pub trait Arithmetic:
     Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self> + Neg<Output = Self>
 {
     /// A truth value for the number, or for each one.
@@ -41,7 +41,7 @@ pub(crate) trait Arithmetic:
     fn ln(self) -> Self;
 
     /// Angle of the point `(x, self)`, in (-pi, pi]; on lanes where self is not negative and
-    /// [`crate::scalar::arc_tangent::is_in_range`].
+    /// `arc_tangent::is_in_range`.
     fn atan2(self, x: Self) -> Self;
 
     /// The same where x is not negative either.
@@ -50,7 +50,7 @@ pub(crate) trait Arithmetic:
         self.atan2(x)
     }
 
-    /// Clausen's function without its logarithm, see [`crate::scalar::dilogarithm`].
+    /// Clausen's function without its logarithm, see the module `dilogarithm`.
     fn clausen_rest(self) -> Self;
 
     /// `6 (g - sin g)/g^3` as a function of `g^2 <= 1`.
@@ -61,7 +61,7 @@ pub(crate) trait Arithmetic:
 }
 
 /// A double, or several.
-pub(crate) trait Doubles: Arithmetic {
+pub trait Doubles: Arithmetic {
     /// The smaller one; neither must be NaN.
     fn min(self, other: Self) -> Self;
 

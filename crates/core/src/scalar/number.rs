@@ -65,12 +65,17 @@ pub(crate) trait Number:
     fn clausen_sum(square: Self) -> Self;
 }
 
+const _: () = assert!(
+    arc_tangent::UNITS <= <f64 as Number>::LIBRARY_UNITS && logarithm::UNITS <= <f64 as Number>::LIBRARY_UNITS,
+    "doubles state too little for their functions"
+);
+
 impl Number for f64 {
     type Radius = Self;
     const BEYOND_DOUBLE_DOUBLE: bool = false;
     const IS_DOUBLE: bool = true;
     const QUOTIENT_UNITS: Self = 1.0;
-    /// That of [`arc_tangent`], and above that of [`logarithm`].
+    /// Above those of [`arc_tangent`] and [`logarithm`].
     const LIBRARY_UNITS: Self = 4.0;
     const CLAUSEN_UNITS: Self = clausen::DOUBLE_UNITS;
     const DIFFERENCE_UNITS: Self = 1.0;

@@ -5,6 +5,7 @@ mod digits;
 mod emitter_tree;
 mod hessian;
 mod irradiance;
+mod not_flat;
 mod occluders;
 mod on_surface;
 mod polynomials;

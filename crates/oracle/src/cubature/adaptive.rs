@@ -27,7 +27,7 @@ const HIDDEN: f64 = 1.0 / 16.0;
 /// Tolerance below which the pair of higher degree does the same with fewer evaluations.
 const TIGHT: f64 = 1e-4;
 
-/// What an adaptive integration gives.
+/// The result of an adaptive integration.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Refined {
     pub(crate) integral: Four,

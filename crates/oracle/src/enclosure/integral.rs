@@ -90,7 +90,7 @@ fn line<T: Real>(apex_squared: &Ball<T>, twice: &Ball<T>, square: &Ball<T>, rule
     sums
 }
 
-/// What one line contributes, from its moments.
+/// The contribution of one line, from its moments.
 fn contribution<T: Real>(
     expansion: &Expansion<T>,
     apex: &BallVector<T>,

@@ -7,6 +7,14 @@ use crate::enclosure::ball::up;
 use crate::enclosure::exact::Exact;
 
 /// All numbers within a radius of a midpoint; the enclosed one is among them.
+///
+/// ```
+/// use radgrad_oracle::Interval;
+/// let third = Interval::around_decimal("0.3333333333333333333333", 1e-22)?;
+/// assert!(!third.contains(1.0 / 3.0)); // the double is 2e-17 off
+/// assert!(third.error_of(1.0 / 3.0) < 2e-17);
+/// # Ok::<(), radgrad_oracle::Error>(())
+/// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct Interval {
     middle: Exact,

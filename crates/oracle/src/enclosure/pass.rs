@@ -19,7 +19,7 @@ use crate::error::Reached;
 /// share.
 const SHARE: f64 = 1.0 / 256.0;
 
-/// What multiplies the integrals: `rho / (pi |n1|)`.
+/// The factor of the integrals: `rho / (pi |n1|)`.
 type Prefactor<T> = Ball<T>;
 
 /// The geometry and the emission in one arithmetic.
@@ -260,7 +260,8 @@ impl<T: Real> Prepared<T> {
 }
 
 impl<T: Real> Pass<T> {
-    fn rounding(&self) -> Tolerances {
+    /// The part of the radii that rounding takes.
+    pub(crate) fn rounding(&self) -> Tolerances {
         Tolerances { value: self.value.radius, gradient: self.gradient.iter().map(|g| g.radius).fold(0.0, f64::max) }
     }
 

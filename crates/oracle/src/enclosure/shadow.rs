@@ -23,7 +23,7 @@ pub(crate) struct Occluder {
     sides: Vec<usize>,
 }
 
-/// What generates a plane through the receiver.
+/// The line that generates a plane through the receiver.
 #[derive(Debug)]
 pub(crate) enum Generator {
     /// An edge of the emitter, by its vertices in ascending order.

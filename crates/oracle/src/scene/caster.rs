@@ -22,7 +22,7 @@ struct Plate {
     normal: DVec3,
 }
 
-/// What a ray met.
+/// The face that a ray met.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Hit {
     pub(super) face: usize,
@@ -48,7 +48,7 @@ impl Caster {
         Self { plates, level, slack }
     }
 
-    /// What rounding may move a point of a plane by.
+    /// The most that rounding may move a point of a plane.
     pub(super) const fn slack(&self) -> f64 {
         self.slack
     }

@@ -28,7 +28,7 @@ pub const FINE: usize = 14;
 /// Nodes of the rule that says how far the other one is off.
 pub const COARSE: usize = 10;
 
-/// What rounding may leave, relative to the largest radiosity.
+/// Bound on the rounding, relative to the largest radiosity.
 const ROUNDING: f64 = 1e-13;
 
 /// Two rectangles with sides along the axes x and y: one in the plane z = 0 that faces up, one in z = gap that faces down.

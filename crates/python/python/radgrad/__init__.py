@@ -6,7 +6,7 @@
 - `radgrad.distributed`: the same on a Dask cluster.
 
 Lengths are in one unit of the caller's choice, emission in any unit. Radiosity is in the unit of the emission, gradients in that over
-the unit of length. An emitter emits to the side from which its vertices are counter-clockwise. What is wrong with an input is a
+the unit of length. An emitter emits to the side from which its vertices are counter-clockwise. An invalid input is a
 `ValueError` with the value, its place and the rule.
 
 >>> import radgrad as rg

@@ -18,7 +18,7 @@ Function = Callable[["Case"], Union[float, Tuple[float, Any]]]
 
 @dataclass(frozen=True)
 class Case:
-    """A case of the audit: a receiver, an emitter, and what is in between."""
+    """A case of the audit: a receiver, an emitter, and the occluders between them."""
 
     #: ``family:seed:index``: the same case on every machine.
     name: str
@@ -139,8 +139,8 @@ def audit(
     Parameters
     ----------
     function : callable
-        Takes a `Case`; returns the radiosity, or the radiosity and the gradient (3,). What it raises counts as unanswered, what is NaN
-        or infinite as not finite.
+        Takes a `Case`; returns the radiosity, or the radiosity and the gradient (3,). An exception counts as unanswered, a NaN
+        or an infinite number as not finite.
     cases : int
         Of each family.
     seed, families

@@ -379,7 +379,7 @@ def hessian(
 
 
 def irradiance_vector(x: ArrayLike, normal: ArrayLike, emitters: Emitters) -> Floats:
-    """Irradiance vectors: integrals of emission times direction over what is above the horizon, in the unit of the emission.
+    """Irradiance vectors: integrals of emission times direction over the part above the horizon, in the unit of the emission.
 
     The radiosity is `reflectance / pi` times its product with the normal, and its derivative with respect to the normal is
     `reflectance / pi` times it.

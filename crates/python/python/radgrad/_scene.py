@@ -201,7 +201,7 @@ class Scene:
         return self._core.means(True).reshape(-1, len(self.channels))
 
     def check(self) -> "list[str]":
-        """What is probably not meant: lamps that light nothing, surfaces that see nothing, a scene without lamps or inside out.
+        """Warnings about properties that are probably not meant: lamps that light nothing, surfaces that see nothing, a scene without lamps or inside out.
 
         A `ValueError` if the scene is refused as a whole, as where faces in one plane overlap.
         """
@@ -401,17 +401,17 @@ class Factors:
 
     @property
     def lower(self) -> "_csr_array":
-        """What they are at least, proven."""
+        """Proven lower bounds."""
         return self._matrix(self._lower)
 
     @property
     def upper(self) -> "_csr_array":
-        """What they are at most, proven."""
+        """Proven upper bounds."""
         return self._matrix(self._upper)
 
     @property
     def closure(self) -> float:
-        """Largest `|1 - sum|` of a row: of a closed scene what is off."""
+        """Largest `|1 - sum|` of a row: in a closed scene its error."""
         return self._core.closure
 
     @property
@@ -537,7 +537,7 @@ class Solution:
         ----------
         points, normals : (..., 3)
             They broadcast to a shape `S`. A point within a millionth of the scene's extent of a face is on it, and the face faces along
-            the normal; others are sensors in free space, that see what is before the normal and hide nothing.
+            the normal; others are sensors in free space, that see the half space before the normal and hide nothing.
         on : "face" or "free", optional
             Where all points are taken to be, instead.
 

@@ -92,7 +92,7 @@ def _blocks(rows: int, jobs: int) -> "list[tuple[int, int]]":
 
 
 def _results(client: "Client", futures: "list[Any]") -> "list[Any]":
-    """Results in the order of the jobs. What is not needed any more is cancelled."""
+    """Results in the order of the jobs. Jobs that are not needed any more are cancelled."""
     try:
         return client.gather(futures)
     except BaseException:

@@ -1,4 +1,4 @@
-//! What two polygons exchange with nothing in between: `A_i F_ij = A_j F_ji`, an area.
+//! The exchange of two polygons with nothing in between: `A_i F_ij = A_j F_ji`, an area.
 //!
 //! `A_i F_ij = (1/2 pi) sum_ab (a.b) int_0^1 int_0^1 ln|x(s) - y(t)| ds dt` over the edges a of one and b of the other, each
 //! counter-clockwise seen from its own lit side (Stokes' theorem twice: E. M. Sparrow 1963). It holds where all points of each are
@@ -56,7 +56,7 @@ pub(super) struct Part<'a> {
     pub(super) area: f64,
 }
 
-/// What `from` and `to` exchange; exactly 0 where neither has a point in front of the other.
+/// The exchange of `from` and `to`; exactly 0 where neither has a point in front of the other.
 pub(super) fn exchange(from: &Polygon, to: &Polygon) -> Exchange {
     let [from, to] = [from, to].map(|polygon| Part {
         points: polygon.vertices(),

@@ -1,4 +1,4 @@
-//! What arrives at a surface straight from others, with its gradient, on a grid.
+//! Direct irradiance of a surface from others, with its gradient, on a grid.
 
 use radgrad_core::{DVec3, Receiver, evaluate_to};
 use rayon::prelude::*;

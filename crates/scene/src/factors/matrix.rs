@@ -17,9 +17,9 @@ pub struct Entry {
     pub face: usize,
     /// The factor, in the bracket.
     pub factor: f64,
-    /// What it is at least, proven.
+    /// Proven lower bound.
     pub lower: f64,
-    /// What it is at most, proven.
+    /// Proven upper bound.
     pub upper: f64,
     /// The distance of the farther end of the bracket: a proven bound on the error.
     pub error: f64,
@@ -36,6 +36,21 @@ pub(super) struct Pair {
 }
 
 /// The factors between all faces that exchange light, or a block of their rows; those that are not there are exactly 0.
+///
+/// ```
+/// use radgrad_scene::{Degenerate, FactorSettings, FormFactors, Scene};
+/// # let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../../data/scenes/two_blocks.obj");
+/// let scene = Scene::read(file, Degenerate::Refuse)?;
+/// let settings = FactorSettings { tolerance: 0.1, ..FactorSettings::default() };
+/// let matrix = FormFactors::new(&scene)?.matrix(&settings, || ())?;
+/// for (face, entry) in matrix.entries() {
+///     assert!(entry.lower <= entry.factor && entry.factor <= entry.upper);
+///     // `A_i F_ij = A_j F_ji`
+///     let back = matrix.factor(entry.face, face) * matrix.areas()[entry.face];
+///     assert!((matrix.areas()[face] * entry.factor - back).abs() <= 1e-14 * back);
+/// }
+/// # Ok::<(), radgrad_scene::Error>(())
+/// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct FactorMatrix {
     areas: Vec<f64>,
@@ -65,9 +80,9 @@ pub struct SurfaceMatrix {
 pub struct SurfaceFactor {
     /// The factor, in the bracket.
     pub factor: f64,
-    /// What it is at least, proven.
+    /// Proven lower bound.
     pub lower: f64,
-    /// What it is at most, proven.
+    /// Proven upper bound.
     pub upper: f64,
 }
 
@@ -272,7 +287,7 @@ impl FactorMatrix {
         &self.faces
     }
 
-    /// What a face sees, ascending; empty if it only hides others, or there is none of this index.
+    /// The faces that a face sees, ascending; empty if it only hides others, or there is none of this index.
     pub fn row(&self, face: usize) -> impl Iterator<Item = Entry> {
         let pairs = self.rows.get(face).map_or(&[][..], Vec::as_slice);
         pairs.iter().map(move |&place| self.entry(face, &self.pairs[place as usize]))

@@ -1,4 +1,4 @@
-//! What two faces exchange, one number for both ways: `E = A_i F_ij = A_j F_ji`.
+//! The exchange of two faces, one number for both ways: `E = A_i F_ij = A_j F_ji`.
 //!
 //! The value is the best known: the exact exchange in free sight, else that of the cells that are surely seen plus what points of
 //! the others see ([`super::cubature`]). The bracket is proven ([`super::bracket`]), and the value lies in it. Pairs are computed
@@ -23,9 +23,9 @@ use crate::{Beam, Error};
 pub struct Factor {
     /// The factor, in the bracket.
     pub value: f64,
-    /// What it is at least, proven.
+    /// Proven lower bound.
     pub lower: f64,
-    /// What it is at most, proven.
+    /// Proven upper bound.
     pub upper: f64,
     /// The distance of the farther end of the bracket: a proven bound on the error.
     pub error: f64,
@@ -35,7 +35,7 @@ pub struct Factor {
     pub occluders: usize,
 }
 
-/// What two faces exchange, an area in the unit in which coordinates are up to 1.
+/// The exchange of two faces, an area in the unit in which coordinates are up to 1.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(super) struct Known {
     pub(super) value: f64,

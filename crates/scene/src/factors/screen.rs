@@ -1,4 +1,4 @@
-//! What one convex screen leaves of the sight between two convex cells: all, nothing, or a part.
+//! The sight that one convex screen leaves between two convex cells: all, nothing, or a part.
 //!
 //! Let x be a corner of one cell, in front of the screen's plane, and y one of the other, behind it. The segment from x to y crosses the
 //! plane at z, and for an edge a b of the screen

@@ -23,6 +23,19 @@ use crate::largest;
 use crate::projection::normalising_power;
 
 /// The space between a receiver, a point or a polygon, and an emitter: where occluders may be.
+///
+/// ```
+/// use radgrad_core::{DVec3, Polygon, Receiver};
+/// use radgrad_scene::{Beam, Occluders};
+/// let square = |half: f64, z: f64| {
+///     Polygon::new([(-half, -half), (-half, half), (half, half), (half, -half)].map(|(x, y)| DVec3::new(x, y, z)).to_vec())
+/// };
+/// let (lamp, floor) = (square(1.0, 2.0)?, Receiver::new(DVec3::ZERO, DVec3::Z, 1.0)?);
+/// let others = [square(0.5, 1.0)?, square(0.5, 3.0)?]; // between, and behind the lamp
+/// let beam = Beam::from_receiver(&floor, &lamp).ok_or("the lamp is not seen")?;
+/// assert_eq!(Occluders::new(&others).in_beam(&beam, &[]).polygons, [0]);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Debug, Clone)]
 pub struct Beam {
     /// In front of the emitter.

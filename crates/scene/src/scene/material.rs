@@ -11,6 +11,14 @@ use crate::texture::{Quantity, Texture};
 ///
 /// Radiance is the quantity in the files (`Ke` of MTL, the emissive factor of glTF): power a unit of area and solid angle. A
 /// diffuse emitter of radiance L has the radiosity pi L.
+///
+/// ```
+/// use radgrad_scene::Scene;
+/// let mut scene = Scene::new(["r", "g", "b"])?;
+/// let panel = scene.add_material("panel", [0.0; 3], [100.0; 3])?;
+/// assert_eq!(scene.materials()[panel].emitted_radiosity(0), Some(100.0 * std::f64::consts::PI));
+/// # Ok::<(), radgrad_scene::Error>(())
+/// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct Material {
     name: String,

@@ -12,11 +12,10 @@ use std::ops::{Add, AddAssign, Mul};
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Ledger {
-    /// The scene computed with is not the one given. Reflectances are constant on a face or on a texel and polygons are taken as
-    /// they are, so this is 0 but for what a reader changed, which its notes say.
+    /// What is computed with is not what was given: on an element a texture's detail gives way to a polynomial. Known.
     pub modelling: f64,
-    /// The radiosity is not a polynomial on an element. Estimated from samples of the residual (module `residual`), but for the
-    /// detail of textures, which is known.
+    /// The radiosity is not a polynomial on an element: in bounds proven, in estimates from samples of the residual (module `residual`)
+    /// with the detail of textures, which is known.
     pub discretisation: f64,
     /// What links neglect, quadrature and rounding. Proven at points and nodes, and taken between nodes as at them.
     pub computation: f64,

@@ -60,25 +60,31 @@
 //! radiosity gives every place of i the same: so any number may be taken from the radiosity in `H - P H`; it is about the mean
 //! that i sees.
 //!
-//! **By how fast light changes.** Along a straight way of `D` from a node to x, with `B_h` on the sources split into the polynomial of
-//! the coarsest elements and what each finer one has beyond it,
+//! **Cell by cell.** An element is cut into cells ([`cells`]). Sources that a cell sees as a whole count by a polynomial on it; all others by
+//! how fast their light changes. Along a straight way of `D` from the cell's centre to x,
 //!
 //! ```text
-//! |H(x) - H(node)| <= sum over lines of J min(1, sup 1/pi int z |D.(e x (y - x))| / |y - x|^4 ds)
-//!                   + sum_j max|grad B_j| (f_j |D| + |n2.D| 1/pi int z / |y - x|^3 dA)
+//! |H(x) - H(centre)| <= sum over lines of J min(1, sup 1/pi int z |D.(e x (y - x))| / |y - x|^4 ds)
+//!                     + sum_j max|grad B_j| (f_j |D| + |n2.D| 1/pi int z / |y - x|^3 dA)
 //! ```
 //!
-//! The lines are the edges of the parts, and the outlines that may be between i and a source; J bounds the jump of the radiosity seen
-//! across them: between two faces that share an edge the difference of their radiosities, and else what may be seen behind. A line sweeps
-//! each direction at most once on the way, so that it changes H by no more than J. The last integral is at most
+//! The lines are the edges of the sources, and the outlines that may be between the cell and a source; J bounds the jump of the radiosity
+//! seen across them: between two sources that share an edge the difference of their radiosities, and else what may be seen behind. A
+//! line sweeps each direction at most once on the way, so that it changes H by no more than J. The last integral is at most
 //! `2 pi |n1.n2| + sin ln(1 + p^2/d^2)`, d the distance from the plane of j, p the farthest place of j, sin that of the angle between the
-//! planes; over the way `int ln(1 + p^2/d^2) dd <= D ln(1 + p^2/D^2) + 2 p atan(D/p)` from 0. At the nodes `H - P H` is known. Where
-//! something stands on i or crosses it inside, H jumps, and this bound does not count.
+//! planes; over the way `int ln(1 + p^2/d^2) dd <= D ln(1 + p^2/D^2) + 2 p atan(D/p)` from 0. Where something stands on a cell or crosses it
+//! inside, H jumps, and this bound does not count.
+//!
+//! # Where no light is lost
+//! A reflectance of 1 is refused. In a closed scene of such faces `B = E + G B` has no solution, or infinitely many that differ by a number.
+//! Beside others that absorb, a bound needs to know from below how much of the light of each place reaches these, and that may be so
+//! little that neither the sums of form factors nor what is solved by them tell it from nothing: no `w` would be known that is finite.
 //!
 //! # Rounding
 //! Sums and products of at most a few thousand terms are raised by 1e-9 ([`ROUNDED`]). Planes are those of surfaces: a point
 //! level with one up to 1e-12 of the lengths at hand, or an edge that stands on it up to 1e-9, is in it, as it is for links.
 
+mod cells;
 mod closed;
 mod edges;
 mod finely;
@@ -104,8 +110,9 @@ use crate::links::transfer::{Kernel, Optics, Row};
 use crate::mesh::shape::Shape;
 use crate::mesh::surfaces::Surfaces;
 use crate::mesh::{Mesh, Sight};
+use cells::{Bases, DEEPEST};
 use edges::Edges;
-use left::{Gathered, Kind, Light, Proof, fill};
+use left::{Effort, Gathered, Kind, Light, Proof, fill};
 use nodes::{Nodes, ROUNDED};
 use terms::Target;
 
@@ -114,6 +121,12 @@ const MOST_SWEEPS: usize = 400;
 
 /// Rise, as a part, below which sweeps end.
 const RISE: f64 = 1e-3;
+
+/// What may be left out on a cell that is not cut further, over the estimate that is asked for: the bound is so much wider.
+const OVER_ESTIMATE: f64 = 20.0;
+
+/// The same over the bound that is asked for: light is reflected again.
+const OVER_BOUND: f64 = 0.3;
 
 /// The solution to bound.
 #[derive(Debug, Clone, Copy)]
@@ -149,6 +162,8 @@ pub(crate) struct Ground {
     nodes: [Nodes; 2],
     /// Whether the form factors of every place sum to 1.
     closed: bool,
+    bases: [Bases; 2],
+    effort: Effort,
 }
 
 /// The bounds.
@@ -159,7 +174,7 @@ pub(crate) struct Proven {
     /// For each element and channel: the residual of direct and of reflected light, also of elements above those that have
     /// samples.
     direct: Vec<Vec<Rest>>,
-    reflected: Vec<Vec<Rest>>,
+    pub(crate) reflected: Vec<Vec<Rest>>,
     /// For each element and channel, the most of the error that is gathered and reflected anywhere on it.
     carried: Vec<Vec<f64>>,
     /// For each receiver and channel, how much a mean error of 1 on it adds at most to that of all, over its part of the area.
@@ -177,11 +192,26 @@ impl Ground {
     pub(crate) fn of(mesh: &Mesh) -> Self {
         let edges = Edges::of(mesh);
         let closed = closed::is_closed(mesh, &edges);
-        Self { edges, nodes: [0, 1].map(|shape| Nodes::of(&mesh.bases()[shape])), closed }
+        let bases = [Shape::Parallelogram, Shape::Triangle].map(Bases::of);
+        Self { edges, nodes: [0, 1].map(|shape| Nodes::of(&mesh.bases()[shape])), closed, bases, effort: Effort::default() }
+    }
+
+    /// Says what error in each channel is asked for, of the bound or of the estimate.
+    pub(crate) fn aim_at(&mut self, errors: &[f64], is_bound: bool) {
+        let (part, deepest) = if is_bound { (OVER_BOUND, DEEPEST) } else { (OVER_ESTIMATE, 0) };
+        self.effort = Effort { aim: errors.iter().map(|error| part * error).collect(), deepest };
     }
 
     fn proof<'a>(&'a self, optics: Optics<'a>, channels: usize) -> Proof<'a> {
-        Proof { mesh: optics.mesh, edges: &self.edges, nodes: &self.nodes, optics, channels }
+        Proof {
+            mesh: optics.mesh,
+            edges: &self.edges,
+            nodes: &self.nodes,
+            optics,
+            channels,
+            bases: &self.bases,
+            effort: &self.effort,
+        }
     }
 
     /// What the projection of direct light leaves out on a leaf, in each channel.
@@ -289,8 +319,8 @@ impl Solved<'_> {
     /// The remainder of direct light on a leaf, with the detail of the leaf's texture: this is known, and no polynomial has it.
     fn with_detail(&self, leaf: usize, channel: usize, mut rest: Rest) -> Rest {
         let known = &self.residuals[0][leaf][channel];
-        rest.largest.discretisation += known.largest_detail();
-        rest.mean.discretisation += known.mean_detail();
+        rest.largest.modelling += known.largest_detail();
+        rest.mean.modelling += known.mean_detail();
         rest
     }
 
@@ -350,7 +380,7 @@ impl Solved<'_> {
                     visibility: times * past,
                     ..Ledger::default()
                 };
-                let own = Ledger { discretisation: detail, solver: known.largest.solver, ..Ledger::default() };
+                let own = Ledger { modelling: detail, solver: known.largest.solver, ..Ledger::default() };
                 reflected * rho + own
             };
             Rest {

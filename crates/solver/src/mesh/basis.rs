@@ -87,6 +87,11 @@ impl Basis {
         Self::at(shape, degree, nodes, Some(Box::new(above)))
     }
 
+    /// The same with the fewest nodes that project on it, and nothing known of what is beyond it.
+    pub(crate) fn of_fewest_nodes(shape: Shape, degree: usize) -> Self {
+        Self::at(shape, degree, rule::least_for_degree(shape, degree), None)
+    }
+
     fn at(shape: Shape, degree: usize, nodes: Vec<Node>, above: Option<Box<Self>>) -> Self {
         let powers = powers(shape, degree);
         let functions = match shape {

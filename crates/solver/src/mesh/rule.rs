@@ -30,6 +30,15 @@ pub(crate) fn for_degree(shape: Shape, degree: usize) -> Vec<Node> {
     rule.into_iter().chain(others.map(|at| Node { at, weight: 0.0 })).collect()
 }
 
+/// The fewest nodes that project on a degree: exact for products of two polynomials of it.
+pub(crate) fn least_for_degree(shape: Shape, degree: usize) -> Vec<Node> {
+    match shape {
+        Shape::Parallelogram => product(degree + 1),
+        Shape::Triangle if degree == 0 => vec![Node { at: [1.0 / 3.0; 2], weight: 1.0 }],
+        Shape::Triangle => triangle(degree),
+    }
+}
+
 /// The product rule with `count` Gauss nodes a direction.
 pub(crate) fn product(count: usize) -> Vec<Node> {
     rectangular(count, count)

@@ -4,7 +4,7 @@ use radgrad_core::{DVec3, Emitter, Polygon, Receiver, evaluate_to};
 
 use crate::error::Error;
 
-/// What shines on a receiver. Radiosities are in the unit of the emissions.
+/// The light on a receiver. Radiosities are in the unit of the emissions.
 ///
 /// ```
 /// use radgrad_core::{DVec3, Emission, Emitter, Polygon};
@@ -18,9 +18,9 @@ use crate::error::Error;
 /// ```
 #[derive(Debug, Clone, Copy)]
 pub struct Lighting<'a> {
-    /// What emits.
+    /// The emitters.
     pub emitters: &'a [Emitter],
-    /// What may be between: planar polygons, opaque from both sides.
+    /// Occluders: planar polygons, opaque from both sides.
     pub occluders: &'a [Polygon],
     /// Reflectance of the receiver, in [0, 1].
     pub reflectance: f64,

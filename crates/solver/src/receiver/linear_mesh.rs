@@ -21,7 +21,7 @@ use super::maximum::brightest;
 use crate::error::Error;
 use crate::receiver::refinement::Refinement;
 
-/// What an edge may be off, as a part of what a triangle may.
+/// Allowed error of an edge, as a part of that of a triangle.
 const EDGE_PART: f64 = 0.75;
 
 /// Two angles opposite an edge may sum to this much more than half a turn, so that rounding cannot flip it for ever.

@@ -11,7 +11,7 @@ use crate::error::Error;
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Refinement {
-    /// What an element may be off, by the criterion, in the unit of the radiosity.
+    /// Allowed error of an element, by the criterion, in the unit of the radiosity.
     pub error: f64,
     /// Sides of elements longer than this are divided whatever a criterion says: samples may miss a smaller feature, such as a
     /// shadow.

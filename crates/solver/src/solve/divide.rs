@@ -56,7 +56,10 @@ impl Solution {
     fn shares(&self, options: &Options) -> Vec<(f64, usize)> {
         let reference = self.reference();
         let share = |receiver: usize, channel: usize| {
-            if let (Some(_), Some(proven)) = (options.bound, self.proven()) {
+            // Not proven but for who asks for a bound.
+            if options.bound.is_some()
+                && let Some(proven) = self.proven()
+            {
                 return ratio(self.mesh.elements()[receiver].area() * proven.share(receiver, channel), reference[channel]);
             }
             let counts = self.counts(receiver, &self.bounds.residuals[1][receiver][channel]);

@@ -27,6 +27,20 @@ const REACH: f64 = 1e-6;
 
 /// Irradiance and bound at a point, in each channel: what it receives of all that it sees above its horizon. Irradiance has the unit of
 /// radiosity, pi times that of the scene's radiances; a white surface there would have it for its radiosity.
+///
+/// ```
+/// use radgrad_core::DVec3;
+/// use radgrad_solver::{Options, solve};
+/// # use radgrad_scene::{Degenerate, Scene};
+/// # let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../../data/scenes/two_blocks.obj");
+/// # let scene = Scene::read(file, Degenerate::Refuse)?;
+/// let options = Options { error: 0.5, degree: Some(1), first_elements: 1, ..Options::default() };
+/// let solution = solve(&scene, &options, |_| true)?;
+/// let (low, high) = scene.bounds().ok_or("no faces")?;
+/// let sensor = solution.irradiance_at(0.5 * (low + high), DVec3::Y)?;
+/// assert!(sensor.irradiance[0] >= 0.0 && sensor.ledger[0].total() >= 0.0);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct Irradiance {
     /// Irradiance.

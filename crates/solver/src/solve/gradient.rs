@@ -43,6 +43,20 @@ const FINER: f64 = 0.1;
 const STEEPNESS: f64 = 4.0;
 
 /// A gradient in each channel, with respect to the position, the normal kept: in the unit of radiosity over the scene's unit of length.
+///
+/// ```
+/// use radgrad_core::DVec3;
+/// use radgrad_solver::{Options, solve};
+/// # use radgrad_scene::{Degenerate, Scene};
+/// # let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../../data/scenes/two_blocks.obj");
+/// # let scene = Scene::read(file, Degenerate::Refuse)?;
+/// let options = Options { error: 0.5, degree: Some(1), first_elements: 1, ..Options::default() };
+/// let solution = solve(&scene, &options, |_| true)?;
+/// let (low, high) = scene.bounds().ok_or("no faces")?;
+/// let slope = solution.irradiance_gradient_at(0.5 * (low + high), DVec3::Y)?;
+/// assert!(slope.gradient[0].is_finite() && slope.estimate[0] >= 0.0);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct Gradient {
     /// The gradient.

@@ -7,7 +7,7 @@ use radgrad_scene::Placement;
 use crate::field::order::Order;
 use crate::links::linking::Linking;
 
-/// What elements are divided by.
+/// The rule by which elements are divided.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Marking {
     /// What their residual adds to the bound on gathers: the quickest way to a bound.
@@ -18,7 +18,7 @@ pub enum Marking {
     Gradient,
 }
 
-/// What errors are relative to: a mean over all area.
+/// The reference of errors: a mean over all area.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum RelativeTo {
     /// The mean of the radiosity that is reflected: what faces emit is given, and has no error.
@@ -29,6 +29,13 @@ pub enum RelativeTo {
 }
 
 /// Accuracy, effort and ways of a solution.
+///
+/// ```
+/// use radgrad_solver::{Options, RelativeTo};
+/// use std::time::Duration;
+/// let options = Options { error: 0.01, time: Some(Duration::from_secs(5)), ..Options::default() };
+/// assert_eq!(options.relative_to, RelativeTo::Reflected);
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Options {
     /// Estimate of the mean error of gathers over all area, over what [`Self::relative_to`] says, at most, in every channel.
@@ -36,7 +43,7 @@ pub struct Options {
     /// Proven bound on the mean error of the polynomials over all area, over the same, at most, in every channel: in the place of the
     /// estimate.
     pub bound: Option<f64>,
-    /// What errors are relative to.
+    /// The reference of errors.
     pub relative_to: RelativeTo,
     /// Degree of the basis, 0 to 4. If none is given 2, and 1 from a thousand faces on.
     pub degree: Option<usize>,
@@ -51,7 +58,7 @@ pub struct Options {
     /// refined no more when it is over, in the first round early, and, from a thousand faces
     /// on, no bound is proven that takes longer. What must be done once is.
     pub time: Option<Duration>,
-    /// What pays: what adds most to the bound, or the polynomials that are off most.
+    /// Divide the elements that add most to the bound, or those whose polynomials are off most.
     pub marking: Marking,
     /// How finely elements are linked. With thresholds there is one round, in which nothing is divided for the error asked for: set
     /// `first_elements` to 1 for a mesh that follows from them alone.
@@ -92,6 +99,21 @@ impl Options {
 }
 
 /// How far a solution has come.
+///
+/// ```
+/// use radgrad_solver::{Options, solve};
+/// # use radgrad_scene::{Degenerate, Scene};
+/// # let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../../data/scenes/two_blocks.obj");
+/// # let scene = Scene::read(file, Degenerate::Refuse)?;
+/// let options = Options { error: 0.5, degree: Some(1), first_elements: 1, ..Options::default() };
+/// let solution = solve(&scene, &options, |solution| {
+///     let progress = solution.progress();
+///     println!("round {}: {} elements, {:.1} % by the estimate", progress.round, progress.elements, 100.0 * progress.estimate);
+///     progress.elements < 500 // else it ends here
+/// })?;
+/// assert!(solution.progress().round >= 1);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Progress {
     /// Round, from 1.

@@ -1,4 +1,4 @@
-//! What a solution says of itself: its mesh, its polynomials and their bounds.
+//! Queries to a solution: its mesh, its polynomials and their bounds.
 
 use radgrad_core::DVec3;
 use radgrad_scene::{Placement, Warning};
@@ -40,7 +40,7 @@ impl Solution {
         &self.reflected
     }
 
-    /// What relative errors are relative to, in each channel.
+    /// The reference of relative errors, in each channel.
     #[must_use]
     pub fn relative_to(&self) -> Vec<f64> {
         self.reference()

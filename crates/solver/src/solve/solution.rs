@@ -26,6 +26,20 @@ use crate::solve::samples::Samples;
 use crate::solve::serve::Served;
 
 /// A piecewise polynomial radiosity with a bound on its error.
+///
+/// ```
+/// use radgrad_solver::{Options, solve};
+/// # use radgrad_scene::{Degenerate, Scene};
+/// # let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../../data/scenes/two_blocks.obj");
+/// # let scene = Scene::read(file, Degenerate::Refuse)?;
+/// let options = Options { error: 0.5, degree: Some(1), first_elements: 1, ..Options::default() };
+/// let solution = solve(&scene, &options, |_| true)?;
+/// for ((mean, bound), estimate) in solution.mean().iter().zip(solution.mean_bound()).zip(solution.mean_estimate()) {
+///     println!("{mean:.3}, estimated to {:.3}, proven to {:.3}", estimate.total(), bound.total());
+/// }
+/// assert!(solution.mean()[0] > 0.0 && solution.is_proven());
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Debug)]
 pub struct Solution {
     pub(crate) mesh: Mesh,

@@ -27,8 +27,7 @@ impl<T: Real> Arc<T> {
             let near = |end: &Sighted<T>| end.point.dot(toward) * end.inverse;
             [near(start), near(end)]
         };
-        let cosine = |end: &Sighted<T>| n1.dot(end.point) * end.inverse;
-        self.within_a_quarter_turn(near, [cosine(start), cosine(end)])
+        self.within_a_quarter_turn(near, [start.cosine(n1), end.cosine(n1)])
     }
 
     /// Whether the angle is at most a right one.

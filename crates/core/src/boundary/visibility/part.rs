@@ -6,7 +6,8 @@ use crate::boundary::arc::{Arc, Generator};
 use crate::boundary::edge_name::EdgeName;
 use crate::boundary::line::Sighted;
 use crate::boundary::visibility::separation::{BoundingCone, UncertainVector};
-use crate::scalar::real::Real;
+use crate::scalar::radius::Radius;
+use crate::scalar::real::{RadiusOf, Real};
 use crate::scalar::vec3::Vec3;
 
 /// A plane through the receiver: its generator, and its edge where it is one of the input.
@@ -126,5 +127,15 @@ impl<T: Real> VisiblePart<T> {
     /// Each corner with the one after it.
     pub(super) fn pairs(&self) -> impl Iterator<Item = (&PartCorner<T>, &PartCorner<T>)> {
         self.corners.iter().zip(self.corners.iter().cycle().skip(1))
+    }
+}
+
+/// Bound on `1/S` of a generating line; the horizon has none.
+pub(super) fn nearness<T: Real>(generator: &Generator<T>) -> RadiusOf<T> {
+    match generator {
+        Generator::Horizon(_) => 0.0.into(),
+        Generator::Emitter(line) | Generator::Occluder(line) => {
+            line.length.size() * 1.01 / (line.moment.size() - line.moment.error()).max(0.0.into())
+        }
     }
 }

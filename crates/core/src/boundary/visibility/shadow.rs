@@ -6,6 +6,7 @@ use crate::boundary::arc::Generator;
 use crate::boundary::edge_name::EdgeName;
 use crate::boundary::line::{Line, Sighted};
 use crate::boundary::plan::{Plan, Side, height_over_plane, side_of};
+use crate::boundary::visibility::not_flat::{Doubt, is_on_outline};
 use crate::boundary::visibility::part::{Facing, Sides, VisiblePart};
 use crate::boundary::visibility::separation::BoundingCone;
 use crate::problem::polygon::Polygon;
@@ -13,15 +14,20 @@ use crate::problem::receiver::Receiver;
 use crate::scalar::real::Real;
 use crate::scalar::vec3::Vec3;
 
-/// A convex occluder that stands, at least with a corner, before the emitter's plane, and is not seen edge-on.
+/// A convex occluder that stands, at least with a corner, before the emitter's plane, and is not seen edge-on; or of which that is
+/// open.
 pub(super) struct Screen<'a> {
     occluder: &'a Polygon,
-    /// Clockwise as the receiver sees them.
+    /// Counter-clockwise as the receiver sees them.
     vertices: Vec<DVec3>,
     /// Where each is relative to the emitter's plane.
     sides: Vec<Side>,
+    /// Where the receiver is relative to the occluder's.
+    seen: Side,
     /// A circular cone and rays around it, in doubles.
     pub(super) cone: BoundingCone,
+    /// What it leaves open, if anything.
+    pub(super) doubt: Option<Doubt>,
 }
 
 /// The shadow of a convex occluder: where `N . omega < 0` for all its lines.
@@ -31,7 +37,7 @@ pub(super) struct Shadow<T> {
 }
 
 impl<'a> Screen<'a> {
-    /// The part `indices` of `occluder`, or `None` where it casts no shadow on the emitter.
+    /// The part `indices` of `occluder`, or `None` where it surely casts no shadow on the emitter.
     pub(super) fn new(
         receiver: &Receiver,
         emitter: &Polygon,
@@ -41,13 +47,27 @@ impl<'a> Screen<'a> {
     ) -> Option<Self> {
         let x = receiver.position();
         let mut vertices: Vec<DVec3> = indices.iter().map(|&i| occluder.vertices()[i]).collect();
-        match side_of(x, occluder, plan.power) {
-            Side::Front => {}
-            Side::Back => vertices.reverse(),
-            Side::InPlane => return None,
+        let doubt = Doubt::of(receiver, emitter, occluder, &vertices, plan);
+        let seen = side_of(x, occluder, plan.power);
+        if seen == Side::Back {
+            vertices.reverse();
         }
-        let sides: Vec<Side> = vertices.iter().map(|&v| side_of(v, emitter, plan.power)).collect();
-        sides.contains(&Side::Front).then(|| Self { occluder, cone: BoundingCone::of_polygon(x, &vertices), vertices, sides })
+        // The outline is on every surface through the emitter's vertices.
+        let is_on_it = |v: DVec3| emitter.half_slab() > 0.0 && is_on_outline(v, emitter);
+        let side = |&v: &DVec3| if is_on_it(v) { Side::InPlane } else { side_of(v, emitter, plan.power) };
+        let sides: Vec<Side> = if seen == Side::InPlane { Vec::new() } else { vertices.iter().map(side).collect() };
+        let screen = Self { occluder, cone: BoundingCone::of_polygon(x, &vertices), vertices, sides, seen, doubt };
+        (screen.casts_shadow() || screen.doubt.is_some()).then_some(screen)
+    }
+
+    /// Whether it hides anything, with the planes of the two polygons for what they are.
+    pub(super) fn casts_shadow(&self) -> bool {
+        self.sides.contains(&Side::Front)
+    }
+
+    /// Whether it surely hides nothing of a cone.
+    pub(super) fn misses(&self, cone: &BoundingCone) -> bool {
+        !self.doubt.as_ref().is_some_and(Doubt::is_edge_on) && self.cone.misses(cone)
     }
 }
 
@@ -55,22 +75,21 @@ impl<T: Real> Shadow<T> {
     /// The shadow of a screen.
     pub(super) fn new(receiver: &Receiver, emitter: &Polygon, screen: &Screen<'_>, plan: &Plan, sides: &mut Sides<T>) -> Self {
         let (x, power) = (receiver.position(), plan.power);
-        let Screen { occluder, vertices, sides: places, .. } = screen;
+        let Screen { occluder, vertices, sides: places, seen: from, .. } = screen;
         let heights: Vec<T> = vertices.iter().map(|&v| height_over_plane(v, emitter, power)).collect();
         let seen: Vec<Sighted<T>> = vertices.iter().map(|&v| Sighted::from(v, x, power)).collect();
         let mut shadow = Self { lines: Vec::new(), corners: Vec::new() };
         let (mut sinks, mut rises) = (None, None);
         for i in 0..vertices.len() {
             let j = (i + 1) % vertices.len();
-            let (from, to) = (vertices[i], vertices[j]);
+            let ends = [vertices[i], vertices[j]];
             let start = seen[i].point;
-            let line = Line::through([from, to], [&seen[i], &seen[j]], x, power);
+            let line = Line::through(ends, [&seen[i], &seen[j]], x, power);
             let touch = || start + line.e * (heights[i] / (heights[i] - heights[j]));
             match (places[i], places[j]) {
-                (Side::Back, Side::Back | Side::InPlane) => {
-                    if places[j] == Side::InPlane {
-                        rises = Some(seen[j].point);
-                    }
+                (Side::Back, Side::Back) => continue,
+                (Side::Back, Side::InPlane) => {
+                    rises = Some(seen[j].point);
                     continue;
                 }
                 (Side::InPlane, Side::Back) => {
@@ -88,10 +107,10 @@ impl<T: Real> Shadow<T> {
                 }
                 (Side::Front | Side::InPlane, Side::Front | Side::InPlane) => shadow.corners.push(start),
             }
-            shadow.lines.push(sides.add(Generator::Occluder(line), Some(EdgeName::new(from, to))));
+            shadow.lines.push(sides.add(Generator::Occluder(line), Some(EdgeName::new(ends[0], ends[1]))));
         }
         if let (Some(sink), Some(rise)) = (sinks, rises) {
-            shadow.lines.push(sides.add(Generator::Occluder(waterline(sink, rise, emitter, occluder)), None));
+            shadow.lines.push(sides.add(Generator::Occluder(waterline([sink, rise], *from, emitter, occluder)), None));
         }
         shadow
     }
@@ -108,9 +127,13 @@ impl<T: Real> Shadow<T> {
     }
 }
 
-/// The line in which the occluder meets the emitter's plane, from where it sinks below to where it rises.
-fn waterline<T: Real>(sink: Vec3<T>, rise: Vec3<T>, emitter: &Polygon, occluder: &Polygon) -> Line<T> {
+/// The line in which the occluder meets the emitter's plane, from where it sinks below to where it rises, so that what is before that
+/// plane is on its left as the receiver sees it. Where the occluder only just dips below the plane the two points hardly tell which
+/// way that is; of two planes the normals do, with that of the occluder turned to the receiver.
+fn waterline<T: Real>([sink, rise]: [Vec3<T>; 2], seen: Side, emitter: &Polygon, occluder: &Polygon) -> Line<T> {
+    if emitter.half_slab() > 0.0 || occluder.half_slab() > 0.0 {
+        return Line::along(rise - sink, sink);
+    }
     let direction = emitter.unit_normal::<T>().cross(occluder.unit_normal());
-    let direction = if direction.dot(rise - sink).value() < 0.0 { -direction } else { direction };
-    Line::along(direction, sink)
+    Line::along(if seen == Side::Back { -direction } else { direction }, sink)
 }

@@ -1,7 +1,8 @@
 //! Bounds on the error due to decisions that no precision at hand could take for sure.
 
 use crate::boundary::arc::Generator;
-use crate::boundary::visibility::part::{Facing, VisiblePart};
+use crate::boundary::visibility::not_flat::Doubt;
+use crate::boundary::visibility::part::{Facing, VisiblePart, nearness};
 use crate::boundary::visibility::subtract::Subtraction;
 use crate::scalar::radius::Radius;
 use crate::scalar::real::{RadiusOf, Real};
@@ -65,6 +66,19 @@ impl<T: Real> Subtraction<T> {
                 + mutant!("visibility.gradient", self.steepness * area + weight * self.emission, |doubt| doubt * 1e-3);
         }
     }
+
+    /// Bounds the change that other surfaces through the vertices would make.
+    pub(super) fn add_doubt<'a>(&mut self, doubt: &Doubt, parts: impl Iterator<Item = &'a VisiblePart<T>>)
+    where
+        T: 'a,
+    {
+        let height = self.height.to_double() * (1.0 - 8.0 * f64::EPSILON);
+        for bounds in parts.filter_map(|part| doubt.bounds(part, &self.sides, height)) {
+            let [seen, moving] = bounds.map(RadiusOf::<T>::from);
+            self.uncertainty.irradiance = self.uncertainty.irradiance + seen * self.emission;
+            self.uncertainty.gradient = self.uncertainty.gradient + self.steepness * seen + moving * self.emission;
+        }
+    }
 }
 
 /// How much a unit of arc weighs more or less in the gradient when it lies on the other of two lines that are seen within the
@@ -94,14 +108,4 @@ pub(super) fn is_doubtful<T: Real>(depth: T) -> bool {
 
 pub(super) fn is_exactly_0<T: Real>(depth: T) -> bool {
     depth.size() == 0.0.into() && depth.error() == 0.0.into()
-}
-
-/// Bound on `1/S` of a generating line; the horizon has none.
-fn nearness<T: Real>(generator: &Generator<T>) -> RadiusOf<T> {
-    match generator {
-        Generator::Horizon(_) => 0.0.into(),
-        Generator::Emitter(line) | Generator::Occluder(line) => {
-            line.length.size() * 1.01 / (line.moment.size() - line.moment.error()).max(0.0.into())
-        }
-    }
 }

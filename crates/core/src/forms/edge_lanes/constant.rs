@@ -238,7 +238,7 @@ impl<S: Simd> Weight<S> {
         }
         let cosines = four.at_ends(
             #[inline(always)]
-            |end| n1.dot(end.point) * end.inverse,
+            |end| end.cosine(n1),
         );
         let mut weight = arc.within_a_quarter_turn([arc.start.inverse, arc.end.inverse], cosines);
         let is_wide = WIDE && wide.any_true();

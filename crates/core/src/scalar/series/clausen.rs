@@ -63,10 +63,13 @@ pub(crate) const SERIES: [DoubleDouble; 54] = [
     DoubleDouble { hi: 1.8637482603865976e-56, lo: -8.612522832313225e-73 },
 ];
 
-/// Relative error of [`crate::scalar::dilogarithm::clausen_rest`] on doubles, in units of roundoff: the square of x and two
+/// Relative error of `dilogarithm::clausen_rest` on doubles, in units of roundoff: the square of x and two
 /// products cost 3, the last sum 1, the first coefficient and the polynomial's own error 1/2, and the other terms, at most 11 %
 /// of the sum, less than 1.
-pub(crate) const DOUBLE_UNITS: f64 = 6.0;
+pub const DOUBLE_UNITS: f64 = 6.0;
+
+/// Largest relative error of the polynomial on doubles, 2^-54.0 as below, rounded up.
+pub const DOUBLE_TRUNCATION: f64 = 0.26 * f64::EPSILON;
 
 /// The same on double-doubles and beyond.
 pub(crate) const UNITS: f64 = 12.0;

@@ -48,11 +48,14 @@ const PSI: [f64; 10] = [
     3.093_407_690_573_923_5e-15,
 ];
 
+/// Errors of the coefficients and of what is left out of `double_sum` and of `psi` over the angle, in units of roundoff of 1.
+pub const REST: [f64; 2] = [0.1, 0.06];
+
 /// [`DOUBLE_SERIES`], the first term last, off by a rounding; the eight leave 2^-55 of it.
 #[inline(always)]
 pub(crate) fn double_sum<T: Arithmetic>(z: T) -> T {
     let [first, others @ ..] = &DOUBLE_SERIES;
-    (z.like(*first) + z * mutant!("series.sine", seven_terms(others, z), |sum: T| sum * z.like(1.0 + 1e-11))).known_to(0.1)
+    (z.like(*first) + z * mutant!("series.sine", seven_terms(others, z), |sum: T| sum * z.like(1.0 + 1e-11))).known_to(REST[0])
 }
 
 /// `(g - sin g)/2`, by its Taylor series where the difference would cancel.
@@ -86,7 +89,7 @@ pub(crate) fn psi<T: Arithmetic>(angle: T, sin: T, cos: T, one_and_cos: T) -> T 
         return angle
             * (square.like(*first)
                 + square * mutant!("series.psi", nine_terms(others, square), |sum: T| sum * square.like(1.0 + 1e-11)))
-            .known_to(0.06);
+            .known_to(REST[1]);
     }
     T::choose_of(
         angle.abs().exceeds(angle.like(1.0)),

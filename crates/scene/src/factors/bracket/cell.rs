@@ -5,7 +5,7 @@ use radgrad_core::DVec3;
 use crate::factors::exchange::Part;
 use crate::factors::screen::{area, perimeter};
 
-/// What cells of a face have in common.
+/// Data that the cells of a face share.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Plane {
     pub(super) normal: DVec3,

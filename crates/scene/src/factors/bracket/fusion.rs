@@ -1,4 +1,4 @@
-//! What screens with common edges hide together.
+//! Screens with common edges, which hide more together than one by one.
 //!
 //! Of screens that two cells are wholly on the two sides of, a segment meets a screen where it passes inside all of its edges. Let N be
 //! the number of screens of a group that it meets. As the segment moves, N changes only where it passes through an edge that is not

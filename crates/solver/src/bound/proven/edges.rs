@@ -6,7 +6,7 @@
 use std::collections::HashMap;
 
 use radgrad_core::{DVec3, Polygon};
-use radgrad_scene::largest;
+use radgrad_scene::{largest, smallest};
 
 use crate::mesh::Mesh;
 use crate::mesh::element::around;
@@ -99,7 +99,7 @@ impl Edges {
         order.sort_by(|&a, &b| boxes[a][0].x.total_cmp(&boxes[b][0].x));
         for (place, &a) in order.iter().enumerate() {
             for &b in &order[place + 1..] {
-                let reach = 1e-9 * (boxes[a][1] - boxes[a][0]).length().max((boxes[b][1] - boxes[b][0]).length());
+                let reach = 1e-9 * largest((boxes[a][1] - boxes[a][0]).length(), (boxes[b][1] - boxes[b][0]).length());
                 if boxes[b][0].x > boxes[a][1].x + reach {
                     break;
                 }
@@ -125,11 +125,6 @@ impl Edges {
     /// The lines of a face.
     pub(super) fn of_face(&self, face: usize) -> &[usize] {
         &self.of_face[face]
-    }
-
-    /// Whether something stands on a face or crosses it.
-    pub(super) fn has_feet(&self, face: usize) -> bool {
-        !self.feet[face].is_empty()
     }
 
     /// Whether faces cross in a line.
@@ -162,9 +157,9 @@ impl Edges {
                 }
                 let crossing = start / (start - end);
                 if start < 0.0 {
-                    from = from.max(crossing);
+                    from = largest(from, crossing);
                 } else if end < 0.0 {
-                    to = to.min(crossing);
+                    to = smallest(to, crossing);
                 }
                 true
             });
@@ -201,7 +196,7 @@ impl Edges {
             if heights[i] >= -level {
                 kept.push(p);
             }
-            if heights[i].min(heights[j]) < -level && heights[i].max(heights[j]) > 0.0 {
+            if smallest(heights[i], heights[j]) < -level && largest(heights[i], heights[j]) > 0.0 {
                 kept.push(p + (from[j] - p) * (heights[i] / (heights[i] - heights[j])));
             }
         }
@@ -215,8 +210,9 @@ fn foot([corner, normal]: [DVec3; 2], part: &[DVec3]) -> Option<([DVec3; 2], boo
     let heights: Vec<f64> = part.iter().map(|p| normal.dot(*p - corner)).collect();
     let reach = part.iter().map(|p| (*p - corner).length()).fold(0.0, largest);
     let level = 1e-9 * reach;
-    let (low, high) =
-        heights.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high): (f64, f64), &h| (low.min(h), high.max(h)));
+    let (low, high) = heights
+        .iter()
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high): (f64, f64), &h| (smallest(low, h), largest(high, h)));
     if high <= level || low > level {
         return None;
     }

@@ -5,10 +5,11 @@ use std::collections::HashMap;
 use radgrad_core::DVec3;
 use radgrad_scene::{largest, smallest as least};
 
-use super::edges::{Edges, key};
+use super::cells::Bases;
+use super::edges::Edges;
 use super::finely::Finely;
 use super::nodes::{Nodes, ROUNDED};
-use super::terms::{Reach, Target};
+use super::terms::Target;
 use crate::field::Field;
 use crate::links::transfer::Optics;
 use crate::links::visible::{Visible, Window};
@@ -38,6 +39,17 @@ pub(super) struct Proof<'a> {
     pub(super) nodes: &'a [Nodes; 2],
     pub(super) optics: Optics<'a>,
     pub(super) channels: usize,
+    pub(super) bases: &'a [Bases; 2],
+    pub(super) effort: &'a Effort,
+}
+
+/// How much work the proof may be.
+#[derive(Debug, Default)]
+pub(super) struct Effort {
+    /// For each channel, what of the irradiance is little.
+    pub(super) aim: Vec<f64>,
+    /// How often an element is cut into four at most to find out what it leaves out of reflected light.
+    pub(super) deepest: usize,
 }
 
 /// A piecewise polynomial radiosity.
@@ -67,18 +79,6 @@ pub(super) struct Gathered<'a> {
     pub(super) all: bool,
 }
 
-/// A source, or an element above some, with the part of its polynomial that the element above it has not.
-struct Part {
-    element: usize,
-    /// Whether nothing is before it.
-    clear: bool,
-    is_root: bool,
-    reach: Reach,
-    /// For each channel.
-    polynomials: Vec<Polynomial>,
-    taken: Taken,
-}
-
 /// What an element sees of a source.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Kind {
@@ -90,16 +90,8 @@ pub(super) enum Kind {
     Cut,
 }
 
-/// Which bound a part counts by.
-#[derive(Debug, Clone, Copy, PartialEq)]
-enum Taken {
-    /// Taylor's polynomial.
-    Smooth,
-    /// How fast it changes.
-    Slow,
-    /// Its largest value.
-    Most,
-}
+/// A source that something may hide a part of: with the faces that may, and bounds on its radiosity in each channel.
+pub(super) type Hidden<'a> = (usize, &'a [usize], Vec<[f64; 2]>);
 
 /// Bounds on a polynomial: on its mean's magnitude, its own, its difference from the mean, and its gradient.
 #[derive(Debug, Clone, Copy, Default)]
@@ -108,6 +100,53 @@ pub(super) struct Polynomial {
     size: f64,
     rest: f64,
     gradient: f64,
+}
+
+impl Left {
+    pub(super) fn and(self, other: Self) -> Self {
+        Self { largest: self.largest + other.largest, mean: self.mean + other.mean }
+    }
+
+    pub(super) fn times(self, factor: f64) -> Self {
+        if factor > 0.0 { Self { largest: self.largest * factor, mean: self.mean * factor } } else { Self::default() }
+    }
+
+    pub(super) fn lesser(self, other: Self) -> Self {
+        Self { largest: least(self.largest, other.largest), mean: least(self.mean, other.mean) }
+    }
+}
+
+impl Polynomial {
+    pub(super) fn even(value: f64) -> Self {
+        Self { mean: value, size: value.abs(), ..Self::default() }
+    }
+
+    /// The same less a number.
+    pub(super) fn less(&self, number: f64) -> Self {
+        let mean = self.mean - number;
+        Self { mean, size: least(self.size + number.abs(), mean.abs() + self.rest), ..*self }
+    }
+
+    /// Bound on the difference of two.
+    pub(super) fn apart(&self, other: &Self) -> f64 {
+        (self.mean - other.mean).abs() + self.rest + other.rest
+    }
+
+    pub(super) const fn mean(&self) -> f64 {
+        self.mean
+    }
+
+    pub(super) const fn size(&self) -> f64 {
+        self.size
+    }
+
+    pub(super) const fn rest(&self) -> f64 {
+        self.rest
+    }
+
+    pub(super) const fn gradient(&self) -> f64 {
+        self.gradient
+    }
 }
 
 impl Light<'_> {
@@ -126,16 +165,6 @@ impl Light<'_> {
                 even
             }
         }
-    }
-
-    /// What an element has beyond the polynomial of the one above it.
-    fn beyond_parent(&self, mesh: &Mesh, element: usize, channel: usize) -> Vec<f64> {
-        let mut of = self.of(mesh, element, channel);
-        if let (Self::Field(..), Some(parent)) = (self, mesh.elements()[element].parent()) {
-            let above = mesh.basis(element).restrict(mesh.child(element), &self.of(mesh, parent, channel));
-            of.iter_mut().zip(above).for_each(|(c, above)| *c -= above);
-        }
-        of
     }
 }
 
@@ -163,6 +192,11 @@ impl Proof<'_> {
     /// How an element sees a source past some faces, each solid of them by itself: a solid without an outline between the two
     /// hides all of the source from all of the element or nothing, as sight changes only across outlines.
     pub(super) fn kind(&self, to: usize, source: usize, faces: &[usize]) -> Kind {
+        self.kind_from(to, self.mesh.elements()[to].polygon().vertices(), source, faces)
+    }
+
+    /// The same from a part of the element.
+    pub(super) fn kind_from(&self, to: usize, from: &[DVec3], source: usize, faces: &[usize]) -> Kind {
         if faces.len() > MOST_FACES {
             return Kind::Cut;
         }
@@ -172,7 +206,7 @@ impl Proof<'_> {
             let solid = self.edges.solid(first);
             let (of_solid, others) = left.into_iter().partition(|&face| self.edges.solid(face) == solid);
             left = others;
-            match self.hides(to, self.mesh.elements()[to].polygon().vertices(), source, &of_solid, MOST_CUTS) {
+            match self.hides(to, from, source, &of_solid, MOST_CUTS) {
                 Some(true) => return Kind::Dark,
                 Some(false) => {}
                 None => kind = Kind::Cut,
@@ -240,105 +274,33 @@ impl Proof<'_> {
             (0..channels).map(|channel| self.alone(&target, to, source, &light.of(mesh, source, channel)).mean).sum()
         };
         let finely = self.finely(to, &target, light, gathered, &kinds, &alone);
-        let (mut parts, hides_by_contact) = self.parts(&target, light, &gathered.sources, &kinds);
-        let seams = self.choose(&target, &mut parts, basis.degree());
-
-        // The light of the slow parts at the nodes, and their ranges on the sources.
-        let places: HashMap<usize, usize> = parts.iter().enumerate().map(|(place, part)| (part.element, place)).collect();
-        let mut at_nodes = vec![vec![0.0; basis.nodes().len()]; channels];
-        let mut ranges: Vec<Vec<[f64; 2]>> = Vec::with_capacity(gathered.sources.len());
-        for (index, &(source, _)) in gathered.sources.iter().enumerate() {
-            let path: Vec<usize> = mesh.above(source).collect();
-            let mut of_source = Vec::with_capacity(channels);
-            for (channel, at_nodes) in at_nodes.iter_mut().enumerate() {
-                let mut slow = light.of(mesh, source, channel);
-                let is_other = |at: &usize| places.get(at).is_some_and(|&place| parts[place].taken != Taken::Slow);
-                if path.iter().any(is_other) {
-                    let mut others = vec![0.0; slow.len()];
-                    for &at in path.iter().rev() {
-                        if at != path[path.len() - 1] {
-                            others = mesh.basis(at).restrict(mesh.child(at), &others);
-                        }
-                        if is_other(&at) {
-                            others.iter_mut().zip(light.beyond_parent(mesh, at, channel)).for_each(|(sum, c)| *sum += c);
-                        }
-                    }
-                    slow.iter_mut().zip(others).for_each(|(c, other)| *c -= other);
-                }
-                if slow.iter().any(|c| *c != 0.0) {
-                    at_nodes.iter_mut().enumerate().for_each(|(node, sum)| *sum += (gathered.value)(index, node, &slow));
-                }
-                of_source.push(mesh.basis(source).range(&slow));
-            }
-            ranges.push(of_source);
-        }
-        let before: usize = gathered.sources.iter().map(|(_, sight)| sight.faces().len()).sum();
-        let jumps = if before > MOST_IN_ALL { Vec::new() } else { self.jumps(to, &target, &gathered.sources, &kinds, &ranges) };
-        let crossed = before > MOST_IN_ALL
-            || hides_by_contact
-            || self.edges.standing(element.face(), element.polygon().vertices(), None).is_some();
-
-        let of_channel = |channel: usize| {
-            let mut left = Left::default();
-            for part in &parts {
-                let p = &part.polynomials[channel];
-                match part.taken {
-                    Taken::Smooth => {
-                        let beyond = self.smooth(&target, part.element, p, basis.degree());
-                        left.largest += (1.0 + target.nodes.lebesgue) * beyond;
-                        left.mean += 2.0 * beyond;
-                    }
-                    Taken::Most => {
-                        left.largest += (1.0 + target.nodes.lebesgue) * p.size * part.reach.factor;
-                        left.mean += 2.0 * p.size * part.reach.factor;
-                    }
-                    Taken::Slow => {
-                        let source = &mesh.elements()[part.element];
-                        if p.gradient > 0.0 {
-                            left.largest += p.gradient * target.drift(source, &part.reach, target.most);
-                            left.mean += p.gradient * target.drift(source, &part.reach, target.mean);
-                        }
-                        if !part.is_root && p.size > 0.0 {
-                            let [most, mean] = self.own(&target, part.element);
-                            left.largest += p.size * most;
-                            left.mean += p.size * mean;
-                        }
-                    }
-                }
-            }
-            let slow = basis.project(&at_nodes[channel]);
-            let slopes = target.nodes.slopes(&basis.bernstein(&slow));
-            let (mut most, mut mean) = (0.0, 0.0);
-            for (near, disc) in target.nodes.near.iter().zip(&target.discs) {
-                let held: f64 = basis.at_node(near.node).iter().zip(&slow).map(|(f, c)| f * c).sum();
-                let here = (at_nodes[channel][near.node] - held).abs();
-                let varies = |by: [f64; 2]| slopes[0] * by[0] + slopes[1] * by[1];
-                let (mut at_most, mut in_mean) = (here + varies(near.most), here + varies(near.mean));
-                let mut add = |segment: [DVec3; 2], jump: f64| {
-                    if jump > 0.0 {
-                        let [u, v] = target.rates(*disc, segment);
-                        let swept =
-                            |by: [f64; 2]| if u.is_finite() && v.is_finite() { least(u * by[0] + v * by[1], 1.0) } else { 1.0 };
-                        at_most += jump * swept(near.most);
-                        in_mean += jump * swept(near.mean);
-                    }
-                };
-                seams.iter().for_each(|(segment, jumps)| add(*segment, jumps[channel]));
-                jumps.iter().for_each(|(segment, jumps)| add(*segment, jumps[channel]));
-                most = largest(most, at_most);
-                mean += near.share * in_mean;
-            }
-            let by_rates = Left { largest: left.largest + most, mean: left.mean + mean };
+        let held: Vec<Vec<f64>> = (0..channels).map(|channel| self.held(to, light, gathered, channel)).collect();
+        let simply = |channel: usize| {
             let simply = self.simply(to, &target, light, gathered, channel);
-            let lesser = |a: Left, b: Left| Left { largest: least(a.largest, b.largest), mean: least(a.mean, b.mean) };
-            let mut both = lesser(simply, self.by_sources(to, &target, light, gathered, (&kinds, &finely), channel));
-            if !crossed {
-                both = lesser(both, by_rates);
-            }
-            Left { largest: both.largest * ROUNDED, mean: least(both.mean, both.largest) * ROUNDED }
+            simply.lesser(self.by_sources(to, &target, light, gathered, (&kinds, &finely), channel))
         };
-        let left = (0..channels).map(of_channel).collect();
+        let simply: Vec<Left> = (0..channels).map(simply).collect();
+        let is_little = simply.iter().zip(&self.effort.aim).all(|(left, aim)| left.mean <= *aim);
+        let before: usize = gathered.sources.iter().map(|(_, sight)| sight.faces().len()).sum();
+        let is_cheap = before <= MOST_IN_ALL;
+        let in_cells = if is_little || !is_cheap { None } else { self.in_cells(to, light, gathered, &kinds, &held) };
+        let of_channel = |(channel, left): (usize, &Left)| {
+            let left = in_cells.as_ref().map_or(*left, |in_cells| left.lesser(in_cells[channel]));
+            Left { largest: left.largest * ROUNDED, mean: least(left.mean, left.largest) * ROUNDED }
+        };
+        let left = simply.iter().enumerate().map(of_channel).collect();
         (left, kinds.iter().enumerate().map(|(index, kind)| self.factor(&target, gathered, index, *kind)).collect())
+    }
+
+    /// The projection of what an element gathers, from its nodes.
+    fn held(&self, to: usize, light: &Light<'_>, gathered: &Gathered<'_>, channel: usize) -> Vec<f64> {
+        let basis = self.mesh.basis(to);
+        let mut at_nodes = vec![0.0; basis.nodes().len()];
+        for (index, &(source, _)) in gathered.sources.iter().enumerate() {
+            let of = light.of(self.mesh, source, channel);
+            at_nodes.iter_mut().enumerate().for_each(|(node, sum)| *sum += (gathered.value)(index, node, &of));
+        }
+        basis.project(&at_nodes)
     }
 
     /// About what an element sees in the mean.
@@ -374,67 +336,6 @@ impl Proof<'_> {
         }
     }
 
-    /// The sources and the elements above them, and whether some are left out that something on their face hides.
-    fn parts(&self, target: &Target<'_>, light: &Light<'_>, sources: &[(usize, &Sight)], kinds: &[Kind]) -> (Vec<Part>, bool) {
-        let mesh = self.mesh;
-        let mut by_contact = false;
-        // Of each element whether all that is seen of it is in the clear.
-        let mut clear: HashMap<usize, bool> = HashMap::new();
-        let mut order: Vec<usize> = Vec::new();
-        for (&(source, _), kind) in sources.iter().zip(kinds) {
-            let is_clear = *kind == Kind::Clear;
-            for at in mesh.above(source) {
-                match clear.entry(at) {
-                    std::collections::hash_map::Entry::Occupied(mut known) => {
-                        if is_clear || !*known.get() {
-                            break;
-                        }
-                        known.insert(false);
-                    }
-                    std::collections::hash_map::Entry::Vacant(free) => {
-                        free.insert(is_clear);
-                        order.push(at);
-                    }
-                }
-            }
-        }
-        let is_source: HashMap<usize, ()> = sources.iter().map(|&(source, _)| (source, ())).collect();
-        // Parts of which nothing is known are hidden, or below the horizon.
-        let below = |element: usize| {
-            let reach = target.element.radius() + (mesh.elements()[element].centre() - target.element.centre()).length();
-            mesh.elements()[element].polygon().vertices().iter().all(|&v| target.height(v) <= LEVEL * reach)
-        };
-        let known: Vec<usize> = order.clone();
-        for at in known {
-            if is_source.contains_key(&at) {
-                continue;
-            }
-            let Some(first) = mesh.elements()[at].children() else { continue };
-            if (first..first + 4).any(|child| !clear.contains_key(&child) && !below(child)) {
-                // Where a face stands on another, a hidden part may end with an element.
-                by_contact |= self.edges.has_feet(mesh.elements()[at].face());
-                for above in mesh.above(at) {
-                    clear.insert(above, false);
-                }
-            }
-        }
-        order.sort_unstable();
-        let of = |element: usize| {
-            let source = &mesh.elements()[element];
-            Part {
-                element,
-                clear: clear[&element],
-                is_root: source.parent().is_none(),
-                reach: target.reach(source),
-                polynomials: (0..self.channels)
-                    .map(|channel| self.polynomial(element, &light.beyond_parent(mesh, element, channel)))
-                    .collect(),
-                taken: Taken::Slow,
-            }
-        };
-        (order.into_iter().map(of).collect(), by_contact)
-    }
-
     /// What Taylor's polynomial leaves of what a part gives.
     pub(super) fn smooth(&self, target: &Target<'_>, source: usize, p: &Polynomial, degree: usize) -> f64 {
         let source = &self.mesh.elements()[source];
@@ -448,12 +349,8 @@ impl Proof<'_> {
         sum
     }
 
-    /// How much what a part gives changes by its own boundary, for a radiosity of 1: at most and in the mean.
-    fn own(&self, target: &Target<'_>, source: usize) -> [f64; 2] {
-        [target.most, target.mean].map(|by| self.own_by(target, source, by))
-    }
-
-    fn own_by(&self, target: &Target<'_>, source: usize, by: [f64; 2]) -> f64 {
+    /// How much the form factor of a source changes by its own edges between places that are so far apart.
+    pub(super) fn own_by(&self, target: &Target<'_>, source: usize, by: [f64; 2]) -> f64 {
         self.swept(target, (target.element.centre(), target.element.radius()), source, by)
     }
 
@@ -467,121 +364,16 @@ impl Proof<'_> {
         (0..vertices.len()).map(swept).sum()
     }
 
-    /// Decides which bound each part counts by; returns the edges of the coarsest parts that count by how fast they change, with
-    /// the jump across each in each channel.
-    fn choose(&self, target: &Target<'_>, parts: &mut [Part], degree: usize) -> Vec<([DVec3; 2], Vec<f64>)> {
-        let sum = |of: &dyn Fn(&Polynomial) -> f64, part: &Part| part.polynomials.iter().map(of).sum::<f64>();
-        for part in &mut *parts {
-            let source = &self.mesh.elements()[part.element];
-            let drift = sum(&|p| p.gradient, part);
-            let drift = if drift > 0.0 { drift * target.drift(source, &part.reach, target.mean) } else { 0.0 };
-            let slow = sum(&|p| p.size, part) * self.own(target, part.element)[1] + drift;
-            let most = 2.0 * sum(&|p| p.size, part) * part.reach.factor;
-            let smooth = if part.clear && self.in_front(target, part.element) {
-                2.0 * sum(&|p| self.smooth(target, part.element, p, degree), part)
-            } else {
-                f64::INFINITY
-            };
-            part.taken = if smooth <= slow && smooth <= most {
-                Taken::Smooth
-            } else if slow <= most || part.is_root {
-                Taken::Slow
-            } else {
-                Taken::Most
-            };
-        }
-        // The coarsest parts together may have no jumps between them.
-        let cost = |parts: &[Part], seams: &[([DVec3; 2], Vec<f64>)]| {
-            let of_part = |part: &Part| match part.taken {
-                Taken::Smooth => 2.0 * sum(&|p| self.smooth(target, part.element, p, degree), part),
-                Taken::Most => 2.0 * sum(&|p| p.size, part) * part.reach.factor,
-                Taken::Slow => {
-                    let gradient = sum(&|p| p.gradient, part);
-                    let source = &self.mesh.elements()[part.element];
-                    if gradient > 0.0 { gradient * target.drift(source, &part.reach, target.mean) } else { 0.0 }
-                }
-            };
-            let of_seam = |(segment, jumps): &([DVec3; 2], Vec<f64>)| {
-                let jump: f64 = jumps.iter().sum();
-                if jump == 0.0 {
-                    return 0.0;
-                }
-                let of_disc = |(near, disc): (&super::nodes::Near, &(DVec3, f64))| {
-                    let [u, v] = target.rates(*disc, *segment);
-                    let by = near.mean;
-                    near.share * if u.is_finite() && v.is_finite() { least(u * by[0] + v * by[1], 1.0) } else { 1.0 }
-                };
-                jump * target.nodes.near.iter().zip(&target.discs).map(of_disc).sum::<f64>()
-            };
-            parts.iter().filter(|part| part.is_root).map(of_part).sum::<f64>() + seams.iter().map(of_seam).sum::<f64>()
-        };
-        let seams = self.seams(target, parts);
-        if parts.iter().any(|part| part.is_root && part.taken == Taken::Smooth) {
-            let before: Vec<Taken> = parts.iter().map(|part| part.taken).collect();
-            let apart = cost(parts, &seams);
-            parts.iter_mut().filter(|part| part.is_root).for_each(|part| part.taken = Taken::Slow);
-            let together = self.seams(target, parts);
-            if cost(parts, &together) < apart {
-                return together;
-            }
-            parts.iter_mut().zip(before).for_each(|(part, taken)| part.taken = taken);
-        }
-        seams
-    }
-
-    /// The edges of the coarsest parts that change slowly, and the jump of their polynomials across each.
-    fn seams(&self, target: &Target<'_>, parts: &[Part]) -> Vec<([DVec3; 2], Vec<f64>)> {
-        let mut known: HashMap<_, Vec<(usize, bool)>> = HashMap::new();
-        let mut order = Vec::new();
-        for (place, part) in parts.iter().enumerate().filter(|(_, part)| part.is_root && part.taken == Taken::Slow) {
-            let v = self.mesh.elements()[part.element].polygon().vertices();
-            for (i, &a) in v.iter().enumerate() {
-                let ends = [a, v[(i + 1) % v.len()]];
-                let (key, forward) = key(ends);
-                let of = known.entry(key).or_default();
-                if of.is_empty() {
-                    order.push((key, ends));
-                }
-                of.push((place, forward));
-            }
-        }
-        let in_front = |place: usize| self.in_front(target, parts[place].element);
-        let of_edge = |(key, ends): &(_, [DVec3; 2])| {
-            let sides: &[(usize, bool)] = &known[key];
-            let alone = |channel: usize| sides.iter().map(|side| parts[side.0].polynomials[channel].size).sum::<f64>();
-            let jump = |channel: usize| match *sides {
-                [(a, along), (b, other)] if along != other && in_front(a) && in_front(b) => {
-                    let (a, b) = (&parts[a].polynomials[channel], &parts[b].polynomials[channel]);
-                    least((a.mean - b.mean).abs() + a.rest + b.rest, alone(channel))
-                }
-                _ => alone(channel),
-            };
-            (*ends, (0..self.channels).map(jump).collect())
-        };
-        order.iter().map(of_edge).collect()
-    }
-
     /// Pieces of the outlines of what may hide sources, and what the radiosity seen may jump by across each in each channel.
-    fn jumps(
-        &self,
-        to: usize,
-        target: &Target<'_>,
-        sources: &[(usize, &Sight)],
-        kinds: &[Kind],
-        ranges: &[Vec<[f64; 2]>],
-    ) -> Vec<([DVec3; 2], Vec<f64>)> {
+    pub(super) fn jumps(&self, target: &Target<'_>, sources: &[Hidden<'_>]) -> Vec<([DVec3; 2], Vec<f64>)> {
         let mesh = self.mesh;
-        let mut hidden: Vec<usize> = (0..sources.len()).filter(|&index| kinds[index] == Kind::Cut).collect();
-        if hidden.is_empty() {
-            return Vec::new();
-        }
-        let brightness = |index: usize| ranges[index].iter().map(|[low, high]| largest(high.abs(), low.abs())).fold(0.0, largest);
-        let bright: Vec<f64> = (0..sources.len()).map(brightness).collect();
+        let brightness = |of: &Hidden<'_>| of.2.iter().map(|[low, high]| largest(high.abs(), low.abs())).fold(0.0, largest);
+        let bright: Vec<f64> = sources.iter().map(brightness).collect();
+        let mut hidden: Vec<usize> = (0..sources.len()).collect();
         hidden.sort_by(|&a, &b| bright[b].total_cmp(&bright[a]));
         let mut lines: HashMap<usize, Vec<usize>> = HashMap::new();
         for &index in &hidden {
-            let mut of_source: Vec<usize> =
-                sources[index].1.faces().iter().flat_map(|&face| self.edges.of_face(face)).copied().collect();
+            let mut of_source: Vec<usize> = sources[index].1.iter().flat_map(|&face| self.edges.of_face(face)).copied().collect();
             of_source.extend(
                 self.edges.of_face(mesh.elements()[sources[index].0].face()).iter().filter(|&&line| self.edges.crosses(line)),
             );
@@ -593,16 +385,16 @@ impl Proof<'_> {
         }
         let mut lines: Vec<(usize, Vec<usize>)> = lines.into_iter().collect();
         lines.sort_unstable();
-        let from = mesh.elements()[to].polygon().vertices();
+        let from = target.element.polygon().vertices();
         let mut pieces = Vec::new();
         for (line, behind) in lines {
             let [a, b] = self.edges.all[line].ends;
             let from = self.edges.outlined_from(line, from);
-            if target.height(a).max(target.height(b)) <= 0.0 || from.is_empty() {
+            if largest(target.height(a), target.height(b)) <= 0.0 || from.is_empty() {
                 continue;
             }
             let away = ((a + b) * 0.5 - target.element.centre()).length() - 0.5 * (b - a).length();
-            let count = ((b - a).length() / (PIECE * away.max(target.element.radius()))).ceil().clamp(1.0, MOST_PIECES);
+            let count = ((b - a).length() / (PIECE * largest(away, target.element.radius()))).ceil().clamp(1.0, MOST_PIECES);
             let at = |part: f64| a + (b - a) * (part / count);
             let mut start = 0.0;
             while start < count {
@@ -610,10 +402,10 @@ impl Proof<'_> {
                 start += 1.0;
                 let mut range = vec![[0.0_f64; 2]; self.channels];
                 for &index in &behind {
-                    let wider = ranges[index].iter().zip(&range).any(|(of, known)| of[0] < known[0] || of[1] > known[1]);
+                    let wider = sources[index].2.iter().zip(&range).any(|(of, known)| of[0] < known[0] || of[1] > known[1]);
                     let source = &mesh.elements()[sources[index].0];
                     if wider && from.iter().any(|from| in_beam(from, source, piece)) {
-                        for (known, of) in range.iter_mut().zip(&ranges[index]) {
+                        for (known, of) in range.iter_mut().zip(&sources[index].2) {
                             *known = [least(known[0], of[0]), largest(known[1], of[1])];
                         }
                     }
@@ -668,12 +460,13 @@ impl Proof<'_> {
                         left.largest += alone.largest;
                         left.mean += alone.mean;
                     }
-                    let own = self.own(target, source);
+                    let farthest = |k: usize| target.nodes.near.iter().map(|near| near.most[k]).fold(0.0, largest);
+                    let own = self.own_by(target, source, [farthest(0), farthest(1)]);
                     let mut unit = vec![0.0; coefficients.len()];
                     unit[0] = 1.0;
                     let least_seen =
                         (0..basis.nodes().len()).map(|node| (gathered.value)(index, node, &unit)).fold(f64::INFINITY, least);
-                    let surely = least_seen - own[0] - gathered.error - 1e-6;
+                    let surely = least_seen - own - gathered.error - 1e-6;
                     covered += if surely > 0.0 { surely } else { 0.0 };
                 }
                 Kind::Cut => {

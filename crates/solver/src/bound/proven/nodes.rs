@@ -15,10 +15,7 @@ const CELLS: u32 = 20;
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Near {
     pub(super) node: usize,
-    /// Its part of the area.
-    pub(super) share: f64,
-    /// Bounds on the means of `|ds|` and `|dt|` over it, and on their largest values.
-    pub(super) mean: [f64; 2],
+    /// Bounds on the largest `|ds|` and `|dt|`.
     pub(super) most: [f64; 2],
 }
 
@@ -36,25 +33,17 @@ pub(super) struct Nodes {
 impl Nodes {
     pub(super) fn of(basis: &Basis) -> Self {
         let nodes = basis.nodes();
-        let empty = |node| Near { node, share: 0.0, mean: [0.0; 2], most: [0.0; 2] };
+        let empty = |node| Near { node, most: [0.0; 2] };
         let mut near: Vec<Near> = (0..nodes.len()).map(empty).collect();
-        let cells = cells(basis.shape());
-        let share = 1.0 / cells.len() as f64;
-        for corners in &cells {
+        for corners in &cells(basis.shape()) {
             let off = |node: usize, k: usize| corners.iter().map(move |c| (c[k] - nodes[node].at[k]).abs());
             let most = |node: usize, k: usize| off(node, k).fold(0.0, largest);
             let size = |node: usize| most(node, 0) + most(node, 1);
             let nearest = (0..nodes.len()).min_by(|&a, &b| size(a).total_cmp(&size(b))).unwrap_or(0);
             let at = &mut near[nearest];
-            at.share += share;
-            for k in 0..2 {
-                // The distance is a convex function: its mean is at most that over the corners.
-                at.mean[k] += share * off(nearest, k).sum::<f64>() / corners.len() as f64;
-                at.most[k] = at.most[k].max(most(nearest, k));
-            }
+            at.most = [0, 1].map(|k| largest(at.most[k], most(nearest, k)));
         }
-        near.retain(|at| at.share > 0.0);
-        near.iter_mut().for_each(|at| at.mean = at.mean.map(|sum| sum / at.share));
+        near.retain(|at| at.most != [0.0; 2]);
         let mut sums = vec![0.0; basis.bernstein(&vec![0.0; basis.len()]).len()];
         for (node, of) in nodes.iter().enumerate().filter(|(_, node)| node.weight != 0.0) {
             let polynomial: Vec<f64> = basis.at_node(node).iter().map(|value| value * of.weight).collect();
@@ -81,10 +70,10 @@ impl Nodes {
             for b in 0..=last(a) {
                 let here = bernstein[place(a, b)];
                 if a < n && b <= last(a + 1) {
-                    most[0] = most[0].max((bernstein[place(a + 1, b)] - here).abs());
+                    most[0] = largest(most[0], (bernstein[place(a + 1, b)] - here).abs());
                 }
                 if b < last(a) {
-                    most[1] = most[1].max((bernstein[place(a, b + 1)] - here).abs());
+                    most[1] = largest(most[1], (bernstein[place(a, b + 1)] - here).abs());
                 }
             }
         }

@@ -4,7 +4,7 @@
 use std::f64::consts::PI;
 
 use radgrad_core::DVec3;
-use radgrad_scene::largest;
+use radgrad_scene::{largest, smallest};
 
 use super::nodes::{Nodes, ROUNDED};
 use crate::mesh::element::Element;
@@ -17,9 +17,6 @@ pub(super) struct Target<'a> {
     pub(super) nodes: &'a Nodes,
     /// For each part around a node, the node's place, and the largest distance of its places from it.
     pub(super) discs: Vec<(DVec3, f64)>,
-    /// Means over the element and largest values of `|ds|` and `|dt|`.
-    pub(super) mean: [f64; 2],
-    pub(super) most: [f64; 2],
     /// Lengths of the axes.
     lengths: [f64; 2],
 }
@@ -43,16 +40,7 @@ impl<'a> Target<'a> {
             let reach = near.most[0] * lengths[0] + near.most[1] * lengths[1];
             (element.point(places[near.node]), reach * ROUNDED)
         };
-        let over = |k: usize| nodes.near.iter().map(|near| near.share * near.mean[k]).sum::<f64>() * ROUNDED;
-        let most = |k: usize| nodes.near.iter().map(|near| near.most[k]).fold(0.0, largest);
-        Self {
-            element,
-            nodes,
-            discs: nodes.near.iter().map(disc).collect(),
-            mean: [over(0), over(1)],
-            most: [most(0), most(1)],
-            lengths,
-        }
+        Self { element, nodes, discs: nodes.near.iter().map(disc).collect(), lengths }
     }
 
     fn normal(&self) -> DVec3 {
@@ -73,12 +61,12 @@ impl<'a> Target<'a> {
             (true, true) => Some(([a, b], heights)),
             // To the level below, where it counts for nothing.
             (true, false) => {
-                let end = b + (a - b) * (-heights[1].min(0.0) / (heights[0] - heights[1].min(0.0)));
-                Some(([a, end], [heights[0], heights[1].max(0.0)]))
+                let end = b + (a - b) * (-smallest(heights[1], 0.0) / (heights[0] - smallest(heights[1], 0.0)));
+                Some(([a, end], [heights[0], largest(heights[1], 0.0)]))
             }
             (false, true) => {
-                let end = a + (b - a) * (-heights[0].min(0.0) / (heights[1] - heights[0].min(0.0)));
-                Some(([end, b], [heights[0].max(0.0), heights[1]]))
+                let end = a + (b - a) * (-smallest(heights[0], 0.0) / (heights[1] - smallest(heights[0], 0.0)));
+                Some(([end, b], [largest(heights[0], 0.0), heights[1]]))
             }
         }
     }
@@ -121,7 +109,7 @@ impl<'a> Target<'a> {
         if distance == 0.0 {
             return Some(Line { along, from, distance, across: 0.0, integral: f64::INFINITY });
         }
-        let highest = heights[0].max(heights[1]);
+        let highest = largest(heights[0], heights[1]);
         let simple = highest * length / (distance * distance * distance * distance);
         let across = square.sqrt();
         let integral = if across > 0.01 * distance {
@@ -132,7 +120,7 @@ impl<'a> Target<'a> {
             let (even, odd) = (even(end) - even(start), odd(end) - odd(start));
             // The terms may cancel.
             let rounding = 1e-9 * (at_foot.abs() * even.abs() + slope.abs() * odd.abs());
-            (at_foot * even + slope * odd + rounding).min(simple)
+            smallest(at_foot * even + slope * odd + rounding, simple)
         } else {
             simple
         };
@@ -153,17 +141,22 @@ impl<'a> Target<'a> {
         polygon.iter().enumerate().map(of_edge).sum::<f64>() * ROUNDED
     }
 
+    /// Whether an element is so near that Taylor's polynomials do not converge.
+    pub(super) fn is_near(&self, source: &Element) -> bool {
+        self.beyond_of_any(source, 0).is_infinite() || self.beyond_of_even(source.polygon().vertices(), 0).is_infinite()
+    }
+
     /// The same of what an element gives that is wholly seen, with a radiosity of at most 1.
     pub(super) fn beyond_of_any(&self, source: &Element, degree: usize) -> f64 {
         let (centre, normal) = (self.element.centre(), source.polygon().normal());
-        let height = normal.dot(centre - source.centre()).max(0.0);
+        let height = largest(normal.dot(centre - source.centre()), 0.0);
         let distance = source.distance(centre, height) * (1.0 - 1e-9);
         let ratio = self.element.radius() / distance;
         if ratio >= 0.9 || ratio.is_nan() {
             return f64::INFINITY;
         }
         let over = source.polygon().vertices().iter().map(|&v| self.height(v)).fold(0.0, largest);
-        let (cos1, cos2) = ((over / distance).min(1.0), (height / distance).min(1.0));
+        let (cos1, cos2) = (smallest(over / distance, 1.0), smallest(height / distance, 1.0));
         let tilt = self.tilt(normal);
         let unit = source.area() * cos1 / (PI * distance * distance);
         let c = |k: f64| (k + 1.0) * (k + 2.0) * (k + 3.0) / 6.0;
@@ -208,11 +201,11 @@ impl<'a> Target<'a> {
             return Reach { factor: 0.0, peak: 0.0, distance, over };
         }
         if distance <= 0.0 {
-            return Reach { factor: lune.min(1.0), peak: f64::INFINITY, distance: 0.0, over };
+            return Reach { factor: smallest(lune, 1.0), peak: f64::INFINITY, distance: 0.0, over };
         }
         let square = PI * distance * distance;
-        let peak = source.area() * (over / distance).min(1.0) * (height / distance).min(1.0) / square * ROUNDED;
-        Reach { factor: peak.min(lune).min(1.0), peak, distance, over }
+        let peak = source.area() * smallest(over / distance, 1.0) * smallest(height / distance, 1.0) / square * ROUNDED;
+        Reach { factor: smallest(smallest(peak, lune), 1.0), peak, distance, over }
     }
 }
 
@@ -254,12 +247,12 @@ fn distance(a: &Element, b: &Element) -> f64 {
         let range = |of: &[DVec3]| {
             of.iter()
                 .map(|p| direction.dot(*p))
-                .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h): (f64, f64), x| (l.min(x), h.max(x)))
+                .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h): (f64, f64), x| (smallest(l, x), largest(h, x)))
         };
         let ((a0, a1), (b0, b1)) = (range(v), range(w));
-        (b0 - a1).max(a0 - b1)
+        largest(b0 - a1, a0 - b1)
     };
-    let axes = [DVec3::X, DVec3::Y, DVec3::Z].map(|axis| gap(axis).max(0.0));
+    let axes = [DVec3::X, DVec3::Y, DVec3::Z].map(|axis| largest(gap(axis), 0.0));
     let boxes = DVec3::from(axes).length();
     let between = (b.centre() - a.centre()).normalize_or_zero();
     let others = [a.polygon().normal(), b.polygon().normal(), between].map(gap);

@@ -1,0 +1,127 @@
+//! Emitters and occluders that are not flat: whatever surface spans their vertices, the answer encloses what it gives.
+
+use radgrad_core::{Answer, DVec3, Emission, Emitter, Polygon, Receiver, evaluate, evaluate_digits};
+use rand::{RngExt, SeedableRng, rngs::ChaCha8Rng};
+
+/// The two ways to split four vertices into triangles.
+fn splits(corners: [DVec3; 4]) -> [[Polygon; 2]; 2] {
+    let triangle = |indices: [usize; 3]| Polygon::new(indices.map(|i| corners[i]).to_vec()).unwrap();
+    [[[0, 1, 2], [0, 2, 3]], [[0, 1, 3], [1, 2, 3]]].map(|pair| pair.map(triangle))
+}
+
+struct Random(ChaCha8Rng);
+
+impl Random {
+    fn of(&mut self, low: f64, high: f64) -> f64 {
+        self.0.random_range(low..high)
+    }
+
+    /// A rough square around a point, spanned by two vectors, its corners off its plane by at most `off`.
+    fn square(&mut self, middle: DVec3, [u, v]: [DVec3; 2], off: f64) -> [DVec3; 4] {
+        let normal = u.cross(v).normalize();
+        [(-1.0, -1.0), (-1.0, 1.0), (1.0, 1.0), (1.0, -1.0)].map(|(a, b)| {
+            let corner = u * (a * self.of(0.8, 1.2)) + v * (b * self.of(0.8, 1.2));
+            middle + corner + normal * (off * self.of(-1.0, 1.0))
+        })
+    }
+
+    fn direction(&mut self) -> DVec3 {
+        DVec3::new(self.of(-1.0, 1.0), self.of(-1.0, 1.0), self.of(-1.0, 1.0)).normalize()
+    }
+
+    /// An occluder that meets the emitter: crossing it, standing on its plane, sharing an edge or a corner, flush with it, or seen
+    /// edge-on.
+    fn occluder(&mut self, kind: usize, lamp: [DVec3; 4], x: DVec3, off: f64) -> [DVec3; 4] {
+        let middle = (lamp[0] + lamp[2]) * 0.5 + (lamp[1] - lamp[0]) * self.of(-0.6, 0.6);
+        let (along, down) = ((lamp[1] - lamp[0]).normalize(), (x - middle).normalize());
+        let tilted = (down + self.direction() * 0.5).normalize();
+        match kind {
+            0 => self.square(middle, [along * 0.4, tilted * 0.3], off),
+            1 => self.square(middle + tilted * 0.2, [along * 0.3, tilted * 0.2], off),
+            2 => [lamp[0], lamp[1], lamp[1] + tilted * 0.3, lamp[0] + tilted * 0.3],
+            3 => {
+                let other = self.direction() * 0.2 + down * 0.3;
+                [lamp[0], lamp[0] + tilted * 0.3, lamp[0] + tilted * 0.3 + other, lamp[0] + other]
+            }
+            4 => self.square(middle, [along * 0.2, (lamp[3] - lamp[0]) * 0.1], off),
+            _ => self.square(middle + (x - middle) * 0.5, [along * 0.2, (x - middle) * 0.1], off),
+        }
+    }
+}
+
+/// The sum over triangles, each flat, past the triangles of the occluder.
+fn by_triangles(receiver: &Receiver, lamp: &[Polygon; 2], occluder: &[Polygon; 2]) -> Answer {
+    let [a, b] = lamp
+        .each_ref()
+        .map(|triangle| evaluate(receiver, &Emitter::new(triangle.clone(), Emission::Constant(1.0)).unwrap(), occluder).unwrap());
+    Answer {
+        radiosity: a.radiosity + b.radiosity,
+        gradient: a.gradient + b.gradient,
+        radiosity_error: a.radiosity_error + b.radiosity_error + 1e-16,
+        gradient_error: a.gradient_error + b.gradient_error + 1e-15,
+        ..a
+    }
+}
+
+#[test]
+fn every_way_to_split_emitter_and_occluder_is_enclosed() {
+    let mut random = Random(ChaCha8Rng::seed_from_u64(12));
+    let cases: usize = std::env::var("RADGRAD_NOT_FLAT_CASES").map_or(600, |n| n.parse().unwrap());
+    let mut worst = [[0.0_f64; 2]; 6];
+    let mut tried = 0;
+    for case in 0..cases {
+        let off = [1e-12, 1e-13, 1e-14, 1e-16][case / 6 % 4];
+        let (along, across) = (random.direction(), random.direction());
+        let across = along.cross(across).normalize();
+        let lamp = random.square(random_middle(), [along * 0.5, across * 0.5], off);
+        let polygon = Polygon::new(lamp.to_vec()).unwrap();
+        let x = lamp[0].midpoint(lamp[2]) + polygon.normal() * random.of(0.3, 1.5) + random.direction() * 0.2;
+        let screen = random.occluder(case % 6, lamp, x, off);
+        let Ok(occluder) = Polygon::new(screen.to_vec()) else { continue };
+        let receiver = Receiver::new(x, (random_middle() - x).normalize() + random.direction() * 0.3, 1.0).unwrap();
+        let emitter = Emitter::new(polygon, Emission::Constant(1.0)).unwrap();
+        let answer = evaluate(&receiver, &emitter, [&occluder]).unwrap();
+        tried += 1;
+        for lamp in &splits(lamp) {
+            for occluder in &splits(screen) {
+                let truth = by_triangles(&receiver, lamp, occluder);
+                let value = (answer.radiosity - truth.radiosity).abs() / (answer.radiosity_error + truth.radiosity_error);
+                let gradient = (answer.gradient - truth.gradient).length() / (answer.gradient_error + truth.gradient_error);
+                let kind = &mut worst[case % 6];
+                *kind = [kind[0].max(value), kind[1].max(gradient)];
+                assert!(value <= 1.0 && gradient <= 1.0, "case {case}, off {off:e}: {answer:?}, by triangles {truth:?}");
+            }
+        }
+    }
+    println!("{tried} cases, largest error over bound by kind of occluder, value and gradient: {worst:.3?}");
+    assert!(tried > cases / 2);
+}
+
+fn random_middle() -> DVec3 {
+    DVec3::new(0.3, -0.2, 0.7)
+}
+
+/// A corner of the occluder lies in the emitter's plane up to rounding: in doubles nothing tells which way the line runs in which
+/// the two planes meet.
+#[test]
+fn an_occluder_that_just_dips_below_the_emitter_hides_what_is_in_front() {
+    let mut random = Random(ChaCha8Rng::seed_from_u64(5));
+    let mut hidden = 0;
+    for case in 0..400 {
+        let [a, b, c] = [(); 3].map(|()| random_middle() + random.direction());
+        let Ok(lamp) = Polygon::new(vec![a, b, c]) else { continue };
+        let x = (a + b + c) / 3.0 + lamp.normal() * random.of(0.5, 1.5) + random.direction() * 0.2;
+        let [s, t] = [random.of(-0.2, 0.9), random.of(-0.2, 0.9)];
+        let dips = a + (b - a) * s + (c - a) * t - lamp.normal() * [0.0, 1e-15, 1e-12][case % 3];
+        let others = [(); 2].map(|()| dips + (x - dips) * random.of(0.1, 0.4) + random.direction() * 0.3);
+        let Ok(occluder) = Polygon::new(vec![dips, others[0], others[1]]) else { continue };
+        let receiver = Receiver::new(x, dips - x, 1.0).unwrap();
+        let emitter = Emitter::new(lamp, Emission::Constant(1.0)).unwrap();
+        let answer = evaluate(&receiver, &emitter, [&occluder]).unwrap();
+        let truth: f64 = evaluate_digits(&receiver, &emitter, &[occluder], 20).unwrap().radiosity.parse().unwrap();
+        let error = (answer.radiosity - truth).abs();
+        assert!(error <= answer.radiosity_error + 1e-16 * truth, "case {case}: {answer:?}, truth {truth}");
+        hidden += usize::from(truth < evaluate(&receiver, &emitter, &[]).unwrap().radiosity * 0.999);
+    }
+    assert!(hidden > 200, "{hidden}");
+}
