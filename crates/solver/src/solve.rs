@@ -22,6 +22,7 @@ mod prove;
 mod queries;
 mod samples;
 mod serve;
+mod served;
 pub(crate) mod solution;
 mod sweep;
 #[cfg(test)]
@@ -46,7 +47,7 @@ use crate::mesh::Mesh;
 use crate::mesh::clusters::FEWEST as MANY;
 use crate::mesh::surfaces::Surfaces;
 use crate::solve::options::{Options, Progress};
-use crate::solve::serve::Served;
+use crate::solve::served::Served;
 use crate::solve::solution::Solution;
 
 /// Degree of the basis if none is given: in general, and where there are clusters, of faces that are small already.

@@ -67,7 +67,7 @@ mod tests {
     use super::*;
     use crate::mesh::Mesh;
     use crate::solve::options::Options;
-    use crate::solve::serve::Served;
+    use crate::solve::served::Served;
     use crate::solve::solve_on;
 
     #[test]

@@ -22,35 +22,12 @@ use crate::solve::solution::{Solution, ratio};
 const MOST_SWEEPS: usize = 200;
 const SOLVED: f64 = 1e-3;
 
-/// Points that are served, and what counts for them.
-#[derive(Debug, Default)]
-pub(crate) struct Served {
-    /// Position and normal, in the coordinates of the scene; none to serve the mean.
-    points: Vec<[DVec3; 2]>,
-    /// Of each receiver of the last round, in each channel: the importance.
-    importance: Vec<Vec<f64>>,
-    /// The mean of it over all area, and of what is reflected at the points.
-    mean: Vec<f64>,
-    reflected: Vec<f64>,
-}
-
 /// What a point sees.
 struct Seen {
     rows: Vec<(usize, Row)>,
     far: Far,
     rho: Vec<f64>,
     reflected: Vec<f64>,
-}
-
-impl Served {
-    pub(crate) fn of(points: Vec<[DVec3; 2]>) -> Self {
-        Self { points, ..Self::default() }
-    }
-
-    /// Whether it is known what counts for points.
-    pub(super) fn is_known(&self) -> bool {
-        !self.importance.is_empty()
-    }
 }
 
 impl Solution {

@@ -23,7 +23,7 @@ use crate::mesh::surfaces::Surfaces;
 use crate::solve::detail::Detail;
 use crate::solve::options::{Progress, RelativeTo};
 use crate::solve::samples::Samples;
-use crate::solve::serve::Served;
+use crate::solve::served::Served;
 
 /// A piecewise polynomial radiosity with a bound on its error.
 ///

@@ -21,7 +21,7 @@ use crate::links::transfer::{Optics, Row};
 use crate::mesh::Mesh;
 use crate::mesh::clusters::{Clusters, Parts};
 use crate::solve::options::Options;
-use crate::solve::serve::Served;
+use crate::solve::served::Served;
 use crate::solve::{solve, solve_on};
 
 /// Blocks in a room, which all may hide each other: 5 faces each, and 7 of the room.

@@ -7,7 +7,7 @@ use crate::error::Error;
 use crate::mesh::Mesh;
 use crate::solve::gather::Irradiance;
 use crate::solve::options::Options;
-use crate::solve::serve::Served;
+use crate::solve::served::Served;
 use crate::solve::solution::Solution;
 use crate::solve::{solve, solve_on};
 

@@ -1,0 +1,26 @@
+//! Points that a solution serves, and their importance: data of [`super::serve`].
+
+use radgrad_core::DVec3;
+
+/// Points that are served, and what counts for them.
+#[derive(Debug, Default)]
+pub(crate) struct Served {
+    /// Position and normal, in the coordinates of the scene; none to serve the mean.
+    pub(super) points: Vec<[DVec3; 2]>,
+    /// Of each receiver of the last round, in each channel: the importance.
+    pub(super) importance: Vec<Vec<f64>>,
+    /// The mean of it over all area, and of what is reflected at the points.
+    pub(super) mean: Vec<f64>,
+    pub(super) reflected: Vec<f64>,
+}
+
+impl Served {
+    pub(crate) fn of(points: Vec<[DVec3; 2]>) -> Self {
+        Self { points, ..Self::default() }
+    }
+
+    /// Whether it is known what counts for points.
+    pub(super) fn is_known(&self) -> bool {
+        !self.importance.is_empty()
+    }
+}
