@@ -201,14 +201,15 @@ impl Check {
 
     /// Relative errors of the default answer, and the tightness of its bounds.
     fn errors(&mut self, answer: &Answer, closest: &Reference, sharpest: Option<&Reference>) {
-        let sizes = [answer.radiosity.abs(), answer.gradient.abs().max_element()];
-        let sizes = [sizes[0], sizes[1] * (answer.gradient / sizes[1]).length()];
+        let largest = answer.gradient.abs().max_element();
+        let sizes = [answer.radiosity.abs(), largest * (answer.gradient / largest).length()];
         let bounds = [answer.radiosity_error, answer.gradient_error];
         let best = sharpest.unwrap_or(closest).distances(answer);
         let all = [Figure::ValueError, Figure::GradientError];
         let sharp = [Figure::SharpValueError, Figure::SharpGradientError];
         let tightness = [Figure::ValueTightness, Figure::GradientTightness];
-        for quantity in [0, 1] {
+        // What is not to be told from 0 has no relative error.
+        for quantity in [0, 1].into_iter().filter(|&quantity| sizes[quantity] > 0.0) {
             let Distance { most, .. } = best[quantity];
             self.figures.push((all[quantity], ratio(most, sizes[quantity])));
             if sharpest.is_some() && best[quantity].is_sharp(bounds[quantity]) {
