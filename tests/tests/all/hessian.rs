@@ -112,7 +112,7 @@ fn screened(index: u64) -> Seen {
 
 #[test]
 fn past_screens_it_is_the_difference_of_gradients_too() {
-    let (mut compared, mut hidden) = (0, 0);
+    let (mut compared, mut hidden, mut open) = (0, 0, 0);
     let mut worst: f64 = 0.0;
     for index in 0..400 {
         let seen = screened(index);
@@ -122,6 +122,13 @@ fn past_screens_it_is_the_difference_of_gradients_too() {
             hidden += usize::from(free.method != Method::Zero);
             continue;
         }
+        // Where polygons meet that are flat up to rounding only, no gradient has 80 digits.
+        let digits = evaluate_digits(&seen.receiver(DVec3::ZERO), &seen.emitter, &seen.occluders, 80);
+        let is_flat = |polygon: &Polygon| polygon.planarity_defect() == 0.0;
+        if digits.is_err() && !(is_flat(seen.emitter.polygon()) && seen.occluders.iter().all(is_flat)) {
+            open += 1;
+            continue;
+        }
         let gradient = by_closed_form(&seen, 80);
         let [truth, coarse] = [1e-20, 1e-19].map(|part| seen.hessian(part, &gradient));
         assert!(truth.distance_to(&coarse) <= 1e-30 * truth.norm(), "{index}: the difference has no digits");
@@ -129,7 +136,7 @@ fn past_screens_it_is_the_difference_of_gradients_too() {
         worst = worst.max(error);
         compared += usize::from(truth.distance(&free.matrix) > 1e-6 * truth.norm());
     }
-    println!("{compared} partly hidden, {hidden} wholly, worst {worst:.1e}");
+    println!("{compared} partly hidden, {hidden} wholly, {open} open, worst {worst:.1e}");
     assert!(compared > 150 && worst < 1e-12, "{compared}, {worst:e}");
 }
 
