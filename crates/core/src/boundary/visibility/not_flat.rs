@@ -115,7 +115,7 @@ impl Doubt {
         let slab = occluder.half_slab() * plan.power;
         let (normal, offset) = (occluder.normal(), occluder.normal().dot(vertices[0]));
         let normal = if offset < 0.0 { -normal } else { normal };
-        let reach = vertices.iter().map(|v| v.length()).fold(0.0, f64::max);
+        let reach = vertices.iter().map(|v| v.length()).fold(0.0, largest);
         let off_plane = offset.abs() - slab - 16.0 * ROUNDOFF * reach;
         let slack = emitter.half_slab() * plan.power + if slab > 0.0 { slab * reach / off_plane } else { 0.0 };
         let slack = if slab > 0.0 && off_plane <= 0.0 { f64::INFINITY } else { slack * 1.01 };
@@ -149,10 +149,10 @@ impl Doubt {
             return true;
         }
         let (origin, normal) = (emitter.vertices()[0], emitter.normal());
-        let height = |v: &DVec3| (normal.dot(*v - origin) * plan.power).abs();
-        let least = known.iter().map(height).fold(f64::INFINITY, f64::min) - self.slack;
-        let extent = self.vertices.iter().map(|v| (*v - self.vertices[0]).length()).fold(0.0, f64::max);
-        let is_steep = least * least_altitude(emitter) * plan.power > 8.0 * self.slack * extent;
+        let height = |v: &DVec3| normal.dot((*v - origin) * plan.power).abs();
+        let least = known.iter().map(height).fold(f64::INFINITY, smallest) - self.slack;
+        let extent = self.vertices.iter().map(|v| (*v - self.vertices[0]).length()).fold(0.0, largest);
+        let is_steep = least * least_altitude(emitter, plan.power) > 8.0 * self.slack * extent;
         let is_shared = || match open[..] {
             [one] => is_on_outline(one, emitter),
             _ => edges(emitter.vertices()).any(|[a, b]| open.iter().all(|&v| v == a || v == b || is_between(a, v, b))),
@@ -184,7 +184,7 @@ impl Doubt {
 
     /// Distance of the occluder, from below.
     fn nearest(&self) -> f64 {
-        let nearest = self.vertices.iter().map(|v| v.length()).fold(f64::INFINITY, f64::min);
+        let nearest = self.vertices.iter().map(|v| v.length()).fold(f64::INFINITY, smallest);
         let perimeter: f64 = edges(&self.vertices).map(|[u, v]| (v - u).length()).sum();
         (nearest - 0.5 * perimeter).max(0.0)
     }
@@ -210,9 +210,9 @@ impl Doubt {
             (corner.point.map(T::value).into(), near)
         });
         let error = |point: Vec3<T>| point.x.value_error() + point.y.value_error() + point.z.value_error();
-        let unknown = part.corners.iter().map(|corner| error(corner.point)).fold(0.0, f64::max);
+        let unknown = part.corners.iter().map(|corner| error(corner.point)).fold(0.0, largest);
         let mut region: Vec<Bordered> = own.collect();
-        let reach = region.iter().map(|(p, _)| p.length()).fold(0.0, f64::max);
+        let reach = region.iter().map(|(p, _)| p.length()).fold(0.0, largest);
         let unknown = unknown + 8.0 * ROUNDOFF * reach;
         for (normal, offset, moved) in self.half_spaces(reach, height) {
             let margin = 2.0 * (moved + normal.length() * unknown);
@@ -223,7 +223,7 @@ impl Doubt {
         let perimeter: f64 = (0..region.len()).map(|i| side(i).length()).sum();
         let twice: DVec3 = (1..region.len()).map(|i| (region[i].0 - first).cross(side(i))).sum();
         let turning = (0..region.len()).map(|i| side(i).length() * region[i].1).filter(|turning| *turning != 0.0).sum();
-        let nearest = region.iter().map(|(p, _)| p.length()).fold(f64::INFINITY, f64::min);
+        let nearest = region.iter().map(|(p, _)| p.length()).fold(f64::INFINITY, smallest);
         Some(Region {
             area: 0.5 * twice.length() + 2.0 * (perimeter + unknown) * unknown,
             perimeter: perimeter + 8.0 * unknown,
@@ -241,7 +241,7 @@ impl Doubt {
             let inward = if inward.dot(middle) < 0.0 { -inward } else { inward };
             let outside = |w: &DVec3| -inward.dot(*w) / w.length();
             let rounding = 16.0 * ROUNDOFF * lengths;
-            found.push((inward, 0.0, (self.vertices.iter().map(outside).fold(0.0, f64::max) + rounding) * reach));
+            found.push((inward, 0.0, (self.vertices.iter().map(outside).fold(0.0, largest) + rounding) * reach));
         }
         let ((normal, offset), share) = (self.plane, self.slack / height);
         let rounding = 16.0 * ROUNDOFF * (reach + offset);
@@ -251,7 +251,7 @@ impl Doubt {
         } else if self.is_edge_on {
             let nearest = self.nearest();
             if nearest > 0.0 {
-                let farthest = self.vertices.iter().map(|v| v.length()).fold(0.0, f64::max);
+                let farthest = self.vertices.iter().map(|v| v.length()).fold(0.0, largest);
                 let aside = 1.5 * (offset + self.slab + 16.0 * ROUNDOFF * farthest) * reach / nearest;
                 found.extend([(normal, -aside, rounding), (-normal, -aside, rounding)]);
             }
@@ -278,8 +278,9 @@ fn cut(region: &[Bordered], height: impl Fn(DVec3) -> f64) -> Vec<Bordered> {
     kept
 }
 
-/// The least altitude of the triangles that vertices of a polygon form, from below; 0 where there are too many to look at.
-fn least_altitude(polygon: &Polygon) -> f64 {
+/// The least altitude of the triangles that vertices of a polygon form, normalised, from below; 0 where there are too many to look
+/// at.
+fn least_altitude(polygon: &Polygon, power: f64) -> f64 {
     const MOST: usize = 8;
     let vertices = polygon.vertices();
     if vertices.len() > MOST {
@@ -288,7 +289,19 @@ fn least_altitude(polygon: &Polygon) -> f64 {
     let all = || vertices.iter().copied();
     let altitudes = all().flat_map(|a| all().flat_map(move |b| all().map(move |c| [a, b, c]))).filter_map(|[a, b, c]| {
         let is_triangle = a != b && b != c && c != a;
-        is_triangle.then(|| (b - a).cross(c - a).length() / (b - a).length())
+        let [b, c] = [b, c].map(|p| (p - a) * power);
+        is_triangle.then(|| b.cross(c).length() / b.length())
     });
-    (altitudes.fold(f64::INFINITY, f64::min) - 64.0 * f64::EPSILON * polygon.size()).max(0.0)
+    let least = altitudes.fold(f64::INFINITY, smallest) - 64.0 * f64::EPSILON * polygon.size() * power;
+    if least < 0.0 { 0.0 } else { least }
+}
+
+/// The larger of two lengths; what is not a number stays so.
+fn largest(a: f64, b: f64) -> f64 {
+    if b > a || b.is_nan() { b } else { a }
+}
+
+/// The smaller of two lengths, likewise.
+fn smallest(a: f64, b: f64) -> f64 {
+    if b < a || b.is_nan() { b } else { a }
 }
