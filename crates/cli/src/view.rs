@@ -15,7 +15,7 @@ use std::path::{Path, PathBuf};
 use clap::{Args, ValueEnum};
 use indicatif::ProgressBar;
 use radgrad_core::{DVec3, Polygon};
-use radgrad_scene::{Scene, largest, smallest};
+use radgrad_scene::{Scene, contains, largest, smallest};
 use radgrad_solver::{Ledger, Reconstruction, Solution};
 use rayon::prelude::*;
 
@@ -273,26 +273,6 @@ fn nearest(polygons: &[Polygon], eye: DVec3, direction: DVec3) -> Option<(usize,
     };
     let first = polygons.iter().enumerate().filter_map(met).min_by(|a, b| a.0.total_cmp(&b.0))?;
     Some((first.1, first.2))
-}
-
-/// Whether a point of a polygon's plane is inside: an odd number of edges is crossed along the axis seen best.
-fn contains(vertices: &[DVec3], normal: DVec3, point: DVec3) -> bool {
-    let size = normal.abs();
-    let flat = |v: DVec3| {
-        if size.z >= size.x && size.z >= size.y {
-            [v.x, v.y]
-        } else if size.y >= size.x {
-            [v.z, v.x]
-        } else {
-            [v.y, v.z]
-        }
-    };
-    let [x, y] = flat(point);
-    let crossed = |i: &usize| {
-        let ([ax, ay], [bx, by]) = (flat(vertices[*i]), flat(vertices[(i + 1) % vertices.len()]));
-        (ay > y) != (by > y) && x < ax + (y - ay) / (by - ay) * (bx - ax)
-    };
-    (0..vertices.len()).filter(crossed).count() % 2 == 1
 }
 
 fn stops(text: &str) -> Result<f64, String> {

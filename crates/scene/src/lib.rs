@@ -33,7 +33,7 @@ pub use factors::{
     SurfaceMatrix, gauss_legendre,
 };
 pub use host::check_host;
-pub use occluders::{Beam, Found, Occluders};
+pub use occluders::{Beam, Found, Occluders, contains};
 pub use place::{Place, Position};
 pub use reading::{Materials, Reading, read_file};
 pub use scene::split::triangles as triangulate;

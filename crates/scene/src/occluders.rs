@@ -17,6 +17,7 @@ mod tree;
 use radgrad_core::Polygon;
 
 pub use beam::Beam;
+pub use segment::contains;
 use shape::Shape;
 use tree::{Content, Tree};
 

@@ -46,7 +46,13 @@ fn crosses(vertices: &[DVec3], [from, to]: [DVec3; 2]) -> bool {
         return false;
     }
     let point = from + (to - from) * (above / (above - below));
-    // An odd number of edges is crossed along the axis seen best.
+    contains(vertices, normal, point)
+}
+
+/// Whether a point of a polygon's plane is inside the polygon: an odd number of edges is crossed along the axis seen best. In double
+/// precision: a point on an edge may be either.
+#[must_use]
+pub fn contains(vertices: &[DVec3], normal: DVec3, point: DVec3) -> bool {
     let size = normal.abs();
     let flat = |v: DVec3| {
         if size.z >= size.x && size.z >= size.y {
@@ -58,10 +64,9 @@ fn crosses(vertices: &[DVec3], [from, to]: [DVec3; 2]) -> bool {
         }
     };
     let [x, y] = flat(point);
-    let mut inside = false;
-    for (i, &a) in vertices.iter().enumerate() {
-        let ([ax, ay], [bx, by]) = (flat(a), flat(vertices[(i + 1) % vertices.len()]));
-        inside ^= (ay > y) != (by > y) && x < ax + (y - ay) / (by - ay) * (bx - ax);
-    }
-    inside
+    let crossed = |i: &usize| {
+        let ([ax, ay], [bx, by]) = (flat(vertices[*i]), flat(vertices[(i + 1) % vertices.len()]));
+        (ay > y) != (by > y) && x < ax + (y - ay) / (by - ay) * (bx - ax)
+    };
+    (0..vertices.len()).filter(crossed).count() % 2 == 1
 }
