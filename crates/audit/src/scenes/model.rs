@@ -93,6 +93,8 @@ pub struct Model {
     pub change: Change,
     /// Relative error that the solver is asked for.
     pub error: f64,
+    /// Degree of the polynomials on elements, if not that of the solver's choice.
+    pub degree: Option<usize>,
 }
 
 impl Part {
