@@ -5,6 +5,8 @@
 //! [`crate::ladder::rungs`].
 
 use glam::DVec3;
+use radgrad_numbers::number::ROUNDOFF;
+use radgrad_numbers::vec3::Vec3;
 
 use crate::boundary::case::{Case, with_case};
 use crate::boundary::plan::Plan;
@@ -17,8 +19,6 @@ use crate::ladder::rungs::DirectAttempt;
 use crate::problem::emission::{Emission, Emitter};
 use crate::problem::polygon::Polygon;
 use crate::problem::receiver::Receiver;
-use crate::scalar::number::ROUNDOFF;
-use crate::scalar::vec3::Vec3;
 
 /// The relative error that [`evaluate`] asks for.
 ///

@@ -28,10 +28,19 @@
 //! B is twice differentiable in front of the emitter except where a whole edge lies in the horizon, which leaves the second
 //! derivative from the side on which the edge is hidden, and where an edge is seen through a vertex or along another edge that it
 //! does not meet: then the bound is infinite. Terms are of the size `1/(S r)`: far away the sum cancels by D/s,
-//! at distance D for an emitter of size s, as the gradient's does. Bounds are running ([`crate::scalar::ball`]); the ladder is
+//! at distance D for an emitter of size s, as the gradient's does. Bounds are running ([`radgrad_numbers::ball`]); the ladder is
 //! f64, double-double, then as many bits as it takes.
 
 use glam::DMat3;
+use radgrad_numbers::ball::Ball;
+#[cfg(feature = "arbitrary-precision")]
+use radgrad_numbers::big::Big;
+#[cfg(feature = "arbitrary-precision")]
+use radgrad_numbers::big::enclosure::{Enclosure, Outcome, PRECISIONS, enough_for_doubles, is_nothing, refined, relative_error};
+use radgrad_numbers::double_double::DoubleDouble;
+use radgrad_numbers::number::{Number, ROUNDOFF};
+use radgrad_numbers::real::Real;
+use radgrad_numbers::vec3::Vec3;
 
 use crate::boundary::arc::Arc;
 use crate::boundary::case::{Case, with_case};
@@ -48,15 +57,6 @@ use crate::ladder::digits::{Enclosed, to_doubles};
 use crate::problem::emission::{Emission, Emitter};
 use crate::problem::polygon::Polygon;
 use crate::problem::receiver::{Receiver, albedo, unit_normal};
-use crate::scalar::ball::Ball;
-#[cfg(feature = "arbitrary-precision")]
-use crate::scalar::big::Big;
-#[cfg(feature = "arbitrary-precision")]
-use crate::scalar::big::enclosure::{Enclosure, Outcome, PRECISIONS, enough_for_doubles, is_nothing, refined, relative_error};
-use crate::scalar::double_double::DoubleDouble;
-use crate::scalar::number::{Number, ROUNDOFF};
-use crate::scalar::real::Real;
-use crate::scalar::vec3::Vec3;
 
 /// Second derivatives of the radiosity with a proven absolute error bound.
 ///

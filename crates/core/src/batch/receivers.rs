@@ -3,9 +3,9 @@
 use std::ops::Range;
 
 use glam::DVec3;
+use radgrad_numbers::lanes::lane::Lane;
 
 use crate::error::Error;
-use crate::lanes::lane::Lane;
 use crate::problem::receiver::Receiver;
 
 /// Receiver points with their normals and reflectances, one entry of each slice a receiver.

@@ -1,6 +1,15 @@
 //! The irradiance vector to a tolerance: the closed form in double precision, in double-double, or with as many bits as it takes.
 
 use glam::DVec3;
+use radgrad_numbers::ball::Ball;
+#[cfg(feature = "arbitrary-precision")]
+use radgrad_numbers::big::Big;
+#[cfg(feature = "arbitrary-precision")]
+use radgrad_numbers::big::enclosure::{Enclosure, Outcome, PRECISIONS, enough_for_doubles, is_nothing, refined, relative_error};
+use radgrad_numbers::double_double::DoubleDouble;
+use radgrad_numbers::number::Number;
+use radgrad_numbers::real::Real;
+use radgrad_numbers::vec3::Vec3;
 
 use crate::boundary::case::Case;
 use crate::error::Error;
@@ -9,15 +18,6 @@ use crate::ladder::answer::Method;
 use crate::ladder::caller_units::CallerUnits;
 #[cfg(feature = "arbitrary-precision")]
 use crate::ladder::digits::{Enclosed, to_doubles};
-use crate::scalar::ball::Ball;
-#[cfg(feature = "arbitrary-precision")]
-use crate::scalar::big::Big;
-#[cfg(feature = "arbitrary-precision")]
-use crate::scalar::big::enclosure::{Enclosure, Outcome, PRECISIONS, enough_for_doubles, is_nothing, refined, relative_error};
-use crate::scalar::double_double::DoubleDouble;
-use crate::scalar::number::Number;
-use crate::scalar::real::Real;
-use crate::scalar::vec3::Vec3;
 
 /// The irradiance vector with a proven absolute error bound.
 ///
