@@ -32,13 +32,6 @@
 //! f64, double-double, then as many bits as it takes.
 
 use glam::DMat3;
-use radgrad_numbers::ball::Ball;
-#[cfg(feature = "arbitrary-precision")]
-use radgrad_numbers::big::Big;
-#[cfg(feature = "arbitrary-precision")]
-use radgrad_numbers::big::enclosure::{Enclosure, Outcome, PRECISIONS, enough_for_doubles, is_nothing, refined, relative_error};
-use radgrad_numbers::double_double::DoubleDouble;
-use radgrad_numbers::number::{Number, ROUNDOFF};
 use radgrad_numbers::real::Real;
 use radgrad_numbers::vec3::Vec3;
 
@@ -52,8 +45,7 @@ use crate::forms::polynomial::sum::SeenPolynomial;
 use crate::forms::second_derivatives::{SecondDerivatives, Symmetric, symmetric_product};
 use crate::ladder::answer::Method;
 use crate::ladder::caller_units::CallerUnits;
-#[cfg(feature = "arbitrary-precision")]
-use crate::ladder::digits::{Enclosed, to_doubles};
+use crate::ladder::components::{Bounded, Components, within_reach};
 use crate::problem::emission::{Emission, Emitter};
 use crate::problem::polygon::Polygon;
 use crate::problem::receiver::{Receiver, albedo, unit_normal};
@@ -115,7 +107,8 @@ pub fn hessian(receiver: &Receiver, emitter: &Emitter) -> Result<DMat3, Error> {
         return Ok(DMat3::ZERO);
     }
     with_case(receiver, emitter, &[], DMat3::ZERO, |case| {
-        columns::<f64>(case).map_or(Ok(DMat3::ZERO), |columns| unit(case).plain(columns).map(|c| DMat3::from_cols_array(&c)))
+        columns::<f64>(case)
+            .map_or(Ok(DMat3::ZERO), |columns| Hessian::unit(case).plain(columns).map(|c| DMat3::from_cols_array(&c)))
     })
 }
 
@@ -154,78 +147,34 @@ pub fn hessian_to<'a>(
 
 /// [`hessian_to`], compiled once: generic functions are compiled again in every crate that calls them.
 fn bounded(receiver: &Receiver, emitter: &Emitter, occluders: &[&Polygon], tolerance: f64) -> Result<Hessian, Error> {
-    if !(0.0..=1.0).contains(&tolerance) {
-        return Err(Error::Tolerance { value: tolerance });
-    }
-    // Below this little but the rounding to doubles is left, so that nothing dearer gives more.
-    let tolerance = tolerance.max(1.01 * ROUNDOFF);
+    let tolerance = within_reach(tolerance)?;
     if receiver.reflectance() == 0.0 {
         return Ok(Hessian::ZERO);
     }
     with_case(receiver, emitter, occluders, Hessian::ZERO, |case| {
-        let Some(rough) = Found::certified::<f64>(case, Method::ClosedForm) else { return Ok(Hessian::ZERO) };
-        if let Some(answer) = rough.answer_within(tolerance, case)? {
-            return Ok(answer);
-        }
-        let Some(fine) = Found::certified::<DoubleDouble>(case, Method::DoubleDouble) else { return Ok(Hessian::ZERO) };
-        if let Some(answer) = fine.answer_within(tolerance, case)? {
-            return Ok(answer);
-        }
-        #[cfg(feature = "arbitrary-precision")]
-        return rounded(case, tolerance, &fine);
-        #[cfg(not(feature = "arbitrary-precision"))]
-        fine.answer(case)
+        Ok(Bounded::to::<Hessian>(case, tolerance)?.map_or(Hessian::ZERO, |Bounded { components, error, method }| Hessian {
+            matrix: DMat3::from_cols_array(&components),
+            error,
+            method,
+        }))
     })
 }
 
-fn unit(case: &Case<'_>) -> CallerUnits {
-    CallerUnits::of_derivative(2, "Hessian", case.plan, case.emitter)
-}
+impl Components<9> for Hessian {
+    /// Nine squares and their sum, a root, and the way back from a power of two.
+    const UP: f64 = 1.0 + 16.0 * f64::EPSILON;
 
-/// The result of a rung, in normalised lengths and emission.
-struct Found {
-    columns: [f64; 9],
-    error: f64,
-    method: Method,
-}
-
-impl Found {
-    /// The closed form with a running bound; `None` where nothing is visible.
-    fn certified<N: Number>(case: &Case<'_>, method: Method) -> Option<Self> {
-        let columns = columns::<Ball<N>>(case)?;
-        // Nine squares and their sum, a root, and the way back from a power of two.
-        let error = frobenius_norm(columns.map(Real::value_error)) * (1.0 + 16.0 * f64::EPSILON);
-        Some(Self { columns: columns.map(Real::value), error, method })
+    fn find<T: Real>(case: &Case<'_>) -> Option<[T; 9]> {
+        columns(case)
     }
 
-    fn answer(&self, case: &Case<'_>) -> Result<Hessian, Error> {
-        let (columns, error) = unit(case).components(self.columns, self.error)?;
-        Ok(Hessian { matrix: DMat3::from_cols_array(&columns), error, method: self.method })
+    fn norm(components: [f64; 9]) -> f64 {
+        frobenius_norm(components)
     }
 
-    /// The answer if it meets the tolerance, before and after the change of unit.
-    fn answer_within(&self, tolerance: f64, case: &Case<'_>) -> Result<Option<Hessian>, Error> {
-        if self.error <= tolerance * frobenius_norm(self.columns) {
-            self.answer(case).map(|answer| Some(answer).filter(|answer| answer.meets(tolerance)))
-        } else {
-            Ok(None)
-        }
+    fn unit(case: &Case<'_>) -> CallerUnits {
+        CallerUnits::of_derivative(2, "Hessian", case.plan, case.emitter)
     }
-}
-
-/// The closed form with as many bits as it takes, rounded to doubles, or what was found before where that would take too long.
-#[cfg(feature = "arbitrary-precision")]
-#[cold]
-fn rounded(case: &Case<'_>, tolerance: f64, before: &Found) -> Result<Hessian, Error> {
-    let columns = || columns::<Ball<Big>>(case).map(|columns| columns.map(Enclosure::of));
-    let is_open = |columns: &[Enclosure; 9]| (case.is_of_one_scale() && is_nothing(columns)) || Enclosed::is_coincidence(case);
-    let columns = match refined(PRECISIONS, enough_for_doubles(tolerance), |columns| relative_error(columns), is_open, columns) {
-        Outcome::Nothing { .. } => return Ok(Hessian::ZERO),
-        Outcome::Found(refined) => refined.found,
-        Outcome::TooDear => return before.answer(case),
-    };
-    let (columns, error) = to_doubles(&columns, unit(case))?;
-    Ok(Hessian { matrix: DMat3::from_cols_array(&columns), error, method: Method::ArbitraryPrecision })
 }
 
 fn frobenius_norm(columns: [f64; 9]) -> f64 {

@@ -55,5 +55,3 @@ pub mod radius;
 pub mod real;
 pub mod series;
 pub mod vec3;
-
-pub use fearless_simd;

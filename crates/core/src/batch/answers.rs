@@ -89,7 +89,6 @@ pub(super) struct Asked {
     pub(super) methods: bool,
 }
 
-#[allow(private_bounds, reason = "what lanes need of a number is not for others to implement")]
 impl<F: Lane> Answers<F> {
     /// Empty arrays, to be filled.
     ///

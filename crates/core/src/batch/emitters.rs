@@ -52,7 +52,6 @@ struct Set<F> {
     double: Option<Lamps>,
 }
 
-#[allow(private_bounds, reason = "what lanes need of a number is not for others to implement")]
 impl<'a, F: Lane> Emitters<'a, F> {
     /// Puts emitters on lanes.
     #[must_use]

@@ -5,6 +5,9 @@ use std::sync::LazyLock;
 
 use fearless_simd::Level;
 
+#[doc(hidden)]
+pub use fearless_simd;
+
 /// The best instruction set of this machine.
 pub static INSTRUCTION_SET: LazyLock<Level> = LazyLock::new(Level::new);
 
@@ -15,7 +18,7 @@ macro_rules! on_instruction_set {
     ($level:expr, $simd:ident => $call:expr) => {{
         #[cfg(target_arch = "x86_64")]
         {
-            use $crate::fearless_simd::Simd;
+            use $crate::lanes::instruction_set::fearless_simd::Simd;
             if let Some($simd) = $level.as_avx512() {
                 $simd.vectorize(
                     #[inline(always)]
@@ -37,7 +40,7 @@ macro_rules! on_instruction_set {
         }
         #[cfg(not(target_arch = "x86_64"))]
         {
-            $crate::fearless_simd::dispatch!($level, $simd => $call)
+            $crate::lanes::instruction_set::fearless_simd::dispatch!($level, $simd => $call)
         }
     }};
 }
