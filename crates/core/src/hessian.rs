@@ -190,8 +190,8 @@ fn columns<T: Real>(case: &Case<'_>) -> Option<[T; 9]> {
         let mut sum = [Vec3::zero(); 2];
         let mut add = |[on, off]: Symmetric<T>| sum = [sum[0] + on, sum[1] + off];
         let is_certain = visit(case, |part| match part {
-            Part::Arc(arc) => add(edge_term(n1, arc)),
-            Part::Corner(ending, beginning) => add(corner_term(n1, ending, beginning)),
+            ArcOrCorner::Arc(arc) => add(edge_term(n1, arc)),
+            ArcOrCorner::Corner(ending, beginning) => add(corner_term(n1, ending, beginning)),
         })?;
         let factor = albedo::<T>(receiver) * T::exact(value);
         Some((is_certain, sum.map(|v| v * factor)))
@@ -199,8 +199,8 @@ fn columns<T: Real>(case: &Case<'_>) -> Option<[T; 9]> {
     let varying = |seen: SeenPolynomial<T>| {
         let mut sum = SecondDerivatives::new(seen);
         let is_certain = visit(case, |part| match part {
-            Part::Arc(arc) => sum.add(arc),
-            Part::Corner(ending, beginning) => sum.add_corner(ending.end.point, corner_term(n1, ending, beginning)),
+            ArcOrCorner::Arc(arc) => sum.add(arc),
+            ArcOrCorner::Corner(ending, beginning) => sum.add_corner(ending.end.point, corner_term(n1, ending, beginning)),
         })?;
         Some((is_certain, sum.total().map(|v| v * albedo::<T>(receiver))))
     };
@@ -215,26 +215,26 @@ fn columns<T: Real>(case: &Case<'_>) -> Option<[T; 9]> {
 }
 
 /// The arcs and corners that contribute to the sums.
-enum Part<'a, T> {
+enum ArcOrCorner<'a, T> {
     Arc(&'a Arc<T>),
     /// Where two lines only seem to meet: the arc that ends there and the one that begins.
     Corner(&'a Arc<T>, &'a Arc<T>),
 }
 
 /// Calls the parts of the visible boundary; returns whether they are certain, or `None` where nothing is visible.
-fn visit<T: Real>(case: &Case<'_>, mut visit: impl FnMut(Part<'_, T>)) -> Option<bool> {
+fn visit<T: Real>(case: &Case<'_>, mut visit: impl FnMut(ArcOrCorner<'_, T>)) -> Option<bool> {
     let Case { receiver, emitter, occluders, plan } = *case;
     if occluders.is_empty() {
-        horizon::visit_boundary(receiver, emitter.polygon(), plan, |arc: &Arc<T>| visit(Part::Arc(arc)));
+        horizon::visit_boundary(receiver, emitter.polygon(), plan, |arc: &Arc<T>| visit(ArcOrCorner::Arc(arc)));
         return Some(true);
     }
     let (outlines, uncertainty) = visibility::outlines(receiver, emitter, occluders, plan)?;
     for outline in &outlines {
         let next = outline.iter().cycle().skip(1);
         for ((arc, meets), (next, _)) in outline.iter().zip(next) {
-            visit(Part::Arc(arc));
+            visit(ArcOrCorner::Arc(arc));
             if !meets {
-                visit(Part::Corner(arc, next));
+                visit(ArcOrCorner::Corner(arc, next));
             }
         }
     }

@@ -26,14 +26,14 @@ impl Integrand<'_> {
         match piece {
             Piece::Edge(edge) => {
                 let weight = 0.5 * self.emission(at) * inverse;
-                let moment = self.normal.dot(&self.moment(edge));
-                let gradient = self.normal.cross(&in_plane(edge.along)) + 2.0 * moment * inverse * r;
+                let moment = self.normal.dot(self.moment(edge));
+                let gradient = self.normal.cross(in_plane(edge.along)) + 2.0 * moment * inverse * r;
                 [moment, gradient.x, gradient.y, gradient.z].map(|c| -weight * c)
             }
             Piece::Triangle(_) => {
                 let [gu, gv] = self.emission_gradient(at);
-                let k = self.normal.cross(&in_plane([gv, -gu]));
-                let along = k.dot(&r);
+                let k = self.normal.cross(in_plane([gv, -gu]));
+                let along = k.dot(r);
                 let gradient = 2.0 * along * inverse * r - k;
                 [along, gradient.x, gradient.y, gradient.z].map(|c| 0.5 * inverse * c)
             }
@@ -134,10 +134,10 @@ mod tests {
         let (_, inverse) = integrand.ray(at);
         let weight = 0.5 * integrand.emission(at) * inverse;
         let moment = integrand.moment(edge);
-        let turned = integrand.normal.cross(&in_plane(edge.along));
+        let turned = integrand.normal.cross(in_plane(edge.along));
         let kept = if first { 1.0 } else { 0.0 };
-        let component = |i: usize| -weight * (kept * turned[i] + 2.0 * at.s * inverse * moment[i]);
-        [f[0], component(0), component(1), component(2)]
+        let gradient = -weight * (kept * turned + 2.0 * at.s * inverse * moment);
+        [f[0], gradient.x, gradient.y, gradient.z]
     }
 
     #[test]

@@ -83,13 +83,13 @@ impl Corners {
     pub(crate) fn new(triangle: &Triangle, height: f64) -> Self {
         let rays = triangle.corners.map(|corner| FrameVector::new(corner.p, corner.q, -height));
         let distances = rays.map(|ray| ray.norm());
-        let directions = rays.map(|ray| ray.normalize());
+        let directions = rays.map(|ray| ray.unit());
         let volume = 2.0 * triangle.area * height / (distances[0] * distances[1] * distances[2]);
         Self { directions, distances, volume }
     }
 
     fn cosine(&self, i: usize, j: usize) -> f64 {
-        self.directions[i].dot(&self.directions[j])
+        self.directions[i].dot(self.directions[j])
     }
 
     pub(crate) fn solid_angle(&self) -> f64 {
@@ -106,7 +106,7 @@ impl Corners {
         let axis = from_first * v0 + from_last * v2;
         let squared = axis.norm_squared();
         // At u = 0 the mirrored direction is corner 0 itself.
-        let mirror = if squared > 0.0 { 2.0 * v0.dot(&axis) / squared } else { return [1.0, 0.0, 0.0] };
+        let mirror = if squared > 0.0 { 2.0 * v0.dot(axis) / squared } else { return [1.0, 0.0, 0.0] };
         let (first, last) = (mirror * from_first - 1.0, mirror * from_last);
         let chord = (v1 - (first * v0 + last * v2)).norm_squared();
         // Cosines from corner 1, by the chord: 1 - cos keeps its digits.
@@ -174,7 +174,7 @@ mod tests {
         let cosine = |v: f64| {
             let l = seen.barycentric([0.4, v]);
             let ray = [0, 1].map(|i| l[0] * corners[0][i] + l[1] * corners[1][i] + l[2] * corners[2][i]);
-            FrameVector::new(ray[0], ray[1], -0.7).normalize().dot(&seen.directions[1])
+            FrameVector::new(ray[0], ray[1], -0.7).unit().dot(seen.directions[1])
         };
         for v in [0.0, 0.1, 0.5, 0.8] {
             assert!((cosine(v) - (1.0 - v * (1.0 - cosine(1.0)))).abs() < 1e-14);
