@@ -4,7 +4,7 @@
 //! precision. Each operation returns a ball that contains the exact result for all operands in the balls given. Its own rounding
 //! is at most `eps |result|` with the eps that [`Number`] states for the operation; the effect of the operands' radii is written at
 //! each operation. Radii are sums and products of at most eight non-negative numbers, each rounding loses a relative 2^-53 at most,
-//! and the factor [`UP`] pays for all of them, as it does for taking the leading double of `mid` for its size. Results below the
+//! and the factor `UP` pays for all of them, as it does for taking the leading double of `mid` for its size. Results below the
 //! normal range lose more than a relative eps: [`Number::tiny`] pays for that.
 
 use std::ops::{Add, Div, Mul, Neg, Sub};

@@ -1,9 +1,9 @@
 //! Numbers of as many bits as are asked for at run time: the middle of a [`crate::ball::Ball`] where double-double is not
 //! enough.
 //!
-//! The formulas are written on scalars that copy. A [`Big`] is a place in an arena of its thread, that [`with_bits`] opens and
+//! The formulas are written on scalars that copy. A [`Big`] is a place in an arena of its thread, that [`within`] opens and
 //! clears; it means nothing outside. Sums, differences, products, quotients and square roots are those of the crate
-//! `astro-float`, rounded to nearest, so that they err by at most `2^-bits` of the result, which the tests of [`functions`] hold;
+//! `astro-float`, rounded to nearest, so that they err by at most `2^-bits` of the result, which the tests of its functions hold;
 //! logarithm and arc tangent are made there. The exponent has 32 bits: nothing that is made of doubles over- or underflows.
 
 pub mod decimal;

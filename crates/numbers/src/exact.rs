@@ -2,7 +2,7 @@
 //!
 //! Of lengths of an ordinary size the products are summed as a non-overlapping expansion (Shewchuk, "Adaptive precision
 //! floating-point arithmetic and fast robust geometric predicates", 1997, theorem 10), or by the predicates of the crate
-//! `robust`. Both are exact while no product underflows. Where one may, [`WideSum`] adds them in fixed point with an ulp below
+//! `robust`. Both are exact while no product underflows. Where one may, `WideSum` adds them in fixed point with an ulp below
 //! every product of three doubles.
 
 use glam::DVec3;

@@ -92,7 +92,7 @@ pub fn is_nothing<'a>(components: impl IntoIterator<Item = &'a Enclosure> + Copy
 }
 
 /// Tries the precisions until the error is small enough (Ziv's strategy), or until more bits no longer help. The remaining error is
-/// then an uncertainty of the input, such as vertices that are not exactly in one plane, or from [`DECISIVE`] bits on `stays_open`
+/// then an uncertainty of the input, such as vertices that are not exactly in one plane, or from `DECISIVE` (1024) bits on `stays_open`
 /// says so of the result: a decision stays open, or a number that may be 0 is too small to matter.
 pub fn refined<R>(
     precisions: impl IntoIterator<Item = usize>,

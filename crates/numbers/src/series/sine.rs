@@ -51,7 +51,7 @@ const PSI: [f64; 10] = [
 /// Errors of the coefficients and of what is left out of `double_sum` and of `psi` over the angle, in units of roundoff of 1.
 pub const REST: [f64; 2] = [0.1, 0.06];
 
-/// [`DOUBLE_SERIES`], the first term last, off by a rounding; the eight leave 2^-55 of it.
+/// `DOUBLE_SERIES`, the first term last, off by a rounding; the eight leave 2^-55 of it.
 #[inline(always)]
 pub fn double_sum<T: Arithmetic>(z: T) -> T {
     let [first, others @ ..] = &DOUBLE_SERIES;
@@ -79,7 +79,7 @@ pub fn half_angle_minus_sine<T: Arithmetic>(angle: T, sin: T) -> T {
 
 /// `(g - sin g)/4(1 - cos g)`, up to a quarter turn.
 ///
-/// On doubles by [`PSI`]; else for small g by the series p of `6 (g - sin g)/g^3`, `sin g = g (1 - g^2 p/6)` and
+/// On doubles by `PSI`; else for small g by the series p of `6 (g - sin g)/g^3`, `sin g = g (1 - g^2 p/6)` and
 /// `1 - cos g = sin^2 g/(1 + cos g)`.
 #[inline(always)]
 pub fn psi<T: Arithmetic>(angle: T, sin: T, cos: T, one_and_cos: T) -> T {
