@@ -175,7 +175,7 @@ impl Model {
 
     /// Whether any face has a texture of this quantity.
     #[must_use]
-    pub fn has_grid(&self, quantity: Quantity) -> bool {
+    pub(crate) fn has_grid(&self, quantity: Quantity) -> bool {
         self.parts.iter().any(|part| part.grid.as_ref().is_some_and(|grid| grid.quantity == quantity))
     }
 
@@ -237,7 +237,7 @@ impl Grid {
 impl Change {
     /// Where a point of the changed scene is in the unchanged one: exact, as the change is.
     #[must_use]
-    pub fn undone(self, point: DVec3) -> DVec3 {
+    pub(crate) fn undone(self, point: DVec3) -> DVec3 {
         match self {
             Self::None => point,
             Self::Scale(factor) => point / factor,
