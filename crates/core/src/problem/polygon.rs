@@ -332,7 +332,11 @@ fn meeting_edges(points: &[robust::Coord<f64>]) -> Option<Error> {
 
 /// Why a polygon's area vanishes: its lobes cancel, or all is on one line.
 fn without_area(vertices: &[DVec3], offsets: &[Vec3<DoubleDouble>]) -> Error {
-    let corners = offsets.iter().flat_map(|a| offsets.iter().map(|b| unit_vector(a.cross(*b))));
+    // A vertex farthest from vertex 0, and one farthest from the line through both. If no vertex is off that line by more than h, no
+    // two span more than 3 h times its length, so that this finds a plane wherever there is one.
+    let length = |offset: &Vec3<DoubleDouble>| offset.dot(*offset).to_f64();
+    let farthest = offsets.iter().max_by(|a, b| length(a).total_cmp(&length(b)));
+    let corners = farthest.into_iter().flat_map(|a| offsets.iter().map(|b| unit_vector(a.cross(*b))));
     let widest = corners.max_by(|a, b| a.1.total_cmp(&b.1)).filter(|(_, norm)| *norm > DEGENERATE);
     let crossing = widest.and_then(|(normal, _)| meeting_edges(&projected(vertices, normal.map(DoubleDouble::to_f64).into())));
     crossing.unwrap_or(Error::ZeroArea { count: vertices.len() })
