@@ -40,8 +40,13 @@ fn cubic(emitter: &Emitter) -> Emitter {
 fn a_hundred_digits_are_those_of_the_enclosure() {
     let mut compared = 0;
     for family in Family::ALL {
-        // A hundred edges take the enclosure a minute.
-        for index in 0..if family == Family::HundredVertices { 0 } else { 3 } {
+        // A hundred edges take the enclosure a minute; an emission of 1 over subnormal lengths has a gradient beyond a double's range.
+        let emissions = match family {
+            Family::HundredVertices => 0,
+            Family::Subnormal => 1,
+            _ => 3,
+        };
+        for index in 0..emissions {
             let Ok(problem) = family.case(23, index).problem() else { continue };
             let emitter = match index {
                 0 => problem.emitter,
