@@ -270,9 +270,9 @@ impl Exact {
         all[from..from + large.limbs.get().len()].copy_from_slice(large.limbs.get());
         let rest = &mut all[above(small.place, place)..];
         if adds {
-            add_into(rest, small.limbs.get())
+            add_into(rest, small.limbs.get());
         } else {
-            subtract_from(rest, small.limbs.get())
+            subtract_from(rest, small.limbs.get());
         }
         Self::trimmed(negative, place, sum)
     }
