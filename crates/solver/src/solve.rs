@@ -11,6 +11,7 @@
 mod check;
 pub(crate) mod detail;
 mod divide;
+mod dual;
 pub(crate) mod gather;
 pub(crate) mod gradient;
 mod left;
@@ -209,6 +210,7 @@ pub(crate) fn solve_on(
         served,
         judged: Vec::new(),
         bounds: Bounds::default(),
+        estimated: OnceLock::new(),
         ground: Ground::of(&mesh),
         proven: OnceLock::new(),
         details: OnceLock::new(),
@@ -292,9 +294,9 @@ impl Solution {
         let bounds = Bounds::of(self.bounded(), [self.left_of_direct(), self.left_of_reflected()]);
         self.bounds = bounds.ok_or_else(|| self.lossless())?;
         let links = self.receivers.iter().map(|&receiver| self.links[receiver].len() + self.far[receiver].len()).sum();
-        (self.proven, self.details) = (OnceLock::new(), OnceLock::new());
+        (self.proven, self.details, self.estimated) = (OnceLock::new(), OnceLock::new(), OnceLock::new());
         self.find_importance()?;
-        let estimate = self.estimate_at_points().unwrap_or_else(|| self.relative(&self.mean_estimate()));
+        let estimate = self.estimate_at_points().unwrap_or_else(|| self.relative(&self.served_estimate()));
         let part = options.bound.unwrap_or(options.error);
         let errors: Vec<f64> = self.reference().into_iter().map(|reference| part * reference).collect();
         self.ground.aim_at(&errors, options.bound.is_some());
