@@ -16,7 +16,7 @@ use radgrad_scene::case::Problem;
 use rayon::prelude::*;
 
 use crate::family::{Family, Name};
-use crate::measure::ratio;
+use crate::measure::{is_worse, ratio, worse};
 use crate::run::Run;
 use crate::seen::seen;
 use crate::truth::Truth;
@@ -113,7 +113,7 @@ fn compare(case: Name, paper_gate: f64) -> Agreement {
         Ok(Some((radiosity, gradient))) => {
             agreement.cubature = 1;
             let worst = relative_error(&truth, radiosity, gradient);
-            if worst > SILENT * TOLERANCE {
+            if is_worse(worst, SILENT * TOLERANCE) {
                 contradict("converged cubature", format!("off by {worst:.1e}, {TOLERANCE:e} asked for"));
             }
         }
@@ -134,7 +134,7 @@ fn compare(case: Name, paper_gate: f64) -> Agreement {
     {
         agreement.paper = 1;
         let worst = relative_error(&truth, radiosity, gradient);
-        if worst > paper_gate {
+        if is_worse(worst, paper_gate) {
             contradict("appendix A", format!("off by {worst:.1e}, {paper_gate:e} allowed"));
         }
     }
@@ -183,7 +183,7 @@ fn outside(truth: &Interval, limits: &Limits) -> Option<String> {
 /// The larger of the two relative errors.
 fn relative_error(truth: &Truth, radiosity: f64, gradient: DVec3) -> f64 {
     let value = ratio(truth.radiosity_error(radiosity), truth.radiosity_magnitude());
-    value.max(ratio(truth.gradient_error(gradient), truth.gradient_magnitude()))
+    worse(value, ratio(truth.gradient_error(gradient), truth.gradient_magnitude()))
 }
 
 #[cfg(test)]
