@@ -110,7 +110,7 @@ fn value_gradient_bounds_and_method_are_the_same_in_every_unit() {
 
 /// Subnormal coordinates have no smaller unit, and emission of 2^900 over numbers of 2^-900 no larger one.
 #[test]
-fn extreme_scenes_are_refused_in_units_that_take_them_out_of_range_and_the_same_in_others() {
+fn extreme_scenes_are_refused_in_units_that_take_them_out_of_range_and_answered_in_others() {
     let (mut same, mut repeated, mut beyond) = (0, 0, 0);
     for index in 0..40 {
         let Problem { receiver, emitter, .. } = Family::Subnormal.case(17, index).problem().unwrap();
@@ -120,10 +120,13 @@ fn extreme_scenes_are_refused_in_units_that_take_them_out_of_range_and_the_same_
         let answer = evaluate_to(&receiver, &emitter, &[], 1e-12).unwrap();
         for lengths in [40, 300, 900] {
             let (receiver, emitter) = scaled(&receiver, &emitter, lengths, 0);
-            assert_eq!(unscaled(evaluate_to(&receiver, &emitter, &[], 1e-12).unwrap(), lengths, 0), answer, "{index}");
+            let there = unscaled(evaluate_to(&receiver, &emitter, &[], 1e-12).unwrap(), lengths, 0);
+            assert!((there.radiosity - answer.radiosity).abs() <= there.radiosity_error + answer.radiosity_error, "{index}");
+            let apart = (there.gradient - answer.gradient).abs().max_element();
+            assert!(apart <= there.gradient_error + answer.gradient_error, "{index}");
             same += usize::from(answer.method != Method::Zero);
         }
-        let Problem { emitter, .. } = Family::MixedExponents.case(17, index).problem().unwrap();
+        let Problem { receiver, emitter, .. } = Family::MixedExponents.case(17, index).problem().unwrap();
         if let Emission::Constant(value) = emitter.emission() {
             let shift = if *value > 1.0 { 1030 } else { -1030 };
             let there = Emitter::new(emitter.polygon().clone(), Emission::Constant(libm::scalbn(*value, shift)));
