@@ -105,6 +105,9 @@ fn compare(case: Name, paper_gate: f64) -> Agreement {
         }
     };
     agreement.enclosed = 1;
+    if is_beyond_doubles(case.family) {
+        return agreement;
+    }
     let mut contradict = |way, what| agreement.contradictions.push(Contradiction { case, way, what });
     match seen(&problem).map_or(Ok(None), |seen| by_cubature(&problem.receiver, &seen)) {
         Ok(Some((radiosity, gradient))) => {
@@ -136,6 +139,12 @@ fn compare(case: Name, paper_gate: f64) -> Agreement {
         }
     }
     agreement
+}
+
+/// Whether products of lengths, or squares of an emission, leave the range of the doubles that cubature and Monte Carlo work in: the
+/// enclosure, which has exponents enough, stands alone.
+fn is_beyond_doubles(family: Family) -> bool {
+    matches!(family, Family::Subnormal | Family::MixedExponents)
 }
 
 /// Value and gradient if the cubature says it converged; to be out of budget, from the start or later, is no disagreement.
@@ -195,10 +204,16 @@ mod tests {
             let run = Run::of_each(4, &[family], 2);
             let agreement = agreement(&run, 4, 1e-10);
             assert_eq!(agreement.contradictions, [], "{family}");
+            if is_beyond_doubles(family) {
+                assert_eq!((agreement.enclosed, agreement.cubature, agreement.monte_carlo), (4, 0, 0), "{family}");
+                continue;
+            }
             let touches = family == Family::InPlaneInside;
             assert!(touches || agreement.monte_carlo == agreement.enclosed, "{family}: {agreement:?}");
             let is_seen = family.case(2, 0).problem().is_ok_and(|problem| seen(&problem).is_some());
-            assert!(agreement.cubature > 0 || agreement.enclosed == 0 || !is_seen, "{family}: {agreement:?}");
+            // An ulp over the surface the integrand is a spike that no adaptive rule finds.
+            let is_spike = family == Family::OnSurface;
+            assert!(is_spike || agreement.cubature > 0 || agreement.enclosed == 0 || !is_seen, "{family}: {agreement:?}");
         }
     }
 

@@ -247,9 +247,10 @@ impl Family {
     #[must_use]
     pub(crate) const fn dearness(self) -> u64 {
         match self {
-            Self::TenScreens | Self::Boxes | Self::HundredVertices => 4,
+            Self::TenScreens | Self::Boxes => 4,
             Self::Thicket => 8,
-            Self::ThousandTriangles => 1000,
+            Self::HundredVertices => 40,
+            Self::ThousandTriangles => 800,
             _ => 1,
         }
     }

@@ -60,6 +60,9 @@ const LINK_PART: f64 = 0.1;
 /// The part of the bound asked for that the estimate reaches before more than a rough proof is made: that costs more than a solution.
 const ESTIMATED_PART: f64 = 0.02;
 
+/// The same before a rough proof is made.
+const ROUGH_PART: f64 = 0.2;
+
 /// The part of the error asked for that one evaluation may have, per unit of the source's radiosity.
 const EVALUATION_PART: f64 = 2e-4;
 
@@ -300,15 +303,30 @@ impl Solution {
         let estimate = self.estimate_at_points().unwrap_or_else(|| self.relative(&self.mean_estimate()));
         let (round, gathers, bound) = (self.progress.round + 1, self.progress.gathers, f64::INFINITY);
         self.progress = Progress { round, elements: self.mesh.leaves().count(), links, gathers, bound, estimate };
-        let aim = match options.bound {
-            Some(bound) => Aim::Bound { is_rough: !self.is_worth_a_proof(bound) && !self.is_full(options), part: bound },
-            None => Aim::Estimate { part: options.error },
-        };
-        self.ground.aim_at(&self.reference(), aim);
-        if options.bound.is_some() {
-            self.progress.bound = self.prove()?;
+        match options.bound {
+            Some(bound) => self.progress.bound = self.prove_at_most(bound, options)?,
+            None => self.ground.aim_at(&self.reference(), Aim::Estimate { part: options.error }),
         }
         Ok(refined)
+    }
+
+    /// The bound of a round where one is asked for: found roughly, or as well as there is time where it may come to that.
+    fn prove_at_most(&mut self, bound: f64, options: &Options) -> Result<f64, Error> {
+        let reference = self.reference();
+        if self.is_worth_a_proof(bound) || self.is_full(options) {
+            self.ground.aim_at(&reference, Aim::Bound { part: bound, is_rough: false });
+            let clock = self.clock;
+            self.clock = clock.for_proof(options.time);
+            let found = self.prove();
+            self.clock = clock;
+            let found = found?;
+            if found.is_finite() {
+                return Ok(found);
+            }
+            self.proven = OnceLock::new();
+        }
+        self.ground.aim_at(&reference, Aim::Bound { part: bound, is_rough: true });
+        if self.progress.estimate > ROUGH_PART * bound { Ok(f64::INFINITY) } else { self.prove() }
     }
 
     /// Whether the solution is so good that a proof of this bound may succeed.

@@ -37,11 +37,11 @@
 
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f64x8};
-use radgrad_numbers::lanes::instruction_set::INSTRUCTION_SET;
 use radgrad_numbers::number::ROUNDOFF;
 use radgrad_numbers::on_instruction_set;
 use radgrad_numbers::vec3::Vec3;
 
+use crate::forms::edge_lanes::INSTRUCTION_SET;
 use crate::gauss::scene::{Integral, Scene};
 use crate::gauss::source::OnTriangle;
 use crate::gauss::triangle::{Grid, Rule, RuleBound, SeenTriangle, Triangle};

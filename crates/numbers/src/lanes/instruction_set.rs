@@ -1,15 +1,10 @@
 //! The vector unit of this machine, found at run time. All instruction sets give the same digits: kernels use correctly rounded
 //! operations only, no product is fused with a sum, and no sum's order depends on how many lanes there are.
 
-use std::sync::LazyLock;
-
 use fearless_simd::Level;
 
 #[doc(hidden)]
 pub use fearless_simd;
-
-/// The best instruction set of this machine.
-pub static INSTRUCTION_SET: LazyLock<Level> = LazyLock::new(Level::new);
 
 /// Runs a call with the vectors of an instruction set: AVX-512, AVX2 or the one that every machine of the target has. It is
 /// compiled for each.

@@ -4,7 +4,6 @@
 
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f64x4, mask64x4};
-use radgrad_numbers::lanes::instruction_set::INSTRUCTION_SET;
 use radgrad_numbers::lanes::vectors::{all, plus_first};
 use radgrad_numbers::number::ROUNDOFF;
 use radgrad_numbers::on_instruction_set;
@@ -13,7 +12,7 @@ use radgrad_numbers::vec3::Vec3;
 use crate::boundary::plan::{Horizon, Plan};
 use crate::forms::constant_bound::{AngleError, BoundedSum, LEAST_MOMENT, Weighed, of_horizon};
 use crate::forms::edge_lanes::cut::Cut;
-use crate::forms::edge_lanes::{EdgeLanes, SureCase, plan};
+use crate::forms::edge_lanes::{EdgeLanes, INSTRUCTION_SET, SureCase, plan};
 use crate::forms::irradiance_and_gradient::IrradianceAndGradient;
 use crate::problem::polygon::Polygon;
 use crate::problem::receiver::Receiver;

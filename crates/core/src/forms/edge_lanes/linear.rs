@@ -4,7 +4,6 @@
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f64x4, f64x8};
 use radgrad_numbers::arc_tangent::is_in_range;
-use radgrad_numbers::lanes::instruction_set::INSTRUCTION_SET;
 use radgrad_numbers::lanes::vectors::{all, number_plus_first, plus_first};
 use radgrad_numbers::logarithm::of_normal;
 use radgrad_numbers::on_instruction_set;
@@ -12,7 +11,7 @@ use radgrad_numbers::on_instruction_set;
 use crate::boundary::arc::Arc;
 use crate::boundary::line::Frame;
 use crate::boundary::plan::Horizon;
-use crate::forms::edge_lanes::{EdgeLanes, SureCase, height_over_plane, plan, power_seen_whole};
+use crate::forms::edge_lanes::{EdgeLanes, INSTRUCTION_SET, SureCase, height_over_plane, plan, power_seen_whole};
 use crate::forms::irradiance_and_gradient::IrradianceAndGradient;
 use crate::forms::linear::{ContourTerm, LinearSum, SeenLinear};
 use crate::forms::linear_bound::{Errors, LinearBound};
