@@ -11,6 +11,7 @@
 mod check;
 pub(crate) mod detail;
 mod divide;
+mod dual;
 pub(crate) mod gather;
 pub(crate) mod gradient;
 mod left;
@@ -215,6 +216,7 @@ pub(crate) fn solve_on(
         served,
         judged: Vec::new(),
         bounds: Bounds::default(),
+        estimated: OnceLock::new(),
         ground: Ground::of(&mesh),
         proven: OnceLock::new(),
         details: OnceLock::new(),
@@ -298,9 +300,9 @@ impl Solution {
         let bounds = Bounds::of(self.bounded(), [self.left_of_direct(), self.left_of_reflected()]);
         self.bounds = bounds.ok_or_else(|| self.lossless())?;
         let links = self.receivers.iter().map(|&receiver| self.links[receiver].len() + self.far[receiver].len()).sum();
-        (self.proven, self.details) = (OnceLock::new(), OnceLock::new());
+        (self.proven, self.details, self.estimated) = (OnceLock::new(), OnceLock::new(), OnceLock::new());
         self.find_importance()?;
-        let estimate = self.estimate_at_points().unwrap_or_else(|| self.relative(&self.mean_estimate()));
+        let estimate = self.estimate_at_points().unwrap_or_else(|| self.relative(&self.served_estimate()));
         let (round, gathers, bound) = (self.progress.round + 1, self.progress.gathers, f64::INFINITY);
         self.progress = Progress { round, elements: self.mesh.leaves().count(), links, gathers, bound, estimate };
         match options.bound {
