@@ -5,13 +5,17 @@
 use std::cell::RefCell;
 use std::ffi::c_char;
 
+use radgrad_core::batch::ReadyEmitter;
 use radgrad_core::{DVec3, Emission, Polygon};
 
 use crate::{Status, guarded};
 
-/// A polygon that emits.
+/// A polygon that emits, ready for batches in both precisions.
 #[derive(Debug)]
-pub struct Emitter(pub(crate) radgrad_core::Emitter);
+pub struct Emitter {
+    pub(crate) double: ReadyEmitter<f64>,
+    pub(crate) single: ReadyEmitter<f32>,
+}
 
 thread_local! {
     /// Why the last emitter of this thread was refused.
@@ -36,8 +40,9 @@ unsafe fn make(
         let corners = numbers.as_chunks::<3>().0.iter().map(|vertex| DVec3::from(*vertex)).collect();
         match Polygon::new(corners).and_then(|polygon| radgrad_core::Emitter::new(polygon, emission())) {
             Ok(made) => {
+                let made = Emitter { double: ReadyEmitter::new(made.clone()), single: ReadyEmitter::new(made) };
                 // SAFETY: the caller says that an address can be written there.
-                unsafe { *emitter = Box::into_raw(Box::new(Emitter(made))) };
+                unsafe { *emitter = Box::into_raw(Box::new(made)) };
                 Status::RADGRAD_OK
             }
             Err(error) => {

@@ -2,7 +2,7 @@
 
 #![allow(unsafe_code, reason = "C hands over addresses; functions are called by name")]
 
-use radgrad_core::batch::{Answers, Engine, Precision, Receivers};
+use radgrad_core::batch::{Answers, Engine, Precision, ReadyEmitter, Receivers};
 use radgrad_core::{DVec3, Error, Receiver};
 
 use crate::arrays::{AnswersF32, AnswersF64, PointsF32, PointsF64};
@@ -43,7 +43,7 @@ pub unsafe extern "C" fn radgrad_evaluate(
     let of = |numbers: *const f64| unsafe { DVec3::new(*numbers, *numbers.add(1), *numbers.add(2)) };
     let (position, normal) = (of(position), of(normal));
     // SAFETY: the caller says that it is an emitter of this library.
-    let emitter = unsafe { &(*emitter).0 };
+    let emitter = unsafe { &*emitter }.double.emitter();
     guarded(|| {
         let receiver = Receiver::new(position, normal, reflectance);
         match receiver.and_then(|receiver| radgrad_core::evaluate_to(&receiver, emitter, [], tolerance)) {
@@ -94,10 +94,10 @@ impl<F: Precision + Copy> Columns<F> {
     }
 
     /// Answers the first so many.
-    fn answer(&mut self, count: usize, emitter: &radgrad_core::Emitter, engine: Engine, tolerance: f64) -> Result<(), Error> {
+    fn answer(&mut self, count: usize, emitter: &ReadyEmitter<F>, engine: Engine, tolerance: f64) -> Result<(), Error> {
         let [position, normal] = [&self.position, &self.normal].map(|of| of.each_ref().map(|column| &column[..count]));
         let receivers = Receivers::new(position, normal, &self.reflectance[..count])?;
-        engine.evaluate_to(&receivers, emitter, tolerance, &mut self.answers)
+        engine.evaluate_ready(&receivers, emitter, tolerance, &mut self.answers)
     }
 }
 
@@ -135,7 +135,7 @@ macro_rules! batch {
             return Status::RADGRAD_NULL;
         }
         // SAFETY: the caller says that both were made by this library, and that nobody else uses the room.
-        let (room, emitter) = unsafe { (&mut *$room, &(*$emitter).0) };
+        let (room, emitter) = unsafe { (&mut *$room, &(*$emitter).$columns) };
         guarded(|| {
             for first in (0..$points.count).step_by(CHUNK) {
                 let count = CHUNK.min($points.count - first);

@@ -59,6 +59,8 @@ mod visible;
 use std::fmt;
 
 use fearless_simd::Level;
+use radgrad_numbers::lanes::instruction_set;
+use radgrad_numbers::lanes::lane::Lane;
 
 pub use answers::{Answers, Counts};
 pub use emitter_tree::EmitterTree;
@@ -67,12 +69,10 @@ pub use receivers::Receivers;
 pub use total::Tally;
 
 use crate::batch::emitters::OneReceiver;
-use crate::batch::one_emitter::OneEmitter;
+use crate::batch::one_emitter::{OnLanes, OneEmitter};
 use crate::batch::tile::Goal;
 use crate::batch::total::TreeWalk;
 use crate::error::Error;
-use crate::lanes::instruction_set;
-use crate::lanes::lane::Lane;
 use crate::problem::emission::Emitter;
 use crate::problem::receiver::Receiver;
 
@@ -98,11 +98,14 @@ pub trait Precision: Lane + Compiled {}
 
 /// The kernels of one precision, compiled once here: generic functions are compiled again in every crate that calls them.
 trait Compiled: Lane {
+    /// An emitter as lanes take it.
+    fn on_lanes(emitter: &Emitter) -> OnLanes<Self>;
+
     /// Many receivers against one emitter.
     fn against(
         engine: &Engine,
         receivers: &Receivers<'_, Self>,
-        emitter: &Emitter,
+        emitter: (&Emitter, &OnLanes<Self>),
         goal: Goal,
         answers: &mut Answers<Self>,
     ) -> Result<(), Error>;
@@ -123,14 +126,19 @@ macro_rules! compiled {
 
         impl Compiled for $precision {
             #[inline(never)]
+            fn on_lanes(emitter: &Emitter) -> OnLanes<Self> {
+                OnLanes::new(emitter)
+            }
+
+            #[inline(never)]
             fn against(
                 engine: &Engine,
                 receivers: &Receivers<'_, Self>,
-                emitter: &Emitter,
+                (emitter, on_lanes): (&Emitter, &OnLanes<Self>),
                 goal: Goal,
                 answers: &mut Answers<Self>,
             ) -> Result<(), Error> {
-                let job = OneEmitter::new(*receivers, emitter, goal, engine.level);
+                let job = OneEmitter { receivers: *receivers, emitter, on_lanes, goal, level: engine.level };
                 let slots = answers.sized(receivers.count(), goal.asked);
                 answers.counts = tile::run(engine.threads, 0, slots, &|start, slots| job.tile(start, slots))?;
                 Ok(())
@@ -153,6 +161,57 @@ macro_rules! compiled {
 
 compiled!(f32);
 compiled!(f64);
+
+/// An emitter that is ready for batches in one precision. Each call of [`Engine`] makes that ready for itself, and allocates the outline
+/// for it; with this, and [`Answers`] that were as long before, it allocates nothing, as
+/// [`Engine::evaluate_ready`] says.
+///
+/// ```
+/// # use radgrad_core::{DVec3, Emission, Emitter, Polygon};
+/// use radgrad_core::batch::ReadyEmitter;
+/// # let corners = [(0.0, 0.0), (0.0, 1.0), (1.0, 1.0), (1.0, 0.0)].map(|(x, y)| DVec3::new(x, y, 1.0));
+/// let lamp = Emitter::new(Polygon::new(corners.to_vec())?, Emission::Constant(1.0))?;
+/// let ready = ReadyEmitter::<f32>::new(lamp.clone());
+/// assert_eq!(ready.emitter(), &lamp);
+/// # Ok::<(), radgrad_core::Error>(())
+/// ```
+#[derive(Debug, Clone)]
+pub struct ReadyEmitter<F> {
+    emitter: Emitter,
+    on_lanes: OnLanes<F>,
+}
+
+impl<F: Precision> ReadyEmitter<F> {
+    /// Makes it ready.
+    ///
+    /// ```
+    /// # use radgrad_core::{DVec3, Emission, Emitter, Polygon};
+    /// # use radgrad_core::batch::ReadyEmitter;
+    /// let triangle = Polygon::new(vec![DVec3::ZERO, DVec3::Y, DVec3::X])?;
+    /// let ready = ReadyEmitter::<f64>::new(Emitter::new(triangle, Emission::Constant(1.0))?);
+    /// # Ok::<(), radgrad_core::Error>(())
+    /// ```
+    #[must_use]
+    pub fn new(emitter: Emitter) -> Self {
+        let on_lanes = F::on_lanes(&emitter);
+        Self { emitter, on_lanes }
+    }
+
+    /// The emitter.
+    ///
+    /// ```
+    /// # use radgrad_core::{DVec3, Emission, Emitter, Polygon};
+    /// # use radgrad_core::batch::ReadyEmitter;
+    /// # let triangle = Polygon::new(vec![DVec3::ZERO, DVec3::Y, DVec3::X])?;
+    /// let ready = ReadyEmitter::<f64>::new(Emitter::new(triangle, Emission::Constant(1.0))?);
+    /// assert_eq!(ready.emitter().polygon().area(), 0.5);
+    /// # Ok::<(), radgrad_core::Error>(())
+    /// ```
+    #[must_use]
+    pub const fn emitter(&self) -> &Emitter {
+        &self.emitter
+    }
+}
 
 /// How batches run: on which instruction set, on one thread or all.
 ///
@@ -267,7 +326,7 @@ impl Engine {
         emitter: &Emitter,
         answers: &mut Answers<F>,
     ) -> Result<(), Error> {
-        F::against(self, receivers, emitter, Goal::plain::<F>(false), answers)
+        F::against(self, receivers, (emitter, &F::on_lanes(emitter)), Goal::plain::<F>(false), answers)
     }
 
     /// Radiosity and gradient at each receiver.
@@ -296,7 +355,7 @@ impl Engine {
         emitter: &Emitter,
         answers: &mut Answers<F>,
     ) -> Result<(), Error> {
-        F::against(self, receivers, emitter, Goal::plain::<F>(true), answers)
+        F::against(self, receivers, (emitter, &F::on_lanes(emitter)), Goal::plain::<F>(true), answers)
     }
 
     /// Radiosity of each receiver with its bound, to a relative tolerance as of [`crate::evaluate::evaluate_to`].
@@ -326,7 +385,7 @@ impl Engine {
         tolerance: f64,
         answers: &mut Answers<F>,
     ) -> Result<(), Error> {
-        F::against(self, receivers, emitter, Goal::within(tolerance, false)?, answers)
+        F::against(self, receivers, (emitter, &F::on_lanes(emitter)), Goal::within(tolerance, false)?, answers)
     }
 
     /// Radiosity and gradient at each receiver with their bounds, to a relative tolerance as of [`crate::evaluate::evaluate_to`].
@@ -357,7 +416,37 @@ impl Engine {
         tolerance: f64,
         answers: &mut Answers<F>,
     ) -> Result<(), Error> {
-        F::against(self, receivers, emitter, Goal::within(tolerance, true)?, answers)
+        F::against(self, receivers, (emitter, &F::on_lanes(emitter)), Goal::within(tolerance, true)?, answers)
+    }
+
+    /// [`Self::evaluate_to`] of an emitter that is ready: the same digits. On one thread, and where a closed form or a Gauss rule answers,
+    /// it allocates only if `answers` were never so long, or if the horizon leaves more than twelve corners of the emitter.
+    ///
+    /// ```
+    /// use radgrad_core::batch::{Answers, Engine, ReadyEmitter, Receivers};
+    /// # use radgrad_core::{DVec3, Emission, Emitter, Polygon};
+    /// # let corners = [(0.0, 0.0), (0.0, 1.0), (1.0, 1.0), (1.0, 0.0)].map(|(x, y)| DVec3::new(x, y, 1.0));
+    /// # let lamp = Emitter::new(Polygon::new(corners.to_vec())?, Emission::Constant(1.0))?;
+    /// # let (x, zero, one) = ([0.0, 0.5], [0.0_f64; 2], [1.0; 2]);
+    /// # let floor = Receivers::new([&x, &x, &zero], [&zero, &zero, &one], &[1.0])?;
+    /// let (mut ready, mut other) = (Answers::new(), Answers::new());
+    /// Engine::new().evaluate_ready(&floor, &ReadyEmitter::new(lamp.clone()), 1e-10, &mut ready)?;
+    /// Engine::new().evaluate_to(&floor, &lamp, 1e-10, &mut other)?;
+    /// assert_eq!(ready, other);
+    /// # Ok::<(), radgrad_core::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// As of [`Self::evaluate_to`].
+    pub fn evaluate_ready<F: Precision>(
+        &self,
+        receivers: &Receivers<'_, F>,
+        emitter: &ReadyEmitter<F>,
+        tolerance: f64,
+        answers: &mut Answers<F>,
+    ) -> Result<(), Error> {
+        let ReadyEmitter { emitter, on_lanes } = emitter;
+        F::against(self, receivers, (emitter, on_lanes), Goal::within(tolerance, true)?, answers)
     }
 
     /// Radiosity and gradient due to each emitter, in the emitters' order.

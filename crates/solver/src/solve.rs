@@ -36,7 +36,7 @@ use radgrad_core::DVec3;
 use radgrad_scene::{Prepared, Quantity, Scene, largest, smallest};
 
 use crate::bound::Bounds;
-use crate::bound::proven::Ground;
+use crate::bound::proven::{Aim, Ground};
 use crate::clock::Clock;
 use crate::error::Error;
 use crate::field::Field;
@@ -57,6 +57,9 @@ const DEGREE_OF_MANY: usize = 1;
 
 /// The part of the error asked for that links may neglect.
 const LINK_PART: f64 = 0.1;
+
+/// The part of the bound asked for that the estimate reaches before more than a rough proof is made: that costs more than a solution.
+const ESTIMATED_PART: f64 = 0.02;
 
 /// The part of the error asked for that one evaluation may have, per unit of the source's radiosity.
 const EVALUATION_PART: f64 = 2e-4;
@@ -297,13 +300,22 @@ impl Solution {
         (self.proven, self.details, self.estimated) = (OnceLock::new(), OnceLock::new(), OnceLock::new());
         self.find_importance()?;
         let estimate = self.estimate_at_points().unwrap_or_else(|| self.relative(&self.served_estimate()));
-        let part = options.bound.unwrap_or(options.error);
-        let errors: Vec<f64> = self.reference().into_iter().map(|reference| part * reference).collect();
-        self.ground.aim_at(&errors, options.bound.is_some());
-        let bound = if options.bound.is_some() { self.prove()? } else { f64::INFINITY };
-        let (round, gathers) = (self.progress.round + 1, self.progress.gathers);
+        let (round, gathers, bound) = (self.progress.round + 1, self.progress.gathers, f64::INFINITY);
         self.progress = Progress { round, elements: self.mesh.leaves().count(), links, gathers, bound, estimate };
+        let aim = match options.bound {
+            Some(bound) => Aim::Bound { is_rough: !self.is_worth_a_proof(bound) && !self.is_full(options), part: bound },
+            None => Aim::Estimate { part: options.error },
+        };
+        self.ground.aim_at(&self.reference(), aim);
+        if options.bound.is_some() {
+            self.progress.bound = self.prove()?;
+        }
         Ok(refined)
+    }
+
+    /// Whether the solution is so good that a proof of this bound may succeed.
+    fn is_worth_a_proof(&self, bound: f64) -> bool {
+        self.progress.estimate <= ESTIMATED_PART * bound
     }
 }
 

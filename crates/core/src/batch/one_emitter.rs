@@ -1,6 +1,8 @@
 //! Many receivers against one emitter: receivers on lanes, the outline the same on all.
 
 use fearless_simd::Level;
+use radgrad_numbers::lanes::lane::Lane;
+use radgrad_numbers::on_instruction_set;
 
 use crate::batch::answers::{Counts, Slots};
 use crate::batch::emitting::{Outlined, Uniformly, brightness, lanes, padded};
@@ -10,8 +12,6 @@ use crate::batch::receivers::Receivers;
 use crate::batch::tile::{Entries, Goal, Settled, TILE, each, put};
 use crate::error::Error;
 use crate::ladder::answer::Method;
-use crate::lanes::instruction_set::on_instruction_set;
-use crate::lanes::lane::Lane;
 use crate::problem::emission::Emitter;
 
 /// A constant emitter in the precision of the lanes.
@@ -51,33 +51,41 @@ impl Double {
     }
 }
 
-/// Many receivers and their emitter.
-pub(super) struct OneEmitter<'a, F> {
-    receivers: Receivers<'a, F>,
-    emitter: &'a Emitter,
+/// An emitter as lanes take it.
+#[derive(Debug, Clone)]
+pub(super) struct OnLanes<F> {
     lamp: Option<Lamp<F>>,
     /// For entries that its lanes do not settle.
     double: Option<Double>,
-    goal: Goal,
-    level: Level,
 }
 
-impl<'a, F: Lane> OneEmitter<'a, F> {
-    pub(super) fn new(receivers: Receivers<'a, F>, emitter: &'a Emitter, goal: Goal, level: Level) -> Self {
-        Self { receivers, emitter, lamp: Lamp::new(emitter), double: Double::new::<F>(emitter), goal, level }
+impl<F: Lane> OnLanes<F> {
+    pub(super) fn new(emitter: &Emitter) -> Self {
+        Self { lamp: Lamp::new(emitter), double: Double::new::<F>(emitter) }
     }
+}
 
+/// Many receivers and their emitter.
+pub(super) struct OneEmitter<'a, F> {
+    pub(super) receivers: Receivers<'a, F>,
+    pub(super) emitter: &'a Emitter,
+    pub(super) on_lanes: &'a OnLanes<F>,
+    pub(super) goal: Goal,
+    pub(super) level: Level,
+}
+
+impl<F: Lane> OneEmitter<'_, F> {
     /// Answers the receivers from `start` on.
     pub(super) fn tile(&self, start: usize, mut slots: Slots<'_, F>) -> Result<Counts, Error> {
         let length = slots.radiosity.len();
         let receivers = self.receivers.part(start..start + length);
         let on_lanes = |lamp| on_lanes(self.level, &receivers, lamp, self.goal, &mut slots);
-        let settled = self.lamp.as_ref().map_or_else(Settled::default, on_lanes);
+        let settled = self.on_lanes.lamp.as_ref().map_or_else(Settled::default, on_lanes);
         slots.on_lanes();
         slots.see_nothing(each(settled.zero));
         let mut counts = settled.counts();
         let mut open = settled.open(length);
-        if let Some(lamp) = &self.double
+        if let Some(lamp) = &self.on_lanes.double
             && open != 0
         {
             open = self.doubled(&receivers, lamp, open, (&mut slots, &mut counts))?;

@@ -13,20 +13,21 @@ pub(crate) mod random;
 
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f64x4};
+use radgrad_numbers::arc_tangent::is_in_range;
+use radgrad_numbers::double_double::{DoubleDouble, ROUNDOFF_OF_DOUBLE_DOUBLE};
+use radgrad_numbers::lanes::instruction_set::INSTRUCTION_SET;
+use radgrad_numbers::lanes::vectors::{all, chosen, row};
+use radgrad_numbers::number::ROUNDOFF;
+use radgrad_numbers::on_instruction_set;
+use radgrad_numbers::power::normalising_power;
+use radgrad_numbers::vec3::Vec3;
 
 use crate::boundary::arc::Arc;
 use crate::boundary::line::{Line, MOMENT_UNITS, Sighted};
 use crate::boundary::plan::{Horizon, Plan, least_sure_height};
 use crate::forms::irradiance_and_gradient::IrradianceAndGradient;
-use crate::lanes::instruction_set::{INSTRUCTION_SET, on_instruction_set};
-use crate::lanes::vectors::{all, chosen, row};
 use crate::problem::polygon::{FourEdges, Polygon};
 use crate::problem::receiver::Receiver;
-use crate::scalar::arc_tangent::is_in_range;
-use crate::scalar::double_double::{DoubleDouble, ROUNDOFF_OF_DOUBLE_DOUBLE};
-use crate::scalar::number::ROUNDOFF;
-use crate::scalar::power::normalising_power;
-use crate::scalar::vec3::Vec3;
 
 /// An emitter whose visible part is sure in double precision, with bounds B.
 pub(crate) struct SureCase<B> {

@@ -9,16 +9,18 @@
 //! | vertex | `u Λ` | `u |r|` | `5u |r|`, or `8u` of itself |
 //! | crossing | `22u Λ` | `2u |r| + 22u Λ` | exactly 0 |
 
+use std::ops::Deref;
+
 use glam::DVec3;
+use radgrad_numbers::number::ROUNDOFF;
+use radgrad_numbers::offset::offset;
+use radgrad_numbers::vec3::Vec3;
 
 use crate::boundary::plan::{Plan, height_over_horizon};
 use crate::gauss::scene::Scene;
 use crate::gauss::source::Lit;
 use crate::problem::polygon::Polygon;
 use crate::problem::receiver::Receiver;
-use crate::scalar::number::ROUNDOFF;
-use crate::scalar::offset::offset;
-use crate::scalar::vec3::Vec3;
 
 /// A corner of the outline, in normalised lengths.
 #[derive(Debug, Clone, Copy)]
@@ -34,27 +36,69 @@ pub(super) struct OutlineCorner {
     pub(super) lit: Lit,
 }
 
+/// Corners in order. A few are kept in place, so that an answer allocates nothing for an ordinary emitter.
+#[derive(Debug)]
+pub(super) struct Corners {
+    few: [OutlineCorner; FEW],
+    count: usize,
+    /// All of them, if they are more than a few.
+    many: Vec<OutlineCorner>,
+}
+
+const FEW: usize = 12;
+
+impl Corners {
+    /// None yet; `any` holds their places.
+    fn new(any: OutlineCorner) -> Self {
+        Self { few: [any; FEW], count: 0, many: Vec::new() }
+    }
+
+    fn push(&mut self, corner: OutlineCorner) {
+        if let Some(place) = self.few.get_mut(self.count) {
+            *place = corner;
+            self.count += 1;
+        } else {
+            if self.many.is_empty() {
+                self.many.extend(self.few);
+            }
+            self.many.push(corner);
+        }
+    }
+}
+
+impl Deref for Corners {
+    type Target = [OutlineCorner];
+
+    fn deref(&self) -> &[OutlineCorner] {
+        if self.many.is_empty() { &self.few[..self.count] } else { &self.many }
+    }
+}
+
 /// Below this share of the distance the height over the horizon is taken to full relative accuracy.
 const GRAZING: f64 = 0.0625;
 
 impl Scene<'_> {
     /// The corners of the part above the horizon, counter-clockwise as the polygon's vertices are (Sutherland and Hodgman 1974).
-    pub(super) fn outline(&self, receiver: &Receiver, polygon: &Polygon, plan: &Plan) -> Vec<OutlineCorner> {
+    pub(super) fn outline(&self, receiver: &Receiver, polygon: &Polygon, plan: &Plan) -> Corners {
         let count = polygon.vertices().len();
         let is_above = |vertex: &usize| precise_facing(receiver, polygon.vertices()[*vertex], plan.power) > 0.0;
         let base = (0..count).find(is_above).unwrap_or(0);
-        let corners: Vec<OutlineCorner> = (0..count).map(|vertex| self.corner(receiver, polygon, plan, vertex, base)).collect();
-        let mut above = Vec::with_capacity(count + 1);
-        for (i, start) in corners.iter().enumerate() {
+        let first = self.corner(receiver, polygon, plan, 0, base);
+        let (mut above, mut start) = (Corners::new(first), first);
+        for i in 0..count {
             let j = (i + 1) % count;
-            let end = &corners[j];
+            let end = if j == 0 { first } else { self.corner(receiver, polygon, plan, j, base) };
             let e = || offset(polygon.vertices()[j], polygon.vertices()[i], plan.power);
             match (start.facing > 0.0, end.facing > 0.0) {
-                (true, true) => above.push(*start),
-                (true, false) => above.extend([*start, start.towards(end, e())]),
-                (false, true) => above.push(end.towards(start, -e())),
+                (true, true) => above.push(start),
+                (true, false) => {
+                    above.push(start);
+                    above.push(start.towards(&end, e()));
+                }
+                (false, true) => above.push(end.towards(&start, -e())),
                 (false, false) => {}
             }
+            start = end;
         }
         above
     }

@@ -8,16 +8,16 @@ use std::ops::{Add, Mul, Sub};
 
 use fearless_simd::{Simd, SimdBase, f64x4};
 use glam::DVec3;
+use radgrad_numbers::double_double::{DoubleDouble, ROUNDOFF_OF_DOUBLE_DOUBLE};
+use radgrad_numbers::exact::orientation;
+use radgrad_numbers::number::{Number, ROUNDOFF};
+use radgrad_numbers::offset::{exact_offset, offset, unit_vector};
+use radgrad_numbers::power::normalising_power;
+use radgrad_numbers::real::Real;
+use radgrad_numbers::vec3::Vec3;
 
 use crate::error::Error;
 use crate::problem::fan::FanTriangle;
-use crate::scalar::double_double::{DoubleDouble, ROUNDOFF_OF_DOUBLE_DOUBLE};
-use crate::scalar::exact::orientation;
-use crate::scalar::number::{Number, ROUNDOFF};
-use crate::scalar::offset::{exact_offset, offset, unit_vector};
-use crate::scalar::power::normalising_power;
-use crate::scalar::real::Real;
-use crate::scalar::vec3::Vec3;
 
 /// A simple planar polygon, convex or not, counter-clockwise seen from its lit side.
 ///
@@ -332,7 +332,11 @@ fn meeting_edges(points: &[robust::Coord<f64>]) -> Option<Error> {
 
 /// Why a polygon's area vanishes: its lobes cancel, or all is on one line.
 fn without_area(vertices: &[DVec3], offsets: &[Vec3<DoubleDouble>]) -> Error {
-    let corners = offsets.iter().flat_map(|a| offsets.iter().map(|b| unit_vector(a.cross(*b))));
+    // A vertex farthest from vertex 0, and one farthest from the line through both. If no vertex is off that line by more than h, no
+    // two span more than 3 h times its length, so that this finds a plane wherever there is one.
+    let length = |offset: &Vec3<DoubleDouble>| offset.dot(*offset).to_f64();
+    let farthest = offsets.iter().max_by(|a, b| length(a).total_cmp(&length(b)));
+    let corners = farthest.into_iter().flat_map(|a| offsets.iter().map(|b| unit_vector(a.cross(*b))));
     let widest = corners.max_by(|a, b| a.1.total_cmp(&b.1)).filter(|(_, norm)| *norm > DEGENERATE);
     let crossing = widest.and_then(|(normal, _)| meeting_edges(&projected(vertices, normal.map(DoubleDouble::to_f64).into())));
     crossing.unwrap_or(Error::ZeroArea { count: vertices.len() })

@@ -18,11 +18,17 @@ pub(crate) fn convex_parts(polygon: &Polygon) -> Vec<Vec<usize>> {
         return vec![rest];
     }
     let mut parts = Vec::with_capacity(count - 2);
+    let mut ears: Vec<bool> = (0..count).map(|k| is_ear(&points, &rest, k)).collect();
     while rest.len() > 3 {
         // A simple polygon always has an ear; were rounding in the projection to hide it, the flattest corner is cut.
-        let ear = (0..rest.len()).find(|&k| is_ear(&points, &rest, k)).unwrap_or(0);
+        let ear = ears.iter().position(|is_ear| *is_ear).unwrap_or(0);
         parts.push(corner(&rest, ear).to_vec());
         rest.remove(ear);
+        ears.remove(ear);
+        // No other corner becomes or ceases to be an ear: the diagonals of the others are inside what is left if they were inside before.
+        for k in [(ear + rest.len() - 1) % rest.len(), ear % rest.len()] {
+            ears[k] = is_ear(&points, &rest, k);
+        }
     }
     parts.push(rest);
     // A corner on a straight run has no area and no boundary of its own.

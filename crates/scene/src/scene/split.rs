@@ -23,18 +23,24 @@ pub fn triangles(vertices: &[DVec3]) -> Option<Vec<[usize; 3]>> {
         return Some((1..count - 1).map(|i| [0, i, i + 1]).collect());
     }
     let mut rest: Vec<usize> = (0..count).collect();
+    let corner = |rest: &[usize], k: usize| [rest[(k + rest.len() - 1) % rest.len()], rest[k], rest[(k + 1) % rest.len()]];
+    let is_ear = |rest: &[usize], k: usize| {
+        let [a, b, c] = corner(rest, k);
+        let clear = |p: usize| turn(a, b, p) < 0.0 || turn(b, c, p) < 0.0 || turn(c, a, p) < 0.0;
+        turn(a, b, c) > 0.0 && rest.iter().all(|&p| [a, b, c].contains(&p) || clear(p))
+    };
+    let mut ears: Vec<bool> = (0..count).map(|k| is_ear(&rest, k)).collect();
     let mut triangles = Vec::with_capacity(count - 2);
     while rest.len() > 3 {
-        let corner = |k: usize| [rest[(k + rest.len() - 1) % rest.len()], rest[k], rest[(k + 1) % rest.len()]];
-        let is_ear = |&k: &usize| {
-            let [a, b, c] = corner(k);
-            let clear = |p: usize| turn(a, b, p) < 0.0 || turn(b, c, p) < 0.0 || turn(c, a, p) < 0.0;
-            turn(a, b, c) > 0.0 && rest.iter().all(|&p| [a, b, c].contains(&p) || clear(p))
-        };
         // A simple polygon has two ears.
-        let ear = (0..rest.len()).find(is_ear)?;
-        triangles.push(corner(ear));
+        let ear = ears.iter().position(|is_ear| *is_ear)?;
+        triangles.push(corner(&rest, ear));
         rest.remove(ear);
+        ears.remove(ear);
+        // Cutting it off changes no other corner but its neighbours.
+        for k in [(ear + rest.len() - 1) % rest.len(), ear % rest.len()] {
+            ears[k] = is_ear(&rest, k);
+        }
     }
     triangles.push([rest[0], rest[1], rest[2]]);
     Some(triangles)

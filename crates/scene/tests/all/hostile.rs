@@ -2,29 +2,22 @@
 //!
 //! The seed is fixed, so that every run tries the same files; `RADGRAD_MUTANTS` sets how many of each kind.
 
-use std::io;
+mod rules;
+
 use std::path::Path;
 
 use proptest::prelude::*;
 use proptest::test_runner::{Config, RngAlgorithm, TestRng, TestRunner};
 use radgrad_scene::case::Line;
-use radgrad_scene::{Degenerate, Error, Materials, Reading, Scene, gltf, obj, view3d};
+use radgrad_scene::{Degenerate, gltf, obj, view3d};
 
-const OBJ: &str = "# a room\nmtllib m.mtl\no room\nv 0 0 0\nv 1 0 0 1\nv 1 1 0.1\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0.5 2\ng floor\n\
-    usemtl grey\nf 1/1 2/2 3/3 4/4\nf 1/1 2/2 \\\n 3/3\ng lid\nusemtl lamp\nf -1 -2 -3\nvn 0 0 1\nf 4//1 3//1 1//1\nl 1 2\n";
-const MTL: &str = "newmtl grey\nKd 0.5 0.6 0.7\nKs 1 1 1\nillum 2\nmap_Kd -s 2 3 -o 0.1 -clamp on t.png\nnewmtl lamp\nKe 4\nd 0.5\nmap_Ke t.png\n";
-const VS3: &str = "T room\nC encl=1\nF 3\nV 1 0 0 0\nV 2 4 0 0\nV 3 4 4 0\nV 4 0 4 0\nV 5 1 1 0\nV 6 2 1 0\nV 7 2 2 0\nV 8 1 2 0\n\
-    S 1 1 2 3 4 0 0 0.9 floor\nS 2 5 6 7 8 1 0 0.5 rug\nO 3 1 2 3 0 0 0 1 plate\nN 4 8 7 6 5 1 0 0.1 hole\nS 5 R 0 1 0.2 box\n0 0 1 90 90\n2 3\nEnd of data\n";
-const GLTF: &str = r#"{"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0,"children":[1],"scale":[1,2,-1]},
-    {"mesh":0,"name":"child","rotation":[0,0,1,0],"translation":[0,0,3]}],"meshes":[{"primitives":[{"attributes":{"POSITION":0,
-    "TEXCOORD_0":2},"indices":1,"material":0}]}],"materials":[{"doubleSided":true,"emissiveFactor":[1,0,1],"pbrMetallicRoughness":
-    {"baseColorFactor":[0.5,0.5,0.5,1],"baseColorTexture":{"index":0}}}],"textures":[{"source":0,"sampler":0}],"samplers":[{"wrapS":33648}],
-    "images":[{"uri":"t.png"}],"accessors":[{"bufferView":0,"componentType":5126,"type":"VEC3","count":4},{"bufferView":1,
-    "componentType":5123,"type":"SCALAR","count":6},{"bufferView":2,"componentType":5126,"type":"VEC2","count":4}],"bufferViews":
-    [{"buffer":0,"byteLength":48},{"buffer":0,"byteOffset":48,"byteLength":12},{"buffer":0,"byteLength":48,"byteStride":12}],"buffers":
-    [{"byteLength":60,"uri":"data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAACAPwAAgD8AAAAAAAAAAAAAgD8AAAAAAAABAAIAAAACAAMA"}]}"#;
-const LINE: &str = r#"{"id":"a","receiver":{"position":[0,0,0],"normal":[0,0,1],"reflectance":0.5},"emitter":{"vertices":[[0,0,1],
-    [0,1,1],[1,1,1],[1,0,1]],"emission":{"vertices":[1,2,3,2]}},"occluders":[[[0,0,0.5],[0.1,0,0.5],[0,0.1,0.5]]],"tolerance":1e-9}"#;
+use rules::{MTL, beside, is_shown, judge, png};
+
+// The seeds of the fuzz targets.
+const OBJ: &str = include_str!("../../../../fuzz/seeds/obj/room.obj");
+const VS3: &str = include_str!("../../../../fuzz/seeds/vs3/room.txt");
+const GLTF: &str = include_str!("../../../../fuzz/seeds/gltf/room.gltf");
+const LINE: &str = include_str!("../../../../fuzz/seeds/eval/case.jsonl");
 
 /// Text that strangers put into files.
 const TOKENS: [&[u8]; 20] = [
@@ -88,50 +81,6 @@ fn under_fire(seed: &[u8], check: impl Fn(&[u8])) {
         Ok(())
     });
     tried.unwrap();
-}
-
-/// Checks a scene, or the error in its place.
-fn judge(read: impl Fn(Reading) -> Result<Scene, Error>) {
-    let reading = |degenerate| Reading { degenerate, budget: 1 << 22, materials: Materials::Optional, ..Reading::default() };
-    let refused = read(reading(Degenerate::Refuse));
-    let dropped = read(reading(Degenerate::Drop));
-    assert!(refused.is_err() || dropped.is_ok(), "{dropped:?}");
-    for result in [refused, dropped] {
-        match result {
-            Ok(scene) => {
-                for face in scene.faces() {
-                    assert!(face.polygon().area() >= 0.0 && face.polygon().vertices().iter().all(|v| v.is_finite()));
-                    let material = &scene.materials()[face.material()];
-                    assert!(material.reflectance().iter().all(|rho| (0.0..=1.0).contains(rho)));
-                    assert!(material.radiance().iter().all(|radiance| (0.0..f64::INFINITY).contains(radiance)));
-                }
-                assert!(scene.notes().iter().all(|note| is_shown(&note.to_string())), "{:?}", scene.notes());
-            }
-            Err(error) => assert!(is_shown(&error.to_string()), "{error}"),
-        }
-    }
-}
-
-/// Whether a terminal shows all of a text.
-fn is_shown(text: &str) -> bool {
-    !text.contains(char::is_control)
-}
-
-fn png() -> Vec<u8> {
-    let mut file = Vec::new();
-    let mut encoder = png::Encoder::new(&mut file, 3, 2);
-    encoder.set_color(png::ColorType::Rgb);
-    encoder.write_header().unwrap().write_image_data(&[9; 18]).unwrap();
-    file
-}
-
-/// The files beside a scene.
-fn beside<'a>(library: &'a [u8], texture: &'a [u8]) -> impl Fn(&Path) -> io::Result<Vec<u8>> + 'a {
-    move |name| match name.to_str() {
-        Some("m.mtl") => Ok(library.to_vec()),
-        Some("t.png") => Ok(texture.to_vec()),
-        _ => Err(io::ErrorKind::NotFound.into()),
-    }
 }
 
 #[test]

@@ -1,0 +1,12 @@
+//! glTF files, JSON and binary.
+#![no_main]
+
+#[allow(dead_code, reason = "each target uses a part")]
+#[path = "../../crates/scene/tests/all/hostile/rules.rs"]
+mod rules;
+
+use std::path::Path;
+
+libfuzzer_sys::fuzz_target!(|file: &[u8]| {
+    rules::judge(|reading| radgrad_scene::gltf::parse(file, Path::new("a.gltf"), reading, rules::beside(b"", &rules::png())));
+});
