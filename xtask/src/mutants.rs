@@ -1,6 +1,6 @@
 //! `cargo xtask mutants`: plants faults in the code that users run, one at a time, and sees which of them the audit catches.
 //!
-//! The faults stand where they are planted, `mutant!("place.what", value, fault)` (`radgrad_core::mutant`), and are nothing in any
+//! The faults stand where they are planted, `mutant!("place.what", value, fault)` (`radgrad_numbers::mutant`), and are nothing in any
 //! build but this command's: it runs cargo with itself as compiler of the workspace's crates, which adds `--cfg radgrad_mutants`,
 //! so that other crates are shared with normal builds. One program is built, the small setting of the audit (example `bite`), and
 //! run once for each fault, named by the environment variable `RADGRAD_MUTANT`.
@@ -402,7 +402,7 @@ mod tests {
         }
     }
 
-    /// As `radgrad_core::mutant` tells faults apart.
+    /// As `radgrad_numbers::mutant` tells faults apart.
     fn key(id: &str) -> u64 {
         id.bytes().fold(0xcbf2_9ce4_8422_2325, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3))
     }
@@ -410,7 +410,7 @@ mod tests {
     #[test]
     fn every_fault_in_the_code_is_listed_once_and_every_listed_one_is_there() {
         let mut found = Vec::new();
-        for name in ["core", "oracle", "audit", "scene", "solver"] {
+        for name in ["numbers", "core", "oracle", "audit", "scene", "solver"] {
             in_sources(&in_workspace(&format!("crates/{name}/src")), &mut found);
         }
         found.sort();

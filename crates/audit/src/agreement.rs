@@ -16,7 +16,7 @@ use radgrad_scene::case::Problem;
 use rayon::prelude::*;
 
 use crate::family::{Family, Name};
-use crate::measure::ratio;
+use crate::measure::{is_worse, ratio, worse};
 use crate::run::Run;
 use crate::seen::seen;
 use crate::truth::Truth;
@@ -105,12 +105,15 @@ fn compare(case: Name, paper_gate: f64) -> Agreement {
         }
     };
     agreement.enclosed = 1;
+    if is_beyond_doubles(case.family) {
+        return agreement;
+    }
     let mut contradict = |way, what| agreement.contradictions.push(Contradiction { case, way, what });
     match seen(&problem).map_or(Ok(None), |seen| by_cubature(&problem.receiver, &seen)) {
         Ok(Some((radiosity, gradient))) => {
             agreement.cubature = 1;
             let worst = relative_error(&truth, radiosity, gradient);
-            if worst > SILENT * TOLERANCE {
+            if is_worse(worst, SILENT * TOLERANCE) {
                 contradict("converged cubature", format!("off by {worst:.1e}, {TOLERANCE:e} asked for"));
             }
         }
@@ -131,11 +134,17 @@ fn compare(case: Name, paper_gate: f64) -> Agreement {
     {
         agreement.paper = 1;
         let worst = relative_error(&truth, radiosity, gradient);
-        if worst > paper_gate {
+        if is_worse(worst, paper_gate) {
             contradict("appendix A", format!("off by {worst:.1e}, {paper_gate:e} allowed"));
         }
     }
     agreement
+}
+
+/// Whether products of lengths, or squares of an emission, leave the range of the doubles that cubature and Monte Carlo work in: the
+/// enclosure, which has exponents enough, stands alone.
+fn is_beyond_doubles(family: Family) -> bool {
+    matches!(family, Family::Subnormal | Family::MixedExponents)
 }
 
 /// Value and gradient if the cubature says it converged; to be out of budget, from the start or later, is no disagreement.
@@ -174,7 +183,7 @@ fn outside(truth: &Interval, limits: &Limits) -> Option<String> {
 /// The larger of the two relative errors.
 fn relative_error(truth: &Truth, radiosity: f64, gradient: DVec3) -> f64 {
     let value = ratio(truth.radiosity_error(radiosity), truth.radiosity_magnitude());
-    value.max(ratio(truth.gradient_error(gradient), truth.gradient_magnitude()))
+    worse(value, ratio(truth.gradient_error(gradient), truth.gradient_magnitude()))
 }
 
 #[cfg(test)]
@@ -195,10 +204,16 @@ mod tests {
             let run = Run::of_each(4, &[family], 2);
             let agreement = agreement(&run, 4, 1e-10);
             assert_eq!(agreement.contradictions, [], "{family}");
+            if is_beyond_doubles(family) {
+                assert_eq!((agreement.enclosed, agreement.cubature, agreement.monte_carlo), (4, 0, 0), "{family}");
+                continue;
+            }
             let touches = family == Family::InPlaneInside;
             assert!(touches || agreement.monte_carlo == agreement.enclosed, "{family}: {agreement:?}");
             let is_seen = family.case(2, 0).problem().is_ok_and(|problem| seen(&problem).is_some());
-            assert!(agreement.cubature > 0 || agreement.enclosed == 0 || !is_seen, "{family}: {agreement:?}");
+            // An ulp over the surface the integrand is a spike that no adaptive rule finds.
+            let is_spike = family == Family::OnSurface;
+            assert!(is_spike || agreement.cubature > 0 || agreement.enclosed == 0 || !is_seen, "{family}: {agreement:?}");
         }
     }
 

@@ -23,6 +23,7 @@ use radgrad_scene::case::Problem;
 
 use crate::sampler::normalising_power;
 use crate::seen::reduced;
+use crate::truth::norm;
 
 /// What half an ulp in every number of the input may do to the answer.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -61,14 +62,14 @@ impl Condition {
         let (receiver, emitter, power) = at_unit_scale(receiver, emitter)?;
         let setup = Setup::new(&receiver, &emitter);
         let (radiosity, gradient) = answer(&receiver, &emitter)?;
-        let mut sum = Self { radiosity: f64::EPSILON * radiosity.abs(), gradient: f64::EPSILON * gradient.length() };
+        let mut sum = Self { radiosity: f64::EPSILON * radiosity.abs(), gradient: f64::EPSILON * norm(gradient) };
         for (motion, half_ulp, lever) in setup.motions() {
             let step = half_ulp.max(STEP * setup.feature / lever);
             let at = |step| setup.moved(motion, step).and_then(|(r, e)| answer(&r, &e));
             let (forward, backward) = (at(step)?, at(-step)?);
             let share = half_ulp / (2.0 * step);
             sum.radiosity += share * (forward.0 - backward.0).abs();
-            sum.gradient += share * (forward.1 - backward.1).length();
+            sum.gradient += share * norm(forward.1 - backward.1);
         }
         Ok(Self { gradient: sum.gradient * power, ..sum })
     }
@@ -91,10 +92,10 @@ fn past_screens(receiver: &Receiver, emitter: &Emitter, occluders: &[Polygon]) -
         evaluate_to(receiver, emitter, &moved, ROUGH).map(|answer| (answer.radiosity, answer.gradient))
     };
     let (radiosity, gradient) = see(receiver, emitter, DVec3::ZERO)?;
-    let mut sum = Condition { radiosity: f64::EPSILON * radiosity.abs(), gradient: f64::EPSILON * gradient.length() };
+    let mut sum = Condition { radiosity: f64::EPSILON * radiosity.abs(), gradient: f64::EPSILON * norm(gradient) };
     let mut add = |share: f64, forward: (f64, DVec3), backward: (f64, DVec3)| {
         sum.radiosity += share * (forward.0 - backward.0).abs();
-        sum.gradient += share * (forward.1 - backward.1).length();
+        sum.gradient += share * norm(forward.1 - backward.1);
     };
     for (motion, half_ulp, lever) in
         setup.motions().into_iter().filter(|(m, ..)| matches!(m, Motion::Position(_) | Motion::Turn(_)))

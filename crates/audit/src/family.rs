@@ -8,6 +8,7 @@
 mod degenerate;
 mod description;
 mod emission;
+mod extreme;
 mod frame;
 mod horizon;
 mod many_sided;
@@ -84,6 +85,22 @@ pub enum Family {
     BackFacing,
     /// The emitter is wholly below the receiver's horizon, at any distance: 0.
     BelowHorizon,
+    /// The receiver is a point of the inside or of an edge as far as rounding allows.
+    OnSurface,
+    /// Generic, the receiver's normal 2^-1040 to 2^-100 long.
+    ShortNormal,
+    /// Generic at a size of 2^-1040 to 2^-1010: the coordinates are subnormal.
+    Subnormal,
+    /// Generic, some coordinates 2^-1000 to 2^-200, the emission 2^-900 to 2^900.
+    MixedExponents,
+    /// Emission of both signs that cancels but for 2^-50 to 2^-3 of it.
+    CancellingValues,
+    /// Two vertices are 2^-48 to 2^-20 of an edge from each other.
+    NearCoincidentVertices,
+    /// A star with a hundred vertices.
+    HundredVertices,
+    /// Occluders in the emitter's plane, in the horizon and seen edge-on hide nothing.
+    OccludersInPlane,
     /// Repeated vertices or no area: to be refused.
     EqualVertices,
     /// A triangle between receiver and emitter hides a part.
@@ -94,6 +111,8 @@ pub enum Family {
     SilhouetteScreen,
     /// An occluder stands on an edge of the emitter.
     EdgeScreen,
+    /// An occluder has a corner in the emitter's plane, but for rounding or a little more.
+    DippingScreen,
     /// An occluder at 2^-24 to 2^-8 of the way, almost touching the receiver.
     NearScreen,
     /// Occluders behind the receiver, behind the emitter and in its plane hide nothing.
@@ -108,7 +127,7 @@ pub enum Family {
 
 impl Family {
     /// All of them, in the order of the tables.
-    pub const ALL: [Self; 38] = [
+    pub const ALL: [Self; 47] = [
         Self::Generic,
         Self::Far,
         Self::Clipped,
@@ -137,11 +156,20 @@ impl Family {
         Self::InPlaneOutside,
         Self::BackFacing,
         Self::BelowHorizon,
+        Self::OnSurface,
+        Self::ShortNormal,
+        Self::Subnormal,
+        Self::MixedExponents,
+        Self::CancellingValues,
+        Self::NearCoincidentVertices,
+        Self::HundredVertices,
+        Self::OccludersInPlane,
         Self::EqualVertices,
         Self::OneScreen,
         Self::TenScreens,
         Self::SilhouetteScreen,
         Self::EdgeScreen,
+        Self::DippingScreen,
         Self::NearScreen,
         Self::IdleScreens,
         Self::Boxes,
@@ -181,11 +209,20 @@ impl Family {
             Self::InPlaneOutside => "in-plane-outside",
             Self::BackFacing => "back-facing",
             Self::BelowHorizon => "below-horizon",
+            Self::OnSurface => "on-surface",
+            Self::ShortNormal => "short-normal",
+            Self::Subnormal => "subnormal",
+            Self::MixedExponents => "mixed-exponents",
+            Self::CancellingValues => "cancelling-values",
+            Self::NearCoincidentVertices => "near-coincident-vertices",
+            Self::HundredVertices => "hundred-vertices",
+            Self::OccludersInPlane => "occluders-in-plane",
             Self::EqualVertices => "equal-vertices",
             Self::OneScreen => "one-screen",
             Self::TenScreens => "ten-screens",
             Self::SilhouetteScreen => "silhouette-screen",
             Self::EdgeScreen => "edge-screen",
+            Self::DippingScreen => "dipping-screen",
             Self::NearScreen => "near-screen",
             Self::IdleScreens => "idle-screens",
             Self::Boxes => "boxes",
@@ -212,7 +249,8 @@ impl Family {
         match self {
             Self::TenScreens | Self::Boxes => 4,
             Self::Thicket => 8,
-            Self::ThousandTriangles => 1000,
+            Self::HundredVertices => 40,
+            Self::ThousandTriangles => 800,
             _ => 1,
         }
     }
@@ -255,11 +293,20 @@ impl Family {
             Self::InPlaneOutside => many_sided::in_plane_outside(sampler),
             Self::BackFacing => degenerate::back_facing(sampler),
             Self::BelowHorizon => degenerate::below_horizon(sampler),
+            Self::OnSurface => extreme::on_surface(sampler),
+            Self::ShortNormal => extreme::short_normal(sampler),
+            Self::Subnormal => extreme::subnormal(sampler),
+            Self::MixedExponents => extreme::mixed_exponents(sampler),
+            Self::CancellingValues => extreme::cancelling_values(sampler),
+            Self::NearCoincidentVertices => extreme::near_coincident_vertices(sampler),
+            Self::HundredVertices => extreme::hundred_vertices(sampler),
+            Self::OccludersInPlane => extreme::occluders_in_plane(sampler),
             Self::EqualVertices => degenerate::equal_vertices(sampler),
             Self::OneScreen => occluded::one_screen(sampler),
             Self::TenScreens => occluded::ten_screens(sampler),
             Self::SilhouetteScreen => occluded::silhouette_screen(sampler),
             Self::EdgeScreen => occluded::edge_screen(sampler),
+            Self::DippingScreen => occluded::dipping_screen(sampler),
             Self::NearScreen => occluded::near_screen(sampler),
             Self::IdleScreens => occluded::idle_screens(sampler),
             Self::Boxes => occluded::boxes(sampler),

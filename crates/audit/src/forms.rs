@@ -13,7 +13,7 @@ use radgrad_oracle::{EmissionFunction, SourceFunction};
 use rayon::prelude::*;
 
 use crate::family::{Family, Name};
-use crate::measure::ratio;
+use crate::measure::{is_worse, ratio, worse};
 use crate::truth::Truth;
 
 /// Families in whose cases the contour keeps its digits.
@@ -189,16 +189,6 @@ fn compare(name: Name, kind: EmissionLaw) -> Compared {
         }))
     };
     compared.with(name, receiver, polygon, Some(&emitter), (&value, &gradient))
-}
-
-/// Whether the first is worse than the second; what is no number is worst.
-fn is_worse(first: f64, second: f64) -> bool {
-    first > second || (first.is_nan() && !second.is_nan())
-}
-
-/// The worse of two.
-fn worse(a: f64, b: f64) -> f64 {
-    if is_worse(b, a) { b } else { a }
 }
 
 fn power(r: DVec3, powers: [u8; 3]) -> f64 {

@@ -8,6 +8,7 @@ use radgrad_scene::case::{Case, EmissionRecord};
 use rayon::prelude::*;
 
 use crate::family::Family;
+use crate::measure::worse;
 use crate::record::{Of, Record, Said};
 use crate::sampler::Sampler;
 use crate::search::{change, constant, drawn};
@@ -206,7 +207,7 @@ fn gain(without: &Result<Said, String>, with: &Result<Said, String>) -> f64 {
                     1.0
                 }
             };
-            pairs.map(of).fold(1.0, f64::max)
+            pairs.map(of).fold(1.0, worse)
         }
         (Ok(_), Err(_)) => 3.0 * OTHER,
         _ => 0.0,

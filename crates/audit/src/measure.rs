@@ -210,6 +210,16 @@ pub(crate) fn ratio(error: f64, scale: f64) -> f64 {
     if error == 0.0 { 0.0 } else { error / scale }
 }
 
+/// Whether the first is worse than the second; what is no number is worst.
+pub(crate) fn is_worse(first: f64, second: f64) -> bool {
+    first > second || (first.is_nan() && !second.is_nan())
+}
+
+/// The worse of two, where `f64::max` would drop what is not a number.
+pub(crate) fn worse(a: f64, b: f64) -> f64 {
+    if is_worse(b, a) { b } else { a }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -12,7 +12,7 @@ use rayon::prelude::*;
 
 use crate::decade::Decade;
 use crate::family::{Family, Name};
-use crate::measure::ratio;
+use crate::measure::{is_worse, ratio, worse};
 use crate::truth::Truth;
 
 /// Families whose cases the second implementation is good for, where the horizon does not cut them.
@@ -44,7 +44,7 @@ impl Mutant {
     pub fn passes(&self, gate: f64) -> bool {
         match self.slip {
             None => self.cases > 0 && self.beyond == 0,
-            Some(_) => self.value.max(self.gradient) > MARGIN * gate,
+            Some(_) => is_worse(worse(self.value, self.gradient), MARGIN * gate),
         }
     }
 
@@ -125,12 +125,12 @@ fn mutant(slip: Option<Misprint>, witnesses: &[Witness], gate: f64) -> Mutant {
     for witness in witnesses {
         let (value, gradient) = relative_errors(slip, witness);
         row.cases += 1;
-        row.beyond += usize::from(value.max(gradient) > gate);
-        if row.worst.is_none() || value.max(gradient) > row.value.max(row.gradient) {
+        row.beyond += usize::from(is_worse(worse(value, gradient), gate));
+        if row.worst.is_none() || is_worse(worse(value, gradient), worse(row.value, row.gradient)) {
             row.worst = Some(witness.name);
         }
-        row.value = row.value.max(value);
-        row.gradient = row.gradient.max(gradient);
+        row.value = worse(row.value, value);
+        row.gradient = worse(row.gradient, gradient);
     }
     row
 }

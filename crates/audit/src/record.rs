@@ -17,6 +17,7 @@ use radgrad_scene::case::{Case, Problem};
 use serde::{Deserialize, Serialize};
 
 use crate::bounds::digits;
+use crate::measure::worse;
 use crate::sampler::Sampler;
 use crate::scenes;
 use crate::seen::reduced;
@@ -272,7 +273,7 @@ fn of_oracle(arithmetic: Arithmetic, digits: u32, problem: &Problem) -> Result<S
         }
         Err(error) => return Err(error.to_string()),
     };
-    let slope = enclosure.gradient.iter().map(radgrad_oracle::Interval::radius).fold(0.0, f64::max);
+    let slope = enclosure.gradient.iter().map(radgrad_oracle::Interval::radius).fold(0.0, worse);
     let [value, gradient] = enclosure.rounding;
     #[allow(clippy::cast_precision_loss, reason = "at most the budget")]
     let evaluations = enclosure.evaluations as f64;

@@ -108,14 +108,16 @@ impl Truth {
     }
 }
 
-/// The Euclidean norm, rounded up. The largest component is taken out, since the square of an error may leave the range of a
+/// The Euclidean norm. The largest component is taken out, since the square of an error or of a gradient may leave the range of a
 /// double.
-pub(crate) fn norm_above(v: DVec3) -> f64 {
+pub(crate) fn norm(v: DVec3) -> f64 {
     let largest = v.abs().max_element();
-    if largest == 0.0 || !largest.is_finite() {
-        return largest;
-    }
-    largest * (v / largest).length() * (1.0 + 4.0 * f64::EPSILON)
+    if largest == 0.0 || !largest.is_finite() { largest } else { largest * (v / largest).length() }
+}
+
+/// The same rounded up.
+pub(crate) fn norm_above(v: DVec3) -> f64 {
+    norm(v) * (1.0 + 4.0 * f64::EPSILON)
 }
 
 #[cfg(test)]

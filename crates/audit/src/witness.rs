@@ -16,7 +16,7 @@ use radgrad_scene::case::{Case, Problem};
 use serde::{Deserialize, Serialize};
 
 use crate::bounds::digits;
-use crate::measure::ratio;
+use crate::measure::{ratio, worse};
 use crate::truth::{Truth, norm_above};
 
 /// How a case is asked.
@@ -387,7 +387,7 @@ impl Asked {
             _ => return,
         };
         let pairs = |a: &Truth, b: &Truth| {
-            let gradient = a.gradient.iter().zip(&b.gradient).map(|(a, b)| a.share_apart(b)).fold(0.0, f64::max);
+            let gradient = a.gradient.iter().zip(&b.gradient).map(|(a, b)| a.share_apart(b)).fold(0.0, worse);
             [a.radiosity.share_apart(&b.radiosity), gradient]
         };
         let [value, gradient] = pairs(&few, &more);

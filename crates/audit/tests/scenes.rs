@@ -3,7 +3,7 @@
 use radgrad_audit::scenes::family::{Family, Name};
 use radgrad_audit::scenes::faults::{Fault, find};
 use radgrad_audit::scenes::judge::{Ending, Judged, Verdict, judge};
-use radgrad_audit::scenes::model::{Expected, Model};
+use radgrad_audit::scenes::model::{Exact, Expected, Model, Probe};
 use radgrad_audit::scenes::statement::{Quantum, Statement, Subject};
 use radgrad_audit::scenes::table::{Requirement, Table};
 use radgrad_oracle::confidence::ConfidenceInterval;
@@ -55,6 +55,32 @@ fn a_furnace_and_facing_rectangles_hold() {
             let Ending::Judged(all) = outcome.ending else { panic!("{family}:1:{index} has no answer") };
             assert!(all.iter().all(|one| one.verdict == Verdict::Held));
         }
+    }
+}
+
+/// Places of the unit square that leave no large gap (M. Roberts 2018).
+fn places(count: u32) -> impl Iterator<Item = [f64; 2]> {
+    (1..=count).map(|k| [0.754_877_666_246_693, 0.569_840_290_998_053_2].map(|step| (f64::from(k) * step).fract()))
+}
+
+#[test]
+fn at_a_thousand_points_of_scenes_that_are_known_bounds_hold() {
+    for name in ["furnace:1:0", "facing:1:0", "facing:1:1", "facing:1:2", "facing:1:3"] {
+        let mut model = name.parse::<Name>().unwrap().model();
+        let count = model.parts.len();
+        let at = |(index, [s, t]): (usize, [f64; 2])| {
+            let corners = &model.parts[index % count].corners;
+            let position = corners[0] + (corners[1] - corners[0]) * s + (corners[3] - corners[0]) * t;
+            Probe { part: index % count, position }
+        };
+        model.probes = places(1000).enumerate().map(at).collect();
+        let outcome = judge(&model, Subject::Solve, &EFFORT);
+        assert!(!outcome.fails(&model), "{name}: {:?}", outcome.faults(&model));
+        let Ending::Judged(all) = outcome.ending else { panic!("{name} has no answer") };
+        assert!(all.len() > 1000 && all.iter().all(|one| one.verdict == Verdict::Held), "{name}: {} points", all.len());
+        let widest = all.iter().map(|one| one.statement.bound).fold(0.0, f64::max);
+        println!("{name}, degree {:?}: bounds of at most {widest:e}", model.degree);
+        assert!(model.exact != Exact::Furnace || widest < 1e-6, "{name}: {widest:e}");
     }
 }
 

@@ -55,13 +55,8 @@ fn cells(solution: &Solution) -> Vec<Cell> {
 /// The unit of the numbers in the file, for those who read the file alone.
 pub(crate) const UNIT: &str = "radiosity: pi times the unit of the scene's radiance";
 
-/// Arrays have a component for each channel, named for it, and gradients three. Bounds are there once they are proven; since no
-/// radiosity is negative the lower one is not either.
-fn vtu(solution: &Solution, scene: &Scene, output: &mut dyn Write) -> io::Result<()> {
-    let cells = cells(solution);
-    let count: usize = cells.iter().map(|cell| cell.corners.len()).sum();
-    let channels = solution.channels();
-    let each = 0..channels.len();
+/// The head of a VTU file: what its numbers are of, and their units.
+fn names_and_units(channels: &[String], scene: &Scene, output: &mut dyn Write) -> io::Result<()> {
     writeln!(output, r#"<?xml version="1.0"?>"#)?;
     writeln!(output, r#"<VTKFile type="UnstructuredGrid" version="0.1" byte_order="LittleEndian">"#)?;
     writeln!(output, "<UnstructuredGrid>\n<FieldData>")?;
@@ -74,7 +69,18 @@ fn vtu(solution: &Solution, scene: &Scene, output: &mut dyn Write) -> io::Result
     for unit in [UNIT, "gradient: that over the unit of position", "position: the scene's unit of length"] {
         field(output, &format!("unit of {unit}"), 1)?;
     }
-    writeln!(output, "</FieldData>\n<Piece NumberOfPoints=\"{count}\" NumberOfCells=\"{}\">", cells.len())?;
+    writeln!(output, "</FieldData>")
+}
+
+/// Arrays have a component for each channel, named for it, and gradients three. Bounds are there once they are proven; since no
+/// radiosity is negative the lower one is not either.
+fn vtu(solution: &Solution, scene: &Scene, output: &mut dyn Write) -> io::Result<()> {
+    let cells = cells(solution);
+    let count: usize = cells.iter().map(|cell| cell.corners.len()).sum();
+    let channels = solution.channels();
+    let each = 0..channels.len();
+    names_and_units(channels, scene, output)?;
+    writeln!(output, "<Piece NumberOfPoints=\"{count}\" NumberOfCells=\"{}\">", cells.len())?;
     let points = |f: &dyn Fn(&Cell, [f64; 2]) -> Vec<f64>| -> Vec<Vec<f64>> {
         cells.iter().flat_map(|cell| cell.corners.iter().map(move |&at| f(cell, at))).collect()
     };

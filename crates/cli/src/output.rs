@@ -33,7 +33,7 @@ enum Place {
 /// Whether a file can be written: its folder takes one, and the file in its place may be replaced.
 pub(crate) fn check(file: &Path) -> Result<(), Unwritten> {
     let checked = match place_of(file) {
-        Ok(Place::File(file, _)) => Part::new(&file).map(Part::leave),
+        Ok(Place::File(file, _)) => PendingFile::new(&file).map(PendingFile::leave),
         Ok(Place::Device) => open_device(file).map(drop),
         Err(error) => Err(error),
     };
@@ -59,7 +59,7 @@ fn write<E: ToString>(file: &Path, content: impl FnOnce(&mut BufWriter<File>) ->
         Place::File(file, permissions) => (file, permissions),
         Place::Device => return fill(open_device(file).map_err(io)?).map(drop),
     };
-    let part = Part::new(&file).map_err(io)?;
+    let part = PendingFile::new(&file).map_err(io)?;
     let written = part.file.try_clone().map_err(io).and_then(fill).and_then(|out| {
         if let Some(permissions) = permissions {
             out.set_permissions(permissions).map_err(io)?;
@@ -120,13 +120,13 @@ fn open_device(file: &Path) -> io::Result<File> {
 }
 
 /// A file that is not yet in its place.
-struct Part {
+struct PendingFile {
     file: File,
     /// Where it is meanwhile, if it has a name.
     name: Option<PathBuf>,
 }
 
-impl Part {
+impl PendingFile {
     /// In the folder of a file.
     fn new(file: &Path) -> io::Result<Self> {
         #[cfg(target_os = "linux")]
@@ -240,7 +240,7 @@ mod tests {
         let file = folder.0.join("a.csv");
         let part = || {
             let (file, name) = named(&file, |name| File::create_new(name)).unwrap();
-            Part { file, name: Some(name) }
+            PendingFile { file, name: Some(name) }
         };
         part().leave();
         assert_eq!(folder.entries(), 0);

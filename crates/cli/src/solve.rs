@@ -257,7 +257,7 @@ pub(crate) fn run(request: &Request, mut output: impl Write) -> Result<bool, Fai
             say(format_args!("{refused} points refused: see their `error`"));
         }
     }
-    let summary = Summary::of(&solution, request.error, seconds);
+    let summary = Summary::of(&solution, request.error, request.bound, seconds);
     if request.summary {
         serde_json::to_writer(&mut output, &summary).map_err(io::Error::from)?;
         output.write_all(b"\n")?;

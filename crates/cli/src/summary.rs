@@ -19,8 +19,11 @@ pub(crate) struct Summary {
     bound: f64,
     /// Estimate of the same.
     estimate: f64,
-    /// The error asked for.
+    /// The estimate asked for.
     error: f64,
+    /// The bound asked for in its place.
+    #[serde(skip)]
+    at_most: Option<f64>,
     /// That bound by its sources; the sum is `bound`.
     ledger: BTreeMap<&'static str, f64>,
     /// In the unit of the scene.
@@ -42,7 +45,7 @@ struct Channel {
 }
 
 impl Summary {
-    pub(crate) fn of(solution: &Solution, error: f64, seconds: f64) -> Self {
+    pub(crate) fn of(solution: &Solution, error: f64, at_most: Option<f64>, seconds: f64) -> Self {
         let progress = solution.progress();
         let bounds = solution.mean_bound();
         let estimates = solution.mean_estimate();
@@ -66,6 +69,7 @@ impl Summary {
             bound: progress.bound,
             estimate: progress.estimate,
             error,
+            at_most,
             ledger: entries(&ledger, mean),
             channels,
             warnings: solution.warnings().iter().map(ToString::to_string).collect(),
@@ -75,11 +79,13 @@ impl Summary {
 
 impl fmt::Display for Summary {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { seconds, rounds, elements, links, bound, estimate, error, .. } = self;
+        let Self { seconds, rounds, elements, links, bound, estimate, error, at_most, .. } = self;
         writeln!(f, "{elements} elements, {links} links, {rounds} rounds, {seconds:.3} s")?;
-        let [estimate, bound, error] = [estimate, bound, error].map(|share| 100.0 * share);
+        let asked = at_most.unwrap_or(*error);
+        let [estimate, bound, asked] = [*estimate, *bound, asked].map(|share| 100.0 * share);
+        let what = if at_most.is_some() { "a bound" } else { "an estimate" };
         let proven = if bound.is_finite() { format!("proven at most {bound:.3} %") } else { "nothing proven in time".to_owned() };
-        writeln!(f, "error of the mean: estimated {estimate:.3} %, {proven}; {error:.3} % asked for\n")?;
+        writeln!(f, "error of the mean: estimated {estimate:.3} %, {proven}; {what} of {asked:.3} % asked for\n")?;
         let names = || self.channels.iter().map(|channel| printable(&channel.name));
         let width = names().map(|name| name.chars().count()).max().unwrap_or(0).max("channel".len());
         writeln!(f, "{:width$}  {:>14}  {:>14}  {:>14}", "channel", "mean", "estimate", "bound")?;

@@ -59,6 +59,8 @@ mod visible;
 use std::fmt;
 
 use fearless_simd::Level;
+use radgrad_numbers::lanes::instruction_set;
+use radgrad_numbers::lanes::lane::Lane;
 
 pub use answers::{Answers, Counts};
 pub use emitter_tree::EmitterTree;
@@ -71,8 +73,6 @@ use crate::batch::one_emitter::{OnLanes, OneEmitter};
 use crate::batch::tile::Goal;
 use crate::batch::total::TreeWalk;
 use crate::error::Error;
-use crate::lanes::instruction_set;
-use crate::lanes::lane::Lane;
 use crate::problem::emission::Emitter;
 use crate::problem::receiver::Receiver;
 

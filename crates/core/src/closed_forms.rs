@@ -4,17 +4,18 @@
 pub use crate::boundary::line::MOMENT_UNITS;
 pub use crate::forms::constant_bound::units;
 pub use crate::forms::linear_bound::{CHI_TERM as LINEAR_CHI_TERM, PSI_TERM as LINEAR_PSI_TERM};
-pub use crate::scalar::arc_tangent::{TRUNCATION as ARC_TANGENT_TRUNCATION, UNITS as ARC_TANGENT_UNITS};
-pub use crate::scalar::arithmetic::{Arithmetic, Doubles};
-pub use crate::scalar::logarithm::{TRUNCATION as LOGARITHM_TRUNCATION, UNITS as LOGARITHM_UNITS};
-pub use crate::scalar::series::clausen::{DOUBLE_TRUNCATION as CLAUSEN_TRUNCATION, DOUBLE_UNITS as CLAUSEN_UNITS};
-pub use crate::scalar::series::sine::REST as SINE_REST;
+pub use radgrad_numbers::arc_tangent::{TRUNCATION as ARC_TANGENT_TRUNCATION, UNITS as ARC_TANGENT_UNITS};
+pub use radgrad_numbers::arithmetic::{Arithmetic, Doubles};
+pub use radgrad_numbers::logarithm::{TRUNCATION as LOGARITHM_TRUNCATION, UNITS as LOGARITHM_UNITS};
+pub use radgrad_numbers::series::clausen::{DOUBLE_TRUNCATION as CLAUSEN_TRUNCATION, DOUBLE_UNITS as CLAUSEN_UNITS};
+pub use radgrad_numbers::series::sine::REST as SINE_REST;
+
+use radgrad_numbers::series::{clausen, sine};
+use radgrad_numbers::vec3::Vec3;
+use radgrad_numbers::{arc_tangent as angle, logarithm as natural};
 
 use crate::boundary::arc::{Arc, Generator};
 use crate::boundary::line::{Line, Sighted};
-use crate::scalar::series::{clausen, sine};
-use crate::scalar::vec3::Vec3;
-use crate::scalar::{arc_tangent as angle, logarithm as natural};
 
 fn vector<T>([x, y, z]: [T; 3]) -> Vec3<T> {
     Vec3 { x, y, z }

@@ -5,6 +5,7 @@
 //! [`crate::ladder::rungs`].
 
 use glam::DVec3;
+use radgrad_numbers::vec3::Vec3;
 
 use crate::boundary::case::{Case, with_case};
 use crate::boundary::plan::Plan;
@@ -12,13 +13,12 @@ use crate::error::Error;
 use crate::forms::edge_lanes;
 use crate::forms::irradiance_and_gradient::IrradianceAndGradient;
 use crate::ladder::answer::{Answer, Tolerance, Value};
+use crate::ladder::components::{Components, within_reach};
 use crate::ladder::irradiance::IrradianceVector;
 use crate::ladder::rungs::DirectAttempt;
 use crate::problem::emission::{Emission, Emitter};
 use crate::problem::polygon::Polygon;
 use crate::problem::receiver::Receiver;
-use crate::scalar::number::ROUNDOFF;
-use crate::scalar::vec3::Vec3;
 
 /// The relative error that [`evaluate`] asks for.
 ///
@@ -264,7 +264,7 @@ pub fn irradiance_vector(receiver: &Receiver, emitter: &Emitter) -> Result<DVec3
         let components = |Vec3 { x, y, z }: Vec3<f64>| [x, y, z];
         let found = plain::<true, false>(case).map(|terms| components(terms.irradiance));
         match found.filter(|vector| is_sound(*vector, emitter)) {
-            Some(vector) => case.irradiance_unit().plain(vector).map(DVec3::from),
+            Some(vector) => IrradianceVector::unit(case).plain(vector).map(DVec3::from),
             None => case.irradiance_vector(FALLBACK).map(|answer| answer.vector),
         }
     })
@@ -301,11 +301,7 @@ pub fn irradiance_vector_to<'a>(
     occluders: impl IntoIterator<Item = &'a Polygon>,
     tolerance: f64,
 ) -> Result<IrradianceVector, Error> {
-    if !(0.0..=1.0).contains(&tolerance) {
-        return Err(Error::Tolerance { value: tolerance });
-    }
-    // Below this little but the rounding to doubles is left, so that nothing dearer gives more.
-    let tolerance = tolerance.max(1.01 * ROUNDOFF);
+    let tolerance = within_reach(tolerance)?;
     let occluders: Vec<&Polygon> = occluders.into_iter().collect();
     with_case(receiver, emitter, &occluders, IrradianceVector::ZERO, |case| case.irradiance_vector(tolerance))
 }

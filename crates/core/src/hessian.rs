@@ -28,10 +28,12 @@
 //! B is twice differentiable in front of the emitter except where a whole edge lies in the horizon, which leaves the second
 //! derivative from the side on which the edge is hidden, and where an edge is seen through a vertex or along another edge that it
 //! does not meet: then the bound is infinite. Terms are of the size `1/(S r)`: far away the sum cancels by D/s,
-//! at distance D for an emitter of size s, as the gradient's does. Bounds are running ([`crate::scalar::ball`]); the ladder is
+//! at distance D for an emitter of size s, as the gradient's does. Bounds are running ([`radgrad_numbers::ball`]); the ladder is
 //! f64, double-double, then as many bits as it takes.
 
 use glam::DMat3;
+use radgrad_numbers::real::Real;
+use radgrad_numbers::vec3::Vec3;
 
 use crate::boundary::arc::Arc;
 use crate::boundary::case::{Case, with_case};
@@ -43,20 +45,10 @@ use crate::forms::polynomial::sum::SeenPolynomial;
 use crate::forms::second_derivatives::{SecondDerivatives, Symmetric, symmetric_product};
 use crate::ladder::answer::Method;
 use crate::ladder::caller_units::CallerUnits;
-#[cfg(feature = "arbitrary-precision")]
-use crate::ladder::digits::{Enclosed, to_doubles};
+use crate::ladder::components::{Bounded, Components, within_reach};
 use crate::problem::emission::{Emission, Emitter};
 use crate::problem::polygon::Polygon;
 use crate::problem::receiver::{Receiver, albedo, unit_normal};
-use crate::scalar::ball::Ball;
-#[cfg(feature = "arbitrary-precision")]
-use crate::scalar::big::Big;
-#[cfg(feature = "arbitrary-precision")]
-use crate::scalar::big::enclosure::{Enclosure, Outcome, PRECISIONS, enough_for_doubles, is_nothing, refined, relative_error};
-use crate::scalar::double_double::DoubleDouble;
-use crate::scalar::number::{Number, ROUNDOFF};
-use crate::scalar::real::Real;
-use crate::scalar::vec3::Vec3;
 
 /// Second derivatives of the radiosity with a proven absolute error bound.
 ///
@@ -115,7 +107,8 @@ pub fn hessian(receiver: &Receiver, emitter: &Emitter) -> Result<DMat3, Error> {
         return Ok(DMat3::ZERO);
     }
     with_case(receiver, emitter, &[], DMat3::ZERO, |case| {
-        columns::<f64>(case).map_or(Ok(DMat3::ZERO), |columns| unit(case).plain(columns).map(|c| DMat3::from_cols_array(&c)))
+        columns::<f64>(case)
+            .map_or(Ok(DMat3::ZERO), |columns| Hessian::unit(case).plain(columns).map(|c| DMat3::from_cols_array(&c)))
     })
 }
 
@@ -154,78 +147,34 @@ pub fn hessian_to<'a>(
 
 /// [`hessian_to`], compiled once: generic functions are compiled again in every crate that calls them.
 fn bounded(receiver: &Receiver, emitter: &Emitter, occluders: &[&Polygon], tolerance: f64) -> Result<Hessian, Error> {
-    if !(0.0..=1.0).contains(&tolerance) {
-        return Err(Error::Tolerance { value: tolerance });
-    }
-    // Below this little but the rounding to doubles is left, so that nothing dearer gives more.
-    let tolerance = tolerance.max(1.01 * ROUNDOFF);
+    let tolerance = within_reach(tolerance)?;
     if receiver.reflectance() == 0.0 {
         return Ok(Hessian::ZERO);
     }
     with_case(receiver, emitter, occluders, Hessian::ZERO, |case| {
-        let Some(rough) = Found::certified::<f64>(case, Method::ClosedForm) else { return Ok(Hessian::ZERO) };
-        if let Some(answer) = rough.answer_within(tolerance, case)? {
-            return Ok(answer);
-        }
-        let Some(fine) = Found::certified::<DoubleDouble>(case, Method::DoubleDouble) else { return Ok(Hessian::ZERO) };
-        if let Some(answer) = fine.answer_within(tolerance, case)? {
-            return Ok(answer);
-        }
-        #[cfg(feature = "arbitrary-precision")]
-        return rounded(case, tolerance, &fine);
-        #[cfg(not(feature = "arbitrary-precision"))]
-        fine.answer(case)
+        Ok(Bounded::to::<Hessian>(case, tolerance)?.map_or(Hessian::ZERO, |Bounded { components, error, method }| Hessian {
+            matrix: DMat3::from_cols_array(&components),
+            error,
+            method,
+        }))
     })
 }
 
-fn unit(case: &Case<'_>) -> CallerUnits {
-    CallerUnits::of_derivative(2, "Hessian", case.plan, case.emitter)
-}
+impl Components<9> for Hessian {
+    /// Nine squares and their sum, a root, and the way back from a power of two.
+    const UP: f64 = 1.0 + 16.0 * f64::EPSILON;
 
-/// The result of a rung, in normalised lengths and emission.
-struct Found {
-    columns: [f64; 9],
-    error: f64,
-    method: Method,
-}
-
-impl Found {
-    /// The closed form with a running bound; `None` where nothing is visible.
-    fn certified<N: Number>(case: &Case<'_>, method: Method) -> Option<Self> {
-        let columns = columns::<Ball<N>>(case)?;
-        // Nine squares and their sum, a root, and the way back from a power of two.
-        let error = frobenius_norm(columns.map(Real::value_error)) * (1.0 + 16.0 * f64::EPSILON);
-        Some(Self { columns: columns.map(Real::value), error, method })
+    fn find<T: Real>(case: &Case<'_>) -> Option<[T; 9]> {
+        columns(case)
     }
 
-    fn answer(&self, case: &Case<'_>) -> Result<Hessian, Error> {
-        let (columns, error) = unit(case).components(self.columns, self.error)?;
-        Ok(Hessian { matrix: DMat3::from_cols_array(&columns), error, method: self.method })
+    fn norm(components: [f64; 9]) -> f64 {
+        frobenius_norm(components)
     }
 
-    /// The answer if it meets the tolerance, before and after the change of unit.
-    fn answer_within(&self, tolerance: f64, case: &Case<'_>) -> Result<Option<Hessian>, Error> {
-        if self.error <= tolerance * frobenius_norm(self.columns) {
-            self.answer(case).map(|answer| Some(answer).filter(|answer| answer.meets(tolerance)))
-        } else {
-            Ok(None)
-        }
+    fn unit(case: &Case<'_>) -> CallerUnits {
+        CallerUnits::of_derivative(2, "Hessian", case.plan, case.emitter)
     }
-}
-
-/// The closed form with as many bits as it takes, rounded to doubles, or what was found before where that would take too long.
-#[cfg(feature = "arbitrary-precision")]
-#[cold]
-fn rounded(case: &Case<'_>, tolerance: f64, before: &Found) -> Result<Hessian, Error> {
-    let columns = || columns::<Ball<Big>>(case).map(|columns| columns.map(Enclosure::of));
-    let is_open = |columns: &[Enclosure; 9]| (case.is_of_one_scale() && is_nothing(columns)) || Enclosed::is_coincidence(case);
-    let columns = match refined(PRECISIONS, enough_for_doubles(tolerance), |columns| relative_error(columns), is_open, columns) {
-        Outcome::Nothing { .. } => return Ok(Hessian::ZERO),
-        Outcome::Found(refined) => refined.found,
-        Outcome::TooDear => return before.answer(case),
-    };
-    let (columns, error) = to_doubles(&columns, unit(case))?;
-    Ok(Hessian { matrix: DMat3::from_cols_array(&columns), error, method: Method::ArbitraryPrecision })
 }
 
 fn frobenius_norm(columns: [f64; 9]) -> f64 {
@@ -241,8 +190,8 @@ fn columns<T: Real>(case: &Case<'_>) -> Option<[T; 9]> {
         let mut sum = [Vec3::zero(); 2];
         let mut add = |[on, off]: Symmetric<T>| sum = [sum[0] + on, sum[1] + off];
         let is_certain = visit(case, |part| match part {
-            Part::Arc(arc) => add(edge_term(n1, arc)),
-            Part::Corner(ending, beginning) => add(corner_term(n1, ending, beginning)),
+            ArcOrCorner::Arc(arc) => add(edge_term(n1, arc)),
+            ArcOrCorner::Corner(ending, beginning) => add(corner_term(n1, ending, beginning)),
         })?;
         let factor = albedo::<T>(receiver) * T::exact(value);
         Some((is_certain, sum.map(|v| v * factor)))
@@ -250,8 +199,8 @@ fn columns<T: Real>(case: &Case<'_>) -> Option<[T; 9]> {
     let varying = |seen: SeenPolynomial<T>| {
         let mut sum = SecondDerivatives::new(seen);
         let is_certain = visit(case, |part| match part {
-            Part::Arc(arc) => sum.add(arc),
-            Part::Corner(ending, beginning) => sum.add_corner(ending.end.point, corner_term(n1, ending, beginning)),
+            ArcOrCorner::Arc(arc) => sum.add(arc),
+            ArcOrCorner::Corner(ending, beginning) => sum.add_corner(ending.end.point, corner_term(n1, ending, beginning)),
         })?;
         Some((is_certain, sum.total().map(|v| v * albedo::<T>(receiver))))
     };
@@ -266,26 +215,26 @@ fn columns<T: Real>(case: &Case<'_>) -> Option<[T; 9]> {
 }
 
 /// The arcs and corners that contribute to the sums.
-enum Part<'a, T> {
+enum ArcOrCorner<'a, T> {
     Arc(&'a Arc<T>),
     /// Where two lines only seem to meet: the arc that ends there and the one that begins.
     Corner(&'a Arc<T>, &'a Arc<T>),
 }
 
 /// Calls the parts of the visible boundary; returns whether they are certain, or `None` where nothing is visible.
-fn visit<T: Real>(case: &Case<'_>, mut visit: impl FnMut(Part<'_, T>)) -> Option<bool> {
+fn visit<T: Real>(case: &Case<'_>, mut visit: impl FnMut(ArcOrCorner<'_, T>)) -> Option<bool> {
     let Case { receiver, emitter, occluders, plan } = *case;
     if occluders.is_empty() {
-        horizon::visit_boundary(receiver, emitter.polygon(), plan, |arc: &Arc<T>| visit(Part::Arc(arc)));
+        horizon::visit_boundary(receiver, emitter.polygon(), plan, |arc: &Arc<T>| visit(ArcOrCorner::Arc(arc)));
         return Some(true);
     }
     let (outlines, uncertainty) = visibility::outlines(receiver, emitter, occluders, plan)?;
     for outline in &outlines {
         let next = outline.iter().cycle().skip(1);
         for ((arc, meets), (next, _)) in outline.iter().zip(next) {
-            visit(Part::Arc(arc));
+            visit(ArcOrCorner::Arc(arc));
             if !meets {
-                visit(Part::Corner(arc, next));
+                visit(ArcOrCorner::Corner(arc, next));
             }
         }
     }

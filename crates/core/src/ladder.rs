@@ -2,6 +2,7 @@
 
 pub(crate) mod answer;
 pub(crate) mod caller_units;
+pub(crate) mod components;
 #[cfg(feature = "arbitrary-precision")]
 pub(crate) mod digits;
 pub(crate) mod irradiance;

@@ -27,13 +27,8 @@
 //! # Ok::<(), radgrad_core::Error>(())
 //! ```
 
-#[cfg(not(radgrad_mutants))]
-#[macro_use]
-mod mutant;
-#[cfg(radgrad_mutants)]
-#[doc(hidden)]
-#[macro_use]
-pub mod mutant;
+#[macro_use(mutant)]
+extern crate radgrad_numbers;
 
 pub mod batch;
 mod boundary;
@@ -45,10 +40,8 @@ mod forms;
 mod gauss;
 mod hessian;
 mod ladder;
-mod lanes;
 pub mod paper;
 mod problem;
-mod scalar;
 
 pub use error::Error;
 pub use evaluate::{
@@ -65,3 +58,5 @@ pub use problem::emission::{Emission, Emitter, Linear};
 pub use problem::polygon::Polygon;
 pub use problem::polynomial::{Monomial, Polynomial};
 pub use problem::receiver::Receiver;
+#[doc(hidden)]
+pub use radgrad_numbers::mutant;

@@ -27,6 +27,7 @@ mod misprint;
 mod surface;
 
 use glam::DVec3;
+use radgrad_numbers::power::normalising_power;
 
 pub use crate::paper::misprint::Misprint;
 
@@ -36,7 +37,6 @@ use crate::paper::horizon::Vertex;
 use crate::paper::misprint::Misprints;
 use crate::problem::emission::{Emission, Emitter};
 use crate::problem::receiver::Receiver;
-use crate::scalar::power::normalising_power;
 
 /// Radiosity and gradient by appendix A, corrected, or with one `misprint` planted.
 ///

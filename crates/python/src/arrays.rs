@@ -12,29 +12,29 @@ use crate::refused;
 /// A precision in which arrays come and go.
 pub(crate) trait Number: Precision + Element + Copy + Into<f64> {
     /// Half the distance of 1 from its successor.
-    const ROUNDOFF: f64;
+    const UNIT_ROUNDOFF: f64;
     /// The smallest normal number.
-    const TINY: f64;
+    const LEAST_NORMAL: f64;
 
     /// The nearest number of this precision.
-    fn nearest(value: f64) -> Self;
+    fn rounded(value: f64) -> Self;
 }
 
 impl Number for f64 {
-    const ROUNDOFF: Self = Self::EPSILON / 2.0;
-    const TINY: Self = Self::MIN_POSITIVE;
+    const UNIT_ROUNDOFF: Self = Self::EPSILON / 2.0;
+    const LEAST_NORMAL: Self = Self::MIN_POSITIVE;
 
-    fn nearest(value: Self) -> Self {
+    fn rounded(value: Self) -> Self {
         value
     }
 }
 
 impl Number for f32 {
-    const ROUNDOFF: f64 = Self::EPSILON as f64 / 2.0;
-    const TINY: f64 = Self::MIN_POSITIVE as f64;
+    const UNIT_ROUNDOFF: f64 = Self::EPSILON as f64 / 2.0;
+    const LEAST_NORMAL: f64 = Self::MIN_POSITIVE as f64;
 
     #[expect(clippy::cast_possible_truncation, reason = "rounding is what is asked for")]
-    fn nearest(value: f64) -> Self {
+    fn rounded(value: f64) -> Self {
         value as Self
     }
 }

@@ -110,13 +110,13 @@ struct Sum {
 impl Sum {
     fn add(&mut self, answer: &Answer) {
         self.radiosity += answer.radiosity;
-        self.radiosity_error += answer.radiosity_error + f64::ROUNDOFF * self.radiosity.abs();
+        self.radiosity_error += answer.radiosity_error + f64::UNIT_ROUNDOFF * self.radiosity.abs();
         let mut rounded = 0.0;
         for (sum, term) in self.gradient.iter_mut().zip(answer.gradient.to_array()) {
             *sum += term;
             rounded += sum.abs();
         }
-        self.gradient_error += answer.gradient_error + f64::ROUNDOFF * rounded;
+        self.gradient_error += answer.gradient_error + f64::UNIT_ROUNDOFF * rounded;
         self.method = self.method.max(code(answer.method));
     }
 
@@ -124,11 +124,11 @@ impl Sum {
     fn write<F: Number>(&self, entry: usize, count: usize, rows: &mut Rows<'_, F>) -> Result<(), Error> {
         let overflow = |quantity| Error::Overflow { quantity };
         let up = |error: f64, size: f64| {
-            let rounding = if F::ROUNDOFF > f64::ROUNDOFF { F::ROUNDOFF * size + F::TINY } else { 0.0 };
-            F::nearest((error + rounding) * (1.0 + (count as f64 + 8.0) * f64::ROUNDOFF) * (1.0 + 4.0 * F::ROUNDOFF))
+            let rounding = if F::UNIT_ROUNDOFF > f64::UNIT_ROUNDOFF { F::UNIT_ROUNDOFF * size + F::LEAST_NORMAL } else { 0.0 };
+            F::rounded((error + rounding) * (1.0 + (count as f64 + 8.0) * f64::UNIT_ROUNDOFF) * (1.0 + 4.0 * F::UNIT_ROUNDOFF))
         };
         let finite = |value: f64, quantity| {
-            let value = F::nearest(value);
+            let value = F::rounded(value);
             if value.into().is_finite() { Ok(value) } else { Err(overflow(quantity)) }
         };
         rows.radiosity[entry] = finite(self.radiosity, "radiosity")?;
@@ -407,7 +407,7 @@ pub(crate) fn hessian<'py>(
                 *sum += term;
                 size += sum.abs();
             }
-            error += found.error + if emitters.len() > 1 { f64::ROUNDOFF * size } else { 0.0 };
+            error += found.error + if emitters.len() > 1 { f64::UNIT_ROUNDOFF * size } else { 0.0 };
             method = method.max(code(found.method));
         }
         Ok((matrix, error * (1.0 + emitters.len() as f64 * f64::EPSILON), method))

@@ -137,7 +137,7 @@ struct Reader<'a> {
 }
 
 /// The triangles of a primitive.
-struct Part {
+struct PrimitiveTriangles {
     positions: Vec<DVec3>,
     triangles: Vec<[usize; 3]>,
     material: usize,
@@ -179,7 +179,7 @@ impl Reader<'_> {
     }
 
     /// The triangles of a primitive, or why it has none.
-    fn part(&mut self, member: &str, primitive: &Primitive) -> Result<Result<Part, &'static str>, Fault> {
+    fn part(&mut self, member: &str, primitive: &Primitive) -> Result<Result<PrimitiveTriangles, &'static str>, Fault> {
         let fault = |error| (member.to_owned(), error);
         let Some(position) = primitive.attributes.position else { return Ok(Err("a primitive without positions")) };
         let positions = self.accessors().positions(position)?;
@@ -216,10 +216,16 @@ impl Reader<'_> {
                 }
             }
         }
-        Ok(Ok(Part { positions, triangles, material, double_sided, coordinates }))
+        Ok(Ok(PrimitiveTriangles { positions, triangles, material, double_sided, coordinates }))
     }
 
-    fn add(&mut self, [mesh, primitive]: [usize; 2], part: &Part, surface: usize, transformation: DMat4) -> Result<(), Error> {
+    fn add(
+        &mut self,
+        [mesh, primitive]: [usize; 2],
+        part: &PrimitiveTriangles,
+        surface: usize,
+        transformation: DMat4,
+    ) -> Result<(), Error> {
         let points: Vec<DVec3> = part.positions.iter().map(|&p| transformation.transform_point3(p)).collect();
         let mirrored = transformation.determinant() < 0.0;
         for (triangle, corners) in part.triangles.iter().enumerate() {

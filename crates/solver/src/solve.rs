@@ -11,6 +11,7 @@
 mod check;
 pub(crate) mod detail;
 mod divide;
+mod dual;
 pub(crate) mod gather;
 pub(crate) mod gradient;
 mod left;
@@ -35,7 +36,7 @@ use radgrad_core::DVec3;
 use radgrad_scene::{Prepared, Quantity, Scene, largest, smallest};
 
 use crate::bound::Bounds;
-use crate::bound::proven::Ground;
+use crate::bound::proven::{Aim, Ground};
 use crate::clock::Clock;
 use crate::error::Error;
 use crate::field::Field;
@@ -56,6 +57,12 @@ const DEGREE_OF_MANY: usize = 1;
 
 /// The part of the error asked for that links may neglect.
 const LINK_PART: f64 = 0.1;
+
+/// The part of the bound asked for that the estimate reaches before more than a rough proof is made: that costs more than a solution.
+const ESTIMATED_PART: f64 = 0.02;
+
+/// The same before a rough proof is made.
+const ROUGH_PART: f64 = 0.2;
 
 /// The part of the error asked for that one evaluation may have, per unit of the source's radiosity.
 const EVALUATION_PART: f64 = 2e-4;
@@ -209,6 +216,7 @@ pub(crate) fn solve_on(
         served,
         judged: Vec::new(),
         bounds: Bounds::default(),
+        estimated: OnceLock::new(),
         ground: Ground::of(&mesh),
         proven: OnceLock::new(),
         details: OnceLock::new(),
@@ -292,16 +300,40 @@ impl Solution {
         let bounds = Bounds::of(self.bounded(), [self.left_of_direct(), self.left_of_reflected()]);
         self.bounds = bounds.ok_or_else(|| self.lossless())?;
         let links = self.receivers.iter().map(|&receiver| self.links[receiver].len() + self.far[receiver].len()).sum();
-        (self.proven, self.details) = (OnceLock::new(), OnceLock::new());
+        (self.proven, self.details, self.estimated) = (OnceLock::new(), OnceLock::new(), OnceLock::new());
         self.find_importance()?;
-        let estimate = self.estimate_at_points().unwrap_or_else(|| self.relative(&self.mean_estimate()));
-        let part = options.bound.unwrap_or(options.error);
-        let errors: Vec<f64> = self.reference().into_iter().map(|reference| part * reference).collect();
-        self.ground.aim_at(&errors, options.bound.is_some());
-        let bound = if options.bound.is_some() { self.prove()? } else { f64::INFINITY };
-        let (round, gathers) = (self.progress.round + 1, self.progress.gathers);
+        let estimate = self.estimate_at_points().unwrap_or_else(|| self.relative(&self.served_estimate()));
+        let (round, gathers, bound) = (self.progress.round + 1, self.progress.gathers, f64::INFINITY);
         self.progress = Progress { round, elements: self.mesh.leaves().count(), links, gathers, bound, estimate };
+        match options.bound {
+            Some(bound) => self.progress.bound = self.prove_at_most(bound, options)?,
+            None => self.ground.aim_at(&self.reference(), Aim::Estimate { part: options.error }),
+        }
         Ok(refined)
+    }
+
+    /// The bound of a round where one is asked for: found roughly, or as well as there is time where it may come to that.
+    fn prove_at_most(&mut self, bound: f64, options: &Options) -> Result<f64, Error> {
+        let reference = self.reference();
+        if self.is_worth_a_proof(bound) || self.is_full(options) {
+            self.ground.aim_at(&reference, Aim::Bound { part: bound, is_rough: false });
+            let clock = self.clock;
+            self.clock = clock.for_proof(options.time);
+            let found = self.prove();
+            self.clock = clock;
+            let found = found?;
+            if found.is_finite() {
+                return Ok(found);
+            }
+            self.proven = OnceLock::new();
+        }
+        self.ground.aim_at(&reference, Aim::Bound { part: bound, is_rough: true });
+        if self.progress.estimate > ROUGH_PART * bound { Ok(f64::INFINITY) } else { self.prove() }
+    }
+
+    /// Whether the solution is so good that a proof of this bound may succeed.
+    fn is_worth_a_proof(&self, bound: f64) -> bool {
+        self.progress.estimate <= ESTIMATED_PART * bound
     }
 }
 

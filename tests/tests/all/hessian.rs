@@ -12,13 +12,18 @@ use radgrad_tests::second_derivatives::{Matrix, Seen};
 
 const TOLERANCES: [f64; 3] = [1e-12, 1e-15, 0.0];
 
-/// Cases of a family from which something is seen.
+/// Cases of a family from which something is seen; one of a hundred edges.
 fn cases(family: Family, count: u64) -> impl Iterator<Item = (u64, Seen)> {
-    (0..count).filter_map(move |index| {
+    (0..if family == Family::HundredVertices { 1 } else { count }).filter_map(move |index| {
         let problem = family.case(5, index).problem().ok()?;
         let seen = Seen::moved(&problem.receiver, &problem.emitter).filter(|seen| seen.smooth_range() > 0.0)?;
-        let rough = hessian_to(&seen.receiver(DVec3::ZERO), &seen.emitter, &[], 1.0).unwrap();
-        (rough.method != Method::Zero).then_some((index, seen))
+        let rough = hessian_to(&seen.receiver(DVec3::ZERO), &seen.emitter, &[], 1.0);
+        if family == Family::Subnormal {
+            // Emission of 2^-1000 over the square of such a length; and no step is a normal number.
+            assert!(matches!(rough, Ok(_) | Err(Error::Overflow { quantity: "Hessian" })), "{family}:5:{index}: {rough:?}");
+            return None;
+        }
+        (rough.unwrap().method != Method::Zero).then_some((index, seen))
     })
 }
 

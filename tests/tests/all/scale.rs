@@ -60,7 +60,8 @@ fn cases() -> impl Iterator<Item = (String, Receiver, Emitter, Vec<Polygon>)> {
     // At extreme scales already, or with coefficients of powers of lengths that would be out of range.
     let families = Family::ALL.into_iter().filter(|family| {
         let is_scaled = matches!(family, Family::Scale | Family::ContactScale | Family::GrazingScale | Family::ScreenScale);
-        !is_scaled && !matches!(family, Family::PolynomialFar | Family::PolynomialClipped)
+        let is_extreme = matches!(family, Family::Subnormal | Family::MixedExponents);
+        !is_scaled && !is_extreme && !matches!(family, Family::PolynomialFar | Family::PolynomialClipped)
     });
     families.flat_map(|family| (0..12).map(move |index| (family, index))).filter_map(|(family, index)| {
         let Problem { receiver, emitter, .. } = family.case(17, index).problem().ok()?;
@@ -105,6 +106,37 @@ fn value_gradient_bounds_and_method_are_the_same_in_every_unit() {
         }
     }
     assert!(seen > 1000 && past_screens > 100, "{seen} {past_screens}");
+}
+
+/// Subnormal coordinates have no smaller unit, and emission of 2^900 over numbers of 2^-900 no larger one.
+#[test]
+fn extreme_scenes_are_refused_in_units_that_take_them_out_of_range_and_the_same_in_others() {
+    let (mut same, mut repeated, mut beyond) = (0, 0, 0);
+    for index in 0..40 {
+        let Problem { receiver, emitter, .. } = Family::Subnormal.case(17, index).problem().unwrap();
+        let vertices = |exponent: i32| emitter.polygon().vertices().iter().map(|v| back(*v, -exponent)).collect();
+        assert!(matches!(Polygon::new(vertices(-400)), Err(Error::RepeatedVertex { .. })), "{index}");
+        repeated += 1;
+        let answer = evaluate_to(&receiver, &emitter, &[], 1e-12).unwrap();
+        for lengths in [40, 300, 900] {
+            let (receiver, emitter) = scaled(&receiver, &emitter, lengths, 0);
+            assert_eq!(unscaled(evaluate_to(&receiver, &emitter, &[], 1e-12).unwrap(), lengths, 0), answer, "{index}");
+            same += usize::from(answer.method != Method::Zero);
+        }
+        let Problem { emitter, .. } = Family::MixedExponents.case(17, index).problem().unwrap();
+        if let Emission::Constant(value) = emitter.emission() {
+            let shift = if *value > 1.0 { 1030 } else { -1030 };
+            let there = Emitter::new(emitter.polygon().clone(), Emission::Constant(libm::scalbn(*value, shift)));
+            let is_refused = there.as_ref().map_or_else(
+                |error| matches!(error, Error::EmissionNotFinite { .. }),
+                |emitter| emitter.largest_emission() == 0.0,
+            );
+            let answer = there.and_then(|emitter| evaluate_to(&receiver, &emitter, &[], 1e-12));
+            assert!(is_refused || matches!(answer, Err(Error::Overflow { .. } | Error::Underflow { .. })), "{index}: {answer:?}");
+            beyond += 1;
+        }
+    }
+    assert!(same > 60 && repeated == 40 && beyond > 5, "{same} {repeated} {beyond}");
 }
 
 #[test]

@@ -41,7 +41,14 @@ pub const fn share(family: Family) -> u64 {
         | Family::GrazingScale
         | Family::SteepExtension
         | Family::PolynomialClipped => 12,
+        Family::ShortNormal => 12,
         Family::Far | Family::Needle => 6,
+        Family::OnSurface
+        | Family::Subnormal
+        | Family::MixedExponents
+        | Family::CancellingValues
+        | Family::NearCoincidentVertices
+        | Family::OccludersInPlane => 3,
         Family::HorizonSliver
         | Family::FarNeedle
         | Family::FarClipped
@@ -50,11 +57,17 @@ pub const fn share(family: Family) -> u64 {
         | Family::InPlaneOutside
         | Family::BackFacing
         | Family::BelowHorizon => 3,
-        Family::OneScreen | Family::EdgeScreen | Family::IdleScreens | Family::NearScreen | Family::SilhouetteScreen => 3,
+        Family::OneScreen
+        | Family::EdgeScreen
+        | Family::DippingScreen
+        | Family::IdleScreens
+        | Family::NearScreen
+        | Family::SilhouetteScreen => 3,
         Family::FarScreen
         | Family::ScreenScale
         | Family::PolynomialFar
         | Family::EqualVertices
+        | Family::HundredVertices
         | Family::TenScreens
         | Family::Boxes
         | Family::Thicket => 1,

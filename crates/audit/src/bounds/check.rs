@@ -9,7 +9,7 @@ use crate::bounds::digits;
 use crate::bounds::mark::{Figure, Mark, Rung};
 use crate::bounds::reference::{Distance, Reference};
 use crate::measure::ratio;
-use crate::truth::Truth;
+use crate::truth::{Truth, norm};
 
 /// The tolerance that is tighter than the default.
 pub(crate) const TIGHT: f64 = 1e-15;
@@ -201,8 +201,7 @@ impl Check {
 
     /// Relative errors of the default answer, and the tightness of its bounds.
     fn errors(&mut self, answer: &Answer, closest: &Reference, sharpest: Option<&Reference>) {
-        let largest = answer.gradient.abs().max_element();
-        let sizes = [answer.radiosity.abs(), largest * (answer.gradient / largest).length()];
+        let sizes = [answer.radiosity.abs(), norm(answer.gradient)];
         let bounds = [answer.radiosity_error, answer.gradient_error];
         let best = sharpest.unwrap_or(closest).distances(answer);
         let all = [Figure::ValueError, Figure::GradientError];

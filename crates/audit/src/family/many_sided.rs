@@ -36,14 +36,19 @@ impl OnLattice {
     }
 
     fn concave(sampler: &mut Sampler, lattice: Lattice) -> Self {
-        let (sites, inner) = if sampler.one_in(2) {
-            rectilinear_sites(sampler)
+        if sampler.one_in(2) {
+            let (sites, inner) = rectilinear_sites(sampler);
+            Self::new(lattice, &sites, inner)
         } else {
             let count = 4 + sampler.below(13) as usize;
-            let sites = star_sites(sampler, count);
-            let inner = [[0, 0], sites[0], sites[1]];
-            (sites, inner)
-        };
+            Self::star(sampler, lattice, count)
+        }
+    }
+
+    /// A star about (0, 0) with so many vertices.
+    fn star(sampler: &mut Sampler, lattice: Lattice, count: usize) -> Self {
+        let sites = star_sites(sampler, count);
+        let inner = [[0, 0], sites[0], sites[1]];
         Self::new(lattice, &sites, inner)
     }
 
@@ -108,6 +113,12 @@ pub(super) fn concave(sampler: &mut Sampler) -> Scene {
         polygon = polygon.with_straight_vertex(sampler);
     }
     polygon.seen(sampler)
+}
+
+/// A star with so many vertices.
+pub(super) fn star(sampler: &mut Sampler, count: usize) -> Scene {
+    let lattice = lattice(sampler);
+    OnLattice::star(sampler, lattice, count).seen(sampler)
 }
 
 /// Convex, its coordinates up to 2^19 and exact.

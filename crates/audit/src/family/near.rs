@@ -76,7 +76,7 @@ fn off_line(sampler: &mut Sampler, triangle: &Triangle, along: DVec3) -> DVec3 {
 
 /// Any normal from which some of the triangle is well above the horizon, cut or not. Where rounding put the receiver into the
 /// plane or behind it, the case stays: its answer is 0.
-fn facing(sampler: &mut Sampler, triangle: &Triangle, position: DVec3) -> Scene {
+pub(super) fn facing(sampler: &mut Sampler, triangle: &Triangle, position: DVec3) -> Scene {
     let normal = normal_where(sampler, position, &triangle.vertices, |_, high| high > 0.1);
     let emission = emission::on_triangle(sampler, &triangle.vertices);
     Scene::open(position, normal, triangle.vertices.to_vec(), emission)

@@ -49,6 +49,20 @@ pub(super) fn edge_screen(sampler: &mut Sampler) -> Scene {
     scene
 }
 
+/// A screen with a corner in the emitter's plane as far as rounding allows, or 2^-52 to 2^-30 before it or behind; half of them stand
+/// on a vertex of the emitter.
+pub(super) fn dipping_screen(sampler: &mut Sampler) -> Scene {
+    let mut scene = spread::generic(sampler);
+    let [a, b, c] = [0, 1, 2].map(|k| scene.vertices[k]);
+    let foot = if sampler.one_in(2) { a } else { inside(sampler, [a, b, c]) };
+    let way = (scene.position - foot) * sampler.between(0.1, 0.5);
+    let off = if sampler.one_in(2) { 0.0 } else { sampler.sign() * sampler.spread(-52, -30) };
+    let aside = way.length();
+    let mut over = || foot + way + sampler.direction() * (0.7 * aside);
+    scene.occluders.push(vec![foot + way * off, over(), over()]);
+    scene
+}
+
 /// A screen 2^-24 to 2^-8 of the way from the receiver, and as much smaller.
 pub(super) fn near_screen(sampler: &mut Sampler) -> Scene {
     let mut scene = spread::generic(sampler);

@@ -128,6 +128,7 @@ fn finish(parts: Vec<Part>, s: &mut Sampler) -> Model {
         closed: false,
         change: Change::None,
         error: ERRORS[s.below(3) as usize],
+        degree: None,
     };
     for _ in 0..PROBES {
         add_probe(&mut model, s);
@@ -256,6 +257,8 @@ pub(super) fn facing(s: &mut Sampler) -> Model {
     let part = |(which, corners)| Part::new(corners, rectangles.reflectance[which], rectangles.emitted[which]);
     let mut model = finish(faces.into_iter().enumerate().map(part).collect(), s);
     model.exact = Exact::Facing(rectangles);
+    // At low degrees bounds are little above errors, so that one that is too small shows.
+    model.degree = Some(s.below(4) as usize);
     model
 }
 

@@ -39,6 +39,8 @@ pub enum Fault {
     TextureShifted,
     /// Estimates are divided by 100.
     EstimateHundredth,
+    /// Bounds are divided by 10.
+    BoundTenth,
     /// Bounds are divided by 1000.
     BoundThousandth,
     /// Bounds are 0.
@@ -73,7 +75,7 @@ pub enum Fault {
 
 impl Fault {
     /// All of them.
-    pub const ALL: [Self; 28] = [
+    pub const ALL: [Self; 29] = [
         Self::LampSkipped,
         Self::WeakLampSkipped,
         Self::LampTwice,
@@ -87,6 +89,7 @@ impl Fault {
         Self::ChannelsSwapped,
         Self::TextureShifted,
         Self::EstimateHundredth,
+        Self::BoundTenth,
         Self::BoundThousandth,
         Self::BoundZero,
         Self::ValueLarge,
@@ -121,6 +124,7 @@ impl Fault {
             Self::ChannelsSwapped => "channels swapped",
             Self::TextureShifted => "a texture shifted by a texel",
             Self::EstimateHundredth => "estimates times 0.01",
+            Self::BoundTenth => "bounds times 0.1",
             Self::BoundThousandth => "bounds times 0.001",
             Self::BoundZero => "bounds of 0",
             Self::ValueLarge => "values a fifth too large",
@@ -144,6 +148,7 @@ impl Fault {
         matches!(
             self,
             Self::EstimateHundredth
+                | Self::BoundTenth
                 | Self::BoundThousandth
                 | Self::BoundZero
                 | Self::ValueLarge
@@ -177,6 +182,7 @@ impl Fault {
     pub const fn families(self) -> &'static [Family] {
         match self {
             Self::TextureShifted => &[Family::Textured],
+            Self::BoundTenth => &[Family::Facing],
             Self::WeakLampSkipped => &[Family::Facing, Family::ManyLamps],
             Self::EstimateHundredth | Self::BoundThousandth | Self::LampAside => &[Family::Facing, Family::Clutter],
             Self::OccluderSkipped | Self::FactorsFree | Self::FieldFree => &[Family::Grating],
@@ -278,6 +284,7 @@ impl Fault {
             Self::EstimateHundredth => {
                 all.iter_mut().for_each(|one| one.estimate = one.estimate.map(|estimate| 0.01 * estimate));
             }
+            Self::BoundTenth => bounds(&mut all, 0.1),
             Self::BoundThousandth => bounds(&mut all, 1e-3),
             Self::BoundZero => bounds(&mut all, 0.0),
             Self::BracketsNarrow => bounds(&mut all, 1e-4),

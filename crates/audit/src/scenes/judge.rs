@@ -65,7 +65,7 @@ pub struct Outcome {
 }
 
 /// How many times its estimate an error may be before it is one that the estimate does not know of.
-pub const ESTIMATES: f64 = 3.0;
+pub(crate) const ESTIMATES: f64 = 3.0;
 
 impl Judged {
     /// Judges a statement; `scale` is what a half-width is compared with.
@@ -87,19 +87,19 @@ impl Judged {
 
     /// Bound over error, or over the least error that the truth can tell.
     #[must_use]
-    pub fn bound_over_error(&self) -> f64 {
+    pub(crate) fn bound_over_error(&self) -> f64 {
         self.over_error(self.statement.bound)
     }
 
     /// Estimate over error, the same.
     #[must_use]
-    pub fn estimate_over_error(&self) -> Option<f64> {
+    pub(crate) fn estimate_over_error(&self) -> Option<f64> {
         self.statement.estimate.map(|estimate| self.over_error(estimate))
     }
 
     /// Whether the value is off the truth by more than [`ESTIMATES`] times the estimate.
     #[must_use]
-    pub fn is_off_the_estimate(&self) -> bool {
+    pub(crate) fn is_off_the_estimate(&self) -> bool {
         let value = self.statement.value;
         let off =
             if value < self.known.interval.low { self.known.interval.low - value } else { value - self.known.interval.high };

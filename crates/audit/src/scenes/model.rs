@@ -93,6 +93,8 @@ pub struct Model {
     pub change: Change,
     /// Relative error that the solver is asked for.
     pub error: f64,
+    /// Degree of the polynomials on elements, if not that of the solver's choice.
+    pub degree: Option<usize>,
 }
 
 impl Part {
@@ -173,7 +175,7 @@ impl Model {
 
     /// Whether any face has a texture of this quantity.
     #[must_use]
-    pub fn has_grid(&self, quantity: Quantity) -> bool {
+    pub(crate) fn has_grid(&self, quantity: Quantity) -> bool {
         self.parts.iter().any(|part| part.grid.as_ref().is_some_and(|grid| grid.quantity == quantity))
     }
 
@@ -235,7 +237,7 @@ impl Grid {
 impl Change {
     /// Where a point of the changed scene is in the unchanged one: exact, as the change is.
     #[must_use]
-    pub fn undone(self, point: DVec3) -> DVec3 {
+    pub(crate) fn undone(self, point: DVec3) -> DVec3 {
         match self {
             Self::None => point,
             Self::Scale(factor) => point / factor,

@@ -170,6 +170,7 @@ pub(crate) fn recorded(model: &Model, subject: Subject) -> Result<Vec<(f64, f64)
 fn timed(model: &Model) -> Options {
     Options {
         error: model.error,
+        degree: model.degree,
         most_elements: MOST_ELEMENTS,
         first_elements: 1,
         // Digits that are compared must not depend on the time.

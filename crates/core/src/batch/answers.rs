@@ -1,9 +1,9 @@
 //! The results of a batch, as a structure of arrays.
 
 use glam::DVec3;
+use radgrad_numbers::lanes::lane::Lane;
 
 use crate::ladder::answer::{Answer, Method};
-use crate::lanes::lane::Lane;
 
 /// One entry of each array a receiver, or an emitter. Arrays that were not asked for are empty. Kept from one batch to the next
 /// it is not allocated again.
@@ -89,7 +89,6 @@ pub(super) struct Asked {
     pub(super) methods: bool,
 }
 
-#[allow(private_bounds, reason = "what lanes need of a number is not for others to implement")]
 impl<F: Lane> Answers<F> {
     /// Empty arrays, to be filled.
     ///

@@ -46,11 +46,11 @@
 //!   the true one, which changes the gradient by `16 rho k g u` and the value by the square of that.
 
 use fearless_simd::Simd;
+use radgrad_numbers::lanes::angle::ANGLE_ULP;
+use radgrad_numbers::lanes::lane::{Lane, Lanes, Mask, constant};
 
 use crate::batch::span::Crossing;
 use crate::batch::sums::ConstantSums;
-use crate::lanes::angle::ANGLE_ULP;
-use crate::lanes::lane::{Lane, Lanes, Mask, constant};
 
 /// Pays for terms of second order.
 pub(super) const SECOND_ORDER: f64 = 1.05;

@@ -15,14 +15,14 @@
 //! Nothing is recomputed for the whole edge of an unclipped lane: f = 1, p = r, p' = r', to the last digit.
 
 use fearless_simd::Simd;
+use radgrad_numbers::lanes::angle::angle;
+use radgrad_numbers::lanes::lane::{Lane, Lanes, Mask, constant};
+use radgrad_numbers::vec3::Vec3;
 
 use crate::batch::bound::{bound, conditioned};
 use crate::batch::span::{EdgeTerms, Span};
 use crate::batch::sums::ConstantSums;
 use crate::batch::visible::{BoundarySums, BoundedTotal, SeenExtent};
-use crate::lanes::angle::angle;
-use crate::lanes::lane::{Lane, Lanes, Mask, constant};
-use crate::scalar::vec3::Vec3;
 
 impl<S: Simd, F: Lane> BoundarySums<S, F> for ConstantSums<S, F> {
     const FACTOR: f64 = -0.5;

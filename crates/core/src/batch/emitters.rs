@@ -1,6 +1,8 @@
 //! One receiver against each of many emitters.
 
 use fearless_simd::Level;
+use radgrad_numbers::lanes::lane::Lane;
+use radgrad_numbers::lanes::lane::MOST_LANES;
 
 use crate::batch::answers::{Answers, Counts, Slots};
 use crate::batch::lamps::{Lamps, by_edges, sorted};
@@ -9,8 +11,6 @@ use crate::batch::tile;
 use crate::batch::tile::{Entries, Goal, Settled, TILE, put};
 use crate::error::Error;
 use crate::ladder::answer::Method;
-use crate::lanes::lane::Lane;
-use crate::lanes::lane::MOST_LANES;
 use crate::problem::emission::Emitter;
 use crate::problem::receiver::Receiver;
 
@@ -52,7 +52,6 @@ struct Set<F> {
     double: Option<Lamps>,
 }
 
-#[allow(private_bounds, reason = "what lanes need of a number is not for others to implement")]
 impl<'a, F: Lane> Emitters<'a, F> {
     /// Puts emitters on lanes.
     #[must_use]

@@ -1,6 +1,10 @@
 //! An outline in the precision of the lanes, how it emits, and receivers of it a vector at a time.
 
 use fearless_simd::Simd;
+use radgrad_numbers::lanes::lane::{Lane, Lanes, MOST_LANES, align_frame, constant, load, same};
+use radgrad_numbers::number::ROUNDOFF;
+use radgrad_numbers::power::normalising_power;
+use radgrad_numbers::vec3::Vec3;
 
 use crate::batch::answers::Slots;
 use crate::batch::many_emitters::Work;
@@ -9,12 +13,8 @@ use crate::batch::span::LaneEdge;
 use crate::batch::sums::ConstantSums;
 use crate::batch::tile::{Goal, Scale, Settled, settle, windows};
 use crate::batch::visible::{BoundarySums, Outline, find};
-use crate::lanes::lane::{Lane, Lanes, MOST_LANES, align_frame, constant, load, same};
 use crate::problem::emission::{Emission, Emitter};
 use crate::problem::polygon::Polygon;
-use crate::scalar::number::ROUNDOFF;
-use crate::scalar::power::normalising_power;
-use crate::scalar::vec3::Vec3;
 
 /// An emitter's outline in the precision of the lanes, in normalised lengths.
 #[derive(Debug, Clone)]

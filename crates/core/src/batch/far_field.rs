@@ -26,13 +26,13 @@ use std::sync::OnceLock;
 
 use fearless_simd::{Level, Simd};
 use glam::DVec3;
+use radgrad_numbers::lanes::lane::{Lanes, MOST_LANES, constant, same};
+use radgrad_numbers::number::ROUNDOFF;
+use radgrad_numbers::on_instruction_set;
+use radgrad_numbers::vec3::Vec3;
 
 use crate::batch::cluster::{Cluster, Sight, UP};
 use crate::batch::lamps::Lamps;
-use crate::lanes::instruction_set::on_instruction_set;
-use crate::lanes::lane::{Lanes, MOST_LANES, constant, same};
-use crate::scalar::number::ROUNDOFF;
-use crate::scalar::vec3::Vec3;
 
 /// One above the highest degree of interpolation along an axis.
 const DEGREES: usize = 14;

@@ -3,12 +3,12 @@
 use std::ops::Range;
 
 use fearless_simd::{Level, Simd};
+use radgrad_numbers::lanes::lane::{Lanes, constant};
 
 use crate::batch::linear::many;
 use crate::batch::linear::many::LinearGroup;
 use crate::batch::many_emitters::{Group, SeenFrom, Work, goes_on_lanes};
 use crate::batch::tile::{Goal, Settled};
-use crate::lanes::lane::{Lanes, constant};
 use crate::problem::emission::Emitter;
 
 /// Some emitters of either kind.

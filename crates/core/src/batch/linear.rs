@@ -21,6 +21,14 @@ mod bound;
 pub(super) mod many;
 
 use fearless_simd::{Level, Simd};
+use radgrad_numbers::arithmetic::Arithmetic;
+use radgrad_numbers::ball::Ball;
+use radgrad_numbers::lanes::angle::angle;
+use radgrad_numbers::lanes::lane::{Lanes, Mask, constant, same};
+use radgrad_numbers::number::ROUNDOFF;
+use radgrad_numbers::on_instruction_set;
+use radgrad_numbers::real::Real;
+use radgrad_numbers::vec3::Vec3;
 
 use crate::batch::answers::Slots;
 use crate::batch::emitting::{Emitting, Outlined, lanes, padded};
@@ -30,15 +38,7 @@ use crate::batch::span::{EdgeTerms, Span};
 use crate::batch::tile::{Goal, Settled};
 use crate::batch::visible::{BoundarySums, BoundedTotal, Outline, SeenExtent};
 use crate::forms::segment::{X1End, x1_between};
-use crate::lanes::angle::angle;
-use crate::lanes::instruction_set::on_instruction_set;
-use crate::lanes::lane::{Lanes, Mask, constant, same};
 use crate::problem::emission::{Emission, Emitter};
-use crate::scalar::arithmetic::Arithmetic;
-use crate::scalar::ball::Ball;
-use crate::scalar::number::ROUNDOFF;
-use crate::scalar::real::Real;
-use crate::scalar::vec3::Vec3;
 
 /// Lanes of double precision, and vectors of them.
 type Wide<S> = Lanes<S, f64>;

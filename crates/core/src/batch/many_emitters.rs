@@ -5,6 +5,9 @@ use std::ops::Range;
 
 use fearless_simd::{Level, Simd};
 use glam::DVec3;
+use radgrad_numbers::lanes::lane::{Lane, Lanes, MOST_LANES, align_frame, constant, load, same};
+use radgrad_numbers::on_instruction_set;
+use radgrad_numbers::vec3::Vec3;
 
 use crate::batch::answers::{Asked, Slots};
 use crate::batch::emitting::{Emitting, Uniformly, brightness, height_share, power};
@@ -12,12 +15,9 @@ use crate::batch::span::LaneEdge;
 use crate::batch::tile::{Goal, Scale, Settled, TILE, settle};
 use crate::batch::visible::{BoundarySums, Outline, find};
 use crate::ladder::answer::{Answer, Method};
-use crate::lanes::instruction_set::on_instruction_set;
-use crate::lanes::lane::{Lane, Lanes, MOST_LANES, align_frame, constant, load, same};
 use crate::problem::emission::Emitter;
 use crate::problem::polygon::Polygon;
 use crate::problem::receiver::Receiver;
-use crate::scalar::vec3::Vec3;
 
 /// Outlines with as many vertices each and their brightness, in any order. Arrays go on for a vector's length after the last one,
 /// which is repeated there.

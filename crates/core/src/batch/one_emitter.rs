@@ -1,6 +1,8 @@
 //! Many receivers against one emitter: receivers on lanes, the outline the same on all.
 
 use fearless_simd::Level;
+use radgrad_numbers::lanes::lane::Lane;
+use radgrad_numbers::on_instruction_set;
 
 use crate::batch::answers::{Counts, Slots};
 use crate::batch::emitting::{Outlined, Uniformly, brightness, lanes, padded};
@@ -10,8 +12,6 @@ use crate::batch::receivers::Receivers;
 use crate::batch::tile::{Entries, Goal, Settled, TILE, each, put};
 use crate::error::Error;
 use crate::ladder::answer::Method;
-use crate::lanes::instruction_set::on_instruction_set;
-use crate::lanes::lane::Lane;
 use crate::problem::emission::Emitter;
 
 /// A constant emitter in the precision of the lanes.

@@ -3,9 +3,9 @@
 use std::ops::Range;
 
 use glam::DVec3;
+use radgrad_numbers::lanes::lane::Lane;
 
 use crate::error::Error;
-use crate::lanes::lane::Lane;
 use crate::problem::receiver::Receiver;
 
 /// Receiver points with their normals and reflectances, one entry of each slice a receiver.
@@ -25,7 +25,6 @@ pub struct Receivers<'a, F = f64> {
     pub(super) reflectance: &'a [F],
 }
 
-#[allow(private_bounds, reason = "what lanes need of a number is not for others to implement")]
 impl<'a, F: Lane> Receivers<'a, F> {
     /// Receivers at `position` (x, y, z) facing along `normal` (of any length), with one reflectance for each or one for all.
     ///

@@ -1,9 +1,8 @@
 //! An edge and its visible piece, with the quantities in its terms; the symbols are those of [`super::edge`].
 
 use fearless_simd::Simd;
-
-use crate::lanes::lane::{Lane, Lanes, Mask, constant};
-use crate::scalar::vec3::Vec3;
+use radgrad_numbers::lanes::lane::{Lane, Lanes, Mask, constant};
+use radgrad_numbers::vec3::Vec3;
 
 /// A point of the emitter's plane seen from the receivers.
 pub(super) struct SeenPoint<S: Simd, F: Lane> {

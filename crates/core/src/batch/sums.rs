@@ -1,9 +1,8 @@
 //! The sums over the edges of a constant emitter.
 
 use fearless_simd::Simd;
-
-use crate::lanes::lane::{Lane, Lanes, constant};
-use crate::scalar::vec3::Vec3;
+use radgrad_numbers::lanes::lane::{Lane, Lanes, constant};
+use radgrad_numbers::vec3::Vec3;
 
 /// The sums over the edges.
 pub(super) struct ConstantSums<S: Simd, F: Lane> {

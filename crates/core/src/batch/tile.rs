@@ -4,6 +4,8 @@ use std::ops::AddAssign;
 
 use fearless_simd::Simd;
 use glam::DVec3;
+use radgrad_numbers::lanes::lane::{Lane, Lanes, MOST_LANES, Mask, constant};
+use radgrad_numbers::number::ROUNDOFF;
 
 use crate::batch::answers::{Asked, Counts, Slots};
 use crate::batch::visible::Found;
@@ -11,10 +13,8 @@ use crate::error::Error;
 use crate::evaluate::{evaluate_to, evaluate_value, radiosity, radiosity_and_gradient};
 use crate::ladder;
 use crate::ladder::answer::{Answer, Method, Value};
-use crate::lanes::lane::{Lane, Lanes, MOST_LANES, Mask, constant};
 use crate::problem::emission::Emitter;
 use crate::problem::receiver::Receiver;
-use crate::scalar::number::ROUNDOFF;
 
 /// Entries of a tile.
 pub(super) const TILE: usize = Entries::BITS as usize;

@@ -7,6 +7,9 @@
 use std::ops::Range;
 
 use fearless_simd::{Level, Simd};
+use radgrad_numbers::lanes::lane::{Lanes, MOST_LANES, constant, load, same};
+use radgrad_numbers::number::ROUNDOFF;
+use radgrad_numbers::on_instruction_set;
 
 use crate::batch::answers::Slots;
 use crate::batch::cluster::UP;
@@ -17,10 +20,7 @@ use crate::batch::receivers::Receivers;
 use crate::batch::tile::{Goal, TILE};
 use crate::error::Error;
 use crate::evaluate::evaluate_to;
-use crate::lanes::instruction_set::on_instruction_set;
-use crate::lanes::lane::{Lanes, MOST_LANES, constant, load, same};
 use crate::problem::receiver::Receiver;
-use crate::scalar::number::ROUNDOFF;
 
 /// How the emitters were answered, summed over receivers.
 ///

@@ -7,12 +7,12 @@
 //! wall that stands on the receiver's floor is answered here. The side of a plane across an axis is exact.
 
 use fearless_simd::Simd;
+use radgrad_numbers::lanes::angle::angles;
+use radgrad_numbers::lanes::lane::{Lane, Lanes, Mask, constant};
+use radgrad_numbers::vec3::Vec3;
 
 use crate::batch::bound::LaneBound;
 use crate::batch::span::{Crossing, EdgePart, EdgeTerms, LaneEdge, SeenPoint, Span};
-use crate::lanes::angle::angles;
-use crate::lanes::lane::{Lane, Lanes, Mask, constant};
-use crate::scalar::vec3::Vec3;
 
 /// Polygons with as many edges each, one a lane or the same on all lanes, in normalised lengths.
 pub(super) trait Outline<S: Simd, F: Lane> {

@@ -8,11 +8,12 @@
 mod quartic;
 pub(crate) mod weight;
 
+use radgrad_numbers::arithmetic::Arithmetic;
+use radgrad_numbers::real::Real;
+use radgrad_numbers::series::sine::half_angle_minus_sine;
+use radgrad_numbers::vec3::Vec3;
+
 use crate::boundary::line::{Frame, Line, Sighted};
-use crate::scalar::arithmetic::Arithmetic;
-use crate::scalar::real::Real;
-use crate::scalar::series::sine::half_angle_minus_sine;
-use crate::scalar::vec3::Vec3;
 
 /// The plane through the receiver in which an arc lies.
 #[derive(Debug, Clone, Copy)]

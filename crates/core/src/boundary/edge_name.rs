@@ -4,8 +4,7 @@
 //! them. As doubles their edges are on one line, and no bound on a distance from it would ever say so.
 
 use glam::DVec3;
-
-use crate::scalar::power::normalising_power;
+use radgrad_numbers::power::normalising_power;
 
 /// The end points of an edge of the input, in the order of their bits: the same for whoever shares the edge.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -5,12 +5,13 @@
 //! closed by an arc of the horizon. On a concave polygon the gaps overlap; their signed angles still add up to those of the true
 //! boundary, since all lie on one line.
 
+use radgrad_numbers::real::Real;
+
 use crate::boundary::arc::{Arc, Generator};
 use crate::boundary::line::{Line, Sighted};
 use crate::boundary::plan::{Horizon, Plan, height_over_horizon};
 use crate::problem::polygon::Polygon;
 use crate::problem::receiver::{Receiver, unit_normal};
-use crate::scalar::real::Real;
 
 /// Calls `visit` with each arc of the boundary.
 #[inline]

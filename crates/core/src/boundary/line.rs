@@ -2,13 +2,12 @@
 //! the receiver and the line. All lengths are normalised by [`crate::boundary::plan::Plan`].
 
 use glam::DVec3;
-
-use crate::scalar::arithmetic::Arithmetic;
-use crate::scalar::double_double::{DoubleDouble, ROUNDOFF_OF_DOUBLE_DOUBLE};
-use crate::scalar::number::{Number, ROUNDOFF};
-use crate::scalar::offset::{exact_offset, offset};
-use crate::scalar::real::Real;
-use crate::scalar::vec3::Vec3;
+use radgrad_numbers::arithmetic::Arithmetic;
+use radgrad_numbers::double_double::{DoubleDouble, ROUNDOFF_OF_DOUBLE_DOUBLE};
+use radgrad_numbers::number::{Number, ROUNDOFF};
+use radgrad_numbers::offset::{exact_offset, offset};
+use radgrad_numbers::real::Real;
+use radgrad_numbers::vec3::Vec3;
 
 /// Errors of w in units of roundoff: of `|r||e|`, and of itself.
 pub const MOMENT_UNITS: [f64; 2] = [3.5, 1.0];

@@ -17,18 +17,18 @@
 use std::ops::Range;
 
 use glam::DVec3;
+use radgrad_numbers::double_double::{DoubleDouble, ROUNDOFF_OF_DOUBLE_DOUBLE};
+use radgrad_numbers::exact;
+use radgrad_numbers::exact::orientation;
+use radgrad_numbers::number::{Number, ROUNDOFF};
+use radgrad_numbers::offset::{exact_offset, offset};
+use radgrad_numbers::power::normalising_power;
+use radgrad_numbers::real::{RadiusOf, Real};
+use radgrad_numbers::vec3::Vec3;
 
 use crate::error::Error;
 use crate::problem::polygon::Polygon;
 use crate::problem::receiver::Receiver;
-use crate::scalar::double_double::{DoubleDouble, ROUNDOFF_OF_DOUBLE_DOUBLE};
-use crate::scalar::exact;
-use crate::scalar::exact::orientation;
-use crate::scalar::number::{Number, ROUNDOFF};
-use crate::scalar::offset::{exact_offset, offset};
-use crate::scalar::power::normalising_power;
-use crate::scalar::real::{RadiusOf, Real};
-use crate::scalar::vec3::Vec3;
 
 /// Where the emitter is relative to the receiver's horizon.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -21,6 +21,8 @@ pub(crate) mod uncertainty;
 
 use std::cmp::Reverse;
 
+use radgrad_numbers::real::{RadiusOf, Real};
+
 use crate::boundary::arc::Arc;
 use crate::boundary::plan::Plan;
 use crate::boundary::visibility::part::{Sides, VisiblePart};
@@ -31,7 +33,6 @@ use crate::problem::emission::Emitter;
 use crate::problem::polygon::Polygon;
 use crate::problem::receiver::Receiver;
 use crate::problem::triangulate::convex_parts;
-use crate::scalar::real::{RadiusOf, Real};
 
 /// One visible part: the arcs around it, each with whether its line and the next one's surely meet in space where the arcs do, as
 /// they do at a vertex of the input.

@@ -7,9 +7,10 @@
 //!   `-(rho B/pi) sum N toward.(M n1)/S`, with S the distance of the line ([`Arc::weight`]). The horizon has no line and adds
 //!   nothing: its points have no projected area. Cancels like the value.
 
+use radgrad_numbers::real::Real;
+use radgrad_numbers::vec3::Vec3;
+
 use crate::boundary::arc::Arc;
-use crate::scalar::real::Real;
-use crate::scalar::vec3::Vec3;
 
 /// `sum g N`.
 #[derive(Debug, Clone, Copy)]

@@ -58,6 +58,10 @@ pub mod units;
 
 use std::ops::{Add, Mul};
 
+use radgrad_numbers::arithmetic::Doubles;
+use radgrad_numbers::number::ROUNDOFF;
+use radgrad_numbers::vec3::Vec3;
+
 use crate::boundary::arc::Arc;
 use crate::boundary::horizon;
 #[cfg(doc)]
@@ -70,9 +74,6 @@ use crate::forms::edge_lanes::SureCase;
 use crate::forms::irradiance_and_gradient::IrradianceAndGradient;
 use crate::problem::polygon::Polygon;
 use crate::problem::receiver::{Receiver, unit_normal};
-use crate::scalar::arithmetic::Doubles;
-use crate::scalar::number::ROUNDOFF;
-use crate::scalar::vec3::Vec3;
 
 /// Bounds on the errors of the sums for a unit emission.
 #[derive(Debug, Clone, Copy)]

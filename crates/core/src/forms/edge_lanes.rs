@@ -11,22 +11,28 @@ pub(crate) mod linear;
 #[cfg(test)]
 pub(crate) mod random;
 
+use std::sync::LazyLock;
+
 use fearless_simd::prelude::*;
-use fearless_simd::{Simd, f64x4};
+use fearless_simd::{Level, Simd, f64x4};
+use radgrad_numbers::arc_tangent::is_in_range;
+use radgrad_numbers::double_double::{DoubleDouble, ROUNDOFF_OF_DOUBLE_DOUBLE};
+use radgrad_numbers::lanes::vectors::{all, chosen, row};
+use radgrad_numbers::number::ROUNDOFF;
+use radgrad_numbers::on_instruction_set;
+use radgrad_numbers::power::normalising_power;
+use radgrad_numbers::vec3::Vec3;
 
 use crate::boundary::arc::Arc;
 use crate::boundary::line::{Line, MOMENT_UNITS, Sighted};
 use crate::boundary::plan::{Horizon, Plan, least_sure_height};
 use crate::forms::irradiance_and_gradient::IrradianceAndGradient;
-use crate::lanes::instruction_set::{INSTRUCTION_SET, on_instruction_set};
-use crate::lanes::vectors::{all, chosen, row};
 use crate::problem::polygon::{FourEdges, Polygon};
 use crate::problem::receiver::Receiver;
-use crate::scalar::arc_tangent::is_in_range;
-use crate::scalar::double_double::{DoubleDouble, ROUNDOFF_OF_DOUBLE_DOUBLE};
-use crate::scalar::number::ROUNDOFF;
-use crate::scalar::power::normalising_power;
-use crate::scalar::vec3::Vec3;
+
+/// The best instruction set of this machine. It stands where it is used: what is static in another crate is found through a table, at
+/// three instructions an answer.
+pub(crate) static INSTRUCTION_SET: LazyLock<Level> = LazyLock::new(Level::new);
 
 /// An emitter whose visible part is sure in double precision, with bounds B.
 pub(crate) struct SureCase<B> {

@@ -1,8 +1,9 @@
 //! Irradiance and gradient as a closed form sums them: on balls with a proven bound, on doubles the same digits without one.
 
+use radgrad_numbers::real::Real;
+use radgrad_numbers::vec3::Vec3;
+
 use crate::problem::receiver::{Receiver, albedo, unit_normal};
-use crate::scalar::real::Real;
-use crate::scalar::vec3::Vec3;
 
 /// Irradiance vector and gradient without the factor rho/pi, in normalised lengths and emission.
 pub(crate) struct IrradianceAndGradient<T> {

@@ -16,7 +16,7 @@
 //! (phi2 - phi1) asinh(|d|/h) - 1/2 [Im Li2(-q e^(2 i phi)) - Cl2(2 phi + pi)] }`. With `Im Li2(r e^(it)) = om ln r + 1/2
 //! [Cl2(2 om) + Cl2(2t) - Cl2(2 om + 2t)]` (Lewin 1981, 5.5), the duplication formula, and the angle `psi = atan2(s, S)` of the
 //! arc in its own plane, an end adds `psi asinh(|d|/h) - 1/4 [2 Cl2(2 phi) - Cl2(2 phi - 2 psi) - Cl2(2 phi + 2 psi)]`. Now
-//! `Cl2(2x) = 2x - 4 J(x) - 2x ln(2 sin x)` ([`crate::scalar::dilogarithm`]), and of the logarithms, with
+//! `Cl2(2x) = 2x - 4 J(x) - 2x ln(2 sin x)` ([`radgrad_numbers::dilogarithm`]), and of the logarithms, with
 //! `sin(phi +- psi) = s (S +- d)/(rho r)`, `rho^2 = d^2 + s^2` and `(S - d)(S + d) = h^2`, one is left, which both segments of a
 //! vertex share:
 //!
@@ -27,6 +27,12 @@
 //!
 //! Loses digits where Phi does, and by a further factor |beta|/|B| ~ D/s far away.
 
+use radgrad_numbers::arithmetic::Arithmetic;
+use radgrad_numbers::offset::offset;
+use radgrad_numbers::radius::Radius;
+use radgrad_numbers::real::Real;
+use radgrad_numbers::vec3::Vec3;
+
 use crate::boundary::arc::{Arc, Generator, Moments};
 use crate::boundary::line::{Frame, Sighted};
 use crate::boundary::plan::height_over_plane;
@@ -34,11 +40,6 @@ use crate::forms::irradiance_and_gradient::IrradianceAndGradient;
 use crate::forms::segment::{logarithms, segment_frame, x1_term};
 use crate::problem::emission::Emitter;
 use crate::problem::receiver::{Receiver, unit_normal};
-use crate::scalar::arithmetic::Arithmetic;
-use crate::scalar::offset::offset;
-use crate::scalar::radius::Radius;
-use crate::scalar::real::Real;
-use crate::scalar::vec3::Vec3;
 
 /// An affine emission seen from x, in normalised lengths.
 #[derive(Debug, Clone, Copy)]

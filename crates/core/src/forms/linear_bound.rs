@@ -23,7 +23,7 @@
 //! | rho | `(d^2 + s^2)^(1/2)` | |
 //! | phi, psi | `atan2(s, d)`, `atan2(s, S)` | `dphi`, `dpsi` |
 //! | l | `ln(r/h)` | `dl = 3.5u + dh/h + 3ul` |
-//! | J | the function of [`crate::scalar::dilogarithm`] | 6u relative |
+//! | J | the function of [`radgrad_numbers::dilogarithm`] | 6u relative |
 //!
 //! # Products
 //! - `g N` with another vector: an error of w turns N or changes g, by `g ew` in all; beside that the product errs by
@@ -75,6 +75,10 @@ use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
 
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f64x4, f64x8};
+use radgrad_numbers::double_double::ROUNDOFF_OF_DOUBLE_DOUBLE;
+use radgrad_numbers::lanes::vectors::{all, plus_first};
+use radgrad_numbers::number::ROUNDOFF;
+use radgrad_numbers::vec3::Vec3;
 
 use crate::boundary::arc::Arc;
 use crate::forms::constant_bound::units::WEIGHT;
@@ -82,12 +86,8 @@ use crate::forms::edge_lanes::EdgeLanes;
 use crate::forms::edge_lanes::linear::{Added, both};
 use crate::forms::irradiance_and_gradient::IrradianceAndGradient;
 use crate::forms::linear::{ContourTerm, LinearSum};
-use crate::lanes::vectors::{all, plus_first};
 use crate::problem::emission::Emitter;
 use crate::problem::receiver::Receiver;
-use crate::scalar::double_double::ROUNDOFF_OF_DOUBLE_DOUBLE;
-use crate::scalar::number::ROUNDOFF;
-use crate::scalar::vec3::Vec3;
 
 /// Bounds on the errors of radiosity and gradient but for the factor `rho/pi`, the second one on the norm.
 #[derive(Debug, Clone, Copy)]
@@ -319,10 +319,10 @@ mod tests {
     use crate::forms::edge_lanes::random::{polygon_and_receiver, vector};
     use crate::forms::irradiance_and_gradient::IrradianceAndGradient;
     use crate::problem::emission::{Emission, Emitter};
-    use crate::scalar::ball::Ball;
-    use crate::scalar::double_double::DoubleDouble;
-    use crate::scalar::real::Real;
-    use crate::scalar::vec3::Vec3;
+    use radgrad_numbers::ball::Ball;
+    use radgrad_numbers::double_double::DoubleDouble;
+    use radgrad_numbers::real::Real;
+    use radgrad_numbers::vec3::Vec3;
 
     #[test]
     fn bounds_hold_and_are_within_a_few_hundred_errors() {

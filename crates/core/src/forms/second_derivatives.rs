@@ -26,13 +26,14 @@
 //!
 //! Digits are lost where the gradient loses them, and by one over the distance from an edge once more. Bounds are running.
 
+use radgrad_numbers::real::Real;
+use radgrad_numbers::vec3::Vec3;
+
 use crate::boundary::arc::{Arc, Generator};
 use crate::forms::polynomial::segment::Segment;
 use crate::forms::polynomial::sum::{PolynomialSum, SeenPolynomial};
 use crate::forms::segment::segment_frame;
 use crate::problem::polynomial::bivariate::{Bivariate, whole};
-use crate::scalar::real::Real;
-use crate::scalar::vec3::Vec3;
 
 /// A symmetric matrix: the entries xx, yy, zz and the entries yz, zx, xy.
 pub(crate) type Symmetric<T> = [Vec3<T>; 2];

@@ -1,11 +1,12 @@
 //! The contribution of a segment of the boundary to `X1 = int dA/r^2`; [`crate::forms::linear`] has the derivation.
 
+use radgrad_numbers::arithmetic::Arithmetic;
+use radgrad_numbers::radius::Radius;
+use radgrad_numbers::real::{RadiusOf, Real};
+use radgrad_numbers::vec3::Vec3;
+
 use crate::boundary::arc::{Arc, Generator};
 use crate::boundary::line::{Frame, Sighted};
-use crate::scalar::arithmetic::Arithmetic;
-use crate::scalar::radius::Radius;
-use crate::scalar::real::{RadiusOf, Real};
-use crate::scalar::vec3::Vec3;
 
 /// The frame of the segment of the emitter's plane that the arc sees, from that plane's normal and the height of x over it. The
 /// horizon and an occluder's edge meet the plane along `n2 x N`.

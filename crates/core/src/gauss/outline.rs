@@ -12,15 +12,15 @@
 use std::ops::Deref;
 
 use glam::DVec3;
+use radgrad_numbers::number::ROUNDOFF;
+use radgrad_numbers::offset::offset;
+use radgrad_numbers::vec3::Vec3;
 
 use crate::boundary::plan::{Plan, height_over_horizon};
 use crate::gauss::scene::Scene;
 use crate::gauss::source::Lit;
 use crate::problem::polygon::Polygon;
 use crate::problem::receiver::Receiver;
-use crate::scalar::number::ROUNDOFF;
-use crate::scalar::offset::offset;
-use crate::scalar::vec3::Vec3;
 
 /// A corner of the outline, in normalised lengths.
 #[derive(Debug, Clone, Copy)]

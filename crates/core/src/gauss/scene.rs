@@ -1,12 +1,13 @@
 //! The quantities that all triangles of a case share, and the sum of their integrals.
 
+use radgrad_numbers::number::ROUNDOFF;
+use radgrad_numbers::vec3::Vec3;
+
 use crate::boundary::plan::{Horizon, Plan};
 use crate::forms::edge_lanes::certain_height;
 use crate::gauss::source::Source;
 use crate::problem::emission::Emitter;
 use crate::problem::receiver::{Receiver, unit_normal};
-use crate::scalar::number::ROUNDOFF;
-use crate::scalar::vec3::Vec3;
 
 /// Value and gradient without the factor rho/pi, in normalised lengths and emission, with absolute error bounds.
 #[derive(Debug, Clone, Copy, Default)]

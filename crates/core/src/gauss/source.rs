@@ -5,12 +5,12 @@
 //! unit, so that distance costs no digits.
 
 use glam::DVec3;
+use radgrad_numbers::number::ROUNDOFF;
 
 use crate::problem::emission::{Emission, Emitter};
 use crate::problem::polygon::Polygon;
 use crate::problem::polynomial::bivariate::Bivariate;
 use crate::problem::polynomial::plane::InPlane;
-use crate::scalar::number::ROUNDOFF;
 
 /// An emission with the bounds that the rule needs of it, normalised.
 #[derive(Debug)]

@@ -37,15 +37,16 @@
 
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f64x8};
+use radgrad_numbers::number::ROUNDOFF;
+use radgrad_numbers::on_instruction_set;
+use radgrad_numbers::vec3::Vec3;
 
+use crate::forms::edge_lanes::INSTRUCTION_SET;
 use crate::gauss::scene::{Integral, Scene};
 use crate::gauss::source::OnTriangle;
 use crate::gauss::triangle::{Grid, Rule, RuleBound, SeenTriangle, Triangle};
 use crate::gauss::{rules, square};
-use crate::lanes::instruction_set::{INSTRUCTION_SET, on_instruction_set};
 use crate::problem::fan::Shape;
-use crate::scalar::number::ROUNDOFF;
-use crate::scalar::vec3::Vec3;
 
 /// Sums over nodes of `1/r^4` times 1, `B`, `B n1.r`, `B n1.r r/r^2`, and of the second and third over `r^2`.
 #[derive(Debug, Clone, Copy)]

@@ -35,15 +35,16 @@
 
 use std::ops::Add;
 
+use radgrad_numbers::number::ROUNDOFF;
+use radgrad_numbers::offset::offset;
+use radgrad_numbers::vec3::Vec3;
+
 use crate::gauss::outline::OutlineCorner;
 use crate::gauss::scene::Scene;
 use crate::gauss::source::OnTriangle;
 use crate::gauss::{rules, square};
 use crate::problem::fan::{FanTriangle, Shape};
 use crate::problem::receiver::Receiver;
-use crate::scalar::number::ROUNDOFF;
-use crate::scalar::offset::offset;
-use crate::scalar::vec3::Vec3;
 
 /// A triangle of the fan, seen from the receiver, with the rule for it.
 #[derive(Debug)]

@@ -1,8 +1,7 @@
 //! Answers with their bounds, and the tolerances they are asked to.
 
 use glam::DVec3;
-
-use crate::scalar::vec3::Vec3;
+use radgrad_numbers::vec3::Vec3;
 
 /// Radiosity and its gradient with proven absolute error bounds.
 ///

@@ -6,12 +6,12 @@
 //! component.
 
 use glam::DVec3;
+use radgrad_numbers::vec3::Vec3;
 
 use crate::boundary::case::Case;
 use crate::boundary::plan::Plan;
 use crate::error::Error;
 use crate::problem::emission::Emitter;
-use crate::scalar::vec3::Vec3;
 
 /// The power of two that takes a normalised result to the unit of the caller.
 #[derive(Debug, Clone, Copy)]
@@ -101,8 +101,8 @@ impl CallerUnits {
 
     /// The power of two itself.
     #[cfg(feature = "arbitrary-precision")]
-    pub(crate) const fn magnitude(self) -> crate::scalar::big::magnitude::Magnitude {
-        crate::scalar::big::magnitude::Magnitude::power_of_two(self.exponent as i64)
+    pub(crate) const fn magnitude(self) -> radgrad_numbers::big::magnitude::Magnitude {
+        radgrad_numbers::big::magnitude::Magnitude::power_of_two(self.exponent as i64)
     }
 }
 

@@ -9,6 +9,14 @@
 use std::array::from_ref;
 use std::iter;
 
+use radgrad_numbers::ball::Ball;
+use radgrad_numbers::big::Big;
+use radgrad_numbers::big::decimal::{to_decimal, upper_decimal};
+use radgrad_numbers::big::enclosure::{Enclosure, Outcome, Refined, is_nothing, norm, refined, relative_error};
+use radgrad_numbers::big::magnitude::Magnitude;
+use radgrad_numbers::radius::Radius;
+use radgrad_numbers::vec3::Vec3;
+
 use crate::boundary::case::Case;
 use crate::boundary::plan::Plan;
 use crate::error::Error;
@@ -19,13 +27,6 @@ use crate::ladder::sum::visit;
 use crate::problem::emission::{Emission, Emitter};
 use crate::problem::polygon::Polygon;
 use crate::problem::receiver::Receiver;
-use crate::scalar::ball::Ball;
-use crate::scalar::big::Big;
-use crate::scalar::big::decimal::{to_decimal, upper_decimal};
-use crate::scalar::big::enclosure::{Enclosure, Outcome, Refined, is_nothing, norm, refined, relative_error};
-use crate::scalar::big::magnitude::Magnitude;
-use crate::scalar::radius::Radius;
-use crate::scalar::vec3::Vec3;
 
 /// Radiosity and gradient in decimal digits, with proven absolute error bounds that include the rounding of the digits.
 ///
@@ -253,7 +254,7 @@ mod tests {
 
     use super::*;
     use crate::problem::polynomial::Polynomial;
-    use crate::scalar::big::within;
+    use radgrad_numbers::big::within;
 
     /// Wherever a computation runs out of what it may cost, it ends, and says so.
     #[test]

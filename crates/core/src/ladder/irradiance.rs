@@ -1,23 +1,15 @@
-//! The irradiance vector to a tolerance: the closed form in double precision, in double-double, or with as many bits as it takes.
+//! The irradiance vector to a tolerance.
 
 use glam::DVec3;
+use radgrad_numbers::real::Real;
+use radgrad_numbers::vec3::Vec3;
 
 use crate::boundary::case::Case;
 use crate::error::Error;
 use crate::forms::irradiance_and_gradient::IrradianceAndGradient;
 use crate::ladder::answer::Method;
 use crate::ladder::caller_units::CallerUnits;
-#[cfg(feature = "arbitrary-precision")]
-use crate::ladder::digits::{Enclosed, to_doubles};
-use crate::scalar::ball::Ball;
-#[cfg(feature = "arbitrary-precision")]
-use crate::scalar::big::Big;
-#[cfg(feature = "arbitrary-precision")]
-use crate::scalar::big::enclosure::{Enclosure, Outcome, PRECISIONS, enough_for_doubles, is_nothing, refined, relative_error};
-use crate::scalar::double_double::DoubleDouble;
-use crate::scalar::number::Number;
-use crate::scalar::real::Real;
-use crate::scalar::vec3::Vec3;
+use crate::ladder::components::{Bounded, Components};
 
 /// The irradiance vector with a proven absolute error bound.
 ///
@@ -49,68 +41,32 @@ impl IrradianceVector {
     }
 }
 
-/// The result of a rung, in normalised lengths and emission.
-struct Found {
-    vector: Vec3<f64>,
-    error: f64,
-    method: Method,
+impl Components<3> for IrradianceVector {
+    /// Three squares, their sum, a root, and the way back from a power of two.
+    const UP: f64 = 1.0 + 8.0 * f64::EPSILON;
+
+    fn find<T: Real>(case: &Case<'_>) -> Option<[T; 3]> {
+        let Vec3 { x, y, z } = IrradianceAndGradient::<T>::sum::<true, false>(case)?.irradiance;
+        Some([x, y, z])
+    }
+
+    fn norm([x, y, z]: [f64; 3]) -> f64 {
+        Vec3::new(x, y, z).length()
+    }
+
+    fn unit(case: &Case<'_>) -> CallerUnits {
+        CallerUnits::of_derivative(0, "irradiance vector", case.plan, case.emitter)
+    }
 }
 
 impl Case<'_> {
     /// The first rung whose bound meets the tolerance, or the last.
-    #[cold]
     pub(crate) fn irradiance_vector(&self, tolerance: f64) -> Result<IrradianceVector, Error> {
-        let Some(rough) = self.irradiance_by::<f64>(Method::ClosedForm) else { return Ok(IrradianceVector::ZERO) };
-        if let Some(answer) = self.irradiance_within(tolerance, &rough)? {
-            return Ok(answer);
-        }
-        let Some(fine) = self.irradiance_by::<DoubleDouble>(Method::DoubleDouble) else { return Ok(IrradianceVector::ZERO) };
-        if let Some(answer) = self.irradiance_within(tolerance, &fine)? {
-            return Ok(answer);
-        }
-        #[cfg(feature = "arbitrary-precision")]
-        {
-            let find = || {
-                let Vec3 { x, y, z } = IrradianceAndGradient::<Ball<Big>>::sum::<true, false>(self)?.irradiance;
-                Some([x, y, z].map(Enclosure::of))
-            };
-            let stays_open =
-                |vector: &[Enclosure; 3]| (self.is_of_one_scale() && is_nothing(vector)) || Enclosed::is_coincidence(self);
-            match refined(PRECISIONS, enough_for_doubles(tolerance), |vector| relative_error(vector), stays_open, find) {
-                Outcome::Nothing { .. } => return Ok(IrradianceVector::ZERO),
-                Outcome::Found(refined) => {
-                    let (vector, error) = to_doubles(&refined.found, self.irradiance_unit())?;
-                    return Ok(IrradianceVector { vector: vector.into(), error, method: Method::ArbitraryPrecision });
-                }
-                Outcome::TooDear => {}
-            }
-        }
-        self.irradiance_of(&fine)
-    }
-
-    /// The closed form with a running bound; `None` where nothing is visible.
-    fn irradiance_by<N: Number>(&self, method: Method) -> Option<Found> {
-        let terms = IrradianceAndGradient::<Ball<N>>::sum::<true, false>(self)?;
-        let error = terms.irradiance.map(Real::value_error).length() * (1.0 + 8.0 * f64::EPSILON);
-        Some(Found { vector: terms.irradiance.map(Real::value), error, method })
-    }
-
-    /// The answer if it meets the tolerance, before and after the change of unit.
-    fn irradiance_within(&self, tolerance: f64, found: &Found) -> Result<Option<IrradianceVector>, Error> {
-        if found.error <= tolerance * found.vector.length() {
-            self.irradiance_of(found).map(|answer| Some(answer).filter(|answer| answer.meets(tolerance)))
-        } else {
-            Ok(None)
-        }
-    }
-
-    fn irradiance_of(&self, found: &Found) -> Result<IrradianceVector, Error> {
-        let Vec3 { x, y, z } = found.vector;
-        let (vector, error) = self.irradiance_unit().components([x, y, z], found.error)?;
-        Ok(IrradianceVector { vector: vector.into(), error, method: found.method })
-    }
-
-    pub(crate) fn irradiance_unit(&self) -> CallerUnits {
-        CallerUnits::of_derivative(0, "irradiance vector", self.plan, self.emitter)
+        let found = Bounded::to::<IrradianceVector>(self, tolerance)?;
+        Ok(found.map_or(IrradianceVector::ZERO, |Bounded { components, error, method }| IrradianceVector {
+            vector: components.into(),
+            error,
+            method,
+        }))
     }
 }

@@ -23,6 +23,8 @@
 use std::f64::consts::{FRAC_1_PI, PI};
 
 use glam::DVec3;
+use radgrad_numbers::number::ROUNDOFF;
+use radgrad_numbers::vec3::Vec3;
 
 use crate::boundary::case::Case;
 #[cfg(doc)]
@@ -34,8 +36,6 @@ use crate::ladder::rungs::Found;
 use crate::problem::emission::Emission;
 use crate::problem::polygon::Polygon;
 use crate::problem::triangulate::convex_parts;
-use crate::scalar::number::ROUNDOFF;
-use crate::scalar::vec3::Vec3;
 
 /// One above 1 by more than the rounding of a bound.
 const UP: f64 = 1.0 + 1e-12;

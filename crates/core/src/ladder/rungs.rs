@@ -6,7 +6,7 @@
 //!    does not its plan serves the rungs that follow.
 //! 1. A Gauss rule on the emitter with an a-priori bound ([`crate::gauss`]), where few nodes are enough: far away.
 //! 2. The closed form in double precision with its bound: derived for a constant emitter ([`crate::forms::constant_bound`]) and
-//!    for a linear one that is seen whole ([`crate::forms::linear_bound`]), running otherwise ([`crate::scalar::ball`]), where
+//!    for a linear one that is seen whole ([`crate::forms::linear_bound`]), running otherwise ([`radgrad_numbers::ball`]), where
 //!    the rule may cost more before it.
 //! 3. The Gauss rule with more nodes, where that is still cheaper than:
 //! 4. the closed form in double-double with a running bound;
@@ -17,6 +17,16 @@
 //! [`DirectAttempt::new`] is rung 0, [`Case::climb`] takes rungs 1 to 4, and [`Case::answer`] the last one.
 
 use std::cell::Cell;
+
+use radgrad_numbers::ball::Ball;
+#[cfg(feature = "arbitrary-precision")]
+use radgrad_numbers::big::enclosure::{Outcome, PRECISIONS, Refined, enough_for_doubles, refined};
+#[cfg(feature = "arbitrary-precision")]
+use radgrad_numbers::big::magnitude::Magnitude;
+use radgrad_numbers::double_double::DoubleDouble;
+use radgrad_numbers::number::{Number, ROUNDOFF};
+use radgrad_numbers::real::Real;
+use radgrad_numbers::vec3::Vec3;
 
 use crate::boundary::case::Case;
 use crate::boundary::plan::{Horizon, Plan};
@@ -31,15 +41,6 @@ use crate::ladder::answer::{Answer, Method};
 use crate::ladder::digits::Enclosed;
 use crate::problem::emission::{Emission, Emitter};
 use crate::problem::receiver::{Receiver, albedo};
-use crate::scalar::ball::Ball;
-#[cfg(feature = "arbitrary-precision")]
-use crate::scalar::big::enclosure::{Outcome, PRECISIONS, Refined, enough_for_doubles, refined};
-#[cfg(feature = "arbitrary-precision")]
-use crate::scalar::big::magnitude::Magnitude;
-use crate::scalar::double_double::DoubleDouble;
-use crate::scalar::number::{Number, ROUNDOFF};
-use crate::scalar::real::Real;
-use crate::scalar::vec3::Vec3;
 
 /// The largest cost of a Gauss rule.
 struct Budget {

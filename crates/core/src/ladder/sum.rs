@@ -2,6 +2,9 @@
 //!
 //! The arcs come from [`crate::boundary::horizon`], or from [`crate::boundary::visibility`] where there are occluders.
 
+use radgrad_numbers::real::{RadiusOf, Real};
+use radgrad_numbers::vec3::Vec3;
+
 use crate::boundary::arc::Arc;
 use crate::boundary::case::Case;
 use crate::boundary::visibility::uncertainty::Uncertainty;
@@ -12,8 +15,6 @@ use crate::forms::linear::{LinearSum, SeenLinear};
 use crate::forms::polynomial::sum::{PolynomialSum, SeenPolynomial};
 use crate::problem::emission::Emission;
 use crate::problem::receiver::unit_normal;
-use crate::scalar::real::{RadiusOf, Real};
-use crate::scalar::vec3::Vec3;
 
 impl<T: Real> IrradianceAndGradient<T> {
     /// Sums value, gradient or both, as asked for; `None` where nothing is visible.

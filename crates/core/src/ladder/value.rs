@@ -8,6 +8,16 @@
 #[cfg(feature = "arbitrary-precision")]
 use std::array::from_ref;
 
+#[cfg(feature = "arbitrary-precision")]
+use radgrad_numbers::ball::Ball;
+#[cfg(feature = "arbitrary-precision")]
+use radgrad_numbers::big::Big;
+#[cfg(feature = "arbitrary-precision")]
+use radgrad_numbers::big::enclosure::{Enclosure, Outcome, PRECISIONS, enough_for_doubles, is_nothing, refined, relative_error};
+#[cfg(feature = "arbitrary-precision")]
+use radgrad_numbers::big::magnitude::Magnitude;
+use radgrad_numbers::number::ROUNDOFF;
+
 use crate::boundary::case::Case;
 use crate::error::Error;
 #[cfg(feature = "arbitrary-precision")]
@@ -16,15 +26,6 @@ use crate::ladder::answer::{Method, Tolerance, Value};
 #[cfg(feature = "arbitrary-precision")]
 use crate::ladder::digits::{Enclosed, to_doubles};
 use crate::ladder::rungs::{Climb, Found};
-#[cfg(feature = "arbitrary-precision")]
-use crate::scalar::ball::Ball;
-#[cfg(feature = "arbitrary-precision")]
-use crate::scalar::big::Big;
-#[cfg(feature = "arbitrary-precision")]
-use crate::scalar::big::enclosure::{Enclosure, Outcome, PRECISIONS, enough_for_doubles, is_nothing, refined, relative_error};
-#[cfg(feature = "arbitrary-precision")]
-use crate::scalar::big::magnitude::Magnitude;
-use crate::scalar::number::ROUNDOFF;
 
 impl Tolerance {
     /// The error that is allowed of a value.

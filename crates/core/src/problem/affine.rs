@@ -1,9 +1,9 @@
 //! An affine function over the plane of a polygon.
 
-use crate::scalar::ball::Ball;
-use crate::scalar::double_double::DoubleDouble;
-use crate::scalar::real::Real;
-use crate::scalar::vec3::Vec3;
+use radgrad_numbers::ball::Ball;
+use radgrad_numbers::double_double::DoubleDouble;
+use radgrad_numbers::real::Real;
+use radgrad_numbers::vec3::Vec3;
 
 /// The emission as `value + gradient . (y - vertex 0)`, with the gradient in the polygon's plane.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -5,20 +5,20 @@
 //! emission given by vertex values on a needle is the needle's: its gradient across is a difference over the width.
 
 use glam::DVec3;
+use radgrad_numbers::ball::Ball;
+use radgrad_numbers::double_double::DoubleDouble;
+use radgrad_numbers::exact::orientation;
+use radgrad_numbers::number::Number;
+use radgrad_numbers::offset::offset;
+use radgrad_numbers::power::normalising_power;
+use radgrad_numbers::real::Real;
+use radgrad_numbers::vec3::Vec3;
 
 use crate::error::Error;
 use crate::problem::affine::{Affine, larger};
 use crate::problem::polygon::{COORDINATE_ROUNDING, Polygon};
 use crate::problem::polynomial::Polynomial;
 use crate::problem::polynomial::plane::InPlane;
-use crate::scalar::ball::Ball;
-use crate::scalar::double_double::DoubleDouble;
-use crate::scalar::exact::orientation;
-use crate::scalar::number::Number;
-use crate::scalar::offset::offset;
-use crate::scalar::power::normalising_power;
-use crate::scalar::real::Real;
-use crate::scalar::vec3::Vec3;
 
 /// The radiosity of an emitter over its polygon, as the user states it.
 ///

@@ -1,9 +1,8 @@
 //! A polygon as a fan of signed triangles around a vertex: the quantities that do not depend on the receiver, computed once.
 
 use glam::DVec3;
-
-use crate::scalar::number::ROUNDOFF;
-use crate::scalar::vec3::Vec3;
+use radgrad_numbers::number::ROUNDOFF;
+use radgrad_numbers::vec3::Vec3;
 
 /// A triangle `P + a (e1 + b e)` of the fan, e the side opposite the apex P, in some unit of length.
 #[derive(Debug, Clone, Copy, PartialEq)]

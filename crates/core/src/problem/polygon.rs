@@ -8,16 +8,16 @@ use std::ops::{Add, Mul, Sub};
 
 use fearless_simd::{Simd, SimdBase, f64x4};
 use glam::DVec3;
+use radgrad_numbers::double_double::{DoubleDouble, ROUNDOFF_OF_DOUBLE_DOUBLE};
+use radgrad_numbers::exact::orientation;
+use radgrad_numbers::number::{Number, ROUNDOFF};
+use radgrad_numbers::offset::{exact_offset, offset, unit_vector};
+use radgrad_numbers::power::normalising_power;
+use radgrad_numbers::real::Real;
+use radgrad_numbers::vec3::Vec3;
 
 use crate::error::Error;
 use crate::problem::fan::FanTriangle;
-use crate::scalar::double_double::{DoubleDouble, ROUNDOFF_OF_DOUBLE_DOUBLE};
-use crate::scalar::exact::orientation;
-use crate::scalar::number::{Number, ROUNDOFF};
-use crate::scalar::offset::{exact_offset, offset, unit_vector};
-use crate::scalar::power::normalising_power;
-use crate::scalar::real::Real;
-use crate::scalar::vec3::Vec3;
 
 /// A simple planar polygon, convex or not, counter-clockwise seen from its lit side.
 ///

@@ -1,14 +1,14 @@
 //! The receiver: a point of a surface with its normal and reflectance.
 
 use glam::DVec3;
+use radgrad_numbers::double_double::{DoubleDouble, ROUNDOFF_OF_DOUBLE_DOUBLE};
+use radgrad_numbers::number::Number;
+use radgrad_numbers::offset::unit_vector;
+use radgrad_numbers::power::normalising_power;
+use radgrad_numbers::real::Real;
+use radgrad_numbers::vec3::Vec3;
 
 use crate::error::Error;
-use crate::scalar::double_double::{DoubleDouble, ROUNDOFF_OF_DOUBLE_DOUBLE};
-use crate::scalar::number::Number;
-use crate::scalar::offset::unit_vector;
-use crate::scalar::power::normalising_power;
-use crate::scalar::real::Real;
-use crate::scalar::vec3::Vec3;
 
 /// A point on a diffuse surface: position `x`, unit normal `n1`, reflectance `rho`.
 ///

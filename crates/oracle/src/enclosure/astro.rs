@@ -1,10 +1,10 @@
 //! Arbitrary precision in Rust: `astro-float`, each operation rounded to nearest, so its error is at most `2^-bits` of the
 //! result.
 
-use astro_float::{BigFloat, RoundingMode};
+use astro_float::{BigFloat, RoundingMode, Sign, WORD_BIT_SIZE};
 
 use crate::enclosure::arithmetic::Real;
-use crate::enclosure::exact::{Exact, big, rounded, scaled};
+use crate::enclosure::exact::{Exact, big, scaled};
 use crate::enclosure::legendre::Rules;
 
 const NEAREST: RoundingMode = RoundingMode::ToEven;
@@ -18,9 +18,8 @@ pub(crate) struct Astro {
 
 impl Astro {
     fn rounded(value: BigFloat, bits: usize) -> (Self, f64) {
-        let exact = Exact::from_inner(value);
-        let bound = half_unit(&exact, bits);
-        (Self { value: exact.into_inner(), bits }, bound)
+        let bound = half_unit(&value, bits);
+        (Self { value, bits }, bound)
     }
 }
 
@@ -30,10 +29,24 @@ pub(crate) fn half_unit_at(exponent: i32, bits: usize) -> f64 {
     scaled(1.0, exponent - i32::try_from(bits).unwrap_or(i32::MAX / 2))
 }
 
-fn half_unit(result: &Exact, bits: usize) -> f64 {
-    match result.inner().exponent() {
+/// The leading 53 bits, rounded toward zero; what is infinite is not a number.
+fn leading(value: &BigFloat) -> f64 {
+    let Some((words, _, sign, exponent, _)) = value.as_raw_parts() else { return f64::NAN };
+    if value.is_zero() {
+        return 0.0;
+    }
+    let mut top = 0u64;
+    for (place, word) in words.iter().rev().take(64 / WORD_BIT_SIZE).enumerate() {
+        top |= *word << (64 - WORD_BIT_SIZE * (place + 1));
+    }
+    let magnitude = scaled((top >> 11) as f64, exponent - 53);
+    if sign == Sign::Neg { -magnitude } else { magnitude }
+}
+
+fn half_unit(result: &BigFloat, bits: usize) -> f64 {
+    match result.exponent() {
         _ if result.is_zero() => 0.0,
-        Some(exponent) if !result.inner().is_inf() => half_unit_at(exponent, bits),
+        Some(exponent) if !result.is_inf() => half_unit_at(exponent, bits),
         _ => f64::INFINITY,
     }
 }
@@ -44,7 +57,7 @@ impl Real for Astro {
     }
 
     fn from_exact(exact: &Exact, bits: usize) -> (Self, f64) {
-        let mut value = exact.inner().clone();
+        let mut value = exact.to_big();
         if exact.is_zero() {
             return (Self::from_f64(0.0, bits), 0.0);
         }
@@ -55,7 +68,7 @@ impl Real for Astro {
     }
 
     fn to_exact(&self) -> Exact {
-        Exact::from_inner(self.value.clone())
+        Exact::of_big(&self.value)
     }
 
     fn add(&self, other: &Self) -> (Self, f64) {
@@ -95,7 +108,7 @@ impl Real for Astro {
     }
 
     fn leading(&self) -> f64 {
-        rounded(&self.value, 0)
+        leading(&self.value)
     }
 
     fn rules() -> &'static Rules<Self> {

@@ -184,6 +184,8 @@ mod tests {
     use super::*;
     use crate::enclosure::astro::Astro;
     use crate::enclosure::double_double::DoubleDouble;
+    use crate::enclosure::interval::Interval;
+    use crate::enclosure::limbs::Limbs;
 
     /// Whether the ball holds the exact number.
     fn holds<T: Real>(ball: &Ball<T>, exact: &Exact) -> bool {
@@ -213,6 +215,57 @@ mod tests {
     fn operations_enclose_in_every_arithmetic() {
         operations_enclose::<DoubleDouble>(106);
         operations_enclose::<Astro>(192);
+    }
+
+    /// All numbers between two doubles.
+    fn between<T: Real>(low: f64, high: f64, bits: usize) -> Ball<T> {
+        let (low, high) = (Exact::from(low), Exact::from(high));
+        let (middle, half) = ((&low + &high).times_power(-1), (&high - &low).times_power(-1).magnitude());
+        let ball = Ball::from_exact(&middle, bits);
+        if half == 0.0 { ball } else { ball.widened(half) }
+    }
+
+    /// Results of interval arithmetic that others recorded: all of each is in the ball, and of points the ball has no more than that
+    /// and one double at either end.
+    fn vectors_are_enclosed<T: Real>(bits: usize, largest: f64) {
+        let (mut points, mut intervals) = (0, 0);
+        for line in include_str!("../../../../data/reference/itf1788.txt").lines().filter(|line| !line.starts_with('#')) {
+            let (operation, numbers) = line.split_once(' ').unwrap();
+            let numbers: Vec<f64> = numbers.split(' ').map(|number| number.parse().unwrap()).collect();
+            if numbers.iter().any(|number| number.abs() > largest) {
+                continue;
+            }
+            let (given, expected) = numbers.split_at(numbers.len() - 2);
+            let balls: Vec<Ball<T>> = given.chunks(2).map(|ends| between(ends[0], ends[1], bits)).collect();
+            let found = match (operation, &balls[..]) {
+                ("add", [x, y]) => x + y,
+                ("subtract", [x, y]) => x - y,
+                ("multiply", [x, y]) => x * y,
+                ("divide", [x, y]) => x.divided_by(y),
+                ("negate", [x]) => -x,
+                ("sqr", [x]) => x * x,
+                ("sqrt", [x]) => x.sqrt(),
+                ("recip", [x]) => Ball::from_f64(1.0, bits).divided_by(x),
+                _ => panic!("{line}"),
+            };
+            let (low, high) = Interval::new(found.middle.to_exact(), found.radius).bounds();
+            assert!(low < expected[0].next_up() && high > expected[1].next_down(), "{line}: {low:e} {high:e}");
+            if given.chunks(2).all(|ends| ends[0] == ends[1]) {
+                // A ball grows by the least normal double for what may underflow.
+                let (least, most) = (expected[0].next_down() - f64::MIN_POSITIVE, expected[1].next_up() + f64::MIN_POSITIVE);
+                assert!(low >= least && high <= most, "{line}: {low:e} {high:e}");
+                points += 1;
+            }
+            intervals += 1;
+        }
+        assert!(points >= 10 && intervals > 60, "{points} {intervals}");
+    }
+
+    #[test]
+    fn test_vectors_of_interval_arithmetic_are_enclosed() {
+        vectors_are_enclosed::<DoubleDouble>(106, 1e150);
+        vectors_are_enclosed::<Limbs<3>>(192, f64::MAX);
+        vectors_are_enclosed::<Astro>(192, f64::MAX);
     }
 
     #[test]

@@ -48,7 +48,7 @@ fn split(a: f64) -> (f64, f64) {
 
 /// `a b = p + e` exactly.
 #[inline]
-fn two_product(a: f64, b: f64) -> (f64, f64) {
+pub(crate) fn two_product(a: f64, b: f64) -> (f64, f64) {
     let p = a * b;
     let (a_high, a_low) = split(a);
     let (b_high, b_low) = split(b);

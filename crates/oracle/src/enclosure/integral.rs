@@ -29,8 +29,12 @@ impl<T: Real> Moments<T> {
         Self { emission: zero.clone(), gradient: [zero.clone(), zero.clone(), zero.clone()], directional: zero }
     }
 
-    fn add(&mut self, weight: &Ball<T>, other: &Self) {
+    /// Adds `weight other`, of which nothing but the emission counts where that is constant.
+    fn add(&mut self, weight: &Ball<T>, other: &Self, is_constant: bool) {
         self.emission = &self.emission + &(weight * &other.emission);
+        if is_constant {
+            return;
+        }
         self.directional = &self.directional + &(weight * &other.directional);
         for axis in 0..3 {
             self.gradient[axis] = &self.gradient[axis] + &(weight * &other.gradient[axis]);
@@ -103,38 +107,71 @@ fn contribution<T: Real>(
     let lifted: Vec<Ball<T>> = sums.windows(2).map(|pair| &(heights[0] * &pair[0]) + &(heights[1] * &pair[1])).collect();
     let values = expansion.along(direction);
     let emission = total(&mut values.iter().zip(&lifted).map(|(b, u)| b * u));
+    if expansion.degree == 0 {
+        return Moments { emission, ..Moments::zero(&sums[0]) };
+    }
     let gradient: BallVector<T> = std::array::from_fn(|axis| {
         total(&mut expansion.derivative_along(axis, direction).iter().zip(&lifted).map(|(g, u)| g * u))
     });
     // grad B . r = grad B . q + s grad B . c, and s grad B . c = sum k b_k s^k (Euler).
     let euler = total(&mut values.iter().zip(&lifted).enumerate().skip(1).map(|(k, (b, u))| (b * u).times_small(k)));
-    let directional = if expansion.degree == 0 { euler } else { &dot(&gradient, apex) + &euler };
-    Moments { emission, gradient, directional }
+    Moments { emission, directional: &dot(&gradient, apex) + &euler, gradient }
+}
+
+/// The products that `r.r` is made of on the lines `q + s (c + t v)` of a fan whose rays leave one point q: on each the foot of
+/// `c + t v` comes first, `c.v >= 0`, so that nothing cancels here either.
+struct Squares<T> {
+    /// `q.q`.
+    apex: Ball<T>,
+    /// `2 q.c` and `2 q.v`.
+    across: [Ball<T>; 2],
+    /// `c.c`, `2 c.v` and `v.v`.
+    along: [Ball<T>; 3],
+}
+
+impl<T: Real> Squares<T> {
+    fn of(fan: &Fan<T>, two: &Ball<T>) -> Self {
+        let Fan { apex, start, way, .. } = fan;
+        let across = [two * &dot(apex, start), two * &dot(apex, way)];
+        Self { apex: dot(apex, apex), across, along: [dot(start, start), two * &dot(start, way), dot(way, way)] }
+    }
+
+    /// `2 q.(c + t v)`.
+    fn twice(&self, t: &Ball<T>) -> Ball<T> {
+        &self.across[0] + &(t * &self.across[1])
+    }
+
+    /// `(c + t v).(c + t v)`.
+    fn square(&self, t: &Ball<T>) -> Ball<T> {
+        &self.along[0] + &(t * &(&self.along[1] + &(t * &self.along[2])))
+    }
 }
 
 /// Over a fan, without its measure.
 pub(crate) fn over_fan<T: Real>(fan: &Fan<T>, expansion: &Expansion<T>, cells: &[Cell], bits: usize) -> Moments<T> {
     let two = Ball::from_f64(2.0, bits);
     let mut integral = Moments::zero(&two);
+    let squares = Squares::of(fan, &two);
     for cell in cells {
         let radial = mapped(cell.s, cell.orders[0].count, fan.jacobian, expansion.degree + 2, bits);
         let transverse = mapped(cell.t, cell.orders[1].count, Jacobian::One, 1, bits);
         for (t, weight) in transverse.nodes.iter().zip(&transverse.powers[0]) {
             let direction = along(&fan.start, t, &fan.way);
             let rise = &fan.heights[1] + &(t * &fan.heights[2]);
-            let moments = |apex: &BallVector<T>| {
-                let twice = &two * &dot(apex, &direction);
-                line(&dot(apex, apex), &twice, &dot(&direction, &direction), &radial)
-            };
             let part = match &fan.shift {
-                None => contribution(expansion, &fan.apex, &direction, [&fan.heights[0], &rise], &moments(&fan.apex)),
+                None => {
+                    let sums = line(&squares.apex, &squares.twice(t), &squares.square(t), &radial);
+                    contribution(expansion, &fan.apex, &direction, [&fan.heights[0], &rise], &sums)
+                }
                 Some(shift) => {
                     let apex = along(&fan.apex, t, shift);
                     let height = &fan.heights[0] + &(t * &fan.heights[3]);
-                    contribution(&expansion.moved(&apex), &apex, &direction, [&height, &rise], &moments(&apex))
+                    let twice = &two * &dot(&apex, &direction);
+                    let sums = line(&dot(&apex, &apex), &twice, &dot(&direction, &direction), &radial);
+                    contribution(&expansion.moved(&apex), &apex, &direction, [&height, &rise], &sums)
                 }
             };
-            integral.add(weight, &part);
+            integral.add(weight, &part, expansion.degree == 0);
         }
     }
     integral

@@ -133,7 +133,7 @@ impl Interval {
             return Ok("0".to_owned());
         }
         let mut constants = Consts::new().map_err(|_| unprintable())?;
-        let text = self.middle.inner().format(Radix::Dec, RoundingMode::ToEven, &mut constants).map_err(|_| unprintable())?;
+        let text = self.middle.to_big().format(Radix::Dec, RoundingMode::ToEven, &mut constants).map_err(|_| unprintable())?;
         let (mantissa, exponent) = text.split_once(['e', 'E']).unwrap_or((&text, "0"));
         let exponent: i32 = exponent.parse().map_err(|_| unprintable())?;
         if self.radius == 0.0 {
@@ -164,7 +164,7 @@ fn read(text: &str) -> Result<(Exact, f64), Error> {
     // log2(10) < 10/3; 64 bits more make the rounding of the conversion invisible beside the unit of the last digit.
     let bits = count * 10 / 3 + 64;
     let value = BigFloat::parse(text, Radix::Dec, bits, RoundingMode::ToEven, &mut constants);
-    let middle = Exact::from_inner(value);
+    let middle = Exact::of_big(&value);
     if !readable || !middle.leading().is_finite() {
         return Err(error());
     }

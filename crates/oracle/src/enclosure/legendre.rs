@@ -15,6 +15,7 @@ use crate::enclosure::arithmetic::Real;
 use crate::enclosure::astro::Astro;
 use crate::enclosure::ball::Ball;
 use crate::enclosure::exact::scaled;
+use crate::enclosure::limbs::Limbs;
 
 /// Nodes in (-1, 1), ascending, and their weights.
 #[derive(Debug)]
@@ -42,13 +43,25 @@ impl<T: Real> Rules<T> {
     }
 }
 
-/// Bits beyond the working precision, for the rounding in the recurrence (`10 n^2` units) and its effect on the weights (`n^2`
+/// Bits beyond the working precision, for the rounding in the recurrence (`60 n^2` units) and its effect on the weights (`n^2`
 /// more).
 const GUARD: usize = 64;
 
 fn rule<T: Real>(count: usize, bits: usize) -> Rule<T> {
-    let working = bits.div_ceil(64) * 64 + GUARD;
-    let half: Vec<(Ball<Astro>, Ball<Astro>)> = (0..count / 2).map(|i| node(count, i, working)).collect();
+    match bits.div_ceil(64) * 64 + GUARD {
+        working @ ..=192 => made::<T, Limbs<3>>(count, bits, working),
+        working @ ..=256 => made::<T, Limbs<4>>(count, bits, working),
+        working @ ..=320 => made::<T, Limbs<5>>(count, bits, working),
+        working @ ..=384 => made::<T, Limbs<6>>(count, bits, working),
+        working @ ..=448 => made::<T, Limbs<7>>(count, bits, working),
+        working @ ..=512 => made::<T, Limbs<8>>(count, bits, working),
+        working => made::<T, Astro>(count, bits, working),
+    }
+}
+
+/// The rule for numbers of `bits` bits, made of numbers W of `working` bits.
+fn made<T: Real, W: Real>(count: usize, bits: usize, working: usize) -> Rule<T> {
+    let half: Vec<(Ball<W>, Ball<W>)> = (0..count / 2).map(|i| node(count, i, working)).collect();
     let mut nodes = Vec::with_capacity(count);
     let mut weights = Vec::with_capacity(count);
     // Disjoint intervals with a sign change each, mirrored, are all n roots.
@@ -57,10 +70,10 @@ fn rule<T: Real>(count: usize, bits: usize) -> Rule<T> {
     let doubt = if isolated { 0.0 } else { f64::INFINITY };
     for (x, w) in &half {
         nodes.push(-&converted(x, bits));
-        weights.push(converted::<T>(w, bits).widened(doubt));
+        weights.push(converted::<T, W>(w, bits).widened(doubt));
     }
     if count % 2 == 1 {
-        let zero = Ball::<Astro>::from_f64(0.0, working);
+        let zero = Ball::<W>::from_f64(0.0, working);
         let (_, previous) = legendre(count, &zero.middle, working);
         let value = Ball { middle: previous, radius: recurrence_error(count, working) };
         nodes.push(Ball::from_f64(0.0, bits));
@@ -68,18 +81,18 @@ fn rule<T: Real>(count: usize, bits: usize) -> Rule<T> {
     }
     for (x, w) in half.iter().rev() {
         nodes.push(converted(x, bits));
-        weights.push(converted::<T>(w, bits).widened(doubt));
+        weights.push(converted::<T, W>(w, bits).widened(doubt));
     }
     Rule { nodes, weights }
 }
 
-fn converted<T: Real>(ball: &Ball<Astro>, bits: usize) -> Ball<T> {
+fn converted<T: Real, W: Real>(ball: &Ball<W>, bits: usize) -> Ball<T> {
     Ball::from_exact(&ball.middle.to_exact(), bits).widened(ball.radius)
 }
 
 /// Root number `index` from 1 downward, and its weight.
-fn node(count: usize, index: usize, bits: usize) -> (Ball<Astro>, Ball<Astro>) {
-    let mut x = Astro::from_f64(start(count, index), bits);
+fn node<W: Real>(count: usize, index: usize, bits: usize) -> (Ball<W>, Ball<W>) {
+    let mut x = W::from_f64(start(count, index), bits);
     let mut correct = 40;
     while correct < bits {
         x = mutant!("oracle.node", newton(count, &x, bits), |_| x);
@@ -88,7 +101,7 @@ fn node(count: usize, index: usize, bits: usize) -> (Ball<Astro>, Ball<Astro>) {
     let error = recurrence_error(count, bits);
     let mut radius = error;
     let opposite = |radius: f64| {
-        let offset = Astro::from_f64(radius, bits);
+        let offset = W::from_f64(radius, bits);
         let [below, above] = [x.subtract(&offset).0, x.add(&offset).0].map(|y| legendre(count, &y, bits).0.leading());
         below.abs() > error && above.abs() > error && (below > 0.0) != (above > 0.0)
     };
@@ -100,8 +113,8 @@ fn node(count: usize, index: usize, bits: usize) -> (Ball<Astro>, Ball<Astro>) {
             break;
         }
     }
-    // x +- radius was rounded once.
-    let x = Ball { middle: x, radius: radius + scaled(1.0, 1 - i32::try_from(bits).unwrap_or(i32::MAX)) };
+    // x +- radius was rounded once, by four units at most.
+    let x = Ball { middle: x, radius: radius + scaled(1.0, 3 - i32::try_from(bits).unwrap_or(i32::MAX)) };
     let (_, previous) = legendre(count, &x.middle, bits);
     // |P_{n-1}'| <= n^2 / 2 on [-1, 1].
     let slope = (count * count) as f64;
@@ -126,37 +139,38 @@ fn start(count: usize, index: usize) -> f64 {
 }
 
 /// `x - P_n(x) / P_n'(x)`, with `(1 - x^2) P_n' = n (P_{n-1} - x P_n)`.
-fn newton(count: usize, x: &Astro, bits: usize) -> Astro {
+fn newton<W: Real>(count: usize, x: &W, bits: usize) -> W {
     let (value, previous) = legendre(count, x, bits);
-    let one = Astro::from_f64(1.0, bits);
+    let one = W::from_f64(1.0, bits);
     let above = one.subtract(&x.multiply(x).0).0.multiply(&value).0;
-    let below = previous.subtract(&x.multiply(&value).0).0.multiply(&Astro::from_f64(count as f64, bits)).0;
+    let below = previous.subtract(&x.multiply(&value).0).0.multiply(&W::from_f64(count as f64, bits)).0;
     x.subtract(&above.divide(&below).0).0
 }
 
 /// `P_n(x)` and `P_{n-1}(x)`.
-fn legendre(count: usize, x: &Astro, bits: usize) -> (Astro, Astro) {
-    let (mut previous, mut value) = (Astro::from_f64(1.0, bits), x.clone());
+fn legendre<W: Real>(count: usize, x: &W, bits: usize) -> (W, W) {
+    let (mut previous, mut value) = (W::from_f64(1.0, bits), x.clone());
     for k in 1..count {
-        let [k, twice, next] = [k as f64, (2 * k + 1) as f64, (k + 1) as f64].map(|v| Astro::from_f64(v, bits));
+        let [k, twice, next] = [k as f64, (2 * k + 1) as f64, (k + 1) as f64].map(|v| W::from_f64(v, bits));
         let sum = x.multiply(&value).0.multiply(&twice).0.subtract(&previous.multiply(&k).0).0;
         (previous, value) = (value, sum.divide(&next).0);
     }
     (value, previous)
 }
 
-/// Bound on the error of [`legendre`]: with unit `e = 2^-bits` and all computed values below 1.01, one equation is off by at
-/// most `(2 (2k+1) + k + (3k+1) + (k+1)) 1.02 e <= 10 n e` (two roundings of the first product, one of the second, of the
-/// difference and of the quotient times k+1), and the module's argument gives n times that.
+/// Bound on the error of [`legendre`]. With unit `e = 2^-bits` a product or difference errs by at most `4 e` of its result, a quotient
+/// by `22 e` ([`Limbs`]; [`Astro`] by `e` each). All computed values are below 1.01, so one equation is off by at most `(4 (2 (2k+1) +
+/// k + (3k+1)) + 22 (k+1)) 1.02 e <= 60 n e` (two roundings of the first product, one of the second, of the difference and of the
+/// quotient times k+1), and the module's argument gives n times that.
 fn recurrence_error(count: usize, bits: usize) -> f64 {
     scaled(
-        mutant!("oracle.recurrence", (10 * count * count + 10) as f64, |units| 1e-6 * units),
+        mutant!("oracle.recurrence", (60 * count * count + 60) as f64, |units| 1e-6 * units),
         -i32::try_from(bits).unwrap_or(i32::MAX),
     )
 }
 
 /// `2 (1 - x^2) / (n P_{n-1})^2`.
-fn weight(count: usize, x: &Ball<Astro>, previous: &Ball<Astro>, bits: usize) -> Ball<Astro> {
+fn weight<W: Real>(count: usize, x: &Ball<W>, previous: &Ball<W>, bits: usize) -> Ball<W> {
     let one = Ball::from_f64(1.0, bits);
     let root = &Ball::from_f64(count as f64, bits) * previous;
     let above = &mutant!("oracle.weight", Ball::from_f64(2.0, bits), |_| Ball::from_f64(2.0 + 1e-15, bits)) * &(&one - &(x * x));

@@ -2,11 +2,10 @@
 //!
 //! A number is `+-M 2^(exponent - 64 N)` with an integer M of 64 N bits whose first one is set, or 0. Operations cut what is below
 //! the last place, after a guard limb where they subtract; so sums and products err by less than two units in the last place of
-//! the result. The residual of a quotient, computed afterwards, bounds its error.
-
-use astro_float::{BigFloat, Sign, WORD_BIT_SIZE, Word};
+//! the result. A quotient comes with what is left of its last step of Newton's, which bounds its error.
 
 use crate::enclosure::arithmetic::Real;
+use crate::enclosure::double_double::two_product;
 use crate::enclosure::exact::{Exact, scaled};
 use crate::enclosure::legendre::Rules;
 
@@ -37,6 +36,9 @@ impl<const N: usize> Limbs<N> {
 
     #[allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, reason = "eight limbs at most")]
     const BITS: i32 = 64 * N as i32;
+
+    /// What an operation errs by at most, relative to its result: two units in the last place.
+    const RELATIVE: f64 = f64::from_bits(((1023 + 2 - Self::BITS) as u64) << 52);
 
     #[inline]
     const fn is_zero(&self) -> bool {
@@ -144,6 +146,7 @@ impl<const N: usize> Limbs<N> {
         Self::normalised(large.negative, large.exponent, limbs, low)
     }
 
+    /// What lies below the guard is left out: less than N units of the guard.
     #[inline]
     fn product(&self, other: &Self) -> Self {
         if self.is_zero() || other.is_zero() {
@@ -152,16 +155,25 @@ impl<const N: usize> Limbs<N> {
         let mut product = [0u64; 2 * MOST];
         for (i, a) in self.limbs.iter().enumerate() {
             let mut carry = 0u128;
-            for (j, b) in other.limbs.iter().enumerate() {
-                let term = u128::from(*a) * u128::from(*b) + u128::from(product[i + j]) + carry;
+            for j in N.saturating_sub(i + 2)..N {
+                let term =
+                    (u128::from(*a) * u128::from(other.limbs[j])).wrapping_add(u128::from(product[i + j])).wrapping_add(carry);
                 product[i + j] = low(term);
                 carry = term >> 64;
             }
             product[i + N] = low(carry);
         }
-        let limbs = std::array::from_fn(|i| product[i + N]);
-        let exponent = self.exponent.saturating_add(other.exponent);
-        Self::normalised(self.negative != other.negative, exponent, limbs, product[N - 1])
+        let mut limbs: [u64; N] = std::array::from_fn(|i| product[i + N]);
+        let mut exponent = self.exponent.saturating_add(other.exponent);
+        // Both are at least a half, so that the product is at least a quarter.
+        if limbs[N - 1] >> 63 == 0 {
+            for i in (1..N).rev() {
+                limbs[i] = limbs[i] << 1 | limbs[i - 1] >> 63;
+            }
+            limbs[0] = limbs[0] << 1 | product[N - 1] >> 63;
+            exponent = exponent.saturating_sub(1);
+        }
+        Self { negative: self.negative != other.negative, exponent, limbs }
     }
 
     #[inline]
@@ -177,32 +189,68 @@ impl<const N: usize> Limbs<N> {
 
     #[inline]
     fn of_double(value: f64) -> Self {
-        if value == 0.0 {
-            return Self::ZERO;
+        let bits = value.to_bits();
+        let (biased, fraction) = ((bits >> 52) & 0x7ff, bits & ((1 << 52) - 1));
+        let mut limbs = [0; N];
+        if biased == 0 {
+            if fraction == 0 {
+                return Self::ZERO;
+            }
+            let zeros = fraction.leading_zeros();
+            limbs[N - 1] = fraction << zeros;
+            return Self { negative: value < 0.0, exponent: -1010 - zeros.cast_signed(), limbs };
         }
         // Callers pass finite doubles: constants, reflectances, places along an edge.
-        let (mantissa, exponent) = libm::frexp(value);
-        let mut limbs = [0; N];
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a whole number of 53 bits")]
-        let whole = (mantissa.abs() * (1u64 << 53) as f64) as u64;
-        limbs[N - 1] = whole << 11;
-        Self { negative: value < 0.0, exponent, limbs }
-    }
-
-    /// About one over the number, which is not 0.
-    fn reciprocal(&self) -> Self {
-        let of_mantissa = Self { negative: false, exponent: 0, limbs: self.limbs };
-        let mut inverse = Self::of_double(1.0 / self.mantissa());
-        let mut correct = 50;
-        while correct < Self::BITS {
-            // x + x (1 - b x)
-            let rest = Self::of_double(1.0).sum(&of_mantissa.product(&inverse).opposite());
-            inverse = inverse.sum(&inverse.product(&rest));
-            correct *= 2;
-        }
-        Self { negative: self.negative, exponent: inverse.exponent.saturating_sub(self.exponent), ..inverse }
+        limbs[N - 1] = (fraction | 1 << 52) << 11;
+        Self { negative: value < 0.0, exponent: i32::try_from(biased).unwrap_or(0) - 1022, limbs }
     }
 }
+
+impl<const N: usize> Limbs<N>
+where
+    Self: Kept,
+{
+    /// About one over the number, which is not 0, and a bound on the relative error.
+    ///
+    /// With `r = 1 - b y` the error of `y (1 + r)` is `r^2`, that of `y (1 + r + r^2)` is `r^3`. An operation errs by less than
+    /// `w = 2^(2 - 64 N)` of its result; so r is known to `2.1 w`, and with the last product and sum the result to `3.3 w` more.
+    fn reciprocal(&self) -> (Self, f64) {
+        let of_mantissa = Self { negative: false, exponent: 0, limbs: self.limbs };
+        let mut inverse = of_mantissa.rough_reciprocal();
+        let mut correct = ROUGH;
+        loop {
+            let rest = Self::of_double(1.0).sum(&of_mantissa.product(&inverse).opposite());
+            let is_cubic = 2 * correct < Self::BITS && (3 * correct >= Self::BITS || 4 * correct < Self::BITS);
+            let change = if is_cubic { rest.sum(&rest.product(&rest)) } else { rest };
+            inverse = inverse.sum(&inverse.product(&change));
+            correct *= if is_cubic { 3 } else { 2 };
+            if correct >= Self::BITS {
+                let size = rest.leading().abs() * (1.0 + 4.0 * f64::EPSILON) + 2.1 * Self::RELATIVE;
+                let power = if is_cubic { size * size * size } else { size * size };
+                let exponent = inverse.exponent.saturating_sub(self.exponent);
+                return (Self { negative: self.negative, exponent, ..inverse }, (power + 3.3 * Self::RELATIVE) * (1.0 + 1e-9));
+            }
+        }
+    }
+
+    /// One over a number in [1/2, 1) to about [`ROUGH`] bits, by one step of Newton's in doubles.
+    #[inline]
+    fn rough_reciprocal(&self) -> Self {
+        let (first, second) = (self.limbs[N - 1], self.limbs[N - 2]);
+        let high = (first >> 11) as f64 * UNIT;
+        let low = ((first & 0x7ff) << 42 | second >> 22) as f64 * (UNIT * UNIT);
+        let inverse = 1.0 / high;
+        let (product, error) = two_product(high, inverse);
+        let rest = ((1.0 - product) - error) - low * inverse;
+        Self::of_double(inverse).sum(&Self::of_double(inverse * rest))
+    }
+}
+
+/// `2^-53`.
+const UNIT: f64 = 1.0 / (1u64 << 53) as f64;
+
+/// Bits that are right of a reciprocal made of two doubles: for the cost only, what is right is computed.
+const ROUGH: i32 = 99;
 
 /// The lower half.
 #[inline]
@@ -237,39 +285,26 @@ where
         Self::of_double(value)
     }
 
-    #[allow(clippy::useless_conversion, reason = "on some machines words have 32 bits")]
     fn from_exact(exact: &Exact, _bits: usize) -> (Self, f64) {
-        let Some((words, _, sign, exponent, _)) = exact.inner().as_raw_parts() else { return (Self::ZERO, f64::INFINITY) };
-        if exact.is_zero() {
-            return (Self::ZERO, 0.0);
-        }
-        let per_limb = 64 / WORD_BIT_SIZE;
-        let mut limbs = [0u64; N];
-        let mut cut = false;
-        for (place, word) in words.iter().rev().enumerate() {
-            let (limb, part) = (place / per_limb, place % per_limb);
-            match limbs.len().checked_sub(limb + 1) {
-                Some(i) => limbs[i] |= u64::from(*word) << (64 - WORD_BIT_SIZE * (part + 1)),
-                None => cut |= *word != 0,
-            }
-        }
-        let found = Self::normalised(sign == Sign::Neg, exponent, limbs, 0);
-        (found, if cut { found.two_units() } else { 0.0 })
+        let Some((negative, all, _)) = exact.parts() else { return (Self::ZERO, f64::INFINITY) };
+        let kept = &all[all.len().saturating_sub(N + 1)..];
+        // The first limb of the number is not 0, so with the guard all places are filled.
+        let limb = |i: usize| kept.len().checked_sub(N - i).map_or(0, |at| kept[at]);
+        let guard = kept.len().checked_sub(N + 1).map_or(0, |at| kept[at]);
+        let places = exact.exponent();
+        // Where the first bit is set in the first limb.
+        let lifted = kept.last().map_or(0, |first| first.leading_zeros().cast_signed());
+        let found = Self::normalised(negative, places + lifted, std::array::from_fn(limb), guard);
+        let is_cut = all.len() > N + 1 || guard << lifted != 0;
+        (found, if is_cut { found.two_units() } else { 0.0 })
     }
 
     fn to_exact(&self) -> Exact {
         if self.is_zero() {
-            return Exact::zero();
+            Exact::zero()
+        } else {
+            Exact::of_integer(self.negative, &self.limbs, self.exponent.saturating_sub(Self::BITS))
         }
-        let mut words: Vec<Word> = Vec::with_capacity(N * 64 / WORD_BIT_SIZE);
-        for limb in self.limbs {
-            for part in 0..64 / WORD_BIT_SIZE {
-                #[allow(clippy::cast_possible_truncation, reason = "a word of the limb")]
-                words.push((limb >> (part * WORD_BIT_SIZE)) as Word);
-            }
-        }
-        let sign = if self.negative { Sign::Neg } else { Sign::Pos };
-        Exact::from_inner(BigFloat::from_words(&words, sign, self.exponent))
     }
 
     #[inline]
@@ -291,20 +326,13 @@ where
         (product, product.two_units())
     }
 
-    /// With `r = a - q b`, `|a/b - q| = |r|/|b|`.
     fn divide(&self, other: &Self) -> (Self, f64) {
         if other.is_zero() {
             return (Self::ZERO, f64::INFINITY);
         }
-        let inverse = other.reciprocal();
-        let rough = self.product(&inverse);
-        let rest = self.sum(&rough.product(other).opposite());
-        let quotient = rough.sum(&rest.product(&inverse));
-        let product = quotient.product(other);
-        let rest = self.sum(&product.opposite());
-        let most = rest.leading().abs() * (1.0 + 4.0 * f64::EPSILON) + product.two_units() + rest.two_units();
-        let least = other.leading().abs() * (1.0 - 4.0 * f64::EPSILON);
-        (quotient, if least > 0.0 { most / least * (1.0 + 4.0 * f64::EPSILON) } else { f64::INFINITY })
+        let (inverse, relative) = other.reciprocal();
+        let quotient = self.product(&inverse);
+        (quotient, quotient.leading().abs() * relative * (1.0 + 1e-9) + quotient.two_units())
     }
 
     #[inline]
@@ -401,7 +429,8 @@ mod tests {
         let (quotient, bound) = x.divide(&y);
         let rest = (&(&quotient.to_exact() * &q) - &p).magnitude();
         prop_assert!(rest <= bound * y.leading().abs() * (1.0 + 1e-12), "{rest:e} {bound:e}");
-        prop_assert!(bound <= quotient.leading().abs() * power_of_two(6 - Limbs::<N>::BITS), "{bound:e}");
+        // What the rules of Gauss and Legendre count on.
+        prop_assert!(bound <= 22.0 * quotient.leading().abs() * power_of_two(-Limbs::<N>::BITS), "{bound:e}");
         let positive = Limbs { negative: false, ..x };
         let root = positive.approximate_root();
         let square = root.product(&root);
@@ -417,7 +446,10 @@ mod tests {
             let b = b * power_of_two(scale);
             check::<3>(a, b, bits, near)?;
             check::<4>(a, -b, bits, near)?;
+            check::<5>(a, b, bits, near)?;
+            check::<6>(a, -b, bits, near)?;
             check::<7>(a, b, bits, near)?;
+            check::<8>(a, b, bits, near)?;
         }
     }
 

@@ -1,7 +1,6 @@
 //! Arbitrary precision through MPFR, round to nearest: by its standard the same bits as [`crate::enclosure::astro`], from an
 //! independent implementation.
 
-use astro_float::{BigFloat, Sign};
 use rug::float::Round;
 use rug::integer::Order;
 use rug::{Float, Integer};
@@ -41,16 +40,15 @@ impl Real for Mpfr {
     }
 
     fn from_exact(exact: &Exact, bits: usize) -> (Self, f64) {
-        let Some((words, _, sign, exponent, _)) = exact.inner().as_raw_parts() else {
+        let Some((negative, limbs, power)) = exact.parts() else {
             return (Self::from_f64(0.0, bits), f64::INFINITY);
         };
         if exact.is_zero() {
             return (Self::from_f64(0.0, bits), 0.0);
         }
-        let length = i32::try_from(words.len() * astro_float::WORD_BIT_SIZE).unwrap_or(i32::MAX);
-        let mut value = Float::with_val(precision(bits), Integer::from_digits(words, Order::Lsf));
-        value <<= exponent - length;
-        if sign == Sign::Neg {
+        let mut value = Float::with_val(precision(bits), Integer::from_digits(limbs, Order::Lsf));
+        value <<= power;
+        if negative {
             value = -value;
         }
         Self::rounded(value)
@@ -58,15 +56,9 @@ impl Real for Mpfr {
 
     fn to_exact(&self) -> Exact {
         let Some((mantissa, exponent)) = self.0.to_integer_exp() else {
-            return Exact::from_inner(BigFloat::nan(None));
+            return Exact::nan();
         };
-        if mantissa.is_zero() {
-            return Exact::zero();
-        }
-        let words: Vec<astro_float::Word> = mantissa.to_digits(Order::Lsf);
-        let length = i32::try_from(words.len() * astro_float::WORD_BIT_SIZE).unwrap_or(i32::MAX);
-        let sign = if mantissa.is_negative() { Sign::Neg } else { Sign::Pos };
-        Exact::from_inner(BigFloat::from_words(&words, sign, exponent + length))
+        Exact::of_integer(mantissa.is_negative(), &mantissa.to_digits(Order::Lsf), exponent)
     }
 
     fn add(&self, other: &Self) -> (Self, f64) {

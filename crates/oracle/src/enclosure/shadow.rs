@@ -30,8 +30,8 @@ pub(crate) enum Generator {
     Edge([usize; 2]),
     /// The receiver's horizon.
     Horizon,
-    /// An edge of an occluder: on its plane, `m.y = k` for the points of the edge's line.
-    Occluder { m: ExactVector, k: Exact },
+    /// An edge of an occluder, by m and k: on its plane, `m.y = k` for the points of the edge's line.
+    Occluder(Box<(ExactVector, Exact)>),
     /// Where an occluder meets the emitter's plane.
     Waterline,
 }
@@ -82,7 +82,7 @@ impl Occluder {
             let k = dot(&m, a);
             sides.push(planes.len());
             planes.push(Direction::new(&inward)?);
-            generators.push(Generator::Occluder { m, k });
+            generators.push(Generator::Occluder(Box::new((m, k))));
         }
         Some(Self { normal, offset, corners, sides })
     }

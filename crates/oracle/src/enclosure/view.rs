@@ -157,7 +157,7 @@ fn net(frame: &Frame, sides: &[&Bound], normal: &Direction, generator: &Generato
     };
     ends.sort_by(|a, b| order(a.0, b.0));
     let cast = match generator {
-        Generator::Occluder { m, k } => Some((m.clone(), k.clone())),
+        Generator::Occluder(line) => Some((**line).clone()),
         _ => None,
     };
     let mut found = Vec::new();

@@ -195,7 +195,7 @@ def gather(
 
 
 def verify(
-    client: "Client", cases: int = 41_800, seed: int = 1, families: Sequence[str] = (), jobs: Optional[int] = None
+    client: "Client", cases: int = 42_000, seed: int = 1, families: Sequence[str] = (), jobs: Optional[int] = None
 ) -> AuditReport:
     """`radgrad.verify` on a cluster, by shards: the same tables.
 

@@ -47,6 +47,13 @@ struct Piece {
     gradient_off: f64,
 }
 
+impl Piece {
+    /// Its errors over the sizes of what is found.
+    fn share(&self, [radiosity, gradient]: [f64; 2]) -> f64 {
+        self.radiosity_off / radiosity.max(f64::MIN_POSITIVE) + self.gradient_off / gradient.max(f64::MIN_POSITIVE)
+    }
+}
+
 /// A piece in the order of its errors.
 struct Ranked {
     share: f64,
@@ -82,6 +89,19 @@ struct Task<'a> {
     tolerance: f64,
 }
 
+/// Whether the receiver is in front of any of the polygon that it sees. This is for the polygon as a whole to say: its triangles are
+/// exactly flat.
+fn is_lit(receiver: &Receiver, polygon: &Polygon, occluders: &[Polygon]) -> Result<bool, Error> {
+    let evenly = Emitter::new(polygon.clone(), Emission::Constant(1.0)).map_err(Error::Emitter)?;
+    match evaluate_to(receiver, &evenly, occluders, 1.0).map_err(Error::Evaluation)?.method {
+        Method::OnSurface => Err(Error::Unsupported {
+            what: "an expression seen from the surface of its own emitter, whose vertices are not in one plane,".to_owned(),
+            instead: "move the receiver off it",
+        }),
+        method => Ok(method != Method::Zero),
+    }
+}
+
 /// Radiosity and gradient at `receiver` from `polygon` where it emits `expression`, past `occluders`.
 pub(super) fn estimate(
     receiver: &Receiver,
@@ -90,27 +110,14 @@ pub(super) fn estimate(
     expression: &Expression,
     tolerance: f64,
 ) -> Result<Estimate, Error> {
-    // Whether the receiver is in front is for the polygon as a whole to say: its triangles are exactly flat.
-    let evenly = Emitter::new(polygon.clone(), Emission::Constant(1.0)).map_err(Error::Emitter)?;
-    let even = evaluate_to(receiver, &evenly, occluders, 1.0).map_err(Error::Evaluation)?;
-    match even.method {
-        Method::Zero => {
-            let dark = Estimate {
-                radiosity: 0.0,
-                gradient: DVec3::ZERO,
-                radiosity_estimate: 0.0,
-                gradient_estimate: 0.0,
-                converged: true,
-            };
-            return Ok(dark);
-        }
-        Method::OnSurface => {
-            return Err(Error::Unsupported {
-                what: "an expression seen from the surface of its own emitter, whose vertices are not in one plane,".to_owned(),
-                instead: "move the receiver off it",
-            });
-        }
-        _ => {}
+    if !is_lit(receiver, polygon, occluders)? {
+        return Ok(Estimate {
+            radiosity: 0.0,
+            gradient: DVec3::ZERO,
+            radiosity_estimate: 0.0,
+            gradient_estimate: 0.0,
+            converged: true,
+        });
     }
     let task = Task::new(receiver, polygon, occluders, expression, tolerance)?;
     let corners = triangulate(polygon.vertices()).unwrap_or_default();
@@ -124,9 +131,7 @@ pub(super) fn estimate(
         let sum = task.sum(&pieces);
         let limits = [sum.radiosity.abs(), sum.gradient.length()];
         while let Some(piece) = pieces.get(ranked) {
-            let share =
-                piece.radiosity_off / limits[0].max(f64::MIN_POSITIVE) + piece.gradient_off / limits[1].max(f64::MIN_POSITIVE);
-            heap.push(Ranked { share, place: ranked });
+            heap.push(Ranked { share: piece.share(limits), place: ranked });
             ranked += 1;
         }
         let met = sum.radiosity_estimate <= tolerance * limits[0] && sum.gradient_estimate <= tolerance * limits[1];
@@ -148,10 +153,7 @@ pub(super) fn estimate(
             let parts: Option<Vec<Piece>> = parts.into_iter().collect();
             if let Some(parts) = parts {
                 pieces[place] = parts[3];
-                let off = &parts[3];
-                let share =
-                    off.radiosity_off / limits[0].max(f64::MIN_POSITIVE) + off.gradient_off / limits[1].max(f64::MIN_POSITIVE);
-                heap.push(Ranked { share, place });
+                heap.push(Ranked { share: parts[3].share(limits), place });
                 pieces.extend_from_slice(&parts[..3]);
             }
         }

@@ -45,7 +45,7 @@ const CONTOUR: f64 = 1.0 / 40.0;
 
 /// A flat outline, a polygon or a part of one.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Part<'a> {
+pub(super) struct FlatOutline<'a> {
     pub(super) points: &'a [DVec3],
     /// The unit normal of its plane.
     pub(super) normal: DVec3,
@@ -58,7 +58,7 @@ pub(super) struct Part<'a> {
 
 /// The exchange of `from` and `to`; exactly 0 where neither has a point in front of the other.
 pub(super) fn exchange(from: &Polygon, to: &Polygon) -> Exchange {
-    let [from, to] = [from, to].map(|polygon| Part {
+    let [from, to] = [from, to].map(|polygon| FlatOutline {
         points: polygon.vertices(),
         normal: polygon.normal(),
         slope: perimeter(polygon.vertices()) / polygon.area(),
@@ -69,7 +69,7 @@ pub(super) fn exchange(from: &Polygon, to: &Polygon) -> Exchange {
 }
 
 /// The same of parts of polygons, with about that much truncation allowed, over the result.
-pub(super) fn exchange_parts(parts: [&Part<'_>; 2], truncation: f64) -> Exchange {
+pub(super) fn exchange_parts(parts: [&FlatOutline<'_>; 2], truncation: f64) -> Exchange {
     let origin = parts[0].points[0];
     let points = parts[0].points.iter().chain(parts[1].points);
     let reach = points.fold(0.0, |m: f64, &v| (v - origin).abs().max_element().max(m));

@@ -166,6 +166,15 @@ pub(crate) struct Ground {
     effort: Effort,
 }
 
+/// The error that is asked for, over what errors are relative to.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Aim {
+    /// Of the estimate: the bound says what it is.
+    Estimate { part: f64 },
+    /// Of the bound: elements are cut into cells, unless a rough proof is enough.
+    Bound { part: f64, is_rough: bool },
+}
+
 /// The bounds.
 #[derive(Debug, Default)]
 pub(crate) struct Proven {
@@ -196,10 +205,13 @@ impl Ground {
         Self { edges, nodes: [0, 1].map(|shape| Nodes::of(&mesh.bases()[shape])), closed, bases, effort: Effort::default() }
     }
 
-    /// Says what error in each channel is asked for, of the bound or of the estimate.
-    pub(crate) fn aim_at(&mut self, errors: &[f64], is_bound: bool) {
-        let (part, deepest) = if is_bound { (OVER_BOUND, DEEPEST) } else { (OVER_ESTIMATE, 0) };
-        self.effort = Effort { aim: errors.iter().map(|error| part * error).collect(), deepest };
+    /// Says what is asked for; `reference` is the radiosity in each channel that errors are relative to.
+    pub(crate) fn aim_at(&mut self, reference: &[f64], aim: Aim) {
+        let (part, deepest) = match aim {
+            Aim::Estimate { part } => (OVER_ESTIMATE * part, 0),
+            Aim::Bound { part, is_rough } => (OVER_BOUND * part, if is_rough { 0 } else { DEEPEST }),
+        };
+        self.effort = Effort { aim: reference.iter().map(|reference| part * reference).collect(), deepest };
     }
 
     fn proof<'a>(&'a self, optics: Optics<'a>, channels: usize) -> Proof<'a> {

@@ -12,6 +12,7 @@ use crate::error::Error;
 use crate::field::Field;
 use crate::links::cluster::cut::Cut;
 use crate::links::cluster::far::Far;
+use crate::links::cluster::sampled::Draw;
 use crate::links::gatherer::Gatherer;
 use crate::links::link::{Link, rows};
 use crate::links::linking::Linking;
@@ -29,6 +30,8 @@ pub(crate) struct Need<'a> {
     pub(crate) weight: &'a [f64],
     /// The sum of the errors of all links.
     pub(crate) allowed: f64,
+    /// How much more clusters may be off by.
+    pub(crate) without_order: f64,
     pub(crate) linking: Linking,
     pub(crate) clock: Clock,
 }
@@ -40,7 +43,7 @@ const SURELY: f64 = 0.05;
 const FAR_PART: f64 = 0.7;
 
 /// How much more clusters may be off by than links may neglect: too much as often as too little, so that gathers of it average it out.
-const WITHOUT_ORDER: f64 = 3.0;
+pub(crate) const WITHOUT_ORDER: f64 = 3.0;
 
 impl Optics<'_> {
     /// Links what gathers to the sources that it sees, each with the faces that may be between; or to the children of those that
@@ -114,7 +117,8 @@ impl Optics<'_> {
         };
         clusters.retain(|&cluster| gatherer.may_see(self.mesh, &tree.all()[cluster]));
         let stations = if clusters.is_empty() { Vec::new() } else { gatherer.stations(self.mesh) };
-        let seen = clusters.iter().flat_map(|&cluster| stations.iter().map(move |at| self.look(at, cluster))).collect();
+        let seen =
+            clusters.iter().flat_map(|&cluster| stations.iter().map(move |at| self.look(at, cluster, Draw::First))).collect();
         let far = Far::new(tree, clusters, seen, stations.len(), rows(&links));
         Ok((links, self.projected(gatherer, far)))
     }
@@ -127,14 +131,14 @@ impl Optics<'_> {
         (links, far): (&mut Vec<Link>, &mut Far),
         need: &Need<'_>,
     ) -> Result<bool, Error> {
-        let &Need { field, weight, allowed, .. } = need;
+        let &Need { field, weight, allowed, without_order, .. } = need;
         let mut errors: Vec<Vec<f64>> = links.iter().map(|link| self.weighted_errors(link, field, weight)).collect();
         let mut cut = Cut::new(self, field, weight, far);
         let stations = if far.is_empty() { Vec::new() } else { gatherer.stations(self.mesh) };
         let mut sums = vec![0.0; gatherer.len(self.mesh)];
         let (mut opened, mut refined) = (false, false);
         while !need.clock.is_over() {
-            let beyond: Vec<f64> = cut.likely().into_iter().map(|off| off / WITHOUT_ORDER).collect();
+            let beyond: Vec<f64> = cut.likely().into_iter().map(|off| off / without_order).collect();
             sums.fill(0.0);
             errors.iter().chain([&beyond]).for_each(|of| sums.iter_mut().zip(of).for_each(|(sum, error)| *sum += error));
             let node = (0..sums.len()).max_by(|&a, &b| sums[a].total_cmp(&sums[b]));
@@ -161,7 +165,7 @@ impl Optics<'_> {
             }
         }
         if opened || (refined && !far.is_empty()) {
-            *far = self.projected(gatherer, cut.closed(rows(links)));
+            *far = self.projected(gatherer, cut.closed(&stations, rows(links)));
         }
         Ok(opened || refined)
     }

@@ -27,9 +27,6 @@ pub(crate) const FEWEST: usize = 1000;
 /// Factor of bounds, for the rounding of their products.
 pub(crate) const ROUNDED: f64 = 1.0 + 1e-12;
 
-/// Points of a cluster by which what a point gets of it is estimated.
-pub(crate) const SAMPLES: usize = 4;
-
 /// A point of a cluster.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Sample {
@@ -43,8 +40,6 @@ pub(crate) struct Sample {
 pub(crate) struct Clusters {
     /// A cluster comes before its parts, with nothing else between them.
     all: Vec<Cluster>,
-    /// Of each cluster, chosen by area.
-    samples: Vec<[Sample; SAMPLES]>,
     /// Whether no point can see two elements in one direction.
     apart: bool,
 }
@@ -108,18 +103,6 @@ impl Cluster {
     }
 }
 
-/// The centres of an element's quarters.
-fn quarters(element: &Element) -> [Sample; SAMPLES] {
-    let at: [[f64; 2]; SAMPLES] = match element.shape() {
-        Shape::Parallelogram => [[0.25, 0.25], [0.75, 0.25], [0.25, 0.75], [0.75, 0.75]],
-        Shape::Triangle => {
-            let [near, far] = [1.0 / 6.0, 2.0 / 3.0];
-            [[1.0 / 3.0; 2], [near, near], [far, near], [near, far]]
-        }
-    };
-    at.map(|at| Sample { point: element.point(at), normal: element.polygon().normal(), face: element.face() })
-}
-
 /// The largest height of a box over a plane through the origin.
 pub(crate) fn highest(normal: DVec3, low: DVec3, high: DVec3) -> f64 {
     let most = (normal * low).max(normal * high);
@@ -144,7 +127,6 @@ impl Clusters {
         let mut clusters = Self { all: Vec::with_capacity(2 * singles.len()), ..Self::default() };
         if !singles.is_empty() {
             build(&mut clusters.all, &mut singles);
-            clusters.choose_samples(elements);
         }
         clusters.apart = !clusters.any_overlap(elements);
         clusters
@@ -159,29 +141,23 @@ impl Clusters {
         &self.all
     }
 
-    /// Points of a cluster.
-    pub(crate) fn samples(&self, cluster: usize) -> &[Sample; SAMPLES] {
-        &self.samples[cluster]
-    }
-
-    /// Of an element the centres of its quarters, of two clusters as many of each as its area is of both, in turns that differ from
-    /// cluster to cluster.
-    fn choose_samples(&mut self, elements: &[Element]) {
-        let mut samples: Vec<Option<[Sample; SAMPLES]>> = vec![None; self.all.len()];
-        for (index, cluster) in self.all.iter().enumerate().rev() {
-            samples[index] = match cluster.parts {
-                Parts::Element(element) => Some(quarters(&elements[element])),
-                Parts::Two([a, b]) => samples[a].zip(samples[b]).map(|(of_a, of_b)| {
-                    let share = self.all[a].area / cluster.area;
-                    let start = (0.618_033_988_749_894_9 * index as f64).fract();
-                    std::array::from_fn(|k| {
-                        let place = (start + k as f64 / SAMPLES as f64).fract();
-                        if place < share { of_a[k] } else { of_b[k] }
-                    })
-                }),
-            };
-        }
-        self.samples = samples.into_iter().flatten().collect();
+    /// A point of a cluster, for a number from 0 to 1 that says in which of its elements, by their areas in the order of the tree, and two
+    /// that say where on that.
+    pub(crate) fn sample(&self, elements: &[Element], cluster: usize, mut among: f64, [s, t]: [f64; 2]) -> Sample {
+        let mut at = cluster;
+        let element = loop {
+            match self.all[at].parts {
+                Parts::Element(element) => break &elements[element],
+                Parts::Two([a, b]) => {
+                    let share = self.all[a].area / self.all[at].area;
+                    (at, among) = if among < share { (a, among / share) } else { (b, (among - share) / (1.0 - share)) };
+                }
+            }
+        };
+        // A parallelogram folded is a triangle.
+        let folds = element.shape() == Shape::Triangle && s + t > 1.0;
+        let at = if folds { [1.0 - s, 1.0 - t] } else { [s, t] };
+        Sample { point: element.point(at), normal: element.polygon().normal(), face: element.face() }
     }
 
     /// Whether no point can see two elements in one direction, so that form factors sum to at most 1.

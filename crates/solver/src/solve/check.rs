@@ -18,7 +18,7 @@ impl Solution {
         if let Some(error) = self.receivers.par_iter().find_map_first(|&receiver| self.covered(scene, receiver)) {
             return Err(error);
         }
-        let estimates = self.mean_estimate().iter().map(Ledger::total).collect();
+        let estimates = self.bounds.mean.iter().map(Ledger::total).collect();
         self.refuse([("mean radiosity", self.mean.clone()), ("estimate of the error", estimates)])
     }
 

@@ -1,6 +1,7 @@
 //! Which elements a round divides: those that together make up a given part of the residual (W. Dörfler 1996).
 
 use crate::error::Error;
+use crate::solve::ESTIMATED_PART;
 use crate::solve::options::{Marking, Options};
 use crate::solve::samples::Samples;
 use crate::solve::solution::{Solution, for_each, ratio};
@@ -46,7 +47,8 @@ impl Solution {
     /// The part of the bound whose receivers have to be divided so that the bound comes to a little below the one asked for.
     fn part(&self, options: &Options) -> f64 {
         let excess = match options.bound {
-            Some(bound) => 1.0 - AIMED_BELOW * bound / self.progress.bound,
+            Some(bound) if self.is_worth_a_proof(bound) => 1.0 - AIMED_BELOW * bound / self.progress.bound,
+            Some(bound) => 1.0 - AIMED_BELOW * ESTIMATED_PART * bound / self.progress.estimate,
             None => 1.0 - AIMED_BELOW * options.error / self.progress.estimate,
         };
         (excess / (1.0 - LEFT_BY_CHILDREN)).clamp(0.0, BULK)
@@ -57,7 +59,7 @@ impl Solution {
         let reference = self.reference();
         let share = |receiver: usize, channel: usize| {
             // Not proven but for who asks for a bound.
-            if options.bound.is_some()
+            if options.bound.is_some_and(|bound| self.is_worth_a_proof(bound))
                 && let Some(proven) = self.proven()
             {
                 return ratio(self.mesh.elements()[receiver].area() * proven.share(receiver, channel), reference[channel]);

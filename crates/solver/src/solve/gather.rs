@@ -16,7 +16,7 @@ use crate::links::direct::Lit;
 use crate::links::gatherer::Gatherer;
 use crate::links::link::Link;
 use crate::links::linking::Linking;
-use crate::links::refine::Need;
+use crate::links::refine::{Need, WITHOUT_ORDER};
 use crate::links::station::Station;
 use crate::links::transfer::Row;
 use crate::mesh::Sight;
@@ -174,8 +174,14 @@ impl Solution {
             }
         };
         let weight = self.weight_of(&vec![1.0; self.channels.len()]);
-        let need =
-            Need { field: &self.field, weight: &weight, allowed: self.allowed, linking: Linking::Error, clock: Clock::started() };
+        let need = Need {
+            field: &self.field,
+            weight: &weight,
+            allowed: self.allowed,
+            without_order: WITHOUT_ORDER,
+            linking: Linking::Error,
+            clock: Clock::started(),
+        };
         let gatherer = Gatherer::Point(station);
         let (mut links, mut far) = optics.first_links(gatherer, None, &need)?;
         optics.refine(gatherer, (&mut links, &mut far), &need)?;

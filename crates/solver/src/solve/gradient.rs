@@ -17,7 +17,7 @@ use crate::links::cluster::far::Far;
 use crate::links::gatherer::Gatherer;
 use crate::links::link::Link;
 use crate::links::linking::Linking;
-use crate::links::refine::Need;
+use crate::links::refine::{Need, WITHOUT_ORDER};
 use crate::links::station::Station;
 use crate::links::visible::{Visible, Window};
 use crate::mesh::Sight;
@@ -162,6 +162,7 @@ impl Solution {
         let need = Need {
             field: &self.field,
             weight: &weight,
+            without_order: WITHOUT_ORDER,
             allowed: FINER * self.allowed,
             linking: Linking::Error,
             clock: Clock::started(),

@@ -1,5 +1,6 @@
 //! Direct light of a round: projected on new leaves, which are divided until little is left out.
 
+use crate::bound::proven::Aim;
 use crate::clock::Clock;
 use crate::error::Error;
 use crate::links::linking::Linking;
@@ -10,6 +11,9 @@ use radgrad_scene::largest;
 
 /// The part of the error asked for that direct light may leave out in the mean.
 const DIRECT_PART: f64 = 0.25;
+
+/// The part of the bound asked for that direct light may be proven to leave out in the mean: it is reflected again.
+const PROVEN_PART: f64 = 0.1;
 
 impl Solution {
     /// Projects direct light on new leaves, and divides leaves until what that leaves out is small, or there is no time.
@@ -60,7 +64,8 @@ impl Solution {
                 mean => mean,
             };
             let mean: Vec<f64> = (0..channels).map(mean).collect();
-            if options.bound.is_some() {
+            if let Some(bound) = options.bound {
+                self.ground.aim_at(&mean, Aim::Bound { is_rough: true, part: bound });
                 self.prove_direct();
             }
             let indicator = |&leaf: &usize| {
@@ -79,7 +84,8 @@ impl Solution {
             let marked: Vec<(f64, usize)> = leaves.iter().map(indicator).collect();
             let left: f64 = marked.iter().map(|m| m.0).sum();
             // A NaN is refused after the round.
-            if left <= DIRECT_PART * aim || left.is_nan() {
+            let most = options.bound.map_or(DIRECT_PART * aim, |bound| PROVEN_PART * bound);
+            if left <= most || left.is_nan() {
                 return Ok(());
             }
             for leaf in bulk(marked, BULK) {

@@ -8,8 +8,12 @@ use crate::links::cluster::far::Far;
 use crate::links::gatherer::Gatherer;
 use crate::links::link::Link;
 use crate::links::linking::Linking;
-use crate::links::refine::Need;
+use crate::links::refine::{Need, WITHOUT_ORDER};
 use crate::solve::solution::{Solution, for_each};
+
+/// How much more exactly than else large receivers know their clusters, and how much less small ones do, at most.
+const FINER: f64 = 0.3;
+const ROUGHER: f64 = 3.0;
 
 impl Solution {
     /// Links receivers that have none, to what their parent's links had for sources; these go.
@@ -24,7 +28,8 @@ impl Solution {
             Some((&self.links[parent][..], &self.far[parent]))
         };
         let of = |receiver: usize| {
-            let need = Need { field: &self.field, weight: &self.weight(receiver), allowed, linking, clock };
+            let (weight, without_order) = (&self.weight(receiver), self.without_order(receiver));
+            let need = Need { field: &self.field, weight, allowed, without_order, linking, clock };
             optics.first_links(Gatherer::Element(receiver), of_parent(receiver), &need)
         };
         let links = for_each(&new, of)?;
@@ -47,6 +52,17 @@ impl Solution {
             self.own[index] = Vec::new();
         }
         Ok(())
+    }
+
+    /// How much more the clusters of a receiver may be off by than its links may neglect. Errors without order of many receivers add up by
+    /// their squares, so that those of small ones count for less.
+    fn without_order(&self, receiver: usize) -> f64 {
+        if self.mesh.clusters().root().is_none() {
+            return WITHOUT_ORDER;
+        }
+        let area = self.mesh.roots().iter().map(|&root| self.mesh.elements()[root].area()).sum::<f64>();
+        let mean = area / self.receivers.len() as f64;
+        WITHOUT_ORDER * (mean / self.mesh.elements()[receiver].area()).sqrt().clamp(FINER, ROUGHER)
     }
 
     /// What an error of the irradiance counts for, relative to what errors are.
@@ -72,7 +88,8 @@ impl Solution {
             .par_iter()
             .zip(taken)
             .map(|(&receiver, (mut links, mut far))| {
-                let need = Need { field: &self.field, weight: &self.weight(receiver), allowed, linking, clock };
+                let (weight, without_order) = (&self.weight(receiver), self.without_order(receiver));
+                let need = Need { field: &self.field, weight, allowed, without_order, linking, clock };
                 let changed = optics.refine(Gatherer::Element(receiver), (&mut links, &mut far), &need)?;
                 Ok((links, far, changed))
             })

@@ -38,7 +38,8 @@ pub enum RelativeTo {
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Options {
-    /// Estimate of the mean error of gathers over all area, over what [`Self::relative_to`] says, at most, in every channel.
+    /// Estimate of the mean error of gathers over all area, over what [`Self::relative_to`] says, at most, in every channel; from a thousand
+    /// faces on that of the error of the mean radiosity.
     pub error: f64,
     /// Proven bound on the mean error of the polynomials over all area, over the same, at most, in every channel: in the place of the
     /// estimate.
@@ -127,6 +128,6 @@ pub struct Progress {
     /// Proven bound on the mean error, relative as [`Options::relative_to`] says, the largest of the channels: known after the
     /// last round, and after every round if [`Options::bound`] asks for it; infinite until then.
     pub bound: f64,
-    /// Estimate of the same.
+    /// Estimate of what [`Options::error`] is for, relative as that is.
     pub estimate: f64,
 }

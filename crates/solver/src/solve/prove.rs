@@ -13,7 +13,7 @@ impl Solution {
     pub(super) fn reached(&self, options: &Options) -> bool {
         // Where light may be reflected and none was found, nothing is known relative to it.
         let is_found = |(reflected, estimate): (&f64, &Ledger)| *reflected > 0.0 || estimate.total() == 0.0;
-        let found = options.relative_to == RelativeTo::All || self.reflected.iter().zip(&self.mean_estimate()).all(is_found);
+        let found = options.relative_to == RelativeTo::All || self.reflected.iter().zip(&self.bounds.mean).all(is_found);
         found
             && match options.bound {
                 Some(bound) => self.progress.bound <= bound,

@@ -69,10 +69,13 @@ impl Solution {
         }
     }
 
-    /// Estimate of the mean over all area of the magnitude of the error of gathers, in each channel.
+    /// Estimate of the error of [`Self::mean`], in each channel: the magnitude of what a gather of the importance finds with its sign, and what
+    /// that may be off by. It is at most the estimate of the mean magnitude of the error of gathers, which [`Progress::estimate`] goes by
+    /// unless faces are many.
     #[must_use]
     pub fn mean_estimate(&self) -> Vec<Ledger> {
-        self.bounds.mean.clone()
+        // Where no importance is found what gathers are off by is an estimate, too.
+        self.estimated.get_or_init(|| self.estimate_mean().unwrap_or_else(|_| self.bounds.mean.clone())).clone()
     }
 
     /// Proven bound on the error of the polynomial on a leaf, at every point of it, in each channel; the detail of textures, which no

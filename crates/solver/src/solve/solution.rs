@@ -61,6 +61,8 @@ pub struct Solution {
     /// Samples of direct light on leaves and reflected light on receivers, of those that were judged by the gradient.
     pub(super) judged: Vec<[Option<Samples>; 2]>,
     pub(crate) bounds: Bounds,
+    /// Estimate of the error of the mean, in each channel, made when it is first asked for.
+    pub(super) estimated: OnceLock<Vec<Ledger>>,
     /// Geometry for the proof of the bound.
     pub(super) ground: Ground,
     /// The proven bounds, made when they are first asked for; `None` if there is no bound.

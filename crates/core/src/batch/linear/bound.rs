@@ -53,12 +53,12 @@
 //!   `eta^2 (k + 2 pi/h)`.
 
 use fearless_simd::Simd;
+use radgrad_numbers::lanes::lane::{Lane, Mask, constant};
+use radgrad_numbers::number::ROUNDOFF;
 
 use crate::batch::bound::{LaneBound, SECOND_ORDER};
 use crate::batch::linear::{Glowing, LinearSums, Wide};
 use crate::batch::visible::SeenExtent;
-use crate::lanes::lane::{Lane, Mask, constant};
-use crate::scalar::number::ROUNDOFF;
 
 /// Units of the value for each edge that no angle multiplies: half of C's 8.3 and of X1's 143, 3 and 22, and the last products; and
 /// those, half of X1's 130, that fall with the height.

@@ -3,14 +3,14 @@
 use std::ops::Range;
 
 use fearless_simd::{Level, Simd};
+use radgrad_numbers::lanes::lane::{MOST_LANES, load};
+use radgrad_numbers::on_instruction_set;
 
 use crate::batch::emitting::Emitting;
 use crate::batch::linear::{Glow, Glowing, LinearSums, Vector, Wide};
 use crate::batch::many_emitters::{Group, SeenFrom, Work, fits, lanes};
 use crate::batch::tile::{Goal, Settled};
 use crate::batch::visible::Outline;
-use crate::lanes::instruction_set::on_instruction_set;
-use crate::lanes::lane::{MOST_LANES, load};
 use crate::problem::emission::Emitter;
 
 /// Linear emitters with as many vertices each.

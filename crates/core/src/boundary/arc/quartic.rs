@@ -1,9 +1,10 @@
 //! Fourth-order moments of an arc: with [`Moments`](crate::boundary::arc::Moments), all that the second derivatives need.
 
+use radgrad_numbers::real::Real;
+use radgrad_numbers::series::sine::half_angle_minus_sine;
+
 use crate::boundary::arc::{Arc, Ends};
 use crate::boundary::line::Frame;
-use crate::scalar::real::Real;
-use crate::scalar::series::sine::half_angle_minus_sine;
 
 /// Integrals over an arc of `cos^4`, `cos^3 sin` and `cos^2 sin^2` of the angle from the frame's `toward`.
 #[derive(Debug, Clone, Copy)]
@@ -41,7 +42,7 @@ impl<T: Real> Arc<T> {
 mod tests {
     use crate::boundary::arc::{Arc, Generator};
     use crate::boundary::line::{Frame, Sighted};
-    use crate::scalar::vec3::Vec3;
+    use radgrad_numbers::vec3::Vec3;
 
     #[test]
     fn quartic_moments_are_their_integrals() {

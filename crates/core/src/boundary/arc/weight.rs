@@ -1,11 +1,12 @@
 //! The weight of an arc in the gradient of a constant emitter's radiosity.
 
+use radgrad_numbers::arithmetic::Arithmetic;
+use radgrad_numbers::real::Real;
+use radgrad_numbers::series::sine::psi;
+use radgrad_numbers::vec3::Vec3;
+
 use crate::boundary::arc::{Arc, Generator};
 use crate::boundary::line::{Line, Sighted};
-use crate::scalar::arithmetic::Arithmetic;
-use crate::scalar::real::Real;
-use crate::scalar::series::sine::psi;
-use crate::scalar::vec3::Vec3;
 
 impl<T: Real> Arc<T> {
     /// `toward . (M n1) / S` on the generating line `line`, at distance S; M is the arc's `int omega omega^T`.
@@ -75,9 +76,9 @@ impl<T: Arithmetic> Arc<T> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scalar::ball::Ball;
-    use crate::scalar::double_double::DoubleDouble;
-    use crate::scalar::number::ROUNDOFF;
+    use radgrad_numbers::ball::Ball;
+    use radgrad_numbers::double_double::DoubleDouble;
+    use radgrad_numbers::number::ROUNDOFF;
 
     #[test]
     fn an_arc_of_no_length_weighs_nothing() {

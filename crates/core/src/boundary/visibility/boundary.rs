@@ -5,11 +5,12 @@
 //! Left on a side are the ends of the arcs in which it bounds the visible region: none, on a seam. An integral over an arc is a
 //! difference of its values at the ends, so that sorting them along the side only serves to have few and short arcs.
 
+use radgrad_numbers::real::Real;
+use radgrad_numbers::vec3::Vec3;
+
 use crate::boundary::arc::Arc;
 use crate::boundary::line::Sighted;
 use crate::boundary::visibility::part::{Facing, Sides, VisiblePart};
-use crate::scalar::real::Real;
-use crate::scalar::vec3::Vec3;
 
 /// Where a boundary passes from a side to another.
 struct Turn<T> {

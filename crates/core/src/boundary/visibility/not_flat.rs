@@ -35,6 +35,11 @@
 //! x and an edge of E parts the two.
 
 use glam::DVec3;
+use radgrad_numbers::exact::orientation;
+use radgrad_numbers::number::ROUNDOFF;
+use radgrad_numbers::radius::Radius;
+use radgrad_numbers::real::Real;
+use radgrad_numbers::vec3::Vec3;
 
 use crate::boundary::arc::Generator;
 use crate::boundary::edge_name::EdgeName;
@@ -42,11 +47,6 @@ use crate::boundary::plan::{Plan, Side, side_of, sure_side};
 use crate::boundary::visibility::part::{Sides, VisiblePart, nearness};
 use crate::problem::polygon::Polygon;
 use crate::problem::receiver::Receiver;
-use crate::scalar::exact::orientation;
-use crate::scalar::number::ROUNDOFF;
-use crate::scalar::radius::Radius;
-use crate::scalar::real::Real;
-use crate::scalar::vec3::Vec3;
 
 /// An occluder of which it is open what it hides.
 pub(super) struct Doubt {

@@ -1,14 +1,14 @@
 //! Convex parts of the emitter as the receiver sees them, and the sides that bound them.
 
 use glam::DVec3;
+use radgrad_numbers::radius::Radius;
+use radgrad_numbers::real::{RadiusOf, Real};
+use radgrad_numbers::vec3::Vec3;
 
 use crate::boundary::arc::{Arc, Generator};
 use crate::boundary::edge_name::EdgeName;
 use crate::boundary::line::Sighted;
 use crate::boundary::visibility::separation::{BoundingCone, UncertainVector};
-use crate::scalar::radius::Radius;
-use crate::scalar::real::{RadiusOf, Real};
-use crate::scalar::vec3::Vec3;
 
 /// A plane through the receiver: its generator, and its edge where it is one of the input.
 #[derive(Debug, Clone, Copy)]

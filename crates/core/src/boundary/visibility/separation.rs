@@ -7,11 +7,10 @@
 //! product by 3u.
 
 use glam::DVec3;
-
-use crate::scalar::number::ROUNDOFF;
-use crate::scalar::power::normalising_power;
-use crate::scalar::real::Real;
-use crate::scalar::vec3::Vec3;
+use radgrad_numbers::number::ROUNDOFF;
+use radgrad_numbers::power::normalising_power;
+use radgrad_numbers::real::Real;
+use radgrad_numbers::vec3::Vec3;
 
 /// A vector and a bound on the length of its error.
 #[derive(Debug, Clone, Copy)]

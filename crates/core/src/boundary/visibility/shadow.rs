@@ -1,6 +1,8 @@
 //! The shadow of a convex occluder on the emitter's plane: a convex cone, cut off where the occluder sinks below that plane.
 
 use glam::DVec3;
+use radgrad_numbers::real::Real;
+use radgrad_numbers::vec3::Vec3;
 
 use crate::boundary::arc::Generator;
 use crate::boundary::edge_name::EdgeName;
@@ -11,8 +13,6 @@ use crate::boundary::visibility::part::{Facing, Sides, VisiblePart};
 use crate::boundary::visibility::separation::BoundingCone;
 use crate::problem::polygon::Polygon;
 use crate::problem::receiver::Receiver;
-use crate::scalar::real::Real;
-use crate::scalar::vec3::Vec3;
 
 /// A convex occluder that stands, at least with a corner, before the emitter's plane, and is not seen edge-on; or of which that is
 /// open.

@@ -1,6 +1,9 @@
 //! Subtracts a shadow from a part of the emitter: cut along the shadow's sides, one after the other.
 
 use glam::DVec3;
+use radgrad_numbers::radius::Radius;
+use radgrad_numbers::real::{RadiusOf, Real};
+use radgrad_numbers::vec3::Vec3;
 
 use crate::boundary::arc::Generator;
 use crate::boundary::edge_name::EdgeName;
@@ -12,9 +15,6 @@ use crate::boundary::visibility::uncertainty::{Uncertainty, is_doubtful, is_exac
 use crate::problem::emission::Emitter;
 use crate::problem::polygon::Polygon;
 use crate::problem::receiver::{Receiver, unit_normal};
-use crate::scalar::radius::Radius;
-use crate::scalar::real::{RadiusOf, Real};
-use crate::scalar::vec3::Vec3;
 
 /// The sides and heights that bound the uncertainty, and the uncertainty so far.
 pub(super) struct Subtraction<T: Real> {

@@ -1,12 +1,13 @@
 //! Bounds on the error due to decisions that no precision at hand could take for sure.
 
+use radgrad_numbers::radius::Radius;
+use radgrad_numbers::real::{RadiusOf, Real};
+use radgrad_numbers::vec3::Vec3;
+
 use crate::boundary::arc::Generator;
 use crate::boundary::visibility::not_flat::Doubt;
 use crate::boundary::visibility::part::{Facing, VisiblePart, nearness};
 use crate::boundary::visibility::subtract::Subtraction;
-use crate::scalar::radius::Radius;
-use crate::scalar::real::{RadiusOf, Real};
-use crate::scalar::vec3::Vec3;
 
 /// Bounds on the changes from undecided signs, in the sums without the factor rho/pi.
 #[derive(Debug, Clone, Copy)]

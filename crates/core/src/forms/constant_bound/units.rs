@@ -1,7 +1,7 @@
 //! The constants of the derivation, in units of roundoff unless it says otherwise, in the order of its steps. `cargo xtask prove`
 //! has gappa prove each from the recorded code and from those above it.
 
-use crate::scalar::number::Number;
+use radgrad_numbers::number::Number;
 
 /// Pays for terms of second order in the errors; a factor.
 pub const SECOND_ORDER: f64 = 1.001;

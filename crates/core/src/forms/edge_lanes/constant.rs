@@ -4,18 +4,18 @@
 
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f64x4, mask64x4};
+use radgrad_numbers::lanes::vectors::{all, plus_first};
+use radgrad_numbers::number::ROUNDOFF;
+use radgrad_numbers::on_instruction_set;
+use radgrad_numbers::vec3::Vec3;
 
 use crate::boundary::plan::{Horizon, Plan};
 use crate::forms::constant_bound::{AngleError, BoundedSum, LEAST_MOMENT, Weighed, of_horizon};
 use crate::forms::edge_lanes::cut::Cut;
-use crate::forms::edge_lanes::{EdgeLanes, SureCase, plan};
+use crate::forms::edge_lanes::{EdgeLanes, INSTRUCTION_SET, SureCase, plan};
 use crate::forms::irradiance_and_gradient::IrradianceAndGradient;
-use crate::lanes::instruction_set::{INSTRUCTION_SET, on_instruction_set};
-use crate::lanes::vectors::{all, plus_first};
 use crate::problem::polygon::Polygon;
 use crate::problem::receiver::Receiver;
-use crate::scalar::number::ROUNDOFF;
-use crate::scalar::vec3::Vec3;
 
 /// The sums for a unit emission, and bounds on their errors where they were asked for.
 type Found = (IrradianceAndGradient<f64>, Option<BoundedSum>);
@@ -257,7 +257,7 @@ mod tests {
     use crate::boundary::horizon;
     use crate::forms::constant::{EdgeSum, SolidAngleVector};
     use crate::forms::edge_lanes::random::{polygon_and_receiver, vector};
-    use crate::lanes::instruction_set::instruction_sets;
+    use radgrad_numbers::lanes::instruction_set::instruction_sets;
 
     #[test]
     fn side_by_side_gives_the_digits_of_one_by_one_on_every_instruction_set() {

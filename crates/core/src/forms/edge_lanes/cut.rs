@@ -2,17 +2,17 @@
 
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f64x4, mask64x4};
+use radgrad_numbers::arc_tangent::is_in_range;
+use radgrad_numbers::double_double::DoubleDouble;
+use radgrad_numbers::lanes::vectors::{all, chosen, plus_first};
+use radgrad_numbers::number::ROUNDOFF;
+use radgrad_numbers::vec3::Vec3;
 
 use crate::boundary::arc::{Arc, Generator};
 use crate::boundary::line::Sighted;
 use crate::forms::edge_lanes::EdgeLanes;
-use crate::lanes::vectors::{all, chosen, plus_first};
 use crate::problem::polygon::FourEdges;
 use crate::problem::receiver::{Receiver, unit_normal};
-use crate::scalar::arc_tangent::is_in_range;
-use crate::scalar::double_double::DoubleDouble;
-use crate::scalar::number::ROUNDOFF;
-use crate::scalar::vec3::Vec3;
 
 /// Heights over the horizon, times the length of the normal as given, above which double-double has all digits of a double: it
 /// errs by 64 units of terms that sum to less than 12 in normalised lengths.

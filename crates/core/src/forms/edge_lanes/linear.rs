@@ -3,21 +3,21 @@
 
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f64x4, f64x8};
+use radgrad_numbers::arc_tangent::is_in_range;
+use radgrad_numbers::lanes::vectors::{all, number_plus_first, plus_first};
+use radgrad_numbers::logarithm::of_normal;
+use radgrad_numbers::on_instruction_set;
 
 use crate::boundary::arc::Arc;
 use crate::boundary::line::Frame;
 use crate::boundary::plan::Horizon;
-use crate::forms::edge_lanes::{EdgeLanes, SureCase, height_over_plane, plan, power_seen_whole};
+use crate::forms::edge_lanes::{EdgeLanes, INSTRUCTION_SET, SureCase, height_over_plane, plan, power_seen_whole};
 use crate::forms::irradiance_and_gradient::IrradianceAndGradient;
 use crate::forms::linear::{ContourTerm, LinearSum, SeenLinear};
 use crate::forms::linear_bound::{Errors, LinearBound};
 use crate::forms::segment::{X1End, x1_between};
-use crate::lanes::instruction_set::{INSTRUCTION_SET, on_instruction_set};
-use crate::lanes::vectors::{all, number_plus_first, plus_first};
 use crate::problem::emission::Emitter;
 use crate::problem::receiver::Receiver;
-use crate::scalar::arc_tangent::is_in_range;
-use crate::scalar::logarithm::of_normal;
 
 /// The sums and the power of two that normalised lengths, where double precision is sure of all decisions.
 #[inline]
@@ -191,8 +191,8 @@ mod tests {
     use crate::boundary::horizon;
     use crate::boundary::plan::Plan;
     use crate::forms::edge_lanes::random::{polygon_and_receiver, vector};
-    use crate::lanes::instruction_set::instruction_sets;
     use crate::problem::emission::Emission;
+    use radgrad_numbers::lanes::instruction_set::instruction_sets;
 
     #[test]
     fn side_by_side_gives_the_digits_of_one_by_one_on_every_instruction_set() {

@@ -18,8 +18,9 @@
 //! s around the foot point, is seen under a small angle, and by `(D/s)` to the degree, in the sums over monomials, when it lies
 //! at a distance D from the foot point.
 
+use radgrad_numbers::real::Real;
+
 use crate::problem::polynomial::bivariate::{Bivariate, exponents, whole};
-use crate::scalar::real::Real;
 
 /// The integrals along the boundary.
 #[derive(Debug, Clone)]
@@ -103,7 +104,7 @@ mod tests {
     use crate::boundary::line::{Line, Sighted};
     use crate::forms::polynomial::segment::{Segment, on_line};
     use crate::forms::segment::{logarithms, x1_term};
-    use crate::scalar::vec3::Vec3;
+    use radgrad_numbers::vec3::Vec3;
 
     const HEIGHT: f64 = 0.75;
     const CORNERS: [[f64; 2]; 3] = [[-0.5, -0.25], [1.0, 0.125], [0.25, 0.875]];

@@ -10,10 +10,11 @@
 //! Each second step subtracts numbers `(S/s)^2` times the result: digits are lost where the piece is seen under a small angle
 //! around the line's nearest point, none where s is of the size of S or above.
 
+use radgrad_numbers::real::Real;
+
 use crate::boundary::arc::{Arc, Moments};
 use crate::boundary::line::Frame;
 use crate::problem::polynomial::bivariate::{Bivariate, whole};
-use crate::scalar::real::Real;
 
 /// A piece of the visible boundary with its integrals `L_k`.
 #[derive(Debug, Clone)]

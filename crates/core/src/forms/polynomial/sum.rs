@@ -14,6 +14,9 @@
 //! 2e-13, 5e-10, 4e-4; degree 8, 1e-11, 1e-5, all. Over the emitter none are lost at contact; beside it, at the height h, the
 //! value loses s/h as a linear one does. Far away [`crate::gauss`] answers.
 
+use radgrad_numbers::real::Real;
+use radgrad_numbers::vec3::Vec3;
+
 use crate::boundary::arc::{Arc, Generator};
 use crate::boundary::plan::height_over_plane;
 use crate::forms::linear::SeenLinear;
@@ -25,8 +28,6 @@ use crate::problem::polygon::Polygon;
 use crate::problem::polynomial::bivariate::{Bivariate, whole};
 use crate::problem::polynomial::plane::{self, InPlane};
 use crate::problem::receiver::{Receiver, unit_normal};
-use crate::scalar::real::Real;
-use crate::scalar::vec3::Vec3;
 
 /// A polynomial emission seen from x, in normalised lengths.
 #[derive(Debug, Clone)]

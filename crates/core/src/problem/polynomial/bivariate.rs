@@ -1,6 +1,6 @@
 //! Tables over the monomials `u^i v^j` up to a degree: polynomials in the emitter's plane, and moments of its visible region.
 
-use crate::scalar::real::Real;
+use radgrad_numbers::real::Real;
 
 /// One entry for each `u^i v^j` with `i + j <= degree`, by degree, then by j.
 #[derive(Debug, Clone, PartialEq)]

@@ -6,19 +6,19 @@
 //! done anew.
 
 use glam::DVec3;
+use radgrad_numbers::ball::Ball;
+use radgrad_numbers::double_double::DoubleDouble;
+use radgrad_numbers::number::Number;
+use radgrad_numbers::offset::offset;
+use radgrad_numbers::power::normalising_power;
+use radgrad_numbers::real::Real;
+use radgrad_numbers::vec3::Vec3;
 
 use crate::error::Error;
 use crate::problem::affine::Affine;
 use crate::problem::polygon::Polygon;
 use crate::problem::polynomial::bivariate::{Bivariate, whole};
 use crate::problem::polynomial::{Monomial, Polynomial};
-use crate::scalar::ball::Ball;
-use crate::scalar::double_double::DoubleDouble;
-use crate::scalar::number::Number;
-use crate::scalar::offset::offset;
-use crate::scalar::power::normalising_power;
-use crate::scalar::real::Real;
-use crate::scalar::vec3::Vec3;
 
 type Precise = Ball<DoubleDouble>;
 

@@ -2,7 +2,7 @@
 
 use radgrad_core::DVec3;
 
-use crate::factors::exchange::Part;
+use crate::factors::exchange::FlatOutline;
 use crate::factors::screen::{area, perimeter};
 
 /// Data that the cells of a face share.
@@ -40,8 +40,8 @@ impl Cell {
         perimeter(&self.points)
     }
 
-    pub(super) fn part<'a>(&'a self, plane: &Plane) -> Part<'a> {
-        Part { points: &self.points, normal: plane.normal, slope: plane.slope, defect: plane.defect, area: self.area }
+    pub(super) fn part<'a>(&'a self, plane: &Plane) -> FlatOutline<'a> {
+        FlatOutline { points: &self.points, normal: plane.normal, slope: plane.slope, defect: plane.defect, area: self.area }
     }
 
     /// The parts where a function, given at the corners and affine in between, is negative and where it is positive.

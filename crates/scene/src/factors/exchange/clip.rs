@@ -2,7 +2,7 @@
 
 use radgrad_core::DVec3;
 
-use super::Part;
+use super::FlatOutline;
 
 /// A polygon's outline around an origin, in a unit in which the farthest coordinate is below 1.
 pub(super) struct Outline {
@@ -24,7 +24,7 @@ pub(super) struct Front {
 }
 
 impl Outline {
-    pub(super) fn new(part: &Part<'_>, origin: DVec3, power: f64) -> Self {
+    pub(super) fn new(part: &FlatOutline<'_>, origin: DVec3, power: f64) -> Self {
         let points: Vec<DVec3> = part.points.iter().map(|&v| (v - origin) * power).collect();
         let largest = part.points.iter().fold(origin.abs().max_element(), |m, v| m.max(v.abs().max_element()));
         let defect = part.defect * power;

@@ -47,7 +47,7 @@ use crate::mesh::element::Element;
 use crate::mesh::shape::Shape;
 
 /// How often an element is cut into four at most to prove a bound that is asked for.
-pub(super) const DEEPEST: usize = 3;
+pub(super) const DEEPEST: usize = 6;
 
 /// The same for the light of lamps.
 const DEEPEST_OF_LAMPS: usize = 2;

@@ -110,11 +110,15 @@ impl Edges {
                 for (on, other) in [(a, b), (b, a)] {
                     for part in mesh.convex_parts(other) {
                         let Some((foot, crosses)) = foot(self.planes[on], part) else { continue };
-                        self.feet[on].push((other, foot));
-                        if crosses {
-                            self.of_face[on].push(self.all.len());
-                            self.of_face[other].push(self.all.len());
-                            self.all.push(Edge { ends: foot, faces: Vec::new() });
+                        // The plane goes on beyond the face.
+                        let normal = self.planes[on][1];
+                        for foot in mesh.convex_parts(on).iter().filter_map(|of| inside(foot, normal, of, reach)) {
+                            self.feet[on].push((other, foot));
+                            if crosses {
+                                self.of_face[on].push(self.all.len());
+                                self.of_face[other].push(self.all.len());
+                                self.all.push(Edge { ends: foot, faces: Vec::new() });
+                            }
                         }
                     }
                 }
@@ -147,24 +151,7 @@ impl Edges {
     pub(super) fn standing(&self, face: usize, part: &[DVec3], among: Option<&[usize]>) -> Option<usize> {
         let normal = self.planes[face][1];
         let size = part.iter().map(|p| (*p - part[0]).length()).fold(0.0, largest);
-        let is_inside = |foot: &[DVec3; 2]| {
-            let (mut from, mut to) = (0.0_f64, 1.0_f64);
-            let inside = part.iter().enumerate().all(|(i, &p)| {
-                let inward = normal.cross(part[(i + 1) % part.len()] - p).normalize_or_zero();
-                let [start, end] = foot.map(|q| inward.dot(q - p) - 1e-9 * size);
-                if start <= 0.0 && end <= 0.0 {
-                    return false;
-                }
-                let crossing = start / (start - end);
-                if start < 0.0 {
-                    from = largest(from, crossing);
-                } else if end < 0.0 {
-                    to = smallest(to, crossing);
-                }
-                true
-            });
-            inside && to > from
-        };
+        let is_inside = |foot: &[DVec3; 2]| inside(*foot, normal, part, -1e-9 * size).is_some();
         let mut feet = self.feet[face].iter().filter(|(of, _)| among.is_none_or(|among| among.contains(of)));
         feet.find(|(_, foot)| is_inside(foot)).map(|(of, _)| *of)
     }
@@ -202,6 +189,26 @@ impl Edges {
         }
         kept
     }
+}
+
+/// The part of a segment in the plane of a convex polygon that is in the polygon, made larger on all sides by so much; `None` if that is
+/// no more than a point.
+fn inside([a, b]: [DVec3; 2], normal: DVec3, part: &[DVec3], by: f64) -> Option<[DVec3; 2]> {
+    let (mut from, mut to) = (0.0_f64, 1.0_f64);
+    for (i, &p) in part.iter().enumerate() {
+        let inward = normal.cross(part[(i + 1) % part.len()] - p).normalize_or_zero();
+        let [start, end] = [a, b].map(|q| inward.dot(q - p) + by);
+        if start <= 0.0 && end <= 0.0 {
+            return None;
+        }
+        let crossing = start / (start - end);
+        if start < 0.0 {
+            from = largest(from, crossing);
+        } else if end < 0.0 {
+            to = smallest(to, crossing);
+        }
+    }
+    (to > from).then(|| [a + (b - a) * from, a + (b - a) * to])
 }
 
 /// The segment in which a convex polygon stands on a plane or crosses it, and whether it crosses; `None` if it is nowhere in front,

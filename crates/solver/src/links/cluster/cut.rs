@@ -6,7 +6,7 @@ use radgrad_scene::largest;
 use crate::field::Field;
 use crate::links::cluster::far::Far;
 use crate::links::cluster::glow::Glow;
-use crate::links::cluster::sampled::Seen;
+use crate::links::cluster::sampled::{Draw, Seen};
 use crate::links::gatherer::Gatherer;
 use crate::links::station::Station;
 use crate::links::transfer::{Optics, Row};
@@ -15,8 +15,6 @@ use crate::mesh::clusters::Parts;
 /// A cluster that is not opened.
 struct Closed {
     cluster: usize,
-    /// From each node.
-    seen: Vec<Seen>,
     /// Deviation of its light, weighted, at each node, and the largest.
     off: Vec<f64>,
     most: f64,
@@ -36,12 +34,13 @@ impl<'a> Cut<'a> {
     pub(crate) fn new(optics: &'a Optics<'a>, field: &'a Field, weight: &'a [f64], far: &Far) -> Self {
         let mut cut = Self { optics, field, weight, closed: Vec::new(), nodes: far.nodes() };
         for (index, &cluster) in far.clusters().iter().enumerate() {
-            cut.close(cluster, (0..far.nodes()).map(|node| *far.seen(index, node)).collect());
+            let seen: Vec<Seen> = (0..far.nodes()).map(|node| *far.seen(index, node)).collect();
+            cut.close(cluster, &seen);
         }
         cut
     }
 
-    fn close(&mut self, cluster: usize, seen: Vec<Seen>) {
+    fn close(&mut self, cluster: usize, seen: &[Seen]) {
         let glows: Vec<&Glow> = (0..self.weight.len()).map(|channel| self.field.glow(cluster, channel)).collect();
         let at = |seen: &Seen| {
             let of = |(glow, weight): (&&Glow, &f64)| weight * seen.deviation(glow);
@@ -49,7 +48,7 @@ impl<'a> Cut<'a> {
         };
         let off: Vec<f64> = seen.iter().map(at).collect();
         let most = off.iter().copied().fold(0.0, largest);
-        self.closed.push(Closed { cluster, seen, off, most });
+        self.closed.push(Closed { cluster, off, most });
     }
 
     /// What all are off by at each node, the largest of the channels after each is multiplied by its weight. Nothing if none is closed.
@@ -74,17 +73,19 @@ impl<'a> Cut<'a> {
             Parts::Element(element) => Some(Some(element)),
             Parts::Two(parts) => {
                 for part in parts.into_iter().filter(|&part| gatherer.may_see(self.optics.mesh, &tree.all()[part])) {
-                    self.close(part, stations.iter().map(|station| self.optics.look(station, part)).collect());
+                    let seen: Vec<Seen> = stations.iter().map(|station| self.optics.look(station, part, Draw::First)).collect();
+                    self.close(part, &seen);
                 }
                 Some(None)
             }
         }
     }
 
-    /// The clusters to keep.
-    pub(crate) fn closed<'b>(self, rows: impl Iterator<Item = &'b [Row]>) -> Far {
-        let clusters = self.closed.iter().map(|closed| closed.cluster).collect();
-        let seen = self.closed.into_iter().flat_map(|closed| closed.seen).collect();
+    /// The clusters to keep, seen from stations by samples that did not choose them.
+    pub(crate) fn closed<'b>(self, stations: &[Station], rows: impl Iterator<Item = &'b [Row]>) -> Far {
+        let clusters: Vec<usize> = self.closed.iter().map(|closed| closed.cluster).collect();
+        let look = |&cluster: &usize| stations.iter().map(move |station| self.optics.look(station, cluster, Draw::Second));
+        let seen = clusters.iter().flat_map(look).collect();
         Far::new(self.optics.mesh.clusters(), clusters, seen, self.nodes, rows)
     }
 }

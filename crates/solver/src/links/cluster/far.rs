@@ -15,7 +15,7 @@
 
 use crate::field::Field;
 use crate::links::cluster::glow::{Glow, Pair};
-use crate::links::cluster::sampled::Seen;
+use crate::links::cluster::sampled::{Draw, Seen};
 use crate::links::cluster::view::View;
 use crate::links::station::Station;
 use crate::links::transfer::{Optics, Row};
@@ -65,7 +65,7 @@ impl Far {
 
     /// From one point.
     pub(crate) fn of_point(&self, optics: &Optics<'_>, station: &Station, rows: &[(usize, Row)]) -> Self {
-        let seen = self.clusters.iter().map(|&cluster| optics.look(station, cluster)).collect();
+        let seen = self.clusters.iter().map(|&cluster| optics.look(station, cluster, Draw::Second)).collect();
         let rows = rows.iter().map(|(_, row)| std::slice::from_ref(row));
         Self::new(optics.mesh.clusters(), self.clusters.clone(), seen, 1, rows)
     }

@@ -1,0 +1,7 @@
+//! The same numbers on the lanes of a vector: several edges, receivers or emitters at a time.
+
+pub mod angle;
+pub mod arithmetic;
+pub mod instruction_set;
+pub mod lane;
+pub mod vectors;

@@ -1,0 +1,70 @@
+//! The vector unit of this machine, found at run time. All instruction sets give the same digits: kernels use correctly rounded
+//! operations only, no product is fused with a sum, and no sum's order depends on how many lanes there are.
+
+use fearless_simd::Level;
+
+#[doc(hidden)]
+pub use fearless_simd;
+
+/// Runs a call with the vectors of an instruction set: AVX-512, AVX2 or the one that every machine of the target has. It is
+/// compiled for each.
+#[macro_export]
+macro_rules! on_instruction_set {
+    ($level:expr, $simd:ident => $call:expr) => {{
+        #[cfg(target_arch = "x86_64")]
+        {
+            use $crate::lanes::instruction_set::fearless_simd::Simd;
+            if let Some($simd) = $level.as_avx512() {
+                $simd.vectorize(
+                    #[inline(always)]
+                    || $call,
+                )
+            } else if let Some($simd) = $level.as_avx2() {
+                $simd.vectorize(
+                    #[inline(always)]
+                    || $call,
+                )
+            } else if let Some($simd) = $level.as_sse2() {
+                $simd.vectorize(
+                    #[inline(always)]
+                    || $call,
+                )
+            } else {
+                unreachable!("every x86-64 has SSE2")
+            }
+        }
+        #[cfg(not(target_arch = "x86_64"))]
+        {
+            $crate::lanes::instruction_set::fearless_simd::dispatch!($level, $simd => $call)
+        }
+    }};
+}
+
+/// The instruction sets of this machine that [`on_instruction_set`] tells apart, best first.
+pub fn instruction_sets() -> Vec<Level> {
+    let best = Level::new();
+    #[cfg(target_arch = "x86_64")]
+    {
+        use fearless_simd::Simd;
+        let instruction_sets =
+            [best.as_avx512().map(Simd::level), best.as_avx2().map(Simd::level), best.as_sse2().map(Simd::level)];
+        instruction_sets.into_iter().flatten().collect()
+    }
+    #[cfg(not(target_arch = "x86_64"))]
+    {
+        vec![best]
+    }
+}
+
+/// Its usual name.
+pub fn name(level: Level) -> &'static str {
+    #[cfg(target_arch = "x86_64")]
+    {
+        let (wide, wider) = (level.as_avx2().is_some(), level.as_avx512().is_some());
+        if wider { "AVX-512" } else { ["SSE2", "AVX2"][usize::from(wide)] }
+    }
+    #[cfg(not(target_arch = "x86_64"))]
+    {
+        if level.is_fallback() { "no vectors" } else { "vectors of 128 bits" }
+    }
+}
