@@ -12,7 +12,7 @@ const MOST_FACES: usize = 6;
 fn face(bytes: &mut impl Iterator<Item = u8>) -> Option<GivenFace> {
     let (kind, unit) = (bytes.next()?, bytes.next()?);
     // Mostly 1; else a power of two, for faces of very different sizes in one scene.
-    let unit = if unit < 200 { 1.0 } else { 2_f64.powi(i32::from(unit - 228) * 3) };
+    let unit = if unit < 200 { 1.0 } else { 2_f64.powi((i32::from(unit) - 228) * 3) };
     let mut vertices = Vec::new();
     for _ in 0..3 + kind % 4 {
         let mut coordinate = || bytes.next().map(|byte| f64::from(byte as i8) / 16.0 * unit);

@@ -27,7 +27,7 @@ typedef enum radgrad_status {
   RADGRAD_FAULT = 6,
 } radgrad_status;
 
-// A polygon that emits.
+// A polygon that emits, ready for batches in both precisions.
 typedef struct radgrad_emitter radgrad_emitter;
 
 // The memory that batches work in. Made once for each thread.
@@ -160,8 +160,7 @@ void radgrad_emitter_free(struct radgrad_emitter *emitter);
 size_t radgrad_message(char *text,
                        size_t size);
 
-// Radiosity and gradient of a receiver due to an emitter, to a relative tolerance. It neither locks nor unwinds, and allocates
-// only for a receiver far away.
+// Radiosity and gradient of a receiver due to an emitter, to a relative tolerance. It neither allocates, locks nor unwinds.
 //
 // # Safety
 // `position` and `normal` have three numbers each, `emitter` was made by this library, and `answer` can be written.
@@ -181,7 +180,7 @@ struct radgrad_room *radgrad_room_new(void);
 // It was made by `radgrad_room_new`, and is not used any more.
 void radgrad_room_free(struct radgrad_room *room);
 
-// Radiosity and gradient of many receivers due to an emitter, to a relative tolerance. It neither locks nor unwinds.
+// Radiosity and gradient of many receivers due to an emitter, to a relative tolerance. It neither allocates, locks nor unwinds.
 //
 // A receiver that is refused ends it: `failed`, unless it is NULL, is then its place. Answers to points before it may be written already.
 //

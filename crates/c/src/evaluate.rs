@@ -22,8 +22,7 @@ pub struct Answer {
     pub gradient_error: f64,
 }
 
-/// Radiosity and gradient of a receiver due to an emitter, to a relative tolerance. It neither locks nor unwinds, and allocates
-/// only for a receiver far away.
+/// Radiosity and gradient of a receiver due to an emitter, to a relative tolerance. It neither allocates, locks nor unwinds.
 ///
 /// # Safety
 /// `position` and `normal` have three numbers each, `emitter` was made by this library, and `answer` can be written.
@@ -161,7 +160,7 @@ macro_rules! batch {
     }};
 }
 
-/// Radiosity and gradient of many receivers due to an emitter, to a relative tolerance. It neither locks nor unwinds.
+/// Radiosity and gradient of many receivers due to an emitter, to a relative tolerance. It neither allocates, locks nor unwinds.
 ///
 /// A receiver that is refused ends it: `failed`, unless it is NULL, is then its place. Answers to points before it may be written already.
 ///

@@ -1,8 +1,8 @@
 //! Radiosity and its gradient from polygonal emitters, for C: `include/radgrad.h`.
 //!
-//! `radgrad_evaluate`, `radgrad_batch_f64` and `radgrad_batch_f32` neither lock nor unwind, on arrays with any strides. They do not
-//! allocate where a closed form answers, but for the outline of the emitter, once a thousand points of a batch, and the corners that a
-//! Gauss rule integrates between, for a receiver so far away that one answers. An emitter, and the room that batches work in, are
+//! `radgrad_evaluate`, `radgrad_batch_f64` and `radgrad_batch_f32` neither lock nor unwind, on arrays with any strides. Nor do they
+//! allocate where a closed form or a Gauss rule answers, unless the horizon leaves more than twelve corners of an emitter far away. What is
+//! left is a receiver on the surface of an emitter that is flat up to rounding only. An emitter, and the room that batches work in, are
 //! made beforehand, and each is freed by its own function. An emitter may be used by many threads at a time, a room by one.
 //!
 //! Lengths are in one unit of the caller's choice, emission in any unit; radiosity is in the unit of the emission, the gradient in that

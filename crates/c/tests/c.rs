@@ -2,11 +2,37 @@
 
 #![allow(unsafe_code, reason = "functions for C")]
 
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::cell::Cell;
 use std::path::Path;
 use std::process::Command;
 use std::ptr::null_mut;
 
 use radgrad_c::*;
+
+/// The system's allocator, which counts what each thread asks of it.
+struct Counting;
+
+thread_local! {
+    static ALLOCATIONS: Cell<usize> = const { Cell::new(0) };
+}
+
+// SAFETY: the system's allocator does all the work.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        ALLOCATIONS.set(ALLOCATIONS.get() + 1);
+        // SAFETY: the caller promises what the system's allocator asks for.
+        unsafe { System.alloc(layout) }
+    }
+
+    unsafe fn dealloc(&self, address: *mut u8, layout: Layout) {
+        // SAFETY: the same.
+        unsafe { System.dealloc(address, layout) }
+    }
+}
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
 
 const SQUARE: [f64; 12] = [0.0, 0.0, 1.0, 0.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 0.0, 1.0];
 const UP: [f64; 3] = [0.0, 0.0, 1.0];
@@ -58,6 +84,80 @@ fn what_is_refused_has_its_status_and_its_words() {
         radgrad_room_free(room);
         radgrad_emitter_free(lit);
         radgrad_emitter_free(null_mut());
+    }
+}
+
+#[test]
+fn a_call_allocates_nothing() {
+    const COUNT: usize = 3000;
+    let (mut linear, lamp) = (null_mut(), constant());
+    // SAFETY: four vertices, a value for each, and room for an address.
+    let made = unsafe { radgrad_emitter_linear(SQUARE.as_ptr(), 4, [1.0, 2.0, 3.0, 2.0].as_ptr(), &raw mut linear) };
+    assert_eq!(made, Status::RADGRAD_OK);
+    // Below the lamp, beside it, up to a hundred thousand sizes away, near its edges, and turned so that the horizon crosses it.
+    let (mut position, mut normal) = (vec![0.0; 3 * COUNT], vec![0.0; 3 * COUNT]);
+    for i in 0..COUNT {
+        let (turn, far) = (0.7 * i as f64, 10_f64.powf(i as f64 / COUNT as f64 * 6.0 - 1.0));
+        position[3 * i..3 * i + 3].copy_from_slice(&[
+            far * turn.cos(),
+            far * turn.sin(),
+            0.9 - 0.3 * far * (0.3 * turn).sin().abs(),
+        ]);
+        normal[3 * i..3 * i + 3].copy_from_slice(&[(1.3 * turn).sin(), (1.7 * turn).cos(), (0.9 * turn).cos() + 0.5]);
+    }
+    let (mut single_position, mut single_normal) = (vec![0.0; 3 * COUNT], vec![0.0; 3 * COUNT]);
+    for (single, double) in [(&mut single_position, &position), (&mut single_normal, &normal)] {
+        single.iter_mut().zip(double).for_each(|(single, double)| *single = *double as f32);
+    }
+    let (mut values, mut slopes) = (vec![0.0; COUNT], vec![0.0; 3 * COUNT]);
+    let (mut single_values, mut single_slopes) = (vec![0.0; COUNT], vec![0.0; 3 * COUNT]);
+    let array = |of: &mut Vec<f64>, point_stride| ArrayF64 { data: of.as_mut_ptr(), point_stride, component_stride: 1 };
+    let single = |of: &mut Vec<f32>, point_stride| ArrayF32 { data: of.as_mut_ptr(), point_stride, component_stride: 1 };
+    let (none, no_single) = (array(&mut Vec::new(), 0), single(&mut Vec::new(), 0));
+    let (none, no_single) = (ArrayF64 { data: null_mut(), ..none }, ArrayF32 { data: null_mut(), ..no_single });
+    let points = PointsF64 { count: COUNT, position: array(&mut position, 3), normal: array(&mut normal, 3), reflectance: none };
+    let single_points = PointsF32 {
+        count: COUNT,
+        position: single(&mut single_position, 3),
+        normal: single(&mut single_normal, 3),
+        reflectance: no_single,
+    };
+    let into = AnswersF64 {
+        radiosity: array(&mut values, 1),
+        gradient: array(&mut slopes, 3),
+        radiosity_error: none,
+        gradient_error: none,
+    };
+    let single_into = AnswersF32 {
+        radiosity: single(&mut single_values, 1),
+        gradient: single(&mut single_slopes, 3),
+        radiosity_error: no_single,
+        gradient_error: no_single,
+    };
+    let room = radgrad_room_new();
+    let before = ALLOCATIONS.get();
+    for lamp in [lamp, linear] {
+        // SAFETY: emitters and room are whole, and each array has the points that are stated.
+        unsafe {
+            for tolerance in [1e-3, 1e-9] {
+                assert_eq!(radgrad_batch_f64(room, lamp, points, tolerance, into, null_mut()), Status::RADGRAD_OK);
+            }
+            assert_eq!(radgrad_batch_f32(room, lamp, single_points, 1e-5, single_into, null_mut()), Status::RADGRAD_OK);
+            let mut answer = Answer::default();
+            for i in 0..COUNT {
+                let (x, n) = (position.as_ptr().add(3 * i), normal.as_ptr().add(3 * i));
+                assert_eq!(radgrad_evaluate(lamp, x, n, 1.0, 1e-9, &raw mut answer), Status::RADGRAD_OK);
+            }
+        }
+    }
+    assert_eq!(ALLOCATIONS.get() - before, 0);
+    assert!(values.iter().filter(|value| **value > 0.0).count() > COUNT / 4 && values.iter().any(|value| *value < 1e-9));
+    assert!(single_values.iter().any(|value| *value > 0.1));
+    // SAFETY: each was made by the library, and is freed once.
+    unsafe {
+        radgrad_room_free(room);
+        radgrad_emitter_free(lamp);
+        radgrad_emitter_free(linear);
     }
 }
 
