@@ -142,10 +142,12 @@ impl FormFactors<'_> {
         let polygons = faces.map(|face| self.scaled(face));
         let area = smaller(polygons[0].area(), polygons[1].area());
         let Some(Sighted { candidates, screens, free }) = self.sighted(faces, hiders) else { return Ok(None) };
-        let (least, most) = (larger(free.least(), 0.0), free.most());
+        // No face exchanges more than its area.
+        let (least, most) = (larger(free.least(), 0.0), smaller(free.most(), area * (1.0 + 8.0 * f64::EPSILON)));
         let occluders = u32::try_from(candidates.len()).unwrap_or(u32::MAX);
         if screens.is_empty() {
-            return Known { value: free.area, least, most, estimate: free.error, occluders }.checked().map(Some);
+            let value = Bracket { least, most }.nearest(free.area);
+            return Known { value, least, most, estimate: free.error, occluders }.checked().map(Some);
         }
         let allowed = |bracket: Bracket| larger(settings.tolerance * area, settings.relative * bracket.least);
         let difference = settings.estimate * area;

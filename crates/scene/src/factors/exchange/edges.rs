@@ -11,6 +11,7 @@
 //!   M`, and n nodes err by at most `(64/15) M R^(-2(n-1)) / (1 - R^-2)` on [-1, 1] (L. N. Trefethen 2008, theorem 4.5). Where 16
 //!   nodes do not do, the cell is halved; at a common corner down to 2^-50 of the edge, where `int |ln r|` itself is small enough.
 
+use std::collections::VecDeque;
 use std::f64::consts::PI;
 
 use radgrad_core::DVec3;
@@ -28,8 +29,9 @@ const LEAST: f64 = 1e-15;
 /// Halvings of an edge.
 const HALVINGS: i32 = 50;
 
-/// Cells of an edge: two corners, graded, take a hundred. Edges that almost touch along all their length would take any number.
-const CELLS: usize = 1000;
+/// Cells of an edge: two corners, graded, take a hundred, and one where edges meet at a small angle a hundred over that. Edges that
+/// almost touch along all their length would take any number.
+const CELLS: usize = 5000;
 
 /// Two edges are parallel if moving an end by this makes them so: rounded coordinates, of size 1, tell no better.
 const ASIDE: f64 = 64.0 * ROUNDOFF;
@@ -90,10 +92,11 @@ fn skew(p: DVec3, along: DVec3, b: [DVec3; 2], [length, most, truncation]: [f64;
     let direction = (b[1] - b[0]) / length;
     let own = along.length();
     let (mut sum, mut error) = (0.0, 0.0);
-    let mut cells = vec![(0.0, 1.0, HALVINGS)];
+    // The largest first: those that are left if there are too many are the shortest.
+    let mut cells = VecDeque::from([(0.0, 1.0, HALVINGS)]);
     let mut count = 0;
     let (all_digits, enough) = (LEAST / length.min(1.0), larger(truncation, LEAST));
-    while let Some((from, to, halvings)) = cells.pop() {
+    while let Some((from, to, halvings)) = cells.pop_front() {
         count += 1;
         let half = 0.5 * (to - from);
         let middle = 0.5 * (from + to);
