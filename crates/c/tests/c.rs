@@ -106,8 +106,10 @@ fn a_call_allocates_nothing() {
         normal[3 * i..3 * i + 3].copy_from_slice(&[(1.3 * turn).sin(), (1.7 * turn).cos(), (0.9 * turn).cos() + 0.5]);
     }
     let (mut single_position, mut single_normal) = (vec![0.0; 3 * COUNT], vec![0.0; 3 * COUNT]);
+    #[expect(clippy::cast_possible_truncation, reason = "the batch takes numbers of single precision")]
+    let narrow = |double: &f64| *double as f32;
     for (single, double) in [(&mut single_position, &position), (&mut single_normal, &normal)] {
-        single.iter_mut().zip(double).for_each(|(single, double)| *single = *double as f32);
+        single.iter_mut().zip(double).for_each(|(single, double)| *single = narrow(double));
     }
     let (mut values, mut slopes) = (vec![0.0; COUNT], vec![0.0; 3 * COUNT]);
     let (mut single_values, mut single_slopes) = (vec![0.0; COUNT], vec![0.0; 3 * COUNT]);
