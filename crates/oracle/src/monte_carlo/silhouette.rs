@@ -9,7 +9,8 @@
 //! there, however close the receiver is to the plane, however narrow or far the emitter; only occluders in front of them are to be
 //! looked for. An edge of an occluder counts where it is seen against the emitter on either side, nothing hides the emitter just
 //! left of it, and its own polygon hides it just right of it. Polygons that share an edge as seen from `x` (the faces of a box)
-//! would both count it: the first in the list does.
+//! would both count it: the first in the list does. Not sampled is the line in which an occluder crosses the emitter itself: it ends
+//! what is seen and is an edge of neither, so that gradients there are off by its part, and values are not.
 
 use glam::DVec3;
 
