@@ -143,7 +143,7 @@ impl PendingFile {
             Some(name) => name,
             #[cfg(target_os = "linux")]
             None if unnamed::link(&self.file, file).is_ok() => return Ok(()),
-            // A file in that place is replaced in one step, which takes a name.
+            // A file in that place is replaced in one step, which takes a name: who is killed just then leaves the whole file there.
             #[cfg(target_os = "linux")]
             None => named(file, |name| unnamed::link(&self.file, name))?.1,
             #[cfg(not(target_os = "linux"))]
