@@ -185,6 +185,11 @@ impl Mesh {
         self.elements[element].parent().and_then(|parent| self.elements[parent].children()).map_or(0, |first| element - first)
     }
 
+    /// All area.
+    pub(crate) fn area(&self) -> f64 {
+        self.roots.iter().map(|&root| self.elements[root].area()).sum()
+    }
+
     /// Mean over all area of a quantity with this mean on each root.
     pub(crate) fn mean(&self, of_root: impl Fn(usize) -> f64) -> f64 {
         let sum = |(area, sum): (f64, f64), &root: &usize| {

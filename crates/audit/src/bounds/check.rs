@@ -236,10 +236,7 @@ fn is_about_zero(answer: &Answer, least: f64) -> bool {
 }
 
 fn is_zero(answer: &Answer) -> bool {
-    answer.radiosity == 0.0
-        && answer.gradient == glam::DVec3::ZERO
-        && answer.radiosity_error == 0.0
-        && answer.gradient_error == 0.0
+    is_about_zero(answer, 0.0)
 }
 
 fn is_sharp(answer: &Answer, [value, gradient]: &[Distance; 2]) -> bool {

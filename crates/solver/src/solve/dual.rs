@@ -116,7 +116,7 @@ impl Solution {
 
     /// The links of lamps, as finely as the importance there has to be known. Their own, for what they reflect, may be rough.
     fn links_of_lamps(&self, importance: &Field) -> Result<HashMap<usize, OfLamp>, Error> {
-        let area: f64 = self.mesh.roots().iter().map(|&root| self.mesh.elements()[root].area()).sum();
+        let area = self.mesh.area();
         let is_lamp = |receiver: &usize| self.is_lamp(self.mesh.elements()[*receiver].face());
         let lamps: Vec<usize> = self.receivers.iter().copied().filter(is_lamp).collect();
         let weight =
@@ -142,7 +142,7 @@ impl Solution {
     pub(super) fn estimate_mean(&self) -> Result<Vec<Ledger>, Error> {
         let Some(importance) = self.solve_importance() else { return Ok(self.bounds.mean.clone()) };
         let lamps = self.links_of_lamps(&importance)?;
-        let area: f64 = self.mesh.roots().iter().map(|&root| self.mesh.elements()[root].area()).sum();
+        let area = self.mesh.area();
         let mut below = vec![Vec::new(); self.mesh.elements().len()];
         for leaf in self.mesh.leaves() {
             below[self.receiver_of(leaf)].push(leaf);

@@ -27,8 +27,9 @@ impl Solution {
             let parent = self.mesh.elements()[element].parent().filter(|&parent| self.gathers(parent))?;
             Some((&self.links[parent][..], &self.far[parent]))
         };
+        let mean_area = self.mean_area();
         let of = |receiver: usize| {
-            let (weight, without_order) = (&self.weight(receiver), self.without_order(receiver));
+            let (weight, without_order) = (&self.weight(receiver), self.without_order(receiver, mean_area));
             let need = Need { field: &self.field, weight, allowed, without_order, linking, clock };
             optics.first_links(Gatherer::Element(receiver), of_parent(receiver), &need)
         };
@@ -56,13 +57,16 @@ impl Solution {
 
     /// How much more the clusters of a receiver may be off by than its links may neglect. Errors without order of many receivers add up by
     /// their squares, so that those of small ones count for less.
-    fn without_order(&self, receiver: usize) -> f64 {
+    fn without_order(&self, receiver: usize, mean_area: f64) -> f64 {
         if self.mesh.clusters().root().is_none() {
             return WITHOUT_ORDER;
         }
-        let area = self.mesh.roots().iter().map(|&root| self.mesh.elements()[root].area()).sum::<f64>();
-        let mean = area / self.receivers.len() as f64;
-        WITHOUT_ORDER * (mean / self.mesh.elements()[receiver].area()).sqrt().clamp(FINER, ROUGHER)
+        WITHOUT_ORDER * (mean_area / self.mesh.elements()[receiver].area()).sqrt().clamp(FINER, ROUGHER)
+    }
+
+    /// The mean area of receivers.
+    fn mean_area(&self) -> f64 {
+        self.mesh.area() / self.receivers.len() as f64
     }
 
     /// What an error of the irradiance counts for, relative to what errors are.
@@ -82,13 +86,13 @@ impl Solution {
         let (links, far) = (&mut self.links, &mut self.far);
         let take = |&receiver: &usize| (std::mem::take(&mut links[receiver]), std::mem::take(&mut far[receiver]));
         let taken: Vec<(Vec<Link>, Far)> = self.receivers.iter().map(take).collect();
-        let (optics, linking) = (self.optics(), Linking::Error);
+        let (optics, linking, mean_area) = (self.optics(), Linking::Error, self.mean_area());
         let refined: Vec<(Vec<Link>, Far, bool)> = self
             .receivers
             .par_iter()
             .zip(taken)
             .map(|(&receiver, (mut links, mut far))| {
-                let (weight, without_order) = (&self.weight(receiver), self.without_order(receiver));
+                let (weight, without_order) = (&self.weight(receiver), self.without_order(receiver, mean_area));
                 let need = Need { field: &self.field, weight, allowed, without_order, linking, clock };
                 let changed = optics.refine(Gatherer::Element(receiver), (&mut links, &mut far), &need)?;
                 Ok((links, far, changed))
