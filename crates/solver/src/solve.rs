@@ -197,6 +197,30 @@ pub(crate) fn solve_on(
         let leaves: Vec<usize> = mesh.leaves().collect();
         leaves.into_iter().try_for_each(|leaf| mesh.divide(leaf))?;
     }
+    let mut solution = dark(ready, options, (mesh, served), clock)?;
+    let (mut before, mut expected) = (Duration::ZERO, Duration::ZERO);
+    loop {
+        let began = clock.elapsed();
+        let refined = solution.round(options, expected)?;
+        solution.check(scene)?;
+        let go_on = watch(&solution);
+        let took = clock.elapsed().saturating_sub(began + refined);
+        expected = expected_after(took, before);
+        let once = options.linking != Linking::Error;
+        let enough = once || solution.reached(options) || solution.is_full(options);
+        if enough || !go_on || !clock.has_time_for(options.time, expected) {
+            solution.progress.bound = solution.prove()?;
+            solution.finite()?;
+            return Ok(solution);
+        }
+        before = took;
+        solution.divide(options)?;
+    }
+}
+
+/// The solution before the first round: its options' thresholds, and no light yet.
+fn dark(ready: &Prepared, options: &Options, (mesh, served): (Mesh, Served), clock: Clock) -> Result<Solution, Error> {
+    let scene = &ready.scene;
     let channels = scene.channels().to_vec();
     let surfaces = Surfaces::of(scene);
     let (low, high) = scene.bounds().unwrap_or((DVec3::ZERO, DVec3::ZERO));
@@ -205,7 +229,7 @@ pub(crate) fn solve_on(
     let lamps = Lamps::of(&mesh, &surfaces);
     let precision = if may_be_even(&mesh, &lamps) { GLOWING_PART } else { EVALUATION_PART };
     surfaces.check(&channels)?;
-    let mut solution = Solution {
+    Ok(Solution {
         rules: Rules::new(),
         direct: Vec::new(),
         field: Field::dark(&mesh, channels.len()),
@@ -239,25 +263,7 @@ pub(crate) fn solve_on(
         surfaces,
         channels,
         progress,
-    };
-    let (mut before, mut expected) = (Duration::ZERO, Duration::ZERO);
-    loop {
-        let began = clock.elapsed();
-        let refined = solution.round(options, expected)?;
-        solution.check(scene)?;
-        let go_on = watch(&solution);
-        let took = clock.elapsed().saturating_sub(began + refined);
-        expected = expected_after(took, before);
-        let once = options.linking != Linking::Error;
-        let enough = once || solution.reached(options) || solution.is_full(options);
-        if enough || !go_on || !clock.has_time_for(options.time, expected) {
-            solution.progress.bound = solution.prove()?;
-            solution.finite()?;
-            return Ok(solution);
-        }
-        before = took;
-        solution.divide(options)?;
-    }
+    })
 }
 
 impl Solution {
