@@ -44,15 +44,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<bool, Box<dyn Error>> {
     }
     fs::create_dir_all(&arguments.out)?;
     if let Err(error) = Command::new("gappa").arg("--version").output() {
-        for lemma in &lemmas {
-            for case in (lemma.cases)(&Stated::as_is(lemma)) {
-                write(&arguments.out, lemma, "", &case)?;
-            }
-        }
-        let out = arguments.out.display();
-        println!(
-            "SKIPPED, nothing is proved: gappa cannot be run ({error}; Debian has it: apt-get install gappa). Scripts: {out}"
-        );
+        skip(&arguments.out, &lemmas, &error)?;
         return Ok(true);
     }
     let start = Instant::now();
@@ -98,6 +90,18 @@ pub(crate) fn run(arguments: &Arguments) -> Result<bool, Box<dyn Error>> {
         start.elapsed().as_secs_f64()
     );
     Ok(proved == lemmas.len() && refused == planted)
+}
+
+/// Writes the scripts, and says that none was run.
+fn skip(out: &Path, lemmas: &[&Lemma], why: &io::Error) -> Result<(), Box<dyn Error>> {
+    for lemma in lemmas {
+        for case in (lemma.cases)(&Stated::as_is(lemma)) {
+            write(out, lemma, "", &case)?;
+        }
+    }
+    let out = out.display();
+    println!("SKIPPED, nothing is proved: gappa cannot be run ({why}; Debian has it: apt-get install gappa). Scripts: {out}");
+    Ok(())
 }
 
 fn all() -> impl Iterator<Item = &'static Lemma> {
