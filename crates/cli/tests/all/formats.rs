@@ -79,7 +79,7 @@ fn rounded(text: &str) -> String {
         let word = rest[..start].rfind(|c| !is_part(c)).map_or(0, |place| place + 1);
         let is_number = rest[word..start].is_empty() && !(word == 0 && said.ends_with(is_part));
         let number = rest[start..].char_indices().take_while(|(place, c)| {
-            let before = rest[start..].as_bytes().get(place.wrapping_sub(1)).copied();
+            let before = rest.as_bytes()[start..].get(place.wrapping_sub(1)).copied();
             let sign = "+-".contains(*c) && matches!(before, Some(b'e' | b'E'));
             c.is_ascii_digit() || *c == '.' || "eE".contains(*c) || sign
         });
