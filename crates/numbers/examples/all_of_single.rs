@@ -27,6 +27,9 @@ use radgrad_numbers::on_instruction_set;
 /// Numbers that are taken together.
 const TILE: usize = 1 << 12;
 
+/// Numbers that there are.
+const ALL: u64 = 1 << 32;
+
 /// What was found of some numbers.
 #[derive(Clone, Copy, Default)]
 struct Found {
@@ -118,8 +121,8 @@ fn tile(numbers: &[f32]) -> Found {
 fn of_worker(step: u64, worker: u64, workers: u64) -> Found {
     let width = step * TILE as u64;
     let mut found = Found::default();
-    for start in (worker * width..1 << 32).step_by((workers * width) as usize) {
-        let bits = (start..1 << 32).step_by(step as usize).take(TILE);
+    for start in (0..).map(|round| (worker + round * workers) * width).take_while(|start| *start < ALL) {
+        let bits = (0..TILE as u64).map(|k| start + k * step).filter(|bits| *bits < ALL);
         let numbers: Vec<f32> = bits.filter_map(|bits| u32::try_from(bits).ok()).map(f32::from_bits).collect();
         let numbers: Vec<f32> = numbers.into_iter().filter(|number| !number.is_nan()).collect();
         found = found.with(tile(&numbers));

@@ -135,8 +135,8 @@ fn fraction(number: &BigFloat, power: i32) -> u128 {
     // Places before the point.
     let before = exponent + power;
     let bit = |place: i32| -> u128 {
-        let from_end = words.len() as i32 * 64 - 1 - place;
-        if place < 0 || from_end < 0 { 0 } else { u128::from(words[(from_end / 64) as usize] >> (from_end % 64) & 1) }
+        let from_end = usize::try_from(place).ok().and_then(|place| (words.len() * 64).checked_sub(place + 1));
+        from_end.map_or(0, |from_end| u128::from(words[from_end / 64] >> (from_end % 64) & 1))
     };
     let magnitude = (0..128).fold(0, |bits, place| bits << 1 | bit(before + place));
     if sign.is_negative() { magnitude.wrapping_neg() } else { magnitude }

@@ -40,10 +40,12 @@ impl Drop for Folder {
     }
 }
 
+type Ended = Result<(), Box<dyn Error>>;
+
 /// The files of `cargo xtask verify`, of few cases: their names and texts, made once for all tests.
 fn few() -> Result<Vec<(&'static str, String)>, Box<dyn Error>> {
     let mut files = Vec::new();
-    let mut keep = |name, written: &dyn Fn(&mut Vec<u8>) -> Result<(), Box<dyn Error>>| -> Result<(), Box<dyn Error>> {
+    let mut keep = |name, written: &dyn Fn(&mut Vec<u8>) -> Ended| -> Ended {
         let mut bytes = Vec::new();
         written(&mut bytes)?;
         files.push((name, String::from_utf8(bytes)?));
