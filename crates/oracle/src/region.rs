@@ -13,15 +13,16 @@
 
 mod compensated;
 mod ear_clipping;
+mod frame_vector;
 pub(crate) mod plane;
 mod side;
 
 use glam::DVec3;
-use nalgebra::Vector3;
 use radgrad_core::{Polygon, Receiver};
 
 use crate::Error;
 use crate::region::compensated::{Pair, PairVector, cross, dot, normalising_power, unit};
+pub(crate) use crate::region::frame_vector::FrameVector;
 use crate::region::plane::{Edge, Triangle, Vertex};
 use crate::region::side::{Side, side};
 use crate::source_function::SourceFunction;
@@ -34,9 +35,6 @@ pub(crate) struct PreciseVertex {
     s: Pair,
     b: Pair,
 }
-
-/// A vector in the frame `(u, v, n2)` of a region, of another type than one in space so that none is taken for the other.
-pub(crate) type FrameVector = Vector3<f64>;
 
 /// The part of a polygon that a receiver sees.
 #[derive(Debug)]
@@ -87,7 +85,7 @@ impl Region {
             outline: Vec::new(),
             touched: false,
             height: height.rounded(),
-            normal: normal.map(Pair::rounded).into(),
+            normal: FrameVector::new(normal[0].rounded(), normal[1].rounded(), normal[2].rounded()),
             axes: axes.map(|axis| DVec3::from_array(axis.map(Pair::rounded))),
             position,
             unit: power,
@@ -137,7 +135,8 @@ impl Region {
 
     /// A vector of the frame in space.
     pub(crate) fn to_space(&self, v: FrameVector) -> DVec3 {
-        self.axes[0] * v.x + self.axes[1] * v.y + self.axes[2] * v.z
+        let [u, v, n2] = v.to_array();
+        self.axes[0] * u + self.axes[1] * v + self.axes[2] * n2
     }
 }
 

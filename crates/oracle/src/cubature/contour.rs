@@ -26,16 +26,18 @@ impl Integrand<'_> {
         match piece {
             Piece::Edge(edge) => {
                 let weight = 0.5 * self.emission(at) * inverse;
-                let moment = self.normal.dot(&self.moment(edge));
-                let gradient = self.normal.cross(&in_plane(edge.along)) + 2.0 * moment * inverse * r;
-                [moment, gradient.x, gradient.y, gradient.z].map(|c| -weight * c)
+                let moment = self.normal.dot(self.moment(edge));
+                let gradient = self.normal.cross(in_plane(edge.along)) + 2.0 * moment * inverse * r;
+                let [u, v, n] = gradient.to_array();
+                [moment, u, v, n].map(|c| -weight * c)
             }
             Piece::Triangle(_) => {
                 let [gu, gv] = self.emission_gradient(at);
-                let k = self.normal.cross(&in_plane([gv, -gu]));
-                let along = k.dot(&r);
+                let k = self.normal.cross(in_plane([gv, -gu]));
+                let along = k.dot(r);
                 let gradient = 2.0 * along * inverse * r - k;
-                [along, gradient.x, gradient.y, gradient.z].map(|c| 0.5 * inverse * c)
+                let [u, v, n] = gradient.to_array();
+                [along, u, v, n].map(|c| 0.5 * inverse * c)
             }
         }
     }
@@ -46,20 +48,20 @@ impl Integrand<'_> {
             Piece::Triangle(_) => self.boundary_surface(at),
             Piece::Edge(edge) => {
                 let (_, inverse) = self.ray(at);
-                let moment = self.moment(edge);
                 let weight = -self.emission(at) * at.s * inverse * inverse;
-                [0.0, weight * moment.x, weight * moment.y, weight * moment.z]
+                let [u, v, n] = self.moment(edge).to_array().map(|c| weight * c);
+                [0.0, u, v, n]
             }
         }
     }
 
     /// The surface part of that.
     pub(crate) fn boundary_surface(&self, at: &Vertex) -> Four {
-        let (r, inverse) = self.ray(at);
+        let (_, inverse) = self.ray(at);
         let weight = at.s * inverse * inverse;
         let [gu, gv] = self.emission_gradient(at);
         let h = self.height;
-        [weight * h * self.emission(at), weight * h * gu, weight * h * gv, weight * (gu * r.x + gv * r.y)]
+        [weight * h * self.emission(at), weight * h * gu, weight * h * gv, weight * (gu * at.p + gv * at.q)]
     }
 
     /// `r x dy/dt`, the same all along the edge.
@@ -101,7 +103,7 @@ mod tests {
         let form = integrate(pieces, &|piece, at| change(&integrand, piece, at, integrand.contour(piece, at)));
         let gradient = |[_, u, v, n]: Four| FrameVector::new(u, v, n);
         let off = gradient(form) - gradient(right);
-        [(form[0] / right[0] - 1.0).abs(), off.norm() / gradient(right).norm()]
+        [(form[0] / right[0] - 1.0).abs(), off.length() / gradient(right).length()]
     }
 
     fn constant() -> Emission {
@@ -133,8 +135,8 @@ mod tests {
         let Piece::Edge(edge) = piece else { return f };
         let (_, inverse) = integrand.ray(at);
         let weight = 0.5 * integrand.emission(at) * inverse;
-        let moment = integrand.moment(edge);
-        let turned = integrand.normal.cross(&in_plane(edge.along));
+        let moment = integrand.moment(edge).to_array();
+        let turned = integrand.normal.cross(in_plane(edge.along)).to_array();
         let kept = if first { 1.0 } else { 0.0 };
         let component = |i: usize| -weight * (kept * turned[i] + 2.0 * at.s * inverse * moment[i]);
         [f[0], component(0), component(1), component(2)]

@@ -66,6 +66,7 @@ impl<'a> Integrand<'a> {
         let weight = self.emission(at) * inverse * inverse;
         let pull = 4.0 * at.s * h * inverse;
         let gradient = pull * r - h * self.normal + FrameVector::new(0.0, 0.0, at.s);
-        [weight * (at.s * h), weight * gradient.x, weight * gradient.y, weight * gradient.z]
+        let [u, v, n] = gradient.to_array().map(|component| weight * component);
+        [weight * (at.s * h), u, v, n]
     }
 }

@@ -82,14 +82,14 @@ pub(crate) struct Corners {
 impl Corners {
     pub(crate) fn new(triangle: &Triangle, height: f64) -> Self {
         let rays = triangle.corners.map(|corner| FrameVector::new(corner.p, corner.q, -height));
-        let distances = rays.map(|ray| ray.norm());
-        let directions = rays.map(|ray| ray.normalize());
+        let distances = rays.map(|ray| ray.length());
+        let directions = rays.map(|ray| ray.direction());
         let volume = 2.0 * triangle.area * height / (distances[0] * distances[1] * distances[2]);
         Self { directions, distances, volume }
     }
 
     fn cosine(&self, i: usize, j: usize) -> f64 {
-        self.directions[i].dot(&self.directions[j])
+        self.directions[i].dot(self.directions[j])
     }
 
     pub(crate) fn solid_angle(&self) -> f64 {
@@ -104,11 +104,11 @@ impl Corners {
         let from_first = self.volume * cos - (self.cosine(0, 2) + self.cosine(1, 2)) * sin;
         let from_last = (1.0 + self.cosine(0, 1)) * sin;
         let axis = from_first * v0 + from_last * v2;
-        let squared = axis.norm_squared();
+        let squared = axis.length_squared();
         // At u = 0 the mirrored direction is corner 0 itself.
-        let mirror = if squared > 0.0 { 2.0 * v0.dot(&axis) / squared } else { return [1.0, 0.0, 0.0] };
+        let mirror = if squared > 0.0 { 2.0 * v0.dot(axis) / squared } else { return [1.0, 0.0, 0.0] };
         let (first, last) = (mirror * from_first - 1.0, mirror * from_last);
-        let chord = (v1 - (first * v0 + last * v2)).norm_squared();
+        let chord = (v1 - (first * v0 + last * v2)).length_squared();
         // Cosines from corner 1, by the chord: 1 - cos keeps its digits.
         let cos_side = 1.0 - 0.5 * chord;
         let cos_point = 1.0 - 0.5 * v * chord;
@@ -174,7 +174,7 @@ mod tests {
         let cosine = |v: f64| {
             let l = seen.barycentric([0.4, v]);
             let ray = [0, 1].map(|i| l[0] * corners[0][i] + l[1] * corners[1][i] + l[2] * corners[2][i]);
-            FrameVector::new(ray[0], ray[1], -0.7).normalize().dot(&seen.directions[1])
+            FrameVector::new(ray[0], ray[1], -0.7).direction().dot(seen.directions[1])
         };
         for v in [0.0, 0.1, 0.5, 0.8] {
             assert!((cosine(v) - (1.0 - v * (1.0 - cosine(1.0)))).abs() < 1e-14);

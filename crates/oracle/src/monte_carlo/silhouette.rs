@@ -148,9 +148,9 @@ impl GeneratingEdge {
     fn of_emitter(region: &Region, moment: FrameVector, edge: &Edge) -> Self {
         let [a, b] = edge.ends.map(|end| FrameVector::new(end.p, end.q, -region.height));
         let along = FrameVector::new(edge.along[0], edge.along[1], 0.0);
-        let arc = Arc::new([a.norm(), b.norm()], a.dot(&b), along.norm(), moment.norm());
+        let arc = Arc::new([a.length(), b.length()], a.dot(b), along.length(), moment.length());
         let [moment, space_along] = [moment, along].map(|v| region.to_space(v));
-        Self { arc, length: along.norm(), moment, along: space_along, of: Owner::Emitter(*edge) }
+        Self { arc, length: along.length(), moment, along: space_along, of: Owner::Emitter(*edge) }
     }
 
     fn of_occluder(index: usize, ends: [DVec3; 2]) -> Self {
