@@ -28,8 +28,8 @@ pub(crate) struct Request {
     /// Make no reflectance larger than this, in any channel: no bound exists where faces reflect all light, as white ones in glTF do.
     #[arg(long, value_name = "SHARE", value_parser = reflectance)]
     max_reflectance: Option<f64>,
-    /// Estimate of the mean error over the mean radiosity that is reflected, at most: a percentage or a fraction.
-    #[arg(long, default_value = "0.5%", value_parser = fraction)]
+    /// Estimate of the error of the mean radiosity over the mean that is reflected, at most: a percentage or a fraction.
+    #[arg(long, default_value = "0.1%", value_parser = fraction)]
     error: f64,
     /// Go by the proven bound on the mean error instead: over the same, at most this, a percentage or a fraction.
     #[arg(long, value_name = "BOUND", value_parser = fraction, conflicts_with = "error")]
