@@ -11,6 +11,7 @@ use std::path::PathBuf;
 use radgrad_core::{DVec3, Polygon};
 use radgrad_scene::{Beam, Occluders};
 
+use crate::files;
 use crate::plot::{Anchor, FAINT, INK, Picture, Point, Rgb, Stroke, Type};
 
 /// Count the cost of a form factor in scenes of a hundred to ten thousand triangles: a table and a diagram
@@ -52,14 +53,15 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
         }
     }
     fs::create_dir_all(&arguments.out)?;
-    let mut table = csv::Writer::from_path(arguments.out.join("beams.csv"))?;
-    table.write_record(["scene", "triangles", "in_beam", "boxes_compared", "polygons_compared"])?;
-    for row in &rows {
-        let counts = [row.triangles, row.in_beam, row.boxes, row.polygons].map(|count| count.to_string());
-        table.write_record([row.growth.name().to_owned()].into_iter().chain(counts))?;
-    }
-    table.flush()?;
-    fs::write(arguments.out.join("beams.svg"), diagram(&rows).svg())?;
+    files::table(&arguments.out.join("beams.csv"), |table| {
+        table.write_record(["scene", "triangles", "in_beam", "boxes_compared", "polygons_compared"])?;
+        for row in &rows {
+            let counts = [row.triangles, row.in_beam, row.boxes, row.polygons].map(|count| count.to_string());
+            table.write_record([row.growth.name().to_owned()].into_iter().chain(counts))?;
+        }
+        Ok(())
+    })?;
+    files::write(&arguments.out.join("beams.svg"), diagram(&rows).svg())?;
     println!("{}", arguments.out.join("beams.svg").display());
     Ok(())
 }

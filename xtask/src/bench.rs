@@ -27,6 +27,8 @@ use point::Point;
 use regime::{Kind, Regime};
 use truth::Truths;
 
+use crate::files;
+
 /// Time every method against its error: diagrams and a table for each regime
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
@@ -62,10 +64,10 @@ pub(crate) fn run(arguments: &Arguments) -> Result<bool, Box<dyn Error>> {
             points.extend(measured(regime, kind)?);
         }
         let path = |extension: &str| arguments.out.join(format!("{}.{extension}", regime.name()));
-        fs::write(path("csv"), point::table(regime, &points))?;
+        files::write(&path("csv"), point::table(regime, &points))?;
         let diagram = diagram::of_regime(regime, &points);
-        fs::write(path("svg"), diagram::svg_of_regime(regime, &points))?;
-        fs::write(path("png"), diagram.png(SCALE)?)?;
+        files::write(&path("svg"), diagram::svg_of_regime(regime, &points))?;
+        files::write(&path("png"), diagram.png(SCALE)?)?;
         println!("{}, .png and .csv ({} points)", path("svg").display(), points.len());
         for better in point::better_than_the_closed_form(&points) {
             println!("  {better}");
@@ -76,7 +78,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<bool, Box<dyn Error>> {
     }
     if front.len() == FRONT.len() {
         let path = arguments.out.join("run-time-against-error.png");
-        fs::write(&path, diagram::of_front_page(&front).png(FRONT_SCALE)?)?;
+        files::write(&path, diagram::of_front_page(&front).png(FRONT_SCALE)?)?;
         println!("{}", path.display());
     }
     Ok(true)

@@ -4,7 +4,6 @@ mod search;
 mod summary;
 
 use std::error::Error;
-use std::fs;
 use std::path::Path;
 
 use indicatif::ProgressBar;
@@ -18,7 +17,9 @@ use radgrad_audit::gates::Gates;
 use radgrad_audit::regression::Regression;
 use radgrad_audit::run::{Part, Run};
 use radgrad_audit::shard;
+use radgrad_scene::output::write_whole;
 
+use crate::files;
 use crate::verify::record::Record;
 use crate::verify::{self, Arguments};
 
@@ -56,7 +57,7 @@ pub(crate) fn run(arguments: &Arguments, gates: &Gates) -> Result<bool, Box<dyn 
     if run.part != Part::WHOLE {
         println!("{}", summary::of(&table, &run));
         let path = out.join(format!("bounds-{}-of-{}.json", run.part.index + 1, run.part.of));
-        fs::write(&path, Shard { run, table }.to_json()?)?;
+        files::write(&path, Shard { run, table }.to_json()?)?;
         println!("written to {}; the gates are held against the whole", path.display());
         return Ok(true);
     }
@@ -83,9 +84,9 @@ fn campaigned(run: Run) -> Shard {
 /// Prints and writes the tables, and holds them against the requirements.
 fn judged(run: &Run, table: &Table, gates: &Gates, out: &Path) -> Result<Held, Box<dyn Error>> {
     println!("{}", summary::of(table, run));
-    table.write_bounds(fs::File::create(out.join("bounds.csv"))?)?;
-    table.write_times(fs::File::create(out.join("bounds-times.csv"))?)?;
-    table.write_figures(fs::File::create(out.join("bounds-figures.csv"))?)?;
+    write_whole(&out.join("bounds.csv"), |file| table.write_bounds(file))?;
+    write_whole(&out.join("bounds-times.csv"), |file| table.write_times(file))?;
+    write_whole(&out.join("bounds-figures.csv"), |file| table.write_figures(file))?;
     let mut record = Record::new("bounds", run.seed, table.total(Mark::Case));
     for mark in NOTED {
         record.note(&mark.to_string(), table.total(mark));

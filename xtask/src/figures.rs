@@ -13,7 +13,9 @@ use std::fs;
 use std::path::PathBuf;
 
 use radgrad_core::{DVec3, Emission, Emitter, Polygon, Receiver};
+use radgrad_scene::output::Unwritten;
 
+use crate::files;
 use crate::plot::{Colours, Picture};
 use field::{Field, Window};
 use panel::Panel;
@@ -51,14 +53,17 @@ pub(crate) enum Error {
         /// The encoder's message.
         reason: String,
     },
-    /// A file cannot be written.
+    /// The folder cannot be made.
     #[error("{}: {source}", path.display())]
-    Write {
-        /// The file.
+    Folder {
+        /// The folder.
         path: PathBuf,
         /// Why not.
         source: std::io::Error,
     },
+    /// A file cannot be written.
+    #[error(transparent)]
+    Unwritten(#[from] Unwritten),
 }
 
 /// The four fields of one emission each.
@@ -83,16 +88,12 @@ impl Plates {
 
 /// Writes every figure and says where.
 pub(crate) fn run(arguments: &Arguments) -> Result<(), Error> {
-    let write_error = |path: &PathBuf| {
-        let path = path.clone();
-        move |source| Error::Write { path, source }
-    };
-    fs::create_dir_all(&arguments.out).map_err(write_error(&arguments.out))?;
+    fs::create_dir_all(&arguments.out).map_err(|source| Error::Folder { path: arguments.out.clone(), source })?;
     let (constant, linear) = (Plates::of(Emission::Constant(1.0))?, Plates::of(Emission::at_vertices(LINEAR.to_vec()))?);
     for (name, picture, scale) in pictures(&constant, &linear) {
         let path = arguments.out.join(&name);
         let bytes = picture.png(scale).map_err(|reason| Error::Encode { figure: name, reason })?;
-        fs::write(&path, &bytes).map_err(write_error(&path))?;
+        files::write(&path, &bytes)?;
         println!("{} ({} kB)", path.display(), bytes.len().div_ceil(1000));
     }
     Ok(())

@@ -11,7 +11,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-use crate::{in_workspace, summary};
+use crate::{files, in_workspace, summary};
 use limits::Limits;
 
 /// Count the instructions of the hot kernels under valgrind; fail beyond data/instructions.toml
@@ -44,7 +44,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<bool, Box<dyn Error>> {
     let counts = counted(&built()?, &arguments.out)?;
     let (file, compiler) = (in_workspace("data/instructions.toml"), compiler()?);
     if arguments.record {
-        fs::write(&file, Limits::above(&counts, &compiler).to_toml())?;
+        files::write(&file, Limits::above(&counts, &compiler).to_toml())?;
         println!("written to data/instructions.toml");
         return Ok(true);
     }

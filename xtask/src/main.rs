@@ -4,6 +4,7 @@ mod beams;
 mod bench;
 mod bounds;
 mod figures;
+mod files;
 mod instructions;
 mod mutants;
 mod plot;

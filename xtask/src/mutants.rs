@@ -22,7 +22,7 @@ use radgrad_audit::witness::Witness;
 use serde::{Deserialize, Serialize};
 
 use crate::summary::{fitted, with_header};
-use crate::{cargo, in_workspace, verify};
+use crate::{cargo, files, in_workspace, verify};
 
 /// Plant faults in shipped code, one at a time: each must be caught, or be harmless for a reason that is written down
 #[derive(Debug, clap::Args)]
@@ -352,19 +352,20 @@ impl Searched {
 }
 
 fn write(rows: &[Row], searched: &Searched, out: &Path) -> Result<(), Box<dyn Error>> {
-    let mut table = csv::Writer::from_path(out.join("planted.csv"))?;
-    table.write_record(["fault", "verdict", "by", "seconds"])?;
-    for row in rows {
-        table.write_record([&row.id, row.verdict.name(), &row.by, &row.seconds.to_string()])?;
-    }
-    table.flush()?;
+    files::table(&out.join("planted.csv"), |table| {
+        table.write_record(["fault", "verdict", "by", "seconds"])?;
+        for row in rows {
+            table.write_record([&row.id, row.verdict.name(), &row.by, &row.seconds.to_string()])?;
+        }
+        Ok(())
+    })?;
     let Searched { witnesses, records } = searched;
     if !witnesses.is_empty() {
         let lines = witnesses.iter().map(serde_json::to_string).collect::<Result<Vec<_>, _>>()?;
-        fs::write(out.join("witnesses.jsonl"), lines.join("\n") + "\n")?;
+        files::write(&out.join("witnesses.jsonl"), lines.join("\n") + "\n")?;
     }
     if !records.is_empty() {
-        fs::write(out.join("records.jsonl"), records.join("\n") + "\n")?;
+        files::write(&out.join("records.jsonl"), records.join("\n") + "\n")?;
     }
     Ok(())
 }

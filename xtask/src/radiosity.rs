@@ -18,6 +18,7 @@ use std::error::Error;
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use crate::files;
 use crate::plot::Picture;
 use graph::Graph;
 
@@ -73,19 +74,20 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
 }
 
 fn table(path: &Path, header: &[&str], records: impl Iterator<Item = Vec<String>>) -> Result<(), Box<dyn Error>> {
-    let mut writer = csv::Writer::from_path(path)?;
-    writer.write_record(header)?;
-    for record in records {
-        writer.write_record(record)?;
-    }
-    writer.flush()?;
+    files::table(path, |table| {
+        table.write_record(header)?;
+        for record in records {
+            table.write_record(record)?;
+        }
+        Ok(())
+    })?;
     println!("{}", path.display());
     Ok(())
 }
 
 fn picture(path: &Path, graph: &Graph) -> Result<(), Box<dyn Error>> {
     let picture: Picture = graph.draw();
-    fs::write(path, picture.svg())?;
+    files::write(path, picture.svg())?;
     println!("{}", path.display());
     Ok(())
 }

@@ -34,7 +34,7 @@ use std::path::{Path, PathBuf};
 
 use radgrad_audit::gates::Gates;
 
-use crate::in_workspace;
+use crate::{files, in_workspace};
 use audit::Audit;
 use page::Page;
 use pictures::Pictures;
@@ -63,10 +63,10 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
     let Report { html, data, copied } = Report::of(&arguments.from, &arguments.bench, Pictures::draw()?)?;
     for path in &copied {
         let to = out.join(path.file_name().unwrap_or_default());
-        fs::copy(path, &to).map_err(|error| format!("{} to {}: {error}", path.display(), to.display()))?;
+        files::write(&to, fs::read(path).map_err(|error| format!("{}: {error}", path.display()))?)?;
     }
     for (name, bytes) in data.iter().map(|(name, bytes)| (*name, bytes.as_slice())).chain([("index.html", html.as_bytes())]) {
-        fs::write(out.join(name), bytes).map_err(|error| format!("{}: {error}", out.join(name).display()))?;
+        files::write(&out.join(name), bytes)?;
     }
     println!("{} ({} kB), its data beside it", out.join("index.html").display(), html.len().div_ceil(1000));
     if html.contains("no-bench") {

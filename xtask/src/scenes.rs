@@ -16,7 +16,9 @@ use radgrad_audit::scenes::statement::Subject;
 use radgrad_audit::scenes::table::{Row, Table, Violation};
 use radgrad_audit::scenes::truth::EFFORT;
 use radgrad_oracle::scene::Effort;
+use radgrad_scene::output::write_whole;
 
+use crate::files;
 use crate::summary::{fitted, right_aligned, with_header};
 use crate::verify::record::Record;
 use crate::verify::{Arguments, ended, style};
@@ -58,8 +60,8 @@ fn hold(cases: u64, plant: bool, effort: &Effort, arguments: &Arguments, gates: 
         bar.inc(1);
     });
     bar.finish_and_clear();
-    table.write(fs::File::create(out.join("scenes.csv"))?)?;
-    table.write_statements(fs::File::create(out.join("scene-statements.csv"))?)?;
+    write_whole(&out.join("scenes.csv"), |file| table.write(file))?;
+    write_whole(&out.join("scene-statements.csv"), |file| table.write_statements(file))?;
     let (scenes, judged, wrong) = (table.scenes(), table.judged(), table.wrong());
     println!("{scenes} scenes, seed {}: {judged} bounds judged, {wrong} broken or failed\n{}", arguments.seed, printed(&table));
     let mut record = Record::new("scenes", arguments.seed, scenes);
@@ -160,17 +162,17 @@ fn write(model: &Model, name: &str, out: &Path) -> Result<PathBuf, Box<dyn Error
     let folder = out.join("scenes");
     fs::create_dir_all(&folder)?;
     let [obj, mtl] = model.to_obj(&format!("{name}.mtl"));
-    fs::write(folder.join(format!("{name}.mtl")), mtl)?;
-    fs::write(folder.join(format!("{name}.points.jsonl")), model.to_points())?;
+    files::write(&folder.join(format!("{name}.mtl")), mtl)?;
+    files::write(&folder.join(format!("{name}.points.jsonl")), model.to_points())?;
     let file = folder.join(format!("{name}.obj"));
-    fs::write(&file, obj)?;
+    files::write(&file, obj)?;
     Ok(file)
 }
 
 fn plant_faults(seed: u64, out: &Path, may_miss: u64, record: &mut Record) -> Result<(), Box<dyn Error>> {
     let found = find(&Fault::ALL, seed, LOOKED_AT, &EFFORT);
     let mut printed = with_header(&["fault planted in a scene", "asked", "scenes tried", "caught by"]);
-    let mut table = csv::Writer::from_path(out.join("scene-faults.csv"))?;
+    let mut table = csv::Writer::from_writer(Vec::new());
     table.write_record(["fault", "subject", "scenes", "caught_by"])?;
     for Found { fault, scenes, by } in &found {
         let by = by.map_or_else(String::new, |name| name.to_string());
@@ -178,7 +180,7 @@ fn plant_faults(seed: u64, out: &Path, may_miss: u64, record: &mut Record) -> Re
         table.write_record(&cells)?;
         printed.add_row(cells);
     }
-    table.flush()?;
+    files::write(&out.join("scene-faults.csv"), table.into_inner()?)?;
     println!("{}", fitted(right_aligned(printed)));
     let missed: Vec<&Found> = found.iter().filter(|found| found.by.is_none()).collect();
     record.note("faults_planted", found.len());

@@ -26,12 +26,12 @@ use radgrad_audit::shard::Shard;
 use radgrad_audit::stability::{Plane, Stability};
 use radgrad_audit::table::Table;
 use radgrad_audit::witness;
-
+use radgrad_scene::output::write_whole;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 use crate::scenes::AnyFamily;
-use crate::{bounds, in_workspace, summary};
+use crate::{bounds, files, in_workspace, summary};
 use record::Record;
 
 /// Measure random cases of every family against arbitrary-precision truth; fail if an error is beyond its gate
@@ -141,7 +141,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<bool, Box<dyn Error>> {
     println!("{} cases, seed {}\n{}", table.cases(), run.seed, summary::families(&table, &gates));
     if run.part != Part::WHOLE {
         let path = arguments.out.join(format!("shard-{}-of-{}.json", run.part.index + 1, run.part.of));
-        fs::write(&path, Shard { run, table }.to_json()?)?;
+        files::write(&path, Shard { run, table }.to_json()?)?;
         println!("written to {}; the gates are held against the whole", path.display());
         return Ok(true);
     }
@@ -182,7 +182,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<bool, Box<dyn Error>> {
 /// Many digits against the oracle, and the paper's equations against each other; how many cases of how many digits.
 fn judge_digits(run: &Run, arguments: &Arguments, record: &mut Record) -> Result<Vec<(u32, u64)>, Box<dyn Error>> {
     let mut held = Vec::new();
-    let mut table = csv::Writer::from_path(arguments.out.join("digits.csv"))?;
+    let mut table = csv::Writer::from_writer(Vec::new());
     table.write_record(["digits", "family", "cases"])?;
     for (digits, cases) in precision::LEVELS {
         let level = precision::level(digits, cases[usize::from(arguments.quick)], run.seed);
@@ -205,7 +205,7 @@ fn judge_digits(run: &Run, arguments: &Arguments, record: &mut Record) -> Result
         }
         held.push((digits, level.count()));
     }
-    table.flush()?;
+    files::write(&arguments.out.join("digits.csv"), table.into_inner()?)?;
     let (rows, contradictions) = forms(run.seed, FORMS[usize::from(arguments.quick)]);
     for row in &rows {
         let converged: Vec<String> =
@@ -279,17 +279,17 @@ where
 }
 
 fn write_tables(table: &Table, out: &Path) -> Result<(), Box<dyn Error>> {
-    table.write_errors(fs::File::create(out.join("errors.csv"))?)?;
-    table.write_outcomes(fs::File::create(out.join("outcomes.csv"))?)?;
-    table.write_figures(fs::File::create(out.join("figures.csv"))?)?;
-    table.write_histogram(fs::File::create(out.join("histogram.csv"))?)?;
+    write_whole(&out.join("errors.csv"), |file| table.write_errors(file))?;
+    write_whole(&out.join("outcomes.csv"), |file| table.write_outcomes(file))?;
+    write_whole(&out.join("figures.csv"), |file| table.write_figures(file))?;
+    write_whole(&out.join("histogram.csv"), |file| table.write_histogram(file))?;
     Ok(())
 }
 
 fn judge_mutants(seed: u64, gates: &Gates, out: &Path, record: &mut Record) -> Result<usize, Box<dyn Error>> {
     let (rows, lost) = mutants(seed, SUBSAMPLE, gates.appendix_a());
     println!("slips planted in the second implementation\n{}", summary::mutants(&rows, gates.appendix_a()));
-    mutants::write(&rows, gates.appendix_a(), fs::File::create(out.join("mutants.csv"))?)?;
+    write_whole(&out.join("mutants.csv"), |file| mutants::write(&rows, gates.appendix_a(), file))?;
     for row in rows.iter().filter(|row| !row.passes(gates.appendix_a())) {
         record.violated(format_args!("mutants: {} is not caught, or the control is", row.name()), "cargo xtask verify");
     }
@@ -325,11 +325,12 @@ fn judge_oracles(run: &Run, gates: &Gates, record: &mut Record) -> Agreement {
 fn compare(run: &Run, arguments: &Arguments, record: &mut Record) -> Result<(), Box<dyn Error>> {
     let (quick, out) = (usize::from(arguments.quick), &arguments.out);
     let families = arguments.families();
-    Comparison::compute(run.seed, &families, COMPARED[quick]).write(fs::File::create(out.join("comparison.csv"))?)?;
+    let comparison = Comparison::compute(run.seed, &families, COMPARED[quick]);
+    write_whole(&out.join("comparison.csv"), |file| comparison.write(file))?;
     let bar = ProgressBar::new(2 * Plane::ALL.len() as u64);
     let stability = Stability::compute(PLANE[quick], || bar.inc(1));
     bar.finish_and_clear();
-    stability.write(fs::File::create(out.join("stability.csv"))?)?;
+    write_whole(&out.join("stability.csv"), |file| stability.write(file))?;
     let points: usize = stability.maps.iter().map(|map| map.points.len()).sum();
     println!(
         "{points} points of stability maps; the oracle agreed at {}, had no enclosure at {}: {} complaints",

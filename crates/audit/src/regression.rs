@@ -3,10 +3,11 @@
 //! The `id` is the name of the case it was shrunk from, so its family tells which gates hold for it.
 
 use std::fs;
-use std::io;
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use radgrad_scene::case::{Case, Id};
+use radgrad_scene::output::write_whole;
 
 use crate::bounds::campaign;
 use crate::bounds::check::{Effort, check};
@@ -125,7 +126,8 @@ impl Regression {
         let path = folder.join(format!("{}.json", self.name.to_string().replace(':', "-")));
         let write = || {
             fs::create_dir_all(folder)?;
-            fs::write(&path, format!("{}\n", serde_json::to_string(&self.case)?))
+            let line = serde_json::to_string(&self.case)?;
+            write_whole(&path, |out| writeln!(out, "{line}")).map_err(io::Error::other)
         };
         write().map_err(|source| Error::File { path: path.clone(), source })?;
         Ok(path)

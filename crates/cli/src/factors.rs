@@ -10,10 +10,10 @@ use std::ops::Range;
 use std::path::PathBuf;
 use std::time::Instant;
 
+use radgrad_scene::output::{self, Unwritten};
 use radgrad_scene::{Entry, Error, Factor, FactorMatrix, FactorSettings, FormFactors, Materials, Scene};
 use serde::Serialize;
 
-use crate::output::{self, Unwritten};
 use crate::resume::fingerprint;
 use crate::say::say;
 use crate::scene::{SceneFile, progress};

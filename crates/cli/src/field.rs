@@ -7,10 +7,10 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use radgrad_core::DEFAULT_TOLERANCE;
+use radgrad_scene::output::{self, Unwritten, extension, write_whole};
 use radgrad_scene::{Error, FieldCell, FormFactors, Materials, Quantity, Scene};
 
 use crate::lamps;
-use crate::output::{self, Unwritten, extension, write_whole};
 use crate::scene::{SceneFile, progress};
 
 /// The options of `radgrad field`.

@@ -4,10 +4,10 @@ use std::path::Path;
 
 use clap::Parser;
 use radgrad_scene::Scene;
+use radgrad_scene::output::write_whole;
 use radgrad_solver::Solution;
 
 use crate::export::Format;
-use crate::output::write_whole;
 use crate::summary::Summary;
 use crate::view::View;
 

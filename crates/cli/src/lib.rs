@@ -9,7 +9,6 @@ mod field;
 pub mod file;
 mod lamps;
 mod manual;
-mod output;
 mod points;
 mod resume;
 mod say;

@@ -6,8 +6,7 @@ use std::path::Path;
 use clap::Command;
 use clap_complete::{Shell, generate};
 use clap_mangen::Man;
-
-use crate::output::write_whole;
+use radgrad_scene::output::write_whole;
 
 /// Prints what completes arguments in a shell.
 pub(crate) fn completions(mut program: Command, shell: Shell) -> io::Result<()> {

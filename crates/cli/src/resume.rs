@@ -7,11 +7,10 @@
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
+use radgrad_scene::output::{Unwritten, write_whole};
 use radgrad_scene::{Quantity, Scene, Texture, read_file};
 use radgrad_solver::Solution;
 use serde::{Deserialize, Serialize};
-
-use crate::output::{Unwritten, write_whole};
 
 #[derive(Debug, Serialize, Deserialize)]
 struct Checkpoint {

@@ -7,12 +7,12 @@ use std::time::{Duration, Instant};
 use clap::{Args, ValueEnum};
 use indicatif::{ProgressBar, ProgressStyle};
 use radgrad_core::DVec3;
+use radgrad_scene::output::{self, Unwritten, write_whole};
 use radgrad_scene::{Materials, Scene};
 use radgrad_solver::{Linking, MAX_DEGREE, Marking, Options, Order, RelativeTo, Solution, solve_for};
 
 use crate::export::Format;
 use crate::lamps;
-use crate::output::{self, Unwritten, write_whole};
 use crate::points::Points;
 use crate::resume;
 use crate::say::say;

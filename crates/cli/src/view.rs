@@ -15,13 +15,13 @@ use std::path::{Path, PathBuf};
 use clap::{Args, ValueEnum};
 use indicatif::ProgressBar;
 use radgrad_core::{DVec3, Polygon};
+use radgrad_scene::output::{self, Unwritten, extension, write_whole};
 use radgrad_scene::{Scene, contains, largest, smallest};
 use radgrad_solver::{Ledger, Reconstruction, Solution};
 use rayon::prelude::*;
 
 use crate::export::{UNIT, shade, srgb};
 use crate::file::Picture;
-use crate::output::{self, Unwritten, extension, write_whole};
 use crate::say::say;
 use crate::scene::{SceneFile, progress};
 use camera::Camera;

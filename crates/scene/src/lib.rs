@@ -4,6 +4,7 @@
 //! - [`Scene`]: named surfaces with materials, read from OBJ and MTL ([`obj`]), glTF 2.0 ([`gltf`]), `View3D` files
 //!   ([`view3d`], which also writes matrices of form factors), and meshes without materials from STL ([`stl`]) and PLY ([`ply`]).
 //! - [`Occluders`]: an index of a scene's polygons that finds those that may hide a part of an emitter from a receiver.
+//! - [`output`]: files that are whole or not there.
 //!
 //! Everything read here passes through the types of `radgrad-core`, so a [`case::Problem`] or a [`Face`] that exists is valid.
 
@@ -15,6 +16,7 @@ pub mod gltf;
 mod host;
 pub mod obj;
 mod occluders;
+pub mod output;
 mod place;
 pub mod ply;
 mod projection;

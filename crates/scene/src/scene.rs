@@ -21,6 +21,7 @@ use std::sync::Arc;
 
 use radgrad_core::{DVec3, Polygon};
 
+use crate::output::extension;
 use crate::texture::{Chart, Quantity, Texture};
 use crate::words::printable;
 use crate::{Error, Place, Reading};
@@ -171,13 +172,12 @@ impl Scene {
     /// value. Nothing is half-loaded.
     pub fn read(file: impl AsRef<Path>, reading: impl Into<Reading>) -> Result<Self, Error> {
         let (file, reading) = (file.as_ref(), reading.into());
-        let extension = file.extension().map(|e| e.to_string_lossy().to_ascii_lowercase());
-        match extension.as_deref() {
-            Some("obj") => crate::obj::read(file, reading),
-            Some("gltf" | "glb") => crate::gltf::read(file, reading),
-            Some("vs3") => crate::view3d::read(file, reading),
-            Some("stl") => crate::stl::read(file, reading),
-            Some("ply") => crate::ply::read(file, reading),
+        match extension(file).as_str() {
+            "obj" => crate::obj::read(file, reading),
+            "gltf" | "glb" => crate::gltf::read(file, reading),
+            "vs3" => crate::view3d::read(file, reading),
+            "stl" => crate::stl::read(file, reading),
+            "ply" => crate::ply::read(file, reading),
             _ => Err(Error::Format { file: file.to_owned() }),
         }
     }

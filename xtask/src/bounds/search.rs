@@ -8,10 +8,10 @@ use indicatif::ProgressBar;
 use radgrad_audit::search::{Search, Worst};
 use radgrad_audit::witness::{self, Place};
 
-use crate::in_workspace;
 use crate::summary::{fitted, right_aligned, with_header};
 use crate::verify::record::Record;
 use crate::verify::{self, Arguments};
+use crate::{files, in_workspace};
 
 /// Rounds of the search, and of the quick one.
 const ROUNDS: [u64; 2] = [400, 40];
@@ -93,7 +93,7 @@ fn printed(search: &Search) -> String {
 
 /// `search.csv`, and `worst.jsonl` with the two worst cases of each place: what `data/worst/bounds.jsonl` is a copy of.
 fn write(search: &Search, reasons: &Reasons, out: &Path) -> Result<(), Box<dyn Error>> {
-    let mut table = csv::Writer::from_path(out.join("search.csv"))?;
+    let mut table = csv::Writer::from_writer(Vec::new());
     table.write_record(["rung", "emission", "sight", "quantity", "tried", "worst", "ask", "why_little"])?;
     let mut lines = String::new();
     for (place, Worst { tried, worst }) in &search.places {
@@ -109,7 +109,7 @@ fn write(search: &Search, reasons: &Reasons, out: &Path) -> Result<(), Box<dyn E
             lines.push('\n');
         }
     }
-    table.flush()?;
-    fs::write(out.join("worst.jsonl"), lines)?;
+    files::write(&out.join("search.csv"), table.into_inner()?)?;
+    files::write(&out.join("worst.jsonl"), lines)?;
     Ok(())
 }

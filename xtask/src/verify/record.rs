@@ -6,6 +6,8 @@ use std::path::Path;
 use std::process::Command;
 use std::time::{SystemTime, UNIX_EPOCH};
 
+use crate::files;
+
 /// The record of a run.
 pub(crate) struct Record {
     name: &'static str,
@@ -48,10 +50,10 @@ impl Record {
         for (file, header, rows) in
             [("run", ["field", "value"], &self.fields), ("violations", ["violation", "command"], &self.violations)]
         {
-            let mut writer = csv::Writer::from_path(out.join(format!("{}-{file}.csv", self.name)))?;
-            writer.write_record(header)?;
-            rows.iter().try_for_each(|row| writer.write_record(row))?;
-            writer.flush()?;
+            files::table(&out.join(format!("{}-{file}.csv", self.name)), |table| {
+                table.write_record(header)?;
+                Ok(rows.iter().try_for_each(|row| table.write_record(row))?)
+            })?;
         }
         Ok(passed)
     }

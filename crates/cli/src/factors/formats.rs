@@ -4,11 +4,11 @@ use std::ffi::OsString;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
+use radgrad_scene::output::{extension, write_whole};
 use radgrad_scene::view3d::{MatrixHeader, write_matrix};
 use radgrad_scene::{Entry, FactorMatrix, Quantity, Scene, SurfaceFactor, SurfaceMatrix};
 
 use super::Failure;
-use crate::output::{extension, write_whole};
 
 /// Which program reads it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -25,11 +25,17 @@ from ._scene import Factors, Gathered, Scene, Solution, _from_bytes, _gathered, 
 if TYPE_CHECKING:
     from distributed import Client
 
-#: Jobs for each thread of the cluster: so many that none waits long for the last one.
-JOBS_A_THREAD = 8
+#: Jobs for each thread of the cluster, and for each of few: so many that none waits long for the last one.
+JOBS_A_THREAD, JOBS_OF_FEW = 8, 32
+
+#: Jobs that the scheduler hands out in no time.
+FEW_JOBS = 512
 
 #: Points of a job of `gather` at most: each takes a millisecond or so.
 MOST_POINTS = 4096
+
+#: Jobs of `gather` in one message to the scheduler: 50 MB at most.
+JOBS_A_MESSAGE = 256
 
 #: What this process was sent, by its digest; and who may make it.
 _kept: "dict[str, Any]" = {}
@@ -62,6 +68,12 @@ def _threads(client: "Client") -> int:
     return count
 
 
+def _jobs(client: "Client") -> int:
+    """Into how many jobs work is cut."""
+    threads = _threads(client)
+    return max(JOBS_A_THREAD * threads, min(JOBS_OF_FEW * threads, FEW_JOBS))
+
+
 def _sent(client: "Client", scene: Scene) -> "tuple[str, Any]":
     """The digest of a scene, and its bytes as a task: made once, handed from worker to worker, and made again if its holder dies."""
     digest = scene.digest
@@ -76,9 +88,9 @@ def _scene(digest: str, sent: "tuple[bytes, list[str]]") -> Scene:
     return _keep(digest, lambda: _from_bytes(*sent))
 
 
-def _block(digest: str, sent: "tuple[bytes, list[str]]", settings: "dict[str, Any]", first: int, end: int) -> bytes:
+def _block(rows: "tuple[int, int]", digest: str, sent: "tuple[bytes, list[str]]", settings: "dict[str, Any]") -> bytes:
     """A job of `factors`."""
-    return _scene(digest, sent)._core.factor_block(settings, first, end).__reduce__()[1][0]
+    return _scene(digest, sent)._core.factor_block(settings, *rows).__reduce__()[1][0]
 
 
 def _blocks(rows: int, jobs: int) -> "list[tuple[int, int]]":
@@ -121,7 +133,7 @@ def factors(
     tolerance, relative, most_cells, estimate, most_points
         As of `Scene.factors`.
     jobs : int, optional
-        Into how many blocks the rows are cut: eight for each thread unless given.
+        Into how many blocks the rows are cut: eight for each thread, and more for few threads, unless given.
 
     Raises
     ------
@@ -129,24 +141,25 @@ def factors(
         As `Scene.factors` does, and if the cluster has no worker.
     """
     settings = _settings(tolerance, relative, most_cells, estimate, most_points)
-    cut = _blocks(scene._core.rows, jobs or JOBS_A_THREAD * _threads(client))
+    cut = _blocks(scene._core.rows, jobs or _jobs(client))
     digest, sent = _sent(client, scene)
-    futures = [client.submit(_block, digest, sent, settings, first, end, pure=False) for first, end in cut]
+    # Handed over together, jobs wait at the scheduler for whoever is free; one by one, they go to the holder of the scene.
+    futures = client.map(_block, cut, digest=digest, sent=sent, settings=settings, pure=False)
     blocks = [_radgrad.FactorBlock.from_bytes(block) for block in _results(client, futures)]
     return Factors(scene, scene._core.join(settings, blocks))
 
 
 def _job(
+    part: "tuple[Any, Any]",
     digests: "tuple[str, str]",
     sent: "tuple[bytes, list[str]]",
     again: "dict[str, Any]",
-    points: Any,
-    normals: Any,
     on_face: Optional[bool],
 ) -> "tuple[Any, ...]":
     """A job of `gather`."""
     scene = _scene(digests[0], sent)
     solution: Solution = _keep("/".join(digests), lambda: _solved_again(scene, again, digests[1]))
+    points, normals = part
     return solution._core.gather(_whole(points), _whole(normals), on_face, [len(points)])
 
 
@@ -172,7 +185,7 @@ def gather(
     client : dask.distributed.Client
         The cluster.
     jobs : int, optional
-        Into how many blocks the points are cut: eight for each thread, and of at most 4096 points each, unless given.
+        Into how many blocks the points are cut: eight for each thread, more for few threads, and of at most 4096 points each, unless given.
 
     Raises
     ------
@@ -180,18 +193,17 @@ def gather(
         As `Solution.gather` does, and if the cluster has no worker.
     """
     shape, rows, directions = _pairs(points, normals)
-    jobs = jobs or max(JOBS_A_THREAD * _threads(client), -(-len(rows) // MOST_POINTS))
+    jobs = jobs or max(_jobs(client), -(-len(rows) // MOST_POINTS))
     cuts = np.unique(np.linspace(0, len(rows), min(jobs, max(len(rows), 1)) + 1).astype(int)).tolist()
     digest, sent = _sent(client, solution.scene)
-    digests, again = (digest, solution.digest), solution._again()
-    futures = [
-        client.submit(_job, digests, sent, again, rows[first:end], directions[first:end], _on_face(on), pure=False)
-        for first, end in zip(cuts[:-1], cuts[1:])
-    ]
-    parts = _results(client, futures)
+    parts = [(rows[first:end], directions[first:end]) for first, end in zip(cuts[:-1], cuts[1:])]
     if not parts:
         return solution.gather(points, normals, on)
-    return _gathered([np.concatenate(column) for column in zip(*parts)], shape, len(solution.scene.channels))
+    given = {"digests": (digest, solution.digest), "sent": sent, "again": solution._again(), "on_face": _on_face(on)}
+    # So many at once that a message stays small.
+    futures = client.map(_job, parts, **given, pure=False, batch_size=JOBS_A_MESSAGE)
+    found = _results(client, futures)
+    return _gathered([np.concatenate(column) for column in zip(*found)], shape, len(solution.scene.channels))
 
 
 def verify(
@@ -206,15 +218,15 @@ def verify(
     cases, seed, families
         As of `radgrad.verify`.
     jobs : int, optional
-        Into how many shards: eight for each thread unless given.
+        Into how many shards: eight for each thread, and more for few threads, unless given.
     """
     _checked(cases, seed)
-    of = min(jobs or JOBS_A_THREAD * _threads(client), max(1, cases // 40))
-    futures = [client.submit(_shard, cases, seed, list(families), index, of, pure=False) for index in range(of)]
+    of = min(jobs or _jobs(client), max(1, cases // 40))
+    futures = client.map(_shard, range(of), of=of, cases=cases, seed=seed, families=list(families), pure=False)
     return AuditReport(_radgrad.merge_shards(_results(client, futures)))
 
 
-def _shard(cases: int, seed: int, families: "list[str]", index: int, of: int) -> str:
+def _shard(index: int, of: int, cases: int, seed: int, families: "list[str]") -> str:
     """A job of `verify`."""
     _keep("threads", lambda: True)
     return _radgrad.audit_shard(cases, seed, families, index, of)

@@ -319,3 +319,33 @@ fn a_texture_that_cannot_be_used_is_noted_and_a_broken_one_is_refused() {
     let missing = textured(&text, "newmtl m\nmap_Kd greys of the wall.png\n").unwrap_err().to_string();
     assert_eq!(missing, "a.obj:7: expected the index of one of the 0 `vt` before this line, found `1/1`");
 }
+
+/// A comb of so many vertices, its teeth `warp` off the plane in turn.
+fn comb(count: usize, warp: f64) -> String {
+    let tooth = |index: usize| {
+        let x = 10.0 * (1.0 - index as f64 / (count - 2) as f64);
+        let y = if index.is_multiple_of(2) { 1.0 } else { 0.1 };
+        format!("v {x:?} {y:?} {:?}\n", warp * libm::sin(index as f64))
+    };
+    let face: Vec<String> = (1..=count).map(|index| index.to_string()).collect();
+    format!("v 0 0 0\nv 10 0 0\n{}f {}\n", (0..count - 2).map(tooth).collect::<String>(), face.join(" "))
+}
+
+#[test]
+fn combs_and_lines_of_thousands_of_vertices_take_no_time() {
+    // Tenths of a second; where time goes with the cube of the count, minutes.
+    let start = std::time::Instant::now();
+    assert_eq!(scene(&comb(4000, 0.0)).unwrap().faces().len(), 1);
+    for warp in [1e-6, 0.3] {
+        let warped = scene(&comb(4000, warp)).unwrap();
+        assert!(
+            warped.notes().iter().any(|note| note.to_string().ends_with("split into 3998 triangles")),
+            "{:?}",
+            warped.notes()
+        );
+    }
+    let line: String = (0..5000).map(|index| format!("v {index} {index} 0\n")).collect();
+    let face: Vec<String> = (1..=5000).map(|index| index.to_string()).collect();
+    assert!(message(&format!("{line}f {}\n", face.join(" "))).contains("all 5000 vertices are on one line"));
+    assert!(start.elapsed().as_secs() < 20, "{:?}", start.elapsed());
+}

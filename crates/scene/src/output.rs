@@ -2,8 +2,7 @@
 //!
 //! On Linux a file that is being written has no name in its folder until it is complete, so that a run that is killed leaves
 //! nothing behind; where the file system has no such files, it has a name of its own, `.NAME.` and random digits, that only a kill
-//! leaves
-//! there. Runs into one file do not meet: the file of the last one to end stays. A file that is replaced hands on its permissions,
+//! leaves there. Runs into one file do not meet: the file of the last one to end stays. A file that is replaced hands on its permissions,
 //! a link stays a link, a device is written through, and pipes and folders are refused.
 
 #[cfg(target_os = "linux")]
@@ -17,7 +16,7 @@ use std::path::{Path, PathBuf};
 /// A file could not be written.
 #[derive(Debug, thiserror::Error)]
 #[error("`{}` cannot be written: {reason}", file.display())]
-pub(crate) struct Unwritten {
+pub struct Unwritten {
     file: PathBuf,
     reason: String,
 }
@@ -31,7 +30,11 @@ enum Place {
 }
 
 /// Whether a file can be written: its folder takes one, and the file in its place may be replaced.
-pub(crate) fn check(file: &Path) -> Result<(), Unwritten> {
+///
+/// # Errors
+///
+/// [`Unwritten`] with the reason.
+pub fn check(file: &Path) -> Result<(), Unwritten> {
     let checked = match place_of(file) {
         Ok(Place::File(file, _)) => PendingFile::new(&file).map(PendingFile::leave),
         Ok(Place::Device) => open_device(file).map(drop),
@@ -41,7 +44,21 @@ pub(crate) fn check(file: &Path) -> Result<(), Unwritten> {
 }
 
 /// Writes a file by way of another one in the same folder. Whatever fails, the file is as it was before.
-pub(crate) fn write_whole<E: ToString>(
+///
+/// ```
+/// use std::io::Write;
+///
+/// let file = std::env::temp_dir().join(format!("radgrad-{}.csv", std::process::id()));
+/// radgrad_scene::output::write_whole(&file, |out| writeln!(out, "from,to,factor"))?;
+/// assert_eq!(std::fs::read_to_string(&file)?, "from,to,factor\n");
+/// # std::fs::remove_file(&file)?;
+/// # Ok::<_, Box<dyn std::error::Error>>(())
+/// ```
+///
+/// # Errors
+///
+/// [`Unwritten`] with the reason: what the system says, or the error of `content`.
+pub fn write_whole<E: ToString>(
     file: &Path,
     content: impl FnOnce(&mut BufWriter<File>) -> Result<(), E>,
 ) -> Result<(), Unwritten> {
@@ -187,7 +204,8 @@ fn named<T>(file: &Path, make: impl Fn(&Path) -> io::Result<T>) -> io::Result<(T
 }
 
 /// The extension of a file's name, in lower case.
-pub(crate) fn extension(file: &Path) -> String {
+#[must_use]
+pub fn extension(file: &Path) -> String {
     file.extension().map_or_else(String::new, |e| e.to_string_lossy().to_ascii_lowercase())
 }
 
