@@ -95,3 +95,21 @@ fn cargo() -> OsString {
 fn in_workspace(path: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("..").join(path)
 }
+
+#[cfg(test)]
+mod tests {
+    use clap::CommandFactory;
+
+    use super::Task;
+
+    #[test]
+    fn every_task_says_what_it_does_and_takes() {
+        let mut tasks = Task::command();
+        tasks.build();
+        let mut said = tasks.render_long_help().to_string();
+        for task in tasks.get_subcommands_mut().filter(|task| task.get_name() != "help") {
+            said += &format!("\n$ cargo xtask {} --help\n{}", task.get_name(), task.clone().render_long_help());
+        }
+        insta::assert_snapshot!(said);
+    }
+}

@@ -16,6 +16,7 @@ use std::process::{Command, ExitCode, Stdio};
 use std::thread;
 use std::time::{Duration, Instant};
 
+use comfy_table::Table as Printed;
 use indicatif::ProgressBar;
 use radgrad_audit::witness::Witness;
 use serde::{Deserialize, Serialize};
@@ -197,7 +198,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<bool, Box<dyn Error>> {
     if arguments.summary {
         println!("{}", serde_json::to_string(&summary)?);
     } else {
-        print(&summary);
+        println!("{}\n{}", fitted(table(&summary)), counts(&summary));
     }
     for (is_better, line) in &other {
         eprintln!("{} {line}", if *is_better { "more is told than is listed:" } else { "VIOLATED" });
@@ -368,16 +369,20 @@ fn write(rows: &[Row], searched: &Searched, out: &Path) -> Result<(), Box<dyn Er
     Ok(())
 }
 
-fn print(summary: &Summary<'_>) {
+fn table(summary: &Summary<'_>) -> Printed {
     let mut printed = with_header(&["fault", "verdict", "seconds", "by"]);
     for row in summary.table {
         printed.add_row([&row.id, row.verdict.name(), &row.seconds.to_string(), &row.by.chars().take(100).collect::<String>()]);
     }
-    println!("{}", fitted(printed));
-    println!(
-        "{} faults planted in shipped code: {} caught, {} of them by the record of the bounds alone, {} unnoticed, {} harmless; {:.0} s",
-        summary.planted, summary.caught, summary.by_record, summary.unnoticed, summary.harmless, summary.seconds
-    );
+    printed
+}
+
+fn counts(summary: &Summary<'_>) -> String {
+    let Summary { planted, caught, by_record, unnoticed, harmless, seconds, .. } = summary;
+    format!(
+        "{planted} faults planted in shipped code: {caught} caught, {by_record} of them by the record of the bounds alone, {unnoticed} \
+         unnoticed, {harmless} harmless; {seconds:.0} s"
+    )
 }
 
 #[cfg(test)]
@@ -405,6 +410,20 @@ mod tests {
     /// As `radgrad_numbers::mutant` tells faults apart.
     fn key(id: &str) -> u64 {
         id.bytes().fold(0xcbf2_9ce4_8422_2325, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3))
+    }
+
+    #[test]
+    fn the_summary_has_the_recorded_form() {
+        let row = |id: &str, verdict, by: &str| Row { id: id.to_owned(), verdict, by: by.to_owned(), seconds: 0.25 };
+        let rows = [
+            row("a.sign", Verdict::Caught, "merge: three shards do not make the table of the whole"),
+            row("b.bound", Verdict::ByRecord, "witnesses"),
+            row("c.term", Verdict::Harmless, "A sum has it twice."),
+            row("d.index", Verdict::Unnoticed, "Nothing reads it."),
+        ];
+        let summary = Summary::of(&rows, 1.5);
+        let json = serde_json::to_string_pretty(&summary).unwrap();
+        insta::assert_snapshot!(format!("{json}\n{}\n{}", table(&summary), counts(&summary)));
     }
 
     #[test]

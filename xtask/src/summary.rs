@@ -12,6 +12,10 @@ use radgrad_audit::table::{FamilyTable, Table};
 /// A row a family: the worst errors, alone and over the stated bound, then their medians and 99 %, the worst over the condition,
 /// and outcomes. An exclamation mark stands at a figure beyond its gate.
 pub(crate) fn families(table: &Table, gates: &Gates) -> String {
+    fitted(of_families(table, gates))
+}
+
+fn of_families(table: &Table, gates: &Gates) -> Printed {
     let mut printed = with_header(&[
         "family",
         "cases",
@@ -30,7 +34,7 @@ pub(crate) fn families(table: &Table, gates: &Gates) -> String {
     for (family, figures) in table.families() {
         printed.add_row(family_row(*family, figures, gates));
     }
-    fitted(right_aligned(printed))
+    right_aligned(printed)
 }
 
 fn family_row(family: Family, table: &FamilyTable, gates: &Gates) -> Vec<String> {
@@ -62,6 +66,10 @@ fn family_row(family: Family, table: &FamilyTable, gates: &Gates) -> Vec<String>
 
 /// A row a slip: in how many cases it breaks the gate, and its worst errors.
 pub(crate) fn mutants(rows: &[Mutant], gate: f64) -> String {
+    fitted(of_mutants(rows, gate))
+}
+
+fn of_mutants(rows: &[Mutant], gate: f64) -> Printed {
     let mut printed = with_header(&["slip", "cases", "beyond the gate", "value worst", "gradient worst", "verdict"]);
     for row in rows {
         printed.add_row([
@@ -73,7 +81,7 @@ pub(crate) fn mutants(rows: &[Mutant], gate: f64) -> String {
             row.verdict(gate).to_owned(),
         ]);
     }
-    fitted(right_aligned(printed))
+    right_aligned(printed)
 }
 
 pub(crate) fn with_header(titles: &[&str]) -> Printed {
@@ -124,7 +132,19 @@ pub(crate) fn right_aligned(mut printed: Printed) -> Printed {
 
 #[cfg(test)]
 mod tests {
+    use radgrad_audit::run::Run;
+    use radgrad_core::paper::Misprint;
+
     use super::*;
+
+    #[test]
+    fn tables_for_people_have_the_recorded_form() {
+        let gates = Gates::from_toml(include_str!("../../data/gates.toml")).unwrap();
+        let table = Run::of_each(3, &[Family::Generic, Family::EqualVertices], 1).table(|_| ());
+        let row = |slip, beyond, value| Mutant { slip, cases: 10, beyond, value, gradient: 2e-12, worst: None };
+        let rows = [row(None, 0, 1e-12), row(Some(Misprint::ALL[0]), 7, 0.25), row(Some(Misprint::ALL[1]), 0, 1e-12)];
+        insta::assert_snapshot!(format!("{}\n{}", of_families(&table, &gates), of_mutants(&rows, gates.appendix_a())));
+    }
 
     #[test]
     fn a_table_is_no_wider_than_the_terminal_and_says_what_is_left_out() {

@@ -17,7 +17,7 @@ use std::collections::BTreeMap;
 
 use glam::DVec3;
 use radgrad_core::{Answer, Method};
-use radgrad_scene::case::{Case, Id};
+use radgrad_scene::case::{Case, Id, Problem};
 use serde::Deserialize;
 
 use crate::condition::Condition;
@@ -110,7 +110,12 @@ pub fn hold(case: &Case, line: &str) -> Held {
             other => Held::ended(other.kind(), format!("{other:?}")),
         };
     }
-    let truth = match Truth::of_problem(&problem) {
+    hold_to_truth(&problem, radiosity, &given)
+}
+
+/// Holds a radiosity, and what else is there of a gradient and bounds, to truth.
+fn hold_to_truth(problem: &Problem, radiosity: f64, given: &Given) -> Held {
+    let truth = match Truth::of_problem(problem) {
         Ok(truth) => truth,
         Err(error) => return Held::ended(Kind::Undetermined, error.to_string()),
     };
@@ -118,7 +123,7 @@ pub fn hold(case: &Case, line: &str) -> Held {
     let mut of = |quantity, over_condition, error: f64, size: f64, condition: fn(&Condition) -> f64| {
         figures.push((quantity, ratio(error, size)));
         let conditioned =
-            if error == 0.0 { Ok(0.0) } else { Condition::of_problem(&problem).map(|c| ratio(error, condition(&c))) };
+            if error == 0.0 { Ok(0.0) } else { Condition::of_problem(problem).map(|c| ratio(error, condition(&c))) };
         conditioned.map(|figure| figures.push((over_condition, figure)))
     };
     let value = of(

@@ -9,6 +9,7 @@ use radgrad_audit::bounds::check::check;
 use radgrad_audit::bounds::mark::Mark;
 use radgrad_audit::family::Family;
 use radgrad_audit::gates::{Gates, Violation};
+use radgrad_audit::measure::Quantity;
 use radgrad_audit::regression::Regression;
 use radgrad_audit::run::Run;
 use radgrad_audit::witness::{self, Place};
@@ -62,6 +63,31 @@ fn a_small_run_is_within_the_gates() {
 }
 
 #[test]
+fn no_gate_is_above_ten_times_the_recorded_worst() {
+    let gates = gates();
+    let mut reader = csv::Reader::from_path(data("tables/errors.csv")).expect("data/tables/errors.csv");
+    let rows: Vec<[String; 7]> = reader.deserialize().map(|row| row.expect("seven columns")).collect();
+    let mut held = 0;
+    for [family, quantity, count, _, _, worst, case] in &rows {
+        // What is over a bound has 1 for its gate; and of few cases the worst says little.
+        if quantity.ends_with("-over-bound") || count.parse::<u64>().expect("a count") < 20 {
+            continue;
+        }
+        let family = family.parse().expect("a family");
+        let quantity = Quantity::ALL.into_iter().find(|known| known.name() == quantity).expect("a quantity");
+        let decade: f64 = worst.trim_start_matches('<').parse().expect("a decade");
+        let gate = gates.gate(family, quantity).expect("a gate");
+        assert!(
+            gate <= 10.0 * decade * (1.0 + 1e-9),
+            "{family}: {}: {gate:e}, and {worst} is recorded ({case})",
+            quantity.name()
+        );
+        held += 1;
+    }
+    assert!(held > 150, "{held}");
+}
+
+#[test]
 fn no_recorded_case_breaks_its_bound_and_no_bound_is_smaller_than_recorded() {
     let witnesses = witness::all(&data("worst")).expect("data/worst");
     assert!(witnesses.len() > 100);
@@ -89,5 +115,26 @@ fn the_table_of_the_search_is_that_of_the_recorded_cases() {
         let stated: f64 = ratio.parse().expect("a number");
         assert!((found - stated).abs() < 6e-4 || found > stated, "{name}: {found} and {stated}");
         assert!(stated >= 0.05 || why.len() > 20, "{name}: {stated} of the bound without a reason");
+    }
+}
+
+#[test]
+fn the_guide_has_the_table_of_the_search() {
+    let mut reader = csv::Reader::from_path(data("tables/search.csv")).expect("data/tables/search.csv");
+    let rows: Vec<[String; 8]> = reader.deserialize().map(|row| row.expect("eight columns")).collect();
+    let mut whose: Vec<[&str; 2]> = rows.iter().map(|row| [row[0].as_str(), row[1].as_str()]).collect();
+    whose.dedup();
+    let guide = fs::read_to_string(data("../docs/guide/trust.md")).expect("docs/guide/trust.md");
+    for [rung, emission] in whose {
+        let at = |sight: &str, quantity: &str| {
+            let is_it = |row: &&[String; 8]| row[..4] == [rung, emission, sight, quantity].map(str::to_owned);
+            rows.iter().find(is_it).map(|row| row[5].as_str())
+        };
+        let cell = |sight: &str| match [at(sight, "value"), at(sight, "gradient")] {
+            [Some(value), Some(gradient)] => format!("{value}, {gradient}"),
+            _ => String::new(),
+        };
+        let line = format!("| {rung} | {emission} | {} | {} | {} |", cell("whole"), cell("cut"), cell("screened"));
+        assert!(guide.contains(&line), "the guide lacks: {line}");
     }
 }

@@ -100,8 +100,8 @@ fn vtu(solution: &Solution, scene: &Scene, output: &mut dyn Write) -> io::Result
     whole(output, "UInt8", "types", sizes.iter().map(|&size| if size == 4 { 9 } else { 5 }))?;
     writeln!(output, "</Cells>\n<PointData>")?;
     let names: Vec<&str> = channels.iter().map(String::as_str).collect();
-    let value = |cell: &Cell, channel: usize, at: [f64; 2]| solution.value_on(cell.leaf, channel, at);
-    array(output, "radiosity", &names, &points(&|cell, at| each.clone().map(|c| value(cell, c, at)).collect()))?;
+    let value = |cell: &Cell, at: [f64; 2]| each.clone().map(|c| solution.value_on(cell.leaf, c, at)).collect();
+    array(output, "radiosity", &names, &points(&value))?;
     let gradient = |cell: &Cell, at: [f64; 2]| {
         let of_channel = |c: usize| (solution.gradient_on(cell.leaf, c, at) * placement.power()).to_array();
         each.clone().flat_map(of_channel).collect()
@@ -117,18 +117,7 @@ fn vtu(solution: &Solution, scene: &Scene, output: &mut dyn Write) -> io::Result
         false => Vec::new(),
     };
     if solution.is_proven() {
-        let estimates: Vec<Vec<Ledger>> = cells.iter().map(|cell| solution.estimate_on(cell.leaf)).collect();
-        let spread = |of: &dyn Fn(usize, usize, f64) -> f64| -> Vec<Vec<f64>> {
-            let of_cell = |(index, cell): (usize, &Cell)| {
-                let of_point = |&at: &[f64; 2]| each.clone().map(|c| of(index, c, value(cell, c, at))).collect::<Vec<f64>>();
-                cell.corners.iter().map(of_point).collect::<Vec<_>>()
-            };
-            cells.iter().enumerate().flat_map(of_cell).collect()
-        };
-        let lower = spread(&|cell, c, value| largest(value - bounds[cell][c].total(), 0.0));
-        array(output, "lower", &names, &lower)?;
-        array(output, "upper", &names, &spread(&|cell, c, value| value + bounds[cell][c].total()))?;
-        array(output, "estimate", &names, &spread(&|cell, c, _| estimates[cell][c].total()))?;
+        bounds_at_vertices(solution, &cells, &bounds, &names, output)?;
     }
     writeln!(output, "</PointData>\n<CellData>")?;
     whole(output, "Int64", "face", cells.iter().map(|cell| elements[cell.leaf].face()))?;
@@ -138,6 +127,29 @@ fn vtu(solution: &Solution, scene: &Scene, output: &mut dyn Write) -> io::Result
         array(output, source, &names, &bounds.iter().map(of_cell).collect::<Vec<Vec<f64>>>())?;
     }
     writeln!(output, "</CellData>\n</Piece></UnstructuredGrid></VTKFile>")
+}
+
+/// The least and the most that radiosity can be at each vertex, and the estimate of its error.
+fn bounds_at_vertices(
+    solution: &Solution,
+    cells: &[Cell],
+    bounds: &[Vec<Ledger>],
+    names: &[&str],
+    output: &mut dyn Write,
+) -> io::Result<()> {
+    let estimates: Vec<Vec<Ledger>> = cells.iter().map(|cell| solution.estimate_on(cell.leaf)).collect();
+    let spread = |of: &dyn Fn(usize, usize, f64) -> f64| -> Vec<Vec<f64>> {
+        let of_cell = |(index, cell): (usize, &Cell)| {
+            let at_vertex = |channel, at| of(index, channel, solution.value_on(cell.leaf, channel, at));
+            let of_vertex = |&at: &[f64; 2]| (0..names.len()).map(|channel| at_vertex(channel, at)).collect::<Vec<f64>>();
+            cell.corners.iter().map(of_vertex).collect::<Vec<_>>()
+        };
+        cells.iter().enumerate().flat_map(of_cell).collect()
+    };
+    let lower = spread(&|cell, channel, value| largest(value - bounds[cell][channel].total(), 0.0));
+    array(output, "lower", names, &lower)?;
+    array(output, "upper", names, &spread(&|cell, channel, value| value + bounds[cell][channel].total()))?;
+    array(output, "estimate", names, &spread(&|cell, channel, _| estimates[cell][channel].total()))
 }
 
 /// An array of tuples with a name for each component.

@@ -110,21 +110,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result<bool, Failure> {
     {
         return Err(Failure::Block((*file).to_owned()));
     }
-    let estimate = arguments.estimate.unwrap_or(3e-3 * arguments.tolerance);
-    for (option, value) in [("tolerance", arguments.tolerance), ("relative", arguments.relative), ("estimate", estimate)] {
-        if !(0.0..=1.0).contains(&value) {
-            return Err(Failure::Share { option, value });
-        }
-    }
+    let settings = settings(arguments)?;
     out.iter().try_for_each(|(file, _)| output::check(file))?;
     let scene = arguments.scene.read(Materials::Optional)?;
-    let settings = FactorSettings {
-        tolerance: arguments.tolerance,
-        relative: arguments.relative,
-        most_cells: arguments.cells,
-        estimate,
-        ..FactorSettings::default()
-    };
     let factors = FormFactors::new(&scene)?;
     factors.warnings().for_each(say);
     if let (Some(from), Some(to)) = (&arguments.from, &arguments.to) {
@@ -164,6 +152,18 @@ pub(crate) fn run(arguments: &Arguments) -> Result<bool, Failure> {
     let is_met = unmet.is_empty();
     list(&scene, unmet);
     Ok(is_met)
+}
+
+/// The settings that are asked for, each a share from 0 to 1.
+fn settings(arguments: &Arguments) -> Result<FactorSettings, Failure> {
+    let Arguments { tolerance, relative, cells, .. } = *arguments;
+    let estimate = arguments.estimate.unwrap_or(3e-3 * tolerance);
+    for (option, value) in [("tolerance", tolerance), ("relative", relative), ("estimate", estimate)] {
+        if !(0.0..=1.0).contains(&value) {
+            return Err(Failure::Share { option, value });
+        }
+    }
+    Ok(FactorSettings { tolerance, relative, most_cells: cells, estimate, ..FactorSettings::default() })
 }
 
 /// Prints a summary as one JSON object, or as text.

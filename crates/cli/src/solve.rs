@@ -28,8 +28,8 @@ pub(crate) struct Request {
     /// Make no reflectance larger than this, in any channel: no bound exists where faces reflect all light, as white ones in glTF do.
     #[arg(long, value_name = "SHARE", value_parser = reflectance)]
     max_reflectance: Option<f64>,
-    /// Estimate of the mean error over the mean radiosity that is reflected, at most: a percentage or a fraction.
-    #[arg(long, default_value = "0.5%", value_parser = fraction)]
+    /// Estimate of the error of the mean radiosity over the mean that is reflected, at most: a percentage or a fraction.
+    #[arg(long, default_value = "0.1%", value_parser = fraction)]
     error: f64,
     /// Go by the proven bound on the mean error instead: over the same, at most this, a percentage or a fraction.
     #[arg(long, value_name = "BOUND", value_parser = fraction, conflicts_with = "error")]
@@ -230,33 +230,15 @@ pub(crate) fn run(request: &Request, mut output: impl Write) -> Result<bool, Fai
     }
     lamps::report(&scene);
 
-    let mut served = Vec::new();
-    if request.serve == Serve::Points {
-        served.extend(points.iter().flat_map(Points::places));
-        served.extend(request.view.places(&scene));
-        if served.is_empty() {
-            return Err(Failure::Nothing);
-        }
-    }
+    let served = served(request, &scene, points.as_ref())?;
     let solution = solved(request, &scene, &served, start, out).map_err(|failure| named(failure, &scene))?;
     let seconds = start.elapsed().as_secs_f64();
     solution.warnings().iter().for_each(say);
     request.view.write(&solution)?;
-    let mut refused = 0;
-    if let Some(points) = points {
-        refused = match &request.answers {
-            Some(file) => {
-                let mut answers = Vec::new();
-                let refused = points.answer_all(&solution, &mut answers)?;
-                write_whole(file, |output| output.write_all(&answers))?;
-                refused
-            }
-            None => points.answer_all(&solution, BufWriter::new(&mut output))?,
-        };
-        if refused > 0 {
-            say(format_args!("{refused} points refused: see their `error`"));
-        }
-    }
+    let refused = match points {
+        Some(points) => answer(request, &points, &solution, &mut output)?,
+        None => 0,
+    };
     let summary = Summary::of(&solution, request.error, request.bound, seconds);
     if request.summary {
         serde_json::to_writer(&mut output, &summary).map_err(io::Error::from)?;
@@ -264,6 +246,38 @@ pub(crate) fn run(request: &Request, mut output: impl Write) -> Result<bool, Fai
     } else if request.out.is_none() && request.points.is_none() && request.view.file().is_none() {
         write!(output, "{summary}")?;
     }
+    Ok(reached(request, &solution) && refused == 0)
+}
+
+/// The points that refinement serves; none where it serves the mean.
+fn served(request: &Request, scene: &Scene, points: Option<&Points>) -> Result<Vec<(DVec3, DVec3)>, Failure> {
+    if request.serve != Serve::Points {
+        return Ok(Vec::new());
+    }
+    let mut served: Vec<_> = points.into_iter().flat_map(Points::places).collect();
+    served.extend(request.view.places(scene));
+    if served.is_empty() { Err(Failure::Nothing) } else { Ok(served) }
+}
+
+/// Answers the points, into their file or as lines. Returns how many were refused.
+fn answer(request: &Request, points: &Points, solution: &Solution, output: impl Write) -> Result<usize, Failure> {
+    let refused = match &request.answers {
+        Some(file) => {
+            let mut answers = Vec::new();
+            let refused = points.answer_all(solution, &mut answers)?;
+            write_whole(file, |output| output.write_all(&answers))?;
+            refused
+        }
+        None => points.answer_all(solution, BufWriter::new(output))?,
+    };
+    if refused > 0 {
+        say(format_args!("{refused} points refused: see their `error`"));
+    }
+    Ok(refused)
+}
+
+/// Whether the error or the bound asked for was reached; says so where it was not.
+fn reached(request: &Request, solution: &Solution) -> bool {
     let progress = solution.progress();
     let (what, found, asked) = match request.bound {
         Some(asked) => ("a bound", progress.bound, asked),
@@ -271,10 +285,10 @@ pub(crate) fn run(request: &Request, mut output: impl Write) -> Result<bool, Fai
     };
     let reached = found <= asked;
     if !reached {
-        let [reached, asked] = [found, asked].map(|share| 100.0 * share);
-        say(format_args!("stopped at {what} of {reached:.3} %, above the {asked:.3} % asked for"));
+        let [found, asked] = [found, asked].map(|share| 100.0 * share);
+        say(format_args!("stopped at {what} of {found:.3} %, above the {asked:.3} % asked for"));
     }
-    Ok(reached && refused == 0)
+    reached
 }
 
 /// The solution, with its progress on the standard error and a file of it after every round.

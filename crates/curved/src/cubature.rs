@@ -128,8 +128,12 @@ pub(crate) fn integrate(
             low[worst.along] += size[worst.along];
         }
     }
+    Ok(sum(count, cells))
+}
+
+/// The sums over all cells, in the order of the heap, which is always the same.
+fn sum(count: usize, cells: BinaryHeap<Cell>) -> Integrals {
     let mut all = Integrals { values: vec![0.0; count], errors: vec![0.0; count] };
-    // In the order of the heap, which is always the same.
     for cell in cells.into_sorted_vec() {
         for index in 0..count {
             all.values[index] += cell.values[index];
@@ -137,7 +141,7 @@ pub(crate) fn integrate(
             all.errors[index] += cell.errors[index] + 64.0 * f64::EPSILON * cell.values[index].abs();
         }
     }
-    Ok(all)
+    all
 }
 
 #[cfg(test)]

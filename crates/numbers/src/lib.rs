@@ -48,6 +48,8 @@ pub mod double_double;
 pub mod exact;
 pub mod lanes;
 pub mod logarithm;
+#[cfg(all(test, feature = "arbitrary-precision"))]
+mod near_ties;
 pub mod number;
 pub mod offset;
 pub mod power;

@@ -47,7 +47,7 @@ use crate::links::rays::cells_for;
 use crate::mesh::Mesh;
 use crate::mesh::clusters::FEWEST as MANY;
 use crate::mesh::surfaces::Surfaces;
-use crate::solve::options::{Options, Progress};
+use crate::solve::options::{Marking, Options, Progress};
 use crate::solve::served::Served;
 use crate::solve::solution::Solution;
 
@@ -58,7 +58,10 @@ const DEGREE_OF_MANY: usize = 1;
 /// The part of the error asked for that links may neglect.
 const LINK_PART: f64 = 0.1;
 
-/// The part of the bound asked for that the estimate reaches before more than a rough proof is made: that costs more than a solution.
+/// The part of the mean magnitude of errors before at which a round aims at least.
+const STEP: f64 = 0.3;
+
+/// The part of the bound asked for that the mean magnitude of errors reaches, by its estimate, before more than a rough proof is made: that costs more than a solution.
 const ESTIMATED_PART: f64 = 0.02;
 
 /// The same before a rough proof is made.
@@ -197,6 +200,30 @@ pub(crate) fn solve_on(
         let leaves: Vec<usize> = mesh.leaves().collect();
         leaves.into_iter().try_for_each(|leaf| mesh.divide(leaf))?;
     }
+    let mut solution = dark(ready, options, (mesh, served), clock)?;
+    let (mut before, mut expected) = (Duration::ZERO, Duration::ZERO);
+    loop {
+        let began = clock.elapsed();
+        let refined = solution.round(options, expected)?;
+        solution.check(scene)?;
+        let go_on = watch(&solution);
+        let took = clock.elapsed().saturating_sub(began + refined);
+        expected = expected_after(took, before);
+        let once = options.linking != Linking::Error;
+        let enough = once || solution.reached(options) || solution.is_full(options);
+        if enough || !go_on || !clock.has_time_for(options.time, expected) {
+            solution.progress.bound = solution.prove()?;
+            solution.finite()?;
+            return Ok(solution);
+        }
+        before = took;
+        solution.divide(options)?;
+    }
+}
+
+/// The solution before the first round: its options' thresholds, and no light yet.
+fn dark(ready: &Prepared, options: &Options, (mesh, served): (Mesh, Served), clock: Clock) -> Result<Solution, Error> {
+    let scene = &ready.scene;
     let channels = scene.channels().to_vec();
     let surfaces = Surfaces::of(scene);
     let (low, high) = scene.bounds().unwrap_or((DVec3::ZERO, DVec3::ZERO));
@@ -205,7 +232,7 @@ pub(crate) fn solve_on(
     let lamps = Lamps::of(&mesh, &surfaces);
     let precision = if may_be_even(&mesh, &lamps) { GLOWING_PART } else { EVALUATION_PART };
     surfaces.check(&channels)?;
-    let mut solution = Solution {
+    Ok(Solution {
         rules: Rules::new(),
         direct: Vec::new(),
         field: Field::dark(&mesh, channels.len()),
@@ -239,25 +266,7 @@ pub(crate) fn solve_on(
         surfaces,
         channels,
         progress,
-    };
-    let (mut before, mut expected) = (Duration::ZERO, Duration::ZERO);
-    loop {
-        let began = clock.elapsed();
-        let refined = solution.round(options, expected)?;
-        solution.check(scene)?;
-        let go_on = watch(&solution);
-        let took = clock.elapsed().saturating_sub(began + refined);
-        expected = expected_after(took, before);
-        let once = options.linking != Linking::Error;
-        let enough = once || solution.reached(options) || solution.is_full(options);
-        if enough || !go_on || !clock.has_time_for(options.time, expected) {
-            solution.progress.bound = solution.prove()?;
-            solution.finite()?;
-            return Ok(solution);
-        }
-        before = took;
-        solution.divide(options)?;
-    }
+    })
 }
 
 impl Solution {
@@ -274,7 +283,7 @@ impl Solution {
         let is_last = self.is_full(options);
         let [light, links] = self.clock.for_round(self.progress.round == 0, options.time, expected);
         let aim = match options.linking {
-            Linking::Error if !is_last => largest(options.error, 0.3 * smallest(self.progress.estimate, 1.0)),
+            Linking::Error if !is_last => self.aim(options.error),
             _ => options.error,
         };
         self.allowed = LINK_PART * aim;
@@ -302,7 +311,11 @@ impl Solution {
         let links = self.receivers.iter().map(|&receiver| self.links[receiver].len() + self.far[receiver].len()).sum();
         (self.proven, self.details, self.estimated) = (OnceLock::new(), OnceLock::new(), OnceLock::new());
         self.find_importance()?;
-        let estimate = self.estimate_at_points().unwrap_or_else(|| self.relative(&self.served_estimate()));
+        let estimate = match (self.estimate_at_points(), options.marking) {
+            (Some(at_points), _) => at_points,
+            (None, Marking::Residual) => self.relative(&self.mean_estimate()),
+            (None, Marking::Gradient) => self.magnitude(),
+        };
         let (round, gathers, bound) = (self.progress.round + 1, self.progress.gathers, f64::INFINITY);
         self.progress = Progress { round, elements: self.mesh.leaves().count(), links, gathers, bound, estimate };
         match options.bound {
@@ -310,6 +323,18 @@ impl Solution {
             None => self.ground.aim_at(&self.reference(), Aim::Estimate { part: options.error }),
         }
         Ok(refined)
+    }
+
+    /// The mean magnitude of errors that a round aims at: as much less than that of the round before as the estimate is to be, but for
+    /// [`STEP`]. An error of the mean is a small part of it.
+    fn aim(&self, error: f64) -> f64 {
+        let before = if self.progress.round == 0 { 1.0 } else { smallest(self.magnitude(), 1.0) };
+        largest(error, before * largest(STEP, smallest(error / self.progress.estimate, 1.0)))
+    }
+
+    /// Estimate of the mean magnitude of the error of gathers, relative as errors are.
+    fn magnitude(&self) -> f64 {
+        self.relative(&self.bounds.mean)
     }
 
     /// The bound of a round where one is asked for: found roughly, or as well as there is time where it may come to that.
@@ -328,12 +353,12 @@ impl Solution {
             self.proven = OnceLock::new();
         }
         self.ground.aim_at(&reference, Aim::Bound { part: bound, is_rough: true });
-        if self.progress.estimate > ROUGH_PART * bound { Ok(f64::INFINITY) } else { self.prove() }
+        if self.magnitude() > ROUGH_PART * bound { Ok(f64::INFINITY) } else { self.prove() }
     }
 
     /// Whether the solution is so good that a proof of this bound may succeed.
     fn is_worth_a_proof(&self, bound: f64) -> bool {
-        self.progress.estimate <= ESTIMATED_PART * bound
+        self.magnitude() <= ESTIMATED_PART * bound
     }
 }
 

@@ -1,5 +1,6 @@
 //! The bounds table, for people.
 
+use comfy_table::Table as Printed;
 use radgrad_audit::bounds::campaign::{DIGITS_EVERY, MANY_BY_ORACLE_EVERY, MANY_EVERY, ORACLE_EVERY};
 use radgrad_audit::bounds::mark::{Figure, Mark, Rung};
 use radgrad_audit::bounds::table::{FamilyTable, Table};
@@ -9,7 +10,7 @@ use crate::summary::{fitted, right_aligned, with_header};
 
 /// What was checked against what, then tightness, then who answered.
 pub(crate) fn of(table: &Table, run: &Run) -> String {
-    format!("{}\n{}\n{}", checked(table, run), tightness(table), rungs(table))
+    format!("{}\n{}\n{}", checked(table, run), fitted(tightness(table)), fitted(rungs(table)))
 }
 
 fn checked(table: &Table, run: &Run) -> String {
@@ -44,7 +45,7 @@ fn checked(table: &Table, run: &Run) -> String {
 }
 
 /// A row a family: counts, largest and median of error over bound (the median also as bound over error), tolerances met.
-fn tightness(table: &Table) -> String {
+fn tightness(table: &Table) -> Printed {
     let mut printed = with_header(&[
         "family",
         "cases",
@@ -80,7 +81,7 @@ fn tightness(table: &Table) -> String {
             kept(table, Mark::Blunt, Mark::Answer),
         ]);
     }
-    fitted(right_aligned(printed))
+    right_aligned(printed)
 }
 
 /// The share of `all` that does not have a mark, in per cent cut (never rounded up to 100).
@@ -94,7 +95,7 @@ fn kept(table: &FamilyTable, mark: Mark, all: Mark) -> String {
 }
 
 /// A row a family: shares of the answers to 1e-12 by rung, and median times by rung.
-fn rungs(table: &Table) -> String {
+fn rungs(table: &Table) -> Printed {
     let mut printed = with_header(&[
         "family",
         "1e-12 by, %\nquadrature",
@@ -116,5 +117,22 @@ fn rungs(table: &Table) -> String {
         let shares = Rung::ALL.into_iter().skip(1).map(share);
         printed.add_row([family.to_string()].into_iter().chain(shares).chain(Rung::ALL.map(time)));
     }
-    fitted(right_aligned(printed))
+    right_aligned(printed)
+}
+
+#[cfg(test)]
+mod tests {
+    use radgrad_audit::bounds::campaign;
+    use radgrad_audit::family::Family;
+
+    use super::*;
+
+    #[test]
+    fn tables_for_people_have_the_recorded_form() {
+        let run = Run::of_each(3, &[Family::Generic, Family::Far, Family::BackFacing], 1);
+        let table = campaign::table(&run, || ());
+        // Times are the machine's.
+        let titles = rungs(&Table::default());
+        insta::assert_snapshot!(format!("{}\n{}\n{titles}", checked(&table, &run), tightness(&table)));
+    }
 }

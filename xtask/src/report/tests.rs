@@ -40,19 +40,40 @@ impl Drop for Folder {
     }
 }
 
-/// The files of `cargo xtask verify`, of few cases.
-fn audit(folder: &Folder, violation: Option<&str>) -> Result<(), Box<dyn Error>> {
-    let create = |name: &str| fs::File::create(folder.join(name));
+type Ended = Result<(), Box<dyn Error>>;
+
+/// The files of `cargo xtask verify`, of few cases: their names and texts, made once for all tests.
+fn few() -> Result<Vec<(&'static str, String)>, Box<dyn Error>> {
+    let mut files = Vec::new();
+    let mut keep = |name, written: &dyn Fn(&mut Vec<u8>) -> Ended| -> Ended {
+        let mut bytes = Vec::new();
+        written(&mut bytes)?;
+        files.push((name, String::from_utf8(bytes)?));
+        Ok(())
+    };
     let table = Run::of_each(3, &FAMILIES, 1).table(|_| ());
-    table.write_outcomes(create("outcomes.csv")?)?;
-    table.write_figures(create("figures.csv")?)?;
-    table.write_histogram(create("histogram.csv")?)?;
+    keep("errors.csv", &|out| Ok(table.write_errors(out)?))?;
+    keep("outcomes.csv", &|out| Ok(table.write_outcomes(out)?))?;
+    keep("figures.csv", &|out| Ok(table.write_figures(out)?))?;
+    keep("histogram.csv", &|out| Ok(table.write_histogram(out)?))?;
     let bounds = campaign::table(&campaign::run(200, &FAMILIES, 1, Part::WHOLE), || ());
-    bounds.write_bounds(create("bounds.csv")?)?;
-    bounds.write_figures(create("bounds-figures.csv")?)?;
-    mutants::write(&mutants(1, 3, 1e-9).0, 1e-9, create("mutants.csv")?)?;
-    Comparison::compute(1, &FAMILIES, 3).write(create("comparison.csv")?)?;
-    Stability::compute([3, 2], || ()).write(create("stability.csv")?)?;
+    keep("bounds.csv", &|out| Ok(bounds.write_bounds(out)?))?;
+    keep("bounds-figures.csv", &|out| Ok(bounds.write_figures(out)?))?;
+    keep("mutants.csv", &|out| Ok(mutants::write(&mutants(1, 3, 1e-9).0, 1e-9, out)?))?;
+    keep("comparison.csv", &|out| Ok(Comparison::compute(1, &FAMILIES, 3).write(out)?))?;
+    keep("stability.csv", &|out| Ok(Stability::compute([3, 2], || ()).write(out)?))?;
+    let scenes = "family,subject,scenes,held,broken,rough,refused,failed,median_bound_over_error,median_estimate_over_error,seconds_an_answer,\
+                  seconds_a_truth\nclutter,solve,10,56,0,0,0,0,2.049e2,7.310e0,0.499,0.275\n";
+    files.push(("scenes.csv", scenes.to_owned()));
+    Ok(files)
+}
+
+/// A folder with these files and the records of the runs.
+fn audit(folder: &Folder, violation: Option<&str>) -> Result<(), Box<dyn Error>> {
+    static FEW: OnceLock<Vec<(&str, String)>> = OnceLock::new();
+    for (name, text) in FEW.get_or_init(|| few().unwrap()) {
+        fs::write(folder.join(name), text)?;
+    }
     let mut record = Record::new("bounds", 1, 200);
     record.note("broken", 0);
     record.note("answers", 1800);
@@ -61,10 +82,7 @@ fn audit(folder: &Folder, violation: Option<&str>) -> Result<(), Box<dyn Error>>
     record.note("bounds_judged", 56);
     record.note("broken_or_failed", 0);
     record.write(&folder.0)?;
-    let scenes = "family,subject,scenes,held,broken,rough,refused,failed,median_bound_over_error,median_estimate_over_error,seconds_an_answer,\
-                  seconds_a_truth\nclutter,solve,10,56,0,0,0,0,2.049e2,7.310e0,0.499,0.275\n";
-    fs::write(folder.join("scenes.csv"), scenes)?;
-    let mut record = Record::new("verify", 1, table.cases());
+    let mut record = Record::new("verify", 1, 9);
     record.note("families", FAMILIES.len());
     if let Some(what) = violation {
         record.violated(what, "cargo xtask replay generic:1:0");
@@ -167,6 +185,36 @@ fn page(name: &str) -> (String, Vec<(String, String)>) {
     let name = |path: &PathBuf| path.file_name().unwrap().to_string_lossy().into_owned();
     files.extend(copied.iter().map(|path| (name(path), fs::read_to_string(path).unwrap())));
     (html, files)
+}
+
+/// The page without its numbers: sections, plots, tables with the titles of their columns, and the first line of every file beside it.
+#[test]
+fn the_page_has_the_recorded_structure() {
+    let (html, files) = page("structure");
+    let mut said = String::new();
+    let text = |html: &str| {
+        let text: String = html.split('<').map(|part| part.split_once('>').map_or(part, |(_, text)| text)).collect();
+        // Numbers are of the run.
+        text.chars().map(|c| if c.is_ascii_digit() { '0' } else { c }).collect::<String>().trim().to_owned()
+    };
+    for section in html.split("<h2 ").skip(1) {
+        let (title, rest) = section.split_once('>').unwrap().1.split_once("</h2>").unwrap();
+        said += &format!("# {}\n", text(title));
+        for name in pieces(rest, "<svg class=\"plot", "</svg>") {
+            said += &format!("plot: {}\n", text(pieces(name, "<title>", "</title>")[0]));
+        }
+        for table in pieces(rest, "<table", "</table>") {
+            let titles: Vec<String> = pieces(table, "<th scope=\"col\"", "</th>")
+                .into_iter()
+                .map(|th| text(&th[th.find('>').unwrap() + 1..]))
+                .collect();
+            said += &format!("table: {}\n", titles.join(" | "));
+        }
+    }
+    for (name, text) in files.iter().filter(|(name, _)| name.ends_with(".csv")) {
+        said += &format!("{name}: {}\n", text.lines().next().unwrap_or_default());
+    }
+    insta::assert_snapshot!(said);
 }
 
 #[test]

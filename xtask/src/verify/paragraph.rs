@@ -64,3 +64,28 @@ fn worst(table: &Table, quantity: Quantity) -> Option<Extreme> {
     let of = table.families().values().filter_map(|family| family.figures().get(&quantity)?.worst());
     of.max_by(|a, b| a.value.total_cmp(&b.value))
 }
+
+#[cfg(test)]
+mod tests {
+    use radgrad_audit::family::Family;
+
+    use super::*;
+
+    #[test]
+    fn the_paragraph_has_the_recorded_form() {
+        let run = Run::of_each(2, &[Family::Generic, Family::Far], 1);
+        let table = run.table(|_| ());
+        let case = "far:1:1".parse().unwrap();
+        let found = Found {
+            table: &table,
+            bounds: bounds::Held { passed: true, answers: 18, worst: Some(Extreme { value: 0.5, case }) },
+            witnesses: 172,
+            slips: 23,
+            agreement: Agreement { enclosed: 4, cubature: 3, monte_carlo: 2, paper: 1, contradictions: Vec::new() },
+            digits: vec![(34, 7), (50, 5)],
+            scenes: Some(scenes::Held { passed: true, scenes: 16, judged: 99 }),
+            seconds: 90.0,
+        };
+        insta::assert_snapshot!(found.said(&run, Path::new("target/verify")));
+    }
+}

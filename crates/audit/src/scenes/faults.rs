@@ -209,24 +209,12 @@ impl Fault {
             Self::LampTwice => scale_emission(&mut given, strongest, 2.0),
             Self::LampBothSides => {
                 if let Some(lamp) = strongest {
-                    let part = &given.parts[lamp];
-                    let corners: Vec<_> = part.corners.iter().rev().copied().collect();
-                    let emitted = part.emitted.clone();
-                    // In rooms a lamp has a back already: that one shines.
-                    match given.parts.iter_mut().find(|other| other.corners == corners) {
-                        Some(back) => back.emitted = emitted,
-                        None => given.parts.push(Part { corners, emitted, ..given.parts[lamp].clone() }),
-                    }
+                    light_the_back(&mut given, lamp);
                 }
             }
             Self::LampAside => {
                 if let Some(lamp) = strongest {
-                    let corners = given.parts[lamp].corners.clone();
-                    let by = (corners[1] - corners[0]) * 0.1;
-                    let back: Vec<_> = corners.iter().rev().copied().collect();
-                    for part in given.parts.iter_mut().filter(|part| part.corners == corners || part.corners == back) {
-                        part.corners.iter_mut().for_each(|p| *p += by);
-                    }
+                    move_aside(&mut given, lamp);
                 }
             }
             Self::OccluderSkipped | Self::FactorsFree | Self::FieldFree => {
@@ -246,11 +234,8 @@ impl Fault {
             }
             Self::NoReflection => {
                 let asked: Vec<usize> = given.probes.iter().map(|probe| probe.part).collect();
-                for (index, part) in given.parts.iter_mut().enumerate() {
-                    if !asked.contains(&index) {
-                        part.reflectance.iter_mut().for_each(|rho| *rho = 0.0);
-                    }
-                }
+                let others = given.parts.iter_mut().enumerate().filter(|(index, _)| !asked.contains(index));
+                others.flat_map(|(_, part)| &mut part.reflectance).for_each(|rho| *rho = 0.0);
             }
             Self::Lossy => {
                 given.parts.iter_mut().flat_map(|part| &mut part.reflectance).for_each(|rho| *rho *= 0.9);
@@ -343,6 +328,27 @@ fn occluders(model: &Model) -> Vec<usize> {
 fn scale_emission(model: &mut Model, lamp: Option<usize>, factor: f64) {
     if let Some(lamp) = lamp {
         model.parts[lamp].emitted.iter_mut().for_each(|emitted| *emitted *= factor);
+    }
+}
+
+/// The lamp shines from its back too. In rooms a lamp has a back already: that one shines.
+fn light_the_back(model: &mut Model, lamp: usize) {
+    let part = &model.parts[lamp];
+    let corners: Vec<_> = part.corners.iter().rev().copied().collect();
+    let emitted = part.emitted.clone();
+    match model.parts.iter_mut().find(|other| other.corners == corners) {
+        Some(back) => back.emitted = emitted,
+        None => model.parts.push(Part { corners, emitted, ..model.parts[lamp].clone() }),
+    }
+}
+
+/// The lamp, with its back, by a tenth of its first edge.
+fn move_aside(model: &mut Model, lamp: usize) {
+    let corners = model.parts[lamp].corners.clone();
+    let by = (corners[1] - corners[0]) * 0.1;
+    let back: Vec<_> = corners.iter().rev().copied().collect();
+    for part in model.parts.iter_mut().filter(|part| part.corners == corners || part.corners == back) {
+        part.corners.iter_mut().for_each(|p| *p += by);
     }
 }
 

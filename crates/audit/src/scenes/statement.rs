@@ -8,6 +8,7 @@ use std::time::{Duration, Instant};
 use radgrad_scene::{FactorSettings, FormFactors, Quantity, Scene};
 use radgrad_solver::{Ledger, Options, Solution, solve};
 
+use super::draw;
 use super::model::{Expected, Model, Part};
 
 /// A way to ask about a scene.
@@ -166,6 +167,24 @@ pub(crate) fn recorded(model: &Model, subject: Subject) -> Result<Vec<(f64, f64)
     };
     Ok(statements.iter().map(|s| (s.value, s.bound)).collect())
 }
+
+/// The same of a box in even light, whose sides are cut into so many squares by as many: the mean radiosity, that at the middles of some
+/// squares, and the polynomials there.
+///
+/// # Errors
+/// If there is no answer: why.
+pub(crate) fn of_box(side: usize) -> Result<Vec<(f64, f64)>, String> {
+    let model = draw::even_box(side);
+    let scene = model.scene().map_err(|error| error.to_string())?;
+    let options = Options { error: 1.0, degree: Some(0), most_elements: 0, first_elements: 1, ..Options::default() };
+    let solution = solve(&scene, &options, |_| true).map_err(|error| error.to_string())?;
+    let on = |leaf| (solution.value_on(leaf, 0, [0.5, 0.5]), solution.bound_on(leaf)[0].total());
+    let polynomials: Vec<(f64, f64)> = solution.mesh().leaves().step_by(STEP_OF_LEAVES).map(on).collect();
+    Ok(radiosities(&model, &solution)?.iter().map(|s| (s.value, s.bound)).chain(polynomials).collect())
+}
+
+/// One in so many leaves is asked for.
+const STEP_OF_LEAVES: usize = 97;
 
 fn timed(model: &Model) -> Options {
     Options {

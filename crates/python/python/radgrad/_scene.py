@@ -248,7 +248,7 @@ class Scene:
 
     def solve(
         self,
-        error: float = 0.005,
+        error: float = 0.001,
         bound: Optional[float] = None,
         relative_to: str = "reflected",
         degree: Optional[int] = None,
@@ -262,7 +262,7 @@ class Scene:
         Parameters
         ----------
         error : float
-            Estimate of the mean error over the mean radiosity that is reflected, at most.
+            Estimate of the error of the mean radiosity over the mean that is reflected, at most.
         bound : float, optional
             Go by the proven bound on it instead.
         relative_to : "reflected" or "all"

@@ -49,6 +49,8 @@ pub(crate) struct Residual {
     detail: f64,
     detail_rms: f64,
     detail_arms: [f64; POWERS],
+    /// The mean of light that no sample saw, as far as it is expected to be there.
+    pub(crate) unseen: f64,
 }
 
 /// What light leaves out on each element, by channel.
@@ -104,6 +106,7 @@ impl Residual {
             self.arms[power] += more;
             self.biases[power] += more;
         }
+        self.unseen += mean;
         self.rms += (mean * largest).sqrt();
         self.along += (mean * largest).sqrt();
         self
@@ -143,6 +146,7 @@ impl Residual {
             detail: sum.detail.max(child.detail),
             detail_rms: square(sum.detail_rms, child.detail_rms),
             detail_arms: add(sum.detail_arms, child.detail_arms),
+            unseen: sum.unseen + part * child.unseen,
         };
         children.iter().fold(Self::default(), join)
     }

@@ -48,7 +48,7 @@ impl Solution {
     fn part(&self, options: &Options) -> f64 {
         let excess = match options.bound {
             Some(bound) if self.is_worth_a_proof(bound) => 1.0 - AIMED_BELOW * bound / self.progress.bound,
-            Some(bound) => 1.0 - AIMED_BELOW * ESTIMATED_PART * bound / self.progress.estimate,
+            Some(bound) => 1.0 - AIMED_BELOW * ESTIMATED_PART * bound / self.magnitude(),
             None => 1.0 - AIMED_BELOW * options.error / self.progress.estimate,
         };
         (excess / (1.0 - LEFT_BY_CHILDREN)).clamp(0.0, BULK)

@@ -17,7 +17,8 @@
 //! with `G b_h` at the nodes of receivers: the light of lamps is found once more, gathered by the lamps. The importance is smooth where
 //! the light has the edges of shadows, so that what this gather is off by itself is less; it is counted without its sign. In the second
 //! part `phi - phi_h` is the part of the next degree in `G b_h` at the nodes, `r` that of direct light on leaves and of reflected light on
-//! receivers, and their product is known with its sign, too.
+//! receivers, and their product is known with its sign, too. Light that no sample sees is in neither: what is expected of it counts by
+//! itself.
 //!
 //! This is the goal-oriented estimate of R. Becker and R. Rannacher (2001); for radiosity D. Lischinski, B. Smits and D. Greenberg (1994).
 
@@ -61,11 +62,18 @@ struct Part {
     detail: f64,
     /// Squares of what both may be off by.
     off: f64,
+    /// By light that no sample sees.
+    unseen: f64,
 }
 
 impl Part {
     fn and(self, other: Self) -> Self {
-        Self { swapped: self.swapped + other.swapped, detail: self.detail + other.detail, off: self.off + other.off }
+        Self {
+            swapped: self.swapped + other.swapped,
+            detail: self.detail + other.detail,
+            off: self.off + other.off,
+            unseen: self.unseen + other.unseen,
+        }
     }
 }
 
@@ -132,12 +140,6 @@ impl Solution {
         Ok(for_each(&lamps, of_lamp)?.into_iter().collect())
     }
 
-    /// What has to be within the error asked for, in each channel: the error of the mean where faces are many, and of gathers all over them
-    /// is small only in the end; else the mean of the magnitude of that.
-    pub(super) fn served_estimate(&self) -> Vec<Ledger> {
-        if self.mesh.clusters().root().is_some() { self.mean_estimate() } else { self.bounds.mean.clone() }
-    }
-
     /// Estimate of the error of the mean radiosity over all area, in each channel; at most that of the mean of its magnitude.
     pub(super) fn estimate_mean(&self) -> Result<Vec<Ledger>, Error> {
         let Some(importance) = self.solve_importance() else { return Ok(self.bounds.mean.clone()) };
@@ -154,8 +156,8 @@ impl Solution {
                 self.part_of(receiver, channel, &importance, by, &below[receiver])
             };
             let parts: Vec<Part> = self.receivers.par_iter().map(of).collect();
-            let Part { swapped, detail, off } = parts.into_iter().fold(Part::default(), Part::and);
-            let (discretisation, computation) = (detail.abs() / area, (swapped.abs() + off.sqrt()) / area);
+            let Part { swapped, detail, off, unseen } = parts.into_iter().fold(Part::default(), Part::and);
+            let (discretisation, computation) = ((detail.abs() + unseen) / area, (swapped.abs() + off.sqrt()) / area);
             let estimate = Ledger { discretisation, computation, ..Ledger::default() };
             if most.total() < estimate.total() { *most } else { estimate }
         };
@@ -180,8 +182,11 @@ impl Solution {
         let defect: f64 = phi.iter().zip(emitted).zip(held).map(|((phi, e), t)| phi * (e - t)).sum();
         // What the swapped gather is off by.
         let off = off_by_rule(basis, &excess).hypot(self.off_by_links(importance, basis, channel, by, true));
-        let mut part = Part { swapped: area * defect, detail: 0.0, off: square((held[0] + lamp).abs() * area * off) };
+        let off = square((held[0] + lamp).abs() * area * off);
+        let mut part = Part { swapped: area * defect, off, ..Part::default() };
         if rho > 0.0 {
+            let all = &self.bounds.residuals;
+            part.unseen += area * phi[0] * (all[0][receiver][channel].unseen + all[1][receiver][channel].unseen);
             let own = (&self.links[receiver][..], &self.far[receiver]);
             // Where light is even rays and clusters are off alike in both gathers.
             part.off += square(area * rho * phi[0] * self.off_by_links(&self.field, basis, channel, own, false));
@@ -265,12 +270,12 @@ mod tests {
         let scene =
             Scene::read(concat!(env!("CARGO_MANIFEST_DIR"), "/../../data/scenes/cornell.obj"), Degenerate::Refuse).unwrap();
         let solved = |error: f64| solve(&scene, &Options { error, ..Options::default() }, |_| true).unwrap();
-        let [rough, fine] = [0.2, 0.01].map(solved);
+        let [rough, fine] = [0.2, 0.0005].map(solved);
         for (channel, estimate) in rough.mean_estimate().iter().enumerate() {
             let off = (rough.mean()[channel] - fine.mean()[channel]).abs();
             let ratio = estimate.total() / off;
             println!("channel {channel}: {off:.2e} off, estimate over error {ratio:.2}");
-            assert!((0.7..3.0).contains(&ratio), "channel {channel}: {off} {estimate:?}");
+            assert!((0.7..5.0).contains(&ratio), "channel {channel}: {off} {estimate:?}");
         }
     }
 }

@@ -18,70 +18,13 @@ const PROVEN_PART: f64 = 0.1;
 impl Solution {
     /// Projects direct light on new leaves, and divides leaves until what that leaves out is small, or there is no time.
     pub(super) fn light(&mut self, aim: f64, options: &Options, clock: Clock) -> Result<(), Error> {
-        let channels = self.channels.len();
+        let apart = !options.uniform && options.marking == Marking::Residual && options.linking == Linking::Error;
         loop {
-            let known = self.direct.len();
-            let new: Vec<usize> = (known..self.mesh.elements().len()).collect();
-            if !self.lamps.is_empty() {
-                let optics = self.optics();
-                let above = |element: usize| self.mesh.elements()[element].parent().and_then(|p| self.direct.get(p));
-                let of = |element: usize| self.lamps.light(&optics, &self.surfaces, element, above(element));
-                let direct = for_each(&new, of)?;
-                self.direct.extend(direct);
-            }
-            self.field.grow(&self.mesh);
-            self.surfaces.grow(&self.mesh);
-            for element in new {
-                if self.direct.is_empty() || !self.mesh.elements()[element].is_leaf() {
-                    continue;
-                }
-                for channel in 0..channels {
-                    let mut change = self.projected(element, channel);
-                    if let Some(parent) = self.mesh.elements()[element].parent().filter(|_| known > 0) {
-                        let basis = self.mesh.basis(element);
-                        let held = basis.restrict(self.mesh.child(element), &self.projected(parent, channel));
-                        change.iter_mut().zip(held).for_each(|(c, h)| *c -= h);
-                    }
-                    self.field.add(&self.mesh, element, channel, &change);
-                }
-            }
-            let apart = !options.uniform && options.marking == Marking::Residual && options.linking == Linking::Error;
-            if !self.direct.is_empty() {
-                self.unseen.resize(self.mesh.elements().len(), None);
-                let new: Vec<usize> =
-                    (known..self.mesh.elements().len()).filter(|&e| self.mesh.elements()[e].is_leaf()).collect();
-                let unseen = for_each(&new, |leaf| Ok(self.unseen_on(leaf)))?;
-                new.into_iter().zip(unseen).for_each(|(leaf, unseen)| self.unseen[leaf] = unseen);
-            }
+            self.project_direct()?;
             if self.direct.is_empty() || !apart || self.is_full(options) || clock.is_over() {
                 return Ok(());
             }
-            let leaves: Vec<usize> = self.mesh.leaves().collect();
-            let area: f64 = leaves.iter().map(|&leaf| self.mesh.elements()[leaf].area()).sum();
-            // Relative to what light there is so far, or to all that lamps send if no sample has seen any.
-            let mean = |channel: usize| match self.field.mean(&self.mesh, channel) {
-                0.0 => self.lamps.power(&self.mesh, &self.surfaces, channel) / area,
-                mean => mean,
-            };
-            let mean: Vec<f64> = (0..channels).map(mean).collect();
-            if let Some(bound) = options.bound {
-                self.ground.aim_at(&mean, Aim::Bound { is_rough: true, part: bound });
-                self.prove_direct();
-            }
-            let indicator = |&leaf: &usize| {
-                let of = |channel: usize| {
-                    let left = match &self.proven_direct.get(leaf) {
-                        Some(Some(proven)) if options.bound.is_some() => proven[channel].mean.total(),
-                        _ => largest(self.counts(leaf, &self.left_on_leaf(leaf, channel)) - self.noise_on(leaf, channel), 0.0),
-                    };
-                    match self.served.is_known() {
-                        true => self.counts_for_points(leaf, channel, left),
-                        false => self.mesh.elements()[leaf].area() / area * ratio(left, mean[channel]),
-                    }
-                };
-                ((0..channels).map(of).fold(0.0, largest), leaf)
-            };
-            let marked: Vec<(f64, usize)> = leaves.iter().map(indicator).collect();
+            let marked = self.marked_by_direct(options);
             let left: f64 = marked.iter().map(|m| m.0).sum();
             // A NaN is refused after the round.
             let most = options.bound.map_or(DIRECT_PART * aim, |bound| PROVEN_PART * bound);
@@ -92,6 +35,70 @@ impl Solution {
                 self.mesh.divide(leaf)?;
             }
         }
+    }
+
+    /// Projects direct light on the elements that are new, and finds what no node of theirs sees.
+    fn project_direct(&mut self) -> Result<(), Error> {
+        let known = self.direct.len();
+        let new: Vec<usize> = (known..self.mesh.elements().len()).collect();
+        if !self.lamps.is_empty() {
+            let optics = self.optics();
+            let above = |element: usize| self.mesh.elements()[element].parent().and_then(|p| self.direct.get(p));
+            let of = |element: usize| self.lamps.light(&optics, &self.surfaces, element, above(element));
+            let direct = for_each(&new, of)?;
+            self.direct.extend(direct);
+        }
+        self.field.grow(&self.mesh);
+        self.surfaces.grow(&self.mesh);
+        if self.direct.is_empty() {
+            return Ok(());
+        }
+        let leaves: Vec<usize> = new.into_iter().filter(|&element| self.mesh.elements()[element].is_leaf()).collect();
+        for &element in &leaves {
+            for channel in 0..self.channels.len() {
+                let mut change = self.projected(element, channel);
+                if let Some(parent) = self.mesh.elements()[element].parent().filter(|_| known > 0) {
+                    let basis = self.mesh.basis(element);
+                    let held = basis.restrict(self.mesh.child(element), &self.projected(parent, channel));
+                    change.iter_mut().zip(held).for_each(|(c, h)| *c -= h);
+                }
+                self.field.add(&self.mesh, element, channel, &change);
+            }
+        }
+        self.unseen.resize(self.mesh.elements().len(), None);
+        let unseen = for_each(&leaves, |leaf| Ok(self.unseen_on(leaf)))?;
+        leaves.into_iter().zip(unseen).for_each(|(leaf, unseen)| self.unseen[leaf] = unseen);
+        Ok(())
+    }
+
+    /// What direct light leaves out on each leaf, as a part of the mean: proven where a bound is asked for.
+    fn marked_by_direct(&mut self, options: &Options) -> Vec<(f64, usize)> {
+        let leaves: Vec<usize> = self.mesh.leaves().collect();
+        let area: f64 = leaves.iter().map(|&leaf| self.mesh.elements()[leaf].area()).sum();
+        // Relative to what light there is so far, or to all that lamps send if no sample has seen any.
+        let mean = |channel: usize| match self.field.mean(&self.mesh, channel) {
+            0.0 => self.lamps.power(&self.mesh, &self.surfaces, channel) / area,
+            mean => mean,
+        };
+        let mean: Vec<f64> = (0..self.channels.len()).map(mean).collect();
+        if let Some(bound) = options.bound {
+            self.ground.aim_at(&mean, Aim::Bound { is_rough: true, part: bound });
+            self.prove_direct();
+        }
+        let indicator = |leaf: usize| {
+            let of = |channel: usize| {
+                let left = match &self.proven_direct.get(leaf) {
+                    Some(Some(proven)) if options.bound.is_some() => proven[channel].mean.total(),
+                    _ => largest(self.counts(leaf, &self.left_on_leaf(leaf, channel)) - self.noise_on(leaf, channel), 0.0),
+                };
+                match self.served.is_known() {
+                    true => self.counts_for_points(leaf, channel, left),
+                    false => self.mesh.elements()[leaf].area() / area * ratio(left, mean[channel]),
+                }
+            };
+            ((0..mean.len()).map(of).fold(0.0, largest), leaf)
+        };
+        leaves.into_iter().map(indicator).collect()
     }
 
     /// What rays are off by at the nodes of a leaf: smaller leaves would have it as well.

@@ -38,8 +38,8 @@ pub enum RelativeTo {
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Options {
-    /// Estimate of the mean error of gathers over all area, over what [`Self::relative_to`] says, at most, in every channel; from a thousand
-    /// faces on that of the error of the mean radiosity.
+    /// Estimate of the error of the mean radiosity over all area, over what [`Self::relative_to`] says, at most, in every channel. Where
+    /// points are served it is the mean magnitude of the error at them, and with [`Marking::Gradient`] that of gathers all over.
     pub error: f64,
     /// Proven bound on the mean error of the polynomials over all area, over the same, at most, in every channel: in the place of the
     /// estimate.
@@ -71,7 +71,7 @@ pub struct Options {
 impl Default for Options {
     fn default() -> Self {
         Self {
-            error: 0.005,
+            error: 0.001,
             bound: None,
             relative_to: RelativeTo::Reflected,
             degree: None,

@@ -38,51 +38,12 @@ impl Solution {
         }
         let seen = self.served.points.par_iter().filter_map(|&point| self.seen_from(point).transpose());
         let seen: Vec<Seen> = seen.collect::<Result<_, Error>>()?;
-        let (channels, mesh, count) = (self.channels.len(), &self.mesh, seen.len() as f64);
-        let mut field = Field::dark(mesh, channels);
-        let mut of_clusters = vec![vec![0.0; mesh.clusters().all().len()]; channels];
-        let constant = |element: usize, value: f64| {
-            let mut coefficients = vec![0.0; mesh.basis(element).len()];
-            coefficients[0] = value;
-            coefficients
-        };
-        let mut reflected = vec![0.0; channels];
-        for Seen { rows, far, rho, reflected: of_point } in &seen {
-            for channel in 0..channels {
-                reflected[channel] += of_point[channel] / count;
-                for (source, row) in rows {
-                    let density = rho[channel] * row.likely_factor() / (count * mesh.elements()[*source].area());
-                    if density > 0.0 {
-                        field.add(mesh, *source, channel, &constant(*source, density));
-                    }
-                }
-                for (index, &cluster) in far.clusters().iter().enumerate() {
-                    of_clusters[channel][cluster] += rho[channel] * far.seen(index, 0).weight / count;
-                }
-            }
-        }
-        for (channel, of) in of_clusters.iter().enumerate() {
-            let mut found = Vec::new();
-            mesh.clusters().push(of, |a, b| a + b, |element, density| found.push((element, density)));
-            for (element, density) in found.into_iter().filter(|(_, density)| *density > 0.0) {
-                field.add(mesh, element, channel, &constant(element, density));
-            }
-        }
-        let mut source = vec![Vec::new(); mesh.elements().len()];
-        let rho_of = |receiver: usize| &self.surfaces.reflectance[mesh.elements()[receiver].face()];
-        for &receiver in &self.receivers {
-            let sent = |(channel, rho): (usize, &f64)| {
-                let direct = field.of(receiver, channel, mesh.basis(receiver).len())[0];
-                constant(receiver, rho * direct)
-            };
-            source[receiver] = rho_of(receiver).iter().enumerate().flat_map(sent).collect();
-        }
-        let area: f64 = self.receivers.iter().map(|&receiver| mesh.elements()[receiver].area()).sum();
-        let mean_of = |of: &dyn Fn(usize, usize) -> f64, channel: usize| {
-            self.receivers.iter().map(|&receiver| mesh.elements()[receiver].area() * of(receiver, channel)).sum::<f64>() / area
-        };
+        let (channels, mesh) = (self.channels.len(), &self.mesh);
+        let count = seen.len() as f64;
+        let reflected = (0..channels).map(|channel| seen.iter().map(|point| point.reflected[channel] / count).sum()).collect();
+        let source = self.source_of_importance(&seen);
         let first = |receiver: usize, channel: usize| source[receiver][channel * mesh.basis(receiver).len()];
-        let scale = |channel: usize| Some(mean_of(&first, channel)).filter(|mean| *mean > 0.0).unwrap_or(1.0);
+        let scale = |channel: usize| Some(self.mean_of(&first, channel)).filter(|mean| *mean > 0.0).unwrap_or(1.0);
         let scale: Vec<f64> = (0..channels).map(scale).collect();
         let mut own: Vec<Vec<f64>> = source.iter().map(|of| vec![0.0; of.len()]).collect();
         let mut sent = Field::dark(mesh, channels);
@@ -100,7 +61,7 @@ impl Solution {
             }
         }
         // Black receivers leave nothing out.
-        let of = |receiver: usize, channel: usize| match rho_of(receiver)[channel] {
+        let of = |receiver: usize, channel: usize| match self.reflectance_of(receiver)[channel] {
             0.0 => 0.0,
             rho => largest(own[receiver][channel * mesh.basis(receiver).len()], 0.0) / rho,
         };
@@ -108,9 +69,60 @@ impl Solution {
         for &receiver in &self.receivers {
             importance[receiver] = (0..channels).map(|channel| of(receiver, channel)).collect();
         }
-        let mean = (0..channels).map(|channel| mean_of(&of, channel)).collect();
+        let mean = (0..channels).map(|channel| self.mean_of(&of, channel)).collect();
         (self.served.importance, self.served.mean, self.served.reflected) = (importance, mean, reflected);
         Ok(())
+    }
+
+    /// The reflectance of an element's face in each channel.
+    fn reflectance_of(&self, element: usize) -> &[f64] {
+        &self.surfaces.reflectance[self.mesh.elements()[element].face()]
+    }
+
+    /// The mean of a function of receivers over their area.
+    fn mean_of(&self, of: &dyn Fn(usize, usize) -> f64, channel: usize) -> f64 {
+        let area = |receiver: usize| self.mesh.elements()[receiver].area();
+        let all: f64 = self.receivers.iter().map(|&receiver| area(receiver)).sum();
+        self.receivers.iter().map(|&receiver| area(receiver) * of(receiver, channel)).sum::<f64>() / all
+    }
+
+    /// What the points give directly, `rho w` of the module's head: the coefficients of each element in all channels.
+    fn source_of_importance(&self, seen: &[Seen]) -> Vec<Vec<f64>> {
+        let (mesh, channels, count) = (&self.mesh, self.channels.len(), seen.len() as f64);
+        let constant = |element: usize, value: f64| {
+            let mut coefficients = vec![0.0; mesh.basis(element).len()];
+            coefficients[0] = value;
+            coefficients
+        };
+        let mut field = Field::dark(mesh, channels);
+        let mut add = |element: usize, channel: usize, density: f64| {
+            if density > 0.0 {
+                field.add(mesh, element, channel, &constant(element, density));
+            }
+        };
+        let mut of_clusters = vec![vec![0.0; mesh.clusters().all().len()]; channels];
+        for Seen { rows, far, rho, .. } in seen {
+            for channel in 0..channels {
+                for (source, row) in rows {
+                    add(*source, channel, rho[channel] * row.likely_factor() / (count * mesh.elements()[*source].area()));
+                }
+                for (index, &cluster) in far.clusters().iter().enumerate() {
+                    of_clusters[channel][cluster] += rho[channel] * far.seen(index, 0).weight / count;
+                }
+            }
+        }
+        for (channel, of) in of_clusters.iter().enumerate() {
+            mesh.clusters().push(of, |a, b| a + b, |element, density| add(element, channel, density));
+        }
+        let mut source = vec![Vec::new(); mesh.elements().len()];
+        for &receiver in &self.receivers {
+            let sent = |(channel, rho): (usize, &f64)| {
+                let direct = field.of(receiver, channel, mesh.basis(receiver).len())[0];
+                constant(receiver, rho * direct)
+            };
+            source[receiver] = self.reflectance_of(receiver).iter().enumerate().flat_map(sent).collect();
+        }
+        source
     }
 
     /// What a point sees; nothing of one that is asked for where it cannot be.

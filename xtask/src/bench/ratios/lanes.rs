@@ -38,18 +38,41 @@ pub(crate) fn speedups() -> Result<Vec<Ratio>, Box<dyn Error>> {
     let mut in_double = || answered(engine.radiosity_and_gradient(black_box(&double), emitter, &mut answers));
     let mut in_single = || answered(engine.radiosity_and_gradient(black_box(&single), emitter, &mut fewer_digits));
     let mut one_thread = shared.clone();
-    Ok(vec![
-        pair("batch_f64_speedup", scalar, &mut in_double),
-        pair("batch_f32_over_f64", &mut in_double, &mut in_single),
-        two.install(|| {
+    let mut ratios =
+        vec![pair("batch_f64_speedup", scalar, &mut in_double), pair("batch_f32_over_f64", &mut in_double, &mut in_single)];
+    let cores = two.install(two_cores);
+    if cores.spread.median >= FREE {
+        ratios.push(two.install(|| {
             pair_of_long(
                 "threads_2_speedup",
                 || answered(engine.radiosity_and_gradient(black_box(&many), emitter, &mut one_thread)),
                 || answered(engine.threads().radiosity_and_gradient(black_box(&many), emitter, &mut shared)),
             )
-        }),
-    ])
+        }));
+    } else {
+        println!(
+            "SKIPPED threads_2_speedup: two threads do {:.2} times what one does where nothing is shared, so that there is no second core free",
+            cores.spread.median
+        );
+    }
+    Ok(ratios)
 }
+
+/// What two threads do at least over one of additions alone, where two cores are free.
+const FREE: f64 = 1.9;
+
+/// The speed of two threads over one, of additions that each waits for.
+fn two_cores() -> Ratio {
+    let additions = || _ = black_box((0..ADDITIONS).fold(black_box(0.5), |sum: f64, _| sum + black_box(1e-9)));
+    let in_turn = || {
+        additions();
+        additions();
+    };
+    pair_of_long("two_cores", in_turn, || _ = rayon::join(additions, additions))
+}
+
+/// Some milliseconds of them.
+const ADDITIONS: u32 = 2_000_000;
 
 /// Speed of a batch over one receiver after the other, value and gradient due to one linear triangle: plain, and with bounds to 1e-8.
 pub(crate) fn linear_speedups() -> Result<Vec<Ratio>, Box<dyn Error>> {
