@@ -301,10 +301,10 @@ impl Errors {
             return None;
         }
         let w = both(simd, [ew, ew]);
-        let moved = match moved {
-            Some(moved) => Some(both(simd, [moved, moved])),
-            None => None,
-        };
+        let moved = moved.map(
+            #[inline(always)]
+            |moved| both(simd, [moved, moved]),
+        );
         let of_phi = mutant!(
             "linear-bound.phi",
             with_product(s * (d * 16.0 + distance * (w + 5.0)) + d * r * 6.0, moved, 1.0, d * r) / foot_square + phi * 4.0,

@@ -283,10 +283,10 @@ impl<S: Simd> Edges<S> {
         let before = heights(simd, receiver, edges.starts(simd), power);
         let after = heights(simd, receiver, edges.ends(simd), power);
         let lowest = Arithmetic::abs(before.hi).min(Arithmetic::abs(after.hi));
-        let share = lowest.as_array().iter().fold(SHARE, |share, lowest| share.max(OF_HEIGHT / lowest));
-        if !(share <= MOST_SHARE) {
+        if !lowest.simd_ge(f64x4::splat(simd, OF_HEIGHT / MOST_SHARE)).all_true() {
             return None;
         }
+        let share = lowest.as_array().iter().fold(SHARE, |share, lowest| share.max(OF_HEIGHT / lowest));
         let zero = f64x4::splat(simd, 0.0);
         let (starts, ends) = (before.hi.simd_gt(zero), after.hi.simd_gt(zero));
         let (exits, entries) = (starts & !ends, ends & !starts);
