@@ -97,7 +97,18 @@ fn answer(receiver: &Receiver, emitter: &Emitter, occluders: &[&Polygon], tolera
         DirectAttempt::Nothing => Plan::new(receiver, emitter.polygon()),
     };
     let Some(plan) = plan else { return Ok(Answer::ZERO) };
-    Case { receiver, emitter, occluders, plan: &plan }.answer(tolerance)
+    let case = Case { receiver, emitter, occluders, plan: &plan };
+    if occluders.is_empty() { case.answer(tolerance) } else { past_occluders(&case, tolerance) }
+}
+
+/// The answer past those occluders that may hide something.
+#[cold]
+#[inline(never)]
+fn past_occluders(case: &Case<'_>, tolerance: f64) -> Result<Answer, Error> {
+    match &*case.in_between() {
+        [] => answer(case.receiver, case.emitter, &[], tolerance),
+        occluders => Case { occluders, ..*case }.answer(tolerance),
+    }
 }
 
 /// Radiosity alone at `receiver` due to the part of `emitter` that it sees past `occluders`, with a bound.
@@ -138,7 +149,8 @@ fn value(receiver: &Receiver, emitter: &Emitter, occluders: &[&Polygon], toleran
         return Err(Error::AbsoluteTolerance { value: tolerance.absolute });
     }
     let Some(plan) = Plan::new(receiver, emitter.polygon()) else { return Ok(Value::ZERO) };
-    Case { receiver, emitter, occluders, plan: &plan }.value(tolerance)
+    let case = Case { receiver, emitter, occluders, plan: &plan };
+    Case { occluders: &case.in_between(), ..case }.value(tolerance)
 }
 
 /// Radiosity `B(x)` alone: the digits of the closed form in double precision, without bound and gradient. Where that breaks

@@ -38,7 +38,7 @@ const CUBIC: [f64; 9] = [
 /// Of c = 0, 1/2, 1: c; the leading double of the angle added to, `atan c`, `pi - atan c`, `pi/2 - atan c`, `pi/2 + atan c`, where
 /// the point is nearer to the x axis, to the right and to the left, or nearer to the y axis, likewise; and the rest of that angle.
 #[allow(clippy::approx_constant, reason = "the first doubles of two")]
-const FROM: [[[f64; 3]; 3]; 4] = [
+pub(crate) const FROM: [[[f64; 3]; 3]; 4] = [
     [[0.0, 0.0, 0.0], [0.5, 0.4636476090008061, 2.2698777452961687e-17], [1.0, 0.7853981633974483, 3.061616997868383e-17]],
     [
         [0.0, 3.141592653589793, 1.2246467991473532e-16],

@@ -6,6 +6,8 @@
 
 use std::ops::{Add, BitAnd, BitXor, Div, Mul, Neg, Sub};
 
+use crate::double_double;
+
 /// A number of any precision, or several.
 pub trait Arithmetic:
     Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self> + Neg<Output = Self>
@@ -67,6 +69,13 @@ pub trait Doubles: Arithmetic {
 
     /// The larger one; neither must be NaN.
     fn max(self, other: Self) -> Self;
+
+    /// What rounding left out of the product of two numbers: exact, so the same with a fused multiply-add where that is one
+    /// instruction.
+    #[inline(always)]
+    fn product_error(self, other: Self, product: Self) -> Self {
+        double_double::product_error(self, other, product)
+    }
 
     /// `(k, m)` of positive normal numbers `2^k m`, m from 1 to 2.
     fn exponent_and_mantissa(self) -> (Self, Self);

@@ -12,7 +12,9 @@ use std::ops::{Add, Div, Mul, Neg, Range, Sub};
 use crate::arithmetic::Doubles;
 
 mod functions;
+mod on_lanes;
 pub use functions::LIBRARY_UNITS;
+pub use on_lanes::{ROUNDOFF_ON_LANES, SideBySide};
 
 /// `hi + lo` with `|lo| <= ulp(hi)/2`; of lanes of doubles, several side by side.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -52,18 +54,20 @@ fn split<T: Doubles>(a: T) -> (T, T) {
     (high, a - high)
 }
 
-/// Exact product `a b = p + e` (Dekker 1971). A fused multiply-add would be shorter, but without the instruction it is a
-/// call of 25 ns, and the default x86-64 target has none.
+/// Exact product `a b = p + e`.
 #[inline(always)]
 pub fn two_product<T: Doubles>(a: T, b: T) -> (T, T) {
     let p = a * b;
+    mutant!("double-double.product-error", (p, a.product_error(b, p)), |(product, error): (T, T)| (product, error + error))
+}
+
+/// That error of a product (Dekker 1971). Of a double alone a fused multiply-add would be shorter, but without the instruction it is
+/// a call of 25 ns, and the default x86-64 target has none.
+#[inline(always)]
+pub(crate) fn product_error<T: Doubles>(a: T, b: T, p: T) -> T {
     let (a_high, a_low) = split(a);
     let (b_high, b_low) = split(b);
-    mutant!(
-        "double-double.product-error",
-        (p, ((a_high * b_high - p) + a_high * b_low + a_low * b_high) + a_low * b_low),
-        |(product, error): (T, T)| (product, error + error)
-    )
+    ((a_high * b_high - p) + a_high * b_low + a_low * b_high) + a_low * b_low
 }
 
 /// Numbers whose product with a roundoff of double-double is normal, and whose halves do not overflow.

@@ -12,7 +12,7 @@ use glam::DVec3;
 
 use crate::batch::cluster::{Cluster, fan};
 use crate::batch::far_field::FarField;
-use crate::batch::lamps::{Lamps, sorted};
+use crate::batch::lamps::{Kind, Lamps, kinds};
 use crate::batch::many_emitters::common_power;
 use crate::problem::emission::Emitter;
 
@@ -109,12 +109,11 @@ impl<'a> EmitterTree<'a> {
         let emitters = &*all;
         let power = common_power::<f64>(emitters);
         let (convex, concave): (Vec<_>, Vec<_>) = (0..emitters.len()).partition(|i| fans_out(&emitters[*i]));
-        let (kinds, mut others) = sorted(emitters, &convex, power);
+        let (kinds, mut others) = kinds(emitters, &convex, power);
         others.extend(concave);
-        let grove = |lamps: Lamps| {
-            let mut order = lamps.index().to_vec();
+        let grove = |(kind, mut order): (Kind, Vec<usize>)| {
             let nodes = Builder { emitters, power }.nodes(0, &mut order);
-            Grove { lamps: lamps.reordered(emitters, order, power), nodes }
+            Grove { lamps: Lamps::new(kind, emitters, order, power), nodes }
         };
         let groups = kinds.into_iter().map(grove).collect();
         Self { emitters: all, groups, others, power }

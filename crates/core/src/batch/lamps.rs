@@ -18,13 +18,26 @@ pub(super) enum Lamps {
     Linear(LinearGroup),
 }
 
+/// A kind of emitters.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Kind {
+    Constant,
+    Linear,
+}
+
 /// Emitters of these indices that go on lanes of double precision, those of a kind with as many vertices together; and the
 /// others.
 pub(super) fn sorted(emitters: &[Emitter], indices: &[usize], power: f64) -> (Vec<Lamps>, Vec<usize>) {
+    let (kinds, others) = kinds(emitters, indices, power);
+    (kinds.into_iter().map(|(kind, index)| Lamps::new(kind, emitters, index, power)).collect(), others)
+}
+
+/// The indices of each kind, and those of the others.
+pub(super) fn kinds(emitters: &[Emitter], indices: &[usize], power: f64) -> (Vec<(Kind, Vec<usize>)>, Vec<usize>) {
     let (constant, others): (Vec<_>, Vec<_>) = indices.iter().partition(|i| goes_on_lanes::<f64>(&emitters[**i], power));
     let (linear, others): (Vec<_>, Vec<_>) = others.into_iter().partition(|i| many::goes_on_lanes(&emitters[*i], power));
-    let constant = by_edges(emitters, &constant).into_iter().map(|index| Lamps::Constant(Group::new(emitters, index, power)));
-    let linear = by_edges(emitters, &linear).into_iter().map(|index| Lamps::Linear(LinearGroup::new(emitters, index, power)));
+    let constant = by_edges(emitters, &constant).into_iter().map(|index| (Kind::Constant, index));
+    let linear = by_edges(emitters, &linear).into_iter().map(|index| (Kind::Linear, index));
     (constant.chain(linear).collect(), others)
 }
 
@@ -42,11 +55,11 @@ pub(super) fn by_edges(emitters: &[Emitter], indices: &[usize]) -> Vec<Vec<usize
 }
 
 impl Lamps {
-    /// The same kind of emitters in another order.
-    pub(super) fn reordered(self, emitters: &[Emitter], index: Vec<usize>, power: f64) -> Self {
-        match self {
-            Self::Constant(_) => Self::Constant(Group::new(emitters, index, power)),
-            Self::Linear(_) => Self::Linear(LinearGroup::new(emitters, index, power)),
+    /// The emitters of these indices, in their order.
+    pub(super) fn new(kind: Kind, emitters: &[Emitter], index: Vec<usize>, power: f64) -> Self {
+        match kind {
+            Kind::Constant => Self::Constant(Group::new(emitters, index, power)),
+            Kind::Linear => Self::Linear(LinearGroup::new(emitters, index, power)),
         }
     }
 

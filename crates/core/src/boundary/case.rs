@@ -1,6 +1,7 @@
 //! One receiver, one emitter, the occluders between them, and the plan for them.
 
 use crate::boundary::plan::Plan;
+use crate::boundary::visibility;
 use crate::error::Error;
 use crate::problem::emission::Emitter;
 use crate::problem::polygon::Polygon;
@@ -13,6 +14,16 @@ pub(crate) struct Case<'a> {
     pub(crate) emitter: &'a Emitter,
     pub(crate) occluders: &'a [&'a Polygon],
     pub(crate) plan: &'a Plan,
+}
+
+impl<'a> Case<'a> {
+    /// The occluders that a rung has to look at: on the surface all, else those that may hide something.
+    pub(crate) fn in_between(&self) -> Vec<&'a Polygon> {
+        if self.occluders.is_empty() || self.plan.on_surface {
+            return self.occluders.to_vec();
+        }
+        visibility::in_between(self.receiver, self.emitter.polygon(), self.occluders, self.plan)
+    }
 }
 
 impl Case<'_> {

@@ -21,11 +21,14 @@ pub(crate) mod uncertainty;
 
 use std::cmp::Reverse;
 
+use glam::DVec3;
 use radgrad_numbers::real::{RadiusOf, Real};
 
 use crate::boundary::arc::Arc;
-use crate::boundary::plan::Plan;
+use crate::boundary::plan::{Plan, Side, least_sure_height, side_of, sure_side};
+use crate::boundary::visibility::not_flat::is_seen_convex;
 use crate::boundary::visibility::part::{Sides, VisiblePart};
+use crate::boundary::visibility::separation::BoundingCone;
 use crate::boundary::visibility::shadow::{Screen, Shadow};
 use crate::boundary::visibility::subtract::Subtraction;
 use crate::boundary::visibility::uncertainty::Uncertainty;
@@ -53,6 +56,41 @@ pub(crate) fn visit_boundary<T: Real>(
     let Visible { parts, sides, uncertainty } = visible(receiver, emitter, occluders, plan)?;
     boundary::visit_arcs(&parts, &sides, visit);
     Some(uncertainty)
+}
+
+/// The occluders that may hide some of the emitter, or leave open what is hidden. Double precision is sure of the others, that they
+/// are wholly below the receiver's horizon, behind the emitter, or beyond a plane through the receiver that has the emitter on its
+/// other side: no rung needs to look at them again.
+pub(crate) fn in_between<'a>(receiver: &Receiver, emitter: &Polygon, occluders: &[&'a Polygon], plan: &Plan) -> Vec<&'a Polygon> {
+    let (x, n1, slab) = (receiver.position(), receiver.direction(), emitter.half_slab() * plan.power * 1.01);
+    let is_below = |v: &DVec3| n1.dot(*v - x) < -least_sure_height((*v - x).abs().max_element());
+    let is_behind = |v: &DVec3| sure_side(*v, emitter, plan.power, slab) == Some(Side::Back);
+    let corners = |polygon: &Polygon, part: &[usize]| -> Vec<DVec3> { part.iter().map(|&i| polygon.vertices()[i]).collect() };
+    let is_cone = |polygon: &Polygon, outline: &[DVec3]| polygon.half_slab() == 0.0 || is_seen_convex(x, polygon, outline, plan);
+    let outlines: Vec<Vec<DVec3>> = convex_parts(emitter).iter().map(|part| corners(emitter, part)).collect();
+    if !outlines.iter().all(|outline| is_cone(emitter, outline)) {
+        return occluders.to_vec();
+    }
+    let lit: Vec<BoundingCone> = outlines.iter().map(|outline| BoundingCone::of_polygon(x, outline)).collect();
+    let may_hide = |occluder: &&&Polygon| {
+        let vertices = occluder.vertices();
+        if vertices.iter().all(is_below) || vertices.iter().all(is_behind) {
+            return false;
+        }
+        let seen = side_of(x, occluder, plan.power);
+        convex_parts(occluder).iter().any(|part| {
+            let mut outline = corners(occluder, part);
+            if seen == Side::InPlane || !is_cone(occluder, &outline) {
+                return true;
+            }
+            if seen == Side::Back {
+                outline.reverse();
+            }
+            let cone = BoundingCone::of_polygon(x, &outline);
+            !lit.iter().all(|part| cone.misses(part))
+        })
+    };
+    occluders.iter().filter(may_hide).copied().collect()
 }
 
 /// The visible parts, and the uncertainty that the decisions left; `None` where surely nothing is visible.

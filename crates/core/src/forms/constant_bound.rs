@@ -237,7 +237,7 @@ impl<T: Copy + Add<Output = T> + Mul<Output = T> + Add<f64, Output = T> + Mul<f6
 
 /// A sum with the relative displacement of an arc's ends, so many times; with nothing where no horizon cuts.
 #[inline(always)]
-fn with_displacement<T: Figure>(sum: T, eta: Option<T>, times: f64) -> T {
+pub(super) fn with_displacement<T: Figure>(sum: T, eta: Option<T>, times: f64) -> T {
     match eta {
         Some(eta) => sum + eta * times,
         None => sum,
@@ -246,7 +246,7 @@ fn with_displacement<T: Figure>(sum: T, eta: Option<T>, times: f64) -> T {
 
 /// The same with that times a factor.
 #[inline(always)]
-fn with_product<T: Figure>(sum: T, eta: Option<T>, times: f64, factor: T) -> T {
+pub(super) fn with_product<T: Figure>(sum: T, eta: Option<T>, times: f64, factor: T) -> T {
     match eta {
         Some(eta) => sum + factor * (eta * times),
         None => sum,

@@ -8,6 +8,7 @@
 pub(crate) mod constant;
 pub(crate) mod cut;
 pub(crate) mod linear;
+pub(crate) mod precise;
 #[cfg(test)]
 pub(crate) mod random;
 

@@ -14,10 +14,15 @@ pub(crate) fn segment_frame<T: Real>(arc: &Arc<T>, n2: Vec3<T>, height: T) -> Fr
     if let Generator::Emitter(line) = &arc.generator {
         return line.frame();
     }
-    let normal = arc.generator.normal();
+    met_frame(arc.generator.normal(), n2, height)
+}
+
+/// The same of a plane with that normal.
+#[inline(always)]
+pub(crate) fn met_frame<T: Arithmetic>(normal: Vec3<T>, n2: Vec3<T>, height: T) -> Frame<T> {
     let meet = n2.cross(normal);
     let sine = meet.norm_squared().sqrt();
-    let along = meet * (T::exact(1.0) / sine);
+    let along = meet * (height.like(1.0) / sine);
     Frame { toward: along.cross(normal), along, normal, distance: height / sine }
 }
 

@@ -8,13 +8,16 @@
 //! 2. The closed form in double precision with its bound: derived for a constant emitter ([`crate::forms::constant_bound`]) and
 //!    for a linear one that is seen whole ([`crate::forms::linear_bound`]), running otherwise ([`radgrad_numbers::ball`]), where
 //!    the rule may cost more before it.
-//! 3. The Gauss rule with more nodes, where that is still cheaper than:
-//! 4. the closed form in double-double with a running bound;
-//! 5. the same with 256 to 8448 bits, rounded to doubles, where the crate is built with arbitrary precision, and as long as that
+//! 3. The closed form in double-double on lanes, of a constant or linear emitter without occluders, with the bound that is derived for
+//!    double precision in another unit ([`crate::forms::edge_lanes::precise`]); where that was found before, it says whether this
+//!    will do.
+//! 4. The Gauss rule with more nodes, where that is still cheaper than:
+//! 5. the closed form in double-double with a running bound;
+//! 6. the same with 256 to 8448 bits, rounded to doubles, where the crate is built with arbitrary precision, and as long as that
 //!    takes no more than some seconds.
 //!
 //! On the surface of an emitter that is not flat no rung answers, but [`crate::ladder::on_surface`]. A rung whose bound is above the tolerance hands over to the next; where all are, the one with the smallest bound answers.
-//! [`DirectAttempt::new`] is rung 0, [`Case::climb`] takes rungs 1 to 4, and [`Case::answer`] the last one.
+//! [`DirectAttempt::new`] is rung 0, [`Case::climb`] takes rungs 1 to 5, and [`Case::answer`] the last one.
 
 use std::cell::Cell;
 
@@ -32,7 +35,7 @@ use crate::boundary::case::Case;
 use crate::boundary::plan::{Horizon, Plan};
 use crate::error::Error;
 use crate::forms::constant_bound::BoundedSum;
-use crate::forms::edge_lanes::SureCase;
+use crate::forms::edge_lanes::{SureCase, precise};
 use crate::forms::irradiance_and_gradient::IrradianceAndGradient;
 use crate::forms::{edge_lanes, linear_bound};
 use crate::gauss;
@@ -87,6 +90,17 @@ impl Found {
     fn meets(&self, tolerance: f64) -> bool {
         self.radiosity_error <= mutant!("ladder.meets", tolerance, |tolerance| 10.0 * tolerance) * self.radiosity.abs()
             && self.gradient_error <= tolerance * self.gradient.length()
+    }
+
+    /// Results in double-double rounded to doubles, given bounds on their errors before.
+    fn rounded(radiosity: f64, gradient: Vec3<f64>, [of_radiosity, of_gradient]: [f64; 2]) -> Self {
+        let error = |before: f64, size: f64| (before + ROUNDOFF * size) * (1.0 + 8.0 * f64::EPSILON);
+        Self {
+            radiosity,
+            gradient,
+            radiosity_error: error(of_radiosity, radiosity.abs()),
+            gradient_error: error(of_gradient, gradient.length()),
+        }
     }
 
     /// The larger of the two relative bounds; infinite where one of them bounds nothing.
@@ -207,6 +221,12 @@ impl Case<'_> {
         if let Some(answer) = accepted(&found, Method::ClosedForm)? {
             return Ok(Climb::Met(answer));
         }
+        if self.is_for_lanes(derived.as_ref(), &accepted)
+            && let Some(found) = self.on_double_double_lanes(&found)
+            && let Some(answer) = accepted(&found, Method::DoubleDouble)?
+        {
+            return Ok(Climb::Met(answer));
+        }
         if !tried.get()
             && let Some(answer) = by_rule(budget.dear)?
         {
@@ -278,6 +298,44 @@ impl Case<'_> {
                 edge_lanes::linear::bounded(receiver, emitter, plan.power).map(|(terms, bound)| self.of_linear(&terms, bound))
             }
             Emission::Linear(_) | Emission::Polynomial(_) => None,
+        }
+    }
+
+    /// Whether double-double on lanes is to be tried: where a bound was derived for double precision, this one's is known.
+    #[inline(always)]
+    fn is_for_lanes<A>(&self, derived: Option<&Found>, accepted: impl Fn(&Found, Method) -> Result<Option<A>, Error>) -> bool {
+        let expected = |found: &Found| {
+            let bounds = [found.radiosity_error, found.gradient_error].map(|bound| bound * precise::SHARE);
+            Found::rounded(found.radiosity, found.gradient, bounds)
+        };
+        match derived {
+            Some(found) => !matches!(accepted(&expected(found), Method::DoubleDouble), Ok(None)),
+            None => self.occluders.is_empty() && matches!(self.emitter.emission(), Emission::Linear(_)),
+        }
+    }
+
+    /// The closed form in double-double on lanes, given that in double precision, with its derived bound where the emission is constant.
+    #[cold]
+    #[inline(never)]
+    fn on_double_double_lanes(&self, before: &Found) -> Option<Found> {
+        let Self { receiver, emitter, plan, .. } = *self;
+        match emitter.emission() {
+            Emission::Constant(_) => {
+                let (sums, share) = precise::constant(receiver, emitter.polygon(), plan)?;
+                let factor = receiver.albedo() * DoubleDouble::from(emitter.affine().value);
+                let radiosity = (receiver.precise_normal().dot(sums.irradiance) * factor).hi;
+                let gradient = (sums.gradient * factor).map(|c| c.hi);
+                let bounds = [before.radiosity_error, before.gradient_error].map(|bound| bound * share);
+                Some(Found::rounded(radiosity, gradient, bounds))
+            }
+            Emission::Linear(_) => {
+                let (sums, unit) = precise::linear(receiver, emitter, plan)?;
+                let (_, bound) = edge_lanes::linear::bounded_in(unit, receiver, emitter, plan)?;
+                let (radiosity, gradient) = (sums.radiosity(receiver).value(), sums.gradient(receiver).map(Real::value));
+                let share = albedo::<f64>(receiver);
+                Some(Found::rounded(radiosity, gradient, [share * bound.radiosity, share * bound.gradient]))
+            }
+            Emission::Polynomial(_) => None,
         }
     }
 

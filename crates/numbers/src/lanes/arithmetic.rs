@@ -1,12 +1,15 @@
 //! The operations of the closed forms on lanes of doubles.
 
+#[cfg(target_arch = "x86_64")]
+use fearless_simd::Level;
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f64x4, f64x8};
 
 use crate::arithmetic::{Arithmetic, Doubles};
+use crate::double_double::{DoubleDouble, SideBySide};
 use crate::lanes::lane::{Lanes, Mask};
 use crate::series::{clausen, sine};
-use crate::{arc_tangent, logarithm};
+use crate::{arc_tangent, double_double, logarithm};
 
 /// By arithmetic on the bits: an integer in the last ones of 2^52 gives the double that exceeds 2^52 by it.
 #[inline(always)]
@@ -14,6 +17,20 @@ fn exponent_and_mantissa<S: Simd, V: SimdFloat<S, Element = f64>>(simd: S, x: V)
     let bits = x.to_bits();
     let exponent = V::from_bits((bits >> 52) | (1075 << 52)) - V::splat(simd, ((1u64 << 52) + 1023) as f64);
     (exponent, V::from_bits((bits & ((1 << 52) - 1)) | (1023 << 52)))
+}
+
+/// Whether vectors surely have a fused multiply-add, known when code is compiled for them.
+#[inline(always)]
+fn fuses<S: Simd>(simd: S) -> bool {
+    #[cfg(target_arch = "x86_64")]
+    {
+        matches!(simd.level(), Level::Avx2(_) | Level::Avx512(_))
+    }
+    #[cfg(not(target_arch = "x86_64"))]
+    {
+        let _ = simd;
+        false
+    }
 }
 
 /// The constants of a row, the `i`-th of each entry, in as many lanes as `like` has.
@@ -114,6 +131,14 @@ macro_rules! arithmetic_on_lanes {
                 $wrap(SimdBase::max(self$(.$field)?, other$(.$field)?))
             }
             #[inline(always)]
+            fn product_error(self, other: Self, product: Self) -> Self {
+                if fuses(self$(.$field)?.token()) {
+                    $wrap(SimdFloat::mul_sub(self$(.$field)?, other$(.$field)?, product$(.$field)?))
+                } else {
+                    double_double::product_error(self, other, product)
+                }
+            }
+            #[inline(always)]
             fn exponent_and_mantissa(self) -> (Self, Self) {
                 let (exponent, mantissa) = exponent_and_mantissa(self$(.$field)?.token(), self$(.$field)?);
                 ($wrap(exponent), $wrap(mantissa))
@@ -134,6 +159,32 @@ macro_rules! arithmetic_on_lanes {
 arithmetic_on_lanes!(f64x4<S>, fearless_simd::mask64x4<S>, std::convert::identity, std::convert::identity);
 arithmetic_on_lanes!(f64x8<S>, fearless_simd::mask64x8<S>, std::convert::identity, std::convert::identity);
 arithmetic_on_lanes!(Lanes<S, f64>, Mask<S, f64>, Lanes, Mask, 0);
+
+#[inline(never)]
+fn apart<S: Simd, A, R>(simd: S, arguments: A, function: impl Fn(A) -> R) -> R {
+    simd.vectorize(
+        #[inline(always)]
+        || function(arguments),
+    )
+}
+
+/// Of double-doubles on a vector.
+macro_rules! side_by_side {
+    ($type:ty) => {
+        impl<S: Simd> SideBySide for $type {
+            #[inline(always)]
+            fn apart<const N: usize>(
+                arguments: [DoubleDouble<Self>; N],
+                function: impl Fn([DoubleDouble<Self>; N]) -> DoubleDouble<Self>,
+            ) -> DoubleDouble<Self> {
+                apart(arguments[0].hi.token(), arguments, function)
+            }
+        }
+    };
+}
+
+side_by_side!(f64x4<S>);
+side_by_side!(f64x8<S>);
 
 #[cfg(test)]
 mod tests {

@@ -1,5 +1,6 @@
 //! The vector unit of this machine, found at run time. All instruction sets give the same digits: kernels use correctly rounded
-//! operations only, no product is fused with a sum, and no sum's order depends on how many lanes there are.
+//! operations only, no product is fused with a sum but where the result is exact, and no sum's order depends on how many lanes there
+//! are.
 
 use fearless_simd::Level;
 

@@ -90,7 +90,7 @@ fn is_between(a: DVec3, point: DVec3, b: DVec3) -> bool {
 
 /// Whether the receiver surely sees the vertices of a convex part in convex order: it is on one side of the planes through each
 /// three in a row, the one on which the occluder's plane has it.
-fn is_seen_convex(x: DVec3, occluder: &Polygon, part: &[DVec3], plan: &Plan) -> bool {
+pub(super) fn is_seen_convex(x: DVec3, occluder: &Polygon, part: &[DVec3], plan: &Plan) -> bool {
     let way = match side_of(x, occluder, plan.power) {
         Side::Front => 1.0,
         Side::Back => -1.0,

@@ -1,21 +1,24 @@
-//! The sums of a linear emitter that is seen whole, four edges at a time, one a lane of a vector: the digits of the sums of
+//! The sums of a linear emitter that is seen whole, or that the horizon cuts, four edges at a time, one a lane of a vector: the digits of the sums of
 //! [`crate::forms::linear`], where double precision is sure of all decisions ([`crate::forms::edge_lanes`]).
 
 use fearless_simd::prelude::*;
-use fearless_simd::{Simd, f64x4, f64x8};
+use fearless_simd::{Simd, f64x4, f64x8, mask64x4};
 use radgrad_numbers::arc_tangent::is_in_range;
-use radgrad_numbers::lanes::vectors::{all, number_plus_first, plus_first};
+use radgrad_numbers::lanes::vectors::{all, chosen, number_plus_first, plus_first};
 use radgrad_numbers::logarithm::of_normal;
+use radgrad_numbers::number::ROUNDOFF;
 use radgrad_numbers::on_instruction_set;
+use radgrad_numbers::vec3::Vec3;
 
 use crate::boundary::arc::Arc;
 use crate::boundary::line::Frame;
-use crate::boundary::plan::Horizon;
+use crate::boundary::plan::{Horizon, Plan};
+use crate::forms::edge_lanes::cut::Cut;
 use crate::forms::edge_lanes::{EdgeLanes, INSTRUCTION_SET, SureCase, height_over_plane, plan, power_seen_whole};
 use crate::forms::irradiance_and_gradient::IrradianceAndGradient;
 use crate::forms::linear::{ContourTerm, LinearSum, SeenLinear};
-use crate::forms::linear_bound::{Errors, LinearBound};
-use crate::forms::segment::{X1End, x1_between};
+use crate::forms::linear_bound::{Errors, LinearBound, MOVED};
+use crate::forms::segment::{X1End, logarithms, met_frame, x1_between};
 use crate::problem::emission::Emitter;
 use crate::problem::receiver::Receiver;
 
@@ -24,7 +27,7 @@ use crate::problem::receiver::Receiver;
 pub(crate) fn whole<const GRADIENT: bool>(receiver: &Receiver, emitter: &Emitter) -> Option<(f64, IrradianceAndGradient<f64>)> {
     on_instruction_set!(*INSTRUCTION_SET, simd => {
         let power = power_seen_whole(simd, receiver, emitter.polygon())?;
-        Some((power, sums::<_, GRADIENT, false>(simd, receiver, emitter, power)?.0))
+        Some((power, sums::<_, GRADIENT, false, false>(simd, receiver, emitter, power, ROUNDOFF)?.0))
     })
 }
 
@@ -33,9 +36,55 @@ pub(crate) fn whole<const GRADIENT: bool>(receiver: &Receiver, emitter: &Emitter
 #[inline]
 pub(crate) fn bounded(receiver: &Receiver, emitter: &Emitter, power: f64) -> Option<(IrradianceAndGradient<f64>, LinearBound)> {
     on_instruction_set!(*INSTRUCTION_SET, simd => {
-        let (terms, bound) = sums::<_, true, true>(simd, receiver, emitter, power)?;
+        let (terms, bound) = sums::<_, true, true, false>(simd, receiver, emitter, power, ROUNDOFF)?;
         Some((terms, bound?))
     })
+}
+
+/// The same with the errors that a unit of roundoff leaves, past a quarter turn too; the horizon may cut a polygon of up to four
+/// vertices. Above running bounds, so that double precision has no use for it there.
+#[inline]
+pub(crate) fn bounded_in(
+    unit: f64,
+    receiver: &Receiver,
+    emitter: &Emitter,
+    plan: &Plan,
+) -> Option<(IrradianceAndGradient<f64>, LinearBound)> {
+    on_instruction_set!(*INSTRUCTION_SET, simd => {
+        if plan.horizon == Horizon::Crossing {
+            return cut(simd, receiver, emitter, plan.power, unit);
+        }
+        let (terms, bound) = sums::<_, true, true, true>(simd, receiver, emitter, plan.power, unit)?;
+        Some((terms, bound?))
+    })
+}
+
+/// Of a polygon that the horizon cuts.
+#[inline(always)]
+fn cut<S: Simd>(
+    simd: S,
+    receiver: &Receiver,
+    emitter: &Emitter,
+    power: f64,
+    unit: f64,
+) -> Option<(IrradianceAndGradient<f64>, LinearBound)> {
+    let polygon = emitter.polygon();
+    let [edges] = polygon.four_edges() else { return None };
+    let count = polygon.vertices().len();
+    let mut sum = LinearSum::new(SeenLinear::from(receiver, emitter, power, height_over_plane(simd, receiver, polygon, power)));
+    let mut errors = Errors::new(&sum, receiver, emitter, power, unit)?;
+    let Cut { four, visible, closing } = Cut::new(simd, receiver, edges, count, power)?;
+    let nearest = four.arc.start.square.min(four.arc.end.square);
+    let moved = f64x4::splat(simd, MOVED[1]) / nearest.sqrt() + MOVED[0];
+    errors.add_arc();
+    let added = sum.add_four::<S, true>(simd, &four, Some(visible), count)?;
+    errors.add_four::<S, true>(simd, &sum, (&four, &added), Some((visible, moved)), count)?;
+    let horizon = HorizonSegment::new(&sum.seen, closing);
+    horizon.add_to(&mut sum);
+    errors.add_horizon(&sum, &horizon)?;
+    let terms = sum.total();
+    let bound = errors.bound(&sum, &terms);
+    (bound.radiosity + bound.gradient).is_finite().then_some((terms, bound))
 }
 
 /// The same of a polygon whose visible part is sure; the sums where that is all of it and its size is more than `narrow` of the
@@ -47,7 +96,7 @@ pub(crate) fn bounded_where_sure(receiver: &Receiver, emitter: &Emitter, narrow:
         if plan.horizon != Horizon::Above || emitter.polygon().size() * plan.power <= narrow {
             return Some(SureCase { plan, sums: None });
         }
-        let sums = match sums::<_, true, true>(simd, receiver, emitter, plan.power) {
+        let sums = match sums::<_, true, true, false>(simd, receiver, emitter, plan.power, ROUNDOFF) {
             Some((terms, Some(bound))) => Some((terms, bound)),
             _ => None,
         };
@@ -55,25 +104,27 @@ pub(crate) fn bounded_where_sure(receiver: &Receiver, emitter: &Emitter, narrow:
     })
 }
 
+/// Unless `WIDE`, only where no edge passes near, and bounds only where none is seen past a quarter turn.
 #[inline(always)]
-fn sums<S: Simd, const GRADIENT: bool, const BOUND: bool>(
+fn sums<S: Simd, const GRADIENT: bool, const BOUND: bool, const WIDE: bool>(
     simd: S,
     receiver: &Receiver,
     emitter: &Emitter,
     power: f64,
+    unit: f64,
 ) -> Option<(IrradianceAndGradient<f64>, Option<LinearBound>)> {
     let polygon = emitter.polygon();
     let mut sum = LinearSum::new(SeenLinear::from(receiver, emitter, power, height_over_plane(simd, receiver, polygon, power)));
-    let mut errors = if BOUND { Some(Errors::new(&sum, receiver, emitter, power)?) } else { None };
+    let mut errors = if BOUND { Some(Errors::new(&sum, receiver, emitter, power, unit)?) } else { None };
     let x = all(simd, receiver.position());
     let mut rest = polygon.vertices().len();
     let fours = polygon.four_edges();
     for four in fours {
-        let four = EdgeLanes::new::<false>(simd, four, x, f64x4::splat(simd, power), fours.len() == 1)?;
+        let four = EdgeLanes::new::<WIDE>(simd, four, x, f64x4::splat(simd, power), fours.len() == 1)?;
         let count = rest.min(4);
-        let added = sum.add_four::<S, GRADIENT>(simd, &four, count)?;
+        let added = sum.add_four::<S, GRADIENT>(simd, &four, None, count)?;
         if let Some(errors) = &mut errors {
-            errors.add_four(simd, &sum, (&four, &added), count)?;
+            errors.add_four::<S, WIDE>(simd, &sum, (&four, &added), None, count)?;
         }
         rest -= count;
     }
@@ -100,9 +151,15 @@ impl<S: Simd> SeenLinear<f64x4<S>> {
 }
 
 impl LinearSum<f64> {
-    /// As [`LinearSum::add`] for the first `count` lanes, where all is sure.
+    /// As [`LinearSum::add`] for the first `count` lanes, of them those that are visible, where all is sure.
     #[inline(always)]
-    fn add_four<S: Simd, const GRADIENT: bool>(&mut self, simd: S, four: &EdgeLanes<S>, count: usize) -> Option<Added<S>> {
+    fn add_four<S: Simd, const GRADIENT: bool>(
+        &mut self,
+        simd: S,
+        four: &EdgeLanes<S>,
+        visible: Option<mask64x4<S>>,
+        count: usize,
+    ) -> Option<Added<S>> {
         let EdgeLanes { arc, line, .. } = four;
         let (seen, frame) = (SeenLinear::on_lanes(simd, self.seen), line.frame());
         let square = seen.height * seen.height;
@@ -112,9 +169,13 @@ impl LinearSum<f64> {
         );
         let contour = seen.contour(arc, &frame, logarithms);
         let x1 = X1::new(simd, arc, &frame, contour.kappa, logarithms)?;
-        self.angles = plus_first(self.angles, frame.normal * arc.angle, count);
-        self.contour = plus_first(self.contour, contour.outward * contour.flux, count);
-        self.x1 = number_plus_first(self.x1, x1.term, count);
+        self.angles = plus_first(self.angles, only(simd, visible, frame.normal * arc.angle), count);
+        self.contour = plus_first(self.contour, only(simd, visible, contour.outward * contour.flux), count);
+        let term = match visible {
+            Some(visible) => visible.select(x1.term, f64x4::splat(simd, 0.0)),
+            None => x1.term,
+        };
+        self.x1 = number_plus_first(self.x1, term, count);
         let cosines = four.at_ends(
             #[inline(always)]
             |end| seen.cosine(end),
@@ -129,9 +190,58 @@ impl LinearSum<f64> {
             if wide.any_true() {
                 weight = wide.select(seen.toward(&frame, &arc.moments(&frame)) / frame.distance, weight);
             }
-            self.edges = plus_first(self.edges, frame.normal * -weight, count);
+            self.edges = plus_first(self.edges, only(simd, visible, frame.normal * -weight), count);
         }
         Some(Added { logarithms, contour, x1, cosines, emissions })
+    }
+}
+
+/// The terms of the lanes that are visible.
+#[inline(always)]
+pub(crate) fn only<S: Simd>(simd: S, visible: Option<mask64x4<S>>, terms: Vec3<f64x4<S>>) -> Vec3<f64x4<S>> {
+    let zero = f64x4::splat(simd, 0.0);
+    match visible {
+        Some(visible) => chosen(visible, terms, Vec3::new(zero, zero, zero)),
+        None => terms,
+    }
+}
+
+/// The segment in which the horizon meets the emitter, with the quantities that bound its errors.
+pub(crate) struct HorizonSegment {
+    pub(crate) arc: Arc<f64>,
+    pub(crate) frame: Frame<f64>,
+    /// `ln(r/h)` at the ends.
+    pub(crate) logarithms: [f64; 2],
+    pub(crate) contour: ContourTerm<f64>,
+    /// The magnitudes of s, and the ends of the segment's part of X1.
+    pub(crate) s: [f64; 2],
+    pub(crate) d: f64,
+    pub(crate) ends: [X1End<f64>; 2],
+    pub(crate) term: f64,
+    pub(crate) quotient: f64,
+}
+
+impl HorizonSegment {
+    /// As [`LinearSum::add`] has it.
+    #[inline(always)]
+    fn new(seen: &SeenLinear<f64>, arc: Arc<f64>) -> Self {
+        let frame = met_frame(arc.generator.normal(), seen.n2, seen.height);
+        let logarithms = logarithms(&arc, seen.height);
+        let contour = seen.contour(&arc, &frame, logarithms);
+        let signed = frame.distance * contour.kappa;
+        let (d, along) = (signed.abs(), [arc.start.point.dot(frame.along), arc.end.point.dot(frame.along)]);
+        let distances = [d, frame.distance, frame.distance + d];
+        let ends = [0, 1].map(|i| X1End::at(along[i].abs(), distances, logarithms[i]));
+        let (term, quotient) = x1_between([ends[0].on_side_of(along[0]), ends[1].on_side_of(along[1])], signed);
+        let (term, s) = (if signed == 0.0 { 0.0 } else { term }, along.map(f64::abs));
+        Self { arc, frame, logarithms, contour, s, d, ends, term, quotient }
+    }
+
+    #[inline(always)]
+    fn add_to(&self, sum: &mut LinearSum<f64>) {
+        sum.angles = sum.angles + self.frame.normal * self.arc.angle;
+        sum.contour = sum.contour + self.contour.outward * self.contour.flux;
+        sum.x1 += self.term;
     }
 }
 
@@ -189,7 +299,6 @@ mod tests {
 
     use super::*;
     use crate::boundary::horizon;
-    use crate::boundary::plan::Plan;
     use crate::forms::edge_lanes::random::{polygon_and_receiver, vector};
     use crate::problem::emission::Emission;
     use radgrad_numbers::lanes::instruction_set::instruction_sets;
@@ -205,7 +314,7 @@ mod tests {
             let mut first = None;
             for level in instruction_sets() {
                 let found = on_instruction_set!(level, simd => power_seen_whole(simd, &receiver, emitter.polygon())
-                    .and_then(|power| Some((power, sums::<_, true, false>(simd, &receiver, &emitter, power)?.0))));
+                    .and_then(|power| Some((power, sums::<_, true, false, false>(simd, &receiver, &emitter, power, ROUNDOFF)?.0))));
                 let digits = found.map(|(power, terms)| (power, terms.irradiance, terms.gradient));
                 assert_eq!(*first.get_or_insert(digits), digits, "{level:?}");
             }
