@@ -11,7 +11,7 @@
 //! 3. The closed form in double-double on lanes, of a constant or linear emitter without occluders, with the bound that is derived for
 //!    double precision in another unit ([`crate::forms::edge_lanes::precise`]); where that was found before, it says whether this
 //!    will do.
-//! 4. The Gauss rule with more nodes, where that is still cheaper than:
+//! 4. The Gauss rule with more nodes, where that is still cheaper than the next, or than rung 3 before it:
 //! 5. the closed form in double-double with a running bound;
 //! 6. the same with 256 to 8448 bits, rounded to doubles, where the crate is built with arbitrary precision, and as long as that
 //!    takes no more than some seconds.
@@ -53,7 +53,9 @@ struct Budget {
     cheap: usize,
     /// Nodes that cost as much as the closed form with a running bound.
     running: usize,
-    /// Nodes that cost half as much as it does in double-double.
+    /// Nodes that cost as much as double-double on lanes.
+    beside_lanes: usize,
+    /// Nodes that cost half as much as double-double with a running bound.
     dear: usize,
 }
 
@@ -63,9 +65,9 @@ const WIDE_BESIDE_RUNNING: f64 = 2.0;
 impl Budget {
     fn of(emission: &Emission) -> Self {
         match emission {
-            Emission::Constant(_) => Self { wide: 0.4, cheap: 110, running: 110, dear: 2000 },
-            Emission::Linear(_) => Self { wide: 0.5, cheap: 260, running: 4000, dear: 16000 },
-            Emission::Polynomial(_) => Self { wide: WIDE_BESIDE_RUNNING, cheap: 1000, running: 1000, dear: 8000 },
+            Emission::Constant(_) => Self { wide: 0.4, cheap: 110, running: 110, beside_lanes: 900, dear: 2000 },
+            Emission::Linear(_) => Self { wide: 0.5, cheap: 260, running: 4000, beside_lanes: 5800, dear: 16000 },
+            Emission::Polynomial(_) => Self { wide: WIDE_BESIDE_RUNNING, cheap: 1000, running: 1000, beside_lanes: 1000, dear: 8000 },
         }
     }
 }
@@ -221,11 +223,17 @@ impl Case<'_> {
         if let Some(answer) = accepted(&found, Method::ClosedForm)? {
             return Ok(Climb::Met(answer));
         }
-        if self.is_for_lanes(derived.as_ref(), &accepted)
-            && let Some(found) = self.on_double_double_lanes(&found)
-            && let Some(answer) = accepted(&found, Method::DoubleDouble)?
-        {
-            return Ok(Climb::Met(answer));
+        if self.is_for_lanes(derived.as_ref(), &accepted) {
+            if !tried.get()
+                && let Some(answer) = by_rule(budget.beside_lanes)?
+            {
+                return Ok(Climb::Met(answer));
+            }
+            if let Some(found) = self.on_double_double_lanes(&found)
+                && let Some(answer) = accepted(&found, Method::DoubleDouble)?
+            {
+                return Ok(Climb::Met(answer));
+            }
         }
         if !tried.get()
             && let Some(answer) = by_rule(budget.dear)?
