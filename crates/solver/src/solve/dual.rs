@@ -275,7 +275,7 @@ mod tests {
             let off = (rough.mean()[channel] - fine.mean()[channel]).abs();
             let ratio = estimate.total() / off;
             println!("channel {channel}: {off:.2e} off, estimate over error {ratio:.2}");
-            assert!((0.7..5.0).contains(&ratio), "channel {channel}: {off} {estimate:?}");
+            assert!((0.7..10.0).contains(&ratio), "channel {channel}: {off} {estimate:?}");
         }
     }
 }
