@@ -11,10 +11,8 @@ use std::ops::{Add, Div, Mul, Neg, Range, Sub};
 
 use crate::arithmetic::Doubles;
 
-mod functions;
-mod on_lanes;
+pub(crate) mod functions;
 pub use functions::LIBRARY_UNITS;
-pub use on_lanes::{ROUNDOFF_ON_LANES, SideBySide};
 
 /// `hi + lo` with `|lo| <= ulp(hi)/2`; of lanes of doubles, several side by side.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -38,20 +36,9 @@ pub fn two_sum<T: Doubles>(a: T, b: T) -> (T, T) {
 
 /// Exact sum for `|a| >= |b|` (Dekker 1971).
 #[inline(always)]
-fn fast_two_sum<T: Doubles>(a: T, b: T) -> (T, T) {
+pub(crate) fn fast_two_sum<T: Doubles>(a: T, b: T) -> (T, T) {
     let s = a + b;
     (s, b - (s - a))
-}
-
-/// `2^27 + 1`.
-const SPLIT: f64 = 134_217_729.0;
-
-/// Splits a double into two halves of at most 26 bits (Veltkamp 1968).
-#[inline(always)]
-fn split<T: Doubles>(a: T) -> (T, T) {
-    let c = a.like(SPLIT) * a;
-    let high = c - (c - a);
-    (high, a - high)
 }
 
 /// Exact product `a b = p + e`.
@@ -59,15 +46,6 @@ fn split<T: Doubles>(a: T) -> (T, T) {
 pub fn two_product<T: Doubles>(a: T, b: T) -> (T, T) {
     let p = a * b;
     mutant!("double-double.product-error", (p, a.product_error(b, p)), |(product, error): (T, T)| (product, error + error))
-}
-
-/// That error of a product (Dekker 1971). Of a double alone a fused multiply-add would be shorter, but without the instruction it is
-/// a call of 25 ns, and the default x86-64 target has none.
-#[inline(always)]
-pub(crate) fn product_error<T: Doubles>(a: T, b: T, p: T) -> T {
-    let (a_high, a_low) = split(a);
-    let (b_high, b_low) = split(b);
-    ((a_high * b_high - p) + a_high * b_low + a_low * b_high) + a_low * b_low
 }
 
 /// Numbers whose product with a roundoff of double-double is normal, and whose halves do not overflow.

@@ -45,6 +45,7 @@ pub mod ball;
 pub mod big;
 pub mod dilogarithm;
 pub mod double_double;
+pub mod double_double_on_lanes;
 pub mod exact;
 pub mod lanes;
 pub mod logarithm;

@@ -103,7 +103,8 @@ use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
 
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f64x4, f64x8, mask64x4};
-use radgrad_numbers::double_double::{ROUNDOFF_OF_DOUBLE_DOUBLE, ROUNDOFF_ON_LANES};
+use radgrad_numbers::double_double::ROUNDOFF_OF_DOUBLE_DOUBLE;
+use radgrad_numbers::double_double_on_lanes::ROUNDOFF_ON_LANES;
 use radgrad_numbers::lanes::vectors::{all, plus_first};
 use radgrad_numbers::number::ROUNDOFF;
 use radgrad_numbers::vec3::Vec3;

@@ -67,7 +67,9 @@ impl Budget {
         match emission {
             Emission::Constant(_) => Self { wide: 0.4, cheap: 110, running: 110, beside_lanes: 900, dear: 2000 },
             Emission::Linear(_) => Self { wide: 0.5, cheap: 260, running: 4000, beside_lanes: 5800, dear: 16000 },
-            Emission::Polynomial(_) => Self { wide: WIDE_BESIDE_RUNNING, cheap: 1000, running: 1000, beside_lanes: 1000, dear: 8000 },
+            Emission::Polynomial(_) => {
+                Self { wide: WIDE_BESIDE_RUNNING, cheap: 1000, running: 1000, beside_lanes: 1000, dear: 8000 }
+            }
         }
     }
 }

@@ -15,12 +15,12 @@ use crate::double_double::DoubleDouble;
 pub const LIBRARY_UNITS: f64 = 64.0;
 
 /// ln 2.
-pub(super) const LN_2: DoubleDouble = DoubleDouble { hi: std::f64::consts::LN_2, lo: 2.319_046_813_846_299_6e-17 };
+pub(crate) const LN_2: DoubleDouble = DoubleDouble { hi: std::f64::consts::LN_2, lo: 2.319_046_813_846_299_6e-17 };
 const PI: DoubleDouble = DoubleDouble { hi: std::f64::consts::PI, lo: 1.224_646_799_147_353_2e-16 };
 const PI_16: DoubleDouble = DoubleDouble { hi: std::f64::consts::PI / 16.0, lo: 7.654_042_494_670_958e-18 };
 
 /// `1/(2k + 1)`.
-pub(super) const RECIPROCALS: [DoubleDouble; 11] = [
+pub(crate) const RECIPROCALS: [DoubleDouble; 11] = [
     DoubleDouble { hi: 1.0, lo: 0.0 },
     DoubleDouble { hi: 1.0 / 3.0, lo: 1.850371707708594e-17 },
     DoubleDouble { hi: 1.0 / 5.0, lo: -1.1102230246251566e-17 },

@@ -6,10 +6,11 @@ use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f64x4, f64x8};
 
 use crate::arithmetic::{Arithmetic, Doubles};
-use crate::double_double::{DoubleDouble, SideBySide};
+use crate::double_double::DoubleDouble;
+use crate::double_double_on_lanes::SideBySide;
 use crate::lanes::lane::{Lanes, Mask};
 use crate::series::{clausen, sine};
-use crate::{arc_tangent, double_double, logarithm};
+use crate::{arc_tangent, arithmetic, logarithm};
 
 /// By arithmetic on the bits: an integer in the last ones of 2^52 gives the double that exceeds 2^52 by it.
 #[inline(always)]
@@ -135,7 +136,7 @@ macro_rules! arithmetic_on_lanes {
                 if fuses(self$(.$field)?.token()) {
                     $wrap(SimdFloat::mul_sub(self$(.$field)?, other$(.$field)?, product$(.$field)?))
                 } else {
-                    double_double::product_error(self, other, product)
+                    arithmetic::product_error(self, other, product)
                 }
             }
             #[inline(always)]
