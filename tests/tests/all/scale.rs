@@ -97,16 +97,6 @@ fn value_gradient_bounds_and_method_are_the_same_in_every_unit() {
             let screens: Vec<Polygon> = screens.iter().map(|screen| scaled_polygon(screen, lengths)).collect();
             let there = evaluate_to(&receiver, &emitter, &screens, tolerance).unwrap();
             let mut there = unscaled(there, lengths, emission);
-            if there != answer && lengths.abs() >= 900 {
-                // Parts of derived bounds underflow, and running ones answer: as near, with another bound and method.
-                let off = (there.radiosity - answer.radiosity).abs();
-                assert!(off <= there.radiosity_error + answer.radiosity_error, "{case}: {there:?} {answer:?}");
-                let off = (there.gradient - answer.gradient).length();
-                assert!(off <= there.gradient_error + answer.gradient_error, "{case}: {there:?} {answer:?}");
-                assert!(there.radiosity_error <= tolerance * there.radiosity.abs(), "{case}: {there:?}");
-                assert!(there.gradient_error <= tolerance * there.gradient.length(), "{case}: {there:?}");
-                there = answer;
-            }
             if case.starts_with("cancelling-values") {
                 // Radii of many digits, as below.
                 let bounds =

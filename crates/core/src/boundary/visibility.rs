@@ -63,7 +63,10 @@ pub(crate) fn visit_boundary<T: Real>(
 /// other side: no rung needs to look at them again.
 pub(crate) fn in_between<'a>(receiver: &Receiver, emitter: &Polygon, occluders: &[&'a Polygon], plan: &Plan) -> Vec<&'a Polygon> {
     let (x, n1, slab) = (receiver.position(), receiver.direction(), emitter.half_slab() * plan.power * 1.01);
-    let is_below = |v: &DVec3| n1.dot(*v - x) < -least_sure_height((*v - x).abs().max_element());
+    let is_below = |v: &DVec3| {
+        let r = (*v - x) * plan.power;
+        n1.dot(r) < -least_sure_height(r.abs().max_element())
+    };
     let is_behind = |v: &DVec3| sure_side(*v, emitter, plan.power, slab) == Some(Side::Back);
     let corners = |polygon: &Polygon, part: &[usize]| -> Vec<DVec3> { part.iter().map(|&i| polygon.vertices()[i]).collect() };
     let is_cone = |polygon: &Polygon, outline: &[DVec3]| polygon.half_slab() == 0.0 || is_seen_convex(x, polygon, outline, plan);
