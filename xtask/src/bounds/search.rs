@@ -93,23 +93,24 @@ fn printed(search: &Search) -> String {
 
 /// `search.csv`, and `worst.jsonl` with the two worst cases of each place: what `data/worst/bounds.jsonl` is a copy of.
 fn write(search: &Search, reasons: &Reasons, out: &Path) -> Result<(), Box<dyn Error>> {
-    let mut table = csv::Writer::from_writer(Vec::new());
-    table.write_record(["rung", "emission", "sight", "quantity", "tried", "worst", "ask", "why_little"])?;
     let mut lines = String::new();
-    for (place, Worst { tried, worst }) in &search.places {
-        let name = place.to_string();
-        let ratio = worst.first().map_or(0.0, |witness| witness.ratio);
-        let why = if ratio < LITTLE { reason(reasons, place).unwrap_or("") } else { "" };
-        let ask = worst.first().map_or_else(String::new, |witness| witness.ask.to_string());
-        let parts: Vec<&str> = name.split(' ').collect();
-        let (tried, ratio) = (tried.to_string(), format!("{ratio:.3}"));
-        table.write_record(parts.into_iter().chain([tried.as_str(), &ratio, &ask, why]))?;
-        for witness in worst.iter().take(2) {
-            lines += &serde_json::to_string(witness)?;
-            lines.push('\n');
+    files::table(&out.join("search.csv"), |table| {
+        table.write_record(["rung", "emission", "sight", "quantity", "tried", "worst", "ask", "why_little"])?;
+        for (place, Worst { tried, worst }) in &search.places {
+            let name = place.to_string();
+            let ratio = worst.first().map_or(0.0, |witness| witness.ratio);
+            let why = if ratio < LITTLE { reason(reasons, place).unwrap_or("") } else { "" };
+            let ask = worst.first().map_or_else(String::new, |witness| witness.ask.to_string());
+            let parts: Vec<&str> = name.split(' ').collect();
+            let (tried, ratio) = (tried.to_string(), format!("{ratio:.3}"));
+            table.write_record(parts.into_iter().chain([tried.as_str(), &ratio, &ask, why]))?;
+            for witness in worst.iter().take(2) {
+                lines += &serde_json::to_string(witness)?;
+                lines.push('\n');
+            }
         }
-    }
-    files::write(&out.join("search.csv"), table.into_inner()?)?;
+        Ok(())
+    })?;
     files::write(&out.join("worst.jsonl"), lines)?;
     Ok(())
 }

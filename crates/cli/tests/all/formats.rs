@@ -6,8 +6,10 @@
 use std::fmt::Write as _;
 use std::fs;
 use std::io::BufReader;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::Command;
+
+use crate::folder::Folder;
 
 const RADGRAD: &str = env!("CARGO_BIN_EXE_radgrad");
 
@@ -29,19 +31,15 @@ const POINTS: &str = r#"{"id":"a","position":[0.25,0.5,0],"normal":[0,0,1]}
 {"id":"c","position":[0.5,0.5,0.5],"normal":[0,0,1],"on":"face"}
 "#;
 
-/// A folder of its own with the scene in it, removed at the end.
-struct Folder(PathBuf);
+/// A folder of its own with the scene in it.
+fn folder(name: &str) -> Folder {
+    Folder::new(
+        &format!("formats-{name}"),
+        &[("small.obj", SCENE), ("small.mtl", MATERIALS), ("cases.jsonl", CASES), ("points.jsonl", POINTS)],
+    )
+}
 
 impl Folder {
-    fn new(name: &str) -> Self {
-        let folder = std::env::temp_dir().join(format!("radgrad-formats-{name}-{}", std::process::id()));
-        fs::create_dir_all(&folder).unwrap();
-        for (file, text) in [("small.obj", SCENE), ("small.mtl", MATERIALS), ("cases.jsonl", CASES), ("points.jsonl", POINTS)] {
-            fs::write(folder.join(file), text).unwrap();
-        }
-        Self(folder)
-    }
-
     /// What a command prints, with its status and the files that it writes.
     fn said(&self, arguments: &str, files: &[&str]) -> String {
         self.said_to(&arguments.split_whitespace().collect::<Vec<_>>(), files)
@@ -58,12 +56,6 @@ impl Folder {
             let _ = writeln!(said, "{file}:\n{}", rounded(&fs::read_to_string(self.0.join(file)).unwrap()));
         }
         said + "\n"
-    }
-}
-
-impl Drop for Folder {
-    fn drop(&mut self) {
-        let _ = fs::remove_dir_all(&self.0);
     }
 }
 
@@ -102,7 +94,7 @@ fn rounded(text: &str) -> String {
 
 #[test]
 fn every_command_says_what_it_does_and_takes() {
-    let folder = Folder::new("help");
+    let folder = folder("help");
     for command in ["", "eval", "audit", "factors", "field", "solve", "completions", "man"] {
         let name = if command.is_empty() { "help" } else { command };
         insta::assert_snapshot!(format!("help_{name}"), folder.said(&format!("{command} --help"), &[]));
@@ -119,7 +111,7 @@ fn every_command_says_what_it_does_and_takes() {
 
 #[test]
 fn answers_to_cases_have_the_recorded_form() {
-    let folder = Folder::new("eval");
+    let folder = folder("eval");
     fs::write(folder.0.join("gates.toml"), "[generic]\nvalue = 1e-20\n").unwrap();
     let program = format!("'{RADGRAD}' eval -");
     let audit = "audit --cases 2 --family far --family generic --gates gates.toml --out tables --program".split(' ');
@@ -130,7 +122,7 @@ fn answers_to_cases_have_the_recorded_form() {
 
 #[test]
 fn factors_and_fields_have_the_recorded_form() {
-    let folder = Folder::new("factors");
+    let folder = folder("factors");
     let mut said = String::new();
     for (file, more) in [("f.csv", ""), ("f.mtx", "f.bounds.mtx"), ("f.txt", "f.bounds.txt"), ("f.idf", "")] {
         let files: Vec<&str> = [file, more].into_iter().filter(|name| !name.is_empty()).collect();
@@ -150,7 +142,7 @@ fn factors_and_fields_have_the_recorded_form() {
 
 #[test]
 fn solutions_have_the_recorded_form() {
-    let folder = Folder::new("solve");
+    let folder = folder("solve");
     // Two elements: thresholds divide nothing here.
     let solve = |more: &str, files: &[&str]| folder.said(&format!("solve small.obj --form-factor 1 --area 9 {more}"), files);
     let mut said = solve("", &[]) + &solve("--summary", &[]);

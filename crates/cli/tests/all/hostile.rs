@@ -1,27 +1,17 @@
 //! Files from strangers, and hasty hands: every run ends soon and in little memory, with a status from 0 to 2 and a sentence.
 
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
+use crate::folder::Folder;
+
 const HOSTILE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../data/hostile");
 
-/// A folder of its own, removed at the end.
-struct Folder(PathBuf);
-
-impl Folder {
-    fn new(name: &str) -> Self {
-        let folder = std::env::temp_dir().join(format!("radgrad-hostile-{name}-{}", std::process::id()));
-        fs::create_dir_all(&folder).unwrap();
-        Self(folder)
-    }
-}
-
-impl Drop for Folder {
-    fn drop(&mut self) {
-        let _ = fs::remove_dir_all(&self.0);
-    }
+/// A folder of its own.
+fn folder(name: &str) -> Folder {
+    Folder::new(&format!("hostile-{name}"), &[])
 }
 
 /// Runs the program in a folder to its end, which must come, and must not take more than 512 MiB.
@@ -95,7 +85,7 @@ fn every_hostile_file_ends_with_a_status_and_a_sentence() {
 
 #[test]
 fn a_document_that_says_little_and_means_much_is_refused() {
-    let folder = Folder::new("instances");
+    let folder = folder("instances");
     let (nodes, parts) = (2000, 2000);
     let list = |count: usize, entry: &str| vec![entry; count].join(",");
     let document = format!(
@@ -120,7 +110,7 @@ fn a_document_that_says_little_and_means_much_is_refused() {
 fn what_is_no_file_is_neither_read_nor_replaced() {
     use std::os::unix::fs::symlink;
 
-    let folder = Folder::new("special");
+    let folder = folder("special");
     for name in ["lit.obj", "lit.mtl"] {
         fs::copy(Path::new(HOSTILE).join(name), folder.0.join(name)).unwrap();
     }
@@ -170,7 +160,7 @@ fn a_full_or_closed_standard_error_or_output_is_no_panic() {
 #[cfg(target_os = "linux")]
 #[test]
 fn a_run_that_is_killed_leaves_no_part_of_a_file() {
-    let folder = Folder::new("killed");
+    let folder = folder("killed");
     for name in ["lit.obj", "lit.mtl"] {
         fs::copy(Path::new(HOSTILE).join(name), folder.0.join(name)).unwrap();
     }

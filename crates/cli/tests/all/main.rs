@@ -2,6 +2,7 @@
 
 mod audit;
 mod eval;
+mod folder;
 mod formats;
 mod hostile;
 mod scenes;

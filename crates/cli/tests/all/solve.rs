@@ -1,9 +1,10 @@
 //! `radgrad solve` as a user sees it: a scene in, files and lines out, an exit status.
 
-use std::path::PathBuf;
 use std::process::{Command, Output};
 
 use serde_json::Value;
+
+use crate::folder::Folder;
 
 /// Two unit squares at distance 1 that reflect half and radiate 1, the radiosity at a centre and at a corner.
 const SQUARES: &str = "mtllib squares.mtl\nusemtl white\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n\
@@ -16,19 +17,12 @@ const POINTS: &str = r#"{"position":[0.5,0.5,0],"normal":[0,0,1]}
 {"position":[0.5,0.5],"normal":[0,0,1]}
 "#;
 
-/// A folder of its own, removed at the end.
-struct Folder(PathBuf);
+/// A folder of its own with the scene in it.
+fn folder(name: &str) -> Folder {
+    Folder::new(&format!("solve-{name}"), &[("squares.obj", SQUARES), ("squares.mtl", WHITE), ("points.jsonl", POINTS)])
+}
 
 impl Folder {
-    fn new(name: &str) -> Self {
-        let folder = std::env::temp_dir().join(format!("radgrad-solve-{name}-{}", std::process::id()));
-        std::fs::create_dir_all(&folder).unwrap();
-        for (file, text) in [("squares.obj", SQUARES), ("squares.mtl", WHITE), ("points.jsonl", POINTS)] {
-            std::fs::write(folder.join(file), text).unwrap();
-        }
-        Self(folder)
-    }
-
     fn solve(&self, arguments: &[&str]) -> Output {
         let mut command = Command::new(env!("CARGO_BIN_EXE_radgrad"));
         command.current_dir(&self.0).args(["solve", "squares.obj"]).args(arguments).output().unwrap()
@@ -36,12 +30,6 @@ impl Folder {
 
     fn read(&self, file: &str) -> String {
         std::fs::read_to_string(self.0.join(file)).unwrap()
-    }
-}
-
-impl Drop for Folder {
-    fn drop(&mut self) {
-        let _ = std::fs::remove_dir_all(&self.0);
     }
 }
 
@@ -61,7 +49,7 @@ fn lines(output: &Output) -> Vec<Value> {
 
 #[test]
 fn points_are_answered_in_their_order_inside_their_bounds() {
-    let folder = Folder::new("points");
+    let folder = folder("points");
     let output = folder.solve(&["--points", "points.jsonl"]);
     assert_eq!(output.status.code(), Some(1), "one line is refused");
     let lines = lines(&output);
@@ -78,7 +66,7 @@ fn points_are_answered_in_their_order_inside_their_bounds() {
 
 #[test]
 fn sensors_are_answered_in_their_channels_on_faces_and_in_space() {
-    let folder = Folder::new("sensors");
+    let folder = folder("sensors");
     // A square from half its side below its middle has a known form factor.
     std::fs::write(folder.0.join("squares.mtl"), COLOURED).unwrap();
     let points = r#"{"position":[0.5,0.5,0.5],"normal":[0,0,2]}
@@ -118,7 +106,7 @@ fn sensors_are_answered_in_their_channels_on_faces_and_in_space() {
 
 #[test]
 fn the_summary_is_one_object_whose_ledger_adds_up_to_its_bound() {
-    let folder = Folder::new("summary");
+    let folder = folder("summary");
     let output = folder.solve(&["--error", "0.1%", "--summary"]);
     assert_eq!(output.status.code(), Some(0));
     let lines = lines(&output);
@@ -132,7 +120,7 @@ fn the_summary_is_one_object_whose_ledger_adds_up_to_its_bound() {
 
 #[test]
 fn the_summary_says_what_is_reflected_and_what_is_probably_not_meant() {
-    let folder = Folder::new("warnings");
+    let folder = folder("warnings");
     let number = |of: &Value, name: &str| of["channels"][0][name].as_f64().unwrap();
     let summary = lines(&folder.solve(&["--summary"])).remove(0);
     assert_eq!(summary["warnings"], Value::Array(Vec::new()));
@@ -158,7 +146,7 @@ fn the_summary_says_what_is_reflected_and_what_is_probably_not_meant() {
 
 #[test]
 fn what_has_no_answer_is_refused_with_its_faces() {
-    let folder = Folder::new("refused");
+    let folder = folder("refused");
     let refused = |obj: &str, mtl: &str| {
         std::fs::write(folder.0.join("squares.obj"), obj).unwrap();
         std::fs::write(folder.0.join("squares.mtl"), mtl).unwrap();
@@ -178,7 +166,7 @@ fn what_has_no_answer_is_refused_with_its_faces() {
 
 #[test]
 fn files_of_a_scene_far_away_have_its_own_coordinates_and_unit() {
-    let folder = Folder::new("far");
+    let folder = folder("far");
     let found = |shift: f64, unit: f64| {
         let moved = |line: &str| match line.strip_prefix("v ") {
             Some(v) => {
@@ -209,7 +197,7 @@ fn files_of_a_scene_far_away_have_its_own_coordinates_and_unit() {
 
 #[test]
 fn files_are_whole_and_have_what_they_say() {
-    let folder = Folder::new("files");
+    let folder = folder("files");
     assert_eq!(folder.solve(&["--out", "out.vtu"]).status.code(), Some(0));
     let vtu = folder.read("out.vtu");
     assert!(vtu.trim_end().ends_with("</VTKFile>") && !vtu.contains("NaN") && !vtu.contains("inf"));
@@ -225,7 +213,7 @@ fn files_are_whole_and_have_what_they_say() {
 
 #[test]
 fn a_vtu_has_each_channel_in_its_component_between_its_bounds() {
-    let folder = Folder::new("vtu");
+    let folder = folder("vtu");
     std::fs::write(folder.0.join("squares.mtl"), COLOURED).unwrap();
     let obj = SQUARES.replace("f 1 2 3 4", "g floor\nf 1 2 3 4").replace("f 5 6 7 8", "g ceiling\nf 5 6 7 8");
     std::fs::write(folder.0.join("squares.obj"), obj).unwrap();
@@ -275,7 +263,7 @@ fn a_vtu_has_each_channel_in_its_component_between_its_bounds() {
 
 #[test]
 fn orders_and_divisions_keep_to_the_error_and_thresholds_say_what_they_reach() {
-    let folder = Folder::new("orders");
+    let folder = folder("orders");
     let bound = |output: &Output| lines(output)[0]["estimate"].as_f64().unwrap();
     for asked in [&[][..], &["--order", "southwell"], &["--divide", "gradient"]] {
         let output = folder.solve(&[&["--summary", "--error", "0.2%"][..], asked].concat());
@@ -304,7 +292,7 @@ fn orders_and_divisions_keep_to_the_error_and_thresholds_say_what_they_reach() {
 
 #[test]
 fn a_run_that_is_killed_leaves_whole_files_and_is_taken_up_again() {
-    let folder = Folder::new("killed");
+    let folder = folder("killed");
     // It would run for hours.
     let endless = ["solve", "squares.obj", "--error", "1e-14", "--most-elements", "1000000", "--degree", "0"];
     let mut child = Command::new(env!("CARGO_BIN_EXE_radgrad"))
@@ -339,7 +327,7 @@ fn a_run_that_is_killed_leaves_whole_files_and_is_taken_up_again() {
 
 #[test]
 fn a_view_has_the_radiosity_of_what_is_seen_and_its_bound() {
-    let folder = Folder::new("view");
+    let folder = folder("view");
     let camera = ["--camera", "0.5 0.5 0.9, 0.5 0.5 0, 0 1 0, 60", "--size", "5x3"];
     for shading in [&[][..], &["--gather"], &["--hermite"]] {
         let view = [&["--degree", "1", "--view", "view.exr"][..], &camera, shading].concat();
@@ -378,7 +366,7 @@ fn a_view_has_the_radiosity_of_what_is_seen_and_its_bound() {
 
 #[test]
 fn a_picture_has_each_channel_and_bound_in_its_place_and_says_what_it_is() {
-    let folder = Folder::new("channels");
+    let folder = folder("channels");
     std::fs::write(folder.0.join("squares.mtl"), COLOURED).unwrap();
     let view = ["--view", "view.exr", "--camera", "0.5 0.5 0.9, 0.5 0.5 0, 0 1 0, 10", "--size", "1x1"];
     let seen = |more: &[&str]| -> Vec<f64> {
@@ -401,7 +389,7 @@ fn a_picture_has_each_channel_and_bound_in_its_place_and_says_what_it_is() {
 
 #[test]
 fn a_limit_that_stops_the_work_is_said() {
-    let folder = Folder::new("limit");
+    let folder = folder("limit");
     let output = folder.solve(&["--error", "0.0000000001%", "--most-elements", "1", "--summary"]);
     assert_eq!(output.status.code(), Some(1));
     assert!(String::from_utf8_lossy(&output.stderr).contains("stopped at an estimate of"));
@@ -410,7 +398,7 @@ fn a_limit_that_stops_the_work_is_said() {
 
 #[test]
 fn a_texture_is_seen_by_points_and_unusable_ones_are_said() {
-    let folder = Folder::new("textures");
+    let folder = folder("textures");
     let mut image = Vec::new();
     let mut encoder = png::Encoder::new(&mut image, 2, 1);
     encoder.set_source_gamma(png::ScaledFloat::from_scaled(100_000));
@@ -433,7 +421,7 @@ fn a_texture_is_seen_by_points_and_unusable_ones_are_said() {
 
 #[test]
 fn refinement_serves_points_where_it_is_asked_to_and_needs_some() {
-    let folder = Folder::new("for");
+    let folder = folder("for");
     let none = folder.solve(&["--for", "points"]);
     assert_eq!(none.status.code(), Some(2));
     assert!(String::from_utf8_lossy(&none.stderr).contains("--for points has no points"));
@@ -448,7 +436,7 @@ fn refinement_serves_points_where_it_is_asked_to_and_needs_some() {
 
 #[test]
 fn without_time_there_is_an_answer_and_its_bound() {
-    let folder = Folder::new("hurry");
+    let folder = folder("hurry");
     let answers = lines(&folder.solve(&["--seconds", "0", "--points", "points.jsonl"]));
     let [value, bound] = ["radiosity", "bound"].map(|name| answers[0][name][0].as_f64().unwrap());
     assert!((value - 1.133_303_564_992_420_8).abs() <= bound, "{}", answers[0]);

@@ -81,9 +81,12 @@ impl Solution {
 
     /// The mean of a function of receivers over their area.
     fn mean_of(&self, of: &dyn Fn(usize, usize) -> f64, channel: usize) -> f64 {
-        let area = |receiver: usize| self.mesh.elements()[receiver].area();
-        let all: f64 = self.receivers.iter().map(|&receiver| area(receiver)).sum();
-        self.receivers.iter().map(|&receiver| area(receiver) * of(receiver, channel)).sum::<f64>() / all
+        let add = |(area, sum): (f64, f64), &receiver: &usize| {
+            let own = self.mesh.elements()[receiver].area();
+            (area + own, sum + own * of(receiver, channel))
+        };
+        let (area, sum) = self.receivers.iter().fold((0.0, 0.0), add);
+        sum / area
     }
 
     /// What the points give directly, `rho w` of the module's head: the coefficients of each element in all channels.

@@ -1,5 +1,5 @@
-//! The sums of a linear emitter that is seen whole, or that the horizon cuts, four edges at a time, one a lane of a vector: the digits of the sums of
-//! [`crate::forms::linear`], where double precision is sure of all decisions ([`crate::forms::edge_lanes`]).
+//! The sums of a linear emitter that is seen whole, or that the horizon cuts, four edges at a time, one a lane of a vector: the digits
+//! of the sums of [`crate::forms::linear`], where double precision is sure of all decisions ([`crate::forms::edge_lanes`]).
 
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f64x4, f64x8, mask64x4};

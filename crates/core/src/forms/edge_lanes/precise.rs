@@ -1,4 +1,4 @@
-//! The sums of an emitter that is seen whole, in double-double, four edges at a time, one a lane of a vector.
+//! The sums of an emitter that is seen whole, or that the horizon cuts, in double-double, four edges at a time, one a lane of a vector.
 //!
 //! # Error
 //! The formulas and decisions are those of [`crate::forms::edge_lanes::constant`], so the derivation of
@@ -21,8 +21,8 @@
 //! `4 (1 - cos g) >= 1.83`: the arc tangent's error of Vg moves it by 0.86V, all else by less than 0.1V. That is at most U/16, and
 //! `0.11 dg + 0.9ug` are counted, which is above `0.9u`.
 //!
-//! So the bound of the sums of a constant emission in double precision times `U/u` ([`SHARE`]) bounds these: known before they are made. Most of it is
-//! the factor 16 and what the derivation allows; what is then left of an answer's error is the rounding to doubles.
+//! So the bound of the sums of a constant emission in double precision times `U/u` ([`SHARE`]) bounds these: known before they are
+//! made. Most of it is the factor 16 and what the derivation allows; what is then left of an answer's error is the rounding to doubles.
 //!
 //! Where the horizon cuts, the fraction t of an edge is a quotient of heights, each with a relative error of 8v of 12 over itself. 4u of
 //! t are counted, and with a unit of at least that error it errs by 3 units here. So near a vertex the unit is larger than U
@@ -449,24 +449,35 @@ mod tests {
         Receiver::new(place, receiver.direction() * (0.1 * share) - polygon.normal(), 1.0).unwrap()
     }
 
+    /// A polygon and its size, and a receiver that sees some of it: whole, cut by its horizon, or from close above.
+    struct Drawn {
+        polygon: Polygon,
+        size: f64,
+        receiver: Receiver,
+        plan: Plan,
+        is_close: bool,
+    }
+
+    fn drawn(random: &mut ChaCha8Rng, i: usize) -> Option<Drawn> {
+        let (polygon, mut receiver, size) = polygon_and_receiver(random, 3 + i % 7, [0.7, 1.5, 5.0][i % 3])?;
+        let is_close = i.is_multiple_of(4);
+        if is_close {
+            receiver = close_above(&polygon, &receiver, random);
+        }
+        if i.is_multiple_of(3) {
+            let tilted = receiver.direction() + vector(random, if is_close { 1e-2 } else { 2.0 });
+            receiver = Receiver::new(receiver.position(), tilted, 1.0).unwrap();
+        }
+        let plan = Plan::new(&receiver, &polygon).filter(|plan| !plan.on_surface)?;
+        Some(Drawn { polygon, size, receiver, plan, is_close })
+    }
+
     #[test]
     fn constant_sums_are_within_their_bound_of_those_of_256_bits_on_every_instruction_set() {
         let mut random = ChaCha8Rng::seed_from_u64(17);
         let (mut found, mut wide, mut cut, mut worst) = (0, 0, 0, [0.0f64; 2]);
         for i in 0..3000 {
-            let count = 3 + i % 7;
-            let Some((polygon, mut receiver, _)) = polygon_and_receiver(&mut random, count, [0.7, 1.5, 5.0][i % 3]) else {
-                continue;
-            };
-            let is_close = i % 4 == 0;
-            if is_close {
-                receiver = close_above(&polygon, &receiver, &mut random);
-            }
-            if i % 3 == 0 {
-                let tilted = receiver.direction() + vector(&mut random, if is_close { 1e-2 } else { 2.0 });
-                receiver = Receiver::new(receiver.position(), tilted, 1.0).unwrap();
-            }
-            let Some(plan) = Plan::new(&receiver, &polygon).filter(|plan| !plan.on_surface) else { continue };
+            let Some(Drawn { polygon, receiver, plan, is_close, .. }) = drawn(&mut random, i) else { continue };
             let mut first = None;
             for level in instruction_sets() {
                 let sums = on_instruction_set!(level, simd => constant_on(simd, &receiver, &polygon, &plan));
@@ -505,19 +516,7 @@ mod tests {
         let mut random = ChaCha8Rng::seed_from_u64(18);
         let (mut found, mut close, mut cut, mut worst) = (0, 0, 0, [0.0f64; 2]);
         for i in 0..2000 {
-            let count = 3 + i % 7;
-            let Some((polygon, mut receiver, size)) = polygon_and_receiver(&mut random, count, [0.7, 1.5, 5.0][i % 3]) else {
-                continue;
-            };
-            let is_close = i % 4 == 0;
-            if is_close {
-                receiver = close_above(&polygon, &receiver, &mut random);
-            }
-            if i % 3 == 0 {
-                let tilted = receiver.direction() + vector(&mut random, if is_close { 1e-2 } else { 2.0 });
-                receiver = Receiver::new(receiver.position(), tilted, 1.0).unwrap();
-            }
-            let Some(plan) = Plan::new(&receiver, &polygon).filter(|plan| !plan.on_surface) else { continue };
+            let Some(Drawn { polygon, receiver, size, plan, is_close }) = drawn(&mut random, i) else { continue };
             let emitter = Emitter::new(polygon, Emission::gradient(1.0, vector(&mut random, 1.0 / size))).unwrap();
             let mut first = None;
             for level in instruction_sets() {
