@@ -7,6 +7,7 @@ use std::time::{Duration, Instant};
 
 use indicatif::ProgressBar;
 use radgrad_audit::gates::Gates;
+use radgrad_audit::name::UnknownFamily;
 use radgrad_audit::scenes::family::{Family, Name};
 use radgrad_audit::scenes::faults::{Fault, Found, find};
 use radgrad_audit::scenes::judge::{Ending, judge};
@@ -246,7 +247,7 @@ impl std::str::FromStr for AnyFamily {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        let of_case = || text.parse().map(Self::Case).map_err(|error: radgrad_audit::family::UnknownFamily| error.to_string());
+        let of_case = || text.parse().map(Self::Case).map_err(|error: UnknownFamily<_>| error.to_string());
         text.parse().map(Self::Scene).or_else(|no_scene| of_case().map_err(|no_case| format!("{no_case}; {no_scene}")))
     }
 }

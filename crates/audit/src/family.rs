@@ -23,6 +23,7 @@ use std::str::FromStr;
 
 use radgrad_scene::case::Case;
 
+use crate::name::{Families, UnknownFamily};
 use crate::sampler::Sampler;
 use scene::Scene;
 
@@ -322,16 +323,21 @@ impl fmt::Display for Family {
     }
 }
 
-/// A family was named that does not exist.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("no family is called {0:?}: the families are {list}", list = Family::ALL.map(Family::name).join(", "))]
-pub struct UnknownFamily(String);
-
 impl FromStr for Family {
-    type Err = UnknownFamily;
+    type Err = UnknownFamily<Self>;
 
-    fn from_str(text: &str) -> Result<Self, UnknownFamily> {
-        Self::ALL.into_iter().find(|f| f.name() == text).ok_or_else(|| UnknownFamily(text.to_owned()))
+    fn from_str(text: &str) -> Result<Self, UnknownFamily<Self>> {
+        Self::find(text)
+    }
+}
+
+impl Families for Family {
+    const EVERY: &'static [Self] = &Self::ALL;
+    const KIND: &'static str = "family";
+    const MEMBER: [&'static str; 2] = ["case", "contact:1:17"];
+
+    fn id(self) -> &'static str {
+        self.name()
     }
 }
 
@@ -342,54 +348,15 @@ impl FromStr for Family {
 /// let name: Name = "contact:1:17".parse()?;
 /// assert_eq!((name.family, name.index), (Family::Contact, 17));
 /// assert_eq!(name.case(), Family::Contact.case(1, 17), "the same bits on every machine");
-/// # Ok::<(), radgrad_audit::family::BadName>(())
+/// # Ok::<(), radgrad_audit::name::BadName<Family>>(())
 /// ```
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub struct Name {
-    /// Its family.
-    pub family: Family,
-    /// Seed of the run.
-    pub seed: u64,
-    /// Its number in the family, from 0.
-    pub index: u64,
-}
+pub type Name = crate::name::Name<Family>;
 
 impl Name {
     /// The case of this name.
     #[must_use]
     pub fn case(self) -> Case {
         self.family.case(self.seed, self.index)
-    }
-}
-
-impl fmt::Display for Name {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}:{}:{}", self.family, self.seed, self.index)
-    }
-}
-
-/// A text that is not the name of a case.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-pub enum BadName {
-    /// Not three parts, or numbers that are none.
-    #[error("{0:?} is not the name of a case: family:seed:index, such as contact:1:17")]
-    Shape(String),
-    /// The family does not exist.
-    #[error(transparent)]
-    Family(#[from] UnknownFamily),
-}
-
-impl FromStr for Name {
-    type Err = BadName;
-
-    fn from_str(text: &str) -> Result<Self, BadName> {
-        let shape = || BadName::Shape(text.to_owned());
-        let mut parts = text.split(':');
-        let (Some(family), Some(seed), Some(index), None) = (parts.next(), parts.next(), parts.next(), parts.next()) else {
-            return Err(shape());
-        };
-        let number = |text: &str| text.parse().map_err(|_| shape());
-        Ok(Self { family: family.parse()?, seed: number(seed)?, index: number(index)? })
     }
 }
 

@@ -23,6 +23,7 @@ use serde::Deserialize;
 use crate::condition::Condition;
 use crate::family::{Family, Name};
 use crate::measure::{Kind, Outcome, Quantity, measure_answer, ratio};
+use crate::name::UnknownFamily;
 use crate::table::Table;
 use crate::truth::Truth;
 
@@ -170,7 +171,7 @@ pub enum GateError {
     Toml(#[from] toml::de::Error),
     /// A family that does not exist.
     #[error(transparent)]
-    Family(#[from] crate::family::UnknownFamily),
+    Family(#[from] UnknownFamily<Family>),
     /// A gate that nothing passes, or everything.
     #[error("{family}.{quantity} = {value}: a gate is a finite number and not negative")]
     Value {

@@ -23,6 +23,7 @@ use serde::Deserialize;
 use crate::bounds::requirements::Requirement;
 use crate::family::{Family, Name};
 use crate::measure::{Kind, Quantity};
+use crate::name::UnknownFamily;
 use crate::scenes;
 use crate::table::{FamilyTable, Table};
 
@@ -56,7 +57,7 @@ pub enum Error {
     Toml(#[from] toml::de::Error),
     /// A family that does not exist.
     #[error("gates: {0}")]
-    Family(#[from] crate::family::UnknownFamily),
+    Family(#[from] UnknownFamily<Family>),
     /// A gate that nothing passes, or everything.
     #[error("gates: {family}.{quantity} = {value}: a gate is a finite number and not negative", quantity = quantity.name())]
     Value {

@@ -40,6 +40,7 @@ mod lattice;
 pub mod leading;
 pub mod measure;
 pub mod mutants;
+pub mod name;
 pub mod precision;
 pub mod record;
 pub mod regression;

@@ -12,9 +12,10 @@ use radgrad_scene::output::write_whole;
 use crate::bounds::campaign;
 use crate::bounds::check::{Effort, check};
 use crate::bounds::requirements::Breach;
-use crate::family::{BadName, Name};
+use crate::family::{Family, Name};
 use crate::gates::{Fault, Violation};
 use crate::measure::{Outcome, measure};
+use crate::name::BadName;
 use crate::shrink::shrink;
 use crate::table::Table;
 
@@ -52,7 +53,7 @@ pub enum Error {
         /// Which.
         path: PathBuf,
         /// Why.
-        source: BadName,
+        source: BadName<Family>,
     },
 }
 

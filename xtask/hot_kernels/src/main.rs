@@ -30,6 +30,13 @@ fn main() {
     each("constant-far-to-1e-12", &far, &constant, to(1e-12));
     each("linear-to-1e-12", &easy, &linear, to(1e-12));
     each("constant-to-1e-15", &easy, &constant, to(1e-15));
+    let screens = screens();
+    for (name, occluders) in [("one-occluder", vec![&screens[0]]), ("hundred-occluders", screens.iter().collect())] {
+        let past = |receiver: &Receiver, lamp: &Emitter| {
+            evaluate_to(receiver, lamp, &occluders, 1e-10).map_or(f64::NAN, |a| a.radiosity)
+        };
+        each(name, &easy[..16], &constant, past);
+    }
     // Not AVX-512, which not every version of valgrind knows.
     for engine in Engine::all() {
         let name = engine.to_string().to_lowercase();
@@ -80,6 +87,17 @@ const fn single(number: f64) -> f32 {
 fn lamp(emission: Emission) -> Emitter {
     let corners = [[0.0, 0.0, 1.0], [0.5, 0.75, 1.0], [1.0, 0.0, 1.0]].map(DVec3::from);
     Emitter::new(Polygon::new(corners.to_vec()).expect("a triangle"), emission).expect("finite values")
+}
+
+/// Triangles half-way to the lamp, the first of them large.
+fn screens() -> Vec<Polygon> {
+    let triangle = |i: usize| {
+        let (x, y) = ((i % 10) as f64 * 0.09375, (i / 10) as f64 * 0.078125);
+        let size = if i == 0 { 0.5 } else { 0.0546875 };
+        let corners = [[x, y, 0.25], [x + size, y + 0.25 * size, 0.3125], [x + 0.5 * size, y + size, 0.1875]];
+        Polygon::new(corners.map(DVec3::from).to_vec()).expect("a triangle")
+    };
+    (0..100).map(triangle).collect()
 }
 
 fn receivers(regime: &str) -> Vec<Receiver> {

@@ -1,4 +1,5 @@
 use super::*;
+use crate::name::BadName;
 use glam::DVec3;
 use radgrad_core::Error as CoreError;
 use radgrad_scene::Error;
