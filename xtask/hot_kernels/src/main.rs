@@ -33,7 +33,7 @@ fn main() {
     let screens = screens();
     for (name, occluders) in [("one-occluder", vec![&screens[0]]), ("hundred-occluders", screens.iter().collect())] {
         let past = |receiver: &Receiver, lamp: &Emitter| {
-            evaluate_to(receiver, lamp, &occluders, 1e-10).map_or(f64::NAN, |a| a.radiosity)
+            evaluate_to(receiver, lamp, occluders.iter().copied(), 1e-10).map_or(f64::NAN, |a| a.radiosity)
         };
         each(name, &easy[..16], &constant, past);
     }
@@ -89,12 +89,12 @@ fn lamp(emission: Emission) -> Emitter {
     Emitter::new(Polygon::new(corners.to_vec()).expect("a triangle"), emission).expect("finite values")
 }
 
-/// Triangles half-way to the lamp, the first of them large.
+/// Triangles half-way to the lamp, the first of them large; no two edges are seen in line.
 fn screens() -> Vec<Polygon> {
     let triangle = |i: usize| {
-        let (x, y) = ((i % 10) as f64 * 0.09375, (i / 10) as f64 * 0.078125);
-        let size = if i == 0 { 0.5 } else { 0.0546875 };
-        let corners = [[x, y, 0.25], [x + size, y + 0.25 * size, 0.3125], [x + 0.5 * size, y + size, 0.1875]];
+        let [x, y, z] = [0.618_034, 0.754_878, 0.569_84].map(|step| (i as f64 * step).fract());
+        let size = if i == 0 { 0.5 } else { 0.06 };
+        let corners = [[x, y, 0.25 * z], [x + size, y + 0.25 * size, 0.3 * z], [x + 0.5 * size, y + size, 0.2 * z]];
         Polygon::new(corners.map(DVec3::from).to_vec()).expect("a triangle")
     };
     (0..100).map(triangle).collect()

@@ -12,6 +12,9 @@ use radgrad_numbers::vec3::Vec3;
 /// Errors of w in units of roundoff: of `|r||e|`, and of itself.
 pub const MOMENT_UNITS: [f64; 2] = [3.5, 1.0];
 
+/// Moments below which no bound is derived: their squares would underflow.
+pub(crate) const LEAST_MOMENT: f64 = 1e-100;
+
 /// A point, as seen from the receiver.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Sighted<T> {

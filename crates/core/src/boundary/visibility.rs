@@ -17,6 +17,7 @@ mod part;
 mod separation;
 mod shadow;
 mod subtract;
+pub(crate) mod sure;
 pub(crate) mod uncertainty;
 
 use std::cmp::Reverse;

@@ -54,6 +54,7 @@
 //! Each sum of n vectors adds `(n - 1) u` of the sum of sizes. The products with emission, normal and reflectance add 8u of the
 //! result.
 
+pub(crate) mod past_occluders;
 pub mod units;
 
 use std::ops::{Add, Mul};
@@ -64,6 +65,7 @@ use radgrad_numbers::vec3::Vec3;
 
 use crate::boundary::arc::Arc;
 use crate::boundary::horizon;
+use crate::boundary::line::LEAST_MOMENT;
 #[cfg(doc)]
 use crate::boundary::line::Line;
 use crate::boundary::plan::{Horizon, Plan};
@@ -83,9 +85,6 @@ pub(crate) struct BoundedSum {
     /// Bound on the norm of the error of the gradient's sum.
     pub(crate) gradient: f64,
 }
-
-/// Moments below which nothing is bounded.
-pub(super) const LEAST_MOMENT: f64 = 1e-100;
 
 /// Relative displacement of a crossing point: along its edge, and otherwise.
 #[derive(Debug, Clone, Copy)]

@@ -34,7 +34,7 @@ use radgrad_numbers::vec3::Vec3;
 use crate::boundary::case::Case;
 use crate::boundary::plan::{Horizon, Plan};
 use crate::error::Error;
-use crate::forms::constant_bound::BoundedSum;
+use crate::forms::constant_bound::{BoundedSum, past_occluders};
 use crate::forms::edge_lanes::{SureCase, precise};
 use crate::forms::irradiance_and_gradient::IrradianceAndGradient;
 use crate::forms::{edge_lanes, linear_bound};
@@ -295,10 +295,12 @@ impl Case<'_> {
     /// The closed form in double precision with a bound derived for it, where there is one.
     #[inline]
     fn bounded(&self) -> Option<Found> {
-        if !self.occluders.is_empty() {
-            return None;
+        let Self { receiver, emitter, occluders, plan } = *self;
+        if !occluders.is_empty() {
+            let is_constant = matches!(emitter.emission(), Emission::Constant(_));
+            let (terms, bound) = if is_constant { past_occluders::sums(self) } else { None }?;
+            return Some(self.of_unit_emission(&terms, bound));
         }
-        let Self { receiver, emitter, plan, .. } = *self;
         match emitter.emission() {
             Emission::Constant(_) => {
                 let (terms, bound) = BoundedSum::of(receiver, emitter.polygon(), plan);
@@ -319,8 +321,9 @@ impl Case<'_> {
             Found::rounded(found.radiosity, found.gradient, bounds)
         };
         match derived {
+            _ if !self.occluders.is_empty() => false,
             Some(found) => !matches!(accepted(&expected(found), Method::DoubleDouble), Ok(None)),
-            None => self.occluders.is_empty() && matches!(self.emitter.emission(), Emission::Linear(_)),
+            None => matches!(self.emitter.emission(), Emission::Linear(_)),
         }
     }
 

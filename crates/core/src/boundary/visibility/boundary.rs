@@ -10,16 +10,16 @@ use radgrad_numbers::vec3::Vec3;
 
 use crate::boundary::arc::Arc;
 use crate::boundary::line::Sighted;
-use crate::boundary::visibility::part::{Facing, Sides, VisiblePart};
+use crate::boundary::visibility::part::{Facing, PartCorner, Sides, VisiblePart, pairs};
 
-/// Where a boundary passes from a side to another.
-struct Turn<T> {
+/// Where a boundary passes from a side to another, at a point P.
+struct Turn<P> {
     from: usize,
     to: usize,
-    point: Vec3<T>,
+    point: P,
 }
 
-impl<T> Turn<T> {
+impl<P> Turn<P> {
     /// The sides in ascending order, and whether it passes the other way.
     fn order(&self) -> ([usize; 2], bool) {
         if self.from <= self.to { ([self.from, self.to], false) } else { ([self.to, self.from], true) }
@@ -27,10 +27,10 @@ impl<T> Turn<T> {
 }
 
 /// Where on a side an arc begins, counted 1, or ends, counted -1.
-struct End<T> {
+struct End<P> {
     side: usize,
     count: i32,
-    point: Vec3<T>,
+    point: P,
     /// A function of its place that increases along the side.
     place: f64,
 }
@@ -40,10 +40,27 @@ pub(super) fn visit_arcs<T: Real>(parts: &[VisiblePart<T>], sides: &Sides<T>, mu
     if let [part] = parts {
         return part.arcs(sides).for_each(|arc| visit(&arc));
     }
-    let turn = |part: &VisiblePart<T>| -> Vec<Turn<T>> {
-        part.pairs().map(|(a, b)| Turn { from: a.side.side, to: b.side.side, point: b.point }).collect()
-    };
-    let mut turns: Vec<Turn<T>> = parts.iter().flat_map(turn).collect();
+    let outlines: Vec<_> = parts.iter().map(|part| &*part.corners).collect();
+    let normal = |side: usize| sides.normal(Facing::forward(side)).map(T::value);
+    visit_joined(
+        &outlines,
+        normal,
+        |point| point.map(T::value),
+        |from, to, facing| {
+            visit(&Arc::between(Sighted::at(*from), Sighted::at(*to), sides.generator(facing)));
+        },
+    );
+}
+
+/// Calls `visit` with the ends and the side of each arc, given the normals of the sides and the points in doubles.
+pub(super) fn visit_joined<P: Copy>(
+    outlines: &[&[PartCorner<P>]],
+    normal: impl Fn(usize) -> Vec3<f64>,
+    place: impl Fn(&P) -> Vec3<f64>,
+    mut visit: impl FnMut(&P, &P, Facing),
+) {
+    let turn = |(a, b): (&PartCorner<P>, &PartCorner<P>)| Turn { from: a.side.side, to: b.side.side, point: b.point };
+    let mut turns: Vec<Turn<P>> = outlines.iter().flat_map(|corners| pairs(corners).map(turn)).collect();
     turns.sort_by_key(Turn::order);
     let mut ends = Vec::new();
     for alike in turns.chunk_by(|a, b| a.order().0 == b.order().0) {
@@ -59,10 +76,9 @@ pub(super) fn visit_arcs<T: Real>(parts: &[VisiblePart<T>], sides: &Sides<T>, mu
     ends.sort_by_key(|end| end.side);
     for on_side in ends.chunk_by_mut(|a, b| a.side == b.side) {
         let facing = Facing::forward(on_side[0].side);
-        let normal = sides.normal(facing).map(T::value);
-        let first = on_side[0].point.map(T::value);
+        let (normal, first) = (normal(facing.side), place(&on_side[0].point));
         for end in &mut *on_side {
-            let point = end.point.map(T::value);
+            let point = place(&end.point);
             end.place = turned(normal.dot(first.cross(point)), first.dot(point));
         }
         on_side.sort_by(|a, b| a.place.total_cmp(&b.place));
@@ -72,7 +88,7 @@ pub(super) fn visit_arcs<T: Real>(parts: &[VisiblePart<T>], sides: &Sides<T>, mu
             let (from, to, facing) =
                 if count > 0 { (&pair[0], &pair[1], facing) } else { (&pair[1], &pair[0], facing.reversed()) };
             for _ in 0..i32::abs(count) {
-                visit(&Arc::between(Sighted::at(from.point), Sighted::at(to.point), sides.generator(facing)));
+                visit(&from.point, &to.point, facing);
             }
         }
     }

@@ -38,6 +38,10 @@ impl Facing {
     pub(super) const fn reversed(self) -> Self {
         Self { reversed: !self.reversed, ..self }
     }
+
+    pub(super) const fn is_reversed(self) -> bool {
+        self.reversed
+    }
 }
 
 impl<T: Real> Sides<T> {
@@ -86,15 +90,15 @@ impl<T: Real> Sides<T> {
 /// A convex part of the emitter, by its corners in the emitter's plane: it is where `N . omega < 0` on all sides.
 #[derive(Debug, Clone)]
 pub(super) struct VisiblePart<T> {
-    pub(super) corners: Vec<PartCorner<T>>,
+    pub(super) corners: Vec<PartCorner<Vec3<T>>>,
     /// A circular cone and rays around it, in doubles.
     pub(super) cone: BoundingCone,
 }
 
-/// A corner of a part.
+/// A corner of a part, seen through a point P.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct PartCorner<T> {
-    pub(super) point: Vec3<T>,
+pub(super) struct PartCorner<P> {
+    pub(super) point: P,
     /// The vertex of the input that is seen there, where one is known to be.
     pub(super) vertex: Option<DVec3>,
     /// The side that starts there.
@@ -102,32 +106,32 @@ pub(super) struct PartCorner<T> {
 }
 
 impl<T: Real> VisiblePart<T> {
-    pub(super) fn new(corners: Vec<PartCorner<T>>, sides: &Sides<T>) -> Self {
-        let about = |corner: &PartCorner<T>| [UncertainVector::of(corner.point), sides.about(corner.side)];
+    pub(super) fn new(corners: Vec<PartCorner<Vec3<T>>>, sides: &Sides<T>) -> Self {
+        let about = |corner: &PartCorner<Vec3<T>>| [UncertainVector::of(corner.point), sides.about(corner.side)];
         let cone = BoundingCone::new(corners.iter().map(about).collect());
         Self { corners, cone }
     }
 
     pub(super) fn arcs(&self, sides: &Sides<T>) -> impl Iterator<Item = Arc<T>> {
-        let sighted = |corner: &PartCorner<T>| Sighted::at(corner.point);
-        self.pairs().map(move |(start, end)| Arc::between(sighted(start), sighted(end), sides.generator(start.side)))
+        let sighted = |corner: &PartCorner<Vec3<T>>| Sighted::at(corner.point);
+        pairs(&self.corners).map(move |(start, end)| Arc::between(sighted(start), sighted(end), sides.generator(start.side)))
     }
 
     /// Whether each side surely meets the next in space. Lines of the emitter's plane do wherever they seem to, and lines that
     /// share a point nowhere else.
     pub(super) fn meetings(&self, sides: &Sides<T>) -> impl Iterator<Item = bool> {
-        let both = self.pairs().map(|(corner, next)| [&sides.0[corner.side.side], &sides.0[next.side.side]]);
+        let both = pairs(&self.corners).map(|(corner, next)| [&sides.0[corner.side.side], &sides.0[next.side.side]]);
         both.map(|[side, next]| match (&side.generator, &next.generator, side.name, next.name) {
             (Generator::Emitter(_), Generator::Emitter(_), ..) => true,
             (_, _, Some(a), Some(b)) => a.shared_end(b).is_some() || a.is_on_the_line_of(b),
             _ => false,
         })
     }
+}
 
-    /// Each corner with the one after it.
-    pub(super) fn pairs(&self) -> impl Iterator<Item = (&PartCorner<T>, &PartCorner<T>)> {
-        self.corners.iter().zip(self.corners.iter().cycle().skip(1))
-    }
+/// Each corner with the one after it.
+pub(super) fn pairs<P>(corners: &[PartCorner<P>]) -> impl Iterator<Item = (&PartCorner<P>, &PartCorner<P>)> {
+    corners.iter().zip(corners.iter().cycle().skip(1))
 }
 
 /// Bound on `1/S` of a generating line; the horizon has none.

@@ -64,14 +64,23 @@ impl UncertainVector {
 pub(super) struct BoundingCone {
     /// The ray through each corner, and the normal of the side that starts there.
     corners: Vec<[UncertainVector; 2]>,
-    /// Axis of the circular cone; its cosine is from below, its sine from above. None where it would be too wide.
-    around: Option<(DVec3, f64, f64)>,
+    around: Option<CircularCone>,
+}
+
+/// A circular cone around a convex one, no wider than a half-space.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct CircularCone {
+    axis: DVec3,
+    /// From below.
+    cos: f64,
+    /// From above.
+    sin: f64,
 }
 
 impl BoundingCone {
     /// The cone of these corners and sides.
     pub(super) fn new(corners: Vec<[UncertainVector; 2]>) -> Self {
-        let around = around(&corners);
+        let around = CircularCone::around(corners.iter().map(|[ray, _]| (ray.at / ray.length, 2.0 * ray.error / ray.length)));
         Self { corners, around }
     }
 
@@ -84,12 +93,7 @@ impl BoundingCone {
 
     /// Whether the two surely have no direction in common.
     pub(super) fn misses(&self, other: &Self) -> bool {
-        if let (Some((axis, cos, sin)), Some((other_axis, other_cos, other_sin))) = (self.around, other.around)
-            && axis.dot(other_axis) < cos * other_cos - sin * other_sin - 1e-12
-        {
-            return true;
-        }
-        self.is_parted_from(other) || other.is_parted_from(self)
+        CircularCone::are_apart(self.around, other.around) || self.is_parted_from(other) || other.is_parted_from(self)
     }
 
     /// Whether a side of this cone has all of the other one beyond it.
@@ -106,14 +110,27 @@ impl BoundingCone {
     }
 }
 
-/// A circular cone around rays, if one narrower than a half-space is.
-fn around(corners: &[[UncertainVector; 2]]) -> Option<(DVec3, f64, f64)> {
-    let axis = corners.iter().map(|[ray, _]| ray.at / ray.length).sum::<DVec3>().try_normalize()?;
-    let cosines = corners.iter().map(|[ray, _]| (axis.dot(ray.at) - 2.0 * ray.error) / ray.length);
-    // Not a number where a ray is none.
-    let least = cosines.fold(1.0, |least, cos| if cos >= least { least } else { cos });
-    let cos = least - 1e-12;
-    (cos > 0.0).then(|| (axis, cos, (1.0 - cos * cos).sqrt()))
+impl CircularCone {
+    /// Around unit vectors, each with a bound on its error; none where it would be too wide.
+    pub(super) fn around(rays: impl Iterator<Item = (DVec3, f64)> + Clone) -> Option<Self> {
+        let axis = rays.clone().map(|(ray, _)| ray).sum::<DVec3>().try_normalize()?;
+        let cosines = rays.map(|(ray, error)| axis.dot(ray) - error);
+        // Not a number where a ray is none.
+        let least = cosines.fold(1.0, |least, cos| if cos >= least { least } else { cos });
+        let cos = least - 1e-12;
+        (cos > 0.0).then(|| Self { axis, cos, sin: (1.0 - cos * cos).sqrt() })
+    }
+
+    /// Whether two surely have no direction in common.
+    pub(super) fn are_apart(one: Option<Self>, other: Option<Self>) -> bool {
+        let (Some(a), Some(b)) = (one, other) else { return false };
+        a.axis.dot(b.axis) < a.cos * b.cos - a.sin * b.sin - 1e-12
+    }
+
+    /// The cosine of half its angle, from below.
+    pub(super) const fn cosine(&self) -> f64 {
+        self.cos
+    }
 }
 
 #[cfg(test)]

@@ -83,62 +83,35 @@ impl<T: Real> Subtraction<T> {
     /// The part where `N . omega < 0` for the normal of `side`, if any.
     fn cut(&mut self, part: &VisiblePart<T>, side: Facing) -> Option<VisiblePart<T>> {
         let (normal, name) = (self.sides.normal(side), self.sides.name(side));
-        let depth = |corner: &PartCorner<T>| {
+        let depth = |corner: &PartCorner<Vec3<T>>| {
             let depth = -normal.dot(corner.point);
             let is_on_it = || name.zip(corner.vertex).is_some_and(|(edge, vertex)| edge.is_in_line_with(vertex));
             if is_doubtful(depth) && is_on_it() { T::exact(0.0) } else { depth }
         };
         let depths: Vec<T> = part.corners.iter().map(depth).collect();
-        let on_one_line = |i: usize| {
-            let (Some(own), Some(cutting)) = (self.sides.name(part.corners[i].side), name) else { return false };
-            let is_small = |depth: T| depth.size() <= depth.error();
-            let is_close = || is_small(depths[i]) && is_small(depths[(i + 1) % depths.len()]);
-            own == cutting || (is_close() && own.is_on_the_line_of(cutting))
-        };
-        if let Some(i) = (0..depths.len()).find(|&i| on_one_line(i)) {
+        let is_small = |i: usize| depths[i].size() <= depths[i].error();
+        if let Some(i) = side_on_the_line(&part.corners, |facing| self.sides.name(facing), name, is_small) {
             let same_way = self.sides.normal(part.corners[i].side).dot(normal).value() > 0.0;
             return same_way.then(|| part.clone());
         }
         self.keep(part, &depths, side)
     }
 
-    /// The part of positive depth, closed along `cutting` (Sutherland and Hodgman 1974, on a cone).
+    /// The part of positive depth, closed along `cutting`.
     fn keep(&mut self, part: &VisiblePart<T>, depths: &[T], cutting: Facing) -> Option<VisiblePart<T>> {
         self.add_uncertainty(part, depths, cutting);
-        let count = part.corners.len();
-        let inside = |i: usize| depths[i].value() > 0.0;
-        // A part that a line only touches keeps its own edges, also one seen along that line: it lies elsewhere in space.
         let is_line = !matches!(self.sides.unturned(cutting), Generator::Horizon(_));
-        if is_line && (0..count).any(inside) && depths.iter().all(|depth| depth.value() >= 0.0) {
-            return Some(part.clone());
+        let places: Vec<Place> = depths.iter().map(|&depth| Place::of(depth)).collect();
+        let crossing = |i: usize, j: usize| {
+            let [start, end] = [i, j].map(|k| &part.corners[k]);
+            let from_ends = start.point + (end.point - start.point) * (depths[i] / (depths[i] - depths[j]));
+            self.crossing(start.side, cutting, from_ends)
+        };
+        match kept(&part.corners, &places, cutting, is_line, |facing| self.sides.name(facing), crossing) {
+            Kept::Nothing => None,
+            Kept::Whole => Some(part.clone()),
+            Kept::Corners(corners) => Some(VisiblePart::new(corners, &self.sides)),
         }
-        let mut kept = Vec::with_capacity(count + 1);
-        for i in 0..count {
-            let j = (i + 1) % count;
-            let (start, end) = (part.corners[i], part.corners[j]);
-            let crossing = |side: Facing| {
-                if is_exactly_0(depths[i]) || (is_doubtful(depths[i]) && is_doubtful(depths[j])) {
-                    // Between two doubtful corners the cut may be anywhere, and the doubt covers any choice.
-                    PartCorner { side, ..start }
-                } else if is_exactly_0(depths[j]) {
-                    PartCorner { side, ..end }
-                } else {
-                    let from_ends = start.point + (end.point - start.point) * (depths[i] / (depths[i] - depths[j]));
-                    let point = self.crossing(start.side, cutting, from_ends);
-                    // Lines that share a point are seen to meet there.
-                    let vertex =
-                        self.sides.name(start.side).zip(self.sides.name(cutting)).and_then(|(own, other)| own.shared_end(other));
-                    PartCorner { point, vertex, side }
-                }
-            };
-            match (inside(i), inside(j)) {
-                (true, true) => kept.push(start),
-                (true, false) => kept.extend([start, crossing(cutting)]),
-                (false, true) => kept.push(crossing(start.side)),
-                (false, false) => {}
-            }
-        }
-        (!kept.is_empty()).then(|| VisiblePart::new(kept, &self.sides))
     }
 
     /// The point of the emitter's plane that is seen where two sides cross: between the ends of an edge, or, where others have cut
@@ -162,4 +135,84 @@ impl<T: Real> Subtraction<T> {
         let error = |point: Vec3<T>| point.x.error() + point.y.error() + point.z.error();
         if error(from_sides) < error(from_ends) { from_sides } else { from_ends }
     }
+}
+
+/// Where a corner is relative to a side that cuts.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Place {
+    /// Height on the side that is kept, or what is held for it.
+    pub(super) depth: f64,
+    pub(super) is_exactly_on_it: bool,
+    pub(super) is_doubtful: bool,
+}
+
+impl Place {
+    fn of<T: Real>(depth: T) -> Self {
+        Self { depth: depth.value(), is_exactly_on_it: is_exactly_0(depth), is_doubtful: is_doubtful(depth) }
+    }
+}
+
+/// What is left of a part.
+pub(super) enum Kept<P> {
+    Nothing,
+    Whole,
+    Corners(Vec<PartCorner<P>>),
+}
+
+/// The first side of a part that is on the line which cuts it: by its name, or, where both of its ends may be on that line, exactly.
+pub(super) fn side_on_the_line<P>(
+    corners: &[PartCorner<P>],
+    name: impl Fn(Facing) -> Option<EdgeName>,
+    cutting: Option<EdgeName>,
+    is_small: impl Fn(usize) -> bool,
+) -> Option<usize> {
+    let cutting = cutting?;
+    (0..corners.len()).find(|&i| {
+        name(corners[i].side).is_some_and(|own| {
+            let is_close = || is_small(i) && is_small((i + 1) % corners.len());
+            own == cutting || (is_close() && own.is_on_the_line_of(cutting))
+        })
+    })
+}
+
+/// The corners of positive depth, closed along `cutting` (Sutherland and Hodgman 1974, on a cone), given where a side from one corner
+/// to another crosses it.
+pub(super) fn kept<P: Copy>(
+    corners: &[PartCorner<P>],
+    places: &[Place],
+    cutting: Facing,
+    is_line: bool,
+    name: impl Fn(Facing) -> Option<EdgeName>,
+    point: impl Fn(usize, usize) -> P,
+) -> Kept<P> {
+    let count = corners.len();
+    let inside = |i: usize| places[i].depth > 0.0;
+    // A part that a line only touches keeps its own edges, also one seen along that line: it lies elsewhere in space.
+    if is_line && (0..count).any(inside) && places.iter().all(|place| place.depth >= 0.0) {
+        return Kept::Whole;
+    }
+    let mut kept = Vec::with_capacity(count + 1);
+    for i in 0..count {
+        let j = (i + 1) % count;
+        let (start, end) = (corners[i], corners[j]);
+        let crossing = |side: Facing| {
+            if places[i].is_exactly_on_it || (places[i].is_doubtful && places[j].is_doubtful) {
+                // Between two doubtful corners the cut may be anywhere, and the doubt covers any choice.
+                PartCorner { side, ..start }
+            } else if places[j].is_exactly_on_it {
+                PartCorner { side, ..end }
+            } else {
+                // Lines that share a point are seen to meet there.
+                let vertex = name(start.side).zip(name(cutting)).and_then(|(own, other)| own.shared_end(other));
+                PartCorner { point: point(i, j), vertex, side }
+            }
+        };
+        match (inside(i), inside(j)) {
+            (true, true) => kept.push(start),
+            (true, false) => kept.extend([start, crossing(cutting)]),
+            (false, true) => kept.push(crossing(start.side)),
+            (false, false) => {}
+        }
+    }
+    if kept.is_empty() { Kept::Nothing } else { Kept::Corners(kept) }
 }

@@ -9,8 +9,9 @@ use radgrad_numbers::number::ROUNDOFF;
 use radgrad_numbers::on_instruction_set;
 use radgrad_numbers::vec3::Vec3;
 
+use crate::boundary::line::LEAST_MOMENT;
 use crate::boundary::plan::{Horizon, Plan};
-use crate::forms::constant_bound::{AngleError, BoundedSum, LEAST_MOMENT, Weighed, of_horizon};
+use crate::forms::constant_bound::{AngleError, BoundedSum, Weighed, of_horizon};
 use crate::forms::edge_lanes::cut::Cut;
 use crate::forms::edge_lanes::{EdgeLanes, INSTRUCTION_SET, SureCase, plan};
 use crate::forms::irradiance_and_gradient::IrradianceAndGradient;

@@ -1,0 +1,322 @@
+//! The visible boundary in doubles, where double precision is sure of every decision: most cases, for a small part of what it takes
+//! with a bound on every number.
+//!
+//! The parts, the cuts and the arcs are those of [`crate::boundary::visibility`]. A sign that is not sure, an occluder that is not
+//! wholly before the emitter, an outline that is not seen convex, and numbers that may have under- or overflowed leave the case to
+//! scalars that bound their errors.
+//!
+//! | symbol | meaning | error |
+//! |---|---|---|
+//! | p | a point on the ray of a direction | `delta |p|`, up to a factor: its SPREAD |
+//! | N | normal of a side | `en`; u = 2^-53 |
+//!
+//! - A vertex less x errs by u in each component: `delta = u`.
+//! - A side's `en` is `ew + 5u` ([`Line::relative_error`]: ew across, 3.5u along itself, and its rounding), that of the horizon 2u.
+//! - `N.p` errs by `(en + delta + 3u) |p|`: three products and two sums, by Cauchy's inequality.
+//! - Two sides cross in `N x N'`. Each component is a difference of two products and errs by u of the sum of their sizes and u of
+//!   itself, so the vector by 2.5u (the vector of those sums is at most `(4/3)^(1/2)` long): `delta = (en + en' + 2.5u)/|N x N'|`.
+//!   Seen along the side it runs from inside to outside where that is turned round: along the arc `p' = N x p`, and the depth
+//!   `-N'.p` of `p = -N x N'` changes by `(N.N')^2 - 1 < 0`.
+//!
+//! An outline of which every side has all other corners surely inside is convex, and all surfaces through its vertices within their
+//! hull are seen within it: whether the vertices are in one plane does not matter.
+
+use glam::DVec3;
+use radgrad_numbers::number::ROUNDOFF;
+use radgrad_numbers::vec3::Vec3;
+
+use crate::boundary::arc::{Arc, Generator};
+use crate::boundary::edge_name::EdgeName;
+use crate::boundary::line::{LEAST_MOMENT, Line, Sighted};
+use crate::boundary::plan::{Horizon, Plan, Side, height_over_horizon, sure_side};
+use crate::boundary::visibility::boundary::visit_joined;
+use crate::boundary::visibility::part::{Facing, PartCorner, pairs};
+use crate::boundary::visibility::separation::CircularCone;
+use crate::boundary::visibility::subtract::{Kept, Place, kept, side_on_the_line};
+use crate::problem::polygon::Polygon;
+use crate::problem::receiver::{Receiver, unit_normal};
+use crate::problem::triangulate::convex_parts;
+
+/// An arc, with what its ends and its plane are off by.
+pub(crate) struct SureArc {
+    /// With every line taken for an occluder's: its ends are directions, not points of the line.
+    pub(crate) arc: Arc<f64>,
+    /// delta of both ends.
+    pub(crate) spreads: [f64; 2],
+    /// `en`.
+    pub(crate) normal_error: f64,
+}
+
+/// Largest spread with which anything is sure.
+const MOST_SPREAD: f64 = 1e-6;
+
+/// A direction, through a point on its ray.
+#[derive(Debug, Clone, Copy)]
+struct Ray {
+    sighted: Sighted<f64>,
+    spread: f64,
+}
+
+/// A plane through the receiver.
+struct SureSide {
+    generator: Generator<f64>,
+    name: Option<EdgeName>,
+    /// `en`.
+    error: f64,
+}
+
+/// All that bounds a part, each once.
+struct SureSides<'a> {
+    receiver: &'a Receiver,
+    plan: &'a Plan,
+    sides: Vec<SureSide>,
+}
+
+/// A convex cone: a part of the emitter, or the shadow of an occluder.
+struct Cone {
+    corners: Vec<PartCorner<Ray>>,
+    around: Option<CircularCone>,
+}
+
+/// Why nothing is sure is not told.
+struct Unsure;
+
+impl Ray {
+    /// Where it is relative to a plane: its height on the side of the normal, if the sign is sure.
+    fn sure_height(&self, normal: Vec3<f64>, error: f64) -> Option<f64> {
+        let (height, length) = (normal.dot(self.sighted.point), self.sighted.square * self.sighted.inverse);
+        let unsure = mutant!("sure.height", (error + self.spread + 4.0 * ROUNDOFF) * length * 1.001, |unsure| 1e-3 * unsure);
+        (height.abs() > unsure).then_some(height)
+    }
+
+    fn unit(&self) -> DVec3 {
+        (self.sighted.point * self.sighted.inverse).into()
+    }
+}
+
+impl Cone {
+    fn new(corners: Vec<PartCorner<Ray>>) -> Self {
+        let around = CircularCone::around(corners.iter().map(|corner| (corner.point.unit(), 4.0 * MOST_SPREAD)));
+        Self { corners, around }
+    }
+}
+
+impl SureSides<'_> {
+    fn add(&mut self, side: SureSide) -> Facing {
+        self.sides.push(side);
+        Facing::forward(self.sides.len() - 1)
+    }
+
+    fn name(&self, facing: Facing) -> Option<EdgeName> {
+        self.sides[facing.side].name
+    }
+
+    fn error(&self, facing: Facing) -> f64 {
+        self.sides[facing.side].error
+    }
+
+    fn generator(&self, facing: Facing) -> Generator<f64> {
+        let generator = self.sides[facing.side].generator;
+        if facing.is_reversed() { generator.reversed() } else { generator }
+    }
+
+    fn normal(&self, facing: Facing) -> Vec3<f64> {
+        let normal = self.sides[facing.side].generator.normal();
+        if facing.is_reversed() { -normal } else { normal }
+    }
+
+    /// Height of a ray over a side, where its sign is sure.
+    fn height(&self, facing: Facing, ray: &Ray) -> Option<f64> {
+        ray.sure_height(self.normal(facing), self.error(facing))
+    }
+
+    fn ray(&self, vertex: DVec3) -> Ray {
+        Ray { sighted: Sighted::from(vertex, self.receiver.position(), self.plan.power), spread: ROUNDOFF }
+    }
+
+    /// The shadow of an outline, whichever way that runs.
+    fn shadow(&mut self, mut vertices: Vec<DVec3>) -> Result<Cone, Unsure> {
+        let [a, b, c] = [0, 1, 2].map(|i| vertices[i] - self.receiver.position());
+        if a.cross(b).dot(c) > 0.0 {
+            vertices.reverse();
+        }
+        self.cone(&vertices)
+    }
+
+    /// The cone of an outline, where `N . omega < 0` on all sides.
+    fn cone(&mut self, vertices: &[DVec3]) -> Result<Cone, Unsure> {
+        let (x, power, count) = (self.receiver.position(), self.plan.power, vertices.len());
+        let rays: Vec<Ray> = vertices.iter().map(|&vertex| self.ray(vertex)).collect();
+        let mut corners = Vec::with_capacity(count);
+        for i in 0..count {
+            let j = (i + 1) % count;
+            let edge = [vertices[i], vertices[j]];
+            let line = Line::through(edge, [&rays[i].sighted, &rays[j].sighted], x, power);
+            let error = line.relative_error() + 5.0 * ROUNDOFF;
+            let is_known = error <= MOST_SPREAD && (LEAST_MOMENT..1.0 / LEAST_MOMENT).contains(&line.moment);
+            let is_inside = |ray: &Ray| ray.sure_height(line.normal, error).is_some_and(|height| height < 0.0);
+            if !is_known || !(2..count).all(|k| is_inside(&rays[(i + k) % count])) {
+                return Err(Unsure);
+            }
+            let side = SureSide { generator: Generator::Occluder(line), name: Some(EdgeName::new(edge[0], edge[1])), error };
+            corners.push(PartCorner { point: rays[i], vertex: Some(vertices[i]), side: self.add(side) });
+        }
+        Ok(Cone::new(corners))
+    }
+
+    /// Whether one side of the shadow or of the part is known to separate them.
+    fn misses(&self, shadow: &Cone, part: &Cone) -> bool {
+        let is_beyond = |side: Facing, ray: &Ray| self.height(side, ray).is_some_and(|height| height > 0.0);
+        let parts = |one: &Cone, other: &Cone| {
+            one.corners.iter().any(|side| other.corners.iter().all(|corner| is_beyond(side.side, &corner.point)))
+        };
+        CircularCone::are_apart(shadow.around, part.around) || parts(shadow, part) || parts(part, shadow)
+    }
+
+    /// Adds the parts of `part` outside `shadow`.
+    fn subtract(&self, part: Cone, shadow: &Cone, lit: &mut Vec<Cone>) -> Result<(), Unsure> {
+        let mut rest = part;
+        for corner in &shadow.corners {
+            match self.cut(&rest, corner.side.reversed())? {
+                Kept::Nothing => {}
+                Kept::Whole => {
+                    lit.push(rest);
+                    return Ok(());
+                }
+                Kept::Corners(corners) => lit.push(Cone::new(corners)),
+            }
+            match self.cut(&rest, corner.side)? {
+                Kept::Nothing => return Ok(()),
+                Kept::Whole => {}
+                Kept::Corners(corners) => rest = Cone::new(corners),
+            }
+        }
+        Ok(())
+    }
+
+    /// The part where `N . omega < 0` for the normal of `side`.
+    fn cut(&self, part: &Cone, side: Facing) -> Result<Kept<Ray>, Unsure> {
+        let (normal, error, name) = (self.normal(side), self.error(side), self.name(side));
+        let place = |corner: &PartCorner<Ray>| {
+            let height = corner.point.sure_height(normal, error);
+            let is_on_it = height.is_none() && name.zip(corner.vertex).is_some_and(|(edge, vertex)| edge.is_in_line_with(vertex));
+            Place {
+                depth: height.map_or(0.0, |height| -height),
+                is_exactly_on_it: is_on_it,
+                is_doubtful: height.is_none() && !is_on_it,
+            }
+        };
+        let places: Vec<Place> = part.corners.iter().map(place).collect();
+        let is_small = |i: usize| places[i].depth == 0.0;
+        if let Some(i) = side_on_the_line(&part.corners, |facing| self.name(facing), name, is_small) {
+            let same_way = self.normal(part.corners[i].side).dot(normal) > 0.0;
+            return Ok(if same_way { Kept::Whole } else { Kept::Nothing });
+        }
+        if places.iter().any(|place| place.is_doubtful) {
+            return Err(Unsure);
+        }
+        self.keep(part, &places, side)
+    }
+
+    /// The part of positive depth, closed along `side`.
+    fn keep(&self, part: &Cone, places: &[Place], side: Facing) -> Result<Kept<Ray>, Unsure> {
+        let is_line = !matches!(self.sides[side.side].generator, Generator::Horizon(_));
+        let crossing = |i: usize, _| self.crossing(part.corners[i].side, side, places[i].depth > 0.0);
+        let left = kept(&part.corners, places, side, is_line, |facing| self.name(facing), crossing);
+        match &left {
+            Kept::Corners(corners) if corners.iter().any(|corner| corner.point.spread.is_nan()) => Err(Unsure),
+            _ => Ok(left),
+        }
+    }
+
+    /// Where the boundary along a side crosses another one, from its inside or from its outside; of a spread that is not a number
+    /// where that is not sure.
+    fn crossing(&self, own: Facing, cutting: Facing, from_inside: bool) -> Ray {
+        let across = self.normal(own).cross(self.normal(cutting));
+        let sighted = Sighted::at(if from_inside { -across } else { across });
+        let spread = mutant!(
+            "sure.crossing",
+            (self.error(own) + self.error(cutting) + 3.0 * ROUNDOFF) * sighted.inverse * 1.001,
+            |spread| 0.1 * spread
+        );
+        Ray { sighted, spread: if spread <= MOST_SPREAD { spread } else { f64::NAN } }
+    }
+}
+
+/// The lit parts, and the sides that bound them.
+fn lit_parts<'a>(
+    receiver: &'a Receiver,
+    emitter: &Polygon,
+    occluders: &[&Polygon],
+    plan: &'a Plan,
+) -> Result<(Vec<Cone>, SureSides<'a>), Unsure> {
+    let mut sides = SureSides { receiver, plan, sides: Vec::with_capacity(4 * (occluders.len() + 1)) };
+    let mut whole = sides.cone(emitter.vertices())?;
+    if plan.horizon == Horizon::Crossing {
+        let generator = Generator::Horizon(-unit_normal::<f64>(receiver));
+        let horizon = sides.add(SureSide { generator, name: None, error: 2.0 * ROUNDOFF });
+        let place = |&vertex: &DVec3| {
+            let depth: f64 = height_over_horizon(receiver, vertex, plan.power);
+            Place { depth, is_exactly_on_it: depth == 0.0, is_doubtful: false }
+        };
+        let places: Vec<Place> = emitter.vertices().iter().map(place).collect();
+        match sides.keep(&whole, &places, horizon)? {
+            Kept::Nothing => return Ok((Vec::new(), sides)),
+            Kept::Whole => {}
+            Kept::Corners(corners) => whole = Cone::new(corners),
+        }
+    }
+    let slab = emitter.half_slab() * plan.power * 1.01;
+    let mut shadows = Vec::with_capacity(occluders.len());
+    for occluder in occluders {
+        for part in convex_parts(occluder) {
+            let vertices: Vec<DVec3> = part.iter().map(|&i| occluder.vertices()[i]).collect();
+            let is_before = |v: &DVec3| sure_side(*v, emitter, plan.power, slab) == Some(Side::Front);
+            if !vertices.iter().all(is_before) {
+                return Err(Unsure);
+            }
+            shadows.push(sides.shadow(vertices)?);
+        }
+    }
+    // The widest first: the sooner they are subtracted, the fewer parts the others cut. Doubles that are not negative are in the
+    // order of their bits.
+    shadows.sort_by_cached_key(|shadow| shadow.around.map_or(0, |cone| cone.cosine().to_bits()));
+    let mut parts = vec![whole];
+    for shadow in &shadows {
+        let mut lit = Vec::with_capacity(parts.len() + 2);
+        for part in parts {
+            if sides.misses(shadow, &part) {
+                lit.push(part);
+            } else {
+                sides.subtract(part, shadow, &mut lit)?;
+            }
+        }
+        parts = lit;
+    }
+    Ok((parts, sides))
+}
+
+/// Calls `visit` with each arc of the visible boundary, or returns `None` before the first of them where a decision is not sure.
+pub(crate) fn visit_boundary(
+    receiver: &Receiver,
+    emitter: &Polygon,
+    occluders: &[&Polygon],
+    plan: &Plan,
+    mut visit: impl FnMut(&SureArc),
+) -> Option<()> {
+    let (parts, sides) = lit_parts(receiver, emitter, occluders, plan).ok()?;
+    let mut visit = |from: &Ray, to: &Ray, facing: Facing| {
+        visit(&SureArc {
+            arc: Arc::between(from.sighted, to.sighted, sides.generator(facing)),
+            spreads: [from.spread, to.spread],
+            normal_error: sides.error(facing),
+        });
+    };
+    if let [part] = &parts[..] {
+        pairs(&part.corners).for_each(|(start, end)| visit(&start.point, &end.point, start.side));
+    } else {
+        let outlines: Vec<_> = parts.iter().map(|part| &*part.corners).collect();
+        visit_joined(&outlines, |side| sides.normal(Facing::forward(side)), |ray| ray.sighted.point, visit);
+    }
+    Some(())
+}
