@@ -105,7 +105,7 @@ fn answer(receiver: &Receiver, emitter: &Emitter, occluders: &[&Polygon], tolera
 #[cold]
 #[inline(never)]
 fn past_occluders(case: &Case<'_>, tolerance: f64) -> Result<Answer, Error> {
-    match &*case.in_between() {
+    match &*case.near_by() {
         [] => answer(case.receiver, case.emitter, &[], tolerance),
         occluders => Case { occluders, ..*case }.answer(tolerance),
     }
@@ -150,7 +150,7 @@ fn value(receiver: &Receiver, emitter: &Emitter, occluders: &[&Polygon], toleran
     }
     let Some(plan) = Plan::new(receiver, emitter.polygon()) else { return Ok(Value::ZERO) };
     let case = Case { receiver, emitter, occluders, plan: &plan };
-    Case { occluders: &case.in_between(), ..case }.value(tolerance)
+    Case { occluders: &case.near_by(), ..case }.value(tolerance)
 }
 
 /// Radiosity `B(x)` alone: the digits of the closed form in double precision, without bound and gradient. Where that breaks

@@ -92,8 +92,8 @@ fn lamp(emission: Emission) -> Emitter {
 /// Triangles half-way to the lamp, the first of them large; no two edges are seen in line.
 fn screens() -> Vec<Polygon> {
     let triangle = |i: usize| {
-        let [x, y, z] = [0.618_034, 0.754_878, 0.569_84].map(|step| (i as f64 * step).fract());
-        let size = if i == 0 { 0.5 } else { 0.06 };
+        let [x, y, z] = [0.618_034, 0.754_878, 0.569_84].map(|step| ((i + 1) as f64 * step).fract());
+        let ([x, y], size) = if i == 0 { ([0.21, 0.13], 0.5) } else { ([x, y], 0.06) };
         let corners = [[x, y, 0.25 * z], [x + size, y + 0.25 * size, 0.3 * z], [x + 0.5 * size, y + size, 0.2 * z]];
         Polygon::new(corners.map(DVec3::from).to_vec()).expect("a triangle")
     };

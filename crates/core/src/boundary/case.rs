@@ -17,11 +17,16 @@ pub(crate) struct Case<'a> {
 }
 
 impl<'a> Case<'a> {
-    /// The occluders that a rung has to look at: on the surface all, else those that may hide something.
-    pub(crate) fn in_between(&self) -> Vec<&'a Polygon> {
+    /// The occluders that a look at circular cones leaves; on the surface all.
+    pub(crate) fn near_by(&self) -> Vec<&'a Polygon> {
         if self.occluders.is_empty() || self.plan.on_surface {
             return self.occluders.to_vec();
         }
+        visibility::near_by(self.receiver, self.emitter.polygon(), self.occluders, self.plan)
+    }
+
+    /// Of these, those that a rung has to look at which is dearer than [`crate::boundary::visibility::sure`].
+    pub(crate) fn in_between(&self) -> Vec<&'a Polygon> {
         visibility::in_between(self.receiver, self.emitter.polygon(), self.occluders, self.plan)
     }
 }

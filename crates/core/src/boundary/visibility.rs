@@ -29,14 +29,14 @@ use crate::boundary::arc::Arc;
 use crate::boundary::plan::{Plan, Side, least_sure_height, side_of, sure_side};
 use crate::boundary::visibility::not_flat::is_seen_convex;
 use crate::boundary::visibility::part::{Sides, VisiblePart};
-use crate::boundary::visibility::separation::BoundingCone;
+use crate::boundary::visibility::separation::{BoundingCone, CircularCone};
 use crate::boundary::visibility::shadow::{Screen, Shadow};
 use crate::boundary::visibility::subtract::Subtraction;
 use crate::boundary::visibility::uncertainty::Uncertainty;
 use crate::problem::emission::Emitter;
 use crate::problem::polygon::Polygon;
 use crate::problem::receiver::Receiver;
-use crate::problem::triangulate::convex_parts;
+use crate::problem::triangulate::{Few, convex_parts};
 
 /// One visible part: the arcs around it, each with whether its line and the next one's surely meet in space where the arcs do, as
 /// they do at a vertex of the input.
@@ -59,28 +59,38 @@ pub(crate) fn visit_boundary<T: Real>(
     Some(uncertainty)
 }
 
-/// The occluders that may hide some of the emitter, or leave open what is hidden. Double precision is sure of the others, that they
-/// are wholly below the receiver's horizon, behind the emitter, or beyond a plane through the receiver that has the emitter on its
-/// other side: no rung needs to look at them again.
-pub(crate) fn in_between<'a>(receiver: &Receiver, emitter: &Polygon, occluders: &[&'a Polygon], plan: &Plan) -> Vec<&'a Polygon> {
+/// The occluders that may hide some of the emitter, by circular cones: double precision is sure of the others that they are wholly
+/// below the receiver's horizon, behind the emitter, or seen apart from it.
+pub(crate) fn near_by<'a>(receiver: &Receiver, emitter: &Polygon, occluders: &[&'a Polygon], plan: &Plan) -> Vec<&'a Polygon> {
     let (x, n1, slab) = (receiver.position(), receiver.direction(), emitter.half_slab() * plan.power * 1.01);
     let is_below = |v: &DVec3| {
         let r = (*v - x) * plan.power;
         n1.dot(r) < -least_sure_height(r.abs().max_element())
     };
     let is_behind = |v: &DVec3| sure_side(*v, emitter, plan.power, slab) == Some(Side::Back);
-    let corners = |polygon: &Polygon, part: &[usize]| -> Vec<DVec3> { part.iter().map(|&i| polygon.vertices()[i]).collect() };
+    let lit = CircularCone::of_points(x, emitter.vertices());
+    let may_hide = |occluder: &&&Polygon| {
+        let vertices = occluder.vertices();
+        // All of it is within the cone of its vertices.
+        !(vertices.iter().all(is_below)
+            || vertices.iter().all(is_behind)
+            || CircularCone::are_apart(CircularCone::of_points(x, vertices), lit))
+    };
+    occluders.iter().filter(may_hide).copied().collect()
+}
+
+/// Of the occluders those that may hide some of the emitter, or leave open what is hidden: no plane through the receiver surely has
+/// the emitter on its other side. No rung needs to look at the others again.
+pub(crate) fn in_between<'a>(receiver: &Receiver, emitter: &Polygon, occluders: &[&'a Polygon], plan: &Plan) -> Vec<&'a Polygon> {
+    let x = receiver.position();
+    let corners = |polygon: &Polygon, part: &[usize]| -> Few<DVec3> { part.iter().map(|&i| polygon.vertices()[i]).collect() };
     let is_cone = |polygon: &Polygon, outline: &[DVec3]| polygon.half_slab() == 0.0 || is_seen_convex(x, polygon, outline, plan);
-    let outlines: Vec<Vec<DVec3>> = convex_parts(emitter).iter().map(|part| corners(emitter, part)).collect();
+    let outlines: Few<Few<DVec3>> = convex_parts(emitter).iter().map(|part| corners(emitter, part)).collect();
     if !outlines.iter().all(|outline| is_cone(emitter, outline)) {
         return occluders.to_vec();
     }
-    let lit: Vec<BoundingCone> = outlines.iter().map(|outline| BoundingCone::of_polygon(x, outline)).collect();
+    let lit: Few<BoundingCone> = outlines.iter().map(|outline| BoundingCone::of_polygon(x, outline)).collect();
     let may_hide = |occluder: &&&Polygon| {
-        let vertices = occluder.vertices();
-        if vertices.iter().all(is_below) || vertices.iter().all(is_behind) {
-            return false;
-        }
         let seen = side_of(x, occluder, plan.power);
         convex_parts(occluder).iter().any(|part| {
             let mut outline = corners(occluder, part);
@@ -161,7 +171,7 @@ fn in_the_way<'a, T>(
 ) -> Vec<Screen<'a>> {
     let mut screens = Vec::with_capacity(occluders.len());
     for &occluder in occluders {
-        let screen = |indices: Vec<usize>| Screen::new(receiver, emitter, occluder, &indices, plan);
+        let screen = |indices: Few<usize>| Screen::new(receiver, emitter, occluder, &indices, plan);
         let may_hide = |screen: &Screen<'_>| !whole.iter().all(|part| screen.misses(&part.cone));
         let found = convex_parts(occluder).into_iter().filter_map(screen).filter(may_hide);
         screens.extend(found);

@@ -33,6 +33,7 @@ use radgrad_numbers::vec3::Vec3;
 
 use crate::boundary::case::Case;
 use crate::boundary::plan::{Horizon, Plan};
+use crate::boundary::visibility::sure::Hidden;
 use crate::error::Error;
 use crate::forms::constant_bound::{BoundedSum, past_occluders};
 use crate::forms::edge_lanes::{SureCase, precise};
@@ -200,6 +201,25 @@ impl Case<'_> {
         &self,
         accepted: impl Fn(&Found, Method) -> Result<Option<A>, Error>,
     ) -> Result<Climb<A>, Error> {
+        if self.occluders.is_empty() {
+            return self.climb_from::<A, GRADIENT>(None, accepted);
+        }
+        let (hidden, derived) = self.bounded_past_occluders();
+        let in_between = match hidden {
+            Hidden::Unsure => self.in_between(),
+            Hidden::Something => self.occluders.to_vec(),
+            Hidden::Nothing => Vec::new(),
+        };
+        Case { occluders: &in_between, ..*self }.climb_from::<A, GRADIENT>(derived, accepted)
+    }
+
+    /// The same, from the closed form in double precision with a derived bound where that is known.
+    #[inline(always)]
+    fn climb_from<A, const GRADIENT: bool>(
+        &self,
+        derived: Option<Found>,
+        accepted: impl Fn(&Found, Method) -> Result<Option<A>, Error>,
+    ) -> Result<Climb<A>, Error> {
         let budget = Budget::of(self.emitter.emission());
         let tried = Cell::new(false);
         let by_rule = |most: usize| -> Result<Option<A>, Error> {
@@ -212,7 +232,7 @@ impl Case<'_> {
         {
             return Ok(Climb::Met(answer));
         }
-        let derived = self.bounded();
+        let derived = derived.or_else(|| self.bounded());
         if derived.is_none()
             && !tried.get()
             && budget.running > budget.cheap
@@ -297,9 +317,7 @@ impl Case<'_> {
     fn bounded(&self) -> Option<Found> {
         let Self { receiver, emitter, occluders, plan } = *self;
         if !occluders.is_empty() {
-            let is_constant = matches!(emitter.emission(), Emission::Constant(_));
-            let (terms, bound) = if is_constant { past_occluders::sums(self) } else { None }?;
-            return Some(self.of_unit_emission(&terms, bound));
+            return None;
         }
         match emitter.emission() {
             Emission::Constant(_) => {
@@ -311,6 +329,15 @@ impl Case<'_> {
             }
             Emission::Linear(_) | Emission::Polynomial(_) => None,
         }
+    }
+
+    /// The same past occluders of a constant emitter.
+    fn bounded_past_occluders(&self) -> (Hidden, Option<Found>) {
+        if !matches!(self.emitter.emission(), Emission::Constant(_)) {
+            return (Hidden::Unsure, None);
+        }
+        let (hidden, terms, bound) = past_occluders::sums(self);
+        (hidden, (hidden == Hidden::Something).then(|| self.of_unit_emission(&terms, bound)))
     }
 
     /// Whether double-double on lanes is to be tried: where a bound was derived for double precision, this one's is known.

@@ -2,27 +2,31 @@
 //! predicates.
 
 use robust::{Coord, orient2d};
+use smallvec::{SmallVec, smallvec};
 
 use crate::problem::polygon::Polygon;
 
+/// A list that is seldom longer than the corners of a quadrilateral, and then needs no memory of its own.
+pub(crate) type Few<T> = SmallVec<[T; 4]>;
+
 /// Vertex indices of each part, in the polygon's order.
-pub(crate) fn convex_parts(polygon: &Polygon) -> Vec<Vec<usize>> {
+pub(crate) fn convex_parts(polygon: &Polygon) -> SmallVec<[Few<usize>; 1]> {
     if polygon.vertices().len() == 3 {
-        return vec![vec![0, 1, 2]];
+        return smallvec![smallvec![0, 1, 2]];
     }
     let points = polygon.projected();
     let count = points.len();
     let convex = (0..count).all(|i| turn(&points, i, (i + 1) % count, (i + 2) % count) >= 0.0);
-    let mut rest: Vec<usize> = (0..count).collect();
+    let mut rest: Few<usize> = (0..count).collect();
     if convex {
-        return vec![rest];
+        return smallvec![rest];
     }
-    let mut parts = Vec::with_capacity(count - 2);
+    let mut parts = SmallVec::with_capacity(count - 2);
     let mut ears: Vec<bool> = (0..count).map(|k| is_ear(&points, &rest, k)).collect();
     while rest.len() > 3 {
         // A simple polygon always has an ear; were rounding in the projection to hide it, the flattest corner is cut.
         let ear = ears.iter().position(|is_ear| *is_ear).unwrap_or(0);
-        parts.push(corner(&rest, ear).to_vec());
+        parts.push(SmallVec::from_slice(&corner(&rest, ear)));
         rest.remove(ear);
         ears.remove(ear);
         // No other corner becomes or ceases to be an ear: the diagonals of the others are inside what is left if they were inside before.
@@ -32,7 +36,7 @@ pub(crate) fn convex_parts(polygon: &Polygon) -> Vec<Vec<usize>> {
     }
     parts.push(rest);
     // A corner on a straight run has no area and no boundary of its own.
-    parts.retain(|part| turn(&points, part[0], part[1], part[2]) > 0.0);
+    parts.retain(|part: &mut Few<usize>| turn(&points, part[0], part[1], part[2]) > 0.0);
     parts
 }
 
@@ -68,7 +72,10 @@ mod tests {
 
     #[test]
     fn a_convex_polygon_stays_whole() {
-        assert_eq!(convex_parts(&polygon(&[[0.0, 0.0], [2.0, 0.0], [2.0, 1.0], [0.0, 1.0]])), vec![vec![0, 1, 2, 3]]);
+        assert_eq!(
+            convex_parts(&polygon(&[[0.0, 0.0], [2.0, 0.0], [2.0, 1.0], [0.0, 1.0]]))[..],
+            [Few::from_slice(&[0, 1, 2, 3])]
+        );
     }
 
     #[test]

@@ -12,18 +12,15 @@ use crate::boundary::arc::Arc;
 use crate::boundary::line::Sighted;
 use crate::boundary::visibility::part::{Facing, PartCorner, Sides, VisiblePart, pairs};
 
-/// Where a boundary passes from a side to another, at a point P.
-struct Turn<P> {
-    from: usize,
-    to: usize,
-    point: P,
-}
-
-impl<P> Turn<P> {
-    /// The sides in ascending order, and whether it passes the other way.
-    fn order(&self) -> ([usize; 2], bool) {
-        if self.from <= self.to { ([self.from, self.to], false) } else { ([self.to, self.from], true) }
-    }
+/// Where a boundary passes from a side to another.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+struct Turn {
+    /// The sides in ascending order.
+    sides: [usize; 2],
+    /// Whether it passes from the second to the first.
+    is_back: bool,
+    /// The number of its point.
+    point: usize,
 }
 
 /// Where on a side an arc begins, counted 1, or ends, counted -1.
@@ -59,18 +56,21 @@ pub(super) fn visit_joined<P: Copy>(
     place: impl Fn(&P) -> Vec3<f64>,
     mut visit: impl FnMut(&P, &P, Facing),
 ) {
-    let turn = |(a, b): (&PartCorner<P>, &PartCorner<P>)| Turn { from: a.side.side, to: b.side.side, point: b.point };
-    let mut turns: Vec<Turn<P>> = outlines.iter().flat_map(|corners| pairs(corners).map(turn)).collect();
-    turns.sort_by_key(Turn::order);
+    let points: Vec<&P> = outlines.iter().flat_map(|corners| pairs(corners).map(|(_, b)| &b.point)).collect();
+    let sides = outlines.iter().flat_map(|corners| pairs(corners).map(|(a, b)| [a.side.side, b.side.side]));
+    let turn = |(point, [from, to]): (usize, [usize; 2])| Turn { sides: [from.min(to), from.max(to)], is_back: from > to, point };
+    let mut turns: Vec<Turn> = sides.enumerate().map(turn).collect();
+    turns.sort_unstable();
     let mut ends = Vec::new();
-    for alike in turns.chunk_by(|a, b| a.order().0 == b.order().0) {
+    for alike in turns.chunk_by(|a, b| a.sides == b.sides) {
         // Those that pass the other way are last.
-        let one_way = alike.iter().filter(|turn| !turn.order().1).count();
+        let one_way = alike.iter().filter(|turn| !turn.is_back).count();
         let other_way = mutant!("visibility.turns", alike.len() - one_way, |_| 0);
         let left = if one_way >= other_way { &alike[other_way..one_way] } else { &alike[2 * one_way..] };
         for turn in left {
-            ends.push(End { side: turn.from, count: -1, point: turn.point, place: 0.0 });
-            ends.push(End { side: turn.to, count: 1, point: turn.point, place: 0.0 });
+            let [from, to] = if turn.is_back { [turn.sides[1], turn.sides[0]] } else { turn.sides };
+            ends.push(End { side: from, count: -1, point: *points[turn.point], place: 0.0 });
+            ends.push(End { side: to, count: 1, point: *points[turn.point], place: 0.0 });
         }
     }
     ends.sort_by_key(|end| end.side);

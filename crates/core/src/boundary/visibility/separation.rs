@@ -12,6 +12,8 @@ use radgrad_numbers::power::normalising_power;
 use radgrad_numbers::real::Real;
 use radgrad_numbers::vec3::Vec3;
 
+use crate::problem::triangulate::Few;
+
 /// A vector and a bound on the length of its error.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct UncertainVector {
@@ -63,7 +65,7 @@ impl UncertainVector {
 #[derive(Debug, Clone)]
 pub(super) struct BoundingCone {
     /// The ray through each corner, and the normal of the side that starts there.
-    corners: Vec<[UncertainVector; 2]>,
+    corners: Few<[UncertainVector; 2]>,
     around: Option<CircularCone>,
 }
 
@@ -79,16 +81,15 @@ pub(super) struct CircularCone {
 
 impl BoundingCone {
     /// The cone of these corners and sides.
-    pub(super) fn new(corners: Vec<[UncertainVector; 2]>) -> Self {
+    pub(super) fn new(corners: Few<[UncertainVector; 2]>) -> Self {
         let around = CircularCone::around(corners.iter().map(|[ray, _]| (ray.at / ray.length, 2.0 * ray.error / ray.length)));
         Self { corners, around }
     }
 
     /// The cone of a polygon's corners, clockwise as the receiver sees them.
     pub(super) fn of_polygon(x: DVec3, vertices: &[DVec3]) -> Self {
-        let ray = |i: usize| UncertainVector::from_to(x, vertices[i % vertices.len()]);
-        let side = |i: usize| ray(i).cross(&ray(i + 1));
-        Self::new((0..vertices.len()).map(|i| [ray(i), side(i)]).collect())
+        let rays: Few<UncertainVector> = vertices.iter().map(|&vertex| UncertainVector::from_to(x, vertex)).collect();
+        Self::new((0..rays.len()).map(|i| [rays[i], rays[i].cross(&rays[(i + 1) % rays.len()])]).collect())
     }
 
     /// Whether the two surely have no direction in common.
@@ -119,6 +120,17 @@ impl CircularCone {
         let least = cosines.fold(1.0, |least, cos| if cos >= least { least } else { cos });
         let cos = least - 1e-12;
         (cos > 0.0).then(|| Self { axis, cos, sin: (1.0 - cos * cos).sqrt() })
+    }
+
+    /// Around points of the scene.
+    pub(super) fn of_points(x: DVec3, points: &[DVec3]) -> Option<Self> {
+        let unit = |&point: &DVec3| {
+            let ray = UncertainVector::from_to(x, point);
+            let inverse = 1.0 / ray.length;
+            (ray.at * inverse, 2.0 * ray.error * inverse)
+        };
+        let rays: Few<(DVec3, f64)> = points.iter().map(unit).collect();
+        Self::around(rays.iter().copied())
     }
 
     /// Whether two surely have no direction in common.

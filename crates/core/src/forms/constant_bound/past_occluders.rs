@@ -23,30 +23,30 @@ use super::{AngleError, BoundedSum};
 use crate::boundary::arc::Arc;
 use crate::boundary::case::Case;
 use crate::boundary::line::Line;
-use crate::boundary::visibility::sure::{self, SureArc};
+use crate::boundary::visibility::sure::{self, Hidden, SureArc};
 use crate::forms::constant::{EdgeSum, SolidAngleVector};
 use crate::forms::irradiance_and_gradient::IrradianceAndGradient;
 use crate::problem::receiver::unit_normal;
 
 const U: f64 = ROUNDOFF;
 
-/// The sums for a unit emission and the bounds; `None` where double precision is not sure of the visible part.
-pub(crate) fn sums(case: &Case<'_>) -> Option<(IrradianceAndGradient<f64>, BoundedSum)> {
+/// The sums for a unit emission and the bounds; they mean nothing unless something is surely hidden.
+pub(crate) fn sums(case: &Case<'_>) -> (Hidden, IrradianceAndGradient<f64>, BoundedSum) {
     let Case { receiver, emitter, occluders, plan } = *case;
     let n1 = unit_normal(receiver);
     let (mut angles, mut edges) = (SolidAngleVector::zero(), EdgeSum::new(n1));
     let mut errors = Errors { arcs: 0.0, angles: [0.0; 2], edges: [0.0; 2] };
-    sure::visit_boundary(receiver, emitter.polygon(), occluders, plan, |sure| {
+    let hidden = sure::visit_boundary(receiver, emitter.polygon(), occluders, plan, |sure| {
         angles.add(&sure.arc);
         edges.add(&sure.arc);
         let facing = n1.dot(sure.arc.generator.normal()).abs();
         let cosines = || [&sure.arc.start, &sure.arc.end].map(|end| end.cosine(n1).abs()).iter().sum();
         errors.add(sure, facing, cosines);
-    })?;
+    });
     let terms = IrradianceAndGradient { irradiance: angles.phi(), gradient: edges.sum() };
     let [of_angles, of_edges] = errors.totals();
     let bound = BoundedSum::new(&terms, of_angles, of_edges);
-    Some((terms, bound))
+    (hidden, terms, bound)
 }
 
 /// Sums of sizes and of errors.
