@@ -6,6 +6,8 @@
 //! The largest occluders come first, and an occluder that surely hides nothing of the parts that are left costs a look in double
 //! precision ([`separation`]).
 //!
+//! Where double precision is sure of all decisions [`sure`] finds the same parts in plain doubles.
+//!
 //! Edges on one line (in a mesh of occluders and at its T-junctions, or where an occluder stands on the emitter's edge) are
 //! decided exactly ([`crate::boundary::edge_name`]). Elsewhere a corner may be within rounding of a shadow's side; then the
 //! middle of its ball decides, and [`Uncertainty`] bounds the change that the other decision would have made; [`not_flat`] bounds

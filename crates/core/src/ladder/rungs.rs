@@ -5,9 +5,10 @@
 //!    emitter near by, without occluders, where double precision is sure of the visible part. It answers most calls, and where it
 //!    does not its plan serves the rungs that follow.
 //! 1. A Gauss rule on the emitter with an a-priori bound ([`crate::gauss`]), where few nodes are enough: far away.
-//! 2. The closed form in double precision with its bound: derived for a constant emitter ([`crate::forms::constant_bound`]) and
-//!    for a linear one that is seen whole ([`crate::forms::linear_bound`]), running otherwise ([`radgrad_numbers::ball`]), where
-//!    the rule may cost more before it.
+//! 2. The closed form in double precision with its bound: derived for a constant emitter ([`crate::forms::constant_bound`]), past
+//!    occluders too where double precision is sure of the visible part ([`crate::boundary::visibility::sure`]), and for a linear one
+//!    that is seen whole ([`crate::forms::linear_bound`]), running otherwise ([`radgrad_numbers::ball`]), where the rule may cost
+//!    more before it.
 //! 3. The closed form in double-double on lanes, of a constant or linear emitter without occluders, with the bound that is derived for
 //!    double precision in another unit ([`crate::forms::edge_lanes::precise`]); where that was found before, it says whether this
 //!    will do.
