@@ -46,7 +46,8 @@ pub(crate) fn run(arguments: &Arguments, gates: &Gates) -> Result<bool, Box<dyn 
     // More scenes share the rays of so many: what a campaign has more of is placements of light.
     let part = |rays: usize| rays.div_ceil(usize::try_from(cases.div_ceil(CASES).max(1)).unwrap_or(usize::MAX));
     let effort = Effort { rays: part(EFFORT.rays), rays_a_point: part(EFFORT.rays_a_point), ..EFFORT };
-    let held = hold(cases, true, &effort, arguments, gates)?;
+    // Faults are looked for in all families.
+    let held = hold(cases, arguments.scene_families() == Family::ALL, &effort, arguments, gates)?;
     Ok(ended(held.passed))
 }
 
