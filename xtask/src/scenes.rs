@@ -3,6 +3,7 @@
 use std::error::Error;
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
 use indicatif::ProgressBar;
@@ -30,6 +31,9 @@ const CASES: u64 = 800;
 /// Scenes beside the other cases of `verify`, and of the quick run.
 const BESIDE: [u64; 2] = [160, 32];
 
+/// Scenes after which a run that nobody watches says how far it is.
+const STEP: u64 = 50;
+
 /// Scenes of each of its families that a fault is looked for in.
 const LOOKED_AT: usize = 4;
 
@@ -40,7 +44,11 @@ const PATIENCE: Duration = Duration::from_secs(20);
 /// `verify --scenes`: whether nothing is beyond its gate.
 pub(crate) fn run(arguments: &Arguments, gates: &Gates) -> Result<bool, Box<dyn Error>> {
     let cases = arguments.cases.unwrap_or(if arguments.quick { BESIDE[1] } else { CASES });
-    let held = hold(cases, true, &EFFORT, arguments, gates)?;
+    // More scenes share the rays of so many: what a campaign has more of is placements of light.
+    let part = |rays: usize| rays.div_ceil(usize::try_from(cases.div_ceil(CASES).max(1)).unwrap_or(usize::MAX));
+    let effort = Effort { rays: part(EFFORT.rays), rays_a_point: part(EFFORT.rays_a_point), ..EFFORT };
+    // Faults are looked for in all families.
+    let held = hold(cases, arguments.scene_families() == Family::ALL, &effort, arguments, gates)?;
     Ok(ended(held.passed))
 }
 
@@ -56,9 +64,16 @@ fn hold(cases: u64, plant: bool, effort: &Effort, arguments: &Arguments, gates: 
     let families = arguments.scene_families();
     let bar = ProgressBar::new(cases.div_ceil(families.len() as u64) * families.len() as u64);
     bar.set_style(style());
-    let table = Table::of(&families, cases, arguments.seed, effort, |name| {
+    let (done, all) = (AtomicU64::new(0), bar.length().unwrap_or(cases));
+    let table = Table::of(&families, cases, arguments.seed, effort, |name, violations| {
         bar.set_message(name.family.name());
         bar.inc(1);
+        // A long run says at once how far it is and what it finds, in a file too.
+        let count = done.fetch_add(1, Ordering::Relaxed) + 1;
+        if bar.is_hidden() && count.is_multiple_of(STEP) {
+            eprintln!("{count} of {all} scenes, {:.0} s", start.elapsed().as_secs_f64());
+        }
+        violations.iter().for_each(|violation| bar.suspend(|| eprintln!("VIOLATED {}", said(violation))));
     });
     bar.finish_and_clear();
     write_whole(&out.join("scenes.csv"), |file| table.write(file))?;
@@ -102,11 +117,16 @@ pub(crate) struct Held {
 }
 
 fn report(violation: &Violation, record: &mut Record) {
+    record.violated(said(violation), &format!("cargo xtask replay {}", violation.name));
+}
+
+/// The scene, the subject, and the first of what is wrong with them.
+fn said(violation: &Violation) -> String {
     let Violation { name, subject, faults } = violation;
     let more = faults.len().saturating_sub(1);
     let rest = if more == 0 { String::new() } else { format!(", and {more} more") };
     let first = faults.first().map_or("", String::as_str);
-    record.violated(format_args!("{name}: {}: {first}{rest}", subject.name()), &format!("cargo xtask replay {name}"));
+    format!("{name}: {}: {first}{rest}", subject.name())
 }
 
 fn printed(table: &Table) -> String {

@@ -3,9 +3,14 @@
 use glam::DVec3;
 use radgrad_oracle::scene::known::{FacingRectangles, furnace_emission};
 use radgrad_scene::Quantity;
+use radgrad_solver::{Linking, Marking};
 
-use super::model::{Change, Exact, Expected, Grid, Model, Part, Probe};
+use super::model::{Change, Exact, Expected, Grid, Model, Part, Probe, Ways};
 use crate::sampler::{Sampler, power_of_two};
+
+mod exact;
+
+pub(super) use exact::{groove, manufactured, sphere, strips};
 
 /// Points asked at.
 const PROBES: usize = 3;
@@ -132,6 +137,7 @@ fn finish(parts: Vec<Part>, s: &mut Sampler) -> Model {
         change: Change::None,
         error: ERRORS[s.below(3) as usize],
         degree: None,
+        ways: Ways::default(),
     };
     for _ in 0..PROBES {
         add_probe(&mut model, s);
@@ -139,12 +145,37 @@ fn finish(parts: Vec<Part>, s: &mut Sampler) -> Model {
     model
 }
 
+/// Ways to ask for a scene: half of the scenes are asked for in the usual ones.
+pub(super) fn ways(model: &mut Model, s: &mut Sampler) {
+    if s.one_in(2) {
+        return;
+    }
+    // The first round may be slow where digits are compared: without a limit of time a bound is dear.
+    match s.below(5) {
+        0 | 1 if model.change == Change::None => model.ways.bound = Some(s.spread(-5, 1)),
+        2 => model.ways.marking = Marking::Gradient,
+        3 if model.change == Change::None => {
+            let area = model.parts.iter().map(area).fold(0.0, |most: f64, of| if of > most { of } else { most });
+            model.ways.linking = Linking::Thresholds { form_factor: s.spread(-4, -1), area: area * s.spread(-4, 0) };
+            model.degree = Some(s.below(2) as usize);
+        }
+        4 => model.ways.for_points = true,
+        _ => (),
+    }
+    if model.degree.is_none() && s.one_in(2) {
+        model.degree = Some(s.below(4) as usize);
+    }
+}
+
+/// The area of a triangle or of a parallelogram, times two or not.
+fn area(part: &Part) -> f64 {
+    let [a, b, c] = [part.corners[0], part.corners[1], part.corners[2]];
+    (b - a).cross(c - a).length()
+}
+
 /// A random point of a face that reflects, drawn by area.
 fn add_probe(model: &mut Model, s: &mut Sampler) {
-    let area = |part: &Part| {
-        let [a, b, c] = [part.corners[0], part.corners[1], part.corners[2]];
-        if part.reflectance.iter().any(|rho| *rho > 0.0) { (b - a).cross(c - a).length() } else { 0.0 }
-    };
+    let area = |part: &Part| if part.reflectance.iter().any(|rho| *rho > 0.0) { area(part) } else { 0.0 };
     let mut place = s.uniform() * model.parts.iter().map(area).sum::<f64>();
     let mut part = 0;
     for (index, of) in model.parts.iter().enumerate() {
@@ -233,7 +264,7 @@ pub(super) fn furnace(s: &mut Sampler) -> Model {
         part.emitted = part.reflectance.iter().map(|rho| furnace_emission(*rho)).collect();
     }
     let mut model = room.finish(s);
-    model.exact = Exact::Furnace;
+    model.exact = Exact::Even(1.0);
     model.closed = true;
     model
 }
@@ -253,8 +284,18 @@ pub(super) fn even_box(side: usize) -> Model {
         Probe { part, position: (corners[0] + corners[2]) * 0.5 }
     });
     let probes = probes.collect();
-    let (exact, expected) = (Exact::Furnace, Expected::Answer);
-    Model { parts, probes, exact, expected, closed: true, change: Change::None, error: 1.0, degree: Some(0) }
+    let (exact, expected) = (Exact::Even(1.0), Expected::Answer);
+    Model {
+        parts,
+        probes,
+        exact,
+        expected,
+        closed: true,
+        change: Change::None,
+        error: 1.0,
+        degree: Some(0),
+        ways: Ways::default(),
+    }
 }
 
 pub(super) fn facing(s: &mut Sampler) -> Model {
@@ -271,6 +312,17 @@ pub(super) fn facing(s: &mut Sampler) -> Model {
         reflectance: [s.between(0.1, 0.9), s.between(0.1, 0.9)],
         emitted: [if s.one_in(2) { 0.0 } else { s.between(0.1, 2.0) }, s.between(0.1, 2.0)],
     };
+    let mut model = between_rectangles(rectangles, s);
+    // Of constants on few elements bounds are little above errors, so that one that is too small shows.
+    model.degree = Some(if s.one_in(2) { 0 } else { s.below(4) as usize });
+    if model.degree == Some(0) {
+        model.error = ROUGH;
+    }
+    model
+}
+
+/// Two rectangles that face each other, with random points.
+fn between_rectangles(rectangles: FacingRectangles, s: &mut Sampler) -> Model {
     let corners = |which: usize, z: f64| {
         let ([a, b], [c, d]) = (rectangles.low[which], rectangles.high[which]);
         [[a, b, z], [c, b, z], [c, d, z], [a, d, z]].map(DVec3::from).to_vec()
@@ -279,11 +331,6 @@ pub(super) fn facing(s: &mut Sampler) -> Model {
     let part = |(which, corners)| Part::new(corners, rectangles.reflectance[which], rectangles.emitted[which]);
     let mut model = finish(faces.into_iter().enumerate().map(part).collect(), s);
     model.exact = Exact::Facing(rectangles);
-    // Of constants on few elements bounds are little above errors, so that one that is too small shows.
-    model.degree = Some(if s.one_in(2) { 0 } else { s.below(4) as usize });
-    if model.degree == Some(0) {
-        model.error = ROUGH;
-    }
     model
 }
 
@@ -442,11 +489,11 @@ pub(super) fn textured(s: &mut Sampler) -> Model {
         let size = [1 + s.below(4) as usize, 2 + s.below(3) as usize];
         Grid { size, texels: (0..size[0] * size[1]).map(|_| s.uniform()).collect(), quantity }
     };
-    room.parts[FLOOR].grid = Some(grid(Quantity::Reflectance));
+    room.parts[FLOOR].grids.push(grid(Quantity::Reflectance));
     let glows = grid(Quantity::Radiance);
     if s.one_in(3) {
         room.parts[5].emitted = vec![1.0];
-        room.parts[5].grid = Some(glows);
+        room.parts[5].grids.push(glows);
     }
     room.finish(s)
 }

@@ -43,11 +43,19 @@ pub enum Family {
     Scaled,
     /// The same shifted, every coordinate exactly: right within the bound, or refused.
     Shifted,
+    /// Two long rectangles that face each other.
+    Strips,
+    /// A closed polyhedron around a point, even in reflectance and emission.
+    Sphere,
+    /// Two rectangles that share an edge.
+    Groove,
+    /// A room with boxes where reflectance and emission vary so that the radiosity is 1.
+    Manufactured,
 }
 
 impl Family {
     /// All of them, in the order of the tables.
-    pub const ALL: [Self; 16] = [
+    pub const ALL: [Self; 20] = [
         Self::Clutter,
         Self::Furnace,
         Self::Facing,
@@ -64,6 +72,10 @@ impl Family {
         Self::Overlap,
         Self::Scaled,
         Self::Shifted,
+        Self::Strips,
+        Self::Sphere,
+        Self::Groove,
+        Self::Manufactured,
     ];
 
     /// Name in tables and ids.
@@ -86,6 +98,10 @@ impl Family {
             Self::Overlap => "overlap",
             Self::Scaled => "scaled",
             Self::Shifted => "shifted",
+            Self::Strips => "strips",
+            Self::Sphere => "sphere",
+            Self::Groove => "groove",
+            Self::Manufactured => "manufactured",
         }
     }
 
@@ -93,7 +109,7 @@ impl Family {
     #[must_use]
     pub fn model(self, seed: u64, index: u64) -> Model {
         let sampler = &mut Sampler::new(seed, self.name(), index);
-        match self {
+        let mut model = match self {
             Self::Clutter => draw::clutter(sampler),
             Self::Furnace => draw::furnace(sampler),
             Self::Facing => draw::facing(sampler),
@@ -110,7 +126,15 @@ impl Family {
             Self::Overlap => draw::overlap(sampler),
             Self::Scaled => draw::scaled(sampler),
             Self::Shifted => draw::shifted(sampler),
+            Self::Strips => draw::strips(sampler),
+            Self::Sphere => draw::sphere(sampler),
+            Self::Groove => draw::groove(sampler),
+            Self::Manufactured => draw::manufactured(sampler),
+        };
+        if matches!(self, Self::Strips | Self::Sphere | Self::Groove | Self::Manufactured) {
+            draw::ways(&mut model, sampler);
         }
+        model
     }
 }
 

@@ -247,7 +247,7 @@ impl Fault {
                 }
             }
             Self::TextureShifted => {
-                for grid in given.parts.iter_mut().filter_map(|part| part.grid.as_mut()) {
+                for grid in given.parts.iter_mut().flat_map(|part| &mut part.grids) {
                     grid.texels.rotate_left(1);
                 }
             }

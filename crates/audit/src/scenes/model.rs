@@ -9,6 +9,7 @@ use radgrad_core::Polygon;
 use radgrad_oracle::scene as oracle;
 use radgrad_oracle::scene::known::FacingRectangles;
 use radgrad_scene::{Quantity, Scene, Texture};
+use radgrad_solver::{Linking, Marking};
 
 /// Values on a grid over a parallelogram, whose corners have the coordinates (0, 0), (1, 0), (1, 1) and (0, 1).
 #[derive(Debug, Clone, PartialEq)]
@@ -30,8 +31,8 @@ pub struct Part {
     pub reflectance: Vec<f64>,
     /// Emitted radiosity in each channel; the largest where a grid varies it.
     pub emitted: Vec<f64>,
-    /// A texture.
-    pub grid: Option<Grid>,
+    /// Textures: at most one a quantity.
+    pub grids: Vec<Grid>,
 }
 
 /// A point to ask at.
@@ -48,8 +49,8 @@ pub struct Probe {
 pub enum Exact {
     /// Nothing.
     Nothing,
-    /// The radiosity is 1.
-    Furnace,
+    /// The radiosity is this everywhere.
+    Even(f64),
     /// Two rectangles, moved by nothing.
     Facing(FacingRectangles),
 }
@@ -95,13 +96,28 @@ pub struct Model {
     pub error: f64,
     /// Degree of the polynomials on elements, if not that of the solver's choice.
     pub degree: Option<usize>,
+    /// How else the solver is asked.
+    pub ways: Ways,
+}
+
+/// Ways of the solver, other than its usual ones.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Ways {
+    /// A proven bound is asked for, relative as the error is.
+    pub bound: Option<f64>,
+    /// The rule by which elements are divided.
+    pub marking: Marking,
+    /// How elements are linked.
+    pub linking: Linking,
+    /// Whether the points are served.
+    pub for_points: bool,
 }
 
 impl Part {
     /// Without a texture, the same in every channel.
     #[must_use]
     pub fn new(corners: Vec<DVec3>, reflectance: f64, emitted: f64) -> Self {
-        Self { corners, reflectance: vec![reflectance], emitted: vec![emitted], grid: None }
+        Self { corners, reflectance: vec![reflectance], emitted: vec![emitted], grids: Vec::new() }
     }
 }
 
@@ -124,14 +140,14 @@ impl Model {
             let surface = scene.add_surface(format!("f{index}"));
             let corners = part.corners.iter().map(|&corner| self.change.of(corner)).collect();
             let polygon = Polygon::new(corners).map_err(radgrad_scene::Error::Face)?;
-            match &part.grid {
-                None => scene.add_face(surface, material, polygon, None)?,
-                Some(grid) => {
-                    let channels = self.channels();
-                    let texel = |column: usize, row: usize| vec![grid.texels[row * grid.size[0] + column]; channels];
-                    scene.set_texture(material, grid.quantity, Texture::from_fn("grid", grid.size, channels, texel)?)?;
-                    scene.add_textured_face(surface, material, polygon, &UNIT, None)?
-                }
+            for grid in &part.grids {
+                let channels = self.channels();
+                let texel = |column: usize, row: usize| vec![grid.texels[row * grid.size[0] + column]; channels];
+                scene.set_texture(material, grid.quantity, Texture::from_fn("grid", grid.size, channels, texel)?)?;
+            }
+            match part.grids[..] {
+                [] => scene.add_face(surface, material, polygon, None)?,
+                _ => scene.add_textured_face(surface, material, polygon, &UNIT, None)?,
             };
         }
         Ok(scene)
@@ -157,14 +173,15 @@ impl Model {
         let face = |part: &Part| {
             let polygon = Polygon::new(part.corners.clone())?;
             let [reflectance, emitted] = [part.reflectance[channel], part.emitted[channel]];
-            let pattern = part.grid.clone().map(|grid| {
+            let pattern = (!part.grids.is_empty()).then(|| {
                 let (origin, sides) = (part.corners[0], [part.corners[1] - part.corners[0], part.corners[3] - part.corners[0]]);
+                let grids = part.grids.clone();
                 oracle::Pattern::new(move |at| {
-                    let factor = grid.at(along(at - origin, sides));
-                    match grid.quantity {
-                        Quantity::Reflectance => [reflectance * factor, emitted],
-                        Quantity::Radiance => [reflectance, emitted * factor],
-                    }
+                    let place = along(at - origin, sides);
+                    grids.iter().fold([reflectance, emitted], |[reflectance, emitted], grid| match grid.quantity {
+                        Quantity::Reflectance => [reflectance * grid.at(place), emitted],
+                        Quantity::Radiance => [reflectance, emitted * grid.at(place)],
+                    })
                 })
             });
             Ok(oracle::Face { polygon, reflectance, emitted, exchanges: true, pattern })
@@ -176,7 +193,7 @@ impl Model {
     /// Whether any face has a texture of this quantity.
     #[must_use]
     pub(crate) fn has_grid(&self, quantity: Quantity) -> bool {
-        self.parts.iter().any(|part| part.grid.as_ref().is_some_and(|grid| grid.quantity == quantity))
+        self.parts.iter().flat_map(|part| &part.grids).any(|grid| grid.quantity == quantity)
     }
 
     /// As Wavefront OBJ and its MTL library, of the scene as it is given to the solver, without textures: `name` is that of the

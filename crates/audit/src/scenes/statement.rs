@@ -6,10 +6,10 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use radgrad_scene::{FactorSettings, FormFactors, Quantity, Scene};
-use radgrad_solver::{Ledger, Options, Solution, solve};
+use radgrad_solver::{Ledger, Options, Solution, solve, solve_for};
 
 use super::draw;
-use super::model::{Expected, Model, Part};
+use super::model::{Change, Model, Part};
 
 /// A way to ask about a scene.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -119,7 +119,9 @@ pub fn ask(model: &Model, subject: Subject) -> (Said, Duration) {
         let scene = given.scene().map_err(|error| error.to_string())?;
         match subject {
             Subject::Solve => {
-                let solution = solve(&scene, &timed(&given), |_| true).map_err(|error| error.to_string())?;
+                let asked = given.asked().map_err(|error| error.to_string())?;
+                let served = if given.ways.for_points { &asked[..] } else { &[] };
+                let solution = solve_for(&scene, &timed(&given), &[], served, |_| true).map_err(|error| error.to_string())?;
                 radiosities(&given, &solution)
             }
             Subject::Factors => factors(&given, &scene),
@@ -193,7 +195,10 @@ fn timed(model: &Model) -> Options {
         most_elements: MOST_ELEMENTS,
         first_elements: 1,
         // Digits that are compared must not depend on the time.
-        time: (model.expected != Expected::Either).then(|| Duration::from_secs_f64(SECONDS)),
+        time: (!matches!(model.change, Change::Scale(_))).then(|| Duration::from_secs_f64(SECONDS)),
+        bound: model.ways.bound,
+        marking: model.ways.marking,
+        linking: model.ways.linking,
         ..Options::default()
     }
 }

@@ -85,8 +85,8 @@ fn subjects(index: u64) -> &'static [Subject] {
 }
 
 impl Table {
-    /// So many scenes, shared among the families, on all cores. `done` is called after each, from any thread.
-    pub fn of(families: &[Family], cases: u64, seed: u64, effort: &Effort, done: impl Fn(Name) + Sync) -> Self {
+    /// So many scenes, shared among the families, on all cores. `done` is called after each, from any thread, with what is wrong with it.
+    pub fn of(families: &[Family], cases: u64, seed: u64, effort: &Effort, done: impl Fn(Name, &[Violation]) + Sync) -> Self {
         let each = cases.div_ceil(families.len().max(1) as u64);
         let names: Vec<Name> =
             (0..each).flat_map(|index| families.iter().map(move |&family| Name { family, seed, index })).collect();
@@ -94,18 +94,17 @@ impl Table {
             let model = name.model();
             let outcomes: Vec<(Subject, Outcome)> =
                 subjects(name.index).iter().map(|&subject| (subject, judge(&model, subject, effort))).collect();
-            done(name);
-            (name, model, outcomes)
+            let failing = outcomes.iter().filter(|(_, outcome)| outcome.fails(&model));
+            let violations: Vec<Violation> =
+                failing.map(|(subject, outcome)| Violation { name, subject: *subject, faults: outcome.faults(&model) }).collect();
+            done(name, &violations);
+            (name, model.expected, outcomes, violations)
         };
         let outcomes = on_all_cores(&names, of);
         let mut table = Self::default();
-        for (name, model, outcomes) in outcomes {
-            for (subject, outcome) in outcomes {
-                if outcome.fails(&model) {
-                    table.violations.push(Violation { name, subject, faults: outcome.faults(&model) });
-                }
-                table.add(name, subject, outcome, model.expected);
-            }
+        for (name, expected, outcomes, violations) in outcomes {
+            table.violations.extend(violations);
+            outcomes.into_iter().for_each(|(subject, outcome)| table.add(name, subject, outcome, expected));
         }
         table.violations.sort_by_key(|violation| (violation.name, violation.subject));
         table

@@ -56,10 +56,10 @@ impl Truth {
         let (mut means, mut at_points) = (Vec::new(), Vec::new());
         for channel in 0..model.channels() {
             let (mean, points) = match &model.exact {
-                Exact::Furnace => {
+                Exact::Even(value) => {
                     let largest = model.parts.iter().map(|part| part.reflectance[channel]).fold(0.0, f64::max);
-                    let one = around(1.0, GIVEN / (1.0 - largest));
-                    (Mean { emitted: 0.0, reflected: one }, vec![one; points.len()])
+                    let even = around(*value, value * GIVEN / (1.0 - largest));
+                    (Mean { emitted: 0.0, reflected: even }, vec![even; points.len()])
                 }
                 Exact::Facing(rectangles) => {
                     let of = |probe: &Point| (probe.face, [probe.position.x, probe.position.y]);

@@ -50,14 +50,15 @@ impl FormFactors<'_> {
             return Err(Error::expected("a grid of at least one cell", "0"));
         }
         let place = |k: usize| k as f64 / grid as f64;
-        let half = 0.5 / grid as f64;
+        let (half, placement) = (0.5 / grid as f64, self.placement());
         let mut cells = Vec::new();
         for &face in on.faces() {
             for patch in patches(self.emitter(face)?.polygon().vertices()) {
                 for (row, column) in (0..grid).flat_map(|row| (0..grid).map(move |column| (row, column))) {
                     let ([u, v], [next_u, next_v]) = ([column, row].map(place), [column + 1, row + 1].map(place));
                     let corners = [(u, v), (next_u, v), (next_u, next_v), (u, next_v)].map(|(u, v)| patch.at(u, v).0);
-                    let centre = patch.at(u + half, v + half).0;
+                    // Far from the origin a middle rounds as it is moved back: the field is that of the place which is stated.
+                    let centre = placement.inward(placement.outward(patch.at(u + half, v + half).0));
                     let (value, gradient) = (0.0, DVec3::ZERO);
                     cells.push(FieldCell { face, corners, centre, value, gradient, value_error: 0.0, gradient_error: 0.0 });
                 }
@@ -67,7 +68,6 @@ impl FormFactors<'_> {
             progress();
             self.fill(cell, radiosities, tolerance)
         })?;
-        let placement = self.placement();
         for cell in &mut cells {
             cell.corners = cell.corners.map(|corner| placement.outward(corner));
             cell.centre = placement.outward(cell.centre);

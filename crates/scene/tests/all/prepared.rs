@@ -41,6 +41,21 @@ fn factors_and_fields_of_a_scene_far_away_are_those_at_the_origin_within_their_b
 }
 
 #[test]
+fn a_field_far_away_is_that_at_the_centres_that_it_states() {
+    // Sixths of a side are no multiples of 2^-12, the spacing of doubles there.
+    let (here, shift) = (scene(|x| x), 2f64.powi(40));
+    let (there, known) = (scene(|x| x + shift), FormFactors::new(&here).unwrap());
+    let mut moved = 0;
+    for cell in FormFactors::new(&there).unwrap().field(0, 3, &[(1, 1.0)], 1e-12, || ()).unwrap() {
+        let receiver = Receiver::new(cell.centre - shift, DVec3::Z, 1.0).unwrap();
+        let at = known.at_point(&receiver, Some(0), 1, 1e-12).unwrap();
+        assert!((cell.value - at.radiosity).abs() <= cell.value_error + at.radiosity_error, "{cell:?} {at:?}");
+        moved += usize::from((cell.centre.x - shift) * 6.0 % 1.0 != 0.0);
+    }
+    assert!(moved > 0);
+}
+
+#[test]
 fn a_unit_that_is_another_power_of_two_changes_no_digit_of_factors() {
     let (here, settings) = (scene(|x| x), FactorSettings::default());
     let known = FormFactors::new(&here).unwrap();
