@@ -18,7 +18,7 @@ use super::screen::{Screen, Sight};
 use super::{FormFactors, larger, smaller};
 
 /// Looks that are taken at a box, and at a face.
-const LOOKS_AT_BOX: usize = 16;
+const LOOKS_AT_BOX: usize = 8;
 const LOOKS_AT_FACE: usize = 32;
 
 /// Screens that hide something together, at most.

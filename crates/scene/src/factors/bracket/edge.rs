@@ -28,6 +28,9 @@ const SLICES: u32 = 16;
 /// Relative rounding of shares, areas and kernels: a few dozen operations.
 const ROUNDING: f64 = 1e-12;
 
+/// A kernel that varies by more than this over its least value says too little for what the exchange of so near cells costs.
+const USEFUL: f64 = 12.0;
+
 /// Lower bounds on the exchange of two cells that passes an edge, and on the part that the screen hides.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct Passing {
@@ -46,7 +49,8 @@ pub(super) fn passing(
     whole: impl FnOnce() -> Exchange,
 ) -> Option<(Passing, Exchange)> {
     let kernel = kernel(cells, planes)?;
-    if shadows.is_empty() || kernel.iter().any(|k| !k.is_finite()) {
+    let is_useful = kernel[1] - kernel[0] <= USEFUL * kernel[0];
+    if shadows.is_empty() || !is_useful || kernel.iter().any(|k| !k.is_finite()) {
         return None;
     }
     let whole = whole();
