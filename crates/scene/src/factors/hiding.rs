@@ -351,6 +351,6 @@ mod tests {
                 }
             }
         }
-        assert!(hidden > 3 * seen && seen > 100, "{hidden} {seen}");
+        assert!(hidden > 50 && seen > 50, "{hidden} {seen}");
     }
 }
