@@ -19,6 +19,7 @@ mod cubature;
 mod exchange;
 mod field;
 mod glance;
+mod hiding;
 mod matrix;
 mod pair;
 mod repair;
@@ -36,6 +37,7 @@ pub use pair::Factor;
 pub use repair::Repaired;
 pub use rule::gauss_legendre;
 
+use self::hiding::Neighbours;
 use self::screen::{Screen, Sight};
 use crate::projection::normalising_power;
 use crate::{Beam, Error, Occluders, Placement, Prepared, Scene, Warning, largest as larger, smallest as smaller};
@@ -111,6 +113,8 @@ pub struct FormFactors<'a> {
     scaled: Vec<Polygon>,
     /// What hides, face by face, in that unit.
     screens: Vec<Vec<Screen>>,
+    /// Which of them share edges.
+    neighbours: Neighbours,
     /// Spheres around the faces, in that unit.
     spheres: Vec<Sphere>,
 }
@@ -136,9 +140,10 @@ impl<'a> FormFactors<'a> {
         let scale =
             |polygon: &Polygon| Polygon::new(polygon.vertices().iter().map(|&v| v * power).collect()).map_err(Error::Face);
         let scaled = ready.polygons().map(scale).collect::<Result<Vec<_>, _>>()?;
-        let screens = scaled.iter().map(Screen::all_of).collect();
+        let screens: Vec<Vec<Screen>> = scaled.iter().map(Screen::all_of).collect();
+        let neighbours = Neighbours::new(&screens);
         let spheres = scaled.iter().map(Sphere::around).collect();
-        Ok(Self { scene, placement, warnings, emitters, index, power, scaled, screens, spheres })
+        Ok(Self { scene, placement, warnings, emitters, index, power, scaled, screens, neighbours, spheres })
     }
 
     /// The scene.

@@ -94,7 +94,7 @@ impl Occluders {
             }
             match &node.content {
                 Content::Branch(children) => open.extend(children),
-                Content::Leaf(range) => self.test(beam, &self.tree.order[range.clone()], leave_out, &mut found),
+                Content::Leaf => self.test(beam, &self.tree.order[node.range.clone()], leave_out, &mut found),
             }
         }
         found.polygons.sort_unstable();

@@ -62,6 +62,9 @@ const SIDES: [usize; 8] = [3, 4, 6, 8, 11, 18, 25, 40];
 /// Blocks along a side of a tile of the city's sky.
 const SKY: usize = 3;
 
+/// Height of that.
+const SKY_HEIGHT: f64 = 2.5;
+
 /// Elements from which on the solver links to clusters too: before, links grow with the square of the visible elements.
 const CLUSTERED: usize = 1000;
 
@@ -150,11 +153,38 @@ fn city(side: usize) -> (Vec<Quad>, Vec<Quad>) {
             surfaces.extend(block([x + 0.2, y + 0.2], [x + 0.8, y + 0.8], 1.2 + 0.8 * scattered(i * side + j)));
             if i % SKY == 0 && j % SKY == 0 {
                 let end = |from: usize| (from + SKY).min(side) as f64;
-                lamps.push(reversed(level([x, y], [end(i), end(j)], 2.5)));
+                lamps.push(reversed(level([x, y], [end(i), end(j)], SKY_HEIGHT)));
             }
         }
     }
     (surfaces, lamps)
+}
+
+/// A city as OBJ whose faces are seen from inside and leave no gap: the ground is cut out under the blocks, and walls stand around it
+/// up to the sky.
+pub(super) fn closed_city(side: usize) -> String {
+    let (surfaces, sky) = city(side);
+    let is_ground = |quad: &Quad| quad.iter().all(|corner| corner[2] == 0.0);
+    let mut quads: Vec<Quad> = surfaces.into_iter().filter(|quad| !is_ground(quad)).chain(sky).collect();
+    for (i, j) in (0..side).flat_map(|i| (0..side).map(move |j| (i, j))) {
+        let ([x, y], [u, v]) = ([i as f64, j as f64], [(i + 1) as f64, (j + 1) as f64]);
+        let ([a, c], [b, d]) = ([x + 0.2, y + 0.2], [x + 0.8, y + 0.8]);
+        quads.extend([([x, y], [u, c]), ([x, d], [u, v]), ([x, c], [a, d]), ([b, c], [u, d])].map(|(p, q)| level(p, q, 0.0)));
+    }
+    let end = side as f64;
+    for k in 0..side {
+        let (k, next) = (k as f64, (k + 1) as f64);
+        let around = [[[next, 0.0], [k, 0.0]], [[end, next], [end, k]], [[k, end], [next, end]], [[0.0, k], [0.0, next]]];
+        quads.extend(around.map(|[p, q]| wall(p, q, SKY_HEIGHT)));
+    }
+    let mut text = String::new();
+    for [x, y, z] in quads.iter().flatten() {
+        text += &format!("v {x} {y} {z}\n");
+    }
+    for first in (1..=4 * quads.len()).step_by(4) {
+        text += &format!("f {first} {} {} {}\n", first + 1, first + 2, first + 3);
+    }
+    text
 }
 
 fn house(side: usize) -> (Vec<Quad>, Vec<Quad>) {

@@ -6,6 +6,7 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
+use super::hiding::Wanted;
 use super::matrix::Pair;
 use super::pair::Known;
 use super::{FactorMatrix, FactorSettings, FormFactors};
@@ -42,9 +43,11 @@ impl FormFactors<'_> {
             let found = format!("{} to {}", rows.start, rows.end);
             return Err(Error::expected(format!("a range of the {} rows", all.len()), found));
         }
+        let mut has_factors = vec![false; self.emitters.len()];
+        all.iter().for_each(|&face| has_factors[face] = true);
+        let wanted = Wanted::new(self.index.order(), has_factors);
         let of_row = |place: usize| {
-            let from = all[place];
-            let found = self.pairs_of(from, |to| to > from && all.binary_search(&to).is_ok(), settings)?;
+            let found = self.pairs_of(all[place], &self.may_see(all[place], &wanted), settings)?;
             progress();
             Ok::<_, Error>(found)
         };

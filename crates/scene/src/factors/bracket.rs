@@ -27,7 +27,7 @@ use radgrad_core::{Polygon, mutant};
 use self::cell::{Cell, NEAR, Plane};
 use self::division::division;
 use self::edge::{Passing, passing};
-use self::fusion::{Partial, fuse};
+pub(super) use self::fusion::{Partial, fuse};
 use super::exchange::{Exchange, exchange_parts};
 use super::rule::patches;
 use super::screen::{Screen, Sight, perimeter};
@@ -210,7 +210,7 @@ impl<'a> Search<'a> {
             add(&mut self.hidden, self.between.exchange(&cells, &self.planes));
             return;
         }
-        let is_all = fused.is_all && hiding.is_empty();
+        let is_all = hiding.is_empty();
         hiding.extend(fused.hiding);
         if hiding.is_empty() {
             add(&mut self.seen, self.between.exchange(&cells, &self.planes));
@@ -220,7 +220,7 @@ impl<'a> Search<'a> {
         let (mut known, mut guess) = (Passing::default(), guess(&cells, &self.planes));
         let whole = || self.between.exchange(&cells, &self.planes);
         let ([a, b], [first, second]) = (&cells, &self.planes);
-        if let Some((found, whole)) = passing([a, b], [first, second], &fused.edges, is_all, whole) {
+        if let Some((found, whole)) = passing([a, b], [first, second], &fused.shadows, is_all, whole) {
             known = found;
             guess = larger(whole.most() - known.seen - known.hidden, 0.0);
         }

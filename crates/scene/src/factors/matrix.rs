@@ -2,11 +2,11 @@
 
 use std::ops::Range;
 
-use radgrad_core::DVec3;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::pair::{Hiders, Known};
+use super::hiding::Wanted;
+use super::pair::Known;
 use super::{FactorSettings, FormFactors, larger};
 use crate::{Error, Scene};
 
@@ -134,30 +134,28 @@ impl FormFactors<'_> {
         (0..scene.faces().len()).filter(exchanges).collect()
     }
 
-    /// The pairs of a face with those faces that it may see and that are taken.
-    pub(super) fn pairs_of(
-        &self,
-        from: usize,
-        is_taken: impl Fn(usize) -> bool,
-        settings: &FactorSettings,
-    ) -> Result<Vec<Pair>, Error> {
-        let (mut found, mut failed, hiders) = (Vec::new(), None, Hiders::default());
-        let is_hidden = |corners: &[DVec3; 8]| {
-            let corners = corners.map(|corner| corner * self.power);
-            super::rule::patches(self.scaled(from).vertices()).iter().all(|part| hiders.hide_box(part.outline(), &corners))
-        };
-        self.index.facing(from, is_hidden, |to| {
-            if failed.is_some() || !is_taken(to) {
-                return;
-            }
+    /// The pairs of a face with others.
+    pub(super) fn pairs_of(&self, from: usize, others: &[usize], settings: &FactorSettings) -> Result<Vec<Pair>, Error> {
+        let of = |&to: &usize| {
             let pair = [from.min(to), from.max(to)];
-            match self.pair(pair, settings, &hiders) {
-                Ok(Some(known)) => found.push(Pair { faces: pair.map(index), known }),
-                Ok(None) => {}
-                Err(error) => failed = Some(error),
-            }
-        });
-        failed.map_or_else(|| Ok(found), Err)
+            Ok(self.pair(pair, settings)?.map(|known| Pair { faces: pair.map(index), known }))
+        };
+        others.iter().filter_map(|to| of(to).transpose()).collect()
+    }
+
+    /// The faces below those of some rows that see them, row by row: of two faces the lower one looks.
+    fn seen_from_below(&self, rows: &[usize], is_below: impl Fn(usize) -> bool + Sync) -> Vec<Vec<usize>> {
+        let mut seen = vec![Vec::new(); self.emitters.len()];
+        let Some(&last) = rows.last() else { return seen };
+        let mut is_wanted = vec![false; self.emitters.len()];
+        rows.iter().for_each(|&row| is_wanted[row] = true);
+        let wanted = Wanted::new(self.index.order(), is_wanted);
+        let found: Vec<(usize, Vec<usize>)> =
+            (0..last).into_par_iter().filter(|&face| is_below(face)).map(|face| (face, self.may_see(face, &wanted))).collect();
+        for (face, rows) in found {
+            rows.into_iter().for_each(|row| seen[row].push(face));
+        }
+        seen
     }
 
     /// The rows of some of [`Self::faces`], a range of places in it: each is the same to the last digit whatever rows are asked for,
@@ -223,17 +221,20 @@ impl FormFactors<'_> {
             }
             is_computed[*face as usize] = true;
         }
+        let rest: Vec<usize> = faces.iter().copied().filter(|&face| !is_computed[face]).collect();
+        // Pairs within the block belong to the lower face.
+        let below = self.seen_from_below(&rest, |face| role[face] == Role::Outside);
+        let wanted = Wanted::new(self.index.order(), role.iter().map(|&role| role != Role::Hides).collect());
         let of_row = |&from: &usize| -> Result<ComputedRow, Error> {
-            // Pairs within the block belong to the lower face.
-            let is_of_row = |to: usize| role[to] != Role::Hides && (role[to] != Role::HasRow || to > from);
-            let found = self.pairs_of(from, is_of_row, settings)?;
+            let mut others = self.may_see(from, &wanted);
+            others.extend(&below[from]);
+            let found = self.pairs_of(from, &others, settings)?;
             let face = index(from);
             let other = |pair: &Pair| if pair.faces[0] == face { pair.faces[1] } else { pair.faces[0] };
             let row = ComputedRow { face, pairs: found.iter().map(|pair| (other(pair), pair.known)).collect() };
             keep(&row);
             Ok(row)
         };
-        let rest: Vec<usize> = faces.iter().copied().filter(|&face| !is_computed[face]).collect();
         let found: Vec<ComputedRow> = rest.par_iter().map(of_row).collect::<Result<_, _>>()?;
         let of_row = |ComputedRow { face, pairs }: ComputedRow| {
             pairs.into_iter().map(move |(other, known)| Pair { faces: [face.min(other), face.max(other)], known })

@@ -5,8 +5,6 @@
 //! with the lower face first, and from nothing but the two faces and what is between, so that each is the same to the last digit
 //! whatever else is computed.
 
-use std::cell::RefCell;
-
 use radgrad_core::DVec3;
 use serde::{Deserialize, Serialize};
 
@@ -14,6 +12,7 @@ use super::bracket::{Between, Bracket, Search};
 use super::cubature::{Goal, Hiding, Rule};
 use super::exchange::{Exchange, exchange};
 use super::glance::Glance;
+use super::hiding::Wanted;
 use super::screen::Screen;
 use super::{FactorSettings, FormFactors, larger, smaller};
 use crate::{Beam, Error};
@@ -49,35 +48,6 @@ pub(super) struct Known {
 const OF_VALUE: f64 = 0.3;
 const OF_BRACKET: f64 = 0.02;
 const MOST_OF_BRACKET: f64 = 3e-3;
-
-/// The screens that hid all of something from a face, the last one first: they probably hide its neighbours as well.
-#[derive(Debug, Default)]
-pub(super) struct Hiders<'a> {
-    last: RefCell<Vec<&'a Screen>>,
-}
-
-/// Screens that are remembered.
-const HIDERS: usize = 4;
-
-impl<'a> Hiders<'a> {
-    /// Whether one of them hides all of two outlines from each other.
-    pub(super) fn hide(&self, outlines: [&[DVec3]; 2]) -> bool {
-        self.last.borrow().iter().any(|screen| screen.hides(outlines))
-    }
-
-    /// Whether one of them hides all that is in a box from an outline.
-    pub(super) fn hide_box(&self, outline: &[DVec3], corners: &[DVec3; 8]) -> bool {
-        self.last.borrow().iter().any(|screen| screen.hides_box(outline, corners))
-    }
-
-    fn remember(&self, screen: &'a Screen) -> bool {
-        let mut last = self.last.borrow_mut();
-        last.retain(|&other| !std::ptr::eq(other, screen));
-        last.insert(0, screen);
-        last.truncate(HIDERS);
-        true
-    }
-}
 
 /// Two faces that may see each other.
 struct Sighted<'a> {
@@ -127,21 +97,19 @@ impl FormFactors<'_> {
     pub fn between(&self, from: usize, to: usize, settings: &FactorSettings) -> Result<Factor, Error> {
         self.emitter(from)?;
         self.emitter(to)?;
-        let known = if from == to { None } else { self.pair([from.min(to), from.max(to)], settings, &Hiders::default())? };
+        let [low, high] = [from.min(to), from.max(to)];
+        let wanted = Wanted::new(self.index.order(), (0..self.emitters.len()).map(|face| face == high).collect());
+        let may_see = low != high && !self.may_see(low, &wanted).is_empty();
+        let known = if may_see { self.pair([low, high], settings)? } else { None };
         let nothing = Factor { value: 0.0, lower: 0.0, upper: 0.0, error: 0.0, estimate: 0.0, occluders: 0 };
         Ok(known.map_or(nothing, |known| known.over(self.scaled(from).area())))
     }
 
     /// What two faces exchange, the lower one first; `None` where neither has a point in front of the other, or all is proven hidden.
-    pub(super) fn pair<'b>(
-        &'b self,
-        faces: [usize; 2],
-        settings: &FactorSettings,
-        hiders: &Hiders<'b>,
-    ) -> Result<Option<Known>, Error> {
+    pub(super) fn pair(&self, faces: [usize; 2], settings: &FactorSettings) -> Result<Option<Known>, Error> {
         let polygons = faces.map(|face| self.scaled(face));
         let area = smaller(polygons[0].area(), polygons[1].area());
-        let Some(Sighted { candidates, screens, free }) = self.sighted(faces, hiders) else { return Ok(None) };
+        let Some(Sighted { candidates, screens, free }) = self.sighted(faces) else { return Ok(None) };
         // No face exchanges more than its area.
         let (least, most) = (larger(free.least(), 0.0), smaller(free.most(), area * (1.0 + 8.0 * f64::EPSILON)));
         let occluders = u32::try_from(candidates.len()).unwrap_or(u32::MAX);
@@ -154,6 +122,9 @@ impl FormFactors<'_> {
         if most <= smaller(difference, allowed(Bracket { least: 0.0, most })) {
             // The whole exchange is within the tolerance.
             let value = free.area * self.share_seen(faces, &screens);
+            if value == 0.0 && self.is_hidden(faces, &screens) {
+                return Ok(None);
+            }
             let bracket = Bracket { least: 0.0, most };
             let nearest = bracket.nearest(value);
             return Known { value: nearest, least: 0.0, most, estimate: bracket.error_of(nearest), occluders }
@@ -195,27 +166,23 @@ impl FormFactors<'_> {
 
     /// The faces that may be between two faces, and the exchange of the two without them; `None` where they see nothing of each
     /// other.
-    fn sighted<'b>(&'b self, faces: [usize; 2], hiders: &Hiders<'b>) -> Option<Sighted<'b>> {
+    fn sighted(&self, faces: [usize; 2]) -> Option<Sighted<'_>> {
         let polygons = faces.map(|face| self.scaled(face));
         if self.is_behind(faces) {
-            return None;
-        }
-        let parts = polygons.map(|polygon| super::rule::patches(polygon.vertices()));
-        let is_hidden = |hides: &dyn Fn([&[DVec3]; 2]) -> bool| {
-            let pairs = || parts[0].iter().flat_map(|from| parts[1].iter().map(move |to| [from.outline(), to.outline()]));
-            pairs().next().is_some() && pairs().all(hides)
-        };
-        if is_hidden(&|outlines| hiders.hide(outlines)) {
             return None;
         }
         let beam = Beam::from_polygon(self.polygon(faces[0]), self.polygon(faces[1]))?;
         let candidates = self.index.in_beam(&beam, &faces).polygons;
         let screens: Vec<&Screen> = candidates.iter().flat_map(|&k| &self.screens[k]).collect();
-        if is_hidden(&|outlines| screens.iter().any(|screen| screen.hides(outlines) && hiders.remember(screen))) {
-            return None;
-        }
         let free = exchange(polygons[0], polygons[1]);
         (free != Exchange::default()).then_some(Sighted { candidates, screens, free })
+    }
+
+    /// Whether each part of one face is hidden from each part of the other by one screen.
+    fn is_hidden(&self, faces: [usize; 2], screens: &[&Screen]) -> bool {
+        let [from, to] = faces.map(|face| super::rule::patches(self.scaled(face).vertices()));
+        let mut pairs = from.iter().flat_map(|from| to.iter().map(move |to| [from.outline(), to.outline()]));
+        !from.is_empty() && !to.is_empty() && pairs.all(|outlines| screens.iter().any(|screen| screen.hides(outlines)))
     }
 
     /// The share of one face that the middle of the other sees, of the smaller one's middle: a look, no more.

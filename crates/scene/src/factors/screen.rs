@@ -109,6 +109,10 @@ impl Screen {
         (0..count).map(move |k| [self.outline[k], self.outline[(k + 1) % count]])
     }
 
+    pub(super) const fn normal(&self) -> DVec3 {
+        self.normal
+    }
+
     /// Height over the plane, 0 for a point level with it up to rounding.
     pub(super) fn height(&self, point: DVec3) -> f64 {
         let r = point - self.outline[0];
@@ -199,12 +203,6 @@ impl Screen {
     pub(super) fn hides(&self, outlines: [&[DVec3]; 2]) -> bool {
         let verdict = self.between(outlines, 1.0);
         verdict.sight == Sight::Blocked && !verdict.is_displaced
-    }
-
-    /// Whether it surely hides all that is in a box from a convex outline. A box that touches its plane may have a face there that
-    /// stands back to back with it, and is seen.
-    pub(super) fn hides_box(&self, outline: &[DVec3], corners: &[DVec3; 8]) -> bool {
-        corners.iter().all(|&corner| self.height(corner) != 0.0) && self.hides([outline, corners])
     }
 
     /// The part of an outline that it leaves visible from a point: exact for the doubles as given, but for points level with its

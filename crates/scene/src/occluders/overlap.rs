@@ -9,6 +9,8 @@
 //! length l overlap by at most `2 sqrt(2) d l`, and l is at most half the sum P of the perimeters: `1.5 d P`. Clipping rounds
 //! by less than d again.
 
+use std::ops::Range;
+
 use radgrad_core::{DVec3, Polygon};
 
 use super::Occluders;
@@ -67,21 +69,39 @@ impl Occluders {
         })
     }
 
-    /// Visits the polygons that may see a polygon, as surfaces: all that have a point in front of it, but for those in boxes of which
-    /// `is_hidden` says so, given their corners.
-    pub(crate) fn facing(&self, index: usize, is_hidden: impl Fn(&[DVec3; 8]) -> bool, mut visit: impl FnMut(usize)) {
+    /// Visits the polygons that may see a polygon, as surfaces: all that have a point in front of it, but for those in boxes that are
+    /// passed over. `enter` is told which places of [`Self::order`] are in a box, its corners, and what the box around it was entered
+    /// with; it says what to enter this one with, or nothing to pass over it.
+    pub(crate) fn facing<S: Clone>(
+        &self,
+        index: usize,
+        whole: S,
+        enter: impl Fn(Range<usize>, [DVec3; 8], &S) -> Option<S>,
+        mut visit: impl FnMut(usize, &S),
+    ) {
         let shape = &self.polygons[index];
         let front = shape.front(true);
-        let enters = |bounds: &Bounds| {
-            let [low, high] = [bounds.low, bounds.high].map(|corner| shape.frame.locate(corner));
-            !front.excludes_box(&low, &high) && !is_hidden(&bounds.corners())
-        };
-        self.visit(enters, |other| {
-            if other != index {
-                visit(other);
+        let mut open: Vec<(usize, S)> = self.tree.root().map(|root| (root, whole)).into_iter().collect();
+        while let Some((at, state)) = open.pop() {
+            let node = &self.tree.nodes[at];
+            let [low, high] = [node.bounds.low, node.bounds.high].map(|corner| shape.frame.locate(corner));
+            if front.excludes_box(&low, &high) {
+                continue;
             }
-            false
-        });
+            let Some(state) = enter(node.range.clone(), node.bounds.corners(), &state) else { continue };
+            match &node.content {
+                Content::Branch([first, second]) => open.extend([(*first, state.clone()), (*second, state)]),
+                Content::Leaf => {
+                    let others = self.tree.order[node.range.clone()].iter().filter(|other| **other != index);
+                    others.for_each(|&other| visit(other, &state));
+                }
+            }
+        }
+    }
+
+    /// All polygons, those of a box one after the other.
+    pub(crate) fn order(&self) -> &[usize] {
+        &self.tree.order
     }
 
     /// Whether a polygon is nowhere in front of another, as surfaces.
@@ -105,8 +125,8 @@ impl Occluders {
             }
             match &node.content {
                 Content::Branch(children) => open.extend(children),
-                Content::Leaf(range) => {
-                    let polygons = self.tree.order[range.clone()].iter();
+                Content::Leaf => {
+                    let polygons = self.tree.order[node.range.clone()].iter();
                     if polygons.copied().any(|polygon| enters(&self.polygons[polygon].bounds) && visit(polygon)) {
                         return true;
                     }

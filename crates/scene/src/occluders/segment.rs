@@ -22,31 +22,49 @@ impl Occluders {
     /// # Ok::<(), radgrad_core::Error>(())
     /// ```
     #[must_use]
-    pub fn is_between(&self, [from, to]: [DVec3; 2], leave_out: &[usize]) -> bool {
-        // A direction of 0 is as good as one that is far below all lengths, and its inverse is finite.
-        let steep = |along: f64| if along.abs() < 1e-290 { 1e290 } else { 1.0 / along };
-        let along = to - from;
-        let inverse = DVec3::new(steep(along.x), steep(along.y), steep(along.z));
-        let enters = |bounds: &Bounds| {
-            let (a, b) = ((bounds.low - from) * inverse, (bounds.high - from) * inverse);
-            let (first, last) = (a.min(b).max_element(), a.max(b).min_element());
-            first <= 1.0 + LEVEL && last >= -LEVEL && first <= last + LEVEL * last.abs()
-        };
-        self.visit(enters, |index| !leave_out.contains(&index) && crosses(&self.polygons[index].vertices, [from, to]))
+    pub fn is_between(&self, segment: [DVec3; 2], leave_out: &[usize]) -> bool {
+        let is_before = |index: usize| !leave_out.contains(&index) && crossing(&self.polygons[index].vertices, segment).is_some();
+        self.visit(|bounds| enters(bounds, segment), is_before)
+    }
+
+    /// The polygons that cross the segment from one point to another, likewise, each with the share of it before.
+    pub(crate) fn all_between(&self, segment: [DVec3; 2], leave_out: &[usize]) -> Vec<(usize, f64)> {
+        let mut found = Vec::new();
+        self.visit(
+            |bounds| enters(bounds, segment),
+            |index| {
+                if !leave_out.contains(&index) {
+                    found.extend(crossing(&self.polygons[index].vertices, segment).map(|share| (index, share)));
+                }
+                false
+            },
+        );
+        found
     }
 }
 
-/// Whether a segment goes through the inside of a polygon.
-fn crosses(vertices: &[DVec3], [from, to]: [DVec3; 2]) -> bool {
+/// Whether a segment meets a box.
+fn enters(bounds: &Bounds, [from, to]: [DVec3; 2]) -> bool {
+    // A direction of 0 is as good as one that is far below all lengths, and its inverse is finite.
+    let steep = |along: f64| if along.abs() < 1e-290 { 1e290 } else { 1.0 / along };
+    let along = to - from;
+    let inverse = DVec3::new(steep(along.x), steep(along.y), steep(along.z));
+    let (a, b) = ((bounds.low - from) * inverse, (bounds.high - from) * inverse);
+    let (first, last) = (a.min(b).max_element(), a.max(b).min_element());
+    first <= 1.0 + LEVEL && last >= -LEVEL && first <= last + LEVEL * last.abs()
+}
+
+/// The share of a segment after which it goes through the inside of a polygon, if it does.
+fn crossing(vertices: &[DVec3], [from, to]: [DVec3; 2]) -> Option<f64> {
     let origin = vertices[0];
     let normal: DVec3 = vertices[1..].windows(2).map(|pair| (pair[0] - origin).cross(pair[1] - origin)).sum();
     let [above, below] = [from, to].map(|point| normal.dot(point - origin));
     let level = LEVEL * normal.length() * ((to - from).length() + (from - origin).length());
     if above * below >= 0.0 || above.abs() <= level || below.abs() <= level {
-        return false;
+        return None;
     }
-    let point = from + (to - from) * (above / (above - below));
-    contains(vertices, normal, point)
+    let share = above / (above - below);
+    contains(vertices, normal, from + (to - from) * share).then_some(share)
 }
 
 /// Whether a point of a polygon's plane is inside the polygon: an odd number of edges is crossed along the axis seen best. In double

@@ -24,12 +24,14 @@ pub(super) struct Tree {
 pub(super) struct Node {
     pub(super) bounds: Bounds,
     pub(super) content: Content,
+    /// The part of the order of polygons that is below it.
+    pub(super) range: Range<usize>,
 }
 
 #[derive(Debug, Clone)]
 pub(super) enum Content {
-    /// A part of the order of polygons.
-    Leaf(Range<usize>),
+    /// Polygons: all of its range.
+    Leaf,
     /// Two nodes.
     Branch([usize; 2]),
 }
@@ -54,8 +56,7 @@ impl Tree {
 fn build(nodes: &mut Vec<Node>, order: &mut [usize], first: usize, polygons: &[Shape]) {
     let whole = order.iter().fold(Bounds::NONE, |sum, &i| sum.and(&polygons[i].bounds));
     let index = nodes.len();
-    let leaf = Content::Leaf(first..first + order.len());
-    nodes.push(Node { bounds: whole, content: leaf });
+    nodes.push(Node { bounds: whole, content: Content::Leaf, range: first..first + order.len() });
     if order.len() <= LEAF {
         return;
     }

@@ -66,9 +66,9 @@ pub(super) fn division(cells: [&Cell; 2], planes: [&Plane; 2], screens: &[&Scree
     }
     let mut variation = [[0.0; 2]; 2];
     let clear = if screens.len() == 1 { 1.0 } else { CLEAR_OF_ONE };
-    let mut offer = |cell: usize, heights: &dyn Fn() -> Vec<f64>, wanted: Wanted, worth: f64| {
+    let mut offer = |cell: usize, heights: &dyn Fn() -> Vec<f64>, worth: f64| {
         if worth > ENOUGH && best.as_ref().is_none_or(|best| worth > best.worth) {
-            best = Some(Candidate { cell, heights: aside(&heights(), wanted), worth });
+            best = Some(Candidate { cell, heights: heights(), worth });
         }
     };
     let mut turns = Vec::new();
@@ -79,14 +79,15 @@ pub(super) fn division(cells: [&Cell; 2], planes: [&Plane; 2], screens: &[&Scree
             // The part of a cell on the other's side of the screen's plane is clear of the screen: cut there.
             for k in 0..2 {
                 if is_split(sides[k]) {
+                    // Corners of a cut are in the plane up to rounding, and count as in it: neither part has a sliver beyond.
                     let heights: Vec<f64> = cells[k].points.iter().map(|&p| screen.height(p)).collect();
                     let below = share_below(heights.iter().copied());
-                    let (wanted, worth) = match (sides[1 - k].front, sides[1 - k].behind) {
-                        (true, false) => (Wanted::Above, 1.0 - below),
-                        (false, true) => (Wanted::Below, below),
-                        _ => (Wanted::Above, 0.5),
+                    let worth = match (sides[1 - k].front, sides[1 - k].behind) {
+                        (true, false) => 1.0 - below,
+                        (false, true) => below,
+                        _ => 0.5,
                     };
-                    offer(k, &|| heights.clone(), wanted, clear * worth);
+                    offer(k, &|| heights.clone(), clear * worth);
                 }
             }
             continue;
@@ -140,7 +141,7 @@ fn examine(
     clear: f64,
     axes: &[[DVec3; 2]; 2],
     turns: &mut Vec<f64>,
-    offer: &mut impl FnMut(usize, &dyn Fn() -> Vec<f64>, Wanted, f64),
+    offer: &mut impl FnMut(usize, &dyn Fn() -> Vec<f64>, f64),
     variation: &mut [[f64; 2]; 2],
 ) {
     let [a, b] = cells.map(|cell| &cell.points);
@@ -177,7 +178,7 @@ fn examine(
         let lines = [extremes(b.len(), &column), extremes(a.len(), &row)];
         for k in [1, 0] {
             let [lit, _] = lines[k];
-            offer(k, &|| line(k, edge, lit.corner), Wanted::Below, clear * lit.outside);
+            offer(k, &|| aside(&line(k, edge, lit.corner), Wanted::Below), clear * lit.outside);
         }
         let largest = turns.iter().fold(0.0, |m: f64, t| m.max(t.abs()));
         // The share that is in the penumbra of this edge.
@@ -200,7 +201,7 @@ fn examine(
     }
     for k in 0..2 {
         if let Some((edge, inside)) = widest[k] {
-            offer(k, &|| line(k, edge, inside.corner), Wanted::Above, hidden[k]);
+            offer(k, &|| aside(&line(k, edge, inside.corner), Wanted::Above), hidden[k]);
         }
     }
 }

@@ -9,7 +9,12 @@
 //! Let the kernel k be between `k0 - e` and `k0 + e` on all pairs, E their exchange with nothing in between, and W the product of
 //! the areas. The part that passes is `int k [T < 0] = v E + int (k - k0) ([T < 0] - v)`, and `int |[T < 0] - v| = 2 v (1 - v)
 //! W`: so it is `v E` to within `2 e v (1 - v) W`. Both the uncertainty of v and e are in proportion to the size of the cells
-//! over their distance. So the undecided part is E times that ratio; without this rule it would be all of E.
+//! over their distance. So the undecided part is E times that ratio; without this rule it would be all of E. Where k varies too much for
+//! that, the part that passes is between `v W` times the least and times the largest kernel all the same, and so is the part that does
+//! not: the better of the three counts.
+//!
+//! A shadow is what is inside all of some edges. It is at most what is inside any one of them, and at least all but the sum of what is
+//! outside each. What all shadows hide is at least what any of them does, and at most the sum.
 
 use radgrad_core::{DVec3, mutant};
 
@@ -23,8 +28,8 @@ const SLICES: u32 = 16;
 /// Relative rounding of shares, areas and kernels: a few dozen operations.
 const ROUNDING: f64 = 1e-12;
 
-/// A kernel that varies by more than this over its least value says too little.
-const USEFUL: f64 = 3.0;
+/// A kernel that varies by more than this over its least value says too little for what the exchange of so near cells costs.
+const USEFUL: f64 = 12.0;
 
 /// Lower bounds on the exchange of two cells that passes an edge, and on the part that the screen hides.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -33,24 +38,50 @@ pub(super) struct Passing {
     pub(super) hidden: f64,
 }
 
-/// Bounds on the exchange that passes all of some edges, which run counter-clockwise around their screens seen from the first
-/// cell. `is_all` says that nothing else hides anything. `whole` computes the cells' exchange with nothing in between; it is
+/// Bounds on the exchange that passes some shadows, each given by its edges, which run counter-clockwise around their screens seen from
+/// the first cell. `is_all` says that nothing else hides anything. `whole` computes the cells' exchange with nothing in between; it is
 /// called, and its result returned, unless the cells are so near each other that the bounds would be empty.
 pub(super) fn passing(
     cells: [&Cell; 2],
     planes: [&Plane; 2],
-    edges: &[[DVec3; 2]],
+    shadows: &[Vec<[DVec3; 2]>],
     is_all: bool,
     whole: impl FnOnce() -> Exchange,
 ) -> Option<(Passing, Exchange)> {
-    let [least, most] = kernel(cells, planes)?;
-    if edges.is_empty() || most - least > USEFUL * least || least.is_nan() || most.is_nan() {
+    let kernel = kernel(cells, planes)?;
+    let is_useful = kernel[1] - kernel[0] <= USEFUL * kernel[0];
+    if shadows.is_empty() || !is_useful || kernel.iter().any(|k| !k.is_finite()) {
         return None;
     }
     let whole = whole();
     let mut found = Passing { seen: if is_all { whole.least() } else { 0.0 }, hidden: 0.0 };
-    for &edge in edges {
-        let [below, above] = share_outside(cells, edge);
+    for shadow in shadows {
+        let (mut inside, mut outside, mut least) = (whole.most(), 0.0, 0.0);
+        for &edge in shadow {
+            let beside = Beside::of(cells, share_outside(cells, edge), kernel, whole);
+            inside = smaller(inside, beside.inside[1]);
+            outside += beside.outside;
+            least = beside.inside[0];
+        }
+        // Hidden is what any of them hides, seen what none does.
+        found.hidden = larger(found.hidden, if shadow.len() == 1 { least } else { whole.least() - outside });
+        found.seen -= inside;
+    }
+    found.seen = larger(found.seen, 0.0);
+    Some((found, whole))
+}
+
+/// Bounds on the exchange on the two sides of an edge.
+struct Beside {
+    /// Least and most.
+    inside: [f64; 2],
+    /// Most.
+    outside: f64,
+}
+
+impl Beside {
+    fn of([a, b]: [&Cell; 2], [below, above]: [f64; 2], [least, most]: [f64; 2], whole: Exchange) -> Self {
+        let product = a.area * b.area;
         // v (1 - v) is largest at a half.
         let v = if below > 0.5 {
             below
@@ -61,26 +92,29 @@ pub(super) fn passing(
         };
         let off = mutant!(
             "factors.edge-off",
-            (most - least) * v * (1.0 - v) * cells[0].area * cells[1].area * (1.0 + ROUNDING) + ROUNDING * whole.most(),
+            (most - least) * v * (1.0 - v) * product * (1.0 + ROUNDING) + ROUNDING * whole.most(),
             |off| 0.1 * off
         );
-        // Hidden is what any of them hides, seen what none does.
-        found.hidden = larger(found.hidden, (1.0 - above) * whole.least() - off);
-        found.seen -= (1.0 - below) * whole.most() + off;
+        // At most a share of it all, by the mean and by the extremes of the kernel.
+        let at_most = |share: f64| {
+            let by_kernel = smaller(most * share, (whole.most() / product) * (1.0 + ROUNDING) - least * (1.0 - share)) * product;
+            smaller(share * whole.most() + off, by_kernel + ROUNDING * (whole.most() + most * share * product))
+        };
+        let [inside, outside] = [at_most(1.0 - below), at_most(above)];
+        let by_mean = (1.0 - above) * whole.least() - off;
+        Self { inside: [larger(by_mean, whole.least() - outside), inside], outside }
     }
-    found.seen = larger(found.seen, 0.0);
-    Some((found, whole))
 }
 
 /// Bounds on the kernel `(n1.r) (-n2.r) / (pi r^4)` of all pairs of points: `n1.r` and `n2.r` are affine in each, `r.r` is convex.
 fn kernel([a, b]: [&Cell; 2], planes: [&Plane; 2]) -> Option<[f64; 2]> {
     let centres = [a, b].map(Cell::centre);
     let radius = |cell: &Cell, centre: DVec3| cell.points.iter().map(|&p| (p - centre).length()).fold(0.0, larger);
-    let nearest = (centres[1] - centres[0]).length() - radius(a, centres[0]) - radius(b, centres[1]);
-    if nearest <= 0.0 || nearest.is_nan() {
-        return None;
-    }
+    let between = centres[1] - centres[0];
+    let along = between.normalize_or_zero();
+    let apart = between.length() - radius(a, centres[0]) - radius(b, centres[1]);
     let (mut rise, mut fall, mut farthest) = ([f64::INFINITY, 0.0], [f64::INFINITY, 0.0], 0.0);
+    let mut ahead = f64::INFINITY;
     for &x in &a.points {
         for &y in &b.points {
             let r = y - x;
@@ -88,7 +122,13 @@ fn kernel([a, b]: [&Cell; 2], planes: [&Plane; 2]) -> Option<[f64; 2]> {
             rise = [smaller(rise[0], up), larger(rise[1], up)];
             fall = [smaller(fall[0], down), larger(fall[1], down)];
             farthest = larger(farthest, r.length_squared());
+            ahead = smaller(ahead, along.dot(r));
         }
+    }
+    // The distance along any direction is a lower bound, but for roundings of coordinates up to 1.
+    let nearest = larger(larger(apart, ahead), larger(rise[0], fall[0])) * (1.0 - ROUNDING) - 16.0 * f64::EPSILON;
+    if nearest <= 0.0 || nearest.is_nan() {
+        return None;
     }
     let near = nearest * nearest;
     let least = larger(rise[0], 0.0) * larger(fall[0], 0.0) / (std::f64::consts::PI * farthest * farthest);
@@ -214,7 +254,7 @@ mod tests {
             let cells = [&a, &b].map(|p| Cell { points: p.vertices().to_vec(), area: p.area() });
             let whole = || exchange_parts([&cells[0].part(&planes[0]), &cells[1].part(&planes[1])], 1e-12);
             let cells = [&cells[0], &cells[1]];
-            let Some((found, _)) = passing(cells, [&planes[0], &planes[1]], &[edge], true, whole) else { continue };
+            let Some((found, _)) = passing(cells, [&planes[0], &planes[1]], &[vec![edge]], true, whole) else { continue };
             let emitter = Emitter::new(b.clone(), Emission::Constant(1.0)).unwrap();
             let mut seen = 0.0;
             for patch in patches(a.vertices()) {

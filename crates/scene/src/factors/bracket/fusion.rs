@@ -17,31 +17,29 @@ use radgrad_core::DVec3;
 /// A screen that hides a part, as far as it alone says, with its edges that are not decided; they run counter-clockwise seen from the
 /// first cell.
 #[derive(Debug, Clone)]
-pub(super) struct Partial {
+pub(in crate::factors) struct Partial {
     /// Its number.
-    pub(super) screen: u32,
-    pub(super) edges: Vec<[DVec3; 2]>,
+    pub(in crate::factors) screen: u32,
+    pub(in crate::factors) edges: Vec<[DVec3; 2]>,
 }
 
 /// What groups of screens hide.
 #[derive(Debug, Default)]
-pub(super) struct Fused {
+pub(in crate::factors) struct Fused {
     /// Whether one hides all.
-    pub(super) is_all_hidden: bool,
+    pub(in crate::factors) is_all_hidden: bool,
     /// Screens of groups that hide something.
-    pub(super) hiding: Vec<u32>,
-    /// Edges inside of which something hides, each once.
-    pub(super) edges: Vec<[DVec3; 2]>,
-    /// Whether every segment outside of all these edges is free.
-    pub(super) is_all: bool,
+    pub(in crate::factors) hiding: Vec<u32>,
+    /// Their shadows, each once: what is inside all of some edges.
+    pub(in crate::factors) shadows: Vec<Vec<[DVec3; 2]>>,
 }
 
 /// Edges above which groups are not looked for: pairs of them are compared.
 const MOST_EDGES: usize = 160;
 
 /// What screens hide together; `segment` runs between the middles of the two cells.
-pub(super) fn fuse(partials: &[Partial], segment: [DVec3; 2]) -> Fused {
-    let mut fused = Fused { is_all: true, ..Fused::default() };
+pub(in crate::factors) fn fuse(partials: &[Partial], segment: [DVec3; 2]) -> Fused {
+    let mut fused = Fused::default();
     let edges: Vec<(usize, [DVec3; 2])> =
         partials.iter().enumerate().flat_map(|(k, partial)| partial.edges.iter().map(move |&edge| (k, edge))).collect();
     let mut group: Vec<usize> = (0..partials.len()).collect();
@@ -82,16 +80,9 @@ pub(super) fn fuse(partials: &[Partial], segment: [DVec3; 2]) -> Fused {
         match (outside, &left[..]) {
             (Some(1..), _) => return Fused { is_all_hidden: true, ..fused },
             (Some(_), []) => continue,
-            (Some(_), [(edge, _)]) => add(&mut fused.edges, *edge),
-            _ => {
-                // Each screen for itself.
-                for &k in &members {
-                    match partials[k].edges[..] {
-                        [edge] => add(&mut fused.edges, edge),
-                        _ => fused.is_all = false,
-                    }
-                }
-            }
+            (Some(_), [(edge, _)]) => add(&mut fused.shadows, &[*edge]),
+            // Each screen for itself.
+            _ => members.iter().for_each(|&k| add(&mut fused.shadows, &partials[k].edges)),
         }
         fused.hiding.extend(members.iter().map(|&k| partials[k].screen));
     }
@@ -99,9 +90,9 @@ pub(super) fn fuse(partials: &[Partial], segment: [DVec3; 2]) -> Fused {
     fused
 }
 
-fn add(edges: &mut Vec<[DVec3; 2]>, edge: [DVec3; 2]) {
-    if !edges.contains(&edge) {
-        edges.push(edge);
+fn add(shadows: &mut Vec<Vec<[DVec3; 2]>>, shadow: &[[DVec3; 2]]) {
+    if !shadows.iter().any(|other| other == shadow) {
+        shadows.push(shadow.to_vec());
     }
 }
 
@@ -163,11 +154,11 @@ mod tests {
         assert!(fused([0.9, 0.4]).is_all_hidden);
         // At the end of the common edge: two edges go on in one line.
         let end = fused([0.9, -0.1]);
-        assert!(!end.is_all_hidden && end.hiding == [0, 1] && !end.is_all);
+        assert!(!end.is_all_hidden && end.hiding == [0, 1] && end.shadows.iter().all(|shadow| shadow.len() == 2));
         // At the outer end of one.
         let side = fused([1.9, 0.4]);
-        assert!(!side.is_all_hidden && side.is_all && side.edges.len() == 1 && side.hiding == [1]);
-        let [a, b] = side.edges[0];
+        assert!(!side.is_all_hidden && side.shadows.len() == 1 && side.hiding == [1]);
+        let [[a, b]] = side.shadows[0][..] else { panic!("{side:?}") };
         assert!(a.x == 2.0 && b.x == 2.0);
     }
 }

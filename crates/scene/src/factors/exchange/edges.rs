@@ -8,8 +8,7 @@
 //!   Gauss-Legendre rule on cells of the edge. The inner one is analytic in s where `r.r` does not vanish for any t: on a cell of
 //!   half-length m at distance D from the other edge that is so in the Bernstein ellipse with `R < 1 + D/m`, since for s at `sigma + i
 //!   tau`, in units of m from the centre, `|r.r| >= (D - (|sigma| - 1) m)^2 - tau^2 m^2`. There `|ln(r.r)/2| <= (|ln|r.r|| + pi)/2 =:
-//!   M`, and n nodes err by at most `(64/15) M R^(-2(n-1)) / (1 - R^-2)` on [-1, 1] (L. N. Trefethen 2008, theorem 4.5). Where 16
-//!   nodes do not do, the cell is halved; at a common corner down to 2^-50 of the edge, where `int |ln r|` itself is small enough.
+//!   M`, and n nodes err by at most `(64/15) M R^(-2n) / (1 - R^-2)` on [-1, 1] ([`super::far`]). Where 16 nodes do not do, the cell is halved; at a common corner down to 2^-50 of the edge, where `int |ln r|` itself is small enough.
 
 use std::collections::VecDeque;
 use std::f64::consts::PI;
@@ -21,7 +20,7 @@ use crate::factors::larger;
 use crate::factors::rule::gauss_legendre;
 
 /// Nodes to try.
-const NODES: [usize; 5] = [4, 6, 8, 12, 16];
+const NODES: [usize; 7] = [2, 3, 4, 6, 8, 12, 16];
 
 /// Truncation below which no rule is asked, over the length of the second edge.
 const LEAST: f64 = 1e-15;
@@ -143,7 +142,7 @@ fn rule_for(distance: f64, half: f64, allowed: f64) -> Option<(usize, f64)> {
     let farthest = 4.0 + 2.0 * stretch * half;
     let most = 0.5 * (libm::log(least).abs().max(2.0 * libm::log(farthest)) + PI);
     let bound = |nodes: usize| {
-        let power = (0..nodes - 1).fold(1.0, |power, _| power / (radius * radius));
+        let power = (0..nodes).fold(1.0, |power, _| power / (radius * radius));
         64.0 / 15.0 * most * power / (1.0 - 1.0 / (radius * radius))
     };
     NODES.into_iter().map(|nodes| (nodes, bound(nodes) * 1.01)).find(|(_, bound)| *bound <= allowed)

@@ -1,0 +1,356 @@
+//! Faces that a face sees nothing of, found before anything is known of the two: boxes of faces at a time, by the index.
+//!
+//! The segment between the middles of two convex things says what probably hides them from each other: the first face that it meets. It is
+//! proven by that face alone ([`Screen::between`]) or together with those that share its edges ([`fuse`]). Where the segment is hidden
+//! and that does not prove it, the larger one of the two is halved, a few times.
+//!
+//! Of two faces the lower one looks, through the boxes of the index from the largest on. So whether a pair is found depends on the two and
+//! on the scene alone, and not on what else is asked for.
+
+use std::collections::HashMap;
+use std::ops::Range;
+
+use radgrad_core::DVec3;
+
+use super::bracket::{Partial, fuse};
+use super::rule::{Patch, patches};
+use super::screen::{Screen, Sight};
+use super::{FormFactors, larger, smaller};
+
+/// Looks that are taken at a box, and at a face.
+const LOOKS_AT_BOX: usize = 8;
+const LOOKS_AT_FACE: usize = 32;
+
+/// Screens that hide something together, at most.
+const MOST_TOGETHER: usize = 8;
+
+/// Faces that are tried, at most, and how far inside their outline they are crossed at least, over the width of the beam.
+const SEEDS: usize = 2;
+const WORTHWHILE: f64 = 0.3;
+
+/// The part of a box's size below which what looks at it is not halved.
+const FINE: f64 = 0.3;
+
+/// A screen: its face, and its number among the convex parts of that.
+type Place = (usize, usize);
+
+/// The screens that have an edge, by its ends from the first to the second.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Neighbours {
+    of: HashMap<[u64; 6], Vec<Place>>,
+    /// Of each face the edges of its convex parts, with the normals of those beyond.
+    edges: Vec<Vec<([DVec3; 2], Vec<DVec3>)>>,
+}
+
+impl Neighbours {
+    pub(super) fn new(screens: &[Vec<Screen>]) -> Self {
+        let mut of: HashMap<_, Vec<Place>> = HashMap::new();
+        for (face, parts) in screens.iter().enumerate() {
+            for (part, screen) in parts.iter().enumerate() {
+                screen.edges().for_each(|edge| of.entry(Self::key(edge)).or_default().push((face, part)));
+            }
+        }
+        let mut neighbours = Self { of, edges: Vec::new() };
+        let of_face = |(face, parts): (usize, &Vec<Screen>)| {
+            let beyond = |edge: [DVec3; 2]| {
+                let others = neighbours.at(edge).filter(|other| other.0 != face);
+                (edge, others.map(|(face, part)| screens[face][part].normal()).collect())
+            };
+            parts.iter().flat_map(Screen::edges).map(beyond).collect()
+        };
+        neighbours.edges = screens.iter().enumerate().map(of_face).collect();
+        neighbours
+    }
+
+    /// How far a point of a face is inside the outline that the face and its neighbours show along a direction.
+    fn clearance(&self, (face, normal): (usize, DVec3), point: DVec3, along: DVec3) -> f64 {
+        let towards = normal.dot(along);
+        let is_outline = |(_, beyond): &&([DVec3; 2], Vec<DVec3>)| beyond.iter().all(|normal| normal.dot(along) * towards <= 0.0);
+        let across = |([a, b], _): &([DVec3; 2], Vec<DVec3>)| {
+            let side = (*b - *a).cross(along).normalize_or_zero();
+            side.dot(point - *a).abs()
+        };
+        self.edges[face].iter().filter(is_outline).map(across).fold(f64::INFINITY, smaller)
+    }
+
+    fn key([a, b]: [DVec3; 2]) -> [u64; 6] {
+        // Zeros of either sign are one.
+        [a.x, a.y, a.z, b.x, b.y, b.z].map(|x| (x + 0.0).to_bits())
+    }
+
+    /// Those that have an edge, either way.
+    fn at(&self, [a, b]: [DVec3; 2]) -> impl Iterator<Item = Place> {
+        [[a, b], [b, a]].into_iter().filter_map(|edge| self.of.get(&Self::key(edge))).flatten().copied()
+    }
+}
+
+/// Faces that are asked for, by their places in the order of the index.
+#[derive(Debug)]
+pub(super) struct Wanted {
+    is_wanted: Vec<bool>,
+    /// How many are before each place of the order.
+    before: Vec<usize>,
+}
+
+impl Wanted {
+    pub(super) fn new(order: &[usize], is_wanted: Vec<bool>) -> Self {
+        let mut before = vec![0];
+        before.extend(order.iter().scan(0, |sum, &face| {
+            *sum += usize::from(is_wanted[face]);
+            Some(*sum)
+        }));
+        Self { is_wanted, before }
+    }
+
+    fn any(&self, range: Range<usize>) -> bool {
+        self.before[range.end] > self.before[range.start]
+    }
+}
+
+/// A look at something convex.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Look {
+    /// The segment between the middles is free.
+    Free,
+    Hidden,
+    /// The segment is hidden, and the rest is not known.
+    Unknown,
+}
+
+/// What is looked at: the corners, and the face that they are of, if any.
+#[derive(Clone, Copy)]
+struct Target<'a> {
+    corners: &'a [DVec3],
+    face: Option<usize>,
+}
+
+impl FormFactors<'_> {
+    /// The faces above `from` that are wanted and not proven hidden from it: all that it may exchange light with.
+    pub(super) fn may_see(&self, from: usize, wanted: &Wanted) -> Vec<usize> {
+        let mut found = Vec::new();
+        let whole = patches(self.scaled(from).vertices());
+        let enter = |range: Range<usize>, corners: [DVec3; 8], cells: &Vec<Patch>| -> Option<Vec<Patch>> {
+            if !wanted.any(range) {
+                return None;
+            }
+            // A face that cannot be cut into patches looks at all.
+            if cells.is_empty() {
+                return Some(Vec::new());
+            }
+            let corners = corners.map(|corner| corner * self.power);
+            let size = (corners[7] - corners[0]).length();
+            let left = self.not_hidden(from, cells, Target { corners: &corners, face: None }, FINE * size);
+            (!left.is_empty()).then_some(left)
+        };
+        self.index.facing(from, whole, enter, |to, cells| {
+            if to > from && wanted.is_wanted[to] && !self.is_behind([from, to]) && self.may_see_face(from, cells, to) {
+                found.push(to);
+            }
+        });
+        found
+    }
+
+    /// The cells, or parts of them, that something is not proven hidden from.
+    fn not_hidden(&self, from: usize, cells: &[Patch], target: Target<'_>, fine: f64) -> Vec<Patch> {
+        let (mut left, mut looks) = (Vec::with_capacity(cells.len()), 0);
+        let mut open = cells.to_vec();
+        while let Some(cell) = open.pop() {
+            looks += 1;
+            match self.look(from, cell.outline(), target) {
+                Look::Hidden => {}
+                Look::Unknown if looks < LOOKS_AT_BOX && size(&cell) > fine => open.extend(halves(&cell)),
+                Look::Unknown | Look::Free => left.push(cell),
+            }
+        }
+        left
+    }
+
+    /// Whether a face is not proven hidden from all of some cells of another.
+    fn may_see_face(&self, from: usize, cells: &[Patch], to: usize) -> bool {
+        let targets = patches(self.scaled(to).vertices());
+        let mut open: Vec<[Patch; 2]> =
+            cells.iter().flat_map(|&cell| targets.iter().map(move |&target| [cell, target])).collect();
+        if open.is_empty() {
+            return true;
+        }
+        let mut looks = 0;
+        while let Some([cell, target]) = open.pop() {
+            looks += 1;
+            match self.look(from, cell.outline(), Target { corners: target.outline(), face: Some(to) }) {
+                Look::Hidden => {}
+                Look::Unknown if looks < LOOKS_AT_FACE => {
+                    if size(&cell) > size(&target) {
+                        open.extend(halves(&cell).map(|half| [half, target]));
+                    } else {
+                        open.extend(halves(&target).map(|half| [cell, half]));
+                    }
+                }
+                Look::Unknown | Look::Free => return true,
+            }
+        }
+        false
+    }
+
+    fn look(&self, from: usize, cell: &[DVec3], target: Target<'_>) -> Look {
+        let middle = |points: &[DVec3]| points.iter().sum::<DVec3>() / points.len() as f64;
+        let middles = [middle(cell), middle(target.corners)];
+        let own = [from, target.face.unwrap_or(from)];
+        let crossing = self.index.all_between(middles.map(|point| point / self.power), &own);
+        if crossing.is_empty() {
+            return Look::Free;
+        }
+        let radius = |points: &[DVec3], middle: DVec3| points.iter().map(|&p| (p - middle).length()).fold(0.0, larger);
+        let [near, far] = [radius(cell, middles[0]), radius(target.corners, middles[1])];
+        let along = (middles[1] - middles[0]).normalize_or_zero();
+        // How far inside its outline a face is crossed, for the width of the beam there.
+        let worth = |(face, share): (usize, f64)| {
+            let point = middles[0] + (middles[1] - middles[0]) * share;
+            let clear = self.neighbours.clearance((face, self.scaled(face).normal()), point, along);
+            (face, clear / (near + (far - near) * share))
+        };
+        let mut worths: Vec<(usize, f64)> = crossing.into_iter().map(worth).filter(|(_, worth)| *worth > WORTHWHILE).collect();
+        worths.sort_unstable_by(|a, b| b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)));
+        let mut seeds =
+            worths.iter().take(SEEDS).flat_map(|&(face, _)| (0..self.screens[face].len()).map(move |part| (face, part)));
+        let is_hidden = seeds.any(|seed| self.hide([cell, target.corners], middles, own, seed, target.face));
+        if is_hidden { Look::Hidden } else { Look::Unknown }
+    }
+
+    /// Whether a screen hides two convex things from each other, alone or with those that share its edges.
+    fn hide(&self, cells: [&[DVec3]; 2], middles: [DVec3; 2], own: [usize; 2], seed: Place, to: Option<usize>) -> bool {
+        let mut partials: Vec<Partial> = Vec::new();
+        let mut known: Vec<Place> = Vec::new();
+        // Edges that are not decided, and what is on the other side of them.
+        let mut open: Vec<(Option<[DVec3; 2]>, Place)> = vec![(None, seed)];
+        let screen_at = |(face, part): Place| &self.screens[face][part];
+        let mut next = 0;
+        while let Some(&(edge, place)) = open.get(next) {
+            next += 1;
+            if known.contains(&place) {
+                continue;
+            }
+            known.push(place);
+            if known.len() > MOST_TOGETHER {
+                return false;
+            }
+            let screen = screen_at(place);
+            // A box that touches its plane may have a face there that stands back to back with it, and is seen.
+            if to.is_none() && cells[1].iter().any(|&corner| screen.height(corner) == 0.0) {
+                return false;
+            }
+            let verdict = screen.between(cells, 1.0);
+            match (verdict.sight, verdict.edges) {
+                _ if verdict.is_displaced => return false,
+                (Sight::Blocked, _) => return true,
+                (Sight::Part, Some(edges)) => {
+                    // An outline ends here.
+                    if edge.is_some_and(|[a, b]| !edges.contains(&[b, a])) {
+                        return false;
+                    }
+                    for &[a, b] in &edges {
+                        let is_joined = partials.iter().any(|other| other.edges.contains(&[b, a]));
+                        if is_joined {
+                            continue;
+                        }
+                        let before = open.len();
+                        open.extend(
+                            self.neighbours
+                                .at([a, b])
+                                .filter(|other| *other != place && !own.contains(&other.0))
+                                .map(|other| (Some([a, b]), other)),
+                        );
+                        if open.len() == before {
+                            return false;
+                        }
+                    }
+                    partials.push(Partial { screen: u32::try_from(partials.len()).unwrap_or(u32::MAX), edges });
+                }
+                _ => return false,
+            }
+        }
+        fuse(&partials, middles).is_all_hidden
+    }
+}
+
+/// The longer diagonal.
+fn size(patch: &Patch) -> f64 {
+    let [a, b, c, d] = patch.corners;
+    larger((c - a).length(), (d - b).length())
+}
+
+fn halves(patch: &Patch) -> [Patch; 2] {
+    let [along, across] = patch.sides();
+    patch.halves(usize::from(across > along))
+}
+
+#[cfg(test)]
+mod tests {
+    use radgrad_core::Polygon;
+
+    use super::*;
+    use crate::Scene;
+
+    /// Blocks in rows with streets between them, on a ground.
+    fn town(side: u8) -> Scene {
+        let mut scene = Scene::new(["grey"]).unwrap();
+        let material = scene.add_material("white", [0.5], [0.0]).unwrap();
+        let surface = scene.add_surface("all");
+        let mut add = |corners: [[f64; 3]; 4]| {
+            let polygon = Polygon::new(corners.map(DVec3::from).to_vec()).unwrap();
+            scene.add_face(surface, material, polygon, None).unwrap();
+        };
+        for (i, j) in (0..side).flat_map(|i| (0..side).map(move |j| (i, j))) {
+            let height = 1.0 + 0.3 * f64::from((3 * i + 5 * j) % 4);
+            let ([x, y], [u, v]) = ([f64::from(i), f64::from(j)], [f64::from(i) + 0.6, f64::from(j) + 0.6]);
+            for ([p, q], [r, s]) in [([x, y], [u, y]), ([u, y], [u, v]), ([u, v], [x, v]), ([x, v], [x, y])] {
+                add([[p, q, 0.0], [r, s, 0.0], [r, s, height], [p, q, height]]);
+            }
+            add([[x, y, height], [u, y, height], [u, v, height], [x, v, height]]);
+        }
+        scene
+    }
+
+    #[test]
+    fn what_is_proven_hidden_is_seen_from_no_point_and_by_whichever_way_it_is_asked_for() {
+        let scene = town(5);
+        let factors = FormFactors::new(&scene).unwrap();
+        let count = scene.faces().len();
+        let all = Wanted::new(factors.index.order(), vec![true; count]);
+        let mut state = 3_u64;
+        let mut uniform = move || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (state >> 11) as f64 / (1_u64 << 53) as f64
+        };
+        let (mut hidden, mut seen) = (0, 0);
+        for from in (0..count).step_by(3) {
+            let found = factors.may_see(from, &all);
+            for to in from + 1..count {
+                let faces_it = |a: usize, b: usize| {
+                    let (plane, other) = (factors.polygon(a), factors.polygon(b));
+                    other.vertices().iter().any(|&v| plane.normal().dot(v - plane.vertices()[0]) > 1e-9)
+                };
+                if !faces_it(from, to) || !faces_it(to, from) {
+                    continue;
+                }
+                let is_found = found.contains(&to);
+                if to % 7 == 0 {
+                    let one = Wanted::new(factors.index.order(), (0..count).map(|face| face == to).collect());
+                    assert_eq!(!factors.may_see(from, &one).is_empty(), is_found, "{from} {to}");
+                }
+                (hidden, seen) = (hidden + usize::from(!is_found), seen + usize::from(is_found));
+                if is_found {
+                    continue;
+                }
+                for _ in 0..40 {
+                    let segment = [from, to].map(|face| patches(factors.polygon(face).vertices())[0].at(uniform(), uniform()).0);
+                    let is_in_front = [(from, 1), (to, 0)].iter().all(|&(face, end)| {
+                        let plane = factors.polygon(face);
+                        plane.normal().dot(segment[end] - plane.vertices()[0]) > 1e-9
+                    });
+                    assert!(!is_in_front || factors.index.is_between(segment, &[from, to]), "{from} {to} {segment:?}");
+                }
+            }
+        }
+        assert!(hidden > 50 && seen > 50, "{hidden} {seen}");
+    }
+}
