@@ -245,8 +245,8 @@ impl Solution {
             link.rows.iter().zip(basis.nodes()).map(of).sum::<f64>()
         };
         let of_links: f64 = links.iter().map(of_link).map(square).sum();
-        let of_far = |(node, at): (usize, &Node)| if far.is_empty() { 0.0 } else { at.weight * far.likely(light, channel, node) };
-        of_links.sqrt().hypot(basis.nodes().iter().enumerate().map(of_far).sum())
+        let of_far = if far.is_empty() { 0.0 } else { far.likely_mean(light, channel, basis) };
+        of_links.sqrt().hypot(of_far)
     }
 }
 
