@@ -56,19 +56,22 @@ impl Occluders {
             let (first, last) = (a.min(b).max_element(), a.max(b).min_element());
             (last >= 0.0 && first <= last + LEVEL * last.abs()).then_some(first)
         };
-        let mut open: Vec<(usize, f64)> = self.tree.root().and_then(|root| Some((root, enters(root)?))).into_iter().collect();
+        let mut open: Vec<(usize, f64)> = Vec::with_capacity(64);
+        open.extend(self.tree.root().and_then(|root| Some((root, enters(root)?))));
         let mut nearest: Option<(usize, f64)> = None;
         while let Some((node, enters_at)) = open.pop() {
             if nearest.is_some_and(|(_, distance)| enters_at > distance * (1.0 + LEVEL)) {
                 continue;
             }
             match &self.tree.nodes[node].content {
-                Content::Branch(children) => {
-                    let [a, b] = children.map(|child| enters(child).map(|at| (child, at)));
-                    // The nearer one is taken first.
-                    let in_order = if a.map(|a| a.1) < b.map(|b| b.1) { [b, a] } else { [a, b] };
-                    open.extend(in_order.into_iter().flatten());
-                }
+                // The nearer one is taken first.
+                &Content::Branch([a, b]) => match (enters(a), enters(b)) {
+                    (Some(to_a), Some(to_b)) if to_a < to_b => open.extend_from_slice(&[(b, to_b), (a, to_a)]),
+                    (Some(to_a), Some(to_b)) => open.extend_from_slice(&[(a, to_a), (b, to_b)]),
+                    (Some(to_a), None) => open.push((a, to_a)),
+                    (None, Some(to_b)) => open.push((b, to_b)),
+                    (None, None) => {}
+                },
                 Content::Leaf(range) => {
                     for &index in self.tree.order[range.clone()].iter().filter(|index| !leave_out.contains(index)) {
                         let met = meets(&self.polygons[index].vertices, from, toward);

@@ -45,6 +45,9 @@ const FAR_PART: f64 = 0.7;
 /// The part of what clusters may be off by that rays are, in the mean over the nodes.
 const RAYS_PART: f64 = 0.5;
 
+/// The same before rays are drawn to find which to open, beyond what those that are gathered by differ by from these.
+const FAR_BEFORE: f64 = 1.0;
+
 /// How much more clusters may be off by than links may neglect: too much as often as too little, so that gathers of it average it out.
 pub(crate) const WITHOUT_ORDER: f64 = 3.0;
 
@@ -161,7 +164,8 @@ impl Optics<'_> {
             errors.iter().chain([&beyond]).for_each(|of| sums.iter_mut().zip(of).for_each(|(sum, error)| *sum += error));
             let node = (0..sums.len()).max_by(|&a, &b| sums[a].total_cmp(&sums[b]));
             let Some(node) = node.filter(|&node| sums[node] > allowed) else { break };
-            let is_far = beyond.get(node).is_some_and(|&beyond| beyond > FAR_PART * allowed);
+            let part = if rays.is_some() { FAR_PART } else { FAR_BEFORE };
+            let is_far = beyond.get(node).is_some_and(|&beyond| beyond > part * allowed);
             if is_far && rays.is_none() {
                 let drawn: Vec<Rays> = stations.iter().map(|station| self.rays(station, count, Draw::First)).collect();
                 cut.look(&stations, &drawn);
