@@ -14,8 +14,8 @@
 //! No cluster is in another, and no element that is linked in any.
 
 use crate::field::Field;
-use crate::links::cluster::glow::{Glow, Pair};
 use crate::links::cluster::cut;
+use crate::links::cluster::glow::{Glow, Pair};
 use crate::links::cluster::sampled::{Draw, RAYS_OF_A_POINT, Rays, Seen};
 use crate::links::cluster::view::View;
 use crate::links::station::Station;

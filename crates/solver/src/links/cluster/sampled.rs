@@ -113,8 +113,7 @@ impl Optics<'_> {
             (square < 1.0).then(|| across * x + along * y + station.normal * (1.0 - square).sqrt())
         };
         let directions = (0..).filter_map(on_disc).take(count);
-        let mut met: Vec<usize> =
-            directions.filter_map(|toward| self.mesh.met(station.point, toward, station.face)).collect();
+        let mut met: Vec<usize> = directions.filter_map(|toward| self.mesh.met(station.point, toward, station.face)).collect();
         met.sort_unstable();
         Rays { met, count }
     }
