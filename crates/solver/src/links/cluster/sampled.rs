@@ -8,7 +8,7 @@
 //! less often.
 //!
 //! The error at a point is taken to be the deviation of h, for a cluster that no ray met as if the next one might, as far as its view allows;
-//! and where the radiosity is not even a part of what that gives if the point sees half of the cluster.
+//! and where the radiosity is not even what that gives if the point sees half of the cluster.
 
 use radgrad_scene::smallest;
 
@@ -22,8 +22,8 @@ pub(crate) const FEWEST_RAYS: usize = 8;
 pub(crate) const MOST_RAYS: usize = 1024;
 pub(crate) const RAYS_OF_A_POINT: usize = 512;
 
-/// Deviation of the visible kernel over a cluster, by its mean, times the part of it that goes with what the radiosity varies by.
-const UNEVEN: f64 = 0.5;
+/// Deviation of the visible kernel over a cluster, by its mean: 1 where half of the cluster is seen.
+const UNEVEN: f64 = 1.0;
 
 /// One over the plastic number, and over its square: steps of a sequence that fills the square evenly (M. Roberts 2018).
 const STEPS: [f64; 2] = [0.754_877_666_246_692_7, 0.569_840_290_998_053_2];
