@@ -9,6 +9,9 @@ const FIRST_LINKS: f64 = 0.2;
 const ROUNDS: f64 = 0.8;
 const PROOF: f64 = 1.1;
 
+/// How much longer the proof may take where faces are few, and it is worth its time.
+const WORTH: Duration = Duration::from_secs(3);
+
 /// When to end; never without a time.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Clock {
@@ -42,9 +45,10 @@ impl Clock {
         end.is_none_or(|end| Instant::now().checked_add(round).is_some_and(|done| done < end))
     }
 
-    /// For the proof.
-    pub(crate) fn for_proof(self, time: Option<Duration>) -> Self {
-        self.until(time, PROOF)
+    /// For the proof, where faces are few or many.
+    pub(crate) fn for_proof(self, time: Option<Duration>, many: bool) -> Self {
+        let all = self.until(time, PROOF);
+        Self { end: all.end.and_then(|end| if many { Some(end) } else { end.checked_add(WORTH) }), ..self }
     }
 
     fn until(self, time: Option<Duration>, part: f64) -> Self {

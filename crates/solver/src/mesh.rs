@@ -176,8 +176,25 @@ impl Mesh {
 
     /// With clusters though it has few elements.
     #[cfg(test)]
-    pub(crate) fn clustered(self) -> Self {
-        Self { clusters: Clusters::always_over(&self.elements), ..self }
+    pub(crate) fn clustered(mut self) -> Self {
+        self.cluster();
+        self
+    }
+
+    /// Puts the coarsest elements into clusters though they are few.
+    pub(crate) fn cluster(&mut self) {
+        self.clusters = Clusters::always_over(&self.elements[..self.roots.len()]);
+    }
+
+    /// The cluster of the one element that a ray meets first, of faces but for one; nothing if it meets that from behind.
+    pub(crate) fn met(&self, from: DVec3, toward: DVec3, leave_out: Option<usize>) -> Option<usize> {
+        let (face, point) = self.index.first_along(from, toward, leave_out.as_slice())?;
+        if self.polygons[face].normal().dot(toward) >= 0.0 {
+            return None;
+        }
+        let excess = |root: &usize| self.elements[*root].excess(self.elements[*root].reference(point));
+        let nearest = self.roots_of_face[face].iter().min_by(|a, b| excess(a).total_cmp(&excess(b)));
+        nearest.map(|&root| self.clusters.single(root))
     }
 
     /// Which child of its parent an element is.

@@ -252,8 +252,7 @@ fn dark(ready: &Prepared, options: &Options, (mesh, served): (Mesh, Served), clo
         extent: (high - low).max_element(),
         absolute: largest(options.error * precision, FINEST),
         cells: cells_for(options.error),
-        // Where faces are few the proof is worth its time.
-        clock: if mesh.clusters().root().is_some() { clock.for_proof(options.time) } else { clock },
+        clock: clock.for_proof(options.time, mesh.clusters().root().is_some()),
         allowed: LINK_PART * options.error,
         mean: vec![0.0; channels.len()],
         reflected: vec![0.0; channels.len()],
@@ -291,6 +290,7 @@ impl Solution {
         self.light(aim, options, light)?;
         let mut refined = self.clock.elapsed().saturating_sub(began);
         self.link(self.allowed, options.linking, links)?;
+        self.clock = self.clock.for_proof(options.time, self.mesh.clusters().root().is_some());
         if self.progress.round == 0 && self.mesh.clusters().root().is_some() {
             self.fill_evenly();
         } else {
@@ -342,11 +342,7 @@ impl Solution {
         let reference = self.reference();
         if self.is_worth_a_proof(bound) || self.is_full(options) {
             self.ground.aim_at(&reference, Aim::Bound { part: bound, is_rough: false });
-            let clock = self.clock;
-            self.clock = clock.for_proof(options.time);
-            let found = self.prove();
-            self.clock = clock;
-            let found = found?;
+            let found = self.prove()?;
             if found.is_finite() {
                 return Ok(found);
             }

@@ -12,7 +12,7 @@ use crate::error::Error;
 use crate::field::Field;
 use crate::links::cluster::cut::Cut;
 use crate::links::cluster::far::Far;
-use crate::links::cluster::sampled::Draw;
+use crate::links::cluster::sampled::{Draw, FEWEST_RAYS, MOST_RAYS, Rays};
 use crate::links::gatherer::Gatherer;
 use crate::links::link::{Link, rows};
 use crate::links::linking::Linking;
@@ -41,6 +41,12 @@ const SURELY: f64 = 0.05;
 
 /// The part of the allowed sum that clusters may take before they are opened rather than links refined.
 const FAR_PART: f64 = 0.7;
+
+/// The part of what clusters may be off by that rays are, in the mean over the nodes.
+const RAYS_PART: f64 = 0.5;
+
+/// The same before rays are drawn to find which to open, beyond what those that are gathered by differ by from these.
+const FAR_BEFORE: f64 = 1.0;
 
 /// How much more clusters may be off by than links may neglect: too much as often as too little, so that gathers of it average it out.
 pub(crate) const WITHOUT_ORDER: f64 = 3.0;
@@ -117,10 +123,22 @@ impl Optics<'_> {
         };
         clusters.retain(|&cluster| gatherer.may_see(self.mesh, &tree.all()[cluster]));
         let stations = if clusters.is_empty() { Vec::new() } else { gatherer.stations(self.mesh) };
-        let seen =
-            clusters.iter().flat_map(|&cluster| stations.iter().map(move |at| self.look(at, cluster, Draw::First))).collect();
-        let far = Far::new(tree, clusters, seen, stations.len(), rows(&links));
+        let count = of_parent.map_or(FEWEST_RAYS, |(_, far)| far.rays());
+        let far = Far::seen_by(self, (&stations, count), clusters, rows(&links));
         Ok((links, self.projected(gatherer, far)))
+    }
+
+    /// Rays from each node for what clusters may be off by: N of them see light of this root mean square to one over the root of N.
+    fn rays_for(&self, nodes: usize, need: &Need<'_>) -> usize {
+        let Some(root) = self.mesh.clusters().root() else { return FEWEST_RAYS };
+        let light = |(channel, weight): (usize, &f64)| {
+            let glow = need.field.glow(root, channel);
+            if glow.square > 0.0 { weight * (glow.square / glow.area).sqrt() } else { 0.0 }
+        };
+        let light = need.weight.iter().enumerate().map(light).fold(0.0, largest);
+        let count = (light / (RAYS_PART * need.without_order * need.allowed)).powi(2) / nodes as f64;
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a cast saturates, and the limits are small")]
+        (count.ceil() as usize).clamp(FEWEST_RAYS, MOST_RAYS)
     }
 
     /// Opens clusters and refines links of a receiver until what they neglect is within the allowed error at every node, nothing is left
@@ -133,18 +151,28 @@ impl Optics<'_> {
     ) -> Result<bool, Error> {
         let &Need { field, weight, allowed, without_order, .. } = need;
         let mut errors: Vec<Vec<f64>> = links.iter().map(|link| self.weighted_errors(link, field, weight)).collect();
-        let mut cut = Cut::new(self, field, weight, far);
+        let count = self.rays_for(gatherer.len(self.mesh), need).max(far.rays());
+        let mut cut = Cut::new(self, field, weight, far, count >= MOST_RAYS);
         let stations = if far.is_empty() { Vec::new() } else { gatherer.stations(self.mesh) };
         let mut sums = vec![0.0; gatherer.len(self.mesh)];
-        let (mut opened, mut refined) = (false, false);
+        let mut rays: Option<Vec<Rays>> = None;
+        let mut opened = !far.is_empty() && count > far.rays() && !need.clock.is_over();
+        let mut refined = false;
         while !need.clock.is_over() {
             let beyond: Vec<f64> = cut.likely().into_iter().map(|off| off / without_order).collect();
             sums.fill(0.0);
             errors.iter().chain([&beyond]).for_each(|of| sums.iter_mut().zip(of).for_each(|(sum, error)| *sum += error));
             let node = (0..sums.len()).max_by(|&a, &b| sums[a].total_cmp(&sums[b]));
             let Some(node) = node.filter(|&node| sums[node] > allowed) else { break };
-            let is_far = beyond.get(node).is_some_and(|&beyond| beyond > FAR_PART * allowed);
-            let finer = if is_far && let Some(element) = cut.open(gatherer, &stations) {
+            let part = if rays.is_some() { FAR_PART } else { FAR_BEFORE };
+            let is_far = beyond.get(node).is_some_and(|&beyond| beyond > part * allowed);
+            if is_far && rays.is_none() {
+                let drawn: Vec<Rays> = stations.iter().map(|station| self.rays(station, count, Draw::First)).collect();
+                cut.look(&stations, &drawn);
+                rays = Some(drawn);
+                continue;
+            }
+            let finer = if is_far && let Some(element) = cut.open(gatherer, &stations, rays.as_deref().unwrap_or_default()) {
                 opened = true;
                 self.links(gatherer, element.into_iter().map(|element| (element, None)), need)?
             } else {
@@ -165,7 +193,7 @@ impl Optics<'_> {
             }
         }
         if opened || (refined && !far.is_empty()) {
-            *far = self.projected(gatherer, cut.closed(&stations, rows(links)));
+            *far = self.projected(gatherer, cut.closed((&stations, count), rows(links)));
         }
         Ok(opened || refined)
     }

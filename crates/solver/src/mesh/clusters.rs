@@ -13,12 +13,13 @@
 //! Elements are put together whose normals are nearest to the same axis, and among these those that are near each other: elements
 //! that face away from x are dismissed as one, and those that glow overhead are not taken together with those below.
 
+use std::ops::Range;
+
 use radgrad_core::DVec3;
 use radgrad_scene::largest;
 
 use crate::mesh::element::{Element, around};
 use crate::mesh::screen::LEVEL;
-use crate::mesh::shape::Shape;
 
 /// Elements below which there are no clusters. A few hundred are linked to all others quickly enough, and the light that clusters
 /// neglect is known no better than was asked for: light in a closed room that glows evenly is even to all digits only by links.
@@ -27,19 +28,15 @@ pub(crate) const FEWEST: usize = 1000;
 /// Factor of bounds, for the rounding of their products.
 pub(crate) const ROUNDED: f64 = 1.0 + 1e-12;
 
-/// A point of a cluster.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Sample {
-    pub(crate) point: DVec3,
-    pub(crate) normal: DVec3,
-    pub(crate) face: usize,
-}
-
 /// The tree; empty over few elements.
 #[derive(Debug, Default)]
 pub(crate) struct Clusters {
     /// A cluster comes before its parts, with nothing else between them.
     all: Vec<Cluster>,
+    /// For each cluster the index after that of the last one in it.
+    ends: Vec<usize>,
+    /// For each element the cluster that is it alone.
+    singles: Vec<usize>,
     /// Whether no point can see two elements in one direction.
     apart: bool,
 }
@@ -128,6 +125,17 @@ impl Clusters {
         if !singles.is_empty() {
             build(&mut clusters.all, &mut singles);
         }
+        clusters.ends = vec![0; clusters.all.len()];
+        clusters.singles = vec![0; elements.len()];
+        for (index, cluster) in clusters.all.iter().enumerate().rev() {
+            clusters.ends[index] = match cluster.parts {
+                Parts::Two([_, last]) => clusters.ends[last],
+                Parts::Element(element) => {
+                    clusters.singles[element] = index;
+                    index + 1
+                }
+            };
+        }
         clusters.apart = !clusters.any_overlap(elements);
         clusters
     }
@@ -141,23 +149,14 @@ impl Clusters {
         &self.all
     }
 
-    /// A point of a cluster, for a number from 0 to 1 that says in which of its elements, by their areas in the order of the tree, and two
-    /// that say where on that.
-    pub(crate) fn sample(&self, elements: &[Element], cluster: usize, mut among: f64, [s, t]: [f64; 2]) -> Sample {
-        let mut at = cluster;
-        let element = loop {
-            match self.all[at].parts {
-                Parts::Element(element) => break &elements[element],
-                Parts::Two([a, b]) => {
-                    let share = self.all[a].area / self.all[at].area;
-                    (at, among) = if among < share { (a, among / share) } else { (b, (among - share) / (1.0 - share)) };
-                }
-            }
-        };
-        // A parallelogram folded is a triangle.
-        let folds = element.shape() == Shape::Triangle && s + t > 1.0;
-        let at = if folds { [1.0 - s, 1.0 - t] } else { [s, t] };
-        Sample { point: element.point(at), normal: element.polygon().normal(), face: element.face() }
+    /// The cluster that is one element alone.
+    pub(crate) fn single(&self, element: usize) -> usize {
+        self.singles[element]
+    }
+
+    /// A cluster and all in it.
+    pub(crate) fn within(&self, cluster: usize) -> Range<usize> {
+        cluster..self.ends[cluster]
     }
 
     /// Whether no point can see two elements in one direction, so that form factors sum to at most 1.

@@ -22,18 +22,15 @@ impl Solution {
         self.far.resize(self.mesh.elements().len(), Far::default());
         self.own.resize(self.mesh.elements().len(), Vec::new());
         let new: Vec<usize> = self.receivers.iter().copied().filter(|&receiver| !self.gathers(receiver)).collect();
-        let optics = self.optics();
-        let of_parent = |element: usize| {
-            let parent = self.mesh.elements()[element].parent().filter(|&parent| self.gathers(parent))?;
-            Some((&self.links[parent][..], &self.far[parent]))
+        let links = match self.links_of(&new, allowed, linking, clock)? {
+            Some(links) => links,
+            None => {
+                // There is no time to link all elements to all others.
+                self.mesh.cluster();
+                self.field.pull(&self.mesh);
+                self.links_of(&new, allowed, linking, clock)?.unwrap_or_default()
+            }
         };
-        let mean_area = self.mean_area();
-        let of = |receiver: usize| {
-            let (weight, without_order) = (&self.weight(receiver), self.without_order(receiver, mean_area));
-            let need = Need { field: &self.field, weight, allowed, without_order, linking, clock };
-            optics.first_links(Gatherer::Element(receiver), of_parent(receiver), &need)
-        };
-        let links = for_each(&new, of)?;
         for (&receiver, (links, far)) in new.iter().zip(links) {
             (self.links[receiver], self.far[receiver]) = (links, far);
             let basis = self.mesh.basis(receiver);
@@ -53,6 +50,33 @@ impl Solution {
             self.own[index] = Vec::new();
         }
         Ok(())
+    }
+
+    /// The first links of some receivers; `None` if there are no clusters, and no time for all.
+    fn links_of(
+        &self,
+        new: &[usize],
+        allowed: f64,
+        linking: Linking,
+        clock: Clock,
+    ) -> Result<Option<Vec<(Vec<Link>, Far)>>, Error> {
+        let optics = self.optics();
+        let of_parent = |element: usize| {
+            let parent = self.mesh.elements()[element].parent().filter(|&parent| self.gathers(parent))?;
+            Some((&self.links[parent][..], &self.far[parent]))
+        };
+        let mean_area = self.mean_area();
+        let is_long = linking == Linking::Error && self.mesh.clusters().root().is_none();
+        let of = |receiver: usize| {
+            let of_parent = of_parent(receiver);
+            if is_long && of_parent.is_none() && clock.is_over() {
+                return Ok(None);
+            }
+            let (weight, without_order) = (&self.weight(receiver), self.without_order(receiver, mean_area));
+            let need = Need { field: &self.field, weight, allowed, without_order, linking, clock };
+            optics.first_links(Gatherer::Element(receiver), of_parent, &need).map(Some)
+        };
+        Ok(for_each(new, of)?.into_iter().collect())
     }
 
     /// How much more the clusters of a receiver may be off by than its links may neglect. Errors without order of many receivers add up by

@@ -21,6 +21,7 @@ use radgrad_core::DVec3;
 use radgrad_scene::largest;
 
 use crate::error::Error;
+use crate::field::Field;
 use crate::field::gathering::irradiance;
 use crate::links::station::Station;
 use crate::mesh::shape::Shape;
@@ -46,7 +47,7 @@ impl Solution {
     pub(crate) fn reflected_on(&self, receiver: usize) -> Result<Samples, Error> {
         let count = self.mesh.basis(receiver).nodes().len();
         let at_nodes = |channel| irradiance(&self.mesh, &self.field, &self.links[receiver], &self.far[receiver], channel, count);
-        let corner = |point| Ok((self.reflected_at(receiver, point)?, self.reflected_gradient_at(receiver, point)?));
+        let corner = |point| Ok((self.gathered_at(&self.field, receiver, point)?, self.reflected_gradient_at(receiver, point)?));
         let nodes = (0..self.channels.len()).map(at_nodes).collect();
         Ok(Samples { nodes, corners: self.at_corners(receiver, corner)? })
     }
@@ -88,15 +89,15 @@ impl Solution {
         Ok(self.lamps.at(&self.optics(), &self.surfaces, &station, self.direct[leaf].sights())?.irradiance)
     }
 
-    /// Irradiance of all other light at a point of a receiver; like its gradient without light through clusters.
-    fn reflected_at(&self, receiver: usize, point: DVec3) -> Result<Vec<f64>, Error> {
+    /// Irradiance of a light at a point of a receiver, by its links; like the gradient without light through clusters.
+    pub(super) fn gathered_at(&self, light: &Field, receiver: usize, point: DVec3) -> Result<Vec<f64>, Error> {
         let (optics, station) = (self.optics(), Station::on(&self.mesh.elements()[receiver], point));
         let mut sums = vec![0.0; self.channels().len()];
         for link in &self.links[receiver] {
             let count = self.mesh.basis(link.source).len();
             let row = optics.receive(&station, link.source, &link.sight, count)?;
             for (channel, sum) in sums.iter_mut().enumerate() {
-                *sum += self.field.of(link.source, channel, count).iter().zip(&row.values).map(|(c, v)| c * v).sum::<f64>();
+                *sum += light.of(link.source, channel, count).iter().zip(&row.values).map(|(c, v)| c * v).sum::<f64>();
             }
         }
         Ok(sums)

@@ -69,8 +69,8 @@ impl Solution {
         }
     }
 
-    /// Estimate of the error of [`Self::mean`], in each channel: the magnitude of what a gather of the importance finds with its sign, and what
-    /// that may be off by. It is at most the estimate of the mean magnitude of the error of gathers.
+    /// Estimate of the error of [`Self::mean`], in each channel: what a gather of the importance finds with its sign and what that may be
+    /// off by, as a root mean square.
     #[must_use]
     pub fn mean_estimate(&self) -> Vec<Ledger> {
         // Where no importance is found what gathers are off by is an estimate, too.

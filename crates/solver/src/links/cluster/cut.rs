@@ -6,7 +6,7 @@ use radgrad_scene::largest;
 use crate::field::Field;
 use crate::links::cluster::far::Far;
 use crate::links::cluster::glow::Glow;
-use crate::links::cluster::sampled::{Draw, Seen};
+use crate::links::cluster::sampled::{Rays, Seen};
 use crate::links::gatherer::Gatherer;
 use crate::links::station::Station;
 use crate::links::transfer::{Optics, Row};
@@ -27,12 +27,14 @@ pub(crate) struct Cut<'a> {
     weight: &'a [f64],
     closed: Vec<Closed>,
     nodes: usize,
+    /// Whether what rays are off by counts: else as many are drawn as are needed.
+    with_noise: bool,
 }
 
 impl<'a> Cut<'a> {
     /// That of a receiver's clusters.
-    pub(crate) fn new(optics: &'a Optics<'a>, field: &'a Field, weight: &'a [f64], far: &Far) -> Self {
-        let mut cut = Self { optics, field, weight, closed: Vec::new(), nodes: far.nodes() };
+    pub(crate) fn new(optics: &'a Optics<'a>, field: &'a Field, weight: &'a [f64], far: &Far, with_noise: bool) -> Self {
+        let mut cut = Self { optics, field, weight, closed: Vec::new(), nodes: far.nodes(), with_noise };
         for (index, &cluster) in far.clusters().iter().enumerate() {
             let seen: Vec<Seen> = (0..far.nodes()).map(|node| *far.seen(index, node)).collect();
             cut.close(cluster, &seen);
@@ -43,12 +45,21 @@ impl<'a> Cut<'a> {
     fn close(&mut self, cluster: usize, seen: &[Seen]) {
         let glows: Vec<&Glow> = (0..self.weight.len()).map(|channel| self.field.glow(cluster, channel)).collect();
         let at = |seen: &Seen| {
-            let of = |(glow, weight): (&&Glow, &f64)| weight * seen.deviation(glow);
+            // Nodes have rays of their own.
+            let noise = |glow: &Glow| if self.with_noise { seen.noise(glow) / (self.nodes as f64).sqrt() } else { 0.0 };
+            let of = |(glow, weight): (&&Glow, &f64)| weight * noise(glow).hypot(seen.uneven(glow));
             glows.iter().zip(self.weight).map(of).fold(0.0, largest)
         };
         let off: Vec<f64> = seen.iter().map(at).collect();
         let most = off.iter().copied().fold(0.0, largest);
         self.closed.push(Closed { cluster, off, most });
+    }
+
+    /// Looks at the clusters once more, by rays from each station.
+    pub(crate) fn look(&mut self, stations: &[Station], rays: &[Rays]) {
+        for Closed { cluster, .. } in std::mem::take(&mut self.closed) {
+            self.close(cluster, &seen(self.optics, stations, rays, cluster));
+        }
     }
 
     /// What all are off by at each node, the largest of the channels after each is multiplied by its weight. Nothing if none is closed.
@@ -62,7 +73,7 @@ impl<'a> Cut<'a> {
     }
 
     /// Opens the cluster that is off most, or gives the element that it is, to be linked. `None` if none is off at all.
-    pub(crate) fn open(&mut self, gatherer: Gatherer<'_>, stations: &[Station]) -> Option<Option<usize>> {
+    pub(crate) fn open(&mut self, gatherer: Gatherer<'_>, stations: &[Station], rays: &[Rays]) -> Option<Option<usize>> {
         let worst = |a: &usize, b: &usize| {
             let [a, b] = [a, b].map(|&index| &self.closed[index]);
             a.most.total_cmp(&b.most).then(b.cluster.cmp(&a.cluster))
@@ -73,19 +84,21 @@ impl<'a> Cut<'a> {
             Parts::Element(element) => Some(Some(element)),
             Parts::Two(parts) => {
                 for part in parts.into_iter().filter(|&part| gatherer.may_see(self.optics.mesh, &tree.all()[part])) {
-                    let seen: Vec<Seen> = stations.iter().map(|station| self.optics.look(station, part, Draw::First)).collect();
-                    self.close(part, &seen);
+                    self.close(part, &seen(self.optics, stations, rays, part));
                 }
                 Some(None)
             }
         }
     }
 
-    /// The clusters to keep, seen from stations by samples that did not choose them.
-    pub(crate) fn closed<'b>(self, stations: &[Station], rows: impl Iterator<Item = &'b [Row]>) -> Far {
-        let clusters: Vec<usize> = self.closed.iter().map(|closed| closed.cluster).collect();
-        let look = |&cluster: &usize| stations.iter().map(move |station| self.optics.look(station, cluster, Draw::Second));
-        let seen = clusters.iter().flat_map(look).collect();
-        Far::new(self.optics.mesh.clusters(), clusters, seen, self.nodes, rows)
+    /// The clusters to keep, seen from stations by rays that did not choose them, so many from each.
+    pub(crate) fn closed<'b>(self, (stations, rays): (&[Station], usize), rows: impl Iterator<Item = &'b [Row]>) -> Far {
+        let clusters = self.closed.iter().map(|closed| closed.cluster).collect();
+        Far::seen_by(self.optics, (stations, rays), clusters, rows)
     }
+}
+
+/// What stations see of a cluster by their rays.
+pub(crate) fn seen(optics: &Optics<'_>, stations: &[Station], rays: &[Rays], cluster: usize) -> Vec<Seen> {
+    stations.iter().zip(rays).map(|(station, rays)| optics.look(station, rays, cluster)).collect()
 }

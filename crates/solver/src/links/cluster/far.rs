@@ -8,14 +8,15 @@
 //! factors. The most that they may give then is found by filling it with the brightest first. This accounts for occlusion: where
 //! the links fill the view, clusters behind count for nothing.
 //!
-//! The light that reaches the node is estimated by a few points of the cluster ([`super::sampled`]): `w P`, linear in the radiosity. The
-//! distance to the farther end of the interval is a bound on the neglected light, the deviation of the samples an estimate.
+//! The light that reaches the node is estimated by rays from it ([`super::sampled`]): `w P`, linear in the radiosity. The
+//! distance to the farther end of the interval is a bound on the neglected light, the deviation of the rays an estimate.
 //!
 //! No cluster is in another, and no element that is linked in any.
 
 use crate::field::Field;
+use crate::links::cluster::cut;
 use crate::links::cluster::glow::{Glow, Pair};
-use crate::links::cluster::sampled::{Draw, Seen};
+use crate::links::cluster::sampled::{Draw, RAYS_OF_A_POINT, Rays, Seen};
 use crate::links::cluster::view::View;
 use crate::links::station::Station;
 use crate::links::transfer::{Optics, Row};
@@ -36,22 +37,36 @@ pub(crate) struct Far {
     rest: Vec<f64>,
     /// The same by estimates.
     likely_rest: Vec<f64>,
+    /// Rays from each node.
+    rays: usize,
     /// For each cluster, the factor of its power for each function of the receiver's basis.
     matrix: Vec<f64>,
 }
 
 impl Far {
-    /// Clusters as each node sees them, where links give these rows at the nodes.
-    pub(crate) fn new<'a>(
+    /// Clusters as stations see them by so many rays each, where links give these rows.
+    pub(crate) fn seen_by<'a>(
+        optics: &Optics<'_>,
+        (stations, count): (&[Station], usize),
+        clusters: Vec<usize>,
+        rows: impl Iterator<Item = &'a [Row]>,
+    ) -> Self {
+        if clusters.is_empty() {
+            return Self::default();
+        }
+        let rays: Vec<Rays> = stations.iter().map(|station| optics.rays(station, count, Draw::Second)).collect();
+        let seen = clusters.iter().flat_map(|&cluster| cut::seen(optics, stations, &rays, cluster)).collect();
+        Self { rays: count, ..Self::new(optics.mesh.clusters(), clusters, seen, stations.len(), rows) }
+    }
+
+    /// Clusters as each node sees them.
+    fn new<'a>(
         tree: &Clusters,
         clusters: Vec<usize>,
         seen: Vec<Seen>,
         nodes: usize,
         rows: impl Iterator<Item = &'a [Row]>,
     ) -> Self {
-        if clusters.is_empty() {
-            return Self::default();
-        }
         let (mut covered, mut likely) = (vec![0.0; nodes], vec![0.0; nodes]);
         if tree.are_apart() {
             for rows in rows {
@@ -60,14 +75,13 @@ impl Far {
             }
         }
         let [rest, likely_rest] = [covered, likely].map(|of| of.into_iter().map(left).collect());
-        Self { clusters, seen, rest, likely_rest, matrix: Vec::new() }
+        Self { clusters, seen, rest, likely_rest, ..Self::default() }
     }
 
     /// From one point.
     pub(crate) fn of_point(&self, optics: &Optics<'_>, station: &Station, rows: &[(usize, Row)]) -> Self {
-        let seen = self.clusters.iter().map(|&cluster| optics.look(station, cluster, Draw::Second)).collect();
         let rows = rows.iter().map(|(_, row)| std::slice::from_ref(row));
-        Self::new(optics.mesh.clusters(), self.clusters.clone(), seen, 1, rows)
+        Self::seen_by(optics, (std::slice::from_ref(station), self.rays.max(RAYS_OF_A_POINT)), self.clusters.clone(), rows)
     }
 
     /// Finds those factors for the functions of a receiver's basis.
@@ -90,6 +104,11 @@ impl Far {
 
     pub(crate) const fn len(&self) -> usize {
         self.clusters.len()
+    }
+
+    /// How many rays each node has; 0 without clusters.
+    pub(crate) const fn rays(&self) -> usize {
+        self.rays
     }
 
     /// How many nodes the receiver has; 0 without clusters.
@@ -134,8 +153,24 @@ impl Far {
 
     /// Deviation of the irradiance of a node.
     pub(crate) fn likely(&self, field: &Field, channel: usize, node: usize) -> f64 {
-        let of = |(index, &cluster): (usize, &usize)| self.seen(index, node).deviation(field.glow(cluster, channel));
+        let of = |(index, &cluster): (usize, &usize)| {
+            let (seen, glow) = (self.seen(index, node), field.glow(cluster, channel));
+            seen.noise(glow).hypot(seen.uneven(glow))
+        };
         self.clusters.iter().enumerate().map(of).map(|off| off * off).sum::<f64>().sqrt()
+    }
+
+    /// Deviation of the mean irradiance over the nodes: each node has rays of its own, but clusters are as uneven for all.
+    pub(crate) fn likely_mean(&self, field: &Field, channel: usize, basis: &Basis) -> f64 {
+        let of = |(index, &cluster): (usize, &usize)| {
+            let (glow, nodes) = (field.glow(cluster, channel), basis.nodes().iter().enumerate());
+            nodes.fold([0.0; 2], |[noise, uneven], (node, at)| {
+                let seen = self.seen(index, node);
+                let own = at.weight * seen.noise(glow);
+                [noise + own * own, uneven + at.weight * seen.uneven(glow)]
+            })
+        };
+        self.clusters.iter().enumerate().map(of).map(|[noise, uneven]| noise + uneven * uneven).sum::<f64>().sqrt()
     }
 
     /// Adds the clusters' light to the sums for a receiver's functions.

@@ -1,30 +1,32 @@
-//! What a point gets of a cluster, by a few points of it.
+//! What a point gets of a cluster, by rays from the point.
 //!
-//! With points `y_k` chosen by area the light of an even radiosity is `P mean(V k(x, y_k))`, P the power: what light cuts do (B. Walter et
-//! al. 2005), with as many rays as points. Each receiving point has its own `y_k`, one in each of as many parts of the area and at random
-//! there: the mean over many receiving points is right where that at each is not, and their errors are without order. A mean above what is
-//! proven of the cluster's view gives way to that. Clusters are opened by
-//! one draw and gathered from by another, since those that a draw gives too little would be opened less often.
+//! Rays leave the point in directions that are spread as the cosine with its normal is, so that each brings the same part of the hemisphere
+//! (P. Shirley 1990, final gathers). Of N rays h meet a cluster first: what the point sees of it is h/N, and its light is h/N times its mean
+//! radiosity. That is neither too much nor too little in the mean over many points, whatever hides what; in a closed room all parts together
+//! are 1; and nothing is singular where the point touches the cluster. Each point has directions of its own, so that the errors of many are
+//! without order. Clusters are opened by one draw and gathered from by another, since those that a draw gives too little would be opened
+//! less often.
 //!
-//! The error at a point is taken to be the deviation of the mean as the samples' spread says, and a part of what more is possible: all of it
-//! where the point is nearer than the cluster is wide, as samples miss what is near, which gives most.
-//! Where the radiosity is not even either may be large where the other is: half of what that gives at most.
+//! The error at a point is taken to be the deviation of h, for a cluster that no ray met as if the next one might, as far as its view allows;
+//! and where the radiosity is not even what that gives if the point sees half of the cluster.
 
-use radgrad_core::DVec3;
 use radgrad_scene::smallest;
 
 use crate::links::cluster::glow::Glow;
 use crate::links::cluster::view::View;
-use crate::links::rays::kernel;
 use crate::links::station::Station;
 use crate::links::transfer::Optics;
-use crate::mesh::clusters::Sample;
 
-/// Points of a cluster by which what a point gets of it is estimated.
-const SAMPLES: usize = 4;
+/// Rays from a node, at least and at most; and those from a point that is asked for.
+pub(crate) const FEWEST_RAYS: usize = 8;
+pub(crate) const MOST_RAYS: usize = 1024;
+pub(crate) const RAYS_OF_A_POINT: usize = 512;
 
-/// The part of what is possible beyond the samples' mean that they are off by, from afar.
-const MISSED: f64 = 0.2;
+/// Deviation of the visible kernel over a cluster, by its mean: 1 where half of the cluster is seen.
+const UNEVEN: f64 = 1.0;
+
+/// One over the plastic number, and over its square: steps of a sequence that fills the square evenly (M. Roberts 2018).
+const STEPS: [f64; 2] = [0.754_877_666_246_692_7, 0.569_840_290_998_053_2];
 
 /// A point's view of a cluster: what is proven, and what is estimated.
 #[derive(Debug, Clone, Copy, Default)]
@@ -32,9 +34,8 @@ pub(crate) struct Seen {
     pub(crate) view: View,
     /// The mean of the visible kernel, the factor of the power in the irradiance.
     pub(crate) weight: f64,
-    /// Deviation of that mean, and of the kernel.
+    /// Deviation of that.
     off: f64,
-    spread: f64,
     area: f64,
 }
 
@@ -45,13 +46,18 @@ impl Seen {
         if kernel == 0.0 || largest == 0.0 { 0.0 } else { kernel * smallest(whole, self.area * largest) }
     }
 
-    /// Deviation of the light of a cluster that glows so.
-    pub(crate) fn deviation(&self, glow: &Glow) -> f64 {
-        (self.off * glow.power).hypot(0.5 * self.spread * glow.unevenness)
+    /// Deviation of the light of a cluster that glows so, by the rays alone.
+    pub(crate) fn noise(&self, glow: &Glow) -> f64 {
+        self.off * glow.power
+    }
+
+    /// What it is off by as the cluster does not glow evenly.
+    pub(crate) fn uneven(&self, glow: &Glow) -> f64 {
+        UNEVEN * self.weight * glow.unevenness
     }
 }
 
-/// Which samples are drawn.
+/// Which directions are drawn.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Draw {
     /// To decide which clusters are opened.
@@ -60,13 +66,21 @@ pub(crate) enum Draw {
     Second,
 }
 
+/// What rays from a point meet.
+#[derive(Debug)]
+pub(crate) struct Rays {
+    /// The clusters of the elements, each one alone, in order.
+    met: Vec<usize>,
+    count: usize,
+}
+
 /// Numbers from 0 to 1 in the order of splitmix64 (S. Vigna 2015). They follow from the digits of a place, not from its unit of length.
 struct Numbers(u64);
 
 impl Numbers {
-    fn of(station: &Station, cluster: usize, draw: Draw) -> Self {
+    fn of(station: &Station, draw: Draw) -> Self {
         let digits = station.point.to_array().map(|x| x.to_bits() & ((1 << 52) - 1));
-        let mut numbers = Self(2 * cluster as u64 + u64::from(draw == Draw::Second));
+        let mut numbers = Self(u64::from(draw == Draw::Second));
         for digits in digits {
             numbers.0 ^= digits;
             numbers.0 = numbers.word();
@@ -87,30 +101,35 @@ impl Numbers {
 }
 
 impl Optics<'_> {
+    /// So many rays from a point.
+    pub(crate) fn rays(&self, station: &Station, count: usize, draw: Draw) -> Rays {
+        let mut numbers = Numbers::of(station, draw);
+        let start = [numbers.next(), numbers.next()];
+        let (across, along) = station.normal.any_orthonormal_pair();
+        // Places on the disc below the hemisphere are spread evenly (T. Malley).
+        let on_disc = |index: usize| {
+            let [x, y] = [0, 1].map(|axis| 2.0 * (start[axis] + STEPS[axis] * index as f64).fract() - 1.0);
+            let square = x * x + y * y;
+            (square < 1.0).then(|| across * x + along * y + station.normal * (1.0 - square).sqrt())
+        };
+        let directions = (0..).filter_map(on_disc).take(count);
+        let mut met: Vec<usize> = directions.filter_map(|toward| self.mesh.met(station.point, toward, station.face)).collect();
+        met.sort_unstable();
+        Rays { met, count }
+    }
+
     /// A point's view of a cluster.
-    pub(crate) fn look(&self, station: &Station, cluster: usize, draw: Draw) -> Seen {
+    pub(crate) fn look(&self, station: &Station, rays: &Rays, cluster: usize) -> Seen {
         let (tree, of) = (self.mesh.clusters(), &self.mesh.clusters().all()[cluster]);
         let view = of.view(station);
         if view.factor == 0.0 {
             return Seen { view, ..Seen::default() };
         }
-        let most = smallest(view.peak, view.factor / of.area());
-        let mut numbers = Numbers::of(station, cluster, draw);
-        let samples: [Sample; SAMPLES] = std::array::from_fn(|part| {
-            let among = (part as f64 + numbers.next()) / SAMPLES as f64;
-            tree.sample(self.mesh.elements(), cluster, among, [numbers.next(), numbers.next()])
-        });
-        let visible = samples.map(|sample| match kernel(station, sample.point, sample.normal) {
-            kernel if kernel > 0.0 && self.sees(station, sample.point, sample.face) => kernel,
-            _ => 0.0,
-        });
-        let count = SAMPLES as f64;
-        let mean = visible.iter().sum::<f64>() / count;
-        let spread = (visible.iter().map(|kernel| (kernel - mean) * (kernel - mean)).sum::<f64>() / (count - 1.0)).sqrt();
-        let (low, high) = (of.low - station.point, of.high - station.point);
-        let nearest = low.max(DVec3::ZERO) + high.min(DVec3::ZERO);
-        let missed = if 2.0 * nearest.length() < (high - low).length() { 1.0 } else { MISSED };
-        let [weight, spread] = [mean, spread].map(|of| smallest(of, most));
-        Seen { view, weight, off: (spread / count.sqrt()).hypot(missed * (most - weight)), spread, area: of.area() }
+        let (within, all) = (tree.within(cluster), rays.count as f64);
+        let before = |end: usize| rays.met.partition_point(|&met| met < end);
+        let hits = (before(within.end) - before(within.start)) as f64;
+        let square = if hits > 0.0 { hits * (1.0 - hits / all) } else { smallest(1.0, all * smallest(view.factor, 1.0)) };
+        let unit = 1.0 / (all * of.area());
+        Seen { view, weight: hits * unit, off: square.sqrt() * unit, area: of.area() }
     }
 }
