@@ -3,6 +3,7 @@
 //! Numbers have three digits there, since other processors add in another order; what is below 1e-7 says no more than that, and times
 //! say nothing.
 
+use std::collections::BTreeSet;
 use std::fmt::Write as _;
 use std::fs;
 use std::io::BufReader;
@@ -128,7 +129,12 @@ fn factors_and_fields_have_the_recorded_form() {
         let files: Vec<&str> = [file, more].into_iter().filter(|name| !name.is_empty()).collect();
         said += &folder.said(&format!("factors small.obj --out {file}"), &files);
     }
-    said += &folder.said("factors small.obj --summary --resume rows.jsonl", &["rows.jsonl"]);
+    said += &folder.said("factors small.obj --summary --resume rows.jsonl", &[]);
+    // Rows are written as they are done.
+    let written = fs::read_to_string(folder.0.join("rows.jsonl")).unwrap();
+    let (head, rows) = written.split_once('\n').unwrap();
+    let rows: BTreeSet<&str> = rows.lines().collect();
+    said += &format!("rows.jsonl:\n{}\n", rounded(&[head].into_iter().chain(rows).collect::<Vec<_>>().join("\n")));
     said += &folder.said("factors small.obj --from floor --to lamp --digits 4", &[]);
     said += &folder.said("factors small.obj --from floor --to lamp --digits 4 --summary", &[]);
     for file in ["field.csv", "field.vtu"] {

@@ -186,7 +186,7 @@ impl Solution {
     }
 
     /// Estimate of the error of the mean radiosity over all area, in each channel, as a root mean square: what was found of it with its sign,
-    /// and what that may be off by. The latter is at most the estimate of the mean of the magnitude.
+    /// and what that may be off by. But for what is surely found it is at most the estimate of the mean of the magnitude.
     pub(super) fn estimate_mean(&self) -> Result<Vec<Ledger>, Error> {
         let Some(sent) = self.solve_importance() else { return Ok(self.bounds.mean.clone()) };
         let (lamps, leaves) = (self.links_of_lamps(&sent)?, self.importance_on_leaves(&sent)?);
@@ -200,10 +200,12 @@ impl Solution {
             let of = |&receiver: &usize| self.part_of(receiver, channel, &importance, &below[receiver]);
             let parts: Vec<Part> = self.receivers.par_iter().map(of).collect();
             let Part { swapped, detail, off, unseen } = parts.into_iter().fold(Part::default(), Part::and);
-            // What was found has a sign; what it may be off by adds to that by squares, and is no more than what gathers are off by.
+            // What was found has a sign; what it may be off by adds to that by squares. In all it is no more than what gathers are off by,
+            // but for what was surely found.
             let found = (swapped + detail).abs() / area;
             let total = (square(found) + (off + square(unseen)) / square(area)).sqrt();
-            let total = if total <= most.total() { total } else { largest(found, smallest(total, most.total())) };
+            let sure = found - (off.sqrt() + unseen) / area;
+            let total = largest(sure, smallest(total, most.total()));
             let parts =
                 Ledger { discretisation: detail.abs() + unseen, computation: swapped.abs() + off.sqrt(), ..Ledger::default() };
             if parts.total() == 0.0 { parts } else { parts * (total / parts.total()) }

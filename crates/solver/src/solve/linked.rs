@@ -15,6 +15,9 @@ use crate::solve::solution::{Solution, for_each};
 const FINER: f64 = 0.3;
 const ROUGHER: f64 = 3.0;
 
+/// So many elements are linked to all others whatever the time.
+const FEW: usize = 32;
+
 impl Solution {
     /// Links receivers that have none, to what their parent's links had for sources; these go.
     pub(super) fn link(&mut self, allowed: f64, linking: Linking, clock: Clock) -> Result<(), Error> {
@@ -66,7 +69,7 @@ impl Solution {
             Some((&self.links[parent][..], &self.far[parent]))
         };
         let mean_area = self.mean_area();
-        let is_long = linking == Linking::Error && self.mesh.clusters().root().is_none();
+        let is_long = linking == Linking::Error && self.mesh.clusters().root().is_none() && new.len() > FEW;
         let of = |receiver: usize| {
             let of_parent = of_parent(receiver);
             if is_long && of_parent.is_none() && clock.is_over() {
