@@ -92,8 +92,11 @@ const ON_TRIANGLE: [[f64; 2]; 3] = [[1.0 / 6.0, 1.0 / 6.0], [2.0 / 3.0, 1.0 / 6.
 struct Importance {
     sent: Field,
     lamps: HashMap<usize, OfLamp>,
-    leaves: HashMap<usize, Vec<([f64; 2], Vec<f64>)>>,
+    leaves: HashMap<usize, OnLeaf>,
 }
+
+/// The importance at points of a leaf, channel by channel.
+type OnLeaf = Vec<([f64; 2], Vec<f64>)>;
 
 /// Links and clusters of a lamp.
 type OfLamp = (Vec<Link>, Far);
@@ -159,7 +162,7 @@ impl Solution {
     }
 
     /// What leaves gather of the importance at points of theirs if they hold much of all light.
-    fn importance_on_leaves(&self, sent: &Field) -> Result<HashMap<usize, Vec<([f64; 2], Vec<f64>)>>, Error> {
+    fn importance_on_leaves(&self, sent: &Field) -> Result<HashMap<usize, OnLeaf>, Error> {
         let power = |leaf: usize, channel: usize| {
             let element = &self.mesh.elements()[leaf];
             let held = self.field.of(leaf, channel, self.mesh.basis(leaf).len())[0];

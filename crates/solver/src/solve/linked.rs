@@ -15,6 +15,9 @@ use crate::solve::solution::{Solution, for_each};
 const FINER: f64 = 0.3;
 const ROUGHER: f64 = 3.0;
 
+/// Links and clusters of a receiver.
+type Linked = (Vec<Link>, Far);
+
 /// So many elements are linked to all others whatever the time.
 const FEW: usize = 32;
 
@@ -56,13 +59,7 @@ impl Solution {
     }
 
     /// The first links of some receivers; `None` if there are no clusters, and no time for all.
-    fn links_of(
-        &self,
-        new: &[usize],
-        allowed: f64,
-        linking: Linking,
-        clock: Clock,
-    ) -> Result<Option<Vec<(Vec<Link>, Far)>>, Error> {
+    fn links_of(&self, new: &[usize], allowed: f64, linking: Linking, clock: Clock) -> Result<Option<Vec<Linked>>, Error> {
         let optics = self.optics();
         let of_parent = |element: usize| {
             let parent = self.mesh.elements()[element].parent().filter(|&parent| self.gathers(parent))?;
