@@ -9,9 +9,6 @@ const FIRST_LINKS: f64 = 0.2;
 const ROUNDS: f64 = 0.8;
 const PROOF: f64 = 1.1;
 
-/// How much longer the proof may take where faces are few, and it is worth its time.
-const WORTH: Duration = Duration::from_secs(3);
-
 /// When to end; never without a time.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Clock {
@@ -45,10 +42,9 @@ impl Clock {
         end.is_none_or(|end| Instant::now().checked_add(round).is_some_and(|done| done < end))
     }
 
-    /// For the proof, where faces are few or many.
+    /// For the proof, where faces are many: of few it is worth its time.
     pub(crate) fn for_proof(self, time: Option<Duration>, many: bool) -> Self {
-        let all = self.until(time, PROOF);
-        Self { end: all.end.and_then(|end| if many { Some(end) } else { end.checked_add(WORTH) }), ..self }
+        if many { self.until(time, PROOF) } else { Self { end: None, ..self } }
     }
 
     fn until(self, time: Option<Duration>, part: f64) -> Self {

@@ -342,7 +342,11 @@ impl Solution {
         let reference = self.reference();
         if self.is_worth_a_proof(bound) || self.is_full(options) {
             self.ground.aim_at(&reference, Aim::Bound { part: bound, is_rough: false });
-            let found = self.prove()?;
+            let clock = self.clock;
+            self.clock = clock.for_proof(options.time, true);
+            let found = self.prove();
+            self.clock = clock;
+            let found = found?;
             if found.is_finite() {
                 return Ok(found);
             }

@@ -19,7 +19,7 @@ const ROUGHER: f64 = 3.0;
 type Linked = (Vec<Link>, Far);
 
 /// So many elements are linked to all others whatever the time.
-const FEW: usize = 32;
+const FEW: usize = 300;
 
 impl Solution {
     /// Links receivers that have none, to what their parent's links had for sources; these go.

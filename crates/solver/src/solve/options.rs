@@ -56,8 +56,8 @@ pub struct Options {
     /// Divide everything rather than what pays.
     pub uniform: bool,
     /// Time in which to be done: no round is begun that, by the time of those before, would end later, light is divided and links are
-    /// refined no more when it is over, in the first round early, and no bound is proven
-    /// that takes longer, by 3 s and more where faces are few. What must be done once is.
+    /// refined no more when it is over, in the first round early, and, where faces are in clusters, no bound is proven
+    /// that takes longer. What must be done once is.
     pub time: Option<Duration>,
     /// Divide the elements that add most to the bound, or those whose polynomials are off most.
     pub marking: Marking,

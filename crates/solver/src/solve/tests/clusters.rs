@@ -274,9 +274,9 @@ fn by_clusters_light_from_a_lamp_is_within_its_bounds_of_a_far_finer_solution() 
 
 #[test]
 fn without_time_there_is_an_answer_with_an_estimate_and_no_bound() {
-    let scene = scene(3);
+    let scene = scene(8);
     let options = Options { error: 0.05, degree: Some(1), time: Some(Duration::ZERO), ..Options::default() };
-    // Few faces are put into clusters where there is no time to link all of them to all others.
+    // Some hundred faces are put into clusters where there is no time to link all of them to all others.
     for mesh in [Mesh::new(&scene, 1).unwrap().clustered(), Mesh::new(&scene, 1).unwrap()] {
         let rough = solve_on(&Prepared::of(&scene).unwrap(), &options, (mesh, Served::default()), |_| true).unwrap();
         assert!(rough.far.iter().any(|far| !far.is_empty()), "clusters are in force");
