@@ -15,6 +15,7 @@ use std::f64::consts::PI;
 use radgrad_core::DVec3;
 
 use super::{Exchange, ROUNDOFF};
+use crate::factors::larger;
 use crate::factors::rule::{Patch, gauss_legendre, patches};
 
 /// Distance over size from which the rule is asked.
@@ -79,7 +80,7 @@ fn of_patches([a, b]: [&Patch; 2], [n1, n2]: [DVec3; 2], allowed: f64) -> Option
     let rough = shapes[0].middle * shapes[1].middle * n1.dot(between) * -n2.dot(between) / (PI * square * square);
     // Heights over the other's plane are largest at corners.
     let height = |patch: &Patch, normal: DVec3, origin: DVec3| {
-        patch.corners.iter().map(|&p| normal.dot(p - origin).abs()).fold(0.0, f64::max) * (1.0 + 1e-12) + 8.0 * ROUNDOFF
+        patch.corners.iter().map(|&p| normal.dot(p - origin).abs()).fold(0.0, larger) * (1.0 + 1e-12) + 8.0 * ROUNDOFF
     };
     // Corners may be off their own plane, by rounding.
     let tilts = [height(a, n1, a.corners[0]), height(b, n2, b.corners[0])];
@@ -161,5 +162,5 @@ impl Jacobian {
 
 fn longest_side(patch: &Patch) -> f64 {
     let corners = patch.corners;
-    (0..4).map(|i| (corners[(i + 1) % 4] - corners[i]).length()).fold(0.0, f64::max)
+    (0..4).map(|i| (corners[(i + 1) % 4] - corners[i]).length()).fold(0.0, larger)
 }
