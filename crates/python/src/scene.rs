@@ -200,10 +200,12 @@ impl SceneCore {
         Ok(FactorMatrix { scene: Arc::clone(&self.scene), matrix, settings: settings.all() })
     }
 
-    /// Faces that have factors.
+    /// The areas of faces that have factors.
     #[getter]
-    fn rows(&self, py: Python<'_>) -> PyResult<usize> {
-        py.detach(|| FormFactors::new(&self.scene).map(|factors| factors.faces().len())).map_err(refused)
+    fn row_areas<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        let faces = py.detach(|| FormFactors::new(&self.scene).map(|factors| factors.faces())).map_err(refused)?;
+        let areas: Vec<f64> = self.scene.polygons().map(radgrad_core::Polygon::area).collect();
+        Ok(PyArray1::from_iter(py, faces.into_iter().map(|face| areas[face])))
     }
 }
 

@@ -84,7 +84,7 @@ def test_blocks_of_factors_join_to_the_same_bytes(data):
     from radgrad._scene import Factors, _settings
 
     settings = _settings(0.1, None, None, None, None)
-    rows = scene._core.rows
+    rows = len(scene._core.row_areas)
     blocks = [scene._core.factor_block(settings, first, min(first + 5, rows)) for first in range(0, rows, 5)]
     blocks = [pickle.loads(pickle.dumps(block)) for block in reversed(blocks)]
     assert Factors(scene, scene._core.join(settings, blocks)).tobytes() == whole.tobytes()

@@ -93,11 +93,13 @@ def _block(rows: "tuple[int, int]", digest: str, sent: "tuple[bytes, list[str]]"
     return _scene(digest, sent)._core.factor_block(settings, *rows).__reduce__()[1][0]
 
 
-def _blocks(rows: int, jobs: int) -> "list[tuple[int, int]]":
-    """Ranges of rows with about as many pairs each: row i has the pairs with later rows."""
-    pairs = np.concatenate([[0], np.cumsum(np.arange(rows - 1, -1, -1))])
-    wanted = np.linspace(0, pairs[-1], min(jobs, max(rows, 1)) + 1)
-    cuts = np.searchsorted(pairs, wanted)
+def _blocks(areas: "np.ndarray[Any, Any]", jobs: int) -> "list[tuple[int, int]]":
+    """Ranges of rows of about as much work each: row i has the pairs with later rows, and those of a large face take more cells."""
+    rows = len(areas)
+    pairs = np.arange(rows - 1, -1, -1, dtype=float)
+    parts = [of / of.sum() for of in (pairs, pairs * areas) if of.sum() > 0]
+    work = np.concatenate([[0], np.cumsum(sum(parts, np.zeros(rows)))])
+    cuts = np.searchsorted(work, np.linspace(0, work[-1], min(jobs, max(rows, 1)) + 1))
     cuts[0], cuts[-1] = 0, rows
     cuts = np.unique(cuts)
     return list(zip(cuts[:-1].tolist(), cuts[1:].tolist()))
@@ -141,7 +143,7 @@ def factors(
         As `Scene.factors` does, and if the cluster has no worker.
     """
     settings = _settings(tolerance, relative, most_cells, estimate, most_points)
-    cut = _blocks(scene._core.rows, jobs or _jobs(client))
+    cut = _blocks(scene._core.row_areas, jobs or _jobs(client))
     digest, sent = _sent(client, scene)
     # Handed over together, jobs wait at the scheduler for whoever is free; one by one, they go to the holder of the scene.
     futures = client.map(_block, cut, digest=digest, sent=sent, settings=settings, pure=False)
