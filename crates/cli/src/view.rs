@@ -126,14 +126,14 @@ impl View {
     /// Draws the view, and writes it where a file is named.
     pub(crate) fn picture(&self, solution: &Solution) -> Result<Picture, Failure> {
         let camera = self.camera.as_ref().ok_or(Failure::Camera)?;
-        let smooth = if self.hermite { Some(solution.reconstruct()?) } else { None };
+        let drawn = if self.hermite { solution.reconstruct()? } else { solution.not_negative() };
         let [width, height] = self.size;
         let (eye, samples) = (solution.placement().inward(camera.eye), usize::from(self.samples));
         let bar = if self.gather { progress(width * height) } else { ProgressBar::hidden() };
         let pixel = |index: usize| {
             let met = |sample: usize| {
                 let direction = camera.direction([index % width, index / width], offset(sample), self.size);
-                self.pixel(solution, smooth.as_ref(), eye, direction)
+                self.pixel(solution, &drawn, eye, direction)
             };
             let mut sum = met(0)?;
             for sample in 1..samples {
@@ -165,7 +165,7 @@ impl View {
     fn pixel(
         &self,
         solution: &Solution,
-        smooth: Option<&Reconstruction>,
+        drawn: &Reconstruction,
         eye: DVec3,
         direction: DVec3,
     ) -> Result<Pixel, radgrad_solver::Error> {
@@ -181,8 +181,8 @@ impl View {
         }
         let at = solution.mesh().elements()[leaf].reference(point);
         let polynomial = |channel| solution.value_on(leaf, channel, at);
-        let value = |channel| smooth.map_or_else(|| polynomial(channel), |smooth| smooth.value_on(leaf, channel, at));
-        // The patch's difference from the polynomial counts beside the polynomial's bound.
+        let value = |channel| drawn.value_on(leaf, channel, at);
+        // What is drawn differs from the polynomial, and that counts beside the polynomial's bound.
         let bounds = solution.bound_on(leaf);
         let bound = |channel: usize| bounds[channel].total() + (value(channel) - polynomial(channel)).abs();
         Ok(Pixel { radiosity: (0..channels).map(value).collect(), bound: (0..channels).map(bound).collect() })
@@ -199,7 +199,7 @@ impl View {
         let how = match (self.gather, self.hermite) {
             (true, _) => "exact gathers",
             (_, true) => "cubic patches",
-            _ => "polynomials on elements",
+            _ => "polynomials on elements, drawn toward their means where they would be negative",
         };
         let said = [("quantity", "radiosity"), ("unit", UNIT), ("shading", how), ("bound", "proven, in the layer bound")];
         exr::write(out, self.size, channels, &said)

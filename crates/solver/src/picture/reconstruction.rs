@@ -110,13 +110,27 @@ impl Solution {
                 if self.is_close(&patch, corners.chain(middle), leaf, channel) {
                     Piece::Patch(patch)
                 } else {
-                    Piece::Polynomial { shape: mesh.elements()[leaf].shape(), coefficients: self.not_negative(leaf, channel) }
+                    self.polynomial_drawn(leaf, channel)
                 }
             };
             (0..channels).map(piece).collect()
         };
         let pieces = (0..mesh.elements().len()).into_par_iter().map(of_leaf).collect();
         Ok(Reconstruction { pieces, bases: mesh.bases().clone() })
+    }
+
+    /// The polynomials of the leaves, drawn toward their means where they would be negative: beside the edge of a shadow, most often.
+    ///
+    /// A mean stays what it is, unless it is negative itself: then it is 0.
+    #[must_use]
+    pub fn not_negative(&self) -> Reconstruction {
+        let of_leaf = |leaf: usize| {
+            let element = &self.mesh().elements()[leaf];
+            let channels = if element.is_leaf() { self.channels().len() } else { 0 };
+            (0..channels).map(|channel| self.polynomial_drawn(leaf, channel)).collect()
+        };
+        let pieces = (0..self.mesh().elements().len()).into_par_iter().map(of_leaf).collect();
+        Reconstruction { pieces, bases: self.mesh().bases().clone() }
     }
 
     /// The cubic patch of a leaf.
@@ -152,8 +166,8 @@ impl Solution {
         low <= from && to <= high && square(&known, &|place| patch.value(place)) <= by_polynomial
     }
 
-    /// Coefficients of the polynomial on a leaf, drawn toward its mean as far as it may be negative.
-    fn not_negative(&self, leaf: usize, channel: usize) -> Vec<f64> {
+    /// The polynomial on a leaf, drawn toward its mean as far as it may be negative.
+    fn polynomial_drawn(&self, leaf: usize, channel: usize) -> Piece {
         let mut coefficients = self.coefficients_on(leaf, channel);
         let [low, _] = self.mesh().basis(leaf).range(&coefficients);
         if low < 0.0 {
@@ -162,7 +176,7 @@ impl Solution {
             coefficients.iter_mut().for_each(|c| *c *= part);
             coefficients[0] = mean;
         }
-        coefficients
+        Piece::Polynomial { shape: self.mesh().elements()[leaf].shape(), coefficients }
     }
 
     fn sampled(&self, vertex: &Vertex) -> Result<Vertex, Error> {
