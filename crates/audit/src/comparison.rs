@@ -12,6 +12,9 @@ use crate::family::{Family, Name};
 use crate::stability::DIGITS;
 use crate::table::two_digits;
 
+/// Cases of a family of which each takes long.
+const FEWEST: u64 = 8;
+
 /// A contender's errors of one quantity in a family.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Fared {
@@ -35,11 +38,13 @@ impl Fared {
 pub struct Comparison(BTreeMap<(Family, Contender), [Fared; 2]>);
 
 impl Comparison {
-    /// Tries all contenders on the first `count` cases of every family that is neither dark nor refused.
+    /// Tries all contenders on the first `count` cases of every family that is neither dark nor refused; on fewer where each takes long.
     #[must_use]
     pub fn compute(seed: u64, families: &[Family], count: u64) -> Self {
         let lit = families.iter().filter(|family| !family.is_dark() && !family.is_refused());
-        let names: Vec<Name> = lit.flat_map(|&family| (0..count).map(move |index| Name { family, seed, index })).collect();
+        let cases = |family: Family| count.min(count.div_ceil(family.dearness()).max(FEWEST));
+        let names: Vec<Name> =
+            lit.flat_map(|&family| (0..cases(family)).map(move |index| Name { family, seed, index })).collect();
         let scored: Vec<(Name, [[Score; 2]; 5])> = names.par_iter().filter_map(|&name| Some((name, scores(name)?))).collect();
         let mut comparison = Self::default();
         for (name, scores) in scored {
