@@ -314,12 +314,12 @@ fn lit_parts<'a>(
     for occluder in occluders {
         for part in convex_parts(occluder) {
             let vertices: Few<DVec3> = part.iter().map(|&i| occluder.vertices()[i]).collect();
-            let is_before = vertices.iter().all(|&v| sure_side(v, emitter, plan.power, slab) == Some(Side::Front));
             let shadow = sides.shadow(vertices)?;
             if sides.misses(&shadow, &whole) {
                 continue;
             }
-            if !is_before {
+            let is_before = |&i: &usize| sure_side(occluder.vertices()[i], emitter, plan.power, slab) == Some(Side::Front);
+            if !part.iter().all(is_before) {
                 return Err(Unsure);
             }
             shadows.push(shadow);
