@@ -31,7 +31,7 @@ pub(crate) struct Request {
     /// Estimate of the error of the mean radiosity over the mean that is reflected, at most: a percentage or a fraction.
     #[arg(long, default_value = "0.1%", value_parser = fraction)]
     error: f64,
-    /// Go by the proven bound on the mean error instead: over the same, at most this, a percentage or a fraction.
+    /// Go by the proven bound on the error of the mean instead: over the same, at most this, a percentage or a fraction.
     #[arg(long, value_name = "BOUND", value_parser = fraction, conflicts_with = "error")]
     bound: Option<f64>,
     /// The reference of that: the mean radiosity without the faces' own emission, or with it.

@@ -15,7 +15,7 @@ pub(crate) struct Summary {
     rounds: usize,
     elements: usize,
     links: usize,
-    /// Proven bound on the mean error over the mean radiosity that is reflected, the largest of the channels.
+    /// Proven bound on the error of the mean over the mean radiosity that is reflected, the largest of the channels.
     bound: f64,
     /// Estimate of the same.
     estimate: f64,

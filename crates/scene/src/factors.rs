@@ -171,7 +171,8 @@ impl<'a> FormFactors<'a> {
     }
 
     /// Factor from a point to a face, times the receiver's reflectance. `on` is the face that the receiver is a point of, if any:
-    /// neither it nor a face level with it up to rounding hides anything.
+    /// neither it nor a face level with it up to rounding hides anything; but where the emitter itself is level with it or the receiver with
+    /// the emitter, faces hide what they do by their coordinates as they are.
     ///
     /// # Errors
     /// If there is no such face, the tolerance is not finite or negative, or the factor underflows.
@@ -180,7 +181,7 @@ impl<'a> FormFactors<'a> {
         let position = self.placement.inward(receiver.position());
         let receiver = &Receiver::new(position, receiver.direction(), receiver.reflectance()).map_err(Error::Receiver)?;
         let beam = match on {
-            Some(face) => Beam::from_point_of(self.emitter(face)?.polygon(), receiver.position(), emitter.polygon()),
+            Some(face) => seen_from(self.emitter(face)?.polygon(), receiver, emitter.polygon()),
             None => Beam::from_receiver(receiver, emitter.polygon()),
         };
         let hiding = beam.map_or_else(Vec::new, |beam| self.index.in_beam(&beam, &[to, on.unwrap_or(to)]).polygons);
@@ -255,6 +256,12 @@ struct Sighting {
     tolerance: f64,
     /// What hid all of it from the last point that saw nothing.
     hider: Option<usize>,
+}
+
+/// The beam from a point of a polygon to an emitter. Where nothing is seen by the planes of surfaces, as they are level up to rounding,
+/// the coordinates as they are decide: the little that they let see is not 0.
+fn seen_from(own: &Polygon, receiver: &Receiver, emitter: &Polygon) -> Option<Beam> {
+    Beam::from_point_of(own, receiver.position(), emitter).or_else(|| Beam::from_receiver(receiver, emitter))
 }
 
 fn evaluate(receiver: &Receiver, emitter: &Emitter, hiding: Vec<&Polygon>, tolerance: f64) -> Result<Value, Error> {

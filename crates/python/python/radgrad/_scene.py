@@ -30,7 +30,7 @@ class Round(NamedTuple):
     round: int
     elements: int
     links: int
-    #: Proven bound on the mean error over what errors are relative to: infinite until it is asked for.
+    #: Proven bound on the error of the mean over what errors are relative to: infinite until it is asked for.
     bound: float
     #: Estimate of the same.
     estimate: float

@@ -3,9 +3,9 @@
 use radgrad_core::{DVec3, Receiver, evaluate_to};
 use rayon::prelude::*;
 
-use super::FormFactors;
 use super::rule::patches;
-use crate::{Beam, Error};
+use super::{FormFactors, seen_from};
+use crate::Error;
 
 /// A cell of a grid on a face.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -82,7 +82,7 @@ impl FormFactors<'_> {
         let receiver = Receiver::new(cell.centre, own.normal(), 1.0).map_err(Error::Receiver)?;
         for &(face, radiosity) in radiosities.iter().filter(|(face, _)| *face != cell.face) {
             let emitter = self.emitter(face)?;
-            let Some(beam) = Beam::from_point_of(own, cell.centre, emitter.polygon()) else { continue };
+            let Some(beam) = seen_from(own, &receiver, emitter.polygon()) else { continue };
             let found = self.index().in_beam(&beam, &[cell.face, face]).polygons;
             let answer = evaluate_to(&receiver, emitter, self.polygons(&found), tolerance).map_err(Error::Evaluation)?;
             cell.value += radiosity * answer.radiosity;

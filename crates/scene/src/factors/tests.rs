@@ -307,3 +307,29 @@ fn screens_decide_contacts_and_edges_on_edges() {
     assert_eq!(sight(&wall(0.0), &wall(1.0)), Sight::Free);
     assert_eq!(sight(&below, &square([0.0, 1.0], [0.0, 1.0], 0.5)), Sight::Free);
 }
+
+#[test]
+fn a_lamp_that_is_level_with_a_face_up_to_rounding_gives_it_what_the_coordinates_say() {
+    let (mut lit, mut dark) = (0, 0);
+    for turn in 1..40 {
+        let turned = DMat3::from_rotation_y(0.1 * f64::from(turn)) * DMat3::from_rotation_x(0.37);
+        let at = |x: f64, y: f64| turned * DVec3::new(x, y, 0.3);
+        let mut scene = crate::Scene::new(["grey"]).unwrap();
+        let white = scene.add_material("white", [0.5], [1.0]).unwrap();
+        // Triangles, which are flat whatever the rounding is.
+        let corners = [vec![at(0.0, 0.0), at(1.0, 0.0), at(0.2, 0.7)], vec![at(1.3, 0.1), at(2.3, 0.3), at(1.5, 1.1)]];
+        for corners in corners {
+            let surface = scene.add_surface("wall");
+            scene.add_face(surface, white, Polygon::new(corners).unwrap(), None).unwrap();
+        }
+        let factors = FormFactors::new(&scene).unwrap();
+        let lamp = Emitter::new(scene.faces()[1].polygon().clone(), Emission::Constant(1.0)).unwrap();
+        for cell in factors.field(0, 2, &[(1, 1.0)], 1e-6, || ()).unwrap() {
+            let receiver = Receiver::new(cell.centre, scene.faces()[0].polygon().normal(), 1.0).unwrap();
+            let known = radgrad_core::evaluate(&receiver, &lamp, std::iter::empty()).unwrap();
+            assert!((cell.value - known.radiosity).abs() <= cell.value_error + known.radiosity_error, "{cell:?} {known:?}");
+            if known.radiosity > known.radiosity_error { lit += 1 } else { dark += 1 }
+        }
+    }
+    assert!(lit > 3 && dark > 3, "{lit} {dark}");
+}

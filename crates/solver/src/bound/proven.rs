@@ -12,24 +12,36 @@
 //! | `k_j` | bound on the kernel over i and j, times the area of j |
 //! | `H`, `P H` | irradiance on i, and its projection from the values at the nodes |
 //! | `s_j`, `m_j`, `V_j` | bounds on `|r|` on j, on its mean, and on `rho G |e|` on j |
+//! | `o_j`, `a_j` | two parts of r on j: o is orthogonal to the polynomials of j's basis, of this root mean square; the mean of `|a|` |
+//! | `b_j` | bound on the root mean square over j of the kernel times j's area, less a polynomial of j's basis |
 //!
 //! # From the residual to the error
 //! `e = r + rho G e`, so that `|e| <= |r| + rho G |e|`. On i, `rho G |e|` is at most `V_i` if for all i
 //!
 //! ```text
-//! V_i >= rho_i (sum_j min(f_j s_j, k_j m_j) + max of sum_j F_j V_j  for  0 <= F_j <= f_j, sum_j F_j <= 1)
+//! V_i >= rho_i (sum_j g_j + max of sum_j F_j V_j  for  0 <= F_j <= f_j, sum_j F_j <= 1),  g_j = min(f_j s_j, k_j m_j, b_j o_j + k_j a_j)
 //! ```
 //!
 //! The maximum is that of a fractional knapsack (D. Lischinski, B. Smits and D. Greenberg 1994): the largest V first. From any V for
 //! which the right side is at most `V + d`, `V + d u` fulfils it if `u >= 1 + rho G u` ([`spent`]), so that sweeps may end at any time. At
-//! a point the `F_j` are known: `|B - B_g| <= rho (sum_j min(F_j s_j, k_j m_j) + sum_j F_j V_j)`, `B_g = E + rho G B_h`.
+//! a point the `F_j` are known: `|B - B_g| <= rho (sum_j g_j + sum_j F_j V_j)`, `B_g = E + rho G B_h`, with `F_j` for `f_j`.
+//!
+//! The third bound of g is that of Galerkin's method: `int k r = int (k - p) o + int k a` for any polynomial p, and by Schwarz the first is at
+//! most `b_j o_j`. `b_j` is [`Row::beyond`] at a point, or by derivatives of the kernel ([`crate::mesh::remainder`], [`Kernel`]).
 //!
 //! Whatever was found, `B - E` is nowhere less than 0 nor more than a U with `U >= rho (D + G E + G U)`, D the light of lamps and E what
 //! other faces emit: so `|e|` is at most `max(U + E - min B_h, max B_h)`, which counts where it is less than `s_j + V_j`, and is gathered.
 //! In the mean over all area `B - E` is at most the mean of `w rho (D + G E)`, and `|e|` no more than that and the mean of `|B_h - E|`.
 //!
-//! In the mean over all area `mean |e| <= mean(w |r|)` with `w = 1 + G rho w`, as G is the same both ways; `w_i` is bounded by the
-//! same knapsack. The mean of `B_h` is off by no more than that.
+//! The mean of `B_h` over all area is off by `mean(w r)` with `w = 1 + G rho w`, as G is the same both ways; `w_i` is bounded by the same
+//! knapsack. On i that is at most `w_i m_i`, or `u_i o_i + w_i a_i` with `u_i` a bound on the root mean square of w less a polynomial: of
+//! the sum over j of what `f_j`, or the derivatives of the kernel in x, leave of `rho_j w_j`.
+//!
+//! *What is orthogonal.* Let `H - P H` be that of sources which i sees as a whole, Q the orthogonal projection on i's polynomials, of degree m,
+//! and T Taylor's polynomial of degree m + 2, of which the next section leaves R. P is Q for such polynomials, as its nodes are exact for their
+//! products with those of the basis. So `Q (H - P H) = Q R - P R`, of a root mean square of at most `2 sup |R|`: that is in a; and o is no
+//! more than `H - P H`. All else is in a: other sources, errors of evaluations and of their sums, what links neglect, the unsolved rest; with
+//! textures all of r. On parts of an element nothing is known to be orthogonal; on one that is made of others o is, as are those of its parts.
 //!
 //! # The residual
 //! r has four parts: the projection's error `rho (H - P H)`, neglected links, errors of rows, and the unsolved rest of the linear
@@ -81,7 +93,8 @@
 //! little that neither the sums of form factors nor what is solved by them tell it from nothing: no `w` would be known that is finite.
 //!
 //! # Rounding
-//! Sums and products of at most a few thousand terms are raised by 1e-9 ([`ROUNDED`]). Planes are those of surfaces: a point
+//! Sums and products of at most a few thousand terms are raised by 1e-9 ([`ROUNDED`]). A projection rounds by as many roundings as it has
+//! terms, each of the samples times the coefficients of a function's monomials ([`Nodes`]). Planes are those of surfaces: a point
 //! level with one up to 1e-12 of the lengths at hand, or an edge that stands on it up to 1e-9, is in it, as it is for links.
 
 mod cells;
@@ -107,6 +120,7 @@ use crate::links::cluster::view::View;
 use crate::links::direct::{Direct, Lamps};
 use crate::links::link::Link;
 use crate::links::transfer::{Kernel, Optics, Row};
+use crate::mesh::element::Element;
 use crate::mesh::shape::Shape;
 use crate::mesh::surfaces::Surfaces;
 use crate::mesh::{Mesh, Sight};
@@ -153,6 +167,19 @@ pub(crate) struct Rest {
     pub(crate) mean: Ledger,
     /// Of light that comes from lamps, all that is reflected of it, at most and in the mean.
     lit: [f64; 2],
+    /// It is the sum of a part that is orthogonal to the polynomials of the element's basis, of this root mean square, and of one of this mean.
+    orthogonal: f64,
+    loose: f64,
+}
+
+/// Bounds on a function on an element: its largest magnitude and its mean; and, of two parts that it is the sum of, the root mean square of
+/// the one, which is orthogonal to the polynomials of the basis, and the mean of the other.
+#[derive(Debug, Clone, Copy)]
+struct Size {
+    most: f64,
+    mean: f64,
+    orthogonal: f64,
+    loose: f64,
 }
 
 /// What a proof needs of a mesh's faces and bases.
@@ -178,7 +205,7 @@ pub(crate) enum Aim {
 /// The bounds.
 #[derive(Debug, Default)]
 pub(crate) struct Proven {
-    /// For each channel, on the mean magnitude of the error of the polynomials, and so on the error of the mean.
+    /// For each channel, on the error of the mean.
     pub(crate) mean: Vec<Ledger>,
     /// For each element and channel: the residual of direct and of reflected light, also of elements above those that have
     /// samples.
@@ -186,8 +213,8 @@ pub(crate) struct Proven {
     pub(crate) reflected: Vec<Vec<Rest>>,
     /// For each element and channel, the most of the error that is gathered and reflected anywhere on it.
     carried: Vec<Vec<f64>>,
-    /// For each receiver and channel, how much a mean error of 1 on it adds at most to that of all, over its part of the area.
-    weights: Vec<Vec<f64>>,
+    /// For each receiver and channel, what it adds to the bound on the mean by what it leaves out itself, over its part of the area.
+    counts: Vec<Vec<f64>>,
     shares: Vec<Ledger>,
     /// For each element and channel, how much the polynomials are off anywhere on it at most, and in the mean.
     most_off: Vec<Vec<[f64; 2]>>,
@@ -247,7 +274,7 @@ impl Ground {
         let (left, factors) = proof.left(leaf, &Light::Even(&surfaces.emitted), &gathered);
         let lebesgue = proof.nodes_of(leaf).lebesgue;
         let (rho, basis) = (&surfaces.reflectance[mesh.elements()[leaf].face()], mesh.basis(leaf));
-        let of = |(channel, left): (usize, left::Left)| {
+        let of = |(channel, (left, split)): (usize, (left::Left, left::Split))| {
             let error = |kind: usize| direct.nodes.iter().map(|lit| lit.error[channel][kind]).fold(0.0, largest);
             let [clear, past] = [error(0), error(1)];
             let rest = |discretisation: f64, times: f64| {
@@ -270,7 +297,8 @@ impl Ground {
             let sent = gathered.sources.iter().zip(&factors).map(sent).sum::<f64>();
             let [most, in_mean] = found.map(|found| least(rho[channel] * all, found) * ROUNDED);
             let lit = [most, least(in_mean, rho[channel] * sent * ROUNDED)];
-            Rest { largest, mean, lit }
+            let (orthogonal, loose) = (split.orthogonal * rho[channel], rest(split.loose, 2.0).total());
+            Rest { largest, mean, lit, orthogonal, loose }.unless_textured(surfaces, leaf, channel)
         };
         left.into_iter().enumerate().map(of).collect()
     }
@@ -333,7 +361,7 @@ impl Solved<'_> {
         let known = &self.residuals[0][leaf][channel];
         rest.largest.modelling += known.largest_detail();
         rest.mean.modelling += known.mean_detail();
-        rest
+        rest.unless_textured(self.surfaces, leaf, channel)
     }
 
     /// What the projection of reflected light leaves out on a receiver, in each channel, and what it sees at most of its sources.
@@ -352,7 +380,7 @@ impl Solved<'_> {
         let nodes = ground.nodes[usize::from(element.shape() == Shape::Triangle)].lebesgue;
         let places: Vec<[f64; 2]> = basis.nodes().iter().map(|node| node.at).collect();
         let target = Target::of(element, &places, proof.nodes_of(receiver));
-        let of = |(channel, left): (usize, left::Left)| {
+        let of = |(channel, (left, split)): (usize, (left::Left, left::Split))| {
             let rho = self.reflectance(receiver, channel);
             // What links neglect, anywhere on the element.
             let (mut neglected, mut most) = (0.0, 0.0);
@@ -395,14 +423,26 @@ impl Solved<'_> {
                 let own = Ledger { modelling: detail, solver: known.largest.solver, ..Ledger::default() };
                 reflected * rho + own
             };
-            Rest {
+            let rest = Rest {
                 largest: rest(left.largest, known.largest_detail(), 2.0 * nodes),
                 mean: rest(left.mean, known.mean_detail(), 2.0),
+                orthogonal: split.orthogonal * rho,
+                loose: rest(split.loose, 0.0, 2.0).total(),
                 ..Rest::default()
-            }
+            };
+            rest.unless_textured(self.surfaces, receiver, channel)
         };
         let left = left.into_iter().enumerate().map(of).collect();
-        let of_link = |(link, factor): (&Link, f64)| (link.source, factor, target.reach(&mesh.elements()[link.source]).peak);
+        let of_link = |(link, factor): (&Link, f64)| {
+            let from = &mesh.elements()[link.source];
+            let (reach, is_clear) = (target.reach(from), matches!(link.sight, Sight::Clear));
+            let beyond = |to: &Element, from: &Element, degree: usize| {
+                Kernel::between(to, from, reach.distance, is_clear).derivative(degree + 1) * from.remainder(degree + 1)
+            };
+            let back = beyond(from, element, basis.degree()) * from.area() / element.area();
+            let beyond = beyond(element, from, mesh.basis(link.source).degree());
+            Seen { source: link.source, factor, peak: reach.peak, beyond, back }
+        };
         let sources = links.iter().zip(factors).map(of_link).collect();
         let of_cluster = |&cluster: &usize| (cluster, mesh.clusters().all()[cluster].view_over(element));
         (left, Views { sources, clusters: far.clusters().iter().map(of_cluster).collect() })
@@ -444,20 +484,17 @@ impl Proven {
             everywhere(mesh, &leaves, leaves.iter().zip(direct).map(with_details).collect(), channels)
         };
         let reflected = everywhere(mesh, receivers, reflected, channels);
-        let left = |element: usize, channel: usize| {
-            let (a, b) = (&direct[element][channel], &reflected[element][channel]);
-            [a.largest.total() + b.largest.total(), a.mean.total() + b.mean.total()]
-        };
+        let left = |element: usize, channel: usize| direct[element][channel].size().and(reflected[element][channel].size());
         let of_clusters = |of: &(dyn Fn(usize, usize) -> (f64, f64) + Sync)| -> Vec<Vec<Pair>> {
             (0..channels).map(|channel| mesh.clusters().pairs(mesh.elements(), |element| of(element, channel))).collect()
         };
         let left_on_clusters = of_clusters(&|element, channel| {
-            let [most, mean] = left(element, channel);
+            let Size { most, mean, .. } = left(element, channel);
             (most, mean)
         });
         let area: f64 = receivers.iter().map(|&receiver| mesh.elements()[receiver].area()).sum();
         let mut carried = vec![vec![0.0; channels]; mesh.elements().len()];
-        let (mut weights, mut most_off) = (carried.clone(), vec![vec![[0.0; 2]; channels]; mesh.elements().len()]);
+        let (mut counts, mut most_off) = (carried.clone(), vec![vec![[0.0; 2]; channels]; mesh.elements().len()]);
         let mut mean: Vec<Ledger> = Vec::with_capacity(channels);
         for channel in 0..channels {
             let rho = |receiver: usize| solved.reflectance(receiver, channel);
@@ -467,13 +504,8 @@ impl Proven {
             };
             let spent = spent(&solved, &views, channel)?;
             let risen = |own: &[f64]| risen(&solved, &views, channel, own, &spent);
-            let spread = |values: &[f64], into: &mut Vec<Vec<f64>>| {
-                for (&receiver, value) in receivers.iter().zip(values) {
-                    into[receiver][channel] = *value;
-                }
-            };
             // The reflected gather of a function, from its largest value and its mean on each element.
-            let gathered_of = |of: &(dyn Fn(usize) -> [f64; 2] + Sync), on_clusters: &[Pair]| -> Vec<f64> {
+            let gathered_of = |of: &(dyn Fn(usize) -> Size + Sync), on_clusters: &[Pair]| -> Vec<f64> {
                 let at = |(&receiver, views): (&usize, &Views)| views.gathered(of, on_clusters) * rho(receiver) * ROUNDED;
                 (receivers, &views).into_par_iter().map(at).collect()
             };
@@ -484,7 +516,9 @@ impl Proven {
             // The weights `w = 1 + G rho w`: `of_light` bounds `rho w`.
             let swept = sweep(&solved, &views, &everywhere_most(mesh, receivers, &of_light));
             let of_unit: Vec<f64> = swept.iter().map(|gathered| 1.0 + gathered).collect();
-            spread(&of_unit, &mut weights);
+            let light_on = everywhere_most(mesh, receivers, &of_light);
+            let uneven: Vec<f64> =
+                views.iter().zip(&swept).map(|(views, most)| least(views.uneven(&light_on) * ROUNDED, *most)).collect();
 
             // The most light that there can be, whatever was computed: reflected once, and more often.
             let given: Vec<f64> = mesh.elements().iter().map(|element| solved.given(element.face(), channel)).collect();
@@ -492,7 +526,7 @@ impl Proven {
             let once_on = everywhere_most(mesh, receivers, &once);
             let first = |element: usize| direct[element][channel].lit.map(|lit| lit + once_on[element]);
             let pairs = of_clusters(&|element, of| if of == channel { first(element).into() } else { (0.0, 0.0) });
-            let again = risen(&gathered_of(&first, &pairs[channel]));
+            let again = risen(&gathered_of(&|element| Size::loose(first(element)), &pairs[channel]));
             let again_on = everywhere_most(mesh, receivers, &again);
             let ranges: Vec<[f64; 2]> = leaves.iter().map(|&leaf| solved.range(leaf, channel)).collect();
             let [low, high] = [-1.0, 1.0].map(|sign| {
@@ -503,14 +537,15 @@ impl Proven {
             let off: Vec<[f64; 2]> = (0..mesh.elements().len())
                 .map(|element| {
                     let [bright, mean] = first(element).map(|first| first + again_on[element]);
-                    let known = left(element, channel).map(|left| left + errors[element]);
-                    let most = least(known[0], largest(bright + given[element] + low[element], high[element])) * ROUNDED;
+                    let known = left(element, channel);
+                    let bright = largest(bright + given[element] + low[element], high[element]);
+                    let most = least(known.most + errors[element], bright) * ROUNDED;
                     let all = mean + solved.found(element, channel);
-                    [most, least(most, least(known[1], all)) * ROUNDED]
+                    [most, least(most, least(known.mean + errors[element], all)) * ROUNDED]
                 })
                 .collect();
             let pairs = of_clusters(&|element, of| if of == channel { off[element].into() } else { (0.0, 0.0) });
-            let of_error: Vec<f64> = gathered_of(&|element| off[element], &pairs[channel])
+            let of_error: Vec<f64> = gathered_of(&|element| Size::loose(off[element]), &pairs[channel])
                 .into_iter()
                 .zip(of_error)
                 .map(|(a, b)| least(a, b))
@@ -519,11 +554,14 @@ impl Proven {
             most_off.iter_mut().zip(off).for_each(|(at, off)| at[channel] = off);
 
             let part = |receiver: usize| mesh.elements()[receiver].area() / area;
-            let of = |&receiver: &usize| {
-                (direct[receiver][channel].mean + reflected[receiver][channel].mean)
-                    * (part(receiver) * weights[receiver][channel])
+            let of = |((&receiver, weight), uneven): ((&usize, &f64), &f64)| {
+                counts[receiver][channel] = reflected[receiver][channel].size().times(*weight, *uneven);
+                let all = direct[receiver][channel].mean + reflected[receiver][channel].mean;
+                let total = all.total();
+                let adds = left(receiver, channel).times(*weight, *uneven);
+                if total > 0.0 { all * (part(receiver) * adds / total) } else { all * 0.0 }
             };
-            let known = receivers.iter().map(of).sum::<Ledger>() * ROUNDED;
+            let known = receivers.iter().zip(&of_unit).zip(&uneven).map(of).sum::<Ledger>() * ROUNDED;
             // Or all that is reflected, and all that was found of it.
             let of = |((&receiver, once), weight): ((&usize, &f64), &f64)| {
                 part(receiver) * (weight * (direct[receiver][channel].lit[1] + once) + solved.found(receiver, channel))
@@ -543,7 +581,7 @@ impl Proven {
             direct,
             reflected,
             carried,
-            weights,
+            counts,
             most_off,
             shares,
             left_on_clusters,
@@ -554,7 +592,7 @@ impl Proven {
 
     /// How much a receiver adds to the bound on the mean by what it leaves out itself, over its part of the area.
     pub(crate) fn share(&self, receiver: usize, channel: usize) -> f64 {
-        self.weights[receiver][channel] * self.reflected[receiver][channel].mean.total()
+        self.counts[receiver][channel]
     }
 
     /// Bound on the error of the polynomials at every place of a leaf, with the receiver that it is or is below.
@@ -574,19 +612,21 @@ impl Proven {
 
     /// Bound on what the error of the polynomials gives to a point, from what each of its links and clusters gives; `rho` is the
     /// reflectance there.
-    pub(crate) fn at(&self, rows: &[(usize, Row)], far: &Far, rho: &[f64]) -> Vec<Ledger> {
+    pub(crate) fn at(&self, mesh: &Mesh, rows: &[(usize, Row)], far: &Far, rho: &[f64]) -> Vec<Ledger> {
         let of_channel = |(channel, rho): (usize, &f64)| {
             let (mut near, mut most, mut off, mut most_off) = (0.0, 0.0, 0.0, 0.0);
             let mut seen = Vec::with_capacity(rows.len());
             for (source, row) in rows.iter().filter(|(_, row)| row.factor() > 0.0) {
-                let (a, b) = (&self.direct[*source][channel], &self.reflected[*source][channel]);
-                let (size, mean) = (a.largest.total() + b.largest.total(), a.mean.total() + b.mean.total());
-                near += gathered(row.factor(), row.kernel.peak, size, mean);
-                most = largest(most, size);
+                let size = self.direct[*source][channel].size().and(self.reflected[*source][channel].size());
+                let order = mesh.basis(*source).degree() + 1;
+                let smoothly = row.kernel.derivative(order) * mesh.elements()[*source].remainder(order);
+                let beyond = least(smoothly, row.beyond());
+                near += gathered(row.factor(), row.kernel.peak, beyond, size);
+                most = largest(most, size.most);
                 seen.push((row.factor(), self.carried[*source][channel]));
-                let [size, mean] = self.most_off[*source][channel];
-                off += gathered(row.factor(), row.kernel.peak, size, mean);
-                most_off = largest(most_off, size);
+                let size = self.most_off[*source][channel];
+                off += gathered(row.factor(), row.kernel.peak, beyond, Size::loose(size));
+                most_off = largest(most_off, size[0]);
             }
             for (index, &cluster) in far.clusters().iter().enumerate() {
                 let (view, left) = (far.view(index, 0), &self.left_on_clusters[channel][cluster]);
@@ -606,26 +646,77 @@ impl Proven {
     }
 }
 
-/// Bound on the gather of a function from one source, by its largest value and its mean there.
-fn gathered(factor: f64, peak: f64, most: f64, mean: f64) -> f64 {
-    let by_mean = if peak.is_finite() { peak * mean } else { f64::INFINITY };
-    mutant!("solver.gathered", least(factor * most, by_mean), |most| 0.01 * most)
+/// Bound on the gather of a function from one source, by its largest value, its mean, or by parts there; `beyond` bounds the root mean square
+/// of the kernel less a polynomial.
+fn gathered(factor: f64, peak: f64, beyond: f64, size: Size) -> f64 {
+    let by_mean = if peak.is_finite() { peak * size.mean } else { f64::INFINITY };
+    let known = [peak, beyond, size.loose].iter().all(|figure| figure.is_finite());
+    let in_parts = if known { beyond * size.orthogonal + peak * size.loose } else { f64::INFINITY };
+    mutant!("solver.gathered", least(factor * size.most, least(by_mean, in_parts)), |most| 0.01 * most)
+}
+
+impl Size {
+    /// Nothing is known of parts.
+    fn loose([most, mean]: [f64; 2]) -> Self {
+        Self { most, mean, orthogonal: 0.0, loose: mean }
+    }
+
+    fn and(self, other: Self) -> Self {
+        Self {
+            most: self.most + other.most,
+            mean: self.mean + other.mean,
+            orthogonal: self.orthogonal + other.orthogonal,
+            loose: self.loose + other.loose,
+        }
+    }
+
+    /// Bound on the mean of the product with a function of this largest magnitude, of which polynomials leave this root mean square.
+    fn times(self, most: f64, uneven: f64) -> f64 {
+        mutant!("solver.mean", least(most * self.mean, uneven * self.orthogonal + most * self.loose), |bound| 0.01 * bound)
+    }
+}
+
+impl Rest {
+    /// Times a texture nothing is orthogonal any more.
+    fn unless_textured(mut self, surfaces: &Surfaces, element: usize, channel: usize) -> Self {
+        if surfaces.pattern(element, channel).is_some() {
+            (self.orthogonal, self.loose) = (0.0, self.mean.total());
+        }
+        self
+    }
+
+    fn size(&self) -> Size {
+        let Self { orthogonal, loose, .. } = *self;
+        Size { most: self.largest.total(), mean: self.mean.total(), orthogonal, loose }
+    }
+}
+
+/// A source as any place of a receiver sees it.
+#[derive(Debug, Clone, Copy)]
+struct Seen {
+    source: usize,
+    factor: f64,
+    /// Bound on the kernel times the area.
+    peak: f64,
+    /// On the root mean square over the source of the kernel, times the source's area, less a polynomial of the source's degree; and over the
+    /// receiver less one of the receiver's.
+    beyond: f64,
+    back: f64,
 }
 
 /// What any place of a receiver sees at most of sources and of clusters.
 #[derive(Debug)]
 struct Views {
-    /// Source, form factor, kernel times the area.
-    sources: Vec<(usize, f64, f64)>,
+    sources: Vec<Seen>,
     clusters: Vec<(usize, View)>,
 }
 
 impl Views {
     /// What any place gathers at most of something by its largest value and its mean.
-    fn gathered(&self, of: impl Fn(usize) -> [f64; 2], on_clusters: &[Pair]) -> f64 {
-        let near = self.sources.iter().map(|&(source, factor, peak)| {
-            let [most, mean] = of(source);
-            (gathered(factor, peak, most, mean), most)
+    fn gathered(&self, of: impl Fn(usize) -> Size, on_clusters: &[Pair]) -> f64 {
+        let near = self.sources.iter().map(|seen| {
+            let size = of(seen.source);
+            (gathered(seen.factor, seen.peak, seen.beyond, size), size.most)
         });
         let far = self.clusters.iter().map(|(cluster, view)| {
             let pair = &on_clusters[*cluster];
@@ -634,13 +725,21 @@ impl Views {
         let (sum, most) = near.chain(far).fold((0.0, 0.0), |(sum, most), (g, s)| (sum + g, largest(most, s)));
         least(sum, most)
     }
+
+    /// Root mean square over the receiver of the gather of a function with these largest values on the elements, less a polynomial.
+    fn uneven(&self, values: &[f64]) -> f64 {
+        if !self.clusters.is_empty() {
+            return f64::INFINITY;
+        }
+        self.sources.iter().map(|seen| values[seen.source] * least(seen.factor, seen.back)).sum()
+    }
 }
 
 /// One gather, without the reflectance, of a function with these largest values on the elements.
 fn sweep(solved: &Solved<'_>, views: &[Views], values: &[f64]) -> Vec<f64> {
     let on_clusters = solved.mesh.clusters().pull(|element| values[element], largest);
     let of = |views: &Views| {
-        let near = views.sources.iter().map(|&(source, factor, _)| (factor, values[source]));
+        let near = views.sources.iter().map(|seen| (seen.factor, values[seen.source]));
         let far = views.clusters.iter().map(|(cluster, view)| (view.factor, on_clusters[*cluster]));
         fill(near.chain(far).collect()) * ROUNDED
     };
@@ -725,6 +824,8 @@ fn everywhere(mesh: &Mesh, at: &[usize], of: Vec<Vec<Rest>>, channels: usize) ->
                         largest: if of.largest.total() > sum.largest.total() { of.largest } else { sum.largest },
                         mean: sum.mean + of.mean * 0.25,
                         lit: [largest(sum.lit[0], of.lit[0]), sum.lit[1] + 0.25 * of.lit[1]],
+                        orthogonal: (sum.orthogonal * sum.orthogonal + 0.25 * of.orthogonal * of.orthogonal).sqrt() * ROUNDED,
+                        loose: sum.loose + 0.25 * of.loose,
                     })
                 };
                 (0..channels).map(join).collect()
@@ -735,10 +836,16 @@ fn everywhere(mesh: &Mesh, at: &[usize], of: Vec<Vec<Rest>>, channels: usize) ->
     for index in 0..all.len() {
         if let (None, Some(parent)) = (&all[index], mesh.elements()[index].parent()) {
             let below = all[parent].as_ref().map(|of| {
-                let part = |of: &Rest| Rest {
-                    mean: if 4.0 * of.mean.total() < of.largest.total() { of.mean * 4.0 } else { of.largest },
-                    lit: [of.lit[0], least(4.0 * of.lit[1], of.lit[0])],
-                    ..*of
+                // On a part of an element nothing is known to be orthogonal.
+                let part = |of: &Rest| {
+                    let mean = if 4.0 * of.mean.total() < of.largest.total() { of.mean * 4.0 } else { of.largest };
+                    Rest {
+                        mean,
+                        lit: [of.lit[0], least(4.0 * of.lit[1], of.lit[0])],
+                        orthogonal: 0.0,
+                        loose: mean.total(),
+                        ..*of
+                    }
                 };
                 of.iter().map(part).collect()
             });

@@ -175,8 +175,8 @@ impl Optics<'_> {
             if visible.is_hidden() && visible.doubt == 0.0 {
                 return Ok(Row { values: vec![0.0; count], ..Row::default() });
             }
-            kernel.smooth = visible.whole;
-            if !visible.whole {
+            kernel.smooth = visible.whole && visible.doubt == 0.0;
+            if !kernel.smooth {
                 kernel.least = 0.0;
             }
             let doubt = if visible.doubt > 0.0 { kernel.peak * visible.doubt * basis.largest() } else { 0.0 };

@@ -284,7 +284,7 @@ impl Solution {
         let whole = vec![1.0; channels];
         let estimated = self.points().at(self.bounded(), &self.bounds, station, (rows, far), &whole);
         let proven = match self.proven() {
-            Some(proven) => proven.at(rows, far, &whole),
+            Some(proven) => proven.at(&self.mesh, rows, far, &whole),
             None => vec![Ledger::unknown(); channels],
         };
         let with = |beyond: &[Ledger], ledger: &[Ledger]| -> Vec<Ledger> {

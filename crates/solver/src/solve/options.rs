@@ -41,7 +41,7 @@ pub struct Options {
     /// Estimate of the error of the mean radiosity over all area, over what [`Self::relative_to`] says, at most, in every channel. Where
     /// points are served it is the mean magnitude of the error at them, and with [`Marking::Gradient`] that of gathers all over.
     pub error: f64,
-    /// Proven bound on the mean error of the polynomials over all area, over the same, at most, in every channel: in the place of the
+    /// Proven bound on the error of the mean radiosity over all area, over the same, at most, in every channel: in the place of the
     /// estimate.
     pub bound: Option<f64>,
     /// The reference of errors.
@@ -125,7 +125,7 @@ pub struct Progress {
     pub links: usize,
     /// Gathers of receivers so far.
     pub gathers: usize,
-    /// Proven bound on the mean error, relative as [`Options::relative_to`] says, the largest of the channels: known after the
+    /// Proven bound on the error of the mean, relative as [`Options::relative_to`] says, the largest of the channels: known after the
     /// last round, and after every round if [`Options::bound`] asks for it; infinite until then.
     pub bound: f64,
     /// Estimate of what [`Options::error`] is for, relative as that is.

@@ -21,7 +21,7 @@ impl Solution {
             }
     }
 
-    /// The proven bound on the mean error over what errors are relative to, the largest of the channels.
+    /// The proven bound on the error of the mean over what errors are relative to, the largest of the channels.
     pub(super) fn prove(&mut self) -> Result<f64, Error> {
         self.prove_direct();
         if self.proven().is_none() {

@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use radgrad_core::DVec3;
+use radgrad_core::{DVec3, mutant};
 use radgrad_scene::{largest, smallest as least};
 
 use super::cells::Bases;
@@ -30,6 +30,12 @@ const MOST_IN_ALL: usize = 1500;
 
 /// Cuts of an element by faces that stand on it, beyond which its parts are not asked one by one.
 const MOST_CUTS: usize = 3;
+
+/// Degrees above that of a basis up to which its nodes' rule projects exactly.
+const BEYOND: usize = 2;
+
+/// Part of a source that may be hidden where nothing is, or seen where all is hidden, by the rounding of its parts.
+const NONE: f64 = 0.05;
 
 /// The scene and its geometry, as the proof uses them.
 #[derive(Debug, Clone, Copy)]
@@ -66,6 +72,14 @@ pub(super) enum Light<'a> {
 pub(super) struct Left {
     pub(super) largest: f64,
     pub(super) mean: f64,
+}
+
+/// The residual of a projection in two parts: the root mean square of one that is orthogonal to all polynomials of the basis, and the mean
+/// of the rest.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Split {
+    pub(super) orthogonal: f64,
+    pub(super) loose: f64,
 }
 
 /// What an element gathers from, and what its nodes get of it.
@@ -240,9 +254,9 @@ impl Proof<'_> {
         let convex = faces.iter().flat_map(|&face| self.mesh.convex_parts(face)).map(|part| &part[..]);
         let [free, past] =
             [Visible::of(middle, normal, &window, std::iter::empty())?, Visible::of(middle, normal, &window, convex)?];
-        let [[least, _], [seen, most]] = [free, past].map(|of| [of.share(shape) - 2.0 * of.doubt, of.share(shape)]);
-        // Some of it is surely hidden, or surely seen.
-        if most < 0.5 * least { Some(true) } else { (seen > 0.0).then_some(false) }
+        let [[least, whole], [seen, most]] = [free, past].map(|of| [of.share(shape) - 2.0 * of.doubt, of.share(shape)]);
+        // All of it is hidden, or all of it is seen; if neither is sure there may be an outline after all.
+        if most < NONE * least { Some(true) } else { (seen > (1.0 - NONE) * whole).then_some(false) }
     }
 
     /// What each source is to an element.
@@ -255,14 +269,15 @@ impl Proof<'_> {
         gathered.sources.iter().map(of).collect()
     }
 
-    /// The residual of the light that an element gathers, in each channel, and bounds on the form factors of all sources from
-    /// anywhere on it.
-    pub(super) fn left(&self, to: usize, light: &Light<'_>, gathered: &Gathered<'_>) -> (Vec<Left>, Vec<f64>) {
+    /// The residual of the light that an element gathers, in each channel, as a whole and in parts; and bounds on the form factors of all
+    /// sources from anywhere on it.
+    pub(super) fn left(&self, to: usize, light: &Light<'_>, gathered: &Gathered<'_>) -> (Vec<(Left, Split)>, Vec<f64>) {
         let (mesh, channels) = (self.mesh, self.channels);
         let (element, basis) = (&mesh.elements()[to], mesh.basis(to));
         let places: Vec<[f64; 2]> = basis.nodes().iter().map(|node| node.at).collect();
         let target = Target::of(element, &places, self.nodes_of(to));
         let kinds = self.kinds(to, gathered);
+        let sizes: Vec<f64> = (0..channels).map(|channel| self.size(light, gathered, basis.nodes().len(), channel)).collect();
         let less: Vec<f64> = (0..channels).map(|channel| self.seen(to, light, gathered, channel)).collect();
         let light = &match light {
             // Where form factors sum to 1 a constant may be subtracted: every place gathers the same of it.
@@ -277,16 +292,19 @@ impl Proof<'_> {
         let held: Vec<Vec<f64>> = (0..channels).map(|channel| self.held(to, light, gathered, channel)).collect();
         let simply = |channel: usize| {
             let simply = self.simply(to, &target, light, gathered, channel);
-            simply.lesser(self.by_sources(to, &target, light, gathered, (&kinds, &finely), channel))
+            let (left, split) = self.by_sources(to, &target, light, gathered, (&kinds, &finely), channel);
+            (simply.lesser(left), split)
         };
-        let simply: Vec<Left> = (0..channels).map(simply).collect();
-        let is_little = simply.iter().zip(&self.effort.aim).all(|(left, aim)| left.mean <= *aim);
+        let simply: Vec<(Left, Split)> = (0..channels).map(simply).collect();
+        let is_little = simply.iter().zip(&self.effort.aim).all(|((left, _), aim)| left.mean <= *aim);
         let before: usize = gathered.sources.iter().map(|(_, sight)| sight.faces().len()).sum();
         let is_cheap = before <= MOST_IN_ALL;
         let in_cells = if is_little || !is_cheap { None } else { self.in_cells(to, light, gathered, &kinds, &held) };
-        let of_channel = |(channel, left): (usize, &Left)| {
+        let of_channel = |(channel, (left, split)): (usize, &(Left, Split))| {
             let left = in_cells.as_ref().map_or(*left, |in_cells| left.lesser(in_cells[channel]));
-            Left { largest: left.largest * ROUNDED, mean: least(left.mean, left.largest) * ROUNDED }
+            let [most, mean] = target.nodes.rounding.map(|rounding| rounding * f64::EPSILON * sizes[channel]);
+            let left = Left { largest: left.largest * ROUNDED + most, mean: least(left.mean, left.largest) * ROUNDED + mean };
+            (left, Split { orthogonal: split.orthogonal * ROUNDED, loose: split.loose * ROUNDED + mean })
         };
         let left = simply.iter().enumerate().map(of_channel).collect();
         (left, kinds.iter().enumerate().map(|(index, kind)| self.factor(&target, gathered, index, *kind)).collect())
@@ -301,6 +319,16 @@ impl Proof<'_> {
             at_nodes.iter_mut().enumerate().for_each(|(node, sum)| *sum += (gathered.value)(index, node, &of));
         }
         basis.project(&at_nodes)
+    }
+
+    /// The largest that the samples at an element's nodes may be of which its projection is made, by magnitudes.
+    fn size(&self, light: &Light<'_>, gathered: &Gathered<'_>, nodes: usize, channel: usize) -> f64 {
+        let mut at_nodes = vec![0.0; nodes];
+        for (index, &(source, _)) in gathered.sources.iter().enumerate() {
+            let of = light.of(self.mesh, source, channel);
+            at_nodes.iter_mut().enumerate().for_each(|(node, sum)| *sum += (gathered.value)(index, node, &of).abs());
+        }
+        at_nodes.into_iter().fold(0.0, largest)
     }
 
     /// About what an element sees in the mean.
@@ -445,9 +473,10 @@ impl Proof<'_> {
         gathered: &Gathered<'_>,
         (kinds, finely): (&[Kind], &Finely),
         channel: usize,
-    ) -> Left {
+    ) -> (Left, Split) {
         let (mesh, element, basis) = (self.mesh, target.element, self.mesh.basis(to));
         let (mut left, mut covered, mut taken) = (finely.left.get(channel).copied().unwrap_or_default(), 0.0, 0.0);
+        let mut split = Split { orthogonal: left.mean, loose: finely.along.get(channel).copied().unwrap_or(0.0) };
         let (mut bounds, mut at_nodes) = (Vec::new(), vec![0.0; basis.nodes().len()]);
         for (index, &(source, _)) in gathered.sources.iter().enumerate() {
             let of = &mesh.elements()[source];
@@ -456,9 +485,14 @@ impl Proof<'_> {
                 Kind::Dark => {}
                 Kind::Clear => {
                     if !finely.takes[index] {
+                        let along = self.along(target, to, source, &coefficients);
                         let alone = self.alone(target, to, source, &coefficients);
-                        left.largest += alone.largest;
-                        left.mean += alone.mean;
+                        left = left.and(alone);
+                        if along < alone.mean {
+                            split = Split { orthogonal: split.orthogonal + alone.mean, loose: split.loose + along };
+                        } else {
+                            split.loose += alone.mean;
+                        }
                     }
                     let farthest = |k: usize| target.nodes.near.iter().map(|near| near.most[k]).fold(0.0, largest);
                     let own = self.own_by(target, source, [farthest(0), farthest(1)]);
@@ -479,7 +513,7 @@ impl Proof<'_> {
             }
         }
         if bounds.is_empty() {
-            return left;
+            return (left, split);
         }
         let rest = if covered < 1.0 { 1.0 - covered + 1e-6 } else { 1e-6 };
         let high = fill_rest(rest, bounds.iter().map(|&(factor, _, high)| (factor, high)).collect());
@@ -488,7 +522,17 @@ impl Proof<'_> {
         let range = basis.range(&held);
         let off = largest(high - range[0], range[1] - low);
         let rms = held.iter().map(|c| c * c).sum::<f64>().sqrt();
-        Left { largest: left.largest + off, mean: left.mean + least(off, taken + rms) }
+        let mean = least(off, taken + rms);
+        (left.and(Left { largest: off, mean }), Split { loose: split.loose + mean, ..split })
+    }
+
+    /// Root mean square of the part along polynomials that the residual of a source that is wholly seen may have.
+    fn along(&self, target: &Target<'_>, to: usize, source: usize, coefficients: &[f64]) -> f64 {
+        if !self.in_front(target, source) {
+            return f64::INFINITY;
+        }
+        let beyond = self.smooth(target, source, &self.polynomial(source, coefficients), self.mesh.basis(to).degree() + BEYOND);
+        mutant!("solver.along", 2.0 * beyond, |_| 0.0)
     }
 
     /// Whether an element is in front of a source.

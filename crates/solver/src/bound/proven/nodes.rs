@@ -26,6 +26,9 @@ pub(super) struct Nodes {
     pub(super) near: Vec<Near>,
     /// Bound on the largest magnitude of the projection of samples of at most 1.
     pub(super) lebesgue: f64,
+    /// Bounds on the rounding of a projection, its largest magnitude and its root mean square, over that of one term of a sum and the
+    /// samples: the functions are sums of monomials.
+    pub(super) rounding: [f64; 2],
     degree: usize,
     shape: Shape,
 }
@@ -50,7 +53,13 @@ impl Nodes {
             sums.iter_mut().zip(basis.bernstein(&polynomial)).for_each(|(sum, b)| *sum += b.abs());
         }
         let lebesgue = sums.into_iter().fold(1.0, largest) * ROUNDED;
-        Self { near, lebesgue, degree: basis.degree(), shape: basis.shape() }
+        let of = |(function, size): (usize, &f64)| {
+            let sum: f64 = basis.monomials(function).map(|(c, _)| c.abs()).sum();
+            [sum * size, sum * sum]
+        };
+        let sums = basis.sizes().iter().enumerate().map(of).fold([0.0; 2], |[a, b], [c, d]| [a + c, b + d]);
+        let rounding = [sums[0], sums[1].sqrt()].map(|sum| sum * (basis.len() + basis.nodes().len()) as f64);
+        Self { near, lebesgue, rounding, degree: basis.degree(), shape: basis.shape() }
     }
 
     /// Bounds on the magnitudes of the derivatives in `s` and `t` of what has these Bernstein coefficients.
