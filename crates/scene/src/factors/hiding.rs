@@ -265,7 +265,7 @@ impl FormFactors<'_> {
             if to.is_none() && cells[1].iter().any(|&corner| screen.height(corner) == 0.0) {
                 return false;
             }
-            let verdict = screen.between(cells, 1.0);
+            let Some(verdict) = screen.parting(cells, 1.0) else { return false };
             match (verdict.sight, verdict.edges) {
                 _ if verdict.is_displaced => return false,
                 (Sight::Blocked, _) => return true,

@@ -154,23 +154,33 @@ impl Screen {
         self.leaves(cells, self.slack(reach))
     }
 
+    /// The same where each cell is on a side of its own of the screen's plane, or both are on one: else nothing.
+    pub(super) fn parting(&self, cells: [&[DVec3]; 2], reach: f64) -> Option<Verdict> {
+        self.parts(cells, self.slack(reach))
+    }
+
     fn leaves(&self, cells: [&[DVec3]; 2], slack: f64) -> Verdict {
+        let through = || Verdict::exact(if self.is_apart(cells) { Sight::Free } else { Sight::Part });
+        self.parts(cells, slack).unwrap_or_else(through)
+    }
+
+    fn parts(&self, cells: [&[DVec3]; 2], slack: f64) -> Option<Verdict> {
         if cells.iter().any(|cell| cell.len() > MOST_CORNERS) {
-            return Verdict::exact(Sight::Part);
+            return Some(Verdict::exact(Sight::Part));
         }
         let [(heights_a, sides_a), (heights_b, sides_b)] = cells.map(|cell| self.rise(cell));
         let [a, b] = [(cells[0], &heights_a), (cells[1], &heights_b)];
         let is_level = |sides: Sides| !sides.front && !sides.behind;
         let is_beside = (!sides_a.behind && !sides_b.behind) || (!sides_a.front && !sides_b.front);
         if is_level(sides_a) || is_level(sides_b) || is_beside {
-            return Verdict::exact(Sight::Free);
+            return Some(Verdict::exact(Sight::Free));
         }
         let (from, to, is_first_in_front) = if !sides_a.behind && !sides_b.front {
             (a, b, true)
         } else if !sides_a.front && !sides_b.behind {
             (b, a, false)
         } else {
-            return Verdict::exact(if self.is_apart(cells) { Sight::Free } else { Sight::Part });
+            return None;
         };
         let (mut undecided, mut hidden_displaced) = (Vec::new(), false);
         for edge in self.edges() {
@@ -188,7 +198,7 @@ impl Screen {
                 }
             }
             if !inside {
-                return Verdict { sight: Sight::Free, is_displaced: displaced, edges: None };
+                return Some(Verdict { sight: Sight::Free, is_displaced: displaced, edges: None });
             }
             if outside {
                 let [a, b] = edge;
@@ -198,7 +208,7 @@ impl Screen {
             }
         }
         let (sight, edges) = if undecided.is_empty() { (Sight::Blocked, None) } else { (Sight::Part, Some(undecided)) };
-        Verdict { sight, is_displaced: hidden_displaced, edges }
+        Some(Verdict { sight, is_displaced: hidden_displaced, edges })
     }
 
     /// Whether it surely hides all of two convex outlines from each other, with no edge displaced.
