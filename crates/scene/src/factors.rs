@@ -209,15 +209,17 @@ impl<'a> FormFactors<'a> {
         &self.scaled[face]
     }
 
-    /// Whether one of two faces is so surely behind the other that it needs no closer look.
+    /// Whether one of two faces is nowhere in front of the other, as surfaces: then they see nothing of each other.
     fn is_behind(&self, faces: [usize; 2]) -> bool {
         // Planes are known to far better than this.
         const MARGIN: f64 = 1e-6;
-        [[0, 1], [1, 0]].iter().any(|&[a, b]| {
-            let (polygon, sphere) = (self.scaled(faces[a]), self.spheres[faces[b]]);
+        let both = [[faces[0], faces[1]], [faces[1], faces[0]]];
+        let is_clearly = |&[a, b]: &[usize; 2]| {
+            let (polygon, sphere) = (self.scaled(a), self.spheres[b]);
             let height = polygon.normal().dot(sphere.centre - polygon.vertices()[0]);
             polygon.planarity_defect() < MARGIN && height < -sphere.radius - 2.0 * MARGIN
-        })
+        };
+        both.iter().any(is_clearly) || both.iter().any(|&[a, b]| self.index.is_behind(b, a))
     }
 
     /// What a point sees of an emitter past `candidates`, in the unit in which coordinates are up to 1. `at.hider` is where to look

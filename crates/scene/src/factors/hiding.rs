@@ -31,6 +31,9 @@ const WORTHWHILE: f64 = 0.3;
 /// The part of a box's size below which what looks at it is not halved.
 const FINE: f64 = 0.3;
 
+/// How far from the corners of a patch to its middle its first looks are.
+const ASIDE: f64 = 0.05;
+
 /// A screen: its face, and its number among the convex parts of that.
 type Place = (usize, usize);
 
@@ -88,22 +91,28 @@ impl Neighbours {
 #[derive(Debug)]
 pub(super) struct Wanted {
     is_wanted: Vec<bool>,
-    /// How many are before each place of the order.
-    before: Vec<usize>,
+    /// One more than the last of them among so many places of the order from each place on, a power of two of them: 0 for none.
+    last: Vec<Vec<usize>>,
 }
 
 impl Wanted {
     pub(super) fn new(order: &[usize], is_wanted: Vec<bool>) -> Self {
-        let mut before = vec![0];
-        before.extend(order.iter().scan(0, |sum, &face| {
-            *sum += usize::from(is_wanted[face]);
-            Some(*sum)
-        }));
-        Self { is_wanted, before }
+        let mut last: Vec<Vec<usize>> = vec![order.iter().map(|&face| if is_wanted[face] { face + 1 } else { 0 }).collect()];
+        let mut width = 1;
+        while 2 * width <= order.len() {
+            let half = &last[last.len() - 1];
+            let both = (width..half.len()).map(|place| half[place - width].max(half[place])).collect();
+            last.push(both);
+            width *= 2;
+        }
+        Self { is_wanted, last }
     }
 
-    fn any(&self, range: Range<usize>) -> bool {
-        self.before[range.end] > self.before[range.start]
+    /// Whether a place of a range has one above `face`.
+    fn any_above(&self, face: usize, range: Range<usize>) -> bool {
+        let Some(level) = range.len().checked_ilog2() else { return false };
+        let last = &self.last[level as usize];
+        last[range.start].max(last[range.end - (1 << level)]) > face + 1
     }
 }
 
@@ -130,7 +139,7 @@ impl FormFactors<'_> {
         let mut found = Vec::new();
         let whole = patches(self.scaled(from).vertices());
         let enter = |range: Range<usize>, corners: [DVec3; 8], cells: &Vec<Patch>| -> Option<Vec<Patch>> {
-            if !wanted.any(range) {
+            if !wanted.any_above(from, range) {
                 return None;
             }
             // A face that cannot be cut into patches looks at all.
@@ -138,9 +147,7 @@ impl FormFactors<'_> {
                 return Some(Vec::new());
             }
             let corners = corners.map(|corner| corner * self.power);
-            let size = (corners[7] - corners[0]).length();
-            let left = self.not_hidden(from, cells, Target { corners: &corners, face: None }, FINE * size);
-            (!left.is_empty()).then_some(left)
+            self.may_see_box(from, cells, &corners).then(|| cells.clone())
         };
         self.index.facing(from, whole, enter, |to, cells| {
             if to > from && wanted.is_wanted[to] && !self.is_behind([from, to]) && self.may_see_face(from, cells, to) {
@@ -150,19 +157,20 @@ impl FormFactors<'_> {
         found
     }
 
-    /// The cells, or parts of them, that something is not proven hidden from.
-    fn not_hidden(&self, from: usize, cells: &[Patch], target: Target<'_>, fine: f64) -> Vec<Patch> {
-        let (mut left, mut looks) = (Vec::with_capacity(cells.len()), 0);
+    /// Whether a box is not proven hidden from all of some patches of a face.
+    fn may_see_box(&self, from: usize, cells: &[Patch], corners: &[DVec3]) -> bool {
+        let fine = FINE * (corners[7] - corners[0]).length();
+        let mut looks = 0;
         let mut open = cells.to_vec();
         while let Some(cell) = open.pop() {
             looks += 1;
-            match self.look(from, cell.outline(), target) {
+            match self.look(from, cell.outline(), Target { corners, face: None }) {
                 Look::Hidden => {}
                 Look::Unknown if looks < LOOKS_AT_BOX && size(&cell) > fine => open.extend(halves(&cell)),
-                Look::Unknown | Look::Free => left.push(cell),
+                Look::Unknown | Look::Free => return true,
             }
         }
-        left
+        false
     }
 
     /// Whether a face is not proven hidden from all of some cells of another.
@@ -178,6 +186,7 @@ impl FormFactors<'_> {
             looks += 1;
             match self.look(from, cell.outline(), Target { corners: target.outline(), face: Some(to) }) {
                 Look::Hidden => {}
+                Look::Unknown if looks == 1 && self.is_sight_between([from, to], [cell.outline(), target.outline()]) => return true,
                 Look::Unknown if looks < LOOKS_AT_FACE => {
                     if size(&cell) > size(&target) {
                         open.extend(halves(&cell).map(|half| [half, target]));
@@ -191,11 +200,22 @@ impl FormFactors<'_> {
         false
     }
 
+    /// Whether a segment from near a corner of one convex thing to near one of another is free.
+    fn is_sight_between(&self, own: [usize; 2], outlines: [&[DVec3]; 2]) -> bool {
+        let [cell, target] = outlines.map(|outline| (outline, middle(outline)));
+        let near = |(outline, middle): (&[DVec3], DVec3), k: usize| (outline[k] + (middle - outline[k]) * ASIDE) / self.power;
+        (0..cell.0.len())
+            .any(|i| (0..target.0.len()).any(|j| !self.index.is_between([near(cell, i), near(target, j)], &own)))
+    }
+
     fn look(&self, from: usize, cell: &[DVec3], target: Target<'_>) -> Look {
-        let middle = |points: &[DVec3]| points.iter().sum::<DVec3>() / points.len() as f64;
         let middles = [middle(cell), middle(target.corners)];
         let own = [from, target.face.unwrap_or(from)];
-        let crossing = self.index.all_between(middles.map(|point| point / self.power), &own);
+        let mut crossing = self.index.all_between(middles.map(|point| point / self.power), &own);
+        if target.face.is_none() {
+            // A face whose plane has a part of the box before it hides not all of it, nor does it with others that share an edge.
+            crossing.retain(|&(face, _)| self.is_before(face, middles[0], target.corners));
+        }
         if crossing.is_empty() {
             return Look::Free;
         }
@@ -214,6 +234,13 @@ impl FormFactors<'_> {
             worths.iter().take(SEEDS).flat_map(|&(face, _)| (0..self.screens[face].len()).map(move |part| (face, part)));
         let is_hidden = seeds.any(|seed| self.hide([cell, target.corners], middles, own, seed, target.face));
         if is_hidden { Look::Hidden } else { Look::Unknown }
+    }
+
+    /// Whether a face's plane has a point on one side and all the others on the other.
+    fn is_before(&self, face: usize, point: DVec3, others: &[DVec3]) -> bool {
+        let (normal, origin) = (self.scaled(face).normal(), self.scaled(face).vertices()[0]);
+        let own = normal.dot(point - origin);
+        others.iter().all(|&other| own * normal.dot(other - origin) < 0.0)
     }
 
     /// Whether a screen hides two convex things from each other, alone or with those that share its edges.
@@ -238,7 +265,7 @@ impl FormFactors<'_> {
             if to.is_none() && cells[1].iter().any(|&corner| screen.height(corner) == 0.0) {
                 return false;
             }
-            let verdict = screen.between(cells, 1.0);
+            let Some(verdict) = screen.parting(cells, 1.0) else { return false };
             match (verdict.sight, verdict.edges) {
                 _ if verdict.is_displaced => return false,
                 (Sight::Blocked, _) => return true,
@@ -270,6 +297,10 @@ impl FormFactors<'_> {
         }
         fuse(&partials, middles).is_all_hidden
     }
+}
+
+fn middle(points: &[DVec3]) -> DVec3 {
+    points.iter().sum::<DVec3>() / points.len() as f64
 }
 
 /// The longer diagonal.

@@ -117,9 +117,10 @@ impl Screen {
     pub(super) fn height(&self, point: DVec3) -> f64 {
         let r = point - self.outline[0];
         let height = self.normal.dot(r);
-        let reach = r.length();
-        let level = 4.0 * f64::EPSILON * (self.largest + reach) * (2.0 + reach * self.slope) + self.defect;
-        if height.abs() <= level { 0.0 } else { height }
+        let level = |reach: f64| 4.0 * f64::EPSILON * (self.largest + reach) * (2.0 + reach * self.slope) + self.defect;
+        // The sum of the components is at least the length, and saves its root for almost all points.
+        let is_level = height.abs() <= level(r.abs().element_sum() * (1.0 + 4.0 * f64::EPSILON)) && height.abs() <= level(r.length());
+        if is_level { 0.0 } else { height }
     }
 
     /// The heights of some points, and on which sides they are.
@@ -153,30 +154,41 @@ impl Screen {
         self.leaves(cells, self.slack(reach))
     }
 
+    /// The same where each cell is on a side of its own of the screen's plane, or both are on one: else nothing.
+    pub(super) fn parting(&self, cells: [&[DVec3]; 2], reach: f64) -> Option<Verdict> {
+        self.parts(cells, self.slack(reach))
+    }
+
     fn leaves(&self, cells: [&[DVec3]; 2], slack: f64) -> Verdict {
+        let through = || Verdict::exact(if self.is_apart(cells) { Sight::Free } else { Sight::Part });
+        self.parts(cells, slack).unwrap_or_else(through)
+    }
+
+    fn parts(&self, cells: [&[DVec3]; 2], slack: f64) -> Option<Verdict> {
         if cells.iter().any(|cell| cell.len() > MOST_CORNERS) {
-            return Verdict::exact(Sight::Part);
+            return Some(Verdict::exact(Sight::Part));
         }
         let [(heights_a, sides_a), (heights_b, sides_b)] = cells.map(|cell| self.rise(cell));
         let [a, b] = [(cells[0], &heights_a), (cells[1], &heights_b)];
         let is_level = |sides: Sides| !sides.front && !sides.behind;
         let is_beside = (!sides_a.behind && !sides_b.behind) || (!sides_a.front && !sides_b.front);
         if is_level(sides_a) || is_level(sides_b) || is_beside {
-            return Verdict::exact(Sight::Free);
+            return Some(Verdict::exact(Sight::Free));
         }
         let (from, to, is_first_in_front) = if !sides_a.behind && !sides_b.front {
             (a, b, true)
         } else if !sides_a.front && !sides_b.behind {
             (b, a, false)
         } else {
-            return Verdict::exact(if self.is_apart(cells) { Sight::Free } else { Sight::Part });
+            return None;
         };
         let (mut undecided, mut hidden_displaced) = (Vec::new(), false);
         for edge in self.edges() {
             let (mut inside, mut outside, mut displaced) = (false, false, false);
             'pairs: for (&x, &over) in from.0.iter().zip(from.1) {
+                let seen = Seen::new(edge, x, over);
                 for (&y, &under) in to.0.iter().zip(to.1) {
-                    let (passing, moved) = passing(edge, (x, over), (y, under), slack);
+                    let (passing, moved) = seen.passing(y, under, slack);
                     displaced |= moved;
                     inside |= passing == Passing::Inside;
                     outside |= passing == Passing::Outside;
@@ -186,7 +198,7 @@ impl Screen {
                 }
             }
             if !inside {
-                return Verdict { sight: Sight::Free, is_displaced: displaced, edges: None };
+                return Some(Verdict { sight: Sight::Free, is_displaced: displaced, edges: None });
             }
             if outside {
                 let [a, b] = edge;
@@ -196,7 +208,7 @@ impl Screen {
             }
         }
         let (sight, edges) = if undecided.is_empty() { (Sight::Blocked, None) } else { (Sight::Part, Some(undecided)) };
-        Verdict { sight, is_displaced: hidden_displaced, edges }
+        Some(Verdict { sight, is_displaced: hidden_displaced, edges })
     }
 
     /// Whether it surely hides all of two convex outlines from each other, with no edge displaced.
@@ -228,52 +240,88 @@ impl Screen {
     }
 
     fn is_beyond(&self, normal: DVec3, origin: DVec3, [a, b]: [&[DVec3]; 2]) -> bool {
-        let range = |points: &mut dyn Iterator<Item = DVec3>| {
-            points.fold([f64::INFINITY, f64::NEG_INFINITY, 0.0], |[low, high, reach], p| {
+        let range = |points: [&[DVec3]; 2]| {
+            points.into_iter().flatten().fold([f64::INFINITY, f64::NEG_INFINITY, 0.0], |[low, high, reach], &p| {
                 let (r, s) = (p - origin, normal.dot(p - origin));
                 [low.min(s), high.max(s), f64::max(reach, r.abs().max_element())]
             })
         };
-        let [low, high, reach] = range(&mut a.iter().chain(b).copied());
-        let [lowest, highest, farthest] = range(&mut self.outline.iter().copied());
+        let [lowest, highest, farthest] = range([&self.outline, &[]]);
+        // The origin is a corner of a cell.
+        if lowest <= 0.0 && highest >= 0.0 {
+            return false;
+        }
+        let [low, high, reach] = range([a, b]);
         // A product of three components sums, whatever the normal is: it is a plane.
         let error = 8.0 * f64::EPSILON * normal.abs().element_sum() * reach.max(farthest);
         lowest > high + error || highest < low - error
     }
 }
 
-/// On which side of an edge the segment passes from x to y, given with their heights; and whether the edge was displaced by `slack`
-/// for it.
-///
-/// A term of T passes through ten roundings.
-fn passing([a, b]: [DVec3; 2], (x, over): (DVec3, f64), (y, under): (DVec3, f64), slack: f64) -> (Passing, bool) {
-    if over == 0.0 && under == 0.0 {
-        return (Passing::On, false);
+/// An edge seen from a point x, given with its height.
+struct Seen {
+    edge: [DVec3; 2],
+    x: DVec3,
+    over: f64,
+    /// `(b - x) x (a - x)`, and the sum of the magnitudes of the terms of each component.
+    turn: DVec3,
+    size: DVec3,
+}
+
+impl Seen {
+    fn new([a, b]: [DVec3; 2], x: DVec3, over: f64) -> Self {
+        let (to_a, to_b) = (a - x, b - x);
+        let (n, p) = (to_a.abs(), to_b.abs());
+        let size = DVec3::new(n.y * p.z + n.z * p.y, n.z * p.x + n.x * p.z, n.x * p.y + n.y * p.x);
+        Self { edge: [a, b], x, over, turn: to_b.cross(to_a), size }
     }
-    let (r, to_a, to_b) = (y - x, a - x, b - x);
-    let turn = r.dot(to_b.cross(to_a));
-    let (m, n, p) = (r.abs(), to_a.abs(), to_b.abs());
-    let magnitude = m.x * (n.y * p.z + n.z * p.y) + m.y * (n.z * p.x + n.x * p.z) + m.z * (n.x * p.y + n.y * p.x);
-    let error = 10.0 * f64::EPSILON * magnitude + f64::MIN_POSITIVE;
-    if turn > error {
-        return (Passing::Inside, false);
+
+    /// On which side of the edge the segment to y passes, given with its height; and whether the edge was displaced by `slack` for it.
+    ///
+    /// A term of T passes through ten roundings.
+    fn passing(&self, y: DVec3, under: f64, slack: f64) -> (Passing, bool) {
+        if self.over == 0.0 && under == 0.0 {
+            return (Passing::On, false);
+        }
+        let r = y - self.x;
+        let turn = r.dot(self.turn);
+        let error = 10.0 * f64::EPSILON * r.abs().dot(self.size) + f64::MIN_POSITIVE;
+        if turn > error {
+            return (Passing::Inside, false);
+        }
+        if turn < -error {
+            return (Passing::Outside, false);
+        }
+        self.passing_near(y, (turn, error), slack * (self.over - under))
     }
-    if turn < -error {
-        return (Passing::Outside, false);
+
+    /// The same where rounding may hide the sign.
+    fn passing_near(&self, y: DVec3, (turn, error): (f64, f64), slack: f64) -> (Passing, bool) {
+        let ([a, b], x) = (self.edge, self.x);
+        if x == a || x == b || y == a || y == b || is_level([a, b, x, y]) || is_line([a, b, x]) || is_line([a, b, y]) {
+            return (Passing::On, false);
+        }
+        if turn != 0.0 && turn.abs() + error <= slack * (b - a).length() {
+            return (Passing::On, true);
+        }
+        let power = normalising_power([a, b, x, y].iter().fold(0.0, |m: f64, v| m.max(v.abs().max_element())));
+        let at = |v: DVec3| Coord3D { x: v.x * power, y: v.y * power, z: v.z * power };
+        match orient3d(at(x), at(y), at(a), at(b)) {
+            sign if sign > 0.0 => (Passing::Inside, false),
+            sign if sign < 0.0 => (Passing::Outside, false),
+            _ => (Passing::On, false),
+        }
     }
-    if x == a || x == b || y == a || y == b {
-        return (Passing::On, false);
-    }
-    if turn != 0.0 && turn.abs() + error <= slack * (b - a).length() * (over - under) {
-        return (Passing::On, true);
-    }
-    let power = normalising_power([a, b, x, y].iter().fold(0.0, |m: f64, v| m.max(v.abs().max_element())));
-    let at = |v: DVec3| Coord3D { x: v.x * power, y: v.y * power, z: v.z * power };
-    match orient3d(at(x), at(y), at(a), at(b)) {
-        sign if sign > 0.0 => (Passing::Inside, false),
-        sign if sign < 0.0 => (Passing::Outside, false),
-        _ => (Passing::On, false),
-    }
+}
+
+/// Whether four points are surely in one plane: they have a coordinate in common.
+fn is_level([a, b, c, d]: [DVec3; 4]) -> bool {
+    (a.cmpeq(b) & a.cmpeq(c) & a.cmpeq(d)).any()
+}
+
+/// Whether three points are surely on one line: they have two coordinates in common.
+fn is_line([a, b, c]: [DVec3; 3]) -> bool {
+    (a.cmpeq(b) & a.cmpeq(c)).bitmask().count_ones() >= 2
 }
 
 pub(super) fn perimeter(outline: &[DVec3]) -> f64 {

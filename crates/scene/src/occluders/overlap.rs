@@ -105,7 +105,7 @@ impl Occluders {
     }
 
     /// Whether a polygon is nowhere in front of another, as surfaces.
-    fn is_behind(&self, index: usize, of: usize) -> bool {
+    pub(crate) fn is_behind(&self, index: usize, of: usize) -> bool {
         let of = &self.polygons[of];
         of.front(true).excludes(self.polygons[index].vertices.iter().map(|&v| of.frame.locate(v)))
     }

@@ -162,7 +162,10 @@ fn examine(
     for edge in screen.edges() {
         let [from, to] = edge;
         turns.clear();
-        turns.extend(a.iter().flat_map(|&x| b.iter().map(move |&y| (x, y))).map(|(x, y)| turn(edge, x, y)));
+        for &x in a {
+            let normal = (to - x).cross(from - x);
+            turns.extend(b.iter().map(|&y| sign * (y - x).dot(normal)));
+        }
         let (columns, turns) = (b.len(), &*turns);
         let extremes = |count: usize, share: &dyn Fn(usize) -> f64| {
             let mut found: Option<[Line; 2]> = None;
