@@ -30,10 +30,6 @@
 //! Radiosities are pi times the radiance of the scene's materials, in its unit. `examples/two_squares.rs` shows the error, its
 //! bound and their ratio as the mesh is refined.
 
-#[allow(
-    clippy::disallowed_methods,
-    reason = "bounds are not made with extremes that keep NaN yet: a mean that is none is refused"
-)]
 mod bound;
 mod clock;
 mod error;

@@ -186,7 +186,9 @@ impl FormFactors<'_> {
             looks += 1;
             match self.look(from, cell.outline(), Target { corners: target.outline(), face: Some(to) }) {
                 Look::Hidden => {}
-                Look::Unknown if looks == 1 && self.is_sight_between([from, to], [cell.outline(), target.outline()]) => return true,
+                Look::Unknown if looks == 1 && self.is_sight_between([from, to], [cell.outline(), target.outline()]) => {
+                    return true;
+                }
                 Look::Unknown if looks < LOOKS_AT_FACE => {
                     if size(&cell) > size(&target) {
                         open.extend(halves(&cell).map(|half| [half, target]));
@@ -204,8 +206,7 @@ impl FormFactors<'_> {
     fn is_sight_between(&self, own: [usize; 2], outlines: [&[DVec3]; 2]) -> bool {
         let [cell, target] = outlines.map(|outline| (outline, middle(outline)));
         let near = |(outline, middle): (&[DVec3], DVec3), k: usize| (outline[k] + (middle - outline[k]) * ASIDE) / self.power;
-        (0..cell.0.len())
-            .any(|i| (0..target.0.len()).any(|j| !self.index.is_between([near(cell, i), near(target, j)], &own)))
+        (0..cell.0.len()).any(|i| (0..target.0.len()).any(|j| !self.index.is_between([near(cell, i), near(target, j)], &own)))
     }
 
     fn look(&self, from: usize, cell: &[DVec3], target: Target<'_>) -> Look {

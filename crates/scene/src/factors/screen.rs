@@ -119,7 +119,8 @@ impl Screen {
         let height = self.normal.dot(r);
         let level = |reach: f64| 4.0 * f64::EPSILON * (self.largest + reach) * (2.0 + reach * self.slope) + self.defect;
         // The sum of the components is at least the length, and saves its root for almost all points.
-        let is_level = height.abs() <= level(r.abs().element_sum() * (1.0 + 4.0 * f64::EPSILON)) && height.abs() <= level(r.length());
+        let is_level =
+            height.abs() <= level(r.abs().element_sum() * (1.0 + 4.0 * f64::EPSILON)) && height.abs() <= level(r.length());
         if is_level { 0.0 } else { height }
     }
 

@@ -9,6 +9,7 @@
 //! With textures, of `rho y` with y at most Y, a point gathers at most Y times the least of `F max rho`, `k_max mean rho` and
 //! `F mean rho + (k_max - k_min)/2 rms(rho - mean rho)`.
 
+use radgrad_scene::{largest as larger, smallest as smaller};
 use rayon::prelude::*;
 
 use crate::bound::residual::{Residual, Residuals};
@@ -48,8 +49,8 @@ impl Importance {
             let start = (place * channels + channel) * nodes;
             sums.iter_mut().zip(&self.gathered[index][start..start + nodes]).for_each(|(sum, z)| *sum += z);
         }
-        let largest = sums.into_iter().fold(0.0, f64::max);
-        (largest + self.more[index][channel]).min(self.most[index][channel])
+        let largest = sums.into_iter().fold(0.0, larger);
+        smaller(largest + self.more[index][channel], self.most[index][channel])
     }
 }
 
@@ -98,7 +99,7 @@ pub(super) fn of(scene: Scene<'_>, receives: &[bool], seen: &[SeenSources]) -> O
         let mut all: Vec<Vec<f64>> =
             receivers.iter().map(|&receiver| (0..channels).map(|channel| at(receiver, channel)).collect()).collect();
         for channel in 0..channels {
-            let greatest = all.iter().map(|of| of[channel]).fold(0.0, f64::max);
+            let greatest = all.iter().map(|of| of[channel]).fold(0.0, larger);
             let black = receivers.iter().zip(&mut all).filter(|(receiver, _)| scene.reflectance(**receiver, channel) == 0.0);
             black.for_each(|(_, of)| of[channel] = greatest);
         }
@@ -177,7 +178,7 @@ fn defect(scene: Scene<'_>, field: &Field, receiver: usize, channel: usize, seen
             pattern.reflected(&sent).iter().zip(held).map(|(p, b)| p - b).collect()
         }
     };
-    defect.largest.computation = rho * beside.into_iter().fold(0.0, f64::max);
+    defect.largest.computation = rho * beside.into_iter().fold(0.0, larger);
     defect.largest.solver = basis.magnitude(&unsolved);
     defect
 }

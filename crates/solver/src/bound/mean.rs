@@ -22,6 +22,7 @@
 //! The detail t of textures stays as elements become smaller, but `G t` does not ([`crate::bound::residual`]); so it counts in the
 //! first sum from all sources, clusters with its magnitude, and in the second nowhere.
 
+use radgrad_scene::largest as larger;
 use rayon::prelude::*;
 
 use crate::bound::importance::Importance;
@@ -204,7 +205,7 @@ impl Scene<'_> {
             for (channel, values) in signed[of_place.clone()].chunks_exact(nodes).enumerate() {
                 let size = direct[source][channel].mean_ledger() + reflected[source][channel].mean_ledger();
                 parts[place * channels + channel] = mean(values);
-                by_sign += values.iter().copied().fold(0.0, f64::max);
+                by_sign += values.iter().copied().fold(0.0, larger);
                 by_size += factor * size.discretisation;
             }
             chosen[place] = by_sign < by_size;
@@ -212,7 +213,7 @@ impl Scene<'_> {
                 sums.iter_mut().zip(&signed[of_place]).for_each(|(sum, of)| *sum += of);
             }
         }
-        let largest = |of: &[f64]| of.iter().copied().fold(0.0, f64::max);
+        let largest = |of: &[f64]| of.iter().copied().fold(0.0, larger);
         let most =
             sums.chunks_exact(nodes).zip(detail.chunks_exact(nodes)).flat_map(|(sums, detail)| [largest(sums), largest(detail)]);
         let most = most.collect();

@@ -5,6 +5,7 @@
 //! `A_i mean_i G f = int f F_y dy <= A_j mean_j(f) max F_y`. The largest values then are those at the nodes. Clusters of which i is
 //! a part get no more than theirs, and i of that by its area where the kernel is bounded.
 
+use radgrad_scene::{largest as larger, smallest as smaller};
 use rayon::prelude::*;
 
 use crate::bound::Bounds;
@@ -12,7 +13,7 @@ use crate::bound::ledger::Ledger;
 use crate::bound::residual::{Found, Residuals};
 use crate::bound::rise::{self, Risen};
 use crate::bound::scene::Scene;
-use crate::bound::seen::SeenSources;
+use crate::bound::seen::{SeenSources, lesser};
 use crate::links::cluster::far::Far;
 use crate::links::cluster::glow::Pair;
 use crate::links::cluster::view::View;
@@ -144,7 +145,7 @@ impl Scene<'_> {
                 let whole = mesh.elements()[source].area();
                 if factor > 0.0 {
                     below(mesh, receives, source, &mut |target| {
-                        to.push((target, factor.min(peak * mesh.elements()[target].area() / whole)));
+                        to.push((target, lesser(factor, peak * mesh.elements()[target].area() / whole)));
                     });
                 }
             }
@@ -157,7 +158,7 @@ impl Scene<'_> {
             let whole = area * bounds.mean[channel].total();
             for &receiver in receivers {
                 let at = receiver * channels + channel;
-                means[at] = means[at].min(whole / mesh.elements()[receiver].area()).min(risen.most(at));
+                means[at] = smaller(smaller(means[at], whole / mesh.elements()[receiver].area()), risen.most(at));
             }
             for _ in 0..MEAN_SWEEPS {
                 let mut sums = vec![[0.0_f64; 3]; mesh.elements().len()];
@@ -173,7 +174,7 @@ impl Scene<'_> {
                         let [first, again, factor] = sums;
                         *first += most * left;
                         *again += most * error;
-                        *factor = factor.max(most);
+                        *factor = larger(*factor, most);
                     };
                     to.iter().for_each(|&(target, most)| add(&mut sums[target], most));
                     for (&cluster, view) in far[receiver].clusters().iter().zip(widest).filter(|(_, view)| view.factor > 0.0) {
@@ -184,7 +185,7 @@ impl Scene<'_> {
                     }
                 }
                 let join = |[a, b]: [[f64; 3]; 2], [c, d]: [[f64; 3]; 2]| {
-                    [[a, c], [b, d]].map(|[a, b]| [a[0] + b[0], a[1] + b[1], a[2].max(b[2])])
+                    [[a, c], [b, d]].map(|[a, b]| [a[0] + b[0], a[1] + b[1], larger(a[2], b[2])])
                 };
                 mesh.clusters().push(&of_clusters, join, |element, [whole, by_area]| {
                     below(mesh, receives, element, &mut |target| {
@@ -192,14 +193,14 @@ impl Scene<'_> {
                         let [first, again, factor] = &mut sums[target];
                         *first += whole[0] + area * by_area[0];
                         *again += whole[1] + area * by_area[1];
-                        *factor = factor.max(whole[2]).max(area * by_area[2]);
+                        *factor = larger(larger(*factor, whole[2]), area * by_area[2]);
                     });
                 });
                 for &receiver in receivers {
                     let [first, again, factor] = sums[receiver];
-                    let sum = self.reflectance(receiver, channel) * (first + again.min(factor * whole));
+                    let sum = self.reflectance(receiver, channel) * (first + lesser(again, factor * whole));
                     let mean = &mut means[receiver * channels + channel];
-                    *mean = mean.min(sum / mesh.elements()[receiver].area());
+                    *mean = smaller(*mean, sum / mesh.elements()[receiver].area());
                 }
             }
         }

@@ -31,6 +31,7 @@ use crate::mesh::Mesh;
 use crate::mesh::basis::{Basis, POWERS};
 use crate::mesh::element::Element;
 use crate::mesh::texture::{Detail, Pattern};
+use radgrad_scene::{largest as larger, smallest as smaller};
 
 /// Bounds on the residual over an element; of one that is divided, over those below it.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -64,11 +65,11 @@ impl Residual {
         let discretisation = excess.magnitude();
         let mean = excess.next.hypot(2.0 * excess.spread);
         let falls = std::iter::repeat_n(ratio, basis.degree() + 2).product::<f64>();
-        let seen = falls.min(1.0 / (basis.degree() + 2) as f64);
+        let seen = smaller(falls, 1.0 / (basis.degree() + 2) as f64);
         let biases: [f64; POWERS] = std::array::from_fn(|power| seen * mean * element.arm(power));
         let of_power = |power: usize| match power {
             0 => mean,
-            _ => (mean * element.remainder(power) + biases[power]).min(mean * element.arm(power)),
+            _ => smaller(mean * element.remainder(power) + biases[power], mean * element.arm(power)),
         };
         let largest = Ledger { discretisation, ..Ledger::default() };
         Self { largest, arms: std::array::from_fn(of_power), biases, rms: mean, along: seen * mean, ..Self::default() }
@@ -84,11 +85,11 @@ impl Residual {
             self.arms = std::array::from_fn(|power| mean * element.arm(power));
             for power in 0..POWERS {
                 let beside = if power == 0 { beyond } else { varies * reach };
-                self.biases[power] = (self.biases[power] + beside * mean).min(self.arms[power]);
+                self.biases[power] = smaller(self.biases[power] + beside * mean, self.arms[power]);
                 reach *= element.radius();
             }
-            self.arms[0] = rms.min(1.0) * mean;
-            self.biases[0] = self.biases[0].min(self.arms[0]);
+            self.arms[0] = smaller(rms, 1.0) * mean;
+            self.biases[0] = smaller(self.biases[0], self.arms[0]);
         }
         self.detail = detail.largest;
         self.detail_rms = detail.mean;
@@ -138,12 +139,12 @@ impl Residual {
         let square = |a: f64, b: f64| (a * a + part * b * b).sqrt();
         let add = |a: [f64; POWERS], b: [f64; POWERS]| std::array::from_fn(|power| a[power] + part * b[power]);
         let join = |sum: Self, child: &Self| Self {
-            largest: sum.largest.zip(child.largest, f64::max),
+            largest: sum.largest.zip(child.largest, larger),
             arms: add(sum.arms, child.arms),
             biases: add(sum.biases, child.biases),
             rms: square(sum.rms, child.rms),
             along: square(sum.along, child.along),
-            detail: sum.detail.max(child.detail),
+            detail: larger(sum.detail, child.detail),
             detail_rms: square(sum.detail_rms, child.detail_rms),
             detail_arms: add(sum.detail_arms, child.detail_arms),
             unseen: sum.unseen + part * child.unseen,
@@ -171,7 +172,7 @@ impl Residual {
 
     /// Bound on the mean magnitude, but for the detail of textures.
     pub(crate) fn mean_ledger(&self) -> Ledger {
-        Ledger { discretisation: self.arms[0].min(self.largest.discretisation), ..self.largest }
+        Ledger { discretisation: smaller(self.arms[0], self.largest.discretisation), ..self.largest }
     }
 
     /// What a point gathers of it at most.
@@ -184,13 +185,17 @@ impl Residual {
     /// What a point gathers at most of what the projection leaves out, but for the detail of textures.
     pub(crate) fn gathered_beside_detail(&self, degree: usize, found: &Found) -> f64 {
         let least = found.least(degree, self.largest.discretisation, &self.arms, &self.biases);
-        if least > 0.0 && found.beyond.is_finite() { least.min(found.beyond * self.rms + found.peak * self.along) } else { least }
+        if least > 0.0 && found.beyond.is_finite() {
+            smaller(least, found.beyond * self.rms + found.peak * self.along)
+        } else {
+            least
+        }
     }
 
     /// What a point gathers at most of the detail of textures.
     pub(crate) fn gathered_detail(&self, degree: usize, found: &Found) -> f64 {
         let least = found.least(degree, self.detail, &self.detail_arms, &[0.0; POWERS]);
-        if least > 0.0 && found.beyond.is_finite() { least.min(found.beyond * self.detail_rms) } else { least }
+        if least > 0.0 && found.beyond.is_finite() { smaller(least, found.beyond * self.detail_rms) } else { least }
     }
 }
 
@@ -220,12 +225,12 @@ impl Found {
         let (mut least, mean) = (self.factor * largest, arms[0]);
         if self.peak.is_finite() {
             let halved = 0.5 * ((self.peak - self.least) * mean + (self.peak + self.least) * biases[0]);
-            least = least.min(self.peak * mean).min(halved);
+            least = smaller(smaller(least, self.peak * mean), halved);
         }
         if let Some(derivatives) = &self.derivatives {
             let mut lower = self.peak * biases[0];
             for order in 1..=degree + 1 {
-                least = least.min(lower + derivatives[order] * arms[order]);
+                least = smaller(least, lower + derivatives[order] * arms[order]);
                 lower += derivatives[order] * biases[order];
             }
         }

@@ -5,6 +5,7 @@
 //! of a cluster likewise ([`crate::links::cluster::far::Far::gathered`]).
 //! The largest values are those at the nodes; only near-by sources need each other's, if means are known.
 
+use radgrad_scene::{largest as larger, smallest as smaller};
 use rayon::prelude::*;
 
 use crate::bound::scene::Scene;
@@ -46,11 +47,11 @@ impl Risen {
         };
         let swept = |largest: &[f64]| -> Vec<Vec<f64>> {
             let clusters = on_clusters(largest);
-            let of = |channel: usize, index: usize| at_nodes(largest, &clusters, index, channel).into_iter().fold(0.0, f64::max);
+            let of = |channel: usize, index: usize| at_nodes(largest, &clusters, index, channel).into_iter().fold(0.0, larger);
             let all = |index: usize| (0..channels).map(|channel| of(channel, index)).collect();
             (0..receivers.len()).into_par_iter().with_min_len(FEW).map(all).collect()
         };
-        let most = |of: [f64; 4]| of.into_iter().fold(0.0, f64::max);
+        let most = |of: [f64; 4]| of.into_iter().fold(0.0, larger);
         let mut largest = vec![0.0; mesh.elements().len() * channels];
         for _ in 0..MOST_SWEEPS {
             let next = swept(&largest);
@@ -74,7 +75,7 @@ impl Risen {
                 for (index, &receiver) in receivers.iter().enumerate() {
                     for channel in 0..channels {
                         let at = receiver * channels + channel;
-                        let least = at_nodes(&largest, &clusters, index, channel).into_iter().fold(largest[at], f64::min);
+                        let least = at_nodes(&largest, &clusters, index, channel).into_iter().fold(largest[at], smaller);
                         variation[at] = largest[at] - least;
                     }
                 }

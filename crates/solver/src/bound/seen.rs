@@ -10,6 +10,7 @@ use crate::links::station::Station;
 use crate::links::transfer::{Kernel, Row, Sampled};
 use crate::mesh::Mesh;
 use crate::mesh::surfaces::Surfaces;
+use radgrad_scene::{largest as larger, smallest as smaller};
 
 /// Form factors and kernels for each source and node.
 #[derive(Debug)]
@@ -117,7 +118,7 @@ impl SeenSources {
                 }
                 let (mean, [_, varies, _]) = (pattern.mean_reflectance(), pattern.spread_of_reflectance());
                 let halved = factor * mean + 0.5 * (kernel.peak - kernel.least) * varies;
-                (halved.min(kernel.peak * mean) / (factor * most)).min(1.0)
+                smaller(smaller(halved, kernel.peak * mean) / (factor * most), 1.0)
             };
             self.at_nodes(place).map(of_node).collect::<Vec<f64>>()
         };
@@ -127,7 +128,7 @@ impl SeenSources {
     /// Largest factor and largest peak over the nodes.
     pub(super) fn most(&self, place: usize) -> (f64, f64) {
         let range = place * self.nodes..(place + 1) * self.nodes;
-        let largest = |of: &[f64]| of.iter().copied().fold(0.0, f64::max);
+        let largest = |of: &[f64]| of.iter().copied().fold(0.0, larger);
         (largest(&self.factors[range.clone()]), largest(&self.peaks[range]))
     }
 
@@ -196,7 +197,7 @@ impl Together {
 }
 
 /// The lesser of two, the first one if the other is no number, as where the kernel is infinite and the mean 0.
-fn lesser(a: f64, b: f64) -> f64 {
+pub(super) fn lesser(a: f64, b: f64) -> f64 {
     if b < a { b } else { a }
 }
 
