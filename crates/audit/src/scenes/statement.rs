@@ -7,6 +7,7 @@ use std::time::{Duration, Instant};
 
 use radgrad_scene::{FactorSettings, FormFactors, Quantity, Scene};
 use radgrad_solver::{Ledger, Options, Solution, solve, solve_for};
+use rayon::ThreadPoolBuilder;
 
 use super::draw;
 use super::model::{Change, Expected, Model, Part};
@@ -129,9 +130,10 @@ pub fn ask(model: &Model, subject: Subject) -> (Said, Duration) {
         }
     };
     let (sender, receiver) = mpsc::channel();
-    // A thread that does not end is left behind: nothing ends it but the end of the program.
+    // Threads that do not end are left behind: nothing ends them but the end of the program. No other answer waits for them.
     thread::spawn(move || {
-        let said = match catch_unwind(AssertUnwindSafe(answer)) {
+        let own = || ThreadPoolBuilder::new().build().map_err(|error| error.to_string())?.install(answer);
+        let said = match catch_unwind(AssertUnwindSafe(own)) {
             Ok(Ok(statements)) => Said::Statements(statements),
             Ok(Err(why)) => Said::Refused(why),
             Err(_) => Said::Panicked,
