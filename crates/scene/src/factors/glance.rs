@@ -54,6 +54,8 @@ pub(super) struct Glance {
     inner: Vec<DVec3>,
     rest: Vec<DVec3>,
     outer: Vec<DVec3>,
+    /// Of each screen the edge that the last cell was outside of: for a point near by it mostly is again.
+    beside: Vec<usize>,
 }
 
 impl Glance {
@@ -70,12 +72,16 @@ impl Glance {
         self.inner.clear();
         self.inner.extend(cell.iter().map(|&y| y - point));
         self.lit.push(&self.inner);
-        for screen in screens {
+        for (place, screen) in screens.enumerate() {
             let height = screen.height(point);
             if height == 0.0 {
                 continue;
             }
-            self.shadow(screen, point, to_plane, facing, if height > 0.0 { -1.0 } else { 1.0 });
+            let sign = if height > 0.0 { -1.0 } else { 1.0 };
+            if self.is_beside(screen, place, point, cell, sign) {
+                continue;
+            }
+            self.shadow(screen, point, to_plane, facing, sign);
             if self.sides.is_empty() {
                 continue;
             }
@@ -86,6 +92,23 @@ impl Glance {
         }
         let sum: f64 = self.lit.iter().map(|piece| over_edges(normal, piece)).sum();
         -sum / TAU
+    }
+
+    /// Whether all of the cell is outside one edge of a screen, the edge of the last time first.
+    fn is_beside(&mut self, screen: &Screen, place: usize, point: DVec3, cell: &[DVec3], sign: f64) -> bool {
+        if self.beside.len() <= place {
+            self.beside.resize(place + 1, 0);
+        }
+        let outline = screen.outline();
+        let count = outline.len();
+        let is_outside = |k: usize| {
+            let side = (outline[k] - point).cross(outline[(k + 1) % count] - point) * sign;
+            cell.iter().all(|&y| side.dot(y - point) <= 0.0)
+        };
+        let last = self.beside[place];
+        let found = (0..count).map(|k| (last + k) % count).find(|&k| is_outside(k));
+        self.beside[place] = found.unwrap_or(last);
+        found.is_some()
     }
 
     /// The sides of a screen's shadow, their normals pointing into it; none where it hides nothing.

@@ -137,27 +137,21 @@ impl FormFactors<'_> {
     /// The faces above `from` that are wanted and not proven hidden from it: all that it may exchange light with.
     pub(super) fn may_see(&self, from: usize, wanted: &Wanted) -> Vec<usize> {
         let mut found = Vec::new();
-        let whole = patches(self.scaled(from).vertices());
-        let enter = |range: Range<usize>, corners: [DVec3; 8], cells: &Vec<Patch>| -> Option<Vec<Patch>> {
-            if !wanted.any_above(from, range) {
-                return None;
-            }
+        let cells = patches(self.scaled(from).vertices());
+        let enter = |range: Range<usize>, corners: [DVec3; 8]| {
             // A face that cannot be cut into patches looks at all.
-            if cells.is_empty() {
-                return Some(Vec::new());
-            }
             let corners = corners.map(|corner| corner * self.power);
-            self.may_see_box(from, cells, &corners).then(|| cells.clone())
+            wanted.any_above(from, range) && (cells.is_empty() || self.may_see_box(from, &cells, &corners))
         };
-        self.index.facing(from, whole, enter, |to, cells| {
-            if to > from && wanted.is_wanted[to] && !self.is_behind([from, to]) && self.may_see_face(from, cells, to) {
+        self.index.facing(from, enter, |to| {
+            if to > from && wanted.is_wanted[to] && !self.is_behind([from, to]) && self.may_see_face(from, &cells, to) {
                 found.push(to);
             }
         });
         found
     }
 
-    /// Whether a box is not proven hidden from all of some patches of a face.
+    /// Whether a box is not proven hidden from all patches of a face.
     fn may_see_box(&self, from: usize, cells: &[Patch], corners: &[DVec3]) -> bool {
         let fine = FINE * (corners[7] - corners[0]).length();
         let mut looks = 0;
@@ -173,7 +167,7 @@ impl FormFactors<'_> {
         false
     }
 
-    /// Whether a face is not proven hidden from all of some cells of another.
+    /// Whether a face is not proven hidden from all patches of another.
     fn may_see_face(&self, from: usize, cells: &[Patch], to: usize) -> bool {
         let targets = patches(self.scaled(to).vertices());
         let mut open: Vec<[Patch; 2]> =
@@ -214,7 +208,7 @@ impl FormFactors<'_> {
         let own = [from, target.face.unwrap_or(from)];
         let mut crossing = self.index.all_between(middles.map(|point| point / self.power), &own);
         if target.face.is_none() {
-            // A face whose plane has a part of the box before it hides not all of it, nor does it with others that share an edge.
+            // One whose plane has a part of the box before it is not tried.
             crossing.retain(|&(face, _)| self.is_before(face, middles[0], target.corners));
         }
         if crossing.is_empty() {

@@ -109,6 +109,10 @@ impl Screen {
         (0..count).map(move |k| [self.outline[k], self.outline[(k + 1) % count]])
     }
 
+    pub(super) fn outline(&self) -> &[DVec3] {
+        &self.outline
+    }
+
     pub(super) const fn normal(&self) -> DVec3 {
         self.normal
     }
@@ -241,20 +245,21 @@ impl Screen {
     }
 
     fn is_beyond(&self, normal: DVec3, origin: DVec3, [a, b]: [&[DVec3]; 2]) -> bool {
-        let range = |points: [&[DVec3]; 2]| {
-            points.into_iter().flatten().fold([f64::INFINITY, f64::NEG_INFINITY, 0.0], |[low, high, reach], &p| {
-                let (r, s) = (p - origin, normal.dot(p - origin));
-                [low.min(s), high.max(s), f64::max(reach, r.abs().max_element())]
-            })
-        };
-        let [lowest, highest, farthest] = range([&self.outline, &[]]);
-        // The origin is a corner of a cell.
-        if lowest <= 0.0 && highest >= 0.0 {
-            return false;
+        let along = |p: DVec3| (normal.dot(p - origin), (p - origin).abs().max_element());
+        let [mut lowest, mut highest, mut reach] = [f64::INFINITY, f64::NEG_INFINITY, 0.0];
+        for (s, r) in self.outline.iter().map(|&p| along(p)) {
+            (lowest, highest, reach) = (lowest.min(s), highest.max(s), f64::max(reach, r));
         }
-        let [low, high, reach] = range([a, b]);
+        // The origin is a corner of a cell.
+        let [mut low, mut high] = [0.0_f64; 2];
+        for (s, r) in a.iter().chain(b).map(|&p| along(p)) {
+            (low, high, reach) = (low.min(s), high.max(s), reach.max(r));
+            if lowest <= high && highest >= low {
+                return false;
+            }
+        }
         // A product of three components sums, whatever the normal is: it is a plane.
-        let error = 8.0 * f64::EPSILON * normal.abs().element_sum() * reach.max(farthest);
+        let error = 8.0 * f64::EPSILON * normal.abs().element_sum() * reach;
         lowest > high + error || highest < low - error
     }
 }

@@ -70,30 +70,21 @@ impl Occluders {
     }
 
     /// Visits the polygons that may see a polygon, as surfaces: all that have a point in front of it, but for those in boxes that are
-    /// passed over. `enter` is told which places of [`Self::order`] are in a box, its corners, and what the box around it was entered
-    /// with; it says what to enter this one with, or nothing to pass over it.
-    pub(crate) fn facing<S: Clone>(
-        &self,
-        index: usize,
-        whole: S,
-        enter: impl Fn(Range<usize>, [DVec3; 8], &S) -> Option<S>,
-        mut visit: impl FnMut(usize, &S),
-    ) {
+    /// passed over: `enter` is told which places of [`Self::order`] are in a box, and its corners.
+    pub(crate) fn facing(&self, index: usize, enter: impl Fn(Range<usize>, [DVec3; 8]) -> bool, mut visit: impl FnMut(usize)) {
         let shape = &self.polygons[index];
         let front = shape.front(true);
-        let mut open: Vec<(usize, S)> = self.tree.root().map(|root| (root, whole)).into_iter().collect();
-        while let Some((at, state)) = open.pop() {
+        let mut open: Vec<usize> = self.tree.root().into_iter().collect();
+        while let Some(at) = open.pop() {
             let node = &self.tree.nodes[at];
             let [low, high] = [node.bounds.low, node.bounds.high].map(|corner| shape.frame.locate(corner));
-            if front.excludes_box(&low, &high) {
+            if front.excludes_box(&low, &high) || !enter(node.range.clone(), node.bounds.corners()) {
                 continue;
             }
-            let Some(state) = enter(node.range.clone(), node.bounds.corners(), &state) else { continue };
             match &node.content {
-                Content::Branch([first, second]) => open.extend([(*first, state.clone()), (*second, state)]),
+                Content::Branch(children) => open.extend(children),
                 Content::Leaf => {
-                    let others = self.tree.order[node.range.clone()].iter().filter(|other| **other != index);
-                    others.for_each(|&other| visit(other, &state));
+                    self.tree.order[node.range.clone()].iter().copied().filter(|&other| other != index).for_each(&mut visit);
                 }
             }
         }
