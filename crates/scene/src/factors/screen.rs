@@ -12,7 +12,8 @@
 //!
 //! Signs within rounding are exact ones (J. R. Shewchuk 1997, crate `robust`), but for those that displacing the edge by [`Screen::slack`],
 //! a few roundings of the coordinates, would change: a cell's corner computed to lie on an edge lies there only so well. Those count as
-//! zero. The exchange that passes between the edge and the displaced edge is at most the area of that strip, [`Screen::leak`],
+//! zero; but four points with a coordinate in common are in one plane exactly, and three with two in one line, so that T is 0 and no edge is
+//! displaced. The exchange that passes between the edge and the displaced edge is at most the area of that strip, [`Screen::leak`],
 //! since two cells exchange through an aperture no more than its area. A point level with the screen's plane up to the rounding
 //! of coordinates is in it, as in [`crate::Beam::from_polygon`].
 
