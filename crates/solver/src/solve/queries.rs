@@ -9,9 +9,6 @@ use crate::mesh::Mesh;
 use crate::solve::options::Progress;
 use crate::solve::solution::Solution;
 
-/// Rounding of the mean on a face that is made of those on its parts, over it.
-const MEANS_ROUNDED: f64 = 64.0 * f64::EPSILON;
-
 impl Solution {
     /// The mesh, in the coordinates of [`Self::placement`].
     #[must_use]
@@ -66,10 +63,10 @@ impl Solution {
     /// the polynomials may be larger ([`Self::bound_on`] bounds that).
     #[must_use]
     pub fn mean_bound(&self) -> Vec<Ledger> {
-        let Some(proven) = self.proven() else { return vec![Ledger::unknown(); self.channels.len()] };
-        let rounding = MEANS_ROUNDED + self.mesh.roots().len() as f64 * f64::EPSILON;
-        let of = |(ledger, mean): (&Ledger, &f64)| Ledger { computation: ledger.computation + rounding * mean.abs(), ..*ledger };
-        proven.mean.iter().zip(&self.mean).map(of).collect()
+        match self.proven() {
+            Some(proven) => proven.mean.clone(),
+            None => vec![Ledger::unknown(); self.channels.len()],
+        }
     }
 
     /// Estimate of the error of [`Self::mean`], in each channel: what a gather of the importance finds with its sign and what that may be
