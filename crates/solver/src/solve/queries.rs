@@ -59,7 +59,8 @@ impl Solution {
         &self.placement
     }
 
-    /// Proven bound on the error of [`Self::mean`], in each channel. Errors of both signs cancel in it: the mean magnitude of the error of
+    /// Proven bound on the error of [`Self::mean`], in each channel, but for the rounding of the sum that makes the mean: less than 1e-13 of
+    /// it, and the emission is in it. Errors of both signs cancel in it: the mean magnitude of the error of
     /// the polynomials may be larger ([`Self::bound_on`] bounds that).
     #[must_use]
     pub fn mean_bound(&self) -> Vec<Ledger> {
