@@ -15,7 +15,7 @@ use std::collections::BinaryHeap;
 use radgrad_core::{DVec3, Emission, Emitter, Method, Polygon, Polynomial, Receiver, evaluate_to};
 
 use super::expression::Expression;
-use crate::{Error, triangulate};
+use crate::{Error, largest, triangulate};
 
 const FINE: usize = 6;
 const COARSE: usize = 4;
@@ -50,7 +50,7 @@ struct Piece {
 impl Piece {
     /// Its errors over the sizes of what is found.
     fn share(&self, [radiosity, gradient]: [f64; 2]) -> f64 {
-        self.radiosity_off / radiosity.max(f64::MIN_POSITIVE) + self.gradient_off / gradient.max(f64::MIN_POSITIVE)
+        self.radiosity_off / largest(radiosity, f64::MIN_POSITIVE) + self.gradient_off / largest(gradient, f64::MIN_POSITIVE)
     }
 }
 
@@ -185,7 +185,7 @@ impl<'a> Task<'a> {
         for (index, occluder) in occluders.iter().enumerate() {
             screens.push(scaled(occluder.vertices()).map_err(|source| Error::Occluder { index, source })?);
         }
-        let tolerance = (0.1 * tolerance).max(1e-13);
+        let tolerance = largest(0.1 * tolerance, 1e-13);
         Ok(Self { receiver: moved.map_err(Error::Receiver)?, occluders: screens, expression, axes, scale, tolerance })
     }
 

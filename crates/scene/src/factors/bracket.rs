@@ -259,10 +259,11 @@ fn add(sum: &mut Exchange, part: Exchange) {
 fn guess([a, b]: &[Cell; 2], planes: &[Plane; 2]) -> f64 {
     let r = b.centre() - a.centre();
     let square = r.length_squared();
-    let cosines = planes[0].normal.dot(r).max(0.0) * -planes[1].normal.dot(r).min(0.0);
-    let (large, small) = (a.area.max(b.area), a.area.min(b.area));
+    let cosines = larger(planes[0].normal.dot(r), 0.0) * -smaller(planes[1].normal.dot(r), 0.0);
+    let (large, small) = (larger(a.area, b.area), smaller(a.area, b.area));
     // Cells in contact are seen at any angle.
-    let cosines = (cosines / square).max(0.01 * large / (square + large));
+    let least = 0.01 * large / (square + large);
+    let cosines = if square > 0.0 { larger(cosines / square, least) } else { least };
     small * large * cosines / (std::f64::consts::PI * square + large)
 }
 

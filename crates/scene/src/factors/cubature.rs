@@ -21,7 +21,7 @@ use super::bracket::Mixed;
 use super::glance::Glance;
 use super::rule::{Patch, nodes_of, patches};
 use super::screen::Screen;
-use super::{FormFactors, Sighting, larger};
+use super::{FormFactors, Sighting, larger, smaller};
 use crate::Error;
 
 /// Points a side of two product rules, and whether cells are cut along events first.
@@ -122,7 +122,7 @@ impl FormFactors<'_> {
             if rule.by_events {
                 let Ok(polygon) = Polygon::new(cell.to_vec()) else {
                     // A cell of hardly any width.
-                    difference += mixed.cells[1 - from].area.min(mixed.cells[from].area);
+                    difference += smaller(mixed.cells[1 - from].area, mixed.cells[from].area);
                     continue;
                 };
                 let emitter = Emitter::new(polygon, Emission::Constant(1.0)).map_err(Error::Emitter)?;

@@ -15,6 +15,7 @@ mod far;
 
 use radgrad_core::{DVec3, Polygon, mutant};
 
+use super::larger;
 use crate::projection::normalising_power;
 
 /// An area that is exchanged, and a bound on its error.
@@ -72,11 +73,11 @@ pub(super) fn exchange(from: &Polygon, to: &Polygon) -> Exchange {
 pub(super) fn exchange_parts(parts: [&FlatOutline<'_>; 2], truncation: f64) -> Exchange {
     let origin = parts[0].points[0];
     let points = parts[0].points.iter().chain(parts[1].points);
-    let reach = points.fold(0.0, |m: f64, &v| (v - origin).abs().max_element().max(m));
+    let reach = points.map(|&v| (v - origin).abs().max_element()).fold(0.0, larger);
     let power = normalising_power(reach);
     let [a, b] = parts.map(|part| clip::Outline::new(part, origin, power));
     let (Some(front_a), Some(front_b)) = (a.in_front_of(&b), b.in_front_of(&a)) else { return Exchange::default() };
-    let (outlines, moved) = ([&front_a.points[..], &front_b.points[..]], front_a.moved.max(front_b.moved));
+    let (outlines, moved) = ([&front_a.points[..], &front_b.points[..]], larger(front_a.moved, front_b.moved));
     let normals = [a.normal, b.normal];
     let areas = parts.map(|part| part.area * power * power);
     let by_contour = || contour(outlines, CONTOUR * truncation * rough(outlines, normals, areas));
@@ -95,7 +96,8 @@ fn rough(outlines: [&[DVec3]; 2], normals: [DVec3; 2], areas: [f64; 2]) -> f64 {
     let r = b - a;
     let square = r.length_squared();
     let [large, small] = if areas[0] > areas[1] { areas } else { [areas[1], areas[0]] };
-    let cosines = (normals[0].dot(r) * -normals[1].dot(r) / square).max(0.01 * large / (square + large));
+    let least = 0.01 * large / (square + large);
+    let cosines = if square > 0.0 { larger(normals[0].dot(r) * -normals[1].dot(r) / square, least) } else { least };
     small * large * cosines / (std::f64::consts::PI * square + large)
 }
 

@@ -21,6 +21,7 @@ use radgrad_core::{DVec3, Polygon};
 use robust::{Coord3D, orient3d};
 
 use super::rule::patches;
+use super::{larger, smaller};
 use crate::projection::normalising_power;
 
 /// Corners up to which a cell is looked at.
@@ -94,7 +95,7 @@ impl Screen {
                 normal: polygon.normal(),
                 perimeter,
                 slope: perimeter / area(&outline, polygon.normal()),
-                largest: outline.iter().fold(0.0, |m: f64, v| m.max(v.abs().max_element())),
+                largest: outline.iter().map(|v| v.abs().max_element()).fold(0.0, larger),
                 defect: polygon.planarity_defect(),
                 low: outline.iter().copied().fold(DVec3::INFINITY, DVec3::min),
                 high: outline.iter().copied().fold(DVec3::NEG_INFINITY, DVec3::max),
@@ -249,12 +250,12 @@ impl Screen {
         let along = |p: DVec3| (normal.dot(p - origin), (p - origin).abs().max_element());
         let [mut lowest, mut highest, mut reach] = [f64::INFINITY, f64::NEG_INFINITY, 0.0];
         for (s, r) in self.outline.iter().map(|&p| along(p)) {
-            (lowest, highest, reach) = (lowest.min(s), highest.max(s), f64::max(reach, r));
+            (lowest, highest, reach) = (smaller(lowest, s), larger(highest, s), larger(reach, r));
         }
         // The origin is a corner of a cell.
         let [mut low, mut high] = [0.0_f64; 2];
         for (s, r) in a.iter().chain(b).map(|&p| along(p)) {
-            (low, high, reach) = (low.min(s), high.max(s), reach.max(r));
+            (low, high, reach) = (smaller(low, s), larger(high, s), larger(reach, r));
             if lowest <= high && highest >= low {
                 return false;
             }
@@ -311,7 +312,7 @@ impl Seen {
         if turn != 0.0 && turn.abs() + error <= slack * (b - a).length() {
             return (Passing::On, true);
         }
-        let power = normalising_power([a, b, x, y].iter().fold(0.0, |m: f64, v| m.max(v.abs().max_element())));
+        let power = normalising_power([a, b, x, y].iter().map(|v| v.abs().max_element()).fold(0.0, larger));
         let at = |v: DVec3| Coord3D { x: v.x * power, y: v.y * power, z: v.z * power };
         match orient3d(at(x), at(y), at(a), at(b)) {
             sign if sign > 0.0 => (Passing::Inside, false),

@@ -1,7 +1,7 @@
 use radgrad_core::{DMat3, DVec3, Emission, Emitter, Polygon, Receiver, radiosity};
 
 use super::exchange::{Exchange, exchange};
-use super::{FactorSettings, FormFactors};
+use super::{FactorSettings, FormFactors, larger, smaller};
 use crate::Error;
 
 fn polygon(points: &[[f64; 3]]) -> Polygon {
@@ -94,7 +94,7 @@ fn any_two_triangles_exchange_the_same_both_ways_and_no_more_than_the_smaller() 
         let (a, b) = (triangle(), triangle());
         let (there, back) = (exchange(&a, &b), exchange(&b, &a));
         assert!((there.area - back.area).abs() <= there.error + back.error, "{there:?} {back:?}");
-        assert!(there.least() <= a.area().min(b.area()) && there.most() >= 0.0, "{there:?}");
+        assert!(there.least() <= smaller(a.area(), b.area()) && there.most() >= 0.0, "{there:?}");
         seen += usize::from(there.area > 0.0);
     }
     assert!(seen > 50, "{seen}");
@@ -119,7 +119,7 @@ fn skew_triangles_exchange_what_their_points_see() {
         };
         let (Ok(from), Ok(to)) = (triangle(0.0), triangle(distance)) else { continue };
         let in_front = |a: &Polygon, b: &Polygon| a.vertices().iter().all(|v| (*v - b.vertices()[0]).dot(b.normal()) > 0.0);
-        if !in_front(&from, &to) || !in_front(&to, &from) || from.area().min(to.area()) < 0.02 {
+        if !in_front(&from, &to) || !in_front(&to, &from) || smaller(from.area(), to.area()) < 0.02 {
             continue;
         }
         let emitter = Emitter::new(to.clone(), Emission::Constant(1.0)).unwrap();
@@ -227,7 +227,7 @@ fn brackets_hold_what_random_points_see_and_each_other() {
             if exchange(polygon, other) == Exchange::default() {
                 continue;
             }
-            let least_area = polygon.area().min(other.area());
+            let least_area = smaller(polygon.area(), other.area());
             let bounds = |from: usize, to: usize, most_cells: usize| {
                 let settings = FactorSettings { most_cells, estimate: 1.0, ..FactorSettings::default() };
                 let factor = factors.between(from, to, &settings).unwrap();
@@ -245,7 +245,7 @@ fn brackets_hold_what_random_points_see_and_each_other() {
                 (sum, squares) = (sum + seen, squares + seen * seen);
             }
             let mean = sum / samples as f64;
-            let deviation = ((squares / samples as f64 - mean * mean).max(0.0) / samples as f64).sqrt();
+            let deviation = (larger(squares / samples as f64 - mean * mean, 0.0) / samples as f64).sqrt();
             let mut before = [0.0, f64::INFINITY];
             for (most_cells, [a, b]) in [(1, [from, to]), (12, [to, from]), (60, [from, to]), (400, [to, from])] {
                 let [least, most] = bounds(a, b, most_cells);
@@ -255,7 +255,7 @@ fn brackets_hold_what_random_points_see_and_each_other() {
                 );
                 before = [least, most];
                 // Six deviations, and what 150 points would not notice.
-                let slack = 6.0 * deviation + 0.05 * mean.max(most - least) + 1e-6 * least_area;
+                let slack = 6.0 * deviation + 0.05 * larger(mean, most - least) + 1e-6 * least_area;
                 assert!(
                     mean >= least - slack && mean <= most + slack,
                     "{seed}: {from} {to} {mean} +- {deviation}, {least} {most}"

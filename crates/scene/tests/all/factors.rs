@@ -1,7 +1,7 @@
 //! Form factors of scenes against closed forms, and against each other.
 
 use radgrad_core::{DVec3, Polygon, Receiver, evaluate_digits};
-use radgrad_scene::{Beam, Degenerate, FactorSettings, FormFactors, Occluders, Scene};
+use radgrad_scene::{Beam, Degenerate, FactorSettings, FormFactors, Occluders, Scene, largest, smallest};
 
 fn scene(faces: &[&[[f64; 3]]]) -> Scene {
     let mut scene = Scene::new(["grey"]).unwrap();
@@ -56,7 +56,7 @@ fn what_a_screen_leaves_is_known_to_twelve_digits_and_inside_its_bound() {
         for (from, to) in [(0, 1), (1, 0)] {
             let factor = factors.between(from, to, &settings).unwrap();
             let expected = share * FACING;
-            assert!((factor.value - expected).abs() <= factor.estimate.min(1e-12), "{factor:?} {expected}");
+            assert!((factor.value - expected).abs() <= smallest(factor.estimate, 1e-12), "{factor:?} {expected}");
             assert!((factor.value - expected).abs() <= factor.error && factor.occluders == 1, "{factor:?} {expected}");
         }
     }
@@ -177,13 +177,13 @@ fn a_repair_closes_rows_inside_the_brackets_and_keeps_factors_reciprocal() {
     let before = matrix.clone();
     let repaired = matrix.repair().unwrap();
     assert!(matrix.worst_closure() <= 1e-13 && matrix.worst_reciprocity() <= 1e-15, "{repaired:?}");
-    let mut largest = 0.0;
+    let mut most = 0.0;
     for (from, entry) in matrix.entries() {
         let was = before.factor(from, entry.face);
         assert!(entry.lower <= entry.factor && entry.factor <= entry.upper, "{from}: {entry:?}");
-        largest = f64::max(largest, (entry.factor - was).abs());
+        most = largest(most, (entry.factor - was).abs());
     }
-    assert!((largest - repaired.largest).abs() <= 1e-15 && largest < 1e-3 && largest > 0.0, "{repaired:?}");
+    assert!((most - repaired.largest).abs() <= 1e-15 && most < 1e-3 && most > 0.0, "{repaired:?}");
     // An open scene is none that can be repaired, and stays as it is.
     let scene = behind_a_screen([0.0, 0.5], [0.0, 0.5]);
     let mut matrix = FormFactors::new(&scene).unwrap().matrix(&ROUGH, || ()).unwrap();

@@ -4,6 +4,7 @@ use radgrad_core::DVec3;
 
 use crate::factors::exchange::FlatOutline;
 use crate::factors::screen::{area, perimeter};
+use crate::factors::{larger, smaller};
 
 /// Data that the cells of a face share.
 #[derive(Debug, Clone, Copy)]
@@ -85,7 +86,7 @@ impl Cell {
     /// How far it reaches in a direction.
     pub(super) fn extent(&self, direction: DVec3) -> f64 {
         let places = || self.points.iter().map(|&p| direction.dot(p - self.points[0]));
-        places().fold(f64::NEG_INFINITY, f64::max) - places().fold(f64::INFINITY, f64::min)
+        places().fold(f64::NEG_INFINITY, larger) - places().fold(f64::INFINITY, smaller)
     }
 
     /// About how far a point is from it: from the box around it.
@@ -98,8 +99,8 @@ impl Cell {
     /// Two halves, cut across a direction in the middle of its reach.
     pub(super) fn halves(&self, direction: DVec3, plane: &Plane) -> [Option<Self>; 2] {
         let places: Vec<f64> = self.points.iter().map(|&p| direction.dot(p - self.points[0])).collect();
-        let middle = 0.5 * places.iter().copied().fold(f64::NEG_INFINITY, f64::max)
-            + 0.5 * places.iter().copied().fold(f64::INFINITY, f64::min);
+        let middle = 0.5 * places.iter().copied().fold(f64::NEG_INFINITY, larger)
+            + 0.5 * places.iter().copied().fold(f64::INFINITY, smaller);
         let heights: Vec<f64> = places.iter().map(|place| place - middle).collect();
         self.cut(&heights, plane)
     }

@@ -9,6 +9,7 @@ use radgrad_core::DVec3;
 
 use super::cell::{Cell, Plane};
 use crate::factors::screen::{Screen, Sides};
+use crate::factors::{larger, smaller};
 
 /// A cut of one of the two cells.
 #[derive(Debug, Clone)]
@@ -183,9 +184,9 @@ fn examine(
             let [lit, _] = lines[k];
             offer(k, &|| aside(&line(k, edge, lit.corner), Wanted::Below), clear * lit.outside);
         }
-        let largest = turns.iter().fold(0.0, |m: f64, t| m.max(t.abs()));
+        let largest = turns.iter().map(|t| t.abs()).fold(0.0, larger);
         // The share that is in the penumbra of this edge.
-        let penumbra = lines.iter().map(|[lit, inside]| inside.outside - lit.outside).fold(0.0, f64::max);
+        let penumbra = lines.iter().map(|[lit, inside]| inside.outside - lit.outside).fold(0.0, larger);
         if penumbra > 0.0 && largest > 0.0 {
             let gradients = [0, 1].map(|k| (from - centres[1 - k]).cross(to - centres[1 - k]) / largest);
             for k in 0..2 {
@@ -222,5 +223,5 @@ fn share_below(heights: impl Iterator<Item = f64>) -> f64 {
 }
 
 fn range(heights: impl Iterator<Item = f64>) -> [f64; 2] {
-    heights.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], height| [low.min(height), high.max(height)])
+    heights.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], height| [smaller(low, height), larger(high, height)])
 }

@@ -3,6 +3,7 @@
 use radgrad_core::DVec3;
 
 use super::FlatOutline;
+use crate::factors::larger;
 
 /// A polygon's outline around an origin, in a unit in which the farthest coordinate is below 1.
 pub(super) struct Outline {
@@ -26,10 +27,10 @@ pub(super) struct Front {
 impl Outline {
     pub(super) fn new(part: &FlatOutline<'_>, origin: DVec3, power: f64) -> Self {
         let points: Vec<DVec3> = part.points.iter().map(|&v| (v - origin) * power).collect();
-        let largest = part.points.iter().fold(origin.abs().max_element(), |m, v| m.max(v.abs().max_element()));
+        let largest = part.points.iter().map(|v| v.abs().max_element()).fold(origin.abs().max_element(), larger);
         let defect = part.defect * power;
         let lost = |v: &DVec3| difference_error(*v, origin).length() * power * (1.0 + 1e-12);
-        let rounding = part.points.iter().map(lost).fold(0.0, f64::max) + defect;
+        let rounding = part.points.iter().map(lost).fold(0.0, larger) + defect;
         let level = 4.0 * f64::EPSILON * largest * power + defect;
         Self { normal: part.normal, rounding, level, slope: 0.5 * part.slope / power, points }
     }

@@ -16,8 +16,8 @@ use std::f64::consts::PI;
 use radgrad_core::DVec3;
 
 use super::ROUNDOFF;
-use crate::factors::larger;
 use crate::factors::rule::gauss_legendre;
+use crate::factors::{larger, smaller};
 
 /// Nodes to try.
 const NODES: [usize; 7] = [2, 3, 4, 6, 8, 12, 16];
@@ -47,7 +47,7 @@ pub(super) fn mean_logarithm(a: [DVec3; 2], b: [DVec3; 2], truncation: f64) -> (
         return (0.0, 8.0 * ROUNDOFF * product * most);
     }
     // How far the shorter edge's end is from where it were if the two were parallel.
-    let aside = along_a.cross(along_b).length() / lengths[0].max(lengths[1]);
+    let aside = along_a.cross(along_b).length() / larger(lengths[0], lengths[1]);
     let (mean, error) = if aside <= ASIDE {
         parallel(a[0], along_a, lengths, b[0], weight > 0.0, if aside == 0.0 { 0.0 } else { ASIDE })
     } else {
@@ -82,7 +82,7 @@ fn parallel(p: DVec3, along: DVec3, [m, n]: [f64; 2], q: DVec3, same_way: bool, 
     // Where ln passes through 0 the terms are small and their parts are not: those are below 2 z^2 + h^2, with |z|, h <= 4.
     let reach = z.abs() + m + n + distance;
     let product = m * n;
-    let rounding = 16.0 * ROUNDOFF * (size + 2.0 * reach * reach) + 80.0 * aside * m.min(n);
+    let rounding = 16.0 * ROUNDOFF * (size + 2.0 * reach * reach) + 80.0 * aside * smaller(m, n);
     (sum / product, rounding / product)
 }
 
@@ -94,7 +94,7 @@ fn skew(p: DVec3, along: DVec3, b: [DVec3; 2], [length, most, truncation]: [f64;
     // The largest first: those that are left if there are too many are the shortest.
     let mut cells = VecDeque::from([(0.0, 1.0, HALVINGS)]);
     let mut count = 0;
-    let (all_digits, enough) = (LEAST / length.min(1.0), larger(truncation, LEAST));
+    let (all_digits, enough) = (LEAST / smaller(length, 1.0), larger(truncation, LEAST));
     while let Some((from, to, halvings)) = cells.pop_front() {
         count += 1;
         let half = 0.5 * (to - from);
@@ -140,7 +140,7 @@ fn rule_for(distance: f64, half: f64, allowed: f64) -> Option<(usize, f64)> {
     }
     // |r| <= 4 between real points, and the ellipse adds its semi-axes.
     let farthest = 4.0 + 2.0 * stretch * half;
-    let most = 0.5 * (libm::log(least).abs().max(2.0 * libm::log(farthest)) + PI);
+    let most = 0.5 * (larger(libm::log(least).abs(), 2.0 * libm::log(farthest)) + PI);
     let bound = |nodes: usize| {
         let power = (0..nodes).fold(1.0, |power, _| power / (radius * radius));
         64.0 / 15.0 * most * power / (1.0 - 1.0 / (radius * radius))
@@ -172,16 +172,18 @@ fn segments_apart([a, b]: [DVec3; 2], [c, d]: [DVec3; 2]) -> f64 {
         let t = ((p - from).dot(along) / along.length_squared()).clamp(0.0, 1.0);
         (from + along * t - p).length()
     };
-    let ends = to_segment(a, [c, d]).min(to_segment(b, [c, d])).min(to_segment(c, [a, b])).min(to_segment(d, [a, b]));
+    let ends = [to_segment(a, [c, d]), to_segment(b, [c, d]), to_segment(c, [a, b]), to_segment(d, [a, b])]
+        .into_iter()
+        .fold(f64::INFINITY, smaller);
     let (u, v, w) = (b - a, d - c, a - c);
     let (uu, uv, vv, uw, vw) = (u.dot(u), u.dot(v), v.dot(v), u.dot(w), v.dot(w));
     let determinant = uu * vv - uv * uv;
     if determinant <= 1e-12 * uu * vv {
         // The inside of either is at most 1e-6 of the shorter nearer than its ends.
-        return ends - 1e-6 * uu.min(vv).sqrt();
+        return ends - 1e-6 * smaller(uu, vv).sqrt();
     }
     let (s, t) = ((uv * vw - vv * uw) / determinant, (uu * vw - uv * uw) / determinant);
     // A margin for the rounding of s and t.
     let inside = |x: f64| (-1e-3..=1.0 + 1e-3).contains(&x);
-    if inside(s) && inside(t) { ends.min((w.dot(u.cross(v)) / determinant.sqrt()).abs()) } else { ends }
+    if inside(s) && inside(t) { smaller(ends, (w.dot(u.cross(v)) / determinant.sqrt()).abs()) } else { ends }
 }

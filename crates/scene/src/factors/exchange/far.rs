@@ -15,8 +15,8 @@ use std::f64::consts::PI;
 use radgrad_core::DVec3;
 
 use super::{Exchange, ROUNDOFF};
-use crate::factors::larger;
 use crate::factors::rule::{Patch, gauss_legendre, patches};
+use crate::factors::{larger, smaller};
 
 /// Distance over size from which the rule is asked.
 const FAR: f64 = 4.0;
@@ -28,7 +28,7 @@ const MOST: usize = 8;
 pub(super) fn exchange(outlines: [&[DVec3]; 2], normals: [DVec3; 2], allowed: f64) -> Option<Exchange> {
     let spheres = outlines.map(Sphere::around);
     let distance = spheres[0].apart(&spheres[1]);
-    if distance < FAR * spheres[0].radius.max(spheres[1].radius) {
+    if distance < FAR * larger(spheres[0].radius, spheres[1].radius) {
         return None;
     }
     let [from, to] = outlines.map(patches);
@@ -50,8 +50,8 @@ pub(super) fn exchange(outlines: [&[DVec3]; 2], normals: [DVec3; 2], allowed: f6
 /// Bounds on the point factors to each of two outlines from anywhere on the other.
 pub(super) fn most_seen(outlines: [&[DVec3]; 2], areas: [f64; 2]) -> [f64; 2] {
     let spheres = outlines.map(Sphere::around);
-    let distance = spheres[0].apart(&spheres[1]).max(0.0);
-    areas.map(|area| (area * (1.0 + 1e-12) / (PI * distance * distance)).min(1.0))
+    let distance = larger(spheres[0].apart(&spheres[1]), 0.0);
+    areas.map(|area| smaller(area * (1.0 + 1e-12) / (PI * distance * distance), 1.0))
 }
 
 /// A sphere around some points.
@@ -63,7 +63,7 @@ struct Sphere {
 impl Sphere {
     fn around(points: &[DVec3]) -> Self {
         let centre = points.iter().sum::<DVec3>() / points.len() as f64;
-        let radius = points.iter().fold(0.0, |m: f64, p| m.max((*p - centre).length())) * (1.0 + 1e-12);
+        let radius = points.iter().map(|p| (*p - centre).length()).fold(0.0, larger) * (1.0 + 1e-12);
         Self { centre, radius }
     }
 
