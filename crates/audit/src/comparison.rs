@@ -12,8 +12,8 @@ use crate::family::{Family, Name};
 use crate::stability::DIGITS;
 use crate::table::two_digits;
 
-/// Cases of a family of which each takes long.
-const FEWEST: u64 = 8;
+/// Of how many cases of other families one is enough at most.
+const DEAREST: u64 = 25;
 
 /// A contender's errors of one quantity in a family.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -42,7 +42,7 @@ impl Comparison {
     #[must_use]
     pub fn compute(seed: u64, families: &[Family], count: u64) -> Self {
         let lit = families.iter().filter(|family| !family.is_dark() && !family.is_refused());
-        let cases = |family: Family| count.min(count.div_ceil(family.dearness()).max(FEWEST));
+        let cases = |family: Family| count.div_ceil(family.dearness().min(DEAREST));
         let names: Vec<Name> =
             lit.flat_map(|&family| (0..cases(family)).map(move |index| Name { family, seed, index })).collect();
         let scored: Vec<(Name, [[Score; 2]; 5])> = names.par_iter().filter_map(|&name| Some((name, scores(name)?))).collect();
