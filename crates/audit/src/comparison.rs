@@ -12,7 +12,7 @@ use crate::family::{Family, Name};
 use crate::stability::DIGITS;
 use crate::table::two_digits;
 
-/// Of how many cases of other families one is enough at most.
+/// Of a dear family one case stands for at most so many of others.
 const DEAREST: u64 = 25;
 
 /// A contender's errors of one quantity in a family.

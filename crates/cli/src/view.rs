@@ -126,14 +126,19 @@ impl View {
     /// Draws the view, and writes it where a file is named.
     pub(crate) fn picture(&self, solution: &Solution) -> Result<Picture, Failure> {
         let camera = self.camera.as_ref().ok_or(Failure::Camera)?;
-        let drawn = if self.hermite { solution.reconstruct()? } else { solution.not_negative() };
+        // What is gathered needs nothing that is drawn.
+        let drawn = match (self.gather, self.hermite) {
+            (true, _) => None,
+            (_, true) => Some(solution.reconstruct()?),
+            _ => Some(solution.not_negative()),
+        };
         let [width, height] = self.size;
         let (eye, samples) = (solution.placement().inward(camera.eye), usize::from(self.samples));
         let bar = if self.gather { progress(width * height) } else { ProgressBar::hidden() };
         let pixel = |index: usize| {
             let met = |sample: usize| {
                 let direction = camera.direction([index % width, index / width], offset(sample), self.size);
-                self.pixel(solution, &drawn, eye, direction)
+                pixel(solution, drawn.as_ref(), eye, direction)
             };
             let mut sum = met(0)?;
             for sample in 1..samples {
@@ -159,33 +164,6 @@ impl View {
         }
         let all = |of: fn(&Pixel) -> &Vec<f64>| pixels.iter().flat_map(|pixel| of(pixel).iter().copied()).collect();
         Ok(Picture { size: self.size, radiosity: all(|pixel| &pixel.radiosity), bound: all(|pixel| &pixel.bound) })
-    }
-
-    /// The pixel of a ray from a point of the solution's own coordinates.
-    fn pixel(
-        &self,
-        solution: &Solution,
-        drawn: &Reconstruction,
-        eye: DVec3,
-        direction: DVec3,
-    ) -> Result<Pixel, radgrad_solver::Error> {
-        let channels = solution.channels().len();
-        let dark = Pixel { radiosity: vec![0.0; channels], bound: vec![0.0; channels] };
-        let Some((face, point)) = nearest(solution.mesh().polygons(), eye, direction) else { return Ok(dark) };
-        let is_front = solution.mesh().polygons()[face].normal().dot(direction) < 0.0;
-        let Some(leaf) = solution.mesh().leaf_at(face, point).filter(|_| is_front) else { return Ok(dark) };
-        if self.gather {
-            let gathered = solution.gather_on(leaf, point)?;
-            let bound = gathered.ledger.iter().map(Ledger::total).collect();
-            return Ok(Pixel { radiosity: gathered.radiosity, bound });
-        }
-        let at = solution.mesh().elements()[leaf].reference(point);
-        let polynomial = |channel| solution.value_on(leaf, channel, at);
-        let value = |channel| drawn.value_on(leaf, channel, at);
-        // What is drawn differs from the polynomial, and that counts beside the polynomial's bound.
-        let bounds = solution.bound_on(leaf);
-        let bound = |channel: usize| bounds[channel].total() + (value(channel) - polynomial(channel)).abs();
-        Ok(Pixel { radiosity: (0..channels).map(value).collect(), bound: (0..channels).map(bound).collect() })
     }
 
     fn exr(&self, solution: &Solution, pixels: &[Pixel], out: &mut dyn Write) -> io::Result<()> {
@@ -238,6 +216,32 @@ impl View {
         say(format_args!("{}: {exposure}", file.display()));
         Ok(())
     }
+}
+
+/// The pixel of a ray from a point of the solution's own coordinates: of what is drawn, or else gathered.
+fn pixel(
+    solution: &Solution,
+    drawn: Option<&Reconstruction>,
+    eye: DVec3,
+    direction: DVec3,
+) -> Result<Pixel, radgrad_solver::Error> {
+    let channels = solution.channels().len();
+    let dark = Pixel { radiosity: vec![0.0; channels], bound: vec![0.0; channels] };
+    let Some((face, point)) = nearest(solution.mesh().polygons(), eye, direction) else { return Ok(dark) };
+    let is_front = solution.mesh().polygons()[face].normal().dot(direction) < 0.0;
+    let Some(leaf) = solution.mesh().leaf_at(face, point).filter(|_| is_front) else { return Ok(dark) };
+    let Some(drawn) = drawn else {
+        let gathered = solution.gather_on(leaf, point)?;
+        let bound = gathered.ledger.iter().map(Ledger::total).collect();
+        return Ok(Pixel { radiosity: gathered.radiosity, bound });
+    };
+    let at = solution.mesh().elements()[leaf].reference(point);
+    let polynomial = |channel| solution.value_on(leaf, channel, at);
+    let value = |channel| drawn.value_on(leaf, channel, at);
+    // What is drawn differs from the polynomial, and that counts beside the polynomial's bound.
+    let bounds = solution.bound_on(leaf);
+    let bound = |channel: usize| bounds[channel].total() + (value(channel) - polynomial(channel)).abs();
+    Ok(Pixel { radiosity: (0..channels).map(value).collect(), bound: (0..channels).map(bound).collect() })
 }
 
 impl Pixel {

@@ -171,8 +171,8 @@ impl<'a> FormFactors<'a> {
     }
 
     /// Factor from a point to a face, times the receiver's reflectance. `on` is the face that the receiver is a point of, if any:
-    /// neither it nor a face level with it up to rounding hides anything; but where the emitter itself is level with it or the receiver with
-    /// the emitter, faces hide what they do by their coordinates as they are.
+    /// neither it nor a face level with it up to rounding hides anything. Where the emitter is level with that face, or the receiver with the
+    /// emitter, coordinates as they are decide what hides it.
     ///
     /// # Errors
     /// If there is no such face, the tolerance is not finite or negative, or the factor underflows.
@@ -245,7 +245,7 @@ impl<'a> FormFactors<'a> {
 
 impl Sphere {
     fn around(polygon: &Polygon) -> Self {
-        let centre = polygon.vertices().iter().sum::<DVec3>() / polygon.vertices().len() as f64;
+        let centre = middle(polygon.vertices());
         let radius = polygon.vertices().iter().map(|&v| (v - centre).length()).fold(0.0, larger);
         Self { centre, radius }
     }
@@ -258,6 +258,11 @@ struct Sighting {
     tolerance: f64,
     /// What hid all of it from the last point that saw nothing.
     hider: Option<usize>,
+}
+
+/// The mean of some points.
+fn middle(points: &[DVec3]) -> DVec3 {
+    points.iter().sum::<DVec3>() / points.len() as f64
 }
 
 /// The beam from a point of a polygon to an emitter. Where nothing is seen by the planes of surfaces, as they are level up to rounding,

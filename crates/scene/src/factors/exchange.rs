@@ -15,7 +15,7 @@ mod far;
 
 use radgrad_core::{DVec3, Polygon, mutant};
 
-use super::larger;
+use super::{larger, middle};
 use crate::projection::normalising_power;
 
 /// An area that is exchanged, and a bound on its error.
@@ -92,7 +92,7 @@ pub(super) fn exchange_parts(parts: [&FlatOutline<'_>; 2], truncation: f64) -> E
 
 /// Rough exchange of two outlines: the kernel between their centres, with a disc's correction for near ones.
 fn rough(outlines: [&[DVec3]; 2], normals: [DVec3; 2], areas: [f64; 2]) -> f64 {
-    let [a, b] = outlines.map(|points| points.iter().sum::<DVec3>() / points.len() as f64);
+    let [a, b] = outlines.map(middle);
     let r = b - a;
     let square = r.length_squared();
     let [large, small] = if areas[0] > areas[1] { areas } else { [areas[1], areas[0]] };

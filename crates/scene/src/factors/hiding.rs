@@ -15,7 +15,7 @@ use radgrad_core::DVec3;
 use super::bracket::{Partial, fuse};
 use super::rule::{Patch, patches};
 use super::screen::{Screen, Sight};
-use super::{FormFactors, larger, smaller};
+use super::{FormFactors, larger, middle, smaller};
 
 /// Looks that are taken at a box, and at a face.
 const LOOKS_AT_BOX: usize = 8;
@@ -139,8 +139,8 @@ impl FormFactors<'_> {
         let mut found = Vec::new();
         let cells = patches(self.scaled(from).vertices());
         let enter = |range: Range<usize>, corners: [DVec3; 8]| {
-            // A face that cannot be cut into patches looks at all.
             let corners = corners.map(|corner| corner * self.power);
+            // A face that cannot be cut into patches looks at all.
             wanted.any_above(from, range) && (cells.is_empty() || self.may_see_box(from, &cells, &corners))
         };
         self.index.facing(from, enter, |to| {
@@ -292,10 +292,6 @@ impl FormFactors<'_> {
         }
         fuse(&partials, middles).is_all_hidden
     }
-}
-
-fn middle(points: &[DVec3]) -> DVec3 {
-    points.iter().sum::<DVec3>() / points.len() as f64
 }
 
 /// The longer diagonal.

@@ -5,7 +5,6 @@
 //! with the lower face first, and from nothing but the two faces and what is between, so that each is the same to the last digit
 //! whatever else is computed.
 
-use radgrad_core::DVec3;
 use serde::{Deserialize, Serialize};
 
 use super::bracket::{Between, Bracket, Search};
@@ -14,7 +13,7 @@ use super::exchange::{Exchange, exchange};
 use super::glance::Glance;
 use super::hiding::Wanted;
 use super::screen::Screen;
-use super::{FactorSettings, FormFactors, larger, smaller};
+use super::{FactorSettings, FormFactors, larger, middle, smaller};
 use crate::{Beam, Error};
 
 /// A form factor with a proven bracket.
@@ -191,7 +190,7 @@ impl FormFactors<'_> {
         let [own, other] = [from, 1 - from].map(|k| self.scaled(faces[k]));
         let points = super::rule::patches(own.vertices());
         let Some(patch) = points.first() else { return 0.0 };
-        let point = patch.outline().iter().sum::<DVec3>() / patch.outline().len() as f64;
+        let point = middle(patch.outline());
         let mut glance = Glance::default();
         let mut share = |screens: &[&Screen]| -> f64 {
             let cells = super::rule::patches(other.vertices());

@@ -193,7 +193,7 @@ impl Screen {
         for edge in self.edges() {
             let (mut inside, mut outside, mut displaced) = (false, false, false);
             'pairs: for (&x, &over) in from.0.iter().zip(from.1) {
-                let seen = Seen::new(edge, x, over);
+                let seen = SightedEdge::new(edge, x, over);
                 for (&y, &under) in to.0.iter().zip(to.1) {
                     let (passing, moved) = seen.passing(y, under, slack);
                     displaced |= moved;
@@ -267,7 +267,7 @@ impl Screen {
 }
 
 /// An edge seen from a point x, given with its height.
-struct Seen {
+struct SightedEdge {
     edge: [DVec3; 2],
     x: DVec3,
     over: f64,
@@ -276,7 +276,7 @@ struct Seen {
     size: DVec3,
 }
 
-impl Seen {
+impl SightedEdge {
     fn new([a, b]: [DVec3; 2], x: DVec3, over: f64) -> Self {
         let (to_a, to_b) = (a - x, b - x);
         let (n, p) = (to_a.abs(), to_b.abs());

@@ -13,7 +13,7 @@ use crate::bound::ledger::Ledger;
 use crate::bound::residual::{Found, Residuals};
 use crate::bound::rise::{self, Risen};
 use crate::bound::scene::Scene;
-use crate::bound::seen::{SeenSources, lesser};
+use crate::bound::seen::{SeenSources, smaller_if_known};
 use crate::links::cluster::far::Far;
 use crate::links::cluster::glow::Pair;
 use crate::links::cluster::view::View;
@@ -145,7 +145,7 @@ impl Scene<'_> {
                 let whole = mesh.elements()[source].area();
                 if factor > 0.0 {
                     below(mesh, receives, source, &mut |target| {
-                        to.push((target, lesser(factor, peak * mesh.elements()[target].area() / whole)));
+                        to.push((target, smaller_if_known(factor, peak * mesh.elements()[target].area() / whole)));
                     });
                 }
             }
@@ -198,7 +198,7 @@ impl Scene<'_> {
                 });
                 for &receiver in receivers {
                     let [first, again, factor] = sums[receiver];
-                    let sum = self.reflectance(receiver, channel) * (first + lesser(again, factor * whole));
+                    let sum = self.reflectance(receiver, channel) * (first + smaller_if_known(again, factor * whole));
                     let mean = &mut means[receiver * channels + channel];
                     *mean = smaller(*mean, sum / mesh.elements()[receiver].area());
                 }

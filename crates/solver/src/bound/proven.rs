@@ -37,7 +37,7 @@
 //! knapsack. On i that is at most `w_i m_i`, or `u_i o_i + w_i a_i` with `u_i` a bound on the root mean square of w less a polynomial: of
 //! the sum over j of what `f_j`, or the derivatives of the kernel in x, leave of `rho_j w_j`.
 //!
-//! *What is orthogonal.* Let `H - P H` be that of sources which i sees as a whole, Q the orthogonal projection on i's polynomials, of degree m,
+//! *What is orthogonal.* Let `H - P H` be that of the sources that i sees as a whole, Q the orthogonal projection on i's polynomials, of degree m,
 //! and T Taylor's polynomial of degree m + 2, of which the next section leaves R. P is Q for such polynomials, as its nodes are exact for their
 //! products with those of the basis. So `Q (H - P H) = Q R - P R`, of a root mean square of at most `2 sup |R|`: that is in a; and o is no
 //! more than `H - P H`. All else is in a: other sources, errors of evaluations and of their sums, what links neglect, the unsolved rest; with
@@ -213,7 +213,7 @@ pub(crate) struct Proven {
     pub(crate) reflected: Vec<Vec<Rest>>,
     /// For each element and channel, the most of the error that is gathered and reflected anywhere on it.
     carried: Vec<Vec<f64>>,
-    /// For each receiver and channel, what it adds to the bound on the mean by what it leaves out itself, over its part of the area.
+    /// For each receiver and channel, what its own residual adds to the bound on the mean, over its part of the area.
     counts: Vec<Vec<f64>>,
     shares: Vec<Ledger>,
     /// For each element and channel, how much the polynomials are off anywhere on it at most, and in the mean.
@@ -441,7 +441,7 @@ impl Solved<'_> {
             };
             let back = beyond(from, element, basis.degree()) * from.area() / element.area();
             let beyond = beyond(element, from, mesh.basis(link.source).degree());
-            Seen { source: link.source, factor, peak: reach.peak, beyond, back }
+            SourceView { source: link.source, factor, peak: reach.peak, beyond, back }
         };
         let sources = links.iter().zip(factors).map(of_link).collect();
         let of_cluster = |&cluster: &usize| (cluster, mesh.clusters().all()[cluster].view_over(element));
@@ -514,9 +514,9 @@ impl Proven {
             let of_light: Vec<f64> = receivers.iter().map(|&receiver| rho(receiver)).collect();
             let of_light = risen(&of_light);
             // The weights `w = 1 + G rho w`: `of_light` bounds `rho w`.
-            let swept = sweep(&solved, &views, &everywhere_most(mesh, receivers, &of_light));
-            let of_unit: Vec<f64> = swept.iter().map(|gathered| 1.0 + gathered).collect();
             let light_on = everywhere_most(mesh, receivers, &of_light);
+            let swept = sweep(&solved, &views, &light_on);
+            let of_unit: Vec<f64> = swept.iter().map(|gathered| 1.0 + gathered).collect();
             let uneven: Vec<f64> =
                 views.iter().zip(&swept).map(|(views, most)| least(views.uneven(&light_on) * ROUNDED, *most)).collect();
 
@@ -693,7 +693,7 @@ impl Rest {
 
 /// A source as any place of a receiver sees it.
 #[derive(Debug, Clone, Copy)]
-struct Seen {
+struct SourceView {
     source: usize,
     factor: f64,
     /// Bound on the kernel times the area.
@@ -707,7 +707,7 @@ struct Seen {
 /// What any place of a receiver sees at most of sources and of clusters.
 #[derive(Debug)]
 struct Views {
-    sources: Vec<Seen>,
+    sources: Vec<SourceView>,
     clusters: Vec<(usize, View)>,
 }
 

@@ -143,11 +143,11 @@ impl SeenSources {
             if let Some(even) = even {
                 let even = &even[channel * self.nodes..(channel + 1) * self.nodes];
                 for (((sum, factor), peak), even) in sums.iter_mut().zip(factors).zip(peaks).zip(even) {
-                    *sum += lesser(factor * largest * even, peak * mean);
+                    *sum += smaller_if_known(factor * largest * even, peak * mean);
                 }
             } else {
                 for ((sum, factor), peak) in sums.iter_mut().zip(factors).zip(peaks) {
-                    *sum += lesser(factor * largest, peak * mean);
+                    *sum += smaller_if_known(factor * largest, peak * mean);
                 }
             }
         }
@@ -197,7 +197,7 @@ impl Together {
 }
 
 /// The lesser of two, the first one if the other is no number, as where the kernel is infinite and the mean 0.
-pub(super) fn lesser(a: f64, b: f64) -> f64 {
+pub(super) fn smaller_if_known(a: f64, b: f64) -> f64 {
     if b < a { b } else { a }
 }
 

@@ -101,33 +101,32 @@ impl Solution {
             })
             .collect::<Result<_, Error>>()?;
         vertices.join(self);
-        let of_leaf = |leaf: usize| {
-            let channels = if mesh.elements()[leaf].is_leaf() { self.channels().len() } else { 0 };
-            let piece = |channel: usize| {
-                let middle = middles[leaf].as_ref().map(|middle| middle[channel]);
-                let patch = self.patch(&vertices, leaf, channel, middle);
-                let corners = vertices.of_leaf[leaf].iter().map(|&vertex| vertices.all[vertex].values[channel]);
-                if self.is_close(&patch, corners.chain(middle), leaf, channel) {
-                    Piece::Patch(patch)
-                } else {
-                    self.polynomial_drawn(leaf, channel)
-                }
-            };
-            (0..channels).map(piece).collect()
+        let piece = |leaf: usize, channel: usize| {
+            let middle = middles[leaf].as_ref().map(|middle| middle[channel]);
+            let patch = self.patch(&vertices, leaf, channel, middle);
+            let corners = vertices.of_leaf[leaf].iter().map(|&vertex| vertices.all[vertex].values[channel]);
+            if self.is_close(&patch, corners.chain(middle), leaf, channel) {
+                Piece::Patch(patch)
+            } else {
+                self.polynomial_drawn(leaf, channel)
+            }
         };
-        let pieces = (0..mesh.elements().len()).into_par_iter().map(of_leaf).collect();
-        Ok(Reconstruction { pieces, bases: mesh.bases().clone() })
+        Ok(self.drawn(piece))
     }
 
     /// The polynomials of the leaves, drawn toward their means where they would be negative: beside the edge of a shadow, most often.
     ///
-    /// A mean stays what it is, unless it is negative itself: then it is 0.
+    /// That keeps the mean of each. A negative mean becomes 0.
     #[must_use]
     pub fn not_negative(&self) -> Reconstruction {
+        self.drawn(|leaf, channel| self.polynomial_drawn(leaf, channel))
+    }
+
+    /// The function of each leaf in each channel.
+    fn drawn(&self, piece: impl Fn(usize, usize) -> Piece + Sync) -> Reconstruction {
         let of_leaf = |leaf: usize| {
-            let element = &self.mesh().elements()[leaf];
-            let channels = if element.is_leaf() { self.channels().len() } else { 0 };
-            (0..channels).map(|channel| self.polynomial_drawn(leaf, channel)).collect()
+            let channels = if self.mesh().elements()[leaf].is_leaf() { self.channels().len() } else { 0 };
+            (0..channels).map(|channel| piece(leaf, channel)).collect()
         };
         let pieces = (0..self.mesh().elements().len()).into_par_iter().map(of_leaf).collect();
         Reconstruction { pieces, bases: self.mesh().bases().clone() }

@@ -59,9 +59,8 @@ impl Solution {
         &self.placement
     }
 
-    /// Proven bound on the error of [`Self::mean`], in each channel, but for the rounding of the sum that makes the mean: less than 1e-13 of
-    /// it, and the emission is in it. Errors of both signs cancel in it: the mean magnitude of the error of
-    /// the polynomials may be larger ([`Self::bound_on`] bounds that).
+    /// Proven bound on the error of [`Self::mean`], in each channel. Errors of both signs cancel in it: the mean magnitude of the error of the
+    /// polynomials may be larger, and [`Self::bound_on`] bounds that. It leaves out the rounding of the sum over faces that makes the mean.
     #[must_use]
     pub fn mean_bound(&self) -> Vec<Ledger> {
         match self.proven() {

@@ -4,7 +4,7 @@ use radgrad_core::DVec3;
 
 use crate::factors::exchange::FlatOutline;
 use crate::factors::screen::{area, perimeter};
-use crate::factors::{larger, smaller};
+use crate::factors::{larger, middle, smaller};
 
 /// Data that the cells of a face share.
 #[derive(Debug, Clone, Copy)]
@@ -34,7 +34,7 @@ impl Cell {
     }
 
     pub(super) fn centre(&self) -> DVec3 {
-        self.points.iter().sum::<DVec3>() / self.points.len() as f64
+        middle(&self.points)
     }
 
     pub(super) fn perimeter(&self) -> f64 {

@@ -16,7 +16,7 @@ use radgrad_core::DVec3;
 
 use super::{Exchange, ROUNDOFF};
 use crate::factors::rule::{Patch, gauss_legendre, patches};
-use crate::factors::{larger, smaller};
+use crate::factors::{larger, middle, smaller};
 
 /// Distance over size from which the rule is asked.
 const FAR: f64 = 4.0;
@@ -62,7 +62,7 @@ struct Sphere {
 
 impl Sphere {
     fn around(points: &[DVec3]) -> Self {
-        let centre = points.iter().sum::<DVec3>() / points.len() as f64;
+        let centre = middle(points);
         let radius = points.iter().map(|p| (*p - centre).length()).fold(0.0, larger) * (1.0 + 1e-12);
         Self { centre, radius }
     }

@@ -106,8 +106,9 @@ impl Proof<'_> {
         let mut off = vec![vec![0.0; rule.len() * rule.len()]; self.channels];
         let mut error = vec![0.0_f64; self.channels];
         let mut size = vec![0.0_f64; self.channels];
-        for (a, (s, _)) in rule.iter().enumerate() {
-            for (b, (t, _)) in rule.iter().enumerate() {
+        let mut along = vec![vec![0.0_f64; basis.len()]; self.channels];
+        for (a, (s, weight_s)) in rule.iter().enumerate() {
+            for (b, (t, weight_t)) in rule.iter().enumerate() {
                 let station = Station::on(element, element.point([*s, *t]));
                 let values = basis.values([*s, *t]);
                 let (mut errors, mut sums, mut sizes) =
@@ -122,7 +123,9 @@ impl Proof<'_> {
                 }
                 for channel in 0..self.channels {
                     let polynomial: f64 = held[channel].iter().zip(&values).map(|(c, v)| c * v).sum();
-                    off[channel][a * rule.len() + b] = sums[channel] - polynomial;
+                    let left = sums[channel] - polynomial;
+                    off[channel][a * rule.len() + b] = left;
+                    along[channel].iter_mut().zip(&values).for_each(|(sum, value)| *sum += weight_s * weight_t * left * value);
                     error[channel] = largest(error[channel], errors[channel]);
                     size[channel] = largest(size[channel], sizes[channel]);
                 }
@@ -138,11 +141,7 @@ impl Proof<'_> {
             let beyond = beyond[channel];
             let mean = rms + 2.0 * beyond + error;
             let most = legendre_sum(&rule, off) + beyond + places * (beyond + error);
-            let coefficient = |function: usize| -> f64 {
-                let value = |place: usize| basis.values([rule[place / rule.len()].0, rule[place % rule.len()].0])[function];
-                off.iter().enumerate().map(|(place, off)| weight(place) * off * value(place)).sum()
-            };
-            let held = (0..basis.len()).map(|function| coefficient(function).powi(2)).sum::<f64>().sqrt();
+            let held = along[channel].iter().map(|c| c.powi(2)).sum::<f64>().sqrt();
             (
                 Left { largest: most * ROUNDED, mean: mean * ROUNDED },
                 mutant!("solver.along-finely", (held + 2.0 * beyond + error) * ROUNDED, |_| 0.0),
