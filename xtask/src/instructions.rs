@@ -41,9 +41,12 @@ pub(crate) fn run(arguments: &Arguments) -> Result<bool, Box<dyn Error>> {
     if Command::new("valgrind").arg("--version").stdout(Stdio::null()).status().is_err() {
         return Ok(skipped("valgrind is not installed (apt-get install valgrind)"));
     }
-    let counts = counted(&built()?, &arguments.out)?;
+    let (counts, is_all) = counted(&built()?, &arguments.out)?;
     let (file, compiler) = (in_workspace("data/instructions.toml"), compiler()?);
     if arguments.record {
+        if !is_all {
+            return Err(UNKNOWN.into());
+        }
         files::write(&file, Limits::above(&counts, &compiler).to_toml())?;
         println!("written to data/instructions.toml");
         return Ok(true);
@@ -53,13 +56,19 @@ pub(crate) fn run(arguments: &Arguments) -> Result<bool, Box<dyn Error>> {
     if limits.compiler != compiler {
         return Ok(skipped(&format!("the limits are of rustc {}, this is {compiler}", limits.compiler)));
     }
-    if !counts.iter().any(|count| count.kernel.ends_with("avx2")) {
+    if is_all && !counts.iter().any(|count| count.kernel.ends_with("avx2")) {
         return Ok(skipped("this machine has no AVX2"));
     }
-    let violations = limits.violations(&counts);
+    if !is_all {
+        skipped(&format!("after these {} kernels {UNKNOWN}", counts.len()));
+    }
+    let violations = limits.violations(&counts, is_all);
     violations.iter().for_each(|violation| println!("VIOLATED {violation}"));
     Ok(violations.is_empty())
 }
+
+/// As valgrind 3.19 of `vmovq` between registers in its shorter form, which compilers choose where it fits.
+const UNKNOWN: &str = "valgrind does not know an instruction";
 
 /// Says loudly that nothing is judged.
 fn skipped(why: &str) -> bool {
@@ -78,8 +87,9 @@ fn built() -> Result<PathBuf, Box<dyn Error>> {
     Ok(folder.join("release/hot_kernels"))
 }
 
-/// Runs the program under callgrind, which writes a file for each call of `measured`.
-fn counted(program: &Path, out: &Path) -> Result<Vec<Count>, Box<dyn Error>> {
+/// Runs the program under callgrind, which writes a file for each call of `measured`; and whether it knew all instructions. Each
+/// kernel runs once before it is named and measured.
+fn counted(program: &Path, out: &Path) -> Result<(Vec<Count>, bool), Box<dyn Error>> {
     if out.exists() {
         fs::remove_dir_all(out)?;
     }
@@ -90,8 +100,10 @@ fn counted(program: &Path, out: &Path) -> Result<Vec<Count>, Box<dyn Error>> {
         .arg(format!("--callgrind-out-file={}", out.join("callgrind").display()))
         .arg(program)
         .output()?;
-    if !output.status.success() {
-        return Err(format!("valgrind: {}", String::from_utf8_lossy(&output.stderr)).into());
+    let said = String::from_utf8_lossy(&output.stderr);
+    let is_all = !said.contains("Unrecognised instruction");
+    if is_all && !output.status.success() {
+        return Err(format!("valgrind: {said}").into());
     }
     let kernels = String::from_utf8(output.stdout)?;
     let count = |(index, line): (usize, &str)| {
@@ -99,7 +111,8 @@ fn counted(program: &Path, out: &Path) -> Result<Vec<Count>, Box<dyn Error>> {
         let text = fs::read_to_string(&file).map_err(|error| format!("{}: {error}", file.display()))?;
         Count::new(line, &text).ok_or_else(|| format!("{}: no count for {line:?}", file.display()).into())
     };
-    kernels.lines().enumerate().map(count).collect()
+    let counts: Result<Vec<Count>, Box<dyn Error>> = kernels.lines().enumerate().map(count).collect();
+    Ok((counts?, is_all))
 }
 
 impl Count {

@@ -9,6 +9,7 @@ use std::time::{Duration, Instant};
 use indicatif::ProgressBar;
 use radgrad_audit::gates::Gates;
 use radgrad_audit::name::UnknownFamily;
+use radgrad_audit::scenes::brackets::{self, Brackets};
 use radgrad_audit::scenes::family::{Family, Name};
 use radgrad_audit::scenes::faults::{Fault, Found, find};
 use radgrad_audit::scenes::judge::{Ending, judge};
@@ -105,6 +106,41 @@ fn hold(cases: u64, plant: bool, effort: &Effort, arguments: &Arguments, gates: 
         record.violated("scenes: no bound was judged", "cargo xtask verify --scenes");
     }
     Ok(Held { passed: record.write(out)?, scenes, judged })
+}
+
+/// Brackets of at least so many factors against rays: whether none is refuted.
+pub(crate) fn brackets(pairs: u64, arguments: &Arguments, gates: &Gates) -> Result<bool, Box<dyn Error>> {
+    let (start, out) = (Instant::now(), &arguments.out);
+    let bar = ProgressBar::new(pairs);
+    bar.set_style(style());
+    let found = Brackets::of(&arguments.scene_families(), pairs, arguments.seed, |name, row| {
+        bar.set_message(name.family.name());
+        bar.inc(row.pairs);
+    });
+    bar.finish_and_clear();
+    write_whole(&out.join("factor-brackets.csv"), |file| found.write(file))?;
+    let (tried, outside) = (found.pairs(), found.outside.len());
+    let mut printed = with_header(&brackets::HEADER);
+    for (family, row) in &found.rows {
+        printed.add_row(row.cells(*family));
+    }
+    println!(
+        "{tried} factors of pairs of faces, seed {}: {outside} brackets outside\n{}",
+        arguments.seed,
+        fitted(right_aligned(printed))
+    );
+    let mut record = Record::new("factors", arguments.seed, tried);
+    record.note("outside", outside);
+    record.note("seconds", format!("{:.0}", start.elapsed().as_secs_f64()));
+    if outside as u64 > gates.scenes().broken {
+        for one in &found.outside {
+            record.violated(format_args!("{}: {}", one.name, one.said), &format!("cargo xtask replay {}", one.name));
+        }
+    }
+    if tried < pairs {
+        record.violated(format_args!("factors: {tried} pairs were tried of {pairs}"), "cargo xtask verify --factors");
+    }
+    record.write(out)
 }
 
 /// How scenes fared.

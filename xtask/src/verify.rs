@@ -55,6 +55,9 @@ pub(crate) struct Arguments {
     /// Whole scenes instead: bounds of `solve`, `factors` and `field` against truth; 800 scenes unless a number is given
     #[arg(long, conflicts_with = "bounds")]
     pub(crate) scenes: bool,
+    /// Factors instead: proven brackets of at least so many pairs of faces against rays, over the families of scenes
+    #[arg(long, value_name = "PAIRS", conflicts_with_all = ["bounds", "scenes", "cases"])]
+    factors: Option<u64>,
     /// Only part I of N, counted from 1, written to OUT as shard-I-of-N.json (bounds-I-of-N.json)
     #[arg(long, value_name = "I/N", value_parser = parse_part, conflicts_with = "merge")]
     shard: Option<Part>,
@@ -84,10 +87,10 @@ impl Arguments {
         if self.cases == Some(0) {
             return Err("--cases 0: a run without cases shows nothing; ask for 1 or more".to_owned());
         }
-        let fits = |family: &AnyFamily| matches!(family, AnyFamily::Scene(_)) == self.scenes;
+        let fits = |family: &AnyFamily| matches!(family, AnyFamily::Scene(_)) == (self.scenes || self.factors.is_some());
         match self.family.iter().find(|family| !fits(family)) {
-            Some(AnyFamily::Scene(family)) => Err(format!("{family} is a family of scenes: add --scenes")),
-            Some(AnyFamily::Case(family)) => Err(format!("{family} is no family of scenes: leave out --scenes")),
+            Some(AnyFamily::Scene(family)) => Err(format!("{family} is a family of scenes: add --scenes or --factors")),
+            Some(AnyFamily::Case(family)) => Err(format!("{family} is no family of scenes: leave out --scenes and --factors")),
             None => Ok(()),
         }
     }
@@ -102,6 +105,9 @@ const CASES: u64 = 42_000;
 
 /// Cases of the bounds campaign beside them, and of the quick run.
 const BOUNDS: [u64; 2] = [100_000, 20_000];
+
+/// Pairs of faces whose factors are held against rays beside them, and in the quick run.
+const PAIRS: [u64; 2] = [5000, 500];
 
 /// Cases of each family and emission that the paper's equations are compared on, in the whole run and in the quick one.
 const FORMS: [u64; 2] = [12, 3];
@@ -133,6 +139,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result<bool, Box<dyn Error>> {
     if arguments.scenes {
         return crate::scenes::run(arguments, &gates);
     }
+    if let Some(pairs) = arguments.factors {
+        return crate::scenes::brackets(pairs, arguments, &gates).map(ended);
+    }
     if arguments.bounds {
         return bounds::run(arguments, &gates);
     }
@@ -163,8 +172,10 @@ pub(crate) fn run(arguments: &Arguments) -> Result<bool, Box<dyn Error>> {
     compare(&run, arguments, &mut record)?;
     let digits = judge_digits(&run, arguments, &mut record)?;
     // Families of cases alone are asked for without scenes.
-    let scenes = if arguments.family.is_empty() { Some(crate::scenes::beside(arguments, &gates)?) } else { None };
-    let passed = record.write(&arguments.out)? & bounds.passed & scenes.is_none_or(|scenes| scenes.passed);
+    let all = arguments.family.is_empty();
+    let scenes = if all { Some(crate::scenes::beside(arguments, &gates)?) } else { None };
+    let are_held = !all || crate::scenes::brackets(PAIRS[usize::from(arguments.quick)], arguments, &gates)?;
+    let passed = record.write(&arguments.out)? & bounds.passed & scenes.is_none_or(|scenes| scenes.passed) & are_held;
     let found = paragraph::Found {
         table: &table,
         bounds,

@@ -7,6 +7,7 @@
 //!   -> Known                          truth: limits at a confidence of all but 1e-7, or an enclosure, or the exact solution
 //!   -> Verdict                        judge: held, broken, or the truth is too rough to say
 //!   -> Row of a family and a subject  table: counts, medians, time; gates
+//!   brackets: factors pair by pair, many thousands, against few rays each
 //!   shrink: the fewest faces that still break a bound; faults: planted errors, each of which the audit must find
 //! ```
 //!
@@ -14,6 +15,7 @@
 //! that half-width is above both the bound and [`judge::ROUGH`] of the mean reflected radiosity, the truth is **rough**, which is
 //! counted by itself: the gates demand a share of statements that was judged.
 
+pub mod brackets;
 pub mod draw;
 pub mod family;
 pub mod faults;

@@ -44,7 +44,7 @@ pub(crate) struct Arguments {
     #[arg(long, default_value_t = FactorSettings::default().most_cells, value_parser = count)]
     cells: usize,
     /// Error down to which the value of a factor past occluders is integrated, in its bracket: an estimate. By default 3e-3 of
-    /// --tolerance.
+    /// --tolerance, or a tenth of --tolerance over what the factor were with nothing in between, whichever is larger.
     #[arg(long)]
     estimate: Option<f64>,
     /// Move factors the least, inside their brackets and reciprocal as they are, until the rows of a closed scene sum to 1.
@@ -141,7 +141,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<bool, Failure> {
     let mut matrix = found?;
     kept.map_or(Ok(()), Kept::close)?;
     finite(&matrix)?;
-    let repaired = if arguments.repair { Some(matrix.repair()?) } else { None };
+    let repaired = if arguments.repair { Some(matrix.repair(&settings)?) } else { None };
     let seconds = started.elapsed().as_secs_f64();
     if let Some((file, format)) = out {
         let first = arguments.rows.is_none_or(|[i, _]| i == 1);
@@ -163,7 +163,9 @@ fn settings(arguments: &Arguments) -> Result<FactorSettings, Failure> {
             return Err(Failure::Share { option, value });
         }
     }
-    Ok(FactorSettings { tolerance, relative, most_cells: cells, estimate, ..FactorSettings::default() })
+    // An estimate that is asked for counts by itself.
+    let relative_estimate = if arguments.estimate.is_some() { 0.0 } else { 0.1 * tolerance };
+    Ok(FactorSettings { tolerance, relative, most_cells: cells, estimate, relative_estimate, ..FactorSettings::default() })
 }
 
 /// Prints a summary as one JSON object, or as text.
@@ -227,11 +229,12 @@ fn one(
     let [from, to] = [scene.surface_named(names[0])?, scene.surface_named(names[1])?];
     let mut digits = 1.0;
     (0..arguments.digits).for_each(|_| digits *= 0.1);
-    let rough = FactorSettings { estimate: 1e-4, most_cells: 1, ..*settings };
+    let rough = FactorSettings { estimate: 1e-4, relative_estimate: 0.0, most_cells: 1, ..*settings };
     let guess = sum(factors, [from, to], &rough)?;
     // Where nothing is seen at a glance, the bracket says how much that can be.
     let size = if guess.value > 0.0 { guess.value } else { guess.upper };
-    let precise = FactorSettings { estimate: (0.5 * digits * size).max(1e-16), most_points: POINTS_OF_ONE, ..*settings };
+    let estimate = (0.5 * digits * size).max(1e-16);
+    let precise = FactorSettings { estimate, relative_estimate: 0.0, most_points: POINTS_OF_ONE, ..*settings };
     let found = sum(factors, [from, to], &precise)?;
     let seconds = started.elapsed().as_secs_f64();
     let is_met = found.error <= settings.allowed(found.lower) && found.estimate <= digits * found.value;

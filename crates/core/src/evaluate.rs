@@ -335,9 +335,7 @@ fn on_lanes<const VALUE: bool, const GRADIENT: bool>(
             let emission = emitter.affine().value;
             Some((plan, IrradianceAndGradient { irradiance: sums.irradiance * emission, gradient: sums.gradient * emission }))
         }
-        Emission::Linear(_) => {
-            edge_lanes::linear::whole::<GRADIENT>(receiver, emitter).map(|(power, sums)| (Plan::whole(power), sums))
-        }
+        Emission::Linear(_) => edge_lanes::linear::sure::<GRADIENT>(receiver, emitter),
         Emission::Polynomial(_) => None,
     }
 }

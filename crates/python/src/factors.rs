@@ -78,7 +78,7 @@ impl FactorMatrix {
     fn repaired(&self, py: Python<'_>) -> PyResult<(Self, f64, f64)> {
         let work = |_: &crate::detached::Stop| {
             let mut matrix = self.matrix.clone();
-            let repaired = matrix.repair()?;
+            let repaired = matrix.repair(&self.settings)?;
             Ok((matrix, repaired))
         };
         let (matrix, repaired) = detached(py, false, work)?;

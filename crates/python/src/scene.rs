@@ -242,6 +242,7 @@ impl Settings {
             most_cells: self.most_cells.unwrap_or(rest.most_cells),
             estimate: self.estimate.unwrap_or(rest.estimate),
             most_points: self.most_points.unwrap_or(rest.most_points),
+            ..rest
         }
     }
 }

@@ -44,7 +44,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let scene = Scene::read(file, Degenerate::Refuse)?;
     let settings = FactorSettings { tolerance: 0.01, estimate: 3e-5, ..FactorSettings::default() };
     let mut matrix = FormFactors::new(&scene)?.matrix(&settings, || ())?;
-    let repaired = matrix.repair()?;
+    let repaired = matrix.repair(&settings)?;
     println!("rows off by {:.0e} before the repair, factors moved by {:.0e} at most", repaired.closure_before, repaired.largest);
 
     let by_surface = matrix.by_surface(&scene);

@@ -12,7 +12,7 @@ use crate::words::{printable, quoted};
 #[non_exhaustive]
 pub enum Error {
     /// The text is not JSON, a number does not fit a double, a field is missing or has another shape than its own.
-    #[error("column {column}: {rule}")]
+    #[error("column {column}: {}", printable(rule))]
     Json {
         /// Column of the line, in bytes from 1, where reading stopped.
         column: usize,
@@ -63,7 +63,7 @@ pub enum Error {
         second: &'static str,
     },
     /// An expression cannot be read.
-    #[error("emission: column {column} of the expression: {rule}")]
+    #[error("emission: column {column} of the expression: {}", printable(rule))]
     Expression {
         /// Column of the expression, in bytes from 1.
         column: usize,
@@ -106,7 +106,7 @@ pub enum Error {
         file: PathBuf,
     },
     /// Reading would take more memory than it may.
-    #[error("{what}: reading takes more than the {} that it may: give more with --budget", Bytes(*budget))]
+    #[error("{}: reading takes more than the {} that it may: give more with --budget", printable(what), Bytes(*budget))]
     Budget {
         /// The things that would have taken it.
         what: String,
@@ -143,7 +143,7 @@ pub enum Error {
         value: f64,
     },
     /// The file does not follow its format.
-    #[error("expected {expected}, found {found}")]
+    #[error("expected {}, found {}", printable(expected), printable(found))]
     Expected {
         /// The text or value that the format asks for.
         expected: String,
@@ -151,7 +151,7 @@ pub enum Error {
         found: String,
     },
     /// The file is right, but this part of it is not read here.
-    #[error("{what} cannot be represented: {instead}")]
+    #[error("{} cannot be represented: {instead}", printable(what))]
     Unsupported {
         /// The part.
         what: String,
@@ -165,7 +165,7 @@ pub enum Error {
     #[error("face refused: {0}, and seen along its normal the face crosses or touches itself: it cannot be split")]
     Warped(#[source] radgrad_core::Error),
     /// A `View3D` subsurface does not lie in its base.
-    #[error("subsurface of surface {base}: {rule}")]
+    #[error("subsurface of surface {base}: {}", printable(rule))]
     Subsurface {
         /// Number of the base surface.
         base: usize,
@@ -187,7 +187,7 @@ pub enum Error {
         rule: &'static str,
     },
     /// A texture, or its effect on a material, is refused.
-    #[error("texture `{}`: {rule}", printable(texture))]
+    #[error("texture `{}`: {}", printable(texture), printable(rule))]
     Texture {
         /// Name of the texture.
         texture: String,
@@ -263,7 +263,7 @@ pub enum Error {
         expected: usize,
     },
     /// There is no entry of this index or name.
-    #[error("there is no {what} {which}: {known}")]
+    #[error("there is no {what} {}: {}", printable(which), printable(known))]
     Missing {
         /// `surface`, `material`, ...
         what: &'static str,

@@ -39,6 +39,7 @@ pub use rule::gauss_legendre;
 
 use self::hiding::Neighbours;
 use self::screen::{Screen, Sight};
+use crate::occluders::may_hide;
 use crate::projection::normalising_power;
 use crate::{Beam, Error, Occluders, Placement, Prepared, Scene, Warning, largest as larger, smallest as smaller};
 
@@ -60,6 +61,8 @@ pub struct FactorSettings {
     pub most_cells: usize,
     /// Error down to which an obstructed factor is integrated by two rules, by their difference, while `most_points` last.
     pub estimate: f64,
+    /// The same over the factor that there would be with nothing in between; the larger counts.
+    pub relative_estimate: f64,
     /// Points that this may take.
     pub most_points: usize,
 }
@@ -75,7 +78,7 @@ impl FactorSettings {
 impl Default for FactorSettings {
     /// An error of 1e-3, from up to 40,000 pairs of cells a factor; an estimate of 3e-6 from up to 2000 points.
     fn default() -> Self {
-        Self { tolerance: 1e-3, relative: 0.0, most_cells: 40_000, estimate: 3e-6, most_points: 2000 }
+        Self { tolerance: 1e-3, relative: 0.0, most_cells: 40_000, estimate: 3e-6, relative_estimate: 0.0, most_points: 2000 }
     }
 }
 
@@ -180,12 +183,35 @@ impl<'a> FormFactors<'a> {
         let emitter = self.emitter(to)?;
         let position = self.placement.inward(receiver.position());
         let receiver = &Receiver::new(position, receiver.direction(), receiver.reflectance()).map_err(Error::Receiver)?;
-        let beam = match on {
-            Some(face) => seen_from(self.emitter(face)?.polygon(), receiver, emitter.polygon()),
-            None => Beam::from_receiver(receiver, emitter.polygon()),
+        let hiding = match on {
+            Some(face) => {
+                self.emitter(face)?;
+                self.hiding(receiver, face, to)
+            }
+            None => Beam::from_receiver(receiver, emitter.polygon()).map(|beam| self.in_beam(&beam, [to, to])),
         };
-        let hiding = beam.map_or_else(Vec::new, |beam| self.index.in_beam(&beam, &[to, on.unwrap_or(to)]).polygons);
-        evaluate(receiver, emitter, self.polygons(&hiding), tolerance)
+        let Hiding { found, left_out } = hiding.unwrap_or_default();
+        let mut value = evaluate(receiver, emitter, self.polygons(&found), tolerance)?;
+        value.radiosity_error += receiver.reflectance() * left_out;
+        Ok(value)
+    }
+
+    /// What may hide a face from a point of another one. Where nothing is seen by the planes of surfaces, as they are level up to rounding, the
+    /// coordinates as they are decide: the little that they let see is not 0. `None` if by these nothing is seen either.
+    fn hiding(&self, receiver: &Receiver, on: usize, to: usize) -> Option<Hiding> {
+        let [own, emitter] = [on, to].map(|face| self.polygon(face));
+        let exact = Beam::from_receiver(receiver, emitter).map(|beam| self.in_beam(&beam, [on, to]));
+        let Some(beam) = Beam::from_point_of(own, receiver.position(), emitter) else { return exact };
+        let mut hiding = self.in_beam(&beam, [on, to]);
+        let point = receiver.position();
+        for other in exact.unwrap_or_default().found.into_iter().filter(|other| hiding.found.binary_search(other).is_err()) {
+            hiding.left_out += may_hide(point, own, emitter, self.polygon(other));
+        }
+        Some(hiding)
+    }
+
+    fn in_beam(&self, beam: &Beam, without: [usize; 2]) -> Hiding {
+        Hiding { found: self.index.in_beam(beam, &without).polygons, left_out: 0.0 }
     }
 
     fn emitter(&self, face: usize) -> Result<&Emitter, Error> {
@@ -265,10 +291,12 @@ fn middle(points: &[DVec3]) -> DVec3 {
     points.iter().sum::<DVec3>() / points.len() as f64
 }
 
-/// The beam from a point of a polygon to an emitter. Where nothing is seen by the planes of surfaces, as they are level up to rounding,
-/// the coordinates as they are decide: the little that they let see is not 0.
-fn seen_from(own: &Polygon, receiver: &Receiver, emitter: &Polygon) -> Option<Beam> {
-    Beam::from_point_of(own, receiver.position(), emitter).or_else(|| Beam::from_receiver(receiver, emitter))
+/// The polygons that may hide a part of an emitter from a point of a face.
+#[derive(Debug, Default)]
+struct Hiding {
+    found: Vec<usize>,
+    /// A bound on the form factor of what others hide, which do so by rounding alone.
+    left_out: f64,
 }
 
 fn evaluate(receiver: &Receiver, emitter: &Emitter, hiding: Vec<&Polygon>, tolerance: f64) -> Result<Value, Error> {

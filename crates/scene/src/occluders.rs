@@ -7,6 +7,7 @@
 mod beam;
 mod half_space;
 mod hull;
+mod level;
 mod overlap;
 mod segment;
 mod shape;
@@ -17,6 +18,8 @@ mod tree;
 use radgrad_core::Polygon;
 
 pub use beam::Beam;
+pub(crate) use level::may_hide;
+pub(crate) use overlap::perimeter;
 pub use segment::contains;
 use shape::Shape;
 use tree::{Content, Tree};

@@ -42,6 +42,16 @@ impl Clock {
         end.is_none_or(|end| Instant::now().checked_add(round).is_some_and(|done| done < end))
     }
 
+    /// For evaluations that are more precise than the error asked for needs.
+    pub(crate) fn for_precision(self, time: Option<Duration>) -> Self {
+        self.until(time, FIRST_LINKS)
+    }
+
+    /// For the proof to cut elements into cells.
+    pub(crate) fn for_cells(self, time: Option<Duration>) -> Self {
+        self.until(time, PROOF)
+    }
+
     /// For the proof, where faces are many: of few it is worth its time.
     pub(crate) fn for_proof(self, time: Option<Duration>, many: bool) -> Self {
         if many { self.until(time, PROOF) } else { Self { end: None, ..self } }

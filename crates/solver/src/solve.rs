@@ -70,11 +70,16 @@ const ROUGH_PART: f64 = 0.2;
 /// The part of the error asked for that one evaluation may have, per unit of the source's radiosity.
 const EVALUATION_PART: f64 = 2e-4;
 
-/// The same where there are no lamps and no clusters: light may then be far more even than was asked for, and known as well.
+/// The same where there are no lamps and no clusters: light may then be far more even than was asked for, and known as well. Past what may
+/// hide a part of a source that is dear, and is asked for only if reflectances and emissions are those of even light.
 const GLOWING_PART: f64 = 2e-10;
 
 /// The least error asked of an evaluation, about what closed forms in double precision have.
 const FINEST: f64 = 1e-14;
+
+/// The same past what may hide a part of a source: edges in line with each other leave about so much open, and to ask for less
+/// is in vain, and dear.
+const FINEST_PAST: f64 = 1e-11;
 
 /// Changes relative to the mean radiosity below which the linear system is solved: where light may be even, as for evaluations,
 /// and, over the error aimed at, in scenes with lamps.
@@ -214,6 +219,8 @@ pub(crate) fn solve_on(
         if enough || !go_on || !clock.has_time_for(options.time, expected) {
             solution.progress.bound = solution.prove()?;
             solution.finite()?;
+            // Who asks for a point has time for it.
+            solution.precise = clock;
             return Ok(solution);
         }
         before = took;
@@ -230,7 +237,8 @@ fn dark(ready: &Prepared, options: &Options, (mesh, served): (Mesh, Served), clo
     let progress = Progress { round: 0, elements: 0, links: 0, gathers: 0, bound: f64::INFINITY, estimate: f64::INFINITY };
     let receivers: Vec<usize> = mesh.leaves().collect();
     let lamps = Lamps::of(&mesh, &surfaces);
-    let precision = if may_be_even(&mesh, &lamps) { GLOWING_PART } else { EVALUATION_PART };
+    let precision = |is_even: bool| largest(options.error * if is_even { GLOWING_PART } else { EVALUATION_PART }, FINEST);
+    let may_be_even = may_be_even(&mesh, &lamps);
     surfaces.check(&channels)?;
     Ok(Solution {
         rules: Rules::new(),
@@ -244,13 +252,15 @@ fn dark(ready: &Prepared, options: &Options, (mesh, served): (Mesh, Served), clo
         judged: Vec::new(),
         bounds: Bounds::default(),
         estimated: OnceLock::new(),
-        ground: Ground::of(&mesh),
+        ground: Ground::of(&mesh, clock.for_cells(options.time)),
         proven: OnceLock::new(),
         details: OnceLock::new(),
         unseen: Vec::new(),
         proven_direct: Vec::new(),
         extent: (high - low).max_element(),
-        absolute: largest(options.error * precision, FINEST),
+        absolute: precision(may_be_even),
+        past: [may_be_even && surfaces.may_be_even(&mesh), false].map(|is_even| largest(precision(is_even), FINEST_PAST)),
+        precise: clock.for_precision(options.time),
         cells: cells_for(options.error),
         clock: clock.for_proof(options.time, mesh.clusters().root().is_some()),
         allowed: LINK_PART * options.error,

@@ -9,8 +9,10 @@ use super::model::{Change, Exact, Expected, Grid, Model, Part, Probe, Ways};
 use crate::sampler::{Sampler, power_of_two};
 
 mod exact;
+mod odd;
 
 pub(super) use exact::{groove, manufactured, sphere, strips};
+pub(super) use odd::odd;
 
 /// Points asked at.
 const PROBES: usize = 3;
@@ -581,6 +583,7 @@ pub(super) fn scaled(s: &mut Sampler) -> Model {
     let mut model = ordinary(s);
     let exponent = [s.integer(-20, 20), s.integer(-300, 300), s.integer(-700, 700)][s.below(3) as usize];
     model.change = Change::Scale(power_of_two(exponent));
+    model.ways.same_digits = true;
     model.expected = Expected::Either;
     model
 }

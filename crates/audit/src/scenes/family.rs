@@ -8,6 +8,9 @@ use super::model::Model;
 use crate::name::{Families, UnknownFamily};
 use crate::sampler::Sampler;
 
+/// One scene in so many has more time.
+const LONG: u64 = 8;
+
 /// One way of being difficult.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Family {
@@ -51,11 +54,13 @@ pub enum Family {
     Groove,
     /// A room with boxes where reflectance and emission vary so that the radiosity is 1.
     Manufactured,
+    /// A room with things that almost touch, cross, stand on each other, or are as thin as can be.
+    Odd,
 }
 
 impl Family {
     /// All of them, in the order of the tables.
-    pub const ALL: [Self; 20] = [
+    pub const ALL: [Self; 21] = [
         Self::Clutter,
         Self::Furnace,
         Self::Facing,
@@ -76,6 +81,7 @@ impl Family {
         Self::Sphere,
         Self::Groove,
         Self::Manufactured,
+        Self::Odd,
     ];
 
     /// Name in tables and ids.
@@ -102,6 +108,7 @@ impl Family {
             Self::Sphere => "sphere",
             Self::Groove => "groove",
             Self::Manufactured => "manufactured",
+            Self::Odd => "odd",
         }
     }
 
@@ -130,10 +137,12 @@ impl Family {
             Self::Sphere => draw::sphere(sampler),
             Self::Groove => draw::groove(sampler),
             Self::Manufactured => draw::manufactured(sampler),
+            Self::Odd => draw::odd(sampler),
         };
-        if matches!(self, Self::Strips | Self::Sphere | Self::Groove | Self::Manufactured) {
+        if matches!(self, Self::Strips | Self::Sphere | Self::Groove | Self::Manufactured | Self::Odd) {
             draw::ways(&mut model, sampler);
         }
+        model.ways.long = index % LONG == LONG - 1;
         model
     }
 }

@@ -6,7 +6,7 @@ use radgrad_oracle::scene::{Effort, Known};
 
 use super::model::{Change, Expected, Model};
 use super::statement::{PATIENCE, Quantum, Said, Statement, Subject, ask};
-use super::truth::Truth;
+use super::truth::{Sharpness, Truth};
 
 /// Half-width of a truth, relative to the mean reflected radiosity and a hundredth of the mean emitted one (to 1 for form factors),
 /// above which it is too rough to judge a bound that is smaller still.
@@ -117,6 +117,12 @@ impl Judged {
 /// Asks for a scene and judges every statement.
 #[must_use]
 pub fn judge(model: &Model, subject: Subject, effort: &Effort) -> Outcome {
+    judge_as_sharply(model, subject, (effort, Sharpness::Full))
+}
+
+/// The same with a truth so sharp.
+#[must_use]
+pub(crate) fn judge_as_sharply(model: &Model, subject: Subject, effort: (&Effort, Sharpness)) -> Outcome {
     let (said, answer) = ask(model, subject);
     let start = Instant::now();
     let ending = match said {
@@ -129,14 +135,14 @@ pub fn judge(model: &Model, subject: Subject, effort: &Effort) -> Outcome {
     Outcome { ending, answer, truth: start.elapsed() }
 }
 
-fn of_statements(model: &Model, subject: Subject, statements: &[Statement], effort: &Effort) -> Ending {
+fn of_statements(model: &Model, subject: Subject, statements: &[Statement], effort: (&Effort, Sharpness)) -> Ending {
     if matches!(model.change, Change::Scale(_)) {
         return of_scaled(model, subject, statements, effort);
     }
     judged(model, subject, statements, effort)
 }
 
-fn judged(model: &Model, subject: Subject, statements: &[Statement], effort: &Effort) -> Ending {
+fn judged(model: &Model, subject: Subject, statements: &[Statement], effort: (&Effort, Sharpness)) -> Ending {
     let truth = match Truth::of(model, subject, statements, effort) {
         Ok(truth) => truth,
         Err(error) => return Ending::NoTruth(error.to_string()),
@@ -150,7 +156,7 @@ fn judged(model: &Model, subject: Subject, statements: &[Statement], effort: &Ef
 }
 
 /// A power of two in every length changes no digit.
-fn of_scaled(model: &Model, subject: Subject, statements: &[Statement], effort: &Effort) -> Ending {
+fn of_scaled(model: &Model, subject: Subject, statements: &[Statement], effort: (&Effort, Sharpness)) -> Ending {
     let unchanged = Model { change: Change::None, ..model.clone() };
     if let (Said::Statements(before), _) = ask(&unchanged, subject) {
         let same = |(now, before): &(&Statement, &Statement)| now.value.to_bits() == before.value.to_bits();

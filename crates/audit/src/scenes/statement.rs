@@ -10,7 +10,7 @@ use radgrad_solver::{Ledger, Options, Solution, solve, solve_for};
 use rayon::ThreadPoolBuilder;
 
 use super::draw;
-use super::model::{Change, Expected, Model, Part};
+use super::model::{Model, Part};
 
 /// A way to ask about a scene.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -99,14 +99,18 @@ pub enum Said {
     Endless,
 }
 
-/// How long an answer may take. The time that the solver is given is a hundredth of it.
+/// How long an answer may take: a hundred times that which the solver is given, and more.
 pub const PATIENCE: Duration = Duration::from_secs(60);
 
-/// Seconds after which the solver begins no other round.
-const SECONDS: f64 = 0.6;
+/// Seconds that the solver is given, for most scenes and for some.
+const SECONDS: f64 = 0.15;
+const MORE_SECONDS: f64 = 0.6;
 
 /// Elements above which it divides nothing: so that answers depend on the scene and not on the machine's mood.
 const MOST_ELEMENTS: usize = 1000;
+
+/// The same where digits are compared, which takes two answers that no time limits.
+const MOST_ELEMENTS_TWICE: usize = 250;
 
 /// Cells along a side of the face that a field is asked on.
 const CELLS: usize = 2;
@@ -194,11 +198,10 @@ fn timed(model: &Model) -> Options {
     Options {
         error: model.error,
         degree: model.degree,
-        most_elements: MOST_ELEMENTS,
+        most_elements: if model.ways.same_digits { MOST_ELEMENTS_TWICE } else { MOST_ELEMENTS },
         first_elements: 1,
-        // Digits that are compared must not depend on the time, those of a scaled scene and of the same without the power of two.
-        time: (model.expected != Expected::Either || matches!(model.change, Change::Shift(_)))
-            .then(|| Duration::from_secs_f64(SECONDS)),
+        // Digits that are compared must not depend on the time.
+        time: (!model.ways.same_digits).then(|| Duration::from_secs_f64(if model.ways.long { MORE_SECONDS } else { SECONDS })),
         bound: model.ways.bound,
         marking: model.ways.marking,
         linking: model.ways.linking,

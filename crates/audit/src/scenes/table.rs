@@ -9,9 +9,10 @@ use serde::Deserialize;
 use radgrad_oracle::scene::Effort;
 
 use super::family::{Family, Name};
-use super::judge::{Ending, Judged, Outcome, Verdict, judge};
+use super::judge::{Ending, Judged, Outcome, Verdict, judge_as_sharply};
 use super::model::Expected;
 use super::statement::Subject;
+use super::truth::Sharpness;
 use super::workers::on_all_cores;
 
 /// Requirements on scenes.
@@ -92,8 +93,8 @@ impl Table {
             (0..each).flat_map(|index| families.iter().map(move |&family| Name { family, seed, index })).collect();
         let of = |&name: &Name| {
             let model = name.model();
-            let outcomes: Vec<(Subject, Outcome)> =
-                subjects(name.index).iter().map(|&subject| (subject, judge(&model, subject, effort))).collect();
+            let judged = |&subject: &Subject| (subject, judge_as_sharply(&model, subject, (effort, Sharpness::OfBounds)));
+            let outcomes: Vec<(Subject, Outcome)> = subjects(name.index).iter().map(judged).collect();
             let failing = outcomes.iter().filter(|(_, outcome)| outcome.fails(&model));
             let violations: Vec<Violation> =
                 failing.map(|(subject, outcome)| Violation { name, subject: *subject, faults: outcome.faults(&model) }).collect();

@@ -22,6 +22,21 @@ pub enum Error {
 /// chance with a probability of 0.998 and more.
 pub const EFFORT: Effort = Effort { rays: 300_000, rays_a_point: 250_000, digits: 15, seed: 1, confidence: 1.0 - 1e-7 };
 
+/// How sharp a truth is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Sharpness {
+    /// As sharp as the effort makes it.
+    Full,
+    /// As sharp as the bounds that it judges need: what a few rays know to [`OF_BOUND`] of a bound gets no more.
+    OfBounds,
+}
+
+/// The part of a bound that the half-width of a truth need not be less than.
+pub const OF_BOUND: f64 = 0.05;
+
+/// The first rays, as a part of all.
+const FIRST: usize = 16;
+
 /// Rays from a face for its form factors.
 const SIGHTS: u32 = 16_384;
 
@@ -43,15 +58,20 @@ impl Truth {
     ///
     /// # Errors
     /// If the oracle refuses the scene.
-    pub fn of(model: &Model, subject: Subject, statements: &[Statement], effort: &Effort) -> Result<Self, Error> {
+    pub fn of(
+        model: &Model,
+        subject: Subject,
+        statements: &[Statement],
+        (effort, sharpness): (&Effort, Sharpness),
+    ) -> Result<Self, Error> {
         match subject {
-            Subject::Solve => Self::of_radiosities(model, statements, effort),
+            Subject::Solve => Self::of_radiosities(model, statements, effort, sharpness),
             Subject::Factors => Self::of_factors(model, statements, effort),
             Subject::Field => Self::of_field(model, statements, effort),
         }
     }
 
-    fn of_radiosities(model: &Model, statements: &[Statement], effort: &Effort) -> Result<Self, Error> {
+    fn of_radiosities(model: &Model, statements: &[Statement], effort: &Effort, sharpness: Sharpness) -> Result<Self, Error> {
         let points: Vec<Point> = model.probes.iter().map(|p| Point { face: p.part, position: p.position }).collect();
         let (mut means, mut at_points) = (Vec::new(), Vec::new());
         for channel in 0..model.channels() {
@@ -68,7 +88,11 @@ impl Truth {
                     (Mean { emitted, reflected }, points)
                 }
                 Exact::Nothing => {
-                    let truth = model.oracle(channel)?.truth(&points, &for_faces(effort, model.parts.len()))?;
+                    let (scene, effort) = (model.oracle(channel)?, for_faces(effort, model.parts.len()));
+                    let truth = match sharpness {
+                        Sharpness::Full => scene.truth(&points, &effort)?,
+                        Sharpness::OfBounds => as_sharp_as_bounds(&scene, &points, &effort, (statements, channel))?,
+                    };
                     (Mean { emitted: truth.emitted, reflected: truth.reflected }, truth.points)
                 }
             };
@@ -113,6 +137,35 @@ impl Truth {
         };
         Ok(Self { scale: Vec::new(), known: statements.iter().map(known).collect::<Result<_, Error>>()? })
     }
+}
+
+/// Few rays for all, then all for what these do not tell. Both hold at the confidence asked for, together.
+fn as_sharp_as_bounds(
+    scene: &Scene,
+    points: &[Point],
+    effort: &Effort,
+    (statements, channel): (&[Statement], usize),
+) -> Result<radgrad_oracle::scene::Truth, Error> {
+    let effort = Effort { confidence: 1.0 - 0.5 * (1.0 - effort.confidence), ..*effort };
+    let first = Effort { rays: effort.rays / FIRST, rays_a_point: effort.rays_a_point / FIRST, ..effort };
+    let mut truth = scene.truth(points, &first)?;
+    let is_told = |known: &Known, of: Quantum| {
+        let mut bounds = statements.iter().filter(|statement| statement.of == of).map(|statement| statement.bound);
+        bounds.all(|bound| 0.5 * known.interval.width() <= OF_BOUND * bound)
+    };
+    let is_mean_told = is_told(&truth.reflected, Quantum::Mean(channel));
+    let left: Vec<usize> =
+        (0..points.len()).filter(|&probe| !is_told(&truth.points[probe], Quantum::Point(probe, channel))).collect();
+    if is_mean_told && left.is_empty() {
+        return Ok(truth);
+    }
+    let asked: Vec<Point> = left.iter().map(|&probe| points[probe]).collect();
+    let sharper = scene.truth(&asked, &Effort { rays: if is_mean_told { 1 } else { effort.rays }, ..effort })?;
+    left.into_iter().zip(sharper.points).for_each(|(probe, known)| truth.points[probe] = known);
+    if !is_mean_told {
+        truth.reflected = sharper.reflected;
+    }
+    Ok(truth)
 }
 
 /// More rays where there are few faces, which a ray costs less for.

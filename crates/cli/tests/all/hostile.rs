@@ -45,7 +45,7 @@ fn said(output: &Output) -> String {
 fn every_hostile_file_ends_with_a_status_and_a_sentence() {
     let solve = |file: &'static str| vec!["solve", file, "--seconds", "2", "--error", "5%", "--summary"];
     let factors = |file: &'static str| vec!["factors", file, "--summary"];
-    let cases: [(Vec<&str>, i32, &str); 22] = [
+    let cases: [(Vec<&str>, i32, &str); 23] = [
         (solve("bomb_8192.obj"), 2, "texture `bomb_8192.png` of 8192 x 8192 texels: reading takes more than the 256 MiB"),
         (solve("vt_1e300.obj"), 2, "texels from its origin"),
         (solve("ke_1e308.obj"), 2, "radiance is 1"),
@@ -59,6 +59,7 @@ fn every_hostile_file_ends_with_a_status_and_a_sentence() {
         (factors("no_materials.obj"), 0, "taken as black"),
         (solve("backwards.obj"), 0, "lamp `lamp` lights nothing"),
         (solve("backwards.obj"), 0, "backwards.mtl:3: property `Ks` is not used"),
+        (solve("unprintable.gltf"), 2, "found `VECren\\/e\\u{8} v"),
         (solve("white.gltf"), 2, "--max-reflectance"),
         (vec!["solve", "white.gltf", "--max-reflectance", "0.95"], 0, "reflects more than 0.95: capped"),
         (vec!["solve", "lit.obj", "--points", "bad_utf8.jsonl", "--error", "5%"], 1, "1 points refused"),

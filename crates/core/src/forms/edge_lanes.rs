@@ -75,13 +75,6 @@ pub(crate) fn plan<S: Simd>(simd: S, receiver: &Receiver, polygon: &Polygon) -> 
     is_cut.then_some(Plan { power, horizon: Horizon::Crossing, on_surface: false })
 }
 
-/// The power of two that normalises lengths, where the receiver is surely in front of the plane and all vertices are surely above
-/// its horizon.
-#[inline(always)]
-pub(crate) fn power_seen_whole<S: Simd>(simd: S, receiver: &Receiver, polygon: &Polygon) -> Option<f64> {
-    plan(simd, receiver, polygon).filter(|plan| plan.horizon == Horizon::Above).map(|plan| plan.power)
-}
-
 /// Four arcs of edges.
 pub(crate) struct EdgeLanes<S: Simd> {
     pub(crate) arc: Arc<f64x4<S>>,

@@ -56,6 +56,16 @@
 //!
 //! The constants `PAST_...` are `pi/2` times these, rounded up.
 //!
+//! Up to `c = -cot(phi + psi) = (s^2 - dS)/(s (S + d)) = 1` the errors of s, d and S are less together: in the end as a function of these
+//! they move phi, psi and the logarithm as one. By `J'(x) = sum_k zeta(2k) (x/pi)^2k` all derivatives of J rise up to pi, so with
+//! `x = phi + psi`
+//! - the derivative with respect to phi is `l - A`, `0 <= A = J'(phi + psi) - 2 J'(phi) + J'(phi - psi) <= psi^2 J'''(x)`: at most
+//!   the larger of l and A. `J'''(x) = (1 - x cot x)/sin^2 x` is 1 at a right angle, and `(1 + cx)(1 + c^2)` past it;
+//! - that with respect to psi is at most `J'(x) = (1 + cx)/2` past a right angle.
+//!
+//! What remains apart are the roundings of phi and psi, 4u relative, and past a right angle 9u and `pi/2` times 5.5u
+//! ([`PAST_ROUNDED`]).
+//!
 //! # Contour and edges
 //! - The flux is `kappa g gB.nu + (l2 - l1) gB.along`, with the errors above.
 //! - `dbeta = 5uG|r_0| + u|beta|`, and the uncertainty of the emission that was given.
@@ -78,8 +88,8 @@
 //! - The weight is at most `g (|b|/S + G)`; its sum and its product with N err by 6.5u and ew of that.
 //!
 //! # Where the horizon cuts
-//! The point p where it crosses an edge is off by `z = u (7.1 + 24.3/|p|)` of its distance in all, along the edge and across
-//! ([`crate::forms::constant_bound`]: xi and eta, [`MOVED`]). Each term of an edge that may end in it, or begin, moves with it:
+//! The point p where it crosses an edge, t along that from its end r, is off by `z = u (1 + (|r| + 6 t|e|)/|p|)` of its distance in
+//! all, along the edge and across ([`crate::forms::constant_bound`]: xi and eta). Each term of a cut edge moves with it:
 //! - g by z for each end, so dg and dsin by 2z; l by z; s by `z|r|`, so phi by `z d|r|/rho^2`, psi by z, and past a right angle the
 //!   logarithm by `z|r|/2S`, as its derivative `d^2/(s rho^2) - s/r^2` is at most `1/2S` there;
 //! - b/|r| by `z (G + |p|)`, c by z, so `c + c'` and their difference by 2z, 1 + cos by 4z, and the bisector's db by `0.71 2z`.
@@ -102,7 +112,7 @@
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
 
 use fearless_simd::prelude::*;
-use fearless_simd::{Simd, f64x4, f64x8, mask64x4};
+use fearless_simd::{Simd, f64x4, mask64x4};
 use radgrad_numbers::double_double::ROUNDOFF_OF_DOUBLE_DOUBLE;
 use radgrad_numbers::double_double_on_lanes::ROUNDOFF_ON_LANES;
 use radgrad_numbers::lanes::vectors::{all, plus_first};
@@ -139,9 +149,6 @@ pub const PSI_TERM: f64 = 6.0;
 /// Relative errors that are small beside the rounding of doubles: of what is rounded to them.
 const NEGLIGIBLE: f64 = ROUNDOFF / 2048.0;
 
-/// How far a point where the horizon crosses an edge is off, in units of roundoff: of its distance, and of 1.
-pub(crate) const MOVED: [f64; 2] = [7.1, 24.3];
-
 /// Largest relative error of the height with which anything is bounded.
 const MOST_OF_HEIGHT: f64 = 1e10 * ROUNDOFF;
 
@@ -164,6 +171,9 @@ const PAST_BY_END: f64 = 0.79;
 /// The rest: 9, and `pi/2` times 7.5 and 5.5, rounded up.
 const PAST: f64 = 30.0;
 
+/// The same without the errors of s.
+const PAST_ROUNDED: f64 = 17.7;
+
 const _: () = assert!(
     OF_QUOTIENT >= 5.6 * FRAC_PI_4
         && OF_EITHER_SIDE >= 5.0 * PI
@@ -173,6 +183,7 @@ const _: () = assert!(
         && PAST_BY_PLANE_DISTANCE >= 11.5 * FRAC_PI_2
         && PAST_BY_END >= FRAC_PI_4
         && PAST >= 9.0 + (7.5 + 5.5) * FRAC_PI_2
+        && PAST_ROUNDED >= 9.0 + 5.5 * FRAC_PI_2
 );
 
 /// `ew`, and how far the ends of an edge that the horizon may cut are off.
@@ -296,7 +307,7 @@ impl Errors {
         let (x1, inverse) = (&added.x1, both(simd, [arc.start.inverse, arc.end.inverse]));
         let square = both(simd, [arc.start.square, arc.end.square]);
         let (s, d, distance, r) = (x1.s, x1.d, x1.distance, square * inverse);
-        let (phi, psi, logarithm) = (x1.ends.phi, x1.ends.psi, both(simd, added.logarithms).abs());
+        let (psi, logarithm) = (x1.ends.psi, both(simd, added.logarithms).abs());
         let foot_square = d * d + s * s;
         if !foot_square.simd_ge(square * 1e-20).all_true() {
             return None;
@@ -308,20 +319,15 @@ impl Errors {
         );
         let of_phi = mutant!(
             "linear-bound.phi",
-            with_product(s * (d * 16.0 + distance * (w + 5.0)) + d * r * 6.0, moved, 1.0, d * r) / foot_square + phi * 4.0,
+            with_product(s * (d * 16.0 + distance * (w + 5.0)) + d * r * 6.0, moved, 1.0, d * r) / foot_square,
             |error| error * 0.1
         );
-        let (half, one) = (f64x8::splat(simd, 0.5), f64x8::splat(simd, 1.0));
-        let (product, of_psi) =
-            (phi * psi, mutant!("linear-bound.psi", with_displacement(psi * (w + 15.5) + 6.0, moved, 1.0), |error| error * 0.1));
+        let of_psi = mutant!("linear-bound.psi", with_displacement(psi * (w + 15.5) + 6.0, moved, 1.0), |error| error * 0.1);
         let of_logarithm = mutant!(
             "linear-bound.logarithm",
             with_displacement(logarithm * 8.0 + (3.5 + self.height / height), moved, 1.0),
             |error| error * 0.1
         );
-        let of_end = (logarithm + product.min(one)) * of_phi
-            + product.min(half) * of_psi
-            + phi * (of_logarithm + phi * phi * 2.4 + psi * psi * 3.5);
         let far = (s * s - d * distance) / ((distance + d) * foot_square);
         let past = mutant!(
             "linear-bound.past-a-right-angle",
@@ -330,7 +336,8 @@ impl Errors {
                 + PAST,
             |error| error * 0.1
         );
-        let (start, end) = simd.split_f64x8(of_end + x1.ends.beyond.select(past, f64x8::splat(simd, 0.0)));
+        let of_end = of_x1_end(&x1.ends, logarithm, [s, d, distance], [of_phi, of_psi, of_logarithm, past]);
+        let (start, end) = simd.split_f64x8(of_end);
         let (d, distance) = (simd.split_f64x8(d).0, simd.split_f64x8(distance).0);
         let of_d = distance * (ew + 5.0) + d * 11.5;
         let either = (of_d * (2.0 * self.unit)).simd_ge(d).select(
@@ -385,13 +392,12 @@ impl Errors {
         first + second + g * (beta * nearness + self.steepness) * (ew + (WEIGHT + self.additions))
     }
 
-    /// Of the horizon's segment.
+    /// Of the horizon's segment, whose ends are that far off.
     #[inline(always)]
-    pub(crate) fn add_horizon(&mut self, sum: &LinearSum<f64>, horizon: &HorizonSegment) -> Option<()> {
+    pub(crate) fn add_horizon(&mut self, sum: &LinearSum<f64>, horizon: &HorizonSegment, moved: [f64; 2]) -> Option<()> {
         let HorizonSegment { arc, frame, logarithms, contour, s, d, ends, term, quotient } = horizon;
         let (height, steepness, g) = (sum.seen.height, self.steepness, arc.angle.abs());
         let inverse_sine = frame.distance / height;
-        let moved = [&arc.start, &arc.end].map(|end| MOVED[0] + MOVED[1] * end.inverse);
         let of_along = 8.0 * inverse_sine + 6.0;
         let turned = moved[0] + moved[1] + 3.5 + 9.0 * g.min(1.0) + 4.0 * g;
         let is_known = [of_along, moved[0], moved[1]].iter().all(|error| error * self.unit <= MOST_DISPLACED);
@@ -416,24 +422,19 @@ impl Errors {
             x1 += of_d * (OF_EITHER_SIDE / height);
         }
         for (i, end) in [&arc.start, &arc.end].into_iter().enumerate() {
-            let (s, X1End { phi, psi, beyond, .. }) = (s[i], &ends[i]);
+            let (s, psi) = (s[i], ends[i].psi);
             let (foot_square, r, logarithm) = (d * d + s * s, end.square * end.inverse, logarithms[i].abs());
             let is_plain = foot_square >= end.square * 1e-20;
             if !is_plain {
                 return None;
             }
             let of_s = r * (of_along + moved[i] + 4.0);
-            let of_phi = (d * of_s + s * of_d) / foot_square + 4.0 * phi;
+            let of_phi = (d * of_s + s * of_d) / foot_square;
             let of_psi = (frame.distance * of_s + s * of_distance) / end.square + 4.0 * psi;
             let of_logarithm = 8.0 * logarithm + 3.5 + of_height + moved[i];
-            let product = phi * psi;
-            x1 += (logarithm + product.min(1.0)) * of_phi
-                + product.min(0.5) * of_psi
-                + phi * (of_logarithm + 2.4 * phi * phi + 3.5 * psi * psi);
-            if *beyond {
-                let far = (s * s - d * frame.distance) / ((frame.distance + d) * foot_square);
-                x1 += PAST + FRAC_PI_2 * (0.5 * of_s / frame.distance + far * (of_distance + of_d));
-            }
+            let far = (s * s - d * frame.distance) / ((frame.distance + d) * foot_square);
+            let past = PAST + FRAC_PI_2 * (0.5 * of_s / frame.distance + far * (of_distance + of_d));
+            x1 += of_x1_end(&ends[i], logarithm, [s, *d, frame.distance], [of_phi, of_psi, of_logarithm, past]);
         }
         let angles = turned + g * (5.5 + self.additions);
         self.first = self.first + Vec3::new(angles, steepness * (turned + g * (8.0 + self.additions)), x1);
@@ -470,6 +471,34 @@ impl Errors {
             gradient: mutant!("linear-bound.gradient", units * (gradient + sums), |bound| 0.1 * bound),
         }
     }
+}
+
+/// Of an end of a segment in X1, given `ln(r/h)`, s, d and S; and the errors of phi before its own rounding, of psi, of the
+/// logarithm, and past a right angle of the quotient's and the sums.
+#[inline(always)]
+fn of_x1_end<T: radgrad_numbers::arithmetic::Doubles>(
+    end: &X1End<T>,
+    logarithm: T,
+    [s, d, distance]: [T; 3],
+    [of_phi, of_psi, of_logarithm, past]: [T; 4],
+) -> T {
+    let X1End { phi, psi, beyond, .. } = *end;
+    let (zero, half, one) = (s.like(0.0), s.like(0.5), s.like(1.0));
+    let (product, of_rounding) = (phi * psi, phi * s.like(4.0));
+    let (by_phi, by_psi) = (logarithm + product.min(one), product.min(half));
+    let cotangent = T::choose(beyond, (s * s - d * distance) / (s * (distance + d)), zero);
+    let rise = one + (phi + psi) * cotangent;
+    let bend = psi * psi * rise * (one + cotangent * cotangent);
+    let together = mutant!(
+        "linear-bound.end-together",
+        T::choose(logarithm.exceeds(bend), logarithm, bend) * of_phi
+            + by_phi * of_rounding
+            + T::choose(beyond, rise * half, by_psi) * of_psi
+            + T::choose(beyond, s.like(PAST_ROUNDED), zero),
+        |error| error * s.like(0.1)
+    );
+    let apart = by_phi * (of_phi + of_rounding) + by_psi * of_psi + T::choose(beyond, past, zero);
+    phi * (of_logarithm + phi * phi * s.like(2.4) + psi * psi * s.like(3.5)) + T::choose(cotangent.exceeds(one), apart, together)
 }
 
 #[cfg(test)]

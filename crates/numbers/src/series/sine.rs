@@ -93,7 +93,9 @@ pub fn psi<T: Arithmetic>(angle: T, sin: T, cos: T, one_and_cos: T) -> T {
     }
     T::choose_of(
         angle.abs().exceeds(angle.like(1.0)),
+        #[inline(always)]
         || (angle - sin) / ((angle.like(1.0) - cos) * angle.like(4.0)),
+        #[inline(always)]
         || {
             let series = T::sine_series(square);
             let sine_over_angle = angle.like(1.0) - square * series / angle.like(6.0);

@@ -21,6 +21,7 @@ mod fusion;
 
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
+use std::rc::Rc;
 
 use radgrad_core::{Polygon, mutant};
 
@@ -30,8 +31,9 @@ use self::edge::{Passing, passing};
 pub(super) use self::fusion::{Partial, fuse};
 use super::exchange::{Exchange, exchange_parts};
 use super::rule::patches;
-use super::screen::{Screen, Sight, perimeter};
+use super::screen::{Screen, Sight, Undecided};
 use super::{larger, smaller};
+use crate::occluders::perimeter;
 
 /// Two faces and what may hide one from the other, with coordinates up to 1.
 pub(super) struct Between<'a> {
@@ -70,12 +72,19 @@ impl Bracket {
 
 /// A pair that is neither seen nor hidden, as far as is known.
 pub(super) struct Mixed {
-    pub(super) cells: [Cell; 2],
+    pub(super) cells: [Rc<Cell>; 2],
     /// Those of the screens that hide something.
-    pub(super) screens: Vec<u32>,
+    pub(super) screens: Vec<Hider>,
     /// What of it is known all the same.
     passing: Passing,
     guess: f64,
+}
+
+/// A screen by its number, and those of its edges that a segment between two cells may pass outside.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Hider {
+    pub(super) screen: u32,
+    pub(super) open: Undecided,
 }
 
 /// A search for what two faces exchange, which can be stopped and taken up again.
@@ -86,7 +95,7 @@ pub(super) struct Search<'a> {
     hidden: Exchange,
     /// Sum of the parts of mixed pairs that are proven seen and proven hidden.
     passing: Passing,
-    open: BinaryHeap<Mixed>,
+    open: BinaryHeap<Box<Mixed>>,
     /// Pairs too small to be cut.
     stuck: Vec<Mixed>,
     /// Bound on what cuts moved.
@@ -105,15 +114,15 @@ impl<'a> Search<'a> {
             slope: perimeter(polygon.vertices()) / polygon.area(),
             defect: polygon.planarity_defect(),
         });
-        let [from, to] = [0, 1].map(|k| between.cells(k, &planes));
-        let all: Vec<u32> = (0..u32::try_from(between.screens.len()).unwrap_or(u32::MAX)).collect();
+        let [from, to] = [0, 1].map(|k| between.cells(k, &planes).into_iter().map(Rc::new).collect::<Vec<_>>());
+        let all: Vec<Hider> = (0..).zip(&between.screens).map(|(screen, _)| Hider { screen, open: Undecided::ALL }).collect();
         let (seen, hidden) = (Exchange::default(), Exchange::default());
         let (open, stuck, displaced) = (BinaryHeap::new(), Vec::new(), Vec::new());
         let passing = Passing::default();
         let mut search = Self { between, planes, seen, hidden, passing, open, stuck, moved: 0.0, displaced, pairs: 0 };
         for a in &from {
             for b in &to {
-                search.examine([a.clone(), b.clone()], &all);
+                search.examine([Rc::clone(a), Rc::clone(b)], &all);
             }
         }
         search
@@ -135,7 +144,8 @@ impl<'a> Search<'a> {
             let Some(mixed) = self.open.pop() else { break };
             self.passing.seen -= mixed.passing.seen;
             self.passing.hidden -= mixed.passing.hidden;
-            let screens: Vec<&Screen> = mixed.screens.iter().map(|&k| self.between.screens[k as usize]).collect();
+            let screens = mixed.screens.iter().map(|hider| (self.between.screens[hider.screen as usize], hider.open));
+            let screens: Vec<(&Screen, Undecided)> = screens.collect();
             let [a, b] = &mixed.cells;
             let division = division([a, b], [&self.planes[0], &self.planes[1]], &screens);
             let k = division.cell;
@@ -147,11 +157,12 @@ impl<'a> Search<'a> {
             if !is_cut(&parts) {
                 self.passing.seen += mixed.passing.seen;
                 self.passing.hidden += mixed.passing.hidden;
-                self.stuck.push(mixed);
+                self.stuck.push(*mixed);
                 continue;
             }
             for part in parts.into_iter().flatten() {
-                let cells = if k == 0 { [part, b.clone()] } else { [a.clone(), part] };
+                let part = Rc::new(part);
+                let cells = if k == 0 { [part, Rc::clone(b)] } else { [Rc::clone(a), part] };
                 self.examine(cells, &mixed.screens);
             }
         }
@@ -183,22 +194,23 @@ impl<'a> Search<'a> {
 
     /// The pairs that are neither seen nor hidden.
     pub(super) fn undecided(&self) -> impl Iterator<Item = &Mixed> {
-        self.open.iter().chain(&self.stuck)
+        self.open.iter().map(|mixed| &**mixed).chain(&self.stuck)
     }
 
-    fn examine(&mut self, cells: [Cell; 2], screens: &[u32]) {
+    fn examine(&mut self, cells: [Rc<Cell>; 2], screens: &[Hider]) {
         self.pairs += 1;
         let outlines = [&cells[0].points[..], &cells[1].points[..]];
         let (mut partials, mut hiding) = (Vec::new(), Vec::new());
-        for &k in screens {
-            let verdict = self.between.screens[k as usize].between(outlines, 1.0);
+        for &Hider { screen: k, open } in screens {
+            let screen = self.between.screens[k as usize];
+            let verdict = screen.between(outlines, 1.0, open);
             if verdict.is_displaced && !self.displaced.contains(&k) {
                 self.displaced.push(k);
             }
             match (verdict.sight, verdict.edges) {
                 (Sight::Free, _) => {}
-                (Sight::Part, Some(edges)) => partials.push(Partial { screen: k, edges }),
-                (Sight::Part, None) => hiding.push(k),
+                (Sight::Part, Some(open)) => partials.push(Partial { screen, name: k, open }),
+                (Sight::Part, None) => hiding.push(Hider { screen: k, open }),
                 (Sight::Blocked, _) => {
                     add(&mut self.hidden, self.between.exchange(&cells, &self.planes));
                     return;
@@ -211,12 +223,12 @@ impl<'a> Search<'a> {
             return;
         }
         let is_all = hiding.is_empty();
-        hiding.extend(fused.hiding);
+        hiding.extend(fused.hiding.iter().map(|&k| Hider { screen: partials[k].name, open: partials[k].open }));
         if hiding.is_empty() {
             add(&mut self.seen, self.between.exchange(&cells, &self.planes));
             return;
         }
-        hiding.sort_unstable();
+        hiding.sort_unstable_by_key(|hider| hider.screen);
         let (mut known, mut guess) = (Passing::default(), guess(&cells, &self.planes));
         let whole = || self.between.exchange(&cells, &self.planes);
         let ([a, b], [first, second]) = (&cells, &self.planes);
@@ -226,12 +238,12 @@ impl<'a> Search<'a> {
         }
         self.passing.seen += mutant!("factors.passing-seen", known.seen, |seen| 1.5 * seen);
         self.passing.hidden += mutant!("factors.passing-hidden", known.hidden, |hidden| 1.5 * hidden);
-        self.open.push(Mixed { cells, screens: hiding, passing: known, guess });
+        self.open.push(Box::new(Mixed { cells, screens: hiding, passing: known, guess }));
     }
 }
 
 impl Between<'_> {
-    fn exchange(&self, [a, b]: &[Cell; 2], planes: &[Plane; 2]) -> Exchange {
+    fn exchange(&self, [a, b]: &[Rc<Cell>; 2], planes: &[Plane; 2]) -> Exchange {
         exchange_parts([&a.part(&planes[0]), &b.part(&planes[1])], self.accuracy)
     }
 
@@ -256,7 +268,7 @@ fn add(sum: &mut Exchange, part: Exchange) {
 }
 
 /// Rough exchange of two cells: the kernel between their centres, with a disc's correction for near ones. It only ranks pairs.
-fn guess([a, b]: &[Cell; 2], planes: &[Plane; 2]) -> f64 {
+fn guess([a, b]: &[Rc<Cell>; 2], planes: &[Plane; 2]) -> f64 {
     let r = b.centre() - a.centre();
     let square = r.length_squared();
     let cosines = larger(planes[0].normal.dot(r), 0.0) * -smaller(planes[1].normal.dot(r), 0.0);

@@ -17,10 +17,10 @@ use std::collections::BinaryHeap;
 
 use radgrad_core::{DVec3, Emission, Emitter, Polygon, Receiver};
 
-use super::bracket::Mixed;
+use super::bracket::{Hider, Mixed};
 use super::glance::Glance;
 use super::rule::{Patch, nodes_of, patches};
-use super::screen::Screen;
+use super::screen::{Screen, Sight as Visible};
 use super::{FormFactors, Sighting, larger, smaller};
 use crate::Error;
 
@@ -67,8 +67,8 @@ struct Sight<'a> {
     /// The cell that is looked at.
     cell: &'a [DVec3],
     facing: DVec3,
-    /// What may hide a part.
-    screens: Vec<&'a Screen>,
+    /// The screens that their numbers are of.
+    screens: &'a [&'a Screen],
     /// For the evaluations of core.
     exact: Option<Exact>,
 }
@@ -93,10 +93,29 @@ struct Piece {
     /// Which of the sights it belongs to.
     sight: usize,
     patch: Patch,
+    /// What may hide a part.
+    hiders: Vec<Hider>,
     fine: f64,
     difference: f64,
     /// The direction to halve it in.
     direction: usize,
+}
+
+impl Sight<'_> {
+    /// Those that hide something from a part of a patch; `None` where one hides all.
+    fn hiders_of(&self, part: &Patch, of_patch: &[Hider]) -> Option<Vec<Hider>> {
+        let mut hiders = Vec::with_capacity(of_patch.len());
+        for &hider in of_patch {
+            // The cells' order decides nothing of what a screen leaves.
+            let verdict = self.screens[hider.screen as usize].between([part.outline(), self.cell], 1.0, hider.open);
+            match verdict.sight {
+                Visible::Blocked => return None,
+                Visible::Part => hiders.push(Hider { open: verdict.edges.unwrap_or(hider.open), ..hider }),
+                Visible::Free => {}
+            }
+        }
+        Some(hiders)
+    }
 }
 
 impl FormFactors<'_> {
@@ -117,8 +136,7 @@ impl FormFactors<'_> {
             let from = usize::from(mixed.cells[1].area < mixed.cells[0].area);
             let [own, cell] = [from, 1 - from].map(|k| &mixed.cells[k].points[..]);
             let [normal, facing] = [from, 1 - from].map(|k| self.scaled(faces[k]).normal());
-            let screens = mixed.screens.iter().map(|&k| hiding.screens[k as usize]).collect();
-            let mut sight = Sight { normal, cell, facing, screens, exact: None };
+            let mut sight = Sight { normal, cell, facing, screens: hiding.screens, exact: None };
             if rule.by_events {
                 let Ok(polygon) = Polygon::new(cell.to_vec()) else {
                     // A cell of hardly any width.
@@ -126,13 +144,14 @@ impl FormFactors<'_> {
                     continue;
                 };
                 let emitter = Emitter::new(polygon, Emission::Constant(1.0)).map_err(Error::Emitter)?;
-                let mut candidates: Vec<usize> = mixed.screens.iter().map(|&k| hiding.owners[k as usize]).collect();
+                let mut candidates: Vec<usize> = mixed.screens.iter().map(|hider| hiding.owners[hider.screen as usize]).collect();
                 candidates.dedup();
                 sight.exact = Some(Exact { emitter, candidates });
             }
             let parts = sight.exact.as_ref().map_or_else(|| patches(own), |exact| self.cut_by_events(own, exact));
             for patch in parts {
-                pieces.push(self.piece(patch, (sights.len(), &sight), rule, goal.at_point, &mut glance)?);
+                let hiders = mixed.screens.clone();
+                pieces.push(self.piece(patch, hiders, (sights.len(), &sight), rule, goal.at_point, &mut glance)?);
                 points += rule.points();
             }
             sights.push(sight);
@@ -142,12 +161,13 @@ impl FormFactors<'_> {
             let Some(worst) = pieces.pop() else { break };
             open -= worst.difference;
             for patch in worst.patch.halves(worst.direction) {
-                let sight = (worst.sight, &sights[worst.sight]);
-                let piece = self.piece(patch, sight, rule, goal.at_point, &mut glance)?;
+                let sight = &sights[worst.sight];
+                let Some(hiders) = sight.hiders_of(&patch, &worst.hiders) else { continue };
+                let piece = self.piece(patch, hiders, (worst.sight, sight), rule, goal.at_point, &mut glance)?;
                 open += piece.difference;
                 pieces.push(piece);
+                points += rule.points();
             }
-            points += 2 * rule.points();
         }
         for piece in pieces.into_sorted_vec() {
             sum += piece.fine;
@@ -159,6 +179,7 @@ impl FormFactors<'_> {
     fn piece(
         &self,
         patch: Patch,
+        hiders: Vec<Hider>,
         (place, sight): (usize, &Sight<'_>),
         rule: Rule,
         tolerance: f64,
@@ -177,7 +198,8 @@ impl FormFactors<'_> {
                     }
                     None => {
                         let from = (node.point, sight.normal);
-                        glance.factor(from, (sight.cell, sight.facing), sight.screens.iter().copied())
+                        let screens = hiders.iter().map(|hider| sight.screens[hider.screen as usize]);
+                        glance.factor(from, (sight.cell, sight.facing), screens)
                     }
                 };
                 let value = node.share * factor;
@@ -195,7 +217,7 @@ impl FormFactors<'_> {
             (u, v) if u > v => 0,
             _ => usize::from(sides[1] > sides[0]),
         };
-        Ok(Piece { sight: place, patch, fine, difference: (fine - rough).abs(), direction })
+        Ok(Piece { sight: place, patch, hiders, fine, difference: (fine - rough).abs(), direction })
     }
 
     /// The cell, cut along the planes through an edge of one polygon and a corner of another; whole, if that is too many cells.

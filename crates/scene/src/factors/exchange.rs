@@ -16,6 +16,7 @@ mod far;
 use radgrad_core::{DVec3, Polygon, mutant};
 
 use super::{larger, middle};
+use crate::occluders::perimeter;
 use crate::projection::normalising_power;
 
 /// An area that is exchanged, and a bound on its error.
@@ -39,7 +40,7 @@ impl Exchange {
 const ROUNDOFF: f64 = f64::EPSILON / 2.0;
 
 /// Relative truncation that is allowed where all digits are wanted.
-const ALL_DIGITS: f64 = 4e-14;
+pub(super) const ALL_DIGITS: f64 = 4e-14;
 
 /// The part of it that the sum over edges may take: what it is compared with is a guess, which may be high.
 const CONTOUR: f64 = 1.0 / 40.0;
@@ -57,8 +58,9 @@ pub(super) struct FlatOutline<'a> {
     pub(super) area: f64,
 }
 
-/// The exchange of `from` and `to`; exactly 0 where neither has a point in front of the other.
-pub(super) fn exchange(from: &Polygon, to: &Polygon) -> Exchange {
+/// The exchange of `from` and `to`, with about that much truncation allowed, over the result; exactly 0 where neither has a point in front
+/// of the other.
+pub(super) fn exchange(from: &Polygon, to: &Polygon, truncation: f64) -> Exchange {
     let [from, to] = [from, to].map(|polygon| FlatOutline {
         points: polygon.vertices(),
         normal: polygon.normal(),
@@ -66,10 +68,10 @@ pub(super) fn exchange(from: &Polygon, to: &Polygon) -> Exchange {
         defect: polygon.planarity_defect(),
         area: polygon.area(),
     });
-    exchange_parts([&from, &to], ALL_DIGITS)
+    exchange_parts([&from, &to], truncation)
 }
 
-/// The same of parts of polygons, with about that much truncation allowed, over the result.
+/// The same of parts of polygons.
 pub(super) fn exchange_parts(parts: [&FlatOutline<'_>; 2], truncation: f64) -> Exchange {
     let origin = parts[0].points[0];
     let points = parts[0].points.iter().chain(parts[1].points);
@@ -118,8 +120,4 @@ fn contour([a, b]: [&[DVec3]; 2], truncation: f64) -> Exchange {
         area: sum / unit,
         error: mutant!("factors.contour-error", (error + 4.0 * ROUNDOFF * sum.abs()) / unit, |error| 0.01 * error),
     }
-}
-
-fn perimeter(outline: &[DVec3]) -> f64 {
-    (0..outline.len()).map(|i| (outline[(i + 1) % outline.len()] - outline[i]).length()).sum()
 }

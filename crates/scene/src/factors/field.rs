@@ -4,7 +4,7 @@ use radgrad_core::{DVec3, Receiver, evaluate_to};
 use rayon::prelude::*;
 
 use super::rule::patches;
-use super::{FormFactors, seen_from};
+use super::{FormFactors, Hiding};
 use crate::Error;
 
 /// A cell of a grid on a face.
@@ -22,7 +22,8 @@ pub struct FieldCell {
     pub gradient: DVec3,
     /// Proven bound on the error of `value`.
     pub value_error: f64,
-    /// Proven bound on the norm of the error of `gradient`; infinite where the gradient has two values.
+    /// Proven bound on the norm of the error of `gradient`; infinite where the gradient has two values. Planes are those of surfaces: what
+    /// stands out of one by rounding is in it.
     pub gradient_error: f64,
 }
 
@@ -82,13 +83,12 @@ impl FormFactors<'_> {
         let receiver = Receiver::new(cell.centre, own.normal(), 1.0).map_err(Error::Receiver)?;
         for &(face, radiosity) in radiosities.iter().filter(|(face, _)| *face != cell.face) {
             let emitter = self.emitter(face)?;
-            let Some(beam) = seen_from(own, &receiver, emitter.polygon()) else { continue };
-            let found = self.index().in_beam(&beam, &[cell.face, face]).polygons;
+            let Some(Hiding { found, left_out }) = self.hiding(&receiver, cell.face, face) else { continue };
             let answer = evaluate_to(&receiver, emitter, self.polygons(&found), tolerance).map_err(Error::Evaluation)?;
             cell.value += radiosity * answer.radiosity;
             cell.gradient += answer.gradient * radiosity;
             // A product and a sum each.
-            cell.value_error += radiosity.abs() * answer.radiosity_error + f64::EPSILON * cell.value.abs();
+            cell.value_error += radiosity.abs() * (answer.radiosity_error + left_out) + f64::EPSILON * cell.value.abs();
             cell.gradient_error += radiosity.abs() * answer.gradient_error + 2.0 * f64::EPSILON * cell.gradient.length();
         }
         Ok(())

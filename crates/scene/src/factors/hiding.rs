@@ -240,7 +240,7 @@ impl FormFactors<'_> {
 
     /// Whether a screen hides two convex things from each other, alone or with those that share its edges.
     fn hide(&self, cells: [&[DVec3]; 2], middles: [DVec3; 2], own: [usize; 2], seed: Place, to: Option<usize>) -> bool {
-        let mut partials: Vec<Partial> = Vec::new();
+        let mut partials: Vec<Partial<'_>> = Vec::new();
         let mut known: Vec<Place> = Vec::new();
         // Edges that are not decided, and what is on the other side of them.
         let mut open: Vec<(Option<[DVec3; 2]>, Place)> = vec![(None, seed)];
@@ -264,13 +264,14 @@ impl FormFactors<'_> {
             match (verdict.sight, verdict.edges) {
                 _ if verdict.is_displaced => return false,
                 (Sight::Blocked, _) => return true,
-                (Sight::Part, Some(edges)) => {
+                (Sight::Part, Some(undecided)) => {
+                    let edges = || screen.undecided(undecided);
                     // An outline ends here.
-                    if edge.is_some_and(|[a, b]| !edges.contains(&[b, a])) {
+                    if edge.is_some_and(|[a, b]| !edges().any(|edge| edge == [b, a])) {
                         return false;
                     }
-                    for &[a, b] in &edges {
-                        let is_joined = partials.iter().any(|other| other.edges.contains(&[b, a]));
+                    for [a, b] in edges() {
+                        let is_joined = partials.iter().any(|other| other.edges().any(|edge| edge == [b, a]));
                         if is_joined {
                             continue;
                         }
@@ -285,7 +286,7 @@ impl FormFactors<'_> {
                             return false;
                         }
                     }
-                    partials.push(Partial { screen: u32::try_from(partials.len()).unwrap_or(u32::MAX), edges });
+                    partials.push(Partial { screen, name: 0, open: undecided });
                 }
                 _ => return false,
             }

@@ -140,7 +140,9 @@ impl FormFactors<'_> {
             let pair = [from.min(to), from.max(to)];
             Ok(self.pair(pair, settings)?.map(|known| Pair { faces: pair.map(index), known }))
         };
-        others.iter().filter_map(|to| of(to).transpose()).collect()
+        // One pair may take a thousand times what another does.
+        let found: Vec<Option<Pair>> = others.par_iter().with_max_len(4).map(of).collect::<Result<_, Error>>()?;
+        Ok(found.into_iter().flatten().collect())
     }
 
     /// The faces below those of some rows that see them, row by row: of two faces the lower one looks.
@@ -150,8 +152,12 @@ impl FormFactors<'_> {
         let mut is_wanted = vec![false; self.emitters.len()];
         rows.iter().for_each(|&row| is_wanted[row] = true);
         let wanted = Wanted::new(self.index.order(), is_wanted);
-        let found: Vec<(usize, Vec<usize>)> =
-            (0..last).into_par_iter().filter(|&face| is_below(face)).map(|face| (face, self.may_see(face, &wanted))).collect();
+        let found: Vec<(usize, Vec<usize>)> = (0..last)
+            .into_par_iter()
+            .with_max_len(1)
+            .filter(|&face| is_below(face))
+            .map(|face| (face, self.may_see(face, &wanted)))
+            .collect();
         for (face, rows) in found {
             rows.into_iter().for_each(|row| seen[row].push(face));
         }
@@ -235,7 +241,7 @@ impl FormFactors<'_> {
             keep(&row);
             Ok(row)
         };
-        let found: Vec<ComputedRow> = rest.par_iter().map(of_row).collect::<Result<_, _>>()?;
+        let found: Vec<ComputedRow> = rest.par_iter().with_max_len(1).map(of_row).collect::<Result<_, _>>()?;
         let of_row = |ComputedRow { face, pairs }: ComputedRow| {
             pairs.into_iter().map(move |(other, known)| Pair { faces: [face.min(other), face.max(other)], known })
         };

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use super::bracket::{Between, Bracket, Search};
 use super::cubature::{Goal, Hiding, Rule};
-use super::exchange::{Exchange, exchange};
+use super::exchange::{ALL_DIGITS, Exchange, exchange};
 use super::glance::Glance;
 use super::hiding::Wanted;
 use super::screen::Screen;
@@ -108,7 +108,7 @@ impl FormFactors<'_> {
     pub(super) fn pair(&self, faces: [usize; 2], settings: &FactorSettings) -> Result<Option<Known>, Error> {
         let polygons = faces.map(|face| self.scaled(face));
         let area = smaller(polygons[0].area(), polygons[1].area());
-        let Some(Sighted { candidates, screens, free }) = self.sighted(faces) else { return Ok(None) };
+        let Some(Sighted { candidates, screens, free }) = self.sighted(faces, settings) else { return Ok(None) };
         // No face exchanges more than its area.
         let (least, most) = (larger(free.least(), 0.0), smaller(free.most(), area * (1.0 + 8.0 * f64::EPSILON)));
         let occluders = u32::try_from(candidates.len()).unwrap_or(u32::MAX);
@@ -132,9 +132,10 @@ impl FormFactors<'_> {
         }
         // Errors of cell exchanges may use a small share of the tolerances, relative to the free exchange, which is at least as
         // large.
-        let of_value = (OF_VALUE * settings.estimate * area / free.area).clamp(4e-14, 1e-4);
+        let of_value = (OF_VALUE * settings.estimate * area / free.area).clamp(ALL_DIGITS, 1e-4);
         let of_bracket = larger(OF_BRACKET * larger(settings.tolerance * area / free.area, settings.relative), of_value);
         let mut search = Search::new(Between { polygons, screens, free, accuracy: of_value });
+        let difference = larger(difference, settings.relative_estimate * free.area);
         let goal = Goal { difference, most_points: settings.most_points, at_point: 0.01 * settings.estimate };
         let owners: Vec<usize> = candidates.iter().flat_map(|&k| self.screens[k].iter().map(move |_| k)).collect();
         // Many digits want few and large cells: those from which the search starts. Few digits want those that are undecided for good.
@@ -165,7 +166,7 @@ impl FormFactors<'_> {
 
     /// The faces that may be between two faces, and the exchange of the two without them; `None` where they see nothing of each
     /// other.
-    fn sighted(&self, faces: [usize; 2]) -> Option<Sighted<'_>> {
+    fn sighted(&self, faces: [usize; 2], settings: &FactorSettings) -> Option<Sighted<'_>> {
         let polygons = faces.map(|face| self.scaled(face));
         if self.is_behind(faces) {
             return None;
@@ -173,7 +174,9 @@ impl FormFactors<'_> {
         let beam = Beam::from_polygon(self.polygon(faces[0]), self.polygon(faces[1]))?;
         let candidates = self.index.in_beam(&beam, &faces).polygons;
         let screens: Vec<&Screen> = candidates.iter().flat_map(|&k| &self.screens[k]).collect();
-        let free = exchange(polygons[0], polygons[1]);
+        // Past others so many digits serve as the estimate has.
+        let truncation = if screens.is_empty() { ALL_DIGITS } else { (OF_VALUE * settings.estimate).clamp(ALL_DIGITS, 1e-4) };
+        let free = exchange(polygons[0], polygons[1], truncation);
         (free != Exchange::default()).then_some(Sighted { candidates, screens, free })
     }
 

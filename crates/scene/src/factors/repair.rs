@@ -1,13 +1,17 @@
 //! Rows of a closed scene that sum to 1, by the least change within the proven brackets.
 //!
-//! With v the exchanges as computed, `[l, u]` their brackets, `w = u - l` and A the areas, the x wanted minimises `sum (x - v)^2 / w`
+//! With v the exchanges as computed, `[l, u]` their brackets, `w = u - l` their widths and A the areas, the x wanted minimises `sum (x - v)^2 / w`
 //! over pairs, `l <= x <= u`, such that `sum_j x_ij = A_i` in every row: one symmetric number a pair, so reciprocity stays, and
 //! an exchange that is known exactly stays. The minimum is `x_ij = clip(v_ij + w_ij (m_i + m_j))` with one multiplier a row, the
 //! maximum of a concave function of them whose gradient is the rows' defect `A_i - sum_j x_ij`. Newton's method finds it: its
 //! matrix, `diag(sum_j w_ij) + w` over the pairs that are not at an end, is positive semidefinite, and conjugate gradients solve
 //! with it. A step that does not reduce the defect is halved.
+//!
+//! The error of a factor is the distance to the farther end of its bracket, so that a move may bring it over the bound that was asked
+//! for. The ends are first set where the bound is met still, and only where rows cannot sum to 1 so, at those
+//! of the brackets.
 
-use super::FactorMatrix;
+use super::{FactorMatrix, FactorSettings};
 use super::{larger, smaller};
 use crate::Error;
 
@@ -35,12 +39,13 @@ const GRADIENTS: usize = 400;
 
 impl FactorMatrix {
     /// Moves factors the least, inside their brackets and the two of a pair together, until every row sums to 1. Brackets stay as they
-    /// were; the error of an entry is the distance from its new value to their farther end.
+    /// were; the error of an entry is the distance from its new value to their farther end, which stays below what `settings` ask
+    /// for where it is so before and rows can sum to 1 with it.
     ///
     /// # Errors
     /// If some row cannot sum to 1 within its brackets, with the row: the scene is not closed there, or faces overlap. If rows are
     /// missing. Nothing is changed then.
-    pub fn repair(&mut self) -> Result<Repaired, Error> {
+    pub fn repair(&mut self, settings: &FactorSettings) -> Result<Repaired, Error> {
         let has_row = |face: u32| self.faces().binary_search(&(face as usize)).is_ok();
         if !self.pairs.iter().flat_map(|pair| pair.faces).all(has_row) {
             return Err(Error::expected("all rows of a matrix that is to be repaired", "a block of them"));
@@ -55,7 +60,9 @@ impl FactorMatrix {
         }
         let closure_before = self.worst_closure();
         let before: Vec<f64> = self.pairs.iter().map(|pair| pair.known.value).collect();
-        let moved = self.solve(&before)?;
+        let within = |limits: Vec<[f64; 2]>| self.solve(&before, &limits);
+        let brackets = || self.pairs.iter().map(|pair| [pair.known.least, pair.known.most]).collect();
+        let moved = within(self.limits(settings)).or_else(|_| within(brackets()))?;
         let mut repaired = Repaired { largest: 0.0, mean: 0.0, pair: [0; 2], closure_before, closure: 0.0 };
         for ((pair, &from), &to) in self.pairs.iter_mut().zip(&before).zip(&moved) {
             pair.known.value = to;
@@ -73,10 +80,23 @@ impl FactorMatrix {
         Ok(repaired)
     }
 
-    fn solve(&self, before: &[f64]) -> Result<Vec<f64>, Error> {
+    /// Between what each exchange may be moved with its bound met still, or in its bracket where it is not met before.
+    fn limits(&self, settings: &FactorSettings) -> Vec<[f64; 2]> {
+        let of = |pair: &super::matrix::Pair| {
+            let super::pair::Known { value, least, most, .. } = pair.known;
+            let [a, b] = pair.faces.map(|face| self.scaled_areas[face as usize]);
+            // The bound of the smaller face, less the roundings of a factor.
+            let allowed = larger(settings.tolerance * smaller(a, b), settings.relative * least) * (1.0 - 1e-12);
+            let is_met = larger(most - value, value - least) <= allowed;
+            if is_met { [larger(least, most - allowed), smaller(most, least + allowed)] } else { [least, most] }
+        };
+        self.pairs.iter().map(of).collect()
+    }
+
+    fn solve(&self, before: &[f64], limits: &[[f64; 2]]) -> Result<Vec<f64>, Error> {
         let count = self.scaled_areas.len();
         let mut multipliers = vec![0.0; count];
-        let (mut moved, mut free) = self.moved(before, &multipliers);
+        let (mut moved, mut free) = self.moved(before, limits, &multipliers);
         let mut lacking = self.lacking(&moved);
         let mut norm = self.worst(&lacking);
         for _ in 0..STEPS {
@@ -87,7 +107,7 @@ impl FactorMatrix {
             let mut share = 1.0;
             loop {
                 let next: Vec<f64> = multipliers.iter().zip(&step).map(|(m, s)| m + share * s).collect();
-                let (candidate, candidate_free) = self.moved(before, &next);
+                let (candidate, candidate_free) = self.moved(before, limits, &next);
                 let left = self.lacking(&candidate);
                 let squares = |of: &[f64]| of.iter().map(|x| x * x).sum::<f64>();
                 // Where large rows lack their rounding, small ones may still lack more of themselves.
@@ -117,15 +137,15 @@ impl FactorMatrix {
     }
 
     /// The exchanges that multipliers give, and the weights of those that are not at an end of their bracket.
-    fn moved(&self, before: &[f64], multipliers: &[f64]) -> (Vec<f64>, Vec<f64>) {
-        let of = |(pair, &value): (&super::matrix::Pair, &f64)| {
+    fn moved(&self, before: &[f64], limits: &[[f64; 2]], multipliers: &[f64]) -> (Vec<f64>, Vec<f64>) {
+        let of = |((pair, &value), &[low, high]): ((&super::matrix::Pair, &f64), &[f64; 2])| {
             let [a, b] = pair.faces.map(|face| face as usize);
             let (least, most) = (pair.known.least, pair.known.most);
             let to = value + (most - least) * (multipliers[a] + multipliers[b]);
-            let clipped = larger(smaller(to, most), least);
+            let clipped = larger(smaller(to, high), low);
             (clipped, if clipped == to { most - least } else { 0.0 })
         };
-        self.pairs.iter().zip(before).map(of).unzip()
+        self.pairs.iter().zip(before).zip(limits).map(of).unzip()
     }
 
     /// What each row lacks of its area.

@@ -22,6 +22,7 @@ use robust::{Coord3D, orient3d};
 
 use super::rule::patches;
 use super::{larger, smaller};
+use crate::occluders::perimeter;
 use crate::projection::normalising_power;
 
 /// Corners up to which a cell is looked at.
@@ -74,9 +75,32 @@ enum Passing {
 pub(super) struct Verdict {
     pub(super) sight: Sight,
     pub(super) is_displaced: bool,
-    /// The edges that some segments pass outside and some inside, if a part is left and all are inside the others; they run
-    /// counter-clockwise seen from the first cell. Not known where a cell is on both sides of the screen.
-    pub(super) edges: Option<Vec<[DVec3; 2]>>,
+    /// The edges that some segments pass outside and some inside, if a part is left and all are inside the others. Not known where a
+    /// cell is on both sides of the screen.
+    pub(super) edges: Option<Undecided>,
+}
+
+/// Some edges of a screen.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Undecided {
+    /// One bit each.
+    edges: u8,
+    /// Whether the first cell is in front of the screen.
+    is_first_in_front: bool,
+}
+
+impl Undecided {
+    /// All edges of a screen that nothing is known of.
+    pub(super) const ALL: Self = Self { edges: u8::MAX, is_first_in_front: true };
+
+    /// The same, counter-clockwise seen from the front.
+    pub(super) const fn in_order(self) -> Self {
+        Self { is_first_in_front: true, ..self }
+    }
+
+    const fn has(self, edge: usize) -> bool {
+        self.edges >> edge & 1 == 1
+    }
 }
 
 impl Verdict {
@@ -106,9 +130,15 @@ impl Screen {
     }
 
     /// Edges, counter-clockwise seen from the front.
-    pub(super) fn edges(&self) -> impl Iterator<Item = [DVec3; 2]> {
+    pub(super) fn edges(&self) -> impl Iterator<Item = [DVec3; 2]> + Clone {
         let count = self.outline.len();
         (0..count).map(move |k| [self.outline[k], self.outline[(k + 1) % count]])
+    }
+
+    /// Some of them, counter-clockwise seen from the first cell.
+    pub(super) fn undecided(&self, which: Undecided) -> impl Iterator<Item = [DVec3; 2]> + Clone {
+        let all = self.edges().enumerate().filter(move |(k, _)| which.has(*k));
+        all.map(move |(_, [a, b])| if which.is_first_in_front { [a, b] } else { [b, a] })
     }
 
     pub(super) fn outline(&self) -> &[DVec3] {
@@ -156,22 +186,23 @@ impl Screen {
         self.slack(reach) * (self.perimeter + 8.0 * self.slack(reach))
     }
 
-    /// What it leaves of the sight between two convex cells, whose coordinates are up to `reach`.
-    pub(super) fn between(&self, cells: [&[DVec3]; 2], reach: f64) -> Verdict {
-        self.leaves(cells, self.slack(reach))
+    /// What it leaves of the sight between two convex cells, whose coordinates are up to `reach`. All segments between them are
+    /// inside the edges that are not `open`.
+    pub(super) fn between(&self, cells: [&[DVec3]; 2], reach: f64, open: Undecided) -> Verdict {
+        self.leaves(cells, self.slack(reach), open)
     }
 
     /// The same where each cell is on a side of its own of the screen's plane, or both are on one: else nothing.
     pub(super) fn parting(&self, cells: [&[DVec3]; 2], reach: f64) -> Option<Verdict> {
-        self.parts(cells, self.slack(reach))
+        self.parts(cells, self.slack(reach), Undecided::ALL)
     }
 
-    fn leaves(&self, cells: [&[DVec3]; 2], slack: f64) -> Verdict {
+    fn leaves(&self, cells: [&[DVec3]; 2], slack: f64, open: Undecided) -> Verdict {
         let through = || Verdict::exact(if self.is_apart(cells) { Sight::Free } else { Sight::Part });
-        self.parts(cells, slack).unwrap_or_else(through)
+        self.parts(cells, slack, open).unwrap_or_else(through)
     }
 
-    fn parts(&self, cells: [&[DVec3]; 2], slack: f64) -> Option<Verdict> {
+    fn parts(&self, cells: [&[DVec3]; 2], slack: f64, open: Undecided) -> Option<Verdict> {
         if cells.iter().any(|cell| cell.len() > MOST_CORNERS) {
             return Some(Verdict::exact(Sight::Part));
         }
@@ -189,8 +220,8 @@ impl Screen {
         } else {
             return None;
         };
-        let (mut undecided, mut hidden_displaced) = (Vec::new(), false);
-        for edge in self.edges() {
+        let (mut undecided, mut hidden_displaced) = (Undecided { edges: 0, is_first_in_front }, false);
+        for (k, edge) in self.edges().enumerate().filter(|(k, _)| open.has(*k)) {
             let (mut inside, mut outside, mut displaced) = (false, false, false);
             'pairs: for (&x, &over) in from.0.iter().zip(from.1) {
                 let seen = SightedEdge::new(edge, x, over);
@@ -208,26 +239,25 @@ impl Screen {
                 return Some(Verdict { sight: Sight::Free, is_displaced: displaced, edges: None });
             }
             if outside {
-                let [a, b] = edge;
-                undecided.push(if is_first_in_front { [a, b] } else { [b, a] });
+                undecided.edges |= 1 << k;
             } else {
                 hidden_displaced |= displaced;
             }
         }
-        let (sight, edges) = if undecided.is_empty() { (Sight::Blocked, None) } else { (Sight::Part, Some(undecided)) };
+        let (sight, edges) = if undecided.edges == 0 { (Sight::Blocked, None) } else { (Sight::Part, Some(undecided)) };
         Some(Verdict { sight, is_displaced: hidden_displaced, edges })
     }
 
     /// Whether it surely hides all of two convex outlines from each other, with no edge displaced.
     pub(super) fn hides(&self, outlines: [&[DVec3]; 2]) -> bool {
-        let verdict = self.between(outlines, 1.0);
+        let verdict = self.between(outlines, 1.0, Undecided::ALL);
         verdict.sight == Sight::Blocked && !verdict.is_displaced
     }
 
     /// The part of an outline that it leaves visible from a point: exact for the doubles as given, but for points level with its
     /// plane.
     pub(super) fn before(&self, point: DVec3, outline: &[DVec3]) -> Sight {
-        self.leaves([&[point], outline], 0.0).sight
+        self.leaves([&[point], outline], 0.0, Undecided::ALL).sight
     }
 
     /// Whether a plane that bounds the hull of two cells, or that of a coordinate, has the screen beyond it.
@@ -330,10 +360,6 @@ fn is_level([a, b, c, d]: [DVec3; 4]) -> bool {
 /// Whether three points are surely on one line: they have two coordinates in common.
 fn is_line([a, b, c]: [DVec3; 3]) -> bool {
     (a.cmpeq(b) & a.cmpeq(c)).bitmask().count_ones() >= 2
-}
-
-pub(super) fn perimeter(outline: &[DVec3]) -> f64 {
-    (0..outline.len()).map(|i| (outline[(i + 1) % outline.len()] - outline[i]).length()).sum()
 }
 
 /// Area of a flat convex outline.

@@ -8,6 +8,7 @@ use super::document::{self, Document};
 use super::{Fault, buffer};
 use crate::Error;
 use crate::reading::Budget;
+use crate::words::quoted;
 
 /// The document, buffers and budget that accessors refer to.
 #[derive(Debug, Clone, Copy)]
@@ -76,7 +77,7 @@ impl Accessors<'_> {
         let size = types.iter().find(|(name, _)| *name == accessor.component_type).map(|(_, size)| *size);
         let (Some(size), true) = (size, accessor.shape == shape) else {
             let types = types.iter().map(|(name, _)| name.to_string()).collect::<Vec<_>>().join(" or ");
-            let found = format!("{} of component type {}", accessor.shape, accessor.component_type);
+            let found = format!("{} of component type {}", quoted(Some(&accessor.shape)), accessor.component_type);
             return refuse(Error::expected(format!("{shape} of component type {types}"), found));
         };
         let Some(view_index) = accessor.buffer_view else {

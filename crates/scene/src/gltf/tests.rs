@@ -196,7 +196,12 @@ fn wrong_members_are_named_with_what_was_expected() {
         (
             "/accessors/0/componentType",
             json!(5120),
-            "accessors[0]: expected VEC3 of component type 5126, found VEC3 of component type 5120",
+            "accessors[0]: expected VEC3 of component type 5126, found `VEC3` of component type 5120",
+        ),
+        (
+            "/accessors/0/type",
+            json!("VEC\u{8}"),
+            "accessors[0]: expected VEC3 of component type 5126, found `VEC\\u{8}` of component type 5126",
         ),
         ("/accessors/0/sparse", json!({}), "accessors[0]: a sparse accessor cannot be represented"),
         ("/bufferViews/0/byteStride", json!(8), "accessors[0]: expected elements within"),

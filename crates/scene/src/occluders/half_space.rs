@@ -223,6 +223,17 @@ impl Plane {
         }
     }
 
+    /// The height of a point over the plane.
+    pub(super) fn height(&self, point: DVec3) -> f64 {
+        self.normal.dot(point - self.origin)
+    }
+
+    /// A height up to which a point may be level with the surface: more than twice that of [`Self::over`], so that it covers what is decided there.
+    pub(super) fn slack(&self, point: DVec3) -> f64 {
+        let r = (point - self.origin).length();
+        16.0 * f64::EPSILON * (largest(self.largest, point.abs().max_element()) + r) * (2.0 + r * self.slope) + 2.0 * self.defect
+    }
+
     /// The space in front, exactly.
     pub(super) fn front(&self, frame: &Frame) -> HalfSpace {
         match self.corners {

@@ -41,7 +41,7 @@ impl Occluders {
         let extent = (whole.high - whole.low).length();
         (0..self.polygons.len()).filter(|&index| counts(index)).find_map(|index| {
             let (shape, polygon) = (&self.polygons[index], polygons[index]);
-            let slope = perimeter(polygon) / polygon.area();
+            let slope = perimeter(polygon.vertices()) / polygon.area();
             let reach = DVec3::splat(4.0 * f64::EPSILON * (largest_of(polygon) + extent) * (2.0 + extent * slope));
             let around = Bounds { low: shape.bounds.low - reach, high: shape.bounds.high + reach };
             let mut near: Vec<usize> = Vec::new();
@@ -154,7 +154,7 @@ fn overlap(indices: [usize; 2], [a, b]: [&Polygon; 2]) -> Option<Overlap> {
             }
         }
     }
-    if area <= SLIVER * (perimeter(a) + perimeter(b)) * largest(largest_of(a), largest_of(b)) {
+    if area <= SLIVER * (perimeter(a.vertices()) + perimeter(b.vertices())) * largest(largest_of(a), largest_of(b)) {
         return None;
     }
     let (at, [first, second]) = (origin + along * widest.1[0] + across * widest.1[1], indices);
@@ -192,9 +192,8 @@ fn area_of(outline: &[[f64; 2]]) -> f64 {
     0.5 * rest.windows(2).map(across).sum::<f64>()
 }
 
-fn perimeter(polygon: &Polygon) -> f64 {
-    let v = polygon.vertices();
-    (0..v.len()).map(|i| (v[(i + 1) % v.len()] - v[i]).length()).sum()
+pub(crate) fn perimeter(outline: &[DVec3]) -> f64 {
+    (0..outline.len()).map(|i| (outline[(i + 1) % outline.len()] - outline[i]).length()).sum()
 }
 
 fn largest_of(polygon: &Polygon) -> f64 {

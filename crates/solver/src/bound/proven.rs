@@ -225,11 +225,18 @@ pub(crate) struct Proven {
 }
 
 impl Ground {
-    pub(crate) fn of(mesh: &Mesh) -> Self {
+    /// Of a mesh; elements are cut into cells until the clock's end.
+    pub(crate) fn of(mesh: &Mesh, cells: Clock) -> Self {
         let edges = Edges::of(mesh);
         let closed = closed::is_closed(mesh, &edges);
         let bases = [Shape::Parallelogram, Shape::Triangle].map(Bases::of);
-        Self { edges, nodes: [0, 1].map(|shape| Nodes::of(&mesh.bases()[shape])), closed, bases, effort: Effort::default() }
+        Self {
+            edges,
+            nodes: [0, 1].map(|shape| Nodes::of(&mesh.bases()[shape])),
+            closed,
+            bases,
+            effort: Effort { aim: Vec::new(), deepest: 0, clock: cells },
+        }
     }
 
     /// Says what is asked for; `reference` is the radiosity in each channel that errors are relative to.
@@ -238,7 +245,7 @@ impl Ground {
             Aim::Estimate { part } => (OVER_ESTIMATE * part, 0),
             Aim::Bound { part, is_rough } => (OVER_BOUND * part, if is_rough { 0 } else { DEEPEST }),
         };
-        self.effort = Effort { aim: reference.iter().map(|reference| part * reference).collect(), deepest };
+        (self.effort.aim, self.effort.deepest) = (reference.iter().map(|reference| part * reference).collect(), deepest);
     }
 
     fn proof<'a>(&'a self, optics: Optics<'a>, channels: usize) -> Proof<'a> {

@@ -160,7 +160,8 @@ impl<'a> KernelSums<'a> {
 
     fn add(&mut self, cell: &Cell, tolerance: f64, depth: u32) -> bool {
         let [u, v] = self.element.axes();
-        let [along, across] = cell.sides.map(|[s, t]| u * s + v * t);
+        let [[s_along, t_along], [s_across, t_across]] = cell.sides;
+        let (along, across) = (u * s_along + v * t_along, u * s_across + v * t_across);
         let first = self.element.point(cell.origin) - self.station.point;
         let det = (cell.sides[0][0] * cell.sides[1][1] - cell.sides[0][1] * cell.sides[1][0]).abs();
         let share = match (cell.shape, self.element.shape()) {
@@ -290,7 +291,7 @@ impl<'a> KernelSums<'a> {
                 let reach = distance + radius + major * half;
                 area * reach * self.height / (squared * squared)
             };
-            let sides = halves.map(side);
+            let sides = [side(halves[0]), side(halves[1])];
             // The first side with the Jacobian of the map to a triangle.
             let sum = if jacobian { (1.0 + major) * sides[0] + 2.0 * sides[1] } else { sides[0] + sides[1] };
             let falls = 1.0 / (ratio * ratio);

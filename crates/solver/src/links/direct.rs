@@ -149,7 +149,7 @@ impl Lamps {
         let dark = vec![0.0; channels];
         let (irradiance, noise, error, likely) = (dark.clone(), dark, none.clone(), none);
         let mut lit = Lit { irradiance, error, likely, noise, factors, off: 0.0, in_doubt: 0.0 };
-        let optics = Optics { absolute: FINER * optics.absolute, ..*optics };
+        let optics = Optics { absolute: FINER * optics.absolute, past: FINER * optics.past, ..*optics };
         for (&root, sight) in self.roots.iter().zip(sights) {
             let row = optics.receive(station, root, sight, 1)?;
             let emitted = &surfaces.emitted[optics.mesh.elements()[root].face()];

@@ -149,8 +149,9 @@ impl Row {
 pub(crate) struct Optics<'a> {
     pub(crate) mesh: &'a Mesh,
     pub(crate) rules: &'a Rules,
-    /// Error that the evaluation of a function may have.
+    /// Error that the evaluation of a function may have, of a source in free sight and past faces that may hide a part of it.
     pub(crate) absolute: f64,
+    pub(crate) past: f64,
     /// Cells a side of a source that is seen past many faces; 0 for none, and closed forms.
     pub(crate) cells: usize,
 }
@@ -168,6 +169,7 @@ impl Optics<'_> {
         if self.cells > 0 && faces.len() >= MANY {
             return self.by_rays(station, source, count);
         }
+        let absolute = if faces.is_empty() { self.absolute } else { self.past };
         let convex = faces.iter().flat_map(|&face| self.mesh.convex_parts(face)).map(|part| &part[..]);
         let visible = Visible::of(station.point, station.normal, &Window::of(element), convex);
         let mut kernel = Kernel::of(station, element);
@@ -181,12 +183,12 @@ impl Optics<'_> {
             }
             let doubt = if visible.doubt > 0.0 { kernel.peak * visible.doubt * basis.largest() } else { 0.0 };
             let mut sums = KernelSums::new(station, element, basis, count, self.rules);
-            let part = self.absolute / visible.parts.len().max(1) as f64;
+            let part = absolute / visible.parts.len().max(1) as f64;
             let all = |sums: &mut KernelSums<'_>| match visible.whole {
-                true => sums.add_whole(self.absolute),
+                true => sums.add_whole(absolute),
                 false => visible.parts.iter().all(|p| sums.add_part(p, part)),
             };
-            if doubt <= self.absolute && all(&mut sums) {
+            if doubt <= absolute && all(&mut sums) {
                 let error = sums.error + doubt;
                 let (lost, most) = (kernel.peak * visible.doubt, kernel.peak);
                 let lost = if lost > 0.0 { [lost * most, lost] } else { [0.0; 2] };
@@ -210,7 +212,8 @@ impl Optics<'_> {
             Sight::Past(faces) => faces.iter().map(|&face| &self.mesh.polygons()[face]).collect(),
         };
         let receiver = station.receiver()?;
-        let tolerance = Tolerance { relative: 0.0, absolute: self.absolute };
+        let absolute = if occluders.is_empty() { self.absolute } else { self.past };
+        let tolerance = Tolerance { relative: 0.0, absolute };
         let mut row = Row::default();
         for function in 0..count {
             let emitter = element.emitter(function, basis)?;
@@ -313,12 +316,13 @@ mod tests {
                 let (u, v) = (normal.any_orthonormal_vector() * 0.01, normal.cross(normal.any_orthonormal_vector()) * 0.01);
                 let receiver = [point - u - v, point + u - v, point + v].map(|p| p.to_array()).to_vec();
                 let mesh = mesh(&[lamp.clone(), concave.map(|[x, y]| [x, y, 0.6]).to_vec(), receiver]);
-                let optics = Optics { mesh: &mesh, rules, absolute: 1e-7, cells: 0 };
+                let optics = Optics { mesh: &mesh, rules, absolute: 1e-7, past: 1e-7, cells: 0 };
                 let station = Station { point, normal, face: Some(2) };
                 let count = mesh.basis(0).len();
                 for (sight, faces) in [(Sight::Clear, &[][..]), (Sight::Past(vec![1]), &[1])] {
                     let fast = optics.receive(&station, 0, &sight, count).unwrap();
-                    let exact = Optics { absolute: 1e-12, ..optics }.by_closed_forms(&station, 0, faces, count).unwrap();
+                    let exact =
+                        Optics { absolute: 1e-12, past: 1e-12, ..optics }.by_closed_forms(&station, 0, faces, count).unwrap();
                     by_rules += usize::from(fast.values != exact.values);
                     partly += usize::from(!fast.kernel.smooth);
                     for (i, (a, b)) in fast.values.iter().zip(&exact.values).enumerate() {
@@ -360,7 +364,7 @@ mod tests {
         let screen = vec![[0.3, -1.0, 0.5], [0.3, 2.0, 0.5], [2.0, 2.0, 0.5], [2.0, -1.0, 0.5]];
         for triangle in [false, true] {
             let mesh = mesh(&[if triangle { lamp[..3].to_vec() } else { lamp.clone() }, screen.clone()]);
-            let optics = Optics { mesh: &mesh, rules: &Rules::new(), absolute: 1e-8, cells: 0 };
+            let optics = Optics { mesh: &mesh, rules: &Rules::new(), absolute: 1e-8, past: 1e-8, cells: 0 };
             let (element, basis) = (&mesh.elements()[0], mesh.basis(0));
             for (x, z) in [(0.5, 0.0), (0.2, 0.4), (-2.0, -3.0)] {
                 let (point, normal) = (DVec3::new(x, 0.4, z), DVec3::Z);

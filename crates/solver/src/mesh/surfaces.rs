@@ -4,12 +4,15 @@
 //! reflectance, and at a point the values there. Of a face without textures the first is the projection of H times one number.
 
 use radgrad_core::DVec3;
-use radgrad_scene::{Face, Material, Quantity, Scene};
+use radgrad_scene::{Face, Material, Quantity, Scene, largest, smallest};
 use rayon::prelude::*;
 
 use crate::error::Error;
 use crate::mesh::Mesh;
 use crate::mesh::texture::{self, Pattern};
+
+/// Relative differences of radiosities that are those of rounding.
+const ROUNDING: f64 = 1e-9;
 
 /// Reflectance and emitted radiosity in each channel.
 #[derive(Debug, Clone)]
@@ -44,6 +47,21 @@ impl Surfaces {
             textured: scene.is_textured().then(|| scene.clone()),
             patterns: Vec::new(),
         }
+    }
+
+    /// Whether light may be even: then each face of a closed scene emits what it does not reflect of the same radiosity. Of textures that is
+    /// not asked.
+    pub(crate) fn may_be_even(&self, mesh: &Mesh) -> bool {
+        let faces = || mesh.roots().iter().map(|&root| mesh.elements()[root].face());
+        let radiosity = |face: usize, channel: usize| self.emitted[face][channel] / (1.0 - self.reflectance[face][channel]);
+        let is_even = |channel: usize| {
+            let (low, high) = faces()
+                .map(|face| radiosity(face, channel))
+                .fold((f64::INFINITY, 0.0), |(low, high), of| (smallest(low, of), largest(high, of)));
+            high - low <= ROUNDING * high
+        };
+        let channels = self.emitted.first().map_or(0, Vec::len);
+        self.textured.is_some() || (0..channels).all(is_even)
     }
 
     /// Refuses emitted radiosities beyond the range of a double.

@@ -156,15 +156,10 @@ impl Solution {
         emitted[channel] + rho[channel] * received
     }
 
-    /// Bound on the error of [`Self::textured_on`], at every point of a leaf, in each channel.
+    /// Bound on the error of [`Self::textured_on`], at every point of a leaf, in each channel: that of [`Self::bound_on`], which holds for both.
     #[must_use]
     pub fn textured_bound_on(&self, leaf: usize) -> Vec<Ledger> {
-        let receiver = self.receiver_of(leaf);
-        let of = |c: usize| match self.proven() {
-            Some(proven) => proven.on(leaf, receiver, c),
-            None => Ledger::unknown(),
-        };
-        (0..self.channels.len()).map(of).collect()
+        self.bound_on(leaf)
     }
 
     /// Gradient of the polynomial on a leaf over the leaf's plane, in a channel; in the unit of length of [`Self::placement`].

@@ -75,8 +75,11 @@ pub struct Solution {
     pub(super) proven_direct: Vec<Option<Vec<Rest>>>,
     pub(crate) channels: Vec<String>,
     pub(crate) extent: f64,
-    /// Error that the evaluation of a function may have.
+    /// Error that the evaluation of a function may have; past what may hide a part, and that once there is no more time.
     pub(crate) absolute: f64,
+    pub(super) past: [f64; 2],
+    /// As long as the first of these is kept to.
+    pub(super) precise: Clock,
     /// Cells a side of a source that is seen past many faces; 0 for closed forms.
     pub(super) cells: usize,
     pub(super) clock: Clock,
@@ -106,8 +109,9 @@ impl Solution {
         self.bounds.points(self.bounded())
     }
 
-    pub(crate) const fn optics(&self) -> Optics<'_> {
-        Optics { mesh: &self.mesh, rules: &self.rules, absolute: self.absolute, cells: self.cells }
+    pub(crate) fn optics(&self) -> Optics<'_> {
+        let past = self.past[usize::from(self.precise.is_over())];
+        Optics { mesh: &self.mesh, rules: &self.rules, absolute: self.absolute, past, cells: self.cells }
     }
 
     pub(super) fn lossless(&self) -> Error {

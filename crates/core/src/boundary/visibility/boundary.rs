@@ -7,10 +7,14 @@
 
 use radgrad_numbers::real::Real;
 use radgrad_numbers::vec3::Vec3;
+use smallvec::SmallVec;
 
 use crate::boundary::arc::Arc;
 use crate::boundary::line::Sighted;
 use crate::boundary::visibility::part::{Facing, PartCorner, Sides, VisiblePart, pairs};
+
+/// As many corners as a triangle with one shadow in it leaves need no memory of their own.
+type Several<T> = SmallVec<[T; 16]>;
 
 /// Where a boundary passes from a side to another.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -56,12 +60,12 @@ pub(super) fn visit_joined<P: Copy>(
     place: impl Fn(&P) -> Vec3<f64>,
     mut visit: impl FnMut(&P, &P, Facing),
 ) {
-    let points: Vec<&P> = outlines.iter().flat_map(|corners| pairs(corners).map(|(_, b)| &b.point)).collect();
+    let points: Several<&P> = outlines.iter().flat_map(|corners| pairs(corners).map(|(_, b)| &b.point)).collect();
     let sides = outlines.iter().flat_map(|corners| pairs(corners).map(|(a, b)| [a.side.side, b.side.side]));
     let turn = |(point, [from, to]): (usize, [usize; 2])| Turn { sides: [from.min(to), from.max(to)], is_back: from > to, point };
-    let mut turns: Vec<Turn> = sides.enumerate().map(turn).collect();
+    let mut turns: Several<Turn> = sides.enumerate().map(turn).collect();
     turns.sort_unstable();
-    let mut ends = Vec::new();
+    let mut ends: Several<End<P>> = Several::new();
     for alike in turns.chunk_by(|a, b| a.sides == b.sides) {
         // Those that pass the other way are last.
         let one_way = alike.iter().filter(|turn| !turn.is_back).count();

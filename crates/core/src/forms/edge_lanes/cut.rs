@@ -18,6 +18,10 @@ use crate::problem::receiver::{Receiver, unit_normal};
 /// errs by 64 units of terms that sum to less than 12 in normalised lengths.
 const LOWEST: f64 = 1024.0 * ROUNDOFF;
 
+/// The point p where the horizon cuts an edge, t along it from its end r, is off by `u (|r| + 6 t|e| + |p|)`: the 6 are four
+/// roundings of t and two of its product ([`crate::forms::constant_bound`]).
+const MOVED_ALONG: f64 = 6.0;
+
 /// The parts of a polygon's edges above the horizon, where its boundary leaves the upper half-space once.
 pub(crate) struct Cut<S: Simd> {
     /// The edges, with the ends and the angles of their visible parts.
@@ -26,6 +30,10 @@ pub(crate) struct Cut<S: Simd> {
     pub(crate) visible: mask64x4<S>,
     /// The arc along the horizon, from where the boundary leaves the upper half-space to where it comes back.
     pub(crate) closing: Arc<f64>,
+    /// How far the ends of the edges are off, relative to their distances, in units of roundoff: 0 where an edge is not cut.
+    pub(crate) moved: f64x4<S>,
+    /// The same of the ends of the arc along the horizon.
+    pub(crate) closing_moved: [f64; 2],
 }
 
 impl<S: Simd> Cut<S> {
@@ -50,16 +58,22 @@ impl<S: Simd> Cut<S> {
         let change = before - after;
         let fraction = exits.select(before / change, entries.select(after / -change, one));
         let (Arc { start, end, .. }, along) = (&four.arc, four.line.e * fraction);
+        let inside = entries.select(end.square, start.square).sqrt();
         let start = Sighted::at(chosen(entries, end.point - along, start.point));
         let end = Sighted::at(chosen(exits, four.arc.start.point + along, end.point));
         four.arc = Arc::of_edge(start, end, fraction, four.line);
+        let Arc { start, end, .. } = &four.arc;
+        let reach = inside + along.norm_squared().sqrt() * f64x4::splat(simd, MOVED_ALONG);
+        let moved = (exits | entries).select(reach * entries.select(start.inverse, end.inverse) + one, zero);
         let plain = is_in_range(four.arc.across, four.arc.inline);
         let horizon = Generator::Horizon(-unit_normal::<f64>(receiver));
-        let (exit, entry) = (Sighted::at(lane(end.point, exit)), Sighted::at(lane(start.point, entry)));
         if !plain.all_true() {
             return None;
         }
-        Some(Self { four, visible: starts | ends, closing: Arc::between(exit, entry, horizon) })
+        let [exit, entry] = [exit, entry].map(|bit| (bit.trailing_zeros() & 3) as usize);
+        let closing = Arc::between(Sighted::at(lane(end.point, exit)), Sighted::at(lane(start.point, entry)), horizon);
+        let closing_moved = [moved[exit], moved[entry]];
+        Some(Self { four, visible: starts | ends, closing, moved, closing_moved })
     }
 
     /// A sum with the terms of the first lanes where there is something to see.
@@ -70,10 +84,9 @@ impl<S: Simd> Cut<S> {
     }
 }
 
-/// The vector in the lane of a bit.
+/// The vector in a lane.
 #[inline(always)]
-fn lane<S: Simd>(v: Vec3<f64x4<S>>, bit: u64) -> Vec3<f64> {
-    let i = (bit.trailing_zeros() & 3) as usize;
+fn lane<S: Simd>(v: Vec3<f64x4<S>>, i: usize) -> Vec3<f64> {
     let (x, y, z) = (v.x.as_array(), v.y.as_array(), v.z.as_array());
     Vec3::new(x[i], y[i], z[i])
 }

@@ -156,7 +156,6 @@ fn linear_on<S: Simd>(
     let (mut angles, mut contours, mut edges, mut x1) = (none, none, none, zero);
     let (mut rest, mut share) = (polygon.vertices().len(), SHARE);
     let inverse = splat(simd, DoubleDouble::from(1.0)) / (seen.height * seen.height);
-    let logarithm = |end: &Sighted<Four<S>>| (end.square * inverse).ln().scaled(0.5);
     let fours = polygon.four_edges();
     for from in fours {
         let mut used = first(simd, rest);
@@ -169,7 +168,7 @@ fn linear_on<S: Simd>(
             (four, used, share) = (cut.four, used & cut.visible, cut.share);
             let (lane, arc) = (first(simd, 1), &cut.closing);
             let frame = met_frame(arc.generator.normal(), seen.n2, seen.height);
-            let logarithms = [logarithm(&arc.start), logarithm(&arc.end)];
+            let logarithms = [logarithm(&arc.start, inverse), logarithm(&arc.end, inverse)];
             let contour = seen.contour(arc, &frame, logarithms);
             angles = only(lane, frame.normal * arc.angle, zero);
             contours = only(lane, contour.outward * contour.flux, zero);
@@ -178,7 +177,10 @@ fn linear_on<S: Simd>(
         let Edges { arc, line, .. } = &four;
         let frame = line.frame();
         rest = rest.saturating_sub(4);
-        let logarithms = four.at_ends(logarithm);
+        let logarithms = four.at_ends(
+            #[inline(always)]
+            |end| logarithm(end, inverse),
+        );
         let contour = seen.contour(arc, &frame, logarithms);
         angles = angles + only(used, line.normal * arc.angle, zero);
         contours = contours + only(used, contour.outward * contour.flux, zero);
@@ -207,6 +209,12 @@ fn linear_on<S: Simd>(
         edges: in_all(edges).map(ball),
     };
     Some((sums.total(), share * ROUNDOFF))
+}
+
+/// `ln(r/h)` of an end, given `1/h^2`.
+#[inline(always)]
+fn logarithm<S: Simd>(end: &Sighted<Four<S>>, inverse: Four<S>) -> Four<S> {
+    (end.square * inverse).ln().scaled(0.5)
 }
 
 /// As [`crate::forms::edge_lanes::linear`] has the contributions to X1.

@@ -3,8 +3,9 @@
 use radgrad_core::DVec3;
 
 use crate::factors::exchange::FlatOutline;
-use crate::factors::screen::{area, perimeter};
+use crate::factors::screen::area;
 use crate::factors::{larger, middle, smaller};
+use crate::occluders::perimeter;
 
 /// Data that the cells of a face share.
 #[derive(Debug, Clone, Copy)]

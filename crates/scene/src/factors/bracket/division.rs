@@ -8,7 +8,7 @@
 use radgrad_core::DVec3;
 
 use super::cell::{Cell, Plane};
-use crate::factors::screen::{Screen, Sides};
+use crate::factors::screen::{Screen, Sides, Undecided};
 use crate::factors::{larger, smaller};
 
 /// A cut of one of the two cells.
@@ -59,7 +59,7 @@ fn aside(heights: &[f64], wanted: Wanted) -> Vec<f64> {
 }
 
 /// The best cut of a pair.
-pub(super) fn division(cells: [&Cell; 2], planes: [&Plane; 2], screens: &[&Screen]) -> Division {
+pub(super) fn division(cells: [&Cell; 2], planes: [&Plane; 2], screens: &[(&Screen, Undecided)]) -> Division {
     let mut best: Option<Candidate> = None;
     let axes = [0, 1].map(|k| cells[k].axes(planes[k]));
     if let Some((cell, across)) = spread(cells, &axes) {
@@ -73,7 +73,7 @@ pub(super) fn division(cells: [&Cell; 2], planes: [&Plane; 2], screens: &[&Scree
         }
     };
     let mut turns = Vec::new();
-    for screen in screens {
+    for &(screen, open) in screens {
         let sides = cells.map(|cell| screen.sides(&cell.points));
         let is_split = |side: Sides| side.front && side.behind;
         if sides.iter().any(|&side| is_split(side)) {
@@ -94,7 +94,7 @@ pub(super) fn division(cells: [&Cell; 2], planes: [&Plane; 2], screens: &[&Scree
             continue;
         }
         let sign = if sides[0].front || sides[1].behind { 1.0 } else { -1.0 };
-        examine(screen, cells, sign, clear, &axes, &mut turns, &mut offer, &mut variation);
+        examine(screen.undecided(open.in_order()), cells, sign, clear, &axes, &mut turns, &mut offer, &mut variation);
     }
     if let Some(Candidate { cell, heights, .. }) = best {
         let longest = if cells[cell].extent(axes[cell][0]) >= cells[cell].extent(axes[cell][1]) { 0 } else { 1 };
@@ -133,10 +133,10 @@ struct Line {
     outside: f64,
 }
 
-/// The cuts along the edges of a screen that parts the two cells, and how their extents move its shadow.
+/// The cuts along edges of a screen that parts the two cells, those that are not decided, and how their extents move its shadow.
 #[expect(clippy::too_many_arguments, reason = "what is looked at, and three things that are added to")]
 fn examine(
-    screen: &Screen,
+    edges: impl Iterator<Item = [DVec3; 2]>,
     cells: [&Cell; 2],
     sign: f64,
     clear: f64,
@@ -160,7 +160,7 @@ fn examine(
     // For each cell, of all edges: the product of the shares inside, and the line with the most outside.
     let mut hidden = [1.0; 2];
     let mut widest: [Option<([DVec3; 2], Line)>; 2] = [None; 2];
-    for edge in screen.edges() {
+    for edge in edges {
         let [from, to] = edge;
         turns.clear();
         for &x in a {

@@ -9,27 +9,42 @@
 //! - If no edge of a group is left, N is the same for all segments, and one of them says whether the group hides all or nothing.
 //! - If one is left, it passes through all of the beam: an edge that ended in it would go on in another, as the boundary of a sum of
 //!   screens is closed. Then the group hides all if it does so on both sides of that edge, else what passes inside.
+//! - If two groups have the same edges left, running the same way and as often, their numbers N differ by the same for all segments.
+//!   Where one segment meets as many of both, they hide the same, and one is left out: the near walls of a block, or its far ones.
 //!
 //! Groups are screens connected by edges that do not count, so that what one leaves open does not spoil another.
 
 use radgrad_core::DVec3;
 
-/// A screen that hides a part, as far as it alone says, with its edges that are not decided; they run counter-clockwise seen from the
-/// first cell.
-#[derive(Debug, Clone)]
-pub(in crate::factors) struct Partial {
-    /// Its number.
-    pub(in crate::factors) screen: u32,
-    pub(in crate::factors) edges: Vec<[DVec3; 2]>,
+use crate::factors::screen::{Screen, Undecided};
+
+/// A screen that hides a part, as far as it alone says.
+#[derive(Debug, Clone, Copy)]
+pub(in crate::factors) struct Partial<'a> {
+    pub(in crate::factors) screen: &'a Screen,
+    /// What its owner calls it.
+    pub(in crate::factors) name: u32,
+    /// Its edges that are not decided.
+    pub(in crate::factors) open: Undecided,
 }
+
+impl Partial<'_> {
+    /// The edges that are not decided, counter-clockwise seen from the first cell.
+    pub(in crate::factors) fn edges(&self) -> impl Iterator<Item = [DVec3; 2]> + Clone {
+        self.screen.undecided(self.open)
+    }
+}
+
+/// Edges, and how often a group has each.
+type Left = Vec<([DVec3; 2], i32)>;
 
 /// What groups of screens hide.
 #[derive(Debug, Default)]
 pub(in crate::factors) struct Fused {
     /// Whether one hides all.
     pub(in crate::factors) is_all_hidden: bool,
-    /// Screens of groups that hide something.
-    pub(in crate::factors) hiding: Vec<u32>,
+    /// Screens of groups that hide something, by their places.
+    pub(in crate::factors) hiding: Vec<usize>,
     /// Their shadows, each once: what is inside all of some edges.
     pub(in crate::factors) shadows: Vec<Vec<[DVec3; 2]>>,
 }
@@ -38,10 +53,10 @@ pub(in crate::factors) struct Fused {
 const MOST_EDGES: usize = 160;
 
 /// What screens hide together; `segment` runs between the middles of the two cells.
-pub(in crate::factors) fn fuse(partials: &[Partial], segment: [DVec3; 2]) -> Fused {
+pub(in crate::factors) fn fuse(partials: &[Partial<'_>], segment: [DVec3; 2]) -> Fused {
     let mut fused = Fused::default();
     let edges: Vec<(usize, [DVec3; 2])> =
-        partials.iter().enumerate().flat_map(|(k, partial)| partial.edges.iter().map(move |&edge| (k, edge))).collect();
+        partials.iter().enumerate().flat_map(|(k, partial)| partial.edges().map(move |edge| (k, edge))).collect();
     let mut group: Vec<usize> = (0..partials.len()).collect();
     let mut is_left = vec![true; edges.len()];
     if edges.len() <= MOST_EDGES {
@@ -58,33 +73,45 @@ pub(in crate::factors) fn fuse(partials: &[Partial], segment: [DVec3; 2]) -> Fus
             }
         }
     }
+    // What groups have left, and how many of each the segment meets.
+    let mut others: Vec<(Left, i32)> = Vec::new();
     for name in 0..partials.len() {
         let members: Vec<usize> = (0..partials.len()).filter(|&k| group[k] == name).collect();
         if members.is_empty() {
             continue;
         }
         // The group's edges without those that two members share, each once, and how often.
-        let mut left: Vec<([DVec3; 2], i32)> = Vec::new();
+        let mut left: Left = Vec::new();
         for (_, edge) in edges.iter().zip(&is_left).filter(|((k, _), left)| **left && group[*k] == name).map(|(edge, _)| edge) {
             match left.iter_mut().find(|(other, _)| other == edge) {
                 Some((_, times)) => *times += 1,
                 None => left.push((*edge, 1)),
             }
         }
+        let met = met(partials, &members, segment);
         let outside = match left[..] {
-            [] => met(partials, &members, segment),
-            [(edge, times)] => passes_inside(edge, segment)
-                .and_then(|is_inside| Some(met(partials, &members, segment)? - if is_inside { times } else { 0 })),
+            [] => met,
+            [(edge, times)] => passes_inside(edge, segment).and_then(|is_inside| Some(met? - if is_inside { times } else { 0 })),
             _ => None,
         };
         match (outside, &left[..]) {
             (Some(1..), _) => return Fused { is_all_hidden: true, ..fused },
             (Some(_), []) => continue,
+            _ => {}
+        }
+        if let Some(met) = met {
+            let is_same = |other: &Left| other.len() == left.len() && left.iter().all(|edge| other.contains(edge));
+            if others.iter().any(|(other, count)| *count == met && is_same(other)) {
+                continue;
+            }
+            others.push((left.clone(), met));
+        }
+        match (outside, &left[..]) {
             (Some(_), [(edge, _)]) => add(&mut fused.shadows, &[*edge]),
             // Each screen for itself.
-            _ => members.iter().for_each(|&k| add(&mut fused.shadows, &partials[k].edges)),
+            _ => members.iter().for_each(|&k| add(&mut fused.shadows, &partials[k].edges().collect::<Vec<_>>())),
         }
-        fused.hiding.extend(members.iter().map(|&k| partials[k].screen));
+        fused.hiding.extend(members);
     }
     fused.hiding.sort_unstable();
     fused
@@ -97,10 +124,10 @@ fn add(shadows: &mut Vec<Vec<[DVec3; 2]>>, shadow: &[[DVec3; 2]]) {
 }
 
 /// How many of some screens a segment meets, if it passes all their edges clearly.
-fn met(partials: &[Partial], members: &[usize], segment: [DVec3; 2]) -> Option<i32> {
+fn met(partials: &[Partial<'_>], members: &[usize], segment: [DVec3; 2]) -> Option<i32> {
     members.iter().try_fold(0, |count, &k| {
         let mut is_met = true;
-        for &edge in &partials[k].edges {
+        for edge in partials[k].edges() {
             is_met &= passes_inside(edge, segment)?;
         }
         Some(count + i32::from(is_met))
@@ -143,13 +170,15 @@ mod tests {
             let cells = [square(low, 0.0, 0.2), square(low, 1.0, 0.2)];
             let mut partials = Vec::new();
             for (k, screen) in (0..).zip(&screens) {
-                let verdict = screen.between([&cells[0], &cells[1]], 1.0);
+                let verdict = screen.between([&cells[0], &cells[1]], 1.0, Undecided::ALL);
                 if verdict.sight == Sight::Part {
-                    partials.push(Partial { screen: k, edges: verdict.edges.unwrap() });
+                    partials.push(Partial { screen, name: k, open: verdict.edges.unwrap() });
                 }
             }
             let middle = |cell: &[DVec3]| cell.iter().sum::<DVec3>() / 4.0 + DVec3::new(0.01, 0.003, 0.0);
-            fuse(&partials, [middle(&cells[0]), middle(&cells[1])])
+            let found = fuse(&partials, [middle(&cells[0]), middle(&cells[1])]);
+            // By their names.
+            Fused { hiding: found.hiding.iter().map(|&place| partials[place].name as usize).collect(), ..found }
         };
         assert!(fused([0.9, 0.4]).is_all_hidden);
         // At the end of the common edge: two edges go on in one line.
@@ -160,5 +189,26 @@ mod tests {
         assert!(!side.is_all_hidden && side.shadows.len() == 1 && side.hiding == [1]);
         let [[a, b]] = side.shadows[0][..] else { panic!("{side:?}") };
         assert!(a.x == 2.0 && b.x == 2.0);
+    }
+
+    /// A closed box that hides a part.
+    #[test]
+    fn of_near_and_far_walls_one_kind_counts() {
+        let corner = |k: usize| DVec3::new((k & 1) as f64, (k >> 1 & 1) as f64, 0.4 + 0.2 * (k >> 2 & 1) as f64);
+        let walls = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+        let screens: Vec<Screen> =
+            walls.iter().flat_map(|wall| Screen::all_of(&Polygon::new(wall.map(corner).to_vec()).unwrap())).collect();
+        let square = |x: f64, z: f64| [(0.0, 0.3), (0.1, 0.3), (0.1, 0.4), (0.0, 0.4)].map(|(u, y)| DVec3::new(x + u, y, z));
+        let cells = [square(1.05, 0.0), square(0.82, 1.0)];
+        let mut partials = Vec::new();
+        for (k, screen) in (0..).zip(&screens) {
+            let verdict = screen.between([&cells[0], &cells[1]], 1.0, Undecided::ALL);
+            assert!(verdict.sight != Sight::Part || verdict.edges.is_some());
+            partials.extend(verdict.edges.map(|open| Partial { screen, name: k, open }));
+        }
+        let fused = fuse(&partials, [DVec3::new(1.1, 0.35, 0.0), DVec3::new(0.87, 0.35, 1.0)]);
+        // The lower wall and the one beside are near, the upper one is far: it hides what those hide.
+        let names: Vec<u32> = fused.hiding.iter().map(|&place| partials[place].name).collect();
+        assert!(partials.len() == 3 && !fused.is_all_hidden && names == [1], "{fused:?}");
     }
 }

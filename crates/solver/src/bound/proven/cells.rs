@@ -39,8 +39,10 @@ use super::edges::key;
 use super::left::{Effort, Gathered, Kind, Left, Light, Polynomial, Proof, fill};
 use super::nodes::{Nodes, ROUNDED};
 use super::terms::Target;
+use crate::clock::Clock;
 use crate::error::Error;
 use crate::links::station::Station;
+use crate::links::transfer::Optics;
 use crate::mesh::Sight;
 use crate::mesh::basis::{Basis, MAX_DEGREE};
 use crate::mesh::element::Element;
@@ -54,6 +56,9 @@ const DEEPEST_OF_LAMPS: usize = 2;
 
 /// How often it is before it is asked how fast light changes, if it may be cut so often.
 const FIRST: usize = 2;
+
+/// Part of the aim that evaluations may be off by.
+const EVALUATIONS: f64 = 1e-3;
 
 /// Part of the aim that may be left of sources that are seen as a whole.
 const PART: f64 = 0.1;
@@ -114,6 +119,8 @@ struct Glow {
 /// An element that is cut into cells.
 struct Cells<'a> {
     proof: &'a Proof<'a>,
+    /// As precise as what is little asks for.
+    optics: Optics<'a>,
     to: usize,
     sources: &'a [(usize, &'a Sight)],
     /// For each source and channel.
@@ -122,6 +129,7 @@ struct Cells<'a> {
     /// What is left in each channel that is little, and how often it is cut into four at most.
     aim: &'a [f64],
     deepest: usize,
+    clock: Clock,
 }
 
 /// Bounds for each channel on what changes over a cell: at most and in the mean.
@@ -143,11 +151,16 @@ impl Proof<'_> {
             let polynomial = self.polynomial(source, &coefficients);
             Glow { polynomial, range: self.mesh.basis(source).range(&coefficients), coefficients }
         };
-        let glows = gathered.sources.iter().map(|(source, _)| (0..self.channels).map(|c| glow(*source, c)).collect()).collect();
+        let glows: Vec<Vec<Glow>> =
+            gathered.sources.iter().map(|(source, _)| (0..self.channels).map(|c| glow(*source, c)).collect()).collect();
         let bases = &self.bases[usize::from(element.shape() == Shape::Triangle)];
-        let Effort { aim, deepest } = self.effort;
+        let Effort { aim, deepest, clock } = self.effort;
         let deepest = if matches!(light, Light::Even(_)) { DEEPEST_OF_LAMPS } else { *deepest };
-        let cells = Cells { proof: self, to, sources: &gathered.sources, glows, bases, aim, deepest };
+        let size = |channel: usize| glows.iter().map(|of| of[channel].polynomial.size()).sum::<f64>();
+        let enough = aim.iter().enumerate().map(|(channel, aim)| EVALUATIONS * aim / size(channel)).fold(f64::INFINITY, least);
+        let raised = |precise: f64| if enough.is_finite() { largest(precise, enough) } else { precise };
+        let optics = Optics { absolute: raised(self.optics.absolute), past: raised(self.optics.past), ..self.optics };
+        let cells = Cells { proof: self, optics, to, sources: &gathered.sources, glows, bases, aim, deepest, clock: *clock };
         let all = kinds.iter().zip(&gathered.sources).enumerate();
         let open = all
             .filter(|(_, (kind, _))| **kind != Kind::Dark)
@@ -175,13 +188,13 @@ impl Cells<'_> {
         let places: Vec<[f64; 2]> = basis.nodes().iter().map(|node| node.at).collect();
         let target = &Target::of(cell, &places, proof.nodes_of(self.to));
         let open = if depth == 0 { open } else { self.seen(cell, open) };
-        let (groups, rest, mut beyond) = self.smooth(target, open, depth == self.deepest);
+        let is_last = depth >= self.deepest || self.clock.is_over();
+        let (groups, rest, mut beyond) = self.smooth(target, open, is_last);
         if !groups.is_empty() {
             self.add_smooth(cell, &groups, &mut beyond, &mut known)?;
         }
         let with = |left: Vec<Left>| -> Vec<Left> { left.iter().zip(&beyond.left).map(|(a, b)| a.and(*b)).collect() };
         let by_range = self.by_range(target, &rest);
-        let is_last = depth == self.deepest;
         let aimed = |changes: &Changes| changes.iter().zip(self.aim).all(|(changes, aim)| changes.mean <= *aim);
         let is_open = !rest.is_empty() && !aimed(&by_range);
         let changes = if is_open && (is_last || depth >= FIRST) { self.by_rates(target, &rest, by_range) } else { by_range };
@@ -389,7 +402,7 @@ impl Cells<'_> {
     ) -> Result<Vec<[f64; 2]>, Error> {
         let mut sums = vec![[0.0; 2]; self.proof.channels];
         for (index, sight, of) in sources {
-            let row = self.proof.optics.receive(station, self.sources[index].0, sight, of[0].len())?;
+            let row = self.optics.receive(station, self.sources[index].0, sight, of[0].len())?;
             for ([sum, error], coefficients) in sums.iter_mut().zip(of) {
                 let size = row.values.iter().zip(coefficients).map(|(v, c)| (v * c).abs()).sum::<f64>();
                 *sum += row.values.iter().zip(coefficients).map(|(v, c)| v * c).sum::<f64>();

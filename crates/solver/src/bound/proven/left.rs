@@ -10,6 +10,7 @@ use super::edges::Edges;
 use super::finely::Finely;
 use super::nodes::{Nodes, ROUNDED};
 use super::terms::Target;
+use crate::clock::Clock;
 use crate::field::Field;
 use crate::links::transfer::Optics;
 use crate::links::visible::{Visible, Window};
@@ -50,12 +51,14 @@ pub(super) struct Proof<'a> {
 }
 
 /// How much work the proof may be.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(super) struct Effort {
     /// For each channel, what of the irradiance is little.
     pub(super) aim: Vec<f64>,
     /// How often an element is cut into four at most to find out what it leaves out of reflected light.
     pub(super) deepest: usize,
+    /// When it is cut no more: what is left is then known less well.
+    pub(super) clock: Clock,
 }
 
 /// A piecewise polynomial radiosity.
