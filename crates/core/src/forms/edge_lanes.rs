@@ -46,12 +46,42 @@ pub(crate) struct SureCase<B> {
 /// vertices, surely above or below.
 #[inline(always)]
 pub(crate) fn plan<S: Simd>(simd: S, receiver: &Receiver, polygon: &Polygon) -> Option<Plan> {
+    match decide(simd, receiver, polygon, 1.0) {
+        Decision::Sure(plan) => Some(plan),
+        Decision::Unsure => None,
+        Decision::OutOfRange(farthest) => plan_far_out(simd, receiver, polygon, normalising_power(farthest)),
+    }
+}
+
+/// The plan where products of lengths leave the range: as in the unit that `power` gives them.
+#[cold]
+#[inline(never)]
+fn plan_far_out<S: Simd>(simd: S, receiver: &Receiver, polygon: &Polygon, power: f64) -> Option<Plan> {
+    simd.vectorize(
+        #[inline(always)]
+        || match decide(simd, receiver, polygon, power) {
+            Decision::Sure(plan) => Some(Plan { power, ..plan }),
+            Decision::Unsure | Decision::OutOfRange(_) => None,
+        },
+    )
+}
+
+enum Decision {
+    Sure(Plan),
+    Unsure,
+    /// The distance of the farthest vertex is.
+    OutOfRange(f64),
+}
+
+/// With lengths times `power`.
+#[inline(always)]
+fn decide<S: Simd>(simd: S, receiver: &Receiver, polygon: &Polygon, power: f64) -> Decision {
     let position = receiver.position();
     let (x, n1) = (all(simd, position), all(simd, receiver.direction()));
     let (mut farthest, mut lowest) = (f64x4::splat(simd, 0.0), f64x4::splat(simd, f64::INFINITY));
     let fours = polygon.four_edges();
     for four in fours {
-        let r = four.ends(simd) - x;
+        let r = (four.ends(simd) - x) * f64x4::splat(simd, power);
         farthest = farthest.max(r.x.abs().max(r.y.abs()).max(r.z.abs()));
         lowest = lowest.min(n1.dot(r));
     }
@@ -59,20 +89,20 @@ pub(crate) fn plan<S: Simd>(simd: S, receiver: &Receiver, polygon: &Polygon) -> 
     let larger = |a: f64, b: f64| if a > b { a } else { b };
     let lower = |a: f64, b: f64| if a < b { a } else { b };
     let farthest = larger(larger(a, b), larger(c, d));
-    let height = polygon.normal().dot(position - polygon.vertices()[0]);
     let surely = least_sure_height(farthest);
-    if !(height > surely + polygon.half_slab() && polygon.is_well_known()) {
-        return None;
+    let height = polygon.normal().dot((position - polygon.vertices()[0]) * power);
+    if !(height > surely + polygon.half_slab() * power && polygon.is_well_known()) {
+        return if surely.is_finite() { Decision::Unsure } else { Decision::OutOfRange(farthest) };
     }
     let power = normalising_power(farthest);
     if lower(lower(p, q), lower(r, s)) > surely {
-        return Some(Plan::whole(power));
+        return Decision::Sure(Plan::whole(power));
     }
     // Of one four these are the heights of all vertices.
     let is_cut = fours.len() == 1
         && lowest.abs().simd_gt(f64x4::splat(simd, surely)).all_true()
         && larger(larger(p, q), larger(r, s)) > 0.0;
-    is_cut.then_some(Plan { power, horizon: Horizon::Crossing, on_surface: false })
+    if is_cut { Decision::Sure(Plan { power, horizon: Horizon::Crossing, on_surface: false }) } else { Decision::Unsure }
 }
 
 /// Four arcs of edges.

@@ -3,11 +3,11 @@
 //!
 //! 0. The direct attempt: the closed form in double precision with its derived bound, on edge lanes, of a constant or linear
 //!    emitter near by, without occluders, where double precision is sure of the visible part. It answers most calls, and where it
-//!    does not its plan serves the rungs that follow. Rung 2 gives the same where lengths are too small or large to be sure of.
+//!    does not its plan serves the rungs that follow.
 //! 1. A Gauss rule on the emitter with an a-priori bound ([`crate::gauss`]), where few nodes are enough: far away.
 //! 2. The closed form in double precision with its bound: derived for a constant emitter ([`crate::forms::constant_bound`]), past
 //!    occluders too where double precision is sure of the visible part ([`crate::boundary::visibility::sure`]), and for a linear one
-//!    that is seen whole or has up to four vertices ([`crate::forms::linear_bound`]), running otherwise
+//!    that is seen whole ([`crate::forms::linear_bound`]; where the horizon cuts it rung 0 alone has that), running otherwise
 //!    ([`radgrad_numbers::ball`]), where the rule may cost more before it.
 //! 3. The closed form in double-double on lanes, of a constant or linear emitter without occluders, with the bound that is derived for
 //!    double precision in another unit ([`crate::forms::edge_lanes::precise`]); where that was found before, it says whether this
@@ -332,12 +332,10 @@ impl Case<'_> {
                 let (terms, bound) = BoundedSum::of(receiver, emitter.polygon(), plan);
                 Some(self.of_unit_emission(&terms, bound))
             }
-            Emission::Linear(_) => {
-                let horizon = mutant!("ladder.linear-seen-whole", plan.horizon, |_| Horizon::Above);
-                let found = edge_lanes::linear::bounded(receiver, emitter, horizon, plan.power);
-                found.map(|(terms, bound)| self.of_linear(&terms, bound))
+            Emission::Linear(_) if mutant!("ladder.linear-seen-whole", plan.horizon == Horizon::Above, |_| true) => {
+                edge_lanes::linear::bounded(receiver, emitter, plan.power).map(|(terms, bound)| self.of_linear(&terms, bound))
             }
-            Emission::Polynomial(_) => None,
+            Emission::Linear(_) | Emission::Polynomial(_) => None,
         }
     }
 

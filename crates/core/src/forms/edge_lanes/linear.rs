@@ -36,19 +36,11 @@ pub(crate) fn sure<const GRADIENT: bool>(receiver: &Receiver, emitter: &Emitter)
     })
 }
 
-/// The sums with lengths normalised by `power`, and a bound on their errors; where all is sure: of a polygon that is seen whole if no
-/// edge is seen past a quarter turn, and of one that the horizon cuts if it has up to four vertices.
+/// The sums of a polygon that is seen whole, with lengths normalised by `power`, and a bound on their errors; where all is sure
+/// and no edge is seen past a quarter turn.
 #[inline]
-pub(crate) fn bounded(
-    receiver: &Receiver,
-    emitter: &Emitter,
-    horizon: Horizon,
-    power: f64,
-) -> Option<(IrradianceAndGradient<f64>, LinearBound)> {
+pub(crate) fn bounded(receiver: &Receiver, emitter: &Emitter, power: f64) -> Option<(IrradianceAndGradient<f64>, LinearBound)> {
     on_instruction_set!(*INSTRUCTION_SET, simd => {
-        if horizon == Horizon::Crossing {
-            return cut(simd, receiver, emitter, power, ROUNDOFF);
-        }
         let (terms, bound) = sums::<_, true, true, false>(simd, receiver, emitter, power, ROUNDOFF)?;
         Some((terms, bound?))
     })
