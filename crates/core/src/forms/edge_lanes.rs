@@ -16,6 +16,7 @@ use std::sync::LazyLock;
 
 use fearless_simd::prelude::*;
 use fearless_simd::{Level, Simd, f64x4};
+use glam::DVec3;
 use radgrad_numbers::arc_tangent::is_in_range;
 use radgrad_numbers::double_double::{DoubleDouble, ROUNDOFF_OF_DOUBLE_DOUBLE};
 use radgrad_numbers::lanes::vectors::{all, chosen, row};
@@ -46,36 +47,24 @@ pub(crate) struct SureCase<B> {
 /// vertices, surely above or below.
 #[inline(always)]
 pub(crate) fn plan<S: Simd>(simd: S, receiver: &Receiver, polygon: &Polygon) -> Option<Plan> {
-    match decide(simd, receiver, polygon, 1.0) {
-        Decision::Sure(plan) => Some(plan),
-        Decision::Unsure => None,
-        Decision::OutOfRange(farthest) => plan_far_out(simd, receiver, polygon, normalising_power(farthest)),
+    plan_in(simd, receiver, polygon, 1.0)
+}
+
+/// The same where products of lengths leave the range: apart, so that the common case does not pay for the call.
+pub(crate) fn plan_far_out(receiver: &Receiver, polygon: &Polygon) -> Option<Plan> {
+    let reach = |v: &DVec3| (*v - receiver.position()).abs().max_element();
+    let farthest = polygon.vertices().iter().map(reach).fold(0.0, f64::max);
+    if least_sure_height(farthest).is_finite() {
+        return None;
     }
+    let power = normalising_power(farthest);
+    let plan = on_instruction_set!(*INSTRUCTION_SET, simd => plan_in(simd, receiver, polygon, power))?;
+    Some(Plan { power, ..plan })
 }
 
-/// The plan where products of lengths leave the range: as in the unit that `power` gives them.
-#[cold]
-#[inline(never)]
-fn plan_far_out<S: Simd>(simd: S, receiver: &Receiver, polygon: &Polygon, power: f64) -> Option<Plan> {
-    simd.vectorize(
-        #[inline(always)]
-        || match decide(simd, receiver, polygon, power) {
-            Decision::Sure(plan) => Some(Plan { power, ..plan }),
-            Decision::Unsure | Decision::OutOfRange(_) => None,
-        },
-    )
-}
-
-enum Decision {
-    Sure(Plan),
-    Unsure,
-    /// The distance of the farthest vertex is.
-    OutOfRange(f64),
-}
-
-/// With lengths times `power`.
+/// The same with lengths times a power of two; its own power is that of the lengths then.
 #[inline(always)]
-fn decide<S: Simd>(simd: S, receiver: &Receiver, polygon: &Polygon, power: f64) -> Decision {
+fn plan_in<S: Simd>(simd: S, receiver: &Receiver, polygon: &Polygon, power: f64) -> Option<Plan> {
     let position = receiver.position();
     let (x, n1) = (all(simd, position), all(simd, receiver.direction()));
     let (mut farthest, mut lowest) = (f64x4::splat(simd, 0.0), f64x4::splat(simd, f64::INFINITY));
@@ -89,20 +78,20 @@ fn decide<S: Simd>(simd: S, receiver: &Receiver, polygon: &Polygon, power: f64) 
     let larger = |a: f64, b: f64| if a > b { a } else { b };
     let lower = |a: f64, b: f64| if a < b { a } else { b };
     let farthest = larger(larger(a, b), larger(c, d));
-    let surely = least_sure_height(farthest);
     let height = polygon.normal().dot((position - polygon.vertices()[0]) * power);
+    let surely = least_sure_height(farthest);
     if !(height > surely + polygon.half_slab() * power && polygon.is_well_known()) {
-        return if surely.is_finite() { Decision::Unsure } else { Decision::OutOfRange(farthest) };
+        return None;
     }
     let power = normalising_power(farthest);
     if lower(lower(p, q), lower(r, s)) > surely {
-        return Decision::Sure(Plan::whole(power));
+        return Some(Plan::whole(power));
     }
     // Of one four these are the heights of all vertices.
     let is_cut = fours.len() == 1
         && lowest.abs().simd_gt(f64x4::splat(simd, surely)).all_true()
         && larger(larger(p, q), larger(r, s)) > 0.0;
-    if is_cut { Decision::Sure(Plan { power, horizon: Horizon::Crossing, on_surface: false }) } else { Decision::Unsure }
+    is_cut.then_some(Plan { power, horizon: Horizon::Crossing, on_surface: false })
 }
 
 /// Four arcs of edges.

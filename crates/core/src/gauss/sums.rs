@@ -47,6 +47,7 @@ use crate::gauss::source::OnTriangle;
 use crate::gauss::triangle::{Grid, Rule, RuleBound, SeenTriangle, Triangle};
 use crate::gauss::{rules, square};
 use crate::problem::fan::Shape;
+use crate::problem::polynomial::bivariate::Bivariate;
 
 /// Sums over nodes of `1/r^4` times 1, `B`, `B n1.r`, `B n1.r r/r^2`, and of the second and third over `r^2`.
 #[derive(Debug, Clone, Copy)]
@@ -183,6 +184,16 @@ fn ends([apex, first, last]: [f64; 3], a: f64) -> [f64; 2] {
     [from_apex + a * first, from_apex + a * last]
 }
 
+/// A polynomial at eight places.
+#[inline(always)]
+fn values<S: Simd>(simd: S, polynomial: &Bivariate<f64>, places: [f64x8<S>; 2]) -> f64x8<S> {
+    polynomial.value_on(
+        places,
+        #[inline(always)]
+        |c| f64x8::splat(simd, c),
+    )
+}
+
 impl Triangle<'_> {
     #[inline(always)]
     fn sums<S: Simd>(&self, simd: S) -> NodeSums<f64> {
@@ -192,23 +203,19 @@ impl Triangle<'_> {
                 let corners = corners.map(splat);
                 self.in_one_row(simd, |nodes, _| interpolated(corners, nodes))
             }
-            (OnTriangle::Polynomial(polynomial, [p, first, side]), true) => self.in_one_row(simd, |[_, _, last], along| {
-                let place = |k: usize| splat(p[k]) + splat(first[k]) * along + splat(side[k]) * last;
-                let (u, v) = (place(0), place(1));
-                let value = |i: usize| polynomial.value([u[i], v[i]]);
-                f64x8::load_array(simd, std::array::from_fn(value))
-            }),
+            (OnTriangle::Polynomial(polynomial, [p, first, side]), true) => {
+                let [u, v] = [0, 1].map(|k| [p[k], first[k], side[k]].map(splat));
+                self.in_one_row(simd, |[_, _, last], along| {
+                    values(simd, polynomial, [u[0] + u[1] * along + u[2] * last, v[0] + v[1] * along + v[2] * last])
+                })
+            }
             (OnTriangle::Affine(corners), false) => self.row_by_row(simd, |a| {
                 let ends = ends(*corners, a).map(splat);
                 move |b, rest| between(ends, b, rest)
             }),
             (OnTriangle::Polynomial(polynomial, [p, first, side]), false) => self.row_by_row(simd, |a| {
-                let start = [p[0] + first[0] * a, p[1] + first[1] * a];
-                let step = [side[0] * a, side[1] * a];
-                move |b: f64x8<S>, _| {
-                    let value = |b: f64| polynomial.value([start[0] + step[0] * b, start[1] + step[1] * b]);
-                    f64x8::from_slice(simd, &b.as_array().map(value))
-                }
+                let [u, v] = [0, 1].map(|k| [p[k] + first[k] * a, side[k] * a].map(splat));
+                move |b, _| values(simd, polynomial, [u[0] + u[1] * b, v[0] + v[1] * b])
             }),
         }
     }

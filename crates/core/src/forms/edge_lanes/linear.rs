@@ -14,7 +14,7 @@ use crate::boundary::arc::Arc;
 use crate::boundary::line::Frame;
 use crate::boundary::plan::{Horizon, Plan};
 use crate::forms::edge_lanes::cut::Cut;
-use crate::forms::edge_lanes::{EdgeLanes, INSTRUCTION_SET, SureCase, height_over_plane, plan};
+use crate::forms::edge_lanes::{EdgeLanes, INSTRUCTION_SET, SureCase, height_over_plane, plan, plan_far_out};
 use crate::forms::irradiance_and_gradient::IrradianceAndGradient;
 use crate::forms::linear::{ContourTerm, LinearSum, SeenLinear};
 use crate::forms::linear_bound::{Errors, LinearBound};
@@ -114,6 +114,16 @@ pub(crate) fn bounded_where_sure(receiver: &Receiver, emitter: &Emitter, narrow:
         };
         Some(SureCase { plan, sums })
     })
+}
+
+/// The same of a polygon that the horizon cuts where products of lengths leave the range; of others the rungs that follow find it.
+#[cold]
+#[inline(never)]
+pub(crate) fn bounded_far_out(receiver: &Receiver, emitter: &Emitter, narrow: f64) -> Option<SureCase<LinearBound>> {
+    let plan = plan_far_out(receiver, emitter.polygon()).filter(|plan| plan.horizon == Horizon::Crossing)?;
+    let is_narrow = emitter.polygon().size() * plan.power <= narrow;
+    let bounded = || on_instruction_set!(*INSTRUCTION_SET, simd => cut(simd, receiver, emitter, plan.power, ROUNDOFF));
+    Some(SureCase { plan, sums: if is_narrow { None } else { bounded() } })
 }
 
 /// Unless `WIDE`, only where no edge passes near, and bounds only where none is seen past a quarter turn.

@@ -1,5 +1,7 @@
 //! Tables over the monomials `u^i v^j` up to a degree: polynomials in the emitter's plane, and moments of its visible region.
 
+use std::ops::{Add, Mul};
+
 use radgrad_numbers::real::Real;
 
 /// One entry for each `u^i v^j` with `i + j <= degree`, by degree, then by j.
@@ -30,6 +32,29 @@ impl<T: Copy> Bivariate<T> {
 
     pub(crate) fn at_mut(&mut self, i: usize, j: usize) -> &mut T {
         &mut self.entries[index(i, j)]
+    }
+
+    /// The polynomial at a point with coordinates of another type, such as one in each lane of a vector, by Horner's rule in u for each power of v, then in v.
+    #[inline(always)]
+    pub(crate) fn value_on<L: Copy + Add<Output = L> + Mul<Output = L>>(&self, [u, v]: [L; 2], like: impl Fn(T) -> L) -> L {
+        let n = self.degree;
+        let mut value = like(self.at(0, n));
+        for j in (0..n).rev() {
+            let mut row = like(self.at(n - j, j));
+            for i in (0..n - j).rev() {
+                row = row * u + like(self.at(i, j));
+            }
+            value = value * v + row;
+        }
+        value
+    }
+
+    /// The polynomial at a point.
+    pub(crate) fn value(&self, point: [T; 2]) -> T
+    where
+        T: Add<Output = T> + Mul<Output = T>,
+    {
+        self.value_on(point, |c| c)
     }
 
     /// Entries made from the old ones and their exponents.
@@ -107,12 +132,6 @@ impl<T: Real> Bivariate<T> {
             }
         }
         slopes
-    }
-
-    /// The polynomial at a point, by Horner's rule in u for each power of v, then in v.
-    pub(crate) fn value(&self, [u, v]: [T; 2]) -> T {
-        let row = |j: usize| (0..=self.degree - j).rev().fold(T::exact(0.0), |sum, i| sum * u + self.at(i, j));
-        (0..=self.degree).rev().fold(T::exact(0.0), |sum, j| sum * v + row(j))
     }
 
     /// `sum self_ij table_(i + di, j + dj)` from degree `lowest` of this polynomial up.
