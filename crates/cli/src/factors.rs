@@ -163,7 +163,7 @@ fn settings(arguments: &Arguments) -> Result<FactorSettings, Failure> {
             return Err(Failure::Share { option, value });
         }
     }
-    // An estimate that is asked for counts by itself.
+    // `--estimate` is absolute: it replaces both defaults.
     let relative_estimate = if arguments.estimate.is_some() { 0.0 } else { 0.1 * tolerance };
     Ok(FactorSettings { tolerance, relative, most_cells: cells, estimate, relative_estimate, ..FactorSettings::default() })
 }

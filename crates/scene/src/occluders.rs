@@ -19,7 +19,7 @@ use radgrad_core::Polygon;
 
 pub use beam::Beam;
 pub(crate) use level::may_hide;
-pub(crate) use overlap::perimeter;
+pub(crate) use overlap::{above, on_the_way, perimeter};
 pub use segment::contains;
 use shape::Shape;
 use tree::{Content, Tree};

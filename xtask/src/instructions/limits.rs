@@ -57,7 +57,7 @@ impl Limits {
         self.limits.get(kernel).copied()
     }
 
-    /// Kernels beyond their limit, without one, or missing from all of them but those that are not known.
+    /// Kernels beyond their limit or without one, and those with a limit that were neither counted nor `unknown` to valgrind.
     pub(super) fn violations(&self, counts: &[Count], unknown: &[String]) -> Vec<String> {
         let mut violations: Vec<String> = counts
             .iter()

@@ -60,7 +60,7 @@ pub struct Row {
 pub struct Outside {
     /// The scene.
     pub name: Name,
-    /// What is wrong: the faces, the bracket and the interval.
+    /// The two faces, the bracket and the interval that rays give.
     pub said: String,
 }
 
@@ -141,7 +141,8 @@ impl Row {
     }
 }
 
-/// The pairs of a scene, and what is wrong with them. `changed` is what is held against the rays: a test plants faults.
+/// The pairs of a scene, and a sentence for each one that rays refute. `changed` alters an entry before it is compared: a test plants
+/// faults by it.
 fn judged(model: &Model, seed: u64, changed: impl Fn(Entry) -> Entry) -> (Row, Vec<String>) {
     let model = Model { change: Change::None, ..model.clone() };
     let (mut row, mut wrong) = (Row { scenes: 1, ..Row::default() }, Vec::new());
@@ -181,7 +182,7 @@ fn judged(model: &Model, seed: u64, changed: impl Fn(Entry) -> Entry) -> (Row, V
     (row, wrong)
 }
 
-/// How far a value is from what is known at least.
+/// The distance of a value from the interval that rays give.
 fn least_error(value: f64, known: &Known) -> f64 {
     largest(largest(known.interval.low - value, value - known.interval.high), 0.0)
 }

@@ -50,7 +50,8 @@ pub(crate) fn plan<S: Simd>(simd: S, receiver: &Receiver, polygon: &Polygon) -> 
     plan_in(simd, receiver, polygon, 1.0)
 }
 
-/// The same where products of lengths leave the range: apart, so that the common case does not pay for the call.
+/// The same where products of lengths leave the range; a function apart, so that the common case does not pay for it. Offsets of
+/// finite coordinates are never NaN.
 pub(crate) fn plan_far_out(receiver: &Receiver, polygon: &Polygon) -> Option<Plan> {
     let reach = |v: &DVec3| (*v - receiver.position()).abs().max_element();
     let farthest = polygon.vertices().iter().map(reach).fold(0.0, f64::max);
@@ -62,7 +63,7 @@ pub(crate) fn plan_far_out(receiver: &Receiver, polygon: &Polygon) -> Option<Pla
     Some(Plan { power, ..plan })
 }
 
-/// The same with lengths times a power of two; its own power is that of the lengths then.
+/// The same with lengths times a power of two, for the caller to put in the place of the plan's own power.
 #[inline(always)]
 fn plan_in<S: Simd>(simd: S, receiver: &Receiver, polygon: &Polygon, power: f64) -> Option<Plan> {
     let position = receiver.position();

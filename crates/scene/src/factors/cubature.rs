@@ -23,6 +23,7 @@ use super::rule::{Patch, nodes_of, patches};
 use super::screen::{Screen, Sight as Visible};
 use super::{FormFactors, Sighting, larger, smaller};
 use crate::Error;
+use crate::occluders::{above, on_the_way};
 
 /// Points a side of two product rules, and whether cells are cut along events first.
 #[derive(Debug, Clone, Copy)]
@@ -251,28 +252,19 @@ impl FormFactors<'_> {
 
 /// The one or two parts of a convex outline beside a plane.
 fn cut(outline: &[DVec3], origin: DVec3, normal: DVec3) -> Vec<Vec<DVec3>> {
-    let heights: Vec<f64> = outline.iter().map(|&p| normal.dot(p - origin)).collect();
     let size = outline.iter().map(|&p| (p - outline[0]).length()).fold(0.0, larger);
     // A cut this near a corner or an edge leaves a cell that no rule would miss.
     let near = 1e-9 * size;
-    if heights.iter().all(|&h| h >= -near) || heights.iter().all(|&h| h <= near) {
+    let height = |&p: &DVec3| {
+        let height = normal.dot(p - origin);
+        if height.abs() <= near { 0.0 } else { height }
+    };
+    let heights: Vec<f64> = outline.iter().map(height).collect();
+    if heights.iter().all(|&h| h >= 0.0) || heights.iter().all(|&h| h <= 0.0) {
         return vec![outline.to_vec()];
     }
-    let part = |sign: f64| {
-        let mut points = Vec::with_capacity(outline.len() + 1);
-        for i in 0..outline.len() {
-            let j = (i + 1) % outline.len();
-            let (h, next) = (sign * heights[i], sign * heights[j]);
-            if h >= -near {
-                points.push(outline[i]);
-            }
-            if (h > near && next < -near) || (h < -near && next > near) {
-                points.push(outline[i] + (outline[j] - outline[i]) * (h / (h - next)));
-            }
-        }
-        points
-    };
-    vec![part(1.0), part(-1.0)].into_iter().filter(|points| points.len() >= 3).collect()
+    let below: Vec<f64> = heights.iter().map(|h| -h).collect();
+    [heights, below].iter().map(|heights| above(outline, heights, on_the_way)).filter(|points| points.len() >= 3).collect()
 }
 
 impl PartialEq for Piece {

@@ -48,6 +48,11 @@ const OF_VALUE: f64 = 0.3;
 const OF_BRACKET: f64 = 0.02;
 const MOST_OF_BRACKET: f64 = 3e-3;
 
+/// The relative truncation that serves an estimate to this part of what it is of.
+const fn truncation(wanted: f64) -> f64 {
+    wanted.clamp(ALL_DIGITS, 1e-4)
+}
+
 /// Two faces that may see each other.
 struct Sighted<'a> {
     /// The faces that may be between, and their convex parts.
@@ -132,7 +137,7 @@ impl FormFactors<'_> {
         }
         // Errors of cell exchanges may use a small share of the tolerances, relative to the free exchange, which is at least as
         // large.
-        let of_value = (OF_VALUE * settings.estimate * area / free.area).clamp(ALL_DIGITS, 1e-4);
+        let of_value = truncation(OF_VALUE * settings.estimate * area / free.area);
         let of_bracket = larger(OF_BRACKET * larger(settings.tolerance * area / free.area, settings.relative), of_value);
         let mut search = Search::new(Between { polygons, screens, free, accuracy: of_value });
         let difference = larger(difference, settings.relative_estimate * free.area);
@@ -174,8 +179,8 @@ impl FormFactors<'_> {
         let beam = Beam::from_polygon(self.polygon(faces[0]), self.polygon(faces[1]))?;
         let candidates = self.index.in_beam(&beam, &faces).polygons;
         let screens: Vec<&Screen> = candidates.iter().flat_map(|&k| &self.screens[k]).collect();
-        // Past others so many digits serve as the estimate has.
-        let truncation = if screens.is_empty() { ALL_DIGITS } else { (OF_VALUE * settings.estimate).clamp(ALL_DIGITS, 1e-4) };
+        // Past others the estimate has fewer digits.
+        let truncation = if screens.is_empty() { ALL_DIGITS } else { truncation(OF_VALUE * settings.estimate) };
         let free = exchange(polygons[0], polygons[1], truncation);
         (free != Exchange::default()).then_some(Sighted { candidates, screens, free })
     }

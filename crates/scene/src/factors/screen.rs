@@ -186,8 +186,8 @@ impl Screen {
         self.slack(reach) * (self.perimeter + 8.0 * self.slack(reach))
     }
 
-    /// What it leaves of the sight between two convex cells, whose coordinates are up to `reach`. All segments between them are
-    /// inside the edges that are not `open`.
+    /// How much of the sight between two convex cells the screen leaves; their coordinates are up to `reach`. The caller knows that
+    /// all segments between them are inside the edges that are not `open`.
     pub(super) fn between(&self, cells: [&[DVec3]; 2], reach: f64, open: Undecided) -> Verdict {
         self.leaves(cells, self.slack(reach), open)
     }

@@ -228,7 +228,8 @@ impl Plane {
         self.normal.dot(point - self.origin)
     }
 
-    /// A height up to which a point may be level with the surface: more than twice that of [`Self::over`], so that it covers what is decided there.
+    /// The height up to which a point may be level with the surface: more than twice the one that [`Self::over`] uses, so that it
+    /// covers all points that that one takes for level.
     pub(super) fn slack(&self, point: DVec3) -> f64 {
         let r = (point - self.origin).length();
         16.0 * f64::EPSILON * (largest(self.largest, point.abs().max_element()) + r) * (2.0 + r * self.slope) + 2.0 * self.defect

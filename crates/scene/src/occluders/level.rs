@@ -22,6 +22,7 @@ use std::f64::consts::PI;
 use radgrad_core::{DVec3, Polygon};
 
 use super::half_space::Plane;
+use super::overlap::{above, on_the_way, perimeter};
 use crate::{largest, smallest};
 
 /// A bound on the form factor that a polygon hides of an emitter from a point of a surface, if planes of surfaces say that it hides nothing.
@@ -44,19 +45,8 @@ pub(crate) fn may_hide(point: DVec3, surface: &Polygon, emitter: &Polygon, other
 /// The part of a polygon on a side of a plane, raised by what that may be off.
 fn kept(vertices: &[DVec3], plane: &Plane, sign: f64) -> Vec<DVec3> {
     let slack = vertices.iter().map(|&v| plane.slack(v)).fold(0.0, largest);
-    let height = |v: DVec3| sign * plane.height(v) + slack;
-    let mut kept = Vec::with_capacity(vertices.len() + 2);
-    for (i, &v) in vertices.iter().enumerate() {
-        let next = vertices[(i + 1) % vertices.len()];
-        let (here, there) = (height(v), height(next));
-        if here >= 0.0 {
-            kept.push(v);
-        }
-        if (here < 0.0) != (there < 0.0) {
-            kept.push(v + (next - v) * (here / (here - there)));
-        }
-    }
-    kept
+    let heights: Vec<f64> = vertices.iter().map(|&v| sign * plane.height(v) + slack).collect();
+    above(vertices, &heights, on_the_way)
 }
 
 /// A bound on the form factor of a polygon in a plane.
@@ -68,10 +58,9 @@ fn factor_at_most(point: DVec3, vertices: &[DVec3], plane: &Plane) -> f64 {
     // From a corner: areas of slivers cancel less than from the point.
     let corner = vertices[0] - point;
     let turning: DVec3 = edges().map(|(a, b)| (a - corner).cross(b - corner)).sum();
-    let perimeter: f64 = edges().map(|(a, b)| (b - a).length()).sum();
     let reach = vertices.iter().map(|v| largest(v.length(), (*v - point).length())).fold(point.length(), largest);
     // With the rounding of coordinates and of products.
-    let area = 0.5 * turning.length() + 16.0 * f64::EPSILON * perimeter * reach;
+    let area = 0.5 * turning.length() + 16.0 * f64::EPSILON * perimeter(vertices) * reach;
     let to_edge = edges().map(|(a, b)| distance(a, b)).fold(f64::INFINITY, smallest);
     let height = plane.height(point).abs();
     let rounding = 16.0 * f64::EPSILON * reach;

@@ -166,21 +166,31 @@ fn overlap(indices: [usize; 2], [a, b]: [&Polygon; 2]) -> Option<Overlap> {
 fn clip(triangle: &[[f64; 2]; 3], by: &[[f64; 2]; 3]) -> Vec<[f64; 2]> {
     (0..3).fold(triangle.to_vec(), |rest, edge| {
         let (from, to) = (by[edge], by[(edge + 1) % 3]);
-        let inside = |p: [f64; 2]| (to[0] - from[0]) * (p[1] - from[1]) - (to[1] - from[1]) * (p[0] - from[0]);
-        let mut kept = Vec::with_capacity(rest.len() + 1);
-        for (i, &here) in rest.iter().enumerate() {
-            let next = rest[(i + 1) % rest.len()];
-            let (h, n) = (inside(here), inside(next));
-            if h >= 0.0 {
-                kept.push(here);
-            }
-            if (h > 0.0 && n < 0.0) || (h < 0.0 && n > 0.0) {
-                let t = h / (h - n);
-                kept.push([0, 1].map(|k| here[k] + t * (next[k] - here[k])));
-            }
-        }
-        kept
+        let inside = |p: &[f64; 2]| (to[0] - from[0]) * (p[1] - from[1]) - (to[1] - from[1]) * (p[0] - from[0]);
+        let heights: Vec<f64> = rest.iter().map(inside).collect();
+        above(&rest, &heights, |here, next, t| [0, 1].map(|k| here[k] + t * (next[k] - here[k])))
     })
+}
+
+/// The part of an outline where heights, given at its corners, are not negative: one step of Sutherland and Hodgman. `between` gives
+/// the point at a share of the way from a corner to the next.
+pub(crate) fn above<P: Copy>(outline: &[P], heights: &[f64], between: impl Fn(P, P, f64) -> P) -> Vec<P> {
+    let mut kept = Vec::with_capacity(outline.len() + 2);
+    for (i, (&here, &h)) in outline.iter().zip(heights).enumerate() {
+        let j = (i + 1) % outline.len();
+        if h >= 0.0 {
+            kept.push(here);
+        }
+        if (h > 0.0 && heights[j] < 0.0) || (h < 0.0 && heights[j] > 0.0) {
+            kept.push(between(here, outline[j], h / (h - heights[j])));
+        }
+    }
+    kept
+}
+
+/// Between two places, at a share of the way.
+pub(crate) fn on_the_way(here: DVec3, next: DVec3, share: f64) -> DVec3 {
+    here + (next - here) * share
 }
 
 fn area_of(outline: &[[f64; 2]]) -> f64 {

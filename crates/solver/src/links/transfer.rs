@@ -157,6 +157,11 @@ pub(crate) struct Optics<'a> {
 }
 
 impl Optics<'_> {
+    /// Error that the evaluation of a function may have, past this many faces.
+    const fn tolerance(&self, faces: usize) -> f64 {
+        if faces == 0 { self.absolute } else { self.past }
+    }
+
     /// The light that a point receives from the first `count` functions of a source.
     pub(crate) fn receive(&self, station: &Station, source: usize, sight: &Sight, count: usize) -> Result<Row, Error> {
         let (element, basis) = (&self.mesh.elements()[source], self.mesh.basis(source));
@@ -169,7 +174,7 @@ impl Optics<'_> {
         if self.cells > 0 && faces.len() >= MANY {
             return self.by_rays(station, source, count);
         }
-        let absolute = if faces.is_empty() { self.absolute } else { self.past };
+        let absolute = self.tolerance(faces.len());
         let convex = faces.iter().flat_map(|&face| self.mesh.convex_parts(face)).map(|part| &part[..]);
         let visible = Visible::of(station.point, station.normal, &Window::of(element), convex);
         let mut kernel = Kernel::of(station, element);
@@ -212,8 +217,7 @@ impl Optics<'_> {
             Sight::Past(faces) => faces.iter().map(|&face| &self.mesh.polygons()[face]).collect(),
         };
         let receiver = station.receiver()?;
-        let absolute = if occluders.is_empty() { self.absolute } else { self.past };
-        let tolerance = Tolerance { relative: 0.0, absolute };
+        let tolerance = Tolerance { relative: 0.0, absolute: self.tolerance(occluders.len()) };
         let mut row = Row::default();
         for function in 0..count {
             let emitter = element.emitter(function, basis)?;

@@ -49,8 +49,8 @@ impl Surfaces {
         }
     }
 
-    /// Whether light may be even: then each face of a closed scene emits what it does not reflect of the same radiosity. Of textures that is
-    /// not asked.
+    /// Whether light may be even: whether there is one radiosity of which each face emits the part that it does not reflect. Scenes with
+    /// textures are not examined: the answer is yes.
     pub(crate) fn may_be_even(&self, mesh: &Mesh) -> bool {
         let faces = || mesh.roots().iter().map(|&root| mesh.elements()[root].face());
         let radiosity = |face: usize, channel: usize| self.emitted[face][channel] / (1.0 - self.reflectance[face][channel]);

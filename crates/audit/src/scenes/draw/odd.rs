@@ -1,4 +1,4 @@
-//! Scenes that come near to what is no scene: things that almost touch, cross, stand on each other, or are as thin as can be.
+//! Scenes at the edge of what a modeller can mean: objects that almost touch, cross, stand on each other, or have hardly any width.
 
 use glam::DVec3;
 

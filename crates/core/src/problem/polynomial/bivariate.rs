@@ -34,7 +34,8 @@ impl<T: Copy> Bivariate<T> {
         &mut self.entries[index(i, j)]
     }
 
-    /// The polynomial at a point with coordinates of another type, such as one in each lane of a vector, by Horner's rule in u for each power of v, then in v.
+    /// The polynomial at a point with coordinates of another type, such as one in each lane of a vector, by Horner's rule in u for
+    /// each power of v, then in v.
     #[inline(always)]
     pub(crate) fn value_on<L: Copy + Add<Output = L> + Mul<Output = L>>(&self, [u, v]: [L; 2], like: impl Fn(T) -> L) -> L {
         let n = self.degree;
@@ -47,14 +48,6 @@ impl<T: Copy> Bivariate<T> {
             value = value * v + row;
         }
         value
-    }
-
-    /// The polynomial at a point.
-    pub(crate) fn value(&self, point: [T; 2]) -> T
-    where
-        T: Add<Output = T> + Mul<Output = T>,
-    {
-        self.value_on(point, |c| c)
     }
 
     /// Entries made from the old ones and their exponents.
@@ -132,6 +125,11 @@ impl<T: Real> Bivariate<T> {
             }
         }
         slopes
+    }
+
+    /// The polynomial at a point.
+    pub(crate) fn value(&self, point: [T; 2]) -> T {
+        self.value_on(point, |c| c)
     }
 
     /// `sum self_ij table_(i + di, j + dj)` from degree `lowest` of this polynomial up.

@@ -22,7 +22,7 @@ use crate::factors::screen::{Screen, Undecided};
 #[derive(Debug, Clone, Copy)]
 pub(in crate::factors) struct Partial<'a> {
     pub(in crate::factors) screen: &'a Screen,
-    /// What its owner calls it.
+    /// A number by which the caller knows it.
     pub(in crate::factors) name: u32,
     /// Its edges that are not decided.
     pub(in crate::factors) open: Undecided,

@@ -4,6 +4,7 @@ use radgrad_core::DVec3;
 
 use super::FlatOutline;
 use crate::factors::larger;
+use crate::occluders::{above, on_the_way};
 
 /// A polygon's outline around an origin, in a unit in which the farthest coordinate is below 1.
 pub(super) struct Outline {
@@ -54,18 +55,7 @@ impl Outline {
         }
         // Crossing points err by a few roundings of coordinates below 2.
         let moved = self.rounding + 16.0 * f64::EPSILON;
-        let count = self.points.len();
-        let mut points = Vec::with_capacity(count + 2);
-        for i in 0..count {
-            let j = (i + 1) % count;
-            let (h, next) = (heights[i], heights[j]);
-            if h >= 0.0 {
-                points.push(self.points[i]);
-            }
-            if h * next < 0.0 {
-                points.push(self.points[i] + (self.points[j] - self.points[i]) * (h / (h - next)));
-            }
-        }
+        let mut points = above(&self.points, &heights, on_the_way);
         points.dedup();
         Some(Front { points, moved })
     }

@@ -119,7 +119,7 @@ struct Glow {
 /// An element that is cut into cells.
 struct Cells<'a> {
     proof: &'a Proof<'a>,
-    /// As precise as what is little asks for.
+    /// It evaluates as precisely as the aim needs.
     optics: Optics<'a>,
     to: usize,
     sources: &'a [(usize, &'a Sight)],

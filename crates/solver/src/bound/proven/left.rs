@@ -57,7 +57,7 @@ pub(super) struct Effort {
     pub(super) aim: Vec<f64>,
     /// How often an element is cut into four at most to find out what it leaves out of reflected light.
     pub(super) deepest: usize,
-    /// When it is cut no more: what is left is then known less well.
+    /// At its end elements are cut no further: the bound is then wider.
     pub(super) clock: Clock,
 }
 
