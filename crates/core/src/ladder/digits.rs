@@ -145,10 +145,12 @@ impl Enclosed {
         Some(Self { radiosity: Enclosure::of(terms.radiosity(case.receiver)), gradient: [x, y, z].map(Enclosure::of) })
     }
 
-    /// Whether with the bits of the computation it stays open what an occluder hides, or in which plane an emission varies.
+    /// Whether with the bits of the computation it stays open what an occluder hides, in which plane an emission varies, or by which
+    /// affine function.
     pub(crate) fn is_coincidence(case: &Case<'_>) -> bool {
         let emitter = case.emitter;
         (emitter.polygon().half_slab() > 0.0 && !matches!(emitter.emission(), Emission::Constant(_)))
+            || emitter.affine().residual > 0.0
             || visit::<Ball<Big>>(case, |_| {}).is_some_and(|uncertainty| !uncertainty.is_none())
     }
 

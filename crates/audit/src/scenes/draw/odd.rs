@@ -41,7 +41,7 @@ fn light(room: &mut Room, s: &mut Sampler) {
             room.lamp(quad(origin, DVec3::Y * sides[1], DVec3::X * sides[0]), emitted);
         }
         3 => {
-            let side = s.spread(-10, -2);
+            let side = s.spread(-45, -2);
             let drop = room.size.z * s.between(0.05, 0.9);
             let corners = room.below_ceiling(s, [side, side], drop);
             let emitted = room.emission(side * side);

@@ -10,6 +10,13 @@ use super::nodes::{Nodes, ROUNDED};
 use crate::mesh::element::Element;
 use crate::mesh::screen::LEVEL;
 
+/// A segment whose line passes the place at more than this part of the segment's distance, and that is shorter than so many times what its
+/// line passes at, has its integral in closed form, with this error relative to what it takes at its two ends: roundings of the distance
+/// to the line are `MOST_ALONG` times those of numbers at most.
+const LEAST_ACROSS: f64 = 0.01;
+const MOST_ALONG: f64 = 1e6;
+const INTEGRAL_ROUNDING: f64 = 1e-9;
+
 /// An element that receives.
 #[derive(Debug)]
 pub(super) struct Target<'a> {
@@ -112,15 +119,16 @@ impl<'a> Target<'a> {
         let highest = largest(heights[0], heights[1]);
         let simple = highest * length / (distance * distance * distance * distance);
         let across = square.sqrt();
-        let integral = if across > 0.01 * distance {
+        let integral = if across > LEAST_ACROSS * distance && length < MOST_ALONG * across {
             let slope = (heights[1] - heights[0]) / length;
             let at_foot = heights[0] - slope * start;
             let even = |t: f64| t / (2.0 * square * (square + t * t)) + (t / across).atan() / (2.0 * square * across);
             let odd = |t: f64| -0.5 / (square + t * t);
-            let (even, odd) = (even(end) - even(start), odd(end) - odd(start));
-            // The terms may cancel.
-            let rounding = 1e-9 * (at_foot.abs() * even.abs() + slope.abs() * odd.abs());
-            smallest(at_foot * even + slope * odd + rounding, simple)
+            // Of a short segment the values at its ends cancel.
+            let rounding = INTEGRAL_ROUNDING
+                * (at_foot.abs() * (even(end).abs() + even(start).abs()) + slope.abs() * (odd(end).abs() + odd(start).abs()));
+            let integral = at_foot * (even(end) - even(start)) + slope * (odd(end) - odd(start));
+            smallest(integral + rounding, simple)
         } else {
             simple
         };
