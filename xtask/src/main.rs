@@ -43,7 +43,11 @@ enum Task {
 impl Task {
     /// Whether its output depends on the speed of this program.
     const fn takes_times(&self) -> bool {
-        matches!(self, Self::Bench(_) | Self::Radiosity(_))
+        match self {
+            Self::Bench(_) => true,
+            Self::Radiosity(arguments) => arguments.measures(),
+            _ => false,
+        }
     }
 }
 

@@ -39,6 +39,13 @@ pub(crate) struct Arguments {
     file: Option<PathBuf>,
 }
 
+impl Arguments {
+    /// Whether anything is measured.
+    pub(crate) const fn measures(&self) -> bool {
+        self.city.is_none()
+    }
+}
+
 /// Writes every table and picture and says where.
 pub(crate) fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
     if let (Some(side), Some(file)) = (arguments.city, &arguments.file) {

@@ -18,6 +18,7 @@ mod tree;
 use radgrad_core::Polygon;
 
 pub use beam::Beam;
+pub(crate) use half_space::Level;
 pub(crate) use level::may_hide;
 pub(crate) use overlap::{above, on_the_way, perimeter};
 pub use segment::contains;

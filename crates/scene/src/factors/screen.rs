@@ -22,7 +22,7 @@ use robust::{Coord3D, orient3d};
 
 use super::rule::patches;
 use super::{larger, smaller};
-use crate::occluders::perimeter;
+use crate::occluders::{Level, perimeter};
 use crate::projection::normalising_power;
 
 /// Corners up to which a cell is looked at.
@@ -34,10 +34,9 @@ pub(super) struct Screen {
     outline: Vec<DVec3>,
     normal: DVec3,
     perimeter: f64,
-    /// Perimeter over area.
-    slope: f64,
     /// Largest coordinate.
     largest: f64,
+    level: Level,
     /// Distance by which vertices are off the plane.
     defect: f64,
     low: DVec3,
@@ -115,11 +114,12 @@ impl Screen {
         let screen = |outline: &[DVec3]| {
             let outline = outline.to_vec();
             let perimeter = perimeter(&outline);
+            let largest = outline.iter().map(|v| v.abs().max_element()).fold(0.0, larger);
             Self {
                 normal: polygon.normal(),
                 perimeter,
-                slope: perimeter / area(&outline, polygon.normal()),
-                largest: outline.iter().map(|v| v.abs().max_element()).fold(0.0, larger),
+                level: Level::new(largest, perimeter / area(&outline, polygon.normal())),
+                largest,
                 defect: polygon.planarity_defect(),
                 low: outline.iter().copied().fold(DVec3::INFINITY, DVec3::min),
                 high: outline.iter().copied().fold(DVec3::NEG_INFINITY, DVec3::max),
@@ -153,7 +153,7 @@ impl Screen {
     pub(super) fn height(&self, point: DVec3) -> f64 {
         let r = point - self.outline[0];
         let height = self.normal.dot(r);
-        let level = |reach: f64| 4.0 * f64::EPSILON * (self.largest + reach) * (2.0 + reach * self.slope) + self.defect;
+        let level = |reach: f64| self.level.at(reach) + self.defect;
         // The sum of the components is at least the length, and saves its root for almost all points.
         let is_level =
             height.abs() <= level(r.abs().element_sum() * (1.0 + 4.0 * f64::EPSILON)) && height.abs() <= level(r.length());

@@ -14,8 +14,9 @@
 //! The plane of a surface is known only as well as the rounded coordinates determine it. With vertices off by at most
 //! `d = 4 eps C`, C their largest coordinate (four roundings each, as `radgrad_core::Polygon` allows), the area vector of a
 //! polygon of perimeter P and area A is off by at most P d / 2, so that its normal is off by an angle P d / (2 A), and a vertex of
-//! the same wall at distance r appears at a height of at most `4 eps (C + r) (2 + r P / A)`: the last factor has the two points'
-//! own d, and twice the tilt.
+//! the same wall at distance r appears at a height of at most `8 eps (C + r) + r P d / A`: the two points' own d, and twice the tilt
+//! ([`Level`]). Of a polygon so small that its tilt could be more than [`STEEPEST`] the coordinates are taken as given: what it sees at
+//! that angle over its plane is `STEEPEST^2` of a hemisphere, less than a rounding, and more would be light that is left out.
 //!
 //! A frame's power of two brings its lengths to about 1. Below 2^-900 of that products may underflow; a magnitude of at least
 //! that much covers them.
@@ -23,7 +24,7 @@
 use radgrad_core::{DVec3, Polygon, Receiver};
 use robust::{Coord3D, orient3d};
 
-use crate::largest;
+use crate::{largest, smallest};
 use crate::projection::normalising_power;
 
 /// The bound of the module's text, in units of the magnitudes.
@@ -31,6 +32,39 @@ const ROUNDING: f64 = 5.0 * f64::EPSILON;
 
 /// 2^-900: covers underflow in products of normalised lengths.
 const TINY: f64 = f64::from_bits((1023 - 900) << 52);
+
+/// See the module's text.
+const STEEPEST: f64 = 1e-8;
+
+/// How far from the plane of a surface points of it may be by the rounding of coordinates.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Level {
+    /// The largest coordinate.
+    largest: f64,
+    /// Twice the angle by which the plane may be off.
+    tilt: f64,
+}
+
+impl Level {
+    /// Of a polygon with this largest coordinate, and perimeter over area.
+    pub(crate) fn new(largest: f64, slope: f64) -> Self {
+        Self { largest, tilt: smallest(4.0 * f64::EPSILON * largest * slope, STEEPEST) }
+    }
+
+    /// At this distance from a vertex.
+    pub(crate) fn at(self, r: f64) -> f64 {
+        8.0 * f64::EPSILON * (self.largest + r) + r * self.tilt
+    }
+
+    /// In another unit, and where the largest coordinate is at least this one.
+    fn scaled(self, power: f64) -> Self {
+        Self { largest: self.largest * power, ..self }
+    }
+
+    fn with(self, coordinate: f64) -> Self {
+        Self { largest: largest(self.largest, coordinate), ..self }
+    }
+}
 
 /// Coordinates in which near points have size 1.
 #[derive(Debug, Clone, Copy)]
@@ -80,7 +114,7 @@ enum Exact {
     /// Not.
     Never,
     /// They are not decided: a point level with the plane is on it.
-    Level { largest: f64, slope: f64 },
+    Level(Level),
 }
 
 /// Where a point is.
@@ -135,9 +169,9 @@ impl HalfSpace {
 
     /// Whether no point of a box is in front of a surface's plane by more than is level with it nearby.
     pub(super) fn excludes_box(&self, low: &Located, high: &Located) -> bool {
-        let Exact::Level { largest, .. } = self.exact else { return self.misses_box(low, high) };
+        let Exact::Level(level) = self.exact else { return self.misses_box(low, high) };
         let corner = DVec3::select(self.normal.cmpgt(DVec3::ZERO), high.q, low.q);
-        sum(self.normal * corner) - self.offset <= self.slack + 8.0 * f64::EPSILON * largest
+        sum(self.normal * corner) - self.offset <= self.slack + level.at(0.0)
     }
 
     /// Whether no point of the convex hull of `points` is inside, where points on the plane are not.
@@ -154,9 +188,8 @@ impl HalfSpace {
     pub(super) fn side(&self, point: &Located) -> Side {
         let s = sum(self.normal * point.q) - self.offset;
         let mut certain = self.error(point.reach) + self.slack;
-        if let Exact::Level { largest, slope } = self.exact {
-            let r = (point.q - self.origin.q).length();
-            certain += 4.0 * f64::EPSILON * (largest + r) * (2.0 + r * slope);
+        if let Exact::Level(level) = self.exact {
+            certain += level.at((point.q - self.origin.q).length());
         }
         if s > certain {
             return Side::Inside;
@@ -171,7 +204,7 @@ impl HalfSpace {
                 _ => Side::On,
             },
             Exact::Products if self.vanishes(point.point) => Side::On,
-            Exact::Level { .. } => Side::On,
+            Exact::Level(_) => Side::On,
             Exact::Products | Exact::Never => Side::Unknown,
         }
     }
@@ -196,10 +229,7 @@ pub(super) struct Plane {
     corners: Option<[DVec3; 3]>,
     /// Distance by which vertices are off.
     defect: f64,
-    /// Largest coordinate.
-    largest: f64,
-    /// Perimeter over area.
-    slope: f64,
+    level: Level,
 }
 
 impl Plane {
@@ -218,8 +248,7 @@ impl Plane {
             normal,
             corners: (polygon.planarity_defect() == 0.0).then(|| [vertices[0], vertices[widest], vertices[widest + 1]]),
             defect: polygon.planarity_defect() * (1.0 + 4.0 * f64::EPSILON),
-            largest: vertices.iter().map(|v| v.abs().max_element()).fold(0.0, largest),
-            slope: perimeter / area * power,
+            level: Level::new(vertices.iter().map(|v| v.abs().max_element()).fold(0.0, largest), perimeter / area * power),
         }
     }
 
@@ -232,7 +261,7 @@ impl Plane {
     /// covers all points that that one takes for level.
     pub(super) fn slack(&self, point: DVec3) -> f64 {
         let r = (point - self.origin).length();
-        16.0 * f64::EPSILON * (largest(self.largest, point.abs().max_element()) + r) * (2.0 + r * self.slope) + 2.0 * self.defect
+        4.0 * self.level.with(point.abs().max_element()).at(r) + 2.0 * self.defect
     }
 
     /// The space in front, exactly.
@@ -245,7 +274,7 @@ impl Plane {
 
     /// The space in front of the surface; a point level with it up to the rounding of coordinates is on its plane.
     pub(super) fn over(&self, frame: &Frame) -> HalfSpace {
-        self.along_normal(frame, Exact::Level { largest: self.largest * frame.power, slope: self.slope / frame.power })
+        self.along_normal(frame, Exact::Level(self.level.scaled(frame.power)))
     }
 
     fn along_normal(&self, frame: &Frame, exact: Exact) -> HalfSpace {

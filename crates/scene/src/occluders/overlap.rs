@@ -14,6 +14,7 @@ use std::ops::Range;
 use radgrad_core::{DVec3, Polygon};
 
 use super::Occluders;
+use super::half_space::Level;
 use super::shape::Bounds;
 use super::tree::Content;
 use crate::scene::triangles;
@@ -42,7 +43,7 @@ impl Occluders {
         (0..self.polygons.len()).filter(|&index| counts(index)).find_map(|index| {
             let (shape, polygon) = (&self.polygons[index], polygons[index]);
             let slope = perimeter(polygon.vertices()) / polygon.area();
-            let reach = DVec3::splat(4.0 * f64::EPSILON * (largest_of(polygon) + extent) * (2.0 + extent * slope));
+            let reach = DVec3::splat(Level::new(largest_of(polygon), slope).at(extent));
             let around = Bounds { low: shape.bounds.low - reach, high: shape.bounds.high + reach };
             let mut near: Vec<usize> = Vec::new();
             self.visit(

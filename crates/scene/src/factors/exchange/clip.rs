@@ -4,7 +4,7 @@ use radgrad_core::DVec3;
 
 use super::FlatOutline;
 use crate::factors::larger;
-use crate::occluders::{above, on_the_way};
+use crate::occluders::{Level, above, on_the_way};
 
 /// A polygon's outline around an origin, in a unit in which the farthest coordinate is below 1.
 pub(super) struct Outline {
@@ -12,10 +12,9 @@ pub(super) struct Outline {
     pub(super) normal: DVec3,
     /// How far rounding moved a vertex when the origin moved, and vertices are off the plane.
     rounding: f64,
-    /// How far the vertices of a surface may be off their places: `4 eps` of the largest coordinate, and off the plane.
-    level: f64,
-    /// Half of perimeter over area: how far the normal turns for a vertex moved by 1.
-    slope: f64,
+    /// How far points of its surface may be off its plane, and by how much its vertices are.
+    level: Level,
+    defect: f64,
 }
 
 /// The part in front of a plane; empty outlines do not exist.
@@ -32,29 +31,34 @@ impl Outline {
         let defect = part.defect * power;
         let lost = |v: &DVec3| difference_error(*v, origin).length() * power * (1.0 + 1e-12);
         let rounding = part.points.iter().map(lost).fold(0.0, larger) + defect;
-        let level = 4.0 * f64::EPSILON * largest * power + defect;
-        Self { normal: part.normal, rounding, level, slope: 0.5 * part.slope / power, points }
+        Self { normal: part.normal, rounding, level: Level::new(largest * power, part.slope / power), defect, points }
     }
 
     /// The part in front of the other's plane. Corners level with the plane up to rounding are taken to lie in it, since the
     /// other is a surface whose coordinates are rounded. `None` where nothing is in front.
     pub(super) fn in_front_of(&self, other: &Self) -> Option<Front> {
         let origin = other.points[0];
-        let height = |p: &DVec3| {
+        let mut to_plane = 0.0;
+        let mut height = |p: &DVec3| {
             let r = *p - origin;
             let height = other.normal.dot(r);
-            let level = (self.level + other.level) * (2.0 + r.length() * 2.0 * other.slope);
-            if height.abs() <= level { 0.0 } else { height }
+            let level = other.level.at(r.length()) + 2.0 * (self.defect + other.defect);
+            if height.abs() > level {
+                return height;
+            }
+            to_plane = larger(to_plane, height.abs());
+            0.0
         };
-        let heights: Vec<f64> = self.points.iter().map(height).collect();
+        let heights: Vec<f64> = self.points.iter().map(&mut height).collect();
         if heights.iter().all(|&h| h <= 0.0) {
             return None;
         }
+        let moved = self.rounding + to_plane;
         if heights.iter().all(|&h| h >= 0.0) {
-            return Some(Front { points: self.points.clone(), moved: self.rounding });
+            return Some(Front { points: self.points.clone(), moved });
         }
         // Crossing points err by a few roundings of coordinates below 2.
-        let moved = self.rounding + 16.0 * f64::EPSILON;
+        let moved = moved + 16.0 * f64::EPSILON;
         let mut points = above(&self.points, &heights, on_the_way);
         points.dedup();
         Some(Front { points, moved })
