@@ -47,6 +47,11 @@ impl Clock {
         self.until(time, FIRST_LINKS)
     }
 
+    /// For evaluations that are as precise as the error asked for needs.
+    pub(crate) fn for_all(self, time: Option<Duration>) -> Self {
+        self.until(time, 1.0)
+    }
+
     /// For the proof to cut elements into cells.
     pub(crate) fn for_cells(self, time: Option<Duration>) -> Self {
         self.until(time, PROOF)

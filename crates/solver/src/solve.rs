@@ -220,7 +220,7 @@ pub(crate) fn solve_on(
             solution.progress.bound = solution.prove()?;
             solution.finite()?;
             // Who asks for a point has time for it.
-            solution.precise = clock;
+            (solution.precise, solution.late) = (clock, clock);
             return Ok(solution);
         }
         before = took;
@@ -261,6 +261,7 @@ fn dark(ready: &Prepared, options: &Options, (mesh, served): (Mesh, Served), clo
         absolute: precision(may_be_even),
         past: [may_be_even && surfaces.may_be_even(&mesh), false].map(|is_even| largest(precision(is_even), FINEST_PAST)),
         precise: clock.for_precision(options.time),
+        late: clock.for_all(options.time),
         cells: cells_for(options.error),
         clock: clock.for_proof(options.time, mesh.clusters().root().is_some()),
         allowed: LINK_PART * options.error,

@@ -14,6 +14,7 @@
 use radgrad_core::{DVec3, Polygon, Tolerance, evaluate_value};
 use radgrad_scene::{largest, smallest};
 
+use crate::clock::Clock;
 use crate::error::Error;
 use crate::links::cell::{KernelSums, Rules};
 use crate::links::rays::MANY;
@@ -154,12 +155,18 @@ pub(crate) struct Optics<'a> {
     pub(crate) past: f64,
     /// Cells a side of a source that is seen past many faces; 0 for none, and closed forms.
     pub(crate) cells: usize,
+    /// Past its end evaluations may err by [`LATE`].
+    pub(crate) clock: Clock,
 }
+
+/// Error that the evaluation of a function may have once there is no more time: what is begun ends soon, with a bound.
+const LATE: f64 = 1e-5;
 
 impl Optics<'_> {
     /// Error that the evaluation of a function may have, past this many faces.
-    const fn tolerance(&self, faces: usize) -> f64 {
-        if faces == 0 { self.absolute } else { self.past }
+    fn tolerance(&self, faces: usize) -> f64 {
+        let tolerance = if faces == 0 { self.absolute } else { self.past };
+        if self.clock.is_over() { largest(tolerance, LATE) } else { tolerance }
     }
 
     /// The light that a point receives from the first `count` functions of a source.
@@ -293,8 +300,11 @@ impl Kernel {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use std::time::Duration;
+
     use radgrad_scene::Scene;
+
+    use super::*;
 
     fn mesh(faces: &[Vec<[f64; 3]>]) -> Mesh {
         let mut scene = Scene::new(["grey"]).unwrap();
@@ -311,7 +321,7 @@ mod tests {
         let square = vec![[0.0, 0.0, 1.0], [0.2, 1.0, 1.1], [1.2, 1.1, 1.2], [1.0, 0.1, 1.1]];
         let concave = [[0.1, 0.1], [0.9, 0.2], [0.5, 0.5], [0.3, 0.9]];
         let rules = &Rules::new();
-        let (mut by_rules, mut partly) = (0, 0);
+        let (mut by_rules, mut partly, mut rough) = (0, 0, 0);
         for lamp in [square.clone(), square[..3].to_vec()] {
             for (x, z) in [(0.3, 0.9), (0.3, 0.2), (0.4, -0.3), (2.0, -0.7), (-4.0, -1.0), (3.0, -30.0)] {
                 let normal = DVec3::new(-0.05 * x, 0.1, 1.0).normalize();
@@ -320,7 +330,7 @@ mod tests {
                 let (u, v) = (normal.any_orthonormal_vector() * 0.01, normal.cross(normal.any_orthonormal_vector()) * 0.01);
                 let receiver = [point - u - v, point + u - v, point + v].map(|p| p.to_array()).to_vec();
                 let mesh = mesh(&[lamp.clone(), concave.map(|[x, y]| [x, y, 0.6]).to_vec(), receiver]);
-                let optics = Optics { mesh: &mesh, rules, absolute: 1e-7, past: 1e-7, cells: 0 };
+                let optics = Optics { mesh: &mesh, rules, absolute: 1e-7, past: 1e-7, cells: 0, clock: Clock::started() };
                 let station = Station { point, normal, face: Some(2) };
                 let count = mesh.basis(0).len();
                 for (sight, faces) in [(Sight::Clear, &[][..]), (Sight::Past(vec![1]), &[1])] {
@@ -329,16 +339,23 @@ mod tests {
                         Optics { absolute: 1e-12, past: 1e-12, ..optics }.by_closed_forms(&station, 0, faces, count).unwrap();
                     by_rules += usize::from(fast.values != exact.values);
                     partly += usize::from(!fast.kernel.smooth);
-                    for (i, (a, b)) in fast.values.iter().zip(&exact.values).enumerate() {
-                        let bound = if i == 0 { fast.error + exact.error } else { fast.other_errors + exact.other_errors };
-                        assert!((a - b).abs() <= bound, "{x} {z} {sight:?} {i}: {a} {b} {bound:e}");
+                    let late = Clock::started().for_all(Some(Duration::ZERO));
+                    let late = Optics { absolute: 1e-12, past: 1e-12, clock: late, ..optics };
+                    let late = late.receive(&station, 0, &sight, count).unwrap();
+                    rough += usize::from(late.error > 1e-9);
+                    for found in [&fast, &late] {
+                        for (i, (a, b)) in found.values.iter().zip(&exact.values).enumerate() {
+                            let [of_found, of_exact] = [found, &exact].map(|row| if i == 0 { row.error } else { row.other_errors });
+                            let bound = of_found + of_exact;
+                            assert!((a - b).abs() <= bound, "{x} {z} {sight:?} {i}: {a} {b} {bound:e}");
+                        }
                     }
                     assert!(exact.values[0] <= fast.kernel.peak * (1.0 + 1e-9) && fast.error <= 2e-6);
                     assert!(!fast.kernel.smooth || fast.kernel.least <= exact.values[0] + exact.error);
                 }
             }
         }
-        assert!(by_rules >= 20 && partly >= 4, "{by_rules} {partly}");
+        assert!(by_rules >= 20 && partly >= 4 && rough >= 4, "{by_rules} {partly} {rough}");
     }
 
     #[test]
@@ -368,7 +385,7 @@ mod tests {
         let screen = vec![[0.3, -1.0, 0.5], [0.3, 2.0, 0.5], [2.0, 2.0, 0.5], [2.0, -1.0, 0.5]];
         for triangle in [false, true] {
             let mesh = mesh(&[if triangle { lamp[..3].to_vec() } else { lamp.clone() }, screen.clone()]);
-            let optics = Optics { mesh: &mesh, rules: &Rules::new(), absolute: 1e-8, past: 1e-8, cells: 0 };
+            let optics = Optics { mesh: &mesh, rules: &Rules::new(), absolute: 1e-8, past: 1e-8, cells: 0, clock: Clock::started() };
             let (element, basis) = (&mesh.elements()[0], mesh.basis(0));
             for (x, z) in [(0.5, 0.0), (0.2, 0.4), (-2.0, -3.0)] {
                 let (point, normal) = (DVec3::new(x, 0.4, z), DVec3::Z);

@@ -80,6 +80,8 @@ pub struct Solution {
     pub(super) past: [f64; 2],
     /// As long as the first of these is kept to.
     pub(super) precise: Clock,
+    /// After it evaluations err by more than the error asked for needs.
+    pub(super) late: Clock,
     /// Cells a side of a source that is seen past many faces; 0 for closed forms.
     pub(super) cells: usize,
     pub(super) clock: Clock,
@@ -111,7 +113,7 @@ impl Solution {
 
     pub(crate) fn optics(&self) -> Optics<'_> {
         let past = self.past[usize::from(self.precise.is_over())];
-        Optics { mesh: &self.mesh, rules: &self.rules, absolute: self.absolute, past, cells: self.cells }
+        Optics { mesh: &self.mesh, rules: &self.rules, absolute: self.absolute, past, cells: self.cells, clock: self.late }
     }
 
     pub(super) fn lossless(&self) -> Error {
