@@ -70,7 +70,7 @@ fn add_oddity(room: &mut Room, s: &mut Sampler) -> Option<DVec3> {
         room.add(corners, rho, 0.0);
     };
     let middle = at + (u + v) * 0.5;
-    match s.below(13) {
+    match s.below(16) {
         0 => {
             // It hovers over the floor.
             let gap = DVec3::Z * s.spread(-45, -3);
@@ -173,6 +173,33 @@ fn add_oddity(room: &mut Room, s: &mut Sampler) -> Option<DVec3> {
                 }
             }
             None
+        }
+        12 => {
+            // A box of any size.
+            let side = s.spread(-45, -2);
+            let low = middle + up;
+            for corners in cuboid(low, low + DVec3::splat(side), false) {
+                room.add(corners, rho, 0.0);
+            }
+            Some(middle)
+        }
+        13 => {
+            // A wall far away, and as large as it is far.
+            let far = s.spread(3, 24);
+            both(room, quad(DVec3::new(-far, -far, -far), DVec3::X * (2.0 * far), DVec3::Y * (2.0 * far)));
+            None
+        }
+        14 => {
+            // A star.
+            let points = 3 + s.below(6);
+            let inner = s.spread(-12, 0);
+            let on = |k: u32| {
+                let turn = f64::from(k) * std::f64::consts::PI / f64::from(points);
+                let reach = if k.is_multiple_of(2) { 0.5 } else { 0.5 * inner };
+                middle + up + u * (reach * libm::cos(turn)) + v * (reach * libm::sin(turn))
+            };
+            both(room, (0..2 * points).map(on).collect());
+            Some(middle)
         }
         _ => {
             // A stack of plates close to each other.
