@@ -192,6 +192,11 @@ impl Fault {
         }
     }
 
+    /// In how many times more scenes than others it is looked for: a tenth of the bound is too small in one facing scene of three.
+    const fn patience(self) -> usize {
+        if matches!(self, Self::BoundTenth) { 6 } else { 1 }
+    }
+
     /// The scene that the solver is given.
     #[must_use]
     pub fn scene(self, model: &Model) -> Model {
@@ -374,7 +379,7 @@ struct Control {
     judged: Vec<Judged>,
 }
 
-/// Looks for each fault in so many scenes of each of its families until one shows it. A statement counts only where it holds
+/// Looks for each fault in so many scenes of each of its families, or a few times as many, until one shows it. A statement counts only where it holds
 /// without the fault. The truth is that of the scene without it.
 #[must_use]
 pub fn find(faults: &[Fault], seed: u64, most: usize, effort: &Effort) -> Vec<Found> {
@@ -384,7 +389,7 @@ pub fn find(faults: &[Fault], seed: u64, most: usize, effort: &Effort) -> Vec<Fo
             let names = (0..SEARCHED).map(|index| Name { family, seed, index });
             // Faults of scenes need one that they change, those of statements any.
             let changed = names.filter(|name| fault.of_statements() || fault.scene(&name.model()) != name.model());
-            wanted.extend(changed.take(most).map(|name| (name, fault.subject())));
+            wanted.extend(changed.take(most * fault.patience()).map(|name| (name, fault.subject())));
         }
     }
     wanted.sort_unstable();
