@@ -3,7 +3,7 @@ use radgrad_core::{DMat3, DVec3, Emission, Emitter, Polygon, Receiver, radiosity
 use super::exchange::{ALL_DIGITS, Exchange};
 use super::screen::Undecided;
 use super::{FactorSettings, FormFactors, larger, smaller};
-use crate::Error;
+use crate::{Error, Scene};
 
 fn exchange(from: &Polygon, to: &Polygon) -> Exchange {
     super::exchange::exchange(from, to, ALL_DIGITS)
@@ -157,7 +157,7 @@ fn choose(uniform: &mut impl FnMut() -> f64, count: usize) -> usize {
 
 /// A room of 4 by 4 by 4 with boxes on a lattice, which touch each other and the walls often, and a few triangles; turned out of the
 /// axes, so that what touches does so only up to rounding, in every second one.
-fn a_room(seed: u64) -> crate::Scene {
+fn a_room(seed: u64) -> Scene {
     let mut uniform = draws(seed);
     let turn = if seed.is_multiple_of(2) {
         DMat3::IDENTITY
@@ -171,7 +171,7 @@ fn a_room(seed: u64) -> crate::Scene {
             DVec3::new(2.0 * (b * d + a * c), 2.0 * (c * d - a * b), a * a - b * b - c * c + d * d),
         ) * (1.0 / norm)
     };
-    let mut scene = crate::Scene::new(["grey"]).unwrap();
+    let mut scene = Scene::new(["grey"]).unwrap();
     let material = scene.add_material("white", [0.5], [0.0]).unwrap();
     let surface = scene.add_surface("all");
     let mut add = |points: Vec<DVec3>| {
@@ -319,7 +319,7 @@ fn a_lamp_that_is_level_with_a_face_up_to_rounding_gives_it_what_the_coordinates
     for turn in 1..40 {
         let turned = DMat3::from_rotation_y(0.1 * f64::from(turn)) * DMat3::from_rotation_x(0.37);
         let at = |x: f64, y: f64| turned * DVec3::new(x, y, 0.3);
-        let mut scene = crate::Scene::new(["grey"]).unwrap();
+        let mut scene = Scene::new(["grey"]).unwrap();
         let white = scene.add_material("white", [0.5], [1.0]).unwrap();
         // Triangles, which are flat whatever the rounding is.
         let corners = [vec![at(0.0, 0.0), at(1.0, 0.0), at(0.2, 0.7)], vec![at(1.3, 0.1), at(2.3, 0.3), at(1.5, 1.1)]];
@@ -337,4 +337,26 @@ fn a_lamp_that_is_level_with_a_face_up_to_rounding_gives_it_what_the_coordinates
         }
     }
     assert!(lit > 3 && dark > 3, "{lit} {dark}");
+}
+
+/// A lamp whose sides are 400 roundings of its coordinates long sees the upper tenth of a wall beside it.
+#[test]
+fn a_face_of_few_roundings_sees_what_is_a_little_above_its_plane() {
+    let wall = [[0.0, 0.0, 0.0], [0.0, 0.0, 1.1], [1.6, 0.0, 1.1], [1.6, 0.0, 0.0]];
+    let (x, y, z, side) = (0.44, 1.4, 1.0, 1e-13);
+    let lamp = [[x, y, z], [x + side, y, z], [x + side, y + side, z], [x, y + side, z]];
+    let mut scene = Scene::new(["grey"]).unwrap();
+    let material = scene.add_material("white", [0.5], [0.0]).unwrap();
+    for corners in [wall, lamp] {
+        let surface = scene.add_surface("each");
+        let polygon = Polygon::new(corners.map(DVec3::from).to_vec()).unwrap();
+        scene.add_face(surface, material, polygon, None).unwrap();
+    }
+    let seen = FormFactors::new(&scene).unwrap().between(1, 0, &FactorSettings::default()).unwrap();
+    let evaluated = {
+        let receiver = Receiver::new(DVec3::new(x, y, z), DVec3::Z, 1.0).unwrap();
+        let emitter = Emitter::new(Polygon::new(wall.map(DVec3::from).to_vec()).unwrap(), Emission::Constant(1.0)).unwrap();
+        radgrad_core::evaluate(&receiver, &emitter, []).unwrap().radiosity
+    };
+    assert!(evaluated > 1e-4 && seen.lower <= evaluated && evaluated <= seen.upper, "{evaluated} {seen:?}");
 }

@@ -24,8 +24,8 @@
 use radgrad_core::{DVec3, Polygon, Receiver};
 use robust::{Coord3D, orient3d};
 
-use crate::{largest, smallest};
 use crate::projection::normalising_power;
+use crate::{largest, smallest};
 
 /// The bound of the module's text, in units of the magnitudes.
 const ROUNDING: f64 = 5.0 * f64::EPSILON;
@@ -56,11 +56,12 @@ impl Level {
         8.0 * f64::EPSILON * (self.largest + r) + r * self.tilt
     }
 
-    /// In another unit, and where the largest coordinate is at least this one.
+    /// The same in another unit.
     fn scaled(self, power: f64) -> Self {
         Self { largest: self.largest * power, ..self }
     }
 
+    /// The same with a point that has this for its largest coordinate.
     fn with(self, coordinate: f64) -> Self {
         Self { largest: largest(self.largest, coordinate), ..self }
     }

@@ -345,7 +345,8 @@ mod tests {
                     rough += usize::from(late.error > 1e-9);
                     for found in [&fast, &late] {
                         for (i, (a, b)) in found.values.iter().zip(&exact.values).enumerate() {
-                            let [of_found, of_exact] = [found, &exact].map(|row| if i == 0 { row.error } else { row.other_errors });
+                            let [of_found, of_exact] =
+                                [found, &exact].map(|row| if i == 0 { row.error } else { row.other_errors });
                             let bound = of_found + of_exact;
                             assert!((a - b).abs() <= bound, "{x} {z} {sight:?} {i}: {a} {b} {bound:e}");
                         }
@@ -385,7 +386,8 @@ mod tests {
         let screen = vec![[0.3, -1.0, 0.5], [0.3, 2.0, 0.5], [2.0, 2.0, 0.5], [2.0, -1.0, 0.5]];
         for triangle in [false, true] {
             let mesh = mesh(&[if triangle { lamp[..3].to_vec() } else { lamp.clone() }, screen.clone()]);
-            let optics = Optics { mesh: &mesh, rules: &Rules::new(), absolute: 1e-8, past: 1e-8, cells: 0, clock: Clock::started() };
+            let optics =
+                Optics { mesh: &mesh, rules: &Rules::new(), absolute: 1e-8, past: 1e-8, cells: 0, clock: Clock::started() };
             let (element, basis) = (&mesh.elements()[0], mesh.basis(0));
             for (x, z) in [(0.5, 0.0), (0.2, 0.4), (-2.0, -3.0)] {
                 let (point, normal) = (DVec3::new(x, 0.4, z), DVec3::Z);

@@ -10,13 +10,6 @@ use super::nodes::{Nodes, ROUNDED};
 use crate::mesh::element::Element;
 use crate::mesh::screen::LEVEL;
 
-/// A segment whose line passes the place at more than this part of the segment's distance, and that is shorter than so many times what its
-/// line passes at, has its integral in closed form, with this error relative to what it takes at its two ends: roundings of the distance
-/// to the line are `MOST_ALONG` times those of numbers at most.
-const LEAST_ACROSS: f64 = 0.01;
-const MOST_ALONG: f64 = 1e6;
-const INTEGRAL_ROUNDING: f64 = 1e-9;
-
 /// An element that receives.
 #[derive(Debug)]
 pub(super) struct Target<'a> {
@@ -116,22 +109,8 @@ impl<'a> Target<'a> {
         if distance == 0.0 {
             return Some(Line { along, from, distance, across: 0.0, integral: f64::INFINITY });
         }
-        let highest = largest(heights[0], heights[1]);
-        let simple = highest * length / (distance * distance * distance * distance);
+        let integral = of_height_over_fourth_power(heights, [start, end], square);
         let across = square.sqrt();
-        let integral = if across > LEAST_ACROSS * distance && length < MOST_ALONG * across {
-            let slope = (heights[1] - heights[0]) / length;
-            let at_foot = heights[0] - slope * start;
-            let even = |t: f64| t / (2.0 * square * (square + t * t)) + (t / across).atan() / (2.0 * square * across);
-            let odd = |t: f64| -0.5 / (square + t * t);
-            // Of a short segment the values at its ends cancel.
-            let rounding = INTEGRAL_ROUNDING
-                * (at_foot.abs() * (even(end).abs() + even(start).abs()) + slope.abs() * (odd(end).abs() + odd(start).abs()));
-            let integral = at_foot * (even(end) - even(start)) + slope * (odd(end) - odd(start));
-            smallest(integral + rounding, simple)
-        } else {
-            simple
-        };
         Some(Line { along, from, distance, across, integral })
     }
 
@@ -229,6 +208,34 @@ struct Line {
     integral: f64,
 }
 
+/// A segment whose line passes the place at more than this part of the segment's distance, and that is shorter than so many times what its
+/// line passes at, has its integral in closed form, with this error relative to what it takes at its two ends: roundings of the distance
+/// to the line are `MOST_ALONG` times those of numbers at most.
+const LEAST_ACROSS: f64 = 0.01;
+const MOST_ALONG: f64 = 1e6;
+const INTEGRAL_ROUNDING: f64 = 1e-9;
+
+/// Bound on the integral over a segment of the height over `|r|^4`, from the heights of its ends, their places along its line, and the
+/// square of that line's distance.
+fn of_height_over_fourth_power(heights: [f64; 2], [start, end]: [f64; 2], square: f64) -> f64 {
+    let (length, across) = (end - start, square.sqrt());
+    let along = largest(largest(start, -end), 0.0);
+    let nearest = square + along * along;
+    let simple = largest(heights[0], heights[1]) * length / (nearest * nearest);
+    if across <= LEAST_ACROSS * nearest.sqrt() || length >= MOST_ALONG * across {
+        return simple;
+    }
+    let slope = (heights[1] - heights[0]) / length;
+    let at_foot = heights[0] - slope * start;
+    let even = |t: f64| t / (2.0 * square * (square + t * t)) + (t / across).atan() / (2.0 * square * across);
+    let odd = |t: f64| -0.5 / (square + t * t);
+    let ([even_start, odd_start], [even_end, odd_end]) = ([even(start), odd(start)], [even(end), odd(end)]);
+    // Of a short segment the values at its ends cancel.
+    let sizes = at_foot.abs() * (even_end.abs() + even_start.abs()) + slope.abs() * (odd_end.abs() + odd_start.abs());
+    let integral = at_foot * (even_end - even_start) + slope * (odd_end - odd_start);
+    smallest(integral + INTEGRAL_ROUNDING * sizes, simple)
+}
+
 /// `sum over k > degree of c(k) q^k`, where `c(k + 1)/c(k)` falls with k.
 fn tail(degree: usize, ratio: f64, c: impl Fn(f64) -> f64) -> f64 {
     let mut k = degree as f64 + 1.0;
@@ -266,4 +273,38 @@ fn distance(a: &Element, b: &Element) -> f64 {
     let others = [a.polygon().normal(), b.polygon().normal(), between].map(gap);
     let size = v.iter().chain(w).map(|p| p.length()).fold(0.0, largest);
     others.into_iter().fold(boxes, largest) - 1e-14 * size
+}
+
+#[cfg(test)]
+mod tests {
+    use radgrad_scene::gauss_legendre;
+
+    use super::*;
+
+    /// With `t = d tan(a)` the integrand is `h cos^2(a)/d^3`, smooth, and the angle between the ends is known to its last digits.
+    #[test]
+    fn the_integral_over_a_segment_of_any_length_is_bounded() {
+        let rule = gauss_legendre(20);
+        let (mut sharp, mut all) = (0, 0);
+        for k in 0..4000 {
+            let unit = |j: u32| (f64::from(k) * 0.618_033_988_749_895 * f64::from(j) + 0.1 * f64::from(j)).fract();
+            let (across, start) = (10_f64.powf(2.0 * unit(1) - 1.0), 6.0 * unit(2) - 3.0);
+            let end = start + 10_f64.powf(16.0 * unit(3) - 14.0);
+            if end - start == 0.0 {
+                continue;
+            }
+            let heights = [unit(5), unit(7)];
+            let turn = (across * (end - start)).atan2(across * across + start * end);
+            let of = |x: f64| {
+                let angle = (start / across).atan() + 0.5 * (1.0 + x) * turn;
+                let part = (across * angle.tan() - start) / (end - start);
+                (heights[0] + (heights[1] - heights[0]) * part.clamp(0.0, 1.0)) * angle.cos().powi(2)
+            };
+            let exact = 0.5 * turn * rule.iter().map(|(x, weight)| weight * of(*x)).sum::<f64>() / across.powi(3);
+            let bound = of_height_over_fourth_power(heights, [start, end], across * across);
+            assert!(bound >= exact * (1.0 - 1e-9), "{across} {start} {end} {heights:?}: {bound:e} {exact:e}");
+            (sharp, all) = (sharp + usize::from(bound <= 1.01 * exact), all + 1);
+        }
+        assert!(sharp > all / 4, "{sharp} of {all}");
+    }
 }
