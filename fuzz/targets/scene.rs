@@ -38,7 +38,7 @@ libfuzzer_sys::fuzz_target!(|bytes: &[u8]| -> Corpus {
             for (from, entry) in matrix.entries() {
                 assert!(0.0 <= entry.lower && entry.lower <= entry.factor, "{from}: {entry:?}");
                 assert!(entry.factor <= entry.upper && entry.upper.is_finite() && entry.error.is_finite(), "{from}: {entry:?}");
-                assert!(entry.lower <= 1.0 + 1e-12, "{from}: {entry:?}");
+                assert!(entry.upper <= 1.0 + 1e-12, "{from}: {entry:?}");
             }
         }
     }

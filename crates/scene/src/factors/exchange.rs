@@ -27,6 +27,12 @@ pub(super) struct Exchange {
 }
 
 impl Exchange {
+    /// One of which only this range is known.
+    pub(super) fn within([least, most]: [f64; 2]) -> Self {
+        let area = 0.5 * (least + most);
+        Self { area, error: (most - area) * (1.0 + 2.0 * f64::EPSILON) }
+    }
+
     pub(super) const fn most(self) -> f64 {
         self.area + self.error
     }

@@ -115,7 +115,8 @@ impl FormFactors<'_> {
         let area = smaller(polygons[0].area(), polygons[1].area());
         let Some(Sighted { candidates, screens, free }) = self.sighted(faces, settings) else { return Ok(None) };
         // No face exchanges more than its area.
-        let (least, most) = (larger(free.least(), 0.0), smaller(free.most(), area * (1.0 + 8.0 * f64::EPSILON)));
+        let most = smaller(free.most(), area * (1.0 + 8.0 * f64::EPSILON));
+        let least = smaller(larger(free.least(), 0.0), most);
         let occluders = u32::try_from(candidates.len()).unwrap_or(u32::MAX);
         if screens.is_empty() {
             let value = Bracket { least, most }.nearest(free.area);
@@ -139,7 +140,9 @@ impl FormFactors<'_> {
         // large.
         let of_value = truncation(OF_VALUE * settings.estimate * area / free.area);
         let of_bracket = larger(OF_BRACKET * larger(settings.tolerance * area / free.area, settings.relative), of_value);
-        let mut search = Search::new(Between { polygons, screens, free, accuracy: of_value });
+        // Of faces that are few roundings of their coordinates wide the sum over edges says less than their areas.
+        let all = if free.most() > most { Exchange::within([least, most]) } else { free };
+        let mut search = Search::new(Between { polygons, screens, free: all, accuracy: of_value });
         let difference = larger(difference, settings.relative_estimate * free.area);
         let goal = Goal { difference, most_points: settings.most_points, at_point: 0.01 * settings.estimate };
         let owners: Vec<usize> = candidates.iter().flat_map(|&k| self.screens[k].iter().map(move |_| k)).collect();
