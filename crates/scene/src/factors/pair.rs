@@ -119,8 +119,9 @@ impl FormFactors<'_> {
         let least = smaller(larger(free.least(), 0.0), most);
         let occluders = u32::try_from(candidates.len()).unwrap_or(u32::MAX);
         if screens.is_empty() {
-            let value = Bracket { least, most }.nearest(free.area);
-            return Known { value, least, most, estimate: free.error, occluders }.checked().map(Some);
+            let bracket = Bracket { least, most };
+            let (value, estimate) = (bracket.nearest(free.area), smaller(free.error, bracket.width()));
+            return Known { value, least, most, estimate, occluders }.checked().map(Some);
         }
         let allowed = |bracket: Bracket| larger(settings.tolerance * area, settings.relative * bracket.least);
         let difference = settings.estimate * area;
