@@ -9,6 +9,9 @@ const FIRST_LINKS: f64 = 0.2;
 const ROUNDS: f64 = 0.8;
 const PROOF: f64 = 1.1;
 
+/// How much longer than the time given evaluations are as precise as they should be: a small scene needs no more.
+const GRACE: Duration = Duration::from_secs(1);
+
 /// When to end; never without a time.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Clock {
@@ -49,7 +52,7 @@ impl Clock {
 
     /// For evaluations that are as precise as the error asked for needs.
     pub(crate) fn for_all(self, time: Option<Duration>) -> Self {
-        self.until(time, 1.0)
+        self.until(time.map(|time| time.saturating_add(GRACE)), 1.0)
     }
 
     /// For the proof to cut elements into cells.

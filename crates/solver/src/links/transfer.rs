@@ -339,7 +339,7 @@ mod tests {
                         Optics { absolute: 1e-12, past: 1e-12, ..optics }.by_closed_forms(&station, 0, faces, count).unwrap();
                     by_rules += usize::from(fast.values != exact.values);
                     partly += usize::from(!fast.kernel.smooth);
-                    let late = Clock::started().for_all(Some(Duration::ZERO));
+                    let late = Clock::started().for_cells(Some(Duration::ZERO));
                     let late = Optics { absolute: 1e-12, past: 1e-12, clock: late, ..optics };
                     let late = late.receive(&station, 0, &sight, count).unwrap();
                     rough += usize::from(late.error > 1e-9);
