@@ -192,9 +192,14 @@ impl Fault {
         }
     }
 
-    /// In how many times more scenes than others it is looked for: a tenth of the bound is too small in one facing scene of three.
+    /// In how many times more scenes than others it is looked for: a tenth of the bound is too small in one facing scene of three, and a
+    /// texture that is shifted shows in the bounds of one in two.
     const fn patience(self) -> usize {
-        if matches!(self, Self::BoundTenth) { 6 } else { 1 }
+        match self {
+            Self::BoundTenth => 6,
+            Self::TextureShifted => 3,
+            _ => 1,
+        }
     }
 
     /// The scene that the solver is given.
