@@ -192,8 +192,8 @@ impl Fault {
         }
     }
 
-    /// In how many times more scenes than others it is looked for: a tenth of the bound is too small in one facing scene of three, and a
-    /// texture that is shifted shows in the bounds of one in two.
+    /// How many times as many scenes are searched for it: a tenth of the bound is too small in one facing scene of three, and a shifted
+    /// texture can stay within the bounds of four scenes.
     const fn patience(self) -> usize {
         match self {
             Self::BoundTenth => 6,
@@ -384,8 +384,8 @@ struct Control {
     judged: Vec<Judged>,
 }
 
-/// Looks for each fault in so many scenes of each of its families, or a few times as many, until one shows it. A statement counts only where it holds
-/// without the fault. The truth is that of the scene without it.
+/// Looks for each fault in so many scenes of each of its families, or a few times as many, until one shows it. A statement
+/// counts only where it holds without the fault. The truth is that of the scene without it.
 #[must_use]
 pub fn find(faults: &[Fault], seed: u64, most: usize, effort: &Effort) -> Vec<Found> {
     let mut wanted: Vec<(Name, Subject)> = Vec::new();

@@ -48,7 +48,7 @@ const OF_VALUE: f64 = 0.3;
 const OF_BRACKET: f64 = 0.02;
 const MOST_OF_BRACKET: f64 = 3e-3;
 
-/// The relative truncation that serves an estimate to this part of what it is of.
+/// The relative truncation error that an estimate with this relative error allows.
 const fn truncation(wanted: f64) -> f64 {
     wanted.clamp(ALL_DIGITS, 1e-4)
 }

@@ -15,8 +15,8 @@
 //! `d = 4 eps C`, C their largest coordinate (four roundings each, as `radgrad_core::Polygon` allows), the area vector of a
 //! polygon of perimeter P and area A is off by at most P d / 2, so that its normal is off by an angle P d / (2 A), and a vertex of
 //! the same wall at distance r appears at a height of at most `8 eps (C + r) + r P d / A`: the two points' own d, and twice the tilt
-//! ([`Level`]). Of a polygon so small that its tilt could be more than [`STEEPEST`] the coordinates are taken as given: what it sees at
-//! that angle over its plane is `STEEPEST^2` of a hemisphere, less than a rounding, and more would be light that is left out.
+//! ([`Level`]). Twice the tilt counts up to [`STEEPEST`]: what lies at that angle over a plane is `STEEPEST^2` of the hemisphere, less than a
+//! rounding. Of a small polygon a larger tilt would leave light out.
 //!
 //! A frame's power of two brings its lengths to about 1. Below 2^-900 of that products may underflow; a magnitude of at least
 //! that much covers them.
@@ -33,7 +33,7 @@ const ROUNDING: f64 = 5.0 * f64::EPSILON;
 /// 2^-900: covers underflow in products of normalised lengths.
 const TINY: f64 = f64::from_bits((1023 - 900) << 52);
 
-/// See the module's text.
+/// The largest slope of a surface's plane that counts as rounding: see the module's text.
 const STEEPEST: f64 = 1e-8;
 
 /// How far from the plane of a surface points of it may be by the rounding of coordinates.

@@ -159,7 +159,7 @@ pub(crate) struct Optics<'a> {
     pub(crate) clock: Clock,
 }
 
-/// Error that the evaluation of a function may have once there is no more time: what is begun ends soon, with a bound.
+/// Error that the evaluation of a function may have once the time is over, so that a round ends soon.
 const LATE: f64 = 1e-5;
 
 impl Optics<'_> {

@@ -57,8 +57,8 @@ pub struct Options {
     pub uniform: bool,
     /// Time in which to be done: no round is begun that, by the time of those before, would end later, light is divided and links are
     /// refined no more when it is over, in the first round early, and, where faces are in clusters, no bound is proven
-    /// that takes longer. What must be done once is: from a second after the time with errors of up to 1e-5 of a form factor, which bounds
-    /// count.
+    /// that takes longer. What must be done once is; from a second after the time on, form factors err by up to 1e-5, and bounds
+    /// include that.
     pub time: Option<Duration>,
     /// Divide the elements that add most to the bound, or those whose polynomials are off most.
     pub marking: Marking,

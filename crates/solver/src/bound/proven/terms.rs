@@ -109,7 +109,7 @@ impl<'a> Target<'a> {
         if distance == 0.0 {
             return Some(Line { along, from, distance, across: 0.0, integral: f64::INFINITY });
         }
-        let integral = of_height_over_fourth_power(heights, [start, end], square);
+        let integral = of_height_over_fourth_power(heights, [start, end], square, distance);
         let across = square.sqrt();
         Some(Line { along, from, distance, across, integral })
     }
@@ -208,21 +208,19 @@ struct Line {
     integral: f64,
 }
 
-/// A segment whose line passes the place at more than this part of the segment's distance, and that is shorter than so many times what its
-/// line passes at, has its integral in closed form, with this error relative to what it takes at its two ends: roundings of the distance
-/// to the line are `MOST_ALONG` times those of numbers at most.
+/// The integral has its closed form where the distance of the segment's line is more than `LEAST_ACROSS` of the segment's distance, and the
+/// segment is shorter than `MOST_ALONG` of the line's distances. The line's distance then errs by at most about `MOST_ALONG` roundings,
+/// and the closed form by `INTEGRAL_ROUNDING` of its values at the two ends.
 const LEAST_ACROSS: f64 = 0.01;
 const MOST_ALONG: f64 = 1e6;
 const INTEGRAL_ROUNDING: f64 = 1e-9;
 
-/// Bound on the integral over a segment of the height over `|r|^4`, from the heights of its ends, their places along its line, and the
-/// square of that line's distance.
-fn of_height_over_fourth_power(heights: [f64; 2], [start, end]: [f64; 2], square: f64) -> f64 {
+/// Bound on the integral over a segment of the height over `|r|^4`, from the heights of its ends, their places along its line, the square of
+/// that line's distance, and the segment's distance.
+fn of_height_over_fourth_power(heights: [f64; 2], [start, end]: [f64; 2], square: f64, distance: f64) -> f64 {
     let (length, across) = (end - start, square.sqrt());
-    let along = largest(largest(start, -end), 0.0);
-    let nearest = square + along * along;
-    let simple = largest(heights[0], heights[1]) * length / (nearest * nearest);
-    if across <= LEAST_ACROSS * nearest.sqrt() || length >= MOST_ALONG * across {
+    let simple = largest(heights[0], heights[1]) * length / (distance * distance * distance * distance);
+    if across <= LEAST_ACROSS * distance || length >= MOST_ALONG * across {
         return simple;
     }
     let slope = (heights[1] - heights[0]) / length;
@@ -301,7 +299,8 @@ mod tests {
                 (heights[0] + (heights[1] - heights[0]) * part.clamp(0.0, 1.0)) * angle.cos().powi(2)
             };
             let exact = 0.5 * turn * rule.iter().map(|(x, weight)| weight * of(*x)).sum::<f64>() / across.powi(3);
-            let bound = of_height_over_fourth_power(heights, [start, end], across * across);
+            let distance = across.hypot(largest(largest(start, -end), 0.0));
+            let bound = of_height_over_fourth_power(heights, [start, end], across * across, distance);
             assert!(bound >= exact * (1.0 - 1e-9), "{across} {start} {end} {heights:?}: {bound:e} {exact:e}");
             (sharp, all) = (sharp + usize::from(bound <= 1.01 * exact), all + 1);
         }

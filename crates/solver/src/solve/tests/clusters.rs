@@ -79,11 +79,15 @@ fn all_links(optics: &Optics<'_>, receiver: usize) -> Vec<Link> {
     optics.links(Gatherer::Element(receiver), sources, &need).unwrap()
 }
 
+fn optics<'a>(mesh: &'a Mesh, rules: &'a Rules) -> Optics<'a> {
+    Optics { mesh, rules, absolute: 1e-9, past: 1e-9, cells: 0, clock: Clock::started() }
+}
+
 #[test]
 fn a_cluster_gives_no_more_than_its_view_and_a_cluster_that_faces_away_gives_nothing() {
     let (mesh, rules) = (city(3), Rules::new());
     let tree = Clusters::always_over(mesh.elements());
-    let optics = Optics { mesh: &mesh, rules: &rules, absolute: 1e-9, past: 1e-9, cells: 0, clock: Clock::started() };
+    let optics = optics(&mesh, &rules);
     let (mut seen, mut away, mut tight) = (0, 0, 0.0_f64);
     for receiver in (0..mesh.elements().len()).step_by(7) {
         let links = all_links(&optics, receiver);
@@ -126,7 +130,7 @@ fn uneven(mesh: &Mesh) -> Field {
 #[test]
 fn closed_clusters_are_within_their_bounds_and_mostly_within_twice_their_estimates() {
     let (mesh, rules) = (city(5).clustered(), Rules::new());
-    let optics = Optics { mesh: &mesh, rules: &rules, absolute: 1e-9, past: 1e-9, cells: 0, clock: Clock::started() };
+    let optics = optics(&mesh, &rules);
     let field = uneven(&mesh);
     let (mut near, mut all, mut within, mut nodes_seen, mut squares) = (0, 0, 0, 0, [0.0, 0.0]);
     for allowed in [0.02, 0.1] {
@@ -181,7 +185,7 @@ fn closed_clusters_are_within_their_bounds_and_mostly_within_twice_their_estimat
 #[test]
 fn clusters_are_opened_further_and_nothing_is_linked_twice() {
     let (mesh, rules) = (city(5).clustered(), Rules::new());
-    let optics = Optics { mesh: &mesh, rules: &rules, absolute: 1e-9, past: 1e-9, cells: 0, clock: Clock::started() };
+    let optics = optics(&mesh, &rules);
     let field = uneven(&mesh);
     let (mut before, mut after, mut receivers, mut deviations) = (0, 0, 0, 0.0);
     for receiver in (0..mesh.elements().len()).step_by(5) {
@@ -291,7 +295,7 @@ fn without_time_there_is_an_answer_with_an_estimate_and_no_bound() {
 #[test]
 fn rays_see_all_of_a_closed_room_whatever_hides_what() {
     let (mesh, rules) = (city(5).clustered(), Rules::new());
-    let optics = Optics { mesh: &mesh, rules: &rules, absolute: 1e-9, past: 1e-9, cells: 0, clock: Clock::started() };
+    let optics = optics(&mesh, &rules);
     let root = mesh.clusters().root().unwrap();
     for receiver in (0..mesh.elements().len()).step_by(7) {
         let exact = all_links(&optics, receiver);
