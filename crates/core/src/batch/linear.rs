@@ -24,6 +24,7 @@ use fearless_simd::{Level, Simd};
 use radgrad_numbers::arithmetic::Arithmetic;
 use radgrad_numbers::ball::Ball;
 use radgrad_numbers::lanes::angle::angle;
+use radgrad_numbers::lanes::instruction_set::apart;
 use radgrad_numbers::lanes::lane::{Lanes, Mask, constant, same};
 use radgrad_numbers::number::ROUNDOFF;
 use radgrad_numbers::on_instruction_set;
@@ -225,13 +226,20 @@ impl<S: Simd, G: Glowing<S>> LinearSums<S, G> {
 /// A segment's part of X1 between two places along it, from the distance of its line from x, that of x's foot beside it, and
 /// `ln(r/h)` there.
 #[inline(always)]
-fn x1<S: Simd>(simd: S, [from, to]: [Wide<S>; 2], [distance, beside]: [Wide<S>; 2], [here, there]: [Wide<S>; 2]) -> Wide<S> {
-    // A foot at the end of a segment has no direction: any will do.
-    let d = beside.abs().max(constant(simd, f64::MIN_POSITIVE));
-    let distances = [d, distance, distance + d];
-    let start = X1End::at(from.abs(), distances, here).on_side_of(from);
-    let end = X1End::at(to.abs(), distances, there).on_side_of(to);
-    x1_between([start, end], beside).0
+fn x1<S: Simd>(simd: S, places: [Wide<S>; 2], distances: [Wide<S>; 2], logarithms: [Wide<S>; 2]) -> Wide<S> {
+    apart(
+        simd,
+        [places, distances, logarithms],
+        #[inline(always)]
+        |[[from, to], [distance, beside], [here, there]]: [[Wide<S>; 2]; 3]| {
+            // A foot at the end of a segment has no direction: any will do.
+            let d = beside.abs().max(constant(simd, f64::MIN_POSITIVE));
+            let distances = [d, distance, distance + d];
+            let start = X1End::at(from.abs(), distances, here).on_side_of(from);
+            let end = X1End::at(to.abs(), distances, there).on_side_of(to);
+            x1_between([start, end], beside).0
+        },
+    )
 }
 
 impl<S: Simd, G: Glowing<S>> BoundarySums<S, f64> for LinearSums<S, G> {

@@ -105,25 +105,20 @@ pub(super) fn find<S: Simd, F: Lane, O: Outline<S, F>, B: BoundarySums<S, F>, co
     sums: B,
 ) -> Found<S, F> {
     let first = corner(simd, outline, 0, (x, n1));
-    // Of a triangle all corners are at hand for its edges.
-    if outline.count() == 3 {
-        let corners = [first, corner(simd, outline, 1, (x, n1)), corner(simd, outline, 2, (x, n1))];
-        let extent = Extent::of(first).and(corners[1]).and(corners[2]);
-        return decide::<S, F, O, B, GRADIENT>(
-            simd,
-            outline,
-            (x, n1),
-            (first, extent),
-            (tight, sums),
-            #[inline(always)]
-            |sums| {
-                triangle::<S, F, O, B, GRADIENT>(simd, outline, corners, n1, sums);
-            },
-        );
-    }
     let mut extent = Extent::of(first);
-    for index in 1..outline.count() {
-        extent = extent.and(corner(simd, outline, index, (x, n1)));
+    // Of a triangle all corners are at hand for its edges.
+    let corners = if outline.count() == 3 {
+        Some([first, corner(simd, outline, 1, (x, n1)), corner(simd, outline, 2, (x, n1))])
+    } else {
+        None
+    };
+    match corners {
+        Some([_, second, third]) => extent = extent.and(second).and(third),
+        None => {
+            for index in 1..outline.count() {
+                extent = extent.and(corner(simd, outline, index, (x, n1)));
+            }
+        }
     }
     decide::<S, F, O, B, GRADIENT>(
         simd,
@@ -132,8 +127,9 @@ pub(super) fn find<S: Simd, F: Lane, O: Outline<S, F>, B: BoundarySums<S, F>, co
         (first, extent),
         (tight, sums),
         #[inline(always)]
-        |sums| {
-            whole::<S, F, O, B, GRADIENT>(simd, outline, x, n1, sums);
+        |sums| match corners {
+            Some(corners) => triangle::<S, F, O, B, GRADIENT>(simd, outline, corners, n1, sums),
+            None => whole::<S, F, O, B, GRADIENT>(simd, outline, x, n1, sums),
         },
     )
 }

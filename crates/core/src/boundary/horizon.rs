@@ -6,6 +6,7 @@
 //! boundary, since all lie on one line.
 
 use radgrad_numbers::real::Real;
+use smallvec::SmallVec;
 
 use crate::boundary::arc::{Arc, Generator};
 use crate::boundary::line::{Line, Sighted};
@@ -13,12 +14,15 @@ use crate::boundary::plan::{Horizon, Plan, height_over_horizon};
 use crate::problem::polygon::Polygon;
 use crate::problem::receiver::{Receiver, unit_normal};
 
-/// Calls `visit` with each arc of the boundary.
+/// Those of a polygon with five vertices need no memory of their own.
+type Arcs<T> = SmallVec<[Arc<T>; 6]>;
+
+/// Calls `visit` with each arc of the boundary. Those past a horizon are found first, so that what finds them is compiled once.
 #[inline]
 pub(crate) fn visit_boundary<T: Real>(receiver: &Receiver, polygon: &Polygon, plan: &Plan, visit: impl FnMut(&Arc<T>)) {
     match plan.horizon {
         Horizon::Above => whole(receiver, polygon, plan.power, visit),
-        Horizon::Crossing => clipped(receiver, polygon, plan.power, visit),
+        Horizon::Crossing => clipped(receiver, polygon, plan.power).iter().for_each(visit),
     }
 }
 
@@ -35,9 +39,10 @@ fn whole<T: Real>(receiver: &Receiver, polygon: &Polygon, power: f64, mut visit:
     }
 }
 
-fn clipped<T: Real>(receiver: &Receiver, polygon: &Polygon, power: f64, mut visit: impl FnMut(&Arc<T>)) {
+fn clipped<T: Real>(receiver: &Receiver, polygon: &Polygon, power: f64) -> Arcs<T> {
     let (x, vertices) = (receiver.position(), polygon.vertices());
     let horizon = Generator::Horizon(-unit_normal::<T>(receiver));
+    let mut arcs = Arcs::new();
     // The last point where the boundary left, and the first where it came back, if that was before any left.
     let (mut left, mut first_entry): (Option<Sighted<T>>, Option<Sighted<T>>) = (None, None);
     // Arcs of the horizon come one gap late: the only one of a convex polygon after all its edges.
@@ -52,21 +57,19 @@ fn clipped<T: Real>(receiver: &Receiver, polygon: &Polygon, power: f64, mut visi
         if starts_above || ends_above {
             let line = Line::through([from, to], [&start, &end], x, power);
             if starts_above && ends_above {
-                visit(&Arc::of_edge(start, end, T::exact(1.0), line));
+                arcs.push(Arc::of_edge(start, end, T::exact(1.0), line));
             } else if starts_above {
                 let fraction = before / (before - after);
                 let crossing = Sighted::at(start.point + line.e * fraction);
-                visit(&Arc::of_edge(start, crossing, fraction, line));
+                arcs.push(Arc::of_edge(start, crossing, fraction, line));
                 left = Some(crossing);
             } else {
                 let fraction = after / (after - before);
                 let crossing = Sighted::at(end.point - line.e * fraction);
-                visit(&Arc::of_edge(crossing, end, fraction, line));
+                arcs.push(Arc::of_edge(crossing, end, fraction, line));
                 match left {
                     Some(exit) => {
-                        if let Some(earlier) = gap.replace(Arc::between(exit, crossing, horizon)) {
-                            visit(&earlier);
-                        }
+                        arcs.extend(gap.replace(Arc::between(exit, crossing, horizon)));
                     }
                     None => first_entry = Some(crossing),
                 }
@@ -74,10 +77,9 @@ fn clipped<T: Real>(receiver: &Receiver, polygon: &Polygon, power: f64, mut visi
         }
         (from, start, before) = (to, end, after);
     }
-    if let Some(last) = gap {
-        visit(&last);
-    }
+    arcs.extend(gap);
     if let (Some(exit), Some(entry)) = (left, first_entry) {
-        visit(&Arc::between(exit, entry, horizon));
+        arcs.push(Arc::between(exit, entry, horizon));
     }
+    arcs
 }

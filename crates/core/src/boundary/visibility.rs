@@ -47,18 +47,15 @@ pub(crate) type Outline<T> = Vec<(Arc<T>, bool)>;
 /// A result, with the uncertainty that the decisions left.
 type WithUncertainty<T, Found> = (Found, Uncertainty<RadiusOf<T>>);
 
-/// Calls `visit` with each arc of the visible boundary; returns the uncertainty that the decisions left, or `None` where surely
-/// nothing is visible.
-pub(crate) fn visit_boundary<T: Real>(
+/// The arcs of the visible boundary and the uncertainty that the decisions left, or `None` where surely nothing is visible.
+pub(crate) fn boundary<T: Real>(
     receiver: &Receiver,
     emitter: &Emitter,
     occluders: &[&Polygon],
     plan: &Plan,
-    visit: impl FnMut(&Arc<T>),
-) -> Option<Uncertainty<RadiusOf<T>>> {
+) -> Option<WithUncertainty<T, Vec<Arc<T>>>> {
     let Visible { parts, sides, uncertainty } = visible(receiver, emitter, occluders, plan)?;
-    boundary::visit_arcs(&parts, &sides, visit);
-    Some(uncertainty)
+    Some((boundary::arcs(&parts, &sides), uncertainty))
 }
 
 /// The occluders that may hide some of the emitter, by circular cones: double precision is sure of the others that they are wholly

@@ -63,8 +63,9 @@ pub(crate) fn visit<T: Real>(case: &Case<'_>, visit: impl FnMut(&Arc<T>)) -> Opt
     let Case { receiver, emitter, occluders, plan } = *case;
     if occluders.is_empty() {
         horizon::visit_boundary(receiver, emitter.polygon(), plan, visit);
-        Some(Uncertainty::none())
-    } else {
-        visibility::visit_boundary(receiver, emitter, occluders, plan, visit)
+        return Some(Uncertainty::none());
     }
+    let (arcs, uncertainty) = visibility::boundary(receiver, emitter, occluders, plan)?;
+    arcs.iter().for_each(visit);
+    Some(uncertainty)
 }

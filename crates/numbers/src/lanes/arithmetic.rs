@@ -8,6 +8,7 @@ use fearless_simd::{Simd, f64x4, f64x8};
 use crate::arithmetic::{Arithmetic, Doubles};
 use crate::double_double::DoubleDouble;
 use crate::double_double_on_lanes::SideBySide;
+use crate::lanes::instruction_set::apart;
 use crate::lanes::lane::{Lanes, Mask};
 use crate::series::{clausen, sine};
 use crate::{arc_tangent, arithmetic, logarithm};
@@ -160,14 +161,6 @@ macro_rules! arithmetic_on_lanes {
 arithmetic_on_lanes!(f64x4<S>, fearless_simd::mask64x4<S>, std::convert::identity, std::convert::identity);
 arithmetic_on_lanes!(f64x8<S>, fearless_simd::mask64x8<S>, std::convert::identity, std::convert::identity);
 arithmetic_on_lanes!(Lanes<S, f64>, Mask<S, f64>, Lanes, Mask, 0);
-
-#[inline(never)]
-fn apart<S: Simd, A, R>(simd: S, arguments: A, function: impl Fn(A) -> R) -> R {
-    simd.vectorize(
-        #[inline(always)]
-        || function(arguments),
-    )
-}
 
 /// Of double-doubles on a vector.
 macro_rules! side_by_side {

@@ -2,7 +2,7 @@
 //! operations only, no product is fused with a sum but where the result is exact, and no sum's order depends on how many lanes there
 //! are.
 
-use fearless_simd::Level;
+use fearless_simd::{Level, Simd};
 
 #[doc(hidden)]
 pub use fearless_simd;
@@ -41,12 +41,20 @@ macro_rules! on_instruction_set {
     }};
 }
 
+/// A call that is compiled once for all its callers: for what is long and not worth a copy in each. It must be inlined always itself.
+#[inline(never)]
+pub fn apart<S: Simd, A, R>(simd: S, arguments: A, function: impl Fn(A) -> R) -> R {
+    simd.vectorize(
+        #[inline(always)]
+        || function(arguments),
+    )
+}
+
 /// The instruction sets of this machine that [`on_instruction_set`] tells apart, best first.
 pub fn instruction_sets() -> Vec<Level> {
     let best = Level::new();
     #[cfg(target_arch = "x86_64")]
     {
-        use fearless_simd::Simd;
         let instruction_sets =
             [best.as_avx512().map(Simd::level), best.as_avx2().map(Simd::level), best.as_sse2().map(Simd::level)];
         instruction_sets.into_iter().flatten().collect()

@@ -6,7 +6,12 @@
 //! stretched cell; `n2.r` is the same all over it; and a polynomial of degree m grows by `R^m` at most. A cell for which no
 //! rule at hand does is divided into four.
 
+use std::sync::LazyLock;
+
+use fearless_simd::prelude::*;
+use fearless_simd::{Level, Simd, f64x4};
 use radgrad_core::DVec3;
+use radgrad_numbers::on_instruction_set;
 use radgrad_scene::{largest, smallest};
 
 use crate::links::station::Station;
@@ -15,6 +20,9 @@ use crate::mesh::basis::{Basis, MAX_DEGREE};
 use crate::mesh::element::Element;
 use crate::mesh::rule::{self, Node};
 use crate::mesh::shape::{Shape, in_parent};
+
+/// The best instruction set of this machine.
+static INSTRUCTION_SET: LazyLock<Level> = LazyLock::new(Level::new);
 
 const FEWEST: usize = 2;
 const MOST: usize = 10;
@@ -28,27 +36,29 @@ fn deepest(tolerance: f64) -> u32 {
     if tolerance < 1e-10 { 4 } else { 8 }
 }
 
-/// Two nodes of a rule, or one and nothing, to be taken together.
+/// Four nodes of a rule, one a lane; the last of a rule may have no weight.
 #[derive(Debug)]
-struct NodePair {
-    a: [f64; 2],
-    b: [f64; 2],
-    weight: [f64; 2],
+struct FourNodes {
+    a: [f64; 4],
+    b: [f64; 4],
+    weight: [f64; 4],
+}
+
+impl FourNodes {
+    fn new(nodes: &[Node]) -> Self {
+        let four = [0, 1, 2, 3].map(|i| nodes.get(i).copied().unwrap_or(Node { weight: 0.0, ..nodes[0] }));
+        Self { a: four.map(|node| node.at[0]), b: four.map(|node| node.at[1]), weight: four.map(|node| node.weight) }
+    }
 }
 
 /// Product rules and their images on the triangle, by the number of nodes a side.
 #[derive(Debug)]
-pub(crate) struct Rules([Vec<Vec<NodePair>>; 2]);
+pub(crate) struct Rules([Vec<Vec<FourNodes>>; 2]);
 
 impl Rules {
     pub(crate) fn new() -> Self {
-        let pair = |nodes: &[Node]| {
-            let other = nodes.get(1).copied().unwrap_or(Node { weight: 0.0, ..nodes[0] });
-            let both = [nodes[0], other];
-            NodePair { a: both.map(|node| node.at[0]), b: both.map(|node| node.at[1]), weight: both.map(|node| node.weight) }
-        };
-        let pairs = |rule: Vec<Node>| rule.chunks(2).map(pair).collect();
-        let of = |rule: fn(usize) -> Vec<Node>| (0..=MOST).map(|count| pairs(rule(count.max(1)))).collect();
+        let fours = |rule: Vec<Node>| rule.chunks(4).map(FourNodes::new).collect();
+        let of = |rule: fn(usize) -> Vec<Node>| (0..=MOST).map(|count| fours(rule(count.max(1)))).collect();
         Self([of(rule::product), of(rule::collapsed)])
     }
 }
@@ -106,6 +116,65 @@ pub(crate) struct KernelSums<'a> {
     pub(crate) square: f64,
     /// Bounds on the error of a function by its degree along a side, over its largest value.
     errors: [f64; 2 * MAX_DEGREE + 1],
+}
+
+/// The kernel over a cell, seen from a point: `n1.r` is linear in the coordinates of a rule, and `r.r` quadratic.
+struct KernelOverCell {
+    /// Offset of the cell's first corner, and its sides.
+    first: DVec3,
+    along: DVec3,
+    across: DVec3,
+    /// n1 along them.
+    above: [f64; 3],
+    /// The element's area times the height over its plane and `1/pi`, and the cell's share in it.
+    area: f64,
+    share: f64,
+}
+
+impl KernelOverCell {
+    /// Sums over the nodes of a rule, of the kernel times `s^i t^j` in row j, and of its square.
+    #[inline(always)]
+    fn sums<S: Simd, const N: usize>(&self, simd: S, cell: &Cell, rule: &[FourNodes]) -> ([[f64; N]; N], f64) {
+        let Self { first, along, across, above, area, share } = *self;
+        let [[s_along, t_along], [s_across, t_across]] = cell.sides;
+        let zero = f64x4::splat(simd, 0.0);
+        let (mut sums, mut square) = ([[zero; N]; N], zero);
+        for four in rule {
+            let (a, b) = (f64x4::load_array(simd, four.a), f64x4::load_array(simd, four.b));
+            let (x, y, z) = (
+                a * along.x + b * across.x + first.x,
+                a * along.y + b * across.y + first.y,
+                a * along.z + b * across.z + first.z,
+            );
+            let inverse = f64x4::splat(simd, 1.0) / (x * x + y * y + z * z);
+            let density = inverse * area * inverse * (a * above[1] + b * above[2] + above[0]);
+            let mut of_row = f64x4::load_array(simd, four.weight) * share * density;
+            square += of_row * density;
+            let s = a * s_along + b * s_across + cell.origin[0];
+            let t = a * t_along + b * t_across + cell.origin[1];
+            for row in &mut sums {
+                let mut product = of_row;
+                for sum in row {
+                    *sum += product;
+                    product *= s;
+                }
+                of_row *= t;
+            }
+        }
+        let mut totals = [[0.0; N]; N];
+        for (row, sums) in totals.iter_mut().zip(&sums) {
+            for (sum, lanes) in row.iter_mut().zip(sums) {
+                *sum = total(*lanes);
+            }
+        }
+        (totals, total(square))
+    }
+}
+
+#[inline(always)]
+fn total<S: Simd>(lanes: f64x4<S>) -> f64 {
+    let [a, b, c, d] = *lanes.as_array();
+    (a + b) + (c + d)
 }
 
 /// A rule that does for a cell.
@@ -191,44 +260,14 @@ impl<'a> KernelSums<'a> {
 
     /// Adds the sums over a cell, of monomials with less than N powers a side.
     fn sum<const N: usize>(&mut self, cell: &Cell, first: DVec3, [along, across]: [DVec3; 2], share: f64, nodes: usize) {
+        let above = [first, along, across].map(|side| self.station.normal.dot(side));
         let area = self.element.area() / std::f64::consts::PI * self.height;
-        let normal = self.station.normal;
-        // `n1.r` and the cell's coordinates are linear in those of the rule, and `r.r` is quadratic.
-        let linear = |of: fn(DVec3, DVec3) -> f64, with: DVec3| [of(first, with), of(along, with), of(across, with)];
-        let above = linear(DVec3::dot, normal);
-        let [[s_along, t_along], [s_across, t_across]] = cell.sides;
-        let (mut sums, mut square) = ([[[0.0; 2]; N]; N], [0.0; 2]);
-        for pair in &self.rules.0[usize::from(cell.shape == Shape::Triangle)][nodes] {
-            let NodePair { a, b, weight } = pair;
-            let mut of_row = [0.0; 2];
-            let (mut s, mut t) = ([0.0; 2], [0.0; 2]);
-            for k in 0..2 {
-                let component = |i: usize| first[i] + along[i] * a[k] + across[i] * b[k];
-                let [x, y, z] = [component(0), component(1), component(2)];
-                let inverse = 1.0 / (x * x + y * y + z * z);
-                let density = area * inverse * inverse * (above[0] + above[1] * a[k] + above[2] * b[k]);
-                of_row[k] = weight[k] * share * density;
-                square[k] += of_row[k] * density;
-                s[k] = cell.origin[0] + a[k] * s_along + b[k] * s_across;
-                t[k] = cell.origin[1] + a[k] * t_along + b[k] * t_across;
-            }
-            for row in &mut sums {
-                let mut product = of_row;
-                for sum in row {
-                    for k in 0..2 {
-                        sum[k] += product[k];
-                        product[k] *= s[k];
-                    }
-                }
-                for k in 0..2 {
-                    of_row[k] *= t[k];
-                }
-            }
-        }
-        let square = square[0] + square[1];
+        let kernel = KernelOverCell { first, along, across, above, area, share };
+        let rule = &self.rules.0[usize::from(cell.shape == Shape::Triangle)][nodes];
+        let (sums, square) = on_instruction_set!(*INSTRUCTION_SET, simd => kernel.sums::<_, N>(simd, cell, rule));
         self.square += square;
         for (moment, &[i, j]) in self.moments.iter_mut().zip(self.basis.powers()) {
-            *moment += sums[j][i][0] + sums[j][i][1];
+            *moment += sums[j][i];
         }
     }
 

@@ -145,7 +145,7 @@ fn polynomials_converge_with_the_order_of_their_degree() {
 #[test]
 fn a_face_that_sees_nothing_radiates_what_it_emits_round_after_round() {
     let below = FLOOR.map(|[x, y, _]| [y, x, -1.0]);
-    let options = Options { error: 1e-5, degree: Some(0), first_elements: 1, ..Options::default() };
+    let options = Options { error: 1e-4, degree: Some(0), first_elements: 1, ..Options::default() };
     let solution = solved(&[(FLOOR, 0.5, 1.0), (CEILING, 0.5, 1.0), (below, 0.5, 0.7)], &options);
     assert!(solution.progress().round > 1, "{:?}", solution.progress());
     let alone = |leaf: &usize| solution.mesh().elements()[*leaf].face() == 2;

@@ -36,21 +36,21 @@ struct End<P> {
     place: f64,
 }
 
-/// Calls `visit` with each arc of the boundary.
-pub(super) fn visit_arcs<T: Real>(parts: &[VisiblePart<T>], sides: &Sides<T>, mut visit: impl FnMut(&Arc<T>)) {
+/// The arcs of the boundary.
+pub(super) fn arcs<T: Real>(parts: &[VisiblePart<T>], sides: &Sides<T>) -> Vec<Arc<T>> {
     if let [part] = parts {
-        return part.arcs(sides).for_each(|arc| visit(&arc));
+        return part.arcs(sides).collect();
     }
     let outlines: Vec<_> = parts.iter().map(|part| &*part.corners).collect();
     let normal = |side: usize| sides.normal(Facing::forward(side)).map(T::value);
+    let mut arcs = Vec::new();
     visit_joined(
         &outlines,
         normal,
         |point| point.map(T::value),
-        |from, to, facing| {
-            visit(&Arc::between(Sighted::at(*from), Sighted::at(*to), sides.generator(facing)));
-        },
+        |from, to, facing| arcs.push(Arc::between(Sighted::at(*from), Sighted::at(*to), sides.generator(facing))),
     );
+    arcs
 }
 
 /// Calls `visit` with the ends and the side of each arc, given the normals of the sides and the points in doubles.

@@ -154,7 +154,7 @@ fn on_no_receiver_is_more_of_reflected_light_left_out_than_is_proven() {
     let (mut receivers, mut nearest) = (0, 0.0_f64);
     for case in 0..6 {
         let scene = room(&mut random, case % 3);
-        let first_elements = [8, 24][case / 3];
+        let first_elements = [8, 12][case / 3];
         // With a bound that is asked for the proof cuts elements into cells as often as it may.
         let bound = Some([0.1, 1.0][case / 3]);
         let options = Options {
