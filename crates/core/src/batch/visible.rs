@@ -102,36 +102,62 @@ pub(super) fn find<S: Simd, F: Lane, O: Outline<S, F>, B: BoundarySums<S, F>, co
     outline: &O,
     (x, n1): Placed<S, F>,
     tight: bool,
-    sums: B,
+    mut sums: B,
 ) -> Found<S, F> {
     let first = corner(simd, outline, 0, (x, n1));
     let mut extent = Extent::of(first);
     // Of a triangle all corners are at hand for its edges.
-    let corners = if outline.count() == 3 {
-        Some([first, corner(simd, outline, 1, (x, n1)), corner(simd, outline, 2, (x, n1))])
+    let mut corners = None;
+    if outline.count() == 3 {
+        let [second, third] = [corner(simd, outline, 1, (x, n1)), corner(simd, outline, 2, (x, n1))];
+        extent = extent.and(second).and(third);
+        corners = Some([first, second, third]);
     } else {
-        None
-    };
-    match corners {
-        Some([_, second, third]) => extent = extent.and(second).and(third),
-        None => {
-            for index in 1..outline.count() {
-                extent = extent.and(corner(simd, outline, index, (x, n1)));
-            }
+        for index in 1..outline.count() {
+            extent = extent.and(corner(simd, outline, index, (x, n1)));
         }
     }
-    decide::<S, F, O, B, GRADIENT>(
-        simd,
-        outline,
-        (x, n1),
-        (first, extent),
-        (tight, sums),
-        #[inline(always)]
-        |sums| match corners {
-            Some(corners) => triangle::<S, F, O, B, GRADIENT>(simd, outline, corners, n1, sums),
-            None => whole::<S, F, O, B, GRADIENT>(simd, outline, x, n1, sums),
-        },
-    )
+    let Extent { lowest, highest, farthest_square } = extent;
+    let zero = constant(simd, 0.0);
+    let in_range = farthest_square.at_most(constant(simd, F::FARTHEST * F::FARTHEST));
+    // Squares of the heights with their signs, against the squares of the least heights whose sign is sure.
+    let signed = |height: Lanes<S, F>| height * height.abs();
+    let sure =
+        farthest_square * constant(simd, mutant!("batch.sure", (16.0 * F::ROUNDOFF) * (16.0 * F::ROUNDOFF), |sure| 1e-8 * sure));
+    let sure_side = farthest_square * outline.height_share(simd);
+    let behind_plane = outline.normal(simd).dot(first.seen.r);
+    let depth = signed(behind_plane);
+    // Where the square underflows the sign is still that of the depth itself.
+    let (behind, in_front) = (sure_side.at_most(depth) & zero.at_most(behind_plane), depth.below(-sure_side));
+    let (above, below) = (sure.below(signed(lowest)), signed(highest).below(-sure));
+    let nothing = in_range & (behind | below);
+    let seen = in_range & in_front & sure.below(signed(highest));
+    let none = LaneBound { value: zero, gradient_square: zero };
+    let mut found = Found {
+        zero: nothing,
+        good: seen & above,
+        clipped: seen & !above,
+        value: zero,
+        gradient: Vec3::new(zero, zero, zero),
+        bound: none,
+    };
+    if !seen.any() {
+        return found;
+    }
+    let edges = outline.count() as f64;
+    let crossing = if found.clipped.any() {
+        let (crossing, once) = clipped::<S, F, O, B, GRADIENT>(simd, outline, x, n1, sure, &mut sums);
+        found.good = found.good | (found.clipped & once);
+        Some((crossing, found.clipped))
+    } else {
+        match corners {
+            Some(corners) => triangle::<S, F, O, B, GRADIENT>(simd, outline, corners, n1, &mut sums),
+            None => whole::<S, F, O, B, GRADIENT>(simd, outline, x, n1, &mut sums),
+        }
+        None
+    };
+    let ((value, gradient, bound), holds) = sums.total::<GRADIENT>(simd, &SeenExtent { edges, tight, farthest_square, crossing });
+    Found { good: found.good & holds, value, gradient, bound, ..found }
 }
 
 #[inline(always)]
@@ -188,55 +214,6 @@ impl<S: Simd, F: Lane> Extent<S, F> {
             farthest_square: self.farthest_square.max(seen.square),
         }
     }
-}
-
-/// The same from where the vertices are, and the sums over an outline that is seen whole.
-#[inline(always)]
-fn decide<S: Simd, F: Lane, O: Outline<S, F>, B: BoundarySums<S, F>, const GRADIENT: bool>(
-    simd: S,
-    outline: &O,
-    (x, n1): Placed<S, F>,
-    (first, Extent { lowest, highest, farthest_square }): (SeenCorner<S, F>, Extent<S, F>),
-    (tight, mut sums): (bool, B),
-    seen_whole: impl FnOnce(&mut B),
-) -> Found<S, F> {
-    let zero = constant(simd, 0.0);
-    let in_range = farthest_square.at_most(constant(simd, F::FARTHEST * F::FARTHEST));
-    // Squares of the heights with their signs, against the squares of the least heights whose sign is sure.
-    let signed = |height: Lanes<S, F>| height * height.abs();
-    let sure =
-        farthest_square * constant(simd, mutant!("batch.sure", (16.0 * F::ROUNDOFF) * (16.0 * F::ROUNDOFF), |sure| 1e-8 * sure));
-    let sure_side = farthest_square * outline.height_share(simd);
-    let behind_plane = outline.normal(simd).dot(first.seen.r);
-    let depth = signed(behind_plane);
-    // Where the square underflows the sign is still that of the depth itself.
-    let (behind, in_front) = (sure_side.at_most(depth) & zero.at_most(behind_plane), depth.below(-sure_side));
-    let (above, below) = (sure.below(signed(lowest)), signed(highest).below(-sure));
-    let nothing = in_range & (behind | below);
-    let seen = in_range & in_front & sure.below(signed(highest));
-    let none = LaneBound { value: zero, gradient_square: zero };
-    let mut found = Found {
-        zero: nothing,
-        good: seen & above,
-        clipped: seen & !above,
-        value: zero,
-        gradient: Vec3::new(zero, zero, zero),
-        bound: none,
-    };
-    if !seen.any() {
-        return found;
-    }
-    let edges = outline.count() as f64;
-    let crossing = if found.clipped.any() {
-        let (crossing, once) = clipped::<S, F, O, B, GRADIENT>(simd, outline, x, n1, sure, &mut sums);
-        found.good = found.good | (found.clipped & once);
-        Some((crossing, found.clipped))
-    } else {
-        seen_whole(&mut sums);
-        None
-    };
-    let ((value, gradient, bound), holds) = sums.total::<GRADIENT>(simd, &SeenExtent { edges, tight, farthest_square, crossing });
-    Found { good: found.good & holds, value, gradient, bound, ..found }
 }
 
 /// The next vertex of an outline.

@@ -68,9 +68,7 @@ fn clipped<T: Real>(receiver: &Receiver, polygon: &Polygon, power: f64) -> Arcs<
                 let crossing = Sighted::at(end.point - line.e * fraction);
                 arcs.push(Arc::of_edge(crossing, end, fraction, line));
                 match left {
-                    Some(exit) => {
-                        arcs.extend(gap.replace(Arc::between(exit, crossing, horizon)));
-                    }
+                    Some(exit) => arcs.extend(gap.replace(Arc::between(exit, crossing, horizon))),
                     None => first_entry = Some(crossing),
                 }
             }

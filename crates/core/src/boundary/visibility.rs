@@ -48,7 +48,7 @@ pub(crate) type Outline<T> = Vec<(Arc<T>, bool)>;
 type WithUncertainty<T, Found> = (Found, Uncertainty<RadiusOf<T>>);
 
 /// The arcs of the visible boundary and the uncertainty that the decisions left, or `None` where surely nothing is visible.
-pub(crate) fn boundary<T: Real>(
+pub(crate) fn arcs<T: Real>(
     receiver: &Receiver,
     emitter: &Emitter,
     occluders: &[&Polygon],

@@ -65,7 +65,7 @@ pub(crate) fn visit<T: Real>(case: &Case<'_>, visit: impl FnMut(&Arc<T>)) -> Opt
         horizon::visit_boundary(receiver, emitter.polygon(), plan, visit);
         return Some(Uncertainty::none());
     }
-    let (arcs, uncertainty) = visibility::boundary(receiver, emitter, occluders, plan)?;
+    let (arcs, uncertainty) = visibility::arcs(receiver, emitter, occluders, plan)?;
     arcs.iter().for_each(visit);
     Some(uncertainty)
 }

@@ -41,8 +41,8 @@ macro_rules! on_instruction_set {
     }};
 }
 
-/// Calls a function that is compiled once for all its callers: for what is long and not worth a copy in each. The function itself must
-/// be `#[inline(always)]`, so that it is compiled for the instruction set.
+/// Calls a function without inlining it, so that the compiler makes one copy for all callers. The function must be `#[inline(always)]`:
+/// then its code uses the instruction set.
 #[inline(never)]
 pub fn apart<S: Simd, A, R>(simd: S, arguments: A, function: impl Fn(A) -> R) -> R {
     simd.vectorize(

@@ -11,6 +11,7 @@ use std::sync::LazyLock;
 use fearless_simd::prelude::*;
 use fearless_simd::{Level, Simd, f64x4};
 use radgrad_core::DVec3;
+use radgrad_numbers::lanes::vectors::number_plus_first;
 use radgrad_numbers::on_instruction_set;
 use radgrad_scene::{largest, smallest};
 
@@ -21,7 +22,7 @@ use crate::mesh::element::Element;
 use crate::mesh::rule::{self, Node};
 use crate::mesh::shape::{Shape, in_parent};
 
-/// The best instruction set of this machine.
+/// The best instruction set of this machine; here as in core, where it is used.
 static INSTRUCTION_SET: LazyLock<Level> = LazyLock::new(Level::new);
 
 const FEWEST: usize = 2;
@@ -164,17 +165,11 @@ impl KernelOverCell {
         let mut totals = [[0.0; N]; N];
         for (row, sums) in totals.iter_mut().zip(&sums) {
             for (sum, lanes) in row.iter_mut().zip(sums) {
-                *sum = total(*lanes);
+                *sum = number_plus_first(0.0, *lanes, 4);
             }
         }
-        (totals, total(square))
+        (totals, number_plus_first(0.0, square, 4))
     }
-}
-
-#[inline(always)]
-fn total<S: Simd>(lanes: f64x4<S>) -> f64 {
-    let [a, b, c, d] = *lanes.as_array();
-    (a + b) + (c + d)
 }
 
 /// A rule that does for a cell.
