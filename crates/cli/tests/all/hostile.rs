@@ -45,7 +45,7 @@ fn said(output: &Output) -> String {
 fn every_hostile_file_ends_with_a_status_and_a_sentence() {
     let solve = |file: &'static str| vec!["solve", file, "--seconds", "2", "--error", "5%", "--summary"];
     let factors = |file: &'static str| vec!["factors", file, "--summary"];
-    let cases: [(Vec<&str>, i32, &str); 23] = [
+    let cases: [(Vec<&str>, i32, &str); 24] = [
         (solve("bomb_8192.obj"), 2, "texture `bomb_8192.png` of 8192 x 8192 texels: reading takes more than the 256 MiB"),
         (solve("vt_1e300.obj"), 2, "texels from its origin"),
         (solve("ke_1e308.obj"), 2, "radiance is 1"),
@@ -64,6 +64,7 @@ fn every_hostile_file_ends_with_a_status_and_a_sentence() {
         (vec!["solve", "white.gltf", "--max-reflectance", "0.95"], 0, "reflects more than 0.95: capped"),
         (vec!["solve", "lit.obj", "--points", "bad_utf8.jsonl", "--error", "5%"], 1, "1 points refused"),
         (vec!["eval", "slow_eval_182.jsonl"], 1, ""),
+        (vec!["eval", "below_range.jsonl"], 0, ""),
         (vec!["eval", "aff1.jsonl"], 1, "1 of 1 cases refused"),
         (vec!["eval", "misspelt.jsonl"], 1, "1 of 1 cases refused"),
         (vec!["factors", "lit.obj", "--cells", "18446744073709551615"], 2, "above 1000000000"),

@@ -11,6 +11,8 @@ use radgrad_numbers::vec3::Vec3;
 use crate::boundary::case::Case;
 use crate::boundary::plan::Plan;
 use crate::error::Error;
+#[cfg(feature = "arbitrary-precision")]
+use crate::problem::emission::Emission;
 use crate::problem::emission::Emitter;
 
 /// The power of two that takes a normalised result to the unit of the caller.
@@ -22,6 +24,10 @@ pub(crate) struct CallerUnits {
 
 /// The smallest double, an ulp of all that are not normal.
 const SMALLEST: f64 = f64::from_bits(1);
+
+/// Logarithm of the smallest normal number.
+#[cfg(feature = "arbitrary-precision")]
+const LOWEST: f64 = -1022.0;
 
 impl CallerUnits {
     /// Of the radiosity, or of a derivative of it: the unit of the emission over that of length to the power `order`.
@@ -119,6 +125,32 @@ impl Case<'_> {
         self.gradient_unit().plain([x, y, z]).map(DVec3::from)
     }
 
+    /// Bounds on the radiosity and on the norm of its gradient, if the emitter is so small for its distance that both are surely
+    /// below the normal range: what many bits would find in the end. Occluders count for the gradient alone, which they may
+    /// steepen.
+    ///
+    /// With lengths in the plan's unit a vertex is at 1 or beyond, so an emitter of size s up to 1/8 is beyond 7/8. Its area is at most
+    /// `sqrt(2) s^2`, as that of a cut through a cube, and the kernel at most `1/r^2`, with a gradient of at most `6/r^3`: so `|B| <=
+    /// 2 albedo max|L| s^2`, and `|grad B|` is at most 8 times that. The logarithms leave another factor of 2 for their rounding.
+    ///
+    /// # Errors
+    /// If the radiosity is surely not 0: no occluder hides a part, and all that is seen emits with one sign.
+    #[cfg(feature = "arbitrary-precision")]
+    pub(super) fn below_range(&self) -> Result<Option<[f64; 2]>, Error> {
+        let Self { receiver, emitter, occluders, plan } = *self;
+        let unit = libm::log2(plan.power);
+        let size = libm::log2(emitter.polygon().size()) + unit;
+        let radiosity = 2.0 + 2.0 * size + libm::log2(emitter.largest_emission()) + libm::log2(receiver.albedo().hi);
+        if size > -3.0 || radiosity.is_nan() || radiosity > LOWEST {
+            return Ok(None);
+        }
+        if occluders.is_empty() && emits_with_one_sign(emitter) {
+            self.radiosity_unit().check_size([0.0])?;
+        }
+        let gradient = if occluders.is_empty() { radiosity + 3.0 + unit } else { f64::INFINITY };
+        Ok(Some([radiosity, gradient].map(|bound| libm::exp2(bound).max(SMALLEST))))
+    }
+
     #[inline]
     pub(crate) fn radiosity_unit(&self) -> CallerUnits {
         CallerUnits::of_derivative(0, "radiosity", self.plan, self.emitter)
@@ -127,6 +159,20 @@ impl Case<'_> {
     #[inline]
     pub(crate) fn gradient_unit(&self) -> CallerUnits {
         CallerUnits::of_derivative(1, "gradient", self.plan, self.emitter)
+    }
+}
+
+/// Whether all points of an emitter surely emit, and with the same sign.
+#[cfg(feature = "arbitrary-precision")]
+fn emits_with_one_sign(emitter: &Emitter) -> bool {
+    match emitter.emission() {
+        Emission::Constant(value) => *value != 0.0,
+        Emission::Linear(_) => {
+            let (count, error) = (emitter.polygon().vertices().len(), emitter.vertex_error());
+            let is_beyond = |sign: f64| (0..count).all(|vertex| sign * emitter.vertex_value(vertex) > error);
+            is_beyond(1.0) || is_beyond(-1.0)
+        }
+        Emission::Polynomial(_) => false,
     }
 }
 

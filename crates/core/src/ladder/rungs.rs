@@ -281,6 +281,11 @@ impl Case<'_> {
     #[cold]
     #[inline(never)]
     fn rounded(&self, tolerance: f64, before: &Found, by_rule: impl FnOnce() -> Option<Found>) -> Result<Answer, Error> {
+        if let Some([radiosity_error, gradient_error]) = self.below_range()?
+            && gradient_error < f64::MIN_POSITIVE
+        {
+            return Ok(Answer { radiosity_error, gradient_error, method: Method::Quadrature, ..Answer::ZERO });
+        }
         let enough = enough_for_doubles(tolerance);
         let stays_open = |found: &Enclosed| found.stays_open(self, enough);
         let refined = refined(PRECISIONS, enough, Enclosed::relative_error, stays_open, || Enclosed::find(self));

@@ -71,6 +71,9 @@ impl Case<'_> {
     #[cold]
     #[inline(never)]
     fn rounded_value(&self, normalised: Tolerance, before: &Found) -> Result<Value, Error> {
+        if let Some([radiosity_error, _]) = self.below_range()? {
+            return Ok(Value { radiosity: 0.0, radiosity_error, method: Method::Quadrature });
+        }
         let enough = enough_for_doubles(normalised.relative);
         let absolute = Magnitude::from(0.25 * normalised.absolute);
         let share = |found: &Enclosure| {

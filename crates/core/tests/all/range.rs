@@ -184,3 +184,30 @@ fn an_exact_0_by_symmetry_ends_quickly() {
     // It took 25 s with 8448 bits; a loaded machine without optimisation may take a few.
     assert!(seconds < 10.0, "{seconds} s");
 }
+
+#[test]
+fn what_is_below_the_range_for_its_distance_is_so_without_a_digit_of_it() {
+    // The horizon cuts it by 1 in 1e16, at a distance of 1e308.
+    let receiver = Receiver::new(DVec3::new(1e16, -1e308, 0.0), DVec3::new(1.0, 0.0, 1.0), 0.5).unwrap();
+    let corners = [[1.0, 0.0, 1e16], [0.3, -0.09, 1e16], [-0.8, -0.6, 1e15]];
+    let emitter = |values: [f64; 3]| Emitter::new(polygon(&corners), Emission::at_vertices(values.to_vec())).unwrap();
+    let tolerance = Tolerance { relative: 1e-9, absolute: 0.0 };
+    let both = emitter([0.2, -9e-11, -0.9]);
+    let started = std::time::Instant::now();
+    let answer = evaluate_to(&receiver, &both, &[], 1e-9).unwrap();
+    assert!(answer.radiosity == 0.0 && answer.gradient == DVec3::ZERO, "{answer:?}");
+    let bounds = [answer.radiosity_error, answer.gradient_error];
+    assert!(bounds.iter().all(|bound| (5e-324..f64::MIN_POSITIVE).contains(bound)), "{answer:?}");
+    let value = evaluate_value(&receiver, &both, &[], tolerance).unwrap();
+    assert_eq!((value.radiosity, value.radiosity_error), (0.0, answer.radiosity_error));
+    for values in [[0.2, 9e-11, 0.9], [-0.2, -9e-11, -0.9]] {
+        let (answer, value) =
+            (evaluate_to(&receiver, &emitter(values), &[], 1e-9), evaluate_value(&receiver, &emitter(values), &[], tolerance));
+        assert!(
+            matches!(answer, Err(Error::Underflow { .. })) && matches!(value, Err(Error::Underflow { .. })),
+            "{answer:?} {value:?}"
+        );
+    }
+    // Many bits took 17 seconds.
+    assert!(started.elapsed().as_secs() < 5, "{:?}", started.elapsed());
+}

@@ -360,3 +360,40 @@ fn a_face_of_few_roundings_sees_what_is_a_little_above_its_plane() {
     };
     assert!(evaluated > 1e-4 && seen.lower <= evaluated && evaluated <= seen.upper, "{evaluated} {seen:?}");
 }
+
+#[test]
+fn faces_of_a_few_roundings_exchange_between_nothing_and_their_area() {
+    let mut state = 7_u64;
+    let mut uniform = move || {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
+    };
+    let holds = |name: &str, [tiny, large]: [&Polygon; 2]| {
+        let mut seen = 0;
+        for pair in [[tiny, large], [large, tiny]] {
+            for truncation in [ALL_DIGITS, 1e-6] {
+                let found = super::exchange::exchange(pair[0], pair[1], truncation);
+                let allowed = tiny.area() * (1.0 + 1e-12);
+                assert!(found.most() >= 0.0 && found.least() <= allowed, "{name}: {found:?}, {allowed:e}");
+                seen += usize::from(found.area != 0.0);
+            }
+        }
+        seen
+    };
+    // Of edges this short the directions count as parallel to any other, and the other's are the better known.
+    let tiny = polygon(&[[0.0, 0.0, 2_f64.powi(-45)], [0.0, 2_f64.powi(-49), 0.0], [0.0, 0.0, 0.0]]);
+    let large = [[53.0, 49.0, 50.0], [54.0, -1.0, -1.0], [-1.0, -1.0, -1.0]].map(|corner| corner.map(|x: f64| x / 128.0));
+    holds("found by fuzzing", [&tiny, &polygon(&large)]);
+    let mut seen = 0;
+    for case in 0..3000 {
+        // Exactly in a plane of the axes, or anywhere.
+        let size = 2_f64.powi(-20 - case % 40);
+        let flat = f64::from(case % 2);
+        let mut corner = |reach: f64, flat: f64| DVec3::new(uniform() * flat, uniform(), uniform()) * reach;
+        let tiny = Polygon::new((0..3).map(|_| corner(size, flat)).collect());
+        let large = Polygon::new((0..3).map(|_| corner(1.0, 1.0)).collect());
+        let (Ok(tiny), Ok(large)) = (tiny, large) else { continue };
+        seen += holds(&case.to_string(), [&tiny, &large]);
+    }
+    assert!(seen > 4000, "{seen}");
+}

@@ -41,6 +41,10 @@ pub(super) fn mean_logarithm(a: [DVec3; 2], b: [DVec3; 2], truncation: f64) -> (
     let lengths = [along_a.length(), along_b.length()];
     let product = lengths[0] * lengths[1];
     let weight = along_a.dot(along_b);
+    // The ends of an edge may be one point in this unit.
+    if product == 0.0 {
+        return (0.0, 0.0);
+    }
     // The mean of |ln r| along a line of length l <= 4 is at most ln 4 + ln(2/l) + 1.
     let most = 4.0 + libm::log(2.0 / lengths[1]).abs();
     if weight.abs() <= 8.0 * ROUNDOFF * product {
@@ -49,7 +53,17 @@ pub(super) fn mean_logarithm(a: [DVec3; 2], b: [DVec3; 2], truncation: f64) -> (
     // How far the shorter edge's end is from where it were if the two were parallel.
     let aside = along_a.cross(along_b).length() / larger(lengths[0], lengths[1]);
     let (mean, error) = if aside <= ASIDE {
-        parallel(a[0], along_a, lengths, b[0], weight > 0.0, if aside == 0.0 { 0.0 } else { ASIDE })
+        // What is short enough may have any direction: turning it moves its end farther than that.
+        let turned = ASIDE / (0.5 + 0.5 * weight.abs() / product).sqrt();
+        let aside = if aside == 0.0 { 0.0 } else { turned };
+        let starts = [a[0], b[0]];
+        let is_second_longer = lengths[1] > lengths[0];
+        let (along, lengths, [from, to]) = if is_second_longer {
+            (along_b, [lengths[1], lengths[0]], [starts[1], starts[0]])
+        } else {
+            (along_a, lengths, starts)
+        };
+        parallel(from, along, lengths, to, weight > 0.0, aside)
     } else {
         skew(a[0], along_a, b, [lengths[1], most, truncation])
     };
@@ -57,7 +71,8 @@ pub(super) fn mean_logarithm(a: [DVec3; 2], b: [DVec3; 2], truncation: f64) -> (
     (weight * mean, (weight.abs() * error + 4.0 * ROUNDOFF * product * mean.abs()) * (1.0 + 8.0 * ROUNDOFF))
 }
 
-/// The mean of ln r on edges whose directions differ by a few roundings.
+/// The mean of ln r on edges whose directions differ by a few roundings, the longer one first: that of the other is as much less known
+/// as it is shorter.
 ///
 /// F errs by 16u of its terms. Where the edges are not parallel to the last bit, an end of the shorter one, of length l, is `aside` by
 /// that much, and `int int 1/r` is at most `2 l ln(4/u) <= 80 l` where the lines are not nearer than u.
