@@ -27,7 +27,6 @@ use radgrad_numbers::lanes::angle::angle;
 use radgrad_numbers::lanes::instruction_set::apart;
 use radgrad_numbers::lanes::lane::{Lanes, Mask, constant, same};
 use radgrad_numbers::number::ROUNDOFF;
-use radgrad_numbers::on_instruction_set;
 use radgrad_numbers::real::Real;
 use radgrad_numbers::vec3::Vec3;
 
@@ -147,9 +146,9 @@ impl LinearLamp {
         padded(receivers, goal, slots, |receivers, slots| {
             let lamp = (&self.outline, self.glow.brightness, &self.glow);
             if goal.asked.gradient {
-                on_instruction_set!(level, simd => lanes::<_, f64, _, true>(simd, receivers, lamp, goal, slots))
+                on_level!(level, simd => lanes::<_, f64, _, true>(simd, receivers, lamp, goal, slots))
             } else {
-                on_instruction_set!(level, simd => lanes::<_, f64, _, false>(simd, receivers, lamp, goal, slots))
+                on_level!(level, simd => lanes::<_, f64, _, false>(simd, receivers, lamp, goal, slots))
             }
         })
     }

@@ -6,7 +6,6 @@ use std::ops::Range;
 use fearless_simd::{Level, Simd};
 use glam::DVec3;
 use radgrad_numbers::lanes::lane::{Lane, Lanes, MOST_LANES, align_frame, constant, load, same};
-use radgrad_numbers::on_instruction_set;
 use radgrad_numbers::vec3::Vec3;
 
 use crate::batch::answers::{Asked, Slots};
@@ -129,9 +128,9 @@ impl<F: Lane> Group<F> {
         work.answered(range, goal, |start, slots| {
             let at = (self, start, Uniformly);
             if goal.asked.gradient {
-                on_instruction_set!(level, simd => lanes::<_, F, _, true>(simd, at, seen, goal, slots))
+                on_level!(level, simd => lanes::<_, F, _, true>(simd, at, seen, goal, slots))
             } else {
-                on_instruction_set!(level, simd => lanes::<_, F, _, false>(simd, at, seen, goal, slots))
+                on_level!(level, simd => lanes::<_, F, _, false>(simd, at, seen, goal, slots))
             }
         })
     }

@@ -2,7 +2,6 @@
 
 use fearless_simd::Level;
 use radgrad_numbers::lanes::lane::Lane;
-use radgrad_numbers::on_instruction_set;
 
 use crate::batch::answers::{Counts, Slots};
 use crate::batch::emitting::{Outlined, Uniformly, brightness, lanes, padded};
@@ -147,9 +146,9 @@ fn on_lanes<F: Lane>(
     padded(receivers, goal, slots, |receivers, slots| {
         let lamp = (outline, *brightness, Uniformly);
         if goal.asked.gradient {
-            on_instruction_set!(level, simd => lanes::<_, F, _, true>(simd, receivers, lamp, goal, slots))
+            on_level!(level, simd => lanes::<_, F, _, true>(simd, receivers, lamp, goal, slots))
         } else {
-            on_instruction_set!(level, simd => lanes::<_, F, _, false>(simd, receivers, lamp, goal, slots))
+            on_level!(level, simd => lanes::<_, F, _, false>(simd, receivers, lamp, goal, slots))
         }
     })
 }

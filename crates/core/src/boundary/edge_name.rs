@@ -20,7 +20,7 @@ impl EdgeName {
         Self(if a <= b { [a, b] } else { [b, a] })
     }
 
-    fn ends(self) -> [DVec3; 2] {
+    pub(crate) fn ends(self) -> [DVec3; 2] {
         self.0.map(|bits| bits.map(f64::from_bits).into())
     }
 

@@ -2,11 +2,13 @@
 //!
 //! The arcs come from [`crate::boundary::horizon`], or from [`crate::boundary::visibility`] where there are occluders.
 
+use radgrad_numbers::number::Number;
 use radgrad_numbers::real::{RadiusOf, Real};
 use radgrad_numbers::vec3::Vec3;
 
 use crate::boundary::arc::Arc;
 use crate::boundary::case::Case;
+use crate::boundary::visibility::sure;
 use crate::boundary::visibility::uncertainty::Uncertainty;
 use crate::boundary::{horizon, visibility};
 use crate::forms::constant::{EdgeSum, SolidAngleVector};
@@ -65,7 +67,77 @@ pub(crate) fn visit<T: Real>(case: &Case<'_>, visit: impl FnMut(&Arc<T>)) -> Opt
         horizon::visit_boundary(receiver, emitter.polygon(), plan, visit);
         return Some(Uncertainty::none());
     }
+    // Double precision has its own rung for what it is sure of.
+    let is_plain = matches!(emitter.emission(), Emission::Constant(_));
+    if is_plain
+        && !T::Number::IS_DOUBLE
+        && let Some(arcs) = sure::arcs(receiver, emitter.polygon(), occluders, plan)
+    {
+        arcs.iter().for_each(visit);
+        return Some(Uncertainty::none());
+    }
     let (arcs, uncertainty) = visibility::arcs(receiver, emitter, occluders, plan)?;
     arcs.iter().for_each(visit);
     Some(uncertainty)
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec3;
+    use radgrad_numbers::ball::Ball;
+    use radgrad_numbers::double_double::DoubleDouble;
+
+    use super::*;
+    use crate::boundary::plan::Plan;
+    use crate::problem::emission::Emitter;
+    use crate::problem::polygon::Polygon;
+    use crate::problem::receiver::Receiver;
+
+    type Precise = Ball<DoubleDouble>;
+
+    fn sums(receiver: &Receiver, arcs: &[Arc<Precise>]) -> [Precise; 6] {
+        let (mut angles, mut edges) = (SolidAngleVector::zero(), EdgeSum::new(unit_normal(receiver)));
+        for arc in arcs {
+            angles.add(arc);
+            edges.add(arc);
+        }
+        let (phi, gradient) = (angles.phi(), edges.sum());
+        [phi.x, phi.y, phi.z, gradient.x, gradient.y, gradient.z]
+    }
+
+    #[test]
+    fn what_double_precision_decides_has_the_sums_that_many_digits_decide() {
+        let step = |i: usize, step: f64| (i as f64 * step).fract();
+        let triangle = |i: usize, size: f64, height: f64| {
+            let [x, y, z] = [0.618_034, 0.754_878, 0.569_84].map(|irrational| step(i, irrational));
+            let corners = [[x, y, 0.1 * z], [x + 0.5 * size, y + size, 0.15 * z], [x + size, y + 0.25 * size, 0.2 * z]];
+            Polygon::new(corners.map(|[x, y, z]| DVec3::new(x, y, height + z)).to_vec()).unwrap()
+        };
+        let lamp = Emitter::new(triangle(0, 1.0, 1.0), Emission::Constant(1.0)).unwrap();
+        // Two that share an edge, with corners in common, beside those that do not.
+        let [a, b, c, d] = [[0.5, 0.6], [0.9, 0.7], [0.8, 1.1], [0.4, 1.0]].map(|[x, y]| DVec3::new(x, y, 0.6));
+        let halves = [[a, b, c], [a, c, d]].map(|corners| Polygon::new(corners.to_vec()).unwrap());
+        let (mut seen, mut cut) = (0, 0);
+        for i in 0..300 {
+            let place = DVec3::new(step(i, 0.324_718), step(i, 0.414_214), -0.5);
+            // Of every third the horizon cuts the lamp.
+            let normal = if i % 3 == 0 { DVec3::new(1.0, 0.4, 0.2) } else { DVec3::new(0.2, -0.1, 1.0) };
+            let receiver = Receiver::new(place, normal, 0.5).unwrap();
+            let mut screens: Vec<Polygon> = (1..=1 + i % 5).map(|k| triangle(i * 7 + k, 0.3, 0.3)).collect();
+            if i % 2 == 0 {
+                screens.extend(halves.iter().cloned());
+            }
+            let occluders: Vec<&Polygon> = screens.iter().collect();
+            let Some(plan) = Plan::new(&receiver, lamp.polygon()) else { continue };
+            let Some(found) = sure::arcs(&receiver, lamp.polygon(), &occluders, &plan) else { continue };
+            let expected = visibility::arcs(&receiver, &lamp, &occluders, &plan).map_or_else(Vec::new, |(arcs, _)| arcs);
+            for (found, expected) in sums(&receiver, &found).into_iter().zip(sums(&receiver, &expected)) {
+                let apart = found - expected;
+                assert!(apart.size() <= apart.error() && apart.error() < 1e-24, "{i}: {apart:?}");
+            }
+            seen += usize::from(!found.is_empty());
+            cut += usize::from(found.iter().any(|arc| arc.line().is_none()));
+        }
+        assert!(seen > 150 && cut > 30, "{seen} {cut}");
+    }
 }

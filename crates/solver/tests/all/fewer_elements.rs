@@ -3,6 +3,7 @@
 
 use radgrad_scene::{Degenerate, Scene, largest};
 use radgrad_solver::{Marking, Mesh, Options, Shape, Solution, solve};
+use rayon::prelude::*;
 
 /// Places that cover all faces evenly: face, root and reference coordinates, and their shares of the area, by the first points of
 /// the additive recurrence of the plastic number.
@@ -61,7 +62,7 @@ fn the_gradient_needs_less_than_a_third_of_the_elements_in_the_cornell_box() {
         let element = &fine.mesh().elements()[root];
         fine.gather(element.point(at), element.polygon().normal()).unwrap().radiosity
     };
-    let exact: Vec<Vec<f64>> = places.iter().map(gather).collect();
+    let exact: Vec<Vec<f64>> = places.par_iter().map(gather).collect();
     let options = Options { error: 0.006, first_elements: 1, most_elements: 600, uniform: false, ..options };
     let divided = solve(&scene, &Options { marking: Marking::Gradient, ..options }, |solution| {
         println!("{} elements: {:.4?}", solution.progress().elements, true_error(solution, &places, &exact));

@@ -4,7 +4,6 @@ use std::ops::Range;
 
 use fearless_simd::{Level, Simd};
 use radgrad_numbers::lanes::lane::{MOST_LANES, load};
-use radgrad_numbers::on_instruction_set;
 
 use crate::batch::emitting::Emitting;
 use crate::batch::linear::{Glow, Glowing, LinearSums, Vector, Wide};
@@ -71,9 +70,9 @@ impl LinearGroup {
         work.answered(range, goal, |start, slots| {
             let at = (outlines, start, glows);
             if goal.asked.gradient {
-                on_instruction_set!(level, simd => lanes::<_, f64, _, true>(simd, at, seen, goal, slots))
+                on_level!(level, simd => lanes::<_, f64, _, true>(simd, at, seen, goal, slots))
             } else {
-                on_instruction_set!(level, simd => lanes::<_, f64, _, false>(simd, at, seen, goal, slots))
+                on_level!(level, simd => lanes::<_, f64, _, false>(simd, at, seen, goal, slots))
             }
         })
     }

@@ -28,10 +28,10 @@ struct Turn {
 }
 
 /// Where on a side an arc begins, counted 1, or ends, counted -1.
-struct End<P> {
+struct End<'a, P> {
     side: usize,
     count: i32,
-    point: P,
+    point: &'a P,
     /// A function of its place that increases along the side.
     place: f64,
 }
@@ -54,7 +54,7 @@ pub(super) fn arcs<T: Real>(parts: &[VisiblePart<T>], sides: &Sides<T>) -> Vec<A
 }
 
 /// Calls `visit` with the ends and the side of each arc, given the normals of the sides and the points in doubles.
-pub(super) fn visit_joined<P: Copy>(
+pub(super) fn visit_joined<P>(
     outlines: &[&[PartCorner<P>]],
     normal: impl Fn(usize) -> Vec3<f64>,
     place: impl Fn(&P) -> Vec3<f64>,
@@ -65,7 +65,7 @@ pub(super) fn visit_joined<P: Copy>(
     let turn = |(point, [from, to]): (usize, [usize; 2])| Turn { sides: [from.min(to), from.max(to)], is_back: from > to, point };
     let mut turns: Several<Turn> = sides.enumerate().map(turn).collect();
     turns.sort_unstable();
-    let mut ends: Several<End<P>> = Several::new();
+    let mut ends: Several<End<'_, P>> = Several::new();
     for alike in turns.chunk_by(|a, b| a.sides == b.sides) {
         // Those that pass the other way are last.
         let one_way = alike.iter().filter(|turn| !turn.is_back).count();
@@ -73,16 +73,16 @@ pub(super) fn visit_joined<P: Copy>(
         let left = if one_way >= other_way { &alike[other_way..one_way] } else { &alike[2 * one_way..] };
         for turn in left {
             let [from, to] = if turn.is_back { [turn.sides[1], turn.sides[0]] } else { turn.sides };
-            ends.push(End { side: from, count: -1, point: *points[turn.point], place: 0.0 });
-            ends.push(End { side: to, count: 1, point: *points[turn.point], place: 0.0 });
+            ends.push(End { side: from, count: -1, point: points[turn.point], place: 0.0 });
+            ends.push(End { side: to, count: 1, point: points[turn.point], place: 0.0 });
         }
     }
     ends.sort_by_key(|end| end.side);
     for on_side in ends.chunk_by_mut(|a, b| a.side == b.side) {
         let facing = Facing::forward(on_side[0].side);
-        let (normal, first) = (normal(facing.side), place(&on_side[0].point));
+        let (normal, first) = (normal(facing.side), place(on_side[0].point));
         for end in &mut *on_side {
-            let point = place(&end.point);
+            let point = place(end.point);
             end.place = turned(normal.dot(first.cross(point)), first.dot(point));
         }
         on_side.sort_by(|a, b| a.place.total_cmp(&b.place));
@@ -92,7 +92,7 @@ pub(super) fn visit_joined<P: Copy>(
             let (from, to, facing) =
                 if count > 0 { (&pair[0], &pair[1], facing) } else { (&pair[1], &pair[0], facing.reversed()) };
             for _ in 0..i32::abs(count) {
-                visit(&from.point, &to.point, facing);
+                visit(from.point, to.point, facing);
             }
         }
     }

@@ -20,9 +20,16 @@
 //!
 //! An outline of which every side has all other corners surely inside is convex, and all surfaces through its vertices within their
 //! hull are seen within it: whether the vertices are in one plane does not matter.
+//!
+//! What is decided holds for any scalar: [`arcs`] takes the sides from the edges that they are of, and corners from vertices or from
+//! the two sides that cross there, in the scalar that is asked for.
+
+use std::cell::OnceCell;
 
 use glam::DVec3;
 use radgrad_numbers::number::ROUNDOFF;
+use radgrad_numbers::offset::offset;
+use radgrad_numbers::real::Real;
 use radgrad_numbers::vec3::Vec3;
 use smallvec::SmallVec;
 
@@ -198,7 +205,7 @@ impl SureSides<'_> {
     fn subtract(&self, part: Cone, shadow: &Cone, lit: &mut Vec<Cone>) -> Result<(), Unsure> {
         let mut rest = part;
         let mut places = SmallVec::new();
-        for corner in &shadow.corners {
+        for (number, corner) in shadow.corners.iter().enumerate() {
             match self.place(&rest, corner.side, &mut places)? {
                 Cut::Inside => continue,
                 Cut::Outside => {
@@ -207,7 +214,9 @@ impl SureSides<'_> {
                 }
                 Cut::Across => {}
             }
-            let inner = self.keep(&rest, &places, corner.side)?;
+            // What is inside all sides is in the shadow.
+            let is_last = number + 1 == shadow.corners.len();
+            let inner = if is_last { Kept::Nothing } else { self.keep(&rest, &places, corner.side)? };
             places.iter_mut().for_each(|place| place.depth = -place.depth);
             match self.keep(&rest, &places, corner.side.reversed())? {
                 Kept::Nothing => {}
@@ -331,10 +340,10 @@ fn lit_parts<'a>(
     // The widest first: the sooner they are subtracted, the fewer parts the others cut. Doubles that are not negative are in the
     // order of their bits.
     shadows.sort_by_cached_key(|shadow| shadow.around.map_or(0, |cone| cone.cosine().to_bits()));
-    let mut parts = vec![whole];
+    let (mut parts, mut lit) = (Vec::with_capacity(4), Vec::with_capacity(4));
+    parts.push(whole);
     for (number, shadow) in shadows.iter().enumerate() {
-        let mut lit = Vec::with_capacity(parts.len() + 2);
-        for part in parts {
+        for part in parts.drain(..) {
             // None of them misses the whole.
             if number > 0 && sides.misses(shadow, &part) {
                 lit.push(part);
@@ -342,7 +351,7 @@ fn lit_parts<'a>(
                 sides.subtract(part, shadow, &mut lit)?;
             }
         }
-        parts = lit;
+        std::mem::swap(&mut parts, &mut lit);
     }
     Ok(Some((parts, sides)))
 }
@@ -370,10 +379,64 @@ pub(crate) fn visit_boundary(
     if let [part] = &parts[..] {
         pairs(&part.corners).for_each(|(start, end)| visit(&start.point, &end.point, start.side));
     } else {
-        let outlines: Vec<_> = parts.iter().map(|part| &*part.corners).collect();
+        let outlines: SmallVec<[_; 16]> = parts.iter().map(|part| &*part.corners).collect();
         visit_joined(&outlines, |side| sides.normal(Facing::forward(side)), |ray| ray.sighted.point, visit);
     }
     Hidden::Something
+}
+
+/// A corner in doubles, and as it is in another scalar.
+struct Placed<T> {
+    ray: Vec3<f64>,
+    sighted: Sighted<T>,
+}
+
+impl SureSides<'_> {
+    /// The generator of a side in another scalar.
+    fn generator_in<T: Real>(&self, side: usize) -> Generator<T> {
+        let (x, power, side) = (self.receiver.position(), self.plan.power, &self.sides[side]);
+        match (side.generator, side.name) {
+            (Generator::Emitter(line) | Generator::Occluder(line), Some(name)) => {
+                let [a, b] = name.ends();
+                let edge = if line.e.dot(offset(b, a, power)) > 0.0 { [a, b] } else { [b, a] };
+                let [from, to] = edge.map(|end| Sighted::from(end, x, power));
+                Generator::Occluder(Line::through(edge, [&from, &to], x, power))
+            }
+            _ => Generator::Horizon(-unit_normal(self.receiver)),
+        }
+    }
+}
+
+/// The arcs of the visible boundary, with every line taken for an occluder's; `None` where double precision is not sure, or nothing is
+/// hidden.
+pub(crate) fn arcs<T: Real>(receiver: &Receiver, emitter: &Polygon, occluders: &[&Polygon], plan: &Plan) -> Option<Vec<Arc<T>>> {
+    let Ok(Some((parts, sides))) = lit_parts(receiver, emitter, occluders, plan) else { return None };
+    let generators: Vec<OnceCell<Generator<T>>> = vec![OnceCell::new(); sides.sides.len()];
+    let generator = |facing: Facing| {
+        let forward = *generators[facing.side].get_or_init(|| sides.generator_in(facing.side));
+        if facing.is_reversed() { forward.reversed() } else { forward }
+    };
+    let is_before = |sighted: &Sighted<T>, ray: &Ray| sighted.point.map(T::value).dot(ray.sighted.point) > 0.0;
+    let placed = |before: &PartCorner<Ray>, corner: &PartCorner<Ray>| {
+        let crossing = || {
+            let across = generator(before.side).normal().cross(generator(corner.side).normal());
+            [across, -across].map(Sighted::at).into_iter().find(|sighted| is_before(sighted, &corner.point))
+        };
+        let seen = corner.vertex.map(|vertex| Sighted::from(vertex, receiver.position(), plan.power));
+        let sighted = seen.filter(|sighted| is_before(sighted, &corner.point)).or_else(crossing)?;
+        Some(PartCorner { point: Placed { ray: corner.point.sighted.point, sighted }, vertex: corner.vertex, side: corner.side })
+    };
+    let outline = |part: &Cone| pairs(&part.corners).map(|(before, corner)| placed(before, corner)).collect::<Option<Vec<_>>>();
+    let outlines: Vec<Vec<PartCorner<Placed<T>>>> = parts.iter().map(outline).collect::<Option<_>>()?;
+    let outlines: Vec<_> = outlines.iter().map(|corners| &**corners).collect();
+    let mut arcs = Vec::new();
+    visit_joined(
+        &outlines,
+        |side| sides.normal(Facing::forward(side)),
+        |placed| placed.ray,
+        |from, to, facing| arcs.push(Arc::between(from.sighted, to.sighted, generator(facing))),
+    );
+    Some(arcs)
 }
 
 #[cfg(test)]

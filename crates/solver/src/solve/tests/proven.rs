@@ -98,7 +98,7 @@ fn on_no_leaf_is_more_of_direct_light_left_out_than_is_proven() {
     let (mut leaves, mut lit, mut nearest) = (0, 0, 0.0_f64);
     for case in 0..18 {
         let scene = room(&mut random, case % 3);
-        let first_elements = [8, 60, 200][case / 3 % 3];
+        let first_elements = [8, 60, 120][case / 3 % 3];
         let options =
             Options { error: 1.0, first_elements, most_elements: first_elements, degree: Some(case % 4), ..Options::default() };
         let solution = solve(&scene, &options, |_| false).unwrap();
