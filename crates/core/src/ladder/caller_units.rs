@@ -125,9 +125,9 @@ impl Case<'_> {
         self.gradient_unit().plain([x, y, z]).map(DVec3::from)
     }
 
-    /// Bounds on the radiosity and on the norm of its gradient, if the emitter is so small for its distance that both are surely
-    /// below the normal range: what many bits would find in the end. Occluders count for the gradient alone, which they may
-    /// steepen.
+    /// Bounds on the radiosity and on the norm of its gradient, if the emitter is so small for its distance that the radiosity is
+    /// surely below the normal range: what many bits would find in the end. Past occluders, which may steepen the gradient, that one is
+    /// infinite.
     ///
     /// With lengths in the plan's unit a vertex is at 1 or beyond, so an emitter of size s up to 1/8 is beyond 7/8. Its area is at most
     /// `sqrt(2) s^2`, as that of a cut through a cube, and the kernel at most `1/r^2`, with a gradient of at most `6/r^3`: so `|B| <=

@@ -67,10 +67,9 @@ pub(crate) fn visit<T: Real>(case: &Case<'_>, visit: impl FnMut(&Arc<T>)) -> Opt
         horizon::visit_boundary(receiver, emitter.polygon(), plan, visit);
         return Some(Uncertainty::none());
     }
-    // Double precision has its own rung for what it is sure of.
-    let is_plain = matches!(emitter.emission(), Emission::Constant(_));
-    if is_plain
-        && !T::Number::IS_DOUBLE
+    // Plain doubles have a rung of their own where they are sure.
+    if !T::Number::IS_DOUBLE
+        && let Emission::Constant(_) = emitter.emission()
         && let Some(arcs) = sure::arcs(receiver, emitter.polygon(), occluders, plan)
     {
         arcs.iter().for_each(visit);

@@ -200,15 +200,13 @@ mod tests {
 
     use super::*;
     use crate::factors::evaluate;
+    use crate::factors::tests::draws;
 
     /// Held against the certified closed forms.
     #[test]
     fn a_glance_sees_what_the_closed_forms_see() {
-        let mut state = 5_u64;
-        let mut uniform = move || {
-            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-            (state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
-        };
+        let mut draw = draws(5);
+        let mut uniform = || draw() - 0.5;
         let (mut glance, mut partly) = (Glance::default(), 0);
         for _ in 0..400 {
             let square = [(-0.2, -0.2), (-0.2, 0.2), (0.2, 0.2), (0.2, -0.2)];

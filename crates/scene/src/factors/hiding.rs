@@ -312,6 +312,7 @@ mod tests {
 
     use super::*;
     use crate::Scene;
+    use crate::factors::tests::draws;
 
     /// Blocks in rows with streets between them, on a ground.
     fn town(side: u8) -> Scene {
@@ -339,11 +340,7 @@ mod tests {
         let factors = FormFactors::new(&scene).unwrap();
         let count = scene.faces().len();
         let all = Wanted::new(factors.index.order(), vec![true; count]);
-        let mut state = 3_u64;
-        let mut uniform = move || {
-            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-            (state >> 11) as f64 / (1_u64 << 53) as f64
-        };
+        let mut uniform = draws(3);
         let (mut hidden, mut seen) = (0, 0);
         for from in (0..count).step_by(3) {
             let found = factors.may_see(from, &all);

@@ -88,11 +88,7 @@ fn far_away_the_exchange_keeps_its_digits_and_joins_the_sum_over_edges() {
 
 #[test]
 fn any_two_triangles_exchange_the_same_both_ways_and_no_more_than_the_smaller() {
-    let mut state = 7_u64;
-    let mut uniform = move || {
-        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (state >> 11) as f64 / (1_u64 << 53) as f64
-    };
+    let mut uniform = draws(7);
     let mut seen = 0;
     for _ in 0..300 {
         let mut triangle = || Polygon::new((0..3).map(|_| DVec3::new(uniform(), uniform(), uniform())).collect()).unwrap();
@@ -107,11 +103,8 @@ fn any_two_triangles_exchange_the_same_both_ways_and_no_more_than_the_smaller() 
 
 #[test]
 fn skew_triangles_exchange_what_their_points_see() {
-    let mut state = 11_u64;
-    let mut uniform = move || {
-        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
-    };
+    let mut draw = draws(11);
+    let mut uniform = || draw() - 0.5;
     let mut compared = 0;
     for i in 0..200 {
         let distance = 2.0 + f64::from(i % 50);
@@ -142,7 +135,7 @@ fn skew_triangles_exchange_what_their_points_see() {
 }
 
 /// Draws that are the same everywhere (D. E. Knuth, MMIX).
-fn draws(mut state: u64) -> impl FnMut() -> f64 {
+pub(super) fn draws(mut state: u64) -> impl FnMut() -> f64 {
     move || {
         state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         (state >> 11) as f64 / (1_u64 << 53) as f64
@@ -363,11 +356,8 @@ fn a_face_of_few_roundings_sees_what_is_a_little_above_its_plane() {
 
 #[test]
 fn faces_of_a_few_roundings_exchange_between_nothing_and_their_area() {
-    let mut state = 7_u64;
-    let mut uniform = move || {
-        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
-    };
+    let mut draw = draws(7);
+    let mut uniform = || draw() - 0.5;
     let holds = |name: &str, [tiny, large]: [&Polygon; 2]| {
         let mut seen = 0;
         for pair in [[tiny, large], [large, tiny]] {

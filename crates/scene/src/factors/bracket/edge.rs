@@ -215,15 +215,13 @@ mod tests {
     use super::*;
     use crate::factors::exchange::exchange_parts;
     use crate::factors::rule::{nodes_of, patches};
+    use crate::factors::tests::draws;
 
     /// What points see past a screen that reaches far on the other sides of the edge.
     #[test]
     fn what_passes_an_edge_is_what_points_see() {
-        let mut state = 3_u64;
-        let mut uniform = move || {
-            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-            (state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
-        };
+        let mut draw = draws(3);
+        let mut uniform = || draw() - 0.5;
         let mut narrow = 0;
         for case in 0..200 {
             let size = [0.3, 0.1, 0.03][case % 3];
