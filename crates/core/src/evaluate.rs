@@ -168,11 +168,17 @@ fn value(receiver: &Receiver, emitter: &Emitter, occluders: &[&Polygon], toleran
 /// # Errors
 /// If the result over- or underflows.
 pub fn radiosity(receiver: &Receiver, emitter: &Emitter) -> Result<f64, Error> {
-    if let Some((plan, terms)) = on_lanes::<true, false>(receiver, emitter) {
-        let radiosity = terms.radiosity(receiver);
-        if is_sound([radiosity], emitter) {
-            return Case { receiver, emitter, occluders: &[], plan: &plan }.radiosity(radiosity);
-        }
+    let on_lanes = on_lanes::<true, false, _>(
+        receiver,
+        emitter,
+        #[inline(always)]
+        |plan, terms| {
+            let radiosity = terms.radiosity(receiver);
+            is_sound([radiosity], emitter).then_some((plan, radiosity))
+        },
+    );
+    if let Some((plan, radiosity)) = on_lanes {
+        return Case { receiver, emitter, occluders: &[], plan: &plan }.radiosity(radiosity);
     }
     let Some(plan) = Plan::new(receiver, emitter.polygon()) else { return Ok(0.0) };
     let case = Case { receiver, emitter, occluders: &[], plan: &plan };
@@ -197,11 +203,17 @@ pub fn radiosity(receiver: &Receiver, emitter: &Emitter) -> Result<f64, Error> {
 /// # Errors
 /// If the result over- or underflows.
 pub fn gradient(receiver: &Receiver, emitter: &Emitter) -> Result<DVec3, Error> {
-    if let Some((plan, terms)) = on_lanes::<false, true>(receiver, emitter) {
-        let gradient = terms.gradient(receiver);
-        if is_sound(DVec3::from(gradient).to_array(), emitter) {
-            return Case { receiver, emitter, occluders: &[], plan: &plan }.gradient(gradient);
-        }
+    let on_lanes = on_lanes::<false, true, _>(
+        receiver,
+        emitter,
+        #[inline(always)]
+        |plan, terms| {
+            let gradient = terms.gradient(receiver);
+            is_sound(DVec3::from(gradient).to_array(), emitter).then_some((plan, gradient))
+        },
+    );
+    if let Some((plan, gradient)) = on_lanes {
+        return Case { receiver, emitter, occluders: &[], plan: &plan }.gradient(gradient);
     }
     let Some(plan) = Plan::new(receiver, emitter.polygon()) else { return Ok(DVec3::ZERO) };
     let case = Case { receiver, emitter, occluders: &[], plan: &plan };
@@ -228,7 +240,13 @@ pub fn gradient(receiver: &Receiver, emitter: &Emitter) -> Result<DVec3, Error> 
 /// If a result over- or underflows.
 pub fn radiosity_and_gradient(receiver: &Receiver, emitter: &Emitter) -> Result<(f64, DVec3), Error> {
     let are_sound = |radiosity, gradient| [is_sound([radiosity], emitter), is_sound(DVec3::from(gradient).to_array(), emitter)];
-    if let Some((plan, terms)) = on_lanes::<true, true>(receiver, emitter) {
+    let on_lanes = on_lanes::<true, true, _>(
+        receiver,
+        emitter,
+        #[inline(always)]
+        |plan, terms| Some((plan, terms)),
+    );
+    if let Some((plan, terms)) = on_lanes {
         let (radiosity, gradient) = (terms.radiosity(receiver), terms.gradient(receiver));
         if are_sound(radiosity, gradient) == [true; 2] {
             let case = Case { receiver, emitter, occluders: &[], plan: &plan };
@@ -323,19 +341,25 @@ fn plain<const VALUE: bool, const GRADIENT: bool>(case: &Case<'_>) -> Option<Irr
     if case.plan.on_surface { None } else { IrradianceAndGradient::<f64>::sum::<VALUE, GRADIENT>(case) }
 }
 
-/// The sums over an emitter on edge lanes, where double precision is sure of the visible part.
+/// The answer by the sums over an emitter on edge lanes, where double precision is sure of the visible part and `answer` takes them.
+/// It is called in each branch by itself: the sums that branches share would be copied to memory first.
 #[inline(always)]
-fn on_lanes<const VALUE: bool, const GRADIENT: bool>(
+fn on_lanes<const VALUE: bool, const GRADIENT: bool, A>(
     receiver: &Receiver,
     emitter: &Emitter,
-) -> Option<(Plan, IrradianceAndGradient<f64>)> {
+    answer: impl Fn(Plan, IrradianceAndGradient<f64>) -> Option<A>,
+) -> Option<A> {
     match emitter.emission() {
         Emission::Constant(_) => {
             let (plan, sums) = edge_lanes::constant::sure::<VALUE, GRADIENT>(receiver, emitter.polygon())?;
             let emission = emitter.affine().value;
-            Some((plan, IrradianceAndGradient { irradiance: sums.irradiance * emission, gradient: sums.gradient * emission }))
+            let sums = IrradianceAndGradient { irradiance: sums.irradiance * emission, gradient: sums.gradient * emission };
+            answer(plan, sums)
         }
-        Emission::Linear(_) => edge_lanes::linear::sure::<GRADIENT>(receiver, emitter),
+        Emission::Linear(_) => {
+            let (plan, sums) = edge_lanes::linear::sure::<GRADIENT>(receiver, emitter)?;
+            answer(plan, sums)
+        }
         Emission::Polynomial(_) => None,
     }
 }

@@ -194,11 +194,10 @@ pub(super) fn lanes<S: Simd, F: Lane, E: Emitting<S, F>, const GRADIENT: bool>(
         let rho =
             if reflectance.len() == 1 { Lanes::all(simd, reflectance[0]) } else { Lanes::load(simd, &reflectance[first..]) };
         let sums = emitting.sums(simd, 0, outline, position, n1);
-        let mut found = find::<S, F, _, _, GRADIENT>(simd, outline, (position, n1), goal.asked.errors, sums);
         // Squares that were not rounded to a subnormal number, nor infinite: else the normal has no digits, and the scalar path
         // divides by a power of two first.
         let has_digits = constant(simd, F::TINY / (F::ROUNDOFF * F::ROUNDOFF)).at_most(square);
-        (found.good, found.zero) = (found.good & has_digits, found.zero & has_digits);
+        let found = find::<S, F, _, _, GRADIENT>(simd, outline, ((position, n1), has_digits), goal.asked.errors, sums);
         let scale = Scale::new(simd, brightness, rho, power);
         settle::<S, F, GRADIENT>(simd, &found, &scale, goal.tolerance, (slots, first), &mut settled);
     }

@@ -266,11 +266,12 @@ pub(super) fn lanes<S: Simd, F: Lane, E: Emitting<S, F>, const GRADIENT: bool>(
     align_frame();
     let mut settled = Settled::default();
     let (x, n1) = (same(simd, seen.position), same(simd, seen.normal));
+    let always = constant::<S, F>(simd, 0.0).at_most(constant(simd, 0.0));
     let (rho, power) = (Lanes::all(simd, seen.reflectance), Lanes::all(simd, seen.power));
     for first in (0..slots.radiosity.len()).step_by(Lanes::<S, F>::COUNT) {
         let block = Block { group, first: start + first };
         let sums = emitting.sums(simd, block.first, &block, x, n1);
-        let found = find::<S, F, _, _, GRADIENT>(simd, &block, (x, n1), goal.asked.errors, sums);
+        let found = find::<S, F, _, _, GRADIENT>(simd, &block, ((x, n1), always), goal.asked.errors, sums);
         let brightness = Lanes::load(simd, &group.brightness[block.first..]) * constant(simd, E::Sums::FACTOR);
         let scale = Scale::new(simd, brightness, rho, power);
         settle::<S, F, GRADIENT>(simd, &found, &scale, goal.tolerance, (slots, first), &mut settled);

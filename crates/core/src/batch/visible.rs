@@ -95,40 +95,64 @@ pub(super) struct Found<S: Simd, F: Lane> {
     pub(super) bound: LaneBound<S, F>,
 }
 
-/// The visible part that each lane sees from x along the unit normal n1, with bounds that are tight where asked for.
+/// The visible part that each lane sees from x along the unit normal n1, where that is known, with bounds that are tight where asked
+/// for.
 #[inline(always)]
 pub(super) fn find<S: Simd, F: Lane, O: Outline<S, F>, B: BoundarySums<S, F>, const GRADIENT: bool>(
     simd: S,
     outline: &O,
-    (x, n1): Placed<S, F>,
+    ((x, n1), known): (Placed<S, F>, Mask<S, F>),
     tight: bool,
-    mut sums: B,
+    sums: B,
 ) -> Found<S, F> {
     let first = corner(simd, outline, 0, (x, n1));
-    let mut extent = Extent::of(first);
+    let extent = Extent::of(first);
     // Of a triangle all corners are at hand for its edges.
-    let mut corners = None;
     if outline.count() == 3 {
-        let [second, third] = [corner(simd, outline, 1, (x, n1)), corner(simd, outline, 2, (x, n1))];
-        extent = extent.and(second).and(third);
-        corners = Some([first, second, third]);
-    } else {
-        for index in 1..outline.count() {
-            extent = extent.and(corner(simd, outline, index, (x, n1)));
-        }
+        let corners = [first, corner(simd, outline, 1, (x, n1)), corner(simd, outline, 2, (x, n1))];
+        return decide::<S, F, O, B, GRADIENT>(
+            simd,
+            outline,
+            ((x, n1), known),
+            (first, extent.and(corners[1]).and(corners[2])),
+            (tight, sums),
+            #[inline(always)]
+            |sums| triangle::<S, F, O, B, GRADIENT>(simd, outline, corners, n1, sums),
+        );
     }
-    let Extent { lowest, highest, farthest_square } = extent;
+    let extent = (1..outline.count()).fold(extent, |extent, index| extent.and(corner(simd, outline, index, (x, n1))));
+    decide::<S, F, O, B, GRADIENT>(
+        simd,
+        outline,
+        ((x, n1), known),
+        (first, extent),
+        (tight, sums),
+        #[inline(always)]
+        |sums| whole::<S, F, O, B, GRADIENT>(simd, outline, x, n1, sums),
+    )
+}
+
+/// The same from the first corner and the extent, with the sums over an outline that is seen whole.
+#[inline(always)]
+fn decide<S: Simd, F: Lane, O: Outline<S, F>, B: BoundarySums<S, F>, const GRADIENT: bool>(
+    simd: S,
+    outline: &O,
+    ((x, n1), known): (Placed<S, F>, Mask<S, F>),
+    (first, Extent { lowest, highest, farthest_square }): (SeenCorner<S, F>, Extent<S, F>),
+    (tight, mut sums): (bool, B),
+    seen_whole: impl FnOnce(&mut B),
+) -> Found<S, F> {
     let zero = constant(simd, 0.0);
-    let in_range = farthest_square.at_most(constant(simd, F::FARTHEST * F::FARTHEST));
+    let in_range = known & farthest_square.at_most(constant(simd, F::FARTHEST * F::FARTHEST));
     // Squares of the heights with their signs, against the squares of the least heights whose sign is sure.
     let signed = |height: Lanes<S, F>| height * height.abs();
     let sure =
         farthest_square * constant(simd, mutant!("batch.sure", (16.0 * F::ROUNDOFF) * (16.0 * F::ROUNDOFF), |sure| 1e-8 * sure));
     let sure_side = farthest_square * outline.height_share(simd);
-    let behind_plane = outline.normal(simd).dot(first.seen.r);
-    let depth = signed(behind_plane);
-    // Where the square underflows the sign is still that of the depth itself.
-    let (behind, in_front) = (sure_side.at_most(depth) & zero.at_most(behind_plane), depth.below(-sure_side));
+    // An exact depth has a sign though its square underflows, or is 0.
+    let depth = outline.normal(simd).dot(first.seen.r);
+    let (is_sure, ahead) = (sure_side.at_most(depth * depth), depth.below(zero));
+    let (behind, in_front) = (is_sure & !ahead, is_sure & ahead);
     let (above, below) = (sure.below(signed(lowest)), signed(highest).below(-sure));
     let nothing = in_range & (behind | below);
     let seen = in_range & in_front & sure.below(signed(highest));
@@ -150,10 +174,7 @@ pub(super) fn find<S: Simd, F: Lane, O: Outline<S, F>, B: BoundarySums<S, F>, co
         found.good = found.good | (found.clipped & once);
         Some((crossing, found.clipped))
     } else {
-        match corners {
-            Some(corners) => triangle::<S, F, O, B, GRADIENT>(simd, outline, corners, n1, &mut sums),
-            None => whole::<S, F, O, B, GRADIENT>(simd, outline, x, n1, &mut sums),
-        }
+        seen_whole(&mut sums);
         None
     };
     let ((value, gradient, bound), holds) = sums.total::<GRADIENT>(simd, &SeenExtent { edges, tight, farthest_square, crossing });

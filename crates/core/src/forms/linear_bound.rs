@@ -49,7 +49,7 @@
 //!
 //! Past a right angle, `s^2 > dS`, the end errs further by 9u, from pi and the larger sums, and by `pi/2` times the error of
 //! `ln(2 s (S + d)/(rho r))`, which is the sum of
-//! - `u (7.5 + 3|r|/S)` from s: the derivative is `d^2/(s rho^2) - s/r^2`, and `d^2 <= dS < s^2` there;
+//! - `u (7.5 + 6s/|r|)` from s: the derivative is `d^2/(s rho^2) - s/r^2`, at most `s/r^2` in size, as `d^2 <= dS < s^2` there;
 //! - `(s^2 - dS)/((S + d) rho^2) [S (2ew + 12u) + 11.5ud]` from S and d: the derivatives are `s^2 - dS` over `(S + d) r^2` and over
 //!   `(S + d) rho^2`;
 //! - 5.5u of rounding.
@@ -91,7 +91,7 @@
 //! The point p where it crosses an edge, t along that from its end r, is off by `z = u (1 + (|r| + 6 t|e|)/|p|)` of its distance in
 //! all, along the edge and across ([`crate::forms::constant_bound`]: xi and eta). Each term of a cut edge moves with it:
 //! - g by z for each end, so dg and dsin by 2z; l by z; s by `z|r|`, so phi by `z d|r|/rho^2`, psi by z, and past a right angle the
-//!   logarithm by `z|r|/2S`, as its derivative `d^2/(s rho^2) - s/r^2` is at most `1/2S` there;
+//!   logarithm by `zs/|r|`;
 //! - b/|r| by `z (G + |p|)`, c by z, so `c + c'` and their difference by 2z, 1 + cos by 4z, and the bisector's db by `0.71 2z`.
 //!
 //! The horizon's segment lies along `n2 x N`, `N = -n1`, of length q, which errs by 7.1u: the two normals err by 1.8u each, the product
@@ -158,15 +158,15 @@ const OF_QUOTIENT: f64 = 4.4;
 /// `pi (2 + 3)`, rounded up: a line may be 2 dd on the one side, and 3 dd on the other.
 const OF_EITHER_SIDE: f64 = 16.0;
 
-/// Past a right angle, `pi/2` times the factors in the error of the logarithm, rounded up: the 3 of `|r|/S`, the 2 of ew, the 12 of
+/// Past a right angle, `pi/2` times the factors in the error of the logarithm, rounded up: the 6 of `s/|r|`, the 2 of ew, the 12 of
 /// S and the 11.5 of d.
-const PAST_BY_RAY: f64 = 4.72;
+const PAST_BY_RAY: f64 = 9.43;
 const PAST_BY_MOMENT: f64 = 3.15;
 const PAST_BY_DISTANCE: f64 = 19.0;
 const PAST_BY_PLANE_DISTANCE: f64 = 18.1;
 
-/// `pi/4`, rounded up.
-const PAST_BY_END: f64 = 0.79;
+/// `pi/2`, rounded up.
+const PAST_BY_END: f64 = 1.58;
 
 /// The rest: 9, and `pi/2` times 7.5 and 5.5, rounded up.
 const PAST: f64 = 30.0;
@@ -177,11 +177,11 @@ const PAST_ROUNDED: f64 = 17.7;
 const _: () = assert!(
     OF_QUOTIENT >= 5.6 * FRAC_PI_4
         && OF_EITHER_SIDE >= 5.0 * PI
-        && PAST_BY_RAY >= 3.0 * FRAC_PI_2
+        && PAST_BY_RAY >= 6.0 * FRAC_PI_2
         && PAST_BY_MOMENT >= 2.0 * FRAC_PI_2
         && PAST_BY_DISTANCE >= 12.0 * FRAC_PI_2
         && PAST_BY_PLANE_DISTANCE >= 11.5 * FRAC_PI_2
-        && PAST_BY_END >= FRAC_PI_4
+        && PAST_BY_END >= FRAC_PI_2
         && PAST >= 9.0 + (7.5 + 5.5) * FRAC_PI_2
         && PAST_ROUNDED >= 9.0 + 5.5 * FRAC_PI_2
 );
@@ -331,7 +331,7 @@ impl Errors {
         let far = (s * s - d * distance) / ((distance + d) * foot_square);
         let past = mutant!(
             "linear-bound.past-a-right-angle",
-            with_product(r * PAST_BY_RAY, moved, PAST_BY_END, r) / distance
+            with_product(s * PAST_BY_RAY, moved, PAST_BY_END, s) * inverse
                 + far * (distance * (w * PAST_BY_MOMENT + PAST_BY_DISTANCE) + d * PAST_BY_PLANE_DISTANCE)
                 + PAST,
             |error| error * 0.1
@@ -433,7 +433,7 @@ impl Errors {
             let of_psi = (frame.distance * of_s + s * of_distance) / end.square + 4.0 * psi;
             let of_logarithm = 8.0 * logarithm + 3.5 + of_height + moved[i];
             let far = (s * s - d * frame.distance) / ((frame.distance + d) * foot_square);
-            let past = PAST + FRAC_PI_2 * (0.5 * of_s / frame.distance + far * (of_distance + of_d));
+            let past = PAST + FRAC_PI_2 * (of_s * s / end.square + far * (of_distance + of_d));
             x1 += of_x1_end(&ends[i], logarithm, [s, *d, frame.distance], [of_phi, of_psi, of_logarithm, past]);
         }
         let angles = turned + g * (5.5 + self.additions);
