@@ -168,7 +168,7 @@ fn value(receiver: &Receiver, emitter: &Emitter, occluders: &[&Polygon], toleran
 /// # Errors
 /// If the result over- or underflows.
 pub fn radiosity(receiver: &Receiver, emitter: &Emitter) -> Result<f64, Error> {
-    let on_lanes = on_lanes::<true, false, _>(
+    let found = on_lanes::<true, false, _>(
         receiver,
         emitter,
         #[inline(always)]
@@ -177,7 +177,7 @@ pub fn radiosity(receiver: &Receiver, emitter: &Emitter) -> Result<f64, Error> {
             is_sound([radiosity], emitter).then_some((plan, radiosity))
         },
     );
-    if let Some((plan, radiosity)) = on_lanes {
+    if let Some((plan, radiosity)) = found {
         return Case { receiver, emitter, occluders: &[], plan: &plan }.radiosity(radiosity);
     }
     let Some(plan) = Plan::new(receiver, emitter.polygon()) else { return Ok(0.0) };
@@ -203,7 +203,7 @@ pub fn radiosity(receiver: &Receiver, emitter: &Emitter) -> Result<f64, Error> {
 /// # Errors
 /// If the result over- or underflows.
 pub fn gradient(receiver: &Receiver, emitter: &Emitter) -> Result<DVec3, Error> {
-    let on_lanes = on_lanes::<false, true, _>(
+    let found = on_lanes::<false, true, _>(
         receiver,
         emitter,
         #[inline(always)]
@@ -212,7 +212,7 @@ pub fn gradient(receiver: &Receiver, emitter: &Emitter) -> Result<DVec3, Error> 
             is_sound(DVec3::from(gradient).to_array(), emitter).then_some((plan, gradient))
         },
     );
-    if let Some((plan, gradient)) = on_lanes {
+    if let Some((plan, gradient)) = found {
         return Case { receiver, emitter, occluders: &[], plan: &plan }.gradient(gradient);
     }
     let Some(plan) = Plan::new(receiver, emitter.polygon()) else { return Ok(DVec3::ZERO) };
@@ -240,13 +240,13 @@ pub fn gradient(receiver: &Receiver, emitter: &Emitter) -> Result<DVec3, Error> 
 /// If a result over- or underflows.
 pub fn radiosity_and_gradient(receiver: &Receiver, emitter: &Emitter) -> Result<(f64, DVec3), Error> {
     let are_sound = |radiosity, gradient| [is_sound([radiosity], emitter), is_sound(DVec3::from(gradient).to_array(), emitter)];
-    let on_lanes = on_lanes::<true, true, _>(
+    let found = on_lanes::<true, true, _>(
         receiver,
         emitter,
         #[inline(always)]
         |plan, terms| Some((plan, terms)),
     );
-    if let Some((plan, terms)) = on_lanes {
+    if let Some((plan, terms)) = found {
         let (radiosity, gradient) = (terms.radiosity(receiver), terms.gradient(receiver));
         if are_sound(radiosity, gradient) == [true; 2] {
             let case = Case { receiver, emitter, occluders: &[], plan: &plan };
@@ -342,7 +342,7 @@ fn plain<const VALUE: bool, const GRADIENT: bool>(case: &Case<'_>) -> Option<Irr
 }
 
 /// The answer by the sums over an emitter on edge lanes, where double precision is sure of the visible part and `answer` takes them.
-/// It is called in each branch by itself: the sums that branches share would be copied to memory first.
+/// Each branch calls `answer`: where branches meet, their sums are copied to memory first.
 #[inline(always)]
 fn on_lanes<const VALUE: bool, const GRADIENT: bool, A>(
     receiver: &Receiver,

@@ -126,7 +126,7 @@ impl Case<'_> {
     }
 
     /// Bounds on the radiosity and on the norm of its gradient, if the emitter is so small for its distance that the radiosity is
-    /// surely below the normal range: what many bits would find in the end. Past occluders, which may steepen the gradient, that one is
+    /// surely below the normal range, as many bits would find in the end. Occluders may steepen the gradient: past them its bound is
     /// infinite.
     ///
     /// With lengths in the plan's unit a vertex is at 1 or beyond, so an emitter of size s up to 1/8 is beyond 7/8. Its area is at most

@@ -13,8 +13,8 @@
 //!    double precision in another unit ([`crate::forms::edge_lanes::precise`]); where that was found before, it says whether this
 //!    will do.
 //! 4. The Gauss rule with more nodes, where that is still cheaper than the next, or than rung 3 before it:
-//! 5. the closed form in double-double with a running bound, past occluders of a constant emitter along the boundary that
-//!    double precision is sure of, where it is;
+//! 5. the closed form in double-double with a running bound; past occluders of a constant emitter it takes the visible boundary
+//!    from double precision, where that is sure of it;
 //! 6. the same with 256 to 8448 bits, rounded to doubles, where the crate is built with arbitrary precision, and as long as that
 //!    takes no more than some seconds; not where sizes and distances say that the answer is below the range of doubles.
 //!
