@@ -148,7 +148,7 @@ impl DirectAttempt {
                 Self::from(sure, receiver, emitter, tolerance, |case, terms, bound| case.of_unit_emission(terms, *bound))
             }
             Emission::Linear(_) => {
-                let sure = edge_lanes::linear::bounded_where_sure(receiver, emitter, narrow)
+                let sure = edge_lanes::linear::bounded_where_sure(receiver, emitter, narrow, tolerance)
                     .or_else(|| edge_lanes::linear::bounded_far_out(receiver, emitter, narrow));
                 Self::from(sure, receiver, emitter, tolerance, |case, terms, bound| case.of_linear(terms, *bound))
             }

@@ -7,15 +7,18 @@
 //!
 //! | symbol | meaning | error |
 //! |---|---|---|
-//! | p | a point on the ray of a direction | `delta |p|`, up to a factor: its SPREAD |
-//! | N | normal of a side | `en`; u = 2^-53 |
+//! | p | a point on the ray of a direction | `delta |p|`, up to a factor: its SPREAD; `sigma |p|` along the sides that meet there |
+//! | N | normal of a side | `en` across itself; u = 2^-53 |
 //!
-//! - A vertex less x errs by u in each component: `delta = u`.
-//! - A side's `en` is `ew + 5u` ([`Line::relative_error`]: ew across, 3.5u along itself, and its rounding), that of the horizon 2u.
+//! - A vertex less x errs by u in each component: `delta = sigma = u`.
+//! - A side's `en` is `ew + u` ([`Line::relative_error`], and the rounding of N), that of the horizon 2u. The 3.5u by which N errs
+//!   along itself change no direction and no sign.
 //! - `N.p` errs by `(en + delta + 3u) |p|`: three products and two sums, by Cauchy's inequality.
 //! - Two sides cross in `N x N'`. Each component is a difference of two products and errs by u of the sum of their sizes and u of
-//!   itself, so the vector by 2.5u (the vector of those sums is at most `(4/3)^(1/2)` long): `delta = (en + en' + 2.5u)/|N x N'|`.
-//!   Seen along the side it runs from inside to outside where that is turned round: along the arc `p' = N x p`, and the depth
+//!   itself, so the vector by 2.2u (the vector of those sums is at most `(4/3)^(1/2)` long): `delta = (en + en' + 2.2u)/|N x N'|`.
+//! - A side that is off by en' across the other one moves their crossing along that by `en'/|N x N'|`, and along itself by
+//!   `|N.N'|` times that: `sigma = (max(en, en') + min(en, en') |N.N'| + 2.2u)/|N x N'|` along both.
+//! - Seen along the side it runs from inside to outside where that is turned round: along the arc `p' = N x p`, and the depth
 //!   `-N'.p` of `p = -N x N'` changes by `(N.N')^2 - 1 < 0`.
 //!
 //! An outline of which every side has all other corners surely inside is convex, and all surfaces through its vertices within their
@@ -51,6 +54,8 @@ pub(crate) struct SureArc {
     pub(crate) arc: Arc<f64>,
     /// delta of both ends.
     pub(crate) spreads: [f64; 2],
+    /// sigma of both ends.
+    pub(crate) slips: [f64; 2],
     /// `en`.
     pub(crate) normal_error: f64,
 }
@@ -62,7 +67,10 @@ const MOST_SPREAD: f64 = 1e-6;
 #[derive(Debug, Clone, Copy)]
 struct Ray {
     sighted: Sighted<f64>,
+    /// delta.
     spread: f64,
+    /// sigma.
+    slip: f64,
 }
 
 /// A plane through the receiver.
@@ -159,7 +167,7 @@ impl SureSides<'_> {
     }
 
     fn ray(&self, vertex: DVec3) -> Ray {
-        Ray { sighted: Sighted::from(vertex, self.receiver.position(), self.plan.power), spread: ROUNDOFF }
+        Ray { sighted: Sighted::from(vertex, self.receiver.position(), self.plan.power), spread: ROUNDOFF, slip: ROUNDOFF }
     }
 
     /// The shadow of an outline, whichever way that runs.
@@ -180,7 +188,7 @@ impl SureSides<'_> {
             let j = (i + 1) % count;
             let edge = [vertices[i], vertices[j]];
             let line = Line::through(edge, [&rays[i].sighted, &rays[j].sighted], x, power);
-            let error = line.relative_error() + 5.0 * ROUNDOFF;
+            let error = line.relative_error() + ROUNDOFF;
             let is_known = error <= MOST_SPREAD && (LEAST_MOMENT..1.0 / LEAST_MOMENT).contains(&line.moment);
             let is_inside = |ray: &Ray| ray.sure_height(line.normal, error).is_some_and(|height| height < 0.0);
             if !is_known || !(2..count).all(|k| is_inside(&rays[(i + k) % count])) {
@@ -285,12 +293,13 @@ impl SureSides<'_> {
     fn crossing(&self, own: Facing, cutting: Facing, from_inside: bool) -> Ray {
         let across = self.normal(own).cross(self.normal(cutting));
         let sighted = Sighted::at(if from_inside { -across } else { across });
-        let spread = mutant!(
-            "sure.crossing",
-            (self.error(own) + self.error(cutting) + 3.0 * ROUNDOFF) * sighted.inverse * 1.001,
-            |spread| 0.1 * spread
-        );
-        Ray { sighted, spread: if spread <= MOST_SPREAD { spread } else { f64::NAN } }
+        let (one, other) = (self.error(own), self.error(cutting));
+        let (most, least) = if one > other { (one, other) } else { (other, one) };
+        let over_sine = |errors: f64| (errors + 2.2 * ROUNDOFF) * sighted.inverse * 1.001;
+        let spread = mutant!("sure.crossing", over_sine(one + other), |spread| 0.1 * spread);
+        let cosine = self.normal(own).dot(self.normal(cutting)).abs();
+        let slip = mutant!("sure.slip", over_sine(most + least * cosine), |slip| 0.1 * slip);
+        Ray { sighted, spread: if spread <= MOST_SPREAD { spread } else { f64::NAN }, slip }
     }
 }
 
@@ -373,6 +382,7 @@ pub(crate) fn visit_boundary(
         visit(&SureArc {
             arc: Arc::between(from.sighted, to.sighted, sides.generator(facing)),
             spreads: [from.spread, to.spread],
+            slips: [from.slip, to.slip],
             normal_error: sides.error(facing),
         });
     };

@@ -20,6 +20,7 @@ use crate::forms::linear::{ContourTerm, LinearSum, SeenLinear};
 use crate::forms::linear_bound::{Errors, LinearBound};
 use crate::forms::segment::{X1End, logarithms, met_frame, x1_between};
 use crate::problem::emission::Emitter;
+use crate::problem::polygon::Polygon;
 use crate::problem::receiver::Receiver;
 
 /// The plan and the sums, where double precision is sure of all decisions.
@@ -97,9 +98,14 @@ fn cut<S: Simd>(
 }
 
 /// The same of a polygon whose visible part is sure; the sums where its size is more than `narrow` of the distance of its farthest
-/// vertex.
+/// vertex, and the horizon leaves enough of it for a relative tolerance.
 #[inline]
-pub(crate) fn bounded_where_sure(receiver: &Receiver, emitter: &Emitter, narrow: f64) -> Option<SureCase<LinearBound>> {
+pub(crate) fn bounded_where_sure(
+    receiver: &Receiver,
+    emitter: &Emitter,
+    narrow: f64,
+    tolerance: f64,
+) -> Option<SureCase<LinearBound>> {
     on_instruction_set!(*INSTRUCTION_SET, simd => {
         let plan = plan(simd, receiver, emitter.polygon())?;
         if emitter.polygon().size() * plan.power <= narrow {
@@ -110,10 +116,31 @@ pub(crate) fn bounded_where_sure(receiver: &Receiver, emitter: &Emitter, narrow:
                 Some((terms, Some(bound))) => Some((terms, bound)),
                 _ => None,
             },
+            Horizon::Crossing if light_left(receiver, emitter.polygon(), plan.power) * tolerance < FAINT => None,
             Horizon::Crossing => cut(simd, receiver, emitter, plan.power, ROUNDOFF),
         };
         Some(SureCase { plan, sums })
     })
+}
+
+/// Bounds are found to be about this, and the light that is left about [`light_left`] times the emission.
+const FAINT: f64 = 150.0 * ROUNDOFF;
+
+/// A guess at the light that the horizon leaves: the cosine at the highest vertex, times the solid angle of a square, times the
+/// square of the part of its height that is visible. Where it is wrong an attempt is made in vain, or a dearer one before it.
+#[inline]
+fn light_left(receiver: &Receiver, polygon: &Polygon, power: f64) -> f64 {
+    let (mut lowest, mut highest, mut square) = (f64::INFINITY, f64::NEG_INFINITY, 0.0);
+    for vertex in polygon.vertices() {
+        let r = (*vertex - receiver.position()) * power;
+        let (height, length) = (receiver.normal().dot(r), r.length_squared());
+        (lowest, highest) = (if height < lowest { height } else { lowest }, if height > highest { height } else { highest });
+        square = if length > square { length } else { square };
+    }
+    let (size, part) = (polygon.size() * power, highest / (highest - lowest));
+    let depth = polygon.normal().dot(receiver.position() - polygon.vertices()[0]) * power;
+    // From nearby it may fill half of the sky.
+    if depth < 0.5 * size { 1.0 } else { highest * part * part * depth * size * size / (square * square) }
 }
 
 /// The same of a polygon that the horizon cuts where products of lengths leave the range; of others the rungs that follow find it.
