@@ -35,7 +35,6 @@ use crate::ladder::answer::{Answer, Method, Value};
 use crate::ladder::rungs::Found;
 use crate::problem::emission::Emission;
 use crate::problem::polygon::Polygon;
-use crate::problem::triangulate::convex_parts;
 
 /// One above 1 by more than the rounding of a bound.
 const UP: f64 = 1.0 + 1e-12;
@@ -98,7 +97,7 @@ impl Case<'_> {
                 * share);
         let [low, high] = self.range();
         let most = low.abs().max(high);
-        let is_convex = convex_parts(polygon).len() == 1;
+        let is_convex = polygon.is_convex();
         let is_crossed = is_outside || distance <= 0.0 || !is_convex;
         let layers = if is_convex { 1.0 } else { (polygon.vertices().len() / 2) as f64 };
         let slack = if distance > 0.0 { 2.0 * slant * height / distance } else { f64::INFINITY };

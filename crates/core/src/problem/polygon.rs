@@ -48,6 +48,8 @@ pub struct Polygon {
     size: f64,
     planarity_defect: f64,
     half_slab: f64,
+    /// Seen along the coordinate axis that shows it largest, exactly.
+    is_convex: bool,
 }
 
 /// Vertices may be off the plane by this fraction of the polygon's size: enough for coordinates computed in double
@@ -113,7 +115,13 @@ impl Polygon {
         // normalising it adds 32 units.
         let normal_error = count as f64 * 16.0 * ROUNDOFF_OF_DOUBLE_DOUBLE / norm + 32.0 * ROUNDOFF_OF_DOUBLE_DOUBLE;
         let normal = precise_normal.map(DoubleDouble::to_f64);
-        let polygon = Self {
+        let projected = if count > 3 { projected(&vertices, normal.into()) } else { Vec::new() };
+        if let Some(error) = meeting_edges(&projected) {
+            return Err(error);
+        }
+        let corner = |i: usize| projected[i % count];
+        Ok(Self {
+            is_convex: (0..projected.len()).all(|i| robust::orient2d(corner(i), corner(i + 1), corner(i + 2)) >= 0.0),
             normal: normal.into(),
             fan: FanTriangle::all(&vertices, normal, power, 0.5 * norm, normal_error),
             normalised_area: 0.5 * norm,
@@ -131,9 +139,7 @@ impl Polygon {
                 (planarity_defect + 4.0 * size * (normal_error + 8.0 * ROUNDOFF_OF_DOUBLE_DOUBLE)) * (1.0 + 4.0 * f64::EPSILON)
             },
             planarity_defect,
-        };
-        let crossing = if count > 3 { meeting_edges(&polygon.projected()) } else { None };
-        crossing.map_or(Ok(polygon), Err)
+        })
     }
 
     /// The vertices as given.
@@ -260,6 +266,11 @@ impl Polygon {
             return twice_area(&offsets).unit();
         }
         self.precise_normal.map(|c| T::from_double_double(c, self.normal_error))
+    }
+
+    /// Whether no corner turns inward, as far as [`Self::projected`] tells.
+    pub(crate) const fn is_convex(&self) -> bool {
+        self.is_convex
     }
 
     /// The vertices on the coordinate plane that shows the polygon largest, normalised, counter-clockwise.

@@ -11,16 +11,12 @@ pub(crate) type Few<T> = SmallVec<[T; 4]>;
 
 /// Vertex indices of each part, in the polygon's order.
 pub(crate) fn convex_parts(polygon: &Polygon) -> SmallVec<[Few<usize>; 1]> {
-    if polygon.vertices().len() == 3 {
-        return smallvec![smallvec![0, 1, 2]];
-    }
-    let points = polygon.projected();
-    let count = points.len();
-    let convex = (0..count).all(|i| turn(&points, i, (i + 1) % count, (i + 2) % count) >= 0.0);
+    let count = polygon.vertices().len();
     let mut rest: Few<usize> = (0..count).collect();
-    if convex {
+    if polygon.is_convex() {
         return smallvec![rest];
     }
+    let points = polygon.projected();
     let mut parts = SmallVec::with_capacity(count - 2);
     let mut ears: Vec<bool> = (0..count).map(|k| is_ear(&points, &rest, k)).collect();
     while rest.len() > 3 {

@@ -209,7 +209,10 @@ pub(super) fn kept<P: Copy>(
         };
         match (inside(i), inside(j)) {
             (true, true) => kept.push(start),
-            (true, false) => kept.extend([start, crossing(cutting)]),
+            (true, false) => {
+                kept.push(start);
+                kept.push(crossing(cutting));
+            }
             (false, true) => kept.push(crossing(start.side)),
             (false, false) => {}
         }

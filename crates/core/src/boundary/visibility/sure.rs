@@ -46,7 +46,7 @@ use crate::boundary::visibility::separation::CircularCone;
 use crate::boundary::visibility::subtract::{Kept, Place, kept, side_on_the_line};
 use crate::problem::polygon::Polygon;
 use crate::problem::receiver::{Receiver, unit_normal};
-use crate::problem::triangulate::{Few, convex_parts};
+use crate::problem::triangulate::convex_parts;
 
 /// An arc, with what its ends and its plane are off by.
 pub(crate) struct SureArc {
@@ -138,11 +138,6 @@ impl SureSides<'_> {
         Cone { around: if self.has_many { around() } else { None }, corners }
     }
 
-    fn add(&mut self, side: SureSide) -> Facing {
-        self.sides.push(side);
-        Facing::forward(self.sides.len() - 1)
-    }
-
     fn name(&self, facing: Facing) -> Option<EdgeName> {
         self.sides[facing.side].name
     }
@@ -171,31 +166,28 @@ impl SureSides<'_> {
     }
 
     /// The shadow of an outline, whichever way that runs.
-    fn shadow(&mut self, mut vertices: Few<DVec3>) -> Result<Cone, Unsure> {
-        let [a, b, c] = [0, 1, 2].map(|i| vertices[i] - self.receiver.position());
-        if a.cross(b).dot(c) > 0.0 {
-            vertices.reverse();
-        }
-        self.cone(&vertices)
+    fn shadow(&mut self, count: usize, vertex: impl Fn(usize) -> DVec3) -> Result<Cone, Unsure> {
+        let [a, b, c] = [0, 1, 2].map(|i| vertex(i) - self.receiver.position());
+        if a.cross(b).dot(c) > 0.0 { self.cone(count, |i| vertex(count - 1 - i)) } else { self.cone(count, vertex) }
     }
 
     /// The cone of an outline, where `N . omega < 0` on all sides.
-    fn cone(&mut self, vertices: &[DVec3]) -> Result<Cone, Unsure> {
-        let (x, power, count) = (self.receiver.position(), self.plan.power, vertices.len());
-        let rays: Few<Ray> = vertices.iter().map(|&vertex| self.ray(vertex)).collect();
-        let mut corners = Vec::with_capacity(count);
+    fn cone(&mut self, count: usize, vertex: impl Fn(usize) -> DVec3) -> Result<Cone, Unsure> {
+        let (x, power, known) = (self.receiver.position(), self.plan.power, self.sides.len());
+        let corner = |i| PartCorner { point: self.ray(vertex(i)), vertex: Some(vertex(i)), side: Facing::forward(known + i) };
+        let corners: Vec<PartCorner<Ray>> = (0..count).map(corner).collect();
         for i in 0..count {
-            let j = (i + 1) % count;
-            let edge = [vertices[i], vertices[j]];
-            let line = Line::through(edge, [&rays[i].sighted, &rays[j].sighted], x, power);
+            let (j, ray) = ((i + 1) % count, |k: usize| &corners[k].point);
+            let edge = [vertex(i), vertex(j)];
+            let line = Line::through(edge, [&ray(i).sighted, &ray(j).sighted], x, power);
             let error = line.relative_error() + ROUNDOFF;
             let is_known = error <= MOST_SPREAD && (LEAST_MOMENT..1.0 / LEAST_MOMENT).contains(&line.moment);
             let is_inside = |ray: &Ray| ray.sure_height(line.normal, error).is_some_and(|height| height < 0.0);
-            if !is_known || !(2..count).all(|k| is_inside(&rays[(i + k) % count])) {
+            if !is_known || !(0..count).all(|k| k == i || k == j || is_inside(ray(k))) {
                 return Err(Unsure);
             }
-            let side = SureSide { generator: Generator::Occluder(line), name: Some(EdgeName::new(edge[0], edge[1])), error };
-            corners.push(PartCorner { point: rays[i], vertex: Some(vertices[i]), side: self.add(side) });
+            let name = Some(EdgeName::new(edge[0], edge[1]));
+            self.sides.push(SureSide { generator: Generator::Occluder(line), name, error });
         }
         Ok(self.part(corners))
     }
@@ -312,10 +304,11 @@ fn lit_parts<'a>(
 ) -> Result<Option<(Vec<Cone>, SureSides<'a>)>, Unsure> {
     let has_many = occluders.len() > 1;
     let mut sides = SureSides { receiver, plan, sides: Vec::with_capacity(4 * (occluders.len() + 1)), has_many };
-    let mut whole = sides.cone(emitter.vertices())?;
+    let mut whole = sides.cone(emitter.vertices().len(), |i| emitter.vertices()[i])?;
     if plan.horizon == Horizon::Crossing {
         let generator = Generator::Horizon(-unit_normal::<f64>(receiver));
-        let horizon = sides.add(SureSide { generator, name: None, error: 2.0 * ROUNDOFF });
+        let horizon = Facing::forward(sides.sides.len());
+        sides.sides.push(SureSide { generator, name: None, error: 2.0 * ROUNDOFF });
         let place = |&vertex: &DVec3| {
             let depth: f64 = height_over_horizon(receiver, vertex, plan.power);
             Place { depth, is_exactly_on_it: depth == 0.0, is_doubtful: false }
@@ -331,8 +324,7 @@ fn lit_parts<'a>(
     let mut shadows = Vec::with_capacity(occluders.len());
     for occluder in occluders {
         for part in convex_parts(occluder) {
-            let vertices: Few<DVec3> = part.iter().map(|&i| occluder.vertices()[i]).collect();
-            let shadow = sides.shadow(vertices)?;
+            let shadow = sides.shadow(part.len(), |i| occluder.vertices()[part[i]])?;
             if sides.misses(&shadow, &whole) {
                 continue;
             }
