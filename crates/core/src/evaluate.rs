@@ -19,6 +19,7 @@ use crate::ladder::rungs::DirectAttempt;
 use crate::problem::emission::{Emission, Emitter};
 use crate::problem::polygon::Polygon;
 use crate::problem::receiver::Receiver;
+use crate::problem::triangulate::Few;
 
 /// The relative error that [`evaluate`] asks for.
 ///
@@ -82,7 +83,7 @@ pub fn evaluate_to<'a>(
     occluders: impl IntoIterator<Item = &'a Polygon>,
     tolerance: f64,
 ) -> Result<Answer, Error> {
-    answer(receiver, emitter, &occluders.into_iter().collect::<Vec<_>>(), tolerance)
+    answer(receiver, emitter, &occluders.into_iter().collect::<Few<_>>(), tolerance)
 }
 
 /// [`evaluate_to`], compiled once: generic functions are compiled again in every crate that calls them.
@@ -137,7 +138,7 @@ pub fn evaluate_value<'a>(
     occluders: impl IntoIterator<Item = &'a Polygon>,
     tolerance: Tolerance,
 ) -> Result<Value, Error> {
-    value(receiver, emitter, &occluders.into_iter().collect::<Vec<_>>(), tolerance)
+    value(receiver, emitter, &occluders.into_iter().collect::<Few<_>>(), tolerance)
 }
 
 /// [`evaluate_value`], compiled once.
@@ -332,7 +333,7 @@ pub fn irradiance_vector_to<'a>(
     tolerance: f64,
 ) -> Result<IrradianceVector, Error> {
     let tolerance = within_reach(tolerance)?;
-    let occluders: Vec<&Polygon> = occluders.into_iter().collect();
+    let occluders: Few<&Polygon> = occluders.into_iter().collect();
     with_case(receiver, emitter, &occluders, IrradianceVector::ZERO, |case| case.irradiance_vector(tolerance))
 }
 

@@ -6,6 +6,7 @@ use crate::error::Error;
 use crate::problem::emission::Emitter;
 use crate::problem::polygon::Polygon;
 use crate::problem::receiver::Receiver;
+use crate::problem::triangulate::Few;
 
 /// A receiver, an emitter and its occluders, as a rung of the ladder evaluates them.
 #[derive(Clone, Copy)]
@@ -18,9 +19,9 @@ pub(crate) struct Case<'a> {
 
 impl<'a> Case<'a> {
     /// The occluders that a look at circular cones leaves; on the surface all.
-    pub(crate) fn near_by(&self) -> Vec<&'a Polygon> {
+    pub(crate) fn near_by(&self) -> Few<&'a Polygon> {
         if self.occluders.is_empty() || self.plan.on_surface {
-            return self.occluders.to_vec();
+            return Few::from_slice(self.occluders);
         }
         visibility::near_by(self.receiver, self.emitter.polygon(), self.occluders, self.plan)
     }

@@ -60,7 +60,7 @@ pub(crate) fn arcs<T: Real>(
 
 /// The occluders that may hide some of the emitter, by circular cones: double precision is sure of the others that they are wholly
 /// below the receiver's horizon, behind the emitter, or seen apart from it.
-pub(crate) fn near_by<'a>(receiver: &Receiver, emitter: &Polygon, occluders: &[&'a Polygon], plan: &Plan) -> Vec<&'a Polygon> {
+pub(crate) fn near_by<'a>(receiver: &Receiver, emitter: &Polygon, occluders: &[&'a Polygon], plan: &Plan) -> Few<&'a Polygon> {
     let (x, n1, slab) = (receiver.position(), receiver.direction(), emitter.half_slab() * plan.power * 1.01);
     let is_below = |v: &DVec3| {
         let r = (*v - x) * plan.power;

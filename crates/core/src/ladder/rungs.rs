@@ -21,6 +21,7 @@
 //! On the surface of an emitter that is not flat no rung answers, but [`crate::ladder::on_surface`]. A rung whose bound is above the tolerance hands over to the next; where all are, the one with the smallest bound answers.
 //! [`DirectAttempt::new`] is rung 0, [`Case::climb`] takes rungs 1 to 5, and [`Case::answer`] the last one.
 
+use std::borrow::Cow;
 use std::cell::Cell;
 
 use radgrad_numbers::ball::Ball;
@@ -212,9 +213,9 @@ impl Case<'_> {
         }
         let (hidden, derived) = self.bounded_past_occluders();
         let in_between = match hidden {
-            Hidden::Unsure => self.in_between(),
-            Hidden::Something => self.occluders.to_vec(),
-            Hidden::Nothing => Vec::new(),
+            Hidden::Unsure => Cow::Owned(self.in_between()),
+            Hidden::Something => Cow::Borrowed(self.occluders),
+            Hidden::Nothing => Cow::Borrowed(&[][..]),
         };
         Case { occluders: &in_between, ..*self }.climb_from::<A, GRADIENT>(derived, accepted)
     }

@@ -27,7 +27,7 @@
 //! What is decided holds for any scalar: [`arcs`] takes the sides from the edges that they are of, and corners from vertices or from
 //! the two sides that cross there, in the scalar that is asked for.
 
-use std::cell::OnceCell;
+use std::cell::{OnceCell, RefCell};
 
 use glam::DVec3;
 use radgrad_numbers::number::ROUNDOFF;
@@ -103,6 +103,9 @@ enum Cut {
     /// It has corners on both sides, or on the line.
     Across,
 }
+
+/// Where a part's boundary crosses a side, by the corner before: both of the parts that the side cuts it into have these corners.
+type Crossings = RefCell<SmallVec<[(usize, Ray); 2]>>;
 
 /// Why nothing is sure is not told.
 struct Unsure;
@@ -216,9 +219,10 @@ impl SureSides<'_> {
             }
             // What is inside all sides is in the shadow.
             let is_last = number + 1 == shadow.corners.len();
-            let inner = if is_last { Kept::Nothing } else { self.keep(&rest, &places, corner.side)? };
+            let crossings = Crossings::default();
+            let inner = if is_last { Kept::Nothing } else { self.keep(&rest, &places, corner.side, &crossings)? };
             places.iter_mut().for_each(|place| place.depth = -place.depth);
-            match self.keep(&rest, &places, corner.side.reversed())? {
+            match self.keep(&rest, &places, corner.side.reversed(), &crossings)? {
                 Kept::Nothing => {}
                 Kept::Whole => {
                     lit.push(rest);
@@ -269,10 +273,18 @@ impl SureSides<'_> {
         Ok(Cut::Across)
     }
 
-    /// The part of positive depth, closed along `side`.
-    fn keep(&self, part: &Cone, places: &[Place], side: Facing) -> Result<Kept<Ray>, Unsure> {
+    /// The part of positive depth, closed along `side`, given the crossings that are known.
+    fn keep(&self, part: &Cone, places: &[Place], side: Facing, crossings: &Crossings) -> Result<Kept<Ray>, Unsure> {
         let is_line = !matches!(self.sides[side.side].generator, Generator::Horizon(_));
-        let crossing = |i: usize, _| self.crossing(part.corners[i].side, side, places[i].depth > 0.0);
+        let crossing = |i: usize, _| {
+            let mut crossings = crossings.borrow_mut();
+            let known = crossings.iter().find(|(before, _)| *before == i).map(|(_, ray)| *ray);
+            known.unwrap_or_else(|| {
+                let ray = self.crossing(part.corners[i].side, side, places[i].depth > 0.0);
+                crossings.push((i, ray));
+                ray
+            })
+        };
         let left = kept(&part.corners, places, side, is_line, |facing| self.name(facing), crossing);
         match &left {
             Kept::Corners(corners) if corners.iter().any(|corner| corner.point.spread.is_nan()) => Err(Unsure),
@@ -314,7 +326,7 @@ fn lit_parts<'a>(
             Place { depth, is_exactly_on_it: depth == 0.0, is_doubtful: false }
         };
         let places: Vec<Place> = emitter.vertices().iter().map(place).collect();
-        match sides.keep(&whole, &places, horizon)? {
+        match sides.keep(&whole, &places, horizon, &Crossings::default())? {
             Kept::Nothing => return Ok(Some((Vec::new(), sides))),
             Kept::Whole => {}
             Kept::Corners(corners) => whole = sides.part(corners),
