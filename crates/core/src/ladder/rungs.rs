@@ -18,7 +18,9 @@
 //! 6. the same with 256 to 8448 bits, rounded to doubles, where the crate is built with arbitrary precision, and as long as that
 //!    takes no more than some seconds; not where sizes and distances say that the answer is below the range of doubles.
 //!
-//! On the surface of an emitter that is not flat no rung answers, but [`crate::ladder::on_surface`]. A rung whose bound is above the tolerance hands over to the next; where all are, the one with the smallest bound answers.
+//! A rung whose bound is above the tolerance hands over to the next; where all are, the one with the smallest bound answers. On the
+//! surface of an emitter that is not flat no rung answers, but [`crate::ladder::on_surface`].
+//!
 //! [`DirectAttempt::new`] is rung 0, [`Case::climb`] takes rungs 1 to 5, and [`Case::answer`] the last one.
 
 use std::borrow::Cow;

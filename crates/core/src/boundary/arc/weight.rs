@@ -53,7 +53,7 @@ impl<T: Arithmetic> Arc<T> {
         let one_and_cos = cos.like(1.0) + cos;
         let chi = mutant!("arc.chi", (self.angle + sin) / (one_and_cos * cos.like(4.0)), |chi| chi * cos.like(1.0 + 1e-12));
         chi * (q1 + q2) * (c1 + c2)
-            + psi(self.angle, sin, cos, one_and_cos) * mutant!("arc.psi-sign", (q2 - q1), |difference: T| -difference) * (c2 - c1)
+            + psi(self.angle, sin, cos, one_and_cos) * mutant!("arc.psi-sign", q2 - q1, |difference: T| -difference) * (c2 - c1)
     }
 
     /// `|g + sin g|` and `1/(1 + cos g)`.

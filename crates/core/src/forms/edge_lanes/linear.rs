@@ -123,11 +123,12 @@ pub(crate) fn bounded_where_sure(
     })
 }
 
-/// Bounds are found to be about this, and the light that is left about [`light_left`] times the emission.
+/// What the bounds of cut emitters are found to be about, over the emission; below it over the tolerance the attempt would be in vain.
 const FAINT: f64 = 150.0 * ROUNDOFF;
 
-/// A guess at the light that the horizon leaves: the cosine at the highest vertex, times the solid angle of a square, times the
-/// square of the part of its height that is visible. Where it is wrong an attempt is made in vain, or a dearer one before it.
+/// A guess at the light that the horizon leaves, over the emission: the cosine at the highest vertex, times the solid angle of a
+/// square, times the square of the part of its height that is visible. Where it is wrong an attempt is in vain, or a dearer rung
+/// answers; no bound rests on it.
 #[inline]
 fn light_left(receiver: &Receiver, polygon: &Polygon, power: f64) -> f64 {
     let (mut lowest, mut highest, mut square) = (f64::INFINITY, f64::NEG_INFINITY, 0.0);
