@@ -29,7 +29,7 @@ const NODE: f64 = 0.577_350_269_189_625_8;
 const ROUNDING: f64 = 1e-12;
 
 /// A kernel that varies by more than this over its least value says too little for what the exchange of so near cells costs.
-const USEFUL: f64 = 12.0;
+const USEFUL: f64 = 5.0;
 
 /// Lower bounds on the exchange of two cells that passes an edge, and on the part that the screen hides.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -93,36 +93,53 @@ impl Beside {
     }
 }
 
-/// Bounds on the kernel `(n1.r) (-n2.r) / (pi r^4)` of all pairs of points: `n1.r` and `n2.r` are affine in each, `r.r` is convex.
+/// Bounds on the kernel `k = u v / (pi r^4)` of all pairs of points, with `u = n1.r` and `v = -n2.r`. Both are affine in each point, `r.r` is
+/// convex.
+///
+/// `sqrt(u v)` is concave where neither is negative. So `sqrt(pi k)`, its quotient by `r.r`, is at least any c in a convex set of r: it is least
+/// at a pair of corners. And with `r0` between the centres it is at most the quotient of tangents, `(a u + v / a) / 2` with `a^2 = v0 / u0` over `2
+/// r0.r - r0.r0`, which is largest at corners where that is positive.
 fn kernel([a, b]: [&Cell; 2], planes: [&Plane; 2]) -> Option<[f64; 2]> {
     let centres = [a, b].map(Cell::centre);
     let radius = |cell: &Cell, centre: DVec3| cell.points.iter().map(|&p| (p - centre).length_squared()).fold(0.0, larger).sqrt();
     let between = centres[1] - centres[0];
-    let along = between.normalize_or_zero();
-    let apart = between.length() - radius(a, centres[0]) - radius(b, centres[1]);
-    let (mut rise, mut fall, mut farthest) = ([f64::INFINITY, 0.0], [f64::INFINITY, 0.0], 0.0);
-    let mut ahead = f64::INFINITY;
+    let square = between.length_squared();
+    let distance = square.sqrt();
+    let apart = distance - radius(a, centres[0]) - radius(b, centres[1]);
+    let sides = |r: DVec3| [planes[0].normal.dot(r), -planes[1].normal.dot(r)];
+    let [u, v] = sides(between);
+    let tilt = if u > 0.0 && v > 0.0 { (v / u).sqrt() } else { f64::INFINITY };
+    let (mut rise, mut fall) = ([f64::INFINITY, 0.0], [f64::INFINITY, 0.0]);
+    let (mut ahead, mut least, mut tangent) = (f64::INFINITY, f64::INFINITY, 0.0);
     for &x in &a.points {
         for &y in &b.points {
             let r = y - x;
-            let (up, down) = (planes[0].normal.dot(r), -planes[1].normal.dot(r));
+            let [up, down] = sides(r);
             rise = [smaller(rise[0], up), larger(rise[1], up)];
             fall = [smaller(fall[0], down), larger(fall[1], down)];
-            farthest = larger(farthest, r.length_squared());
-            ahead = smaller(ahead, along.dot(r));
+            let (along, length) = (between.dot(r), r.length_squared());
+            least = smaller(least, larger(up, 0.0) * larger(down, 0.0) / (length * length));
+
+            ahead = smaller(ahead, along);
+            // Heights err by roundings of the distance.
+            let above = 0.5 * (tilt * up + down / tilt) + ROUNDING * (tilt + 1.0 / tilt) * length.sqrt();
+            let below = 2.0 * along - square * (1.0 + ROUNDING) - ROUNDING * length;
+            tangent = larger(tangent, if below > 0.0 { above / below } else { f64::INFINITY });
         }
     }
     // The distance along any direction is a lower bound, but for roundings of coordinates up to 1.
+    let ahead = if distance > 0.0 { ahead / distance } else { 0.0 };
     let nearest = larger(larger(apart, ahead), larger(rise[0], fall[0])) * (1.0 - ROUNDING) - 16.0 * f64::EPSILON;
     if nearest <= 0.0 || nearest.is_nan() {
         return None;
     }
     let near = nearest * nearest;
-    let least = larger(rise[0], 0.0) * larger(fall[0], 0.0) / (std::f64::consts::PI * farthest * farthest);
     let largest = 1.0 / (std::f64::consts::PI * near);
-    let most = smaller(rise[1] * fall[1] / near, 1.0) * largest;
+    let by_distance = smaller(rise[1] * fall[1] / near, 1.0) * largest;
+    let by_tangent = tangent * tangent / std::f64::consts::PI;
+    let most = if by_tangent < by_distance { by_tangent } else { by_distance };
     // Heights over the planes err by roundings of distances, however low they are.
-    Some([larger(least - ROUNDING * largest, 0.0), most + ROUNDING * largest])
+    Some([larger(least / std::f64::consts::PI - ROUNDING * largest, 0.0), most + ROUNDING * largest])
 }
 
 /// Bounds on the share of all pairs whose segment passes outside the edge.
