@@ -199,7 +199,7 @@ impl FormFactors<'_> {
                     }
                     None => {
                         let from = (node.point, sight.normal);
-                        let screens = hiders.iter().map(|hider| sight.screens[hider.screen as usize]);
+                        let screens = hiders.iter().map(|hider| (sight.screens[hider.screen as usize], hider.open));
                         glance.factor(from, (sight.cell, sight.facing), screens)
                     }
                 };

@@ -12,7 +12,7 @@ use std::f64::consts::TAU;
 
 use radgrad_core::DVec3;
 
-use super::screen::Screen;
+use super::screen::{Screen, Undecided};
 
 /// A point this near a plane is in it: some roundings of coordinates up to 1.
 const LEVEL: f64 = 1e-14;
@@ -59,12 +59,13 @@ pub(super) struct Glance {
 }
 
 impl Glance {
-    /// The factor from a point of this normal to a cell with all its points above the horizon, whose plane has the normal `facing`.
+    /// The factor from a point of this normal to a cell with all its points above the horizon, whose plane has the normal `facing`. Of each
+    /// screen it is given what is known of the edges that the cell and all points near this one are seen past.
     pub(super) fn factor<'a>(
         &mut self,
         (point, normal): (DVec3, DVec3),
         (cell, facing): (&[DVec3], DVec3),
-        screens: impl Iterator<Item = &'a Screen>,
+        screens: impl Iterator<Item = (&'a Screen, Undecided)>,
     ) -> f64 {
         let Some(&corner) = cell.first() else { return 0.0 };
         let to_plane = corner - point;
@@ -72,16 +73,22 @@ impl Glance {
         self.inner.clear();
         self.inner.extend(cell.iter().map(|&y| y - point));
         self.lit.push(&self.inner);
-        for (place, screen) in screens.enumerate() {
+        for (place, (screen, open)) in screens.enumerate() {
             let height = screen.height(point);
             if height == 0.0 {
                 continue;
             }
             let sign = if height > 0.0 { -1.0 } else { 1.0 };
-            if self.is_beside(screen, place, point, cell, sign) {
+            if open.is_parting() {
+                // Whatever is inside these edges is behind the screen.
+                let side = |[a, b]: [DVec3; 2]| (a - point).cross(b - point) * sign;
+                self.sides.clear();
+                self.sides.extend(screen.undecided(open.in_order()).map(side));
+            } else if self.is_beside(screen, place, point, cell, sign) {
                 continue;
+            } else {
+                self.shadow(screen, point, to_plane, facing, sign);
             }
-            self.shadow(screen, point, to_plane, facing, sign);
             if self.sides.is_empty() {
                 continue;
             }
@@ -141,7 +148,8 @@ impl Glance {
     fn subtract(&mut self) {
         self.next.clear();
         for piece in self.lit.iter() {
-            if self.sides.iter().any(|side| piece.iter().all(|r| side.dot(*r) <= 0.0)) {
+            // The cut of a single side says as much.
+            if self.sides.len() > 1 && self.sides.iter().any(|side| piece.iter().all(|r| side.dot(*r) <= 0.0)) {
                 self.next.push(piece);
                 continue;
             }
@@ -219,7 +227,11 @@ mod tests {
             };
             let occluders = [triangle(), triangle(), triangle()];
             let screens: Vec<Screen> = occluders.iter().flat_map(Screen::all_of).collect();
-            let found = glance.factor((point, normal), (emitter.vertices(), emitter.normal()), screens.iter());
+            let found = glance.factor(
+                (point, normal),
+                (emitter.vertices(), emitter.normal()),
+                screens.iter().map(|screen| (screen, Undecided::ALL)),
+            );
             let receiver = Receiver::new(point, normal, 1.0).unwrap();
             let lamp = Emitter::new(emitter, Emission::Constant(1.0)).unwrap();
             let expected = evaluate(&receiver, &lamp, occluders.iter().collect(), 1e-12).unwrap().radiosity;

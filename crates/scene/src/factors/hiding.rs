@@ -21,6 +21,9 @@ use super::{FormFactors, larger, middle, smaller};
 const LOOKS_AT_BOX: usize = 8;
 const LOOKS_AT_FACE: usize = 32;
 
+/// Parts that wait to be looked at, beyond those of the start, above which no proof is near: each part that is not hidden leaves one more.
+const MOST_WAITING: usize = 3;
+
 /// Screens that hide something together, at most.
 const MOST_TOGETHER: usize = 8;
 
@@ -175,7 +178,7 @@ impl FormFactors<'_> {
         if open.is_empty() {
             return true;
         }
-        let mut looks = 0;
+        let (mut looks, most) = (0, open.len() + MOST_WAITING);
         while let Some([cell, target]) = open.pop() {
             looks += 1;
             match self.look(from, cell.outline(), Target { corners: target.outline(), face: Some(to) }) {
@@ -183,7 +186,7 @@ impl FormFactors<'_> {
                 Look::Unknown if looks == 1 && self.is_sight_between([from, to], [cell.outline(), target.outline()]) => {
                     return true;
                 }
-                Look::Unknown if looks < LOOKS_AT_FACE => {
+                Look::Unknown if looks < LOOKS_AT_FACE && open.len() < most => {
                     if size(&cell) > size(&target) {
                         open.extend(halves(&cell).map(|half| [half, target]));
                     } else {

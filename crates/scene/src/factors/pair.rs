@@ -12,7 +12,7 @@ use super::cubature::{Goal, Hiding, Rule};
 use super::exchange::{ALL_DIGITS, Exchange, exchange};
 use super::glance::Glance;
 use super::hiding::Wanted;
-use super::screen::Screen;
+use super::screen::{Screen, Undecided};
 use super::{FactorSettings, FormFactors, larger, middle, smaller};
 use crate::{Beam, Error};
 
@@ -207,7 +207,8 @@ impl FormFactors<'_> {
         let mut share = |screens: &[&Screen]| -> f64 {
             let cells = super::rule::patches(other.vertices());
             let at = (point, own.normal());
-            cells.iter().map(|cell| glance.factor(at, (cell.outline(), other.normal()), screens.iter().copied())).sum()
+            let screens = || screens.iter().map(|&screen| (screen, Undecided::ALL));
+            cells.iter().map(|cell| glance.factor(at, (cell.outline(), other.normal()), screens())).sum()
         };
         let (all, seen) = (share(&[]), share(screens));
         if all > 0.0 { seen / all } else { 0.0 }

@@ -21,12 +21,12 @@ use radgrad_core::{DVec3, Polygon};
 use robust::{Coord3D, orient3d};
 
 use super::rule::patches;
-use super::{larger, smaller};
+use super::{larger, middle, smaller};
 use crate::occluders::{Level, perimeter};
 use crate::projection::normalising_power;
 
 /// Corners up to which a cell is looked at.
-const MOST_CORNERS: usize = 16;
+pub(super) const MOST_CORNERS: usize = 16;
 
 /// A triangle or a convex quadrilateral that hides the faces behind it.
 #[derive(Debug, Clone)]
@@ -86,15 +86,22 @@ pub(super) struct Undecided {
     edges: u8,
     /// Whether the first cell is in front of the screen.
     is_first_in_front: bool,
+    /// Whether the cells are known to be on sides of their own of the screen.
+    is_parting: bool,
 }
 
 impl Undecided {
     /// All edges of a screen that nothing is known of.
-    pub(super) const ALL: Self = Self { edges: u8::MAX, is_first_in_front: true };
+    pub(super) const ALL: Self = Self { edges: u8::MAX, is_first_in_front: true, is_parting: false };
 
     /// The same, counter-clockwise seen from the front.
     pub(super) const fn in_order(self) -> Self {
         Self { is_first_in_front: true, ..self }
+    }
+
+    /// Whether the cells are on sides of their own of the screen.
+    pub(super) const fn is_parting(self) -> bool {
+        self.is_parting
     }
 
     const fn has(self, edge: usize) -> bool {
@@ -206,7 +213,8 @@ impl Screen {
         if cells.iter().any(|cell| cell.len() > MOST_CORNERS) {
             return Some(Verdict::exact(Sight::Part));
         }
-        let [(heights_a, sides_a), (heights_b, sides_b)] = cells.map(|cell| self.rise(cell));
+        let (heights_a, sides_a) = self.rise(cells[0]);
+        let (heights_b, sides_b) = self.rise(cells[1]);
         let [a, b] = [(cells[0], &heights_a), (cells[1], &heights_b)];
         let is_level = |sides: Sides| !sides.front && !sides.behind;
         let is_beside = (!sides_a.behind && !sides_b.behind) || (!sides_a.front && !sides_b.front);
@@ -220,7 +228,7 @@ impl Screen {
         } else {
             return None;
         };
-        let (mut undecided, mut hidden_displaced) = (Undecided { edges: 0, is_first_in_front }, false);
+        let (mut undecided, mut hidden_displaced) = (Undecided { edges: 0, is_first_in_front, is_parting: true }, false);
         for (k, edge) in self.edges().enumerate().filter(|(k, _)| open.has(*k)) {
             let (mut inside, mut outside, mut displaced) = (false, false, false);
             'pairs: for (&x, &over) in from.0.iter().zip(from.1) {
@@ -250,8 +258,7 @@ impl Screen {
 
     /// Whether it surely hides all of two convex outlines from each other, with no edge displaced.
     pub(super) fn hides(&self, outlines: [&[DVec3]; 2]) -> bool {
-        let verdict = self.between(outlines, 1.0, Undecided::ALL);
-        verdict.sight == Sight::Blocked && !verdict.is_displaced
+        self.parting(outlines, 1.0).is_some_and(|verdict| verdict.sight == Sight::Blocked && !verdict.is_displaced)
     }
 
     /// The part of an outline that it leaves visible from a point: exact for the doubles as given, but for points level with its
@@ -267,6 +274,10 @@ impl Screen {
         if low.cmpge(self.high).any() || high.cmple(self.low).any() {
             return true;
         }
+        // There is no such plane where a segment between the two meets the screen.
+        if self.is_met([middle(a), middle(b)]) {
+            return false;
+        }
         let beyond = |outline: &[DVec3], points: &[DVec3]| {
             (0..outline.len()).any(|i| {
                 let (from, to) = (outline[i], outline[(i + 1) % outline.len()]);
@@ -276,20 +287,32 @@ impl Screen {
         beyond(a, b) || beyond(b, a)
     }
 
+    /// Whether a segment meets it, up to rounding.
+    fn is_met(&self, [x, y]: [DVec3; 2]) -> bool {
+        let sign = self.normal.dot(x - self.outline[0]);
+        let is_between = sign * self.normal.dot(y - self.outline[0]) < 0.0;
+        is_between && self.edges().all(|[a, b]| sign * (y - x).dot((b - x).cross(a - x)) > 0.0)
+    }
+
     fn is_beyond(&self, normal: DVec3, origin: DVec3, [a, b]: [&[DVec3]; 2]) -> bool {
-        let along = |p: DVec3| (normal.dot(p - origin), (p - origin).abs().max_element());
-        let [mut lowest, mut highest, mut reach] = [f64::INFINITY, f64::NEG_INFINITY, 0.0];
-        for (s, r) in self.outline.iter().map(|&p| along(p)) {
-            (lowest, highest, reach) = (smaller(lowest, s), larger(highest, s), larger(reach, r));
+        let along = |p: DVec3| normal.dot(p - origin);
+        let [mut lowest, mut highest] = [f64::INFINITY, f64::NEG_INFINITY];
+        for s in self.outline.iter().map(|&p| along(p)) {
+            (lowest, highest) = (smaller(lowest, s), larger(highest, s));
         }
         // The origin is a corner of a cell.
+        if lowest <= 0.0 && highest >= 0.0 {
+            return false;
+        }
         let [mut low, mut high] = [0.0_f64; 2];
-        for (s, r) in a.iter().chain(b).map(|&p| along(p)) {
-            (low, high, reach) = (smaller(low, s), larger(high, s), larger(reach, r));
+        for s in a.iter().chain(b).map(|&p| along(p)) {
+            (low, high) = (smaller(low, s), larger(high, s));
             if lowest <= high && highest >= low {
                 return false;
             }
         }
+        let all = self.outline.iter().chain(a).chain(b);
+        let reach = all.map(|&p| (p - origin).abs().max_element()).fold(0.0, larger);
         // A product of three components sums, whatever the normal is: it is a plane.
         let error = 8.0 * f64::EPSILON * normal.abs().element_sum() * reach;
         lowest > high + error || highest < low - error

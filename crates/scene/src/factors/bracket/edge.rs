@@ -3,15 +3,14 @@
 //! A segment from x to y passes outside the edge where T(x, y) < 0 ([`crate::factors::screen`]), and T is affine in x and in y. With
 //! c and d points of the two cells, `T(x, y) = T(x, d) + T(c, y) - T(c, d) + m(x, y)`, where m is largest at corners, since it is affine
 //! in each as well: `|m| <= t`. So the share v of all pairs (x, y) that are outside is between those of pairs with `T(x, d) + T(c, y) -
-//! T(c, d)` below -t and below t; a sum of two functions, of which it is known for either cell over what share it is below a value. In
-//! slices of the second cell of equal T, the first one's share is between those at the two ends.
+//! T(c, d)` below -t and below t: a sum of two functions, of which it is known for either cell over what share it is below a value. The
+//! density of the one and the share of the other are polynomials of degree 1 and 2 between the values at corners, and the integral of their
+//! product is exact by Gauss' rule of two nodes.
 //!
-//! Let the kernel k be between `k0 - e` and `k0 + e` on all pairs, E their exchange with nothing in between, and W the product of
-//! the areas. The part that passes is `int k [T < 0] = v E + int (k - k0) ([T < 0] - v)`, and `int |[T < 0] - v| = 2 v (1 - v)
-//! W`: so it is `v E` to within `2 e v (1 - v) W`. Both the uncertainty of v and e are in proportion to the size of the cells
-//! over their distance. So the undecided part is E times that ratio; without this rule it would be all of E. Where k varies too much for
-//! that, the part that passes is between `v W` times the least and times the largest kernel all the same, and so is the part that does
-//! not: the better of the three counts.
+//! Let the kernel k be between `k0` and `k1` on all pairs, E their exchange with nothing in between, and W the product of the areas. What
+//! passes on a share v of them is at most `k1 v W`, and at most E less what the rest does at least, `k0 (1 - v) W`; so it is known to within
+//! `(k1 - k0) v (1 - v) W`. Both the uncertainty of v and that of k are in proportion to the size of the cells over their distance. So the
+//! undecided part is E times that ratio; without this rule it would be all of E.
 //!
 //! A shadow is what is inside all of some edges. It is at most what is inside any one of them, and at least all but the sum of what is
 //! outside each. What all shadows hide is at least what any of them does, and at most the sum.
@@ -20,16 +19,17 @@ use radgrad_core::{DVec3, mutant};
 
 use super::cell::{Cell, Plane};
 use crate::factors::exchange::Exchange;
+use crate::factors::screen::MOST_CORNERS;
 use crate::factors::{larger, smaller};
 
-/// Slices of the second cell.
-const SLICES: u32 = 16;
+/// The node of Gauss' rule of two nodes, `1/sqrt 3`.
+const NODE: f64 = 0.577_350_269_189_625_8;
 
 /// Relative rounding of shares, areas and kernels: a few dozen operations.
 const ROUNDING: f64 = 1e-12;
 
 /// A kernel that varies by more than this over its least value says too little for what the exchange of so near cells costs.
-const USEFUL: f64 = 12.0;
+const USEFUL: f64 = 5.0;
 
 /// Lower bounds on the exchange of two cells that passes an edge, and on the part that the screen hides.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -82,129 +82,217 @@ struct Beside {
 impl Beside {
     fn of([a, b]: [&Cell; 2], [below, above]: [f64; 2], [least, most]: [f64; 2], whole: Exchange) -> Self {
         let product = a.area * b.area;
-        // v (1 - v) is largest at a half.
-        let v = if below > 0.5 {
-            below
-        } else if above < 0.5 {
-            above
-        } else {
-            0.5
-        };
-        let off = mutant!(
-            "factors.edge-off",
-            (most - least) * v * (1.0 - v) * product * (1.0 + ROUNDING) + ROUNDING * whole.most(),
-            |off| 0.1 * off
-        );
-        // At most a share of it all, by the mean and by the extremes of the kernel.
+        // At most the largest kernel on all of the share, and all but the least kernel on the rest.
         let at_most = |share: f64| {
-            let by_kernel = smaller(most * share, (whole.most() / product) * (1.0 + ROUNDING) - least * (1.0 - share)) * product;
-            smaller(share * whole.most() + off, by_kernel + ROUNDING * (whole.most() + most * share * product))
+            let by_rest = (whole.most() / product) * (1.0 + ROUNDING) - least * (1.0 - share);
+            let by_kernel = mutant!("factors.edge-off", smaller(most * share, by_rest), |most| 0.9 * most);
+            by_kernel * product + ROUNDING * (whole.most() + most * share * product)
         };
         let [inside, outside] = [at_most(1.0 - below), at_most(above)];
-        let by_mean = (1.0 - above) * whole.least() - off;
-        Self { inside: [larger(by_mean, whole.least() - outside), inside], outside }
+        Self { inside: [whole.least() - outside, inside], outside }
     }
 }
 
-/// Bounds on the kernel `(n1.r) (-n2.r) / (pi r^4)` of all pairs of points: `n1.r` and `n2.r` are affine in each, `r.r` is convex.
+/// Bounds on the kernel `k = u v / (pi r^4)` of all pairs of points, with `u = n1.r` and `v = -n2.r`. Both are affine in each point, `r.r` is
+/// convex.
+///
+/// `sqrt(u v)` is concave where neither is negative. So `sqrt(pi k)`, its quotient by `r.r`, is at least any c in a convex set of r: it is least
+/// at a pair of corners. And with `r0` between the centres it is at most the quotient of tangents, `(a u + v / a) / 2` with `a^2 = v0 / u0` over `2
+/// r0.r - r0.r0`, which is largest at corners where that is positive.
 fn kernel([a, b]: [&Cell; 2], planes: [&Plane; 2]) -> Option<[f64; 2]> {
     let centres = [a, b].map(Cell::centre);
-    let radius = |cell: &Cell, centre: DVec3| cell.points.iter().map(|&p| (p - centre).length()).fold(0.0, larger);
+    let radius = |cell: &Cell, centre: DVec3| cell.points.iter().map(|&p| (p - centre).length_squared()).fold(0.0, larger).sqrt();
     let between = centres[1] - centres[0];
-    let along = between.normalize_or_zero();
-    let apart = between.length() - radius(a, centres[0]) - radius(b, centres[1]);
-    let (mut rise, mut fall, mut farthest) = ([f64::INFINITY, 0.0], [f64::INFINITY, 0.0], 0.0);
-    let mut ahead = f64::INFINITY;
+    let square = between.length_squared();
+    let distance = square.sqrt();
+    let apart = distance - radius(a, centres[0]) - radius(b, centres[1]);
+    let sides = |r: DVec3| [planes[0].normal.dot(r), -planes[1].normal.dot(r)];
+    let [u, v] = sides(between);
+    let tilt = if u > 0.0 && v > 0.0 { (v / u).sqrt() } else { f64::INFINITY };
+    let (mut rise, mut fall) = ([f64::INFINITY, 0.0], [f64::INFINITY, 0.0]);
+    let (mut ahead, mut least, mut tangent) = (f64::INFINITY, f64::INFINITY, 0.0);
     for &x in &a.points {
         for &y in &b.points {
             let r = y - x;
-            let (up, down) = (planes[0].normal.dot(r), -planes[1].normal.dot(r));
+            let [up, down] = sides(r);
             rise = [smaller(rise[0], up), larger(rise[1], up)];
             fall = [smaller(fall[0], down), larger(fall[1], down)];
-            farthest = larger(farthest, r.length_squared());
-            ahead = smaller(ahead, along.dot(r));
+            let (along, length) = (between.dot(r), r.length_squared());
+            least = smaller(least, larger(up, 0.0) * larger(down, 0.0) / (length * length));
+
+            ahead = smaller(ahead, along);
+            // Heights err by roundings of the distance.
+            let above = 0.5 * (tilt * up + down / tilt) + ROUNDING * (tilt + 1.0 / tilt) * length.sqrt();
+            let below = 2.0 * along - square * (1.0 + ROUNDING) - ROUNDING * length;
+            tangent = larger(tangent, if below > 0.0 { above / below } else { f64::INFINITY });
         }
     }
     // The distance along any direction is a lower bound, but for roundings of coordinates up to 1.
+    let ahead = if distance > 0.0 { ahead / distance } else { 0.0 };
     let nearest = larger(larger(apart, ahead), larger(rise[0], fall[0])) * (1.0 - ROUNDING) - 16.0 * f64::EPSILON;
     if nearest <= 0.0 || nearest.is_nan() {
         return None;
     }
     let near = nearest * nearest;
-    let least = larger(rise[0], 0.0) * larger(fall[0], 0.0) / (std::f64::consts::PI * farthest * farthest);
     let largest = 1.0 / (std::f64::consts::PI * near);
-    let most = smaller(rise[1] * fall[1] / near, 1.0) * largest;
+    let by_distance = smaller(rise[1] * fall[1] / near, 1.0) * largest;
+    let by_tangent = tangent * tangent / std::f64::consts::PI;
+    let most = if by_tangent < by_distance { by_tangent } else { by_distance };
     // Heights over the planes err by roundings of distances, however low they are.
-    Some([larger(least - ROUNDING * largest, 0.0), most + ROUNDING * largest])
+    Some([larger(least / std::f64::consts::PI - ROUNDING * largest, 0.0), most + ROUNDING * largest])
 }
 
 /// Bounds on the share of all pairs whose segment passes outside the edge.
 fn share_outside([a, b]: [&Cell; 2], [from, to]: [DVec3; 2]) -> [f64; 2] {
-    let turn = |x: DVec3, y: DVec3| (y - x).dot(mutant!("factors.edge-sign", (to - x).cross(from - x), |normal: DVec3| -normal));
+    if a.points.len().max(b.points.len()) > MOST_CORNERS {
+        return [0.0, 1.0];
+    }
+    let normal = |x: DVec3| mutant!("factors.edge-sign", (to - x).cross(from - x), |normal: DVec3| -normal);
     let (c, d) = (a.centre(), b.centre());
-    let middle = turn(c, d);
-    let first: Vec<f64> = a.points.iter().map(|&x| turn(x, d)).collect();
-    let second: Vec<f64> = b.points.iter().map(|&y| turn(c, y) - middle).collect();
+    let of_centre = normal(c);
+    let middle = (d - c).dot(of_centre);
+    let mut turns = [[0.0; MOST_CORNERS]; 2];
+    for (turn, &y) in turns[1].iter_mut().zip(&b.points) {
+        *turn = (y - c).dot(of_centre) - middle;
+    }
     let (mut rest, mut size) = (0.0, 0.0);
-    for (&x, u) in a.points.iter().zip(&first) {
-        for (&y, w) in b.points.iter().zip(&second) {
-            rest = larger(rest, (turn(x, y) - u - w).abs());
-            size = larger(size, (y - x).length() * (to - x).length() * (from - x).length());
+    for (i, &x) in a.points.iter().enumerate() {
+        let normal = normal(x);
+        let own = (d - x).dot(normal);
+        turns[0][i] = own;
+        let mut farthest = 0.0;
+        for (&y, w) in b.points.iter().zip(&turns[1]) {
+            let r = y - x;
+            rest = larger(rest, (r.dot(normal) - own - w).abs());
+            farthest = larger(farthest, r.length_squared());
         }
+        size = larger(size, farthest * (to - x).length_squared() * (from - x).length_squared());
     }
-    let rest = mutant!("factors.edge-rest", rest + 64.0 * f64::EPSILON * size, |rest| 0.1 * rest);
-    let (first, second) = (Shares::new(a, &first), Shares::new(b, &second));
-    let [low, high] = second.range;
-    let (mut below, mut above) = (0.0, 0.0);
-    let mut start = (low, 0.0);
-    for slice in 1..=SLICES {
-        let place = if slice == SLICES { high } else { low + (high - low) * f64::from(slice) / f64::from(SLICES) };
-        let end = (place, if slice == SLICES { 1.0 } else { second.below(place) });
-        let share = end.1 - start.1;
-        below += share * first.below(-rest - end.0);
-        above += share * first.below(rest - start.0);
-        start = end;
+    let off = 65.0 * f64::EPSILON * size.sqrt() + f64::MIN_POSITIVE;
+    let rest = mutant!("factors.edge-rest", rest + off, |rest| 0.1 * rest);
+    if !rest.is_finite() {
+        return [0.0, 1.0];
     }
+    let first = Shares::new(a, &turns[0][..a.points.len()]);
+    let second = Shares::new(b, &turns[1][..b.points.len()]);
+    let [narrow, wide] = if first.reach() < second.reach() { [&first, &second] } else { [&second, &first] };
+    let [below, above] = [-rest, rest].map(|value| narrow.sum_below(wide, value));
     [larger(below - ROUNDING, 0.0), smaller(above + ROUNDING, 1.0)]
 }
 
 /// Over what share of a cell an affine function is below a value.
-struct Shares {
-    /// Triangles: the values at their corners, ascending, and their share.
-    triangles: Vec<([f64; 3], f64)>,
+struct Shares<'a> {
+    triangles: [Triangle; MOST_CORNERS],
+    count: usize,
+    /// Its values at the corners: between two next ones the share is a polynomial of degree 2.
+    values: &'a [f64],
     range: [f64; 2],
 }
 
-impl Shares {
-    fn new(cell: &Cell, values: &[f64]) -> Self {
+/// An affine function on a triangle.
+#[derive(Debug, Clone, Copy, Default)]
+struct Triangle {
+    /// The least of its values at corners, and one over their range: finite.
+    low: f64,
+    scale: f64,
+    /// The place of the middle one, from 0 to 1 of the range.
+    middle: f64,
+    /// The share of the triangle.
+    share: f64,
+}
+
+impl Triangle {
+    fn below(&self, value: f64) -> f64 {
+        let place = (value - self.low) * self.scale;
+        if place <= 0.0 {
+            0.0
+        } else if place >= 1.0 {
+            self.share
+        } else if place <= self.middle {
+            self.share * place * (place / self.middle)
+        } else {
+            self.share * (1.0 - (1.0 - place) * ((1.0 - place) / (1.0 - self.middle)))
+        }
+    }
+
+    fn density(&self, value: f64) -> f64 {
+        let place = (value - self.low) * self.scale;
+        let height = if place <= 0.0 || place >= 1.0 {
+            0.0
+        } else if place <= self.middle {
+            place / self.middle
+        } else {
+            (1.0 - place) / (1.0 - self.middle)
+        };
+        2.0 * self.share * self.scale * height
+    }
+}
+
+impl<'a> Shares<'a> {
+    /// Of at most [`MOST_CORNERS`] corners.
+    fn new(cell: &Cell, values: &'a [f64]) -> Self {
         let points = &cell.points;
         let mut whole = 0.0;
-        let mut triangles = Vec::with_capacity(points.len());
-        for i in 2..points.len() {
-            let area = (points[i - 1] - points[0]).cross(points[i] - points[0]).length();
-            let mut corners = [values[0], values[i - 1], values[i]];
+        let mut triangles = [Triangle::default(); MOST_CORNERS];
+        let count = points.len() - 2;
+        for (k, triangle) in triangles[..count].iter_mut().enumerate() {
+            let area = (points[k + 1] - points[0]).cross(points[k + 2] - points[0]).length();
+            let mut corners = [values[0], values[k + 1], values[k + 2]];
             corners.sort_unstable_by(f64::total_cmp);
+            let [low, middle, high] = corners;
+            // A range of hardly any width is a step.
+            let scale = 1.0 / larger(high - low, 1e-300);
+            *triangle = Triangle { low, scale, middle: (middle - low) * scale, share: area };
             whole += area;
-            triangles.push((corners, area));
         }
-        triangles.iter_mut().for_each(|(_, area)| *area /= whole);
+        triangles[..count].iter_mut().for_each(|triangle| triangle.share /= whole);
         let range = values.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], &v| [smaller(low, v), larger(high, v)]);
-        Self { triangles, range }
+        Self { triangles, count, values, range }
+    }
+
+    fn reach(&self) -> f64 {
+        self.range[1] - self.range[0]
     }
 
     fn below(&self, value: f64) -> f64 {
-        let of = |&([low, middle, high], share): &([f64; 3], f64)| {
-            if value <= low {
-                0.0
-            } else if value >= high {
-                share
-            } else if value <= middle {
-                share * ((value - low) / (middle - low)) * ((value - low) / (high - low))
-            } else {
-                share * (1.0 - ((high - value) / (high - low)) * ((high - value) / (high - middle)))
+        self.triangles[..self.count].iter().map(|triangle| triangle.below(value)).sum()
+    }
+
+    fn density(&self, value: f64) -> f64 {
+        self.triangles[..self.count].iter().map(|triangle| triangle.density(value)).sum()
+    }
+
+    /// The share of pairs over which the sum of this function and one that reaches as far is below a value: between two knots the density of the
+    /// one times the share of the other is of degree 3, for which Gauss' rule of two nodes is exact.
+    fn sum_below(&self, wide: &Self, value: f64) -> f64 {
+        let ([least, most], [low, high]) = (wide.range, self.range);
+        if value - high >= most {
+            return 1.0;
+        }
+        if value - low <= least {
+            return 0.0;
+        }
+        // Below this all of this one counts, above the end nothing.
+        let (start, end) = (larger(value - high, least), smaller(value - low, most));
+        let mut sum = if start > least { wide.below(start) } else { 0.0 };
+        let mut knots = [end; 2 * MOST_CORNERS + 2];
+        knots[0] = start;
+        let mut count = 1;
+        for knot in wide.values.iter().copied().chain(self.values.iter().map(|knot| value - knot)) {
+            if knot > start && knot < end {
+                knots[count] = knot;
+                count += 1;
             }
-        };
-        self.triangles.iter().map(of).sum()
+        }
+        knots[..count].sort_unstable_by(f64::total_cmp);
+        for piece in knots[..=count].windows(2) {
+            let (half, middle) = (0.5 * (piece[1] - piece[0]), 0.5 * (piece[0] + piece[1]));
+            if half > 0.0 {
+                let at = |w: f64| wide.density(w) * self.below(value - w);
+                sum += half * (at(middle - NODE * half) + at(middle + NODE * half));
+            }
+        }
+        sum
     }
 }
 
