@@ -44,8 +44,7 @@ pub(crate) struct Arguments {
     #[arg(long, default_value_t = FactorSettings::default().most_cells, value_parser = count)]
     cells: usize,
     /// Error down to which the value of a factor past occluders is integrated, in its bracket: an estimate. By default 3e-3 of
-    /// --tolerance, or a tenth of --tolerance over what the factor were with nothing in between, whichever is larger; three tenths of
-    /// it where --tolerance is at least 3e-3.
+    /// --tolerance, or a tenth of --tolerance over what the factor were with nothing in between, whichever is larger.
     #[arg(long)]
     estimate: Option<f64>,
     /// Move factors the least, inside their brackets and reciprocal as they are, until the rows of a closed scene sum to 1.
@@ -165,8 +164,7 @@ fn settings(arguments: &Arguments) -> Result<FactorSettings, Failure> {
         }
     }
     // `--estimate` is absolute: it replaces both defaults.
-    let share = if tolerance < 3e-3 { 0.1 } else { 0.3 };
-    let relative_estimate = if arguments.estimate.is_some() { 0.0 } else { share * tolerance };
+    let relative_estimate = if arguments.estimate.is_some() { 0.0 } else { 0.1 * tolerance };
     Ok(FactorSettings { tolerance, relative, most_cells: cells, estimate, relative_estimate, ..FactorSettings::default() })
 }
 

@@ -22,7 +22,8 @@ const LOOKS_AT_BOX: usize = 8;
 const LOOKS_AT_FACE: usize = 32;
 
 /// Parts that wait to be looked at, beyond those of the start, above which no proof is near: each part that is not hidden leaves one more.
-const MOST_WAITING: usize = 3;
+const MOST_WAITING_AT_BOX: usize = 1;
+const MOST_WAITING_AT_FACE: usize = 3;
 
 /// Screens that hide something together, at most.
 const MOST_TOGETHER: usize = 8;
@@ -157,13 +158,13 @@ impl FormFactors<'_> {
     /// Whether a box is not proven hidden from all patches of a face.
     fn may_see_box(&self, from: usize, cells: &[Patch], corners: &[DVec3]) -> bool {
         let fine = FINE * (corners[7] - corners[0]).length();
-        let mut looks = 0;
+        let (mut looks, most) = (0, cells.len() + MOST_WAITING_AT_BOX);
         let mut open = cells.to_vec();
         while let Some(cell) = open.pop() {
             looks += 1;
             match self.look(from, cell.outline(), Target { corners, face: None }) {
                 Look::Hidden => {}
-                Look::Unknown if looks < LOOKS_AT_BOX && size(&cell) > fine => open.extend(halves(&cell)),
+                Look::Unknown if looks < LOOKS_AT_BOX && open.len() < most && size(&cell) > fine => open.extend(halves(&cell)),
                 Look::Unknown | Look::Free => return true,
             }
         }
@@ -178,7 +179,7 @@ impl FormFactors<'_> {
         if open.is_empty() {
             return true;
         }
-        let (mut looks, most) = (0, open.len() + MOST_WAITING);
+        let (mut looks, most) = (0, open.len() + MOST_WAITING_AT_FACE);
         while let Some([cell, target]) = open.pop() {
             looks += 1;
             match self.look(from, cell.outline(), Target { corners: target.outline(), face: Some(to) }) {
