@@ -123,6 +123,11 @@ impl Residual {
         self.detail
     }
 
+    /// Root mean square of the detail of textures.
+    pub(crate) const fn detail_rms(&self) -> f64 {
+        self.detail_rms
+    }
+
     /// Largest magnitude, with the detail of textures.
     pub(crate) fn whole(&self) -> Ledger {
         Ledger { discretisation: self.largest.discretisation + self.detail, ..self.largest }

@@ -10,17 +10,26 @@ use rayon::prelude::*;
 
 use crate::field::gathering::irradiance;
 use crate::links::link::Link;
+use crate::mesh::basis::Basis;
 use crate::solve::solution::Solution;
 
-/// Of a leaf in a channel.
+/// Of an element in a channel; above leaves, the projection of theirs.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Detail {
-    /// Coefficients in the basis of the next degree; those of the leaf's own basis are 0.
+    /// Coefficients in the basis of the next degree.
     pub(crate) coefficients: Vec<f64>,
     /// Root mean square of what samples have beyond that.
     pub(crate) beyond: f64,
     /// What links and clusters neglect of it, as if the links' signs were at random.
     pub(crate) neglected: f64,
+}
+
+/// The part of what samples have beyond the next degree that a point gathers of a source whose radius over its distance is `near`, over its
+/// form factor. A residual orthogonal to the polynomials counts by the kernel's part beyond them, or by its own part along them as far as the
+/// samples allow one.
+pub(super) fn part_beyond(near: f64, above: &Basis) -> f64 {
+    let falls: f64 = std::iter::repeat_n(near, above.degree() + 1).product();
+    largest(falls, 1.0 / (above.degree() + 1) as f64)
 }
 
 impl Detail {
@@ -30,10 +39,24 @@ impl Detail {
         self.neglected += other.neglected;
         self
     }
+
+    /// That of an element whose children have these.
+    fn over(above: &Basis, children: [&Self; 4]) -> Self {
+        let squares = |coefficients: &[f64]| coefficients.iter().map(|c| c * c).sum::<f64>();
+        let mut over = Self { coefficients: vec![0.0; above.len()], ..Self::default() };
+        let mut all = 0.0;
+        for (child, of) in children.into_iter().enumerate() {
+            above.pull(child, &of.coefficients, &mut over.coefficients);
+            all += 0.25 * (squares(&of.coefficients) + of.beyond * of.beyond);
+            over.neglected += 0.25 * of.neglected;
+        }
+        over.beyond = largest(all - squares(&over.coefficients), 0.0).sqrt();
+        over
+    }
 }
 
 impl Solution {
-    /// Details of leaves, by channel; none on other elements.
+    /// Details of elements, by channel.
     pub(crate) fn details(&self) -> &[Vec<Detail>] {
         self.details.get_or_init(|| {
             let of_receiver = |&receiver: &usize| (receiver, self.of_reflected(receiver));
@@ -55,13 +78,21 @@ impl Solution {
                 }
                 false => Vec::new(),
             };
-            (0..reflected.len()).into_par_iter().map(of_leaf).collect()
+            let mut all: Vec<Vec<Detail>> = (0..reflected.len()).into_par_iter().map(of_leaf).collect();
+            for element in (0..all.len()).rev() {
+                let Some(first) = self.mesh.elements()[element].children() else { continue };
+                let Some(above) = self.mesh.basis(element).above() else { continue };
+                let of = |channel: usize| Detail::over(above, [0, 1, 2, 3].map(|child| &all[first + child][channel]));
+                let over = (0..self.channels.len()).map(of).collect();
+                all[element] = over;
+            }
+            all
         })
     }
 
     fn of_direct(&self, leaf: usize, channel: usize) -> Detail {
         if self.direct.is_empty() {
-            let len = self.mesh.basis(leaf).above().map_or(0, crate::mesh::basis::Basis::len);
+            let len = self.mesh.basis(leaf).above().map_or(0, Basis::len);
             return Detail { coefficients: vec![0.0; len], ..Detail::default() };
         }
         self.detail_of(leaf, &self.direct_samples(leaf, channel))

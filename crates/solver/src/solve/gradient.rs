@@ -25,8 +25,9 @@ use crate::mesh::basis::Basis;
 use crate::mesh::element::Element;
 use crate::mesh::rule::{self, Node};
 use crate::mesh::shape::Shape;
+use crate::solve::detail::part_beyond;
 use crate::solve::solution::Solution;
-use radgrad_scene::{largest, smallest};
+use radgrad_scene::smallest;
 
 /// Nodes a side of the rule for gradients from afar, and the distance from the source in its radii from which it serves: there it
 /// leaves about 1e-8 of the gradient.
@@ -214,11 +215,7 @@ impl Solution {
             let coefficients: Vec<&[f64]> = details.iter().map(|of| &of.coefficients[..]).collect();
             let gradients = self.gradients_from((link.source, above), &link.sight, station, &coefficients)?;
             parts.detail.iter_mut().zip(gradients).for_each(|(sum, of)| *sum += of);
-            // A residual orthogonal to the polynomials counts by the kernel's part beyond them, or by its own part along them as
-            // far as the samples allow one.
-            let near = smallest(element.radius() / (element.centre() - station.point).length(), 1.0);
-            let falls: f64 = std::iter::repeat_n(near, above.degree() + 1).product();
-            let part = largest(falls, 1.0 / (above.degree() + 1) as f64);
+            let part = part_beyond(smallest(element.radius() / (element.centre() - station.point).length(), 1.0), above);
             for (beyond, of) in parts.beyond.iter_mut().zip(details) {
                 let size = steep * row.factor() * (part * of.beyond).hypot(of.neglected);
                 *beyond += size * size;
