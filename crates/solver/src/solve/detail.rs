@@ -9,7 +9,6 @@ use radgrad_scene::largest;
 use rayon::prelude::*;
 
 use crate::field::gathering::irradiance;
-use crate::links::link::Link;
 use crate::mesh::basis::Basis;
 use crate::solve::solution::Solution;
 
@@ -20,23 +19,22 @@ pub(crate) struct Detail {
     pub(crate) coefficients: Vec<f64>,
     /// Root mean square of what samples have beyond that.
     pub(crate) beyond: f64,
-    /// What links and clusters neglect of it, as if the links' signs were at random.
-    pub(crate) neglected: f64,
-}
-
-/// The part of what samples have beyond the next degree that a point gathers of a source whose radius over its distance is `near`, over its
-/// form factor. A residual orthogonal to the polynomials counts by the kernel's part beyond them, or by its own part along them as far as the
-/// samples allow one.
-pub(super) fn part_beyond(near: f64, above: &Basis) -> f64 {
-    let falls: f64 = std::iter::repeat_n(near, above.degree() + 1).product();
-    largest(falls, 1.0 / (above.degree() + 1) as f64)
+    /// The part of that along the polynomials up to the next degree, which samples cannot tell from it.
+    pub(crate) along: f64,
 }
 
 impl Detail {
+    /// What a point gathers of what samples have beyond the next degree, from a source whose radius over its distance is `near`, over its form
+    /// factor: by the kernel's part beyond the polynomials, and by its own part along them.
+    pub(super) fn gathered_beyond(&self, near: f64, basis: &Basis) -> f64 {
+        let falls: f64 = std::iter::repeat_n(near, basis.degree() + 2).product();
+        (falls * self.beyond).hypot(self.along)
+    }
+
     fn with(mut self, other: &Self) -> Self {
         self.coefficients.iter_mut().zip(&other.coefficients).for_each(|(sum, c)| *sum += c);
         self.beyond = self.beyond.hypot(other.beyond);
-        self.neglected += other.neglected;
+        self.along = self.along.hypot(other.along);
         self
     }
 
@@ -44,12 +42,13 @@ impl Detail {
     fn over(above: &Basis, children: [&Self; 4]) -> Self {
         let squares = |coefficients: &[f64]| coefficients.iter().map(|c| c * c).sum::<f64>();
         let mut over = Self { coefficients: vec![0.0; above.len()], ..Self::default() };
-        let mut all = 0.0;
+        let (mut all, mut along) = (0.0, 0.0);
         for (child, of) in children.into_iter().enumerate() {
             above.pull(child, &of.coefficients, &mut over.coefficients);
             all += 0.25 * (squares(&of.coefficients) + of.beyond * of.beyond);
-            over.neglected += 0.25 * of.neglected;
+            along += 0.25 * of.along * of.along;
         }
+        over.along = along.sqrt();
         over.beyond = largest(all - squares(&over.coefficients), 0.0).sqrt();
         over
     }
@@ -103,22 +102,15 @@ impl Solution {
         let rho = &self.surfaces.reflectance[self.mesh.elements()[receiver].face()];
         let of_channel = |(channel, rho): (usize, &f64)| {
             let received = irradiance(&self.mesh, &self.field, &self.links[receiver], &self.far[receiver], channel, nodes);
-            let neglected = (0..nodes).map(|node| rho * self.neglected_at(receiver, channel, node)).fold(0.0, largest);
             let samples: Vec<f64> = received.iter().map(|h| rho * h).collect();
-            Detail { neglected, ..self.detail_of(receiver, &samples) }
+            self.detail_of(receiver, &samples)
         };
         rho.iter().enumerate().map(of_channel).collect()
     }
 
     fn detail_of(&self, element: usize, samples: &[f64]) -> Detail {
         let basis = self.mesh.basis(element);
-        Detail { coefficients: basis.next(samples), beyond: basis.excess(samples).spread, neglected: 0.0 }
-    }
-
-    /// What a node's links and clusters neglect.
-    fn neglected_at(&self, receiver: usize, channel: usize, node: usize) -> f64 {
-        let of_link = |link: &Link| self.field.neglected(&self.mesh, link.source, channel, &link.rows[node]);
-        let of_links = self.links[receiver].iter().map(of_link).map(|size| size * size).sum::<f64>().sqrt();
-        of_links + self.far[receiver].likely(&self.field, channel, node)
+        let excess = basis.excess(samples);
+        Detail { coefficients: basis.next(samples), beyond: excess.spread, along: basis.seen_of(&excess) * excess.spread }
     }
 }

@@ -26,9 +26,6 @@ use crate::solve::solution::Solution;
 /// Points may be off their face by this fraction of the scene's extent.
 const REACH: f64 = 1e-6;
 
-/// The part of the bound on what a link neglects that is taken to be there.
-const TYPICAL: f64 = 0.2;
-
 /// Irradiance and bound at a point, in each channel: what it receives of all that it sees above its horizon. Irradiance has the unit of
 /// radiosity, pi times that of the scene's radiances; a white surface there would have it for its radiosity.
 ///
@@ -272,7 +269,7 @@ impl Solution {
                 sums[channel] += coefficients.iter().zip(&row.values).map(|(c, v)| c * v).sum::<f64>();
                 let neglected = self.field.neglected(&self.mesh, source, channel, &row);
                 let [bound, likely] = [row.error_of(coefficients), row.likely_error_of(coefficients)];
-                let sizes = [[neglected, bound], [square(TYPICAL * neglected), square(likely)]];
+                let sizes = [[neglected, bound], [0.0, square(likely)]];
                 for (ledger, [neglected, size]) in ledgers.iter_mut().zip(sizes) {
                     let sum = &mut ledger[channel];
                     sum.computation += neglected;
@@ -296,10 +293,20 @@ impl Solution {
     fn bounded_sum(&self, station: &Station, Sum { sums, ledgers, rows, sights, far }: &Sum) -> Irradiance {
         let channels = self.channels.len();
         let whole = vec![1.0; channels];
-        let term = |((source, row), sight)| { let (source, row): (&usize, &Row) = (source, row); Term { source: *source, sight, row } };
+        let term = |((source, row), sight)| {
+            let (source, row): (&usize, &Row) = (source, row);
+            Term { source: *source, sight, row }
+        };
         let terms = rows.iter().map(|(source, row)| (source, row)).zip(sights).map(term);
         // Where no error is known with its sign, what its magnitude may be is an estimate, too.
-        let without_sign = || self.points().at(self.bounded(), &self.bounds, station, (rows, far), &whole);
+        let without_sign = || {
+            let mut beyond = self.points().at(self.bounded(), &self.bounds, station, (rows, far), &whole);
+            for (channel, sum) in beyond.iter_mut().enumerate() {
+                let neglected = |(source, row): &(usize, Row)| self.field.neglected(&self.mesh, *source, channel, row);
+                sum.computation += rows.iter().map(neglected).sum::<f64>();
+            }
+            beyond
+        };
         let estimated = self.error_at(station, terms, (far, sums)).unwrap_or_else(without_sign);
         let proven = match self.proven() {
             Some(proven) => proven.at(&self.mesh, rows, far, &whole),
