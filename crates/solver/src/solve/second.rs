@@ -38,7 +38,7 @@ const SOLVED: f64 = 1e-3;
 
 /// The part of all that sources may give of a detail from which on one is evaluated, and the error that this may have.
 const MUCH: f64 = 0.01;
-const ROUGH: f64 = 1e-4;
+const ROUGH: f64 = 1e-6;
 
 /// The part of the bound on what a link neglects that is taken to be there.
 pub(super) const TYPICAL: f64 = 0.5;
@@ -272,12 +272,6 @@ impl Solution {
                 unseen += row.likely_factor() * self.bounds.residuals.iter().map(|of| of[source][channel].unseen).sum::<f64>();
             }
             let of_light = sums[channel].abs() * ratio(of_mean[channel].total(), self.mean[channel]);
-            if std::env::var_os("PARTS").is_some() {
-                eprintln!(
-                    "PARTS {channel} known {known:e} carried {carried:e} off {:e} unseen {unseen:e} light {of_light:e}",
-                    off.sqrt()
-                );
-            }
             Ledger { discretisation: (known + carried).abs() + unseen + off.sqrt().hypot(of_light), ..Ledger::default() }
         };
         Some(details.into_iter().enumerate().map(of_channel).collect())
