@@ -9,6 +9,7 @@ use radgrad_scene::largest;
 use rayon::prelude::*;
 
 use crate::field::gathering::irradiance;
+use crate::links::link::Link;
 use crate::mesh::basis::Basis;
 use crate::solve::solution::Solution;
 
@@ -21,6 +22,8 @@ pub(crate) struct Detail {
     pub(crate) beyond: f64,
     /// The part of that along the polynomials up to the next degree, which samples cannot tell from it.
     pub(crate) along: f64,
+    /// On leaves, what links and clusters neglect of it, as if the links' signs were at random.
+    pub(crate) neglected: f64,
 }
 
 impl Detail {
@@ -35,6 +38,7 @@ impl Detail {
         self.coefficients.iter_mut().zip(&other.coefficients).for_each(|(sum, c)| *sum += c);
         self.beyond = self.beyond.hypot(other.beyond);
         self.along = self.along.hypot(other.along);
+        self.neglected += other.neglected;
         self
     }
 
@@ -102,8 +106,9 @@ impl Solution {
         let rho = &self.surfaces.reflectance[self.mesh.elements()[receiver].face()];
         let of_channel = |(channel, rho): (usize, &f64)| {
             let received = irradiance(&self.mesh, &self.field, &self.links[receiver], &self.far[receiver], channel, nodes);
+            let neglected = (0..nodes).map(|node| rho * self.neglected_at(receiver, channel, node)).fold(0.0, largest);
             let samples: Vec<f64> = received.iter().map(|h| rho * h).collect();
-            self.detail_of(receiver, &samples)
+            Detail { neglected, ..self.detail_of(receiver, &samples) }
         };
         rho.iter().enumerate().map(of_channel).collect()
     }
@@ -111,6 +116,14 @@ impl Solution {
     fn detail_of(&self, element: usize, samples: &[f64]) -> Detail {
         let basis = self.mesh.basis(element);
         let excess = basis.excess(samples);
-        Detail { coefficients: basis.next(samples), beyond: excess.spread, along: basis.seen_of(&excess) * excess.spread }
+        let along = basis.seen_of(&excess) * excess.spread;
+        Detail { coefficients: basis.next(samples), beyond: excess.spread, along, neglected: 0.0 }
+    }
+
+    /// What a node's links and clusters neglect.
+    fn neglected_at(&self, receiver: usize, channel: usize, node: usize) -> f64 {
+        let of_link = |link: &Link| self.field.neglected(&self.mesh, link.source, channel, &link.rows[node]);
+        let of_links = self.links[receiver].iter().map(of_link).map(|size| size * size).sum::<f64>().sqrt();
+        of_links + self.far[receiver].likely(&self.field, channel, node)
     }
 }

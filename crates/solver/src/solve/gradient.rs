@@ -25,9 +25,8 @@ use crate::mesh::basis::Basis;
 use crate::mesh::element::Element;
 use crate::mesh::rule::{self, Node};
 use crate::mesh::shape::Shape;
-use crate::solve::second::{Piece, STILL_OFF};
 use crate::solve::solution::Solution;
-use radgrad_scene::smallest;
+use radgrad_scene::{largest, smallest};
 
 /// Nodes a side of the rule for gradients from afar, and the distance from the source in its radii from which it serves: there it
 /// leaves about 1e-8 of the gradient.
@@ -71,23 +70,15 @@ pub(super) struct Parts {
     pub(super) gradient: Vec<DVec3>,
     /// That of the detail.
     pub(super) detail: Vec<DVec3>,
-    /// That of the known error of gathers on sources.
-    pub(super) carried: Vec<DVec3>,
-    /// The square of what these may be off by.
-    pub(super) off: Vec<f64>,
+    /// The square of the gradient's error from degrees beyond the detail.
+    pub(super) beyond: Vec<f64>,
     pub(super) neglected: Vec<f64>,
 }
 
 impl Parts {
-    fn joined(self, is_sure: bool) -> Gradient {
-        let channels = 0..self.gradient.len();
-        let known = |c: usize| self.detail[c] + self.carried[c];
-        let off = |c: usize| self.off[c].sqrt().hypot(STILL_OFF * self.carried[c].length());
-        if is_sure {
-            let estimate = channels.clone().map(|c| off(c) + self.neglected[c]).collect();
-            return Gradient { gradient: channels.map(|c| self.gradient[c] + known(c)).collect(), estimate };
-        }
-        let estimate = channels.map(|c| known(c).length().hypot(off(c)) + self.neglected[c]).collect();
+    fn joined(self) -> Gradient {
+        let size = |c: usize| self.detail[c].length().hypot(self.beyond[c].sqrt()) + self.neglected[c];
+        let estimate = (0..self.gradient.len()).map(size).collect();
         Gradient { gradient: self.gradient, estimate }
     }
 }
@@ -151,7 +142,7 @@ impl Solution {
     pub fn irradiance_gradient_at(&self, position: DVec3, normal: DVec3) -> Result<Gradient, Error> {
         let station = self.station_in_space(position, normal)?;
         let parts = self.gradient_of_station(&station, None).map_err(|error| error.at(position))?;
-        Ok(parts.joined(self.has_sure_details()).times(self.placement.power()))
+        Ok(parts.joined().times(self.placement.power()))
     }
 
     /// Gradient of the irradiance within the plane of a leaf, by links of the point's own.
@@ -160,8 +151,8 @@ impl Solution {
         let mut parts = self.gradient_of_station(&Station::on(element, point), Some(leaf))?;
         let normal = element.polygon().normal();
         let within = |of: &mut DVec3| *of = of.reject_from_normalized(normal);
-        parts.gradient.iter_mut().chain(&mut parts.detail).chain(&mut parts.carried).for_each(within);
-        Ok(parts.joined(self.has_sure_details()))
+        parts.gradient.iter_mut().chain(&mut parts.detail).for_each(within);
+        Ok(parts.joined())
     }
 
     /// Gradient of the irradiance of a point, which may be one of a leaf.
@@ -188,8 +179,7 @@ impl Solution {
         let mut parts = Parts {
             gradient: vec![DVec3::ZERO; channels],
             detail: vec![DVec3::ZERO; channels],
-            carried: vec![DVec3::ZERO; channels],
-            off: vec![0.0; channels],
+            beyond: vec![0.0; channels],
             neglected: vec![0.0; channels],
         };
         for (root, sight) in self.lamps.roots().iter().zip(&lamps) {
@@ -209,27 +199,29 @@ impl Solution {
 
     /// Adds the parts of a link.
     fn add_gradient_of(&self, station: &Station, link: &Link, parts: &mut Parts) -> Result<(), Error> {
-        let basis = self.mesh.basis(link.source);
+        let (basis, element) = (self.mesh.basis(link.source), &self.mesh.elements()[link.source]);
         let coefficients: Vec<&[f64]> =
             (0..parts.gradient.len()).map(|channel| self.field.of(link.source, channel, basis.len())).collect();
         let gradients = self.gradients_from((link.source, basis), &link.sight, station, &coefficients)?;
         parts.gradient.iter_mut().zip(gradients).for_each(|(sum, of)| *sum += of);
         let row = &link.rows[0];
-        if let Some(error) = self.known_error() {
-            let coefficients: Vec<&[f64]> =
-                (0..parts.gradient.len()).map(|channel| error.of(link.source, channel, basis.len())).collect();
-            let gradients = self.gradients_from((link.source, basis), &link.sight, station, &coefficients)?;
-            parts.carried.iter_mut().zip(gradients).for_each(|(sum, of)| *sum += of);
+        let steep = STEEPNESS / (element.centre() - station.point).length();
+        for (channel, sum) in parts.neglected.iter_mut().enumerate() {
+            *sum += steep * self.field.neglected(&self.mesh, link.source, channel, row);
         }
-        for Piece { source, left, beyond, neglected, .. } in self.pieces(station, link.source, row) {
-            let Some(above) = self.mesh.basis(source).above() else { continue };
-            let coefficients: Vec<&[f64]> = left.iter().map(|of| &of[..]).collect();
-            let gradients = self.gradients_from((source, above), &link.sight, station, &coefficients)?;
-            let steep = STEEPNESS / (self.mesh.elements()[source].centre() - station.point).length();
-            for (channel, of) in gradients.into_iter().enumerate() {
-                parts.detail[channel] += of;
-                let size = steep * beyond[channel].hypot(neglected[channel]);
-                parts.off[channel] += size * size + (STILL_OFF * STILL_OFF) * of.length_squared();
+        let details = &self.details()[link.source];
+        if let (None, Some(above)) = (element.children(), basis.above()) {
+            let coefficients: Vec<&[f64]> = details.iter().map(|of| &of.coefficients[..]).collect();
+            let gradients = self.gradients_from((link.source, above), &link.sight, station, &coefficients)?;
+            parts.detail.iter_mut().zip(gradients).for_each(|(sum, of)| *sum += of);
+            // A residual orthogonal to the polynomials counts by the kernel's part beyond them, or by its own part along them as
+            // far as the samples allow one.
+            let near = smallest(element.radius() / (element.centre() - station.point).length(), 1.0);
+            let falls: f64 = std::iter::repeat_n(near, above.degree() + 1).product();
+            let part = largest(falls, 1.0 / (above.degree() + 1) as f64);
+            for (beyond, of) in parts.beyond.iter_mut().zip(details) {
+                let size = steep * row.factor() * (part * of.beyond).hypot(of.neglected);
+                *beyond += size * size;
             }
         }
         Ok(())

@@ -4,8 +4,7 @@
 //! |---|---|
 //! | `B_h` | the polynomials on leaves |
 //! | `B_g` | one gather of them, `E + rho G B_h`, G without what links neglect |
-//! | `d` | what is known with its sign of what links do not have: of `B_g - B_h` the next degree ([`crate::solve::detail`]), and `B_h` on leaves
-//! less its projection on an element that is linked |
+//! | `d` | what is known with its sign of what links do not have: of `B_g - B_h` the next degree ([`crate::solve::detail`]), and `B_h` on leaves less its projection on an element that is linked |
 //! | `e` | `B - B_g` |
 //!
 //! Of the error the part `e_1 = rho G d + rho G e_1` is known with its sign. It is an equation of radiosity, whose emission `rho G d` is
@@ -41,13 +40,13 @@ const MUCH: f64 = 0.01;
 const ROUGH: f64 = 1e-6;
 
 /// The part of the bound on what a link neglects that is taken to be there.
-pub(super) const TYPICAL: f64 = 0.5;
+const TYPICAL: f64 = 0.5;
 
 /// The radius of a source over its distance from which on its children are seen one by one.
 const NEAR: f64 = 0.5;
 
 /// The part of a term of the second gather that it is taken to be off by.
-pub(super) const STILL_OFF: f64 = 0.25;
+const STILL_OFF: f64 = 0.25;
 
 /// What a station gathers of a source.
 pub(super) struct Term<'a> {
@@ -59,20 +58,20 @@ pub(super) struct Term<'a> {
 
 /// A part of a source, as a station sees it.
 #[derive(Debug, Clone)]
-pub(super) struct Piece {
-    pub(super) source: usize,
+struct Piece {
+    source: usize,
     /// Its form factor at most, and its radius over its distance.
-    pub(super) factor: f64,
-    pub(super) near: f64,
+    factor: f64,
+    near: f64,
     /// Whether all of it is seen.
     is_smooth: bool,
     /// In each channel, the polynomial that is linked, and what is known to be beside it, in the basis of the next degree.
     linked: Vec<Vec<f64>>,
-    pub(super) left: Vec<Vec<f64>>,
+    left: Vec<Vec<f64>>,
     /// In each channel, the most that is gathered of all that, what is gathered of the samples beyond, and of the leaves below.
     sizes: Vec<f64>,
-    pub(super) beyond: Vec<f64>,
-    pub(super) neglected: Vec<f64>,
+    beyond: Vec<f64>,
+    neglected: Vec<f64>,
 }
 
 /// Of the details that a station gathers, in a channel.
@@ -85,7 +84,7 @@ struct Gathered {
 
 impl Solution {
     /// The part of the error of gathers that is known, on the receivers; `None` if it grows without end or cannot be evaluated.
-    pub(super) fn known_error(&self) -> Option<&Field> {
+    fn known_error(&self) -> Option<&Field> {
         self.known_error.get_or_init(|| self.solve_error().ok().flatten()).as_ref()
     }
 
@@ -143,12 +142,12 @@ impl Solution {
     }
 
     /// Whether details are of the light itself: where clusters are gathered from by rays they are the noise of those.
-    pub(super) fn has_sure_details(&self) -> bool {
+    fn has_sure_details(&self) -> bool {
         self.receivers.iter().all(|&receiver| self.far[receiver].is_empty())
     }
 
     /// A source in pieces that a station sees from afar, or that are leaves.
-    pub(super) fn pieces(&self, station: &Station, source: usize, row: &Row) -> Vec<Piece> {
+    fn pieces(&self, station: &Station, source: usize, row: &Row) -> Vec<Piece> {
         let (mut found, mut open) = (Vec::new(), vec![self.whole_of(station, source, row)]);
         while let Some(piece) = open.pop() {
             match self.mesh.elements()[piece.source].children() {
