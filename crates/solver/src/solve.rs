@@ -22,6 +22,7 @@ pub(crate) mod options;
 mod prove;
 mod queries;
 mod samples;
+mod second;
 mod serve;
 mod served;
 pub(crate) mod solution;
@@ -255,6 +256,7 @@ fn dark(ready: &Prepared, options: &Options, (mesh, served): (Mesh, Served), clo
         ground: Ground::of(&mesh, clock.for_cells(options.time)),
         proven: OnceLock::new(),
         details: OnceLock::new(),
+        known_error: OnceLock::new(),
         unseen: Vec::new(),
         proven_direct: Vec::new(),
         extent: (high - low).max_element(),
@@ -321,6 +323,7 @@ impl Solution {
         self.bounds = bounds.ok_or_else(|| self.lossless())?;
         let links = self.receivers.iter().map(|&receiver| self.links[receiver].len() + self.far[receiver].len()).sum();
         (self.proven, self.details, self.estimated) = (OnceLock::new(), OnceLock::new(), OnceLock::new());
+        self.known_error = OnceLock::new();
         self.find_importance()?;
         let estimate = match (self.estimate_at_points(), options.marking) {
             (Some(at_points), _) => at_points,

@@ -61,11 +61,9 @@ impl Residual {
     /// What the projection of samples at an element's nodes leaves out.
     pub(crate) fn of(element: &Element, basis: &Basis, samples: &[f64]) -> Self {
         let excess = basis.excess(samples);
-        let ratio = if excess.next < excess.last { excess.next / excess.last } else { 1.0 };
         let discretisation = excess.magnitude();
         let mean = excess.next.hypot(2.0 * excess.spread);
-        let falls = std::iter::repeat_n(ratio, basis.degree() + 2).product::<f64>();
-        let seen = smaller(falls, 1.0 / (basis.degree() + 2) as f64);
+        let seen = basis.seen_of(&excess);
         let biases: [f64; POWERS] = std::array::from_fn(|power| seen * mean * element.arm(power));
         let of_power = |power: usize| match power {
             0 => mean,
@@ -121,6 +119,11 @@ impl Residual {
     /// Largest magnitude of the detail of textures.
     pub(crate) const fn largest_detail(&self) -> f64 {
         self.detail
+    }
+
+    /// Root mean square of the detail of textures.
+    pub(crate) const fn detail_rms(&self) -> f64 {
+        self.detail_rms
     }
 
     /// Largest magnitude, with the detail of textures.

@@ -116,7 +116,7 @@ pub(crate) struct KernelSums<'a> {
     /// Mean square of the kernel times the area, where it is seen, at most.
     pub(crate) square: f64,
     /// Bounds on the error of a function by its degree along a side, over its largest value.
-    errors: [f64; 2 * MAX_DEGREE + 1],
+    errors: [f64; 2 * (MAX_DEGREE + 1) + 1],
 }
 
 /// The kernel over a cell, seen from a point: `n1.r` is linear in the coordinates of a rule, and `r.r` quadratic.
@@ -201,7 +201,7 @@ impl<'a> KernelSums<'a> {
             moments: vec![0.0; count],
             error: 0.0,
             square: 0.0,
-            errors: [0.0; 2 * MAX_DEGREE + 1],
+            errors: [0.0; 2 * (MAX_DEGREE + 1) + 1],
         }
     }
 
@@ -248,7 +248,8 @@ impl<'a> KernelSums<'a> {
             1 => self.sum::<2>(cell, first, [along, across], share, rule.nodes),
             2 => self.sum::<3>(cell, first, [along, across], share, rule.nodes),
             3 => self.sum::<4>(cell, first, [along, across], share, rule.nodes),
-            _ => self.sum::<{ MAX_DEGREE + 1 }>(cell, first, [along, across], share, rule.nodes),
+            MAX_DEGREE => self.sum::<{ MAX_DEGREE + 1 }>(cell, first, [along, across], share, rule.nodes),
+            _ => self.sum::<{ MAX_DEGREE + 2 }>(cell, first, [along, across], share, rule.nodes),
         }
         true
     }

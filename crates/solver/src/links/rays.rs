@@ -10,6 +10,7 @@ use crate::error::Error;
 use crate::links::station::Station;
 use crate::links::transfer::{Optics, Row};
 use crate::mesh::Sight;
+use crate::mesh::basis::Basis;
 use crate::mesh::element::Element;
 use crate::mesh::shape::Shape;
 use radgrad_core::DVec3;
@@ -69,9 +70,9 @@ impl Optics<'_> {
     }
 
     /// The light that a point receives from the first `count` functions of a source, past whatever is between.
-    pub(crate) fn by_rays(&self, station: &Station, source: usize, count: usize) -> Result<Row, Error> {
-        let clear = self.receive(station, source, &Sight::Clear, count)?;
-        let (element, basis): (&Element, _) = (&self.mesh.elements()[source], self.mesh.basis(source));
+    pub(crate) fn by_rays(&self, station: &Station, (source, basis): (usize, &Basis), count: usize) -> Result<Row, Error> {
+        let clear = self.receive_of(station, (source, basis), &Sight::Clear, count)?;
+        let element: &Element = &self.mesh.elements()[source];
         let cells = centres(element.shape(), self.cells);
         let (normal, part) = (element.polygon().normal(), element.area() / cells.len() as f64);
         let (mut changes, mut before, mut all) = (0, None, 0.0);

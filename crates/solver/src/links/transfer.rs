@@ -20,7 +20,7 @@ use crate::links::cell::{KernelSums, Rules};
 use crate::links::rays::MANY;
 use crate::links::station::Station;
 use crate::links::visible::{Visible, Window};
-use crate::mesh::basis::MAX_DEGREE;
+use crate::mesh::basis::{Basis, MAX_DEGREE};
 use crate::mesh::element::Element;
 use crate::mesh::{Mesh, Sight};
 
@@ -171,15 +171,26 @@ impl Optics<'_> {
 
     /// The light that a point receives from the first `count` functions of a source.
     pub(crate) fn receive(&self, station: &Station, source: usize, sight: &Sight, count: usize) -> Result<Row, Error> {
-        let (element, basis) = (&self.mesh.elements()[source], self.mesh.basis(source));
-        let count = count.min(basis.len());
+        let basis = self.mesh.basis(source);
+        self.receive_of(station, (source, basis), sight, count.min(basis.len()))
+    }
+
+    /// The same from the functions of a basis that has those of the source's own for its first, or is that.
+    pub(crate) fn receive_of(
+        &self,
+        station: &Station,
+        (source, basis): (usize, &Basis),
+        sight: &Sight,
+        count: usize,
+    ) -> Result<Row, Error> {
+        let element = &self.mesh.elements()[source];
         let faces: &[usize] = match sight {
             Sight::Nothing(_) => return Ok(Row { values: vec![0.0; count], ..Row::default() }),
             Sight::Clear => &[],
             Sight::Past(faces) => faces,
         };
         if self.cells > 0 && faces.len() >= MANY {
-            return self.by_rays(station, source, count);
+            return self.by_rays(station, (source, basis), count);
         }
         let absolute = self.tolerance(faces.len());
         let convex = faces.iter().flat_map(|&face| self.mesh.convex_parts(face)).map(|part| &part[..]);
@@ -212,12 +223,18 @@ impl Optics<'_> {
         } else {
             (kernel.smooth, kernel.least) = (false, 0.0);
         }
-        Ok(Row { kernel, ..self.by_closed_forms(station, source, faces, count)? })
+        Ok(Row { kernel, ..self.by_closed_forms(station, (source, basis), faces, count)? })
     }
 
     /// The same by closed forms, past some faces at most.
-    fn by_closed_forms(&self, station: &Station, source: usize, faces: &[usize], count: usize) -> Result<Row, Error> {
-        let (element, basis) = (&self.mesh.elements()[source], self.mesh.basis(source));
+    fn by_closed_forms(
+        &self,
+        station: &Station,
+        (source, basis): (usize, &Basis),
+        faces: &[usize],
+        count: usize,
+    ) -> Result<Row, Error> {
+        let element = &self.mesh.elements()[source];
         let occluders: Vec<&Polygon> = match station.sight(self.mesh, source, Some(faces))? {
             Sight::Nothing(_) => return Ok(Row { values: vec![0.0; count], ..Row::default() }),
             Sight::Clear => Vec::new(),
@@ -226,8 +243,16 @@ impl Optics<'_> {
         let receiver = station.receiver()?;
         let tolerance = Tolerance { relative: 0.0, absolute: self.tolerance(occluders.len()) };
         let mut row = Row::default();
+        let kept = self.mesh.basis(source).len();
         for function in 0..count {
-            let emitter = element.emitter(function, basis)?;
+            let made;
+            let emitter = if function < kept {
+                element.emitter(function, basis)?
+            } else {
+                let alone: Vec<f64> = (0..=function).map(|i| if i == function { 1.0 } else { 0.0 }).collect();
+                made = element.emitter_of(&alone, basis)?;
+                &made
+            };
             let value = evaluate_value(&receiver, emitter, occluders.iter().copied(), tolerance)
                 .map_err(|source| station.refused(source))?;
             row.values.push(value.radiosity);
@@ -335,8 +360,9 @@ mod tests {
                 let count = mesh.basis(0).len();
                 for (sight, faces) in [(Sight::Clear, &[][..]), (Sight::Past(vec![1]), &[1])] {
                     let fast = optics.receive(&station, 0, &sight, count).unwrap();
-                    let exact =
-                        Optics { absolute: 1e-12, past: 1e-12, ..optics }.by_closed_forms(&station, 0, faces, count).unwrap();
+                    let exact = Optics { absolute: 1e-12, past: 1e-12, ..optics }
+                        .by_closed_forms(&station, (0, optics.mesh.basis(0)), faces, count)
+                        .unwrap();
                     by_rules += usize::from(fast.values != exact.values);
                     partly += usize::from(!fast.kernel.smooth);
                     let late = Clock::started().for_cells(Some(Duration::ZERO));

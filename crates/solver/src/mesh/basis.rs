@@ -303,6 +303,14 @@ impl Basis {
         Excess { last, next, largest: above.magnitude(&coefficients), beyond, spread }
     }
 
+    /// The part of what samples have beyond the polynomials seen that lies along the basis, which the rule of the nodes cannot tell: it falls
+    /// off as the last two degrees do, and where nothing falls off, as where a shadow's edge crosses, an interval between nodes decides.
+    pub(crate) fn seen_of(&self, excess: &Excess) -> f64 {
+        let ratio = if excess.next < excess.last { excess.next / excess.last } else { 1.0 };
+        let falls = std::iter::repeat_n(ratio, self.degree + 2).product::<f64>();
+        smallest(falls, 1.0 / (self.degree + 2) as f64)
+    }
+
     /// The basis of the next degree; it has none itself.
     pub(crate) fn above(&self) -> Option<&Self> {
         self.above.as_deref()

@@ -10,30 +10,56 @@ use rayon::prelude::*;
 
 use crate::field::gathering::irradiance;
 use crate::links::link::Link;
+use crate::mesh::basis::Basis;
 use crate::solve::solution::Solution;
 
-/// Of a leaf in a channel.
+/// Of an element in a channel; above leaves, the projection of theirs.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Detail {
-    /// Coefficients in the basis of the next degree; those of the leaf's own basis are 0.
+    /// Coefficients in the basis of the next degree.
     pub(crate) coefficients: Vec<f64>,
     /// Root mean square of what samples have beyond that.
     pub(crate) beyond: f64,
-    /// What links and clusters neglect of it, as if the links' signs were at random.
+    /// The part of that along the polynomials up to the next degree, which samples cannot tell from it.
+    pub(crate) along: f64,
+    /// On leaves, what links and clusters neglect of it, as if the links' signs were at random.
     pub(crate) neglected: f64,
 }
 
 impl Detail {
+    /// What a point gathers of what samples have beyond the next degree, from a source whose radius over its distance is `near`, over its form
+    /// factor: by the kernel's part beyond the polynomials, and by its own part along them.
+    pub(super) fn gathered_beyond(&self, near: f64, basis: &Basis) -> f64 {
+        let falls: f64 = std::iter::repeat_n(near, basis.degree() + 2).product();
+        (falls * self.beyond).hypot(self.along)
+    }
+
     fn with(mut self, other: &Self) -> Self {
         self.coefficients.iter_mut().zip(&other.coefficients).for_each(|(sum, c)| *sum += c);
         self.beyond = self.beyond.hypot(other.beyond);
+        self.along = self.along.hypot(other.along);
         self.neglected += other.neglected;
         self
+    }
+
+    /// That of an element whose children have these.
+    fn over(above: &Basis, children: [&Self; 4]) -> Self {
+        let squares = |coefficients: &[f64]| coefficients.iter().map(|c| c * c).sum::<f64>();
+        let mut over = Self { coefficients: vec![0.0; above.len()], ..Self::default() };
+        let (mut all, mut along) = (0.0, 0.0);
+        for (child, of) in children.into_iter().enumerate() {
+            above.pull(child, &of.coefficients, &mut over.coefficients);
+            all += 0.25 * (squares(&of.coefficients) + of.beyond * of.beyond);
+            along += 0.25 * of.along * of.along;
+        }
+        over.along = along.sqrt();
+        over.beyond = largest(all - squares(&over.coefficients), 0.0).sqrt();
+        over
     }
 }
 
 impl Solution {
-    /// Details of leaves, by channel; none on other elements.
+    /// Details of elements, by channel.
     pub(crate) fn details(&self) -> &[Vec<Detail>] {
         self.details.get_or_init(|| {
             let of_receiver = |&receiver: &usize| (receiver, self.of_reflected(receiver));
@@ -55,13 +81,21 @@ impl Solution {
                 }
                 false => Vec::new(),
             };
-            (0..reflected.len()).into_par_iter().map(of_leaf).collect()
+            let mut all: Vec<Vec<Detail>> = (0..reflected.len()).into_par_iter().map(of_leaf).collect();
+            for element in (0..all.len()).rev() {
+                let Some(first) = self.mesh.elements()[element].children() else { continue };
+                let Some(above) = self.mesh.basis(element).above() else { continue };
+                let of = |channel: usize| Detail::over(above, [0, 1, 2, 3].map(|child| &all[first + child][channel]));
+                let over = (0..self.channels.len()).map(of).collect();
+                all[element] = over;
+            }
+            all
         })
     }
 
     fn of_direct(&self, leaf: usize, channel: usize) -> Detail {
         if self.direct.is_empty() {
-            let len = self.mesh.basis(leaf).above().map_or(0, crate::mesh::basis::Basis::len);
+            let len = self.mesh.basis(leaf).above().map_or(0, Basis::len);
             return Detail { coefficients: vec![0.0; len], ..Detail::default() };
         }
         self.detail_of(leaf, &self.direct_samples(leaf, channel))
@@ -81,7 +115,9 @@ impl Solution {
 
     fn detail_of(&self, element: usize, samples: &[f64]) -> Detail {
         let basis = self.mesh.basis(element);
-        Detail { coefficients: basis.next(samples), beyond: basis.excess(samples).spread, neglected: 0.0 }
+        let excess = basis.excess(samples);
+        let along = basis.seen_of(&excess) * excess.spread;
+        Detail { coefficients: basis.next(samples), beyond: excess.spread, along, neglected: 0.0 }
     }
 
     /// What a node's links and clusters neglect.

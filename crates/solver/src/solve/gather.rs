@@ -20,6 +20,7 @@ use crate::links::refine::{Need, WITHOUT_ORDER};
 use crate::links::station::Station;
 use crate::links::transfer::Row;
 use crate::mesh::Sight;
+use crate::solve::second::Term;
 use crate::solve::solution::Solution;
 
 /// Points may be off their face by this fraction of the scene's extent.
@@ -72,7 +73,7 @@ pub struct Gathered {
 struct Gather {
     source: usize,
     row: Row,
-    is_past: bool,
+    sight: Sight,
 }
 
 /// All that a point gathers but for clusters.
@@ -87,6 +88,8 @@ pub(super) struct Sum {
     /// Bound and estimate.
     ledgers: [Vec<Ledger>; 2],
     pub(super) rows: Vec<(usize, Row)>,
+    /// Sights of the sources of rows.
+    sights: Vec<Sight>,
     pub(super) far: Far,
 }
 
@@ -186,8 +189,8 @@ impl Solution {
         let (mut links, mut far) = optics.first_links(gatherer, None, &need)?;
         optics.refine(gatherer, (&mut links, &mut far), &need)?;
         let gathers = links.into_iter().flat_map(|link| {
-            let (source, is_past) = (link.source, matches!(link.sight, Sight::Past(_)));
-            link.rows.into_iter().map(move |row| Gather { source, row, is_past })
+            let (source, sight) = (link.source, link.sight);
+            link.rows.into_iter().map(move |row| Gather { source, row, sight: sight.clone() })
         });
         Ok(self.sum(station, Gathers { lit, all: gathers.collect() }, &far))
     }
@@ -233,7 +236,7 @@ impl Solution {
         let gather = |link: &Link| {
             let count = self.mesh.basis(link.source).len();
             let row = self.optics().receive(&station, link.source, &link.sight, count)?;
-            Ok(Gather { source: link.source, row, is_past: matches!(link.sight, Sight::Past(_)) })
+            Ok(Gather { source: link.source, row, sight: link.sight.clone() })
         };
         let all = self.links[self.receiver_of(leaf)].iter().map(gather).collect::<Result<Vec<Gather>, Error>>()?;
         Ok((station, Gathers { lit: lit.transpose()?, all }))
@@ -244,45 +247,67 @@ impl Solution {
         let channels = self.channels.len();
         let (mut sums, mut ledgers) =
             (vec![0.0; channels], [vec![Ledger::default(); channels], vec![Ledger::default(); channels]]);
+        // The bound adds up; the estimate does by squares.
+        let square = |x: f64| x * x;
         if let Some(lit) = lit {
             for (sum, light) in sums.iter_mut().zip(&lit.irradiance) {
                 *sum += light;
             }
-            for (ledger, errors) in ledgers.iter_mut().zip([&lit.error, &lit.likely]) {
-                for (sum, &[clear, past]) in ledger.iter_mut().zip(errors) {
-                    *sum += Ledger { computation: clear, visibility: past, ..Ledger::default() };
-                }
+            for (sum, &[clear, past]) in ledgers[0].iter_mut().zip(&lit.error) {
+                *sum += Ledger { computation: clear, visibility: past, ..Ledger::default() };
+            }
+            for (sum, &[clear, past]) in ledgers[1].iter_mut().zip(&lit.likely) {
+                *sum += Ledger { computation: square(clear), visibility: square(past), ..Ledger::default() };
             }
         }
-        let mut rows = Vec::with_capacity(all.len());
-        for Gather { source, row, is_past } in all {
+        let (mut rows, mut sights) = (Vec::with_capacity(all.len()), Vec::with_capacity(all.len()));
+        for Gather { source, row, sight } in all {
+            let is_past = matches!(sight, Sight::Past(_));
             let count = self.mesh.basis(source).len();
             for channel in 0..channels {
                 let coefficients = self.field.of(source, channel, count);
                 sums[channel] += coefficients.iter().zip(&row.values).map(|(c, v)| c * v).sum::<f64>();
                 let neglected = self.field.neglected(&self.mesh, source, channel, &row);
-                for (ledger, size) in ledgers.iter_mut().zip([row.error_of(coefficients), row.likely_error_of(coefficients)]) {
+                let [bound, likely] = [row.error_of(coefficients), row.likely_error_of(coefficients)];
+                let sizes = [[neglected, bound], [0.0, square(likely)]];
+                for (ledger, [neglected, size]) in ledgers.iter_mut().zip(sizes) {
                     let sum = &mut ledger[channel];
                     sum.computation += neglected;
                     if is_past { sum.visibility += size } else { sum.computation += size }
                 }
             }
             rows.push((source, row));
+            sights.push(sight);
         }
         let far = far.of_point(&self.optics(), station, &rows);
         for channel in 0..channels {
             sums[channel] += far.value(&self.field, channel, 0);
             ledgers[0][channel].computation += far.neglected(&self.field, channel, 0);
-            ledgers[1][channel].computation += far.likely(&self.field, channel, 0);
+            ledgers[1][channel].computation += square(far.likely(&self.field, channel, 0));
+            ledgers[1][channel] = ledgers[1][channel].map(f64::sqrt);
         }
-        Sum { sums, ledgers, rows, far }
+        Sum { sums, ledgers, rows, sights, far }
     }
 
     /// The sum with its bound and its estimate.
-    fn bounded_sum(&self, station: &Station, Sum { sums, ledgers, rows, far }: &Sum) -> Irradiance {
+    fn bounded_sum(&self, station: &Station, Sum { sums, ledgers, rows, sights, far }: &Sum) -> Irradiance {
         let channels = self.channels.len();
         let whole = vec![1.0; channels];
-        let estimated = self.points().at(self.bounded(), &self.bounds, station, (rows, far), &whole);
+        let term = |((source, row), sight)| {
+            let (source, row): (&usize, &Row) = (source, row);
+            Term { source: *source, sight, row }
+        };
+        let terms = rows.iter().map(|(source, row)| (source, row)).zip(sights).map(term);
+        // Where no error is known with its sign, what its magnitude may be is an estimate, too.
+        let without_sign = || {
+            let mut beyond = self.points().at(self.bounded(), &self.bounds, station, (rows, far), &whole);
+            for (channel, sum) in beyond.iter_mut().enumerate() {
+                let neglected = |(source, row): &(usize, Row)| self.field.neglected(&self.mesh, *source, channel, row);
+                sum.computation += rows.iter().map(neglected).sum::<f64>();
+            }
+            beyond
+        };
+        let estimated = self.error_at(station, terms, (far, sums)).unwrap_or_else(without_sign);
         let proven = match self.proven() {
             Some(proven) => proven.at(&self.mesh, rows, far, &whole),
             None => vec![Ledger::unknown(); channels],

@@ -210,7 +210,7 @@ impl Solution {
             *sum += steep * self.field.neglected(&self.mesh, link.source, channel, row);
         }
         let details = &self.details()[link.source];
-        if let (false, Some(above)) = (details.is_empty(), basis.above()) {
+        if let (None, Some(above)) = (element.children(), basis.above()) {
             let coefficients: Vec<&[f64]> = details.iter().map(|of| &of.coefficients[..]).collect();
             let gradients = self.gradients_from((link.source, above), &link.sight, station, &coefficients)?;
             parts.detail.iter_mut().zip(gradients).for_each(|(sum, of)| *sum += of);

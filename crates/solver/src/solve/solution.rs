@@ -69,6 +69,8 @@ pub struct Solution {
     pub(super) proven: OnceLock<Option<Proven>>,
     /// The detail beyond the polynomials, made when it is first asked for.
     pub(super) details: OnceLock<Vec<Vec<Detail>>>,
+    /// The part of the error of gathers that is known with its sign, found when a point is first asked for; `None` if it is not known.
+    pub(super) known_error: OnceLock<Option<Field>>,
     /// Of each leaf, bounds on the light of lamps that its nodes do not see, if there may be any.
     pub(super) unseen: Vec<Option<Vec<[f64; 2]>>>,
     /// Of each leaf, the proven bound on the residual of direct light.

@@ -1,0 +1,290 @@
+//! The error of a gather at a point, by a second gather.
+//!
+//! | symbol | meaning |
+//! |---|---|
+//! | `B_h` | the polynomials on leaves |
+//! | `B_g` | one gather of them, `E + rho G B_h`, G without what links neglect |
+//! | `d` | what is known with its sign of what links do not have: of `B_g - B_h` the next degree ([`crate::solve::detail`]), and `B_h` on leaves less its projection on an element that is linked |
+//! | `e` | `B - B_g` |
+//!
+//! Of the error the part `e_1 = rho G d + rho G e_1` is known with its sign. It is an equation of radiosity, whose emission `rho G d` is
+//! gathered at a few points of each receiver and whose links are there. At the point that is asked for one gather of both gives
+//! `rho (G d + G e_1)`: as elements shrink, that is the error itself (K. Atkinson 1976: iterated collocation). The polynomials on leaves are
+//! orthogonal to d, so sources that are small for their distance count for next to nothing, and are not evaluated.
+//!
+//! What this may itself be off by adds to it as a root mean square, one source after the other: what samples have beyond the next degree;
+//! a part of each term that is known; what links neglect and evaluations err by; and of the light that the point gathers as large a part as
+//! the estimate of the error of the mean has in the mean, for what all that adds to other points of the scene.
+
+use radgrad_scene::{largest, smallest};
+
+use crate::bound::ledger::Ledger;
+use crate::error::Error;
+use crate::field::Field;
+use crate::field::gathering::Equation;
+use crate::links::cluster::far::Far;
+use crate::links::link::Link;
+use crate::links::station::Station;
+use crate::links::transfer::{Kernel, Optics, Row};
+use crate::mesh::Sight;
+use crate::mesh::basis::Basis;
+use crate::mesh::shape::Shape;
+use crate::solve::solution::{Solution, for_each, ratio};
+
+/// Sweeps after which the error is not known, and changes below which it is, relative to its largest source.
+const MOST_SWEEPS: usize = 2000;
+const SOLVED: f64 = 1e-3;
+
+/// The part of all that sources may give of a detail from which on one is evaluated, and the error that this may have.
+const MUCH: f64 = 0.01;
+const ROUGH: f64 = 1e-6;
+
+/// The part of the bound on what a link neglects that is taken to be there.
+const TYPICAL: f64 = 0.5;
+
+/// The radius of a source over its distance from which on its children are seen one by one.
+const NEAR: f64 = 0.5;
+
+/// The part of a term of the second gather that it is taken to be off by.
+const STILL_OFF: f64 = 0.25;
+
+/// What a station gathers of a source.
+pub(super) struct Term<'a> {
+    pub(super) source: usize,
+    pub(super) sight: &'a Sight,
+    /// The row that has its form factor.
+    pub(super) row: &'a Row,
+}
+
+/// A part of a source, as a station sees it.
+#[derive(Debug, Clone)]
+struct Piece {
+    source: usize,
+    /// Its form factor at most, and its radius over its distance.
+    factor: f64,
+    near: f64,
+    /// Whether all of it is seen.
+    is_smooth: bool,
+    /// In each channel, the polynomial that is linked, and what is known to be beside it, in the basis of the next degree.
+    linked: Vec<Vec<f64>>,
+    left: Vec<Vec<f64>>,
+    /// In each channel, the most that is gathered of all that, what is gathered of the samples beyond, and of the leaves below.
+    sizes: Vec<f64>,
+    beyond: Vec<f64>,
+    neglected: Vec<f64>,
+}
+
+/// Of the details that a station gathers, in a channel.
+#[derive(Debug, Clone, Copy, Default)]
+struct Gathered {
+    known: f64,
+    /// Square of what that may be off by.
+    off: f64,
+}
+
+impl Solution {
+    /// The part of the error of gathers that is known, on the receivers; `None` if it grows without end or cannot be evaluated.
+    fn known_error(&self) -> Option<&Field> {
+        self.known_error.get_or_init(|| self.solve_error().ok().flatten()).as_ref()
+    }
+
+    fn solve_error(&self) -> Result<Option<Field>, Error> {
+        let (mesh, channels) = (&self.mesh, self.channels.len());
+        let roughly = [Shape::Parallelogram, Shape::Triangle].map(|shape| Basis::of_fewest_nodes(shape, 1));
+        let mut source = vec![Vec::new(); mesh.elements().len()];
+        let mut own = source.clone();
+        let emitted = for_each(&self.receivers, |receiver| self.error_emitted(receiver, &roughly))?;
+        let mut scale = vec![0.0; channels];
+        for (&receiver, emitted) in self.receivers.iter().zip(emitted) {
+            let len = mesh.basis(receiver).len();
+            scale.iter_mut().zip(emitted.chunks_exact(len)).for_each(|(most, of)| {
+                *most = of.iter().fold(*most, |most, c| largest(most, c.abs()));
+            });
+            own[receiver] = vec![0.0; emitted.len()];
+            source[receiver] = emitted;
+        }
+        scale.iter_mut().filter(|scale| **scale == 0.0).for_each(|scale| *scale = 1.0);
+        let mut error = Field::dark(mesh, channels);
+        let (surfaces, receivers) = (&self.surfaces, &self.receivers[..]);
+        let equation = Equation { mesh, surfaces, receivers, links: &self.links, far: &self.far, source: &source };
+        for _ in 0..MOST_SWEEPS {
+            if equation.sweep(&mut error, &mut own, &scale) <= SOLVED {
+                error.pull(mesh);
+                return Ok(Some(error));
+            }
+        }
+        Ok(None)
+    }
+
+    /// The projection of `rho G d` on a receiver, as far as a rule for the first degree sees it, channel after channel.
+    fn error_emitted(&self, receiver: usize, roughly: &[Basis; 2]) -> Result<Vec<f64>, Error> {
+        let (element, channels, len) = (&self.mesh.elements()[receiver], self.channels.len(), self.mesh.basis(receiver).len());
+        let mut emitted = vec![0.0; len * channels];
+        if self.surfaces.reflectance[element.face()].iter().all(|rho| *rho == 0.0) {
+            return Ok(emitted);
+        }
+        let basis = &roughly[usize::from(element.shape() == Shape::Triangle)];
+        let links = &self.links[receiver];
+        // The last node is near the middle.
+        let term = |link| {
+            let Link { source, sight, rows, .. }: &Link = link;
+            Some(Term { source: *source, sight, row: rows.last()? })
+        };
+        let terms = || links.iter().filter_map(term);
+        let at = |place: [f64; 2]| self.gathered_details(&Station::on(element, element.point(place)), terms());
+        let at_nodes: Vec<Vec<Gathered>> = basis.nodes().iter().map(|node| at(node.at)).collect::<Result<_, _>>()?;
+        for (channel, emitted) in emitted.chunks_exact_mut(len).enumerate() {
+            let samples: Vec<f64> = at_nodes.iter().map(|of| of[channel].known).collect();
+            emitted.iter_mut().zip(basis.project(&samples)).for_each(|(emitted, of)| *emitted = of);
+            self.surfaces.reflect(&self.mesh, receiver, channel, emitted);
+        }
+        Ok(emitted)
+    }
+
+    /// Whether details are of the light itself: where clusters are gathered from by rays they are the noise of those.
+    fn has_sure_details(&self) -> bool {
+        self.receivers.iter().all(|&receiver| self.far[receiver].is_empty())
+    }
+
+    /// A source in pieces that a station sees from afar, or that are leaves.
+    fn pieces(&self, station: &Station, source: usize, row: &Row) -> Vec<Piece> {
+        let (mut found, mut open) = (Vec::new(), vec![self.whole_of(station, source, row)]);
+        while let Some(piece) = open.pop() {
+            match self.mesh.elements()[piece.source].children() {
+                Some(first) if piece.near > NEAR => open.extend(self.children_of(station, &piece, first)),
+                _ => found.push(piece),
+            }
+        }
+        found
+    }
+
+    fn whole_of(&self, station: &Station, source: usize, row: &Row) -> Piece {
+        let count = self.mesh.basis(source).len();
+        let linked = (0..self.channels.len()).map(|channel| self.field.of(source, channel, count).to_vec()).collect();
+        let neglected = |channel| self.field.neglected(&self.mesh, source, channel, row);
+        self.piece(station, (source, row.likely_factor(), row.kernel.smooth), linked, neglected)
+    }
+
+    fn children_of(&self, station: &Station, piece: &Piece, first: usize) -> Vec<Piece> {
+        let child_of = |child: usize| {
+            let source = first + child;
+            let mut kernel = Kernel::of(station, &self.mesh.elements()[source]);
+            kernel.smooth &= piece.is_smooth;
+            let factor = smallest(kernel.peak, piece.factor);
+            let linked = piece.linked.iter().map(|of| self.mesh.basis(piece.source).restrict(child, of)).collect();
+            let neglected = |channel| {
+                let smoothly = self.field.smoothly_neglected(&self.mesh, source, channel, &kernel);
+                smallest(factor * self.field.left_out(source, channel), smoothly)
+            };
+            self.piece(station, (source, factor, piece.is_smooth), linked, neglected)
+        };
+        (0..4).map(child_of).collect()
+    }
+
+    fn piece(
+        &self,
+        station: &Station,
+        (source, factor, is_smooth): (usize, f64, bool),
+        linked: Vec<Vec<f64>>,
+        neglected: impl Fn(usize) -> f64,
+    ) -> Piece {
+        let (element, basis) = (&self.mesh.elements()[source], self.mesh.basis(source));
+        let near = smallest(element.radius() / (element.centre() - station.point).length(), 1.0);
+        let falls = if is_smooth { near } else { 1.0 };
+        let channels = self.channels.len();
+        let mut piece = Piece {
+            source,
+            factor,
+            near,
+            left: Vec::new(),
+            sizes: Vec::new(),
+            beyond: Vec::new(),
+            neglected: Vec::new(),
+            is_smooth,
+            linked,
+        };
+        for (channel, of) in (0..channels).zip(&self.details()[source]) {
+            let mut left = of.coefficients.clone();
+            let held = self.field.of(source, channel, basis.len());
+            let difference: Vec<f64> = held.iter().zip(&piece.linked[channel]).map(|(held, linked)| held - linked).collect();
+            left.iter_mut().zip(&difference).for_each(|(left, of)| *left += of);
+            let known = power(falls, basis.degree() + 1) * length(&of.coefficients) + length(&difference);
+            let neglected = if factor > 0.0 { neglected(channel) } else { 0.0 };
+            let textured = self.bounds.residuals.iter().map(|of| of[source][channel].detail_rms()).fold(0.0, f64::hypot);
+            piece.beyond.push(factor * of.gathered_beyond(falls, basis).hypot(textured));
+            piece.sizes.push(factor * known + neglected);
+            piece.neglected.push(TYPICAL * neglected);
+            piece.left.push(left);
+        }
+        piece
+    }
+
+    /// `G d` at a station, in each channel, with what links neglect.
+    fn gathered_details<'a>(&self, station: &Station, terms: impl Iterator<Item = Term<'a>>) -> Result<Vec<Gathered>, Error> {
+        let optics = Optics { absolute: ROUGH, past: ROUGH, ..self.optics() };
+        let (reference, is_sure) = (self.reference(), self.has_sure_details());
+        let relative = |sizes: &[f64]| sizes.iter().zip(&reference).map(|(size, of)| ratio(*size, *of)).fold(0.0, largest);
+        let mut open = Vec::new();
+        for Term { source, sight, row } in terms {
+            open.extend(self.pieces(station, source, row).into_iter().map(|piece| (piece, sight)));
+        }
+        let much = MUCH * open.iter().map(|(piece, _)| relative(&piece.sizes)).sum::<f64>();
+        let mut all = vec![Gathered::default(); self.channels.len()];
+        while let Some((piece, sight)) = open.pop() {
+            let counts = |sizes: &[f64]| relative(sizes) > much;
+            if let Some(first) = self.mesh.elements()[piece.source].children().filter(|_| counts(&piece.neglected)) {
+                open.extend(self.children_of(station, &piece, first).into_iter().map(|piece| (piece, sight)));
+                continue;
+            }
+            all.iter_mut().zip(&piece.beyond).for_each(|(all, beyond)| all.off += square(*beyond));
+            if !counts(&piece.sizes) {
+                all.iter_mut().zip(&piece.sizes).for_each(|(all, size)| all.off += square(*size));
+                continue;
+            }
+            let Some(above) = self.mesh.basis(piece.source).above() else { continue };
+            let row = optics.receive_of(station, (piece.source, above), sight, above.len())?;
+            for (channel, all) in all.iter_mut().enumerate() {
+                let known: f64 = piece.left[channel].iter().zip(&row.values).map(|(c, v)| c * v).sum();
+                all.known += if is_sure { known } else { 0.0 };
+                all.off += square(if is_sure { STILL_OFF * known } else { known }) + square(piece.neglected[channel]);
+            }
+        }
+        Ok(all)
+    }
+
+    /// Estimate of the error of the irradiance of a point, in each channel, from what it gathers of each source; `None` if the error is
+    /// not known.
+    pub(super) fn error_at<'a>(
+        &self,
+        station: &Station,
+        terms: impl Iterator<Item = Term<'a>> + Clone,
+        (far, sums): (&Far, &[f64]),
+    ) -> Option<Vec<Ledger>> {
+        let error = self.known_error()?;
+        let details = self.gathered_details(station, terms.clone()).ok()?;
+        let of_mean = self.mean_estimate();
+        let of_channel = |(channel, Gathered { known, off }): (usize, Gathered)| {
+            let (mut carried, mut unseen) = (far.value(error, channel, 0), 0.0);
+            for Term { source, row, .. } in terms.clone() {
+                let coefficients = error.of(source, channel, self.mesh.basis(source).len());
+                carried += coefficients.iter().zip(&row.values).map(|(c, v)| c * v).sum::<f64>();
+                unseen += row.likely_factor() * self.bounds.residuals.iter().map(|of| of[source][channel].unseen).sum::<f64>();
+            }
+            let of_light = sums[channel].abs() * ratio(of_mean[channel].total(), self.mean[channel]);
+            Ledger { discretisation: (known + carried).abs() + unseen + off.sqrt().hypot(of_light), ..Ledger::default() }
+        };
+        Some(details.into_iter().enumerate().map(of_channel).collect())
+    }
+}
+
+fn square(x: f64) -> f64 {
+    x * x
+}
+
+fn power(x: f64, n: usize) -> f64 {
+    std::iter::repeat_n(x, n).product()
+}
+
+fn length(coefficients: &[f64]) -> f64 {
+    coefficients.iter().map(|c| c * c).sum::<f64>().sqrt()
+}
