@@ -13,7 +13,8 @@
 //! orthogonal to d, so sources that are small for their distance count for next to nothing, and are not evaluated.
 //!
 //! What this may itself be off by adds to it as a root mean square, one source after the other: what samples have beyond the next degree;
-//! a part of each term that is known; what links neglect and evaluations err by; and of the light that the point gathers as large a part as
+//! a part of each term that is known; what goes back and forth between the point and sources that touch it, of which `e_1`, known at a few
+//! points of each receiver, may have nothing; what links neglect and evaluations err by; and of the light that the point gathers as large a part as
 //! the estimate of the error of the mean has in the mean, for what all that adds to other points of the scene.
 
 use radgrad_scene::{largest, smallest};
@@ -80,6 +81,28 @@ struct Gathered {
     known: f64,
     /// Square of what that may be off by.
     off: f64,
+}
+
+/// Of the sources that touch a station: what is known of their details, their form factor, and that times their reflectance.
+#[derive(Debug, Clone, Copy, Default)]
+struct Touching {
+    known: f64,
+    factor: f64,
+    reflected: f64,
+}
+
+impl Touching {
+    fn add(&mut self, known: f64, factor: f64, rho: f64) {
+        self.known += known;
+        self.factor += factor;
+        self.reflected += rho * factor;
+    }
+
+    /// What comes again of the details, as often as it goes back and forth. Form factors are at most that, and their sum is at most 1.
+    fn again(&self) -> f64 {
+        let returned = self.reflected / largest(self.factor, 1.0);
+        self.known * returned / (1.0 - returned)
+    }
 }
 
 impl Solution {
@@ -230,6 +253,7 @@ impl Solution {
         }
         let much = MUCH * open.iter().map(|(piece, _)| relative(&piece.sizes)).sum::<f64>();
         let mut all = vec![Gathered::default(); self.channels.len()];
+        let mut touching = vec![Touching::default(); self.channels.len()];
         while let Some((piece, sight)) = open.pop() {
             let counts = |sizes: &[f64]| relative(sizes) > much;
             if let Some(first) = self.mesh.elements()[piece.source].children().filter(|_| counts(&piece.neglected)) {
@@ -247,8 +271,13 @@ impl Solution {
                 let known: f64 = piece.left[channel].iter().zip(&row.values).map(|(c, v)| c * v).sum();
                 all.known += if is_sure { known } else { 0.0 };
                 all.off += square(if is_sure { STILL_OFF * known } else { known }) + square(piece.neglected[channel]);
+                if piece.near == 1.0 {
+                    let rho = self.surfaces.reflectance[self.mesh.elements()[piece.source].face()][channel];
+                    touching[channel].add(known, piece.factor, rho);
+                }
             }
         }
+        all.iter_mut().zip(touching).for_each(|(all, touching)| all.off += square(touching.again()));
         Ok(all)
     }
 
