@@ -73,10 +73,10 @@ impl Errors {
         let (g, spread, slip) = (arc.angle.abs(), first + last, slips[0] + slips[1]);
         let least = g.min(1.0);
         let of_ends = slip + 1.2 * U;
-        let dg = of_ends + least * (11.5 * U) + g * (units::ARC_TANGENT * U);
+        let error = of_ends + least * (11.5 * U) + g * (units::ARC_TANGENT * U);
         let of_angle = AngleError {
             g,
-            dg: mutant!("past-occluders.angle", dg, |dg| 0.1 * dg),
+            dg: mutant!("past-occluders.angle", error, |dg| 0.1 * dg),
             ds: of_ends + least * (18.5 * U),
             ew: arc.line().map_or(0.0, Line::relative_error),
             eta: Some(first.max(*last)),
