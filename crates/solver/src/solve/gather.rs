@@ -48,7 +48,7 @@ pub struct Irradiance {
     pub irradiance: Vec<f64>,
     /// Proven bound on its error, by its sources.
     pub ledger: Vec<Ledger>,
-    /// Estimate of the same.
+    /// Estimate of the same, at most the bound.
     pub estimate: Vec<Ledger>,
 }
 
@@ -317,6 +317,10 @@ impl Solution {
             let of = |c: usize| beyond[c] + ledger[c] + Ledger { computation: rounding(c), ..Ledger::default() };
             (0..channels).map(of).collect()
         };
-        Irradiance { irradiance: sums.clone(), ledger: with(&proven, &ledgers[0]), estimate: with(&estimated, &ledgers[1]) }
+        let (ledger, mut estimate) = (with(&proven, &ledgers[0]), with(&estimated, &ledgers[1]));
+        for (estimate, bound) in estimate.iter_mut().zip(&ledger).filter(|(estimate, bound)| estimate.total() > bound.total()) {
+            *estimate = *bound;
+        }
+        Irradiance { irradiance: sums.clone(), ledger, estimate }
     }
 }

@@ -38,10 +38,6 @@ impl Facing {
     pub(super) const fn reversed(self) -> Self {
         Self { reversed: !self.reversed, ..self }
     }
-
-    pub(super) const fn is_reversed(self) -> bool {
-        self.reversed
-    }
 }
 
 impl<T: Real> Sides<T> {

@@ -138,11 +138,6 @@ impl CircularCone {
         let (Some(a), Some(b)) = (one, other) else { return false };
         a.axis.dot(b.axis) < a.cos * b.cos - a.sin * b.sin - 1e-12
     }
-
-    /// The cosine of half its angle, from below.
-    pub(super) const fn cosine(&self) -> f64 {
-        self.cos
-    }
 }
 
 #[cfg(test)]

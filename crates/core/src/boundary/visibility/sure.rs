@@ -1,9 +1,10 @@
 //! The visible boundary in doubles, where double precision is sure of every decision: most cases, for a small part of what it takes
 //! with a bound on every number.
 //!
-//! The parts, the cuts and the arcs are those of [`crate::boundary::visibility`]. A sign that is not sure, an occluder that is not
-//! wholly before the emitter, an outline that is not seen convex, and numbers that may have under- or overflowed leave the case to
-//! scalars that bound their errors.
+//! The visible part is bounded by pieces of the emitter's sides that are in no shadow, and by pieces of the shadows' sides, turned
+//! round, that are within the emitter and in no other shadow. A side cuts a piece where its ends are on both of its sides. A sign
+//! that is not sure, an occluder that is not wholly before the emitter, an outline that is not seen convex, and numbers that may
+//! have under- or overflowed leave the case to scalars that bound their errors.
 //!
 //! | symbol | meaning | error |
 //! |---|---|---|
@@ -21,17 +22,21 @@
 //! - Seen along the side it runs from inside to outside where that is turned round: along the arc `p' = N x p`, and the depth
 //!   `-N'.p` of `p = -N x N'` changes by `(N.N')^2 - 1 < 0`.
 //!
+//! Sides of one line of the input, as in a mesh of occluders or where one stands on the emitter's edge, cut nothing off each other.
+//! A piece along a side of another cone counts as within it: of an emitter's it is dark where the shadow is on the emitter's side of
+//! it, of a shadow's where the other shadow is beyond it, and where both are on one side in one of the two; none is within the emitter.
+//!
 //! An outline of which every side has all other corners surely inside is convex, and all surfaces through its vertices within their
 //! hull are seen within it: whether the vertices are in one plane does not matter.
 //!
 //! What is decided holds for any scalar: [`arcs`] takes the sides from the edges that they are of, and corners from vertices or from
 //! the two sides that cross there, in the scalar that is asked for.
 
-use std::cell::{OnceCell, RefCell};
+use std::cell::OnceCell;
+use std::ops::Range;
 
 use glam::DVec3;
 use radgrad_numbers::number::ROUNDOFF;
-use radgrad_numbers::offset::offset;
 use radgrad_numbers::real::Real;
 use radgrad_numbers::vec3::Vec3;
 use smallvec::SmallVec;
@@ -40,10 +45,9 @@ use crate::boundary::arc::{Arc, Generator};
 use crate::boundary::edge_name::EdgeName;
 use crate::boundary::line::{LEAST_MOMENT, Line, Sighted};
 use crate::boundary::plan::{Horizon, Plan, Side, height_over_horizon, sure_side};
-use crate::boundary::visibility::boundary::visit_joined;
-use crate::boundary::visibility::part::{Facing, PartCorner, pairs};
+use crate::boundary::visibility::part::{Facing, PartCorner};
 use crate::boundary::visibility::separation::CircularCone;
-use crate::boundary::visibility::subtract::{Kept, Place, kept, side_on_the_line};
+use crate::boundary::visibility::subtract::{Kept, Place, kept};
 use crate::problem::polygon::Polygon;
 use crate::problem::receiver::{Receiver, unit_normal};
 use crate::problem::triangulate::convex_parts;
@@ -71,41 +75,63 @@ struct Ray {
     spread: f64,
     /// sigma.
     slip: f64,
+    /// The vertex of the input that it is the direction of.
+    vertex: Option<DVec3>,
 }
 
-/// A plane through the receiver.
+/// A plane through the receiver that bounds a cone.
 struct SureSide {
     generator: Generator<f64>,
-    name: Option<EdgeName>,
+    /// Its edge of the input; the horizon has none.
+    edge: Option<[DVec3; 2]>,
     /// `en`.
     error: f64,
 }
 
-/// All that bounds a part, each once.
-struct SureSides<'a> {
-    receiver: &'a Receiver,
-    plan: &'a Plan,
-    sides: Vec<SureSide>,
-    /// Whether there are several shadows, so that it pays to know circular cones.
-    has_many: bool,
-}
-
-/// A convex cone: a part of the emitter, or the shadow of an occluder.
+/// A convex cone, the emitter or the shadow of an occluder, where `N . omega < 0` on all sides; the corner that a side starts from
+/// has its number.
 struct Cone {
-    corners: Vec<PartCorner<Ray>>,
+    sides: Range<usize>,
     around: Option<CircularCone>,
 }
 
-/// Where a part is relative to a side.
-enum Cut {
-    Inside,
-    Outside,
-    /// It has corners on both sides, or on the line.
-    Across,
+/// An end of a piece of a side: its ray, and the side that crosses there.
+#[derive(Clone, Copy, PartialEq, Eq)]
+struct End {
+    ray: usize,
+    other: usize,
 }
 
-/// Where a part's boundary crosses a side, by the corner before: both of the parts that the side cuts it into have these corners.
-type Crossings = RefCell<SmallVec<[(usize, Ray); 2]>>;
+/// A piece of a side.
+#[derive(Clone, Copy)]
+struct Piece {
+    side: usize,
+    from: End,
+    to: End,
+}
+
+/// Where an end is relative to a side.
+#[derive(Clone, Copy)]
+enum Where {
+    Inside,
+    /// Exactly.
+    OnIt,
+    Outside,
+}
+
+/// As many pieces as a few shadows leave of a side need no memory of their own.
+type Pieces = SmallVec<[Piece; 8]>;
+
+/// All rays and sides, each once, and the pieces that bound the visible part.
+struct Visible<'a> {
+    receiver: &'a Receiver,
+    plan: &'a Plan,
+    rays: Vec<Ray>,
+    sides: Vec<SureSide>,
+    /// Those of shadows are to be turned round.
+    pieces: Vec<Piece>,
+    emitter: Range<usize>,
+}
 
 /// Why nothing is sure is not told.
 struct Unsure;
@@ -122,7 +148,7 @@ pub(crate) enum Hidden {
 }
 
 impl Ray {
-    /// Where it is relative to a plane: its height on the side of the normal, if the sign is sure.
+    /// Where it is relative to a side: its height, if the sign is sure.
     fn sure_height(&self, normal: Vec3<f64>, error: f64) -> Option<f64> {
         let (height, length) = (normal.dot(self.sighted.point), self.sighted.square * self.sighted.inverse);
         let unsure = mutant!("sure.height", (error + self.spread + 4.0 * ROUNDOFF) * length * 1.001, |unsure| 1e-3 * unsure);
@@ -134,239 +160,262 @@ impl Ray {
     }
 }
 
-impl SureSides<'_> {
-    /// A part of these corners.
-    fn part(&self, corners: Vec<PartCorner<Ray>>) -> Cone {
-        let around = || CircularCone::around(corners.iter().map(|corner| (corner.point.unit(), 4.0 * MOST_SPREAD)));
-        Cone { around: if self.has_many { around() } else { None }, corners }
+impl SureSide {
+    fn normal(&self) -> Vec3<f64> {
+        self.generator.normal()
     }
 
-    fn name(&self, facing: Facing) -> Option<EdgeName> {
-        self.sides[facing.side].name
+    fn height(&self, ray: &Ray) -> Option<f64> {
+        ray.sure_height(self.normal(), self.error)
     }
 
-    fn error(&self, facing: Facing) -> f64 {
-        self.sides[facing.side].error
+    fn is_beyond(&self, ray: &Ray) -> bool {
+        self.height(ray).is_some_and(|height| height > 0.0)
     }
 
-    fn generator(&self, facing: Facing) -> Generator<f64> {
-        let generator = self.sides[facing.side].generator;
-        if facing.is_reversed() { generator.reversed() } else { generator }
+    fn name(&self) -> Option<EdgeName> {
+        self.edge.map(|[from, to]| EdgeName::new(from, to))
     }
+}
 
-    fn normal(&self, facing: Facing) -> Vec3<f64> {
-        let normal = self.sides[facing.side].generator.normal();
-        if facing.is_reversed() { -normal } else { normal }
+impl Cone {
+    /// The pieces that its sides are.
+    fn pieces(&self) -> impl Iterator<Item = Piece> + use<> {
+        let Range { start, end } = self.sides;
+        let next = move |side| if side + 1 == end { start } else { side + 1 };
+        let before = move |side| if side == start { end - 1 } else { side - 1 };
+        (start..end).map(move |side| Piece {
+            side,
+            from: End { ray: side, other: before(side) },
+            to: End { ray: next(side), other: next(side) },
+        })
     }
+}
 
-    /// Height of a ray over a side, where its sign is sure.
-    fn height(&self, facing: Facing, ray: &Ray) -> Option<f64> {
-        ray.sure_height(self.normal(facing), self.error(facing))
-    }
-
-    fn ray(&self, vertex: DVec3) -> Ray {
-        Ray { sighted: Sighted::from(vertex, self.receiver.position(), self.plan.power), spread: ROUNDOFF, slip: ROUNDOFF }
-    }
-
+impl<'a> Visible<'a> {
     /// The shadow of an outline, whichever way that runs.
-    fn shadow(&mut self, count: usize, vertex: impl Fn(usize) -> DVec3) -> Result<Cone, Unsure> {
+    fn shadow(&mut self, count: usize, is_one_of_many: bool, vertex: impl Fn(usize) -> DVec3) -> Result<Cone, Unsure> {
         let [a, b, c] = [0, 1, 2].map(|i| vertex(i) - self.receiver.position());
-        if a.cross(b).dot(c) > 0.0 { self.cone(count, |i| vertex(count - 1 - i)) } else { self.cone(count, vertex) }
+        let is_turned = a.cross(b).dot(c) > 0.0;
+        self.cone(count, is_one_of_many, |i| vertex(if is_turned { count - 1 - i } else { i }))
     }
 
-    /// The cone of an outline, where `N . omega < 0` on all sides.
-    fn cone(&mut self, count: usize, vertex: impl Fn(usize) -> DVec3) -> Result<Cone, Unsure> {
-        let (x, power, known) = (self.receiver.position(), self.plan.power, self.sides.len());
-        let corner = |i| PartCorner { point: self.ray(vertex(i)), vertex: Some(vertex(i)), side: Facing::forward(known + i) };
-        let corners: Vec<PartCorner<Ray>> = (0..count).map(corner).collect();
+    /// The cone of an outline, where `N . omega < 0` on all sides; one of many knows a circular one around it.
+    fn cone(&mut self, count: usize, is_one_of_many: bool, vertex: impl Fn(usize) -> DVec3) -> Result<Cone, Unsure> {
+        let (x, power, first) = (self.receiver.position(), self.plan.power, self.sides.len());
+        let ray =
+            |i| Ray { sighted: Sighted::from(vertex(i), x, power), spread: ROUNDOFF, slip: ROUNDOFF, vertex: Some(vertex(i)) };
+        self.rays.extend((0..count).map(ray));
+        let rays = &self.rays[first..];
         for i in 0..count {
-            let (j, ray) = ((i + 1) % count, |k: usize| &corners[k].point);
+            let j = (i + 1) % count;
             let edge = [vertex(i), vertex(j)];
-            let line = Line::through(edge, [&ray(i).sighted, &ray(j).sighted], x, power);
+            let line = Line::through(edge, [&rays[i].sighted, &rays[j].sighted], x, power);
             let error = line.relative_error() + ROUNDOFF;
             let is_known = error <= MOST_SPREAD && (LEAST_MOMENT..1.0 / LEAST_MOMENT).contains(&line.moment);
             let is_inside = |ray: &Ray| ray.sure_height(line.normal, error).is_some_and(|height| height < 0.0);
-            if !is_known || !(0..count).all(|k| k == i || k == j || is_inside(ray(k))) {
+            if !is_known || !(0..count).all(|k| k == i || k == j || is_inside(&rays[k])) {
                 return Err(Unsure);
             }
-            let name = Some(EdgeName::new(edge[0], edge[1]));
-            self.sides.push(SureSide { generator: Generator::Occluder(line), name, error });
+            self.sides.push(SureSide { generator: Generator::Occluder(line), edge: Some(edge), error });
         }
-        Ok(self.part(corners))
+        let around = || CircularCone::around(rays.iter().map(|ray| (ray.unit(), 4.0 * MOST_SPREAD)));
+        Ok(Cone { sides: first..first + count, around: if is_one_of_many { around() } else { None } })
     }
 
-    /// Whether one side of the shadow or of the part is known to separate them.
-    fn misses(&self, shadow: &Cone, part: &Cone) -> bool {
-        let is_beyond = |side: Facing, ray: &Ray| self.height(side, ray).is_some_and(|height| height > 0.0);
-        let parts = |one: &Cone, other: &Cone| {
-            one.corners.iter().any(|side| other.corners.iter().all(|corner| is_beyond(side.side, &corner.point)))
+    /// What of the emitter's cone is above the horizon, if anything.
+    fn above_horizon(&mut self, whole: Cone, emitter: &Polygon) -> Result<Option<Cone>, Unsure> {
+        let normal = -unit_normal::<f64>(self.receiver);
+        let horizon = self.sides.len();
+        self.sides.push(SureSide { generator: Generator::Horizon(normal), edge: None, error: 2.0 * ROUNDOFF });
+        let place = |&vertex: &DVec3| {
+            let depth: f64 = height_over_horizon(self.receiver, vertex, self.plan.power);
+            Place { depth, is_exactly_on_it: depth == 0.0, is_doubtful: false }
         };
-        CircularCone::are_apart(shadow.around, part.around) || parts(shadow, part) || parts(part, shadow)
+        let places: Vec<Place> = emitter.vertices().iter().map(place).collect();
+        let corner =
+            |side: usize| PartCorner { point: self.rays[side], vertex: self.rays[side].vertex, side: Facing::forward(side) };
+        let corners: Vec<PartCorner<Ray>> = whole.sides.clone().map(corner).collect();
+        let crossing = |i: usize, _| self.crossing(i, horizon, places[i].depth > 0.0);
+        let corners = match kept(&corners, &places, Facing::forward(horizon), false, |_| None, crossing) {
+            Kept::Nothing => return Ok(None),
+            Kept::Whole => return Ok(Some(whole)),
+            Kept::Corners(corners) => corners,
+        };
+        self.rays.truncate(whole.sides.start);
+        let mut sides: Vec<Option<SureSide>> = self.sides.drain(whole.sides.start..).map(Some).collect();
+        for PartCorner { point, vertex, side } in corners {
+            let Some(side) = sides[side.side - whole.sides.start].take().filter(|_| !point.spread.is_nan()) else {
+                return Err(Unsure);
+            };
+            self.rays.push(Ray { vertex, ..point });
+            self.sides.push(side);
+        }
+        Ok(Some(Cone { sides: whole.sides.start..self.sides.len(), ..whole }))
     }
 
-    /// Adds the parts of `part` outside `shadow`.
-    fn subtract(&self, part: Cone, shadow: &Cone, lit: &mut Vec<Cone>) -> Result<(), Unsure> {
-        let mut rest = part;
-        let mut places = SmallVec::new();
-        for (number, corner) in shadow.corners.iter().enumerate() {
-            match self.place(&rest, corner.side, &mut places)? {
-                Cut::Inside => continue,
-                Cut::Outside => {
-                    lit.push(rest);
-                    return Ok(());
-                }
-                Cut::Across => {}
+    /// Whether one side of two cones is known to separate them.
+    fn are_apart(&self, one: &Cone, other: &Cone) -> bool {
+        let parts = |one: &Cone, other: &Cone| {
+            let rays = &self.rays[other.sides.clone()];
+            self.sides[one.sides.clone()].iter().any(|side| rays.iter().all(|ray| side.is_beyond(ray)))
+        };
+        CircularCone::are_apart(one.around, other.around) || parts(one, other) || parts(other, one)
+    }
+
+    /// Where an end of a piece of `own` is relative to another side.
+    fn place(&self, own: usize, end: End, side: usize) -> Result<Where, Unsure> {
+        if let Some(height) = self.sides[side].height(&self.rays[end.ray]) {
+            return Ok(if height < 0.0 { Where::Inside } else { Where::Outside });
+        }
+        let Some(name) = self.sides[side].name() else { return Err(Unsure) };
+        let is_on_its_line = |side: usize| self.sides[side].name().is_some_and(|name_of| name_of.is_on_the_line_of(name));
+        let is_on_it = self.vertex(own, end).is_some_and(|vertex| name.is_in_line_with(vertex));
+        if is_on_it || is_on_its_line(own) || is_on_its_line(end.other) { Ok(Where::OnIt) } else { Err(Unsure) }
+    }
+
+    /// The vertex that is seen at an end of a piece of `own`. Lines that share a point are seen to meet there.
+    fn vertex(&self, own: usize, end: End) -> Option<DVec3> {
+        let shared = || self.sides[own].name()?.shared_end(self.sides[end.other].name()?);
+        self.rays[end.ray].vertex.or_else(shared)
+    }
+
+    /// What of a piece is in a cone, and the side of that which it is along, if any.
+    fn within(&mut self, piece: Piece, cone: &Cone) -> Result<Option<(Piece, Option<usize>)>, Unsure> {
+        let is_beyond = |side: &SureSide, end: End| side.is_beyond(&self.rays[end.ray]);
+        if self.sides[cone.sides.clone()].iter().any(|side| is_beyond(side, piece.from) && is_beyond(side, piece.to)) {
+            return Ok(None);
+        }
+        let (mut piece, mut along) = (piece, None);
+        for side in cone.sides.clone() {
+            let places = [self.place(piece.side, piece.from, side)?, self.place(piece.side, piece.to, side)?];
+            match places {
+                [Where::OnIt, Where::OnIt] => along = Some(side),
+                [Where::Inside | Where::OnIt, Where::Inside | Where::OnIt] => {}
+                [Where::Outside | Where::OnIt, Where::Outside | Where::OnIt] => return Ok(None),
+                [Where::Inside, Where::Outside] => piece.to = self.cut(piece.side, side, true)?,
+                [Where::Outside, Where::Inside] => piece.from = self.cut(piece.side, side, false)?,
             }
-            // What is inside all sides is in the shadow.
-            let is_last = number + 1 == shadow.corners.len();
-            let crossings = Crossings::default();
-            let inner = if is_last { Kept::Nothing } else { self.keep(&rest, &places, corner.side, &crossings)? };
-            places.iter_mut().for_each(|place| place.depth = -place.depth);
-            match self.keep(&rest, &places, corner.side.reversed(), &crossings)? {
-                Kept::Nothing => {}
-                Kept::Whole => {
-                    lit.push(rest);
-                    return Ok(());
+        }
+        Ok(Some((piece, along)))
+    }
+
+    /// Adds what a shadow leaves of a piece; it depends on whether the two run the same way whether a piece along its side is dark.
+    fn subtract(
+        &mut self,
+        piece: Piece,
+        shadow: &Cone,
+        is_dark_along: impl Fn(bool) -> bool,
+        left: &mut Pieces,
+    ) -> Result<(), Unsure> {
+        let dark = self.within(piece, shadow)?.filter(|&(_, along)| {
+            along.is_none_or(|side| is_dark_along(self.sides[piece.side].normal().dot(self.sides[side].normal()) > 0.0))
+        });
+        let Some((dark, _)) = dark else {
+            left.push(piece);
+            return Ok(());
+        };
+        if dark.from != piece.from {
+            left.push(Piece { to: dark.from, ..piece });
+        }
+        if dark.to != piece.to {
+            left.push(Piece { from: dark.to, ..piece });
+        }
+        Ok(())
+    }
+
+    /// Adds the pieces that bound the visible part.
+    fn add_pieces(&mut self, emitter: &Cone, shadows: &[Cone]) -> Result<(), Unsure> {
+        let (mut pieces, mut left) = (Pieces::new(), Pieces::new());
+        for piece in emitter.pieces() {
+            pieces.push(piece);
+            for shadow in shadows {
+                for piece in pieces.drain(..) {
+                    self.subtract(piece, shadow, |is_same_way| is_same_way, &mut left)?;
                 }
-                Kept::Corners(corners) => lit.push(self.part(corners)),
+                std::mem::swap(&mut pieces, &mut left);
             }
-            match inner {
-                Kept::Nothing => return Ok(()),
-                Kept::Whole => {}
-                Kept::Corners(corners) => rest = self.part(corners),
+            self.pieces.extend(pieces.drain(..));
+        }
+        for (number, shadow) in shadows.iter().enumerate() {
+            let is_near = |other: &Cone| !CircularCone::are_apart(shadow.around, other.around);
+            let others: SmallVec<[usize; 16]> = (0..shadows.len()).filter(|&k| k != number && is_near(&shadows[k])).collect();
+            for piece in shadow.pieces() {
+                let Some((piece, None)) = self.within(piece, emitter)? else { continue };
+                pieces.push(piece);
+                for &other in &others {
+                    for piece in pieces.drain(..) {
+                        self.subtract(piece, &shadows[other], |is_same_way| !is_same_way || other < number, &mut left)?;
+                    }
+                    std::mem::swap(&mut pieces, &mut left);
+                }
+                self.pieces.extend(pieces.drain(..));
             }
         }
         Ok(())
     }
 
-    /// Where a part is relative to a side, with the places of its corners where that cuts it.
-    fn place(&self, part: &Cone, side: Facing, places: &mut SmallVec<[Place; 8]>) -> Result<Cut, Unsure> {
-        let (normal, error, name) = (self.normal(side), self.error(side), self.name(side));
-        let place = |corner: &PartCorner<Ray>| {
-            let height = corner.point.sure_height(normal, error);
-            let is_on_it = height.is_none() && name.zip(corner.vertex).is_some_and(|(edge, vertex)| edge.is_in_line_with(vertex));
-            Place {
-                depth: height.map_or(0.0, |height| -height),
-                is_exactly_on_it: is_on_it,
-                is_doubtful: height.is_none() && !is_on_it,
-            }
-        };
-        places.clear();
-        places.extend(part.corners.iter().map(place));
-        if places.iter().all(|place| place.depth > 0.0) {
-            return Ok(Cut::Inside);
+    /// The end of a piece of `own` where another side cuts it, from its inside or from its outside.
+    fn cut(&mut self, own: usize, other: usize, from_inside: bool) -> Result<End, Unsure> {
+        let ray = self.crossing(own, other, from_inside);
+        if ray.spread.is_nan() {
+            return Err(Unsure);
         }
-        if places.iter().all(|place| place.depth < 0.0) {
-            return Ok(Cut::Outside);
-        }
-        // What is on the line has corners of which the depth is not sure.
-        let is_small = |i: usize| places[i].depth == 0.0;
-        if (0..places.len()).any(is_small) {
-            if let Some(i) = side_on_the_line(&part.corners, |facing| self.name(facing), name, is_small) {
-                let same_way = self.normal(part.corners[i].side).dot(normal) > 0.0;
-                return Ok(if same_way { Cut::Inside } else { Cut::Outside });
-            }
-            if places.iter().any(|place| place.is_doubtful) {
-                return Err(Unsure);
-            }
-        }
-        Ok(Cut::Across)
+        self.rays.push(ray);
+        Ok(End { ray: self.rays.len() - 1, other })
     }
 
-    /// The part of positive depth, closed along `side`, given the crossings that are known.
-    fn keep(&self, part: &Cone, places: &[Place], side: Facing, crossings: &Crossings) -> Result<Kept<Ray>, Unsure> {
-        let is_line = !matches!(self.sides[side.side].generator, Generator::Horizon(_));
-        let crossing = |i: usize, _| {
-            let mut crossings = crossings.borrow_mut();
-            let known = crossings.iter().find(|(before, _)| *before == i).map(|(_, ray)| *ray);
-            known.unwrap_or_else(|| {
-                let ray = self.crossing(part.corners[i].side, side, places[i].depth > 0.0);
-                crossings.push((i, ray));
-                ray
-            })
-        };
-        let left = kept(&part.corners, places, side, is_line, |facing| self.name(facing), crossing);
-        match &left {
-            Kept::Corners(corners) if corners.iter().any(|corner| corner.point.spread.is_nan()) => Err(Unsure),
-            _ => Ok(left),
-        }
-    }
-
-    /// Where the boundary along a side crosses another one, from its inside or from its outside; of a spread that is not a number
-    /// where that is not sure.
-    fn crossing(&self, own: Facing, cutting: Facing, from_inside: bool) -> Ray {
-        let across = self.normal(own).cross(self.normal(cutting));
+    /// Where a side crosses another one, from its inside or from its outside; of a spread that is not a number where that is not
+    /// sure.
+    fn crossing(&self, own: usize, other: usize, from_inside: bool) -> Ray {
+        let [own, other] = [own, other].map(|side| &self.sides[side]);
+        let across = own.normal().cross(other.normal());
         let sighted = Sighted::at(if from_inside { -across } else { across });
-        let (one, other) = (self.error(own), self.error(cutting));
-        let (most, least) = if one > other { (one, other) } else { (other, one) };
+        let (most, least) = if own.error > other.error { (own.error, other.error) } else { (other.error, own.error) };
         let over_sine = |errors: f64| (errors + 2.2 * ROUNDOFF) * sighted.inverse * 1.001;
-        let spread = mutant!("sure.crossing", over_sine(one + other), |spread| 0.1 * spread);
-        let cosine = self.normal(own).dot(self.normal(cutting)).abs();
+        let spread = mutant!("sure.crossing", over_sine(most + least), |spread| 0.1 * spread);
+        let cosine = own.normal().dot(other.normal()).abs();
         let slip = mutant!("sure.slip", over_sine(most + least * cosine), |slip| 0.1 * slip);
-        Ray { sighted, spread: if spread <= MOST_SPREAD { spread } else { f64::NAN }, slip }
+        Ray { sighted, spread: if spread <= MOST_SPREAD { spread } else { f64::NAN }, slip, vertex: None }
     }
-}
 
-/// The lit parts, and the sides that bound them; none where all is lit that is above the horizon.
-fn lit_parts<'a>(
-    receiver: &'a Receiver,
-    emitter: &Polygon,
-    occluders: &[&Polygon],
-    plan: &'a Plan,
-) -> Result<Option<(Vec<Cone>, SureSides<'a>)>, Unsure> {
-    let has_many = occluders.len() > 1;
-    let mut sides = SureSides { receiver, plan, sides: Vec::with_capacity(4 * (occluders.len() + 1)), has_many };
-    let mut whole = sides.cone(emitter.vertices().len(), |i| emitter.vertices()[i])?;
-    if plan.horizon == Horizon::Crossing {
-        let generator = Generator::Horizon(-unit_normal::<f64>(receiver));
-        let horizon = Facing::forward(sides.sides.len());
-        sides.sides.push(SureSide { generator, name: None, error: 2.0 * ROUNDOFF });
-        let place = |&vertex: &DVec3| {
-            let depth: f64 = height_over_horizon(receiver, vertex, plan.power);
-            Place { depth, is_exactly_on_it: depth == 0.0, is_doubtful: false }
-        };
-        let places: Vec<Place> = emitter.vertices().iter().map(place).collect();
-        match sides.keep(&whole, &places, horizon, &Crossings::default())? {
-            Kept::Nothing => return Ok(Some((Vec::new(), sides))),
-            Kept::Whole => {}
-            Kept::Corners(corners) => whole = sides.part(corners),
-        }
-    }
-    let slab = emitter.half_slab() * plan.power * 1.01;
-    let mut shadows = Vec::with_capacity(occluders.len());
-    for occluder in occluders {
-        for part in convex_parts(occluder) {
-            let shadow = sides.shadow(part.len(), |i| occluder.vertices()[part[i]])?;
-            if sides.misses(&shadow, &whole) {
-                continue;
-            }
-            let is_before = |&i: &usize| sure_side(occluder.vertices()[i], emitter, plan.power, slab) == Some(Side::Front);
-            if !part.iter().all(is_before) {
-                return Err(Unsure);
-            }
-            shadows.push(shadow);
-        }
-    }
-    if shadows.is_empty() {
-        return Ok(None);
-    }
-    // The widest first: the sooner they are subtracted, the fewer parts the others cut. Doubles that are not negative are in the
-    // order of their bits.
-    shadows.sort_by_cached_key(|shadow| shadow.around.map_or(0, |cone| cone.cosine().to_bits()));
-    let (mut parts, mut lit) = (Vec::with_capacity(4), Vec::with_capacity(4));
-    parts.push(whole);
-    for (number, shadow) in shadows.iter().enumerate() {
-        for part in parts.drain(..) {
-            // None of them misses the whole.
-            if number > 0 && sides.misses(shadow, &part) {
-                lit.push(part);
-            } else {
-                sides.subtract(part, shadow, &mut lit)?;
+    /// What bounds the visible part; nothing where all is lit that is above the horizon.
+    fn of(receiver: &'a Receiver, emitter: &Polygon, occluders: &[&Polygon], plan: &'a Plan) -> Result<Option<Self>, Unsure> {
+        let (many, most) = (occluders.len() > 1, 4 * (occluders.len() + 2));
+        let (rays, sides) = (Vec::with_capacity(2 * most), Vec::with_capacity(most));
+        let mut found = Self { receiver, plan, rays, sides, pieces: Vec::new(), emitter: 0..0 };
+        let mut whole = found.cone(emitter.vertices().len(), many, |i| emitter.vertices()[i])?;
+        if plan.horizon == Horizon::Crossing {
+            match found.above_horizon(whole, emitter)? {
+                Some(above) => whole = above,
+                None => return Ok(Some(found)),
             }
         }
-        std::mem::swap(&mut parts, &mut lit);
+        found.emitter = whole.sides.clone();
+        let slab = emitter.half_slab() * plan.power * 1.01;
+        let mut shadows: SmallVec<[Cone; 4]> = SmallVec::new();
+        for occluder in occluders {
+            for part in convex_parts(occluder) {
+                let shadow = found.shadow(part.len(), many, |i| occluder.vertices()[part[i]])?;
+                if found.are_apart(&shadow, &whole) {
+                    found.rays.truncate(shadow.sides.start);
+                    found.sides.truncate(shadow.sides.start);
+                    continue;
+                }
+                let is_before = |&i: &usize| sure_side(occluder.vertices()[i], emitter, plan.power, slab) == Some(Side::Front);
+                if !part.iter().all(is_before) {
+                    return Err(Unsure);
+                }
+                shadows.push(shadow);
+            }
+        }
+        if shadows.is_empty() {
+            return Ok(None);
+        }
+        found.pieces.reserve(most);
+        found.add_pieces(&whole, &shadows)?;
+        Ok(Some(found))
     }
-    Ok(Some((parts, sides)))
 }
 
 /// Calls `visit` with each arc of the visible boundary, unless a decision is not sure or nothing is hidden.
@@ -377,46 +426,36 @@ pub(crate) fn visit_boundary(
     plan: &Plan,
     mut visit: impl FnMut(&SureArc),
 ) -> Hidden {
-    let (parts, sides) = match lit_parts(receiver, emitter, occluders, plan) {
-        Ok(Some(found)) => found,
+    let visible = match Visible::of(receiver, emitter, occluders, plan) {
+        Ok(Some(visible)) => visible,
         Ok(None) => return Hidden::Nothing,
         Err(Unsure) => return Hidden::Unsure,
     };
-    let mut visit = |from: &Ray, to: &Ray, facing: Facing| {
+    for Piece { side, from, to } in &visible.pieces {
+        let (SureSide { generator, error, .. }, [from, to]) =
+            (&visible.sides[*side], [from, to].map(|end| &visible.rays[end.ray]));
+        let (from, to, generator) =
+            if visible.emitter.contains(side) { (from, to, *generator) } else { (to, from, generator.reversed()) };
         visit(&SureArc {
-            arc: Arc::between(from.sighted, to.sighted, sides.generator(facing)),
+            arc: Arc::between(from.sighted, to.sighted, generator),
             spreads: [from.spread, to.spread],
             slips: [from.slip, to.slip],
-            normal_error: sides.error(facing),
+            normal_error: *error,
         });
-    };
-    if let [part] = &parts[..] {
-        pairs(&part.corners).for_each(|(start, end)| visit(&start.point, &end.point, start.side));
-    } else {
-        let outlines: SmallVec<[_; 16]> = parts.iter().map(|part| &*part.corners).collect();
-        visit_joined(&outlines, |side| sides.normal(Facing::forward(side)), |ray| ray.sighted.point, visit);
     }
     Hidden::Something
 }
 
-/// A corner in doubles, and as it is in another scalar.
-struct Placed<T> {
-    ray: Vec3<f64>,
-    sighted: Sighted<T>,
-}
-
-impl SureSides<'_> {
+impl Visible<'_> {
     /// The generator of a side in another scalar.
     fn generator_in<T: Real>(&self, side: usize) -> Generator<T> {
-        let (x, power, side) = (self.receiver.position(), self.plan.power, &self.sides[side]);
-        match (side.generator, side.name) {
-            (Generator::Emitter(line) | Generator::Occluder(line), Some(name)) => {
-                let [a, b] = name.ends();
-                let edge = if line.e.dot(offset(b, a, power)) > 0.0 { [a, b] } else { [b, a] };
+        let (x, power) = (self.receiver.position(), self.plan.power);
+        match self.sides[side].edge {
+            Some(edge) => {
                 let [from, to] = edge.map(|end| Sighted::from(end, x, power));
                 Generator::Occluder(Line::through(edge, [&from, &to], x, power))
             }
-            _ => Generator::Horizon(-unit_normal(self.receiver)),
+            None => Generator::Horizon(-unit_normal(self.receiver)),
         }
     }
 }
@@ -424,33 +463,28 @@ impl SureSides<'_> {
 /// The arcs of the visible boundary, with every line taken for an occluder's; `None` where double precision is not sure, or nothing is
 /// hidden.
 pub(crate) fn arcs<T: Real>(receiver: &Receiver, emitter: &Polygon, occluders: &[&Polygon], plan: &Plan) -> Option<Vec<Arc<T>>> {
-    let Ok(Some((parts, sides))) = lit_parts(receiver, emitter, occluders, plan) else { return None };
-    let generators: Vec<OnceCell<Generator<T>>> = vec![OnceCell::new(); sides.sides.len()];
-    let generator = |facing: Facing| {
-        let forward = *generators[facing.side].get_or_init(|| sides.generator_in(facing.side));
-        if facing.is_reversed() { forward.reversed() } else { forward }
-    };
-    let is_before = |sighted: &Sighted<T>, ray: &Ray| sighted.point.map(T::value).dot(ray.sighted.point) > 0.0;
-    let placed = |before: &PartCorner<Ray>, corner: &PartCorner<Ray>| {
+    let Ok(Some(visible)) = Visible::of(receiver, emitter, occluders, plan) else { return None };
+    let generators: Vec<OnceCell<Generator<T>>> = vec![OnceCell::new(); visible.sides.len()];
+    let generator = |side: usize| *generators[side].get_or_init(|| visible.generator_in(side));
+    let sighted = |own: usize, end: End| {
+        let about = visible.rays[end.ray].sighted.point;
+        let is_before = |sighted: &Sighted<T>| sighted.point.map(T::value).dot(about) > 0.0;
+        let seen = visible.vertex(own, end).map(|vertex| Sighted::from(vertex, receiver.position(), plan.power));
         let crossing = || {
-            let across = generator(before.side).normal().cross(generator(corner.side).normal());
-            [across, -across].map(Sighted::at).into_iter().find(|sighted| is_before(sighted, &corner.point))
+            let across = generator(own).normal().cross(generator(end.other).normal());
+            [across, -across].map(Sighted::at).into_iter().find(is_before)
         };
-        let seen = corner.vertex.map(|vertex| Sighted::from(vertex, receiver.position(), plan.power));
-        let sighted = seen.filter(|sighted| is_before(sighted, &corner.point)).or_else(crossing)?;
-        Some(PartCorner { point: Placed { ray: corner.point.sighted.point, sighted }, vertex: corner.vertex, side: corner.side })
+        seen.filter(is_before).or_else(crossing)
     };
-    let outline = |part: &Cone| pairs(&part.corners).map(|(before, corner)| placed(before, corner)).collect::<Option<Vec<_>>>();
-    let outlines: Vec<Vec<PartCorner<Placed<T>>>> = parts.iter().map(outline).collect::<Option<_>>()?;
-    let outlines: Vec<_> = outlines.iter().map(|corners| &**corners).collect();
-    let mut arcs = Vec::new();
-    visit_joined(
-        &outlines,
-        |side| sides.normal(Facing::forward(side)),
-        |placed| placed.ray,
-        |from, to, facing| arcs.push(Arc::between(from.sighted, to.sighted, generator(facing))),
-    );
-    Some(arcs)
+    let arc = |&Piece { side, from, to }: &Piece| {
+        let [from, to] = [sighted(side, from)?, sighted(side, to)?];
+        Some(if visible.emitter.contains(&side) {
+            Arc::between(from, to, generator(side))
+        } else {
+            Arc::between(to, from, generator(side).reversed())
+        })
+    };
+    visible.pieces.iter().map(arc).collect()
 }
 
 #[cfg(test)]
