@@ -18,6 +18,8 @@ mod square;
 mod sums;
 mod triangle;
 
+use radgrad_numbers::number::ROUNDOFF;
+
 use crate::boundary::plan::{Horizon, Plan};
 use crate::gauss::scene::{Integral, Scene};
 use crate::gauss::triangle::{SeenTriangle, Triangle};
@@ -25,10 +27,13 @@ use crate::problem::emission::Emitter;
 use crate::problem::fan::{Shape, apex_first};
 use crate::problem::receiver::Receiver;
 
-/// The integral to full precision by a rule with at most `most` nodes; `None` if it takes more, or the emitter is too near for
-/// any rule.
-pub(crate) fn integral(receiver: &Receiver, emitter: &Emitter, plan: &Plan, most: usize) -> Option<Integral> {
-    let (scene, polygon) = (Scene::new(receiver, emitter, plan), emitter.polygon());
+/// The truncation of a triangle, relative to its expected value and gradient, that is not worth another node: a quarter of a roundoff.
+pub(crate) const FULL_PRECISION: f64 = 0.25 * ROUNDOFF;
+
+/// The integral by a rule with at most `most` nodes, of which the truncation is about `enough` or less, relative, where the emission
+/// is nowhere negative, and of [`FULL_PRECISION`] elsewhere; `None` if it takes more nodes, or the emitter is too near for any rule.
+pub(crate) fn integral(receiver: &Receiver, emitter: &Emitter, plan: &Plan, most: usize, enough: f64) -> Option<Integral> {
+    let (scene, polygon) = (Scene::new(receiver, emitter, plan, enough), emitter.polygon());
     if plan.horizon == Horizon::Above {
         let (fan, power) = polygon.fan();
         let power = plan.power / power;

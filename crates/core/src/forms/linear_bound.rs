@@ -56,12 +56,17 @@
 //!
 //! The constants `PAST_...` are `pi/2` times these, rounded up.
 //!
-//! Up to `c = -cot(phi + psi) = (s^2 - dS)/(s (S + d)) = 1` the errors of s, d and S are less together: in the end as a function of these
-//! they move phi, psi and the logarithm as one. By `J'(x) = sum_k zeta(2k) (x/pi)^2k` all derivatives of J rise up to pi, so with
-//! `x = phi + psi`
-//! - the derivative with respect to phi is `l - A`, `0 <= A = J'(phi + psi) - 2 J'(phi) + J'(phi - psi) <= psi^2 J'''(x)`: at most
+//! Up to `c = -cot(phi + psi) = (s^2 - dS)/(s (S + d)) = 4` the errors of s, d and S are less together: in the end as a function of
+//! these they move phi, psi and the logarithm as one. With `J'(x) = (1 - x cot x)/2`, `cot phi = d/s` and `cot psi = S/s`
+//! - the derivative with respect to phi is `l + [(phi - psi) cot(phi - psi) + (phi + psi) cot(phi + psi)]/2 - phi cot phi`;
+//! - that with respect to psi is `[(phi + psi) cot(phi + psi) - (phi - psi) cot(phi - psi)]/2`, and
+//!   `cot(phi - psi) = (s^2 + dS)(S + d)/(s h^2)`.
+//!
+//! They are found to [`DERIVATIVE_ERROR`] where `phi - psi` has digits and s is not next to 0. Else, as by
+//! `J'(x) = sum_k zeta(2k) (x/pi)^2k` all derivatives of J rise up to pi, with `x = phi + psi`
+//! - the first one is `l - A`, `0 <= A = J'(phi + psi) - 2 J'(phi) + J'(phi - psi) <= psi^2 J'''(x)`: at most
 //!   the larger of l and A. `J'''(x) = (1 - x cot x)/sin^2 x` is 1 at a right angle, and `(1 + cx)(1 + c^2)` past it;
-//! - that with respect to psi is at most `J'(x) = (1 + cx)/2` past a right angle.
+//! - the second one is at most `J'(x) = (1 + cx)/2` past a right angle.
 //!
 //! What remains apart are the roundings of phi and psi, 4u relative, and past a right angle 9u and `pi/2` times 5.5u
 //! ([`PAST_ROUNDED`]).
@@ -112,7 +117,7 @@
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
 
 use fearless_simd::prelude::*;
-use fearless_simd::{Simd, f64x4, mask64x4};
+use fearless_simd::{Simd, f64x4, f64x8, mask64x4};
 use radgrad_numbers::double_double::ROUNDOFF_OF_DOUBLE_DOUBLE;
 use radgrad_numbers::double_double_on_lanes::ROUNDOFF_ON_LANES;
 use radgrad_numbers::lanes::vectors::{all, plus_first};
@@ -173,6 +178,12 @@ const PAST: f64 = 30.0;
 
 /// The same without the errors of s.
 const PAST_ROUNDED: f64 = 17.7;
+
+/// With which the derivatives of an end are found: where `phi - psi >= LEAST_DIFFERENCE phi` and `s >= LEAST_ALONG S` the roundings
+/// of their terms come to less than `10u/LEAST_DIFFERENCE`.
+const DERIVATIVE_ERROR: f64 = 1e-12;
+const LEAST_DIFFERENCE: f64 = 2e-3;
+const LEAST_ALONG: f64 = 1e-10;
 
 const _: () = assert!(
     OF_QUOTIENT >= 5.6 * FRAC_PI_4
@@ -336,7 +347,13 @@ impl Errors {
                 + PAST,
             |error| error * 0.1
         );
-        let of_end = of_x1_end(&x1.ends, logarithm, [s, d, distance], [of_phi, of_psi, of_logarithm, past]);
+        let of_end = of_x1_end(
+            &x1.ends,
+            logarithm,
+            [s, d, distance],
+            f64x8::splat(simd, 1.0 / height),
+            [of_phi, of_psi, of_logarithm, past],
+        );
         let (start, end) = simd.split_f64x8(of_end);
         let (d, distance) = (simd.split_f64x8(d).0, simd.split_f64x8(distance).0);
         let of_d = distance * (ew + 5.0) + d * 11.5;
@@ -434,7 +451,7 @@ impl Errors {
             let of_logarithm = 8.0 * logarithm + 3.5 + of_height + moved[i];
             let far = (s * s - d * frame.distance) / ((frame.distance + d) * foot_square);
             let past = PAST + FRAC_PI_2 * (of_s * s / end.square + far * (of_distance + of_d));
-            x1 += of_x1_end(&ends[i], logarithm, [s, *d, frame.distance], [of_phi, of_psi, of_logarithm, past]);
+            x1 += of_x1_end(&ends[i], logarithm, [s, *d, frame.distance], 1.0 / height, [of_phi, of_psi, of_logarithm, past]);
         }
         let angles = turned + g * (5.5 + self.additions);
         self.first = self.first + Vec3::new(angles, steepness * (turned + g * (8.0 + self.additions)), x1);
@@ -473,32 +490,64 @@ impl Errors {
     }
 }
 
-/// Of an end of a segment in X1, given `ln(r/h)`, s, d and S; and the errors of phi before its own rounding, of psi, of the
+/// The sizes of the derivatives of an end of a segment in X1 with respect to phi and psi, at most.
+#[inline(always)]
+fn derivatives<T: radgrad_numbers::arithmetic::Doubles>(
+    end: &X1End<T>,
+    logarithm: T,
+    [s, d, distance]: [T; 3],
+    inverse_height: T,
+) -> [T; 2] {
+    let X1End { phi, psi, beyond, .. } = *end;
+    let (half, one, square, product, reach) = (s.like(0.5), s.like(1.0), s * s, d * distance, distance + d);
+    let (sum, difference) = (phi + psi, phi - psi);
+    let inverse = one / (s * reach);
+    let over_height = reach * inverse_height;
+    // x cot x of phi + psi, phi - psi and phi.
+    let of_sum = sum * ((product - square) * inverse);
+    let of_difference = difference * ((product + square) * inverse * (over_height * over_height));
+    let of_phi = phi * (d * reach * inverse);
+    let error = s.like(DERIVATIVE_ERROR);
+    let by_phi = (logarithm + (of_difference + of_sum) * half - of_phi).abs() + error;
+    let by_psi = ((of_sum - of_difference) * half).abs() + error;
+    let zero = s.like(0.0);
+    let cotangent = T::choose(beyond, (square - product) * inverse, zero);
+    let rise = one + sum * cotangent;
+    let bend = psi * psi * rise * (one + cotangent * cotangent);
+    let most = [T::choose(logarithm.exceeds(bend), logarithm, bend), T::choose(beyond, rise * half, (phi * psi).min(half))];
+    let (has_digits, is_apart) = (difference.exceeds(phi * s.like(LEAST_DIFFERENCE)), s.exceeds(distance * s.like(LEAST_ALONG)));
+    let known = |found: T, most: T| T::choose(has_digits, T::choose(is_apart, found, most), most);
+    [known(by_phi, most[0]), known(by_psi, most[1])]
+}
+
+/// Of an end of a segment in X1, given `ln(r/h)`, s, d and S, and 1/h; and the errors of phi before its own rounding, of psi, of the
 /// logarithm, and past a right angle of the quotient's and the sums.
 #[inline(always)]
 fn of_x1_end<T: radgrad_numbers::arithmetic::Doubles>(
     end: &X1End<T>,
     logarithm: T,
-    [s, d, distance]: [T; 3],
+    distances: [T; 3],
+    inverse_height: T,
     [of_phi, of_psi, of_logarithm, past]: [T; 4],
 ) -> T {
     let X1End { phi, psi, beyond, .. } = *end;
-    let (zero, half, one) = (s.like(0.0), s.like(0.5), s.like(1.0));
-    let (product, of_rounding) = (phi * psi, phi * s.like(4.0));
+    let [s, d, distance] = distances;
+    let (zero, half, one, four) = (s.like(0.0), s.like(0.5), s.like(1.0), s.like(4.0));
+    let (product, of_rounding) = (phi * psi, phi * four);
     let (by_phi, by_psi) = (logarithm + product.min(one), product.min(half));
-    let cotangent = T::choose(beyond, (s * s - d * distance) / (s * (distance + d)), zero);
-    let rise = one + (phi + psi) * cotangent;
-    let bend = psi * psi * rise * (one + cotangent * cotangent);
+    let [along_phi, along_psi] = derivatives(end, logarithm, distances, inverse_height);
     let together = mutant!(
         "linear-bound.end-together",
-        T::choose(logarithm.exceeds(bend), logarithm, bend) * of_phi
+        along_phi * of_phi
             + by_phi * of_rounding
-            + T::choose(beyond, rise * half, by_psi) * of_psi
+            + along_psi * of_psi
+            + by_psi * (psi * four)
             + T::choose(beyond, s.like(PAST_ROUNDED), zero),
         |error| error * s.like(0.1)
     );
     let apart = by_phi * (of_phi + of_rounding) + by_psi * of_psi + T::choose(beyond, past, zero);
-    phi * (of_logarithm + phi * phi * s.like(2.4) + psi * psi * s.like(3.5)) + T::choose(cotangent.exceeds(one), apart, together)
+    let is_far_past = (s * s - d * distance).exceeds(s * (distance + d) * four);
+    phi * (of_logarithm + phi * phi * s.like(2.4) + psi * psi * s.like(3.5)) + T::choose(is_far_past, apart, together.min(apart))
 }
 
 #[cfg(test)]

@@ -15,6 +15,7 @@ use glam::DVec3;
 use radgrad_numbers::number::ROUNDOFF;
 use radgrad_numbers::offset::offset;
 use radgrad_numbers::vec3::Vec3;
+use smallvec::SmallVec;
 
 use crate::boundary::plan::{Plan, height_over_horizon};
 use crate::gauss::scene::Scene;
@@ -81,13 +82,15 @@ impl Scene<'_> {
     /// The corners of the part above the horizon, counter-clockwise as the polygon's vertices are (Sutherland and Hodgman 1974).
     pub(super) fn outline(&self, receiver: &Receiver, polygon: &Polygon, plan: &Plan) -> Corners {
         let count = polygon.vertices().len();
-        let is_above = |vertex: &usize| precise_facing(receiver, polygon.vertices()[*vertex], plan.power) > 0.0;
-        let base = (0..count).find(is_above).unwrap_or(0);
-        let first = self.corner(receiver, polygon, plan, 0, base);
+        let facing: SmallVec<[f64; FEW]> =
+            polygon.vertices().iter().map(|&vertex| precise_facing(receiver, vertex, plan.power)).collect();
+        let base = facing.iter().position(|&facing| facing > 0.0).unwrap_or(0);
+        let corner = |vertex: usize| self.corner(receiver, polygon, plan, vertex, facing[vertex], base);
+        let first = corner(0);
         let (mut above, mut start) = (Corners::new(first), first);
         for i in 0..count {
             let j = (i + 1) % count;
-            let end = if j == 0 { first } else { self.corner(receiver, polygon, plan, j, base) };
+            let end = if j == 0 { first } else { corner(j) };
             let e = || offset(polygon.vertices()[j], polygon.vertices()[i], plan.power);
             match (start.facing > 0.0, end.facing > 0.0) {
                 (true, true) => above.push(start),
@@ -103,10 +106,17 @@ impl Scene<'_> {
         above
     }
 
-    fn corner(&self, receiver: &Receiver, polygon: &Polygon, plan: &Plan, vertex: usize, base: usize) -> OutlineCorner {
+    fn corner(
+        &self,
+        receiver: &Receiver,
+        polygon: &Polygon,
+        plan: &Plan,
+        vertex: usize,
+        facing: f64,
+        base: usize,
+    ) -> OutlineCorner {
         let (x, place, first) = (receiver.position(), polygon.vertices()[vertex], polygon.vertices()[base]);
         let seen: Vec3<f64> = offset(place, x, plan.power);
-        let facing = precise_facing(receiver, place, plan.power);
         let local = offset(place, first, plan.power);
         let lit = self.source.at_vertex(vertex, place);
         OutlineCorner { seen, local, facing, facing_error: 8.0 * ROUNDOFF * facing.abs(), lit }

@@ -28,6 +28,8 @@ pub(super) struct Scene<'a> {
     /// Relative error that the input brings: the height rounded, vertices off the plane, values off the affine function.
     pub(super) input_error: f64,
     pub(super) is_clipped: bool,
+    /// Truncation that is enough, relative.
+    pub(super) enough: f64,
     /// Multiplies lengths.
     pub(super) power: f64,
 }
@@ -43,7 +45,7 @@ impl Integral {
 }
 
 impl<'a> Scene<'a> {
-    pub(super) fn new(receiver: &Receiver, emitter: &'a Emitter, plan: &Plan) -> Self {
+    pub(super) fn new(receiver: &Receiver, emitter: &'a Emitter, plan: &Plan, enough: f64) -> Self {
         let polygon = emitter.polygon();
         let (height, height_error) = certain_height(receiver, polygon, plan.power);
         let is_clipped = plan.horizon == Horizon::Crossing;
@@ -60,6 +62,7 @@ impl<'a> Scene<'a> {
             source,
             input_error,
             is_clipped,
+            enough,
             power: plan.power,
         }
     }

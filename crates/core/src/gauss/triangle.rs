@@ -1,5 +1,5 @@
-//! A triangle of the fan, `y = P + a (e1 + b e)`, a and b in [0, 1], e the side opposite P: the number of nodes for full precision,
-//! and a bound on the truncation.
+//! A triangle of the fan, `y = P + a (e1 + b e)`, a and b in [0, 1], e the side opposite P: the number of nodes for the precision that
+//! is asked for, and a bound on the truncation.
 //!
 //! # Symbols
 //! | symbol | meaning |
@@ -42,7 +42,7 @@ use radgrad_numbers::vec3::Vec3;
 use crate::gauss::outline::OutlineCorner;
 use crate::gauss::scene::Scene;
 use crate::gauss::source::OnTriangle;
-use crate::gauss::{rules, square};
+use crate::gauss::{FULL_PRECISION, rules, square};
 use crate::problem::fan::{FanTriangle, Shape};
 use crate::problem::receiver::Receiver;
 
@@ -136,8 +136,8 @@ struct Reach {
     farthest: f64,
     most_facing: f64,
     area: f64,
-    /// Expected sizes of value and gradient.
-    typical: RuleBound,
+    /// Truncation that is not worth another node.
+    enough: RuleBound,
 }
 
 impl Scene<'_> {
@@ -192,7 +192,7 @@ impl Scene<'_> {
         (shape, seen)
     }
 
-    /// The number of nodes that a triangle needs for full precision; `None` if that is more than there are rules for.
+    /// The number of nodes that a triangle needs; `None` if that is more than there are rules for.
     #[inline]
     pub(super) fn rule(&self, shape: &Shape, seen: &SeenTriangle) -> Option<Rule> {
         let [first, last, base] = shape.lengths;
@@ -210,8 +210,12 @@ impl Scene<'_> {
         let [p, q, r] = seen.facing;
         let facing = larger((p + q + r) * nearness * (1.0 / 3.0), 1e-9);
         let typical = 0.5 * area * self.source.largest * self.height * (nearness * nearness * nearness);
-        let typical = RuleBound { value: typical * facing, gradient: typical * nearness };
-        let bounds = Reach { clear, farthest, most_facing: seen.most_facing, area, typical };
+        let share = if seen.is_bright { self.enough } else { FULL_PRECISION };
+        let enough = RuleBound {
+            value: mutant!("gauss.enough", share * typical * facing, |_| 1e-9 * typical * facing),
+            gradient: share * typical * nearness,
+        };
+        let bounds = Reach { clear, farthest, most_facing: seen.most_facing, area, enough };
         // The Jacobian a is at most 1 + (A - 1)/2p in its own variable on p panels, and 1/2 on average in the other.
         let of_own = |overhang| 1.0 + overhang;
         let (grid, truncation) = match self.nodes(&bounds, 0.5 * larger(leg, base), |stretch| of_own(0.5 * (stretch - 1.0))) {
@@ -277,13 +281,8 @@ impl Scene<'_> {
         );
         let mut bound =
             RuleBound { value: common * height * facing, gradient: common * (facing + height + 4.0 * height * facing * far / q) };
-        // A quarter of a roundoff of the expected size is not worth another node.
-        let enough = RuleBound {
-            value: mutant!("gauss.enough", 0.25 * ROUNDOFF * reach.typical.value, |_| 1e-9 * reach.typical.value),
-            gradient: 0.25 * ROUNDOFF * reach.typical.gradient,
-        };
         for count in 1..=rules::MOST {
-            if bound.value <= enough.value && bound.gradient <= enough.gradient {
+            if bound.value <= reach.enough.value && bound.gradient <= reach.enough.gradient {
                 return Some((count, bound));
             }
             bound.value *= shrink;

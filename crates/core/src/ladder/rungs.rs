@@ -44,7 +44,7 @@ use crate::forms::constant_bound::{BoundedSum, past_occluders};
 use crate::forms::edge_lanes::{SureCase, precise};
 use crate::forms::irradiance_and_gradient::IrradianceAndGradient;
 use crate::forms::{edge_lanes, linear_bound};
-use crate::gauss;
+use crate::gauss::{self, FULL_PRECISION};
 use crate::ladder::answer::{Answer, Method};
 #[cfg(feature = "arbitrary-precision")]
 use crate::ladder::digits::Enclosed;
@@ -82,6 +82,11 @@ impl Budget {
 
 /// The relative bound that a Gauss rule cannot have less than: the places of its nodes alone are off by more.
 const LEAST_OF_RULE: f64 = 12.0 * ROUNDOFF;
+
+/// The share of the tolerance that a rule's truncation may take where it has more than a few nodes: these would be half as many
+/// again for full precision. For a finer tolerance than this one it takes nearly all digits anyway.
+const TRUNCATED: f64 = 1.0 / 64.0;
+const FINE: f64 = 1e-13;
 
 /// Nodes that a Gauss rule may have where nothing else meets the tolerance: a second or so.
 const MOST_NODES: usize = 1 << 26;
@@ -183,13 +188,13 @@ impl Case<'_> {
         if self.plan.on_surface {
             return self.scaled(&self.on_surface(), Method::OnSurface);
         }
-        let climb = self.climb::<_, true>(|found, method| {
+        let climb = self.climb::<_, true>(tolerance, |found, method| {
             // Where little but the rounding to doubles is left nothing dearer gives more.
             let least =
                 if method == Method::DoubleDouble { mutant!("ladder.half-an-ulp", 1.01 * ROUNDOFF, |_| 1e-9) } else { 0.0 };
             self.accepted(found, method, tolerance.max(least))
         })?;
-        let by_rule = || self.by_quadrature(MOST_NODES);
+        let by_rule = || self.by_quadrature(MOST_NODES, FULL_PRECISION);
         match climb {
             Climb::Met(answer) => Ok(answer),
             #[cfg(feature = "arbitrary-precision")]
@@ -204,14 +209,15 @@ impl Case<'_> {
         }
     }
 
-    /// From rung to rung up to the closed form in double-double, until something found is accepted.
+    /// From rung to rung up to the closed form in double-double, until something found is accepted, which is for a relative tolerance.
     #[inline(always)]
     pub(super) fn climb<A, const GRADIENT: bool>(
         &self,
+        tolerance: f64,
         accepted: impl Fn(&Found, Method) -> Result<Option<A>, Error>,
     ) -> Result<Climb<A>, Error> {
         if self.occluders.is_empty() {
-            return self.climb_from::<A, GRADIENT>(None, accepted);
+            return self.climb_from::<A, GRADIENT>(None, tolerance, accepted);
         }
         let (hidden, derived) = self.bounded_past_occluders();
         let in_between = match hidden {
@@ -219,7 +225,7 @@ impl Case<'_> {
             Hidden::Something => Cow::Borrowed(self.occluders),
             Hidden::Nothing => Cow::Borrowed(&[][..]),
         };
-        Case { occluders: &in_between, ..*self }.climb_from::<A, GRADIENT>(derived, accepted)
+        Case { occluders: &in_between, ..*self }.climb_from::<A, GRADIENT>(derived, tolerance, accepted)
     }
 
     /// The same, from the closed form in double precision with a derived bound where that is known.
@@ -227,17 +233,19 @@ impl Case<'_> {
     fn climb_from<A, const GRADIENT: bool>(
         &self,
         derived: Option<Found>,
+        tolerance: f64,
         accepted: impl Fn(&Found, Method) -> Result<Option<A>, Error>,
     ) -> Result<Climb<A>, Error> {
         let budget = Budget::of(self.emitter.emission());
         let tried = Cell::new(false);
-        let by_rule = |most: usize| -> Result<Option<A>, Error> {
-            let Some(found) = self.by_quadrature(most) else { return Ok(None) };
+        let enough = if tolerance > FINE { TRUNCATED * tolerance } else { FULL_PRECISION };
+        let by_rule = |most: usize, enough: f64| -> Result<Option<A>, Error> {
+            let Some(found) = self.by_quadrature(most, enough) else { return Ok(None) };
             tried.set(true);
             accepted(&found, Method::Quadrature)
         };
         if self.is_within(mutant!("ladder.wide", budget.wide, |_| 1e300))
-            && let Some(answer) = by_rule(budget.cheap)?
+            && let Some(answer) = by_rule(budget.cheap, FULL_PRECISION)?
         {
             return Ok(Climb::Met(answer));
         }
@@ -246,7 +254,7 @@ impl Case<'_> {
             && !tried.get()
             && budget.running > budget.cheap
             && self.is_within(WIDE_BESIDE_RUNNING)
-            && let Some(answer) = by_rule(budget.running)?
+            && let Some(answer) = by_rule(budget.running, enough)?
         {
             return Ok(Climb::Met(answer));
         }
@@ -260,7 +268,7 @@ impl Case<'_> {
             let best = Found { radiosity_error, gradient_error, ..found };
             if !tried.get()
                 && !matches!(accepted(&best, Method::Quadrature), Ok(None))
-                && let Some(answer) = by_rule(budget.beside_lanes)?
+                && let Some(answer) = by_rule(budget.beside_lanes, enough)?
             {
                 return Ok(Climb::Met(answer));
             }
@@ -271,7 +279,7 @@ impl Case<'_> {
             }
         }
         if !tried.get()
-            && let Some(answer) = by_rule(budget.dear)?
+            && let Some(answer) = by_rule(budget.dear, enough)?
         {
             return Ok(Climb::Met(answer));
         }
@@ -312,12 +320,12 @@ impl Case<'_> {
         self.emitter.polygon().size() * self.plan.power <= wide
     }
 
-    /// The answer of a Gauss rule of at most so many nodes.
-    fn by_quadrature(&self, most: usize) -> Option<Found> {
+    /// The answer of a Gauss rule of at most so many nodes and a truncation that is enough, relative.
+    fn by_quadrature(&self, most: usize, enough: f64) -> Option<Found> {
         if !self.occluders.is_empty() {
             return None;
         }
-        let integral = gauss::integral(self.receiver, self.emitter, self.plan, most)?;
+        let integral = gauss::integral(self.receiver, self.emitter, self.plan, most, enough)?;
         let albedo: f64 = albedo(self.receiver);
         // Quotient and product.
         let rounding = 4.0 * ROUNDOFF;

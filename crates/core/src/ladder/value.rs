@@ -46,7 +46,7 @@ impl Case<'_> {
         let normalised = Tolerance { absolute: tolerance.absolute * self.emitter.power(), ..tolerance };
         // Where little but the rounding to doubles is left nothing dearer gives more.
         let nearly = Tolerance { relative: normalised.relative.max(1.01 * ROUNDOFF), ..normalised };
-        let climb = self.climb::<_, false>(|found, method| {
+        let climb = self.climb::<_, false>(normalised.relative, |found, method| {
             let enough = if method == Method::DoubleDouble { nearly } else { normalised };
             if found.radiosity_error > enough.of(found.radiosity) || found.radiosity_error.is_nan() {
                 return Ok(None);

@@ -124,7 +124,7 @@ pub(crate) fn bounded_where_sure(
 }
 
 /// What the bounds of cut emitters are found to be about, over the emission; below it over the tolerance the attempt would be in vain.
-const FAINT: f64 = 150.0 * ROUNDOFF;
+const FAINT: f64 = 120.0 * ROUNDOFF;
 
 /// A guess at the light that the horizon leaves, over the emission: the cosine at the highest vertex, times the solid angle of a
 /// square, times the square of the part of its height that is visible. Where it is wrong an attempt is in vain, or a dearer rung
