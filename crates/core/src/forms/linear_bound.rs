@@ -556,11 +556,13 @@ mod tests {
 
     use rand::{RngExt, SeedableRng, rngs::ChaCha8Rng};
 
+    use super::{LEAST_DIFFERENCE, derivatives};
     use crate::boundary::case::Case;
     use crate::boundary::plan::{Horizon, Plan};
     use crate::forms::edge_lanes::linear::bounded_in;
     use crate::forms::edge_lanes::random::{polygon_and_receiver, vector};
     use crate::forms::irradiance_and_gradient::IrradianceAndGradient;
+    use crate::forms::segment::X1End;
     use crate::problem::emission::{Emission, Emitter};
     use crate::problem::receiver::Receiver;
     use radgrad_numbers::ball::Ball;
@@ -617,6 +619,29 @@ mod tests {
     /// `J'`.
     fn slope(x: f64) -> f64 {
         if x.abs() < 1e-3 { x * x / 6.0 } else { 0.5 * (1.0 - x * libm::cos(x) / libm::sin(x)) }
+    }
+
+    #[test]
+    fn derivatives_of_an_end_are_those_of_its_functions() {
+        let mut found = 0;
+        for (i, j) in (1..400).flat_map(|i| (1..=i).map(move |j| (i, j))) {
+            let [phi, psi] = [i, j].map(|k| f64::from(k) * (FRAC_PI_2 / 400.0));
+            let (s, d, distance) = (1.0, libm::cos(phi) / libm::sin(phi), libm::cos(psi) / libm::sin(psi));
+            let square = (distance - d) * (distance + d);
+            if square <= 0.0 {
+                continue;
+            }
+            let logarithm = 0.5 * libm::log((s + distance * distance) / square);
+            let end = X1End::at(s, [d, distance, d + distance], logarithm);
+            let [by_phi, by_psi] = derivatives(&end, logarithm, [s, d, distance], 1.0 / square.sqrt());
+            let of_phi = logarithm + 2.0 * slope(phi) - slope(phi - psi) - slope(phi + psi);
+            let of_psi = slope(phi - psi) - slope(phi + psi);
+            assert!(of_phi.abs() <= by_phi && of_psi.abs() <= by_psi, "{phi} {psi}: {of_phi} {by_phi}, {of_psi} {by_psi}");
+            let is_sharp = by_phi - of_phi.abs() < 3e-12 && by_psi - of_psi.abs() < 3e-12;
+            found += usize::from(is_sharp);
+            assert!(is_sharp || phi - psi <= 1.1 * LEAST_DIFFERENCE * phi, "{phi} {psi}");
+        }
+        assert!(found > 70_000, "{found}");
     }
 
     #[test]
