@@ -1,7 +1,10 @@
 //! Cost of a batch for each receiver or emitter: by instruction set, precision, quantities asked for, and regime. `scalar` is the
-//! scalar path on the same receivers.
+//! scalar path on the same receivers; `by_hand_f64` and `by_hand_f32` are the sums of a triangle seen whole, the same operations to the
+//! same digits, written for AVX-512 alone: one normal, no clipping, no bound, and one answer whether all are settled.
 
 use divan::{Bencher, black_box, counter::ItemsCount};
+#[cfg(target_arch = "x86_64")]
+use fearless_simd::{Avx512, Level, f32x16, f64x8, prelude::*};
 use radgrad_core::batch::{Answers, Emitters, Engine, Precision, Receivers};
 use radgrad_core::{DVec3, Emission, Emitter, Error, Polygon, Receiver, radiosity_and_gradient};
 
@@ -102,6 +105,159 @@ fn many_emitters_f64(bencher: Bencher<'_, '_>, engine: &Engine) {
         .counter(ItemsCount::new(COUNT))
         .bench_local(|| engine.each(black_box(&receiver), &lamps, &mut answers).expect("finite"));
 }
+
+/// Value and gradient of a unit emission times `scale` at receivers that see all of a triangle, by the formulas of the crate's
+/// `batch::edge` and `radgrad_numbers::lanes::angle`; whether all of it is above the horizon of all of them.
+#[cfg(target_arch = "x86_64")]
+macro_rules! by_hand {
+    ($name:ident, $number:ty, $vector:ident, $lanes:literal, $series:expr, $half_pi:expr, $half:expr) => {
+        fearless_simd::kernel!(
+            #[inline(never)]
+            fn $name(
+                avx512: Avx512,
+                receivers: [&[$number]; 6],
+                corners: [[$number; 3]; 3],
+                scale: $number,
+                answers: &mut [Vec<$number>; 4],
+            ) -> bool {
+                type V = $vector<Avx512>;
+                let all = |v: $number| V::splat(avx512, v);
+                let dot = |a: [V; 3], b: [V; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+                let cross =
+                    |a: [V; 3], b: [V; 3]| [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
+                let (series, half_pi, half): (&[$number], [$number; 2], [$number; 2]) = (&$series, $half_pi, $half);
+                let edges = [0, 1, 2].map(|i: usize| [0, 1, 2].map(|k: usize| corners[(i + 1) % 3][k] - corners[i][k]));
+                let squares = edges.map(|e| e[0] * e[0] + e[1] * e[1] + e[2] * e[2]);
+                let (zero, mut is_above) = (all(0.0), true);
+                for first in (0..receivers[0].len()).step_by($lanes) {
+                    let load = |k: usize| V::from_slice(avx512, &receivers[k][first..first + $lanes]);
+                    let (x, n) = ([load(0), load(1), load(2)], [load(3), load(4), load(5)]);
+                    let inverse = all(1.0) / dot(n, n).sqrt();
+                    let n = [n[0] * inverse, n[1] * inverse, n[2] * inverse];
+                    let offset = |c: [$number; 3]| [all(c[0]) - x[0], all(c[1]) - x[1], all(c[2]) - x[2]];
+                    let r = [offset(corners[0]), offset(corners[1]), offset(corners[2])];
+                    let square = [dot(r[0], r[0]), dot(r[1], r[1]), dot(r[2], r[2])];
+                    let height = [dot(n, r[0]), dot(n, r[1]), dot(n, r[2])];
+                    is_above &= zero.simd_lt(height[0].min(height[1]).min(height[2])).all_true();
+                    let mut w = [[zero; 3]; 3];
+                    let (mut own, mut moment, mut inline, mut product) = ([zero; 3], [zero; 3], [zero; 3], [zero; 3]);
+                    for k in 0..3 {
+                        w[k] = cross(r[k], [all(edges[k][0]), all(edges[k][1]), all(edges[k][2])]);
+                        own[k] = dot(w[k], w[k]);
+                        moment[k] = own[k].sqrt();
+                        inline[k] = dot(r[k], r[(k + 1) % 3]);
+                        product[k] = all(1.0) / (own[k] * (square[k] * square[(k + 1) % 3]));
+                    }
+                    let (mut z, mut shifted) = ([zero; 3], [zero.simd_lt(zero); 3]);
+                    for k in 0..3 {
+                        let width = inline[k].abs();
+                        let (least, most) = (moment[k].min(width), moment[k].max(width));
+                        let (half_least, half_most) = (least * all(0.5), most * all(0.5));
+                        shifted[k] = half_most.simd_lt(least + half_least);
+                        z[k] = shifted[k].select(least - half_most, least) / shifted[k].select(most + half_least, most);
+                    }
+                    let q = [z[0] * z[0], z[1] * z[1], z[2] * z[2]];
+                    let last = series.len() - 1;
+                    let (mut sum, mut other) = ([all(series[last]); 3], [all(series[last - 1]); 3]);
+                    for c in series[..last - 1].iter().rev() {
+                        for k in 0..3 {
+                            (sum[k], other[k]) = (other[k], sum[k] * (q[k] * q[k]) + all(*c));
+                        }
+                    }
+                    let (mut value, mut gradient) = (zero, [zero; 3]);
+                    for k in 0..3 {
+                        let small = z[k] + z[k] * (q[k] * (sum[k] * q[k] + other[k]));
+                        let (steep, leftward) = (inline[k].abs().simd_lt(moment[k]), inline[k].simd_lt(zero));
+                        let part = |i: usize| steep.select(all(half_pi[i]), leftward.select(all(half_pi[i] + half_pi[i]), zero));
+                        let turned = steep ^ leftward;
+                        let shift = shifted[k].select(turned.select(all(-half[0]), all(half[0])), zero);
+                        let near = shifted[k].select(all(half[1]), zero) + small;
+                        let high = part(0) + shift;
+                        let angle = high + ((((part(0) - high) + shift) + part(1)) + turned.select(-near, near));
+                        let e = [all(edges[k][0]), all(edges[k][1]), all(edges[k][2])];
+                        let (e_square, e_inverse) = (all(squares[k]), all(1.0 / squares[k]));
+                        let inverse_square = product[k] * (square[k] * square[(k + 1) % 3]);
+                        let turn = angle * (moment[k] * inverse_square);
+                        value = value + turn * dot(n, w[k]);
+                        let (along, level) = (dot(r[k], e), dot(n, e));
+                        let reach = (along + along + e_square) * e_inverse;
+                        let toward = height[k] * e_square - along * level;
+                        let between = product[k] * own[k];
+                        let straight = (e_inverse + e_inverse) - inline[k] * inverse_square;
+                        let term = toward * (inverse_square * turn + between * straight) + (between * reach) * level;
+                        for axis in 0..3 {
+                            gradient[axis] = gradient[axis] + w[k][axis] * term;
+                        }
+                    }
+                    for (sum, answers) in [value, gradient[0], gradient[1], gradient[2]].iter().zip(&mut *answers) {
+                        (*sum * all(scale)).store_slice(&mut answers[first..first + $lanes]);
+                    }
+                }
+                is_above
+            }
+        );
+    };
+}
+
+#[cfg(target_arch = "x86_64")]
+by_hand!(
+    sums_f64,
+    f64,
+    f64x8,
+    8,
+    [
+        -0.333_333_333_333_332_76,
+        0.199_999_999_999_757_32,
+        -0.142_857_142_820_086_46,
+        0.111_111_108_305_283_23,
+        -0.090_908_968_559_038_98,
+        0.076_919_765_246_843_42,
+        -0.066_609_023_740_875_46,
+        0.058_173_981_446_675_78,
+        -0.047_996_620_086_403_16,
+        0.027_940_362_113_418_552,
+    ],
+    [std::f64::consts::FRAC_PI_2, 6.123_233_995_736_766e-17],
+    [0.463_647_609_000_806_1, 2.269_877_745_296_168_7e-17]
+);
+
+#[cfg(target_arch = "x86_64")]
+by_hand!(
+    sums_f32,
+    f32,
+    f32x16,
+    16,
+    [-0.333_332_57, 0.199_932_22, -0.140_966_85, 0.089_814_946],
+    [std::f32::consts::FRAC_PI_2, -4.371_139e-8],
+    [0.463_647_6, 5.012_158_7e-9]
+);
+
+/// The sums of an instruction set's vectors against those of a batch, to the last digit but for the order of factors.
+#[cfg(target_arch = "x86_64")]
+macro_rules! bench_by_hand {
+    ($name:ident, $sums:ident, $number:ty, $lattice:ident, $allowed:expr) => {
+        #[divan::bench]
+        fn $name(bencher: Bencher<'_, '_>) {
+            let Some(avx512) = Level::new().as_avx512() else { return };
+            let lattice = $lattice("easy");
+            let [x, y, z, nx, ny, nz, _] = lattice.each_ref().map(Vec::as_slice);
+            let corners = [[0.0, 0.0, 1.0], [0.5, 0.75, 1.0], [1.0, 0.0, 1.0]];
+            let scale = (-0.5 * 2.0 * 0.75 * std::f64::consts::FRAC_1_PI) as $number;
+            let mut found: [Vec<$number>; 4] = std::array::from_fn(|_| vec![0.0; COUNT]);
+            let mut run = || $sums(avx512, black_box([x, y, z, nx, ny, nz]), black_box(corners), scale, &mut found);
+            assert!(run());
+            bencher.counter(ItemsCount::new(COUNT)).bench_local(run);
+            let mut answers = Answers::new();
+            Engine::new().radiosity_and_gradient(&receivers(&lattice), &lamp(0.0), &mut answers).expect("finite");
+            assert!(found[0].iter().zip(&answers.radiosity).all(|(a, b)| (a - b).abs() <= $allowed * b));
+        }
+    };
+}
+
+#[cfg(target_arch = "x86_64")]
+bench_by_hand!(by_hand_f64, sums_f64, f64, double, 1e-14);
+#[cfg(target_arch = "x86_64")]
+bench_by_hand!(by_hand_f32, sums_f32, f32, single, 1e-6);
 
 /// Enough receivers for the threads to start.
 #[divan::bench(args = [false, true])]
