@@ -16,6 +16,7 @@ use crate::batch::far_field::FarField;
 use crate::batch::lamps::{Kind, Lamps, kinds};
 use crate::batch::many_emitters::common_power;
 use crate::batch::shapes::{Shapes, fan};
+use crate::batch::tile::join;
 use crate::problem::emission::Emitter;
 
 /// Emitters of a leaf at most: two vectors of double precision.
@@ -258,9 +259,5 @@ fn ranked(facing: bool, order: &[usize], shapes: &Shapes) -> (Vec<Rank>, usize) 
 
 /// Does two things for so many emitters, on two threads where it is worth it.
 fn both<A: Send, B: Send>(count: usize, one: impl FnOnce() -> A + Send, other: impl FnOnce() -> B + Send) -> (A, B) {
-    #[cfg(feature = "threads")]
-    if count >= TO_SHARE {
-        return rayon::join(one, other);
-    }
-    (one(), other())
+    if count >= TO_SHARE { join(one, other) } else { (one(), other()) }
 }
