@@ -70,6 +70,7 @@ mod linear;
 mod many_emitters;
 mod one_emitter;
 mod receivers;
+mod shapes;
 mod span;
 mod sums;
 mod tile;

@@ -14,8 +14,7 @@
 
 use glam::DVec3;
 
-use crate::problem::emission::Emitter;
-use crate::problem::polygon::Polygon;
+use crate::batch::shapes::Shapes;
 
 /// Relative to |v| + a: above the rounding of any quantity here, a few tens of roundoffs.
 const SLACK: f64 = 1e-13;
@@ -60,23 +59,21 @@ pub(super) struct Sight {
 }
 
 impl Cluster {
-    pub(super) fn new(emitters: &[Emitter], indices: &[usize], power: f64) -> Self {
-        let all = || indices.iter().map(|index| &emitters[*index]);
-        let vertices = || all().flat_map(|emitter| emitter.polygon().vertices().iter().map(|v| *v * power));
-        let normal = all().map(|emitter| emitter.polygon().normal()).sum::<DVec3>() / indices.len() as f64;
-        let (axes, middle) = frame(normal, vertices());
+    pub(super) fn new(shapes: &Shapes) -> Self {
+        let normal = shapes.normals.iter().sum::<DVec3>() / shapes.count() as f64;
+        let (axes, middle) = frame(normal, &shapes.vertices);
         let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
-        for v in vertices() {
+        for v in &shapes.vertices {
             for k in 0..3 {
-                let along = axes[k].dot(v - middle);
+                let along = axes[k].dot(*v - middle);
                 (low[k], high[k]) = (low[k].min(along), high[k].max(along));
             }
         }
         let centre = middle + (0..3).map(|k| axes[k] * (0.5 * (low[k] + high[k]))).sum::<DVec3>();
         let mut half = [0.0f64; 3];
-        for v in vertices() {
+        for v in &shapes.vertices {
             for k in 0..3 {
-                half[k] = half[k].max(axes[k].dot(v - centre).abs());
+                half[k] = half[k].max(axes[k].dot(*v - centre).abs());
             }
         }
         let longest = DVec3::from(half).length();
@@ -85,25 +82,20 @@ impl Cluster {
         let radius = DVec3::from(half).length() * UP;
         let (mut spread, mut offsets) = (0.0f64, [f64::INFINITY, f64::NEG_INFINITY]);
         let (mut power_sum, mut brightness) = (0.0, 0.0);
-        for emitter in all() {
-            let emission = emitter.largest_emission();
+        for emission in &shapes.largest_emissions {
             brightness += emission;
-            // Rounded vertices may be off one plane: the emitter is then the fan of triangles.
-            for [a, b, c] in fan(emitter.polygon(), power) {
-                let across = (b - a).cross(c - a);
-                let rounding = 8.0 * f64::EPSILON * (b - a).length() * (c - a).length();
-                power_sum += 0.5 * emission * (across.length() + rounding);
-                let Some(unit) = across.try_normalize() else {
-                    // A needle so thin that its normal is lost: it may face anywhere.
-                    (spread, offsets) = (2.0, [f64::NEG_INFINITY, f64::INFINITY]);
-                    continue;
-                };
-                // A needle's normal has lost that.
-                let uncertainty = rounding / across.length();
-                spread = spread.max((unit - normal).length() + uncertainty);
-                let (offset, uncertainty) = (unit.dot(centre - a), 2.0 * uncertainty * radius);
-                offsets = [offsets[0].min(offset - uncertainty), offsets[1].max(offset + uncertainty)];
-            }
+        }
+        // Rounded vertices may be off one plane: the emitter is then the fan of triangles.
+        for (corner, facet) in shapes.facets() {
+            power_sum += facet.power;
+            let Some(unit) = facet.unit_normal else {
+                // It may face anywhere.
+                (spread, offsets) = (2.0, [f64::NEG_INFINITY, f64::INFINITY]);
+                continue;
+            };
+            spread = spread.max((unit - normal).length() + facet.uncertainty);
+            let (offset, uncertainty) = (unit.dot(centre - corner), 2.0 * facet.uncertainty * radius);
+            offsets = [offsets[0].min(offset - uncertainty), offsets[1].max(offset + uncertainty)];
         }
         Self {
             centre,
@@ -162,22 +154,15 @@ impl Cluster {
     }
 }
 
-/// The triangles of the fan from vertex 0.
-pub(super) fn fan(polygon: &Polygon, power: f64) -> impl Iterator<Item = [DVec3; 3]> {
-    let vertices = polygon.vertices();
-    vertices[1..].windows(2).map(move |pair| [vertices[0], pair[0], pair[1]].map(|v| v * power))
-}
-
 /// Axes for a box: the third along the mean normal, the others where the points in its plane are spread most and least; and a
 /// point in the middle.
-fn frame(normal: DVec3, points: impl Iterator<Item = DVec3> + Clone) -> ([DVec3; 3], DVec3) {
-    let count = points.clone().count() as f64;
-    let middle = points.clone().sum::<DVec3>() / count;
+fn frame(normal: DVec3, points: &[DVec3]) -> ([DVec3; 3], DVec3) {
+    let middle = points.iter().sum::<DVec3>() / points.len() as f64;
     let up = normal.try_normalize().unwrap_or(DVec3::Z);
     let (first, second) = up.any_orthonormal_pair();
     let (mut uu, mut uv, mut vv) = (0.0, 0.0, 0.0);
     for point in points {
-        let (u, v) = (first.dot(point - middle), second.dot(point - middle));
+        let (u, v) = (first.dot(*point - middle), second.dot(*point - middle));
         (uu, uv, vv) = (uu + u * u, uv + u * v, vv + v * v);
     }
     // Half the angle of the tensor, by square roots only: the same on every machine.

@@ -6,14 +6,17 @@
 //! nodes are ever asked.
 
 use std::borrow::Cow;
+use std::cmp::Ordering;
 use std::sync::OnceLock;
 
 use glam::DVec3;
 
-use crate::batch::cluster::{Cluster, fan};
+use crate::batch::cluster::Cluster;
 use crate::batch::far_field::FarField;
 use crate::batch::lamps::{Kind, Lamps, kinds};
 use crate::batch::many_emitters::common_power;
+use crate::batch::shapes::{Shapes, fan};
+use crate::batch::tile::join;
 use crate::problem::emission::Emitter;
 
 /// Emitters of a leaf at most: two vectors of double precision.
@@ -27,7 +30,6 @@ const WORTH: usize = 12;
 const FACING: f64 = 0.5;
 
 /// Emitters of a node from which on its children are built on two threads.
-#[cfg(feature = "threads")]
 const TO_SHARE: usize = 4096;
 
 /// Emitters in a tree, made once for any number of receivers. Constant and linear emitters go into the tree; polynomial and concave
@@ -112,7 +114,8 @@ impl<'a> EmitterTree<'a> {
         let (kinds, mut others) = kinds(emitters, &convex, power);
         others.extend(concave);
         let grove = |(kind, mut order): (Kind, Vec<usize>)| {
-            let nodes = Builder { emitters, power }.nodes(0, &mut order);
+            let shapes = Shapes::new(emitters, &order, power);
+            let nodes = Branch { first: 0, order: &mut order, shapes }.nodes();
             Grove { lamps: Lamps::new(kind, emitters, order, power), nodes }
         };
         let groups = kinds.into_iter().map(grove).collect();
@@ -147,81 +150,114 @@ fn fans_out(emitter: &Emitter) -> bool {
     fan(emitter.polygon(), 1.0).all(|[a, b, c]| normal.dot((b - a).cross(c - a)) >= 0.0)
 }
 
-struct Builder<'a> {
-    emitters: &'a [Emitter],
-    power: f64,
+/// The emitters of a node while the tree is built.
+struct Branch<'a> {
+    /// Where the first comes in the tree.
+    first: usize,
+    order: &'a mut [usize],
+    /// Their shapes, in that order.
+    shapes: Shapes,
 }
 
-impl Builder<'_> {
-    /// A node with those below it: sorts its emitters, the first of which comes at `first`.
-    fn nodes(&self, first: usize, order: &mut [usize]) -> Vec<Node> {
-        #[cfg(feature = "threads")]
-        if order.len() >= TO_SHARE {
-            let (mut node, middle) = self.node(first, order);
-            let (left, right) = order.split_at_mut(middle);
-            let (mut left, mut right) = rayon::join(|| self.nodes(first, left), || self.nodes(first + middle, right));
-            node.second = Some(1 + left.len());
-            let mut nodes = Vec::with_capacity(1 + left.len() + right.len());
-            nodes.push(node);
-            nodes.append(&mut left);
-            nodes.append(&mut right);
+impl Branch<'_> {
+    /// The node with those below it.
+    fn nodes(self) -> Vec<Node> {
+        let count = self.order.len();
+        if count < TO_SHARE {
+            let mut nodes = Vec::with_capacity(4 * count / LEAF + 1);
+            self.add(&mut nodes);
             return nodes;
         }
-        let mut nodes = Vec::with_capacity(4 * order.len() / LEAF + 1);
-        self.add(first, order, &mut nodes);
+        let mut node = self.node();
+        let [left, right] = self.halves(&node);
+        let (mut left, mut right) = both(count, || left.nodes(), || right.nodes());
+        node.second = Some(1 + left.len());
+        let mut nodes = Vec::with_capacity(1 + left.len() + right.len());
+        nodes.push(node);
+        nodes.append(&mut left);
+        nodes.append(&mut right);
         nodes
     }
 
-    /// Appends a node with those below it.
-    fn add(&self, first: usize, order: &mut [usize], nodes: &mut Vec<Node>) {
-        let place = nodes.len();
-        let (node, middle) = self.node(first, order);
-        nodes.push(node);
-        if order.len() <= LEAF {
+    /// Appends the node with those below it.
+    fn add(self, nodes: &mut Vec<Node>) {
+        let (place, node) = (nodes.len(), self.node());
+        if self.order.len() <= LEAF {
+            nodes.push(node);
             return;
         }
-        let (left, right) = order.split_at_mut(middle);
-        self.add(first, left, nodes);
+        let [left, right] = self.halves(&node);
+        nodes.push(node);
+        left.add(nodes);
         nodes[place].second = Some(nodes.len() - place);
-        self.add(first + middle, right, nodes);
+        right.add(nodes);
     }
 
-    /// A node alone, and where its emitters are cut; a leaf is not.
-    fn node(&self, first: usize, order: &mut [usize]) -> (Node, usize) {
-        let cluster = Cluster::new(self.emitters, order, self.power);
-        let facing = cluster.spread <= FACING;
-        let node = Node { first, count: order.len(), cluster, far: OnceLock::new(), second: None };
-        let middle = if order.len() <= LEAF { 0 } else { self.split(facing, order) };
-        (node, middle)
+    /// The node alone.
+    fn node(&self) -> Node {
+        let Self { first, shapes, .. } = self;
+        Node { first: *first, count: shapes.count(), cluster: Cluster::new(shapes), far: OnceLock::new(), second: None }
     }
+}
 
-    /// Orders the emitters along where their middles, or their normals, are spread most, and says where to cut.
-    fn split(&self, facing: bool, order: &mut [usize]) -> usize {
-        let key = |index: usize| {
-            let polygon = self.emitters[index].polygon();
-            if facing { polygon.vertices().iter().sum::<DVec3>() / polygon.vertices().len() as f64 } else { polygon.normal() }
-        };
-        let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-        for index in order.iter() {
-            (low, high) = (low.min(key(*index)), high.max(key(*index)));
+impl<'a> Branch<'a> {
+    /// Sorts the emitters of a node along where their middles, or their normals, are spread most, and cuts them in two.
+    fn halves(self, node: &Node) -> [Self; 2] {
+        let Self { first, order, shapes } = self;
+        let (ranks, middle) = ranked(node.cluster.spread <= FACING, order, &shapes);
+        for (index, rank) in order.iter_mut().zip(&ranks) {
+            *index = rank.index;
         }
-        let extent = high - low;
-        let axis = if extent.x >= extent.y && extent.x >= extent.z {
-            0
-        } else if extent.y >= extent.z {
-            1
-        } else {
-            2
-        };
-        let along = |index: usize| key(index).to_array()[axis];
-        let middle = order.len() / 2;
-        if facing {
-            order.select_nth_unstable_by(middle, |a, b| along(*a).total_cmp(&along(*b)).then(a.cmp(b)));
-            return middle;
-        }
-        // Where the normals are farthest apart: at the middle of their range.
-        let cut = 0.5 * (low + high).to_array()[axis];
-        order.sort_unstable_by(|a, b| along(*a).total_cmp(&along(*b)).then(a.cmp(b)));
-        order.partition_point(|index| along(*index) <= cut).clamp(1, order.len() - 1)
+        let at = |ranks: &[Rank]| shapes.at(ranks.iter().map(|rank| rank.place));
+        let (here, there) = both(ranks.len(), || at(&ranks[..middle]), || at(&ranks[middle..]));
+        let (left, right) = order.split_at_mut(middle);
+        [Self { first, order: left, shapes: here }, Self { first: first + middle, order: right, shapes: there }]
     }
+}
+
+/// An emitter, what it is sorted by, and where its shape is.
+struct Rank {
+    along: f64,
+    index: usize,
+    place: usize,
+}
+
+impl Rank {
+    fn compare(&self, other: &Self) -> Ordering {
+        self.along.total_cmp(&other.along).then(self.index.cmp(&other.index))
+    }
+}
+
+/// The emitters of a node in the order of those below it, and where to cut.
+fn ranked(facing: bool, order: &[usize], shapes: &Shapes) -> (Vec<Rank>, usize) {
+    let key = |place: usize| if facing { shapes.middle(place) } else { shapes.normals[place] };
+    let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+    for key in (0..order.len()).map(key) {
+        (low, high) = (low.min(key), high.max(key));
+    }
+    let extent = high - low;
+    let axis = if extent.x >= extent.y && extent.x >= extent.z {
+        0
+    } else if extent.y >= extent.z {
+        1
+    } else {
+        2
+    };
+    let rank = |(place, index): (usize, &usize)| Rank { along: key(place).to_array()[axis], index: *index, place };
+    let mut ranks: Vec<Rank> = order.iter().enumerate().map(rank).collect();
+    if facing {
+        let middle = ranks.len() / 2;
+        ranks.select_nth_unstable_by(middle, Rank::compare);
+        return (ranks, middle);
+    }
+    // Where the normals are farthest apart: at the middle of their range.
+    let cut = 0.5 * (low + high).to_array()[axis];
+    ranks.sort_unstable_by(Rank::compare);
+    let middle = ranks.partition_point(|rank| rank.along <= cut).clamp(1, ranks.len() - 1);
+    (ranks, middle)
+}
+
+/// Does two things for so many emitters, on two threads where it is worth it.
+fn both<A: Send, B: Send>(count: usize, one: impl FnOnce() -> A + Send, other: impl FnOnce() -> B + Send) -> (A, B) {
+    if count >= TO_SHARE { join(one, other) } else { (one(), other()) }
 }

@@ -343,6 +343,7 @@ mod tests {
 
     use super::*;
     use crate::batch::lamps::sorted;
+    use crate::batch::shapes::Shapes;
     use crate::batch::total::far_value;
     use crate::evaluate;
     use crate::problem::emission::{Emission, Emitter};
@@ -410,7 +411,7 @@ mod tests {
         for ((bent, triangles), linear) in sheets.into_iter().flat_map(|shape| [(shape, false), (shape, true)]) {
             let lamps = sheet(bent, triangles, linear, &mut random);
             let index: Vec<usize> = (0..lamps.len()).collect();
-            let cluster = Cluster::new(&lamps, &index, 1.0);
+            let cluster = Cluster::new(&Shapes::new(&lamps, &index, 1.0));
             let (mut kinds, _) = sorted(&lamps, &index, 1.0);
             let group = kinds.remove(0);
             for degree in [FarField::degree(&cluster), [3, 2, 1]] {

@@ -68,19 +68,36 @@ impl<F: Lane> Group<F> {
     /// The same of any emission.
     pub(super) fn with_brightness(emitters: &[Emitter], index: Vec<usize>, power: f64, brightness: Vec<F>) -> Self {
         let count = index.first().map_or(0, |first| emitters[*first].polygon().vertices().len());
-        let padded = || index.iter().chain(std::iter::repeat_n(index.last(), MOST_LANES).flatten()).map(|i| &emitters[*i]);
-        let array = |entry: &dyn Fn(&Emitter) -> f64| padded().map(|emitter| F::nearest(entry(emitter))).collect::<Vec<F>>();
-        let along = [DVec3::X, DVec3::Y, DVec3::Z];
-        Self {
-            vertices: (0..count).map(|k| along.map(|axis| array(&|e| e.polygon().vertices()[k].dot(axis) * power))).collect(),
-            inverse: (0..count)
-                .map(|k| array(&|e| edges(e.polygon(), power).nth(k).map_or(0.0, |e| 1.0 / e.length_squared())))
-                .collect(),
-            normal: along.map(|axis| array(&|e| e.polygon().normal().dot(axis))),
-            height_share: padded().map(|e| height_share(e.polygon(), power)).collect(),
+        let room = || Vec::with_capacity(index.len() + MOST_LANES);
+        let rooms = || [room(), room(), room()];
+        let mut group = Self {
+            vertices: (0..count).map(|_| rooms()).collect(),
+            inverse: (0..count).map(|_| room()).collect(),
+            normal: rooms(),
+            height_share: room(),
             brightness,
-            index,
+            index: Vec::new(),
+        };
+        for index in index.iter().chain(std::iter::repeat_n(index.last(), MOST_LANES).flatten()) {
+            group.append(emitters[*index].polygon(), power);
         }
+        group.index = index;
+        group
+    }
+
+    /// Appends an outline to the arrays.
+    fn append(&mut self, polygon: &Polygon, power: f64) {
+        let append = |arrays: &mut [Vec<F>; 3], v: DVec3, factor: f64| {
+            for (array, axis) in arrays.iter_mut().zip([DVec3::X, DVec3::Y, DVec3::Z]) {
+                array.push(F::nearest(v.dot(axis) * factor));
+            }
+        };
+        self.vertices.iter_mut().zip(polygon.vertices()).for_each(|(arrays, v)| append(arrays, *v, power));
+        for (array, edge) in self.inverse.iter_mut().zip(edges(polygon, power)) {
+            array.push(F::nearest(1.0 / edge.length_squared()));
+        }
+        append(&mut self.normal, polygon.normal(), 1.0);
+        self.height_share.push(height_share(polygon, power));
     }
 
     /// Triangle k of the fans from vertex 0 of a vector of emitters: `a + u (ab + v bc)`, and `2 A n2 B/pi`, which is 0 for
