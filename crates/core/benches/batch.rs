@@ -178,7 +178,7 @@ macro_rules! by_hand {
                         let (e_square, e_inverse) = (all(squares[k]), all(1.0 / squares[k]));
                         let inverse_square = product[k] * (square[k] * square[(k + 1) % 3]);
                         let turn = angle * (moment[k] * inverse_square);
-                        value = value + turn * dot(n, w[k]);
+                        value += turn * dot(n, w[k]);
                         let (along, level) = (dot(r[k], e), dot(n, e));
                         let reach = (along + along + e_square) * e_inverse;
                         let toward = height[k] * e_square - along * level;
@@ -186,7 +186,7 @@ macro_rules! by_hand {
                         let straight = (e_inverse + e_inverse) - inline[k] * inverse_square;
                         let term = toward * (inverse_square * turn + between * straight) + (between * reach) * level;
                         for axis in 0..3 {
-                            gradient[axis] = gradient[axis] + w[k][axis] * term;
+                            gradient[axis] += w[k][axis] * term;
                         }
                     }
                     for (sum, answers) in [value, gradient[0], gradient[1], gradient[2]].iter().zip(&mut *answers) {
@@ -235,14 +235,14 @@ by_hand!(
 /// The sums of an instruction set's vectors against those of a batch, to the last digit but for the order of factors.
 #[cfg(target_arch = "x86_64")]
 macro_rules! bench_by_hand {
-    ($name:ident, $sums:ident, $number:ty, $lattice:ident, $allowed:expr) => {
+    ($name:ident, $sums:ident, $number:ty, $pi:expr, $lattice:ident, $allowed:expr) => {
         #[divan::bench]
         fn $name(bencher: Bencher<'_, '_>) {
             let Some(avx512) = Level::new().as_avx512() else { return };
             let lattice = $lattice("easy");
             let [x, y, z, nx, ny, nz, _] = lattice.each_ref().map(Vec::as_slice);
             let corners = [[0.0, 0.0, 1.0], [0.5, 0.75, 1.0], [1.0, 0.0, 1.0]];
-            let scale = (-0.5 * 2.0 * 0.75 * std::f64::consts::FRAC_1_PI) as $number;
+            let scale = -0.5 * 2.0 * 0.75 / $pi;
             let mut found: [Vec<$number>; 4] = std::array::from_fn(|_| vec![0.0; COUNT]);
             let mut run = || $sums(avx512, black_box([x, y, z, nx, ny, nz]), black_box(corners), scale, &mut found);
             assert!(run());
@@ -255,9 +255,9 @@ macro_rules! bench_by_hand {
 }
 
 #[cfg(target_arch = "x86_64")]
-bench_by_hand!(by_hand_f64, sums_f64, f64, double, 1e-14);
+bench_by_hand!(by_hand_f64, sums_f64, f64, std::f64::consts::PI, double, 1e-14);
 #[cfg(target_arch = "x86_64")]
-bench_by_hand!(by_hand_f32, sums_f32, f32, single, 1e-6);
+bench_by_hand!(by_hand_f32, sums_f32, f32, std::f32::consts::PI, single, 1e-6);
 
 /// Enough receivers for the threads to start.
 #[divan::bench(args = [false, true])]
