@@ -256,11 +256,6 @@ impl Screen {
         Some(Verdict { sight, is_displaced: hidden_displaced, edges })
     }
 
-    /// Whether it surely hides all of two convex outlines from each other, with no edge displaced.
-    pub(super) fn hides(&self, outlines: [&[DVec3]; 2]) -> bool {
-        self.parting(outlines, 1.0).is_some_and(|verdict| verdict.sight == Sight::Blocked && !verdict.is_displaced)
-    }
-
     /// The part of an outline that it leaves visible from a point: exact for the doubles as given, but for points level with its
     /// plane.
     pub(super) fn before(&self, point: DVec3, outline: &[DVec3]) -> Sight {
@@ -288,7 +283,7 @@ impl Screen {
     }
 
     /// Whether a segment meets it, up to rounding.
-    fn is_met(&self, [x, y]: [DVec3; 2]) -> bool {
+    pub(super) fn is_met(&self, [x, y]: [DVec3; 2]) -> bool {
         let sign = self.normal.dot(x - self.outline[0]);
         let is_between = sign * self.normal.dot(y - self.outline[0]) < 0.0;
         is_between && self.edges().all(|[a, b]| sign * (y - x).dot((b - x).cross(a - x)) > 0.0)
