@@ -76,7 +76,7 @@ const FEW_LOOKS: f64 = 10.0;
 /// Screens above which a pair that looks see nothing of is not searched for a proof.
 const MANY_SCREENS: usize = 64;
 
-/// What their value may be off, over the smaller area and the estimate's error over a factor with nothing in between: so much of the factor 0.1.
+/// The factor whose relative estimate's error is what their value may be off, if `estimate` is less.
 const BY_LOOKS: f64 = 0.1;
 
 /// Where a face is looked at from that no other look sees anything of: beside its corners, as those may be in the planes of screens.
