@@ -4,7 +4,7 @@
 //! - seen, where no screen hides anything of one from the other ([`Screen::between`]): it exchanges all of it;
 //! - hidden, where one screen hides all, or several with common edges do ([`fusion`]);
 //! - mixed, else: it exchanges between nothing and all; where one edge alone is between the two, what passes it is known better
-//!   ([`edge`]).
+//!   ([`edge`], [`nesting`]).
 //!
 //! So what the two exchange is at least what seen pairs do, and at most what the faces would with nothing in between less what hidden
 //! pairs would. The mixed pair that exchanges most, by a guess that enters no bound, is cut next ([`division`]): along the edge of a
@@ -18,6 +18,7 @@ mod cell;
 mod division;
 mod edge;
 mod fusion;
+mod nesting;
 
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
@@ -29,6 +30,7 @@ use self::cell::{Cell, NEAR, Plane};
 use self::division::division;
 use self::edge::{Passing, passing};
 pub(super) use self::fusion::{Partial, fuse};
+use self::nesting::nest;
 use super::exchange::{Exchange, exchange_parts};
 use super::rule::patches;
 use super::screen::{Screen, Sight, Undecided};
@@ -223,7 +225,9 @@ impl<'a> Search<'a> {
             return;
         }
         let is_all = hiding.is_empty();
-        hiding.extend(fused.hiding.iter().map(|&k| Hider { screen: partials[k].name, open: partials[k].open }));
+        let ([a, b], [first, second]) = (&cells, &self.planes);
+        let (shadows, members) = nest(fused.groups, [a, b]);
+        hiding.extend(members.iter().map(|&k| Hider { screen: partials[k].name, open: partials[k].open }));
         if hiding.is_empty() {
             add(&mut self.seen, self.between.exchange(&cells, &self.planes));
             return;
@@ -231,8 +235,7 @@ impl<'a> Search<'a> {
         hiding.sort_unstable_by_key(|hider| hider.screen);
         let (mut known, mut guess) = (Passing::default(), guess(&cells, &self.planes));
         let whole = || self.between.exchange(&cells, &self.planes);
-        let ([a, b], [first, second]) = (&cells, &self.planes);
-        if let Some((found, whole)) = passing([a, b], [first, second], &fused.shadows, is_all, whole) {
+        if let Some((found, whole)) = passing([a, b], [first, second], &shadows, is_all, whole) {
             known = found;
             guess = larger(whole.most() - known.seen - known.hidden, 0.0);
         }

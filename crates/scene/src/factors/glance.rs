@@ -84,6 +84,11 @@ impl Glance {
                 let side = |[a, b]: [DVec3; 2]| (a - point).cross(b - point) * sign;
                 self.sides.clear();
                 self.sides.extend(screen.undecided(open.in_order()).map(side));
+                // Of many parts mostly none is inside.
+                let is_outside = |side: &DVec3| cell.iter().all(|&y| side.dot(y - point) <= 0.0);
+                if self.lit.ends.len() > 1 && self.sides.iter().any(is_outside) {
+                    continue;
+                }
             } else if self.is_beside(screen, place, point, cell, sign) {
                 continue;
             } else {

@@ -7,6 +7,7 @@
 //! Of two faces the lower one looks, through the boxes of the index from the largest on. So whether a pair is found depends on the two and
 //! on the scene alone, and not on what else is asked for.
 
+use std::cell::RefCell;
 use std::collections::HashMap;
 use std::ops::Range;
 
@@ -25,8 +26,9 @@ const LOOKS_AT_FACE: usize = 32;
 const MOST_WAITING_AT_BOX: usize = 1;
 const MOST_WAITING_AT_FACE: usize = 3;
 
-/// Screens that hide something together, at most.
+/// Screens that hide something together, at most: in a look, and where all that may hide something is known.
 const MOST_TOGETHER: usize = 8;
+const MOST_KNOWN_TOGETHER: usize = 64;
 
 /// Faces that are tried, at most, and how far inside their outline they are crossed at least, over the width of the beam.
 const SEEDS: usize = 2;
@@ -39,14 +41,30 @@ const FINE: f64 = 0.3;
 const ASIDE: f64 = 0.05;
 
 /// A screen: its face, and its number among the convex parts of that.
-type Place = (usize, usize);
+pub(super) type Place = (usize, usize);
 
 /// The screens that have an edge, by its ends from the first to the second.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Neighbours {
     of: HashMap<[u64; 6], Vec<Place>>,
     /// Of each face the edges of its convex parts, with the normals of those beyond.
-    edges: Vec<Vec<([DVec3; 2], Vec<DVec3>)>>,
+    edges: Vec<Vec<([DVec3; 2], Beyond)>>,
+}
+
+/// The normals of the screens beyond an edge: mostly one.
+#[derive(Debug, Clone)]
+enum Beyond {
+    One(DVec3),
+    Some(Vec<DVec3>),
+}
+
+impl Beyond {
+    fn normals(&self) -> &[DVec3] {
+        match self {
+            Self::One(normal) => std::slice::from_ref(normal),
+            Self::Some(normals) => normals,
+        }
+    }
 }
 
 impl Neighbours {
@@ -61,7 +79,8 @@ impl Neighbours {
         let of_face = |(face, parts): (usize, &Vec<Screen>)| {
             let beyond = |edge: [DVec3; 2]| {
                 let others = neighbours.at(edge).filter(|other| other.0 != face);
-                (edge, others.map(|(face, part)| screens[face][part].normal()).collect())
+                let normals: Vec<DVec3> = others.map(|(face, part)| screens[face][part].normal()).collect();
+                (edge, if let [normal] = normals[..] { Beyond::One(normal) } else { Beyond::Some(normals) })
             };
             parts.iter().flat_map(Screen::edges).map(beyond).collect()
         };
@@ -72,12 +91,15 @@ impl Neighbours {
     /// How far a point of a face is inside the outline that the face and its neighbours show along a direction.
     fn clearance(&self, (face, normal): (usize, DVec3), point: DVec3, along: DVec3) -> f64 {
         let towards = normal.dot(along);
-        let is_outline = |(_, beyond): &&([DVec3; 2], Vec<DVec3>)| beyond.iter().all(|normal| normal.dot(along) * towards <= 0.0);
-        let across = |([a, b], _): &([DVec3; 2], Vec<DVec3>)| {
-            let side = (*b - *a).cross(along).normalize_or_zero();
-            side.dot(point - *a).abs()
+        let is_outline =
+            |(_, beyond): &&([DVec3; 2], Beyond)| beyond.normals().iter().all(|normal| normal.dot(along) * towards <= 0.0);
+        // Squares, of an edge along the direction 0.
+        let across = |([a, b], _): &([DVec3; 2], Beyond)| {
+            let side = (*b - *a).cross(along);
+            let (height, length) = (side.dot(point - *a), side.length_squared());
+            if length > 0.0 { height * height / length } else { 0.0 }
         };
-        self.edges[face].iter().filter(is_outline).map(across).fold(f64::INFINITY, smaller)
+        self.edges[face].iter().filter(is_outline).map(across).fold(f64::INFINITY, smaller).sqrt()
     }
 
     fn key([a, b]: [DVec3; 2]) -> [u64; 6] {
@@ -120,6 +142,10 @@ impl Wanted {
     }
 }
 
+/// Screens that were tried, as far as they are kept.
+type Tried = [Option<Place>; SEEDS];
+const NONE: Tried = [None; SEEDS];
+
 /// A look at something convex.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Look {
@@ -142,13 +168,26 @@ impl FormFactors<'_> {
     pub(super) fn may_see(&self, from: usize, wanted: &Wanted) -> Vec<usize> {
         let mut found = Vec::new();
         let cells = patches(self.scaled(from).vertices());
+        // The boxes around the last one, and what was tried for each.
+        let around: RefCell<Vec<(Range<usize>, Tried)>> = RefCell::default();
         let enter = |range: Range<usize>, corners: [DVec3; 8]| {
+            if !wanted.any_above(from, range.clone()) {
+                return false;
+            }
+            let mut around = around.borrow_mut();
+            while around.last().is_some_and(|(outer, _)| range.start < outer.start || range.end > outer.end) {
+                around.pop();
+            }
+            let mut tried = around.last().map_or(NONE, |(_, tried)| *tried);
             let corners = corners.map(|corner| corner * self.power);
             // A face that cannot be cut into patches looks at all.
-            wanted.any_above(from, range) && (cells.is_empty() || self.may_see_box(from, &cells, &corners))
+            let may_see = cells.is_empty() || self.may_see_box(from, &cells, &corners, &mut tried);
+            around.push((range, tried));
+            may_see
         };
         self.index.facing(from, enter, |to| {
-            if to > from && wanted.is_wanted[to] && !self.is_behind([from, to]) && self.may_see_face(from, &cells, to) {
+            let tried = around.borrow().last().map_or(NONE, |(_, tried)| *tried);
+            if to > from && wanted.is_wanted[to] && !self.is_behind([from, to]) && self.may_see_face(from, &cells, to, tried) {
                 found.push(to);
             }
         });
@@ -156,13 +195,13 @@ impl FormFactors<'_> {
     }
 
     /// Whether a box is not proven hidden from all patches of a face.
-    fn may_see_box(&self, from: usize, cells: &[Patch], corners: &[DVec3]) -> bool {
+    fn may_see_box(&self, from: usize, cells: &[Patch], corners: &[DVec3], tried: &mut Tried) -> bool {
         let fine = FINE * (corners[7] - corners[0]).length();
         let (mut looks, most) = (0, cells.len() + MOST_WAITING_AT_BOX);
         let mut open = cells.to_vec();
         while let Some(cell) = open.pop() {
             looks += 1;
-            match self.look(from, cell.outline(), Target { corners, face: None }) {
+            match self.look(from, cell.outline(), Target { corners, face: None }, tried) {
                 Look::Hidden => {}
                 Look::Unknown if looks < LOOKS_AT_BOX && open.len() < most && size(&cell) > fine => open.extend(halves(&cell)),
                 Look::Unknown | Look::Free => return true,
@@ -172,7 +211,7 @@ impl FormFactors<'_> {
     }
 
     /// Whether a face is not proven hidden from all patches of another.
-    fn may_see_face(&self, from: usize, cells: &[Patch], to: usize) -> bool {
+    fn may_see_face(&self, from: usize, cells: &[Patch], to: usize, mut tried: Tried) -> bool {
         let targets = patches(self.scaled(to).vertices());
         let mut open: Vec<[Patch; 2]> =
             cells.iter().flat_map(|&cell| targets.iter().map(move |&target| [cell, target])).collect();
@@ -182,7 +221,7 @@ impl FormFactors<'_> {
         let (mut looks, most) = (0, open.len() + MOST_WAITING_AT_FACE);
         while let Some([cell, target]) = open.pop() {
             looks += 1;
-            match self.look(from, cell.outline(), Target { corners: target.outline(), face: Some(to) }) {
+            match self.look(from, cell.outline(), Target { corners: target.outline(), face: Some(to) }, &mut tried) {
                 Look::Hidden => {}
                 Look::Unknown if looks == 1 && self.is_sight_between([from, to], [cell.outline(), target.outline()]) => {
                     return true;
@@ -207,14 +246,20 @@ impl FormFactors<'_> {
         (0..cell.0.len()).any(|i| (0..target.0.len()).any(|j| !self.index.is_between([near(cell, i), near(target, j)], &own)))
     }
 
-    fn look(&self, from: usize, cell: &[DVec3], target: Target<'_>) -> Look {
+    /// A look. What was tried where the target is a part of is tried first, and is what this one tried then.
+    fn look(&self, from: usize, cell: &[DVec3], target: Target<'_>, tried: &mut Tried) -> Look {
         let middles = [middle(cell), middle(target.corners)];
         let own = [from, target.face.unwrap_or(from)];
-        let mut crossing = self.index.all_between(middles.map(|point| point / self.power), &own);
-        if target.face.is_none() {
-            // One whose plane has a part of the box before it is not tried.
-            crossing.retain(|&(face, _)| self.is_before(face, middles[0], target.corners));
+        let is_hidden_by = |seed: Place| self.hide([cell, target.corners], middles, own, (seed, MOST_TOGETHER), target.face);
+        // Of a box's faces none is tried whose plane has a part of the box before it.
+        let may_be_tried =
+            |face: usize| !own.contains(&face) && (target.face.is_some() || self.is_before(face, middles[0], target.corners));
+        let before = tried.map(|seed| seed.filter(|seed| may_be_tried(seed.0)));
+        if before.iter().flatten().any(|&seed| is_hidden_by(seed)) {
+            return Look::Hidden;
         }
+        let mut crossing = self.index.all_between(middles.map(|point| point / self.power), &own);
+        crossing.retain(|&(face, _)| may_be_tried(face));
         if crossing.is_empty() {
             return Look::Free;
         }
@@ -229,10 +274,17 @@ impl FormFactors<'_> {
         };
         let mut worths: Vec<(usize, f64)> = crossing.into_iter().map(worth).filter(|(_, worth)| *worth > WORTHWHILE).collect();
         worths.sort_unstable_by(|a, b| b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)));
-        let mut seeds =
-            worths.iter().take(SEEDS).flat_map(|&(face, _)| (0..self.screens[face].len()).map(move |part| (face, part)));
-        let is_hidden = seeds.any(|seed| self.hide([cell, target.corners], middles, own, seed, target.face));
-        if is_hidden { Look::Hidden } else { Look::Unknown }
+        let seeds = worths.iter().take(SEEDS).flat_map(|&(face, _)| (0..self.screens[face].len()).map(move |part| (face, part)));
+        *tried = NONE;
+        for (k, seed) in seeds.enumerate() {
+            if !before.contains(&Some(seed)) && is_hidden_by(seed) {
+                return Look::Hidden;
+            }
+            if let Some(tried) = tried.get_mut(k) {
+                *tried = Some(seed);
+            }
+        }
+        Look::Unknown
     }
 
     /// Whether a face's plane has a point on one side and all the others on the other.
@@ -242,8 +294,21 @@ impl FormFactors<'_> {
         others.iter().all(|&other| own * normal.dot(other - origin) < 0.0)
     }
 
-    /// Whether a screen hides two convex things from each other, alone or with those that share its edges.
-    fn hide(&self, cells: [&[DVec3]; 2], middles: [DVec3; 2], own: [usize; 2], seed: Place, to: Option<usize>) -> bool {
+    /// Whether a screen between the middles of patches of two faces hides the patches from each other, alone or with others.
+    pub(super) fn hide_by(&self, cells: [&[DVec3]; 2], middles: [DVec3; 2], faces: [usize; 2], screen: Place) -> bool {
+        self.screens[screen.0][screen.1].is_met(middles)
+            && self.hide(cells, middles, faces, (screen, MOST_KNOWN_TOGETHER), Some(faces[1]))
+    }
+
+    /// Whether a screen hides two convex things from each other, alone or with those that share its edges, so many at most.
+    fn hide(
+        &self,
+        cells: [&[DVec3]; 2],
+        middles: [DVec3; 2],
+        own: [usize; 2],
+        (seed, most): (Place, usize),
+        to: Option<usize>,
+    ) -> bool {
         let mut partials: Vec<Partial<'_>> = Vec::new();
         let mut known: Vec<Place> = Vec::new();
         // Edges that are not decided, and what is on the other side of them.
@@ -256,7 +321,7 @@ impl FormFactors<'_> {
                 continue;
             }
             known.push(place);
-            if known.len() > MOST_TOGETHER {
+            if known.len() > most {
                 return false;
             }
             let screen = screen_at(place);

@@ -5,6 +5,7 @@
 //! with the lower face first, and from nothing but the two faces and what is between, so that each is the same to the last digit
 //! whatever else is computed.
 
+use radgrad_core::DVec3;
 use serde::{Deserialize, Serialize};
 
 use super::bracket::{Between, Bracket, Search};
@@ -12,6 +13,7 @@ use super::cubature::{Goal, Hiding, Rule};
 use super::exchange::{ALL_DIGITS, Exchange, exchange};
 use super::glance::Glance;
 use super::hiding::Wanted;
+use super::rule::{nodes_of, patches};
 use super::screen::{Screen, Undecided};
 use super::{FactorSettings, FormFactors, larger, middle, smaller};
 use crate::{Beam, Error};
@@ -61,6 +63,25 @@ struct Sighted<'a> {
     /// Their exchange if nothing is.
     free: Exchange,
 }
+
+/// The share of what two faces would exchange with nothing in between that some points of one see, and by how much these differ.
+struct Looks {
+    share: f64,
+    spread: f64,
+}
+
+/// The whole exchange over what the value may be off, up to which a few looks may do.
+const FEW_LOOKS: f64 = 10.0;
+
+/// Screens above which a pair that looks see nothing of is not searched for a proof.
+const MANY_SCREENS: usize = 64;
+
+/// The factor whose relative estimate's error is what their value may be off, if `estimate` is less.
+const BY_LOOKS: f64 = 0.1;
+
+/// Where a face is looked at from that no other look sees anything of: beside its corners, as those may be in the planes of screens.
+const CORNERS: [[f64; 2]; 4] = [[ASIDE, ASIDE], [1.0 - ASIDE, ASIDE], [1.0 - ASIDE, 1.0 - ASIDE], [ASIDE, 1.0 - ASIDE]];
+const ASIDE: f64 = 0.01;
 
 /// Pairs of cells, and width of the bracket over its tolerance, at which the integration starts.
 const A_LOOK: usize = 32;
@@ -125,17 +146,19 @@ impl FormFactors<'_> {
         }
         let allowed = |bracket: Bracket| larger(settings.tolerance * area, settings.relative * bracket.least);
         let difference = settings.estimate * area;
-        if most <= smaller(difference, allowed(Bracket { least: 0.0, most })) {
-            // The whole exchange is within the tolerance.
-            let value = free.area * self.share_seen(faces, &screens);
-            if value == 0.0 && self.is_hidden(faces, &screens) {
+        let nothing_to_all = Bracket { least: 0.0, most };
+        let by_looks = larger(difference, BY_LOOKS * settings.relative_estimate * area);
+        if most <= smaller(FEW_LOOKS * by_looks, allowed(nothing_to_all)) {
+            // The whole exchange is within the tolerance, and little is asked of the value.
+            let Looks { share, spread } = self.looks(faces, &screens, 0.5 * most > by_looks);
+            let (value, estimate) = (nothing_to_all.nearest(free.area * share), 0.5 * spread * most);
+            if value == 0.0 && self.is_hidden(faces, &candidates) {
                 return Ok(None);
             }
-            let bracket = Bracket { least: 0.0, most };
-            let nearest = bracket.nearest(value);
-            return Known { value: nearest, least: 0.0, most, estimate: bracket.error_of(nearest), occluders }
-                .checked()
-                .map(Some);
+            // The search proves more, and takes the longer the more there is between.
+            if estimate <= by_looks && (value > 0.0 || screens.len() > MANY_SCREENS) {
+                return Known { value, least: 0.0, most, estimate, occluders }.checked().map(Some);
+            }
         }
         // Errors of cell exchanges may use a small share of the tolerances, relative to the free exchange, which is at least as
         // large.
@@ -189,28 +212,47 @@ impl FormFactors<'_> {
         (free != Exchange::default()).then_some(Sighted { candidates, screens, free })
     }
 
-    /// Whether each part of one face is hidden from each part of the other by one screen.
-    fn is_hidden(&self, faces: [usize; 2], screens: &[&Screen]) -> bool {
-        let [from, to] = faces.map(|face| super::rule::patches(self.scaled(face).vertices()));
+    /// Whether each part of one face is proven hidden from each part of the other by a screen between their middles, alone or with those that it
+    /// shares edges with.
+    fn is_hidden(&self, faces: [usize; 2], candidates: &[usize]) -> bool {
+        let [from, to] = faces.map(|face| patches(self.scaled(face).vertices()));
         let mut pairs = from.iter().flat_map(|from| to.iter().map(move |to| [from.outline(), to.outline()]));
-        !from.is_empty() && !to.is_empty() && pairs.all(|outlines| screens.iter().any(|screen| screen.hides(outlines)))
+        let places = candidates.iter().flat_map(|&face| (0..self.screens[face].len()).map(move |part| (face, part)));
+        let is_hidden = |outlines: [&[DVec3]; 2]| {
+            let middles = outlines.map(middle);
+            places.clone().any(|place| self.hide_by(outlines, middles, faces, place))
+        };
+        !from.is_empty() && !to.is_empty() && pairs.all(is_hidden)
     }
 
-    /// The share of one face that the middle of the other sees, of the smaller one's middle: a look, no more.
-    fn share_seen(&self, faces: [usize; 2], screens: &[&Screen]) -> f64 {
+    /// What four points of each patch of the smaller face see of the other: looks, no more. Where they see nothing, points beside the
+    /// corners say by how much that differs, if it is asked for.
+    fn looks(&self, faces: [usize; 2], screens: &[&Screen], asks_corners: bool) -> Looks {
         let from = usize::from(self.scaled(faces[1]).area() < self.scaled(faces[0]).area());
         let [own, other] = [from, 1 - from].map(|k| self.scaled(faces[k]));
-        let points = super::rule::patches(own.vertices());
-        let Some(patch) = points.first() else { return 0.0 };
-        let point = middle(patch.outline());
+        let cells = patches(other.vertices());
         let mut glance = Glance::default();
-        let mut share = |screens: &[&Screen]| -> f64 {
-            let cells = super::rule::patches(other.vertices());
+        let mut from_point = |point: DVec3, screens: &[&Screen]| -> f64 {
             let at = (point, own.normal());
             let screens = || screens.iter().map(|&screen| (screen, Undecided::ALL));
             cells.iter().map(|cell| glance.factor(at, (cell.outline(), other.normal()), screens())).sum()
         };
-        let (all, seen) = (share(&[]), share(screens));
-        if all > 0.0 { seen / all } else { 0.0 }
+        let (mut sums, mut range) = ([0.0; 2], [f64::INFINITY, 0.0]);
+        for node in patches(own.vertices()).iter().flat_map(|patch| nodes_of(patch, 2)) {
+            let all = from_point(node.point, &[]);
+            if all > 0.0 {
+                let seen = from_point(node.point, screens);
+                sums = [sums[0] + node.share * all, sums[1] + node.share * seen];
+                range = [smaller(range[0], seen / all), larger(range[1], seen / all)];
+            }
+        }
+        let [all, seen] = sums;
+        if seen == 0.0 && asks_corners {
+            for point in patches(own.vertices()).iter().flat_map(|patch| CORNERS.map(|[u, v]| patch.at(u, v).0)) {
+                let seen = from_point(point, screens);
+                range[1] = larger(range[1], if seen > 0.0 { seen / from_point(point, &[]) } else { 0.0 });
+            }
+        }
+        if all > 0.0 { Looks { share: seen / all, spread: range[1] - range[0] } } else { Looks { share: 0.0, spread: 1.0 } }
     }
 }

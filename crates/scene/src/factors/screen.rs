@@ -232,9 +232,9 @@ impl Screen {
         for (k, edge) in self.edges().enumerate().filter(|(k, _)| open.has(*k)) {
             let (mut inside, mut outside, mut displaced) = (false, false, false);
             'pairs: for (&x, &over) in from.0.iter().zip(from.1) {
-                let seen = SightedEdge::new(edge, x, over);
+                let seen = SightedEdge::new(edge, x);
                 for (&y, &under) in to.0.iter().zip(to.1) {
-                    let (passing, moved) = seen.passing(y, under, slack);
+                    let (passing, moved) = seen.passing(y, [over, under], slack);
                     displaced |= moved;
                     inside |= passing == Passing::Inside;
                     outside |= passing == Passing::Outside;
@@ -254,11 +254,6 @@ impl Screen {
         }
         let (sight, edges) = if undecided.edges == 0 { (Sight::Blocked, None) } else { (Sight::Part, Some(undecided)) };
         Some(Verdict { sight, is_displaced: hidden_displaced, edges })
-    }
-
-    /// Whether it surely hides all of two convex outlines from each other, with no edge displaced.
-    pub(super) fn hides(&self, outlines: [&[DVec3]; 2]) -> bool {
-        self.parting(outlines, 1.0).is_some_and(|verdict| verdict.sight == Sight::Blocked && !verdict.is_displaced)
     }
 
     /// The part of an outline that it leaves visible from a point: exact for the doubles as given, but for points level with its
@@ -288,7 +283,7 @@ impl Screen {
     }
 
     /// Whether a segment meets it, up to rounding.
-    fn is_met(&self, [x, y]: [DVec3; 2]) -> bool {
+    pub(super) fn is_met(&self, [x, y]: [DVec3; 2]) -> bool {
         let sign = self.normal.dot(x - self.outline[0]);
         let is_between = sign * self.normal.dot(y - self.outline[0]) < 0.0;
         is_between && self.edges().all(|[a, b]| sign * (y - x).dot((b - x).cross(a - x)) > 0.0)
@@ -319,47 +314,60 @@ impl Screen {
     }
 }
 
-/// An edge seen from a point x, given with its height.
-struct SightedEdge {
+/// An edge seen from a point x.
+pub(super) struct SightedEdge {
     edge: [DVec3; 2],
     x: DVec3,
-    over: f64,
     /// `(b - x) x (a - x)`, and the sum of the magnitudes of the terms of each component.
     turn: DVec3,
     size: DVec3,
 }
 
 impl SightedEdge {
-    fn new([a, b]: [DVec3; 2], x: DVec3, over: f64) -> Self {
+    pub(super) fn new([a, b]: [DVec3; 2], x: DVec3) -> Self {
         let (to_a, to_b) = (a - x, b - x);
         let (n, p) = (to_a.abs(), to_b.abs());
         let size = DVec3::new(n.y * p.z + n.z * p.y, n.z * p.x + n.x * p.z, n.x * p.y + n.y * p.x);
-        Self { edge: [a, b], x, over, turn: to_b.cross(to_a), size }
+        Self { edge: [a, b], x, turn: to_b.cross(to_a), size }
     }
 
-    /// On which side of the edge the segment to y passes, given with its height; and whether the edge was displaced by `slack` for it.
-    ///
-    /// A term of T passes through ten roundings.
-    fn passing(&self, y: DVec3, under: f64, slack: f64) -> (Passing, bool) {
-        if self.over == 0.0 && under == 0.0 {
+    /// T, and a bound on its error: a term passes through ten roundings.
+    fn turn(&self, y: DVec3) -> (f64, f64) {
+        let r = y - self.x;
+        (r.dot(self.turn), 10.0 * f64::EPSILON * r.abs().dot(self.size) + f64::MIN_POSITIVE)
+    }
+
+    /// Bounds on T: both 0 where it is surely that.
+    pub(super) fn turn_within(&self, y: DVec3) -> [f64; 2] {
+        let (turn, error) = self.turn(y);
+        if turn.abs() <= error && self.is_flat(y) { [0.0; 2] } else { [turn - error, turn + error] }
+    }
+
+    /// Whether the edge and the segment to y are surely in one plane.
+    fn is_flat(&self, y: DVec3) -> bool {
+        let ([a, b], x) = (self.edge, self.x);
+        x == a || x == b || y == a || y == b || is_level([a, b, x, y]) || is_line([a, b, x]) || is_line([a, b, y])
+    }
+
+    /// On which side of the edge the segment to y passes, given with their heights; and whether the edge was displaced by `slack` for it.
+    fn passing(&self, y: DVec3, [over, under]: [f64; 2], slack: f64) -> (Passing, bool) {
+        if over == 0.0 && under == 0.0 {
             return (Passing::On, false);
         }
-        let r = y - self.x;
-        let turn = r.dot(self.turn);
-        let error = 10.0 * f64::EPSILON * r.abs().dot(self.size) + f64::MIN_POSITIVE;
+        let (turn, error) = self.turn(y);
         if turn > error {
             return (Passing::Inside, false);
         }
         if turn < -error {
             return (Passing::Outside, false);
         }
-        self.passing_near(y, (turn, error), slack * (self.over - under))
+        self.passing_near(y, (turn, error), slack * (over - under))
     }
 
     /// The same where rounding may hide the sign.
     fn passing_near(&self, y: DVec3, (turn, error): (f64, f64), slack: f64) -> (Passing, bool) {
         let ([a, b], x) = (self.edge, self.x);
-        if x == a || x == b || y == a || y == b || is_level([a, b, x, y]) || is_line([a, b, x]) || is_line([a, b, y]) {
+        if self.is_flat(y) {
             return (Passing::On, false);
         }
         if turn != 0.0 && turn.abs() + error <= slack * (b - a).length() {

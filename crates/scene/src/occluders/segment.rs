@@ -3,7 +3,7 @@
 use radgrad_core::DVec3;
 
 use super::Occluders;
-use super::shape::Bounds;
+use super::shape::{Bounds, Shape};
 use super::tree::Content;
 
 /// Heights over a polygon's plane, relative to the lengths at hand, below which a point is in the plane.
@@ -24,7 +24,7 @@ impl Occluders {
     /// ```
     #[must_use]
     pub fn is_between(&self, segment: [DVec3; 2], leave_out: &[usize]) -> bool {
-        let is_before = |index: usize| !leave_out.contains(&index) && crossing(&self.polygons[index].vertices, segment).is_some();
+        let is_before = |index: usize| !leave_out.contains(&index) && crossing(&self.polygons[index], segment).is_some();
         self.visit(enters(segment), is_before)
     }
 
@@ -33,7 +33,7 @@ impl Occluders {
         let mut found = Vec::new();
         self.visit(enters(segment), |index| {
             if !leave_out.contains(&index) {
-                found.extend(crossing(&self.polygons[index].vertices, segment).map(|share| (index, share)));
+                found.extend(crossing(&self.polygons[index], segment).map(|share| (index, share)));
             }
             false
         });
@@ -83,7 +83,7 @@ impl Occluders {
                     for &index in
                         self.tree.order[self.tree.nodes[node].range.clone()].iter().filter(|index| !leave_out.contains(index))
                     {
-                        let met = meets(&self.polygons[index].vertices, from, toward);
+                        let met = meets(&self.polygons[index], from, toward);
                         if let Some(distance) = met.filter(|at| nearest.is_none_or(|(_, distance)| *at < distance)) {
                             nearest = Some((index, distance));
                         }
@@ -101,15 +101,10 @@ fn inverse(along: DVec3) -> DVec3 {
     DVec3::new(steep(along.x), steep(along.y), steep(along.z))
 }
 
-/// A vector along the normal of a polygon, twice its area long.
-fn turning(vertices: &[DVec3]) -> DVec3 {
-    let origin = vertices[0];
-    vertices[1..].windows(2).map(|pair| (pair[0] - origin).cross(pair[1] - origin)).sum()
-}
-
 /// How many times its direction a ray goes to the inside of a polygon.
-fn meets(vertices: &[DVec3], from: DVec3, toward: DVec3) -> Option<f64> {
-    let (origin, normal) = (vertices[0], turning(vertices));
+fn meets(polygon: &Shape, from: DVec3, toward: DVec3) -> Option<f64> {
+    let (vertices, normal) = (&polygon.vertices, polygon.turning);
+    let origin = vertices[0];
     let (above, falls) = (normal.dot(from - origin), -normal.dot(toward));
     if above.abs() <= LEVEL * normal.length() * (from - origin).length() || above * falls <= 0.0 {
         return None;
@@ -129,11 +124,15 @@ fn enters([from, to]: [DVec3; 2]) -> impl Fn(&Bounds) -> bool {
 }
 
 /// The share of a segment after which it goes through the inside of a polygon, if it does.
-fn crossing(vertices: &[DVec3], [from, to]: [DVec3; 2]) -> Option<f64> {
-    let (origin, normal) = (vertices[0], turning(vertices));
+fn crossing(polygon: &Shape, [from, to]: [DVec3; 2]) -> Option<f64> {
+    let (vertices, normal) = (&polygon.vertices, polygon.turning);
+    let origin = vertices[0];
     let [above, below] = [from, to].map(|point| normal.dot(point - origin));
+    if above * below >= 0.0 {
+        return None;
+    }
     let level = LEVEL * normal.length() * ((to - from).length() + (from - origin).length());
-    if above * below >= 0.0 || above.abs() <= level || below.abs() <= level {
+    if above.abs() <= level || below.abs() <= level {
         return None;
     }
     let share = above / (above - below);

@@ -10,6 +10,8 @@ use crate::projection::normalising_power;
 pub(super) struct Shape {
     pub(super) vertices: Vec<DVec3>,
     pub(super) bounds: Bounds,
+    /// Twice its area along its normal.
+    pub(super) turning: DVec3,
     /// Where the space in front of it has its coordinates.
     pub(super) frame: Frame,
     exactly: HalfSpace,
@@ -21,14 +23,20 @@ impl Shape {
         let vertices = polygon.vertices().to_vec();
         let plane = Plane::of(polygon);
         let frame = Frame { origin: vertices[0], power: normalising_power(polygon.size()) };
-        let bounds = Bounds::of(&vertices);
-        Self { bounds, frame, exactly: plane.front(&frame), of_surface: plane.over(&frame), vertices }
+        let (bounds, turning) = (Bounds::of(&vertices), turning(&vertices));
+        Self { bounds, turning, frame, exactly: plane.front(&frame), of_surface: plane.over(&frame), vertices }
     }
 
     /// The space in front: as a surface's, or exactly as given.
     pub(super) const fn front(&self, of_surface: bool) -> &HalfSpace {
         if of_surface { &self.of_surface } else { &self.exactly }
     }
+}
+
+/// A vector along the normal of a polygon, twice its area long.
+fn turning(vertices: &[DVec3]) -> DVec3 {
+    let origin = vertices[0];
+    vertices[1..].windows(2).map(|pair| (pair[0] - origin).cross(pair[1] - origin)).sum()
 }
 
 /// The smallest box around some points.

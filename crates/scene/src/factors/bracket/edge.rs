@@ -12,12 +12,14 @@
 //! `(k1 - k0) v (1 - v) W`. Both the uncertainty of v and that of k are in proportion to the size of the cells over their distance. So the
 //! undecided part is E times that ratio; without this rule it would be all of E.
 //!
-//! A shadow is what is inside all of some edges. It is at most what is inside any one of them, and at least all but the sum of what is
-//! outside each. What all shadows hide is at least what any of them does, and at most the sum.
+//! A shadow is what is inside all of some edges. It is at least all but the sum of what is outside each, and at most what is inside any one of
+//! them, or all but the sum of what is outside those that nothing passes outside two of. What all shadows hide is at most the sum, and at
+//! least the sum over those that have nothing in common ([`super::nesting`]).
 
 use radgrad_core::{DVec3, mutant};
 
 use super::cell::{Cell, Plane};
+use super::nesting::Nested;
 use crate::factors::exchange::Exchange;
 use crate::factors::screen::MOST_CORNERS;
 use crate::factors::{larger, smaller};
@@ -38,13 +40,12 @@ pub(super) struct Passing {
     pub(super) hidden: f64,
 }
 
-/// Bounds on the exchange that passes some shadows, each given by its edges, which run counter-clockwise around their screens seen from
-/// the first cell. `is_all` says that nothing else hides anything. `whole` computes the cells' exchange with nothing in between; it is
+/// Bounds on the exchange that passes some shadows. `is_all` says that nothing else hides anything. `whole` computes the cells' exchange with nothing in between; it is
 /// called, and its result returned, unless the cells are so near each other that the bounds would be empty.
 pub(super) fn passing(
     cells: [&Cell; 2],
     planes: [&Plane; 2],
-    shadows: &[Vec<[DVec3; 2]>],
+    shadows: &[Nested],
     is_all: bool,
     whole: impl FnOnce() -> Exchange,
 ) -> Option<(Passing, Exchange)> {
@@ -55,20 +56,44 @@ pub(super) fn passing(
     }
     let whole = whole();
     let mut found = Passing { seen: if is_all { whole.least() } else { 0.0 }, hidden: 0.0 };
+    let mut parts: Vec<(f64, &Nested)> = Vec::with_capacity(shadows.len());
     for shadow in shadows {
-        let (mut inside, mut outside, mut least) = (whole.most(), 0.0, 0.0);
-        for &edge in shadow {
-            let beside = Beside::of(cells, share_outside(cells, edge), kernel, whole);
-            inside = smaller(inside, beside.inside[1]);
-            outside += beside.outside;
-            least = beside.inside[0];
+        let [least, most] = inside_all(cells, shadow, kernel, whole);
+        parts.push((least, shadow));
+        found.seen -= most;
+    }
+    // Those that hide most first.
+    parts.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let mut apart: Vec<&Nested> = Vec::new();
+    for (least, shadow) in parts {
+        if least > 0.0 && apart.iter().all(|other| shadow.is_apart_from(other)) {
+            apart.push(shadow);
+            found.hidden += least;
         }
-        // Hidden is what any of them hides, seen what none does.
-        found.hidden = larger(found.hidden, if shadow.len() == 1 { least } else { whole.least() - outside });
-        found.seen -= inside;
     }
     found.seen = larger(found.seen, 0.0);
     Some((found, whole))
+}
+
+/// Bounds on the exchange inside all edges of a shadow.
+fn inside_all(cells: [&Cell; 2], shadow: &Nested, kernel: [f64; 2], whole: Exchange) -> [f64; 2] {
+    let beside = |&edge: &[DVec3; 2]| Beside::of(cells, share_outside(cells, edge), kernel, whole);
+    let all: Vec<Beside> = shadow.edges.iter().map(beside).collect();
+    if let [beside] = &all[..] {
+        return beside.inside;
+    }
+    let most = all.iter().map(|beside| beside.inside[1]).fold(whole.most(), smaller);
+    let least = whole.least() - all.iter().map(|beside| beside.outside).sum::<f64>();
+    // Nothing passes outside two of these.
+    let (mut apart, mut outside): (Vec<usize>, f64) = (Vec::new(), 0.0);
+    for (k, beside) in all.iter().enumerate() {
+        let least = whole.least() - beside.inside[1];
+        if least > 0.0 && apart.iter().all(|&other| shadow.is_covered_by([k, other])) {
+            apart.push(k);
+            outside += least;
+        }
+    }
+    [least, smaller(most, whole.most() - outside)]
 }
 
 /// Bounds on the exchange on the two sides of an edge.
@@ -340,7 +365,9 @@ mod tests {
             let cells = [&a, &b].map(|p| Cell { points: p.vertices().to_vec(), area: p.area() });
             let whole = || exchange_parts([&cells[0].part(&planes[0]), &cells[1].part(&planes[1])], 1e-12);
             let cells = [&cells[0], &cells[1]];
-            let Some((found, _)) = passing(cells, [&planes[0], &planes[1]], &[vec![edge]], true, whole) else { continue };
+            let Some((found, _)) = passing(cells, [&planes[0], &planes[1]], &[Nested::alone(edge)], true, whole) else {
+                continue;
+            };
             let emitter = Emitter::new(b.clone(), Emission::Constant(1.0)).unwrap();
             let mut seen = 0.0;
             for patch in patches(a.vertices()) {

@@ -38,15 +38,25 @@ impl Partial<'_> {
 /// Edges, and how often a group has each.
 type Left = Vec<([DVec3; 2], i32)>;
 
+/// What is inside all of some edges.
+pub(in crate::factors) type Shadow = Vec<[DVec3; 2]>;
+
 /// What groups of screens hide.
 #[derive(Debug, Default)]
 pub(in crate::factors) struct Fused {
     /// Whether one hides all.
     pub(in crate::factors) is_all_hidden: bool,
-    /// Screens of groups that hide something, by their places.
-    pub(in crate::factors) hiding: Vec<usize>,
-    /// Their shadows, each once: what is inside all of some edges.
-    pub(in crate::factors) shadows: Vec<Vec<[DVec3; 2]>>,
+    /// Those that hide something.
+    pub(in crate::factors) groups: Vec<Group>,
+}
+
+/// Screens that hide something together.
+#[derive(Debug, Default)]
+pub(in crate::factors) struct Group {
+    /// By their places.
+    pub(in crate::factors) members: Vec<usize>,
+    /// What they hide is what these hide.
+    pub(in crate::factors) shadows: Vec<Shadow>,
 }
 
 /// Edges above which groups are not looked for: pairs of them are compared.
@@ -60,12 +70,14 @@ pub(in crate::factors) fn fuse(partials: &[Partial<'_>], segment: [DVec3; 2]) ->
     let mut group: Vec<usize> = (0..partials.len()).collect();
     let mut is_left = vec![true; edges.len()];
     if edges.len() <= MOST_EDGES {
+        let keys: Vec<u64> = edges.iter().map(|(_, edge)| key(edge)).collect();
         for i in 0..edges.len() {
             let (k, [a, b]) = edges[i];
             if !is_left[i] {
                 continue;
             }
-            let opposite = (i + 1..edges.len()).find(|&j| is_left[j] && edges[j].0 != k && edges[j].1 == [b, a]);
+            let mut others = (i + 1..edges.len()).filter(|&j| keys[j] == keys[i]);
+            let opposite = others.find(|&j| is_left[j] && edges[j].0 != k && edges[j].1 == [b, a]);
             if let Some(j) = opposite {
                 (is_left[i], is_left[j]) = (false, false);
                 let [from, to] = [group[k], group[edges[j].0]];
@@ -106,21 +118,21 @@ pub(in crate::factors) fn fuse(partials: &[Partial<'_>], segment: [DVec3; 2]) ->
             }
             others.push((left.clone(), met));
         }
-        match (outside, &left[..]) {
-            (Some(_), [(edge, _)]) => add(&mut fused.shadows, &[*edge]),
+        let shadows = match (outside, &left[..]) {
+            (Some(_), [(edge, _)]) => vec![vec![*edge]],
             // Each screen for itself.
-            _ => members.iter().for_each(|&k| add(&mut fused.shadows, &partials[k].edges().collect::<Vec<_>>())),
-        }
-        fused.hiding.extend(members);
+            _ => members.iter().map(|&k| partials[k].edges().collect()).collect(),
+        };
+        fused.groups.push(Group { members, shadows });
     }
-    fused.hiding.sort_unstable();
     fused
 }
 
-fn add(shadows: &mut Vec<Vec<[DVec3; 2]>>, shadow: &[[DVec3; 2]]) {
-    if !shadows.iter().any(|other| other == shadow) {
-        shadows.push(shadow.to_vec());
-    }
+/// A number that an edge has either way.
+fn key([a, b]: &[DVec3; 2]) -> u64 {
+    // Zeros of either sign are one.
+    let sum = *a + *b + DVec3::ZERO;
+    sum.x.to_bits() ^ sum.y.to_bits().rotate_left(21) ^ sum.z.to_bits().rotate_left(42)
 }
 
 /// How many of some screens a segment meets, if it passes all their edges clearly.
@@ -178,15 +190,19 @@ mod tests {
             let middle = |cell: &[DVec3]| cell.iter().sum::<DVec3>() / 4.0 + DVec3::new(0.01, 0.003, 0.0);
             let found = fuse(&partials, [middle(&cells[0]), middle(&cells[1])]);
             // By their names.
-            Fused { hiding: found.hiding.iter().map(|&place| partials[place].name as usize).collect(), ..found }
+            let name = |&place: &usize| partials[place].name as usize;
+            let named = |group: Group| Group { members: group.members.iter().map(name).collect(), ..group };
+            (found.is_all_hidden, found.groups.into_iter().map(named).collect::<Vec<_>>())
         };
-        assert!(fused([0.9, 0.4]).is_all_hidden);
+        assert!(fused([0.9, 0.4]).0);
         // At the end of the common edge: two edges go on in one line.
-        let end = fused([0.9, -0.1]);
-        assert!(!end.is_all_hidden && end.hiding == [0, 1] && end.shadows.iter().all(|shadow| shadow.len() == 2));
+        let (is_all_hidden, end) = fused([0.9, -0.1]);
+        let [end] = &end[..] else { panic!("{end:?}") };
+        assert!(!is_all_hidden && end.members == [0, 1] && end.shadows.iter().all(|shadow| shadow.len() == 2));
         // At the outer end of one.
-        let side = fused([1.9, 0.4]);
-        assert!(!side.is_all_hidden && side.shadows.len() == 1 && side.hiding == [1]);
+        let (is_all_hidden, side) = fused([1.9, 0.4]);
+        let [side] = &side[..] else { panic!("{side:?}") };
+        assert!(!is_all_hidden && side.shadows.len() == 1 && side.members == [1]);
         let [[a, b]] = side.shadows[0][..] else { panic!("{side:?}") };
         assert!(a.x == 2.0 && b.x == 2.0);
     }
@@ -208,7 +224,8 @@ mod tests {
         }
         let fused = fuse(&partials, [DVec3::new(1.1, 0.35, 0.0), DVec3::new(0.87, 0.35, 1.0)]);
         // The lower wall and the one beside are near, the upper one is far: it hides what those hide.
-        let names: Vec<u32> = fused.hiding.iter().map(|&place| partials[place].name).collect();
+        let members = fused.groups.iter().flat_map(|group| &group.members);
+        let names: Vec<u32> = members.map(|&place| partials[place].name).collect();
         assert!(partials.len() == 3 && !fused.is_all_hidden && names == [1], "{fused:?}");
     }
 }
