@@ -76,6 +76,15 @@ struct Part {
 }
 
 impl Part {
+    fn found(&self) -> f64 {
+        (self.swapped + self.detail).abs()
+    }
+
+    /// What that may be off by.
+    fn off_by(&self) -> f64 {
+        (self.off + self.neglected).sqrt()
+    }
+
     fn and(self, other: Self) -> Self {
         Self {
             swapped: self.swapped + other.swapped,
@@ -225,9 +234,11 @@ impl Solution {
         }
         let area = self.mesh.area();
         let mut parts = self.parts(&importance, &below);
+        // By finer links than light's the nodes' rule alone finds something where faces meet, so that what these find is not sure.
+        let sure: Vec<f64> = parts.iter().map(|part| part.found() - part.off_by() - part.unseen).collect();
         for _ in 0..MOST_REFINEMENTS {
             let is_rough = |(part, mean): (&Part, &f64)| {
-                let rest = square(part.swapped + part.detail) + part.off + square(part.unseen);
+                let rest = square(part.found()) + part.off + square(part.unseen);
                 part.neglected > square(LITTLE) * rest && part.neglected > square(ROUNDED * mean * area)
             };
             if !parts.iter().zip(&self.mean).any(is_rough) || !self.refine_importance(&mut importance)? {
@@ -235,18 +246,16 @@ impl Solution {
             }
             parts = self.parts(&importance, &below);
         }
-        let of_channel = |(Part { swapped, detail, off, neglected, unseen }, most): (Part, &Ledger)| {
+        let of_channel = |((part, sure), most): ((&Part, f64), &Ledger)| {
             // What was found has a sign; what it may be off by adds to that by squares. In all it is no more than what gathers are off by,
             // but for what was surely found.
-            let (found, off) = ((swapped + detail).abs() / area, off + neglected);
-            let total = (square(found) + (off + square(unseen)) / square(area)).sqrt();
-            let sure = found - (off.sqrt() + unseen) / area;
-            let total = largest(sure, smallest(total, most.total()));
-            let parts =
-                Ledger { discretisation: detail.abs() + unseen, computation: swapped.abs() + off.sqrt(), ..Ledger::default() };
+            let total = part.found().hypot(part.off_by()).hypot(part.unseen) / area;
+            let total = largest(sure / area, smallest(total, most.total()));
+            let (discretisation, computation) = (part.detail.abs() + part.unseen, part.swapped.abs() + part.off_by());
+            let parts = Ledger { discretisation, computation, ..Ledger::default() };
             if parts.total() == 0.0 { parts } else { parts * (total / parts.total()) }
         };
-        Ok(parts.into_iter().zip(&self.bounds.mean).map(of_channel).collect())
+        Ok(parts.iter().zip(sure).zip(&self.bounds.mean).map(of_channel).collect())
     }
 
     /// The sum over all receivers, in each channel; below each there are leaves.
