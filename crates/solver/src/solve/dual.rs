@@ -14,7 +14,9 @@
 //! int phi_h (E - T) + int T G b_h                                  what links, clusters, rays and the nodes' rules are off by
 //! ```
 //!
-//! with `G b_h` at the nodes of receivers: the light of lamps is found once more, gathered by the lamps. The importance is smooth where
+//! with `G b_h` at the nodes of receivers: the light of lamps is found once more, gathered by the lamps. Links that neglect as much of the
+//! importance as of the light do not see what they neglect: by symmetry both are off alike. So receivers gather the importance by finer links
+//! where that may be much of what is found. The importance is smooth where
 //! the light has the edges of shadows, so that what this gather is off by itself is less; it is counted without its sign. In the second
 //! part `phi - phi_h` is the part of the next degree in `G b_h` at the nodes, `r` that of direct light on leaves and of reflected light on
 //! receivers, and their product is known with its sign, too. A leaf far below its receiver that holds much of all light, as under a lamp
@@ -39,14 +41,13 @@ use crate::links::linking::Linking;
 use crate::links::refine::{Need, WITHOUT_ORDER};
 use crate::links::transfer::Row;
 use crate::mesh::basis::{Basis, Excess};
-use crate::mesh::rule::Node;
 use crate::mesh::shape::Shape;
 use crate::solve::solution::{Solution, for_each, ratio};
 
 /// Sweeps after which the importance is not known, and changes below which it is, relative to its mean: what is left is of second order
 /// where `phi_h` is `b_h` over the reflectance, and of first with textures.
 const MOST_SWEEPS: usize = 2000;
-const SOLVED: f64 = 1e-3;
+const SOLVED: f64 = 1e-6;
 const SOLVED_WITH_TEXTURES: f64 = 1e-8;
 
 /// The part of what links may neglect that those of lamps may: they are few.
@@ -67,39 +68,58 @@ struct Part {
     /// By the swapped gather, and by the details of both.
     swapped: f64,
     detail: f64,
-    /// Squares of what both may be off by.
+    /// Squares of what both may be off by, and of what links of the swapped gather neglect.
     off: f64,
+    neglected: f64,
     /// By light that no sample sees.
     unseen: f64,
 }
 
 impl Part {
+    fn found(&self) -> f64 {
+        (self.swapped + self.detail).abs()
+    }
+
+    /// What that may be off by.
+    fn off_by(&self) -> f64 {
+        (self.off + self.neglected).sqrt()
+    }
+
     fn and(self, other: Self) -> Self {
         Self {
             swapped: self.swapped + other.swapped,
             detail: self.detail + other.detail,
             off: self.off + other.off,
+            neglected: self.neglected + other.neglected,
             unseen: self.unseen + other.unseen,
         }
     }
 }
 
+/// Over all else that was found, what links may neglect of the importance before finer ones are made, and over the mean, as no more is found
+/// than rounding leaves; the part of it that the finer ones may, and how often these are made.
+const LITTLE: f64 = 0.5;
+const ROUNDED: f64 = 1e-12;
+const FINER: f64 = 0.1;
+const MOST_REFINEMENTS: usize = 3;
+
 /// The points of a square and of a triangle at which a leaf has it: rules of degree 3 and 2.
 const ON_SQUARE: [f64; 2] = [0.211_324_865_405_187_1, 0.788_675_134_594_812_9];
 const ON_TRIANGLE: [[f64; 2]; 3] = [[1.0 / 6.0, 1.0 / 6.0], [2.0 / 3.0, 1.0 / 6.0], [1.0 / 6.0, 2.0 / 3.0]];
 
-/// An importance: as it is sent, for lamps as they gather it, and at points of leaves that have their own, channel by channel.
+/// An importance: as it is sent, the links of those that gather it by other ones than light, and at points of leaves that have their own,
+/// channel by channel.
 struct Importance {
     sent: Field,
-    lamps: HashMap<usize, OfLamp>,
+    links: HashMap<usize, Linked>,
     leaves: HashMap<usize, OnLeaf>,
 }
 
 /// The importance at points of a leaf, channel by channel.
 type OnLeaf = Vec<([f64; 2], Vec<f64>)>;
 
-/// Links and clusters of a lamp.
-type OfLamp = (Vec<Link>, Far);
+/// Links and clusters of a receiver.
+type Linked = (Vec<Link>, Far);
 
 /// The error of the mean that the rule of the nodes is taken to have: what is beyond the polynomials seen, as far as it does not fall off;
 /// where it does not, that of a sum over so many nodes without order.
@@ -129,6 +149,20 @@ impl Solution {
             own[receiver] = vec![0.0; len * channels];
         }
         let mut sent = Field::dark(mesh, channels);
+        for channel in 0..channels {
+            // As if everywhere as much were found, which it is where light is not lost and reflectances are the same.
+            let reflected =
+                |&receiver: &usize| mesh.elements()[receiver].area() * source[receiver][channel * mesh.basis(receiver).len()];
+            let rho = self.receivers.iter().map(reflected).sum::<f64>() / mesh.area();
+            let even = if rho < 1.0 { 1.0 / (1.0 - rho) } else { 1.0 };
+            for &receiver in &self.receivers {
+                let len = mesh.basis(receiver).len();
+                let of_channel = channel * len..(channel + 1) * len;
+                let first: Vec<f64> = source[receiver][of_channel.clone()].iter().map(|rho| even * rho).collect();
+                sent.add(mesh, receiver, channel, &first);
+                own[receiver][of_channel].copy_from_slice(&first);
+            }
+        }
         let (surfaces, receivers) = (&self.surfaces, &self.receivers[..]);
         let equation = Equation { mesh, surfaces, receivers, links: &self.links, far: &self.far, source: &source };
         let until = if self.surfaces.is_textured() { SOLVED_WITH_TEXTURES } else { SOLVED };
@@ -144,7 +178,7 @@ impl Solution {
     }
 
     /// The links of lamps, as finely as the importance there has to be known. Their own, for what they reflect, may be rough.
-    fn links_of_lamps(&self, importance: &Field) -> Result<HashMap<usize, OfLamp>, Error> {
+    fn links_of_lamps(&self, importance: &Field) -> Result<HashMap<usize, Linked>, Error> {
         let area = self.mesh.area();
         let is_lamp = |receiver: &usize| self.is_lamp(self.mesh.elements()[*receiver].face());
         let lamps: Vec<usize> = self.receivers.iter().copied().filter(is_lamp).collect();
@@ -192,34 +226,91 @@ impl Solution {
     /// and what that may be off by. But for what is surely found it is at most the estimate of the mean of the magnitude.
     pub(super) fn estimate_mean(&self) -> Result<Vec<Ledger>, Error> {
         let Some(sent) = self.solve_importance() else { return Ok(self.bounds.mean.clone()) };
-        let (lamps, leaves) = (self.links_of_lamps(&sent)?, self.importance_on_leaves(&sent)?);
-        let importance = Importance { sent, lamps, leaves };
-        let area = self.mesh.area();
+        let (links, leaves) = (self.links_of_lamps(&sent)?, self.importance_on_leaves(&sent)?);
+        let mut importance = Importance { sent, links, leaves };
         let mut below = vec![Vec::new(); self.mesh.elements().len()];
         for leaf in self.mesh.leaves() {
             below[self.receiver_of(leaf)].push(leaf);
         }
-        let of_channel = |(channel, most): (usize, &Ledger)| {
-            let of = |&receiver: &usize| self.part_of(receiver, channel, &importance, &below[receiver]);
-            let parts: Vec<Part> = self.receivers.par_iter().map(of).collect();
-            let Part { swapped, detail, off, unseen } = parts.into_iter().fold(Part::default(), Part::and);
+        let area = self.mesh.area();
+        let mut parts = self.parts(&importance, &below);
+        // By finer links than light's the nodes' rule alone finds something where faces meet, so that what these find is not sure.
+        let sure: Vec<f64> = parts.iter().map(|part| part.found() - part.off_by() - part.unseen).collect();
+        for _ in 0..MOST_REFINEMENTS {
+            let is_rough = |(part, mean): (&Part, &f64)| {
+                let rest = square(part.found()) + part.off + square(part.unseen);
+                part.neglected > square(LITTLE) * rest && part.neglected > square(ROUNDED * mean * area)
+            };
+            if !parts.iter().zip(&self.mean).any(is_rough) || !self.refine_importance(&mut importance)? {
+                break;
+            }
+            parts = self.parts(&importance, &below);
+        }
+        let of_channel = |((part, sure), most): ((&Part, f64), &Ledger)| {
             // What was found has a sign; what it may be off by adds to that by squares. In all it is no more than what gathers are off by,
             // but for what was surely found.
-            let found = (swapped + detail).abs() / area;
-            let total = (square(found) + (off + square(unseen)) / square(area)).sqrt();
-            let sure = found - (off.sqrt() + unseen) / area;
-            let total = largest(sure, smallest(total, most.total()));
-            let parts =
-                Ledger { discretisation: detail.abs() + unseen, computation: swapped.abs() + off.sqrt(), ..Ledger::default() };
+            let total = part.found().hypot(part.off_by()).hypot(part.unseen) / area;
+            let total = largest(sure / area, smallest(total, most.total()));
+            let (discretisation, computation) = (part.detail.abs() + part.unseen, part.swapped.abs() + part.off_by());
+            let parts = Ledger { discretisation, computation, ..Ledger::default() };
             if parts.total() == 0.0 { parts } else { parts * (total / parts.total()) }
         };
-        Ok(self.bounds.mean.iter().enumerate().map(of_channel).collect())
+        Ok(parts.iter().zip(sure).zip(&self.bounds.mean).map(of_channel).collect())
+    }
+
+    /// The sum over all receivers, in each channel; below each there are leaves.
+    fn parts(&self, importance: &Importance, below: &[Vec<usize>]) -> Vec<Part> {
+        let of_channel = |channel: usize| {
+            let of = |&receiver: &usize| self.part_of(receiver, channel, importance, &below[receiver]);
+            let parts: Vec<Part> = self.receivers.par_iter().map(of).collect();
+            parts.into_iter().fold(Part::default(), Part::and)
+        };
+        (0..self.channels.len()).map(of_channel).collect()
+    }
+
+    /// Refines the links by which receivers without clusters gather the importance to a part of what these neglect of it now, in the mean over
+    /// all light. Returns whether any was refined.
+    fn refine_importance(&self, importance: &mut Importance) -> Result<bool, Error> {
+        let (field, reference) = (&importance.sent, self.reference());
+        let own = |receiver: usize| importance.links.get(&receiver).map_or(&self.links[receiver][..], |(links, _)| &links[..]);
+        // The light of a receiver, over that which errors are relative to.
+        let light = |receiver: usize| -> Vec<f64> {
+            let (element, len) = (&self.mesh.elements()[receiver], self.mesh.basis(receiver).len());
+            let of = |(channel, reference): (usize, &f64)| {
+                let held = self.field.of(receiver, channel, len)[0] + self.lamp_on(element.face(), channel);
+                ratio(held.abs(), *reference)
+            };
+            reference.iter().enumerate().map(of).collect()
+        };
+        let neglected = |receiver: usize| {
+            let basis = self.mesh.basis(receiver);
+            let of = |(channel, light): (usize, f64)| {
+                light * own(receiver).iter().map(|link| self.neglected_by(link, field, basis, channel)).sum::<f64>()
+            };
+            Ok(light(receiver).into_iter().enumerate().map(of).fold(0.0, largest))
+        };
+        let receivers: Vec<usize> = self.receivers.iter().copied().filter(|&receiver| self.far[receiver].is_empty()).collect();
+        let neglected: Vec<(usize, f64)> = receivers.iter().copied().zip(for_each(&receivers, neglected)?).collect();
+        let area = |receiver: usize| self.mesh.elements()[receiver].area();
+        let allowed = FINER * neglected.iter().map(|&(receiver, of)| area(receiver) * of).sum::<f64>() / self.mesh.area();
+        let rough: Vec<usize> = neglected.into_iter().filter(|&(_, of)| of > allowed).map(|(receiver, _)| receiver).collect();
+        let refined = |receiver: usize| {
+            let (weight, without_order, linking) = (&light(receiver)[..], WITHOUT_ORDER, Linking::Error);
+            let need = Need { field, weight, allowed, without_order, linking, clock: self.clock };
+            let (mut links, mut far) = (own(receiver).to_vec(), Far::default());
+            let any = self.optics().refine(Gatherer::Element(receiver), (&mut links, &mut far), &need)?;
+            Ok(any.then_some((receiver, (links, far))))
+        };
+        let refined: Vec<(usize, Linked)> = for_each(&rough, refined)?.into_iter().flatten().collect();
+        let any = !refined.is_empty();
+        importance.links.extend(refined);
+        Ok(any)
     }
 
     /// What a receiver and the leaves below it, or it is, add to the integrals.
     fn part_of(&self, receiver: usize, channel: usize, importance: &Importance, leaves: &[usize]) -> Part {
         let own = (&self.links[receiver][..], &self.far[receiver]);
-        let by = importance.lamps.get(&receiver).map_or(own, |(links, far)| (&links[..], far));
+        let by = importance.links.get(&receiver).map_or(own, |(links, far)| (&links[..], far));
         let (on_leaves, importance) = (&importance.leaves, &importance.sent);
         let (element, basis) = (&self.mesh.elements()[receiver], self.mesh.basis(receiver));
         let (len, nodes, rho) = (basis.len(), basis.nodes().len(), self.surfaces.reflectance[element.face()][channel]);
@@ -236,8 +327,10 @@ impl Solution {
         let emitted = self.emitted_on(receiver, channel);
         let defect: f64 = phi.iter().zip(emitted).zip(held).map(|((phi, e), t)| phi * (e - t)).sum();
         // What the swapped gather is off by.
-        let off = square((held[0] + lamp).abs() * area * self.off_by_links(importance, basis, channel, by, true));
-        let mut part = Part { swapped: area * defect, off, ..Part::default() };
+        let power = (held[0] + lamp).abs() * area;
+        let off = square(power * self.off_by_links(importance, basis, channel, by, true));
+        let of_links = by.0.iter().map(|link| square(TYPICAL * power * self.neglected_by(link, importance, basis, channel)));
+        let mut part = Part { swapped: area * defect, off, neglected: of_links.sum(), ..Part::default() };
         let mut by_polynomial = 0.0;
         if rho > 0.0 {
             let all = &self.bounds.residuals;
@@ -300,22 +393,28 @@ impl Solution {
         path.into_iter().rev().fold(coefficients.to_vec(), |held, element| basis.restrict(self.mesh.child(element), &held))
     }
 
-    /// What rays and clusters of a receiver are off by in a light that it gathers, and its links if they count, in the mean over its
-    /// nodes, as if without order.
-    fn off_by_links(&self, light: &Field, basis: &Basis, channel: usize, (links, far): (&[Link], &Far), neglects: bool) -> f64 {
+    /// What rays and clusters of a receiver are off by in a light that it gathers, and the evaluations of links if they count, in the mean over
+    /// its nodes, as if without order.
+    fn off_by_links(&self, light: &Field, basis: &Basis, channel: usize, (links, far): (&[Link], &Far), evaluated: bool) -> f64 {
         let of_link = |link: &Link| {
             let coefficients = light.of(link.source, channel, self.mesh.basis(link.source).len());
-            let of = |(row, node): (&Row, &Node)| {
-                let neglected = if neglects { TYPICAL * light.neglected(&self.mesh, link.source, channel, row) } else { 0.0 };
-                let evaluated = if neglects || row.likely.is_some() { row.likely_error_of(coefficients) } else { 0.0 };
-                node.weight * (neglected + evaluated)
-            };
-            link.rows.iter().zip(basis.nodes()).map(of).sum::<f64>()
+            let of = |row: &Row| if evaluated || row.likely.is_some() { row.likely_error_of(coefficients) } else { 0.0 };
+            over_nodes(basis, link, of)
         };
         let of_links: f64 = links.iter().map(of_link).map(square).sum();
         let of_far = if far.is_empty() { 0.0 } else { far.likely_mean(light, channel, basis) };
         of_links.sqrt().hypot(of_far)
     }
+
+    /// Bound on what a link neglects of a light, in the mean over the nodes of its receiver.
+    fn neglected_by(&self, link: &Link, light: &Field, basis: &Basis, channel: usize) -> f64 {
+        over_nodes(basis, link, |row| light.neglected(&self.mesh, link.source, channel, row))
+    }
+}
+
+/// The mean of a function of a link's rows over the nodes.
+fn over_nodes(basis: &Basis, link: &Link, of: impl Fn(&Row) -> f64) -> f64 {
+    link.rows.iter().zip(basis.nodes()).map(|(row, node)| node.weight * of(row)).sum()
 }
 
 fn square(x: f64) -> f64 {

@@ -15,7 +15,7 @@
 //! What this may itself be off by adds to it as a root mean square, one source after the other: what samples have beyond the next degree;
 //! a part of each term that is known; what goes back and forth between the point and sources that touch it, of which `e_1`, known at a few
 //! points of each receiver, may have nothing; what links neglect and evaluations err by; and of the light that the point gathers as large a part as
-//! the estimate of the error of the mean has in the mean, for what all that adds to other points of the scene.
+//! the estimate of the error of the mean has in what is reflected in the mean, for what all that adds to other points of the scene.
 
 use radgrad_scene::{largest, smallest};
 
@@ -299,7 +299,9 @@ impl Solution {
                 carried += coefficients.iter().zip(&row.values).map(|(c, v)| c * v).sum::<f64>();
                 unseen += row.likely_factor() * self.bounds.residuals.iter().map(|of| of[source][channel].unseen).sum::<f64>();
             }
-            let of_light = sums[channel].abs() * ratio(of_mean[channel].total(), self.mean[channel]);
+            // What faces emit has no error.
+            let light = if self.reflected[channel] > 0.0 { self.reflected[channel] } else { self.mean[channel] };
+            let of_light = sums[channel].abs() * ratio(of_mean[channel].total(), light);
             Ledger { discretisation: (known + carried).abs() + unseen + off.sqrt().hypot(of_light), ..Ledger::default() }
         };
         Some(details.into_iter().enumerate().map(of_channel).collect())

@@ -124,6 +124,24 @@ fn at_the_apex_of_a_groove_the_radiosity_is_that_of_a_wedge() {
 }
 
 #[test]
+fn the_estimate_of_the_mean_is_its_error_in_lit_cubes_between_squares_and_in_a_groove() {
+    let held = |name: &str, faces: &[(Quad, f64, f64)], exact: f64| {
+        let solution = solved(faces, &Options { error: 0.05, ..Options::default() });
+        let (off, estimate) = (solution.mean()[0] - exact, solution.mean_estimate()[0].total());
+        println!("{name}: {off:.2e} off, estimated {estimate:.2e}");
+        assert!((0.7..3.0).contains(&(estimate / off.abs())), "{name}: {off:e} off, estimated {estimate:e}");
+    };
+    for rho in [0.5, 0.9, 0.99] {
+        let lit: Vec<_> = SIDES.into_iter().chain([FLOOR]).map(|quad| (quad, rho, 0.0)).chain([(CEILING, rho, 1.0)]).collect();
+        // No light is lost, so that of what is found everywhere a share of 1 - rho is what the ceiling emits.
+        held(&format!("cube of {rho}"), &lit, 1.0 / 6.0 / (1.0 - rho));
+    }
+    // Known to 1e-10 and to 1e-8, by polynomials of degree 3 and an error asked for of 1e-7.
+    held("squares", &[(FLOOR, 0.5, 0.0), (CEILING, 0.5, 1.0)], 0.555_582_622_2);
+    held("groove", &[(FLOOR, 0.5, 0.0), (SIDES[2], 0.5, 1.0)], 0.557_976_77);
+}
+
+#[test]
 fn polynomials_converge_with_the_order_of_their_degree() {
     let faces = [(FLOOR, 0.5, 1.0), (CEILING, 0.5, 1.0)];
     for degree in 0..=3 {
