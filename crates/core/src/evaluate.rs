@@ -83,7 +83,17 @@ pub fn evaluate_to<'a>(
     occluders: impl IntoIterator<Item = &'a Polygon>,
     tolerance: f64,
 ) -> Result<Answer, Error> {
-    answer(receiver, emitter, &occluders.into_iter().collect::<Few<_>>(), tolerance)
+    with_list(occluders, |occluders| answer(receiver, emitter, occluders, tolerance))
+}
+
+/// Calls a function with a list of occluders. Most callers have none, and pay nothing for it.
+#[inline]
+fn with_list<'a, R>(occluders: impl IntoIterator<Item = &'a Polygon>, of: impl FnOnce(&[&'a Polygon]) -> R) -> R {
+    let mut rest = occluders.into_iter();
+    match rest.next() {
+        None => of(&[]),
+        Some(first) => of(&std::iter::once(first).chain(rest).collect::<Few<_>>()),
+    }
 }
 
 /// [`evaluate_to`], compiled once: generic functions are compiled again in every crate that calls them.
@@ -138,7 +148,7 @@ pub fn evaluate_value<'a>(
     occluders: impl IntoIterator<Item = &'a Polygon>,
     tolerance: Tolerance,
 ) -> Result<Value, Error> {
-    value(receiver, emitter, &occluders.into_iter().collect::<Few<_>>(), tolerance)
+    with_list(occluders, |occluders| value(receiver, emitter, occluders, tolerance))
 }
 
 /// [`evaluate_value`], compiled once.
@@ -333,8 +343,9 @@ pub fn irradiance_vector_to<'a>(
     tolerance: f64,
 ) -> Result<IrradianceVector, Error> {
     let tolerance = within_reach(tolerance)?;
-    let occluders: Few<&Polygon> = occluders.into_iter().collect();
-    with_case(receiver, emitter, &occluders, IrradianceVector::ZERO, |case| case.irradiance_vector(tolerance))
+    with_list(occluders, |occluders| {
+        with_case(receiver, emitter, occluders, IrradianceVector::ZERO, |case| case.irradiance_vector(tolerance))
+    })
 }
 
 /// The closed form in double precision, off the surface of the emitter.
