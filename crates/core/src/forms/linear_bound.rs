@@ -62,7 +62,7 @@
 //! - that with respect to psi is `[(phi + psi) cot(phi + psi) - (phi - psi) cot(phi - psi)]/2`, and
 //!   `cot(phi - psi) = (s^2 + dS)(S + d)/(s h^2)`.
 //!
-//! They err by [`DERIVATIVE_ERROR`] and, as `phi - psi` errs by 4u phi and its cotangent by 10u, by `16u phi cot(phi - psi)`. Where that
+//! They err by [`DERIVATIVE_ERROR`] and, as the angles err by 4u of themselves, by less than `16u phi cot(phi - psi)`. Where that
 //! is much, next to the plane, and next to s = 0, the errors are taken apart.
 //!
 //! What remains apart are the roundings of phi and psi, 4u relative, and past a right angle 9u and `pi/2` times 5.5u
