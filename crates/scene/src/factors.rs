@@ -61,8 +61,8 @@ pub struct FactorSettings {
     pub most_cells: usize,
     /// Error down to which an obstructed factor is integrated by two rules, by their difference, while `most_points` last.
     pub estimate: f64,
-    /// The same over the factor that there would be with nothing in between; the larger counts. Of a factor that `tolerance` allows to be anything
-    /// up to that, and that is at most this, a few looks may be off by a tenth of this itself.
+    /// The same over the factor that there would be with nothing in between; the larger counts. Where that factor is within `tolerance` and at most
+    /// this, a few looks may give the value, if they differ by no more than a tenth of this.
     pub relative_estimate: f64,
     /// Points that this may take.
     pub most_points: usize,

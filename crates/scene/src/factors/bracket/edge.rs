@@ -40,8 +40,9 @@ pub(super) struct Passing {
     pub(super) hidden: f64,
 }
 
-/// Bounds on the exchange that passes some shadows. `is_all` says that nothing else hides anything. `whole` computes the cells' exchange with nothing in between; it is
-/// called, and its result returned, unless the cells are so near each other that the bounds would be empty.
+/// Bounds on the exchange that passes some shadows. `is_all` says that nothing else hides anything. `whole` computes the cells'
+/// exchange with nothing in between; it is called, and its result returned, unless the cells are so near each other that the bounds
+/// would be empty.
 pub(super) fn passing(
     cells: [&Cell; 2],
     planes: [&Plane; 2],
