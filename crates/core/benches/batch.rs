@@ -7,6 +7,8 @@ use divan::{Bencher, black_box, counter::ItemsCount};
 use fearless_simd::{Avx512, Level, f32x16, f64x8, prelude::*};
 use radgrad_core::batch::{Answers, Emitters, Engine, Precision, Receivers};
 use radgrad_core::{DVec3, Emission, Emitter, Error, Polygon, Receiver, radiosity_and_gradient};
+#[cfg(target_arch = "x86_64")]
+use radgrad_numbers::lanes::angle::ArcTangent;
 
 fn main() {
     divan::main();
@@ -110,7 +112,7 @@ fn many_emitters_f64(bencher: Bencher<'_, '_>, engine: &Engine) {
 /// `batch::edge` and `radgrad_numbers::lanes::angle`; whether all of it is above the horizon of all of them.
 #[cfg(target_arch = "x86_64")]
 macro_rules! by_hand {
-    ($name:ident, $number:ty, $vector:ident, $lanes:literal, $series:expr, $half_pi:expr, $half:expr) => {
+    ($name:ident, $number:ty, $vector:ident, $lanes:literal, $constants:expr) => {
         fearless_simd::kernel!(
             #[inline(never)]
             fn $name(
@@ -125,7 +127,7 @@ macro_rules! by_hand {
                 let dot = |a: [V; 3], b: [V; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
                 let cross =
                     |a: [V; 3], b: [V; 3]| [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
-                let (series, half_pi, half): (&[$number], [$number; 2], [$number; 2]) = (&$series, $half_pi, $half);
+                let ArcTangent { polynomial: series, half_pi, half } = $constants;
                 let edges = [0, 1, 2].map(|i: usize| [0, 1, 2].map(|k: usize| corners[(i + 1) % 3][k] - corners[i][k]));
                 let squares = edges.map(|e| e[0] * e[0] + e[1] * e[1] + e[2] * e[2]);
                 let (zero, mut is_above) = (all(0.0), true);
@@ -200,39 +202,12 @@ macro_rules! by_hand {
 }
 
 #[cfg(target_arch = "x86_64")]
-by_hand!(
-    sums_f64,
-    f64,
-    f64x8,
-    8,
-    [
-        -0.333_333_333_333_332_76,
-        0.199_999_999_999_757_32,
-        -0.142_857_142_820_086_46,
-        0.111_111_108_305_283_23,
-        -0.090_908_968_559_038_98,
-        0.076_919_765_246_843_42,
-        -0.066_609_023_740_875_46,
-        0.058_173_981_446_675_78,
-        -0.047_996_620_086_403_16,
-        0.027_940_362_113_418_552,
-    ],
-    [std::f64::consts::FRAC_PI_2, 6.123_233_995_736_766e-17],
-    [0.463_647_609_000_806_1, 2.269_877_745_296_168_7e-17]
-);
+by_hand!(sums_f64, f64, f64x8, 8, ArcTangent::DOUBLE);
 
 #[cfg(target_arch = "x86_64")]
-by_hand!(
-    sums_f32,
-    f32,
-    f32x16,
-    16,
-    [-0.333_332_57, 0.199_932_22, -0.140_966_85, 0.089_814_946],
-    [std::f32::consts::FRAC_PI_2, -4.371_139e-8],
-    [0.463_647_6, 5.012_158_7e-9]
-);
+by_hand!(sums_f32, f32, f32x16, 16, ArcTangent::SINGLE);
 
-/// The sums of an instruction set's vectors against those of a batch, to the last digit but for the order of factors.
+/// A bench of the sums, which are those of a batch but for the rounding of one factor.
 #[cfg(target_arch = "x86_64")]
 macro_rules! bench_by_hand {
     ($name:ident, $sums:ident, $number:ty, $pi:expr, $lattice:ident, $allowed:expr) => {

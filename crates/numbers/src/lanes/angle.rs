@@ -25,10 +25,12 @@ pub const ANGLE_ULP: f64 = 2.0;
 /// The constants of one precision.
 #[derive(Debug, Clone, Copy)]
 pub struct ArcTangent<F: 'static> {
-    polynomial: &'static [F],
-    half_pi: [F; 2],
-    /// `arctan 1/2`.
-    half: [F; 2],
+    /// Of P, from the lowest power.
+    pub polynomial: &'static [F],
+    /// `pi/2`, in two parts.
+    pub half_pi: [F; 2],
+    /// `arctan 1/2`, in two parts.
+    pub half: [F; 2],
 }
 
 impl ArcTangent<f64> {
