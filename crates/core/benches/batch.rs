@@ -8,7 +8,7 @@ use fearless_simd::{Avx512, Level, f32x16, f64x8, prelude::*};
 use radgrad_core::batch::{Answers, Emitters, Engine, Precision, Receivers};
 use radgrad_core::{DVec3, Emission, Emitter, Error, Polygon, Receiver, radiosity_and_gradient};
 #[cfg(target_arch = "x86_64")]
-use radgrad_numbers::lanes::angle::ArcTangent;
+use radgrad_numbers::lanes::{angle::ArcTangent, lane::align_frame};
 
 fn main() {
     divan::main();
@@ -122,6 +122,7 @@ macro_rules! by_hand {
                 scale: $number,
                 answers: &mut [Vec<$number>; 4],
             ) -> bool {
+                align_frame();
                 type V = $vector<Avx512>;
                 let all = |v: $number| V::splat(avx512, v);
                 let dot = |a: [V; 3], b: [V; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
@@ -191,8 +192,10 @@ macro_rules! by_hand {
                             gradient[axis] += w[k][axis] * term;
                         }
                     }
-                    for (sum, answers) in [value, gradient[0], gradient[1], gradient[2]].iter().zip(&mut *answers) {
-                        (*sum * all(scale)).store_slice(&mut answers[first..first + $lanes]);
+                    let scale = all(scale);
+                    (value * scale).store_slice(&mut answers[0][first..first + $lanes]);
+                    for axis in 0..3 {
+                        (gradient[axis] * scale).store_slice(&mut answers[1 + axis][first..first + $lanes]);
                     }
                 }
                 is_above
