@@ -25,6 +25,7 @@ mod samples;
 mod second;
 mod serve;
 mod served;
+mod shadows;
 pub(crate) mod solution;
 mod sweep;
 #[cfg(test)]
@@ -180,7 +181,12 @@ pub fn solve_for(
     options.linking.check()?;
     let ready = Prepared::of(scene)?;
     let many = ready.scene.faces().len() >= MANY;
-    let mut mesh = Mesh::new(&ready.scene, options.degree.unwrap_or(if many { DEGREE_OF_MANY } else { DEGREE }))?;
+    let degree = options.degree.unwrap_or(if many { DEGREE_OF_MANY } else { DEGREE });
+    let options = options.inward(&ready.placement);
+    let mut mesh = match options.marking {
+        Marking::Shadows => shadows::mesh(&ready, &options, degree)?,
+        _ => Mesh::new(&ready.scene, degree)?,
+    };
     for (index, &element) in divisions.iter().enumerate() {
         let count = mesh.elements().len();
         if element >= count {
@@ -189,7 +195,7 @@ pub fn solve_for(
         mesh.divide(element)?;
     }
     let served = Served::of(points.iter().map(|&(position, normal)| [position, normal]).collect());
-    solve_on(&ready, &options.inward(&ready.placement), (mesh, served), watch)
+    solve_on(&ready, &options, (mesh, served), watch)
 }
 
 /// The same on a mesh of a scene that is ready, with options in its unit.
@@ -328,7 +334,7 @@ impl Solution {
         let estimate = match (self.estimate_at_points(), options.marking) {
             (Some(at_points), _) => at_points,
             (None, Marking::Residual) => self.relative(&self.mean_estimate()),
-            (None, Marking::Gradient) => self.magnitude(),
+            (None, Marking::Gradient | Marking::Shadows) => self.magnitude(),
         };
         let (round, gathers, bound) = (self.progress.round + 1, self.progress.gathers, f64::INFINITY);
         self.progress = Progress { round, elements: self.mesh.leaves().count(), links, gathers, bound, estimate };
