@@ -5,7 +5,8 @@
 //! sweeps until the linear system is solved, refines links, and bounds the error. If the bound on its mean over all area is not
 //! within the error asked for, relative to the mean radiosity that is reflected, the receivers that add most to the bound are
 //! divided: those that together make up a given part of it (W. Dörfler 1996). Asked to go by the gradient it divides instead, leaves and receivers
-//! alike, those that are off most in the mean square ([`crate::solve::marking`]); by thresholds, nothing after the first round
+//! alike, those that are off most in the mean square ([`crate::solve::marking`]), where it is asked for on faces that were cut along
+//! shadow lines ([`crate::solve::shadows`]); by thresholds, nothing after the first round
 //! ([`crate::links::linking`]).
 
 mod check;
@@ -179,14 +180,19 @@ pub fn solve_for(
         return Err(Error::Tolerance { value: options.error });
     }
     options.linking.check()?;
+    let started = Clock::started();
     let ready = Prepared::of(scene)?;
     let many = ready.scene.faces().len() >= MANY;
     let degree = options.degree.unwrap_or(if many { DEGREE_OF_MANY } else { DEGREE });
-    let options = options.inward(&ready.placement);
+    let mut options = options.inward(&ready.placement);
     let mut mesh = match options.marking {
         Marking::Shadows => shadows::mesh(&ready, &options, degree)?,
-        _ => Mesh::new(&ready.scene, degree)?,
+        Marking::Residual | Marking::Gradient => Mesh::new(&ready.scene, degree)?,
     };
+    if options.marking == Marking::Shadows {
+        // What the cuts took.
+        options.time = options.time.map(|time| time.saturating_sub(started.elapsed()));
+    }
     for (index, &element) in divisions.iter().enumerate() {
         let count = mesh.elements().len();
         if element >= count {

@@ -96,7 +96,8 @@ impl Cutting<'_> {
     /// A part that the face was cut into before, with its samples.
     fn root(&self, face: usize, corners: &[DVec3]) -> Part {
         let known = &self.faces[face];
-        let samples: Vec<usize> = (0..known.samples.len()).filter(|&s| holds(corners, known.normal, known.samples[s].point)).collect();
+        let inside = |s: &usize| outside(corners, known.normal, known.samples[*s].point) <= 0.0;
+        let samples: Vec<usize> = (0..known.samples.len()).filter(inside).collect();
         let left = self.left(face, corners, &samples).unwrap_or(0.0);
         self.with_best(Part { face, corners: corners.to_vec(), samples, left, best: None })
     }
@@ -124,7 +125,7 @@ impl Cutting<'_> {
         let mut cuts = in_two(corners);
         cuts.push(in_four(corners));
         let size = (corners[1] - corners[0]).length() + (corners[2] - corners[1]).length();
-        for line in known.lines.iter().filter(|_| std::env::var("NOLINES").is_err()) {
+        for line in &known.lines {
             let length = (line[1] - line[0]).length();
             let Some([from, to]) = inside(corners, *line, known.normal, 0.0) else { continue };
             let reach = (line[1] - line[0]) * (2.0 * size / length);
@@ -193,7 +194,8 @@ impl Cutting<'_> {
             squares.iter_mut().zip(&sample.light).for_each(|(square, light)| *square += light * light);
         }
         let factor = cholesky(products, len)?;
-        let taken = |channel: usize| forward(&factor, &moments[channel * len..(channel + 1) * len]).iter().map(|c| c * c).sum::<f64>();
+        let taken =
+            |channel: usize| forward(&factor, &moments[channel * len..(channel + 1) * len]).iter().map(|c| c * c).sum::<f64>();
         let left: f64 = (0..channels).map(|channel| largest(squares[channel] - taken(channel), 0.0)).sum();
         Some(left * count as f64 / ((count - len) * channels) as f64)
     }
@@ -306,8 +308,4 @@ fn outside(corners: &[DVec3], normal: DVec3, point: DVec3) -> f64 {
         -normal.cross(side).dot(point - corners[i])
     };
     (0..corners.len()).map(of_side).fold(f64::NEG_INFINITY, largest)
-}
-
-fn holds(corners: &[DVec3], normal: DVec3, point: DVec3) -> bool {
-    outside(corners, normal, point) <= 0.0
 }

@@ -14,7 +14,7 @@
 //! edge of the lamp meets two edges of occluders at a time are left out. Lines in contact, where a face stands on the receiver,
 //! are those of [`crate::mesh::contact`].
 //!
-//! An edge that several faces share is one. A line counts where x sees both what hides and what is free around the point of the lamp
+//! An edge that several faces share is one, and a vertex in a straight edge is none. A line counts where x sees both what hides and what is free around the point of the lamp
 //! that the feature passes: then it is an outline, and nothing else hides the lamp there. That is looked for at places along the
 //! line, without proof: a line too many or too few changes the elements, and never what is true of them.
 
@@ -76,8 +76,20 @@ impl Features {
                 }
             }
         }
+        features.vertices.retain(|o| !is_straight(*o, &features.edges));
         features
     }
+}
+
+/// Whether an edge goes on straight through a vertex, as where one face's side is that of two others: it is no corner of an outline.
+fn is_straight(o: DVec3, edges: &[[DVec3; 2]]) -> bool {
+    let away = edges.iter().filter_map(|&[a, b]| match (a == o, b == o) {
+        (true, false) => Some((b - o).normalize_or_zero()),
+        (false, true) => Some((a - o).normalize_or_zero()),
+        _ => None,
+    });
+    let away: Vec<DVec3> = away.collect();
+    away.iter().enumerate().any(|(i, a)| away[i + 1..].iter().any(|b| (*a + *b).length() <= SAME))
 }
 
 /// The segments of a face's plane, within it, where light of lamps changes suddenly.
@@ -121,7 +133,8 @@ impl Receiver<'_> {
             return None;
         }
         let foot = self.polygon.vertices()[0] + across * (level / across.length_squared());
-        let reach = normal.cross(across).normalize_or_zero() * (self.polygon.size() + (foot - self.polygon.vertices()[0]).length());
+        let reach =
+            normal.cross(across).normalize_or_zero() * (self.polygon.size() + (foot - self.polygon.vertices()[0]).length());
         let found = self.within([foot - 2.0 * reach, foot + 2.0 * reach])?;
         self.is_inside(found).then_some(found)
     }
@@ -140,7 +153,8 @@ impl Receiver<'_> {
 
     /// The part of a segment that is in the face: from its first point in a convex part to the last one.
     fn within(&self, [a, b]: [DVec3; 2]) -> Option<[DVec3; 2]> {
-        let parts = self.convex.iter().filter_map(|part| inside(part, [a, b], self.polygon.normal(), 0.0)).filter(|[from, to]| to > from);
+        let parts =
+            self.convex.iter().filter_map(|part| inside(part, [a, b], self.polygon.normal(), 0.0)).filter(|[from, to]| to > from);
         let [from, to] = parts.reduce(|[from, to], [start, end]| [smallest(from, start), largest(to, end)])?;
         Some([from, to].map(|share| a + (b - a) * share))
     }
@@ -148,9 +162,8 @@ impl Receiver<'_> {
     /// The shadow of an edge from a corner of a lamp.
     fn corner(&self, lamp: usize, v: DVec3, edge: [DVec3; 2]) -> Option<[DVec3; 2]> {
         let over = self.height(v);
-        let [a, b] = clip(edge, |p| self.height(p) + SAME * over).and_then(|edge| {
-            clip(edge, |p| (1.0 - BELOW) * over - self.height(p))
-        })?;
+        let [a, b] = clip(edge, |p| self.height(p) + SAME * over)
+            .and_then(|edge| clip(edge, |p| (1.0 - BELOW) * over - self.height(p)))?;
         let shadow = [a, b].map(|p| v + (p - v) * (over / (over - self.height(p))));
         self.lit(lamp, shadow, |_| Some(v))
     }
@@ -237,4 +250,85 @@ fn overlap([a, b]: [DVec3; 2], other: [DVec3; 2], level: f64) -> Option<[DVec3; 
     let [c, d] = other.map(|p| along.dot(p - a));
     let (from, to) = (smallest(c, d), largest(c, d));
     (from <= length + level && to >= -level).then(|| [a + along * smallest(from, 0.0), a + along * largest(to, length)])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A rectangle at a height, facing down or up.
+    fn rectangle([low, high]: [[f64; 2]; 2], z: f64, up: bool) -> Polygon {
+        let mut v = vec![[low[0], low[1]], [high[0], low[1]], [high[0], high[1]], [low[0], high[1]]];
+        if !up {
+            v.reverse();
+        }
+        Polygon::new(v.into_iter().map(|[x, y]| DVec3::new(x, y, z)).collect()).unwrap()
+    }
+
+    /// The lines that a lamp and some screens make on the floor, which is the first, the lamp being the second.
+    fn lines_of(polygons: &[Polygon]) -> Vec<[DVec3; 2]> {
+        let index = Occluders::new(polygons);
+        let scenery = Scenery { polygons, index: &index, lamps: &[1] };
+        lines(&scenery, 0, &[polygons[0].vertices().to_vec()], &[(2..polygons.len()).collect()])
+    }
+
+    /// Where lines along y are.
+    fn across(lines: &[[DVec3; 2]]) -> Vec<f64> {
+        let mut found: Vec<f64> = lines.iter().filter(|[a, b]| (a.x - b.x).abs() < 1e-9).map(|[a, _]| a.x).collect();
+        found.sort_by(f64::total_cmp);
+        found
+    }
+
+    fn floor_and_lamp() -> [Polygon; 2] {
+        [rectangle([[-4.0, -4.0], [4.0, 4.0]], 0.0, true), rectangle([[-0.5, -0.5], [0.5, 0.5]], 2.0, false)]
+    }
+
+    #[test]
+    fn umbra_and_penumbra_of_a_screen_end_where_geometry_says() {
+        let [floor, lamp] = floor_and_lamp();
+        let screen = rectangle([[-1.0, -1.0], [1.0, 1.0]], 1.0, true);
+        let lines = lines_of(&[floor, lamp, screen]);
+        // Halfway down an edge at 1 throws its shadow to 2 less or more half the lamp, from either end of the lamp.
+        let found = across(&lines);
+        for expected in [-2.5, -1.5, 1.5, 2.5] {
+            assert!(found.iter().any(|x| (x - expected).abs() < 1e-9), "{expected}: {found:?}");
+        }
+        assert_eq!(found.len(), 4, "{found:?}");
+        assert_eq!(lines.len(), 8, "{lines:?}");
+    }
+
+    #[test]
+    fn a_half_plane_throws_the_two_ends_of_a_penumbra() {
+        let [floor, lamp] = floor_and_lamp();
+        let half = rectangle([[0.25, -40.0], [40.0, 40.0]], 1.0, true);
+        let lines = lines_of(&[floor, lamp, half]);
+        let found = across(&lines);
+        assert_eq!(lines.len(), 2, "{lines:?}");
+        assert!((found[0] - 0.0).abs() < 1e-9 && (found[1] - 1.0).abs() < 1e-9, "{found:?}");
+    }
+
+    #[test]
+    fn a_lamp_that_faces_away_or_is_hidden_makes_no_lines() {
+        let [floor, lamp] = floor_and_lamp();
+        let screen = rectangle([[-1.0, -1.0], [1.0, 1.0]], 1.0, true);
+        let turned = rectangle([[-0.5, -0.5], [0.5, 0.5]], 2.0, true);
+        assert!(lines_of(&[floor.clone(), turned, screen.clone()]).is_empty());
+        let lid = rectangle([[-40.0, -40.0], [40.0, 40.0]], 1.5, true);
+        assert!(lines_of(&[floor, lamp, screen, lid]).is_empty());
+    }
+
+    #[test]
+    fn an_edge_that_faces_share_makes_one_line_or_none_where_it_is_no_outline() {
+        let [floor, lamp] = floor_and_lamp();
+        let halves = [[[-1.0, -1.0], [0.1, 1.0]], [[0.1, -1.0], [1.0, 1.0]]].map(|at| rectangle(at, 1.0, true));
+        let [left, right] = halves;
+        assert_eq!(lines_of(&[floor.clone(), lamp.clone(), left.clone(), right]).len(), 8);
+        // A fold down from the edge at 0.1: it is one outline.
+        let down = [[0.1, -1.0, 0.5], [0.1, 1.0, 0.5], [0.1, 1.0, 1.0], [0.1, -1.0, 1.0]].map(DVec3::from);
+        let folded = lines_of(&[floor.clone(), lamp.clone(), left.clone(), Polygon::new(down.to_vec()).unwrap()]);
+        let mut found = across(&folded);
+        let count = found.len();
+        found.dedup_by(|a, b| (*a - *b).abs() < 1e-9);
+        assert_eq!(found.len(), count, "{found:?}");
+    }
 }

@@ -4,6 +4,8 @@
 //! Of lamps kept apart the light at samples is exact, shadows and all; what is reflected is that of the rough solution. Without such
 //! lamps there are no shadow lines, and where faces are a thousand or more these are small already: nothing is cut then.
 
+use std::time::Duration;
+
 use radgrad_core::DVec3;
 use radgrad_scene::Prepared;
 
@@ -57,14 +59,12 @@ pub(super) fn mesh(ready: &Prepared, options: &Options, degree: usize) -> Result
         leaves.into_iter().try_for_each(|leaf| first.divide(leaf))?;
     }
     let mut solution = dark(ready, &rough, (first, Served::default()), Clock::started())?;
-    solution.round(&rough, std::time::Duration::ZERO)?;
+    solution.round(&rough, Duration::ZERO)?;
     if solution.lamps.is_empty() {
         return Ok(whole);
     }
     let faces = solution.known()?;
-    eprintln!("lines {:?}", faces.iter().map(|f| f.lines.len()).collect::<Vec<_>>());
-    let most = std::env::var("MOST_PARTS").ok().and_then(|t| t.parse().ok()).unwrap_or(MOST_PARTS);
-    let parts = partition(&faces, whole.bases(), most.min(options.most_elements), options.error);
+    let parts = partition(&faces, whole.bases(), MOST_PARTS.min(options.most_elements), options.error);
     Mesh::of_parts(&ready.scene, degree, &parts)
 }
 
@@ -79,8 +79,9 @@ impl Solution {
     fn reflected_polynomials(&self) -> Vec<Vec<Vec<f64>>> {
         let of = |receiver: usize| {
             let basis = self.mesh.basis(receiver);
-            let at_nodes =
-                |channel| irradiance(&self.mesh, &self.field, &self.links[receiver], &self.far[receiver], channel, basis.nodes().len());
+            let at_nodes = |channel| {
+                irradiance(&self.mesh, &self.field, &self.links[receiver], &self.far[receiver], channel, basis.nodes().len())
+            };
             (0..self.channels.len()).map(|channel| basis.project(&at_nodes(channel))).collect()
         };
         (0..self.mesh.elements().len()).map(|e| if self.gathers(e) { of(e) } else { Vec::new() }).collect()
