@@ -2,7 +2,7 @@
 //!
 //! - `transfer`: error of one transfer between two unit squares by degree, parallel at three gaps and perpendicular (Zatz 1993);
 //! - `convergence`: error of a solution by the number of elements, for each degree, divided uniformly and where it pays;
-//! - `refinement`: error in the Cornell box by the number of elements, divided alike, by the bound and by the gradient;
+//! - `refinement`: error in the Cornell box by the number of elements, divided alike, by the bound, by the gradient and along shadow lines;
 //! - `cost`: seconds, elements and links by the number of polygons of a scene.
 //!
 //! Times are those of this machine today; everything else is the same everywhere.

@@ -57,7 +57,7 @@ struct Part {
     /// Sum of squares that polynomials leave.
     left: f64,
     /// What the best cut takes away for each part that it adds, and its pieces.
-    best: Option<(f64, Vec<Part>)>,
+    best: Option<(f64, Vec<Self>)>,
 }
 
 /// The parts of each face, at most `most` together, or until the root mean square left is `error`.

@@ -25,8 +25,8 @@ fn scene() -> Scene {
     let materials = [(0.5, 0.0), (0.0, std::f64::consts::FRAC_1_PI), (0.0, 0.0)];
     let faces = [rectangle([[-4.0, -4.0], [4.0, 4.0]], 0.0, true), lamp, screen];
     for (index, (polygon, (rho, radiance))) in faces.into_iter().zip(materials).enumerate() {
-        let material = scene.add_material(&format!("{index}"), [rho], [radiance]).unwrap();
-        let surface = scene.add_surface(&format!("{index}"));
+        let material = scene.add_material(format!("{index}"), [rho], [radiance]).unwrap();
+        let surface = scene.add_surface(format!("{index}"));
         scene.add_face(surface, material, polygon, None).unwrap();
     }
     scene
