@@ -73,7 +73,7 @@ pub(super) fn measure() -> Result<Vec<Point>, Box<dyn Error>> {
             for first_elements in FEWEST {
                 let options = Options {
                     // That of the cuts: constants have few of them, so that there is something to divide.
-                    error: if degree == 0 { 0.5 } else { 0.05 },
+                    error: if degree == 0 { 0.3 } else { 0.05 },
                     degree: Some(degree),
                     first_elements,
                     uniform: true,
