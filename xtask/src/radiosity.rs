@@ -2,7 +2,8 @@
 //!
 //! - `transfer`: error of one transfer between two unit squares by degree, parallel at three gaps and perpendicular (Zatz 1993);
 //! - `convergence`: error of a solution by the number of elements, for each degree, divided uniformly and where it pays;
-//! - `refinement`: error in the Cornell box by the number of elements, divided alike, by the bound and by the gradient;
+//! - `refinement`: error in the Cornell box by the number of elements, divided alike, by the bound, by the gradient and along shadow lines;
+//! - `shadow`: error past a shadow edge by the number of elements, with the floor whole and cut along shadow lines;
 //! - `cost`: seconds, elements and links by the number of polygons of a scene.
 //!
 //! Times are those of this machine today; everything else is the same everywhere.
@@ -11,6 +12,7 @@ mod convergence;
 mod cost;
 mod graph;
 mod refinement;
+mod shadow;
 mod squares;
 mod transfer;
 
@@ -78,6 +80,14 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
         }
         picture(&out(&format!("refinement-{degree}.svg")), &refinement::graph(&points, degree))?;
     }
+    let points = shadow::measure()?;
+    table(&out("shadow.csv"), &["degree", "division", "elements", "error"], points.iter().map(shadow::Point::record))?;
+    for (degree, [whole, cut]) in shadow::orders(&points) {
+        println!(
+            "shadow, degree {degree}: error falls like the size of elements to the power {cut:.2} along shadow lines, {whole:.2} else"
+        );
+    }
+    picture(&out("shadow.svg"), &shadow::graph(&points))?;
     for pair in [convergence::Pair::Opposed, convergence::Pair::Edge] {
         let points = convergence::measure(pair)?;
         let name = pair.name();

@@ -51,8 +51,8 @@ pub(crate) struct Request {
     /// Elements, divided ones too, beyond which none is divided any more; where faces are a thousand or more, beside these.
     #[arg(long, default_value_t = 20_000)]
     most_elements: usize,
-    /// Divide the elements that add most to the bound on gathers, or those whose polynomials are off most by values and
-    /// gradients, for the fewest elements in files.
+    /// Divide the elements that add most to the bound on gathers; or those whose polynomials are off most by values and
+    /// gradients, for few elements in files; or the same after faces were cut along shadow lines, for the fewest.
     #[arg(long, value_enum, default_value_t)]
     divide: Divide,
     /// The order in which elements gather: in turn, or always the one with the largest residual.
@@ -94,6 +94,7 @@ enum Divide {
     #[default]
     Bound,
     Gradient,
+    Shadows,
 }
 
 /// What is served.
@@ -126,6 +127,7 @@ impl Request {
         let marking = match self.divide {
             Divide::Bound => Marking::Residual,
             Divide::Gradient => Marking::Gradient,
+            Divide::Shadows => Marking::Shadows,
         };
         let order = match self.order {
             Gathering::GaussSeidel => Order::GaussSeidel,
@@ -191,6 +193,10 @@ pub(crate) enum Failure {
              with --max-reflectance 0.95"
     )]
     White { place: String, material: String, channel: String },
+    #[error(
+        "--divide shadows cannot go on from a file of --resume, which has divisions and not the cuts before them: leave one of them out"
+    )]
+    Cut,
     #[error("--for points has no points: give --points or --camera")]
     Nothing,
     #[error("{} and {} are one file", first.display(), second.display())]
@@ -214,6 +220,9 @@ pub(crate) fn run(request: &Request, mut output: impl Write) -> Result<bool, Fai
         None => Err(Failure::Format { file: file.to_owned() }),
     });
     let out = out.transpose()?;
+    if request.resume.is_some() && matches!(request.divide, Divide::Shadows) {
+        return Err(Failure::Cut);
+    }
     request.view.check(&request.scene)?;
     [&request.out, &request.answers, &request.resume].into_iter().flatten().try_for_each(|file| output::check(file))?;
     request.check_names()?;

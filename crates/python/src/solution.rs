@@ -53,7 +53,8 @@ impl Request {
         let marking = match self.divide.as_str() {
             "bound" => Marking::Residual,
             "gradient" => Marking::Gradient,
-            other => return Err(refused(format!("divide is {other:?}: it must be \"bound\" or \"gradient\""))),
+            "shadows" => Marking::Shadows,
+            other => return Err(refused(format!("divide is {other:?}: it must be \"bound\", \"gradient\" or \"shadows\""))),
         };
         let relative_to = match self.relative_to.as_str() {
             "reflected" => RelativeTo::Reflected,

@@ -8,6 +8,7 @@
 //!
 //! ```text
 //! Scene -> Mesh        mesh, element, contact: trees of parallelograms and triangles; basis, rule: polynomials and nodes
+//!                      shadow, partition: faces cut along shadow lines, where that is asked for
 //!   -> direct light    direct: what lamps give, at the nodes of leaves; leaves are divided until little is left out
 //!   -> links           link, linking: what a receiver gathers from, and what that neglects; transfer, visible, cell: rules,
 //!                      closed forms; cluster: boxes of many faces, where there are many, for far or hidden light

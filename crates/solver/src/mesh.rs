@@ -5,9 +5,11 @@ pub(crate) mod clusters;
 mod contact;
 pub(crate) mod element;
 mod overlap;
+pub(crate) mod partition;
 mod remainder;
 pub(crate) mod rule;
 pub(crate) mod screen;
+pub(crate) mod shadow;
 pub(crate) mod shape;
 pub(crate) mod surfaces;
 pub(crate) mod texture;
@@ -77,6 +79,12 @@ impl Mesh {
     /// # Errors
     /// If a face cannot be cut into triangles.
     pub fn new(scene: &Scene, degree: usize) -> Result<Self, Error> {
+        Self::of_parts(scene, degree, &[])
+    }
+
+    /// The same of faces that are cut into parts, each a triangle or a parallelogram; faces for which there are none are cut as by
+    /// [`Self::new`].
+    pub(crate) fn of_parts(scene: &Scene, degree: usize, parts: &[Vec<Vec<DVec3>>]) -> Result<Self, Error> {
         let bases = [Shape::Parallelogram, Shape::Triangle].map(|shape| Basis::new(shape, degree));
         let polygons: Vec<Polygon> = scene.polygons().cloned().collect();
         let exchanges: Vec<bool> = scene.faces().iter().map(|face| scene.surfaces()[face.surface()].exchanges()).collect();
@@ -93,7 +101,8 @@ impl Mesh {
         };
         let (mut elements, mut roots_of_face) = (Vec::new(), vec![Vec::new(); polygons.len()]);
         for (face, polygon) in polygons.iter().enumerate().filter(|(face, _)| exchanges[*face]) {
-            let of_face = match contact::cut(polygon, &convex[face], others(face)) {
+            let given = parts.get(face).filter(|parts| !parts.is_empty()).cloned();
+            let of_face = match given.or_else(|| contact::cut(polygon, &convex[face], others(face))) {
                 None => Element::of_face(polygon, face, &bases)?,
                 Some(parts) => {
                     let mut elements = Vec::new();
@@ -220,6 +229,11 @@ impl Mesh {
     /// Whether no face only hides others.
     pub(crate) fn all_exchange(&self) -> bool {
         self.exchanges.iter().all(|exchanges| *exchanges)
+    }
+
+    /// The index of all polygons.
+    pub(crate) const fn index(&self) -> &Occluders {
+        &self.index
     }
 
     /// Convex parts of a face's polygon.

@@ -5,7 +5,8 @@
 //! sweeps until the linear system is solved, refines links, and bounds the error. If the bound on its mean over all area is not
 //! within the error asked for, relative to the mean radiosity that is reflected, the receivers that add most to the bound are
 //! divided: those that together make up a given part of it (W. Dörfler 1996). Asked to go by the gradient it divides instead, leaves and receivers
-//! alike, those that are off most in the mean square ([`crate::solve::marking`]); by thresholds, nothing after the first round
+//! alike, those that are off most in the mean square ([`crate::solve::marking`]), where it is asked for on faces that were cut along
+//! shadow lines ([`crate::solve::shadows`]); by thresholds, nothing after the first round
 //! ([`crate::links::linking`]).
 
 mod check;
@@ -25,6 +26,7 @@ mod samples;
 mod second;
 mod serve;
 mod served;
+mod shadows;
 pub(crate) mod solution;
 mod sweep;
 #[cfg(test)]
@@ -178,9 +180,19 @@ pub fn solve_for(
         return Err(Error::Tolerance { value: options.error });
     }
     options.linking.check()?;
+    let started = Clock::started();
     let ready = Prepared::of(scene)?;
     let many = ready.scene.faces().len() >= MANY;
-    let mut mesh = Mesh::new(&ready.scene, options.degree.unwrap_or(if many { DEGREE_OF_MANY } else { DEGREE }))?;
+    let degree = options.degree.unwrap_or(if many { DEGREE_OF_MANY } else { DEGREE });
+    let mut options = options.inward(&ready.placement);
+    let mut mesh = match options.marking {
+        Marking::Shadows => shadows::mesh(&ready, &options, degree)?,
+        Marking::Residual | Marking::Gradient => Mesh::new(&ready.scene, degree)?,
+    };
+    if options.marking == Marking::Shadows {
+        // What the cuts took.
+        options.time = options.time.map(|time| time.saturating_sub(started.elapsed()));
+    }
     for (index, &element) in divisions.iter().enumerate() {
         let count = mesh.elements().len();
         if element >= count {
@@ -189,7 +201,7 @@ pub fn solve_for(
         mesh.divide(element)?;
     }
     let served = Served::of(points.iter().map(|&(position, normal)| [position, normal]).collect());
-    solve_on(&ready, &options.inward(&ready.placement), (mesh, served), watch)
+    solve_on(&ready, &options, (mesh, served), watch)
 }
 
 /// The same on a mesh of a scene that is ready, with options in its unit.
@@ -328,7 +340,7 @@ impl Solution {
         let estimate = match (self.estimate_at_points(), options.marking) {
             (Some(at_points), _) => at_points,
             (None, Marking::Residual) => self.relative(&self.mean_estimate()),
-            (None, Marking::Gradient) => self.magnitude(),
+            (None, Marking::Gradient | Marking::Shadows) => self.magnitude(),
         };
         let (round, gathers, bound) = (self.progress.round + 1, self.progress.gathers, f64::INFINITY);
         self.progress = Progress { round, elements: self.mesh.leaves().count(), links, gathers, bound, estimate };

@@ -1,5 +1,6 @@
-//! Error of the polynomials in the Cornell box by the number of elements: all divided alike, those that add most to the bound, and
-//! those with the largest error by the gradient (N. Holzschuch and F. X. Sillion 1995, 3.2).
+//! Error of the polynomials in the Cornell box by the number of elements: all divided alike, those that add most to the bound,
+//! those with the largest error by the gradient (N. Holzschuch and F. X. Sillion 1995, 3.2), and faces cut along shadow lines into more
+//! and more parts.
 //!
 //! The error is the root mean square over places that cover all faces evenly, relative to the mean radiosity of each channel. Exact
 //! is the gather of a finer solution of degree 2.
@@ -18,16 +19,18 @@ enum Division {
     Uniform,
     Bound,
     Gradient,
+    Shadows,
 }
 
 impl Division {
-    const ALL: [Self; 3] = [Self::Uniform, Self::Bound, Self::Gradient];
+    const ALL: [Self; 4] = [Self::Uniform, Self::Bound, Self::Gradient, Self::Shadows];
 
     const fn name(self) -> &'static str {
         match self {
             Self::Uniform => "uniform",
             Self::Bound => "by the bound",
             Self::Gradient => "by the gradient",
+            Self::Shadows => "along shadow lines",
         }
     }
 }
@@ -72,6 +75,9 @@ const MOST: usize = 900;
 
 const UNIFORM: [usize; 4] = [1, 160, 640, 2560];
 
+/// Parts that faces are cut into along shadow lines.
+const PARTS: [usize; 4] = [60, 100, 200, 400];
+
 pub(super) fn measure() -> Result<Vec<Point>, Box<dyn Error>> {
     let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../data/scenes/cornell.obj");
     let scene = Scene::read(file, Degenerate::Refuse)?;
@@ -94,6 +100,10 @@ pub(super) fn measure() -> Result<Vec<Point>, Box<dyn Error>> {
                 points.push(point(division, solution));
                 true
             })?;
+        }
+        for most_elements in PARTS {
+            let options = Options { error: 0.001, first_elements: 1, most_elements, marking: Marking::Shadows, ..rough };
+            points.push(point(Division::Shadows, &solve(&scene, &options, |_| false)?));
         }
     }
     Ok(points)

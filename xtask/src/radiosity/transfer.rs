@@ -43,7 +43,7 @@ pub(super) fn measure() -> Result<Vec<Point>, Box<dyn Error>> {
     let line: Vec<(f64, f64)> = gauss_legendre(24).iter().map(|&(x, w)| (0.5 + 0.5 * x, 0.5 * w)).collect();
     let mut points = Vec::new();
     for (case, other) in CASES {
-        let scene = scene(&[(FLOOR, 1.0, 0.0), (other, 0.0, 1.0)])?;
+        let scene = scene(&[(FLOOR, 0.5, 0.0), (other, 0.0, 1.0)])?;
         for degree in 0..=MAX_DEGREE {
             let options = Options { degree: Some(degree), first_elements: 1, most_elements: 1, ..Options::default() };
             let solution = solve(&scene, &options, |_| true)?;

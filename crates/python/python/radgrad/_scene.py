@@ -273,8 +273,9 @@ class Scene:
             In which to be done: no round is begun that would probably end later.
         most_elements : int, optional
             Beyond which none is divided any more.
-        divide : "bound" or "gradient"
-            Divide the elements that add most to the bound on gathers, or those whose polynomials are off most.
+        divide : "bound", "gradient" or "shadows"
+            Divide the elements that add most to the bound on gathers; those whose polynomials are off most; or the same after
+            faces were cut along shadow lines.
         progress : bool or callable
             Print a line after each round, or call with a `Round`.
 

@@ -43,14 +43,21 @@ pub(crate) fn cut<'a>(
 
 /// A convex part, or the two on either side of a segment that runs inside it.
 fn split(part: Vec<DVec3>, [a, b]: [DVec3; 2], normal: DVec3, level: f64) -> Vec<Vec<DVec3>> {
-    // The part of the segment that is inside, by less than a level on no side.
+    match inside(&part, [a, b], normal, level) {
+        Some([from, to]) if (to - from) * (b - a).length() > level => halves(&part, [a, b], normal, level),
+        _ => vec![part],
+    }
+}
+
+/// The shares of a segment between which it is inside a convex part, by less than a level on no side.
+pub(crate) fn inside(part: &[DVec3], [a, b]: [DVec3; 2], normal: DVec3, level: f64) -> Option<[f64; 2]> {
     let (mut from, mut to) = (0.0_f64, 1.0_f64);
     for (i, &p) in part.iter().enumerate() {
         let edge = part[(i + 1) % part.len()] - p;
         let inward = normal.cross(edge).normalize_or_zero();
         let [start, end] = [a, b].map(|q| inward.dot(q - p) - level);
         if start <= 0.0 && end <= 0.0 {
-            return vec![part];
+            return None;
         }
         let crossing = start / (start - end);
         if start < 0.0 {
@@ -59,9 +66,11 @@ fn split(part: Vec<DVec3>, [a, b]: [DVec3; 2], normal: DVec3, level: f64) -> Vec
             to = smallest(to, crossing);
         }
     }
-    if (to - from) * (b - a).length() <= level {
-        return vec![part];
-    }
+    Some([from, to])
+}
+
+/// The parts of a convex part on either side of the line through two points; corners within a level are on it.
+pub(crate) fn halves(part: &[DVec3], [a, b]: [DVec3; 2], normal: DVec3, level: f64) -> Vec<Vec<DVec3>> {
     let across = normal.cross(b - a).normalize_or_zero();
     let side = |p: DVec3| {
         let side = across.dot(p - a);

@@ -30,7 +30,7 @@ impl Solution {
         let (elements, receivers) = match (options.uniform, options.marking) {
             (true, _) => (Vec::new(), self.receivers.clone()),
             (_, Marking::Residual) => (Vec::new(), bulk(self.shares(options), self.part(options))),
-            (_, Marking::Gradient) => self.most_off()?,
+            (_, Marking::Gradient | Marking::Shadows) => self.most_off()?,
         };
         for &element in elements.iter().chain(&receivers) {
             self.mesh.divide(element)?;

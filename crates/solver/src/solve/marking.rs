@@ -84,7 +84,7 @@ impl Solution {
     }
 
     /// Irradiance of lamps at a point of a leaf.
-    fn direct_at(&self, leaf: usize, point: DVec3) -> Result<Vec<f64>, Error> {
+    pub(super) fn direct_at(&self, leaf: usize, point: DVec3) -> Result<Vec<f64>, Error> {
         let station = Station::on(&self.mesh.elements()[leaf], point);
         Ok(self.lamps.at(&self.optics(), &self.surfaces, &station, self.direct[leaf].sights())?.irradiance)
     }

@@ -16,6 +16,9 @@ pub enum Marking {
     /// What their polynomials are off by in the mean square, by samples and gradients of exact gathers: the fewest elements for a
     /// given error of the polynomials.
     Gradient,
+    /// The same on faces that are cut beforehand where polynomials then fit the light best: along the lines where the edges of lamps and of
+    /// what hides them throw their shadows, and in two where light changes in one direction.
+    Shadows,
 }
 
 /// The reference of errors: a mean over all area.

@@ -7,6 +7,7 @@ mod linking;
 mod prepared;
 mod receiver;
 mod reconstruction;
+mod shadow_lines;
 mod shadows;
 mod textures;
 mod zatz;
