@@ -48,6 +48,10 @@ const RAYS_PART: f64 = 0.5;
 /// The same before rays are drawn to find which to open, beyond what those that are gathered by differ by from these.
 const FAR_BEFORE: f64 = 1.0;
 
+/// The brightness from which on, and the part of the allowed sum above which, a link is evaluated once more.
+const BRIGHT: f64 = 10.0;
+const EVALUATED_PART: f64 = 0.05;
+
 /// How much more clusters may be off by than links may neglect: too much as often as too little, so that gathers of it average it out.
 pub(crate) const WITHOUT_ORDER: f64 = 3.0;
 
@@ -80,15 +84,39 @@ impl Optics<'_> {
                 continue;
             }
             let count = self.mesh.basis(source).len();
-            let rows = stations.iter().map(|station| self.receive(station, source, &sight, count));
+            let optics = self.for_light(need.field, source, need.weight);
+            let rows = stations.iter().map(|station| optics.receive(station, source, &sight, count));
             let rows = rows.collect::<Result<Vec<Row>, _>>()?;
-            let matrix = match gatherer {
-                Gatherer::Element(receiver) => projected(self.mesh.basis(receiver), &rows, count),
-                Gatherer::Point(_) => Vec::new(),
-            };
-            links.push(Link { source, sight, rows, matrix });
+            links.push(Link { source, sight, matrix: self.matrix(gatherer, &rows, count), rows });
         }
         Ok(links)
+    }
+
+    /// The projection of the rows of a link on the basis of what gathers, if that is an element.
+    fn matrix(&self, gatherer: Gatherer<'_>, rows: &[Row], count: usize) -> Vec<f64> {
+        match gatherer {
+            Gatherer::Element(receiver) => projected(self.mesh.basis(receiver), rows, count),
+            Gatherer::Point(_) => Vec::new(),
+        }
+    }
+
+    /// Evaluates links once more whose sources became so bright that errors of evaluations count. Returns whether there were any.
+    fn evaluate_bright(&self, gatherer: Gatherer<'_>, links: &mut [Link], need: &Need<'_>) -> Result<bool, Error> {
+        let mut any = false;
+        for link in links.iter_mut() {
+            let optics = self.for_light(need.field, link.source, need.weight);
+            // Rays are drawn for all sources alike.
+            let counts = |row: &Row| row.likely.is_none() && row.error * optics.brightness > EVALUATED_PART * need.allowed;
+            if optics.brightness > BRIGHT && link.rows.iter().any(counts) {
+                let count = self.mesh.basis(link.source).len();
+                let rows = gatherer.stations(self.mesh).into_iter();
+                let rows = rows.map(|station| optics.receive(&station, link.source, &link.sight, count));
+                link.rows = rows.collect::<Result<_, _>>()?;
+                link.matrix = self.matrix(gatherer, &link.rows, count);
+                any = true;
+            }
+        }
+        Ok(any)
     }
 
     /// Whether a link would surely be refined, by the kernel at a few nodes as if all were seen.
@@ -150,6 +178,7 @@ impl Optics<'_> {
         need: &Need<'_>,
     ) -> Result<bool, Error> {
         let &Need { field, weight, allowed, without_order, .. } = need;
+        let evaluated = self.evaluate_bright(gatherer, links, need)?;
         let mut errors: Vec<Vec<f64>> = links.iter().map(|link| self.weighted_errors(link, field, weight)).collect();
         let count = self.rays_for(gatherer.len(self.mesh), need).max(far.rays());
         let mut cut = Cut::new(self, field, weight, far, count >= MOST_RAYS);
@@ -195,7 +224,7 @@ impl Optics<'_> {
         if opened || (refined && !far.is_empty()) {
             *far = self.projected(gatherer, cut.closed((&stations, count), rows(links)));
         }
-        Ok(opened || refined)
+        Ok(opened || refined || evaluated)
     }
 
     /// With what functions of an element's basis get of clusters.

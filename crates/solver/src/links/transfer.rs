@@ -16,6 +16,7 @@ use radgrad_scene::{largest, smallest};
 
 use crate::clock::Clock;
 use crate::error::Error;
+use crate::field::Field;
 use crate::links::cell::{KernelSums, Rules};
 use crate::links::rays::MANY;
 use crate::links::station::Station;
@@ -155,9 +156,14 @@ pub(crate) struct Optics<'a> {
     pub(crate) past: f64,
     /// Cells a side of a source that is seen past many faces; 0 for none, and closed forms.
     pub(crate) cells: usize,
+    /// How many times as bright sources are as what errors are relative to: evaluations are as much more precise.
+    pub(crate) brightness: f64,
     /// Past its end evaluations may err by [`LATE`].
     pub(crate) clock: Clock,
 }
+
+/// The brightness beyond which sources are evaluated no more precisely: the digits would be those that double precision has not.
+const BRIGHTEST: f64 = 1e4;
 
 /// Error that the evaluation of a function may have once the time is over, so that a round ends soon.
 const LATE: f64 = 1e-5;
@@ -166,7 +172,22 @@ impl Optics<'_> {
     /// Error that the evaluation of a function may have, past this many faces.
     fn tolerance(&self, faces: usize) -> f64 {
         let tolerance = if faces == 0 { self.absolute } else { self.past };
-        if self.clock.is_over() { largest(tolerance, LATE) } else { tolerance }
+        let tolerance = if self.clock.is_over() { largest(tolerance, LATE) } else { tolerance };
+        tolerance / self.brightness
+    }
+
+    /// For a source whose light has this size in each channel, errors of which have these weights.
+    pub(crate) fn for_light(self, field: &Field, source: usize, weight: &[f64]) -> Self {
+        let count = self.mesh.basis(source).len();
+        let size = |(channel, weight): (usize, &f64)| {
+            weight * field.of(source, channel, count).iter().map(|c| c * c).sum::<f64>().sqrt()
+        };
+        self.for_brightness(weight.iter().enumerate().map(size).fold(0.0, largest))
+    }
+
+    /// For a source that is so bright, up to [`BRIGHTEST`]; no less precise than for one that is as bright as what errors are relative to.
+    pub(crate) fn for_brightness(self, brightness: f64) -> Self {
+        Self { brightness: smallest(largest(brightness, 1.0), BRIGHTEST), ..self }
     }
 
     /// The light that a point receives from the first `count` functions of a source.
@@ -355,7 +376,8 @@ mod tests {
                 let (u, v) = (normal.any_orthonormal_vector() * 0.01, normal.cross(normal.any_orthonormal_vector()) * 0.01);
                 let receiver = [point - u - v, point + u - v, point + v].map(|p| p.to_array()).to_vec();
                 let mesh = mesh(&[lamp.clone(), concave.map(|[x, y]| [x, y, 0.6]).to_vec(), receiver]);
-                let optics = Optics { mesh: &mesh, rules, absolute: 1e-7, past: 1e-7, cells: 0, clock: Clock::started() };
+                let optics =
+                    Optics { mesh: &mesh, rules, absolute: 1e-7, past: 1e-7, cells: 0, brightness: 1.0, clock: Clock::started() };
                 let station = Station { point, normal, face: Some(2) };
                 let count = mesh.basis(0).len();
                 for (sight, faces) in [(Sight::Clear, &[][..]), (Sight::Past(vec![1]), &[1])] {
@@ -412,8 +434,15 @@ mod tests {
         let screen = vec![[0.3, -1.0, 0.5], [0.3, 2.0, 0.5], [2.0, 2.0, 0.5], [2.0, -1.0, 0.5]];
         for triangle in [false, true] {
             let mesh = mesh(&[if triangle { lamp[..3].to_vec() } else { lamp.clone() }, screen.clone()]);
-            let optics =
-                Optics { mesh: &mesh, rules: &Rules::new(), absolute: 1e-8, past: 1e-8, cells: 0, clock: Clock::started() };
+            let optics = Optics {
+                mesh: &mesh,
+                rules: &Rules::new(),
+                absolute: 1e-8,
+                past: 1e-8,
+                cells: 0,
+                brightness: 1.0,
+                clock: Clock::started(),
+            };
             let (element, basis) = (&mesh.elements()[0], mesh.basis(0));
             for (x, z) in [(0.5, 0.0), (0.2, 0.4), (-2.0, -3.0)] {
                 let (point, normal) = (DVec3::new(x, 0.4, z), DVec3::Z);

@@ -233,9 +233,11 @@ impl Solution {
     fn gathers_on(&self, leaf: usize, point: DVec3) -> Result<(Station, Gathers), Error> {
         let station = Station::on(&self.mesh.elements()[leaf], point);
         let lit = self.direct.get(leaf).map(|direct| self.lamps.at(&self.optics(), &self.surfaces, &station, direct.sights()));
+        let weight = self.weight_of(&vec![1.0; self.channels.len()]);
         let gather = |link: &Link| {
             let count = self.mesh.basis(link.source).len();
-            let row = self.optics().receive(&station, link.source, &link.sight, count)?;
+            let optics = self.optics().for_light(&self.field, link.source, &weight);
+            let row = optics.receive(&station, link.source, &link.sight, count)?;
             Ok(Gather { source: link.source, row, sight: link.sight.clone() })
         };
         let all = self.links[self.receiver_of(leaf)].iter().map(gather).collect::<Result<Vec<Gather>, Error>>()?;

@@ -93,9 +93,10 @@ impl Solution {
     pub(super) fn gathered_at(&self, light: &Field, receiver: usize, point: DVec3) -> Result<Vec<f64>, Error> {
         let (optics, station) = (self.optics(), Station::on(&self.mesh.elements()[receiver], point));
         let mut sums = vec![0.0; self.channels().len()];
+        let weight = self.weight_of(&vec![1.0; sums.len()]);
         for link in &self.links[receiver] {
             let count = self.mesh.basis(link.source).len();
-            let row = optics.receive(&station, link.source, &link.sight, count)?;
+            let row = optics.for_light(light, link.source, &weight).receive(&station, link.source, &link.sight, count)?;
             for (channel, sum) in sums.iter_mut().enumerate() {
                 *sum += light.of(link.source, channel, count).iter().zip(&row.values).map(|(c, v)| c * v).sum::<f64>();
             }

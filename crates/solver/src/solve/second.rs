@@ -266,7 +266,8 @@ impl Solution {
                 continue;
             }
             let Some(above) = self.mesh.basis(piece.source).above() else { continue };
-            let row = optics.receive_of(station, (piece.source, above), sight, above.len())?;
+            let sizes: Vec<f64> = piece.left.iter().map(|left| length(left)).collect();
+            let row = optics.for_brightness(relative(&sizes)).receive_of(station, (piece.source, above), sight, above.len())?;
             for (channel, all) in all.iter_mut().enumerate() {
                 let known: f64 = piece.left[channel].iter().zip(&row.values).map(|(c, v)| c * v).sum();
                 all.known += if is_sure { known } else { 0.0 };

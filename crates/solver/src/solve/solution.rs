@@ -115,7 +115,15 @@ impl Solution {
 
     pub(crate) fn optics(&self) -> Optics<'_> {
         let past = self.past[usize::from(self.precise.is_over())];
-        Optics { mesh: &self.mesh, rules: &self.rules, absolute: self.absolute, past, cells: self.cells, clock: self.late }
+        Optics {
+            mesh: &self.mesh,
+            rules: &self.rules,
+            absolute: self.absolute,
+            past,
+            cells: self.cells,
+            brightness: 1.0,
+            clock: self.late,
+        }
     }
 
     pub(super) fn lossless(&self) -> Error {
