@@ -119,6 +119,15 @@ impl Optics<'_> {
         Ok(any)
     }
 
+    /// For a source whose light has this size in each channel, errors of which have these weights.
+    pub(crate) fn for_light(self, field: &Field, source: usize, weight: &[f64]) -> Self {
+        let count = self.mesh.basis(source).len();
+        let size = |(channel, weight): (usize, &f64)| {
+            weight * field.of(source, channel, count).iter().map(|c| c * c).sum::<f64>().sqrt()
+        };
+        self.for_brightness(weight.iter().enumerate().map(size).fold(0.0, largest))
+    }
+
     /// Whether a link would surely be refined, by the kernel at a few nodes as if all were seen.
     fn is_too_rough(&self, stations: &[Station], source: usize, need: &Need<'_>) -> bool {
         let element = &self.mesh.elements()[source];

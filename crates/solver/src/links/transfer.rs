@@ -16,7 +16,6 @@ use radgrad_scene::{largest, smallest};
 
 use crate::clock::Clock;
 use crate::error::Error;
-use crate::field::Field;
 use crate::links::cell::{KernelSums, Rules};
 use crate::links::rays::MANY;
 use crate::links::station::Station;
@@ -174,15 +173,6 @@ impl Optics<'_> {
         let tolerance = if faces == 0 { self.absolute } else { self.past };
         let tolerance = if self.clock.is_over() { largest(tolerance, LATE) } else { tolerance };
         tolerance / self.brightness
-    }
-
-    /// For a source whose light has this size in each channel, errors of which have these weights.
-    pub(crate) fn for_light(self, field: &Field, source: usize, weight: &[f64]) -> Self {
-        let count = self.mesh.basis(source).len();
-        let size = |(channel, weight): (usize, &f64)| {
-            weight * field.of(source, channel, count).iter().map(|c| c * c).sum::<f64>().sqrt()
-        };
-        self.for_brightness(weight.iter().enumerate().map(size).fold(0.0, largest))
     }
 
     /// For a source that is so bright, up to [`BRIGHTEST`]; no less precise than for one that is as bright as what errors are relative to.

@@ -172,3 +172,20 @@ fn a_face_that_sees_nothing_radiates_what_it_emits_round_after_round() {
         assert!((value - 0.7).abs() <= 1e-15, "{value}");
     }
 }
+
+/// A lamp of 0.1 mm that gives a unit of power, as far over the floor of a room of 1 m: the floor below it is some 1e7 times as bright as the
+/// room, and seen past the lamp.
+#[test]
+fn the_estimate_at_points_does_not_grow_with_the_brightness_of_a_spot_below_a_small_lamp() {
+    let lamp = [[0.367, 0.611], [0.367, 0.6111], [0.3671, 0.6111], [0.3671, 0.611]].map(|[x, y]| [x, y, 1e-4]);
+    let room = [FLOOR, CEILING].into_iter().chain(SIDES).map(|quad| (quad, 0.7, 0.0));
+    let faces: Vec<_> = room.chain([(lamp, 0.0, 1e8)]).collect();
+    let solution = solved(&faces, &Options { error: 0.02, ..Options::default() });
+    let point = DVec3::new(0.159_738_914_637_078_57, 0.638_790_212_777_912_6, 1.0);
+    let gathered = solution.gather(point, -DVec3::Z).unwrap();
+    // By random walks that share no code with the solver, with their standard error.
+    let (known, off) = (0.289_448, 2.9e-4);
+    let (value, estimate) = (gathered.radiosity[0], gathered.estimate[0].total());
+    assert!((value - known).abs() <= 2.0 * estimate + 4.0 * off, "{value} is not {known}, with an estimate of {estimate:e}");
+    assert!(estimate <= 0.05 * value, "an estimate of {estimate:e} of {value}");
+}

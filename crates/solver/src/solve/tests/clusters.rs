@@ -80,7 +80,7 @@ fn all_links(optics: &Optics<'_>, receiver: usize) -> Vec<Link> {
 }
 
 fn optics<'a>(mesh: &'a Mesh, rules: &'a Rules) -> Optics<'a> {
-    Optics { mesh, rules, absolute: 1e-9, past: 1e-9, cells: 0, clock: Clock::started() }
+    Optics { mesh, rules, absolute: 1e-9, past: 1e-9, cells: 0, brightness: 1.0, clock: Clock::started() }
 }
 
 #[test]
