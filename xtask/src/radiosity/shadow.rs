@@ -7,10 +7,10 @@
 use std::error::Error;
 
 use radgrad_core::{DVec3, Emission, Emitter, Polygon, Receiver, evaluate};
-use radgrad_scene::Scene;
 use radgrad_solver::{Marking, Options, Solution, solve};
 
 use super::graph::{Graph, Series};
+use super::squares::{Quad, scene};
 
 /// A solution.
 pub(super) struct Point {
@@ -35,13 +35,13 @@ const FEWEST: [usize; 4] = [12, 48, 192, 768];
 /// Places.
 const PLACES: u32 = 4000;
 
-/// A rectangle at a height that faces up or down.
-fn rectangle([low, high]: [[f64; 2]; 2], z: f64, up: bool) -> Result<Polygon, radgrad_core::Error> {
-    let mut v = vec![[low[0], low[1]], [high[0], low[1]], [high[0], high[1]], [low[0], high[1]]];
-    if !up {
-        v.reverse();
-    }
-    Polygon::new(v.into_iter().map(|[x, y]| DVec3::new(x, y, z)).collect())
+/// A rectangle at a height that faces up.
+const fn rectangle([low, high]: [[f64; 2]; 2], z: f64) -> Quad {
+    [[low[0], low[1], z], [high[0], low[1], z], [high[0], high[1], z], [low[0], high[1], z]]
+}
+
+fn polygon(corners: Quad) -> Result<Polygon, radgrad_core::Error> {
+    Polygon::new(corners.map(DVec3::from).to_vec())
 }
 
 /// Places of the floor and the radiosity there.
@@ -56,17 +56,12 @@ fn exact(lamp: Polygon, screen: &Polygon) -> Result<Vec<(DVec3, f64)>, radgrad_c
 }
 
 pub(super) fn measure() -> Result<Vec<Point>, Box<dyn Error>> {
-    let floor = rectangle([[-4.0, -4.0], [4.0, 4.0]], 0.0, true)?;
-    let lamp = rectangle([[-0.5, -0.5], [0.5, 0.5]], 2.0, false)?;
-    let screen = rectangle([[0.3, -4.0], [4.0, 4.0]], 1.0, true)?;
-    let exact = exact(lamp.clone(), &screen)?;
-    let mut scene = Scene::new(["grey"])?;
-    for (name, polygon, rho, radiance) in
-        [("floor", floor, 0.5, 0.0), ("lamp", lamp, 0.0, std::f64::consts::FRAC_1_PI), ("screen", screen, 0.0, 0.0)]
-    {
-        let (material, surface) = (scene.add_material(name, [rho], [radiance])?, scene.add_surface(name));
-        scene.add_face(surface, material, polygon, None)?;
-    }
+    let floor = rectangle([[-4.0, -4.0], [4.0, 4.0]], 0.0);
+    let mut lamp = rectangle([[-0.5, -0.5], [0.5, 0.5]], 2.0);
+    lamp.reverse();
+    let screen = rectangle([[0.3, -4.0], [4.0, 4.0]], 1.0);
+    let exact = exact(polygon(lamp)?, &polygon(screen)?)?;
+    let scene = scene(&[(floor, 0.5, 0.0), (lamp, 0.0, 1.0), (screen, 0.0, 0.0)])?;
     let mut points = Vec::new();
     for degree in 0..DEGREES {
         for cut in [false, true] {

@@ -1,4 +1,4 @@
-//! Scenes of two unit squares.
+//! Scenes of a few quadrilaterals, most of them two unit squares.
 
 use std::error::Error;
 use std::f64::consts::PI;

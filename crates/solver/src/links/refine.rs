@@ -83,36 +83,39 @@ impl Optics<'_> {
                 open.extend((first..first + 4).map(|child| (child, Some(sight.faces().to_vec()))));
                 continue;
             }
-            let count = self.mesh.basis(source).len();
-            let optics = self.for_light(need.field, source, need.weight);
-            let rows = stations.iter().map(|station| optics.receive(station, source, &sight, count));
-            let rows = rows.collect::<Result<Vec<Row>, _>>()?;
-            links.push(Link { source, sight, matrix: self.matrix(gatherer, &rows, count), rows });
+            links.push(self.evaluated(gatherer, &stations, (source, sight), need)?);
         }
         Ok(links)
     }
 
-    /// The projection of the rows of a link on the basis of what gathers, if that is an element.
-    fn matrix(&self, gatherer: Gatherer<'_>, rows: &[Row], count: usize) -> Vec<f64> {
-        match gatherer {
-            Gatherer::Element(receiver) => projected(self.mesh.basis(receiver), rows, count),
+    /// A link, evaluated as precisely as its source is bright.
+    fn evaluated(
+        &self,
+        gatherer: Gatherer<'_>,
+        stations: &[Station],
+        (source, sight): (usize, Sight),
+        need: &Need<'_>,
+    ) -> Result<Link, Error> {
+        let (count, optics) = (self.mesh.basis(source).len(), self.for_light(need.field, source, need.weight));
+        let rows = stations.iter().map(|station| optics.receive(station, source, &sight, count));
+        let rows = rows.collect::<Result<Vec<Row>, _>>()?;
+        let matrix = match gatherer {
+            Gatherer::Element(receiver) => projected(self.mesh.basis(receiver), &rows, count),
             Gatherer::Point(_) => Vec::new(),
-        }
+        };
+        Ok(Link { source, sight, rows, matrix })
     }
 
-    /// Evaluates links once more whose sources became so bright that errors of evaluations count. Returns whether there were any.
+    /// Evaluates links once more whose sources became so bright that errors of evaluations count, while there is time. Returns whether
+    /// there were any.
     fn evaluate_bright(&self, gatherer: Gatherer<'_>, links: &mut [Link], need: &Need<'_>) -> Result<bool, Error> {
         let mut any = false;
         for link in links.iter_mut() {
-            let optics = self.for_light(need.field, link.source, need.weight);
+            let brightness = self.for_light(need.field, link.source, need.weight).brightness;
             // Rays are drawn for all sources alike.
-            let counts = |row: &Row| row.likely.is_none() && row.error * optics.brightness > EVALUATED_PART * need.allowed;
-            if optics.brightness > BRIGHT && link.rows.iter().any(counts) {
-                let count = self.mesh.basis(link.source).len();
-                let rows = gatherer.stations(self.mesh).into_iter();
-                let rows = rows.map(|station| optics.receive(&station, link.source, &link.sight, count));
-                link.rows = rows.collect::<Result<_, _>>()?;
-                link.matrix = self.matrix(gatherer, &link.rows, count);
+            let counts = |row: &Row| row.likely.is_none() && row.error * brightness > EVALUATED_PART * need.allowed;
+            if brightness > BRIGHT && link.rows.iter().any(counts) && !need.clock.is_over() {
+                *link = self.evaluated(gatherer, &gatherer.stations(self.mesh), (link.source, link.sight.clone()), need)?;
                 any = true;
             }
         }

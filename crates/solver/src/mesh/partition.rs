@@ -38,7 +38,7 @@ pub(crate) struct Sample {
     pub(crate) light: Vec<f64>,
 }
 
-/// A face with what is known of its light.
+/// A face, its shadow lines and samples of its light.
 #[derive(Debug)]
 pub(crate) struct Known {
     pub(crate) normal: DVec3,
@@ -201,7 +201,7 @@ impl Cutting<'_> {
     }
 }
 
-/// The factor L of a matrix `L L^T`, row by row, from its lower half; `None` if it has none.
+/// Cholesky's factor L of a matrix `L L^T`, row by row, from its lower half (G. H. Golub and C. F. Van Loan 2013, 4.2); `None` if it has none.
 fn cholesky(mut a: Vec<f64>, len: usize) -> Option<Vec<f64>> {
     for i in 0..len {
         for k in 0..=i {

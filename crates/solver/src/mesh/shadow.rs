@@ -14,9 +14,9 @@
 //! edge of the lamp meets two edges of occluders at a time are left out. Lines in contact, where a face stands on the receiver,
 //! are those of [`crate::mesh::contact`].
 //!
-//! An edge that several faces share is one, and a vertex in a straight edge is none. A line counts where x sees both what hides and what is free around the point of the lamp
-//! that the feature passes: then it is an outline, and nothing else hides the lamp there. That is looked for at places along the
-//! line, without proof: a line too many or too few changes the elements, and never what is true of them.
+//! An edge that several faces share makes one line, and a vertex inside a straight edge makes none. A line counts where rays from x that pass
+//! around the point of the lamp are in part blocked and in part free: there the feature is an outline, and nothing else hides the lamp.
+//! Rays from a few places along the line decide, without proof: a line too many or too few changes the elements, but no bound.
 
 use std::collections::BTreeSet;
 

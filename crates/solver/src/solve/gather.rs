@@ -176,7 +176,7 @@ impl Solution {
                 Some(self.lamps.at(&optics, &self.surfaces, station, &sights)?)
             }
         };
-        let weight = self.weight_of(&vec![1.0; self.channels.len()]);
+        let weight = self.whole_weight();
         let need = Need {
             field: &self.field,
             weight: &weight,
@@ -233,7 +233,7 @@ impl Solution {
     fn gathers_on(&self, leaf: usize, point: DVec3) -> Result<(Station, Gathers), Error> {
         let station = Station::on(&self.mesh.elements()[leaf], point);
         let lit = self.direct.get(leaf).map(|direct| self.lamps.at(&self.optics(), &self.surfaces, &station, direct.sights()));
-        let weight = self.weight_of(&vec![1.0; self.channels.len()]);
+        let weight = self.whole_weight();
         let gather = |link: &Link| {
             let count = self.mesh.basis(link.source).len();
             let optics = self.optics().for_light(&self.field, link.source, &weight);

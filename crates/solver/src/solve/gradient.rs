@@ -158,7 +158,7 @@ impl Solution {
     /// Gradient of the irradiance of a point, which may be one of a leaf.
     pub(super) fn gradient_of_station(&self, station: &Station, leaf: Option<usize>) -> Result<Parts, Error> {
         let (optics, channels) = (self.optics(), self.channels.len());
-        let weight = self.weight_of(&vec![1.0; channels]);
+        let weight = self.whole_weight();
         let need = Need {
             field: &self.field,
             weight: &weight,

@@ -105,6 +105,11 @@ impl Solution {
         rho.iter().zip(self.reference()).map(|(rho, mean)| if mean > 0.0 { rho / mean } else { 0.0 }).collect()
     }
 
+    /// The same where all of the irradiance counts.
+    pub(super) fn whole_weight(&self) -> Vec<f64> {
+        self.weight_of(&vec![1.0; self.channels.len()])
+    }
+
     /// Refines links of all receivers, until there is no time. Returns whether any was.
     pub(super) fn refine(&mut self, allowed: f64, clock: Clock) -> Result<bool, Error> {
         let (links, far) = (&mut self.links, &mut self.far);

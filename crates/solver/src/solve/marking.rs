@@ -93,7 +93,7 @@ impl Solution {
     pub(super) fn gathered_at(&self, light: &Field, receiver: usize, point: DVec3) -> Result<Vec<f64>, Error> {
         let (optics, station) = (self.optics(), Station::on(&self.mesh.elements()[receiver], point));
         let mut sums = vec![0.0; self.channels().len()];
-        let weight = self.weight_of(&vec![1.0; sums.len()]);
+        let weight = self.whole_weight();
         for link in &self.links[receiver] {
             let count = self.mesh.basis(link.source).len();
             let row = optics.for_light(light, link.source, &weight).receive(&station, link.source, &link.sight, count)?;

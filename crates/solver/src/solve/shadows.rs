@@ -12,6 +12,7 @@ use radgrad_scene::Prepared;
 use crate::clock::Clock;
 use crate::error::Error;
 use crate::field::gathering::irradiance;
+use crate::links::cluster::sampled::STEPS;
 use crate::links::linking::Linking;
 use crate::mesh::partition::{Known, Sample, partition};
 use crate::mesh::shadow::{Scenery, lines};
@@ -125,7 +126,7 @@ impl Solution {
         let mut places = Vec::new();
         let mut k = 0.5;
         while k < count {
-            let [a, b] = [0.754_877_666_246_692_7 * k, 0.569_840_290_998_053_2 * k].map(f64::fract);
+            let [a, b] = STEPS.map(|step| (step * k).fract());
             let folded = element.shape() == Shape::Triangle && a + b > 1.0;
             places.push(element.point(if folded { [1.0 - a, 1.0 - b] } else { [a, b] }));
             k += 1.0;

@@ -26,7 +26,7 @@ pub(crate) const RAYS_OF_A_POINT: usize = 512;
 const UNEVEN: f64 = 1.0;
 
 /// One over the plastic number, and over its square: steps of a sequence that fills the square evenly (M. Roberts 2018).
-const STEPS: [f64; 2] = [0.754_877_666_246_692_7, 0.569_840_290_998_053_2];
+pub(crate) const STEPS: [f64; 2] = [0.754_877_666_246_692_7, 0.569_840_290_998_053_2];
 
 /// A point's view of a cluster: what is proven, and what is estimated.
 #[derive(Debug, Clone, Copy, Default)]
