@@ -45,7 +45,7 @@ fn said(output: &Output) -> String {
 fn every_hostile_file_ends_with_a_status_and_a_sentence() {
     let solve = |file: &'static str| vec!["solve", file, "--seconds", "2", "--error", "5%", "--summary"];
     let factors = |file: &'static str| vec!["factors", file, "--summary"];
-    let cases: [(Vec<&str>, i32, &str); 24] = [
+    let cases: [(Vec<&str>, i32, &str); 25] = [
         (solve("bomb_8192.obj"), 2, "texture `bomb_8192.png` of 8192 x 8192 texels: reading takes more than the 256 MiB"),
         (solve("vt_1e300.obj"), 2, "texels from its origin"),
         (solve("ke_1e308.obj"), 2, "radiance is 1"),
@@ -69,6 +69,11 @@ fn every_hostile_file_ends_with_a_status_and_a_sentence() {
         (vec!["eval", "misspelt.jsonl"], 1, "1 of 1 cases refused"),
         (vec!["factors", "lit.obj", "--cells", "18446744073709551615"], 2, "above 1000000000"),
         (vec!["field", "lit.obj", "--on", "floor", "--grid", "18446744073709551615", "--out", "f.csv"], 2, "--budget"),
+        (
+            vec!["solve", "lit.obj", "--divide", "shadows", "--resume", "run.json"],
+            2,
+            "--divide shadows cannot go on from a file of --resume",
+        ),
         (vec!["solve", "lit.obj", "--resume", "/dev/zero"], 2, "/dev/zero: cannot read: it is a pipe, a device or a socket"),
     ];
     for (arguments, status, sentence) in cases {
