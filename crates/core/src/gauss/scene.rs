@@ -7,6 +7,7 @@ use crate::boundary::plan::{Horizon, Plan};
 use crate::forms::edge_lanes::certain_height;
 use crate::gauss::source::Source;
 use crate::problem::emission::Emitter;
+use crate::problem::polygon::Polygon;
 use crate::problem::receiver::{Receiver, unit_normal};
 
 /// Value and gradient without the factor rho/pi, in normalised lengths and emission, with absolute error bounds.
@@ -65,5 +66,41 @@ impl<'a> Scene<'a> {
             enough,
             power: plan.power,
         }
+    }
+
+    /// With the error of `n1.r` that points off the plane have: by `delta`, twice the planarity defect times `|n1.n2|`.
+    ///
+    /// Over the whole polygon, of area A and nowhere nearer than d, the value changes by at most `h delta sup|B| int dA/r^4`, as what is
+    /// above the horizon is no steeper than `n1.r`; so does the gradient but for `1 + 2h/d <= 5` in the place of h (d is taken as no less than half of h), and for what is
+    /// within delta of the horizon and may be above it or below, a strip: `h sup|B| int dA/r^4` over that. The integral is at most
+    /// `A/d^4`, and over all of the plane `pi/h^2`.
+    pub(super) fn off_plane(&self, receiver: &Receiver, polygon: &Polygon, mut integral: Integral) -> Integral {
+        if polygon.planarity_defect() == 0.0 {
+            return integral;
+        }
+        let (n1, n2) = (receiver.normal(), polygon.normal());
+        let delta = 2.0 * polygon.planarity_defect() * self.power * (n1.dot(n2).abs() + 8.0 * ROUNDOFF);
+        let across = 2.0 * polygon.size() * self.power;
+        let (mut nearest, mut lowest) = (f64::INFINITY, f64::INFINITY);
+        for vertex in polygon.vertices() {
+            let seen = (*vertex - receiver.position()) * self.power;
+            let distance = seen.length();
+            nearest = nearest.min(distance);
+            lowest = lowest.min(n1.dot(seen) - 16.0 * ROUNDOFF * distance);
+        }
+        // The height is known to a few defects.
+        let (height, least_height) = (self.height * (1.0 + self.input_error), 0.5 * self.height);
+        let distance = least_height.max(nearest - across);
+        let over = |area: f64| {
+            let near = std::f64::consts::PI / (least_height * least_height);
+            self.source.largest * near.min(area / (distance * distance * distance * distance))
+        };
+        let area = polygon.area_scaled(self.power);
+        let strip = if lowest > delta { 0.0 } else { area.min(2.0 * delta * across / n1.cross(n2).length()) };
+        // Figures of geometry are rounded.
+        let raised = 1.0 + 1e-9;
+        integral.value_error += raised * height * delta * over(area);
+        integral.gradient_error += raised * (5.0 * delta * over(area) + if strip > 0.0 { height * over(strip) } else { 0.0 });
+        integral
     }
 }

@@ -127,6 +127,42 @@ fn it_does_not_matter_which_vertex_is_named_first() {
     run(2, cases, &[2e-16, 1e-15, 1e-14, 1e-13, 1e-12]);
 }
 
+/// The planes of receiver and polygon are the same but for roundings, so that the horizon cuts the polygon where its vertices are off
+/// its plane: the visible part depends on what is taken to be between them.
+#[test]
+fn along_the_plane_it_does_not_matter_either() {
+    let vertices = [
+        [-0.13592089330296564, 1.7519002835173558, 0.031204766571449882],
+        [-0.890447733020558, 1.9784373094127639, -0.08861214675684947],
+        [-1.6628896350675364, 1.7882736807096504, -0.04216679224441089],
+        [-2.2080017533576592, 1.2417850058892608, 0.15579475821825955],
+        [-2.3527148419119905, 0.5124775779026068, 0.4424211110887403],
+        [-2.051083517608353, -0.1680986479045926, 0.7267104245356872],
+        [-1.3988735946880555, -0.5838655285603762, 0.918402850231997],
+        [-0.6031571153831896, -0.6028200171249318, 0.9566373974530482],
+        [0.08343156039093147, -0.2189441974050298, 0.8292748676085586],
+        [0.4429053792797868, 0.4458840701751916, 0.5767519640235202],
+        [0.3611339437067982, 1.1805865081110813, 0.2792429243446069],
+    ]
+    .map(DVec3::from);
+    let position = DVec3::new(7.469189379308673, 17.41138886977516, -5.949959494603046);
+    let normal = DVec3::new(0.035721678683050595, -0.3716753245683694, -0.9276752744247645);
+    let receiver = Receiver::new(position, normal, 1.0).unwrap();
+    let mut random = ChaCha8Rng::seed_from_u64(4);
+    for kind in 0..40 {
+        let slope = vector(&mut random).cross(normal) * if kind % 2 == 0 { 3.0 } else { 0.3 };
+        let found: Vec<Answer> = (0..vertices.len())
+            .map(|first| {
+                let emission = emission(kind, &vertices, first, slope);
+                evaluate_to(&receiver, &Emitter::new(starting_at(&vertices, first), emission).unwrap(), &[], 1e-12).unwrap()
+            })
+            .collect();
+        for (answer, other) in found.iter().flat_map(|a| found.iter().map(move |b| (a, b))) {
+            assert!(meet(answer, other), "{slope:?}\n{answer:?}\n{other:?}");
+        }
+    }
+}
+
 /// A rotated square, the point of its inside where it may be in front or behind, and the normal.
 fn square_and_point() -> (Vec<DVec3>, DVec3, DVec3) {
     let mut random = ChaCha8Rng::seed_from_u64(3);
