@@ -8,8 +8,8 @@
 //! where it is known to full relative accuracy, so that slivers along the horizon lose nothing.
 //!
 //! The bound is that of each triangle's truncation ([`triangle`]) and rounding ([`sums`]). Polygons off one plane by their
-//! planarity defect, and vertex values off one affine function, add 8 defects over the height and the residual, relative; and the
-//! former what [`Scene::off_plane`] says, as the horizon may be as near to the plane as the defect.
+//! planarity defect, and vertex values off one affine function, add 8 defects over the height and the residual, relative. The defect
+//! also moves polygons along the receiver's normal, against the horizon: [`Scene::off_plane`] bounds what that changes.
 
 mod outline;
 mod rules;
@@ -26,6 +26,7 @@ use crate::gauss::scene::{Integral, Scene};
 use crate::gauss::triangle::{SeenTriangle, Triangle};
 use crate::problem::emission::Emitter;
 use crate::problem::fan::{Shape, apex_first};
+use crate::problem::polygon::Polygon;
 use crate::problem::receiver::Receiver;
 
 /// The truncation of a triangle, relative to its expected value and gradient, that is not worth another node: a quarter of a roundoff.
@@ -34,25 +35,30 @@ pub(crate) const FULL_PRECISION: f64 = 0.25 * ROUNDOFF;
 /// The integral by a rule with at most `most` nodes, of which the truncation is about `enough` or less, relative, where the emission
 /// is nowhere negative, and of [`FULL_PRECISION`] elsewhere; `None` if it takes more nodes, or the emitter is too near for any rule.
 pub(crate) fn integral(receiver: &Receiver, emitter: &Emitter, plan: &Plan, most: usize, enough: f64) -> Option<Integral> {
-    let (scene, polygon) = (Scene::new(receiver, emitter, plan, enough), emitter.polygon());
-    let off_plane = |integral: Integral| scene.off_plane(receiver, polygon, integral);
-    if plan.horizon == Horizon::Above {
-        let (fan, power) = polygon.fan();
-        let power = plan.power / power;
-        return scene.over(fan.iter(), most, |triangle| scene.plain_triangle(receiver, triangle, power)).map(off_plane);
-    }
-    let outline = scene.outline(receiver, polygon, plan);
-    let spread = outline.iter().map(|corner| corner.local.norm()).fold(0.0, f64::max);
-    if let &[a, b, c] = &outline[..] {
-        let sides = [(a, b), (b, c), (c, a)].map(|(from, to)| (to.local - from.local).norm_squared());
-        let corners = apex_first([a, b, c], sides);
-        return scene.over(std::iter::once(corners), most, |corners| scene.clipped_triangle(corners, spread)).map(off_plane);
-    }
-    let fan = (1..outline.len().saturating_sub(1)).map(|i| [outline[0], outline[i], outline[i + 1]]);
-    scene.over(fan, most, |corners| scene.clipped_triangle(corners, spread)).map(off_plane)
+    let scene = Scene::new(receiver, emitter, plan, enough);
+    let flat = scene.flat(receiver, emitter.polygon(), plan, most)?;
+    Some(scene.off_plane(receiver, emitter.polygon(), flat))
 }
 
 impl<'a> Scene<'a> {
+    /// The integral over a polygon in one plane.
+    fn flat(&self, receiver: &Receiver, polygon: &Polygon, plan: &Plan, most: usize) -> Option<Integral> {
+        if plan.horizon == Horizon::Above {
+            let (fan, power) = polygon.fan();
+            let power = plan.power / power;
+            return self.over(fan.iter(), most, |triangle| self.plain_triangle(receiver, triangle, power));
+        }
+        let outline = self.outline(receiver, polygon, plan);
+        let spread = outline.iter().map(|corner| corner.local.norm()).fold(0.0, f64::max);
+        if let &[a, b, c] = &outline[..] {
+            let sides = [(a, b), (b, c), (c, a)].map(|(from, to)| (to.local - from.local).norm_squared());
+            let corners = apex_first([a, b, c], sides);
+            return self.over(std::iter::once(corners), most, |corners| self.clipped_triangle(corners, spread));
+        }
+        let fan = (1..outline.len().saturating_sub(1)).map(|i| [outline[0], outline[i], outline[i + 1]]);
+        self.over(fan, most, |corners| self.clipped_triangle(corners, spread))
+    }
+
     /// The integral over a fan, made of triangles one by one.
     #[inline]
     fn over<T>(

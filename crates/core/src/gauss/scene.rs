@@ -1,6 +1,7 @@
 //! The quantities that all triangles of a case share, and the sum of their integrals.
 
 use radgrad_numbers::number::ROUNDOFF;
+use radgrad_numbers::offset::offset;
 use radgrad_numbers::vec3::Vec3;
 
 use crate::boundary::plan::{Horizon, Plan};
@@ -68,39 +69,41 @@ impl<'a> Scene<'a> {
         }
     }
 
-    /// With the error of `n1.r` that points off the plane have: by `delta`, twice the planarity defect times `|n1.n2|`.
+    /// The integral with a bound on what the planarity defect changes through `n1.r`.
     ///
-    /// Over the whole polygon, of area A and nowhere nearer than d, the value changes by at most `h delta sup|B| int dA/r^4`, as what is
-    /// above the horizon is no steeper than `n1.r`; so does the gradient but for `1 + 2h/d <= 5` in the place of h (d is taken as no less than half of h), and for what is
-    /// within delta of the horizon and may be above it or below, a strip: `h sup|B| int dA/r^4` over that. The integral is at most
-    /// `A/d^4`, and over all of the plane `pi/h^2`.
+    /// Points of the polygon lie off its plane by at most the defect on either side, so `n1.r` is known to `delta`, twice the defect times
+    /// `|n1.n2|`. Let A be the polygon's area, d its least distance, `I(A) = sup|B| int dA/r^4`.
+    ///
+    /// - The positive part of `n1.r` changes by no more than `n1.r` does: the value changes by at most `h delta I(A)`.
+    /// - The gradient's two terms with `n1.r` change by at most `(1 + 2h/d) delta I(A)`, and d is no less than half of h.
+    /// - The gradient's other term is all there or not at all. Where `|n1.r| <= delta`, a strip of the polygon, the horizon may pass on
+    ///   either side: the gradient changes by at most `h I(strip)`.
+    ///
+    /// `int dA/r^4` is at most `A/d^4`, and over all of the plane `pi/h^2`.
     pub(super) fn off_plane(&self, receiver: &Receiver, polygon: &Polygon, mut integral: Integral) -> Integral {
         if polygon.planarity_defect() == 0.0 {
             return integral;
         }
-        let (n1, n2) = (receiver.normal(), polygon.normal());
-        let delta = 2.0 * polygon.planarity_defect() * self.power * (n1.dot(n2).abs() + 8.0 * ROUNDOFF);
+        let delta = 2.0 * polygon.planarity_defect() * self.power * (self.n1.dot(self.n2).abs() + 8.0 * ROUNDOFF);
         let across = 2.0 * polygon.size() * self.power;
         let (mut nearest, mut lowest) = (f64::INFINITY, f64::INFINITY);
         for vertex in polygon.vertices() {
-            let seen = (*vertex - receiver.position()) * self.power;
-            let distance = seen.length();
+            let seen: Vec3<f64> = offset(*vertex, receiver.position(), self.power);
+            let distance = seen.norm();
             nearest = nearest.min(distance);
-            lowest = lowest.min(n1.dot(seen) - 16.0 * ROUNDOFF * distance);
+            lowest = lowest.min(self.n1.dot(seen) - 16.0 * ROUNDOFF * distance);
         }
         // The height is known to a few defects.
         let (height, least_height) = (self.height * (1.0 + self.input_error), 0.5 * self.height);
         let distance = least_height.max(nearest - across);
-        let over = |area: f64| {
-            let near = std::f64::consts::PI / (least_height * least_height);
-            self.source.largest * near.min(area / (distance * distance * distance * distance))
-        };
+        let whole_plane = std::f64::consts::PI / (least_height * least_height);
+        let over = |area: f64| self.source.largest * whole_plane.min(area / (distance * distance * distance * distance));
         let area = polygon.area_scaled(self.power);
-        let strip = if lowest > delta { 0.0 } else { area.min(2.0 * delta * across / n1.cross(n2).length()) };
-        // Figures of geometry are rounded.
+        let strip = (lowest <= delta).then(|| area.min(2.0 * delta * across / self.n1.cross(self.n2).norm()));
+        // Areas, distances and their powers are rounded.
         let raised = 1.0 + 1e-9;
         integral.value_error += raised * height * delta * over(area);
-        integral.gradient_error += raised * (5.0 * delta * over(area) + if strip > 0.0 { height * over(strip) } else { 0.0 });
+        integral.gradient_error += raised * (5.0 * delta * over(area) + strip.map_or(0.0, |strip| height * over(strip)));
         integral
     }
 }

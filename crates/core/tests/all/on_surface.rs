@@ -127,8 +127,8 @@ fn it_does_not_matter_which_vertex_is_named_first() {
     run(2, cases, &[2e-16, 1e-15, 1e-14, 1e-13, 1e-12]);
 }
 
-/// The planes of receiver and polygon are the same but for roundings, so that the horizon cuts the polygon where its vertices are off
-/// its plane: the visible part depends on what is taken to be between them.
+/// The receiver's horizon is the polygon's plane but for roundings, so it cuts the polygon where vertices lie off that plane: which part is
+/// visible depends on the surface that is assumed between the vertices.
 #[test]
 fn along_the_plane_it_does_not_matter_either() {
     let vertices = [

@@ -201,7 +201,8 @@ impl Cutting<'_> {
     }
 }
 
-/// Cholesky's factor L of a matrix `L L^T`, row by row, from its lower half (G. H. Golub and C. F. Van Loan 2013, 4.2); `None` if it has none.
+/// Cholesky's factor L of a matrix `L L^T`, row by row, from its lower half (G. H. Golub and C. F. Van Loan 2013, 4.2); `None` if it has
+/// none.
 fn cholesky(mut a: Vec<f64>, len: usize) -> Option<Vec<f64>> {
     for i in 0..len {
         for k in 0..=i {
