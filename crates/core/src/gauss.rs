@@ -35,13 +35,23 @@ pub(crate) const FULL_PRECISION: f64 = 0.25 * ROUNDOFF;
 /// The integral by a rule with at most `most` nodes, of which the truncation is about `enough` or less, relative, where the emission
 /// is nowhere negative, and of [`FULL_PRECISION`] elsewhere; `None` if it takes more nodes, or the emitter is too near for any rule.
 pub(crate) fn integral(receiver: &Receiver, emitter: &Emitter, plan: &Plan, most: usize, enough: f64) -> Option<Integral> {
-    let scene = Scene::new(receiver, emitter, plan, enough);
-    let flat = scene.flat(receiver, emitter.polygon(), plan, most)?;
-    Some(scene.off_plane(receiver, emitter.polygon(), flat))
+    let (scene, polygon) = (Scene::new(receiver, emitter, plan, enough), emitter.polygon());
+    if polygon.planarity_defect() > 0.0 {
+        scene.not_flat(receiver, polygon, plan, most)
+    } else {
+        scene.flat(receiver, polygon, plan, most)
+    }
 }
 
 impl<'a> Scene<'a> {
+    /// The integral over a polygon that is not quite in one plane.
+    #[inline(never)]
+    fn not_flat(&self, receiver: &Receiver, polygon: &Polygon, plan: &Plan, most: usize) -> Option<Integral> {
+        self.flat(receiver, polygon, plan, most).map(|integral| self.off_plane(receiver, polygon, integral))
+    }
+
     /// The integral over a polygon in one plane.
+    #[inline]
     fn flat(&self, receiver: &Receiver, polygon: &Polygon, plan: &Plan, most: usize) -> Option<Integral> {
         if plan.horizon == Horizon::Above {
             let (fan, power) = polygon.fan();

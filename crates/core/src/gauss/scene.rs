@@ -69,7 +69,7 @@ impl<'a> Scene<'a> {
         }
     }
 
-    /// The integral with a bound on what the planarity defect changes through `n1.r`.
+    /// The integral with a bound on what a polygon that is not flat changes through `n1.r`.
     ///
     /// Points of the polygon lie off its plane by at most the defect on either side, so `n1.r` is known to `delta`, twice the defect times
     /// `|n1.n2|`. Let A be the polygon's area, d its least distance, `I(A) = sup|B| int dA/r^4`.
@@ -81,9 +81,6 @@ impl<'a> Scene<'a> {
     ///
     /// `int dA/r^4` is at most `A/d^4`, and over all of the plane `pi/h^2`.
     pub(super) fn off_plane(&self, receiver: &Receiver, polygon: &Polygon, mut integral: Integral) -> Integral {
-        if polygon.planarity_defect() == 0.0 {
-            return integral;
-        }
         let delta = 2.0 * polygon.planarity_defect() * self.power * (self.n1.dot(self.n2).abs() + 8.0 * ROUNDOFF);
         let across = 2.0 * polygon.size() * self.power;
         let (mut nearest, mut lowest) = (f64::INFINITY, f64::INFINITY);
