@@ -395,14 +395,18 @@ fn gradient_through_vertices<T: Real>(polygon: &Polygon, values: &[f64]) -> Vec3
     weighted.cross(normal).map(|c| (c / area).scaled(power)).map(|c| if down < 1.0 { c.scaled(1.0 / down) } else { c })
 }
 
-/// The affine function at the vertices, rounded, and a bound on the error.
-fn values_at_vertices(polygon: &Polygon, affine: Affine) -> (Vec<f64>, f64) {
+/// The affine function at the vertices.
+fn at_vertices(polygon: &Polygon, affine: Affine) -> impl Iterator<Item = Ball<DoubleDouble>> {
     let vertices = polygon.vertices();
     let power = normalising_power(polygon.size());
     let slope = affine.gradient.map(|c| Ball::<DoubleDouble>::from_double_double(c, affine.gradient_error).scaled(1.0 / power));
-    let value = |v: &DVec3| Ball::exact(affine.value) + slope.dot(offset(*v, vertices[0], power));
-    let error = vertices.iter().map(|v| value(v).value_error()).fold(0.0, larger);
-    (vertices.iter().map(|v| value(v).value()).collect(), error)
+    vertices.iter().map(move |v| Ball::exact(affine.value) + slope.dot(offset(*v, vertices[0], power)))
+}
+
+/// The same, rounded, and a bound on the error.
+fn values_at_vertices(polygon: &Polygon, affine: Affine) -> (Vec<f64>, f64) {
+    let (values, errors): (_, Vec<f64>) = at_vertices(polygon, affine).map(|value| (value.value(), value.value_error())).unzip();
+    (values, errors.into_iter().fold(0.0, larger))
 }
 
 /// The affine function through the vertex values.
@@ -430,7 +434,12 @@ fn through_vertices(polygon: &Polygon, values: &[f64]) -> Result<Affine, Error> 
     if difference(&index) > allowed {
         return Err(Error::EmissionNotAffine { index, value: values[index], expected: 4.0 * expected(index), allowed });
     }
-    Ok(Affine { residual: difference(&index), ..affine })
+    // Rounded differences may be 0 where values are off by as much as roundings.
+    let off = |(value, given): (Ball<DoubleDouble>, &f64)| {
+        let off = value - Ball::exact(*given);
+        off.value().abs() + off.value_error()
+    };
+    Ok(Affine { residual: at_vertices(polygon, affine).zip(values).map(off).fold(0.0, larger), ..affine })
 }
 
 /// Whether the vertex values are exactly those of one affine function, as three always are: seen along the normal's largest
