@@ -65,7 +65,7 @@ const LINK_PART: f64 = 0.1;
 const STEP: f64 = 0.3;
 
 /// The part of the bound asked for that the mean magnitude of errors reaches, by its estimate, before more than a rough proof is made: that costs more than a solution.
-const ESTIMATED_PART: f64 = 0.02;
+const ESTIMATED_PART: f64 = 0.1;
 
 /// The same before a rough proof is made.
 const ROUGH_PART: f64 = 0.2;

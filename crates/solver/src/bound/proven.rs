@@ -73,7 +73,8 @@
 //! that i sees.
 //!
 //! **Cell by cell.** An element is cut into cells ([`cells`]). Sources that a cell sees as a whole count by a polynomial on it; all others by
-//! how fast their light changes. Along a straight way of `D` from the cell's centre to x,
+//! how fast their light changes. Where a bound is asked for the receivers that add most to it for their work are cut further, until it is
+//! reached or time is over. Along a straight way of `D` from the cell's centre to x,
 //!
 //! ```text
 //! |H(x) - H(centre)| <= sum over lines of J min(1, sup 1/pi int z |D.(e x (y - x))| / |y - x|^4 ds)
@@ -124,7 +125,7 @@ use crate::mesh::element::Element;
 use crate::mesh::shape::Shape;
 use crate::mesh::surfaces::Surfaces;
 use crate::mesh::{Mesh, Sight};
-use cells::{Bases, DEEPEST};
+use cells::{Bases, DEEPEST, DEEPEST_OF_LAMPS};
 use edges::Edges;
 use left::{Effort, Gathered, Kind, Light, Proof, fill};
 use nodes::{Nodes, ROUNDED};
@@ -141,6 +142,9 @@ const OVER_ESTIMATE: f64 = 20.0;
 
 /// The same over the bound that is asked for: light is reflected again.
 const OVER_BOUND: f64 = 0.3;
+
+/// The part of what is left by all receivers that those leave which are cut further at a time.
+const AT_A_TIME: f64 = 0.3;
 
 /// The solution to bound.
 #[derive(Debug, Clone, Copy)]
@@ -191,6 +195,8 @@ pub(crate) struct Ground {
     closed: bool,
     bases: [Bases; 2],
     effort: Effort,
+    /// For each channel, the bound on the error of the mean for which elements are cut into cells; or nothing, if they are not.
+    enough: Vec<f64>,
 }
 
 /// The error that is asked for, over what errors are relative to.
@@ -235,20 +241,21 @@ impl Ground {
             nodes: [0, 1].map(|shape| Nodes::of(&mesh.bases()[shape])),
             closed,
             bases,
-            effort: Effort { aim: Vec::new(), deepest: 0, clock: cells },
+            effort: Effort { aim: Vec::new(), clock: cells },
+            enough: Vec::new(),
         }
     }
 
     /// Says what is asked for; `reference` is the radiosity in each channel that errors are relative to.
     pub(crate) fn aim_at(&mut self, reference: &[f64], aim: Aim) {
-        let (part, deepest) = match aim {
-            Aim::Estimate { part } => (OVER_ESTIMATE * part, 0),
-            Aim::Bound { part, is_rough } => (OVER_BOUND * part, if is_rough { 0 } else { DEEPEST }),
+        let times = |part: f64| reference.iter().map(|reference| part * reference).collect();
+        (self.effort.aim, self.enough) = match aim {
+            Aim::Estimate { part } => (times(OVER_ESTIMATE * part), Vec::new()),
+            Aim::Bound { part, is_rough } => (times(OVER_BOUND * part), if is_rough { Vec::new() } else { times(part) }),
         };
-        (self.effort.aim, self.effort.deepest) = (reference.iter().map(|reference| part * reference).collect(), deepest);
     }
 
-    fn proof<'a>(&'a self, optics: Optics<'a>, channels: usize) -> Proof<'a> {
+    fn proof<'a>(&'a self, optics: Optics<'a>, channels: usize, deepest: usize) -> Proof<'a> {
         Proof {
             mesh: optics.mesh,
             edges: &self.edges,
@@ -257,6 +264,7 @@ impl Ground {
             channels,
             bases: &self.bases,
             effort: &self.effort,
+            deepest,
         }
     }
 
@@ -275,13 +283,19 @@ impl Ground {
         let seen: Vec<(usize, (usize, &Sight))> =
             seen.into_iter().filter(|(_, (_, sight))| !matches!(sight, Sight::Nothing(_))).collect();
         let value = |index: usize, node: usize, coefficients: &[f64]| coefficients[0] * direct.nodes[node].factors[seen[index].0];
-        let gathered =
-            Gathered { sources: seen.iter().map(|(_, pair)| *pair).collect(), value: &value, error: direct.error(), all: false };
-        let proof = self.proof(optics, channels);
+        let gathered = Gathered {
+            sources: seen.iter().map(|(_, pair)| *pair).collect(),
+            value: &value,
+            error: direct.error(),
+            all: false,
+            neglected: &|_, _, _| 0.0,
+            neglected_of_all: vec![0.0; channels],
+        };
+        let proof = self.proof(optics, channels, DEEPEST_OF_LAMPS);
         let (left, factors) = proof.left(leaf, &Light::Even(&surfaces.emitted), &gathered);
         let lebesgue = proof.nodes_of(leaf).lebesgue;
         let (rho, basis) = (&surfaces.reflectance[mesh.elements()[leaf].face()], mesh.basis(leaf));
-        let of = |(channel, (left, split)): (usize, (left::Left, left::Split))| {
+        let of = |(channel, (left, split, _)): (usize, (left::Left, left::Split, Option<f64>))| {
             let error = |kind: usize| direct.nodes.iter().map(|lit| lit.error[channel][kind]).fold(0.0, largest);
             let [clear, past] = [error(0), error(1)];
             let rest = |discretisation: f64, times: f64| {
@@ -321,7 +335,7 @@ pub(crate) fn unseen<'a>(
 ) -> [f64; 2] {
     let mesh = optics.mesh;
     let places: Vec<[f64; 2]> = mesh.basis(element).nodes().iter().map(|node| node.at).collect();
-    let proof = ground.proof(optics, 1);
+    let proof = ground.proof(optics, 1, 0);
     let target = Target::of(&mesh.elements()[element], &places, proof.nodes_of(element));
     let (mut bounds, mut mean) = (Vec::new(), 0.0);
     for (source, faces, size) in sources {
@@ -371,8 +385,9 @@ impl Solved<'_> {
         rest.unless_textured(self.surfaces, leaf, channel)
     }
 
-    /// What the projection of reflected light leaves out on a receiver, in each channel, and what it sees at most of its sources.
-    fn left_of_reflected(&self, ground: &Ground, receiver: usize) -> (Vec<Rest>, Views) {
+    /// What the projection of reflected light leaves out on a receiver, in each channel, and what it sees at most of its sources. The receiver
+    /// is cut into cells so often at most.
+    fn left_of_reflected(&self, ground: &Ground, receiver: usize, deepest: usize) -> (Vec<Rest>, Views) {
         let Self { mesh, field, channels, .. } = *self;
         let (links, far) = (&self.links[receiver], &self.far[receiver]);
         let (element, basis) = (&mesh.elements()[receiver], mesh.basis(receiver));
@@ -381,29 +396,23 @@ impl Solved<'_> {
         };
         let error = links.iter().flat_map(|link| &link.rows).map(|row| row.error).fold(0.0, largest);
         let sources = links.iter().map(|link| (link.source, &link.sight)).collect();
-        let gathered = Gathered { sources, value: &value, error, all: ground.closed && far.is_empty() };
-        let proof = ground.proof(self.optics, channels);
+        let places: Vec<[f64; 2]> = basis.nodes().iter().map(|node| node.at).collect();
+        let target = Target::of(element, &places, &ground.nodes[usize::from(element.shape() == Shape::Triangle)]);
+        let neglected = |source: usize, is_clear: bool, channel: usize| self.neglected(&target, source, is_clear, channel);
+        let of_all = |channel: usize| {
+            let most = links.iter().map(|link| field.left_out(link.source, channel)).fold(0.0, largest);
+            let all = links.iter().map(|link| neglected(link.source, matches!(link.sight, Sight::Clear), channel)).sum::<f64>();
+            least(all, most)
+        };
+        let neglected_of_all = (0..channels).map(of_all).collect();
+        let all = ground.closed && far.is_empty();
+        let gathered = Gathered { sources, value: &value, error, all, neglected: &neglected, neglected_of_all };
+        let proof = ground.proof(self.optics, channels, deepest);
         let (left, factors) = proof.left(receiver, &Light::Field(field, &[]), &gathered);
         let nodes = ground.nodes[usize::from(element.shape() == Shape::Triangle)].lebesgue;
-        let places: Vec<[f64; 2]> = basis.nodes().iter().map(|node| node.at).collect();
-        let target = Target::of(element, &places, proof.nodes_of(receiver));
-        let of = |(channel, (left, split)): (usize, (left::Left, left::Split))| {
+        let of = |(channel, (left, split, in_cells)): (usize, (left::Left, left::Split, Option<f64>))| {
             let rho = self.reflectance(receiver, channel);
-            // What links neglect, anywhere on the element.
-            let (mut neglected, mut most) = (0.0, 0.0);
-            for link in links {
-                let beyond = field.left_out(link.source, channel);
-                if beyond > 0.0 {
-                    let source = &mesh.elements()[link.source];
-                    let reach = target.reach(source);
-                    let kernel = Kernel::between(element, source, reach.distance, matches!(link.sight, Sight::Clear));
-                    let smoothly = field.smoothly_neglected(mesh, link.source, channel, &kernel);
-                    let by_size = reach.factor * beyond;
-                    neglected += if smoothly < by_size { smoothly } else { by_size };
-                    most = largest(most, beyond);
-                }
-            }
-            neglected = least(neglected, most);
+            let all = gathered.neglected_of_all[channel];
             let (mut clear, mut past) = (0.0, 0.0);
             for node in 0..basis.nodes().len() {
                 let mut sums = [0.0; 2];
@@ -420,7 +429,7 @@ impl Solved<'_> {
             }
             let beyond = if far.is_empty() { 0.0 } else { self.left_of_far(receiver, channel) };
             let known = &self.residuals[1][receiver][channel];
-            let rest = |left: f64, detail: f64, times: f64| {
+            let rest = |left: f64, neglected: f64, detail: f64, times: f64| {
                 let reflected = Ledger {
                     discretisation: left,
                     computation: neglected + beyond + times * clear,
@@ -430,11 +439,12 @@ impl Solved<'_> {
                 let own = Ledger { modelling: detail, solver: known.largest.solver, ..Ledger::default() };
                 reflected * rho + own
             };
+            let neglected = in_cells.unwrap_or(all);
             let rest = Rest {
-                largest: rest(left.largest, known.largest_detail(), 2.0 * nodes),
-                mean: rest(left.mean, known.mean_detail(), 2.0),
+                largest: rest(left.largest, neglected, known.largest_detail(), 2.0 * nodes),
+                mean: rest(left.mean, neglected, known.mean_detail(), 2.0),
                 orthogonal: split.orthogonal * rho,
-                loose: rest(split.loose, 0.0, 2.0).total(),
+                loose: rest(split.loose, all, 0.0, 2.0).total(),
                 ..Rest::default()
             };
             rest.unless_textured(self.surfaces, receiver, channel)
@@ -453,6 +463,19 @@ impl Solved<'_> {
         let sources = links.iter().zip(factors).map(of_link).collect();
         let of_cluster = |&cluster: &usize| (cluster, mesh.clusters().all()[cluster].view_over(element));
         (left, Views { sources, clusters: far.clusters().iter().map(of_cluster).collect() })
+    }
+
+    /// What a link to a source neglects, anywhere on a receiver.
+    fn neglected(&self, target: &Target<'_>, source: usize, is_clear: bool, channel: usize) -> f64 {
+        let (mesh, beyond) = (self.mesh, self.field.left_out(source, channel));
+        if beyond == 0.0 {
+            return 0.0;
+        }
+        let reach = target.reach(&mesh.elements()[source]);
+        let kernel = Kernel::between(target.element, &mesh.elements()[source], reach.distance, is_clear);
+        let smoothly = self.field.smoothly_neglected(mesh, source, channel, &kernel);
+        let by_size = reach.factor * beyond;
+        if smoothly < by_size { smoothly } else { by_size }
     }
 
     /// The residual of the light from clusters: the knapsack bounds H from both sides, and its distance from the range of P H
@@ -478,9 +501,6 @@ impl Proven {
     /// The bounds; `None` where light may not be lost, so that there are none, and where there was no time.
     pub(crate) fn of(solved: Solved<'_>, ground: &Ground, direct: Vec<Vec<Rest>>) -> Option<Self> {
         let Solved { mesh, receivers, channels, .. } = solved;
-        let of_receiver = |&receiver: &usize| (!solved.clock.is_over()).then(|| solved.left_of_reflected(ground, receiver));
-        let reflected: Option<Vec<(Vec<Rest>, Views)>> = receivers.par_iter().map(of_receiver).collect();
-        let (reflected, views): (Vec<Vec<Rest>>, Vec<Views>) = reflected?.into_iter().unzip();
         let leaves: Vec<usize> = mesh.leaves().collect();
         let direct = if direct.is_empty() {
             vec![vec![Rest::default(); channels]; mesh.elements().len()]
@@ -490,6 +510,62 @@ impl Proven {
             };
             everywhere(mesh, &leaves, leaves.iter().zip(direct).map(with_details).collect(), channels)
         };
+        let mut deepest = vec![usize::from(!ground.enough.is_empty()); receivers.len()];
+        let cut = |places: &[usize], deepest: &[usize]| -> Option<Vec<(Vec<Rest>, Views)>> {
+            let of = |&place: &usize| {
+                (!solved.clock.is_over()).then(|| solved.left_of_reflected(ground, receivers[place], deepest[place]))
+            };
+            places.par_iter().map(of).collect()
+        };
+        let all: Vec<usize> = (0..receivers.len()).collect();
+        let (mut reflected, views): (Vec<Vec<Rest>>, Vec<Views>) = cut(&all, &deepest)?.into_iter().unzip();
+        loop {
+            let proven = Self::by(&solved, &views, direct.clone(), reflected.clone())?;
+            let next = proven.worth_cutting(&solved, ground, &deepest);
+            next.iter().for_each(|&place| deepest[place] += 1);
+            let Some(found) = cut(&next, &deepest).filter(|found| !found.is_empty()) else { return Some(proven) };
+            for (place, (found, _)) in next.into_iter().zip(found) {
+                reflected[place].iter_mut().zip(found).for_each(|(known, found)| *known = known.lesser(found));
+            }
+        }
+    }
+
+    /// The receivers whose cells are cut further, by their places: those that add most to the bound for the work that they are. None if the
+    /// bound is small enough, or there is no time.
+    fn worth_cutting(&self, solved: &Solved<'_>, ground: &Ground, deepest: &[usize]) -> Vec<usize> {
+        let is_enough = self.mean.iter().zip(&ground.enough).all(|(mean, enough)| mean.total() <= *enough);
+        if is_enough || ground.effort.clock.is_over() {
+            return Vec::new();
+        }
+        let adds = |receiver: usize| -> f64 {
+            let of = |(channel, enough): (usize, &f64)| {
+                let left = &self.reflected[receiver][channel].mean;
+                if left.total() > 0.0 {
+                    self.counts[receiver][channel] * left.discretisation / left.total() / enough
+                } else {
+                    0.0
+                }
+            };
+            ground.enough.iter().enumerate().map(of).fold(0.0, largest) * solved.mesh.elements()[receiver].area()
+        };
+        let adds: Vec<f64> = solved.receivers.iter().map(|&receiver| adds(receiver)).collect();
+        let work = |place: usize| solved.links[solved.receivers[place]].len() as f64 * 4_f64.powi(deepest[place] as i32);
+        let mut next: Vec<usize> = (0..adds.len()).filter(|&place| deepest[place] < DEEPEST && adds[place] > 0.0).collect();
+        next.sort_by(|&a, &b| (adds[b] / work(b)).total_cmp(&(adds[a] / work(a))));
+        let mut rest = AT_A_TIME * adds.iter().sum::<f64>();
+        next.into_iter()
+            .take_while(|&place| {
+                let is_next = rest > 0.0;
+                rest -= adds[place];
+                is_next
+            })
+            .collect()
+    }
+
+    /// The bounds from what is left on elements of direct light and on receivers of reflected light; `None` where light may not be lost.
+    fn by(solved: &Solved<'_>, views: &[Views], direct: Vec<Vec<Rest>>, reflected: Vec<Vec<Rest>>) -> Option<Self> {
+        let Solved { mesh, receivers, channels, .. } = *solved;
+        let leaves: Vec<usize> = mesh.leaves().collect();
         let reflected = everywhere(mesh, receivers, reflected, channels);
         let left = |element: usize, channel: usize| direct[element][channel].size().and(reflected[element][channel].size());
         let of_clusters = |of: &(dyn Fn(usize, usize) -> (f64, f64) + Sync)| -> Vec<Vec<Pair>> {
@@ -506,15 +582,15 @@ impl Proven {
         for channel in 0..channels {
             let rho = |receiver: usize| solved.reflectance(receiver, channel);
             let reflected_of = |values: &[f64]| -> Vec<f64> {
-                let swept = sweep(&solved, &views, values);
+                let swept = sweep(solved, views, values);
                 receivers.iter().zip(swept).map(|(&receiver, gathered)| rho(receiver) * gathered).collect()
             };
-            let spent = spent(&solved, &views, channel)?;
-            let risen = |own: &[f64]| risen(&solved, &views, channel, own, &spent);
+            let spent = spent(solved, views, channel)?;
+            let risen = |own: &[f64]| risen(solved, views, channel, own, &spent);
             // The reflected gather of a function, from its largest value and its mean on each element.
             let gathered_of = |of: &(dyn Fn(usize) -> Size + Sync), on_clusters: &[Pair]| -> Vec<f64> {
                 let at = |(&receiver, views): (&usize, &Views)| views.gathered(of, on_clusters) * rho(receiver) * ROUNDED;
-                (receivers, &views).into_par_iter().map(at).collect()
+                (receivers, views).into_par_iter().map(at).collect()
             };
             let own = gathered_of(&|element| left(element, channel), &left_on_clusters[channel]);
             let of_error = risen(&own);
@@ -522,7 +598,7 @@ impl Proven {
             let of_light = risen(&of_light);
             // The weights `w = 1 + G rho w`: `of_light` bounds `rho w`.
             let light_on = everywhere_most(mesh, receivers, &of_light);
-            let swept = sweep(&solved, &views, &light_on);
+            let swept = sweep(solved, views, &light_on);
             let of_unit: Vec<f64> = swept.iter().map(|gathered| 1.0 + gathered).collect();
             let uneven: Vec<f64> =
                 views.iter().zip(&swept).map(|(views, most)| least(views.uneven(&light_on) * ROUNDED, *most)).collect();
@@ -684,6 +760,13 @@ impl Size {
 }
 
 impl Rest {
+    /// The one whose mean is less, with the lesser of the largest values: both are bounds.
+    fn lesser(&self, other: Self) -> Self {
+        let largest = if other.largest.total() < self.largest.total() { other.largest } else { self.largest };
+        let of = if other.mean.total() < self.mean.total() { &other } else { self };
+        Self { largest, ..*of }
+    }
+
     /// Times a texture nothing is orthogonal any more.
     fn unless_textured(mut self, surfaces: &Surfaces, element: usize, channel: usize) -> Self {
         if surfaces.pattern(element, channel).is_some() {

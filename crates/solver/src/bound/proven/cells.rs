@@ -24,8 +24,16 @@
 //! W as if nothing were before it: an edge in the plane of C adds nothing, what W has beyond U is not near C, and near C `B_j - m` is small.
 //!
 //! **All others.** Along the way from c to x `T` changes by what lines sweep and by the gradient of `B_j`: module [`super`], by how fast
-//! light changes, with the lines that may still be seen against a source from C. Nor does it change by more than from the least to the largest
-//! of what T may be. Where something stands on C only the latter counts.
+//! light changes, with the lines that may still be seen against a source from C. Across an edge that two sources share the radiosity jumps by
+//! no more than Bernstein's coefficients along it differ. Nor does T change by more than from the least to the largest of what it may be.
+//! Where something stands on C only the latter counts.
+//!
+//! **Parts.** To ask what stands in between is most of the work of a cell, and all of v falls with the distance from c. So a cell that is cut
+//! no further is cut into parts for T alone, each with its own centre and the outlines of the cell. On a part the sources that are seen
+//! as a whole may be far enough away for a polynomial, where they were not on the cell.
+//!
+//! **What links neglect.** A link's source stands for all leaves below it. Here the leaves are gathered from, or elements above them of
+//! which little is neglected: that remains, and comes on top.
 //!
 //! **Together.** `|H - P H| <= |p + T(c)| + v + ...` with p the sum of all `Q S` less `P H`, a polynomial on C: its root mean square is that
 //! of its coefficients. Means over cells add up by area; the largest value on an element is that on one of its cells.
@@ -52,13 +60,22 @@ use crate::mesh::shape::Shape;
 pub(super) const DEEPEST: usize = 6;
 
 /// The same for the light of lamps.
-const DEEPEST_OF_LAMPS: usize = 2;
+pub(super) const DEEPEST_OF_LAMPS: usize = 2;
 
 /// How often it is before it is asked how fast light changes, if it may be cut so often.
 const FIRST: usize = 2;
 
+/// How often a cell that is cut no further is cut into four for the light of open sources alone.
+const PARTS: usize = 2;
+
+/// The degree of polynomials on parts.
+const DEGREE_ON_PARTS: usize = 2;
+
+/// Rounding of Bernstein's coefficients, and of their differences, over the sizes of polynomials.
+const SIDES_ROUND: f64 = 1e-13;
+
 /// Part of the aim that evaluations may be off by.
-const EVALUATIONS: f64 = 1e-3;
+const EVALUATIONS: f64 = 1e-2;
 
 /// Part of the aim that may be left of sources that are seen as a whole.
 const PART: f64 = 0.1;
@@ -114,6 +131,21 @@ struct Glow {
     coefficients: Vec<f64>,
     polynomial: Polynomial,
     range: [f64; 2],
+    bernstein: Vec<f64>,
+}
+
+/// A segment across which the radiosity seen may jump, by so much in each channel.
+#[derive(Debug)]
+struct Line {
+    ends: [DVec3; 2],
+    jumps: Vec<f64>,
+}
+
+/// An edge of a source, by its place among the source's.
+#[derive(Debug, Clone, Copy)]
+struct Side<'a> {
+    open: &'a Open,
+    side: usize,
 }
 
 /// An element that is cut into cells.
@@ -122,7 +154,7 @@ struct Cells<'a> {
     /// It evaluates as precisely as the aim needs.
     optics: Optics<'a>,
     to: usize,
-    sources: &'a [(usize, &'a Sight)],
+    sources: &'a [(usize, Kind, &'a Sight)],
     /// For each source and channel.
     glows: Vec<Vec<Glow>>,
     bases: &'a Bases,
@@ -136,7 +168,8 @@ struct Cells<'a> {
 type Changes = Vec<Left>;
 
 impl Proof<'_> {
-    /// What is left out on an element, cell by cell; `held` are the coefficients of the projection, for each channel.
+    /// What is left out on an element, cell by cell, and what is neglected beside, in each channel; `held` are the coefficients of the
+    /// projection.
     pub(super) fn in_cells(
         &self,
         to: usize,
@@ -144,72 +177,201 @@ impl Proof<'_> {
         gathered: &Gathered<'_>,
         kinds: &[Kind],
         held: &[Vec<f64>],
-    ) -> Option<Vec<Left>> {
+    ) -> Option<Vec<(Left, f64)>> {
         let element = &self.mesh.elements()[to];
+        let (sources, neglected) = self.finer(gathered, kinds);
         let glow = |source: usize, channel: usize| {
             let coefficients = light.of(self.mesh, source, channel);
             let polynomial = self.polynomial(source, &coefficients);
-            Glow { polynomial, range: self.mesh.basis(source).range(&coefficients), coefficients }
+            let basis = self.mesh.basis(source);
+            Glow { polynomial, range: basis.range(&coefficients), bernstein: basis.bernstein(&coefficients), coefficients }
         };
         let glows: Vec<Vec<Glow>> =
-            gathered.sources.iter().map(|(source, _)| (0..self.channels).map(|c| glow(*source, c)).collect()).collect();
+            sources.iter().map(|(source, _, _)| (0..self.channels).map(|c| glow(*source, c)).collect()).collect();
         let bases = &self.bases[usize::from(element.shape() == Shape::Triangle)];
-        let Effort { aim, deepest, clock } = self.effort;
-        let deepest = if matches!(light, Light::Even(_)) { DEEPEST_OF_LAMPS } else { *deepest };
+        let (Effort { aim, clock }, deepest) = (self.effort, self.deepest);
         let size = |channel: usize| glows.iter().map(|of| of[channel].polynomial.size()).sum::<f64>();
         let enough = aim.iter().enumerate().map(|(channel, aim)| EVALUATIONS * aim / size(channel)).fold(f64::INFINITY, least);
         let raised = |precise: f64| if enough.is_finite() { largest(precise, enough) } else { precise };
         let optics = Optics { absolute: raised(self.optics.absolute), past: raised(self.optics.past), ..self.optics };
-        let cells = Cells { proof: self, optics, to, sources: &gathered.sources, glows, bases, aim, deepest, clock: *clock };
-        let all = kinds.iter().zip(&gathered.sources).enumerate();
-        let open = all
-            .filter(|(_, (kind, _))| **kind != Kind::Dark)
-            .map(|(index, (kind, (_, sight)))| Open {
-                index,
-                kind: *kind,
-                faces: sight.faces().to_vec(),
-                less: vec![0.0; self.channels],
-            })
-            .collect();
+        let cells = Cells { proof: self, optics, to, sources: &sources, glows, bases, aim, deepest, clock: *clock };
+        let of = |(index, (_, kind, sight)): (usize, &(usize, Kind, &Sight))| Open {
+            index,
+            kind: *kind,
+            faces: sight.faces().to_vec(),
+            less: vec![0.0; self.channels],
+        };
+        let open = sources.iter().enumerate().map(of).collect();
         let known = held.iter().map(|held| {
             let mut known = vec![0.0; bases.highest().len()];
             known.iter_mut().zip(held).for_each(|(known, held)| *known = -held);
             known
         });
-        cells.left(element, known.collect(), open, 0).ok()
+        Some(cells.left(element, known.collect(), open, 0).ok()?.into_iter().zip(neglected).collect())
+    }
+
+    /// The sources of which anything is seen, with what they are, each in parts if little is to be neglected; and what still is, in each
+    /// channel.
+    fn finer<'g>(&self, gathered: &Gathered<'g>, kinds: &[Kind]) -> (Vec<(usize, Kind, &'g Sight)>, Vec<f64>) {
+        let share = PART / gathered.sources.len() as f64;
+        let mut open: Vec<(usize, Kind, &Sight)> =
+            gathered.sources.iter().zip(kinds).map(|((source, sight), kind)| (*source, *kind, *sight)).collect();
+        let (mut kept, mut neglected) = (Vec::with_capacity(open.len()), vec![0.0; self.channels]);
+        while let Some((source, kind, sight)) = open.pop() {
+            let of = |channel: usize| (gathered.neglected)(source, kind == Kind::Clear, channel);
+            let left: Vec<f64> = (0..self.channels).map(of).collect();
+            let is_little = left.iter().zip(&self.effort.aim).all(|(left, aim)| *left <= share * aim);
+            match self.mesh.elements()[source].children() {
+                _ if kind == Kind::Dark => {}
+                Some(first) if !is_little && self.deepest > 0 => {
+                    open.extend((first..first + 4).map(|child| (child, kind, sight)))
+                }
+                _ => {
+                    neglected.iter_mut().zip(left).for_each(|(sum, of)| *sum += of);
+                    kept.push((source, kind, sight));
+                }
+            }
+        }
+        (kept, neglected)
     }
 }
 
 impl Cells<'_> {
     /// What is left out on a cell of what is known, a polynomial for each channel, and of open sources.
     fn left(&self, cell: &Element, mut known: Vec<Vec<f64>>, open: Vec<Open>, depth: usize) -> Result<Vec<Left>, Error> {
-        let proof = self.proof;
-        let basis = proof.mesh.basis(self.to);
-        let places: Vec<[f64; 2]> = basis.nodes().iter().map(|node| node.at).collect();
-        let target = &Target::of(cell, &places, proof.nodes_of(self.to));
+        let target = &self.target(cell);
         let open = if depth == 0 { open } else { self.seen(cell, open) };
         let is_last = depth >= self.deepest || self.clock.is_over();
         let (groups, rest, mut beyond) = self.smooth(target, open, is_last);
         if !groups.is_empty() {
-            self.add_smooth(cell, &groups, &mut beyond, &mut known)?;
+            let all = groups.iter().flat_map(|group| group.members.iter().map(move |index| (*index, group)));
+            let taken: Vec<(usize, Vec<Vec<f64>>)> =
+                all.filter_map(|(index, group)| Some((index, self.taken(index, group)?))).collect();
+            self.add_smooth(cell, &taken, &mut beyond, &mut known)?;
         }
         let with = |left: Vec<Left>| -> Vec<Left> { left.iter().zip(&beyond.left).map(|(a, b)| a.and(*b)).collect() };
-        let by_range = self.by_range(target, &rest);
-        let aimed = |changes: &Changes| changes.iter().zip(self.aim).all(|(changes, aim)| changes.mean <= *aim);
-        let is_open = !rest.is_empty() && !aimed(&by_range);
-        let changes = if is_open && (is_last || depth >= FIRST) { self.by_rates(target, &rest, by_range) } else { by_range };
-        if is_last || aimed(&changes) {
+        if is_last || rest.is_empty() {
+            let outlines = self.outlines(target, &rest);
+            let cuts = if self.clock.is_over() { 0 } else { PARTS.min(self.deepest) };
+            return Ok(with(self.in_parts(cell, known, &rest, &outlines, cuts)?));
+        }
+        let changes = self.by_range(target, &rest);
+        let changes = if depth >= FIRST && !self.is_aimed(&changes) {
+            self.by_rates(target, &rest, &self.outlines(target, &rest), changes)
+        } else {
+            changes
+        };
+        if self.is_aimed(&changes) {
             return Ok(with(self.at_centre(cell, known, &rest, &changes)?));
         }
+        self.in_quarters(cell, &known, |quarter, below| self.left(quarter, below, rest.clone(), depth + 1)).map(with)
+    }
+
+    fn target<'t>(&'t self, part: &'t Element) -> Target<'t> {
+        let places: Vec<[f64; 2]> = self.proof.mesh.basis(self.to).nodes().iter().map(|node| node.at).collect();
+        Target::of(part, &places, self.proof.nodes_of(self.to))
+    }
+
+    /// Whether so little is left.
+    fn is_aimed(&self, changes: &Changes) -> bool {
+        changes.iter().zip(self.aim).all(|(changes, aim)| changes.mean <= *aim)
+    }
+
+    /// What is left on the quarters of a cell, with what is known on each.
+    fn in_quarters(
+        &self,
+        cell: &Element,
+        known: &[Vec<f64>],
+        left: impl Fn(&Element, Vec<Vec<f64>>) -> Result<Vec<Left>, Error>,
+    ) -> Result<Vec<Left>, Error> {
         let mut sums = vec![Left::default(); known.len()];
-        let quarters = cell.divided(0, basis)?;
-        for (child, quarter) in quarters.iter().enumerate() {
+        for (child, quarter) in cell.divided(0, self.proof.mesh.basis(self.to))?.iter().enumerate() {
             let below = known.iter().map(|known| self.bases.highest().restrict(child, known)).collect();
-            for (sum, left) in sums.iter_mut().zip(self.left(quarter, below, rest.clone(), depth + 1)?) {
+            for (sum, left) in sums.iter_mut().zip(left(quarter, below)?) {
                 *sum = Left { largest: largest(sum.largest, left.largest), mean: sum.mean + 0.25 * left.mean };
             }
         }
-        Ok(with(sums))
+        Ok(sums)
+    }
+
+    /// What is left of open sources on a part of a cell, and of what is known; it is cut into four so often, and what may be between is not
+    /// asked again: the outlines are those of the cell.
+    fn in_parts(
+        &self,
+        part: &Element,
+        known: Vec<Vec<f64>>,
+        open: &[Open],
+        outlines: &[Line],
+        cuts: usize,
+    ) -> Result<Vec<Left>, Error> {
+        let target = &self.target(part);
+        let changes = self.by_range(target, open);
+        let changes = if self.is_aimed(&changes) { changes } else { self.by_rates(target, open, outlines, changes) };
+        if self.is_aimed(&changes) {
+            return self.at_centre(part, known, open, &changes);
+        }
+        if cuts > 0 {
+            return self.in_quarters(part, &known, |quarter, below| self.in_parts(quarter, below, open, outlines, cuts - 1));
+        }
+        self.on_part(target, known, open, outlines, &changes)
+    }
+
+    /// The same on a part that is cut no further, where sources count by a polynomial if that leaves less than they change by.
+    fn on_part(
+        &self,
+        target: &Target<'_>,
+        mut known: Vec<Vec<f64>>,
+        open: &[Open],
+        outlines: &[Line],
+        changes: &Changes,
+    ) -> Result<Vec<Left>, Error> {
+        let mut beyond = Beyond { degree: DEGREE_ON_PARTS, left: vec![Left::default(); self.proof.channels] };
+        let times = beyond.times(self.bases);
+        let is_smooth = |open: &&Open| {
+            let Some(left) = self.smooth_on_part(target, open) else { return false };
+            beyond
+                .left
+                .iter_mut()
+                .zip(left)
+                .for_each(|(sum, of)| *sum = sum.and(Left { largest: times[0] * of, mean: times[1] * of }));
+            true
+        };
+        let (smooth, rest): (Vec<&Open>, Vec<&Open>) = open.iter().partition(is_smooth);
+        if smooth.is_empty() {
+            return self.at_centre(target.element, known, open, changes);
+        }
+        let taken: Vec<(usize, Vec<Vec<f64>>)> = smooth.into_iter().map(|open| (open.index, self.coefficients(open))).collect();
+        self.add_smooth(target.element, &taken, &mut beyond, &mut known)?;
+        let rest: Vec<Open> = rest.into_iter().cloned().collect();
+        let changes = self.by_rates(target, &rest, outlines, self.by_range(target, &rest));
+        let left = self.at_centre(target.element, known, &rest, &changes)?;
+        Ok(left.iter().zip(&beyond.left).map(|(a, b)| a.and(*b)).collect())
+    }
+
+    /// What Taylor's polynomial of the degree on parts leaves of a source in each channel, if that is less than what the source changes by.
+    fn smooth_on_part(&self, target: &Target<'_>, open: &Open) -> Option<Vec<f64>> {
+        let source = self.sources[open.index].0;
+        if open.kind != Kind::Clear || !self.proof.in_front(target, source) {
+            return None;
+        }
+        let geometry = Geometry::of(self.proof, target, source, DEGREE_ON_PARTS);
+        let left: Vec<f64> = (0..self.proof.channels).map(|channel| geometry.left(&self.glow(open, channel))).collect();
+        let size = self.over_aim(&left).sum::<f64>();
+        (2.0 * size < self.changes(target, open.index, &open.less)).then_some(left)
+    }
+
+    /// About what a source changes by on a part, over what is aimed at, in all channels; `less` is what of its radiosity does not count.
+    fn changes(&self, target: &Target<'_>, index: usize, less: &[f64]) -> f64 {
+        let (source, mean) = (self.sources[index].0, mean_distance(target.element.shape()));
+        let element = &self.proof.mesh.elements()[source];
+        let edges = least(self.proof.own_by(target, source, mean), 1.0);
+        let drift = target.drift(element, &target.reach(element), mean);
+        let of = |(glow, less): (&Glow, &f64)| {
+            let p = glow.polynomial.less(*less);
+            times(p.size(), edges) + times(p.gradient(), drift)
+        };
+        let changes: Vec<f64> = self.glows[index].iter().zip(less).map(of).collect();
+        self.over_aim(&changes).sum()
     }
 
     /// The sources that a cell sees anything of.
@@ -263,9 +425,7 @@ impl Cells<'_> {
             Some(sums)
         };
         let (degree, q) = (0..MAX_DEGREE).find_map(|d| Some((d, all(d)?))).unwrap_or((MAX_DEGREE, lowest));
-        let lebesgue = self.bases.0[degree].1;
-        // The node of degree 0 is where Taylor's polynomial is.
-        let times = if degree == 0 { [1.0; 2] } else { [1.0 + lebesgue, 2.0] };
+        let times = Beyond { degree, left: Vec::new() }.times(self.bases);
         let left = q.iter().map(|q| Left { largest: times[0] * q, mean: times[1] * q }).collect();
         open.retain_mut(|open| {
             let Some(group) = groups.iter().find(|group| group.members.contains(&open.index)) else { return true };
@@ -283,28 +443,23 @@ impl Cells<'_> {
     fn group(&self, target: &Target<'_>, root: usize, members: Vec<usize>, is_last: bool) -> (Group, Vec<f64>) {
         let (proof, elements) = (self.proof, self.proof.mesh.elements());
         let element = |index: usize| &elements[self.sources[index].0];
-        let near: Vec<usize> = members.iter().copied().filter(|&index| is_last && target.is_near(element(index))).collect();
         let factor = |index: usize| target.reach(element(index)).factor;
         let nearest = members.iter().copied().max_by(|&a, &b| factor(a).total_cmp(&factor(b))).unwrap_or(0);
         let even: Vec<f64> = self.glows[nearest].iter().map(|glow| glow.polynomial.mean()).collect();
-        let mean = mean_distance(target.element.shape());
+        let nothing = vec![0.0; even.len()];
         let size = |of: &[f64]| self.over_aim(of).sum::<f64>();
-        let changes = |less: &[f64]| -> f64 {
-            let of = |&index: &usize| {
-                let source = self.sources[index].0;
-                let edges = least(proof.own_by(target, source, mean), 1.0);
-                let drift = target.drift(element(index), &target.reach(element(index)), mean);
-                let of = |(glow, less): (&Glow, &f64)| {
-                    let p = glow.polynomial.less(*less);
-                    times(p.size(), edges) + times(p.gradient(), drift)
-                };
-                size(&self.glows[index].iter().zip(less).map(of).collect::<Vec<f64>>())
-            };
-            near.iter().map(of).sum()
+        // About what a source changes by on parts of the cell.
+        let changes = |index: usize, less: &[f64]| self.changes(target, index, less) * 0.5_f64.powi(PARTS as i32);
+        let is_near = |&index: &usize| {
+            let geometry = Geometry::of(proof, target, self.sources[index].0, MAX_DEGREE);
+            let left: Vec<f64> = self.glows[index].iter().map(|glow| geometry.left(&glow.polynomial)).collect();
+            target.is_near(element(index)) || 2.0 * size(&left) > least(changes(index, &nothing), changes(index, &even))
         };
+        let near: Vec<usize> = members.iter().copied().filter(|index| is_last && is_near(index)).collect();
+        let changes = |less: &[f64]| near.iter().map(|&index| changes(index, less)).sum::<f64>();
         let apart = Group { root, members, near: near.clone(), even: None };
         let left = self.beyond(target, &apart, MAX_DEGREE);
-        let cost = 2.0 * size(&left) + changes(&vec![0.0; even.len()]);
+        let cost = 2.0 * size(&left) + changes(&nothing);
         if cost <= 1e-2 * PART {
             return (apart, left);
         }
@@ -362,14 +517,17 @@ impl Cells<'_> {
         has_any
     }
 
-    /// Adds the projection of what sources give.
-    fn add_smooth(&self, cell: &Element, groups: &[Group], beyond: &mut Beyond, known: &mut [Vec<f64>]) -> Result<(), Error> {
+    /// Adds the projection of what sources with these coefficients in each channel give.
+    fn add_smooth(
+        &self,
+        cell: &Element,
+        taken: &[(usize, Vec<Vec<f64>>)],
+        beyond: &mut Beyond,
+        known: &mut [Vec<f64>],
+    ) -> Result<(), Error> {
         let (basis, lebesgue) = &self.bases.0[beyond.degree];
         let mut samples = vec![vec![0.0; basis.nodes().len()]; known.len()];
         let mut errors = vec![0.0; known.len()];
-        let all = groups.iter().flat_map(|group| group.members.iter().map(move |index| (*index, group)));
-        let taken: Vec<(usize, Vec<Vec<f64>>)> =
-            all.filter_map(|(index, group)| Some((index, self.taken(index, group)?))).collect();
         for (place, node) in basis.nodes().iter().enumerate().filter(|(_, node)| node.weight != 0.0) {
             let station = Station::on(cell, cell.point(node.at));
             let found = self.gathered(&station, taken.iter().map(|(index, of)| (*index, &Sight::Clear, &of[..])))?;
@@ -428,24 +586,8 @@ impl Cells<'_> {
         (0..self.proof.channels).map(of).collect()
     }
 
-    /// The same by how fast it changes on the way, where that is less.
-    fn by_rates(&self, target: &Target<'_>, open: &[Open], by_range: Changes) -> Changes {
-        let (proof, cell) = (self.proof, target.element);
-        let elements = proof.mesh.elements();
-        if proof.edges.standing(cell.face(), cell.polygon().vertices(), None).is_some() {
-            return by_range;
-        }
-        let (mean, most) = (mean_distance(cell.shape()), largest_distance(cell.shape()));
-        let mut sums = vec![Left::default(); proof.channels];
-        let disc = (cell.centre(), cell.radius());
-        let mut sweep = |segment: [DVec3; 2], jump: &dyn Fn(usize) -> f64| {
-            let [u, v] = target.rates(disc, segment);
-            let swept = |by: [f64; 2]| if u.is_finite() && v.is_finite() { least(u * by[0] + v * by[1], 1.0) } else { 1.0 };
-            let swept = Left { largest: swept(most), mean: swept(mean) };
-            for (channel, sum) in sums.iter_mut().enumerate() {
-                *sum = sum.and(swept.times(jump(channel)));
-            }
-        };
+    /// The outlines across which what a cell sees of sources may jump.
+    fn outlines(&self, target: &Target<'_>, open: &[Open]) -> Vec<Line> {
         let hidden: Vec<_> = open
             .iter()
             .filter(|open| open.kind == Kind::Cut)
@@ -454,30 +596,69 @@ impl Cells<'_> {
                 (self.sources[open.index].0, &open.faces[..], ranges)
             })
             .collect();
-        for (piece, jumps) in proof.jumps(target, &hidden) {
-            sweep(piece, &|channel| jumps[channel]);
-        }
-        // Edges of sources, each once.
-        let mut known: BTreeMap<_, Vec<(usize, bool)>> = BTreeMap::new();
-        for (place, open) in open.iter().enumerate() {
+        self.proof.jumps(target, &hidden).into_iter().map(|(ends, jumps)| Line { ends, jumps }).collect()
+    }
+
+    /// The edges of sources, each once.
+    fn edges(&self, target: &Target<'_>, open: &[Open]) -> Vec<Line> {
+        let (proof, elements) = (self.proof, self.proof.mesh.elements());
+        let mut known: BTreeMap<_, Vec<(Side<'_>, bool)>> = BTreeMap::new();
+        for open in open {
             let v = elements[self.sources[open.index].0].polygon().vertices();
-            for (i, &a) in v.iter().enumerate() {
-                let (key, forward) = key([a, v[(i + 1) % v.len()]]);
-                known.entry(key).or_default().push((place, forward));
+            for (side, &a) in v.iter().enumerate() {
+                let (key, forward) = key([a, v[(side + 1) % v.len()]]);
+                known.entry(key).or_default().push((Side { open, side }, forward));
             }
         }
-        for (key, sides) in known {
-            let of = |place: usize, channel: usize| self.glow(&open[place], channel);
-            let in_front = |place: usize| proof.in_front(target, self.sources[open[place].index].0);
-            let both = matches!(sides[..], [(a, along), (b, other)] if along != other && in_front(a) && in_front(b));
+        let line = |(key, sides): (_, Vec<(Side<'_>, bool)>)| {
+            let in_front = |of: &Side<'_>| proof.in_front(target, self.sources[of.open.index].0);
             let jump = |channel: usize| {
-                let alone = sides.iter().map(|side| of(side.0, channel).size()).sum::<f64>();
-                if both { least(alone, of(sides[0].0, channel).apart(&of(sides[1].0, channel))) } else { alone }
+                let alone = sides.iter().map(|(of, _)| self.glow(of.open, channel).size()).sum::<f64>();
+                match &sides[..] {
+                    [(a, along), (b, other)] if along != other && in_front(a) && in_front(b) => {
+                        least(alone, self.apart([*a, *b], channel))
+                    }
+                    _ => alone,
+                }
             };
-            sweep(key.map(|bits| DVec3::from(bits.map(f64::from_bits))), &jump);
+            let ends = <[[u64; 3]; 2]>::map(key, |bits| DVec3::from(bits.map(f64::from_bits)));
+            Line { ends, jumps: (0..proof.channels).map(jump).collect() }
+        };
+        known.into_iter().map(line).collect()
+    }
+
+    /// How much the radiosities of two sources differ at most where they share an edge, along which they run in opposite ways.
+    fn apart(&self, [a, b]: [Side<'_>; 2], channel: usize) -> f64 {
+        let values = |of: Side<'_>| -> Vec<f64> {
+            let bernstein = &self.glows[of.open.index][channel].bernstein;
+            let nodes = self.proof.nodes_of(self.sources[of.open.index].0);
+            nodes.along_side(of.side, bernstein).map(|b| b - of.open.less[channel]).collect()
+        };
+        let (of_a, of_b) = (values(a), values(b));
+        let most = of_a.iter().zip(of_b.iter().rev()).map(|(a, b)| (a - b).abs()).fold(0.0, largest);
+        most + SIDES_ROUND * (self.glow(a.open, channel).size() + self.glow(b.open, channel).size())
+    }
+
+    /// How far what sources give is from what they give at the centre of a part of a cell with these outlines, by how fast it changes on the
+    /// way; or `by_range` where that is less.
+    fn by_rates(&self, target: &Target<'_>, open: &[Open], outlines: &[Line], by_range: Changes) -> Changes {
+        let (proof, part) = (self.proof, target.element);
+        if proof.edges.standing(part.face(), part.polygon().vertices(), None).is_some() {
+            return by_range;
+        }
+        let (mean, most) = (mean_distance(part.shape()), largest_distance(part.shape()));
+        let mut sums = vec![Left::default(); proof.channels];
+        let disc = (part.centre(), part.radius());
+        for line in outlines.iter().chain(&self.edges(target, open)) {
+            let [u, v] = target.rates(disc, line.ends);
+            let swept = |by: [f64; 2]| if u.is_finite() && v.is_finite() { least(u * by[0] + v * by[1], 1.0) } else { 1.0 };
+            let swept = Left { largest: swept(most), mean: swept(mean) };
+            for (sum, jump) in sums.iter_mut().zip(&line.jumps) {
+                *sum = sum.and(swept.times(*jump));
+            }
         }
         for open in open {
-            let source = &elements[self.sources[open.index].0];
+            let source = &proof.mesh.elements()[self.sources[open.index].0];
             let reach = target.reach(source);
             let drift = Left { largest: target.drift(source, &reach, most), mean: target.drift(source, &reach, mean) };
             for (sum, glow) in sums.iter_mut().zip(&self.glows[open.index]) {
@@ -494,14 +675,19 @@ impl Cells<'_> {
         self.glows[open.index][channel].polynomial.less(open.less[channel])
     }
 
+    /// Its coefficients in each channel.
+    fn coefficients(&self, open: &Open) -> Vec<Vec<f64>> {
+        let mut coefficients: Vec<Vec<f64>> = self.glows[open.index].iter().map(|glow| glow.coefficients.clone()).collect();
+        coefficients.iter_mut().zip(&open.less).for_each(|(of, less)| of[0] -= less);
+        coefficients
+    }
+
     /// What is left out by what is known, the light of open sources at the centre, and how far it is from that elsewhere.
     fn at_centre(&self, cell: &Element, known: Vec<Vec<f64>>, open: &[Open], changes: &Changes) -> Result<Vec<Left>, Error> {
         let station = Station::on(cell, cell.centre());
         let of = |open: &Open| {
             let sight = if open.kind == Kind::Cut { Sight::Past(open.faces.clone()) } else { Sight::Clear };
-            let mut coefficients: Vec<Vec<f64>> = self.glows[open.index].iter().map(|glow| glow.coefficients.clone()).collect();
-            coefficients.iter_mut().zip(&open.less).for_each(|(of, less)| of[0] -= less);
-            (open.index, sight, coefficients)
+            (open.index, sight, self.coefficients(open))
         };
         let open: Vec<(usize, Sight, Vec<Vec<f64>>)> = open.iter().map(of).collect();
         let here = self.gathered(&station, open.iter().map(|(index, sight, of)| (*index, sight, &of[..])))?;
@@ -541,6 +727,14 @@ const fn largest_distance(shape: Shape) -> [f64; 2] {
 struct Beyond {
     degree: usize,
     left: Vec<Left>,
+}
+
+impl Beyond {
+    /// What a projection leaves out over what Taylor's polynomial does, at most and in the mean.
+    fn times(&self, bases: &Bases) -> [f64; 2] {
+        // The node of degree 0 is where Taylor's polynomial is.
+        if self.degree == 0 { [1.0; 2] } else { [1.0 + bases.0[self.degree].1, 2.0] }
+    }
 }
 
 /// What Taylor's polynomial leaves of a source that is seen as a whole.

@@ -48,6 +48,8 @@ pub(super) struct Proof<'a> {
     pub(super) channels: usize,
     pub(super) bases: &'a [Bases; 2],
     pub(super) effort: &'a Effort,
+    /// How often an element is cut into four at most to find out what it leaves out.
+    pub(super) deepest: usize,
 }
 
 /// How much work the proof may be.
@@ -55,8 +57,6 @@ pub(super) struct Proof<'a> {
 pub(super) struct Effort {
     /// For each channel, what of the irradiance is little.
     pub(super) aim: Vec<f64>,
-    /// How often an element is cut into four at most to find out what it leaves out of reflected light.
-    pub(super) deepest: usize,
     /// At its end elements are cut no further: the bound is then wider.
     pub(super) clock: Clock,
 }
@@ -94,6 +94,10 @@ pub(super) struct Gathered<'a> {
     pub(super) error: f64,
     /// Whether these are all that is seen in any direction.
     pub(super) all: bool,
+    /// What is neglected anywhere of a source in a channel, if it is gathered from by its polynomial, by whether it is wholly seen.
+    pub(super) neglected: &'a dyn Fn(usize, bool, usize) -> f64,
+    /// The same of all sources.
+    pub(super) neglected_of_all: Vec<f64>,
 }
 
 /// What an element sees of a source.
@@ -142,11 +146,6 @@ impl Polynomial {
     pub(super) fn less(&self, number: f64) -> Self {
         let mean = self.mean - number;
         Self { mean, size: least(self.size + number.abs(), mean.abs() + self.rest), ..*self }
-    }
-
-    /// Bound on the difference of two.
-    pub(super) fn apart(&self, other: &Self) -> f64 {
-        (self.mean - other.mean).abs() + self.rest + other.rest
     }
 
     pub(super) const fn mean(&self) -> f64 {
@@ -273,8 +272,13 @@ impl Proof<'_> {
     }
 
     /// The residual of the light that an element gathers, in each channel, as a whole and in parts; and bounds on the form factors of all
-    /// sources from anywhere on it.
-    pub(super) fn left(&self, to: usize, light: &Light<'_>, gathered: &Gathered<'_>) -> (Vec<(Left, Split)>, Vec<f64>) {
+    /// sources from anywhere on it. What links neglect comes on top: all of it, or so much if the residual is that in cells.
+    pub(super) fn left(
+        &self,
+        to: usize,
+        light: &Light<'_>,
+        gathered: &Gathered<'_>,
+    ) -> (Vec<(Left, Split, Option<f64>)>, Vec<f64>) {
         let (mesh, channels) = (self.mesh, self.channels);
         let (element, basis) = (&mesh.elements()[to], mesh.basis(to));
         let places: Vec<[f64; 2]> = basis.nodes().iter().map(|node| node.at).collect();
@@ -304,10 +308,17 @@ impl Proof<'_> {
         let is_cheap = before <= MOST_IN_ALL;
         let in_cells = if is_little || !is_cheap { None } else { self.in_cells(to, light, gathered, &kinds, &held) };
         let of_channel = |(channel, (left, split)): (usize, &(Left, Split))| {
-            let left = in_cells.as_ref().map_or(*left, |in_cells| left.lesser(in_cells[channel]));
+            let in_cells = in_cells.as_ref().map(|in_cells| (in_cells[channel], gathered.neglected_of_all[channel]));
+            let (left, neglected) = match in_cells {
+                Some(((found, neglected), all)) if found.mean + neglected < left.mean + all => {
+                    let simply = left.largest + largest(all - neglected, 0.0);
+                    (Left { largest: least(found.largest, simply), ..found }, Some(neglected))
+                }
+                _ => (*left, None),
+            };
             let [most, mean] = target.nodes.rounding.map(|rounding| rounding * f64::EPSILON * sizes[channel]);
             let left = Left { largest: left.largest * ROUNDED + most, mean: least(left.mean, left.largest) * ROUNDED + mean };
-            (left, Split { orthogonal: split.orthogonal * ROUNDED, loose: split.loose * ROUNDED + mean })
+            (left, Split { orthogonal: split.orthogonal * ROUNDED, loose: split.loose * ROUNDED + mean }, neglected)
         };
         let left = simply.iter().enumerate().map(of_channel).collect();
         (left, kinds.iter().enumerate().map(|(index, kind)| self.factor(&target, gathered, index, *kind)).collect())

@@ -62,17 +62,36 @@ impl Nodes {
         Self { near, lebesgue, rounding, degree: basis.degree(), shape: basis.shape() }
     }
 
+    /// The place of a Bernstein coefficient: of degree `a` in `s` and `b` in `t`.
+    const fn place(&self, a: usize, b: usize) -> usize {
+        let n = self.degree;
+        match self.shape {
+            Shape::Parallelogram => a * (n + 1) + b,
+            // Rows of n + 1, n, n - 1 and so on.
+            Shape::Triangle => a * (n + 1) - a * a.saturating_sub(1) / 2 + b,
+        }
+    }
+
+    /// The Bernstein coefficients along a side, from its first corner to its second: of the polynomial on that side.
+    pub(super) fn along_side(&self, side: usize, bernstein: &[f64]) -> impl DoubleEndedIterator<Item = f64> {
+        let n = self.degree;
+        let place = move |k: usize| match (self.shape, side) {
+            (_, 0) => self.place(k, 0),
+            (Shape::Parallelogram, 1) => self.place(n, k),
+            (Shape::Parallelogram, 2) => self.place(n - k, n),
+            (Shape::Triangle, 1) => self.place(n - k, k),
+            _ => self.place(0, n - k),
+        };
+        (0..=n).map(move |k| bernstein[place(k)])
+    }
+
     /// Bounds on the magnitudes of the derivatives in `s` and `t` of what has these Bernstein coefficients.
     pub(super) fn slopes(&self, bernstein: &[f64]) -> [f64; 2] {
         let n = self.degree;
         if n == 0 {
             return [0.0; 2];
         }
-        let place = |a: usize, b: usize| match self.shape {
-            Shape::Parallelogram => a * (n + 1) + b,
-            // Rows of n + 1, n, n - 1 and so on.
-            Shape::Triangle => a * (n + 1) - a * a.saturating_sub(1) / 2 + b,
-        };
+        let place = |a: usize, b: usize| self.place(a, b);
         let last = |a: usize| if self.shape == Shape::Triangle { n - a } else { n };
         let mut most = [0.0_f64; 2];
         for a in 0..=n {
@@ -111,4 +130,40 @@ fn cells(shape: Shape) -> Vec<Vec<[f64; 2]>> {
         }
     }
     cells
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Bernstein's coefficients at the ends of a side are the values there.
+    #[test]
+    fn along_a_side_are_the_coefficients_from_its_first_corner_to_its_second() {
+        for shape in [Shape::Parallelogram, Shape::Triangle] {
+            let corners: &[[f64; 2]] = match shape {
+                Shape::Parallelogram => &[[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]],
+                Shape::Triangle => &[[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]],
+            };
+            for degree in 0..4 {
+                let basis = Basis::of_fewest_nodes(shape, degree);
+                let nodes = Nodes::of(&basis);
+                let coefficients: Vec<f64> = (0..basis.len()).map(|k| (k as f64 + 1.0).sin()).collect();
+                let bernstein = basis.bernstein(&coefficients);
+                let value = |at: [f64; 2]| -> f64 { basis.values(at).iter().zip(&coefficients).map(|(f, c)| f * c).sum() };
+                for (side, &start) in corners.iter().enumerate() {
+                    let end = corners[(side + 1) % corners.len()];
+                    let along: Vec<f64> = nodes.along_side(side, &bernstein).collect();
+                    for k in 0..=10 {
+                        let t = 0.1 * f64::from(k);
+                        let mut casteljau = along.clone();
+                        while casteljau.len() > 1 {
+                            casteljau = casteljau.windows(2).map(|pair| pair[0] + t * (pair[1] - pair[0])).collect();
+                        }
+                        let there = value([0, 1].map(|axis| start[axis] + t * (end[axis] - start[axis])));
+                        assert!((casteljau[0] - there).abs() < 1e-12, "{shape:?} {degree} {side} {t}: {along:?}");
+                    }
+                }
+            }
+        }
+    }
 }
