@@ -123,20 +123,18 @@ impl Beside {
 /// convex.
 ///
 /// `sqrt(u v)` is concave where neither is negative. So `sqrt(pi k)`, its quotient by `r.r`, is at least any c in a convex set of r: it is least
-/// at a pair of corners. And with `r0` between the centres it is at most the quotient of tangents, `(a u + v / a) / 2` with `a^2 = v0 / u0` over `2
-/// r0.r - r0.r0`, which is largest at corners where that is positive.
+/// at a pair of corners. And for any `r0` it is at most the quotient of tangents, `(a u + v / a) / 2` with `a^2 = v0 / u0` over `2 r0.r - r0.r0`, which is
+/// largest at corners where that is positive. With the `r0` between the corners where k is largest this is k there, if k is largest at corners, as it
+/// mostly is; else the one between the centres says more.
 fn kernel([a, b]: [&Cell; 2], planes: [&Plane; 2]) -> Option<[f64; 2]> {
     let centres = [a, b].map(Cell::centre);
     let radius = |cell: &Cell, centre: DVec3| cell.points.iter().map(|&p| (p - centre).length_squared()).fold(0.0, larger).sqrt();
     let between = centres[1] - centres[0];
-    let square = between.length_squared();
-    let distance = square.sqrt();
+    let distance = between.length();
     let apart = distance - radius(a, centres[0]) - radius(b, centres[1]);
     let sides = |r: DVec3| [planes[0].normal.dot(r), -planes[1].normal.dot(r)];
-    let [u, v] = sides(between);
-    let tilt = if u > 0.0 && v > 0.0 { (v / u).sqrt() } else { f64::INFINITY };
     let (mut rise, mut fall) = ([f64::INFINITY, 0.0], [f64::INFINITY, 0.0]);
-    let (mut ahead, mut least, mut tangent) = (f64::INFINITY, f64::INFINITY, 0.0);
+    let (mut ahead, mut least, mut largest) = (f64::INFINITY, f64::INFINITY, (0.0, between));
     for &x in &a.points {
         for &y in &b.points {
             let r = y - x;
@@ -144,15 +142,15 @@ fn kernel([a, b]: [&Cell; 2], planes: [&Plane; 2]) -> Option<[f64; 2]> {
             rise = [smaller(rise[0], up), larger(rise[1], up)];
             fall = [smaller(fall[0], down), larger(fall[1], down)];
             let (along, length) = (between.dot(r), r.length_squared());
-            least = smaller(least, larger(up, 0.0) * larger(down, 0.0) / (length * length));
-
+            let square = larger(up, 0.0) * larger(down, 0.0) / (length * length);
+            least = smaller(least, square);
+            if square > largest.0 {
+                largest = (square, r);
+            }
             ahead = smaller(ahead, along);
-            // Heights err by roundings of the distance.
-            let above = 0.5 * (tilt * up + down / tilt) + ROUNDING * (tilt + 1.0 / tilt) * length.sqrt();
-            let below = 2.0 * along - square * (1.0 + ROUNDING) - ROUNDING * length;
-            tangent = larger(tangent, if below > 0.0 { above / below } else { f64::INFINITY });
         }
     }
+    let tangent = smaller(tangent([a, b], sides, between), tangent([a, b], sides, largest.1));
     // The distance along any direction is a lower bound, but for roundings of coordinates up to 1.
     let ahead = if distance > 0.0 { ahead / distance } else { 0.0 };
     let nearest = larger(larger(apart, ahead), larger(rise[0], fall[0])) * (1.0 - ROUNDING) - 16.0 * f64::EPSILON;
@@ -160,12 +158,31 @@ fn kernel([a, b]: [&Cell; 2], planes: [&Plane; 2]) -> Option<[f64; 2]> {
         return None;
     }
     let near = nearest * nearest;
-    let largest = 1.0 / (std::f64::consts::PI * near);
-    let by_distance = smaller(rise[1] * fall[1] / near, 1.0) * largest;
+    let facing = 1.0 / (std::f64::consts::PI * near);
+    let by_distance = smaller(rise[1] * fall[1] / near, 1.0) * facing;
     let by_tangent = tangent * tangent / std::f64::consts::PI;
     let most = if by_tangent < by_distance { by_tangent } else { by_distance };
     // Heights over the planes err by roundings of distances, however low they are.
-    Some([larger(least / std::f64::consts::PI - ROUNDING * largest, 0.0), most + ROUNDING * largest])
+    Some([larger(least / std::f64::consts::PI - ROUNDING * facing, 0.0), most + ROUNDING * facing])
+}
+
+/// The most that the quotient of tangents at `r0` is at the corners of two cells.
+fn tangent([a, b]: [&Cell; 2], sides: impl Fn(DVec3) -> [f64; 2], r0: DVec3) -> f64 {
+    let [u, v] = sides(r0);
+    let square = r0.length_squared();
+    let tilt = if u > 0.0 && v > 0.0 { (v / u).sqrt() } else { f64::INFINITY };
+    let mut most = 0.0;
+    for &x in &a.points {
+        for &y in &b.points {
+            let r = y - x;
+            let ([up, down], length) = (sides(r), r.length_squared());
+            // Heights err by roundings of the distance.
+            let above = 0.5 * (tilt * up + down / tilt) + ROUNDING * (tilt + 1.0 / tilt) * length.sqrt();
+            let below = 2.0 * r0.dot(r) - square * (1.0 + ROUNDING) - ROUNDING * length;
+            most = larger(most, if below > 0.0 { above / below } else { f64::INFINITY });
+        }
+    }
+    most
 }
 
 /// Bounds on the share of all pairs whose segment passes outside the edge.
