@@ -79,6 +79,8 @@ pub(super) struct Mixed {
     pub(super) screens: Vec<Hider>,
     /// What of it is known all the same.
     passing: Passing,
+    /// Whether the cells are far enough apart for that.
+    is_far: bool,
     guess: f64,
 }
 
@@ -149,7 +151,7 @@ impl<'a> Search<'a> {
             let screens = mixed.screens.iter().map(|hider| (self.between.screens[hider.screen as usize], hider.open));
             let screens: Vec<(&Screen, Undecided)> = screens.collect();
             let [a, b] = &mixed.cells;
-            let division = division([a, b], [&self.planes[0], &self.planes[1]], &screens);
+            let division = division([a, b], [&self.planes[0], &self.planes[1]], &screens, mixed.is_far);
             let k = division.cell;
             let (whole, plane) = (&mixed.cells[k], &self.planes[k]);
             let cut = division.heights.as_ref().map(|heights| whole.cut(heights, plane));
@@ -233,15 +235,15 @@ impl<'a> Search<'a> {
             return;
         }
         hiding.sort_unstable_by_key(|hider| hider.screen);
-        let (mut known, mut guess) = (Passing::default(), guess(&cells, &self.planes));
         let whole = || self.between.exchange(&cells, &self.planes);
-        if let Some((found, whole)) = passing([a, b], [first, second], &shadows, is_all, whole) {
-            known = found;
-            guess = larger(whole.most() - known.seen - known.hidden, 0.0);
-        }
+        let found = passing([a, b], [first, second], &shadows, is_all, whole);
+        let (known, guess) = match found {
+            Some((known, whole)) => (known, larger(whole.most() - known.seen - known.hidden, 0.0)),
+            None => (Passing::default(), guess(&cells, &self.planes)),
+        };
         self.passing.seen += mutant!("factors.passing-seen", known.seen, |seen| 1.5 * seen);
         self.passing.hidden += mutant!("factors.passing-hidden", known.hidden, |hidden| 1.5 * hidden);
-        self.open.push(Box::new(Mixed { cells, screens: hiding, passing: known, guess }));
+        self.open.push(Box::new(Mixed { cells, screens: hiding, passing: known, is_far: found.is_some(), guess }));
     }
 }
 

@@ -151,7 +151,9 @@ impl FormFactors<'_> {
             }
             let parts = sight.exact.as_ref().map_or_else(|| patches(own), |exact| self.cut_by_events(own, exact));
             for patch in parts {
-                let hiders = mixed.screens.clone();
+                // A shadow of few edges leaves few parts.
+                let mut hiders = mixed.screens.clone();
+                hiders.sort_by_key(|hider| hider.open.count());
                 pieces.push(self.piece(patch, hiders, (sights.len(), &sight), rule, goal.at_point, &mut glance)?);
                 points += rule.points();
             }

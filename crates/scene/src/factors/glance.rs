@@ -37,6 +37,16 @@ impl Pieces {
         }
     }
 
+    /// Ends a polygon, of the points pushed since the last one.
+    fn end(&mut self) {
+        let start = self.ends.last().copied().unwrap_or(0);
+        if self.points.len() >= start + 3 {
+            self.ends.push(self.points.len());
+        } else {
+            self.points.truncate(start);
+        }
+    }
+
     fn iter(&self) -> impl Iterator<Item = &[DVec3]> {
         let start = |k: usize| if k == 0 { 0 } else { self.ends[k - 1] };
         self.ends.iter().enumerate().map(move |(k, &end)| &self.points[start(k)..end])
@@ -53,7 +63,6 @@ pub(super) struct Glance {
     values: Vec<f64>,
     inner: Vec<DVec3>,
     rest: Vec<DVec3>,
-    outer: Vec<DVec3>,
     /// Of each screen the edge that the last cell was outside of: for a point near by it mostly is again.
     beside: Vec<usize>,
 }
@@ -158,37 +167,40 @@ impl Glance {
                 self.next.push(piece);
                 continue;
             }
-            self.inner.clear();
-            self.inner.extend_from_slice(piece);
-            for side in &self.sides {
+            let mut inner = piece;
+            for (k, side) in self.sides.iter().enumerate() {
                 self.values.clear();
-                self.values.extend(self.inner.iter().map(|r| side.dot(*r)));
+                self.values.extend(inner.iter().map(|r| side.dot(*r)));
                 if self.values.iter().all(|&v| v >= 0.0) {
                     continue;
                 }
+                // What is inside the last side is hidden.
+                let goes_on = k + 1 < self.sides.len();
                 self.rest.clear();
-                self.outer.clear();
-                let count = self.inner.len();
+                let count = inner.len();
                 for i in 0..count {
-                    let j = (i + 1) % count;
-                    let (here, v, w) = (self.inner[i], self.values[i], self.values[j]);
-                    if v >= 0.0 {
+                    let j = if i + 1 < count { i + 1 } else { 0 };
+                    let (here, v, w) = (inner[i], self.values[i], self.values[j]);
+                    if v <= 0.0 {
+                        self.next.points.push(here);
+                    }
+                    if goes_on && v >= 0.0 {
                         self.rest.push(here);
                     }
-                    if v <= 0.0 {
-                        self.outer.push(here);
-                    }
                     if v * w < 0.0 {
-                        let cut = here + (self.inner[j] - here) * (v / (v - w));
-                        self.rest.push(cut);
-                        self.outer.push(cut);
+                        let cut = here + (inner[j] - here) * (v / (v - w));
+                        self.next.points.push(cut);
+                        if goes_on {
+                            self.rest.push(cut);
+                        }
                     }
                 }
-                self.next.push(&self.outer);
-                std::mem::swap(&mut self.inner, &mut self.rest);
-                if self.inner.len() < 3 {
+                self.next.end();
+                if self.rest.len() < 3 {
                     break;
                 }
+                std::mem::swap(&mut self.inner, &mut self.rest);
+                inner = &self.inner;
             }
         }
         std::mem::swap(&mut self.lit, &mut self.next);

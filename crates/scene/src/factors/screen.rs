@@ -104,6 +104,11 @@ impl Undecided {
         self.is_parting
     }
 
+    /// How many they are.
+    pub(super) const fn count(self) -> u32 {
+        self.edges.count_ones()
+    }
+
     const fn has(self, edge: usize) -> bool {
         self.edges >> edge & 1 == 1
     }

@@ -31,6 +31,10 @@ const CLEAR_OF_ONE: f64 = 0.6;
 /// Size over distance and the other's size from which a cell is halved before all else.
 const SPREAD: f64 = 3.0;
 
+/// What a cut along the plane of a screen is worth at least, where it cuts this share off: on either side edges say what the screen hides.
+const PARTING: f64 = 0.6;
+const MORE_THAN_SLIVER: f64 = 0.02;
+
 /// A cut along the edge of a shadow, and the share that it decides.
 struct Candidate {
     cell: usize,
@@ -58,8 +62,8 @@ fn aside(heights: &[f64], wanted: Wanted) -> Vec<f64> {
     heights.iter().map(|height| height + by).collect()
 }
 
-/// The best cut of a pair.
-pub(super) fn division(cells: [&Cell; 2], planes: [&Plane; 2], screens: &[(&Screen, Undecided)]) -> Division {
+/// The best cut of a pair. `is_far` says that edges alone leave something undecided, and not the nearness of the cells.
+pub(super) fn division(cells: [&Cell; 2], planes: [&Plane; 2], screens: &[(&Screen, Undecided)], is_far: bool) -> Division {
     let mut best: Option<Candidate> = None;
     let axes = [0, 1].map(|k| cells[k].axes(planes[k]));
     if let Some((cell, across)) = spread(cells, &axes) {
@@ -88,7 +92,8 @@ pub(super) fn division(cells: [&Cell; 2], planes: [&Plane; 2], screens: &[(&Scre
                         (false, true) => below,
                         _ => 0.5,
                     };
-                    offer(k, &|| heights.clone(), clear * worth);
+                    let is_parting = is_far && smaller(below, 1.0 - below) > MORE_THAN_SLIVER;
+                    offer(k, &|| heights.clone(), larger(clear * worth, if is_parting { PARTING } else { 0.0 }));
                 }
             }
             continue;

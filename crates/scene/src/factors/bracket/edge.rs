@@ -1,16 +1,38 @@
 //! The exchange that passes edges of screens, between two cells whose every segment is inside the other edges of these screens.
 //!
-//! A segment from x to y passes outside the edge where T(x, y) < 0 ([`crate::factors::screen`]), and T is affine in x and in y. With
-//! c and d points of the two cells, `T(x, y) = T(x, d) + T(c, y) - T(c, d) + m(x, y)`, where m is largest at corners, since it is affine
-//! in each as well: `|m| <= t`. So the share v of all pairs (x, y) that are outside is between those of pairs with `T(x, d) + T(c, y) -
-//! T(c, d)` below -t and below t: a sum of two functions, of which it is known for either cell over what share it is below a value. The
-//! density of the one and the share of the other are polynomials of degree 1 and 2 between the values at corners, and the integral of their
-//! product is exact by Gauss' rule of two nodes.
+//! # The share of pairs that pass an edge
+//!
+//! | symbol | meaning |
+//! |---|---|
+//! | a, E | the start of the edge, and the vector to its end |
+//! | w | a vector, here the one between the centres of the cells |
+//! | `N0 = E x w`, `N1 = E x N0` | normals of two planes through the edge, perpendicular to each other |
+//! | `q(x) = N0.(x - a)`, `p(x) = N1.(x - a)` | the place of a point, seen along the edge |
+//! | `s(x) = q(x)/p(x)` | the slope of the plane through the edge and x |
+//! | A(s), B(s) | the share of the first and of the second cell at slopes below s |
+//!
+//! A segment from x to y passes outside the edge where `T(x, y) = E.((y - a) x (x - a))` is negative ([`crate::factors::screen`]). N0, N1 and E are perpendicular, so
+//!
+//! `T(x, y) = (q(y) p(x) - p(y) q(x)) E.E/N1.N1`.
+//!
+//! Where p is positive on all of the first cell and negative on all of the second one, `T < 0` where `s(y) > s(x)`: the share of all pairs that are
+//! outside is `v = int A dB`. The points of a cell at slopes below s are on one side of the plane `q = s p`, so A and B are shares of a convex polygon
+//! beside a line, in closed form. Both ascend from 0 to 1. So for any ascending slopes `s_0` to `s_n`, with `B = 0` before the first and `A = B = 1`
+//! after the last one, v is between
+//!
+//! `sum A(s_(k-1)) (B(s_k) - B(s_(k-1)))` and `sum A(s_k) (B(s_k) - B(s_(k-1)))`.
+//!
+//! Rounding moves `q - s p` at corners by at most `32 eps |E| |w| |x - a| (1 + |s| |E|)`, called off: N0 errs by 6 roundings of `|E| |w|`, N1 by 12 of `|E|^2 |w|`,
+//! and a product with `x - a` and the difference by 9 more. The chords of a convex polygon are concave along its range, so the density of an affine
+//! function on it is at most 2 over its range, and a share errs by at most `2 off/range`. A and B ascend to 1, so the sums err by at most the error of
+//! A and that of B.
+//!
+//! # The exchange
 //!
 //! Let the kernel k be between `k0` and `k1` on all pairs, E their exchange with nothing in between, and W the product of the areas. What
 //! passes on a share v of them is at most `k1 v W`, and at most E less what the rest does at least, `k0 (1 - v) W`; so it is known to within
-//! `(k1 - k0) v (1 - v) W`. Both the uncertainty of v and that of k are in proportion to the size of the cells over their distance. So the
-//! undecided part is E times that ratio; without this rule it would be all of E.
+//! `(k1 - k0) v (1 - v) W`. The uncertainty of k is in proportion to the size of the cells over their distance. So the
+//! undecided part is about E times that ratio; without this rule it would be all of E.
 //!
 //! A shadow is what is inside all of some edges. It is at least all but the sum of what is outside each, and at most what is inside any one of
 //! them, or all but the sum of what is outside those that nothing passes outside two of. What all shadows hide is at most the sum, and at
@@ -24,8 +46,11 @@ use crate::factors::exchange::Exchange;
 use crate::factors::screen::MOST_CORNERS;
 use crate::factors::{larger, smaller};
 
-/// The node of Gauss' rule of two nodes, `1/sqrt 3`.
-const NODE: f64 = 0.577_350_269_189_625_8;
+/// Slopes between which the shares of two cells are compared, less one.
+const SLICES: usize = 16;
+
+/// Rounding of a share from which an edge says nothing.
+const MOST_OFF: f64 = 1e-6;
 
 /// Relative rounding of shares, areas and kernels: a few dozen operations.
 const ROUNDING: f64 = 1e-12;
@@ -123,20 +148,18 @@ impl Beside {
 /// convex.
 ///
 /// `sqrt(u v)` is concave where neither is negative. So `sqrt(pi k)`, its quotient by `r.r`, is at least any c in a convex set of r: it is least
-/// at a pair of corners. And with `r0` between the centres it is at most the quotient of tangents, `(a u + v / a) / 2` with `a^2 = v0 / u0` over `2
-/// r0.r - r0.r0`, which is largest at corners where that is positive.
+/// at a pair of corners. And for any `r0` it is at most the quotient of tangents, `(a u + v / a) / 2` with `a^2 = v0 / u0` over `2 r0.r - r0.r0`, which is
+/// largest at corners where that is positive. With the `r0` between the corners where k is largest this is k there, if k is largest at corners, as it
+/// mostly is; else the one between the centres says more.
 fn kernel([a, b]: [&Cell; 2], planes: [&Plane; 2]) -> Option<[f64; 2]> {
     let centres = [a, b].map(Cell::centre);
     let radius = |cell: &Cell, centre: DVec3| cell.points.iter().map(|&p| (p - centre).length_squared()).fold(0.0, larger).sqrt();
     let between = centres[1] - centres[0];
-    let square = between.length_squared();
-    let distance = square.sqrt();
+    let distance = between.length();
     let apart = distance - radius(a, centres[0]) - radius(b, centres[1]);
     let sides = |r: DVec3| [planes[0].normal.dot(r), -planes[1].normal.dot(r)];
-    let [u, v] = sides(between);
-    let tilt = if u > 0.0 && v > 0.0 { (v / u).sqrt() } else { f64::INFINITY };
     let (mut rise, mut fall) = ([f64::INFINITY, 0.0], [f64::INFINITY, 0.0]);
-    let (mut ahead, mut least, mut tangent) = (f64::INFINITY, f64::INFINITY, 0.0);
+    let (mut ahead, mut least, mut largest) = (f64::INFINITY, f64::INFINITY, (0.0, between));
     for &x in &a.points {
         for &y in &b.points {
             let r = y - x;
@@ -144,15 +167,15 @@ fn kernel([a, b]: [&Cell; 2], planes: [&Plane; 2]) -> Option<[f64; 2]> {
             rise = [smaller(rise[0], up), larger(rise[1], up)];
             fall = [smaller(fall[0], down), larger(fall[1], down)];
             let (along, length) = (between.dot(r), r.length_squared());
-            least = smaller(least, larger(up, 0.0) * larger(down, 0.0) / (length * length));
-
+            let square = larger(up, 0.0) * larger(down, 0.0) / (length * length);
+            least = smaller(least, square);
+            if square > largest.0 {
+                largest = (square, r);
+            }
             ahead = smaller(ahead, along);
-            // Heights err by roundings of the distance.
-            let above = 0.5 * (tilt * up + down / tilt) + ROUNDING * (tilt + 1.0 / tilt) * length.sqrt();
-            let below = 2.0 * along - square * (1.0 + ROUNDING) - ROUNDING * length;
-            tangent = larger(tangent, if below > 0.0 { above / below } else { f64::INFINITY });
         }
     }
+    let tangent = smaller(tangent([a, b], sides, between), tangent([a, b], sides, largest.1));
     // The distance along any direction is a lower bound, but for roundings of coordinates up to 1.
     let ahead = if distance > 0.0 { ahead / distance } else { 0.0 };
     let nearest = larger(larger(apart, ahead), larger(rise[0], fall[0])) * (1.0 - ROUNDING) - 16.0 * f64::EPSILON;
@@ -160,165 +183,136 @@ fn kernel([a, b]: [&Cell; 2], planes: [&Plane; 2]) -> Option<[f64; 2]> {
         return None;
     }
     let near = nearest * nearest;
-    let largest = 1.0 / (std::f64::consts::PI * near);
-    let by_distance = smaller(rise[1] * fall[1] / near, 1.0) * largest;
+    let facing = 1.0 / (std::f64::consts::PI * near);
+    let by_distance = smaller(rise[1] * fall[1] / near, 1.0) * facing;
     let by_tangent = tangent * tangent / std::f64::consts::PI;
     let most = if by_tangent < by_distance { by_tangent } else { by_distance };
     // Heights over the planes err by roundings of distances, however low they are.
-    Some([larger(least / std::f64::consts::PI - ROUNDING * largest, 0.0), most + ROUNDING * largest])
+    Some([larger(least / std::f64::consts::PI - ROUNDING * facing, 0.0), most + ROUNDING * facing])
 }
 
-/// Bounds on the share of all pairs whose segment passes outside the edge.
-fn share_outside([a, b]: [&Cell; 2], [from, to]: [DVec3; 2]) -> [f64; 2] {
-    if a.points.len().max(b.points.len()) > MOST_CORNERS {
-        return [0.0, 1.0];
-    }
-    let normal = |x: DVec3| mutant!("factors.edge-sign", (to - x).cross(from - x), |normal: DVec3| -normal);
-    let (c, d) = (a.centre(), b.centre());
-    let of_centre = normal(c);
-    let middle = (d - c).dot(of_centre);
-    let mut turns = [[0.0; MOST_CORNERS]; 2];
-    for (turn, &y) in turns[1].iter_mut().zip(&b.points) {
-        *turn = (y - c).dot(of_centre) - middle;
-    }
-    let (mut rest, mut size) = (0.0, 0.0);
-    for (i, &x) in a.points.iter().enumerate() {
-        let normal = normal(x);
-        let own = (d - x).dot(normal);
-        turns[0][i] = own;
-        let mut farthest = 0.0;
-        for (&y, w) in b.points.iter().zip(&turns[1]) {
+/// The most that the quotient of tangents at `r0` is at the corners of two cells.
+fn tangent([a, b]: [&Cell; 2], sides: impl Fn(DVec3) -> [f64; 2], r0: DVec3) -> f64 {
+    let [u, v] = sides(r0);
+    let square = r0.length_squared();
+    let tilt = if u > 0.0 && v > 0.0 { (v / u).sqrt() } else { f64::INFINITY };
+    let mut most = 0.0;
+    for &x in &a.points {
+        for &y in &b.points {
             let r = y - x;
-            rest = larger(rest, (r.dot(normal) - own - w).abs());
-            farthest = larger(farthest, r.length_squared());
+            let ([up, down], length) = (sides(r), r.length_squared());
+            // Heights err by roundings of the distance.
+            let above = 0.5 * (tilt * up + down / tilt) + ROUNDING * (tilt + 1.0 / tilt) * length.sqrt();
+            let below = 2.0 * r0.dot(r) - square * (1.0 + ROUNDING) - ROUNDING * length;
+            most = larger(most, if below > 0.0 { above / below } else { f64::INFINITY });
         }
-        size = larger(size, farthest * (to - x).length_squared() * (from - x).length_squared());
     }
-    let off = 65.0 * f64::EPSILON * size.sqrt() + f64::MIN_POSITIVE;
-    let rest = mutant!("factors.edge-rest", rest + off, |rest| 0.1 * rest);
-    if !rest.is_finite() {
-        return [0.0, 1.0];
-    }
-    let first = Shares::new(a, &turns[0][..a.points.len()]);
-    let second = Shares::new(b, &turns[1][..b.points.len()]);
-    let [narrow, wide] = if first.reach() < second.reach() { [&first, &second] } else { [&second, &first] };
-    let [below, above] = [-rest, rest].map(|value| narrow.sum_below(wide, value));
-    [larger(below - ROUNDING, 0.0), smaller(above + ROUNDING, 1.0)]
+    most
 }
 
-/// Over what share of a cell an affine function is below a value.
-struct Shares<'a> {
-    triangles: [Triangle; MOST_CORNERS],
+/// Bounds on the share of all pairs whose segment passes outside the edge: from nothing to all where the cells are not on two sides of a plane
+/// through it.
+pub(super) fn share_outside(cells: [&Cell; 2], edge: [DVec3; 2]) -> [f64; 2] {
+    by_slopes(cells, edge).unwrap_or([0.0, 1.0])
+}
+
+fn by_slopes([a, b]: [&Cell; 2], [from, to]: [DVec3; 2]) -> Option<[f64; 2]> {
+    let (along, between) = (to - from, b.centre() - a.centre());
+    let upright = along.cross(between);
+    let [n0, n1] = [mutant!("factors.edge-sign", upright, |normal: DVec3| -normal), along.cross(upright)];
+    let size = [along.length(), between.length()];
+    let (first, second) = (Slopes::new(a, from, [n0, n1], size)?, Slopes::new(b, from, [-n0, -n1], size)?);
+    let (low, high) = (larger(first.range[0], second.range[0]), smaller(first.range[1], second.range[1]));
+    let (mut least, mut most, mut off) = (0.0, 0.0, [0.0; 2]);
+    let mut before = [0.0; 2];
+    for k in 0..=SLICES {
+        let slope = low + (high - low) * (k as f64 / SLICES as f64);
+        let [(share, error), (other, error_of_other)] = [first.share_below(slope), second.share_below(slope)];
+        off = [larger(off[0], error), larger(off[1], error_of_other)];
+        least += before[0] * (other - before[1]);
+        most += share * (other - before[1]);
+        before = [share, other];
+    }
+    let [share, other] = before;
+    let (least, most) = (least + share * (1.0 - other), most + (1.0 - other));
+    // The second one counts twice, so that products of errors are in it.
+    let off = off[0] + 2.0 * off[1] + ROUNDING;
+    let [least, most] = mutant!("factors.edge-rest", [least, most], |[least, most]: [f64; 2]| [
+        0.55 * least + 0.45 * most,
+        0.45 * least + 0.55 * most
+    ]);
+    (low < high && off <= MOST_OFF).then_some([larger(least - off, 0.0), smaller(most + off, 1.0)])
+}
+
+/// A cell as one sees it along an edge.
+struct Slopes {
+    /// Of each corner.
+    p: [f64; MOST_CORNERS],
+    q: [f64; MOST_CORNERS],
     count: usize,
-    /// Its values at the corners: between two next ones the share is a polynomial of degree 2.
-    values: &'a [f64],
+    /// The shares of the triangles between the first corner and two next ones.
+    shares: [f64; MOST_CORNERS],
+    /// Least and largest slope, roughly.
     range: [f64; 2],
+    /// Bounds on the error of q and of p.
+    off: [f64; 2],
 }
 
-/// An affine function on a triangle.
-#[derive(Debug, Clone, Copy, Default)]
-struct Triangle {
-    /// The least of its values at corners, and one over their range: finite.
-    low: f64,
-    scale: f64,
-    /// The place of the middle one, from 0 to 1 of the range.
-    middle: f64,
-    /// The share of the triangle.
-    share: f64,
-}
-
-impl Triangle {
-    fn below(&self, value: f64) -> f64 {
-        let place = (value - self.low) * self.scale;
-        if place <= 0.0 {
-            0.0
-        } else if place >= 1.0 {
-            self.share
-        } else if place <= self.middle {
-            self.share * place * (place / self.middle)
-        } else {
-            self.share * (1.0 - (1.0 - place) * ((1.0 - place) / (1.0 - self.middle)))
+impl Slopes {
+    /// `None` where p is not positive on all of the cell. `size` has `|E|` and `|w|`.
+    fn new(cell: &Cell, from: DVec3, [n0, n1]: [DVec3; 2], size: [f64; 2]) -> Option<Self> {
+        let (points, count) = (&cell.points, cell.points.len());
+        if count > MOST_CORNERS {
+            return None;
         }
-    }
-
-    fn density(&self, value: f64) -> f64 {
-        let place = (value - self.low) * self.scale;
-        let height = if place <= 0.0 || place >= 1.0 {
-            0.0
-        } else if place <= self.middle {
-            place / self.middle
-        } else {
-            (1.0 - place) / (1.0 - self.middle)
-        };
-        2.0 * self.share * self.scale * height
-    }
-}
-
-impl<'a> Shares<'a> {
-    /// Of at most [`MOST_CORNERS`] corners.
-    fn new(cell: &Cell, values: &'a [f64]) -> Self {
-        let points = &cell.points;
+        let [mut p, mut q, mut shares] = [[0.0; MOST_CORNERS]; 3];
+        let (mut nearest, mut reach, mut range) = (f64::INFINITY, 0.0, [f64::INFINITY, f64::NEG_INFINITY]);
+        for (k, &x) in points.iter().enumerate() {
+            let r = x - from;
+            (p[k], q[k]) = (n1.dot(r), n0.dot(r));
+            (nearest, reach) = (smaller(nearest, p[k]), larger(reach, r.length_squared()));
+            range = [smaller(range[0], q[k] / p[k]), larger(range[1], q[k] / p[k])];
+        }
+        let off = 32.0 * f64::EPSILON * size[0] * size[1] * reach.sqrt() + f64::MIN_POSITIVE;
+        let off = [off, off * size[0] + f64::MIN_POSITIVE];
         let mut whole = 0.0;
-        let mut triangles = [Triangle::default(); MOST_CORNERS];
-        let count = points.len() - 2;
-        for (k, triangle) in triangles[..count].iter_mut().enumerate() {
-            let area = (points[k + 1] - points[0]).cross(points[k + 2] - points[0]).length();
-            let mut corners = [values[0], values[k + 1], values[k + 2]];
-            corners.sort_unstable_by(f64::total_cmp);
-            let [low, middle, high] = corners;
-            // A range of hardly any width is a step.
-            let scale = 1.0 / larger(high - low, 1e-300);
-            *triangle = Triangle { low, scale, middle: (middle - low) * scale, share: area };
-            whole += area;
+        for k in 0..count - 2 {
+            shares[k] = (points[k + 1] - points[0]).cross(points[k + 2] - points[0]).length();
+            whole += shares[k];
         }
-        triangles[..count].iter_mut().for_each(|triangle| triangle.share /= whole);
-        let range = values.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], &v| [smaller(low, v), larger(high, v)]);
-        Self { triangles, count, values, range }
+        shares.iter_mut().for_each(|share| *share /= whole);
+        (nearest > 2.0 * off[1]).then_some(Self { p, q, count, shares, range, off })
     }
 
-    fn reach(&self) -> f64 {
-        self.range[1] - self.range[0]
+    /// The share of the cell at slopes below this one, and a bound on its error.
+    fn share_below(&self, slope: f64) -> (f64, f64) {
+        let mut heights = [0.0; MOST_CORNERS];
+        let [mut low, mut high] = [f64::INFINITY, f64::NEG_INFINITY];
+        for (k, height) in heights[..self.count].iter_mut().enumerate() {
+            *height = self.q[k] - slope * self.p[k];
+            (low, high) = (smaller(low, *height), larger(high, *height));
+        }
+        let of_triangle = |k: usize| self.shares[k] * share_below([heights[0], heights[k + 1], heights[k + 2]]);
+        let share = (0..self.count - 2).map(of_triangle).sum();
+        let off = self.off[0] + slope.abs() * self.off[1];
+        let range = high - low - 2.0 * off;
+        (share, if range > 0.0 { 2.0 * off / range } else { f64::INFINITY })
     }
+}
 
-    fn below(&self, value: f64) -> f64 {
-        self.triangles[..self.count].iter().map(|triangle| triangle.below(value)).sum()
-    }
-
-    fn density(&self, value: f64) -> f64 {
-        self.triangles[..self.count].iter().map(|triangle| triangle.density(value)).sum()
-    }
-
-    /// The share of pairs over which the sum of this function and one that reaches as far is below a value: between two knots the density of the
-    /// one times the share of the other is of degree 3, for which Gauss' rule of two nodes is exact.
-    fn sum_below(&self, wide: &Self, value: f64) -> f64 {
-        let ([least, most], [low, high]) = (wide.range, self.range);
-        if value - high >= most {
-            return 1.0;
-        }
-        if value - low <= least {
-            return 0.0;
-        }
-        // Below this all of this one counts, above the end nothing.
-        let (start, end) = (larger(value - high, least), smaller(value - low, most));
-        let mut sum = if start > least { wide.below(start) } else { 0.0 };
-        let mut knots = [end; 2 * MOST_CORNERS + 2];
-        knots[0] = start;
-        let mut count = 1;
-        for knot in wide.values.iter().copied().chain(self.values.iter().map(|knot| value - knot)) {
-            if knot > start && knot < end {
-                knots[count] = knot;
-                count += 1;
-            }
-        }
-        knots[..count].sort_unstable_by(f64::total_cmp);
-        for piece in knots[..=count].windows(2) {
-            let (half, middle) = (0.5 * (piece[1] - piece[0]), 0.5 * (piece[0] + piece[1]));
-            if half > 0.0 {
-                let at = |w: f64| wide.density(w) * self.below(value - w);
-                sum += half * (at(middle - NODE * half) + at(middle + NODE * half));
-            }
-        }
-        sum
+/// The share of a triangle on which an affine function of these values at its corners is negative.
+fn share_below([a, b, c]: [f64; 3]) -> f64 {
+    // The share at the first of three corners, beyond the line between it and the others.
+    let corner = |a: f64, b: f64, c: f64| a / (a - b) * (a / (a - c));
+    match [a < 0.0, b < 0.0, c < 0.0] {
+        [false, false, false] => 0.0,
+        [true, false, false] => corner(a, b, c),
+        [false, true, false] => corner(b, c, a),
+        [false, false, true] => corner(c, a, b),
+        [false, true, true] => 1.0 - corner(a, b, c),
+        [true, false, true] => 1.0 - corner(b, c, a),
+        [true, true, false] => 1.0 - corner(c, a, b),
+        [true, true, true] => 1.0,
     }
 }
 
@@ -330,6 +324,32 @@ mod tests {
     use crate::factors::exchange::exchange_parts;
     use crate::factors::rule::{nodes_of, patches};
     use crate::factors::tests::draws;
+
+    /// Points of two triangles, drawn, and pairs of them beside a drawn edge between the two.
+    #[test]
+    fn the_share_beside_an_edge_is_that_of_pairs_of_points() {
+        let mut draw = draws(9);
+        let mut uniform = || draw() - 0.5;
+        let mut narrow = 0;
+        for case in 0..200 {
+            let mut corner = |z: f64| DVec3::new(uniform(), uniform(), z + 0.4 * uniform());
+            let triangles = [0.0, 1.0].map(|z| [(); 3].map(|()| corner(z)));
+            let cells = triangles.map(|points| Cell { points: points.to_vec(), area: 1.0 });
+            let edge = [corner(0.5), corner(0.5)];
+            // The middles of parts of the same area.
+            let place = |[a, b, c]: [DVec3; 3], i: u8, j: u8| {
+                let (u, v) = (((f64::from(i) + 0.5) / 12.0).sqrt(), (f64::from(j) + 0.5) / 12.0);
+                a + (b - a) * (u * (1.0 - v)) + (c - a) * (u * v)
+            };
+            let [from, to] = triangles.map(|corners| (0..144).map(move |k| place(corners, k / 12, k % 12)));
+            let turns = from.flat_map(|x| to.clone().map(move |y| (y - x).dot((edge[1] - x).cross(edge[0] - x))));
+            let outside = turns.filter(|turn| *turn < 0.0).count() as f64 / (144.0 * 144.0);
+            let [least, most] = share_outside([&cells[0], &cells[1]], edge);
+            assert!(least - 0.02 <= outside && outside <= most + 0.02, "{case}: {outside} in [{least}, {most}]");
+            narrow += usize::from(outside > 0.1 && outside < 0.9 && most - least < 0.07);
+        }
+        assert!(narrow > 40, "{narrow}");
+    }
 
     /// What points see past a screen that reaches far on the other sides of the edge.
     #[test]

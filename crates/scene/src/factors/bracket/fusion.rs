@@ -7,8 +7,10 @@
 //! does not count: over all segments but a set of no measure, since segments through two edges at once are one.
 //!
 //! - If no edge of a group is left, N is the same for all segments, and one of them says whether the group hides all or nothing.
-//! - If one is left, it passes through all of the beam: an edge that ended in it would go on in another, as the boundary of a sum of
-//!   screens is closed. Then the group hides all if it does so on both sides of that edge, else what passes inside.
+//! - If one is left, it passes through all of the beam or no segment passes it: an edge that ended in the beam would go on in another, as the
+//!   boundary of a sum of screens is closed. Then the group hides all if it does so on both sides of that edge. Else it hides what passes inside, if
+//!   the screens of that edge have no other one that is not decided: T changes its sign beyond the end of an edge too, where N does not change, as
+//!   beside a corner of a block that is beside the beam.
 //! - If two groups have the same edges left, running the same way and as often, their numbers N differ by the same for all segments.
 //!   Where one segment meets as many of both, they hide the same, and one is left out: the near walls of a block, or its far ones.
 //!
@@ -119,13 +121,19 @@ pub(in crate::factors) fn fuse(partials: &[Partial<'_>], segment: [DVec3; 2]) ->
             others.push((left.clone(), met));
         }
         let shadows = match (outside, &left[..]) {
-            (Some(_), [(edge, _)]) => vec![vec![*edge]],
+            (Some(_), [(edge, _)]) if members.iter().all(|&k| is_open_alone(&partials[k], *edge)) => vec![vec![*edge]],
             // Each screen for itself.
             _ => members.iter().map(|&k| partials[k].edges().collect()).collect(),
         };
         fused.groups.push(Group { members, shadows });
     }
     fused
+}
+
+/// Whether a screen that has this edge has no other one that is not decided: then segments pass the edge wherever T changes its sign.
+fn is_open_alone(partial: &Partial<'_>, edge: [DVec3; 2]) -> bool {
+    let mut edges = partial.edges();
+    edges.clone().all(|other| other != edge) || edges.all(|other| other == edge)
 }
 
 /// A number that an edge has either way.
