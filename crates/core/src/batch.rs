@@ -37,26 +37,6 @@
 //! # Ok::<(), radgrad_core::Error>(())
 //! ```
 
-/// Runs a kernel's call with the vectors of an instruction set. This crate's unit tests run none, as tests of batches are of the library
-/// itself: for them kernels are compiled for one set only, and not for each again.
-macro_rules! on_level {
-    ($level:expr, $simd:ident => $call:expr) => {{
-        #[cfg(all(test, target_arch = "x86_64"))]
-        {
-            use ::fearless_simd::Simd;
-            let Some($simd) = $level.as_sse2() else { unreachable!("every x86-64 has SSE2") };
-            $simd.vectorize(
-                #[inline(always)]
-                || $call,
-            )
-        }
-        #[cfg(not(all(test, target_arch = "x86_64")))]
-        {
-            ::radgrad_numbers::on_instruction_set!($level, $simd => $call)
-        }
-    }};
-}
-
 mod answers;
 mod bound;
 mod cluster;

@@ -29,7 +29,7 @@ use glam::{DMat4, DQuat, DVec3, DVec4};
 use self::accessor::Accessors;
 use self::document::{Document, Material, Node, Primitive};
 use self::maps::Maps;
-use crate::reading::{Budget, Folder};
+use crate::reading::{Budget, Folder, ReadFile};
 use crate::scene::{Intake, Outline};
 use crate::words::quoted;
 use crate::{Error, Position, Reading, Scene};
@@ -43,7 +43,7 @@ pub fn read(file: &Path, reading: impl Into<Reading>) -> Result<Scene, Error> {
     let budget = Budget::new(reading.budget);
     let content = crate::open(file, &budget)?;
     let folder = Folder::of(file, &reading, &budget);
-    parse_within(&content, Intake::new(Scene::new(["r", "g", "b"])?, file, reading, &budget), |name| folder.read(name))
+    parse_within(&content, Intake::new(Scene::new(["r", "g", "b"])?, file, reading, &budget), &mut |name| folder.read(name))
 }
 
 /// Reads the content of a file, JSON or binary. `file` is its name in messages; `buffer` gives the content of a file that a
@@ -55,18 +55,14 @@ pub fn parse(
     content: &[u8],
     file: &Path,
     reading: impl Into<Reading>,
-    buffer: impl FnMut(&Path) -> io::Result<Vec<u8>>,
+    mut buffer: impl FnMut(&Path) -> io::Result<Vec<u8>>,
 ) -> Result<Scene, Error> {
     let reading = reading.into();
     let budget = Budget::new(reading.budget);
-    parse_within(content, Intake::new(Scene::new(["r", "g", "b"])?, file, reading, &budget), buffer)
+    parse_within(content, Intake::new(Scene::new(["r", "g", "b"])?, file, reading, &budget), &mut buffer)
 }
 
-fn parse_within(
-    content: &[u8],
-    mut intake: Intake,
-    mut buffer: impl FnMut(&Path) -> io::Result<Vec<u8>>,
-) -> Result<Scene, Error> {
+fn parse_within(content: &[u8], mut intake: Intake, buffer: &mut ReadFile<'_>) -> Result<Scene, Error> {
     let whole = intake.place(Position::File);
     let (json, binary) = buffer::chunks(content).map_err(|error| error.at(whole.clone()))?;
     let memory = document::memory_of(json);
@@ -78,7 +74,7 @@ fn parse_within(
     let fault = |intake: &Intake, (member, error): Fault| error.at(intake.place(Position::Member(member)));
     document.check().map_err(|error| fault(&intake, error))?;
     note_unused(&document, &mut intake);
-    let buffers = buffer::contents(&document, binary, intake.budget(), &mut buffer).map_err(|error| fault(&intake, error))?;
+    let buffers = buffer::contents(&document, binary, intake.budget(), buffer).map_err(|error| fault(&intake, error))?;
     let materials = materials(&document, &mut intake)?;
     let maps = maps::of_materials(&document, &buffers, &materials, &mut intake, buffer)?;
     let mut reader = Reader { document: &document, buffers: &buffers, materials, maps, intake };

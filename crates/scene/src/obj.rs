@@ -25,7 +25,7 @@ use std::path::{Path, PathBuf};
 use radgrad_core::DVec3;
 
 use self::map::Textures;
-use crate::reading::{Budget, Folder};
+use crate::reading::{Budget, Folder, ReadFile};
 use crate::scene::{Intake, Outline};
 use crate::words::{Words, decode, printable, quoted, without_mark};
 use crate::{Error, Position, Reading, Scene};
@@ -39,7 +39,7 @@ pub fn read(file: &Path, reading: impl Into<Reading>) -> Result<Scene, Error> {
     let budget = Budget::new(reading.budget);
     let text = crate::open(file, &budget)?;
     let folder = Folder::of(file, &reading, &budget);
-    parse_within(&text, Intake::new(Scene::new(["r", "g", "b"])?, file, reading, &budget), |name| folder.read(name))
+    parse_within(&text, Intake::new(Scene::new(["r", "g", "b"])?, file, reading, &budget), &mut |name| folder.read(name))
 }
 
 /// Reads the text of a file. `file` is its name in messages; `library` gives the content of a material library or a texture.
@@ -60,14 +60,14 @@ pub fn parse(
     text: &[u8],
     file: &Path,
     reading: impl Into<Reading>,
-    library: impl FnMut(&Path) -> io::Result<Vec<u8>>,
+    mut library: impl FnMut(&Path) -> io::Result<Vec<u8>>,
 ) -> Result<Scene, Error> {
     let reading = reading.into();
     let budget = Budget::new(reading.budget);
-    parse_within(text, Intake::new(Scene::new(["r", "g", "b"])?, file, reading, &budget), library)
+    parse_within(text, Intake::new(Scene::new(["r", "g", "b"])?, file, reading, &budget), &mut library)
 }
 
-fn parse_within(text: &[u8], intake: Intake, library: impl FnMut(&Path) -> io::Result<Vec<u8>>) -> Result<Scene, Error> {
+fn parse_within(text: &[u8], intake: Intake, library: &mut ReadFile<'_>) -> Result<Scene, Error> {
     let mut reader = Reader {
         intake,
         vertices: Vec::new(),
@@ -114,7 +114,7 @@ fn for_each_statement(text: &[u8], mut take: impl FnMut(usize, &[u8]) -> Result<
     if joined.is_empty() { Ok(()) } else { take(first, &joined) }
 }
 
-struct Reader<L> {
+struct Reader<'a> {
     intake: Intake,
     vertices: Vec<DVec3>,
     /// `vt`.
@@ -128,10 +128,10 @@ struct Reader<L> {
     object: String,
     group: String,
     material: Option<usize>,
-    library: L,
+    library: &'a mut ReadFile<'a>,
 }
 
-impl<L: FnMut(&Path) -> io::Result<Vec<u8>>> Reader<L> {
+impl Reader<'_> {
     fn statement(&mut self, line: usize, text: &str) -> Result<(), Error> {
         let mut words = Words::new(text);
         let Some(keyword) = words.next() else { return Ok(()) };

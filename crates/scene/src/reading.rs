@@ -10,6 +10,9 @@ use std::rc::Rc;
 
 use crate::{Degenerate, Error};
 
+/// Gives the content of a file that another one names. Not generic, so that readers are compiled once.
+pub(crate) type ReadFile<'a> = dyn FnMut(&Path) -> io::Result<Vec<u8>> + 'a;
+
 /// Options of a reader. A [`Degenerate`] alone stands for the default of all else.
 ///
 /// ```

@@ -23,6 +23,7 @@ pub(super) mod many;
 use fearless_simd::{Level, Simd};
 use radgrad_numbers::arithmetic::Arithmetic;
 use radgrad_numbers::ball::Ball;
+use radgrad_numbers::in_library;
 use radgrad_numbers::lanes::angle::angle;
 use radgrad_numbers::lanes::instruction_set::apart;
 use radgrad_numbers::lanes::lane::{Lanes, Mask, constant, same};
@@ -146,9 +147,9 @@ impl LinearLamp {
         padded(receivers, goal, slots, |receivers, slots| {
             let lamp = (&self.outline, self.glow.brightness, &self.glow);
             if goal.asked.gradient {
-                on_level!(level, simd => lanes::<_, f64, _, true>(simd, receivers, lamp, goal, slots))
+                in_library!(level, simd => lanes::<_, f64, _, true>(simd, receivers, lamp, goal, slots))
             } else {
-                on_level!(level, simd => lanes::<_, f64, _, false>(simd, receivers, lamp, goal, slots))
+                in_library!(level, simd => lanes::<_, f64, _, false>(simd, receivers, lamp, goal, slots))
             }
         })
     }

@@ -5,6 +5,7 @@ use std::ops::Range;
 
 use fearless_simd::{Level, Simd};
 use glam::DVec3;
+use radgrad_numbers::in_library;
 use radgrad_numbers::lanes::lane::{Lane, Lanes, MOST_LANES, align_frame, constant, load, same};
 use radgrad_numbers::vec3::Vec3;
 
@@ -145,9 +146,9 @@ impl<F: Lane> Group<F> {
         work.answered(range, goal, |start, slots| {
             let at = (self, start, Uniformly);
             if goal.asked.gradient {
-                on_level!(level, simd => lanes::<_, F, _, true>(simd, at, seen, goal, slots))
+                in_library!(level, simd => lanes::<_, F, _, true>(simd, at, seen, goal, slots))
             } else {
-                on_level!(level, simd => lanes::<_, F, _, false>(simd, at, seen, goal, slots))
+                in_library!(level, simd => lanes::<_, F, _, false>(simd, at, seen, goal, slots))
             }
         })
     }

@@ -1,6 +1,7 @@
 //! Many receivers against one emitter: receivers on lanes, the outline the same on all.
 
 use fearless_simd::Level;
+use radgrad_numbers::in_library;
 use radgrad_numbers::lanes::lane::Lane;
 
 use crate::batch::answers::{Counts, Slots};
@@ -146,9 +147,9 @@ fn on_lanes<F: Lane>(
     padded(receivers, goal, slots, |receivers, slots| {
         let lamp = (outline, *brightness, Uniformly);
         if goal.asked.gradient {
-            on_level!(level, simd => lanes::<_, F, _, true>(simd, receivers, lamp, goal, slots))
+            in_library!(level, simd => lanes::<_, F, _, true>(simd, receivers, lamp, goal, slots))
         } else {
-            on_level!(level, simd => lanes::<_, F, _, false>(simd, receivers, lamp, goal, slots))
+            in_library!(level, simd => lanes::<_, F, _, false>(simd, receivers, lamp, goal, slots))
         }
     })
 }

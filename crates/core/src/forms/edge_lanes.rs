@@ -19,9 +19,9 @@ use fearless_simd::{Level, Simd, f64x4};
 use glam::DVec3;
 use radgrad_numbers::arc_tangent::is_in_range;
 use radgrad_numbers::double_double::{DoubleDouble, ROUNDOFF_OF_DOUBLE_DOUBLE};
+use radgrad_numbers::in_library;
 use radgrad_numbers::lanes::vectors::{all, chosen, row};
 use radgrad_numbers::number::ROUNDOFF;
-use radgrad_numbers::on_instruction_set;
 use radgrad_numbers::power::normalising_power;
 use radgrad_numbers::vec3::Vec3;
 
@@ -59,7 +59,7 @@ pub(crate) fn plan_far_out(receiver: &Receiver, polygon: &Polygon) -> Option<Pla
         return None;
     }
     let power = normalising_power(farthest);
-    let plan = on_instruction_set!(*INSTRUCTION_SET, simd => plan_in(simd, receiver, polygon, power))?;
+    let plan = in_library!(*INSTRUCTION_SET, simd => plan_in(simd, receiver, polygon, power))?;
     Some(Plan { power, ..plan })
 }
 
@@ -170,7 +170,7 @@ pub(crate) fn height_over_plane<S: Simd>(simd: S, receiver: &Receiver, polygon: 
 /// That height and a bound on its error.
 #[inline]
 pub(crate) fn certain_height(receiver: &Receiver, polygon: &Polygon, power: f64) -> (f64, f64) {
-    let (height, reach) = on_instruction_set!(*INSTRUCTION_SET, simd => height_and_reach(simd, receiver, polygon, power));
+    let (height, reach) = in_library!(*INSTRUCTION_SET, simd => height_and_reach(simd, receiver, polygon, power));
     (
         height,
         reach * (polygon.normal_error() + 8.0 * ROUNDOFF_OF_DOUBLE_DOUBLE) * (1.0 + 8.0 * ROUNDOFF) + ROUNDOFF * height.abs(),

@@ -37,8 +37,8 @@
 
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f64x8};
+use radgrad_numbers::in_library;
 use radgrad_numbers::number::ROUNDOFF;
-use radgrad_numbers::on_instruction_set;
 use radgrad_numbers::vec3::Vec3;
 
 use crate::forms::edge_lanes::INSTRUCTION_SET;
@@ -153,7 +153,7 @@ impl Scene<'_> {
     /// The integral over a triangle, without the factor rho/pi.
     pub(super) fn integral(&self, triangle: &Triangle<'_>) -> Integral {
         let Self { n1, n2, height, .. } = *self;
-        let total = on_instruction_set!(*INSTRUCTION_SET, simd => triangle.sums(simd));
+        let total = in_library!(*INSTRUCTION_SET, simd => triangle.sums(simd));
         let gradient = n2 * total.projected - n1 * (height * total.plain)
             + total.pulled * (mutant!("gauss.pulled-sign", 4.0 * height, |factor: f64| -factor));
         let error = triangle.error(self, &total);

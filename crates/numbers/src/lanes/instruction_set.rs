@@ -41,6 +41,31 @@ macro_rules! on_instruction_set {
     }};
 }
 
+#[doc(hidden)]
+pub use on_instruction_set;
+
+/// As [`on_instruction_set`], for what a crate's users call. The unit tests of that crate have it for one set only, as any gives the
+/// same digits, and are not compiled for each: the sets themselves are compared where [`on_instruction_set`] is called, and by tests
+/// of the library.
+#[macro_export]
+macro_rules! in_library {
+    ($level:expr, $simd:ident => $call:expr) => {{
+        #[cfg(all(test, target_arch = "x86_64"))]
+        {
+            use $crate::lanes::instruction_set::fearless_simd::Simd;
+            let Some($simd) = $level.as_sse2() else { unreachable!("every x86-64 has SSE2") };
+            $simd.vectorize(
+                #[inline(always)]
+                || $call,
+            )
+        }
+        #[cfg(not(all(test, target_arch = "x86_64")))]
+        {
+            $crate::lanes::instruction_set::on_instruction_set!($level, $simd => $call)
+        }
+    }};
+}
+
 /// Calls a function without inlining it, so that the compiler makes one copy for all callers. The function must be `#[inline(always)]`:
 /// then its code uses the instruction set.
 #[inline(never)]

@@ -7,7 +7,7 @@ use std::path::Path;
 use super::Fault;
 use super::document::{self, Document};
 use crate::Error;
-use crate::reading::Budget;
+use crate::reading::{Budget, ReadFile};
 use crate::words::{printable, quoted, without_mark};
 
 const GLB: &[u8] = b"glTF";
@@ -56,14 +56,14 @@ pub(super) fn contents<'a>(
     document: &Document,
     binary: Option<&'a [u8]>,
     budget: &Budget,
-    mut read: impl FnMut(&Path) -> io::Result<Vec<u8>>,
+    read: &mut ReadFile<'_>,
 ) -> Result<Vec<Cow<'a, [u8]>>, Fault> {
     let all = document.buffers.iter().enumerate().map(|(index, buffer)| {
         let member = || format!("buffers[{index}]");
         let content = match (&buffer.uri, binary) {
             (None, Some(binary)) if index == 0 => Ok(Cow::Borrowed(binary)),
             (None, _) => Err(Error::expected("a `uri`", "none")),
-            (Some(uri), _) => of_uri(uri, budget, &mut read).map(Cow::Owned),
+            (Some(uri), _) => of_uri(uri, budget, read).map(Cow::Owned),
         };
         let content = content.map_err(|error| (member(), error))?;
         if content.len() < buffer.byte_length {
@@ -76,7 +76,7 @@ pub(super) fn contents<'a>(
 }
 
 /// The data of a URI: inside it, or in the file it names.
-pub(super) fn of_uri(uri: &str, budget: &Budget, read: &mut impl FnMut(&Path) -> io::Result<Vec<u8>>) -> Result<Vec<u8>, Error> {
+pub(super) fn of_uri(uri: &str, budget: &Budget, read: &mut ReadFile<'_>) -> Result<Vec<u8>, Error> {
     match uri.strip_prefix("data:").map(|data| data.split_once(";base64,")) {
         Some(Some((_, data))) => {
             budget.take_many("data in URIs", data.len(), 1)?;

@@ -1,12 +1,11 @@
 //! Textures of glTF materials: images out of files, URIs and buffers, and where they lie on faces.
 
 use std::borrow::Cow;
-use std::io;
-use std::path::Path;
 use std::sync::Arc;
 
 use super::buffer;
 use super::document::{self, Document, TextureUse, Transform};
+use crate::reading::ReadFile;
 use crate::scene::Intake;
 use crate::texture::{self, Quantity, Texture, Wrap};
 use crate::{Error, Position};
@@ -41,7 +40,7 @@ pub(super) fn of_materials(
     buffers: &[Cow<'_, [u8]>],
     materials: &[usize],
     intake: &mut Intake,
-    mut read: impl FnMut(&Path) -> io::Result<Vec<u8>>,
+    read: &mut ReadFile<'_>,
 ) -> Result<Vec<Maps>, Error> {
     let mut images: Vec<Option<Loaded>> = vec![None; document.images.len()];
     let mut all = Vec::with_capacity(document.materials.len());
@@ -52,7 +51,7 @@ pub(super) fn of_materials(
         for (quantity, used) in Quantity::ALL.into_iter().zip(uses) {
             let Some(used) = used else { continue };
             let place = intake.place(Position::Member(format!("materials[{index}]")));
-            let loaded = load(document, buffers, used, &mut images, intake, &mut read);
+            let loaded = load(document, buffers, used, &mut images, intake, read);
             if let Some(texture) = loaded.map_err(|(member, error)| error.at(intake.place(Position::Member(member))))? {
                 intake.scene().set_texture(in_scene, quantity, texture).map_err(|error| error.at(place))?;
                 let transform = used.extensions.transform.clone();
@@ -71,7 +70,7 @@ fn load(
     used: &TextureUse,
     images: &mut [Option<Loaded>],
     intake: &mut Intake,
-    read: &mut impl FnMut(&Path) -> io::Result<Vec<u8>>,
+    read: &mut ReadFile<'_>,
 ) -> Result<Loaded, super::Fault> {
     let member = format!("textures[{}]", used.index);
     let Some(texture) = document.textures.get(used.index) else {
@@ -122,7 +121,7 @@ fn open(
     buffers: &[Cow<'_, [u8]>],
     index: usize,
     intake: &mut Intake,
-    read: &mut impl FnMut(&Path) -> io::Result<Vec<u8>>,
+    read: &mut ReadFile<'_>,
 ) -> Result<Loaded, super::Fault> {
     let (image, member) = (&document.images[index], format!("images[{index}]"));
     let place = intake.place(Position::Member(member.clone()));

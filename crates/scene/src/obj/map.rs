@@ -7,9 +7,10 @@
 
 use std::collections::HashMap;
 use std::io;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 
+use crate::reading::ReadFile;
 use crate::scene::Intake;
 use crate::texture::{self, Quantity, Texture, Wrap};
 use crate::words::{Words, printable, quoted};
@@ -107,12 +108,7 @@ impl Textures {
     }
 
     /// Gives a material its textures, if it has not got them yet.
-    pub(super) fn load(
-        &mut self,
-        material: usize,
-        intake: &mut Intake,
-        mut read: impl FnMut(&Path) -> io::Result<Vec<u8>>,
-    ) -> Result<(), Error> {
+    pub(super) fn load(&mut self, material: usize, intake: &mut Intake, read: &mut ReadFile<'_>) -> Result<(), Error> {
         let Some(maps) = self.maps.remove(&material) else { return Ok(()) };
         let mut mappings = [None; 2];
         for (quantity, map) in Quantity::ALL.into_iter().zip(maps) {
@@ -120,7 +116,7 @@ impl Textures {
             let texture = match self.read.get(&map.file) {
                 Some(texture) => texture.clone(),
                 None => {
-                    let texture = open(&map, quantity, intake, &mut read)?;
+                    let texture = open(&map, quantity, intake, read)?;
                     self.read.insert(map.file.clone(), texture.clone());
                     texture
                 }
@@ -138,12 +134,7 @@ impl Textures {
 }
 
 /// Reads a texture; a file that is no PNG is noted.
-fn open(
-    map: &Map,
-    quantity: Quantity,
-    intake: &mut Intake,
-    read: &mut impl FnMut(&Path) -> io::Result<Vec<u8>>,
-) -> Result<Option<Arc<Texture>>, Error> {
+fn open(map: &Map, quantity: Quantity, intake: &mut Intake, read: &mut ReadFile<'_>) -> Result<Option<Arc<Texture>>, Error> {
     let name = map.file.display().to_string();
     let content = read(&map.file);
     let why = match content {

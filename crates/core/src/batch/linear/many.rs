@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use fearless_simd::{Level, Simd};
+use radgrad_numbers::in_library;
 use radgrad_numbers::lanes::lane::{MOST_LANES, load};
 
 use crate::batch::emitting::Emitting;
@@ -70,9 +71,9 @@ impl LinearGroup {
         work.answered(range, goal, |start, slots| {
             let at = (outlines, start, glows);
             if goal.asked.gradient {
-                on_level!(level, simd => lanes::<_, f64, _, true>(simd, at, seen, goal, slots))
+                in_library!(level, simd => lanes::<_, f64, _, true>(simd, at, seen, goal, slots))
             } else {
-                on_level!(level, simd => lanes::<_, f64, _, false>(simd, at, seen, goal, slots))
+                in_library!(level, simd => lanes::<_, f64, _, false>(simd, at, seen, goal, slots))
             }
         })
     }

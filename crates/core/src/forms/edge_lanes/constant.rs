@@ -4,9 +4,9 @@
 
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f64x4, mask64x4};
+use radgrad_numbers::in_library;
 use radgrad_numbers::lanes::vectors::{all, plus_first};
 use radgrad_numbers::number::ROUNDOFF;
-use radgrad_numbers::on_instruction_set;
 use radgrad_numbers::vec3::Vec3;
 
 use crate::boundary::line::LEAST_MOMENT;
@@ -27,7 +27,7 @@ pub(crate) fn sure<const VALUE: bool, const GRADIENT: bool>(
     receiver: &Receiver,
     polygon: &Polygon,
 ) -> Option<(Plan, IrradianceAndGradient<f64>)> {
-    on_instruction_set!(*INSTRUCTION_SET, simd => {
+    in_library!(*INSTRUCTION_SET, simd => {
         let plan = plan(simd, receiver, polygon)?;
         sums::<_, VALUE, GRADIENT, false, _>(
             simd,
@@ -43,13 +43,13 @@ pub(crate) fn sure<const VALUE: bool, const GRADIENT: bool>(
 /// The sums and their bounds, where double precision is sure of all decisions.
 #[inline]
 pub(crate) fn bounded(receiver: &Receiver, polygon: &Polygon, plan: &Plan) -> Option<(IrradianceAndGradient<f64>, BoundedSum)> {
-    on_instruction_set!(*INSTRUCTION_SET, simd => sums::<_, true, true, true, _>(simd, receiver, polygon, plan, with_bound))
+    in_library!(*INSTRUCTION_SET, simd => sums::<_, true, true, true, _>(simd, receiver, polygon, plan, with_bound))
 }
 
 /// As [`BoundedSum::where_sure`].
 #[inline]
 pub(crate) fn bounded_where_sure(receiver: &Receiver, polygon: &Polygon, narrow: f64) -> Option<SureCase<BoundedSum>> {
-    on_instruction_set!(*INSTRUCTION_SET, simd => {
+    in_library!(*INSTRUCTION_SET, simd => {
         let plan = plan(simd, receiver, polygon)?;
         if polygon.size() * plan.power <= narrow {
             return Some(SureCase { plan, sums: None });
@@ -259,6 +259,7 @@ mod tests {
     use crate::forms::constant::{EdgeSum, SolidAngleVector};
     use crate::forms::edge_lanes::random::{polygon_and_receiver, vector};
     use radgrad_numbers::lanes::instruction_set::instruction_sets;
+    use radgrad_numbers::on_instruction_set;
 
     #[test]
     fn side_by_side_gives_the_digits_of_one_by_one_on_every_instruction_set() {

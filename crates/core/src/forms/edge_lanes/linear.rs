@@ -4,10 +4,10 @@
 use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f64x4, f64x8, mask64x4};
 use radgrad_numbers::arc_tangent::is_in_range;
+use radgrad_numbers::in_library;
 use radgrad_numbers::lanes::vectors::{all, chosen, number_plus_first, plus_first};
 use radgrad_numbers::logarithm::of_normal;
 use radgrad_numbers::number::ROUNDOFF;
-use radgrad_numbers::on_instruction_set;
 use radgrad_numbers::vec3::Vec3;
 
 use crate::boundary::arc::Arc;
@@ -26,7 +26,7 @@ use crate::problem::receiver::Receiver;
 /// The plan and the sums, where double precision is sure of all decisions.
 #[inline]
 pub(crate) fn sure<const GRADIENT: bool>(receiver: &Receiver, emitter: &Emitter) -> Option<(Plan, IrradianceAndGradient<f64>)> {
-    on_instruction_set!(*INSTRUCTION_SET, simd => {
+    in_library!(*INSTRUCTION_SET, simd => {
         let plan = plan(simd, receiver, emitter.polygon())?;
         let sums = match plan.horizon {
             Horizon::Above => sums::<_, GRADIENT, false, false>(simd, receiver, emitter, plan.power, ROUNDOFF)?.0,
@@ -41,7 +41,7 @@ pub(crate) fn sure<const GRADIENT: bool>(receiver: &Receiver, emitter: &Emitter)
 /// and no edge is seen past a quarter turn.
 #[inline]
 pub(crate) fn bounded(receiver: &Receiver, emitter: &Emitter, power: f64) -> Option<(IrradianceAndGradient<f64>, LinearBound)> {
-    on_instruction_set!(*INSTRUCTION_SET, simd => {
+    in_library!(*INSTRUCTION_SET, simd => {
         let (terms, bound) = sums::<_, true, true, false>(simd, receiver, emitter, power, ROUNDOFF)?;
         Some((terms, bound?))
     })
@@ -56,7 +56,7 @@ pub(crate) fn bounded_in(
     emitter: &Emitter,
     plan: &Plan,
 ) -> Option<(IrradianceAndGradient<f64>, LinearBound)> {
-    on_instruction_set!(*INSTRUCTION_SET, simd => {
+    in_library!(*INSTRUCTION_SET, simd => {
         if plan.horizon == Horizon::Crossing {
             return cut(simd, receiver, emitter, plan.power, unit);
         }
@@ -106,7 +106,7 @@ pub(crate) fn bounded_where_sure(
     narrow: f64,
     tolerance: f64,
 ) -> Option<SureCase<LinearBound>> {
-    on_instruction_set!(*INSTRUCTION_SET, simd => {
+    in_library!(*INSTRUCTION_SET, simd => {
         let plan = plan(simd, receiver, emitter.polygon())?;
         if emitter.polygon().size() * plan.power <= narrow {
             return Some(SureCase { plan, sums: None });
@@ -150,7 +150,7 @@ fn light_left(receiver: &Receiver, polygon: &Polygon, power: f64) -> f64 {
 pub(crate) fn bounded_far_out(receiver: &Receiver, emitter: &Emitter, narrow: f64) -> Option<SureCase<LinearBound>> {
     let plan = plan_far_out(receiver, emitter.polygon()).filter(|plan| plan.horizon == Horizon::Crossing)?;
     let is_narrow = emitter.polygon().size() * plan.power <= narrow;
-    let bounded = || on_instruction_set!(*INSTRUCTION_SET, simd => cut(simd, receiver, emitter, plan.power, ROUNDOFF));
+    let bounded = || in_library!(*INSTRUCTION_SET, simd => cut(simd, receiver, emitter, plan.power, ROUNDOFF));
     Some(SureCase { plan, sums: if is_narrow { None } else { bounded() } })
 }
 
@@ -352,6 +352,7 @@ mod tests {
     use crate::forms::edge_lanes::random::{polygon_and_receiver, vector};
     use crate::problem::emission::Emission;
     use radgrad_numbers::lanes::instruction_set::instruction_sets;
+    use radgrad_numbers::on_instruction_set;
 
     #[test]
     fn side_by_side_gives_the_digits_of_one_by_one_on_every_instruction_set() {

@@ -39,9 +39,9 @@ use radgrad_numbers::arithmetic::Arithmetic;
 use radgrad_numbers::ball::Ball;
 use radgrad_numbers::double_double::{DoubleDouble, ROUNDOFF_OF_DOUBLE_DOUBLE};
 use radgrad_numbers::double_double_on_lanes::ROUNDOFF_ON_LANES;
+use radgrad_numbers::in_library;
 use radgrad_numbers::lanes::vectors::all;
 use radgrad_numbers::number::ROUNDOFF;
-use radgrad_numbers::on_instruction_set;
 use radgrad_numbers::real::Real;
 use radgrad_numbers::vec3::Vec3;
 
@@ -79,7 +79,7 @@ pub(crate) fn constant(
     polygon: &Polygon,
     plan: &Plan,
 ) -> Option<(IrradianceAndGradient<DoubleDouble>, f64)> {
-    on_instruction_set!(*INSTRUCTION_SET, simd => constant_on(simd, receiver, polygon, plan))
+    in_library!(*INSTRUCTION_SET, simd => constant_on(simd, receiver, polygon, plan))
 }
 
 #[inline(always)]
@@ -133,7 +133,7 @@ pub(crate) fn linear(
     plan: &Plan,
 ) -> Option<(IrradianceAndGradient<Ball<DoubleDouble>>, f64)> {
     let seen = SeenLinear::new(receiver, emitter, plan.power);
-    on_instruction_set!(*INSTRUCTION_SET, simd => linear_on(simd, receiver, emitter.polygon(), seen, plan))
+    in_library!(*INSTRUCTION_SET, simd => linear_on(simd, receiver, emitter.polygon(), seen, plan))
 }
 
 #[inline(always)]
@@ -444,6 +444,7 @@ mod tests {
     use radgrad_numbers::big::{Big, within};
     use radgrad_numbers::lanes::instruction_set::instruction_sets;
     use radgrad_numbers::number::Number;
+    use radgrad_numbers::on_instruction_set;
 
     fn off(found: Vec3<DoubleDouble>, truth: Vec3<Ball<Big>>) -> Vec3<f64> {
         (found.map(|c| Ball::approximate(Big::from_double_double(c), 0.0.into())) - truth).map(Real::value)
