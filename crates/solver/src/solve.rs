@@ -67,7 +67,10 @@ const STEP: f64 = 0.3;
 /// The part of the bound asked for that the mean magnitude of errors reaches, by its estimate, before more than a rough proof is made: that costs more than a solution.
 const ESTIMATED_PART: f64 = 0.1;
 
-/// The same before a rough proof is made.
+/// The part of the time after which it is made all the same.
+const BEFORE_PROOF: f64 = 0.1;
+
+/// The part of the bound asked for that the mean magnitude of errors reaches before a rough proof is made.
 const ROUGH_PART: f64 = 0.2;
 
 /// The part of the error asked for that one evaluation may have, per unit of the source's radiosity.
@@ -366,7 +369,8 @@ impl Solution {
     /// The bound of a round where one is asked for: found roughly, or as well as there is time where it may come to that.
     fn prove_at_most(&mut self, bound: f64, options: &Options) -> Result<f64, Error> {
         let reference = self.reference();
-        if self.is_worth_a_proof(bound) || self.is_full(options) {
+        let is_late = options.time.is_some_and(|time| self.clock.elapsed() >= time.mul_f64(BEFORE_PROOF));
+        if self.is_worth_a_proof(bound) || self.is_full(options) || is_late {
             self.ground.aim_at(&reference, Aim::Bound { part: bound, is_rough: false });
             let clock = self.clock;
             self.clock = clock.for_proof(options.time, true);

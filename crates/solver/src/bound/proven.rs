@@ -127,7 +127,7 @@ use crate::mesh::surfaces::Surfaces;
 use crate::mesh::{Mesh, Sight};
 use cells::{Bases, DEEPEST, DEEPEST_OF_LAMPS};
 use edges::Edges;
-use left::{Effort, Gathered, Kind, Light, Proof, fill};
+use left::{Effort, Gathered, Kind, LeftOut, Light, Proof, fill};
 use nodes::{Nodes, ROUNDED};
 use terms::Target;
 
@@ -295,7 +295,7 @@ impl Ground {
         let (left, factors) = proof.left(leaf, &Light::Even(&surfaces.emitted), &gathered);
         let lebesgue = proof.nodes_of(leaf).lebesgue;
         let (rho, basis) = (&surfaces.reflectance[mesh.elements()[leaf].face()], mesh.basis(leaf));
-        let of = |(channel, (left, split, _)): (usize, (left::Left, left::Split, Option<f64>))| {
+        let of = |(channel, (left, split, _)): (usize, LeftOut)| {
             let error = |kind: usize| direct.nodes.iter().map(|lit| lit.error[channel][kind]).fold(0.0, largest);
             let [clear, past] = [error(0), error(1)];
             let rest = |discretisation: f64, times: f64| {
@@ -410,7 +410,7 @@ impl Solved<'_> {
         let proof = ground.proof(self.optics, channels, deepest);
         let (left, factors) = proof.left(receiver, &Light::Field(field, &[]), &gathered);
         let nodes = ground.nodes[usize::from(element.shape() == Shape::Triangle)].lebesgue;
-        let of = |(channel, (left, split, in_cells)): (usize, (left::Left, left::Split, Option<f64>))| {
+        let of = |(channel, (left, split, in_cells)): (usize, LeftOut)| {
             let rho = self.reflectance(receiver, channel);
             let all = gathered.neglected_of_all[channel];
             let (mut clear, mut past) = (0.0, 0.0);
@@ -549,7 +549,7 @@ impl Proven {
             ground.enough.iter().enumerate().map(of).fold(0.0, largest) * solved.mesh.elements()[receiver].area()
         };
         let adds: Vec<f64> = solved.receivers.iter().map(|&receiver| adds(receiver)).collect();
-        let work = |place: usize| solved.links[solved.receivers[place]].len() as f64 * 4_f64.powi(deepest[place] as i32);
+        let work = |place: usize| solved.links[solved.receivers[place]].len() as f64 * 4_f64.powf(deepest[place] as f64);
         let mut next: Vec<usize> = (0..adds.len()).filter(|&place| deepest[place] < DEEPEST && adds[place] > 0.0).collect();
         next.sort_by(|&a, &b| (adds[b] / work(b)).total_cmp(&(adds[a] / work(a))));
         let mut rest = AT_A_TIME * adds.iter().sum::<f64>();

@@ -44,7 +44,7 @@ use radgrad_core::DVec3;
 use radgrad_scene::{largest, smallest as least};
 
 use super::edges::key;
-use super::left::{Effort, Gathered, Kind, Left, Light, Polynomial, Proof, fill};
+use super::left::{Gathered, Kind, Left, Light, Polynomial, Proof, fill};
 use super::nodes::{Nodes, ROUNDED};
 use super::terms::Target;
 use crate::clock::Clock;
@@ -66,7 +66,7 @@ pub(super) const DEEPEST_OF_LAMPS: usize = 2;
 const FIRST: usize = 2;
 
 /// How often a cell that is cut no further is cut into four for the light of open sources alone.
-const PARTS: usize = 2;
+const PARTS: u32 = 2;
 
 /// The degree of polynomials on parts.
 const DEGREE_ON_PARTS: usize = 2;
@@ -169,7 +169,7 @@ type Changes = Vec<Left>;
 
 impl Proof<'_> {
     /// What is left out on an element, cell by cell, and what is neglected beside, in each channel; `held` are the coefficients of the
-    /// projection.
+    /// projection, and `aim` says what is little.
     pub(super) fn in_cells(
         &self,
         to: usize,
@@ -177,9 +177,10 @@ impl Proof<'_> {
         gathered: &Gathered<'_>,
         kinds: &[Kind],
         held: &[Vec<f64>],
+        aim: &[f64],
     ) -> Option<Vec<(Left, f64)>> {
         let element = &self.mesh.elements()[to];
-        let (sources, neglected) = self.finer(gathered, kinds);
+        let (sources, neglected) = self.finer(gathered, kinds, aim);
         let glow = |source: usize, channel: usize| {
             let coefficients = light.of(self.mesh, source, channel);
             let polynomial = self.polynomial(source, &coefficients);
@@ -189,12 +190,21 @@ impl Proof<'_> {
         let glows: Vec<Vec<Glow>> =
             sources.iter().map(|(source, _, _)| (0..self.channels).map(|c| glow(*source, c)).collect()).collect();
         let bases = &self.bases[usize::from(element.shape() == Shape::Triangle)];
-        let (Effort { aim, clock }, deepest) = (self.effort, self.deepest);
         let size = |channel: usize| glows.iter().map(|of| of[channel].polynomial.size()).sum::<f64>();
         let enough = aim.iter().enumerate().map(|(channel, aim)| EVALUATIONS * aim / size(channel)).fold(f64::INFINITY, least);
         let raised = |precise: f64| if enough.is_finite() { largest(precise, enough) } else { precise };
         let optics = Optics { absolute: raised(self.optics.absolute), past: raised(self.optics.past), ..self.optics };
-        let cells = Cells { proof: self, optics, to, sources: &sources, glows, bases, aim, deepest, clock: *clock };
+        let cells = Cells {
+            proof: self,
+            optics,
+            to,
+            sources: &sources,
+            glows,
+            bases,
+            aim,
+            deepest: self.deepest,
+            clock: self.effort.clock,
+        };
         let of = |(index, (_, kind, sight)): (usize, &(usize, Kind, &Sight))| Open {
             index,
             kind: *kind,
@@ -212,7 +222,7 @@ impl Proof<'_> {
 
     /// The sources of which anything is seen, with what they are, each in parts if little is to be neglected; and what still is, in each
     /// channel.
-    fn finer<'g>(&self, gathered: &Gathered<'g>, kinds: &[Kind]) -> (Vec<(usize, Kind, &'g Sight)>, Vec<f64>) {
+    fn finer<'g>(&self, gathered: &Gathered<'g>, kinds: &[Kind], aim: &[f64]) -> (Vec<(usize, Kind, &'g Sight)>, Vec<f64>) {
         let share = PART / gathered.sources.len() as f64;
         let mut open: Vec<(usize, Kind, &Sight)> =
             gathered.sources.iter().zip(kinds).map(|((source, sight), kind)| (*source, *kind, *sight)).collect();
@@ -220,11 +230,11 @@ impl Proof<'_> {
         while let Some((source, kind, sight)) = open.pop() {
             let of = |channel: usize| (gathered.neglected)(source, kind == Kind::Clear, channel);
             let left: Vec<f64> = (0..self.channels).map(of).collect();
-            let is_little = left.iter().zip(&self.effort.aim).all(|(left, aim)| *left <= share * aim);
+            let is_little = left.iter().zip(aim).all(|(left, aim)| *left <= share * aim);
             match self.mesh.elements()[source].children() {
                 _ if kind == Kind::Dark => {}
                 Some(first) if !is_little && self.deepest > 0 => {
-                    open.extend((first..first + 4).map(|child| (child, kind, sight)))
+                    open.extend((first..first + 4).map(|child| (child, kind, sight)));
                 }
                 _ => {
                     neglected.iter_mut().zip(left).for_each(|(sum, of)| *sum += of);
@@ -252,7 +262,7 @@ impl Cells<'_> {
         let with = |left: Vec<Left>| -> Vec<Left> { left.iter().zip(&beyond.left).map(|(a, b)| a.and(*b)).collect() };
         if is_last || rest.is_empty() {
             let outlines = self.outlines(target, &rest);
-            let cuts = if self.clock.is_over() { 0 } else { PARTS.min(self.deepest) };
+            let cuts = if self.clock.is_over() { 0 } else { self.deepest.min(PARTS as usize) };
             return Ok(with(self.in_parts(cell, known, &rest, &outlines, cuts)?));
         }
         let changes = self.by_range(target, &rest);
@@ -449,7 +459,7 @@ impl Cells<'_> {
         let nothing = vec![0.0; even.len()];
         let size = |of: &[f64]| self.over_aim(of).sum::<f64>();
         // About what a source changes by on parts of the cell.
-        let changes = |index: usize, less: &[f64]| self.changes(target, index, less) * 0.5_f64.powi(PARTS as i32);
+        let changes = |index: usize, less: &[f64]| self.changes(target, index, less) / f64::from(1 << PARTS);
         let is_near = |&index: &usize| {
             let geometry = Geometry::of(proof, target, self.sources[index].0, MAX_DEGREE);
             let left: Vec<f64> = self.glows[index].iter().map(|glow| geometry.left(&glow.polynomial)).collect();

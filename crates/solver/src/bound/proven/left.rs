@@ -32,6 +32,9 @@ const MOST_IN_ALL: usize = 1500;
 /// Cuts of an element by faces that stand on it, beyond which its parts are not asked one by one.
 const MOST_CUTS: usize = 3;
 
+/// What cells leave at least over what is left without them; each cut in four halves it.
+const WITHIN_REACH: f64 = 0.3;
+
 /// Degrees above that of a basis up to which its nodes' rule projects exactly.
 const BEYOND: usize = 2;
 
@@ -84,6 +87,9 @@ pub(super) struct Split {
     pub(super) orthogonal: f64,
     pub(super) loose: f64,
 }
+
+/// The residual of a projection as a whole and in parts, and what is neglected beside if it is that in cells.
+pub(super) type LeftOut = (Left, Split, Option<f64>);
 
 /// What an element gathers from, and what its nodes get of it.
 pub(super) struct Gathered<'a> {
@@ -273,12 +279,7 @@ impl Proof<'_> {
 
     /// The residual of the light that an element gathers, in each channel, as a whole and in parts; and bounds on the form factors of all
     /// sources from anywhere on it. What links neglect comes on top: all of it, or so much if the residual is that in cells.
-    pub(super) fn left(
-        &self,
-        to: usize,
-        light: &Light<'_>,
-        gathered: &Gathered<'_>,
-    ) -> (Vec<(Left, Split, Option<f64>)>, Vec<f64>) {
+    pub(super) fn left(&self, to: usize, light: &Light<'_>, gathered: &Gathered<'_>) -> (Vec<LeftOut>, Vec<f64>) {
         let (mesh, channels) = (self.mesh, self.channels);
         let (element, basis) = (&mesh.elements()[to], mesh.basis(to));
         let places: Vec<[f64; 2]> = basis.nodes().iter().map(|node| node.at).collect();
@@ -306,7 +307,9 @@ impl Proof<'_> {
         let is_little = simply.iter().zip(&self.effort.aim).all(|((left, _), aim)| left.mean <= *aim);
         let before: usize = gathered.sources.iter().map(|(_, sight)| sight.faces().len()).sum();
         let is_cheap = before <= MOST_IN_ALL;
-        let in_cells = if is_little || !is_cheap { None } else { self.in_cells(to, light, gathered, &kinds, &held) };
+        let aim: Vec<f64> =
+            simply.iter().zip(&self.effort.aim).map(|((left, _), aim)| self.within_reach(light, left, *aim)).collect();
+        let in_cells = if is_little || !is_cheap { None } else { self.in_cells(to, light, gathered, &kinds, &held, &aim) };
         let of_channel = |(channel, (left, split)): (usize, &(Left, Split))| {
             let in_cells = in_cells.as_ref().map(|in_cells| (in_cells[channel], gathered.neglected_of_all[channel]));
             let (left, neglected) = match in_cells {
@@ -322,6 +325,14 @@ impl Proof<'_> {
         };
         let left = simply.iter().enumerate().map(of_channel).collect();
         (left, kinds.iter().enumerate().map(|(index, kind)| self.factor(&target, gathered, index, *kind)).collect())
+    }
+
+    /// What is little in cells: of reflected light no less than these may come to, from what is left without them.
+    fn within_reach(&self, light: &Light<'_>, simply: &Left, aim: f64) -> f64 {
+        match light {
+            Light::Field(..) => largest(aim, simply.mean * WITHIN_REACH / 2_f64.powf(self.deepest as f64)),
+            Light::Even(_) => aim,
+        }
     }
 
     /// The projection of what an element gathers, from its nodes.
