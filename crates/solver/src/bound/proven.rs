@@ -143,7 +143,7 @@ const OVER_ESTIMATE: f64 = 20.0;
 /// The same over the bound that is asked for: light is reflected again.
 const OVER_BOUND: f64 = 0.3;
 
-/// The part of what is left by all receivers that those leave which are cut further at a time.
+/// The receivers that are cut further at a time leave this part of what all receivers leave.
 const AT_A_TIME: f64 = 0.3;
 
 /// The solution to bound.
@@ -334,9 +334,8 @@ pub(crate) fn unseen<'a>(
     sources: impl Iterator<Item = (usize, &'a [usize], f64)>,
 ) -> [f64; 2] {
     let mesh = optics.mesh;
-    let places: Vec<[f64; 2]> = mesh.basis(element).nodes().iter().map(|node| node.at).collect();
     let proof = ground.proof(optics, 1, 0);
-    let target = Target::of(&mesh.elements()[element], &places, proof.nodes_of(element));
+    let target = proof.target(element, &mesh.elements()[element]);
     let (mut bounds, mut mean) = (Vec::new(), 0.0);
     for (source, faces, size) in sources {
         if proof.kind(element, source, faces) == Kind::Cut {
@@ -396,8 +395,8 @@ impl Solved<'_> {
         };
         let error = links.iter().flat_map(|link| &link.rows).map(|row| row.error).fold(0.0, largest);
         let sources = links.iter().map(|link| (link.source, &link.sight)).collect();
-        let places: Vec<[f64; 2]> = basis.nodes().iter().map(|node| node.at).collect();
-        let target = Target::of(element, &places, &ground.nodes[usize::from(element.shape() == Shape::Triangle)]);
+        let proof = ground.proof(self.optics, channels, deepest);
+        let target = proof.target(receiver, element);
         let neglected = |source: usize, is_clear: bool, channel: usize| self.neglected(&target, source, is_clear, channel);
         let of_all = |channel: usize| {
             let most = links.iter().map(|link| field.left_out(link.source, channel)).fold(0.0, largest);
@@ -407,9 +406,8 @@ impl Solved<'_> {
         let neglected_of_all = (0..channels).map(of_all).collect();
         let all = ground.closed && far.is_empty();
         let gathered = Gathered { sources, value: &value, error, all, neglected: &neglected, neglected_of_all };
-        let proof = ground.proof(self.optics, channels, deepest);
         let (left, factors) = proof.left(receiver, &Light::Field(field, &[]), &gathered);
-        let nodes = ground.nodes[usize::from(element.shape() == Shape::Triangle)].lebesgue;
+        let nodes = proof.nodes_of(receiver).lebesgue;
         let of = |(channel, (left, split, in_cells)): (usize, LeftOut)| {
             let rho = self.reflectance(receiver, channel);
             let all = gathered.neglected_of_all[channel];

@@ -47,7 +47,6 @@ use super::edges::key;
 use super::left::{Gathered, Kind, Left, Light, Polynomial, Proof, fill};
 use super::nodes::{Nodes, ROUNDED};
 use super::terms::Target;
-use crate::clock::Clock;
 use crate::error::Error;
 use crate::links::station::Station;
 use crate::links::transfer::Optics;
@@ -99,6 +98,12 @@ impl Bases {
 
     fn highest(&self) -> &Basis {
         &self.0[MAX_DEGREE].0
+    }
+
+    /// What a projection of a degree leaves out over what Taylor's polynomial does, at most and in the mean.
+    fn times(&self, degree: usize) -> [f64; 2] {
+        // The node of degree 0 is where Taylor's polynomial is.
+        if degree == 0 { [1.0; 2] } else { [1.0 + self.0[degree].1, 2.0] }
     }
 }
 
@@ -158,10 +163,8 @@ struct Cells<'a> {
     /// For each source and channel.
     glows: Vec<Vec<Glow>>,
     bases: &'a Bases,
-    /// What is left in each channel that is little, and how often it is cut into four at most.
+    /// What is left in each channel that is little.
     aim: &'a [f64],
-    deepest: usize,
-    clock: Clock,
 }
 
 /// Bounds for each channel on what changes over a cell: at most and in the mean.
@@ -194,17 +197,7 @@ impl Proof<'_> {
         let enough = aim.iter().enumerate().map(|(channel, aim)| EVALUATIONS * aim / size(channel)).fold(f64::INFINITY, least);
         let raised = |precise: f64| if enough.is_finite() { largest(precise, enough) } else { precise };
         let optics = Optics { absolute: raised(self.optics.absolute), past: raised(self.optics.past), ..self.optics };
-        let cells = Cells {
-            proof: self,
-            optics,
-            to,
-            sources: &sources,
-            glows,
-            bases,
-            aim,
-            deepest: self.deepest,
-            clock: self.effort.clock,
-        };
+        let cells = Cells { proof: self, optics, to, sources: &sources, glows, bases, aim };
         let of = |(index, (_, kind, sight)): (usize, &(usize, Kind, &Sight))| Open {
             index,
             kind: *kind,
@@ -249,9 +242,9 @@ impl Proof<'_> {
 impl Cells<'_> {
     /// What is left out on a cell of what is known, a polynomial for each channel, and of open sources.
     fn left(&self, cell: &Element, mut known: Vec<Vec<f64>>, open: Vec<Open>, depth: usize) -> Result<Vec<Left>, Error> {
-        let target = &self.target(cell);
+        let target = &self.proof.target(self.to, cell);
         let open = if depth == 0 { open } else { self.seen(cell, open) };
-        let is_last = depth >= self.deepest || self.clock.is_over();
+        let is_last = depth >= self.proof.deepest || self.proof.effort.clock.is_over();
         let (groups, rest, mut beyond) = self.smooth(target, open, is_last);
         if !groups.is_empty() {
             let all = groups.iter().flat_map(|group| group.members.iter().map(move |index| (*index, group)));
@@ -262,7 +255,7 @@ impl Cells<'_> {
         let with = |left: Vec<Left>| -> Vec<Left> { left.iter().zip(&beyond.left).map(|(a, b)| a.and(*b)).collect() };
         if is_last || rest.is_empty() {
             let outlines = self.outlines(target, &rest);
-            let cuts = if self.clock.is_over() { 0 } else { self.deepest.min(PARTS as usize) };
+            let cuts = if self.proof.effort.clock.is_over() { 0 } else { self.proof.deepest.min(PARTS as usize) };
             return Ok(with(self.in_parts(cell, known, &rest, &outlines, cuts)?));
         }
         let changes = self.by_range(target, &rest);
@@ -275,11 +268,6 @@ impl Cells<'_> {
             return Ok(with(self.at_centre(cell, known, &rest, &changes)?));
         }
         self.in_quarters(cell, &known, |quarter, below| self.left(quarter, below, rest.clone(), depth + 1)).map(with)
-    }
-
-    fn target<'t>(&'t self, part: &'t Element) -> Target<'t> {
-        let places: Vec<[f64; 2]> = self.proof.mesh.basis(self.to).nodes().iter().map(|node| node.at).collect();
-        Target::of(part, &places, self.proof.nodes_of(self.to))
     }
 
     /// Whether so little is left.
@@ -314,7 +302,7 @@ impl Cells<'_> {
         outlines: &[Line],
         cuts: usize,
     ) -> Result<Vec<Left>, Error> {
-        let target = &self.target(part);
+        let target = &self.proof.target(self.to, part);
         let changes = self.by_range(target, open);
         let changes = if self.is_aimed(&changes) { changes } else { self.by_rates(target, open, outlines, changes) };
         if self.is_aimed(&changes) {
@@ -336,7 +324,7 @@ impl Cells<'_> {
         changes: &Changes,
     ) -> Result<Vec<Left>, Error> {
         let mut beyond = Beyond { degree: DEGREE_ON_PARTS, left: vec![Left::default(); self.proof.channels] };
-        let times = beyond.times(self.bases);
+        let times = self.bases.times(DEGREE_ON_PARTS);
         let is_smooth = |open: &&Open| {
             let Some(left) = self.smooth_on_part(target, open) else { return false };
             beyond
@@ -435,7 +423,7 @@ impl Cells<'_> {
             Some(sums)
         };
         let (degree, q) = (0..MAX_DEGREE).find_map(|d| Some((d, all(d)?))).unwrap_or((MAX_DEGREE, lowest));
-        let times = Beyond { degree, left: Vec::new() }.times(self.bases);
+        let times = self.bases.times(degree);
         let left = q.iter().map(|q| Left { largest: times[0] * q, mean: times[1] * q }).collect();
         open.retain_mut(|open| {
             let Some(group) = groups.iter().find(|group| group.members.contains(&open.index)) else { return true };
@@ -737,14 +725,6 @@ const fn largest_distance(shape: Shape) -> [f64; 2] {
 struct Beyond {
     degree: usize,
     left: Vec<Left>,
-}
-
-impl Beyond {
-    /// What a projection leaves out over what Taylor's polynomial does, at most and in the mean.
-    fn times(&self, bases: &Bases) -> [f64; 2] {
-        // The node of degree 0 is where Taylor's polynomial is.
-        if self.degree == 0 { [1.0; 2] } else { [1.0 + bases.0[self.degree].1, 2.0] }
-    }
 }
 
 /// What Taylor's polynomial leaves of a source that is seen as a whole.

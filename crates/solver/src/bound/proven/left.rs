@@ -195,6 +195,12 @@ impl Proof<'_> {
         &self.nodes[usize::from(self.mesh.elements()[element].shape() == Shape::Triangle)]
     }
 
+    /// A part of an element, or all of it, that receives.
+    pub(super) fn target<'t>(&'t self, element: usize, part: &'t Element) -> Target<'t> {
+        let places: Vec<[f64; 2]> = self.mesh.basis(element).nodes().iter().map(|node| node.at).collect();
+        Target::of(part, &places, self.nodes_of(element))
+    }
+
     pub(super) fn polynomial(&self, element: usize, coefficients: &[f64]) -> Polynomial {
         let (basis, geometry) = (self.mesh.basis(element), &self.mesh.elements()[element]);
         let bernstein = basis.bernstein(coefficients);
@@ -282,8 +288,7 @@ impl Proof<'_> {
     pub(super) fn left(&self, to: usize, light: &Light<'_>, gathered: &Gathered<'_>) -> (Vec<LeftOut>, Vec<f64>) {
         let (mesh, channels) = (self.mesh, self.channels);
         let (element, basis) = (&mesh.elements()[to], mesh.basis(to));
-        let places: Vec<[f64; 2]> = basis.nodes().iter().map(|node| node.at).collect();
-        let target = Target::of(element, &places, self.nodes_of(to));
+        let target = self.target(to, element);
         let kinds = self.kinds(to, gathered);
         let sizes: Vec<f64> = (0..channels).map(|channel| self.size(light, gathered, basis.nodes().len(), channel)).collect();
         let less: Vec<f64> = (0..channels).map(|channel| self.seen(to, light, gathered, channel)).collect();

@@ -91,17 +91,16 @@ impl Nodes {
         if n == 0 {
             return [0.0; 2];
         }
-        let place = |a: usize, b: usize| self.place(a, b);
         let last = |a: usize| if self.shape == Shape::Triangle { n - a } else { n };
         let mut most = [0.0_f64; 2];
         for a in 0..=n {
             for b in 0..=last(a) {
-                let here = bernstein[place(a, b)];
+                let here = bernstein[self.place(a, b)];
                 if a < n && b <= last(a + 1) {
-                    most[0] = largest(most[0], (bernstein[place(a + 1, b)] - here).abs());
+                    most[0] = largest(most[0], (bernstein[self.place(a + 1, b)] - here).abs());
                 }
                 if b < last(a) {
-                    most[1] = largest(most[1], (bernstein[place(a, b + 1)] - here).abs());
+                    most[1] = largest(most[1], (bernstein[self.place(a, b + 1)] - here).abs());
                 }
             }
         }

@@ -8,8 +8,8 @@ use crate::solve::options::{Marking, Options};
 use crate::solve::solution::Solution;
 use crate::solve::solve;
 
-/// The leaves below an element.
-fn leaves(solution: &Solution, element: usize) -> Vec<usize> {
+/// The leaves below an element, or itself.
+pub(super) fn leaves(solution: &Solution, element: usize) -> Vec<usize> {
     match solution.mesh.elements()[element].children() {
         Some(first) => (first..first + 4).flat_map(|child| leaves(solution, child)).collect(),
         None => vec![element],

@@ -4,10 +4,10 @@ use radgrad_core::{DVec3, Polygon};
 use radgrad_scene::{Scene, largest};
 
 use crate::links::station::Station;
-use crate::mesh::Mesh;
 use crate::solve::options::Options;
 use crate::solve::solution::Solution;
 use crate::solve::solve;
+use crate::solve::tests::links::leaves;
 
 /// `SplitMix64` (G. Steele, D. Lea and C. Flood 2014): numbers in [low, high).
 struct Random(u64);
@@ -123,14 +123,6 @@ fn on_no_leaf_is_more_of_direct_light_left_out_than_is_proven() {
     assert!(lit > 150 && nearest > 0.1, "{lit} of {leaves}, {nearest}");
 }
 
-/// The leaves that an element has, or itself.
-fn leaves_below(mesh: &Mesh, element: usize) -> Vec<usize> {
-    match mesh.elements()[element].children() {
-        Some(first) => (first..first + 4).flat_map(|child| leaves_below(mesh, child)).collect(),
-        None => vec![element],
-    }
-}
-
 /// The largest and the mean of what the projection of reflected light leaves out on a receiver, of a grid, and of what links neglect.
 fn sampled_of_reflected(solution: &Solution, receiver: usize, count: u32) -> [f64; 2] {
     let (element, basis) = (&solution.mesh.elements()[receiver], solution.mesh.basis(receiver));
@@ -148,7 +140,7 @@ fn sampled_of_reflected(solution: &Solution, receiver: usize, count: u32) -> [f6
         let station = Station::on(element, element.point([s, t]));
         let (mut light, mut error) = (0.0, 0.0);
         for link in links {
-            for leaf in leaves_below(&solution.mesh, link.source) {
+            for leaf in leaves(solution, link.source) {
                 let row = solution.optics().receive(&station, leaf, &link.sight, of(leaf).len()).unwrap();
                 light += sum(&row.values, leaf);
                 error += row.error_of(of(leaf));
