@@ -8,6 +8,7 @@ use radgrad_core::{
 };
 use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
+use rayon::iter::{IntoParallelIterator, ParallelIterator};
 
 fn vector(random: &mut ChaCha8Rng) -> DVec3 {
     DVec3::new(random.random_range(-1.0..1.0), random.random_range(-1.0..1.0), random.random_range(-1.0..1.0))
@@ -82,42 +83,55 @@ fn ways(receiver: &Receiver, emitter: &Emitter) -> Vec<Answer> {
     all
 }
 
-fn check(random: &mut ChaCha8Rng, count: usize, off: f64, kind: usize) -> usize {
+/// Two answers to one polygon that do not meet.
+struct Apart {
+    vertices: Vec<DVec3>,
+    receiver: Receiver,
+    answers: [Answer; 2],
+}
+
+/// The number of answers that are on the surface, or two that do not meet.
+fn check(random: &mut ChaCha8Rng, count: usize, off: f64, kind: usize) -> Result<usize, Apart> {
     let (vertices, points, normal) = rotated(random, count);
     let slope = vector(random).cross(normal) * if kind == 2 { 3.0 } else { 0.3 };
     let mut on_surface = 0;
     for point in points {
-        let position = point + normal * off;
-        let directions = [-normal, vector(random), normal];
-        for direction in directions {
-            let receiver = Receiver::new(position, direction, 1.0).unwrap();
+        for direction in [-normal, vector(random), normal] {
+            let receiver = Receiver::new(point + normal * off, direction, 1.0).unwrap();
             let mut found = Vec::new();
             for first in 0..count {
                 let emitter = Emitter::new(starting_at(&vertices, first), emission(kind, &vertices, first, slope)).unwrap();
                 found.extend(ways(&receiver, &emitter));
             }
             on_surface += found.iter().filter(|answer| answer.method == Method::OnSurface).count();
-            for answer in &found {
-                assert!(answer.radiosity.is_finite() && answer.radiosity_error.is_finite(), "{answer:?}");
-                for other in &found {
-                    assert!(meet(answer, other), "{answer:?}\n{other:?}\n{position:?} {direction:?} {vertices:?}");
+            let pairs = found.iter().flat_map(|answer| found.iter().map(move |other| [*answer, *other]));
+            let finite = |answer: &Answer| answer.radiosity.is_finite() && answer.radiosity_error.is_finite();
+            for answers in pairs {
+                if !finite(&answers[0]) || !meet(&answers[0], &answers[1]) {
+                    return Err(Apart { vertices, receiver, answers });
                 }
             }
         }
     }
-    on_surface
+    Ok(on_surface)
 }
 
+/// Each case is drawn by its number, so that those after it do not depend on it, and all that fail are told.
 fn run(seed: u64, cases: usize, offs: &[f64]) {
-    let mut random = ChaCha8Rng::seed_from_u64(seed);
-    let mut on_surface = 0;
-    for case in 0..cases {
+    let found = (0..cases).into_par_iter().map(|case| {
+        let mut random = ChaCha8Rng::seed_from_u64(seed);
+        random.set_stream(case as u64);
         let count = if case % 2 == 0 { 4 } else { 5 + case / 2 % 8 };
         let off = offs[case % offs.len()] * if random.random_bool(0.5) { 1.0 } else { -1.0 };
-        on_surface += check(&mut random, count, off, case % 3);
-    }
-    println!("{on_surface} on the surface");
-    assert!(on_surface > cases / 4);
+        check(&mut random, count, off, case % 3).map_err(|apart| {
+            println!("case {case}: {:?}\n{:?}\n{:?}", apart.answers, apart.receiver, apart.vertices);
+        })
+    });
+    let found: Vec<Result<usize, ()>> = found.collect();
+    let on_surface: usize = found.iter().flatten().sum();
+    let apart = found.iter().filter(|case| case.is_err()).count();
+    println!("seed {seed}: {apart} of {cases} cases are apart, {on_surface} answers on the surface");
+    assert!(apart == 0 && on_surface > cases / 4);
 }
 
 #[test]
