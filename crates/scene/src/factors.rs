@@ -38,7 +38,7 @@ pub use repair::Repaired;
 pub use rule::gauss_legendre;
 
 use self::hiding::Neighbours;
-use self::screen::{Screen, Sight};
+use self::screen::{Cells, Screen, Sight};
 use crate::occluders::may_hide;
 use crate::projection::normalising_power;
 use crate::{Beam, Error, Occluders, Placement, Prepared, Scene, Warning, largest as larger, smallest as smaller};
@@ -252,10 +252,11 @@ impl<'a> FormFactors<'a> {
     /// What a point sees of an emitter past `candidates`, in the unit in which coordinates are up to 1. `at.hider` is where to look
     /// first for one that hides all, and is set to the one that does.
     fn at_node(&self, node: &Receiver, emitter: &Emitter, candidates: &[usize], at: &mut Sighting) -> Result<Value, Error> {
-        let outline = emitter.polygon().vertices();
+        let point = [node.position()];
+        let cells = Cells::new([&point, emitter.polygon().vertices()]);
         let mut hiding = Vec::new();
         for &k in at.hider.iter().chain(candidates) {
-            let sights = self.screens[k].iter().map(|screen| screen.before(node.position(), outline));
+            let sights = self.screens[k].iter().map(|screen| screen.before(&cells));
             // The least of it that any of its convex parts leaves.
             match sights.max() {
                 Some(Sight::Blocked) => {

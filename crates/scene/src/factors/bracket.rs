@@ -33,7 +33,7 @@ pub(super) use self::fusion::{Partial, fuse};
 use self::nesting::nest;
 use super::exchange::{Exchange, exchange_parts};
 use super::rule::patches;
-use super::screen::{Screen, Sight, Undecided};
+use super::screen::{Cells, Screen, Sight, Undecided};
 use super::{larger, smaller};
 use crate::occluders::perimeter;
 
@@ -81,6 +81,8 @@ pub(super) struct Mixed {
     passing: Passing,
     /// Whether the cells are far enough apart for that.
     is_far: bool,
+    /// Their exchange with nothing in between, where that was computed.
+    whole: Option<Exchange>,
     guess: f64,
 }
 
@@ -126,7 +128,7 @@ impl<'a> Search<'a> {
         let mut search = Self { between, planes, seen, hidden, passing, open, stuck, moved: 0.0, displaced, pairs: 0 };
         for a in &from {
             for b in &to {
-                search.examine([Rc::clone(a), Rc::clone(b)], &all);
+                search.examine([Rc::clone(a), Rc::clone(b)], &all, None);
             }
         }
         search
@@ -157,17 +159,21 @@ impl<'a> Search<'a> {
             let cut = division.heights.as_ref().map(|heights| whole.cut(heights, plane));
             let is_cut = |parts: &[Option<Cell>; 2]| parts.iter().flatten().all(|part| part.area < whole.area);
             let parts = cut.filter(is_cut).unwrap_or_else(|| whole.halves(division.across, plane));
-            self.moved += 2.0 * NEAR * whole.perimeter();
+            let whole_perimeter = whole.perimeter();
+            self.moved += 2.0 * NEAR * whole_perimeter;
             if !is_cut(&parts) {
                 self.passing.seen += mixed.passing.seen;
                 self.passing.hidden += mixed.passing.hidden;
                 self.stuck.push(*mixed);
                 continue;
             }
+            let mut rest = None;
             for part in parts.into_iter().flatten() {
                 let part = Rc::new(part);
                 let cells = if k == 0 { [part, Rc::clone(b)] } else { [Rc::clone(a), part] };
-                self.examine(cells, &mixed.screens);
+                let found = self.examine(cells, &mixed.screens, rest);
+                // What the cut moved exchanges at most its area.
+                rest = mixed.whole.zip(found).map(|(whole, part)| whole.without(part, 2.0 * NEAR * whole_perimeter));
             }
         }
     }
@@ -201,13 +207,19 @@ impl<'a> Search<'a> {
         self.open.iter().map(|mixed| &**mixed).chain(&self.stuck)
     }
 
-    fn examine(&mut self, cells: [Rc<Cell>; 2], screens: &[Hider]) {
+    /// Sees which kind a pair is of, and returns the exchange of its cells if it was computed. `rest` is what is known of that by what they are
+    /// parts of.
+    fn examine(&mut self, cells: [Rc<Cell>; 2], screens: &[Hider], rest: Option<Exchange>) -> Option<Exchange> {
+        let whole = |search: &Self| {
+            let is_enough = |rest: &Exchange| rest.error <= search.between.accuracy * rest.area;
+            rest.filter(is_enough).unwrap_or_else(|| search.between.exchange(&cells, &search.planes))
+        };
         self.pairs += 1;
-        let outlines = [&cells[0].points[..], &cells[1].points[..]];
+        let outlines = Cells::new([&cells[0].points, &cells[1].points]);
         let (mut partials, mut hiding) = (Vec::new(), Vec::new());
         for &Hider { screen: k, open } in screens {
             let screen = self.between.screens[k as usize];
-            let verdict = screen.between(outlines, 1.0, open);
+            let verdict = screen.between(&outlines, 1.0, open);
             if verdict.is_displaced && !self.displaced.contains(&k) {
                 self.displaced.push(k);
             }
@@ -216,34 +228,38 @@ impl<'a> Search<'a> {
                 (Sight::Part, Some(open)) => partials.push(Partial { screen, name: k, open }),
                 (Sight::Part, None) => hiding.push(Hider { screen: k, open }),
                 (Sight::Blocked, _) => {
-                    add(&mut self.hidden, self.between.exchange(&cells, &self.planes));
-                    return;
+                    let whole = whole(self);
+                    add(&mut self.hidden, whole);
+                    return Some(whole);
                 }
             }
         }
         let fused = fuse(&partials, [cells[0].centre(), cells[1].centre()]);
         if fused.is_all_hidden {
-            add(&mut self.hidden, self.between.exchange(&cells, &self.planes));
-            return;
+            let whole = whole(self);
+            add(&mut self.hidden, whole);
+            return Some(whole);
         }
         let is_all = hiding.is_empty();
         let ([a, b], [first, second]) = (&cells, &self.planes);
         let (shadows, members) = nest(fused.groups, [a, b]);
         hiding.extend(members.iter().map(|&k| Hider { screen: partials[k].name, open: partials[k].open }));
         if hiding.is_empty() {
-            add(&mut self.seen, self.between.exchange(&cells, &self.planes));
-            return;
+            let whole = whole(self);
+            add(&mut self.seen, whole);
+            return Some(whole);
         }
         hiding.sort_unstable_by_key(|hider| hider.screen);
-        let whole = || self.between.exchange(&cells, &self.planes);
-        let found = passing([a, b], [first, second], &shadows, is_all, whole);
+        let found = passing([a, b], [first, second], &shadows, is_all, || whole(self));
         let (known, guess) = match found {
             Some((known, whole)) => (known, larger(whole.most() - known.seen - known.hidden, 0.0)),
             None => (Passing::default(), guess(&cells, &self.planes)),
         };
         self.passing.seen += mutant!("factors.passing-seen", known.seen, |seen| 1.5 * seen);
         self.passing.hidden += mutant!("factors.passing-hidden", known.hidden, |hidden| 1.5 * hidden);
-        self.open.push(Box::new(Mixed { cells, screens: hiding, passing: known, is_far: found.is_some(), guess }));
+        let whole = found.map(|(_, whole)| whole);
+        self.open.push(Box::new(Mixed { cells, screens: hiding, passing: known, is_far: whole.is_some(), whole, guess }));
+        whole
     }
 }
 

@@ -20,7 +20,7 @@ use radgrad_core::{DVec3, Emission, Emitter, Polygon, Receiver};
 use super::bracket::{Hider, Mixed};
 use super::glance::Glance;
 use super::rule::{Patch, nodes_of, patches};
-use super::screen::{Screen, Sight as Visible};
+use super::screen::{Cells, Screen, Sight as Visible};
 use super::{FormFactors, Sighting, larger, smaller};
 use crate::Error;
 use crate::occluders::{above, on_the_way};
@@ -106,9 +106,10 @@ impl Sight<'_> {
     /// Those that hide something from a part of a patch; `None` where one hides all.
     fn hiders_of(&self, part: &Patch, of_patch: &[Hider]) -> Option<Vec<Hider>> {
         let mut hiders = Vec::with_capacity(of_patch.len());
+        let cells = Cells::new([part.outline(), self.cell]);
         for &hider in of_patch {
             // The cells' order decides nothing of what a screen leaves.
-            let verdict = self.screens[hider.screen as usize].between([part.outline(), self.cell], 1.0, hider.open);
+            let verdict = self.screens[hider.screen as usize].between(&cells, 1.0, hider.open);
             match verdict.sight {
                 Visible::Blocked => return None,
                 Visible::Part => hiders.push(Hider { open: verdict.edges.unwrap_or(hider.open), ..hider }),

@@ -17,6 +17,8 @@
 //! since two cells exchange through an aperture no more than its area. A point level with the screen's plane up to the rounding
 //! of coordinates is in it, as in [`crate::Beam::from_polygon`].
 
+use std::cell::OnceCell;
+
 use radgrad_core::{DVec3, Polygon};
 use robust::{Coord3D, orient3d};
 
@@ -200,7 +202,7 @@ impl Screen {
 
     /// How much of the sight between two convex cells the screen leaves; their coordinates are up to `reach`. The caller knows that
     /// all segments between them are inside the edges that are not `open`.
-    pub(super) fn between(&self, cells: [&[DVec3]; 2], reach: f64, open: Undecided) -> Verdict {
+    pub(super) fn between(&self, cells: &Cells<'_>, reach: f64, open: Undecided) -> Verdict {
         self.leaves(cells, self.slack(reach), open)
     }
 
@@ -209,9 +211,9 @@ impl Screen {
         self.parts(cells, self.slack(reach), Undecided::ALL)
     }
 
-    fn leaves(&self, cells: [&[DVec3]; 2], slack: f64, open: Undecided) -> Verdict {
-        let through = || Verdict::exact(if self.is_apart(cells) { Sight::Free } else { Sight::Part });
-        self.parts(cells, slack, open).unwrap_or_else(through)
+    fn leaves(&self, cells: &Cells<'_>, slack: f64, open: Undecided) -> Verdict {
+        let through = || Verdict::exact(if self.is_apart(cells.hull()) { Sight::Free } else { Sight::Part });
+        self.parts(cells.outlines, slack, open).unwrap_or_else(through)
     }
 
     fn parts(&self, cells: [&[DVec3]; 2], slack: f64, open: Undecided) -> Option<Verdict> {
@@ -261,30 +263,19 @@ impl Screen {
         Some(Verdict { sight, is_displaced: hidden_displaced, edges })
     }
 
-    /// The part of an outline that it leaves visible from a point: exact for the doubles as given, but for points level with its
-    /// plane.
-    pub(super) fn before(&self, point: DVec3, outline: &[DVec3]) -> Sight {
-        self.leaves([&[point], outline], 0.0, Undecided::ALL).sight
+    /// The part of an outline that it leaves visible from a point, the two cells: exact for the doubles as given, but for points level with
+    /// its plane.
+    pub(super) fn before(&self, cells: &Cells<'_>) -> Sight {
+        self.leaves(cells, 0.0, Undecided::ALL).sight
     }
 
     /// Whether a plane that bounds the hull of two cells, or that of a coordinate, has the screen beyond it.
-    fn is_apart(&self, [a, b]: [&[DVec3]; 2]) -> bool {
-        let all = || a.iter().chain(b).copied();
-        let (low, high) = (all().fold(DVec3::INFINITY, DVec3::min), all().fold(DVec3::NEG_INFINITY, DVec3::max));
-        if low.cmpge(self.high).any() || high.cmple(self.low).any() {
+    fn is_apart(&self, hull: &Hull) -> bool {
+        if hull.low.cmpge(self.high).any() || hull.high.cmple(self.low).any() {
             return true;
         }
         // There is no such plane where a segment between the two meets the screen.
-        if self.is_met([middle(a), middle(b)]) {
-            return false;
-        }
-        let beyond = |outline: &[DVec3], points: &[DVec3]| {
-            (0..outline.len()).any(|i| {
-                let (from, to) = (outline[i], outline[(i + 1) % outline.len()]);
-                points.iter().any(|&point| self.is_beyond((to - from).cross(point - from), from, [a, b]))
-            })
-        };
-        beyond(a, b) || beyond(b, a)
+        !self.is_met(hull.middles) && hull.sides.iter().any(|side| self.is_beyond(side, hull.reach))
     }
 
     /// Whether a segment meets it, up to rounding.
@@ -294,28 +285,88 @@ impl Screen {
         is_between && self.edges().all(|[a, b]| sign * (y - x).dot((b - x).cross(a - x)) > 0.0)
     }
 
-    fn is_beyond(&self, normal: DVec3, origin: DVec3, [a, b]: [&[DVec3]; 2]) -> bool {
-        let along = |p: DVec3| normal.dot(p - origin);
-        let [mut lowest, mut highest] = [f64::INFINITY, f64::NEG_INFINITY];
-        for s in self.outline.iter().map(|&p| along(p)) {
-            (lowest, highest) = (smaller(lowest, s), larger(highest, s));
-        }
-        // The origin is a corner of a cell.
-        if lowest <= 0.0 && highest >= 0.0 {
+    fn is_beyond(&self, side: &Side, reach: f64) -> bool {
+        let lowest = self.outline.iter().map(|&p| side.normal.dot(p - side.origin)).fold(f64::INFINITY, smaller);
+        if lowest <= 0.0 {
             return false;
         }
-        let [mut low, mut high] = [0.0_f64; 2];
-        for s in a.iter().chain(b).map(|&p| along(p)) {
-            (low, high) = (smaller(low, s), larger(high, s));
-            if lowest <= high && highest >= low {
-                return false;
+        let reach = self.outline.iter().map(|&p| (p - side.origin).abs().max_element()).fold(reach, larger);
+        lowest > side.error(reach)
+    }
+}
+
+/// Two cells, and what is known of the hull of both once a screen asks for it.
+pub(super) struct Cells<'a> {
+    outlines: [&'a [DVec3]; 2],
+    hull: OnceCell<Hull>,
+}
+
+impl<'a> Cells<'a> {
+    pub(super) const fn new(outlines: [&'a [DVec3]; 2]) -> Self {
+        Self { outlines, hull: OnceCell::new() }
+    }
+
+    fn hull(&self) -> &Hull {
+        self.hull.get_or_init(|| Hull::of(self.outlines))
+    }
+}
+
+/// The convex hull of two cells.
+struct Hull {
+    low: DVec3,
+    high: DVec3,
+    /// Of the two cells.
+    middles: [DVec3; 2],
+    /// The planes through an edge of one cell and a corner of the other that have no point of either before them.
+    sides: Vec<Side>,
+    /// The most by which coordinates of the two differ.
+    reach: f64,
+}
+
+/// A plane, its normal pointing out of the hull, with any length.
+struct Side {
+    origin: DVec3,
+    normal: DVec3,
+}
+
+impl Side {
+    /// Four times a bound on the error of heights over it, of points as far from the origin as this: a difference, a product and two sums in
+    /// three components. The normal is exact, whatever it is: it is a plane.
+    fn error(&self, reach: f64) -> f64 {
+        8.0 * f64::EPSILON * self.normal.abs().element_sum() * reach
+    }
+}
+
+impl Hull {
+    fn of([a, b]: [&[DVec3]; 2]) -> Self {
+        let all = || a.iter().chain(b).copied();
+        let (low, high) = (all().fold(DVec3::INFINITY, DVec3::min), all().fold(DVec3::NEG_INFINITY, DVec3::max));
+        let reach = (high - low).max_element();
+        let mut sides = Vec::new();
+        for (outline, points) in [(a, b), (b, a)] {
+            for (i, &origin) in outline.iter().enumerate() {
+                let along = outline[(i + 1) % outline.len()] - origin;
+                for &point in points {
+                    let side = Side { origin, normal: along.cross(point - origin) };
+                    // Half of it, so that what is beyond all of it is beyond the hull.
+                    let error = 0.5 * side.error(reach);
+                    let (mut is_before, mut is_behind) = (false, false);
+                    for height in all().map(|p| side.normal.dot(p - origin)) {
+                        is_before |= height > error;
+                        is_behind |= height < -error;
+                        if is_before && is_behind {
+                            break;
+                        }
+                    }
+                    match (is_before, is_behind) {
+                        (false, true) => sides.push(side),
+                        (true, false) => sides.push(Side { normal: -side.normal, ..side }),
+                        _ => {}
+                    }
+                }
             }
         }
-        let all = self.outline.iter().chain(a).chain(b);
-        let reach = all.map(|&p| (p - origin).abs().max_element()).fold(0.0, larger);
-        // A product of three components sums, whatever the normal is: it is a plane.
-        let error = 8.0 * f64::EPSILON * normal.abs().element_sum() * reach;
-        lowest > high + error || highest < low - error
+        Self { low, high, middles: [middle(a), middle(b)], sides, reach }
     }
 }
 

@@ -1,7 +1,7 @@
 use radgrad_core::{DMat3, DVec3, Emission, Emitter, Polygon, Receiver, radiosity};
 
 use super::exchange::{ALL_DIGITS, Exchange};
-use super::screen::Undecided;
+use super::screen::{Cells, Undecided};
 use super::{FactorSettings, FormFactors, larger, smaller};
 use crate::{Error, Scene};
 
@@ -291,7 +291,7 @@ fn screens_decide_contacts_and_edges_on_edges() {
     let square =
         |x: [f64; 2], y: [f64; 2], z: f64| [(0, 0), (1, 0), (1, 1), (0, 1)].map(|(i, j)| DVec3::new(x[i], y[j], z)).to_vec();
     let screen = &Screen::all_of(&Polygon::new(square([0.0, 1.0], [0.0, 1.0], 0.5)).unwrap())[0];
-    let sight = |a: &[DVec3], b: &[DVec3]| screen.between([a, b], 1.0, Undecided::ALL).sight;
+    let sight = |a: &[DVec3], b: &[DVec3]| screen.between(&Cells::new([a, b]), 1.0, Undecided::ALL).sight;
     let below = square([0.0, 1.0], [0.0, 1.0], 0.0);
     // Straight above all of it, beyond the edge's plane, and half of each.
     assert_eq!(sight(&below, &square([0.0, 1.0], [0.0, 1.0], 1.0)), Sight::Blocked);

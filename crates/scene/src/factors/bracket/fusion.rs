@@ -67,6 +67,10 @@ const MOST_EDGES: usize = 160;
 /// What screens hide together; `segment` runs between the middles of the two cells.
 pub(in crate::factors) fn fuse(partials: &[Partial<'_>], segment: [DVec3; 2]) -> Fused {
     let mut fused = Fused::default();
+    if let [partial] = partials {
+        fused.groups.push(Group { members: vec![0], shadows: vec![partial.edges().collect()] });
+        return fused;
+    }
     let edges: Vec<(usize, [DVec3; 2])> =
         partials.iter().enumerate().flat_map(|(k, partial)| partial.edges().map(move |edge| (k, edge))).collect();
     let mut group: Vec<usize> = (0..partials.len()).collect();
@@ -168,7 +172,8 @@ mod tests {
     use radgrad_core::Polygon;
 
     use super::*;
-    use crate::factors::screen::{Screen, Sight};
+    use crate::factors::screen::{Cells, Screen, Sight};
+    use crate::factors::tests::draws;
 
     /// Two squares side by side at height 0.5, as one sees them from below, and the sight that they leave between small cells
     /// above and below.
@@ -190,7 +195,7 @@ mod tests {
             let cells = [square(low, 0.0, 0.2), square(low, 1.0, 0.2)];
             let mut partials = Vec::new();
             for (k, screen) in (0..).zip(&screens) {
-                let verdict = screen.between([&cells[0], &cells[1]], 1.0, Undecided::ALL);
+                let verdict = screen.between(&Cells::new([&cells[0], &cells[1]]), 1.0, Undecided::ALL);
                 if verdict.sight == Sight::Part {
                     partials.push(Partial { screen, name: k, open: verdict.edges.unwrap() });
                 }
@@ -226,7 +231,7 @@ mod tests {
         let cells = [square(1.05, 0.0), square(0.82, 1.0)];
         let mut partials = Vec::new();
         for (k, screen) in (0..).zip(&screens) {
-            let verdict = screen.between([&cells[0], &cells[1]], 1.0, Undecided::ALL);
+            let verdict = screen.between(&Cells::new([&cells[0], &cells[1]]), 1.0, Undecided::ALL);
             assert!(verdict.sight != Sight::Part || verdict.edges.is_some());
             partials.extend(verdict.edges.map(|open| Partial { screen, name: k, open }));
         }
@@ -235,5 +240,55 @@ mod tests {
         let members = fused.groups.iter().flat_map(|group| &group.members);
         let names: Vec<u32> = members.map(|&place| partials[place].name).collect();
         assert!(partials.len() == 3 && !fused.is_all_hidden && names == [1], "{fused:?}");
+    }
+
+    /// Cells on two sides of some walls of a drawn block, near one of its corners, and drawn segments between them: one meets a screen if and only
+    /// if it is inside a shadow.
+    #[test]
+    fn shadows_hide_what_screens_hide() {
+        let mut draw = draws(11);
+        let mut uniform = || draw() - 0.5;
+        let (mut fewer, mut inside) = (0, 0);
+        for _ in 0..20_000 {
+            let size = DVec3::new(0.3 + 0.2 * uniform(), 0.3 + 0.2 * uniform(), 0.3 + 0.2 * uniform());
+            let corner = |k: usize| size * DVec3::new((k & 1) as f64, (k >> 1 & 1) as f64, (k >> 2 & 1) as f64);
+            let walls = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+            let some: Vec<_> = walls.iter().filter(|_| uniform() < 0.1).collect();
+            let screens: Vec<Screen> =
+                some.iter().flat_map(|wall| Screen::all_of(&Polygon::new(wall.map(corner).to_vec()).unwrap())).collect();
+            let mut drawn = || DVec3::new(uniform(), uniform(), uniform());
+            let (along, near) = (drawn().normalize(), size + drawn() * 0.3);
+            let mut cell = |middle: DVec3| {
+                let [a, b] = [drawn(), drawn()].map(|axis| axis * 0.3);
+                [middle - a - b, middle + a - b, middle + a + b, middle - a + b]
+            };
+            let cells = [cell(near - along), cell(near + along)];
+            let mut partials = Vec::new();
+            let mut is_known = true;
+            for (k, screen) in (0..).zip(&screens) {
+                let verdict = screen.between(&Cells::new([&cells[0], &cells[1]]), 2.0, Undecided::ALL);
+                is_known &= verdict.sight != Sight::Blocked && (verdict.sight == Sight::Free || verdict.edges.is_some());
+                partials.extend(verdict.edges.map(|open| Partial { screen, name: k, open }));
+            }
+            let at = |[a, b, c, d]: [DVec3; 4], u: f64, v: f64| a.lerp(b, u).lerp(d.lerp(c, u), v);
+            let middles = cells.map(|cell| at(cell, 0.5, 0.5));
+            // What is not known of one screen alone is not asked of several.
+            if !is_known || partials.len() < 2 {
+                continue;
+            }
+            let fused = fuse(&partials, middles);
+            let count: usize = fused.groups.iter().map(|group| group.shadows.len()).sum();
+            fewer += usize::from(count < partials.len());
+            for _ in 0..40 {
+                let mut place = || uniform() + 0.5;
+                let segment = cells.map(|cell| at(cell, place(), place()));
+                let is_inside = |edges: &Shadow| edges.iter().all(|&edge| passes_inside(edge, segment) == Some(true));
+                let is_hidden = partials.iter().any(|partial| is_inside(&partial.edges().collect()));
+                let is_in_shadow = fused.groups.iter().flat_map(|group| &group.shadows).any(is_inside);
+                assert_eq!(is_hidden, fused.is_all_hidden || is_in_shadow, "{cells:?} {size} {segment:?} {fused:?}");
+                inside += usize::from(is_hidden);
+            }
+        }
+        assert!(fewer > 200 && inside > 2000, "{fewer} {inside}");
     }
 }
