@@ -11,6 +11,8 @@
 //! shadow where that decides much of it, else in half. Cuts leave the width of penumbras undecided, which halving narrows; of n pairs
 //! the width falls like 1/n.
 //!
+//! Of the two parts of a cut pair whose exchange is known, the second one exchanges what the first leaves of it, where that has digits enough.
+//!
 //! A corner made by a cut is off the edge that it is on by rounding, 4 eps of coordinates up to 1, and may be merged with another as near
 //! as that; so the parts are off the whole by that times the perimeter, an area that exchanges at most itself; [`Screen::leak`] adds what displaced edges let pass.
 
@@ -79,9 +81,7 @@ pub(super) struct Mixed {
     pub(super) screens: Vec<Hider>,
     /// What of it is known all the same.
     passing: Passing,
-    /// Whether the cells are far enough apart for that.
-    is_far: bool,
-    /// Their exchange with nothing in between, where that was computed.
+    /// Their exchange with nothing in between, if the cells are far enough apart for that.
     whole: Option<Exchange>,
     guess: f64,
 }
@@ -153,14 +153,15 @@ impl<'a> Search<'a> {
             let screens = mixed.screens.iter().map(|hider| (self.between.screens[hider.screen as usize], hider.open));
             let screens: Vec<(&Screen, Undecided)> = screens.collect();
             let [a, b] = &mixed.cells;
-            let division = division([a, b], [&self.planes[0], &self.planes[1]], &screens, mixed.is_far);
+            let division = division([a, b], [&self.planes[0], &self.planes[1]], &screens, mixed.whole.is_some());
             let k = division.cell;
             let (whole, plane) = (&mixed.cells[k], &self.planes[k]);
             let cut = division.heights.as_ref().map(|heights| whole.cut(heights, plane));
             let is_cut = |parts: &[Option<Cell>; 2]| parts.iter().flatten().all(|part| part.area < whole.area);
             let parts = cut.filter(is_cut).unwrap_or_else(|| whole.halves(division.across, plane));
-            let whole_perimeter = whole.perimeter();
-            self.moved += 2.0 * NEAR * whole_perimeter;
+            // What the cut moves exchanges at most its area.
+            let moved = 2.0 * NEAR * whole.perimeter();
+            self.moved += moved;
             if !is_cut(&parts) {
                 self.passing.seen += mixed.passing.seen;
                 self.passing.hidden += mixed.passing.hidden;
@@ -172,8 +173,7 @@ impl<'a> Search<'a> {
                 let part = Rc::new(part);
                 let cells = if k == 0 { [part, Rc::clone(b)] } else { [Rc::clone(a), part] };
                 let found = self.examine(cells, &mixed.screens, rest);
-                // What the cut moved exchanges at most its area.
-                rest = mixed.whole.zip(found).map(|(whole, part)| whole.without(part, 2.0 * NEAR * whole_perimeter));
+                rest = mixed.whole.zip(found).map(|(whole, part)| whole.without(part, moved));
             }
         }
     }
@@ -258,7 +258,7 @@ impl<'a> Search<'a> {
         self.passing.seen += mutant!("factors.passing-seen", known.seen, |seen| 1.5 * seen);
         self.passing.hidden += mutant!("factors.passing-hidden", known.hidden, |hidden| 1.5 * hidden);
         let whole = found.map(|(_, whole)| whole);
-        self.open.push(Box::new(Mixed { cells, screens: hiding, passing: known, is_far: whole.is_some(), whole, guess }));
+        self.open.push(Box::new(Mixed { cells, screens: hiding, passing: known, whole, guess }));
         whole
     }
 }

@@ -85,7 +85,7 @@ const ASIDE: f64 = 0.01;
 
 /// Pairs of cells, and width of the bracket over its tolerance, at which the integration starts.
 const A_LOOK: usize = 32;
-const ROUGHLY: f64 = 4.0;
+const ROUGHLY: f64 = 2.0;
 
 /// Below this estimate cells are cut along events, and rules have many points.
 const MANY_DIGITS: f64 = 1e-7;
