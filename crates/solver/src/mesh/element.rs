@@ -12,10 +12,7 @@ use crate::error::Error;
 use crate::mesh::basis::{Basis, POWERS};
 use crate::mesh::remainder;
 use crate::mesh::rule;
-use crate::mesh::shape::{Shape, in_parent};
-
-/// The fourth corner of a parallelogram may be off by this fraction of its size: the rounding of coordinates.
-const PARALLEL: f64 = 1e-12;
+use crate::mesh::shape::{Shape, in_parent, is_parallelogram};
 
 /// A part of a face, with a polynomial radiosity.
 #[derive(Debug)]
@@ -107,9 +104,7 @@ impl Element {
     /// If the polygon cannot be cut into triangles, or these are too small for their coordinates.
     pub fn of_face(polygon: &Polygon, face: usize, bases: &[Basis; 2]) -> Result<Vec<Self>, Error> {
         let v = polygon.vertices();
-        if let [a, b, c, d] = v
-            && (*a - *b + *c - *d).length() <= PARALLEL * polygon.size()
-        {
+        if is_parallelogram(v) {
             return Self::new(polygon.clone(), Shape::Parallelogram, face, &bases[0]).map(|element| vec![element]);
         }
         let triangles = triangulate(v).ok_or(Error::Face { face })?;
@@ -125,12 +120,8 @@ impl Element {
     /// # Errors
     /// If they are too small for their coordinates.
     pub fn divided(&self, index: usize, basis: &Basis) -> Result<Vec<Self>, Error> {
-        let corners: &[[f64; 2]] = match self.shape {
-            Shape::Parallelogram => &[[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]],
-            Shape::Triangle => &[[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]],
-        };
         let child = |which: usize| {
-            let vertices = corners.iter().map(|&at| self.point(in_parent(self.shape, which, at))).collect();
+            let vertices = self.shape.corners().iter().map(|&at| self.point(in_parent(self.shape, which, at))).collect();
             let polygon = Polygon::new(vertices).map_err(|source| Error::Element { face: self.face, source })?;
             let child = Self::new(polygon, self.shape, self.face, basis)?;
             Ok(Self { parent: Some(index), level: self.level + 1, ..child })

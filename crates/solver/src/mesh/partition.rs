@@ -12,6 +12,7 @@ use rayon::prelude::*;
 
 use crate::mesh::basis::Basis;
 use crate::mesh::contact::{halves, inside};
+use crate::mesh::shape::{Shape, in_parent, is_parallelogram};
 
 /// Fraction of a part's size within which corners are on a line.
 const LEVEL: f64 = 1e-9;
@@ -255,13 +256,10 @@ fn in_two(c: &[DVec3]) -> Vec<Vec<Vec<DVec3>>> {
 
 /// The quarters of a triangle or a parallelogram.
 fn in_four(corners: &[DVec3]) -> Vec<Vec<DVec3>> {
-    let middle = |i: usize| corners[i].midpoint(corners[(i + 1) % corners.len()]);
-    if let &[a, b, c, d] = corners {
-        let [ab, bc, cd, da, m] = [middle(0), middle(1), middle(2), middle(3), a.midpoint(c)];
-        return vec![vec![a, ab, m, da], vec![ab, b, bc, m], vec![m, bc, c, cd], vec![da, m, cd, d]];
-    }
-    let [ab, bc, ca] = [middle(0), middle(1), middle(2)];
-    vec![vec![corners[0], ab, ca], vec![ab, corners[1], bc], vec![ca, bc, corners[2]], vec![bc, ca, ab]]
+    let shape = if corners.len() == 3 { Shape::Triangle } else { Shape::Parallelogram };
+    let (origin, u, v) = (corners[0], corners[1] - corners[0], corners[corners.len() - 1] - corners[0]);
+    let at = |[s, t]: [f64; 2]| origin + u * s + v * t;
+    (0..4).map(|child| shape.corners().iter().map(|&corner| at(in_parent(shape, child, corner))).collect()).collect()
 }
 
 /// The ways to make a convex polygon of triangles and parallelograms, as few as there can be.
@@ -283,11 +281,6 @@ fn shapes(v: &[DVec3]) -> Vec<Vec<Vec<DVec3>>> {
         }
     }
     ways
-}
-
-fn is_parallelogram(v: &[DVec3]) -> bool {
-    let size = v.iter().map(|p| (*p - v[0]).length()).fold(0.0, largest);
-    v.len() == 4 && (v[0] - v[1] + v[2] - v[3]).length() <= 1e-12 * size
 }
 
 /// Area of a triangle or a parallelogram.

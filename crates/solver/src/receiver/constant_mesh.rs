@@ -18,6 +18,7 @@ use super::criteria::variation;
 use super::lighting::{Lighting, Sample};
 use super::maximum::brightest;
 use crate::error::Error;
+use crate::mesh::shape::is_parallelogram;
 use crate::receiver::refinement::Refinement;
 
 /// Fraction of the size by which a point may be outside of an element that it belongs to.
@@ -25,9 +26,6 @@ const TOUCHES: f64 = 1e-9;
 
 /// The part of the rise to a maximum that a gradient sees at least if its direction is to count.
 const UNSEEN: f64 = 0.25;
-
-/// The fourth corner of a parallelogram may be off by this fraction of its size: the rounding of coordinates.
-const PARALLEL: f64 = 1e-12;
 
 /// A part of a receiver with one radiosity.
 #[derive(Debug, Clone, PartialEq)]
@@ -174,12 +172,11 @@ pub fn refine_constant(receiver: &Polygon, light: &Lighting<'_>, refinement: &Re
         }
     }
     let vertices = receiver.vertices();
-    let pieces: Vec<Vec<DVec3>> = match vertices {
-        [a, b, c, d] if (*a - *b + *c - *d).length() <= PARALLEL * receiver.size() => vec![vertices.to_vec()],
-        _ => {
-            let triangles = triangulate(vertices).ok_or(Error::Face { face: 0 })?;
-            triangles.into_iter().map(|corners| corners.map(|i| vertices[i]).to_vec()).collect()
-        }
+    let pieces: Vec<Vec<DVec3>> = if is_parallelogram(vertices) {
+        vec![vertices.to_vec()]
+    } else {
+        let triangles = triangulate(vertices).ok_or(Error::Face { face: 0 })?;
+        triangles.into_iter().map(|corners| corners.map(|i| vertices[i]).to_vec()).collect()
     };
     let outlines = pieces.into_iter().flat_map(|piece| match most.first() {
         Some(first) => cut_at(piece, first.position, normal, receiver.size()),
