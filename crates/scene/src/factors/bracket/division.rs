@@ -31,9 +31,11 @@ const CLEAR_OF_ONE: f64 = 0.6;
 /// Size over distance and the other's size from which a cell is halved before all else.
 const SPREAD: f64 = 3.0;
 
-/// What a cut along the plane of a screen is worth at least, where it cuts this share off: on either side edges say what the screen hides.
+/// What a cut along the plane of a screen is worth at least, where it cuts this share off: on either side edges say what the screen hides. They
+/// say little between near cells.
 const PARTING: f64 = 0.6;
 const MORE_THAN_SLIVER: f64 = 0.02;
+const MORE_IF_NEAR: f64 = 0.15;
 
 /// A cut along the edge of a shadow, and the share that it decides.
 struct Candidate {
@@ -92,7 +94,7 @@ pub(super) fn division(cells: [&Cell; 2], planes: [&Plane; 2], screens: &[(&Scre
                         (false, true) => below,
                         _ => 0.5,
                     };
-                    let is_parting = is_far && smaller(below, 1.0 - below) > MORE_THAN_SLIVER;
+                    let is_parting = smaller(below, 1.0 - below) > if is_far { MORE_THAN_SLIVER } else { MORE_IF_NEAR };
                     offer(k, &|| heights.clone(), larger(clear * worth, if is_parting { PARTING } else { 0.0 }));
                 }
             }
