@@ -47,7 +47,7 @@ use crate::factors::screen::MOST_CORNERS;
 use crate::factors::{larger, smaller};
 
 /// Slopes between which the shares of two cells are compared, less one.
-const SLICES: usize = 12;
+const SLICES: usize = 16;
 
 /// Rounding of a share from which an edge says nothing.
 const MOST_OFF: f64 = 1e-6;
