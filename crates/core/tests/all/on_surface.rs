@@ -91,7 +91,7 @@ struct Apart {
 }
 
 /// The number of answers that are on the surface, or two that do not meet.
-fn check(random: &mut ChaCha8Rng, count: usize, off: f64, kind: usize) -> Result<usize, Apart> {
+fn check(random: &mut ChaCha8Rng, count: usize, off: f64, kind: usize) -> Result<usize, Box<Apart>> {
     let (vertices, points, normal) = rotated(random, count);
     let slope = vector(random).cross(normal) * if kind == 2 { 3.0 } else { 0.3 };
     let mut on_surface = 0;
@@ -108,7 +108,7 @@ fn check(random: &mut ChaCha8Rng, count: usize, off: f64, kind: usize) -> Result
             let finite = |answer: &Answer| answer.radiosity.is_finite() && answer.radiosity_error.is_finite();
             for answers in pairs {
                 if !finite(&answers[0]) || !meet(&answers[0], &answers[1]) {
-                    return Err(Apart { vertices, receiver, answers });
+                    return Err(Box::new(Apart { vertices, receiver, answers }));
                 }
             }
         }

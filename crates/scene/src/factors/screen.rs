@@ -330,10 +330,10 @@ struct Side {
 }
 
 impl Side {
-    /// Four times a bound on the error of heights over it, of points as far from the origin as this: a difference, a product and two sums in
+    /// Six times a bound on the error of heights over it, of points as far from the origin as this: a difference, a product and two sums in
     /// three components. The normal is exact, whatever it is: it is a plane.
     fn error(&self, reach: f64) -> f64 {
-        8.0 * f64::EPSILON * self.normal.abs().element_sum() * reach
+        12.0 * f64::EPSILON * self.normal.abs().element_sum() * reach
     }
 }
 
@@ -348,7 +348,7 @@ impl Hull {
                 let along = outline[(i + 1) % outline.len()] - origin;
                 for &point in points {
                     let side = Side { origin, normal: along.cross(point - origin) };
-                    // Half of it, so that what is beyond all of it is beyond the hull.
+                    // Half of it: what is beyond all of it is then beyond the hull, whichever way both err.
                     let error = 0.5 * side.error(reach);
                     let (mut is_before, mut is_behind) = (false, false);
                     for height in all().map(|p| side.normal.dot(p - origin)) {
