@@ -16,7 +16,8 @@
 //!   emitter are done in it from the start.
 //!
 //! In short: `Engine::{new, all, threads}` and, on it, `radiosity`, `radiosity_and_gradient`, `radiosity_to`, `evaluate_to` (many
-//! receivers, one emitter), `each`, `each_to` (one receiver, many emitters), `total` (many of both, summed).
+//! receivers, one emitter), `radiosity_past`, `evaluate_past` (the same past occluders), `each`, `each_to` (one receiver, many emitters),
+//! `total` (many of both, summed).
 //!
 //! Digits are lost as by [`crate::radiosity`]: about `log10 D/s` of them at distance D for size s, of a linear emitter three
 //! times as many. The bound is some 30 (value) to 60 times (gradient) the error found, a linear emitter's some thousand times.
@@ -70,11 +71,12 @@ pub use receivers::Receivers;
 pub use total::Tally;
 
 use crate::batch::emitters::OneReceiver;
-use crate::batch::one_emitter::{OnLanes, OneEmitter};
+use crate::batch::one_emitter::{Occluders, OnLanes, OneEmitter};
 use crate::batch::tile::Goal;
 use crate::batch::total::TreeWalk;
 use crate::error::Error;
 use crate::problem::emission::Emitter;
+use crate::problem::polygon::Polygon;
 use crate::problem::receiver::Receiver;
 
 /// Single or double precision: `f32` or `f64`.
@@ -102,11 +104,11 @@ trait Compiled: Lane {
     /// An emitter as lanes take it.
     fn on_lanes(emitter: &Emitter) -> OnLanes<Self>;
 
-    /// Many receivers against one emitter.
+    /// Many receivers against one emitter, past occluders.
     fn against(
         engine: &Engine,
         receivers: &Receivers<'_, Self>,
-        emitter: (&Emitter, &OnLanes<Self>),
+        emitter: (&Emitter, &OnLanes<Self>, &[&Polygon]),
         goal: Goal,
         answers: &mut Answers<Self>,
     ) -> Result<(), Error>;
@@ -135,11 +137,12 @@ macro_rules! compiled {
             fn against(
                 engine: &Engine,
                 receivers: &Receivers<'_, Self>,
-                (emitter, on_lanes): (&Emitter, &OnLanes<Self>),
+                (emitter, on_lanes, occluders): (&Emitter, &OnLanes<Self>, &[&Polygon]),
                 goal: Goal,
                 answers: &mut Answers<Self>,
             ) -> Result<(), Error> {
-                let job = OneEmitter { receivers: *receivers, emitter, on_lanes, goal, level: engine.level };
+                let occluders = &Occluders::new(occluders, emitter);
+                let job = OneEmitter { receivers: *receivers, emitter, occluders, on_lanes, goal, level: engine.level };
                 let slots = answers.sized(receivers.count(), goal.asked);
                 answers.counts = tile::run(engine.threads, 0, slots, &|start, slots| job.tile(start, slots))?;
                 Ok(())
@@ -327,7 +330,7 @@ impl Engine {
         emitter: &Emitter,
         answers: &mut Answers<F>,
     ) -> Result<(), Error> {
-        F::against(self, receivers, (emitter, &F::on_lanes(emitter)), Goal::plain::<F>(false), answers)
+        F::against(self, receivers, (emitter, &F::on_lanes(emitter), &[]), Goal::plain::<F>(false), answers)
     }
 
     /// Radiosity and gradient at each receiver.
@@ -356,7 +359,7 @@ impl Engine {
         emitter: &Emitter,
         answers: &mut Answers<F>,
     ) -> Result<(), Error> {
-        F::against(self, receivers, (emitter, &F::on_lanes(emitter)), Goal::plain::<F>(true), answers)
+        F::against(self, receivers, (emitter, &F::on_lanes(emitter), &[]), Goal::plain::<F>(true), answers)
     }
 
     /// Radiosity of each receiver with its bound, to a relative tolerance as of [`crate::evaluate::evaluate_to`].
@@ -386,7 +389,7 @@ impl Engine {
         tolerance: f64,
         answers: &mut Answers<F>,
     ) -> Result<(), Error> {
-        F::against(self, receivers, (emitter, &F::on_lanes(emitter)), Goal::within(tolerance, false)?, answers)
+        F::against(self, receivers, (emitter, &F::on_lanes(emitter), &[]), Goal::within(tolerance, false)?, answers)
     }
 
     /// Radiosity and gradient at each receiver with their bounds, to a relative tolerance as of [`crate::evaluate::evaluate_to`].
@@ -417,7 +420,7 @@ impl Engine {
         tolerance: f64,
         answers: &mut Answers<F>,
     ) -> Result<(), Error> {
-        F::against(self, receivers, (emitter, &F::on_lanes(emitter)), Goal::within(tolerance, true)?, answers)
+        F::against(self, receivers, (emitter, &F::on_lanes(emitter), &[]), Goal::within(tolerance, true)?, answers)
     }
 
     /// [`Self::evaluate_to`] of an emitter that is ready: the same digits. On one thread, and where a closed form or a Gauss rule answers,
@@ -447,7 +450,77 @@ impl Engine {
         answers: &mut Answers<F>,
     ) -> Result<(), Error> {
         let ReadyEmitter { emitter, on_lanes } = emitter;
-        F::against(self, receivers, (emitter, on_lanes), Goal::within(tolerance, true)?, answers)
+        F::against(self, receivers, (emitter, on_lanes, &[]), Goal::within(tolerance, true)?, answers)
+    }
+
+    /// Radiosity alone past occluders, with bounds, to a relative tolerance: [`Self::evaluate_past`] without the gradient, and much cheaper
+    /// where a shadow's edge is seen in line with another edge.
+    ///
+    /// ```
+    /// use radgrad_core::batch::{Answers, Engine, Receivers};
+    /// # use radgrad_core::{DVec3, Emission, Emitter, Polygon};
+    /// # let square = |x: f64, z: f64| {
+    /// #     Polygon::new([(0.0, 0.0), (0.0, 1.0), (1.0, 1.0), (1.0, 0.0)].map(|(u, y)| DVec3::new(x + u, y, z)).to_vec())
+    /// # };
+    /// # let (x, zero, one) = ([0.0, 0.5], [0.0_f64; 2], [1.0; 2]);
+    /// # let floor = Receivers::new([&x, &x, &zero], [&zero, &zero, &one], &[1.0])?;
+    /// let lamp = Emitter::new(square(0.0, 1.0)?, Emission::Constant(1.0))?; // over the floor, and half way down
+    /// let screen = square(0.0, 0.5)?; // a square below it, which hides all of it from under its middle
+    /// let mut answers = Answers::new();
+    /// Engine::new().radiosity_past(&floor, &lamp, &[&screen], 1e-10, &mut answers)?;
+    /// assert!(answers.radiosity[0] + answers.radiosity_error[0] < 1e-12 && answers.radiosity[1] == 0.0);
+    /// # Ok::<(), radgrad_core::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// If a result overflows, or the tolerance is not in [0, 1].
+    pub fn radiosity_past<F: Precision>(
+        &self,
+        receivers: &Receivers<'_, F>,
+        emitter: &Emitter,
+        occluders: &[&Polygon],
+        tolerance: f64,
+        answers: &mut Answers<F>,
+    ) -> Result<(), Error> {
+        let on_lanes = F::on_lanes(emitter);
+        F::against(self, receivers, (emitter, &on_lanes, occluders), Goal::within(tolerance, false)?, answers)
+    }
+
+    /// Radiosity and gradient past occluders, with bounds, to a relative tolerance.
+    ///
+    /// Where spheres around the emitter and each occluder, seen from a receiver, prove that none hides anything, the lanes answer, with the digits
+    /// of [`Self::evaluate_to`]; the other receivers have the answers of [`crate::evaluate_to`]. Each receiver looks at each occluder, some 5 ns:
+    /// of a scene, give those that are between the receivers and the emitter.
+    ///
+    /// ```
+    /// use radgrad_core::batch::{Answers, Engine, Receivers};
+    /// # use radgrad_core::{DVec3, Emission, Emitter, Polygon};
+    /// # let square = |x: f64, z: f64| {
+    /// #     Polygon::new([(0.0, 0.0), (0.0, 1.0), (1.0, 1.0), (1.0, 0.0)].map(|(u, y)| DVec3::new(x + u, y, z)).to_vec())
+    /// # };
+    /// # let (x, zero, one) = ([0.0, 0.5], [0.0_f64; 2], [1.0; 2]);
+    /// # let floor = Receivers::new([&x, &x, &zero], [&zero, &zero, &one], &[1.0])?;
+    /// let lamp = Emitter::new(square(0.0, 1.0)?, Emission::Constant(1.0))?;
+    /// let screen = square(5.0, 0.5)?; // beside the lamp: it hides nothing
+    /// let (mut past, mut free) = (Answers::new(), Answers::new());
+    /// Engine::new().evaluate_past(&floor, &lamp, &[&screen], 1e-10, &mut past)?;
+    /// Engine::new().evaluate_to(&floor, &lamp, 1e-10, &mut free)?;
+    /// assert_eq!(past, free);
+    /// # Ok::<(), radgrad_core::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// If a result overflows, or the tolerance is not in [0, 1].
+    pub fn evaluate_past<F: Precision>(
+        &self,
+        receivers: &Receivers<'_, F>,
+        emitter: &Emitter,
+        occluders: &[&Polygon],
+        tolerance: f64,
+        answers: &mut Answers<F>,
+    ) -> Result<(), Error> {
+        let on_lanes = F::on_lanes(emitter);
+        F::against(self, receivers, (emitter, &on_lanes, occluders), Goal::within(tolerance, true)?, answers)
     }
 
     /// Radiosity and gradient due to each emitter, in the emitters' order.

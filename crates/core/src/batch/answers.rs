@@ -67,7 +67,8 @@ pub struct Counts {
     /// Lanes of single precision that cancel, done again in double precision; they are among `whole` and `clipped` too where
     /// that sufficed.
     pub doubled: usize,
-    /// One by one: too near an edge or its extension, too close to call, or a tolerance that double precision does not reach.
+    /// One by one: too near an edge or its extension, too close to call, a tolerance that double precision does not reach, or an occluder that
+    /// may hide something.
     pub single: usize,
 }
 

@@ -174,7 +174,7 @@ impl<'a, F: Lane> OneReceiver<'a, F> {
     /// Answers one emitter on the scalar path.
     fn single(&self, index: usize, (slots, entry): (&mut Slots<'_, F>, usize), counts: &mut Counts) -> Result<(), Error> {
         let in_batch = |error| Error::InBatch { index, error: Box::new(error) };
-        let answer = self.goal.single(self.receiver, &self.emitters.emitters[index]).map_err(in_batch)?;
+        let answer = self.goal.single(self.receiver, &self.emitters.emitters[index], &[]).map_err(in_batch)?;
         put(slots, entry, &answer).map_err(in_batch)?;
         *if answer.method == Method::Zero { &mut counts.zero } else { &mut counts.single } += 1;
         Ok(())

@@ -1,6 +1,7 @@
 //! Many receivers against one emitter: receivers on lanes, the outline the same on all.
 
 use fearless_simd::Level;
+use glam::DVec3;
 use radgrad_numbers::in_library;
 use radgrad_numbers::lanes::lane::Lane;
 
@@ -13,6 +14,8 @@ use crate::batch::tile::{Entries, Goal, Settled, TILE, each, put};
 use crate::error::Error;
 use crate::ladder::answer::Method;
 use crate::problem::emission::Emitter;
+use crate::problem::polygon::Polygon;
+use crate::problem::triangulate::Few;
 
 /// A constant emitter in the precision of the lanes.
 #[derive(Debug, Clone)]
@@ -65,10 +68,64 @@ impl<F: Lane> OnLanes<F> {
     }
 }
 
+/// Much above the root of the roundings of distances.
+const MARGIN: f64 = 1e-6;
+
+/// A sphere around a polygon.
+#[derive(Debug, Clone, Copy)]
+struct Sphere {
+    centre: DVec3,
+    radius: f64,
+}
+
+impl Sphere {
+    fn around(polygon: &Polygon) -> Self {
+        let vertices = polygon.vertices();
+        let centre = vertices.iter().sum::<DVec3>() / vertices.len() as f64;
+        let radius = vertices.iter().map(|v| v.distance(centre)).fold(0.0, f64::max);
+        Self { centre, radius: radius * (1.0 + MARGIN) }
+    }
+
+    /// Whether two spheres are surely apart, seen from a point: the cosine of the angle between their centres is below that of the sum of the angles
+    /// that they subtend. Distances in a range whose squares are far from that of doubles have all their digits but a few, and so has a square
+    /// root of one less a square, but for the root of these.
+    fn is_apart_from(&self, other: &Self, point: DVec3) -> bool {
+        let [to, to_other] = [self, other].map(|sphere| sphere.centre - point);
+        let [distance, distance_of_other] = [to, to_other].map(DVec3::length);
+        if ![distance, distance_of_other].iter().all(|distance| (1e-140..1e140).contains(distance)) {
+            return false;
+        }
+        let [sine, sine_of_other] = [self.radius / distance, other.radius / distance_of_other];
+        let cosines = (1.0 - sine * sine).sqrt() * (1.0 - sine_of_other * sine_of_other).sqrt();
+        to.dot(to_other) / (distance * distance_of_other) < cosines - sine * sine_of_other - MARGIN
+    }
+}
+
+/// Occluders, and spheres around these and the emitter.
+pub(super) struct Occluders<'a> {
+    all: Vec<&'a Polygon>,
+    spheres: Vec<Sphere>,
+    emitter: Sphere,
+}
+
+impl<'a> Occluders<'a> {
+    pub(super) fn new(all: &[&'a Polygon], emitter: &Emitter) -> Self {
+        let spheres = all.iter().map(|polygon| Sphere::around(polygon)).collect();
+        Self { all: all.to_vec(), spheres, emitter: Sphere::around(emitter.polygon()) }
+    }
+
+    /// Those that spheres do not prove to hide nothing from a point.
+    fn near(&self, point: DVec3) -> Few<&'a Polygon> {
+        let both = self.all.iter().zip(&self.spheres);
+        both.filter(|(_, sphere)| !sphere.is_apart_from(&self.emitter, point)).map(|(polygon, _)| *polygon).collect()
+    }
+}
+
 /// Many receivers and their emitter.
 pub(super) struct OneEmitter<'a, F> {
     pub(super) receivers: Receivers<'a, F>,
     pub(super) emitter: &'a Emitter,
+    pub(super) occluders: &'a Occluders<'a>,
     pub(super) on_lanes: &'a OnLanes<F>,
     pub(super) goal: Goal,
     pub(super) level: Level,
@@ -80,23 +137,42 @@ impl<F: Lane> OneEmitter<'_, F> {
         let length = slots.radiosity.len();
         let receivers = self.receivers.part(start..start + length);
         let on_lanes = |lamp| on_lanes(self.level, &receivers, lamp, self.goal, &mut slots);
-        let settled = self.on_lanes.lamp.as_ref().map_or_else(Settled::default, on_lanes);
+        let mut settled = self.on_lanes.lamp.as_ref().map_or_else(Settled::default, on_lanes);
         slots.on_lanes();
         slots.see_nothing(each(settled.zero));
+        let past = self.past(&receivers, length) & !settled.zero;
+        settled.good &= !past;
         let mut counts = settled.counts();
-        let mut open = settled.open(length);
+        let mut open = settled.open(length) & !past;
         if let Some(lamp) = &self.on_lanes.double
             && open != 0
         {
             open = self.doubled(&receivers, lamp, open, (&mut slots, &mut counts))?;
         }
-        for entry in each(open) {
+        for entry in each(open | past) {
             let in_batch = |error| Error::InBatch { index: start + entry, error: Box::new(error) };
-            let answer = self.goal.single(&receivers.receiver(entry).map_err(in_batch)?, self.emitter).map_err(in_batch)?;
+            let occluders = if past >> entry & 1 == 1 { self.near(&receivers, entry) } else { Few::new() };
+            let receiver = receivers.receiver(entry).map_err(in_batch)?;
+            let answer = self.goal.single(&receiver, self.emitter, &occluders).map_err(in_batch)?;
             put(&mut slots, entry, &answer).map_err(in_batch)?;
             *if answer.method == Method::Zero { &mut counts.zero } else { &mut counts.single } += 1;
         }
         Ok(counts)
+    }
+
+    /// The entries from which an occluder may hide a part of the emitter.
+    fn past(&self, receivers: &Receivers<'_, F>, length: usize) -> Entries {
+        if self.occluders.all.is_empty() {
+            return 0;
+        }
+        let is_past = |entry: &usize| !self.near(receivers, *entry).is_empty();
+        (0..length).filter(is_past).fold(0, |past, entry| past | 1 << entry)
+    }
+
+    /// The occluders that may hide a part of the emitter from an entry.
+    fn near(&self, receivers: &Receivers<'_, F>, entry: usize) -> Few<&Polygon> {
+        let position = receivers.position.map(|slice| slice[if slice.len() == 1 { 0 } else { entry }].to_double());
+        self.occluders.near(position.into())
     }
 
     /// Answers open entries on lanes of double precision; returns those that are still open.

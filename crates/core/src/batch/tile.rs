@@ -14,6 +14,7 @@ use crate::evaluate::{evaluate_to, evaluate_value, radiosity, radiosity_and_grad
 use crate::ladder;
 use crate::ladder::answer::{Answer, Method, Value};
 use crate::problem::emission::Emitter;
+use crate::problem::polygon::Polygon;
 use crate::problem::receiver::Receiver;
 
 /// Entries of a tile.
@@ -70,16 +71,17 @@ impl Goal {
         }
     }
 
-    /// An entry that lanes did not settle, on the scalar path.
+    /// An entry that lanes did not settle, on the scalar path. Occluders are for those with bounds.
     #[cold]
-    pub(super) fn single(&self, receiver: &Receiver, emitter: &Emitter) -> Result<Answer, Error> {
+    pub(super) fn single(&self, receiver: &Receiver, emitter: &Emitter, occluders: &[&Polygon]) -> Result<Answer, Error> {
+        let past = || occluders.iter().copied();
         if self.asked.errors && !self.asked.gradient {
             let tolerance = ladder::answer::Tolerance { relative: self.tolerance.value, absolute: self.tolerance.absolute };
-            let Value { radiosity, radiosity_error, method } = evaluate_value(receiver, emitter, &[], tolerance)?;
+            let Value { radiosity, radiosity_error, method } = evaluate_value(receiver, emitter, past(), tolerance)?;
             return Ok(Answer { radiosity, radiosity_error, method, ..Answer::ZERO });
         }
         if self.asked.errors {
-            return evaluate_to(receiver, emitter, &[], self.tolerance.value);
+            return evaluate_to(receiver, emitter, past(), self.tolerance.value);
         }
         let plain = |radiosity, gradient| Answer { radiosity, gradient, method: Method::ClosedForm, ..Answer::ZERO };
         if self.asked.gradient {

@@ -233,6 +233,49 @@ fn linear_batches_agree_with_the_scalar_path_within_both_bounds() {
     assert!(whole > 8_000 && clipped > 3_000);
 }
 
+/// Three triangles among the receivers and emitters: what they hide, the scalar path says; where they surely hide nothing, lanes do.
+#[test]
+fn past_occluders_batches_agree_with_the_scalar_path_within_both_bounds() {
+    let mut random = ChaCha8Rng::seed_from_u64(41);
+    let (mut double, mut float, mut value, mut free) = (Answers::new(), Answers::new(), Answers::new(), Answers::new());
+    let (mut hidden, mut same, mut on_lanes) = (0, 0, 0);
+    for kind in 0..40 {
+        let constant = emitter(&mut random, kind);
+        let lamp = if kind % 4 == 3 { linear(&mut random, &constant) } else { constant };
+        let mut triangle = || loop {
+            let middle = uniform(&mut random);
+            let corners = [(); 3].map(|()| single(middle + uniform(&mut random) * 0.2));
+            if let Ok(polygon) = Polygon::new(corners.to_vec()) {
+                return polygon;
+            }
+        };
+        let screens = [triangle(), triangle(), triangle()];
+        let screens: Vec<&Polygon> = screens.iter().collect();
+        let points = points(&mut random, lamp.polygon(), 300);
+        let (wide, narrow) = (Points::new(&points, |v| v), Points::new(&points, narrow));
+        let engine = Engine::new().threads();
+        engine.evaluate_past(&wide.receivers(), &lamp, &screens, 1e-8, &mut double).unwrap();
+        engine.evaluate_past(&narrow.receivers(), &lamp, &screens, 1e-8, &mut float).unwrap();
+        engine.radiosity_past(&wide.receivers(), &lamp, &screens, 1e-8, &mut value).unwrap();
+        engine.evaluate_to(&wide.receivers(), &lamp, 1e-8, &mut free).unwrap();
+        for (i, point) in points.iter().enumerate() {
+            let place = || format!("emitter {kind}, receiver {i}: {point:?}");
+            let truth = evaluate(&receiver(*point), &lamp, screens.iter().copied()).unwrap();
+            agrees(&double, i, &truth, &place);
+            agrees(&float, i, &truth, &place);
+            let off = (value.radiosity[i] - truth.radiosity).abs();
+            assert!(off <= value.radiosity_error[i] + truth.radiosity_error, "{}", place());
+            hidden += usize::from((free.radiosity[i] - truth.radiosity).abs() > free.radiosity_error[i] + truth.radiosity_error);
+            same += usize::from(entry(&free, i) == entry(&double, i) && free.radiosity[i] != 0.0);
+        }
+        let counts = double.counts;
+        assert_eq!(counts.zero + counts.whole + counts.clipped + counts.single, points.len());
+        on_lanes += counts.whole + counts.clipped;
+    }
+    println!("{hidden} hidden in part, {same} as without occluders, {on_lanes} on lanes");
+    assert!(hidden > 300 && same > 1000 && on_lanes > 200);
+}
+
 #[test]
 fn many_emitters_agree_with_the_scalar_path_within_both_bounds() {
     let mut random = ChaCha8Rng::seed_from_u64(12);
