@@ -141,7 +141,7 @@ macro_rules! compiled {
                 goal: Goal,
                 answers: &mut Answers<Self>,
             ) -> Result<(), Error> {
-                let occluders = &Occluders::new(occluders, emitter);
+                let occluders = Occluders::new(occluders, emitter);
                 let job = OneEmitter { receivers: *receivers, emitter, occluders, on_lanes, goal, level: engine.level };
                 let slots = answers.sized(receivers.count(), goal.asked);
                 answers.counts = tile::run(engine.threads, 0, slots, &|start, slots| job.tile(start, slots))?;
@@ -453,8 +453,9 @@ impl Engine {
         F::against(self, receivers, (emitter, on_lanes, &[]), Goal::within(tolerance, true)?, answers)
     }
 
-    /// Radiosity alone past occluders, with bounds, to a relative tolerance: [`Self::evaluate_past`] without the gradient, and much cheaper
-    /// where a shadow's edge is seen in line with another edge.
+    /// Radiosity of each receiver past occluders with its bound, to a relative tolerance.
+    ///
+    /// This is [`Self::evaluate_past`] without the gradient. Where a shadow's edge is seen in line with another edge it is much cheaper.
     ///
     /// ```
     /// use radgrad_core::batch::{Answers, Engine, Receivers};
@@ -486,7 +487,7 @@ impl Engine {
         F::against(self, receivers, (emitter, &on_lanes, occluders), Goal::within(tolerance, false)?, answers)
     }
 
-    /// Radiosity and gradient past occluders, with bounds, to a relative tolerance.
+    /// Radiosity and gradient at each receiver past occluders with their bounds, to a relative tolerance.
     ///
     /// Where spheres around the emitter and each occluder, seen from a receiver, prove that none hides anything, the lanes answer, with the digits
     /// of [`Self::evaluate_to`]; the other receivers have the answers of [`crate::evaluate_to`]. Each receiver looks at each occluder, some 5 ns:

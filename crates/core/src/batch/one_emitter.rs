@@ -13,6 +13,7 @@ use crate::batch::receivers::Receivers;
 use crate::batch::tile::{Entries, Goal, Settled, TILE, each, put};
 use crate::error::Error;
 use crate::ladder::answer::Method;
+use crate::problem::affine::larger;
 use crate::problem::emission::Emitter;
 use crate::problem::polygon::Polygon;
 use crate::problem::triangulate::Few;
@@ -82,7 +83,7 @@ impl Sphere {
     fn around(polygon: &Polygon) -> Self {
         let vertices = polygon.vertices();
         let centre = vertices.iter().sum::<DVec3>() / vertices.len() as f64;
-        let radius = vertices.iter().map(|v| v.distance(centre)).fold(0.0, f64::max);
+        let radius = vertices.iter().map(|v| v.distance(centre)).fold(0.0, larger);
         Self { centre, radius: radius * (1.0 + MARGIN) }
     }
 
@@ -103,21 +104,22 @@ impl Sphere {
 
 /// Occluders, and spheres around these and the emitter.
 pub(super) struct Occluders<'a> {
-    all: Vec<&'a Polygon>,
-    spheres: Vec<Sphere>,
+    all: Vec<(&'a Polygon, Sphere)>,
     emitter: Sphere,
 }
 
 impl<'a> Occluders<'a> {
-    pub(super) fn new(all: &[&'a Polygon], emitter: &Emitter) -> Self {
-        let spheres = all.iter().map(|polygon| Sphere::around(polygon)).collect();
-        Self { all: all.to_vec(), spheres, emitter: Sphere::around(emitter.polygon()) }
+    /// `None` if there are none.
+    pub(super) fn new(all: &[&'a Polygon], emitter: &Emitter) -> Option<Self> {
+        let with_sphere = |polygon: &&'a Polygon| (*polygon, Sphere::around(polygon));
+        let occluders = || Self { all: all.iter().map(with_sphere).collect(), emitter: Sphere::around(emitter.polygon()) };
+        (!all.is_empty()).then(occluders)
     }
 
     /// Those that spheres do not prove to hide nothing from a point.
-    fn near(&self, point: DVec3) -> Few<&'a Polygon> {
-        let both = self.all.iter().zip(&self.spheres);
-        both.filter(|(_, sphere)| !sphere.is_apart_from(&self.emitter, point)).map(|(polygon, _)| *polygon).collect()
+    fn near(&self, point: DVec3) -> impl Iterator<Item = &'a Polygon> {
+        let near = self.all.iter().filter(move |(_, sphere)| !sphere.is_apart_from(&self.emitter, point));
+        near.map(|(polygon, _)| *polygon)
     }
 }
 
@@ -125,7 +127,7 @@ impl<'a> Occluders<'a> {
 pub(super) struct OneEmitter<'a, F> {
     pub(super) receivers: Receivers<'a, F>,
     pub(super) emitter: &'a Emitter,
-    pub(super) occluders: &'a Occluders<'a>,
+    pub(super) occluders: Option<Occluders<'a>>,
     pub(super) on_lanes: &'a OnLanes<F>,
     pub(super) goal: Goal,
     pub(super) level: Level,
@@ -151,7 +153,7 @@ impl<F: Lane> OneEmitter<'_, F> {
         }
         for entry in each(open | past) {
             let in_batch = |error| Error::InBatch { index: start + entry, error: Box::new(error) };
-            let occluders = if past >> entry & 1 == 1 { self.near(&receivers, entry) } else { Few::new() };
+            let occluders: Few<&Polygon> = self.near(&receivers, entry).collect();
             let receiver = receivers.receiver(entry).map_err(in_batch)?;
             let answer = self.goal.single(&receiver, self.emitter, &occluders).map_err(in_batch)?;
             put(&mut slots, entry, &answer).map_err(in_batch)?;
@@ -162,17 +164,17 @@ impl<F: Lane> OneEmitter<'_, F> {
 
     /// The entries from which an occluder may hide a part of the emitter.
     fn past(&self, receivers: &Receivers<'_, F>, length: usize) -> Entries {
-        if self.occluders.all.is_empty() {
+        if self.occluders.is_none() {
             return 0;
         }
-        let is_past = |entry: &usize| !self.near(receivers, *entry).is_empty();
+        let is_past = |entry: &usize| self.near(receivers, *entry).next().is_some();
         (0..length).filter(is_past).fold(0, |past, entry| past | 1 << entry)
     }
 
     /// The occluders that may hide a part of the emitter from an entry.
-    fn near(&self, receivers: &Receivers<'_, F>, entry: usize) -> Few<&Polygon> {
-        let position = receivers.position.map(|slice| slice[if slice.len() == 1 { 0 } else { entry }].to_double());
-        self.occluders.near(position.into())
+    fn near(&self, receivers: &Receivers<'_, F>, entry: usize) -> impl Iterator<Item = &Polygon> {
+        let position = receivers.position(entry);
+        self.occluders.iter().flat_map(move |occluders| occluders.near(position))
     }
 
     /// Answers open entries on lanes of double precision; returns those that are still open.

@@ -86,9 +86,16 @@ impl<'a, F: Lane> Receivers<'a, F> {
 
     /// One of them.
     pub(super) fn receiver(&self, index: usize) -> Result<Receiver, Error> {
-        let at = |slices: [&[F]; 3]| DVec3::from(slices.map(|slice| slice[index].to_double()));
         let reflectance = self.reflectance[if self.reflectance.len() == 1 { 0 } else { index }];
-        Receiver::new(at(self.position), at(self.normal), reflectance.to_double())
+        Receiver::new(Self::at(self.position, index), Self::at(self.normal, index), reflectance.to_double())
+    }
+
+    pub(super) fn position(&self, index: usize) -> DVec3 {
+        Self::at(self.position, index)
+    }
+
+    fn at(components: [&[F]; 3], index: usize) -> DVec3 {
+        DVec3::from(components.map(|component| component[index].to_double()))
     }
 }
 

@@ -17,7 +17,7 @@ pub(crate) struct Affine {
 }
 
 /// The larger of two bounds; NaN bounds nothing.
-pub(super) fn larger(a: f64, b: f64) -> f64 {
+pub(crate) fn larger(a: f64, b: f64) -> f64 {
     if a.is_nan() || b.is_nan() { f64::INFINITY } else { a.max(b) }
 }
 

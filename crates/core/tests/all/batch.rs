@@ -233,7 +233,7 @@ fn linear_batches_agree_with_the_scalar_path_within_both_bounds() {
     assert!(whole > 8_000 && clipped > 3_000);
 }
 
-/// Three triangles among the receivers and emitters: what they hide, the scalar path says; where they surely hide nothing, lanes do.
+/// Three triangles are among the receivers and emitters. Lanes answer where these surely hide nothing, the scalar path elsewhere.
 #[test]
 fn past_occluders_batches_agree_with_the_scalar_path_within_both_bounds() {
     let mut random = ChaCha8Rng::seed_from_u64(41);

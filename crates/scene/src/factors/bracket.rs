@@ -207,12 +207,12 @@ impl<'a> Search<'a> {
         self.open.iter().map(|mixed| &**mixed).chain(&self.stuck)
     }
 
-    /// Sees which kind a pair is of, and returns the exchange of its cells if it was computed. `rest` is what is known of that by what they are
-    /// parts of.
+    /// Decides whether a pair is seen, hidden or mixed, counts it as that, and returns the exchange of its cells if that was computed. `rest` is
+    /// this exchange as far as their parents' says it.
     fn examine(&mut self, cells: [Rc<Cell>; 2], screens: &[Hider], rest: Option<Exchange>) -> Option<Exchange> {
-        let whole = |search: &Self| {
-            let is_enough = |rest: &Exchange| rest.error <= search.between.accuracy * rest.area;
-            rest.filter(is_enough).unwrap_or_else(|| search.between.exchange(&cells, &search.planes))
+        let whole = || {
+            let is_enough = |rest: &Exchange| rest.error <= self.between.accuracy * rest.area;
+            rest.filter(is_enough).unwrap_or_else(|| self.between.exchange(&cells, &self.planes))
         };
         self.pairs += 1;
         let outlines = Cells::new([&cells[0].points, &cells[1].points]);
@@ -228,29 +228,23 @@ impl<'a> Search<'a> {
                 (Sight::Part, Some(open)) => partials.push(Partial { screen, name: k, open }),
                 (Sight::Part, None) => hiding.push(Hider { screen: k, open }),
                 (Sight::Blocked, _) => {
-                    let whole = whole(self);
-                    add(&mut self.hidden, whole);
-                    return Some(whole);
+                    return Some(add(&mut self.hidden, whole()));
                 }
             }
         }
         let fused = fuse(&partials, [cells[0].centre(), cells[1].centre()]);
         if fused.is_all_hidden {
-            let whole = whole(self);
-            add(&mut self.hidden, whole);
-            return Some(whole);
+            return Some(add(&mut self.hidden, whole()));
         }
         let is_all = hiding.is_empty();
         let ([a, b], [first, second]) = (&cells, &self.planes);
         let (shadows, members) = nest(fused.groups, [a, b]);
         hiding.extend(members.iter().map(|&k| Hider { screen: partials[k].name, open: partials[k].open }));
         if hiding.is_empty() {
-            let whole = whole(self);
-            add(&mut self.seen, whole);
-            return Some(whole);
+            return Some(add(&mut self.seen, whole()));
         }
         hiding.sort_unstable_by_key(|hider| hider.screen);
-        let found = passing([a, b], [first, second], &shadows, is_all, || whole(self));
+        let found = passing([a, b], [first, second], &shadows, is_all, whole);
         let (known, guess) = match found {
             Some((known, whole)) => (known, larger(whole.most() - known.seen - known.hidden, 0.0)),
             None => (Passing::default(), guess(&cells, &self.planes)),
@@ -283,9 +277,11 @@ impl Between<'_> {
     }
 }
 
-fn add(sum: &mut Exchange, part: Exchange) {
+/// Adds a part to a sum, and gives it back.
+fn add(sum: &mut Exchange, part: Exchange) -> Exchange {
     sum.area += part.area;
     sum.error += part.error + f64::EPSILON * sum.area.abs();
+    part
 }
 
 /// Rough exchange of two cells: the kernel between their centres, with a disc's correction for near ones. It only ranks pairs.

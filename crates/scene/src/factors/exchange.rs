@@ -33,7 +33,7 @@ impl Exchange {
         Self { area, error: (most - area) * (1.0 + 2.0 * f64::EPSILON) }
     }
 
-    /// What is left of it without a part, which may be off by that much more.
+    /// The exchange of what remains without a part. `off` is a bound on what the cut between the two moved.
     pub(super) fn without(self, part: Self, off: f64) -> Self {
         let area = self.area - part.area;
         Self { area, error: self.error + part.error + off + f64::EPSILON * self.area.abs() }

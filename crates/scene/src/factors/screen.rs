@@ -295,7 +295,7 @@ impl Screen {
     }
 }
 
-/// Two cells, and what is known of the hull of both once a screen asks for it.
+/// Two cells. Their hull is found when the first screen needs it.
 pub(super) struct Cells<'a> {
     outlines: [&'a [DVec3]; 2],
     hull: OnceCell<Hull>,
