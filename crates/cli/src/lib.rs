@@ -1,6 +1,7 @@
 //! The program `radgrad`, as a library: [`run`] is all of it, for whoever starts it (`src/bin`, the Python package), and [`mod@file`] writes
 //! what it writes of a solution.
 
+#[cfg(feature = "audit")]
 mod audit;
 mod eval;
 mod export;
@@ -61,7 +62,16 @@ enum Command {
         hessian: bool,
     },
     /// Hold any program's answers to exact values: draws the audit's families of cases, and fails beyond the gates.
+    #[cfg(feature = "audit")]
     Audit(audit::Arguments),
+    /// Hold any program's answers to exact values: not in this program, but in one built with `--features audit`.
+    #[cfg(not(feature = "audit"))]
+    #[command(disable_help_flag = true)]
+    Audit {
+        /// What that program is told.
+        #[arg(trailing_var_arg = true, allow_hyphen_values = true, hide = true)]
+        arguments: Vec<OsString>,
+    },
     /// Form factors between all faces of a scene, each with a proven bound; defects are reported, never normalised away.
     Factors(factors::Arguments),
     /// Irradiance of a surface straight from the lamps, with gradient and bounds, on a grid.
@@ -100,7 +110,10 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> u8 {
     }
     match arguments.command {
         Command::Eval { file, seconds, hessian } => answer(&file, seconds, hessian),
+        #[cfg(feature = "audit")]
         Command::Audit(arguments) => audit::run(&arguments).map_or_else(refused, |held| u8::from(!held)),
+        #[cfg(not(feature = "audit"))]
+        Command::Audit { .. } => refused("`audit` is not in this program, but in one built with `--features audit`"),
         Command::Factors(arguments) => factors::run(&arguments).map_or_else(refused, |met| u8::from(!met)),
         Command::Field(arguments) => field::run(&arguments).map_or_else(refused, |()| 0),
         Command::Completions { shell } => manual::completions(Arguments::command(), shell).map_or_else(refused, |()| 0),

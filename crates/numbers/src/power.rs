@@ -11,3 +11,19 @@ pub fn normalising_power(size: f64) -> f64 {
         _ => f64::from_bits((2046 - exponent) << 52),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn normalising_powers_are_exact() {
+        for (size, expected) in [(1.0, 1.0), (1.9, 1.0), (2.0, 0.5), (0.75, 2.0), (0.0, 1.0)] {
+            assert_eq!(normalising_power(size), expected);
+        }
+        for size in [f64::MIN_POSITIVE, 5e-324, f64::MAX, 1e300, 1e-300] {
+            let power = normalising_power(size);
+            assert!(power > 0.0 && power.is_finite() && size * power < 4.0);
+        }
+    }
+}

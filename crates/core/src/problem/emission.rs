@@ -452,35 +452,3 @@ fn is_affine(polygon: &Polygon, values: &[f64]) -> bool {
     let [a, b, c] = corners.map(lifted);
     (0..values.len()).filter(|i| !corners.contains(i)).all(|i| orientation([a, b, c, lifted(i)]) == 0.0)
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn quad() -> Polygon {
-        Polygon::new([(0.0, 0.0), (2.0, 0.0), (2.0, 1.0), (0.0, 1.0)].map(|(x, y)| DVec3::new(x, y, 5.0)).to_vec()).unwrap()
-    }
-
-    #[test]
-    fn vertex_values_give_the_gradient() {
-        let emitter = Emitter::new(quad(), Emission::at_vertices(vec![1.0, 2.0, 5.0, 4.0])).unwrap();
-        assert_eq!(emitter.emission_gradient(), DVec3::new(0.5, 3.0, 0.0));
-        assert_eq!(emitter.largest_emission(), 5.0);
-    }
-
-    #[test]
-    fn inconsistent_values_are_refused() {
-        let error = Emitter::new(quad(), Emission::at_vertices(vec![1.0, 2.0, 5.0, 4.1])).unwrap_err();
-        assert!(matches!(error, Error::EmissionNotAffine { .. }), "{error}");
-        let error = Emitter::new(quad(), Emission::at_vertices(vec![1.0, 2.0, 5.0])).unwrap_err();
-        assert_eq!(error, Error::EmissionCount { values: 3, vertices: 4 });
-        let error = Emitter::new(quad(), Emission::Constant(f64::INFINITY)).unwrap_err();
-        assert!(error.to_string().contains("value is inf"), "{error}");
-    }
-
-    #[test]
-    fn a_gradient_along_the_normal_has_no_effect() {
-        let emitter = Emitter::new(quad(), Emission::gradient(1.0, DVec3::new(0.5, 3.0, 7.0))).unwrap();
-        assert_eq!(emitter.emission_gradient(), DVec3::new(0.5, 3.0, 0.0));
-    }
-}

@@ -189,26 +189,3 @@ fn product(r: [f64; 3], powers: [u8; 3]) -> f64 {
     let factors = r.into_iter().zip(powers).flat_map(|(c, power)| (0..power).map(move |_| c));
     factors.product()
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn values_and_gradients_are_those_of_the_terms() {
-        let p = Polynomial::new(DVec3::new(1.0, 0.0, 0.0), [(3.0, [2, 1, 0]), (-1.0, [0, 0, 1]), (0.5, [0, 0, 0])]).unwrap();
-        assert_eq!(p.degree(), 3);
-        assert_eq!(p.at(DVec3::new(3.0, 2.0, 5.0)), 3.0 * 4.0 * 2.0 - 5.0 + 0.5);
-        assert_eq!(p.gradient_at(DVec3::new(3.0, 2.0, 5.0)), DVec3::new(24.0, 12.0, -1.0));
-    }
-
-    #[test]
-    fn wrong_polynomials_are_named() {
-        let error = Polynomial::new(DVec3::ZERO, [(1.0, [0, 0, 0]), (1.0, [100, 100, 56])]).unwrap_err();
-        assert_eq!(error.to_string(), "emission term 1 has degree 256: at most 255 is allowed");
-        let error = Polynomial::new(DVec3::ZERO, [(f64::NAN, [0, 0, 1])]).unwrap_err();
-        assert_eq!(error.to_string(), "emission coefficient of term 0 is NaN: it must be finite");
-        let error = Polynomial::new(DVec3::new(0.0, f64::INFINITY, 0.0), []).unwrap_err();
-        assert_eq!(error.to_string(), "emission origin component 1 is inf: it must be finite");
-    }
-}

@@ -3,11 +3,13 @@
 mod batch;
 mod digits;
 mod emitter_tree;
+mod evaluate;
 mod hessian;
 mod irradiance;
 mod not_flat;
 mod occluders;
 mod on_surface;
 mod polynomials;
+mod problem;
 mod range;
 mod value;

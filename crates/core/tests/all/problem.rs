@@ -1,0 +1,103 @@
+//! What makes a problem: polygons, emissions and receivers, and which of them are refused.
+
+use radgrad_core::{DVec3, Emission, Emitter, Error, Polygon, Polynomial, Receiver};
+
+fn polygon(points: &[[f64; 3]]) -> Result<Polygon, Error> {
+    Polygon::new(points.iter().map(|&p| p.into()).collect())
+}
+
+#[test]
+fn wrong_polygons_are_named() {
+    assert!(matches!(polygon(&[[0.0; 3], [1.0, 0.0, 0.0]]), Err(Error::TooFewVertices { count: 2 })));
+    assert!(matches!(polygon(&[[0.0; 3], [1.0, f64::NAN, 0.0], [0.0, 1.0, 0.0]]), Err(Error::VertexNotFinite { index: 1, .. })));
+    assert!(matches!(
+        polygon(&[[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0; 3]]),
+        Err(Error::RepeatedVertex { first: 3, second: 0, .. })
+    ));
+    assert!(matches!(polygon(&[[0.0; 3], [1.0; 3], [3.0; 3]]), Err(Error::ZeroArea { count: 3 })));
+    let warped = [[0.0; 3], [549.0, 0.0, 0.0], [549.0, 559.0, 0.0032], [0.0, 559.0, 0.0]];
+    let message = polygon(&warped).unwrap_err().to_string();
+    assert!(message.contains("off the plane") && message.contains("5.59e2"), "{message}");
+    let bow_tie = [[0.0; 3], [1.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 2.0, 0.0]];
+    assert!(matches!(polygon(&bow_tie), Err(Error::NotSimple { first: 0, second: 2 })));
+    let even_bow_tie = [[0.0; 3], [1.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+    assert!(matches!(polygon(&even_bow_tie), Err(Error::NotSimple { first: 0, second: 2 })));
+    let spike = [[0.0; 3], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [1.0, 0.5, 0.0]];
+    assert!(matches!(polygon(&spike), Err(Error::NotSimple { .. })));
+}
+
+#[test]
+fn tolerances_follow_unit_and_origin() {
+    let square = [[0.1, 0.2, 0.3], [1.1, 0.2, 0.4], [1.1, 1.2, 0.5], [0.1, 1.2, 0.4]];
+    for scale in [1.0, 1e-200, 1e150, 3.7e-9] {
+        for shift in [0.0, 1e6] {
+            let moved = square.map(|p| p.map(|c| (c + shift) * scale));
+            let p = polygon(&moved).unwrap();
+            assert!(p.planarity_defect() <= 1e-9 * p.size());
+        }
+    }
+    let needle = [[0.0; 3], [1.0, 0.0, 0.0], [0.5, 1e-12, 0.0]];
+    assert_eq!(polygon(&needle).unwrap().normal(), DVec3::Z);
+}
+
+#[test]
+fn a_vertex_on_an_edge_line_is_allowed() {
+    let t_junction = [[0.0; 3], [0.5, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+    assert_eq!(polygon(&t_junction).unwrap().area(), 0.5);
+}
+
+#[test]
+fn wrong_receivers_are_named() {
+    assert!(matches!(Receiver::new(DVec3::NAN, DVec3::Z, 1.0), Err(Error::PositionNotFinite { .. })));
+    assert!(matches!(Receiver::new(DVec3::ZERO, DVec3::ZERO, 1.0), Err(Error::Normal { .. })));
+    for reflectance in [-0.1, 1.1, f64::NAN] {
+        assert!(matches!(Receiver::new(DVec3::ZERO, DVec3::Z, reflectance), Err(Error::Reflectance { .. })));
+    }
+    let tiny = Receiver::new(DVec3::ZERO, DVec3::new(3e-310, 0.0, 4e-310), 1.0).unwrap();
+    assert!((tiny.normal() - DVec3::new(0.6, 0.0, 0.8)).length() < 1e-12);
+}
+
+fn quad() -> Polygon {
+    Polygon::new([(0.0, 0.0), (2.0, 0.0), (2.0, 1.0), (0.0, 1.0)].map(|(x, y)| DVec3::new(x, y, 5.0)).to_vec()).unwrap()
+}
+
+#[test]
+fn vertex_values_give_the_gradient() {
+    let emitter = Emitter::new(quad(), Emission::at_vertices(vec![1.0, 2.0, 5.0, 4.0])).unwrap();
+    assert_eq!(emitter.emission_gradient(), DVec3::new(0.5, 3.0, 0.0));
+    assert_eq!(emitter.largest_emission(), 5.0);
+}
+
+#[test]
+fn inconsistent_values_are_refused() {
+    let error = Emitter::new(quad(), Emission::at_vertices(vec![1.0, 2.0, 5.0, 4.1])).unwrap_err();
+    assert!(matches!(error, Error::EmissionNotAffine { .. }), "{error}");
+    let error = Emitter::new(quad(), Emission::at_vertices(vec![1.0, 2.0, 5.0])).unwrap_err();
+    assert_eq!(error, Error::EmissionCount { values: 3, vertices: 4 });
+    let error = Emitter::new(quad(), Emission::Constant(f64::INFINITY)).unwrap_err();
+    assert!(error.to_string().contains("value is inf"), "{error}");
+}
+
+#[test]
+fn a_gradient_along_the_normal_has_no_effect() {
+    let emitter = Emitter::new(quad(), Emission::gradient(1.0, DVec3::new(0.5, 3.0, 7.0))).unwrap();
+    assert_eq!(emitter.emission_gradient(), DVec3::new(0.5, 3.0, 0.0));
+}
+
+#[test]
+fn values_and_gradients_are_those_of_the_terms() {
+    let p = Polynomial::new(DVec3::new(1.0, 0.0, 0.0), [(3.0, [2, 1, 0]), (-1.0, [0, 0, 1]), (0.5, [0, 0, 0])]).unwrap();
+    assert_eq!(p.degree(), 3);
+    assert_eq!(p.at(DVec3::new(3.0, 2.0, 5.0)), 3.0 * 4.0 * 2.0 - 5.0 + 0.5);
+    assert_eq!(p.gradient_at(DVec3::new(3.0, 2.0, 5.0)), DVec3::new(24.0, 12.0, -1.0));
+}
+
+#[test]
+fn wrong_polynomials_are_named() {
+    let error = Polynomial::new(DVec3::ZERO, [(1.0, [0, 0, 0]), (1.0, [100, 100, 56])]).unwrap_err();
+    assert_eq!(error.to_string(), "emission term 1 has degree 256: at most 255 is allowed");
+    let error = Polynomial::new(DVec3::ZERO, [(f64::NAN, [0, 0, 1])]).unwrap_err();
+    assert_eq!(error.to_string(), "emission coefficient of term 0 is NaN: it must be finite");
+    let error = Polynomial::new(DVec3::new(0.0, f64::INFINITY, 0.0), []).unwrap_err();
+    assert_eq!(error.to_string(), "emission origin component 1 is inf: it must be finite");
+}
