@@ -182,7 +182,7 @@ impl Fault {
     pub const fn families(self) -> &'static [Family] {
         match self {
             Self::TextureShifted => &[Family::Textured],
-            Self::BoundTenth => &[Family::Facing],
+            Self::BoundTenth => &[Family::Downlight, Family::Strips],
             Self::WeakLampSkipped => &[Family::Facing, Family::ManyLamps],
             Self::EstimateHundredth | Self::BoundThousandth | Self::LampAside => &[Family::Facing, Family::Clutter],
             Self::OccluderSkipped | Self::FactorsFree | Self::FieldFree => &[Family::Grating],

@@ -27,6 +27,12 @@ pub(crate) struct Detail {
 }
 
 impl Detail {
+    /// The part of the coefficients that is taken for the light's own, beside what samples have beyond: Wiener's filter.
+    pub(super) fn sure(&self) -> f64 {
+        let square = self.coefficients.iter().map(|c| c * c).sum::<f64>();
+        if square > 0.0 { square / (square + self.beyond * self.beyond) } else { 1.0 }
+    }
+
     /// What a point gathers of what samples have beyond the next degree, from a source whose radius over its distance is `near`, over its form
     /// factor: by the kernel's part beyond the polynomials, and by its own part along them.
     pub(super) fn gathered_beyond(&self, near: f64, basis: &Basis) -> f64 {

@@ -2,7 +2,8 @@
 //! irradiance `G B_h` of a point anywhere.
 //!
 //! The gather runs over the links of the leaf that the point is on, with closed forms at the point itself. Its error is the
-//! reflectance times what reaches the point of the error of `B_h`, an average, and so is smaller than that of `B_h`.
+//! reflectance times what reaches the point of the error of `B_h`, an average, and so is smaller than that of `B_h`. To a point that is
+//! asked for, what is known of that error with its sign is added ([`crate::solve::second`]), and to its bound the size of this.
 //!
 //! A point that is on no face is linked by itself, as finely as receivers are ([`crate::links::refine`]).
 
@@ -20,7 +21,7 @@ use crate::links::refine::{Need, WITHOUT_ORDER};
 use crate::links::station::Station;
 use crate::links::transfer::Row;
 use crate::mesh::Sight;
-use crate::solve::second::Term;
+use crate::solve::second::{KnownError, Term};
 use crate::solve::solution::Solution;
 
 /// Points may be off their face by this fraction of the scene's extent.
@@ -221,8 +222,12 @@ impl Solution {
         })
     }
 
-    /// Radiosity at a point of a leaf, without bound or estimate.
-    pub(crate) fn radiosity_on(&self, leaf: usize, point: DVec3) -> Result<Vec<f64>, Error> {
+    /// Radiosity at a point of a leaf by one exact gather of the polynomials, without bound or estimate, and without what is known of its
+    /// error: [`Self::gradient_at`] is the gradient of this, and [`Self::reconstruct`] meets it at the leaves' corners.
+    ///
+    /// # Errors
+    /// If it cannot be represented.
+    pub fn radiosity_on(&self, leaf: usize, point: DVec3) -> Result<Vec<f64>, Error> {
         let (station, gathers) = self.gathers_on(leaf, point)?;
         let sums = self.sum(&station, gathers, &self.far[self.receiver_of(leaf)]).sums;
         let [rho, emitted] = self.surfaces.at(self.mesh.elements()[leaf].face(), point);
@@ -309,20 +314,22 @@ impl Solution {
             }
             beyond
         };
-        let estimated = self.error_at(station, terms, (far, sums)).unwrap_or_else(without_sign);
+        let without_sign = || KnownError { known: vec![0.0; channels], left: without_sign() };
+        let KnownError { known, left: estimated } = self.error_at(station, terms, (far, sums)).unwrap_or_else(without_sign);
         let proven = match self.proven() {
             Some(proven) => proven.at(&self.mesh, rows, far, &whole),
             None => vec![Ledger::unknown(); channels],
         };
         let with = |beyond: &[Ledger], ledger: &[Ledger]| -> Vec<Ledger> {
-            let rounding = |c: usize| 2.0 * f64::EPSILON * (rows.len() + 2) as f64 * sums[c].abs();
+            let rounding = |c: usize| 2.0 * f64::EPSILON * (rows.len() + 2) as f64 * (sums[c].abs() + known[c].abs());
             let of = |c: usize| beyond[c] + ledger[c] + Ledger { computation: rounding(c), ..Ledger::default() };
             (0..channels).map(of).collect()
         };
-        let (ledger, mut estimate) = (with(&proven, &ledgers[0]), with(&estimated, &ledgers[1]));
+        let (mut ledger, mut estimate) = (with(&proven, &ledgers[0]), with(&estimated, &ledgers[1]));
+        ledger.iter_mut().zip(&known).for_each(|(ledger, known)| ledger.discretisation += known.abs());
         for (estimate, bound) in estimate.iter_mut().zip(&ledger).filter(|(estimate, bound)| estimate.total() > bound.total()) {
             *estimate = *bound;
         }
-        Irradiance { irradiance: sums.clone(), ledger, estimate }
+        Irradiance { irradiance: sums.iter().zip(&known).map(|(sum, known)| sum + known).collect(), ledger, estimate }
     }
 }

@@ -2,10 +2,11 @@
 //!
 //! For pictures it is taken over the links that there are. A point that is asked for gets links of its own, as if the error asked
 //! for were a tenth, which open clusters too; and an estimate of the error. By far the most of the error is that of the
-//! polynomials on sources, `grad G r`. [`crate::solve::detail`] knows the next degree of r with its sign: that part is gathered,
-//! and its size is one part of the estimate. The others have a size and no sign: the samples beyond the next degree, whose
-//! squares add up, and the light that links and clusters neglect. These count by `4/d` of the most that they give, d the
-//! distance: `|grad k|` is at most that times the kernel k where neither cosine is small.
+//! polynomials on sources, `grad G r`. [`crate::solve::detail`] knows the next degree of r with its sign, and
+//! [`crate::solve::second`] what that adds to the light of sources: both are gathered and added, and the size of the first is one part of the
+//! estimate. The others have a size and no sign: the samples beyond the next degree, whose squares add up, and the light that links and
+//! clusters neglect. These count by `4/d` of the most that they give, d the distance: `|grad k|` is at most that times the kernel k where
+//! neither cosine is small.
 
 use std::sync::OnceLock;
 
@@ -67,6 +68,9 @@ pub struct Gradient {
 
 /// A gradient and the parts of its estimate, in each channel.
 pub(super) struct Parts {
+    /// Whether what is known of the detail is in the gradient.
+    adds_details: bool,
+    /// That of the polynomials on sources, and of what is known of their error.
     pub(super) gradient: Vec<DVec3>,
     /// That of the detail.
     pub(super) detail: Vec<DVec3>,
@@ -177,6 +181,7 @@ impl Solution {
             None => self.lamps.sights_from(&self.mesh, station)?,
         };
         let mut parts = Parts {
+            adds_details: self.has_sure_details(),
             gradient: vec![DVec3::ZERO; channels],
             detail: vec![DVec3::ZERO; channels],
             beyond: vec![0.0; channels],
@@ -200,8 +205,13 @@ impl Solution {
     /// Adds the parts of a link.
     fn add_gradient_of(&self, station: &Station, link: &Link, parts: &mut Parts) -> Result<(), Error> {
         let (basis, element) = (self.mesh.basis(link.source), &self.mesh.elements()[link.source]);
-        let coefficients: Vec<&[f64]> =
-            (0..parts.gradient.len()).map(|channel| self.field.of(link.source, channel, basis.len())).collect();
+        let with_error = |channel: usize| -> Vec<f64> {
+            let held = self.field.of(link.source, channel, basis.len());
+            let known = self.known_error().map(|error| error.of(link.source, channel, basis.len()));
+            known.map_or_else(|| held.to_vec(), |known| held.iter().zip(known).map(|(held, known)| held + known).collect())
+        };
+        let coefficients: Vec<Vec<f64>> = (0..parts.gradient.len()).map(with_error).collect();
+        let coefficients: Vec<&[f64]> = coefficients.iter().map(|of| &of[..]).collect();
         let gradients = self.gradients_from((link.source, basis), &link.sight, station, &coefficients)?;
         parts.gradient.iter_mut().zip(gradients).for_each(|(sum, of)| *sum += of);
         let row = &link.rows[0];
@@ -213,10 +223,14 @@ impl Solution {
         if let (None, Some(above)) = (element.children(), basis.above()) {
             let coefficients: Vec<&[f64]> = details.iter().map(|of| &of.coefficients[..]).collect();
             let gradients = self.gradients_from((link.source, above), &link.sight, station, &coefficients)?;
-            parts.detail.iter_mut().zip(gradients).for_each(|(sum, of)| *sum += of);
+            let near = smallest(element.radius() / (element.centre() - station.point).length(), 1.0);
+            let is_sure = parts.adds_details;
+            for (channel, of) in gradients.into_iter().enumerate() {
+                parts.gradient[channel] += if is_sure { of * details[channel].sure() } else { DVec3::ZERO };
+                parts.detail[channel] += of;
+            }
             // A residual orthogonal to the polynomials counts by the kernel's part beyond them, or by its own part along them as
             // far as the samples allow one.
-            let near = smallest(element.radius() / (element.centre() - station.point).length(), 1.0);
             let falls: f64 = std::iter::repeat_n(near, above.degree() + 1).product();
             let part = largest(falls, 1.0 / (above.degree() + 1) as f64);
             for (beyond, of) in parts.beyond.iter_mut().zip(details) {

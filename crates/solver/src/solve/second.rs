@@ -9,13 +9,18 @@
 //!
 //! Of the error the part `e_1 = rho G d + rho G e_1` is known with its sign. It is an equation of radiosity, whose emission `rho G d` is
 //! gathered at a few points of each receiver and whose links are there. At the point that is asked for one gather of both gives
-//! `rho (G d + G e_1)`: as elements shrink, that is the error itself (K. Atkinson 1976: iterated collocation). The polynomials on leaves are
-//! orthogonal to d, so sources that are small for their distance count for next to nothing, and are not evaluated.
+//! `rho (G d + G e_1)`: as elements shrink, that is the error itself (K. Atkinson 1976: iterated collocation), and the answer has it.
+//! The polynomials on leaves are orthogonal to d, so sources that are small for their distance count for next to nothing, and are not
+//! evaluated.
 //!
-//! What this may itself be off by adds to it as a root mean square, one source after the other: what samples have beyond the next degree;
-//! a part of each term that is known; what goes back and forth between the point and sources that touch it, of which `e_1`, known at a few
-//! points of each receiver, may have nothing; what links neglect and evaluations err by; and of the light that the point gathers as large a part as
-//! the estimate of the error of the mean has in what is reflected in the mean, for what all that adds to other points of the scene.
+//! A detail counts by the part of it that is sure ([`crate::solve::detail`]): where elements are too large for what is on them, the next
+//! degree says no more of the error than what is beyond.
+//!
+//! What the answer is then still off by is estimated: as a part of that ([`LEFT`]); and, as a root mean square, one source after the other,
+//! of what samples have beyond the next degree; a part of each term that is known ([`STILL_OFF`]); what goes back and forth between the
+//! point and sources that touch it, of which `e_1`, known at a few points of each receiver, may have nothing; what links neglect and
+//! evaluations err by; and of the light that the point gathers a part ([`OF_MEAN`]) of what the estimate of the error of the mean is of what
+//! is reflected in the mean, for what all that adds to other points of the scene.
 
 use radgrad_scene::{largest, smallest};
 
@@ -46,8 +51,11 @@ const TYPICAL: f64 = 0.5;
 /// The radius of a source over its distance from which on its children are seen one by one.
 const NEAR: f64 = 0.5;
 
-/// The part of a term of the second gather that it is taken to be off by.
+/// What the answer is taken to be off by when it has what is known with its sign: a part of that, of each detail that is gathered, and of the
+/// relative error of the mean.
+const LEFT: f64 = 0.5;
 const STILL_OFF: f64 = 0.25;
+const OF_MEAN: f64 = 0.5;
 
 /// What a station gathers of a source.
 pub(super) struct Term<'a> {
@@ -73,6 +81,12 @@ struct Piece {
     sizes: Vec<f64>,
     beyond: Vec<f64>,
     neglected: Vec<f64>,
+}
+
+/// Of the error of a gather: the part that is known with its sign, and an estimate of what that leaves, in each channel.
+pub(super) struct KnownError {
+    pub(super) known: Vec<f64>,
+    pub(super) left: Vec<Ledger>,
 }
 
 /// Of the details that a station gathers, in a channel.
@@ -107,7 +121,7 @@ impl Touching {
 
 impl Solution {
     /// The part of the error of gathers that is known, on the receivers; `None` if it grows without end or cannot be evaluated.
-    fn known_error(&self) -> Option<&Field> {
+    pub(super) fn known_error(&self) -> Option<&Field> {
         self.known_error.get_or_init(|| self.solve_error().ok().flatten()).as_ref()
     }
 
@@ -165,7 +179,7 @@ impl Solution {
     }
 
     /// Whether details are of the light itself: where clusters are gathered from by rays they are the noise of those.
-    fn has_sure_details(&self) -> bool {
+    pub(super) fn has_sure_details(&self) -> bool {
         self.receivers.iter().all(|&receiver| self.far[receiver].is_empty())
     }
 
@@ -227,14 +241,17 @@ impl Solution {
             linked,
         };
         for (channel, of) in (0..channels).zip(&self.details()[source]) {
-            let mut left = of.coefficients.clone();
+            let sure = of.sure();
+            let mut left: Vec<f64> = of.coefficients.iter().map(|c| sure * c).collect();
             let held = self.field.of(source, channel, basis.len());
             let difference: Vec<f64> = held.iter().zip(&piece.linked[channel]).map(|(held, linked)| held - linked).collect();
             left.iter_mut().zip(&difference).for_each(|(left, of)| *left += of);
-            let known = power(falls, basis.degree() + 1) * length(&of.coefficients) + length(&difference);
+            let detail = power(falls, basis.degree() + 1) * length(&of.coefficients);
+            let known = detail + length(&difference);
             let neglected = if factor > 0.0 { neglected(channel) } else { 0.0 };
             let textured = self.bounds.residuals.iter().map(|of| of[source][channel].detail_rms()).fold(0.0, f64::hypot);
-            piece.beyond.push(factor * of.gathered_beyond(falls, basis).hypot(textured));
+            let unsure = (1.0 - sure) * detail;
+            piece.beyond.push(factor * of.gathered_beyond(falls, basis).hypot(unsure).hypot(textured));
             piece.sizes.push(factor * known + neglected);
             piece.neglected.push(TYPICAL * neglected);
             piece.left.push(left);
@@ -282,14 +299,13 @@ impl Solution {
         Ok(all)
     }
 
-    /// Estimate of the error of the irradiance of a point, in each channel, from what it gathers of each source; `None` if the error is
-    /// not known.
+    /// The error of the irradiance of a point, from what it gathers of each source; `None` if nothing of it is known.
     pub(super) fn error_at<'a>(
         &self,
         station: &Station,
         terms: impl Iterator<Item = Term<'a>> + Clone,
         (far, sums): (&Far, &[f64]),
-    ) -> Option<Vec<Ledger>> {
+    ) -> Option<KnownError> {
         let error = self.known_error()?;
         let details = self.gathered_details(station, terms.clone()).ok()?;
         let of_mean = self.mean_estimate();
@@ -303,9 +319,12 @@ impl Solution {
             // What faces emit has no error.
             let light = if self.reflected[channel] > 0.0 { self.reflected[channel] } else { self.mean[channel] };
             let of_light = sums[channel].abs() * ratio(of_mean[channel].total(), light);
-            Ledger { discretisation: (known + carried).abs() + unseen + off.sqrt().hypot(of_light), ..Ledger::default() }
+            let known = known + carried;
+            let left = LEFT * known.abs() + unseen + off.sqrt().hypot(OF_MEAN * of_light);
+            (known, Ledger { discretisation: left, ..Ledger::default() })
         };
-        Some(details.into_iter().enumerate().map(of_channel).collect())
+        let (known, left) = details.into_iter().enumerate().map(of_channel).unzip();
+        Some(KnownError { known, left })
     }
 }
 

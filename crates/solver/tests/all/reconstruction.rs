@@ -29,7 +29,7 @@ fn off(solution: &Solution) -> f64 {
     for leaf in solution.mesh().leaves() {
         let element = &solution.mesh().elements()[leaf];
         for at in [[0.31, 0.27], [0.5, 0.45], [0.12, 0.6], [0.03, 0.5]] {
-            let exact = solution.gather_on(leaf, element.point(at)).unwrap().radiosity;
+            let exact = solution.radiosity_on(leaf, element.point(at)).unwrap();
             off = (0..exact.len()).fold(off, |off, c| largest(off, (smooth.value_on(leaf, c, at) - exact[c]).abs()));
         }
     }
@@ -148,7 +148,7 @@ fn the_gradient_of_a_gather_is_that_of_its_values() {
         let gradients = solution.gradient_at(leaf, centre).unwrap();
         let [u, _] = [element.point([1.0, 0.0]) - element.point([0.0, 0.0]), DVec3::ZERO];
         let step = 1e-4;
-        let value = |s: f64| solution.gather_on(leaf, centre + u * s).unwrap().radiosity;
+        let value = |s: f64| solution.radiosity_on(leaf, centre + u * s).unwrap();
         let (after, before) = (value(step), value(-step));
         for channel in 0..3 {
             let difference = (after[channel] - before[channel]) / (2.0 * step);

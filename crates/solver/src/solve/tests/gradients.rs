@@ -36,7 +36,7 @@ fn compared(solution: &Solution, fine: &Solution, places: usize, step: f64) -> V
         let normal = element.polygon().normal();
         let gradient = solution.gradient(place, normal).unwrap().radiosity;
         let leaf = fine.mesh().leaf_at(element.face(), place).unwrap();
-        let at = |offset: DVec3| fine.gather_on(leaf, place + offset).unwrap().radiosity;
+        let at = |offset: DVec3| fine.radiosity_on(leaf, place + offset).unwrap();
         let along = normal.any_orthonormal_vector();
         let axes = [along, normal.cross(along)];
         let sides = axes.map(|axis| [at(axis * step), at(axis * -step)]);
