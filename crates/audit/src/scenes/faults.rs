@@ -192,8 +192,8 @@ impl Fault {
         }
     }
 
-    /// How many times as many scenes are searched for it: a tenth of the bound is too small in one facing scene of three, and a shifted
-    /// texture can stay within the bounds of four scenes.
+    /// How many times as many scenes are searched for it: a tenth of the bound is too small for the mean of one downlight scene of
+    /// five, and a shifted texture can stay within the bounds of four scenes.
     const fn patience(self) -> usize {
         match self {
             Self::BoundTenth => 6,

@@ -95,7 +95,8 @@ pub(super) struct Sum {
 }
 
 impl Solution {
-    /// Radiosity at a point on the face that is there and faces along `normal`.
+    /// Radiosity at a point on the face that is there and faces along `normal`: one exact gather of the polynomials, with what is known of
+    /// its error.
     ///
     /// # Errors
     /// If there is no such face within a millionth of the scene's extent.
