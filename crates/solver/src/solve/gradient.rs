@@ -223,14 +223,13 @@ impl Solution {
         if let (None, Some(above)) = (element.children(), basis.above()) {
             let coefficients: Vec<&[f64]> = details.iter().map(|of| &of.coefficients[..]).collect();
             let gradients = self.gradients_from((link.source, above), &link.sight, station, &coefficients)?;
-            let near = smallest(element.radius() / (element.centre() - station.point).length(), 1.0);
-            let is_sure = parts.adds_details;
             for (channel, of) in gradients.into_iter().enumerate() {
-                parts.gradient[channel] += if is_sure { of * details[channel].sure() } else { DVec3::ZERO };
+                parts.gradient[channel] += if parts.adds_details { of * details[channel].sure() } else { DVec3::ZERO };
                 parts.detail[channel] += of;
             }
             // A residual orthogonal to the polynomials counts by the kernel's part beyond them, or by its own part along them as
             // far as the samples allow one.
+            let near = smallest(element.radius() / (element.centre() - station.point).length(), 1.0);
             let falls: f64 = std::iter::repeat_n(near, above.degree() + 1).product();
             let part = largest(falls, 1.0 / (above.degree() + 1) as f64);
             for (beyond, of) in parts.beyond.iter_mut().zip(details) {
