@@ -83,7 +83,7 @@ fn ways(receiver: &Receiver, emitter: &Emitter) -> Vec<Answer> {
     all
 }
 
-/// The number of answers that are on the surface, or two that do not meet and what they are to.
+/// Counts the answers on the surface; the error names two answers that do not meet, and their problem.
 fn check(random: &mut ChaCha8Rng, count: usize, off: f64, kind: usize) -> Result<usize, String> {
     let (vertices, points, normal) = rotated(random, count);
     let slope = vector(random).cross(normal) * if kind == 2 { 3.0 } else { 0.3 };

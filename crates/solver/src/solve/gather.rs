@@ -2,8 +2,8 @@
 //! irradiance `G B_h` of a point anywhere.
 //!
 //! The gather runs over the links of the leaf that the point is on, with closed forms at the point itself. Its error is the
-//! reflectance times what reaches the point of the error of `B_h`, an average, and so is smaller than that of `B_h`. To a point that is
-//! asked for, what is known of that error with its sign is added ([`crate::solve::second`]), and to its bound the size of this.
+//! reflectance times what reaches the point of the error of `B_h`, an average, and so is smaller than that of `B_h`. [`crate::solve::second`]
+//! finds a part of that error with its sign: an answer at a point adds this part, and its bound grows by the part's size.
 //!
 //! A point that is on no face is linked by itself, as finely as receivers are ([`crate::links::refine`]).
 
@@ -95,8 +95,8 @@ pub(super) struct Sum {
 }
 
 impl Solution {
-    /// Radiosity at a point on the face that is there and faces along `normal`: one exact gather of the polynomials, with what is known of
-    /// its error.
+    /// Radiosity at a point on the face that is there and faces along `normal`: one exact gather of the polynomials, corrected by the
+    /// part of its error whose sign is known.
     ///
     /// # Errors
     /// If there is no such face within a millionth of the scene's extent.
@@ -223,8 +223,8 @@ impl Solution {
         })
     }
 
-    /// Radiosity at a point of a leaf by one exact gather of the polynomials, without bound or estimate, and without what is known of its
-    /// error: [`Self::gradient_at`] is the gradient of this, and [`Self::reconstruct`] meets it at the leaves' corners.
+    /// Radiosity at a point of a leaf by one exact gather of the polynomials, neither bounded nor corrected as [`Self::gather_on`] is.
+    /// [`Self::gradient_at`] is its gradient, and [`Self::reconstruct`] has its values at the leaves' corners.
     ///
     /// # Errors
     /// If it cannot be represented.

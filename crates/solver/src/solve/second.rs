@@ -9,7 +9,7 @@
 //!
 //! Of the error the part `e_1 = rho G d + rho G e_1` is known with its sign. It is an equation of radiosity, whose emission `rho G d` is
 //! gathered at a few points of each receiver and whose links are there. At the point that is asked for one gather of both gives
-//! `rho (G d + G e_1)`: as elements shrink, that is the error itself (K. Atkinson 1976: iterated collocation), and the answer has it.
+//! `rho (G d + G e_1)`: as elements shrink, that is the error itself (K. Atkinson 1976: iterated collocation). The answer adds it.
 //! The polynomials on leaves are orthogonal to d, so sources that are small for their distance count for next to nothing, and are not
 //! evaluated.
 //!

@@ -67,7 +67,7 @@ const MOST_EDGES: usize = 160;
 /// What screens hide together; `segment` runs between the middles of the two cells.
 pub(in crate::factors) fn fuse(partials: &[Partial<'_>], segment: [DVec3; 2]) -> Fused {
     let mut fused = Fused::default();
-    // One alone hides what is inside its edges.
+    // A single screen hides what is inside its edges.
     if let [partial] = partials {
         fused.groups.push(Group { members: vec![0], shadows: vec![partial.edges().collect()] });
         return fused;
