@@ -38,7 +38,7 @@ use crate::batch::receivers::Receivers;
 use crate::batch::span::{EdgeTerms, Span};
 use crate::batch::tile::{Goal, Settled};
 use crate::batch::visible::{BoundarySums, BoundedTotal, Outline, SeenExtent};
-use crate::forms::segment::{X1End, x1_between};
+use crate::forms::segment::{X1End, x1_unjoined};
 use crate::problem::emission::{Emission, Emitter};
 
 /// Lanes of double precision, and vectors of them.
@@ -175,11 +175,17 @@ pub(super) struct LinearSums<S: Simd, G> {
     /// `nu` and `gamma`.
     tilt: Wide<S>,
     slope: Wide<S>,
-    /// `P`, `G`, `C` and `X1`.
+    /// `P`, `G`, `C` and `X1`, the last but for `pi/4` times the logarithm of the quotient.
     lit: Wide<S>,
     aimed: Wide<S>,
     contour: Wide<S>,
     x1: Wide<S>,
+    quotient: Wide<S>,
+    /// How many segments X1 has.
+    gathered: usize,
+    /// Where the first span starts, and where the last one ends.
+    first: Met<S>,
+    last: Met<S>,
     /// `sum 2 w/m^2 {..}`.
     edges: Vector<S>,
     /// `sum g`, and the largest `1/S^2`.
@@ -208,6 +214,10 @@ impl<S: Simd, G: Glowing<S>> LinearSums<S, G> {
             aimed: zero,
             contour: zero,
             x1: zero,
+            quotient: constant(simd, 1.0),
+            gathered: 0,
+            first: Met::nowhere(simd),
+            last: Met::nowhere(simd),
             edges: Vec3::new(zero, zero, zero),
             angles: zero,
             nearest: zero,
@@ -215,29 +225,99 @@ impl<S: Simd, G: Glowing<S>> LinearSums<S, G> {
         }
     }
 
-    /// `ln(r/h)` of two points.
+    /// `ln(r/h)` of the ends of a span, each computed once where the spans are joined.
     #[inline(always)]
-    fn logarithms(&self, simd: S, [from, to]: [Wide<S>; 2]) -> [Wide<S>; 2] {
-        let (half, square) = (constant(simd, 0.5), self.height * self.height);
-        [(from / square).ln() * half, (to / square).ln() * half]
+    fn logarithms(&mut self, simd: S, [from, to]: [Wide<S>; 2]) -> [Wide<S>; 2] {
+        let start = self.met(simd, from, self.last);
+        if self.gathered == 0 {
+            self.first = start;
+        }
+        self.last = self.met(simd, to, self.first);
+        [start.logarithm, self.last.logarithm]
+    }
+
+    /// A point at a distance, known already if it is where another one is.
+    #[inline(always)]
+    fn met(&self, simd: S, square: Wide<S>, known: Met<S>) -> Met<S> {
+        let is_known = square.at_most(known.square) & known.square.at_most(square);
+        if (!is_known).any() {
+            let height = self.height * self.height;
+            return Met { square, logarithm: (square / height).ln() * constant(simd, 0.5) };
+        }
+        known
+    }
+
+    /// Adds the part of a segment to X1 where it counts.
+    #[inline(always)]
+    fn add_x1(&mut self, simd: S, (term, quotient): (Wide<S>, Wide<S>), counts: Option<Mask<S, f64>>) {
+        let (term, quotient) = match counts {
+            None => (term, quotient),
+            Some(mask) => (mask.select(term, constant(simd, 0.0)), mask.select(quotient, constant(simd, 1.0))),
+        };
+        self.x1 = self.x1 + term;
+        self.quotient = self.quotient * quotient;
+        self.gathered += 1;
+        if self.gathered.is_multiple_of(MOST_QUOTIENTS) {
+            self.take_quotient(simd);
+        }
+    }
+
+    /// Adds the logarithm of the quotients gathered to X1.
+    #[inline(always)]
+    fn take_quotient(&mut self, simd: S) {
+        self.x1 = self.x1 + self.quotient.ln() * constant(simd, std::f64::consts::FRAC_PI_4);
+        self.quotient = constant(simd, 1.0);
     }
 }
 
-/// A segment's part of X1 between two places along it, from the distance of its line from x, that of x's foot beside it, and
-/// `ln(r/h)` there.
+/// Quotients whose product is a normal number: each is between `2^-33` and `2^33` on lanes that count, as an end's is
+/// `(2 sin(phi + psi))^2` where that is past a right angle, and the sine at least h/R.
+const MOST_QUOTIENTS: usize = 16;
+
+/// `|p|^2` and `ln(|p|/h)` of a point.
+struct Met<S: Simd> {
+    square: Wide<S>,
+    logarithm: Wide<S>,
+}
+
+impl<S: Simd> Clone for Met<S> {
+    #[inline(always)]
+    fn clone(&self) -> Self {
+        *self
+    }
+}
+
+impl<S: Simd> Copy for Met<S> {}
+
+impl<S: Simd> Met<S> {
+    #[inline(always)]
+    fn nowhere(simd: S) -> Self {
+        Self { square: constant(simd, f64::NAN), logarithm: constant(simd, f64::NAN) }
+    }
+}
+
+/// A segment's part of X1 between two places along it, as [`x1_unjoined`] gives it, from the distance of its line from x, that of
+/// x's foot beside it, `ln(r/h)` there, and the angle between them seen from x, which is that between their psi.
 #[inline(always)]
-fn x1<S: Simd>(simd: S, places: [Wide<S>; 2], distances: [Wide<S>; 2], logarithms: [Wide<S>; 2]) -> Wide<S> {
+fn x1<S: Simd>(
+    simd: S,
+    places: [Wide<S>; 2],
+    distances: [Wide<S>; 2],
+    logarithms: [Wide<S>; 2],
+    g: Wide<S>,
+) -> (Wide<S>, Wide<S>) {
     apart(
         simd,
-        [places, distances, logarithms],
+        [places, distances, logarithms, [g, g]],
         #[inline(always)]
-        |[[from, to], [distance, beside], [here, there]]: [[Wide<S>; 2]; 3]| {
+        |[[from, to], [distance, beside], [here, there], [g, _]]: [[Wide<S>; 2]; 4]| {
             // A foot at the end of a segment has no direction: any will do.
             let d = beside.abs().max(constant(simd, f64::MIN_POSITIVE));
             let distances = [d, distance, distance + d];
-            let start = X1End::at(from.abs(), distances, here).on_side_of(from);
-            let end = X1End::at(to.abs(), distances, there).on_side_of(to);
-            x1_between([start, end], beside).0
+            let psi = from.abs().atan2_right(distance);
+            let start = X1End::at_angle(from.abs(), psi, distances, here).on_side_of(from);
+            let end = X1End::at_angle(to.abs(), (psi.copysign(from) + g).abs(), distances, there).on_side_of(to);
+            x1_unjoined([start, end], beside)
         },
     )
 }
@@ -269,7 +349,7 @@ impl<S: Simd, G: Glowing<S>> BoundarySums<S, f64> for LinearSums<S, G> {
         self.lit = self.lit + part.visible(simd, turn * lit);
         self.aimed = self.aimed + part.visible(simd, turn * self.gradient.dot(*w));
         self.contour = self.contour + part.visible(simd, n1.dot(outward) * edge.inverse * flux);
-        self.x1 = self.x1 + part.visible(simd, x1(simd, places, [*moment, beside], logarithms));
+        self.add_x1(simd, x1(simd, places, [*moment, beside], logarithms, g), part.mask());
         if GRADIENT {
             let sine = part.of(*moment) * (product * *square);
             let nearest = *square * edge.inverse;
@@ -299,12 +379,13 @@ impl<S: Simd, G: Glowing<S>> BoundarySums<S, f64> for LinearSums<S, G> {
         self.aimed = self.aimed - g * self.slope;
         self.contour = self.contour - (self.tilt * self.slope * g + (logarithms[1] - logarithms[0]) * self.gradient.dot(t));
         let distances = [self.height, -(self.height * self.tilt)];
-        self.x1 = self.x1 + left.select(x1(simd, [exit.dot(t), entry.dot(t)], distances, logarithms), zero);
+        self.add_x1(simd, x1(simd, [exit.dot(t), entry.dot(t)], distances, logarithms, g), Some(left));
         self.slant = left.select(one / left.select(t.norm_squared(), one), zero);
     }
 
     #[inline(always)]
-    fn total<const GRADIENT: bool>(self, simd: S, extent: &SeenExtent<S, f64>) -> (BoundedTotal<S, f64>, Mask<S, f64>) {
+    fn total<const GRADIENT: bool>(mut self, simd: S, extent: &SeenExtent<S, f64>) -> (BoundedTotal<S, f64>, Mask<S, f64>) {
+        self.take_quotient(simd);
         let half = constant(simd, 0.5);
         let lit = self.lit * half;
         let q = (self.x1 * self.slope - self.contour + self.tilt * self.aimed) * half;

@@ -98,6 +98,15 @@ impl<S: Simd, F: Lane> EdgePart<S, F> {
         }
     }
 
+    /// Where there is any, unless it is there in all lanes.
+    #[inline(always)]
+    pub(super) fn mask(&self) -> Option<Mask<S, F>> {
+        match self {
+            Self::Whole => None,
+            Self::Clipped { any, .. } => Some(*any),
+        }
+    }
+
     /// A term where there is any.
     #[inline(always)]
     pub(super) fn visible(&self, simd: S, term: Lanes<S, F>) -> Lanes<S, F> {

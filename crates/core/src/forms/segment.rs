@@ -88,8 +88,14 @@ pub(crate) struct X1End<T: Arithmetic> {
 impl<T: Arithmetic> X1End<T> {
     /// At `s >= 0` along a segment at the in-plane distance d and the distance S, given them and their sum.
     #[inline(always)]
-    pub(crate) fn at(s: T, [d, distance, reach]: [T; 3], logarithm: T) -> Self {
-        let (phi, psi) = (s.atan2_right(d), s.atan2_right(distance));
+    pub(crate) fn at(s: T, distances: [T; 3], logarithm: T) -> Self {
+        Self::at_angle(s, s.atan2_right(distances[1]), distances, logarithm)
+    }
+
+    /// The same, given the angle psi too.
+    #[inline(always)]
+    pub(crate) fn at_angle(s: T, psi: T, [d, distance, reach]: [T; 3], logarithm: T) -> Self {
+        let phi = s.atan2_right(d);
         let (sum, square, pi) = (phi + psi, s * s, s.like_pi());
         let beyond = square.exceeds(d * distance);
         let plain = phi * logarithm + (phi.clausen_rest() * s.like(2.0) - (phi - psi).clausen_rest());
@@ -132,4 +138,12 @@ pub(crate) fn x1_between<T: Arithmetic>([start, end]: [[T; 3]; 2], signed: T) ->
     let quotient = ((end[1] * start[2]) / (end[2] * start[1])).ln();
     let term = (end[0] - start[0]) + quotient * (signed.like_pi() * signed.like(0.25));
     (T::choose(signed.like(0.0).exceeds(signed), -term, term), quotient)
+}
+
+/// The same but for the logarithm: X1 is the term and `pi/4` times that of the quotient.
+#[inline(always)]
+pub(crate) fn x1_unjoined<T: Arithmetic>([start, end]: [[T; 3]; 2], signed: T) -> (T, T) {
+    let (term, back) = (end[0] - start[0], signed.like(0.0).exceeds(signed));
+    let (forward, backward) = (end[1] * start[2], end[2] * start[1]);
+    (T::choose(back, -term, term), T::choose(back, backward, forward) / T::choose(back, forward, backward))
 }

@@ -29,14 +29,17 @@
 //!   - That is 143 R/h, 3c, 15 and 9.6 l for both ends. Where d has the wrong sign, the two segments are apart by `pi dd/h` at
 //!     most, and the part of dd above, which is more, does not count.
 //! - X1 errs by its evaluation, at each end:
-//!   - phi and psi to 4u of themselves give `6.3 (l + 1) + 3.2`;
+//!   - phi to 4u of itself gives `6.3 (l + 1)`, and psi 3.2 at the first end. At the second it is that and g, which errs by
+//!     `g (ew + 12.5u)`, and a sum: `4 + g (2.9c + 6.3)`;
 //!   - J and the sums give `7.9 l + 22.9` (`linear_bound`, for right angles);
 //!   - past a right angle pi and the quotient give 17.6, and its logarithm to 5.6u of itself `8.8 l + 6.2`, as
 //!     `|ln 2 sin(phi + psi)| <= l + ln 2`.
-//!   - With the difference of the two ends that is `50 l + 115` for both, and `Theta (n + 5)` from the sum, as `h |X1| <= R g` for
-//!     a segment.
-//! - With `h l <= R/e` and `h c <= R`, `X1 h/R` is off by `143 + 3 + 22` a segment and 130 h/R, half of which counts.
-//! - The value in all, with its last products: `Theta (31c + 111 + 3n + n c/2) + n (92 + 65 h/R)`.
+//!   - The logarithm is taken of the product of several segments' quotients, which adds 0.8 for each.
+//!   - With the difference of the two ends that is `50 l + 117` for both, and `Theta (n + 5)` from the sum, as `h |X1| <= R g` for
+//!     a segment. Without its logarithm, at most `pi l + 2.2`, a term is larger by that: `(n + 5) (pi l + 2.2)` a segment.
+//! - With `h l <= R/e` and `h c <= R`, `X1 h/R` is off by `143 + 3 + 22 + 1.2 (n + 5)` a segment, by `132 + 2.2 (n + 5)` h/R, and by
+//!   9.2 Theta, half of which counts.
+//! - The value in all, with its last products: `Theta (31c + 116 + 3n + n c/2) + n (98 + 0.6n + (72 + 1.1n) h/R)`.
 //! - The gradient: that over h for `n2 Q`, and `k Theta (132c + 275 + 3n)` for the edges, two terms of the constant emitter's kind,
 //!   with `gB P`.
 //!
@@ -48,7 +51,8 @@
 //!   above.
 //! - The horizon's segment has `S = h/|t|`, `d = h nu/|t|`, s to `12u R/|t|`, d to `23u R/|t|`, S to 20u R/h of itself and
 //!   `6u/|t|`, l to 28u R/h: `(95 + 19/|t|) R/h` an end.
-//! - Half of both is 140c, of which 61c is in `78c n` already, and n is 5 at least: `95c n` instead.
+//! - The angles to which psi is added err by that much more, 8c of two edges and `32c + 27` of the horizon: `20c + 7`, half of it.
+//! - In all 160c, of which 61c is in `78c n` already, and n is 5 at least: `98c n` instead.
 //! - That the points are off along their edges by the angle eta changes the value by `pi eta^2` and the gradient by
 //!   `eta^2 (k + 2 pi/h)`.
 
@@ -60,10 +64,12 @@ use crate::batch::bound::{LaneBound, SECOND_ORDER};
 use crate::batch::linear::{Glowing, LinearSums, Wide};
 use crate::batch::visible::SeenExtent;
 
-/// Units of the value for each edge that no angle multiplies: half of C's 8.3 and of X1's 143, 3 and 22, and the last products; and
-/// those, half of X1's 130, that fall with the height.
-const EDGE_UNITS: f64 = 0.5 * (8.3 + 143.0 + 3.0 + 22.0) + 3.0;
-const EDGE_UNITS_OF_HEIGHT: f64 = 65.0;
+/// Units of the value for each edge that no angle multiplies: half of C's 8.3 and of X1's 143, 3 and 22, and the last products; those,
+/// half of X1's 132, that fall with the height; and of both what each edge adds for the sum of `n + 5`.
+const EDGE_UNITS: f64 = 0.5 * (8.3 + 143.0 + 3.0 + 22.0) + 3.0 + 5.0 * UNITS_OF_SUM;
+const EDGE_UNITS_OF_HEIGHT: f64 = 66.0 + 5.0 * UNITS_OF_SUM_OF_HEIGHT;
+const UNITS_OF_SUM: f64 = 0.6;
+const UNITS_OF_SUM_OF_HEIGHT: f64 = 1.1;
 
 /// The quantities that the bounds are made of.
 pub(super) struct Scales<S: Simd> {
@@ -131,8 +137,9 @@ impl<S: Simd> Scales<S> {
         let number = |value: f64| constant::<S, f64>(simd, value);
         let Self { unit, edges, angles, condition, crossing, nearest, inverse_height, depth, shift } = *self;
         let many = edges * (number(3.0) + condition * number(0.5));
-        let by_angle = condition * number(31.0) + crossing * number(40.0) + number(111.0) + many;
-        let by_edge = crossing * number(95.0) + number(EDGE_UNITS) + number(EDGE_UNITS_OF_HEIGHT) / depth;
+        let by_angle = condition * number(31.0) + crossing * number(40.0) + number(116.0) + many;
+        let of_height = number(EDGE_UNITS_OF_HEIGHT) + edges * number(UNITS_OF_SUM_OF_HEIGHT);
+        let by_edge = crossing * number(98.0) + number(EDGE_UNITS) + edges * number(UNITS_OF_SUM) + of_height / depth;
         let units = mutant!("batch.linear-value", angles * by_angle + edges * by_edge, |units: Wide<S>| units * number(0.01));
         // W, where it is not in units of roundoff.
         let size = unit * number(1.0 / (SECOND_ORDER * ROUNDOFF));
