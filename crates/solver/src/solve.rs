@@ -223,15 +223,19 @@ pub(crate) fn solve_on(
     }
     let mut solution = dark(ready, options, (mesh, served), clock)?;
     let (mut before, mut expected) = (Duration::ZERO, Duration::ZERO);
+    let mut known = None;
     loop {
         let began = clock.elapsed();
         let refined = solution.round(options, expected)?;
+        // A round that finds nothing to divide or to link finds nothing the next time.
+        let found = Some((solution.mesh.elements().len(), solution.progress.links));
+        let is_idle = std::mem::replace(&mut known, found) == found;
         solution.check(scene)?;
         let go_on = watch(&solution);
         let took = clock.elapsed().saturating_sub(began + refined);
         expected = expected_after(took, before);
         let once = options.linking != Linking::Error;
-        let enough = once || solution.reached(options) || solution.is_full(options);
+        let enough = once || is_idle || solution.reached(options) || solution.is_full(options);
         if enough || !go_on || !clock.has_time_for(options.time, expected) {
             solution.progress.bound = solution.prove()?;
             solution.finite()?;
@@ -273,6 +277,7 @@ fn dark(ready: &Prepared, options: &Options, (mesh, served): (Mesh, Served), clo
         details: OnceLock::new(),
         known_error: OnceLock::new(),
         unseen: Vec::new(),
+        left_by_direct: f64::INFINITY,
         proven_direct: Vec::new(),
         extent: (high - low).max_element(),
         absolute: precision(may_be_even),
@@ -309,13 +314,13 @@ impl Solution {
         // What a round cannot reach anyway is not paid for, if there may be another one.
         let is_last = self.is_full(options);
         let [light, links] = self.clock.for_round(self.progress.round == 0, options.time, expected);
-        let aim = match options.linking {
-            Linking::Error if !is_last => self.aim(options.error),
-            _ => options.error,
+        let [aim, of_direct] = match options.linking {
+            Linking::Error if !is_last => self.aims(options.error),
+            _ => [options.error; 2],
         };
         self.allowed = LINK_PART * aim;
         let began = self.clock.elapsed();
-        self.light(aim, options, light)?;
+        self.light(of_direct, options, light)?;
         let mut refined = self.clock.elapsed().saturating_sub(began);
         self.link(self.allowed, options.linking, links)?;
         self.clock = self.clock.for_proof(options.time, self.mesh.clusters().root().is_some());
@@ -355,10 +360,15 @@ impl Solution {
     }
 
     /// The mean magnitude of errors that a round aims at: as much less than that of the round before as the estimate is to be, but for
-    /// [`STEP`]. An error of the mean is a small part of it.
-    fn aim(&self, error: f64) -> f64 {
-        let before = if self.progress.round == 0 { 1.0 } else { smallest(self.magnitude(), 1.0) };
-        largest(error, before * largest(STEP, smallest(error / self.progress.estimate, 1.0)))
+    /// [`STEP`]. An error of the mean is a small part of it. And the one for direct light: where this leaves out more than the error asked
+    /// for, as much less than before.
+    fn aims(&self, error: f64) -> [f64; 2] {
+        if self.progress.round == 0 {
+            return [largest(error, STEP); 2];
+        }
+        let step = largest(STEP, smallest(error / self.progress.estimate, 1.0));
+        let aim = largest(error, step * smallest(self.magnitude(), 1.0));
+        [aim, largest(error, smallest(aim, step * self.left_by_direct))]
     }
 
     /// Estimate of the mean magnitude of the error of gathers, relative as errors are.

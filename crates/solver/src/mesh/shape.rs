@@ -20,6 +20,14 @@ impl Shape {
             Self::Triangle => &[[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]],
         }
     }
+
+    /// The reference coordinates of its centroid.
+    pub(crate) const fn centre(self) -> [f64; 2] {
+        match self {
+            Self::Parallelogram => [0.5; 2],
+            Self::Triangle => [1.0 / 3.0; 2],
+        }
+    }
 }
 
 /// The fourth corner of a parallelogram may be off by this fraction of its longest diagonal: the rounding of coordinates.

@@ -8,13 +8,13 @@ use crate::solve::solution::{Solution, for_each, ratio};
 use radgrad_scene::{largest, smallest};
 
 /// The part of the bound whose receivers are divided in a round.
-pub(super) const BULK: f64 = 0.7;
+const BULK: f64 = 0.7;
 
 /// The same part where elements are divided by samples and gradients: less, since there the number of elements counts, not of
 /// rounds.
 const OFF_BULK: f64 = 0.6;
 
-/// Part of their share that receivers are expected to keep when they are divided.
+/// Part of their share that elements are expected to keep when they are divided.
 const LEFT_BY_CHILDREN: f64 = 0.3;
 
 /// Part of the error asked for at which the last round aims.
@@ -46,12 +46,11 @@ impl Solution {
 
     /// The part of the bound whose receivers have to be divided so that the bound comes to a little below the one asked for.
     fn part(&self, options: &Options) -> f64 {
-        let excess = match options.bound {
-            Some(bound) if self.is_worth_a_proof(bound) => 1.0 - AIMED_BELOW * bound / self.progress.bound,
-            Some(bound) => 1.0 - AIMED_BELOW * ESTIMATED_PART * bound / self.magnitude(),
-            None => 1.0 - AIMED_BELOW * options.error / self.progress.estimate,
-        };
-        (excess / (1.0 - LEFT_BY_CHILDREN)).clamp(0.0, BULK)
+        part_to_divide(match options.bound {
+            Some(bound) if self.is_worth_a_proof(bound) => bound / self.progress.bound,
+            Some(bound) => ESTIMATED_PART * bound / self.magnitude(),
+            None => options.error / self.progress.estimate,
+        })
     }
 
     /// What each receiver adds to the bound.
@@ -134,6 +133,11 @@ impl Solution {
         }
         divisions
     }
+}
+
+/// The part of a sum over elements that has to be that of divided ones, so that it comes to a little less than this part of it.
+pub(super) fn part_to_divide(left: f64) -> f64 {
+    ((1.0 - AIMED_BELOW * left) / (1.0 - LEFT_BY_CHILDREN)).clamp(0.0, BULK)
 }
 
 /// The elements with the largest parts that together make up this part of the whole.

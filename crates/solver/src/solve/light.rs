@@ -4,13 +4,13 @@ use crate::bound::proven::Aim;
 use crate::clock::Clock;
 use crate::error::Error;
 use crate::links::linking::Linking;
-use crate::solve::divide::{BULK, bulk};
+use crate::solve::divide::{bulk, part_to_divide};
 use crate::solve::options::{Marking, Options};
 use crate::solve::solution::{Solution, for_each, ratio};
 use radgrad_scene::largest;
 
 /// The part of the error asked for that direct light may leave out in the mean.
-const DIRECT_PART: f64 = 0.25;
+const DIRECT_PART: f64 = 0.15;
 
 /// The part of the bound asked for that direct light may be proven to leave out in the mean: it is reflected again.
 const PROVEN_PART: f64 = 0.1;
@@ -26,12 +26,17 @@ impl Solution {
             }
             let marked = self.marked_by_direct(options);
             let left: f64 = marked.iter().map(|m| m.0).sum();
+            self.left_by_direct = left / DIRECT_PART;
             // A NaN is refused after the round.
-            let most = options.bound.map_or(DIRECT_PART * aim, |bound| PROVEN_PART * bound);
+            let most = match options.bound {
+                _ if self.may_be_missed() => 0.0,
+                Some(bound) => PROVEN_PART * bound,
+                None => DIRECT_PART * aim,
+            };
             if left <= most || left.is_nan() {
                 return Ok(());
             }
-            for leaf in bulk(marked, BULK) {
+            for leaf in bulk(marked, part_to_divide(most / left)) {
                 self.mesh.divide(leaf)?;
             }
         }
@@ -77,7 +82,7 @@ impl Solution {
         let area: f64 = leaves.iter().map(|&leaf| self.mesh.elements()[leaf].area()).sum();
         // Relative to what light there is so far, or to all that lamps send if no sample has seen any.
         let mean = |channel: usize| match self.field.mean(&self.mesh, channel) {
-            0.0 => self.lamps.power(&self.mesh, &self.surfaces, channel) / area,
+            0.0 => self.sent(channel),
             mean => mean,
         };
         let mean: Vec<f64> = (0..self.channels.len()).map(mean).collect();
@@ -99,6 +104,17 @@ impl Solution {
             ((0..mean.len()).map(of).fold(0.0, largest), leaf)
         };
         leaves.into_iter().map(indicator).collect()
+    }
+
+    /// What lamps send, over all area.
+    fn sent(&self, channel: usize) -> f64 {
+        self.lamps.power(&self.mesh, &self.surfaces, channel) / self.mesh.area()
+    }
+
+    /// Whether no sample has seen any light in some channel, though there may be some: nothing is known relative to it yet.
+    fn may_be_missed(&self) -> bool {
+        let is_left = |channel: usize| self.mesh.leaves().any(|leaf| self.left_on_leaf(leaf, channel).mean() > 0.0);
+        (0..self.channels.len()).any(|channel| self.field.mean(&self.mesh, channel) == 0.0 && is_left(channel))
     }
 
     /// What rays are off by at the nodes of a leaf: smaller leaves would have it as well.

@@ -189,3 +189,66 @@ fn the_estimate_at_points_does_not_grow_with_the_brightness_of_a_spot_below_a_sm
     assert!((value - known).abs() <= 2.0 * estimate + 4.0 * off, "{value} is not {known}, with an estimate of {estimate:e}");
     assert!(estimate <= 0.05 * value, "an estimate of {estimate:e} of {value}");
 }
+
+/// A room of 4 by 4 by 3, without the wall at x = 0.
+const ROOM: [Quad; 5] = [
+    [[0.0, 0.0, 0.0], [4.0, 0.0, 0.0], [4.0, 4.0, 0.0], [0.0, 4.0, 0.0]],
+    [[0.0, 0.0, 3.0], [0.0, 4.0, 3.0], [4.0, 4.0, 3.0], [4.0, 0.0, 3.0]],
+    [[4.0, 0.0, 0.0], [4.0, 0.0, 3.0], [4.0, 4.0, 3.0], [4.0, 4.0, 0.0]],
+    [[0.0, 0.0, 0.0], [0.0, 0.0, 3.0], [4.0, 0.0, 3.0], [4.0, 0.0, 0.0]],
+    [[0.0, 4.0, 0.0], [4.0, 4.0, 0.0], [4.0, 4.0, 3.0], [0.0, 4.0, 3.0]],
+];
+
+/// A part of the wall at x = 0.
+fn wall([y0, y1]: [f64; 2], [z0, z1]: [f64; 2]) -> Quad {
+    [[0.0, y0, z0], [0.0, y1, z0], [0.0, y1, z1], [0.0, y0, z1]]
+}
+
+/// The sun shines through a slit of 1 cm by 1 m between four parts of a wall: a patch that no node of the first elements sees lights the
+/// room. Light comes through the slit alone, not where a part's corner is on the edge of another.
+#[test]
+fn light_through_a_slit_is_found_by_few_elements() {
+    let walls = [wall([0.0, 2.0], [0.0, 3.0]), wall([2.01, 4.0], [0.0, 3.0]), wall([2.0, 2.01], [0.0, 1.0])];
+    let walls = walls.into_iter().chain([wall([2.0, 2.01], [2.0, 3.0])]);
+    let sun = [
+        [-80.639_804_520_390_53, -16.962_859_793_644_43, 57.515_876_515_161_736],
+        [-80.823_605_628_586_11, -16.163_724_540_620_212, 57.515_876_515_161_736],
+        [-80.373_256_382_509_17, -16.060_144_214_022_51, 58.193_266_116_868_045],
+        [-80.189_455_274_313_59, -16.859_279_467_046_73, 58.193_266_116_868_045],
+    ];
+    let room = ROOM.into_iter().chain(walls).map(|quad| (quad, 0.7, 0.0));
+    let faces: Vec<_> = room.chain([(sun, 0.0, PI * 14_872_099.940_511_595)]).collect();
+    let options = Options { error: 0.05, ..Options::default() };
+    let solution = solved(&faces, &options);
+    let progress = solution.progress();
+    assert!(progress.estimate <= options.error && progress.elements < 1000, "{progress:?}");
+    let gathered = solution.gather([4.0, 1.497_987_062_351_529_5, 2.230_692_016_149_782].into(), -DVec3::X).unwrap();
+    // By random walks that share no code with the solver, with their standard error.
+    let (known, off) = (0.176_834, 4.7e-4);
+    let (value, estimate) = (gathered.radiosity[0], gathered.estimate[0].total());
+    assert!((value - known).abs() <= 2.0 * estimate + 4.0 * off, "{value} is not {known}, with an estimate of {estimate:e}");
+    assert!((value - known).abs() <= 0.05 * known, "{value} is not {known}");
+}
+
+/// A lamp of 8 cm at the top of a shade as wide, 8 cm over the floor of a room: the shade's vertical edges touch all lines of sight to the
+/// lamp's corners and hide nothing of it.
+#[test]
+fn a_lamp_in_a_shade_that_meets_it_takes_few_elements() {
+    let [x, y, z] = [[1.37, 1.45], [3.62, 3.7], [0.08, 0.13]];
+    let lamp = [[x[0], y[0], z[1]], [x[0], y[1], z[1]], [x[1], y[1], z[1]], [x[1], y[0], z[1]]];
+    let corners = [[x[0], y[0]], [x[1], y[0]], [x[1], y[1]], [x[0], y[1]]];
+    let side = |i: usize| {
+        let ([a, b], [c, d]) = (corners[i], corners[(i + 1) % 4]);
+        ([[a, b, z[0]], [c, d, z[0]], [c, d, z[1]], [a, b, z[1]]], 0.0, 0.0)
+    };
+    let room = ROOM.into_iter().chain([wall([0.0, 4.0], [0.0, 3.0])]).map(|quad| (quad, 0.7, 0.0));
+    let faces: Vec<_> = room.chain([(lamp, 0.0, PI * 4_973.591_971_621_73)]).chain((0..4).map(side)).collect();
+    let options = Options { error: 0.01, ..Options::default() };
+    let solution = solved(&faces, &options);
+    let progress = solution.progress();
+    assert!(progress.estimate <= options.error && progress.elements < 1000, "{progress:?}");
+    // By random walks that share no code with the solver, with their standard error.
+    let (known, off) = (2.143_82, 1.5e-3);
+    let (mean, estimate) = (solution.mean()[0], solution.mean_estimate()[0].total());
+    assert!((mean - known).abs() <= 2.0 * estimate + 4.0 * off, "{mean} is not {known}, with an estimate of {estimate:e}");
+}

@@ -1,7 +1,8 @@
 //! Lines of a scene across which what a point sees may jump: the edges of faces, and where faces cross.
 //!
 //! Two faces that share an edge and turn the same side to a point leave no gap there, so that the point's sight of faces behind
-//! does not change across that edge. Other edges are outlines.
+//! does not change across that edge. Other edges are outlines. Where a corner of another face is on an edge (a T-junction) the two
+//! pieces of that edge are edges, each shared or not by itself.
 
 use std::collections::HashMap;
 
@@ -49,11 +50,10 @@ impl Edges {
         let mut edges =
             Self { of_face: vec![Vec::new(); polygons.len()], feet: vec![Vec::new(); polygons.len()], ..Self::default() };
         edges.planes = polygons.iter().map(|polygon| [polygon.vertices()[0], polygon.normal()]).collect();
+        let pairs = near(polygons);
         let mut known: HashMap<Key, usize> = HashMap::new();
-        for (face, polygon) in polygons.iter().enumerate() {
-            let v = polygon.vertices();
-            for (i, &a) in v.iter().enumerate() {
-                let ends = [a, v[(i + 1) % v.len()]];
+        for (face, around) in around_each(polygons, &pairs).into_iter().enumerate() {
+            for ends in pieces(polygons[face].vertices(), &around) {
                 let (key, forward) = key(ends);
                 let index = *known.entry(key).or_insert_with(|| {
                     let ends = if forward { ends } else { [ends[1], ends[0]] };
@@ -64,7 +64,7 @@ impl Edges {
                 edges.of_face[face].push(index);
             }
         }
-        edges.meet(mesh, polygons);
+        edges.meet(mesh, pairs);
         edges.join();
         edges
     }
@@ -92,33 +92,20 @@ impl Edges {
         }
     }
 
-    /// Finds where faces stand on others or cross them.
-    fn meet(&mut self, mesh: &Mesh, polygons: &[Polygon]) {
-        let boxes: Vec<[DVec3; 2]> = polygons.iter().map(|polygon| around(polygon.vertices())).collect();
-        let mut order: Vec<usize> = (0..polygons.len()).collect();
-        order.sort_by(|&a, &b| boxes[a][0].x.total_cmp(&boxes[b][0].x));
-        for (place, &a) in order.iter().enumerate() {
-            for &b in &order[place + 1..] {
-                let reach = 1e-9 * largest((boxes[a][1] - boxes[a][0]).length(), (boxes[b][1] - boxes[b][0]).length());
-                if boxes[b][0].x > boxes[a][1].x + reach {
-                    break;
-                }
-                let apart = boxes[b][0].cmpgt(boxes[a][1] + reach).any() || boxes[a][0].cmpgt(boxes[b][1] + reach).any();
-                if apart {
-                    continue;
-                }
-                for (on, other) in [(a, b), (b, a)] {
-                    for part in mesh.convex_parts(other) {
-                        let Some((foot, crosses)) = foot(self.planes[on], part) else { continue };
-                        // The plane goes on beyond the face.
-                        let normal = self.planes[on][1];
-                        for foot in mesh.convex_parts(on).iter().filter_map(|of| inside(foot, normal, of, reach)) {
-                            self.feet[on].push((other, foot));
-                            if crosses {
-                                self.of_face[on].push(self.all.len());
-                                self.of_face[other].push(self.all.len());
-                                self.all.push(Edge { ends: foot, faces: Vec::new() });
-                            }
+    /// Finds where faces stand on others or cross them, from those that are near.
+    fn meet(&mut self, mesh: &Mesh, pairs: Vec<Near>) {
+        for Near { faces: [a, b], reach } in pairs {
+            for (on, other) in [(a, b), (b, a)] {
+                for part in mesh.convex_parts(other) {
+                    let Some((foot, crosses)) = foot(self.planes[on], part) else { continue };
+                    // The plane goes on beyond the face.
+                    let normal = self.planes[on][1];
+                    for foot in mesh.convex_parts(on).iter().filter_map(|of| inside(foot, normal, of, reach)) {
+                        self.feet[on].push((other, foot));
+                        if crosses {
+                            self.of_face[on].push(self.all.len());
+                            self.of_face[other].push(self.all.len());
+                            self.all.push(Edge { ends: foot, faces: Vec::new() });
                         }
                     }
                 }
@@ -189,6 +176,69 @@ impl Edges {
         }
         kept
     }
+}
+
+/// Two faces whose boxes are no farther apart than this, a small part of their sizes.
+struct Near {
+    faces: [usize; 2],
+    reach: f64,
+}
+
+/// All pairs of them.
+fn near(polygons: &[Polygon]) -> Vec<Near> {
+    let boxes: Vec<[DVec3; 2]> = polygons.iter().map(|polygon| around(polygon.vertices())).collect();
+    let mut order: Vec<usize> = (0..polygons.len()).collect();
+    order.sort_by(|&a, &b| boxes[a][0].x.total_cmp(&boxes[b][0].x));
+    let mut pairs = Vec::new();
+    for (place, &a) in order.iter().enumerate() {
+        for &b in &order[place + 1..] {
+            let reach = 1e-9 * largest((boxes[a][1] - boxes[a][0]).length(), (boxes[b][1] - boxes[b][0]).length());
+            if boxes[b][0].x > boxes[a][1].x + reach {
+                break;
+            }
+            let apart = boxes[b][0].cmpgt(boxes[a][1] + reach).any() || boxes[a][0].cmpgt(boxes[b][1] + reach).any();
+            if !apart {
+                pairs.push(Near { faces: [a, b], reach });
+            }
+        }
+    }
+    pairs
+}
+
+/// For each face the corners of those near it.
+fn around_each(polygons: &[Polygon], pairs: &[Near]) -> Vec<Vec<DVec3>> {
+    let mut corners = vec![Vec::new(); polygons.len()];
+    for Near { faces: [a, b], .. } in pairs {
+        corners[*a].extend_from_slice(polygons[*b].vertices());
+        corners[*b].extend_from_slice(polygons[*a].vertices());
+    }
+    corners
+}
+
+/// The edges of a face from corner to corner, where some of others' corners may be on them.
+fn pieces(v: &[DVec3], corners: &[DVec3]) -> Vec<[DVec3; 2]> {
+    let mut pieces = Vec::with_capacity(v.len());
+    for (i, &a) in v.iter().enumerate() {
+        let b = v[(i + 1) % v.len()];
+        let along = b - a;
+        let square = along.length_squared();
+        let place = |p: &DVec3| {
+            let place = (*p - a).dot(along) / square;
+            let is_between = place > 0.0 && place < 1.0 && *p != a && *p != b;
+            let is_on = (*p - a).cross(along).length() <= LEVEL * square;
+            (is_between && is_on).then_some((place, *p))
+        };
+        let mut between: Vec<(f64, DVec3)> = corners.iter().filter_map(place).collect();
+        between.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let mut from = a;
+        for to in between.into_iter().map(|(_, p)| p).chain([b]) {
+            if to != from {
+                pieces.push([from, to]);
+            }
+            from = to;
+        }
+    }
+    pieces
 }
 
 /// The part of a segment in the plane of a convex polygon that is in the polygon, made larger on all sides by so much; `None` if that is

@@ -628,7 +628,8 @@ fn fill_rest(mut rest: f64, mut pairs: Vec<(f64, f64)>) -> f64 {
 /// `(h p - g x)/(h - g)`. On which side of a line `n.y = d` of the plane that is says the sign of `h (n.p - d) - g (n.x - d)`, linear in
 /// x and in p: if it is negative at all corners and ends, and no corner of the source is on that side of the line, nothing of the
 /// source is past the segment. The lines are the sides of the source, and those of the hull of the crossings: in a plane with the
-/// segment and a corner, or with a side and an end.
+/// segment and a corner, or with a side and an end. A segment that no more than touches the way to the source, as where a shade meets its
+/// lamp, is not between: less than `s (h - g)` will do, which leaves a strip of the source of the width s, [`LEVEL`] of its radius.
 fn in_beam(from: &[DVec3], source: &Element, piece: [DVec3; 2]) -> bool {
     let (normal, corner, corners) = (source.polygon().normal(), source.centre(), source.polygon().vertices());
     let height = |p: DVec3| normal.dot(p - corner);
@@ -640,13 +641,17 @@ fn in_beam(from: &[DVec3], source: &Element, piece: [DVec3; 2]) -> bool {
     if of_piece.iter().all(|h| *h < -level) || of_piece.iter().all(|h| *h > highest + level) {
         return false;
     }
+    let strip = LEVEL * source.radius();
     let beyond = |n: DVec3| {
         let d = corners.iter().map(|&v| n.dot(v - corner)).fold(f64::INFINITY, least);
         let across = |x: DVec3| n.dot(x - corner) - d;
         let of_piece = [(across(piece[0]), of_piece[0]), (across(piece[1]), of_piece[1])];
         from.iter().zip(&of_from).all(|(&x, h)| {
             let of_x = across(x);
-            of_piece.iter().all(|(of_p, g)| h * of_p - g * of_x < -level * reach)
+            of_piece.iter().all(|(of_p, g)| {
+                let rounding = 8.0 * f64::EPSILON * ((h * of_p).abs() + (g * of_x).abs());
+                h * of_p - g * of_x + rounding <= strip * (h - g)
+            })
         })
     };
     let separates = |n: DVec3| {
