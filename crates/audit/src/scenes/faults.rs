@@ -182,7 +182,7 @@ impl Fault {
     pub const fn families(self) -> &'static [Family] {
         match self {
             Self::TextureShifted => &[Family::Textured],
-            Self::BoundTenth => &[Family::Downlight, Family::Strips],
+            Self::BoundTenth => &[Family::Facing, Family::Strips],
             Self::WeakLampSkipped => &[Family::Facing, Family::ManyLamps],
             Self::EstimateHundredth | Self::BoundThousandth | Self::LampAside => &[Family::Facing, Family::Clutter],
             Self::OccluderSkipped | Self::FactorsFree | Self::FieldFree => &[Family::Grating],
@@ -192,8 +192,7 @@ impl Fault {
         }
     }
 
-    /// How many times as many scenes are searched for it: a tenth of the bound is too small for the mean of one downlight scene of
-    /// five, and a shifted texture can stay within the bounds of four scenes.
+    /// How many times as many scenes are searched for it: a shifted texture can stay within the bounds of four scenes.
     const fn patience(self) -> usize {
         match self {
             Self::BoundTenth => 6,
@@ -261,6 +260,8 @@ impl Fault {
                     grid.texels.rotate_left(1);
                 }
             }
+            // The better the solution, the farther from it are bounds.
+            Self::BoundTenth => given.degree = Some(ROUGH_DEGREE),
             Self::Stretched => {
                 let corners = given.parts.iter_mut().flat_map(|part| &mut part.corners);
                 corners.chain(given.probes.iter_mut().map(|probe| &mut probe.position)).for_each(|p| p.z *= 1.04);
@@ -410,6 +411,9 @@ pub fn find(faults: &[Fault], seed: u64, most: usize, effort: &Effort) -> Vec<Fo
     on_all_cores(faults, |&fault| look(fault, &controls))
 }
 
+/// The degree of solutions that have a fault in their bounds.
+const ROUGH_DEGREE: usize = 0;
+
 fn look(fault: Fault, controls: &[Control]) -> Found {
     let mut scenes = 0;
     for family in fault.families() {
@@ -421,12 +425,13 @@ fn look(fault: Fault, controls: &[Control]) -> Found {
             }
             let said: Vec<Statement> = control.judged.iter().map(|one| one.statement).collect();
             let said = if given == control.model {
-                fault.statements(&said)
+                said
             } else if let (Said::Statements(said), _) = ask(&given, control.subject) {
                 said
             } else {
                 continue;
             };
+            let said = fault.statements(&said);
             scenes += 1;
             if shows(fault, control, &said) {
                 return Found { fault, scenes, by: Some(control.name) };
