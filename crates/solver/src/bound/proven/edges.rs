@@ -292,3 +292,20 @@ fn foot([corner, normal]: [DVec3; 2], part: &[DVec3]) -> Option<([DVec3; 2], boo
     }
     ((widest[1] - widest[0]).length() > level).then_some((widest, low < -level))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_edge_has_a_piece_for_each_corner_of_others_that_is_on_it() {
+        let at = |x: f64, y: f64| DVec3::new(x, y, 0.25);
+        let square = [at(0.0, 0.0), at(3.0, 0.0), at(3.0, 3.0), at(0.0, 3.0)];
+        // Its own corners, two on an edge, each twice, and one beside it.
+        let others = [at(2.0, 0.0), at(0.0, 0.0), at(1.0, 0.0), at(3.0, 0.0), at(2.0, 0.0), at(1.5, 1e-9), at(1.0, 0.0)];
+        let found = pieces(&square, &others);
+        let expected = [at(0.0, 0.0), at(1.0, 0.0), at(2.0, 0.0), at(3.0, 0.0), at(3.0, 3.0), at(0.0, 3.0), at(0.0, 0.0)];
+        assert_eq!(found, expected.windows(2).map(|ends| [ends[0], ends[1]]).collect::<Vec<_>>());
+        assert_eq!(pieces(&square, &[]).len(), 4);
+    }
+}

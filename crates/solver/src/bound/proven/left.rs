@@ -666,3 +666,33 @@ fn in_beam(from: &[DVec3], source: &Element, piece: [DVec3; 2]) -> bool {
     let others = along.chain(across).map(|n| n - normal * n.dot(normal));
     !sides.chain(others).any(separates)
 }
+
+#[cfg(test)]
+mod tests {
+    use radgrad_core::Polygon;
+
+    use super::*;
+    use crate::mesh::basis::Basis;
+
+    /// A lamp over a floor, and an edge that comes down from one of its corners.
+    #[test]
+    fn an_edge_that_touches_the_way_to_a_lamp_is_not_between_and_one_that_reaches_into_it_is() {
+        let bases = [Shape::Parallelogram, Shape::Triangle].map(|shape| Basis::new(shape, 0));
+        let corners = [[0.0, 0.0], [0.0, 1.0], [1.0, 1.0], [1.0, 0.0]];
+        let lamp = Polygon::new(corners.map(|[x, y]| DVec3::new(x, y, 1.0)).to_vec()).unwrap();
+        let lamp = &Element::of_face(&lamp, 0, &bases).unwrap()[0];
+        let floor = |x: f64, y: f64| [[0.0, 0.0], [0.1, 0.0], [0.1, 0.1], [0.0, 0.1]].map(|[s, t]| DVec3::new(x + s, y + t, 0.0));
+        let edge = |x: f64, y: f64| [DVec3::new(x, y, 1.0), DVec3::new(x, y, 0.5)];
+        // Past the edge one sees what is beyond the lamp, and from the corner's other side the lamp.
+        for (x, y) in [(3.0, 0.4), (0.4, 3.0), (3.0, 3.0), (0.4, 0.4)] {
+            assert!(!in_beam(&floor(x, y), lamp, edge(0.0, 0.0)), "({x}, {y})");
+        }
+        assert!(in_beam(&floor(-2.0, -2.0), lamp, edge(0.0, 0.0)));
+        for into in [1e-9, 1e-3, 0.5] {
+            assert!(in_beam(&floor(3.0, 0.4), lamp, edge(into, into)), "{into}");
+        }
+        // A side is touched all along, or passed.
+        assert!(!in_beam(&floor(3.0, 0.4), lamp, [DVec3::new(-1.0, 0.0, 1.0), DVec3::new(2.0, 0.0, 1.0)]));
+        assert!(in_beam(&floor(3.0, 0.4), lamp, [DVec3::new(-1.0, 1e-6, 1.0), DVec3::new(2.0, 1e-6, 1.0)]));
+    }
+}
