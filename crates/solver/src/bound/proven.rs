@@ -143,6 +143,11 @@ const OVER_ESTIMATE: f64 = 20.0;
 /// The same over the bound that is asked for: light is reflected again.
 const OVER_BOUND: f64 = 0.3;
 
+/// How often receivers are cut into cells where nothing hides anything and no bound is asked for, and the links of all cells beyond which
+/// that takes more than some tenths of a second.
+const DEEPEST_IN_THE_CLEAR: usize = 2;
+const MOST_IN_THE_CLEAR: usize = 32_000;
+
 /// The receivers that are cut further at a time leave this part of what all receivers leave.
 const AT_A_TIME: f64 = 0.3;
 
@@ -355,6 +360,21 @@ impl Solved<'_> {
         if is_lamp { 0.0 } else { self.surfaces.emitted[face][channel] }
     }
 
+    /// How often receivers are cut into cells before what that gains is known: where no bound is asked for only if nothing hides anything from
+    /// any of them, and as long as that costs little.
+    fn deepest_at_first(&self, ground: &Ground) -> usize {
+        if !ground.enough.is_empty() {
+            return 1;
+        }
+        let sees_all = |&receiver: &usize| {
+            self.far[receiver].is_empty() && self.links[receiver].iter().all(|link| !matches!(link.sight, Sight::Past(_)))
+        };
+        let links: usize = self.receivers.iter().map(|&receiver| self.links[receiver].len()).sum();
+        let costs_little = |deepest: &usize| links << (2 * deepest) <= MOST_IN_THE_CLEAR;
+        let is_clear = self.receivers.iter().all(sees_all);
+        (1..=DEEPEST_IN_THE_CLEAR).rev().filter(|_| is_clear).find(costs_little).unwrap_or(0)
+    }
+
     /// Bounds on the polynomial of an element.
     fn range(&self, element: usize, channel: usize) -> [f64; 2] {
         let basis = self.mesh.basis(element);
@@ -508,7 +528,7 @@ impl Proven {
             };
             everywhere(mesh, &leaves, leaves.iter().zip(direct).map(with_details).collect(), channels)
         };
-        let mut deepest = vec![usize::from(!ground.enough.is_empty()); receivers.len()];
+        let mut deepest = vec![solved.deepest_at_first(ground); receivers.len()];
         let cut = |places: &[usize], deepest: &[usize]| -> Option<Vec<(Vec<Rest>, Views)>> {
             let of = |&place: &usize| {
                 (!solved.clock.is_over()).then(|| solved.left_of_reflected(ground, receivers[place], deepest[place]))
