@@ -182,13 +182,13 @@ impl<'a> Target<'a> {
         let (to, from) = (element.polygon().vertices(), source.polygon().vertices());
         let over = from.iter().map(|&v| self.height(v)).fold(0.0, largest);
         let height = to.iter().map(|&v| n2.dot(v - source.centre())).fold(0.0, largest);
-        let distance = distance(element, source) * (1.0 - 1e-9);
+        let distance = largest(distance(element, source) * (1.0 - 1e-9), 0.0);
         let lune = 0.5 * (1.0 - n1.dot(n2)) + 1e-12;
         if over == 0.0 || height == 0.0 {
             return Reach { factor: 0.0, peak: 0.0, distance, over };
         }
-        if distance <= 0.0 {
-            return Reach { factor: smallest(lune, 1.0), peak: f64::INFINITY, distance: 0.0, over };
+        if distance == 0.0 {
+            return Reach { factor: smallest(lune, 1.0), peak: f64::INFINITY, distance, over };
         }
         let square = PI * distance * distance;
         let peak = source.area() * smallest(over / distance, 1.0) * smallest(height / distance, 1.0) / square * ROUNDED;
@@ -275,9 +275,30 @@ fn distance(a: &Element, b: &Element) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use radgrad_core::Polygon;
     use radgrad_scene::gauss_legendre;
 
     use super::*;
+    use crate::mesh::basis::Basis;
+    use crate::mesh::shape::Shape;
+
+    /// A wall that stands on the floor and faces away from it: their distance is rounded to less than 0.
+    #[test]
+    fn what_touches_is_no_nearer_than_0() {
+        let bases = [Shape::Parallelogram, Shape::Triangle].map(|shape| Basis::new(shape, 1));
+        let element = |corners: [[f64; 3]; 4]| {
+            let polygon = Polygon::new(corners.map(DVec3::from).to_vec()).unwrap();
+            Element::of_face(&polygon, 0, &bases).unwrap().remove(0)
+        };
+        let floor = element([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]]);
+        let wall = element([[0.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, 1.0, 1.0], [0.0, 1.0, 0.0]]);
+        let nodes = Nodes::of(&bases[0]);
+        let places: Vec<[f64; 2]> = bases[0].nodes().iter().map(|node| node.at).collect();
+        let target = Target::of(&floor, &places, &nodes);
+        let reach = target.reach(&wall);
+        let drift = target.drift(&wall, &reach, [0.25; 2]);
+        assert!(reach.factor == 0.0 && reach.distance == 0.0 && drift > 0.0 && drift < 2.0, "{reach:?} {drift:e}");
+    }
 
     /// With `t = d tan(a)` the integrand is `h cos^2(a)/d^3`, smooth, and the angle between the ends is known to its last digits.
     #[test]
