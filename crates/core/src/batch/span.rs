@@ -110,9 +110,9 @@ impl<S: Simd, F: Lane> EdgePart<S, F> {
     /// A term where there is any.
     #[inline(always)]
     pub(super) fn visible(&self, simd: S, term: Lanes<S, F>) -> Lanes<S, F> {
-        match self {
-            Self::Whole => term,
-            Self::Clipped { any, .. } => any.select(term, constant(simd, 0.0)),
+        match self.mask() {
+            None => term,
+            Some(any) => any.select(term, constant(simd, 0.0)),
         }
     }
 

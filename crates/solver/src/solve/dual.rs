@@ -56,9 +56,12 @@ const OF_LAMPS: f64 = 0.1;
 /// be there: 0.01 to 0.05 in the mean of the Cornell box and of rooms of a hundred triangles and of a sphere.
 const TYPICAL: f64 = 0.1;
 
-/// The part of all light from which on an element below its receiver has an importance of its own. It is that of the receiver, moved to what
-/// the centre gathers, where what it is taken to be off by, a part of that move, times its light is little over what links may neglect.
+/// An element below its receiver has an importance of its own if it holds more than this part of all light.
 const MUCH: f64 = 1e-3;
+
+/// That importance is the receiver's polynomial, moved by a constant to the value gathered at the element's centre. Its error is taken to be
+/// the first part of that move. If the error times the element's light is more than the second part of what links may neglect, the
+/// importance is gathered at all nodes instead.
 const STILL_OFF: f64 = 0.25;
 const NOTICED: f64 = 0.005;
 
@@ -103,8 +106,8 @@ const ROUNDED: f64 = 1e-12;
 const FINER: f64 = 0.1;
 const MOST_REFINEMENTS: usize = 3;
 
-/// An importance: as it is sent, the links of those that gather it by other ones than light, and of elements below their receivers that
-/// have their own that, channel by channel.
+/// An importance: as it is sent; the links of receivers that gather it by other links than light; and, channel by channel, the importance of
+/// elements below their receivers that have their own.
 struct Importance {
     sent: Field,
     links: HashMap<usize, Linked>,

@@ -73,7 +73,7 @@ pub struct Solution {
     pub(super) known_error: OnceLock<Option<Field>>,
     /// Of each leaf, bounds on the light of lamps that its nodes do not see, if there may be any.
     pub(super) unseen: Vec<Option<Vec<[f64; 2]>>>,
-    /// The mean magnitude of errors that what direct light leaves out by itself would be right for.
+    /// The aim of [`Solution::light`] that direct light reached: what it leaves out in the mean, over the part of the aim that it may.
     pub(super) left_by_direct: f64,
     /// Of each leaf, the proven bound on the residual of direct light.
     pub(super) proven_direct: Vec<Option<Vec<Rest>>>,

@@ -1,8 +1,8 @@
 //! Lines of a scene across which what a point sees may jump: the edges of faces, and where faces cross.
 //!
 //! Two faces that share an edge and turn the same side to a point leave no gap there, so that the point's sight of faces behind
-//! does not change across that edge. Other edges are outlines. Where a corner of another face is on an edge (a T-junction) the two
-//! pieces of that edge are edges, each shared or not by itself.
+//! does not change across that edge. Other edges are outlines. A corner of another face that is on an edge (a T-junction) divides it
+//! into two edges, and each may be shared by itself.
 
 use std::collections::HashMap;
 
