@@ -308,9 +308,9 @@ fn x1<S: Simd>(
 ) -> (Wide<S>, Wide<S>) {
     apart(
         simd,
-        (places, distances, logarithms, g),
+        ([places, distances, logarithms], g),
         #[inline(always)]
-        |([from, to], [distance, beside], [here, there], g): ([Wide<S>; 2], [Wide<S>; 2], [Wide<S>; 2], Wide<S>)| {
+        |([[from, to], [distance, beside], [here, there]], g): ([[Wide<S>; 2]; 3], Wide<S>)| {
             // A foot at the end of a segment has no direction: any will do.
             let d = beside.abs().max(constant(simd, f64::MIN_POSITIVE));
             let distances = [d, distance, distance + d];
