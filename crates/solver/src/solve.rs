@@ -15,6 +15,7 @@ mod divide;
 mod dual;
 pub(crate) mod gather;
 pub(crate) mod gradient;
+mod layers;
 mod left;
 mod light;
 mod linked;

@@ -104,7 +104,7 @@ mod edges;
 mod finely;
 mod left;
 mod nodes;
-mod terms;
+pub(crate) mod terms;
 
 use radgrad_core::mutant;
 

@@ -20,8 +20,9 @@
 //! the light has the edges of shadows, so that what this gather is off by itself is less; it is counted without its sign. In the second
 //! part `phi - phi_h` is the part of the next degree in `G b_h` at the nodes, `r` that of direct light on leaves and of reflected light on
 //! receivers, and their product is known with its sign, too. An element far below its receiver that holds much of all light, as under a lamp
-//! close by, may see of the importance what the receiver's nodes do not: there it is gathered once more, for all leaves below. Light that
-//! no sample sees is in neither: what is expected of it counts by itself.
+//! close by, may see of the importance what the receiver's nodes do not: there it is gathered once more, for all leaves below. Where a face
+//! is close to another, light and importance fall off along the rim, between the nodes: these layers ([`crate::solve::layers`]) are in both
+//! parts. Light that no sample sees is in neither: what is expected of it counts by itself.
 //!
 //! This is the goal-oriented estimate of R. Becker and R. Rannacher (2001); for radiosity D. Lischinski, B. Smits and D. Greenberg (1994).
 
@@ -41,6 +42,7 @@ use crate::links::linking::Linking;
 use crate::links::refine::{Need, WITHOUT_ORDER};
 use crate::links::transfer::Row;
 use crate::mesh::basis::{Basis, Excess};
+use crate::solve::layers::Layers;
 use crate::solve::solution::{Solution, for_each, ratio};
 
 /// Sweeps after which the importance is not known, and changes below which it is, relative to its mean: what is left is of second order
@@ -60,7 +62,7 @@ const TYPICAL: f64 = 0.1;
 const MUCH: f64 = 1e-3;
 
 /// That importance is the receiver's polynomial, moved by a constant to the value gathered at the element's centre. Its error is taken to be
-/// the first part of that move. If the error times the element's light is more than the second part of what links may neglect, the
+/// the first part of that move, and that of layers the same part of them. If the error times the element's light is more than the second part of what links may neglect, the
 /// importance is gathered at all nodes instead.
 const STILL_OFF: f64 = 0.25;
 const NOTICED: f64 = 0.005;
@@ -256,7 +258,8 @@ impl Solution {
             below[self.receiver_of(leaf)].push(leaf);
         }
         let area = self.mesh.area();
-        let mut parts = self.parts(&importance, &below);
+        let layers = for_each(&self.receivers, |receiver| self.layers_on(receiver, &importance.sent))?;
+        let mut parts = self.parts(&importance, (&below, &layers));
         // By finer links than light's the nodes' rule alone finds something where faces meet, so that what these find is not sure.
         let sure: Vec<f64> = parts.iter().map(|part| part.found() - part.off_by() - part.unseen).collect();
         for _ in 0..MOST_REFINEMENTS {
@@ -267,7 +270,7 @@ impl Solution {
             if !parts.iter().zip(&self.mean).any(is_rough) || !self.refine_importance(&mut importance)? {
                 break;
             }
-            parts = self.parts(&importance, &below);
+            parts = self.parts(&importance, (&below, &layers));
         }
         let of_channel = |((part, sure), most): ((&Part, f64), &Ledger)| {
             // What was found has a sign; what it may be off by adds to that by squares. In all it is no more than what gathers are off by,
@@ -281,12 +284,37 @@ impl Solution {
         Ok(parts.iter().zip(sure).zip(&self.bounds.mean).map(of_channel).collect())
     }
 
-    /// The sum over all receivers, in each channel; below each there are leaves.
-    fn parts(&self, importance: &Importance, below: &[Vec<usize>]) -> Vec<Part> {
+    /// What layers on a receiver add to the integrals, in each channel.
+    fn layers_on(&self, receiver: usize, importance: &Field) -> Result<Vec<Part>, Error> {
+        let links = &self.links[receiver];
+        let Some(layers) = Layers::of(&self.optics(), receiver, links)? else {
+            return Ok(vec![Part::default(); self.channels.len()]);
+        };
+        let (element, basis) = (&self.mesh.elements()[receiver], self.mesh.basis(receiver));
+        let (area, rho, nodes) = (element.area(), &self.surfaces.reflectance[element.face()], basis.nodes().len());
+        let of_channel = |(channel, rho): (usize, &f64)| {
+            let beyond = |field: &Field| {
+                let at_nodes = irradiance(&self.mesh, field, links, &self.far[receiver], channel, nodes);
+                let layer = layers.beyond(&at_nodes, basis, |source| field.of(source, channel, self.mesh.basis(source).len()));
+                (basis.next(&at_nodes), layer)
+            };
+            let ((light, of_light), (z, of_z)) = (beyond(&self.field), beyond(importance));
+            let mut held = self.field.of(receiver, channel, basis.len()).to_vec();
+            held[0] += self.lamp_on(element.face(), channel);
+            let swapped = area * layers.times(&held, &of_z);
+            let product = layers.times(&light, &of_z) + layers.times(&z, &of_light) + layers.product(&of_light, &of_z);
+            let detail = area * rho * product;
+            Part { swapped, detail, off: square(STILL_OFF * (swapped + detail)), ..Part::default() }
+        };
+        Ok(rho.iter().enumerate().map(of_channel).collect())
+    }
+
+    /// The sum over all receivers, in each channel; below each there are leaves, and each has layers.
+    fn parts(&self, importance: &Importance, (below, layers): (&[Vec<usize>], &[Vec<Part>])) -> Vec<Part> {
         let of_channel = |channel: usize| {
             let of = |&receiver: &usize| self.part_of(receiver, channel, importance, &below[receiver]);
             let parts: Vec<Part> = self.receivers.par_iter().map(of).collect();
-            parts.into_iter().fold(Part::default(), Part::and)
+            parts.into_iter().chain(layers.iter().map(|of| of[channel])).fold(Part::default(), Part::and)
         };
         (0..self.channels.len()).map(of_channel).collect()
     }

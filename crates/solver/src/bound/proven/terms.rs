@@ -254,7 +254,7 @@ fn tail(degree: usize, ratio: f64, c: impl Fn(f64) -> f64) -> f64 {
 }
 
 /// A bound from below on the distance of two elements: the widest gap along a few directions.
-fn distance(a: &Element, b: &Element) -> f64 {
+pub(crate) fn distance(a: &Element, b: &Element) -> f64 {
     let (v, w) = (a.polygon().vertices(), b.polygon().vertices());
     let gap = |direction: DVec3| {
         let range = |of: &[DVec3]| {

@@ -1,0 +1,194 @@
+//! Light that falls off along the rim of an element, between its nodes.
+//!
+//! Over a source that is near, irradiance changes within a strip along the rim that is as wide as the gap: half of the source is beyond it.
+//! If the gap is a small part of the element no node is in the strip, and samples say nothing of it. But in free sight the form factor
+//! is known in closed form, and so is what it has beyond the polynomial of its samples: on a rule whose panels are graded towards the
+//! rim, down to the gap. That is the layer of a source, of which the mean over the element and the product with another are integrals of
+//! the rule. The light of a source counts by its mean.
+
+use radgrad_core::{Tolerance, evaluate_value};
+use radgrad_scene::{gauss_legendre, smallest};
+
+use crate::bound::proven::terms::distance;
+use crate::error::Error;
+use crate::links::link::Link;
+use crate::links::station::Station;
+use crate::links::transfer::{Optics, Row};
+use crate::mesh::Sight;
+use crate::mesh::basis::Basis;
+use crate::mesh::element::Element;
+use crate::mesh::shape::Shape;
+use crate::solve::solution::ratio;
+
+/// There are layers where a source that faces the element, whose normals' cosine is below the second number, is closer than the first part
+/// of its radius. Then those of all sources closer than the third part count, which may be seen past the rim of that one.
+const NEAR: f64 = 0.5;
+const FACING: f64 = -0.7;
+const BESIDE: f64 = 2.0;
+
+/// By how much panels become smaller towards the rim, and how often at most: down to a thousandth of the element.
+const GRADED: f64 = 0.25;
+const MOST_PANELS: u32 = 6;
+
+/// Gauss nodes of a panel.
+const ORDER: usize = 2;
+
+/// Error that form factors of the rule may have.
+const ROUGH: f64 = 1e-9;
+
+/// What the nodes of an element do not see of sources that are near and in free sight.
+pub(super) struct Layers<'a> {
+    /// The rule: weights, and values of the functions up to the next degree.
+    weights: Vec<f64>,
+    functions: Vec<Vec<f64>>,
+    layers: Vec<Layer<'a>>,
+}
+
+/// The form factor of a source less the polynomial of its samples, at the rule's places.
+struct Layer<'a> {
+    link: &'a Link,
+    beyond: Vec<f64>,
+}
+
+impl<'a> Layers<'a> {
+    /// Those of the sources that a receiver is linked to; `None` if none is near.
+    pub(super) fn of(optics: &Optics<'_>, receiver: usize, links: &'a [Link]) -> Result<Option<Self>, Error> {
+        let (mesh, element, basis) = (optics.mesh, &optics.mesh.elements()[receiver], optics.mesh.basis(receiver));
+        let Some(above) = basis.above() else { return Ok(None) };
+        let part = |link: &Link| distance(element, &mesh.elements()[link.source]) / element.radius();
+        let near = links.iter().filter(|link| matches!(link.sight, Sight::Clear)).map(|link| (link, part(link)));
+        let near: Vec<(&'a Link, f64)> = near.filter(|(_, part)| *part < BESIDE).collect();
+        let faces = |link: &Link| element.polygon().normal().dot(mesh.elements()[link.source].polygon().normal()) < FACING;
+        let nearest = near.iter().filter(|(link, part)| *part < NEAR && faces(link)).map(|(_, part)| *part).reduce(smallest);
+        let Some(nearest) = nearest else { return Ok(None) };
+        let rule = graded(element.shape(), nearest);
+        let places: Vec<[f64; 2]> = rule.iter().map(|(at, _)| *at).collect();
+        let functions: Vec<Vec<f64>> = places.iter().map(|at| above.values(*at)).collect();
+        let of_source = |(link, _): (&'a Link, f64)| {
+            let samples: Vec<f64> = link.rows.iter().map(|row: &Row| row.values[0]).collect();
+            let polynomial = above.project(&samples);
+            let beyond = places.iter().zip(&functions).map(|(at, functions)| {
+                Ok(factor(element, *at, &mesh.elements()[link.source], mesh.basis(link.source))? - dot(&polynomial, functions))
+            });
+            Ok(Layer { link, beyond: beyond.collect::<Result<_, Error>>()? })
+        };
+        let layers = near.into_iter().map(of_source).collect::<Result<_, Error>>()?;
+        Ok(Some(Self { weights: rule.into_iter().map(|(_, weight)| weight).collect(), functions, layers }))
+    }
+
+    /// What is beyond the polynomial of the samples of a light, of which nodes gather this. Past the rims of sources as much is seen as nodes
+    /// see beside them.
+    pub(super) fn beyond(&self, at_nodes: &[f64], basis: &Basis, light: impl Fn(usize) -> &'a [f64]) -> Vec<f64> {
+        let (mut others, mut beside) = (0.0, 0.0);
+        for ((node, all), place) in basis.nodes().iter().zip(at_nodes).zip(0..) {
+            let of = |layer: &Layer<'_>| {
+                let row = &layer.link.rows[place];
+                (dot(light(layer.link.source), &row.values), row.values[0])
+            };
+            let (near, factor) = self.layers.iter().map(of).fold((0.0, 0.0), |sum, of| (sum.0 + of.0, sum.1 + of.1));
+            others += node.weight * (all - near);
+            beside += node.weight * (1.0 - factor);
+        }
+        let past = ratio(others, beside);
+        let mut all = vec![0.0; self.weights.len()];
+        for layer in &self.layers {
+            let more = light(layer.link.source)[0] - past;
+            all.iter_mut().zip(&layer.beyond).for_each(|(all, beyond)| *all += more * beyond);
+        }
+        all
+    }
+
+    /// The mean over the element of the product of a polynomial and what is beyond.
+    pub(super) fn times(&self, polynomial: &[f64], beyond: &[f64]) -> f64 {
+        let all = self.weights.iter().zip(&self.functions).zip(beyond);
+        all.map(|((weight, functions), beyond)| weight * dot(polynomial, functions) * beyond).sum()
+    }
+
+    /// The mean over the element of a product.
+    pub(super) fn product(&self, a: &[f64], b: &[f64]) -> f64 {
+        self.weights.iter().zip(a).zip(b).map(|((weight, a), b)| weight * a * b).sum()
+    }
+}
+
+/// The form factor of a source in free sight from a place of an element.
+fn factor(element: &Element, at: [f64; 2], source: &Element, basis: &Basis) -> Result<f64, Error> {
+    let station = Station::on(element, element.point(at));
+    let tolerance = Tolerance { relative: 0.0, absolute: ROUGH };
+    let value = evaluate_value(&station.receiver()?, source.emitter(0, basis)?, [], tolerance);
+    Ok(value.map_err(|source| station.refused(source))?.radiosity)
+}
+
+/// Places and weights of a rule over a shape, graded towards the rim down to this part of it: on the triangles between its centre and its
+/// edges, graded towards the edge and along that towards both ends.
+fn graded(shape: Shape, part: f64) -> Vec<([f64; 2], f64)> {
+    let across = towards_zero(part);
+    let along: Vec<(f64, f64)> =
+        across.iter().flat_map(|&(x, weight)| [(0.5 * x, 0.5 * weight), (1.0 - 0.5 * x, 0.5 * weight)]).collect();
+    let (corners, [s, t]) = (shape.corners(), shape.centre());
+    let part = 1.0 / corners.len() as f64;
+    let mut rule = Vec::new();
+    for (i, from) in corners.iter().enumerate() {
+        let to = corners[(i + 1) % corners.len()];
+        for &(u, of_u) in &along {
+            let on_rim = [0, 1].map(|axis| from[axis] + u * (to[axis] - from[axis]));
+            for &(v, of_v) in &across {
+                let at = [on_rim[0] + v * (s - on_rim[0]), on_rim[1] + v * (t - on_rim[1])];
+                rule.push((at, part * 2.0 * (1.0 - v) * of_u * of_v));
+            }
+        }
+    }
+    rule
+}
+
+/// Gauss rules on panels of [0, 1] that become smaller towards 0, down to this part.
+fn towards_zero(part: f64) -> Vec<(f64, f64)> {
+    let (mut rule, mut to) = (Vec::new(), 1.0);
+    for panel in 0..=MOST_PANELS {
+        let is_last = panel == MOST_PANELS || panel > 0 && to <= part;
+        let from = if is_last { 0.0 } else { GRADED * to };
+        let on_panel = |(x, weight): &(f64, f64)| (from + (to - from) * (0.5 + 0.5 * x), 0.5 * weight * (to - from));
+        rule.extend(gauss_legendre(ORDER).iter().map(on_panel));
+        if is_last {
+            break;
+        }
+        to = from;
+    }
+    rule
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::shape::moment;
+
+    #[test]
+    fn the_graded_rule_is_exact_for_cubics_and_sees_a_strip_along_the_rim() {
+        for shape in [Shape::Parallelogram, Shape::Triangle] {
+            for part in [0.0, 1e-3, 0.05, 0.4] {
+                let rule = graded(shape, part);
+                let mean = |f: &dyn Fn([f64; 2]) -> f64| rule.iter().map(|(at, weight)| weight * f(*at)).sum::<f64>();
+                for [i, j] in [[0, 0], [1, 0], [0, 2], [1, 1]] {
+                    let found = mean(&|[s, t]| s.powi(i) * t.powi(j));
+                    let exact = moment(shape, usize::try_from(i).unwrap(), usize::try_from(j).unwrap());
+                    assert!((found - exact).abs() < 1e-14, "{shape:?} {part} {i} {j}: {found} {exact}");
+                }
+                // Over one edge of a half-plane at that height.
+                if part > 0.0 {
+                    let found = mean(&|[_, t]| 1.0 - t / t.hypot(part));
+                    let exact = match shape {
+                        Shape::Parallelogram => 1.0 - (1.0_f64.hypot(part) - part),
+                        Shape::Triangle => {
+                            let root = 1.0_f64.hypot(part);
+                            1.0 - 2.0 * ((root - part) - 0.5 * (root - part * part * (1.0 / part).asinh()))
+                        }
+                    };
+                    assert!((found / exact - 1.0).abs() < 0.02, "{shape:?} {part}: {found} {exact}");
+                }
+            }
+        }
+    }
+}
