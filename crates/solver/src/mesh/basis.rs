@@ -419,7 +419,7 @@ fn orthonormal(powers: &[[usize; 2]]) -> Vec<Monomials> {
     functions
 }
 
-fn dot(a: &[f64], b: &[f64]) -> f64 {
+pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 

@@ -13,7 +13,7 @@
 
 use radgrad_scene::{Face, Material, Quantity, Scene, largest, smallest};
 
-use crate::mesh::basis::Basis;
+use crate::mesh::basis::{Basis, dot};
 use crate::mesh::element::Element;
 use crate::mesh::rule::{self, Node};
 use crate::mesh::shape::Shape;
@@ -281,8 +281,4 @@ fn hull(mut points: Vec<[f64; 2]>) -> Vec<[f64; 2]> {
     };
     let (lower, upper) = (half(&mut points.iter().copied()), half(&mut points.iter().rev().copied()));
     [lower, upper].concat()
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }

@@ -41,7 +41,7 @@ use crate::links::link::Link;
 use crate::links::linking::Linking;
 use crate::links::refine::{Need, WITHOUT_ORDER};
 use crate::links::transfer::Row;
-use crate::mesh::basis::{Basis, Excess};
+use crate::mesh::basis::{Basis, Excess, dot};
 use crate::solve::layers::Layers;
 use crate::solve::solution::{Solution, for_each, ratio};
 
@@ -477,10 +477,6 @@ fn over_nodes(basis: &Basis, link: &Link, of: impl Fn(&Row) -> f64) -> f64 {
 
 fn square(x: f64) -> f64 {
     x * x
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
 #[cfg(test)]

@@ -2,9 +2,8 @@
 //!
 //! Over a source that is near, irradiance changes within a strip along the rim that is as wide as the gap: half of the source is beyond it.
 //! If the gap is a small part of the element no node is in the strip, and samples say nothing of it. But in free sight the form factor
-//! is known in closed form, and so is what it has beyond the polynomial of its samples: on a rule whose panels are graded towards the
-//! rim, down to the gap. That is the layer of a source, of which the mean over the element and the product with another are integrals of
-//! the rule. The light of a source counts by its mean.
+//! has a closed form. The *layer* of a source is its form factor less the polynomial of its samples; a rule whose panels are graded
+//! towards the rim, down to the gap, integrates it and the product of two layers. A source counts by the mean of its light.
 
 use radgrad_core::{Tolerance, evaluate_value};
 use radgrad_scene::{gauss_legendre, smallest};
@@ -15,8 +14,9 @@ use crate::links::link::Link;
 use crate::links::station::Station;
 use crate::links::transfer::{Optics, Row};
 use crate::mesh::Sight;
-use crate::mesh::basis::Basis;
+use crate::mesh::basis::{Basis, dot};
 use crate::mesh::element::Element;
+use crate::mesh::rule::Node;
 use crate::mesh::shape::Shape;
 use crate::solve::solution::ratio;
 
@@ -62,22 +62,22 @@ impl<'a> Layers<'a> {
         let nearest = near.iter().filter(|(link, part)| *part < NEAR && faces(link)).map(|(_, part)| *part).reduce(smallest);
         let Some(nearest) = nearest else { return Ok(None) };
         let rule = graded(element.shape(), nearest);
-        let places: Vec<[f64; 2]> = rule.iter().map(|(at, _)| *at).collect();
-        let functions: Vec<Vec<f64>> = places.iter().map(|at| above.values(*at)).collect();
+        let functions: Vec<Vec<f64>> = rule.iter().map(|node| above.values(node.at)).collect();
         let of_source = |(link, _): (&'a Link, f64)| {
             let samples: Vec<f64> = link.rows.iter().map(|row: &Row| row.values[0]).collect();
             let polynomial = above.project(&samples);
-            let beyond = places.iter().zip(&functions).map(|(at, functions)| {
-                Ok(factor(element, *at, &mesh.elements()[link.source], mesh.basis(link.source))? - dot(&polynomial, functions))
+            let beyond = rule.iter().zip(&functions).map(|(node, functions)| {
+                Ok(factor(element, node.at, &mesh.elements()[link.source], mesh.basis(link.source))?
+                    - dot(&polynomial, functions))
             });
             Ok(Layer { link, beyond: beyond.collect::<Result<_, Error>>()? })
         };
         let layers = near.into_iter().map(of_source).collect::<Result<_, Error>>()?;
-        Ok(Some(Self { weights: rule.into_iter().map(|(_, weight)| weight).collect(), functions, layers }))
+        Ok(Some(Self { weights: rule.into_iter().map(|node| node.weight).collect(), functions, layers }))
     }
 
-    /// What is beyond the polynomial of the samples of a light, of which nodes gather this. Past the rims of sources as much is seen as nodes
-    /// see beside them.
+    /// The sum of the layers of a light, of which the nodes gather `at_nodes`. Past the rim of a source the element is taken to see the mean
+    /// brightness that nodes see beside the sources.
     pub(super) fn beyond(&self, at_nodes: &[f64], basis: &Basis, light: impl Fn(usize) -> &'a [f64]) -> Vec<f64> {
         let (mut others, mut beside) = (0.0, 0.0);
         for ((node, all), place) in basis.nodes().iter().zip(at_nodes).zip(0..) {
@@ -98,13 +98,13 @@ impl<'a> Layers<'a> {
         all
     }
 
-    /// The mean over the element of the product of a polynomial and what is beyond.
+    /// The mean over the element of a polynomial times a sum of layers.
     pub(super) fn times(&self, polynomial: &[f64], beyond: &[f64]) -> f64 {
         let all = self.weights.iter().zip(&self.functions).zip(beyond);
         all.map(|((weight, functions), beyond)| weight * dot(polynomial, functions) * beyond).sum()
     }
 
-    /// The mean over the element of a product.
+    /// The mean over the element of the product of two sums of layers.
     pub(super) fn product(&self, a: &[f64], b: &[f64]) -> f64 {
         self.weights.iter().zip(a).zip(b).map(|((weight, a), b)| weight * a * b).sum()
     }
@@ -118,9 +118,9 @@ fn factor(element: &Element, at: [f64; 2], source: &Element, basis: &Basis) -> R
     Ok(value.map_err(|source| station.refused(source))?.radiosity)
 }
 
-/// Places and weights of a rule over a shape, graded towards the rim down to this part of it: on the triangles between its centre and its
+/// A rule over a shape, graded towards the rim down to this part of it: on the triangles between its centre and its
 /// edges, graded towards the edge and along that towards both ends.
-fn graded(shape: Shape, part: f64) -> Vec<([f64; 2], f64)> {
+fn graded(shape: Shape, part: f64) -> Vec<Node> {
     let across = towards_zero(part);
     let along: Vec<(f64, f64)> =
         across.iter().flat_map(|&(x, weight)| [(0.5 * x, 0.5 * weight), (1.0 - 0.5 * x, 0.5 * weight)]).collect();
@@ -133,7 +133,7 @@ fn graded(shape: Shape, part: f64) -> Vec<([f64; 2], f64)> {
             let on_rim = [0, 1].map(|axis| from[axis] + u * (to[axis] - from[axis]));
             for &(v, of_v) in &across {
                 let at = [on_rim[0] + v * (s - on_rim[0]), on_rim[1] + v * (t - on_rim[1])];
-                rule.push((at, part * 2.0 * (1.0 - v) * of_u * of_v));
+                rule.push(Node { at, weight: part * 2.0 * (1.0 - v) * of_u * of_v });
             }
         }
     }
@@ -156,10 +156,6 @@ fn towards_zero(part: f64) -> Vec<(f64, f64)> {
     rule
 }
 
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -170,7 +166,7 @@ mod tests {
         for shape in [Shape::Parallelogram, Shape::Triangle] {
             for part in [0.0, 1e-3, 0.05, 0.4] {
                 let rule = graded(shape, part);
-                let mean = |f: &dyn Fn([f64; 2]) -> f64| rule.iter().map(|(at, weight)| weight * f(*at)).sum::<f64>();
+                let mean = |f: &dyn Fn([f64; 2]) -> f64| rule.iter().map(|node| node.weight * f(node.at)).sum::<f64>();
                 for [i, j] in [[0, 0], [1, 0], [0, 2], [1, 1]] {
                     let found = mean(&|[s, t]| s.powi(i) * t.powi(j));
                     let exact = moment(shape, usize::try_from(i).unwrap(), usize::try_from(j).unwrap());
