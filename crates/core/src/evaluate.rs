@@ -183,12 +183,11 @@ pub fn radiosity(receiver: &Receiver, emitter: &Emitter) -> Result<f64, Error> {
         receiver,
         emitter,
         #[inline(always)]
-        |plan, terms| {
-            let radiosity = terms.radiosity(receiver);
-            is_sound([radiosity], emitter).then_some((plan, radiosity))
-        },
+        |plan, terms| Some((plan, terms.radiosity(receiver))),
     );
-    if let Some((plan, radiosity)) = found {
+    if let Some((plan, radiosity)) = found
+        && is_sound([radiosity], emitter)
+    {
         return Case { receiver, emitter, occluders: &[], plan: &plan }.radiosity(radiosity);
     }
     let Some(plan) = Plan::new(receiver, emitter.polygon()) else { return Ok(0.0) };
@@ -250,19 +249,19 @@ pub fn gradient(receiver: &Receiver, emitter: &Emitter) -> Result<DVec3, Error> 
 /// # Errors
 /// If a result over- or underflows.
 pub fn radiosity_and_gradient(receiver: &Receiver, emitter: &Emitter) -> Result<(f64, DVec3), Error> {
-    let are_sound = |radiosity, gradient| [is_sound([radiosity], emitter), is_sound(DVec3::from(gradient).to_array(), emitter)];
     let found = on_lanes::<true, true, _>(
         receiver,
         emitter,
         #[inline(always)]
-        |plan, terms| Some((plan, terms)),
+        |plan, terms| {
+            let (radiosity, gradient) = (terms.radiosity(receiver), terms.gradient(receiver));
+            let are_sound = is_sound([radiosity], emitter) && is_sound(DVec3::from(gradient).to_array(), emitter);
+            are_sound.then_some((plan, radiosity, gradient))
+        },
     );
-    if let Some((plan, terms)) = found {
-        let (radiosity, gradient) = (terms.radiosity(receiver), terms.gradient(receiver));
-        if are_sound(radiosity, gradient) == [true; 2] {
-            let case = Case { receiver, emitter, occluders: &[], plan: &plan };
-            return Ok((case.radiosity(radiosity)?, case.gradient(gradient)?));
-        }
+    if let Some((plan, radiosity, gradient)) = found {
+        let case = Case { receiver, emitter, occluders: &[], plan: &plan };
+        return Ok((case.radiosity(radiosity)?, case.gradient(gradient)?));
     }
     let Some(plan) = Plan::new(receiver, emitter.polygon()) else { return Ok((0.0, DVec3::ZERO)) };
     let case = Case { receiver, emitter, occluders: &[], plan: &plan };
@@ -271,7 +270,7 @@ pub fn radiosity_and_gradient(receiver: &Receiver, emitter: &Emitter) -> Result<
     };
     let (radiosity, gradient) = (terms.radiosity(receiver), terms.gradient(receiver));
     // Each by itself, so that it has the digits that it has alone.
-    let [value_is, gradient_is] = are_sound(radiosity, gradient);
+    let [value_is, gradient_is] = [is_sound([radiosity], emitter), is_sound(DVec3::from(gradient).to_array(), emitter)];
     let in_full = if value_is && gradient_is { None } else { Some(case.answer(FALLBACK)?) };
     Ok((
         in_full.filter(|_| !value_is).map_or_else(|| case.radiosity(radiosity), |answer| Ok(answer.radiosity))?,

@@ -489,24 +489,28 @@ impl Errors {
     }
 }
 
-/// The sizes of the derivatives of an end of a segment in X1 with respect to phi and psi, at most; where s is not next to 0.
+/// The sizes of the derivatives of an end of a segment in X1 with respect to phi and psi, at most; where s is not next to 0. And
+/// `-cot(phi + psi)`.
 #[inline(always)]
 fn derivatives<T: radgrad_numbers::arithmetic::Doubles>(
     X1End { phi, psi, .. }: &X1End<T>,
     logarithm: T,
     [s, d, distance]: [T; 3],
     inverse_height: T,
-) -> [T; 2] {
+) -> ([T; 2], T) {
     let (half, square, product, reach) = (s.like(0.5), s * s, d * distance, distance + d);
     let inverse = s.like(1.0) / (s * reach);
     let over_height = reach * inverse_height;
     let cotangent = (product + square) * inverse * (over_height * over_height);
-    // x cot x of phi + psi, phi - psi and phi.
-    let of_sum = (*phi + *psi) * ((product - square) * inverse);
+    let past = (square - product) * inverse;
+    // x cot x of phi + psi, with its sign turned, of phi - psi, and of phi.
+    let of_sum = (*phi + *psi) * past;
     let of_difference = (*phi - *psi) * cotangent;
     let of_phi = *phi * (d * reach * inverse);
     let error = s.like(DERIVATIVE_ERROR) + *phi * cotangent * s.like(16.0 * ROUNDOFF);
-    [(logarithm + (of_difference + of_sum) * half - of_phi).abs() + error, ((of_sum - of_difference) * half).abs() + error]
+    let by_phi = (logarithm + (of_difference - of_sum) * half - of_phi).abs() + error;
+    let by_psi = ((of_sum + of_difference) * half).abs() + error;
+    ([by_phi, by_psi], past)
 }
 
 /// Of an end of a segment in X1, given `ln(r/h)`, s, d and S, and 1/h; and the errors of phi before its own rounding, of psi, of the
@@ -520,10 +524,10 @@ fn of_x1_end<T: radgrad_numbers::arithmetic::Doubles>(
     [of_phi, of_psi, of_logarithm, past]: [T; 4],
 ) -> T {
     let X1End { phi, psi, beyond, .. } = *end;
-    let [s, d, distance] = distances;
+    let [s, _, distance] = distances;
     let (zero, four, product) = (s.like(0.0), s.like(4.0), phi * psi);
     let (by_phi, by_psi) = (logarithm + product.min(s.like(1.0)), product.min(s.like(0.5)));
-    let [along_phi, along_psi] = derivatives(end, logarithm, distances, inverse_height);
+    let ([along_phi, along_psi], cotangent) = derivatives(end, logarithm, distances, inverse_height);
     let rounded = by_phi * (phi * four);
     let together = mutant!(
         "linear-bound.end-together",
@@ -531,9 +535,9 @@ fn of_x1_end<T: radgrad_numbers::arithmetic::Doubles>(
         |error| error * s.like(0.1)
     );
     let apart = by_phi * of_phi + rounded + by_psi * of_psi + T::choose(beyond, past, zero);
-    let is_far_past = (s * s - d * distance).exceeds(s * (distance + d) * s.like(FAR_PAST));
     let least = T::choose(s.exceeds(distance * s.like(LEAST_ALONG)), together.min(apart), apart);
-    phi * (of_logarithm + phi * phi * s.like(2.4) + psi * psi * s.like(3.5)) + T::choose(is_far_past, apart, least)
+    let of_end = T::choose(cotangent.exceeds(s.like(FAR_PAST)), apart, least);
+    phi * (of_logarithm + phi * phi * s.like(2.4) + psi * psi * s.like(3.5)) + of_end
 }
 
 #[cfg(test)]
@@ -619,7 +623,7 @@ mod tests {
             }
             let logarithm = 0.5 * libm::log((s + distance * distance) / square);
             let end = X1End::at(s, [d, distance, d + distance], logarithm);
-            let [by_phi, by_psi] = derivatives(&end, logarithm, [s, d, distance], 1.0 / square.sqrt());
+            let ([by_phi, by_psi], _) = derivatives(&end, logarithm, [s, d, distance], 1.0 / square.sqrt());
             let of_phi = logarithm + 2.0 * slope(phi) - slope(phi - psi) - slope(phi + psi);
             let of_psi = slope(phi - psi) - slope(phi + psi);
             assert!(of_phi.abs() <= by_phi && of_psi.abs() <= by_psi, "{phi} {psi}: {of_phi} {by_phi}, {of_psi} {by_psi}");

@@ -156,9 +156,15 @@ impl DirectAttempt {
                 Self::from(sure, receiver, emitter, tolerance, |case, terms, bound| case.of_unit_emission(terms, *bound))
             }
             Emission::Linear(_) => {
-                let sure = edge_lanes::linear::bounded_where_sure(receiver, emitter, narrow, tolerance)
-                    .or_else(|| edge_lanes::linear::bounded_far_out(receiver, emitter, narrow));
-                Self::from(sure, receiver, emitter, tolerance, |case, terms, bound| case.of_linear(terms, *bound))
+                let found = |case: &Case<'_>, terms: &_, bound: &_| case.of_linear(terms, *bound);
+                match edge_lanes::linear::bounded_where_sure(receiver, emitter, narrow, tolerance) {
+                    // Apart, so that the common case is not copied.
+                    None => {
+                        let sure = edge_lanes::linear::bounded_far_out(receiver, emitter, narrow);
+                        Self::from(sure, receiver, emitter, tolerance, found)
+                    }
+                    sure => Self::from(sure, receiver, emitter, tolerance, found),
+                }
             }
             Emission::Polynomial(_) => Ok(Self::Nothing),
         }
@@ -175,8 +181,11 @@ impl DirectAttempt {
         let Some(SureCase { plan, sums }) = sure else { return Ok(Self::Nothing) };
         let Some((terms, bound)) = sums else { return Ok(Self::Plan(plan)) };
         let case = Case { receiver, emitter, occluders: &[], plan: &plan };
-        let answer = case.accepted(&found(&case, &terms, &bound), Method::ClosedForm, tolerance)?;
-        Ok(answer.map_or(Self::Plan(plan), Self::Answer))
+        match case.accepted(&found(&case, &terms, &bound), Method::ClosedForm, tolerance) {
+            Ok(Some(answer)) => Ok(Self::Answer(answer)),
+            Ok(None) => Ok(Self::Plan(plan)),
+            Err(error) => Err(error),
+        }
     }
 }
 
