@@ -33,13 +33,6 @@ impl Detail {
         if square > 0.0 { square / (square + self.beyond * self.beyond) } else { 1.0 }
     }
 
-    /// What a point gathers of what samples have beyond the next degree, from a source whose radius over its distance is `near`, over its form
-    /// factor: by the kernel's part beyond the polynomials, and by its own part along them.
-    pub(super) fn gathered_beyond(&self, near: f64, basis: &Basis) -> f64 {
-        let falls: f64 = std::iter::repeat_n(near, basis.degree() + 2).product();
-        (falls * self.beyond).hypot(self.along)
-    }
-
     fn with(mut self, other: &Self) -> Self {
         self.coefficients.iter_mut().zip(&other.coefficients).for_each(|(sum, c)| *sum += c);
         self.beyond = self.beyond.hypot(other.beyond);

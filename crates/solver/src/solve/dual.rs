@@ -43,7 +43,7 @@ use crate::links::refine::{Need, WITHOUT_ORDER};
 use crate::links::transfer::Row;
 use crate::mesh::basis::{Basis, Excess, dot};
 use crate::solve::layers::Layers;
-use crate::solve::solution::{Solution, for_each, ratio};
+use crate::solve::solution::{MeanError, Solution, for_each, ratio};
 
 /// Sweeps after which the importance is not known, and changes below which it is, relative to its mean: what is left is of second order
 /// where `phi_h` is `b_h` over the reflectance, and of first with textures.
@@ -249,8 +249,8 @@ impl Solution {
 
     /// Estimate of the error of the mean radiosity over all area, in each channel, as a root mean square: what was found of it with its sign,
     /// and what that may be off by. But for what is surely found it is at most the estimate of the mean of the magnitude.
-    pub(super) fn estimate_mean(&self) -> Result<Vec<Ledger>, Error> {
-        let Some(sent) = self.solve_importance() else { return Ok(self.bounds.mean.clone()) };
+    pub(super) fn estimate_mean(&self) -> Result<Option<Vec<MeanError>>, Error> {
+        let Some(sent) = self.solve_importance() else { return Ok(None) };
         let (links, below) = (self.links_of_lamps(&sent)?, self.importance_below(&sent)?);
         let mut importance = Importance { sent, links, below };
         let mut below = vec![Vec::new(); self.mesh.elements().len()];
@@ -275,13 +275,15 @@ impl Solution {
         let of_channel = |((part, sure), most): ((&Part, f64), &Ledger)| {
             // What was found has a sign; what it may be off by adds to that by squares. In all it is no more than what gathers are off by,
             // but for what was surely found.
-            let total = part.found().hypot(part.off_by()).hypot(part.unseen) / area;
-            let total = largest(sure / area, smallest(total, most.total()));
+            let (found, off) = ((part.swapped + part.detail) / area, part.off_by().hypot(part.unseen) / area);
+            let all = found.hypot(off);
+            let total = largest(sure / area, smallest(all, most.total()));
             let (discretisation, computation) = (part.detail.abs() + part.unseen, part.swapped.abs() + part.off_by());
             let parts = Ledger { discretisation, computation, ..Ledger::default() };
-            if parts.total() == 0.0 { parts } else { parts * (total / parts.total()) }
+            let share = ratio(total, all);
+            MeanError { estimate: parts * ratio(total, parts.total()), found: share * found, off: share * off }
         };
-        Ok(parts.iter().zip(sure).zip(&self.bounds.mean).map(of_channel).collect())
+        Ok(Some(parts.iter().zip(sure).zip(&self.bounds.mean).map(of_channel).collect()))
     }
 
     /// What layers on a receiver add to the integrals, in each channel.

@@ -316,7 +316,7 @@ impl Solution {
             beyond
         };
         let without_sign = || KnownError { known: vec![0.0; channels], left: without_sign() };
-        let KnownError { known, left: estimated } = self.error_at(station, terms, (far, sums)).unwrap_or_else(without_sign);
+        let KnownError { known, left: estimated } = self.error_at(station, terms, far).unwrap_or_else(without_sign);
         let proven = match self.proven() {
             Some(proven) => proven.at(&self.mesh, rows, far, &whole),
             None => vec![Ledger::unknown(); channels],

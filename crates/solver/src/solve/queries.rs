@@ -7,7 +7,7 @@ use crate::bound::ledger::Ledger;
 use crate::field::gathering::irradiance;
 use crate::mesh::Mesh;
 use crate::solve::options::Progress;
-use crate::solve::solution::Solution;
+use crate::solve::solution::{MeanError, Solution};
 
 impl Solution {
     /// The mesh, in the coordinates of [`Self::placement`].
@@ -73,8 +73,14 @@ impl Solution {
     /// off by, as a root mean square.
     #[must_use]
     pub fn mean_estimate(&self) -> Vec<Ledger> {
+        self.mean_error().iter().map(|error| error.estimate).collect()
+    }
+
+    /// The same in its two parts.
+    pub(super) fn mean_error(&self) -> &[MeanError] {
         // Where no importance is found what gathers are off by is an estimate, too.
-        self.estimated.get_or_init(|| self.estimate_mean().unwrap_or_else(|_| self.bounds.mean.clone())).clone()
+        let without_sign = || self.bounds.mean.iter().copied().map(MeanError::without_sign).collect();
+        self.estimated.get_or_init(|| self.estimate_mean().ok().flatten().unwrap_or_else(without_sign))
     }
 
     /// Proven bound on the error of the polynomial on a leaf, at every point of it, in each channel; the detail of textures, which no

@@ -16,11 +16,12 @@
 //! A detail counts by the part of it that is sure ([`crate::solve::detail`]): where elements are too large for what is on them, the next
 //! degree says no more of the error than what is beyond.
 //!
-//! What the answer is then still off by is estimated: as a part of that ([`LEFT`]); and, as a root mean square, one source after the other,
-//! of what samples have beyond the next degree; a part of each term that is known ([`STILL_OFF`]); what goes back and forth between the
-//! point and sources that touch it, of which `e_1`, known at a few points of each receiver, may have nothing; what links neglect and
-//! evaluations err by; and of the light that the point gathers a part ([`OF_MEAN`]) of what the estimate of the error of the mean is of what
-//! is reflected in the mean, for what all that adds to other points of the scene.
+//! What the answer is then still off by is estimated: as a part of that ([`LEFT`]), but for differences of polynomials, which are what they
+//! are here and not in `e_1` ([`STILL_OFF`]); and, as a root mean square, one source after the other, of what samples have beyond the next
+//! degree, by as much less than at most as details are gathered by less ([`Beyond`]); a part of each detail; what goes back and forth
+//! between the point and sources that touch it, of which `e_1`, known at a few points of each receiver, may have nothing; what links neglect
+//! and evaluations err by; and of the reflected light that the point gathers the part that `e_1` lacks in the mean: the error of the mean by
+//! the importance ([`crate::solve::dual`]), which is found in another way, less the mean of `e_1`.
 
 use radgrad_scene::{largest, smallest};
 
@@ -33,9 +34,9 @@ use crate::links::link::Link;
 use crate::links::station::Station;
 use crate::links::transfer::{Kernel, Optics, Row};
 use crate::mesh::Sight;
-use crate::mesh::basis::Basis;
+use crate::mesh::basis::{Basis, dot};
 use crate::mesh::shape::Shape;
-use crate::solve::solution::{Solution, for_each, ratio};
+use crate::solve::solution::{MeanError, Solution, for_each, ratio};
 
 /// Sweeps after which the error is not known, and changes below which it is, relative to its largest source.
 const MOST_SWEEPS: usize = 2000;
@@ -51,11 +52,17 @@ const TYPICAL: f64 = 0.5;
 /// The radius of a source over its distance from which on its children are seen one by one.
 const NEAR: f64 = 0.5;
 
-/// What the answer is taken to be off by when it has what is known with its sign: a part of that, of each detail that is gathered, and of the
-/// relative error of the mean.
+/// What the answer is taken to be off by when it has what is known with its sign: a part of details and of what is reflected of the known
+/// error; and of differences of polynomials and, one source after the other, of details.
 const LEFT: f64 = 0.5;
 const STILL_OFF: f64 = 0.25;
-const OF_MEAN: f64 = 0.5;
+
+/// The part of what the error found in the mean may be off by that counts beside its difference from the mean of the known error: two
+/// ways to one figure agree by chance if either is off by much.
+const BY_CHANCE: f64 = 0.1;
+
+/// The least part of the square of what is gathered at most of samples beyond details that is taken to be: details may cancel by symmetry.
+const LEAST_BEYOND: f64 = 0.25;
 
 /// What a station gathers of a source.
 pub(super) struct Term<'a> {
@@ -74,12 +81,17 @@ struct Piece {
     near: f64,
     /// Whether all of it is seen.
     is_smooth: bool,
-    /// In each channel, the polynomial that is linked, and what is known to be beside it, in the basis of the next degree.
+    /// In each channel, the polynomial that is linked, and beside it, in the basis of the next degree, what the leaves have of theirs and what
+    /// is known of the detail.
     linked: Vec<Vec<f64>>,
-    left: Vec<Vec<f64>>,
-    /// In each channel, the most that is gathered of all that, what is gathered of the samples beyond, and of the leaves below.
+    differs: Vec<Vec<f64>>,
+    detail: Vec<Vec<f64>>,
+    /// In each channel, the most that is gathered of all that; of the detail by the kernel's part of its degree, and of the samples beyond by
+    /// that of theirs; of these by the kernel's other parts; and of the leaves below.
     sizes: Vec<f64>,
+    by_kernel: Vec<f64>,
     beyond: Vec<f64>,
+    along: Vec<f64>,
     neglected: Vec<f64>,
 }
 
@@ -92,9 +104,33 @@ pub(super) struct KnownError {
 /// Of the details that a station gathers, in a channel.
 #[derive(Debug, Clone, Copy, Default)]
 struct Gathered {
-    known: f64,
-    /// Square of what that may be off by.
+    /// Known as differences of polynomials, and as details.
+    sure: f64,
+    unsure: f64,
+    /// Square of what those may be off by.
     off: f64,
+}
+
+impl Gathered {
+    fn known(&self) -> f64 {
+        self.sure + self.unsure
+    }
+}
+
+/// Squares of what a station gathers: at most of the samples beyond details, at most of details, and of these as it was found.
+#[derive(Debug, Clone, Copy, Default)]
+struct Beyond {
+    most: f64,
+    of_details: f64,
+    found: f64,
+}
+
+impl Beyond {
+    /// The square of what is likely gathered of the samples.
+    fn likely(&self) -> f64 {
+        let part = if self.found < self.of_details { self.found / self.of_details } else { 1.0 };
+        self.most * largest(part, LEAST_BEYOND)
+    }
 }
 
 /// Of the sources that touch a station: what is known of their details, their form factor, and that times their reflectance.
@@ -171,7 +207,7 @@ impl Solution {
         let at = |place: [f64; 2]| self.gathered_details(&Station::on(element, element.point(place)), terms());
         let at_nodes: Vec<Vec<Gathered>> = basis.nodes().iter().map(|node| at(node.at)).collect::<Result<_, _>>()?;
         for (channel, emitted) in emitted.chunks_exact_mut(len).enumerate() {
-            let samples: Vec<f64> = at_nodes.iter().map(|of| of[channel].known).collect();
+            let samples: Vec<f64> = at_nodes.iter().map(|of| of[channel].known()).collect();
             emitted.iter_mut().zip(basis.project(&samples)).for_each(|(emitted, of)| *emitted = of);
             self.surfaces.reflect(&self.mesh, receiver, channel, emitted);
         }
@@ -233,28 +269,32 @@ impl Solution {
             source,
             factor,
             near,
-            left: Vec::new(),
+            differs: Vec::new(),
+            detail: Vec::new(),
             sizes: Vec::new(),
+            by_kernel: Vec::new(),
             beyond: Vec::new(),
+            along: Vec::new(),
             neglected: Vec::new(),
             is_smooth,
             linked,
         };
         for (channel, of) in (0..channels).zip(&self.details()[source]) {
             let sure = of.sure();
-            let mut left: Vec<f64> = of.coefficients.iter().map(|c| sure * c).collect();
             let held = self.field.of(source, channel, basis.len());
-            let difference: Vec<f64> = held.iter().zip(&piece.linked[channel]).map(|(held, linked)| held - linked).collect();
-            left.iter_mut().zip(&difference).for_each(|(left, of)| *left += of);
+            let differs: Vec<f64> = held.iter().zip(&piece.linked[channel]).map(|(held, linked)| held - linked).collect();
             let detail = power(falls, basis.degree() + 1) * length(&of.coefficients);
-            let known = detail + length(&difference);
+            let known = detail + length(&differs);
             let neglected = if factor > 0.0 { neglected(channel) } else { 0.0 };
             let textured = self.bounds.residuals.iter().map(|of| of[source][channel].detail_rms()).fold(0.0, f64::hypot);
             let unsure = (1.0 - sure) * detail;
-            piece.beyond.push(factor * of.gathered_beyond(falls, basis).hypot(unsure).hypot(textured));
+            piece.by_kernel.push(factor * sure * detail);
+            piece.beyond.push(factor * (power(falls, basis.degree() + 2) * of.beyond).hypot(unsure));
+            piece.along.push(factor * of.along.hypot(textured));
             piece.sizes.push(factor * known + neglected);
             piece.neglected.push(TYPICAL * neglected);
-            piece.left.push(left);
+            piece.differs.push(differs);
+            piece.detail.push(of.coefficients.iter().map(|c| sure * c).collect());
         }
         piece
     }
@@ -271,24 +311,35 @@ impl Solution {
         let much = MUCH * open.iter().map(|(piece, _)| relative(&piece.sizes)).sum::<f64>();
         let mut all = vec![Gathered::default(); self.channels.len()];
         let mut touching = vec![Touching::default(); self.channels.len()];
+        let mut beyond = vec![Beyond::default(); self.channels.len()];
         while let Some((piece, sight)) = open.pop() {
             let counts = |sizes: &[f64]| relative(sizes) > much;
             if let Some(first) = self.mesh.elements()[piece.source].children().filter(|_| counts(&piece.neglected)) {
                 open.extend(self.children_of(station, &piece, first).into_iter().map(|piece| (piece, sight)));
                 continue;
             }
-            all.iter_mut().zip(&piece.beyond).for_each(|(all, beyond)| all.off += square(*beyond));
+            for (channel, (all, beyond)) in all.iter_mut().zip(&mut beyond).enumerate() {
+                all.off += square(piece.along[channel]);
+                beyond.most += square(piece.beyond[channel]);
+            }
             if !counts(&piece.sizes) {
                 all.iter_mut().zip(&piece.sizes).for_each(|(all, size)| all.off += square(*size));
                 continue;
             }
             let Some(above) = self.mesh.basis(piece.source).above() else { continue };
-            let sizes: Vec<f64> = piece.left.iter().map(|left| length(left)).collect();
+            let sizes: Vec<f64> = piece.differs.iter().zip(&piece.detail).map(|(a, b)| length(a) + length(b)).collect();
             let row = optics.for_brightness(relative(&sizes)).receive_of(station, (piece.source, above), sight, above.len())?;
             for (channel, all) in all.iter_mut().enumerate() {
-                let known: f64 = piece.left[channel].iter().zip(&row.values).map(|(c, v)| c * v).sum();
-                all.known += if is_sure { known } else { 0.0 };
-                all.off += square(if is_sure { STILL_OFF * known } else { known }) + square(piece.neglected[channel]);
+                // A difference of polynomials is what it is; a detail may be off.
+                let [differs, detail] = [&piece.differs, &piece.detail].map(|of| dot(&of[channel], &row.values));
+                let known = differs + detail;
+                if is_sure {
+                    all.sure += differs;
+                    all.unsure += detail;
+                }
+                all.off += square(if is_sure { STILL_OFF * detail } else { known }) + square(piece.neglected[channel]);
+                beyond[channel].found += square(detail);
+                beyond[channel].of_details += square(piece.by_kernel[channel]);
                 if piece.near == 1.0 {
                     let rho = self.surfaces.reflectance[self.mesh.elements()[piece.source].face()][channel];
                     touching[channel].add(known, piece.factor, rho);
@@ -296,6 +347,7 @@ impl Solution {
             }
         }
         all.iter_mut().zip(touching).for_each(|(all, touching)| all.off += square(touching.again()));
+        all.iter_mut().zip(beyond).for_each(|(all, beyond)| all.off += beyond.likely());
         Ok(all)
     }
 
@@ -304,24 +356,28 @@ impl Solution {
         &self,
         station: &Station,
         terms: impl Iterator<Item = Term<'a>> + Clone,
-        (far, sums): (&Far, &[f64]),
+        far: &Far,
     ) -> Option<KnownError> {
         let error = self.known_error()?;
         let details = self.gathered_details(station, terms.clone()).ok()?;
-        let of_mean = self.mean_estimate();
-        let of_channel = |(channel, Gathered { known, off }): (usize, Gathered)| {
-            let (mut carried, mut unseen) = (far.value(error, channel, 0), 0.0);
+        let of_mean = self.mean_error();
+        let of_channel = |(channel, Gathered { sure, unsure, off }): (usize, Gathered)| {
+            let gathered = |field: &Field| far.value(field, channel, 0);
+            let (mut carried, mut reflected, mut unseen) = (gathered(error), gathered(&self.field), 0.0);
             for Term { source, row, .. } in terms.clone() {
-                let coefficients = error.of(source, channel, self.mesh.basis(source).len());
-                carried += coefficients.iter().zip(&row.values).map(|(c, v)| c * v).sum::<f64>();
+                let len = self.mesh.basis(source).len();
+                carried += dot(error.of(source, channel, len), &row.values);
+                // What faces emit has no error.
+                reflected +=
+                    dot(self.field.of(source, channel, len), &row.values) - dot(&self.emitted_on(source, channel), &row.values);
                 unseen += row.likely_factor() * self.bounds.residuals.iter().map(|of| of[source][channel].unseen).sum::<f64>();
             }
-            // What faces emit has no error.
+            let MeanError { found, off: off_in_mean, .. } = of_mean[channel];
+            let lacks = (found - error.mean(&self.mesh, channel)).hypot(BY_CHANCE * off_in_mean);
             let light = if self.reflected[channel] > 0.0 { self.reflected[channel] } else { self.mean[channel] };
-            let of_light = sums[channel].abs() * ratio(of_mean[channel].total(), light);
-            let known = known + carried;
-            let left = LEFT * known.abs() + unseen + off.sqrt().hypot(OF_MEAN * of_light);
-            (known, Ledger { discretisation: left, ..Ledger::default() })
+            let of_light = reflected.abs() * ratio(lacks, light);
+            let left = (LEFT * (unsure + carried) + STILL_OFF * sure).abs() + unseen + off.sqrt().hypot(of_light);
+            (sure + unsure + carried, Ledger { discretisation: left, ..Ledger::default() })
         };
         let (known, left) = details.into_iter().enumerate().map(of_channel).unzip();
         Some(KnownError { known, left })

@@ -62,7 +62,7 @@ pub struct Solution {
     pub(super) judged: Vec<[Option<Samples>; 2]>,
     pub(crate) bounds: Bounds,
     /// Estimate of the error of the mean, in each channel, made when it is first asked for.
-    pub(super) estimated: OnceLock<Vec<Ledger>>,
+    pub(super) estimated: OnceLock<Vec<MeanError>>,
     /// Geometry for the proof of the bound.
     pub(super) ground: Ground,
     /// The proven bounds, made when they are first asked for; `None` if there is no bound.
@@ -193,6 +193,23 @@ impl Solution {
 pub(super) fn means(field: &Field, mesh: &Mesh, [lamps, others]: &[Vec<f64>; 2]) -> (Vec<f64>, Vec<f64>) {
     let held = (0..lamps.len()).map(|channel| field.mean(mesh, channel));
     held.zip(lamps.iter().zip(others)).map(|(held, (lamps, others))| (held + lamps, held - others)).unzip()
+}
+
+/// The error of the mean radiosity over all area in a channel, as the importance finds it ([`crate::solve::dual`]).
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct MeanError {
+    /// Estimate of its size, as a root mean square of the two parts.
+    pub(super) estimate: Ledger,
+    /// What was found of it, with its sign, and what that may be off by.
+    pub(super) found: f64,
+    pub(super) off: f64,
+}
+
+impl MeanError {
+    /// Of which nothing is known but its size.
+    pub(super) const fn without_sign(estimate: Ledger) -> Self {
+        Self { estimate, found: 0.0, off: estimate.total() }
+    }
 }
 
 /// A part over the whole: 0 of nothing, whatever the whole, and infinity of a whole that is not positive, as where rounding hides it.
