@@ -104,7 +104,7 @@ mod edges;
 mod finely;
 mod left;
 mod nodes;
-pub(crate) mod terms;
+mod terms;
 
 use radgrad_core::mutant;
 

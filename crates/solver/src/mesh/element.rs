@@ -187,6 +187,26 @@ impl Element {
         self.radius
     }
 
+    /// A bound from below on the distance to another element: the widest gap along a few directions.
+    pub(crate) fn distance_to(&self, other: &Self) -> f64 {
+        let (v, w) = (self.polygon().vertices(), other.polygon().vertices());
+        let gap = |direction: DVec3| {
+            let range = |of: &[DVec3]| {
+                of.iter()
+                    .map(|p| direction.dot(*p))
+                    .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h): (f64, f64), x| (smallest(l, x), largest(h, x)))
+            };
+            let ((a0, a1), (b0, b1)) = (range(v), range(w));
+            largest(b0 - a1, a0 - b1)
+        };
+        let axes = [DVec3::X, DVec3::Y, DVec3::Z].map(|axis| largest(gap(axis), 0.0));
+        let boxes = DVec3::from(axes).length();
+        let between = (other.centre() - self.centre()).normalize_or_zero();
+        let others = [self.polygon().normal(), other.polygon().normal(), between].map(gap);
+        let size = v.iter().chain(w).map(|p| p.length()).fold(0.0, largest);
+        others.into_iter().fold(boxes, largest) - 1e-14 * size
+    }
+
     /// Root mean square of the distance from the centre to a power of at most 4.
     pub(crate) const fn arm(&self, power: usize) -> f64 {
         self.arms[power]

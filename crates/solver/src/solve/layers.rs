@@ -8,7 +8,6 @@
 use radgrad_core::{Tolerance, evaluate_value};
 use radgrad_scene::{gauss_legendre, smallest};
 
-use crate::bound::proven::terms::distance;
 use crate::error::Error;
 use crate::links::link::Link;
 use crate::links::station::Station;
@@ -18,7 +17,6 @@ use crate::mesh::basis::{Basis, dot};
 use crate::mesh::element::Element;
 use crate::mesh::rule::Node;
 use crate::mesh::shape::Shape;
-use crate::solve::solution::ratio;
 
 /// There are layers where a source that faces the element, whose normals' cosine is below the second number, is closer than the first part
 /// of its radius. Then those of all sources closer than the third part count, which may be seen past the rim of that one.
@@ -55,7 +53,7 @@ impl<'a> Layers<'a> {
     pub(super) fn of(optics: &Optics<'_>, receiver: usize, links: &'a [Link]) -> Result<Option<Self>, Error> {
         let (mesh, element, basis) = (optics.mesh, &optics.mesh.elements()[receiver], optics.mesh.basis(receiver));
         let Some(above) = basis.above() else { return Ok(None) };
-        let part = |link: &Link| distance(element, &mesh.elements()[link.source]) / element.radius();
+        let part = |link: &Link| element.distance_to(&mesh.elements()[link.source]) / element.radius();
         let near = links.iter().filter(|link| matches!(link.sight, Sight::Clear)).map(|link| (link, part(link)));
         let near: Vec<(&'a Link, f64)> = near.filter(|(_, part)| *part < BESIDE).collect();
         let faces = |link: &Link| element.polygon().normal().dot(mesh.elements()[link.source].polygon().normal()) < FACING;
@@ -89,7 +87,8 @@ impl<'a> Layers<'a> {
             others += node.weight * (all - near);
             beside += node.weight * (1.0 - factor);
         }
-        let past = ratio(others, beside);
+        // Where the sources are all that is seen, what is left are roundings.
+        let past = if beside > ROUGH { others / beside } else { 0.0 };
         let mut all = vec![0.0; self.weights.len()];
         for layer in &self.layers {
             let more = light(layer.link.source)[0] - past;
@@ -167,9 +166,9 @@ mod tests {
             for part in [0.0, 1e-3, 0.05, 0.4] {
                 let rule = graded(shape, part);
                 let mean = |f: &dyn Fn([f64; 2]) -> f64| rule.iter().map(|node| node.weight * f(node.at)).sum::<f64>();
-                for [i, j] in [[0, 0], [1, 0], [0, 2], [1, 1]] {
-                    let found = mean(&|[s, t]| s.powi(i) * t.powi(j));
-                    let exact = moment(shape, usize::try_from(i).unwrap(), usize::try_from(j).unwrap());
+                for [i, j] in [[0_u8, 0], [1, 0], [0, 2], [1, 1]] {
+                    let found = mean(&|[s, t]| s.powi(i.into()) * t.powi(j.into()));
+                    let exact = moment(shape, i.into(), j.into());
                     assert!((found - exact).abs() < 1e-14, "{shape:?} {part} {i} {j}: {found} {exact}");
                 }
                 // Over one edge of a half-plane at that height.

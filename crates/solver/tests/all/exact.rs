@@ -73,6 +73,29 @@ fn between_squares_that_are_close_the_estimate_has_the_light_that_the_rim_loses(
     }
 }
 
+/// From an element of a low closed box the sources near by are all that is seen: nothing past their rims is.
+#[test]
+fn in_a_low_box_of_single_elements_the_estimate_is_finite_and_true() {
+    for height in [0.1, 0.03] {
+        let low = |quad: Quad| quad.map(|[x, y, z]| [x, y, height * z]);
+        let faces: Vec<_> = [FLOOR, CEILING].into_iter().chain(SIDES).zip([1.0, 0.0, 0.0, 0.0, 0.0, 0.0]).collect();
+        let faces: Vec<_> = faces.into_iter().map(|(quad, emitted)| (low(quad), 0.5, emitted)).collect();
+        let of = |options: Options| {
+            let solution = solved(&faces, &options);
+            (solution.mean()[0], solution.mean_estimate()[0].total())
+        };
+        let (truth, _) = of(Options { error: 1e-3, ..Options::default() });
+        for degree in 0..=2 {
+            let (mean, estimate) = of(Options { error: 1.0, degree: Some(degree), first_elements: 1, ..Options::default() });
+            println!("{height} {degree}: {:.1e} off, {estimate:.1e} estimated", (mean - truth).abs());
+            assert!(
+                (mean - truth).abs() < 2.0 * estimate && estimate < 0.5 * mean,
+                "{height} {degree}: {mean} {truth} {estimate}"
+            );
+        }
+    }
+}
+
 #[test]
 fn two_squares_that_face_each_other_have_the_known_radiosity() {
     let faces = [(FLOOR, 0.5, 1.0), (CEILING, 0.5, 1.0)];

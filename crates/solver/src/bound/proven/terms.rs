@@ -182,7 +182,7 @@ impl<'a> Target<'a> {
         let (to, from) = (element.polygon().vertices(), source.polygon().vertices());
         let over = from.iter().map(|&v| self.height(v)).fold(0.0, largest);
         let height = to.iter().map(|&v| n2.dot(v - source.centre())).fold(0.0, largest);
-        let distance = largest(distance(element, source) * (1.0 - 1e-9), 0.0);
+        let distance = largest(element.distance_to(source) * (1.0 - 1e-9), 0.0);
         let lune = 0.5 * (1.0 - n1.dot(n2)) + 1e-12;
         if over == 0.0 || height == 0.0 {
             return Reach { factor: 0.0, peak: 0.0, distance, over };
@@ -251,26 +251,6 @@ fn tail(degree: usize, ratio: f64, c: impl Fn(f64) -> f64) -> f64 {
         term = next;
     }
     f64::INFINITY
-}
-
-/// A bound from below on the distance of two elements: the widest gap along a few directions.
-pub(crate) fn distance(a: &Element, b: &Element) -> f64 {
-    let (v, w) = (a.polygon().vertices(), b.polygon().vertices());
-    let gap = |direction: DVec3| {
-        let range = |of: &[DVec3]| {
-            of.iter()
-                .map(|p| direction.dot(*p))
-                .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h): (f64, f64), x| (smallest(l, x), largest(h, x)))
-        };
-        let ((a0, a1), (b0, b1)) = (range(v), range(w));
-        largest(b0 - a1, a0 - b1)
-    };
-    let axes = [DVec3::X, DVec3::Y, DVec3::Z].map(|axis| largest(gap(axis), 0.0));
-    let boxes = DVec3::from(axes).length();
-    let between = (b.centre() - a.centre()).normalize_or_zero();
-    let others = [a.polygon().normal(), b.polygon().normal(), between].map(gap);
-    let size = v.iter().chain(w).map(|p| p.length()).fold(0.0, largest);
-    others.into_iter().fold(boxes, largest) - 1e-14 * size
 }
 
 #[cfg(test)]
