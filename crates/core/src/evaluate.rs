@@ -249,14 +249,15 @@ pub fn gradient(receiver: &Receiver, emitter: &Emitter) -> Result<DVec3, Error> 
 /// # Errors
 /// If a result over- or underflows.
 pub fn radiosity_and_gradient(receiver: &Receiver, emitter: &Emitter) -> Result<(f64, DVec3), Error> {
+    let are_sound = |radiosity, gradient| [is_sound([radiosity], emitter), is_sound(DVec3::from(gradient).to_array(), emitter)];
     let found = on_lanes::<true, true, _>(
         receiver,
         emitter,
         #[inline(always)]
         |plan, terms| {
             let (radiosity, gradient) = (terms.radiosity(receiver), terms.gradient(receiver));
-            let are_sound = is_sound([radiosity], emitter) && is_sound(DVec3::from(gradient).to_array(), emitter);
-            are_sound.then_some((plan, radiosity, gradient))
+            let [value_is, gradient_is] = are_sound(radiosity, gradient);
+            (value_is && gradient_is).then_some((plan, radiosity, gradient))
         },
     );
     if let Some((plan, radiosity, gradient)) = found {
@@ -270,7 +271,7 @@ pub fn radiosity_and_gradient(receiver: &Receiver, emitter: &Emitter) -> Result<
     };
     let (radiosity, gradient) = (terms.radiosity(receiver), terms.gradient(receiver));
     // Each by itself, so that it has the digits that it has alone.
-    let [value_is, gradient_is] = [is_sound([radiosity], emitter), is_sound(DVec3::from(gradient).to_array(), emitter)];
+    let [value_is, gradient_is] = are_sound(radiosity, gradient);
     let in_full = if value_is && gradient_is { None } else { Some(case.answer(FALLBACK)?) };
     Ok((
         in_full.filter(|_| !value_is).map_or_else(|| case.radiosity(radiosity), |answer| Ok(answer.radiosity))?,

@@ -181,11 +181,10 @@ impl DirectAttempt {
         let Some(SureCase { plan, sums }) = sure else { return Ok(Self::Nothing) };
         let Some((terms, bound)) = sums else { return Ok(Self::Plan(plan)) };
         let case = Case { receiver, emitter, occluders: &[], plan: &plan };
-        match case.accepted(&found(&case, &terms, &bound), Method::ClosedForm, tolerance) {
-            Ok(Some(answer)) => Ok(Self::Answer(answer)),
-            Ok(None) => Ok(Self::Plan(plan)),
-            Err(error) => Err(error),
-        }
+        Ok(match case.accepted(&found(&case, &terms, &bound), Method::ClosedForm, tolerance)? {
+            Some(answer) => Self::Answer(answer),
+            None => Self::Plan(plan),
+        })
     }
 }
 

@@ -62,8 +62,8 @@ const TYPICAL: f64 = 0.1;
 const MUCH: f64 = 1e-3;
 
 /// That importance is the receiver's polynomial, moved by a constant to the value gathered at the element's centre. Its error is taken to be
-/// the first part of that move, and that of layers the same part of them. If the error times the element's light is more than the second part of what links may neglect, the
-/// importance is gathered at all nodes instead.
+/// the first part of that move, and the error of layers the same part of them. If the error times the element's light is more than the
+/// second part of what links may neglect, the importance is gathered at all nodes instead.
 const STILL_OFF: f64 = 0.25;
 const NOTICED: f64 = 0.005;
 

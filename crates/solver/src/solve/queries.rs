@@ -76,7 +76,7 @@ impl Solution {
         self.mean_error().iter().map(|error| error.estimate).collect()
     }
 
-    /// The same in its two parts.
+    /// The estimate with its two parts.
     pub(super) fn mean_error(&self) -> &[MeanError] {
         // Where no importance is found what gathers are off by is an estimate, too.
         let without_sign = || self.bounds.mean.iter().copied().map(MeanError::without_sign).collect();

@@ -16,12 +16,12 @@
 //! A detail counts by the part of it that is sure ([`crate::solve::detail`]): where elements are too large for what is on them, the next
 //! degree says no more of the error than what is beyond.
 //!
-//! What the answer is then still off by is estimated: as a part of that ([`LEFT`]), but for differences of polynomials, which are what they
-//! are here and not in `e_1` ([`STILL_OFF`]); and, as a root mean square, one source after the other, of what samples have beyond the next
-//! degree, by as much less than at most as details are gathered by less ([`Beyond`]); a part of each detail; what goes back and forth
-//! between the point and sources that touch it, of which `e_1`, known at a few points of each receiver, may have nothing; what links neglect
-//! and evaluations err by; and of the reflected light that the point gathers the part that `e_1` lacks in the mean: the error of the mean by
-//! the importance ([`crate::solve::dual`]), which is found in another way, less the mean of `e_1`.
+//! The error of the corrected answer is estimated. A part of the correction counts in full ([`LEFT`]), a smaller part of differences of
+//! polynomials ([`STILL_OFF`]): the point gathers these exactly, but `e_1` does not. By squares are added, source by source, samples beyond
+//! the next degree, reduced by as much as details fell short of their bounds ([`Beyond`]); a part of each detail; the light that goes back and
+//! forth between the point and sources that touch it, which `e_1`, known at a few points of each receiver, may lack; and the light that links
+//! neglect, with the errors of evaluations. The last term is the part that `e_1` lacks in the mean, times the reflected light that the point
+//! gathers: the importance finds the error of the mean in another way ([`crate::solve::dual`]), and the mean of `e_1` is taken from that.
 
 use radgrad_scene::{largest, smallest};
 
@@ -52,16 +52,16 @@ const TYPICAL: f64 = 0.5;
 /// The radius of a source over its distance from which on its children are seen one by one.
 const NEAR: f64 = 0.5;
 
-/// What the answer is taken to be off by when it has what is known with its sign: a part of details and of what is reflected of the known
-/// error; and of differences of polynomials and, one source after the other, of details.
+/// The parts that the corrected answer is likely off by: of details and of the known error that is reflected; and of differences of
+/// polynomials and, source by source, of details.
 const LEFT: f64 = 0.5;
 const STILL_OFF: f64 = 0.25;
 
-/// The part of what the error found in the mean may be off by that counts beside its difference from the mean of the known error: two
-/// ways to one figure agree by chance if either is off by much.
+/// The part of the likely error of the mean's own error that counts beside its difference from the mean of the known error: the two may
+/// agree by chance.
 const BY_CHANCE: f64 = 0.1;
 
-/// The least part of the square of what is gathered at most of samples beyond details that is taken to be: details may cancel by symmetry.
+/// Samples beyond details count by this part of the square of their bound at least, as details may cancel by symmetry.
 const LEAST_BEYOND: f64 = 0.25;
 
 /// What a station gathers of a source.
@@ -126,7 +126,7 @@ struct Beyond {
 }
 
 impl Beyond {
-    /// The square of what is likely gathered of the samples.
+    /// The likely square of the samples' part, which falls short of its bound as details do.
     fn likely(&self) -> f64 {
         let part = if self.found < self.of_details { self.found / self.of_details } else { 1.0 };
         self.most * largest(part, LEAST_BEYOND)
@@ -330,7 +330,7 @@ impl Solution {
             let sizes: Vec<f64> = piece.differs.iter().zip(&piece.detail).map(|(a, b)| length(a) + length(b)).collect();
             let row = optics.for_brightness(relative(&sizes)).receive_of(station, (piece.source, above), sight, above.len())?;
             for (channel, all) in all.iter_mut().enumerate() {
-                // A difference of polynomials is what it is; a detail may be off.
+                // A difference of polynomials is exact; a detail is an estimate.
                 let [differs, detail] = [&piece.differs, &piece.detail].map(|of| dot(&of[channel], &row.values));
                 let known = differs + detail;
                 if is_sure {

@@ -197,16 +197,16 @@ pub(super) fn means(field: &Field, mesh: &Mesh, [lamps, others]: &[Vec<f64>; 2])
 
 /// The error of the mean radiosity over all area in a channel, as the importance finds it ([`crate::solve::dual`]).
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct MeanError {
+pub(super) struct MeanError {
     /// Estimate of its size, as a root mean square of the two parts.
     pub(super) estimate: Ledger,
-    /// What was found of it, with its sign, and what that may be off by.
+    /// The part that was found, with its sign, and the likely error of that part.
     pub(super) found: f64,
     pub(super) off: f64,
 }
 
 impl MeanError {
-    /// Of which nothing is known but its size.
+    /// An error of this size and of unknown sign.
     pub(super) const fn without_sign(estimate: Ledger) -> Self {
         Self { estimate, found: 0.0, off: estimate.total() }
     }
