@@ -174,8 +174,9 @@ pub(crate) struct Solved<'a> {
 pub(crate) struct Rest {
     pub(crate) largest: Ledger,
     pub(crate) mean: Ledger,
-    /// Of light that comes from lamps, all that is reflected of it, at most and in the mean.
+    /// Of light that comes from lamps, all that is reflected of it, at most and in the mean; and the least that this mean may be.
     lit: [f64; 2],
+    least_lit: f64,
     /// It is the sum of a part that is orthogonal to the polynomials of the element's basis, of this root mean square, and of one of this mean.
     orthogonal: f64,
     loose: f64,
@@ -323,8 +324,9 @@ impl Ground {
             let sent = gathered.sources.iter().zip(&factors).map(sent).sum::<f64>();
             let [most, in_mean] = found.map(|found| least(rho[channel] * all, found) * ROUNDED);
             let lit = [most, least(in_mean, rho[channel] * sent * ROUNDED)];
+            let least_lit = radgrad_scene::largest(rho[channel] * held[0] / ROUNDED - mean.total() * ROUNDED, 0.0);
             let (orthogonal, loose) = (split.orthogonal * rho[channel], rest(split.loose, 2.0).total());
-            Rest { largest, mean, lit, orthogonal, loose }.unless_textured(surfaces, leaf, channel)
+            Rest { largest, mean, lit, least_lit, orthogonal, loose }.unless_textured(surfaces, leaf, channel)
         };
         left.into_iter().enumerate().map(of).collect()
     }
@@ -381,13 +383,21 @@ impl Solved<'_> {
         basis.range(self.field.of(element, channel, basis.len()))
     }
 
-    /// A bound on the mean magnitude of what was found to be reflected on a receiver.
-    fn found(&self, receiver: usize, channel: usize) -> f64 {
+    /// Bounds on the mean of what was found to be reflected on a receiver.
+    fn found(&self, receiver: usize, channel: usize) -> [f64; 2] {
         let (basis, face) = (self.mesh.basis(receiver), self.mesh.elements()[receiver].face());
         let held = self.field.of(receiver, channel, basis.len())[0];
         let given = self.given(face, channel);
         // By a texture less may be emitted anywhere than is given.
-        let (mean, more) = if self.surfaces.glows_by_texture(face) { (held, given) } else { (held - given, 0.0) };
+        [held - given, if self.surfaces.glows_by_texture(face) { held } else { held - given }]
+    }
+
+    /// A bound on the mean of its magnitude.
+    fn found_at_most(&self, receiver: usize, channel: usize) -> f64 {
+        let (basis, face) = (self.mesh.basis(receiver), self.mesh.elements()[receiver].face());
+        let held = self.field.of(receiver, channel, basis.len())[0];
+        let more = if self.surfaces.glows_by_texture(face) { self.given(face, channel) } else { 0.0 };
+        let [_, mean] = self.found(receiver, channel);
         let rest = self.field.mean_square(receiver, channel) - held * held;
         (largest(rest, 0.0) + mean * mean).sqrt() * ROUNDED + 1e-6 * held.abs() + more
     }
@@ -641,7 +651,7 @@ impl Proven {
                     let known = left(element, channel);
                     let bright = largest(bright + given[element] + low[element], high[element]);
                     let most = least(known.most + errors[element], bright) * ROUNDED;
-                    let all = mean + solved.found(element, channel);
+                    let all = mean + solved.found_at_most(element, channel);
                     [most, least(most, least(known.mean + errors[element], all)) * ROUNDED]
                 })
                 .collect();
@@ -663,11 +673,16 @@ impl Proven {
                 if total > 0.0 { all * (part(receiver) * adds / total) } else { all * 0.0 }
             };
             let known = receivers.iter().zip(&of_unit).zip(&uneven).map(of).sum::<Ledger>() * ROUNDED;
-            // Or all that is reflected, and all that was found of it.
-            let of = |((&receiver, once), weight): ((&usize, &f64), &f64)| {
-                part(receiver) * (weight * (direct[receiver][channel].lit[1] + once) + solved.found(receiver, channel))
-            };
-            let all = receivers.iter().zip(&once).zip(&of_unit).map(of).sum::<f64>() * ROUNDED;
+            // Or all light that may be reflected, from below and from above, beside what was found of it.
+            let light = receivers.iter().zip(&once).zip(&of_unit).map(|((&receiver, once), weight)| {
+                let lit = &direct[receiver][channel];
+                [lit.least_lit, weight * (lit.lit[1] + once)].map(|light| part(receiver) * light)
+            });
+            let found = receivers.iter().map(|&receiver| solved.found(receiver, channel).map(|found| part(receiver) * found));
+            let [[least_light, most_light], [least_found, most_found]] = [sum_of(light), sum_of(found)];
+            let size = most_light + largest(most_found.abs(), least_found.abs());
+            let all = largest(most_light - least_found, most_found - least_light) + (ROUNDED - 1.0) * size;
+            let all = mutant!("solver.all-light", all, |all| 0.1 * all);
             let total = known.total();
             mean.push(if all < total { known * (all / total * ROUNDED) } else { known });
         }
@@ -785,10 +800,11 @@ impl Rest {
         Self { largest, ..*of }
     }
 
-    /// Times a texture nothing is orthogonal any more.
+    /// Times a texture nothing is orthogonal any more, nor known of the least light: a texture may be dark anywhere.
     fn unless_textured(mut self, surfaces: &Surfaces, element: usize, channel: usize) -> Self {
         if surfaces.pattern(element, channel).is_some() {
             (self.orthogonal, self.loose) = (0.0, self.mean.total());
+            self.least_lit = 0.0;
         }
         self
     }
@@ -841,6 +857,11 @@ impl Views {
         }
         self.sources.iter().map(|seen| values[seen.source] * least(seen.factor, seen.back)).sum()
     }
+}
+
+/// Sums of pairs.
+fn sum_of(pairs: impl Iterator<Item = [f64; 2]>) -> [f64; 2] {
+    pairs.fold([0.0; 2], |[a, b], [c, d]| [a + c, b + d])
 }
 
 /// One gather, without the reflectance, of a function with these largest values on the elements.
@@ -932,6 +953,7 @@ fn everywhere(mesh: &Mesh, at: &[usize], of: Vec<Vec<Rest>>, channels: usize) ->
                         largest: if of.largest.total() > sum.largest.total() { of.largest } else { sum.largest },
                         mean: sum.mean + of.mean * 0.25,
                         lit: [largest(sum.lit[0], of.lit[0]), sum.lit[1] + 0.25 * of.lit[1]],
+                        least_lit: sum.least_lit + 0.25 * of.least_lit,
                         orthogonal: (sum.orthogonal * sum.orthogonal + 0.25 * of.orthogonal * of.orthogonal).sqrt() * ROUNDED,
                         loose: sum.loose + 0.25 * of.loose,
                     })
@@ -950,6 +972,7 @@ fn everywhere(mesh: &Mesh, at: &[usize], of: Vec<Vec<Rest>>, channels: usize) ->
                     Rest {
                         mean,
                         lit: [of.lit[0], least(4.0 * of.lit[1], of.lit[0])],
+                        least_lit: 0.0,
                         orthogonal: 0.0,
                         loose: mean.total(),
                         ..*of
