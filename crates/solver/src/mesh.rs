@@ -321,16 +321,23 @@ impl Mesh {
 
     /// Whether a face that can light this one is at a point of it, within `reach`.
     pub(crate) fn touches(&self, point: DVec3, face: usize, reach: f64) -> bool {
+        self.touching(point, face, reach).next().is_some()
+    }
+
+    /// Normals of the faces that can light this one and are at a point of it, within `reach`.
+    pub(crate) fn touching(&self, point: DVec3, face: usize, reach: f64) -> impl Iterator<Item = DVec3> {
         let normal = self.polygons[face].normal();
-        let at = |root: &usize| {
-            let element = &self.elements[*root];
-            if normal.dot(element.polygon().normal()) >= 1.0 - 1e-9 {
+        let at = move |element: &&Element| {
+            if element.face() == face || normal.dot(element.polygon().normal()) >= 1.0 - 1e-9 {
                 return false;
             }
             let height = element.polygon().normal().dot(point - element.polygon().vertices()[0]);
-            height.abs() <= reach && element.excess(element.reference(point)) * 2.0 * element.radius() <= reach
+            let is_above = |v: &DVec3| normal.dot(*v - point) > reach;
+            height.abs() <= reach
+                && element.excess(element.reference(point)) * 2.0 * element.radius() <= reach
+                && element.polygon().vertices().iter().any(is_above)
         };
-        self.roots.iter().filter(|&&root| self.elements[root].face() != face).any(at)
+        self.roots.iter().map(|&root| &self.elements[root]).filter(at).map(|element| element.polygon().normal())
     }
 
     /// An element's sight of another, among `known` where the faces in between were found for larger ones.

@@ -32,6 +32,7 @@ pub(crate) mod solution;
 mod sweep;
 #[cfg(test)]
 mod tests;
+mod wedge;
 
 use std::sync::OnceLock;
 use std::time::Duration;

@@ -31,7 +31,8 @@
 //!
 //! Whatever was found, `B - E` is nowhere less than 0 nor more than a U with `U >= rho (D + G E + G U)`, D the light of lamps and E what
 //! other faces emit: so `|e|` is at most `max(U + E - min B_h, max B_h)`, which counts where it is less than `s_j + V_j`, and is gathered.
-//! In the mean over all area `B - E` is at most the mean of `w rho (D + G E)`, and `|e|` no more than that and the mean of `|B_h - E|`.
+//! In the mean over all area `B - E` is at least that of `rho D` and at most that of `w rho (D + G E)`, with the w of the next section: the mean
+//! of `B_h - E` is no farther off than from the one or the other. On an element the mean of `|e|` is no more than those of `B - E` and `|B_h - E|`.
 //!
 //! The mean of `B_h` over all area is off by `mean(w r)` with `w = 1 + G rho w`, as G is the same both ways; `w_i` is bounded by the same
 //! knapsack. On i that is at most `w_i m_i`, or `u_i o_i + w_i a_i` with `u_i` a bound on the root mean square of w less a polynomial: of
@@ -402,6 +403,23 @@ impl Solved<'_> {
         (largest(rest, 0.0) + mean * mean).sqrt() * ROUNDED + 1e-6 * held.abs() + more
     }
 
+    /// A bound on the error of the mean over receivers: how far the mean that was found may be from that of all light that is reflected. On each
+    /// receiver `direct` bounds what lamps give, `once` what other faces emit and is reflected, and `of_unit` what light comes to.
+    fn beside_all_light(&self, channel: usize, direct: &[Vec<Rest>], once: &[f64], of_unit: &[f64]) -> f64 {
+        let area: f64 = self.receivers.iter().map(|&receiver| self.mesh.elements()[receiver].area()).sum();
+        let (mut light, mut found) = ([0.0; 2], [0.0; 2]);
+        for ((&receiver, once), weight) in self.receivers.iter().zip(once).zip(of_unit) {
+            let (part, lit) = (self.mesh.elements()[receiver].area() / area, &direct[receiver][channel]);
+            let of_light = [lit.least_lit, weight * (lit.lit[1] + once)];
+            for (sums, of) in [(&mut light, of_light), (&mut found, self.found(receiver, channel))] {
+                sums.iter_mut().zip(of).for_each(|(sum, of)| *sum += part * of);
+            }
+        }
+        let rounding = (ROUNDED - 1.0) * (light[1] + largest(found[0].abs(), found[1].abs()));
+        let all = largest(light[1] - found[0], found[1] - light[0]) + rounding;
+        mutant!("solver.all-light", all, |all| 0.1 * all)
+    }
+
     fn reflectance(&self, element: usize, channel: usize) -> f64 {
         self.surfaces.reflectance[self.mesh.elements()[element].face()][channel]
     }
@@ -673,16 +691,7 @@ impl Proven {
                 if total > 0.0 { all * (part(receiver) * adds / total) } else { all * 0.0 }
             };
             let known = receivers.iter().zip(&of_unit).zip(&uneven).map(of).sum::<Ledger>() * ROUNDED;
-            // Or all light that may be reflected, from below and from above, beside what was found of it.
-            let light = receivers.iter().zip(&once).zip(&of_unit).map(|((&receiver, once), weight)| {
-                let lit = &direct[receiver][channel];
-                [lit.least_lit, weight * (lit.lit[1] + once)].map(|light| part(receiver) * light)
-            });
-            let found = receivers.iter().map(|&receiver| solved.found(receiver, channel).map(|found| part(receiver) * found));
-            let [[least_light, most_light], [least_found, most_found]] = [sum_of(light), sum_of(found)];
-            let size = most_light + largest(most_found.abs(), least_found.abs());
-            let all = largest(most_light - least_found, most_found - least_light) + (ROUNDED - 1.0) * size;
-            let all = mutant!("solver.all-light", all, |all| 0.1 * all);
+            let all = solved.beside_all_light(channel, &direct, &once, &of_unit);
             let total = known.total();
             mean.push(if all < total { known * (all / total * ROUNDED) } else { known });
         }
@@ -857,11 +866,6 @@ impl Views {
         }
         self.sources.iter().map(|seen| values[seen.source] * least(seen.factor, seen.back)).sum()
     }
-}
-
-/// Sums of pairs.
-fn sum_of(pairs: impl Iterator<Item = [f64; 2]>) -> [f64; 2] {
-    pairs.fold([0.0; 2], |[a, b], [c, d]| [a + c, b + d])
 }
 
 /// One gather, without the reflectance, of a function with these largest values on the elements.

@@ -248,6 +248,20 @@ impl Element {
         }
     }
 
+    /// A point of the plane, or from outside the one on the border on the way to the centre.
+    pub(crate) fn inside(&self, point: DVec3) -> DVec3 {
+        let excess = self.excess(self.reference(point));
+        if excess <= 0.0 {
+            return point;
+        }
+        // All sides are as far from the centre.
+        let to_side = match self.shape {
+            Shape::Parallelogram => 0.5,
+            Shape::Triangle => 1.0 / 3.0,
+        };
+        self.centre + (point - self.centre) * (to_side / (to_side + excess))
+    }
+
     /// Distance of a point that is `height` over the plane.
     pub(crate) fn distance(&self, point: DVec3, height: f64) -> f64 {
         if self.excess(self.reference(point)) <= 0.0 {

@@ -27,6 +27,11 @@ use crate::solve::solution::Solution;
 /// Points may be off their face by this fraction of the scene's extent.
 const REACH: f64 = 1e-6;
 
+/// Points this near to another face, over the scene's extent, are taken to be in front of it by so much of their leaf's radius: in its plane
+/// they would see nothing of it.
+const TOUCHES: f64 = 1e-9;
+const IN_FRONT: f64 = 1e-8;
+
 /// Irradiance and bound at a point, in each channel: what it receives of all that it sees above its horizon. Irradiance has the unit of
 /// radiosity, pi times that of the scene's radiances; a white surface there would have it for its radiosity.
 ///
@@ -111,8 +116,21 @@ impl Solution {
         let reach = REACH * self.extent;
         let none = Error::NoFace { position: point, normal, reach: reach / self.placement.power() };
         let (face, foot) = self.mesh.face_at(self.placement.inward(point), normal, reach).ok_or(none.clone())?;
-        let leaf = self.mesh.leaf_at(face, foot).ok_or(none)?;
-        Ok((leaf, foot))
+        let leaf = self.mesh.leaf_at(face, foot).ok_or(none.clone())?;
+        let before = self.in_front_of_others(leaf, foot);
+        Ok((if before == foot { leaf } else { self.mesh.leaf_at(face, before).ok_or(none)? }, before))
+    }
+
+    /// A point of a leaf, or one in front of the faces that are at it and can light it.
+    fn in_front_of_others(&self, leaf: usize, point: DVec3) -> DVec3 {
+        let element = &self.mesh.elements()[leaf];
+        let normal = element.polygon().normal();
+        let mut touching = self.mesh.touching(point, element.face(), TOUCHES * self.extent).peekable();
+        if touching.peek().is_none() {
+            return point;
+        }
+        let along = |other: DVec3| (other - normal * other.dot(normal)).normalize_or_zero();
+        element.inside(point) + touching.map(along).sum::<DVec3>() * (IN_FRONT * element.radius())
     }
 
     /// Whether a point is within a millionth of the scene's extent of a face, whichever way that faces.
@@ -159,7 +177,7 @@ impl Solution {
     }
 
     fn irradiance_in_space(&self, station: &Station) -> Result<Irradiance, Error> {
-        Ok(self.bounded_sum(station, &self.sum_in_space(station)?))
+        Ok(self.bounded_sum(station, &self.sum_in_space(station)?, None))
     }
 
     /// What a point of a leaf gathers.
@@ -205,7 +223,12 @@ impl Solution {
         let element = &self.mesh.elements()[leaf];
         let (face, channels) = (element.face(), self.channels.len());
         let (station, gathers) = self.gathers_on(leaf, point)?;
-        let irradiance = self.bounded_sum(&station, &self.sum(&station, gathers, &self.far[self.receiver_of(leaf)]));
+        let lacking = self.lacking_beside_edge(leaf, point)?;
+        let sum = self.sum(&station, gathers, &self.far[self.receiver_of(leaf)]);
+        let mut irradiance = self.bounded_sum(&station, &sum, lacking.as_ref().map(|of| of.face));
+        if let Some(lacking) = lacking {
+            irradiance.correct(&lacking.channels);
+        }
         let [rho, emitted] = self.surfaces.at(face, point);
         let reflected = |of: &[Ledger]| of.iter().zip(&rho).map(|(ledger, rho)| *ledger * *rho).collect::<Vec<Ledger>>();
         let with_rounding = |mut of: Vec<Ledger>| {
@@ -297,15 +320,23 @@ impl Solution {
         Sum { sums, ledgers, rows, sights, far }
     }
 
-    /// The sum with its bound and its estimate.
-    fn bounded_sum(&self, station: &Station, Sum { sums, ledgers, rows, sights, far }: &Sum) -> Irradiance {
+    /// The irradiance of a point of a leaf with the part of its error whose sign is known.
+    pub(super) fn corrected_on(&self, leaf: usize, point: DVec3) -> Result<Vec<f64>, Error> {
+        let (station, gathers) = self.gathers_on(leaf, point)?;
+        let Sum { sums, rows, sights, far, .. } = self.sum(&station, gathers, &self.far[self.receiver_of(leaf)]);
+        let known = self.error_at(&station, terms(&rows, &sights), &far, None).map(|of| of.known);
+        Ok(sums.iter().zip(known.unwrap_or_else(|| vec![0.0; sums.len()])).map(|(sum, known)| sum + known).collect())
+    }
+
+    /// The sum with its bound and its estimate; what touches the point of a face that it is `beside` is no part of this.
+    fn bounded_sum(
+        &self,
+        station: &Station,
+        Sum { sums, ledgers, rows, sights, far }: &Sum,
+        beside: Option<usize>,
+    ) -> Irradiance {
         let channels = self.channels.len();
         let whole = vec![1.0; channels];
-        let term = |((source, row), sight)| {
-            let (source, row): (&usize, &Row) = (source, row);
-            Term { source: *source, sight, row }
-        };
-        let terms = rows.iter().map(|(source, row)| (source, row)).zip(sights).map(term);
         // Where no error is known with its sign, what its magnitude may be is an estimate, too.
         let without_sign = || {
             let mut beyond = self.points().at(self.bounded(), &self.bounds, station, (rows, far), &whole);
@@ -316,7 +347,8 @@ impl Solution {
             beyond
         };
         let without_sign = || KnownError { known: vec![0.0; channels], left: without_sign() };
-        let KnownError { known, left: estimated } = self.error_at(station, terms, far).unwrap_or_else(without_sign);
+        let KnownError { known, left: estimated } =
+            self.error_at(station, terms(rows, sights), far, beside).unwrap_or_else(without_sign);
         let proven = match self.proven() {
             Some(proven) => proven.at(&self.mesh, rows, far, &whole),
             None => vec![Ledger::unknown(); channels],
@@ -333,4 +365,20 @@ impl Solution {
         }
         Irradiance { irradiance: sums.iter().zip(&known).map(|(sum, known)| sum + known).collect(), ledger, estimate }
     }
+}
+
+impl Irradiance {
+    /// Adds what it lacks as far as that is known, in each channel with an estimate of the rest: the bound grows by the size of it.
+    fn correct(&mut self, lacking: &[[f64; 2]]) {
+        for (channel, &[lacking, off]) in lacking.iter().enumerate() {
+            self.irradiance[channel] += lacking;
+            self.ledger[channel].discretisation += lacking.abs();
+            self.estimate[channel].discretisation += off;
+        }
+    }
+}
+
+/// What a point gathers, source by source.
+fn terms<'a>(rows: &'a [(usize, Row)], sights: &'a [Sight]) -> impl Iterator<Item = Term<'a>> + Clone {
+    rows.iter().zip(sights).map(|((source, row), sight)| Term { source: *source, sight, row })
 }

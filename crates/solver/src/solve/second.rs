@@ -107,13 +107,15 @@ struct Gathered {
     /// Known as differences of polynomials, and as details.
     sure: f64,
     unsure: f64,
-    /// Square of what those may be off by.
+    /// Known of the face beside the station: what that is off by is known apart.
+    beside: f64,
+    /// Square of what the others may be off by.
     off: f64,
 }
 
 impl Gathered {
     fn known(&self) -> f64 {
-        self.sure + self.unsure
+        self.sure + self.unsure + self.beside
     }
 }
 
@@ -204,7 +206,7 @@ impl Solution {
             Some(Term { source: *source, sight, row: rows.last()? })
         };
         let terms = || links.iter().filter_map(term);
-        let at = |place: [f64; 2]| self.gathered_details(&Station::on(element, element.point(place)), terms());
+        let at = |place: [f64; 2]| self.gathered_details(&Station::on(element, element.point(place)), terms(), None);
         let at_nodes: Vec<Vec<Gathered>> = basis.nodes().iter().map(|node| at(node.at)).collect::<Result<_, _>>()?;
         for (channel, emitted) in emitted.chunks_exact_mut(len).enumerate() {
             let samples: Vec<f64> = at_nodes.iter().map(|of| of[channel].known()).collect();
@@ -299,8 +301,13 @@ impl Solution {
         piece
     }
 
-    /// `G d` at a station, in each channel, with what links neglect.
-    fn gathered_details<'a>(&self, station: &Station, terms: impl Iterator<Item = Term<'a>>) -> Result<Vec<Gathered>, Error> {
+    /// `G d` at a station, in each channel, with what links neglect. Of a face beside the station what touches it is known otherwise.
+    fn gathered_details<'a>(
+        &self,
+        station: &Station,
+        terms: impl Iterator<Item = Term<'a>>,
+        beside: Option<usize>,
+    ) -> Result<Vec<Gathered>, Error> {
         let optics = Optics { absolute: ROUGH, past: ROUGH, ..self.optics() };
         let (reference, is_sure) = (self.reference(), self.has_sure_details());
         let relative = |sizes: &[f64]| sizes.iter().zip(&reference).map(|(size, of)| ratio(*size, *of)).fold(0.0, largest);
@@ -318,7 +325,8 @@ impl Solution {
                 open.extend(self.children_of(station, &piece, first).into_iter().map(|piece| (piece, sight)));
                 continue;
             }
-            for (channel, (all, beyond)) in all.iter_mut().zip(&mut beyond).enumerate() {
+            let is_known = piece.near == 1.0 && beside == Some(self.mesh.elements()[piece.source].face());
+            for (channel, (all, beyond)) in all.iter_mut().zip(&mut beyond).enumerate().filter(|_| !is_known) {
                 all.off += square(piece.along[channel]);
                 beyond.most += square(piece.beyond[channel]);
             }
@@ -333,6 +341,10 @@ impl Solution {
                 // A difference of polynomials is exact; a detail is an estimate.
                 let [differs, detail] = [&piece.differs, &piece.detail].map(|of| dot(&of[channel], &row.values));
                 let known = differs + detail;
+                if is_known {
+                    all.beside += if is_sure { known } else { 0.0 };
+                    continue;
+                }
                 if is_sure {
                     all.sure += differs;
                     all.unsure += detail;
@@ -351,22 +363,30 @@ impl Solution {
         Ok(all)
     }
 
-    /// The error of the irradiance of a point, from what it gathers of each source; `None` if nothing of it is known.
+    /// The error of the irradiance of a point, from what it gathers of each source; `None` if nothing of it is known. What touches the point
+    /// of the face that it is beside is corrected apart ([`crate::solve::wedge`]), and no part of the estimate.
     pub(super) fn error_at<'a>(
         &self,
         station: &Station,
         terms: impl Iterator<Item = Term<'a>> + Clone,
         far: &Far,
+        beside: Option<usize>,
     ) -> Option<KnownError> {
         let error = self.known_error()?;
-        let details = self.gathered_details(station, terms.clone()).ok()?;
+        let details = self.gathered_details(station, terms.clone(), beside).ok()?;
         let of_mean = self.mean_error();
-        let of_channel = |(channel, Gathered { sure, unsure, off }): (usize, Gathered)| {
+        let of_channel = |(channel, Gathered { sure, unsure, beside: known, off }): (usize, Gathered)| {
             let gathered = |field: &Field| far.value(field, channel, 0);
             let (mut carried, mut reflected, mut unseen) = (gathered(error), gathered(&self.field), 0.0);
+            let mut beside_carried = 0.0;
             for Term { source, row, .. } in terms.clone() {
                 let len = self.mesh.basis(source).len();
-                carried += dot(error.of(source, channel, len), &row.values);
+                let of_error = dot(error.of(source, channel, len), &row.values);
+                if beside == Some(self.mesh.elements()[source].face()) {
+                    beside_carried += of_error;
+                } else {
+                    carried += of_error;
+                }
                 // What faces emit has no error.
                 reflected +=
                     dot(self.field.of(source, channel, len), &row.values) - dot(&self.emitted_on(source, channel), &row.values);
@@ -377,7 +397,7 @@ impl Solution {
             let light = if self.reflected[channel] > 0.0 { self.reflected[channel] } else { self.mean[channel] };
             let of_light = reflected.abs() * ratio(lacks, light);
             let left = (LEFT * (unsure + carried) + STILL_OFF * sure).abs() + unseen + off.sqrt().hypot(of_light);
-            (sure + unsure + carried, Ledger { discretisation: left, ..Ledger::default() })
+            (sure + unsure + carried + known + beside_carried, Ledger { discretisation: left, ..Ledger::default() })
         };
         let (known, left) = details.into_iter().enumerate().map(of_channel).unzip();
         Some(KnownError { known, left })

@@ -1,6 +1,7 @@
 //! Tests of links and clusters by whole solutions.
 
 mod clusters;
+mod edges;
 mod gradients;
 mod links;
 mod proven;

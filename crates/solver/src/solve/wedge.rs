@@ -1,0 +1,351 @@
+//! The error of gathers beside an edge where two faces meet.
+//!
+//! There each face fills the same part of the other's view, however close the edge is, and the radiosity rises to it as a power of the
+//! distance does: no polynomial follows. But what faces see of each other is the same all along the edge, but for its ends.
+//!
+//! | symbol | meaning |
+//! |---|---|
+//! | `a`, `b` | the two faces, at an angle `alpha` |
+//! | `s`, `t` | distances from the edge on a and on b, from 0 to `Y` |
+//! | `C` | the radiosity by a corrected gather, `E + rho H` |
+//! | `q` | what that gather takes the radiosity to be: polynomial, detail and known error ([`crate::solve::second`]) |
+//! | `eps` | `B - C` |
+//! | `K` | what a place sees of strips along the edge, `K f(s) = int_0^Y f(t) dF(s, t)` |
+//!
+//! The gather of a at s lacks what b is off by, `rho K (B - q)` with `B - q = (C - q) + eps`. So on both faces
+//!
+//! ```text
+//! eps_a = rho_a K (C_b - q_b + eps_b),   F(s, t) = (1 - (s - t cos alpha)/|s - t e^(i alpha)|)/2
+//! ```
+//!
+//! with F the form factor from s to the endless strip from 0 to t (crossed strings: H. Hottel 1954); of a strip that ends, at `x` times its
+//! distance, either half gives `(x/(1 + x^2) + atan x)/pi` of that. `C - q` is sampled at distances that
+//! are graded towards the edge, where `K` has the limit `(1 + cos alpha)/2` times the value: at the edge itself `C + eps` is therefore the
+//! exact solution of both equations. `eps` is an estimate: nothing is the same up to the ends, and what the faces are off by beyond Y is left out.
+
+use std::f64::consts::PI;
+
+use radgrad_core::{DVec3, Polygon};
+use radgrad_scene::smallest;
+
+use crate::error::Error;
+use crate::mesh::Sight;
+use crate::mesh::basis::dot;
+use crate::solve::detail::Detail;
+use crate::solve::solution::Solution;
+
+/// A distance is Y times the third power of u. Functions are polynomials in u of this degree, and are gathered by so many strips.
+const DEGREE: usize = 8;
+const STRIPS: usize = 96;
+
+/// Up to which part of Y points are corrected, and of the distance from the next edge.
+const BESIDE: f64 = 0.25;
+
+/// From where to where it is asked whether anything is between, over Y.
+const PLACES: [f64; 2] = [0.1, 1.0];
+
+/// A place on the edge is taken to be so far from it, over the farthest distance.
+const AT_EDGE: f64 = 1e-7;
+
+/// What the answer is taken to be off by, over its differences: to half the degree; and to what it is if what is taken for the radiosity is
+/// averaged along the edge, so far to either side over the distance from it.
+const OF_DEGREE: f64 = 0.25;
+const OF_SAMENESS: f64 = 0.5;
+const ASIDE: f64 = 0.5;
+
+/// A leaf is at a place if it is off by no more than this part of the scene's extent; faces at a smaller sine are level.
+const TOUCHES: f64 = 1e-9;
+const LEVEL: f64 = 1e-3;
+
+/// Sweeps, each of which makes the error smaller by the reflectance at least, and the change at which they end.
+const MOST_SWEEPS: usize = 200;
+const SOLVED: f64 = 1e-9;
+
+/// Two leaves that meet in an edge, at the foot of a point on the first.
+#[derive(Debug)]
+struct Wedge {
+    foot: DVec3,
+    /// The direction of the edge.
+    along: DVec3,
+    /// For each, its face and the direction away from the edge.
+    sides: [(usize, DVec3); 2],
+    /// How far it is to the ends of the edge.
+    ends: [f64; 2],
+    /// The distance of the point, and the farthest that counts.
+    distance: f64,
+    farthest: f64,
+}
+
+/// At a place, in each channel, the reflectance, and the radiosity of a corrected gather less what gathers take for it.
+#[derive(Debug)]
+struct Sample {
+    rho: Vec<f64>,
+    beyond: Vec<f64>,
+    /// The same by what is taken for it on either side.
+    beyond_around: Vec<f64>,
+}
+
+/// What a gather lacks of the light of a face that the point is beside: in each channel, and an estimate of what that is off by.
+#[derive(Debug)]
+pub(super) struct Lacking {
+    pub(super) face: usize,
+    pub(super) channels: Vec<[f64; 2]>,
+}
+
+impl Wedge {
+    fn cosine(&self) -> f64 {
+        self.sides[0].1.dot(self.sides[1].1)
+    }
+
+    /// The part of what an endless strip gives, so far away, that comes from between the ends of the edge.
+    fn part(&self, away: f64) -> f64 {
+        let to_end = |end: f64| {
+            let x = end / away;
+            (x / (1.0 + x * x) + x.atan()) / PI
+        };
+        self.ends.map(to_end).iter().sum()
+    }
+
+    /// What a place at a distance sees of a function on the other face, by its values at the samples.
+    fn seen(&self, distance: f64, degree: usize) -> Vec<f64> {
+        let (samples, cosine) = (samples(degree), self.cosine());
+        if distance <= AT_EDGE * self.farthest {
+            let at_edge = |k: usize| if k == 0 { 0.5 * (1.0 + cosine) } else { 0.0 };
+            return (0..samples.len()).map(at_edge).collect();
+        }
+        let away = |t: f64| (t * t + distance * (distance - 2.0 * t * cosine)).sqrt();
+        let up_to = |t: f64| 0.5 * (t * cosine - distance) / away(t);
+        let mut weights = vec![0.0; samples.len()];
+        let mut below = up_to(0.0);
+        for strip in 1..=STRIPS {
+            let end = strip as f64 / STRIPS as f64;
+            let above = up_to(self.farthest * end.powi(3));
+            let middle = end - 0.5 / STRIPS as f64;
+            let factor = (above - below) * self.part(away(self.farthest * middle.powi(3)));
+            weights.iter_mut().zip(interpolation(&samples, middle)).for_each(|(weight, of)| *weight += factor * of);
+            below = above;
+        }
+        weights
+    }
+}
+
+/// The u of samples: the extrema of Chebyshev's polynomial between 0 and 1. Every second one is a sample of half the degree.
+fn samples(degree: usize) -> Vec<f64> {
+    (0..=degree).map(|k| 0.5 * (1.0 - (PI * k as f64 / degree as f64).cos())).collect()
+}
+
+/// Weights of the values at samples in the polynomial through them, between two of them (J.-P. Berrut and L. N. Trefethen 2004).
+fn interpolation(samples: &[f64], u: f64) -> Vec<f64> {
+    let term = |(k, sample): (usize, &f64)| {
+        let end = if k == 0 || k + 1 == samples.len() { 0.5 } else { 1.0 };
+        end * if k % 2 == 0 { 1.0 } else { -1.0 } / (u - sample)
+    };
+    let terms: Vec<f64> = samples.iter().enumerate().map(term).collect();
+    let sum: f64 = terms.iter().sum();
+    terms.into_iter().map(|term| term / sum).collect()
+}
+
+impl Solution {
+    /// What the corrected gather of a point lacks of the irradiance, if it is beside an edge where its leaf meets another face.
+    pub(super) fn lacking_beside_edge(&self, leaf: usize, point: DVec3) -> Result<Option<Lacking>, Error> {
+        let Some(wedge) = self.wedge_at(leaf, point) else { return Ok(None) };
+        let distances: Vec<f64> = samples(DEGREE).iter().map(|u| wedge.farthest * u.powi(3)).collect();
+        // For each side and distance.
+        let mut samples: [Vec<Sample>; 2] = Default::default();
+        for (of_side, (face, away)) in samples.iter_mut().zip(wedge.sides) {
+            for distance in &distances {
+                let off = if *distance > 0.0 { *distance } else { AT_EDGE * wedge.farthest };
+                let aside = [AT_EDGE * wedge.farthest, ASIDE * off].map(|aside| wedge.along * aside);
+                let Some(sample) = self.beyond_what_is_taken(face, wedge.foot + away * off, aside)? else { return Ok(None) };
+                of_side.push(sample);
+            }
+        }
+        let found = |step: usize, of: fn(&Sample) -> &[f64]| -> Option<Vec<f64>> {
+            let degree = DEGREE / step;
+            let rows: Vec<Vec<f64>> = distances.iter().step_by(step).map(|s| wedge.seen(*s, degree)).collect();
+            let at_point = wedge.seen(wedge.distance, degree);
+            let of_channel = |channel: usize| {
+                let each = |side: usize| samples[side].iter().step_by(step);
+                let rho = [0, 1].map(|side| each(side).map(|sample| sample.rho[channel]).collect());
+                let beyond = [0, 1].map(|side| each(side).map(|sample| of(sample)[channel]).collect());
+                Some(dot(&at_point, &off_by(&rho, &beyond, &rows)?[1]))
+            };
+            (0..self.channels.len()).map(of_channel).collect()
+        };
+        let all = [found(1, |of| &of.beyond), found(2, |of| &of.beyond), found(1, |of| &of.beyond_around)];
+        let [Some(lacking), Some(roughly), Some(around)] = all else { return Ok(None) };
+        let of_channel = |channel: usize| {
+            let [of_degree, along_edge] = [&roughly, &around].map(|other| (lacking[channel] - other[channel]).abs());
+            [lacking[channel], OF_DEGREE * of_degree + OF_SAMENESS * along_edge]
+        };
+        Ok(Some(Lacking { face: wedge.sides[1].0, channels: (0..self.channels.len()).map(of_channel).collect() }))
+    }
+
+    /// The nearest edge in which the leaf that a point is on meets a face, if nothing is between, the point is beside it and no other such edge is
+    /// as near.
+    fn wedge_at(&self, leaf: usize, point: DVec3) -> Option<Wedge> {
+        let element = &self.mesh.elements()[leaf];
+        let links = &self.links[self.receiver_of(leaf)];
+        let mut faces: Vec<usize> = Vec::new();
+        for link in links.iter().filter(|link| !matches!(link.sight, Sight::Nothing(_))) {
+            let source = &self.mesh.elements()[link.source];
+            if !faces.contains(&source.face()) && source.distance_to(element) <= TOUCHES * self.extent {
+                faces.push(source.face());
+            }
+        }
+        let mut wedges: Vec<Wedge> = faces.into_iter().filter_map(|face| self.wedge_of(leaf, point, face)).collect();
+        wedges.sort_by(|a, b| a.distance.total_cmp(&b.distance));
+        let next = wedges.get(1).map_or(f64::INFINITY, |next| next.distance);
+        let wedge = wedges.into_iter().next()?;
+        let is_beside = wedge.distance <= BESIDE * smallest(wedge.farthest, next);
+        (is_beside && self.is_free(&wedge)).then_some(wedge)
+    }
+
+    /// The edge in which a leaf meets a face, at the foot of a point of the leaf, as far as both go on from there.
+    fn wedge_of(&self, leaf: usize, point: DVec3, face: usize) -> Option<Wedge> {
+        let element = &self.mesh.elements()[leaf];
+        let [here, there] = [element.face(), face].map(|face| &self.mesh.polygons()[face]);
+        let along = here.normal().cross(there.normal());
+        let sine = along.length();
+        if sine < LEVEL {
+            return None;
+        }
+        let along = along / sine;
+        let away_on = |on: DVec3, other: DVec3| (other - on * on.dot(other)) / sine;
+        let sides = [away_on(here.normal(), there.normal()), away_on(there.normal(), here.normal())];
+        let distance = there.normal().dot(point - there.vertices()[0]) / sine;
+        let foot = point - sides[0] * distance;
+        let touch = TOUCHES * self.extent;
+        if distance < -touch || !self.is_on(leaf, foot, touch) {
+            return None;
+        }
+        let other = self.mesh.leaf_at(face, foot + sides[1] * touch)?;
+        if !self.is_on(other, foot, touch) {
+            return None;
+        }
+        let on_leaf = |leaf: usize, way: DVec3| way_on(self.mesh.elements()[leaf].polygon(), foot, way);
+        let away = smallest(on_leaf(leaf, sides[0]), on_leaf(other, sides[1]));
+        let ends = [along, -along].map(|way| smallest(way_on(here, foot, way), way_on(there, foot, way)));
+        let sides = [(element.face(), sides[0]), (face, sides[1])];
+        let distance = if distance > 0.0 { distance } else { 0.0 };
+        Some(Wedge { foot, along, sides, ends, distance, farthest: away })
+    }
+
+    /// Whether a place is on a leaf, or off it by no more than so much.
+    fn is_on(&self, leaf: usize, place: DVec3, reach: f64) -> bool {
+        let element = &self.mesh.elements()[leaf];
+        element.excess(element.reference(place)) * 2.0 * element.radius() <= reach
+    }
+
+    /// Whether nothing is between the two sides, as some places of them see it.
+    fn is_free(&self, wedge: &Wedge) -> bool {
+        let [here, there] = wedge.sides;
+        let place = |away: DVec3, part: f64| wedge.foot + away * (part * wedge.farthest);
+        let ends = |part: f64, aside: f64| [place(here.1, part), place(there.1, aside)];
+        let aside = |part: f64| wedge.along * (part * smallest(wedge.farthest, smallest(wedge.ends[0], wedge.ends[1])));
+        PLACES.iter().all(|&from| {
+            PLACES.iter().all(|&to| {
+                let [a, b] = ends(from, to);
+                [-1.0, 0.0, 1.0].iter().all(|&part| !self.mesh.is_between([a, b + aside(part)], [here.0, there.0]))
+            })
+        })
+    }
+
+    /// The sample at a place of a face; `None` if nothing is known there. Between two leaves, which a little `aside` tells, gathers see as much
+    /// of the one as of the other.
+    fn beyond_what_is_taken(&self, face: usize, place: DVec3, [little, aside]: [DVec3; 2]) -> Result<Option<Sample>, Error> {
+        let Some(leaf) = self.mesh.leaf_at(face, place) else { return Ok(None) };
+        let irradiance = self.corrected_on(leaf, place)?;
+        let [rho, emitted] = self.surfaces.at(face, place);
+        let reflected = |c: usize| rho[c] * irradiance[c] + emitted[c] - self.lamp_on(face, c);
+        let beyond = |aside: DVec3| {
+            let taken = [place + aside, place - aside].map(|place| self.taken_at(face, place));
+            let [Some(here), Some(there)] = taken else { return None };
+            Some(here.iter().zip(&there).enumerate().map(|(c, (here, there))| reflected(c) - 0.5 * (here + there)).collect())
+        };
+        let [Some(beyond), Some(beyond_around)] = [beyond(little), beyond(aside)] else { return Ok(None) };
+        Ok(Some(Sample { rho, beyond, beyond_around }))
+    }
+
+    /// What gathers take the radiosity of a place to be, without what it emits as a lamp; `None` if nothing is known of their error.
+    fn taken_at(&self, face: usize, place: DVec3) -> Option<Vec<f64>> {
+        let (leaf, error) = (self.mesh.leaf_at(face, place)?, self.known_error()?);
+        let (element, basis) = (&self.mesh.elements()[leaf], self.mesh.basis(leaf));
+        let (at, is_sure) = (element.reference(place), self.has_sure_details());
+        let (functions, more) = (basis.values(at), basis.above()?.values(at));
+        let taken = |(channel, detail): (usize, &Detail)| {
+            let known = [&self.field, error].map(|of| dot(of.of(leaf, channel, basis.len()), &functions));
+            let detail = if is_sure { detail.sure() * dot(&detail.coefficients, &more) } else { 0.0 };
+            known[0] + known[1] + detail
+        };
+        Some(self.details()[leaf].iter().enumerate().map(taken).collect())
+    }
+}
+
+/// How far it is in a direction to where a convex polygon ends; less for others.
+fn way_on(polygon: &Polygon, from: DVec3, way: DVec3) -> f64 {
+    let (v, normal) = (polygon.vertices(), polygon.normal());
+    let to_side = |i: usize| {
+        let outward = (v[(i + 1) % v.len()] - v[i]).cross(normal);
+        let (speed, left) = (outward.dot(way), outward.dot(v[i] - from));
+        if speed <= TOUCHES * outward.length() {
+            return f64::INFINITY;
+        }
+        if left > 0.0 { left / speed } else { 0.0 }
+    };
+    (0..v.len()).map(to_side).fold(f64::INFINITY, smallest)
+}
+
+/// `C - q + eps` on both sides, from reflectances, `C - q`, and what each distance sees of all; `None` if the sum does not end.
+fn off_by(rho: &[Vec<f64>; 2], beyond: &[Vec<f64>; 2], rows: &[Vec<f64>]) -> Option<[Vec<f64>; 2]> {
+    let mut off = beyond.clone();
+    let size = beyond.iter().flatten().map(|of| of.abs()).sum::<f64>();
+    for _ in 0..MOST_SWEEPS {
+        let mut change = 0.0;
+        for side in [0, 1] {
+            for (k, row) in rows.iter().enumerate() {
+                let next = beyond[side][k] + rho[side][k] * dot(row, &off[1 - side]);
+                change += (next - off[side][k]).abs();
+                off[side][k] = next;
+            }
+        }
+        if change <= SOLVED * size {
+            return Some(off);
+        }
+    }
+    None
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn wedge(angle: f64, farthest: f64) -> Wedge {
+        let sides = [(0, DVec3::X), (1, DVec3::new(angle.cos(), 0.0, angle.sin()))];
+        Wedge { foot: DVec3::ZERO, along: DVec3::Y, sides, ends: [1e6; 2], distance: 0.0, farthest }
+    }
+
+    #[test]
+    fn what_is_seen_of_the_same_light_everywhere_is_the_form_factor_and_at_the_edge_its_limit() {
+        for angle in [0.3, 1.0, 0.5 * PI, 2.5] {
+            let wedge = wedge(angle, 2.0);
+            for distance in [0.0, 1e-5, 1e-3, 0.1, 1.0] {
+                let end = DVec3::new(2.0 * angle.cos() - distance, 0.0, 2.0 * angle.sin());
+                let exact = if distance > 0.0 { 0.5 * (1.0 + end.x / end.length()) } else { 0.5 * (1.0 + angle.cos()) };
+                for degree in [DEGREE, DEGREE / 2] {
+                    let found: f64 = wedge.seen(distance, degree).iter().sum();
+                    assert!((found - exact).abs() < 1e-12, "{angle} {distance} {degree}: {found} {exact}");
+                }
+            }
+        }
+    }
+
+    /// Of light that is `t`, from the distance 1 at a right angle, `int_0^Y t dF = (asinh Y - Y/sqrt(1 + Y^2))/2`.
+    #[test]
+    fn what_is_seen_of_light_that_rises_evenly_is_its_integral() {
+        let (wedge, exact) = (wedge(0.5 * PI, 1.0), 0.5 * (1.0_f64.asinh() - 0.5_f64.sqrt()));
+        let light = samples(DEGREE).into_iter().map(|u| u.powi(3)).collect::<Vec<f64>>();
+        let found = dot(&wedge.seen(1.0, DEGREE), &light);
+        assert!((found - exact).abs() < 2e-4 * exact, "{found} {exact}");
+    }
+}
