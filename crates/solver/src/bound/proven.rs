@@ -31,7 +31,7 @@
 //!
 //! Whatever was found, `B - E` is nowhere less than 0 nor more than a U with `U >= rho (D + G E + G U)`, D the light of lamps and E what
 //! other faces emit: so `|e|` is at most `max(U + E - min B_h, max B_h)`, which counts where it is less than `s_j + V_j`, and is gathered.
-//! In the mean over all area `B - E` is at least that of `rho D` and at most that of `w rho (D + G E)`, with the w of the next section: the mean
+//! In the mean over all area `B - E` is at least that of `rho D` and at most that of `w rho (D + G E)`, with the w below: the mean
 //! of `B_h - E` is no farther off than from the one or the other. On an element the mean of `|e|` is no more than those of `B - E` and `|B_h - E|`.
 //!
 //! The mean of `B_h` over all area is off by `mean(w r)` with `w = 1 + G rho w`, as G is the same both ways; `w_i` is bounded by the same
