@@ -10,7 +10,6 @@ use radgrad_core::DEFAULT_TOLERANCE;
 use radgrad_scene::output::{self, Unwritten, extension, write_whole};
 use radgrad_scene::{Error, FieldCell, FormFactors, Materials, Quantity, Scene};
 
-use crate::lamps;
 use crate::scene::{SceneFile, progress};
 
 /// The options of `radgrad field`.
@@ -68,9 +67,6 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     output::check(&arguments.out)?;
     let needed = if arguments.of.is_none() { Materials::Required } else { Materials::Optional };
     let scene = arguments.scene.read(needed)?;
-    if arguments.of.is_none() {
-        lamps::report(&scene);
-    }
     let on = scene.surface_named(&arguments.on)?;
     let radiosities = radiosities(&scene, arguments)?;
     let factors = FormFactors::new(&scene)?;

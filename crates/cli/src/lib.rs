@@ -8,7 +8,6 @@ mod export;
 mod factors;
 mod field;
 pub mod file;
-mod lamps;
 mod manual;
 mod points;
 mod resume;

@@ -12,7 +12,6 @@ use radgrad_scene::{Materials, Scene};
 use radgrad_solver::{Linking, MAX_DEGREE, Marking, Options, Order, RelativeTo, Solution, solve_for};
 
 use crate::export::Format;
-use crate::lamps;
 use crate::points::Points;
 use crate::resume;
 use crate::say::say;
@@ -237,7 +236,6 @@ pub(crate) fn run(request: &Request, mut output: impl Write) -> Result<bool, Fai
         scene.cap_reflectance(most);
         scene.notes().iter().skip(read).for_each(say);
     }
-    lamps::report(&scene);
 
     let served = served(request, &scene, points.as_ref())?;
     let solution = solved(request, &scene, &served, start, out).map_err(|failure| named(failure, &scene))?;

@@ -42,7 +42,11 @@ impl fmt::Display for Warning {
             named.join(", ") + &more
         };
         match self {
-            Self::Dark => write!(f, "the scene has no lamp: no face emits light, and every radiosity is 0"),
+            Self::Dark => write!(
+                f,
+                "the scene has no lamp: no face emits light, so that every radiosity is 0. Lamps have `Ke` in MTL, an `emissiveFactor` in \
+                 glTF"
+            ),
             Self::InsideOut => write!(
                 f,
                 "no face has another before it: the scene seems to be turned inside out. A face gives and takes light on the side from \

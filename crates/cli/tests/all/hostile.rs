@@ -57,7 +57,7 @@ fn every_hostile_file_ends_with_a_status_and_a_sentence() {
         (solve("outside.obj"), 2, "it lies outside the folder of the scene"),
         (solve("no_materials.obj"), 2, "no material `a`: `none.mtl` cannot be read"),
         (factors("no_materials.obj"), 0, "taken as black"),
-        (solve("backwards.obj"), 0, "lamp `lamp` lights nothing"),
+        (solve("backwards.obj"), 0, "the scene seems to be turned inside out"),
         (solve("backwards.obj"), 0, "backwards.mtl:3: property `Ks` is not used"),
         (solve("unprintable.gltf"), 2, "found `VECren\\/e\\u{8} v"),
         (solve("white.gltf"), 2, "--max-reflectance"),

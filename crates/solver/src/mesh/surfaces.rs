@@ -89,6 +89,11 @@ impl Surfaces {
         self.patterns.extend(patterns);
     }
 
+    /// Whether no face emits anything, so that there is no light.
+    pub(crate) fn are_dark(&self) -> bool {
+        self.emitted.iter().flatten().all(|emitted| *emitted == 0.0)
+    }
+
     /// Whether any face has a texture.
     pub(crate) const fn is_textured(&self) -> bool {
         self.textured.is_some()

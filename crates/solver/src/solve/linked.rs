@@ -58,8 +58,11 @@ impl Solution {
         Ok(())
     }
 
-    /// The first links of some receivers; `None` if there are no clusters, and no time for all.
+    /// The first links of some receivers: none in a scene without light. `None` if there are no clusters, and no time for all.
     fn links_of(&self, new: &[usize], allowed: f64, linking: Linking, clock: Clock) -> Result<Option<Vec<Linked>>, Error> {
+        if self.surfaces.are_dark() {
+            return Ok(Some(vec![Linked::default(); new.len()]));
+        }
         let optics = self.optics();
         let of_parent = |element: usize| {
             let parent = self.mesh.elements()[element].parent().filter(|&parent| self.gathers(parent))?;

@@ -1,5 +1,6 @@
 //! What links are said to neglect is more than they do.
 
+use radgrad_core::{DVec3, Polygon};
 use radgrad_scene::{Degenerate, Scene, largest};
 
 use crate::links::station::Station;
@@ -55,4 +56,27 @@ fn what_a_link_neglects_is_within_its_bound() {
     }
     println!("{count} rows, the worst {worst:.2} of its bound");
     assert!(count > 1000 && worst > 0.1, "{count} {worst}");
+}
+
+#[test]
+fn a_scene_without_light_is_dark_and_nothing_is_linked_in_it() {
+    let scene = without_lamps();
+    let solution = solve(&scene, &Options::default(), |_| true).unwrap();
+    assert_eq!((solution.mean(), solution.mean_bound()[0].total()), (&[0.0][..], 0.0));
+    assert!(
+        solution.links.iter().all(Vec::is_empty)
+            && solution.gather(DVec3::new(0.5, 0.5, 0.0), DVec3::Z).unwrap().radiosity[0] == 0.0
+    );
+}
+
+/// Two squares that see each other.
+fn without_lamps() -> Scene {
+    let mut scene = Scene::new(["grey"]).unwrap();
+    let (grey, surface) = (scene.add_material("grey", [0.5], [0.0]).unwrap(), scene.add_surface("all"));
+    let low = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]];
+    let high = [[0.0, 0.0, 1.0], [0.0, 1.0, 1.0], [1.0, 1.0, 1.0], [1.0, 0.0, 1.0]];
+    for corners in [low, high] {
+        scene.add_face(surface, grey, Polygon::new(corners.map(DVec3::from).to_vec()).unwrap(), None).unwrap();
+    }
+    scene
 }
