@@ -9,6 +9,7 @@ mod half_space;
 mod hull;
 mod level;
 mod overlap;
+mod rays;
 mod segment;
 mod shape;
 #[cfg(test)]
@@ -21,6 +22,7 @@ pub use beam::Beam;
 pub(crate) use half_space::Level;
 pub(crate) use level::may_hide;
 pub(crate) use overlap::{above, on_the_way, perimeter};
+use rays::Rays;
 pub use segment::contains;
 use shape::Shape;
 use tree::{Content, Tree};
@@ -51,7 +53,11 @@ use tree::{Content, Tree};
 pub struct Occluders {
     tree: Tree,
     polygons: Vec<Shape>,
+    rays: Rays,
 }
+
+/// Heights over a polygon's plane, relative to the lengths at hand, below which a point is in the plane for rays and segments.
+const LEVEL: f64 = 1e-10;
 
 /// The polygons that a search found, and the boxes and polygons it tested.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
@@ -68,7 +74,8 @@ impl Occluders {
     /// An index of polygons, numbered from 0 in their order. It copies the coordinates that it needs.
     pub fn new<'a>(polygons: impl IntoIterator<Item = &'a Polygon>) -> Self {
         let polygons: Vec<Shape> = polygons.into_iter().map(Shape::of).collect();
-        Self { tree: Tree::over(&polygons), polygons }
+        let tree = Tree::over(&polygons);
+        Self { rays: Rays::of(&tree, &polygons), tree, polygons }
     }
 
     /// Number of polygons.

@@ -1,13 +1,11 @@
 //! Whether a polygon is between two points, and the first one along a ray: in double precision, for estimates by samples.
 
 use radgrad_core::DVec3;
+use smallvec::SmallVec;
 
-use super::Occluders;
+use super::rays::{best_axes, inverse, is_inside};
 use super::shape::{Bounds, Shape};
-use super::tree::Content;
-
-/// Heights over a polygon's plane, relative to the lengths at hand, below which a point is in the plane.
-const LEVEL: f64 = 1e-10;
+use super::{LEVEL, Occluders};
 
 impl Occluders {
     /// Whether any polygon but for those of `leave_out` crosses the segment between two points. A point that is in a polygon's plane, up
@@ -56,61 +54,9 @@ impl Occluders {
     /// ```
     #[must_use]
     pub fn first_along(&self, from: DVec3, toward: DVec3, leave_out: &[usize]) -> Option<(usize, DVec3)> {
-        let inverse = inverse(toward);
-        let enters = |node: usize| {
-            let bounds = &self.tree.nodes[node].bounds;
-            let (a, b) = ((bounds.low - from) * inverse, (bounds.high - from) * inverse);
-            let (first, last) = (a.min(b).max_element(), a.max(b).min_element());
-            (last >= 0.0 && first <= last + LEVEL * last.abs()).then_some(first)
-        };
-        let mut open: Vec<(usize, f64)> = Vec::with_capacity(64);
-        open.extend(self.tree.root().and_then(|root| Some((root, enters(root)?))));
-        let mut nearest: Option<(usize, f64)> = None;
-        while let Some((node, enters_at)) = open.pop() {
-            if nearest.is_some_and(|(_, distance)| enters_at > distance * (1.0 + LEVEL)) {
-                continue;
-            }
-            match &self.tree.nodes[node].content {
-                // The nearer one is taken first.
-                &Content::Branch([a, b]) => match (enters(a), enters(b)) {
-                    (Some(to_a), Some(to_b)) if to_a < to_b => open.extend_from_slice(&[(b, to_b), (a, to_a)]),
-                    (Some(to_a), Some(to_b)) => open.extend_from_slice(&[(a, to_a), (b, to_b)]),
-                    (Some(to_a), None) => open.push((a, to_a)),
-                    (None, Some(to_b)) => open.push((b, to_b)),
-                    (None, None) => {}
-                },
-                Content::Leaf => {
-                    for &index in
-                        self.tree.order[self.tree.nodes[node].range.clone()].iter().filter(|index| !leave_out.contains(index))
-                    {
-                        let met = meets(&self.polygons[index], from, toward);
-                        if let Some(distance) = met.filter(|at| nearest.is_none_or(|(_, distance)| *at < distance)) {
-                            nearest = Some((index, distance));
-                        }
-                    }
-                }
-            }
-        }
+        let nearest = self.rays.first(from, toward, leave_out);
         nearest.map(|(index, distance)| (index, from + toward * distance))
     }
-}
-
-/// One over each component of a direction. One of 0 is as good as one that is far below all lengths, and its inverse is finite.
-fn inverse(along: DVec3) -> DVec3 {
-    let steep = |along: f64| if along.abs() < 1e-290 { 1e290 } else { 1.0 / along };
-    DVec3::new(steep(along.x), steep(along.y), steep(along.z))
-}
-
-/// How many times its direction a ray goes to the inside of a polygon.
-fn meets(polygon: &Shape, from: DVec3, toward: DVec3) -> Option<f64> {
-    let (vertices, normal) = (&polygon.vertices, polygon.turning);
-    let origin = vertices[0];
-    let (above, falls) = (normal.dot(from - origin), -normal.dot(toward));
-    if above.abs() <= LEVEL * normal.length() * (from - origin).length() || above * falls <= 0.0 {
-        return None;
-    }
-    let distance = above / falls;
-    (distance.is_finite() && contains(vertices, normal, from + toward * distance)).then_some(distance)
 }
 
 /// Whether a segment meets a box.
@@ -143,20 +89,7 @@ fn crossing(polygon: &Shape, [from, to]: [DVec3; 2]) -> Option<f64> {
 /// precision: a point on an edge may be either.
 #[must_use]
 pub fn contains(vertices: &[DVec3], normal: DVec3, point: DVec3) -> bool {
-    let size = normal.abs();
-    let flat = |v: DVec3| {
-        if size.z >= size.x && size.z >= size.y {
-            [v.x, v.y]
-        } else if size.y >= size.x {
-            [v.z, v.x]
-        } else {
-            [v.y, v.z]
-        }
-    };
-    let [x, y] = flat(point);
-    let crossed = |i: &usize| {
-        let ([ax, ay], [bx, by]) = (flat(vertices[*i]), flat(vertices[(i + 1) % vertices.len()]));
-        (ay > y) != (by > y) && x < ax + (y - ay) / (by - ay) * (bx - ax)
-    };
-    (0..vertices.len()).filter(crossed).count() % 2 == 1
+    let flat = |v: DVec3| best_axes(normal).map(|axis| v[usize::from(axis)]);
+    let corners: SmallVec<[[f64; 2]; 8]> = vertices.iter().map(|v| flat(*v)).collect();
+    is_inside(&corners, flat(point))
 }

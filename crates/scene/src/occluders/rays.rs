@@ -1,0 +1,219 @@
+//! What rays need of the tree and of its polygons, close together in memory: a ray visits tens of boxes and a few polygons, and most of its
+//! time goes for fetching them.
+//!
+//! Boxes of the two parts of a branch lie side by side, axis by axis, so that both are compared with a ray at once.
+
+use std::ops::Range;
+
+use glam::DVec2;
+use radgrad_core::DVec3;
+use smallvec::SmallVec;
+
+use super::LEVEL;
+use super::shape::Shape;
+use super::tree::{Content, Tree};
+
+/// Nodes that a ray has yet to visit, beyond which their list moves to the heap.
+const OPEN: usize = 64;
+
+/// A copy of a tree and of what it is over.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Rays {
+    /// The box over all, and where the tree begins.
+    root: Option<([DVec3; 2], Node)>,
+    branches: Vec<Branch>,
+    /// Polygons in the order of the leaves, and their corners in the plane of the two axes that each is seen best along.
+    facets: Vec<Facet>,
+    corners: Vec<[f64; 2]>,
+}
+
+/// Two boxes, for each axis the lowest and the highest coordinates of both, and what is in them.
+#[derive(Debug, Clone)]
+struct Branch {
+    low: [DVec2; 3],
+    high: [DVec2; 3],
+    parts: [Node; 2],
+}
+
+/// A branch by its place; or, if the highest bit is set, the first facet of a leaf and, in the lowest three bits, how many there are.
+#[derive(Debug, Clone, Copy)]
+struct Node(u32);
+
+impl Node {
+    const LEAF: u32 = 1 << 31;
+
+    fn leaf(range: &Range<usize>) -> Self {
+        debug_assert!(range.len() < 8, "{range:?}");
+        Self(Self::LEAF | short(range.start << 3 | range.len()))
+    }
+
+    const fn facets(self) -> Option<Range<usize>> {
+        if self.0 & Self::LEAF == 0 {
+            return None;
+        }
+        let start = (self.0 & !Self::LEAF) as usize >> 3;
+        Some(start..start + (self.0 & 7) as usize)
+    }
+}
+
+#[derive(Debug, Clone)]
+struct Facet {
+    polygon: usize,
+    origin: DVec3,
+    /// As long as twice the area, which is `size`.
+    normal: DVec3,
+    size: f64,
+    axes: [u8; 2],
+    corners: Range<u32>,
+}
+
+impl Rays {
+    pub(super) fn of(tree: &Tree, polygons: &[Shape]) -> Self {
+        let mut rays = Self::default();
+        for &polygon in &tree.order {
+            let Shape { vertices, turning, .. } = &polygons[polygon];
+            let axes = best_axes(*turning);
+            let first = rays.corners.len();
+            rays.corners.extend(vertices.iter().map(|v| axes.map(|axis| v[usize::from(axis)])));
+            let corners = short(first)..short(rays.corners.len());
+            rays.facets.push(Facet { polygon, origin: vertices[0], normal: *turning, size: turning.length(), axes, corners });
+        }
+        // A branch's place is known before those of its parts.
+        let mut places = vec![0_u32; tree.nodes.len()];
+        for (index, node) in tree.nodes.iter().enumerate() {
+            if let Content::Branch(_) = node.content {
+                places[index] = short(rays.branches.len());
+                rays.branches.push(Branch { low: [DVec2::ZERO; 3], high: [DVec2::ZERO; 3], parts: [Node(0); 2] });
+            }
+        }
+        let node = |index: usize| match tree.nodes[index].content {
+            Content::Branch(_) => Node(places[index]),
+            Content::Leaf => Node::leaf(&tree.nodes[index].range),
+        };
+        for (index, of) in tree.nodes.iter().enumerate() {
+            if let Content::Branch(parts) = of.content {
+                let bounds = parts.map(|part| &tree.nodes[part].bounds);
+                let [low, high] = [bounds.map(|of| of.low), bounds.map(|of| of.high)]
+                    .map(|ends| [0, 1, 2].map(|axis| DVec2::from(ends.map(|end| end[axis]))));
+                rays.branches[places[index] as usize] = Branch { low, high, parts: parts.map(node) };
+            }
+        }
+        rays.root = tree.root().map(|root| ([tree.nodes[root].bounds.low, tree.nodes[root].bounds.high], node(root)));
+        rays
+    }
+
+    /// The first polygon that a ray meets, but for those of `leave_out`, and how many times its direction that is away.
+    pub(super) fn first(&self, from: DVec3, toward: DVec3, leave_out: &[usize]) -> Option<(usize, f64)> {
+        let ([low, high], root) = self.root?;
+        let ray = Ray { from: from.to_array(), inverse: inverse(toward).to_array() };
+        let both = |end: DVec3| end.to_array().map(DVec2::splat);
+        let mut open: SmallVec<[(Node, f64); OPEN]> = SmallVec::new();
+        let mut nearest: Option<usize> = None;
+        let mut farthest = f64::INFINITY;
+        let mut next = ray.enters(&both(low), &both(high))[0].map(|_| root);
+        while let Some(node) = next {
+            next = None;
+            if let Some(facets) = node.facets() {
+                for facet in &self.facets[facets] {
+                    if let Some(distance) =
+                        self.meets(facet, from, toward, farthest).filter(|_| !leave_out.contains(&facet.polygon))
+                    {
+                        (nearest, farthest) = (Some(facet.polygon), distance);
+                    }
+                }
+            } else {
+                let Branch { low, high, parts: [a, b] } = &self.branches[node.0 as usize];
+                // The nearer one is taken first.
+                next = match ray.enters(low, high) {
+                    [Some(to_a), Some(to_b)] => {
+                        let [near, far] = if to_a < to_b { [*a, *b] } else { [*b, *a] };
+                        open.push((far, if to_a < to_b { to_b } else { to_a }));
+                        Some(near)
+                    }
+                    [Some(_), None] => Some(*a),
+                    [None, Some(_)] => Some(*b),
+                    [None, None] => None,
+                };
+            }
+            while next.is_none()
+                && let Some((node, enters_at)) = open.pop()
+            {
+                next = (enters_at <= farthest * (1.0 + LEVEL)).then_some(node);
+            }
+        }
+        nearest.map(|polygon| (polygon, farthest))
+    }
+
+    /// How many times its direction a ray goes to the inside of a polygon that is nearer than so many.
+    fn meets(&self, facet: &Facet, from: DVec3, toward: DVec3, farthest: f64) -> Option<f64> {
+        let (above, falls) = (facet.normal.dot(from - facet.origin), -facet.normal.dot(toward));
+        if above * falls <= 0.0 {
+            return None;
+        }
+        let distance = above / falls;
+        let is_level = || above.abs() <= LEVEL * facet.size * (from - facet.origin).length();
+        if !(distance < farthest && distance.is_finite()) || is_level() {
+            return None;
+        }
+        let point = from + toward * distance;
+        let corners = &self.corners[facet.corners.start as usize..facet.corners.end as usize];
+        is_inside(corners, facet.axes.map(|axis| point[usize::from(axis)])).then_some(distance)
+    }
+}
+
+/// A place, and one over each component of the direction from there.
+struct Ray {
+    from: [f64; 3],
+    inverse: [f64; 3],
+}
+
+impl Ray {
+    /// How many times its direction a ray goes to each of two boxes, if it meets them.
+    fn enters(&self, low: &[DVec2; 3], high: &[DVec2; 3]) -> [Option<f64>; 2] {
+        let along = |axis: usize| {
+            let [a, b] = [low, high].map(|ends| (ends[axis] - DVec2::splat(self.from[axis])) * DVec2::splat(self.inverse[axis]));
+            [a.min(b), a.max(b)]
+        };
+        let [[near_x, far_x], [near_y, far_y], [near_z, far_z]] = [along(0), along(1), along(2)];
+        let (first, last) = (near_x.max(near_y).max(near_z), far_x.min(far_y).min(far_z));
+        let meets = last.cmpge(DVec2::ZERO) & first.cmple(last + last.abs() * LEVEL);
+        [meets.x.then_some(first.x), meets.y.then_some(first.y)]
+    }
+}
+
+/// One over each component of a direction. One of 0 is as good as one that is far below all lengths, and its inverse is finite.
+pub(super) fn inverse(along: DVec3) -> DVec3 {
+    let steep = |along: f64| if along.abs() < 1e-290 { 1e290 } else { 1.0 / along };
+    DVec3::new(steep(along.x), steep(along.y), steep(along.z))
+}
+
+/// The two axes along which a polygon of this normal covers most.
+pub(super) fn best_axes(normal: DVec3) -> [u8; 2] {
+    let size = normal.abs();
+    if size.z >= size.x && size.z >= size.y {
+        [0, 1]
+    } else if size.y >= size.x {
+        [2, 0]
+    } else {
+        [1, 2]
+    }
+}
+
+/// Whether a point of the plane is inside a polygon: an odd number of edges is crossed along the first axis.
+pub(super) fn is_inside(corners: &[[f64; 2]], [x, y]: [f64; 2]) -> bool {
+    let mut odd = false;
+    let Some(&[mut ax, mut ay]) = corners.last() else { return false };
+    for &[bx, by] in corners {
+        // Both are asked, as which edges are crossed is hard to foretell.
+        odd ^= ((ay > y) != (by > y)) & (x < ax + (y - ay) / (by - ay) * (bx - ax));
+        (ax, ay) = (bx, by);
+    }
+    odd
+}
+
+/// A place in a list, which has fewer than 2^32.
+#[expect(clippy::cast_possible_truncation, reason = "a list of so many polygons does not fit in memory")]
+fn short(place: usize) -> u32 {
+    debug_assert!(u32::try_from(place).is_ok(), "{place}");
+    place as u32
+}
