@@ -181,7 +181,10 @@ impl Solution {
     /// The links of lamps, as finely as the importance there has to be known. Their own, for what they reflect, may be rough.
     fn links_of_lamps(&self, importance: &Field) -> Result<HashMap<usize, Linked>, Error> {
         let area = self.mesh.area();
-        let is_lamp = |receiver: &usize| self.is_lamp(self.mesh.elements()[*receiver].face());
+        let is_lamp = |receiver: &usize| {
+            let face = self.mesh.elements()[*receiver].face();
+            (0..self.channels.len()).any(|channel| self.lamp_on(face, channel) > 0.0)
+        };
         let lamps: Vec<usize> = self.receivers.iter().copied().filter(is_lamp).collect();
         let weight =
             |(channel, reference): (usize, f64)| ratio(self.lamps.power(&self.mesh, &self.surfaces, channel), reference * area);
