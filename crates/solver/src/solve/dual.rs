@@ -58,6 +58,9 @@ const OF_LAMPS: f64 = 0.1;
 /// be there: 0.01 to 0.05 in the mean of the Cornell box and of rooms of a hundred triangles and of a sphere.
 const TYPICAL: f64 = 0.1;
 
+/// Faces that emit beyond which their light is found by what all faces see.
+const MOST_LAMPS: usize = 32;
+
 /// An element below its receiver has an importance of its own if it holds more than this part of all light.
 const MUCH: f64 = 1e-3;
 
@@ -178,17 +181,20 @@ impl Solution {
         None
     }
 
-    /// The links of lamps, as finely as the importance there has to be known. Their own, for what they reflect, may be rough.
+    /// The links of faces that emit, if they are few, as finely as the importance there has to be known. Their own, for what they reflect, may
+    /// be rough.
     fn links_of_lamps(&self, importance: &Field) -> Result<HashMap<usize, Linked>, Error> {
-        let area = self.mesh.area();
-        let is_lamp = |receiver: &usize| {
-            let face = self.mesh.elements()[*receiver].face();
-            (0..self.channels.len()).any(|channel| self.lamp_on(face, channel) > 0.0)
-        };
-        let lamps: Vec<usize> = self.receivers.iter().copied().filter(is_lamp).collect();
-        let weight =
-            |(channel, reference): (usize, f64)| ratio(self.lamps.power(&self.mesh, &self.surfaces, channel), reference * area);
-        let weight: Vec<f64> = self.reference().into_iter().enumerate().map(weight).collect();
+        let (area, channels) = (self.mesh.area(), 0..self.channels.len());
+        let emitted = |element: usize, channel: usize| self.surfaces.emitted[self.mesh.elements()[element].face()][channel];
+        let emits = |element: &usize| channels.clone().any(|channel| emitted(*element, channel) > 0.0);
+        if self.mesh.roots().iter().filter(|root| emits(root)).count() > MOST_LAMPS {
+            return Ok(HashMap::new());
+        }
+        let lamps: Vec<usize> = self.receivers.iter().copied().filter(emits).collect();
+        let power =
+            |channel: usize| lamps.iter().map(|&lamp| self.mesh.elements()[lamp].area() * emitted(lamp, channel)).sum::<f64>();
+        let weight: Vec<f64> =
+            channels.clone().zip(self.reference()).map(|(c, reference)| ratio(power(c), reference * area)).collect();
         let (allowed, without_order, linking) = (OF_LAMPS * self.allowed, WITHOUT_ORDER, Linking::Error);
         let need = Need { field: importance, weight: &weight, allowed, without_order, linking, clock: self.clock };
         let of_lamp = |lamp: usize| {
