@@ -41,6 +41,9 @@ const STRIPS: usize = 96;
 /// Up to which part of Y points are corrected, and of the distance from the next edge.
 const BESIDE: f64 = 0.25;
 
+/// Y, over the distance to where a leaf ends: there it may meet yet another face, of which a place on the border sees nothing.
+const WITHIN: f64 = 0.999;
+
 /// From where to where it is asked whether anything is between, over Y.
 const PLACES: [f64; 2] = [0.1, 1.0];
 
@@ -224,7 +227,7 @@ impl Solution {
             return None;
         }
         let on_leaf = |leaf: usize, way: DVec3| way_on(self.mesh.elements()[leaf].polygon(), foot, way);
-        let away = smallest(on_leaf(leaf, sides[0]), on_leaf(other, sides[1]));
+        let away = WITHIN * smallest(on_leaf(leaf, sides[0]), on_leaf(other, sides[1]));
         let ends = [along, -along].map(|way| smallest(way_on(here, foot, way), way_on(there, foot, way)));
         let sides = [(element.face(), sides[0]), (face, sides[1])];
         let distance = if distance > 0.0 { distance } else { 0.0 };
