@@ -181,8 +181,8 @@ impl Solution {
         None
     }
 
-    /// The links of faces that emit, if they are few, as finely as the importance there has to be known. Their own, for what they reflect, may
-    /// be rough.
+    /// The links of lamps, as finely as the importance there has to be known; also of other faces that emit and gather by rays, if all that
+    /// emit are few. Their own, for what they reflect, may be rough.
     fn links_of_lamps(&self, importance: &Field) -> Result<HashMap<usize, Linked>, Error> {
         let (area, channels) = (self.mesh.area(), 0..self.channels.len());
         let emitted = |element: usize, channel: usize| self.surfaces.emitted[self.mesh.elements()[element].face()][channel];
@@ -190,7 +190,8 @@ impl Solution {
         if self.mesh.roots().iter().filter(|root| emits(root)).count() > MOST_LAMPS {
             return Ok(HashMap::new());
         }
-        let lamps: Vec<usize> = self.receivers.iter().copied().filter(emits).collect();
+        let is_meant = |element: &usize| self.is_lamp(self.mesh.elements()[*element].face()) || !self.far[*element].is_empty();
+        let lamps: Vec<usize> = self.receivers.iter().copied().filter(|of| emits(of) && is_meant(of)).collect();
         let power =
             |channel: usize| lamps.iter().map(|&lamp| self.mesh.elements()[lamp].area() * emitted(lamp, channel)).sum::<f64>();
         let weight: Vec<f64> =
