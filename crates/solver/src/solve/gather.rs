@@ -374,6 +374,9 @@ impl Irradiance {
             self.irradiance[channel] += lacking;
             self.ledger[channel].discretisation += lacking.abs();
             self.estimate[channel].discretisation += off;
+            if self.estimate[channel].total() > self.ledger[channel].total() {
+                self.estimate[channel] = self.ledger[channel];
+            }
         }
     }
 }
