@@ -73,6 +73,9 @@ impl Sight {
     }
 }
 
+/// A point is at a face within this fraction of the scene's extent.
+pub(crate) const TOUCHES: f64 = 1e-9;
+
 impl Mesh {
     /// The coarsest elements, with bases of a degree.
     ///
@@ -333,9 +336,7 @@ impl Mesh {
             }
             let height = element.polygon().normal().dot(point - element.polygon().vertices()[0]);
             let is_above = |v: &DVec3| normal.dot(*v - point) > reach;
-            height.abs() <= reach
-                && element.excess(element.reference(point)) * 2.0 * element.radius() <= reach
-                && element.polygon().vertices().iter().any(is_above)
+            height.abs() <= reach && element.is_at(point, reach) && element.polygon().vertices().iter().any(is_above)
         };
         self.roots.iter().map(|&root| &self.elements[root]).filter(at).map(|element| element.polygon().normal())
     }

@@ -1,7 +1,8 @@
-//! What rays need of the tree and of its polygons, close together in memory: a ray visits tens of boxes and a few polygons, and most of its
-//! time goes for fetching them.
+//! What rays need of the tree and of its polygons. A ray visits tens of boxes and a few polygons, and most of its time goes for comparing it
+//! with boxes.
 //!
-//! Boxes of the two parts of a branch lie side by side, axis by axis, so that both are compared with a ray at once.
+//! The boxes of the two parts of a branch lie side by side, axis by axis: a ray is compared with both at once. It goes on to the nearer one at
+//! once, too; only the farther one is put off.
 
 use std::ops::Range;
 
@@ -16,7 +17,7 @@ use super::tree::{Content, Tree};
 /// Nodes that a ray has yet to visit, beyond which their list moves to the heap.
 const OPEN: usize = 64;
 
-/// A copy of a tree and of what it is over.
+/// A copy of the tree, with what rays need of its polygons.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Rays {
     /// The box over all, and where the tree begins.
@@ -27,7 +28,7 @@ pub(super) struct Rays {
     corners: Vec<[f64; 2]>,
 }
 
-/// Two boxes, for each axis the lowest and the highest coordinates of both, and what is in them.
+/// The boxes of two nodes, and the nodes: each axis has the lowest and the highest coordinates of both boxes.
 #[derive(Debug, Clone)]
 struct Branch {
     low: [DVec2; 3],
@@ -78,24 +79,22 @@ impl Rays {
             let corners = short(first)..short(rays.corners.len());
             rays.facets.push(Facet { polygon, origin: vertices[0], normal: *turning, size: turning.length(), axes, corners });
         }
-        // A branch's place is known before those of its parts.
-        let mut places = vec![0_u32; tree.nodes.len()];
-        for (index, node) in tree.nodes.iter().enumerate() {
-            if let Content::Branch(_) = node.content {
-                places[index] = short(rays.branches.len());
-                rays.branches.push(Branch { low: [DVec2::ZERO; 3], high: [DVec2::ZERO; 3], parts: [Node(0); 2] });
-            }
+        // For each node, how many branches are before it: for a branch, its place among them.
+        let (mut places, mut count) = (Vec::with_capacity(tree.nodes.len()), 0);
+        for of in &tree.nodes {
+            places.push(count);
+            count += usize::from(matches!(of.content, Content::Branch(_)));
         }
         let node = |index: usize| match tree.nodes[index].content {
-            Content::Branch(_) => Node(places[index]),
+            Content::Branch(_) => Node(short(places[index])),
             Content::Leaf => Node::leaf(&tree.nodes[index].range),
         };
-        for (index, of) in tree.nodes.iter().enumerate() {
+        for of in &tree.nodes {
             if let Content::Branch(parts) = of.content {
                 let bounds = parts.map(|part| &tree.nodes[part].bounds);
                 let [low, high] = [bounds.map(|of| of.low), bounds.map(|of| of.high)]
                     .map(|ends| [0, 1, 2].map(|axis| DVec2::from(ends.map(|end| end[axis]))));
-                rays.branches[places[index] as usize] = Branch { low, high, parts: parts.map(node) };
+                rays.branches.push(Branch { low, high, parts: parts.map(node) });
             }
         }
         rays.root = tree.root().map(|root| ([tree.nodes[root].bounds.low, tree.nodes[root].bounds.high], node(root)));

@@ -54,8 +54,7 @@ impl Occluders {
     /// ```
     #[must_use]
     pub fn first_along(&self, from: DVec3, toward: DVec3, leave_out: &[usize]) -> Option<(usize, DVec3)> {
-        let nearest = self.rays.first(from, toward, leave_out);
-        nearest.map(|(index, distance)| (index, from + toward * distance))
+        self.rays.first(from, toward, leave_out).map(|(index, distance)| (index, from + toward * distance))
     }
 }
 

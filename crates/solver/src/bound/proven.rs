@@ -384,7 +384,7 @@ impl Solved<'_> {
         basis.range(self.field.of(element, channel, basis.len()))
     }
 
-    /// Bounds on the mean of what was found to be reflected on a receiver.
+    /// Bounds on the mean over a receiver of the reflected radiosity that was found.
     fn found(&self, receiver: usize, channel: usize) -> [f64; 2] {
         let (basis, face) = (self.mesh.basis(receiver), self.mesh.elements()[receiver].face());
         let held = self.field.of(receiver, channel, basis.len())[0];

@@ -18,7 +18,7 @@ use crate::mesh::{Mesh, Sight};
 const SMALL: f64 = 0.1;
 
 /// Elements of the coarsest mesh that lamps may have.
-const FEW: usize = 32;
+pub(crate) const FEW: usize = 32;
 
 /// Error of a lamp's light, by that of other evaluations.
 const FINER: f64 = 1e-2;

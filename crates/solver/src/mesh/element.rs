@@ -248,6 +248,11 @@ impl Element {
         }
     }
 
+    /// Whether a point of the plane is in the element, or outside it by no more than `reach`.
+    pub(crate) fn is_at(&self, point: DVec3, reach: f64) -> bool {
+        self.excess(self.reference(point)) * 2.0 * self.radius() <= reach
+    }
+
     /// A point of the plane, or from outside the one on the border on the way to the centre.
     pub(crate) fn inside(&self, point: DVec3) -> DVec3 {
         let excess = self.excess(self.reference(point));

@@ -26,6 +26,7 @@ use radgrad_scene::{largest, smallest};
 use rayon::prelude::*;
 
 use crate::error::Error;
+use crate::mesh::TOUCHES;
 use crate::mesh::basis::Basis;
 use crate::mesh::shape::Shape;
 use crate::picture::hermite::HermitePatch;
@@ -33,9 +34,6 @@ use crate::solve::solution::Solution;
 
 /// How far towards the leaf's centre a vertex is sampled that lies on another face.
 const INWARD: f64 = 1.0 / 32.0;
-
-/// A vertex lies on a face within this fraction of the scene's extent.
-const TOUCHES: f64 = 1e-9;
 
 /// Cells a face's longest side has in the table of vertices.
 const CELLS: f64 = (1_u64 << 32) as f64;

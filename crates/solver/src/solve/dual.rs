@@ -36,6 +36,7 @@ use crate::error::Error;
 use crate::field::Field;
 use crate::field::gathering::{Equation, irradiance};
 use crate::links::cluster::far::Far;
+use crate::links::direct::FEW as MOST_LAMPS;
 use crate::links::gatherer::Gatherer;
 use crate::links::link::Link;
 use crate::links::linking::Linking;
@@ -57,9 +58,6 @@ const OF_LAMPS: f64 = 0.1;
 /// The part of a bound by Schwarz, of what a link neglects or of the product of what samples have beyond the next degree, that is taken to
 /// be there: 0.01 to 0.05 in the mean of the Cornell box and of rooms of a hundred triangles and of a sphere.
 const TYPICAL: f64 = 0.1;
-
-/// Faces that emit beyond which their light is found by what all faces see.
-const MOST_LAMPS: usize = 32;
 
 /// An element below its receiver has an importance of its own if it holds more than this part of all light.
 const MUCH: f64 = 1e-3;
@@ -182,7 +180,7 @@ impl Solution {
     }
 
     /// The links of lamps, as finely as the importance there has to be known; also of other faces that emit and gather by rays, if all that
-    /// emit are few. Their own, for what they reflect, may be rough.
+    /// emit are few. The links by which these faces gather light may be rougher.
     fn links_of_lamps(&self, importance: &Field) -> Result<HashMap<usize, Linked>, Error> {
         let (area, channels) = (self.mesh.area(), 0..self.channels.len());
         let emitted = |element: usize, channel: usize| self.surfaces.emitted[self.mesh.elements()[element].face()][channel];

@@ -20,16 +20,14 @@ use crate::links::linking::Linking;
 use crate::links::refine::{Need, WITHOUT_ORDER};
 use crate::links::station::Station;
 use crate::links::transfer::Row;
-use crate::mesh::Sight;
+use crate::mesh::{Sight, TOUCHES};
 use crate::solve::second::{KnownError, Term};
 use crate::solve::solution::Solution;
 
 /// Points may be off their face by this fraction of the scene's extent.
 const REACH: f64 = 1e-6;
 
-/// Points this near to another face, over the scene's extent, are taken to be in front of it by so much of their leaf's radius: in its plane
-/// they would see nothing of it.
-const TOUCHES: f64 = 1e-9;
+/// Points at another face are taken to be in front of it by so much of their leaf's radius: in its plane they would see nothing of it.
 const IN_FRONT: f64 = 1e-8;
 
 /// Irradiance and bound at a point, in each channel: what it receives of all that it sees above its horizon. Irradiance has the unit of
@@ -368,7 +366,7 @@ impl Solution {
 }
 
 impl Irradiance {
-    /// Adds what it lacks as far as that is known, in each channel with an estimate of the rest: the bound grows by the size of it.
+    /// Adds a correction in each channel, given with an estimate of its error. The bound grows by the size of the correction.
     fn correct(&mut self, lacking: &[[f64; 2]]) {
         for (channel, &[lacking, off]) in lacking.iter().enumerate() {
             self.irradiance[channel] += lacking;

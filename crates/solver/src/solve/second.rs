@@ -363,8 +363,8 @@ impl Solution {
         Ok(all)
     }
 
-    /// The error of the irradiance of a point, from what it gathers of each source; `None` if nothing of it is known. What touches the point
-    /// of the face that it is beside is corrected apart ([`crate::solve::wedge`]), and no part of the estimate.
+    /// The error of the irradiance of a point, from what it gathers of each source; `None` if no error of the sources is known. The estimate
+    /// leaves out sources on the face `beside` the point that touch it: [`crate::solve::wedge`] estimates their error.
     pub(super) fn error_at<'a>(
         &self,
         station: &Station,

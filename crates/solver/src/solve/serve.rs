@@ -170,7 +170,7 @@ impl Solution {
         self.served.points.iter().any(|[point, _]| {
             let point = self.placement.inward(*point);
             let height = element.polygon().normal().dot(point - element.centre());
-            height.abs() <= reach && element.excess(element.reference(point)) * 2.0 * element.radius() <= reach
+            height.abs() <= reach && element.is_at(point, reach)
         })
     }
 

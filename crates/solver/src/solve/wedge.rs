@@ -29,8 +29,8 @@ use radgrad_core::{DVec3, Polygon};
 use radgrad_scene::smallest;
 
 use crate::error::Error;
-use crate::mesh::Sight;
 use crate::mesh::basis::dot;
+use crate::mesh::{Sight, TOUCHES};
 use crate::solve::detail::Detail;
 use crate::solve::solution::Solution;
 
@@ -50,15 +50,15 @@ const PLACES: [f64; 2] = [0.1, 1.0];
 /// A place on the edge is taken to be so far from it, over the farthest distance.
 const AT_EDGE: f64 = 1e-7;
 
-/// What the answer is taken to be off by, over its differences: to half the degree; and to what it is if what is taken for the radiosity is
-/// averaged along the edge, so far to either side over the distance from it.
+/// The estimate of the correction's error is a part of its differences from two others: one of half the degree, and one with `q` averaged along
+/// the edge, over so much of the distance from it to either side.
 const OF_DEGREE: f64 = 0.25;
 const OF_SAMENESS: f64 = 0.5;
 const ASIDE: f64 = 0.5;
 
-/// A leaf is at a place if it is off by no more than this part of the scene's extent; faces at a smaller sine are level.
-const TOUCHES: f64 = 1e-9;
+/// Faces that meet at a smaller sine are level; and a direction at a smaller one to a side goes along it.
 const LEVEL: f64 = 1e-3;
+const ALONG: f64 = 1e-9;
 
 /// Sweeps, each of which makes the error smaller by the reflectance at least, and the change at which they end.
 const MOST_SWEEPS: usize = 200;
@@ -84,7 +84,7 @@ struct Wedge {
 struct Sample {
     rho: Vec<f64>,
     beyond: Vec<f64>,
-    /// The same by what is taken for it on either side.
+    /// The same with the mean of `q` on either side in place of `q`.
     beyond_around: Vec<f64>,
 }
 
@@ -163,19 +163,22 @@ impl Solution {
                 of_side.push(sample);
             }
         }
-        let found = |step: usize, of: fn(&Sample) -> &[f64]| -> Option<Vec<f64>> {
-            let degree = DEGREE / step;
-            let rows: Vec<Vec<f64>> = distances.iter().step_by(step).map(|s| wedge.seen(*s, degree)).collect();
-            let at_point = wedge.seen(wedge.distance, degree);
+        // What the samples' places and the point see of every so many samples.
+        let seen = |step: usize| {
+            let rows: Vec<Vec<f64>> = distances.iter().step_by(step).map(|s| wedge.seen(*s, DEGREE / step)).collect();
+            (step, rows, wedge.seen(wedge.distance, DEGREE / step))
+        };
+        let found = |(step, rows, at_point): &(usize, Vec<Vec<f64>>, Vec<f64>), of: fn(&Sample) -> &[f64]| -> Option<Vec<f64>> {
             let of_channel = |channel: usize| {
-                let each = |side: usize| samples[side].iter().step_by(step);
+                let each = |side: usize| samples[side].iter().step_by(*step);
                 let rho = [0, 1].map(|side| each(side).map(|sample| sample.rho[channel]).collect());
                 let beyond = [0, 1].map(|side| each(side).map(|sample| of(sample)[channel]).collect());
-                Some(dot(&at_point, &off_by(&rho, &beyond, &rows)?[1]))
+                Some(dot(at_point, &off_by(&rho, &beyond, rows)?[1]))
             };
             (0..self.channels.len()).map(of_channel).collect()
         };
-        let all = [found(1, |of| &of.beyond), found(2, |of| &of.beyond), found(1, |of| &of.beyond_around)];
+        let (all, half) = (seen(1), seen(2));
+        let all = [found(&all, |of| &of.beyond), found(&half, |of| &of.beyond), found(&all, |of| &of.beyond_around)];
         let [Some(lacking), Some(roughly), Some(around)] = all else { return Ok(None) };
         let of_channel = |channel: usize| {
             let [of_degree, along_edge] = [&roughly, &around].map(|other| (lacking[channel] - other[channel]).abs());
@@ -219,11 +222,11 @@ impl Solution {
         let distance = there.normal().dot(point - there.vertices()[0]) / sine;
         let foot = point - sides[0] * distance;
         let touch = TOUCHES * self.extent;
-        if distance < -touch || !self.is_on(leaf, foot, touch) {
+        if distance < -touch || !element.is_at(foot, touch) {
             return None;
         }
         let other = self.mesh.leaf_at(face, foot + sides[1] * touch)?;
-        if !self.is_on(other, foot, touch) {
+        if !self.mesh.elements()[other].is_at(foot, touch) {
             return None;
         }
         let on_leaf = |leaf: usize, way: DVec3| way_on(self.mesh.elements()[leaf].polygon(), foot, way);
@@ -234,24 +237,16 @@ impl Solution {
         Some(Wedge { foot, along, sides, ends, distance, farthest: away })
     }
 
-    /// Whether a place is on a leaf, or off it by no more than so much.
-    fn is_on(&self, leaf: usize, place: DVec3, reach: f64) -> bool {
-        let element = &self.mesh.elements()[leaf];
-        element.excess(element.reference(place)) * 2.0 * element.radius() <= reach
-    }
-
     /// Whether nothing is between the two sides, as some places of them see it.
     fn is_free(&self, wedge: &Wedge) -> bool {
         let [here, there] = wedge.sides;
         let place = |away: DVec3, part: f64| wedge.foot + away * (part * wedge.farthest);
-        let ends = |part: f64, aside: f64| [place(here.1, part), place(there.1, aside)];
-        let aside = |part: f64| wedge.along * (part * smallest(wedge.farthest, smallest(wedge.ends[0], wedge.ends[1])));
-        PLACES.iter().all(|&from| {
-            PLACES.iter().all(|&to| {
-                let [a, b] = ends(from, to);
-                [-1.0, 0.0, 1.0].iter().all(|&part| !self.mesh.is_between([a, b + aside(part)], [here.0, there.0]))
-            })
-        })
+        let aside = wedge.along * smallest(wedge.farthest, smallest(wedge.ends[0], wedge.ends[1]));
+        let is_free = |from: f64, to: f64, part: f64| {
+            let ends = [place(here.1, from), place(there.1, to) + aside * part];
+            !self.mesh.is_between(ends, [here.0, there.0])
+        };
+        PLACES.iter().all(|&from| PLACES.iter().all(|&to| [-1.0, 0.0, 1.0].iter().all(|&part| is_free(from, to, part))))
     }
 
     /// The sample at a place of a face; `None` if nothing is known there. Between two leaves, which a little `aside` tells, gathers see as much
@@ -270,7 +265,7 @@ impl Solution {
         Ok(Some(Sample { rho, beyond, beyond_around }))
     }
 
-    /// What gathers take the radiosity of a place to be, without what it emits as a lamp; `None` if nothing is known of their error.
+    /// The radiosity `q` that gathers take a place to have, without what lamps emit; `None` if the error of gathers is not known.
     fn taken_at(&self, face: usize, place: DVec3) -> Option<Vec<f64>> {
         let (leaf, error) = (self.mesh.leaf_at(face, place)?, self.known_error()?);
         let (element, basis) = (&self.mesh.elements()[leaf], self.mesh.basis(leaf));
@@ -291,7 +286,7 @@ fn way_on(polygon: &Polygon, from: DVec3, way: DVec3) -> f64 {
     let to_side = |i: usize| {
         let outward = (v[(i + 1) % v.len()] - v[i]).cross(normal);
         let (speed, left) = (outward.dot(way), outward.dot(v[i] - from));
-        if speed <= TOUCHES * outward.length() {
+        if speed <= ALONG * outward.length() {
             return f64::INFINITY;
         }
         if left > 0.0 { left / speed } else { 0.0 }
