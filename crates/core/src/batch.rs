@@ -71,7 +71,7 @@ pub use receivers::Receivers;
 pub use total::Tally;
 
 use crate::batch::emitters::OneReceiver;
-use crate::batch::one_emitter::{Occluders, OnLanes, OneEmitter};
+use crate::batch::one_emitter::{LinearOnLanes, Occluders, OnLanes, OneEmitter};
 use crate::batch::tile::Goal;
 use crate::batch::total::TreeWalk;
 use crate::error::Error;
@@ -100,7 +100,7 @@ use crate::problem::receiver::Receiver;
 pub trait Precision: Lane + Compiled {}
 
 /// The kernels of one precision, compiled once here: generic functions are compiled again in every crate that calls them.
-trait Compiled: Lane {
+trait Compiled: LinearOnLanes {
     /// An emitter as lanes take it.
     fn on_lanes(emitter: &Emitter) -> OnLanes<Self>;
 

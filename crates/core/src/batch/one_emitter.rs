@@ -41,6 +41,36 @@ enum Double {
     Linear(LinearLamp),
 }
 
+/// The precision of a batch, and how it takes linear emitters.
+pub(super) trait LinearOnLanes: Lane {
+    /// Answers receivers of a tile, where this precision does not cancel too much.
+    fn linear(
+        lamp: &LinearLamp,
+        level: Level,
+        receivers: &Receivers<'_, Self>,
+        goal: Goal,
+        slots: &mut Slots<'_, Self>,
+    ) -> Settled;
+}
+
+impl LinearOnLanes for f64 {
+    fn linear(
+        lamp: &LinearLamp,
+        level: Level,
+        receivers: &Receivers<'_, f64>,
+        goal: Goal,
+        slots: &mut Slots<'_, f64>,
+    ) -> Settled {
+        lamp.on_lanes(level, receivers, goal, slots)
+    }
+}
+
+impl LinearOnLanes for f32 {
+    fn linear(_: &LinearLamp, _: Level, _: &Receivers<'_, f32>, _: Goal, _: &mut Slots<'_, f32>) -> Settled {
+        Settled::default()
+    }
+}
+
 impl Double {
     fn new<F: Lane>(emitter: &Emitter) -> Option<Self> {
         let constant = if F::IS_SINGLE { Lamp::new(emitter) } else { None };
@@ -133,20 +163,25 @@ pub(super) struct OneEmitter<'a, F> {
     pub(super) level: Level,
 }
 
-impl<F: Lane> OneEmitter<'_, F> {
+impl<F: LinearOnLanes> OneEmitter<'_, F> {
     /// Answers the receivers from `start` on.
     pub(super) fn tile(&self, start: usize, mut slots: Slots<'_, F>) -> Result<Counts, Error> {
         let length = slots.radiosity.len();
         let receivers = self.receivers.part(start..start + length);
-        let on_lanes = |lamp| on_lanes(self.level, &receivers, lamp, self.goal, &mut slots);
-        let mut settled = self.on_lanes.lamp.as_ref().map_or_else(Settled::default, on_lanes);
+        let OnLanes { lamp, double } = self.on_lanes;
+        let mut settled = match (lamp, double) {
+            (Some(lamp), _) => on_lanes(self.level, &receivers, lamp, self.goal, &mut slots),
+            (None, Some(Double::Linear(lamp))) => F::linear(lamp, self.level, &receivers, self.goal, &mut slots),
+            (None, _) => Settled::default(),
+        };
         slots.on_lanes();
         slots.see_nothing(each(settled.zero));
         let past = self.past(&receivers, length) & !settled.zero;
         settled.good &= !past;
         let mut counts = settled.counts();
         let mut open = settled.open(length) & !past;
-        if let Some(lamp) = &self.on_lanes.double
+        if let Some(lamp) = double
+            && F::IS_SINGLE
             && open != 0
         {
             open = self.doubled(&receivers, lamp, open, (&mut slots, &mut counts))?;
@@ -197,7 +232,7 @@ impl<F: Lane> OneEmitter<'_, F> {
         let receivers = Receivers { position: [x, y, z], normal: [nx, ny, nz], reflectance };
         let mut work = Work::new();
         let settled = lamp.on_lanes(self.level, &receivers, self.goal.doubled(), &mut work.slots(count, self.goal.asked));
-        *counts += Counts { doubled: if F::IS_SINGLE { count } else { 0 }, ..settled.counts() };
+        *counts += Counts { doubled: count, ..settled.counts() };
         let mut left = 0;
         let still_open = settled.open(count);
         for (place, entry) in each(open).enumerate() {

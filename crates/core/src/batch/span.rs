@@ -158,15 +158,17 @@ impl<S: Simd, F: Lane> EdgeTerms<S, F> {
         Self { inline: zero, ends: zero, product: zero, lit: zero, reach: zero, level: zero, toward: zero }
     }
 
+    /// Given `p.p'`.
     #[inline(always)]
     pub(super) fn new<const GRADIENT: bool>(
         simd: S,
         n1: Vec3<Lanes<S, F>>,
         Span { edge, r, height, start, end, part, w, square, .. }: &Span<S, F>,
+        inline: Lanes<S, F>,
     ) -> Self {
         let ends = start.square * end.square;
         let product = constant(simd, 1.0) / (*square * ends);
-        let terms = Self { inline: start.r.dot(end.r), ends, product, lit: n1.dot(*w), ..Self::none(simd) };
+        let terms = Self { inline, ends, product, lit: n1.dot(*w), ..Self::none(simd) };
         if !GRADIENT {
             return terms;
         }

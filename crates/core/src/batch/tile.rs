@@ -150,12 +150,20 @@ pub(super) fn run<F: Lane, C: Default + AddAssign + Send>(
     if length <= TILE {
         return if length == 0 { Ok(C::default()) } else { tile(start, slots) };
     }
-    let middle = length.div_ceil(TILE) / 2 * TILE;
-    let (left, right) = slots.split_at(middle);
-    let halves = (|| run(threads, start, left, tile), || run(threads, start + middle, right, tile));
-    let (left, right) = if threads { join(halves.0, halves.1) } else { (halves.0(), halves.1()) };
-    let mut counts = left?;
-    counts += right?;
+    if threads {
+        let middle = length.div_ceil(TILE) / 2 * TILE;
+        let (left, right) = slots.split_at(middle);
+        let (left, right) = join(|| run(true, start, left, tile), || run(true, start + middle, right, tile));
+        let mut counts = left?;
+        counts += right?;
+        return Ok(counts);
+    }
+    let (mut counts, mut rest) = (C::default(), slots);
+    for start in (start..start + length).step_by(TILE) {
+        let (first, others) = rest.split_at(TILE);
+        counts += tile(start, first)?;
+        rest = others;
+    }
     Ok(counts)
 }
 

@@ -7,7 +7,7 @@
 //! wall that stands on the receiver's floor is answered here. The side of a plane across an axis is exact.
 
 use fearless_simd::Simd;
-use radgrad_numbers::lanes::angle::angles;
+use radgrad_numbers::lanes::angle::Quotients;
 use radgrad_numbers::lanes::lane::{Lane, Lanes, Mask, constant};
 use radgrad_numbers::vec3::Vec3;
 
@@ -32,17 +32,20 @@ pub(super) trait BoundarySums<S: Simd, F: Lane> {
     /// Value and gradient are their sums times this.
     const FACTOR: f64;
 
-    /// Adds the visible pieces of edges, one after the other; the slow operations are done for all of them side by side, and those
-    /// that need no root while others wait for one.
+    /// Adds the visible pieces of edges, one after the other; the slow operations are done for all of them side by side, and what
+    /// needs no angle while others wait for one.
     #[inline(always)]
     fn add<const GRADIENT: bool, const N: usize>(&mut self, simd: S, n1: Vec3<Lanes<S, F>>, spans: &[Span<S, F>; N]) {
-        let mut terms = [EdgeTerms::none(simd); N];
         let (mut across, mut inline) = ([constant(simd, 0.0); N], [constant(simd, 0.0); N]);
-        for (k, span) in spans.iter().enumerate() {
-            terms[k] = EdgeTerms::new::<GRADIENT>(simd, n1, span);
-            (across[k], inline[k]) = (span.part.of(span.moment), terms[k].inline);
+        for (k, Span { start, end, part, moment, .. }) in spans.iter().enumerate() {
+            (across[k], inline[k]) = (part.of(*moment), start.r.dot(end.r));
         }
-        let angles = angles(simd, across, inline);
+        let quotients = Quotients::new(simd, across, inline);
+        let mut terms = [EdgeTerms::none(simd); N];
+        for (k, span) in spans.iter().enumerate() {
+            terms[k] = EdgeTerms::new::<GRADIENT>(simd, n1, span, inline[k]);
+        }
+        let angles = quotients.angles(simd);
         for k in 0..N {
             self.add_one::<GRADIENT>(simd, n1, &spans[k], &terms[k], angles[k]);
         }
@@ -297,17 +300,16 @@ fn clipped<S: Simd, F: Lane, O: Outline<S, F>, B: BoundarySums<S, F>, const GRAD
 ) -> (Crossing<S, F>, Mask<S, F>) {
     let (zero, one) = (constant(simd, 0.0), constant(simd, 1.0));
     let origin = Vec3::new(zero, zero, zero);
-    let (mut exit, mut entry) = (origin, origin);
-    let mut crossing = Crossing { nearest: zero, slant: zero };
-    let mut from = SeenPoint::new(outline.vertex(simd, 0) - x);
-    let mut before = level(simd, n1.dot(from.r), sure);
+    // Where the boundary leaves the upper half-space and where it comes back, with |e|^2 over the square of how much it drops there.
+    let (mut exit, mut entry) = ((origin, zero), (origin, zero));
+    let mut from = corner(simd, outline, 0, (x, n1));
+    let mut before = level(simd, from.height, sure);
     let mut left = zero.below(zero);
     let mut twice = left;
     for index in 0..outline.count() {
-        let to = SeenPoint::new(outline.vertex(simd, after(outline, index)) - x);
-        let after = level(simd, n1.dot(to.r), sure);
+        let to = corner(simd, outline, after(outline, index), (x, n1));
+        let after = level(simd, to.height, sure);
         let edge = outline.edge(simd, index);
-        let length_square = edge.square;
         let (starts, ends) = (zero.below(before), zero.below(after));
         let (leaves, comes) = (starts & !ends, ends & !starts);
         twice = twice | (leaves & left);
@@ -316,20 +318,25 @@ fn clipped<S: Simd, F: Lane, O: Outline<S, F>, B: BoundarySums<S, F>, const GRAD
         // From the end that is above.
         let inverse_drop = one / crosses.select((before - after).abs(), one);
         let fraction = crosses.select(starts.select(before, after) * inverse_drop, one);
-        let point = SeenPoint::new(starts.select_vector(from.r, to.r) + edge.e * starts.select(fraction, -fraction));
+        let point = SeenPoint::new(starts.select_vector(from.seen.r, to.seen.r) + edge.e * starts.select(fraction, -fraction));
+        let slant = edge.square * (inverse_drop * inverse_drop);
+        exit = (leaves.select_vector(point.r, exit.0), leaves.select(slant, exit.1));
+        entry = (comes.select_vector(point.r, entry.0), comes.select(slant, entry.1));
         // An edge on the horizon adds nothing but to the bound.
         let (any, flat) =
             (starts | ends, before.at_most(zero) & zero.at_most(before) & after.at_most(zero) & zero.at_most(after));
         let part = EdgePart::Clipped { fraction, any, bounds: any | flat };
-        let ends = (point.or(comes, &from), point.or(leaves, &to));
-        sums.add::<GRADIENT, 1>(simd, n1, &[Span::piece(edge, (from.r, n1.dot(from.r)), ends, part)]);
-        (exit, entry) = (leaves.select_vector(point.r, exit), comes.select_vector(point.r, entry));
-        let nearest = crosses.select(one / point.square, zero);
-        crossing.nearest = crossing.nearest.max(nearest);
-        crossing.slant = crossing.slant.max(nearest * (length_square * (inverse_drop * inverse_drop)));
+        let ends = (point.or(comes, &from.seen), point.or(leaves, &to.seen));
+        sums.add::<GRADIENT, 1>(simd, n1, &[Span::piece(edge, (from.seen.r, from.height), ends, part)]);
         (from, before) = (to, after);
     }
-    sums.close(simd, n1, left, exit, entry);
+    sums.close(simd, n1, left, exit.0, entry.0);
+    let mut crossing = Crossing { nearest: zero, slant: zero };
+    for (point, slant) in [exit, entry] {
+        let nearest = left.select(one / point.norm_squared(), zero);
+        crossing.nearest = crossing.nearest.max(nearest);
+        crossing.slant = crossing.slant.max(nearest * slant);
+    }
     (crossing, !twice)
 }
 

@@ -115,11 +115,12 @@ impl<S: Simd> EdgeLanes<S> {
         closed: bool,
     ) -> Option<Self> {
         let (from, to) = (four.starts(simd), four.ends(simd));
-        let (start, end, e) = (Sighted::at((from - x) * power), (to - x) * power, (to - from) * power);
+        let (start, e) = (Sighted::at((from - x) * power), (to - from) * power);
         let end = if closed {
-            Sighted { point: end, square: next(start.square), inverse: next(start.inverse) }
+            let Sighted { point: Vec3 { x, y, z }, square, inverse } = start;
+            Sighted { point: Vec3::new(next(x), next(y), next(z)), square: next(square), inverse: next(inverse) }
         } else {
-            Sighted::at(end)
+            Sighted::at((to - x) * power)
         };
         let edge_square = e.norm_squared();
         let (mut w, mut reach) = (start.point.cross(e), start.square);

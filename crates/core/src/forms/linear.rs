@@ -195,6 +195,7 @@ impl<T: Real> LinearSum<T> {
         weight / generating.distance
     }
 
+    #[inline]
     pub(crate) fn total(self) -> IrradianceAndGradient<T> {
         let SeenLinear { n1, n2, height, beta, gradient } = self.seen;
         let (phi, q) = self.phi_and_q();

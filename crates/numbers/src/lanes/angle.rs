@@ -17,7 +17,7 @@
 
 use fearless_simd::Simd;
 
-use crate::lanes::lane::{Lane, Lanes, constant, polynomials};
+use crate::lanes::lane::{Lane, Lanes, Mask, constant, polynomials};
 
 /// Largest error of an angle in units in the last place, assumed by the bounds.
 pub const ANGLE_ULP: f64 = 2.0;
@@ -67,46 +67,78 @@ impl ArcTangent<f32> {
 /// Off by less than [`ANGLE_ULP`] where the quotient of the smaller by the larger is a normal number.
 #[inline(always)]
 pub fn angle<S: Simd, F: Lane>(simd: S, y: Lanes<S, F>, x: Lanes<S, F>) -> Lanes<S, F> {
-    let [angle] = angles(simd, [y.abs()], [x]);
+    let [angle] = Quotients::new(simd, [y.abs()], [x]).angles(simd);
     angle.copysign(y)
 }
 
-/// The same of several points with y not negative, step by step: none waits for the quotient of the one before, and a coefficient
-/// is loaded once.
-#[inline(always)]
-pub fn angles<S: Simd, F: Lane, const N: usize>(simd: S, y: [Lanes<S, F>; N], x: [Lanes<S, F>; N]) -> [Lanes<S, F>; N] {
-    let ArcTangent { polynomial, half_pi, half } = F::ARC_TANGENT;
-    let zero = constant(simd, 0.0);
-    let never = zero.below(zero);
-    let (mut z, mut shifted) = (y, [never; N]);
-    for k in 0..N {
-        let width = x[k].abs();
-        let (least, most) = (y[k].min(width), y[k].max(width));
-        let (half_least, half_most) = (least * constant(simd, 0.5), most * constant(simd, 0.5));
-        shifted[k] = half_most.below(least + half_least);
-        z[k] = shifted[k].select(least - half_most, least) / shifted[k].select(most + half_least, most);
+/// The quotients z of several points with y not negative, side by side: none waits for the division of the one before, nor does
+/// other work between them and [`Self::angles`].
+#[derive(Debug)]
+pub struct Quotients<S: Simd, F: Lane, const N: usize> {
+    y: [Lanes<S, F>; N],
+    x: [Lanes<S, F>; N],
+    z: [Lanes<S, F>; N],
+    /// Where z is that of the angle less `arctan 1/2`.
+    shifted: [Mask<S, F>; N],
+}
+
+impl<S: Simd, F: Lane, const N: usize> Quotients<S, F, N> {
+    /// Those of the points (x, y).
+    #[inline(always)]
+    pub fn new(simd: S, y: [Lanes<S, F>; N], x: [Lanes<S, F>; N]) -> Self {
+        let zero = constant(simd, 0.0);
+        let never = zero.below(zero);
+        let (mut z, mut shifted) = (y, [never; N]);
+        for k in 0..N {
+            let width = x[k].abs();
+            let (least, most) = (y[k].min(width), y[k].max(width));
+            let (half_least, half_most) = (least * constant(simd, 0.5), most * constant(simd, 0.5));
+            shifted[k] = half_most.below(least + half_least);
+            z[k] = shifted[k].select(least - half_most, least) / shifted[k].select(most + half_least, most);
+        }
+        Self { y, x, z, shifted }
     }
-    let mut squares = z;
-    for square in &mut squares {
-        *square = *square * *square;
+
+    /// The angles, as of [`angle`]; a coefficient is loaded once.
+    #[inline(always)]
+    pub fn angles(self, simd: S) -> [Lanes<S, F>; N] {
+        let Self { y, x, z, shifted } = self;
+        let ArcTangent { polynomial, half_pi, half } = F::ARC_TANGENT;
+        let zero = constant(simd, 0.0);
+        let mut squares = z;
+        for square in &mut squares {
+            *square = *square * *square;
+        }
+        let series = polynomials(simd, squares, polynomial);
+        let mut angles = z;
+        for k in 0..N {
+            let small = mutant!("batch.angle", z[k] + z[k] * (squares[k] * series[k]), |small: Lanes<S, F>| small
+                * constant(simd, 1.0 + 1e-6));
+            angles[k] = shifted[k].select(Lanes::all(simd, half[1]), zero) + small;
+        }
+        // Several angles are mostly those of a polygon from afar, all below a half right angle. One alone is of an edge that the
+        // horizon cuts, and mostly above.
+        if N > 1 && !(1..N).fold(x[0].below(y[0]), |wide, k| wide | x[k].below(y[k])).any() {
+            for k in 0..N {
+                angles[k] = shifted[k].select(Lanes::all(simd, half[0]), zero) + angles[k];
+            }
+            return angles;
+        }
+        for k in 0..N {
+            // The angle is `octant + side (shift + small)`.
+            let (steep, leftward) = (x[k].abs().below(y[k]), x[k].below(zero));
+            let octant =
+                steep.select(Lanes::all(simd, half_pi[0]), leftward.select(Lanes::all(simd, half_pi[0] + half_pi[0]), zero));
+            let rest =
+                steep.select(Lanes::all(simd, half_pi[1]), leftward.select(Lanes::all(simd, half_pi[1] + half_pi[1]), zero));
+            let turned = steep ^ leftward;
+            let shift = shifted[k].select(turned.select(Lanes::all(simd, -half[0]), Lanes::all(simd, half[0])), zero);
+            let high = octant + shift;
+            let low = ((octant - high) + shift) + rest;
+            angles[k] = high + (low + turned.select(-angles[k], angles[k]));
+        }
+        angles
     }
-    let series = polynomials(simd, squares, polynomial);
-    let mut angles = z;
-    for k in 0..N {
-        let small = mutant!("batch.angle", z[k] + z[k] * (squares[k] * series[k]), |small: Lanes<S, F>| small
-            * constant(simd, 1.0 + 1e-6));
-        // The angle is `octant + side (shift + small)`.
-        let (steep, leftward) = (x[k].abs().below(y[k]), x[k].below(zero));
-        let octant = steep.select(Lanes::all(simd, half_pi[0]), leftward.select(Lanes::all(simd, half_pi[0] + half_pi[0]), zero));
-        let rest = steep.select(Lanes::all(simd, half_pi[1]), leftward.select(Lanes::all(simd, half_pi[1] + half_pi[1]), zero));
-        let turned = steep ^ leftward;
-        let shift = shifted[k].select(turned.select(Lanes::all(simd, -half[0]), Lanes::all(simd, half[0])), zero);
-        let near = shifted[k].select(Lanes::all(simd, half[1]), zero) + small;
-        let high = octant + shift;
-        let low = ((octant - high) + shift) + rest;
-        angles[k] = high + (low + turned.select(-near, near));
-    }
-    angles
 }
 
 #[cfg(test)]
