@@ -57,16 +57,16 @@ impl LinearOnLanes for f64 {
     fn linear(
         lamp: &LinearLamp,
         level: Level,
-        receivers: &Receivers<'_, f64>,
+        receivers: &Receivers<'_, Self>,
         goal: Goal,
-        slots: &mut Slots<'_, f64>,
+        slots: &mut Slots<'_, Self>,
     ) -> Settled {
         lamp.on_lanes(level, receivers, goal, slots)
     }
 }
 
 impl LinearOnLanes for f32 {
-    fn linear(_: &LinearLamp, _: Level, _: &Receivers<'_, f32>, _: Goal, _: &mut Slots<'_, f32>) -> Settled {
+    fn linear(_: &LinearLamp, _: Level, _: &Receivers<'_, Self>, _: Goal, _: &mut Slots<'_, Self>) -> Settled {
         Settled::default()
     }
 }
