@@ -99,10 +99,7 @@ impl Optics<'_> {
         let (count, optics) = (self.mesh.basis(source).len(), self.for_light(need.field, source, need.weight));
         let rows = stations.iter().map(|station| optics.receive(station, source, &sight, count));
         let rows = rows.collect::<Result<Vec<Row>, _>>()?;
-        let matrix = match gatherer {
-            Gatherer::Element(receiver) => projected(self.mesh.basis(receiver), &rows, count),
-            Gatherer::Point(_) => Vec::new(),
-        };
+        let matrix = gatherer.basis(self.mesh).map_or_else(Vec::new, |basis| projected(basis, &rows, count));
         Ok(Link { source, sight, rows, matrix })
     }
 
@@ -241,9 +238,9 @@ impl Optics<'_> {
 
     /// With what functions of an element's basis get of clusters.
     fn projected(&self, gatherer: Gatherer<'_>, far: Far) -> Far {
-        match gatherer {
-            Gatherer::Element(receiver) => far.projected(self.mesh.basis(receiver)),
-            Gatherer::Point(_) => far,
+        match gatherer.basis(self.mesh) {
+            Some(basis) => far.projected(basis),
+            None => far,
         }
     }
 

@@ -3,6 +3,7 @@
 use radgrad_core::{DVec3, Receiver};
 
 use crate::error::Error;
+use crate::mesh::basis::Basis;
 use crate::mesh::element::Element;
 use crate::mesh::{Mesh, Sight};
 
@@ -49,7 +50,11 @@ impl Station {
 
     /// The nodes of an element.
     pub(crate) fn at_nodes(mesh: &Mesh, element: usize) -> Vec<Self> {
-        let (basis, element) = (mesh.basis(element), &mesh.elements()[element]);
+        Self::at_nodes_of(mesh.basis(element), &mesh.elements()[element])
+    }
+
+    /// The nodes of a basis on an element.
+    pub(crate) fn at_nodes_of(basis: &Basis, element: &Element) -> Vec<Self> {
         basis.nodes().iter().map(|node| Self::on(element, element.point(node.at))).collect()
     }
 }

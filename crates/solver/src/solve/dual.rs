@@ -113,15 +113,23 @@ const MOST_REFINEMENTS: usize = 3;
 /// elements below their receivers that have their own.
 struct Importance {
     sent: Field,
-    links: HashMap<usize, Linked>,
+    links: HashMap<usize, Gathers>,
     below: HashMap<usize, Vec<Gathered>>,
 }
 
 /// The polynomial of what an element gathers, and what that is off by in the mean.
 type Gathered = (Vec<f64>, f64);
 
-/// Links and clusters of a receiver.
-type Linked = (Vec<Link>, Far);
+/// The links and clusters of a receiver, at the nodes of another basis where there is one.
+struct Gathers {
+    links: Vec<Link>,
+    far: Far,
+    basis: Option<Basis>,
+}
+
+/// The degree of the polynomial for which faces that emit gather the importance by rays where that of their own may be off by much: it has
+/// three times as many nodes.
+const FINER_DEGREE: usize = 4;
 
 /// The error of the mean that the rule of the nodes is taken to have: what is beyond the polynomials seen, as far as it does not fall off;
 /// where it does not, that of a sum over so many nodes without order.
@@ -180,8 +188,8 @@ impl Solution {
     }
 
     /// The links of lamps, as finely as the importance there has to be known; also of other faces that emit and gather by rays, if all that
-    /// emit are few. The links by which these faces gather light may be rougher.
-    fn links_of_lamps(&self, importance: &Field) -> Result<HashMap<usize, Linked>, Error> {
+    /// emit are few. The links by which these faces gather light may be rougher, and their nodes fewer.
+    fn links_of_lamps(&self, importance: &Field) -> Result<HashMap<usize, Gathers>, Error> {
         let (area, channels) = (self.mesh.area(), 0..self.channels.len());
         let emitted = |element: usize, channel: usize| self.surfaces.emitted[self.mesh.elements()[element].face()][channel];
         let emits = |element: &usize| channels.clone().any(|channel| emitted(*element, channel) > 0.0);
@@ -197,9 +205,20 @@ impl Solution {
         let (allowed, without_order, linking) = (OF_LAMPS * self.allowed, WITHOUT_ORDER, Linking::Error);
         let need = Need { field: importance, weight: &weight, allowed, without_order, linking, clock: self.clock };
         let of_lamp = |lamp: usize| {
+            let (optics, own) = (self.optics(), self.mesh.basis(lamp));
             let (mut links, mut far) = (self.links[lamp].clone(), self.far[lamp].clone());
-            self.optics().refine(Gatherer::Element(lamp), (&mut links, &mut far), &need)?;
-            Ok((lamp, (links, far)))
+            let off = |(channel, weight): (usize, &f64)| {
+                let at_nodes = irradiance(&self.mesh, importance, &links, &far, channel, own.nodes().len());
+                weight * off_by_rule(own, &own.excess(&at_nodes))
+            };
+            let is_off = weight.iter().enumerate().map(off).fold(0.0, largest) > allowed;
+            let basis = (is_off && !far.is_empty()).then(|| Basis::new(own.shape(), FINER_DEGREE));
+            let gatherer = basis.as_ref().map_or(Gatherer::Element(lamp), |basis| Gatherer::Finer(lamp, basis));
+            if basis.is_some() {
+                (links, far) = optics.first_links(gatherer, None, &need)?;
+            }
+            optics.refine(gatherer, (&mut links, &mut far), &need)?;
+            Ok((lamp, Gathers { links, far, basis }))
         };
         Ok(for_each(&lamps, of_lamp)?.into_iter().collect())
     }
@@ -333,7 +352,7 @@ impl Solution {
     /// all light. Returns whether any was refined.
     fn refine_importance(&self, importance: &mut Importance) -> Result<bool, Error> {
         let (field, reference) = (&importance.sent, self.reference());
-        let own = |receiver: usize| importance.links.get(&receiver).map_or(&self.links[receiver][..], |(links, _)| &links[..]);
+        let own = |receiver: usize| importance.links.get(&receiver).map_or(&self.links[receiver][..], |of| &of.links[..]);
         // The light of a receiver, over that which errors are relative to.
         let light = |receiver: usize| -> Vec<f64> {
             let (element, len) = (&self.mesh.elements()[receiver], self.mesh.basis(receiver).len());
@@ -360,9 +379,9 @@ impl Solution {
             let need = Need { field, weight, allowed, without_order, linking, clock: self.clock };
             let (mut links, mut far) = (own(receiver).to_vec(), Far::default());
             let any = self.optics().refine(Gatherer::Element(receiver), (&mut links, &mut far), &need)?;
-            Ok(any.then_some((receiver, (links, far))))
+            Ok(any.then_some((receiver, Gathers { links, far, basis: None })))
         };
-        let refined: Vec<(usize, Linked)> = for_each(&rough, refined)?.into_iter().flatten().collect();
+        let refined: Vec<(usize, Gathers)> = for_each(&rough, refined)?.into_iter().flatten().collect();
         let any = !refined.is_empty();
         importance.links.extend(refined);
         Ok(any)
@@ -371,13 +390,17 @@ impl Solution {
     /// What a receiver and the leaves below it, or it is, add to the integrals.
     fn part_of(&self, receiver: usize, channel: usize, importance: &Importance, leaves: &[usize]) -> Part {
         let own = (&self.links[receiver][..], &self.far[receiver]);
-        let by = importance.links.get(&receiver).map_or(own, |(links, far)| (&links[..], far));
+        let gathers = importance.links.get(&receiver);
+        let by = gathers.map_or(own, |of| (&of.links[..], &of.far));
         let (below, importance) = (&importance.below, &importance.sent);
         let (element, basis) = (&self.mesh.elements()[receiver], self.mesh.basis(receiver));
         let (len, nodes, rho) = (basis.len(), basis.nodes().len(), self.surfaces.reflectance[element.face()][channel]);
         let (area, above) = (element.area(), basis.above().unwrap_or(basis));
-        let at_nodes = irradiance(&self.mesh, importance, by.0, by.1, channel, nodes);
-        let (z, excess) = (above.project(&at_nodes), basis.excess(&at_nodes));
+        let of_importance = gathers.and_then(|of| of.basis.as_ref());
+        let at = of_importance.unwrap_or(basis);
+        let at_nodes = irradiance(&self.mesh, importance, by.0, by.1, channel, at.nodes().len());
+        let (mut z, excess) = (of_importance.unwrap_or(above).project(&at_nodes), at.excess(&at_nodes));
+        z.truncate(above.len());
         let lamp = self.lamp_on(element.face(), channel);
         let held = self.field.of(receiver, channel, len);
         let phi: Vec<f64> = match self.surfaces.pattern(receiver, channel) {
@@ -389,8 +412,8 @@ impl Solution {
         let defect: f64 = phi.iter().zip(emitted).zip(held).map(|((phi, e), t)| phi * (e - t)).sum();
         // What the swapped gather is off by.
         let power = (held[0] + lamp).abs() * area;
-        let off = square(power * self.off_by_links(importance, basis, channel, by, true));
-        let of_links = by.0.iter().map(|link| square(TYPICAL * power * self.neglected_by(link, importance, basis, channel)));
+        let off = square(power * self.off_by_links(importance, at, channel, by, true));
+        let of_links = by.0.iter().map(|link| square(TYPICAL * power * self.neglected_by(link, importance, at, channel)));
         let mut part = Part { swapped: area * defect, off, neglected: of_links.sum(), ..Part::default() };
         let (mut by_polynomial, mut off_below) = (0.0, BTreeMap::new());
         if rho > 0.0 {
@@ -419,7 +442,7 @@ impl Solution {
                 self.add_details(&mut part, leaf, (&self.direct_samples(leaf, channel), &z), by.1.is_empty().then_some(&excess));
             }
         }
-        part.off += square(by_polynomial * off_by_rule(basis, &excess));
+        part.off += square(by_polynomial * off_by_rule(at, &excess));
         part.off += off_below.into_values().map(square).sum::<f64>();
         part
     }
