@@ -225,7 +225,7 @@ impl Solution {
         let sum = self.sum(&station, gathers, &self.far[self.receiver_of(leaf)]);
         let mut irradiance = self.bounded_sum(&station, &sum, lacking.as_ref().map(|of| of.face));
         if let Some(lacking) = lacking {
-            irradiance.correct(&lacking.channels);
+            irradiance.correct(&lacking.irradiance);
         }
         let [rho, emitted] = self.surfaces.at(face, point);
         let reflected = |of: &[Ledger]| of.iter().zip(&rho).map(|(ledger, rho)| *ledger * *rho).collect::<Vec<Ledger>>();

@@ -27,6 +27,7 @@ use crate::mesh::element::Element;
 use crate::mesh::rule::{self, Node};
 use crate::mesh::shape::Shape;
 use crate::solve::solution::Solution;
+use crate::solve::wedge::Lacking;
 use radgrad_scene::{largest, smallest};
 
 /// Nodes a side of the rule for gradients from afar, and the distance from the source in its radii from which it serves: there it
@@ -70,6 +71,8 @@ pub struct Gradient {
 pub(super) struct Parts {
     /// Whether what is known of the detail is in the gradient.
     adds_details: bool,
+    /// A face whose error is known otherwise where it touches the point.
+    beside: Option<usize>,
     /// That of the polynomials on sources, and of what is known of their error.
     pub(super) gradient: Vec<DVec3>,
     /// That of the detail.
@@ -145,22 +148,36 @@ impl Solution {
     /// As for [`Self::irradiance_at`].
     pub fn irradiance_gradient_at(&self, position: DVec3, normal: DVec3) -> Result<Gradient, Error> {
         let station = self.station_in_space(position, normal)?;
-        let parts = self.gradient_of_station(&station, None).map_err(|error| error.at(position))?;
+        let parts = self.gradient_of_station(&station, None, None).map_err(|error| error.at(position))?;
         Ok(parts.joined().times(self.placement.power()))
     }
 
     /// Gradient of the irradiance within the plane of a leaf, by links of the point's own.
     fn gradient_in_plane(&self, leaf: usize, point: DVec3) -> Result<Gradient, Error> {
         let element = &self.mesh.elements()[leaf];
-        let mut parts = self.gradient_of_station(&Station::on(element, point), Some(leaf))?;
+        let lacking = self.lacking_beside_edge(leaf, point)?;
+        let beside = lacking.as_ref().map(|of| of.face);
+        let mut parts = self.gradient_of_station(&Station::on(element, point), Some(leaf), beside)?;
         let normal = element.polygon().normal();
         let within = |of: &mut DVec3| *of = of.reject_from_normalized(normal);
         parts.gradient.iter_mut().chain(&mut parts.detail).for_each(within);
-        Ok(parts.joined())
+        let mut found = parts.joined();
+        if let Some(Lacking { away, slope, .. }) = lacking {
+            for (channel, [slope, off]) in slope.into_iter().enumerate() {
+                found.gradient[channel] += away * slope;
+                found.estimate[channel] += off;
+            }
+        }
+        Ok(found)
     }
 
-    /// Gradient of the irradiance of a point, which may be one of a leaf.
-    pub(super) fn gradient_of_station(&self, station: &Station, leaf: Option<usize>) -> Result<Parts, Error> {
+    /// Gradient of the irradiance of a point, which may be one of a leaf, `beside` a face or not.
+    pub(super) fn gradient_of_station(
+        &self,
+        station: &Station,
+        leaf: Option<usize>,
+        beside: Option<usize>,
+    ) -> Result<Parts, Error> {
         let (optics, channels) = (self.optics(), self.channels.len());
         let weight = self.whole_weight();
         let need = Need {
@@ -182,6 +199,7 @@ impl Solution {
         };
         let mut parts = Parts {
             adds_details: self.has_sure_details(),
+            beside,
             gradient: vec![DVec3::ZERO; channels],
             detail: vec![DVec3::ZERO; channels],
             beyond: vec![0.0; channels],
@@ -223,13 +241,18 @@ impl Solution {
         if let (None, Some(above)) = (element.children(), basis.above()) {
             let coefficients: Vec<&[f64]> = details.iter().map(|of| &of.coefficients[..]).collect();
             let gradients = self.gradients_from((link.source, above), &link.sight, station, &coefficients)?;
+            let near = smallest(element.radius() / (element.centre() - station.point).length(), 1.0);
+            let is_known = near == 1.0 && parts.beside == Some(element.face());
             for (channel, of) in gradients.into_iter().enumerate() {
-                parts.gradient[channel] += if parts.adds_details { of * details[channel].sure() } else { DVec3::ZERO };
-                parts.detail[channel] += of;
+                let sure = if parts.adds_details { details[channel].sure() } else { 0.0 };
+                parts.gradient[channel] += of * sure;
+                parts.detail[channel] += if is_known { DVec3::ZERO } else { of };
+            }
+            if is_known {
+                return Ok(());
             }
             // A residual orthogonal to the polynomials counts by the kernel's part beyond them, or by its own part along them as
             // far as the samples allow one.
-            let near = smallest(element.radius() / (element.centre() - station.point).length(), 1.0);
             let falls: f64 = std::iter::repeat_n(near, above.degree() + 1).product();
             let part = largest(falls, 1.0 / (above.degree() + 1) as f64);
             for (beyond, of) in parts.beyond.iter_mut().zip(details) {

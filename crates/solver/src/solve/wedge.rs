@@ -39,7 +39,7 @@ const DEGREE: usize = 8;
 const STRIPS: usize = 96;
 
 /// Up to which part of Y points are corrected, and of the distance from the next edge.
-const BESIDE: f64 = 0.25;
+const BESIDE: f64 = 0.5;
 
 /// Y, over the distance to where a leaf ends: there it may meet yet another face, of which a place on the border sees nothing.
 const WITHIN: f64 = 0.999;
@@ -59,6 +59,9 @@ const ASIDE: f64 = 0.5;
 /// Faces that meet at a smaller sine are level; and a direction at a smaller one to a side goes along it.
 const LEVEL: f64 = 1e-3;
 const ALONG: f64 = 1e-9;
+
+/// The step to either side for a slope, over the distance.
+const STEP: f64 = 1e-3;
 
 /// Sweeps, each of which makes the error smaller by the reflectance at least, and the change at which they end.
 const MOST_SWEEPS: usize = 200;
@@ -88,11 +91,14 @@ struct Sample {
     beyond_around: Vec<f64>,
 }
 
-/// What a gather lacks of the light of a face that the point is beside: in each channel, and an estimate of what that is off by.
+/// What a gather lacks of the light of a face that the point is beside: in each channel, and an estimate of what that is off by; and how much
+/// more it is a unit of length farther from the edge, likewise.
 #[derive(Debug)]
 pub(super) struct Lacking {
     pub(super) face: usize,
-    pub(super) channels: Vec<[f64; 2]>,
+    pub(super) irradiance: Vec<[f64; 2]>,
+    pub(super) away: DVec3,
+    pub(super) slope: Vec<[f64; 2]>,
 }
 
 impl Wedge {
@@ -130,6 +136,16 @@ impl Wedge {
         }
         weights
     }
+
+    /// By how much more the point sees of that a unit of length farther from the edge; 0 on it, where that has no limit.
+    fn slope_of_seen(&self, degree: usize) -> Vec<f64> {
+        let step = STEP * self.distance;
+        if self.distance <= AT_EDGE * self.farthest {
+            return vec![0.0; degree + 1];
+        }
+        let [behind, ahead] = [-step, step].map(|step| self.seen(self.distance + step, degree));
+        ahead.iter().zip(behind).map(|(ahead, behind)| (ahead - behind) / (2.0 * step)).collect()
+    }
 }
 
 /// The u of samples: the extrema of Chebyshev's polynomial between 0 and 1. Every second one is a sample of half the degree.
@@ -163,28 +179,36 @@ impl Solution {
                 of_side.push(sample);
             }
         }
-        // What the samples' places and the point see of every so many samples.
+        // What the samples' places see of every so many samples, and the point of these and a little farther from the edge.
         let seen = |step: usize| {
             let rows: Vec<Vec<f64>> = distances.iter().step_by(step).map(|s| wedge.seen(*s, DEGREE / step)).collect();
-            (step, rows, wedge.seen(wedge.distance, DEGREE / step))
+            (step, rows, [wedge.seen(wedge.distance, DEGREE / step), wedge.slope_of_seen(DEGREE / step)])
         };
-        let found = |(step, rows, at_point): &(usize, Vec<Vec<f64>>, Vec<f64>), of: fn(&Sample) -> &[f64]| -> Option<Vec<f64>> {
+        let found = |(step, rows, at_point): &(usize, Vec<Vec<f64>>, [Vec<f64>; 2]),
+                     of: fn(&Sample) -> &[f64]|
+         -> Option<Vec<[f64; 2]>> {
             let of_channel = |channel: usize| {
                 let each = |side: usize| samples[side].iter().step_by(*step);
                 let rho = [0, 1].map(|side| each(side).map(|sample| sample.rho[channel]).collect());
                 let beyond = [0, 1].map(|side| each(side).map(|sample| of(sample)[channel]).collect());
-                Some(dot(at_point, &off_by(&rho, &beyond, rows)?[1]))
+                let [_, there] = off_by(&rho, &beyond, rows)?;
+                Some(at_point.each_ref().map(|row| dot(row, &there)))
             };
             (0..self.channels.len()).map(of_channel).collect()
         };
         let (all, half) = (seen(1), seen(2));
         let all = [found(&all, |of| &of.beyond), found(&half, |of| &of.beyond), found(&all, |of| &of.beyond_around)];
         let [Some(lacking), Some(roughly), Some(around)] = all else { return Ok(None) };
-        let of_channel = |channel: usize| {
-            let [of_degree, along_edge] = [&roughly, &around].map(|other| (lacking[channel] - other[channel]).abs());
-            [lacking[channel], OF_DEGREE * of_degree + OF_SAMENESS * along_edge]
+        let of_channel = |part: usize| {
+            let of = |channel: usize| {
+                let [lacking, roughly, around] = [&lacking, &roughly, &around].map(|of| of[channel][part]);
+                let [of_degree, along_edge] = [roughly, around].map(|other| (lacking - other).abs());
+                [lacking, OF_DEGREE * of_degree + OF_SAMENESS * along_edge]
+            };
+            (0..self.channels.len()).map(of).collect()
         };
-        Ok(Some(Lacking { face: wedge.sides[1].0, channels: (0..self.channels.len()).map(of_channel).collect() }))
+        let [(_, away), (face, _)] = wedge.sides;
+        Ok(Some(Lacking { face, irradiance: of_channel(0), away, slope: of_channel(1) }))
     }
 
     /// The nearest edge in which the leaf that a point is on meets a face, if nothing is between, the point is beside it and no other such edge is

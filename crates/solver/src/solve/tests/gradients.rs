@@ -35,8 +35,7 @@ fn compared(solution: &Solution, fine: &Solution, places: usize, step: f64) -> V
         let place = element.point(if outside { [1.0 - s, 1.0 - t] } else { [s, t] });
         let normal = element.polygon().normal();
         let gradient = solution.gradient(place, normal).unwrap().radiosity;
-        let leaf = fine.mesh().leaf_at(element.face(), place).unwrap();
-        let at = |offset: DVec3| fine.radiosity_on(leaf, place + offset).unwrap();
+        let at = |offset: DVec3| fine.gather(place + offset, normal).unwrap().radiosity;
         let along = normal.any_orthonormal_vector();
         let axes = [along, normal.cross(along)];
         let sides = axes.map(|axis| [at(axis * step), at(axis * -step)]);
@@ -53,8 +52,8 @@ fn compared(solution: &Solution, fine: &Solution, places: usize, step: f64) -> V
     found
 }
 
-/// Holds errors to a part of the gradients' lengths, and estimates to errors.
-fn held(found: &[Found], most: f64) {
+/// Holds errors to a part of the gradients' lengths, and the median of estimates over errors to a limit.
+fn held(found: &[Found], most: f64, most_effectivity: f64) {
     let mut ratios: Vec<f64> = found.iter().map(|of| of.effectivity).collect();
     ratios.sort_by(f64::total_cmp);
     let at = |tenths: usize| ratios[tenths * (ratios.len() - 1) / 10];
@@ -73,7 +72,7 @@ fn held(found: &[Found], most: f64) {
         covered(4.0)
     );
     assert!(worst.relative <= most, "{:e} at {}", worst.relative, worst.place);
-    assert!((0.5..=5.0).contains(&at(5)), "median of estimate over error: {}", at(5));
+    assert!((0.5..=most_effectivity).contains(&at(5)), "median of estimate over error: {}", at(5));
     assert!(covered(4.0) >= 0.85, "{} of the errors are within 4 estimates", covered(4.0));
 }
 
@@ -84,7 +83,7 @@ fn gradients_of_the_cornell_box_at_200_points_are_those_of_a_fine_solution() {
     let scene = Scene::read(file, Degenerate::Refuse).unwrap();
     let solution = solve(&scene, &Options::default(), |_| true).unwrap();
     let fine = solve(&scene, &Options { error: 3e-4, most_elements: 100_000, ..Options::default() }, |_| true).unwrap();
-    held(&compared(&solution, &fine, 200, 0.02), 0.01);
+    held(&compared(&solution, &fine, 200, 0.02), 0.01, 5.0);
 }
 
 /// A room of 4 x 3 x 2.5 m of coloured walls with a lamp of 0.5 m x 0.5 m under its ceiling.
@@ -111,8 +110,8 @@ fn gradients_of_a_room_are_those_of_a_finer_solution() {
     let scene = room();
     let solution = solve(&scene, &Options::default(), |_| true).unwrap();
     let fine = solve(&scene, &Options { error: 1e-3, ..Options::default() }, |_| true).unwrap();
-    // At a place 18 mm from an edge of this rough mesh it is 4.4 %.
-    held(&compared(&solution, &fine, 20, 1e-4), 0.05);
+    // They are better than their estimates say: at 18 mm from an edge, too, where without a correction it is 7 %.
+    held(&compared(&solution, &fine, 20, 1e-4), 0.01, 15.0);
 }
 
 #[test]
