@@ -6,7 +6,8 @@
 //! [`crate::solve::second`] what that adds to the light of sources: both are gathered and added, and the size of the first is one part of the
 //! estimate. The others have a size and no sign: the samples beyond the next degree, whose squares add up, and the light that links and
 //! clusters neglect. These count by `4/d` of the most that they give, d the distance: `|grad k|` is at most that times the kernel k where
-//! neither cosine is small.
+//! neither cosine is small. Beside an edge where two faces meet, [`crate::solve::wedge`] finds what the other face is off by near the point: its
+//! slope across the edge is added, and the other face's own parts of the estimate are left out there.
 
 use std::sync::OnceLock;
 

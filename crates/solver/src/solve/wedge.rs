@@ -21,7 +21,8 @@
 //! with F the form factor from s to the endless strip from 0 to t (crossed strings: H. Hottel 1954); of a strip that ends, at `x` times its
 //! distance, either half gives `(x/(1 + x^2) + atan x)/pi` of that. `C - q` is sampled at distances that
 //! are graded towards the edge, where `K` has the limit `(1 + cos alpha)/2` times the value: at the edge itself `C + eps` is therefore the
-//! exact solution of both equations. `eps` is an estimate: nothing is the same up to the ends, and what the faces are off by beyond Y is left out.
+//! exact solution of both equations. The gradient across the edge lacks the slope of the same sum. `eps` is an estimate: nothing is the same
+//! up to the ends, and what the faces are off by beyond Y is left out.
 
 use std::f64::consts::PI;
 

@@ -60,6 +60,23 @@ fn beside_the_apex_the_answer_is_far_nearer_than_polynomials_are_and_the_estimat
     }
 }
 
+/// The light rises to the edge as a power of the distance, and so does its slope.
+#[test]
+fn beside_the_apex_the_gradient_is_that_of_a_finer_solution() {
+    let scene = groove(1.0, [0.5, 0.5], [1.0, 1.0]);
+    let [rough, fine] = [1e-3, 2e-6].map(|error| solve(&scene, &Options { error, ..Options::default() }, |_| true).unwrap());
+    for y in [0.3, 0.5, 0.8] {
+        for x in [1e-4, 1e-3, 1e-2, 3e-2] {
+            let at = |x: f64| fine.gather(DVec3::new(x, y, 0.0), DVec3::Z).unwrap().radiosity[0];
+            let slope = (at(1.01 * x) - at(0.99 * x)) / (0.02 * x);
+            let found = rough.gradient(DVec3::new(x, y, 0.0), DVec3::Z).unwrap().radiosity;
+            let off = (found.gradient[0].x - slope).abs();
+            assert!(off < 0.02 * slope.abs(), "({x}, {y}): {} for {slope}", found.gradient[0].x);
+            assert!(off <= 2.0 * found.estimate[0], "({x}, {y}): {off:e}, {:e}", found.estimate[0]);
+        }
+    }
+}
+
 /// A point on the border is one inside, whichever of two leaves it is between and by how little it misses the face.
 #[test]
 fn on_an_edge_and_a_little_beside_it_the_answer_is_the_same() {
