@@ -47,7 +47,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<bool, Box<dyn Error>> {
         if !unknown.is_empty() {
             return Err(unknown_to_valgrind(&unknown).into());
         }
-        files::write(&file, Limits::above(&counts, &compiler).to_toml())?;
+        let before = Limits::from_toml(&fs::read_to_string(&file)?)?;
+        files::write(&file, Limits::above(&counts, &compiler).no_looser_than(&before).to_toml())?;
         println!("written to data/instructions.toml");
         return Ok(true);
     }

@@ -41,34 +41,21 @@ enum Double {
     Linear(LinearLamp),
 }
 
-/// The precision of a batch, and how it takes linear emitters.
+/// What answers receivers of a tile.
+type OnTile<F> = fn(&LinearLamp, Level, &Receivers<'_, F>, Goal, &mut Slots<'_, F>) -> Settled;
+
+/// The precision of a batch.
 pub(super) trait LinearOnLanes: Lane {
-    /// Answers receivers of a tile, where this precision does not cancel too much.
-    fn linear(
-        lamp: &LinearLamp,
-        level: Level,
-        receivers: &Receivers<'_, Self>,
-        goal: Goal,
-        slots: &mut Slots<'_, Self>,
-    ) -> Settled;
+    /// How it takes linear emitters, if it does not cancel too much.
+    const LINEAR: Option<OnTile<Self>>;
 }
 
 impl LinearOnLanes for f64 {
-    fn linear(
-        lamp: &LinearLamp,
-        level: Level,
-        receivers: &Receivers<'_, Self>,
-        goal: Goal,
-        slots: &mut Slots<'_, Self>,
-    ) -> Settled {
-        lamp.on_lanes(level, receivers, goal, slots)
-    }
+    const LINEAR: Option<OnTile<Self>> = Some(LinearLamp::on_lanes);
 }
 
 impl LinearOnLanes for f32 {
-    fn linear(_: &LinearLamp, _: Level, _: &Receivers<'_, Self>, _: Goal, _: &mut Slots<'_, Self>) -> Settled {
-        Settled::default()
-    }
+    const LINEAR: Option<OnTile<Self>> = None;
 }
 
 impl Double {
@@ -169,10 +156,10 @@ impl<F: LinearOnLanes> OneEmitter<'_, F> {
         let length = slots.radiosity.len();
         let receivers = self.receivers.part(start..start + length);
         let OnLanes { lamp, double } = self.on_lanes;
-        let mut settled = match (lamp, double) {
-            (Some(lamp), _) => on_lanes(self.level, &receivers, lamp, self.goal, &mut slots),
-            (None, Some(Double::Linear(lamp))) => F::linear(lamp, self.level, &receivers, self.goal, &mut slots),
-            (None, _) => Settled::default(),
+        let mut settled = match (lamp, double, F::LINEAR) {
+            (Some(lamp), ..) => on_lanes(self.level, &receivers, lamp, self.goal, &mut slots),
+            (None, Some(Double::Linear(lamp)), Some(linear)) => linear(lamp, self.level, &receivers, self.goal, &mut slots),
+            _ => Settled::default(),
         };
         slots.on_lanes();
         slots.see_nothing(each(settled.zero));

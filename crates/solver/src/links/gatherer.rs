@@ -11,7 +11,7 @@ use crate::mesh::{Mesh, Sight};
 pub(crate) enum Gatherer<'a> {
     /// An element, at the nodes of its basis.
     Element(usize),
-    /// An element at the nodes of another one.
+    /// An element, at the nodes of another basis.
     Finer(usize, &'a Basis),
     /// A point.
     Point(&'a Station),

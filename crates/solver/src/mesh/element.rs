@@ -248,6 +248,11 @@ impl Element {
         }
     }
 
+    /// The element's radius over the distance of its centre from a point, and at most 1: there it may touch the point.
+    pub(crate) fn nearness_to(&self, point: DVec3) -> f64 {
+        smallest(self.radius() / (self.centre() - point).length(), 1.0)
+    }
+
     /// Whether a point of the plane is in the element, or outside it by no more than `reach`.
     pub(crate) fn is_at(&self, point: DVec3, reach: f64) -> bool {
         self.excess(self.reference(point)) * 2.0 * self.radius() <= reach

@@ -206,17 +206,18 @@ impl Solution {
         let need = Need { field: importance, weight: &weight, allowed, without_order, linking, clock: self.clock };
         let of_lamp = |lamp: usize| {
             let (optics, own) = (self.optics(), self.mesh.basis(lamp));
-            let (mut links, mut far) = (self.links[lamp].clone(), self.far[lamp].clone());
+            let (links, far) = (&self.links[lamp], &self.far[lamp]);
             let off = |(channel, weight): (usize, &f64)| {
-                let at_nodes = irradiance(&self.mesh, importance, &links, &far, channel, own.nodes().len());
+                let at_nodes = irradiance(&self.mesh, importance, links, far, channel, own.nodes().len());
                 weight * off_by_rule(own, &own.excess(&at_nodes))
             };
             let is_off = weight.iter().enumerate().map(off).fold(0.0, largest) > allowed;
             let basis = (is_off && !far.is_empty()).then(|| Basis::new(own.shape(), FINER_DEGREE));
             let gatherer = basis.as_ref().map_or(Gatherer::Element(lamp), |basis| Gatherer::Finer(lamp, basis));
-            if basis.is_some() {
-                (links, far) = optics.first_links(gatherer, None, &need)?;
-            }
+            let (mut links, mut far) = match basis {
+                Some(_) => optics.first_links(gatherer, None, &need)?,
+                None => (links.clone(), far.clone()),
+            };
             optics.refine(gatherer, (&mut links, &mut far), &need)?;
             Ok((lamp, Gathers { links, far, basis }))
         };

@@ -242,7 +242,7 @@ impl Solution {
         if let (None, Some(above)) = (element.children(), basis.above()) {
             let coefficients: Vec<&[f64]> = details.iter().map(|of| &of.coefficients[..]).collect();
             let gradients = self.gradients_from((link.source, above), &link.sight, station, &coefficients)?;
-            let near = smallest(element.radius() / (element.centre() - station.point).length(), 1.0);
+            let near = element.nearness_to(station.point);
             let is_known = near == 1.0 && parts.beside == Some(element.face());
             for (channel, of) in gradients.into_iter().enumerate() {
                 let sure = if parts.adds_details { details[channel].sure() } else { 0.0 };

@@ -264,7 +264,7 @@ impl Solution {
         neglected: impl Fn(usize) -> f64,
     ) -> Piece {
         let (element, basis) = (&self.mesh.elements()[source], self.mesh.basis(source));
-        let near = smallest(element.radius() / (element.centre() - station.point).length(), 1.0);
+        let near = element.nearness_to(station.point);
         let falls = if is_smooth { near } else { 1.0 };
         let channels = self.channels.len();
         let mut piece = Piece {
@@ -363,8 +363,8 @@ impl Solution {
         Ok(all)
     }
 
-    /// The error of the irradiance of a point, from what it gathers of each source; `None` if no error of the sources is known. The estimate
-    /// leaves out sources on the face `beside` the point that touch it: [`crate::solve::wedge`] estimates their error.
+    /// What the irradiance of a point is off by, found from what the point gathers of each source. `None` if no error of the sources is known.
+    /// The estimate leaves out sources on the face `beside` the point that touch it: [`crate::solve::wedge`] estimates their error.
     pub(super) fn error_at<'a>(
         &self,
         station: &Station,

@@ -92,6 +92,13 @@ struct Sample {
     beyond_around: Vec<f64>,
 }
 
+/// What places see of every so many samples: a row for each of these, and for the point what it sees and the slope of that.
+struct Rows {
+    step: usize,
+    of_samples: Vec<Vec<f64>>,
+    of_point: [Vec<f64>; 2],
+}
+
 /// What a gather lacks of the light of a face that the point is beside: in each channel, and an estimate of what that is off by; and how much
 /// more it is a unit of length farther from the edge, likewise.
 #[derive(Debug)]
@@ -138,6 +145,13 @@ impl Wedge {
         weights
     }
 
+    /// Those of every so many samples at these distances.
+    fn rows(&self, distances: &[f64], step: usize) -> Rows {
+        let degree = DEGREE / step;
+        let of_samples = distances.iter().step_by(step).map(|distance| self.seen(*distance, degree)).collect();
+        Rows { step, of_samples, of_point: [self.seen(self.distance, degree), self.slope_of_seen(degree)] }
+    }
+
     /// By how much more the point sees of that a unit of length farther from the edge; 0 on it, where that has no limit.
     fn slope_of_seen(&self, degree: usize) -> Vec<f64> {
         let step = STEP * self.distance;
@@ -180,24 +194,17 @@ impl Solution {
                 of_side.push(sample);
             }
         }
-        // What the samples' places see of every so many samples, and the point of these and a little farther from the edge.
-        let seen = |step: usize| {
-            let rows: Vec<Vec<f64>> = distances.iter().step_by(step).map(|s| wedge.seen(*s, DEGREE / step)).collect();
-            (step, rows, [wedge.seen(wedge.distance, DEGREE / step), wedge.slope_of_seen(DEGREE / step)])
-        };
-        let found = |(step, rows, at_point): &(usize, Vec<Vec<f64>>, [Vec<f64>; 2]),
-                     of: fn(&Sample) -> &[f64]|
-         -> Option<Vec<[f64; 2]>> {
+        let found = |rows: &Rows, of: fn(&Sample) -> &[f64]| -> Option<Vec<[f64; 2]>> {
             let of_channel = |channel: usize| {
-                let each = |side: usize| samples[side].iter().step_by(*step);
+                let each = |side: usize| samples[side].iter().step_by(rows.step);
                 let rho = [0, 1].map(|side| each(side).map(|sample| sample.rho[channel]).collect());
                 let beyond = [0, 1].map(|side| each(side).map(|sample| of(sample)[channel]).collect());
-                let [_, there] = off_by(&rho, &beyond, rows)?;
-                Some(at_point.each_ref().map(|row| dot(row, &there)))
+                let [_, there] = off_by(&rho, &beyond, &rows.of_samples)?;
+                Some(rows.of_point.each_ref().map(|row| dot(row, &there)))
             };
             (0..self.channels.len()).map(of_channel).collect()
         };
-        let (all, half) = (seen(1), seen(2));
+        let [all, half] = [1, 2].map(|step| wedge.rows(&distances, step));
         let all = [found(&all, |of| &of.beyond), found(&half, |of| &of.beyond), found(&all, |of| &of.beyond_around)];
         let [Some(lacking), Some(roughly), Some(around)] = all else { return Ok(None) };
         let of_channel = |part: usize| {
