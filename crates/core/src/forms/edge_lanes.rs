@@ -12,6 +12,7 @@ pub(crate) mod precise;
 #[cfg(test)]
 pub(crate) mod random;
 
+use std::ops::Range;
 use std::sync::LazyLock;
 
 use fearless_simd::prelude::*;
@@ -93,6 +94,23 @@ fn plan_in<S: Simd>(simd: S, receiver: &Receiver, polygon: &Polygon, power: f64)
         && lowest.abs().simd_gt(f64x4::splat(simd, surely)).all_true()
         && larger(larger(p, q), larger(r, s)) > 0.0;
     is_cut.then_some(Plan { power, horizon: Horizon::Crossing, on_surface: false })
+}
+
+/// Powers of two so near to 1 that products of eight lengths stay in range without them.
+const NEAR_ONE: Range<f64> = 1e-12..1e12;
+
+/// The sums of a plan whose power is near 1, by lengths in the caller's unit, with the same digits: so they need not wait for the
+/// farthest vertex to be found.
+#[inline(always)]
+fn without_power(
+    plan: &Plan,
+    sums: impl FnOnce(f64) -> Option<IrradianceAndGradient<f64>>,
+) -> Option<IrradianceAndGradient<f64>> {
+    if !NEAR_ONE.contains(&plan.power) {
+        return None;
+    }
+    let IrradianceAndGradient { irradiance, gradient } = sums(1.0)?;
+    Some(IrradianceAndGradient { irradiance, gradient: gradient * (1.0 / plan.power) })
 }
 
 /// Four arcs of edges.

@@ -49,9 +49,9 @@
 //!
 //! Past a right angle, `s^2 > dS`, the end errs further by 9u, from pi and the larger sums, and by `pi/2` times the error of
 //! `ln(2 s (S + d)/(rho r))`, which is the sum of
-//! - `u (7.5 + 6s/|r|)` from s: the derivative is `d^2/(s rho^2) - s/r^2`, at most `s/r^2` in size, as `d^2 <= dS < s^2` there;
-//! - `(s^2 - dS)/((S + d) rho^2) [S (2ew + 12u) + 11.5ud]` from S and d: the derivatives are `s^2 - dS` over `(S + d) r^2` and over
-//!   `(S + d) rho^2`;
+//! - `u (7.5 + 6)` from s: the derivative is `d^2/(s rho^2) - s/r^2`, at most `s/r^2 <= 1/|r|` in size, as `d^2 <= dS < s^2` there;
+//! - `(s^2 - dS)/rho^2 (2ew + 12u)` from S and d: the derivatives are `s^2 - dS` over `(S + d) r^2` and over `(S + d) rho^2`, and
+//!   `S (2ew + 12u) + 11.5ud` is at most `S + d` times the last factor;
 //! - 5.5u of rounding.
 //!
 //! The constants `PAST_...` are `pi/2` times these, rounded up.
@@ -160,12 +160,10 @@ const OF_QUOTIENT: f64 = 4.4;
 /// `pi (2 + 3)`, rounded up: a line may be 2 dd on the one side, and 3 dd on the other.
 const OF_EITHER_SIDE: f64 = 16.0;
 
-/// Past a right angle, `pi/2` times the factors in the error of the logarithm, rounded up: the 6 of `s/|r|`, the 2 of ew, the 12 of
-/// S and the 11.5 of d.
+/// Past a right angle, `pi/2` times the factors in the error of the logarithm, rounded up: the 6 of s, the 2 of ew and the 12 of S.
 const PAST_BY_RAY: f64 = 9.43;
 const PAST_BY_MOMENT: f64 = 3.15;
 const PAST_BY_DISTANCE: f64 = 19.0;
-const PAST_BY_PLANE_DISTANCE: f64 = 18.1;
 
 /// `pi/2`, rounded up.
 const PAST_BY_END: f64 = 1.58;
@@ -190,7 +188,6 @@ const _: () = assert!(
         && PAST_BY_RAY >= 6.0 * FRAC_PI_2
         && PAST_BY_MOMENT >= 2.0 * FRAC_PI_2
         && PAST_BY_DISTANCE >= 12.0 * FRAC_PI_2
-        && PAST_BY_PLANE_DISTANCE >= 11.5 * FRAC_PI_2
         && PAST_BY_END >= FRAC_PI_2
         && PAST >= 9.0 + (7.5 + 5.5) * FRAC_PI_2
         && PAST_ROUNDED >= 9.0 + 5.5 * FRAC_PI_2
@@ -338,14 +335,8 @@ impl Errors {
             with_displacement(logarithm * 8.0 + (3.5 + self.height / height), moved, 1.0),
             |error| error * 0.1
         );
-        let far = (s * s - d * distance) / ((distance + d) * foot_square);
-        let past = mutant!(
-            "linear-bound.past-a-right-angle",
-            with_product(s * PAST_BY_RAY, moved, PAST_BY_END, s) * inverse
-                + far * (distance * (w * PAST_BY_MOMENT + PAST_BY_DISTANCE) + d * PAST_BY_PLANE_DISTANCE)
-                + PAST,
-            |error| error * 0.1
-        );
+        let far = (s * s - d * distance) / foot_square * (w * PAST_BY_MOMENT + PAST_BY_DISTANCE) + (PAST + PAST_BY_RAY);
+        let past = mutant!("linear-bound.past-a-right-angle", with_displacement(far, moved, PAST_BY_END), |error| error * 0.1);
         let of_end = of_x1_end(
             &x1.ends,
             logarithm,
@@ -489,8 +480,8 @@ impl Errors {
     }
 }
 
-/// The sizes of the derivatives of an end of a segment in X1 with respect to phi and psi, at most; where s is not next to 0. And
-/// `-cot(phi + psi)`.
+/// The sizes of the derivatives of an end of a segment in X1 with respect to phi and psi, at most; where s is not next to 0. And half
+/// of `-cot(phi + psi)`.
 #[inline(always)]
 fn derivatives<T: radgrad_numbers::arithmetic::Doubles>(
     X1End { phi, psi, .. }: &X1End<T>,
@@ -498,18 +489,17 @@ fn derivatives<T: radgrad_numbers::arithmetic::Doubles>(
     [s, d, distance]: [T; 3],
     inverse_height: T,
 ) -> ([T; 2], T) {
-    let (half, square, product, reach) = (s.like(0.5), s * s, d * distance, distance + d);
-    let inverse = s.like(1.0) / (s * reach);
-    let over_height = reach * inverse_height;
+    let (square, product, reach) = (s * s, d * distance, distance + d);
+    let (inverse, over_height) = (s.like(0.5) / (s * reach), reach * inverse_height);
+    // Halves of cotangents, of phi - psi and with its sign turned of phi + psi.
     let cotangent = (product + square) * inverse * (over_height * over_height);
     let past = (square - product) * inverse;
-    // x cot x of phi + psi, with its sign turned, of phi - psi, and of phi.
-    let of_sum = (*phi + *psi) * past;
-    let of_difference = (*phi - *psi) * cotangent;
-    let of_phi = *phi * (d * reach * inverse);
-    let error = s.like(DERIVATIVE_ERROR) + *phi * cotangent * s.like(16.0 * ROUNDOFF);
-    let by_phi = (logarithm + (of_difference - of_sum) * half - of_phi).abs() + error;
-    let by_psi = ((of_sum + of_difference) * half).abs() + error;
+    // Halves of x cot x, and that of phi.
+    let (of_sum, of_difference) = ((*phi + *psi) * past, (*phi - *psi) * cotangent);
+    let of_phi = *phi * (d / s);
+    let error = s.like(DERIVATIVE_ERROR) + *phi * cotangent * s.like(32.0 * ROUNDOFF);
+    let by_phi = (logarithm + (of_difference - of_sum) - of_phi).abs() + error;
+    let by_psi = (of_sum + of_difference).abs() + error;
     ([by_phi, by_psi], past)
 }
 
@@ -527,17 +517,16 @@ fn of_x1_end<T: radgrad_numbers::arithmetic::Doubles>(
     let [s, _, distance] = distances;
     let (zero, four, product) = (s.like(0.0), s.like(4.0), phi * psi);
     let (by_phi, by_psi) = (logarithm + product.min(s.like(1.0)), product.min(s.like(0.5)));
-    let ([along_phi, along_psi], cotangent) = derivatives(end, logarithm, distances, inverse_height);
-    let rounded = by_phi * (phi * four);
+    let ([along_phi, along_psi], half_cotangent) = derivatives(end, logarithm, distances, inverse_height);
     let together = mutant!(
         "linear-bound.end-together",
-        along_phi * of_phi + rounded + along_psi * of_psi + by_psi * (psi * four) + T::choose(beyond, s.like(PAST_ROUNDED), zero),
+        along_phi * of_phi + along_psi * of_psi + by_psi * (psi * four) + T::choose(beyond, s.like(PAST_ROUNDED), zero),
         |error| error * s.like(0.1)
     );
-    let apart = by_phi * of_phi + rounded + by_psi * of_psi + T::choose(beyond, past, zero);
+    let apart = by_phi * of_phi + by_psi * of_psi + T::choose(beyond, past, zero);
     let least = T::choose(s.exceeds(distance * s.like(LEAST_ALONG)), together.min(apart), apart);
-    let of_end = T::choose(cotangent.exceeds(s.like(FAR_PAST)), apart, least);
-    phi * (of_logarithm + phi * phi * s.like(2.4) + psi * psi * s.like(3.5)) + of_end
+    let of_end = T::choose(half_cotangent.exceeds(s.like(FAR_PAST / 2.0)), apart, least);
+    phi * (of_logarithm + by_phi * four + phi * phi * s.like(2.4) + psi * psi * s.like(3.5)) + of_end
 }
 
 #[cfg(test)]

@@ -13,7 +13,7 @@ use crate::boundary::line::LEAST_MOMENT;
 use crate::boundary::plan::{Horizon, Plan};
 use crate::forms::constant_bound::{AngleError, BoundedSum, Weighed, of_horizon};
 use crate::forms::edge_lanes::cut::Cut;
-use crate::forms::edge_lanes::{EdgeLanes, INSTRUCTION_SET, SureCase, plan};
+use crate::forms::edge_lanes::{EdgeLanes, INSTRUCTION_SET, SureCase, plan, without_power};
 use crate::forms::irradiance_and_gradient::IrradianceAndGradient;
 use crate::problem::polygon::Polygon;
 use crate::problem::receiver::Receiver;
@@ -73,10 +73,18 @@ fn sums<S: Simd, const VALUE: bool, const GRADIENT: bool, const BOUND: bool, A>(
     plan: &Plan,
     answer: impl Fn(Found) -> Option<A>,
 ) -> Option<A> {
-    if plan.horizon == Horizon::Above
-        && let Some(found) = whole::<_, VALUE, GRADIENT, BOUND, false>(simd, receiver, polygon, plan.power)
-    {
-        return answer(found);
+    if plan.horizon == Horizon::Above {
+        if BOUND {
+            if let Some(found) = whole::<_, VALUE, GRADIENT, BOUND, false>(simd, receiver, polygon, plan.power) {
+                return answer(found);
+            }
+        } else if let Some(terms) = without_power(
+            plan,
+            #[inline(always)]
+            |power| Some(whole::<_, VALUE, GRADIENT, BOUND, false>(simd, receiver, polygon, power)?.0),
+        ) {
+            return answer((terms, None));
+        }
     }
     answer(cut_or_wide::<_, VALUE, GRADIENT, BOUND>(simd, receiver, polygon, plan)?)
 }

@@ -14,7 +14,7 @@ use crate::boundary::arc::Arc;
 use crate::boundary::line::Frame;
 use crate::boundary::plan::{Horizon, Plan};
 use crate::forms::edge_lanes::cut::Cut;
-use crate::forms::edge_lanes::{EdgeLanes, INSTRUCTION_SET, SureCase, height_over_plane, plan, plan_far_out};
+use crate::forms::edge_lanes::{EdgeLanes, INSTRUCTION_SET, SureCase, height_over_plane, plan, plan_far_out, without_power};
 use crate::forms::irradiance_and_gradient::IrradianceAndGradient;
 use crate::forms::linear::{ContourTerm, LinearSum, SeenLinear};
 use crate::forms::linear_bound::{Errors, LinearBound};
@@ -29,7 +29,11 @@ pub(crate) fn sure<const GRADIENT: bool>(receiver: &Receiver, emitter: &Emitter)
     in_library!(*INSTRUCTION_SET, simd => {
         let plan = plan(simd, receiver, emitter.polygon())?;
         let sums = match plan.horizon {
-            Horizon::Above => sums::<_, GRADIENT, false, false>(simd, receiver, emitter, plan.power, ROUNDOFF)?.0,
+            Horizon::Above => without_power(
+                &plan,
+                #[inline(always)]
+                |power| Some(sums::<_, GRADIENT, false, false>(simd, receiver, emitter, power, ROUNDOFF)?.0),
+            )?,
             // With its bound, so that this is compiled once.
             Horizon::Crossing => cut(simd, receiver, emitter, plan.power, ROUNDOFF)?.0,
         };
@@ -331,7 +335,8 @@ impl<S: Simd> X1<S> {
         let (d, distance) = (both(simd, [signed.abs(); 2]), both(simd, [frame.distance; 2]));
         let along = both(simd, [arc.start.point.dot(frame.along), arc.end.point.dot(frame.along)]);
         let s = along.abs();
-        if !(is_in_range(s, d) & is_in_range(s, distance)).all_true() {
+        // Then so are those of s and S, which is at least d but for roundings.
+        if !is_in_range(s, d).all_true() {
             return None;
         }
         let ends = X1End::at(s, [d, distance, distance + d], both(simd, logarithms));
