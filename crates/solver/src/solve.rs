@@ -32,6 +32,7 @@ pub(crate) mod solution;
 mod sweep;
 #[cfg(test)]
 mod tests;
+mod closer;
 mod wedge;
 
 use std::sync::OnceLock;

@@ -21,14 +21,16 @@ use crate::links::link::Link;
 use crate::links::linking::Linking;
 use crate::links::refine::{Need, WITHOUT_ORDER};
 use crate::links::station::Station;
+use crate::links::transfer::Kernel;
 use crate::links::visible::{Visible, Window};
 use crate::mesh::Sight;
 use crate::mesh::basis::Basis;
 use crate::mesh::element::Element;
 use crate::mesh::rule::{self, Node};
 use crate::mesh::shape::Shape;
+use crate::solve::closer::{NEAR, Sampled};
 use crate::solve::solution::Solution;
-use crate::solve::wedge::Lacking;
+use crate::solve::wedge::{Lacking, NEAR_EDGE};
 use radgrad_scene::{largest, smallest};
 
 /// Nodes a side of the rule for gradients from afar, and the distance from the source in its radii from which it serves: there it
@@ -156,14 +158,13 @@ impl Solution {
     /// Gradient of the irradiance within the plane of a leaf, by links of the point's own.
     fn gradient_in_plane(&self, leaf: usize, point: DVec3) -> Result<Gradient, Error> {
         let element = &self.mesh.elements()[leaf];
-        let lacking = self.lacking_beside_edge(leaf, point)?;
-        let beside = lacking.as_ref().map(|of| of.face);
-        let mut parts = self.gradient_of_station(&Station::on(element, point), Some(leaf), beside)?;
+        let lacking = self.lacking_beside_edge(leaf, point, NEAR_EDGE)?;
+        let mut parts = self.gradient_of_station(&Station::on(element, point), Some(leaf), lacking.as_ref())?;
         let normal = element.polygon().normal();
         let within = |of: &mut DVec3| *of = of.reject_from_normalized(normal);
         parts.gradient.iter_mut().chain(&mut parts.detail).for_each(within);
         let mut found = parts.joined();
-        if let Some(Lacking { away, slope, .. }) = lacking {
+        if let Some(Lacking { away, slope, .. }) = lacking.filter(|of| of.is_beside) {
             for (channel, [slope, off]) in slope.into_iter().enumerate() {
                 found.gradient[channel] += away * slope;
                 found.estimate[channel] += off;
@@ -177,7 +178,7 @@ impl Solution {
         &self,
         station: &Station,
         leaf: Option<usize>,
-        beside: Option<usize>,
+        lacking: Option<&Lacking>,
     ) -> Result<Parts, Error> {
         let (optics, channels) = (self.optics(), self.channels.len());
         let weight = self.whole_weight();
@@ -200,7 +201,7 @@ impl Solution {
         };
         let mut parts = Parts {
             adds_details: self.has_sure_details(),
-            beside,
+            beside: lacking.filter(|of| of.is_beside).map(|of| of.face),
             gradient: vec![DVec3::ZERO; channels],
             detail: vec![DVec3::ZERO; channels],
             beyond: vec![0.0; channels],
@@ -212,7 +213,7 @@ impl Solution {
             let of_lamp = self.gradients_from((*root, self.mesh.basis(*root)), sight, station, &coefficients)?;
             parts.gradient.iter_mut().zip(of_lamp).for_each(|(sum, of)| *sum += of);
         }
-        links.iter().try_for_each(|link| self.add_gradient_of(station, link, &mut parts))?;
+        links.iter().try_for_each(|link| self.add_gradient_of(station, link, lacking, &mut parts))?;
         let near = self.nearest_of(station, &far);
         for (channel, sum) in parts.neglected.iter_mut().enumerate() {
             let neglected = far.likely(&self.field, channel, 0);
@@ -221,45 +222,83 @@ impl Solution {
         Ok(parts)
     }
 
-    /// Adds the parts of a link.
-    fn add_gradient_of(&self, station: &Station, link: &Link, parts: &mut Parts) -> Result<(), Error> {
-        let (basis, element) = (self.mesh.basis(link.source), &self.mesh.elements()[link.source]);
+    /// Adds the parts of a link: of its source, or if the point is near of what that was divided into.
+    fn add_gradient_of(&self, station: &Station, link: &Link, lacking: Option<&Lacking>, parts: &mut Parts) -> Result<(), Error> {
+        let (row, mut open) = (&link.rows[0], vec![link.source]);
+        while let Some(source) = open.pop() {
+            let element = &self.mesh.elements()[source];
+            if let Some(first) = element.children().filter(|_| element.nearness_to(station.point) > NEAR) {
+                open.extend(first..first + 4);
+                continue;
+            }
+            let steep = STEEPNESS / (element.centre() - station.point).length();
+            let is_whole = source == link.source;
+            let kernel = if is_whole { None } else { Some(Kernel::of(station, element)) };
+            let factor = kernel.as_ref().map_or(row.factor(), |kernel| smallest(kernel.peak, row.factor()));
+            for (channel, sum) in parts.neglected.iter_mut().enumerate() {
+                let neglected = match &kernel {
+                    None => self.field.neglected(&self.mesh, source, channel, row),
+                    Some(kernel) => {
+                        let smoothly = self.field.smoothly_neglected(&self.mesh, source, channel, kernel);
+                        smallest(factor * self.field.left_out(source, channel), smoothly)
+                    }
+                };
+                *sum += steep * neglected;
+            }
+            self.add_gradient_of_source(station, (source, &link.sight), steep * factor, lacking, parts)?;
+        }
+        Ok(())
+    }
+
+    /// Adds those of a source, whose kernel's gradient is so long at most.
+    fn add_gradient_of_source(
+        &self,
+        station: &Station,
+        (source, sight): (usize, &Sight),
+        steep: f64,
+        lacking: Option<&Lacking>,
+        parts: &mut Parts,
+    ) -> Result<(), Error> {
+        let (basis, element) = (self.mesh.basis(source), &self.mesh.elements()[source]);
+        let sight = self.sight_from(station, source, sight)?;
         let with_error = |channel: usize| -> Vec<f64> {
-            let held = self.field.of(link.source, channel, basis.len());
-            let known = self.known_error().map(|error| error.of(link.source, channel, basis.len()));
+            let held = self.field.of(source, channel, basis.len());
+            let known = self.known_error().map(|error| error.of(source, channel, basis.len()));
             known.map_or_else(|| held.to_vec(), |known| held.iter().zip(known).map(|(held, known)| held + known).collect())
         };
         let coefficients: Vec<Vec<f64>> = (0..parts.gradient.len()).map(with_error).collect();
         let coefficients: Vec<&[f64]> = coefficients.iter().map(|of| &of[..]).collect();
-        let gradients = self.gradients_from((link.source, basis), &link.sight, station, &coefficients)?;
+        let gradients = self.gradients_of((element, basis), &sight, station, &coefficients)?;
         parts.gradient.iter_mut().zip(gradients).for_each(|(sum, of)| *sum += of);
-        let row = &link.rows[0];
-        let steep = STEEPNESS / (element.centre() - station.point).length();
-        for (channel, sum) in parts.neglected.iter_mut().enumerate() {
-            *sum += steep * self.field.neglected(&self.mesh, link.source, channel, row);
+        let details = &self.details()[source];
+        let (None, Some(above)) = (element.children(), basis.above()) else { return Ok(()) };
+        let near = element.nearness_to(station.point);
+        let coefficients: Vec<&[f64]> = details.iter().map(|of| &of.coefficients[..]).collect();
+        let gradients = self.gradients_of((element, above), &sight, station, &coefficients)?;
+        let mut is_known = near == 1.0 && parts.beside == Some(element.face());
+        if parts.adds_details && near > NEAR {
+            let sampled = self.gradient_of_samples(source, &sight, station, lacking.map(|of| (&of.off, of.is_beside)))?;
+            for (channel, Sampled { gradient, off }) in sampled.into_iter().enumerate() {
+                parts.gradient[channel] += gradient;
+                parts.beyond[channel] += off;
+            }
+            is_known = true;
         }
-        let details = &self.details()[link.source];
-        if let (None, Some(above)) = (element.children(), basis.above()) {
-            let coefficients: Vec<&[f64]> = details.iter().map(|of| &of.coefficients[..]).collect();
-            let gradients = self.gradients_from((link.source, above), &link.sight, station, &coefficients)?;
-            let near = element.nearness_to(station.point);
-            let is_known = near == 1.0 && parts.beside == Some(element.face());
-            for (channel, of) in gradients.into_iter().enumerate() {
-                let sure = if parts.adds_details { details[channel].sure() } else { 0.0 };
-                parts.gradient[channel] += of * sure;
-                parts.detail[channel] += if is_known { DVec3::ZERO } else { of };
-            }
-            if is_known {
-                return Ok(());
-            }
-            // A residual orthogonal to the polynomials counts by the kernel's part beyond them, or by its own part along them as
-            // far as the samples allow one.
-            let falls: f64 = std::iter::repeat_n(near, above.degree() + 1).product();
-            let part = largest(falls, 1.0 / (above.degree() + 1) as f64);
-            for (beyond, of) in parts.beyond.iter_mut().zip(details) {
-                let size = steep * row.factor() * (part * of.beyond).hypot(of.neglected);
-                *beyond += size * size;
-            }
+        for (channel, of) in gradients.into_iter().enumerate() {
+            let sure = if parts.adds_details { details[channel].sure() } else { 0.0 };
+            parts.gradient[channel] += of * sure;
+            parts.detail[channel] += if is_known { DVec3::ZERO } else { of };
+        }
+        if is_known {
+            return Ok(());
+        }
+        // A residual orthogonal to the polynomials counts by the kernel's part beyond them, or by its own part along them as
+        // far as the samples allow one.
+        let falls: f64 = std::iter::repeat_n(near, above.degree() + 1).product();
+        let part = largest(falls, 1.0 / (above.degree() + 1) as f64);
+        for (beyond, of) in parts.beyond.iter_mut().zip(details) {
+            let size = steep * (part * of.beyond).hypot(of.neglected);
+            *beyond += size * size;
         }
         Ok(())
     }
@@ -344,12 +383,26 @@ impl Solution {
         station: &Station,
         coefficients: &[&[f64]],
     ) -> Result<Vec<DVec3>, Error> {
+        let source = &self.mesh.elements()[source_index];
+        self.gradients_of((source, basis), &self.sight_from(station, source_index, sight)?, station, coefficients)
+    }
+
+    fn sight_from(&self, station: &Station, source: usize, sight: &Sight) -> Result<Sight, Error> {
+        match sight {
+            Sight::Past(known) => station.sight(&self.mesh, source, Some(known)),
+            other => Ok(other.clone()),
+        }
+    }
+
+    pub(super) fn gradients_of(
+        &self,
+        (source, basis): (&Element, &Basis),
+        sight: &Sight,
+        station: &Station,
+        coefficients: &[&[f64]],
+    ) -> Result<Vec<DVec3>, Error> {
         let (mesh, point, normal) = (self.mesh(), station.point, station.normal);
-        let source = &mesh.elements()[source_index];
-        let sight = match sight {
-            Sight::Past(known) => station.sight(mesh, source_index, Some(known))?,
-            other => other.clone(),
-        };
+        let sight = sight.clone();
         let refused = |source| station.refused(source);
         if matches!(sight, Sight::Nothing(_)) {
             return Ok(vec![DVec3::ZERO; coefficients.len()]);

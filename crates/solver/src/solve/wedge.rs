@@ -40,7 +40,10 @@ const DEGREE: usize = 8;
 const STRIPS: usize = 96;
 
 /// Up to which part of Y points are corrected, and of the distance from the next edge.
-const BESIDE: f64 = 0.5;
+pub(super) const BESIDE: f64 = 0.5;
+
+/// The same where what the other face is off by is gathered by samples.
+pub(super) const NEAR_EDGE: f64 = 4.0;
 
 /// Y, over the distance to where a leaf ends: there it may meet yet another face, of which a place on the border sees nothing.
 const WITHIN: f64 = 0.999;
@@ -107,9 +110,37 @@ pub(super) struct Lacking {
     pub(super) irradiance: Vec<[f64; 2]>,
     pub(super) away: DVec3,
     pub(super) slope: Vec<[f64; 2]>,
+    pub(super) off: OffNearEdge,
+    pub(super) is_beside: bool,
+}
+
+/// What places of a face near an edge are off by beyond corrected gathers.
+#[derive(Debug)]
+pub(super) struct OffNearEdge {
+    pub(super) face: usize,
+    foot: DVec3,
+    away: DVec3,
+    farthest: f64,
+    /// In each channel, at the samples: all, and what is beyond corrected gathers.
+    off: Vec<[Vec<f64>; 2]>,
+}
+
+impl OffNearEdge {
+    pub(super) fn at(&self, place: DVec3) -> Option<Vec<[f64; 2]>> {
+        let distance = self.away.dot(place - self.foot);
+        if distance >= self.farthest {
+            return None;
+        }
+        let weights = interpolation(&samples(DEGREE), (distance / self.farthest).max(1e-12).cbrt());
+        Some(self.off.iter().map(|off| off.each_ref().map(|off| dot(off, &weights))).collect())
+    }
 }
 
 impl Wedge {
+    fn distances(&self) -> Vec<f64> {
+        samples(DEGREE).iter().map(|u| self.farthest * u.powi(3)).collect()
+    }
+
     fn cosine(&self) -> f64 {
         self.sides[0].1.dot(self.sides[1].1)
     }
@@ -181,19 +212,10 @@ fn interpolation(samples: &[f64], u: f64) -> Vec<f64> {
 
 impl Solution {
     /// What the corrected gather of a point lacks of the irradiance, if it is beside an edge where its leaf meets another face.
-    pub(super) fn lacking_beside_edge(&self, leaf: usize, point: DVec3) -> Result<Option<Lacking>, Error> {
-        let Some(wedge) = self.wedge_at(leaf, point) else { return Ok(None) };
-        let distances: Vec<f64> = samples(DEGREE).iter().map(|u| wedge.farthest * u.powi(3)).collect();
-        // For each side and distance.
-        let mut samples: [Vec<Sample>; 2] = Default::default();
-        for (of_side, (face, away)) in samples.iter_mut().zip(wedge.sides) {
-            for distance in &distances {
-                let off = if *distance > 0.0 { *distance } else { AT_EDGE * wedge.farthest };
-                let aside = [AT_EDGE * wedge.farthest, ASIDE * off].map(|aside| wedge.along * aside);
-                let Some(sample) = self.beyond_what_is_taken(face, wedge.foot + away * off, aside)? else { return Ok(None) };
-                of_side.push(sample);
-            }
-        }
+    pub(super) fn lacking_beside_edge(&self, leaf: usize, point: DVec3, within: f64) -> Result<Option<Lacking>, Error> {
+        let Some((wedge, is_beside)) = self.wedge_at(leaf, point, within) else { return Ok(None) };
+        let distances = wedge.distances();
+        let Some(samples) = self.samples_of(&wedge, &distances)? else { return Ok(None) };
         let found = |rows: &Rows, of: fn(&Sample) -> &[f64]| -> Option<Vec<[f64; 2]>> {
             let of_channel = |channel: usize| {
                 let each = |side: usize| samples[side].iter().step_by(rows.step);
@@ -215,34 +237,59 @@ impl Solution {
             };
             (0..self.channels.len()).map(of).collect()
         };
-        let [(_, away), (face, _)] = wedge.sides;
-        Ok(Some(Lacking { face, irradiance: of_channel(0), away, slope: of_channel(1) }))
+        let rows = wedge.rows(&distances, 1);
+        let off_in = |channel: usize| -> Option<[Vec<f64>; 2]> {
+            let rho = [0, 1].map(|side: usize| samples[side].iter().map(|sample| sample.rho[channel]).collect());
+            let beyond = [0, 1].map(|side: usize| samples[side].iter().map(|sample| sample.beyond[channel]).collect::<Vec<f64>>());
+            let [_, there] = off_by(&rho, &beyond, &rows.of_samples)?;
+            let more = there.iter().zip(&beyond[1]).map(|(all, sampled)| all - sampled).collect();
+            Some([there, more])
+        };
+        let off: Option<Vec<[Vec<f64>; 2]>> = (0..self.channels.len()).map(off_in).collect();
+        let Some(off) = off else { return Ok(None) };
+        let [(_, away), (face, there)] = wedge.sides;
+        let off = OffNearEdge { face, foot: wedge.foot, away: there, farthest: wedge.farthest, off };
+        Ok(Some(Lacking { face, irradiance: of_channel(0), away, slope: of_channel(1), off, is_beside }))
+    }
+
+    /// The samples of a wedge, for each side and distance.
+    fn samples_of(&self, wedge: &Wedge, distances: &[f64]) -> Result<Option<[Vec<Sample>; 2]>, Error> {
+        let mut samples: [Vec<Sample>; 2] = Default::default();
+        for (of_side, (face, away)) in samples.iter_mut().zip(wedge.sides) {
+            for distance in distances {
+                let off = if *distance > 0.0 { *distance } else { AT_EDGE * wedge.farthest };
+                let aside = [AT_EDGE * wedge.farthest, ASIDE * off].map(|aside| wedge.along * aside);
+                let Some(sample) = self.beyond_what_is_taken(face, wedge.foot + away * off, aside)? else { return Ok(None) };
+                of_side.push(sample);
+            }
+        }
+        Ok(Some(samples))
     }
 
     /// The nearest edge in which the leaf that a point is on meets a face, if nothing is between, the point is beside it and no other such edge is
     /// as near.
-    fn wedge_at(&self, leaf: usize, point: DVec3) -> Option<Wedge> {
+    fn wedge_at(&self, leaf: usize, point: DVec3, within: f64) -> Option<(Wedge, bool)> {
         let element = &self.mesh.elements()[leaf];
         let links = &self.links[self.receiver_of(leaf)];
         let mut faces: Vec<usize> = Vec::new();
         for link in links.iter().filter(|link| !matches!(link.sight, Sight::Nothing(_))) {
             let source = &self.mesh.elements()[link.source];
-            if !faces.contains(&source.face()) && source.distance_to(element) <= TOUCHES * self.extent {
+            if !faces.contains(&source.face()) && source.distance_to(element) <= 4.0 * element.radius() {
                 faces.push(source.face());
             }
         }
-        let mut wedges: Vec<Wedge> = faces.into_iter().filter_map(|face| self.wedge_of(leaf, point, face)).collect();
+        let mut wedges: Vec<Wedge> = faces.into_iter().filter_map(|face| self.wedge_of(element.face(), point, face)).collect();
         wedges.sort_by(|a, b| a.distance.total_cmp(&b.distance));
         let next = wedges.get(1).map_or(f64::INFINITY, |next| next.distance);
         let wedge = wedges.into_iter().next()?;
-        let is_beside = wedge.distance <= BESIDE * smallest(wedge.farthest, next);
-        (is_beside && self.is_free(&wedge)).then_some(wedge)
+        let reach = smallest(wedge.farthest, next);
+        let is_beside = wedge.distance <= BESIDE * reach;
+        (wedge.distance <= within * reach && self.is_free(&wedge)).then_some((wedge, is_beside))
     }
 
     /// The edge in which a leaf meets a face, at the foot of a point of the leaf, as far as both go on from there.
-    fn wedge_of(&self, leaf: usize, point: DVec3, face: usize) -> Option<Wedge> {
-        let element = &self.mesh.elements()[leaf];
-        let [here, there] = [element.face(), face].map(|face| &self.mesh.polygons()[face]);
+    fn wedge_of(&self, own: usize, point: DVec3, face: usize) -> Option<Wedge> {
+        let [here, there] = [own, face].map(|face| &self.mesh.polygons()[face]);
         let along = here.normal().cross(there.normal());
         let sine = along.length();
         if sine < LEVEL {
@@ -254,17 +301,17 @@ impl Solution {
         let distance = there.normal().dot(point - there.vertices()[0]) / sine;
         let foot = point - sides[0] * distance;
         let touch = TOUCHES * self.extent;
-        if distance < -touch || !element.is_at(foot, touch) {
+        if distance < -touch {
             return None;
         }
-        let other = self.mesh.leaf_at(face, foot + sides[1] * touch)?;
-        if !self.mesh.elements()[other].is_at(foot, touch) {
-            return None;
-        }
+        let leaf_at = |face: usize, away: DVec3| {
+            self.mesh.leaf_at(face, foot + away * touch).filter(|&leaf| self.mesh.elements()[leaf].is_at(foot, touch))
+        };
+        let (leaf, other) = (leaf_at(own, sides[0])?, leaf_at(face, sides[1])?);
         let on_leaf = |leaf: usize, way: DVec3| way_on(self.mesh.elements()[leaf].polygon(), foot, way);
         let away = WITHIN * smallest(on_leaf(leaf, sides[0]), on_leaf(other, sides[1]));
         let ends = [along, -along].map(|way| smallest(way_on(here, foot, way), way_on(there, foot, way)));
-        let sides = [(element.face(), sides[0]), (face, sides[1])];
+        let sides = [(own, sides[0]), (face, sides[1])];
         let distance = if distance > 0.0 { distance } else { 0.0 };
         Some(Wedge { foot, along, sides, ends, distance, farthest: away })
     }
@@ -298,7 +345,7 @@ impl Solution {
     }
 
     /// The radiosity `q` that gathers take a place to have, without what lamps emit; `None` if the error of gathers is not known.
-    fn taken_at(&self, face: usize, place: DVec3) -> Option<Vec<f64>> {
+    pub(super) fn taken_at(&self, face: usize, place: DVec3) -> Option<Vec<f64>> {
         let (leaf, error) = (self.mesh.leaf_at(face, place)?, self.known_error()?);
         let (element, basis) = (&self.mesh.elements()[leaf], self.mesh.basis(leaf));
         let (at, is_sure) = (element.reference(place), self.has_sure_details());
