@@ -20,6 +20,7 @@ mod left;
 mod light;
 mod linked;
 mod marking;
+mod near;
 pub(crate) mod options;
 mod prove;
 mod queries;
@@ -32,7 +33,6 @@ pub(crate) mod solution;
 mod sweep;
 #[cfg(test)]
 mod tests;
-mod closer;
 mod wedge;
 
 use std::sync::OnceLock;

@@ -21,7 +21,6 @@ use crate::links::refine::{Need, WITHOUT_ORDER};
 use crate::links::station::Station;
 use crate::links::transfer::Row;
 use crate::mesh::{Sight, TOUCHES};
-use crate::solve::wedge::BESIDE;
 use crate::solve::second::{KnownError, Term};
 use crate::solve::solution::Solution;
 
@@ -222,9 +221,9 @@ impl Solution {
         let element = &self.mesh.elements()[leaf];
         let (face, channels) = (element.face(), self.channels.len());
         let (station, gathers) = self.gathers_on(leaf, point)?;
-        let lacking = self.lacking_beside_edge(leaf, point, BESIDE)?;
+        let lacking = self.lacking_beside_edge(leaf, point)?;
         let sum = self.sum(&station, gathers, &self.far[self.receiver_of(leaf)]);
-        let mut irradiance = self.bounded_sum(&station, &sum, lacking.as_ref().map(|of| of.face));
+        let mut irradiance = self.bounded_sum(&station, &sum, lacking.as_ref().map(|of| of.other.face));
         if let Some(lacking) = lacking {
             irradiance.correct(&lacking.irradiance);
         }

@@ -28,9 +28,9 @@ use crate::mesh::basis::Basis;
 use crate::mesh::element::Element;
 use crate::mesh::rule::{self, Node};
 use crate::mesh::shape::Shape;
-use crate::solve::closer::{NEAR, Sampled};
+use crate::solve::near::{NEAR, Sampled};
 use crate::solve::solution::Solution;
-use crate::solve::wedge::{Lacking, NEAR_EDGE};
+use crate::solve::wedge::Lacking;
 use radgrad_scene::{largest, smallest};
 
 /// Nodes a side of the rule for gradients from afar, and the distance from the source in its radii from which it serves: there it
@@ -151,20 +151,20 @@ impl Solution {
     /// As for [`Self::irradiance_at`].
     pub fn irradiance_gradient_at(&self, position: DVec3, normal: DVec3) -> Result<Gradient, Error> {
         let station = self.station_in_space(position, normal)?;
-        let parts = self.gradient_of_station(&station, None, None).map_err(|error| error.at(position))?;
+        let parts = self.gradient_of_station(&station, None, &[]).map_err(|error| error.at(position))?;
         Ok(parts.joined().times(self.placement.power()))
     }
 
     /// Gradient of the irradiance within the plane of a leaf, by links of the point's own.
     fn gradient_in_plane(&self, leaf: usize, point: DVec3) -> Result<Gradient, Error> {
         let element = &self.mesh.elements()[leaf];
-        let lacking = self.lacking_beside_edge(leaf, point, NEAR_EDGE)?;
-        let mut parts = self.gradient_of_station(&Station::on(element, point), Some(leaf), lacking.as_ref())?;
+        let near_edges = self.lacking_near_edges(leaf, point)?;
+        let mut parts = self.gradient_of_station(&Station::on(element, point), Some(leaf), &near_edges)?;
         let normal = element.polygon().normal();
         let within = |of: &mut DVec3| *of = of.reject_from_normalized(normal);
         parts.gradient.iter_mut().chain(&mut parts.detail).for_each(within);
         let mut found = parts.joined();
-        if let Some(Lacking { away, slope, .. }) = lacking.filter(|of| of.is_beside) {
+        if let Some(Lacking { away, slope, .. }) = near_edges.into_iter().find(|edge| edge.is_beside) {
             for (channel, [slope, off]) in slope.into_iter().enumerate() {
                 found.gradient[channel] += away * slope;
                 found.estimate[channel] += off;
@@ -178,7 +178,7 @@ impl Solution {
         &self,
         station: &Station,
         leaf: Option<usize>,
-        lacking: Option<&Lacking>,
+        near_edges: &[Lacking],
     ) -> Result<Parts, Error> {
         let (optics, channels) = (self.optics(), self.channels.len());
         let weight = self.whole_weight();
@@ -201,7 +201,7 @@ impl Solution {
         };
         let mut parts = Parts {
             adds_details: self.has_sure_details(),
-            beside: lacking.filter(|of| of.is_beside).map(|of| of.face),
+            beside: near_edges.iter().find(|edge| edge.is_beside).map(|edge| edge.other.face),
             gradient: vec![DVec3::ZERO; channels],
             detail: vec![DVec3::ZERO; channels],
             beyond: vec![0.0; channels],
@@ -213,7 +213,7 @@ impl Solution {
             let of_lamp = self.gradients_from((*root, self.mesh.basis(*root)), sight, station, &coefficients)?;
             parts.gradient.iter_mut().zip(of_lamp).for_each(|(sum, of)| *sum += of);
         }
-        links.iter().try_for_each(|link| self.add_gradient_of(station, link, lacking, &mut parts))?;
+        links.iter().try_for_each(|link| self.add_gradient_of(station, link, near_edges, &mut parts))?;
         let near = self.nearest_of(station, &far);
         for (channel, sum) in parts.neglected.iter_mut().enumerate() {
             let neglected = far.likely(&self.field, channel, 0);
@@ -223,7 +223,7 @@ impl Solution {
     }
 
     /// Adds the parts of a link: of its source, or if the point is near of what that was divided into.
-    fn add_gradient_of(&self, station: &Station, link: &Link, lacking: Option<&Lacking>, parts: &mut Parts) -> Result<(), Error> {
+    fn add_gradient_of(&self, station: &Station, link: &Link, near_edges: &[Lacking], parts: &mut Parts) -> Result<(), Error> {
         let (row, mut open) = (&link.rows[0], vec![link.source]);
         while let Some(source) = open.pop() {
             let element = &self.mesh.elements()[source];
@@ -245,7 +245,7 @@ impl Solution {
                 };
                 *sum += steep * neglected;
             }
-            self.add_gradient_of_source(station, (source, &link.sight), steep * factor, lacking, parts)?;
+            self.add_gradient_of_source(station, (source, &link.sight), steep * factor, near_edges, parts)?;
         }
         Ok(())
     }
@@ -256,7 +256,7 @@ impl Solution {
         station: &Station,
         (source, sight): (usize, &Sight),
         steep: f64,
-        lacking: Option<&Lacking>,
+        near_edges: &[Lacking],
         parts: &mut Parts,
     ) -> Result<(), Error> {
         let (basis, element) = (self.mesh.basis(source), &self.mesh.elements()[source]);
@@ -277,7 +277,7 @@ impl Solution {
         let gradients = self.gradients_of((element, above), &sight, station, &coefficients)?;
         let mut is_known = near == 1.0 && parts.beside == Some(element.face());
         if parts.adds_details && near > NEAR {
-            let sampled = self.gradient_of_samples(source, &sight, station, lacking.map(|of| (&of.off, of.is_beside)))?;
+            let sampled = self.gradient_of_samples(station, (source, &sight), near_edges)?;
             for (channel, Sampled { gradient, off }) in sampled.into_iter().enumerate() {
                 parts.gradient[channel] += gradient;
                 parts.beyond[channel] += off;

@@ -27,7 +27,7 @@
 use std::f64::consts::PI;
 
 use radgrad_core::{DVec3, Polygon};
-use radgrad_scene::smallest;
+use radgrad_scene::{largest, smallest};
 
 use crate::error::Error;
 use crate::mesh::basis::dot;
@@ -40,10 +40,10 @@ const DEGREE: usize = 8;
 const STRIPS: usize = 96;
 
 /// Up to which part of Y points are corrected, and of the distance from the next edge.
-pub(super) const BESIDE: f64 = 0.5;
+const BESIDE: f64 = 0.5;
 
-/// The same where what the other face is off by is gathered by samples.
-pub(super) const NEAR_EDGE: f64 = 4.0;
+/// Up to which part of Y a point is near the edge: the samples of what it sees of the other face take the correction.
+const NEAR_EDGE: f64 = 4.0;
 
 /// Y, over the distance to where a leaf ends: there it may meet yet another face, of which a place on the border sees nothing.
 const WITHIN: f64 = 0.999;
@@ -106,41 +106,39 @@ struct Rows {
 /// more it is a unit of length farther from the edge, likewise.
 #[derive(Debug)]
 pub(super) struct Lacking {
-    pub(super) face: usize,
+    /// Whether the point is so near the edge that the answer takes the correction.
+    pub(super) is_beside: bool,
     pub(super) irradiance: Vec<[f64; 2]>,
     pub(super) away: DVec3,
     pub(super) slope: Vec<[f64; 2]>,
-    pub(super) off: OffNearEdge,
-    pub(super) is_beside: bool,
+    pub(super) other: OtherFace,
 }
 
-/// What places of a face near an edge are off by beyond corrected gathers.
+/// What the other face is off by.
 #[derive(Debug)]
-pub(super) struct OffNearEdge {
+pub(super) struct OtherFace {
     pub(super) face: usize,
     foot: DVec3,
     away: DVec3,
     farthest: f64,
-    /// In each channel, at the samples: all, and what is beyond corrected gathers.
-    off: Vec<[Vec<f64>; 2]>,
+    /// In each channel, at the samples: `C - q + eps`, and eps.
+    off: Vec<Vec<f64>>,
+    more: Vec<Vec<f64>>,
 }
 
-impl OffNearEdge {
-    pub(super) fn at(&self, place: DVec3) -> Option<Vec<[f64; 2]>> {
+impl OtherFace {
+    /// At a place up to Y from the edge, in each channel: `C - q + eps`, and eps.
+    pub(super) fn off_at(&self, place: DVec3) -> Option<[Vec<f64>; 2]> {
         let distance = self.away.dot(place - self.foot);
         if distance >= self.farthest {
             return None;
         }
-        let weights = interpolation(&samples(DEGREE), (distance / self.farthest).max(1e-12).cbrt());
-        Some(self.off.iter().map(|off| off.each_ref().map(|off| dot(off, &weights))).collect())
+        let weights = interpolation(&samples(DEGREE), largest(distance / self.farthest, AT_EDGE).cbrt());
+        Some([&self.off, &self.more].map(|of| of.iter().map(|of| dot(of, &weights)).collect()))
     }
 }
 
 impl Wedge {
-    fn distances(&self) -> Vec<f64> {
-        samples(DEGREE).iter().map(|u| self.farthest * u.powi(3)).collect()
-    }
-
     fn cosine(&self) -> f64 {
         self.sides[0].1.dot(self.sides[1].1)
     }
@@ -199,8 +197,11 @@ fn samples(degree: usize) -> Vec<f64> {
     (0..=degree).map(|k| 0.5 * (1.0 - (PI * k as f64 / degree as f64).cos())).collect()
 }
 
-/// Weights of the values at samples in the polynomial through them, between two of them (J.-P. Berrut and L. N. Trefethen 2004).
+/// Weights of the values at samples in the polynomial through them (J.-P. Berrut and L. N. Trefethen 2004).
 fn interpolation(samples: &[f64], u: f64) -> Vec<f64> {
+    if samples.contains(&u) {
+        return samples.iter().map(|sample| f64::from(*sample == u)).collect();
+    }
     let term = |(k, sample): (usize, &f64)| {
         let end = if k == 0 || k + 1 == samples.len() { 0.5 } else { 1.0 };
         end * if k % 2 == 0 { 1.0 } else { -1.0 } / (u - sample)
@@ -212,44 +213,66 @@ fn interpolation(samples: &[f64], u: f64) -> Vec<f64> {
 
 impl Solution {
     /// What the corrected gather of a point lacks of the irradiance, if it is beside an edge where its leaf meets another face.
-    pub(super) fn lacking_beside_edge(&self, leaf: usize, point: DVec3, within: f64) -> Result<Option<Lacking>, Error> {
-        let Some((wedge, is_beside)) = self.wedge_at(leaf, point, within) else { return Ok(None) };
-        let distances = wedge.distances();
-        let Some(samples) = self.samples_of(&wedge, &distances)? else { return Ok(None) };
-        let found = |rows: &Rows, of: fn(&Sample) -> &[f64]| -> Option<Vec<[f64; 2]>> {
+    pub(super) fn lacking_beside_edge(&self, leaf: usize, point: DVec3) -> Result<Option<Lacking>, Error> {
+        match self.wedges_at(leaf, point, BESIDE).first() {
+            Some((wedge, true)) => self.lacking_of(wedge, true),
+            _ => Ok(None),
+        }
+    }
+
+    /// That of all edges that are near, whether the point is beside them or not.
+    pub(super) fn lacking_near_edges(&self, leaf: usize, point: DVec3) -> Result<Vec<Lacking>, Error> {
+        let found = self.wedges_at(leaf, point, NEAR_EDGE).into_iter();
+        found.filter_map(|(wedge, is_beside)| self.lacking_of(&wedge, is_beside).transpose()).collect()
+    }
+
+    fn lacking_of(&self, wedge: &Wedge, is_beside: bool) -> Result<Option<Lacking>, Error> {
+        let distances: Vec<f64> = samples(DEGREE).iter().map(|u| wedge.farthest * u.powi(3)).collect();
+        let Some(samples) = self.samples_of(wedge, &distances)? else { return Ok(None) };
+        let channels = || 0..self.channels.len();
+        let in_samples = |side: usize, step: usize, of: fn(&Sample) -> &[f64], channel: usize| -> Vec<f64> {
+            samples[side].iter().step_by(step).map(|sample| of(sample)[channel]).collect()
+        };
+        let off_there = |rows: &Rows, of: fn(&Sample) -> &[f64]| -> Option<Vec<Vec<f64>>> {
             let of_channel = |channel: usize| {
-                let each = |side: usize| samples[side].iter().step_by(rows.step);
-                let rho = [0, 1].map(|side| each(side).map(|sample| sample.rho[channel]).collect());
-                let beyond = [0, 1].map(|side| each(side).map(|sample| of(sample)[channel]).collect());
-                let [_, there] = off_by(&rho, &beyond, &rows.of_samples)?;
-                Some(rows.of_point.each_ref().map(|row| dot(row, &there)))
+                let rho = [0, 1].map(|side| in_samples(side, rows.step, |of| &of.rho, channel));
+                let beyond = [0, 1].map(|side| in_samples(side, rows.step, of, channel));
+                off_by(&rho, &beyond, &rows.of_samples).map(|[_, there]| there)
             };
-            (0..self.channels.len()).map(of_channel).collect()
+            channels().map(of_channel).collect()
         };
         let [all, half] = [1, 2].map(|step| wedge.rows(&distances, step));
-        let all = [found(&all, |of| &of.beyond), found(&half, |of| &of.beyond), found(&all, |of| &of.beyond_around)];
-        let [Some(lacking), Some(roughly), Some(around)] = all else { return Ok(None) };
+        let found =
+            [off_there(&all, |of| &of.beyond), off_there(&half, |of| &of.beyond), off_there(&all, |of| &of.beyond_around)];
+        let [Some(off), Some(roughly), Some(around)] = found else { return Ok(None) };
         let of_channel = |part: usize| {
             let of = |channel: usize| {
-                let [lacking, roughly, around] = [&lacking, &roughly, &around].map(|of| of[channel][part]);
+                let seen = [(&all, &off), (&half, &roughly), (&all, &around)];
+                let [lacking, roughly, around] = seen.map(|(rows, off)| dot(&rows.of_point[part], &off[channel]));
                 let [of_degree, along_edge] = [roughly, around].map(|other| (lacking - other).abs());
                 [lacking, OF_DEGREE * of_degree + OF_SAMENESS * along_edge]
             };
-            (0..self.channels.len()).map(of).collect()
+            channels().map(of).collect()
         };
-        let rows = wedge.rows(&distances, 1);
-        let off_in = |channel: usize| -> Option<[Vec<f64>; 2]> {
-            let rho = [0, 1].map(|side: usize| samples[side].iter().map(|sample| sample.rho[channel]).collect());
-            let beyond = [0, 1].map(|side: usize| samples[side].iter().map(|sample| sample.beyond[channel]).collect::<Vec<f64>>());
-            let [_, there] = off_by(&rho, &beyond, &rows.of_samples)?;
-            let more = there.iter().zip(&beyond[1]).map(|(all, sampled)| all - sampled).collect();
-            Some([there, more])
+        let more = |channel: usize| {
+            let sampled = in_samples(1, 1, |of| &of.beyond, channel);
+            off[channel].iter().zip(sampled).map(|(all, sampled)| all - sampled).collect()
         };
-        let off: Option<Vec<[Vec<f64>; 2]>> = (0..self.channels.len()).map(off_in).collect();
-        let Some(off) = off else { return Ok(None) };
         let [(_, away), (face, there)] = wedge.sides;
-        let off = OffNearEdge { face, foot: wedge.foot, away: there, farthest: wedge.farthest, off };
-        Ok(Some(Lacking { face, irradiance: of_channel(0), away, slope: of_channel(1), off, is_beside }))
+        Ok(Some(Lacking {
+            is_beside,
+            irradiance: of_channel(0),
+            away,
+            slope: of_channel(1),
+            other: OtherFace {
+                face,
+                foot: wedge.foot,
+                away: there,
+                farthest: wedge.farthest,
+                more: channels().map(more).collect(),
+                off,
+            },
+        }))
     }
 
     /// The samples of a wedge, for each side and distance.
@@ -266,25 +289,27 @@ impl Solution {
         Ok(Some(samples))
     }
 
-    /// The nearest edge in which the leaf that a point is on meets a face, if nothing is between, the point is beside it and no other such edge is
-    /// as near.
-    fn wedge_at(&self, leaf: usize, point: DVec3, within: f64) -> Option<(Wedge, bool)> {
-        let element = &self.mesh.elements()[leaf];
+    /// The edges in which the face that a point is on meets others, the nearest first, if the point is `within` so many times Y and nothing is
+    /// between the faces; and whether it is beside the edge, and no other is as near.
+    fn wedges_at(&self, leaf: usize, point: DVec3, within: f64) -> Vec<(Wedge, bool)> {
+        let own = self.mesh.elements()[leaf].face();
         let links = &self.links[self.receiver_of(leaf)];
         let mut faces: Vec<usize> = Vec::new();
         for link in links.iter().filter(|link| !matches!(link.sight, Sight::Nothing(_))) {
             let source = &self.mesh.elements()[link.source];
-            if !faces.contains(&source.face()) && source.distance_to(element) <= 4.0 * element.radius() {
+            // Y is within a leaf of the source.
+            let is_near = (source.centre() - point).length() <= (1.0 + 2.0 * largest(within, 1.0)) * source.radius();
+            if is_near && !faces.contains(&source.face()) {
                 faces.push(source.face());
             }
         }
-        let mut wedges: Vec<Wedge> = faces.into_iter().filter_map(|face| self.wedge_of(element.face(), point, face)).collect();
+        let mut wedges: Vec<Wedge> = faces.into_iter().filter_map(|face| self.wedge_of(own, point, face)).collect();
         wedges.sort_by(|a, b| a.distance.total_cmp(&b.distance));
         let next = wedges.get(1).map_or(f64::INFINITY, |next| next.distance);
-        let wedge = wedges.into_iter().next()?;
-        let reach = smallest(wedge.farthest, next);
-        let is_beside = wedge.distance <= BESIDE * reach;
-        (wedge.distance <= within * reach && self.is_free(&wedge)).then_some((wedge, is_beside))
+        let is_beside = |(k, wedge): (usize, &Wedge)| k == 0 && wedge.distance <= BESIDE * smallest(wedge.farthest, next);
+        let are_beside: Vec<bool> = wedges.iter().enumerate().map(is_beside).collect();
+        let found = wedges.into_iter().zip(are_beside);
+        found.filter(|(wedge, _)| wedge.distance <= within * wedge.farthest && self.is_free(wedge)).collect()
     }
 
     /// The edge in which a leaf meets a face, at the foot of a point of the leaf, as far as both go on from there.
@@ -332,16 +357,23 @@ impl Solution {
     /// of the one as of the other.
     fn beyond_what_is_taken(&self, face: usize, place: DVec3, [little, aside]: [DVec3; 2]) -> Result<Option<Sample>, Error> {
         let Some(leaf) = self.mesh.leaf_at(face, place) else { return Ok(None) };
-        let irradiance = self.corrected_on(leaf, place)?;
-        let [rho, emitted] = self.surfaces.at(face, place);
-        let reflected = |c: usize| rho[c] * irradiance[c] + emitted[c] - self.lamp_on(face, c);
+        let [rho, radiosity] = self.corrected_at(leaf, place)?;
         let beyond = |aside: DVec3| {
             let taken = [place + aside, place - aside].map(|place| self.taken_at(face, place));
             let [Some(here), Some(there)] = taken else { return None };
-            Some(here.iter().zip(&there).enumerate().map(|(c, (here, there))| reflected(c) - 0.5 * (here + there)).collect())
+            Some(here.iter().zip(&there).zip(&radiosity).map(|((here, there), all)| all - 0.5 * (here + there)).collect())
         };
         let [Some(beyond), Some(beyond_around)] = [beyond(little), beyond(aside)] else { return Ok(None) };
         Ok(Some(Sample { rho, beyond, beyond_around }))
+    }
+
+    /// In each channel, the reflectance of a place of a leaf, and the radiosity by a corrected gather, without what lamps emit.
+    pub(super) fn corrected_at(&self, leaf: usize, place: DVec3) -> Result<[Vec<f64>; 2], Error> {
+        let (face, irradiance) = (self.mesh.elements()[leaf].face(), self.corrected_on(leaf, place)?);
+        let [rho, emitted] = self.surfaces.at(face, place);
+        let radiosity = |c: usize| rho[c] * irradiance[c] + emitted[c] - self.lamp_on(face, c);
+        let radiosity = (0..rho.len()).map(radiosity).collect();
+        Ok([rho, radiosity])
     }
 
     /// The radiosity `q` that gathers take a place to have, without what lamps emit; `None` if the error of gathers is not known.
