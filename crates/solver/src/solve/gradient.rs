@@ -28,8 +28,9 @@ use crate::mesh::basis::Basis;
 use crate::mesh::element::Element;
 use crate::mesh::rule::{self, Node};
 use crate::mesh::shape::Shape;
+use crate::solve::detail::Detail;
 use crate::solve::near::{NEAR, Sampled};
-use crate::solve::solution::Solution;
+use crate::solve::solution::{Solution, ratio};
 use crate::solve::wedge::Lacking;
 use radgrad_scene::{largest, smallest};
 
@@ -46,6 +47,9 @@ const FINER: f64 = 0.1;
 
 /// Bound on the length of the kernel's gradient over the kernel, times the distance, where both cosines are near 1.
 const STEEPNESS: f64 = 4.0;
+
+/// Leaves near a point are not sampled that together leave less of the gradient.
+const LITTLE: f64 = 1e-3;
 
 /// A gradient in each channel, with respect to the position, the normal kept: in the unit of radiosity over the scene's unit of length.
 ///
@@ -74,8 +78,8 @@ pub struct Gradient {
 pub(super) struct Parts {
     /// Whether what is known of the detail is in the gradient.
     adds_details: bool,
-    /// A face whose error is known otherwise where it touches the point.
-    beside: Option<usize>,
+    /// Leaves near the point, of which more may be known.
+    near: Vec<Left>,
     /// That of the polynomials on sources, and of what is known of their error.
     pub(super) gradient: Vec<DVec3>,
     /// That of the detail.
@@ -85,7 +89,21 @@ pub(super) struct Parts {
     pub(super) neglected: Vec<f64>,
 }
 
+/// What a leaf may be off by: in each channel, the gradient of the detail, and the square of what is beyond.
+struct Left {
+    leaf: usize,
+    sight: Sight,
+    detail: Vec<DVec3>,
+    beyond: Vec<f64>,
+}
+
 impl Parts {
+    /// Adds to the estimate what a leaf may be off by.
+    fn leave(&mut self, left: Left) {
+        self.detail.iter_mut().zip(left.detail).for_each(|(sum, of)| *sum += of);
+        self.beyond.iter_mut().zip(left.beyond).for_each(|(sum, of)| *sum += of);
+    }
+
     fn joined(self) -> Gradient {
         let size = |c: usize| self.detail[c].length().hypot(self.beyond[c].sqrt()) + self.neglected[c];
         let estimate = (0..self.gradient.len()).map(size).collect();
@@ -201,7 +219,7 @@ impl Solution {
         };
         let mut parts = Parts {
             adds_details: self.has_sure_details(),
-            beside: near_edges.iter().find(|edge| edge.is_beside).map(|edge| edge.other.face),
+            near: Vec::new(),
             gradient: vec![DVec3::ZERO; channels],
             detail: vec![DVec3::ZERO; channels],
             beyond: vec![0.0; channels],
@@ -213,7 +231,8 @@ impl Solution {
             let of_lamp = self.gradients_from((*root, self.mesh.basis(*root)), sight, station, &coefficients)?;
             parts.gradient.iter_mut().zip(of_lamp).for_each(|(sum, of)| *sum += of);
         }
-        links.iter().try_for_each(|link| self.add_gradient_of(station, link, near_edges, &mut parts))?;
+        links.iter().try_for_each(|link| self.add_gradient_of(station, link, &mut parts))?;
+        self.sample_near(station, near_edges, &mut parts)?;
         let near = self.nearest_of(station, &far);
         for (channel, sum) in parts.neglected.iter_mut().enumerate() {
             let neglected = far.likely(&self.field, channel, 0);
@@ -223,7 +242,7 @@ impl Solution {
     }
 
     /// Adds the parts of a link: of its source, or if the point is near of what that was divided into.
-    fn add_gradient_of(&self, station: &Station, link: &Link, near_edges: &[Lacking], parts: &mut Parts) -> Result<(), Error> {
+    fn add_gradient_of(&self, station: &Station, link: &Link, parts: &mut Parts) -> Result<(), Error> {
         let (row, mut open) = (&link.rows[0], vec![link.source]);
         while let Some(source) = open.pop() {
             let element = &self.mesh.elements()[source];
@@ -245,7 +264,7 @@ impl Solution {
                 };
                 *sum += steep * neglected;
             }
-            self.add_gradient_of_source(station, (source, &link.sight), steep * factor, near_edges, parts)?;
+            self.add_gradient_of_source(station, (source, &link.sight), steep * factor, parts)?;
         }
         Ok(())
     }
@@ -256,7 +275,6 @@ impl Solution {
         station: &Station,
         (source, sight): (usize, &Sight),
         steep: f64,
-        near_edges: &[Lacking],
         parts: &mut Parts,
     ) -> Result<(), Error> {
         let (basis, element) = (self.mesh.basis(source), &self.mesh.elements()[source]);
@@ -275,30 +293,50 @@ impl Solution {
         let near = element.nearness_to(station.point);
         let coefficients: Vec<&[f64]> = details.iter().map(|of| &of.coefficients[..]).collect();
         let gradients = self.gradients_of((element, above), &sight, station, &coefficients)?;
-        let mut is_known = near == 1.0 && parts.beside == Some(element.face());
-        if parts.adds_details && near > NEAR {
-            let sampled = self.gradient_of_samples(station, (source, &sight), near_edges)?;
-            for (channel, Sampled { gradient, off }) in sampled.into_iter().enumerate() {
-                parts.gradient[channel] += gradient;
-                parts.beyond[channel] += off;
-            }
-            is_known = true;
-        }
-        for (channel, of) in gradients.into_iter().enumerate() {
-            let sure = if parts.adds_details { details[channel].sure() } else { 0.0 };
-            parts.gradient[channel] += of * sure;
-            parts.detail[channel] += if is_known { DVec3::ZERO } else { of };
-        }
-        if is_known {
-            return Ok(());
+        for (channel, of) in gradients.iter().enumerate().filter(|_| parts.adds_details) {
+            parts.gradient[channel] += *of * details[channel].sure();
         }
         // A residual orthogonal to the polynomials counts by the kernel's part beyond them, or by its own part along them as
         // far as the samples allow one.
         let falls: f64 = std::iter::repeat_n(near, above.degree() + 1).product();
         let part = largest(falls, 1.0 / (above.degree() + 1) as f64);
-        for (beyond, of) in parts.beyond.iter_mut().zip(details) {
+        let beyond = |of: &Detail| {
             let size = steep * (part * of.beyond).hypot(of.neglected);
-            *beyond += size * size;
+            size * size
+        };
+        let left = Left { leaf: source, sight, detail: gradients, beyond: details.iter().map(beyond).collect() };
+        if parts.adds_details && near > NEAR {
+            parts.near.push(left);
+        } else {
+            parts.leave(left);
+        }
+        Ok(())
+    }
+
+    /// Samples what leaves near a station are off by, until all others leave little.
+    fn sample_near(&self, station: &Station, near_edges: &[Lacking], parts: &mut Parts) -> Result<(), Error> {
+        let seen = |v: DVec3| station.face.map_or(v, |_| v.reject_from_normalized(station.normal));
+        let whole: Vec<f64> = parts.gradient.iter().map(|of| seen(*of).length_squared()).collect();
+        let size = |left: Left| {
+            let of = |c: usize| ratio(seen(left.detail[c]).length_squared() + left.beyond[c], whole[c]);
+            ((0..whole.len()).map(of).fold(0.0, largest), left)
+        };
+        let mut near: Vec<(f64, Left)> = std::mem::take(&mut parts.near).into_iter().map(size).collect();
+        near.sort_by(|(a, _), (b, _)| b.total_cmp(a));
+        let mut rest: f64 = near.iter().map(|(size, _)| size).sum();
+        for (size, left) in near {
+            let beside =
+                near_edges.iter().any(|edge| edge.is_beside && edge.other.face == self.mesh.elements()[left.leaf].face());
+            if rest > LITTLE * LITTLE {
+                let sampled = self.gradient_of_samples(station, (left.leaf, &left.sight), near_edges)?;
+                for (channel, Sampled { gradient, off }) in sampled.into_iter().enumerate() {
+                    parts.gradient[channel] += gradient;
+                    parts.beyond[channel] += off;
+                }
+            } else if !(beside && self.mesh.elements()[left.leaf].nearness_to(station.point) == 1.0) {
+                parts.leave(left);
+            }
+            rest -= size;
         }
         Ok(())
     }
