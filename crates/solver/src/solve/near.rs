@@ -22,7 +22,7 @@ use crate::solve::solution::Solution;
 use crate::solve::wedge::Lacking;
 
 /// The radius of a leaf over its distance from which on it is sampled, and of a cell from which on it is divided; and how often at most.
-pub(super) const NEAR: f64 = 0.5;
+pub(super) const NEAR: f64 = 0.4;
 const MOST_DIVISIONS: u32 = 5;
 
 /// The part of what is added that it is likely off by.
