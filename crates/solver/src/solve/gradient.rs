@@ -7,7 +7,8 @@
 //! estimate. The others have a size and no sign: the samples beyond the next degree, whose squares add up, and the light that links and
 //! clusters neglect. These count by `4/d` of the most that they give, d the distance: `|grad k|` is at most that times the kernel k where
 //! neither cosine is small. Beside an edge where two faces meet, [`crate::solve::wedge`] finds what the other face is off by near the point: its
-//! slope across the edge is added, and the other face's own parts of the estimate are left out there.
+//! slope across the edge is added, and the other face's own parts of the estimate are left out there. Of other leaves near the point
+//! [`crate::solve::near`] samples what they are off by, those that may leave most first.
 
 use std::sync::OnceLock;
 
@@ -42,6 +43,13 @@ const FAR: f64 = 2.0;
 /// The part of a source's area that is a sliver.
 const SLIVER: f64 = 1e-7;
 
+/// Where a shadow line is just on the border between two sources, the one is seen as a whole and the other not at all, and the gradient of
+/// neither has the line. So gradients are taken a little aside, in an odd direction, or toward such a place of the leaf: so far over the
+/// extent of the scene, and at most over the distance from an edge.
+const ASIDE: f64 = 1e-6;
+const ASIDE_AT_EDGE: f64 = 1e-3;
+const ODD: DVec3 = DVec3::new(0.37, 0.29, 0.23);
+
 /// The part of what links may neglect that those for a gradient at a point may.
 const FINER: f64 = 0.1;
 
@@ -49,7 +57,7 @@ const FINER: f64 = 0.1;
 const STEEPNESS: f64 = 4.0;
 
 /// Leaves near a point are not sampled that together leave less of the gradient.
-const LITTLE: f64 = 1e-3;
+const LITTLE: f64 = 3e-3;
 
 /// A gradient in each channel, with respect to the position, the normal kept: in the unit of radiosity over the scene's unit of length.
 ///
@@ -168,7 +176,11 @@ impl Solution {
     /// # Errors
     /// As for [`Self::irradiance_at`].
     pub fn irradiance_gradient_at(&self, position: DVec3, normal: DVec3) -> Result<Gradient, Error> {
-        let station = self.station_in_space(position, normal)?;
+        let mut station = self.station_in_space(position, normal)?;
+        let aside = ASIDE * self.extent;
+        if self.has_shadows() && !self.mesh.is_near_a_face(station.point, aside / ASIDE_AT_EDGE) {
+            station.point += aside * ODD.normalize();
+        }
         let parts = self.gradient_of_station(&station, None, &[]).map_err(|error| error.at(position))?;
         Ok(parts.joined().times(self.placement.power()))
     }
@@ -177,7 +189,13 @@ impl Solution {
     fn gradient_in_plane(&self, leaf: usize, point: DVec3) -> Result<Gradient, Error> {
         let element = &self.mesh.elements()[leaf];
         let near_edges = self.lacking_near_edges(leaf, point)?;
-        let mut parts = self.gradient_of_station(&Station::on(element, point), Some(leaf), &near_edges)?;
+        let mut station = Station::on(element, point);
+        if self.has_shadows() {
+            let to_edge = near_edges.iter().map(|edge| edge.other.distance_of(point)).fold(f64::INFINITY, smallest);
+            let way = (element.point(ODD.truncate().to_array()) - point).normalize_or_zero();
+            station.point += smallest(ASIDE * self.extent, ASIDE_AT_EDGE * to_edge) * way;
+        }
+        let mut parts = self.gradient_of_station(&station, Some(leaf), &near_edges)?;
         let normal = element.polygon().normal();
         let within = |of: &mut DVec3| *of = of.reject_from_normalized(normal);
         parts.gradient.iter_mut().chain(&mut parts.detail).for_each(within);
@@ -239,6 +257,13 @@ impl Solution {
             *sum += if neglected > 0.0 { STEEPNESS * neglected / near } else { 0.0 };
         }
         Ok(parts)
+    }
+
+    /// Whether any face hides anything.
+    fn has_shadows(&self) -> bool {
+        let is_past = |sight: &Sight| matches!(sight, Sight::Past(_));
+        let of_links = || self.links.iter().flatten().any(|link| is_past(&link.sight));
+        of_links() || self.direct.iter().any(|direct| direct.sights().iter().any(is_past))
     }
 
     /// Adds the parts of a link: of its source, or if the point is near of what that was divided into.

@@ -127,6 +127,11 @@ pub(super) struct OtherFace {
 }
 
 impl OtherFace {
+    /// How far a point of the own face is from the edge.
+    pub(super) fn distance_of(&self, point: DVec3) -> f64 {
+        (point - self.foot).length()
+    }
+
     /// At a place up to Y from the edge, in each channel: `C - q + eps`, and eps.
     pub(super) fn off_at(&self, place: DVec3) -> Option<[Vec<f64>; 2]> {
         let distance = self.away.dot(place - self.foot);
