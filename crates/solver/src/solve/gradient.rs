@@ -57,7 +57,7 @@ const FINER: f64 = 0.1;
 const STEEPNESS: f64 = 4.0;
 
 /// Leaves near a point are not sampled that together leave less of the gradient.
-const LITTLE: f64 = 3e-3;
+const LITTLE: f64 = 1.5e-3;
 
 /// A gradient in each channel, with respect to the position, the normal kept: in the unit of radiosity over the scene's unit of length.
 ///
