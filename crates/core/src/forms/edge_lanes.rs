@@ -100,7 +100,7 @@ fn plan_in<S: Simd>(simd: S, receiver: &Receiver, polygon: &Polygon, power: f64)
 const NEAR_ONE: Range<f64> = 1e-12..1e12;
 
 /// The sums of a plan whose power is near 1, by lengths in the caller's unit, with the same digits: so they need not wait for the
-/// farthest vertex to be found.
+/// farthest vertex to be found. Other powers are left to the rungs that follow.
 #[inline(always)]
 fn without_power(
     plan: &Plan,

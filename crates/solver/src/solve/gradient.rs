@@ -83,18 +83,18 @@ pub struct Gradient {
 }
 
 /// A gradient and the parts of its estimate, in each channel.
-pub(super) struct Parts {
+struct Parts {
     /// Whether what is known of the detail is in the gradient.
     adds_details: bool,
     /// Leaves near the point, of which more may be known.
     near: Vec<Left>,
     /// That of the polynomials on sources, and of what is known of their error.
-    pub(super) gradient: Vec<DVec3>,
+    gradient: Vec<DVec3>,
     /// That of the detail.
-    pub(super) detail: Vec<DVec3>,
+    detail: Vec<DVec3>,
     /// The square of the gradient's error from degrees beyond the detail.
-    pub(super) beyond: Vec<f64>,
-    pub(super) neglected: Vec<f64>,
+    beyond: Vec<f64>,
+    neglected: Vec<f64>,
 }
 
 /// What a leaf may be off by: in each channel, the gradient of the detail, and the square of what is beyond.
@@ -210,12 +210,7 @@ impl Solution {
     }
 
     /// Gradient of the irradiance of a point, which may be one of a leaf, `beside` a face or not.
-    pub(super) fn gradient_of_station(
-        &self,
-        station: &Station,
-        leaf: Option<usize>,
-        near_edges: &[Lacking],
-    ) -> Result<Parts, Error> {
+    fn gradient_of_station(&self, station: &Station, leaf: Option<usize>, near_edges: &[Lacking]) -> Result<Parts, Error> {
         let (optics, channels) = (self.optics(), self.channels.len());
         let weight = self.whole_weight();
         let need = Need {
@@ -348,20 +343,28 @@ impl Solution {
         };
         let mut near: Vec<(f64, Left)> = std::mem::take(&mut parts.near).into_iter().map(size).collect();
         near.sort_by(|(a, _), (b, _)| b.total_cmp(a));
-        let mut rest: f64 = near.iter().map(|(size, _)| size).sum();
-        for (size, left) in near {
-            let beside =
-                near_edges.iter().any(|edge| edge.is_beside && edge.other.face == self.mesh.elements()[left.leaf].face());
+        let beside = near_edges.iter().find(|edge| edge.is_beside).map(|edge| edge.other.face);
+        // What remains from each on.
+        let mut rests: Vec<f64> = near
+            .iter()
+            .rev()
+            .scan(0.0, |sum, (size, _)| {
+                *sum += size;
+                Some(*sum)
+            })
+            .collect();
+        rests.reverse();
+        for ((_, left), rest) in near.into_iter().zip(rests) {
+            let element = &self.mesh.elements()[left.leaf];
             if rest > LITTLE * LITTLE {
                 let sampled = self.gradient_of_samples(station, (left.leaf, &left.sight), near_edges)?;
                 for (channel, Sampled { gradient, off }) in sampled.into_iter().enumerate() {
                     parts.gradient[channel] += gradient;
                     parts.beyond[channel] += off;
                 }
-            } else if !(beside && self.mesh.elements()[left.leaf].nearness_to(station.point) == 1.0) {
+            } else if beside != Some(element.face()) || element.nearness_to(station.point) < 1.0 {
                 parts.leave(left);
             }
-            rest -= size;
         }
         Ok(())
     }
@@ -450,6 +453,7 @@ impl Solution {
         self.gradients_of((source, basis), &self.sight_from(station, source_index, sight)?, station, coefficients)
     }
 
+    /// A station's own sight of a source that is known to be seen past some faces.
     fn sight_from(&self, station: &Station, source: usize, sight: &Sight) -> Result<Sight, Error> {
         match sight {
             Sight::Past(known) => station.sight(&self.mesh, source, Some(known)),
@@ -457,6 +461,7 @@ impl Solution {
         }
     }
 
+    /// The same of an element that need not be of the mesh, as the station sees it.
     pub(super) fn gradients_of(
         &self,
         (source, basis): (&Element, &Basis),
@@ -465,7 +470,6 @@ impl Solution {
         coefficients: &[&[f64]],
     ) -> Result<Vec<DVec3>, Error> {
         let (mesh, point, normal) = (self.mesh(), station.point, station.normal);
-        let sight = sight.clone();
         let refused = |source| station.refused(source);
         if matches!(sight, Sight::Nothing(_)) {
             return Ok(vec![DVec3::ZERO; coefficients.len()]);
@@ -473,7 +477,7 @@ impl Solution {
         let whole = |v: &DVec3| normal.dot(*v - point) > 1e-9 * (*v - point).length();
         let (of_source, distance) = (source.polygon(), (point - source.centre()).length() - source.radius());
         let in_front = of_source.normal().dot(point - of_source.vertices()[0]) > 0.0;
-        if sight == Sight::Clear && in_front && distance >= FAR * source.radius() && of_source.vertices().iter().all(whole) {
+        if *sight == Sight::Clear && in_front && distance >= FAR * source.radius() && of_source.vertices().iter().all(whole) {
             let count = coefficients.first().map_or(0, |c| c.len());
             let of_functions = from_afar(point, normal, source, basis, count);
             let sum = |c: &&[f64]| c.iter().zip(&of_functions).map(|(c, g)| *g * *c).sum();
