@@ -169,6 +169,12 @@ impl Field {
         self.beyond[element][channel]
     }
 
+    /// The same for a source that has no row, by a bound on its form factor and by its kernel.
+    pub(crate) fn neglected_by(&self, mesh: &Mesh, source: usize, channel: usize, (factor, kernel): (f64, &Kernel)) -> f64 {
+        let smoothly = self.smoothly_neglected(mesh, source, channel, kernel);
+        smallest(factor * self.left_out(source, channel), smoothly)
+    }
+
     /// The same by the kernel alone.
     pub(crate) fn smoothly_neglected(&self, mesh: &Mesh, source: usize, channel: usize, kernel: &Kernel) -> f64 {
         let rms = self.rms[source][channel];

@@ -138,8 +138,8 @@ pub(super) fn windows(length: usize, lanes: usize) -> impl Iterator<Item = usize
     (0..length).step_by(lanes).map(move |first| first.min(length - lanes))
 }
 
-/// Entries that no two threads share: they take microseconds, and to offer them tens of nanoseconds.
-const SHARED: usize = 8 * TILE;
+/// So many entries stay with one thread: they take it microseconds, and to offer them to another takes tens of nanoseconds.
+const UNDIVIDED: usize = 8 * TILE;
 
 /// Answers all entries, tile by tile, on all threads where `threads` is set; counts the ways they were answered. The first error
 /// stops it.
@@ -153,7 +153,7 @@ pub(super) fn run<F: Lane, C: Default + AddAssign + Send>(
     if length <= TILE {
         return if length == 0 { Ok(C::default()) } else { tile(start, slots) };
     }
-    if threads && length > SHARED {
+    if threads && length > UNDIVIDED {
         let middle = length.div_ceil(TILE) / 2 * TILE;
         let (left, right) = slots.split_at(middle);
         let (left, right) = join(|| run(true, start, left, tile), || run(true, start + middle, right, tile));

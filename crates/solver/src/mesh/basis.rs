@@ -11,6 +11,8 @@
 //! values from monomials lose four at degree 4.
 //! Values over an element are bounded by Bernstein coefficients: a polynomial lies between the least and the largest of them.
 
+use std::sync::OnceLock;
+
 use crate::mesh::rule::{self, Node};
 use crate::mesh::shape::{Shape, in_parent, moment};
 use radgrad_scene::{largest, smallest};
@@ -90,6 +92,17 @@ impl Basis {
     /// The same with the fewest nodes that project on it, and nothing known of what is beyond it.
     pub(crate) fn of_fewest_nodes(shape: Shape, degree: usize) -> Self {
         Self::at(shape, degree, rule::least_for_degree(shape, degree), None)
+    }
+
+    /// That of the first degree.
+    pub(crate) fn linear(shape: Shape) -> &'static Self {
+        static LINEAR: OnceLock<[Basis; 2]> = OnceLock::new();
+        let [on_squares, on_triangles] =
+            LINEAR.get_or_init(|| [Shape::Parallelogram, Shape::Triangle].map(|shape| Self::of_fewest_nodes(shape, 1)));
+        match shape {
+            Shape::Parallelogram => on_squares,
+            Shape::Triangle => on_triangles,
+        }
     }
 
     fn at(shape: Shape, degree: usize, nodes: Vec<Node>, above: Option<Box<Self>>) -> Self {

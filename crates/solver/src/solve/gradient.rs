@@ -8,7 +8,7 @@
 //! clusters neglect. These count by `4/d` of the most that they give, d the distance: `|grad k|` is at most that times the kernel k where
 //! neither cosine is small. Beside an edge where two faces meet, [`crate::solve::wedge`] finds what the other face is off by near the point: its
 //! slope across the edge is added, and the other face's own parts of the estimate are left out there. Of other leaves near the point
-//! [`crate::solve::near`] samples what they are off by, those that may leave most first.
+//! [`crate::solve::near`] samples the error, but for leaves whose errors are likely to be little together.
 
 use std::sync::OnceLock;
 
@@ -209,7 +209,7 @@ impl Solution {
         Ok(found)
     }
 
-    /// Gradient of the irradiance of a point, which may be one of a leaf, `beside` a face or not.
+    /// Gradient of the irradiance of a point, which may be one of a leaf, near edges of its face or not.
     fn gradient_of_station(&self, station: &Station, leaf: Option<usize>, near_edges: &[Lacking]) -> Result<Parts, Error> {
         let (optics, channels) = (self.optics(), self.channels.len());
         let weight = self.whole_weight();
@@ -271,16 +271,13 @@ impl Solution {
                 continue;
             }
             let steep = STEEPNESS / (element.centre() - station.point).length();
-            let is_whole = source == link.source;
-            let kernel = if is_whole { None } else { Some(Kernel::of(station, element)) };
+            // The link has a row for the whole alone.
+            let kernel = (source != link.source).then(|| Kernel::of(station, element));
             let factor = kernel.as_ref().map_or(row.factor(), |kernel| smallest(kernel.peak, row.factor()));
             for (channel, sum) in parts.neglected.iter_mut().enumerate() {
                 let neglected = match &kernel {
                     None => self.field.neglected(&self.mesh, source, channel, row),
-                    Some(kernel) => {
-                        let smoothly = self.field.smoothly_neglected(&self.mesh, source, channel, kernel);
-                        smallest(factor * self.field.left_out(source, channel), smoothly)
-                    }
+                    Some(kernel) => self.field.neglected_by(&self.mesh, source, channel, (factor, kernel)),
                 };
                 *sum += steep * neglected;
             }
@@ -333,7 +330,7 @@ impl Solution {
         Ok(())
     }
 
-    /// Samples what leaves near a station are off by, until all others leave little.
+    /// Samples what leaves near a station are off by, but for those that together leave little.
     fn sample_near(&self, station: &Station, near_edges: &[Lacking], parts: &mut Parts) -> Result<(), Error> {
         let seen = |v: DVec3| station.face.map_or(v, |_| v.reject_from_normalized(station.normal));
         let whole: Vec<f64> = parts.gradient.iter().map(|of| seen(*of).length_squared()).collect();
@@ -342,21 +339,13 @@ impl Solution {
             ((0..whole.len()).map(of).fold(0.0, largest), left)
         };
         let mut near: Vec<(f64, Left)> = std::mem::take(&mut parts.near).into_iter().map(size).collect();
-        near.sort_by(|(a, _), (b, _)| b.total_cmp(a));
+        near.sort_by(|(a, _), (b, _)| a.total_cmp(b));
         let beside = near_edges.iter().find(|edge| edge.is_beside).map(|edge| edge.other.face);
-        // What remains from each on.
-        let mut rests: Vec<f64> = near
-            .iter()
-            .rev()
-            .scan(0.0, |sum, (size, _)| {
-                *sum += size;
-                Some(*sum)
-            })
-            .collect();
-        rests.reverse();
-        for ((_, left), rest) in near.into_iter().zip(rests) {
+        let mut all = 0.0;
+        for (size, left) in near {
+            all += size;
             let element = &self.mesh.elements()[left.leaf];
-            if rest > LITTLE * LITTLE {
+            if all > LITTLE * LITTLE {
                 let sampled = self.gradient_of_samples(station, (left.leaf, &left.sight), near_edges)?;
                 for (channel, Sampled { gradient, off }) in sampled.into_iter().enumerate() {
                     parts.gradient[channel] += gradient;

@@ -1,14 +1,12 @@
-//! The gradient of what sources near a point are off by, by samples.
+//! The gradient of the error of polynomials near a point, by samples.
 //!
-//! The gradient of the kernel falls as the third power of the distance: near a source it goes by details that no polynomial of the source has.
-//! So a leaf near a point is divided on paper into cells, the smaller the nearer, and what it is off by is sampled in each: `C - q + eps`, as
-//! [`crate::solve::wedge`] has it, with eps where that is known. Where that module's own sum is in the gradient already the samples are what
-//! they differ from that. The linear function through the samples of a cell is gathered by closed forms.
+//! The gradient of the kernel falls as the third power of the distance, so that near a source it depends on details that no polynomial of the
+//! source has. A leaf near a point is divided on paper into cells, the nearer the smaller. Samples in each cell find the error of the polynomial,
+//! `C - q + eps` in the symbols of [`crate::solve::wedge`], with eps where that module knows it. Where the gradient already has the slope
+//! that it finds, the samples have the difference from it. Closed forms give the gradient of the linear function through the samples of a cell.
 //!
-//! The estimate of what that leaves adds up squares: of the slopes of these functions, cell by cell; and of a part of all that is added, as C is
-//! off as well.
-
-use std::sync::OnceLock;
+//! The estimate of the error that is left adds up squares: those of the parts that the slopes of these functions give, cell by cell; and that of
+//! a part of the whole, because C has an error as well.
 
 use radgrad_core::DVec3;
 
@@ -17,7 +15,6 @@ use crate::links::station::Station;
 use crate::mesh::Sight;
 use crate::mesh::basis::Basis;
 use crate::mesh::element::Element;
-use crate::mesh::shape::Shape;
 use crate::solve::solution::Solution;
 use crate::solve::wedge::Lacking;
 
@@ -25,10 +22,10 @@ use crate::solve::wedge::Lacking;
 pub(super) const NEAR: f64 = 0.4;
 const MOST_DIVISIONS: u32 = 5;
 
-/// The part of what is added that it is likely off by.
+/// The likely error of what is added, over that.
 const STILL_OFF: f64 = 0.25;
 
-/// In a channel, the gradient of what a leaf is off by, and the square of what that is off by.
+/// In a channel, the gradient of a leaf's error, and the square of the likely error of that gradient.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Sampled {
     pub(super) gradient: DVec3,
@@ -36,17 +33,15 @@ pub(super) struct Sampled {
 }
 
 impl Solution {
-    /// The gradient at a station of what a leaf is off by, in each channel; near edges with what the other faces lack there.
+    /// The gradient at a station of a leaf's error, in each channel.
     pub(super) fn gradient_of_samples(
         &self,
         station: &Station,
         (leaf, sight): (usize, &Sight),
         near_edges: &[Lacking],
     ) -> Result<Vec<Sampled>, Error> {
-        static LINEAR: OnceLock<[Basis; 2]> = OnceLock::new();
-        let linear = LINEAR.get_or_init(|| [Shape::Parallelogram, Shape::Triangle].map(|shape| Basis::of_fewest_nodes(shape, 1)));
         let element = &self.mesh.elements()[leaf];
-        let basis = &linear[usize::from(element.shape() == Shape::Triangle)];
+        let basis = Basis::linear(element.shape());
         let mut found = vec![Sampled::default(); self.channels.len()];
         let mut open = element.divided(leaf, basis)?;
         while let Some(cell) = open.pop() {
@@ -67,8 +62,8 @@ impl Solution {
         Ok(found)
     }
 
-    /// In each channel, coefficients of the linear function through samples on a cell of a leaf; `None` if the station is level with all of
-    /// them. Of others, below its horizon, it sees nothing.
+    /// In each channel, coefficients of the linear function through samples on a cell of a leaf. Where the station sees nothing, below its
+    /// horizon, the mean of the others stands; `None` if it is so everywhere.
     fn off_on(
         &self,
         cell: &Element,
@@ -95,16 +90,15 @@ impl Solution {
         Ok(Some((0..self.channels.len()).map(of_channel).collect()))
     }
 
-    /// What a place of a leaf is off by, less what is known of that; `None` if nothing is known there.
+    /// The error `C - q` of a place of a leaf, with what edges near by add to it; `None` if q is not known.
     fn off_at(&self, leaf: usize, place: DVec3, near_edges: &[Lacking]) -> Result<Option<Vec<f64>>, Error> {
         let face = self.mesh.elements()[leaf].face();
         let Some(taken) = self.taken_at(face, place) else { return Ok(None) };
         let [_, radiosity] = self.corrected_at(leaf, place)?;
         let mut off: Vec<f64> = radiosity.iter().zip(taken).map(|(radiosity, taken)| radiosity - taken).collect();
         for edge in near_edges.iter().filter(|edge| edge.other.face == face) {
-            let Some([all, more]) = edge.other.off_at(place) else { continue };
-            let known = |c: usize| if edge.is_beside { more[c] - all[c] } else { more[c] };
-            off.iter_mut().enumerate().for_each(|(c, off)| *off += known(c));
+            let Some(more) = edge.other.more_at(place) else { continue };
+            off.iter_mut().zip(more).for_each(|(off, more)| *off += more);
         }
         Ok(Some(off))
     }

@@ -35,7 +35,6 @@ use crate::links::station::Station;
 use crate::links::transfer::{Kernel, Optics, Row};
 use crate::mesh::Sight;
 use crate::mesh::basis::{Basis, dot};
-use crate::mesh::shape::Shape;
 use crate::solve::solution::{MeanError, Solution, for_each, ratio};
 
 /// Sweeps after which the error is not known, and changes below which it is, relative to its largest source.
@@ -165,10 +164,9 @@ impl Solution {
 
     fn solve_error(&self) -> Result<Option<Field>, Error> {
         let (mesh, channels) = (&self.mesh, self.channels.len());
-        let roughly = [Shape::Parallelogram, Shape::Triangle].map(|shape| Basis::of_fewest_nodes(shape, 1));
         let mut source = vec![Vec::new(); mesh.elements().len()];
         let mut own = source.clone();
-        let emitted = for_each(&self.receivers, |receiver| self.error_emitted(receiver, &roughly))?;
+        let emitted = for_each(&self.receivers, |receiver| self.error_emitted(receiver))?;
         let mut scale = vec![0.0; channels];
         for (&receiver, emitted) in self.receivers.iter().zip(emitted) {
             let len = mesh.basis(receiver).len();
@@ -192,13 +190,13 @@ impl Solution {
     }
 
     /// The projection of `rho G d` on a receiver, as far as a rule for the first degree sees it, channel after channel.
-    fn error_emitted(&self, receiver: usize, roughly: &[Basis; 2]) -> Result<Vec<f64>, Error> {
+    fn error_emitted(&self, receiver: usize) -> Result<Vec<f64>, Error> {
         let (element, channels, len) = (&self.mesh.elements()[receiver], self.channels.len(), self.mesh.basis(receiver).len());
         let mut emitted = vec![0.0; len * channels];
         if self.surfaces.reflectance[element.face()].iter().all(|rho| *rho == 0.0) {
             return Ok(emitted);
         }
-        let basis = &roughly[usize::from(element.shape() == Shape::Triangle)];
+        let basis = Basis::linear(element.shape());
         let links = &self.links[receiver];
         // The last node is near the middle.
         let term = |link| {
@@ -247,10 +245,7 @@ impl Solution {
             kernel.smooth &= piece.is_smooth;
             let factor = smallest(kernel.peak, piece.factor);
             let linked = piece.linked.iter().map(|of| self.mesh.basis(piece.source).restrict(child, of)).collect();
-            let neglected = |channel| {
-                let smoothly = self.field.smoothly_neglected(&self.mesh, source, channel, &kernel);
-                smallest(factor * self.field.left_out(source, channel), smoothly)
-            };
+            let neglected = |channel| self.field.neglected_by(&self.mesh, source, channel, (factor, &kernel));
             self.piece(station, (source, factor, piece.is_smooth), linked, neglected)
         };
         (0..4).map(child_of).collect()

@@ -42,7 +42,7 @@ const STRIPS: usize = 96;
 /// Up to which part of Y points are corrected, and of the distance from the next edge.
 const BESIDE: f64 = 0.5;
 
-/// Up to which part of Y a point is near the edge: the samples of what it sees of the other face take the correction.
+/// Up to how many times Y from the edge samples of the other face's error take eps.
 const NEAR_EDGE: f64 = 4.0;
 
 /// Y, over the distance to where a leaf ends: there it may meet yet another face, of which a place on the border sees nothing.
@@ -95,15 +95,15 @@ struct Sample {
     beyond_around: Vec<f64>,
 }
 
-/// What places see of every so many samples: a row for each of these, and for the point what it sees and the slope of that.
+/// Weights of every so many samples in what a place sees: a row for each of these samples' places, one for the point, and the slope of that.
 struct Rows {
     step: usize,
     of_samples: Vec<Vec<f64>>,
     of_point: [Vec<f64>; 2],
 }
 
-/// What a gather lacks of the light of a face that the point is beside: in each channel, and an estimate of what that is off by; and how much
-/// more it is a unit of length farther from the edge, likewise.
+/// What a gather near an edge lacks of the light of the other face: in each channel, and an estimate of what that is off by; and how much more it
+/// is a unit of length farther from the edge, likewise.
 #[derive(Debug)]
 pub(super) struct Lacking {
     /// Whether the point is so near the edge that the answer takes the correction.
@@ -114,15 +114,15 @@ pub(super) struct Lacking {
     pub(super) other: OtherFace,
 }
 
-/// What the other face is off by.
+/// The other face of an edge, and what is added to its error where that is sampled near the point.
 #[derive(Debug)]
 pub(super) struct OtherFace {
     pub(super) face: usize,
     foot: DVec3,
     away: DVec3,
     farthest: f64,
-    /// In each channel, at the samples: `C - q + eps`, and eps.
-    off: Vec<Vec<f64>>,
+    /// In each channel, at the samples: eps; or if the point is beside the edge, so that its gradient has `C - q + eps` from the slope already,
+    /// `q - C`.
     more: Vec<Vec<f64>>,
 }
 
@@ -132,14 +132,14 @@ impl OtherFace {
         (point - self.foot).length()
     }
 
-    /// At a place up to Y from the edge, in each channel: `C - q + eps`, and eps.
-    pub(super) fn off_at(&self, place: DVec3) -> Option<[Vec<f64>; 2]> {
+    /// What is added to `C - q` of a place, in each channel; `None` from Y on.
+    pub(super) fn more_at(&self, place: DVec3) -> Option<Vec<f64>> {
         let distance = self.away.dot(place - self.foot);
         if distance >= self.farthest {
             return None;
         }
         let weights = interpolation(&samples(DEGREE), largest(distance / self.farthest, AT_EDGE).cbrt());
-        Some([&self.off, &self.more].map(|of| of.iter().map(|of| dot(of, &weights)).collect()))
+        Some(self.more.iter().map(|of| dot(of, &weights)).collect())
     }
 }
 
@@ -219,15 +219,15 @@ fn interpolation(samples: &[f64], u: f64) -> Vec<f64> {
 impl Solution {
     /// What the corrected gather of a point lacks of the irradiance, if it is beside an edge where its leaf meets another face.
     pub(super) fn lacking_beside_edge(&self, leaf: usize, point: DVec3) -> Result<Option<Lacking>, Error> {
-        match self.wedges_at(leaf, point, BESIDE).first() {
-            Some((wedge, true)) => self.lacking_of(wedge, true),
+        match self.wedges_at(leaf, point, BESIDE).next() {
+            Some((wedge, true)) => self.lacking_of(&wedge, true),
             _ => Ok(None),
         }
     }
 
     /// That of all edges that are near, whether the point is beside them or not.
     pub(super) fn lacking_near_edges(&self, leaf: usize, point: DVec3) -> Result<Vec<Lacking>, Error> {
-        let found = self.wedges_at(leaf, point, NEAR_EDGE).into_iter();
+        let found = self.wedges_at(leaf, point, NEAR_EDGE);
         found.filter_map(|(wedge, is_beside)| self.lacking_of(&wedge, is_beside).transpose()).collect()
     }
 
@@ -261,7 +261,8 @@ impl Solution {
         };
         let more = |channel: usize| {
             let sampled = in_samples(1, 1, |of| &of.beyond, channel);
-            off[channel].iter().zip(sampled).map(|(all, sampled)| all - sampled).collect()
+            let all = off[channel].iter().zip(sampled);
+            all.map(|(all, sampled)| if is_beside { -sampled } else { all - sampled }).collect()
         };
         let [(_, away), (face, there)] = wedge.sides;
         Ok(Some(Lacking {
@@ -275,7 +276,6 @@ impl Solution {
                 away: there,
                 farthest: wedge.farthest,
                 more: channels().map(more).collect(),
-                off,
             },
         }))
     }
@@ -296,7 +296,7 @@ impl Solution {
 
     /// The edges in which the face that a point is on meets others, the nearest first, if the point is `within` so many times Y and nothing is
     /// between the faces; and whether it is beside the edge, and no other is as near.
-    fn wedges_at(&self, leaf: usize, point: DVec3, within: f64) -> Vec<(Wedge, bool)> {
+    fn wedges_at(&self, leaf: usize, point: DVec3, within: f64) -> impl Iterator<Item = (Wedge, bool)> {
         let own = self.mesh.elements()[leaf].face();
         let links = &self.links[self.receiver_of(leaf)];
         let mut faces: Vec<usize> = Vec::new();
@@ -314,7 +314,7 @@ impl Solution {
         let is_beside = |(k, wedge): (usize, &Wedge)| k == 0 && wedge.distance <= BESIDE * smallest(wedge.farthest, next);
         let are_beside: Vec<bool> = wedges.iter().enumerate().map(is_beside).collect();
         let found = wedges.into_iter().zip(are_beside);
-        found.filter(|(wedge, _)| wedge.distance <= within * wedge.farthest && self.is_free(wedge)).collect()
+        found.filter(move |(wedge, _)| wedge.distance <= within * wedge.farthest && self.is_free(wedge))
     }
 
     /// The edge in which a leaf meets a face, at the foot of a point of the leaf, as far as both go on from there.
