@@ -4,7 +4,7 @@ pub(crate) mod basis;
 pub(crate) mod clusters;
 mod contact;
 pub(crate) mod element;
-mod overlap;
+pub(crate) mod overlap;
 pub(crate) mod partition;
 mod remainder;
 pub(crate) mod rule;
@@ -403,7 +403,7 @@ impl Mesh {
 }
 
 /// A polygon, or triangles that make it up where it is not convex.
-fn convex_parts(polygon: &Polygon) -> Option<Vec<Vec<DVec3>>> {
+pub(crate) fn convex_parts(polygon: &Polygon) -> Option<Vec<Vec<DVec3>>> {
     let (v, normal) = (polygon.vertices(), polygon.normal());
     let corner = |i: usize| [v[i], v[(i + 1) % v.len()], v[(i + 2) % v.len()]];
     let turns = |[a, b, c]: [DVec3; 3]| (b - a).cross(c - b).dot(normal) >= 0.0;

@@ -73,6 +73,8 @@
 //! radiosity gives every place of i the same: so any number may be taken from the radiosity in `H - P H`; it is about the mean
 //! that i sees.
 //!
+//! There the mean is known in another way, too ([`swapped`]).
+//!
 //! **Cell by cell.** An element is cut into cells ([`cells`]). Sources that a cell sees as a whole count by a polynomial on it; all others by
 //! how fast their light changes. Where a bound is asked for the receivers that add most to it for their work are cut further, until it is
 //! reached or time is over. Along a straight way of `D` from the cell's centre to x,
@@ -105,6 +107,7 @@ mod edges;
 mod finely;
 mod left;
 mod nodes;
+mod swapped;
 mod terms;
 
 use radgrad_core::mutant;
@@ -126,10 +129,12 @@ use crate::mesh::element::Element;
 use crate::mesh::shape::Shape;
 use crate::mesh::surfaces::Surfaces;
 use crate::mesh::{Mesh, Sight};
+use closed::Closure;
 use cells::{Bases, DEEPEST, DEEPEST_OF_LAMPS};
 use edges::Edges;
 use left::{Effort, Gathered, Kind, LeftOut, Light, Proof, fill};
 use nodes::{Nodes, ROUNDED};
+use swapped::Swapped;
 use terms::Target;
 
 /// Sweeps in which bounds on gathers rise.
@@ -166,6 +171,8 @@ pub(crate) struct Solved<'a> {
     pub(crate) channels: usize,
     /// What was estimated: what of it is proven is taken from it.
     pub(crate) residuals: &'a [Residuals; 2],
+    /// The importance, as it is sent, if it is known.
+    pub(crate) importance: Option<&'a Field>,
     /// When to give up.
     pub(crate) clock: Clock,
 }
@@ -198,8 +205,7 @@ struct Size {
 pub(crate) struct Ground {
     edges: Edges,
     nodes: [Nodes; 2],
-    /// Whether the form factors of every place sum to 1.
-    closed: bool,
+    closure: Closure,
     bases: [Bases; 2],
     effort: Effort,
     /// For each channel, the bound on the error of the mean for which elements are cut into cells; or nothing, if they are not.
@@ -241,16 +247,21 @@ impl Ground {
     /// Of a mesh; elements are cut into cells until the clock's end.
     pub(crate) fn of(mesh: &Mesh, cells: Clock) -> Self {
         let edges = Edges::of(mesh);
-        let closed = closed::is_closed(mesh, &edges);
+        let closure = Closure::of(mesh, &edges);
         let bases = [Shape::Parallelogram, Shape::Triangle].map(Bases::of);
         Self {
             edges,
             nodes: [0, 1].map(|shape| Nodes::of(&mesh.bases()[shape])),
-            closed,
+            closure,
             bases,
             effort: Effort { aim: Vec::new(), clock: cells },
             enough: Vec::new(),
         }
+    }
+
+    /// Whether form factors sum to 1, but for places that something lies on.
+    pub(crate) const fn is_closed(&self) -> bool {
+        self.closure.is_closed()
     }
 
     /// Says what is asked for; `reference` is the radiosity in each channel that errors are relative to.
@@ -435,67 +446,25 @@ impl Solved<'_> {
     /// What the projection of reflected light leaves out on a receiver, in each channel, and what it sees at most of its sources. The receiver
     /// is cut into cells so often at most.
     fn left_of_reflected(&self, ground: &Ground, receiver: usize, deepest: usize) -> (Vec<Rest>, Views) {
-        let Self { mesh, field, channels, .. } = *self;
+        let mesh = self.mesh;
         let (links, far) = (&self.links[receiver], &self.far[receiver]);
         let (element, basis) = (&mesh.elements()[receiver], mesh.basis(receiver));
-        let value = |index: usize, node: usize, coefficients: &[f64]| -> f64 {
-            links[index].rows[node].values.iter().zip(coefficients).map(|(v, c)| v * c).sum()
-        };
-        let error = links.iter().flat_map(|link| &link.rows).map(|row| row.error).fold(0.0, largest);
-        let sources = links.iter().map(|link| (link.source, &link.sight)).collect();
-        let proof = ground.proof(self.optics, channels, deepest);
-        let target = proof.target(receiver, element);
-        let neglected = |source: usize, is_clear: bool, channel: usize| self.neglected(&target, source, is_clear, channel);
-        let of_all = |channel: usize| {
-            let most = links.iter().map(|link| field.left_out(link.source, channel)).fold(0.0, largest);
-            let all = links.iter().map(|link| neglected(link.source, matches!(link.sight, Sight::Clear), channel)).sum::<f64>();
-            least(all, most)
-        };
-        let neglected_of_all = (0..channels).map(of_all).collect();
-        let all = ground.closed && far.is_empty();
-        let gathered = Gathered { sources, value: &value, error, all, neglected: &neglected, neglected_of_all };
-        let (left, factors) = proof.left(receiver, &Light::Field(field, &[]), &gathered);
-        let nodes = proof.nodes_of(receiver).lebesgue;
-        let of = |(channel, (left, split, in_cells)): (usize, LeftOut)| {
-            let rho = self.reflectance(receiver, channel);
-            let all = gathered.neglected_of_all[channel];
-            let (mut clear, mut past) = (0.0, 0.0);
-            for node in 0..basis.nodes().len() {
-                let mut sums = [0.0; 2];
-                let mut size = 0.0;
-                for link in links {
-                    let coefficients = field.of(link.source, channel, mesh.basis(link.source).len());
-                    let error = link.rows[node].error_of(coefficients);
-                    sums[usize::from(matches!(link.sight, Sight::Past(_)))] += error;
-                    size += link.rows[node].values.iter().zip(coefficients).map(|(v, c)| (v * c).abs()).sum::<f64>();
-                }
-                // The sums themselves round.
-                let summed = 2.0 * f64::EPSILON * (links.len() + basis.len() + 2) as f64 * size;
-                (clear, past) = (largest(clear, sums[0] + summed), largest(past, sums[1]));
-            }
-            let beyond = if far.is_empty() { 0.0 } else { self.left_of_far(receiver, channel) };
-            let known = &self.residuals[1][receiver][channel];
-            let rest = |left: f64, neglected: f64, detail: f64, times: f64| {
-                let reflected = Ledger {
-                    discretisation: left,
-                    computation: neglected + beyond + times * clear,
-                    visibility: times * past,
-                    ..Ledger::default()
-                };
-                let own = Ledger { modelling: detail, solver: known.largest.solver, ..Ledger::default() };
-                reflected * rho + own
-            };
-            let neglected = in_cells.unwrap_or(all);
+        let (left, factors) = self.left_of_irradiance(ground, self.field, receiver, Way::Through { deepest });
+        let reflected = |(channel, left): (usize, Rest)| {
+            let (rho, known) = (self.reflectance(receiver, channel), &self.residuals[1][receiver][channel]);
+            let own = |detail: f64| Ledger { modelling: detail, solver: known.largest.solver, ..Ledger::default() };
             let rest = Rest {
-                largest: rest(left.largest, neglected, known.largest_detail(), 2.0 * nodes),
-                mean: rest(left.mean, neglected, known.mean_detail(), 2.0),
-                orthogonal: split.orthogonal * rho,
-                loose: rest(split.loose, all, 0.0, 2.0).total(),
-                ..Rest::default()
+                largest: left.largest * rho + own(known.largest_detail()),
+                mean: left.mean * rho + own(known.mean_detail()),
+                orthogonal: left.orthogonal * rho,
+                loose: left.loose * rho + known.largest.solver,
+                ..left
             };
             rest.unless_textured(self.surfaces, receiver, channel)
         };
-        let left = left.into_iter().enumerate().map(of).collect();
+        let left = left.into_iter().enumerate().map(reflected).collect();
+        let proof = ground.proof(self.optics, self.channels, deepest);
+        let target = proof.target(receiver, element);
         let of_link = |(link, factor): (&Link, f64)| {
             let from = &mesh.elements()[link.source];
             let (reach, is_clear) = (target.reach(from), matches!(link.sight, Sight::Clear));
@@ -511,29 +480,96 @@ impl Solved<'_> {
         (left, Views { sources, clusters: far.clusters().iter().map(of_cluster).collect() })
     }
 
+    /// What the projection of the irradiance of a field leaves out on a receiver, in each channel, before it is reflected; and bounds on the
+    /// form factors of the links' sources, where these are looked into.
+    fn left_of_irradiance(&self, ground: &Ground, field: &Field, receiver: usize, way: Way) -> (Vec<Rest>, Vec<f64>) {
+        let Self { mesh, channels, .. } = *self;
+        let (links, far) = (&self.links[receiver], &self.far[receiver]);
+        let (element, basis) = (&mesh.elements()[receiver], mesh.basis(receiver));
+        let value = |index: usize, node: usize, coefficients: &[f64]| -> f64 {
+            links[index].rows[node].values.iter().zip(coefficients).map(|(v, c)| v * c).sum()
+        };
+        let error = links.iter().flat_map(|link| &link.rows).map(|row| row.error).fold(0.0, largest);
+        let sources = links.iter().map(|link| (link.source, &link.sight)).collect();
+        let deepest = match way {
+            Way::BySize => 0,
+            Way::Through { deepest } => deepest,
+        };
+        let proof = ground.proof(self.optics, channels, deepest);
+        let target = proof.target(receiver, element);
+        let neglected = |source: usize, is_clear: bool, channel: usize| self.neglected(field, &target, source, is_clear, channel);
+        let of_all = |channel: usize| {
+            let most = links.iter().map(|link| field.left_out(link.source, channel)).fold(0.0, largest);
+            let all = links.iter().map(|link| neglected(link.source, matches!(link.sight, Sight::Clear), channel)).sum::<f64>();
+            least(all, most)
+        };
+        let neglected_of_all = (0..channels).map(of_all).collect();
+        let all = ground.closure.is_closed_from(element) && far.is_empty();
+        let gathered = Gathered { sources, value: &value, error, all, neglected: &neglected, neglected_of_all };
+        let light = Light::Field(field, &[]);
+        let (left, factors) = match way {
+            Way::BySize => (proof.left_by_size(receiver, &light, &gathered), Vec::new()),
+            Way::Through { .. } => proof.left(receiver, &light, &gathered),
+        };
+        let nodes = proof.nodes_of(receiver).lebesgue;
+        let of = |(channel, (left, split, in_cells)): (usize, LeftOut)| {
+            let all = gathered.neglected_of_all[channel];
+            let (mut clear, mut past) = (0.0, 0.0);
+            for node in 0..basis.nodes().len() {
+                let mut sums = [0.0; 2];
+                let mut size = 0.0;
+                for link in links {
+                    let coefficients = field.of(link.source, channel, mesh.basis(link.source).len());
+                    let error = link.rows[node].error_of(coefficients);
+                    sums[usize::from(matches!(link.sight, Sight::Past(_)))] += error;
+                    size += link.rows[node].values.iter().zip(coefficients).map(|(v, c)| (v * c).abs()).sum::<f64>();
+                }
+                // The sums themselves round.
+                let summed = 2.0 * f64::EPSILON * (links.len() + basis.len() + 2) as f64 * size;
+                (clear, past) = (largest(clear, sums[0] + summed), largest(past, sums[1]));
+            }
+            let beyond = if far.is_empty() { 0.0 } else { self.left_of_far(field, receiver, channel) };
+            let rest = |left: f64, neglected: f64, times: f64| Ledger {
+                discretisation: left,
+                computation: neglected + beyond + times * clear,
+                visibility: times * past,
+                ..Ledger::default()
+            };
+            let neglected = in_cells.unwrap_or(all);
+            Rest {
+                largest: rest(left.largest, neglected, 2.0 * nodes),
+                mean: rest(left.mean, neglected, 2.0),
+                orthogonal: split.orthogonal,
+                loose: rest(split.loose, all, 2.0).total(),
+                ..Rest::default()
+            }
+        };
+        (left.into_iter().enumerate().map(of).collect(), factors)
+    }
+
     /// What a link to a source neglects, anywhere on a receiver.
-    fn neglected(&self, target: &Target<'_>, source: usize, is_clear: bool, channel: usize) -> f64 {
-        let (mesh, beyond) = (self.mesh, self.field.left_out(source, channel));
+    fn neglected(&self, field: &Field, target: &Target<'_>, source: usize, is_clear: bool, channel: usize) -> f64 {
+        let (mesh, beyond) = (self.mesh, field.left_out(source, channel));
         if beyond == 0.0 {
             return 0.0;
         }
         let reach = target.reach(&mesh.elements()[source]);
         let kernel = Kernel::between(target.element, &mesh.elements()[source], reach.distance, is_clear);
-        let smoothly = self.field.smoothly_neglected(mesh, source, channel, &kernel);
+        let smoothly = field.smoothly_neglected(mesh, source, channel, &kernel);
         let by_size = reach.factor * beyond;
         if smoothly < by_size { smoothly } else { by_size }
     }
 
     /// The residual of the light from clusters: the knapsack bounds H from both sides, and its distance from the range of P H
     /// counts.
-    fn left_of_far(&self, receiver: usize, channel: usize) -> f64 {
+    fn left_of_far(&self, field: &Field, receiver: usize, channel: usize) -> f64 {
         let (far, basis, tree) = (&self.far[receiver], self.mesh.basis(receiver), self.mesh.clusters());
-        let at_nodes: Vec<f64> = (0..basis.nodes().len()).map(|node| far.value(self.field, channel, node)).collect();
+        let at_nodes: Vec<f64> = (0..basis.nodes().len()).map(|node| far.value(field, channel, node)).collect();
         let [low, high] = basis.range(&basis.project(&at_nodes));
         let element = &self.mesh.elements()[receiver];
         let bounds = |positive: bool| {
             let of = |&cluster: &usize| {
-                let (view, glow) = (tree.all()[cluster].view_over(element), self.field.glow(cluster, channel));
+                let (view, glow) = (tree.all()[cluster].view_over(element), field.glow(cluster, channel));
                 let power = if positive { glow.positive } else { glow.negative };
                 if glow.largest > 0.0 { (view.at_most(power, glow.largest) / glow.largest, glow.largest) } else { (0.0, 0.0) }
             };
@@ -565,9 +601,24 @@ impl Proven {
         };
         let all: Vec<usize> = (0..receivers.len()).collect();
         let (mut reflected, views): (Vec<Vec<Rest>>, Vec<Views>) = cut(&all, &deepest)?.into_iter().unzip();
+        let mut swapped = solved.importance.map(|sent| Swapped::of(&solved, ground, sent));
         loop {
-            let proven = Self::by(&solved, &views, direct.clone(), reflected.clone())?;
-            let next = proven.worth_cutting(&solved, ground, &deepest);
+            let mut proven = Self::by(&solved, &views, direct.clone(), reflected.clone())?;
+            while let Some(swapped) = &mut swapped {
+                let by_importance = swapped.mean(&solved, &proven);
+                let is_worth_more = proven.mean.iter().zip(&by_importance).any(|(mean, (_, evenly))| *evenly < mean.total());
+                proven.know(by_importance.into_iter().map(|(bound, _)| bound));
+                if proven.is_enough(ground) || !is_worth_more {
+                    break;
+                }
+                if !swapped.cut_further(&solved, ground) {
+                    return Some(proven);
+                }
+            }
+            if proven.is_enough(ground) {
+                return Some(proven);
+            }
+            let next = worth_cutting(&solved, ground, &deepest, |receiver, channel| proven.adds(receiver, channel));
             next.iter().for_each(|&place| deepest[place] += 1);
             let Some(found) = cut(&next, &deepest).filter(|found| !found.is_empty()) else { return Some(proven) };
             for (place, (found, _)) in next.into_iter().zip(found) {
@@ -576,36 +627,24 @@ impl Proven {
         }
     }
 
-    /// The receivers whose cells are cut further, by their places: those that add most to the bound for the work that they are. None if the
-    /// bound is small enough, or there is no time.
-    fn worth_cutting(&self, solved: &Solved<'_>, ground: &Ground, deepest: &[usize]) -> Vec<usize> {
-        let is_enough = self.mean.iter().zip(&ground.enough).all(|(mean, enough)| mean.total() <= *enough);
-        if is_enough || ground.effort.clock.is_over() {
-            return Vec::new();
+    /// Takes other bounds on the mean where these are less.
+    fn know(&mut self, others: impl Iterator<Item = Ledger>) {
+        for (mean, other) in self.mean.iter_mut().zip(others) {
+            if other.total() < mean.total() {
+                *mean = other;
+            }
         }
-        let adds = |receiver: usize| -> f64 {
-            let of = |(channel, enough): (usize, &f64)| {
-                let left = &self.reflected[receiver][channel].mean;
-                if left.total() > 0.0 {
-                    self.counts[receiver][channel] * left.discretisation / left.total() / enough
-                } else {
-                    0.0
-                }
-            };
-            ground.enough.iter().enumerate().map(of).fold(0.0, largest) * solved.mesh.elements()[receiver].area()
-        };
-        let adds: Vec<f64> = solved.receivers.iter().map(|&receiver| adds(receiver)).collect();
-        let work = |place: usize| solved.links[solved.receivers[place]].len() as f64 * 4_f64.powf(deepest[place] as f64);
-        let mut next: Vec<usize> = (0..adds.len()).filter(|&place| deepest[place] < DEEPEST && adds[place] > 0.0).collect();
-        next.sort_by(|&a, &b| (adds[b] / work(b)).total_cmp(&(adds[a] / work(a))));
-        let mut rest = AT_A_TIME * adds.iter().sum::<f64>();
-        next.into_iter()
-            .take_while(|&place| {
-                let is_next = rest > 0.0;
-                rest -= adds[place];
-                is_next
-            })
-            .collect()
+    }
+
+    /// Whether the bound is as small as was asked for, if one was.
+    fn is_enough(&self, ground: &Ground) -> bool {
+        self.mean.iter().zip(&ground.enough).all(|(mean, enough)| mean.total() <= *enough)
+    }
+
+    /// What a receiver adds to the bound on the mean, over its part of the area, that is less in smaller cells.
+    fn adds(&self, receiver: usize, channel: usize) -> f64 {
+        let left = &self.reflected[receiver][channel].mean;
+        if left.total() > 0.0 { self.counts[receiver][channel] * left.discretisation / left.total() } else { 0.0 }
     }
 
     /// The bounds from what is left on elements of direct light and on receivers of reflected light; `None` where light may not be lost.
@@ -822,6 +861,38 @@ impl Rest {
         let Self { orthogonal, loose, .. } = *self;
         Size { most: self.largest.total(), mean: self.mean.total(), orthogonal, loose }
     }
+}
+
+/// The receivers whose cells are cut further, by their places: those that add most to the bound for the work that they are. None if there is
+/// no time.
+fn worth_cutting(solved: &Solved<'_>, ground: &Ground, deepest: &[usize], adds: impl Fn(usize, usize) -> f64) -> Vec<usize> {
+    if ground.effort.clock.is_over() {
+        return Vec::new();
+    }
+    let of_channels = |&receiver: &usize| -> f64 {
+        let most = ground.enough.iter().enumerate().map(|(channel, enough)| adds(receiver, channel) / enough).fold(0.0, largest);
+        most * solved.mesh.elements()[receiver].area()
+    };
+    let adds: Vec<f64> = solved.receivers.iter().map(of_channels).collect();
+    let work = |place: usize| solved.links[solved.receivers[place]].len() as f64 * 4_f64.powf(deepest[place] as f64);
+    let mut next: Vec<usize> = (0..adds.len()).filter(|&place| deepest[place] < DEEPEST && adds[place] > 0.0).collect();
+    next.sort_by(|&a, &b| (adds[b] / work(b)).total_cmp(&(adds[a] / work(a))));
+    let mut rest = AT_A_TIME * adds.iter().sum::<f64>();
+    let is_next = |&place: &usize| {
+        let is_next = rest > 0.0;
+        rest -= adds[place];
+        is_next
+    };
+    next.into_iter().take_while(is_next).collect()
+}
+
+/// How what a projection leaves out is bounded.
+#[derive(Debug, Clone, Copy)]
+enum Way {
+    /// By the range of what the sources radiate alone.
+    BySize,
+    /// By what stands before each of them, and how smooth that is. The receiver is cut into cells so often at most.
+    Through { deepest: usize },
 }
 
 /// A source as any place of a receiver sees it.

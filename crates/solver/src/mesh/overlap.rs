@@ -41,15 +41,14 @@ fn lie_on_each_other(a: &Element, b: &Element, reach: f64) -> bool {
     let level = |p: &DVec3| normal.dot(*p - a.centre()).abs() <= reach;
     normal.dot(b.polygon().normal()) > 0.0
         && b.polygon().vertices().iter().all(level)
-        && !are_beside(a, b, reach)
-        && !are_beside(b, a, reach)
+        && !are_beside(a.polygon().vertices(), normal, b.polygon().vertices(), reach)
+        && !are_beside(b.polygon().vertices(), b.polygon().normal(), a.polygon().vertices(), reach)
 }
 
-/// Whether an edge of the first has all of the second on its outer side.
-fn are_beside(a: &Element, b: &Element, reach: f64) -> bool {
-    let (v, normal) = (a.polygon().vertices(), a.polygon().normal());
+/// Whether an edge of the first of two convex polygons, which turns around a normal, has all of the second on its outer side.
+pub(crate) fn are_beside(v: &[DVec3], normal: DVec3, other: &[DVec3], reach: f64) -> bool {
     (0..v.len()).any(|i| {
         let inward = normal.cross(v[(i + 1) % v.len()] - v[i]).normalize_or_zero();
-        b.polygon().vertices().iter().all(|p| inward.dot(*p - v[i]) <= reach)
+        other.iter().all(|p| inward.dot(*p - v[i]) <= reach)
     })
 }

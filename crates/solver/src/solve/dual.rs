@@ -142,7 +142,7 @@ fn off_by_rule(basis: &Basis, excess: &Excess) -> f64 {
 
 impl Solution {
     /// The importance by the links that there are; `None` if it grows without end.
-    fn solve_importance(&self) -> Option<Field> {
+    pub(super) fn solve_importance(&self) -> Option<Field> {
         let (mesh, channels) = (&self.mesh, self.channels.len());
         let mut source = vec![Vec::new(); mesh.elements().len()];
         let mut own = source.clone();

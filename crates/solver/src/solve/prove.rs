@@ -43,6 +43,9 @@ impl Solution {
             };
             let leaves: Vec<usize> = self.mesh.leaves().filter(|_| !self.direct.is_empty()).collect();
             let direct = leaves.into_par_iter().map(of_leaf).collect();
+            // Elsewhere what it leaves out is no less than what light does.
+            let is_wanted = self.ground.is_closed() && !self.surfaces.is_textured() && self.mesh.clusters().root().is_none();
+            let importance = if is_wanted { self.solve_importance() } else { None };
             let solved = Solved {
                 mesh: &self.mesh,
                 surfaces: &self.surfaces,
@@ -54,6 +57,7 @@ impl Solution {
                 receivers: &self.receivers,
                 channels: self.channels.len(),
                 residuals: &self.bounds.residuals,
+                importance: importance.as_ref(),
                 clock: self.clock,
             };
             Proven::of(solved, &self.ground, direct)

@@ -4,7 +4,7 @@
 //! does not change across that edge. Other edges are outlines. A corner of another face that is on an edge (a T-junction) divides it
 //! into two edges, and each may be shared by itself.
 
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 
 use radgrad_core::{DVec3, Polygon};
 use radgrad_scene::{largest, smallest};
@@ -36,10 +36,13 @@ pub(super) struct Edges {
 /// A segment by the bits of its ends, the lesser first.
 type Key = [[u64; 3]; 2];
 
+/// The bits of a point, of which no zero has a sign.
+fn bits(p: DVec3) -> [u64; 3] {
+    p.to_array().map(|c| (c + 0.0).to_bits())
+}
+
 /// The key of a segment, and whether it runs from the first end of the key.
 pub(super) fn key([a, b]: [DVec3; 2]) -> (Key, bool) {
-    // No zero has a sign.
-    let bits = |p: DVec3| p.to_array().map(|c| (c + 0.0).to_bits());
     let (a, b) = (bits(a), bits(b));
     if a <= b { ([a, b], true) } else { ([b, a], false) }
 }
@@ -100,9 +103,11 @@ impl Edges {
                     let Some((foot, crosses)) = foot(self.planes[on], part) else { continue };
                     // The plane goes on beyond the face.
                     let normal = self.planes[on][1];
-                    for foot in mesh.convex_parts(on).iter().filter_map(|of| inside(foot, normal, of, reach)) {
-                        self.feet[on].push((other, foot));
-                        if crosses {
+                    for of in mesh.convex_parts(on) {
+                        let Some(near) = inside(foot, normal, of, reach) else { continue };
+                        self.feet[on].push((other, near));
+                        // Where one face ends in the other nothing crosses.
+                        if let (true, Some(foot)) = (crosses, inside(foot, normal, of, -reach)) {
                             self.of_face[on].push(self.all.len());
                             self.of_face[other].push(self.all.len());
                             self.all.push(Edge { ends: foot, faces: Vec::new() });
@@ -123,10 +128,36 @@ impl Edges {
         self.all[line].faces.is_empty()
     }
 
-    /// Whether each edge bounds two faces that run along it in opposite ways, and no face crosses another.
-    pub(super) fn are_matched(&self) -> bool {
-        let is_matched = |edge: &Edge| matches!(edge.faces[..], [(_, along), (_, other)] if along != other);
-        self.all.iter().all(is_matched)
+    /// Loops of the edges that bound one face alone, each in the way in which a face that filled it would run, with what that face would hang
+    /// together with. `None` if edges bound more faces than two, or two that run along them in the same way; if faces cross; and if loops
+    /// touch each other.
+    pub(super) fn rims(&self) -> Option<Vec<(usize, Vec<DVec3>)>> {
+        let mut next: BTreeMap<[u64; 3], (DVec3, usize)> = BTreeMap::new();
+        for edge in &self.all {
+            match edge.faces[..] {
+                [(_, along), (_, other)] if along != other => {}
+                [(face, along)] => {
+                    let [from, to] = if along { [edge.ends[1], edge.ends[0]] } else { edge.ends };
+                    if next.insert(bits(from), (to, self.solids[face])).is_some() {
+                        return None;
+                    }
+                }
+                _ => return None,
+            }
+        }
+        let mut rims = Vec::new();
+        while let Some((start, (first, solid))) = next.pop_first() {
+            let mut rim = vec![first];
+            while let Some(&last) = rim.last().filter(|last| bits(**last) != start) {
+                let (to, of) = next.remove(&bits(last))?;
+                if of != solid {
+                    return None;
+                }
+                rim.push(to);
+            }
+            rims.push((solid, rim));
+        }
+        Some(rims)
     }
 
     /// What a face hangs together with: a number that all of these have.
@@ -159,33 +190,38 @@ impl Edges {
     /// plane from the other side.
     pub(super) fn beside(&self, face: usize, sign: f64, from: &[DVec3]) -> Vec<DVec3> {
         let [corner, normal] = self.planes[face];
-        let level = LEVEL * from.iter().map(|p| (*p - corner).length()).fold(0.0, largest);
-        let heights: Vec<f64> = from.iter().map(|p| sign * normal.dot(*p - corner)).collect();
-        if heights.iter().all(|h| *h <= level) {
-            return if heights.iter().all(|h| *h >= -level) { from.to_vec() } else { Vec::new() };
-        }
-        let mut kept = Vec::with_capacity(from.len() + 1);
-        for (i, &p) in from.iter().enumerate() {
-            let j = (i + 1) % from.len();
-            if heights[i] >= -level {
-                kept.push(p);
-            }
-            if smallest(heights[i], heights[j]) < -level && largest(heights[i], heights[j]) > 0.0 {
-                kept.push(p + (from[j] - p) * (heights[i] / (heights[i] - heights[j])));
-            }
-        }
-        kept
+        before([corner, normal * sign], from)
     }
 }
 
+/// The part of a convex polygon in front of a plane: all of it if it lies in the plane, nothing if it touches the plane from behind.
+pub(super) fn before([corner, normal]: [DVec3; 2], from: &[DVec3]) -> Vec<DVec3> {
+    let level = LEVEL * from.iter().map(|p| (*p - corner).length()).fold(0.0, largest);
+    let heights: Vec<f64> = from.iter().map(|p| normal.dot(*p - corner)).collect();
+    if heights.iter().all(|h| *h <= level) {
+        return if heights.iter().all(|h| *h >= -level) { from.to_vec() } else { Vec::new() };
+    }
+    let mut kept = Vec::with_capacity(from.len() + 1);
+    for (i, &p) in from.iter().enumerate() {
+        let j = (i + 1) % from.len();
+        if heights[i] >= -level {
+            kept.push(p);
+        }
+        if smallest(heights[i], heights[j]) < -level && largest(heights[i], heights[j]) > 0.0 {
+            kept.push(p + (from[j] - p) * (heights[i] / (heights[i] - heights[j])));
+        }
+    }
+    kept
+}
+
 /// Two faces whose boxes are no farther apart than this, a small part of their sizes.
-struct Near {
-    faces: [usize; 2],
+pub(super) struct Near {
+    pub(super) faces: [usize; 2],
     reach: f64,
 }
 
 /// All pairs of them.
-fn near(polygons: &[Polygon]) -> Vec<Near> {
+pub(super) fn near(polygons: &[Polygon]) -> Vec<Near> {
     let boxes: Vec<[DVec3; 2]> = polygons.iter().map(|polygon| around(polygon.vertices())).collect();
     let mut order: Vec<usize> = (0..polygons.len()).collect();
     order.sort_by(|&a, &b| boxes[a][0].x.total_cmp(&boxes[b][0].x));
