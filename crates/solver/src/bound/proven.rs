@@ -449,7 +449,7 @@ impl Solved<'_> {
         let mesh = self.mesh;
         let (links, far) = (&self.links[receiver], &self.far[receiver]);
         let (element, basis) = (&mesh.elements()[receiver], mesh.basis(receiver));
-        let (left, factors) = self.left_of_irradiance(ground, self.field, receiver, Way::Through { deepest });
+        let (left, factors) = self.left_of_irradiance(ground, self.field, receiver, deepest);
         let reflected = |(channel, left): (usize, Rest)| {
             let (rho, known) = (self.reflectance(receiver, channel), &self.residuals[1][receiver][channel]);
             let own = |detail: f64| Ledger { modelling: detail, solver: known.largest.solver, ..Ledger::default() };
@@ -481,8 +481,8 @@ impl Solved<'_> {
     }
 
     /// What the projection of the irradiance of a field leaves out on a receiver, in each channel, before it is reflected; and bounds on the
-    /// form factors of the links' sources, where these are looked into.
-    fn left_of_irradiance(&self, ground: &Ground, field: &Field, receiver: usize, way: Way) -> (Vec<Rest>, Vec<f64>) {
+    /// form factors of the links' sources. The receiver is cut into cells so often at most.
+    fn left_of_irradiance(&self, ground: &Ground, field: &Field, receiver: usize, deepest: usize) -> (Vec<Rest>, Vec<f64>) {
         let Self { mesh, channels, .. } = *self;
         let (links, far) = (&self.links[receiver], &self.far[receiver]);
         let (element, basis) = (&mesh.elements()[receiver], mesh.basis(receiver));
@@ -491,10 +491,6 @@ impl Solved<'_> {
         };
         let error = links.iter().flat_map(|link| &link.rows).map(|row| row.error).fold(0.0, largest);
         let sources = links.iter().map(|link| (link.source, &link.sight)).collect();
-        let deepest = match way {
-            Way::BySize => 0,
-            Way::Through { deepest } => deepest,
-        };
         let proof = ground.proof(self.optics, channels, deepest);
         let target = proof.target(receiver, element);
         let neglected = |source: usize, is_clear: bool, channel: usize| self.neglected(field, &target, source, is_clear, channel);
@@ -506,11 +502,7 @@ impl Solved<'_> {
         let neglected_of_all = (0..channels).map(of_all).collect();
         let all = ground.closure.is_closed_from(element) && far.is_empty();
         let gathered = Gathered { sources, value: &value, error, all, neglected: &neglected, neglected_of_all };
-        let light = Light::Field(field, &[]);
-        let (left, factors) = match way {
-            Way::BySize => (proof.left_by_size(receiver, &light, &gathered), Vec::new()),
-            Way::Through { .. } => proof.left(receiver, &light, &gathered),
-        };
+        let (left, factors) = proof.left(receiver, &Light::Field(field, &[]), &gathered);
         let nodes = proof.nodes_of(receiver).lebesgue;
         let of = |(channel, (left, split, in_cells)): (usize, LeftOut)| {
             let all = gathered.neglected_of_all[channel];
@@ -601,7 +593,7 @@ impl Proven {
         };
         let all: Vec<usize> = (0..receivers.len()).collect();
         let (mut reflected, views): (Vec<Vec<Rest>>, Vec<Views>) = cut(&all, &deepest)?.into_iter().unzip();
-        let mut swapped = solved.importance.map(|sent| Swapped::of(&solved, ground, sent));
+        let mut swapped = solved.importance.map(|sent| Swapped::of(&solved, ground, sent.clone()));
         loop {
             let mut proven = Self::by(&solved, &views, direct.clone(), reflected.clone())?;
             while let Some(swapped) = &mut swapped {
@@ -884,15 +876,6 @@ fn worth_cutting(solved: &Solved<'_>, ground: &Ground, deepest: &[usize], adds: 
         is_next
     };
     next.into_iter().take_while(is_next).collect()
-}
-
-/// How what a projection leaves out is bounded.
-#[derive(Debug, Clone, Copy)]
-enum Way {
-    /// By the range of what the sources radiate alone.
-    BySize,
-    /// By what stands before each of them, and how smooth that is. The receiver is cut into cells so often at most.
-    Through { deepest: usize },
 }
 
 /// A source as any place of a receiver sees it.

@@ -1,33 +1,33 @@
 //! Whether every place of a scene's faces sees faces from their front in all directions, so that its form factors sum to 1.
 //!
-//! Faces hang together by edges. If each edge bounds two faces that run along it in opposite ways, and nothing crosses, what hangs
-//! together is the boundary of a body. Let `w(p)` count the bodies that p is in, those that are seen from inside by 1 and those that are
-//! seen from outside by -1. Along a ray w rises by 1 where it comes upon a face from behind and falls by 1 where it comes upon its front,
-//! and far away it is 0. With one body seen from inside, which the others are in and each apart from the others, w is 1 in front of all
-//! faces and nowhere more: so the first face on any ray from there is met from its front.
+//! Let along each edge as many faces run one way as the other. Then `w(p)`, how many more faces a ray from far away to p comes upon from
+//! behind than from their front, is the same for all rays, and changes only where p crosses a face: it is greater by 1 in front. No face
+//! crosses another, so that w is the same all over a face's back. If it is 0 behind every face it is 1 in front of every face: so the first
+//! face on any ray from there is met from its front.
 //!
 //! What stands on a face may have no bottom: where edges that bound one face alone run around a part of other faces, all in the plane of these
 //! and turned to it, that part closes the body, as a bottom would, and nothing gets in between the two.
 //!
-//! A place that something lies on, a bottom or a face that touches it, sees nothing: there form factors do not sum to 1.
+//! A place that something lies on, a bottom or a face that touches it, sees nothing, and nothing sees it: a ray from there that gets
+//! through what lies on it is where w is 0, and the first face that it comes upon is met from behind.
 
 use std::f64::consts::PI;
 
 use radgrad_core::{DVec3, Polygon};
+use rayon::prelude::*;
 
 use super::edges::{Edges, before, near};
 use crate::mesh::element::Element;
 use crate::mesh::overlap::are_beside;
 use crate::mesh::{Mesh, convex_parts};
 
-/// Bodies beyond which it is not asked, and pairs of triangles of different ones.
-const MOST_BODIES: usize = 64;
-const MOST_PAIRS: usize = 4_000_000;
+/// Triangles beyond which it is not asked.
+const MOST_TRIANGLES: usize = 2000;
 
 /// How far a sum of solid angles may be from a whole number of turns.
 const WHOLE: f64 = 1e-6;
 
-/// Depth below a triangle, over its size, at which it is asked what that is in: bodies may touch each other.
+/// Depth behind a triangle, over its size, at which it is asked how often faces turn around that.
 const DEPTH: f64 = 1e-6;
 
 /// Fraction of sizes within which planes are one, and areas.
@@ -56,6 +56,13 @@ impl Closure {
         self.is_closed && self.covers[element.face()].iter().all(is_apart)
     }
 
+    /// Whether something lies on all of an element.
+    pub(super) fn is_covered(&self, element: &Element) -> bool {
+        let (of, covers) = (element.polygon(), &self.covers[element.face()]);
+        let covered: f64 = covers.iter().map(|cover| common_area(of.vertices(), of.normal(), cover)).sum();
+        self.is_closed && (covered - element.area()).abs() <= SAME * element.area()
+    }
+
     pub(super) const fn is_closed(&self) -> bool {
         self.is_closed
     }
@@ -64,12 +71,11 @@ impl Closure {
 /// Whether a scene of faces that all exchange light is closed, but where something lies on them; `None` if it is not asked.
 fn closed(mesh: &Mesh, edges: &Edges, covers: &mut [Vec<Vec<DVec3>>]) -> Option<bool> {
     let polygons = mesh.polygons();
-    let mut parts: Vec<(usize, Vec<DVec3>)> = Vec::new();
-    for (solid, rim) in edges.rims()? {
+    let mut parts: Vec<Vec<DVec3>> = (0..polygons.len()).flat_map(|face| mesh.convex_parts(face).iter().cloned()).collect();
+    for rim in edges.rims()? {
         let bottom = Polygon::new(rim).ok()?;
-        let convex = convex_parts(&bottom)?;
-        let (mut area, beneath) = (0.0, faces_beneath(polygons, &bottom));
-        for &face in &beneath {
+        let (convex, mut area) = (convex_parts(&bottom)?, 0.0);
+        for face in faces_beneath(polygons, &bottom) {
             let pairs = mesh.convex_parts(face).iter().flat_map(|of| convex.iter().map(move |part| (of, part)));
             area += pairs.map(|(of, part)| common_area(of, polygons[face].normal(), part)).sum::<f64>();
             covers[face].extend(convex.iter().cloned());
@@ -77,7 +83,7 @@ fn closed(mesh: &Mesh, edges: &Edges, covers: &mut [Vec<Vec<DVec3>>]) -> Option<
         if (area - bottom.area()).abs() > SAME * bottom.area() {
             return Some(false);
         }
-        parts.extend(convex.into_iter().map(|part| (solid, part)));
+        parts.extend(convex);
     }
     for pair in near(polygons) {
         let [a, b] = pair.faces;
@@ -86,41 +92,17 @@ fn closed(mesh: &Mesh, edges: &Edges, covers: &mut [Vec<Vec<DVec3>>]) -> Option<
             covers[b].extend(mesh.convex_parts(a).iter().cloned());
         }
     }
-    for face in 0..polygons.len() {
-        parts.extend(mesh.convex_parts(face).iter().map(|part| (edges.solid(face), part.clone())));
-    }
-    let mut bodies: Vec<usize> = parts.iter().map(|(solid, _)| *solid).collect();
-    bodies.sort_unstable();
-    bodies.dedup();
-    if bodies.len() > MOST_BODIES {
-        return None;
-    }
-    let fan = |part: &[DVec3]| -> Vec<[DVec3; 3]> {
+    let fan = |part: &Vec<DVec3>| -> Vec<[DVec3; 3]> {
         let all = (1..part.len().saturating_sub(1)).map(|i| [part[0], part[i], part[i + 1]]);
         // Corners on an edge leave triangles without area.
         all.filter(|[a, b, c]| (*b - *a).cross(*c - *a).length() > SAME * (*c - *a).length_squared()).collect()
     };
-    let of_body = |body: &usize| parts.iter().filter(|(solid, _)| solid == body).flat_map(|(_, part)| fan(part)).collect();
-    let of: Vec<Vec<[DVec3; 3]>> = bodies.iter().map(of_body).collect();
-    let volume = |of: &[[DVec3; 3]]| {
-        let from = of[0][0];
-        of.iter().map(|&[a, b, c]| (a - from).cross(b - from).dot(c - from)).sum::<f64>()
-    };
-    let inward: Vec<bool> = of.iter().map(|of| volume(of) < 0.0).collect();
-    let all: usize = of.iter().map(Vec::len).sum();
-    let pairs: usize = of.iter().zip(&inward).filter(|(_, inward)| !**inward).map(|(of, _)| of.len() * (all - of.len())).sum();
-    if inward.iter().filter(|inward| **inward).count() != 1 || pairs > MOST_PAIRS {
-        return None;
-    }
-    let is_in_its_place = |a: usize, b: usize| {
-        let wanted = if inward[b] { -1.0 } else { 0.0 };
-        of[a].iter().all(|triangle| (turns(below(triangle), &of[b]) - wanted).abs() < WHOLE)
-    };
-    Some((0..of.len()).filter(|&a| !inward[a]).all(|a| (0..of.len()).filter(|&b| b != a).all(|b| is_in_its_place(a, b))))
+    let triangles: Vec<[DVec3; 3]> = parts.iter().flat_map(fan).collect();
+    (triangles.len() <= MOST_TRIANGLES).then(|| triangles.par_iter().all(|of| turns(behind(of), &triangles).abs() < WHOLE))
 }
 
-/// A point in the body that a triangle of its boundary belongs to, under the triangle's middle.
-fn below(&[a, b, c]: &[DVec3; 3]) -> DVec3 {
+/// A point behind the middle of a triangle.
+fn behind(&[a, b, c]: &[DVec3; 3]) -> DVec3 {
     let size = (b - a).length() + (c - a).length();
     (a + b + c) / 3.0 - (b - a).cross(c - a).normalize_or_zero() * (DEPTH * size)
 }
@@ -156,4 +138,118 @@ fn turns(point: DVec3, triangles: &[[DVec3; 3]]) -> f64 {
         2.0 * a.cross(b).dot(c).atan2(scale)
     };
     triangles.iter().map(angle).sum::<f64>() / (4.0 * PI)
+}
+
+#[cfg(test)]
+mod tests {
+    use radgrad_scene::Scene;
+
+    use super::*;
+
+    type Quad = [[f64; 3]; 4];
+
+    const SIDES: [[usize; 4]; 6] = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+
+    /// A cuboid seen from outside; its first side is the bottom.
+    fn cuboid(low: [f64; 3], high: [f64; 3]) -> Vec<Quad> {
+        let corner = |i: usize| [[low[0], high[0]][i & 1], [low[1], high[1]][i >> 1 & 1], [low[2], high[2]][i >> 2 & 1]];
+        SIDES.iter().map(|side| side.map(corner)).collect()
+    }
+
+    /// The same seen from inside.
+    fn room() -> Vec<Quad> {
+        cuboid([0.0; 3], [4.0, 4.0, 3.0]).into_iter().map(|[a, b, c, d]| [d, c, b, a]).collect()
+    }
+
+    fn mesh(faces: &[Vec<[f64; 3]>]) -> Mesh {
+        let mut scene = Scene::new(["grey"]).unwrap();
+        let (grey, surface) = (scene.add_material("grey", [0.5], [0.0]).unwrap(), scene.add_surface("all"));
+        for corners in faces {
+            let polygon = Polygon::new(corners.iter().copied().map(DVec3::from).collect()).unwrap();
+            scene.add_face(surface, grey, polygon, None).unwrap();
+        }
+        Mesh::new(&scene, 0).unwrap()
+    }
+
+    fn closure(faces: &[Vec<[f64; 3]>]) -> (Mesh, Closure) {
+        let mesh = mesh(faces);
+        let closure = Closure::of(&mesh, &Edges::of(&mesh));
+        (mesh, closure)
+    }
+
+    fn polygons(quads: &[&[Quad]]) -> Vec<Vec<[f64; 3]>> {
+        quads.iter().flat_map(|quads| quads.iter().map(|quad| quad.to_vec())).collect()
+    }
+
+    #[test]
+    fn rooms_are_closed_where_things_stand_or_hang_in_them_but_not_with_a_hole_or_in_each_other() {
+        let (empty, block) = (room(), cuboid([1.0, 1.0, 0.0], [2.0, 2.5, 1.0]));
+        let hanging = cuboid([1.0, 1.0, 0.5], [2.0, 2.5, 1.0]);
+        let on_the_block = cuboid([1.2, 1.2, 1.0], [1.6, 1.6, 1.4]);
+        let in_a_corner = cuboid([0.0, 0.0, 0.0], [0.5, 0.5, 1.0]);
+        let through_the_floor = cuboid([1.0, 1.0, -0.5], [2.0, 2.5, 1.0]);
+        let outside = cuboid([5.0, 1.0, 0.0], [6.0, 2.0, 1.0]);
+        let over_the_edge = cuboid([3.0, 1.0, 1.0], [5.0, 2.0, 2.0]);
+        let cases = [
+            (polygons(&[&empty]), true),
+            (polygons(&[&empty[1..]]), false),
+            (polygons(&[&empty, &block]), true),
+            (polygons(&[&empty, &block[1..]]), true),
+            (polygons(&[&empty, &block[1..], &on_the_block[1..]]), true),
+            (polygons(&[&empty, &in_a_corner]), true),
+            (polygons(&[&empty, &hanging]), true),
+            (polygons(&[&empty, &hanging[1..]]), false),
+            (polygons(&[&empty, &hanging[..5]]), false),
+            (polygons(&[&empty, &through_the_floor]), false),
+            (polygons(&[&empty, &through_the_floor[1..]]), false),
+            (polygons(&[&empty, &outside]), false),
+            (polygons(&[&empty, &over_the_edge]), false),
+            (polygons(&[&empty, &hanging, &cuboid([1.2, 1.2, 0.6], [1.8, 1.8, 0.8])]), false),
+            (polygons(&[&block]), false),
+        ];
+        for (index, (faces, expected)) in cases.iter().enumerate() {
+            assert_eq!(closure(faces).1.is_closed(), *expected, "case {index}");
+        }
+    }
+
+    #[test]
+    fn what_has_no_bottom_stands_on_any_number_of_faces_but_on_no_hole() {
+        let block = cuboid([1.0, 1.0, 0.0], [2.0, 2.5, 1.0]);
+        let at = |x: f64, y: f64| [x, y, 0.0];
+        let halves = [
+            vec![at(0.0, 0.0), at(4.0, 0.0), at(4.0, 4.0)],
+            vec![at(0.0, 0.0), at(4.0, 4.0), at(0.0, 4.0)],
+        ];
+        let rest = polygons(&[&room()[1..], &block[1..]]);
+        assert!(closure(&[&rest[..], &halves].concat()).1.is_closed());
+        // A floor around a pit under a part of the block.
+        let floor = |x: f64, y: f64| {
+            let strip = |from: [f64; 2], to: [f64; 2]| {
+                vec![at(from[0], from[1]), at(to[0], from[1]), at(to[0], to[1]), at(from[0], to[1])]
+            };
+            vec![strip([0.0; 2], [x, 4.0]), strip([x, 0.0], [x + 0.5, y]), strip([x, y + 0.5], [x + 0.5, 4.0]), strip([x + 0.5, 0.0], [4.0; 2])]
+        };
+        for (x, y) in [(1.2, 1.2), (1.8, 1.2), (3.0, 3.0)] {
+            let pit = cuboid([x, y, -0.5], [x + 0.5, y + 0.5, 0.0]);
+            let pit: Vec<Quad> = pit.into_iter().enumerate().filter(|(side, _)| *side != 1).map(|(_, [a, b, c, d])| [d, c, b, a]).collect();
+            let faces = [&rest[..], &floor(x, y), &polygons(&[&pit])].concat();
+            assert_eq!(closure(&faces).1.is_closed(), x == 3.0, "{x}");
+        }
+    }
+
+    #[test]
+    fn what_something_lies_on_is_not_closed_and_what_is_beside_it_is() {
+        let block = cuboid([1.0, 1.0, 0.0], [2.0, 2.5, 1.0]);
+        for first in [0, 1] {
+            let (mesh, closure) = closure(&polygons(&[&room(), &block[first..]]));
+            assert!(closure.is_closed());
+            for element in mesh.elements() {
+                let middle = element.centre();
+                let is_under = middle.z == 0.0 && middle.x > 1.0 && middle.x < 2.0 && middle.y > 1.0 && middle.y < 2.5;
+                assert_eq!(closure.is_closed_from(element), !is_under, "{middle}");
+                let is_bottom = middle.z == 0.0 && element.polygon().normal().z < 0.0;
+                assert_eq!(closure.is_covered(element), is_under || is_bottom, "{middle}");
+            }
+        }
+    }
 }

@@ -128,34 +128,31 @@ impl Edges {
         self.all[line].faces.is_empty()
     }
 
-    /// Loops of the edges that bound one face alone, each in the way in which a face that filled it would run, with what that face would hang
-    /// together with. `None` if edges bound more faces than two, or two that run along them in the same way; if faces cross; and if loops
-    /// touch each other.
-    pub(super) fn rims(&self) -> Option<Vec<(usize, Vec<DVec3>)>> {
-        let mut next: BTreeMap<[u64; 3], (DVec3, usize)> = BTreeMap::new();
+    /// Loops of the edges along which one more face runs one way than the other, each in the way in which a face that filled it would run.
+    /// `None` if there is an edge with more than one such face, if faces cross, and if loops touch each other.
+    pub(super) fn rims(&self) -> Option<Vec<Vec<DVec3>>> {
+        let mut next: BTreeMap<[u64; 3], DVec3> = BTreeMap::new();
         for edge in &self.all {
-            match edge.faces[..] {
-                [(_, along), (_, other)] if along != other => {}
-                [(face, along)] => {
-                    let [from, to] = if along { [edge.ends[1], edge.ends[0]] } else { edge.ends };
-                    if next.insert(bits(from), (to, self.solids[face])).is_some() {
-                        return None;
-                    }
-                }
+            let [start, end] = edge.ends;
+            let runs = |way: bool| edge.faces.iter().filter(|(_, along)| *along == way).count();
+            let (from, to) = match (edge.faces.len(), runs(true), runs(false)) {
+                (0, ..) => return None,
+                (_, along, other) if along == other => continue,
+                (_, along, other) if along == other + 1 => (end, start),
+                (_, along, other) if along + 1 == other => (start, end),
                 _ => return None,
+            };
+            if next.insert(bits(from), to).is_some() {
+                return None;
             }
         }
         let mut rims = Vec::new();
-        while let Some((start, (first, solid))) = next.pop_first() {
+        while let Some((start, first)) = next.pop_first() {
             let mut rim = vec![first];
             while let Some(&last) = rim.last().filter(|last| bits(**last) != start) {
-                let (to, of) = next.remove(&bits(last))?;
-                if of != solid {
-                    return None;
-                }
-                rim.push(to);
+                rim.push(next.remove(&bits(last))?);
             }
-            rims.push((solid, rim));
+            rims.push(rim);
         }
         Some(rims)
     }

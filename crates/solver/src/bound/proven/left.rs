@@ -291,10 +291,11 @@ impl Proof<'_> {
         let target = self.target(to, element);
         let kinds = self.kinds(to, gathered);
         let sizes: Vec<f64> = (0..channels).map(|channel| self.size(light, gathered, basis.nodes().len(), channel)).collect();
-        let less = self.less(to, light, gathered);
+        let less: Vec<f64> = (0..channels).map(|channel| self.seen(to, light, gathered, channel)).collect();
         let light = &match light {
-            Light::Field(field, _) => Light::Field(field, &less),
-            Light::Even(_) => *light,
+            // Where form factors sum to 1 a constant may be subtracted: every place gathers the same of it.
+            Light::Field(field, _) if gathered.all => Light::Field(field, &less),
+            other => *other,
         };
         let alone = |index: usize| -> f64 {
             let source = gathered.sources[index].0;
@@ -323,44 +324,12 @@ impl Proof<'_> {
                 }
                 _ => (*left, None),
             };
-            let (left, rounding) = (self.rounded(&target, left, sizes[channel]), self.rounding(&target, sizes[channel])[1]);
-            let split = Split { orthogonal: split.orthogonal * ROUNDED, loose: split.loose * ROUNDED + rounding };
-            (left, split, neglected)
+            let [most, mean] = target.nodes.rounding.map(|rounding| rounding * f64::EPSILON * sizes[channel]);
+            let left = Left { largest: left.largest * ROUNDED + most, mean: least(left.mean, left.largest) * ROUNDED + mean };
+            (left, Split { orthogonal: split.orthogonal * ROUNDED, loose: split.loose * ROUNDED + mean }, neglected)
         };
         let left = simply.iter().enumerate().map(of_channel).collect();
         (left, kinds.iter().enumerate().map(|(index, kind)| self.factor(&target, gathered, index, *kind)).collect())
-    }
-
-    /// The same by the range of what the sources radiate alone.
-    pub(super) fn left_by_size(&self, to: usize, light: &Light<'_>, gathered: &Gathered<'_>) -> Vec<LeftOut> {
-        let (target, nodes) = (self.target(to, &self.mesh.elements()[to]), self.mesh.basis(to).nodes().len());
-        let less = self.less(to, light, gathered);
-        let of_channel = |channel: usize| {
-            let size = self.size(light, gathered, nodes, channel);
-            let light = &match light {
-                Light::Field(field, _) => Light::Field(field, &less),
-                Light::Even(_) => *light,
-            };
-            let left = self.rounded(&target, self.simply(to, &target, light, gathered, channel), size);
-            (left, Split { orthogonal: 0.0, loose: left.mean }, None)
-        };
-        (0..self.channels).map(of_channel).collect()
-    }
-
-    /// What may be subtracted from what the sources radiate, in each channel: where form factors sum to 1 every place gathers the same of a
-    /// constant.
-    fn less(&self, to: usize, light: &Light<'_>, gathered: &Gathered<'_>) -> Vec<f64> {
-        if gathered.all { (0..self.channels).map(|channel| self.seen(to, light, gathered, channel)).collect() } else { Vec::new() }
-    }
-
-    /// What a projection of samples of at most this size rounds by, at most and in the mean.
-    fn rounding(&self, target: &Target<'_>, size: f64) -> [f64; 2] {
-        target.nodes.rounding.map(|rounding| rounding * f64::EPSILON * size)
-    }
-
-    fn rounded(&self, target: &Target<'_>, left: Left, size: f64) -> Left {
-        let [most, mean] = self.rounding(target, size);
-        Left { largest: left.largest * ROUNDED + most, mean: least(left.mean, left.largest) * ROUNDED + mean }
     }
 
     /// What is little in cells: of reflected light no less than these may come to, from what is left without them.

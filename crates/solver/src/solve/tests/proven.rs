@@ -254,6 +254,55 @@ fn where_all_is_seen_the_bound_is_near_the_error_and_in_even_light_it_is_that_of
     assert!(bound < 2e-3, "{bound:e}");
 }
 
+/// All light that a room with one reflectance gets is reflected on and on: `E/(1 - rho)` of it is found, wherever and behind whatever it is lit.
+#[test]
+fn in_a_closed_room_of_one_reflectance_the_mean_is_proven_to_little_more_than_its_error() {
+    let mut random = Random(17);
+    for case in 0..6 {
+        let rho = random.between(0.2, 0.9);
+        let mut scene = Scene::new(["grey"]).unwrap();
+        let (wall, surface) = (scene.add_material("wall", [rho], [0.0]).unwrap(), scene.add_surface("all"));
+        let lit = scene.add_material("lit", [rho], [std::f64::consts::FRAC_1_PI]).unwrap();
+        let (mut emitted, mut seen) = (0.0, 0.0);
+        let mut add = |material: usize, corners: [DVec3; 4]| {
+            let polygon = Polygon::new(corners.to_vec()).unwrap();
+            let area = polygon.area();
+            scene.add_face(surface, material, polygon, None).unwrap();
+            area
+        };
+        let sides = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+        let corners = |low: DVec3, high: DVec3| {
+            sides.map(|side| side.map(|i| DVec3::new([low.x, high.x][i & 1], [low.y, high.y][i >> 1 & 1], [low.z, high.z][i >> 2 & 1])))
+        };
+        for (side, [a, b, c, d]) in corners(DVec3::ZERO, DVec3::new(4.0, 4.0, 3.0)).into_iter().enumerate() {
+            let is_lit = side == case;
+            let area = add(if is_lit { lit } else { wall }, [d, c, b, a]);
+            (emitted, seen) = (emitted + if is_lit { area } else { 0.0 }, seen + area);
+        }
+        // A box with or without a bottom on the floor, and one that hangs before the lit side.
+        let bottom = usize::from(case % 2 == 0);
+        let low = DVec3::new(random.between(0.2, 1.5), random.between(0.2, 1.5), 0.0);
+        let high = low + DVec3::new(random.between(0.3, 2.0), random.between(0.3, 2.0), random.between(0.2, 1.4));
+        let standing = corners(low, high);
+        let base = (high - low).x * (high - low).y;
+        let all: f64 = standing[bottom..].iter().map(|side| add(wall, *side)).sum();
+        // What it stands on sees nothing, nor does its bottom.
+        seen += all - base - if bottom == 0 { base } else { 0.0 };
+        let dark = base + if bottom == 0 { base } else { 0.0 };
+        let low = DVec3::new(random.between(0.2, 2.5), random.between(0.2, 2.5), 1.6);
+        seen += corners(low, low + DVec3::new(0.7, 1.1, 1.0)).iter().map(|side| add(wall, *side)).sum::<f64>();
+        // Where the lit side is the floor a part of what it emits goes nowhere.
+        let below = if case == 0 { base } else { 0.0 };
+        let options = Options { error: 0.02, ..Options::default() };
+        let solution = solve(&scene, &options, |_| true).unwrap();
+        let exact = ((emitted - below) / (1.0 - rho) + below) / (seen + dark);
+        let (off, bound) = ((solution.mean()[0] - exact).abs(), solution.mean_bound()[0].total());
+        // What evaluations may be off by is a small part of the error asked for.
+        let close = 1.01 * off + 0.05 * options.error * exact;
+        assert!(off <= bound && bound <= close, "case {case}: {exact} off by {off:e}, bound {bound:e}");
+    }
+}
+
 /// Bounds that were a tenth of what they are would not hold: of light that is reflected once all is known at every point.
 #[test]
 fn some_errors_are_more_than_a_tenth_of_their_bounds() {
