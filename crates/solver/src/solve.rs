@@ -64,6 +64,11 @@ const DEGREE_OF_MANY: usize = 1;
 /// The part of the error asked for that links may neglect.
 const LINK_PART: f64 = 0.1;
 
+/// The same where leaves make up so few pairs that finer links cost nothing that is noticed: where light is smooth, what links neglect is then
+/// no more than the rest of the bound.
+const LINK_PART_OF_FEW: f64 = 1e-6;
+const FEW_PAIRS: usize = 2048;
+
 /// The part of the mean magnitude of errors before at which a round aims at least.
 const STEP: f64 = 0.3;
 
@@ -321,7 +326,8 @@ impl Solution {
             Linking::Error if !is_last => self.aims(options.error),
             _ => [options.error; 2],
         };
-        self.allowed = LINK_PART * aim;
+        let leaves = self.mesh.leaves().count();
+        self.allowed = aim * if leaves * leaves <= FEW_PAIRS { LINK_PART_OF_FEW } else { LINK_PART };
         let began = self.clock.elapsed();
         self.light(of_direct, options, light)?;
         let mut refined = self.clock.elapsed().saturating_sub(began);
