@@ -52,6 +52,7 @@ use crate::links::linking::Linking;
 use crate::links::rays::cells_for;
 use crate::mesh::Mesh;
 use crate::mesh::clusters::FEWEST as MANY;
+use crate::mesh::element::Element;
 use crate::mesh::surfaces::Surfaces;
 use crate::solve::options::{Marking, Options, Progress};
 use crate::solve::served::Served;
@@ -64,10 +65,10 @@ const DEGREE_OF_MANY: usize = 1;
 /// The part of the error asked for that links may neglect.
 const LINK_PART: f64 = 0.1;
 
-/// The same where leaves make up so few pairs that finer links cost nothing that is noticed: where light is smooth, what links neglect is then
-/// no more than the rest of the bound.
+/// The same where leaves are apart and make up so few pairs that finer links cost nothing that is noticed: light is smooth there, and what
+/// links neglect would be most of the bound.
 const LINK_PART_OF_FEW: f64 = 1e-6;
-const FEW_PAIRS: usize = 2048;
+const FEW_PAIRS: usize = 1100;
 
 /// The part of the mean magnitude of errors before at which a round aims at least.
 const STEP: f64 = 0.3;
@@ -316,6 +317,14 @@ impl Solution {
         self.mesh.elements().len() >= options.most_elements.saturating_add(given)
     }
 
+    /// Whether no leaf is nearer to one of another face than their sizes, and these are few pairs.
+    fn leaves_are_few_and_apart(&self) -> bool {
+        let leaves: Vec<_> = self.mesh.leaves().map(|leaf| &self.mesh.elements()[leaf]).collect();
+        let are_apart =
+            |a: &Element, b: &Element| a.face() == b.face() || (a.centre() - b.centre()).length() > a.radius() + b.radius();
+        leaves.len() * leaves.len() <= FEW_PAIRS && leaves.iter().all(|a| leaves.iter().all(|b| are_apart(a, b)))
+    }
+
     /// One round: direct light, links, sweeps, finer links, bounds. Beside what ends with the time it is expected to take so long.
     /// Returns how long that was refined, leaves and links.
     fn round(&mut self, options: &Options, expected: Duration) -> Result<Duration, Error> {
@@ -326,8 +335,7 @@ impl Solution {
             Linking::Error if !is_last => self.aims(options.error),
             _ => [options.error; 2],
         };
-        let leaves = self.mesh.leaves().count();
-        self.allowed = aim * if leaves * leaves <= FEW_PAIRS { LINK_PART_OF_FEW } else { LINK_PART };
+        self.allowed = aim * if self.leaves_are_few_and_apart() { LINK_PART_OF_FEW } else { LINK_PART };
         let began = self.clock.elapsed();
         self.light(of_direct, options, light)?;
         let mut refined = self.clock.elapsed().saturating_sub(began);

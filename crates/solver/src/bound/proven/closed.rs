@@ -216,10 +216,7 @@ mod tests {
     fn what_has_no_bottom_stands_on_any_number_of_faces_but_on_no_hole() {
         let block = cuboid([1.0, 1.0, 0.0], [2.0, 2.5, 1.0]);
         let at = |x: f64, y: f64| [x, y, 0.0];
-        let halves = [
-            vec![at(0.0, 0.0), at(4.0, 0.0), at(4.0, 4.0)],
-            vec![at(0.0, 0.0), at(4.0, 4.0), at(0.0, 4.0)],
-        ];
+        let halves = [vec![at(0.0, 0.0), at(4.0, 0.0), at(4.0, 4.0)], vec![at(0.0, 0.0), at(4.0, 4.0), at(0.0, 4.0)]];
         let rest = polygons(&[&room()[1..], &block[1..]]);
         assert!(closure(&[&rest[..], &halves].concat()).1.is_closed());
         // A floor around a pit under a part of the block.
@@ -227,11 +224,17 @@ mod tests {
             let strip = |from: [f64; 2], to: [f64; 2]| {
                 vec![at(from[0], from[1]), at(to[0], from[1]), at(to[0], to[1]), at(from[0], to[1])]
             };
-            vec![strip([0.0; 2], [x, 4.0]), strip([x, 0.0], [x + 0.5, y]), strip([x, y + 0.5], [x + 0.5, 4.0]), strip([x + 0.5, 0.0], [4.0; 2])]
+            vec![
+                strip([0.0; 2], [x, 4.0]),
+                strip([x, 0.0], [x + 0.5, y]),
+                strip([x, y + 0.5], [x + 0.5, 4.0]),
+                strip([x + 0.5, 0.0], [4.0; 2]),
+            ]
         };
         for (x, y) in [(1.2, 1.2), (1.8, 1.2), (3.0, 3.0)] {
             let pit = cuboid([x, y, -0.5], [x + 0.5, y + 0.5, 0.0]);
-            let pit: Vec<Quad> = pit.into_iter().enumerate().filter(|(side, _)| *side != 1).map(|(_, [a, b, c, d])| [d, c, b, a]).collect();
+            let pit: Vec<Quad> =
+                pit.into_iter().enumerate().filter(|(side, _)| *side != 1).map(|(_, [a, b, c, d])| [d, c, b, a]).collect();
             let faces = [&rest[..], &floor(x, y), &polygons(&[&pit])].concat();
             assert_eq!(closure(&faces).1.is_closed(), x == 3.0, "{x}");
         }

@@ -17,6 +17,9 @@
 //! the nodes, so that `|r|` is at most the sum of the magnitudes of the Legendre series of Q r, and `q + (n + 1)^2 (q + d)` more.
 //! Sources count together, with their signs; q and d add up. The part of r along the polynomials of P is that of Q r, which the rule of the
 //! nodes gives exactly, and in the mean square `2 q + d` more.
+//!
+//! Where sources are near, q is small on cells of the element alone: it is then cut into cells, each with its own Q and q. Of q counts the
+//! root mean square over the cells, and for the largest value the largest one.
 
 use radgrad_core::mutant;
 use radgrad_scene::{gauss_legendre, largest};
@@ -26,13 +29,23 @@ use super::nodes::ROUNDED;
 use super::terms::Target;
 use crate::links::station::Station;
 use crate::mesh::Sight;
-use crate::mesh::shape::Shape;
+use crate::mesh::element::Element;
+use crate::mesh::shape::{Shape, in_parent};
 
 /// Degrees that are tried.
 const DEGREES: [usize; 4] = [3, 5, 7, 11];
 
-/// Share of the residual at the nodes up to which the rest of Taylor's series may go; above it a higher degree is tried.
+/// How often an element is cut into four at most, where it may be cut, and evaluations on all its cells.
+const MOST_CUTS: usize = 2;
+const MOST_EVALUATIONS: usize = 20_000;
+
+/// Share of the residual at the nodes up to which the rest of Taylor's series may go, and where an element may be cut into cells; above it
+/// more nodes are tried.
 const PART: f64 = 0.01;
+const PART_IN_CELLS: f64 = 1e-4;
+
+/// A cell of an element, and the corner of its square in the reference coordinates of the element.
+type Cell = (Element, [f64; 2]);
 
 /// Sources that count together: which do, and their residual in each channel.
 #[derive(Debug, Default)]
@@ -49,34 +62,61 @@ impl Proof<'_> {
     pub(super) fn finely(
         &self,
         to: usize,
-        target: &Target<'_>,
         light: &Light<'_>,
         gathered: &Gathered<'_>,
         kinds: &[Kind],
         alone: &dyn Fn(usize) -> f64,
     ) -> Finely {
-        let (element, basis) = (&self.mesh.elements()[to], self.mesh.basis(to));
-        let none = Finely { takes: vec![false; kinds.len()], ..Finely::default() };
-        let highest = DEGREES[DEGREES.len() - 1];
-        if element.shape() != Shape::Parallelogram || basis.degree() > DEGREES[0] {
-            return none;
+        let (element, cells) = (&self.mesh.elements()[to], self.cells(to));
+        if element.shape() != Shape::Parallelogram || self.mesh.basis(to).degree() > DEGREES[0] {
+            return Finely { takes: vec![false; kinds.len()], ..Finely::default() };
         }
+        let below = cells.iter().map(|cells| cells.iter().map(|(cell, corner)| (cell, *corner)).collect());
+        let levels: Vec<Vec<(&Element, [f64; 2])>> = std::iter::once(vec![(element, [0.0; 2])]).chain(below).collect();
+        let on = |levels: &[Vec<(&Element, [f64; 2])>]| self.finely_on(to, levels, light, (gathered, kinds), alone);
+        // Where cells are not enough they are not worth their work.
+        let in_cells = if levels.len() > 1 { on(&levels) } else { None };
+        in_cells.or_else(|| on(&levels[..1])).unwrap_or_else(|| Finely { takes: vec![false; kinds.len()], ..Finely::default() })
+    }
+
+    /// The same on the element or on its cells, by how often it is cut into four. `None` if there is nothing to count, and in cells if too much
+    /// is left of Taylor's series.
+    fn finely_on(
+        &self,
+        to: usize,
+        levels: &[Vec<(&Element, [f64; 2])>],
+        light: &Light<'_>,
+        (gathered, kinds): (&Gathered<'_>, &[Kind]),
+        alone: &dyn Fn(usize) -> f64,
+    ) -> Option<Finely> {
+        let (element, basis) = (&self.mesh.elements()[to], self.mesh.basis(to));
+        let (target, highest) = (self.target(to, element), DEGREES[DEGREES.len() - 1]);
         let coefficients =
             |source: usize| -> Vec<Vec<f64>> { (0..self.channels).map(|channel| light.of(self.mesh, source, channel)).collect() };
-        let beyond = |source: usize, degree: usize| -> Vec<f64> {
-            let of = |held: &Vec<f64>| self.smooth(target, source, &self.polynomial(source, held), degree);
+        // For each channel, in the root mean square over the cells of a level and the largest on one of them.
+        let beyond = |source: usize, (level, degree): (usize, usize)| -> Vec<Left> {
+            let targets: Vec<Target<'_>> = levels[level].iter().map(|(cell, _)| self.target(to, cell)).collect();
+            let part = 1.0 / targets.len() as f64;
+            let of = |held: &Vec<f64>| {
+                let polynomial = self.polynomial(source, held);
+                let on_cells = targets.iter().map(|target| self.smooth(target, source, &polynomial, degree));
+                let (most, square) = on_cells.fold((0.0, 0.0), |(most, square), q| (largest(most, q), square + part * q * q));
+                Left { largest: most, mean: square.sqrt() }
+            };
             coefficients(source).iter().map(of).collect()
         };
         let takes: Vec<bool> = (gathered.sources.iter().zip(kinds).enumerate())
             .map(|(index, ((source, _), kind))| {
-                let by_itself = || 2.0 * beyond(*source, highest).iter().sum::<f64>();
-                *kind == Kind::Clear && self.in_front(target, *source) && 2.0 * by_itself() < alone(index)
+                let by_itself = |level: usize| 2.0 * beyond(*source, (level, highest)).iter().map(|of| of.mean).sum::<f64>();
+                *kind == Kind::Clear
+                    && self.in_front(&target, *source)
+                    && (0..levels.len()).any(|level| 2.0 * by_itself(level) < alone(index))
             })
             .collect();
         let taken: Vec<usize> =
             gathered.sources.iter().zip(&takes).filter(|(_, takes)| **takes).map(|((source, _), _)| *source).collect();
         if taken.is_empty() {
-            return none;
+            return None;
         }
         // What their projection is off at the nodes that it is made of.
         let held: Vec<Vec<f64>> = (0..self.channels)
@@ -92,29 +132,43 @@ impl Proof<'_> {
                 held.into_iter().chain([most]).collect()
             })
             .collect();
-        let left_by = |degree: usize| -> Vec<f64> {
-            let mut sums = vec![0.0; self.channels];
-            taken.iter().for_each(|&source| sums.iter_mut().zip(beyond(source, degree)).for_each(|(sum, of)| *sum += of));
+        let left_by = |way: (usize, usize)| -> Vec<Left> {
+            let mut sums = vec![Left::default(); self.channels];
+            taken.iter().for_each(|&source| sums.iter_mut().zip(beyond(source, way)).for_each(|(sum, of)| *sum = sum.and(of)));
             sums
         };
-        let enough = |degree: &usize| left_by(*degree).iter().zip(&held).all(|(left, held)| *left <= PART * held[basis.len()]);
-        let degree = DEGREES.into_iter().find(enough).unwrap_or(highest);
-        let beyond = left_by(degree);
+        let part = if levels.len() > 1 { PART_IN_CELLS } else { PART };
+        let places = |&(level, degree): &(usize, usize)| levels[level].len() * (degree + 1) * (degree + 1);
+        let ways = (0..levels.len()).flat_map(|level| DEGREES.map(|degree| (level, degree)));
+        let mut ways: Vec<(usize, usize)> =
+            ways.filter(|way| way.0 == 0 || places(way) * taken.len() <= MOST_EVALUATIONS).collect();
+        ways.sort_by_key(places);
+        let enough =
+            |way: &(usize, usize)| left_by(*way).iter().zip(&held).all(|(left, held)| left.mean <= part * held[basis.len()]);
+        let (level, degree) = match ways.into_iter().find(enough) {
+            Some(way) => way,
+            None if levels.len() > 1 => return None,
+            None => (0, highest),
+        };
+        let beyond = left_by((level, degree));
 
         let sources: Vec<(usize, Vec<Vec<f64>>)> = taken.iter().map(|&source| (source, coefficients(source))).collect();
         let rule: Vec<(f64, f64)> = gauss_legendre(degree + 1).iter().map(|(x, weight)| (0.5 + 0.5 * x, 0.5 * weight)).collect();
-        let mut off = vec![vec![0.0; rule.len() * rule.len()]; self.channels];
-        let mut error = vec![0.0_f64; self.channels];
-        let mut size = vec![0.0_f64; self.channels];
+        let weight = |place: usize| rule[place / rule.len()].1 * rule[place % rule.len()].1;
+        let (mut square, mut most) = (vec![0.0_f64; self.channels], vec![0.0_f64; self.channels]);
+        let (mut error, mut size) = (square.clone(), square.clone());
         let mut along = vec![vec![0.0_f64; basis.len()]; self.channels];
-        for (a, (s, weight_s)) in rule.iter().enumerate() {
-            for (b, (t, weight_t)) in rule.iter().enumerate() {
-                let station = Station::on(element, element.point([*s, *t]));
-                let values = basis.values([*s, *t]);
+        let part = 1.0 / levels[level].len() as f64;
+        for &(cell, corner) in &levels[level] {
+            let mut off = vec![vec![0.0; rule.len() * rule.len()]; self.channels];
+            for place in 0..rule.len() * rule.len() {
+                let at = [rule[place / rule.len()].0, rule[place % rule.len()].0];
+                let station = Station::on(element, cell.point(at));
+                let values = basis.values([0, 1].map(|axis| corner[axis] + part.sqrt() * at[axis]));
                 let (mut errors, mut sums, mut sizes) =
                     (vec![0.0; self.channels], vec![0.0; self.channels], vec![0.0; self.channels]);
                 for (source, held) in &sources {
-                    let Ok(row) = self.optics.receive(&station, *source, &Sight::Clear, held[0].len()) else { return none };
+                    let Ok(row) = self.optics.receive(&station, *source, &Sight::Clear, held[0].len()) else { return None };
                     for (channel, held) in held.iter().enumerate() {
                         sums[channel] += row.values.iter().zip(held).map(|(v, c)| v * c).sum::<f64>();
                         sizes[channel] += row.values.iter().zip(held).map(|(v, c)| (v * c).abs()).sum::<f64>();
@@ -124,31 +178,50 @@ impl Proof<'_> {
                 for channel in 0..self.channels {
                     let polynomial: f64 = held[channel].iter().zip(&values).map(|(c, v)| c * v).sum();
                     let left = sums[channel] - polynomial;
-                    off[channel][a * rule.len() + b] = left;
-                    along[channel].iter_mut().zip(&values).for_each(|(sum, value)| *sum += weight_s * weight_t * left * value);
+                    off[channel][place] = left;
+                    square[channel] += part * weight(place) * left * left;
+                    along[channel].iter_mut().zip(&values).for_each(|(sum, value)| *sum += part * weight(place) * left * value);
                     error[channel] = largest(error[channel], errors[channel]);
                     size[channel] = largest(size[channel], sizes[channel]);
                 }
             }
+            most.iter_mut().zip(&off).for_each(|(most, off)| *most = largest(*most, legendre_sum(&rule, off)));
         }
         let places = (rule.len() * rule.len()) as f64;
         let of_channel = |channel: usize| {
-            let off = &off[channel];
-            let weight = |place: usize| rule[place / rule.len()].1 * rule[place % rule.len()].1;
-            let rms = off.iter().enumerate().map(|(place, off)| weight(place) * off * off).sum::<f64>().sqrt();
             // Sums, and the polynomial's values, round.
             let error = error[channel] + 1e-13 * size[channel];
             let beyond = beyond[channel];
-            let mean = rms + 2.0 * beyond + error;
-            let most = legendre_sum(&rule, off) + beyond + places * (beyond + error);
+            let mean = square[channel].sqrt() + 2.0 * beyond.mean + error;
+            let most = most[channel] + beyond.largest + places * (beyond.largest + error);
             let held = along[channel].iter().map(|c| c.powi(2)).sum::<f64>().sqrt();
             (
                 Left { largest: most * ROUNDED, mean: mean * ROUNDED },
-                mutant!("solver.along-finely", (held + 2.0 * beyond + error) * ROUNDED, |_| 0.0),
+                mutant!("solver.along-finely", (held + 2.0 * beyond.mean + error) * ROUNDED, |_| 0.0),
             )
         };
         let (left, along) = (0..self.channels).map(of_channel).unzip();
-        Finely { takes, left, along }
+        Some(Finely { takes, left, along })
+    }
+
+    /// The cells of an element by how often it is cut into four, from once on; none if it is not to be cut.
+    fn cells(&self, to: usize) -> Vec<Vec<Cell>> {
+        let (element, basis) = (&self.mesh.elements()[to], self.mesh.basis(to));
+        let mut levels: Vec<Vec<Cell>> = Vec::new();
+        for level in 0..self.deepest.min(MOST_CUTS) {
+            let quarters = |cell: &Element, corner: [f64; 2]| -> Option<Vec<Cell>> {
+                let within = |child: usize| in_parent(element.shape(), child, [0.0; 2]).map(|at| at / f64::from(1 << level));
+                let at = |child: usize| [corner[0] + within(child)[0], corner[1] + within(child)[1]];
+                Some(cell.divided(0, basis).ok()?.into_iter().enumerate().map(|(child, cell)| (cell, at(child))).collect())
+            };
+            let next: Option<Vec<Vec<Cell>>> = match levels.last() {
+                None => quarters(element, [0.0; 2]).map(|cells| vec![cells]),
+                Some(cells) => cells.iter().map(|(cell, corner)| quarters(cell, *corner)).collect(),
+            };
+            let Some(next) = next else { break };
+            levels.push(next.into_iter().flatten().collect());
+        }
+        levels
     }
 }
 

@@ -301,7 +301,7 @@ impl Proof<'_> {
             let source = gathered.sources[index].0;
             (0..channels).map(|channel| self.alone(&target, to, source, &light.of(mesh, source, channel)).mean).sum()
         };
-        let finely = self.finely(to, &target, light, gathered, &kinds, &alone);
+        let finely = self.finely(to, light, gathered, &kinds, &alone);
         let held: Vec<Vec<f64>> = (0..channels).map(|channel| self.held(to, light, gathered, channel)).collect();
         let simply = |channel: usize| {
             let simply = self.simply(to, &target, light, gathered, channel);
