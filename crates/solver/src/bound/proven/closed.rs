@@ -240,6 +240,24 @@ mod tests {
         }
     }
 
+    /// Along the line in which it is cut into convex parts.
+    #[test]
+    fn a_plate_through_a_wall_with_a_notch_crosses_it_wherever_that_is() {
+        let wall = [[0.0, 0.0], [4.0, 0.0], [4.0, 3.0], [2.0, 1.0], [0.0, 3.0]].map(|[x, z]| DVec3::new(x, 0.0, z));
+        let polygon = Polygon::new(wall.to_vec()).unwrap();
+        let parts = convex_parts(&polygon).unwrap();
+        assert!(parts.len() > 1);
+        let is_outer = |a: DVec3, b: DVec3| (0..5).any(|i| [wall[i], wall[(i + 1) % 5]] == [a, b]);
+        let sides = parts.iter().flat_map(|part| (0..3).map(|i| [part[i], part[(i + 1) % 3]]));
+        for [a, b] in sides.filter(|[a, b]| !is_outer(*a, *b)) {
+            let [a, b] = [a + (b - a) * 0.2, b - (b - a) * 0.2];
+            let plate = [a - DVec3::Y, b - DVec3::Y, b + DVec3::Y, a + DVec3::Y];
+            let mesh = mesh(&[wall.map(|p| p.to_array()).to_vec(), plate.map(|p| p.to_array()).to_vec()]);
+            let edges = Edges::of(&mesh);
+            assert!((0..edges.all.len()).any(|line| edges.crosses(line)), "{a} {b}");
+        }
+    }
+
     #[test]
     fn what_something_lies_on_is_not_closed_and_what_is_beside_it_is() {
         let block = cuboid([1.0, 1.0, 0.0], [2.0, 2.5, 1.0]);

@@ -103,11 +103,10 @@ impl Edges {
                     let Some((foot, crosses)) = foot(self.planes[on], part) else { continue };
                     // The plane goes on beyond the face.
                     let normal = self.planes[on][1];
-                    for of in mesh.convex_parts(on) {
-                        let Some(near) = inside(foot, normal, of, reach) else { continue };
-                        self.feet[on].push((other, near));
+                    for foot in mesh.convex_parts(on).iter().filter_map(|of| inside(foot, normal, of, reach)) {
+                        self.feet[on].push((other, foot));
                         // Where one face ends in the other nothing crosses.
-                        if let (true, Some(foot)) = (crosses, inside(foot, normal, of, -reach)) {
+                        if crosses && !is_on_border(foot, mesh.polygons()[on].vertices(), 4.0 * reach) {
                             self.of_face[on].push(self.all.len());
                             self.of_face[other].push(self.all.len());
                             self.all.push(Edge { ends: foot, faces: Vec::new() });
@@ -292,6 +291,18 @@ fn inside([a, b]: [DVec3; 2], normal: DVec3, part: &[DVec3], by: f64) -> Option<
         }
     }
     (to > from).then(|| [a + (b - a) * from, a + (b - a) * to])
+}
+
+/// Whether a segment is along an edge of a polygon, and no farther from that than a length.
+fn is_on_border(ends: [DVec3; 2], v: &[DVec3], reach: f64) -> bool {
+    (0..v.len()).any(|i| {
+        let edge = v[(i + 1) % v.len()] - v[i];
+        let (along, length) = (edge.normalize_or_zero(), edge.length());
+        ends.iter().all(|end| {
+            let place = (*end - v[i]).dot(along);
+            place >= -reach && place <= length + reach && (*end - v[i]).cross(along).length() <= reach
+        })
+    })
 }
 
 /// The segment in which a convex polygon stands on a plane or crosses it, and whether it crosses; `None` if it is nowhere in front,
