@@ -31,7 +31,7 @@ const WHOLE: f64 = 1e-6;
 const DEPTH: f64 = 1e-6;
 
 /// Fraction of sizes within which planes are one, and areas.
-const SAME: f64 = 1e-9;
+pub(super) const SAME: f64 = 1e-9;
 
 /// Whether a scene is closed, and from where.
 #[derive(Debug, Default)]
@@ -56,11 +56,13 @@ impl Closure {
         self.is_closed && self.covers[element.face()].iter().all(is_apart)
     }
 
-    /// Whether something lies on all of an element.
-    pub(super) fn is_covered(&self, element: &Element) -> bool {
+    /// The part of an element's area that something lies on: 0 if there is none.
+    pub(super) fn covered(&self, element: &Element) -> f64 {
+        if self.is_closed_from(element) {
+            return 0.0;
+        }
         let (of, covers) = (element.polygon(), &self.covers[element.face()]);
-        let covered: f64 = covers.iter().map(|cover| common_area(of.vertices(), of.normal(), cover)).sum();
-        self.is_closed && (covered - element.area()).abs() <= SAME * element.area()
+        covers.iter().map(|cover| common_area(of.vertices(), of.normal(), cover)).sum::<f64>() / element.area()
     }
 
     pub(super) const fn is_closed(&self) -> bool {
@@ -269,7 +271,8 @@ mod tests {
                 let is_under = middle.z == 0.0 && middle.x > 1.0 && middle.x < 2.0 && middle.y > 1.0 && middle.y < 2.5;
                 assert_eq!(closure.is_closed_from(element), !is_under, "{middle}");
                 let is_bottom = middle.z == 0.0 && element.polygon().normal().z < 0.0;
-                assert_eq!(closure.is_covered(element), is_under || is_bottom, "{middle}");
+                let covered = if is_under || is_bottom { 1.0 } else { 0.0 };
+                assert!((closure.covered(element) - covered).abs() < 1e-12, "{middle}");
             }
         }
     }

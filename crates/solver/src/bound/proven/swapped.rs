@@ -23,7 +23,8 @@
 //!
 //! so that d is 0 but for rounding where all reflectances are the same, whatever stands in the scene and however it is lit, and small where
 //! they differ little. Else it is what the projection of `G rho phi` leaves out, cell by cell, and the unsolved rest. What something lies on
-//! sees nothing, nor is it seen: there B is E, and of any phi that is sent from there nothing is found elsewhere.
+//! sees nothing, nor is it seen: there B is E, and of any phi that is sent from there nothing is found elsewhere. On a receiver with such a
+//! part phi is a number, and d counts on the rest of it.
 //!
 //! On receiver i `int |d| B` is at most the largest `|d|` times the integral of B, or the mean of `|d|` times the largest B. The integral is
 //! that of `B_h` and of e: with `int e` over all area at most the bound b itself,
@@ -35,9 +36,10 @@
 //! where `d_i` is 0 for receivers that count by the largest B. k is the median of the `d_i` by their `o_i`. For scenes without textures.
 
 use radgrad_core::mutant;
-use radgrad_scene::largest;
+use radgrad_scene::{largest, smallest as least};
 use rayon::prelude::*;
 
+use super::closed::SAME;
 use super::left::fill;
 use super::nodes::ROUNDED;
 use super::{Ground, Proven, Rest, Solved, worth_cutting};
@@ -52,9 +54,12 @@ const ROUNDING: f64 = 1e-12;
 /// What the importance leaves out on the receivers.
 #[derive(Debug)]
 pub(super) struct Swapped {
-    /// The importance as it is sent, and evenly where something lies on the receiver.
+    /// The importance as it is sent, and evenly where something lies on a part of the receiver.
     sent: Field,
-    is_covered: Vec<bool>,
+    /// For each receiver, the part of its area that something lies on.
+    covered: Vec<f64>,
+    /// phi where that is not nothing, in each channel: its mean where it is.
+    even: Vec<f64>,
     /// For each receiver, in each channel.
     left: Vec<Vec<Rest>>,
     /// How often each is cut into cells; sizes alone count where this is 0.
@@ -76,41 +81,47 @@ impl Swapped {
     /// Of an importance as it is sent, by sizes alone.
     pub(super) fn of(solved: &Solved<'_>, ground: &Ground, mut sent: Field) -> Self {
         let Solved { mesh, receivers, channels, .. } = *solved;
-        let is_covered: Vec<bool> =
-            receivers.iter().map(|&receiver| ground.closure.is_covered(&mesh.elements()[receiver])).collect();
-        let covered: Vec<usize> = (0..receivers.len()).filter(|&place| is_covered[place]).collect();
-        let seen: Vec<usize> = (0..receivers.len()).filter(|&place| !is_covered[place]).map(|place| receivers[place]).collect();
-        let area = |&receiver: &usize| mesh.elements()[receiver].area();
-        for channel in (0..channels).filter(|_| !covered.is_empty()) {
-            let held = |receiver: &usize| area(receiver) * sent.of(*receiver, channel, mesh.basis(*receiver).len())[0];
-            let mean = seen.iter().map(held).sum::<f64>() / seen.iter().map(area).sum::<f64>();
-            for &receiver in covered.iter().map(|&place| &receivers[place]) {
+        let covered: Vec<f64> = receivers.iter().map(|&receiver| ground.closure.covered(&mesh.elements()[receiver])).collect();
+        let even = (0..channels).map(|channel| {
+            let of = |(&receiver, covered): (&usize, &f64)| {
+                let (rho, sent) =
+                    (solved.reflectance(receiver, channel), sent.of(receiver, channel, mesh.basis(receiver).len())[0]);
+                let area = mesh.elements()[receiver].area();
+                if *covered == 0.0 && rho > 0.0 { [area, area * sent / rho] } else { [0.0; 2] }
+            };
+            let [area, phi] = receivers.iter().zip(&covered).map(of).fold([0.0; 2], |sum, of| [sum[0] + of[0], sum[1] + of[1]]);
+            if area > 0.0 { phi / area } else { 1.0 }
+        });
+        let even: Vec<f64> = even.collect();
+        for (&receiver, _) in receivers.iter().zip(&covered).filter(|(_, covered)| **covered > 0.0) {
+            for (channel, phi) in even.iter().enumerate() {
                 let mut change: Vec<f64> = sent.of(receiver, channel, mesh.basis(receiver).len()).iter().map(|c| -c).collect();
-                change[0] += mean;
+                change[0] += solved.reflectance(receiver, channel) * phi;
                 sent.add(mesh, receiver, channel, &change);
             }
         }
         sent.pull(mesh);
-        let new = Self { left: Vec::new(), is_covered, deepest: vec![0; receivers.len()], sent };
-        let of = |(place, &receiver): (usize, &usize)| match () {
-            () if new.is_covered[place] => vec![Rest::default(); channels],
-            () if ground.closure.is_closed_from(&mesh.elements()[receiver]) && solved.far[receiver].is_empty() => {
-                new.evenly(solved, ground, receiver)
+        let new = Self { left: Vec::new(), covered, even, deepest: vec![0; receivers.len()], sent };
+        let of = |(place, &receiver): (usize, &usize)| {
+            if solved.far[receiver].is_empty() {
+                new.evenly(solved, ground, place)
+            } else {
+                new.through(solved, ground, place, 0)
             }
-            () => new.through(solved, ground, receiver, 0),
         };
         Self { left: receivers.par_iter().enumerate().map(of).collect(), ..new }
     }
 
     /// Bounds on d by how even what is sent is, where form factors sum to 1.
-    fn evenly(&self, solved: &Solved<'_>, ground: &Ground, receiver: usize) -> Vec<Rest> {
-        let Solved { mesh, channels, .. } = *solved;
+    fn evenly(&self, solved: &Solved<'_>, ground: &Ground, place: usize) -> Vec<Rest> {
+        let Solved { mesh, channels, receivers, .. } = *solved;
+        let receiver = receivers[place];
         let proof = ground.proof(solved.optics, channels, 0);
         let target = proof.target(receiver, &mesh.elements()[receiver]);
         let factor = |link: &Link| target.reach(&mesh.elements()[link.source]).factor;
         let seen: Vec<(usize, f64)> = solved.links[receiver].iter().map(|link| (link.source, factor(link))).collect();
         let of_channel = |channel: usize| {
-            let mut phi = self.importance(solved, receiver, channel).0;
+            let mut phi = self.importance(solved, place, channel).0;
             let c = std::mem::take(&mut phi[0]) - 1.0;
             let beyond = |&(source, factor): &(usize, f64), sign: f64| {
                 let basis = mesh.basis(source);
@@ -127,10 +138,10 @@ impl Swapped {
     }
 
     /// The same by what the projection leaves out, cell by cell, and the unsolved rest.
-    fn through(&self, solved: &Solved<'_>, ground: &Ground, receiver: usize, deepest: usize) -> Vec<Rest> {
-        let left = solved.left_of_irradiance(ground, &self.sent, receiver, deepest).0;
+    fn through(&self, solved: &Solved<'_>, ground: &Ground, place: usize, deepest: usize) -> Vec<Rest> {
+        let left = solved.left_of_irradiance(ground, &self.sent, solved.receivers[place], deepest).0;
         let with_rest = |(channel, left): (usize, Rest)| {
-            let solver = self.importance(solved, receiver, channel).1;
+            let solver = self.importance(solved, place, channel).1;
             let rest = Ledger { solver, ..Ledger::default() };
             Rest { largest: left.largest + rest, mean: left.mean + rest, ..left }
         };
@@ -142,14 +153,14 @@ impl Swapped {
         let mut places = vec![0; solved.mesh.elements().len()];
         solved.receivers.iter().enumerate().for_each(|(place, &receiver)| places[receiver] = place);
         let adds = |receiver: usize, channel: usize| {
-            if self.is_covered[places[receiver]] {
+            if self.covered[places[receiver]] > 0.0 {
                 return 0.0;
             }
             self.left[places[receiver]][channel].mean.discretisation * brightness(solved, receiver, channel)
         };
         let next = worth_cutting(solved, ground, &self.deepest, adds);
         let of = |&place: &usize| {
-            let through = || self.through(solved, ground, solved.receivers[place], self.deepest[place] + 1);
+            let through = || self.through(solved, ground, place, self.deepest[place] + 1);
             (!solved.clock.is_over()).then(through)
         };
         let found: Option<Vec<Vec<Rest>>> = next.par_iter().map(of).collect();
@@ -176,11 +187,11 @@ impl Swapped {
             let (emitted, given) = (solved.surfaces.emitted[face][channel], solved.given(face, channel));
             let held = solved.field.of(receiver, channel, basis.len());
             sums[1] += part * (held[0] + emitted - given);
-            if self.is_covered[place] {
-                sums[0] += part * emitted;
+            let covered = least(self.covered[place], 1.0);
+            sums[0] += part * (covered + (1.0 - covered) * self.importance(solved, place, channel).0[0]) * emitted;
+            if covered > 1.0 - SAME {
                 continue;
             }
-            sums[0] += part * self.importance(solved, receiver, channel).0[0] * emitted;
             let left = &self.left[place][channel];
             let [most, mean] = [left.largest.total(), left.mean.total()];
             let lamp = emitted - given;
@@ -221,15 +232,20 @@ impl Swapped {
     }
 
     /// The coefficients of phi on a receiver, and the most that the unsolved rest adds to d.
-    fn importance(&self, solved: &Solved<'_>, receiver: usize, channel: usize) -> (Vec<f64>, f64) {
-        let (mesh, rho) = (solved.mesh, solved.reflectance(receiver, channel));
+    fn importance(&self, solved: &Solved<'_>, place: usize, channel: usize) -> (Vec<f64>, f64) {
+        let (mesh, receiver) = (solved.mesh, solved.receivers[place]);
+        let rho = solved.reflectance(receiver, channel);
         let (basis, links, far) = (mesh.basis(receiver), &solved.links[receiver], &solved.far[receiver]);
         let mut gathered = basis.project(&irradiance(mesh, &self.sent, links, far, channel, basis.nodes().len()));
         gathered[0] += 1.0;
-        if rho == 0.0 {
-            return (gathered, 0.0);
+        let mut phi = vec![0.0; basis.len()];
+        phi[0] = self.even[channel];
+        if self.covered[place] == 0.0 {
+            if rho == 0.0 {
+                return (gathered, 0.0);
+            }
+            phi.iter_mut().zip(self.sent.of(receiver, channel, basis.len())).for_each(|(phi, sent)| *phi = sent / rho);
         }
-        let phi: Vec<f64> = self.sent.of(receiver, channel, basis.len()).iter().map(|sent| sent / rho).collect();
         let rest: Vec<f64> = gathered.iter().zip(&phi).map(|(gathered, phi)| gathered - phi).collect();
         (phi, basis.magnitude(&rest))
     }
