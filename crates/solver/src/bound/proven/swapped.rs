@@ -78,30 +78,54 @@ struct Added {
 }
 
 impl Swapped {
-    /// Of an importance as it is sent, by sizes alone.
-    pub(super) fn of(solved: &Solved<'_>, ground: &Ground, mut sent: Field) -> Self {
+    /// Of an importance as it is sent, or in channels in which that leaves less out of one that is even, as if all reflectances were the same.
+    pub(super) fn of(solved: &Solved<'_>, ground: &Ground, sent: Field) -> Self {
         let Solved { mesh, receivers, channels, .. } = *solved;
         let covered: Vec<f64> = receivers.iter().map(|&receiver| ground.closure.covered(&mesh.elements()[receiver])).collect();
-        let even = (0..channels).map(|channel| {
-            let of = |(&receiver, covered): (&usize, &f64)| {
-                let (rho, sent) =
-                    (solved.reflectance(receiver, channel), sent.of(receiver, channel, mesh.basis(receiver).len())[0]);
-                let area = mesh.elements()[receiver].area();
-                if *covered == 0.0 && rho > 0.0 { [area, area * sent / rho] } else { [0.0; 2] }
-            };
-            let [area, phi] = receivers.iter().zip(&covered).map(of).fold([0.0; 2], |sum, of| [sum[0] + of[0], sum[1] + of[1]]);
-            if area > 0.0 { phi / area } else { 1.0 }
-        });
-        let even: Vec<f64> = even.collect();
-        for (&receiver, _) in receivers.iter().zip(&covered).filter(|(_, covered)| **covered > 0.0) {
-            for (channel, phi) in even.iter().enumerate() {
-                let mut change: Vec<f64> = sent.of(receiver, channel, mesh.basis(receiver).len()).iter().map(|c| -c).collect();
-                change[0] += solved.reflectance(receiver, channel) * phi;
-                sent.add(mesh, receiver, channel, &change);
+        // Means over the receivers that nothing lies on.
+        let mean = |of: &dyn Fn(usize) -> f64| {
+            let free = receivers.iter().zip(&covered).filter(|(_, covered)| **covered == 0.0).map(|(&receiver, _)| receiver);
+            let sums = free.map(|receiver| (mesh.elements()[receiver].area(), of(receiver)));
+            let [area, sum] = sums.fold([0.0; 2], |[all, sum], (area, of)| [all + area, sum + area * of]);
+            if area > 0.0 { sum / area } else { 0.0 }
+        };
+        let in_channel = |channel: usize| {
+            let rho = mean(&|receiver| solved.reflectance(receiver, channel));
+            let sent = mean(&|receiver| sent.of(receiver, channel, mesh.basis(receiver).len())[0]);
+            [if rho > 0.0 { sent / rho } else { 1.0 }, 1.0 / (1.0 - rho)]
+        };
+        let numbers: Vec<[f64; 2]> = (0..channels).map(in_channel).collect();
+        let [found, even] = [0, 1].map(|way| numbers.iter().map(|of| of[way]).collect::<Vec<f64>>());
+        let mut found = Self::with(solved, ground, sent.clone(), (covered.clone(), found), |covered| covered > 0.0);
+        let even = Self::with(solved, ground, sent, (covered, even), |_| true);
+        let is_less = |&channel: &usize| even.size(solved, channel) < found.size(solved, channel);
+        let less: Vec<usize> = (0..channels).filter(is_less).collect();
+        for channel in less {
+            found.even[channel] = even.even[channel];
+            for (place, &receiver) in receivers.iter().enumerate() {
+                found.left[place][channel] = even.left[place][channel];
+                found.send(solved, receiver, channel);
             }
         }
-        sent.pull(mesh);
-        let new = Self { left: Vec::new(), covered, even, deepest: vec![0; receivers.len()], sent };
+        found.sent.pull(mesh);
+        found
+    }
+
+    /// With numbers for phi in each channel, on receivers of which such a part is covered.
+    fn with(
+        solved: &Solved<'_>,
+        ground: &Ground,
+        sent: Field,
+        (covered, even): (Vec<f64>, Vec<f64>),
+        is_even: impl Fn(f64) -> bool,
+    ) -> Self {
+        let Solved { mesh, receivers, channels, .. } = *solved;
+        let mut new = Self { left: Vec::new(), covered, even, deepest: vec![0; receivers.len()], sent };
+        let places: Vec<usize> = (0..receivers.len()).filter(|&place| is_even(new.covered[place])).collect();
+        for place in places {
+            (0..channels).for_each(|channel| new.send(solved, receivers[place], channel));
+        }
+        new.sent.pull(mesh);
         let of = |(place, &receiver): (usize, &usize)| {
             if solved.far[receiver].is_empty() {
                 new.evenly(solved, ground, place)
@@ -110,6 +134,22 @@ impl Swapped {
             }
         };
         Self { left: receivers.par_iter().enumerate().map(of).collect(), ..new }
+    }
+
+    /// Lets a receiver send what it does of the number that phi is.
+    fn send(&mut self, solved: &Solved<'_>, receiver: usize, channel: usize) {
+        let len = solved.mesh.basis(receiver).len();
+        let mut change: Vec<f64> = self.sent.of(receiver, channel, len).iter().map(|c| -c).collect();
+        change[0] += solved.reflectance(receiver, channel) * self.even[channel];
+        self.sent.add(solved.mesh, receiver, channel, &change);
+    }
+
+    /// How much d is, with the light that was found.
+    fn size(&self, solved: &Solved<'_>, channel: usize) -> f64 {
+        let of = |(left, &receiver): (&Vec<Rest>, &usize)| {
+            solved.mesh.elements()[receiver].area() * left[channel].largest.total() * brightness(solved, receiver, channel)
+        };
+        self.left.iter().zip(solved.receivers).map(of).sum()
     }
 
     /// Bounds on d by how even what is sent is, where form factors sum to 1.
