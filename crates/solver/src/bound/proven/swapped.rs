@@ -160,6 +160,10 @@ impl Swapped {
         let target = proof.target(receiver, &mesh.elements()[receiver]);
         let factor = |link: &Link| target.reach(&mesh.elements()[link.source]).factor;
         let seen: Vec<(usize, f64)> = solved.links[receiver].iter().map(|link| (link.source, factor(link))).collect();
+        // Where nothing lies on a node it sees something in every direction: else a gap was missed, and nothing is known.
+        let sums_to_less =
+            |node: usize| solved.links[receiver].iter().map(|link| link.rows[node].factor()).sum::<f64>() < 1.0 - SAME;
+        let is_open = self.covered[place] == 0.0 && (0..mesh.basis(receiver).nodes().len()).any(sums_to_less);
         let of_channel = |channel: usize| {
             let mut phi = self.importance(solved, place, channel).0;
             let c = std::mem::take(&mut phi[0]) - 1.0;
@@ -171,7 +175,8 @@ impl Swapped {
             };
             let gathered = [1.0, -1.0].map(|sign| fill(seen.iter().map(|of| beyond(of, sign)).collect()));
             let most = mesh.basis(receiver).magnitude(&phi) + gathered.into_iter().fold(0.0, largest);
-            let left = Ledger { discretisation: most * ROUNDED + ROUNDING * (1.0 + c.abs()), ..Ledger::default() };
+            let most = if is_open { f64::INFINITY } else { most * ROUNDED + ROUNDING * (1.0 + c.abs()) };
+            let left = Ledger { discretisation: most, ..Ledger::default() };
             Rest { largest: left, mean: left, ..Rest::default() }
         };
         (0..channels).map(of_channel).collect()
