@@ -186,6 +186,18 @@ impl Mesh {
         &self.clusters
     }
 
+    /// Of grey faces.
+    #[cfg(test)]
+    pub(crate) fn of_faces(faces: &[Vec<[f64; 3]>], degree: usize) -> Self {
+        let mut scene = Scene::new(["grey"]).unwrap();
+        let (grey, surface) = (scene.add_material("grey", [0.5], [0.0]).unwrap(), scene.add_surface("all"));
+        for corners in faces {
+            let polygon = Polygon::new(corners.iter().copied().map(DVec3::from).collect()).unwrap();
+            scene.add_face(surface, grey, polygon, None).unwrap();
+        }
+        Self::new(&scene, degree).unwrap()
+    }
+
     /// With clusters though it has few elements.
     #[cfg(test)]
     pub(crate) fn clustered(mut self) -> Self {

@@ -284,6 +284,7 @@ fn dark(ready: &Prepared, options: &Options, (mesh, served): (Mesh, Served), clo
         ground: Ground::of(&mesh, clock.for_cells(options.time)),
         proven: OnceLock::new(),
         details: OnceLock::new(),
+        importance: OnceLock::new(),
         known_error: OnceLock::new(),
         unseen: Vec::new(),
         left_by_direct: f64::INFINITY,
@@ -360,7 +361,7 @@ impl Solution {
         self.bounds = bounds.ok_or_else(|| self.lossless())?;
         let links = self.receivers.iter().map(|&receiver| self.links[receiver].len() + self.far[receiver].len()).sum();
         (self.proven, self.details, self.estimated) = (OnceLock::new(), OnceLock::new(), OnceLock::new());
-        self.known_error = OnceLock::new();
+        (self.importance, self.known_error) = (OnceLock::new(), OnceLock::new());
         self.find_importance()?;
         let estimate = match (self.estimate_at_points(), options.marking) {
             (Some(at_points), _) => at_points,

@@ -541,15 +541,13 @@ impl Solved<'_> {
 
     /// What a link to a source neglects, anywhere on a receiver.
     fn neglected(&self, field: &Field, target: &Target<'_>, source: usize, is_clear: bool, channel: usize) -> f64 {
-        let (mesh, beyond) = (self.mesh, field.left_out(source, channel));
-        if beyond == 0.0 {
+        let mesh = self.mesh;
+        if field.left_out(source, channel) == 0.0 {
             return 0.0;
         }
         let reach = target.reach(&mesh.elements()[source]);
         let kernel = Kernel::between(target.element, &mesh.elements()[source], reach.distance, is_clear);
-        let smoothly = field.smoothly_neglected(mesh, source, channel, &kernel);
-        let by_size = reach.factor * beyond;
-        if smoothly < by_size { smoothly } else { by_size }
+        field.neglected_by(mesh, source, channel, (reach.factor, &kernel))
     }
 
     /// The residual of the light from clusters: the knapsack bounds H from both sides, and its distance from the range of P H

@@ -338,19 +338,7 @@ impl Kernel {
 mod tests {
     use std::time::Duration;
 
-    use radgrad_scene::Scene;
-
     use super::*;
-
-    fn mesh(faces: &[Vec<[f64; 3]>]) -> Mesh {
-        let mut scene = Scene::new(["grey"]).unwrap();
-        let (white, surface) = (scene.add_material("white", [0.5], [0.0]).unwrap(), scene.add_surface("all"));
-        for face in faces {
-            let polygon = Polygon::new(face.iter().copied().map(DVec3::from).collect()).unwrap();
-            scene.add_face(surface, white, polygon, None).unwrap();
-        }
-        Mesh::new(&scene, 2).unwrap()
-    }
 
     #[test]
     fn rules_are_within_their_bounds_of_the_closed_forms_near_and_far_and_past_a_screen() {
@@ -365,7 +353,7 @@ mod tests {
                 // A small receiver, and a screen with a corner cut out below the lamp.
                 let (u, v) = (normal.any_orthonormal_vector() * 0.01, normal.cross(normal.any_orthonormal_vector()) * 0.01);
                 let receiver = [point - u - v, point + u - v, point + v].map(|p| p.to_array()).to_vec();
-                let mesh = mesh(&[lamp.clone(), concave.map(|[x, y]| [x, y, 0.6]).to_vec(), receiver]);
+                let mesh = Mesh::of_faces(&[lamp.clone(), concave.map(|[x, y]| [x, y, 0.6]).to_vec(), receiver], 2);
                 let optics =
                     Optics { mesh: &mesh, rules, absolute: 1e-7, past: 1e-7, cells: 0, brightness: 1.0, clock: Clock::started() };
                 let station = Station { point, normal, face: Some(2) };
@@ -423,7 +411,7 @@ mod tests {
         let lamp: Vec<[f64; 3]> = lamp.into_iter().rev().collect();
         let screen = vec![[0.3, -1.0, 0.5], [0.3, 2.0, 0.5], [2.0, 2.0, 0.5], [2.0, -1.0, 0.5]];
         for triangle in [false, true] {
-            let mesh = mesh(&[if triangle { lamp[..3].to_vec() } else { lamp.clone() }, screen.clone()]);
+            let mesh = Mesh::of_faces(&[if triangle { lamp[..3].to_vec() } else { lamp.clone() }, screen.clone()], 2);
             let optics = Optics {
                 mesh: &mesh,
                 rules: &Rules::new(),
@@ -468,7 +456,7 @@ mod tests {
 
     #[test]
     fn derivatives_of_the_kernel_are_within_their_bounds() {
-        let mesh = mesh(&[vec![[0.0, 0.0, 1.0], [0.1, 0.0, 1.0], [0.1, 0.1, 1.0]]]);
+        let mesh = Mesh::of_faces(&[vec![[0.0, 0.0, 1.0], [0.1, 0.0, 1.0], [0.1, 0.1, 1.0]]], 2);
         let element = &mesh.elements()[0];
         for point in [DVec3::new(0.1, 0.3, 2.0), DVec3::new(-0.5, 0.1, 1.2)] {
             let normal = DVec3::new(0.6, 0.1, -0.5).normalize();

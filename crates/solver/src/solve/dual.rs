@@ -141,8 +141,12 @@ fn off_by_rule(basis: &Basis, excess: &Excess) -> f64 {
 }
 
 impl Solution {
-    /// The importance by the links that there are; `None` if it grows without end.
-    pub(super) fn solve_importance(&self) -> Option<Field> {
+    /// The importance by the links that there are, as it is sent; `None` if it grows without end.
+    pub(super) fn importance(&self) -> Option<&Field> {
+        self.importance.get_or_init(|| self.solve_importance()).as_ref()
+    }
+
+    fn solve_importance(&self) -> Option<Field> {
         let (mesh, channels) = (&self.mesh, self.channels.len());
         let mut source = vec![Vec::new(); mesh.elements().len()];
         let mut own = source.clone();
@@ -278,7 +282,7 @@ impl Solution {
     /// Estimate of the error of the mean radiosity over all area, in each channel, as a root mean square: what was found of it with its sign,
     /// and what that may be off by. But for what is surely found it is at most the estimate of the mean of the magnitude.
     pub(super) fn estimate_mean(&self) -> Result<Option<Vec<MeanError>>, Error> {
-        let Some(sent) = self.solve_importance() else { return Ok(None) };
+        let Some(sent) = self.importance().cloned() else { return Ok(None) };
         let (links, below) = (self.links_of_lamps(&sent)?, self.importance_below(&sent)?);
         let mut importance = Importance { sent, links, below };
         let mut below = vec![Vec::new(); self.mesh.elements().len()];

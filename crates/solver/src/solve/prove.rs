@@ -43,9 +43,8 @@ impl Solution {
             };
             let leaves: Vec<usize> = self.mesh.leaves().filter(|_| !self.direct.is_empty()).collect();
             let direct = leaves.into_par_iter().map(of_leaf).collect();
-            // Elsewhere what it leaves out is no less than what light does.
+            // In open scenes the importance leaves out no less than light does.
             let is_wanted = self.ground.is_closed() && !self.surfaces.is_textured() && self.mesh.clusters().root().is_none();
-            let importance = if is_wanted { self.solve_importance() } else { None };
             let solved = Solved {
                 mesh: &self.mesh,
                 surfaces: &self.surfaces,
@@ -57,7 +56,7 @@ impl Solution {
                 receivers: &self.receivers,
                 channels: self.channels.len(),
                 residuals: &self.bounds.residuals,
-                importance: importance.as_ref(),
+                importance: if is_wanted { self.importance() } else { None },
                 clock: self.clock,
             };
             Proven::of(solved, &self.ground, direct)

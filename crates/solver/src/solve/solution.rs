@@ -69,6 +69,8 @@ pub struct Solution {
     pub(super) proven: OnceLock<Option<Proven>>,
     /// The detail beyond the polynomials, made when it is first asked for.
     pub(super) details: OnceLock<Vec<Vec<Detail>>>,
+    /// The importance of the mean, found when it is first asked for; `None` if there is none.
+    pub(super) importance: OnceLock<Option<Field>>,
     /// The part of the error of gathers that is known with its sign, found when a point is first asked for; `None` if it is not known.
     pub(super) known_error: OnceLock<Option<Field>>,
     /// Of each leaf, bounds on the light of lamps that its nodes do not see, if there may be any.

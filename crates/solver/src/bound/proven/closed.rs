@@ -34,7 +34,7 @@ const DEPTH: f64 = 1e-6;
 pub(super) const SAME: f64 = 1e-9;
 
 /// Whether a scene is closed, and from where.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(super) struct Closure {
     is_closed: bool,
     /// For each face, convex polygons that lie on it.
@@ -144,8 +144,6 @@ fn turns(point: DVec3, triangles: &[[DVec3; 3]]) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use radgrad_scene::Scene;
-
     use super::*;
 
     type Quad = [[f64; 3]; 4];
@@ -163,18 +161,8 @@ mod tests {
         cuboid([0.0; 3], [4.0, 4.0, 3.0]).into_iter().map(|[a, b, c, d]| [d, c, b, a]).collect()
     }
 
-    fn mesh(faces: &[Vec<[f64; 3]>]) -> Mesh {
-        let mut scene = Scene::new(["grey"]).unwrap();
-        let (grey, surface) = (scene.add_material("grey", [0.5], [0.0]).unwrap(), scene.add_surface("all"));
-        for corners in faces {
-            let polygon = Polygon::new(corners.iter().copied().map(DVec3::from).collect()).unwrap();
-            scene.add_face(surface, grey, polygon, None).unwrap();
-        }
-        Mesh::new(&scene, 0).unwrap()
-    }
-
     fn closure(faces: &[Vec<[f64; 3]>]) -> (Mesh, Closure) {
-        let mesh = mesh(faces);
+        let mesh = Mesh::of_faces(faces, 0);
         let closure = Closure::of(&mesh, &Edges::of(&mesh));
         (mesh, closure)
     }
@@ -254,7 +242,7 @@ mod tests {
         for [a, b] in sides.filter(|[a, b]| !is_outer(*a, *b)) {
             let [a, b] = [a + (b - a) * 0.2, b - (b - a) * 0.2];
             let plate = [a - DVec3::Y, b - DVec3::Y, b + DVec3::Y, a + DVec3::Y];
-            let mesh = mesh(&[wall.map(|p| p.to_array()).to_vec(), plate.map(|p| p.to_array()).to_vec()]);
+            let mesh = Mesh::of_faces(&[wall.map(|p| p.to_array()).to_vec(), plate.map(|p| p.to_array()).to_vec()], 0);
             let edges = Edges::of(&mesh);
             assert!((0..edges.all.len()).any(|line| edges.crosses(line)), "{a} {b}");
         }

@@ -67,10 +67,11 @@ impl Proof<'_> {
         kinds: &[Kind],
         alone: &dyn Fn(usize) -> f64,
     ) -> Finely {
-        let (element, cells) = (&self.mesh.elements()[to], self.cells(to));
+        let element = &self.mesh.elements()[to];
         if element.shape() != Shape::Parallelogram || self.mesh.basis(to).degree() > DEGREES[0] {
             return Finely { takes: vec![false; kinds.len()], ..Finely::default() };
         }
+        let cells = self.cells(to);
         let below = cells.iter().map(|cells| cells.iter().map(|(cell, corner)| (cell, *corner)).collect());
         let levels: Vec<Vec<(&Element, [f64; 2])>> = std::iter::once(vec![(element, [0.0; 2])]).chain(below).collect();
         let on = |levels: &[Vec<(&Element, [f64; 2])>]| self.finely_on(to, levels, light, (gathered, kinds), alone);
@@ -143,14 +144,15 @@ impl Proof<'_> {
         let mut ways: Vec<(usize, usize)> =
             ways.filter(|way| way.0 == 0 || places(way) * taken.len() <= MOST_EVALUATIONS).collect();
         ways.sort_by_key(places);
-        let enough =
-            |way: &(usize, usize)| left_by(*way).iter().zip(&held).all(|(left, held)| left.mean <= part * held[basis.len()]);
-        let (level, degree) = match ways.into_iter().find(enough) {
-            Some(way) => way,
-            None if levels.len() > 1 => return None,
-            None => (0, highest),
+        let enough = |way: (usize, usize)| {
+            let left = left_by(way);
+            left.iter().zip(&held).all(|(left, held)| left.mean <= part * held[basis.len()]).then_some((way, left))
         };
-        let beyond = left_by((level, degree));
+        let ((level, degree), beyond) = match ways.into_iter().find_map(enough) {
+            Some(found) => found,
+            None if levels.len() > 1 => return None,
+            None => ((0, highest), left_by((0, highest))),
+        };
 
         let sources: Vec<(usize, Vec<Vec<f64>>)> = taken.iter().map(|&source| (source, coefficients(source))).collect();
         let rule: Vec<(f64, f64)> = gauss_legendre(degree + 1).iter().map(|(x, weight)| (0.5 + 0.5 * x, 0.5 * weight)).collect();

@@ -58,9 +58,9 @@ pub(super) struct Swapped {
     sent: Field,
     /// For each receiver, the part of its area that something lies on.
     covered: Vec<f64>,
-    /// phi where that is not nothing, in each channel: its mean where it is.
+    /// phi on these receivers, in each channel; on all receivers where an even importance leaves less out.
     even: Vec<f64>,
-    /// For each receiver, in each channel.
+    /// For each receiver, in each channel, bounds on d.
     left: Vec<Vec<Rest>>,
     /// How often each is cut into cells; sizes alone count where this is 0.
     deepest: Vec<usize>,
@@ -73,7 +73,7 @@ struct Added {
     /// The largest magnitude of d that the error of the light counts with, and that error's integral.
     most: f64,
     off: f64,
-    /// What it would add if B were as it was found, and even.
+    /// What the receiver would add if B were even on it, and as bright as was found.
     evenly: f64,
 }
 
@@ -136,7 +136,7 @@ impl Swapped {
         Self { left: receivers.par_iter().enumerate().map(of).collect(), ..new }
     }
 
-    /// Lets a receiver send what it does of the number that phi is.
+    /// Makes phi a number on a receiver.
     fn send(&mut self, solved: &Solved<'_>, receiver: usize, channel: usize) {
         let len = solved.mesh.basis(receiver).len();
         let mut change: Vec<f64> = self.sent.of(receiver, channel, len).iter().map(|c| -c).collect();
@@ -152,7 +152,7 @@ impl Swapped {
         self.left.iter().zip(solved.receivers).map(of).sum()
     }
 
-    /// Bounds on d by how even what is sent is, where form factors sum to 1.
+    /// Bounds on d where form factors sum to 1: `rho phi` is nearly a number everywhere if reflectances are nearly the same.
     fn evenly(&self, solved: &Solved<'_>, ground: &Ground, place: usize) -> Vec<Rest> {
         let Solved { mesh, channels, receivers, .. } = *solved;
         let receiver = receivers[place];
@@ -165,7 +165,7 @@ impl Swapped {
             |node: usize| solved.links[receiver].iter().map(|link| link.rows[node].factor()).sum::<f64>() < 1.0 - SAME;
         let is_open = self.covered[place] == 0.0 && (0..mesh.basis(receiver).nodes().len()).any(sums_to_less);
         let of_channel = |channel: usize| {
-            let mut phi = self.importance(solved, place, channel).0;
+            let mut phi = self.phi(solved, place, channel);
             let c = std::mem::take(&mut phi[0]) - 1.0;
             let beyond = |&(source, factor): &(usize, f64), sign: f64| {
                 let basis = mesh.basis(source);
@@ -186,8 +186,7 @@ impl Swapped {
     fn through(&self, solved: &Solved<'_>, ground: &Ground, place: usize, deepest: usize) -> Vec<Rest> {
         let left = solved.left_of_irradiance(ground, &self.sent, solved.receivers[place], deepest).0;
         let with_rest = |(channel, left): (usize, Rest)| {
-            let solver = self.importance(solved, place, channel).1;
-            let rest = Ledger { solver, ..Ledger::default() };
+            let rest = Ledger { solver: self.unsolved(solved, place, channel), ..Ledger::default() };
             Rest { largest: left.largest + rest, mean: left.mean + rest, ..left }
         };
         left.into_iter().enumerate().map(with_rest).collect()
@@ -217,7 +216,8 @@ impl Swapped {
         true
     }
 
-    /// For each channel the bound on the error of the mean, and what it would be if B were even on each receiver.
+    /// For each channel the bound on the error of the mean, and a figure for how small smaller cells may make it: B is taken to be even on each
+    /// receiver.
     pub(super) fn mean(&self, solved: &Solved<'_>, proven: &Proven) -> Vec<(Ledger, f64)> {
         (0..solved.channels).map(|channel| self.mean_in(solved, proven, channel)).collect()
     }
@@ -233,7 +233,7 @@ impl Swapped {
             let held = solved.field.of(receiver, channel, basis.len());
             sums[1] += part * (held[0] + emitted - given);
             let covered = least(self.covered[place], 1.0);
-            sums[0] += part * (covered + (1.0 - covered) * self.importance(solved, place, channel).0[0]) * emitted;
+            sums[0] += part * (covered + (1.0 - covered) * self.phi(solved, place, channel)[0]) * emitted;
             if covered > 1.0 - SAME {
                 continue;
             }
@@ -276,23 +276,35 @@ impl Swapped {
         parts * ((total - found) / parts.total()) + Ledger { discretisation: found, ..Ledger::default() }
     }
 
-    /// The coefficients of phi on a receiver, and the most that the unsolved rest adds to d.
-    fn importance(&self, solved: &Solved<'_>, place: usize, channel: usize) -> (Vec<f64>, f64) {
-        let (mesh, receiver) = (solved.mesh, solved.receivers[place]);
+    /// The coefficients of phi on a receiver.
+    fn phi(&self, solved: &Solved<'_>, place: usize, channel: usize) -> Vec<f64> {
+        let (receiver, len) = (solved.receivers[place], solved.mesh.basis(solved.receivers[place]).len());
         let rho = solved.reflectance(receiver, channel);
-        let (basis, links, far) = (mesh.basis(receiver), &solved.links[receiver], &solved.far[receiver]);
+        if self.covered[place] > 0.0 {
+            let mut even = vec![0.0; len];
+            even[0] = self.even[channel];
+            even
+        } else if rho > 0.0 {
+            self.sent.of(receiver, channel, len).iter().map(|sent| sent / rho).collect()
+        } else {
+            self.gathered(solved, receiver, channel)
+        }
+    }
+
+    /// 1 and the projection of what a receiver gathers of the importance.
+    fn gathered(&self, solved: &Solved<'_>, receiver: usize, channel: usize) -> Vec<f64> {
+        let (mesh, basis) = (solved.mesh, solved.mesh.basis(receiver));
+        let (links, far) = (&solved.links[receiver], &solved.far[receiver]);
         let mut gathered = basis.project(&irradiance(mesh, &self.sent, links, far, channel, basis.nodes().len()));
         gathered[0] += 1.0;
-        let mut phi = vec![0.0; basis.len()];
-        phi[0] = self.even[channel];
-        if self.covered[place] == 0.0 {
-            if rho == 0.0 {
-                return (gathered, 0.0);
-            }
-            phi.iter_mut().zip(self.sent.of(receiver, channel, basis.len())).for_each(|(phi, sent)| *phi = sent / rho);
-        }
-        let rest: Vec<f64> = gathered.iter().zip(&phi).map(|(gathered, phi)| gathered - phi).collect();
-        (phi, basis.magnitude(&rest))
+        gathered
+    }
+
+    /// The most that the unsolved rest adds to d on a receiver.
+    fn unsolved(&self, solved: &Solved<'_>, place: usize, channel: usize) -> f64 {
+        let (receiver, phi) = (solved.receivers[place], self.phi(solved, place, channel));
+        let rest: Vec<f64> = self.gathered(solved, receiver, channel).iter().zip(&phi).map(|(all, phi)| all - phi).collect();
+        solved.mesh.basis(receiver).magnitude(&rest)
     }
 }
 

@@ -22,6 +22,12 @@ impl Random {
     }
 }
 
+/// The sides of a cuboid seen from outside; the first is the bottom.
+fn cuboid(low: DVec3, high: DVec3) -> [[DVec3; 4]; 6] {
+    let corner = |i: usize| DVec3::new([low.x, high.x][i & 1], [low.y, high.y][i >> 1 & 1], [low.z, high.z][i >> 2 & 1]);
+    [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]].map(|side| side.map(corner))
+}
+
 /// A room with a lamp that looks down, of any size and height, in a shade of four sides; and a screen with a slit, of triangles, or a
 /// tilted box that may go through a wall.
 fn room(random: &mut Random, kind: usize) -> Scene {
@@ -34,15 +40,12 @@ fn room(random: &mut Random, kind: usize) -> Scene {
     let cuboid = |low: DVec3, high: DVec3, turn: f64, inward: bool| {
         let (sin, cos) = turn.sin_cos();
         let middle = 0.5 * (low + high);
-        let at = |i: usize| {
-            let p = DVec3::new([low.x, high.x][i & 1], [low.y, high.y][i >> 1 & 1], [low.z, high.z][i >> 2 & 1]) - middle;
+        let turned = |p: DVec3| {
+            let p = p - middle;
             middle + DVec3::new(cos * p.x - sin * p.y, sin * p.x + cos * p.y, p.z)
         };
-        let faces = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
-        faces.map(|face| {
-            let corners = face.map(at);
-            if inward { [corners[3], corners[2], corners[1], corners[0]] } else { corners }
-        })
+        let faces = cuboid(low, high).map(|face| face.map(turned));
+        faces.map(|[a, b, c, d]| if inward { [d, c, b, a] } else { [a, b, c, d] })
     };
     cuboid(DVec3::ZERO, DVec3::new(4.0, 4.0, 3.0), 0.0, true).iter().for_each(|face| add(wall, face));
     let size = random.between(0.02, 0.4);
@@ -219,12 +222,10 @@ fn alike(faces: &[[[f64; 3]; 4]], reflectance: f64, emitted: f64) -> Scene {
 
 /// A room seen from inside, and in it a box on its corner seen from outside.
 fn furnace() -> Vec<[[f64; 3]; 4]> {
-    let sides = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
-    let corner = |i: usize| DVec3::new((i & 1) as f64, (i >> 1 & 1) as f64, (i >> 2 & 1) as f64);
-    let room = sides.map(|side| [3, 2, 1, 0].map(|i| (corner(side[i]) * 4.0).to_array()));
+    let room = cuboid(DVec3::ZERO, DVec3::splat(4.0)).map(|side| [3, 2, 1, 0].map(|i| side[i].to_array()));
     let (u, v, w) = (DVec3::new(0.6, 0.0, 0.8), DVec3::Y, DVec3::new(-0.8, 0.0, 0.6));
     let turned = |p: DVec3| (DVec3::new(2.0, 1.5, 1.0) + u * p.x + v * p.y + w * p.z).to_array();
-    let solid = sides.map(|side| side.map(|i| turned(corner(i))));
+    let solid = cuboid(DVec3::ZERO, DVec3::ONE).map(|side| side.map(turned));
     [room, solid].concat()
 }
 
@@ -275,13 +276,7 @@ fn in_a_closed_room_of_one_reflectance_the_mean_is_proven_to_little_more_than_it
             scene.add_face(surface, material, polygon, None).unwrap();
             area
         };
-        let sides = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
-        let corners = |low: DVec3, high: DVec3| {
-            sides.map(|side| {
-                side.map(|i| DVec3::new([low.x, high.x][i & 1], [low.y, high.y][i >> 1 & 1], [low.z, high.z][i >> 2 & 1]))
-            })
-        };
-        for (side, [a, b, c, d]) in corners(DVec3::ZERO, DVec3::new(4.0, 4.0, 3.0)).into_iter().enumerate() {
+        for (side, [a, b, c, d]) in cuboid(DVec3::ZERO, DVec3::new(4.0, 4.0, 3.0)).into_iter().enumerate() {
             let is_lit = side == case;
             let area = add(if is_lit { lit } else { wall }, [d, c, b, a]);
             (emitted, seen) = (emitted + if is_lit { area } else { 0.0 }, seen + area);
@@ -290,14 +285,14 @@ fn in_a_closed_room_of_one_reflectance_the_mean_is_proven_to_little_more_than_it
         let bottom = usize::from(case % 2 == 0);
         let low = DVec3::new(random.between(0.2, 1.5), random.between(0.2, 1.5), 0.0);
         let high = low + DVec3::new(random.between(0.3, 2.0), random.between(0.3, 2.0), random.between(0.2, 1.4));
-        let standing = corners(low, high);
+        let standing = cuboid(low, high);
         let base = (high - low).x * (high - low).y;
         let all: f64 = standing[bottom..].iter().map(|side| add(wall, *side)).sum();
         // What it stands on sees nothing, nor does its bottom.
         seen += all - base - if bottom == 0 { base } else { 0.0 };
         let dark = base + if bottom == 0 { base } else { 0.0 };
         let low = DVec3::new(random.between(0.2, 2.5), random.between(0.2, 2.5), 1.6);
-        seen += corners(low, low + DVec3::new(0.7, 1.1, 1.0)).iter().map(|side| add(wall, *side)).sum::<f64>();
+        seen += cuboid(low, low + DVec3::new(0.7, 1.1, 1.0)).iter().map(|side| add(wall, *side)).sum::<f64>();
         // Where the lit side is the floor a part of what it emits goes nowhere.
         let below = if case == 0 { base } else { 0.0 };
         let options = Options { error: 0.02, ..Options::default() };
