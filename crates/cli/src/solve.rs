@@ -27,9 +27,10 @@ pub(crate) struct Request {
     /// Make no reflectance larger than this, in any channel: no bound exists where faces reflect all light, as white ones in glTF do.
     #[arg(long, value_name = "SHARE", value_parser = reflectance)]
     max_reflectance: Option<f64>,
-    /// Estimate of the error of the mean radiosity over the mean that is reflected, at most: a percentage or a fraction.
-    #[arg(long, default_value = "0.1%", value_parser = fraction)]
-    error: f64,
+    /// Estimate of the error of the mean radiosity over the mean that is reflected, at most: a percentage or a fraction [default: 0.1%;
+    /// with --points refinement goes on to 0.02% where that takes ten seconds at most, for their gradients]
+    #[arg(long, value_parser = fraction)]
+    error: Option<f64>,
     /// Go by the proven bound on the error of the mean instead: over the same, at most this, a percentage or a fraction.
     #[arg(long, value_name = "BOUND", value_parser = fraction, conflicts_with = "error")]
     bound: Option<f64>,
@@ -87,6 +88,15 @@ pub(crate) struct Request {
     view: View,
 }
 
+/// The error that is asked for by default.
+const ERROR: f64 = 1e-3;
+
+/// The error that refinement goes on to for points if none is asked for, and the time in which it does. Gradients of the polynomials' light
+/// are off by more than the mean is: in the Cornell box by less than 1 % at 95 of a hundred places with an error of 0.1 %, and at 99 with
+/// this one.
+const ERROR_FOR_POINTS: f64 = 2e-4;
+const TIME_FOR_POINTS: Duration = Duration::from_secs(10);
+
 /// [`Marking`] on the command line.
 #[derive(Debug, Clone, Copy, Default, ValueEnum)]
 enum Divide {
@@ -140,7 +150,8 @@ impl Request {
             (Some(form_factor), Some(area)) => Linking::Thresholds { form_factor, area },
             _ => Linking::Error,
         };
-        let (error, degree, most_elements, time) = (self.error, self.degree, self.most_elements, Some(time));
+        let error = self.error.unwrap_or(if self.goes_on() { ERROR_FOR_POINTS } else { ERROR });
+        let (degree, most_elements, time) = (self.degree, self.most_elements, Some(time));
         // Thresholds say by themselves how many elements there are.
         let first_elements = if linking == Linking::Error { Options::default().first_elements } else { 1 };
         let bound = self.bound;
@@ -161,6 +172,16 @@ impl Request {
 }
 
 impl Request {
+    /// The error that is asked for.
+    fn error(&self) -> f64 {
+        self.error.unwrap_or(ERROR)
+    }
+
+    /// Whether refinement goes on for points beyond the error asked for.
+    fn goes_on(&self) -> bool {
+        self.points.is_some() && self.error.is_none() && self.bound.is_none()
+    }
+
     /// Files that are read and written must not be one.
     fn check_names(&self) -> Result<(), Failure> {
         let written = [self.out.as_deref(), self.view.file(), self.answers.as_deref(), self.resume.as_deref()];
@@ -246,7 +267,7 @@ pub(crate) fn run(request: &Request, mut output: impl Write) -> Result<bool, Fai
         Some(points) => answer(request, &points, &solution, &mut output)?,
         None => 0,
     };
-    let summary = Summary::of(&solution, request.error, request.bound, seconds);
+    let summary = Summary::of(&solution, request.error(), request.bound, seconds);
     if request.summary {
         serde_json::to_writer(&mut output, &summary).map_err(io::Error::from)?;
         output.write_all(b"\n")?;
@@ -288,7 +309,7 @@ fn reached(request: &Request, solution: &Solution) -> bool {
     let progress = solution.progress();
     let (what, found, asked) = match request.bound {
         Some(asked) => ("a bound", progress.bound, asked),
-        None => ("an estimate", progress.estimate, request.error),
+        None => ("an estimate", progress.estimate, request.error()),
     };
     let reached = found <= asked;
     if !reached {
@@ -339,7 +360,8 @@ fn solved(
             Ok(())
         };
         failure = watched().err();
-        failure.is_none()
+        let is_enough = request.goes_on() && p.estimate <= request.error() && start.elapsed() >= TIME_FOR_POINTS;
+        failure.is_none() && !is_enough
     });
     bar.finish_and_clear();
     if let Some(failure) = failure {
@@ -353,7 +375,6 @@ fn solved(
     Ok(solution)
 }
 
-/// Refuses a scene so small or so large that products of its lengths leave the range of a double, and tells of one far from the
 /// What the solver says of a face by its index, by the face's place and its material.
 fn named(failure: Failure, scene: &Scene) -> Failure {
     let Failure::Solve(radgrad_solver::Error::Lossless { channel, face }) = &failure else { return failure };

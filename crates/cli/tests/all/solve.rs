@@ -441,3 +441,51 @@ fn without_time_there_is_an_answer_and_its_bound() {
     let [value, bound] = ["radiosity", "bound"].map(|name| answers[0][name][0].as_f64().unwrap());
     assert!((value - 1.133_303_564_992_420_8).abs() <= bound, "{}", answers[0]);
 }
+
+/// The reference holds gradients of a solution to 0.003 %.
+#[test]
+fn gradients_in_the_cornell_box_are_within_a_hundredth_by_default() {
+    let data = concat!(env!("CARGO_MANIFEST_DIR"), "/../../data");
+    let text = std::fs::read_to_string(format!("{data}/reference/cornell_gradients.jsonl")).unwrap();
+    let truth: Vec<Value> = text.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    let point = |of: &Value| format!("{{\"position\":{},\"normal\":{}}}\n", of["position"], of["normal"]);
+    let points: String = truth.iter().map(point).collect();
+    let folder = Folder::new("gradients", &[("points.jsonl", &points)]);
+    let mut command = Command::new(env!("CARGO_BIN_EXE_radgrad"));
+    let command = command.current_dir(&folder.0).args(["solve", &format!("{data}/scenes/cornell.obj"), "--points", "points.jsonl"]);
+    let output = command.output().unwrap();
+    let found = lines(&output);
+    assert_eq!(found.len(), truth.len());
+    let vector = |of: &Value| [0, 1, 2].map(|k| of[k].as_f64().unwrap());
+    let length = |of: [f64; 3]| of.iter().map(|c| c * c).sum::<f64>().sqrt();
+    let (mut parts, mut effectivities) = (Vec::new(), Vec::new());
+    for (found, truth) in found.iter().zip(&truth) {
+        for channel in 0..3 {
+            let [a, b] = [&found["gradient"][channel], &truth["gradient"][channel]].map(vector);
+            let error = length([0, 1, 2].map(|k| a[k] - b[k]));
+            if length(b) > 0.0 {
+                parts.push(error / length(b));
+                effectivities.push(found["gradient_estimate"][channel].as_f64().unwrap() / error);
+            }
+        }
+    }
+    let within = |limit: f64| parts.iter().filter(|part| **part <= limit).count() as f64 / parts.len() as f64;
+    effectivities.sort_by(f64::total_cmp);
+    let median = effectivities[effectivities.len() / 2];
+    println!("{} gradients, {:.3} within 1 %, {:.3} within 2 %; estimate over error {median:.2}", parts.len(), within(0.01), within(0.02));
+    assert!(within(0.01) >= 0.97 && within(0.02) >= 0.99, "{parts:.4?}");
+    assert!((1.0..=5.0).contains(&median), "{median}");
+}
+
+#[test]
+fn refinement_goes_on_for_points_alone() {
+    let folder = folder("goes-on");
+    let elements = |arguments: &[&str]| {
+        let output = folder.solve(&[arguments, &["--summary"]].concat());
+        let summary = lines(&output).pop().unwrap();
+        [summary["elements"].as_f64().unwrap(), summary["estimate"].as_f64().unwrap(), summary["error"].as_f64().unwrap()]
+    };
+    let [fewer, _, _] = elements(&["--points", "points.jsonl", "--error", "0.1%"]);
+    let [more, estimate, error] = elements(&["--points", "points.jsonl"]);
+    assert!(more >= fewer && estimate <= 2e-4 && error == 1e-3, "{fewer} {more} {estimate} {error}");
+}
