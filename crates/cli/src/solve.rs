@@ -28,7 +28,7 @@ pub(crate) struct Request {
     #[arg(long, value_name = "SHARE", value_parser = reflectance)]
     max_reflectance: Option<f64>,
     /// Estimate of the error of the mean radiosity over the mean that is reflected, at most: a percentage or a fraction [default: 0.1%;
-    /// with --points refinement goes on to 0.02% where that takes ten seconds at most, for their gradients]
+    /// with --points refinement goes on to 0.02% for their gradients, and begins no round after ten seconds]
     #[arg(long, value_parser = fraction)]
     error: Option<f64>,
     /// Go by the proven bound on the error of the mean instead: over the same, at most this, a percentage or a fraction.
@@ -91,7 +91,7 @@ pub(crate) struct Request {
 /// The error that is asked for by default.
 const ERROR: f64 = 1e-3;
 
-/// The error that refinement goes on to for points if none is asked for, and the time in which it does. Gradients of the polynomials' light
+/// The error that refinement goes on to for points if none is asked for, and the time after which it begins no round. Gradients of the polynomials' light
 /// are off by more than the mean is: in the Cornell box by less than 1 % at 95 of a hundred places with an error of 0.1 %, and at 99 with
 /// this one.
 const ERROR_FOR_POINTS: f64 = 2e-4;

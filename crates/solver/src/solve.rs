@@ -15,6 +15,7 @@ mod divide;
 mod dual;
 pub(crate) mod gather;
 pub(crate) mod gradient;
+mod kept;
 mod layers;
 mod left;
 mod light;
@@ -54,6 +55,7 @@ use crate::mesh::Mesh;
 use crate::mesh::clusters::FEWEST as MANY;
 use crate::mesh::element::Element;
 use crate::mesh::surfaces::Surfaces;
+use crate::solve::kept::Kept;
 use crate::solve::options::{Marking, Options, Progress};
 use crate::solve::served::Served;
 use crate::solve::solution::Solution;
@@ -286,6 +288,7 @@ fn dark(ready: &Prepared, options: &Options, (mesh, served): (Mesh, Served), clo
         details: OnceLock::new(),
         importance: OnceLock::new(),
         known_error: OnceLock::new(),
+        kept: Kept::default(),
         unseen: Vec::new(),
         left_by_direct: f64::INFINITY,
         proven_direct: Vec::new(),
@@ -361,7 +364,7 @@ impl Solution {
         self.bounds = bounds.ok_or_else(|| self.lossless())?;
         let links = self.receivers.iter().map(|&receiver| self.links[receiver].len() + self.far[receiver].len()).sum();
         (self.proven, self.details, self.estimated) = (OnceLock::new(), OnceLock::new(), OnceLock::new());
-        (self.importance, self.known_error) = (OnceLock::new(), OnceLock::new());
+        (self.importance, self.known_error, self.kept) = (OnceLock::new(), OnceLock::new(), Kept::default());
         self.find_importance()?;
         let estimate = match (self.estimate_at_points(), options.marking) {
             (Some(at_points), _) => at_points,

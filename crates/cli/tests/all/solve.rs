@@ -452,7 +452,8 @@ fn gradients_in_the_cornell_box_are_within_a_hundredth_by_default() {
     let points: String = truth.iter().map(point).collect();
     let folder = Folder::new("gradients", &[("points.jsonl", &points)]);
     let mut command = Command::new(env!("CARGO_BIN_EXE_radgrad"));
-    let command = command.current_dir(&folder.0).args(["solve", &format!("{data}/scenes/cornell.obj"), "--points", "points.jsonl"]);
+    let command =
+        command.current_dir(&folder.0).args(["solve", &format!("{data}/scenes/cornell.obj"), "--points", "points.jsonl"]);
     let output = command.output().unwrap();
     let found = lines(&output);
     assert_eq!(found.len(), truth.len());
@@ -472,7 +473,12 @@ fn gradients_in_the_cornell_box_are_within_a_hundredth_by_default() {
     let within = |limit: f64| parts.iter().filter(|part| **part <= limit).count() as f64 / parts.len() as f64;
     effectivities.sort_by(f64::total_cmp);
     let median = effectivities[effectivities.len() / 2];
-    println!("{} gradients, {:.3} within 1 %, {:.3} within 2 %; estimate over error {median:.2}", parts.len(), within(0.01), within(0.02));
+    println!(
+        "{} gradients, {:.3} within 1 %, {:.3} within 2 %; estimate over error {median:.2}",
+        parts.len(),
+        within(0.01),
+        within(0.02)
+    );
     assert!(within(0.01) >= 0.97 && within(0.02) >= 0.99, "{parts:.4?}");
     assert!((1.0..=5.0).contains(&median), "{median}");
 }

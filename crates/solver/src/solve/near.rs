@@ -7,6 +7,8 @@
 //!
 //! The estimate of the error that is left adds up squares: those of the parts that the slopes of these functions give, cell by cell; and that of
 //! a part of the whole, because C has an error as well.
+//!
+//! Cells of a leaf are the same for all points, and most of those of a leaf near one are near others, too: samples are kept.
 
 use radgrad_core::DVec3;
 
@@ -15,6 +17,7 @@ use crate::links::station::Station;
 use crate::mesh::Sight;
 use crate::mesh::basis::Basis;
 use crate::mesh::element::Element;
+use crate::solve::kept::Sample;
 use crate::solve::solution::Solution;
 use crate::solve::wedge::Lacking;
 
@@ -91,11 +94,14 @@ impl Solution {
     }
 
     /// The error `C - q` of a place of a leaf, with what edges near by add to it; `None` if q is not known.
-    fn off_at(&self, leaf: usize, place: DVec3, near_edges: &[Lacking]) -> Result<Option<Vec<f64>>, Error> {
+    fn off_at(&self, leaf: usize, place: DVec3, near_edges: &[Lacking]) -> Result<Sample, Error> {
         let face = self.mesh.elements()[leaf].face();
-        let Some(taken) = self.taken_at(face, place) else { return Ok(None) };
-        let [_, radiosity] = self.corrected_at(leaf, place)?;
-        let mut off: Vec<f64> = radiosity.iter().zip(taken).map(|(radiosity, taken)| radiosity - taken).collect();
+        let sample = || {
+            let Some(taken) = self.taken_at(face, place) else { return Ok(None) };
+            let [_, radiosity] = self.corrected_at(leaf, place)?;
+            Ok(Some(radiosity.iter().zip(taken).map(|(radiosity, taken)| radiosity - taken).collect()))
+        };
+        let Some(mut off) = self.kept.at(leaf, place, sample)? else { return Ok(None) };
         for edge in near_edges.iter().filter(|edge| edge.other.face == face) {
             let Some(more) = edge.other.more_at(place) else { continue };
             off.iter_mut().zip(more).for_each(|(off, more)| *off += more);

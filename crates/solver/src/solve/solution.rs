@@ -21,6 +21,7 @@ use crate::links::transfer::Optics;
 use crate::mesh::Mesh;
 use crate::mesh::surfaces::Surfaces;
 use crate::solve::detail::Detail;
+use crate::solve::kept::Kept;
 use crate::solve::options::{Progress, RelativeTo};
 use crate::solve::samples::Samples;
 use crate::solve::served::Served;
@@ -73,6 +74,8 @@ pub struct Solution {
     pub(super) importance: OnceLock<Option<Field>>,
     /// The part of the error of gathers that is known with its sign, found when a point is first asked for; `None` if it is not known.
     pub(super) known_error: OnceLock<Option<Field>>,
+    /// Samples of the error near points at which gradients were asked for.
+    pub(super) kept: Kept,
     /// Of each leaf, bounds on the light of lamps that its nodes do not see, if there may be any.
     pub(super) unseen: Vec<Option<Vec<[f64; 2]>>>,
     /// The aim of [`Solution::light`] that direct light reached: what it leaves out in the mean, over the part of the aim that it may.

@@ -1,0 +1,36 @@
+//! Samples of the error of polynomials, kept from one point to the next.
+
+use std::collections::HashMap;
+use std::sync::{Mutex, PoisonError};
+
+use radgrad_core::DVec3;
+
+use crate::error::Error;
+
+/// Samples that are kept at most: some 30 MB.
+const MOST_KEPT: usize = 1 << 18;
+
+/// A sample of `C - q`, in each channel; none where q is not known.
+pub(super) type Sample = Option<Vec<f64>>;
+
+/// Samples at places of leaves, by the leaf and the place's bits.
+#[derive(Debug, Default)]
+pub(super) struct Kept(Mutex<HashMap<(usize, [u64; 3]), Sample>>);
+
+impl Kept {
+    /// What was kept, or is found now.
+    pub(super) fn at(&self, leaf: usize, place: DVec3, found: impl FnOnce() -> Result<Sample, Error>) -> Result<Sample, Error> {
+        let key = (leaf, place.to_array().map(f64::to_bits));
+        let known = self.0.lock().unwrap_or_else(PoisonError::into_inner).get(&key).cloned();
+        if let Some(known) = known {
+            return Ok(known);
+        }
+        let found = found()?;
+        let mut kept = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        if kept.len() < MOST_KEPT {
+            kept.insert(key, found.clone());
+        }
+        drop(kept);
+        Ok(found)
+    }
+}
