@@ -11,7 +11,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 use radgrad_core::DVec3;
 use radgrad_scene::Scene;
-use radgrad_solver::{Irradiance, Ledger, MAX_DEGREE, Marking, Options, Progress, RelativeTo, Solution, solve};
+use radgrad_solver::{Irradiance, Ledger, MAX_DEGREE, Marking, Options, Progress, RelativeTo, Solution, SurfaceGradient, solve};
 use rayon::prelude::*;
 
 use crate::arrays::{Shape, vectors};
@@ -143,42 +143,60 @@ impl SolutionCore {
         on_face: Option<bool>,
         shape: Vec<usize>,
     ) -> PyResult<Bound<'py, PyTuple>> {
-        let (points, normals, shape) = (vectors(&points)?, vectors(&normals)?, Shape(shape));
         let solution = &*self.solution;
-        let found = detached(py, false, |stop| {
-            let one = |(index, point): (usize, &DVec3)| {
-                if stop.is_set() {
-                    return Err(Ended::Stopped);
+        let of = |point: DVec3, normal: DVec3, is_on_face: bool| {
+            let found = if is_on_face {
+                let found = solution.gather(point, normal)?;
+                Found {
+                    face: i64::try_from(found.face).unwrap_or(i64::MAX),
+                    radiosity: [found.radiosity, totals(&found.ledger), totals(&found.estimate)],
+                    irradiance: of_irradiance(found.irradiance),
                 }
-                let normal = normals[if normals.len() == 1 { 0 } else { index }];
-                let refused = |reason: String| Ended::Refused(format!("{}{reason}", shape.place(index)));
-                let found = if on_face.unwrap_or_else(|| solution.is_on_a_face(*point)) {
-                    solution.gather(*point, normal).map(|found| Found {
-                        face: i64::try_from(found.face).unwrap_or(i64::MAX),
-                        radiosity: [found.radiosity, totals(&found.ledger), totals(&found.estimate)],
-                        irradiance: of_irradiance(found.irradiance),
-                    })
-                } else {
-                    solution.irradiance_at(*point, normal).map(|found| {
-                        let irradiance = of_irradiance(found);
-                        Found { face: -1, radiosity: irradiance.clone(), irradiance }
-                    })
-                };
-                let found = found.map_err(|error| refused(error.to_string()))?;
-                // A bound may be infinite: there is none then.
-                match found.radiosity[0].iter().chain(&found.irradiance[0]).find(|value| !value.is_finite()) {
-                    Some(value) => Err(refused(format!("the radiosity is {value}: it is beyond the range of a double"))),
-                    None => Ok(found),
-                }
+            } else {
+                let irradiance = of_irradiance(solution.irradiance_at(point, normal)?);
+                Found { face: -1, radiosity: irradiance.clone(), irradiance }
             };
-            points.par_iter().enumerate().map(one).collect::<Result<Vec<_>, _>>()
-        })?;
+            // A bound may be infinite: there is none then.
+            let out_of_range = found.radiosity[0].iter().chain(&found.irradiance[0]).find(|value| !value.is_finite()).copied();
+            Ok((found, out_of_range.map(|value| format!("the radiosity is {value}"))))
+        };
+        let found = self.at_each(py, (&points, &normals, shape), on_face, of)?;
         let [radiosity, bound, estimate] =
             [0, 1, 2].map(|k| PyArray1::from_iter(py, found.iter().flat_map(|of| of.radiosity[k].iter().copied())));
         let irradiance = [0, 1, 2].map(|k| PyArray1::from_iter(py, found.iter().flat_map(|of| of.irradiance[k].iter().copied())));
         let [irradiance, irradiance_bound, irradiance_estimate] = irradiance;
         let face = PyArray1::from_iter(py, found.iter().map(|of| of.face));
         (radiosity, bound, estimate, irradiance, irradiance_bound, irradiance_estimate, face).into_pyobject(py)
+    }
+
+    /// At points, row by row: gradients of the radiosity and estimates of their errors' lengths, and the same of the irradiance; as for
+    /// [`Self::gather`].
+    fn gradient<'py>(
+        &self,
+        py: Python<'py>,
+        points: PyReadonlyArrayDyn<'py, f64>,
+        normals: PyReadonlyArrayDyn<'py, f64>,
+        on_face: Option<bool>,
+        shape: Vec<usize>,
+    ) -> PyResult<Bound<'py, PyTuple>> {
+        let solution = &*self.solution;
+        let of = |point: DVec3, normal: DVec3, is_on_face: bool| {
+            let found = if is_on_face {
+                let SurfaceGradient { radiosity, irradiance } = solution.gradient(point, normal)?;
+                [radiosity, irradiance]
+            } else {
+                let irradiance = solution.irradiance_gradient_at(point, normal)?;
+                [irradiance.clone(), irradiance]
+            };
+            let out_of_range = found.iter().flat_map(|of| &of.gradient).find(|slope| !slope.is_finite()).copied();
+            Ok((found, out_of_range.map(|slope| format!("the gradient is {slope}"))))
+        };
+        let found = self.at_each(py, (&points, &normals, shape), on_face, of)?;
+        let slopes = |k: usize| found.iter().flat_map(move |of| of[k].gradient.iter().flat_map(DVec3::to_array));
+        let estimates = |k: usize| found.iter().flat_map(move |of| of[k].estimate.iter().copied());
+        let [radiosity, irradiance] = [0, 1].map(|k| PyArray1::from_iter(py, slopes(k)));
+        let [radiosity_estimate, irradiance_estimate] = [0, 1].map(|k| PyArray1::from_iter(py, estimates(k)));
+        (radiosity, radiosity_estimate, irradiance, irradiance_estimate).into_pyobject(py)
     }
 
     /// The object that `radgrad solve --summary` prints.
@@ -212,6 +230,35 @@ impl SolutionCore {
         let (solution, channels) = (&*self.solution, self.solution.channels().len());
         let at = |leaf: usize| (0..channels).map(move |channel| solution.value_on(leaf, channel, [0.25, 0.5]));
         PyArray1::from_iter(py, solution.mesh().leaves().flat_map(at))
+    }
+}
+
+impl SolutionCore {
+    /// What points get, one by one, by the point, its normal and whether it is on a face; and what is wrong with it, if it is no number.
+    fn at_each<T: Send>(
+        &self,
+        py: Python<'_>,
+        (points, normals, shape): (&PyReadonlyArrayDyn<'_, f64>, &PyReadonlyArrayDyn<'_, f64>, Vec<usize>),
+        on_face: Option<bool>,
+        of: impl Fn(DVec3, DVec3, bool) -> Result<(T, Option<String>), radgrad_solver::Error> + Sync,
+    ) -> PyResult<Vec<T>> {
+        let (points, normals, shape) = (vectors(points)?, vectors(normals)?, Shape(shape));
+        detached(py, false, |stop| {
+            let one = |(index, point): (usize, &DVec3)| {
+                if stop.is_set() {
+                    return Err(Ended::Stopped);
+                }
+                let normal = normals[if normals.len() == 1 { 0 } else { index }];
+                let refused = |reason: String| Ended::Refused(format!("{}{reason}", shape.place(index)));
+                let is_on_face = on_face.unwrap_or_else(|| self.solution.is_on_a_face(*point));
+                match of(*point, normal, is_on_face) {
+                    Ok((found, None)) => Ok(found),
+                    Ok((_, Some(what))) => Err(refused(format!("{what}: it is beyond the range of a double"))),
+                    Err(error) => Err(refused(error.to_string())),
+                }
+            };
+            points.par_iter().enumerate().map(one).collect::<Result<Vec<_>, _>>()
+        })
     }
 }
 

@@ -94,6 +94,26 @@ def test_blocks_of_factors_join_to_the_same_bytes(data):
         _radgrad.FactorBlock.from_bytes(b"0")
 
 
+def test_gradients_are_those_of_what_is_gathered(room):
+    s = room.solve(error=1e-4)
+    places, up = np.array([[0.3, 0.6, 0.0], [0.7, 0.45, 0.0]]), [0, 0, 1]
+    found = s.gradient(places, up)
+    assert found.radiosity.shape == (2, 1, 3) and found.radiosity_estimate.shape == (2, 1)
+    assert np.allclose(found.radiosity, room.reflectance[0, 0] * found.irradiance, rtol=1e-12)
+    free = s.gradient(places + [0, 0, 0.4], up)
+    assert np.array_equal(free.radiosity, free.irradiance) and np.array_equal(free.radiosity_estimate, free.irradiance_estimate)
+    for at, slopes, axes in [(places, found.irradiance, (0, 1)), (places + [0, 0, 0.4], free.irradiance, (0, 1, 2))]:
+        for axis in axes:
+            step = 1e-3 * np.eye(3)[axis]
+            ahead, behind = s.gather(at + step, up).irradiance, s.gather(at - step, up).irradiance
+            size = np.linalg.norm(slopes, axis=2)
+            assert np.all(np.abs((ahead - behind) / 2e-3 - slopes[:, :, axis]) <= 0.01 * size), (axis, slopes)
+    assert np.all(found.irradiance[:, :, 2] == 0) and np.all(found.radiosity_estimate > 0)
+    assert s.gradient([0.3, 0.6, 0.0], up).radiosity.shape == (1, 3)
+    with pytest.raises(ValueError, match="point 1: "):
+        s.gradient([[0.3, 0.6, 0.0], [5, 5, 5]], up, on="face")
+
+
 def test_a_solved_room(room, tmp_path):
     rounds = []
     s = room.solve(error=0.01, progress=rounds.append)

@@ -34,7 +34,7 @@ from ._evaluate import (
     irradiance_vector,
 )
 from ._radgrad import threads
-from ._scene import Factors, Gathered, Picture, Round, Scene, Solution
+from ._scene import Factors, Gathered, Picture, Round, Scene, Slopes, Solution
 
 __all__ = [
     "METHODS",
@@ -52,6 +52,7 @@ __all__ = [
     "Polynomial",
     "Round",
     "Scene",
+    "Slopes",
     "Solution",
     "Total",
     "audit",

@@ -491,6 +491,24 @@ class Gathered:
 
 
 @dataclass(frozen=True)
+class Slopes:
+    """Gradients of radiosity and irradiance at points, each with an estimate of its error. `S` is the shape of the points.
+
+    They are with respect to the position, the normal kept: in the unit of the emission over the scene's unit of length. On a face they are
+    within its plane. No bound is proven.
+    """
+
+    #: `S + (channels, 3)`: gradient of the radiosity; in free space that of the irradiance.
+    radiosity: Floats
+    #: `S + (channels,)`: estimates of the lengths of its errors.
+    radiosity_estimate: Floats
+    #: `S + (channels, 3)`: gradient of the irradiance.
+    irradiance: Floats
+    #: `S + (channels,)`: estimates of the lengths of its errors.
+    irradiance_estimate: Floats
+
+
+@dataclass(frozen=True)
 class Picture:
     """What a camera sees of a solution: 0 beside all faces and on their backs."""
 
@@ -554,6 +572,34 @@ class Solution:
         """
         shape, rows, directions = _pairs(points, normals)
         return _gathered(self._core.gather(rows, directions, _on_face(on), list(shape)), shape, len(self._scene.channels))
+
+    def gradient(self, points: ArrayLike, normals: ArrayLike, on: Optional[str] = None) -> Slopes:
+        """Gradients of radiosity and irradiance at points anywhere.
+
+        They are off by more than values are: in the Cornell box by less than 1 % at 95 of a hundred places if the scene is solved to an
+        `error` of 1e-3, and at 99 if it is solved to 2e-4.
+
+        Parameters
+        ----------
+        points, normals, on
+            As for `gather`.
+
+        Returns
+        -------
+        Slopes
+            Gradients of the `radiosity` and of the `irradiance`, S + (channels, 3), with estimates, S + (channels,).
+
+        Raises
+        ------
+        ValueError
+            If a point is near a face, and none there faces along the normal; or not finite.
+        """
+        shape, rows, directions = _pairs(points, normals)
+        columns = self._core.gradient(rows, directions, _on_face(on), list(shape))
+        channels = len(self._scene.channels)
+        slopes = [column.reshape((*shape, channels, 3)) for column in columns[::2]]
+        estimates = [column.reshape((*shape, channels)) for column in columns[1::2]]
+        return Slopes(slopes[0], estimates[0], slopes[1], estimates[1])
 
     def to_vtu(self, file: PathLike) -> None:
         """Write the solution for ParaView: radiosity, gradient and bounds at vertices, where the error comes from on cells."""
